@@ -1,0 +1,67 @@
+// The Kokkos backend behind the pipeline's interface.
+
+#include <algorithm>
+#include <stdexcept>
+
+#include <Kokkos_Profiling_ScopedRegion.hpp>
+
+#include "device.hpp"
+#include "device_copy.hpp"
+#include "pipeline/runtime.hpp"
+
+namespace drench {
+namespace kokkos_backend {
+namespace {
+
+class KokkosBackend final : public Backend {
+ public:
+  explicit KokkosBackend(const Model& model) : device_(model) {}
+  std::string name() const override { return "kokkos"; }
+  std::string description() const override { return runtime_description(); }
+  void upload(const HostState& state) override { device_.upload(state); }
+  void fence() override { Kokkos::fence("drench::pipeline::timer"); }
+  HostState download() const override { return device_.download(); }
+
+  void run(Stage stage, const StepInfo& info, StepReport& report) override {
+    Kokkos::Profiling::ScopedRegion region(std::string("drench::") + std::string(name_of(stage)));
+    switch (stage) {
+#define DRENCH_RUN_STAGE(stage_name, when)           \
+  case Stage::stage_name:                            \
+    kokkos_backend::stage_name(device_, info, report); \
+    break;
+      DRENCH_STAGES(DRENCH_RUN_STAGE)
+#undef DRENCH_RUN_STAGE
+    }
+  }
+
+  std::vector<std::pair<Index, Index>> neighbor_pairs(const std::string& list) const override {
+    const NeighborList& l = list == "fluid_fluid"       ? device_.fluid_fluid
+                            : list == "fluid_boundary"  ? device_.fluid_boundary
+                            : list == "fluid_sample"    ? device_.fluid_sample
+                            : list == "sample_fluid"    ? device_.sample_fluid
+                            : list == "sample_sample"   ? device_.sample_sample
+                            : list == "sample_boundary" ? device_.sample_boundary
+                                                        : throw std::runtime_error("no neighbour list " + list);
+    std::vector<std::pair<Index, Index>> pairs;
+    if (l.rows == 0) return pairs;
+    const auto count = Kokkos::create_mirror_view_and_copy(Kokkos::HostSpace(), l.count);
+    const auto items = Kokkos::create_mirror_view_and_copy(Kokkos::HostSpace(), l.list);
+    for (Index i = 0; i < l.rows; ++i)
+      for (Index k = 0; k < count(i); ++k) pairs.emplace_back(i, items(i, k));
+    return pairs;
+  }
+
+  std::int64_t memory_bytes() const override { return device_.bytes(); }
+
+ private:
+  Device device_;
+};
+
+}  // namespace
+}  // namespace kokkos_backend
+
+std::unique_ptr<Backend> make_kokkos_backend(const Model& model) {
+  return std::make_unique<kokkos_backend::KokkosBackend>(model);
+}
+
+}  // namespace drench

@@ -1,0 +1,227 @@
+#include "device.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "device_copy.hpp"
+
+namespace drench::kokkos_backend {
+namespace {
+
+template <class T>
+void resize_keeping(Array<T>& a, Index n) {
+  Array<T> bigger(Kokkos::ViewAllocateWithoutInitializing(a.label().empty() ? "drench::fluid" : a.label()), n);
+  const auto kept = static_cast<Index>(std::min<std::size_t>(a.extent(0), static_cast<std::size_t>(n)));
+  if (kept > 0)
+    Kokkos::deep_copy(Kokkos::subview(bigger, Kokkos::make_pair(Index(0), kept)),
+                      Kokkos::subview(a, Kokkos::make_pair(Index(0), kept)));
+  a = bigger;
+}
+
+template <class T>
+void gather(Array<T>& a, Array<T>& scratch, const Array<Index>& source, Index n) {
+  if (scratch.extent(0) < a.extent(0))
+    scratch = Array<T>(Kokkos::ViewAllocateWithoutInitializing("drench::compact_scratch"), a.extent(0));
+  const auto from = a;
+  const auto to = scratch;
+  parallel("drench::compact::gather", n, KOKKOS_LAMBDA(const Index i) { to(i) = from(source(i)); });
+  std::swap(a, scratch);
+}
+
+Solid solid_of(const Body& b) {
+  Solid s{};
+  s.kind = static_cast<int>(b.kind);
+  s.inside = b.inside ? 1 : 0;
+  s.min = to_real(b.box.min);
+  s.max = to_real(b.box.max);
+  s.center = to_real(b.center);
+  s.point = to_real(b.point);
+  s.normal = to_real(b.normal);
+  s.radius = Real(b.radius);
+  return s;
+}
+
+Material material_of(const ClothMaterial& c) {
+  Material m{};
+  m.thickness = Real(c.thickness);
+  m.damping = Real(c.damping);
+  m.friction = Real(c.friction);
+  m.solid_fraction = Real(c.solid_fraction);
+  m.absorption = Real(c.absorption);
+  m.max_saturation = Real(c.max_saturation);
+  m.virtual_pressure = Real(c.virtual_pressure);
+  m.emission_cosine = Real(c.emission_cosine);
+  m.emission_velocity = Real(c.emission_velocity);
+  m.diffusivity = Real(c.diffusivity);
+  m.capillary_height = Real(c.capillary_height);
+  m.degenerate = c.diffusion == DiffusionLaw::degenerate ? 1 : 0;
+  m.porous = c.porous ? 1 : 0;
+  m.dynamics = c.dynamics ? 1 : 0;
+  return m;
+}
+
+void make_nodes(Device& d) {
+  const ClothMesh& mesh = d.model.mesh;
+  const SampleSet& samples = d.model.samples;
+  NodeArrays& n = d.nodes;
+  n.count = mesh.nodes();
+  n.solid_mass = to_device<Real>("drench::node_solid_mass", mesh.solid_mass);
+  n.pinned = to_device<std::uint8_t>("drench::node_pinned", mesh.pinned);
+  n.cloth = to_device<Index>("drench::node_cloth", mesh.node_cloth);
+  n.edge_start = to_device<Index>("drench::node_edge_start", mesh.node_edges.start);
+  n.edge_item = to_device<Index>("drench::node_edge_item", mesh.node_edges.item);
+  n.hinge_start = to_device<Index>("drench::node_hinge_start", mesh.node_hinges.start);
+  n.hinge_item = to_device<Index>("drench::node_hinge_item", mesh.node_hinges.item);
+  n.inverse_mass = Array<Real>("drench::node_inverse_mass", n.count);
+  n.force = Array<Real3>("drench::node_force", n.count);
+  n.acceleration = Array<Real3>("drench::node_acceleration", n.count);
+  std::vector<double> capacity(mesh.rest_position.size(), 0.0);
+  std::copy_n(samples.node_capacity.begin(), std::min(capacity.size(), samples.node_capacity.size()), capacity.begin());
+  n.capacity = to_device<double>("drench::node_capacity", capacity);
+  if (samples.count() == 0) return;
+  std::vector<Quanta> full(capacity.size()), most(capacity.size());
+  for (std::size_t k = 0; k < capacity.size(); ++k) {
+    const ClothMaterial& cloth = d.model.cloths[static_cast<std::size_t>(mesh.node_cloth[k])];
+    full[k] = static_cast<Quanta>(std::floor(capacity[k] / d.quantum));
+    most[k] = static_cast<Quanta>(std::floor(cloth.max_saturation * capacity[k] / d.quantum));
+  }
+  n.capacity_quanta = to_device<Quanta>("drench::node_capacity_quanta", full);
+  n.max_quanta = to_device<Quanta>("drench::node_max_quanta", most);
+  n.weight_sum = to_device<double>("drench::node_weight_sum", samples.node_weight_sum);
+  n.sample_start = to_device<Index>("drench::node_sample_start", samples.node_samples.start);
+  n.sample_item = to_device<Index>("drench::node_sample_item", samples.node_samples.item);
+  n.row_bound = Array<Real>("drench::node_row_bound", n.count);
+}
+
+void make_mesh(Device& d) {
+  const ClothMesh& mesh = d.model.mesh;
+  MeshArrays& m = d.mesh;
+  m.triangles = mesh.triangles();
+  m.edges = static_cast<Index>(mesh.edge.size());
+  m.hinges = static_cast<Index>(mesh.hinge.size());
+  m.triangle = to_device<Index>("drench::triangle", flat(mesh.triangle));
+  m.edge = to_device<Index>("drench::edge", flat(mesh.edge));
+  m.edge_length = to_device<Real>("drench::edge_length", mesh.edge_length);
+  m.edge_stiffness = to_device<Real>("drench::edge_stiffness", mesh.edge_stiffness);
+  m.hinge = to_device<Index>("drench::hinge", flat(mesh.hinge));
+  m.hinge_weight = to_device<Real>("drench::hinge_weight", flat(mesh.hinge_weight));
+  m.hinge_stiffness = to_device<Real>("drench::hinge_stiffness", mesh.hinge_stiffness);
+  double sum = 0;
+  for (double l : mesh.edge_length) sum += l;
+  m.mean_edge = mesh.edge_length.empty() ? Real(0) : Real(sum / static_cast<double>(mesh.edge_length.size()));
+}
+
+void make_samples(Device& d) {
+  const SampleSet& set = d.model.samples;
+  SampleArrays& s = d.samples;
+  s.count = set.count();
+  if (s.count == 0) return;
+  std::vector<Index> nodes;
+  for (Index t : set.triangle)
+    for (Index n : d.model.mesh.triangle[static_cast<std::size_t>(t)]) nodes.push_back(n);
+  s.node = to_device<Index>("drench::sample_node", nodes);
+  s.triangle = to_device<Index>("drench::sample_triangle", set.triangle);
+  s.weight = to_device<Real>("drench::sample_weight", flat(set.weight));
+  s.weight_exact = to_device<double>("drench::sample_weight_exact", flat(set.weight));
+  s.cloth = to_device<Index>("drench::sample_cloth", set.cloth);
+  s.position = Array<Real3>("drench::sample_position", s.count);
+  s.velocity = Array<Real3>("drench::sample_velocity", s.count);
+  if (d.model.has_fluid()) {
+    s.volume = Array<Real>("drench::sample_volume", s.count);
+    s.force = Array<Real3>("drench::sample_force", s.count);
+    s.predicted = Array<Real3>("drench::sample_predicted", s.count);
+    s.row_load = Array<Real>("drench::sample_row_load", s.count);
+    s.row_bound = Array<Real>("drench::sample_row_bound", s.count);
+  }
+  if (d.model.has_porous()) {
+    s.area = to_device<Real>("drench::sample_area", set.area);
+    s.capacity = to_device<Real>("drench::sample_capacity", set.capacity);
+    s.rest_position = to_device3("drench::sample_rest_position", set.rest_position);
+    s.flow_direction = Array<Real3>("drench::sample_flow_direction", s.count);
+    s.saturation = Array<Real>("drench::sample_saturation", s.count);
+  }
+}
+
+}  // namespace
+
+Device::Device(const Model& m)
+    : model(m),
+      spacing(Real(m.spacing)),
+      support(Real(m.support)),
+      rest_density(Real(m.rest_density)),
+      quantum(m.quantum),
+      gravity(to_real(m.scene.gravity)) {
+  if (m.has_cloth()) {
+    make_mesh(*this);
+    make_nodes(*this);
+    make_samples(*this);
+    std::vector<Material> list;
+    for (const ClothMaterial& c : m.cloths) {
+      list.push_back(material_of(c));
+      emission_ramp = std::max(emission_ramp, Real(c.porous ? c.emission_ramp : 0.0));
+    }
+    materials = to_device<Material>("drench::materials", list);
+  }
+  std::vector<Solid> list;
+  for (const Body& b : m.bodies) list.push_back(solid_of(b));
+  solids = to_device<Solid>("drench::solids", list);
+  boundary.count = m.boundary.count();
+  if (boundary.count > 0) {
+    boundary.rest_position = to_device3("drench::boundary_rest_position", m.boundary.position);
+    boundary.body = to_device<Index>("drench::boundary_body", m.boundary.body);
+  }
+  for (const Jet& j : m.jets) jet_offsets.push_back(to_device3("drench::jet_offsets", j.offsets));
+}
+
+void Device::reserve_fluid(Index n) {
+  if (n <= static_cast<Index>(fluid.position.extent(0))) return;
+  const Index capacity = n + n / 4 + 64;
+  resize_keeping(fluid.position, capacity);
+  resize_keeping(fluid.velocity, capacity);
+  resize_keeping(fluid.mass, capacity);
+  resize_keeping(fluid.id, capacity);
+  resize_keeping(fluid.age, capacity);
+  resize_keeping(fluid.origin, capacity);
+  resize_keeping(fluid.density_ratio, capacity);
+  resize_keeping(fluid.kappa_density, capacity);
+  resize_keeping(fluid.kappa_divergence, capacity);
+  const auto fresh = [capacity](auto& a, const char* label) {
+    a = {};
+    a = std::decay_t<decltype(a)>(Kokkos::ViewAllocateWithoutInitializing(label), capacity);
+  };
+  fresh(work.predicted, "drench::fluid_predicted");
+  fresh(work.rate, "drench::fluid_rate");
+  fresh(work.residual, "drench::fluid_residual");
+  fresh(work.active, "drench::fluid_active");
+  resize_keeping(work.volume, capacity);
+  resize_keeping(work.alpha, capacity);
+}
+
+void Device::compact_fluid(const Array<std::uint8_t>& gone) {
+  const Index n = fluid.count;
+  if (n == 0) return;
+  if (compaction.source.extent(0) < fluid.position.extent(0))
+    compaction.source = Array<Index>(Kokkos::ViewAllocateWithoutInitializing("drench::compact_source"), fluid.position.extent(0));
+  const auto source = compaction.source;
+  const auto mass = fluid.mass;
+  const bool flagged = gone.extent(0) > 0;
+  Index kept = 0;
+  Kokkos::parallel_scan("drench::compact::scan", Range(0, n), KOKKOS_LAMBDA(const Index i, Index& rank, const bool last) {
+    const bool stays = mass(i) > 0 && !(flagged && gone(i));
+    if (last && stays) source(rank) = i;
+    rank += stays ? 1 : 0;
+  }, kept);
+  if (kept == n) return;
+  gather(fluid.position, compaction.real3, source, kept);
+  gather(fluid.velocity, compaction.real3, source, kept);
+  gather(fluid.mass, compaction.integer, source, kept);
+  gather(fluid.id, compaction.integer, source, kept);
+  gather(fluid.age, compaction.real, source, kept);
+  gather(fluid.density_ratio, compaction.real, source, kept);
+  gather(fluid.kappa_density, compaction.real, source, kept);
+  gather(fluid.kappa_divergence, compaction.real, source, kept);
+  gather(fluid.origin, compaction.byte, source, kept);
+  fluid.count = kept;
+}
+
+}  // namespace drench::kokkos_backend

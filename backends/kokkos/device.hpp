@@ -1,0 +1,200 @@
+#pragma once
+// The backend's state on the device. Arrays of a part that the scene lacks stay empty (nothing is allocated).
+
+#include <vector>
+
+#include "pipeline/backend.hpp"
+#include "porous_work.hpp"
+#include "primitives/cell_table.hpp"
+#include "types.hpp"
+
+namespace drench::kokkos_backend {
+
+/// Neighbours of each row: list(i, k), k < count(i). The width grows when a row overflows; it never truncates.
+struct NeighborList {
+  Array<Index> count;
+  Kokkos::View<Index**, MemSpace> list;
+  Index rows = 0;
+};
+
+/// Liquid particles; arrays are at least `count` long (capacity grows between steps).
+struct FluidArrays {
+  Index count = 0;
+  Array<Real3> position, velocity;
+  Array<Quanta> mass;
+  Array<std::int64_t> id;
+  Array<Real> age;
+  Array<std::uint8_t> origin;
+  Array<Real> density_ratio, kappa_density, kappa_divergence;
+};
+
+/// Stage-to-stage and in-stage arrays of the liquid; refreshed by stage density unless said otherwise.
+struct FluidWork {
+  Array<Real> volume;       // V_i, m³ (stage density)
+  Array<Real> alpha;        // m² (stage density)
+  Array<Real3> predicted;   // v_i + Δt a_i, m/s (in-stage)
+  Array<Real> rate;         // R_i, 1/s (in-stage)
+  Array<Real> residual;     // β (δ_adv − 1) (in-stage)
+  Array<std::uint8_t> active;  // takes part in the divergence solve (in-stage)
+};
+
+struct BoundaryArrays {
+  Index count = 0;
+  Array<Real3> position, velocity, rest_position;
+  Array<Real> volume;
+  Array<Index> body;
+};
+
+struct NodeArrays {
+  Index count = 0;
+  Array<Real3> position, velocity, contact_normal, pin_force;
+  Array<Quanta> liquid, ripe;
+  // constant
+  Array<Real> solid_mass;              // kg
+  Array<std::uint8_t> pinned;
+  Array<Index> cloth;
+  Array<double> capacity;              // C_n, kg
+  Array<Quanta> capacity_quanta;       // floor(C_n/q)
+  Array<Quanta> max_quanta;            // floor(s_max C_n/q)
+  Array<double> weight_sum;            // w′_n
+  Array<Index> sample_start, sample_item;  // node → items 4·sample + corner
+  Array<Index> edge_start, edge_item, hinge_start, hinge_item;
+  // work
+  Array<Real> inverse_mass;            // u_n, 1/kg; 0 if pinned (refresh_inverse_mass)
+  Array<Real3> force;                  // f_n, N (node_forces_from_samples)
+  Array<Real3> acceleration;
+  Array<Real> row_bound;               // u_n G_n of the Jacobi diagonal (stage density)
+};
+
+struct MeshArrays {
+  Array<Index> triangle;               // 3 per triangle
+  Array<Index> edge;                   // 2 per edge
+  Array<Real> edge_length, edge_stiffness;
+  Array<Index> hinge;                  // 4 per hinge
+  Array<Real> hinge_weight;            // 4 per hinge
+  Array<Real> hinge_stiffness;
+  Index triangles = 0, edges = 0, hinges = 0;
+  Real mean_edge = 0;                  // m
+};
+
+struct SampleArrays {
+  Index count = 0;
+  Array<Index> node;                   // 3 per sample: the triangle's nodes
+  Array<Index> triangle;
+  Array<Real> weight;                  // 3 per sample
+  Array<double> weight_exact;          // the same in double, for splitting quanta
+  Array<Index> cloth;
+  Array<Real> area, capacity;          // m², kg
+  Array<Real3> rest_position;
+  Array<Real3> flow_direction;
+  Array<Real> volume;                  // Akinci V_b, m³
+  // work
+  Array<Real3> position, velocity;     // refresh_samples
+  Array<Real> saturation;              // s_p, refresh_saturation
+  Array<Real3> force;                  // F_b, N
+  Array<Real3> predicted;              // v_b + Δt a_b, m/s (in-stage)
+  Array<Real> row_load, row_bound;     // g_b, c_b of the Jacobi diagonal (stage density)
+};
+
+/// Per-cloth material as plain numbers, indexable on the device.
+struct Material {
+  Real thickness, damping, friction, solid_fraction, absorption, max_saturation, virtual_pressure, emission_cosine,
+      emission_velocity, diffusivity, capillary_height;
+  int degenerate;  // DiffusionLaw
+  int porous, dynamics;
+};
+
+/// An analytic solid as plain numbers.
+struct Solid {
+  int kind;    // 0 box, 1 sphere, 2 plane, 3 mesh (samples only)
+  int inside;  // container
+  Real3 min, max, center, point, normal;
+  Real radius;
+};
+
+/// Work arrays of stage cloth, made on first use; per node.
+struct ClothWork {
+  Array<Real> mass, diagonal;      // m_n, kg; D_n, N/m
+  Array<Real3> target;             // y_n − x⁰_n, m
+  Array<Real3> shift, last_shift;  // x_n − x⁰_n of the last two iterates, m
+};
+
+/// Work arrays of stage advection, made on first use. `momentum` and `hits` are zero between steps.
+struct AdvectionWork {
+  Array<Real3> start;                  // per node: x⁰_n, m
+  Array<std::int64_t> momentum;        // 3 per node, units of q · 2^-8 m/s
+  Array<Index> hits;                   // per node: c_k
+  Kokkos::View<double, MemSpace> reach;           // the largest node displacement, m
+  Kokkos::View<std::int64_t[4], MemSpace> count;  // collisions, clamped, drained quanta, removed particles
+  Array<Real3> end, hit_weight, hit_normal;  // per liquid particle: x1, m; barycentric; towards x0
+  Array<Index> hit_triangle;                 // −1: none
+  Array<std::uint8_t> gone;
+};
+
+/// Scratch of compact_fluid, kept between steps.
+struct CompactionWork {
+  Array<Index> source;
+  Array<Real3> real3;
+  Array<std::int64_t> integer;
+  Array<Real> real;
+  Array<std::uint8_t> byte;
+};
+
+struct Device {
+  explicit Device(const Model& m);
+  const Model& model;
+  // numbers
+  Real spacing, support, rest_density;
+  double quantum;         // q, kg
+  Real3 gravity;
+  FluidArrays fluid;
+  FluidWork work;
+  BoundaryArrays boundary;
+  NodeArrays nodes;
+  ClothWork cloth_work;
+  AdvectionWork advection_work;
+  MeshArrays mesh;
+  SampleArrays samples;
+  Array<Material> materials;
+  Array<Solid> solids;
+  NeighborList fluid_fluid, fluid_boundary, fluid_sample, sample_fluid, sample_sample, sample_boundary;
+  CellTable fluid_cells, boundary_cells, sample_cells;
+  Real emission_ramp = 0;  // s, the largest of the cloths
+  bool lists_fresh = false;
+  CompactionWork compaction;
+  TransferWork transfer_work;
+  AbsorptionWork absorption_work;
+  EmissionWork emission_work;
+  DiffusionWork diffusion_work;
+  ReservoirWork reservoir_work;
+  // ledger and counters on the host
+  Quanta drained = 0, supplied = 0;
+  std::int64_t next_id = 0;
+  std::vector<std::int64_t> jet_layers;
+  std::vector<Array<Real3>> jet_offsets;
+  std::int64_t step = 0;
+  double time = 0;
+
+  void upload(const HostState& s);
+  HostState download() const;
+  /// Bytes held by the arrays above (the porous and cloth stages' scratch is small beside them and left out).
+  std::int64_t bytes() const;
+  /// Makes room for `n` liquid particles, keeping what is there (amortised growth).
+  void reserve_fluid(Index n);
+  /// Removes particles with mass 0 or with `gone(i)` ≠ 0 (may be empty), keeping the order. Lists become stale.
+  void compact_fluid(const Array<std::uint8_t>& gone);
+};
+
+// device_refresh.cpp: derived quantities that several stages share
+void refresh_samples(Device& d);                 // samples.position and .velocity from the nodes
+void refresh_inverse_mass(Device& d);            // nodes.inverse_mass
+void refresh_saturation(Device& d);              // samples.saturation, from nodes.liquid (node with C_n = 0 counts 0)
+void node_forces_from_samples(Device& d);        // nodes.force = Σ w F_b from samples.force
+/// v_n += Δt u_n f_n, and pin_force −= f_n on pinned nodes.
+void apply_node_forces(Device& d, Real dt);
+
+#define DRENCH_KOKKOS_STAGE(name, when) void name(Device& d, const StepInfo& info, StepReport& report);
+DRENCH_STAGES(DRENCH_KOKKOS_STAGE)
+#undef DRENCH_KOKKOS_STAGE
+
+}  // namespace drench::kokkos_backend

@@ -1,0 +1,99 @@
+// HostState → device and back.
+
+#include "device_copy.hpp"
+
+namespace drench::kokkos_backend {
+namespace {
+
+/// Copies values into the front of an array that is large enough.
+template <class T, class S>
+void put(const Array<T>& a, const std::vector<S>& values) {
+  if (values.empty()) return;
+  const auto part = Kokkos::subview(a, Kokkos::make_pair(std::size_t(0), values.size()));
+  const auto mirror = Kokkos::create_mirror_view(part);
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    if constexpr (std::is_same_v<T, Real3>)
+      mirror(i) = to_real(values[i]);
+    else
+      mirror(i) = static_cast<T>(values[i]);
+  }
+  Kokkos::deep_copy(part, mirror);
+}
+
+}  // namespace
+
+void Device::upload(const HostState& s) {
+  fluid.count = 0;
+  reserve_fluid(s.fluid_count());
+  fluid.count = s.fluid_count();
+  put(fluid.position, s.fluid_position);
+  put(fluid.velocity, s.fluid_velocity);
+  put(fluid.mass, s.fluid_mass);
+  put(fluid.id, s.fluid_id);
+  put(fluid.age, s.fluid_age);
+  put(fluid.origin, s.fluid_origin);
+  put(fluid.density_ratio, s.fluid_density_ratio);
+  put(fluid.kappa_density, s.fluid_kappa_density);
+  put(fluid.kappa_divergence, s.fluid_kappa_divergence);
+  boundary.count = s.boundary_count();
+  if (boundary.count > 0) {
+    boundary.position = to_device3("drench::boundary_position", s.boundary_position);
+    boundary.velocity = to_device3("drench::boundary_velocity", s.boundary_velocity);
+    boundary.volume = to_device<Real>("drench::boundary_volume", s.boundary_volume);
+    boundary_cells = CellTable{};
+  }
+  if (nodes.count > 0) {
+    nodes.position = to_device3("drench::node_position", s.node_position);
+    nodes.velocity = to_device3("drench::node_velocity", s.node_velocity);
+    nodes.liquid = to_device<Quanta>("drench::node_liquid", s.node_liquid);
+    nodes.ripe = to_device<Quanta>("drench::node_ripe", s.node_ripe);
+    nodes.contact_normal = to_device3("drench::node_contact_normal", s.node_contact_normal);
+    nodes.pin_force = to_device3("drench::node_pin_force", s.node_pin_force);
+  }
+  put(samples.volume.extent(0) > 0 ? samples.volume : Array<Real>(),
+      samples.volume.extent(0) > 0 ? s.sample_volume : std::vector<double>());
+  put(samples.flow_direction.extent(0) > 0 ? samples.flow_direction : Array<Real3>(),
+      samples.flow_direction.extent(0) > 0 ? s.sample_flow_direction : std::vector<Vec3>());
+  drained = s.drained;
+  supplied = s.supplied;
+  next_id = s.next_id;
+  jet_layers = s.jet_layers;
+  jet_layers.resize(model.jets.size(), 0);
+  step = s.step;
+  time = s.time;
+  lists_fresh = false;
+}
+
+HostState Device::download() const {
+  HostState s;
+  const Index n = fluid.count;
+  s.fluid_position = to_host<Vec3>(fluid.position, n);
+  s.fluid_velocity = to_host<Vec3>(fluid.velocity, n);
+  s.fluid_mass = to_host<Quanta>(fluid.mass, n);
+  s.fluid_id = to_host<std::int64_t>(fluid.id, n);
+  s.fluid_age = to_host<double>(fluid.age, n);
+  s.fluid_origin = to_host<std::uint8_t>(fluid.origin, n);
+  s.fluid_density_ratio = to_host<double>(fluid.density_ratio, n);
+  s.fluid_kappa_density = to_host<double>(fluid.kappa_density, n);
+  s.fluid_kappa_divergence = to_host<double>(fluid.kappa_divergence, n);
+  s.boundary_position = to_host<Vec3>(boundary.position, boundary.count);
+  s.boundary_velocity = to_host<Vec3>(boundary.velocity, boundary.count);
+  s.boundary_volume = to_host<double>(boundary.volume, boundary.count);
+  s.node_position = to_host<Vec3>(nodes.position, nodes.count);
+  s.node_velocity = to_host<Vec3>(nodes.velocity, nodes.count);
+  s.node_liquid = to_host<Quanta>(nodes.liquid, nodes.count);
+  s.node_ripe = to_host<Quanta>(nodes.ripe, nodes.count);
+  s.node_contact_normal = to_host<Vec3>(nodes.contact_normal, nodes.count);
+  s.node_pin_force = to_host<Vec3>(nodes.pin_force, nodes.count);
+  s.sample_volume = to_host<double>(samples.volume, samples.count);
+  s.sample_flow_direction = to_host<Vec3>(samples.flow_direction, samples.count);
+  s.drained = drained;
+  s.supplied = supplied;
+  s.next_id = next_id;
+  s.jet_layers = jet_layers;
+  s.step = step;
+  s.time = time;
+  return s;
+}
+
+}  // namespace drench::kokkos_backend

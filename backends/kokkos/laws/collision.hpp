@@ -1,0 +1,121 @@
+#pragma once
+// Continuous collision of a moving point with a linearly moving triangle (Provot 1997; Bridson et al. 2002), in double.
+
+#include "types.hpp"
+
+namespace drench::kokkos_backend {
+
+struct Double3 {
+  double x = 0, y = 0, z = 0;
+};
+KOKKOS_INLINE_FUNCTION Double3 widen(const Real3& a) { return {double(a.x), double(a.y), double(a.z)}; }
+KOKKOS_INLINE_FUNCTION Real3 narrow(const Double3& a) { return {Real(a.x), Real(a.y), Real(a.z)}; }
+KOKKOS_INLINE_FUNCTION Double3 add(const Double3& a, const Double3& b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
+KOKKOS_INLINE_FUNCTION Double3 minus(const Double3& a, const Double3& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
+KOKKOS_INLINE_FUNCTION Double3 times(double s, const Double3& a) { return {s * a.x, s * a.y, s * a.z}; }
+KOKKOS_INLINE_FUNCTION double inner(const Double3& a, const Double3& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+KOKKOS_INLINE_FUNCTION Double3 outer(const Double3& a, const Double3& b) {
+  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
+
+/// A triangle at one time, m.
+struct Corners {
+  Double3 a, b, c;
+  KOKKOS_INLINE_FUNCTION Double3 at(const double* w) const {
+    return add(times(w[0], a), add(times(w[1], b), times(w[2], c)));
+  }
+  /// The unit normal, or 0 for a triangle without area.
+  KOKKOS_INLINE_FUNCTION Double3 normal() const {
+    const Double3 n = outer(minus(b, a), minus(c, a));
+    const double length = Kokkos::sqrt(inner(n, n));
+    return length > 0 ? times(1 / length, n) : Double3{};
+  }
+};
+KOKKOS_INLINE_FUNCTION Corners blend(const Corners& from, const Corners& to, double t) {
+  return {add(times(1 - t, from.a), times(t, to.a)), add(times(1 - t, from.b), times(t, to.b)),
+          add(times(1 - t, from.c), times(t, to.c))};
+}
+
+/// Barycentric coordinates of the foot point of x in the triangle's plane; false for a triangle without area.
+KOKKOS_INLINE_FUNCTION bool barycentric(const Corners& t, const Double3& x, double* w) {
+  const Double3 e = minus(t.b, t.a), g = minus(t.c, t.a), p = minus(x, t.a);
+  const double ee = inner(e, e), eg = inner(e, g), gg = inner(g, g), pe = inner(p, e), pg = inner(p, g);
+  const double determinant = ee * gg - eg * eg;
+  if (!(determinant > 1e-14 * ee * gg)) return false;
+  w[1] = (gg * pe - eg * pg) / determinant;
+  w[2] = (ee * pg - eg * pe) / determinant;
+  w[0] = 1 - w[1] - w[2];
+  return true;
+}
+
+KOKKOS_INLINE_FUNCTION double cubic_value(const double* c, double t) { return ((c[3] * t + c[2]) * t + c[1]) * t + c[0]; }
+
+/// All roots in [0, 1] of c0 + c1 t + c2 t² + c3 t³ where it changes sign or is exactly 0, ascending; at most 4. The extrema
+/// split [0, 1] into monotone pieces, each bracketed and bisected, so that vanishing leading coefficients need no case.
+KOKKOS_INLINE_FUNCTION int cubic_roots(const double* c, double* roots) {
+  double knots[4] = {0, 1, 1, 1};
+  int pieces = 1;
+  double extremum[2] = {-1, -1};
+  const double a = 3 * c[3], b = 2 * c[2], discriminant = b * b - 4 * a * c[1];
+  if (discriminant >= 0) {
+    const double q = -0.5 * (b + Kokkos::copysign(Kokkos::sqrt(discriminant), b));
+    if (a != 0) extremum[0] = q / a;
+    if (q != 0) extremum[1] = c[1] / q;
+  }
+  if (extremum[0] > extremum[1]) {
+    const double swap = extremum[0];
+    extremum[0] = extremum[1];
+    extremum[1] = swap;
+  }
+  for (int k = 0; k < 2; ++k)
+    if (extremum[k] > 0 && extremum[k] < 1) knots[pieces++] = extremum[k];
+  knots[pieces] = 1;
+  int found = 0;
+  for (int k = 0; k < pieces; ++k) {
+    double lo = knots[k], hi = knots[k + 1];
+    const double at_lo = cubic_value(c, lo), at_hi = cubic_value(c, hi);
+    if (at_lo == 0) roots[found++] = lo;
+    if (at_lo == 0 || at_hi == 0 || (at_lo < 0) == (at_hi < 0)) continue;
+    for (int halving = 0; halving < 60; ++halving) {
+      const double middle = 0.5 * (lo + hi);
+      if ((cubic_value(c, middle) < 0) == (at_lo < 0)) lo = middle; else hi = middle;
+    }
+    roots[found++] = 0.5 * (lo + hi);
+  }
+  if (cubic_value(c, 1) == 0) roots[found++] = 1;
+  return found;
+}
+
+/// A hit of the path on a triangle: time τ ∈ [0, 1] of the step, barycentric coordinates. triangle < 0: none.
+struct Hit {
+  double time = 2;
+  double weight[3] = {0, 0, 0};
+  Index triangle = -1;
+};
+
+/// The first τ at which x0 → x1 meets the triangle from → to: coplanarity (x − a)·((b − a) × (c − a)) = 0, m³, a cubic in τ.
+/// τ = 1 always counts as a candidate, with the tolerance `touch` (m) on the distance to the plane.
+KOKKOS_INLINE_FUNCTION bool first_hit(const Double3& x0, const Double3& x1, const Corners& from, const Corners& to,
+                                      double touch, Hit& hit) {
+  constexpr double margin = -1e-6;
+  const Double3 p = minus(x0, from.a), e = minus(from.b, from.a), g = minus(from.c, from.a);
+  const Double3 dp = minus(minus(x1, to.a), p), de = minus(minus(to.b, to.a), e), dg = minus(minus(to.c, to.a), g);
+  const Double3 n0 = outer(e, g), n1 = add(outer(de, g), outer(e, dg)), n2 = outer(de, dg);
+  const double c[4] = {inner(p, n0), inner(p, n1) + inner(dp, n0), inner(p, n2) + inner(dp, n1), inner(dp, n2)};
+  double roots[5];
+  int count = cubic_roots(c, roots);
+  const Double3 end_normal = to.normal();
+  if (Kokkos::abs(inner(minus(x1, to.a), end_normal)) <= touch) roots[count++] = 1;
+  for (int k = 0; k < count; ++k) {
+    const double t = roots[k];
+    double w[3];
+    if (!barycentric(blend(from, to, t), add(times(1 - t, x0), times(t, x1)), w)) continue;
+    if (w[0] < margin || w[1] < margin || w[2] < margin) continue;
+    hit.time = t;
+    for (int a = 0; a < 3; ++a) hit.weight[a] = w[a];
+    return true;
+  }
+  return false;
+}
+
+}  // namespace drench::kokkos_backend

@@ -1,0 +1,74 @@
+#pragma once
+// Scratch arrays of the porous stages. They are allocated when first used, grow with the liquid and are never read
+// across stages.
+
+#include "primitives/cell_table.hpp"
+#include "types.hpp"
+
+namespace drench::kokkos_backend {
+
+/// Transfers on their way between liquid, samples and nodes: shared by absorption, emission and diffusion.
+struct TransferWork {
+  Kokkos::View<Quanta**, MemSpace> pair;                // of each entry of a sample's neighbour list, quanta
+  Array<Quanta> entering, leaving;                      // per sample, quanta
+  Array<std::int64_t> momentum;                         // 3 per sample, q · 2^-8 m/s
+  Array<double> inflow_share, outflow_share;            // φ per sample
+  Array<double> node_inflow_share, node_outflow_share;  // φ per node
+};
+
+struct AbsorptionWork {
+  Kokkos::View<Quanta**, MemSpace> offer;  // o_ij, then t_ij, of each entry of fluid_sample, quanta
+};
+
+struct EmissionWork {
+  // per sample
+  Array<Quanta> share;        // 3 per sample: E_pk, in the end what leaves node k
+  Array<Quanta> total, rest;  // E_p, and what is left of it: E′_p, E″_p
+  Array<Real3> velocity;      // v^e_p, m/s
+  Array<std::uint8_t> blocked;
+  Array<Index> layers;     // number of receiving samples of other layers
+  Array<Index> target;     // the sample that it points to, −1: none
+  Array<Quanta> pool;      // S of a collector that is a candidate, otherwise 0
+  Array<Index> candidate;  // rank of a candidate
+  // per liquid particle
+  Array<Quanta> offered, gained;
+  Array<std::int64_t> momentum;  // 3 per particle, q · 2^-8 m/s
+  // per candidate
+  Array<Real3> position;
+  Array<Index> collector;
+  Array<std::uint8_t> created;
+  Array<Index> rank;  // among those that are created
+  CellTable cells;
+};
+
+struct DiffusionWork {
+  Kokkos::View<Real**, MemSpace> conductance;  // G_ij, kg/s
+  Kokkos::View<Real**, MemSpace> drop;         // (x_i − x_j)·ĝ/ℓ, 1
+  Array<Real> moment;                          // M2_i, m⁴
+  Array<std::int64_t> net;                     // entering − leaving, quanta
+};
+
+struct ReservoirWork {
+  Array<Index> node;
+  Array<Quanta> target;
+};
+
+/// Makes room for `n` entries; contents are undefined after growth.
+template <class T>
+void make_room(Array<T>& a, const char* label, std::size_t n) {
+  if (a.extent(0) >= n) return;
+  a = {};  // free before allocating
+  a = Array<T>(Kokkos::ViewAllocateWithoutInitializing(label), n);
+}
+
+/// One entry for each place of a neighbour list.
+template <class T>
+void make_room(Kokkos::View<T**, MemSpace>& a, const char* label, const Kokkos::View<Index**, MemSpace>& list) {
+  const std::size_t rows = list.extent(0) > a.extent(0) ? list.extent(0) : a.extent(0);
+  const std::size_t width = list.extent(1) > a.extent(1) ? list.extent(1) : a.extent(1);
+  if (a.extent(0) >= rows && a.extent(1) >= width) return;
+  a = {};
+  a = Kokkos::View<T**, MemSpace>(Kokkos::ViewAllocateWithoutInitializing(label), rows, width);
+}
+
+}  // namespace drench::kokkos_backend

@@ -1,0 +1,24 @@
+#pragma once
+// What the divergence and the density solve share: pressure accelerations from κ, coupled to the cloth, and the rate of
+// compression that they leave. Laws: src/stages/divergence.hpp.
+
+#include "device.hpp"
+
+namespace drench::kokkos_backend {
+
+/// work.predicted = v_i + Δt a_i(κ), samples.predicted = v_b + Δt a_b(κ), nodes.force and nodes.acceleration.
+void predict_velocities(Device& d, const Array<Real>& kappa, Real dt);
+/// work.rate = R_i of the predicted velocities, 1/s.
+void compression_rate(Device& d);
+/// v_i := predicted, v_n += Δt a_n, pin_force −= f_n on pinned nodes.
+void accept_velocities(Device& d, Real dt);
+
+/// How much too high a particle's pressure is, in units of the residual: −residual where it is negative, at most what lowering κ to 0
+/// in one update of gain `gain` = ω α/Δt^k can take back. 0 where the residual is positive.
+KOKKOS_INLINE_FUNCTION double excess_pressure(double residual, double kappa, double gain) {
+  if (residual >= 0 || kappa <= 0 || gain <= 0) return 0;
+  const double most = kappa / gain;
+  return -residual < most ? -residual : most;
+}
+
+}  // namespace drench::kokkos_backend

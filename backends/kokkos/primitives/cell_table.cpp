@@ -1,0 +1,113 @@
+#include "primitives/cell_table.hpp"
+
+#include <cmath>
+
+namespace drench::kokkos_backend {
+namespace {
+
+struct Bounds {
+  Real min_x = 0, min_y = 0, min_z = 0, max_x = 0, max_y = 0, max_z = 0;
+};
+
+Bounds bounds_of(const Array<Real3>& points, Index count) {
+  Bounds b;
+  Kokkos::parallel_reduce(
+      "drench::cell_table::bounds", Range(0, count),
+      KOKKOS_LAMBDA(const Index i, Real& ax, Real& ay, Real& az, Real& bx, Real& by, Real& bz) {
+        const Real3 p = points(i);
+        if (!(Kokkos::abs(p.x) + Kokkos::abs(p.y) + Kokkos::abs(p.z) < Real(1e12))) return;
+        ax = p.x < ax ? p.x : ax;
+        ay = p.y < ay ? p.y : ay;
+        az = p.z < az ? p.z : az;
+        bx = p.x > bx ? p.x : bx;
+        by = p.y > by ? p.y : by;
+        bz = p.z > bz ? p.z : bz;
+      },
+      Kokkos::Min<Real>(b.min_x), Kokkos::Min<Real>(b.min_y), Kokkos::Min<Real>(b.min_z), Kokkos::Max<Real>(b.max_x),
+      Kokkos::Max<Real>(b.max_y), Kokkos::Max<Real>(b.max_z));
+  if (!(b.min_x <= b.max_x)) b = Bounds{};  // nothing finite
+  return b;
+}
+
+}  // namespace
+
+void CellTable::build(const Array<Real3>& points, Index count, Real edge, const Array<std::int64_t>& key) {
+  if (count > capacity_) {
+    capacity_ = count + count / 4;
+    view_.item = Array<Index>(Kokkos::ViewAllocateWithoutInitializing("drench::cell_item"), capacity_);
+    view_.coord = Array<CellCoord>(Kokkos::ViewAllocateWithoutInitializing("drench::cell_coord"), capacity_);
+    bucket_ = Array<Index>(Kokkos::ViewAllocateWithoutInitializing("drench::cell_bucket"), capacity_);
+  }
+  view_.buckets = 0;
+  if (count == 0) return;
+
+  const Bounds b = bounds_of(points, count);
+  view_.origin = {b.min_x, b.min_y, b.min_z};
+  view_.inverse_edge = 1 / edge;
+  const auto cells = [&](Real lo, Real hi) { return std::floor((double(hi) - double(lo)) / double(edge)) + 2; };
+  const double nx = cells(b.min_x, b.max_x), ny = cells(b.min_y, b.max_y), nz = cells(b.min_z, b.max_z);
+  const double dense_limit = std::fmax(65536.0, 8.0 * count);
+  view_.hashed = nx * ny * nz > dense_limit ? 1 : 0;
+  if (view_.hashed) {
+    view_.buckets = 1024;
+    while (view_.buckets < 2 * static_cast<std::int64_t>(count) && view_.buckets < (1 << 29)) view_.buckets *= 2;
+    view_.dims = {0, 0, 0};
+  } else {
+    view_.dims = {static_cast<int>(nx), static_cast<int>(ny), static_cast<int>(nz)};
+    view_.buckets = view_.dims.x * view_.dims.y * view_.dims.z;
+  }
+  if (view_.buckets > bucket_capacity_) {
+    bucket_capacity_ = view_.buckets + view_.buckets / 4;
+    view_.start = Array<Index>(Kokkos::ViewAllocateWithoutInitializing("drench::cell_start"), bucket_capacity_ + 1);
+    cursor_ = Array<Index>(Kokkos::ViewAllocateWithoutInitializing("drench::cell_cursor"), bucket_capacity_ + 1);
+  }
+
+  const CellTableView t = view_;
+  const auto cursor = cursor_;
+  const auto bucket = bucket_;
+  parallel("drench::cell_table::clear", t.buckets + 1, KOKKOS_LAMBDA(const Index k) { cursor(k) = 0; });
+  parallel("drench::cell_table::count", count, KOKKOS_LAMBDA(const Index i) {
+    Index k = t.bucket_of(t.cell_of(points(i)));
+    if (k < 0) k = 0;  // not finite: the ledger stage will stop the run
+    bucket(i) = k;
+    Kokkos::atomic_inc(&cursor(k));
+  });
+  Kokkos::parallel_scan("drench::cell_table::scan", Range(0, t.buckets + 1),
+                        KOKKOS_LAMBDA(const Index k, Index& sum, const bool last) {
+                          const Index n = cursor(k);
+                          if (last) {
+                            t.start(k) = sum;
+                            cursor(k) = sum;
+                          }
+                          sum += n;
+                        });
+  parallel("drench::cell_table::scatter", count, KOKKOS_LAMBDA(const Index i) {
+    const Index slot = Kokkos::atomic_fetch_add(&cursor(bucket(i)), 1);
+    t.item(slot) = i;
+  });
+  // The scatter's order depends on timing; sorting each bucket by (cell, key) makes it the same in every run.
+  const bool keyed = key.extent(0) > 0;
+  parallel("drench::cell_table::order", t.buckets, KOKKOS_LAMBDA(const Index k) {
+    const Index first = t.start(k), last = t.start(k + 1);
+    for (Index e = first; e < last; ++e) {
+      const Index i = t.item(e);
+      const CellCoord c = t.hashed ? t.cell_of(points(i)) : CellCoord{0, 0, 0};
+      const std::int64_t ki = keyed ? key(i) : i;
+      Index slot = e;
+      while (slot > first) {
+        const Index j = t.item(slot - 1);
+        const CellCoord o = t.hashed ? t.coord(slot - 1) : CellCoord{0, 0, 0};
+        const std::int64_t kj = keyed ? key(j) : j;
+        const bool after = c.z != o.z ? c.z > o.z : c.y != o.y ? c.y > o.y : c.x != o.x ? c.x > o.x : ki > kj;
+        if (after) break;
+        t.item(slot) = j;
+        t.coord(slot) = o;
+        --slot;
+      }
+      t.item(slot) = i;
+      t.coord(slot) = c;
+    }
+  });
+}
+
+}  // namespace drench::kokkos_backend

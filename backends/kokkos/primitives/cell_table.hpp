@@ -1,0 +1,88 @@
+#pragma once
+// Cell table by counting sort: cells of edge h over the occupied bounds, particles ordered by (cell, key).
+// Dense while the bounds hold few cells; otherwise hashed, and then cell coordinates are compared, so that two cells that share a
+// bucket are never mixed up.
+
+#include "types.hpp"
+
+namespace drench::kokkos_backend {
+
+struct CellCoord {
+  int x, y, z;
+  KOKKOS_INLINE_FUNCTION bool operator==(const CellCoord& o) const { return x == o.x && y == o.y && z == o.z; }
+};
+
+/// What kernels capture.
+struct CellTableView {
+  Array<Index> start;       // buckets + 1
+  Array<Index> item;        // particle indices, ordered by bucket, then cell, then key
+  Array<CellCoord> coord;   // of each entry of `item`
+  Real3 origin;
+  Real inverse_edge = 1;
+  CellCoord dims{0, 0, 0};
+  Index buckets = 0;
+  int hashed = 0;
+
+  KOKKOS_INLINE_FUNCTION static int cell_axis(Real x, Real origin, Real inverse_edge) {
+    const Real c = Kokkos::floor((x - origin) * inverse_edge);
+    if (!(c > Real(-1e6))) return -1000000;  // also NaN
+    return c < Real(1e6) ? static_cast<int>(c) : 1000000;
+  }
+  KOKKOS_INLINE_FUNCTION CellCoord cell_of(const Real3& p) const {
+    return {cell_axis(p.x, origin.x, inverse_edge), cell_axis(p.y, origin.y, inverse_edge),
+            cell_axis(p.z, origin.z, inverse_edge)};
+  }
+  /// The bucket of a cell, or −1 when the cell is outside the dense bounds.
+  KOKKOS_INLINE_FUNCTION Index bucket_of(const CellCoord& c) const {
+    if (!hashed) {
+      if (c.x < 0 || c.y < 0 || c.z < 0 || c.x >= dims.x || c.y >= dims.y || c.z >= dims.z) return -1;
+      return (c.z * dims.y + c.y) * dims.x + c.x;
+    }
+    std::uint32_t h = static_cast<std::uint32_t>(c.x) * 73856093u ^ static_cast<std::uint32_t>(c.y) * 19349663u ^
+                      static_cast<std::uint32_t>(c.z) * 83492791u;
+    h ^= h >> 15;
+    return static_cast<Index>(h & static_cast<std::uint32_t>(buckets - 1));
+  }
+  /// Calls visit(item) for every particle in the cells [lo, hi] (inclusive), in a fixed order.
+  template <class Visit>
+  KOKKOS_INLINE_FUNCTION void for_cells(const CellCoord& lo, const CellCoord& hi, Visit&& visit) const {
+    if (buckets == 0) return;
+    CellCoord a = lo, b = hi;
+    if (!hashed) {
+      a = {lo.x < 0 ? 0 : lo.x, lo.y < 0 ? 0 : lo.y, lo.z < 0 ? 0 : lo.z};
+      b = {hi.x >= dims.x ? dims.x - 1 : hi.x, hi.y >= dims.y ? dims.y - 1 : hi.y, hi.z >= dims.z ? dims.z - 1 : hi.z};
+    }
+    for (int z = a.z; z <= b.z; ++z)
+      for (int y = a.y; y <= b.y; ++y)
+        for (int x = a.x; x <= b.x; ++x) {
+          const CellCoord c{x, y, z};
+          const Index k = bucket_of(c);
+          for (Index e = start(k); e < start(k + 1); ++e)
+            if (!hashed || coord(e) == c) visit(item(e));
+        }
+  }
+  /// Calls visit(item) for every particle in the 27 cells around a point.
+  template <class Visit>
+  KOKKOS_INLINE_FUNCTION void for_near(const Real3& p, Visit&& visit) const {
+    const CellCoord c = cell_of(p);
+    for_cells({c.x - 1, c.y - 1, c.z - 1}, {c.x + 1, c.y + 1, c.z + 1}, visit);
+  }
+};
+
+class CellTable {
+ public:
+  /// Sorts `count` points into cells of edge `edge` (m). Within a cell the order is by `key` (empty: by index).
+  void build(const Array<Real3>& points, Index count, Real edge, const Array<std::int64_t>& key = {});
+  const CellTableView& view() const { return view_; }
+  std::int64_t bytes() const {
+    return static_cast<std::int64_t>((view_.start.span() + view_.item.span() + cursor_.span() + bucket_.span()) * sizeof(Index) +
+                                     view_.coord.span() * sizeof(CellCoord));
+  }
+
+ private:
+  CellTableView view_;
+  Array<Index> cursor_, bucket_;
+  Index capacity_ = 0, bucket_capacity_ = 0;
+};
+
+}  // namespace drench::kokkos_backend

@@ -1,0 +1,43 @@
+#pragma once
+// The one place that says where kernels run and in which precision.
+
+#include <Kokkos_Core.hpp>
+
+#include "state/types.hpp"
+
+namespace drench::kokkos_backend {
+
+using ExecSpace = Kokkos::DefaultExecutionSpace;
+using MemSpace = ExecSpace::memory_space;
+#ifdef DRENCH_DOUBLE
+using Real = double;
+#else
+using Real = float;
+#endif
+
+template <class T>
+using Array = Kokkos::View<T*, MemSpace>;
+using Range = Kokkos::RangePolicy<ExecSpace, Kokkos::IndexType<Index>>;
+
+struct Real3 {
+  Real x = 0, y = 0, z = 0;
+  KOKKOS_INLINE_FUNCTION Real3& operator+=(const Real3& o) { x += o.x; y += o.y; z += o.z; return *this; }
+  KOKKOS_INLINE_FUNCTION Real3& operator-=(const Real3& o) { x -= o.x; y -= o.y; z -= o.z; return *this; }
+};
+KOKKOS_INLINE_FUNCTION Real3 operator+(Real3 a, const Real3& b) { return a += b; }
+KOKKOS_INLINE_FUNCTION Real3 operator-(Real3 a, const Real3& b) { return a -= b; }
+KOKKOS_INLINE_FUNCTION Real3 operator-(const Real3& a) { return {-a.x, -a.y, -a.z}; }
+KOKKOS_INLINE_FUNCTION Real3 operator*(Real s, const Real3& a) { return {s * a.x, s * a.y, s * a.z}; }
+KOKKOS_INLINE_FUNCTION Real dot(const Real3& a, const Real3& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+KOKKOS_INLINE_FUNCTION Real norm(const Real3& a) { return Kokkos::sqrt(dot(a, a)); }
+KOKKOS_INLINE_FUNCTION Real3 cross(const Real3& a, const Real3& b) {
+  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
+
+/// Runs `body(i)` for i in [0, n) under a label that Kokkos Tools and profilers show, e.g. "drench::density::alpha".
+template <class Body>
+void parallel(const char* label, Index n, const Body& body) {
+  if (n > 0) Kokkos::parallel_for(label, Range(0, n), body);
+}
+
+}  // namespace drench::kokkos_backend

@@ -1,0 +1,108 @@
+// Stage absorption of the oracle; the law stands in src/stages/absorption.hpp.
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <numeric>
+
+#include "transfer.hpp"
+
+namespace drench::reference {
+namespace {
+
+/// w_ij, kg: what sample j would like to take from particle i.
+double wish(const ReferenceState& state, Index i, Index j, double dt) {
+  const Model& m = state.model;
+  const ClothMaterial& cloth = m.cloths[m.samples.cloth[j]];
+  const double h = m.support;
+  const Eigen::Vector3d xij = sample_position(state, j) - vec(state.s.fluid_position[i]);
+  const Eigen::Vector3d direction = vec(state.s.sample_flow_direction[j]);
+  const double r = xij.norm();
+  double cosine = 0;
+  if (direction.norm() > 0 && r > 1e-9 * h) cosine = xij.dot(direction) / (r * direction.norm());
+  const double cap = 1 + (cloth.max_saturation - 1) * (1 + cosine) / 2;
+  const double deficit = std::max(0.0, cap - sample_saturation(state, j));
+  const double laplacian = 45 * (h - r) / (std::numbers::pi * std::pow(h, 6));  // 1/m⁵
+  return dt * cloth.absorption * m.samples.capacity[j] * deficit * fluid_volume(state, i) * laplacian;
+}
+
+/// o_ij of particle i, in the order of its list of samples.
+std::vector<Quanta> offers(const ReferenceState& state, Index i, double dt) {
+  const std::vector<Index>& list = state.fluid_sample[i];
+  std::vector<double> wishes(list.size(), 0.0);
+  double sum = 0;
+  for (std::size_t k = 0; k < list.size(); ++k) {
+    if (!is_porous(state, list[k])) continue;
+    wishes[k] = wish(state, i, list[k], dt);
+    sum += wishes[k];
+  }
+  std::vector<Quanta> offer(list.size(), 0);
+  const double mass = fluid_mass(state, i);
+  if (!(sum > 0) || !(mass > 0)) return offer;
+  const double total = mass * -std::expm1(-sum / mass);  // kg
+  Quanta rest = state.s.fluid_mass[i];
+  for (std::size_t k = 0; k < list.size(); ++k) {
+    offer[k] = floor_quanta(total * wishes[k] / sum / state.model.quantum);
+    rest -= offer[k];
+  }
+  // Too little would stay for a particle: it is taken whole.
+  const auto largest = std::max_element(offer.begin(), offer.end());
+  if (rest > 0 && rest < state.model.min_quanta && *largest > 0) *largest += rest;
+  return offer;
+}
+
+/// t_ij of particle i from its offers and the samples' φ.
+std::vector<Quanta> transfers(const ReferenceState& state, Index i, const std::vector<Quanta>& offer,
+                              const std::vector<double>& phi) {
+  const std::vector<Index>& list = state.fluid_sample[i];
+  std::vector<Quanta> transfer(list.size(), 0);
+  bool was_limited = false;
+  Quanta rest = state.s.fluid_mass[i];
+  for (std::size_t k = 0; k < list.size(); ++k) {
+    if (offer[k] == 0) continue;
+    transfer[k] = limited(offer[k], phi[list[k]]);
+    was_limited = was_limited || phi[list[k]] < 1;
+    rest -= transfer[k];
+  }
+  if (!was_limited || rest <= 0 || rest >= state.model.min_quanta) return transfer;
+  Quanta missing = state.model.min_quanta - rest;
+  for (Quanta& t : transfer) {
+    const Quanta cut = std::min(t, missing);
+    t -= cut;
+    missing -= cut;
+  }
+  return transfer;
+}
+
+}  // namespace
+
+void absorption(ReferenceState& state, const StepInfo& info, StepReport&) {
+  HostState& s = state.s;
+  const Index particles = s.fluid_count(), samples = state.model.samples.count();
+
+  std::vector<std::vector<Quanta>> offer(particles);
+  std::vector<Quanta> in(samples, 0);
+  for (Index i = 0; i < particles; ++i) {
+    offer[i] = offers(state, i, info.dt);
+    for (std::size_t k = 0; k < offer[i].size(); ++k) in[state.fluid_sample[i][k]] += offer[i][k];
+  }
+  const std::vector<double> phi = inflow_limit(state, in);
+
+  std::vector<Quanta> taken(samples, 0);
+  std::vector<Momentum> momentum(samples, Momentum{0, 0, 0});
+  std::vector<bool> gone(particles, false);
+  for (Index i = 0; i < particles; ++i) {
+    const std::vector<Quanta> transfer = transfers(state, i, offer[i], phi);
+    for (std::size_t k = 0; k < transfer.size(); ++k) {
+      const Index j = state.fluid_sample[i][k];
+      taken[j] += transfer[k];
+      add(momentum[j], momentum_of(static_cast<double>(transfer[k]), vec(s.fluid_velocity[i])));
+    }
+    s.fluid_mass[i] -= std::accumulate(transfer.begin(), transfer.end(), Quanta{0});
+    gone[i] = s.fluid_mass[i] == 0;
+  }
+  give_to_nodes(state, taken, momentum);
+  remove_particles(s, gone);
+}
+
+}  // namespace drench::reference

@@ -1,0 +1,231 @@
+// Stage advection of the oracle; the law and the numbers of its parts stand in src/stages/advection.hpp.
+
+#include <algorithm>
+#include <cmath>
+
+#include "collision.hpp"
+#include "transfer.hpp"
+
+namespace drench::reference {
+namespace {
+
+using Eigen::Vector3d;
+
+/// One particle's last collision with the cloth.
+struct Collision {
+  Index triangle = -1;  // none
+  Vector3d weight = Vector3d::Zero();
+  Vector3d normal = Vector3d::Zero();  // unit, to the side from which the particle came
+};
+
+/// Momentum of the nodes in fixed point; `p` in kg m/s.
+void add_impulse(const ReferenceState& state, std::vector<Momentum>& sums, Index n, const Vector3d& p) {
+  add(sums[n], momentum_of(1 / state.model.quantum, p));
+}
+
+// 1. Fresh particles must not shoot out of the cloth.
+void slow_fresh_particles(ReferenceState& state, std::vector<Momentum>& impulse) {
+  const Model& m = state.model;
+  double ramp = 0;  // T, s
+  for (const ClothMaterial& cloth : m.cloths) ramp = std::max(ramp, cloth.emission_ramp);
+  for (Index i = 0; i < state.s.fluid_count(); ++i) {
+    if (state.s.fluid_origin[i] != static_cast<std::uint8_t>(Origin::cloth) || !(state.s.fluid_age[i] < ramp)) continue;
+    Index nearest = -1;
+    double distance = 0;
+    for (const Index p : state.fluid_sample[i]) {
+      const double r = (sample_position(state, p) - vec(state.s.fluid_position[i])).norm();
+      if (nearest >= 0 && r >= distance) continue;
+      nearest = p;
+      distance = r;
+    }
+    if (nearest < 0) continue;
+    const Vector3d relative = vec(state.s.fluid_velocity[i]) - sample_velocity(state, nearest);
+    const double limit = m.spacing / ramp + 2 * vec(m.scene.gravity).norm() * state.s.fluid_age[i];
+    const double speed = relative.norm();
+    if (speed <= limit) continue;
+    const Vector3d removed = (1 - limit / speed) * relative;
+    state.s.fluid_velocity[i] = arr(vec(state.s.fluid_velocity[i]) - removed);
+    for (int k = 0; k < 3; ++k) {
+      add_impulse(state, impulse, sample_node(state, nearest, k),
+                  m.samples.weight[nearest][k] * fluid_mass(state, i) * removed);
+    }
+  }
+}
+
+// 2.
+void move_cloth(ReferenceState& state, double dt) {
+  const Model& m = state.model;
+  for (Index n = 0; n < state.s.node_count(); ++n) {
+    if (m.mesh.pinned[n]) continue;
+    Vector3d v = vec(state.s.node_velocity[n]);
+    Vector3d x = vec(state.s.node_position[n]) + dt * v;
+    for (const Vector3d& normal : project_out(m.bodies, m.cloths[m.mesh.node_cloth[n]].thickness, x)) {
+      v -= normal * std::min(0.0, v.dot(normal));
+    }
+    state.s.node_position[n] = arr(x);
+    state.s.node_velocity[n] = arr(v);
+  }
+}
+
+/// The cloth's motion in this step, as the collisions see it.
+struct MovingCloth {
+  std::vector<MovingTriangle> triangles;
+  Vectors samples;           // positions at the start, m
+  double reach = 0;          // m: how far from a sample's start position its triangle can be met
+};
+
+MovingCloth moving_cloth(const ReferenceState& state, const std::vector<Vec3>& start, const Vectors& samples) {
+  const Model& m = state.model;
+  MovingCloth cloth{{}, samples, 0};
+  for (const auto& nodes : m.mesh.triangle) {
+    MovingTriangle t;
+    for (int k = 0; k < 3; ++k) {
+      t.start[k] = vec(start[nodes[k]]);
+      t.end[k] = vec(state.s.node_position[nodes[k]]);
+    }
+    cloth.triangles.push_back(t);
+  }
+  double moved = 0;
+  for (Index n = 0; n < state.s.node_count(); ++n) {
+    moved = std::max(moved, (vec(state.s.node_position[n]) - vec(start[n])).norm());
+  }
+  cloth.reach = m.samples.cover_radius + moved + 1e-3 * m.spacing;
+  return cloth;
+}
+
+struct TriangleHit {
+  Index triangle;
+  Hit hit;
+};
+
+/// The earliest hit of all triangles near the path from x0 to x1; of equals, that of the first triangle.
+std::optional<TriangleHit> earliest_hit(const Model& m, const MovingCloth& cloth, const Vector3d& x0,
+                                        const Vector3d& x1) {
+  const Vector3d low = x0.cwiseMin(x1).array() - cloth.reach;
+  const Vector3d high = x0.cwiseMax(x1).array() + cloth.reach;
+  std::optional<TriangleHit> earliest;
+  Index last = -1;
+  for (std::size_t p = 0; p < cloth.samples.size(); ++p) {
+    const Index t = m.samples.triangle[p];
+    const Vector3d& x = cloth.samples[p];
+    // A triangle's samples follow one another.
+    if (t == last || (x.array() < low.array()).any() || (x.array() > high.array()).any()) continue;
+    last = t;
+    const std::optional<Hit> hit = first_hit(cloth.triangles[t], x0, x1);
+    if (hit && (!earliest || hit->tau < earliest->hit.tau)) earliest = TriangleHit{t, *hit};
+  }
+  return earliest;
+}
+
+/// +1 or −1: the side of the triangle (by its normal) on which x lies at the start.
+double side_of(const MovingTriangle& t, const Vector3d& x) {
+  return (x - t.start[0]).dot(unit_normal(t.start)) < 0 ? -1 : 1;
+}
+
+/// 3. Moves x1 to where the cloth lets the particle go, and tells the last collision.
+Collision stop_at_cloth(const Model& m, const MovingCloth& cloth, const Vector3d& x0, Vector3d& x1) {
+  constexpr int repeats = 4;
+  const double gap = 1e-2 * m.spacing;
+  Collision collision;
+  for (int pass = 0; pass <= repeats; ++pass) {
+    const std::optional<TriangleHit> found = earliest_hit(m, cloth, x0, x1);
+    if (!found) break;
+    const MovingTriangle& t = cloth.triangles[found->triangle];
+    const double side = side_of(t, x0);
+    collision = {found->triangle, found->hit.weight, side * unit_normal(t.end)};
+    if (pass < repeats) {
+      x1 = interpolate(t.end, found->hit.weight) + gap * collision.normal;
+      continue;
+    }
+    // The particle stays where it was, relative to this triangle.
+    const Vector3d foot = barycentric(t.start, x0).value_or(found->hit.weight);
+    const double distance = std::abs((x0 - t.start[0]).dot(unit_normal(t.start)));
+    x1 = interpolate(t.end, foot) + std::max(distance, gap) * collision.normal;
+  }
+  return collision;
+}
+
+/// 3. What the stopped particles and the cloth do to each other.
+void exchange_impulses(ReferenceState& state, const std::vector<Collision>& collisions,
+                       std::vector<Momentum>& impulse) {
+  const Model& m = state.model;
+  std::vector<int> hits(state.s.node_count(), 0);  // c_k
+  for (const Collision& c : collisions) {
+    if (c.triangle < 0) continue;
+    for (const Index n : m.mesh.triangle[c.triangle]) ++hits[n];
+  }
+  for (Index i = 0; i < state.s.fluid_count(); ++i) {
+    const Collision& c = collisions[i];
+    if (c.triangle < 0) continue;
+    const auto& nodes = m.mesh.triangle[c.triangle];
+    const double mass = fluid_mass(state, i);
+    Vector3d v_hit = Vector3d::Zero();
+    double inverse_mass = 1 / mass;
+    for (int k = 0; k < 3; ++k) {
+      v_hit += c.weight[k] * vec(state.s.node_velocity[nodes[k]]);
+      inverse_mass += c.weight[k] * c.weight[k] * hits[nodes[k]] * inverse_node_mass(state, nodes[k]);
+    }
+    const double approach = (vec(state.s.fluid_velocity[i]) - v_hit).dot(c.normal);
+    if (!(approach < 0)) continue;
+    const double strength = -approach / inverse_mass;  // kg m/s
+    state.s.fluid_velocity[i] = arr(vec(state.s.fluid_velocity[i]) + strength / mass * c.normal);
+    for (int k = 0; k < 3; ++k) add_impulse(state, impulse, nodes[k], -c.weight[k] * strength * c.normal);
+  }
+}
+
+/// 4. Puts a particle that is behind a body's surface back. Returns whether one was.
+bool put_back(const std::vector<Body>& bodies, Vector3d& x, Vec3& velocity) {
+  Vector3d v = vec(velocity);
+  const std::vector<Vector3d> normals = project_out(bodies, 0, x);
+  for (const Vector3d& normal : normals) v -= normal * std::min(0.0, v.dot(normal));
+  velocity = arr(v);
+  return !normals.empty();
+}
+
+bool outside(const Box& domain, const Vector3d& x) {
+  for (int a = 0; a < 3; ++a) {
+    if (x[a] < domain.min[a] || x[a] > domain.max[a]) return true;
+  }
+  return false;
+}
+
+}  // namespace
+
+void advection(ReferenceState& state, const StepInfo& info, StepReport& report) {
+  const Model& m = state.model;
+  HostState& s = state.s;
+  const Index particles = s.fluid_count();
+  std::vector<Momentum> impulse(s.node_count(), Momentum{0, 0, 0});
+
+  slow_fresh_particles(state, impulse);
+  const std::vector<Vec3> start = s.node_position;
+  const Vectors start_samples = sample_positions(state);
+  move_cloth(state, info.dt);
+  const MovingCloth cloth = moving_cloth(state, start, start_samples);
+
+  Vectors x1(particles);
+  std::vector<Collision> collisions(particles);
+  report.collisions = 0;
+  report.clamped = 0;
+  for (Index i = 0; i < particles; ++i) {
+    const Vector3d x0 = vec(s.fluid_position[i]);
+    x1[i] = x0 + info.dt * vec(s.fluid_velocity[i]);
+    collisions[i] = stop_at_cloth(m, cloth, x0, x1[i]);
+    if (collisions[i].triangle >= 0) ++report.collisions;
+  }
+  exchange_impulses(state, collisions, impulse);
+  push_nodes(state, impulse);
+
+  std::vector<bool> gone(particles, false);
+  for (Index i = 0; i < particles; ++i) {
+    if (put_back(m.bodies, x1[i], s.fluid_velocity[i])) ++report.clamped;
+    s.fluid_position[i] = arr(x1[i]);
+    s.fluid_age[i] += info.dt;
+    if (!outside(m.scene.domain, x1[i])) continue;
+    gone[i] = true;
+    s.drained += s.fluid_mass[i];
+  }
+  remove_particles(s, gone);
+}
+
+}  // namespace drench::reference

@@ -1,0 +1,130 @@
+#include "collision.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "common.hpp"
+#include "scene/body_geometry.hpp"
+
+namespace drench::reference {
+namespace {
+
+using Eigen::Vector3d;
+
+/// Six times the volume of the tetrahedron of triangle and point: its sign is the side on which x lies.
+double signed_volume(const Triangle& t, const Vector3d& x) {
+  return (x - t[0]).dot((t[1] - t[0]).cross(t[2] - t[0]));
+}
+
+/// Times at which f's derivative is 0: f = (p + τ dp)·((u + τ du) × (v + τ dv)), all relative to the first corner.
+std::vector<double> turning_points(const MovingTriangle& t, const Vector3d& x0, const Vector3d& x1) {
+  const Vector3d p = x0 - t.start[0], u = t.start[1] - t.start[0], v = t.start[2] - t.start[0];
+  const Vector3d dp = x1 - t.end[0] - p, du = t.end[1] - t.end[0] - u, dv = t.end[2] - t.end[0] - v;
+  const Vector3d n0 = u.cross(v), n1 = du.cross(v) + u.cross(dv), n2 = du.cross(dv);
+  const double c1 = p.dot(n1) + dp.dot(n0);
+  const double c2 = p.dot(n2) + dp.dot(n1);
+  const double c3 = dp.dot(n2);
+  return quadratic_roots(c1, 2 * c2, 3 * c3);
+}
+
+}  // namespace
+
+Triangle MovingTriangle::at(double tau) const {
+  // At both ends exactly the given corners, so that the sides there are those that the next step sees.
+  if (tau == 0) return start;
+  if (tau == 1) return end;
+  Triangle t;
+  for (int k = 0; k < 3; ++k) t[k] = start[k] + tau * (end[k] - start[k]);
+  return t;
+}
+
+Vector3d unit_normal(const Triangle& t) {
+  const Vector3d n = (t[1] - t[0]).cross(t[2] - t[0]);
+  const double length = n.norm();
+  return length > 0 ? Vector3d(n / length) : Vector3d::Zero();
+}
+
+std::optional<Vector3d> barycentric(const Triangle& t, const Vector3d& x) {
+  const Vector3d n = (t[1] - t[0]).cross(t[2] - t[0]);
+  const double area = n.squaredNorm();
+  if (!(area > 0)) return std::nullopt;
+  const double w1 = (x - t[0]).cross(t[2] - t[0]).dot(n) / area;
+  const double w2 = (t[1] - t[0]).cross(x - t[0]).dot(n) / area;
+  return Vector3d(1 - w1 - w2, w1, w2);
+}
+
+Vector3d interpolate(const Triangle& t, const Vector3d& weight) {
+  return weight[0] * t[0] + weight[1] * t[1] + weight[2] * t[2];
+}
+
+std::vector<double> quadratic_roots(double c0, double c1, double c2) {
+  std::vector<double> roots;
+  const auto add = [&](double tau) {
+    if (tau > 0 && tau < 1) roots.push_back(tau);
+  };
+  const double discriminant = c1 * c1 - 4 * c2 * c0;
+  if (discriminant < 0) return roots;
+  // Without cancellation; a division by 0 gives an infinity or NaN, which is not in (0, 1).
+  const double q = -0.5 * (c1 + std::copysign(std::sqrt(discriminant), c1));
+  add(q / c2);
+  if (c0 / q != q / c2) add(c0 / q);
+  std::sort(roots.begin(), roots.end());
+  return roots;
+}
+
+std::optional<Hit> first_hit(const MovingTriangle& triangle, const Vector3d& x0, const Vector3d& x1) {
+  const auto point = [&](double tau) { return tau == 1 ? x1 : Vector3d(x0 + tau * (x1 - x0)); };
+  // Evaluated from the geometry, not from the cubic's coefficients: a change of side from start to end is never lost.
+  const auto side = [&](double tau) { return signed_volume(triangle.at(tau), point(tau)); };
+  const auto try_hit = [&](double tau) -> std::optional<Hit> {
+    const std::optional<Vector3d> w = barycentric(triangle.at(tau), point(tau));
+    if (!w || w->minCoeff() < -1e-6) return std::nullopt;
+    return Hit{tau, *w};
+  };
+
+  std::vector<double> ends{0};
+  for (const double tau : turning_points(triangle, x0, x1)) ends.push_back(tau);
+  ends.push_back(1);
+  if (side(0) == 0) {
+    if (auto hit = try_hit(0)) return hit;
+  }
+  for (std::size_t k = 0; k + 1 < ends.size(); ++k) {
+    double low = ends[k], high = ends[k + 1];
+    const double at_low = side(low), at_high = side(high);
+    // Between two turning points the cubic is monotone: at most one root.
+    if (at_low != 0 && at_high != 0 && (at_low > 0) != (at_high > 0)) {
+      while (true) {
+        const double middle = 0.5 * (low + high);
+        if (middle <= low || middle >= high) break;
+        ((side(middle) > 0) == (at_low > 0) ? low : high) = middle;
+      }
+      if (auto hit = try_hit(high)) return hit;
+    }
+    if (at_high == 0) {
+      if (auto hit = try_hit(ends[k + 1])) return hit;
+    }
+  }
+  return std::nullopt;
+}
+
+std::optional<double> distance_to(const Body& body, const Vector3d& x, Vector3d& normal) {
+  if (body.kind == BodyScene::Kind::mesh) return std::nullopt;
+  Vec3 n;
+  const double distance = signed_distance(body, arr(x), n);
+  normal = vec(n);
+  return distance;
+}
+
+std::vector<Vector3d> project_out(const std::vector<Body>& bodies, double clearance, Vector3d& x) {
+  std::vector<Vector3d> normals;
+  for (const Body& body : bodies) {
+    Vector3d normal;
+    const std::optional<double> distance = distance_to(body, x, normal);
+    if (!distance || *distance >= clearance) continue;
+    x += (clearance - *distance) * normal;
+    normals.push_back(normal);
+  }
+  return normals;
+}
+
+}  // namespace drench::reference

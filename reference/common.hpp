@@ -1,0 +1,111 @@
+#pragma once
+// Vocabulary that the reference's stages share: vectors, the kernel, cloth samples, masses in kg, and the response to
+// pressure that both DFSPH solves use. SI units throughout.
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "reference.hpp"
+
+namespace drench::reference {
+
+using Vectors = std::vector<Eigen::Vector3d>;
+
+inline Eigen::Vector3d vec(const Vec3& a) { return {a[0], a[1], a[2]}; }
+inline Vec3 arr(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
+
+/// Cubic spline with support h (m), in 1/m³.
+double kernel(double r, double h);
+/// Its gradient in x_i for xij = x_i − x_j (m): points toward j, 0 for |xij| ≤ 1e-9 h; in 1/m⁴.
+Eigen::Vector3d kernel_gradient(const Eigen::Vector3d& xij, double h);
+
+/// Liquid particle: mass in kg and volume m_i/ρ0 in m³.
+double fluid_mass(const ReferenceState& state, Index i);
+double fluid_volume(const ReferenceState& state, Index i);
+
+/// Cloth node: m_s + m_f in kg, and 1/(m_s + m_f) in 1/kg, 0 for a pinned node.
+double node_mass(const ReferenceState& state, Index n);
+double inverse_node_mass(const ReferenceState& state, Index n);
+
+/// T of the ramp of fresh particles: the largest emission_ramp of the cloths, s; 0 without cloth.
+double emission_ramp(const Model& model);
+
+/// The node that carries corner k (0..2) of sample p.
+Index sample_node(const ReferenceState& state, Index p, int k);
+/// Σ_n w_pn a_n of a quantity of the nodes, one value a node.
+Eigen::Vector3d sample_value(const ReferenceState& state, Index p, const std::vector<Vec3>& nodes);
+Eigen::Vector3d sample_value(const ReferenceState& state, Index p, const Vectors& nodes);
+Eigen::Vector3d sample_position(const ReferenceState& state, Index p);
+Eigen::Vector3d sample_velocity(const ReferenceState& state, Index p);
+/// s_p = Σ_n w_pn m_n/C_n before any rounding; a node with C_n = 0 counts 0.
+double sample_saturation(const ReferenceState& state, Index p);
+/// Positions of all samples.
+Vectors sample_positions(const ReferenceState& state);
+/// Node forces f_n = Σ_b w_bn F_b from forces on the samples, N.
+Vectors spread_to_nodes(const ReferenceState& state, const Vectors& sample_force);
+
+/// What the pressures κ do (src/stages/divergence.hpp): accelerations in m/s², node forces in N.
+struct PressureResponse {
+  Vectors fluid;
+  Vectors node;
+  Vectors node_force;
+};
+PressureResponse pressure_response(const ReferenceState& state, const std::vector<double>& kappa);
+
+/// R_i(v + Δt a) of every liquid particle, in 1/s.
+std::vector<double> compression_rate(const ReferenceState& state, const PressureResponse& response, double dt);
+
+/// v += Δt a on liquid and cloth, and the reaction of the pins.
+void apply_response(ReferenceState& state, const PressureResponse& response, double dt);
+
+/// What a DFSPH solve reports.
+struct SolveResult {
+  int iterations = 0;
+  double error = 0;
+  double error_max = 0;
+  bool converged = true;
+};
+
+/// The loop that both solves share. `residual(i, R_i)` is what is left of particle i's compression, in the unit of the
+/// tolerance (1); κ_i rises by ω α_i residual/Δt². Particles without `active` keep κ = 0 and do not count in the error.
+template <class Residual>
+SolveResult solve_pressure(ReferenceState& state, std::vector<double>& kappa, const std::vector<bool>& active,
+                           double tolerance, double dt, Residual residual) {
+  const auto& solver = state.model.scene.fluid.solver;
+  const Index count = state.s.fluid_count();
+  SolveResult result;
+  if (count == 0) return result;
+  for (Index i = 0; i < count; ++i) {
+    if (!active[i]) kappa[i] = 0;
+  }
+  PressureResponse response;
+  while (true) {
+    ++result.iterations;
+    response = pressure_response(state, kappa);
+    const std::vector<double> rate = compression_rate(state, response, dt);
+    std::vector<double> left(count, 0.0);
+    double sum = 0;
+    result.error_max = 0;
+    for (Index i = 0; i < count; ++i) {
+      if (!active[i]) continue;
+      left[i] = residual(i, rate[i]);
+      const double compressed = left[i] > 0 ? left[i] : 0;
+      sum += compressed;
+      if (compressed > result.error_max) result.error_max = compressed;
+    }
+    result.error = sum / count;
+    result.converged = result.error <= tolerance;
+    if (result.iterations >= solver.min_iterations && result.converged) break;
+    if (result.iterations >= solver.max_iterations) break;
+    constexpr double relaxation = 0.5;
+    for (Index i = 0; i < count; ++i) {
+      if (!active[i]) continue;
+      const double next = kappa[i] + relaxation * state.alpha[i] * left[i] / (dt * dt);
+      kappa[i] = next > 0 ? next : 0;
+    }
+  }
+  apply_response(state, response, dt);
+  return result;
+}
+
+}  // namespace drench::reference

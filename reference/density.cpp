@@ -1,0 +1,88 @@
+// Stage density (src/stages/density.hpp).
+
+#include "common.hpp"
+
+namespace drench::reference {
+
+using Eigen::Vector3d;
+
+namespace {
+
+/// Akinci volumes of the cloth samples, m³.
+std::vector<double> sample_volumes(const ReferenceState& state, const Vectors& sample) {
+  const double h = state.model.support;
+  std::vector<double> volume(sample.size());
+  for (std::size_t b = 0; b < sample.size(); ++b) {
+    double sum = kernel(0, h);
+    for (const Index k : state.sample_sample[b]) sum += kernel((sample[b] - sample[k]).norm(), h);
+    volume[b] = 1 / sum;
+  }
+  return volume;
+}
+
+/// c_b: bounds how far all particles together move sample b, through the nodes that they share.
+std::vector<double> row_bounds(const ReferenceState& state, const Vectors& sample) {
+  const HostState& s = state.s;
+  const auto& weight = state.model.samples.weight;
+  std::vector<double> node_load(s.node_position.size(), 0.0);  // G_n
+  for (Index b = 0; b < s.sample_count(); ++b) {
+    double load = 0;  // g_b
+    for (const Index i : state.sample_fluid[b]) {
+      const Vector3d gradient = kernel_gradient(vec(s.fluid_position[i]) - sample[b], state.model.support);
+      load += s.sample_volume[b] * fluid_mass(state, i) * gradient.norm();
+    }
+    for (int k = 0; k < 3; ++k) node_load[sample_node(state, b, k)] += weight[b][k] * load;
+  }
+  std::vector<double> bound(sample.size(), 0.0);
+  for (Index b = 0; b < s.sample_count(); ++b) {
+    for (int k = 0; k < 3; ++k) {
+      const Index n = sample_node(state, b, k);
+      bound[b] += weight[b][k] * inverse_node_mass(state, n) * node_load[n];
+    }
+  }
+  return bound;
+}
+
+}  // namespace
+
+void density(ReferenceState& state, const StepInfo&, StepReport&) {
+  HostState& s = state.s;
+  const double h = state.model.support;
+  const double spacing = state.model.spacing;
+  const Vectors sample = sample_positions(state);
+  s.sample_volume = sample_volumes(state, sample);
+  const std::vector<double> bound = row_bounds(state, sample);
+  state.alpha.assign(s.fluid_position.size(), 0.0);
+  s.fluid_density_ratio.assign(s.fluid_position.size(), 0.0);
+
+  for (Index i = 0; i < s.fluid_count(); ++i) {
+    const Vector3d xi = vec(s.fluid_position[i]);
+    const double volume = fluid_volume(state, i);
+    double ratio = volume * kernel(0, h), squares = 0, cloth = 0;
+    Vector3d sum = Vector3d::Zero();
+    for (const Index j : state.fluid_fluid[i]) {
+      const Vector3d xij = xi - vec(s.fluid_position[j]);
+      const Vector3d gradient = kernel_gradient(xij, h);
+      ratio += fluid_volume(state, j) * kernel(xij.norm(), h);
+      sum += fluid_volume(state, j) * gradient;
+      squares += volume * fluid_volume(state, j) * gradient.squaredNorm();
+    }
+    for (const Index b : state.fluid_boundary[i]) {
+      const Vector3d xib = xi - vec(s.boundary_position[b]);
+      ratio += s.boundary_volume[b] * kernel(xib.norm(), h);
+      sum += s.boundary_volume[b] * kernel_gradient(xib, h);
+    }
+    for (const Index b : state.fluid_sample[i]) {
+      const Vector3d xib = xi - sample[b];
+      const Vector3d gradient = kernel_gradient(xib, h);
+      ratio += s.sample_volume[b] * kernel(xib.norm(), h);
+      sum += s.sample_volume[b] * gradient;
+      cloth += s.sample_volume[b] * gradient.norm() * bound[b];
+    }
+    const double inverse_alpha = sum.squaredNorm() + squares + cloth;
+    s.fluid_density_ratio[i] = ratio;
+    state.alpha[i] = inverse_alpha < 1e-6 / (spacing * spacing) || volume == 0 ? 0.0 : 1 / inverse_alpha;
+  }
+}
+
+}  // namespace drench::reference

@@ -1,0 +1,270 @@
+// Stage emission of the oracle; the law stands in src/stages/emission.hpp. The letters (a) to (e) are the law's.
+
+#include <algorithm>
+#include <cmath>
+
+#include "transfer.hpp"
+
+namespace drench::reference {
+namespace {
+
+/// What one sample may emit, and what of it is left, in quanta.
+struct Share {
+  std::array<Quanta, 3> of_node{0, 0, 0};  // E_pk
+  Quanta total = 0;                        // E_p
+  Quanta left = 0;                         // E_p, then E′_p, then E″_p, then what stays
+  Eigen::Vector3d velocity = Eigen::Vector3d::Zero();  // v^e_p, m/s
+  bool blocked = false;                    // (b)
+};
+
+void ripen(ReferenceState& state, double dt) {
+  const Model& m = state.model;
+  for (Index n = 0; n < state.s.node_count(); ++n) {
+    const double speed = m.cloths[m.mesh.node_cloth[n]].emission_velocity;
+    const Quanta capacity = floor_quanta(m.samples.node_capacity[n] / m.quantum);
+    const Quanta excess = std::max<Quanta>(0, state.s.node_liquid[n] - capacity);
+    Quanta& ripe = state.s.node_ripe[n];
+    ripe = std::min(excess, ripe);
+    ripe += floor_quanta((1 - std::exp(-speed * dt / m.spacing)) * static_cast<double>(excess - ripe));
+  }
+}
+
+Share share_of(const ReferenceState& state, Index p) {
+  Share share;
+  if (!is_porous(state, p) || vec(state.s.sample_flow_direction[p]).norm() == 0) return share;
+  const SampleSet& samples = state.model.samples;
+  for (int k = 0; k < 3; ++k) {
+    const Index n = sample_node(state, p, k);
+    if (samples.node_weight_sum[n] == 0) continue;
+    share.of_node[k] = floor_quanta(samples.weight[p][k] * static_cast<double>(state.s.node_ripe[n]) /
+                                    samples.node_weight_sum[n]);
+    share.total += share.of_node[k];
+    share.velocity += static_cast<double>(share.of_node[k]) * vec(state.s.node_velocity[n]);
+  }
+  if (share.total > 0) share.velocity /= static_cast<double>(share.total);
+  share.left = share.total;
+  return share;
+}
+
+bool in_cone(const ReferenceState& state, Index p, const Eigen::Vector3d& x) {
+  const Eigen::Vector3d direction = vec(state.s.sample_flow_direction[p]);
+  const Eigen::Vector3d away = x - sample_position(state, p);
+  const double r = away.norm();
+  if (r <= 1e-9 * state.model.support) return false;
+  const double cosine = away.dot(direction) / (r * direction.norm());
+  return cosine > state.model.cloths[state.model.samples.cloth[p]].emission_cosine;
+}
+
+/// (a) Liquid in the cone is filled up to m_max.
+void give_to_liquid(ReferenceState& state, std::vector<Share>& shares) {
+  HostState& s = state.s;
+  struct Offer {
+    Index from, to;
+    Quanta quanta;
+  };
+  std::vector<Offer> offers;
+  std::vector<Quanta> offered(s.fluid_count(), 0);
+  const auto room = [&](Index j) { return state.model.max_quanta - s.fluid_mass[j]; };
+  for (Index p = 0; p < static_cast<Index>(shares.size()); ++p) {
+    if (shares[p].total == 0) continue;
+    std::vector<Index> takers;
+    Quanta rooms = 0;
+    for (const Index j : state.sample_fluid[p]) {
+      if (room(j) <= 0 || !in_cone(state, p, vec(s.fluid_position[j]))) continue;
+      takers.push_back(j);
+      rooms += room(j);
+    }
+    for (const Index j : takers) {
+      const Quanta o = floor_quanta(static_cast<double>(shares[p].total) * static_cast<double>(room(j)) /
+                                    static_cast<double>(rooms));
+      offers.push_back({p, j, o});
+      offered[j] += o;
+    }
+  }
+  std::vector<Quanta> gained(s.fluid_count(), 0);
+  Vectors momentum(s.fluid_count(), Eigen::Vector3d::Zero());  // quanta m/s
+  for (const Offer& offer : offers) {
+    const Index j = offer.to;
+    Quanta accepted = offer.quanta;
+    if (offered[j] > room(j)) {
+      const double part = static_cast<double>(room(j)) / static_cast<double>(offered[j]);
+      accepted = floor_quanta(static_cast<double>(offer.quanta) * part * (1 - 1e-9));
+    }
+    shares[offer.from].left -= accepted;
+    gained[j] += accepted;
+    momentum[j] += static_cast<double>(accepted) * shares[offer.from].velocity;
+  }
+  for (Index j = 0; j < s.fluid_count(); ++j) {
+    if (gained[j] == 0) continue;
+    const double before = static_cast<double>(s.fluid_mass[j]);
+    s.fluid_mass[j] += gained[j];
+    s.fluid_velocity[j] =
+        arr((before * vec(s.fluid_velocity[j]) + momentum[j]) / static_cast<double>(s.fluid_mass[j]));
+  }
+}
+
+/// (b) A solid in the cone lets nothing more out.
+void block(const ReferenceState& state, std::vector<Share>& shares) {
+  for (Index p = 0; p < static_cast<Index>(shares.size()); ++p) {
+    if (shares[p].total == 0) continue;
+    for (const Index b : state.sample_boundary[p]) {
+      if (in_cone(state, p, vec(state.s.boundary_position[b]))) shares[p].blocked = true;
+    }
+  }
+}
+
+/// What the cloth receives, one value a sample.
+struct Received {
+  std::vector<Quanta> quanta;
+  std::vector<Momentum> momentum;
+};
+
+/// (c) Samples of other layers in the cone.
+Received give_to_other_layers(const ReferenceState& state, std::vector<Share>& shares) {
+  const Index samples = static_cast<Index>(shares.size());
+  std::vector<std::vector<Index>> takers(samples);
+  std::vector<Quanta> offer(samples, 0), in(samples, 0);
+  for (Index p = 0; p < samples; ++p) {
+    if (shares[p].blocked || shares[p].left == 0) continue;
+    for (const Index q : state.sample_sample[p]) {
+      if (!is_porous(state, q) || same_layer(state, p, q) || !in_cone(state, p, sample_position(state, q))) continue;
+      takers[p].push_back(q);
+    }
+    if (takers[p].empty()) continue;
+    offer[p] = shares[p].left / static_cast<Quanta>(takers[p].size());
+    for (const Index q : takers[p]) in[q] += offer[p];
+  }
+  const std::vector<double> phi = inflow_limit(state, in);
+  Received received{std::vector<Quanta>(samples, 0), std::vector<Momentum>(samples, Momentum{0, 0, 0})};
+  for (Index p = 0; p < samples; ++p) {
+    for (const Index q : takers[p]) {
+      const Quanta accepted = limited(offer[p], phi[q]);
+      shares[p].left -= accepted;
+      received.quanta[q] += accepted;
+      add(received.momentum[q], momentum_of(static_cast<double>(accepted), shares[p].velocity));
+    }
+  }
+  return received;
+}
+
+/// (d) The sample to which p points: the fullest one of itself and its neighbours in the layer.
+Index fullest(const ReferenceState& state, const std::vector<Share>& shares, Index p) {
+  Index best = p;
+  for (const Index q : state.sample_sample[p]) {
+    if (!is_porous(state, q) || !same_layer(state, p, q) || shares[q].blocked || shares[q].left == 0) continue;
+    if (shares[q].left > shares[best].left || (shares[q].left == shares[best].left && q < best)) best = q;
+  }
+  return best;
+}
+
+void append_particle(HostState& s, Quanta mass, const Eigen::Vector3d& x, const Eigen::Vector3d& v) {
+  s.fluid_position.push_back(arr(x));
+  s.fluid_velocity.push_back(arr(v));
+  s.fluid_mass.push_back(mass);
+  s.fluid_id.push_back(s.next_id++);
+  s.fluid_age.push_back(0);
+  s.fluid_origin.push_back(static_cast<std::uint8_t>(Origin::cloth));
+  s.fluid_density_ratio.push_back(0);
+  s.fluid_kappa_density.push_back(0);
+  s.fluid_kappa_divergence.push_back(0);
+}
+
+/// A particle that may come into being at a collector.
+struct Candidate {
+  Quanta sum = 0;  // S
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();
+  std::vector<Index> givers;
+};
+
+/// (d) Candidates, in the order of their collectors' indices.
+std::vector<Candidate> candidates(const ReferenceState& state, const std::vector<Share>& shares) {
+  const Model& m = state.model;
+  const Index samples = static_cast<Index>(shares.size());
+  std::vector<Index> target(samples, -1);
+  for (Index p = 0; p < samples; ++p) {
+    if (!shares[p].blocked && shares[p].left > 0) target[p] = fullest(state, shares, p);
+  }
+  std::vector<Candidate> pools(samples);
+  for (Index p = 0; p < samples; ++p) {
+    if (target[p] < 0 || target[target[p]] != target[p]) continue;
+    pools[target[p]].sum += shares[p].left;
+    pools[target[p]].givers.push_back(p);
+  }
+  std::vector<Candidate> result;
+  for (Index p = 0; p < samples; ++p) {
+    if (pools[p].givers.empty() || pools[p].sum < m.min_quanta) continue;
+    const double fill = static_cast<double>(std::min(pools[p].sum, m.max_quanta)) / quanta_per_particle;
+    pools[p].position =
+        sample_position(state, p) + 0.5 * m.spacing * (1 + std::cbrt(fill)) * vec(state.s.sample_flow_direction[p]);
+    result.push_back(pools[p]);
+  }
+  return result;
+}
+
+/// (d) New particles where there is room for them.
+void create_particles(ReferenceState& state, std::vector<Share>& shares) {
+  const Model& m = state.model;
+  const std::vector<Candidate> found = candidates(state, shares);
+  const Index old_particles = state.s.fluid_count();
+  for (std::size_t c = 0; c < found.size(); ++c) {
+    const Eigen::Vector3d& x = found[c].position;
+    bool crowded = false;
+    for (Index i = 0; i < old_particles; ++i) {
+      crowded = crowded || (vec(state.s.fluid_position[i]) - x).norm() < 0.5 * m.spacing;
+    }
+    for (std::size_t other = 0; other < c; ++other) {
+      crowded = crowded || (found[other].position - x).norm() < 0.5 * m.spacing;
+    }
+    if (crowded) continue;
+    Quanta mass = 0;
+    Eigen::Vector3d momentum = Eigen::Vector3d::Zero();  // quanta m/s
+    for (const Index p : found[c].givers) {
+      Quanta part = shares[p].left;
+      if (found[c].sum > m.max_quanta) {
+        part = floor_quanta(static_cast<double>(part) * static_cast<double>(m.max_quanta) /
+                            static_cast<double>(found[c].sum));
+      }
+      shares[p].left -= part;
+      mass += part;
+      momentum += static_cast<double>(part) * shares[p].velocity;
+    }
+    append_particle(state.s, mass, x, momentum / static_cast<double>(mass));
+  }
+}
+
+/// Takes what sample p gave from its nodes.
+void take_from_nodes(ReferenceState& state, Index p, const Share& share) {
+  const Quanta given = share.total - share.left;
+  if (given == 0) return;
+  std::array<Quanta, 3> part;
+  Quanta rest = given;
+  for (int k = 0; k < 3; ++k) {
+    part[k] = floor_quanta(static_cast<double>(given) * static_cast<double>(share.of_node[k]) /
+                           static_cast<double>(share.total));
+    rest -= part[k];
+  }
+  for (int k = 0; k < 3; ++k) {
+    const Quanta more = std::min(rest, share.of_node[k] - part[k]);
+    rest -= more;
+    state.s.node_liquid[sample_node(state, p, k)] -= part[k] + more;
+    state.s.node_ripe[sample_node(state, p, k)] -= part[k] + more;
+  }
+}
+
+}  // namespace
+
+void emission(ReferenceState& state, const StepInfo& info, StepReport&) {
+  ripen(state, info.dt);
+  const Index samples = state.model.samples.count();
+  std::vector<Share> shares(samples);
+  for (Index p = 0; p < samples; ++p) shares[p] = share_of(state, p);
+
+  give_to_liquid(state, shares);
+  block(state, shares);
+  const Received received = give_to_other_layers(state, shares);
+  create_particles(state, shares);
+  for (Index p = 0; p < samples; ++p) take_from_nodes(state, p, shares[p]);
+  give_to_nodes(state, received.quanta, received.momentum);
+}
+
+}  // namespace drench::reference

@@ -1,0 +1,60 @@
+// Stage ledger (src/stages/ledger.hpp).
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "common.hpp"
+
+namespace drench::reference {
+namespace {
+
+/// Compensated summation (Neumaier 1974).
+class NeumaierSum {
+ public:
+  void add(double term) {
+    const double next = sum_ + term;
+    rest_ += std::abs(sum_) >= std::abs(term) ? (sum_ - next) + term : (term - next) + sum_;
+    sum_ = next;
+  }
+  double value() const { return sum_ + rest_; }
+
+ private:
+  double sum_ = 0, rest_ = 0;
+};
+
+}  // namespace
+
+void ledger(ReferenceState& state, const StepInfo& info, StepReport& report) {
+  HostState& s = state.s;
+  report.mass_fluid = std::accumulate(s.fluid_mass.begin(), s.fluid_mass.end(), Quanta{0});
+  report.mass_cloth = std::accumulate(s.node_liquid.begin(), s.node_liquid.end(), Quanta{0});
+  report.mass_drained = s.drained;
+  report.mass_supplied = s.supplied;
+  report.particles = s.fluid_count();
+
+  NeumaierSum mass;
+  report.saturation_max = 0;
+  report.kinetic_energy = 0;
+  report.nonfinite = 0;
+  for (Index i = 0; i < s.fluid_count(); ++i) {
+    mass.add(fluid_mass(state, i));
+    report.kinetic_energy += 0.5 * fluid_mass(state, i) * vec(s.fluid_velocity[i]).squaredNorm();
+    report.nonfinite += !(vec(s.fluid_position[i]).allFinite() && vec(s.fluid_velocity[i]).allFinite());
+  }
+  for (Index n = 0; n < s.node_count(); ++n) {
+    const double liquid = static_cast<double>(s.node_liquid[n]) * state.model.quantum;
+    mass.add(liquid);
+    report.kinetic_energy += 0.5 * node_mass(state, n) * vec(s.node_velocity[n]).squaredNorm();
+    report.nonfinite += !(vec(s.node_position[n]).allFinite() && vec(s.node_velocity[n]).allFinite());
+    const auto& capacity = state.model.samples.node_capacity;
+    if (!capacity.empty() && capacity[n] > 0) {
+      report.saturation_max = std::max(report.saturation_max, liquid / capacity[n]);
+    }
+  }
+  report.mass_float = mass.value();
+  s.step = info.step + 1;
+  s.time = info.time + info.dt;
+}
+
+}  // namespace drench::reference

@@ -1,0 +1,24 @@
+#pragma once
+// The serial oracle: double precision, std::vector and Eigen, one plain function a stage. It includes nothing from backends/.
+
+#include <vector>
+
+#include "pipeline/backend.hpp"
+
+namespace drench::reference {
+
+using NeighborLists = std::vector<std::vector<Index>>;
+
+/// All that the reference keeps: the model, the state, and what stages hand on within a step.
+struct ReferenceState {
+  const Model& model;
+  HostState s;
+  NeighborLists fluid_fluid, fluid_boundary, fluid_sample, sample_fluid, sample_sample, sample_boundary;
+  std::vector<double> alpha;  // m², Jacobi diagonal of the pressure solves, per liquid particle (stage density)
+};
+
+#define DRENCH_REFERENCE_STAGE(name, when) void name(ReferenceState& state, const StepInfo& info, StepReport& report);
+DRENCH_STAGES(DRENCH_REFERENCE_STAGE)
+#undef DRENCH_REFERENCE_STAGE
+
+}  // namespace drench::reference

@@ -1,0 +1,130 @@
+#include "transfer.hpp"
+
+#include <algorithm>
+
+namespace drench::reference {
+
+Momentum momentum_of(double quanta, const Eigen::Vector3d& velocity) {
+  Momentum p;
+  for (int a = 0; a < 3; ++a) p[a] = std::llround(quanta * velocity[a] * momentum_steps);
+  return p;
+}
+
+void add(Momentum& sum, const Momentum& part) {
+  for (int a = 0; a < 3; ++a) sum[a] += part[a];
+}
+
+std::array<Quanta, 3> split_over_nodes(const std::array<double, 3>& weight, Quanta quanta) {
+  std::array<Quanta, 3> part;
+  Quanta rest = quanta;
+  for (int k = 0; k < 3; ++k) {
+    part[k] = floor_quanta(weight[k] * static_cast<double>(quanta));
+    rest -= part[k];
+  }
+  part[std::max_element(weight.begin(), weight.end()) - weight.begin()] += rest;
+  return part;
+}
+
+std::vector<Quanta> gather_at_nodes(const ReferenceState& state, const std::vector<Quanta>& at_samples) {
+  std::vector<Quanta> sum(state.s.node_count(), 0);
+  for (Index p = 0; p < state.model.samples.count(); ++p) {
+    for (int k = 0; k < 3; ++k) {
+      sum[sample_node(state, p, k)] +=
+          floor_quanta(state.model.samples.weight[p][k] * static_cast<double>(at_samples[p]));
+    }
+  }
+  return sum;
+}
+
+std::vector<double> least_over_nodes(const ReferenceState& state, const std::vector<double>& at_nodes) {
+  std::vector<double> least(state.model.samples.count(), 1.0);
+  for (Index p = 0; p < state.model.samples.count(); ++p) {
+    for (int k = 0; k < 3; ++k) {
+      if (state.model.samples.weight[p][k] > 0) least[p] = std::min(least[p], at_nodes[sample_node(state, p, k)]);
+    }
+  }
+  return least;
+}
+
+std::vector<double> inflow_limit(const ReferenceState& state, const std::vector<Quanta>& in) {
+  const Model& m = state.model;
+  const std::vector<Quanta> inflow = gather_at_nodes(state, in);
+  std::vector<double> phi(state.s.node_count(), 1.0);
+  for (Index n = 0; n < state.s.node_count(); ++n) {
+    const double max_saturation = m.cloths[m.mesh.node_cloth[n]].max_saturation;
+    const Quanta full = floor_quanta(max_saturation * m.samples.node_capacity[n] / m.quantum);
+    // The last two terms absorb what rounding adds to single nodes.
+    const Quanta room = full - state.s.node_liquid[n] - (inflow[n] >> 16) - 1024;
+    if (inflow[n] > room && inflow[n] > 0) {
+      phi[n] = static_cast<double>(std::max<Quanta>(0, room)) / static_cast<double>(inflow[n]);
+    }
+  }
+  return least_over_nodes(state, phi);
+}
+
+void give_to_nodes(ReferenceState& state, const std::vector<Quanta>& quanta, const std::vector<Momentum>& momentum) {
+  const SampleSet& samples = state.model.samples;
+  std::vector<Quanta> mass(state.s.node_count(), 0);
+  std::vector<Momentum> push(state.s.node_count(), Momentum{0, 0, 0});
+  for (Index p = 0; p < samples.count(); ++p) {
+    const std::array<Quanta, 3> part = split_over_nodes(samples.weight[p], quanta[p]);
+    for (int k = 0; k < 3; ++k) {
+      const Index n = sample_node(state, p, k);
+      mass[n] += part[k];
+      for (int a = 0; a < 3; ++a) {
+        push[n][a] += std::llround(samples.weight[p][k] * static_cast<double>(momentum[p][a]));
+      }
+    }
+  }
+  const double unit = state.model.quantum / momentum_steps;  // kg m/s
+  for (Index n = 0; n < state.s.node_count(); ++n) {
+    const double before = node_mass(state, n);
+    state.s.node_liquid[n] += mass[n];
+    if (state.model.mesh.pinned[n] || (mass[n] == 0 && push[n] == Momentum{0, 0, 0})) continue;
+    const double after = before + static_cast<double>(mass[n]) * state.model.quantum;
+    for (int a = 0; a < 3; ++a) {
+      double& v = state.s.node_velocity[n][a];
+      v = (before * v + static_cast<double>(push[n][a]) * unit) / after;
+    }
+  }
+}
+
+void push_nodes(ReferenceState& state, const std::vector<Momentum>& momentum) {
+  const double unit = state.model.quantum / momentum_steps;  // kg m/s
+  for (Index n = 0; n < state.s.node_count(); ++n) {
+    for (int a = 0; a < 3; ++a) {
+      state.s.node_velocity[n][a] += static_cast<double>(momentum[n][a]) * unit * inverse_node_mass(state, n);
+    }
+  }
+}
+
+void remove_particles(HostState& s, const std::vector<bool>& gone) {
+  const auto keep = [&](auto& array) {
+    std::size_t kept = 0;
+    for (std::size_t i = 0; i < array.size(); ++i) {
+      if (!gone[i]) array[kept++] = array[i];
+    }
+    array.resize(kept);
+  };
+  keep(s.fluid_position);
+  keep(s.fluid_velocity);
+  keep(s.fluid_mass);
+  keep(s.fluid_id);
+  keep(s.fluid_age);
+  keep(s.fluid_origin);
+  keep(s.fluid_density_ratio);
+  keep(s.fluid_kappa_density);
+  keep(s.fluid_kappa_divergence);
+}
+
+bool is_porous(const ReferenceState& state, Index p) {
+  return state.model.cloths[state.model.samples.cloth[p]].porous;
+}
+
+bool same_layer(const ReferenceState& state, Index p, Index q) {
+  const SampleSet& samples = state.model.samples;
+  if (samples.cloth[p] != samples.cloth[q]) return false;
+  return (vec(samples.rest_position[p]) - vec(samples.rest_position[q])).norm() < 2 * state.model.support;
+}
+
+}  // namespace drench::reference

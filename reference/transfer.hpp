@@ -1,0 +1,57 @@
+#pragma once
+// Exact transfers of mass and momentum in the porous stages: integer quanta, and momentum in fixed point. Integer sums
+// do not depend on their order, so nothing is lost or gained.
+
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <vector>
+
+#include "common.hpp"
+
+namespace drench::reference {
+
+/// A fixed-point momentum, in units of q · 2^-8 m/s.
+using Momentum = std::array<std::int64_t, 3>;
+inline constexpr double momentum_steps = 256;
+
+/// The largest integer that is not above x, which must fit into 64 bits.
+inline Quanta floor_quanta(double x) { return static_cast<Quanta>(std::floor(x)); }
+
+/// Momentum of a mass (in quanta; a fraction is allowed) at a velocity (m/s), rounded per component.
+Momentum momentum_of(double quanta, const Eigen::Vector3d& velocity);
+void add(Momentum& sum, const Momentum& part);
+
+/// A sample's quanta over its three nodes: floor(w_k t) each, the remainder to the largest weight (first of equals).
+std::array<Quanta, 3> split_over_nodes(const std::array<double, 3>& weight, Quanta quanta);
+
+/// Σ_p floor(w_pn a_p), one value a node: what samples offer, seen by the nodes.
+std::vector<Quanta> gather_at_nodes(const ReferenceState& state, const std::vector<Quanta>& at_samples);
+
+/// φ_p = min of φ_n over those nodes of p that have weight.
+std::vector<double> least_over_nodes(const ReferenceState& state, const std::vector<double>& at_nodes);
+
+/// φ_p, 1: which part of `in` (quanta that would enter each sample) its nodes take without rising above s_max.
+std::vector<double> inflow_limit(const ReferenceState& state, const std::vector<Quanta>& in);
+
+/// The whole offer where nothing limits it, else its part φ, rounded down.
+inline Quanta limited(Quanta offer, double phi) {
+  return phi == 1 ? offer : floor_quanta(static_cast<double>(offer) * phi);
+}
+
+/// Adds quanta and momentum (one value a sample) to the nodes: v_n = (m_n v_n + p_n)/(m_n + Δm_n), pinned nodes keep v.
+void give_to_nodes(ReferenceState& state, const std::vector<Quanta>& quanta, const std::vector<Momentum>& momentum);
+
+/// Applies momentum (one value a node) without mass: v_n += u_n p_n.
+void push_nodes(ReferenceState& state, const std::vector<Momentum>& momentum);
+
+/// Removes the marked particles from all fluid_* arrays; the order of the others stays.
+void remove_particles(HostState& s, const std::vector<bool>& gone);
+
+/// Is the cloth of sample p porous?
+bool is_porous(const ReferenceState& state, Index p);
+
+/// Do samples p and q belong to the same layer: one cloth, and less than 2h apart at rest?
+bool same_layer(const ReferenceState& state, Index p, Index q);
+
+}  // namespace drench::reference

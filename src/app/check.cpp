@@ -1,0 +1,131 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "app/commands.hpp"
+#include "pipeline/pipeline.hpp"
+#include "scene/build.hpp"
+#include "scene/load.hpp"
+
+namespace drench {
+namespace {
+
+double dot(const Vec3& a, const Vec3& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+double length(const Vec3& v) { return std::sqrt(dot(v, v)); }
+
+/// Height (along `up`) of the lowest corner of a box.
+double lowest(const Box& box, const Vec3& up) {
+  double height = 0;
+  for (std::size_t k = 0; k < 3; ++k) height += up[k] * (up[k] > 0 ? box.min[k] : box.max[k]);
+  return height;
+}
+
+/// Height of the highest floor that lies under all the liquid: the domain, a container or a plane.
+double floor_height(const Model& model, const Vec3& up, double lowest_liquid) {
+  double floor = lowest(model.scene.domain, up);
+  for (const Body& body : model.bodies) {
+    double height = floor;
+    if (body.kind == BodyScene::Kind::box && body.inside) height = lowest(body.box, up);
+    if (body.kind == BodyScene::Kind::plane && dot(body.normal, up) > 0.999) height = dot(body.point, up);
+    if (height <= lowest_liquid) floor = std::max(floor, height);
+  }
+  return floor;
+}
+
+/// The fastest that liquid can get by its start and free fall down to the floor or until the end, m/s.
+double largest_speed(const Model& model, const HostState& state) {
+  const double g = length(model.scene.gravity);
+  const Vec3 up = g > 0 ? Vec3{-model.scene.gravity[0] / g, -model.scene.gravity[1] / g, -model.scene.gravity[2] / g}
+                        : Vec3{0, 1, 0};
+  double speed = 0, top = -INFINITY, bottom = INFINITY;
+  const auto include = [&](const Vec3& position, const Vec3& velocity) {
+    speed = std::max(speed, length(velocity));
+    top = std::max(top, dot(position, up));
+    bottom = std::min(bottom, dot(position, up));
+  };
+  for (std::size_t i = 0; i < state.fluid_position.size(); ++i)
+    include(state.fluid_position[i], state.fluid_velocity[i]);
+  for (const Jet& jet : model.jets) include(jet.scene.center, jet.scene.velocity);
+  for (const Vec3& x : state.node_position)
+    if (model.has_porous()) include(x, {0, 0, 0});  // water drips off the cloth
+  if (!std::isfinite(top)) return 0;
+  const double drop = std::max(0.0, top - floor_height(model, up, bottom));
+  return std::min(speed + g * model.scene.time.end, std::sqrt(speed * speed + 2 * g * drop));
+}
+
+/// Sub-steps of the diffusion stage for one cloth and step dt. On an evenly sampled sheet the outflow rate of
+/// F = 4 D a κ / M2 with κ = 1 − r/h is 4 D ∫κ r dr / ∫κ r³ dr = 40/3 D/h², and a sub-step lets out at most half.
+int diffusion_substeps(const ClothMaterial& cloth, double support, double dt) {
+  const double rate = 40.0 / 3.0 * cloth.diffusivity / (support * support);
+  return std::max(1, static_cast<int>(std::ceil(dt * rate / 0.5)));
+}
+
+void print_parts(const Model& model, const HostState& state) {
+  if (model.has_fluid())
+    fmt::print("fluid: {} particles of {:.4g} m, {:.4g} kg, {} jets\n", state.fluid_count(), model.spacing,
+               static_cast<double>(state.fluid_count()) * model.particle_mass, model.jets.size());
+  for (const ClothMaterial& c : model.cloths)
+    fmt::print("cloth {}: {} nodes, {} triangles, {} samples{}{}\n", c.name, c.node_count, c.triangle_count,
+               c.sample_count, c.porous ? ", porous" : "", c.dynamics ? "" : ", still");
+  if (model.has_cloth()) {
+    const auto pinned = std::count(model.mesh.pinned.begin(), model.mesh.pinned.end(), 1);
+    double capacity = 0;
+    for (const double c : model.samples.capacity) capacity += c;
+    fmt::print("cloth in all: {} nodes, {} pinned, {} edges, {} hinges, holds {:.4g} kg of liquid at saturation 1\n",
+               model.mesh.nodes(), pinned, model.mesh.edge.size(), model.mesh.hinge.size(), capacity);
+  }
+  if (!model.bodies.empty())
+    fmt::print("bodies: {}, {} boundary samples\n", model.bodies.size(), model.boundary.count());
+}
+
+}  // namespace
+
+int check_command(const std::string& path, const std::vector<std::string>& overrides) {
+  const Scene scene = load_scene(path, overrides);
+  const Setup setup = build(scene);
+  const Model& model = setup.model;
+  auto warnings = setup.warnings;
+  fmt::print("scene: {}\n", path);
+  print_parts(model, setup.state);
+  std::string stages;
+  for (const Stage s : stages_for(model)) stages += fmt::format(" {}", name_of(s));
+  fmt::print("stages:{}\n", stages);
+  fmt::print("memory: about {:.1f} MiB\n", static_cast<double>(estimated_bytes(setup)) / (1024.0 * 1024.0));
+
+  double dt = scene.time.step;
+  if (model.has_fluid()) {
+    const double speed = largest_speed(model, setup.state);
+    const double displacement = speed * dt / model.spacing;
+    if (scene.time.mode == TimeMode::cfl) {
+      if (speed > 0) dt = std::min(dt, scene.time.cfl * model.spacing / speed);
+      fmt::print("time step: {:.4g} s, down to {:.4g} s at {:.3g} m/s (free fall)\n", scene.time.step, dt, speed);
+    } else {
+      fmt::print("time step: {:.4g} s; at {:.3g} m/s (free fall) {:.2g} spacings a step\n", dt, speed, displacement);
+      if (displacement > 1)
+        warnings.push_back(
+            fmt::format("particles may move {:.2g} spacings in a step: a time.step of {:.2g} s or "
+                        "time.mode cfl would be safer",
+                        displacement, scene.time.cfl * model.spacing / speed));
+    }
+  } else {
+    fmt::print("time step: {:.4g} s\n", dt);
+  }
+  fmt::print("steps: {}{:.0f} to {:.4g} s\n", scene.time.mode == TimeMode::cfl ? "at least " : "",
+             std::ceil(scene.time.end / scene.time.step - 1e-9), scene.time.end);
+  for (const ClothMaterial& c : model.cloths)
+    if (c.porous && c.diffusivity > 0)
+      fmt::print("diffusion in {}: sub-steps a step: about {}\n", c.name,
+                 diffusion_substeps(c, model.support, scene.time.step));
+  const double parts = scene.output.every / scene.time.step;
+  if (scene.time.mode == TimeMode::fixed && parts > 0 && std::abs(parts - std::round(parts)) > 1e-6)
+    warnings.push_back(
+        fmt::format("output.every is {:.4g} times time.step: the step before each frame is a shorter one; "
+                    "a whole number avoids that",
+                    parts));
+  for (const std::string& w : warnings) fmt::print("warning: {}\n", w);
+  return exit_done;
+}
+
+}  // namespace drench

@@ -1,0 +1,33 @@
+#pragma once
+// The commands of `drench`. Each returns the exit code: 0 done, 1 the run failed, 130 interrupted. A bad scene or
+// folder is thrown (SceneError, SetupError, FolderError) and becomes exit code 2 in main.
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace drench {
+
+inline constexpr int exit_done = 0, exit_failed = 1, exit_usage = 2, exit_interrupted = 130;
+
+struct RunOptions {
+  std::string scene;
+  std::optional<std::string> output;   // a folder
+  std::string backend = "kokkos";      // or "reference"
+  std::optional<double> until;         // s; replaces time.end
+  std::optional<std::int64_t> steps;   // stop after so many steps
+  std::vector<std::string> overrides;  // key.path=value
+  int threads = 0;                     // 0: the runtime chooses
+  bool quiet = false, profile = false, no_output = false, overwrite = false;
+};
+
+int run_command(const RunOptions& options);
+
+/// Loads and sets up a scene and prints what a run of it would be; runs nothing.
+int check_command(const std::string& scene, const std::vector<std::string>& overrides);
+
+/// Prints version, precision, device and libraries.
+int info_command(int threads);
+
+}  // namespace drench

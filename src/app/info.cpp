@@ -1,0 +1,18 @@
+#include <fmt/format.h>
+
+#include "app/commands.hpp"
+#include "drench_version.hpp"
+#include "pipeline/runtime.hpp"
+
+namespace drench {
+
+int info_command(int threads) {
+  const BackendRuntime runtime(threads, true);
+  fmt::print("version: {}\ncommit: {}\nprecision: {}\n", version_string, git_commit, precision_name);
+  std::string text = runtime_description();
+  if (!text.empty() && text.back() != '\n') text += '\n';
+  fmt::print("{}", text);
+  return exit_done;
+}
+
+}  // namespace drench

@@ -1,0 +1,109 @@
+#include <fmt/format.h>
+#include <vtkObject.h>
+
+#include <CLI/CLI.hpp>
+#include <cmath>
+#include <cstdint>
+#include <cstdio>
+#include <functional>
+#include <new>
+#include <string>
+
+#include "app/commands.hpp"
+#include "drench_version.hpp"
+#include "output/run_folder.hpp"
+#include "scene/load.hpp"
+#include "scene/setup_error.hpp"
+
+namespace {
+
+int fail(int code, std::string text) {
+  while (!text.empty() && text.back() == '\n') text.pop_back();
+  for (char& c : text)
+    if (c == '\n' || c == '\r') c = ' ';
+  fmt::print(stderr, "{}\n", text);
+  return code;
+}
+
+/// A check for CLI11: a whole number of at least `least`. (Its own range checks print their bounds in 600 digits.)
+std::function<std::string(const std::string&)> at_least(std::int64_t least) {
+  return [least](const std::string& text) {
+    std::int64_t value = 0;
+    if (CLI::detail::lexical_cast(text, value) && value >= least && value <= 2147483647) return std::string();
+    return fmt::format("{} is not allowed; allowed: a whole number from {} to 2147483647", text, least);
+  };
+}
+
+void add_run_options(CLI::App& run, drench::RunOptions& options, std::string& resume) {
+  run.add_option("SCENE", options.scene, "the scene file")->required();
+  run.add_option("-o,--output", options.output, "output folder, new or empty (default: out/<scene>)");
+  run.add_option("--backend", options.backend, "what computes: kokkos or reference")
+      ->check(CLI::IsMember({"kokkos", "reference"}));
+  run.add_option("--until", options.until, "simulated time to stop at, s; replaces time.end")
+      ->check([](const std::string& text) {
+        double value = 0;
+        const bool good = CLI::detail::lexical_cast(text, value) && std::isfinite(value) && value > 0;
+        return good ? std::string() : fmt::format("{} is not a time; allowed: above 0, in s", text);
+      });
+  run.add_option("--steps", options.steps, "number of steps to stop after")->check(at_least(0));
+  run.add_option("--set", options.overrides, "key.path=value: replaces a value of the scene; may be repeated")
+      ->allow_extra_args(false);
+  run.add_option("--resume", resume, "a checkpoint to go on from (not available in this version)");
+  run.add_option("--threads", options.threads, "number of threads")->check(at_least(1));
+  run.add_flag("--quiet", options.quiet, "print nothing but errors");
+  run.add_flag("--profile", options.profile, "print the time of each stage at the end");
+  run.add_flag("--no-output", options.no_output, "write no files");
+  run.add_flag("--overwrite", options.overwrite, "replace the files of an earlier run in the output folder");
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  vtkObject::GlobalWarningDisplayOff();  // its warnings come back as error codes, which are reported in one line
+  CLI::App app("drench: water meets porous cloth");
+  app.footer("Exit codes: 0 done; 1 a check failed or the run diverged; 2 bad command line or bad scene; 130 Ctrl-C.");
+  app.set_version_flag("--version", fmt::format("drench {}", drench::version_string));
+  app.require_subcommand(1);
+
+  drench::RunOptions options;
+  std::string resume, check_scene;
+  std::vector<std::string> check_overrides;
+  int info_threads = 0;
+  CLI::App* run = app.add_subcommand("run", "run a scene");
+  add_run_options(*run, options, resume);
+  CLI::App* check = app.add_subcommand("check", "load and validate a scene, print what a run of it would be");
+  check->add_option("SCENE", check_scene, "the scene file")->required();
+  check->add_option("--set", check_overrides, "key.path=value; may be repeated")->allow_extra_args(false);
+  CLI::App* compare = app.add_subcommand("compare", "backend against reference (not available in this version)");
+  compare->allow_extras();
+  CLI::App* info = app.add_subcommand("info", "version, precision, device, libraries");
+  info->add_option("--threads", info_threads, "number of threads")->check(at_least(1));
+
+  const std::string first = argc > 1 ? argv[1] : "";
+  const bool known = !app.get_subcommands([&](CLI::App* command) { return command->get_name() == first; }).empty();
+  if (!first.empty() && first[0] != '-' && !known)
+    return fail(drench::exit_usage, fmt::format("drench: there is no command {}; allowed: run, check, info", first));
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& e) {
+    if (e.get_exit_code() == 0) return app.exit(e);  // --help, --version
+    return fail(drench::exit_usage, fmt::format("drench: {}; see drench --help", e.what()));
+  }
+  try {
+    if (*compare) return fail(drench::exit_usage, "drench: the command compare is not available in this version");
+    if (!resume.empty()) return fail(drench::exit_usage, "drench: --resume is not available in this version");
+    if (*info) return drench::info_command(info_threads);
+    if (*check) return drench::check_command(check_scene, check_overrides);
+    return drench::run_command(options);
+  } catch (const drench::SceneError& e) {
+    return fail(drench::exit_usage, e.what());
+  } catch (const drench::SetupError& e) {
+    return fail(drench::exit_usage, fmt::format("{}: {}", *check ? check_scene : options.scene, e.what()));
+  } catch (const drench::FolderError& e) {
+    return fail(drench::exit_usage, fmt::format("drench: {}", e.what()));
+  } catch (const std::bad_alloc&) {
+    return fail(drench::exit_failed, "drench: out of memory");
+  } catch (const std::exception& e) {
+    return fail(drench::exit_failed, fmt::format("drench: {}", e.what()));
+  }
+}

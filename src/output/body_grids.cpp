@@ -1,0 +1,165 @@
+// The bodies' surfaces for the picture: analytic shapes become meshes, meshes turn as they do in the run.
+
+#include <vtkCellData.h>
+#include <vtkIntArray.h>
+#include <vtkPolyData.h>
+#include <vtkSphereSource.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "output/grid_tools.hpp"
+
+namespace drench {
+namespace {
+
+double dot(const Vec3& a, const Vec3& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+Vec3 cross(const Vec3& a, const Vec3& b) {
+  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+}
+Vec3 minus(const Vec3& a, const Vec3& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
+
+/// Polygons of several bodies under construction.
+struct Surface {
+  std::vector<Vec3> points;
+  std::vector<std::vector<vtkIdType>> polygons;
+  std::vector<int> body;
+
+  void add(int body_index, const std::vector<Vec3>& new_points, std::vector<std::vector<vtkIdType>> new_polygons) {
+    const auto first = static_cast<vtkIdType>(points.size());
+    points.insert(points.end(), new_points.begin(), new_points.end());
+    for (auto& polygon : new_polygons) {
+      for (vtkIdType& p : polygon) p += first;
+      polygons.push_back(std::move(polygon));
+      body.push_back(body_index);
+    }
+  }
+};
+
+/// Corner k of a box: bit 0 of k is x, bit 1 y, bit 2 z.
+std::vector<Vec3> corners_of(const Box& box) {
+  std::vector<Vec3> corners(8);
+  for (std::size_t k = 0; k < 8; ++k)
+    for (std::size_t c = 0; c < 3; ++c) corners[k][c] = (k >> c & 1) ? box.max[c] : box.min[c];
+  return corners;
+}
+
+void add_box(Surface& surface, int index, const Body& body) {
+  surface.add(index, corners_of(body.box),
+              {{0, 4, 6, 2}, {1, 3, 7, 5}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 2, 3, 1}, {4, 5, 7, 6}});
+}
+
+void add_sphere(Surface& surface, int index, const Body& body) {
+  vtkNew<vtkSphereSource> source;
+  source->SetCenter(body.center[0], body.center[1], body.center[2]);
+  source->SetRadius(body.radius);
+  source->SetThetaResolution(48);
+  source->SetPhiResolution(24);
+  source->Update();
+  vtkPolyData* mesh = source->GetOutput();
+  std::vector<Vec3> points(static_cast<std::size_t>(mesh->GetNumberOfPoints()));
+  for (std::size_t i = 0; i < points.size(); ++i) mesh->GetPoint(static_cast<vtkIdType>(i), points[i].data());
+  std::vector<std::vector<vtkIdType>> polygons;
+  for (vtkIdType c = 0; c < mesh->GetNumberOfCells(); ++c) {
+    vtkIdType size = 0;
+    const vtkIdType* ids = nullptr;
+    mesh->GetCellPoints(c, size, ids);
+    polygons.emplace_back(ids, ids + size);
+  }
+  surface.add(index, points, std::move(polygons));
+}
+
+/// The part of the plane that lies in the domain: a convex polygon of 3 to 6 corners, or nothing.
+void add_plane(Surface& surface, int index, const Body& body, const Box& domain) {
+  const auto corners = corners_of(domain);
+  const Vec3 diagonal = minus(domain.max, domain.min);
+  const double tolerance = 1e-9 * std::sqrt(dot(diagonal, diagonal));
+  std::array<double, 8> height{};
+  for (std::size_t k = 0; k < 8; ++k) {
+    height[k] = dot(minus(corners[k], body.point), body.normal);
+    if (std::abs(height[k]) < tolerance) height[k] = 0;
+  }
+  std::vector<Vec3> points;
+  for (std::size_t k = 0; k < 8; ++k)
+    if (height[k] == 0) points.push_back(corners[k]);
+  for (std::size_t a = 0; a < 8; ++a)
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const std::size_t b = a | (std::size_t{1} << axis);
+      if (b == a || height[a] * height[b] >= 0) continue;
+      const double t = height[a] / (height[a] - height[b]);
+      Vec3 p = corners[a];
+      p[axis] += t * (corners[b][axis] - corners[a][axis]);
+      points.push_back(p);
+    }
+  if (points.size() < 3) return;
+  Vec3 centre{0, 0, 0};
+  for (const Vec3& p : points)
+    for (std::size_t c = 0; c < 3; ++c) centre[c] += p[c] / static_cast<double>(points.size());
+  const Vec3 u = minus(points[0], centre), v = cross(body.normal, u);
+  std::sort(points.begin(), points.end(), [&](const Vec3& p, const Vec3& q) {
+    const auto angle = [&](const Vec3& x) { return std::atan2(dot(minus(x, centre), v), dot(minus(x, centre), u)); };
+    return angle(p) < angle(q);
+  });
+  std::vector<vtkIdType> polygon(points.size());
+  for (std::size_t i = 0; i < polygon.size(); ++i) polygon[i] = static_cast<vtkIdType>(i);
+  surface.add(index, points, {polygon});
+}
+
+void add_mesh(Surface& surface, int index, const Body& body, double time) {
+  const double angle = body.spin_rate * time, c = std::cos(angle), s = std::sin(angle);
+  std::vector<Vec3> points = body.mesh_points;
+  for (Vec3& p : points) {  // Rodrigues' rotation about the axis through the centre
+    const Vec3 r = minus(p, body.center), side = cross(body.spin_axis, r);
+    const double along = dot(body.spin_axis, r);
+    for (std::size_t k = 0; k < 3; ++k)
+      p[k] = body.center[k] + c * r[k] + s * side[k] + (1 - c) * along * body.spin_axis[k];
+  }
+  std::vector<std::vector<vtkIdType>> polygons;
+  for (const auto& t : body.mesh_triangles) polygons.push_back({t[0], t[1], t[2]});
+  surface.add(index, points, std::move(polygons));
+}
+
+}  // namespace
+
+bool moves(const Body& body) { return body.spin_rate != 0; }
+
+Grid bodies_grid(const Model& model, bool moving, double time) {
+  Surface surface;
+  for (std::size_t i = 0; i < model.bodies.size(); ++i) {
+    const Body& body = model.bodies[i];
+    const int index = static_cast<int>(i);
+    if (moves(body) != moving) continue;
+    switch (body.kind) {
+      case BodyScene::Kind::box:
+        add_box(surface, index, body);
+        break;
+      case BodyScene::Kind::sphere:
+        add_sphere(surface, index, body);
+        break;
+      case BodyScene::Kind::plane:
+        add_plane(surface, index, body, model.scene.domain);
+        break;
+      case BodyScene::Kind::mesh:
+        add_mesh(surface, index, body, time);
+        break;
+    }
+  }
+  auto grid = Grid::New();
+  grid->SetPoints(make_points(surface.points));
+  vtkNew<vtkCellArray> cells;
+  for (const auto& polygon : surface.polygons)
+    cells->InsertNextCell(static_cast<vtkIdType>(polygon.size()), polygon.data());
+  grid->SetCells(VTK_POLYGON, cells);
+  const std::size_t n = surface.polygons.size();
+  add_field<vtkIntArray>(grid->GetCellData(), "body", n, [&](std::size_t k) { return surface.body[k]; });
+  add_field<vtkIntArray>(grid->GetCellData(), "container", n, [&](std::size_t k) {
+    return model.bodies[static_cast<std::size_t>(surface.body[k])].inside ? 1 : 0;
+  });
+  add_field<vtkIntArray>(grid->GetCellData(), "plane", n, [&](std::size_t k) {
+    return model.bodies[static_cast<std::size_t>(surface.body[k])].kind == BodyScene::Kind::plane ? 1 : 0;
+  });
+  return grid;
+}
+
+}  // namespace drench

@@ -1,0 +1,47 @@
+#pragma once
+// HostState → VTK grids: what ParaView is shown of the liquid, the cloths and the bodies. SI units.
+
+#include <vtkSmartPointer.h>
+#include <vtkUnstructuredGrid.h>
+
+#include <string>
+#include <vector>
+
+#include "state/host_state.hpp"
+#include "state/model.hpp"
+
+namespace drench {
+
+using Grid = vtkSmartPointer<vtkUnstructuredGrid>;
+
+/// One vertex per particle; point fields velocity (m/s), density (kg/m³), pressure (Pa), mass (kg), radius (m), id,
+/// age (s).
+Grid fluid_grid(const Model& model, const HostState& state);
+
+/// The triangles of all cloths; point fields velocity (m/s), saturation (1), liquid_mass (kg), flow_direction (1),
+/// pin_force (N); cell field cloth (index).
+Grid cloth_grid(const Model& model, const HostState& state);
+
+/// The surfaces of the bodies that move (`moving`) or stand still, at `time` seconds; cell fields body (index),
+/// container (1: the free side is inside) and plane (1: one side only, its face points to the free side).
+Grid bodies_grid(const Model& model, bool moving, double time);
+
+/// True when the body turns.
+bool moves(const Body& body);
+
+/// What made a run fail.
+struct Offenders {
+  std::vector<Index> particles;  // not finite, or with a mass that no particle can have
+  std::vector<Index> nodes;      // not finite, or with a negative mass
+  bool empty() const { return particles.empty() && nodes.empty(); }
+};
+Offenders find_offenders(const HostState& state);
+
+/// "particles 3 17 (ids), nodes 5": at most `limit` numbers of each.
+std::string describe(const Offenders& offenders, const HostState& state, std::size_t limit = 8);
+
+/// One vertex per offender; point fields kind (0 particle, 1 node), id (particle id or node index), position and
+/// velocity as they are. The points themselves have 0 for a coordinate that is not finite, so that they can be shown.
+Grid offender_grid(const Model& model, const HostState& state, const Offenders& offenders);
+
+}  // namespace drench

@@ -1,0 +1,96 @@
+#include "output/run_folder.hpp"
+
+#include <fmt/format.h>
+
+#include <fstream>
+#include <regex>
+#include <vector>
+
+#include "drench_version.hpp"
+#include "output/text_file.hpp"
+#include "scene/load.hpp"
+
+namespace drench {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr const char* marker = "# drench output: the scene of this run, with every default";
+
+bool taken(const fs::path& path) { return fs::exists(path) && !(fs::is_directory(path) && fs::is_empty(path)); }
+
+void remove_run(const fs::path& folder) {
+  static const std::regex top(R"((fluid|cloth|bodies)\.pvd|stats\.csv|run\.log|scene\.yaml|failure\.vtu)");
+  static const std::regex frame(R"((fluid|cloth|bodies)_(\d{6,}|static)\.vtu)");
+  const auto clear = [](const fs::path& where, const std::regex& ours) {
+    std::vector<fs::path> found;
+    for (const auto& entry : fs::directory_iterator(where))
+      if (entry.is_regular_file() && std::regex_match(entry.path().filename().string(), ours))
+        found.push_back(entry.path());
+    for (const auto& path : found) fs::remove(path);
+  };
+  clear(folder, top);
+  if (fs::is_directory(folder / "frames")) {
+    clear(folder / "frames", frame);
+    if (fs::is_empty(folder / "frames")) fs::remove(folder / "frames");
+  }
+}
+
+RunFolder choose(const std::optional<std::string>& requested, const std::string& scene_path, bool overwrite) {
+  const fs::path wanted = requested ? fs::path(*requested) : fs::path("out") / fs::path(scene_path).stem();
+  if (!taken(wanted)) return {wanted, ""};
+  if (fs::exists(wanted) && !fs::is_directory(wanted) && requested)
+    throw FolderError(fmt::format("{}: is not a folder; choose another with -o", wanted.string()));
+  if (overwrite) {
+    if (!holds_run(wanted))
+      throw FolderError(
+          fmt::format("{}: is not empty and holds no output of drench, so --overwrite does not touch it; "
+                      "choose another folder with -o",
+                      wanted.string()));
+    remove_run(wanted);
+    return {wanted, ""};
+  }
+  if (requested)
+    throw FolderError(
+        fmt::format("{}: is not empty; choose another folder with -o, or give --overwrite to replace an "
+                    "earlier run's files",
+                    wanted.string()));
+  for (int n = 2;; ++n) {
+    const fs::path sibling = fmt::format("{}-{}", wanted.string(), n);
+    if (!taken(sibling))
+      return {sibling, fmt::format("{} is not empty: writing to {}", wanted.string(), sibling.string())};
+  }
+}
+
+}  // namespace
+
+bool holds_run(const fs::path& folder) {
+  std::ifstream in(folder / "scene.yaml");
+  std::string line;
+  return std::getline(in, line) && line == marker;
+}
+
+RunFolder make_run_folder(const std::optional<std::string>& requested, const std::string& scene_path, bool overwrite) {
+  try {
+    RunFolder folder = choose(requested, scene_path, overwrite);
+    fs::create_directories(folder.path);
+    return folder;
+  } catch (const fs::filesystem_error& e) {
+    throw FolderError(fmt::format("{}: cannot be made: {}", e.path1().string(), e.code().message()));
+  }
+}
+
+void write_resolved_scene(const fs::path& folder, const Scene& scene, const std::string& backend_name,
+                          const std::string& backend_description) {
+  std::string head = fmt::format("{}\n# version: {}\n# commit: {}\n# precision: {}\n# backend: {}\n", marker,
+                                 version_string, git_commit, precision_name, backend_name);
+  std::string line = "# device: ";
+  for (const char c : backend_description) {
+    line += c;
+    if (c == '\n') line += "#   ";
+  }
+  write_atomically(folder / "scene.yaml", head + line + "\n\n" + to_yaml(scene));
+}
+
+}  // namespace drench

@@ -1,0 +1,35 @@
+#pragma once
+// Where a run's files go. Nothing that a person made is ever overwritten.
+
+#include <filesystem>
+#include <optional>
+#include <stdexcept>
+#include <string>
+
+#include "scene/scene.hpp"
+
+namespace drench {
+
+/// A folder that may not be written to. One line.
+struct FolderError : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+struct RunFolder {
+  std::filesystem::path path;
+  std::string note;  // one line when it is not the folder that one would expect, else ""
+};
+
+/// Chooses and makes the folder. Without `requested` it is out/<scene's stem>, or the first free out/<stem>-2, -3, …
+/// A `requested` folder must be new or empty. With `overwrite` a folder that holds an earlier run's output is cleared
+/// of the files that drench writes, and of no others. Throws FolderError.
+RunFolder make_run_folder(const std::optional<std::string>& requested, const std::string& scene_path, bool overwrite);
+
+/// True when `folder` holds the output of a run.
+bool holds_run(const std::filesystem::path& folder);
+
+/// Writes scene.yaml: the resolved scene under a comment that says which program and machine computed it.
+void write_resolved_scene(const std::filesystem::path& folder, const Scene& scene, const std::string& backend_name,
+                          const std::string& backend_description);
+
+}  // namespace drench

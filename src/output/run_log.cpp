@@ -1,0 +1,70 @@
+#include "output/run_log.hpp"
+
+#include <fmt/chrono.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <ctime>
+#include <sstream>
+#include <stdexcept>
+
+namespace drench {
+
+RunLog::RunLog(const std::filesystem::path& path) : out_(path) {
+  if (!out_) throw std::runtime_error(fmt::format("{}: cannot be written", path.string()));
+}
+
+void RunLog::write(const std::string& text) {
+  if (!out_.is_open()) return;
+  const auto stamp = fmt::format("{:%Y-%m-%d %H:%M:%S}", fmt::localtime(std::time(nullptr)));
+  std::istringstream lines(text);
+  for (std::string line; std::getline(lines, line);) out_ << stamp << "  " << line << '\n';
+  out_.flush();
+}
+
+std::string RunTotals::add(std::int64_t step, double time, const StepReport& r,
+                           const std::array<double, stage_count>& milliseconds) {
+  ++steps_;
+  clamped_ += r.clamped;
+  for (std::size_t i = 0; i < milliseconds_.size(); ++i) milliseconds_[i] += milliseconds[i];
+  const std::array<bool, 3> converged{r.divergence_converged, r.density_converged, r.cloth_converged};
+  const std::array<double, 3> errors{r.divergence_error, r.density_error, r.cloth_residual};
+  const std::array<int, 3> iterations{r.divergence_iterations, r.density_iterations, r.cloth_iterations};
+  std::string said;
+  for (std::size_t i = 0; i < solvers_.size(); ++i) {
+    if (converged[i]) continue;
+    Solver& s = solvers_[i];
+    if (s.failures++ == 0) {
+      s.first_step = step;
+      said += fmt::format("warning: step {} (t = {:.6g} s): the {} did not converge in {} iterations, error {:.3g}\n",
+                          step, time, s.name, iterations[i], errors[i]);
+    }
+    s.last_step = step;
+    s.worst = std::max(s.worst, errors[i]);
+  }
+  return said;
+}
+
+std::string RunTotals::warnings() const {
+  std::string text;
+  for (const Solver& s : solvers_)
+    if (s.failures > 0)
+      text += fmt::format("the {} did not converge in {} of {} steps ({} to {}), worst error {:.3g}\n", s.name,
+                          s.failures, steps_, s.first_step, s.last_step, s.worst);
+  if (clamped_ > 0) text += fmt::format("particles were put back out of bodies {} times\n", clamped_);
+  return text;
+}
+
+std::string RunTotals::stage_table(const std::vector<Stage>& stages) const {
+  double total = 0;
+  for (const Stage s : stages) total += milliseconds_[static_cast<std::size_t>(s)];
+  const auto row = [&](std::string_view name, double ms) {
+    return fmt::format("{:<18}{:>10.3f} s {:>10.3f} ms/step {:>6.1f} %\n", name, ms / 1000,
+                       steps_ > 0 ? ms / static_cast<double>(steps_) : 0.0, total > 0 ? 100 * ms / total : 0.0);
+  };
+  std::string table;
+  for (const Stage s : stages) table += row(name_of(s), milliseconds_[static_cast<std::size_t>(s)]);
+  return table + row("all stages", total);
+}
+
+}  // namespace drench

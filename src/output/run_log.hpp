@@ -1,0 +1,52 @@
+#pragma once
+// run.log and the run's totals: what was said, when, and what it came to.
+
+#include <array>
+#include <chrono>
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <vector>
+
+#include "pipeline/backend.hpp"
+#include "pipeline/stage_list.hpp"
+
+namespace drench {
+
+/// Timestamped lines, on disk at once. Without a path it writes nothing.
+class RunLog {
+ public:
+  RunLog() = default;
+  explicit RunLog(const std::filesystem::path& path);
+  /// Each line of `text` becomes a line of the log.
+  void write(const std::string& text);
+
+ private:
+  std::ofstream out_;
+};
+
+/// Sums over the steps of a run.
+class RunTotals {
+ public:
+  /// Adds a step (as numbered after it); returns a line to log when a solver did not converge for the first time, else
+  /// "".
+  std::string add(std::int64_t step, double time, const StepReport& report,
+                  const std::array<double, stage_count>& milliseconds);
+  /// Lines about solvers that did not converge and particles that were put back; "" when there is nothing to say.
+  std::string warnings() const;
+  /// Table of the stages' total times, one line each.
+  std::string stage_table(const std::vector<Stage>& stages) const;
+  std::int64_t steps() const { return steps_; }
+
+ private:
+  struct Solver {
+    const char* name;
+    std::int64_t failures = 0, first_step = 0, last_step = 0;
+    double worst = 0;
+  };
+  std::array<Solver, 3> solvers_{Solver{"divergence solve"}, Solver{"density solve"}, Solver{"cloth solve"}};
+  std::int64_t steps_ = 0, clamped_ = 0;
+  std::array<double, stage_count> milliseconds_{};
+};
+
+}  // namespace drench

@@ -1,0 +1,31 @@
+#pragma once
+
+#include <array>
+#include <filesystem>
+#include <fstream>
+#include <vector>
+
+#include "pipeline/backend.hpp"
+#include "pipeline/stage_list.hpp"
+
+namespace drench {
+
+/// stats.csv: one row per step. Masses in kg, times in s, kinetic_energy in J, ms_<stage> in milliseconds for each
+/// stage that runs. mass_error is the change of mass_total since the start, from integers: 0 means exactly 0.
+class StatsCsv {
+ public:
+  /// `quantum` in kg. Throws std::runtime_error when the file cannot be written.
+  StatsCsv(const std::filesystem::path& path, const std::vector<Stage>& stages, double quantum, Quanta initial_total);
+  /// `step` and `time` as after the step; the row is on disk when this returns.
+  void write(std::int64_t step, double time, double dt, const StepReport& report,
+             const std::array<double, stage_count>& milliseconds);
+
+ private:
+  std::filesystem::path path_;
+  std::ofstream out_;
+  std::vector<Stage> stages_;
+  double quantum_;
+  Quanta initial_total_;
+};
+
+}  // namespace drench

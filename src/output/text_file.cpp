@@ -1,0 +1,36 @@
+#include "output/text_file.hpp"
+
+#include <fmt/format.h>
+
+#include <fstream>
+#include <stdexcept>
+
+namespace drench {
+
+namespace fs = std::filesystem;
+
+fs::path temporary_name(const fs::path& path) {
+  return path.parent_path() / ("." + path.filename().string() + ".part");
+}
+
+void rename_into_place(const fs::path& from, const fs::path& to) {
+  std::error_code error;
+  fs::rename(from, to, error);
+  if (!error) return;
+  std::error_code ignored;
+  fs::remove(from, ignored);
+  throw std::runtime_error(fmt::format("{}: cannot be written: {}", to.string(), error.message()));
+}
+
+void write_atomically(const fs::path& path, const std::string& text) {
+  const fs::path temporary = temporary_name(path);
+  {
+    std::ofstream out(temporary, std::ios::binary | std::ios::trunc);
+    out << text;
+    out.flush();
+    if (!out) throw std::runtime_error(fmt::format("{}: cannot be written (disk full or not allowed)", path.string()));
+  }
+  rename_into_place(temporary, path);
+}
+
+}  // namespace drench

@@ -1,0 +1,93 @@
+#include "output/vtu_series.hpp"
+
+#include <fmt/format.h>
+#include <vtkErrorCode.h>
+#include <vtkNew.h>
+#include <vtkXMLUnstructuredGridWriter.h>
+
+#include <algorithm>
+#include <stdexcept>
+#include <utility>
+
+#include "output/text_file.hpp"
+
+namespace drench {
+
+namespace fs = std::filesystem;
+
+void write_vtu(const fs::path& path, const Grid& grid) {
+  const fs::path temporary = temporary_name(path);
+  vtkNew<vtkXMLUnstructuredGridWriter> writer;
+  writer->SetFileName(temporary.c_str());
+  writer->SetInputData(grid);
+  writer->SetDataModeToAppended();
+  writer->EncodeAppendedDataOff();
+  writer->SetCompressorTypeToZLib();
+  writer->SetCompressionLevel(1);  // nearly as small as the highest level, several times faster
+  if (writer->Write() != 1 || writer->GetErrorCode() != vtkErrorCode::NoError) {
+    std::error_code ignored;
+    fs::remove(temporary, ignored);
+    throw std::runtime_error(fmt::format("{}: cannot be written: {}", path.string(),
+                                         vtkErrorCode::GetStringFromErrorCode(writer->GetErrorCode())));
+  }
+  rename_into_place(temporary, path);
+}
+
+VtuSeries::VtuSeries(fs::path folder, std::string name) : folder_(std::move(folder)), name_(std::move(name)) {}
+
+void VtuSeries::set_static_part(const Grid& grid) {
+  static_file_ = fmt::format("frames/{}_static.vtu", name_);
+  fs::create_directories(folder_ / "frames");
+  write_vtu(folder_ / static_file_, grid);
+}
+
+void VtuSeries::write(double time, const Grid& grid) {
+  const std::string file = fmt::format("frames/{}_{:06}.vtu", name_, frame_++);
+  fs::create_directories(folder_ / "frames");
+  write_vtu(folder_ / file, grid);
+  int part = 0;
+  if (!static_file_.empty()) list(time, part++, static_file_);
+  list(time, part, file);
+  write_collection();
+}
+
+void VtuSeries::write_static(double time) {
+  list(time, 0, static_file_);
+  write_collection();
+}
+
+void VtuSeries::list(double time, int part, const std::string& file) {
+  entries_ += fmt::format("    <DataSet timestep=\"{:.10g}\" part=\"{}\" file=\"{}\"/>\n", time, part, file);
+}
+
+void VtuSeries::write_collection() const {
+  write_atomically(folder_ / (name_ + ".pvd"),
+                   "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"1.0\">\n  <Collection>\n" +
+                       entries_ + "  </Collection>\n</VTKFile>\n");
+}
+
+FrameWriter::FrameWriter(const fs::path& folder, const Model& model)
+    : model_(model), fluid_(folder, "fluid"), cloth_(folder, "cloth"), bodies_(folder, "bodies") {
+  const bool any_static = std::any_of(model.bodies.begin(), model.bodies.end(), [](auto& b) { return !moves(b); });
+  if (any_static) bodies_.set_static_part(bodies_grid(model, false, 0));
+}
+
+void FrameWriter::write(const HostState& state) {
+  if (model_.has_fluid()) fluid_.write(state.time, fluid_grid(model_, state));
+  if (model_.has_cloth()) cloth_.write(state.time, cloth_grid(model_, state));
+  if (model_.has_moving_body())
+    bodies_.write(state.time, bodies_grid(model_, true, state.time));
+  else if (!model_.bodies.empty() && frames_ == 0)
+    bodies_.write_static(state.time);  // one entry: ParaView shows it at every time
+  ++frames_;
+}
+
+std::vector<std::string> FrameWriter::collections() const {
+  std::vector<std::string> names;
+  if (model_.has_fluid()) names.push_back("fluid.pvd");
+  if (model_.has_cloth()) names.push_back("cloth.pvd");
+  if (!model_.bodies.empty()) names.push_back("bodies.pvd");
+  return names;
+}
+
+}  // namespace drench

@@ -1,0 +1,53 @@
+#pragma once
+// A time series for ParaView: a .pvd collection and its .vtu frames, readable at any moment of the run.
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "output/grids.hpp"
+
+namespace drench {
+
+/// Writes one grid as VTK XML (binary appended, zlib) in one move. Throws std::runtime_error.
+void write_vtu(const std::filesystem::path& path, const Grid& grid);
+
+/// `folder/name.pvd` with frames `folder/frames/name_000123.vtu`.
+class VtuSeries {
+ public:
+  VtuSeries(std::filesystem::path folder, std::string name);
+  /// A part that never changes: written once, listed at every time. Call it before the first frame.
+  void set_static_part(const Grid& grid);
+  /// Writes the frame and then the collection that names it.
+  void write(double time, const Grid& grid);
+  /// Lists `time` for a series that has nothing but its static part.
+  void write_static(double time);
+
+ private:
+  void list(double time, int part, const std::string& file);
+  void write_collection() const;
+
+  std::filesystem::path folder_;
+  std::string name_;
+  std::string static_file_;  // relative to folder_, "" for none
+  std::string entries_;
+  int frame_ = 0;
+};
+
+/// The series that a model needs: fluid, cloth and bodies, each only when the scene has it.
+class FrameWriter {
+ public:
+  FrameWriter(const std::filesystem::path& folder, const Model& model);
+  /// Adds a frame at state.time.
+  void write(const HostState& state);
+  int frames() const { return frames_; }
+  /// The .pvd files that this run writes.
+  std::vector<std::string> collections() const;
+
+ private:
+  const Model& model_;
+  VtuSeries fluid_, cloth_, bodies_;
+  int frames_ = 0;
+};
+
+}  // namespace drench

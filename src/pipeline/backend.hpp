@@ -1,0 +1,69 @@
+#pragma once
+// The one interface between the pipeline and whatever computes: the Kokkos backend or the serial reference.
+
+#include <cstdint>
+#include <memory>
+#include <string>
+
+#include "pipeline/stage_list.hpp"
+#include "state/host_state.hpp"
+#include "state/model.hpp"
+
+namespace drench {
+
+/// What a stage is told about the step.
+struct StepInfo {
+  std::int64_t step = 0;
+  double time = 0;  // s, at the step's beginning
+  double dt = 0;    // s
+};
+
+/// What the stages report about one step; each stage fills in its own part.
+struct StepReport {
+  double dt_wanted = 0;             // s, from time_step
+  int divergence_iterations = 0;
+  double divergence_error = 0;      // 1: mean of max(0, Dδ/Dt) Δt
+  bool divergence_converged = true;
+  int density_iterations = 0;
+  double density_error = 0;         // 1: mean of max(0, δ_adv − 1)
+  double density_error_max = 0;     // 1: its maximum
+  bool density_converged = true;
+  int cloth_iterations = 0;
+  double cloth_residual = 0;        // 1: largest Jacobi displacement / mean edge length
+  bool cloth_converged = true;
+  int diffusion_substeps = 0;
+  std::int64_t collisions = 0;      // particles stopped at a cloth triangle (CCD)
+  std::int64_t clamped = 0;         // particles put back by a body's failsafe
+  std::int64_t nonfinite = 0;       // particles and nodes with a NaN or infinity
+  // ledger
+  Quanta mass_fluid = 0, mass_cloth = 0, mass_drained = 0, mass_supplied = 0;
+  double mass_float = 0;            // kg: compensated sum of the floating-point masses of particles and nodes
+  double saturation_max = 0;        // 1
+  double kinetic_energy = 0;        // J: liquid particles and wet cloth nodes
+  std::int64_t particles = 0;
+
+  Quanta mass_total() const { return mass_fluid + mass_cloth + mass_drained - mass_supplied; }
+};
+
+/// A backend owns a copy of the state. Calls come from one thread. Errors are std::runtime_error.
+class Backend {
+ public:
+  virtual ~Backend() = default;
+  virtual std::string name() const = 0;         ///< "kokkos" or "reference"
+  virtual std::string description() const = 0;  ///< execution space, device, precision
+  virtual void upload(const HostState& state) = 0;
+  virtual void run(Stage stage, const StepInfo& info, StepReport& report) = 0;
+  /// Waits for all work that was launched; for timers.
+  virtual void fence() = 0;
+  virtual HostState download() const = 0;
+  /// Neighbour lists as sets, for tests: pairs (a, b) of the named list, sorted by a; "fluid_fluid",
+  /// "fluid_boundary", "fluid_sample", "sample_fluid", "sample_sample", "sample_boundary".
+  virtual std::vector<std::pair<Index, Index>> neighbor_pairs(const std::string& list) const = 0;
+  /// Bytes of memory that the backend holds for its state.
+  virtual std::int64_t memory_bytes() const = 0;
+};
+
+std::unique_ptr<Backend> make_reference_backend(const Model& model);
+std::unique_ptr<Backend> make_kokkos_backend(const Model& model);
+
+}  // namespace drench

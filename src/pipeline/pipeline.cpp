@@ -1,0 +1,98 @@
+#include "pipeline/pipeline.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <numeric>
+#include <utility>
+
+namespace drench {
+namespace {
+
+Quanta total_of(const HostState& s) {
+  const Quanta fluid = std::accumulate(s.fluid_mass.begin(), s.fluid_mass.end(), Quanta{0});
+  const Quanta cloth = std::accumulate(s.node_liquid.begin(), s.node_liquid.end(), Quanta{0});
+  return fluid + cloth + s.drained - s.supplied;
+}
+
+/// The step that is taken when the stages allow `wanted` and the next output is `left` away.
+double clip_step(double wanted, double left, TimeMode mode) {
+  constexpr double rounding = 1e-9;  // a remainder below this share of a step is rounding, not time
+  if (left <= wanted * (1 + rounding)) return left;
+  if (mode == TimeMode::cfl && left < 1.5 * wanted) return 0.5 * left;  // two even steps instead of a sliver
+  return wanted;
+}
+
+/// Names the first of the report's numbers that is not finite, "" if all are.
+std::string_view nonfinite_number(const StepReport& r) {
+  const std::pair<std::string_view, double> numbers[] = {{"the divergence error", r.divergence_error},
+                                                         {"the density error", r.density_error},
+                                                         {"the largest density error", r.density_error_max},
+                                                         {"the cloth residual", r.cloth_residual},
+                                                         {"the largest saturation", r.saturation_max}};
+  for (const auto& [name, value] : numbers)
+    if (!std::isfinite(value)) return name;
+  return {};
+}
+
+}  // namespace
+
+std::vector<Stage> stages_for(const Model& m) {
+  std::vector<Stage> stages;
+#define DRENCH_STAGE_ADD(name, when) \
+  if (when) stages.push_back(Stage::name);
+  DRENCH_STAGES(DRENCH_STAGE_ADD)
+#undef DRENCH_STAGE_ADD
+  return stages;
+}
+
+RunFailure::RunFailure(Stage failed_stage, std::int64_t failed_step, const std::string& what)
+    : std::runtime_error(what), stage(failed_stage), step(failed_step) {}
+
+Pipeline::Pipeline(const Model& model, Backend& backend, const HostState& initial)
+    : model_(model),
+      backend_(backend),
+      stages_(stages_for(model)),
+      time_(initial.time),
+      step_(initial.step),
+      initial_total_(total_of(initial)) {
+  backend_.upload(initial);
+}
+
+StepReport Pipeline::step(double time_left) {
+  using Clock = std::chrono::steady_clock;
+  StepReport report;
+  StepInfo info{step_, time_, model_.scene.time.step};
+  milliseconds_.fill(0);
+  for (const Stage stage : stages_) {
+    const auto begin = Clock::now();
+    backend_.run(stage, info, report);
+    if (profiling_) backend_.fence();
+    milliseconds_[static_cast<std::size_t>(stage)] =
+        std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
+    // Caught here, the failure still has the name of its stage; the ledger alone would only say that it happened.
+    if (const auto bad = nonfinite_number(report); !bad.empty())
+      throw RunFailure(stage, step_, fmt::format("{} is not a finite number", bad));
+    if (stage == Stage::time_step) {
+      if (!(report.dt_wanted > 0) || !std::isfinite(report.dt_wanted))
+        throw RunFailure(stage, step_, fmt::format("the time step would be {} s", report.dt_wanted));
+      info.dt = clip_step(report.dt_wanted, time_left, model_.scene.time.mode);
+    }
+  }
+  if (report.nonfinite > 0)
+    throw RunFailure(Stage::ledger, step_,
+                     fmt::format("{} particles or nodes are not finite numbers", report.nonfinite));
+  if (report.mass_total() != initial_total_)
+    throw RunFailure(
+        Stage::ledger, step_,
+        fmt::format("the mass ledger is off by {} quanta ({:.3e} kg)", report.mass_total() - initial_total_,
+                    static_cast<double>(report.mass_total() - initial_total_) * model_.quantum));
+  time_ += info.dt;
+  last_dt_ = info.dt;
+  ++step_;
+  return report;
+}
+
+}  // namespace drench

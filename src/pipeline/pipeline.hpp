@@ -1,0 +1,50 @@
+#pragma once
+// Which stages a scene needs, in which order, with their timers: written once, drives every backend.
+
+#include <array>
+#include <functional>
+#include <optional>
+#include <stdexcept>
+#include <vector>
+
+#include "pipeline/backend.hpp"
+
+namespace drench {
+
+/// The stages that the model needs, in the order of DRENCH_STAGES.
+std::vector<Stage> stages_for(const Model& model);
+
+/// A run that cannot go on: not a finite number, or mass that the ledger cannot account for.
+struct RunFailure : std::runtime_error {
+  RunFailure(Stage stage, std::int64_t step, const std::string& what);
+  Stage stage;
+  std::int64_t step;
+};
+
+class Pipeline {
+ public:
+  Pipeline(const Model& model, Backend& backend, const HostState& initial);
+  /// One step; `time_left` bounds Δt so that a step ends exactly at the next output time.
+  /// Throws RunFailure when the result is not finite or the ledger's total has changed.
+  StepReport step(double time_left);
+  const std::vector<Stage>& stages() const { return stages_; }
+  double time() const { return time_; }
+  std::int64_t step_index() const { return step_; }
+  double last_dt() const { return last_dt_; }
+  Quanta initial_total() const { return initial_total_; }
+  /// Milliseconds that each stage took in the last step, by stage number. A fence ends each stage only when profiling.
+  const std::array<double, stage_count>& milliseconds() const { return milliseconds_; }
+  void set_profiling(bool on) { profiling_ = on; }
+
+ private:
+  const Model& model_;
+  Backend& backend_;
+  std::vector<Stage> stages_;
+  std::array<double, stage_count> milliseconds_{};
+  double time_ = 0, last_dt_ = 0;
+  std::int64_t step_ = 0;
+  Quanta initial_total_ = 0;
+  bool profiling_ = false;
+};
+
+}  // namespace drench

@@ -1,0 +1,47 @@
+#pragma once
+// The pipeline's one list: every stage in the order in which it runs, and when a scene needs it (`m` is the Model).
+// A stage that is not needed is not run, timed or given memory. The stage `absorption` is src/stages/absorption.hpp
+// (its law), backends/kokkos/absorption.cpp, reference/absorption.cpp and tests/stages/absorption_test.cpp.
+
+#include <array>
+#include <string_view>
+
+// clang-format off
+#define DRENCH_STAGES(STAGE)                                                                  \
+  STAGE(time_step,         true)                                                              \
+  STAGE(neighbors,         m.has_fluid())                                                     \
+  STAGE(density,           m.has_fluid())                                                     \
+  STAGE(divergence,        m.has_fluid())                                                     \
+  STAGE(forces,            m.has_fluid())                                                     \
+  STAGE(cloth,             m.has_moving_cloth())                                              \
+  STAGE(pressure,          m.has_fluid())                                                     \
+  STAGE(advection,         m.has_fluid() || m.has_moving_cloth())                             \
+  STAGE(bodies,            m.has_moving_body())                                               \
+  STAGE(jets,              m.has_jets())                                                      \
+  STAGE(porous_neighbors,  m.has_porous())                                                    \
+  STAGE(flow_direction,    m.has_porous() && m.has_fluid())                                   \
+  STAGE(absorption,        m.has_porous() && m.has_fluid())                                   \
+  STAGE(emission,          m.has_porous() && m.has_fluid())                                   \
+  STAGE(diffusion,         m.has_diffusion())                                                 \
+  STAGE(reservoir,         m.has_reservoirs())                                                \
+  STAGE(ledger,            true)
+// clang-format on
+
+namespace drench {
+
+enum class Stage : int {
+#define DRENCH_STAGE_ENUM(name, when) name,
+  DRENCH_STAGES(DRENCH_STAGE_ENUM)
+#undef DRENCH_STAGE_ENUM
+};
+
+inline constexpr auto stage_names = std::to_array<std::string_view>({
+#define DRENCH_STAGE_NAME(name, when) #name,
+    DRENCH_STAGES(DRENCH_STAGE_NAME)
+#undef DRENCH_STAGE_NAME
+});
+
+inline constexpr int stage_count = static_cast<int>(stage_names.size());
+constexpr std::string_view name_of(Stage s) { return stage_names[static_cast<std::size_t>(s)]; }
+
+}  // namespace drench

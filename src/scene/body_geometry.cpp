@@ -1,0 +1,118 @@
+#include "scene/body_geometry.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+
+#include "scene/eigen_vec.hpp"
+#include "scene/mesh_io.hpp"
+#include "scene/setup_error.hpp"
+
+namespace drench {
+namespace {
+
+Vec3 unit(const Vec3& v, const std::string& what) {
+  const double length = to_eigen(v).norm();
+  if (!(length > 0) || !std::isfinite(length)) throw SetupError(what + " must not be zero");
+  return to_vec3(to_eigen(v) / length);
+}
+
+/// Distance to a solid box, and its gradient.
+double box_distance(const Box& box, const Vec3& x, Eigen::Vector3d& normal) {
+  const Eigen::Vector3d lo = to_eigen(box.min), hi = to_eigen(box.max);
+  const Eigen::Vector3d local = to_eigen(x) - 0.5 * (lo + hi);
+  const Eigen::Vector3d beyond = local.cwiseAbs() - 0.5 * (hi - lo);
+  int axis = 0;
+  if (beyond.maxCoeff(&axis) > 0) {
+    const Eigen::Vector3d out = beyond.cwiseMax(0.0);
+    const double distance = out.norm();
+    normal = out / distance;
+    for (int a = 0; a < 3; ++a) normal[a] = std::copysign(normal[a], local[a]);
+    return distance;
+  }
+  normal = Eigen::Vector3d::Zero();
+  normal[axis] = std::copysign(1.0, local[axis]);
+  return beyond[axis];
+}
+
+}  // namespace
+
+double signed_distance(const Body& body, const Vec3& x, Vec3& normal) {
+  Eigen::Vector3d n = Eigen::Vector3d::Zero();
+  double distance = 0;
+  switch (body.kind) {
+    case BodyScene::Kind::box:
+      distance = box_distance(body.box, x, n);
+      if (body.inside) {
+        distance = -distance;
+        n = -n;
+      }
+      break;
+    case BodyScene::Kind::sphere: {
+      n = to_eigen(x) - to_eigen(body.center);
+      const double r = n.norm();
+      n = r > 0 ? Eigen::Vector3d(n / r) : Eigen::Vector3d::UnitY();
+      distance = r - body.radius;
+      break;
+    }
+    case BodyScene::Kind::plane:
+      n = to_eigen(body.normal);
+      distance = n.dot(to_eigen(x) - to_eigen(body.point));
+      break;
+    case BodyScene::Kind::mesh:
+      throw std::invalid_argument("signed_distance: a mesh has no analytic distance");
+  }
+  normal = to_vec3(n);
+  return distance;
+}
+
+Body make_body(const BodyScene& scene, const std::string& scene_path, const std::string& name) {
+  Body body;
+  body.kind = scene.kind;
+  body.box = scene.box;
+  body.inside = scene.inside;
+  body.center = scene.center;
+  body.radius = scene.radius;
+  body.point = scene.point;
+  switch (scene.kind) {
+    case BodyScene::Kind::box:
+      for (int a = 0; a < 3; ++a) {
+        if (!(scene.box.max[a] > scene.box.min[a]))
+          throw SetupError(name + ": max must be greater than min on each axis");
+      }
+      break;
+    case BodyScene::Kind::sphere:
+      if (!(scene.radius > 0)) throw SetupError(name + ": the radius must be positive");
+      break;
+    case BodyScene::Kind::plane:
+      body.normal = unit(scene.normal, name + ": the normal");
+      break;
+    case BodyScene::Kind::mesh: {
+      SurfaceMesh mesh = read_mesh(scene.file, scene_path);
+      Eigen::AlignedBox3d bounds;
+      for (Vec3& x : mesh.points) {
+        x = to_vec3(scene.scale * to_eigen(x) + to_eigen(scene.position));
+        bounds.extend(to_eigen(x));
+      }
+      check_mesh(mesh, name + " (" + scene.file + ")", body_min_area_ratio);
+      body.center = to_vec3(bounds.center());
+      body.mesh_points = std::move(mesh.points);
+      body.mesh_triangles = std::move(mesh.triangles);
+      if (scene.spin.degrees_per_second != 0) {
+        body.spin_axis = unit(scene.spin.axis, name + ": the axis of spin");
+        body.spin_rate = scene.spin.degrees_per_second * std::numbers::pi / 180;
+      }
+      break;
+    }
+  }
+  return body;
+}
+
+Vec3 body_velocity(const Body& body, const Vec3& x) {
+  if (body.spin_rate == 0) return {0, 0, 0};
+  return to_vec3(body.spin_rate * to_eigen(body.spin_axis).cross(to_eigen(x) - to_eigen(body.center)));
+}
+
+}  // namespace drench

@@ -1,0 +1,22 @@
+#pragma once
+// The shapes of the solid bodies: from the scene's description to a Body, and distances to the analytic ones.
+
+#include <string>
+
+#include "state/model.hpp"
+
+namespace drench {
+
+/// Distance (m) of x to the surface of a box, sphere or plane at t = 0: positive on the free side, negative inside the
+/// solid. `normal` is the unit vector towards the free side, the distance's gradient; on an edge or at a sphere's
+/// centre, one of those possible. A body of kind mesh has no analytic distance: std::invalid_argument.
+double signed_distance(const Body& body, const Vec3& x, Vec3& normal);
+
+/// Resolves a body: unit normal and axis, spin in rad/s, mesh read, scaled, placed and checked. The samples are not
+/// made here. `name` begins the text of a SetupError.
+Body make_body(const BodyScene& scene, const std::string& scene_path, const std::string& name);
+
+/// Velocity (m/s) of the body's material at x.
+Vec3 body_velocity(const Body& body, const Vec3& x);
+
+}  // namespace drench

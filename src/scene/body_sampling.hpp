@@ -1,0 +1,23 @@
+#pragma once
+// One layer of samples at spacing d on the surface of each body (Akinci et al. 2012).
+
+#include <vector>
+
+#include "state/model.hpp"
+
+namespace drench {
+
+inline constexpr double max_body_samples = 20e6;
+
+/// How many samples sample_body() makes, found without making them: exact for boxes and planes, of the whole surface
+/// for spheres, an estimate on the high side for meshes.
+double expected_body_samples(const Body& body, double spacing, const Box& region);
+
+/// The samples of one body, in an order that depends on nothing but the arguments.
+/// Box: lattice with steps ≤ d on the six faces, edges and corners once. Sphere: 4πR²/d² points of a Fibonacci
+/// lattice. Plane: lattice of step d through `point`. Mesh: vertices, then edges, then faces, none closer than 0.75 d
+/// to an earlier one, no point of the surface farther than d from one. Samples outside `region` (the domain extended by
+/// h) are left out, but for a body that spins: they may come in later.
+std::vector<Vec3> sample_body(const Body& body, double spacing, const Box& region);
+
+}  // namespace drench

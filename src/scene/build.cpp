@@ -1,0 +1,188 @@
+#include "scene/build.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "scene/body_geometry.hpp"
+#include "scene/body_sampling.hpp"
+#include "scene/cloth_mesh.hpp"
+#include "scene/cloth_sampling.hpp"
+#include "scene/fluid_sampling.hpp"
+#include "scene/memory_estimate.hpp"
+#include "scene/point_grid.hpp"
+
+namespace drench {
+namespace {
+
+void set_numbers(Model& m) {
+  const FluidScene& fluid = m.scene.fluid;
+  m.spacing = fluid.spacing;
+  // Without liquid particles nothing fixes d, and the scene's default knows nothing of the cloth's size. Its samples
+  // should be about as fine as its mesh: then wicking costs and resolves what the mesh does.
+  if (!m.has_fluid() && m.has_cloth()) m.spacing = mean_edge_length(m);
+  m.support = fluid.support * m.spacing;
+  m.rest_density = fluid.density;
+  m.particle_mass = m.rest_density * m.spacing * m.spacing * m.spacing;
+  m.quantum = m.particle_mass / static_cast<double>(quanta_per_particle);
+  m.min_quanta = std::llround(0.05 * static_cast<double>(quanta_per_particle));
+  m.max_quanta = quanta_per_particle;
+  for (std::size_t c = 0; c < m.cloths.size(); ++c) {
+    const double uptake = m.scene.cloths[c].porous.uptake_velocity;
+    ClothMaterial& cloth = m.cloths[c];
+    if (uptake > 0)
+      cloth.absorption = uptake * m.support * m.support / (7.5 * (1 - cloth.solid_fraction) * cloth.thickness);
+  }
+}
+
+/// The domain and a support radius around it: samples beyond cannot touch a particle.
+Box sampled_region(const Model& m) {
+  Box region = m.scene.domain;
+  for (int a = 0; a < 3; ++a) {
+    region.min[a] -= m.support;
+    region.max[a] += m.support;
+  }
+  return region;
+}
+
+SetupSize grid_size(const Scene& scene) {
+  SetupSize size;
+  for (const ClothScene& c : scene.cloths) {
+    if (c.grid) size.nodes += static_cast<double>(c.grid->nodes[0]) * c.grid->nodes[1];
+  }
+  return size;
+}
+
+SetupSize expected_size(const Model& m) {
+  SetupSize size;
+  size.nodes = m.mesh.nodes();
+  if (m.has_fluid() || m.has_porous()) size.samples = expected_cloth_samples(m);
+  if (!m.has_fluid()) return size;
+  size.fluid = expected_block_particles(m.scene.fluid);
+  const Box region = sampled_region(m);
+  for (std::size_t b = 0; b < m.bodies.size(); ++b) {
+    const double samples = expected_body_samples(m.bodies[b], m.spacing, region);
+    if (samples > max_body_samples) {
+      throw SetupError(
+          fmt::format("body {}: its surface needs more than {:.0f} samples at spacing {} m; use a smaller domain "
+                      "or body, or a larger spacing",
+                      b + 1, max_body_samples, m.spacing));
+    }
+    size.boundary += samples;
+  }
+  return size;
+}
+
+void sample_bodies(Setup& setup) {
+  Model& m = setup.model;
+  const Box region = sampled_region(m);
+  for (std::size_t b = 0; b < m.bodies.size(); ++b) {
+    Body& body = m.bodies[b];
+    const std::vector<Vec3> samples = sample_body(body, m.spacing, region);
+    const std::vector<double> volumes = akinci_volumes(samples, m.support);
+    body.first_sample = m.boundary.count();
+    body.sample_count = static_cast<Index>(samples.size());
+    if (samples.empty()) setup.warnings.push_back(fmt::format("body {}: it lies outside the domain", b + 1));
+    m.boundary.position.insert(m.boundary.position.end(), samples.begin(), samples.end());
+    m.boundary.body.insert(m.boundary.body.end(), samples.size(), static_cast<Index>(b));
+    setup.state.boundary_volume.insert(setup.state.boundary_volume.end(), volumes.begin(), volumes.end());
+    for (const Vec3& x : samples) setup.state.boundary_velocity.push_back(body_velocity(body, x));
+  }
+  setup.state.boundary_position = m.boundary.position;
+}
+
+void warn_of_nodes_in_solids(Setup& setup) {
+  const Model& m = setup.model;
+  for (const ClothMaterial& c : m.cloths) {
+    std::size_t inside = 0;
+    for (auto n = static_cast<std::size_t>(c.first_node); n < static_cast<std::size_t>(c.first_node + c.node_count);
+         ++n) {
+      if (m.mesh.pinned[n]) continue;
+      for (const Body& body : m.bodies) {
+        Vec3 normal;
+        if (body.kind == BodyScene::Kind::mesh || signed_distance(body, m.mesh.rest_position[n], normal) >= 0) continue;
+        ++inside;
+        break;
+      }
+    }
+    if (inside > 0) {
+      setup.warnings.push_back(fmt::format("{}: {} free nodes start inside a solid body", cloth_label(c.name), inside));
+    }
+  }
+}
+
+void init_nodes(const Model& m, HostState& s) {
+  const std::size_t nodes = m.mesh.rest_position.size();
+  s.node_position = m.mesh.rest_position;
+  s.node_velocity.assign(nodes, Vec3{0, 0, 0});
+  s.node_liquid.assign(nodes, 0);
+  s.node_ripe.assign(nodes, 0);
+  s.node_contact_normal.assign(nodes, Vec3{0, 0, 0});
+  s.node_pin_force.assign(nodes, Vec3{0, 0, 0});
+  s.sample_volume = akinci_volumes(m.samples.rest_position, m.support);
+  s.sample_flow_direction.assign(s.sample_volume.size(), Vec3{0, 0, 0});
+}
+
+void init_fluid(Setup& setup) {
+  HostState& s = setup.state;
+  BlockParticles particles = fill_blocks(setup.model, setup.warnings);
+  const std::size_t count = particles.position.size();
+  s.fluid_position = std::move(particles.position);
+  s.fluid_velocity = std::move(particles.velocity);
+  s.fluid_mass.assign(count, quanta_per_particle);
+  for (std::size_t i = 0; i < count; ++i) s.fluid_id.push_back(static_cast<std::int64_t>(i));
+  s.fluid_age.assign(count, 0.0);
+  s.fluid_origin.assign(count, static_cast<std::uint8_t>(Origin::block));
+  s.fluid_density_ratio.assign(count, 0.0);
+  s.fluid_kappa_density.assign(count, 0.0);
+  s.fluid_kappa_divergence.assign(count, 0.0);
+  s.next_id = static_cast<std::int64_t>(count);
+  s.jet_layers.assign(setup.model.jets.size(), 0);
+}
+
+/// The ledger adds quanta in 64 bits: far more liquid than fits would wrap around.
+void check_ledger_range(const Setup& setup) {
+  double quanta = static_cast<double>(setup.state.fluid_count()) * static_cast<double>(quanta_per_particle);
+  for (const double capacity : setup.model.samples.node_capacity) quanta += 2 * capacity / setup.model.quantum;
+  if (!(quanta < 0x1p62)) {
+    throw SetupError(
+        "the cloth can hold more than 2^30 particles' mass, too much for the mass ledger: use a larger spacing");
+  }
+}
+
+}  // namespace
+
+Setup build(const Scene& scene) {
+  Setup setup;
+  Model& m = setup.model;
+  m.scene = scene;
+  const double memory = machine_memory();
+  refuse_too_large(grid_size(scene), memory);
+  build_cloths(scene, m, setup.warnings);
+  set_numbers(m);
+  for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
+    m.bodies.push_back(make_body(scene.bodies[b], scene.path, fmt::format("body {}", b + 1)));
+  }
+  refuse_too_large(expected_size(m), memory);
+  if (m.has_fluid() || m.has_porous()) build_samples(m);
+  init_nodes(m, setup.state);
+  check_ledger_range(setup);
+  fill_cloths(m, setup.state, setup.warnings);
+  warn_of_nodes_in_solids(setup);
+  if (m.has_fluid()) {
+    m.jets = make_jets(m, setup.warnings);
+    sample_bodies(setup);
+    init_fluid(setup);
+    check_ledger_range(setup);
+  }
+  return setup;
+}
+
+std::int64_t estimated_bytes(const Setup& setup) {
+  const SetupSize size{static_cast<double>(setup.state.fluid_count()),
+                       static_cast<double>(setup.model.boundary.count()), static_cast<double>(setup.model.mesh.nodes()),
+                       static_cast<double>(setup.model.samples.count())};
+  return static_cast<std::int64_t>(estimated_bytes(size));
+}
+
+}  // namespace drench

@@ -1,0 +1,27 @@
+#pragma once
+// From a Scene to everything that a run starts from.
+
+#include <string>
+#include <vector>
+
+#include "scene/scene.hpp"
+#include "scene/setup_error.hpp"
+#include "state/host_state.hpp"
+#include "state/model.hpp"
+
+namespace drench {
+
+struct Setup {
+  Model model;
+  HostState state;
+  std::vector<std::string> warnings;  // one line each
+};
+
+/// Reads mesh files, places and samples cloths, bodies and liquid. The same scene gives the same set-up, bit for bit.
+/// Throws SetupError when the scene cannot be set up.
+Setup build(const Scene& scene);
+
+/// Bytes that a run of this set-up takes, coarsely (see memory_estimate.hpp).
+std::int64_t estimated_bytes(const Setup& setup);
+
+}  // namespace drench

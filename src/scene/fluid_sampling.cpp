@@ -1,0 +1,204 @@
+#include "scene/fluid_sampling.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "scene/body_geometry.hpp"
+#include "scene/eigen_vec.hpp"
+#include "scene/mesh_io.hpp"
+#include "scene/point_grid.hpp"
+#include "scene/setup_error.hpp"
+
+namespace drench {
+namespace {
+
+using Eigen::Vector3d;
+
+struct Lattice {
+  std::array<double, 3> n;  // whole numbers; doubles, since they may be too large for an integer
+  Vec3 first;
+  Lattice(const Box& box, double d) {
+    for (int a = 0; a < 3; ++a) {
+      const double extent = box.max[a] - box.min[a];
+      n[a] = std::max(1.0, std::round(extent / d));
+      first[a] = box.min[a] + 0.5 * d + 0.5 * (extent - n[a] * d);
+    }
+  }
+};
+
+/// 1 for each point inside a solid; meshes that are not closed have no inside.
+std::vector<std::uint8_t> inside_solid(const Model& model, const std::vector<Vec3>& points) {
+  std::vector<std::uint8_t> inside(points.size(), 0);
+  for (const Body& body : model.bodies) {
+    if (body.kind == BodyScene::Kind::mesh) {
+      const SurfaceMesh mesh{body.mesh_points, body.mesh_triangles};
+      if (!is_closed(mesh)) continue;
+      const auto in_mesh = points_inside(mesh, points);
+      for (std::size_t i = 0; i < points.size(); ++i) inside[i] |= in_mesh[i];
+      continue;
+    }
+    Vec3 normal;
+    for (std::size_t i = 0; i < points.size(); ++i) inside[i] |= signed_distance(body, points[i], normal) < 0;
+  }
+  return inside;
+}
+
+/// Squared distance of p to a triangle: the nearest point of its plane if that lies inside, else of its sides.
+double distance_squared(const Vector3d& p, const std::array<Vector3d, 3>& t) {
+  const Vector3d normal = (t[1] - t[0]).cross(t[2] - t[0]);
+  bool inside = true;
+  double nearest = std::numeric_limits<double>::infinity();
+  for (int c = 0; c < 3; ++c) {
+    const Vector3d side = t[(c + 1) % 3] - t[c], from = p - t[c];
+    if (normal.dot(side.cross(from)) < 0) inside = false;
+    const double s = std::clamp(from.dot(side) / side.squaredNorm(), 0.0, 1.0);
+    nearest = std::min(nearest, (from - s * side).squaredNorm());
+  }
+  if (!inside) return nearest;
+  const double height = normal.dot(p - t[0]);
+  return height * height / normal.squaredNorm();
+}
+
+std::size_t count_near_cloth(const Model& model, const std::vector<Vec3>& points, double distance) {
+  if (points.empty() || !model.has_cloth()) return 0;
+  PointGrid grid(2 * model.spacing);
+  Eigen::AlignedBox3d bounds;
+  for (const Vec3& x : points) {
+    grid.add(x);
+    bounds.extend(to_eigen(x));
+  }
+  std::vector<std::uint8_t> near(points.size(), 0);
+  for (const auto& n : model.mesh.triangle) {
+    std::array<Vector3d, 3> t;
+    Eigen::AlignedBox3d box;
+    for (int c = 0; c < 3; ++c) {
+      t[c] = to_eigen(model.mesh.rest_position[static_cast<std::size_t>(n[c])]);
+      box.extend(t[c]);
+    }
+    box.min().array() -= distance;
+    box.max().array() += distance;
+    box.clamp(bounds);
+    if (box.isEmpty()) continue;
+    grid.for_box(to_vec3(box.min()), to_vec3(box.max()), [&](Index p) {
+      const auto i = static_cast<std::size_t>(p);
+      if (!near[i] && distance_squared(to_eigen(points[i]), t) < distance * distance) near[i] = 1;
+    });
+  }
+  return static_cast<std::size_t>(std::count(near.begin(), near.end(), 1));
+}
+
+}  // namespace
+
+double expected_block_particles(const FluidScene& fluid) {
+  double count = 0;
+  for (const BlockScene& block : fluid.blocks) {
+    const Lattice lattice(block.box, fluid.spacing);
+    count += lattice.n[0] * lattice.n[1] * lattice.n[2];
+  }
+  return count;
+}
+
+BlockParticles fill_blocks(const Model& model, std::vector<std::string>& warnings) {
+  const double d = model.spacing;
+  const auto& blocks = model.scene.fluid.blocks;
+  BlockParticles all;
+  PointGrid placed(d);
+  std::size_t overlaps = 0, outside = 0;
+  for (std::size_t b = 0; b < blocks.size(); ++b) {
+    const Lattice lattice(blocks[b].box, d);
+    const std::size_t begin = all.position.size();
+    for (double k = 0; k < lattice.n[2]; ++k) {
+      for (double j = 0; j < lattice.n[1]; ++j) {
+        for (double i = 0; i < lattice.n[0]; ++i) {
+          const Vec3 x{lattice.first[0] + i * d, lattice.first[1] + j * d, lattice.first[2] + k * d};
+          if (b > 0 && placed.any_within(x, 0.5 * d)) {
+            ++overlaps;
+            continue;
+          }
+          if (!contains(model.scene.domain.min, model.scene.domain.max, x)) ++outside;
+          all.position.push_back(x);
+          all.velocity.push_back(blocks[b].velocity);
+        }
+      }
+    }
+    if (b + 1 == blocks.size()) break;
+    for (std::size_t i = begin; i < all.position.size(); ++i) placed.add(all.position[i]);
+  }
+  if (outside > 0) {
+    throw SetupError(
+        fmt::format("fluid: {} of the blocks' {} particles are outside the domain", outside, all.position.size()));
+  }
+  if (overlaps > 0) {
+    warnings.push_back(fmt::format("fluid: {} particles left out where blocks overlap", overlaps));
+  }
+  const auto solid = inside_solid(model, all.position);
+  BlockParticles kept;
+  for (std::size_t i = 0; i < solid.size(); ++i) {
+    if (solid[i]) continue;
+    kept.position.push_back(all.position[i]);
+    kept.velocity.push_back(all.velocity[i]);
+  }
+  if (const std::size_t removed = all.position.size() - kept.position.size()) {
+    warnings.push_back(fmt::format("fluid: {} of the blocks' {} particles removed: they start inside a solid body",
+                                   removed, all.position.size()));
+  }
+  if (const std::size_t near = count_near_cloth(model, kept.position, 0.25 * d)) {
+    warnings.push_back(
+        fmt::format("fluid: {} of the blocks' particles start within {:.3g} m of a cloth", near, 0.25 * d));
+  }
+  return kept;
+}
+
+std::vector<Jet> make_jets(const Model& model, std::vector<std::string>& warnings) {
+  const double d = model.spacing;
+  std::vector<Jet> jets;
+  for (std::size_t j = 0; j < model.scene.fluid.jets.size(); ++j) {
+    Jet jet;
+    jet.scene = model.scene.fluid.jets[j];
+    const std::string name = fmt::format("fluid: jet {}", j + 1);
+    const Vector3d velocity = to_eigen(jet.scene.velocity);
+    const double radius = jet.scene.radius, speed = velocity.norm();
+    if (!(radius >= 0.5 * d)) {
+      throw SetupError(fmt::format("{}: the radius {} m is below half the spacing, {} m", name, radius, 0.5 * d));
+    }
+    if (!(speed > 0)) throw SetupError(name + ": the velocity must not be zero");
+    if (!contains(model.scene.domain.min, model.scene.domain.max, jet.scene.center)) {
+      throw SetupError(name + ": the centre is outside the domain");
+    }
+    const Vector3d axis = velocity / speed;
+    int smallest = 0;
+    axis.cwiseAbs().minCoeff(&smallest);
+    const Vector3d u = axis.cross(Vector3d::Unit(smallest)).normalized(), v = axis.cross(u);
+    const double reach = radius - 0.5 * d;
+    const int n = static_cast<int>(std::floor(reach / d + 1e-9));
+    std::vector<Vec3> mouth;
+    for (int a = -n; a <= n; ++a) {
+      for (int b = -n; b <= n; ++b) {
+        if (std::hypot(a, b) * d > reach * (1 + 1e-9)) continue;
+        jet.offsets.push_back(to_vec3(d * (a * u + b * v)));
+        mouth.push_back(to_vec3(to_eigen(jet.scene.center) + d * (a * u + b * v)));
+      }
+    }
+    const double count = static_cast<double>(jet.offsets.size());
+    jet.layer_interval = count * d * d * d / (std::numbers::pi * radius * radius * speed);
+    const auto solid = inside_solid(model, mouth);
+    if (const auto inside = std::count(solid.begin(), solid.end(), 1)) {
+      warnings.push_back(
+          fmt::format("{}: {} of the {} points of its mouth are inside a solid body", name, inside, mouth.size()));
+    }
+    if (const double layer = jet.layer_interval * speed; layer < 0.6 * d) {
+      warnings.push_back(
+          fmt::format("{}: {} particles a layer are few for its radius, so layers are only {:.2f} spacings apart "
+                      "and the water starts compressed",
+                      name, jet.offsets.size(), layer / d));
+    }
+    jets.push_back(std::move(jet));
+  }
+  return jets;
+}
+
+}  // namespace drench

@@ -1,0 +1,29 @@
+#pragma once
+// The liquid's sources: particles of the blocks at the start, lattices of the jets.
+
+#include <string>
+#include <vector>
+
+#include "state/model.hpp"
+
+namespace drench {
+
+/// Particles that the blocks hold, before overlaps and solids take some away.
+double expected_block_particles(const FluidScene& fluid);
+
+struct BlockParticles {
+  std::vector<Vec3> position;  // m
+  std::vector<Vec3> velocity;  // m/s
+};
+
+/// Fills the blocks with lattices of spacing d. Particles closer than d/2 to one of an earlier block, and those inside
+/// a solid (analytic, or a closed mesh), are left out with a warning that counts them; those nearer to a cloth than d/4
+/// are only counted in a warning. Needs model.bodies, model.mesh, model.spacing. SetupError: particles outside the
+/// domain.
+BlockParticles fill_blocks(const Model& model, std::vector<std::string>& warnings);
+
+/// Lattices and intervals of the jets. SetupError: a radius below d/2, no velocity, a centre outside the domain.
+/// Needs model.bodies and model.spacing.
+std::vector<Jet> make_jets(const Model& model, std::vector<std::string>& warnings);
+
+}  // namespace drench

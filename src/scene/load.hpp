@@ -1,0 +1,24 @@
+#pragma once
+// YAML → Scene and back. Every value is checked; every default is the struct's own (scene/scene.hpp).
+
+#include <string>
+#include <vector>
+
+#include "scene/scene.hpp"
+#include "scene/scene_error.hpp"
+
+namespace drench {
+
+/// Reads and validates the scene file `path`. Each of `overrides` is `key.path=value`: list entries by their index
+/// (`cloth.0.stretch=300`), the value in YAML; maps that are missing on the way are made.
+/// Mesh files are looked up beside the scene file and come out as absolute paths. Throws SceneError.
+Scene load_scene(const std::string& path, const std::vector<std::string>& overrides = {});
+
+/// The same from text; `path_for_messages` names it in errors, and mesh files are looked up beside that path.
+Scene parse_scene(const std::string& yaml_text, const std::string& path_for_messages,
+                  const std::vector<std::string>& overrides = {});
+
+/// The scene with every default written out, in the scene file's own syntax; parse_scene gives an equal Scene back.
+std::string to_yaml(const Scene& scene);
+
+}  // namespace drench

@@ -1,0 +1,154 @@
+#pragma once
+// What a scene file says, as plain structs. Every default value of the project stands here and nowhere else.
+
+#include <limits>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "state/types.hpp"
+
+namespace drench {
+
+struct Box {
+  Vec3 min{0, 0, 0};  // m
+  Vec3 max{0, 0, 0};  // m
+};
+
+enum class TimeMode { fixed, cfl };
+enum class SortMethod { automatic, counting, radix, bitonic };
+enum class KernelKind { cubic, wendland, poly6 };
+enum class DiffusionLaw { linear, degenerate };
+
+struct TimeScene {
+  double step = 0.004;  // s; the maximum when mode is cfl
+  double end = 2.0;     // s
+  TimeMode mode = TimeMode::fixed;
+  double cfl = 0.4;     // 1; Δt = cfl · d / max|v|
+};
+
+struct OutputScene {
+  double every = 0.02;            // s; 0 writes no frames
+  double checkpoint_every = 0.0;  // s; 0 writes none
+};
+
+struct FluidSolverScene {
+  double density_error = 1e-3;     // 1; mean compression that ends the density solve
+  double divergence_error = 1e-3;  // 1; mean compression rate · Δt that ends the divergence solve
+  int max_iterations = 100;
+  int min_iterations = 2;
+};
+
+struct BlockScene {
+  Box box;
+  Vec3 velocity{0, 0, 0};  // m/s
+};
+
+struct JetScene {
+  Vec3 center{0, 0, 0};    // m
+  double radius = 0.05;    // m
+  Vec3 velocity{0, 0, 0};  // m/s; the nozzle's axis
+  double start = 0.0;      // s
+  double end = std::numeric_limits<double>::infinity();  // s
+};
+
+struct FluidScene {
+  bool present = false;  // a scene without the section `fluid` has no liquid particles
+  double spacing = 0.01;        // m; the particle diameter d
+  double density = 1000.0;      // kg/m³
+  double viscosity = 1.0e-6;    // m²/s
+  double surface_tension = 0.0; // N/m
+  KernelKind kernel = KernelKind::cubic;
+  double support = 2.0;         // h / d
+  FluidSolverScene solver;
+  std::vector<BlockScene> blocks;
+  std::vector<JetScene> jets;
+};
+
+struct GridScene {
+  std::array<double, 2> size{1, 1};  // m; spanned in x and z, centred on the origin
+  std::array<int, 2> nodes{31, 31};
+};
+
+struct PinScene {
+  enum class Kind { corners, edges, box, nodes } kind = Kind::corners;
+  Box box;                   // for Kind::box, after placing
+  std::vector<Index> nodes;  // for Kind::nodes, numbered within this cloth
+};
+
+struct SaturationScene {
+  Box box;
+  double value = 0;  // 1
+};
+
+struct PorousScene {
+  bool present = false;
+  double solid_fraction = 0.4;     // Φ, 1
+  double absorption = 0.01;        // k_a, m²/s
+  double uptake_velocity = 0.0;    // u_a, m/s; > 0 replaces `absorption` by k_a = u_a h² / (7.5 (1−Φ) τ)
+  double max_saturation = 1.18;    // s_max, 1
+  double virtual_pressure = 16.8;  // k^p, m/s²
+  double emission_angle = 80.0;    // θ^e, degrees
+  double emission_velocity = 0.5;  // u_e, m/s; how fast excess ripens for emission: rate u_e / d
+  double emission_ramp = 0.02;     // s; over which a fresh particle's pressure and speed are ramped in
+  double diffusivity = 1.0e-4;     // D, m²/s
+  DiffusionLaw diffusion = DiffusionLaw::linear;
+  double capillary_height = 1.0;   // ℓ, m
+  double adhesion = 0.0;           // 1; wet adhesion, section 10
+};
+
+struct ClothScene {
+  std::string name = "cloth";
+  std::optional<GridScene> grid;
+  std::string file;             // a mesh file (.obj, .ply, .stl) when `grid` is absent
+  double scale = 1.0;           // 1; of the mesh file
+  Vec3 position{0, 0, 0};       // m
+  Vec3 rotate_axis{1, 0, 0};
+  double rotate_degrees = 0.0;
+  double areal_density = 0.2;   // kg/m²
+  double thickness = 0.001;     // m
+  double stretch = 500.0;       // N/m; membrane stiffness (Young's modulus × thickness)
+  double bend = 1.0e-4;         // N·m; bending stiffness
+  double damping = 1.0;         // 1/s
+  double friction = 0.3;        // 1
+  std::vector<PinScene> pins;
+  bool self_collision = false;
+  bool dynamics = true;
+  std::vector<SaturationScene> initial_saturation;
+  std::vector<SaturationScene> hold_saturation;
+  PorousScene porous;
+};
+
+struct SpinScene {
+  Vec3 axis{0, 1, 0};
+  double degrees_per_second = 0.0;
+};
+
+struct BodyScene {
+  enum class Kind { box, sphere, plane, mesh } kind = Kind::box;
+  Box box;
+  bool inside = false;      // a box that is a container: its inside is free
+  Vec3 center{0, 0, 0};     // sphere
+  double radius = 0.1;      // m, sphere
+  Vec3 point{0, 0, 0};      // plane
+  Vec3 normal{0, 1, 0};     // plane; points to the free side
+  std::string file;         // mesh
+  double scale = 1.0;
+  Vec3 position{0, 0, 0};   // m, added to the scaled mesh
+  SpinScene spin;           // about the mesh's bounding-box centre
+};
+
+struct Scene {
+  std::string path;  // the file that it came from, "" when built in memory
+  int version = 1;
+  TimeScene time;
+  Vec3 gravity{0, -9.81, 0};               // m/s²
+  Box domain{{-10, -10, -10}, {10, 10, 10}};  // m
+  OutputScene output;
+  SortMethod sort = SortMethod::automatic;
+  FluidScene fluid;
+  std::vector<ClothScene> cloths;
+  std::vector<BodyScene> bodies;
+};
+
+}  // namespace drench

@@ -1,0 +1,157 @@
+#pragma once
+// What stays the same during a run: numbers, materials, meshes and bodies, resolved from the scene.
+// HostState (host_state.hpp) holds what changes. Both are plain host data without Kokkos.
+
+#include <string>
+#include <vector>
+
+#include "scene/scene.hpp"
+#include "state/types.hpp"
+
+namespace drench {
+
+/// Per-node lists in compressed form: entries of node n are [start[n], start[n+1]).
+struct Rows {
+  std::vector<Index> start;  // rows + 1
+  std::vector<Index> item;
+  Index rows() const { return start.empty() ? 0 : static_cast<Index>(start.size()) - 1; }
+};
+
+struct ClothMaterial {
+  std::string name;
+  bool dynamics = true;
+  bool porous = false;
+  double thickness = 0.001;       // τ, m
+  double damping = 1.0;           // 1/s
+  double friction = 0.3;          // 1
+  double solid_fraction = 0.4;    // Φ
+  double absorption = 0.01;       // k_a, m²/s, `uptake_velocity` resolved
+  double max_saturation = 1.18;   // s_max
+  double virtual_pressure = 16.8; // k^p, m/s²
+  double emission_cosine = 0.17;  // cos θ^e
+  double emission_velocity = 0.5; // u_e, m/s
+  double emission_ramp = 0.02;    // s
+  double diffusivity = 1e-4;      // D, m²/s
+  DiffusionLaw diffusion = DiffusionLaw::linear;
+  double capillary_height = 1.0;  // ℓ, m
+  Index first_node = 0, node_count = 0;
+  Index first_triangle = 0, triangle_count = 0;
+  Index first_sample = 0, sample_count = 0;
+};
+
+/// All cloths' meshes, concatenated; indices are global. Built once from the rest shape.
+struct ClothMesh {
+  // nodes
+  std::vector<Vec3> rest_position;          // m, after placing
+  std::vector<double> solid_mass;           // m_s, kg: areal density × a third of the adjacent triangles
+  std::vector<std::uint8_t> pinned;         // 1: does not move (also every node of a cloth without dynamics)
+  std::vector<Index> node_cloth;            // index into Model::cloths
+  // triangles
+  std::vector<std::array<Index, 3>> triangle;
+  std::vector<Index> triangle_cloth;
+  // edge springs, i < j
+  std::vector<std::array<Index, 2>> edge;
+  std::vector<double> edge_length;          // m, rest
+  std::vector<double> edge_stiffness;       // N/m: stretch · (A0 + A1) / length²   (Van Gelder 1998)
+  // hinges: nodes 0 1 on the shared edge, 2 3 opposite
+  std::vector<std::array<Index, 4>> hinge;
+  std::vector<std::array<double, 4>> hinge_weight;  // K, 1/m·m = 1: cotangent vector, ΣK = 0 (Bergou 2006)
+  std::vector<double> hinge_stiffness;      // 3 bend / (A0 + A1), N/m
+  // node → constraint rows; an item is edge id, or 4·hinge + corner
+  Rows node_edges;
+  Rows node_hinges;
+
+  Index nodes() const { return static_cast<Index>(rest_position.size()); }
+  Index triangles() const { return static_cast<Index>(triangle.size()); }
+};
+
+/// Samples of the cloths: boundary particles for the liquid (all cloths), porous particles (porous cloths).
+struct SampleSet {
+  std::vector<Index> triangle;                // the triangle that carries the sample
+  std::vector<std::array<double, 3>> weight;  // barycentric weights w_pn, Σ = 1, in the triangle's node order
+  std::vector<Index> cloth;                   // index into Model::cloths
+  std::vector<double> area;                   // a_p, m²: rest-area share; sums to the mesh's area
+  std::vector<double> capacity;               // C_p = (1−Φ) a_p τ ρ0, kg; 0 for a cloth that is not porous
+  std::vector<Vec3> rest_position;            // m
+  Rows node_samples;                          // node → items 4·sample + corner (0..2)
+  std::vector<double> node_capacity;          // C_n = Σ_p w_pn C_p, kg
+  std::vector<double> node_weight_sum;        // w′_n = Σ_p w_pn
+  double cover_radius = 0;                    // m: no point of a triangle is farther from that triangle's nearest sample
+  Index count() const { return static_cast<Index>(triangle.size()); }
+};
+
+struct Body {
+  BodyScene::Kind kind = BodyScene::Kind::box;
+  Box box;
+  bool inside = false;
+  Vec3 center{0, 0, 0};  // sphere's centre; a mesh's centre of spin
+  double radius = 0;
+  Vec3 point{0, 0, 0};
+  Vec3 normal{0, 1, 0};
+  Vec3 spin_axis{0, 1, 0};       // unit
+  double spin_rate = 0;          // rad/s
+  Index first_sample = 0, sample_count = 0;
+  std::vector<Vec3> mesh_points; // m, at t = 0, for the picture; empty but for meshes
+  std::vector<std::array<Index, 3>> mesh_triangles;
+};
+
+/// Samples of the solid bodies at t = 0, all bodies concatenated.
+struct BoundarySet {
+  std::vector<Vec3> position;  // m
+  std::vector<Index> body;
+  Index count() const { return static_cast<Index>(position.size()); }
+};
+
+struct Jet {
+  JetScene scene;
+  std::vector<Vec3> offsets;     // m: lattice points of one layer, relative to the centre, normal to the axis
+  double layer_interval = 0;     // s: n d³ / (π R² |v|), so that the mean flow is exactly ρ0 π R² |v|
+};
+
+/// One box of `hold_saturation`, resolved to nodes.
+struct Reservoir {
+  std::vector<Index> nodes;
+  std::vector<Quanta> target;  // the liquid mass that each of them is held at
+};
+
+struct Model {
+  Scene scene;                  // as loaded
+  double spacing = 0.01;        // d, m
+  double support = 0.02;        // h, m
+  double rest_density = 1000;   // ρ0, kg/m³
+  double particle_mass = 1e-3;  // m0 = ρ0 d³, kg
+  double quantum = 0;           // q = m0 / 2^32, kg
+  Quanta min_quanta = 0;        // m_min = 0.05 m0
+  Quanta max_quanta = quanta_per_particle;  // m_max = m0
+  std::vector<ClothMaterial> cloths;
+  ClothMesh mesh;
+  SampleSet samples;
+  std::vector<Body> bodies;
+  BoundarySet boundary;
+  std::vector<Jet> jets;
+  std::vector<Reservoir> reservoirs;
+
+  bool has_fluid() const { return scene.fluid.present; }
+  bool has_cloth() const { return !cloths.empty(); }
+  bool has_moving_cloth() const {
+    for (const auto& c : cloths) if (c.dynamics) return true;
+    return false;
+  }
+  bool has_porous() const {
+    for (const auto& c : cloths) if (c.porous) return true;
+    return false;
+  }
+  bool has_diffusion() const {
+    for (const auto& c : cloths) if (c.porous && c.diffusivity > 0) return true;
+    return false;
+  }
+  bool has_boundary() const { return boundary.count() > 0; }
+  bool has_moving_body() const {
+    for (const auto& b : bodies) if (b.spin_rate != 0) return true;
+    return false;
+  }
+  bool has_jets() const { return !jets.empty(); }
+  bool has_reservoirs() const { return !reservoirs.empty(); }
+};
+
+}  // namespace drench

@@ -1,0 +1,17 @@
+#pragma once
+// The plain types that every room of the house shares. SI units throughout.
+
+#include <array>
+#include <cstdint>
+
+namespace drench {
+
+using Vec3 = std::array<double, 3>;  ///< a vector or point, x y z
+using Index = std::int32_t;          ///< index of a particle, node, sample or triangle
+using Quanta = std::int64_t;         ///< liquid mass as a count of quanta q = m0 / 2^32
+
+/// One full particle holds 2^32 quanta, so a mass is exact to 2.3e-10 of a particle, and a signed
+/// 64-bit sum holds two thousand million full particles.
+inline constexpr Quanta quanta_per_particle = Quanta{1} << 32;
+
+}  // namespace drench

@@ -1,0 +1,308 @@
+// From a scene to a model: bodies, their samples, liquid blocks, jets. Cloth: build_test.cpp; mesh files:
+// mesh_files_test.cpp.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <random>
+#include <set>
+
+#include "scene/body_geometry.hpp"
+#include "scene/build.hpp"
+#include "scene/eigen_vec.hpp"
+#include "scene/memory_estimate.hpp"
+#include "scene/point_grid.hpp"
+
+namespace drench {
+namespace {
+
+constexpr double d = 0.02;
+
+Scene wet_scene() {
+  Scene scene;
+  scene.domain = {{-1, -1, -1}, {1, 1, 1}};
+  scene.fluid.present = true;
+  scene.fluid.spacing = d;
+  return scene;
+}
+
+BodyScene box_body(const Box& box, bool inside = false) {
+  BodyScene body;
+  body.box = box;
+  body.inside = inside;
+  return body;
+}
+
+BodyScene sphere_body(const Vec3& center, double radius) {
+  BodyScene body;
+  body.kind = BodyScene::Kind::sphere;
+  body.center = center;
+  body.radius = radius;
+  return body;
+}
+
+std::string error_of(const Scene& scene) {
+  try {
+    build(scene);
+  } catch (const SetupError& e) {
+    return e.what();
+  }
+  return "";
+}
+
+bool any_has(const std::vector<std::string>& lines, const std::string& text) {
+  return std::any_of(lines.begin(), lines.end(), [&](const auto& l) { return l.find(text) != std::string::npos; });
+}
+
+std::vector<double> nearest_distances(const std::vector<Vec3>& x) {
+  std::vector<double> nearest(x.size(), 1e9);
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    for (std::size_t j = 0; j < x.size(); ++j) {
+      if (i != j) nearest[i] = std::min(nearest[i], (to_eigen(x[i]) - to_eigen(x[j])).norm());
+    }
+  }
+  return nearest;
+}
+
+void expect_on_surface(const Setup& setup) {
+  for (std::size_t i = 0; i < setup.model.boundary.position.size(); ++i) {
+    Vec3 normal;
+    const Body& body = setup.model.bodies[static_cast<std::size_t>(setup.model.boundary.body[i])];
+    EXPECT_NEAR(signed_distance(body, setup.model.boundary.position[i], normal), 0, 1e-12);
+  }
+}
+
+TEST(BodyGeometry, DistancesArePositiveOnTheFreeSideAndNormalsAreTheirGradients) {
+  BodyScene plane;
+  plane.kind = BodyScene::Kind::plane;
+  plane.normal = {0, 3, 4};
+  plane.point = {0, 0.1, 0};
+  const Box box{{-0.3, -0.2, -0.4}, {0.3, 0.5, 0.1}};
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> uniform(-1, 1);
+  for (const BodyScene& scene : {box_body(box), box_body(box, true), sphere_body({0.1, 0.2, 0}, 0.4), plane}) {
+    const Body body = make_body(scene, "", "body");
+    for (int trial = 0; trial < 300; ++trial) {
+      const Vec3 x{uniform(random), uniform(random), uniform(random)};
+      Vec3 normal, ignored;
+      const double distance = signed_distance(body, x, normal);
+      EXPECT_NEAR(to_eigen(normal).norm(), 1, 1e-12);
+      constexpr double step = 1e-6;
+      const Vec3 ahead = to_vec3(to_eigen(x) + step * to_eigen(normal));
+      EXPECT_NEAR((signed_distance(body, ahead, ignored) - distance) / step, 1, 1e-5);
+      // The foot of the perpendicular is on the surface.
+      const Vec3 foot = to_vec3(to_eigen(x) - distance * to_eigen(normal));
+      EXPECT_NEAR(signed_distance(body, foot, ignored), 0, 1e-12);
+    }
+  }
+  Vec3 n;
+  EXPECT_DOUBLE_EQ(signed_distance(make_body(box_body(box), "", ""), {0.6, 0.9, 0}, n), 0.5);
+  EXPECT_NEAR(signed_distance(make_body(box_body(box, true), "", ""), {0.29, 0, 0}, n), 0.01, 1e-15);
+  EXPECT_EQ(n, (Vec3{-1, 0, 0}));
+}
+
+TEST(BodySamples, BoxHasEdgesAndCornersOnce) {
+  Scene scene = wet_scene();
+  scene.bodies.push_back(box_body({{0, 0, 0}, {0.2, 0.1, 0.06}}));  // 10 × 5 × 3 steps of d
+  const drench::Setup setup = build(scene);
+  EXPECT_EQ(setup.model.boundary.count(), 11 * 6 * 4 - 9 * 4 * 2);
+  expect_on_surface(setup);
+  for (const double r : nearest_distances(setup.model.boundary.position)) EXPECT_NEAR(r, d, 1e-12);
+  const auto& x = setup.model.boundary.position;
+  EXPECT_EQ(std::count(x.begin(), x.end(), Vec3{0.2, 0.1, 0.06}), 1);
+  EXPECT_EQ(setup.state.boundary_position, x);
+  EXPECT_EQ(setup.state.boundary_velocity, std::vector<Vec3>(x.size(), Vec3{0, 0, 0}));
+}
+
+TEST(BodySamples, BoxesAreCutAtTheDomainExtendedByTheSupport) {
+  Scene scene = wet_scene();
+  scene.domain = {{0.03, -1, -1}, {1, 1, 1}};  // − h = −0.01: keeps the face x = 0
+  scene.bodies.push_back(box_body({{-0.1, 0, 0}, {0.1, 0.1, 0.1}}));
+  const drench::Setup setup = build(scene);
+  EXPECT_EQ(setup.model.boundary.count(), 6 * 6 * 6 - 5 * 4 * 4);  // six layers from x = 0, one of them a face
+  for (const Vec3& x : setup.model.boundary.position) EXPECT_GE(x[0], -0.01);
+}
+
+TEST(BodySamples, SphereIsEven) {
+  Scene scene = wet_scene();
+  scene.bodies.push_back(sphere_body({0.1, 0.2, 0.3}, 0.2));
+  const drench::Setup setup = build(scene);
+  EXPECT_EQ(setup.model.boundary.count(), std::lround(4 * std::numbers::pi * 0.04 / (d * d)));
+  expect_on_surface(setup);
+  for (const double r : nearest_distances(setup.model.boundary.position)) {
+    EXPECT_GT(r, 0.8 * d);
+    EXPECT_LT(r, 1.1 * d);
+  }
+}
+
+TEST(BodySamples, PlaneFillsTheDomain) {
+  Scene scene = wet_scene();
+  BodyScene plane;
+  plane.kind = BodyScene::Kind::plane;
+  plane.point = {0, -0.5, 0};
+  plane.normal = {0, 2, 0};
+  scene.bodies.push_back(plane);
+  drench::Setup setup = build(scene);
+  EXPECT_EQ(setup.model.boundary.count(), 105 * 105);  // −1.04 to 1.04
+  expect_on_surface(setup);
+  // A flat lattice of spacing d: the volume of an inner sample, 1 / Σ W, by hand over the lattice.
+  double sum = 0;
+  for (int i = -2; i <= 2; ++i) {
+    for (int j = -2; j <= 2; ++j) sum += cubic_kernel(d * std::hypot(i, j), 2 * d);
+  }
+  EXPECT_NEAR(setup.state.boundary_volume[static_cast<std::size_t>(52 * 105 + 52)] * sum, 1, 1e-9);
+  scene.bodies[0].normal = {1, 2, 3};
+  setup = build(scene);
+  expect_on_surface(setup);
+  for (const Vec3& x : setup.model.boundary.position) {
+    for (int a = 0; a < 3; ++a) EXPECT_LE(std::abs(x[a]), 1.04 + 1e-9);
+  }
+  scene.fluid.spacing = 2e-4;
+  EXPECT_NE(error_of(scene).find("body 1: its surface needs more than 20000000 samples"), std::string::npos);
+}
+
+TEST(BodySamples, VolumesMatchASumOverAllPairs) {
+  Scene scene = wet_scene();
+  scene.bodies = {sphere_body({0, 0, 0}, 0.1), box_body({{0.1, 0, 0}, {0.2, 0.1, 0.1}})};  // touching: still apart
+  const drench::Setup setup = build(scene);
+  const auto& x = setup.model.boundary.position;
+  const auto& body = setup.model.boundary.body;
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    double sum = 0;
+    for (std::size_t j = 0; j < x.size(); ++j) {
+      if (body[i] == body[j]) sum += cubic_kernel((to_eigen(x[i]) - to_eigen(x[j])).norm(), 2 * d);
+    }
+    EXPECT_NEAR(setup.state.boundary_volume[i] * sum, 1, 1e-12);
+  }
+  EXPECT_EQ(setup.model.bodies[1].first_sample, setup.model.bodies[0].sample_count);
+}
+
+TEST(BodySamples, KernelIntegratesToOne) {
+  double integral = 0;
+  constexpr int n = 20000;
+  for (int i = 0; i < n; ++i) {
+    const double r = (i + 0.5) / n;
+    integral += 4 * std::numbers::pi * r * r * cubic_kernel(r, 1) / n;
+  }
+  EXPECT_NEAR(integral, 1, 1e-8);
+}
+
+TEST(BodySamples, NoneWithoutFluid) {
+  Scene scene = wet_scene();
+  scene.fluid.present = false;
+  scene.bodies.push_back(sphere_body({0, 0, 0}, 0.2));
+  const drench::Setup setup = build(scene);
+  EXPECT_EQ(setup.model.boundary.count(), 0);
+  EXPECT_EQ(setup.model.bodies.size(), 1u);
+}
+
+TEST(FluidBlocks, AreLatticesInTheirBoxes) {
+  Scene scene = wet_scene();
+  scene.fluid.blocks.push_back({{{0, 0, 0}, {0.2, 0.1, 0.065}}, {1, 2, 3}});
+  const drench::Setup setup = build(scene);
+  const HostState& s = setup.state;
+  ASSERT_EQ(s.fluid_count(), 10 * 5 * 3);
+  EXPECT_NEAR(s.fluid_position[0][0], 0.01, 1e-15);
+  EXPECT_NEAR(s.fluid_position[0][2], 0.0125, 1e-15);  // 0.065 − 3 d is shared by both sides
+  EXPECT_EQ(s.fluid_velocity[7], (Vec3{1, 2, 3}));
+  for (std::size_t i = 0; i < s.fluid_id.size(); ++i) {
+    EXPECT_EQ(s.fluid_id[i], static_cast<std::int64_t>(i));
+    EXPECT_EQ(s.fluid_mass[i], quanta_per_particle);
+  }
+  EXPECT_EQ(s.next_id, 150);
+  EXPECT_TRUE(setup.warnings.empty());
+  for (const auto* field : {&s.fluid_age, &s.fluid_density_ratio, &s.fluid_kappa_density, &s.fluid_kappa_divergence}) {
+    EXPECT_EQ(*field, std::vector<double>(150, 0.0));
+  }
+}
+
+TEST(FluidBlocks, OverlapsSolidsClothAndDomain) {
+  Scene scene = wet_scene();
+  const Box box{{0, 0, 0}, {0.2, 0.2, 0.2}};
+  scene.fluid.blocks = {{box, {0, 0, 0}}, {{{0.1, 0, 0}, {0.3, 0.2, 0.2}}, {0, 0, 0}}};
+  drench::Setup setup = build(scene);
+  EXPECT_EQ(setup.state.fluid_count(), 1500);
+  EXPECT_TRUE(any_has(setup.warnings, "500 particles left out where blocks overlap"));
+
+  scene.fluid.blocks.resize(1);
+  scene.bodies.push_back(box_body({{-0.1, -0.1, -0.1}, {0.3, 0.04, 0.3}}));  // swallows two layers
+  setup = build(scene);
+  EXPECT_EQ(setup.state.fluid_count(), 800);
+  EXPECT_TRUE(any_has(setup.warnings, "200 of the blocks' 1000 particles removed: they start inside a solid"));
+  scene.bodies[0] = box_body({{0, 0, 0}, {0.2, 0.1, 0.2}}, true);  // a container: only its inside is free
+  EXPECT_EQ(build(scene).state.fluid_count(), 500);
+  scene.bodies[0] = box_body(box, true);
+  EXPECT_EQ(build(scene).state.fluid_count(), 1000);
+
+  ClothScene cloth;
+  cloth.grid = GridScene{{1, 1}, {4, 4}};
+  cloth.position = {0, 0.112, 0};  // 2 mm off the layer at 0.11, which is 100 particles
+  scene.cloths.push_back(cloth);
+  setup = build(scene);
+  EXPECT_EQ(setup.state.fluid_count(), 1000);
+  EXPECT_TRUE(any_has(setup.warnings, "100 of the blocks' particles start within 0.005 m of a cloth"));
+  scene.cloths[0].position[1] = 0.12;
+  EXPECT_FALSE(any_has(build(scene).warnings, "start within"));
+
+  scene.domain.max[1] = 0.1;
+  EXPECT_NE(error_of(scene).find("500 of the blocks' 1000 particles are outside the domain"), std::string::npos);
+}
+
+TEST(Jets, LayersCarryTheMeanFlow) {
+  for (const double radius : {0.5 * d, 1.5 * d, 5 * d, 0.123}) {
+    Scene scene = wet_scene();
+    scene.fluid.jets.push_back({{0, 0.5, 0}, radius, {1, -2, 0.5}, 0.1, 2.0});
+    const drench::Setup setup = build(scene);
+    const Jet& jet = setup.model.jets.at(0);
+    const double speed = std::sqrt(5.25), n = static_cast<double>(jet.offsets.size());
+    EXPECT_NEAR(n * d * d * d / jet.layer_interval, std::numbers::pi * radius * radius * speed, 1e-12);
+    std::set<Vec3> distinct;
+    for (const Vec3& o : jet.offsets) {
+      EXPECT_NEAR(to_eigen(o).dot(Eigen::Vector3d(1, -2, 0.5)), 0, 1e-12);
+      EXPECT_LE(to_eigen(o).norm(), radius - 0.5 * d + 1e-9);
+      distinct.insert(o);
+    }
+    EXPECT_EQ(distinct.size(), jet.offsets.size());
+    if (radius < 0.6 * d) {
+      EXPECT_EQ(jet.offsets, std::vector<Vec3>(1, Vec3{0, 0, 0}));
+    }
+    if (radius == 5 * d) {
+      EXPECT_EQ(jet.offsets.size(), 69u);  // lattice points within 4.5
+    }
+    EXPECT_EQ(setup.state.jet_layers, std::vector<std::int64_t>(1, 0));
+    EXPECT_EQ(setup.state.fluid_count(), 0);
+  }
+  Scene scene = wet_scene();
+  scene.fluid.jets.push_back({{0, 0.5, 0}, 0.4 * d, {0, -1, 0}, 0, 1});
+  EXPECT_NE(error_of(scene).find("jet 1: the radius 0.008 m is below half the spacing"), std::string::npos);
+  scene.fluid.jets[0] = {{0, 0.5, 0}, d, {0, 0, 0}, 0, 1};
+  EXPECT_NE(error_of(scene).find("the velocity must not be zero"), std::string::npos);
+  scene.fluid.jets[0] = {{0, 1.5, 0}, d, {0, -1, 0}, 0, 1};
+  EXPECT_NE(error_of(scene).find("outside the domain"), std::string::npos);
+}
+
+TEST(MemoryEstimate, RefusesWhatTheMachineCannotHold) {
+  EXPECT_GT(machine_memory(), 1e8);
+  SetupSize size;
+  size.fluid = 1e6;
+  EXPECT_NO_THROW(refuse_too_large(size, 1.1e9));
+  EXPECT_THROW(refuse_too_large(size, 0.9e9), SetupError);
+}
+
+TEST(Build, IsTheSameTwice) {
+  Scene scene = wet_scene();
+  scene.bodies = {sphere_body({0, -0.2, 0}, 0.2)};
+  scene.fluid.blocks.push_back({{{-0.1, 0.1, -0.1}, {0.1, 0.3, 0.1}}, {0, 0, 0}});
+  ClothScene cloth;
+  cloth.grid = GridScene{};
+  scene.cloths.push_back(cloth);
+  const drench::Setup a = build(scene), b = build(scene);
+  EXPECT_EQ(a.state.boundary_volume, b.state.boundary_volume);
+  EXPECT_EQ(a.state.sample_volume, b.state.sample_volume);
+  EXPECT_EQ(a.state.fluid_position, b.state.fluid_position);
+}
+
+}  // namespace
+}  // namespace drench

@@ -1,0 +1,59 @@
+#pragma once
+// Scene files that must load. The mesh files exists.obj and mesh.PLY must lie beside the scene.
+
+namespace drench::testing {
+
+inline constexpr const char* minimal = "drench: 1\nfluid: {sources: [{block: {min: [0, 0, 0], max: [1, 1, 1]}}]}\n";
+inline constexpr const char* fluid_and_cloth =
+    "drench: 1\nfluid: {sources: [{block: {min: [0, 0, 0], max: [1, 1, 1]}}]}\ncloth: [{mesh: {grid: {}}}]\n";
+
+/// Every key of the format, with a value that is not the default wherever this version takes another.
+inline constexpr const char* everything = R"(drench: 1
+time: {step: 0.002, end: 3.5, mode: cfl, cfl: 0.3}
+gravity: [0.1, -1.62, 0.2]
+domain: {min: [-2, -3, -4], max: [5, 6, 7]}
+output: {every: 0.05, checkpoint_every: 0}
+neighbors: {sort: counting}
+fluid:
+  spacing: 0.02
+  density: 998
+  viscosity: 2.0e-6
+  surface_tension: 0
+  kernel: cubic
+  support: 2.5
+  solver: {density_error: 2.0e-3, divergence_error: 3.0e-3, max_iterations: 50, min_iterations: 1}
+  sources:
+    - block: {min: [0, 0.1, 0], max: [0.3, 0.4, 0.5], velocity: [1, 2, 3]}
+    - jet: {center: [1, 1, 1], radius: 0.07, velocity: [0, -2, 0], start: 0.5, end: 1.5}
+    - jet: {center: [1, 2, 1], radius: 0.08, velocity: [0, -3, 0], end: .inf}
+cloth:
+  - name: "a \"sheet\" \\ é"
+    mesh: {grid: {size: [0.6, 0.7], nodes: [13, 17]}}
+    place: {position: [0, 0.5, 0.1], rotate: {axis: [0, 1, 1], degrees: 30}}
+    areal_density: 0.3
+    thickness: 0.002
+    stretch: 400
+    bend: 2.0e-4
+    damping: 0.5
+    friction: 0.4
+    pin: [{corners: true}, {edges: true}, {box: {min: [-1, 0, -1], max: [0, 1, 0]}}, {nodes: [3, 220]}]
+    self_collision: false
+    dynamics: false
+    initial_saturation: [{box: {min: [-1, 0, -1], max: [0, 1, 0]}, value: 0.5}]
+    hold_saturation:
+      - {box: {min: [-1, 0, -1], max: [0, 1, 0]}, value: 1.25}
+      - {box: {min: [0, 0, 0], max: [1, 1, 1]}, value: 0}
+    porous: {solid_fraction: 0.5, absorption: 0.02, uptake_velocity: 0.03, max_saturation: 1.3, virtual_pressure: 15,
+             emission_angle: 70, emission_velocity: 0.6, emission_ramp: 0.03, diffusivity: 2.0e-4,
+             diffusion: degenerate, capillary_height: 0.8, adhesion: 0}
+  - name: second
+    mesh: {file: exists.obj, scale: 0.01}
+    dynamics: false
+bodies:
+  - box: {min: [-1, -1, -1], max: [1, 2, 1], inside: true}
+  - sphere: {center: [0, 0.2, 0], radius: 0.25}
+  - plane: {point: [0, -0.5, 0], normal: [0, 2, 0]}
+  - mesh: {file: mesh.PLY, scale: 1.5, position: [1, 0, 0], spin: {axis: [0, 0, 1], degrees_per_second: -90}}
+)";
+
+}  // namespace drench::testing

@@ -1,0 +1,209 @@
+// Mesh files: read through VTK, as cloths and as bodies, and the ones that are refused.
+
+#include <gtest/gtest.h>
+#include <vtkCell.h>
+#include <vtkNew.h>
+#include <vtkPLYWriter.h>
+#include <vtkPolyData.h>
+#include <vtkSTLWriter.h>
+#include <vtkSphereSource.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <numbers>
+#include <random>
+
+#include "scene/build.hpp"
+#include "scene/eigen_vec.hpp"
+#include "scene/mesh_io.hpp"
+
+namespace drench {
+namespace {
+
+constexpr double d = 0.02;
+
+Scene wet_scene() {
+  Scene scene;
+  scene.domain = {{-1, -1, -1}, {1, 1, 1}};
+  scene.fluid.present = true;
+  scene.fluid.spacing = d;
+  return scene;
+}
+
+std::string error_of(const Scene& scene) {
+  try {
+    build(scene);
+  } catch (const SetupError& e) {
+    return e.what();
+  }
+  return "";
+}
+
+std::vector<double> nearest_distances(const std::vector<Vec3>& x) {
+  std::vector<double> nearest(x.size(), 1e9);
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    for (std::size_t j = 0; j < x.size(); ++j) {
+      if (i != j) nearest[i] = std::min(nearest[i], (to_eigen(x[i]) - to_eigen(x[j])).norm());
+    }
+  }
+  return nearest;
+}
+
+class MeshFiles : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ = std::filesystem::path(::testing::TempDir()) /
+              (std::string("drench_mesh_") + ::testing::UnitTest::GetInstance()->current_test_info()->name());
+    std::filesystem::create_directories(folder_);
+  }
+  void TearDown() override { std::filesystem::remove_all(folder_); }
+  std::string write(const std::string& name, const std::string& text) const {
+    std::ofstream(folder_ / name) << text;
+    return (folder_ / name).string();
+  }
+  std::filesystem::path folder_;
+};
+
+TEST_F(MeshFiles, RoundTripsThroughEveryFormat) {
+  vtkNew<vtkSphereSource> source;
+  source->SetRadius(0.2);
+  source->SetThetaResolution(24);
+  source->SetPhiResolution(14);
+  source->Update();
+  vtkPolyData* sphere = source->GetOutput();
+  const auto triangles = static_cast<std::size_t>(sphere->GetNumberOfPolys());
+  const auto points = static_cast<std::size_t>(sphere->GetNumberOfPoints());
+  std::string obj = "v 9 9 9\n";  // a point that no triangle uses
+  for (vtkIdType p = 0; p < sphere->GetNumberOfPoints(); ++p) {
+    const double* x = sphere->GetPoint(p);
+    obj += "v " + std::to_string(x[0]) + " " + std::to_string(x[1]) + " " + std::to_string(x[2]) + "\n";
+  }
+  for (vtkIdType c = 0; c < sphere->GetNumberOfPolys(); ++c) {
+    obj += "f";
+    for (int k = 0; k < 3; ++k) obj += " " + std::to_string(sphere->GetCell(c)->GetPointId(k) + 2);
+    obj += "\n";
+  }
+  write("ball.obj", obj);
+  vtkNew<vtkPLYWriter> ply;
+  ply->SetFileName((folder_ / "ball.ply").c_str());
+  ply->SetInputData(sphere);
+  ply->Write();
+  vtkNew<vtkSTLWriter> stl;
+  stl->SetFileName((folder_ / "ball.stl").c_str());
+  stl->SetFileTypeToBinary();
+  stl->SetInputData(sphere);
+  stl->Write();
+  for (const std::string name : {"ball.obj", "ball.ply", "ball.stl"}) {
+    const SurfaceMesh mesh = read_mesh(name, (folder_ / "scene.yaml").string());  // found beside the scene
+    EXPECT_EQ(mesh.points.size(), points) << name;
+    EXPECT_EQ(mesh.triangles.size(), triangles) << name;
+    EXPECT_TRUE(is_closed(mesh)) << name;
+    for (const Vec3& x : mesh.points) EXPECT_NEAR(to_eigen(x).norm(), 0.2, 2e-6) << name;
+  }
+
+  // As a body: samples on it, none too close, none of the surface far from one, inside told from outside, spin.
+  Scene scene = wet_scene();
+  scene.path = (folder_ / "scene.yaml").string();
+  BodyScene body;
+  body.kind = BodyScene::Kind::mesh;
+  body.file = "ball.stl";
+  body.scale = 1.5;
+  body.position = {0.1, 0, 0};
+  body.spin = {{0, 2, 0}, 90};
+  scene.bodies.push_back(body);
+  scene.fluid.blocks.push_back({{{-0.4, -0.4, -0.4}, {0.6, 0.4, 0.4}}, {0, 0, 0}});
+  const drench::Setup setup = build(scene);
+  const auto& x = setup.model.boundary.position;
+  for (const double r : nearest_distances(x)) {
+    EXPECT_GE(r, 0.7 * d);
+    EXPECT_LE(r, 1.5 * d);
+  }
+  const Body& made = setup.model.bodies[0];
+  EXPECT_NEAR(to_eigen(made.center).x(), 0.1, 1e-6);
+  EXPECT_NEAR(made.spin_rate, std::numbers::pi / 2, 1e-15);
+  const auto at = [&](Index i) { return to_eigen(made.mesh_points[static_cast<std::size_t>(i)]); };
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> uniform(0, 1);
+  for (const auto& t : made.mesh_triangles) {
+    double u = uniform(random), v = uniform(random);
+    if (u + v > 1) u = 1 - u, v = 1 - v;
+    const Eigen::Vector3d p = at(t[0]) + u * (at(t[1]) - at(t[0])) + v * (at(t[2]) - at(t[0]));
+    double nearest = 1;
+    for (const Vec3& s : x) nearest = std::min(nearest, (p - to_eigen(s)).norm());
+    EXPECT_LE(nearest, d);
+  }
+  double volume = 0;
+  for (const auto& t : made.mesh_triangles) volume += at(t[0]).dot(at(t[1]).cross(at(t[2]))) / 6;
+  const double removed = 50 * 40 * 40 - setup.state.fluid_count();
+  EXPECT_NEAR(removed * d * d * d / volume, 1, 0.01);
+  for (const Vec3& p : setup.state.fluid_position) EXPECT_GT((to_eigen(p) - to_eigen(made.center)).norm(), 0.29);
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    const Eigen::Vector3d expected =
+        made.spin_rate * Eigen::Vector3d(0, 1, 0).cross(to_eigen(x[i]) - to_eigen(made.center));
+    EXPECT_LT((to_eigen(setup.state.boundary_velocity[i]) - expected).norm(), 1e-12);
+  }
+}
+
+TEST_F(MeshFiles, ClothFromAFileWithPolygonsAndSeams) {
+  // Two squares with different texture coordinates along their common side: still one sheet.
+  const std::string path = write("sheet.obj",
+                                 "v 0 0 0\nv 1 0 0\nv 2 0 0\nv 0 0 1\nv 1 0 1\nv 2 0 1\n"
+                                 "vt 0 0\nvt 1 0\nvt 0 1\nvt 1 1\n"
+                                 "f 1/1 4/3 5/4 2/2\nf 2/1 5/3 6/4 3/2\n");
+  Scene scene;
+  ClothScene cloth;
+  cloth.name = "sheet";
+  cloth.file = path;
+  cloth.scale = 0.5;
+  cloth.pins = {PinScene{PinScene::Kind::edges, {}, {}}};
+  scene.cloths.push_back(cloth);
+  const Model m = build(scene).model;
+  EXPECT_EQ(m.mesh.nodes(), 6);
+  EXPECT_EQ(m.mesh.triangles(), 4);
+  EXPECT_EQ(m.mesh.hinge.size(), 3u);
+  EXPECT_EQ(std::count(m.mesh.pinned.begin(), m.mesh.pinned.end(), 1), 6);
+  double mass = 0;
+  for (const double v : m.mesh.solid_mass) mass += v;
+  EXPECT_NEAR(mass, 0.2 * 0.5, 1e-8);
+  scene.cloths[0].pins[0].kind = PinScene::Kind::corners;
+  EXPECT_NE(error_of(scene).find("a mesh file has no corners"), std::string::npos);
+}
+
+TEST_F(MeshFiles, BadOnesAreRefused) {
+  const auto error = [&](const std::string& name, const std::string& text) {
+    Scene scene;
+    ClothScene cloth;
+    cloth.file = text.empty() ? name : write(name, text);
+    scene.cloths.push_back(cloth);
+    return error_of(scene);
+  };
+  const std::string points = "v 0 0 0\nv 1 0 0\nv 0 0 1\nv 0 1 0\nv 0 -1 0\nv 2 0 0\n";
+  const auto has = [](const std::string& text, const std::string& part) {
+    return text.find(part) != std::string::npos ? ::testing::AssertionSuccess() : ::testing::AssertionFailure() << text;
+  };
+  EXPECT_TRUE(has(error("nowhere.obj", ""), "no such file"));
+  EXPECT_TRUE(has(error("a.off", points + "f 1 2 3\n"), "unknown ending"));
+  EXPECT_TRUE(has(error("empty.obj", points), "it holds no triangles"));
+  EXPECT_TRUE(
+      has(error("flat.obj", points + "f 1 2 3\nf 1 2 6\n"), "triangle 1 of the mesh (points 0, 1, 3) is degenerate"));
+  EXPECT_TRUE(has(error("fan.obj", points + "f 1 2 3\nf 1 2 4\nf 1 2 5\n"), "between points 0 and 1 has 3 triangles"));
+  EXPECT_TRUE(has(error("twice.obj", points + "f 1 2 3\nf 1 3 2\n"), "triangles 0 and 1 of the mesh are the same"));
+  EXPECT_TRUE(has(error("junk.ply", "this is not a mesh\n"), "cannot be read: "));
+  EXPECT_TRUE(has(error("junk.stl", "this is not a mesh\n"), "cannot be read: "));
+  EXPECT_TRUE(has(error("range.obj", points + "f 1 2 99\n"), "line 7: there is no point 99, 6 are defined so far"));
+  EXPECT_TRUE(has(error("next.obj", points + "f 1 2 \\\n3 99\n"), "there is no point 99"));
+  EXPECT_EQ(error("last.obj", points + "f -6 -5 -4\n"), "");  // counted from the end
+  EXPECT_TRUE(has(error("nan.obj", "v nan 0 0\nv 1 0 0\nv 0 0 1\nf 1 2 3\n"), "line 1: a point needs three finite"));
+  const std::string ply =
+      "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+      "element face 1\nproperty list uchar int vertex_indices\nend_header\n";
+  EXPECT_EQ(error("good.ply", ply + "0 0 0\n1 0 0\n0 0 1\n3 0 1 2\n"), "");
+  EXPECT_TRUE(has(error("range.ply", ply + "0 0 0\n1 0 0\n0 0 1\n3 0 1 7\n"), "face 0: there is no point 7"));
+  EXPECT_TRUE(
+      has(error("nan.ply", ply + "0 0 0\n1 nan 0\n0 0 1\n3 0 1 2\n"), "point 1 of the mesh is not a finite number"));
+}
+
+}  // namespace
+}  // namespace drench

@@ -1,0 +1,11 @@
+// Stage density: backend against reference from identical input.
+
+#include <gtest/gtest.h>
+
+#include "stage_compare.hpp"
+
+namespace drench::test {
+
+TEST(density, agrees_with_the_reference) { compare_stage({.stage = Stage::density, .changes = "fluid_density_ratio"}); }
+
+}  // namespace drench::test

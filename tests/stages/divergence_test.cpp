@@ -1,0 +1,11 @@
+// Stage divergence: backend against reference from identical input.
+
+#include <gtest/gtest.h>
+
+#include "stage_compare.hpp"
+
+namespace drench::test {
+
+TEST(divergence, agrees_with_the_reference) { compare_stage({.stage = Stage::divergence, .changes = "fluid_velocity"}); }
+
+}  // namespace drench::test

@@ -1,0 +1,138 @@
+// Stage neighbors: neighbour sets against brute force, and backend against reference.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <limits>
+#include <random>
+#include <set>
+
+#include "device_copy.hpp"
+#include "primitives/neighbor_list.hpp"
+#include "stage_compare.hpp"
+
+namespace drench::test {
+namespace {
+
+using kokkos_backend::Array;
+using kokkos_backend::Real;
+using kokkos_backend::Real3;
+using Pairs = std::set<std::pair<Index, Index>>;
+
+constexpr Real support = Real(0.25);  // exact in binary, so that cell faces are hit exactly
+
+Pairs brute_force(const std::vector<Vec3>& points) {
+  Pairs pairs;
+  for (Index i = 0; i < static_cast<Index>(points.size()); ++i)
+    for (Index j = 0; j < static_cast<Index>(points.size()); ++j) {
+      const Real3 r = kokkos_backend::to_real(points[std::size_t(i)]) - kokkos_backend::to_real(points[std::size_t(j)]);
+      if (i != j && dot(r, r) < support * support) pairs.insert({i, j});
+    }
+  return pairs;
+}
+
+struct Found {
+  Pairs pairs;
+  std::size_t entries = 0;  // more than pairs.size() if a neighbour is listed twice
+  bool hashed = false;
+};
+
+Found from_cells(const std::vector<Vec3>& points) {
+  const auto n = static_cast<Index>(points.size());
+  const Array<Real3> x = kokkos_backend::to_device3("points", points);
+  kokkos_backend::CellTable table;
+  table.build(x, n, support);
+  kokkos_backend::NeighborList list;
+  build_neighbor_list(list, x, n, table.view(), x, support, true);
+  Found found;
+  found.hashed = table.view().hashed != 0;
+  if (n == 0) return found;
+  const auto count = Kokkos::create_mirror_view_and_copy(Kokkos::HostSpace(), list.count);
+  const auto items = Kokkos::create_mirror_view_and_copy(Kokkos::HostSpace(), list.list);
+  for (Index i = 0; i < n; ++i)
+    for (Index k = 0; k < count(i); ++k, ++found.entries) found.pairs.insert({i, items(i, k)});
+  return found;
+}
+
+std::vector<Vec3> random_points(int n, double from, double to, unsigned seed) {
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> axis(from, to);
+  std::vector<Vec3> points(static_cast<std::size_t>(n));
+  for (Vec3& p : points) p = {axis(random), axis(random), axis(random)};
+  return points;
+}
+
+void expect_equal_sets(const std::vector<Vec3>& points, bool expect_pairs = true) {
+  const Pairs expected = brute_force(points);
+  const Found found = from_cells(points);
+  EXPECT_EQ(found.pairs, expected);
+  EXPECT_EQ(found.entries, expected.size());
+  EXPECT_EQ(!expected.empty(), expect_pairs);
+}
+
+}  // namespace
+
+TEST(neighbors, random_points) { expect_equal_sets(random_points(1500, 0, 1.5, 1)); }
+TEST(neighbors, negative_coordinates) { expect_equal_sets(random_points(1023, -1.7, 0.3, 2)); }
+TEST(neighbors, number_that_is_no_power_of_two) { expect_equal_sets(random_points(1025, 0, 1, 3)); }
+
+TEST(neighbors, points_on_cell_faces) {
+  std::vector<Vec3> points;
+  for (int i = -4; i <= 4; ++i)
+    for (int j = -4; j <= 4; ++j)
+      for (int k = -4; k <= 4; ++k) points.push_back({0.125 * i, 0.125 * j, 0.125 * k});
+  expect_equal_sets(points);
+}
+
+TEST(neighbors, coincident_points) {
+  std::vector<Vec3> points(70, Vec3{0.5, -0.5, 0.25});
+  points.push_back({0.6, -0.5, 0.25});
+  expect_equal_sets(points);
+}
+
+TEST(neighbors, no_point_and_one_point) {
+  expect_equal_sets({}, false);
+  expect_equal_sets({{0.1, 0.2, -0.3}}, false);
+}
+
+TEST(neighbors, sparse_and_unbounded_domain_is_hashed) {
+  std::vector<Vec3> points = random_points(400, -0.5, 0.5, 4);
+  for (const Vec3& p : random_points(400, -0.5, 0.5, 5)) points.push_back({p[0] + 3000, p[1] - 2000, p[2] + 1000});
+  for (const Vec3& p : random_points(300, -4000, 4000, 6)) points.push_back(p);
+  expect_equal_sets(points);
+  EXPECT_TRUE(from_cells(points).hashed);
+}
+
+TEST(neighbors, a_point_that_is_not_finite_does_not_disturb_the_others) {
+  std::vector<Vec3> points = random_points(300, 0, 1, 7);
+  points.push_back({std::numeric_limits<double>::quiet_NaN(), 0.5, 0.5});
+  points.push_back({std::numeric_limits<double>::infinity(), 0.5, 0.5});
+  expect_equal_sets(points);
+}
+
+TEST(neighbors, lists_agree_with_the_reference) {
+  const auto setup = setup_from(wet_scene());
+  const auto reference = make_reference_backend(setup.model);
+  const auto backend = make_kokkos_backend(setup.model);
+  StepReport report;
+  for (Backend* b : {reference.get(), backend.get()}) {
+    b->upload(setup.state);
+    b->run(Stage::neighbors, {}, report);
+    b->run(Stage::porous_neighbors, {}, report);
+  }
+  for (const char* list : {"fluid_fluid", "fluid_boundary", "fluid_sample", "sample_fluid", "sample_sample", "sample_boundary"}) {
+    const auto a = reference->neighbor_pairs(list), b = backend->neighbor_pairs(list);
+    const Pairs expected(a.begin(), a.end()), found(b.begin(), b.end());
+    EXPECT_FALSE(expected.empty()) << list;
+    // Only pairs whose distance rounds across h may differ between float and double.
+    std::vector<std::pair<Index, Index>> only_one;
+    std::set_symmetric_difference(expected.begin(), expected.end(), found.begin(), found.end(), std::back_inserter(only_one));
+#ifdef DRENCH_DOUBLE
+    EXPECT_TRUE(only_one.empty()) << list << " differs in " << only_one.size() << " pairs";
+#else
+    EXPECT_LE(only_one.size(), expected.size() / 20) << list;
+#endif
+  }
+}
+
+}  // namespace drench::test

@@ -1,0 +1,58 @@
+// Stage time_step: fixed and CFL time steps.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "pipeline/backend.hpp"
+#include "stage_compare.hpp"
+
+namespace drench::test {
+
+TEST(time_step, fixed_mode_wants_the_step_of_the_scene) {
+  const auto setup = setup_from(wet_scene());
+  for (const auto& backend : {make_reference_backend(setup.model), make_kokkos_backend(setup.model)}) {
+    StepReport report;
+    backend->upload(setup.state);
+    backend->run(Stage::time_step, {}, report);
+    EXPECT_DOUBLE_EQ(report.dt_wanted, 0.002);
+  }
+}
+
+TEST(time_step, cfl_mode_bounds_the_distance_of_the_fastest_particle) {
+  const auto setup = setup_from(with(wet_scene(), "{step: 0.002, end: 1.0}", "{step: 0.1, end: 1.0, mode: cfl}"));
+  HostState state = setup.state;
+  state.fluid_velocity[3] = {0, -8, 0};
+  for (const auto& backend : {make_reference_backend(setup.model), make_kokkos_backend(setup.model)}) {
+    StepReport report;
+    backend->upload(state);
+    backend->run(Stage::time_step, {}, report);
+    EXPECT_NEAR(report.dt_wanted, 0.4 * 0.02 / (8 + 9.81 * 0.1), 1e-8) << backend->name();
+  }
+}
+
+TEST(time_step, node_speed_counts_and_the_step_has_a_floor) {
+  const auto setup = setup_from(with(wet_scene(), "{step: 0.002, end: 1.0}", "{step: 0.1, end: 1.0, mode: cfl}"));
+  HostState state = setup.state;
+  state.node_velocity[40] = {300, 0, 0};
+  for (const auto& backend : {make_reference_backend(setup.model), make_kokkos_backend(setup.model)}) {
+    StepReport report;
+    backend->upload(state);
+    backend->run(Stage::time_step, {}, report);
+    EXPECT_NEAR(report.dt_wanted, 1e-4, 1e-10) << backend->name();  // 0.4 d / 300 m/s is below step / 1000
+  }
+}
+
+TEST(time_step, resets_the_pin_forces) {
+  const auto setup = setup_from(wet_scene());
+  HostState state = setup.state;
+  std::fill(state.node_pin_force.begin(), state.node_pin_force.end(), Vec3{1, 2, 3});
+  for (const auto& backend : {make_reference_backend(setup.model), make_kokkos_backend(setup.model)}) {
+    StepReport report;
+    backend->upload(state);
+    backend->run(Stage::time_step, {}, report);
+    for (const Vec3& f : backend->download().node_pin_force) EXPECT_EQ(f, (Vec3{0, 0, 0}));
+  }
+}
+
+}  // namespace drench::test

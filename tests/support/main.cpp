@@ -1,0 +1,11 @@
+// Runs the tests with the backend's runtime started, as the program itself does.
+
+#include <gtest/gtest.h>
+
+#include "pipeline/runtime.hpp"
+
+int main(int argc, char** argv) {
+  testing::InitGoogleTest(&argc, argv);
+  const drench::BackendRuntime runtime(0, true);
+  return RUN_ALL_TESTS();
+}

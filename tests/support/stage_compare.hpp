@@ -1,0 +1,32 @@
+#pragma once
+// Runs one stage on the backend and on the reference from identical input and compares every field of the state.
+
+#include <functional>
+#include <string>
+
+#include "pipeline/stage_list.hpp"
+#include "scene/build.hpp"
+
+namespace drench::test {
+
+/// A scene that uses every stage: a small block of water just above a pinned porous sheet, over a sphere and a floor.
+std::string wet_scene();
+/// Replaces the first occurrence of `from`; throws if there is none, so that a test cannot silently test something else.
+std::string with(std::string text, const std::string& from, const std::string& to);
+drench::Setup setup_from(const std::string& yaml);
+
+struct Comparison {
+  Stage stage;
+  std::string scene = wet_scene();
+  int steps_before = 12;  ///< whole steps that the reference runs first
+  /// Edits the state just before the stage under test (both sides get the edited one).
+  std::function<void(const Model&, HostState&)> prepare;
+  /// The stage must change this field, or the test would compare nothing.
+  std::string changes;
+};
+
+/// Expects agreement within 1e-4 (float build) or 1e-10 (double build) of each field's largest magnitude; masses besides within 64 quanta of
+/// rounding. Velocities are compared on the scale |x|/Δt where the stage forms them as differences of positions.
+void compare_stage(const Comparison& c);
+
+}  // namespace drench::test

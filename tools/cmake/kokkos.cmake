@@ -1,0 +1,62 @@
+# Finds or fetches Kokkos; sets DRENCH_LINK_OPTIONS for executables. In this order:
+# 1. an installed Kokkos >= 4.6 that has the backend (name its prefix in CMAKE_PREFIX_PATH),
+# 2. the source in FETCHCONTENT_SOURCE_DIR_KOKKOS, or the release on GitHub if that answers,
+# 3. Debian unstable's package (OpenMP only), unpacked into .deps by tools/setup.
+set(DRENCH_LINK_OPTIONS "")
+set(kokkos_commit 1b1383c6001f3bfe9fe309ca923c2d786600cc79)  # release 4.6.01
+set(kokkos_debian ${PROJECT_SOURCE_DIR}/.deps/kokkos)
+string(TOUPPER ${DRENCH_BACKEND} kokkos_device)
+
+set(kokkos_from "")
+find_package(Kokkos 4.6 CONFIG QUIET)
+if(Kokkos_FOUND)
+  if(NOT kokkos_device IN_LIST Kokkos_DEVICES)
+    message(FATAL_ERROR "The Kokkos in ${Kokkos_DIR} has ${Kokkos_DEVICES}, not ${kokkos_device}: "
+      "name another in CMAKE_PREFIX_PATH, or pass -DCMAKE_DISABLE_FIND_PACKAGE_Kokkos=ON to fetch one")
+  endif()
+  set(kokkos_from ${Kokkos_DIR})
+elseif(FETCHCONTENT_SOURCE_DIR_KOKKOS)
+  set(kokkos_from source)
+elseif(DRENCH_BACKEND STREQUAL openmp AND EXISTS ${kokkos_debian})
+  set(kokkos_from debian)
+else()
+  # Asked once per build tree; the answer stays in the cache if it is yes.
+  if(NOT DRENCH_KOKKOS_GITHUB)
+    execute_process(COMMAND timeout 10 git ls-remote -q https://github.com/kokkos/kokkos HEAD
+      RESULT_VARIABLE unreachable OUTPUT_QUIET ERROR_QUIET)
+    if(unreachable STREQUAL 0)
+      set(DRENCH_KOKKOS_GITHUB ON CACHE INTERNAL "")
+    endif()
+  endif()
+  if(DRENCH_KOKKOS_GITHUB)
+    set(kokkos_from source)
+  elseif(DRENCH_BACKEND STREQUAL openmp)
+    execute_process(COMMAND ${PROJECT_SOURCE_DIR}/tools/setup kokkos RESULT_VARIABLE failed)
+    if(failed)
+      message(FATAL_ERROR "No Kokkos >= 4.6: none installed, GitHub out of reach, and Debian's package not to be had")
+    endif()
+    set(kokkos_from debian)
+  else()
+    message(FATAL_ERROR "No Kokkos >= 4.6 with ${kokkos_device} is installed and GitHub is out of reach: install one "
+      "and name it in CMAKE_PREFIX_PATH, or point FETCHCONTENT_SOURCE_DIR_KOKKOS to a checkout of ${kokkos_commit}")
+  endif()
+endif()
+
+if(kokkos_from STREQUAL source)
+  include(FetchContent)
+  set(Kokkos_ENABLE_SERIAL ON CACHE BOOL "")
+  set(Kokkos_ENABLE_${kokkos_device} ON CACHE BOOL "")
+  set(BUILD_SHARED_LIBS OFF CACHE BOOL "")
+  FetchContent_Declare(Kokkos GIT_REPOSITORY https://github.com/kokkos/kokkos GIT_TAG ${kokkos_commit}
+    SYSTEM EXCLUDE_FROM_ALL)
+  FetchContent_MakeAvailable(Kokkos)
+elseif(kokkos_from STREQUAL debian)
+  set(CMAKE_DISABLE_FIND_PACKAGE_Kokkos OFF)
+  find_package(Kokkos 4.6 CONFIG REQUIRED PATHS ${kokkos_debian} NO_DEFAULT_PATH)
+  # It needs a newer C library than this system has, and brings one: programs run with that.
+  set(runtime ${kokkos_debian}/runtime)
+  file(GLOB loader ${runtime}/ld-linux*)
+  set(DRENCH_LINK_OPTIONS -Wl,--dynamic-linker=${loader} -Wl,--disable-new-dtags -Wl,-rpath,${runtime}
+      -Wl,--allow-shlib-undefined)
+endif()
+message(STATUS "Kokkos ${Kokkos_VERSION} (${DRENCH_BACKEND}, ${DRENCH_PRECISION}): ${kokkos_from}")
