@@ -2,6 +2,7 @@
 // Vocabulary that the reference's stages share: vectors, the kernel, cloth samples, masses in kg, and the response to
 // pressure that both DFSPH solves use. SI units throughout.
 
+#include <algorithm>
 #include <Eigen/Core>
 #include <vector>
 
@@ -84,7 +85,8 @@ SolveResult solve_pressure(ReferenceState& state, std::vector<double>& kappa, co
     response = pressure_response(state, kappa);
     const std::vector<double> rate = compression_rate(state, response, dt);
     std::vector<double> left(count, 0.0);
-    double sum = 0;
+    constexpr double relaxation = 0.5;
+    double sum = 0, excess = 0;  // excess: pressure above what is needed that one update can still take back
     result.error_max = 0;
     for (Index i = 0; i < count; ++i) {
       if (!active[i]) continue;
@@ -92,12 +94,12 @@ SolveResult solve_pressure(ReferenceState& state, std::vector<double>& kappa, co
       const double compressed = left[i] > 0 ? left[i] : 0;
       sum += compressed;
       if (compressed > result.error_max) result.error_max = compressed;
+      if (left[i] < 0) excess += std::min(-left[i], kappa[i] * dt * dt / (relaxation * state.alpha[i]));
     }
     result.error = sum / count;
-    result.converged = result.error <= tolerance;
+    result.converged = result.error <= tolerance && excess / count <= tolerance;
     if (result.iterations >= solver.min_iterations && result.converged) break;
     if (result.iterations >= solver.max_iterations) break;
-    constexpr double relaxation = 0.5;
     for (Index i = 0; i < count; ++i) {
       if (!active[i]) continue;
       const double next = kappa[i] + relaxation * state.alpha[i] * left[i] / (dt * dt);

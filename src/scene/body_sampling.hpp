@@ -1,5 +1,5 @@
 #pragma once
-// One layer of samples at spacing d on the surface of each body (Akinci et al. 2012).
+// One layer of samples at spacing d, half a spacing below the surface of each body (after Akinci et al. 2012).
 
 #include <vector>
 
@@ -14,6 +14,7 @@ inline constexpr double max_body_samples = 20e6;
 double expected_body_samples(const Body& body, double spacing, const Box& region);
 
 /// The samples of one body, in an order that depends on nothing but the arguments.
+/// Boxes, spheres and planes are sampled d/2 inside the solid, meshes on their surface.
 /// Box: lattice with steps ≤ d on the six faces, edges and corners once. Sphere: 4πR²/d² points of a Fibonacci
 /// lattice. Plane: lattice of step d through `point`. Mesh: vertices, then edges, then faces, none closer than 0.75 d
 /// to an earlier one, no point of the surface farther than d from one. Samples outside `region` (the domain extended by

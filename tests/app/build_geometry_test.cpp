@@ -66,11 +66,12 @@ std::vector<double> nearest_distances(const std::vector<Vec3>& x) {
   return nearest;
 }
 
+/// Samples lie half a spacing below the surface.
 void expect_on_surface(const Setup& setup) {
   for (std::size_t i = 0; i < setup.model.boundary.position.size(); ++i) {
     Vec3 normal;
     const Body& body = setup.model.bodies[static_cast<std::size_t>(setup.model.boundary.body[i])];
-    EXPECT_NEAR(signed_distance(body, setup.model.boundary.position[i], normal), 0, 1e-12);
+    EXPECT_NEAR(signed_distance(body, setup.model.boundary.position[i], normal), -d / 2, 1e-12);
   }
 }
 
@@ -105,13 +106,13 @@ TEST(BodyGeometry, DistancesArePositiveOnTheFreeSideAndNormalsAreTheirGradients)
 
 TEST(BodySamples, BoxHasEdgesAndCornersOnce) {
   Scene scene = wet_scene();
-  scene.bodies.push_back(box_body({{0, 0, 0}, {0.2, 0.1, 0.06}}));  // 10 × 5 × 3 steps of d
+  scene.bodies.push_back(box_body({{0, 0, 0}, {0.2, 0.1, 0.06}}));  // 9 × 4 × 2 steps of d, d/2 inside
   const drench::Setup setup = build(scene);
-  EXPECT_EQ(setup.model.boundary.count(), 11 * 6 * 4 - 9 * 4 * 2);
+  EXPECT_EQ(setup.model.boundary.count(), 10 * 5 * 3 - 8 * 3 * 1);
   expect_on_surface(setup);
   for (const double r : nearest_distances(setup.model.boundary.position)) EXPECT_NEAR(r, d, 1e-12);
   const auto& x = setup.model.boundary.position;
-  EXPECT_EQ(std::count(x.begin(), x.end(), Vec3{0.2, 0.1, 0.06}), 1);
+  EXPECT_EQ(std::count(x.begin(), x.end(), Vec3{0.19, 0.09, 0.05}), 1);
   EXPECT_EQ(setup.state.boundary_position, x);
   EXPECT_EQ(setup.state.boundary_velocity, std::vector<Vec3>(x.size(), Vec3{0, 0, 0}));
 }
@@ -121,15 +122,15 @@ TEST(BodySamples, BoxesAreCutAtTheDomainExtendedByTheSupport) {
   scene.domain = {{0.03, -1, -1}, {1, 1, 1}};  // − h = −0.01: keeps the face x = 0
   scene.bodies.push_back(box_body({{-0.1, 0, 0}, {0.1, 0.1, 0.1}}));
   const drench::Setup setup = build(scene);
-  EXPECT_EQ(setup.model.boundary.count(), 6 * 6 * 6 - 5 * 4 * 4);  // six layers from x = 0, one of them a face
-  for (const Vec3& x : setup.model.boundary.position) EXPECT_GE(x[0], -0.01);
+  EXPECT_EQ(setup.model.boundary.count(), 6 * 5 * 5 - 5 * 3 * 3);  // six layers from x = -0.01, one of them a face
+  for (const Vec3& x : setup.model.boundary.position) EXPECT_GE(x[0], -0.01 - 1e-12);
 }
 
 TEST(BodySamples, SphereIsEven) {
   Scene scene = wet_scene();
   scene.bodies.push_back(sphere_body({0.1, 0.2, 0.3}, 0.2));
   const drench::Setup setup = build(scene);
-  EXPECT_EQ(setup.model.boundary.count(), std::lround(4 * std::numbers::pi * 0.04 / (d * d)));
+  EXPECT_EQ(setup.model.boundary.count(), std::lround(4 * std::numbers::pi * 0.19 * 0.19 / (d * d)));
   expect_on_surface(setup);
   for (const double r : nearest_distances(setup.model.boundary.position)) {
     EXPECT_GT(r, 0.8 * d);
