@@ -20,9 +20,9 @@ struct Comparison {
   std::string scene = wet_scene();
   int steps_before = 12;  ///< whole steps that the reference runs first
   /// Edits the state just before the stage under test (both sides get the edited one).
-  std::function<void(const Model&, HostState&)> prepare;
+  std::function<void(const Model&, HostState&)> prepare = {};
   /// The stage must change this field, or the test would compare nothing.
-  std::string changes;
+  std::string changes = {};
 };
 
 /// Expects agreement within 1e-4 (float build) or 1e-10 (double build) of each field's largest magnitude; masses besides within 64 quanta of

@@ -7,6 +7,16 @@ set(kokkos_commit 1b1383c6001f3bfe9fe309ca923c2d786600cc79)  # release 4.6.01
 set(kokkos_debian ${PROJECT_SOURCE_DIR}/.deps/kokkos)
 string(TOUPPER ${DRENCH_BACKEND} kokkos_device)
 
+if(DRENCH_BACKEND STREQUAL cuda)
+  # Kokkos' nvcc_wrapper asks CUDA_ROOT for its nvcc. The CUDA run-time is linked statically.
+  find_package(CUDAToolkit REQUIRED)
+  cmake_path(GET CUDAToolkit_BIN_DIR PARENT_PATH cuda_root)
+  set(ENV{CUDA_ROOT} ${cuda_root})
+  get_target_property(cudart_static CUDA::cudart_static IMPORTED_LOCATION)
+  set_target_properties(CUDA::cudart PROPERTIES IMPORTED_LOCATION ${cudart_static}
+    INTERFACE_LINK_LIBRARIES CUDA::cudart_static)
+endif()
+
 set(kokkos_from "")
 find_package(Kokkos 4.6 CONFIG QUIET)
 if(Kokkos_FOUND)
@@ -61,6 +71,7 @@ if(kokkos_from STREQUAL source)
   FetchContent_Declare(Kokkos GIT_REPOSITORY https://github.com/kokkos/kokkos GIT_TAG ${kokkos_commit}
     SYSTEM EXCLUDE_FROM_ALL)
   FetchContent_MakeAvailable(Kokkos)
+  get_directory_property(Kokkos_VERSION DIRECTORY ${kokkos_SOURCE_DIR} DEFINITION Kokkos_VERSION)
 elseif(kokkos_from STREQUAL debian)
   find_package(Kokkos 4.6 CONFIG REQUIRED PATHS ${kokkos_debian} NO_DEFAULT_PATH)
 endif()
@@ -71,5 +82,11 @@ if(kokkos_is_debian)
   file(GLOB loader ${runtime}/ld-linux*)
   set(DRENCH_LINK_OPTIONS -Wl,--dynamic-linker=${loader} -Wl,--disable-new-dtags -Wl,-rpath,${runtime}
       -Wl,--allow-shlib-undefined)
+endif()
+if(DRENCH_BACKEND STREQUAL cuda)  # whatever CUDA_ROOT is when the build runs, the nvcc is the one found here
+  foreach(rule RULE_LAUNCH_COMPILE RULE_LAUNCH_LINK)
+    get_property(launcher GLOBAL PROPERTY ${rule})
+    set_property(GLOBAL PROPERTY ${rule} "${CMAKE_COMMAND} -E env CUDA_ROOT=${cuda_root} ${launcher}")
+  endforeach()
 endif()
 message(STATUS "Kokkos ${Kokkos_VERSION} (${DRENCH_BACKEND}, ${DRENCH_PRECISION}): ${kokkos_from}")

@@ -48,10 +48,13 @@ KOKKOS_INLINE_FUNCTION bool barycentric(const Corners& t, const Double3& x, doub
   return true;
 }
 
-KOKKOS_INLINE_FUNCTION double cubic_value(const double* c, double t) { return ((c[3] * t + c[2]) * t + c[1]) * t + c[0]; }
+KOKKOS_INLINE_FUNCTION double cubic_value(const double* c, double t) {
+  return ((c[3] * t + c[2]) * t + c[1]) * t + c[0];
+}
 
-/// All roots in [0, 1] of c0 + c1 t + c2 t² + c3 t³ where it changes sign or is exactly 0, ascending; at most 4. The extrema
-/// split [0, 1] into monotone pieces, each bracketed and bisected, so that vanishing leading coefficients need no case.
+/// All roots in [0, 1] of c0 + c1 t + c2 t² + c3 t³ where it changes sign or is exactly 0, ascending; at most 4. The
+/// extrema split [0, 1] into monotone pieces, each bracketed and bisected, so that vanishing leading coefficients
+/// need no case.
 KOKKOS_INLINE_FUNCTION int cubic_roots(const double* c, double* roots) {
   double knots[4] = {0, 1, 1, 1};
   int pieces = 1;
@@ -93,8 +96,8 @@ struct Hit {
   Index triangle = -1;
 };
 
-/// The first τ at which x0 → x1 meets the triangle from → to: coplanarity (x − a)·((b − a) × (c − a)) = 0, m³, a cubic in τ.
-/// τ = 1 always counts as a candidate, with the tolerance `touch` (m) on the distance to the plane.
+/// The first τ at which x0 → x1 meets the triangle from → to: coplanarity (x − a)·((b − a) × (c − a)) = 0, m³, a cubic
+/// in τ. τ = 1 always counts as a candidate, with the tolerance `touch` (m) on the distance to the plane.
 KOKKOS_INLINE_FUNCTION bool first_hit(const Double3& x0, const Double3& x1, const Corners& from, const Corners& to,
                                       double touch, Hit& hit) {
   constexpr double margin = -1e-6;
