@@ -1,0 +1,110 @@
+// A stage that a scene does not need launches nothing and allocates nothing: watched through Kokkos Tools.
+
+#include <gtest/gtest.h>
+
+#include <Kokkos_Core.hpp>
+#include <set>
+#include <string>
+
+#include "pipeline/pipeline.hpp"
+#include "stage_compare.hpp"
+
+namespace drench::test {
+namespace {
+
+namespace Tools = Kokkos::Tools::Experimental;
+
+std::set<std::string> launched, allocated;
+
+void on_launch(const char* name, const uint32_t, uint64_t* id) {
+  launched.insert(name);
+  *id = 0;
+}
+void on_allocate(Kokkos_Profiling_SpaceHandle, const char* name, const void*, const uint64_t) { allocated.insert(name); }
+
+/// Labels of kernels and arrays while a scene runs a few steps.
+struct Watch {
+  explicit Watch(const std::string& scene) {
+    launched.clear();
+    allocated.clear();
+    Tools::set_begin_parallel_for_callback(on_launch);
+    Tools::set_begin_parallel_reduce_callback(on_launch);
+    Tools::set_begin_parallel_scan_callback(on_launch);
+    Tools::set_allocate_data_callback(on_allocate);
+    const auto setup = setup_from(scene);
+    {
+      const auto backend = make_kokkos_backend(setup.model);
+      Pipeline pipeline(setup.model, *backend, setup.state);
+      for (int s = 0; s < 4; ++s) pipeline.step(1.0);
+    }
+    Tools::set_begin_parallel_for_callback(nullptr);
+    Tools::set_begin_parallel_reduce_callback(nullptr);
+    Tools::set_begin_parallel_scan_callback(nullptr);
+    Tools::set_allocate_data_callback(nullptr);
+  }
+};
+
+int containing(const std::set<std::string>& labels, std::initializer_list<const char*> parts) {
+  int n = 0;
+  for (const std::string& label : labels)
+    for (const char* part : parts)
+      if (label.find(part) != std::string::npos) {
+        ++n;
+        break;
+      }
+  return n;
+}
+
+constexpr const char* no_cloth = R"(drench: 1
+time: {step: 0.002, end: 1}
+fluid: {spacing: 0.02, sources: [{block: {min: [0, 0, 0], max: [0.1, 0.1, 0.1]}}]}
+bodies: [{box: {min: [0, 0, 0], max: [0.2, 0.2, 0.1], inside: true}}]
+)";
+constexpr const char* no_fluid = R"(drench: 1
+time: {step: 0.002, end: 1}
+cloth: [{mesh: {grid: {size: [0.2, 0.2], nodes: [6, 6]}}, pin: [{corners: true}]}]
+)";
+constexpr const char* dry_cloth = R"(drench: 1
+time: {step: 0.002, end: 1}
+fluid: {spacing: 0.02, sources: [{block: {min: [-0.05, 0.02, -0.05], max: [0.05, 0.1, 0.05]}}]}
+cloth: [{mesh: {grid: {size: [0.2, 0.2], nodes: [6, 6]}}, pin: [{corners: true}]}]
+)";
+
+const std::initializer_list<const char*> porous_labels = {"::absorption", "::emission", "::diffusion", "::flow_direction",
+                                                          "::reservoir",  "::transfer", "saturation",  "flow_direction"};
+
+}  // namespace
+
+TEST(only_what_is_needed, every_label_names_the_project) {
+  const Watch watch(wet_scene());
+  EXPECT_GT(launched.size(), 40u);
+  for (const std::string& label : launched)
+    if (label.find("Kokkos::") == std::string::npos) EXPECT_EQ(label.rfind("drench::", 0), 0u) << label;
+  EXPECT_GT(containing(launched, porous_labels), 5);
+  EXPECT_GT(containing(allocated, {"sample", "node"}), 10);
+}
+
+TEST(only_what_is_needed, without_cloth_no_cloth_or_porous_kernel_and_no_memory_for_them) {
+  const Watch watch(no_cloth);
+  EXPECT_GT(containing(launched, {"drench::pressure"}), 0);
+  EXPECT_EQ(containing(launched, porous_labels), 0);
+  EXPECT_EQ(containing(launched, {"::cloth", "::node", "sample"}), 0);
+  for (const std::string& label : allocated)
+    for (const char* part : {"sample", "node", "cloth", "edge", "hinge", "triangle"})
+      EXPECT_EQ(label.find(part), std::string::npos) << label;
+}
+
+TEST(only_what_is_needed, without_fluid_no_fluid_or_porous_kernel) {
+  const Watch watch(no_fluid);
+  EXPECT_GT(containing(launched, {"drench::cloth"}), 0);
+  EXPECT_EQ(containing(launched, porous_labels), 0);
+  EXPECT_EQ(containing(launched, {"::density", "::divergence", "::pressure", "::forces", "::neighbors", "::cell_table"}), 0);
+}
+
+TEST(only_what_is_needed, cloth_that_is_not_porous_runs_no_porous_stage) {
+  const Watch watch(dry_cloth);
+  EXPECT_GT(containing(launched, {"drench::pressure"}), 0);
+  EXPECT_EQ(containing(launched, porous_labels), 0);
+}
+
+}  // namespace drench::test
