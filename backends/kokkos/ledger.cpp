@@ -67,7 +67,7 @@ void ledger(Device& d, const StepInfo& info, StepReport& report) {
     });
     report.mass_float += compensated_sum("drench::ledger::node_float", n,
                                          KOKKOS_LAMBDA(const Index k) { return double(Real(double(liquid(k)) * q)); });
-    report.saturation_max = maximum("drench::ledger::saturation", n, KOKKOS_LAMBDA(const Index k) {
+    if (d.model.has_porous()) report.saturation_max = maximum("drench::ledger::saturation", n, KOKKOS_LAMBDA(const Index k) {
       return capacity(k) > 0 ? double(liquid(k)) * q / capacity(k) : 0.0;
     });
   }
