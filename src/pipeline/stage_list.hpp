@@ -35,11 +35,11 @@ enum class Stage : int {
 #undef DRENCH_STAGE_ENUM
 };
 
-inline constexpr auto stage_names = std::to_array<std::string_view>({
-#define DRENCH_STAGE_NAME(name, when) #name,
+inline constexpr std::array stage_names{
+#define DRENCH_STAGE_NAME(name, when) std::string_view(#name),
     DRENCH_STAGES(DRENCH_STAGE_NAME)
 #undef DRENCH_STAGE_NAME
-});
+};
 
 inline constexpr int stage_count = static_cast<int>(stage_names.size());
 constexpr std::string_view name_of(Stage s) { return stage_names[static_cast<std::size_t>(s)]; }

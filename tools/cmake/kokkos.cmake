@@ -20,8 +20,9 @@ endif()
 set(kokkos_from "")
 find_package(Kokkos 4.6 CONFIG QUIET)
 if(Kokkos_FOUND)
-  if(NOT kokkos_device IN_LIST Kokkos_DEVICES)
-    message(FATAL_ERROR "The Kokkos in ${Kokkos_DIR} has ${Kokkos_DEVICES}, not ${kokkos_device}: "
+  # A Kokkos with CUDA would run on the GPU, whatever else it has.
+  if(NOT kokkos_device IN_LIST Kokkos_DEVICES OR (CUDA IN_LIST Kokkos_DEVICES AND NOT kokkos_device STREQUAL CUDA))
+    message(FATAL_ERROR "The Kokkos in ${Kokkos_DIR} is for ${Kokkos_DEVICES}, not for ${kokkos_device}: "
       "name another in CMAKE_PREFIX_PATH, or pass -DCMAKE_DISABLE_FIND_PACKAGE_Kokkos=ON to fetch one")
   endif()
   set(kokkos_from ${Kokkos_DIR})

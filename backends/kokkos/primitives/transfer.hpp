@@ -9,7 +9,7 @@ namespace drench::kokkos_backend {
 inline constexpr double momentum_steps = 256;
 
 KOKKOS_INLINE_FUNCTION std::int64_t fixed_momentum(Quanta mass, Real velocity) {
-  return static_cast<std::int64_t>(Kokkos::llround(double(mass) * double(velocity) * momentum_steps));
+  return static_cast<std::int64_t>(Kokkos::round(double(mass) * double(velocity) * momentum_steps));
 }
 
 /// Adds mass · velocity to the three sums from `at` on.
