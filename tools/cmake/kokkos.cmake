@@ -74,6 +74,7 @@ if(kokkos_from STREQUAL source)
   FetchContent_MakeAvailable(Kokkos)
   get_directory_property(Kokkos_VERSION DIRECTORY ${kokkos_SOURCE_DIR} DEFINITION Kokkos_VERSION)
 elseif(kokkos_from STREQUAL debian)
+  set(CMAKE_DISABLE_FIND_PACKAGE_Kokkos OFF)  # that switch is meant for installed ones
   find_package(Kokkos 4.6 CONFIG REQUIRED PATHS ${kokkos_debian} NO_DEFAULT_PATH)
 endif()
 cmake_path(IS_PREFIX kokkos_debian "${Kokkos_DIR}" kokkos_is_debian)  # also when a later run finds it in the cache
