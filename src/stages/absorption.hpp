@@ -14,5 +14,5 @@
 //       are cut, in list order, until exactly m_min stays (a particle that had less than m_min before gives nothing).
 //       m_i −= Σ_j t_ij; sample j passes Σ_i t_ij on to its nodes: floor(w_jn t) each, the remainder to the largest weight (first of equals).
 //       Momentum: P_j = Σ_i t_ij v_i in fixed point (units q · 2^-8 m/s), node: v_n = (m_n v_n + Σ_j w_jn P_j)/(m_n + Δm_n); pinned nodes keep v = 0.
-//       A particle whose mass is 0 is removed; the order of the others is kept.
+//       A particle whose mass is 0 is removed, order kept (the reference: here; the Kokkos backend: at the end of stage emission).
 // Reads:  positions, lists, sample_flow_direction.   Writes: fluid_mass (and removal), node_liquid, node_velocity, fluid_velocity unchanged.
