@@ -47,7 +47,7 @@ std::vector<Quanta> offers(const ReferenceState& state, Index i, double dt) {
   }
   // Too little would stay for a particle: it is taken whole.
   const auto largest = std::max_element(offer.begin(), offer.end());
-  if (rest > 0 && rest < state.model.min_quanta && *largest > 0) *largest += rest;
+  if (rest > 0 && rest<state.model.min_quanta&& * largest> 0) *largest += rest;
   return offer;
 }
 

@@ -70,8 +70,8 @@ void move_cloth(ReferenceState& state, double dt) {
 /// The cloth's motion in this step, as the collisions see it.
 struct MovingCloth {
   std::vector<MovingTriangle> triangles;
-  Vectors samples;           // positions at the start, m
-  double reach = 0;          // m: how far from a sample's start position its triangle can be met
+  Vectors samples;   // positions at the start, m
+  double reach = 0;  // m: how far from a sample's start position its triangle can be met
 };
 
 MovingCloth moving_cloth(const ReferenceState& state, const std::vector<Vec3>& start, const Vectors& samples) {

@@ -12,10 +12,10 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr int plain_iterations = 10;   // without acceleration, and between two looks at the residual
+constexpr int plain_iterations = 10;  // without acceleration, and between two looks at the residual
 constexpr int max_iterations = 300;
-constexpr double tolerance = 1e-5;     // of the mean rest edge length
-constexpr double contact_range = 1.01; // of the thickness
+constexpr double tolerance = 1e-5;      // of the mean rest edge length
+constexpr double contact_range = 1.01;  // of the thickness
 
 const ClothMaterial& material(const Model& m, Index n) { return m.cloths[m.mesh.node_cloth[n]]; }
 
@@ -123,8 +123,8 @@ Problem make_problem(const ReferenceState& state, double dt) {
     problem.diagonal[n] += problem.mass[n] / (dt * dt);
     problem.target[n] = vec(state.s.node_position[n]);
     if (!problem.is_free(n)) continue;
-    problem.target[n] += dt * std::exp(-material(m, n).damping * dt) * vec(state.s.node_velocity[n]) +
-                         dt * dt * vec(m.scene.gravity);
+    problem.target[n] +=
+        dt * std::exp(-material(m, n).damping * dt) * vec(state.s.node_velocity[n]) + dt * dt * vec(m.scene.gravity);
   }
   return problem;
 }
@@ -143,9 +143,12 @@ Vectors solve(const Problem& problem, StepReport& report) {
   int since_restart = 0;
   for (int iteration = 1; iteration <= max_iterations; ++iteration) {
     ++since_restart;
-    if (since_restart <= plain_iterations) omega = 1;
-    else if (since_restart == plain_iterations + 1) omega = 2 / (2 - rho * rho);
-    else omega = 4 / (4 - rho * rho * omega);
+    if (since_restart <= plain_iterations)
+      omega = 1;
+    else if (since_restart == plain_iterations + 1)
+      omega = 2 / (2 - rho * rho);
+    else
+      omega = 4 / (4 - rho * rho * omega);
 
     const Vectors r = problem.residual(x);
     Vectors next = x;

@@ -12,9 +12,7 @@ namespace {
 using Eigen::Vector3d;
 
 /// Six times the volume of the tetrahedron of triangle and point: its sign is the side on which x lies.
-double signed_volume(const Triangle& t, const Vector3d& x) {
-  return (x - t[0]).dot((t[1] - t[0]).cross(t[2] - t[0]));
-}
+double signed_volume(const Triangle& t, const Vector3d& x) { return (x - t[0]).dot((t[1] - t[0]).cross(t[2] - t[0])); }
 
 /// Times at which f's derivative is 0: f = (p + τ dp)·((u + τ du) × (v + τ dv)), all relative to the first corner.
 std::vector<double> turning_points(const MovingTriangle& t, const Vector3d& x0, const Vector3d& x1) {

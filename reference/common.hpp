@@ -2,8 +2,8 @@
 // Vocabulary that the reference's stages share: vectors, the kernel, cloth samples, masses in kg, and the response to
 // pressure that both DFSPH solves use. SI units throughout.
 
-#include <algorithm>
 #include <Eigen/Core>
+#include <algorithm>
 #include <vector>
 
 #include "reference.hpp"

@@ -50,8 +50,8 @@ std::vector<Pair> exchanging_pairs(const ReferenceState& state) {
       if (mean == 0) continue;
       const auto& c = m.samples.capacity;
       const auto& a = m.samples.area;
-      const double conductance = 4 * cloth.diffusivity * 0.5 * (c[i] * a[j] + c[j] * a[i]) *
-                                 closeness(state, (x[i] - x[j]).norm()) / mean;
+      const double conductance =
+          4 * cloth.diffusivity * 0.5 * (c[i] * a[j] + c[j] * a[i]) * closeness(state, (x[i] - x[j]).norm()) / mean;
       pairs.push_back({i, j, conductance, (x[i] - x[j]).dot(down) / cloth.capillary_height});
     }
   }

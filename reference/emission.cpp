@@ -10,11 +10,11 @@ namespace {
 
 /// What one sample may emit, and what of it is left, in quanta.
 struct Share {
-  std::array<Quanta, 3> of_node{0, 0, 0};  // E_pk
-  Quanta total = 0;                        // E_p
-  Quanta left = 0;                         // E_p, then E′_p, then E″_p, then what stays
+  std::array<Quanta, 3> of_node{0, 0, 0};              // E_pk
+  Quanta total = 0;                                    // E_p
+  Quanta left = 0;                                     // E_p, then E′_p, then E″_p, then what stays
   Eigen::Vector3d velocity = Eigen::Vector3d::Zero();  // v^e_p, m/s
-  bool blocked = false;                    // (b)
+  bool blocked = false;                                // (b)
 };
 
 void ripen(ReferenceState& state, double dt) {
@@ -36,8 +36,8 @@ Share share_of(const ReferenceState& state, Index p) {
   for (int k = 0; k < 3; ++k) {
     const Index n = sample_node(state, p, k);
     if (samples.node_weight_sum[n] == 0) continue;
-    share.of_node[k] = floor_quanta(samples.weight[p][k] * static_cast<double>(state.s.node_ripe[n]) /
-                                    samples.node_weight_sum[n]);
+    share.of_node[k] =
+        floor_quanta(samples.weight[p][k] * static_cast<double>(state.s.node_ripe[n]) / samples.node_weight_sum[n]);
     share.total += share.of_node[k];
     share.velocity += static_cast<double>(share.of_node[k]) * vec(state.s.node_velocity[n]);
   }
@@ -98,8 +98,7 @@ void give_to_liquid(ReferenceState& state, std::vector<Share>& shares) {
     if (gained[j] == 0) continue;
     const double before = static_cast<double>(s.fluid_mass[j]);
     s.fluid_mass[j] += gained[j];
-    s.fluid_velocity[j] =
-        arr((before * vec(s.fluid_velocity[j]) + momentum[j]) / static_cast<double>(s.fluid_mass[j]));
+    s.fluid_velocity[j] = arr((before * vec(s.fluid_velocity[j]) + momentum[j]) / static_cast<double>(s.fluid_mass[j]));
   }
 }
 

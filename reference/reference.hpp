@@ -1,5 +1,6 @@
 #pragma once
-// The serial oracle: double precision, std::vector and Eigen, one plain function a stage. It includes nothing from backends/.
+// The serial oracle: double precision, std::vector and Eigen, one plain function a stage. It includes nothing from
+// backends/.
 
 #include <vector>
 

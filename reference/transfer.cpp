@@ -117,9 +117,7 @@ void remove_particles(HostState& s, const std::vector<bool>& gone) {
   keep(s.fluid_kappa_divergence);
 }
 
-bool is_porous(const ReferenceState& state, Index p) {
-  return state.model.cloths[state.model.samples.cloth[p]].porous;
-}
+bool is_porous(const ReferenceState& state, Index p) { return state.model.cloths[state.model.samples.cloth[p]].porous; }
 
 bool same_layer(const ReferenceState& state, Index p, Index q) {
   const SampleSet& samples = state.model.samples;

@@ -61,10 +61,10 @@ struct Sweep {
   KOKKOS_INLINE_FUNCTION Hit earliest(const Double3& x0, const Double3& x1) const {
     const double grow = margin + Kokkos::fmax(0.0, reach());  // below 0 if no node moves
     Visitor visitor{*this, x0, x1, {}, {}, {}};
-    visitor.lo = narrow({Kokkos::fmin(x0.x, x1.x) - grow, Kokkos::fmin(x0.y, x1.y) - grow,
-                         Kokkos::fmin(x0.z, x1.z) - grow});
-    visitor.hi = narrow({Kokkos::fmax(x0.x, x1.x) + grow, Kokkos::fmax(x0.y, x1.y) + grow,
-                         Kokkos::fmax(x0.z, x1.z) + grow});
+    visitor.lo =
+        narrow({Kokkos::fmin(x0.x, x1.x) - grow, Kokkos::fmin(x0.y, x1.y) - grow, Kokkos::fmin(x0.z, x1.z) - grow});
+    visitor.hi =
+        narrow({Kokkos::fmax(x0.x, x1.x) + grow, Kokkos::fmax(x0.y, x1.y) + grow, Kokkos::fmax(x0.z, x1.z) + grow});
     const CellCoord a = cells.cell_of(visitor.lo), b = cells.cell_of(visitor.hi);
     // A runaway particle may sweep more cells than there are samples.
     const double box = (double(b.x) - a.x + 1) * (double(b.y) - a.y + 1) * (double(b.z) - a.z + 1);
@@ -113,32 +113,33 @@ void limit_fresh(Device& d) {
   const auto weight = d.samples.weight;
   const auto momentum = d.advection_work.momentum;
   const Real ramp = d.emission_ramp, base_speed = d.spacing / d.emission_ramp, fall = 2 * norm(d.gravity);
-  parallel("drench::advection::fresh", d.fluid.count, KOKKOS_LAMBDA(const Index i) {
-    if (origin(i) != static_cast<std::uint8_t>(Origin::cloth) || !(age(i) < ramp)) return;
-    Index nearest = -1;
-    Real best = 0;
-    for (Index k = 0; k < neighbor_count(i); ++k) {
-      const Index p = neighbor_list(i, k);
-      const Real3 apart = position(i) - sample_position(p);
-      const Real square = dot(apart, apart);
-      if (nearest >= 0 && !(square < best)) continue;
-      nearest = p;
-      best = square;
-    }
-    if (nearest < 0) return;
-    Real3 cloth_velocity;
-    for (Index k = 0; k < 3; ++k)
-      cloth_velocity += weight(3 * nearest + k) * node_velocity(sample_node(3 * nearest + k));
-    const Real3 relative = velocity(i) - cloth_velocity;
-    const Real speed = norm(relative), limit = base_speed + fall * age(i);
-    if (!(speed > limit)) return;
-    const Real3 removed_velocity = (1 - limit / speed) * relative;
-    velocity(i) -= removed_velocity;
-    for (Index k = 0; k < 3; ++k)
-      add_momentum(momentum, sample_node(3 * nearest + k),
-                   static_cast<double>(weight(3 * nearest + k)) * static_cast<double>(mass(i)),
-                   widen(removed_velocity));
-  });
+  parallel(
+      "drench::advection::fresh", d.fluid.count, KOKKOS_LAMBDA(const Index i) {
+        if (origin(i) != static_cast<std::uint8_t>(Origin::cloth) || !(age(i) < ramp)) return;
+        Index nearest = -1;
+        Real best = 0;
+        for (Index k = 0; k < neighbor_count(i); ++k) {
+          const Index p = neighbor_list(i, k);
+          const Real3 apart = position(i) - sample_position(p);
+          const Real square = dot(apart, apart);
+          if (nearest >= 0 && !(square < best)) continue;
+          nearest = p;
+          best = square;
+        }
+        if (nearest < 0) return;
+        Real3 cloth_velocity;
+        for (Index k = 0; k < 3; ++k)
+          cloth_velocity += weight(3 * nearest + k) * node_velocity(sample_node(3 * nearest + k));
+        const Real3 relative = velocity(i) - cloth_velocity;
+        const Real speed = norm(relative), limit = base_speed + fall * age(i);
+        if (!(speed > limit)) return;
+        const Real3 removed_velocity = (1 - limit / speed) * relative;
+        velocity(i) -= removed_velocity;
+        for (Index k = 0; k < 3; ++k)
+          add_momentum(momentum, sample_node(3 * nearest + k),
+                       static_cast<double>(weight(3 * nearest + k)) * static_cast<double>(mass(i)),
+                       widen(removed_velocity));
+      });
 }
 
 /// Law 2: moves the free nodes and keeps them out of the bodies.
@@ -148,24 +149,26 @@ void move_cloth(Device& d, Real dt) {
   const auto cloth = d.nodes.cloth;
   const auto materials = d.materials;
   const auto solids = d.solids;
-  Kokkos::parallel_reduce("drench::advection::cloth", Range(0, d.nodes.count),
-                          KOKKOS_LAMBDA(const Index n, double& reach) {
-    const Real3 x = position(n);
-    start(n) = x;
-    if (pinned(n)) return;
-    const Real thickness = materials(cloth(n)).thickness;
-    Real3 v = velocity(n), shift = dt * v;
-    for (std::size_t b = 0; b < solids.extent(0); ++b) {
-      const SolidDistance contact = solid_distance(solids(b), x, shift);
-      if (!(contact.phi < thickness)) continue;
-      shift += (thickness - contact.phi) * contact.normal;
-      v = without_inward(v, contact.normal);
-    }
-    position(n) = x + shift;
-    velocity(n) = v;
-    const double moved = static_cast<double>(norm(shift));
-    if (moved > reach) reach = moved;
-  }, Kokkos::Max<double, MemSpace>(d.advection_work.reach));
+  Kokkos::parallel_reduce(
+      "drench::advection::cloth", Range(0, d.nodes.count),
+      KOKKOS_LAMBDA(const Index n, double& reach) {
+        const Real3 x = position(n);
+        start(n) = x;
+        if (pinned(n)) return;
+        const Real thickness = materials(cloth(n)).thickness;
+        Real3 v = velocity(n), shift = dt * v;
+        for (std::size_t b = 0; b < solids.extent(0); ++b) {
+          const SolidDistance contact = solid_distance(solids(b), x, shift);
+          if (!(contact.phi < thickness)) continue;
+          shift += (thickness - contact.phi) * contact.normal;
+          v = without_inward(v, contact.normal);
+        }
+        position(n) = x + shift;
+        velocity(n) = v;
+        const double moved = static_cast<double>(norm(shift));
+        if (moved > reach) reach = moved;
+      },
+      Kokkos::Max<double, MemSpace>(d.advection_work.reach));
 }
 
 /// Law 3, paths: x1 of each particle, and what it hit.
@@ -187,35 +190,36 @@ void sweep_paths(Device& d, Real dt) {
              hit_normal = w.hit_normal;
   const auto hit_triangle = w.hit_triangle, hits = w.hits;
   const auto count = w.count;
-  parallel("drench::advection::sweep", d.fluid.count, KOKKOS_LAMBDA(const Index i) {
-    const Double3 x0 = widen(position(i));
-    // Rounded as it is stored, so that what is tested is what stays.
-    Real3 stop = position(i) + dt * velocity(i);
-    hit_triangle(i) = -1;
-    for (int test = 0; test <= max_repeats; ++test) {
-      const Hit hit = sweep.earliest(x0, widen(stop));
-      if (hit.triangle < 0) break;
-      const Corners from = sweep.corners(sweep.start, hit.triangle), to = sweep.corners(sweep.end, hit.triangle);
-      const Double3 end_normal = to.normal();
-      const double height = inner(minus(x0, from.a), from.normal());
-      const double side = height >= 0 ? 1 : -1;
-      double lift = gap, carried[3] = {hit.weight[0], hit.weight[1], hit.weight[2]};
-      if (test == max_repeats) {  // squeezed between triangles: it stays where it was on the last one
-        lift = Kokkos::fmax(gap, side * height);
-        double foot[3];
-        if (barycentric(from, x0, foot))
-          for (int a = 0; a < 3; ++a) carried[a] = foot[a];
-      }
-      stop = narrow(add(to.at(carried), times(side * lift, end_normal)));
-      hit_triangle(i) = hit.triangle;
-      hit_weight(i) = {Real(hit.weight[0]), Real(hit.weight[1]), Real(hit.weight[2])};
-      hit_normal(i) = narrow(times(side, end_normal));
-    }
-    end(i) = stop;
-    if (hit_triangle(i) < 0) return;
-    Kokkos::atomic_add(&count(collisions), std::int64_t{1});
-    for (Index k = 0; k < 3; ++k) Kokkos::atomic_add(&hits(sweep.triangle(3 * hit_triangle(i) + k)), Index{1});
-  });
+  parallel(
+      "drench::advection::sweep", d.fluid.count, KOKKOS_LAMBDA(const Index i) {
+        const Double3 x0 = widen(position(i));
+        // Rounded as it is stored, so that what is tested is what stays.
+        Real3 stop = position(i) + dt * velocity(i);
+        hit_triangle(i) = -1;
+        for (int test = 0; test <= max_repeats; ++test) {
+          const Hit hit = sweep.earliest(x0, widen(stop));
+          if (hit.triangle < 0) break;
+          const Corners from = sweep.corners(sweep.start, hit.triangle), to = sweep.corners(sweep.end, hit.triangle);
+          const Double3 end_normal = to.normal();
+          const double height = inner(minus(x0, from.a), from.normal());
+          const double side = height >= 0 ? 1 : -1;
+          double lift = gap, carried[3] = {hit.weight[0], hit.weight[1], hit.weight[2]};
+          if (test == max_repeats) {  // squeezed between triangles: it stays where it was on the last one
+            lift = Kokkos::fmax(gap, side * height);
+            double foot[3];
+            if (barycentric(from, x0, foot))
+              for (int a = 0; a < 3; ++a) carried[a] = foot[a];
+          }
+          stop = narrow(add(to.at(carried), times(side * lift, end_normal)));
+          hit_triangle(i) = hit.triangle;
+          hit_weight(i) = {Real(hit.weight[0]), Real(hit.weight[1]), Real(hit.weight[2])};
+          hit_normal(i) = narrow(times(side, end_normal));
+        }
+        end(i) = stop;
+        if (hit_triangle(i) < 0) return;
+        Kokkos::atomic_add(&count(collisions), std::int64_t{1});
+        for (Index k = 0; k < 3; ++k) Kokkos::atomic_add(&hits(sweep.triangle(3 * hit_triangle(i) + k)), Index{1});
+      });
 }
 
 /// Law 3, impulses: inelastic along the normal; each of the c_k particles at a node counts on a c_k-th of its mass.
@@ -228,27 +232,28 @@ void exchange_impulses(Device& d) {
   const auto hit_triangle = w.hit_triangle, hits = w.hits, triangle = d.mesh.triangle;
   const auto momentum = w.momentum;
   const double quantum = d.quantum;
-  parallel("drench::advection::impulse", d.fluid.count, KOKKOS_LAMBDA(const Index i) {
-    const Index t = hit_triangle(i);
-    if (t < 0 || mass(i) <= 0) return;
-    const Double3 n = widen(hit_normal(i));
-    const Double3 b3 = widen(hit_weight(i));
-    const double b[3] = {b3.x, b3.y, b3.z};
-    Double3 relative = widen(velocity(i));
-    double inverse = 1 / (quantum * static_cast<double>(mass(i)));
-    for (Index k = 0; k < 3; ++k) {
-      const Index node = triangle(3 * t + k);
-      relative = minus(relative, times(b[k], widen(node_velocity(node))));
-      inverse += b[k] * b[k] * static_cast<double>(hits(node)) * static_cast<double>(inverse_mass(node));
-    }
-    const double inward = inner(relative, n);
-    if (!(inward < 0)) return;
-    const double impulse = -inward / inverse;                                      // kg m/s
-    const double particle = impulse / (quantum * static_cast<double>(mass(i)));    // m/s
-    velocity(i) = narrow(add(widen(velocity(i)), times(particle, n)));
-    for (Index k = 0; k < 3; ++k)
-      add_momentum(momentum, triangle(3 * t + k), static_cast<double>(mass(i)), times(-b[k] * particle, n));
-  });
+  parallel(
+      "drench::advection::impulse", d.fluid.count, KOKKOS_LAMBDA(const Index i) {
+        const Index t = hit_triangle(i);
+        if (t < 0 || mass(i) <= 0) return;
+        const Double3 n = widen(hit_normal(i));
+        const Double3 b3 = widen(hit_weight(i));
+        const double b[3] = {b3.x, b3.y, b3.z};
+        Double3 relative = widen(velocity(i));
+        double inverse = 1 / (quantum * static_cast<double>(mass(i)));
+        for (Index k = 0; k < 3; ++k) {
+          const Index node = triangle(3 * t + k);
+          relative = minus(relative, times(b[k], widen(node_velocity(node))));
+          inverse += b[k] * b[k] * static_cast<double>(hits(node)) * static_cast<double>(inverse_mass(node));
+        }
+        const double inward = inner(relative, n);
+        if (!(inward < 0)) return;
+        const double impulse = -inward / inverse;                                    // kg m/s
+        const double particle = impulse / (quantum * static_cast<double>(mass(i)));  // m/s
+        velocity(i) = narrow(add(widen(velocity(i)), times(particle, n)));
+        for (Index k = 0; k < 3; ++k)
+          add_momentum(momentum, triangle(3 * t + k), static_cast<double>(mass(i)), times(-b[k] * particle, n));
+      });
 }
 
 /// v_n += u_n p_n; the sums are zero again for the next step.
@@ -258,13 +263,14 @@ void apply_momentum(Device& d) {
   const auto momentum = d.advection_work.momentum;
   const auto hits = d.advection_work.hits;
   const double unit = d.quantum / momentum_units;
-  parallel("drench::advection::momentum", d.nodes.count, KOKKOS_LAMBDA(const Index n) {
-    const Double3 p{static_cast<double>(momentum(3 * n)), static_cast<double>(momentum(3 * n + 1)),
-                    static_cast<double>(momentum(3 * n + 2))};
-    velocity(n) = narrow(add(widen(velocity(n)), times(unit * static_cast<double>(inverse_mass(n)), p)));
-    for (Index a = 0; a < 3; ++a) momentum(3 * n + a) = 0;
-    hits(n) = 0;
-  });
+  parallel(
+      "drench::advection::momentum", d.nodes.count, KOKKOS_LAMBDA(const Index n) {
+        const Double3 p{static_cast<double>(momentum(3 * n)), static_cast<double>(momentum(3 * n + 1)),
+                        static_cast<double>(momentum(3 * n + 2))};
+        velocity(n) = narrow(add(widen(velocity(n)), times(unit * static_cast<double>(inverse_mass(n)), p)));
+        for (Index a = 0; a < 3; ++a) momentum(3 * n + a) = 0;
+        hits(n) = 0;
+      });
 }
 
 /// Laws 4 and 5: bodies' failsafe, new position and age, and who left the domain. `swept`: x1 is known.
@@ -278,29 +284,30 @@ void finish_fluid(Device& d, Real dt, bool swept) {
   const auto solids = d.solids;
   const Vec3 &min = d.model.scene.domain.min, &max = d.model.scene.domain.max;
   const Double3 lo{min[0], min[1], min[2]}, hi{max[0], max[1], max[2]};
-  parallel("drench::advection::finish", d.fluid.count, KOKKOS_LAMBDA(const Index i) {
-    Real3 v = velocity(i), x = swept ? end(i) : position(i) + dt * v;
-    bool put_back = false;
-    for (std::size_t b = 0; b < solids.extent(0); ++b) {
-      const SolidDistance body = solid_distance(solids(b), x, Real3{});
-      if (!(body.phi < 0)) continue;
-      x -= body.phi * body.normal;
-      v = without_inward(v, body.normal);
-      put_back = true;
-    }
-    if (put_back) {
-      Kokkos::atomic_add(&count(clamped), std::int64_t{1});
-      velocity(i) = v;
-    }
-    position(i) = x;
-    age(i) += dt;
-    const Double3 at = widen(x);
-    const bool outside = at.x < lo.x || at.y < lo.y || at.z < lo.z || at.x > hi.x || at.y > hi.y || at.z > hi.z;
-    gone(i) = outside ? 1 : 0;
-    if (!outside) return;
-    Kokkos::atomic_add(&count(removed), std::int64_t{1});
-    Kokkos::atomic_add(&count(drained), static_cast<std::int64_t>(mass(i)));
-  });
+  parallel(
+      "drench::advection::finish", d.fluid.count, KOKKOS_LAMBDA(const Index i) {
+        Real3 v = velocity(i), x = swept ? end(i) : position(i) + dt * v;
+        bool put_back = false;
+        for (std::size_t b = 0; b < solids.extent(0); ++b) {
+          const SolidDistance body = solid_distance(solids(b), x, Real3{});
+          if (!(body.phi < 0)) continue;
+          x -= body.phi * body.normal;
+          v = without_inward(v, body.normal);
+          put_back = true;
+        }
+        if (put_back) {
+          Kokkos::atomic_add(&count(clamped), std::int64_t{1});
+          velocity(i) = v;
+        }
+        position(i) = x;
+        age(i) += dt;
+        const Double3 at = widen(x);
+        const bool outside = at.x < lo.x || at.y < lo.y || at.z < lo.z || at.x > hi.x || at.y > hi.y || at.z > hi.z;
+        gone(i) = outside ? 1 : 0;
+        if (!outside) return;
+        Kokkos::atomic_add(&count(removed), std::int64_t{1});
+        Kokkos::atomic_add(&count(drained), static_cast<std::int64_t>(mass(i)));
+      });
 }
 
 }  // namespace

@@ -1,9 +1,8 @@
 // The Kokkos backend behind the pipeline's interface.
 
+#include <Kokkos_Profiling_ScopedRegion.hpp>
 #include <algorithm>
 #include <stdexcept>
-
-#include <Kokkos_Profiling_ScopedRegion.hpp>
 
 #include "device.hpp"
 #include "device_copy.hpp"
@@ -25,8 +24,8 @@ class KokkosBackend final : public Backend {
   void run(Stage stage, const StepInfo& info, StepReport& report) override {
     Kokkos::Profiling::ScopedRegion region(std::string("drench::") + std::string(name_of(stage)));
     switch (stage) {
-#define DRENCH_RUN_STAGE(stage_name, when)           \
-  case Stage::stage_name:                            \
+#define DRENCH_RUN_STAGE(stage_name, when)             \
+  case Stage::stage_name:                              \
     kokkos_backend::stage_name(device_, info, report); \
     break;
       DRENCH_STAGES(DRENCH_RUN_STAGE)

@@ -17,13 +17,14 @@ void bodies(Device& d, const StepInfo& info, StepReport&) {
     const Real speed = Real(body.spin_rate);
     const Index first = body.first_sample;
     // Rodrigues' rotation from the positions at t = 0.
-    parallel("drench::bodies::spin", body.sample_count, KOKKOS_LAMBDA(const Index s) {
-      const Index b = first + s;
-      const Real3 r = rest(b) - c;
-      const Real3 rotated = cosine * r + sine * cross(k, r) + ((1 - cosine) * dot(k, r)) * k;
-      x(b) = c + rotated;
-      v(b) = speed * cross(k, rotated);
-    });
+    parallel(
+        "drench::bodies::spin", body.sample_count, KOKKOS_LAMBDA(const Index s) {
+          const Index b = first + s;
+          const Real3 r = rest(b) - c;
+          const Real3 rotated = cosine * r + sine * cross(k, r) + ((1 - cosine) * dot(k, r)) * k;
+          x(b) = c + rotated;
+          v(b) = speed * cross(k, rotated);
+        });
   }
 }
 

@@ -13,11 +13,12 @@ void sample_volumes(Device& d) {
   const auto volume = d.samples.volume;
   const auto count = d.sample_sample.count;
   const auto list = d.sample_sample.list;
-  parallel("drench::density::sample_volume", d.samples.count, KOKKOS_LAMBDA(const Index b) {
-    Real sum = kernel.value(0);
-    for (Index k = 0; k < count(b); ++k) sum += kernel.value(norm(x(b) - x(list(b, k))));
-    volume(b) = 1 / sum;
-  });
+  parallel(
+      "drench::density::sample_volume", d.samples.count, KOKKOS_LAMBDA(const Index b) {
+        Real sum = kernel.value(0);
+        for (Index k = 0; k < count(b); ++k) sum += kernel.value(norm(x(b) - x(list(b, k))));
+        volume(b) = 1 / sum;
+      });
 }
 
 /// c_b of the Jacobi diagonal (src/stages/density.hpp), in samples.row_bound.
@@ -29,28 +30,32 @@ void sample_row_bounds(Device& d) {
   const auto count = d.sample_fluid.count;
   const auto list = d.sample_fluid.list;
   const auto load = d.samples.row_load, bound = d.samples.row_bound;
-  parallel("drench::density::row_load", d.samples.count, KOKKOS_LAMBDA(const Index b) {
-    Real g = 0;
-    for (Index k = 0; k < count(b); ++k) {
-      const Index i = list(b, k);
-      const Real r = norm(xf(i) - xs(b));
-      g -= rho * fluid_volume(i) * kernel.slope(r) * r;
-    }
-    load(b) = volume(b) * g;
-  });
+  parallel(
+      "drench::density::row_load", d.samples.count, KOKKOS_LAMBDA(const Index b) {
+        Real g = 0;
+        for (Index k = 0; k < count(b); ++k) {
+          const Index i = list(b, k);
+          const Real r = norm(xf(i) - xs(b));
+          g -= rho * fluid_volume(i) * kernel.slope(r) * r;
+        }
+        load(b) = volume(b) * g;
+      });
   const auto start = d.nodes.sample_start, item = d.nodes.sample_item;
   const auto weight = d.samples.weight, u = d.nodes.inverse_mass, node_bound = d.nodes.row_bound;
-  parallel("drench::density::node_row", d.nodes.count, KOKKOS_LAMBDA(const Index n) {
-    Real g = 0;
-    for (Index e = start(n); e < start(n + 1); ++e) g += weight(3 * (item(e) / 4) + item(e) % 4) * load(item(e) / 4);
-    node_bound(n) = u(n) * g;
-  });
+  parallel(
+      "drench::density::node_row", d.nodes.count, KOKKOS_LAMBDA(const Index n) {
+        Real g = 0;
+        for (Index e = start(n); e < start(n + 1); ++e)
+          g += weight(3 * (item(e) / 4) + item(e) % 4) * load(item(e) / 4);
+        node_bound(n) = u(n) * g;
+      });
   const auto node = d.samples.node;
-  parallel("drench::density::row_bound", d.samples.count, KOKKOS_LAMBDA(const Index b) {
-    Real c = 0;
-    for (int k = 0; k < 3; ++k) c += weight(3 * b + k) * node_bound(node(3 * b + k));
-    bound(b) = c;
-  });
+  parallel(
+      "drench::density::row_bound", d.samples.count, KOKKOS_LAMBDA(const Index b) {
+        Real c = 0;
+        for (int k = 0; k < 3; ++k) c += weight(3 * b + k) * node_bound(node(3 * b + k));
+        bound(b) = c;
+      });
 }
 
 void density_and_alpha(Device& d) {
@@ -62,40 +67,41 @@ void density_and_alpha(Device& d) {
   const auto nf = d.fluid_fluid.count, nb = d.fluid_boundary.count, ns = d.fluid_sample.count;
   const auto lf = d.fluid_fluid.list, lb = d.fluid_boundary.list, ls = d.fluid_sample.list;
   const bool solids = d.boundary.count > 0, cloth = d.samples.count > 0;
-  parallel("drench::density::ratio_alpha", d.fluid.count, KOKKOS_LAMBDA(const Index i) {
-    const Real3 xi = x(i);
-    Real delta = volume(i) * kernel.value(0), squares = 0, coupling = 0;
-    Real3 gradient;
-    for (Index k = 0; k < nf(i); ++k) {
-      const Index j = lf(i, k);
-      const Real3 r = xi - x(j);
-      const Real length = norm(r), slope = kernel.slope(length);
-      delta += volume(j) * kernel.value(length);
-      gradient += volume(j) * slope * r;
-      squares += volume(j) * slope * slope * length * length;
-    }
-    squares *= volume(i);
-    if (solids)
-      for (Index k = 0; k < nb(i); ++k) {
-        const Index b = lb(i, k);
-        const Real3 r = xi - xb(b);
-        const Real length = norm(r);
-        delta += vb(b) * kernel.value(length);
-        gradient += vb(b) * kernel.slope(length) * r;
-      }
-    if (cloth)
-      for (Index k = 0; k < ns(i); ++k) {
-        const Index b = ls(i, k);
-        const Real3 r = xi - xs(b);
-        const Real length = norm(r), slope = kernel.slope(length);
-        delta += vs(b) * kernel.value(length);
-        gradient += vs(b) * slope * r;
-        coupling -= vs(b) * slope * length * bound(b);
-      }
-    ratio(i) = delta;
-    const Real diagonal = dot(gradient, gradient) + squares + coupling;
-    alpha(i) = diagonal < smallest || volume(i) == 0 ? Real(0) : 1 / diagonal;
-  });
+  parallel(
+      "drench::density::ratio_alpha", d.fluid.count, KOKKOS_LAMBDA(const Index i) {
+        const Real3 xi = x(i);
+        Real delta = volume(i) * kernel.value(0), squares = 0, coupling = 0;
+        Real3 gradient;
+        for (Index k = 0; k < nf(i); ++k) {
+          const Index j = lf(i, k);
+          const Real3 r = xi - x(j);
+          const Real length = norm(r), slope = kernel.slope(length);
+          delta += volume(j) * kernel.value(length);
+          gradient += volume(j) * slope * r;
+          squares += volume(j) * slope * slope * length * length;
+        }
+        squares *= volume(i);
+        if (solids)
+          for (Index k = 0; k < nb(i); ++k) {
+            const Index b = lb(i, k);
+            const Real3 r = xi - xb(b);
+            const Real length = norm(r);
+            delta += vb(b) * kernel.value(length);
+            gradient += vb(b) * kernel.slope(length) * r;
+          }
+        if (cloth)
+          for (Index k = 0; k < ns(i); ++k) {
+            const Index b = ls(i, k);
+            const Real3 r = xi - xs(b);
+            const Real length = norm(r), slope = kernel.slope(length);
+            delta += vs(b) * kernel.value(length);
+            gradient += vs(b) * slope * r;
+            coupling -= vs(b) * slope * length * bound(b);
+          }
+        ratio(i) = delta;
+        const Real diagonal = dot(gradient, gradient) + squares + coupling;
+        alpha(i) = diagonal < smallest || volume(i) == 0 ? Real(0) : 1 / diagonal;
+      });
 }
 
 }  // namespace
@@ -104,8 +110,9 @@ void density(Device& d, const StepInfo&, StepReport&) {
   const auto volume = d.work.volume;
   const auto mass = d.fluid.mass;
   const double scale = d.quantum / double(d.rest_density);
-  parallel("drench::density::volume", d.fluid.count,
-           KOKKOS_LAMBDA(const Index i) { volume(i) = Real(double(mass(i)) * scale); });
+  parallel(
+      "drench::density::volume", d.fluid.count,
+      KOKKOS_LAMBDA(const Index i) { volume(i) = Real(double(mass(i)) * scale); });
   if (d.samples.count > 0) {
     refresh_inverse_mass(d);
     sample_volumes(d);

@@ -24,7 +24,8 @@ void gather(Array<T>& a, Array<T>& scratch, const Array<Index>& source, Index n)
     scratch = Array<T>(Kokkos::ViewAllocateWithoutInitializing("drench::compact_scratch"), a.extent(0));
   const auto from = a;
   const auto to = scratch;
-  parallel("drench::compact::gather", n, KOKKOS_LAMBDA(const Index i) { to(i) = from(source(i)); });
+  parallel(
+      "drench::compact::gather", n, KOKKOS_LAMBDA(const Index i) { to(i) = from(source(i)); });
   std::swap(a, scratch);
 }
 
@@ -201,16 +202,20 @@ void Device::compact_fluid(const Array<std::uint8_t>& gone) {
   const Index n = fluid.count;
   if (n == 0) return;
   if (compaction.source.extent(0) < fluid.position.extent(0))
-    compaction.source = Array<Index>(Kokkos::ViewAllocateWithoutInitializing("drench::compact_source"), fluid.position.extent(0));
+    compaction.source =
+        Array<Index>(Kokkos::ViewAllocateWithoutInitializing("drench::compact_source"), fluid.position.extent(0));
   const auto source = compaction.source;
   const auto mass = fluid.mass;
   const bool flagged = gone.extent(0) > 0;
   Index kept = 0;
-  Kokkos::parallel_scan("drench::compact::scan", Range(0, n), KOKKOS_LAMBDA(const Index i, Index& rank, const bool last) {
-    const bool stays = mass(i) > 0 && !(flagged && gone(i));
-    if (last && stays) source(rank) = i;
-    rank += stays ? 1 : 0;
-  }, kept);
+  Kokkos::parallel_scan(
+      "drench::compact::scan", Range(0, n),
+      KOKKOS_LAMBDA(const Index i, Index& rank, const bool last) {
+        const bool stays = mass(i) > 0 && !(flagged && gone(i));
+        if (last && stays) source(rank) = i;
+        rank += stays ? 1 : 0;
+      },
+      kept);
   if (kept == n) return;
   gather(fluid.position, compaction.real3, source, kept);
   gather(fluid.velocity, compaction.real3, source, kept);

@@ -30,11 +30,11 @@ struct FluidArrays {
 
 /// Stage-to-stage and in-stage arrays of the liquid; refreshed by stage density unless said otherwise.
 struct FluidWork {
-  Array<Real> volume;       // V_i, m³ (stage density)
-  Array<Real> alpha;        // m² (stage density)
-  Array<Real3> predicted;   // v_i + Δt a_i, m/s (in-stage)
-  Array<Real> rate;         // R_i, 1/s (in-stage)
-  Array<Real> residual;     // β (δ_adv − 1) (in-stage)
+  Array<Real> volume;          // V_i, m³ (stage density)
+  Array<Real> alpha;           // m² (stage density)
+  Array<Real3> predicted;      // v_i + Δt a_i, m/s (in-stage)
+  Array<Real> rate;            // R_i, 1/s (in-stage)
+  Array<Real> residual;        // β (δ_adv − 1) (in-stage)
   Array<std::uint8_t> active;  // takes part in the divergence solve (in-stage)
 };
 
@@ -50,50 +50,50 @@ struct NodeArrays {
   Array<Real3> position, velocity, contact_normal, pin_force;
   Array<Quanta> liquid, ripe;
   // constant
-  Array<Real> solid_mass;              // kg
+  Array<Real> solid_mass;  // kg
   Array<std::uint8_t> pinned;
   Array<Index> cloth;
-  Array<double> capacity;              // C_n, kg
-  Array<Quanta> capacity_quanta;       // floor(C_n/q)
-  Array<Quanta> max_quanta;            // floor(s_max C_n/q)
-  Array<double> weight_sum;            // w′_n
+  Array<double> capacity;                  // C_n, kg
+  Array<Quanta> capacity_quanta;           // floor(C_n/q)
+  Array<Quanta> max_quanta;                // floor(s_max C_n/q)
+  Array<double> weight_sum;                // w′_n
   Array<Index> sample_start, sample_item;  // node → items 4·sample + corner
   Array<Index> edge_start, edge_item, hinge_start, hinge_item;
   // work
-  Array<Real> inverse_mass;            // u_n, 1/kg; 0 if pinned (refresh_inverse_mass)
-  Array<Real3> force;                  // f_n, N (node_forces_from_samples)
+  Array<Real> inverse_mass;  // u_n, 1/kg; 0 if pinned (refresh_inverse_mass)
+  Array<Real3> force;        // f_n, N (node_forces_from_samples)
   Array<Real3> acceleration;
-  Array<Real> row_bound;               // u_n G_n of the Jacobi diagonal (stage density)
+  Array<Real> row_bound;  // u_n G_n of the Jacobi diagonal (stage density)
 };
 
 struct MeshArrays {
-  Array<Index> triangle;               // 3 per triangle
-  Array<Index> edge;                   // 2 per edge
+  Array<Index> triangle;  // 3 per triangle
+  Array<Index> edge;      // 2 per edge
   Array<Real> edge_length, edge_stiffness;
-  Array<Index> hinge;                  // 4 per hinge
-  Array<Real> hinge_weight;            // 4 per hinge
+  Array<Index> hinge;        // 4 per hinge
+  Array<Real> hinge_weight;  // 4 per hinge
   Array<Real> hinge_stiffness;
   Index triangles = 0, edges = 0, hinges = 0;
-  Real mean_edge = 0;                  // m
+  Real mean_edge = 0;  // m
 };
 
 struct SampleArrays {
   Index count = 0;
-  Array<Index> node;                   // 3 per sample: the triangle's nodes
+  Array<Index> node;  // 3 per sample: the triangle's nodes
   Array<Index> triangle;
-  Array<Real> weight;                  // 3 per sample
-  Array<double> weight_exact;          // the same in double, for splitting quanta
+  Array<Real> weight;          // 3 per sample
+  Array<double> weight_exact;  // the same in double, for splitting quanta
   Array<Index> cloth;
-  Array<Real> area, capacity;          // m², kg
+  Array<Real> area, capacity;  // m², kg
   Array<Real3> rest_position;
   Array<Real3> flow_direction;
-  Array<Real> volume;                  // Akinci V_b, m³
+  Array<Real> volume;  // Akinci V_b, m³
   // work
-  Array<Real3> position, velocity;     // refresh_samples
-  Array<Real> saturation;              // s_p, refresh_saturation
-  Array<Real3> force;                  // F_b, N
-  Array<Real3> predicted;              // v_b + Δt a_b, m/s (in-stage)
-  Array<Real> row_load, row_bound;     // g_b, c_b of the Jacobi diagonal (stage density)
+  Array<Real3> position, velocity;  // refresh_samples
+  Array<Real> saturation;           // s_p, refresh_saturation
+  Array<Real3> force;               // F_b, N
+  Array<Real3> predicted;           // v_b + Δt a_b, m/s (in-stage)
+  Array<Real> row_load, row_bound;  // g_b, c_b of the Jacobi diagonal (stage density)
 };
 
 /// Per-cloth material as plain numbers, indexable on the device.
@@ -121,13 +121,13 @@ struct ClothWork {
 
 /// Work arrays of stage advection, made on first use. `momentum` and `hits` are zero between steps.
 struct AdvectionWork {
-  Array<Real3> start;                  // per node: x⁰_n, m
-  Array<std::int64_t> momentum;        // 3 per node, units of q · 2^-8 m/s
-  Array<Index> hits;                   // per node: c_k
+  Array<Real3> start;                             // per node: x⁰_n, m
+  Array<std::int64_t> momentum;                   // 3 per node, units of q · 2^-8 m/s
+  Array<Index> hits;                              // per node: c_k
   Kokkos::View<double, MemSpace> reach;           // the largest node displacement, m
   Kokkos::View<std::int64_t[4], MemSpace> count;  // collisions, clamped, drained quanta, removed particles
-  Array<Real3> end, hit_weight, hit_normal;  // per liquid particle: x1, m; barycentric; towards x0
-  Array<Index> hit_triangle;                 // −1: none
+  Array<Real3> end, hit_weight, hit_normal;       // per liquid particle: x1, m; barycentric; towards x0
+  Array<Index> hit_triangle;                      // −1: none
   Array<std::uint8_t> gone;
 };
 
@@ -145,7 +145,7 @@ struct Device {
   const Model& model;
   // numbers
   Real spacing, support, rest_density;
-  double quantum;         // q, kg
+  double quantum;  // q, kg
   Real3 gravity;
   FluidArrays fluid;
   FluidWork work;
@@ -186,10 +186,10 @@ struct Device {
 };
 
 // device_refresh.cpp: derived quantities that several stages share
-void refresh_samples(Device& d);                 // samples.position and .velocity from the nodes
-void refresh_inverse_mass(Device& d);            // nodes.inverse_mass
-void refresh_saturation(Device& d);              // samples.saturation, from nodes.liquid (node with C_n = 0 counts 0)
-void node_forces_from_samples(Device& d);        // nodes.force = Σ w F_b from samples.force
+void refresh_samples(Device& d);           // samples.position and .velocity from the nodes
+void refresh_inverse_mass(Device& d);      // nodes.inverse_mass
+void refresh_saturation(Device& d);        // samples.saturation, from nodes.liquid (node with C_n = 0 counts 0)
+void node_forces_from_samples(Device& d);  // nodes.force = Σ w F_b from samples.force
 /// v_n += Δt u_n f_n, and pin_force −= f_n on pinned nodes.
 void apply_node_forces(Device& d, Real dt);
 

@@ -15,30 +15,39 @@ void divergence(Device& d, const StepInfo& info, StepReport& report) {
   const bool solids = d.boundary.count > 0, cloth = d.samples.count > 0;
   const auto active = d.work.active;
   constexpr Index fewest_neighbors = 20;
-  parallel("drench::divergence::warm_start", n, KOKKOS_LAMBDA(const Index i) {
-    const Index neighbors = nf(i) + (solids ? nb(i) : 0) + (cloth ? ns(i) : 0);
-    active(i) = neighbors >= fewest_neighbors && alpha(i) > 0;
-    kappa(i) = active(i) ? Real(0.5) * kappa(i) : Real(0);
-  });
+  parallel(
+      "drench::divergence::warm_start", n, KOKKOS_LAMBDA(const Index i) {
+        const Index neighbors = nf(i) + (solids ? nb(i) : 0) + (cloth ? ns(i) : 0);
+        active(i) = neighbors >= fewest_neighbors && alpha(i) > 0;
+        kappa(i) = active(i) ? Real(0.5) * kappa(i) : Real(0);
+      });
   if (cloth) refresh_inverse_mass(d);
   for (int iteration = 1;; ++iteration) {
     predict_velocities(d, kappa, dt);
     compression_rate(d);
     report.divergence_iterations = iteration;
-    report.divergence_error = info.dt / n * ordered_sum("drench::divergence::error", n, KOKKOS_LAMBDA(const Index i) {
-                                return active(i) && rate(i) > 0 ? double(rate(i)) : 0.0;
-                              });
+    report.divergence_error = info.dt / n *
+                              ordered_sum(
+                                  "drench::divergence::error", n, KOKKOS_LAMBDA(const Index i) {
+                                    return active(i) && rate(i) > 0 ? double(rate(i)) : 0.0;
+                                  });
     const Real factor = Real(0.5) / dt;
-    const double excess = info.dt / n * ordered_sum("drench::divergence::excess", n, KOKKOS_LAMBDA(const Index i) {
-                            return active(i) ? excess_pressure(double(rate(i)), double(kappa(i)), double(factor * alpha(i))) : 0.0;
-                          });
-    report.divergence_converged = report.divergence_error <= solver.divergence_error && excess <= solver.divergence_error;
-    if ((report.divergence_converged && iteration >= solver.min_iterations) || iteration >= solver.max_iterations) break;
-    parallel("drench::divergence::update", n, KOKKOS_LAMBDA(const Index i) {
-      if (!active(i)) return;
-      const Real k = kappa(i) + factor * alpha(i) * rate(i);
-      kappa(i) = k > 0 ? k : Real(0);
-    });
+    const double excess =
+        info.dt / n *
+        ordered_sum(
+            "drench::divergence::excess", n, KOKKOS_LAMBDA(const Index i) {
+              return active(i) ? excess_pressure(double(rate(i)), double(kappa(i)), double(factor * alpha(i))) : 0.0;
+            });
+    report.divergence_converged =
+        report.divergence_error <= solver.divergence_error && excess <= solver.divergence_error;
+    if ((report.divergence_converged && iteration >= solver.min_iterations) || iteration >= solver.max_iterations)
+      break;
+    parallel(
+        "drench::divergence::update", n, KOKKOS_LAMBDA(const Index i) {
+          if (!active(i)) return;
+          const Real k = kappa(i) + factor * alpha(i) * rate(i);
+          kappa(i) = k > 0 ? k : Real(0);
+        });
   }
   accept_velocities(d, dt);
 }

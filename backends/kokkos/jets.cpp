@@ -21,18 +21,19 @@ void jets(Device& d, const StepInfo& info, StepReport&) {
       const FluidArrays f = d.fluid;
       const std::int64_t id = d.next_id;
       const Real flight = Real(end - leaves);
-      parallel("drench::jets::layer", size, KOKKOS_LAMBDA(const Index k) {
-        const Index i = first + k;
-        f.position(i) = center + offsets(k) + flight * velocity;
-        f.velocity(i) = velocity;
-        f.mass(i) = quanta_per_particle;
-        f.id(i) = id + k;
-        f.age(i) = 0;
-        f.origin(i) = static_cast<std::uint8_t>(Origin::jet);
-        f.density_ratio(i) = 0;
-        f.kappa_density(i) = 0;
-        f.kappa_divergence(i) = 0;
-      });
+      parallel(
+          "drench::jets::layer", size, KOKKOS_LAMBDA(const Index k) {
+            const Index i = first + k;
+            f.position(i) = center + offsets(k) + flight * velocity;
+            f.velocity(i) = velocity;
+            f.mass(i) = quanta_per_particle;
+            f.id(i) = id + k;
+            f.age(i) = 0;
+            f.origin(i) = static_cast<std::uint8_t>(Origin::jet);
+            f.density_ratio(i) = 0;
+            f.kappa_density(i) = 0;
+            f.kappa_divergence(i) = 0;
+          });
       d.fluid.count = first + size;
       d.next_id += size;
       d.supplied += static_cast<Quanta>(size) * quanta_per_particle;

@@ -15,15 +15,18 @@ template <class Term>
 double compensated_sum(const char* label, Index n, const Term& term) {
   double total = 0;
   if (n > 0)
-    Kokkos::parallel_reduce(label, Range(0, 1), KOKKOS_LAMBDA(const Index, double& out) {
-      double sum = 0, lost = 0;
-      for (Index i = 0; i < n; ++i) {
-        const double t = term(i), next = sum + t;
-        lost += Kokkos::abs(sum) >= Kokkos::abs(t) ? (sum - next) + t : (t - next) + sum;
-        sum = next;
-      }
-      out += sum + lost;
-    }, total);
+    Kokkos::parallel_reduce(
+        label, Range(0, 1),
+        KOKKOS_LAMBDA(const Index, double& out) {
+          double sum = 0, lost = 0;
+          for (Index i = 0; i < n; ++i) {
+            const double t = term(i), next = sum + t;
+            lost += Kokkos::abs(sum) >= Kokkos::abs(t) ? (sum - next) + t : (t - next) + sum;
+            sum = next;
+          }
+          out += sum + lost;
+        },
+        total);
   return total;
 }
 
@@ -39,17 +42,18 @@ void ledger(Device& d, const StepInfo& info, StepReport& report) {
   report.kinetic_energy = 0;
   report.nonfinite = 0;
   if (f.count > 0) {
-    report.mass_fluid =
-        integer_sum("drench::ledger::fluid_mass", f.count, KOKKOS_LAMBDA(const Index i) { return f.mass(i); });
-    report.nonfinite += integer_sum("drench::ledger::fluid_nonfinite", f.count, KOKKOS_LAMBDA(const Index i) {
-      return std::int64_t(finite(f.position(i)) && finite(f.velocity(i)) ? 0 : 1);
-    });
-    report.kinetic_energy += ordered_sum("drench::ledger::fluid_energy", f.count, KOKKOS_LAMBDA(const Index i) {
-      return 0.5 * q * double(f.mass(i)) * double(dot(f.velocity(i), f.velocity(i)));
-    });
-    report.mass_float += compensated_sum("drench::ledger::fluid_float", f.count, KOKKOS_LAMBDA(const Index i) {
-      return rho * double(Real(double(f.mass(i)) * q / rho));
-    });
+    report.mass_fluid = integer_sum(
+        "drench::ledger::fluid_mass", f.count, KOKKOS_LAMBDA(const Index i) { return f.mass(i); });
+    report.nonfinite += integer_sum(
+        "drench::ledger::fluid_nonfinite", f.count,
+        KOKKOS_LAMBDA(const Index i) { return std::int64_t(finite(f.position(i)) && finite(f.velocity(i)) ? 0 : 1); });
+    report.kinetic_energy += ordered_sum(
+        "drench::ledger::fluid_energy", f.count, KOKKOS_LAMBDA(const Index i) {
+          return 0.5 * q * double(f.mass(i)) * double(dot(f.velocity(i), f.velocity(i)));
+        });
+    report.mass_float += compensated_sum(
+        "drench::ledger::fluid_float", f.count,
+        KOKKOS_LAMBDA(const Index i) { return rho * double(Real(double(f.mass(i)) * q / rho)); });
   }
   const Index n = d.nodes.count;
   if (n > 0) {
@@ -58,18 +62,21 @@ void ledger(Device& d, const StepInfo& info, StepReport& report) {
     const auto capacity = d.nodes.capacity;
     const auto solid = d.nodes.solid_mass;
     const auto pinned = d.nodes.pinned;
-    report.mass_cloth = integer_sum("drench::ledger::cloth_mass", n, KOKKOS_LAMBDA(const Index k) { return liquid(k); });
-    report.nonfinite += integer_sum("drench::ledger::node_nonfinite", n, KOKKOS_LAMBDA(const Index k) {
-      return std::int64_t(finite(x(k)) && finite(v(k)) ? 0 : 1);
-    });
-    report.kinetic_energy += ordered_sum("drench::ledger::node_energy", n, KOKKOS_LAMBDA(const Index k) {
-      return pinned(k) ? 0.0 : 0.5 * (double(solid(k)) + q * double(liquid(k))) * double(dot(v(k), v(k)));
-    });
-    report.mass_float += compensated_sum("drench::ledger::node_float", n,
-                                         KOKKOS_LAMBDA(const Index k) { return double(Real(double(liquid(k)) * q)); });
-    if (d.model.has_porous()) report.saturation_max = maximum("drench::ledger::saturation", n, KOKKOS_LAMBDA(const Index k) {
-      return capacity(k) > 0 ? double(liquid(k)) * q / capacity(k) : 0.0;
-    });
+    report.mass_cloth = integer_sum(
+        "drench::ledger::cloth_mass", n, KOKKOS_LAMBDA(const Index k) { return liquid(k); });
+    report.nonfinite += integer_sum(
+        "drench::ledger::node_nonfinite", n,
+        KOKKOS_LAMBDA(const Index k) { return std::int64_t(finite(x(k)) && finite(v(k)) ? 0 : 1); });
+    report.kinetic_energy += ordered_sum(
+        "drench::ledger::node_energy", n, KOKKOS_LAMBDA(const Index k) {
+          return pinned(k) ? 0.0 : 0.5 * (double(solid(k)) + q * double(liquid(k))) * double(dot(v(k), v(k)));
+        });
+    report.mass_float += compensated_sum(
+        "drench::ledger::node_float", n, KOKKOS_LAMBDA(const Index k) { return double(Real(double(liquid(k)) * q)); });
+    if (d.model.has_porous())
+      report.saturation_max = maximum(
+          "drench::ledger::saturation", n,
+          KOKKOS_LAMBDA(const Index k) { return capacity(k) > 0 ? double(liquid(k)) * q / capacity(k) : 0.0; });
   }
   d.step = info.step + 1;
   d.time = info.time + info.dt;

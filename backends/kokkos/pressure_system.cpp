@@ -14,37 +14,40 @@ void predict_cloth(Device& d, const Array<Real>& kappa, Real dt) {
     const auto vs = d.samples.volume, vf = d.work.volume;
     const auto count = d.sample_fluid.count;
     const auto list = d.sample_fluid.list;
-    parallel("drench::pressure::sample_force", d.samples.count, KOKKOS_LAMBDA(const Index b) {
-      Real3 f;
-      for (Index k = 0; k < count(b); ++k) {
-        const Index i = list(b, k);
-        if (kappa(i) == 0) continue;
-        const Real3 r = xf(i) - xs(b);
-        f += vf(i) * kappa(i) * kernel.slope(norm(r)) * r;
-      }
-      force(b) = rho * vs(b) * f;
-    });
+    parallel(
+        "drench::pressure::sample_force", d.samples.count, KOKKOS_LAMBDA(const Index b) {
+          Real3 f;
+          for (Index k = 0; k < count(b); ++k) {
+            const Index i = list(b, k);
+            if (kappa(i) == 0) continue;
+            const Real3 r = xf(i) - xs(b);
+            f += vf(i) * kappa(i) * kernel.slope(norm(r)) * r;
+          }
+          force(b) = rho * vs(b) * f;
+        });
   }
   node_forces_from_samples(d);
   {
     const auto f = d.nodes.force, a = d.nodes.acceleration, normal = d.nodes.contact_normal;
     const auto u = d.nodes.inverse_mass;
-    parallel("drench::pressure::node_acceleration", d.nodes.count, KOKKOS_LAMBDA(const Index n) {
-      const Real into = dot(f(n), normal(n));
-      a(n) = u(n) * (into < 0 ? f(n) - into * normal(n) : f(n));
-    });
+    parallel(
+        "drench::pressure::node_acceleration", d.nodes.count, KOKKOS_LAMBDA(const Index n) {
+          const Real into = dot(f(n), normal(n));
+          a(n) = u(n) * (into < 0 ? f(n) - into * normal(n) : f(n));
+        });
   }
   const auto node = d.samples.node;
   const auto weight = d.samples.weight;
   const auto a = d.nodes.acceleration, v = d.nodes.velocity, predicted = d.samples.predicted;
-  parallel("drench::pressure::sample_velocity", d.samples.count, KOKKOS_LAMBDA(const Index b) {
-    Real3 p;
-    for (int k = 0; k < 3; ++k) {
-      const Index n = node(3 * b + k);
-      p += weight(3 * b + k) * (v(n) + dt * a(n));
-    }
-    predicted(b) = p;
-  });
+  parallel(
+      "drench::pressure::sample_velocity", d.samples.count, KOKKOS_LAMBDA(const Index b) {
+        Real3 p;
+        for (int k = 0; k < 3; ++k) {
+          const Index n = node(3 * b + k);
+          p += weight(3 * b + k) * (v(n) + dt * a(n));
+        }
+        predicted(b) = p;
+      });
 }
 
 }  // namespace
@@ -57,31 +60,32 @@ void predict_velocities(Device& d, const Array<Real>& kappa, Real dt) {
   const auto nf = d.fluid_fluid.count, nb = d.fluid_boundary.count, ns = d.fluid_sample.count;
   const auto lf = d.fluid_fluid.list, lb = d.fluid_boundary.list, ls = d.fluid_sample.list;
   const bool solids = d.boundary.count > 0, cloth = d.samples.count > 0;
-  parallel("drench::pressure::acceleration", d.fluid.count, KOKKOS_LAMBDA(const Index i) {
-    const Real3 xi = x(i);
-    const Real ki = kappa(i);
-    Real3 a;
-    for (Index k = 0; k < nf(i); ++k) {
-      const Index j = lf(i, k);
-      const Real sum = ki + kappa(j);
-      if (sum == 0) continue;
-      const Real3 r = xi - x(j);
-      a -= volume(j) * sum * kernel.slope(norm(r)) * r;
-    }
-    if (ki != 0) {
-      if (solids)
-        for (Index k = 0; k < nb(i); ++k) {
-          const Real3 r = xi - xb(lb(i, k));
-          a -= vb(lb(i, k)) * ki * kernel.slope(norm(r)) * r;
+  parallel(
+      "drench::pressure::acceleration", d.fluid.count, KOKKOS_LAMBDA(const Index i) {
+        const Real3 xi = x(i);
+        const Real ki = kappa(i);
+        Real3 a;
+        for (Index k = 0; k < nf(i); ++k) {
+          const Index j = lf(i, k);
+          const Real sum = ki + kappa(j);
+          if (sum == 0) continue;
+          const Real3 r = xi - x(j);
+          a -= volume(j) * sum * kernel.slope(norm(r)) * r;
         }
-      if (cloth)
-        for (Index k = 0; k < ns(i); ++k) {
-          const Real3 r = xi - xs(ls(i, k));
-          a -= vs(ls(i, k)) * ki * kernel.slope(norm(r)) * r;
+        if (ki != 0) {
+          if (solids)
+            for (Index k = 0; k < nb(i); ++k) {
+              const Real3 r = xi - xb(lb(i, k));
+              a -= vb(lb(i, k)) * ki * kernel.slope(norm(r)) * r;
+            }
+          if (cloth)
+            for (Index k = 0; k < ns(i); ++k) {
+              const Real3 r = xi - xs(ls(i, k));
+              a -= vs(ls(i, k)) * ki * kernel.slope(norm(r)) * r;
+            }
         }
-    }
-    predicted(i) = v(i) + dt * a;
-  });
+        predicted(i) = v(i) + dt * a;
+      });
   if (cloth) predict_cloth(d, kappa, dt);
 }
 
@@ -93,42 +97,45 @@ void compression_rate(Device& d) {
   const auto nf = d.fluid_fluid.count, nb = d.fluid_boundary.count, ns = d.fluid_sample.count;
   const auto lf = d.fluid_fluid.list, lb = d.fluid_boundary.list, ls = d.fluid_sample.list;
   const bool solids = d.boundary.count > 0, cloth = d.samples.count > 0;
-  parallel("drench::pressure::compression_rate", d.fluid.count, KOKKOS_LAMBDA(const Index i) {
-    const Real3 xi = x(i), vi = v(i);
-    Real sum = 0;
-    for (Index k = 0; k < nf(i); ++k) {
-      const Index j = lf(i, k);
-      const Real3 r = xi - x(j);
-      sum += volume(j) * kernel.slope(norm(r)) * dot(vi - v(j), r);
-    }
-    if (solids)
-      for (Index k = 0; k < nb(i); ++k) {
-        const Index b = lb(i, k);
-        const Real3 r = xi - xb(b);
-        sum += vb(b) * kernel.slope(norm(r)) * dot(vi - ub(b), r);
-      }
-    if (cloth)
-      for (Index k = 0; k < ns(i); ++k) {
-        const Index b = ls(i, k);
-        const Real3 r = xi - xs(b);
-        sum += vs(b) * kernel.slope(norm(r)) * dot(vi - us(b), r);
-      }
-    rate(i) = sum;
-  });
+  parallel(
+      "drench::pressure::compression_rate", d.fluid.count, KOKKOS_LAMBDA(const Index i) {
+        const Real3 xi = x(i), vi = v(i);
+        Real sum = 0;
+        for (Index k = 0; k < nf(i); ++k) {
+          const Index j = lf(i, k);
+          const Real3 r = xi - x(j);
+          sum += volume(j) * kernel.slope(norm(r)) * dot(vi - v(j), r);
+        }
+        if (solids)
+          for (Index k = 0; k < nb(i); ++k) {
+            const Index b = lb(i, k);
+            const Real3 r = xi - xb(b);
+            sum += vb(b) * kernel.slope(norm(r)) * dot(vi - ub(b), r);
+          }
+        if (cloth)
+          for (Index k = 0; k < ns(i); ++k) {
+            const Index b = ls(i, k);
+            const Real3 r = xi - xs(b);
+            sum += vs(b) * kernel.slope(norm(r)) * dot(vi - us(b), r);
+          }
+        rate(i) = sum;
+      });
 }
 
 void accept_velocities(Device& d, Real dt) {
   const auto v = d.fluid.velocity, predicted = d.work.predicted;
-  parallel("drench::pressure::accept", d.fluid.count, KOKKOS_LAMBDA(const Index i) { v(i) = predicted(i); });
+  parallel(
+      "drench::pressure::accept", d.fluid.count, KOKKOS_LAMBDA(const Index i) { v(i) = predicted(i); });
   if (d.samples.count == 0) return;
   const auto vn = d.nodes.velocity, a = d.nodes.acceleration, f = d.nodes.force, pin = d.nodes.pin_force;
   const auto pinned = d.nodes.pinned;
-  parallel("drench::pressure::accept_nodes", d.nodes.count, KOKKOS_LAMBDA(const Index n) {
-    if (pinned(n))
-      pin(n) -= f(n);
-    else
-      vn(n) += dt * a(n);
-  });
+  parallel(
+      "drench::pressure::accept_nodes", d.nodes.count, KOKKOS_LAMBDA(const Index n) {
+        if (pinned(n))
+          pin(n) -= f(n);
+        else
+          vn(n) += dt * a(n);
+      });
 }
 
 }  // namespace drench::kokkos_backend

@@ -13,8 +13,8 @@ void compression_rate(Device& d);
 /// v_i := predicted, v_n += Δt a_n, pin_force −= f_n on pinned nodes.
 void accept_velocities(Device& d, Real dt);
 
-/// How much too high a particle's pressure is, in units of the residual: −residual where it is negative, at most what lowering κ to 0
-/// in one update of gain `gain` = ω α/Δt^k can take back. 0 where the residual is positive.
+/// How much too high a particle's pressure is, in units of the residual: −residual where it is negative, at most what
+/// lowering κ to 0 in one update of gain `gain` = ω α/Δt^k can take back. 0 where the residual is positive.
 KOKKOS_INLINE_FUNCTION double excess_pressure(double residual, double kappa, double gain) {
   if (residual >= 0 || kappa <= 0 || gain <= 0) return 0;
   const double most = kappa / gain;

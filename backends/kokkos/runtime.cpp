@@ -27,9 +27,9 @@ std::string runtime_description() {
   int driver = 0, runtime = 0;
   cudaDriverGetVersion(&driver);
   cudaRuntimeGetVersion(&runtime);
-  text += fmt::format("device: {} (sm_{}{}, {:.1f} GiB)\nCUDA: {}.{} (driver {}.{})\n", device.name, device.major, device.minor,
-                      double(device.totalGlobalMem) / double(1 << 30), runtime / 1000, runtime % 1000 / 10, driver / 1000,
-                      driver % 1000 / 10);
+  text += fmt::format("device: {} (sm_{}{}, {:.1f} GiB)\nCUDA: {}.{} (driver {}.{})\n", device.name, device.major,
+                      device.minor, double(device.totalGlobalMem) / double(1 << 30), runtime / 1000,
+                      runtime % 1000 / 10, driver / 1000, driver % 1000 / 10);
 #else
   text += "device: host processor\n";
 #endif

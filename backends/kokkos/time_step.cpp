@@ -10,20 +10,22 @@ namespace drench::kokkos_backend {
 void time_step(Device& d, const StepInfo&, StepReport& report) {
   const TimeScene& time = d.model.scene.time;
   const auto pin = d.nodes.pin_force;
-  parallel("drench::time_step::reset", d.nodes.count, KOKKOS_LAMBDA(const Index n) { pin(n) = Real3{}; });
+  parallel(
+      "drench::time_step::reset", d.nodes.count, KOKKOS_LAMBDA(const Index n) { pin(n) = Real3{}; });
   report.dt_wanted = time.step;
   if (time.mode != TimeMode::cfl) return;
   const auto v = d.fluid.velocity, vn = d.nodes.velocity;
   const double fall = double(norm(d.gravity)) * time.step;
   double fastest = 0;
   if (d.fluid.count > 0)
-    fastest = fall + maximum("drench::time_step::fluid_speed", d.fluid.count,
-                             KOKKOS_LAMBDA(const Index i) { return double(norm(v(i))); });
+    fastest = fall + maximum(
+                         "drench::time_step::fluid_speed", d.fluid.count,
+                         KOKKOS_LAMBDA(const Index i) { return double(norm(v(i))); });
   if (d.nodes.count > 0)
-    fastest = std::max(fastest, maximum("drench::time_step::node_speed", d.nodes.count,
-                                        KOKKOS_LAMBDA(const Index n) { return double(norm(vn(n))); }));
-  if (fastest > 0)
-    report.dt_wanted = std::clamp(time.cfl * double(d.spacing) / fastest, time.step / 1000, time.step);
+    fastest = std::max(fastest, maximum(
+                                    "drench::time_step::node_speed", d.nodes.count,
+                                    KOKKOS_LAMBDA(const Index n) { return double(norm(vn(n))); }));
+  if (fastest > 0) report.dt_wanted = std::clamp(time.cfl * double(d.spacing) / fastest, time.step / 1000, time.step);
 }
 
 }  // namespace drench::kokkos_backend

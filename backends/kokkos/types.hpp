@@ -21,8 +21,18 @@ using Range = Kokkos::RangePolicy<ExecSpace, Kokkos::IndexType<Index>>;
 
 struct Real3 {
   Real x = 0, y = 0, z = 0;
-  KOKKOS_INLINE_FUNCTION Real3& operator+=(const Real3& o) { x += o.x; y += o.y; z += o.z; return *this; }
-  KOKKOS_INLINE_FUNCTION Real3& operator-=(const Real3& o) { x -= o.x; y -= o.y; z -= o.z; return *this; }
+  KOKKOS_INLINE_FUNCTION Real3& operator+=(const Real3& o) {
+    x += o.x;
+    y += o.y;
+    z += o.z;
+    return *this;
+  }
+  KOKKOS_INLINE_FUNCTION Real3& operator-=(const Real3& o) {
+    x -= o.x;
+    y -= o.y;
+    z -= o.z;
+    return *this;
+  }
 };
 KOKKOS_INLINE_FUNCTION Real3 operator+(Real3 a, const Real3& b) { return a += b; }
 KOKKOS_INLINE_FUNCTION Real3 operator-(Real3 a, const Real3& b) { return a -= b; }

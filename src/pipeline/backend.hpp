@@ -20,26 +20,26 @@ struct StepInfo {
 
 /// What the stages report about one step; each stage fills in its own part.
 struct StepReport {
-  double dt_wanted = 0;             // s, from time_step
+  double dt_wanted = 0;  // s, from time_step
   int divergence_iterations = 0;
-  double divergence_error = 0;      // 1: mean of max(0, Dδ/Dt) Δt
+  double divergence_error = 0;  // 1: mean of max(0, Dδ/Dt) Δt
   bool divergence_converged = true;
   int density_iterations = 0;
-  double density_error = 0;         // 1: mean of max(0, δ_adv − 1)
-  double density_error_max = 0;     // 1: its maximum
+  double density_error = 0;      // 1: mean of max(0, δ_adv − 1)
+  double density_error_max = 0;  // 1: its maximum
   bool density_converged = true;
   int cloth_iterations = 0;
-  double cloth_residual = 0;        // 1: largest Jacobi displacement / mean edge length
+  double cloth_residual = 0;  // 1: largest Jacobi displacement / mean edge length
   bool cloth_converged = true;
   int diffusion_substeps = 0;
-  std::int64_t collisions = 0;      // particles stopped at a cloth triangle (CCD)
-  std::int64_t clamped = 0;         // particles put back by a body's failsafe
-  std::int64_t nonfinite = 0;       // particles and nodes with a NaN or infinity
+  std::int64_t collisions = 0;  // particles stopped at a cloth triangle (CCD)
+  std::int64_t clamped = 0;     // particles put back by a body's failsafe
+  std::int64_t nonfinite = 0;   // particles and nodes with a NaN or infinity
   // ledger
   Quanta mass_fluid = 0, mass_cloth = 0, mass_drained = 0, mass_supplied = 0;
-  double mass_float = 0;            // kg: compensated sum of the floating-point masses of particles and nodes
-  double saturation_max = 0;        // 1
-  double kinetic_energy = 0;        // J: liquid particles and wet cloth nodes
+  double mass_float = 0;      // kg: compensated sum of the floating-point masses of particles and nodes
+  double saturation_max = 0;  // 1
+  double kinetic_energy = 0;  // J: liquid particles and wet cloth nodes
   std::int64_t particles = 0;
 
   Quanta mass_total() const { return mass_fluid + mass_cloth + mass_drained - mass_supplied; }

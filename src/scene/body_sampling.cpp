@@ -181,9 +181,10 @@ std::vector<Vec3> sample_mesh(const Body& body, double d, const Box& region) {
   return kept.points();
 }
 
-/// The body whose surface the samples lie on: half a spacing inside the solid, so that liquid of radius d/2 that touches the
-/// surface is one spacing away from them. On the surface itself they would count as 0.7 of the liquid's density at that place
-/// instead of 0.15 (lattice, h = 2 d), and push the first layer half a spacing away. Meshes are sampled as they are.
+/// The body whose surface the samples lie on: half a spacing inside the solid, so that liquid of radius d/2 that
+/// touches the surface is one spacing away from them. On the surface itself they would count as 0.7 of the liquid's
+/// density at that place instead of 0.15 (lattice, h = 2 d), and push the first layer half a spacing away. Meshes are
+/// sampled as they are.
 Body sampled_surface(Body body, double d) {
   switch (body.kind) {
     case BodyScene::Kind::box:

@@ -24,7 +24,7 @@ struct TimeScene {
   double step = 0.004;  // s; the maximum when mode is cfl
   double end = 2.0;     // s
   TimeMode mode = TimeMode::fixed;
-  double cfl = 0.4;     // 1; Δt = cfl · d / max|v|
+  double cfl = 0.4;  // 1; Δt = cfl · d / max|v|
 };
 
 struct OutputScene {
@@ -45,21 +45,21 @@ struct BlockScene {
 };
 
 struct JetScene {
-  Vec3 center{0, 0, 0};    // m
-  double radius = 0.05;    // m
-  Vec3 velocity{0, 0, 0};  // m/s; the nozzle's axis
-  double start = 0.0;      // s
+  Vec3 center{0, 0, 0};                                  // m
+  double radius = 0.05;                                  // m
+  Vec3 velocity{0, 0, 0};                                // m/s; the nozzle's axis
+  double start = 0.0;                                    // s
   double end = std::numeric_limits<double>::infinity();  // s
 };
 
 struct FluidScene {
-  bool present = false;  // a scene without the section `fluid` has no liquid particles
-  double spacing = 0.01;        // m; the particle diameter d
-  double density = 1000.0;      // kg/m³
-  double viscosity = 1.0e-6;    // m²/s
-  double surface_tension = 0.0; // N/m
+  bool present = false;          // a scene without the section `fluid` has no liquid particles
+  double spacing = 0.01;         // m; the particle diameter d
+  double density = 1000.0;       // kg/m³
+  double viscosity = 1.0e-6;     // m²/s
+  double surface_tension = 0.0;  // N/m
   KernelKind kernel = KernelKind::cubic;
-  double support = 2.0;         // h / d
+  double support = 2.0;  // h / d
   FluidSolverScene solver;
   std::vector<BlockScene> blocks;
   std::vector<JetScene> jets;
@@ -93,24 +93,24 @@ struct PorousScene {
   double emission_ramp = 0.02;     // s; over which a fresh particle's pressure and speed are ramped in
   double diffusivity = 1.0e-4;     // D, m²/s
   DiffusionLaw diffusion = DiffusionLaw::linear;
-  double capillary_height = 1.0;   // ℓ, m
-  double adhesion = 0.0;           // 1; wet adhesion, section 10
+  double capillary_height = 1.0;  // ℓ, m
+  double adhesion = 0.0;          // 1; wet adhesion, section 10
 };
 
 struct ClothScene {
   std::string name = "cloth";
   std::optional<GridScene> grid;
-  std::string file;             // a mesh file (.obj, .ply, .stl) when `grid` is absent
-  double scale = 1.0;           // 1; of the mesh file
-  Vec3 position{0, 0, 0};       // m
+  std::string file;        // a mesh file (.obj, .ply, .stl) when `grid` is absent
+  double scale = 1.0;      // 1; of the mesh file
+  Vec3 position{0, 0, 0};  // m
   Vec3 rotate_axis{1, 0, 0};
   double rotate_degrees = 0.0;
-  double areal_density = 0.2;   // kg/m²
-  double thickness = 0.001;     // m
-  double stretch = 500.0;       // N/m; membrane stiffness (Young's modulus × thickness)
-  double bend = 1.0e-4;         // N·m; bending stiffness
-  double damping = 1.0;         // 1/s
-  double friction = 0.3;        // 1
+  double areal_density = 0.2;  // kg/m²
+  double thickness = 0.001;    // m
+  double stretch = 500.0;      // N/m; membrane stiffness (Young's modulus × thickness)
+  double bend = 1.0e-4;        // N·m; bending stiffness
+  double damping = 1.0;        // 1/s
+  double friction = 0.3;       // 1
   std::vector<PinScene> pins;
   bool self_collision = false;
   bool dynamics = true;
@@ -127,22 +127,22 @@ struct SpinScene {
 struct BodyScene {
   enum class Kind { box, sphere, plane, mesh } kind = Kind::box;
   Box box;
-  bool inside = false;      // a box that is a container: its inside is free
-  Vec3 center{0, 0, 0};     // sphere
-  double radius = 0.1;      // m, sphere
-  Vec3 point{0, 0, 0};      // plane
-  Vec3 normal{0, 1, 0};     // plane; points to the free side
-  std::string file;         // mesh
+  bool inside = false;   // a box that is a container: its inside is free
+  Vec3 center{0, 0, 0};  // sphere
+  double radius = 0.1;   // m, sphere
+  Vec3 point{0, 0, 0};   // plane
+  Vec3 normal{0, 1, 0};  // plane; points to the free side
+  std::string file;      // mesh
   double scale = 1.0;
-  Vec3 position{0, 0, 0};   // m, added to the scaled mesh
-  SpinScene spin;           // about the mesh's bounding-box centre
+  Vec3 position{0, 0, 0};  // m, added to the scaled mesh
+  SpinScene spin;          // about the mesh's bounding-box centre
 };
 
 struct Scene {
   std::string path;  // the file that it came from, "" when built in memory
   int version = 1;
   TimeScene time;
-  Vec3 gravity{0, -9.81, 0};               // m/s²
+  Vec3 gravity{0, -9.81, 0};                  // m/s²
   Box domain{{-10, -10, -10}, {10, 10, 10}};  // m
   OutputScene output;
   SortMethod sort = SortMethod::automatic;

@@ -1,22 +1,31 @@
 #pragma once
-// Stage advection: moves cloth and liquid; continuous collision of liquid against cloth; failsafes; the domain's border.
+// Stage advection: moves cloth and liquid; continuous collision of liquid against cloth; failsafes; the domain's
+// border.
 //
 // Laws, in this order:
-// 1. Fresh particles (Origin::cloth, age < T = largest emission_ramp; Solenthaler & Gross 2011): with the nearest cloth sample p within h
-//    (list fluid→sample, ties to the first), speed relative to v_p = Σ w_pn v_n is limited to u = d/T + 2 |g| age: free fall is never cut, a kick
-//    is. The momentum removed goes to p's nodes: p_n += w_pn m_i Δv (fixed point, below).
-// 2. Cloth: x_n += Δt v_n for free nodes; then projected out of bodies as in stage cloth; where that moved the node, the velocity into the body is removed
+// 1. Fresh particles (Origin::cloth, age < T = largest emission_ramp; Solenthaler & Gross 2011): with the nearest cloth
+// sample p within h
+//    (list fluid→sample, ties to the first), speed relative to v_p = Σ w_pn v_n is limited to u = d/T + 2 |g| age: free
+//    fall is never cut, a kick is. The momentum removed goes to p's nodes: p_n += w_pn m_i Δv (fixed point, below).
+// 2. Cloth: x_n += Δt v_n for free nodes; then projected out of bodies as in stage cloth; where that moved the node,
+// the velocity into the body is removed
 //    (v_n −= n min(0, v_n·n)).
-// 3. Continuous collision (Bridson et al. 2002): liquid i moves x0 → x1 = x0 + Δt v_i while triangles move linearly. Candidates: triangles that carry a
-//    sample whose start position lies within the box around x0, x1 grown by cover_radius + the largest node displacement + 1e-3 d. Coplanarity is
-//    a cubic in τ ∈ [0, 1], all roots bracketed, in double; τ = 1 is always tested; a hit has barycentric coordinates ≥ −1e-6. The earliest hit of all
-//    candidates: x1 := the hit point carried to the end of the step with its triangle + 1e-2 d along the triangle's end normal, to the side on which x0
-//    was at the start. Repeat up to 4 times from x0 to the new x1 (later hits replace the recorded one); if it still hits: x1 := the start position
-//    carried with the last triangle (barycentric coordinates of the foot point, signed start distance at least 1e-2 d).
-//    Impulse: for a recorded hit with inward relative normal speed u = (v_i − v_hit)·n < 0 (n to the side of x0): J = −u / (1/m_i + Σ_k b_k² c_k/m_k)
-//    along n, c_k = number of particles that hit node k's triangles in this step, pinned nodes 1/m_k = 0; v_i += J n/m_i; p_k −= b_k J n.
-// 4. Bodies' failsafe: a particle behind a box's, sphere's or plane's surface (φ < 0) goes back to the surface and loses its velocity into the body.
-// 5. x_i = x1; age_i += Δt. Outside the domain (or for cloth nodes: never) the particle is removed and its mass enters `drained`.
+// 3. Continuous collision (Bridson et al. 2002): liquid i moves x0 → x1 = x0 + Δt v_i while triangles move linearly.
+// Candidates: triangles that carry a
+//    sample whose start position lies within the box around x0, x1 grown by cover_radius + the largest node
+//    displacement + 1e-3 d. Coplanarity is a cubic in τ ∈ [0, 1], all roots bracketed, in double; τ = 1 is always
+//    tested; a hit has barycentric coordinates ≥ −1e-6. The earliest hit of all candidates: x1 := the hit point carried
+//    to the end of the step with its triangle + 1e-2 d along the triangle's end normal, to the side on which x0 was at
+//    the start. Repeat up to 4 times from x0 to the new x1 (later hits replace the recorded one); if it still hits: x1
+//    := the start position carried with the last triangle (barycentric coordinates of the foot point, signed start
+//    distance at least 1e-2 d). Impulse: for a recorded hit with inward relative normal speed u = (v_i − v_hit)·n < 0
+//    (n to the side of x0): J = −u / (1/m_i + Σ_k b_k² c_k/m_k) along n, c_k = number of particles that hit node k's
+//    triangles in this step, pinned nodes 1/m_k = 0; v_i += J n/m_i; p_k −= b_k J n.
+// 4. Bodies' failsafe: a particle behind a box's, sphere's or plane's surface (φ < 0) goes back to the surface and
+// loses its velocity into the body.
+// 5. x_i = x1; age_i += Δt. Outside the domain (or for cloth nodes: never) the particle is removed and its mass enters
+// `drained`.
 //    Removal keeps the order of those that stay.
-// Momentum for nodes is collected as 64-bit fixed-point sums in units of q · 2^-8 m/s and applied once, v_n += p_n u_n: exact in any order.
-// Reads and writes: fluid_*, node_position, node_velocity; drained; StepReport::collisions, clamped.
+// Momentum for nodes is collected as 64-bit fixed-point sums in units of q · 2^-8 m/s and applied once, v_n += p_n u_n:
+// exact in any order. Reads and writes: fluid_*, node_position, node_velocity; drained; StepReport::collisions,
+// clamped.

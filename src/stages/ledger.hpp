@@ -1,8 +1,10 @@
 #pragma once
 // Stage ledger: the account of every quantum, and of what is finite (physics.md section 1).
 //
-// Law.  mass_fluid = Σ_i m_i, mass_cloth = Σ_n m_n: exact integer sums. total = fluid + cloth + drained − supplied is constant, exactly.
-//       mass_float (kg): compensated (Neumaier) sum of the floating-point masses, as an independent check of the ledger.
-//       saturation_max = max_n m_n/C_n over nodes with C_n > 0. kinetic_energy = ½ Σ m v² (J; liquid, and cloth nodes with m_s + m_f), double.
-//       nonfinite = number of particles and nodes with a NaN or infinity in position or velocity. particles = number of liquid particles.
+// Law.  mass_fluid = Σ_i m_i, mass_cloth = Σ_n m_n: exact integer sums. total = fluid + cloth + drained − supplied is
+// constant, exactly.
+//       mass_float (kg): compensated (Neumaier) sum of the floating-point masses, as an independent check of the
+//       ledger. saturation_max = max_n m_n/C_n over nodes with C_n > 0. kinetic_energy = ½ Σ m v² (J; liquid, and cloth
+//       nodes with m_s + m_f), double. nonfinite = number of particles and nodes with a NaN or infinity in position or
+//       velocity. particles = number of liquid particles.
 // Reads:  everything.   Writes: StepReport.

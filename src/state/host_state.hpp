@@ -15,41 +15,41 @@ enum class Origin : std::uint8_t { block = 0, jet = 1, cloth = 2 };
 
 struct HostState {
   // liquid particles
-  std::vector<Vec3> fluid_position;           // m
-  std::vector<Vec3> fluid_velocity;           // m/s
-  std::vector<Quanta> fluid_mass;             // quanta
-  std::vector<std::int64_t> fluid_id;         // persistent, never reused
-  std::vector<double> fluid_age;              // s since creation
-  std::vector<std::uint8_t> fluid_origin;     // Origin
-  std::vector<double> fluid_density_ratio;    // δ, 1
-  std::vector<double> fluid_kappa_density;    // κ of the density solve, m²/s² (p = ρ0 κ); warm start
-  std::vector<double> fluid_kappa_divergence; // κ of the divergence solve, m²/s²; warm start
+  std::vector<Vec3> fluid_position;            // m
+  std::vector<Vec3> fluid_velocity;            // m/s
+  std::vector<Quanta> fluid_mass;              // quanta
+  std::vector<std::int64_t> fluid_id;          // persistent, never reused
+  std::vector<double> fluid_age;               // s since creation
+  std::vector<std::uint8_t> fluid_origin;      // Origin
+  std::vector<double> fluid_density_ratio;     // δ, 1
+  std::vector<double> fluid_kappa_density;     // κ of the density solve, m²/s² (p = ρ0 κ); warm start
+  std::vector<double> fluid_kappa_divergence;  // κ of the divergence solve, m²/s²; warm start
 
   // samples of solid bodies
-  std::vector<Vec3> boundary_position;        // m
-  std::vector<Vec3> boundary_velocity;        // m/s
-  std::vector<double> boundary_volume;        // V_b, m³
+  std::vector<Vec3> boundary_position;  // m
+  std::vector<Vec3> boundary_velocity;  // m/s
+  std::vector<double> boundary_volume;  // V_b, m³
 
   // cloth nodes
-  std::vector<Vec3> node_position;            // m
-  std::vector<Vec3> node_velocity;            // m/s
-  std::vector<Quanta> node_liquid;            // m_f, quanta
-  std::vector<Quanta> node_ripe;              // quanta: the part of the excess that is ripe for emission
-  std::vector<Vec3> node_contact_normal;      // unit normal of the body that the node touches, 0 if none
-  std::vector<Vec3> node_pin_force;           // N: reaction of the pin, 0 on free nodes
+  std::vector<Vec3> node_position;        // m
+  std::vector<Vec3> node_velocity;        // m/s
+  std::vector<Quanta> node_liquid;        // m_f, quanta
+  std::vector<Quanta> node_ripe;          // quanta: the part of the excess that is ripe for emission
+  std::vector<Vec3> node_contact_normal;  // unit normal of the body that the node touches, 0 if none
+  std::vector<Vec3> node_pin_force;       // N: reaction of the pin, 0 on free nodes
 
   // samples of the cloths
-  std::vector<double> sample_volume;          // Akinci V_b, m³
-  std::vector<Vec3> sample_flow_direction;    // v_p of Eqs. 4–6, |v_p| < 1, or 0
+  std::vector<double> sample_volume;        // Akinci V_b, m³
+  std::vector<Vec3> sample_flow_direction;  // v_p of Eqs. 4–6, |v_p| < 1, or 0
 
   // the ledger's other accounts, quanta
-  Quanta drained = 0;                         // left the domain
-  Quanta supplied = 0;                        // came from jets and reservoirs (net)
+  Quanta drained = 0;   // left the domain
+  Quanta supplied = 0;  // came from jets and reservoirs (net)
   std::int64_t next_id = 0;
-  std::vector<std::int64_t> jet_layers;       // layers that each jet has let go so far
+  std::vector<std::int64_t> jet_layers;  // layers that each jet has let go so far
 
   std::int64_t step = 0;
-  double time = 0;                            // s
+  double time = 0;  // s
 
   Index fluid_count() const { return static_cast<Index>(fluid_position.size()); }
   Index node_count() const { return static_cast<Index>(node_position.size()); }

@@ -21,17 +21,17 @@ struct ClothMaterial {
   std::string name;
   bool dynamics = true;
   bool porous = false;
-  double thickness = 0.001;       // τ, m
-  double damping = 1.0;           // 1/s
-  double friction = 0.3;          // 1
-  double solid_fraction = 0.4;    // Φ
-  double absorption = 0.01;       // k_a, m²/s, `uptake_velocity` resolved
-  double max_saturation = 1.18;   // s_max
-  double virtual_pressure = 16.8; // k^p, m/s²
-  double emission_cosine = 0.17;  // cos θ^e
-  double emission_velocity = 0.5; // u_e, m/s
-  double emission_ramp = 0.02;    // s
-  double diffusivity = 1e-4;      // D, m²/s
+  double thickness = 0.001;        // τ, m
+  double damping = 1.0;            // 1/s
+  double friction = 0.3;           // 1
+  double solid_fraction = 0.4;     // Φ
+  double absorption = 0.01;        // k_a, m²/s, `uptake_velocity` resolved
+  double max_saturation = 1.18;    // s_max
+  double virtual_pressure = 16.8;  // k^p, m/s²
+  double emission_cosine = 0.17;   // cos θ^e
+  double emission_velocity = 0.5;  // u_e, m/s
+  double emission_ramp = 0.02;     // s
+  double diffusivity = 1e-4;       // D, m²/s
   DiffusionLaw diffusion = DiffusionLaw::linear;
   double capillary_height = 1.0;  // ℓ, m
   Index first_node = 0, node_count = 0;
@@ -42,21 +42,21 @@ struct ClothMaterial {
 /// All cloths' meshes, concatenated; indices are global. Built once from the rest shape.
 struct ClothMesh {
   // nodes
-  std::vector<Vec3> rest_position;          // m, after placing
-  std::vector<double> solid_mass;           // m_s, kg: areal density × a third of the adjacent triangles
-  std::vector<std::uint8_t> pinned;         // 1: does not move (also every node of a cloth without dynamics)
-  std::vector<Index> node_cloth;            // index into Model::cloths
+  std::vector<Vec3> rest_position;   // m, after placing
+  std::vector<double> solid_mass;    // m_s, kg: areal density × a third of the adjacent triangles
+  std::vector<std::uint8_t> pinned;  // 1: does not move (also every node of a cloth without dynamics)
+  std::vector<Index> node_cloth;     // index into Model::cloths
   // triangles
   std::vector<std::array<Index, 3>> triangle;
   std::vector<Index> triangle_cloth;
   // edge springs, i < j
   std::vector<std::array<Index, 2>> edge;
-  std::vector<double> edge_length;          // m, rest
-  std::vector<double> edge_stiffness;       // N/m: stretch · (A0 + A1) / length²   (Van Gelder 1998)
+  std::vector<double> edge_length;     // m, rest
+  std::vector<double> edge_stiffness;  // N/m: stretch · (A0 + A1) / length²   (Van Gelder 1998)
   // hinges: nodes 0 1 on the shared edge, 2 3 opposite
   std::vector<std::array<Index, 4>> hinge;
   std::vector<std::array<double, 4>> hinge_weight;  // K, 1/m·m = 1: cotangent vector, ΣK = 0 (Bergou 2006)
-  std::vector<double> hinge_stiffness;      // 3 bend / (A0 + A1), N/m
+  std::vector<double> hinge_stiffness;              // 3 bend / (A0 + A1), N/m
   // node → constraint rows; an item is edge id, or 4·hinge + corner
   Rows node_edges;
   Rows node_hinges;
@@ -76,7 +76,7 @@ struct SampleSet {
   Rows node_samples;                          // node → items 4·sample + corner (0..2)
   std::vector<double> node_capacity;          // C_n = Σ_p w_pn C_p, kg
   std::vector<double> node_weight_sum;        // w′_n = Σ_p w_pn
-  double cover_radius = 0;                    // m: no point of a triangle is farther from that triangle's nearest sample
+  double cover_radius = 0;  // m: no point of a triangle is farther from that triangle's nearest sample
   Index count() const { return static_cast<Index>(triangle.size()); }
 };
 
@@ -88,10 +88,10 @@ struct Body {
   double radius = 0;
   Vec3 point{0, 0, 0};
   Vec3 normal{0, 1, 0};
-  Vec3 spin_axis{0, 1, 0};       // unit
-  double spin_rate = 0;          // rad/s
+  Vec3 spin_axis{0, 1, 0};  // unit
+  double spin_rate = 0;     // rad/s
   Index first_sample = 0, sample_count = 0;
-  std::vector<Vec3> mesh_points; // m, at t = 0, for the picture; empty but for meshes
+  std::vector<Vec3> mesh_points;  // m, at t = 0, for the picture; empty but for meshes
   std::vector<std::array<Index, 3>> mesh_triangles;
 };
 
@@ -104,8 +104,8 @@ struct BoundarySet {
 
 struct Jet {
   JetScene scene;
-  std::vector<Vec3> offsets;     // m: lattice points of one layer, relative to the centre, normal to the axis
-  double layer_interval = 0;     // s: n d³ / (π R² |v|), so that the mean flow is exactly ρ0 π R² |v|
+  std::vector<Vec3> offsets;  // m: lattice points of one layer, relative to the centre, normal to the axis
+  double layer_interval = 0;  // s: n d³ / (π R² |v|), so that the mean flow is exactly ρ0 π R² |v|
 };
 
 /// One box of `hold_saturation`, resolved to nodes.
@@ -115,13 +115,13 @@ struct Reservoir {
 };
 
 struct Model {
-  Scene scene;                  // as loaded
-  double spacing = 0.01;        // d, m
-  double support = 0.02;        // h, m
-  double rest_density = 1000;   // ρ0, kg/m³
-  double particle_mass = 1e-3;  // m0 = ρ0 d³, kg
-  double quantum = 0;           // q = m0 / 2^32, kg
-  Quanta min_quanta = 0;        // m_min = 0.05 m0
+  Scene scene;                              // as loaded
+  double spacing = 0.01;                    // d, m
+  double support = 0.02;                    // h, m
+  double rest_density = 1000;               // ρ0, kg/m³
+  double particle_mass = 1e-3;              // m0 = ρ0 d³, kg
+  double quantum = 0;                       // q = m0 / 2^32, kg
+  Quanta min_quanta = 0;                    // m_min = 0.05 m0
   Quanta max_quanta = quanta_per_particle;  // m_max = m0
   std::vector<ClothMaterial> cloths;
   ClothMesh mesh;
@@ -134,20 +134,24 @@ struct Model {
   bool has_fluid() const { return scene.fluid.present; }
   bool has_cloth() const { return !cloths.empty(); }
   bool has_moving_cloth() const {
-    for (const auto& c : cloths) if (c.dynamics) return true;
+    for (const auto& c : cloths)
+      if (c.dynamics) return true;
     return false;
   }
   bool has_porous() const {
-    for (const auto& c : cloths) if (c.porous) return true;
+    for (const auto& c : cloths)
+      if (c.porous) return true;
     return false;
   }
   bool has_diffusion() const {
-    for (const auto& c : cloths) if (c.porous && c.diffusivity > 0) return true;
+    for (const auto& c : cloths)
+      if (c.porous && c.diffusivity > 0) return true;
     return false;
   }
   bool has_boundary() const { return boundary.count() > 0; }
   bool has_moving_body() const {
-    for (const auto& b : bodies) if (b.spin_rate != 0) return true;
+    for (const auto& b : bodies)
+      if (b.spin_rate != 0) return true;
     return false;
   }
   bool has_jets() const { return !jets.empty(); }

@@ -112,9 +112,7 @@ TEST(BodySamples, BoxHasEdgesAndCornersOnce) {
   expect_on_surface(setup);
   for (const double r : nearest_distances(setup.model.boundary.position)) EXPECT_NEAR(r, d, 1e-12);
   const auto& x = setup.model.boundary.position;
-  const auto corner = [](const Vec3& p) {
-    return std::hypot(p[0] - 0.19, p[1] - 0.09, p[2] - 0.05) < 1e-12;
-  };
+  const auto corner = [](const Vec3& p) { return std::hypot(p[0] - 0.19, p[1] - 0.09, p[2] - 0.05) < 1e-12; };
   EXPECT_EQ(std::count_if(x.begin(), x.end(), corner), 1);
   EXPECT_EQ(setup.state.boundary_position, x);
   EXPECT_EQ(setup.state.boundary_velocity, std::vector<Vec3>(x.size(), Vec3{0, 0, 0}));

@@ -24,8 +24,8 @@ std::string scene(const std::string& name) { return std::string(DRENCH_SCENES_DI
 TEST(threads, one_and_two_threads_write_the_same_bytes) {
   const TempFolder folder;
   for (const char* threads : {"1", "2"}) {
-    const Outcome o = run_drench(folder.path(), {"run", scene("water_on_cloth.yaml"), "--until", "0.12", "--quiet", "--threads",
-                                                 threads, "-o", std::string("threads") + threads});
+    const Outcome o = run_drench(folder.path(), {"run", scene("water_on_cloth.yaml"), "--until", "0.12", "--quiet",
+                                                 "--threads", threads, "-o", std::string("threads") + threads});
     ASSERT_EQ(o.code, 0) << o.err;
   }
   const auto one = frames(folder.path() / "threads1"), two = frames(folder.path() / "threads2");
@@ -37,7 +37,8 @@ TEST(threads, one_and_two_threads_write_the_same_bytes) {
 TEST(reference, runs_the_small_scenes_through_the_same_pipeline) {
   for (const char* name : {"cloth_only.yaml", "dam_break.yaml", "wick.yaml"}) {
     const TempFolder folder;
-    const Outcome o = run_drench(folder.path(), {"run", scene(name), "--backend", "reference", "--steps", "10", "--quiet", "-o", "out"});
+    const Outcome o = run_drench(
+        folder.path(), {"run", scene(name), "--backend", "reference", "--steps", "10", "--quiet", "-o", "out"});
     ASSERT_EQ(o.code, 0) << name << ": " << o.err;
     const Table table = read_table(folder.path() / "out" / "stats.csv");
     EXPECT_EQ(table.rows.size(), 10u) << name;

@@ -13,13 +13,15 @@ TEST(advection, fast_particles_stopped_at_the_cloth_agree_with_the_reference) {
   compare_stage({.stage = Stage::advection,
                  .prepare =
                      [](const Model&, HostState& s) {
-                       for (std::size_t i = 0; i < s.fluid_velocity.size(); i += 3) s.fluid_velocity[i] = {0.3, -12, 0.2};
+                       for (std::size_t i = 0; i < s.fluid_velocity.size(); i += 3)
+                         s.fluid_velocity[i] = {0.3, -12, 0.2};
                      },
                  .changes = "node_velocity"});
 }
 
 TEST(advection, no_particle_passes_an_unbroken_cloth) {
-  const auto setup = setup_from(with(wet_scene(), "pin: [{edges: true}]", "pin: [{box: {min: [-1, -1, -1], max: [1, 1, 1]}}]"));
+  const auto setup =
+      setup_from(with(wet_scene(), "pin: [{edges: true}]", "pin: [{box: {min: [-1, -1, -1], max: [1, 1, 1]}}]"));
   for (const auto& backend : {make_reference_backend(setup.model), make_kokkos_backend(setup.model)}) {
     HostState state = setup.state;
     for (Vec3& v : state.fluid_velocity) v = {0, -40, 0};  // four spacings a step

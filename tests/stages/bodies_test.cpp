@@ -16,7 +16,8 @@ namespace {
 std::string spinning_scene() {
   const auto path = std::filesystem::temp_directory_path() / "drench_bodies_test.obj";
   std::ofstream(path) << "v 0 0 0\nv 0.1 0 0\nv 0 0.1 0\nv 0 0 0.1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
-  return "drench: 1\ntime: {step: 0.01, end: 1}\nfluid:\n  spacing: 0.02\n  sources:\n    - block: {min: [0.3, 0, 0], max: [0.4, "
+  return "drench: 1\ntime: {step: 0.01, end: 1}\nfluid:\n  spacing: 0.02\n  sources:\n    - block: {min: [0.3, 0, 0], "
+         "max: [0.4, "
          "0.1, 0.1]}\nbodies:\n  - mesh: {file: " +
          path.string() + ", spin: {axis: [0, 1, 1], degrees_per_second: 180}}\n";
 }

@@ -6,6 +6,8 @@
 
 namespace drench::test {
 
-TEST(divergence, agrees_with_the_reference) { compare_stage({.stage = Stage::divergence, .changes = "fluid_velocity"}); }
+TEST(divergence, agrees_with_the_reference) {
+  compare_stage({.stage = Stage::divergence, .changes = "fluid_velocity"});
+}
 
 }  // namespace drench::test

@@ -14,7 +14,8 @@ TEST(emission, new_particles_agree_with_the_reference) {
                  .prepare =
                      [](const Model& m, HostState& s) {
                        for (std::size_t n = 0; n < s.node_liquid.size(); ++n) {
-                         s.node_liquid[n] = static_cast<Quanta>((1.02 + 0.1 * double(n % 7) / 7) * m.samples.node_capacity[n] / m.quantum);
+                         s.node_liquid[n] = static_cast<Quanta>((1.02 + 0.1 * double(n % 7) / 7) *
+                                                                m.samples.node_capacity[n] / m.quantum);
                          s.node_ripe[n] = s.node_liquid[n] / 8;
                        }
                        for (Vec3& x : s.fluid_position) x[1] += 0.2;  // room below the sheet

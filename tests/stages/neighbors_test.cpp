@@ -121,13 +121,15 @@ TEST(neighbors, lists_agree_with_the_reference) {
     b->run(Stage::neighbors, {}, report);
     b->run(Stage::porous_neighbors, {}, report);
   }
-  for (const char* list : {"fluid_fluid", "fluid_boundary", "fluid_sample", "sample_fluid", "sample_sample", "sample_boundary"}) {
+  for (const char* list :
+       {"fluid_fluid", "fluid_boundary", "fluid_sample", "sample_fluid", "sample_sample", "sample_boundary"}) {
     const auto a = reference->neighbor_pairs(list), b = backend->neighbor_pairs(list);
     const Pairs expected(a.begin(), a.end()), found(b.begin(), b.end());
     EXPECT_FALSE(expected.empty()) << list;
     // Only pairs whose distance rounds across h may differ between float and double.
     std::vector<std::pair<Index, Index>> only_one;
-    std::set_symmetric_difference(expected.begin(), expected.end(), found.begin(), found.end(), std::back_inserter(only_one));
+    std::set_symmetric_difference(expected.begin(), expected.end(), found.begin(), found.end(),
+                                  std::back_inserter(only_one));
 #ifdef DRENCH_DOUBLE
     EXPECT_TRUE(only_one.empty()) << list << " differs in " << only_one.size() << " pairs";
 #else

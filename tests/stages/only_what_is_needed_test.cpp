@@ -20,7 +20,9 @@ void on_launch(const char* name, const uint32_t, uint64_t* id) {
   launched.insert(name);
   *id = 0;
 }
-void on_allocate(Kokkos_Profiling_SpaceHandle, const char* name, const void*, const uint64_t) { allocated.insert(name); }
+void on_allocate(Kokkos_Profiling_SpaceHandle, const char* name, const void*, const uint64_t) {
+  allocated.insert(name);
+}
 
 /// Labels of kernels and arrays while a scene runs a few steps.
 struct Watch {
@@ -70,8 +72,9 @@ fluid: {spacing: 0.02, sources: [{block: {min: [-0.05, 0.02, -0.05], max: [0.05,
 cloth: [{mesh: {grid: {size: [0.2, 0.2], nodes: [6, 6]}}, pin: [{corners: true}]}]
 )";
 
-const std::initializer_list<const char*> porous_labels = {"::absorption", "::emission", "::diffusion", "::flow_direction",
-                                                          "::reservoir",  "::transfer", "saturation",  "flow_direction"};
+const std::initializer_list<const char*> porous_labels = {"::absorption",     "::emission",    "::diffusion",
+                                                          "::flow_direction", "::reservoir",   "::transfer",
+                                                          "saturation",       "flow_direction"};
 
 }  // namespace
 
@@ -101,7 +104,8 @@ TEST(only_what_is_needed, without_fluid_no_fluid_or_porous_kernel) {
   const Watch watch(no_fluid);
   EXPECT_GT(containing(launched, {"drench::cloth"}), 0);
   EXPECT_EQ(containing(launched, porous_labels), 0);
-  EXPECT_EQ(containing(launched, {"::density", "::divergence", "::pressure", "::forces", "::neighbors", "::cell_table"}), 0);
+  EXPECT_EQ(
+      containing(launched, {"::density", "::divergence", "::pressure", "::forces", "::neighbors", "::cell_table"}), 0);
 }
 
 TEST(only_what_is_needed, cloth_that_is_not_porous_runs_no_porous_stage) {

@@ -11,7 +11,8 @@ namespace drench::test {
 
 /// A scene that uses every stage: a small block of water just above a pinned porous sheet, over a sphere and a floor.
 std::string wet_scene();
-/// Replaces the first occurrence of `from`; throws if there is none, so that a test cannot silently test something else.
+/// Replaces the first occurrence of `from`; throws if there is none, so that a test cannot silently test something
+/// else.
 std::string with(std::string text, const std::string& from, const std::string& to);
 drench::Setup setup_from(const std::string& yaml);
 
@@ -25,8 +26,9 @@ struct Comparison {
   std::string changes = {};
 };
 
-/// Expects agreement within 1e-4 (float build) or 1e-10 (double build) of each field's largest magnitude; masses besides within 64 quanta of
-/// rounding. Velocities are compared on the scale |x|/Δt where the stage forms them as differences of positions.
+/// Expects agreement within 1e-4 (float build) or 1e-10 (double build) of each field's largest magnitude; masses
+/// besides within 64 quanta of rounding. Velocities are compared on the scale |x|/Δt where the stage forms them as
+/// differences of positions.
 void compare_stage(const Comparison& c);
 
 }  // namespace drench::test

@@ -1,4 +1,5 @@
-// Whole runs of the project's own scenes: the ledger, the bounds of saturation, the wet cloth's sag, and the same bits every time.
+// Whole runs of the project's own scenes: the ledger, the bounds of saturation, the wet cloth's sag, and the same bits
+// every time.
 
 #include <gtest/gtest.h>
 
@@ -44,7 +45,7 @@ TEST(water_on_cloth, conserves_every_quantum_soaks_and_sags_over_the_whole_run) 
   }
   EXPECT_LE(worst_float, 1e-6);
   EXPECT_LE(static_cast<double>(compressed), 0.05 * static_cast<double>(steps));
-  EXPECT_GT(soaked, 0.05);                              // kg
+  EXPECT_GT(soaked, 0.05);                                   // kg
   EXPECT_LT(std::fabs(soaked - soaked_half), 0.3 * soaked);  // levels off
   const HostState end = backend->download();
   EXPECT_LT(lowest(end), dry_low - 0.005);  // m
@@ -81,8 +82,8 @@ TEST(cloth_only, comes_to_rest_on_the_sphere_at_its_thickness) {
 }
 
 TEST(wick, uptake_follows_the_square_root_of_time) {
-  // One end held at s = 1 on a long strip of width b: m(t) = (1 − Φ) τ ρ b · 2 √(D t / π) (Crank 1975). The difference between two
-  // times does not depend on where within a cell the reservoir ends.
+  // One end held at s = 1 on a long strip of width b: m(t) = (1 − Φ) τ ρ b · 2 √(D t / π) (Crank 1975). The difference
+  // between two times does not depend on where within a cell the reservoir ends.
   const drench::Setup setup = build(load_scene(scene_path("wick.yaml")));
   const auto backend = make_kokkos_backend(setup.model);
   Pipeline pipeline(setup.model, *backend, setup.state);

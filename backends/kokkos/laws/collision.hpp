@@ -81,7 +81,10 @@ KOKKOS_INLINE_FUNCTION int cubic_roots(const double* c, double* roots) {
     if (at_lo == 0 || at_hi == 0 || (at_lo < 0) == (at_hi < 0)) continue;
     for (int halving = 0; halving < 60; ++halving) {
       const double middle = 0.5 * (lo + hi);
-      if ((cubic_value(c, middle) < 0) == (at_lo < 0)) lo = middle; else hi = middle;
+      if ((cubic_value(c, middle) < 0) == (at_lo < 0))
+        lo = middle;
+      else
+        hi = middle;
     }
     roots[found++] = 0.5 * (lo + hi);
   }

@@ -9,7 +9,9 @@ struct CubicKernel {
   Real h, inverse_h, sigma;  // m, 1/m, 1/m³
 
   explicit CubicKernel(Real support)
-      : h(support), inverse_h(1 / support), sigma(Real(8 / (3.14159265358979323846 * double(support) * support * support))) {}
+      : h(support),
+        inverse_h(1 / support),
+        sigma(Real(8 / (3.14159265358979323846 * double(support) * support * support))) {}
 
   /// W(r), 1/m³.
   KOKKOS_INLINE_FUNCTION Real value(Real r) const {

@@ -65,49 +65,53 @@ void CellTable::build(const Array<Real3>& points, Index count, Real edge, const 
   const CellTableView t = view_;
   const auto cursor = cursor_;
   const auto bucket = bucket_;
-  parallel("drench::cell_table::clear", t.buckets + 1, KOKKOS_LAMBDA(const Index k) { cursor(k) = 0; });
-  parallel("drench::cell_table::count", count, KOKKOS_LAMBDA(const Index i) {
-    Index k = t.bucket_of(t.cell_of(points(i)));
-    if (k < 0) k = 0;  // not finite: the ledger stage will stop the run
-    bucket(i) = k;
-    Kokkos::atomic_inc(&cursor(k));
-  });
-  Kokkos::parallel_scan("drench::cell_table::scan", Range(0, t.buckets + 1),
-                        KOKKOS_LAMBDA(const Index k, Index& sum, const bool last) {
-                          const Index n = cursor(k);
-                          if (last) {
-                            t.start(k) = sum;
-                            cursor(k) = sum;
-                          }
-                          sum += n;
-                        });
-  parallel("drench::cell_table::scatter", count, KOKKOS_LAMBDA(const Index i) {
-    const Index slot = Kokkos::atomic_fetch_add(&cursor(bucket(i)), 1);
-    t.item(slot) = i;
-  });
+  parallel(
+      "drench::cell_table::clear", t.buckets + 1, KOKKOS_LAMBDA(const Index k) { cursor(k) = 0; });
+  parallel(
+      "drench::cell_table::count", count, KOKKOS_LAMBDA(const Index i) {
+        Index k = t.bucket_of(t.cell_of(points(i)));
+        if (k < 0) k = 0;  // not finite: the ledger stage will stop the run
+        bucket(i) = k;
+        Kokkos::atomic_inc(&cursor(k));
+      });
+  Kokkos::parallel_scan(
+      "drench::cell_table::scan", Range(0, t.buckets + 1), KOKKOS_LAMBDA(const Index k, Index& sum, const bool last) {
+        const Index n = cursor(k);
+        if (last) {
+          t.start(k) = sum;
+          cursor(k) = sum;
+        }
+        sum += n;
+      });
+  parallel(
+      "drench::cell_table::scatter", count, KOKKOS_LAMBDA(const Index i) {
+        const Index slot = Kokkos::atomic_fetch_add(&cursor(bucket(i)), 1);
+        t.item(slot) = i;
+      });
   // The scatter's order depends on timing; sorting each bucket by (cell, key) makes it the same in every run.
   const bool keyed = key.extent(0) > 0;
-  parallel("drench::cell_table::order", t.buckets, KOKKOS_LAMBDA(const Index k) {
-    const Index first = t.start(k), last = t.start(k + 1);
-    for (Index e = first; e < last; ++e) {
-      const Index i = t.item(e);
-      const CellCoord c = t.hashed ? t.cell_of(points(i)) : CellCoord{0, 0, 0};
-      const std::int64_t ki = keyed ? key(i) : i;
-      Index slot = e;
-      while (slot > first) {
-        const Index j = t.item(slot - 1);
-        const CellCoord o = t.hashed ? t.coord(slot - 1) : CellCoord{0, 0, 0};
-        const std::int64_t kj = keyed ? key(j) : j;
-        const bool after = c.z != o.z ? c.z > o.z : c.y != o.y ? c.y > o.y : c.x != o.x ? c.x > o.x : ki > kj;
-        if (after) break;
-        t.item(slot) = j;
-        t.coord(slot) = o;
-        --slot;
-      }
-      t.item(slot) = i;
-      t.coord(slot) = c;
-    }
-  });
+  parallel(
+      "drench::cell_table::order", t.buckets, KOKKOS_LAMBDA(const Index k) {
+        const Index first = t.start(k), last = t.start(k + 1);
+        for (Index e = first; e < last; ++e) {
+          const Index i = t.item(e);
+          const CellCoord c = t.hashed ? t.cell_of(points(i)) : CellCoord{0, 0, 0};
+          const std::int64_t ki = keyed ? key(i) : i;
+          Index slot = e;
+          while (slot > first) {
+            const Index j = t.item(slot - 1);
+            const CellCoord o = t.hashed ? t.coord(slot - 1) : CellCoord{0, 0, 0};
+            const std::int64_t kj = keyed ? key(j) : j;
+            const bool after = c.z != o.z ? c.z > o.z : c.y != o.y ? c.y > o.y : c.x != o.x ? c.x > o.x : ki > kj;
+            if (after) break;
+            t.item(slot) = j;
+            t.coord(slot) = o;
+            --slot;
+          }
+          t.item(slot) = i;
+          t.coord(slot) = c;
+        }
+      });
 }
 
 }  // namespace drench::kokkos_backend

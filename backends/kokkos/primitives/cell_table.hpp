@@ -1,7 +1,7 @@
 #pragma once
 // Cell table by counting sort: cells of edge h over the occupied bounds, particles ordered by (cell, key).
-// Dense while the bounds hold few cells; otherwise hashed, and then cell coordinates are compared, so that two cells that share a
-// bucket are never mixed up.
+// Dense while the bounds hold few cells; otherwise hashed, and then cell coordinates are compared, so that two cells
+// that share a bucket are never mixed up.
 
 #include "types.hpp"
 
@@ -14,9 +14,9 @@ struct CellCoord {
 
 /// What kernels capture.
 struct CellTableView {
-  Array<Index> start;       // buckets + 1
-  Array<Index> item;        // particle indices, ordered by bucket, then cell, then key
-  Array<CellCoord> coord;   // of each entry of `item`
+  Array<Index> start;      // buckets + 1
+  Array<Index> item;       // particle indices, ordered by bucket, then cell, then key
+  Array<CellCoord> coord;  // of each entry of `item`
   Real3 origin;
   Real inverse_edge = 1;
   CellCoord dims{0, 0, 0};
@@ -75,7 +75,8 @@ class CellTable {
   void build(const Array<Real3>& points, Index count, Real edge, const Array<std::int64_t>& key = {});
   const CellTableView& view() const { return view_; }
   std::int64_t bytes() const {
-    return static_cast<std::int64_t>((view_.start.span() + view_.item.span() + cursor_.span() + bucket_.span()) * sizeof(Index) +
+    return static_cast<std::int64_t>((view_.start.span() + view_.item.span() + cursor_.span() + bucket_.span()) *
+                                         sizeof(Index) +
                                      view_.coord.span() * sizeof(CellCoord));
   }
 

@@ -17,15 +17,19 @@ double ordered_sum(const char* label, Index n, const Term& term) {
     Kokkos::push_finalize_hook([] { partial = {}; });
   }
   const auto sums = partial;
-  parallel(label, partial_sums, KOKKOS_LAMBDA(const Index b) {
-    double s = 0;
-    for (Index i = b; i < n; i += partial_sums) s += term(i);
-    sums(b) = s;
-  });
+  parallel(
+      label, partial_sums, KOKKOS_LAMBDA(const Index b) {
+        double s = 0;
+        for (Index i = b; i < n; i += partial_sums) s += term(i);
+        sums(b) = s;
+      });
   double total = 0;
-  Kokkos::parallel_reduce(label, Range(0, 1), KOKKOS_LAMBDA(const Index, double& t) {
-    for (Index b = 0; b < partial_sums; ++b) t += sums(b);
-  }, total);
+  Kokkos::parallel_reduce(
+      label, Range(0, 1),
+      KOKKOS_LAMBDA(const Index, double& t) {
+        for (Index b = 0; b < partial_sums; ++b) t += sums(b);
+      },
+      total);
   return total;
 }
 
@@ -34,10 +38,13 @@ template <class Term>
 double maximum(const char* label, Index n, const Term& term) {
   double result = 0;
   if (n > 0)
-    Kokkos::parallel_reduce(label, Range(0, n), KOKKOS_LAMBDA(const Index i, double& m) {
-      const double t = term(i);
-      if (t > m) m = t;
-    }, Kokkos::Max<double>(result));
+    Kokkos::parallel_reduce(
+        label, Range(0, n),
+        KOKKOS_LAMBDA(const Index i, double& m) {
+          const double t = term(i);
+          if (t > m) m = t;
+        },
+        Kokkos::Max<double>(result));
   return n > 0 && result > -1e300 ? result : 0;
 }
 
@@ -46,7 +53,8 @@ template <class Term>
 std::int64_t integer_sum(const char* label, Index n, const Term& term) {
   std::int64_t result = 0;
   if (n > 0)
-    Kokkos::parallel_reduce(label, Range(0, n), KOKKOS_LAMBDA(const Index i, std::int64_t& s) { s += term(i); }, result);
+    Kokkos::parallel_reduce(
+        label, Range(0, n), KOKKOS_LAMBDA(const Index i, std::int64_t& s) { s += term(i); }, result);
   return result;
 }
 
