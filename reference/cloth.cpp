@@ -81,7 +81,7 @@ struct Problem {
   }
 
   /// Normal of the last body that the free node n touches at x, 0 if none.
-  Vector3d contact_normal(Index n, const Vector3d& x) const {
+  Vector3d contact_force(Index n, const Vector3d& x) const {
     Vector3d contact = Vector3d::Zero();
     if (!is_free(n)) return contact;
     for (const Body& body : model.bodies) {
@@ -98,7 +98,7 @@ struct Problem {
     double largest = 0;
     for (Index n = 0; n < model.mesh.nodes(); ++n) {
       if (!is_free(n)) continue;
-      const Vector3d normal = contact_normal(n, x[n]);
+      const Vector3d normal = contact_force(n, x[n]);
       const Vector3d left = r[n] - normal * std::min(0.0, r[n].dot(normal));
       largest = std::max(largest, left.norm() / diagonal[n]);
     }
@@ -193,20 +193,20 @@ void cloth(ReferenceState& state, const StepInfo& info, StepReport& report) {
   const Vectors r = problem.residual(x);
   const Vectors elastic = elastic_force(m.mesh, x);
   for (Index n = 0; n < m.mesh.nodes(); ++n) {
-    state.s.node_contact_normal[n] = {0, 0, 0};
+    state.s.node_contact_force[n] = {0, 0, 0};
     if (!problem.is_free(n)) {
       const Vector3d load = elastic[n] + problem.mass[n] * vec(m.scene.gravity);
       state.s.node_pin_force[n] = arr(vec(state.s.node_pin_force[n]) - load);
       continue;
     }
     Vector3d v = (x[n] - vec(state.s.node_position[n])) / info.dt;
-    const Vector3d normal = problem.contact_normal(n, x[n]);
+    const Vector3d normal = problem.contact_force(n, x[n]);
     if (normal.norm() > 0) {
       const double press = std::max(0.0, -r[n].dot(normal));  // N
       v = slowed(v, normal, material(m, n).friction * info.dt * press / problem.mass[n]);
     }
     state.s.node_velocity[n] = arr(v);
-    state.s.node_contact_normal[n] = arr(normal);
+    state.s.node_contact_force[n] = arr(normal);
   }
 }
 

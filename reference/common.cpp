@@ -119,7 +119,7 @@ PressureResponse pressure_response(const ReferenceState& state, const std::vecto
   response.node.assign(s.node_position.size(), Vector3d::Zero());
   for (Index n = 0; n < s.node_count(); ++n) {
     const Vector3d& f = response.node_force[n];
-    const Vector3d normal = vec(s.node_contact_normal[n]);
+    const Vector3d normal = vec(s.node_contact_force[n]);
     response.node[n] = inverse_node_mass(state, n) * (f - normal * std::min(0.0, f.dot(normal)));
   }
   return response;

@@ -47,7 +47,7 @@ struct BoundaryArrays {
 
 struct NodeArrays {
   Index count = 0;
-  Array<Real3> position, velocity, contact_normal, pin_force;
+  Array<Real3> position, velocity, contact_force, pin_force;
   Array<Quanta> liquid, ripe;
   // constant
   Array<Real> solid_mass;  // kg
@@ -112,9 +112,10 @@ struct Solid {
   Real radius;
 };
 
-/// Work arrays of stage cloth, made on first use; per node.
+/// Work arrays of the cloth's solver, made on first use; per node.
 struct ClothWork {
   Array<Real> mass, diagonal;      // m_n, kg; D_n, N/m
+  Array<Real3> base;               // the target without the pressure's part, m (stage pressure)
   Array<Real3> target;             // y_n − x⁰_n, m
   Array<Real3> shift, last_shift;  // x_n − x⁰_n of the last two iterates, m
 };

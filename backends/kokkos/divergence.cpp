@@ -23,7 +23,11 @@ void divergence(Device& d, const StepInfo& info, StepReport& report) {
       });
   if (cloth) refresh_inverse_mass(d);
   for (int iteration = 1;; ++iteration) {
-    predict_velocities(d, kappa, dt);
+    predict_liquid(d, kappa, dt);
+    if (cloth) {
+      cloth_forces(d, kappa);
+      free_cloth_response(d, dt);
+    }
     compression_rate(d);
     report.divergence_iterations = iteration;
     report.divergence_error = info.dt / n *
@@ -49,7 +53,8 @@ void divergence(Device& d, const StepInfo& info, StepReport& report) {
           kappa(i) = k > 0 ? k : Real(0);
         });
   }
-  accept_velocities(d, dt);
+  accept_liquid(d);
+  if (cloth) accept_free_cloth(d, dt);
 }
 
 }  // namespace drench::kokkos_backend

@@ -1,9 +1,85 @@
 // Stage pressure (src/stages/pressure.hpp).
 
 #include "pressure_system.hpp"
+
+#include <cstdlib>
+#include <optional>
+
+#include "cloth_solver.hpp"
 #include "primitives/reduce.hpp"
 
 namespace drench::kokkos_backend {
+namespace {
+
+/// The cloth inside the solve: its implicit step goes on while the pressure changes.
+class ElasticCloth {
+ public:
+  ElasticCloth(Device& d, Real dt) : device_(d), dt_(dt), iteration_(d, dt) {
+    const ClothSystem s = iteration_.system();
+    const auto v = d.nodes.velocity, contact = d.nodes.contact_force, f = d.nodes.force, pin = d.nodes.pin_force;
+    const auto base = d.cloth_work.base, shift = d.cloth_work.shift, last = d.cloth_work.last_shift;
+    parallel(
+        "drench::pressure::cloth_start", d.nodes.count, KOKKOS_LAMBDA(const Index n) { shift(n) = dt * v(n); });
+    parallel(
+        "drench::pressure::cloth_base", d.nodes.count, KOKKOS_LAMBDA(const Index n) {
+          last(n) = shift(n);
+          const Real3 elastic = s.elastic_force(n, shift);
+          if (s.pinned(n)) {
+            pin(n) += elastic + f(n);
+            return;
+          }
+          base(n) = shift(n) - (dt * dt / s.mass(n)) * (elastic + f(n) + contact(n));
+        });
+  }
+
+  /// Node forces → target → some iterations → samples.predicted.
+  void respond() {
+    Device& d = device_;
+    const ClothSystem s = iteration_.system();
+    const Real dt = dt_;
+    const auto base = d.cloth_work.base, f = d.nodes.force;
+    parallel(
+        "drench::pressure::cloth_target", d.nodes.count, KOKKOS_LAMBDA(const Index n) {
+          if (!s.pinned(n)) s.target(n) = base(n) + (dt * dt / s.mass(n)) * f(n);
+        });
+    static const int count = std::getenv("DRENCH_K") ? std::atoi(std::getenv("DRENCH_K")) : 6;
+    iteration_.advance(count);
+    const auto shift = d.cloth_work.shift, predicted = d.samples.predicted;
+    const auto node = d.samples.node;
+    const auto weight = d.samples.weight;
+    parallel(
+        "drench::pressure::sample_velocity", d.samples.count, KOKKOS_LAMBDA(const Index b) {
+          Real3 p;
+          for (int k = 0; k < 3; ++k) p += weight(3 * b + k) * shift(node(3 * b + k));
+          predicted(b) = (1 / dt) * p;
+        });
+  }
+
+  double residual() { return iteration_.check(); }
+
+  void accept() {
+    Device& d = device_;
+    const ClothSystem s = iteration_.system();
+    const Real dt = dt_;
+    const auto v = d.nodes.velocity, f = d.nodes.force, pin = d.nodes.pin_force, shift = d.cloth_work.shift;
+    parallel(
+        "drench::pressure::accept_cloth", d.nodes.count, KOKKOS_LAMBDA(const Index n) {
+          if (s.pinned(n))
+            pin(n) -= s.elastic_force(n, shift) + f(n);
+          else
+            v(n) = (1 / dt) * shift(n);
+        });
+  }
+
+  int iterations() const { return iteration_.iterations(); }
+
+ private:
+  Device& device_;
+  Real dt_;
+  ClothIteration iteration_;
+};
+
+}  // namespace
 
 void pressure(Device& d, const StepInfo& info, StepReport& report) {
   const FluidSolverScene& solver = d.model.scene.fluid.solver;
@@ -14,13 +90,21 @@ void pressure(Device& d, const StepInfo& info, StepReport& report) {
   const auto age = d.fluid.age;
   const auto origin = d.fluid.origin;
   const auto residual = d.work.residual;
-  parallel(
-      "drench::pressure::warm_start", n, KOKKOS_LAMBDA(const Index i) {
-        if (alpha(i) == 0) kappa(i) = 0;
-      });
-  if (d.samples.count > 0) refresh_inverse_mass(d);
+  const bool samples = d.samples.count > 0;
+  clear_inactive(d);
+  std::optional<ElasticCloth> cloth;
+  if (samples) {
+    refresh_inverse_mass(d);
+    if (d.model.has_moving_cloth()) {
+      cloth_forces(d, kappa);
+      cloth.emplace(d, dt);
+    }
+  }
   for (int iteration = 1;; ++iteration) {
-    predict_velocities(d, kappa, dt);
+    predict_liquid(d, kappa, dt);
+    if (samples) cloth_forces(d, kappa);
+    if (cloth) cloth->respond();
+    else if (samples) free_cloth_response(d, dt);
     compression_rate(d);
     parallel(
         "drench::pressure::residual", n, KOKKOS_LAMBDA(const Index i) {
@@ -30,18 +114,22 @@ void pressure(Device& d, const StepInfo& info, StepReport& report) {
         });
     report.density_iterations = iteration;
     const Real factor = Real(0.5) / (dt * dt);
-    report.density_error = ordered_sum(
-                               "drench::pressure::error", n,
-                               KOKKOS_LAMBDA(const Index i) { return residual(i) > 0 ? double(residual(i)) : 0.0; }) /
-                           n;
-    const double excess =
+    report.density_error =
         ordered_sum(
-            "drench::pressure::excess", n,
-            KOKKOS_LAMBDA(const Index i) {
-              return excess_pressure(double(residual(i)), double(kappa(i)), double(factor * alpha(i)));
-            }) /
+            "drench::pressure::error", n,
+            KOKKOS_LAMBDA(const Index i) { return residual(i) > 0 ? double(residual(i)) : 0.0; }) /
         n;
+    const double excess = ordered_sum(
+                              "drench::pressure::excess", n, KOKKOS_LAMBDA(const Index i) {
+                                return excess_pressure(double(residual(i)), double(kappa(i)),
+                                                       double(factor * alpha(i)));
+                              }) /
+                          n;
     report.density_converged = report.density_error <= solver.density_error && excess <= solver.density_error;
+    if (cloth && report.density_converged) {
+      report.cloth_residual = cloth->residual();
+      report.density_converged = report.cloth_residual <= 1;
+    }
     if ((report.density_converged && iteration >= solver.min_iterations) || iteration >= solver.max_iterations) break;
     parallel(
         "drench::pressure::update", n, KOKKOS_LAMBDA(const Index i) {
@@ -50,9 +138,14 @@ void pressure(Device& d, const StepInfo& info, StepReport& report) {
         });
   }
   report.density_error_max = maximum(
-      "drench::pressure::error_max", n,
-      KOKKOS_LAMBDA(const Index i) { return Kokkos::fmax(double(residual(i)), 0.0); });
-  accept_velocities(d, dt);
+      "drench::pressure::error_max", n, KOKKOS_LAMBDA(const Index i) { return Kokkos::fmax(double(residual(i)), 0.0); });
+  accept_liquid(d);
+  if (cloth) {
+    cloth->accept();
+    report.cloth_iterations += cloth->iterations();
+  } else if (samples) {
+    accept_free_cloth(d, dt);
+  }
 }
 
 }  // namespace drench::kokkos_backend

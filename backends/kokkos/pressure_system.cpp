@@ -3,42 +3,47 @@
 #include "laws/kernel.hpp"
 
 namespace drench::kokkos_backend {
-namespace {
+void clear_inactive(Device& d) {
+  const auto kappa = d.fluid.kappa_density, alpha = d.work.alpha;
+  parallel(
+      "drench::pressure::warm_start", d.fluid.count, KOKKOS_LAMBDA(const Index i) {
+        if (alpha(i) == 0) kappa(i) = 0;
+      });
+}
 
-/// Forces on samples, then nodes, then the samples' predicted velocities.
-void predict_cloth(Device& d, const Array<Real>& kappa, Real dt) {
+void cloth_forces(Device& d, const Array<Real>& kappa) {
   const CubicKernel kernel(d.support);
   const Real rho = d.rest_density;
-  {
-    const auto xs = d.samples.position, xf = d.fluid.position, force = d.samples.force;
-    const auto vs = d.samples.volume, vf = d.work.volume;
-    const auto count = d.sample_fluid.count;
-    const auto list = d.sample_fluid.list;
-    parallel(
-        "drench::pressure::sample_force", d.samples.count, KOKKOS_LAMBDA(const Index b) {
-          Real3 f;
-          for (Index k = 0; k < count(b); ++k) {
-            const Index i = list(b, k);
-            if (kappa(i) == 0) continue;
-            const Real3 r = xf(i) - xs(b);
-            f += vf(i) * kappa(i) * kernel.slope(norm(r)) * r;
-          }
-          force(b) = rho * vs(b) * f;
-        });
-  }
+  const auto xs = d.samples.position, xf = d.fluid.position, force = d.samples.force;
+  const auto vs = d.samples.volume, vf = d.work.volume;
+  const auto count = d.sample_fluid.count;
+  const auto list = d.sample_fluid.list;
+  parallel(
+      "drench::pressure::sample_force", d.samples.count, KOKKOS_LAMBDA(const Index b) {
+        Real3 f;
+        for (Index k = 0; k < count(b); ++k) {
+          const Index i = list(b, k);
+          if (kappa(i) == 0) continue;
+          const Real3 r = xf(i) - xs(b);
+          f += vf(i) * kappa(i) * kernel.slope(norm(r)) * r;
+        }
+        force(b) = rho * vs(b) * f;
+      });
   node_forces_from_samples(d);
-  {
-    const auto f = d.nodes.force, a = d.nodes.acceleration, normal = d.nodes.contact_normal;
-    const auto u = d.nodes.inverse_mass;
-    parallel(
-        "drench::pressure::node_acceleration", d.nodes.count, KOKKOS_LAMBDA(const Index n) {
-          const Real into = dot(f(n), normal(n));
-          a(n) = u(n) * (into < 0 ? f(n) - into * normal(n) : f(n));
-        });
-  }
+}
+
+void free_cloth_response(Device& d, Real dt) {
+  const auto f = d.nodes.force, a = d.nodes.acceleration, contact = d.nodes.contact_force;
+  const auto u = d.nodes.inverse_mass;
+  parallel(
+      "drench::pressure::node_acceleration", d.nodes.count, KOKKOS_LAMBDA(const Index n) {
+        const Real square = dot(contact(n), contact(n)), into = dot(f(n), contact(n));
+        a(n) = u(n) * (into < 0 ? f(n) - (into / square) * contact(n) : f(n));
+      });
+  const auto v = d.nodes.velocity;
   const auto node = d.samples.node;
   const auto weight = d.samples.weight;
-  const auto a = d.nodes.acceleration, v = d.nodes.velocity, predicted = d.samples.predicted;
+  const auto predicted = d.samples.predicted;
   parallel(
       "drench::pressure::sample_velocity", d.samples.count, KOKKOS_LAMBDA(const Index b) {
         Real3 p;
@@ -50,9 +55,7 @@ void predict_cloth(Device& d, const Array<Real>& kappa, Real dt) {
       });
 }
 
-}  // namespace
-
-void predict_velocities(Device& d, const Array<Real>& kappa, Real dt) {
+void predict_liquid(Device& d, const Array<Real>& kappa, Real dt) {
   const CubicKernel kernel(d.support);
   const auto x = d.fluid.position, xb = d.boundary.position, xs = d.samples.position;
   const auto v = d.fluid.velocity, predicted = d.work.predicted;
@@ -86,7 +89,6 @@ void predict_velocities(Device& d, const Array<Real>& kappa, Real dt) {
         }
         predicted(i) = v(i) + dt * a;
       });
-  if (cloth) predict_cloth(d, kappa, dt);
 }
 
 void compression_rate(Device& d) {
@@ -122,11 +124,13 @@ void compression_rate(Device& d) {
       });
 }
 
-void accept_velocities(Device& d, Real dt) {
+void accept_liquid(Device& d) {
   const auto v = d.fluid.velocity, predicted = d.work.predicted;
   parallel(
       "drench::pressure::accept", d.fluid.count, KOKKOS_LAMBDA(const Index i) { v(i) = predicted(i); });
-  if (d.samples.count == 0) return;
+}
+
+void accept_free_cloth(Device& d, Real dt) {
   const auto vn = d.nodes.velocity, a = d.nodes.acceleration, f = d.nodes.force, pin = d.nodes.pin_force;
   const auto pinned = d.nodes.pinned;
   parallel(

@@ -6,12 +6,20 @@
 
 namespace drench::kokkos_backend {
 
-/// work.predicted = v_i + Δt a_i(κ), samples.predicted = v_b + Δt a_b(κ), nodes.force and nodes.acceleration.
-void predict_velocities(Device& d, const Array<Real>& kappa, Real dt);
+/// work.predicted = v_i + Δt a_i(κ).
+void predict_liquid(Device& d, const Array<Real>& kappa, Real dt);
+/// Particles with α = 0 carry no pressure: their κ of the density solve becomes 0.
+void clear_inactive(Device& d);
+/// nodes.force = f_n(κ), N.
+void cloth_forces(Device& d, const Array<Real>& kappa);
+/// Nodes that answer with their inertia alone: nodes.acceleration = a_n, samples.predicted = v_b + Δt a_b.
+void free_cloth_response(Device& d, Real dt);
 /// work.rate = R_i of the predicted velocities, 1/s.
 void compression_rate(Device& d);
-/// v_i := predicted, v_n += Δt a_n, pin_force −= f_n on pinned nodes.
-void accept_velocities(Device& d, Real dt);
+/// v_i := predicted.
+void accept_liquid(Device& d);
+/// v_n += Δt a_n, pin_force −= f_n on pinned nodes.
+void accept_free_cloth(Device& d, Real dt);
 
 /// How much too high a particle's pressure is, in units of the residual: −residual where it is negative, at most what
 /// lowering κ to 0 in one update of gain `gain` = ω α/Δt^k can take back. 0 where the residual is positive.

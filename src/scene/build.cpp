@@ -117,7 +117,7 @@ void init_nodes(const Model& m, HostState& s) {
   s.node_velocity.assign(nodes, Vec3{0, 0, 0});
   s.node_liquid.assign(nodes, 0);
   s.node_ripe.assign(nodes, 0);
-  s.node_contact_normal.assign(nodes, Vec3{0, 0, 0});
+  s.node_contact_force.assign(nodes, Vec3{0, 0, 0});
   s.node_pin_force.assign(nodes, Vec3{0, 0, 0});
   s.sample_volume = akinci_volumes(m.samples.rest_position, m.support);
   s.sample_flow_direction.assign(s.sample_volume.size(), Vec3{0, 0, 0});

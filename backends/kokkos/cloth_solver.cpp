@@ -1,0 +1,154 @@
+#include "cloth_solver.hpp"
+
+#include <algorithm>
+#include <limits>
+#include <utility>
+
+#include "primitives/reduce.hpp"
+
+namespace drench::kokkos_backend {
+namespace {
+
+constexpr int plain_iterations = 10;
+constexpr double tolerance = 1e-3;          // of Σ m |y − x⁰|/Δt²
+constexpr double rounding = 0.5;            // of ε Σ D L: what is left of a residual that is summed in this precision
+constexpr Real contact_range = Real(1.01);  // of the thickness
+
+void allocate(Device& d) {
+  ClothWork& w = d.cloth_work;
+  const auto nodes = static_cast<std::size_t>(d.nodes.count);
+  if (w.mass.extent(0) == nodes) return;
+  w.mass = Array<Real>("drench::cloth::mass", nodes);
+  w.diagonal = Array<Real>("drench::cloth::diagonal", nodes);
+  w.base = Array<Real3>("drench::cloth::base", nodes);
+  w.target = Array<Real3>("drench::cloth::target", nodes);
+  w.shift = Array<Real3>("drench::cloth::shift", nodes);
+  w.last_shift = Array<Real3>("drench::cloth::last_shift", nodes);
+}
+
+void masses_and_diagonals(Device& d, const ClothSystem& s) {
+  const auto liquid = d.nodes.liquid;
+  const auto solid_mass = d.nodes.solid_mass;
+  const double quantum = d.quantum;
+  parallel(
+      "drench::cloth::diagonal", d.nodes.count, KOKKOS_LAMBDA(const Index n) {
+        const Real mass =
+            static_cast<Real>(static_cast<double>(solid_mass(n)) + quantum * static_cast<double>(liquid(n)));
+        Real diagonal = mass * s.inverse_dt2;
+        for (Index r = s.edge_start(n); r < s.edge_start(n + 1); ++r) diagonal += s.edge_stiffness(s.edge_item(r));
+        for (Index r = s.hinge_start(n); r < s.hinge_start(n + 1); ++r) {
+          const Index h = s.hinge_item(r) / 4;
+          Real weight_sum = 0;
+          for (Index a = 0; a < 4; ++a) weight_sum += Kokkos::abs(s.hinge_weight(4 * h + a));
+          diagonal += hinge_diagonal(s.hinge_weight(s.hinge_item(r)), weight_sum, s.hinge_stiffness(h));
+        }
+        s.mass(n) = mass;
+        s.diagonal(n) = diagonal;
+      });
+}
+
+/// A bound for the linear part's spectral radius: max over free nodes of 1 − m_n/(Δt² D_n).
+double spectral_bound(const ClothSystem& s, Index nodes) {
+  return maximum(
+      "drench::cloth::spectral_bound", nodes, KOKKOS_LAMBDA(const Index n) {
+        if (s.pinned(n)) return 0.0;
+        return 1 -
+               static_cast<double>(s.mass(n)) * static_cast<double>(s.inverse_dt2) / static_cast<double>(s.diagonal(n));
+      });
+}
+
+/// One Jacobi step with Chebyshev's ω; the new iterate replaces x^{k−1}, then the two change places.
+void iterate(Device& d, const ClothSystem& s, Real omega) {
+  const auto shift = d.cloth_work.shift, last_shift = d.cloth_work.last_shift;
+  parallel(
+      "drench::cloth::jacobi", d.nodes.count, KOKKOS_LAMBDA(const Index n) {
+        if (s.pinned(n)) return;
+        const Real thickness = s.thickness(n);
+        const Real3 x = s.start(n), before = last_shift(n);
+        const Real3 step = (1 / s.diagonal(n)) * s.residual(n, shift);
+        Real3 next = project_out(s.solids, x, shift(n) + step, thickness);
+        if (omega != 1) next = project_out(s.solids, x, omega * (next - before) + before, thickness);
+        last_shift(n) = next;
+      });
+  std::swap(d.cloth_work.shift, d.cloth_work.last_shift);
+}
+
+}  // namespace
+
+ClothSystem::ClothSystem(const Device& d, Real dt)
+    : start(d.nodes.position),
+      target(d.cloth_work.target),
+      mass(d.cloth_work.mass),
+      diagonal(d.cloth_work.diagonal),
+      pinned(d.nodes.pinned),
+      cloth(d.nodes.cloth),
+      edge_start(d.nodes.edge_start),
+      edge_item(d.nodes.edge_item),
+      hinge_start(d.nodes.hinge_start),
+      hinge_item(d.nodes.hinge_item),
+      edge(d.mesh.edge),
+      hinge(d.mesh.hinge),
+      edge_length(d.mesh.edge_length),
+      edge_stiffness(d.mesh.edge_stiffness),
+      hinge_weight(d.mesh.hinge_weight),
+      hinge_stiffness(d.mesh.hinge_stiffness),
+      materials(d.materials),
+      solids(d.solids),
+      inverse_dt2(1 / (dt * dt)) {}
+
+ClothIteration::ClothIteration(Device& d, Real dt)
+    : device_(d), system_((allocate(d), ClothSystem(d, dt))), rho_(0) {
+  masses_and_diagonals(d, system_);
+  rho_ = spectral_bound(system_, d.nodes.count);
+}
+
+void ClothIteration::restart() {
+  omega_ = 1;
+  since_restart_ = 0;
+  smallest_ = 1e300;
+}
+
+void ClothIteration::advance(int count) {
+  for (int k = 0; k < count; ++k) {
+    if (since_restart_ == plain_iterations) omega_ = 2 / (2 - rho_ * rho_);
+    if (since_restart_ > plain_iterations) omega_ = 4 / (4 - rho_ * rho_ * omega_);
+    iterate(device_, system_, static_cast<Real>(omega_));
+    ++since_restart_;
+    ++iterations_;
+  }
+}
+
+double ClothIteration::check() {
+  const ClothSystem s = system_;
+  const auto shift = device_.cloth_work.shift;
+  const Index nodes = device_.nodes.count;
+  const double left = ordered_sum(
+      "drench::cloth::residual", nodes, KOKKOS_LAMBDA(const Index n) {
+        if (s.pinned(n)) return 0.0;
+        Real3 r = s.residual(n, shift);
+        for (std::size_t b = 0; b < s.solids.extent(0); ++b) {
+          const SolidDistance contact = solid_distance(s.solids(b), s.start(n), shift(n));
+          if (contact.phi < contact_range * s.thickness(n)) r = without_inward(r, contact.normal);
+        }
+        const double force = static_cast<double>(norm(r));
+        return force < 1e100 ? force : 1e100;
+      });
+  const double floor = rounding * static_cast<double>(std::numeric_limits<Real>::epsilon()) *
+                       static_cast<double>(device_.mesh.mean_edge);
+  const double goal = ordered_sum(
+      "drench::cloth::goal", nodes, KOKKOS_LAMBDA(const Index n) {
+        if (s.pinned(n)) return 0.0;
+        return tolerance * static_cast<double>(s.mass(n) * s.inverse_dt2 * norm(s.target(n))) +
+               floor * static_cast<double>(s.diagonal(n));
+      });
+  const double residual = left > 0 ? left / goal : 0;
+  if (residual > 10 * smallest_) {
+    rho_ = std::max(0.0, 1 - 2 * (1 - rho_));
+    omega_ = 1;
+    since_restart_ = 0;
+  }
+  smallest_ = std::min(smallest_, residual);
+  return residual;
+}
+
+}  // namespace drench::kokkos_backend

@@ -1,0 +1,75 @@
+#pragma once
+// Projective Dynamics of one step by Jacobi iterations with Chebyshev acceleration: what stage cloth and the coupled
+// pressure solve share. Law: src/stages/cloth.hpp. The unknown is the shift u = x − x⁰.
+
+#include "device.hpp"
+#include "laws/contact.hpp"
+#include "laws/elasticity.hpp"
+
+namespace drench::kokkos_backend {
+
+/// What the kernels see of the cloth: everything that stays the same during one solve.
+struct ClothSystem {
+  Array<Real3> start, target;
+  Array<Real> mass, diagonal;
+  Array<std::uint8_t> pinned;
+  Array<Index> cloth, edge_start, edge_item, hinge_start, hinge_item, edge, hinge;
+  Array<Real> edge_length, edge_stiffness, hinge_weight, hinge_stiffness;
+  Array<Material> materials;
+  Array<Solid> solids;
+  Real inverse_dt2;
+
+  ClothSystem(const Device& d, Real dt);
+
+  /// −∂(elastic energy)/∂x_n, N.
+  KOKKOS_INLINE_FUNCTION Real3 elastic_force(Index n, const Array<Real3>& shift) const {
+    const Real3 here = start(n), moved = shift(n);
+    Real3 force;
+    for (Index r = edge_start(n); r < edge_start(n + 1); ++r) {
+      const Index e = edge_item(r);
+      const Index other = edge(2 * e) == n ? edge(2 * e + 1) : edge(2 * e);
+      force += spring_force(separation(here, moved, start(other), shift(other)), edge_length(e), edge_stiffness(e));
+    }
+    for (Index r = hinge_start(n); r < hinge_start(n + 1); ++r) {
+      const Index h = hinge_item(r) / 4, corner = hinge_item(r) % 4;
+      Real3 bend;  // Σ K_a x_a = Σ K_a (x_a − x_n), as Σ K_a = 0
+      for (Index a = 0; a < 4; ++a) {
+        const Index other = hinge(4 * h + a);
+        bend += hinge_weight(4 * h + a) * separation(start(other), shift(other), here, moved);
+      }
+      force += hinge_force(bend, hinge_weight(4 * h + corner), hinge_stiffness(h));
+    }
+    return force;
+  }
+
+  /// r_n, N.
+  KOKKOS_INLINE_FUNCTION Real3 residual(Index n, const Array<Real3>& shift) const {
+    return (mass(n) * inverse_dt2) * (target(n) - shift(n)) + elastic_force(n, shift);
+  }
+
+  KOKKOS_INLINE_FUNCTION Real thickness(Index n) const { return materials(cloth(n)).thickness; }
+};
+
+/// Chebyshev's weights (Wang 2015), which go on over several calls of `advance`.
+class ClothIteration {
+ public:
+  /// Wet masses and Jacobi diagonals; the caller sets target and shift afterwards.
+  ClothIteration(Device& d, Real dt);
+  const ClothSystem& system() const { return system_; }
+  int iterations() const { return iterations_; }
+  /// `count` iterations; the newest iterate is d.cloth_work.shift.
+  void advance(int count);
+  /// The residual of the newest iterate in units of its goal: converged if ≤ 1. If it has grown tenfold over the
+  /// smallest so far, ρ is lowered and the weights start again. Synchronises with the host.
+  double check();
+  /// Begins the weights anew, for a changed target that is far away.
+  void restart();
+
+ private:
+  Device& device_;
+  ClothSystem system_;
+  double rho_, omega_ = 1, smallest_ = 1e300;
+  int since_restart_ = 0, iterations_ = 0;
+};
+
+}  // namespace drench::kokkos_backend
