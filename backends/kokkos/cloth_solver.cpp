@@ -30,17 +30,20 @@ void masses_and_diagonals(Device& d, const ClothSystem& s) {
   const auto liquid = d.nodes.liquid;
   const auto solid_mass = d.nodes.solid_mass;
   const double quantum = d.quantum;
+  const auto hinge_start = d.nodes.hinge_start, hinge_item = d.nodes.hinge_item;
+  const auto hinge_weight = d.mesh.hinge_weight, hinge_stiffness = d.mesh.hinge_stiffness;
   parallel(
       "drench::cloth::diagonal", d.nodes.count, KOKKOS_LAMBDA(const Index n) {
         const Real mass =
             static_cast<Real>(static_cast<double>(solid_mass(n)) + quantum * static_cast<double>(liquid(n)));
         Real diagonal = mass * s.inverse_dt2;
-        for (Index r = s.edge_start(n); r < s.edge_start(n + 1); ++r) diagonal += s.edge_stiffness(s.edge_item(r));
-        for (Index r = s.hinge_start(n); r < s.hinge_start(n + 1); ++r) {
-          const Index h = s.hinge_item(r) / 4;
+        for (Index r = s.edge_start(n); r < s.edge_start(n + 1); ++r)
+          diagonal += (1 + s.strain_damping(n)) * s.edge_stiffness(s.edge_item(r));
+        for (Index r = hinge_start(n); r < hinge_start(n + 1); ++r) {
+          const Index h = hinge_item(r) / 4;
           Real weight_sum = 0;
-          for (Index a = 0; a < 4; ++a) weight_sum += Kokkos::abs(s.hinge_weight(4 * h + a));
-          diagonal += hinge_diagonal(s.hinge_weight(s.hinge_item(r)), weight_sum, s.hinge_stiffness(h));
+          for (Index a = 0; a < 4; ++a) weight_sum += Kokkos::abs(hinge_weight(4 * h + a));
+          diagonal += hinge_diagonal(hinge_weight(hinge_item(r)), weight_sum, hinge_stiffness(h));
         }
         s.mass(n) = mass;
         s.diagonal(n) = diagonal;
@@ -84,20 +87,18 @@ ClothSystem::ClothSystem(const Device& d, Real dt)
       cloth(d.nodes.cloth),
       edge_start(d.nodes.edge_start),
       edge_item(d.nodes.edge_item),
-      hinge_start(d.nodes.hinge_start),
-      hinge_item(d.nodes.hinge_item),
+      bend_start(d.nodes.bend_start),
+      bend_item(d.nodes.bend_item),
       edge(d.mesh.edge),
-      hinge(d.mesh.hinge),
       edge_length(d.mesh.edge_length),
       edge_stiffness(d.mesh.edge_stiffness),
-      hinge_weight(d.mesh.hinge_weight),
-      hinge_stiffness(d.mesh.hinge_stiffness),
+      bend_weight(d.nodes.bend_weight),
       materials(d.materials),
       solids(d.solids),
+      inverse_dt(1 / dt),
       inverse_dt2(1 / (dt * dt)) {}
 
-ClothIteration::ClothIteration(Device& d, Real dt)
-    : device_(d), system_((allocate(d), ClothSystem(d, dt))), rho_(0) {
+ClothIteration::ClothIteration(Device& d, Real dt) : device_(d), system_((allocate(d), ClothSystem(d, dt))), rho_(0) {
   masses_and_diagonals(d, system_);
   rho_ = spectral_bound(system_, d.nodes.count);
 }

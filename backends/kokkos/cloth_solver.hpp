@@ -13,31 +13,30 @@ struct ClothSystem {
   Array<Real3> start, target;
   Array<Real> mass, diagonal;
   Array<std::uint8_t> pinned;
-  Array<Index> cloth, edge_start, edge_item, hinge_start, hinge_item, edge, hinge;
-  Array<Real> edge_length, edge_stiffness, hinge_weight, hinge_stiffness;
+  Array<Index> cloth, edge_start, edge_item, bend_start, bend_item, edge;
+  Array<Real> edge_length, edge_stiffness, bend_weight;
   Array<Material> materials;
   Array<Solid> solids;
-  Real inverse_dt2;
+  Real inverse_dt, inverse_dt2;
 
   ClothSystem(const Device& d, Real dt);
 
-  /// −∂(elastic energy)/∂x_n, N.
+  /// −∂(elastic energy)/∂x_n and the strain damping, N.
   KOKKOS_INLINE_FUNCTION Real3 elastic_force(Index n, const Array<Real3>& shift) const {
     const Real3 here = start(n), moved = shift(n);
+    const Real damping = strain_damping(n);
     Real3 force;
     for (Index r = edge_start(n); r < edge_start(n + 1); ++r) {
       const Index e = edge_item(r);
       const Index other = edge(2 * e) == n ? edge(2 * e + 1) : edge(2 * e);
       force += spring_force(separation(here, moved, start(other), shift(other)), edge_length(e), edge_stiffness(e));
+      if (damping > 0)
+        force += strain_damping_force(here - start(other), moved - shift(other), edge_stiffness(e), damping);
     }
-    for (Index r = hinge_start(n); r < hinge_start(n + 1); ++r) {
-      const Index h = hinge_item(r) / 4, corner = hinge_item(r) % 4;
-      Real3 bend;  // Σ K_a x_a = Σ K_a (x_a − x_n), as Σ K_a = 0
-      for (Index a = 0; a < 4; ++a) {
-        const Index other = hinge(4 * h + a);
-        bend += hinge_weight(4 * h + a) * separation(start(other), shift(other), here, moved);
-      }
-      force += hinge_force(bend, hinge_weight(4 * h + corner), hinge_stiffness(h));
+    // −Σ_m B_nm x_m = −Σ_m B_nm (x_m − x_n): the rows of B sum to 0
+    for (Index r = bend_start(n); r < bend_start(n + 1); ++r) {
+      const Index other = bend_item(r);
+      force -= bend_weight(r) * separation(start(other), shift(other), here, moved);
     }
     return force;
   }
@@ -47,6 +46,8 @@ struct ClothSystem {
     return (mass(n) * inverse_dt2) * (target(n) - shift(n)) + elastic_force(n, shift);
   }
 
+  /// τ/Δt of the node's cloth.
+  KOKKOS_INLINE_FUNCTION Real strain_damping(Index n) const { return materials(cloth(n)).strain_damping * inverse_dt; }
   KOKKOS_INLINE_FUNCTION Real thickness(Index n) const { return materials(cloth(n)).thickness; }
 };
 

@@ -1,6 +1,7 @@
 // Stage density (src/stages/density.hpp).
 
 #include <cstdlib>
+
 #include "device.hpp"
 #include "laws/kernel.hpp"
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "device_copy.hpp"
 
@@ -46,6 +47,7 @@ Material material_of(const ClothMaterial& c) {
   Material m{};
   m.thickness = Real(c.thickness);
   m.damping = Real(c.damping);
+  m.strain_damping = Real(c.strain_damping);
   m.friction = Real(c.friction);
   m.solid_fraction = Real(c.solid_fraction);
   m.absorption = Real(c.absorption);
@@ -61,6 +63,30 @@ Material material_of(const ClothMaterial& c) {
   return m;
 }
 
+/// The hinges' forces as one sparse row a node: a third of the loads of going hinge by hinge.
+void make_bending_rows(Device& d) {
+  const ClothMesh& mesh = d.model.mesh;
+  std::vector<std::map<Index, double>> rows(mesh.rest_position.size());
+  for (std::size_t h = 0; h < mesh.hinge.size(); ++h)
+    for (std::size_t a = 0; a < 4; ++a)
+      for (std::size_t b = 0; b < 4; ++b)
+        if (a != b)
+          rows[static_cast<std::size_t>(mesh.hinge[h][a])][mesh.hinge[h][b]] +=
+              mesh.hinge_stiffness[h] * mesh.hinge_weight[h][a] * mesh.hinge_weight[h][b];
+  std::vector<Index> start{0}, item;
+  std::vector<double> weight;
+  for (const auto& row : rows) {
+    for (const auto& [node, value] : row) {
+      item.push_back(node);
+      weight.push_back(value);
+    }
+    start.push_back(static_cast<Index>(item.size()));
+  }
+  d.nodes.bend_start = to_device<Index>("drench::node_bend_start", start);
+  d.nodes.bend_item = to_device<Index>("drench::node_bend_item", item);
+  d.nodes.bend_weight = to_device<Real>("drench::node_bend_weight", weight);
+}
+
 void make_nodes(Device& d) {
   const ClothMesh& mesh = d.model.mesh;
   const SampleSet& samples = d.model.samples;
@@ -73,6 +99,7 @@ void make_nodes(Device& d) {
   n.edge_item = to_device<Index>("drench::node_edge_item", mesh.node_edges.item);
   n.hinge_start = to_device<Index>("drench::node_hinge_start", mesh.node_hinges.start);
   n.hinge_item = to_device<Index>("drench::node_hinge_item", mesh.node_hinges.item);
+  make_bending_rows(d);
   n.inverse_mass = Array<Real>("drench::node_inverse_mass", n.count);
   n.force = Array<Real3>("drench::node_force", n.count);
   n.acceleration = Array<Real3>("drench::node_acceleration", n.count);

@@ -1,11 +1,10 @@
 // Stage pressure (src/stages/pressure.hpp).
 
-#include "pressure_system.hpp"
-
 #include <cstdlib>
 #include <optional>
 
 #include "cloth_solver.hpp"
+#include "pressure_system.hpp"
 #include "primitives/reduce.hpp"
 
 namespace drench::kokkos_backend {
@@ -33,7 +32,7 @@ class ElasticCloth {
   }
 
   /// Node forces → target → some iterations → samples.predicted.
-  void respond() {
+  void respond(bool exactly) {
     Device& d = device_;
     const ClothSystem s = iteration_.system();
     const Real dt = dt_;
@@ -43,7 +42,13 @@ class ElasticCloth {
           if (!s.pinned(n)) s.target(n) = base(n) + (dt * dt / s.mass(n)) * f(n);
         });
     static const int count = std::getenv("DRENCH_K") ? std::atoi(std::getenv("DRENCH_K")) : 6;
-    iteration_.advance(count);
+    const double limit = exactly ? 1 : std::getenv("DRENCH_L") ? std::atof(std::getenv("DRENCH_L")) : 1;
+    static const int most = std::getenv("DRENCH_M") ? std::atoi(std::getenv("DRENCH_M")) : 100;
+    const int before = iteration_.iterations();
+    do {
+      iteration_.advance(count);
+      residual_ = iteration_.check();
+    } while (residual_ > limit && iteration_.iterations() - before < most);
     const auto shift = d.cloth_work.shift, predicted = d.samples.predicted;
     const auto node = d.samples.node;
     const auto weight = d.samples.weight;
@@ -55,7 +60,7 @@ class ElasticCloth {
         });
   }
 
-  double residual() { return iteration_.check(); }
+  double residual() { return residual_; }
 
   void accept() {
     Device& d = device_;
@@ -76,6 +81,7 @@ class ElasticCloth {
  private:
   Device& device_;
   Real dt_;
+  double residual_ = 0;
   ClothIteration iteration_;
 };
 
@@ -100,11 +106,14 @@ void pressure(Device& d, const StepInfo& info, StepReport& report) {
       cloth.emplace(d, dt);
     }
   }
+  bool settled = false;
   for (int iteration = 1;; ++iteration) {
     predict_liquid(d, kappa, dt);
     if (samples) cloth_forces(d, kappa);
-    if (cloth) cloth->respond();
-    else if (samples) free_cloth_response(d, dt);
+    if (cloth)
+      cloth->respond(settled);
+    else if (samples)
+      free_cloth_response(d, dt);
     compression_rate(d);
     parallel(
         "drench::pressure::residual", n, KOKKOS_LAMBDA(const Index i) {
@@ -114,18 +123,19 @@ void pressure(Device& d, const StepInfo& info, StepReport& report) {
         });
     report.density_iterations = iteration;
     const Real factor = Real(0.5) / (dt * dt);
-    report.density_error =
+    report.density_error = ordered_sum(
+                               "drench::pressure::error", n,
+                               KOKKOS_LAMBDA(const Index i) { return residual(i) > 0 ? double(residual(i)) : 0.0; }) /
+                           n;
+    const double excess =
         ordered_sum(
-            "drench::pressure::error", n,
-            KOKKOS_LAMBDA(const Index i) { return residual(i) > 0 ? double(residual(i)) : 0.0; }) /
+            "drench::pressure::excess", n,
+            KOKKOS_LAMBDA(const Index i) {
+              return excess_pressure(double(residual(i)), double(kappa(i)), double(factor * alpha(i)));
+            }) /
         n;
-    const double excess = ordered_sum(
-                              "drench::pressure::excess", n, KOKKOS_LAMBDA(const Index i) {
-                                return excess_pressure(double(residual(i)), double(kappa(i)),
-                                                       double(factor * alpha(i)));
-                              }) /
-                          n;
     report.density_converged = report.density_error <= solver.density_error && excess <= solver.density_error;
+    settled = report.density_converged;
     if (cloth && report.density_converged) {
       report.cloth_residual = cloth->residual();
       report.density_converged = report.cloth_residual <= 1;
@@ -138,7 +148,8 @@ void pressure(Device& d, const StepInfo& info, StepReport& report) {
         });
   }
   report.density_error_max = maximum(
-      "drench::pressure::error_max", n, KOKKOS_LAMBDA(const Index i) { return Kokkos::fmax(double(residual(i)), 0.0); });
+      "drench::pressure::error_max", n,
+      KOKKOS_LAMBDA(const Index i) { return Kokkos::fmax(double(residual(i)), 0.0); });
   accept_liquid(d);
   if (cloth) {
     cloth->accept();

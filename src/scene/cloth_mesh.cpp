@@ -92,6 +92,7 @@ ClothMaterial make_material(const ClothScene& c) {
   m.porous = c.porous.present;
   m.thickness = c.thickness;
   m.damping = c.damping;
+  m.strain_damping = c.strain_damping;
   m.friction = c.friction;
   m.solid_fraction = c.porous.solid_fraction;
   m.absorption = c.porous.absorption;

@@ -200,6 +200,7 @@ void read_cloth(Section& s, ClothScene& cloth) {
   s.number("stretch", cloth.stretch, "(0, 1e9]", "N/m");
   s.number("bend", cloth.bend, "[0, 1e6]", "N·m");
   s.number("damping", cloth.damping, "[0, 1e6]", "1/s");
+  s.number("strain_damping", cloth.strain_damping, "[0, 100]", "s");
   s.number("friction", cloth.friction, "[0, 10]", "1");
   s.list("pin", cloth.pins, read_pin);
   s.boolean("self_collision", cloth.self_collision);

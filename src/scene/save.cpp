@@ -148,6 +148,7 @@ void write_cloth(Writer& out, const ClothScene& cloth) {
   out.line("    stretch: {}  # N/m", text(cloth.stretch));
   out.line("    bend: {}  # N·m", text(cloth.bend));
   out.line("    damping: {}  # 1/s", text(cloth.damping));
+  out.line("    strain_damping: {}  # s", text(cloth.strain_damping));
   out.line("    friction: {}", text(cloth.friction));
   if (!cloth.pins.empty()) out.line("    pin:");
   for (const PinScene& pin : cloth.pins) write_pin(out, pin);

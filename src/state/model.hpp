@@ -23,6 +23,7 @@ struct ClothMaterial {
   bool porous = false;
   double thickness = 0.001;        // τ, m
   double damping = 1.0;            // 1/s
+  double strain_damping = 0;       // s
   double friction = 0.3;           // 1
   double solid_fraction = 0.4;     // Φ
   double absorption = 0.01;        // k_a, m²/s, `uptake_velocity` resolved

@@ -19,6 +19,13 @@ KOKKOS_INLINE_FUNCTION Real3 spring_force(const Real3& x_ij, Real rest_length, R
   return length > 0 ? (-stiffness * (1 - rest_length / length)) * x_ij : Real3{};
 }
 
+/// Force on node i of an edge that resists stretching at a rate (Kelvin–Voigt), implicit in the shift:
+/// −k τ/Δt e (e·u_ij), N; e = direction of the edge at x⁰, u_ij = u_i − u_j in m, `rate` = τ/Δt.
+KOKKOS_INLINE_FUNCTION Real3 strain_damping_force(const Real3& start_ij, const Real3& u_ij, Real stiffness, Real rate) {
+  const Real square = dot(start_ij, start_ij);
+  return square > 0 ? (-stiffness * rate * dot(start_ij, u_ij) / square) * start_ij : Real3{};
+}
+
 /// Force on a corner of a hinge (quadratic bending, Bergou et al. 2006): −c K_n Σ_a K_a x_a, N;
 /// bend = Σ_a K_a x_a in m, c in N/m, K_n of unit 1.
 KOKKOS_INLINE_FUNCTION Real3 hinge_force(const Real3& bend, Real weight, Real stiffness) {
