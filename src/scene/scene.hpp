@@ -108,7 +108,7 @@ struct ClothScene {
   double areal_density = 0.2;  // kg/m²
   double thickness = 0.001;    // m
   double stretch = 500.0;      // N/m; membrane stiffness (Young's modulus × thickness)
-  double bend = 1.0e-4;        // N·m; bending stiffness
+  double bend = 1.0e-4;        // N·m; flexural rigidity
   double damping = 1.0;        // 1/s
   double friction = 0.3;       // 1
   std::vector<PinScene> pins;
