@@ -74,6 +74,24 @@ std::vector<Quanta> transfers(const ReferenceState& state, Index i, const std::v
   return transfer;
 }
 
+/// Removes what was taken whole, also from the lists of stage porous_neighbors: emission reads them and they name
+/// particles by their place in the arrays.
+void remove_taken(ReferenceState& state, const std::vector<bool>& gone) {
+  remove_particles(state.s, gone);
+  std::vector<Index> place(gone.size(), -1);
+  Index kept = 0;
+  for (std::size_t i = 0; i < gone.size(); ++i) {
+    if (gone[i]) continue;
+    state.fluid_sample[kept] = state.fluid_sample[i];
+    place[i] = kept++;
+  }
+  state.fluid_sample.resize(kept);
+  for (std::vector<Index>& list : state.sample_fluid) {
+    for (Index& i : list) i = place[i];
+    std::erase(list, -1);
+  }
+}
+
 }  // namespace
 
 void absorption(ReferenceState& state, const StepInfo& info, StepReport&) {
@@ -102,7 +120,7 @@ void absorption(ReferenceState& state, const StepInfo& info, StepReport&) {
     gone[i] = s.fluid_mass[i] == 0;
   }
   give_to_nodes(state, taken, momentum);
-  remove_particles(s, gone);
+  remove_taken(state, gone);
 }
 
 }  // namespace drench::reference

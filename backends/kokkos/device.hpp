@@ -59,8 +59,8 @@ struct NodeArrays {
   Array<double> weight_sum;                // w′_n
   Array<Index> sample_start, sample_item;  // node → items 4·sample + corner
   Array<Index> edge_start, edge_item, hinge_start, hinge_item;
-  Array<Index> bend_start, bend_item;      // node → the other nodes of its hinges …
-  Array<Real> bend_weight;                 // … and B_nm = Σ_h c_h K_n K_m, N/m
+  Array<Index> bend_start, bend_item;  // node → the other nodes of its hinges …
+  Array<Real> bend_weight;             // … and B_nm = Σ_h c_h K_n K_m, N/m
   // work
   Array<Real> inverse_mass;  // u_n, 1/kg; 0 if pinned (refresh_inverse_mass)
   Array<Real3> force;        // f_n, N (node_forces_from_samples)

@@ -108,7 +108,7 @@ struct ClothScene {
   double areal_density = 0.2;  // kg/m²
   double thickness = 0.001;    // m
   double stretch = 500.0;      // N/m; membrane stiffness (Young's modulus × thickness)
-  double bend = 1.0e-4;        // N·m; bending stiffness
+  double bend = 1.0e-4;        // N·m; flexural rigidity
   double damping = 1.0;        // 1/s, of the nodes' velocity
   double strain_damping = 0;   // s: a spring's force grows by this time × its rate of stretching (Kelvin–Voigt)
   double friction = 0.3;       // 1

@@ -57,7 +57,7 @@ struct ClothMesh {
   // hinges: nodes 0 1 on the shared edge, 2 3 opposite
   std::vector<std::array<Index, 4>> hinge;
   std::vector<std::array<double, 4>> hinge_weight;  // K, 1/m·m = 1: cotangent vector, ΣK = 0 (Bergou 2006)
-  std::vector<double> hinge_stiffness;              // 3 bend / (A0 + A1), N/m
+  std::vector<double> hinge_stiffness;              // bend / (A0 + A1), N/m (scene/cloth_mesh.cpp says why)
   // node → constraint rows; an item is edge id, or 4·hinge + corner
   Rows node_edges;
   Rows node_hinges;

@@ -21,15 +21,33 @@ double lowest(const HostState& s) {
   return y;
 }
 
+/// Lowest node (m) of the scene's cloth without its liquid, once it hangs still.
+double settled_dry_low(Scene scene) {
+  scene.fluid = {};
+  const drench::Setup setup = build(scene);
+  const auto backend = make_kokkos_backend(setup.model);
+  Pipeline pipeline(setup.model, *backend, setup.state);
+  double low = 0, fall = 1;
+  for (int s = 0; s < 50; ++s) pipeline.step(1.0);  // it falls from rest
+  for (int k = 0; k < 40 && fall > 1e-5; ++k) {
+    for (int s = 0; s < 25; ++s) pipeline.step(1.0);
+    const double before = low;
+    low = lowest(backend->download());
+    fall = std::fabs(low - before);
+  }
+  EXPECT_LE(fall, 1e-5) << "m in 0.1 s: the dry cloth does not settle";
+  return low;
+}
+
 }  // namespace
 
 TEST(water_on_cloth, conserves_every_quantum_soaks_and_sags_over_the_whole_run) {
   const drench::Setup setup = build(load_scene(scene_path("water_on_cloth.yaml")));
+  const double dry_low = settled_dry_low(setup.model.scene);
   const auto backend = make_kokkos_backend(setup.model);
   Pipeline pipeline(setup.model, *backend, setup.state);
   std::int64_t steps = 0, compressed = 0;
   double soaked_half = 0, soaked = 0, worst_float = 0;
-  double dry_low = 0;
   while (pipeline.time() < setup.model.scene.time.end - 1e-9) {
     const StepReport r = pipeline.step(setup.model.scene.time.end - pipeline.time());
     ASSERT_EQ(r.mass_total(), pipeline.initial_total());
@@ -41,14 +59,13 @@ TEST(water_on_cloth, conserves_every_quantum_soaks_and_sags_over_the_whole_run) 
     worst_float = std::max(worst_float, std::fabs(r.mass_float - account) / account);
     soaked = static_cast<double>(r.mass_cloth) * setup.model.quantum;
     if (pipeline.time() < 0.5 * setup.model.scene.time.end) soaked_half = soaked;
-    if (pipeline.time() < 0.04) dry_low = lowest(backend->download());
   }
   EXPECT_LE(worst_float, 1e-6);
   EXPECT_LE(static_cast<double>(compressed), 0.05 * static_cast<double>(steps));
   EXPECT_GT(soaked, 0.05);                                   // kg
   EXPECT_LT(std::fabs(soaked - soaked_half), 0.3 * soaked);  // levels off
   const HostState end = backend->download();
-  EXPECT_LT(lowest(end), dry_low - 0.005);  // m
+  EXPECT_LT(lowest(end), dry_low - 0.02);  // m
   for (Quanta m : end.node_liquid) ASSERT_GE(m, 0);
 }
 
