@@ -1,6 +1,5 @@
 // Stage pressure (src/stages/pressure.hpp).
 
-#include <cstdlib>
 #include <optional>
 
 #include "cloth_solver.hpp"
@@ -9,6 +8,9 @@
 
 namespace drench::kokkos_backend {
 namespace {
+
+constexpr int check_interval = 10, most_iterations = 100;  // of the cloth, per iteration of the pressure
+constexpr double loose_limit = 20;                         // of the residual while the pressure still changes
 
 /// The cloth inside the solve: its implicit step goes on while the pressure changes.
 class ElasticCloth {
@@ -41,14 +43,12 @@ class ElasticCloth {
         "drench::pressure::cloth_target", d.nodes.count, KOKKOS_LAMBDA(const Index n) {
           if (!s.pinned(n)) s.target(n) = base(n) + (dt * dt / s.mass(n)) * f(n);
         });
-    static const int count = std::getenv("DRENCH_K") ? std::atoi(std::getenv("DRENCH_K")) : 6;
-    const double limit = exactly ? 1 : std::getenv("DRENCH_L") ? std::atof(std::getenv("DRENCH_L")) : 1;
-    static const int most = std::getenv("DRENCH_M") ? std::atoi(std::getenv("DRENCH_M")) : 100;
+    const double limit = exactly ? 1 : loose_limit;
     const int before = iteration_.iterations();
     do {
-      iteration_.advance(count);
+      iteration_.advance(check_interval);
       residual_ = iteration_.check();
-    } while (residual_ > limit && iteration_.iterations() - before < most);
+    } while (residual_ > limit && iteration_.iterations() - before < most_iterations);
     const auto shift = d.cloth_work.shift, predicted = d.samples.predicted;
     const auto node = d.samples.node;
     const auto weight = d.samples.weight;

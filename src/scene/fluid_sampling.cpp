@@ -153,6 +153,28 @@ BlockParticles fill_blocks(const Model& model, std::vector<std::string>& warning
   return kept;
 }
 
+namespace {
+
+/// The points of a square lattice (unit spacing) nearest to 0, in whole shells of equal distance, at least `area` of
+/// them: layers of so many particles lie no closer than the spacing, so that a jet does not start compressed.
+std::vector<std::pair<int, int>> layer_points(double area) {
+  const int reach = static_cast<int>(std::sqrt(area)) + 2;
+  std::vector<std::pair<int, int>> points;
+  for (int a = -reach; a <= reach; ++a)
+    for (int b = -reach; b <= reach; ++b) points.emplace_back(a, b);
+  const auto square = [](const std::pair<int, int>& p) { return p.first * p.first + p.second * p.second; };
+  std::stable_sort(points.begin(), points.end(), [&](const auto& p, const auto& q) { return square(p) < square(q); });
+  constexpr double rounding = 1e-9;
+  std::size_t count = 0;
+  while (count < points.size() &&
+         (static_cast<double>(count) < area * (1 - rounding) || square(points[count]) == square(points[count - 1])))
+    ++count;
+  points.resize(count);
+  return points;
+}
+
+}  // namespace
+
 std::vector<Jet> make_jets(const Model& model, std::vector<std::string>& warnings) {
   const double d = model.spacing;
   std::vector<Jet> jets;
@@ -173,15 +195,10 @@ std::vector<Jet> make_jets(const Model& model, std::vector<std::string>& warning
     int smallest = 0;
     axis.cwiseAbs().minCoeff(&smallest);
     const Vector3d u = axis.cross(Vector3d::Unit(smallest)).normalized(), v = axis.cross(u);
-    const double reach = radius - 0.5 * d;
-    const int n = static_cast<int>(std::floor(reach / d + 1e-9));
     std::vector<Vec3> mouth;
-    for (int a = -n; a <= n; ++a) {
-      for (int b = -n; b <= n; ++b) {
-        if (std::hypot(a, b) * d > reach * (1 + 1e-9)) continue;
-        jet.offsets.push_back(to_vec3(d * (a * u + b * v)));
-        mouth.push_back(to_vec3(to_eigen(jet.scene.center) + d * (a * u + b * v)));
-      }
+    for (const auto& [a, b] : layer_points(std::numbers::pi * radius * radius / (d * d))) {
+      jet.offsets.push_back(to_vec3(d * (a * u + b * v)));
+      mouth.push_back(to_vec3(to_eigen(jet.scene.center) + d * (a * u + b * v)));
     }
     const double count = static_cast<double>(jet.offsets.size());
     jet.layer_interval = count * d * d * d / (std::numbers::pi * radius * radius * speed);
@@ -189,12 +206,6 @@ std::vector<Jet> make_jets(const Model& model, std::vector<std::string>& warning
     if (const auto inside = std::count(solid.begin(), solid.end(), 1)) {
       warnings.push_back(
           fmt::format("{}: {} of the {} points of its mouth are inside a solid body", name, inside, mouth.size()));
-    }
-    if (const double layer = jet.layer_interval * speed; layer < 0.6 * d) {
-      warnings.push_back(
-          fmt::format("{}: {} particles a layer are few for its radius, so layers are only {:.2f} spacings apart "
-                      "and the water starts compressed",
-                      name, jet.offsets.size(), layer / d));
     }
     jets.push_back(std::move(jet));
   }
