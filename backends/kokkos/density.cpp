@@ -2,6 +2,7 @@
 
 #include "device.hpp"
 #include "laws/kernel.hpp"
+#include "laws/sheet.hpp"
 
 namespace drench::kokkos_backend {
 namespace {
@@ -28,7 +29,8 @@ void sample_volumes(Device& d) {
 void sample_row_bounds(Device& d) {
   const CubicKernel kernel(d.support);
   const Real rho = d.rest_density;
-  const auto xs = d.samples.position, xf = d.fluid.position;
+  const Real half = Real(0.5) * d.spacing;
+  const auto xs = d.samples.position, xf = d.fluid.position, normal = d.samples.normal;
   const auto volume = d.samples.volume, fluid_volume = d.work.volume;
   const auto count = d.sample_fluid.count;
   const auto list = d.sample_fluid.list;
@@ -38,7 +40,7 @@ void sample_row_bounds(Device& d) {
         Real g = 0;
         for (Index k = 0; k < count(b); ++k) {
           const Index i = list(b, k);
-          const Real r = norm(xf(i) - xs(b));
+          const Real r = norm(from_behind(xf(i) - xs(b), normal(b), half));
           g -= rho * fluid_volume(i) * kernel.slope(r) * r;
         }
         load(b) = volume(b) * g;
@@ -64,7 +66,8 @@ void sample_row_bounds(Device& d) {
 void density_and_alpha(Device& d) {
   const CubicKernel kernel(d.support);
   const Real smallest = Real(1e-6) / (d.spacing * d.spacing);
-  const auto x = d.fluid.position, xb = d.boundary.position, xs = d.samples.position;
+  const Real half = Real(0.5) * d.spacing;
+  const auto x = d.fluid.position, xb = d.boundary.position, xs = d.samples.position, normal = d.samples.normal;
   const auto volume = d.work.volume, vb = d.boundary.volume, vs = d.samples.volume, bound = d.samples.row_bound;
   const auto ratio = d.fluid.density_ratio, alpha = d.work.alpha;
   const auto nf = d.fluid_fluid.count, nb = d.fluid_boundary.count, ns = d.fluid_sample.count;
@@ -95,7 +98,7 @@ void density_and_alpha(Device& d) {
         if (cloth)
           for (Index k = 0; k < ns(i); ++k) {
             const Index b = ls(i, k);
-            const Real3 r = xi - xs(b);
+            const Real3 r = from_behind(xi - xs(b), normal(b), half);
             const Real length = norm(r), slope = kernel.slope(length);
             delta += vs(b) * kernel.value(length);
             gradient += vs(b) * slope * r;

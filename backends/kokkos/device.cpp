@@ -154,6 +154,7 @@ void make_samples(Device& d) {
   s.cloth = to_device<Index>("drench::sample_cloth", set.cloth);
   s.position = Array<Real3>("drench::sample_position", s.count);
   s.velocity = Array<Real3>("drench::sample_velocity", s.count);
+  s.normal = Array<Real3>("drench::sample_normal", s.count);
   if (d.model.has_fluid()) {
     s.volume = Array<Real>("drench::sample_volume", s.count);
     s.force = Array<Real3>("drench::sample_force", s.count);

@@ -92,6 +92,7 @@ struct SampleArrays {
   Array<Real> volume;  // Akinci V_b, m³
   // work
   Array<Real3> position, velocity;  // refresh_samples
+  Array<Real3> normal;              // unit normal of the triangle, 0 if it has no area (refresh_samples)
   Array<Real> saturation;           // s_p, refresh_saturation
   Array<Real3> force;               // F_b, N
   Array<Real3> predicted;           // v_b + Δt a_b, m/s (in-stage)

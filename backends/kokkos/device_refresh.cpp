@@ -8,7 +8,7 @@ void refresh_samples(Device& d) {
   const auto node = d.samples.node;
   const auto weight = d.samples.weight;
   const auto x = d.nodes.position, v = d.nodes.velocity;
-  const auto xs = d.samples.position, vs = d.samples.velocity;
+  const auto xs = d.samples.position, vs = d.samples.velocity, normal = d.samples.normal;
   parallel(
       "drench::samples::position", d.samples.count, KOKKOS_LAMBDA(const Index p) {
         Real3 position, velocity;
@@ -19,6 +19,10 @@ void refresh_samples(Device& d) {
         }
         xs(p) = position;
         vs(p) = velocity;
+        const Real3 corner = x(node(3 * p));
+        const Real3 across = cross(x(node(3 * p + 1)) - corner, x(node(3 * p + 2)) - corner);
+        const Real length = norm(across);
+        normal(p) = length > 0 ? (1 / length) * across : Real3{};
       });
 }
 

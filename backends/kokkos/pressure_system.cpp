@@ -1,6 +1,7 @@
 #include "pressure_system.hpp"
 
 #include "laws/kernel.hpp"
+#include "laws/sheet.hpp"
 
 namespace drench::kokkos_backend {
 void clear_inactive(Device& d) {
@@ -14,7 +15,8 @@ void clear_inactive(Device& d) {
 void cloth_forces(Device& d, const Array<Real>& kappa) {
   const CubicKernel kernel(d.support);
   const Real rho = d.rest_density;
-  const auto xs = d.samples.position, xf = d.fluid.position, force = d.samples.force;
+  const Real half = Real(0.5) * d.spacing;
+  const auto xs = d.samples.position, normal = d.samples.normal, xf = d.fluid.position, force = d.samples.force;
   const auto vs = d.samples.volume, vf = d.work.volume;
   const auto count = d.sample_fluid.count;
   const auto list = d.sample_fluid.list;
@@ -24,7 +26,7 @@ void cloth_forces(Device& d, const Array<Real>& kappa) {
         for (Index k = 0; k < count(b); ++k) {
           const Index i = list(b, k);
           if (kappa(i) == 0) continue;
-          const Real3 r = xf(i) - xs(b);
+          const Real3 r = from_behind(xf(i) - xs(b), normal(b), half);
           f += vf(i) * kappa(i) * kernel.slope(norm(r)) * r;
         }
         force(b) = rho * vs(b) * f;
@@ -57,7 +59,8 @@ void free_cloth_response(Device& d, Real dt) {
 
 void predict_liquid(Device& d, const Array<Real>& kappa, Real dt) {
   const CubicKernel kernel(d.support);
-  const auto x = d.fluid.position, xb = d.boundary.position, xs = d.samples.position;
+  const Real half = Real(0.5) * d.spacing;
+  const auto x = d.fluid.position, xb = d.boundary.position, xs = d.samples.position, normal = d.samples.normal;
   const auto v = d.fluid.velocity, predicted = d.work.predicted;
   const auto volume = d.work.volume, vb = d.boundary.volume, vs = d.samples.volume;
   const auto nf = d.fluid_fluid.count, nb = d.fluid_boundary.count, ns = d.fluid_sample.count;
@@ -83,7 +86,7 @@ void predict_liquid(Device& d, const Array<Real>& kappa, Real dt) {
             }
           if (cloth)
             for (Index k = 0; k < ns(i); ++k) {
-              const Real3 r = xi - xs(ls(i, k));
+              const Real3 r = from_behind(xi - xs(ls(i, k)), normal(ls(i, k)), half);
               a -= vs(ls(i, k)) * ki * kernel.slope(norm(r)) * r;
             }
         }
@@ -93,7 +96,8 @@ void predict_liquid(Device& d, const Array<Real>& kappa, Real dt) {
 
 void compression_rate(Device& d) {
   const CubicKernel kernel(d.support);
-  const auto x = d.fluid.position, xb = d.boundary.position, xs = d.samples.position;
+  const Real half = Real(0.5) * d.spacing;
+  const auto x = d.fluid.position, xb = d.boundary.position, xs = d.samples.position, normal = d.samples.normal;
   const auto v = d.work.predicted, ub = d.boundary.velocity, us = d.samples.predicted;
   const auto volume = d.work.volume, vb = d.boundary.volume, vs = d.samples.volume, rate = d.work.rate;
   const auto nf = d.fluid_fluid.count, nb = d.fluid_boundary.count, ns = d.fluid_sample.count;
@@ -117,7 +121,7 @@ void compression_rate(Device& d) {
         if (cloth)
           for (Index k = 0; k < ns(i); ++k) {
             const Index b = ls(i, k);
-            const Real3 r = xi - xs(b);
+            const Real3 r = from_behind(xi - xs(b), normal(b), half);
             sum += vs(b) * kernel.slope(norm(r)) * dot(vi - us(b), r);
           }
         rate(i) = sum;

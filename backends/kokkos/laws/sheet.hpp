@@ -1,0 +1,16 @@
+#pragma once
+// How a thin sheet stands before the liquid: as a wall on whichever side the particle is.
+
+#include "types.hpp"
+
+namespace drench::kokkos_backend {
+
+/// Vector (m) to a particle from a cloth sample as the particle's pressure sees it: r + ½ d n sign(r·n), with
+/// r = x_i − x_b and the sample's unit normal n, `half` = ½ d: the sample lies half a spacing behind the sheet's
+/// surface, as those of solids do. On the surface itself a sheet's kernel sum has no slope, so that what has come close
+/// would not be pushed back.
+KOKKOS_INLINE_FUNCTION Real3 from_behind(const Real3& r, const Real3& normal, Real half) {
+  return r + (dot(r, normal) < 0 ? -half : half) * normal;
+}
+
+}  // namespace drench::kokkos_backend
