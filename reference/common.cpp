@@ -93,11 +93,24 @@ Vectors spread_to_nodes(const ReferenceState& state, const Vectors& sample_force
   return force;
 }
 
+Vector3d from_behind(const ReferenceState& state, Index i, Index b) {
+  const auto corner = [&](int k) { return vec(state.s.node_position[sample_node(state, b, k)]); };
+  const Vector3d across = (corner(1) - corner(0)).cross(corner(2) - corner(0));
+  const Vector3d normal = across.norm() > 0 ? Vector3d(across / across.norm()) : Vector3d::Zero();
+  const Vector3d r = vec(state.s.fluid_position[i]) - sample_position(state, b);
+  return r + (r.dot(normal) < 0 ? -0.5 : 0.5) * state.model.spacing * normal;
+}
+
+void clear_inactive(ReferenceState& state) {
+  for (std::size_t i = 0; i < state.alpha.size(); ++i) {
+    if (state.alpha[i] == 0) state.s.fluid_kappa_density[i] = 0;
+  }
+}
+
 PressureResponse pressure_response(const ReferenceState& state, const std::vector<double>& kappa) {
   const HostState& s = state.s;
   const double h = state.model.support;
-  const Vectors sample = sample_positions(state);
-  Vectors sample_force(sample.size(), Vector3d::Zero());
+  Vectors sample_force(s.sample_volume.size(), Vector3d::Zero());
   PressureResponse response;
   response.fluid.assign(s.fluid_position.size(), Vector3d::Zero());
   for (Index i = 0; i < s.fluid_count(); ++i) {
@@ -110,32 +123,40 @@ PressureResponse pressure_response(const ReferenceState& state, const std::vecto
       a -= s.boundary_volume[b] * kappa[i] * kernel_gradient(xi - vec(s.boundary_position[b]), h);
     }
     for (const Index b : state.fluid_sample[i]) {
-      const Vector3d term = s.sample_volume[b] * kappa[i] * kernel_gradient(xi - sample[b], h);
+      const Vector3d term = s.sample_volume[b] * kappa[i] * kernel_gradient(from_behind(state, i, b), h);
       a -= term;
       sample_force[b] += fluid_mass(state, i) * term;
     }
   }
   response.node_force = spread_to_nodes(state, sample_force);
-  response.node.assign(s.node_position.size(), Vector3d::Zero());
-  for (Index n = 0; n < s.node_count(); ++n) {
-    const Vector3d& f = response.node_force[n];
-    const Vector3d normal = vec(s.node_contact_force[n]);
-    response.node[n] = inverse_node_mass(state, n) * (f - normal * std::min(0.0, f.dot(normal)));
-  }
   return response;
 }
 
-std::vector<double> compression_rate(const ReferenceState& state, const PressureResponse& response, double dt) {
+Vectors FreeCloth::velocities(const Vectors& node_force, bool) {
+  Vectors v;
+  for (Index n = 0; n < state_.s.node_count(); ++n) {
+    const Vector3d& f = node_force[n];
+    const Vector3d contact = vec(state_.s.node_contact_force[n]);
+    const Vector3d normal = contact.norm() > 0 ? Vector3d(contact / contact.norm()) : Vector3d::Zero();
+    const Vector3d a = inverse_node_mass(state_, n) * (f - normal * std::min(0.0, f.dot(normal)));
+    v.push_back(vec(state_.s.node_velocity[n]) + dt_ * a);
+  }
+  return v;
+}
+
+void FreeCloth::accept(ReferenceState& state, const Vectors& node_force) {
+  const Vectors v = velocities(node_force, true);
+  for (Index n = 0; n < state.s.node_count(); ++n) {
+    state.s.node_velocity[n] = arr(v[n]);
+    if (state.model.mesh.pinned[n]) state.s.node_pin_force[n] = arr(vec(state.s.node_pin_force[n]) - node_force[n]);
+  }
+}
+
+std::vector<double> compression_rate(const ReferenceState& state, const Vectors& v, const Vectors& node) {
   const HostState& s = state.s;
   const double h = state.model.support;
-  const Vectors sample = sample_positions(state);
   Vectors sample_v;
-  for (Index p = 0; p < static_cast<Index>(sample.size()); ++p) {
-    sample_v.push_back(sample_velocity(state, p) + dt * sample_value(state, p, response.node));
-  }
-  Vectors v;
-  for (Index i = 0; i < s.fluid_count(); ++i) v.push_back(vec(s.fluid_velocity[i]) + dt * response.fluid[i]);
-
+  for (Index p = 0; p < s.sample_count(); ++p) sample_v.push_back(sample_value(state, p, node));
   std::vector<double> rate(v.size(), 0.0);
   for (Index i = 0; i < s.fluid_count(); ++i) {
     const Vector3d xi = vec(s.fluid_position[i]);
@@ -147,21 +168,10 @@ std::vector<double> compression_rate(const ReferenceState& state, const Pressure
       rate[i] += s.boundary_volume[b] * relative.dot(kernel_gradient(xi - vec(s.boundary_position[b]), h));
     }
     for (const Index b : state.fluid_sample[i]) {
-      rate[i] += s.sample_volume[b] * (v[i] - sample_v[b]).dot(kernel_gradient(xi - sample[b], h));
+      rate[i] += s.sample_volume[b] * (v[i] - sample_v[b]).dot(kernel_gradient(from_behind(state, i, b), h));
     }
   }
   return rate;
-}
-
-void apply_response(ReferenceState& state, const PressureResponse& response, double dt) {
-  HostState& s = state.s;
-  for (Index i = 0; i < s.fluid_count(); ++i) {
-    s.fluid_velocity[i] = arr(vec(s.fluid_velocity[i]) + dt * response.fluid[i]);
-  }
-  for (Index n = 0; n < s.node_count(); ++n) {
-    s.node_velocity[n] = arr(vec(s.node_velocity[n]) + dt * response.node[n]);
-    if (state.model.mesh.pinned[n]) s.node_pin_force[n] = arr(vec(s.node_pin_force[n]) - response.node_force[n]);
-  }
 }
 
 }  // namespace drench::reference

@@ -3,6 +3,7 @@
 // pressure that both DFSPH solves use. SI units throughout.
 
 #include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <vector>
 
@@ -45,19 +46,46 @@ Vectors sample_positions(const ReferenceState& state);
 /// Node forces f_n = Σ_b w_bn F_b from forces on the samples, N.
 Vectors spread_to_nodes(const ReferenceState& state, const Vectors& sample_force);
 
-/// What the pressures κ do (src/stages/divergence.hpp): accelerations in m/s², node forces in N.
+/// Vector from sample b, half a spacing behind the sheet as seen from liquid particle i, to the particle
+/// (src/stages/density.hpp).
+Eigen::Vector3d from_behind(const ReferenceState& state, Index i, Index b);
+
+/// κ of the density solve := 0 where α = 0.
+void clear_inactive(ReferenceState& state);
+
+/// What the pressures κ do (src/stages/divergence.hpp): accelerations of the liquid in m/s², node forces in N.
 struct PressureResponse {
   Vectors fluid;
-  Vectors node;
   Vectors node_force;
 };
 PressureResponse pressure_response(const ReferenceState& state, const std::vector<double>& kappa);
 
-/// R_i(v + Δt a) of every liquid particle, in 1/s.
-std::vector<double> compression_rate(const ReferenceState& state, const PressureResponse& response, double dt);
+/// How the cloth's nodes move under the pressure.
+class ClothResponse {
+ public:
+  virtual ~ClothResponse() = default;
+  /// Velocities of all nodes at the end of the step, m/s. `settled`: the pressure is about to be accepted.
+  virtual Vectors velocities(const Vectors& node_force, bool settled) = 0;
+  /// Whether the last velocities are good enough to be kept.
+  virtual bool converged() { return true; }
+  /// Writes the last velocities and the pins' reaction.
+  virtual void accept(ReferenceState& state, const Vectors& node_force) = 0;
+};
 
-/// v += Δt a on liquid and cloth, and the reaction of the pins.
-void apply_response(ReferenceState& state, const PressureResponse& response, double dt);
+/// Nodes that answer with their inertia alone.
+class FreeCloth : public ClothResponse {
+ public:
+  FreeCloth(const ReferenceState& state, double dt) : state_(state), dt_(dt) {}
+  Vectors velocities(const Vectors& node_force, bool settled) override;
+  void accept(ReferenceState& state, const Vectors& node_force) override;
+
+ private:
+  const ReferenceState& state_;
+  double dt_;
+};
+
+/// R_i of every liquid particle for velocities after the pressure, in 1/s.
+std::vector<double> compression_rate(const ReferenceState& state, const Vectors& fluid, const Vectors& node);
 
 /// What a DFSPH solve reports.
 struct SolveResult {
@@ -71,7 +99,7 @@ struct SolveResult {
 /// tolerance (1); κ_i rises by ω α_i residual/Δt². Particles without `active` keep κ = 0 and do not count in the error.
 template <class Residual>
 SolveResult solve_pressure(ReferenceState& state, std::vector<double>& kappa, const std::vector<bool>& active,
-                           double tolerance, double dt, Residual residual) {
+                           double tolerance, double dt, ClothResponse& cloth, Residual residual) {
   const auto& solver = state.model.scene.fluid.solver;
   const Index count = state.s.fluid_count();
   SolveResult result;
@@ -79,11 +107,13 @@ SolveResult solve_pressure(ReferenceState& state, std::vector<double>& kappa, co
   for (Index i = 0; i < count; ++i) {
     if (!active[i]) kappa[i] = 0;
   }
-  PressureResponse response;
+  bool settled = false;
   while (true) {
     ++result.iterations;
-    response = pressure_response(state, kappa);
-    const std::vector<double> rate = compression_rate(state, response, dt);
+    const PressureResponse response = pressure_response(state, kappa);
+    Vectors fluid;
+    for (Index i = 0; i < count; ++i) fluid.push_back(vec(state.s.fluid_velocity[i]) + dt * response.fluid[i]);
+    const std::vector<double> rate = compression_rate(state, fluid, cloth.velocities(response.node_force, settled));
     std::vector<double> left(count, 0.0);
     constexpr double relaxation = 0.5;
     double sum = 0, excess = 0;  // excess: pressure above what is needed that one update can still take back
@@ -97,17 +127,20 @@ SolveResult solve_pressure(ReferenceState& state, std::vector<double>& kappa, co
       if (left[i] < 0) excess += std::min(-left[i], kappa[i] * dt * dt / (relaxation * state.alpha[i]));
     }
     result.error = sum / count;
-    result.converged = result.error <= tolerance && excess / count <= tolerance;
-    if (result.iterations >= solver.min_iterations && result.converged) break;
-    if (result.iterations >= solver.max_iterations) break;
+    settled = result.error <= tolerance && excess / count <= tolerance;
+    result.converged = settled && cloth.converged();
+    if ((result.converged && result.iterations >= solver.min_iterations) ||
+        result.iterations >= solver.max_iterations) {
+      for (Index i = 0; i < count; ++i) state.s.fluid_velocity[i] = arr(fluid[i]);
+      cloth.accept(state, response.node_force);
+      return result;
+    }
     for (Index i = 0; i < count; ++i) {
       if (!active[i]) continue;
       const double next = kappa[i] + relaxation * state.alpha[i] * left[i] / (dt * dt);
       kappa[i] = next > 0 ? next : 0;
     }
   }
-  apply_response(state, response, dt);
-  return result;
 }
 
 }  // namespace drench::reference

@@ -28,7 +28,7 @@ std::vector<double> row_bounds(const ReferenceState& state, const Vectors& sampl
   for (Index b = 0; b < s.sample_count(); ++b) {
     double load = 0;  // g_b
     for (const Index i : state.sample_fluid[b]) {
-      const Vector3d gradient = kernel_gradient(vec(s.fluid_position[i]) - sample[b], state.model.support);
+      const Vector3d gradient = kernel_gradient(from_behind(state, i, b), state.model.support);
       load += s.sample_volume[b] * fluid_mass(state, i) * gradient.norm();
     }
     for (int k = 0; k < 3; ++k) node_load[sample_node(state, b, k)] += weight[b][k] * load;
@@ -73,13 +73,13 @@ void density(ReferenceState& state, const StepInfo&, StepReport&) {
       sum += s.boundary_volume[b] * kernel_gradient(xib, h);
     }
     for (const Index b : state.fluid_sample[i]) {
-      const Vector3d xib = xi - sample[b];
+      const Vector3d xib = from_behind(state, i, b);
       const Vector3d gradient = kernel_gradient(xib, h);
       ratio += s.sample_volume[b] * kernel(xib.norm(), h);
       sum += s.sample_volume[b] * gradient;
       cloth += s.sample_volume[b] * gradient.norm() * bound[b];
     }
-    const double inverse_alpha = sum.squaredNorm() + squares + cloth;
+    const double inverse_alpha = sum.squaredNorm() + squares + 0.3 * cloth;
     s.fluid_density_ratio[i] = ratio;
     state.alpha[i] = inverse_alpha < 1e-6 / (spacing * spacing) || volume == 0 ? 0.0 : 1 / inverse_alpha;
   }

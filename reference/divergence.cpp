@@ -15,8 +15,9 @@ void divergence(ReferenceState& state, const StepInfo& info, StepReport& report)
     kappa[i] *= 0.5;
   }
   const auto residual = [&](Index, double rate) { return info.dt * rate; };
+  FreeCloth cloth(state, info.dt);
   const SolveResult result =
-      solve_pressure(state, kappa, active, state.model.scene.fluid.solver.divergence_error, info.dt, residual);
+      solve_pressure(state, kappa, active, state.model.scene.fluid.solver.divergence_error, info.dt, cloth, residual);
   report.divergence_iterations = result.iterations;
   report.divergence_error = result.error;
   report.divergence_converged = result.converged;

@@ -1,17 +1,82 @@
 // Stage pressure (src/stages/pressure.hpp).
 
 #include <algorithm>
+#include <memory>
 
-#include "common.hpp"
+#include "cloth_problem.hpp"
 
 namespace drench::reference {
 namespace {
+
+using Eigen::Vector3d;
 
 /// β_i: how much of a fresh particle's compression counts yet.
 double source_ramp(const HostState& s, Index i, double ramp) {
   if (s.fluid_origin[i] != static_cast<std::uint8_t>(Origin::cloth) || ramp <= 0) return 1;
   return std::min(1.0, s.fluid_age[i] / ramp);
 }
+
+/// Where stage cloth has left the nodes: x⁰ + Δt v, m.
+Vectors end_of_step(const ReferenceState& state, double dt) {
+  Vectors x;
+  for (Index n = 0; n < state.s.node_count(); ++n) {
+    x.push_back(vec(state.s.node_position[n]) + dt * vec(state.s.node_velocity[n]));
+  }
+  return x;
+}
+
+/// The cloth's implicit step, which goes on while the pressure changes.
+class ElasticCloth : public ClothResponse {
+ public:
+  /// `load`: the node forces that stage cloth has seen, N.
+  ElasticCloth(const ReferenceState& state, double dt, const Vectors& load)
+      : problem_(state, dt), began_(end_of_step(state, dt)), load_(load), iteration_(problem_, began_) {
+    internal_ = problem_.internal_force(began_);
+  }
+
+  Vectors velocities(const Vectors& node_force, bool settled) override {
+    for (Index n = 0; n < problem_.model().mesh.nodes(); ++n) {
+      if (!problem_.is_free(n)) continue;
+      const Vector3d contact = vec(problem_.state.s.node_contact_force[n]);
+      const Vector3d change = node_force[n] - load_[n] - internal_[n] - contact;
+      problem_.target[n] = began_[n] + problem_.dt * problem_.dt / problem_.mass[n] * change;
+    }
+    const double limit = settled ? 1 : 20;
+    int count = 0;
+    do {
+      iteration_.advance(10);
+      residual_ = iteration_.check();
+      count += 10;
+    } while (residual_ > limit && count < 100);
+    Vectors v;
+    for (std::size_t n = 0; n < began_.size(); ++n) v.push_back((iteration_.x()[n] - problem_.start[n]) / problem_.dt);
+    return v;
+  }
+
+  bool converged() override { return residual_ <= 1; }
+
+  void accept(ReferenceState& state, const Vectors& node_force) override {
+    const Vectors& x = iteration_.x();
+    const Vectors internal = problem_.internal_force(x);
+    for (Index n = 0; n < state.s.node_count(); ++n) {
+      if (problem_.is_free(n)) {
+        state.s.node_velocity[n] = arr((x[n] - problem_.start[n]) / problem_.dt);
+        continue;
+      }
+      const Vector3d more = internal[n] - internal_[n] + node_force[n] - load_[n];
+      state.s.node_pin_force[n] = arr(vec(state.s.node_pin_force[n]) - more);
+    }
+  }
+
+  int iterations() const { return iteration_.iterations(); }
+  double residual() const { return residual_; }
+
+ private:
+  ClothProblem problem_;
+  Vectors began_, load_, internal_;
+  ClothIteration iteration_;
+  double residual_ = 0;
+};
 
 }  // namespace
 
@@ -24,8 +89,19 @@ void pressure(ReferenceState& state, const StepInfo& info, StepReport& report) {
     const double predicted = s.fluid_density_ratio[i] + info.dt * rate;
     return source_ramp(s, i, ramp) * (predicted - 1);
   };
-  const SolveResult result = solve_pressure(state, state.s.fluid_kappa_density, active,
-                                            state.model.scene.fluid.solver.density_error, info.dt, residual);
+  clear_inactive(state);
+  const double tolerance = state.model.scene.fluid.solver.density_error;
+  std::vector<double>& kappa = state.s.fluid_kappa_density;
+  SolveResult result;
+  if (state.model.has_moving_cloth()) {
+    ElasticCloth cloth(state, info.dt, pressure_response(state, kappa).node_force);
+    result = solve_pressure(state, kappa, active, tolerance, info.dt, cloth, residual);
+    report.cloth_iterations += cloth.iterations();
+    if (cloth.iterations() > 0) report.cloth_residual = cloth.residual();
+  } else {
+    FreeCloth cloth(state, info.dt);
+    result = solve_pressure(state, kappa, active, tolerance, info.dt, cloth, residual);
+  }
   report.density_iterations = result.iterations;
   report.density_error = result.error;
   report.density_error_max = result.error_max;

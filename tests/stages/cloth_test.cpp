@@ -16,7 +16,7 @@ TEST(cloth, in_contact_with_a_sphere_agrees_with_the_reference) {
                        for (std::size_t n = 0; n < s.node_velocity.size(); ++n)
                          if (!m.mesh.pinned[n]) s.node_velocity[n] = {0.4, -0.5, 0.1};
                      },
-                 .changes = "node_contact_normal"});
+                 .changes = "node_contact_force"});
 }
 
 }  // namespace drench::test
