@@ -35,5 +35,6 @@
 // (e) The rest stays on its nodes.
 // What p gave in total, U_p ≤ E_p, leaves its nodes as floor(U_p E_pk/E_p), the remainder from its nodes in order 0, 1,
 // 2 while they have E_pk left; ripe_n falls by the same. Node velocities stay. Momentum received by nodes in (c): as in
-// stage absorption. After the stage fluid particles are not removed. Reads:  positions, lists, sample_flow_direction,
-// velocities. Writes: node_liquid, node_ripe, node_velocity (c), fluid_mass, fluid_velocity, fluid_* appended, next_id.
+// stage absorption. After the stage fluid particles are not removed.
+// Reads:  positions, lists, sample_flow_direction, velocities.
+// Writes: node_liquid, node_ripe, node_velocity (c), fluid_mass, fluid_velocity, fluid_* appended, next_id.

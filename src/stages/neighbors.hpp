@@ -5,4 +5,5 @@
 //       are neighbours. Lists: fluid→fluid, fluid→boundary, fluid→sample, sample→fluid, sample→sample.
 // The same as stage porous_neighbors at the positions after advection, which adds sample→boundary.
 // Order within a list is fixed: by cell, then by persistent id (fluid) or index (samples), so that sums are
-// reproducible. Reads:  fluid_position, boundary_position, node_position.   Writes: the backend's neighbour lists.
+// reproducible.
+// Reads:  fluid_position, boundary_position, node_position.   Writes: the backend's neighbour lists.

@@ -1,16 +1,28 @@
 #pragma once
-// Stage pressure: DFSPH's constant-density solve (Bender & Koschier 2015, 2017), strongly coupled to the cloth.
+// Stage pressure: DFSPH's constant-density solve (Bender & Koschier 2015, 2017), coupled to the cloth's implicit step.
 //
 // Notation and pressure accelerations as in stage divergence (divergence.hpp), κ being fluid_kappa_density.
-// Predicted density ratio  δ_adv,i = δ_i + Δt R_i(v + Δt a(κ)).
+// Predicted density ratio  δ_adv,i = δ_i + Δt R_i(v_i + Δt a_i(κ), v_n(κ)).
 // Problem: find κ_i ≥ 0 with δ_adv,i ≤ 1, by relaxed Jacobi, ω = ½:
 //     κ_i ← max(0, κ_i + ω α_i β_i (δ_adv,i − 1)/Δt²)
 //   β_i ∈ [0, 1] ramps a fresh particle's source in (Solenthaler & Gross 2011): β = min(1, age/T) for Origin::cloth
 //   with T the largest emission_ramp of the cloths, 1 for all others. It multiplies the residual, both in the update
 //   and in the error.
+//
+// Nodes' velocities. Nodes do not answer with their inertia alone: a sheet of 0.2 kg/m² under 100 kg/m² of water would
+// then hold against it with M/Δt² instead of its stiffness K, a hundred times too little where Δt² K ≫ M, and the more
+// the smaller Δt: energy from nothing as soon as Δt changes. So the cloth's step (cloth.hpp) goes on inside the solve.
+// With u* = Δt v_n from stage cloth, f° its node forces and c_n = node_contact_force:
+//     m_n/Δt² (u*_n − u_n) + F_n(u) − F_n(u*) + f_n(κ) − f°_n − c_n + contact = 0,  v_n = u_n/Δt,
+//   F = elastic and damping force; bodies as in stage cloth (they give c_n back where the node still touches).
+//   In each iteration of κ the cloth's iteration runs in lots of 10, at most 100 iterations, until its residual is ≤ 20,
+//   or ≤ 1 if the liquid's error was small enough the time before. Chebyshev's weights go on from one κ to the next.
+//   A scene whose cloths all stand still has fixed nodes instead.
+//
 // Particles with α_i = 0 keep κ = 0. Warm start: the last step's κ.
 // Error = (1/N) Σ_i max(0, β_i (δ_adv,i − 1)), error_max its largest term. Excess as in divergence: (1/N) Σ_i e_i with
-// the residual β_i (δ_adv,i − 1) in place of R_i and κ_i Δt²/(ω α_i). Order of operations and stopping as in
-// divergence. α_i = 0 counts as β_i = 0. Then v_i += Δt a_i, v_n += Δt a_n; node_pin_force −= f_n. Reads:  positions,
-// masses, velocities, fluid_age, fluid_origin, fluid_density_ratio, node_contact_normal, α, lists. Writes:
-// fluid_velocity, node_velocity, node_pin_force, fluid_kappa_density; StepReport::density_*.
+// the residual β_i (δ_adv,i − 1) in place of R_i and κ_i Δt²/(ω α_i); α_i = 0 counts as β_i = 0.
+// Order of operations and stopping as in divergence, and the cloth's residual must be ≤ 1 too.
+// Then v_i += Δt a_i, v_n as above; node_pin_force −= F_n(u) − F_n(u*) + f_n − f°_n.
+// Reads:  positions, masses, velocities, fluid_age, fluid_origin, fluid_density_ratio, node_contact_force, α, lists.
+// Writes: fluid_velocity, node_velocity, node_pin_force, fluid_kappa_density; StepReport::density_*, cloth_*.

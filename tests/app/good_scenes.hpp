@@ -35,6 +35,7 @@ cloth:
     stretch: 400
     bend: 2.0e-4
     damping: 0.5
+    strain_damping: 0.02
     friction: 0.4
     pin: [{corners: true}, {edges: true}, {box: {min: [-1, 0, -1], max: [0, 1, 0]}}, {nodes: [3, 220]}]
     self_collision: false

@@ -111,6 +111,7 @@ TEST(SceneLoader, ReadsEveryKey) {
   c.stretch = 400;
   c.bend = 2.0e-4;
   c.damping = 0.5;
+  c.strain_damping = 0.02;
   c.friction = 0.4;
   const Box corner{{-1, 0, -1}, {0, 1, 0}};
   c.pins = {{PinScene::Kind::corners, {}, {}},
