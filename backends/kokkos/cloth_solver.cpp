@@ -123,26 +123,22 @@ double ClothIteration::check() {
   const ClothSystem s = system_;
   const auto shift = device_.cloth_work.shift;
   const Index nodes = device_.nodes.count;
-  const double left = ordered_sum(
+  const double floor = rounding * static_cast<double>(std::numeric_limits<Real>::epsilon()) *
+                       static_cast<double>(device_.mesh.mean_edge);
+  const TwoSums sums = ordered_sums(
       "drench::cloth::residual", nodes, KOKKOS_LAMBDA(const Index n) {
-        if (s.pinned(n)) return 0.0;
+        if (s.pinned(n)) return TwoSums{};
         Real3 r = s.residual(n, shift);
         for (std::size_t b = 0; b < s.solids.extent(0); ++b) {
           const SolidDistance contact = solid_distance(s.solids(b), s.start(n), shift(n));
           if (contact.phi < contact_range * s.thickness(n)) r = without_inward(r, contact.normal);
         }
         const double force = static_cast<double>(norm(r));
-        return force < 1e100 ? force : 1e100;
+        return TwoSums{force < 1e100 ? force : 1e100,
+                       tolerance * static_cast<double>(s.mass(n) * s.inverse_dt2 * norm(s.target(n))) +
+                           floor * static_cast<double>(s.diagonal(n))};
       });
-  const double floor = rounding * static_cast<double>(std::numeric_limits<Real>::epsilon()) *
-                       static_cast<double>(device_.mesh.mean_edge);
-  const double goal = ordered_sum(
-      "drench::cloth::goal", nodes, KOKKOS_LAMBDA(const Index n) {
-        if (s.pinned(n)) return 0.0;
-        return tolerance * static_cast<double>(s.mass(n) * s.inverse_dt2 * norm(s.target(n))) +
-               floor * static_cast<double>(s.diagonal(n));
-      });
-  const double residual = left > 0 ? left / goal : 0;
+  const double residual = sums.first > 0 ? sums.first / sums.second : 0;
   if (residual > 10 * smallest_) {
     rho_ = std::max(0.0, 1 - 2 * (1 - rho_));
     omega_ = 1;

@@ -30,20 +30,16 @@ void divergence(Device& d, const StepInfo& info, StepReport& report) {
     }
     compression_rate(d);
     report.divergence_iterations = iteration;
-    report.divergence_error = info.dt / n *
-                              ordered_sum(
-                                  "drench::divergence::error", n, KOKKOS_LAMBDA(const Index i) {
-                                    return active(i) && rate(i) > 0 ? double(rate(i)) : 0.0;
-                                  });
     const Real factor = Real(0.5) / dt;
-    const double excess =
-        info.dt / n *
-        ordered_sum(
-            "drench::divergence::excess", n, KOKKOS_LAMBDA(const Index i) {
-              return active(i) ? excess_pressure(double(rate(i)), double(kappa(i)), double(factor * alpha(i))) : 0.0;
-            });
+    const TwoSums sums = ordered_sums(
+        "drench::divergence::error", n, KOKKOS_LAMBDA(const Index i) {
+          if (!active(i)) return TwoSums{};
+          return TwoSums{rate(i) > 0 ? double(rate(i)) : 0.0,
+                         excess_pressure(double(rate(i)), double(kappa(i)), double(factor * alpha(i)))};
+        });
+    report.divergence_error = info.dt / n * sums.first;
     report.divergence_converged =
-        report.divergence_error <= solver.divergence_error && excess <= solver.divergence_error;
+        report.divergence_error <= solver.divergence_error && info.dt / n * sums.second <= solver.divergence_error;
     if ((report.divergence_converged && iteration >= solver.min_iterations) || iteration >= solver.max_iterations)
       break;
     parallel(

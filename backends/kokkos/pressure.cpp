@@ -115,26 +115,19 @@ void pressure(Device& d, const StepInfo& info, StepReport& report) {
     else if (samples)
       free_cloth_response(d, dt);
     compression_rate(d);
-    parallel(
+    report.density_iterations = iteration;
+    const Real factor = Real(0.5) / (dt * dt);
+    const TwoSums sums = ordered_sums(
         "drench::pressure::residual", n, KOKKOS_LAMBDA(const Index i) {
           const bool fresh = origin(i) == static_cast<std::uint8_t>(Origin::cloth) && age(i) < ramp;
           const Real beta = alpha(i) == 0 ? Real(0) : fresh ? age(i) / ramp : Real(1);
-          residual(i) = beta * (ratio(i) - 1 + dt * rate(i));
+          const Real left = beta * (ratio(i) - 1 + dt * rate(i));
+          residual(i) = left;
+          return TwoSums{left > 0 ? double(left) : 0.0,
+                         excess_pressure(double(left), double(kappa(i)), double(factor * alpha(i)))};
         });
-    report.density_iterations = iteration;
-    const Real factor = Real(0.5) / (dt * dt);
-    report.density_error = ordered_sum(
-                               "drench::pressure::error", n,
-                               KOKKOS_LAMBDA(const Index i) { return residual(i) > 0 ? double(residual(i)) : 0.0; }) /
-                           n;
-    const double excess =
-        ordered_sum(
-            "drench::pressure::excess", n,
-            KOKKOS_LAMBDA(const Index i) {
-              return excess_pressure(double(residual(i)), double(kappa(i)), double(factor * alpha(i)));
-            }) /
-        n;
-    report.density_converged = report.density_error <= solver.density_error && excess <= solver.density_error;
+    report.density_error = sums.first / n;
+    report.density_converged = report.density_error <= solver.density_error && sums.second / n <= solver.density_error;
     settled = report.density_converged;
     if (cloth && report.density_converged) {
       report.cloth_residual = cloth->residual();

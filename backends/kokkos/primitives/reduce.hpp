@@ -7,30 +7,57 @@ namespace drench::kokkos_backend {
 
 inline constexpr Index partial_sums = 1024;
 
-/// Σ term(i), i < n, in double, always in the same order. Synchronises with the host.
+struct TwoSums {
+  double first = 0, second = 0;
+  KOKKOS_INLINE_FUNCTION TwoSums& operator+=(const TwoSums& o) {
+    first += o.first;
+    second += o.second;
+    return *this;
+  }
+};
+
+/// Σ term(i), i < n, of two numbers at once, always in the same order. Synchronises with the host.
 template <class Term>
-double ordered_sum(const char* label, Index n, const Term& term) {
-  static Array<double> partial;
-  if (n <= 0) return 0;
+TwoSums ordered_sums(const char* label, Index n, const Term& term) {
+  static Array<TwoSums> partial;
+  static Kokkos::View<TwoSums, MemSpace> whole;
+  if (n <= 0) return {};
   if (partial.extent(0) == 0) {
-    partial = Array<double>("drench::partial_sums", partial_sums);
-    Kokkos::push_finalize_hook([] { partial = {}; });
+    partial = Array<TwoSums>("drench::partial_sums", partial_sums);
+    whole = Kokkos::View<TwoSums, MemSpace>("drench::whole_sum");
+    Kokkos::push_finalize_hook([] {
+      partial = {};
+      whole = {};
+    });
   }
   const auto sums = partial;
+  const auto total = whole;
   parallel(
       label, partial_sums, KOKKOS_LAMBDA(const Index b) {
-        double s = 0;
+        TwoSums s;
         for (Index i = b; i < n; i += partial_sums) s += term(i);
         sums(b) = s;
       });
-  double total = 0;
-  Kokkos::parallel_reduce(
-      label, Range(0, 1),
-      KOKKOS_LAMBDA(const Index, double& t) {
-        for (Index b = 0; b < partial_sums; ++b) t += sums(b);
-      },
-      total);
-  return total;
+  parallel(
+      label, 1, KOKKOS_LAMBDA(const Index) {
+        TwoSums s;
+        for (Index b = 0; b < partial_sums; ++b) s += sums(b);
+        total() = s;
+      });
+  TwoSums result;
+  Kokkos::deep_copy(result, total);
+  return result;
+}
+
+/// Σ term(i), i < n, in double, always in the same order. Synchronises with the host.
+template <class Term>
+double ordered_sum(const char* label, Index n, const Term& term) {
+  return ordered_sums(
+             label, n,
+             KOKKOS_LAMBDA(const Index i) {
+               return TwoSums{term(i), 0};
+             })
+      .first;
 }
 
 /// max term(i) (0 if n = 0), in double. Synchronises with the host.
