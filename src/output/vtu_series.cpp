@@ -20,8 +20,9 @@ void write_vtu(const fs::path& path, const Grid& grid) {
   vtkNew<vtkXMLUnstructuredGridWriter> writer;
   writer->SetFileName(temporary.c_str());
   writer->SetInputData(grid);
-  writer->SetDataModeToAppended();
-  writer->EncodeAppendedDataOff();
+  // Inline, not appended: VTK before 9.4 with expat's fix of 2024 (reparse deferral) cannot read appended data, not even
+  // its own; Debian 12's ParaView is such a one.
+  writer->SetDataModeToBinary();
   writer->SetCompressorTypeToZLib();
   writer->SetCompressionLevel(1);  // nearly as small as the highest level, several times faster
   if (writer->Write() != 1 || writer->GetErrorCode() != vtkErrorCode::NoError) {

@@ -9,7 +9,7 @@
 
 namespace drench {
 
-/// Writes one grid as VTK XML (binary appended, zlib) in one move. Throws std::runtime_error.
+/// Writes one grid as VTK XML (inline binary, zlib) in one move. Throws std::runtime_error.
 void write_vtu(const std::filesystem::path& path, const Grid& grid);
 
 /// `folder/name.pvd` with frames `folder/frames/name_000123.vtu`.
