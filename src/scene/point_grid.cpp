@@ -38,7 +38,14 @@ double cubic_kernel(double r, double h) {
   return q <= 0.5 ? norm * (6 * (q * q * q - q * q) + 1) : norm * 2 * (1 - q) * (1 - q) * (1 - q);
 }
 
-std::vector<double> akinci_volumes(const std::vector<Vec3>& points, double support) {
+std::vector<double> akinci_volumes(const std::vector<Vec3>& points, double spacing, double support) {
+  const int reach = static_cast<int>(support / spacing) + 1;
+  double plane = 0;  // S d³
+  for (int a = -reach; a <= reach; ++a) {
+    for (int b = -reach; b <= reach; ++b) {
+      plane += spacing * spacing * spacing * cubic_kernel(spacing * std::hypot(a, b), support);
+    }
+  }
   PointGrid grid(support);
   for (const Vec3& x : points) grid.add(x);
   std::vector<double> volume(points.size());
@@ -62,7 +69,7 @@ std::vector<double> akinci_volumes(const std::vector<Vec3>& points, double suppo
         const double r2 = distance_squared(x, points[static_cast<std::size_t>(k)]);
         if (r2 < support * support) sum += cubic_kernel(std::sqrt(r2), support);
       }
-      volume[static_cast<std::size_t>(p)] = 1 / sum;
+      volume[static_cast<std::size_t>(p)] = plane / sum;
     }
   }
   return volume;

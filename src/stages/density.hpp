@@ -5,7 +5,10 @@
 // V_i = m_i / ρ0 (m³; m_i the ledger's mass), inverse node mass u_n = 1/m_n with m_n = m_s + m_f, u_n = 0 for pinned
 // nodes.
 //
-// Laws. Akinci et al. 2012:  V_b = 1 / Σ_k W_bk over the samples k of the same kind, b included, unit m³:
+// Laws. Akinci et al. 2012:  V_b = d³ S / Σ_k W_bk over the samples k of the same kind, b included, unit m³:
+//         S = Σ_{a,b} W(d √(a² + b²)) over a plane square lattice, so that a plane of samples at the spacing counts for
+//         exactly the one layer of liquid that a wall replaces. (With V_b = 1/Σ W it counts for 1.43 of it: a lattice at
+//         rest on a wall starts with δ = 1.06 there, 1.15 in corners, and jumps.)
 //         solid samples: samples of the same body, computed once at set-up (a rigid motion keeps it);
 //         cloth samples: all cloth samples, every step (the cloth deforms).
 //       A sheet is a wall on whichever side the particle is: for a cloth sample the kernel and its gradient are taken at

@@ -149,12 +149,8 @@ TEST(BodySamples, PlaneFillsTheDomain) {
   drench::Setup setup = build(scene);
   EXPECT_EQ(setup.model.boundary.count(), 105 * 105);  // −1.04 to 1.04
   expect_on_surface(setup);
-  // A flat lattice of spacing d: the volume of an inner sample, 1 / Σ W, by hand over the lattice.
-  double sum = 0;
-  for (int i = -2; i <= 2; ++i) {
-    for (int j = -2; j <= 2; ++j) sum += cubic_kernel(d * std::hypot(i, j), 2 * d);
-  }
-  EXPECT_NEAR(setup.state.boundary_volume[static_cast<std::size_t>(52 * 105 + 52)] * sum, 1, 1e-9);
+  // A flat lattice of spacing d stands for one layer of liquid.
+  EXPECT_NEAR(setup.state.boundary_volume[static_cast<std::size_t>(52 * 105 + 52)] / (d * d * d), 1, 1e-9);
   scene.bodies[0].normal = {1, 2, 3};
   setup = build(scene);
   expect_on_surface(setup);
@@ -176,7 +172,10 @@ TEST(BodySamples, VolumesMatchASumOverAllPairs) {
     for (std::size_t j = 0; j < x.size(); ++j) {
       if (body[i] == body[j]) sum += cubic_kernel((to_eigen(x[i]) - to_eigen(x[j])).norm(), 2 * d);
     }
-    EXPECT_NEAR(setup.state.boundary_volume[i] * sum, 1, 1e-12);
+    // by hand: the plane lattice within h = 2 d has 1 point at 0, 4 at d, 4 at √2 d
+    const double plane =
+        cubic_kernel(0, 2 * d) + 4 * cubic_kernel(d, 2 * d) + 4 * cubic_kernel(std::numbers::sqrt2 * d, 2 * d);
+    EXPECT_NEAR(setup.state.boundary_volume[i] * sum / (d * d * d * plane), 1, 1e-12);
   }
   EXPECT_EQ(setup.model.bodies[1].first_sample, setup.model.bodies[0].sample_count);
 }
