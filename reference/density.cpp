@@ -1,7 +1,5 @@
 // Stage density (src/stages/density.hpp).
 
-#include <cmath>
-
 #include "common.hpp"
 
 namespace drench::reference {
@@ -13,16 +11,11 @@ namespace {
 /// Akinci volumes of the cloth samples, m³.
 std::vector<double> sample_volumes(const ReferenceState& state, const Vectors& sample) {
   const double h = state.model.support;
-  const double d = state.model.spacing;
-  double layer = 0;  // Σ d³ W over a plane lattice
-  for (double a = -10; a <= 10; ++a) {
-    for (double b = -10; b <= 10; ++b) layer += d * d * d * kernel(d * std::sqrt(a * a + b * b), h);
-  }
   std::vector<double> volume(sample.size());
   for (std::size_t b = 0; b < sample.size(); ++b) {
     double sum = kernel(0, h);
     for (const Index k : state.sample_sample[b]) sum += kernel((sample[b] - sample[k]).norm(), h);
-    volume[b] = layer / sum;
+    volume[b] = 1 / sum;
   }
   return volume;
 }

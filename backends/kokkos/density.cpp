@@ -10,14 +10,9 @@ namespace {
 // Of the absolute row sum. With the solves' relaxation ½ a quarter of it already bounds the iteration (Gershgorin).
 constexpr Real row_share = Real(0.3);
 
-/// Akinci volumes of the cloth samples: V_b = d³ S/Σ_k W_bk.
+/// Akinci volumes of the cloth samples: V_b = 1/Σ_k W_bk.
 void sample_volumes(Device& d) {
   const CubicKernel kernel(d.support);
-  Real plane = 0;  // d³ S
-  const int reach = static_cast<int>(d.support / d.spacing) + 1;
-  for (int a = -reach; a <= reach; ++a)
-    for (int b = -reach; b <= reach; ++b)
-      plane += d.spacing * d.spacing * d.spacing * kernel.value(d.spacing * Kokkos::sqrt(Real(a * a + b * b)));
   const auto x = d.samples.position;
   const auto volume = d.samples.volume;
   const auto count = d.sample_sample.count;
@@ -26,7 +21,7 @@ void sample_volumes(Device& d) {
       "drench::density::sample_volume", d.samples.count, KOKKOS_LAMBDA(const Index b) {
         Real sum = kernel.value(0);
         for (Index k = 0; k < count(b); ++k) sum += kernel.value(norm(x(b) - x(list(b, k))));
-        volume(b) = plane / sum;
+        volume(b) = 1 / sum;
       });
 }
 

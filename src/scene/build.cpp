@@ -79,7 +79,8 @@ void sample_bodies(Setup& setup) {
   for (std::size_t b = 0; b < m.bodies.size(); ++b) {
     Body& body = m.bodies[b];
     const std::vector<Vec3> samples = sample_body(body, m.spacing, region);
-    const std::vector<double> volumes = akinci_volumes(samples, m.spacing, m.support);
+    std::vector<double> volumes = akinci_volumes(samples, m.support);
+    for (double& volume : volumes) volume *= layer_share(m.spacing, m.support);
     body.first_sample = m.boundary.count();
     body.sample_count = static_cast<Index>(samples.size());
     if (samples.empty()) setup.warnings.push_back(fmt::format("body {}: it lies outside the domain", b + 1));
@@ -119,7 +120,7 @@ void init_nodes(const Model& m, HostState& s) {
   s.node_ripe.assign(nodes, 0);
   s.node_contact_force.assign(nodes, Vec3{0, 0, 0});
   s.node_pin_force.assign(nodes, Vec3{0, 0, 0});
-  s.sample_volume = akinci_volumes(m.samples.rest_position, m.spacing, m.support);
+  s.sample_volume = akinci_volumes(m.samples.rest_position, m.support);
   s.sample_flow_direction.assign(s.sample_volume.size(), Vec3{0, 0, 0});
 }
 

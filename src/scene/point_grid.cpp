@@ -38,14 +38,18 @@ double cubic_kernel(double r, double h) {
   return q <= 0.5 ? norm * (6 * (q * q * q - q * q) + 1) : norm * 2 * (1 - q) * (1 - q) * (1 - q);
 }
 
-std::vector<double> akinci_volumes(const std::vector<Vec3>& points, double spacing, double support) {
+double layer_share(double spacing, double support) {
   const int reach = static_cast<int>(support / spacing) + 1;
-  double plane = 0;  // S d³
+  double share = 0;
   for (int a = -reach; a <= reach; ++a) {
     for (int b = -reach; b <= reach; ++b) {
-      plane += spacing * spacing * spacing * cubic_kernel(spacing * std::hypot(a, b), support);
+      share += spacing * spacing * spacing * cubic_kernel(spacing * std::hypot(a, b), support);
     }
   }
+  return share;
+}
+
+std::vector<double> akinci_volumes(const std::vector<Vec3>& points, double support) {
   PointGrid grid(support);
   for (const Vec3& x : points) grid.add(x);
   std::vector<double> volume(points.size());
@@ -69,7 +73,7 @@ std::vector<double> akinci_volumes(const std::vector<Vec3>& points, double spaci
         const double r2 = distance_squared(x, points[static_cast<std::size_t>(k)]);
         if (r2 < support * support) sum += cubic_kernel(std::sqrt(r2), support);
       }
-      volume[static_cast<std::size_t>(p)] = plane / sum;
+      volume[static_cast<std::size_t>(p)] = 1 / sum;
     }
   }
   return volume;

@@ -48,7 +48,7 @@ class PointGrid {
   const std::vector<Vec3>& points() const { return points_; }
 
  private:
-  friend std::vector<double> akinci_volumes(const std::vector<Vec3>& points, double spacing, double support);
+  friend std::vector<double> akinci_volumes(const std::vector<Vec3>& points, double support);
   struct Hash {
     std::size_t operator()(const Cell& c) const;
   };
@@ -60,8 +60,11 @@ class PointGrid {
 /// The cubic spline kernel in three dimensions, zero at r ≥ h; 1/m³.
 double cubic_kernel(double r, double h);
 
-/// V_b = d³ S / Σ_k W_bk over `points` closer than the support radius h, itself included; m³ (Akinci et al. 2012), with
-/// S = Σ W over a plane square lattice of spacing d: such a plane counts for one layer of liquid (src/stages/density.hpp).
-std::vector<double> akinci_volumes(const std::vector<Vec3>& points, double spacing, double support);
+/// V_b = 1 / Σ_k W_bk over `points` closer than the support radius h, itself included; m³ (Akinci et al. 2012).
+std::vector<double> akinci_volumes(const std::vector<Vec3>& points, double support);
+
+/// d³ Σ W over a plane square lattice of spacing d: what an Akinci volume on it is multiplied with, so that the plane counts
+/// for one layer of liquid (src/stages/density.hpp).
+double layer_share(double spacing, double support);
 
 }  // namespace drench

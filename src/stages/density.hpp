@@ -5,12 +5,14 @@
 // V_i = m_i / ρ0 (m³; m_i the ledger's mass), inverse node mass u_n = 1/m_n with m_n = m_s + m_f, u_n = 0 for pinned
 // nodes.
 //
-// Laws. Akinci et al. 2012:  V_b = d³ S / Σ_k W_bk over the samples k of the same kind, b included, unit m³:
-//         S = Σ_{a,b} W(d √(a² + b²)) over a plane square lattice, so that a plane of samples at the spacing counts for
-//         exactly the one layer of liquid that a wall replaces. (With V_b = 1/Σ W it counts for 1.43 of it: a lattice at
-//         rest on a wall starts with δ = 1.06 there, 1.15 in corners, and jumps.)
-//         solid samples: samples of the same body, computed once at set-up (a rigid motion keeps it);
-//         cloth samples: all cloth samples, every step (the cloth deforms).
+// Laws. Akinci et al. 2012, over the samples k of the same kind, b included, unit m³:
+//         solid samples: V_b = d³ S / Σ_k W_bk with the samples of the same body, computed once at set-up (a rigid motion
+//         keeps it); S = Σ_{a,b} W(d √(a² + b²)) over a plane square lattice, so that a plane of samples at the spacing
+//         counts for exactly the one layer of liquid that the wall replaces. (With 1/Σ W it counts for 1.43 of it: a
+//         lattice at rest on a wall starts with δ = 1.06 there, 1.15 in corners, and jumps.)
+//         cloth samples: V_b = 1 / Σ_k W_bk with all cloth samples, every step (the cloth deforms). A sheet yields to what
+//         falls on it, so it needs the stronger wall: with d³ S the falling block of tests/validation/coupling_test.cpp is
+//         pressed onto it and leaves it with up to twice the energy.
 //       A sheet is a wall on whichever side the particle is: for a cloth sample the kernel and its gradient are taken at
 //         r_ib = x_i − x_b + ½ d n_b sign((x_i − x_b)·n_b)   (sign(0) = 1), n_b = unit normal of the sample's triangle,
 //       that is, with the sample half a spacing behind the surface, where those of solids lie too. With the samples on
