@@ -36,6 +36,7 @@ void CellTable::build(const Array<Real3>& points, Index count, Real edge, const 
     capacity_ = count + count / 4;
     view_.item = Array<Index>(Kokkos::ViewAllocateWithoutInitializing("drench::cell_item"), capacity_);
     view_.coord = Array<CellCoord>(Kokkos::ViewAllocateWithoutInitializing("drench::cell_coord"), capacity_);
+    view_.point = Array<Real3>(Kokkos::ViewAllocateWithoutInitializing("drench::cell_point"), capacity_);
     bucket_ = Array<Index>(Kokkos::ViewAllocateWithoutInitializing("drench::cell_bucket"), capacity_);
   }
   view_.buckets = 0;
@@ -112,6 +113,8 @@ void CellTable::build(const Array<Real3>& points, Index count, Real edge, const 
           t.coord(slot) = c;
         }
       });
+  parallel(
+      "drench::cell_table::points", count, KOKKOS_LAMBDA(const Index e) { t.point(e) = points(t.item(e)); });
 }
 
 }  // namespace drench::kokkos_backend

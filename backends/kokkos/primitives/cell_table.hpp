@@ -17,6 +17,7 @@ struct CellTableView {
   Array<Index> start;      // buckets + 1
   Array<Index> item;       // particle indices, ordered by bucket, then cell, then key
   Array<CellCoord> coord;  // of each entry of `item`
+  Array<Real3> point;      // of each entry of `item`, m: a copy, so that a search reads memory in order
   Real3 origin;
   Real inverse_edge = 1;
   CellCoord dims{0, 0, 0};
@@ -48,18 +49,35 @@ struct CellTableView {
   KOKKOS_INLINE_FUNCTION void for_cells(const CellCoord& lo, const CellCoord& hi, Visit&& visit) const {
     if (buckets == 0) return;
     CellCoord a = lo, b = hi;
-    if (!hashed) {
-      a = {lo.x < 0 ? 0 : lo.x, lo.y < 0 ? 0 : lo.y, lo.z < 0 ? 0 : lo.z};
-      b = {hi.x >= dims.x ? dims.x - 1 : hi.x, hi.y >= dims.y ? dims.y - 1 : hi.y, hi.z >= dims.z ? dims.z - 1 : hi.z};
-    }
-    for (int z = a.z; z <= b.z; ++z)
-      for (int y = a.y; y <= b.y; ++y)
-        for (int x = a.x; x <= b.x; ++x) {
+    clip(a, b);
+    for_runs(a, b, [&](const Index first, const Index last, const CellCoord& c) {
+      for (Index e = first; e < last; ++e)
+        if (!hashed || coord(e) == c) visit(item(e));
+    });
+  }
+  /// Calls visit(first, last, cell) for the runs [first, last) of entries in the cells [lo, hi], which must be within the
+  /// dense bounds: cells side by side in x are one run (dense), else each cell's bucket is (hashed; others may share it).
+  template <class Visit>
+  KOKKOS_INLINE_FUNCTION void for_runs(const CellCoord& lo, const CellCoord& hi, Visit&& visit) const {
+    for (int z = lo.z; z <= hi.z; ++z)
+      for (int y = lo.y; y <= hi.y; ++y) {
+        if (!hashed) {
+          if (lo.x <= hi.x)
+            visit(start(bucket_of({lo.x, y, z})), start(bucket_of({hi.x, y, z}) + 1), CellCoord{lo.x, y, z});
+          continue;
+        }
+        for (int x = lo.x; x <= hi.x; ++x) {
           const CellCoord c{x, y, z};
           const Index k = bucket_of(c);
-          for (Index e = start(k); e < start(k + 1); ++e)
-            if (!hashed || coord(e) == c) visit(item(e));
+          visit(start(k), start(k + 1), c);
         }
+      }
+  }
+  /// [lo, hi] without the cells beyond the dense bounds.
+  KOKKOS_INLINE_FUNCTION void clip(CellCoord& lo, CellCoord& hi) const {
+    if (hashed) return;
+    lo = {lo.x < 0 ? 0 : lo.x, lo.y < 0 ? 0 : lo.y, lo.z < 0 ? 0 : lo.z};
+    hi = {hi.x >= dims.x ? dims.x - 1 : hi.x, hi.y >= dims.y ? dims.y - 1 : hi.y, hi.z >= dims.z ? dims.z - 1 : hi.z};
   }
   /// Calls visit(item) for every particle in the 27 cells around a point.
   template <class Visit>
@@ -77,7 +95,7 @@ class CellTable {
   std::int64_t bytes() const {
     return static_cast<std::int64_t>((view_.start.span() + view_.item.span() + cursor_.span() + bucket_.span()) *
                                          sizeof(Index) +
-                                     view_.coord.span() * sizeof(CellCoord));
+                                     view_.coord.span() * sizeof(CellCoord) + view_.point.span() * sizeof(Real3));
   }
 
  private:

@@ -9,6 +9,6 @@ namespace drench::kokkos_backend {
 /// are the same set (`same_set`), a particle is not its own neighbour. Within a row: order of cells, then the table's
 /// order.
 void build_neighbor_list(NeighborList& list, const Array<Real3>& row_points, Index rows, const CellTableView& table,
-                         const Array<Real3>& points, Real support, bool same_set);
+                         Real support, bool same_set);
 
 }  // namespace drench::kokkos_backend
