@@ -10,26 +10,6 @@ KOKKOS_INLINE_FUNCTION bool finite(const Real3& a) {
   return Kokkos::isfinite(a.x) && Kokkos::isfinite(a.y) && Kokkos::isfinite(a.z);
 }
 
-/// Σ term(i) with Neumaier's compensation, in a fixed order: one pass a partial sum, then the partial sums.
-template <class Term>
-double compensated_sum(const char* label, Index n, const Term& term) {
-  double total = 0;
-  if (n > 0)
-    Kokkos::parallel_reduce(
-        label, Range(0, 1),
-        KOKKOS_LAMBDA(const Index, double& out) {
-          double sum = 0, lost = 0;
-          for (Index i = 0; i < n; ++i) {
-            const double t = term(i), next = sum + t;
-            lost += Kokkos::abs(sum) >= Kokkos::abs(t) ? (sum - next) + t : (t - next) + sum;
-            sum = next;
-          }
-          out += sum + lost;
-        },
-        total);
-  return total;
-}
-
 }  // namespace
 
 void ledger(Device& d, const StepInfo& info, StepReport& report) {

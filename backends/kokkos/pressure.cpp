@@ -15,7 +15,13 @@ constexpr double loose_limit = 20;                         // of the residual wh
 /// The cloth inside the solve: its implicit step goes on while the pressure changes.
 class ElasticCloth {
  public:
-  ElasticCloth(Device& d, Real dt) : device_(d), dt_(dt), iteration_(d, dt) {
+  ElasticCloth(Device& d, Real dt) : device_(d), dt_(dt), iteration_(d, dt) { start(); }
+
+  /// The shift of the velocity as it is, and the target without the pressure's part. Not in the constructor: nvcc wants
+  /// kernels in functions that have an address.
+  void start() {
+    Device& d = device_;
+    const Real dt = dt_;
     const ClothSystem s = iteration_.system();
     const auto v = d.nodes.velocity, contact = d.nodes.contact_force, f = d.nodes.force, pin = d.nodes.pin_force;
     const auto base = d.cloth_work.base, shift = d.cloth_work.shift, last = d.cloth_work.last_shift;

@@ -5,8 +5,6 @@
 
 namespace drench::kokkos_backend {
 
-inline constexpr Index partial_sums = 1024;
-
 struct TwoSums {
   double first = 0, second = 0;
   KOKKOS_INLINE_FUNCTION TwoSums& operator+=(const TwoSums& o) {
@@ -16,48 +14,79 @@ struct TwoSums {
   }
 };
 
-/// Σ term(i), i < n, of two numbers at once, always in the same order. Synchronises with the host.
-template <class Term>
-TwoSums ordered_sums(const char* label, Index n, const Term& term) {
-  static Array<TwoSums> partial;
-  static Kokkos::View<TwoSums, MemSpace> whole;
-  if (n <= 0) return {};
-  if (partial.extent(0) == 0) {
-    partial = Array<TwoSums>("drench::partial_sums", partial_sums);
-    whole = Kokkos::View<TwoSums, MemSpace>("drench::whole_sum");
-    Kokkos::push_finalize_hook([] {
-      partial = {};
-      whole = {};
-    });
+/// A sum with Neumaier's compensation: `lost` is what rounding took.
+struct CompensatedSum {
+  double sum = 0, lost = 0;
+  KOKKOS_INLINE_FUNCTION CompensatedSum& operator+=(double t) {
+    const double next = sum + t;
+    lost += Kokkos::abs(sum) >= Kokkos::abs(t) ? (sum - next) + t : (t - next) + sum;
+    sum = next;
+    return *this;
   }
-  const auto sums = partial;
-  const auto total = whole;
+  KOKKOS_INLINE_FUNCTION CompensatedSum& operator+=(const CompensatedSum& o) {
+    *this += o.sum;
+    lost += o.lost;
+    return *this;
+  }
+};
+
+/// part(p) = Σ term(i) over i = p, p + parts, p + 2 parts, … < n.
+template <class Sum, class Term, class Space>
+void add_parts(const char* label, Index n, Index parts, const Term& term, const Kokkos::View<Sum*, Space>& part) {
   parallel(
-      label, partial_sums, KOKKOS_LAMBDA(const Index b) {
-        TwoSums s;
-        for (Index i = b; i < n; i += partial_sums) s += term(i);
-        sums(b) = s;
+      label, n < parts ? n : parts, KOKKOS_LAMBDA(const Index p) {
+        Sum s{};
+        for (Index i = p; i < n; i += parts) s += term(i);
+        part(p) = s;
       });
-  parallel(
-      label, 1, KOKKOS_LAMBDA(const Index) {
-        TwoSums s;
-        for (Index b = 0; b < partial_sums; ++b) s += sums(b);
-        total() = s;
-      });
-  TwoSums result;
-  Kokkos::deep_copy(result, total);
-  return result;
 }
 
-/// Σ term(i), i < n, in double, always in the same order. Synchronises with the host.
+/// Σ term(i), i < n, always in the same order; the last few are added by the host, which is quicker than one GPU thread.
+/// Synchronises with the host.
+template <class Sum, class Term>
+Sum ordered(const char* label, Index n, const Term& term) {
+  constexpr Index few = 4096, many = 16 * few;
+  static Kokkos::View<Sum*, Kokkos::SharedHostPinnedSpace> host_part;
+  static Array<Sum> device_part;
+  if (host_part.extent(0) == 0) {
+    host_part = Kokkos::View<Sum*, Kokkos::SharedHostPinnedSpace>("drench::partial_sums", few);
+    Kokkos::push_finalize_hook([] {
+      host_part = {};
+      device_part = {};
+    });
+  }
+  if (n > many) {  // enough threads for a GPU
+    if (device_part.extent(0) == 0) device_part = Array<Sum>("drench::partial_sums", many);
+    const auto part = device_part;
+    add_parts(label, n, many, term, part);
+    add_parts(
+        label, many, few, KOKKOS_LAMBDA(const Index i) { return part(i); }, host_part);
+  } else {
+    add_parts(label, n, few, term, host_part);
+  }
+  ExecSpace().fence(label);
+  Sum total{};
+  for (Index p = 0; p < few && p < n; ++p) total += host_part(p);
+  return total;
+}
+
+/// Σ term(i), i < n, in double.
 template <class Term>
 double ordered_sum(const char* label, Index n, const Term& term) {
-  return ordered_sums(
-             label, n,
-             KOKKOS_LAMBDA(const Index i) {
-               return TwoSums{term(i), 0};
-             })
-      .first;
+  return ordered<double>(label, n, term);
+}
+
+/// The same of two numbers at once.
+template <class Term>
+TwoSums ordered_sums(const char* label, Index n, const Term& term) {
+  return ordered<TwoSums>(label, n, term);
+}
+
+/// The same as exactly as double can say it.
+template <class Term>
+double compensated_sum(const char* label, Index n, const Term& term) {
+  const auto total = ordered<CompensatedSum>(label, n, term);
+  return total.sum + total.lost;
 }
 
 /// max term(i) (0 if n = 0), in double. Synchronises with the host.
