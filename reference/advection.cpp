@@ -1,5 +1,6 @@
 // Stage advection of the oracle; the law and the numbers of its parts stand in src/stages/advection.hpp.
 
+#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 
@@ -74,6 +75,24 @@ struct MovingCloth {
   double reach = 0;  // m: how far from a sample's start position its triangle can be met
 };
 
+/// The largest singular value of any triangle's deformation since its rest shape, at least 1.
+double largest_stretch(const Model& m, const std::vector<Vec3>& nodes) {
+  double largest = 1;
+  for (const auto& t : m.mesh.triangle) {
+    const auto edges = [&](const std::vector<Vec3>& x) {
+      Eigen::Matrix<double, 3, 2> e;
+      e << vec(x[t[1]]) - vec(x[t[0]]), vec(x[t[2]]) - vec(x[t[0]]);
+      return e;
+    };
+    // The deformation in an orthonormal basis of the rest triangle: E E0⁻¹ with E0 = Q R, so E R⁻¹.
+    const Eigen::Matrix<double, 3, 2> rest = edges(m.mesh.rest_position);
+    const Eigen::Matrix2d r = (rest.transpose() * rest).llt().matrixU();
+    const Eigen::MatrixXd deformation = edges(nodes) * r.inverse();
+    largest = std::max(largest, deformation.jacobiSvd().singularValues()(0));
+  }
+  return largest;
+}
+
 MovingCloth moving_cloth(const ReferenceState& state, const std::vector<Vec3>& start, const Vectors& samples) {
   const Model& m = state.model;
   MovingCloth cloth{{}, samples, 0};
@@ -89,7 +108,7 @@ MovingCloth moving_cloth(const ReferenceState& state, const std::vector<Vec3>& s
   for (Index n = 0; n < state.s.node_count(); ++n) {
     moved = std::max(moved, (vec(state.s.node_position[n]) - vec(start[n])).norm());
   }
-  cloth.reach = m.samples.cover_radius + moved + 1e-3 * m.spacing;
+  cloth.reach = m.samples.cover_radius * largest_stretch(m, start) + moved + 1e-3 * m.spacing;
   return cloth;
 }
 

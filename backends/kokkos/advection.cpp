@@ -28,8 +28,8 @@ struct Sweep {
   CellTableView cells;
   Array<Real3> sample_position, start, end;
   Array<Index> sample_triangle, triangle;
-  Kokkos::View<double, MemSpace> reach;
-  double margin = 0, touch = 0;  // m
+  Kokkos::View<double, MemSpace> reach, stretch;
+  double cover = 0, margin = 0, touch = 0;  // m
   Index samples = 0;
 
   KOKKOS_INLINE_FUNCTION Corners corners(const Array<Real3>& x, Index t) const {
@@ -59,7 +59,8 @@ struct Sweep {
   };
 
   KOKKOS_INLINE_FUNCTION Hit earliest(const Double3& x0, const Double3& x1) const {
-    const double grow = margin + Kokkos::fmax(0.0, reach());  // below 0 if no node moves
+    // Both views are below their least value if no triangle or node has written them.
+    const double grow = cover * Kokkos::fmax(1.0, stretch()) + Kokkos::fmax(0.0, reach()) + margin;
     Visitor visitor{*this, x0, x1, {}, {}, {}};
     visitor.lo =
         narrow({Kokkos::fmin(x0.x, x1.x) - grow, Kokkos::fmin(x0.y, x1.y) - grow, Kokkos::fmin(x0.z, x1.z) - grow});
@@ -81,6 +82,7 @@ void allocate(Device& d) {
   if (w.count.data() == nullptr) {
     w.count = Kokkos::View<std::int64_t[4], MemSpace>("drench::advection::count");
     w.reach = Kokkos::View<double, MemSpace>("drench::advection::reach");
+    w.stretch = Kokkos::View<double, MemSpace>("drench::advection::stretch");
   }
   const auto nodes = static_cast<std::size_t>(d.nodes.count);
   if (w.momentum.extent(0) != 3 * nodes) {
@@ -142,6 +144,26 @@ void limit_fresh(Device& d) {
       });
 }
 
+/// The largest stretch of a triangle since its rest shape: how much farther than there its points lie from its samples.
+void measure_stretch(Device& d) {
+  const auto x = d.nodes.position;
+  const auto triangle = d.mesh.triangle;
+  const auto rest = d.mesh.rest_metric;
+  Kokkos::parallel_reduce(
+      "drench::advection::stretch", Range(0, d.mesh.triangles),
+      KOKKOS_LAMBDA(const Index t, double& largest) {
+        const Real3 corner = x(triangle(3 * t));
+        const Real3 u = x(triangle(3 * t + 1)) - corner, v = x(triangle(3 * t + 2)) - corner;
+        const double uu = dot(u, u), uv = dot(u, v), vv = dot(v, v);
+        const double a = rest(3 * t), b = rest(3 * t + 1), c = rest(3 * t + 2);
+        const double trace = a * uu + 2 * b * uv + c * vv, determinant = (a * c - b * b) * (uu * vv - uv * uv);
+        const double square = 0.5 * (trace + Kokkos::sqrt(Kokkos::fmax(0.0, trace * trace - 4 * determinant)));
+        const double stretch = Kokkos::sqrt(square);
+        if (stretch > largest) largest = stretch;
+      },
+      Kokkos::Max<double, MemSpace>(d.advection_work.stretch));
+}
+
 /// Law 2: moves the free nodes and keeps them out of the bodies.
 void move_cloth(Device& d, Real dt) {
   const auto position = d.nodes.position, velocity = d.nodes.velocity, start = d.advection_work.start;
@@ -182,7 +204,9 @@ void sweep_paths(Device& d, Real dt) {
   sweep.sample_triangle = d.samples.triangle;
   sweep.triangle = d.mesh.triangle;
   sweep.reach = w.reach;
-  sweep.margin = d.model.samples.cover_radius + 1e-3 * d.model.spacing;
+  sweep.stretch = w.stretch;
+  sweep.cover = d.model.samples.cover_radius;
+  sweep.margin = 1e-3 * d.model.spacing;
   sweep.touch = 1e-6 * d.model.spacing;
   sweep.samples = d.samples.count;
   const double gap = 1e-2 * d.model.spacing;
@@ -320,7 +344,10 @@ void advection(Device& d, const StepInfo& info, StepReport& report) {
     refresh_inverse_mass(d);
     if (d.emission_ramp > 0) limit_fresh(d);
   }
-  if (d.model.has_moving_cloth()) move_cloth(d, dt);
+  if (d.model.has_moving_cloth()) {
+    if (liquid) measure_stretch(d);
+    move_cloth(d, dt);
+  }
   if (liquid) {
     AdvectionWork& w = d.advection_work;
     Kokkos::deep_copy(ExecSpace(), w.count, std::int64_t{0});

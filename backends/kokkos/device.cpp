@@ -128,6 +128,20 @@ void make_mesh(Device& d) {
   m.edges = static_cast<Index>(mesh.edge.size());
   m.hinges = static_cast<Index>(mesh.hinge.size());
   m.triangle = to_device<Index>("drench::triangle", flat(mesh.triangle));
+  std::vector<double> metric;
+  for (const auto& t : mesh.triangle) {
+    double gram[3] = {0, 0, 0};
+    for (std::size_t a = 0; a < 3; ++a) {
+      const auto at = [&](std::size_t corner) { return mesh.rest_position[static_cast<std::size_t>(t[corner])][a]; };
+      const double u = at(1) - at(0), v = at(2) - at(0);
+      gram[0] += u * u;
+      gram[1] += u * v;
+      gram[2] += v * v;
+    }
+    const double determinant = gram[0] * gram[2] - gram[1] * gram[1];
+    metric.insert(metric.end(), {gram[2] / determinant, -gram[1] / determinant, gram[0] / determinant});
+  }
+  m.rest_metric = to_device<Real>("drench::rest_metric", metric);
   m.edge = to_device<Index>("drench::edge", flat(mesh.edge));
   m.edge_length = to_device<Real>("drench::edge_length", mesh.edge_length);
   m.edge_stiffness = to_device<Real>("drench::edge_stiffness", mesh.edge_stiffness);

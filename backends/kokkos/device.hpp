@@ -75,6 +75,7 @@ struct MeshArrays {
   Array<Index> hinge;        // 4 per hinge
   Array<Real> hinge_weight;  // 4 per hinge
   Array<Real> hinge_stiffness;
+  Array<Real> rest_metric;  // 3 per triangle: inverse of its edges' Gram matrix at rest (xx, xy, yy), 1/m²
   Index triangles = 0, edges = 0, hinges = 0;
   Real mean_edge = 0;  // m
 };
@@ -129,6 +130,7 @@ struct AdvectionWork {
   Array<std::int64_t> momentum;                   // 3 per node, units of q · 2^-8 m/s
   Array<Index> hits;                              // per node: c_k
   Kokkos::View<double, MemSpace> reach;           // the largest node displacement, m
+  Kokkos::View<double, MemSpace> stretch;         // the largest stretch of a triangle at the start, 1
   Kokkos::View<std::int64_t[4], MemSpace> count;  // collisions, clamped, drained quanta, removed particles
   Array<Real3> end, hit_weight, hit_normal;       // per liquid particle: x1, m; barycentric; towards x0
   Array<Index> hit_triangle;                      // −1: none

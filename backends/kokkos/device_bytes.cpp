@@ -24,9 +24,9 @@ std::int64_t Device::bytes() const {
   total += sum_bytes(boundary.position, boundary.velocity, boundary.rest_position, boundary.volume, boundary.body);
   const NodeArrays& n = nodes;
   total += sum_bytes(n.position, n.velocity, n.contact_force, n.pin_force, n.liquid, n.ripe, n.solid_mass, n.pinned,
-                     n.bend_start, n.bend_item, n.bend_weight, n.cloth, n.capacity, n.capacity_quanta, n.max_quanta,
-                     n.weight_sum, n.sample_start, n.sample_item, n.edge_start, n.edge_item, n.hinge_start,
-                     n.hinge_item, n.inverse_mass, n.force, n.acceleration, n.row_bound);
+                     mesh.rest_metric, n.bend_start, n.bend_item, n.bend_weight, n.cloth, n.capacity, n.capacity_quanta,
+                     n.max_quanta, n.weight_sum, n.sample_start, n.sample_item, n.edge_start, n.edge_item,
+                     n.hinge_start, n.hinge_item, n.inverse_mass, n.force, n.acceleration, n.row_bound);
   const MeshArrays& m = mesh;
   total += sum_bytes(m.triangle, m.edge, m.edge_length, m.edge_stiffness, m.hinge, m.hinge_weight, m.hinge_stiffness);
   const SampleArrays& s = samples;

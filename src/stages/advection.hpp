@@ -12,8 +12,9 @@
 //    (v_n −= n min(0, v_n·n)).
 // 3. Continuous collision (Bridson et al. 2002): liquid i moves x0 → x1 = x0 + Δt v_i while triangles move linearly.
 // Candidates: triangles that carry a
-//    sample whose start position lies within the box around x0, x1 grown by cover_radius + the largest node
-//    displacement + 1e-3 d. Coplanarity is a cubic in τ ∈ [0, 1], all roots bracketed, in double; τ = 1 is always
+//    sample whose start position lies within the box around x0, x1 grown by cover_radius · s + the largest
+//    node displacement + 1e-3 d; s ≥ 1 = the largest singular value of any triangle's deformation at the start, as
+//    cover_radius is measured at rest. Coplanarity is a cubic in τ ∈ [0, 1], all roots bracketed, in double; τ = 1 is always
 //    tested; a hit has barycentric coordinates ≥ −1e-6. The earliest hit of all candidates: x1 := the hit point carried
 //    to the end of the step with its triangle + 1e-2 d along the triangle's end normal, to the side on which x0 was at
 //    the start. Repeat up to 4 times from x0 to the new x1 (later hits replace the recorded one); if it still hits: x1

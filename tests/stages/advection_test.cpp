@@ -45,4 +45,42 @@ TEST(advection, what_leaves_the_domain_enters_the_account_of_drained_liquid) {
                  .changes = "fluid_mass"});
 }
 
+TEST(advection, stops_particles_at_the_nodes_of_a_stretched_sheet) {
+  // A triangle's nodes are the points farthest from its samples, and stretching takes them farther still.
+  const drench::Setup setup = setup_from(R"(drench: 1
+time: {step: 0.002, end: 1}
+domain: {min: [-1, -1, -1], max: [1, 1, 1]}
+fluid:
+  spacing: 0.01
+  sources: [{block: {min: [-0.045, 0.1, -0.045], max: [0.045, 0.11, 0.045]}}]
+cloth:
+  - mesh: {grid: {size: [0.2, 0.2], nodes: [11, 11]}}
+    pin: [{edges: true}]
+)");
+  for (const double stretch : {1.0, 1.3, 2.0}) {
+    for (const bool reference : {false, true}) {
+      HostState s = setup.state;
+      std::vector<Vec3> over;
+      for (std::size_t n = 0; n < s.node_position.size(); ++n) {
+        if (!setup.model.mesh.pinned[n]) over.push_back(s.node_position[n]);
+      }
+      ASSERT_EQ(over.size(), 81u);
+      ASSERT_EQ(s.fluid_count(), 81);
+      for (Vec3& x : s.node_position) x = {stretch * x[0], x[1], stretch * x[2]};
+      for (std::size_t i = 0; i < over.size(); ++i) {
+        s.fluid_position[i] = {stretch * over[i][0], 1e-4, stretch * over[i][2]};
+        s.fluid_velocity[i] = {0, -2, 0};
+      }
+      const auto backend = reference ? make_reference_backend(setup.model) : make_kokkos_backend(setup.model);
+      backend->upload(s);
+      const StepInfo info{0, 0, 0.002};
+      StepReport report;
+      for (const Stage stage : {Stage::neighbors, Stage::density, Stage::advection}) backend->run(stage, info, report);
+      const HostState end = backend->download();
+      EXPECT_EQ(report.collisions, 81) << "stretch " << stretch;
+      for (const Vec3& x : end.fluid_position) EXPECT_GT(x[1], 0) << "stretch " << stretch;
+    }
+  }
+}
+
 }  // namespace drench::test
