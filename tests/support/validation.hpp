@@ -1,0 +1,57 @@
+#pragma once
+// What the validation tests share: a number beside its target, printed so that tools/validate can make a table of it.
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "pipeline/pipeline.hpp"
+#include "scene/build.hpp"
+
+namespace drench::test {
+
+#ifdef DRENCH_DOUBLE
+inline constexpr bool double_precision = true;
+inline constexpr double rounding = 2.3e-16;  // ε of the backend's precision
+#else
+inline constexpr bool double_precision = false;
+inline constexpr double rounding = 1.2e-7;
+#endif
+
+/// One row of VALIDATION.md.
+struct Finding {
+  std::string what;       ///< the case and the quantity
+  std::string reference;  ///< the theory or the measurement
+  double measured = 0;
+  double target = 0;  ///< the largest value allowed
+  std::string unit = "1";
+  double reached = 0;  ///< where the target is missed: the bound that holds today; 0 if it is met
+};
+
+/// Prints the row `VALIDATION|case|reference|target|measured|unit|yes or no|precision` and expects measured ≤ target;
+/// where `reached` is set it expects measured ≤ reached instead, and the row says that the target is missed.
+void report(const Finding& finding);
+
+/// A scene on the Kokkos backend, stepped by hand.
+class SceneRun {
+ public:
+  explicit SceneRun(const std::string& yaml);
+  StepReport step(double time_left = 1e9) { return pipeline_->step(time_left); }
+  HostState state() const { return backend_->download(); }
+  double time() const { return pipeline_->time(); }
+  double dt() const { return pipeline_->last_dt(); }
+  const Model& model() const { return setup_.model; }
+  const HostState& initial() const { return setup_.state; }
+  /// Goes on from a state that the test has edited.
+  void restart(const HostState& from);
+
+ private:
+  drench::Setup setup_;
+  std::unique_ptr<Backend> backend_;
+  std::unique_ptr<Pipeline> pipeline_;
+};
+
+/// The particle's mass in kg.
+double kilograms(const Model& model, Quanta mass);
+
+}  // namespace drench::test
