@@ -28,11 +28,7 @@ double exact(double x, double t) {
 TEST(channel, the_profile_between_plates_develops) {
   // Missed today, for two reasons. (1) On a lattice with h = 2 d the central form of the viscosity gives a shear along the
   // rows 0.70 ν: its fourth moment Σ V x² y² |∇W|/r/(r² + 0.01 h²) has only 12 neighbours to sum over. (Directions
-<<<<<<< HEAD
-  // averaged, as in a disordered liquid, it gives 0.98 ν.) (2) The liquid comes to rest at the walls' samples, half a
-=======
   // averaged, as in a disordered liquid, it gives 0.99 ν.) (2) The liquid comes to rest at the walls' samples, half a
->>>>>>> validation
   // spacing behind the plates.
   // The sides and the ends of the slab are free: no shear acts on the sides, so that the flow is that between infinite
   // plates; the ends are cut off the comparison by more than one width. The slab moves by a third of a width.
