@@ -3,6 +3,18 @@
 #include <algorithm>
 
 namespace drench::kokkos_backend {
+namespace {
+
+/// Entry n of row i, if it is near; the last column takes what does not count. A CPU is quicker with a store each time than
+/// with a branch that it cannot foresee. (A function, not a part of the kernel: nvcc names a kernel after the order in
+/// which its lambda captures, which has to be the same on the host and on the device.)
+KOKKOS_INLINE_FUNCTION void store(const Kokkos::View<Index**, MemSpace>& list, Index i, Index n, Index width, Index j,
+                                  bool near) {
+  KOKKOS_IF_ON_HOST((static_cast<void>(near); list(i, n < width ? n : width) = j;))
+  KOKKOS_IF_ON_DEVICE((if (near && n < width) list(i, n) = j;))
+}
+
+}  // namespace
 
 void build_neighbor_list(NeighborList& list, const Array<Real3>& row_points, Index rows, const CellTableView& table,
                          Real support, bool same_set) {
@@ -22,7 +34,7 @@ void build_neighbor_list(NeighborList& list, const Array<Real3>& row_points, Ind
   for (;;) {
     const auto count = list.count;
     const auto out = list.list;
-    const auto width = static_cast<Index>(out.extent(1)) - 1;  // the last column takes what does not count
+    const auto width = static_cast<Index>(out.extent(1)) - 1;
     Index widest = 0;
     Kokkos::parallel_reduce(
         "drench::neighbors::list", Range(0, rows),
@@ -41,9 +53,7 @@ void build_neighbor_list(NeighborList& list, const Array<Real3>& row_points, Ind
                 const Index j = table.item(e);
                 bool near = (dot(r, r) < h2) & (j != self);
                 if (table.hashed) near = near && table.coord(e) == c;
-                // A CPU is quicker with a store each time than with a branch that it cannot foresee.
-                KOKKOS_IF_ON_HOST((out(i, n < width ? n : width) = j;))
-                KOKKOS_IF_ON_DEVICE((if (near && n < width) out(i, n) = j;))
+                store(out, i, n, width, j, near);
                 n += near ? 1 : 0;
               }
             });
