@@ -8,21 +8,35 @@ namespace drench::reference {
 
 using Eigen::Vector3d;
 
-double kernel(double r, double h) {
+namespace {
+
+/// dW/dr of r > 0, 1/m⁴.
+double slope(KernelKind kind, double r, double h) {
+  const double pi = std::numbers::pi;
   const double q = r / h;
-  const double sigma = 8 / (std::numbers::pi * h * h * h);
+  if (kind == KernelKind::wendland) return -210 / (pi * std::pow(h, 4)) * q * std::pow(1 - q, 3);
+  if (kind == KernelKind::poly6) return -45 / (pi * std::pow(h, 6)) * std::pow(h - r, 2);  // of the spiky kernel
+  const double sigma = 8 / (pi * h * h * h);
+  return q <= 0.5 ? sigma / h * 6 * q * (3 * q - 2) : -sigma / h * 6 * (1 - q) * (1 - q);
+}
+
+}  // namespace
+
+double Smoothing::value(double r) const {
+  const double h = h_, q = r / h;
   if (q >= 1) return 0;
+  const double pi = std::numbers::pi;
+  if (kind_ == KernelKind::wendland) return 10.5 / (pi * h * h * h) * std::pow(1 - q, 4) * (4 * q + 1);
+  if (kind_ == KernelKind::poly6) return 315 / (64 * pi * std::pow(h, 9)) * std::pow(h * h - r * r, 3);
+  const double sigma = 8 / (pi * h * h * h);
   if (q <= 0.5) return sigma * (6 * (q * q * q - q * q) + 1);
   return sigma * 2 * (1 - q) * (1 - q) * (1 - q);
 }
 
-Vector3d kernel_gradient(const Vector3d& xij, double h) {
+Vector3d Smoothing::gradient(const Vector3d& xij) const {
   const double r = xij.norm();
-  if (r <= 1e-9 * h || r >= h) return Vector3d::Zero();
-  const double q = r / h;
-  const double sigma = 8 / (std::numbers::pi * h * h * h);
-  const double slope = q <= 0.5 ? sigma / h * 6 * q * (3 * q - 2) : -sigma / h * 6 * (1 - q) * (1 - q);
-  return slope / r * xij;
+  if (r <= 1e-9 * h_ || r >= h_) return Vector3d::Zero();
+  return slope(kind_, r, h_) / r * xij;
 }
 
 double fluid_mass(const ReferenceState& state, Index i) {
@@ -109,7 +123,7 @@ void clear_inactive(ReferenceState& state) {
 
 PressureResponse pressure_response(const ReferenceState& state, const std::vector<double>& kappa) {
   const HostState& s = state.s;
-  const double h = state.model.support;
+  const Smoothing w(state.model);
   Vectors sample_force(s.sample_volume.size(), Vector3d::Zero());
   PressureResponse response;
   response.fluid.assign(s.fluid_position.size(), Vector3d::Zero());
@@ -117,13 +131,13 @@ PressureResponse pressure_response(const ReferenceState& state, const std::vecto
     const Vector3d xi = vec(s.fluid_position[i]);
     Vector3d& a = response.fluid[i];
     for (const Index j : state.fluid_fluid[i]) {
-      a -= fluid_volume(state, j) * (kappa[i] + kappa[j]) * kernel_gradient(xi - vec(s.fluid_position[j]), h);
+      a -= fluid_volume(state, j) * (kappa[i] + kappa[j]) * w.gradient(xi - vec(s.fluid_position[j]));
     }
     for (const Index b : state.fluid_boundary[i]) {
-      a -= s.boundary_volume[b] * kappa[i] * kernel_gradient(xi - vec(s.boundary_position[b]), h);
+      a -= s.boundary_volume[b] * kappa[i] * w.gradient(xi - vec(s.boundary_position[b]));
     }
     for (const Index b : state.fluid_sample[i]) {
-      const Vector3d term = s.sample_volume[b] * kappa[i] * kernel_gradient(from_behind(state, i, b), h);
+      const Vector3d term = s.sample_volume[b] * kappa[i] * w.gradient(from_behind(state, i, b));
       a -= term;
       sample_force[b] += fluid_mass(state, i) * term;
     }
@@ -154,21 +168,21 @@ void FreeCloth::accept(ReferenceState& state, const Vectors& node_force) {
 
 std::vector<double> compression_rate(const ReferenceState& state, const Vectors& v, const Vectors& node) {
   const HostState& s = state.s;
-  const double h = state.model.support;
+  const Smoothing w(state.model);
   Vectors sample_v;
   for (Index p = 0; p < s.sample_count(); ++p) sample_v.push_back(sample_value(state, p, node));
   std::vector<double> rate(v.size(), 0.0);
   for (Index i = 0; i < s.fluid_count(); ++i) {
     const Vector3d xi = vec(s.fluid_position[i]);
     for (const Index j : state.fluid_fluid[i]) {
-      rate[i] += fluid_volume(state, j) * (v[i] - v[j]).dot(kernel_gradient(xi - vec(s.fluid_position[j]), h));
+      rate[i] += fluid_volume(state, j) * (v[i] - v[j]).dot(w.gradient(xi - vec(s.fluid_position[j])));
     }
     for (const Index b : state.fluid_boundary[i]) {
       const Vector3d relative = v[i] - vec(s.boundary_velocity[b]);
-      rate[i] += s.boundary_volume[b] * relative.dot(kernel_gradient(xi - vec(s.boundary_position[b]), h));
+      rate[i] += s.boundary_volume[b] * relative.dot(w.gradient(xi - vec(s.boundary_position[b])));
     }
     for (const Index b : state.fluid_sample[i]) {
-      rate[i] += s.sample_volume[b] * (v[i] - sample_v[b]).dot(kernel_gradient(from_behind(state, i, b), h));
+      rate[i] += s.sample_volume[b] * (v[i] - sample_v[b]).dot(w.gradient(from_behind(state, i, b)));
     }
   }
   return rate;

@@ -16,10 +16,19 @@ using Vectors = std::vector<Eigen::Vector3d>;
 inline Eigen::Vector3d vec(const Vec3& a) { return {a[0], a[1], a[2]}; }
 inline Vec3 arr(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 
-/// Cubic spline with support h (m), in 1/m³.
-double kernel(double r, double h);
-/// Its gradient in x_i for xij = x_i − x_j (m): points toward j, 0 for |xij| ≤ 1e-9 h; in 1/m⁴.
-Eigen::Vector3d kernel_gradient(const Eigen::Vector3d& xij, double h);
+/// The scene's smoothing kernel (src/stages/kernel.hpp) with its support h.
+class Smoothing {
+ public:
+  explicit Smoothing(const Model& model) : kind_(model.scene.fluid.kernel), h_(model.support) {}
+  /// W(r) in 1/m³, r in m.
+  double value(double r) const;
+  /// Its gradient in x_i for xij = x_i − x_j (m): points toward j, 0 for |xij| ≤ 1e-9 h; in 1/m⁴.
+  Eigen::Vector3d gradient(const Eigen::Vector3d& xij) const;
+
+ private:
+  KernelKind kind_;
+  double h_;
+};
 
 /// Liquid particle: mass in kg and volume m_i/ρ0 in m³.
 double fluid_mass(const ReferenceState& state, Index i);

@@ -10,11 +10,11 @@ namespace {
 
 /// Akinci volumes of the cloth samples, m³.
 std::vector<double> sample_volumes(const ReferenceState& state, const Vectors& sample) {
-  const double h = state.model.support;
+  const Smoothing w(state.model);
   std::vector<double> volume(sample.size());
   for (std::size_t b = 0; b < sample.size(); ++b) {
-    double sum = kernel(0, h);
-    for (const Index k : state.sample_sample[b]) sum += kernel((sample[b] - sample[k]).norm(), h);
+    double sum = w.value(0);
+    for (const Index k : state.sample_sample[b]) sum += w.value((sample[b] - sample[k]).norm());
     volume[b] = 1 / sum;
   }
   return volume;
@@ -22,13 +22,14 @@ std::vector<double> sample_volumes(const ReferenceState& state, const Vectors& s
 
 /// c_b: bounds how far all particles together move sample b, through the nodes that they share.
 std::vector<double> row_bounds(const ReferenceState& state, const Vectors& sample) {
+  const Smoothing w(state.model);
   const HostState& s = state.s;
   const auto& weight = state.model.samples.weight;
   std::vector<double> node_load(s.node_position.size(), 0.0);  // G_n
   for (Index b = 0; b < s.sample_count(); ++b) {
     double load = 0;  // g_b
     for (const Index i : state.sample_fluid[b]) {
-      const Vector3d gradient = kernel_gradient(from_behind(state, i, b), state.model.support);
+      const Vector3d gradient = w.gradient(from_behind(state, i, b));
       load += s.sample_volume[b] * fluid_mass(state, i) * gradient.norm();
     }
     for (int k = 0; k < 3; ++k) node_load[sample_node(state, b, k)] += weight[b][k] * load;
@@ -47,7 +48,7 @@ std::vector<double> row_bounds(const ReferenceState& state, const Vectors& sampl
 
 void density(ReferenceState& state, const StepInfo&, StepReport&) {
   HostState& s = state.s;
-  const double h = state.model.support;
+  const Smoothing w(state.model);
   const double spacing = state.model.spacing;
   const Vectors sample = sample_positions(state);
   s.sample_volume = sample_volumes(state, sample);
@@ -58,24 +59,24 @@ void density(ReferenceState& state, const StepInfo&, StepReport&) {
   for (Index i = 0; i < s.fluid_count(); ++i) {
     const Vector3d xi = vec(s.fluid_position[i]);
     const double volume = fluid_volume(state, i);
-    double ratio = volume * kernel(0, h), squares = 0, cloth = 0;
+    double ratio = volume * w.value(0), squares = 0, cloth = 0;
     Vector3d sum = Vector3d::Zero();
     for (const Index j : state.fluid_fluid[i]) {
       const Vector3d xij = xi - vec(s.fluid_position[j]);
-      const Vector3d gradient = kernel_gradient(xij, h);
-      ratio += fluid_volume(state, j) * kernel(xij.norm(), h);
+      const Vector3d gradient = w.gradient(xij);
+      ratio += fluid_volume(state, j) * w.value(xij.norm());
       sum += fluid_volume(state, j) * gradient;
       squares += volume * fluid_volume(state, j) * gradient.squaredNorm();
     }
     for (const Index b : state.fluid_boundary[i]) {
       const Vector3d xib = xi - vec(s.boundary_position[b]);
-      ratio += s.boundary_volume[b] * kernel(xib.norm(), h);
-      sum += s.boundary_volume[b] * kernel_gradient(xib, h);
+      ratio += s.boundary_volume[b] * w.value(xib.norm());
+      sum += s.boundary_volume[b] * w.gradient(xib);
     }
     for (const Index b : state.fluid_sample[i]) {
       const Vector3d xib = from_behind(state, i, b);
-      const Vector3d gradient = kernel_gradient(xib, h);
-      ratio += s.sample_volume[b] * kernel(xib.norm(), h);
+      const Vector3d gradient = w.gradient(xib);
+      ratio += s.sample_volume[b] * w.value(xib.norm());
       sum += s.sample_volume[b] * gradient;
       cloth += s.sample_volume[b] * gradient.norm() * bound[b];
     }

@@ -11,6 +11,7 @@ using Eigen::Vector3d;
 void forces(ReferenceState& state, const StepInfo& info, StepReport&) {
   HostState& s = state.s;
   const double h = state.model.support;
+  const Smoothing w(state.model);
   const double strength = 10 * state.model.scene.fluid.viscosity;  // 2 (d + 2) ν in d = 3 dimensions
   const Vectors sample = sample_positions(state);
   Vectors sample_force(sample.size(), Vector3d::Zero());
@@ -18,7 +19,7 @@ void forces(ReferenceState& state, const StepInfo& info, StepReport&) {
 
   const auto ratio = [&](Index i) { return std::max(0.5, s.fluid_density_ratio[i]); };
   const auto viscous = [&](double volume_over_ratio, const Vector3d& v, const Vector3d& x) -> Vector3d {
-    return strength * volume_over_ratio * v.dot(x) / (x.squaredNorm() + 0.01 * h * h) * kernel_gradient(x, h);
+    return strength * volume_over_ratio * v.dot(x) / (x.squaredNorm() + 0.01 * h * h) * w.gradient(x);
   };
   for (Index i = 0; i < s.fluid_count(); ++i) {
     const Vector3d xi = vec(s.fluid_position[i]), vi = vec(s.fluid_velocity[i]);

@@ -1,7 +1,6 @@
 // Stage density (src/stages/density.hpp).
 
 #include "device.hpp"
-#include "laws/kernel.hpp"
 #include "laws/sheet.hpp"
 
 namespace drench::kokkos_backend {
@@ -12,7 +11,7 @@ constexpr Real row_share = Real(0.3);
 
 /// Akinci volumes of the cloth samples: V_b = 1/Σ_k W_bk.
 void sample_volumes(Device& d) {
-  const CubicKernel kernel(d.support);
+  const Kernel kernel = d.kernel;
   const auto x = d.samples.position;
   const auto volume = d.samples.volume;
   const auto count = d.sample_sample.count;
@@ -27,7 +26,7 @@ void sample_volumes(Device& d) {
 
 /// c_b of the Jacobi diagonal (src/stages/density.hpp), in samples.row_bound.
 void sample_row_bounds(Device& d) {
-  const CubicKernel kernel(d.support);
+  const Kernel kernel = d.kernel;
   const Real rho = d.rest_density;
   const Real half = Real(0.5) * d.spacing;
   const auto xs = d.samples.position, xf = d.fluid.position, normal = d.samples.normal;
@@ -64,7 +63,7 @@ void sample_row_bounds(Device& d) {
 }
 
 void density_and_alpha(Device& d) {
-  const CubicKernel kernel(d.support);
+  const Kernel kernel = d.kernel;
   const Real smallest = Real(1e-6) / (d.spacing * d.spacing);
   const Real half = Real(0.5) * d.spacing;
   const auto x = d.fluid.position, xb = d.boundary.position, xs = d.samples.position, normal = d.samples.normal;

@@ -192,6 +192,7 @@ Device::Device(const Model& m)
       spacing(Real(m.spacing)),
       support(Real(m.support)),
       rest_density(Real(m.rest_density)),
+      kernel(m.scene.fluid.kernel, Real(m.support)),
       quantum(m.quantum),
       gravity(to_real(m.scene.gravity)) {
   if (m.has_cloth()) {

@@ -3,6 +3,7 @@
 
 #include <vector>
 
+#include "laws/kernel.hpp"
 #include "pipeline/backend.hpp"
 #include "porous_work.hpp"
 #include "primitives/cell_table.hpp"
@@ -151,6 +152,7 @@ struct Device {
   const Model& model;
   // numbers
   Real spacing, support, rest_density;
+  Kernel kernel;
   double quantum;  // q, kg
   Real3 gravity;
   FluidArrays fluid;

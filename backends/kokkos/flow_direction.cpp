@@ -2,13 +2,12 @@
 
 #include "device.hpp"
 #include "laws/flow.hpp"
-#include "laws/kernel.hpp"
 
 namespace drench::kokkos_backend {
 
 void flow_direction(Device& d, const StepInfo&, StepReport&) {
   refresh_samples(d);
-  const CubicKernel kernel(d.support);
+  const Kernel kernel = d.kernel;
   const Real h = d.support, gravity_size = norm(d.gravity);
   const Real3 gravity = d.gravity;
   const auto x = d.samples.position, xb = d.boundary.position, direction = d.samples.flow_direction;

@@ -1,7 +1,6 @@
 // Stage forces (src/stages/forces.hpp).
 
 #include "device.hpp"
-#include "laws/kernel.hpp"
 #include "laws/viscosity.hpp"
 
 namespace drench::kokkos_backend {
@@ -11,7 +10,7 @@ KOKKOS_INLINE_FUNCTION Real bounded_ratio(Real delta) { return delta < Real(0.5)
 
 /// Viscous reaction of the liquid on the cloth, from the velocities before the stage.
 void viscous_reaction(Device& d, Real dt) {
-  const CubicKernel kernel(d.support);
+  const Kernel kernel = d.kernel;
   const Real nu = Real(d.model.scene.fluid.viscosity), h = d.support, rho = d.rest_density;
   const auto xs = d.samples.position, xf = d.fluid.position, us = d.samples.velocity, v = d.fluid.velocity;
   const auto force = d.samples.force;
@@ -38,7 +37,7 @@ void viscous_reaction(Device& d, Real dt) {
 }  // namespace
 
 void forces(Device& d, const StepInfo& info, StepReport&) {
-  const CubicKernel kernel(d.support);
+  const Kernel kernel = d.kernel;
   const Real nu = Real(d.model.scene.fluid.viscosity), h = d.support, dt = Real(info.dt);
   const Real3 g = d.gravity;
   const bool solids = d.boundary.count > 0, cloth = d.samples.count > 0;

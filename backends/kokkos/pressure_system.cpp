@@ -1,6 +1,5 @@
 #include "pressure_system.hpp"
 
-#include "laws/kernel.hpp"
 #include "laws/sheet.hpp"
 
 namespace drench::kokkos_backend {
@@ -13,7 +12,7 @@ void clear_inactive(Device& d) {
 }
 
 void cloth_forces(Device& d, const Array<Real>& kappa) {
-  const CubicKernel kernel(d.support);
+  const Kernel kernel = d.kernel;
   const Real rho = d.rest_density;
   const Real half = Real(0.5) * d.spacing;
   const auto xs = d.samples.position, normal = d.samples.normal, xf = d.fluid.position, force = d.samples.force;
@@ -58,7 +57,7 @@ void free_cloth_response(Device& d, Real dt) {
 }
 
 void predict_liquid(Device& d, const Array<Real>& kappa, Real dt) {
-  const CubicKernel kernel(d.support);
+  const Kernel kernel = d.kernel;
   const Real half = Real(0.5) * d.spacing;
   const auto x = d.fluid.position, xb = d.boundary.position, xs = d.samples.position, normal = d.samples.normal;
   const auto v = d.fluid.velocity, predicted = d.work.predicted;
@@ -95,7 +94,7 @@ void predict_liquid(Device& d, const Array<Real>& kappa, Real dt) {
 }
 
 void compression_rate(Device& d) {
-  const CubicKernel kernel(d.support);
+  const Kernel kernel = d.kernel;
   const Real half = Real(0.5) * d.spacing;
   const auto x = d.fluid.position, xb = d.boundary.position, xs = d.samples.position, normal = d.samples.normal;
   const auto v = d.work.predicted, ub = d.boundary.velocity, us = d.samples.predicted;

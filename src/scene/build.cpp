@@ -11,6 +11,7 @@
 #include "scene/fluid_sampling.hpp"
 #include "scene/memory_estimate.hpp"
 #include "scene/point_grid.hpp"
+#include "scene/smoothing_kernel.hpp"
 
 namespace drench {
 namespace {
@@ -79,8 +80,8 @@ void sample_bodies(Setup& setup) {
   for (std::size_t b = 0; b < m.bodies.size(); ++b) {
     Body& body = m.bodies[b];
     const std::vector<Vec3> samples = sample_body(body, m.spacing, region);
-    std::vector<double> volumes = akinci_volumes(samples, m.support);
-    for (double& volume : volumes) volume *= layer_share(m.spacing, m.support);
+    std::vector<double> volumes = akinci_volumes(samples, m.support, m.scene.fluid.kernel);
+    for (double& volume : volumes) volume *= layer_share(m.spacing, m.support, m.scene.fluid.kernel);
     body.first_sample = m.boundary.count();
     body.sample_count = static_cast<Index>(samples.size());
     if (samples.empty()) setup.warnings.push_back(fmt::format("body {}: it lies outside the domain", b + 1));
@@ -120,8 +121,21 @@ void init_nodes(const Model& m, HostState& s) {
   s.node_ripe.assign(nodes, 0);
   s.node_contact_force.assign(nodes, Vec3{0, 0, 0});
   s.node_pin_force.assign(nodes, Vec3{0, 0, 0});
-  s.sample_volume = akinci_volumes(m.samples.rest_position, m.support);
+  s.sample_volume = akinci_volumes(m.samples.rest_position, m.support, m.scene.fluid.kernel);
   s.sample_flow_direction.assign(s.sample_volume.size(), Vec3{0, 0, 0});
+}
+
+/// A block starts as a lattice; one that counts as compressed bursts in the first steps.
+void warn_of_dense_lattice(Setup& setup) {
+  const FluidScene& fluid = setup.model.scene.fluid;
+  const double density = lattice_density(fluid.kernel, fluid.support);
+  if (fluid.blocks.empty() || density <= 1.02) return;
+  double enough = fluid.support;
+  while (lattice_density(fluid.kernel, enough) > 1.02) enough += 0.1;
+  setup.warnings.push_back(
+      fmt::format("fluid: with this kernel and support a block starts at {:.3f} of the liquid's density and bursts; "
+                  "support {:.1f} is enough",
+                  density, enough));
 }
 
 void init_fluid(Setup& setup) {
@@ -173,6 +187,7 @@ Setup build(const Scene& scene) {
   if (m.has_fluid()) {
     m.jets = make_jets(m, setup.warnings);
     sample_bodies(setup);
+    warn_of_dense_lattice(setup);
     init_fluid(setup);
     check_ledger_range(setup);
   }

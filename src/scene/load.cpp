@@ -101,8 +101,8 @@ void read_fluid(Section& s, FluidScene& fluid) {
   s.not_available(fluid.surface_tension > 0, "surface_tension", "surface tension", "0 N/m");
   s.choice<KernelKind>(
       "kernel", fluid.kernel,
-      {{"cubic", KernelKind::cubic}, {"wendland", KernelKind::wendland, false}, {"poly6", KernelKind::poly6, false}});
-  s.number("support", fluid.support, "[1.2, 4]", "spacings");
+      {{"cubic", KernelKind::cubic}, {"wendland", KernelKind::wendland}, {"poly6", KernelKind::poly6}});
+  s.number("support", fluid.support, "[1.8, 4]", "spacings");  // below, a full neighbourhood has too few (kernel.hpp)
   s.section("solver", fluid.solver, read_solver);
   s.each("sources", fluid, read_source);
 }

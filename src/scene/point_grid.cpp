@@ -1,6 +1,6 @@
 #include "scene/point_grid.hpp"
 
-#include <numbers>
+#include "scene/smoothing_kernel.hpp"
 
 namespace drench {
 namespace {
@@ -31,25 +31,18 @@ bool PointGrid::any_within(const Vec3& x, double distance) const {
   return found;
 }
 
-double cubic_kernel(double r, double h) {
-  const double q = r / h;
-  if (q >= 1) return 0;
-  const double norm = 8 / (std::numbers::pi * h * h * h);
-  return q <= 0.5 ? norm * (6 * (q * q * q - q * q) + 1) : norm * 2 * (1 - q) * (1 - q) * (1 - q);
-}
-
-double layer_share(double spacing, double support) {
+double layer_share(double spacing, double support, KernelKind kernel) {
   const int reach = static_cast<int>(support / spacing) + 1;
   double share = 0;
   for (int a = -reach; a <= reach; ++a) {
     for (int b = -reach; b <= reach; ++b) {
-      share += spacing * spacing * spacing * cubic_kernel(spacing * std::hypot(a, b), support);
+      share += spacing * spacing * spacing * kernel_value(kernel, spacing * std::hypot(a, b), support);
     }
   }
   return share;
 }
 
-std::vector<double> akinci_volumes(const std::vector<Vec3>& points, double support) {
+std::vector<double> akinci_volumes(const std::vector<Vec3>& points, double support, KernelKind kernel) {
   PointGrid grid(support);
   for (const Vec3& x : points) grid.add(x);
   std::vector<double> volume(points.size());
@@ -71,7 +64,7 @@ std::vector<double> akinci_volumes(const std::vector<Vec3>& points, double suppo
       double sum = 0;
       for (const Index k : near) {
         const double r2 = distance_squared(x, points[static_cast<std::size_t>(k)]);
-        if (r2 < support * support) sum += cubic_kernel(std::sqrt(r2), support);
+        if (r2 < support * support) sum += kernel_value(kernel, std::sqrt(r2), support);
       }
       volume[static_cast<std::size_t>(p)] = 1 / sum;
     }

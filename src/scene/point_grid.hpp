@@ -6,6 +6,7 @@
 #include <unordered_map>
 #include <vector>
 
+#include "scene/scene.hpp"
 #include "state/types.hpp"
 
 namespace drench {
@@ -48,7 +49,7 @@ class PointGrid {
   const std::vector<Vec3>& points() const { return points_; }
 
  private:
-  friend std::vector<double> akinci_volumes(const std::vector<Vec3>& points, double support);
+  friend std::vector<double> akinci_volumes(const std::vector<Vec3>& points, double support, KernelKind kernel);
   struct Hash {
     std::size_t operator()(const Cell& c) const;
   };
@@ -57,14 +58,11 @@ class PointGrid {
   std::unordered_map<Cell, std::vector<Index>, Hash> cells_;
 };
 
-/// The cubic spline kernel in three dimensions, zero at r ≥ h; 1/m³.
-double cubic_kernel(double r, double h);
-
 /// V_b = 1 / Σ_k W_bk over `points` closer than the support radius h, itself included; m³ (Akinci et al. 2012).
-std::vector<double> akinci_volumes(const std::vector<Vec3>& points, double support);
+std::vector<double> akinci_volumes(const std::vector<Vec3>& points, double support, KernelKind kernel);
 
 /// d³ Σ W over a plane square lattice of spacing d: what an Akinci volume on it is multiplied with, so that the plane counts
 /// for one layer of liquid (src/stages/density.hpp).
-double layer_share(double spacing, double support);
+double layer_share(double spacing, double support, KernelKind kernel);
 
 }  // namespace drench

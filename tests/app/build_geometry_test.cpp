@@ -14,6 +14,7 @@
 #include "scene/eigen_vec.hpp"
 #include "scene/memory_estimate.hpp"
 #include "scene/point_grid.hpp"
+#include "scene/smoothing_kernel.hpp"
 
 namespace drench {
 namespace {
@@ -27,6 +28,8 @@ Scene wet_scene() {
   scene.fluid.spacing = d;
   return scene;
 }
+
+double cubic(double r, double h) { return kernel_value(KernelKind::cubic, r, h); }
 
 BodyScene box_body(const Box& box, bool inside = false) {
   BodyScene body;
@@ -170,24 +173,53 @@ TEST(BodySamples, VolumesMatchASumOverAllPairs) {
   for (std::size_t i = 0; i < x.size(); ++i) {
     double sum = 0;
     for (std::size_t j = 0; j < x.size(); ++j) {
-      if (body[i] == body[j]) sum += cubic_kernel((to_eigen(x[i]) - to_eigen(x[j])).norm(), 2 * d);
+      if (body[i] == body[j]) sum += cubic((to_eigen(x[i]) - to_eigen(x[j])).norm(), 2 * d);
     }
     // by hand: the plane lattice within h = 2 d has 1 point at 0, 4 at d, 4 at √2 d
-    const double plane =
-        cubic_kernel(0, 2 * d) + 4 * cubic_kernel(d, 2 * d) + 4 * cubic_kernel(std::numbers::sqrt2 * d, 2 * d);
+    const double plane = cubic(0, 2 * d) + 4 * cubic(d, 2 * d) + 4 * cubic(std::numbers::sqrt2 * d, 2 * d);
     EXPECT_NEAR(setup.state.boundary_volume[i] * sum / (d * d * d * plane), 1, 1e-12);
   }
   EXPECT_EQ(setup.model.bodies[1].first_sample, setup.model.bodies[0].sample_count);
 }
 
-TEST(BodySamples, KernelIntegratesToOne) {
-  double integral = 0;
-  constexpr int n = 20000;
-  for (int i = 0; i < n; ++i) {
-    const double r = (i + 0.5) / n;
-    integral += 4 * std::numbers::pi * r * r * cubic_kernel(r, 1) / n;
+TEST(BodySamples, KernelsIntegrateToOne) {
+  for (const KernelKind kernel : {KernelKind::cubic, KernelKind::wendland, KernelKind::poly6}) {
+    double integral = 0;
+    constexpr int n = 20000;
+    for (int i = 0; i < n; ++i) {
+      const double r = (i + 0.5) / n;
+      integral += 4 * std::numbers::pi * r * r * kernel_value(kernel, r, 1) / n;
+    }
+    EXPECT_NEAR(integral, 1, 1e-8);
   }
-  EXPECT_NEAR(integral, 1, 1e-8);
+}
+
+TEST(BodySamples, VolumesFollowTheSceneKernel) {
+  Scene scene = wet_scene();
+  scene.bodies = {sphere_body({0, 0, 0}, 0.1)};
+  const auto cubic_volumes = build(scene).state.boundary_volume;
+  scene.fluid.kernel = KernelKind::wendland;
+  const auto volumes = build(scene).state.boundary_volume;
+  ASSERT_EQ(volumes.size(), cubic_volumes.size());
+  EXPECT_GT(std::abs(volumes[0] - cubic_volumes[0]), 1e-3 * volumes[0]);
+}
+
+TEST(FluidBlocks, WarnWhereTheLatticeIsDenserThanTheLiquid) {
+  EXPECT_NEAR(lattice_density(KernelKind::cubic, 2), 1.000, 5e-4);
+  EXPECT_NEAR(lattice_density(KernelKind::wendland, 2), 1.034, 5e-4);
+  EXPECT_NEAR(lattice_density(KernelKind::poly6, 2), 1.010, 5e-4);
+  Scene scene = wet_scene();
+  scene.fluid.blocks.push_back({.box = {{0, 0, 0}, {0.1, 0.1, 0.1}}});
+  const auto warned = [&] {
+    for (const std::string& w : build(scene).warnings)
+      if (w.find("support 2.4 is enough") != std::string::npos) return true;
+    return false;
+  };
+  EXPECT_FALSE(warned());
+  scene.fluid.kernel = KernelKind::wendland;
+  EXPECT_TRUE(warned());
+  scene.fluid.support = 2.5;
+  EXPECT_FALSE(warned());
 }
 
 TEST(BodySamples, NoneWithoutFluid) {

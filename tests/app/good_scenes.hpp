@@ -19,7 +19,7 @@ fluid:
   density: 998
   viscosity: 2.0e-6
   surface_tension: 0
-  kernel: cubic
+  kernel: wendland
   support: 2.5
   solver: {density_error: 2.0e-3, divergence_error: 3.0e-3, max_iterations: 50, min_iterations: 1}
   sources:

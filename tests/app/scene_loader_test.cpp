@@ -95,6 +95,7 @@ TEST(SceneLoader, ReadsEveryKey) {
   f.spacing = 0.02;
   f.density = 998;
   f.viscosity = 2.0e-6;
+  f.kernel = KernelKind::wendland;
   f.support = 2.5;
   f.solver = {2.0e-3, 3.0e-3, 50, 1};
   f.blocks = {{{{0, 0.1, 0}, {0.3, 0.4, 0.5}}, {1, 2, 3}}};

@@ -6,6 +6,8 @@
 
 namespace drench::test {
 
-TEST(density, agrees_with_the_reference) { compare_stage({.stage = Stage::density, .changes = "fluid_density_ratio"}); }
+TEST(density, agrees_with_the_reference) {
+  compare_stage_with_every_kernel({.stage = Stage::density, .changes = "fluid_density_ratio"});
+}
 
 }  // namespace drench::test

@@ -6,6 +6,8 @@
 
 namespace drench::test {
 
-TEST(forces, agrees_with_the_reference) { compare_stage({.stage = Stage::forces, .changes = "fluid_velocity"}); }
+TEST(forces, agrees_with_the_reference) {
+  compare_stage_with_every_kernel({.stage = Stage::forces, .changes = "fluid_velocity"});
+}
 
 }  // namespace drench::test

@@ -6,6 +6,8 @@
 
 namespace drench::test {
 
-TEST(pressure, agrees_with_the_reference) { compare_stage({.stage = Stage::pressure, .steps_before = 40, .changes = "fluid_velocity"}); }
+TEST(pressure, agrees_with_the_reference) {
+  compare_stage_with_every_kernel({.stage = Stage::pressure, .steps_before = 40, .changes = "fluid_velocity"});
+}
 
 }  // namespace drench::test

@@ -169,4 +169,13 @@ void compare_stage(const Comparison& c) {
   EXPECT_EQ(expected.next_id, actual.next_id);
 }
 
+void compare_stage_with_every_kernel(Comparison c) {
+  const std::string scene = c.scene;
+  for (const std::string kernel : {"cubic", "wendland", "poly6"}) {
+    SCOPED_TRACE(kernel);
+    c.scene = with(scene, "fluid:\n", "fluid:\n  kernel: " + kernel + "\n");
+    compare_stage(c);
+  }
+}
+
 }  // namespace drench::test

@@ -31,4 +31,7 @@ struct Comparison {
 /// differences of positions.
 void compare_stage(const Comparison& c);
 
+/// The same with each of the smoothing kernels.
+void compare_stage_with_every_kernel(Comparison c);
+
 }  // namespace drench::test
