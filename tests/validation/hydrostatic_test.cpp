@@ -107,9 +107,9 @@ bodies: [{{box: {{min: [0, 0, 0], max: [{3}, 0.7, {3}], inside: true}}}}]
 }  // namespace
 
 // Why the pressure misses its target today. (1) A particle's κ is the multiplier of its own density constraint and walls
-// have none: a wall sample answers with κ_i where a neighbour answers with κ_i + κ_j, so the layers at the walls carry
-// about twice the pressure (9.0 instead of 5.1 m²/s² at the floor). (2) Farther in, the sums of 30 neighbours at
-// h = 2 d leave the gradient 4 % off.
+// have none: a wall sample answers with κ_i where a neighbour answers with κ_i + κ_j. A layer at a wall must therefore
+// come closer and carry more: single particles in edges and corners, pressed onto the box's surface, up to 3.5 times the
+// right pressure. (2) Farther in, the sums of 30 neighbours at h = 2 d leave the gradient 4 % off.
 TEST(hydrostatic, a_column_comes_to_rest) {
   const Rest rest = settle(1e-5);
   const std::string column = "hydrostatic column 0.5 m, d = H/20, tolerance 1e-5: ", theory = "p = ρ g (H − z)";
