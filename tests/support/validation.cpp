@@ -9,6 +9,7 @@
 namespace drench::test {
 
 void report(const Finding& f) {
+  ASSERT_EQ((f.what + f.reference + f.unit).find('|'), std::string::npos) << "a row's separator within " << f.what;
   const bool met = f.measured <= f.target;
   std::printf("VALIDATION|%s|%s|%.3g|%.3g|%s|%s|%s\n", f.what.c_str(), f.reference.c_str(), f.target, f.measured,
               f.unit.c_str(), met ? "yes" : "no", double_precision ? "double" : "float");

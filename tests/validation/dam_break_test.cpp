@@ -31,8 +31,7 @@ bodies: [{{box: {{min: [0, 0, 0], max: [{5}, {6}, {4}], inside: true}}}}]
                      spacing, viscosity, base, height, width, length, 1.5 * height);
 }
 
-/// The column at rest behind its gate: as sampled, the layers at the walls are denser than the liquid at rest, and
-/// would burst from the corners instead of falling.
+/// The column at rest behind its gate, as in the experiment: a lattice that was cut out has no pressure yet.
 HostState standing_column() {
   SceneRun gate(scene(base, 1e-3));
   while (gate.time() < 0.6) gate.step();
