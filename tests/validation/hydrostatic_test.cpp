@@ -115,7 +115,8 @@ bodies: [{{box: {{min: [0, 0, 0], max: [{3}, 0.7, {3}], inside: true}}}}]
 // have none: a wall sample answers with κ_i where a neighbour answers with κ_i + κ_j. A layer at a wall must therefore
 // come closer and carry more: single particles in edges and corners, pressed onto the box's surface, up to 3.5 times the
 // right pressure; some 15 of 1280 are put back by advection's failsafe in each step, and what it does to them is in no
-// pressure (the load misses by that, in double). (2) Farther in, the sums of 30 neighbours at h = 2 d leave the gradient 4 % off.
+// pressure (the load misses by that, in double). (2) Farther in, the sums of 30 neighbours at h = 2 d leave the gradient
+// 4 % off.
 TEST(hydrostatic, a_column_comes_to_rest) {
   const Rest rest = settle(1e-5);
   const std::string column = "hydrostatic column 0.5 m, d = H/20, tolerance 1e-5: ", theory = "p = ρ g (H − z)";
