@@ -103,12 +103,6 @@ ClothIteration::ClothIteration(Device& d, Real dt) : device_(d), system_((alloca
   rho_ = spectral_bound(system_, d.nodes.count);
 }
 
-void ClothIteration::restart() {
-  omega_ = 1;
-  since_restart_ = 0;
-  smallest_ = 1e300;
-}
-
 void ClothIteration::advance(int count) {
   for (int k = 0; k < count; ++k) {
     if (since_restart_ == plain_iterations) omega_ = 2 / (2 - rho_ * rho_);

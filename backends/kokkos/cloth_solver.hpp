@@ -63,8 +63,6 @@ class ClothIteration {
   /// The residual of the newest iterate in units of its goal: converged if ≤ 1. If it has grown tenfold over the
   /// smallest so far, ρ is lowered and the weights start again. Synchronises with the host.
   double check();
-  /// Begins the weights anew, for a changed target that is far away.
-  void restart();
 
  private:
   Device& device_;

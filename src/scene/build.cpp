@@ -81,7 +81,8 @@ void sample_bodies(Setup& setup) {
     Body& body = m.bodies[b];
     const std::vector<Vec3> samples = sample_body(body, m.spacing, region);
     std::vector<double> volumes = akinci_volumes(samples, m.support, m.scene.fluid.kernel);
-    for (double& volume : volumes) volume *= layer_share(m.spacing, m.support, m.scene.fluid.kernel);
+    const double share = layer_share(m.spacing, m.support, m.scene.fluid.kernel);
+    for (double& volume : volumes) volume *= share;
     body.first_sample = m.boundary.count();
     body.sample_count = static_cast<Index>(samples.size());
     if (samples.empty()) setup.warnings.push_back(fmt::format("body {}: it lies outside the domain", b + 1));
