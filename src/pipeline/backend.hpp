@@ -29,7 +29,7 @@ struct StepReport {
   double density_error_max = 0;  // 1: its maximum
   bool density_converged = true;
   int cloth_iterations = 0;
-  double cloth_residual = 0;  // 1: largest Jacobi displacement / mean edge length
+  double cloth_residual = 0;  // 1: unbalanced forces over their goal (cloth.hpp); converged at ≤ 1
   bool cloth_converged = true;
   int diffusion_substeps = 0;
   std::int64_t collisions = 0;  // particles stopped at a cloth triangle (CCD)
