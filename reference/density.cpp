@@ -71,14 +71,14 @@ void density(ReferenceState& state, const StepInfo&, StepReport&) {
     for (const Index b : state.fluid_boundary[i]) {
       const Vector3d xib = xi - vec(s.boundary_position[b]);
       ratio += s.boundary_volume[b] * w.value(xib.norm());
-      sum += s.boundary_volume[b] * w.gradient(xib);
+      sum += wall_share * s.boundary_volume[b] * w.gradient(xib);
     }
     for (const Index b : state.fluid_sample[i]) {
       const Vector3d xib = from_behind(state, i, b);
       const Vector3d gradient = w.gradient(xib);
       ratio += s.sample_volume[b] * w.value(xib.norm());
-      sum += s.sample_volume[b] * gradient;
-      cloth += s.sample_volume[b] * gradient.norm() * bound[b];
+      sum += wall_share * s.sample_volume[b] * gradient;
+      cloth += wall_share * wall_share * s.sample_volume[b] * gradient.norm() * bound[b];
     }
     const double inverse_alpha = sum.squaredNorm() + squares + 0.3 * cloth;
     s.fluid_density_ratio[i] = ratio;

@@ -1,7 +1,7 @@
 // Stage density (src/stages/density.hpp).
 
 #include "device.hpp"
-#include "laws/sheet.hpp"
+#include "laws/wall.hpp"
 
 namespace drench::kokkos_backend {
 namespace {
@@ -92,7 +92,7 @@ void density_and_alpha(Device& d) {
             const Real3 r = xi - xb(b);
             const Real length = norm(r);
             delta += vb(b) * kernel.value(length);
-            gradient += vb(b) * kernel.slope(length) * r;
+            gradient += mirrored * vb(b) * kernel.slope(length) * r;
           }
         if (cloth)
           for (Index k = 0; k < ns(i); ++k) {
@@ -100,8 +100,8 @@ void density_and_alpha(Device& d) {
             const Real3 r = from_behind(xi - xs(b), normal(b), half);
             const Real length = norm(r), slope = kernel.slope(length);
             delta += vs(b) * kernel.value(length);
-            gradient += vs(b) * slope * r;
-            coupling -= row_share * vs(b) * slope * length * bound(b);
+            gradient += mirrored * vs(b) * slope * r;
+            coupling -= mirrored * mirrored * row_share * vs(b) * slope * length * bound(b);
           }
         ratio(i) = delta;
         const Real diagonal = dot(gradient, gradient) + squares + coupling;

@@ -23,6 +23,7 @@ void set_numbers(Model& m) {
   // should be about as fine as its mesh: then wicking costs and resolves what the mesh does.
   if (!m.has_fluid() && m.has_cloth()) m.spacing = mean_edge_length(m);
   m.support = fluid.support * m.spacing;
+  if (fluid.present) m.relaxation = jacobi_relaxation(fluid.kernel, fluid.support);
   m.rest_density = fluid.density;
   m.particle_mass = m.rest_density * m.spacing * m.spacing * m.spacing;
   m.quantum = m.particle_mass / static_cast<double>(quanta_per_particle);
