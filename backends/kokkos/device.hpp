@@ -140,8 +140,8 @@ struct AdvectionWork {
 
 /// Work arrays of stage forces with cloth, made on first use.
 struct ViscousWork {
-  Array<Real> sample_bound;                    // K_b, kg/s
-  Array<Real3> start, impulse, last_impulse;   // per node: m/s, N s (with more than one stage)
+  Array<Real> sample_bound;     // K_b, kg/s
+  Array<Real3> impulse_change;  // per node: D_k of its impulse, N s (with more than one stage)
 };
 
 /// Scratch of compact_fluid, kept between steps.

@@ -1,7 +1,6 @@
 // Stage forces (src/stages/forces.hpp).
 
 #include <algorithm>
-#include <utility>
 
 #include "device.hpp"
 #include "laws/viscosity.hpp"
@@ -10,15 +9,15 @@
 namespace drench::kokkos_backend {
 namespace {
 
-/// Y_k = mu Y_{k−1} + nu Y_{k−2} + weight L(Y_{k−1}); weight in s.
+/// A stage of RKL1 as the change that it makes: D_k = Y_k − Y_{k−1} = keep D_{k−1} + weight L(Y_{k−1}), weight in s.
+/// (With Y_k from Y_{k−1} and Y_{k−2} hundreds of stages would lose three digits of a float.)
 struct Stage {
-  Real mu = 1, nu = 0, weight = 0;
+  Real keep = 0, weight = 0;
 };
 
-/// The k-th of `count` stages of RKL1 over dt (s).
+/// The k-th of `count` stages over dt (s).
 Stage legendre(int k, int count, double dt) {
-  const double mu = (2 * k - 1.0) / k;
-  return {Real(mu), Real((1.0 - k) / k), Real(mu * dt * 2 / (double(count) * (count + 1.0)))};
+  return {Real((k - 1.0) / k), Real((2 * k - 1.0) / k * dt * 2 / (double(count) * (count + 1.0)))};
 }
 
 /// Gravity and the field alone.
@@ -32,27 +31,27 @@ void inviscid(Device& d, Real dt) {
       });
 }
 
-/// A stage of the liquid, `to` holding Y_{k−2} before and Y_k after. Returns the largest C_i, 1/s.
-double liquid_stage(const Device& d, const Stage& stage, const Array<Real3>& from, const Array<Real3>& to) {
+/// The liquid's change in a stage, in work.predicted. Returns the largest C_i, 1/s.
+double liquid_change(const Device& d, const Stage& stage) {
   const Kernel kernel = d.kernel;
   const Real strength = d.viscous_strength;
   const Real3 g = d.gravity, center = d.field_center, square = d.field_square;
   const bool field = d.model.scene.field.present;
   const bool solids = d.boundary.count > 0, cloth = d.samples.count > 0;
   const auto x = d.fluid.position, xb = d.boundary.position, xs = d.samples.position;
-  const auto ub = d.boundary.velocity, us = d.samples.velocity;
+  const auto v = d.fluid.velocity, change = d.work.predicted, ub = d.boundary.velocity, us = d.samples.velocity;
   const auto volume = d.work.volume, vb = d.boundary.volume, vs = d.samples.volume;
   const auto nf = d.fluid_fluid.count, nb = d.fluid_boundary.count, ns = d.fluid_sample.count;
   const auto lf = d.fluid_fluid.list, lb = d.fluid_boundary.list, ls = d.fluid_sample.list;
   return maximum(
       "drench::forces::liquid", d.fluid.count, KOKKOS_LAMBDA(const Index i) {
-        const Real3 xi = x(i), vi = from(i);
+        const Real3 xi = x(i), vi = v(i);
         ViscousSum sum;
         for (Index k = 0; k < nf(i); ++k) {
           const Index j = lf(i, k);
           const Real3 r = xi - x(j);
           const Real r2 = dot(r, r);
-          sum.add(volume(j), vi - from(j), r, r2, kernel.slope(Kokkos::sqrt(r2)));
+          sum.add(volume(j), vi - v(j), r, r2, kernel.slope(Kokkos::sqrt(r2)));
         }
         if (solids)
           for (Index k = 0; k < nb(i); ++k) {
@@ -70,20 +69,26 @@ double liquid_stage(const Device& d, const Stage& stage, const Array<Real3>& fro
           }
         Real3 rate = g + strength * sum.pull;
         if (field) rate += central_field(xi, center, square);
-        Real3 next = stage.mu * vi + stage.weight * rate;
-        if (stage.nu != 0) next += stage.nu * to(i);
-        to(i) = next;
+        Real3 next = stage.weight * rate;
+        if (stage.keep != 0) next += stage.keep * change(i);
+        change(i) = next;
         return double(strength * sum.bound);
       });
 }
 
-/// The reaction on samples and nodes (d.nodes.force) of liquid that moves with `v`.
-void cloth_forces(Device& d, const Array<Real3>& v) {
+void add_change(const Device& d) {
+  const auto v = d.fluid.velocity, change = d.work.predicted;
+  parallel(
+      "drench::forces::velocity", d.fluid.count, KOKKOS_LAMBDA(const Index i) { v(i) += change(i); });
+}
+
+/// The reaction on samples and nodes (d.nodes.force).
+void cloth_forces(Device& d) {
   if (d.viscous_work.sample_bound.extent(0) == 0)
     d.viscous_work.sample_bound = Array<Real>("drench::viscous_sample_bound", d.samples.count);
   const Kernel kernel = d.kernel;
   const Real strength = sheet_friction * d.viscous_strength * d.rest_density;
-  const auto xs = d.samples.position, xf = d.fluid.position, us = d.samples.velocity;
+  const auto xs = d.samples.position, xf = d.fluid.position, us = d.samples.velocity, v = d.fluid.velocity;
   const auto force = d.samples.force;
   const auto vs = d.samples.volume, volume = d.work.volume, bound = d.viscous_work.sample_bound;
   const auto count = d.sample_fluid.count;
@@ -116,63 +121,43 @@ double node_bound(const Device& d) {
       });
 }
 
-/// J_k of the nodes into `to`, and their velocities to match.
-void node_stage(Device& d, const Stage& stage, const Array<Real3>& from, const Array<Real3>& to) {
-  const auto start = d.viscous_work.start, v = d.nodes.velocity, f = d.nodes.force;
+/// A stage of the nodes: their impulse J grows by its own D_k.
+void node_stage(Device& d, const Stage& stage, Real dt) {
+  const auto change = d.viscous_work.impulse_change, v = d.nodes.velocity, f = d.nodes.force, pin = d.nodes.pin_force;
   const auto u = d.nodes.inverse_mass;
-  parallel(
-      "drench::forces::node_stage", d.nodes.count, KOKKOS_LAMBDA(const Index n) {
-        to(n) = stage.mu * from(n) + stage.nu * to(n) + stage.weight * f(n);
-        v(n) = start(n) + u(n) * to(n);
-      });
-}
-
-void pin_reaction(Device& d, const Array<Real3>& impulse, Real dt) {
-  const auto pin = d.nodes.pin_force;
   const auto pinned = d.nodes.pinned;
   parallel(
-      "drench::forces::pin", d.nodes.count, KOKKOS_LAMBDA(const Index n) {
-        if (pinned(n)) pin(n) -= (1 / dt) * impulse(n);
+      "drench::forces::node_stage", d.nodes.count, KOKKOS_LAMBDA(const Index n) {
+        const Real3 next = stage.keep * change(n) + stage.weight * f(n);
+        change(n) = next;
+        if (pinned(n))
+          pin(n) -= (1 / dt) * next;
+        else
+          v(n) += u(n) * next;
       });
 }
 
-/// The stages after the first, which was made with the whole Δt and is shortened here.
-void further_stages(Device& d, int stages, double dt) {
+/// All stages, the forces of the first being there and its change made with the whole Δt.
+void many_stages(Device& d, int stages, double dt) {
   const bool cloth = d.samples.count > 0;
-  Array<Real3> last = d.fluid.velocity, now = d.work.predicted;
+  const auto change = d.work.predicted;
   const Real share = Real(2 / (double(stages) * (stages + 1.0)));
   parallel(
-      "drench::forces::first_stage", d.fluid.count,
-      KOKKOS_LAMBDA(const Index i) { now(i) = last(i) + share * (now(i) - last(i)); });
-  ViscousWork& work = d.viscous_work;
-  Array<Real3> impulse, last_impulse;
-  if (cloth) {
-    if (work.start.extent(0) == 0) {
-      work.start = Array<Real3>("drench::viscous_start", d.nodes.count);
-      work.impulse = Array<Real3>("drench::viscous_impulse", d.nodes.count);
-      work.last_impulse = Array<Real3>("drench::viscous_last_impulse", d.nodes.count);
-    }
-    Kokkos::deep_copy(ExecSpace(), work.start, d.nodes.velocity);
-    Kokkos::deep_copy(ExecSpace(), work.last_impulse, Real3{});
-    impulse = work.last_impulse;
-    last_impulse = work.impulse;
-    node_stage(d, {0, 0, share * Real(dt)}, impulse, last_impulse);
-    std::swap(impulse, last_impulse);
-  }
-  for (int k = 2; k <= stages; ++k) {
+      "drench::forces::first_stage", d.fluid.count, KOKKOS_LAMBDA(const Index i) { change(i) = share * change(i); });
+  if (cloth && d.viscous_work.impulse_change.extent(0) == 0)
+    d.viscous_work.impulse_change = Array<Real3>("drench::viscous_impulse_change", d.nodes.count);
+  for (int k = 1; k <= stages; ++k) {
     const Stage stage = legendre(k, stages, dt);
-    if (cloth) {
-      refresh_samples(d);
-      cloth_forces(d, now);
+    if (k > 1) {
+      if (cloth) {
+        refresh_samples(d);
+        cloth_forces(d);
+      }
+      liquid_change(d, stage);
     }
-    liquid_stage(d, stage, now, last);
-    std::swap(now, last);
-    if (!cloth) continue;
-    node_stage(d, stage, impulse, last_impulse);
-    std::swap(impulse, last_impulse);
+    add_change(d);
+    if (cloth) node_stage(d, stage, Real(dt));
   }
-  if (cloth) pin_reaction(d, impulse, Real(dt));
-  if (stages % 2 == 1) Kokkos::deep_copy(ExecSpace(), d.fluid.velocity, d.work.predicted);
 }
 
 }  // namespace
@@ -186,20 +171,18 @@ void forces(Device& d, const StepInfo& info, StepReport&) {
   if (cloth) {
     refresh_samples(d);  // the divergence solve has changed the nodes' velocities
     refresh_inverse_mass(d);
-    cloth_forces(d, d.fluid.velocity);
+    cloth_forces(d);
   }
-  double bound = liquid_stage(d, legendre(1, 1, info.dt), d.fluid.velocity, d.work.predicted);
+  double bound = liquid_change(d, legendre(1, 1, info.dt));
   if (cloth) bound = std::max(bound, node_bound(d));
   int stages = 1;
   while (stages * (stages + 1.0) < 2 * info.dt * bound) ++stages;
   if (stages > 1) {
-    further_stages(d, stages, info.dt);
+    many_stages(d, stages, info.dt);
     return;
   }
+  add_change(d);
   if (cloth) apply_node_forces(d, Real(info.dt));
-  const auto v = d.fluid.velocity, predicted = d.work.predicted;
-  parallel(
-      "drench::forces::velocity", d.fluid.count, KOKKOS_LAMBDA(const Index i) { v(i) = predicted(i); });
 }
 
 }  // namespace drench::kokkos_backend

@@ -20,7 +20,8 @@
 // Time. dv/dt = L(v) for particles and free nodes together, dv_i/dt = g + field + a_i, dv_n/dt = u_n f_n, at fixed
 //       positions over Δt: s stages of the Runge–Kutta–Legendre method RKL1 (Meyer, Balsara & Aslam 2014),
 //         Y_0 = v, Y_1 = Y_0 + w Δt L(Y_0), Y_k = (2k−1)/k Y_{k−1} − (k−1)/k Y_{k−2} + (2k−1)/k w Δt L(Y_{k−1}),
-//         w = 2/(s² + s), the new v = Y_s; s = 1 is Euler's step.
+//         w = 2/(s² + s), the new v = Y_s; s = 1 is Euler's step. Written as changes D_k = Y_k − Y_{k−1} it is
+//         D_k = (k−1)/k D_{k−1} + (2k−1)/k w Δt L(Y_{k−1}).
 //       s is the smallest with  s (s + 1) ≥ 2 Δt max(max_i C_i, max_n u_n Σ_b w_bn K_b),  with
 //         C_i = Σ of the factors (χ ν/h²) V |∇W| r in a_i, K_b = Σ_i m_i (its part of C_i).
 //       L is symmetric in the masses' inner product and its eigenvalues lie in [−2 max(…), 0], so the stages are stable
