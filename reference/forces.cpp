@@ -1,6 +1,7 @@
 // Stage forces (src/stages/forces.hpp).
 
 #include <algorithm>
+#include <cmath>
 
 #include "common.hpp"
 
@@ -45,6 +46,7 @@ Rates rates(const ReferenceState& state, const Velocities& v) {
   const Smoothing w(state.model);
   const double strength = normalisation(state.model.scene.fluid.kernel) * state.model.scene.fluid.viscosity / (h * h);
   const Vectors sample = sample_positions(state);
+  const auto ratio = [&](Index i) { return std::max(0.5, s.fluid_density_ratio[i]); };
   Rates out;
   out.sample_force.assign(sample.size(), Vector3d::Zero());
   out.sample_bound.assign(sample.size(), 0.0);
@@ -60,14 +62,15 @@ Rates rates(const ReferenceState& state, const Velocities& v) {
       return term;
     };
     for (const Index j : state.fluid_fluid[i]) {
-      add(fluid_volume(state, j), vi - v.fluid[j], xi - vec(s.fluid_position[j]));
+      add(fluid_volume(state, j) / std::sqrt(ratio(i) * ratio(j)), vi - v.fluid[j], xi - vec(s.fluid_position[j]));
     }
     for (const Index b : state.fluid_boundary[i]) {
-      add(2 * s.boundary_volume[b], vi - vec(s.boundary_velocity[b]), xi - vec(s.boundary_position[b]));
+      add(2 * s.boundary_volume[b] / ratio(i), vi - vec(s.boundary_velocity[b]), xi - vec(s.boundary_position[b]));
     }
     for (const Index b : state.fluid_sample[i]) {
       const double before = bound;
-      out.sample_force[b] -= fluid_mass(state, i) * add(0.4 * s.sample_volume[b], vi - v.sample[b], xi - sample[b]);
+      const Vector3d term = add(0.4 * s.sample_volume[b] / ratio(i), vi - v.sample[b], xi - sample[b]);
+      out.sample_force[b] -= fluid_mass(state, i) * term;
       out.sample_bound[b] += fluid_mass(state, i) * (bound - before);
     }
     out.fluid.push_back(a);

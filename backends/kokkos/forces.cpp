@@ -31,6 +31,17 @@ void inviscid(Device& d, Real dt) {
       });
 }
 
+/// δ_i as the viscosity counts it.
+KOKKOS_INLINE_FUNCTION Real bounded_ratio(Real delta) { return delta < Real(0.5) ? Real(0.5) : delta; }
+
+/// V_j/√δ_j in work.rate: with it the pairs' mean costs nothing.
+void pair_volumes(const Device& d) {
+  const auto volume = d.work.volume, ratio = d.fluid.density_ratio, pair_volume = d.work.rate;
+  parallel(
+      "drench::forces::pair_volume", d.fluid.count,
+      KOKKOS_LAMBDA(const Index i) { pair_volume(i) = volume(i) / Kokkos::sqrt(bounded_ratio(ratio(i))); });
+}
+
 /// The liquid's change in a stage, in work.predicted. Returns the largest C_i, 1/s.
 double liquid_change(const Device& d, const Stage& stage) {
   const Kernel kernel = d.kernel;
@@ -40,12 +51,14 @@ double liquid_change(const Device& d, const Stage& stage) {
   const bool solids = d.boundary.count > 0, cloth = d.samples.count > 0;
   const auto x = d.fluid.position, xb = d.boundary.position, xs = d.samples.position;
   const auto v = d.fluid.velocity, change = d.work.predicted, ub = d.boundary.velocity, us = d.samples.velocity;
-  const auto volume = d.work.volume, vb = d.boundary.volume, vs = d.samples.volume;
+  const auto volume = d.work.rate, ratio = d.fluid.density_ratio;  // V_j/√δ_j
+  const auto vb = d.boundary.volume, vs = d.samples.volume;
   const auto nf = d.fluid_fluid.count, nb = d.fluid_boundary.count, ns = d.fluid_sample.count;
   const auto lf = d.fluid_fluid.list, lb = d.fluid_boundary.list, ls = d.fluid_sample.list;
   return maximum(
       "drench::forces::liquid", d.fluid.count, KOKKOS_LAMBDA(const Index i) {
         const Real3 xi = x(i), vi = v(i);
+        const Real share = 1 / Kokkos::sqrt(bounded_ratio(ratio(i)));
         ViscousSum sum;
         for (Index k = 0; k < nf(i); ++k) {
           const Index j = lf(i, k);
@@ -58,21 +71,21 @@ double liquid_change(const Device& d, const Stage& stage) {
             const Index b = lb(i, k);
             const Real3 r = xi - xb(b);
             const Real r2 = dot(r, r);
-            sum.add(solid_friction * vb(b), vi - ub(b), r, r2, kernel.slope(Kokkos::sqrt(r2)));
+            sum.add(solid_friction * share * vb(b), vi - ub(b), r, r2, kernel.slope(Kokkos::sqrt(r2)));
           }
         if (cloth)
           for (Index k = 0; k < ns(i); ++k) {
             const Index b = ls(i, k);
             const Real3 r = xi - xs(b);
             const Real r2 = dot(r, r);
-            sum.add(sheet_friction * vs(b), vi - us(b), r, r2, kernel.slope(Kokkos::sqrt(r2)));
+            sum.add(sheet_friction * share * vs(b), vi - us(b), r, r2, kernel.slope(Kokkos::sqrt(r2)));
           }
-        Real3 rate = g + strength * sum.pull;
+        Real3 rate = g + (strength * share) * sum.pull;
         if (field) rate += central_field(xi, center, square);
         Real3 next = stage.weight * rate;
         if (stage.keep != 0) next += stage.keep * change(i);
         change(i) = next;
-        return double(strength * sum.bound);
+        return double(strength * share * sum.bound);
       });
 }
 
@@ -90,7 +103,8 @@ void cloth_forces(Device& d) {
   const Real strength = sheet_friction * d.viscous_strength * d.rest_density;
   const auto xs = d.samples.position, xf = d.fluid.position, us = d.samples.velocity, v = d.fluid.velocity;
   const auto force = d.samples.force;
-  const auto vs = d.samples.volume, volume = d.work.volume, bound = d.viscous_work.sample_bound;
+  const auto vs = d.samples.volume, volume = d.work.volume, ratio = d.fluid.density_ratio;
+  const auto bound = d.viscous_work.sample_bound;
   const auto count = d.sample_fluid.count;
   const auto list = d.sample_fluid.list;
   parallel(
@@ -100,7 +114,7 @@ void cloth_forces(Device& d) {
           const Index i = list(b, k);
           const Real3 r = xs(b) - xf(i);
           const Real r2 = dot(r, r);
-          sum.add(volume(i), us(b) - v(i), r, r2, kernel.slope(Kokkos::sqrt(r2)));
+          sum.add(volume(i) / bounded_ratio(ratio(i)), us(b) - v(i), r, r2, kernel.slope(Kokkos::sqrt(r2)));
         }
         force(b) = (strength * vs(b)) * sum.pull;
         bound(b) = strength * vs(b) * sum.bound;
@@ -168,6 +182,7 @@ void forces(Device& d, const StepInfo& info, StepReport&) {
     return;
   }
   const bool cloth = d.samples.count > 0;
+  pair_volumes(d);
   if (cloth) {
     refresh_samples(d);  // the divergence solve has changed the nodes' velocities
     refresh_inverse_mass(d);
