@@ -100,10 +100,10 @@ double largest_bound(const ReferenceState& state, const Rates& rates) {
 void forces(ReferenceState& state, const StepInfo& info, StepReport&) {
   HostState& s = state.s;
   const std::size_t particles = s.fluid_velocity.size(), nodes = s.node_velocity.size();
-  // Y_{k−1} and Y_{k−2} of the particles; J_{k−1} and J_{k−2} of the nodes
-  Vectors now, last, impulse(nodes, Vector3d::Zero()), last_impulse = impulse;
+  // Y_{k−1} and D_{k−1} of the particles, the same of the nodes' impulses
+  Vectors now, change(particles, Vector3d::Zero());
+  Vectors impulse(nodes, Vector3d::Zero()), impulse_change = impulse;
   for (const Vec3& v : s.fluid_velocity) now.push_back(vec(v));
-  last = now;
 
   int stages = 1;
   for (int k = 1; k <= stages; ++k) {
@@ -117,18 +117,15 @@ void forces(ReferenceState& state, const StepInfo& info, StepReport&) {
     if (k == 1) {
       while (stages * (stages + 1.0) < 2 * info.dt * largest_bound(state, r)) ++stages;
     }
-    const double mu = (2 * k - 1.0) / k, nu = (1.0 - k) / k;
-    const double weight = mu * info.dt * 2 / (stages * (stages + 1.0));
+    const double keep = (k - 1.0) / k, weight = (2 * k - 1.0) / k * info.dt * 2 / (stages * (stages + 1.0));
     for (std::size_t i = 0; i < particles; ++i) {
-      const Vector3d next = mu * now[i] + nu * last[i] + weight * r.fluid[i];
-      last[i] = now[i];
-      now[i] = next;
+      change[i] = keep * change[i] + weight * r.fluid[i];
+      now[i] += change[i];
     }
     const Vectors node_force = spread_to_nodes(state, r.sample_force);
     for (std::size_t n = 0; n < nodes; ++n) {
-      const Vector3d next = mu * impulse[n] + nu * last_impulse[n] + weight * node_force[n];
-      last_impulse[n] = impulse[n];
-      impulse[n] = next;
+      impulse_change[n] = keep * impulse_change[n] + weight * node_force[n];
+      impulse[n] += impulse_change[n];
     }
   }
 

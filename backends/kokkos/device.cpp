@@ -198,8 +198,8 @@ Device::Device(const Model& m)
       kernel(m.scene.fluid.kernel, Real(m.support)),
       quantum(m.quantum),
       gravity(to_real(m.scene.gravity)),
-      viscous_strength(Real(viscosity_normalisation(m.scene.fluid.kernel) * m.scene.fluid.viscosity /
-                            (m.support * m.support))),
+      viscous_strength(
+          Real(viscosity_normalisation(m.scene.fluid.kernel) * m.scene.fluid.viscosity / (m.support * m.support))),
       field_center(to_real(m.scene.field.center)),
       field_square(to_real(squares(m.scene.field.rate))) {
   if (m.has_cloth()) {

@@ -26,9 +26,8 @@ void inviscid(Device& d, Real dt) {
   const bool field = d.model.scene.field.present;
   const auto x = d.fluid.position, v = d.fluid.velocity;
   parallel(
-      "drench::forces::velocity", d.fluid.count, KOKKOS_LAMBDA(const Index i) {
-        v(i) += dt * (field ? g + central_field(x(i), center, square) : g);
-      });
+      "drench::forces::velocity", d.fluid.count,
+      KOKKOS_LAMBDA(const Index i) { v(i) += dt * (field ? g + central_field(x(i), center, square) : g); });
 }
 
 /// δ_i as the viscosity counts it.

@@ -150,7 +150,7 @@ struct Scene {
   std::string path;  // the file that it came from, "" when built in memory
   int version = 1;
   TimeScene time;
-  Vec3 gravity{0, -9.81, 0};                  // m/s²
+  Vec3 gravity{0, -9.81, 0};  // m/s²
   FieldScene field;
   Box domain{{-10, -10, -10}, {10, 10, 10}};  // m
   OutputScene output;

@@ -44,9 +44,7 @@ Motion motion(const Model& m, const HostState& s, double dt) {
   return out;
 }
 
-double difference(const Vec3& a, const Vec3& b) {
-  return std::sqrt(square({a[0] - b[0], a[1] - b[1], a[2] - b[2]}));
-}
+double difference(const Vec3& a, const Vec3& b) { return std::sqrt(square({a[0] - b[0], a[1] - b[1], a[2] - b[2]})); }
 
 }  // namespace
 
@@ -60,7 +58,8 @@ TEST(forces, agrees_with_the_reference_without_viscosity) {
 }
 
 TEST(forces, agrees_with_the_reference_in_many_stages) {
-  compare_stage({.stage = Stage::forces, .scene = with(wet_scene(), thin, "viscosity: 0.3"), .changes = "node_velocity"});
+  compare_stage(
+      {.stage = Stage::forces, .scene = with(wet_scene(), thin, "viscosity: 0.3"), .changes = "node_velocity"});
 }
 
 TEST(forces, agrees_with_the_reference_in_a_central_field) {

@@ -20,7 +20,7 @@ constexpr double rate = 10, radius = 0.1, swing = 0.15;  // 1/s, m, 1: initial A
 /// in the field: u_k = A_k x_k, p = P (1 − Σ x_k²/a_k²), dA_k/dt + A_k² = Π/a_k² − Ω² with Σ A_k = 0 (Dirichlet; the
 /// plane case is Monaghan & Rafiee 2013).
 struct Ellipsoid {
-  std::array<double, 3> a{1, 1, 1}, stretch{swing * rate, -swing * rate, 0};
+  std::array<double, 3> a{1, 1, 1}, stretch{swing * rate, -swing*rate, 0};
 };
 
 Ellipsoid slope(const Ellipsoid& e) {
@@ -136,11 +136,12 @@ TEST(central_field, a_drop_swings_with_the_period_of_theory) {
   std::printf("period of small swings %.5f s, of this swing %.5f s\n", small, exact);
   for (const int across : {6, 8}) {
     const Swing s = measure(radius / across);
-    std::printf("R = %d d: period %.5f s, %.3f of small swings', %.3f of this swing's; a swing two periods later is "
-                "%.2f of the first\n",
-                across, s.period, s.period / small, s.period / exact, s.decay);
-    report({fmt::format("drop in −Ω² x, R = {} d: error of the period of its aspect", across),
-            "2π/(√2 Ω)", std::fabs(s.period / small - 1), 0.03});
+    std::printf(
+        "R = %d d: period %.5f s, %.3f of small swings', %.3f of this swing's; a swing two periods later is "
+        "%.2f of the first\n",
+        across, s.period, s.period / small, s.period / exact, s.decay);
+    report({fmt::format("drop in −Ω² x, R = {} d: error of the period of its aspect", across), "2π/(√2 Ω)",
+            std::fabs(s.period / small - 1), 0.03});
   }
 }
 

@@ -13,8 +13,8 @@ inline Real viscosity_normalisation(KernelKind kind) {
   return Real(80.0 / 3);
 }
 
-constexpr Real solid_friction = 2;            // samples half a spacing behind the surface
-constexpr Real sheet_friction = Real(0.4);    // samples on the sheet, volumes 1/ΣW
+constexpr Real solid_friction = 2;          // samples half a spacing behind the surface
+constexpr Real sheet_friction = Real(0.4);  // samples on the sheet, volumes 1/ΣW
 
 /// Viscous pulls on a particle, summed up; times χ ν/h² they are an acceleration (m/s²) and its bound C (1/s).
 struct ViscousSum {
