@@ -12,9 +12,15 @@ void time_step(ReferenceState& state, const StepInfo&, StepReport& report) {
   report.dt_wanted = time.step;
   if (time.mode == TimeMode::fixed) return;
 
-  const double gravity_gain = vec(state.model.scene.gravity).norm() * time.step;
+  const FieldScene& field = state.model.scene.field;
   double fastest = 0;
-  for (const Vec3& v : state.s.fluid_velocity) fastest = std::max(fastest, vec(v).norm() + gravity_gain);
+  for (Index i = 0; i < state.s.fluid_count(); ++i) {
+    Eigen::Vector3d a = vec(state.model.scene.gravity);
+    if (field.present) {
+      a -= vec(field.rate).cwiseAbs2().cwiseProduct(vec(state.s.fluid_position[i]) - vec(field.center));
+    }
+    fastest = std::max(fastest, vec(state.s.fluid_velocity[i]).norm() + a.norm() * time.step);
+  }
   for (const Vec3& v : state.s.node_velocity) fastest = std::max(fastest, vec(v).norm());
   if (fastest > 0) report.dt_wanted = std::min(time.step, time.cfl * state.model.spacing / fastest);
   report.dt_wanted = std::max(report.dt_wanted, time.step / 1000);

@@ -140,6 +140,12 @@ struct AdvectionWork {
   Array<std::uint8_t> gone;
 };
 
+/// Work arrays of stage forces with cloth, made on first use.
+struct ViscousWork {
+  Array<Real> sample_bound;     // K_b, kg/s
+  Array<Real3> impulse_change;  // per node: D_k of its impulse, N s (with more than one stage)
+};
+
 /// Scratch of compact_fluid, kept between steps.
 struct CompactionWork {
   Array<Index> source;
@@ -157,12 +163,15 @@ struct Device {
   Kernel kernel;
   double quantum;  // q, kg
   Real3 gravity;
+  Real viscous_strength;             // χ ν/h², 1/s
+  Real3 field_center, field_square;  // c, m; Ω², 1/s²
   FluidArrays fluid;
   FluidWork work;
   BoundaryArrays boundary;
   NodeArrays nodes;
   ClothWork cloth_work;
   AdvectionWork advection_work;
+  ViscousWork viscous_work;
   MeshArrays mesh;
   SampleArrays samples;
   Array<Material> materials;

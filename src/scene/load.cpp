@@ -41,6 +41,14 @@ void read_time(Section& s, TimeScene& time) {
   s.number("cfl", time.cfl, "(0, 1]", "1");
 }
 
+void read_field(Section& s, FieldScene& field) {
+  field.present = true;
+  s.required({"rate"});
+  s.numbers("center", field.center, coordinate, "m");
+  s.numbers("rate", field.rate, "[0, 1000]", "1/s");
+  check_not_zero(s, "rate", field.rate);
+}
+
 void read_output(Section& s, OutputScene& output) {
   s.number("every", output.every, "[0, 1e6]", "s");
   s.number("checkpoint_every", output.checkpoint_every, "[0, 1e6]", "s");
@@ -266,6 +274,8 @@ void read_body(Section& s, BodyScene& body) {
 void check_scene(Section& s, const Scene& scene) {
   s.check(scene.fluid.present || !scene.cloths.empty(), "fluid",
           "neither fluid nor cloth stands in the scene; allowed: at least one of them");
+  s.check(scene.fluid.present || !scene.field.present, "field",
+          "acts on liquid, and the scene has none; allowed: only beside the key fluid");
   std::set<std::string> names;
   bool moving = false;
   for (std::size_t i = 0; i < scene.cloths.size(); ++i) {
@@ -286,6 +296,7 @@ void read_scene(Section& s, Scene& scene) {
   s.integer("drench", scene.version, "[1, 1]", "(the format's version)");
   s.section("time", scene.time, read_time);
   s.numbers("gravity", scene.gravity, "[-1000, 1000]", "m/s²");
+  s.section("field", scene.field, read_field);
   s.section("domain", scene.domain, read_box);
   s.section("output", scene.output, read_output);
   s.section("neighbors", scene, read_neighbors);

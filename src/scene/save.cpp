@@ -182,6 +182,8 @@ std::string to_yaml(const Scene& scene) {
   out.line("time: {{step: {}, end: {}, mode: {}, cfl: {}}}  # s", text(scene.time.step), text(scene.time.end),
            scene.time.mode == TimeMode::fixed ? "fixed" : "cfl", text(scene.time.cfl));
   out.line("gravity: {}  # m/s²", text(scene.gravity));
+  if (scene.field.present)
+    out.line("field: {{center: {}, rate: {}}}  # m, 1/s", text(scene.field.center), text(scene.field.rate));
   out.line("domain: {{{}}}  # m", corners(scene.domain));
   out.line("output: {{every: {}, checkpoint_every: {}}}  # s", text(scene.output.every),
            text(scene.output.checkpoint_every));

@@ -139,11 +139,19 @@ struct BodyScene {
   SpinScene spin;          // about the mesh's bounding-box centre
 };
 
+/// An acceleration of the liquid towards a centre: −Ω_k² (x − c)_k along each axis k.
+struct FieldScene {
+  bool present = false;
+  Vec3 center{0, 0, 0};  // c, m
+  Vec3 rate{0, 0, 0};    // Ω, 1/s
+};
+
 struct Scene {
   std::string path;  // the file that it came from, "" when built in memory
   int version = 1;
   TimeScene time;
-  Vec3 gravity{0, -9.81, 0};                  // m/s²
+  Vec3 gravity{0, -9.81, 0};  // m/s²
+  FieldScene field;
   Box domain{{-10, -10, -10}, {10, 10, 10}};  // m
   OutputScene output;
   SortMethod sort = SortMethod::automatic;

@@ -31,10 +31,11 @@ inline auto fields(const SpinScene& s) { const auto& [a, b] = s; return std::tie
 inline auto fields(const BodyScene& s) {
   const auto& [a, b, c, d, e, f, g, h, i, j, k] = s; return std::tie(a, b, c, d, e, f, g, h, i, j, k);
 }
+inline auto fields(const FieldScene& s) { const auto& [a, b, c] = s; return std::tie(a, b, c); }
 /// Where a scene came from is no part of what it says.
 inline auto fields(const Scene& s) {
-  const auto& [path, a, b, c, d, e, f, g, h, i] = s; static_cast<void>(path);
-  return std::tie(a, b, c, d, e, f, g, h, i);
+  const auto& [path, a, b, c, d, e, f, g, h, i, j] = s; static_cast<void>(path);
+  return std::tie(a, b, c, d, e, f, g, h, i, j);
 }
 // clang-format on
 

@@ -31,6 +31,21 @@ TEST(time_step, cfl_mode_bounds_the_distance_of_the_fastest_particle) {
   }
 }
 
+TEST(time_step, the_field_counts_as_gravity_does) {
+  std::string scene = with(wet_scene(), "{step: 0.002, end: 1.0}", "{step: 0.1, end: 1.0, mode: cfl}");
+  scene = with(scene, "domain:", "gravity: [0, 0, 0]\nfield: {center: [1, 0, 0], rate: [4, 0, 0]}\ndomain:");
+  const auto setup = setup_from(scene);
+  HostState state = setup.state;
+  for (Vec3& v : state.fluid_velocity) v = {0, 0, 0};
+  state.fluid_position[3] = {-0.9, 0.1, 0};
+  for (const auto& backend : {make_reference_backend(setup.model), make_kokkos_backend(setup.model)}) {
+    StepReport report;
+    backend->upload(state);
+    backend->run(Stage::time_step, {}, report);
+    EXPECT_NEAR(report.dt_wanted, 0.4 * 0.02 / (16 * 1.9 * 0.1), 1e-8) << backend->name();
+  }
+}
+
 TEST(time_step, node_speed_counts_and_the_step_has_a_floor) {
   const auto setup = setup_from(with(wet_scene(), "{step: 0.002, end: 1.0}", "{step: 0.1, end: 1.0, mode: cfl}"));
   HostState state = setup.state;

@@ -62,10 +62,11 @@ struct Fall {
   double sag = 0;                              // m, the largest
 };
 
-Fall fall_on_cloth(double dt) {
+Fall fall_on_cloth(double dt, double viscosity = 1e-6) {
   const drench::Setup setup = build(parse_scene(water_over_cloth, "water_over_cloth.yaml"));
   drench::Setup timed = setup;
   timed.model.scene.time.step = dt;
+  timed.model.scene.fluid.viscosity = viscosity;
   const auto backend = make_kokkos_backend(timed.model);
   Pipeline pipeline(timed.model, *backend, timed.state);
   Fall fall;
@@ -132,8 +133,16 @@ bodies: [{box: {min: [-0.3, -0.4, -0.3], max: [0.3, 0.6, 0.3], inside: true}}]
               first, largest, last, rise, capped, steps);
   const std::string scene = "100:1 water over cloth, dt 4 ms, 5 s: ";
   report({scene + "largest energy over the first, − 1", "no energy created", largest / first - 1, 0});
-  report({scene + "largest rise of the energy over what is lost in all", "no energy created", rise / (first - last), 0.01});
+  report({scene + "largest rise of the energy over what is lost in all", "no energy created", rise / (first - last), 0.01, "1", 0.03});
   report({scene + "steps that end at max_iterations", "1 %", double(capped) / steps, 0.01});
+}
+
+TEST(coupling, viscous_liquid_over_light_cloth_gains_no_energy) {
+  // With an explicit reaction on the nodes 10⁻³ m²/s made 38 J of 2.4 J.
+  const Fall fall = fall_on_cloth(0.004, 1e-3);
+  std::printf("viscosity 1e-3 m²/s: energy first %.4f J, largest %.4f J, last %.4f J; sag %.4f m\n", fall.first,
+              fall.largest, fall.last, fall.sag);
+  EXPECT_LE(fall.largest, fall.first * 1.001);
 }
 
 TEST(coupling, pins_carry_the_weight_of_a_hanging_sheet) {
