@@ -138,6 +138,12 @@ struct AdvectionWork {
   Array<std::uint8_t> gone;
 };
 
+/// Work arrays of stage surface_tension, made on first use.
+struct SurfaceTensionWork {
+  Array<Real3> normal;                        // n_i, 1
+  Array<Real> body_adhesion, cloth_adhesion;  // D, N/m³, per body and per cloth
+};
+
 /// Scratch of compact_fluid, kept between steps.
 struct CompactionWork {
   Array<Index> source;
@@ -161,6 +167,7 @@ struct Device {
   NodeArrays nodes;
   ClothWork cloth_work;
   AdvectionWork advection_work;
+  SurfaceTensionWork surface_tension_work;
   MeshArrays mesh;
   SampleArrays samples;
   Array<Material> materials;

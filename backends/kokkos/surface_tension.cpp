@@ -1,0 +1,158 @@
+// Stage surface_tension (src/stages/surface_tension.hpp).
+
+#include <cstdlib>
+
+#include "device.hpp"
+#include "device_copy.hpp"
+#include "laws/sheet.hpp"
+#include "laws/surface_tension.hpp"
+
+namespace drench::kokkos_backend {
+namespace {
+
+/// Volume (m³) of a cloth sample of an even plane of spacing d: 1/ΣW.
+double cloth_layer(const Device& d) {
+  const int reach = static_cast<int>(d.support / d.spacing) + 1;
+  double sum = 0;
+  for (int a = -reach; a <= reach; ++a)
+    for (int b = -reach; b <= reach; ++b)
+      sum += double(d.kernel.value(d.spacing * Kokkos::sqrt(Real(a * a + b * b))));
+  return 1 / sum;
+}
+
+/// Work arrays, on first use.
+void allocate(Device& d) {
+  SurfaceTensionWork& w = d.surface_tension_work;
+  const double spacing = d.model.spacing, support = d.model.support;
+  if (d.model.has_adhesion() && w.body_adhesion.extent(0) + w.cloth_adhesion.extent(0) == 0) {
+    std::vector<double> bodies, cloths;
+    for (const Body& b : d.model.bodies)
+      bodies.push_back(adhesion_strength(b.adhesion, spacing * spacing * spacing, spacing, support));
+    const double layer = cloth_layer(d);
+    for (const ClothMaterial& c : d.model.cloths)
+      cloths.push_back(adhesion_strength(c.adhesion, layer, spacing, support));
+    w.body_adhesion = to_device<Real>("drench::surface_tension::body_adhesion", bodies);
+    w.cloth_adhesion = to_device<Real>("drench::surface_tension::cloth_adhesion", cloths);
+  }
+  if (d.model.scene.fluid.surface_tension > 0 && w.normal.extent(0) < d.fluid.position.extent(0))
+    w.normal = Array<Real3>(Kokkos::ViewAllocateWithoutInitializing("drench::surface_tension::normal"),
+                            d.fluid.position.extent(0));
+}
+
+/// n_i = h Σ_j V_j ∇W_ij.
+void surface_normals(Device& d) {
+  const Kernel kernel = d.kernel;
+  const auto x = d.fluid.position, normal = d.surface_tension_work.normal;
+  const auto volume = d.work.volume;
+  const auto count = d.fluid_fluid.count;
+  const auto list = d.fluid_fluid.list;
+  parallel(
+      "drench::surface_tension::normal", d.fluid.count, KOKKOS_LAMBDA(const Index i) {
+        const Real3 xi = x(i);
+        Real3 sum;
+        for (Index k = 0; k < count(i); ++k) {
+          const Index j = list(i, k);
+          const Real3 r = xi - x(j);
+          sum += volume(j) * kernel.slope(norm(r)) * r;
+        }
+        normal(i) = kernel.h * sum;
+      });
+}
+
+/// v_i += Δt Σ_j F_ij/m_i.
+void pull_liquid(Device& d, const SurfaceForces& law, Real dt) {
+  const auto x = d.fluid.position, v = d.fluid.velocity, normal = d.surface_tension_work.normal;
+  const auto volume = d.work.volume;
+  const auto count = d.fluid_fluid.count;
+  const auto list = d.fluid_fluid.list;
+  const Real factor = dt / d.rest_density, closest = Real(1e-9) * law.h;
+  parallel(
+      "drench::surface_tension::cohesion", d.fluid.count, KOKKOS_LAMBDA(const Index i) {
+        const Real3 xi = x(i), ni = normal(i);
+        Real3 f;
+        for (Index k = 0; k < count(i); ++k) {
+          const Index j = list(i, k);
+          const Real3 r = xi - x(j);
+          const Real length = norm(r);
+          if (length <= closest) continue;
+          f -= volume(j) * ((law.cohesion(length) / length) * r + law.surface * (ni - normal(j)));
+        }
+        v(i) += factor * f;
+      });
+}
+
+/// v_i += Δt Σ_b F_ib/m_i.
+void stick_to_walls(Device& d, const SurfaceForces& law, Real dt) {
+  const auto x = d.fluid.position, v = d.fluid.velocity, xb = d.boundary.position, xs = d.samples.position;
+  const auto sheet_normal = d.samples.normal;
+  const auto vb = d.boundary.volume, vs = d.samples.volume;
+  const auto body = d.boundary.body, cloth_of = d.samples.cloth;
+  const auto of_body = d.surface_tension_work.body_adhesion, of_cloth = d.surface_tension_work.cloth_adhesion;
+  const auto nb = d.fluid_boundary.count, ns = d.fluid_sample.count;
+  const auto lb = d.fluid_boundary.list, ls = d.fluid_sample.list;
+  const bool solids = d.boundary.count > 0, cloth = d.samples.count > 0;
+  const Real factor = dt / d.rest_density, half = Real(0.5) * d.spacing;
+  parallel(
+      "drench::surface_tension::adhesion", d.fluid.count, KOKKOS_LAMBDA(const Index i) {
+        const Real3 xi = x(i);
+        Real3 f;
+        if (solids)
+          for (Index k = 0; k < nb(i); ++k) {
+            const Index b = lb(i, k);
+            const Real3 r = xi - xb(b);
+            const Real length = norm(r), pull = law.adhesion(length);
+            if (pull > 0) f -= (of_body(body(b)) * vb(b) * pull / length) * r;
+          }
+        if (cloth)
+          for (Index k = 0; k < ns(i); ++k) {
+            const Index b = ls(i, k);
+            const Real3 r = from_behind(xi - xs(b), sheet_normal(b), half);
+            const Real length = norm(r), pull = law.adhesion(length);
+            if (pull > 0) f -= (of_cloth(cloth_of(b)) * vs(b) * pull / length) * r;
+          }
+        v(i) += factor * f;
+      });
+}
+
+/// The reaction on the cloth's nodes.
+void pull_cloth(Device& d, const SurfaceForces& law, Real dt) {
+  const auto x = d.fluid.position, xs = d.samples.position, sheet_normal = d.samples.normal, force = d.samples.force;
+  const auto volume = d.work.volume, vs = d.samples.volume, of_cloth = d.surface_tension_work.cloth_adhesion;
+  const auto cloth_of = d.samples.cloth;
+  const auto count = d.sample_fluid.count;
+  const auto list = d.sample_fluid.list;
+  const Real half = Real(0.5) * d.spacing;
+  parallel(
+      "drench::surface_tension::sample_force", d.samples.count, KOKKOS_LAMBDA(const Index b) {
+        Real3 f;
+        for (Index k = 0; k < count(b); ++k) {
+          const Index i = list(b, k);
+          const Real3 r = from_behind(x(i) - xs(b), sheet_normal(b), half);
+          const Real length = norm(r), pull = law.adhesion(length);
+          if (pull > 0) f += (volume(i) * pull / length) * r;
+        }
+        force(b) = of_cloth(cloth_of(b)) * vs(b) * f;
+      });
+  node_forces_from_samples(d);
+  refresh_inverse_mass(d);
+  apply_node_forces(d, dt);
+}
+
+}  // namespace
+
+void surface_tension(Device& d, const StepInfo& info, StepReport&) {
+  if (d.fluid.count == 0) return;
+  allocate(d);
+  const FluidScene& fluid = d.model.scene.fluid;
+  const Real dt = Real(info.dt);
+  const SurfaceForces law(fluid.kernel, fluid.surface_tension, d.model.support);
+  if (fluid.surface_tension > 0) {
+    surface_normals(d);
+    pull_liquid(d, law, dt);
+  }
+  if (!d.model.has_adhesion()) return;
+  stick_to_walls(d, law, dt);
+  if (d.model.has_sticky_cloth()) pull_cloth(d, law, dt);
+}
+
+}  // namespace drench::kokkos_backend
