@@ -11,14 +11,7 @@ namespace {
 using Eigen::Vector3d;
 using std::numbers::pi;
 
-/// Akinci, Akinci & Teschner 2013, Eq. 2: C(r), 1/m³.
-double cohesion_kernel(double r, double h) {
-  if (r >= h) return 0;
-  const double attraction = std::pow(h - r, 3) * std::pow(r, 3);
-  return 32 / (pi * std::pow(h, 9)) * (r > h / 2 ? attraction : 2 * attraction - std::pow(h, 6) / 64);
-}
-
-/// Their Eq. 7: a(r), 1/m³.
+/// Akinci, Akinci & Teschner 2013, Eq. 7: a(r), 1/m³.
 double adhesion_kernel(double r, double h) {
   if (r <= h / 2 || r >= h) return 0;
   return 0.007 / std::pow(h, 3.25) * std::pow(-4 * r * r / h + 6 * r - 2 * h, 0.25);
@@ -55,28 +48,29 @@ void add_liquid_forces(const ReferenceState& state, Vectors& force) {
       normal[i] += h * fluid_volume(state, j) * w.gradient(vec(s.fluid_position[i]) - vec(s.fluid_position[j]));
     }
   }
-  double k = 0;
+  double c = 0, k = 0;
   switch (m.scene.fluid.kernel) {
     case KernelKind::cubic:
-      k = 969.0 / 8960 * pi;
+      c = 0.0553571428571;
+      k = 0.0181070051840;
       break;
     case KernelKind::wendland:
-      k = 29.0 / 264 * pi;
+      c = 0.0520833333333;
+      k = 0.0181120409795;
       break;
     case KernelKind::poly6:
-      k = 61.0 / 560 * pi;
+      c = 0.0535714285714;
+      k = 0.0180559193159;
       break;
   }
-  constexpr double share = 0.5;
-  const double a = (1 - share) * sigma / (21.0 / 7040 * h * h);
-  const double b = share * sigma / (k * std::pow(h, 5));
+  constexpr double share = 0.78;
+  const double a = (1 - share) * sigma / (c * h), b = share * sigma / (k * std::pow(h, 5));
   for (Index i = 0; i < s.fluid_count(); ++i) {
     for (const Index j : state.fluid_fluid[i]) {
       const Vector3d x = vec(s.fluid_position[i]) - vec(s.fluid_position[j]);
-      const double r = x.norm();
-      if (r <= 1e-9 * h) continue;
-      force[i] -= fluid_volume(state, i) * fluid_volume(state, j) *
-                  (a * cohesion_kernel(r, h) / r * x + b * (normal[i] - normal[j]));
+      const double q = x.norm() / h;
+      const Vector3d area = (1 - q * q) / (h * h) * (normal[i] - normal[j]).dot(x) * x;
+      force[i] += fluid_volume(state, i) * fluid_volume(state, j) * (a * w.gradient(x) - b * area);
     }
   }
 }

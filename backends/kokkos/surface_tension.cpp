@@ -1,11 +1,10 @@
 // Stage surface_tension (src/stages/surface_tension.hpp).
 
-#include <cstdlib>
+#include "laws/surface_tension.hpp"
 
 #include "device.hpp"
 #include "device_copy.hpp"
 #include "laws/sheet.hpp"
-#include "laws/surface_tension.hpp"
 
 namespace drench::kokkos_backend {
 namespace {
@@ -15,8 +14,7 @@ double cloth_layer(const Device& d) {
   const int reach = static_cast<int>(d.support / d.spacing) + 1;
   double sum = 0;
   for (int a = -reach; a <= reach; ++a)
-    for (int b = -reach; b <= reach; ++b)
-      sum += double(d.kernel.value(d.spacing * Kokkos::sqrt(Real(a * a + b * b))));
+    for (int b = -reach; b <= reach; ++b) sum += double(d.kernel.value(d.spacing * Kokkos::sqrt(Real(a * a + b * b))));
   return 1 / sum;
 }
 
@@ -60,12 +58,13 @@ void surface_normals(Device& d) {
 }
 
 /// v_i += Δt Σ_j F_ij/m_i.
-void pull_liquid(Device& d, const SurfaceForces& law, Real dt) {
+void pull_liquid(Device& d, Real dt) {
+  const Cohesion law(d.kernel, d.model.scene.fluid.surface_tension, d.model.support);
   const auto x = d.fluid.position, v = d.fluid.velocity, normal = d.surface_tension_work.normal;
   const auto volume = d.work.volume;
   const auto count = d.fluid_fluid.count;
   const auto list = d.fluid_fluid.list;
-  const Real factor = dt / d.rest_density, closest = Real(1e-9) * law.h;
+  const Real factor = dt / d.rest_density;
   parallel(
       "drench::surface_tension::cohesion", d.fluid.count, KOKKOS_LAMBDA(const Index i) {
         const Real3 xi = x(i), ni = normal(i);
@@ -73,16 +72,14 @@ void pull_liquid(Device& d, const SurfaceForces& law, Real dt) {
         for (Index k = 0; k < count(i); ++k) {
           const Index j = list(i, k);
           const Real3 r = xi - x(j);
-          const Real length = norm(r);
-          if (length <= closest) continue;
-          f -= volume(j) * ((law.cohesion(length) / length) * r + law.surface * (ni - normal(j)));
+          f += volume(j) * law.pull(r, ni - normal(j)) * r;
         }
         v(i) += factor * f;
       });
 }
 
 /// v_i += Δt Σ_b F_ib/m_i.
-void stick_to_walls(Device& d, const SurfaceForces& law, Real dt) {
+void stick_to_walls(Device& d, const Adhesion& law, Real dt) {
   const auto x = d.fluid.position, v = d.fluid.velocity, xb = d.boundary.position, xs = d.samples.position;
   const auto sheet_normal = d.samples.normal;
   const auto vb = d.boundary.volume, vs = d.samples.volume;
@@ -100,14 +97,14 @@ void stick_to_walls(Device& d, const SurfaceForces& law, Real dt) {
           for (Index k = 0; k < nb(i); ++k) {
             const Index b = lb(i, k);
             const Real3 r = xi - xb(b);
-            const Real length = norm(r), pull = law.adhesion(length);
+            const Real length = norm(r), pull = law.value(length);
             if (pull > 0) f -= (of_body(body(b)) * vb(b) * pull / length) * r;
           }
         if (cloth)
           for (Index k = 0; k < ns(i); ++k) {
             const Index b = ls(i, k);
             const Real3 r = from_behind(xi - xs(b), sheet_normal(b), half);
-            const Real length = norm(r), pull = law.adhesion(length);
+            const Real length = norm(r), pull = law.value(length);
             if (pull > 0) f -= (of_cloth(cloth_of(b)) * vs(b) * pull / length) * r;
           }
         v(i) += factor * f;
@@ -115,7 +112,7 @@ void stick_to_walls(Device& d, const SurfaceForces& law, Real dt) {
 }
 
 /// The reaction on the cloth's nodes.
-void pull_cloth(Device& d, const SurfaceForces& law, Real dt) {
+void pull_cloth(Device& d, const Adhesion& law, Real dt) {
   const auto x = d.fluid.position, xs = d.samples.position, sheet_normal = d.samples.normal, force = d.samples.force;
   const auto volume = d.work.volume, vs = d.samples.volume, of_cloth = d.surface_tension_work.cloth_adhesion;
   const auto cloth_of = d.samples.cloth;
@@ -128,7 +125,7 @@ void pull_cloth(Device& d, const SurfaceForces& law, Real dt) {
         for (Index k = 0; k < count(b); ++k) {
           const Index i = list(b, k);
           const Real3 r = from_behind(x(i) - xs(b), sheet_normal(b), half);
-          const Real length = norm(r), pull = law.adhesion(length);
+          const Real length = norm(r), pull = law.value(length);
           if (pull > 0) f += (volume(i) * pull / length) * r;
         }
         force(b) = of_cloth(cloth_of(b)) * vs(b) * f;
@@ -143,14 +140,13 @@ void pull_cloth(Device& d, const SurfaceForces& law, Real dt) {
 void surface_tension(Device& d, const StepInfo& info, StepReport&) {
   if (d.fluid.count == 0) return;
   allocate(d);
-  const FluidScene& fluid = d.model.scene.fluid;
   const Real dt = Real(info.dt);
-  const SurfaceForces law(fluid.kernel, fluid.surface_tension, d.model.support);
-  if (fluid.surface_tension > 0) {
+  if (d.model.scene.fluid.surface_tension > 0) {
     surface_normals(d);
-    pull_liquid(d, law, dt);
+    pull_liquid(d, dt);
   }
   if (!d.model.has_adhesion()) return;
+  const Adhesion law(d.model.support);
   stick_to_walls(d, law, dt);
   if (d.model.has_sticky_cloth()) pull_cloth(d, law, dt);
 }

@@ -2,6 +2,10 @@
 // What stays the same during a run: numbers, materials, meshes and bodies, resolved from the scene.
 // HostState (host_state.hpp) holds what changes. Both are plain host data without Kokkos.
 
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
 #include <string>
 #include <vector>
 
@@ -167,6 +171,14 @@ struct Model {
     for (const auto& b : bodies)
       if (b.adhesion > 0) return true;
     return has_sticky_cloth();
+  }
+  /// The longest step that surface tension and adhesion allow, s (src/stages/time_step.hpp); infinite without them.
+  double capillary_step() const {
+    double strongest = scene.fluid.surface_tension;  // N/m
+    for (const auto& b : bodies) strongest = std::max(strongest, b.adhesion);
+    for (const auto& c : cloths) strongest = std::max(strongest, c.adhesion);
+    if (!has_fluid() || strongest <= 0) return std::numeric_limits<double>::infinity();
+    return 0.7 * std::sqrt(scene.fluid.density * spacing * spacing * spacing / (2 * std::numbers::pi * strongest));
   }
   bool has_surface_forces() const { return has_fluid() && (scene.fluid.surface_tension > 0 || has_adhesion()); }
   bool has_jets() const { return !jets.empty(); }

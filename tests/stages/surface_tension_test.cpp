@@ -71,7 +71,8 @@ TEST(surface_tension, pairs_of_unequal_masses_conserve_momentum_with_the_cloth) 
   backend->upload(state);
   StepReport report;
   const StepInfo info{0, 0, 0.002};
-  for (const Stage stage : {Stage::neighbors, Stage::density, Stage::surface_tension}) backend->run(stage, info, report);
+  for (const Stage stage : {Stage::neighbors, Stage::density, Stage::surface_tension})
+    backend->run(stage, info, report);
   const Momentum p = total_momentum(setup.model, backend->download(), info.dt);
   ASSERT_GT(p.size, 1e-6);
 #ifdef DRENCH_DOUBLE
@@ -88,7 +89,7 @@ TEST(surface_tension, liquid_is_drawn_to_a_sticky_wall_only) {
 fluid: {spacing: 0.02, sources: [{block: {min: [0, 0, 0], max: [0.2, 0.1, 0.2]}}]}
 bodies: [{plane: {point: [0, -0.006, 0], normal: [0, 1, 0], adhesion: )") +
                                   (sticky ? "0.1" : "0") + "}}]\n");
-    Setup copy = setup;
+    drench::Setup copy = setup;
     copy.model.scene.fluid.surface_tension = sticky ? 0 : 0.1;
     const auto backend = make_kokkos_backend(copy.model);
     backend->upload(copy.state);

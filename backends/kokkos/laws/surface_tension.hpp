@@ -1,46 +1,52 @@
 #pragma once
 // Pair forces of surface tension and adhesion; laws and sources in src/stages/surface_tension.hpp.
 
-#include "scene/scene.hpp"
-#include "types.hpp"
-#include <cstdlib>
+#include "laws/kernel.hpp"
 
 namespace drench::kokkos_backend {
 
-/// Cohesion A C(r) and surface term B of liquid of tension σ, and the shape of adhesion.
-struct SurfaceForces {
-  Real h, inverse_h;
-  Real cohesion_factor;  // A · 32/(π h³), N/m⁶
-  Real surface;          // B, N/m⁶
-  Real adhesion_factor;  // 0.007/h³, 1/m³
+/// Cohesion and area term of liquid of tension σ.
+struct Cohesion {
+  Kernel kernel;
+  Real pressure;    // A, Pa
+  Real area;        // B/h², N/m⁸
+  Real inverse_h2;  // 1/m²
 
-  SurfaceForces(KernelKind kernel, double sigma, double support) : h(Real(support)), inverse_h(Real(1 / support)) {
+  Cohesion(const Kernel& of_scene, double sigma, double h) : kernel(of_scene) {
     constexpr double pi = 3.14159265358979323846;
-    const double share = std::getenv("FL_BETA") ? std::atof(std::getenv("FL_BETA")) : surface_share;
-    const double h2 = support * support, h3 = h2 * support;
-    const double k = kernel == KernelKind::cubic      ? 969 * pi / 8960
-                     : kernel == KernelKind::wendland ? 29 * pi / 264
-                                                      : 61 * pi / 560;
-    cohesion_factor = Real((1 - share) * sigma * 7040 / (21 * h2) * 32 / (pi * h3));
-    surface = Real(share * sigma / (k * h2 * h3));
-    adhesion_factor = Real(0.007 / h3);
+    double c = 31.0 / 560, k = 65441 * pi / 11354112;  // cubic
+    if (kernel.kind == KernelKind::wendland) {
+      c = 5.0 / 96;
+      k = 2557 * pi / 443520;
+    } else if (kernel.kind == KernelKind::poly6) {
+      c = 3.0 / 56;
+      k = 263 * pi / 45760;
+    }
+    constexpr double area_share = 0.78;  // β
+    pressure = Real((1 - area_share) * sigma / (c * h));
+    area = Real(area_share * sigma / (k * h * h * h * h * h * h * h));
+    inverse_h2 = Real(1 / (h * h));
   }
 
-  /// A C(r), N/m⁶: positive where the pair attracts.
-  KOKKOS_INLINE_FUNCTION Real cohesion(Real r) const {
-    const Real q = r * inverse_h;
-    if (q >= 1) return 0;
-    const Real s = (1 - q) * q, cube = s * s * s;
-    return cohesion_factor * (q > Real(0.5) ? cube : 2 * cube - Real(1.0 / 64));
+  /// F_ij/(V_i V_j) is this times x_i − x_j = r, N/m⁷; `turn` = n_i − n_j.
+  KOKKOS_INLINE_FUNCTION Real pull(const Real3& r, const Real3& turn) const {
+    const Real r2 = dot(r, r), inside = 1 - r2 * inverse_h2;
+    return pressure * kernel.slope(Kokkos::sqrt(r2)) - (inside > 0 ? area * inside * dot(turn, r) : Real(0));
   }
-  /// a(r), 1/m³.
-  KOKKOS_INLINE_FUNCTION Real adhesion(Real r) const {
+};
+
+/// Akinci's adhesion kernel a(r), 1/m³.
+struct Adhesion {
+  Real inverse_h;
+  Real factor;  // 0.007/h³, 1/m³
+
+  explicit Adhesion(double h) : inverse_h(Real(1 / h)), factor(Real(0.007 / (h * h * h))) {}
+
+  KOKKOS_INLINE_FUNCTION Real value(Real r) const {
     const Real q = r * inverse_h;
     const Real inside = (4 * q - 2) * (1 - q);
-    return q > Real(0.5) && inside > 0 ? adhesion_factor * Kokkos::sqrt(Kokkos::sqrt(inside)) : Real(0);
+    return q > Real(0.5) && inside > 0 ? factor * Kokkos::sqrt(Kokkos::sqrt(inside)) : Real(0);
   }
-
-  static constexpr double surface_share = 0.5;  // β
 };
 
 /// D_b, N/m³, of a wall whose samples stand for `layer` m³ each on an even plane of spacing d; `work` of adhesion w, N/m.
