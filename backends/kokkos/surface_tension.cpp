@@ -18,20 +18,27 @@ double cloth_layer(const Device& d) {
   return 1 / sum;
 }
 
+/// D of every body or cloth, on first use; stays empty where none is sticky.
+template <class Parts>
+void allocate_strengths(Array<Real>& strength, const char* label, const Parts& parts, const Device& d, double layer) {
+  if (strength.extent(0) > 0) return;
+  std::vector<double> values;
+  bool any = false;
+  for (const auto& part : parts) {
+    values.push_back(adhesion_strength(part.adhesion, layer, d.model.spacing, d.model.support));
+    any = any || part.adhesion > 0;
+  }
+  if (any) strength = to_device<Real>(label, values);
+}
+
 /// Work arrays, on first use.
 void allocate(Device& d) {
   SurfaceTensionWork& w = d.surface_tension_work;
-  const double spacing = d.model.spacing, support = d.model.support;
-  if (d.model.has_adhesion() && w.body_adhesion.extent(0) + w.cloth_adhesion.extent(0) == 0) {
-    std::vector<double> bodies, cloths;
-    for (const Body& b : d.model.bodies)
-      bodies.push_back(adhesion_strength(b.adhesion, spacing * spacing * spacing, spacing, support));
-    const double layer = cloth_layer(d);
-    for (const ClothMaterial& c : d.model.cloths)
-      cloths.push_back(adhesion_strength(c.adhesion, layer, spacing, support));
-    w.body_adhesion = to_device<Real>("drench::surface_tension::body_adhesion", bodies);
-    w.cloth_adhesion = to_device<Real>("drench::surface_tension::cloth_adhesion", cloths);
-  }
+  const double spacing = d.model.spacing;
+  allocate_strengths(w.body_adhesion, "drench::surface_tension::body_adhesion", d.model.bodies, d,
+                     spacing * spacing * spacing);
+  if (d.model.has_sticky_cloth())
+    allocate_strengths(w.cloth_adhesion, "drench::surface_tension::cloth_adhesion", d.model.cloths, d, cloth_layer(d));
   if (d.model.scene.fluid.surface_tension > 0 && w.normal.extent(0) < d.fluid.position.extent(0))
     w.normal = Array<Real3>(Kokkos::ViewAllocateWithoutInitializing("drench::surface_tension::normal"),
                             d.fluid.position.extent(0));
@@ -87,7 +94,8 @@ void stick_to_walls(Device& d, const Adhesion& law, Real dt) {
   const auto of_body = d.surface_tension_work.body_adhesion, of_cloth = d.surface_tension_work.cloth_adhesion;
   const auto nb = d.fluid_boundary.count, ns = d.fluid_sample.count;
   const auto lb = d.fluid_boundary.list, ls = d.fluid_sample.list;
-  const bool solids = d.boundary.count > 0, cloth = d.samples.count > 0;
+  const bool solids = of_body.extent(0) > 0 && d.boundary.count > 0;
+  const bool cloth = of_cloth.extent(0) > 0 && d.samples.count > 0;
   const Real factor = dt / d.rest_density, half = Real(0.5) * d.spacing;
   parallel(
       "drench::surface_tension::adhesion", d.fluid.count, KOKKOS_LAMBDA(const Index i) {
