@@ -17,23 +17,13 @@ double adhesion_kernel(double r, double h) {
   return 0.007 / std::pow(h, 3.25) * std::pow(-4 * r * r / h + 6 * r - 2 * h, 0.25);
 }
 
-/// D, N/m³, for work of adhesion w (N/m) at samples of `layer` m³ each.
-double adhesion_strength(const Model& m, double work, double layer) {
+/// D, N/m³, for work of adhesion w (N/m).
+double adhesion_strength(const Model& m, double work) {
   const double d = m.spacing, h = m.support;
   const double m0 = std::pow(4.0, -1.25) * std::tgamma(0.5) * std::tgamma(1.25) / std::tgamma(1.75);
   const double m2 = m0 * 65 / 112, m3 = m0 * 207 / 448;
   const double j = h * m3 / 3 - d * m2 / 4 + d * d * d * m0 / (48 * h * h);
-  return work * d * d / (0.007 * 2 * pi * j * layer);
-}
-
-/// 1/Σ W over a plane lattice: V_b of a sample on a flat even sheet, m³.
-double sheet_layer(const Model& m) {
-  const Smoothing w(m);
-  double sum = 0;
-  for (double a = -10; a <= 10; ++a) {
-    for (double b = -10; b <= 10; ++b) sum += w.value(m.spacing * std::sqrt(a * a + b * b));
-  }
-  return 1 / sum;
+  return work / (0.007 * 2 * pi * j * d);
 }
 
 /// Forces of the liquid on itself, N.
@@ -83,7 +73,6 @@ void surface_tension(ReferenceState& state, const StepInfo& info, StepReport&) {
   Vectors force(s.fluid_position.size(), Vector3d::Zero());
   Vectors sample_force(s.sample_volume.size(), Vector3d::Zero());
   if (m.scene.fluid.surface_tension > 0) add_liquid_forces(state, force);
-  const double layer = sheet_layer(m);
   for (Index i = 0; i < s.fluid_count(); ++i) {
     const double volume = fluid_volume(state, i);
     const auto pull = [&](double strength, double sample_volume, const Vector3d& x) -> Vector3d {
@@ -92,13 +81,13 @@ void surface_tension(ReferenceState& state, const StepInfo& info, StepReport&) {
     for (const Index b : state.fluid_boundary[i]) {
       const double work = m.bodies[m.boundary.body[b]].adhesion;
       if (work == 0) continue;
-      const double strength = adhesion_strength(m, work, std::pow(m.spacing, 3));
+      const double strength = adhesion_strength(m, work);
       force[i] += pull(strength, s.boundary_volume[b], vec(s.fluid_position[i]) - vec(s.boundary_position[b]));
     }
     for (const Index b : state.fluid_sample[i]) {
       const double work = m.cloths[m.samples.cloth[b]].adhesion;
       if (work == 0) continue;
-      const Vector3d f = pull(adhesion_strength(m, work, layer), s.sample_volume[b], from_behind(state, i, b));
+      const Vector3d f = pull(adhesion_strength(m, work), s.sample_volume[b], from_behind(state, i, b));
       force[i] += f;
       sample_force[b] -= f;
     }

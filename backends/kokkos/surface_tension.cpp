@@ -4,28 +4,19 @@
 
 #include "device.hpp"
 #include "device_copy.hpp"
-#include "laws/sheet.hpp"
+#include "laws/wall.hpp"
 
 namespace drench::kokkos_backend {
 namespace {
 
-/// Volume (m³) of a cloth sample of an even plane of spacing d: 1/ΣW.
-double cloth_layer(const Device& d) {
-  const int reach = static_cast<int>(d.support / d.spacing) + 1;
-  double sum = 0;
-  for (int a = -reach; a <= reach; ++a)
-    for (int b = -reach; b <= reach; ++b) sum += double(d.kernel.value(d.spacing * Kokkos::sqrt(Real(a * a + b * b))));
-  return 1 / sum;
-}
-
 /// D of every body or cloth, on first use; stays empty where none is sticky.
 template <class Parts>
-void allocate_strengths(Array<Real>& strength, const char* label, const Parts& parts, const Device& d, double layer) {
+void allocate_strengths(Array<Real>& strength, const char* label, const Parts& parts, const Device& d) {
   if (strength.extent(0) > 0) return;
   std::vector<double> values;
   bool any = false;
   for (const auto& part : parts) {
-    values.push_back(adhesion_strength(part.adhesion, layer, d.model.spacing, d.model.support));
+    values.push_back(adhesion_strength(part.adhesion, d.model.spacing, d.model.support));
     any = any || part.adhesion > 0;
   }
   if (any) strength = to_device<Real>(label, values);
@@ -34,11 +25,8 @@ void allocate_strengths(Array<Real>& strength, const char* label, const Parts& p
 /// Work arrays, on first use.
 void allocate(Device& d) {
   SurfaceTensionWork& w = d.surface_tension_work;
-  const double spacing = d.model.spacing;
-  allocate_strengths(w.body_adhesion, "drench::surface_tension::body_adhesion", d.model.bodies, d,
-                     spacing * spacing * spacing);
-  if (d.model.has_sticky_cloth())
-    allocate_strengths(w.cloth_adhesion, "drench::surface_tension::cloth_adhesion", d.model.cloths, d, cloth_layer(d));
+  allocate_strengths(w.body_adhesion, "drench::surface_tension::body_adhesion", d.model.bodies, d);
+  allocate_strengths(w.cloth_adhesion, "drench::surface_tension::cloth_adhesion", d.model.cloths, d);
   if (d.model.scene.fluid.surface_tension > 0 && w.normal.extent(0) < d.fluid.position.extent(0))
     w.normal = Array<Real3>(Kokkos::ViewAllocateWithoutInitializing("drench::surface_tension::normal"),
                             d.fluid.position.extent(0));

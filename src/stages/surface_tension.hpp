@@ -38,10 +38,9 @@
 //       Cohesion is an internal pressure that the density solve holds against, independent of the drop's size:
 //         P_i = A/2 = 1.99 σ/h (cubic).  Field `pressure` contains it.
 //       Adhesion: w = `adhesion` in N/m is the work per area that separates the liquid from the wall, so that by Young and
-//       Dupré the contact angle has cos θ = w/σ − 1 (w = 2 σ wets completely). Samples d/2 behind the surface, V_L/d²
-//       of volume per area, liquid beyond it:
-//         w = D V_L/d² · 2π ∫_{d/2}^h a(r) G(r) dr,  G = r³/3 − d r²/4 + d³/48; the integral is 0.007 times
+//       Dupré the contact angle has cos θ = w/σ − 1 (w = 2 σ wets completely). Samples d/2 behind the surface, a layer of d
+//       (m³ per m²; density.hpp) of them, liquid beyond:
+//         w = D d · 2π ∫_{d/2}^h a(r) G(r) dr,  G = r³/3 − d r²/4 + d³/48; the integral is 0.007 times
 //         J = h M₃/3 − d M₂/4 + d³ M₀/(48 h²),  M₀ = 0.309012, M₂ = 0.179338, M₃ = 0.142780 (moments of (−4q²+6q−2)^¼)
-//         D_b = w d²/(0.007 · 2π J V_L), N/m³; V_L = d³ for solids, 1/S for cloth (S = Σ W over a plane lattice: what
-//         V_b of density.hpp is on a flat even sheet).
+//         D_b = w/(0.007 · 2π J d), N/m³.
 // Reads:  positions, masses, boundary volumes, lists.   Writes: fluid_velocity, node_velocity, node_pin_force.

@@ -135,6 +135,7 @@ inline constexpr BadScene bad_scenes[] = {
     {"MeshFileUnknown", HEAD "cloth: [{mesh: {file: shirt.fbx}}]\n", 2, 23, "cloth.0.mesh.file",
      "'shirt.fbx' is not a mesh file that can be read; allowed: .obj, .ply, .stl"},
     {"MeshFileIsAFolder", HEAD "cloth: [{mesh: {file: folder.obj}}]\n", 2, 23, "cloth.0.mesh.file", "is not a file"},
+    {"ClothAdhesionIsHuge", CLOTH "    adhesion: 11\n", 4, 15, "cloth.0.adhesion", "allowed: [0, 10] N/m"},
     {"ClothNameIsEmpty", CLOTH "    name: \"\"\n", 4, 11, "cloth.0.name", "a text of 1 to 100 bytes"},
     {"ClothNameHasALineBreak", CLOTH "    name: \"a\\nb\"\n", 4, 11, "cloth.0.name", "without control characters"},
     {"SameNameTwice", CLOTH "    name: a\n  - {mesh: {grid: {}}, name: a}\n", 5, 30, "cloth.1.name",

@@ -49,12 +49,12 @@ struct Adhesion {
   }
 };
 
-/// D_b, N/m³, of a wall whose samples stand for `layer` m³ each on an even plane of spacing d; `work` of adhesion w, N/m.
-inline double adhesion_strength(double work, double layer, double d, double h) {
+/// D, N/m³, of a wall with `work` of adhesion w, N/m, whose samples stand for a layer of liquid (density.hpp).
+inline double adhesion_strength(double work, double d, double h) {
   constexpr double pi = 3.14159265358979323846;
   constexpr double m0 = 0.3090124462168954;
   const double j = m0 * (207 * h / 1344 - 65 * d / 448 + d * d * d / (48 * h * h));
-  return work * d * d / (0.007 * 2 * pi * j * layer);
+  return work / (0.007 * 2 * pi * j * d);
 }
 
 }  // namespace drench::kokkos_backend
