@@ -7,7 +7,7 @@
 //       one maximal step: |v| + |g| · time.step). Source: Courant, Friedrichs & Lewy 1928; Monaghan 1992. Unit: s.
 //       With surface tension or adhesion also Δt ≤ 0.7 √(ρ0 d³/(2π s)), the period of the shortest capillary waves
 //       (Brackbill, Kothe & Zemach 1992), s = the largest of σ and all `adhesion` (N/m). Drops with h = 2 d are right up
-//       to 0.84 of that root, 40 % too slow at 1.05 of it, and burst at 1.26. In mode fixed a larger step is warned of.
+//       to 0.84 of that root; at 1.05 of it ω² is 0.62 of Rayleigh's and at 1.26 they burst. In mode fixed a larger step is warned of.
 //       The pipeline may shorten Δt to land on an output time.
 // The choice comes first in the step, not after the non-pressure forces, so that the divergence solve, the density
 // solve and the advection all use the same Δt.
