@@ -1,6 +1,8 @@
 // Stage time_step (src/stages/time_step.hpp).
 
 #include <algorithm>
+#include <cmath>
+#include <numbers>
 
 #include "common.hpp"
 
@@ -23,6 +25,14 @@ void time_step(ReferenceState& state, const StepInfo&, StepReport& report) {
   }
   for (const Vec3& v : state.s.node_velocity) fastest = std::max(fastest, vec(v).norm());
   if (fastest > 0) report.dt_wanted = std::min(time.step, time.cfl * state.model.spacing / fastest);
+  double sigma = state.model.scene.fluid.surface_tension;
+  for (const Body& b : state.model.bodies) sigma = std::max(sigma, b.adhesion);
+  for (const ClothMaterial& c : state.model.cloths) sigma = std::max(sigma, c.adhesion);
+  if (state.model.has_fluid() && sigma > 0) {
+    const double capillary =
+        std::sqrt(state.model.scene.fluid.density * std::pow(state.model.spacing, 3) / (2 * std::numbers::pi * sigma));
+    report.dt_wanted = std::min(report.dt_wanted, 0.7 * capillary);
+  }
   report.dt_wanted = std::max(report.dt_wanted, time.step / 1000);
 }
 

@@ -146,6 +146,12 @@ struct ViscousWork {
   Array<Real3> impulse_change;  // per node: D_k of its impulse, N s (with more than one stage)
 };
 
+/// Work arrays of stage surface_tension, made on first use.
+struct SurfaceTensionWork {
+  Array<Real3> normal;                        // n_i, 1
+  Array<Real> body_adhesion, cloth_adhesion;  // D, N/m³, per body and per cloth
+};
+
 /// Scratch of compact_fluid, kept between steps.
 struct CompactionWork {
   Array<Index> source;
@@ -172,6 +178,7 @@ struct Device {
   ClothWork cloth_work;
   AdvectionWork advection_work;
   ViscousWork viscous_work;
+  SurfaceTensionWork surface_tension_work;
   MeshArrays mesh;
   SampleArrays samples;
   Array<Material> materials;

@@ -21,6 +21,8 @@ std::int64_t Device::bytes() const {
                      f.kappa_divergence);
   total += sum_bytes(work.volume, work.alpha, work.predicted, work.rate, work.residual, work.kappa_next, work.kappa_last, work.nearest_sample, work.active);
   total += sum_bytes(compaction.source, compaction.real3, compaction.integer, compaction.real, compaction.byte);
+  const SurfaceTensionWork& t = surface_tension_work;
+  total += sum_bytes(t.normal, t.body_adhesion, t.cloth_adhesion);
   total += sum_bytes(boundary.position, boundary.velocity, boundary.rest_position, boundary.volume, boundary.body);
   const NodeArrays& n = nodes;
   total += sum_bytes(n.position, n.velocity, n.contact_force, n.pin_force, n.liquid, n.ripe, n.solid_mass, n.pinned,

@@ -30,7 +30,9 @@ void time_step(Device& d, const StepInfo&, StepReport& report) {
     fastest = std::max(fastest, maximum(
                                     "drench::time_step::node_speed", d.nodes.count,
                                     KOKKOS_LAMBDA(const Index n) { return double(norm(vn(n))); }));
-  if (fastest > 0) report.dt_wanted = std::clamp(time.cfl * double(d.spacing) / fastest, time.step / 1000, time.step);
+  double longest = d.model.capillary_step();
+  if (fastest > 0) longest = std::min(longest, time.cfl * double(d.spacing) / fastest);
+  report.dt_wanted = std::clamp(longest, time.step / 1000, time.step);
 }
 
 }  // namespace drench::kokkos_backend

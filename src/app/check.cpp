@@ -107,6 +107,7 @@ int check_command(const std::string& path, const std::vector<std::string>& overr
     const double displacement = speed * dt / model.spacing;
     if (scene.time.mode == TimeMode::cfl) {
       if (speed > 0) dt = std::min(dt, scene.time.cfl * model.spacing / speed);
+      dt = std::min(dt, model.capillary_step());
       fmt::print("time step: {:.4g} s, down to {:.4g} s at {:.3g} m/s (free fall)\n", scene.time.step, dt, speed);
     } else {
       fmt::print("time step: {:.4g} s; at {:.3g} m/s (free fall) {:.2g} spacings a step\n", dt, speed, displacement);

@@ -107,7 +107,6 @@ void read_fluid(Section& s, FluidScene& fluid) {
   s.number("density", fluid.density, "[1, 30000]", "kg/m³");
   s.number("viscosity", fluid.viscosity, "[0, 100]", "m²/s");
   s.number("surface_tension", fluid.surface_tension, "[0, 10]", "N/m");
-  s.not_available(fluid.surface_tension > 0, "surface_tension", "surface tension", "0 N/m");
   s.choice<KernelKind>(
       "kernel", fluid.kernel,
       {{"cubic", KernelKind::cubic}, {"wendland", KernelKind::wendland}, {"poly6", KernelKind::poly6}});
@@ -211,6 +210,7 @@ void read_cloth(Section& s, ClothScene& cloth) {
   s.number("damping", cloth.damping, "[0, 1e6]", "1/s");
   s.number("strain_damping", cloth.strain_damping, "[0, 100]", "s");
   s.number("friction", cloth.friction, "[0, 10]", "1");
+  s.number("adhesion", cloth.adhesion, "[0, 10]", "N/m");
   s.list("pin", cloth.pins, read_pin);
   s.boolean("self_collision", cloth.self_collision);
   s.not_available(cloth.self_collision, "self_collision", "self-collision of cloth", "false");
@@ -225,10 +225,13 @@ void read_cloth(Section& s, ClothScene& cloth) {
 
 // ---- bodies
 
+void read_adhesion(Section& s, BodyScene& body) { s.number("adhesion", body.adhesion, "[0, 10]", "N/m"); }
+
 void read_body_box(Section& s, BodyScene& body) {
   body.kind = BodyScene::Kind::box;
   read_box(s, body.box);
   s.boolean("inside", body.inside);
+  read_adhesion(s, body);
 }
 
 void read_sphere(Section& s, BodyScene& body) {
@@ -236,6 +239,7 @@ void read_sphere(Section& s, BodyScene& body) {
   s.required({"center", "radius"});
   s.numbers("center", body.center, coordinate, "m");
   s.number("radius", body.radius, "(0, 10000]", "m");
+  read_adhesion(s, body);
 }
 
 void read_plane(Section& s, BodyScene& body) {
@@ -244,6 +248,7 @@ void read_plane(Section& s, BodyScene& body) {
   s.numbers("point", body.point, coordinate, "m");
   s.numbers("normal", body.normal, "[-1e6, 1e6]", "1");
   check_not_zero(s, "normal", body.normal);
+  read_adhesion(s, body);
 }
 
 void read_spin(Section& s, SpinScene& spin) {
@@ -259,6 +264,7 @@ void read_body_mesh(Section& s, BodyScene& body) {
   s.number("scale", body.scale, "(0, 1e6]", "1");
   s.numbers("position", body.position, coordinate, "m");
   s.section("spin", body.spin, read_spin);
+  read_adhesion(s, body);
 }
 
 void read_body(Section& s, BodyScene& body) {

@@ -150,6 +150,7 @@ void write_cloth(Writer& out, const ClothScene& cloth) {
   out.line("    damping: {}  # 1/s", text(cloth.damping));
   out.line("    strain_damping: {}  # s", text(cloth.strain_damping));
   out.line("    friction: {}", text(cloth.friction));
+  out.line("    adhesion: {}  # N/m", text(cloth.adhesion));
   if (!cloth.pins.empty()) out.line("    pin:");
   for (const PinScene& pin : cloth.pins) write_pin(out, pin);
   out.line("    self_collision: {}", cloth.self_collision);
@@ -162,15 +163,15 @@ void write_cloth(Writer& out, const ClothScene& cloth) {
 void write_body(Writer& out, const BodyScene& body) {
   switch (body.kind) {
     case BodyScene::Kind::box:
-      return out.line("  - box: {{{}, inside: {}}}", corners(body.box), body.inside);
+      return out.line("  - box: {{{}, inside: {}, adhesion: {}}}", corners(body.box), body.inside, text(body.adhesion));
     case BodyScene::Kind::sphere:
-      return out.line("  - sphere: {{center: {}, radius: {}}}", text(body.center), text(body.radius));
+      return out.line("  - sphere: {{center: {}, radius: {}, adhesion: {}}}", text(body.center), text(body.radius), text(body.adhesion));
     case BodyScene::Kind::plane:
-      return out.line("  - plane: {{point: {}, normal: {}}}", text(body.point), text(body.normal));
+      return out.line("  - plane: {{point: {}, normal: {}, adhesion: {}}}", text(body.point), text(body.normal), text(body.adhesion));
     case BodyScene::Kind::mesh:
-      return out.line("  - mesh: {{file: {}, scale: {}, position: {}, spin: {{axis: {}, degrees_per_second: {}}}}}",
+      return out.line("  - mesh: {{file: {}, scale: {}, position: {}, spin: {{axis: {}, degrees_per_second: {}}}, adhesion: {}}}",
                       quoted(body.file), text(body.scale), text(body.position), text(body.spin.axis),
-                      text(body.spin.degrees_per_second));
+                      text(body.spin.degrees_per_second), text(body.adhesion));
   }
 }
 

@@ -112,6 +112,7 @@ struct ClothScene {
   double damping = 1.0;        // 1/s, of the nodes' velocity
   double strain_damping = 0;   // s: a spring's force grows by this time × its rate of stretching (Kelvin–Voigt)
   double friction = 0.3;       // 1
+  double adhesion = 0;         // N/m; work per area that separates the liquid from the cloth
   std::vector<PinScene> pins;
   bool self_collision = false;
   bool dynamics = true;
@@ -137,6 +138,7 @@ struct BodyScene {
   double scale = 1.0;
   Vec3 position{0, 0, 0};  // m, added to the scaled mesh
   SpinScene spin;          // about the mesh's bounding-box centre
+  double adhesion = 0;     // N/m; work per area that separates the liquid from the body
 };
 
 /// An acceleration of the liquid towards a centre: −Ω_k² (x − c)_k along each axis k.

@@ -19,7 +19,7 @@ fluid:
   spacing: 0.02
   density: 998
   viscosity: 2.0e-6
-  surface_tension: 0
+  surface_tension: 0.05
   kernel: wendland
   support: 2.5
   solver: {density_error: 2.0e-3, divergence_error: 3.0e-3, max_iterations: 50, min_iterations: 1}
@@ -38,6 +38,7 @@ cloth:
     damping: 0.5
     strain_damping: 0.02
     friction: 0.4
+    adhesion: 0.01
     pin: [{corners: true}, {edges: true}, {box: {min: [-1, 0, -1], max: [0, 1, 0]}}, {nodes: [3, 220]}]
     self_collision: false
     dynamics: false
@@ -52,10 +53,10 @@ cloth:
     mesh: {file: exists.obj, scale: 0.01}
     dynamics: false
 bodies:
-  - box: {min: [-1, -1, -1], max: [1, 2, 1], inside: true}
-  - sphere: {center: [0, 0.2, 0], radius: 0.25}
-  - plane: {point: [0, -0.5, 0], normal: [0, 2, 0]}
-  - mesh: {file: mesh.PLY, scale: 1.5, position: [1, 0, 0], spin: {axis: [0, 0, 1], degrees_per_second: -90}}
+  - box: {min: [-1, -1, -1], max: [1, 2, 1], inside: true, adhesion: 0.02}
+  - sphere: {center: [0, 0.2, 0], radius: 0.25, adhesion: 0.03}
+  - plane: {point: [0, -0.5, 0], normal: [0, 2, 0], adhesion: 0.04}
+  - mesh: {file: mesh.PLY, scale: 1.5, position: [1, 0, 0], spin: {axis: [0, 0, 1], degrees_per_second: -90}, adhesion: 0.06}
 )";
 
 }  // namespace drench::testing
