@@ -34,8 +34,8 @@ inline auto fields(const BodyScene& s) {
 inline auto fields(const FieldScene& s) { const auto& [a, b, c] = s; return std::tie(a, b, c); }
 /// Where a scene came from is no part of what it says.
 inline auto fields(const Scene& s) {
-  const auto& [path, a, b, c, d, e, f, g, h, i, j] = s; static_cast<void>(path);
-  return std::tie(a, b, c, d, e, f, g, h, i, j);
+  const auto& [path, a, b, c, d, e, f, g, h, i, j, k] = s; static_cast<void>(path);
+  return std::tie(a, b, c, d, e, f, g, h, i, j, k);
 }
 // clang-format on
 
