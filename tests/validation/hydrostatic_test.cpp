@@ -17,21 +17,40 @@ namespace {
 
 constexpr double gravity = 9.81, height = 0.5, width = 0.5, step = 0.004;  // m/s², m, m, s
 
-/// Load on the box (N, downward) in a step, from its pressures and the positions at its beginning: the reaction
-/// Σ_b Σ_i 2 m_i V_b κ_i ∇W_ib of src/stages/divergence.hpp, of both solves and over all samples. The floor's samples
-/// alone do not carry the weight: the walls' lowest ones push the lowest layer down, those in the corner push it up.
+/// Boundary samples by cells of edge h, so that a particle's are found quickly.
+using Cell = std::array<int, 3>;
+Cell cell_of(const Vec3& x, double h) {
+  return {int(std::floor(x[0] / h)), int(std::floor(x[1] / h)), int(std::floor(x[2] / h))};
+}
+
+/// Load on the box (N, downward) in a step, from its pressures and the positions and velocities at its beginning: the
+/// reactions of src/stages/divergence.hpp (both solves) and src/stages/forces.hpp over all samples. The floor's samples
+/// alone do not carry the weight: the walls' lowest ones push the lowest layer down, those in the corner push it up, and
+/// liquid that creeps along the walls hangs on them.
 double load_on_box(const Model& model, const HostState& start, const HostState& end) {
   double load = 0;
-  const double h = model.support;
+  const double h = model.support, viscous = 80.0 / 3 * model.scene.fluid.viscosity / (h * h);  // χ of the cubic spline
+  std::map<Cell, std::vector<std::size_t>> cells;
+  for (std::size_t b = 0; b < start.boundary_position.size(); ++b)
+    cells[cell_of(start.boundary_position[b], h)].push_back(b);
   for (std::size_t i = 0; i < start.fluid_position.size(); ++i) {
-    const Vec3& x = start.fluid_position[i];
+    const Vec3 &x = start.fluid_position[i], &v = start.fluid_velocity[i];
+    if (x[0] > h && x[0] < width - h && x[2] > h && x[2] < width - h && x[1] > h) continue;
     const double kappa = end.fluid_kappa_density[i] + end.fluid_kappa_divergence[i];
-    if (kappa == 0 || (x[0] > h && x[0] < width - h && x[2] > h && x[2] < width - h && x[1] > h)) continue;
-    const double factor = -2 * kilograms(model, start.fluid_mass[i]) * kappa;
-    for (std::size_t b = 0; b < start.boundary_position.size(); ++b) {
-      const Vec3& y = start.boundary_position[b];
-      const double r = std::hypot(x[0] - y[0], x[1] - y[1], x[2] - y[2]);
-      if (r < h) load += factor * start.boundary_volume[b] * kernel_slope(model.scene.fluid.kernel, r, h) * (x[1] - y[1]);
+    const double mass = kilograms(model, start.fluid_mass[i]);
+    const Cell c = cell_of(x, h);
+    for (int k = 0; k < 27; ++k) {
+      const auto near = cells.find({c[0] + k / 9 - 1, c[1] + k / 3 % 3 - 1, c[2] + k % 3 - 1});
+      if (near == cells.end()) continue;
+      for (const std::size_t b : near->second) {
+        const Vec3& y = start.boundary_position[b];
+        const Vec3 r{x[0] - y[0], x[1] - y[1], x[2] - y[2]};
+        const double distance = std::hypot(r[0], r[1], r[2]);
+        if (distance >= h) continue;
+        const double drag = viscous / end.fluid_density_ratio[i] * (v[0] * r[0] + v[1] * r[1] + v[2] * r[2]);
+        load += 2 * mass * start.boundary_volume[b] * (drag - kappa) *
+                kernel_slope(model.scene.fluid.kernel, distance, h) * r[1];
+      }
     }
   }
   return load;
