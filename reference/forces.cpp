@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "common.hpp"
+#include "rigid_bodies.hpp"
 
 namespace drench::reference {
 
@@ -14,7 +14,7 @@ void forces(ReferenceState& state, const StepInfo& info, StepReport&) {
   const Smoothing w(state.model);
   const double strength = 10 * state.model.scene.fluid.viscosity;  // 2 (d + 2) ν in d = 3 dimensions
   const Vectors sample = sample_positions(state);
-  Vectors sample_force(sample.size(), Vector3d::Zero());
+  Vectors sample_force(sample.size(), Vector3d::Zero()), body_force(s.boundary_position.size(), Vector3d::Zero());
   Vectors acceleration(s.fluid_position.size(), vec(state.model.scene.gravity));
 
   const auto ratio = [&](Index i) { return std::max(0.5, s.fluid_density_ratio[i]); };
@@ -28,8 +28,10 @@ void forces(ReferenceState& state, const StepInfo& info, StepReport&) {
                                  xi - vec(s.fluid_position[j]));
     }
     for (const Index b : state.fluid_boundary[i]) {
-      acceleration[i] +=
+      const Vector3d a =
           viscous(s.boundary_volume[b] / ratio(i), vi - vec(s.boundary_velocity[b]), xi - vec(s.boundary_position[b]));
+      acceleration[i] += a;
+      body_force[b] -= fluid_mass(state, i) * a;
     }
     for (const Index b : state.fluid_sample[i]) {
       const Vector3d a = viscous(s.sample_volume[b] / ratio(i), vi - sample_velocity(state, b), xi - sample[b]);
@@ -46,6 +48,11 @@ void forces(ReferenceState& state, const StepInfo& info, StepReport&) {
     s.node_velocity[n] = arr(vec(s.node_velocity[n]) + info.dt * inverse_node_mass(state, n) * node_force[n]);
     if (state.model.mesh.pinned[n]) s.node_pin_force[n] = arr(vec(s.node_pin_force[n]) - node_force[n]);
   }
+  for (Index k = 0; k < s.body_count(); ++k) {
+    if (!state.model.bodies[k].dynamic) continue;
+    s.body_velocity[k] = arr(vec(s.body_velocity[k]) + info.dt * vec(state.model.scene.gravity));
+  }
+  accelerate_bodies(state, body_force, info.dt);
 }
 
 }  // namespace drench::reference

@@ -16,6 +16,12 @@ void time_step(ReferenceState& state, const StepInfo&, StepReport& report) {
   double fastest = 0;
   for (const Vec3& v : state.s.fluid_velocity) fastest = std::max(fastest, vec(v).norm() + gravity_gain);
   for (const Vec3& v : state.s.node_velocity) fastest = std::max(fastest, vec(v).norm());
+  for (Index k = 0; k < state.s.body_count(); ++k) {
+    const Body& body = state.model.bodies[k];
+    if (!body.moves()) continue;
+    const double turning = vec(state.s.body_angular_velocity[k]).norm() * body.reach;
+    fastest = std::max(fastest, vec(state.s.body_velocity[k]).norm() + turning + (body.dynamic ? gravity_gain : 0));
+  }
   if (fastest > 0) report.dt_wanted = std::min(time.step, time.cfl * state.model.spacing / fastest);
   report.dt_wanted = std::max(report.dt_wanted, time.step / 1000);
 }

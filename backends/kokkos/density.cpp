@@ -2,6 +2,7 @@
 
 #include "device.hpp"
 #include "laws/sheet.hpp"
+#include "rigid_bodies.hpp"
 
 namespace drench::kokkos_backend {
 namespace {
@@ -124,6 +125,7 @@ void density(Device& d, const StepInfo&, StepReport&) {
     sample_row_bounds(d);
   }
   density_and_alpha(d);
+  add_body_rows(d);
 }
 
 }  // namespace drench::kokkos_backend

@@ -2,6 +2,7 @@
 
 #include "device.hpp"
 #include "laws/viscosity.hpp"
+#include "rigid_bodies.hpp"
 
 namespace drench::kokkos_backend {
 namespace {
@@ -81,6 +82,7 @@ void forces(Device& d, const StepInfo& info, StepReport&) {
         predicted(i) = v(i) + dt * a;
       });
   if (viscous && cloth) viscous_reaction(d, dt);
+  push_bodies(d, info.dt);
   parallel(
       "drench::forces::velocity", d.fluid.count, KOKKOS_LAMBDA(const Index i) { v(i) = predicted(i); });
 }

@@ -4,6 +4,7 @@
 
 #include "device.hpp"
 #include "primitives/reduce.hpp"
+#include "rigid_bodies.hpp"
 
 namespace drench::kokkos_backend {
 
@@ -25,6 +26,7 @@ void time_step(Device& d, const StepInfo&, StepReport& report) {
     fastest = std::max(fastest, maximum(
                                     "drench::time_step::node_speed", d.nodes.count,
                                     KOKKOS_LAMBDA(const Index n) { return double(norm(vn(n))); }));
+  if (d.model.has_moving_body()) fastest = std::max(fastest, fastest_body(d, fall));
   if (fastest > 0) report.dt_wanted = std::clamp(time.cfl * double(d.spacing) / fastest, time.step / 1000, time.step);
 }
 

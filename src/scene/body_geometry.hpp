@@ -3,6 +3,7 @@
 
 #include <string>
 
+#include "state/host_state.hpp"
 #include "state/model.hpp"
 
 namespace drench {
@@ -16,7 +17,13 @@ double signed_distance(const Body& body, const Vec3& x, Vec3& normal);
 /// made here. `name` begins the text of a SetupError.
 Body make_body(const BodyScene& scene, const std::string& scene_path, const std::string& name);
 
-/// Velocity (m/s) of the body's material at x.
+/// Velocity (m/s) of the body's material at x, at t = 0.
 Vec3 body_velocity(const Body& body, const Vec3& x);
+
+/// The bodies' poses and velocities at t = 0.
+void start_bodies(const Model& model, HostState& state);
+
+/// Where the body's material point that is at x (m) at t = 0 is in this state.
+Vec3 placed_point(const Body& body, const HostState& state, Index index, const Vec3& x);
 
 }  // namespace drench

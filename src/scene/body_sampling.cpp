@@ -149,7 +149,7 @@ std::vector<Vec3> sample_mesh(const Body& body, double d, const Box& region) {
   PointGrid kept(least);
   const auto offer = [&](const Vector3d& p) {
     const Vec3 x = to_vec3(p);
-    if (body.spin_rate == 0 && !contains(region.min, region.max, x)) return;
+    if (!contains(region.min, region.max, x)) return;
     if (!kept.any_within(x, least)) kept.add(x);
   };
   const auto point = [&](Index i) { return to_eigen(body.mesh_points[static_cast<std::size_t>(i)]); };
@@ -207,6 +207,32 @@ Body sampled_surface(Body body, double d) {
 }
 
 }  // namespace
+
+Box sampled_region(const Body& body, const Box& region, double duration) {
+  Box swept = region;
+  const bool turns = body.dynamic || body.spin_rate != 0;
+  double all = 1e9;  // m: far beyond any scene's coordinates
+  if (turns && body.kind == BodyScene::Kind::plane) {
+    double farthest = 0;
+    for (std::size_t a = 0; a < 3; ++a) {
+      const double path = std::abs(body.velocity[a]) * duration;
+      farthest +=
+          std::pow(std::max(body.point[a] - region.min[a], region.max[a] - body.point[a]) + path, 2);
+    }
+    all = std::sqrt(farthest);
+  }
+  for (std::size_t a = 0; a < 3; ++a) {
+    if (turns) {
+      swept.min[a] = body.center[a] - all;
+      swept.max[a] = body.center[a] + all;
+      continue;
+    }
+    const double path = body.velocity[a] * duration;
+    swept.min[a] -= std::max(path, 0.0);
+    swept.max[a] -= std::min(path, 0.0);
+  }
+  return swept;
+}
 
 double expected_body_samples(const Body& solid, double spacing, const Box& region) {
   const Body body = sampled_surface(solid, spacing);

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "scene/body_geometry.hpp"
@@ -37,13 +38,20 @@ void set_numbers(Model& m) {
 }
 
 /// The domain and a support radius around it: samples beyond cannot touch a particle.
-Box sampled_region(const Model& m) {
+Box wetted_region(const Model& m) {
   Box region = m.scene.domain;
   for (int a = 0; a < 3; ++a) {
     region.min[a] -= m.support;
     region.max[a] += m.support;
   }
   return region;
+}
+
+/// m
+double farthest_corner(const Box& box, const Vec3& x) {
+  double square = 0;
+  for (int a = 0; a < 3; ++a) square += std::pow(std::max(x[a] - box.min[a], box.max[a] - x[a]), 2);
+  return std::sqrt(square);
 }
 
 SetupSize grid_size(const Scene& scene) {
@@ -60,9 +68,10 @@ SetupSize expected_size(const Model& m) {
   if (m.has_fluid() || m.has_porous()) size.samples = expected_cloth_samples(m);
   if (!m.has_fluid()) return size;
   size.fluid = expected_block_particles(m.scene.fluid);
-  const Box region = sampled_region(m);
+  const Box region = wetted_region(m);
   for (std::size_t b = 0; b < m.bodies.size(); ++b) {
-    const double samples = expected_body_samples(m.bodies[b], m.spacing, region);
+    const Box part = sampled_region(m.bodies[b], region, m.scene.time.end);
+    const double samples = expected_body_samples(m.bodies[b], m.spacing, part);
     if (samples > max_body_samples) {
       throw SetupError(
           fmt::format("body {}: its surface needs more than {:.0f} samples at spacing {} m; use a smaller domain "
@@ -76,16 +85,17 @@ SetupSize expected_size(const Model& m) {
 
 void sample_bodies(Setup& setup) {
   Model& m = setup.model;
-  const Box region = sampled_region(m);
+  const Box region = wetted_region(m);
   for (std::size_t b = 0; b < m.bodies.size(); ++b) {
     Body& body = m.bodies[b];
-    const std::vector<Vec3> samples = sample_body(body, m.spacing, region);
+    const std::vector<Vec3> samples =
+        sample_body(body, m.spacing, sampled_region(body, region, m.scene.time.end));
     std::vector<double> volumes = akinci_volumes(samples, m.support, m.scene.fluid.kernel);
     const double share = layer_share(m.spacing, m.support, m.scene.fluid.kernel);
     for (double& volume : volumes) volume *= share;
     body.first_sample = m.boundary.count();
     body.sample_count = static_cast<Index>(samples.size());
-    if (samples.empty()) setup.warnings.push_back(fmt::format("body {}: it lies outside the domain", b + 1));
+    if (samples.empty() && !body.moves()) setup.warnings.push_back(fmt::format("body {}: it lies outside the domain", b + 1));
     m.boundary.position.insert(m.boundary.position.end(), samples.begin(), samples.end());
     m.boundary.body.insert(m.boundary.body.end(), samples.size(), static_cast<Index>(b));
     setup.state.boundary_volume.insert(setup.state.boundary_volume.end(), volumes.begin(), volumes.end());
@@ -111,6 +121,17 @@ void warn_of_nodes_in_solids(Setup& setup) {
     if (inside > 0) {
       setup.warnings.push_back(fmt::format("{}: {} free nodes start inside a solid body", cloth_label(c.name), inside));
     }
+  }
+}
+
+/// Only a closed mesh has an inside that cloth can be kept out of.
+void refuse_cloth_on_open_meshes(const Model& m) {
+  for (std::size_t b = 0; b < m.bodies.size(); ++b) {
+    if (m.has_moving_cloth() && m.bodies[b].kind == BodyScene::Kind::mesh && m.bodies[b].field.empty())
+      throw SetupError(fmt::format(
+          "body {} ({}): contact of a moving cloth with a mesh that is not closed is not available in this version; "
+          "allowed: a closed mesh, a box, sphere or plane, or cloths with dynamics: false",
+          b + 1, m.scene.bodies[b].file));
   }
 }
 
@@ -179,11 +200,15 @@ Setup build(const Scene& scene) {
   for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
     m.bodies.push_back(make_body(scene.bodies[b], scene.path, fmt::format("body {}", b + 1)));
   }
+  for (Body& body : m.bodies)
+    if (body.kind == BodyScene::Kind::plane) body.reach = farthest_corner(scene.domain, body.point);
+  start_bodies(m, setup.state);
   refuse_too_large(expected_size(m), memory);
   if (m.has_fluid() || m.has_porous()) build_samples(m);
   init_nodes(m, setup.state);
   check_ledger_range(setup);
   fill_cloths(m, setup.state, setup.warnings);
+  refuse_cloth_on_open_meshes(m);
   warn_of_nodes_in_solids(setup);
   if (m.has_fluid()) {
     m.jets = make_jets(m, setup.warnings);

@@ -159,18 +159,25 @@ void write_cloth(Writer& out, const ClothScene& cloth) {
   if (cloth.porous.present) write_porous(out, cloth.porous);
 }
 
+std::string motion(const BodyScene& body) {
+  std::string all = fmt::format("velocity: {}, spin: {{axis: {}, degrees_per_second: {}}}", text(body.velocity),
+                                text(body.spin.axis), text(body.spin.degrees_per_second));
+  all += fmt::format(", dynamic: {}", body.dynamic);
+  if (body.dynamic) all += fmt::format(", density: {}", text(body.density));
+  return all;
+}
+
 void write_body(Writer& out, const BodyScene& body) {
   switch (body.kind) {
     case BodyScene::Kind::box:
-      return out.line("  - box: {{{}, inside: {}}}", corners(body.box), body.inside);
+      return out.line("  - box: {{{}, inside: {}, {}}}", corners(body.box), body.inside, motion(body));
     case BodyScene::Kind::sphere:
-      return out.line("  - sphere: {{center: {}, radius: {}}}", text(body.center), text(body.radius));
+      return out.line("  - sphere: {{center: {}, radius: {}, {}}}", text(body.center), text(body.radius), motion(body));
     case BodyScene::Kind::plane:
-      return out.line("  - plane: {{point: {}, normal: {}}}", text(body.point), text(body.normal));
+      return out.line("  - plane: {{point: {}, normal: {}, {}}}", text(body.point), text(body.normal), motion(body));
     case BodyScene::Kind::mesh:
-      return out.line("  - mesh: {{file: {}, scale: {}, position: {}, spin: {{axis: {}, degrees_per_second: {}}}}}",
-                      quoted(body.file), text(body.scale), text(body.position), text(body.spin.axis),
-                      text(body.spin.degrees_per_second));
+      return out.line("  - mesh: {{file: {}, scale: {}, position: {}, {}}}", quoted(body.file), text(body.scale),
+                      text(body.position), motion(body));
   }
 }
 

@@ -29,7 +29,8 @@ inline auto fields(const ClothScene& s) {
 }
 inline auto fields(const SpinScene& s) { const auto& [a, b] = s; return std::tie(a, b); }
 inline auto fields(const BodyScene& s) {
-  const auto& [a, b, c, d, e, f, g, h, i, j, k] = s; return std::tie(a, b, c, d, e, f, g, h, i, j, k);
+  const auto& [a, b, c, d, e, f, g, h, i, j, k, l, m, n] = s;
+  return std::tie(a, b, c, d, e, f, g, h, i, j, k, l, m, n);
 }
 /// Where a scene came from is no part of what it says.
 inline auto fields(const Scene& s) {
