@@ -92,7 +92,9 @@ void sample_bodies(Setup& setup) {
         sample_body(body, m.spacing, sampled_region(body, region, m.scene.time.end));
     std::vector<double> volumes = akinci_volumes(samples, m.support, m.scene.fluid.kernel);
     const double share = layer_share(m.spacing, m.support, m.scene.fluid.kernel);
-    for (double& volume : volumes) volume *= share;
+    // A wall that yields has to be the stronger one (stages/density.hpp).
+    if (!body.dynamic)
+      for (double& volume : volumes) volume *= share;
     body.first_sample = m.boundary.count();
     body.sample_count = static_cast<Index>(samples.size());
     if (samples.empty() && !body.moves()) setup.warnings.push_back(fmt::format("body {}: it lies outside the domain", b + 1));

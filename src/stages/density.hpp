@@ -10,6 +10,10 @@
 //         keeps it); S = Σ_{a,b} W(d √(a² + b²)) over a plane square lattice, so that a plane of samples at the spacing
 //         counts for exactly the one layer of liquid that the wall replaces. (With 1/Σ W it counts for 1.43 of it: a
 //         lattice at rest on a wall starts with δ = 1.06 there, 1.15 in corners, and jumps.)
+//         samples of dynamic bodies: V_b = 1/Σ_k W_bk with those of the same body, once. They yield, as the cloth does, and
+//         need the stronger wall: with d³ S settled liquid comes to 0.1 d of a sphere's surface where half a spacing would
+//         be its place, and a sphere of density ½ floats 6 % of its radius too deep (tests/validation/buoyancy_test.cpp:
+//         with 1/Σ W it is 0.7 %).
 //         cloth samples: V_b = 1 / Σ_k W_bk with all cloth samples, every step (the cloth deforms). A sheet yields to what
 //         falls on it, so it needs the stronger wall: with d³ S the falling block of tests/validation/coupling_test.cpp is
 //         pressed onto it and leaves it with up to twice the energy.
@@ -27,6 +31,7 @@
 //       diagonal (samples taken one by one, as physics.md writes it) leaves out that many particles push the same light
 //       node: with mass ratios of 100:1 the Jacobi iteration then diverges. With relaxation ½ a quarter of the row sum
 //       already bounds it (Gershgorin); 0.3 converges about twice as fast as 1.
+//       Dynamic bodies add their own row sum (bodies.hpp, law 6) where α_i > 0.
 //       α_i = 0 if 1/α_i < 1e-6/d² or V_i = 0.
 // Reads:  fluid_position, fluid_mass, node_position, node_liquid, boundary_volume, neighbour lists.
 // Writes: fluid_density_ratio, sample_volume; α (the backend's own).

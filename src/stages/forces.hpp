@@ -8,5 +8,6 @@
 //       Reaction on a cloth sample: F_b = −Σ_i m_i a_ib; on nodes f_n = Σ_b w_bn F_b; v_n += Δt u_n f_n; pinned:
 //       node_pin_force −= f_n. v_i += Δt a_i, all a_i from the velocities before the stage. Gravity of the cloth
 //       belongs to stage cloth.
+//       Dynamic bodies: bodies.hpp, law 4.
 // Reads:  positions, masses, velocities, fluid_density_ratio, lists.   Writes: fluid_velocity, node_velocity,
-// node_pin_force.
+// node_pin_force, body velocities.

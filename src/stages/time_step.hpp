@@ -3,7 +3,7 @@
 //
 // Law.  mode fixed: Δt = time.step.
 //       mode cfl:   Δt = min(time.step, λ d / v_max), but at least time.step / 1000 (Courant number λ = time.cfl,
-//       v_max = the largest speed of liquid particles and cloth nodes; a particle's speed counts what gravity adds in
+//       v_max = the largest speed of liquid particles, cloth nodes and moving bodies (bodies.hpp, law 7); a particle's speed counts what gravity adds in
 //       one maximal step: |v| + |g| · time.step). Source: Courant, Friedrichs & Lewy 1928; Monaghan 1992. Unit: s.
 //       The pipeline may shorten Δt to land on an output time.
 // The choice comes first in the step, not after the non-pressure forces, so that the divergence solve, the density
