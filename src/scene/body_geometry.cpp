@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <stdexcept>
 
+#include "scene/distance_field.hpp"
 #include "scene/eigen_vec.hpp"
 #include "scene/mesh_io.hpp"
 #include "scene/setup_error.hpp"
@@ -63,7 +63,7 @@ double signed_distance(const Body& body, const Vec3& x, Vec3& normal) {
       distance = n.dot(to_eigen(x) - to_eigen(body.point));
       break;
     case BodyScene::Kind::mesh:
-      throw std::invalid_argument("signed_distance: a mesh has no analytic distance");
+      return field_distance(body.field, x, normal);
   }
   normal = to_vec3(n);
   return distance;

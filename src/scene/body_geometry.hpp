@@ -8,9 +8,9 @@
 
 namespace drench {
 
-/// Distance (m) of x to the surface of a box, sphere or plane at t = 0: positive on the free side, negative inside the
-/// solid. `normal` is the unit vector towards the free side, the distance's gradient; on an edge or at a sphere's
-/// centre, one of those possible. A body of kind mesh has no analytic distance: std::invalid_argument.
+/// Distance (m) of x to the body's surface at t = 0: positive on the free side, negative inside the solid. `normal` is the
+/// unit vector towards the free side, the distance's gradient; on an edge or at a sphere's centre, one of those possible.
+/// Of a mesh: from its distance field; 1e30 and no normal beyond it, and everywhere if it has none (it is not closed).
 double signed_distance(const Body& body, const Vec3& x, Vec3& normal);
 
 /// Resolves a body: unit normal and axis, spin in rad/s, mesh read, scaled, placed and checked. The samples are not

@@ -6,6 +6,7 @@
 #include <limits>
 #include <numbers>
 
+#include "scene/distance_field.hpp"
 #include "scene/eigen_vec.hpp"
 #include "scene/point_grid.hpp"
 #include "scene/surface_mesh.hpp"
@@ -144,11 +145,27 @@ double expected_mesh_samples(const Body& body, double d) {
   return packed + rim / (mesh_min_distance * d) + 4;
 }
 
+/// A point of the surface moved half a spacing inside along the distance field's slope; where the solid is too thin for
+/// that, a quarter, or not at all.
+Vec3 sunk(const Body& body, double d, const Vector3d& p) {
+  if (body.field.empty()) return to_vec3(p);
+  for (const double depth : {d / 2, d / 4}) {
+    Vec3 normal, x = to_vec3(p);
+    for (int step = 0; step < 8; ++step) {
+      const double left = field_distance(body.field, x, normal) + depth;
+      x = to_vec3(to_eigen(x) - left * to_eigen(normal));
+    }
+    if (std::abs(field_distance(body.field, x, normal) + depth) < 0.05 * d && (to_eigen(x) - p).norm() < 2 * depth)
+      return x;
+  }
+  return to_vec3(p);
+}
+
 std::vector<Vec3> sample_mesh(const Body& body, double d, const Box& region) {
   const double least = mesh_min_distance * d;
   PointGrid kept(least);
   const auto offer = [&](const Vector3d& p) {
-    const Vec3 x = to_vec3(p);
+    const Vec3 x = sunk(body, d, p);
     if (!contains(region.min, region.max, x)) return;
     if (!kept.any_within(x, least)) kept.add(x);
   };
@@ -183,8 +200,8 @@ std::vector<Vec3> sample_mesh(const Body& body, double d, const Box& region) {
 
 /// The body whose surface the samples lie on: half a spacing inside the solid, so that liquid of radius d/2 that
 /// touches the surface is one spacing away from them. On the surface itself they would count as 0.7 of the liquid's
-/// density at that place instead of 0.15 (lattice, h = 2 d), and push the first layer half a spacing away. Meshes are
-/// sampled as they are.
+/// density at that place instead of 0.15 (lattice, h = 2 d), and push the first layer half a spacing away. Closed meshes
+/// sink each of their samples (sample_mesh).
 Body sampled_surface(Body body, double d) {
   switch (body.kind) {
     case BodyScene::Kind::box:

@@ -9,10 +9,12 @@
 #include "scene/body_sampling.hpp"
 #include "scene/cloth_mesh.hpp"
 #include "scene/cloth_sampling.hpp"
+#include "scene/distance_field.hpp"
 #include "scene/fluid_sampling.hpp"
 #include "scene/memory_estimate.hpp"
 #include "scene/point_grid.hpp"
 #include "scene/smoothing_kernel.hpp"
+#include "scene/surface_mesh.hpp"
 
 namespace drench {
 namespace {
@@ -62,9 +64,34 @@ SetupSize grid_size(const Scene& scene) {
   return size;
 }
 
+/// Lattices for the distance fields of closed meshes; they reach as far as cloth is thick.
+void lay_fields(Setup& setup) {
+  Model& m = setup.model;
+  double margin = m.spacing;
+  for (const ClothMaterial& c : m.cloths) margin = std::max(margin, 1.1 * c.thickness + m.spacing);
+  for (std::size_t b = 0; b < m.bodies.size(); ++b) {
+    Body& body = m.bodies[b];
+    if (body.kind != BodyScene::Kind::mesh) continue;
+    if (is_closed({body.mesh_points, body.mesh_triangles}))
+      body.field = lay_field(body, m.spacing, margin);
+    else
+      setup.warnings.push_back(fmt::format(
+          "body {} ({}): the mesh is not closed; it holds liquid back by samples on its surface alone", b + 1,
+          m.scene.bodies[b].file));
+  }
+}
+
+double field_points(const Model& m) {
+  double points = 0;
+  for (const Body& b : m.bodies)
+    points += static_cast<double>(b.field.points[0]) * b.field.points[1] * b.field.points[2];
+  return points;
+}
+
 SetupSize expected_size(const Model& m) {
   SetupSize size;
   size.nodes = m.mesh.nodes();
+  size.field = field_points(m);
   if (m.has_fluid() || m.has_porous()) size.samples = expected_cloth_samples(m);
   if (!m.has_fluid()) return size;
   size.fluid = expected_block_particles(m.scene.fluid);
@@ -115,7 +142,7 @@ void warn_of_nodes_in_solids(Setup& setup) {
       if (m.mesh.pinned[n]) continue;
       for (const Body& body : m.bodies) {
         Vec3 normal;
-        if (body.kind == BodyScene::Kind::mesh || signed_distance(body, m.mesh.rest_position[n], normal) >= 0) continue;
+        if (signed_distance(body, m.mesh.rest_position[n], normal) >= 0) continue;
         ++inside;
         break;
       }
@@ -205,7 +232,10 @@ Setup build(const Scene& scene) {
   for (Body& body : m.bodies)
     if (body.kind == BodyScene::Kind::plane) body.reach = farthest_corner(scene.domain, body.point);
   start_bodies(m, setup.state);
+  lay_fields(setup);
   refuse_too_large(expected_size(m), memory);
+  for (Body& body : m.bodies)
+    if (body.field.spacing > 0) fill_field(body, body.field);
   if (m.has_fluid() || m.has_porous()) build_samples(m);
   init_nodes(m, setup.state);
   check_ledger_range(setup);
@@ -225,7 +255,7 @@ Setup build(const Scene& scene) {
 std::int64_t estimated_bytes(const Setup& setup) {
   const SetupSize size{static_cast<double>(setup.state.fluid_count()),
                        static_cast<double>(setup.model.boundary.count()), static_cast<double>(setup.model.mesh.nodes()),
-                       static_cast<double>(setup.model.samples.count())};
+                       static_cast<double>(setup.model.samples.count()), field_points(setup.model)};
   return static_cast<std::int64_t>(estimated_bytes(size));
 }
 
