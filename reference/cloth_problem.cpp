@@ -21,8 +21,7 @@ double mean_length(const ClothMesh& mesh) {
 
 }  // namespace
 
-ClothProblem::ClothProblem(const ReferenceState& s, double step)
-    : state(s), dt(step), bodies(placed_bodies(s, step)) {
+ClothProblem::ClothProblem(const ReferenceState& s, double step) : state(s), dt(step), bodies(placed_bodies(s, step)) {
   const ClothMesh& mesh = model().mesh;
   for (const Vec3& x : state.s.node_position) start.push_back(vec(x));
   target = start;

@@ -27,8 +27,9 @@ KOKKOS_INLINE_FUNCTION void stop_at_solid(RigidState& s, const RigidBody& body, 
   for (int corner = 0; corner < (sphere ? 1 : 8); ++corner) {
     Double3 p = s.position;
     if (!sphere)
-      p = add(p, turned(s.orientation, {corner & 1 ? body.half.x : -body.half.x, corner & 2 ? body.half.y : -body.half.y,
-                                        corner & 4 ? body.half.z : -body.half.z}));
+      p = add(p,
+              turned(s.orientation, {corner & 1 ? body.half.x : -body.half.x, corner & 2 ? body.half.y : -body.half.y,
+                                     corner & 4 ? body.half.z : -body.half.z}));
     const SolidDistance at = solid_distance(solid, narrow(p), Real3{});
     const Double3 n = widen(at.normal);
     const double phi = double(at.phi) - (sphere ? body.radius : 0.0);

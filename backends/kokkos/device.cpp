@@ -44,8 +44,8 @@ Solid solid_of(const Body& b) {
   s.rest_normal = s.normal;
   for (std::size_t a = 0; a < 3; ++a) s.field_points[a] = b.field.points[a];
   s.field_spacing = Real(b.field.spacing);
-  s.field_origin = to_real({b.field.origin[0] - b.center[0], b.field.origin[1] - b.center[1],
-                            b.field.origin[2] - b.center[2]});
+  s.field_origin =
+      to_real({b.field.origin[0] - b.center[0], b.field.origin[1] - b.center[1], b.field.origin[2] - b.center[2]});
   return s;
 }
 

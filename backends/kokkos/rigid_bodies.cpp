@@ -11,8 +11,8 @@
 namespace drench::kokkos_backend {
 namespace {
 
-constexpr Index parts = 64;              // of a body's sum
-constexpr Real row_share = Real(0.3);    // of the absolute row sum, as for the cloth (stage density)
+constexpr Index parts = 64;            // of a body's sum
+constexpr Real row_share = Real(0.3);  // of the absolute row sum, as for the cloth (stage density)
 
 Double3 to_double(const Vec3& a) { return {a[0], a[1], a[2]}; }
 Vec3 to_vec(const Double3& a) { return {a.x, a.y, a.z}; }
@@ -135,8 +135,10 @@ void upload_bodies(Device& d, const HostState& s) {
   std::vector<RigidState> states;
   for (std::size_t b = 0; b < count; ++b) {
     const Quaternion& q = s.body_orientation[b];
-    states.push_back({to_double(s.body_position[b]), to_double(s.body_velocity[b]),
-                      to_double(s.body_angular_velocity[b]), {q[0], q[1], q[2], q[3]}});
+    states.push_back({to_double(s.body_position[b]),
+                      to_double(s.body_velocity[b]),
+                      to_double(s.body_angular_velocity[b]),
+                      {q[0], q[1], q[2], q[3]}});
   }
   a.state = to_device<RigidState>("drench::body_state", states);
   if (a.samples > 0) a.predicted = to_device3("drench::body_predicted", s.boundary_velocity);
@@ -261,8 +263,8 @@ void add_body_rows(Device& d) {
           if (!constant(body).dynamic) continue;
           const Real3 arm = narrow(minus(widen(xb(b)), state(body).position)), r = xf(i) - xb(b);
           const Real length = norm(r);
-          coupling -= vb(b) * kernel.slope(length) *
-                      (length * bound(2 * body) + norm(cross(arm, r)) * bound(2 * body + 1));
+          coupling -=
+              vb(b) * kernel.slope(length) * (length * bound(2 * body) + norm(cross(arm, r)) * bound(2 * body + 1));
         }
         if (coupling > 0) alpha(i) = 1 / (1 / alpha(i) + row_share * coupling);
       });

@@ -128,8 +128,8 @@ void add_mesh(Surface& surface, int index, const Body& body, const Placing& plac
 /// The plane as it lies now: through the centre, normal to the turned normal.
 Body placed_plane(const Body& body, const Placing& placed) {
   Body plane = body;
-  const auto two = placed({body.point, {body.point[0] + body.normal[0], body.point[1] + body.normal[1],
-                                        body.point[2] + body.normal[2]}});
+  const auto two = placed(
+      {body.point, {body.point[0] + body.normal[0], body.point[1] + body.normal[1], body.point[2] + body.normal[2]}});
   plane.point = two[0];
   plane.normal = minus(two[1], two[0]);
   return plane;

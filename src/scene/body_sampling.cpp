@@ -233,8 +233,7 @@ Box sampled_region(const Body& body, const Box& region, double duration) {
     double farthest = 0;
     for (std::size_t a = 0; a < 3; ++a) {
       const double path = std::abs(body.velocity[a]) * duration;
-      farthest +=
-          std::pow(std::max(body.point[a] - region.min[a], region.max[a] - body.point[a]) + path, 2);
+      farthest += std::pow(std::max(body.point[a] - region.min[a], region.max[a] - body.point[a]) + path, 2);
     }
     all = std::sqrt(farthest);
   }

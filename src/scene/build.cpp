@@ -75,9 +75,9 @@ void lay_fields(Setup& setup) {
     if (is_closed({body.mesh_points, body.mesh_triangles}))
       body.field = lay_field(body, m.spacing, margin);
     else
-      setup.warnings.push_back(fmt::format(
-          "body {} ({}): the mesh is not closed; it holds liquid back by samples on its surface alone", b + 1,
-          m.scene.bodies[b].file));
+      setup.warnings.push_back(
+          fmt::format("body {} ({}): the mesh is not closed; it holds liquid back by samples on its surface alone",
+                      b + 1, m.scene.bodies[b].file));
   }
 }
 
@@ -115,8 +115,7 @@ void sample_bodies(Setup& setup) {
   const Box region = wetted_region(m);
   for (std::size_t b = 0; b < m.bodies.size(); ++b) {
     Body& body = m.bodies[b];
-    const std::vector<Vec3> samples =
-        sample_body(body, m.spacing, sampled_region(body, region, m.scene.time.end));
+    const std::vector<Vec3> samples = sample_body(body, m.spacing, sampled_region(body, region, m.scene.time.end));
     std::vector<double> volumes = akinci_volumes(samples, m.support, m.scene.fluid.kernel);
     const double share = layer_share(m.spacing, m.support, m.scene.fluid.kernel);
     // A wall that yields has to be the stronger one (stages/density.hpp).
@@ -124,7 +123,8 @@ void sample_bodies(Setup& setup) {
       for (double& volume : volumes) volume *= share;
     body.first_sample = m.boundary.count();
     body.sample_count = static_cast<Index>(samples.size());
-    if (samples.empty() && !body.moves()) setup.warnings.push_back(fmt::format("body {}: it lies outside the domain", b + 1));
+    if (samples.empty() && !body.moves())
+      setup.warnings.push_back(fmt::format("body {}: it lies outside the domain", b + 1));
     m.boundary.position.insert(m.boundary.position.end(), samples.begin(), samples.end());
     m.boundary.body.insert(m.boundary.body.end(), samples.size(), static_cast<Index>(b));
     setup.state.boundary_volume.insert(setup.state.boundary_volume.end(), volumes.begin(), volumes.end());

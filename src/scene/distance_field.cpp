@@ -86,13 +86,15 @@ void fill_field(const Body& body, DistanceField& field) {
     for (Index j = 0; j < ny; ++j) {
       for (Index i = 0; i < nx; ++i) {
         if (i % coarse == 0 && j % coarse == 0 && k % coarse == 0) continue;
-        const Index ci = std::min(i / coarse * coarse, nx - 1 - coarse), cj = std::min(j / coarse * coarse, ny - 1 - coarse),
+        const Index ci = std::min(i / coarse * coarse, nx - 1 - coarse),
+                    cj = std::min(j / coarse * coarse, ny - 1 - coarse),
                     ck = std::min(k / coarse * coarse, nz - 1 - coarse);
         const double u = static_cast<double>(i - ci) / coarse, v = static_cast<double>(j - cj) / coarse,
                      w = static_cast<double>(k - ck) / coarse;
         double nearest = 1e300, mixed = 0;
         for (int c = 0; c < 8; ++c) {
-          const double value = field.value[at.index(ci + (c & 1) * coarse, cj + (c >> 1 & 1) * coarse, ck + (c >> 2) * coarse)];
+          const double value =
+              field.value[at.index(ci + (c & 1) * coarse, cj + (c >> 1 & 1) * coarse, ck + (c >> 2) * coarse)];
           nearest = std::min(nearest, std::abs(value));
           mixed += value * (c & 1 ? u : 1 - u) * (c & 2 ? v : 1 - v) * (c & 4 ? w : 1 - w);
         }
@@ -123,8 +125,9 @@ double field_distance(const DistanceField& field, const Vec3& x, Vec3& normal) {
     Eigen::Vector3d weight;
     for (std::size_t a = 0; a < 3; ++a) weight[static_cast<int>(a)] = on[a] ? part[a] : 1 - part[a];
     value += corner * weight.prod();
-    slope += corner * Eigen::Vector3d((on[0] ? 1 : -1) * weight[1] * weight[2], (on[1] ? 1 : -1) * weight[0] * weight[2],
-                                      (on[2] ? 1 : -1) * weight[0] * weight[1]);
+    slope +=
+        corner * Eigen::Vector3d((on[0] ? 1 : -1) * weight[1] * weight[2], (on[1] ? 1 : -1) * weight[0] * weight[2],
+                                 (on[2] ? 1 : -1) * weight[0] * weight[1]);
   }
   const double length = slope.norm();
   normal = length > 0 ? to_vec3(slope / length) : Vec3{0, 1, 0};

@@ -228,7 +228,8 @@ void read_motion(Section& s, BodyScene& body) {
   s.section("spin", body.spin, read_spin);
   s.boolean("dynamic", body.dynamic);
   s.number("density", body.density, "[1, 30000]", "kg/m³");
-  s.check(body.dynamic || !s.has("density"), "density", "is for a body that floats; allowed: only beside dynamic: true");
+  s.check(body.dynamic || !s.has("density"), "density",
+          "is for a body that floats; allowed: only beside dynamic: true");
   const bool can_float = body.kind == BodyScene::Kind::sphere || (body.kind == BodyScene::Kind::box && !body.inside);
   s.not_available(body.dynamic && !can_float, "dynamic", "a plane, mesh or container that the liquid moves",
                   "false, or a sphere or a box that is not a container");

@@ -22,7 +22,8 @@ void refuse_too_large(const SetupSize& size, double available) {
       size.fluid, size.boundary, size.nodes, size.samples,
       size.field > 0 ? fmt::format(", {:.0f} points of distance fields", size.field) : "");
   constexpr double most = 1 << 28;
-  if (!(size.fluid <= most && size.boundary <= most && size.nodes <= most / 4 && size.samples <= most && size.field <= 8 * most)) {
+  if (!(size.fluid <= most && size.boundary <= most && size.nodes <= most / 4 && size.samples <= most &&
+        size.field <= 8 * most)) {
     throw SetupError(
         fmt::format("the scene is too large: {}; allowed: {:.0f} of each, {:.0f} nodes", counts, most, most / 4));
   }

@@ -105,8 +105,8 @@ struct Body {
   Vec3 spin_axis{0, 1, 0};  // unit
   double spin_rate = 0;     // rad/s
   bool dynamic = false;
-  double mass = 0;          // kg; 0 unless dynamic
-  Vec3 inertia{0, 0, 0};    // kg m²: about the centre and the axes of t = 0, which are principal ones
+  double mass = 0;        // kg; 0 unless dynamic
+  Vec3 inertia{0, 0, 0};  // kg m²: about the centre and the axes of t = 0, which are principal ones
   Index first_sample = 0, sample_count = 0;
   std::vector<Vec3> mesh_points;  // m, at t = 0, for the picture; empty but for meshes
   std::vector<std::array<Index, 3>> mesh_triangles;

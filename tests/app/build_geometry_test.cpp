@@ -112,8 +112,8 @@ TEST(BodyGeometry, DistancesArePositiveOnTheFreeSideAndNormalsAreTheirGradients)
 void make_box_mesh(Body& body, const Box& box) {
   body.kind = BodyScene::Kind::mesh;
   for (int k = 0; k < 8; ++k)
-    body.mesh_points.push_back({k & 1 ? box.max[0] : box.min[0], k & 2 ? box.max[1] : box.min[1],
-                                k & 4 ? box.max[2] : box.min[2]});
+    body.mesh_points.push_back(
+        {k & 1 ? box.max[0] : box.min[0], k & 2 ? box.max[1] : box.min[1], k & 4 ? box.max[2] : box.min[2]});
   body.mesh_triangles = {{0, 2, 1}, {1, 2, 3}, {4, 5, 6}, {5, 6, 7}, {0, 1, 4}, {1, 5, 4},
                          {2, 6, 3}, {3, 6, 7}, {0, 4, 2}, {2, 4, 6}, {1, 3, 5}, {3, 7, 5}};
 }
@@ -132,8 +132,7 @@ TEST(BodyGeometry, TheFieldOfABoxMeshIsTheBoxsDistance) {
   double at_faces = 0, anywhere = 0, deep = 0, slope = 0;
   for (int trial = 0; trial < 20000; ++trial) {
     Vec3 x, n, m;
-    for (int a = 0; a < 3; ++a)
-      x[a] = box.min[a] - margin + uniform(random) * (box.max[a] - box.min[a] + 2 * margin);
+    for (int a = 0; a < 3; ++a) x[a] = box.min[a] - margin + uniform(random) * (box.max[a] - box.min[a] + 2 * margin);
     const double expected = signed_distance(solid, x, n), found = field_distance(mesh.field, x, m);
     const double error = std::abs(found - expected);
     if (expected < -4 * step) {

@@ -11,9 +11,9 @@
 #include "output/stats_csv.hpp"
 #include "output/text_file.hpp"
 #include "output/vtu_series.hpp"
-#include "scene/body_geometry.hpp"
 #include "pipeline/pipeline.hpp"
 #include "run_program.hpp"
+#include "scene/body_geometry.hpp"
 
 namespace drench::test {
 namespace {
@@ -237,9 +237,8 @@ TEST(Output, BodiesAreShownWhereTheyAre) {
     state.body_orientation = {e.state.body_orientation[k]};
     double b[6];
     bodies_grid(one, &state)->GetBounds(b);
-    const double expected[3][6] = {{0.3, 0.7, 0.4, 0.6, 0.2, 0.8},
-                                   {0.15, 0.35, -0.1, 0.1, -0.1, 0.1},
-                                   {-1, 1, 0.5, 0.5, -1, 1}};
+    const double expected[3][6] = {
+        {0.3, 0.7, 0.4, 0.6, 0.2, 0.8}, {0.15, 0.35, -0.1, 0.1, -0.1, 0.1}, {-1, 1, 0.5, 0.5, -1, 1}};
     for (int a = 0; a < 6; ++a) EXPECT_NEAR(b[a], expected[k][a], 2e-3) << "body " << k << " bound " << a;
     EXPECT_EQ(bodies_grid(one, nullptr)->GetNumberOfCells(), 0);
   }

@@ -26,14 +26,16 @@ std::string spinning_scene() {
 
 /// The wet scene whose sphere and floor move, with a spinning box and a moving container besides.
 std::string moving_scene() {
-  return with(with(wet_scene(), "radius: 0.05}", "radius: 0.05, velocity: [0.3, 0.5, 0], spin: {axis: [0, 0, 1], "
-                                                 "degrees_per_second: 400}}"),
-              "normal: [0, 1, 0]}", "normal: [0, 1, 0], velocity: [0, 0.4, 0], spin: {axis: [1, 0, 1], "
-                                    "degrees_per_second: 40}}\n"
-                                    "  - box: {min: [0.02, -0.06, 0.03], max: [0.1, -0.01, 0.1], velocity: [0, 0.3, 0], "
-                                    "spin: {axis: [1, 2, 3], degrees_per_second: 200}}\n"
-                                    "  - box: {min: [-0.3, -0.3, -0.3], max: [0.3, 0.3, 0.3], inside: true, "
-                                    "velocity: [-0.2, 0, 0.1], spin: {axis: [0, 1, 0], degrees_per_second: 30}}");
+  return with(with(wet_scene(), "radius: 0.05}",
+                   "radius: 0.05, velocity: [0.3, 0.5, 0], spin: {axis: [0, 0, 1], "
+                   "degrees_per_second: 400}}"),
+              "normal: [0, 1, 0]}",
+              "normal: [0, 1, 0], velocity: [0, 0.4, 0], spin: {axis: [1, 0, 1], "
+              "degrees_per_second: 40}}\n"
+              "  - box: {min: [0.02, -0.06, 0.03], max: [0.1, -0.01, 0.1], velocity: [0, 0.3, 0], "
+              "spin: {axis: [1, 2, 3], degrees_per_second: 200}}\n"
+              "  - box: {min: [-0.3, -0.3, -0.3], max: [0.3, 0.3, 0.3], inside: true, "
+              "velocity: [-0.2, 0, 0.1], spin: {axis: [0, 1, 0], degrees_per_second: 30}}");
 }
 
 /// A ball as a mesh file, of triangles on latitudes and longitudes.
@@ -49,7 +51,9 @@ std::string ball_file(double radius) {
                          radius * std::cos(pi * r / rings),
                          radius * std::sin(pi * r / rings) * std::sin(2 * pi * k / around));
   out << "v 0 " << -radius << " 0\n";
-  const auto at = [&](int r, int k) { return r == 0 ? 1 : r == rings ? 2 + (rings - 1) * around : 2 + (r - 1) * around + k % around; };
+  const auto at = [&](int r, int k) {
+    return r == 0 ? 1 : r == rings ? 2 + (rings - 1) * around : 2 + (r - 1) * around + k % around;
+  };
   for (int r = 0; r < rings; ++r)
     for (int k = 0; k < around; ++k) {
       if (r > 0) out << fmt::format("f {} {} {}\n", at(r, k), at(r, k + 1), at(r + 1, k));
@@ -111,21 +115,16 @@ TEST(bodies, moving_solids_stop_cloth_and_liquid_as_in_the_reference) {
   compare_stage({.stage = Stage::time_step, .scene = with(moving_scene(), "end: 1.0}", "end: 1.0, mode: cfl}")});
   const auto onto_the_sphere = [](const Model&, HostState& s) {
     for (Vec3& x : s.node_position) x[1] -= 0.0095;
-    for (std::size_t i = 0; i < s.fluid_position.size(); i += 7) s.fluid_position[i] = {0.06, -0.03, 0.06};  // in the box
+    for (std::size_t i = 0; i < s.fluid_position.size(); i += 7)
+      s.fluid_position[i] = {0.06, -0.03, 0.06};  // in the box
     for (std::size_t i = 3; i < s.fluid_position.size(); i += 7) s.fluid_position[i] = {0.305, -0.1, 0.1};
   };
-  compare_stage({.stage = Stage::cloth,
-                 .scene = moving_scene(),
-                 .prepare = onto_the_sphere,
-                 .changes = "node_contact_force"});
-  compare_stage({.stage = Stage::pressure,
-                 .scene = moving_scene(),
-                 .prepare = onto_the_sphere,
-                 .changes = "fluid_velocity"});
-  compare_stage({.stage = Stage::advection,
-                 .scene = moving_scene(),
-                 .prepare = onto_the_sphere,
-                 .changes = "fluid_velocity"});
+  compare_stage(
+      {.stage = Stage::cloth, .scene = moving_scene(), .prepare = onto_the_sphere, .changes = "node_contact_force"});
+  compare_stage(
+      {.stage = Stage::pressure, .scene = moving_scene(), .prepare = onto_the_sphere, .changes = "fluid_velocity"});
+  compare_stage(
+      {.stage = Stage::advection, .scene = moving_scene(), .prepare = onto_the_sphere, .changes = "fluid_velocity"});
 }
 
 TEST(bodies, meshes_stop_cloth_and_liquid_as_in_the_reference) {
@@ -136,8 +135,9 @@ TEST(bodies, meshes_stop_cloth_and_liquid_as_in_the_reference) {
       s.fluid_velocity[i] = {0, -1, 0};
     }
   };
-  for (const std::string& scene : {moving_mesh_scene(), with(moving_mesh_scene(), ", velocity: [0.3, 0.5, 0], spin: "
-                                                                                  "{axis: [0, 0, 1], degrees_per_second: 400}}",
+  for (const std::string& scene : {moving_mesh_scene(), with(moving_mesh_scene(),
+                                                             ", velocity: [0.3, 0.5, 0], spin: "
+                                                             "{axis: [0, 0, 1], degrees_per_second: 400}}",
                                                              "}")}) {
     compare_stage({.stage = Stage::cloth, .scene = scene, .prepare = onto_the_ball, .changes = "node_contact_force"});
     compare_stage({.stage = Stage::advection, .scene = scene, .prepare = onto_the_ball, .changes = "fluid_velocity"});
@@ -199,7 +199,8 @@ bodies:
     for (const Vec3& x : setup.state.boundary_position) EXPECT_NEAR(std::hypot(x[0], x[1], x[2]), 0.09, 0.0005);
     HostState s = setup.state;
     for (std::size_t i = 0; i < s.fluid_position.size(); ++i) {
-      const double r = 0.085 + 0.0125 * static_cast<double>(i) / static_cast<double>(s.fluid_position.size()), a = 0.7 * i;
+      const double r = 0.085 + 0.0125 * static_cast<double>(i) / static_cast<double>(s.fluid_position.size()),
+                   a = 0.7 * i;
       s.fluid_position[i] = {r * std::cos(a), r * std::sin(a) * std::cos(2.0 * i), r * std::sin(a) * std::sin(2.0 * i)};
       s.fluid_velocity[i] = {-3 * s.fluid_position[i][0], 1, -3 * s.fluid_position[i][2]};
     }
@@ -229,6 +230,63 @@ TEST(bodies, dynamic_bodies_answer_as_in_the_reference) {
                    .scene = floating_scene(),
                    .steps_before = 5,
                    .changes = stage == Stage::density ? "fluid_density_ratio" : "body_angular_velocity"});
+  }
+}
+
+TEST(bodies, what_dynamic_bodies_get_the_liquid_loses) {
+  // Momentum and angular momentum of liquid and bodies together, in a pool without walls.
+  const auto setup =
+      setup_from(with(floating_scene(), "  - box: {min: [-0.15, 0, -0.15], max: [0.15, 1, 0.15], inside: true}\n", ""));
+  const double dt = 0.002;
+  const auto momenta = [&](const HostState& s) {
+    std::array<double, 6> sum{};
+    double scale = 0;
+    const auto add = [&](double mass, const Vec3& x, const Vec3& v) {
+      for (std::size_t a = 0; a < 3; ++a) {
+        const std::size_t b = (a + 1) % 3, c = (a + 2) % 3;
+        sum[a] += mass * v[a];
+        sum[3 + a] += mass * (x[b] * v[c] - x[c] * v[b]);
+        scale += mass * std::abs(v[a]);
+      }
+    };
+    for (std::size_t i = 0; i < s.fluid_position.size(); ++i)
+      add(static_cast<double>(s.fluid_mass[i]) * setup.model.quantum, s.fluid_position[i], s.fluid_velocity[i]);
+    for (std::size_t k = 0; k < s.body_position.size(); ++k) {
+      const Body& body = setup.model.bodies[k];
+      add(body.mass, s.body_position[k], s.body_velocity[k]);
+      for (std::size_t a = 0; a < 3; ++a)  // as long as it has hardly turned
+        sum[3 + a] += body.inertia[a] * s.body_angular_velocity[k][a];
+    }
+    return std::pair(sum, scale);
+  };
+  for (const auto& backend : {make_reference_backend(setup.model), make_kokkos_backend(setup.model)}) {
+    for (const Stage stage : {Stage::divergence, Stage::forces, Stage::pressure}) {
+      HostState s = setup.state;
+      for (std::size_t i = 0; i < s.fluid_position.size(); ++i)  // squeezed and sheared
+        for (std::size_t a = 0; a < 3; ++a) {
+          s.fluid_velocity[i][a] -= 3 * s.fluid_position[i][(a + i % 2) % 3];
+          s.fluid_position[i][a] *= 0.97;
+        }
+      backend->upload(s);
+      StepReport report;
+      for (const Stage before : {Stage::neighbors, Stage::density, stage}) backend->run(before, {0, 0, dt}, report);
+      const HostState end = backend->download();
+      auto [expected, scale] = momenta(s);
+      const auto found = momenta(end).first;
+      if (stage == Stage::forces) {
+        const auto weight = [&](double mass, const Vec3& x) {
+          expected[1] -= dt * 9.81 * mass;
+          expected[3] += dt * 9.81 * mass * x[2];
+          expected[5] -= dt * 9.81 * mass * x[0];
+        };
+        for (std::size_t i = 0; i < s.fluid_position.size(); ++i)
+          weight(static_cast<double>(s.fluid_mass[i]) * setup.model.quantum, s.fluid_position[i]);
+        for (std::size_t k = 0; k < 2; ++k) weight(setup.model.bodies[k].mass, s.body_position[k]);
+      }
+      for (std::size_t a = 0; a < 6; ++a) EXPECT_NEAR(found[a], expected[a], 1e-6 * scale) << name_of(stage) << a;
+      EXPECT_NE(end.body_velocity[1], s.body_velocity[1]);
+      EXPECT_NE(end.body_angular_velocity[0], s.body_angular_velocity[0]);
+    }
   }
 }
 

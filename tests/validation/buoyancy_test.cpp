@@ -82,7 +82,8 @@ TEST(buoyancy, a_sphere_of_half_the_density_is_half_immersed) {
   SceneRun run(pool(half, depth, 0.01, 5e-4,
                     fmt::format("sphere: {{center: [0, {}, 0], radius: {}, dynamic: true, density: 500}}", depth, R)));
   const double draught = mean_draught(run, half, {R, R, 0}, 1.2);
-  report({"floating sphere of density ½, d = R/5: draught over R, distance from 1", "Archimedes", std::abs(draught / R - 1), 0.05});
+  report({"floating sphere of density ½, d = R/5: draught over R, distance from 1", "Archimedes",
+          std::abs(draught / R - 1), 0.05});
 }
 
 TEST(buoyancy, a_box_floats_at_its_share_of_the_density) {
@@ -122,9 +123,9 @@ TEST(buoyancy, spheres_set_out_with_their_added_mass) {
   const double neutral = acceleration(1000);
   for (const double density : {2000.0, 100.0}) {
     const double theory = -9.81 * (density - 1000) / (density + 500);
-    report({fmt::format("sphere of density {} in deep water, d = R/4: first acceleration, relative error",
-                        density / 1000),
-            "(ρs − ρ) g/(ρs + ½ ρ)", std::abs((acceleration(density) - neutral) / theory - 1), 0.1});
+    report(
+        {fmt::format("sphere of density {} in deep water, d = R/4: first acceleration, relative error", density / 1000),
+         "(ρs − ρ) g/(ρs + ½ ρ)", std::abs((acceleration(density) - neutral) / theory - 1), 0.1});
   }
 }
 

@@ -53,8 +53,9 @@ KOKKOS_INLINE_FUNCTION SolidDistance field_distance(const Solid& s, const Real3&
   Real phi = 0, slope[3] = {0, 0, 0};
   for (int corner = 0; corner < 8; ++corner) {
     const int on[3] = {corner & 1, corner >> 1 & 1, corner >> 2};
-    const Real value = s.field[(static_cast<std::int64_t>(cell[2] + on[2]) * s.field_points[1] + cell[1] + on[1]) *
-                                   s.field_points[0] + cell[0] + on[0]];
+    const Real value =
+        s.field[(static_cast<std::int64_t>(cell[2] + on[2]) * s.field_points[1] + cell[1] + on[1]) * s.field_points[0] +
+                cell[0] + on[0]];
     Real part[3];
     for (int a = 0; a < 3; ++a) part[a] = on[a] ? w[a] : 1 - w[a];
     phi += part[0] * part[1] * part[2] * value;
@@ -82,7 +83,8 @@ KOKKOS_INLINE_FUNCTION Real3 surface_velocity(const Solid& solid, const Real3& x
 KOKKOS_INLINE_FUNCTION SolidDistance solid_distance(const Solid& solid, const Real3& x, const Real3& shift) {
   if (solid.kind == 3 || (solid.kind == 0 && solid.moves)) {
     const Real3 arm = (x - solid.center) + shift;
-    const Real3 own = solid.moves ? Real3{dot(arm, solid.axis[0]), dot(arm, solid.axis[1]), dot(arm, solid.axis[2])} : arm;
+    const Real3 own =
+        solid.moves ? Real3{dot(arm, solid.axis[0]), dot(arm, solid.axis[1]), dot(arm, solid.axis[2])} : arm;
     SolidDistance d = solid.kind == 3 ? field_distance(solid, own) : box_distance(-solid.half - own, own - solid.half);
     if (solid.inside) d = {-d.phi, -d.normal};
     if (solid.moves) d.normal = to_world(solid, d.normal);

@@ -43,15 +43,15 @@ struct RigidState {
 /// What stays the same of a body.
 struct RigidBody {
   int kind, moves, dynamic;
-  Double3 rest_center;                 // m
-  Double3 rest_velocity, rest_spin;    // m/s, rad/s: the prescribed ones
-  double inverse_mass;                 // 1/kg; 0 unless dynamic
-  Double3 inertia, inverse_inertia;    // kg m², about the axes of t = 0; 0 unless dynamic
-  Double3 half;                        // m: a box's half edges
-  double radius;                       // m: a sphere's
-  double reach;                        // m
-  Index first_sample, sample_count;    // among all boundary samples
-  Index first_dynamic;                 // among those of the dynamic bodies
+  Double3 rest_center;               // m
+  Double3 rest_velocity, rest_spin;  // m/s, rad/s: the prescribed ones
+  double inverse_mass;               // 1/kg; 0 unless dynamic
+  Double3 inertia, inverse_inertia;  // kg m², about the axes of t = 0; 0 unless dynamic
+  Double3 half;                      // m: a box's half edges
+  double radius;                     // m: a sphere's
+  double reach;                      // m
+  Index first_sample, sample_count;  // among all boundary samples
+  Index first_dynamic;               // among those of the dynamic bodies
 };
 
 /// The pose after dt of steady motion.
