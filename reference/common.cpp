@@ -134,10 +134,10 @@ PressureResponse pressure_response(const ReferenceState& state, const std::vecto
       a -= fluid_volume(state, j) * (kappa[i] + kappa[j]) * w.gradient(xi - vec(s.fluid_position[j]));
     }
     for (const Index b : state.fluid_boundary[i]) {
-      a -= s.boundary_volume[b] * kappa[i] * w.gradient(xi - vec(s.boundary_position[b]));
+      a -= wall_share * s.boundary_volume[b] * kappa[i] * w.gradient(xi - vec(s.boundary_position[b]));
     }
     for (const Index b : state.fluid_sample[i]) {
-      const Vector3d term = s.sample_volume[b] * kappa[i] * w.gradient(from_behind(state, i, b));
+      const Vector3d term = wall_share * s.sample_volume[b] * kappa[i] * w.gradient(from_behind(state, i, b));
       a -= term;
       sample_force[b] += fluid_mass(state, i) * term;
     }
@@ -179,10 +179,10 @@ std::vector<double> compression_rate(const ReferenceState& state, const Vectors&
     }
     for (const Index b : state.fluid_boundary[i]) {
       const Vector3d relative = v[i] - state.boundary_predicted[b];
-      rate[i] += s.boundary_volume[b] * relative.dot(w.gradient(xi - vec(s.boundary_position[b])));
+      rate[i] += wall_share * s.boundary_volume[b] * relative.dot(w.gradient(xi - vec(s.boundary_position[b])));
     }
     for (const Index b : state.fluid_sample[i]) {
-      rate[i] += s.sample_volume[b] * (v[i] - sample_v[b]).dot(w.gradient(from_behind(state, i, b)));
+      rate[i] += wall_share * s.sample_volume[b] * (v[i] - sample_v[b]).dot(w.gradient(from_behind(state, i, b)));
     }
   }
   return rate;

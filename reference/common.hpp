@@ -5,6 +5,7 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <cmath>
 #include <vector>
 
 #include "reference.hpp"
@@ -108,8 +109,12 @@ struct SolveResult {
   bool converged = true;
 };
 
+/// A wall stands for the mirrored liquid (src/stages/divergence.hpp).
+inline constexpr double wall_share = 2;
+
 /// The loop that both solves share. `residual(i, R_i)` is what is left of particle i's compression, in the unit of the
-/// tolerance (1); κ_i rises by ω α_i residual/Δt². Particles without `active` keep κ = 0 and do not count in the error.
+/// tolerance (1); a Jacobi update raises κ_i by ω α_i residual/Δt². Particles without `active` keep κ = 0 and do not count
+/// in the error.
 template <class Residual>
 SolveResult solve_pressure(ReferenceState& state, std::vector<double>& kappa, const std::vector<bool>& active,
                            double tolerance, double dt, ClothResponse& cloth, Residual residual) {
@@ -121,6 +126,8 @@ SolveResult solve_pressure(ReferenceState& state, std::vector<double>& kappa, co
     if (!active[i]) kappa[i] = 0;
   }
   bool settled = false;
+  double relaxation = state.model.relaxation, theta = 1, best = 1e300;
+  std::vector<double> last = kappa;  // the Jacobi updates without momentum
   while (true) {
     ++result.iterations;
     const PressureResponse response = pressure_response(state, kappa);
@@ -128,17 +135,19 @@ SolveResult solve_pressure(ReferenceState& state, std::vector<double>& kappa, co
     for (Index i = 0; i < count; ++i) fluid.push_back(vec(state.s.fluid_velocity[i]) + dt * response.fluid[i]);
     respond_bodies(state, kappa, dt);
     const std::vector<double> rate = compression_rate(state, fluid, cloth.velocities(response.node_force, settled));
-    std::vector<double> left(count, 0.0);
-    constexpr double relaxation = 0.5;
+    std::vector<double> jacobi(count, 0.0);
     double sum = 0, excess = 0;  // excess: pressure above what is needed that one update can still take back
+    double turned = 0;           // > 0: the update goes against the momentum
     result.error_max = 0;
     for (Index i = 0; i < count; ++i) {
       if (!active[i]) continue;
-      left[i] = residual(i, rate[i]);
-      const double compressed = left[i] > 0 ? left[i] : 0;
+      const double left = residual(i, rate[i]), gain = relaxation * state.alpha[i] / (dt * dt);
+      const double compressed = std::max(left, 0.0);
       sum += compressed;
-      if (compressed > result.error_max) result.error_max = compressed;
-      if (left[i] < 0) excess += std::min(-left[i], kappa[i] * dt * dt / (relaxation * state.alpha[i]));
+      result.error_max = std::max(result.error_max, compressed);
+      if (left < 0) excess += std::min(-left, kappa[i] / gain);
+      jacobi[i] = std::max(0.0, kappa[i] + gain * left);
+      turned += (kappa[i] - jacobi[i]) * (jacobi[i] - last[i]) / state.alpha[i];
     }
     result.error = sum / count;
     settled = result.error <= tolerance && excess / count <= tolerance;
@@ -150,11 +159,16 @@ SolveResult solve_pressure(ReferenceState& state, std::vector<double>& kappa, co
       accept_bodies(state, kappa, dt);
       return result;
     }
+    const bool grown = result.error > 4 * best;
+    if (grown) relaxation /= 2;
+    best = grown ? result.error : std::min(best, result.error);
+    if (grown || turned > 0) theta = 1;
+    const double next_theta = (1 + std::sqrt(1 + 4 * theta * theta)) / 2;
     for (Index i = 0; i < count; ++i) {
-      if (!active[i]) continue;
-      const double next = kappa[i] + relaxation * state.alpha[i] * left[i] / (dt * dt);
-      kappa[i] = next > 0 ? next : 0;
+      kappa[i] = std::max(0.0, jacobi[i] + (theta - 1) / next_theta * (jacobi[i] - last[i]));
     }
+    theta = next_theta;
+    last = jacobi;
   }
 }
 

@@ -1,5 +1,7 @@
 // Stage density (src/stages/density.hpp).
 
+#include <cmath>
+
 #include "rigid_bodies.hpp"
 
 namespace drench::reference {
@@ -8,14 +10,26 @@ using Eigen::Vector3d;
 
 namespace {
 
-/// Akinci volumes of the cloth samples, m³.
+/// What the samples of a plane square lattice sum up to, times d³.
+double plane_sum(const Model& model) {
+  const Smoothing w(model);
+  const double d = model.spacing;
+  double sum = 0;
+  for (double a = -8; a <= 8; ++a) {
+    for (double b = -8; b <= 8; ++b) sum += d * d * d * w.value(d * std::sqrt(a * a + b * b));
+  }
+  return sum;
+}
+
+/// Volumes of the cloth samples, m³.
 std::vector<double> sample_volumes(const ReferenceState& state, const Vectors& sample) {
   const Smoothing w(state.model);
+  const double layer = plane_sum(state.model);
   std::vector<double> volume(sample.size());
   for (std::size_t b = 0; b < sample.size(); ++b) {
     double sum = w.value(0);
     for (const Index k : state.sample_sample[b]) sum += w.value((sample[b] - sample[k]).norm());
-    volume[b] = 1 / sum;
+    volume[b] = layer / sum;
   }
   return volume;
 }
@@ -71,14 +85,14 @@ void density(ReferenceState& state, const StepInfo&, StepReport&) {
     for (const Index b : state.fluid_boundary[i]) {
       const Vector3d xib = xi - vec(s.boundary_position[b]);
       ratio += s.boundary_volume[b] * w.value(xib.norm());
-      sum += s.boundary_volume[b] * w.gradient(xib);
+      sum += wall_share * s.boundary_volume[b] * w.gradient(xib);
     }
     for (const Index b : state.fluid_sample[i]) {
       const Vector3d xib = from_behind(state, i, b);
       const Vector3d gradient = w.gradient(xib);
       ratio += s.sample_volume[b] * w.value(xib.norm());
-      sum += s.sample_volume[b] * gradient;
-      cloth += s.sample_volume[b] * gradient.norm() * bound[b];
+      sum += wall_share * s.sample_volume[b] * gradient;
+      cloth += wall_share * wall_share * s.sample_volume[b] * gradient.norm() * bound[b];
     }
     const double inverse_alpha = sum.squaredNorm() + squares + 0.3 * cloth;
     s.fluid_density_ratio[i] = ratio;

@@ -1,8 +1,48 @@
 // Stage neighbors (src/stages/neighbors.hpp).
 
+#include <cmath>
+
 #include "neighbor_search.hpp"
 
 namespace drench::reference {
+namespace {
+
+using Eigen::Vector3d;
+
+/// Unit normal of the sample's triangle.
+Vector3d sample_normal(const ReferenceState& state, Index p) {
+  const auto corner = [&](int k) { return vec(state.s.node_position[sample_node(state, p, k)]); };
+  return (corner(1) - corner(0)).cross(corner(2) - corner(0)).normalized();
+}
+
+/// The sheet at sample p between a and b.
+bool sheet_between(const ReferenceState& state, const Vector3d& sample, const Vector3d& normal, const Vector3d& a,
+                   const Vector3d& b) {
+  const double height_a = normal.dot(a - sample), height_b = normal.dot(b - sample);
+  if (std::signbit(height_a + 0.0) == std::signbit(height_b + 0.0)) return false;
+  const double along = height_a / (height_a - height_b);
+  return ((1 - along) * a + along * b - sample).norm() < 1.25 * state.model.spacing;
+}
+
+/// Pairs on different sides of a cloth are no neighbours.
+void part_by_cloth(ReferenceState& state, const Vectors& fluid, const Vectors& samples) {
+  const auto nearest = [&](Index i) {
+    Index best = -1;
+    for (const Index p : state.fluid_sample[i]) {
+      if (best < 0 || (fluid[i] - samples[p]).norm() < (fluid[i] - samples[best]).norm()) best = p;
+    }
+    return best;
+  };
+  const auto parted = [&](Index i, Index j) {
+    const Index p = nearest(i);
+    return p >= 0 && sheet_between(state, samples[p], sample_normal(state, p), fluid[i], fluid[j]);
+  };
+  for (Index i = 0; i < static_cast<Index>(fluid.size()); ++i) {
+    std::erase_if(state.fluid_fluid[i], [&](Index j) { return parted(i, j) || parted(j, i); });
+  }
+}
+
+}  // namespace
 
 void neighbors(ReferenceState& state, const StepInfo&, StepReport&) {
   const double h = state.model.support;
@@ -17,6 +57,7 @@ void neighbors(ReferenceState& state, const StepInfo&, StepReport&) {
   state.fluid_sample = sample_cells.around(fluid, false);
   state.sample_fluid = fluid_cells.around(samples, false);
   state.sample_sample = sample_cells.around(samples, true);
+  if (!state.model.scene.through_cloth) part_by_cloth(state, fluid, samples);
 }
 
 }  // namespace drench::reference

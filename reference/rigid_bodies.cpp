@@ -91,7 +91,7 @@ Vectors body_pressure_forces(const ReferenceState& state, const std::vector<doub
   for (Index i = 0; i < state.s.fluid_count(); ++i) {
     for (const Index b : state.fluid_boundary[i]) {
       const Vector3d gradient = w.gradient(vec(state.s.fluid_position[i]) - vec(state.s.boundary_position[b]));
-      force[b] += fluid_mass(state, i) * state.s.boundary_volume[b] * kappa[i] * gradient;
+      force[b] += wall_share * fluid_mass(state, i) * state.s.boundary_volume[b] * kappa[i] * gradient;
     }
   }
   return force;
@@ -138,7 +138,7 @@ void add_body_rows(ReferenceState& state) {
              (gradient_at(i, b).norm() * push[k] / m.bodies[k].mass +
               arm_of(state, b).cross(gradient_at(i, b)).norm() * turn[k] / vec(m.bodies[k].inertia).minCoeff());
     }
-    state.alpha[i] = 1 / (1 / state.alpha[i] + 0.3 * row);
+    state.alpha[i] = 1 / (1 / state.alpha[i] + 0.3 * wall_share * wall_share * row);
   }
 }
 

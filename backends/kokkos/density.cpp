@@ -1,7 +1,7 @@
 // Stage density (src/stages/density.hpp).
 
 #include "device.hpp"
-#include "laws/sheet.hpp"
+#include "laws/wall.hpp"
 #include "rigid_bodies.hpp"
 
 namespace drench::kokkos_backend {
@@ -10,18 +10,19 @@ namespace {
 // Of the absolute row sum. With the solves' relaxation ½ a quarter of it already bounds the iteration (Gershgorin).
 constexpr Real row_share = Real(0.3);
 
-/// Akinci volumes of the cloth samples: V_b = 1/Σ_k W_bk.
+/// Volumes of the cloth samples: V_b = d³ S/Σ_k W_bk.
 void sample_volumes(Device& d) {
   const Kernel kernel = d.kernel;
   const auto x = d.samples.position;
   const auto volume = d.samples.volume;
   const auto count = d.sample_sample.count;
   const auto list = d.sample_sample.list;
+  const Real share = Real(d.model.layer_share);
   parallel(
       "drench::density::sample_volume", d.samples.count, KOKKOS_LAMBDA(const Index b) {
         Real sum = kernel.value(0);
         for (Index k = 0; k < count(b); ++k) sum += kernel.value(norm(x(b) - x(list(b, k))));
-        volume(b) = 1 / sum;
+        volume(b) = share / sum;
       });
 }
 
@@ -93,7 +94,7 @@ void density_and_alpha(Device& d) {
             const Real3 r = xi - xb(b);
             const Real length = norm(r);
             delta += vb(b) * kernel.value(length);
-            gradient += vb(b) * kernel.slope(length) * r;
+            gradient += mirrored * vb(b) * kernel.slope(length) * r;
           }
         if (cloth)
           for (Index k = 0; k < ns(i); ++k) {
@@ -101,8 +102,8 @@ void density_and_alpha(Device& d) {
             const Real3 r = from_behind(xi - xs(b), normal(b), half);
             const Real length = norm(r), slope = kernel.slope(length);
             delta += vs(b) * kernel.value(length);
-            gradient += vs(b) * slope * r;
-            coupling -= row_share * vs(b) * slope * length * bound(b);
+            gradient += mirrored * vs(b) * slope * r;
+            coupling -= mirrored * mirrored * row_share * vs(b) * slope * length * bound(b);
           }
         ratio(i) = delta;
         const Real diagonal = dot(gradient, gradient) + squares + coupling;

@@ -254,6 +254,8 @@ void Device::reserve_fluid(Index n) {
   fresh(work.predicted, "drench::fluid_predicted");
   fresh(work.rate, "drench::fluid_rate");
   fresh(work.residual, "drench::fluid_residual");
+  fresh(work.kappa_next, "drench::fluid_kappa_next");
+  fresh(work.kappa_last, "drench::fluid_kappa_last");
   fresh(work.active, "drench::fluid_active");
   resize_keeping(work.volume, capacity);
   resize_keeping(work.alpha, capacity);

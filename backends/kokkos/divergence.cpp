@@ -23,6 +23,9 @@ void divergence(Device& d, const StepInfo& info, StepReport& report) {
         kappa(i) = active(i) ? Real(0.5) * kappa(i) : Real(0);
       });
   if (cloth) refresh_inverse_mass(d);
+  PressureIteration iterate(d, kappa);
+  iterate.start();
+  const auto next = d.work.kappa_next, last = d.work.kappa_last;
   for (int iteration = 1;; ++iteration) {
     predict_liquid(d, kappa, dt);
     if (cloth) {
@@ -32,24 +35,23 @@ void divergence(Device& d, const StepInfo& info, StepReport& report) {
     body_response(d, kappa, info.dt);
     compression_rate(d);
     report.divergence_iterations = iteration;
-    const Real factor = Real(0.5) / dt;
-    const TwoSums sums = ordered_sums(
+    const Real factor = iterate.relaxation() / dt;
+    const ThreeSums sums = ordered<ThreeSums>(
         "drench::divergence::error", n, KOKKOS_LAMBDA(const Index i) {
-          if (!active(i)) return TwoSums{};
-          return TwoSums{rate(i) > 0 ? double(rate(i)) : 0.0,
-                         excess_pressure(double(rate(i)), double(kappa(i)), double(factor * alpha(i)))};
+          next(i) = 0;
+          if (!active(i)) return ThreeSums{};
+          const Real gain = factor * alpha(i), k = updated(kappa(i), gain, rate(i));
+          next(i) = k;
+          return ThreeSums{rate(i) > 0 ? double(rate(i)) : 0.0,
+                           excess_pressure(double(rate(i)), double(kappa(i)), double(gain)),
+                           double(kappa(i) - k) * double(k - last(i)) / double(alpha(i))};
         });
     report.divergence_error = info.dt / n * sums.first;
     report.divergence_converged =
         report.divergence_error <= solver.divergence_error && info.dt / n * sums.second <= solver.divergence_error;
     if ((report.divergence_converged && iteration >= solver.min_iterations) || iteration >= solver.max_iterations)
       break;
-    parallel(
-        "drench::divergence::update", n, KOKKOS_LAMBDA(const Index i) {
-          if (!active(i)) return;
-          const Real k = kappa(i) + factor * alpha(i) * rate(i);
-          kappa(i) = k > 0 ? k : Real(0);
-        });
+    iterate.advance(report.divergence_error, sums.third);
   }
   accept_liquid(d);
   accept_bodies(d, info.dt);

@@ -4,6 +4,57 @@
 #include "rigid_bodies.hpp"
 
 namespace drench::kokkos_backend {
+namespace {
+
+/// Whether the segment from xi to xj crosses the plane of a sample at xp with normal n nearer than √limit to it.
+KOKKOS_INLINE_FUNCTION bool crosses(const Real3& xi, const Real3& xj, const Real3& xp, const Real3& n, Real limit) {
+  const Real3 ri = xi - xp, rj = xj - xp;
+  const Real si = dot(ri, n), sj = dot(rj, n);
+  if ((si < 0) == (sj < 0)) return false;
+  const Real3 c = ri + (si / (si - sj)) * (rj - ri);
+  return dot(c, c) < limit;
+}
+
+/// Takes out of fluid_fluid the pairs on different sides of a cloth.
+void part_by_cloth(Device& d) {
+  const Index n = d.fluid.count;
+  auto& nearest_sample = d.work.nearest_sample;
+  if (static_cast<Index>(nearest_sample.extent(0)) < n)
+    nearest_sample = Array<Index>(Kokkos::ViewAllocateWithoutInitializing("drench::nearest_sample"), n + n / 4);
+  const auto nearest = nearest_sample;
+  const auto x = d.fluid.position, xs = d.samples.position, normal = d.samples.normal;
+  const auto samples = d.fluid_sample.list, list = d.fluid_fluid.list;
+  const auto sample_count = d.fluid_sample.count, count = d.fluid_fluid.count;
+  parallel(
+      "drench::neighbors::nearest_sample", n, KOKKOS_LAMBDA(const Index i) {
+        Index best = -1;
+        Real least = 0;
+        for (Index k = 0; k < sample_count(i); ++k) {
+          const Real3 r = x(i) - xs(samples(i, k));
+          const Real r2 = dot(r, r);
+          if (best >= 0 && r2 >= least) continue;
+          best = samples(i, k);
+          least = r2;
+        }
+        nearest(i) = best;
+      });
+  const Real reach = Real(1.25) * d.spacing, limit = reach * reach;
+  parallel(
+      "drench::neighbors::part_by_cloth", n, KOKKOS_LAMBDA(const Index i) {
+        const Index p = nearest(i);
+        Index kept = 0;
+        for (Index k = 0; k < count(i); ++k) {
+          const Index j = list(i, k), q = nearest(j);
+          // Both tests see their own end first, so that i and j come to the same answer.
+          if (p >= 0 && crosses(x(i), x(j), xs(p), normal(p), limit)) continue;
+          if (q >= 0 && crosses(x(j), x(i), xs(q), normal(q), limit)) continue;
+          list(i, kept++) = j;
+        }
+        count(i) = kept;
+      });
+}
+
+}  // namespace
 
 void neighbors(Device& d, const StepInfo&, StepReport&) {
   const Real h = d.support;
@@ -21,6 +72,7 @@ void neighbors(Device& d, const StepInfo&, StepReport&) {
     build_neighbor_list(d.fluid_sample, d.fluid.position, d.fluid.count, d.sample_cells.view(), h, false);
     build_neighbor_list(d.sample_fluid, d.samples.position, d.samples.count, d.fluid_cells.view(), h, false);
     build_neighbor_list(d.sample_sample, d.samples.position, d.samples.count, d.sample_cells.view(), h, true);
+    if (!d.model.scene.through_cloth) part_by_cloth(d);
   }
 }
 

@@ -114,6 +114,9 @@ void pressure(Device& d, const StepInfo& info, StepReport& report) {
       cloth.emplace(d, dt);
     }
   }
+  PressureIteration iterate(d, kappa);
+  iterate.start();
+  const auto next = d.work.kappa_next, last = d.work.kappa_last;
   bool settled = false;
   for (int iteration = 1;; ++iteration) {
     predict_liquid(d, kappa, dt);
@@ -125,15 +128,18 @@ void pressure(Device& d, const StepInfo& info, StepReport& report) {
     body_response(d, kappa, info.dt);
     compression_rate(d);
     report.density_iterations = iteration;
-    const Real factor = Real(0.5) / (dt * dt);
-    const TwoSums sums = ordered_sums(
+    const Real factor = iterate.relaxation() / (dt * dt);
+    const ThreeSums sums = ordered<ThreeSums>(
         "drench::pressure::residual", n, KOKKOS_LAMBDA(const Index i) {
           const bool fresh = origin(i) == static_cast<std::uint8_t>(Origin::cloth) && age(i) < ramp;
           const Real beta = alpha(i) == 0 ? Real(0) : fresh ? age(i) / ramp : Real(1);
           const Real left = beta * (ratio(i) - 1 + dt * rate(i));
           residual(i) = left;
-          return TwoSums{left > 0 ? double(left) : 0.0,
-                         excess_pressure(double(left), double(kappa(i)), double(factor * alpha(i)))};
+          const Real gain = factor * alpha(i), k = updated(kappa(i), gain, left);
+          next(i) = k;
+          return ThreeSums{left > 0 ? double(left) : 0.0,
+                           excess_pressure(double(left), double(kappa(i)), double(gain)),
+                           alpha(i) > 0 ? double(kappa(i) - k) * double(k - last(i)) / double(alpha(i)) : 0.0};
         });
     report.density_error = sums.first / n;
     report.density_converged = report.density_error <= solver.density_error && sums.second / n <= solver.density_error;
@@ -143,11 +149,7 @@ void pressure(Device& d, const StepInfo& info, StepReport& report) {
       report.density_converged = report.cloth_residual <= 1;
     }
     if ((report.density_converged && iteration >= solver.min_iterations) || iteration >= solver.max_iterations) break;
-    parallel(
-        "drench::pressure::update", n, KOKKOS_LAMBDA(const Index i) {
-          const Real k = kappa(i) + factor * alpha(i) * residual(i);
-          kappa(i) = k > 0 ? k : Real(0);
-        });
+    iterate.advance(report.density_error, sums.third);
   }
   report.density_error_max = maximum(
       "drench::pressure::error_max", n,

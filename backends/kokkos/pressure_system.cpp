@@ -1,6 +1,9 @@
 #include "pressure_system.hpp"
 
-#include "laws/sheet.hpp"
+#include <algorithm>
+#include <cmath>
+
+#include "laws/wall.hpp"
 #include "rigid_bodies.hpp"
 
 namespace drench::kokkos_backend {
@@ -9,6 +12,29 @@ void clear_inactive(Device& d) {
   parallel(
       "drench::pressure::warm_start", d.fluid.count, KOKKOS_LAMBDA(const Index i) {
         if (alpha(i) == 0) kappa(i) = 0;
+      });
+}
+
+void PressureIteration::start() {
+  const auto kappa = kappa_, last = device_.work.kappa_last;
+  parallel(
+      "drench::pressure::start", device_.fluid.count, KOKKOS_LAMBDA(const Index i) { last(i) = kappa(i); });
+}
+
+void PressureIteration::advance(double error, double against_momentum) {
+  const bool grown = error > most_growth * smallest_error_;
+  if (grown) relaxation_ *= Real(0.5);
+  smallest_error_ = grown ? error : std::min(error, smallest_error_);
+  if (grown || against_momentum > 0) weight_ = 1;
+  const double next_weight = 0.5 * (1 + std::sqrt(1 + 4 * weight_ * weight_));
+  const Real momentum = Real((weight_ - 1) / next_weight);
+  weight_ = next_weight;
+  const auto kappa = kappa_, next = device_.work.kappa_next, last = device_.work.kappa_last;
+  parallel(
+      "drench::pressure::update", device_.fluid.count, KOKKOS_LAMBDA(const Index i) {
+        const Real k = next(i) + momentum * (next(i) - last(i));
+        last(i) = next(i);
+        kappa(i) = k > 0 ? k : Real(0);
       });
 }
 
@@ -29,7 +55,7 @@ void cloth_forces(Device& d, const Array<Real>& kappa) {
           const Real3 r = from_behind(xf(i) - xs(b), normal(b), half);
           f += vf(i) * kappa(i) * kernel.slope(norm(r)) * r;
         }
-        force(b) = rho * vs(b) * f;
+        force(b) = mirrored * rho * vs(b) * f;
       });
   node_forces_from_samples(d);
 }
@@ -82,12 +108,12 @@ void predict_liquid(Device& d, const Array<Real>& kappa, Real dt) {
           if (solids)
             for (Index k = 0; k < nb(i); ++k) {
               const Real3 r = xi - xb(lb(i, k));
-              a -= vb(lb(i, k)) * ki * kernel.slope(norm(r)) * r;
+              a -= mirrored * vb(lb(i, k)) * ki * kernel.slope(norm(r)) * r;
             }
           if (cloth)
             for (Index k = 0; k < ns(i); ++k) {
               const Real3 r = from_behind(xi - xs(ls(i, k)), normal(ls(i, k)), half);
-              a -= vs(ls(i, k)) * ki * kernel.slope(norm(r)) * r;
+              a -= mirrored * vs(ls(i, k)) * ki * kernel.slope(norm(r)) * r;
             }
         }
         predicted(i) = v(i) + dt * a;
@@ -116,13 +142,13 @@ void compression_rate(Device& d) {
           for (Index k = 0; k < nb(i); ++k) {
             const Index b = lb(i, k);
             const Real3 r = xi - xb(b);
-            sum += vb(b) * kernel.slope(norm(r)) * dot(vi - ub(b), r);
+            sum += mirrored * vb(b) * kernel.slope(norm(r)) * dot(vi - ub(b), r);
           }
         if (cloth)
           for (Index k = 0; k < ns(i); ++k) {
             const Index b = ls(i, k);
             const Real3 r = from_behind(xi - xs(b), normal(b), half);
-            sum += vs(b) * kernel.slope(norm(r)) * dot(vi - us(b), r);
+            sum += mirrored * vs(b) * kernel.slope(norm(r)) * dot(vi - us(b), r);
           }
         rate(i) = sum;
       });

@@ -21,6 +21,33 @@ void accept_liquid(Device& d);
 /// v_n += Δt a_n, pin_force −= f_n on pinned nodes.
 void accept_free_cloth(Device& d, Real dt);
 
+/// What both solves iterate with: projected Jacobi with Nesterov's momentum and restarts (src/stages/divergence.hpp).
+class PressureIteration {
+ public:
+  PressureIteration(Device& d, const Array<Real>& kappa)
+      : device_(d), kappa_(kappa), relaxation_(Real(d.model.relaxation)) {}
+  /// Begins at κ. Not in the constructor: nvcc wants kernels in functions that have an address.
+  void start();
+  /// ω of the next update.
+  Real relaxation() const { return relaxation_; }
+  /// κ := the next point y, from work.kappa_next = κ⁺ and kappa_last = the κ⁺ before. `against_momentum`: the scalar
+  /// product that decides about a restart; `error`: of the κ that is left.
+  void advance(double error, double against_momentum);
+
+ private:
+  static constexpr double most_growth = 4;
+  Device& device_;
+  Array<Real> kappa_;
+  Real relaxation_;
+  double weight_ = 1, smallest_error_ = 1e300;
+};
+
+/// max(0, κ⁺): one Jacobi update, `gain` = ω α/Δt^k.
+KOKKOS_INLINE_FUNCTION Real updated(Real kappa, Real gain, Real residual) {
+  const Real k = kappa + gain * residual;
+  return k > 0 ? k : Real(0);
+}
+
 /// How much too high a particle's pressure is, in units of the residual: −residual where it is negative, at most what
 /// lowering κ to 0 in one update of gain `gain` = ω α/Δt^k can take back. 0 where the residual is positive.
 KOKKOS_INLINE_FUNCTION double excess_pressure(double residual, double kappa, double gain) {

@@ -5,6 +5,7 @@
 #include "device_copy.hpp"
 #include "laws/contact.hpp"
 #include "laws/viscosity.hpp"
+#include "laws/wall.hpp"
 #include "primitives/neighbor_list.hpp"
 #include "primitives/reduce.hpp"
 
@@ -266,7 +267,7 @@ void add_body_rows(Device& d) {
           coupling -=
               vb(b) * kernel.slope(length) * (length * bound(2 * body) + norm(cross(arm, r)) * bound(2 * body + 1));
         }
-        if (coupling > 0) alpha(i) = 1 / (1 / alpha(i) + row_share * coupling);
+        if (coupling > 0) alpha(i) = 1 / (1 / alpha(i) + mirrored * mirrored * row_share * coupling);
       });
 }
 
@@ -318,7 +319,7 @@ void body_response(Device& d, const Array<Real>& kappa, double dt) {
           const Real3 r = xf(i) - xs(s);
           f += vf(i) * kappa(i) * kernel.slope(norm(r)) * r;
         }
-        force(s) = rho * vb(sample(s)) * f;
+        force(s) = mirrored * rho * vb(sample(s)) * f;
       });
   sum_forces(d);
   const auto load = d.bodies.load;

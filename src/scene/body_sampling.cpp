@@ -198,21 +198,26 @@ std::vector<Vec3> sample_mesh(const Body& body, double d, const Box& region) {
   return kept.points();
 }
 
+/// Settled liquid stands off a wall of samples by a little more than their distance from the surface. A dynamic body's lie
+/// that much deeper, so that it displaces its own volume (measured: tests/validation/buoyancy_test.cpp).
+constexpr double dynamic_depth = 0.67;  // of d
+
 /// The body whose surface the samples lie on: half a spacing inside the solid, so that liquid of radius d/2 that
 /// touches the surface is one spacing away from them. On the surface itself they would count as 0.7 of the liquid's
 /// density at that place instead of 0.15 (lattice, h = 2 d), and push the first layer half a spacing away. Closed meshes
 /// sink each of their samples (sample_mesh).
 Body sampled_surface(Body body, double d) {
+  const double depth = (body.dynamic ? dynamic_depth : 0.5) * d;
   switch (body.kind) {
     case BodyScene::Kind::box:
       for (std::size_t a = 0; a < 3; ++a) {
-        const double inset = body.inside ? -d / 2 : std::min(d / 2, 0.25 * (body.box.max[a] - body.box.min[a]));
+        const double inset = body.inside ? -depth : std::min(depth, 0.25 * (body.box.max[a] - body.box.min[a]));
         body.box.min[a] += inset;
         body.box.max[a] -= inset;
       }
       break;
     case BodyScene::Kind::sphere:
-      body.radius -= std::min(d / 2, body.radius / 2);
+      body.radius -= std::min(depth, body.radius / 2);
       break;
     case BodyScene::Kind::plane:
       for (std::size_t a = 0; a < 3; ++a) body.point[a] -= d / 2 * body.normal[a];

@@ -19,7 +19,8 @@ double expected_body_samples(const Body& body, double spacing, const Box& region
 Box sampled_region(const Body& body, const Box& region, double duration);
 
 /// The samples of one body, in an order that depends on nothing but the arguments.
-/// Boxes, spheres, planes and closed meshes are sampled d/2 inside the solid, other meshes on their surface.
+/// Boxes, spheres, planes and closed meshes are sampled d/2 inside the solid (dynamic ones 0.67 d), other meshes on their
+/// surface.
 /// Box: lattice with steps ≤ d on the six faces, edges and corners once. Sphere: 4πR²/d² points of a Fibonacci
 /// lattice. Plane: lattice of step d through `point`. Mesh: vertices, then edges, then faces, none closer than 0.75 d
 /// to an earlier one, no point of that surface farther than d from one. Samples outside `region` are left out.

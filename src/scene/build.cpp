@@ -26,6 +26,8 @@ void set_numbers(Model& m) {
   // should be about as fine as its mesh: then wicking costs and resolves what the mesh does.
   if (!m.has_fluid() && m.has_cloth()) m.spacing = mean_edge_length(m);
   m.support = fluid.support * m.spacing;
+  m.layer_share = layer_share(m.spacing, m.support, fluid.kernel);
+  if (fluid.present) m.relaxation = jacobi_relaxation(fluid.kernel, fluid.support);
   m.rest_density = fluid.density;
   m.particle_mass = m.rest_density * m.spacing * m.spacing * m.spacing;
   m.quantum = m.particle_mass / static_cast<double>(quanta_per_particle);
@@ -117,10 +119,7 @@ void sample_bodies(Setup& setup) {
     Body& body = m.bodies[b];
     const std::vector<Vec3> samples = sample_body(body, m.spacing, sampled_region(body, region, m.scene.time.end));
     std::vector<double> volumes = akinci_volumes(samples, m.support, m.scene.fluid.kernel);
-    const double share = layer_share(m.spacing, m.support, m.scene.fluid.kernel);
-    // A wall that yields has to be the stronger one (stages/density.hpp).
-    if (!body.dynamic)
-      for (double& volume : volumes) volume *= share;
+    for (double& volume : volumes) volume *= m.layer_share;
     body.first_sample = m.boundary.count();
     body.sample_count = static_cast<Index>(samples.size());
     if (samples.empty() && !body.moves())
@@ -173,6 +172,7 @@ void init_nodes(const Model& m, HostState& s) {
   s.node_contact_force.assign(nodes, Vec3{0, 0, 0});
   s.node_pin_force.assign(nodes, Vec3{0, 0, 0});
   s.sample_volume = akinci_volumes(m.samples.rest_position, m.support, m.scene.fluid.kernel);
+  for (double& volume : s.sample_volume) volume *= m.layer_share;
   s.sample_flow_direction.assign(s.sample_volume.size(), Vec3{0, 0, 0});
 }
 

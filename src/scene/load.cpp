@@ -47,12 +47,13 @@ void read_output(Section& s, OutputScene& output) {
   s.not_available(output.checkpoint_every > 0, "checkpoint_every", "writing checkpoints", "0 s");
 }
 
-void read_neighbors(Section& s, SortMethod& sort) {
-  s.choice<SortMethod>("sort", sort,
+void read_neighbors(Section& s, Scene& scene) {
+  s.choice<SortMethod>("sort", scene.sort,
                        {{"auto", SortMethod::automatic},
                         {"counting", SortMethod::counting},
                         {"radix", SortMethod::radix, false},
                         {"bitonic", SortMethod::bitonic, false}});
+  s.boolean("through_cloth", scene.through_cloth);
 }
 
 // ---- fluid
@@ -301,7 +302,7 @@ void read_scene(Section& s, Scene& scene) {
   s.numbers("gravity", scene.gravity, "[-1000, 1000]", "m/s²");
   s.section("domain", scene.domain, read_box);
   s.section("output", scene.output, read_output);
-  s.section("neighbors", scene.sort, read_neighbors);
+  s.section("neighbors", scene, read_neighbors);
   scene.fluid.present = s.section("fluid", scene.fluid, read_fluid);
   s.list("cloth", scene.cloths, read_cloth);
   s.list("bodies", scene.bodies, read_body);

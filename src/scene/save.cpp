@@ -192,7 +192,7 @@ std::string to_yaml(const Scene& scene) {
   out.line("domain: {{{}}}  # m", corners(scene.domain));
   out.line("output: {{every: {}, checkpoint_every: {}}}  # s", text(scene.output.every),
            text(scene.output.checkpoint_every));
-  out.line("neighbors: {{sort: {}}}", word(scene.sort));
+  out.line("neighbors: {{sort: {}, through_cloth: {}}}", word(scene.sort), scene.through_cloth);
   if (scene.fluid.present) write_fluid(out, scene.fluid);
   if (!scene.cloths.empty()) out.line("cloth:");
   for (const ClothScene& cloth : scene.cloths) write_cloth(out, cloth);

@@ -151,6 +151,7 @@ struct Scene {
   Box domain{{-10, -10, -10}, {10, 10, 10}};  // m
   OutputScene output;
   SortMethod sort = SortMethod::automatic;
+  bool through_cloth = false;  // true: liquid feels liquid on the other side of a cloth (stages/neighbors.hpp)
   FluidScene fluid;
   std::vector<ClothScene> cloths;
   std::vector<BodyScene> bodies;

@@ -11,4 +11,13 @@ double kernel_value(KernelKind kernel, double r, double h);
 /// Density ratio of a full cubic lattice of spacing d with h = support · d, 1.
 double lattice_density(KernelKind kernel, double support);
 
+/// (dW/dr)/r in three dimensions, zero at r ≥ h, r > 0; 1/m⁵.
+double kernel_slope(KernelKind kernel, double r, double h);
+
+/// Relaxation ω of the pressure solves' Jacobi iteration on a full lattice of spacing d with h = support · d: 0.9 over the
+/// largest eigenvalue of α A, A the operator from κ to −Dδ/Dt. For a wave κ ∝ cos(k·x) the lattice's sums give
+/// λ(k) = |Σ_j ∇W_j sin(k·x_j)|²/Σ_j |∇W_j|². It grows with the number of neighbours: 2.8, 4.4, 7.5 for the cubic spline
+/// with h = 2, 2.5, 3 d, so that a constant ½ diverges from 2.4 d on.
+double jacobi_relaxation(KernelKind kernel, double support);
+
 }  // namespace drench

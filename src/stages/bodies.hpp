@@ -24,15 +24,15 @@
 //        F_b = −Σ_i m_i a_ib (forces.hpp) on the samples, F = Σ_b F_b, T = Σ_b (x_b − c) × F_b.
 // Law 5, stages divergence and pressure: in each iteration the samples of a dynamic body move with
 //        boundary_velocity + Δt (a + α × (x_b − c)), a = F/M, α = I⁻¹ T from the pressure forces of that iteration,
-//        F_b = Σ_i m_i V_b κ_i ∇W_ib (N). A body lighter than the liquid that is taken for a wall while the pressure is
+//        F_b = Σ_i 2 m_i V_b κ_i ∇W_ib (N; 2: the wall stands for the mirrored liquid, divergence.hpp). A body lighter than the liquid that is taken for a wall while the pressure is
 //        solved gets all the momentum of the liquid around it in one step and explodes; so the wall yields in the solve,
 //        as the cloth does (Akinci et al. 2012 couple weakly; strong coupling after Gissler et al. 2019). At the end
 //        v += Δt a, ω += Δt α.
 // Law 6, stage density: the Jacobi diagonal counts the body by its absolute row sum, as the cloth's:
-//        1/α_i += 0.3 Σ_b V_b (|∇W_ib| G/M + |r_b × ∇W_ib| H/I_min),  r_b = x_b − c,
+//        1/α_i += 0.3 · 4 Σ_b V_b (|∇W_ib| G/M + |r_b × ∇W_ib| H/I_min),  r_b = x_b − c,
 //        G = Σ_b g_b, g_b = V_b Σ_i m_i |∇W_ib|;  H = Σ_b V_b Σ_i m_i |r_b × ∇W_ib|;  I_min the least moment of inertia,
-//        the sums over b those of one body. For A_ij = Σ_b Σ_b' V_b ∇W_ib·(1/M + [r_b]ᵀ I⁻¹ [r_b']) V_b' m_j ∇W_jb' this is a
-//        bound of Σ_j |A_ij|; with relaxation ½ a quarter of it is enough (Gershgorin).
+//        the sums over b those of one body. For A_ij = Σ_b Σ_b' 4 V_b ∇W_ib·(1/M + [r_b]ᵀ I⁻¹ [r_b']) V_b' m_j ∇W_jb' this is a
+//        bound of Σ_j |A_ij| (without the 0.3); with relaxation ω a share ω/2 of it is enough (Gershgorin).
 // Law 7, stage time_step: mode cfl counts |v| + |ω| · (largest distance of the surface from c), of dynamic bodies
 //        + |g| · time.step.
 // Reads:  Model::bodies, Model::boundary, time, body_*.

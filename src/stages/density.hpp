@@ -5,18 +5,11 @@
 // V_i = m_i / ρ0 (m³; m_i the ledger's mass), inverse node mass u_n = 1/m_n with m_n = m_s + m_f, u_n = 0 for pinned
 // nodes.
 //
-// Laws. Akinci et al. 2012, over the samples k of the same kind, b included, unit m³:
-//         solid samples: V_b = d³ S / Σ_k W_bk with the samples of the same body, computed once at set-up (a rigid motion
-//         keeps it); S = Σ_{a,b} W(d √(a² + b²)) over a plane square lattice, so that a plane of samples at the spacing
+// Laws. Boundary volumes after Akinci et al. 2012, unit m³: V_b = d³ S / Σ_k W_bk over samples k, b included; of solids
+//         those of the same body, computed once at set-up (a rigid motion keeps it); of cloth all, every step (it
+//         deforms). S = Σ_{a,b} W(d √(a² + b²)) over a plane square lattice, so that a plane of samples at the spacing
 //         counts for exactly the one layer of liquid that the wall replaces. (With 1/Σ W it counts for 1.43 of it: a
 //         lattice at rest on a wall starts with δ = 1.06 there, 1.15 in corners, and jumps.)
-//         samples of dynamic bodies: V_b = 1/Σ_k W_bk with those of the same body, once. They yield, as the cloth does, and
-//         need the stronger wall: with d³ S settled liquid comes to 0.1 d of a sphere's surface where half a spacing would
-//         be its place, and a sphere of density ½ floats 6 % of its radius too deep (tests/validation/buoyancy_test.cpp:
-//         with 1/Σ W it is 0.7 %).
-//         cloth samples: V_b = 1 / Σ_k W_bk with all cloth samples, every step (the cloth deforms). A sheet yields to what
-//         falls on it, so it needs the stronger wall: with d³ S the falling block of tests/validation/coupling_test.cpp is
-//         pressed onto it and leaves it with up to twice the energy.
 //       A sheet is a wall on whichever side the particle is: for a cloth sample the kernel and its gradient are taken at
 //         r_ib = x_i − x_b + ½ d n_b sign((x_i − x_b)·n_b)   (sign(0) = 1), n_b = unit normal of the sample's triangle,
 //       that is, with the sample half a spacing behind the surface, where those of solids lie too. With the samples on
@@ -25,12 +18,12 @@
 //       Density ratio (Bender & Koschier 2017):
 //         δ_i = V_i W(0) + Σ_j V_j W_ij + Σ_b V_b W_ib                                            unit 1
 //       Jacobi diagonal, exact for variable volumes (physics.md section 3), with a bound for the cloth:
-//         1/α_i = |Σ_j V_j ∇W_ij + Σ_b V_b ∇W_ib|² + Σ_j V_i V_j |∇W_ij|² + 0.3 Σ_b∈cloth V_b |∇W_ib| c_b   unit 1/m²
+//         1/α_i = |Σ_j V_j ∇W_ij + 2 Σ_b V_b ∇W_ib|² + Σ_j V_i V_j |∇W_ij|² + 0.3 Σ_b∈cloth 4 V_b |∇W_ib| c_b   unit 1/m²
 //         c_b = Σ_n w_bn u_n G_n,   G_n = Σ_b w_bn g_b,   g_b = V_b Σ_i m_i |∇W_ib|
 //       The last sum is the absolute row sum of the operator's cloth part, for nodes with inertia alone. The exact
 //       diagonal (samples taken one by one, as physics.md writes it) leaves out that many particles push the same light
-//       node: with mass ratios of 100:1 the Jacobi iteration then diverges. With relaxation ½ a quarter of the row sum
-//       already bounds it (Gershgorin); 0.3 converges about twice as fast as 1.
+//       node: with mass ratios of 100:1 the Jacobi iteration then diverges. With relaxation ω a share ω/2 of the row sum
+//       already bounds it (Gershgorin); 0.3 converges about twice as fast as 1. The factors 2 and 4: stage divergence.
 //       Dynamic bodies add their own row sum (bodies.hpp, law 6) where α_i > 0.
 //       α_i = 0 if 1/α_i < 1e-6/d² or V_i = 0.
 // Reads:  fluid_position, fluid_mass, node_position, node_liquid, boundary_volume, neighbour lists.

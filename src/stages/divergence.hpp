@@ -2,17 +2,26 @@
 // Stage divergence: DFSPH's divergence-free solve (Bender & Koschier 2015, 2017), coupled to the cloth.
 //
 // Pressure acceleration (m/s²; κ in m²/s², pressure p = ρ0 κ); gradients at cloth samples as in density.hpp:
-//     a_i = −Σ_j V_j (κ_i + κ_j) ∇W_ij − Σ_b V_b κ_i ∇W_ib
-// Force on a cloth sample F_b = Σ_i m_i V_b κ_i ∇W_ib (N), on a node f_n = Σ_b w_bn F_b, its acceleration
+//     a_i = −Σ_j V_j (κ_i + κ_j) ∇W_ij − Σ_b 2 V_b κ_i ∇W_ib
+// A wall stands for the liquid mirrored in it: its pressure is that of the particle, κ_b = κ_i, and its normal velocity
+//   relative to the wall the opposite, so that the particle meets it with 2 (v_i − v_b). With κ_b = 0, as Akinci et al. and
+//   most codes have it, a layer at a wall needs twice the pressure of the next one to hold it off: 41 % of ρgH rms in a
+//   column at rest, and particles pressed onto corners. Both factors are 2, so the operator stays symmetric.
+//   (A flow along the wall is not mirrored: Σ_b V_b ∇W_ib has no tangential part on an even wall.)
+// Force on a cloth sample F_b = Σ_i 2 m_i V_b κ_i ∇W_ib (N), on a node f_n = Σ_b w_bn F_b, its acceleration
 //     a_n = u_n (f_n − n min(0, f_n·n)) with n = direction of node_contact_force: a node that a solid supports is not
 //     pushed into it; a_b = Σ_n w_bn a_n. Solid samples: a_b = 0, of dynamic bodies as bodies.hpp,
 //     law 5, says.
 //   Nodes answer with their inertia alone: this solve is an impact, in which velocities jump and elasticity has no time.
 // Rate of compression (1/s), for velocities v_i, v_b (v_b = Σ_n w_bn v_n on cloth, boundary_velocity on solids):
-//     R_i(v) = Σ_j V_j (v_i − v_j)·∇W_ij + Σ_b V_b (v_i − v_b)·∇W_ib                       (= Dδ_i/Dt)
-// Problem: find κ_i ≥ 0 with  R_i(v + Δt a(κ)) ≤ 0, by relaxed Jacobi, ω = ½:
-//     κ_i ← max(0, κ_i + ω α_i R_i(v + Δt a(κ)) / Δt).
-//   (a(κ) lowers R_i by κ_i Δt/α_i to leading order, hence the sign.)
+//     R_i(v) = Σ_j V_j (v_i − v_j)·∇W_ij + Σ_b 2 V_b (v_i − v_b)·∇W_ib           (= Dδ_i/Dt of the mirrored liquid)
+// Problem: find κ_i ≥ 0 with  R_i(v + Δt a(κ)) ≤ 0, by relaxed Jacobi with Nesterov's momentum (1983):
+//     κ⁺_i = max(0, κ_i + ω α_i R_i(v + Δt a(κ)) / Δt),    κ_i ← max(0, κ⁺_i + (θ − 1)/θ⁺ (κ⁺_i − κ⁻_i)),
+//     θ⁺ = ½ (1 + √(1 + 4θ²)), θ = 1 at first, κ⁻ = the last κ⁺, at first κ.
+//   (a(κ) lowers R_i by κ_i Δt/α_i to leading order, hence the sign.) The momentum is dropped, θ = 1, where the update
+//   goes against it: Σ_i (κ_i − κ⁺_i)(κ⁺_i − κ⁻_i)/α_i > 0 (O'Donoghue & Candès 2015). ω = Model::relaxation
+//   (scene/smoothing_kernel.hpp); if the error exceeds four times the smallest so far, ω is halved and the momentum
+//   dropped. A column of 20 layers takes 13 iterations to 1e-5 in place of more than 100.
 // Particles with fewer than 20 neighbours (liquid, solid and cloth samples together), or with α_i = 0, keep κ_i = 0 and
 // are left out of the error. Warm start: half of the last step's κ; 0 where left out.
 // One iteration = accelerations from κ, then R at all particles, the error, then κ's update.

@@ -3,6 +3,14 @@
 //
 // Law.  j is a neighbour of i if |x_i − x_j| < h (strict); a particle is not its own neighbour; coincident particles
 //       are neighbours. Lists: fluid→fluid, fluid→boundary, fluid→sample, sample→fluid, sample→sample.
+// Thin sheets. Liquid on one side of a cloth does not feel liquid on its other side: i and j are no neighbours if the
+//       segment from x_i to x_j crosses the plane of p (x_p, normal n_p of its triangle) at a point nearer than 1.25 d to
+//       x_p, with p = the sample nearest to x_i within h, or the one nearest to x_j (the first in the list of several).
+//       It crosses if (x_i − x_p)·n_p and (x_j − x_p)·n_p differ in sign (0 counts as +). Of a segment shorter than
+//       h = 2 d the crossing is within d of the foot of the nearer end, the nearest sample within cover_radius of that: so
+//       far up to 1.25 d no pair is missed on an even sheet, and beyond its border the sheet parts no farther than that.
+//       Without the rule (`neighbors: {through_cloth: true}`) liquid of kernel support h, twice the spacing, presses
+//       through a sheet of no thickness.
 // The same as stage porous_neighbors at the positions after advection, which adds sample→boundary.
 // Order within a list is fixed: by cell, then by persistent id (fluid) or index (samples), so that sums are
 // reproducible.

@@ -3,8 +3,8 @@
 //
 // Notation and pressure accelerations as in stage divergence (divergence.hpp), κ being fluid_kappa_density.
 // Predicted density ratio  δ_adv,i = δ_i + Δt R_i(v_i + Δt a_i(κ), v_n(κ)).
-// Problem: find κ_i ≥ 0 with δ_adv,i ≤ 1, by relaxed Jacobi, ω = ½:
-//     κ_i ← max(0, κ_i + ω α_i β_i (δ_adv,i − 1)/Δt²)
+// Problem: find κ_i ≥ 0 with δ_adv,i ≤ 1, iterated as in stage divergence:
+//     κ⁺_i = max(0, κ_i + ω α_i β_i (δ_adv,i − 1)/Δt²)
 //   β_i ∈ [0, 1] ramps a fresh particle's source in (Solenthaler & Gross 2011): β = min(1, age/T) for Origin::cloth
 //   with T the largest emission_ramp of the cloths, 1 for all others. It multiplies the residual, both in the update
 //   and in the error.

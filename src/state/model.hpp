@@ -141,6 +141,8 @@ struct Model {
   double rest_density = 1000;               // ρ0, kg/m³
   double particle_mass = 1e-3;              // m0 = ρ0 d³, kg
   double quantum = 0;                       // q = m0 / 2^32, kg
+  double layer_share = 1;                   // d³ S of density.hpp: a plane of wall samples counts for one layer
+  double relaxation = 0.3;                  // ω of both pressure solves (scene/smoothing_kernel.hpp)
   Quanta min_quanta = 0;                    // m_min = 0.05 m0
   Quanta max_quanta = quanta_per_particle;  // m_max = m0
   std::vector<ClothMaterial> cloths;

@@ -13,7 +13,7 @@ time: {step: 0.002, end: 3.5, mode: cfl, cfl: 0.3}
 gravity: [0.1, -1.62, 0.2]
 domain: {min: [-2, -3, -4], max: [5, 6, 7]}
 output: {every: 0.05, checkpoint_every: 0}
-neighbors: {sort: counting}
+neighbors: {sort: counting, through_cloth: true}
 fluid:
   spacing: 0.02
   density: 998

@@ -90,6 +90,7 @@ TEST(SceneLoader, ReadsEveryKey) {
   s.domain = {{-2, -3, -4}, {5, 6, 7}};
   s.output = {0.05, 0};
   s.sort = SortMethod::counting;
+  s.through_cloth = true;
   FluidScene& f = s.fluid;
   f.present = true;
   f.spacing = 0.02;

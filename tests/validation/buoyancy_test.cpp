@@ -42,8 +42,7 @@ struct Section {
 };
 
 /// The level of a pool, from the height of its centre of mass: liquid fills it up to the level but for what of the body
-/// is below. (From the volume alone it would be wrong by what the liquid has settled: the layers along the walls move
-/// a quarter of a spacing closer to them than the lattice that they start as.)
+/// is below. (From the volume alone it would be wrong by what the layers along the pool's walls have settled.)
 double level_of(const HostState& s, double area, const Section& body) {
   double mean = 0;
   for (const Vec3& x : s.fluid_position) mean += x[1];

@@ -14,6 +14,16 @@ struct TwoSums {
   }
 };
 
+struct ThreeSums {
+  double first = 0, second = 0, third = 0;
+  KOKKOS_INLINE_FUNCTION ThreeSums& operator+=(const ThreeSums& o) {
+    first += o.first;
+    second += o.second;
+    third += o.third;
+    return *this;
+  }
+};
+
 /// A sum with Neumaier's compensation: `lost` is what rounding took.
 struct CompensatedSum {
   double sum = 0, lost = 0;

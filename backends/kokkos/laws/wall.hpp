@@ -1,9 +1,12 @@
 #pragma once
-// How a thin sheet stands before the liquid: as a wall on whichever side the particle is.
+// How walls stand before the liquid: solids and thin sheets as mirrors, a sheet on whichever side the particle is.
 
 #include "types.hpp"
 
 namespace drench::kokkos_backend {
+
+/// A wall stands for the mirrored liquid: pressure κ_i + κ_i, velocity v_i − v_b twice (src/stages/divergence.hpp).
+inline constexpr Real mirrored = 2;
 
 /// Vector (m) to a particle from a cloth sample as the particle's pressure sees it: r + ½ d n sign(r·n), with
 /// r = x_i − x_b and the sample's unit normal n, `half` = ½ d: the sample lies half a spacing behind the sheet's
