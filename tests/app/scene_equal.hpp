@@ -34,8 +34,8 @@ inline auto fields(const BodyScene& s) {
 }
 /// Where a scene came from is no part of what it says.
 inline auto fields(const Scene& s) {
-  const auto& [path, a, b, c, d, e, f, g, h, i] = s; static_cast<void>(path);
-  return std::tie(a, b, c, d, e, f, g, h, i);
+  const auto& [path, a, b, c, d, e, f, g, h, i, j] = s; static_cast<void>(path);
+  return std::tie(a, b, c, d, e, f, g, h, i, j);
 }
 // clang-format on
 
