@@ -146,7 +146,7 @@ PressureResponse pressure_response(const ReferenceState& state, const std::vecto
   return response;
 }
 
-Vectors FreeCloth::velocities(const Vectors& node_force, bool) {
+Vectors FreeCloth::velocities(const Vectors& node_force) {
   Vectors v;
   for (Index n = 0; n < state_.s.node_count(); ++n) {
     const Vector3d& f = node_force[n];
@@ -159,7 +159,7 @@ Vectors FreeCloth::velocities(const Vectors& node_force, bool) {
 }
 
 void FreeCloth::accept(ReferenceState& state, const Vectors& node_force) {
-  const Vectors v = velocities(node_force, true);
+  const Vectors v = velocities(node_force);
   for (Index n = 0; n < state.s.node_count(); ++n) {
     state.s.node_velocity[n] = arr(v[n]);
     if (state.model.mesh.pinned[n]) state.s.node_pin_force[n] = arr(vec(state.s.node_pin_force[n]) - node_force[n]);

@@ -74,8 +74,8 @@ PressureResponse pressure_response(const ReferenceState& state, const std::vecto
 class ClothResponse {
  public:
   virtual ~ClothResponse() = default;
-  /// Velocities of all nodes at the end of the step, m/s. `settled`: the pressure is about to be accepted.
-  virtual Vectors velocities(const Vectors& node_force, bool settled) = 0;
+  /// Velocities of all nodes at the end of the step, m/s.
+  virtual Vectors velocities(const Vectors& node_force) = 0;
   /// Whether the last velocities are good enough to be kept.
   virtual bool converged() { return true; }
   /// Writes the last velocities and the pins' reaction.
@@ -86,7 +86,7 @@ class ClothResponse {
 class FreeCloth : public ClothResponse {
  public:
   FreeCloth(const ReferenceState& state, double dt) : state_(state), dt_(dt) {}
-  Vectors velocities(const Vectors& node_force, bool settled) override;
+  Vectors velocities(const Vectors& node_force) override;
   void accept(ReferenceState& state, const Vectors& node_force) override;
 
  private:
@@ -125,8 +125,7 @@ SolveResult solve_pressure(ReferenceState& state, std::vector<double>& kappa, co
   for (Index i = 0; i < count; ++i) {
     if (!active[i]) kappa[i] = 0;
   }
-  bool settled = false;
-  double relaxation = state.model.relaxation, theta = 1, best = 1e300;
+  double relaxation = state.model.relaxation, theta = 1, best = 1e300, before = 1e300;
   std::vector<double> last = kappa;  // the Jacobi updates without momentum
   while (true) {
     ++result.iterations;
@@ -134,7 +133,7 @@ SolveResult solve_pressure(ReferenceState& state, std::vector<double>& kappa, co
     Vectors fluid;
     for (Index i = 0; i < count; ++i) fluid.push_back(vec(state.s.fluid_velocity[i]) + dt * response.fluid[i]);
     respond_bodies(state, kappa, dt);
-    const std::vector<double> rate = compression_rate(state, fluid, cloth.velocities(response.node_force, settled));
+    const std::vector<double> rate = compression_rate(state, fluid, cloth.velocities(response.node_force));
     std::vector<double> jacobi(count, 0.0);
     double sum = 0, excess = 0;  // excess: pressure above what is needed that one update can still take back
     double turned = 0;           // > 0: the update goes against the momentum
@@ -150,8 +149,7 @@ SolveResult solve_pressure(ReferenceState& state, std::vector<double>& kappa, co
       turned += (kappa[i] - jacobi[i]) * (jacobi[i] - last[i]) / state.alpha[i];
     }
     result.error = sum / count;
-    settled = result.error <= tolerance && excess / count <= tolerance;
-    result.converged = settled && cloth.converged();
+    result.converged = result.error <= tolerance && excess / count <= tolerance && cloth.converged();
     if ((result.converged && result.iterations >= solver.min_iterations) ||
         result.iterations >= solver.max_iterations) {
       for (Index i = 0; i < count; ++i) state.s.fluid_velocity[i] = arr(fluid[i]);
@@ -159,10 +157,11 @@ SolveResult solve_pressure(ReferenceState& state, std::vector<double>& kappa, co
       accept_bodies(state, kappa, dt);
       return result;
     }
-    const bool grown = result.error > 4 * best;
-    if (grown) relaxation /= 2;
-    best = grown ? result.error : std::min(best, result.error);
-    if (grown || turned > 0) theta = 1;
+    const double size = (sum + excess) / count;
+    if (size > 4 * best) relaxation /= 2;
+    if (turned > 0 || size > before) theta = 1;
+    best = size > 4 * best ? size : std::min(best, size);
+    before = size;
     const double next_theta = (1 + std::sqrt(1 + 4 * theta * theta)) / 2;
     for (Index i = 0; i < count; ++i) {
       kappa[i] = std::max(0.0, jacobi[i] + (theta - 1) / next_theta * (jacobi[i] - last[i]));

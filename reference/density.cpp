@@ -94,7 +94,7 @@ void density(ReferenceState& state, const StepInfo&, StepReport&) {
       sum += wall_share * s.sample_volume[b] * gradient;
       cloth += wall_share * wall_share * s.sample_volume[b] * gradient.norm() * bound[b];
     }
-    const double inverse_alpha = sum.squaredNorm() + squares + 0.3 * cloth;
+    const double inverse_alpha = sum.squaredNorm() + squares + 0.16 * cloth;
     s.fluid_density_ratio[i] = ratio;
     state.alpha[i] = inverse_alpha < 1e-6 / (spacing * spacing) || volume == 0 ? 0.0 : 1 / inverse_alpha;
   }

@@ -1,6 +1,7 @@
 // Stage forces (src/stages/forces.hpp).
 
 #include <algorithm>
+#include <cmath>
 
 #include "rigid_bodies.hpp"
 
@@ -8,51 +9,159 @@ namespace drench::reference {
 
 using Eigen::Vector3d;
 
-void forces(ReferenceState& state, const StepInfo& info, StepReport&) {
-  HostState& s = state.s;
+namespace {
+
+/// χ of the viscosity, 1.
+double normalisation(KernelKind kind) {
+  if (kind == KernelKind::wendland) return 30;
+  if (kind == KernelKind::poly6) return 28;
+  return 80.0 / 3;
+}
+
+struct Velocities {
+  Vectors fluid, sample, boundary;
+};
+
+/// L(v) of the liquid in m/s², the forces on the samples in N, and the bounds C_i in 1/s and K_b in kg/s.
+struct Rates {
+  Vectors fluid, sample_force, body_force;
+  std::vector<double> fluid_bound, sample_bound, body_bound;
+};
+
+/// g and the scene's central field at particle i, m/s².
+Vector3d given_acceleration(const ReferenceState& state, Index i) {
+  const Scene& scene = state.model.scene;
+  Vector3d a = vec(scene.gravity);
+  if (!scene.field.present) return a;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const double rate = scene.field.rate[k];
+    a[static_cast<Index>(k)] -= rate * rate * (state.s.fluid_position[i][k] - scene.field.center[k]);
+  }
+  return a;
+}
+
+Rates rates(const ReferenceState& state, const Velocities& v) {
+  const HostState& s = state.s;
   const double h = state.model.support;
   const Smoothing w(state.model);
-  const double strength = 10 * state.model.scene.fluid.viscosity;  // 2 (d + 2) ν in d = 3 dimensions
+  const double strength = normalisation(state.model.scene.fluid.kernel) * state.model.scene.fluid.viscosity / (h * h);
   const Vectors sample = sample_positions(state);
-  Vectors sample_force(sample.size(), Vector3d::Zero()), body_force(s.boundary_position.size(), Vector3d::Zero());
-  Vectors acceleration(s.fluid_position.size(), vec(state.model.scene.gravity));
-
   const auto ratio = [&](Index i) { return std::max(0.5, s.fluid_density_ratio[i]); };
-  const auto viscous = [&](double volume_over_ratio, const Vector3d& v, const Vector3d& x) -> Vector3d {
-    return strength * volume_over_ratio * v.dot(x) / (x.squaredNorm() + 0.01 * h * h) * w.gradient(x);
-  };
+  Rates out;
+  out.sample_force.assign(sample.size(), Vector3d::Zero());
+  out.sample_bound.assign(sample.size(), 0.0);
+  out.body_force.assign(s.boundary_position.size(), Vector3d::Zero());
+  out.body_bound.assign(s.boundary_position.size(), 0.0);
   for (Index i = 0; i < s.fluid_count(); ++i) {
-    const Vector3d xi = vec(s.fluid_position[i]), vi = vec(s.fluid_velocity[i]);
+    Vector3d a = given_acceleration(state, i);
+    double bound = 0;
+    const Vector3d xi = vec(s.fluid_position[i]), vi = v.fluid[i];
+    const auto add = [&](double factor, const Vector3d& velocity, const Vector3d& x) {
+      const Vector3d gradient = w.gradient(x);
+      const Vector3d term = strength * factor * velocity.dot(x) * gradient;
+      a += term;
+      bound += strength * factor * gradient.norm() * x.norm();
+      return term;
+    };
     for (const Index j : state.fluid_fluid[i]) {
-      acceleration[i] += viscous(2 * fluid_volume(state, j) / (ratio(i) + ratio(j)), vi - vec(s.fluid_velocity[j]),
-                                 xi - vec(s.fluid_position[j]));
+      add(fluid_volume(state, j) / std::sqrt(ratio(i) * ratio(j)), vi - v.fluid[j], xi - vec(s.fluid_position[j]));
     }
     for (const Index b : state.fluid_boundary[i]) {
-      const Vector3d a =
-          viscous(s.boundary_volume[b] / ratio(i), vi - vec(s.boundary_velocity[b]), xi - vec(s.boundary_position[b]));
-      acceleration[i] += a;
-      body_force[b] -= fluid_mass(state, i) * a;
+      const double before = bound;
+      const Vector3d term =
+          add(2 * s.boundary_volume[b] / ratio(i), vi - v.boundary[b], xi - vec(s.boundary_position[b]));
+      out.body_force[b] -= fluid_mass(state, i) * term;
+      out.body_bound[b] += fluid_mass(state, i) * (bound - before);
     }
     for (const Index b : state.fluid_sample[i]) {
-      const Vector3d a = viscous(s.sample_volume[b] / ratio(i), vi - sample_velocity(state, b), xi - sample[b]);
-      acceleration[i] += a;
-      sample_force[b] -= fluid_mass(state, i) * a;
+      const double before = bound;
+      const Vector3d term = add(0.4 * s.sample_volume[b] / ratio(i), vi - v.sample[b], xi - sample[b]);
+      out.sample_force[b] -= fluid_mass(state, i) * term;
+      out.sample_bound[b] += fluid_mass(state, i) * (bound - before);
+    }
+    out.fluid.push_back(a);
+    out.fluid_bound.push_back(bound);
+  }
+  return out;
+}
+
+/// The largest of C_i and u_n Σ_b w_bn K_b, 1/s.
+double largest_bound(const ReferenceState& state, const Rates& rates) {
+  const HostState& s = state.s;
+  std::vector<double> node(state.s.node_position.size(), 0.0);
+  for (Index b = 0; b < static_cast<Index>(rates.sample_bound.size()); ++b) {
+    for (int k = 0; k < 3; ++k) {
+      node[sample_node(state, b, k)] += state.model.samples.weight[b][k] * rates.sample_bound[b];
+    }
+  }
+  double largest = 0;
+  for (const double bound : rates.fluid_bound) largest = std::max(largest, bound);
+  for (Index n = 0; n < state.s.node_count(); ++n) {
+    largest = std::max(largest, inverse_node_mass(state, n) * node[n]);
+  }
+  for (Index k = 0; k < s.body_count(); ++k) {
+    const Body& body = state.model.bodies[k];
+    if (!body.dynamic) continue;
+    double push = 0, turn = 0;
+    for (Index b = body.first_sample; b < body.first_sample + body.sample_count; ++b) {
+      push += rates.body_bound[b];
+      turn += rates.body_bound[b] * (vec(s.boundary_position[b]) - vec(s.body_position[k])).squaredNorm();
+    }
+    largest = std::max({largest, 2 * push / body.mass, 2 * turn / vec(body.inertia).minCoeff()});
+  }
+  return largest;
+}
+
+}  // namespace
+
+void forces(ReferenceState& state, const StepInfo& info, StepReport&) {
+  HostState& s = state.s;
+  const std::size_t particles = s.fluid_velocity.size(), nodes = s.node_velocity.size();
+  // Y_{k−1} and D_{k−1} of the particles, the same of the nodes' impulses
+  Vectors now, change(particles, Vector3d::Zero());
+  Vectors impulse(nodes, Vector3d::Zero()), impulse_change = impulse;
+  Vectors body_change(s.boundary_position.size(), Vector3d::Zero());  // impulses on the samples of bodies, N s
+  Vector3d fall = Vector3d::Zero();
+  for (const Vec3& v : s.fluid_velocity) now.push_back(vec(v));
+
+  int stages = 1;
+  for (int k = 1; k <= stages; ++k) {
+    Vectors node_velocity;
+    for (std::size_t n = 0; n < nodes; ++n) {
+      node_velocity.push_back(vec(s.node_velocity[n]) + inverse_node_mass(state, static_cast<Index>(n)) * impulse[n]);
+    }
+    Velocities v{now, {}, {}};
+    for (const Vec3& u : s.boundary_velocity) v.boundary.push_back(vec(u));
+    for (Index b = 0; b < s.sample_count(); ++b) v.sample.push_back(sample_value(state, b, node_velocity));
+    const Rates r = rates(state, v);
+    if (k == 1) {
+      while (stages * (stages + 1.0) < 2 * info.dt * largest_bound(state, r)) ++stages;
+    }
+    const double keep = (k - 1.0) / k, weight = (2 * k - 1.0) / k * info.dt * 2 / (stages * (stages + 1.0));
+    for (std::size_t i = 0; i < particles; ++i) {
+      change[i] = keep * change[i] + weight * r.fluid[i];
+      now[i] += change[i];
+    }
+    // The samples' impulses follow the recurrence, and so do the bodies' momenta, their sums.
+    fall = keep * fall + weight * vec(state.model.scene.gravity);
+    for (Index body = 0; body < s.body_count(); ++body) {
+      if (state.model.bodies[body].dynamic) s.body_velocity[body] = arr(vec(s.body_velocity[body]) + fall);
+    }
+    for (std::size_t b = 0; b < body_change.size(); ++b) body_change[b] = keep * body_change[b] + weight * r.body_force[b];
+    accelerate_bodies(state, body_change, 1);
+    const Vectors node_force = spread_to_nodes(state, r.sample_force);
+    for (std::size_t n = 0; n < nodes; ++n) {
+      impulse_change[n] = keep * impulse_change[n] + weight * node_force[n];
+      impulse[n] += impulse_change[n];
     }
   }
 
-  for (Index i = 0; i < s.fluid_count(); ++i) {
-    s.fluid_velocity[i] = arr(vec(s.fluid_velocity[i]) + info.dt * acceleration[i]);
+  for (std::size_t i = 0; i < particles; ++i) s.fluid_velocity[i] = arr(now[i]);
+  for (std::size_t n = 0; n < nodes; ++n) {
+    const double u = inverse_node_mass(state, static_cast<Index>(n));
+    s.node_velocity[n] = arr(vec(s.node_velocity[n]) + u * impulse[n]);
+    if (state.model.mesh.pinned[n]) s.node_pin_force[n] = arr(vec(s.node_pin_force[n]) - impulse[n] / info.dt);
   }
-  const Vectors node_force = spread_to_nodes(state, sample_force);
-  for (Index n = 0; n < s.node_count(); ++n) {
-    s.node_velocity[n] = arr(vec(s.node_velocity[n]) + info.dt * inverse_node_mass(state, n) * node_force[n]);
-    if (state.model.mesh.pinned[n]) s.node_pin_force[n] = arr(vec(s.node_pin_force[n]) - node_force[n]);
-  }
-  for (Index k = 0; k < s.body_count(); ++k) {
-    if (!state.model.bodies[k].dynamic) continue;
-    s.body_velocity[k] = arr(vec(s.body_velocity[k]) + info.dt * vec(state.model.scene.gravity));
-  }
-  accelerate_bodies(state, body_force, info.dt);
 }
 
 }  // namespace drench::reference

@@ -34,20 +34,19 @@ class ElasticCloth : public ClothResponse {
     internal_ = problem_.internal_force(began_);
   }
 
-  Vectors velocities(const Vectors& node_force, bool settled) override {
+  Vectors velocities(const Vectors& node_force) override {
     for (Index n = 0; n < problem_.model().mesh.nodes(); ++n) {
       if (!problem_.is_free(n)) continue;
       const Vector3d contact = vec(problem_.state.s.node_contact_force[n]);
       const Vector3d change = node_force[n] - load_[n] - internal_[n] - contact;
       problem_.target[n] = began_[n] + problem_.dt * problem_.dt / problem_.mass[n] * change;
     }
-    const double limit = settled ? 1 : 20;
     int count = 0;
     do {
       iteration_.advance(10);
       residual_ = iteration_.check();
       count += 10;
-    } while (residual_ > limit && count < 100);
+    } while (residual_ > 1 && count < 100);
     Vectors v;
     for (std::size_t n = 0; n < began_.size(); ++n) v.push_back((iteration_.x()[n] - problem_.start[n]) / problem_.dt);
     return v;

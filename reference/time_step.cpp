@@ -1,6 +1,8 @@
 // Stage time_step (src/stages/time_step.hpp).
 
 #include <algorithm>
+#include <cmath>
+#include <numbers>
 
 #include "common.hpp"
 
@@ -12,17 +14,32 @@ void time_step(ReferenceState& state, const StepInfo&, StepReport& report) {
   report.dt_wanted = time.step;
   if (time.mode == TimeMode::fixed) return;
 
-  const double gravity_gain = vec(state.model.scene.gravity).norm() * time.step;
+  const FieldScene& field = state.model.scene.field;
   double fastest = 0;
-  for (const Vec3& v : state.s.fluid_velocity) fastest = std::max(fastest, vec(v).norm() + gravity_gain);
+  for (Index i = 0; i < state.s.fluid_count(); ++i) {
+    Eigen::Vector3d a = vec(state.model.scene.gravity);
+    if (field.present) {
+      a -= vec(field.rate).cwiseAbs2().cwiseProduct(vec(state.s.fluid_position[i]) - vec(field.center));
+    }
+    fastest = std::max(fastest, vec(state.s.fluid_velocity[i]).norm() + a.norm() * time.step);
+  }
   for (const Vec3& v : state.s.node_velocity) fastest = std::max(fastest, vec(v).norm());
   for (Index k = 0; k < state.s.body_count(); ++k) {
     const Body& body = state.model.bodies[k];
     if (!body.moves()) continue;
     const double turning = vec(state.s.body_angular_velocity[k]).norm() * body.reach;
-    fastest = std::max(fastest, vec(state.s.body_velocity[k]).norm() + turning + (body.dynamic ? gravity_gain : 0));
+    const double fall = body.dynamic ? vec(state.model.scene.gravity).norm() * time.step : 0;
+    fastest = std::max(fastest, vec(state.s.body_velocity[k]).norm() + turning + fall);
   }
   if (fastest > 0) report.dt_wanted = std::min(time.step, time.cfl * state.model.spacing / fastest);
+  double sigma = state.model.scene.fluid.surface_tension;
+  for (const Body& b : state.model.bodies) sigma = std::max(sigma, b.adhesion);
+  for (const ClothMaterial& c : state.model.cloths) sigma = std::max(sigma, c.adhesion);
+  if (state.model.has_fluid() && sigma > 0) {
+    const double capillary =
+        std::sqrt(state.model.scene.fluid.density * std::pow(state.model.spacing, 3) / (2 * std::numbers::pi * sigma));
+    report.dt_wanted = std::min(report.dt_wanted, 0.7 * capillary);
+  }
   report.dt_wanted = std::max(report.dt_wanted, time.step / 1000);
 }
 

@@ -5,6 +5,7 @@
 #include <map>
 
 #include "device_copy.hpp"
+#include "laws/viscosity.hpp"
 
 namespace drench::kokkos_backend {
 namespace {
@@ -82,6 +83,8 @@ Material material_of(const ClothMaterial& c) {
   m.dynamics = c.dynamics ? 1 : 0;
   return m;
 }
+
+Vec3 squares(const Vec3& a) { return {a[0] * a[0], a[1] * a[1], a[2] * a[2]}; }
 
 /// The hinges' forces as one sparse row a node: a third of the loads of going hinge by hinge.
 void make_bending_rows(Device& d) {
@@ -214,7 +217,11 @@ Device::Device(const Model& m)
       rest_density(Real(m.rest_density)),
       kernel(m.scene.fluid.kernel, Real(m.support)),
       quantum(m.quantum),
-      gravity(to_real(m.scene.gravity)) {
+      gravity(to_real(m.scene.gravity)),
+      viscous_strength(
+          Real(viscosity_normalisation(m.scene.fluid.kernel) * m.scene.fluid.viscosity / (m.support * m.support))),
+      field_center(to_real(m.scene.field.center)),
+      field_square(to_real(squares(m.scene.field.rate))) {
   if (m.has_cloth()) {
     make_mesh(*this);
     make_nodes(*this);

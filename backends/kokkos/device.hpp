@@ -144,6 +144,7 @@ struct BodyArrays {
   Array<Real3> position, force;   // per such sample: m, N
   Array<Real3> predicted;         // per boundary sample: velocity in the pressure solves, m/s
   Array<Wrench> part, load;       // partial sums of the bodies' loads; one a body
+  Array<Wrench> change;           // a body: what a viscous stage adds to its momenta
   Array<Real> row_load, row_arm;  // per such sample: g_b of the Jacobi diagonal; the same with the arm
   Array<Real> row_bound;          // two a body: G/M and H ‖I⁻¹‖
 };
@@ -169,6 +170,18 @@ struct AdvectionWork {
   Array<std::uint8_t> gone;
 };
 
+/// Work arrays of stage forces with cloth, made on first use.
+struct ViscousWork {
+  Array<Real> sample_bound;     // K_b, kg/s
+  Array<Real3> impulse_change;  // per node: D_k of its impulse, N s (with more than one stage)
+};
+
+/// Work arrays of stage surface_tension, made on first use.
+struct SurfaceTensionWork {
+  Array<Real3> normal;                        // n_i, 1
+  Array<Real> body_adhesion, cloth_adhesion;  // D, N/m³, per body and per cloth
+};
+
 /// Scratch of compact_fluid, kept between steps.
 struct CompactionWork {
   Array<Index> source;
@@ -186,12 +199,16 @@ struct Device {
   Kernel kernel;
   double quantum;  // q, kg
   Real3 gravity;
+  Real viscous_strength;             // χ ν/h², 1/s
+  Real3 field_center, field_square;  // c, m; Ω², 1/s²
   FluidArrays fluid;
   FluidWork work;
   BoundaryArrays boundary;
   NodeArrays nodes;
   ClothWork cloth_work;
   AdvectionWork advection_work;
+  ViscousWork viscous_work;
+  SurfaceTensionWork surface_tension_work;
   MeshArrays mesh;
   SampleArrays samples;
   Array<Material> materials;

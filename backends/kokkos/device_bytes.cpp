@@ -21,10 +21,12 @@ std::int64_t Device::bytes() const {
                      f.kappa_divergence);
   total += sum_bytes(work.volume, work.alpha, work.predicted, work.rate, work.residual, work.kappa_next, work.kappa_last, work.nearest_sample, work.active);
   total += sum_bytes(compaction.source, compaction.real3, compaction.integer, compaction.real, compaction.byte);
+  const SurfaceTensionWork& t = surface_tension_work;
+  total += sum_bytes(t.normal, t.body_adhesion, t.cloth_adhesion);
   total += sum_bytes(boundary.position, boundary.velocity, boundary.rest_position, boundary.volume, boundary.body);
   const BodyArrays& b = bodies;
   total += sum_bytes(solids, fields, b.constant, b.state, b.sample, b.owner, b.position, b.force, b.predicted, b.part,
-                     b.load, b.row_load, b.row_arm, b.row_bound);
+                     b.load, b.change, b.row_load, b.row_arm, b.row_bound);
   const NodeArrays& n = nodes;
   total += sum_bytes(n.position, n.velocity, n.contact_force, n.pin_force, n.liquid, n.ripe, n.solid_mass, n.pinned,
                      mesh.rest_metric, n.bend_start, n.bend_item, n.bend_weight, n.cloth, n.capacity, n.capacity_quanta,

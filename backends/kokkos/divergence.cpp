@@ -51,7 +51,7 @@ void divergence(Device& d, const StepInfo& info, StepReport& report) {
         report.divergence_error <= solver.divergence_error && info.dt / n * sums.second <= solver.divergence_error;
     if ((report.divergence_converged && iteration >= solver.min_iterations) || iteration >= solver.max_iterations)
       break;
-    iterate.advance(report.divergence_error, sums.third);
+    iterate.advance(info.dt / n * (sums.first + sums.second), sums.third);
   }
   accept_liquid(d);
   accept_bodies(d, info.dt);

@@ -1,90 +1,209 @@
 // Stage forces (src/stages/forces.hpp).
 
+#include <algorithm>
+
 #include "device.hpp"
 #include "laws/viscosity.hpp"
+#include "primitives/reduce.hpp"
 #include "rigid_bodies.hpp"
 
 namespace drench::kokkos_backend {
 namespace {
 
+/// A stage of RKL1 as the change that it makes: D_k = Y_k − Y_{k−1} = keep D_{k−1} + weight L(Y_{k−1}), weight in s.
+/// (With Y_k from Y_{k−1} and Y_{k−2} hundreds of stages would lose three digits of a float.)
+struct Stage {
+  Real keep = 0, weight = 0;
+};
+
+/// The k-th of `count` stages over dt (s).
+Stage legendre(int k, int count, double dt) {
+  return {Real((k - 1.0) / k), Real((2 * k - 1.0) / k * dt * 2 / (double(count) * (count + 1.0)))};
+}
+
+/// Gravity and the field alone.
+void inviscid(Device& d, Real dt) {
+  const Real3 g = d.gravity, center = d.field_center, square = d.field_square;
+  const bool field = d.model.scene.field.present;
+  const auto x = d.fluid.position, v = d.fluid.velocity;
+  parallel(
+      "drench::forces::velocity", d.fluid.count,
+      KOKKOS_LAMBDA(const Index i) { v(i) += dt * (field ? g + central_field(x(i), center, square) : g); });
+}
+
+/// δ_i as the viscosity counts it.
 KOKKOS_INLINE_FUNCTION Real bounded_ratio(Real delta) { return delta < Real(0.5) ? Real(0.5) : delta; }
 
-/// Viscous reaction of the liquid on the cloth, from the velocities before the stage.
-void viscous_reaction(Device& d, Real dt) {
+/// V_j/√δ_j in work.rate: with it the pairs' mean costs nothing.
+void pair_volumes(const Device& d) {
+  const auto volume = d.work.volume, ratio = d.fluid.density_ratio, pair_volume = d.work.rate;
+  parallel(
+      "drench::forces::pair_volume", d.fluid.count,
+      KOKKOS_LAMBDA(const Index i) { pair_volume(i) = volume(i) / Kokkos::sqrt(bounded_ratio(ratio(i))); });
+}
+
+/// The liquid's change in a stage, in work.predicted. Returns the largest C_i, 1/s.
+double liquid_change(const Device& d, const Stage& stage) {
   const Kernel kernel = d.kernel;
-  const Real nu = Real(d.model.scene.fluid.viscosity), h = d.support, rho = d.rest_density;
+  const Real strength = d.viscous_strength;
+  const Real3 g = d.gravity, center = d.field_center, square = d.field_square;
+  const bool field = d.model.scene.field.present;
+  const bool solids = d.boundary.count > 0, cloth = d.samples.count > 0;
+  const auto x = d.fluid.position, xb = d.boundary.position, xs = d.samples.position;
+  const auto v = d.fluid.velocity, change = d.work.predicted, ub = d.boundary.velocity, us = d.samples.velocity;
+  const auto volume = d.work.rate, ratio = d.fluid.density_ratio;  // V_j/√δ_j
+  const auto vb = d.boundary.volume, vs = d.samples.volume;
+  const auto nf = d.fluid_fluid.count, nb = d.fluid_boundary.count, ns = d.fluid_sample.count;
+  const auto lf = d.fluid_fluid.list, lb = d.fluid_boundary.list, ls = d.fluid_sample.list;
+  return maximum(
+      "drench::forces::liquid", d.fluid.count, KOKKOS_LAMBDA(const Index i) {
+        const Real3 xi = x(i), vi = v(i);
+        const Real share = 1 / Kokkos::sqrt(bounded_ratio(ratio(i)));
+        ViscousSum sum;
+        for (Index k = 0; k < nf(i); ++k) {
+          const Index j = lf(i, k);
+          const Real3 r = xi - x(j);
+          const Real r2 = dot(r, r);
+          sum.add(volume(j), vi - v(j), r, r2, kernel.slope(Kokkos::sqrt(r2)));
+        }
+        if (solids)
+          for (Index k = 0; k < nb(i); ++k) {
+            const Index b = lb(i, k);
+            const Real3 r = xi - xb(b);
+            const Real r2 = dot(r, r);
+            sum.add(solid_friction * share * vb(b), vi - ub(b), r, r2, kernel.slope(Kokkos::sqrt(r2)));
+          }
+        if (cloth)
+          for (Index k = 0; k < ns(i); ++k) {
+            const Index b = ls(i, k);
+            const Real3 r = xi - xs(b);
+            const Real r2 = dot(r, r);
+            sum.add(sheet_friction * share * vs(b), vi - us(b), r, r2, kernel.slope(Kokkos::sqrt(r2)));
+          }
+        Real3 rate = g + (strength * share) * sum.pull;
+        if (field) rate += central_field(xi, center, square);
+        Real3 next = stage.weight * rate;
+        if (stage.keep != 0) next += stage.keep * change(i);
+        change(i) = next;
+        return double(strength * share * sum.bound);
+      });
+}
+
+void add_change(const Device& d) {
+  const auto v = d.fluid.velocity, change = d.work.predicted;
+  parallel(
+      "drench::forces::velocity", d.fluid.count, KOKKOS_LAMBDA(const Index i) { v(i) += change(i); });
+}
+
+/// The reaction on samples and nodes (d.nodes.force).
+void cloth_forces(Device& d) {
+  if (d.viscous_work.sample_bound.extent(0) == 0)
+    d.viscous_work.sample_bound = Array<Real>("drench::viscous_sample_bound", d.samples.count);
+  const Kernel kernel = d.kernel;
+  const Real strength = sheet_friction * d.viscous_strength * d.rest_density;
   const auto xs = d.samples.position, xf = d.fluid.position, us = d.samples.velocity, v = d.fluid.velocity;
   const auto force = d.samples.force;
   const auto vs = d.samples.volume, volume = d.work.volume, ratio = d.fluid.density_ratio;
+  const auto bound = d.viscous_work.sample_bound;
   const auto count = d.sample_fluid.count;
   const auto list = d.sample_fluid.list;
   parallel(
       "drench::forces::sample_force", d.samples.count, KOKKOS_LAMBDA(const Index b) {
-        Real3 f;
+        ViscousSum sum;
         for (Index k = 0; k < count(b); ++k) {
           const Index i = list(b, k);
-          const Real3 r = xf(i) - xs(b);
+          const Real3 r = xs(b) - xf(i);
           const Real r2 = dot(r, r);
-          const Real factor = viscous_factor(nu, vs(b) / bounded_ratio(ratio(i)), dot(v(i) - us(b), r), r2, h) *
-                              kernel.slope(Kokkos::sqrt(r2));
-          f -= rho * volume(i) * factor * r;
+          sum.add(volume(i) / bounded_ratio(ratio(i)), us(b) - v(i), r, r2, kernel.slope(Kokkos::sqrt(r2)));
         }
-        force(b) = f;
+        force(b) = (strength * vs(b)) * sum.pull;
+        bound(b) = strength * vs(b) * sum.bound;
       });
   node_forces_from_samples(d);
-  apply_node_forces(d, dt);
+}
+
+/// The largest u_n Σ_b w_bn K_b, 1/s.
+double node_bound(const Device& d) {
+  const auto start = d.nodes.sample_start, item = d.nodes.sample_item;
+  const auto weight = d.samples.weight, u = d.nodes.inverse_mass, bound = d.viscous_work.sample_bound;
+  return maximum(
+      "drench::forces::node_bound", d.nodes.count, KOKKOS_LAMBDA(const Index n) {
+        Real sum = 0;
+        for (Index e = start(n); e < start(n + 1); ++e)
+          sum += weight(3 * (item(e) / 4) + item(e) % 4) * bound(item(e) / 4);
+        return double(u(n) * sum);
+      });
+}
+
+/// A stage of the nodes: their impulse J grows by its own D_k.
+void node_stage(Device& d, const Stage& stage, Real dt) {
+  const auto change = d.viscous_work.impulse_change, v = d.nodes.velocity, f = d.nodes.force, pin = d.nodes.pin_force;
+  const auto u = d.nodes.inverse_mass;
+  const auto pinned = d.nodes.pinned;
+  parallel(
+      "drench::forces::node_stage", d.nodes.count, KOKKOS_LAMBDA(const Index n) {
+        const Real3 next = stage.keep * change(n) + stage.weight * f(n);
+        change(n) = next;
+        if (pinned(n))
+          pin(n) -= (1 / dt) * next;
+        else
+          v(n) += u(n) * next;
+      });
+}
+
+/// All stages, the forces of the first being there and its change made with the whole Δt.
+void many_stages(Device& d, int stages, double dt) {
+  const bool cloth = d.samples.count > 0;
+  const auto change = d.work.predicted;
+  const Real share = Real(2 / (double(stages) * (stages + 1.0)));
+  parallel(
+      "drench::forces::first_stage", d.fluid.count, KOKKOS_LAMBDA(const Index i) { change(i) = share * change(i); });
+  if (cloth && d.viscous_work.impulse_change.extent(0) == 0)
+    d.viscous_work.impulse_change = Array<Real3>("drench::viscous_impulse_change", d.nodes.count);
+  for (int k = 1; k <= stages; ++k) {
+    const Stage stage = legendre(k, stages, dt);
+    if (k > 1) {
+      viscous_body_forces(d);
+      if (cloth) {
+        refresh_samples(d);
+        cloth_forces(d);
+      }
+      liquid_change(d, stage);
+    }
+    add_change(d);
+    if (cloth) node_stage(d, stage, Real(dt));
+    body_stage(d, double(stage.keep), double(stage.weight), true);
+  }
 }
 
 }  // namespace
 
 void forces(Device& d, const StepInfo& info, StepReport&) {
-  const Kernel kernel = d.kernel;
-  const Real nu = Real(d.model.scene.fluid.viscosity), h = d.support, dt = Real(info.dt);
-  const Real3 g = d.gravity;
-  const bool solids = d.boundary.count > 0, cloth = d.samples.count > 0;
+  if (d.viscous_strength == 0) {
+    viscous_body_forces(d);  // none
+    body_stage(d, 0, info.dt, true);
+    inviscid(d, Real(info.dt));
+    return;
+  }
+  const bool cloth = d.samples.count > 0;
+  pair_volumes(d);
   if (cloth) {
     refresh_samples(d);  // the divergence solve has changed the nodes' velocities
     refresh_inverse_mass(d);
+    cloth_forces(d);
   }
-  const auto x = d.fluid.position, xb = d.boundary.position, xs = d.samples.position;
-  const auto v = d.fluid.velocity, ub = d.boundary.velocity, us = d.samples.velocity, predicted = d.work.predicted;
-  const auto volume = d.work.volume, vb = d.boundary.volume, vs = d.samples.volume, ratio = d.fluid.density_ratio;
-  const auto nf = d.fluid_fluid.count, nb = d.fluid_boundary.count, ns = d.fluid_sample.count;
-  const auto lf = d.fluid_fluid.list, lb = d.fluid_boundary.list, ls = d.fluid_sample.list;
-  const bool viscous = nu > 0;
-  parallel(
-      "drench::forces::acceleration", d.fluid.count, KOKKOS_LAMBDA(const Index i) {
-        Real3 a = g;
-        if (viscous) {
-          const Real3 xi = x(i), vi = v(i);
-          const Real di = bounded_ratio(ratio(i));
-          for (Index k = 0; k < nf(i); ++k) {
-            const Index j = lf(i, k);
-            const Real3 r = xi - x(j);
-            const Real r2 = dot(r, r), mean = Real(0.5) * (di + bounded_ratio(ratio(j)));
-            a += viscous_factor(nu, volume(j) / mean, dot(vi - v(j), r), r2, h) * kernel.slope(Kokkos::sqrt(r2)) * r;
-          }
-          if (solids)
-            for (Index k = 0; k < nb(i); ++k) {
-              const Index b = lb(i, k);
-              const Real3 r = xi - xb(b);
-              const Real r2 = dot(r, r);
-              a += viscous_factor(nu, vb(b) / di, dot(vi - ub(b), r), r2, h) * kernel.slope(Kokkos::sqrt(r2)) * r;
-            }
-          if (cloth)
-            for (Index k = 0; k < ns(i); ++k) {
-              const Index b = ls(i, k);
-              const Real3 r = xi - xs(b);
-              const Real r2 = dot(r, r);
-              a += viscous_factor(nu, vs(b) / di, dot(vi - us(b), r), r2, h) * kernel.slope(Kokkos::sqrt(r2)) * r;
-            }
-        }
-        predicted(i) = v(i) + dt * a;
-      });
-  if (viscous && cloth) viscous_reaction(d, dt);
-  push_bodies(d, info.dt);
-  parallel(
-      "drench::forces::velocity", d.fluid.count, KOKKOS_LAMBDA(const Index i) { v(i) = predicted(i); });
+  viscous_body_forces(d);
+  double bound = std::max(liquid_change(d, legendre(1, 1, info.dt)), viscous_body_bound(d));
+  if (cloth) bound = std::max(bound, node_bound(d));
+  int stages = 1;
+  while (stages * (stages + 1.0) < 2 * info.dt * bound) ++stages;
+  if (stages > 1) {
+    many_stages(d, stages, info.dt);
+    return;
+  }
+  add_change(d);
+  if (cloth) apply_node_forces(d, Real(info.dt));
+  body_stage(d, 0, info.dt, true);
 }
 
 }  // namespace drench::kokkos_backend

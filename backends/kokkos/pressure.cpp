@@ -11,7 +11,6 @@ namespace drench::kokkos_backend {
 namespace {
 
 constexpr int check_interval = 10, most_iterations = 100;  // of the cloth, per iteration of the pressure
-constexpr double loose_limit = 20;                         // of the residual while the pressure still changes
 
 /// The cloth inside the solve: its implicit step goes on while the pressure changes.
 class ElasticCloth {
@@ -41,7 +40,7 @@ class ElasticCloth {
   }
 
   /// Node forces → target → some iterations → samples.predicted.
-  void respond(bool exactly) {
+  void respond() {
     Device& d = device_;
     const ClothSystem s = iteration_.system();
     const Real dt = dt_;
@@ -50,12 +49,11 @@ class ElasticCloth {
         "drench::pressure::cloth_target", d.nodes.count, KOKKOS_LAMBDA(const Index n) {
           if (!s.pinned(n)) s.target(n) = base(n) + (dt * dt / s.mass(n)) * f(n);
         });
-    const double limit = exactly ? 1 : loose_limit;
     const int before = iteration_.iterations();
     do {
       iteration_.advance(check_interval);
       residual_ = iteration_.check();
-    } while (residual_ > limit && iteration_.iterations() - before < most_iterations);
+    } while (residual_ > 1 && iteration_.iterations() - before < most_iterations);
     const auto shift = d.cloth_work.shift, predicted = d.samples.predicted;
     const auto node = d.samples.node;
     const auto weight = d.samples.weight;
@@ -117,12 +115,11 @@ void pressure(Device& d, const StepInfo& info, StepReport& report) {
   PressureIteration iterate(d, kappa);
   iterate.start();
   const auto next = d.work.kappa_next, last = d.work.kappa_last;
-  bool settled = false;
   for (int iteration = 1;; ++iteration) {
     predict_liquid(d, kappa, dt);
     if (samples) cloth_forces(d, kappa);
     if (cloth)
-      cloth->respond(settled);
+      cloth->respond();
     else if (samples)
       free_cloth_response(d, dt);
     body_response(d, kappa, info.dt);
@@ -143,13 +140,12 @@ void pressure(Device& d, const StepInfo& info, StepReport& report) {
         });
     report.density_error = sums.first / n;
     report.density_converged = report.density_error <= solver.density_error && sums.second / n <= solver.density_error;
-    settled = report.density_converged;
     if (cloth && report.density_converged) {
       report.cloth_residual = cloth->residual();
       report.density_converged = report.cloth_residual <= 1;
     }
     if ((report.density_converged && iteration >= solver.min_iterations) || iteration >= solver.max_iterations) break;
-    iterate.advance(report.density_error, sums.third);
+    iterate.advance((sums.first + sums.second) / n, sums.third);
   }
   report.density_error_max = maximum(
       "drench::pressure::error_max", n,

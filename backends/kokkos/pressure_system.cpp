@@ -21,11 +21,14 @@ void PressureIteration::start() {
       "drench::pressure::start", device_.fluid.count, KOKKOS_LAMBDA(const Index i) { last(i) = kappa(i); });
 }
 
-void PressureIteration::advance(double error, double against_momentum) {
-  const bool grown = error > most_growth * smallest_error_;
-  if (grown) relaxation_ *= Real(0.5);
-  smallest_error_ = grown ? error : std::min(error, smallest_error_);
-  if (grown || against_momentum > 0) weight_ = 1;
+void PressureIteration::advance(double residual, double against_momentum) {
+  if (residual > most_growth * smallest_) {
+    relaxation_ *= Real(0.5);
+    smallest_ = residual;
+  }
+  smallest_ = std::min(residual, smallest_);
+  if (residual > last_ || against_momentum > 0) weight_ = 1;
+  last_ = residual;
   const double next_weight = 0.5 * (1 + std::sqrt(1 + 4 * weight_ * weight_));
   const Real momentum = Real((weight_ - 1) / next_weight);
   weight_ = next_weight;

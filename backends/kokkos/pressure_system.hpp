@@ -30,16 +30,16 @@ class PressureIteration {
   void start();
   /// ω of the next update.
   Real relaxation() const { return relaxation_; }
-  /// κ := the next point y, from work.kappa_next = κ⁺ and kappa_last = the κ⁺ before. `against_momentum`: the scalar
-  /// product that decides about a restart; `error`: of the κ that is left.
-  void advance(double error, double against_momentum);
+  /// κ := the next point y, from work.kappa_next = κ⁺ and kappa_last = the κ⁺ before. `residual`:
+  /// error + excess of the κ that is left; `against_momentum`: the scalar product that decides about a restart.
+  void advance(double residual, double against_momentum);
 
  private:
   static constexpr double most_growth = 4;
   Device& device_;
   Array<Real> kappa_;
   Real relaxation_;
-  double weight_ = 1, smallest_error_ = 1e300;
+  double weight_ = 1, smallest_ = 1e300, last_ = 1e300;
 };
 
 /// max(0, κ⁺): one Jacobi update, `gain` = ω α/Δt^k.

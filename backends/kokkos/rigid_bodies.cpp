@@ -64,6 +64,7 @@ void make_bodies(Device& d) {
   a.row_bound = Array<Real>("drench::body_row_bound", 2 * constants.size());
   a.part = Array<Wrench>("drench::body_part", parts * constants.size());
   a.load = Array<Wrench>("drench::body_load", constants.size());
+  a.change = Array<Wrench>("drench::body_change", constants.size());
 }
 
 /// bodies.load = Σ term(s) over each dynamic body's samples, in a fixed order.
@@ -97,23 +98,6 @@ void sum_forces(Device& d) {
         const Double3 f = widen(force(s));
         return Wrench{f, outer(minus(widen(position(s)), state(owner(s)).position), f)};
       });
-}
-
-/// v += Δt F/M, ω += Δt I⁻¹ T, of dynamic bodies; `gravity` besides.
-void take_load(Device& d, double dt, const Double3& gravity) {
-  const auto constant = d.bodies.constant;
-  const auto state = d.bodies.state;
-  const auto load = d.bodies.load;
-  parallel(
-      "drench::bodies::velocity", d.bodies.count, KOKKOS_LAMBDA(const Index b) {
-        const RigidBody& body = constant(b);
-        if (!body.dynamic) return;
-        RigidState s = state(b);
-        s.velocity = add(s.velocity, times(dt, add(gravity, times(body.inverse_mass, load(b).force))));
-        s.spin = add(s.spin, times(dt, over_inertia(body, s.orientation, load(b).torque)));
-        state(b) = s;
-      });
-  refresh_body_samples(d);
 }
 
 }  // namespace
@@ -271,32 +255,77 @@ void add_body_rows(Device& d) {
       });
 }
 
-void push_bodies(Device& d, double dt) {
+void viscous_body_forces(Device& d) {
   if (d.bodies.samples == 0) return;
   const Kernel kernel = d.kernel;
-  const Real nu = Real(d.model.scene.fluid.viscosity), h = d.support, rho = d.rest_density;
+  const Real strength = solid_friction * d.viscous_strength * d.rest_density;
   const auto sample = d.bodies.sample;
   const auto xs = d.bodies.position, xf = d.fluid.position, us = d.boundary.velocity, v = d.fluid.velocity,
              force = d.bodies.force;
   const auto vb = d.boundary.volume, volume = d.work.volume, ratio = d.fluid.density_ratio;
+  const auto bound = d.bodies.row_load;
   const auto count = d.boundary_fluid.count;
   const auto list = d.boundary_fluid.list;
   parallel(
       "drench::bodies::viscous_force", d.bodies.samples, KOKKOS_LAMBDA(const Index s) {
-        Real3 f;
-        if (nu > 0)
+        ViscousSum sum;
+        if (strength > 0)
           for (Index k = 0; k < count(s); ++k) {
             const Index i = list(s, k);
-            const Real3 r = xf(i) - xs(s);
+            const Real3 r = xs(s) - xf(i);
             const Real r2 = dot(r, r), delta = ratio(i) < Real(0.5) ? Real(0.5) : ratio(i);
-            const Real factor = viscous_factor(nu, vb(sample(s)) / delta, dot(v(i) - us(sample(s)), r), r2, h) *
-                                kernel.slope(Kokkos::sqrt(r2));
-            f -= rho * volume(i) * factor * r;
+            sum.add(volume(i) / delta, us(sample(s)) - v(i), r, r2, kernel.slope(Kokkos::sqrt(r2)));
           }
-        force(s) = f;
+        force(s) = (strength * vb(sample(s))) * sum.pull;
+        bound(s) = strength * vb(sample(s)) * sum.bound;
       });
+}
+
+double viscous_body_bound(Device& d) {
+  if (d.bodies.samples == 0) return 0;
+  const auto constant = d.bodies.constant;
+  const auto state = d.bodies.state;
+  const auto owner = d.bodies.owner;
+  const auto position = d.bodies.position;
+  const auto bound = d.bodies.row_load;
+  sum_over_samples(
+      d, KOKKOS_LAMBDA(const Index s) {
+        const Double3 arm = minus(widen(position(s)), state(owner(s)).position);
+        const double k = double(bound(s));
+        return Wrench{{k, 0, 0}, {k * inner(arm, arm), 0, 0}};
+      });
+  const auto sum = d.bodies.load;
+  return maximum(
+      "drench::bodies::viscous_bound", d.bodies.count, KOKKOS_LAMBDA(const Index b) {
+        const RigidBody& body = constant(b);
+        const Double3& i = body.inverse_inertia;
+        return 2 * Kokkos::fmax(body.inverse_mass * sum(b).force.x,
+                                Kokkos::fmax(i.x, Kokkos::fmax(i.y, i.z)) * sum(b).torque.x);
+      });
+}
+
+void body_stage(Device& d, double keep, double weight, bool gravity) {
+  if (d.bodies.samples == 0) return;
   sum_forces(d);
-  take_load(d, dt, widen(d.gravity));
+  const auto constant = d.bodies.constant;
+  const auto state = d.bodies.state;
+  const auto load = d.bodies.load, change = d.bodies.change;
+  const Double3 g = gravity ? widen(d.gravity) : Double3{};
+  parallel(
+      "drench::bodies::velocity", d.bodies.count, KOKKOS_LAMBDA(const Index b) {
+        const RigidBody& body = constant(b);
+        if (!body.dynamic) return;
+        Wrench next;
+        next.force = times(weight, add(load(b).force, times(1 / body.inverse_mass, g)));
+        next.torque = times(weight, load(b).torque);
+        if (keep > 0) next += Wrench{times(keep, change(b).force), times(keep, change(b).torque)};
+        change(b) = next;
+        RigidState s = state(b);
+        s.velocity = add(s.velocity, times(body.inverse_mass, next.force));
+        s.spin = add(s.spin, over_inertia(body, s.orientation, next.torque));
+        state(b) = s;
+      });
+  refresh_body_samples(d);
 }
 
 void body_response(Device& d, const Array<Real>& kappa, double dt) {
@@ -335,7 +364,7 @@ void body_response(Device& d, const Array<Real>& kappa, double dt) {
 }
 
 void accept_bodies(Device& d, double dt) {
-  if (d.bodies.samples > 0) take_load(d, dt, {});
+  body_stage(d, 0, dt, false);
 }
 
 }  // namespace drench::kokkos_backend

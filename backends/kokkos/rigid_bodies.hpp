@@ -24,8 +24,12 @@ void refresh_body_samples(Device& d);
 /// The dynamic bodies' share of the Jacobi diagonal, added to work.alpha.
 void add_body_rows(Device& d);
 
-/// Gravity, and the liquid's viscous reaction from the velocities before stage forces.
-void push_bodies(Device& d, double dt);
+/// bodies.force: the liquid's viscous pull at the velocities as they are.
+void viscous_body_forces(Device& d);
+/// What these forces do to the bodies at most, 1/s (bodies.hpp, law 4).
+double viscous_body_bound(Device& d);
+/// The bodies' momenta change by keep · the last change + weight (s) · (bodies.force and, if asked for, gravity).
+void body_stage(Device& d, double keep, double weight, bool gravity);
 
 /// The velocities that the pressures κ leave the samples of bodies: bodies.predicted = v_b + Δt (a + α × r).
 void body_response(Device& d, const Array<Real>& kappa, double dt);

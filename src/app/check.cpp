@@ -65,6 +65,13 @@ int diffusion_substeps(const ClothMaterial& cloth, double support, double dt) {
   return std::max(1, static_cast<int>(std::ceil(dt * rate / 0.5)));
 }
 
+/// Stages of the viscosity a step (src/stages/forces.hpp) in full neighbourhoods: Σ V |∇W| r = 3 there; C_i grows
+/// to about twice that beside solids, and light cloth can need more.
+int viscous_stages(const Model& model, double dt) {
+  const double bound = 3 * 30 * model.scene.fluid.viscosity / (model.support * model.support);
+  return static_cast<int>(std::ceil(std::sqrt(0.25 + 2 * dt * bound) - 0.5));
+}
+
 void print_parts(const Model& model, const HostState& state) {
   if (model.has_fluid())
     fmt::print("fluid: {} particles of {:.4g} m, {:.4g} kg, {} jets\n", state.fluid_count(), model.spacing,
@@ -106,6 +113,7 @@ int check_command(const std::string& path, const std::vector<std::string>& overr
     const double displacement = speed * dt / model.spacing;
     if (scene.time.mode == TimeMode::cfl) {
       if (speed > 0) dt = std::min(dt, scene.time.cfl * model.spacing / speed);
+      dt = std::min(dt, model.capillary_step());
       fmt::print("time step: {:.4g} s, down to {:.4g} s at {:.3g} m/s (free fall)\n", scene.time.step, dt, speed);
     } else {
       fmt::print("time step: {:.4g} s; at {:.3g} m/s (free fall) {:.2g} spacings a step\n", dt, speed, displacement);
@@ -120,6 +128,8 @@ int check_command(const std::string& path, const std::vector<std::string>& overr
   }
   fmt::print("steps: {}{:.0f} to {:.4g} s\n", scene.time.mode == TimeMode::cfl ? "at least " : "",
              std::ceil(scene.time.end / scene.time.step - 1e-9), scene.time.end);
+  if (const int passes = model.has_fluid() ? viscous_stages(model, scene.time.step) : 0; passes > 1)
+    fmt::print("viscosity: about {} passes a step\n", passes);
   for (const ClothMaterial& c : model.cloths)
     if (c.porous && c.diffusivity > 0)
       fmt::print("diffusion in {}: sub-steps a step: about {}\n", c.name,

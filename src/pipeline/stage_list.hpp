@@ -13,6 +13,7 @@
   STAGE(density,           m.has_fluid())                                                     \
   STAGE(divergence,        m.has_fluid())                                                     \
   STAGE(forces,            m.has_fluid())                                                     \
+  STAGE(surface_tension,   m.has_surface_forces())                                            \
   STAGE(cloth,             m.has_moving_cloth())                                              \
   STAGE(pressure,          m.has_fluid())                                                     \
   STAGE(advection,         m.has_fluid() || m.has_moving_cloth())                             \

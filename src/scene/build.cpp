@@ -189,6 +189,17 @@ void warn_of_dense_lattice(Setup& setup) {
                   density, enough));
 }
 
+/// A fixed step that capillary waves outrun makes the liquid burst.
+void warn_of_capillary_step(Setup& setup) {
+  const TimeScene& time = setup.model.scene.time;
+  const double longest = setup.model.capillary_step();
+  if (time.mode != TimeMode::fixed || time.step <= longest) return;
+  setup.warnings.push_back(
+      fmt::format("time.step {:.2g} s is longer than surface tension or adhesion allows at this spacing: at most "
+                  "{:.2g} s, or time.mode cfl",
+                  time.step, longest));
+}
+
 void init_fluid(Setup& setup) {
   HostState& s = setup.state;
   BlockParticles particles = fill_blocks(setup.model, setup.warnings);
@@ -246,6 +257,7 @@ Setup build(const Scene& scene) {
     m.jets = make_jets(m, setup.warnings);
     sample_bodies(setup);
     warn_of_dense_lattice(setup);
+    warn_of_capillary_step(setup);
     init_fluid(setup);
     check_ledger_range(setup);
   }

@@ -104,6 +104,7 @@ ClothMaterial make_material(const ClothScene& c) {
   m.damping = c.damping;
   m.strain_damping = c.strain_damping;
   m.friction = c.friction;
+  m.adhesion = c.adhesion;
   m.solid_fraction = c.porous.solid_fraction;
   m.absorption = c.porous.absorption;
   m.max_saturation = c.porous.max_saturation;

@@ -41,6 +41,14 @@ void read_time(Section& s, TimeScene& time) {
   s.number("cfl", time.cfl, "(0, 1]", "1");
 }
 
+void read_field(Section& s, FieldScene& field) {
+  field.present = true;
+  s.required({"rate"});
+  s.numbers("center", field.center, coordinate, "m");
+  s.numbers("rate", field.rate, "[0, 1000]", "1/s");
+  check_not_zero(s, "rate", field.rate);
+}
+
 void read_output(Section& s, OutputScene& output) {
   s.number("every", output.every, "[0, 1e6]", "s");
   s.number("checkpoint_every", output.checkpoint_every, "[0, 1e6]", "s");
@@ -99,7 +107,6 @@ void read_fluid(Section& s, FluidScene& fluid) {
   s.number("density", fluid.density, "[1, 30000]", "kg/m³");
   s.number("viscosity", fluid.viscosity, "[0, 100]", "m²/s");
   s.number("surface_tension", fluid.surface_tension, "[0, 10]", "N/m");
-  s.not_available(fluid.surface_tension > 0, "surface_tension", "surface tension", "0 N/m");
   s.choice<KernelKind>(
       "kernel", fluid.kernel,
       {{"cubic", KernelKind::cubic}, {"wendland", KernelKind::wendland}, {"poly6", KernelKind::poly6}});
@@ -203,6 +210,7 @@ void read_cloth(Section& s, ClothScene& cloth) {
   s.number("damping", cloth.damping, "[0, 1e6]", "1/s");
   s.number("strain_damping", cloth.strain_damping, "[0, 100]", "s");
   s.number("friction", cloth.friction, "[0, 10]", "1");
+  s.number("adhesion", cloth.adhesion, "[0, 10]", "N/m");
   s.list("pin", cloth.pins, read_pin);
   s.boolean("self_collision", cloth.self_collision);
   s.not_available(cloth.self_collision, "self_collision", "self-collision of cloth", "false");
@@ -235,12 +243,17 @@ void read_motion(Section& s, BodyScene& body) {
   s.not_available(body.dynamic && !can_float, "dynamic", "a plane, mesh or container that the liquid moves",
                   "false, or a sphere or a box that is not a container");
 }
+void read_adhesion(Section& s, BodyScene& body) {
+  s.number("adhesion", body.adhesion, "[0, 10]", "N/m");
+  s.not_available(body.dynamic && body.adhesion > 0, "adhesion", "adhesion to a body that floats", "0 N/m");
+}
 
 void read_body_box(Section& s, BodyScene& body) {
   body.kind = BodyScene::Kind::box;
   read_box(s, body.box);
   s.boolean("inside", body.inside);
   read_motion(s, body);
+  read_adhesion(s, body);
 }
 
 void read_sphere(Section& s, BodyScene& body) {
@@ -249,6 +262,7 @@ void read_sphere(Section& s, BodyScene& body) {
   s.numbers("center", body.center, coordinate, "m");
   s.number("radius", body.radius, "(0, 10000]", "m");
   read_motion(s, body);
+  read_adhesion(s, body);
 }
 
 void read_plane(Section& s, BodyScene& body) {
@@ -258,6 +272,7 @@ void read_plane(Section& s, BodyScene& body) {
   s.numbers("normal", body.normal, "[-1e6, 1e6]", "1");
   check_not_zero(s, "normal", body.normal);
   read_motion(s, body);
+  read_adhesion(s, body);
 }
 
 void read_body_mesh(Section& s, BodyScene& body) {
@@ -267,6 +282,7 @@ void read_body_mesh(Section& s, BodyScene& body) {
   s.number("scale", body.scale, "(0, 1e6]", "1");
   s.numbers("position", body.position, coordinate, "m");
   read_motion(s, body);
+  read_adhesion(s, body);
 }
 
 void read_body(Section& s, BodyScene& body) {
@@ -282,6 +298,8 @@ void read_body(Section& s, BodyScene& body) {
 void check_scene(Section& s, const Scene& scene) {
   s.check(scene.fluid.present || !scene.cloths.empty(), "fluid",
           "neither fluid nor cloth stands in the scene; allowed: at least one of them");
+  s.check(scene.fluid.present || !scene.field.present, "field",
+          "acts on liquid, and the scene has none; allowed: only beside the key fluid");
   std::set<std::string> names;
   for (std::size_t i = 0; i < scene.cloths.size(); ++i) {
     s.check(
@@ -300,6 +318,7 @@ void read_scene(Section& s, Scene& scene) {
   s.integer("drench", scene.version, "[1, 1]", "(the format's version)");
   s.section("time", scene.time, read_time);
   s.numbers("gravity", scene.gravity, "[-1000, 1000]", "m/s²");
+  s.section("field", scene.field, read_field);
   s.section("domain", scene.domain, read_box);
   s.section("output", scene.output, read_output);
   s.section("neighbors", scene, read_neighbors);

@@ -150,6 +150,7 @@ void write_cloth(Writer& out, const ClothScene& cloth) {
   out.line("    damping: {}  # 1/s", text(cloth.damping));
   out.line("    strain_damping: {}  # s", text(cloth.strain_damping));
   out.line("    friction: {}", text(cloth.friction));
+  out.line("    adhesion: {}  # N/m", text(cloth.adhesion));
   if (!cloth.pins.empty()) out.line("    pin:");
   for (const PinScene& pin : cloth.pins) write_pin(out, pin);
   out.line("    self_collision: {}", cloth.self_collision);
@@ -164,6 +165,7 @@ std::string motion(const BodyScene& body) {
                                 text(body.spin.axis), text(body.spin.degrees_per_second));
   all += fmt::format(", dynamic: {}", body.dynamic);
   if (body.dynamic) all += fmt::format(", density: {}", text(body.density));
+  all += fmt::format(", adhesion: {}", text(body.adhesion));
   return all;
 }
 
@@ -189,6 +191,8 @@ std::string to_yaml(const Scene& scene) {
   out.line("time: {{step: {}, end: {}, mode: {}, cfl: {}}}  # s", text(scene.time.step), text(scene.time.end),
            scene.time.mode == TimeMode::fixed ? "fixed" : "cfl", text(scene.time.cfl));
   out.line("gravity: {}  # m/s²", text(scene.gravity));
+  if (scene.field.present)
+    out.line("field: {{center: {}, rate: {}}}  # m, 1/s", text(scene.field.center), text(scene.field.rate));
   out.line("domain: {{{}}}  # m", corners(scene.domain));
   out.line("output: {{every: {}, checkpoint_every: {}}}  # s", text(scene.output.every),
            text(scene.output.checkpoint_every));

@@ -112,6 +112,7 @@ struct ClothScene {
   double damping = 1.0;        // 1/s, of the nodes' velocity
   double strain_damping = 0;   // s: a spring's force grows by this time × its rate of stretching (Kelvin–Voigt)
   double friction = 0.3;       // 1
+  double adhesion = 0;         // N/m; work per area that separates the liquid from the cloth
   std::vector<PinScene> pins;
   bool self_collision = false;
   bool dynamics = true;
@@ -141,13 +142,22 @@ struct BodyScene {
   SpinScene spin;          // about the centre: of the box, the sphere or the mesh's bounding box; a plane's point
   bool dynamic = false;    // sphere and box (not inside): floats and sinks, pushed by the liquid and by gravity
   double density = 500.0;  // kg/m³, of a dynamic body
+  double adhesion = 0;     // N/m; work per area that separates the liquid from the body
+};
+
+/// An acceleration of the liquid towards a centre: −Ω_k² (x − c)_k along each axis k.
+struct FieldScene {
+  bool present = false;
+  Vec3 center{0, 0, 0};  // c, m
+  Vec3 rate{0, 0, 0};    // Ω, 1/s
 };
 
 struct Scene {
   std::string path;  // the file that it came from, "" when built in memory
   int version = 1;
   TimeScene time;
-  Vec3 gravity{0, -9.81, 0};                  // m/s²
+  Vec3 gravity{0, -9.81, 0};  // m/s²
+  FieldScene field;
   Box domain{{-10, -10, -10}, {10, 10, 10}};  // m
   OutputScene output;
   SortMethod sort = SortMethod::automatic;

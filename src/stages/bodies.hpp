@@ -20,8 +20,11 @@
 // Law 3, where solids stop cloth and liquid (stages cloth, pressure and advection, whose positions are those of the
 //        step's end): at the pose of the step's end, c + Δt v, exp(Δt ω) q. A node or particle loses only what goes into the
 //        surface, n min(0, (v − v_s)·n); friction is relative to v_s.
-// Law 4, stage forces: dynamic bodies get v += Δt (g + F/M), ω += Δt I⁻¹ T, with the viscous reaction
-//        F_b = −Σ_i m_i a_ib (forces.hpp) on the samples, F = Σ_b F_b, T = Σ_b (x_b − c) × F_b.
+// Law 4, stage forces: dynamic bodies take part in its time stages as the cloth's nodes do, dv/dt = g + F/M,
+//        dω/dt = I⁻¹ T, with the viscous reaction F_b = −Σ_i m_i a_ib (forces.hpp) on the samples, F = Σ_b F_b,
+//        T = Σ_b (x_b − c) × F_b. The number of stages counts 2 max(Σ_b K_b/M, Σ_b K_b r_b²/I_min) for a body, K_b as
+//        forces.hpp has it: Σ_b K_b |v + ω × r_b|² ≤ 2 Σ_b K_b (v² + ω² r_b²) bounds what the friction takes. Adhesion to dynamic
+//        bodies is refused; its reaction is not computed.
 // Law 5, stages divergence and pressure: in each iteration the samples of a dynamic body move with
 //        boundary_velocity + Δt (a + α × (x_b − c)), a = F/M, α = I⁻¹ T from the pressure forces of that iteration,
 //        F_b = Σ_i 2 m_i V_b κ_i ∇W_ib (N; 2: the wall stands for the mirrored liquid, divergence.hpp). A body lighter than the liquid that is taken for a wall while the pressure is

@@ -19,9 +19,9 @@
 //     κ⁺_i = max(0, κ_i + ω α_i R_i(v + Δt a(κ)) / Δt),    κ_i ← max(0, κ⁺_i + (θ − 1)/θ⁺ (κ⁺_i − κ⁻_i)),
 //     θ⁺ = ½ (1 + √(1 + 4θ²)), θ = 1 at first, κ⁻ = the last κ⁺, at first κ.
 //   (a(κ) lowers R_i by κ_i Δt/α_i to leading order, hence the sign.) The momentum is dropped, θ = 1, where the update
-//   goes against it: Σ_i (κ_i − κ⁺_i)(κ⁺_i − κ⁻_i)/α_i > 0 (O'Donoghue & Candès 2015). ω = Model::relaxation
-//   (scene/smoothing_kernel.hpp); if the error exceeds four times the smallest so far, ω is halved and the momentum
-//   dropped. A column of 20 layers takes 13 iterations to 1e-5 in place of more than 100.
+//   goes against it, Σ_i (κ_i − κ⁺_i)(κ⁺_i − κ⁻_i)/α_i > 0 (O'Donoghue & Candès 2015), or error + excess have grown.
+//   ω = Model::relaxation (scene/smoothing_kernel.hpp); where error + excess exceed four times their smallest so far, it
+//   is halved. A column of 20 layers takes 13 iterations to 1e-5 in place of more than 100.
 // Particles with fewer than 20 neighbours (liquid, solid and cloth samples together), or with α_i = 0, keep κ_i = 0 and
 // are left out of the error. Warm start: half of the last step's κ; 0 where left out.
 // One iteration = accelerations from κ, then R at all particles, the error, then κ's update.

@@ -16,8 +16,9 @@
 //     m_n/Δt² (u*_n − u_n) + F_n(u) − F_n(u*) + f_n(κ) − f°_n − c_n + contact = 0,  v_n = u_n/Δt,
 //   F = elastic and damping force; bodies as in stage cloth (they give c_n back where the node still touches).
 //   Dynamic bodies answer in every iteration too (bodies.hpp, law 5).
-//   In each iteration of κ the cloth's iteration runs in lots of 10, at most 100 iterations, until its residual is ≤ 20,
-//   or ≤ 1 if the liquid's error was small enough the time before. Chebyshev's weights go on from one κ to the next.
+//   In each iteration of κ the cloth's iteration runs in lots of 10, at most 100 iterations, until its residual is ≤ 1.
+//   (With looser limits the cloth lags behind κ, and the momentum overshoots.) Chebyshev's weights go on from one κ to
+//   the next.
 //   A scene whose cloths all stand still has fixed nodes instead.
 //
 // Particles with α_i = 0 keep κ = 0. Warm start: the last step's κ.

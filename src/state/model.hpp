@@ -2,6 +2,10 @@
 // What stays the same during a run: numbers, materials, meshes and bodies, resolved from the scene.
 // HostState (host_state.hpp) holds what changes. Both are plain host data without Kokkos.
 
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
 #include <string>
 #include <vector>
 
@@ -25,6 +29,7 @@ struct ClothMaterial {
   double damping = 1.0;            // 1/s
   double strain_damping = 0;       // s
   double friction = 0.3;           // 1
+  double adhesion = 0;             // w, N/m
   double solid_fraction = 0.4;     // Φ
   double absorption = 0.01;        // k_a, m²/s, `uptake_velocity` resolved
   double max_saturation = 1.18;    // s_max
@@ -104,6 +109,7 @@ struct Body {
   Vec3 velocity{0, 0, 0};   // m/s
   Vec3 spin_axis{0, 1, 0};  // unit
   double spin_rate = 0;     // rad/s
+  double adhesion = 0;      // w, N/m
   bool dynamic = false;
   double mass = 0;        // kg; 0 unless dynamic
   Vec3 inertia{0, 0, 0};  // kg m²: about the centre and the axes of t = 0, which are principal ones
@@ -181,6 +187,26 @@ struct Model {
       if (b.dynamic) return true;
     return false;
   }
+  bool has_sticky_cloth() const {
+    for (const auto& c : cloths)
+      if (c.adhesion > 0) return true;
+    return false;
+  }
+  /// Does the liquid adhere to anything?
+  bool has_adhesion() const {
+    for (const auto& b : bodies)
+      if (b.adhesion > 0) return true;
+    return has_sticky_cloth();
+  }
+  /// The longest step that surface tension and adhesion allow, s (src/stages/time_step.hpp); infinite without them.
+  double capillary_step() const {
+    double strongest = scene.fluid.surface_tension;  // N/m
+    for (const auto& b : bodies) strongest = std::max(strongest, b.adhesion);
+    for (const auto& c : cloths) strongest = std::max(strongest, c.adhesion);
+    if (!has_fluid() || strongest <= 0) return std::numeric_limits<double>::infinity();
+    return 0.7 * std::sqrt(scene.fluid.density * spacing * spacing * spacing / (2 * std::numbers::pi * strongest));
+  }
+  bool has_surface_forces() const { return has_fluid() && (scene.fluid.surface_tension > 0 || has_adhesion()); }
   bool has_jets() const { return !jets.empty(); }
   bool has_reservoirs() const { return !reservoirs.empty(); }
 };

@@ -257,6 +257,21 @@ TEST(BodySamples, VolumesFollowTheSceneKernel) {
   EXPECT_GT(std::abs(volumes[0] - cubic_volumes[0]), 1e-3 * volumes[0]);
 }
 
+TEST(FluidBlocks, WarnWhereAFixedStepIsLongerThanCapillaryWavesAllow) {
+  Scene scene = wet_scene();
+  scene.fluid.blocks.push_back({.box = {{0, 0, 0}, {0.1, 0.1, 0.1}}});
+  scene.time.step = 0.8 * std::sqrt(scene.fluid.density * std::pow(scene.fluid.spacing, 3) / (2 * 3.14159265 * 0.1));
+  const auto warned = [&] { return any_has(build(scene).warnings, "longer than surface tension or adhesion allows"); };
+  EXPECT_FALSE(warned());
+  scene.fluid.surface_tension = 0.1;
+  EXPECT_TRUE(warned());
+  scene.time.mode = TimeMode::cfl;
+  EXPECT_FALSE(warned());
+  scene.time.mode = TimeMode::fixed;
+  scene.time.step *= 0.8;
+  EXPECT_FALSE(warned());
+}
+
 TEST(FluidBlocks, WarnWhereTheLatticeIsDenserThanTheLiquid) {
   EXPECT_NEAR(lattice_density(KernelKind::cubic, 2), 1.000, 5e-4);
   EXPECT_NEAR(lattice_density(KernelKind::wendland, 2), 1.034, 5e-4);

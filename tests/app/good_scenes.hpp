@@ -11,6 +11,7 @@ inline constexpr const char* fluid_and_cloth =
 inline constexpr const char* everything = R"(drench: 1
 time: {step: 0.002, end: 3.5, mode: cfl, cfl: 0.3}
 gravity: [0.1, -1.62, 0.2]
+field: {center: [0.5, 0, -0.5], rate: [1, 2, 0]}
 domain: {min: [-2, -3, -4], max: [5, 6, 7]}
 output: {every: 0.05, checkpoint_every: 0}
 neighbors: {sort: counting, through_cloth: true}
@@ -18,7 +19,7 @@ fluid:
   spacing: 0.02
   density: 998
   viscosity: 2.0e-6
-  surface_tension: 0
+  surface_tension: 0.05
   kernel: wendland
   support: 2.5
   solver: {density_error: 2.0e-3, divergence_error: 3.0e-3, max_iterations: 50, min_iterations: 1}
@@ -37,6 +38,7 @@ cloth:
     damping: 0.5
     strain_damping: 0.02
     friction: 0.4
+    adhesion: 0.01
     pin: [{corners: true}, {edges: true}, {box: {min: [-1, 0, -1], max: [0, 1, 0]}}, {nodes: [3, 220]}]
     self_collision: false
     dynamics: false
@@ -51,10 +53,10 @@ cloth:
     mesh: {file: exists.obj, scale: 0.01}
     dynamics: false
 bodies:
-  - box: {min: [-1, -1, -1], max: [1, 2, 1], inside: true, velocity: [0.1, 0, -0.2]}
+  - box: {min: [-1, -1, -1], max: [1, 2, 1], inside: true, velocity: [0.1, 0, -0.2], adhesion: 0.02}
   - sphere: {center: [0, 0.2, 0], radius: 0.25, dynamic: true, density: 400}
-  - plane: {point: [0, -0.5, 0], normal: [0, 2, 0], spin: {axis: [1, 0, 0], degrees_per_second: 5}}
-  - mesh: {file: mesh.PLY, scale: 1.5, position: [1, 0, 0], velocity: [0, 0, 1], spin: {axis: [0, 0, 1], degrees_per_second: -90}}
+  - plane: {point: [0, -0.5, 0], normal: [0, 2, 0], spin: {axis: [1, 0, 0], degrees_per_second: 5}, adhesion: 0.04}
+  - mesh: {file: mesh.PLY, scale: 1.5, position: [1, 0, 0], velocity: [0, 0, 1], spin: {axis: [0, 0, 1], degrees_per_second: -90}, adhesion: 0.06}
 )";
 
 }  // namespace drench::testing

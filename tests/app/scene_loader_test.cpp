@@ -87,6 +87,7 @@ TEST(SceneLoader, ReadsEveryKey) {
   Scene s;
   s.time = {0.002, 3.5, TimeMode::cfl, 0.3};
   s.gravity = {0.1, -1.62, 0.2};
+  s.field = {true, {0.5, 0, -0.5}, {1, 2, 0}};
   s.domain = {{-2, -3, -4}, {5, 6, 7}};
   s.output = {0.05, 0};
   s.sort = SortMethod::counting;
@@ -96,6 +97,7 @@ TEST(SceneLoader, ReadsEveryKey) {
   f.spacing = 0.02;
   f.density = 998;
   f.viscosity = 2.0e-6;
+  f.surface_tension = 0.05;
   f.kernel = KernelKind::wendland;
   f.support = 2.5;
   f.solver = {2.0e-3, 3.0e-3, 50, 1};
@@ -115,6 +117,7 @@ TEST(SceneLoader, ReadsEveryKey) {
   c.damping = 0.5;
   c.strain_damping = 0.02;
   c.friction = 0.4;
+  c.adhesion = 0.01;
   const Box corner{{-1, 0, -1}, {0, 1, 0}};
   c.pins = {{PinScene::Kind::corners, {}, {}},
             {PinScene::Kind::edges, {}, {}},
@@ -150,6 +153,9 @@ TEST(SceneLoader, ReadsEveryKey) {
   s.bodies[3].position = {1, 0, 0};
   s.bodies[3].velocity = {0, 0, 1};
   s.bodies[3].spin = {{0, 0, 1}, -90};
+  s.bodies[0].adhesion = 0.02;
+  s.bodies[2].adhesion = 0.04;
+  s.bodies[3].adhesion = 0.06;
 
   const Scene loaded = parse(everything);
   EXPECT_TRUE(loaded == s) << to_yaml(loaded) << "\nexpected\n" << to_yaml(s);

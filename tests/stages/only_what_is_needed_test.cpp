@@ -128,4 +128,23 @@ TEST(only_what_is_needed, cloth_that_is_not_porous_runs_no_porous_stage) {
   EXPECT_EQ(containing(launched, porous_labels), 0);
 }
 
+TEST(only_what_is_needed, surface_tension_takes_only_what_tension_or_adhesion_asks_for) {
+  const auto count = [](const std::set<std::string>& labels) { return containing(labels, {"surface_tension"}); };
+  for (const std::string& scene : {wet_scene(), std::string(no_cloth)}) {
+    const Watch watch(scene);
+    EXPECT_EQ(count(launched) + count(allocated), 0);
+  }
+  {
+    const Watch watch(with(no_cloth, "spacing: 0.02,", "spacing: 0.02, surface_tension: 0.07,"));
+    EXPECT_EQ(count(launched), 2);   // normals and forces
+    EXPECT_EQ(count(allocated), 1);  // normals
+  }
+  {
+    const Watch watch(with(no_cloth, "inside: true", "inside: true, adhesion: 0.07"));
+    EXPECT_EQ(count(launched), 1);
+    EXPECT_EQ(containing(allocated, {"surface_tension::normal"}), 0);
+    EXPECT_EQ(containing(allocated, {"surface_tension::cloth_adhesion"}), 0);
+  }
+}
+
 }  // namespace drench::test

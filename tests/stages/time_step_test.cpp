@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
+#include <utility>
 
 #include "pipeline/backend.hpp"
 #include "stage_compare.hpp"
@@ -31,6 +33,21 @@ TEST(time_step, cfl_mode_bounds_the_distance_of_the_fastest_particle) {
   }
 }
 
+TEST(time_step, the_field_counts_as_gravity_does) {
+  std::string scene = with(wet_scene(), "{step: 0.002, end: 1.0}", "{step: 0.1, end: 1.0, mode: cfl}");
+  scene = with(scene, "domain:", "gravity: [0, 0, 0]\nfield: {center: [1, 0, 0], rate: [4, 0, 0]}\ndomain:");
+  const auto setup = setup_from(scene);
+  HostState state = setup.state;
+  for (Vec3& v : state.fluid_velocity) v = {0, 0, 0};
+  state.fluid_position[3] = {-0.9, 0.1, 0};
+  for (const auto& backend : {make_reference_backend(setup.model), make_kokkos_backend(setup.model)}) {
+    StepReport report;
+    backend->upload(state);
+    backend->run(Stage::time_step, {}, report);
+    EXPECT_NEAR(report.dt_wanted, 0.4 * 0.02 / (16 * 1.9 * 0.1), 1e-8) << backend->name();
+  }
+}
+
 TEST(time_step, node_speed_counts_and_the_step_has_a_floor) {
   const auto setup = setup_from(with(wet_scene(), "{step: 0.002, end: 1.0}", "{step: 0.1, end: 1.0, mode: cfl}"));
   HostState state = setup.state;
@@ -40,6 +57,25 @@ TEST(time_step, node_speed_counts_and_the_step_has_a_floor) {
     backend->upload(state);
     backend->run(Stage::time_step, {}, report);
     EXPECT_NEAR(report.dt_wanted, 1e-4, 1e-10) << backend->name();  // 0.4 d / 300 m/s is below step / 1000
+  }
+}
+
+TEST(time_step, capillary_waves_bound_the_step_in_cfl_mode) {
+  const std::string cfl = with(wet_scene(), "{step: 0.002, end: 1.0}", "{step: 0.1, end: 1.0, mode: cfl}");
+  const std::string tense = with(cfl, "  viscosity: 1.0e-3\n", "  viscosity: 1.0e-3\n  surface_tension: 2\n");
+  const std::string sticky = with(cfl, "radius: 0.05}", "radius: 0.05, adhesion: 3}");
+  const double d = 0.02;
+  for (const auto& [scene, strongest] : {std::pair{tense, 2.0}, std::pair{sticky, 3.0}}) {
+    const auto setup = setup_from(with(scene, "domain:", "gravity: [0, 0, 0]\ndomain:"));
+    HostState state = setup.state;
+    std::fill(state.fluid_velocity.begin(), state.fluid_velocity.end(), Vec3{0, 0, 0});
+    for (const auto& backend : {make_reference_backend(setup.model), make_kokkos_backend(setup.model)}) {
+      StepReport report;
+      backend->upload(state);
+      backend->run(Stage::time_step, {}, report);
+      EXPECT_NEAR(report.dt_wanted, 0.7 * std::sqrt(1000 * d * d * d / (2 * 3.14159265358979 * strongest)), 1e-9)
+          << backend->name();
+    }
   }
 }
 

@@ -4,6 +4,9 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdio>
+#include <random>
+#include <string>
 
 #include "validation.hpp"
 
@@ -23,19 +26,17 @@ double exact(double x, double t) {
   return u;
 }
 
-}  // namespace
+struct Profile {
+  double rms = 0, wall = 0;  // error over g b²/8ν: all, and the mean of the layers at the plates
+};
 
-TEST(channel, the_profile_between_plates_develops) {
-  // Missed today, for two reasons. (1) On a lattice with h = 2 d the central form of the viscosity gives a shear along the
-  // rows 0.70 ν: its fourth moment Σ V x² y² |∇W|/r/(r² + 0.01 h²) has only 12 neighbours to sum over. (Directions
-  // averaged, as in a disordered liquid, it gives 0.99 ν.) (2) The liquid comes to rest at the walls' samples, half a
-  // spacing behind the plates.
-  // The sides and the ends of the slab are free: no shear acts on the sides, so that the flow is that between infinite
-  // plates; the ends are cut off the comparison by more than one width. The slab moves by a third of a width.
-  for (const int across : {8, 12}) {
-    const double d = width / across, step = 0.1 * d * d / viscosity, end = 3;
-    SceneRun run(fmt::format(R"(drench: 1
-time: {{step: {0}, end: 3}}
+/// Flow at t = 0.3 b²/ν. The sides and the ends of the slab are free: no shear acts on the sides, so that the flow is
+/// that between infinite plates; the ends are cut off the comparison by more than one width. The slab moves by a third
+/// of a width. `jitter`, in spacings: how far each particle is shifted at random before the slab comes to rest again.
+Profile channel(int across, double jitter, double step_share) {
+  const double d = width / across, step = step_share * d * d / viscosity;
+  SceneRun run(fmt::format(R"(drench: 1
+time: {{step: {0}, end: 100}}
 gravity: [0, {1}, 0]
 domain: {{min: [-0.05, -0.4, -0.2], max: [0.15, 0.4, 0.2]}}
 fluid:
@@ -46,27 +47,60 @@ bodies:
   - plane: {{point: [0, 0, 0], normal: [1, 0, 0]}}
   - plane: {{point: [{5}, 0, 0], normal: [-1, 0, 0]}}
 )",
-                             step, -force, d, viscosity, -3 * d, width, 3 * d));
-    while (run.time() < end - 1e-9) run.step(end - run.time());
-    const HostState s = run.state();
-    double square = 0, wall = 0;
-    int count = 0, at_wall = 0;
-    for (std::size_t i = 0; i < s.fluid_position.size(); ++i) {
-      const Vec3& x = s.fluid_position[i];
-      if (std::fabs(x[1] + 0.02) > 0.06) continue;
-      const double error = -s.fluid_velocity[i][1] - exact(x[0], end);
-      square += error * error;
-      ++count;
-      if (x[0] > d && x[0] < width - d) continue;
-      wall += error;
-      ++at_wall;
-    }
-    const double top = force * width * width / (8 * viscosity);
-    std::printf("d = b/%d: speed of the layers at the plates %+.3f of g b²/8ν too high\n", across,
-                wall / at_wall / top);
-    report({fmt::format("plane Poiseuille flow from rest, d = b/{}: rms of u over g b²/8ν at t = 0.3 b²/ν", across),
-            "Batchelor 1967", std::sqrt(square / count) / top, 0.05, "1", 0.4});
+                           step, -force, d, viscosity, -3 * d, width, 3 * d));
+  if (jitter > 0) {
+    HostState state = run.initial();
+    std::mt19937 random(1);
+    for (Vec3& x : state.fluid_position)
+      for (double& a : x) a += jitter * d * (static_cast<double>(random()) / 2147483648.0 - 1);
+    run.restart(state);
+    while (run.time() < 0.2) run.step();
+    state = run.state();
+    for (Vec3& v : state.fluid_velocity) v = {0, 0, 0};
+    run.restart(state);
   }
+  constexpr double duration = 3;
+  const double end = run.time() + duration;
+  while (run.time() < end - 1e-9) run.step(end - run.time());
+  const HostState s = run.state();
+  const double top = force * width * width / (8 * viscosity);
+  double square = 0, wall = 0;
+  int count = 0, at_wall = 0;
+  for (std::size_t i = 0; i < s.fluid_position.size(); ++i) {
+    const Vec3& x = s.fluid_position[i];
+    if (std::fabs(x[1] + 0.02) > 0.06) continue;
+    const double error = (-s.fluid_velocity[i][1] - exact(x[0], duration)) / top;
+    square += error * error;
+    ++count;
+    if (x[0] > d && x[0] < width - d) continue;
+    wall += error;
+    ++at_wall;
+  }
+  return {std::sqrt(square / count), wall / at_wall};
+}
+
+void compare(int across, double jitter, double step_share, const std::string& which) {
+  const Profile p = channel(across, jitter, step_share);
+  std::printf("d = b/%d, %s: the layers at the plates are %+.4f of g b²/8ν too fast\n", across, which.c_str(), p.wall);
+  report({fmt::format("plane Poiseuille flow from rest, d = b/{}, {}: rms of u over g b²/8ν at t = 0.3 b²/ν", across,
+                      which),
+          "Batchelor 1967", p.rms, 0.05});
+}
+
+}  // namespace
+
+TEST(channel, the_profile_between_plates_develops) {
+  for (const int across : {8, 12}) compare(across, 0, 0.1, "lattice");
+}
+
+TEST(channel, the_profile_develops_in_disordered_liquid) {
+  // The slab expands a little on coming to rest (δ = 0.9). From 0.3 d it is a froth (0.8) and the error 6 to 7 %.
+  for (const int across : {8, 12}) compare(across, 0.2, 0.1, "disordered");
+}
+
+TEST(channel, the_profile_develops_with_large_steps) {
+  // ν Δt/d² = 2: six times what an explicit step can take.
+  compare(8, 0, 2, "ν Δt = 2 d²");
 }
 
 }  // namespace drench::test

@@ -1,14 +1,37 @@
 #pragma once
 // Viscosity of a pair; law and source in src/stages/forces.hpp.
 
+#include "scene/scene.hpp"
 #include "types.hpp"
 
 namespace drench::kokkos_backend {
 
-/// Factor of ∇W in the viscous acceleration of a pair, m⁴/s² : 10 ν V (v·x)/(r² + 0.01 h²).
-/// `volume` is V_j over the mean density ratio (m³), `rv` = v_ij·x_ij (m²/s), `r2` = |x_ij|² (m²).
-KOKKOS_INLINE_FUNCTION Real viscous_factor(Real viscosity, Real volume, Real rv, Real r2, Real h) {
-  return 10 * viscosity * volume * rv / (r2 + Real(0.01) * h * h);
+/// χ, 1: makes (χ ν/h²) Σ V (v·x) ∇W the ν Δv of the continuum.
+inline Real viscosity_normalisation(KernelKind kind) {
+  if (kind == KernelKind::wendland) return 30;
+  if (kind == KernelKind::poly6) return 28;
+  return Real(80.0 / 3);
+}
+
+constexpr Real solid_friction = 2;          // samples half a spacing behind the surface
+constexpr Real sheet_friction = Real(0.4);  // samples on the sheet, volumes 1/ΣW
+
+/// Viscous pulls on a particle, summed up; times χ ν/h² they are an acceleration (m/s²) and its bound C (1/s).
+struct ViscousSum {
+  Real3 pull;      // m³/s
+  Real bound = 0;  // m²
+  /// A partner of volume V (m³) at r = x_i − x_j (m) with the relative velocity v_i − v_j (m/s);
+  /// slope = (dW/dr)/r (1/m⁵).
+  KOKKOS_INLINE_FUNCTION void add(Real volume, const Real3& velocity, const Real3& r, Real r2, Real slope) {
+    const Real weight = volume * slope;
+    pull += weight * dot(velocity, r) * r;
+    bound -= weight * r2;
+  }
+};
+
+/// −Ω_k² (x − c)_k along each axis, m/s²; `square` = Ω², 1/s².
+KOKKOS_INLINE_FUNCTION Real3 central_field(const Real3& x, const Real3& center, const Real3& square) {
+  return {-square.x * (x.x - center.x), -square.y * (x.y - center.y), -square.z * (x.z - center.z)};
 }
 
 }  // namespace drench::kokkos_backend
