@@ -54,14 +54,14 @@ void slow_fresh_particles(ReferenceState& state, std::vector<Momentum>& impulse)
 }
 
 // 2.
-void move_cloth(ReferenceState& state, double dt) {
+void move_cloth(ReferenceState& state, const std::vector<PlacedBody>& bodies, double dt) {
   const Model& m = state.model;
   for (Index n = 0; n < state.s.node_count(); ++n) {
     if (m.mesh.pinned[n]) continue;
     Vector3d v = vec(state.s.node_velocity[n]);
     Vector3d x = vec(state.s.node_position[n]) + dt * v;
-    for (const Vector3d& normal : project_out(m.bodies, m.cloths[m.mesh.node_cloth[n]].thickness, x)) {
-      v -= normal * std::min(0.0, v.dot(normal));
+    for (const Contact& contact : project_out(bodies, m.cloths[m.mesh.node_cloth[n]].thickness, x)) {
+      v = contact.stopped(v);
     }
     state.s.node_position[n] = arr(x);
     state.s.node_velocity[n] = arr(v);
@@ -193,12 +193,12 @@ void exchange_impulses(ReferenceState& state, const std::vector<Collision>& coll
 }
 
 /// 4. Puts a particle that is behind a body's surface back. Returns whether one was.
-bool put_back(const std::vector<Body>& bodies, Vector3d& x, Vec3& velocity) {
+bool put_back(const std::vector<PlacedBody>& bodies, Vector3d& x, Vec3& velocity) {
   Vector3d v = vec(velocity);
-  const std::vector<Vector3d> normals = project_out(bodies, 0, x);
-  for (const Vector3d& normal : normals) v -= normal * std::min(0.0, v.dot(normal));
+  const std::vector<Contact> contacts = project_out(bodies, 0, x);
+  for (const Contact& contact : contacts) v = contact.stopped(v);
   velocity = arr(v);
-  return !normals.empty();
+  return !contacts.empty();
 }
 
 bool outside(const Box& domain, const Vector3d& x) {
@@ -219,7 +219,8 @@ void advection(ReferenceState& state, const StepInfo& info, StepReport& report) 
   slow_fresh_particles(state, impulse);
   const std::vector<Vec3> start = s.node_position;
   const Vectors start_samples = sample_positions(state);
-  move_cloth(state, info.dt);
+  const std::vector<PlacedBody> bodies = placed_bodies(state, info.dt);
+  move_cloth(state, bodies, info.dt);
   const MovingCloth cloth = moving_cloth(state, start, start_samples);
 
   Vectors x1(particles);
@@ -237,7 +238,7 @@ void advection(ReferenceState& state, const StepInfo& info, StepReport& report) 
 
   std::vector<bool> gone(particles, false);
   for (Index i = 0; i < particles; ++i) {
-    if (put_back(m.bodies, x1[i], s.fluid_velocity[i])) ++report.clamped;
+    if (put_back(bodies, x1[i], s.fluid_velocity[i])) ++report.clamped;
     s.fluid_position[i] = arr(x1[i]);
     s.fluid_age[i] += info.dt;
     if (!outside(m.scene.domain, x1[i])) continue;

@@ -1,26 +1,87 @@
 // Stage bodies (src/stages/bodies.hpp).
 
-#include <Eigen/Geometry>
+#include <Eigen/Dense>
+#include <cmath>
+#include <numbers>
 
-#include "common.hpp"
+#include "collision.hpp"
+#include "rigid_bodies.hpp"
 
 namespace drench::reference {
+namespace {
 
 using Eigen::Vector3d;
 
-void bodies(ReferenceState& state, const StepInfo& info, StepReport&) {
-  const BoundarySet& boundary = state.model.boundary;
-  const double time = info.time + info.dt;
-  for (Index b = 0; b < boundary.count(); ++b) {
-    const Body& body = state.model.bodies[boundary.body[b]];
-    if (body.spin_rate == 0) {
-      state.s.boundary_velocity[b] = {0, 0, 0};
-      continue;
+/// Points of a dynamic body that can touch a solid, relative to its centre, and how far its surface is from them.
+struct Feelers {
+  Vectors points;
+  double radius = 0;  // m
+};
+
+Feelers feelers_of(const Body& body, const Pose& pose) {
+  if (body.kind == BodyScene::Kind::sphere) return {{Vector3d::Zero()}, body.radius};
+  Feelers feelers;
+  const Vector3d half = 0.5 * (vec(body.box.max) - vec(body.box.min));
+  for (int corner = 0; corner < 8; ++corner) {
+    const Vector3d sign(corner & 1 ? 1 : -1, corner & 2 ? 1 : -1, corner & 4 ? 1 : -1);
+    feelers.points.push_back(pose.turn * half.cwiseProduct(sign));
+  }
+  return feelers;
+}
+
+void stop_at_solids(const Body& body, const std::vector<PlacedBody>& solids, Pose& pose) {
+  const Feelers feelers = feelers_of(body, pose);
+  for (int sweep = 0; sweep < 3; ++sweep) {
+    for (const PlacedBody& solid : solids) {
+      if (solid.body->dynamic) continue;
+      for (const Vector3d& point : feelers.points) {
+        Vector3d n;
+        const std::optional<double> distance = distance_to(solid, pose.position + point, n);
+        if (!distance || *distance >= feelers.radius) continue;
+        const Vector3d touching = pose.position + point - feelers.radius * n, arm = touching - pose.position;
+        pose.position += (feelers.radius - *distance) * n;
+        const double approach = (pose.velocity + pose.spin.cross(arm) - solid.pose.velocity_at(touching)).dot(n);
+        if (approach >= 0) continue;
+        const Eigen::Matrix3d answer = inertia(body, pose).inverse();
+        const double impulse = -approach / (1 / body.mass + arm.cross(n).dot(answer * arm.cross(n)));
+        pose.velocity += impulse / body.mass * n;
+        pose.spin += impulse * (answer * arm.cross(n));
+      }
     }
-    const Vector3d axis = vec(body.spin_axis), center = vec(body.center);
-    const Vector3d arm = Eigen::AngleAxisd(body.spin_rate * time, axis) * (vec(boundary.position[b]) - center);
-    state.s.boundary_position[b] = arr(center + arm);
-    state.s.boundary_velocity[b] = arr((body.spin_rate * axis).cross(arm));
+  }
+}
+
+}  // namespace
+
+void bodies(ReferenceState& state, const StepInfo& info, StepReport&) {
+  const Model& m = state.model;
+  HostState& s = state.s;
+  const double time = info.time + info.dt;
+  const std::vector<PlacedBody> solids = placed_bodies(state, info.dt);
+  for (Index k = 0; k < s.body_count(); ++k) {
+    const Body& body = m.bodies[k];
+    if (!body.moves()) continue;
+    Pose pose = pose_of(s, k);
+    if (body.dynamic) {
+      const Vector3d momentum = inertia(body, pose) * pose.spin;
+      pose = advanced(pose, info.dt);
+      pose.spin = inertia(body, pose).inverse() * momentum;
+      stop_at_solids(body, solids, pose);
+    } else {
+      pose.position = vec(body.center) + time * vec(body.velocity);
+      pose.turn = Eigen::AngleAxisd(std::remainder(body.spin_rate * time, 4 * std::numbers::pi), vec(body.spin_axis));
+      pose.velocity = vec(body.velocity);
+      pose.spin = body.spin_rate * vec(body.spin_axis);
+    }
+    set_pose(s, k, pose);
+  }
+  for (Index b = 0; b < m.boundary.count(); ++b) {
+    const Body& body = m.bodies[m.boundary.body[b]];
+    if (!body.moves()) continue;
+    const Pose pose = pose_of(s, m.boundary.body[b]);
+    const Vector3d x = pose.position + pose.turn * (vec(m.boundary.position[b]) - vec(body.center));
+    s.boundary_position[b] = arr(x);
+    s.boundary_velocity[b] = arr(pose.velocity_at(x));
   }
 }
 

@@ -54,10 +54,10 @@ void cloth(ReferenceState& state, const StepInfo& info, StepReport& report) {
       continue;
     }
     Vector3d v = (x[n] - problem.start[n]) / dt;
-    const Vector3d normal = problem.contact_normal(n, x[n]);
+    const auto [normal, surface] = problem.contact(n, x[n]);
     if (normal.norm() > 0) {
       const double press = std::max(0.0, -r[n].dot(normal));  // N
-      v = slowed(v, normal, problem.material(n).friction * dt * press / problem.mass[n]);
+      v = surface + slowed(v - surface, normal, problem.material(n).friction * dt * press / problem.mass[n]);
       state.s.node_contact_force[n] = arr(press * normal);
     }
     state.s.node_velocity[n] = arr(v);

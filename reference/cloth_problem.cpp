@@ -4,8 +4,6 @@
 #include <cmath>
 #include <limits>
 
-#include "collision.hpp"
-
 namespace drench::reference {
 namespace {
 
@@ -23,7 +21,7 @@ double mean_length(const ClothMesh& mesh) {
 
 }  // namespace
 
-ClothProblem::ClothProblem(const ReferenceState& s, double step) : state(s), dt(step) {
+ClothProblem::ClothProblem(const ReferenceState& s, double step) : state(s), dt(step), bodies(placed_bodies(s, step)) {
   const ClothMesh& mesh = model().mesh;
   for (const Vec3& x : state.s.node_position) start.push_back(vec(x));
   target = start;
@@ -77,19 +75,19 @@ Vectors ClothProblem::residual(const Vectors& x) const {
 
 void ClothProblem::project(Vectors& x) const {
   for (Index n = 0; n < model().mesh.nodes(); ++n) {
-    if (is_free(n)) project_out(model().bodies, material(n).thickness, x[n]);
+    if (is_free(n)) project_out(bodies, material(n).thickness, x[n]);
   }
 }
 
-Vector3d ClothProblem::contact_normal(Index n, const Vector3d& x) const {
-  Vector3d contact = Vector3d::Zero();
-  if (!is_free(n)) return contact;
-  for (const Body& body : model().bodies) {
+Contact ClothProblem::contact(Index n, const Vector3d& x) const {
+  Contact last{Vector3d::Zero(), Vector3d::Zero()};
+  if (!is_free(n)) return last;
+  for (const PlacedBody& body : bodies) {
     Vector3d normal;
     const std::optional<double> distance = distance_to(body, x, normal);
-    if (distance && *distance < contact_range * material(n).thickness) contact = normal;
+    if (distance && *distance < contact_range * material(n).thickness) last = {normal, body.pose.velocity_at(x)};
   }
-  return contact;
+  return last;
 }
 
 ClothIteration::ClothIteration(const ClothProblem& problem, const Vectors& first)
@@ -132,7 +130,7 @@ double ClothIteration::check() {
   double left = 0, goal = 0;
   for (Index n = 0; n < p.model().mesh.nodes(); ++n) {
     if (!p.is_free(n)) continue;
-    const Vector3d normal = p.contact_normal(n, x_[n]);
+    const Vector3d normal = p.contact(n, x_[n]).normal;
     left += (r[n] - normal * std::min(0.0, r[n].dot(normal))).norm();
     goal += tolerance * p.mass[n] / (p.dt * p.dt) * (p.target[n] - p.start[n]).norm() + rounding * p.diagonal[n];
   }

@@ -2,7 +2,7 @@
 // The implicit step of the cloth as a minimisation, for stage cloth and for the pressure solve that goes on with it
 // (src/stages/cloth.hpp).
 
-#include "common.hpp"
+#include "collision.hpp"
 
 namespace drench::reference {
 
@@ -14,6 +14,7 @@ struct ClothProblem {
   Vectors target;                // y, m
   std::vector<double> mass;      // wet, kg
   std::vector<double> diagonal;  // D, N/m
+  std::vector<PlacedBody> bodies;
 
   ClothProblem(const ReferenceState& state, double dt);
 
@@ -26,8 +27,8 @@ struct ClothProblem {
   Vectors residual(const Vectors& x) const;
   /// Moves free nodes out of the bodies.
   void project(Vectors& x) const;
-  /// Normal of the last body that the free node n touches at x, 0 if none.
-  Eigen::Vector3d contact_normal(Index n, const Eigen::Vector3d& x) const;
+  /// The contact with the last body that the free node n touches at x; normal 0 if none.
+  Contact contact(Index n, const Eigen::Vector3d& x) const;
 };
 
 /// Jacobi with Chebyshev's weights, which go on over several calls of `advance`.

@@ -25,6 +25,37 @@ std::vector<double> turning_points(const MovingTriangle& t, const Vector3d& x0, 
   return quadratic_roots(c1, 2 * c2, 3 * c3);
 }
 
+/// Trilinear in the lattice's values; none beyond the lattice or without one.
+std::optional<double> field_distance(const DistanceField& field, const Vector3d& x, Vector3d& normal) {
+  normal = Vector3d::Zero();
+  if (field.empty()) return std::nullopt;
+  const Vector3d at = (x - vec(field.origin)) / field.spacing;
+  std::array<Index, 3> cell;
+  for (int a = 0; a < 3; ++a) {
+    if (!(at[a] >= 0 && at[a] <= field.points[a] - 1)) return std::nullopt;
+    cell[a] = std::min(static_cast<Index>(std::floor(at[a])), field.points[a] - 2);
+  }
+  const auto value = [&](Index i, Index j, Index k) {
+    const auto row = static_cast<std::size_t>(cell[2] + k) * field.points[1] + cell[1] + j;
+    return field.value[row * field.points[0] + cell[0] + i];
+  };
+  const double u = at[0] - cell[0], v = at[1] - cell[1], w = at[2] - cell[2];
+  const auto mix = [](double a, double b, double t) { return a + t * (b - a); };
+  // Along x first, then y, then z; the slopes are those of the same interpolation.
+  double row[2][2], step[2][2];
+  for (int k = 0; k < 2; ++k) {
+    for (int j = 0; j < 2; ++j) {
+      row[k][j] = mix(value(0, j, k), value(1, j, k), u);
+      step[k][j] = value(1, j, k) - value(0, j, k);
+    }
+  }
+  const double low = mix(row[0][0], row[0][1], v), high = mix(row[1][0], row[1][1], v);
+  const Vector3d slope(mix(mix(step[0][0], step[0][1], v), mix(step[1][0], step[1][1], v), w),
+                       mix(row[0][1] - row[0][0], row[1][1] - row[1][0], w), high - low);
+  normal = slope.norm() > 0 ? Vector3d(slope.normalized()) : Vector3d::UnitY();
+  return mix(low, high, w);
+}
+
 }  // namespace
 
 Triangle MovingTriangle::at(double tau) const {
@@ -105,24 +136,40 @@ std::optional<Hit> first_hit(const MovingTriangle& triangle, const Vector3d& x0,
   return std::nullopt;
 }
 
-std::optional<double> distance_to(const Body& body, const Vector3d& x, Vector3d& normal) {
-  if (body.kind == BodyScene::Kind::mesh) return std::nullopt;
+std::vector<PlacedBody> placed_bodies(const ReferenceState& state, double dt) {
+  std::vector<PlacedBody> placed;
+  for (Index k = 0; k < static_cast<Index>(state.model.bodies.size()); ++k) {
+    const Body& body = state.model.bodies[k];
+    const Pose pose = pose_of(state.s, k);
+    placed.push_back({&body, body.moves() ? advanced(pose, dt) : pose});
+  }
+  return placed;
+}
+
+std::optional<double> distance_to(const PlacedBody& placed, const Vector3d& x, Vector3d& normal) {
+  const Body& body = *placed.body;
+  const Vector3d own = vec(body.center) + placed.pose.turn.conjugate() * (x - placed.pose.position);
+  if (body.kind == BodyScene::Kind::mesh) {
+    const std::optional<double> distance = field_distance(body.field, own, normal);
+    normal = placed.pose.turn * normal;
+    return distance;
+  }
   Vec3 n;
-  const double distance = signed_distance(body, arr(x), n);
-  normal = vec(n);
+  const double distance = signed_distance(body, arr(own), n);
+  normal = placed.pose.turn * vec(n);
   return distance;
 }
 
-std::vector<Vector3d> project_out(const std::vector<Body>& bodies, double clearance, Vector3d& x) {
-  std::vector<Vector3d> normals;
-  for (const Body& body : bodies) {
+std::vector<Contact> project_out(const std::vector<PlacedBody>& bodies, double clearance, Vector3d& x) {
+  std::vector<Contact> contacts;
+  for (const PlacedBody& body : bodies) {
     Vector3d normal;
     const std::optional<double> distance = distance_to(body, x, normal);
     if (!distance || *distance >= clearance) continue;
+    contacts.push_back({normal, body.pose.velocity_at(x)});
     x += (clearance - *distance) * normal;
-    normals.push_back(normal);
   }
-  return normals;
+  return contacts;
 }
 
 }  // namespace drench::reference

@@ -8,7 +8,7 @@
 #include <optional>
 #include <vector>
 
-#include "state/model.hpp"
+#include "rigid_bodies.hpp"
 
 namespace drench::reference {
 
@@ -38,11 +38,26 @@ std::vector<double> quadratic_roots(double c0, double c1, double c2);
 /// coordinates ≥ −1e-6.
 std::optional<Hit> first_hit(const MovingTriangle& triangle, const Eigen::Vector3d& x0, const Eigen::Vector3d& x1);
 
-/// Distance of x to a body, and its normal; none for a mesh, which has no analytic distance.
-std::optional<double> distance_to(const Body& body, const Eigen::Vector3d& x, Eigen::Vector3d& normal);
+/// A body where it is at the end of the step.
+struct PlacedBody {
+  const Body* body;
+  Pose pose;
+};
+std::vector<PlacedBody> placed_bodies(const ReferenceState& state, double dt);
 
-/// Moves x out of the bodies, in their order, to the distance `clearance` where it is closer. Returns the normals of
-/// those bodies that moved it.
-std::vector<Eigen::Vector3d> project_out(const std::vector<Body>& bodies, double clearance, Eigen::Vector3d& x);
+/// Distance of x to a body, and its normal; none for a mesh that is not closed.
+std::optional<double> distance_to(const PlacedBody& body, const Eigen::Vector3d& x, Eigen::Vector3d& normal);
+
+struct Contact {
+  Eigen::Vector3d normal, surface;  // surface: its velocity there, m/s
+  /// v without its part into the surface.
+  Eigen::Vector3d stopped(const Eigen::Vector3d& v) const {
+    return v - normal * std::min(0.0, (v - surface).dot(normal));
+  }
+};
+
+/// Moves x out of the bodies, in their order, to the distance `clearance` where it is closer. Returns the contacts with
+/// those bodies that moved it, with the surface's velocity at x as it was.
+std::vector<Contact> project_out(const std::vector<PlacedBody>& bodies, double clearance, Eigen::Vector3d& x);
 
 }  // namespace drench::reference

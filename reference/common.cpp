@@ -178,7 +178,7 @@ std::vector<double> compression_rate(const ReferenceState& state, const Vectors&
       rate[i] += fluid_volume(state, j) * (v[i] - v[j]).dot(w.gradient(xi - vec(s.fluid_position[j])));
     }
     for (const Index b : state.fluid_boundary[i]) {
-      const Vector3d relative = v[i] - vec(s.boundary_velocity[b]);
+      const Vector3d relative = v[i] - state.boundary_predicted[b];
       rate[i] += wall_share * s.boundary_volume[b] * relative.dot(w.gradient(xi - vec(s.boundary_position[b])));
     }
     for (const Index b : state.fluid_sample[i]) {

@@ -97,6 +97,10 @@ class FreeCloth : public ClothResponse {
 /// R_i of every liquid particle for velocities after the pressure, in 1/s.
 std::vector<double> compression_rate(const ReferenceState& state, const Vectors& fluid, const Vectors& node);
 
+// The answer of the dynamic bodies (rigid_bodies.hpp).
+void respond_bodies(ReferenceState& state, const std::vector<double>& kappa, double dt);
+void accept_bodies(ReferenceState& state, const std::vector<double>& kappa, double dt);
+
 /// What a DFSPH solve reports.
 struct SolveResult {
   int iterations = 0;
@@ -128,6 +132,7 @@ SolveResult solve_pressure(ReferenceState& state, std::vector<double>& kappa, co
     const PressureResponse response = pressure_response(state, kappa);
     Vectors fluid;
     for (Index i = 0; i < count; ++i) fluid.push_back(vec(state.s.fluid_velocity[i]) + dt * response.fluid[i]);
+    respond_bodies(state, kappa, dt);
     const std::vector<double> rate = compression_rate(state, fluid, cloth.velocities(response.node_force));
     std::vector<double> jacobi(count, 0.0);
     double sum = 0, excess = 0;  // excess: pressure above what is needed that one update can still take back
@@ -149,6 +154,7 @@ SolveResult solve_pressure(ReferenceState& state, std::vector<double>& kappa, co
         result.iterations >= solver.max_iterations) {
       for (Index i = 0; i < count; ++i) state.s.fluid_velocity[i] = arr(fluid[i]);
       cloth.accept(state, response.node_force);
+      accept_bodies(state, kappa, dt);
       return result;
     }
     const double size = (sum + excess) / count;

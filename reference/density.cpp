@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "common.hpp"
+#include "rigid_bodies.hpp"
 
 namespace drench::reference {
 
@@ -98,6 +98,7 @@ void density(ReferenceState& state, const StepInfo&, StepReport&) {
     s.fluid_density_ratio[i] = ratio;
     state.alpha[i] = inverse_alpha < 1e-6 / (spacing * spacing) || volume == 0 ? 0.0 : 1 / inverse_alpha;
   }
+  add_body_rows(state);
 }
 
 }  // namespace drench::reference

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "common.hpp"
+#include "rigid_bodies.hpp"
 
 namespace drench::reference {
 
@@ -19,13 +19,13 @@ double normalisation(KernelKind kind) {
 }
 
 struct Velocities {
-  Vectors fluid, sample;
+  Vectors fluid, sample, boundary;
 };
 
 /// L(v) of the liquid in m/s², the forces on the samples in N, and the bounds C_i in 1/s and K_b in kg/s.
 struct Rates {
-  Vectors fluid, sample_force;
-  std::vector<double> fluid_bound, sample_bound;
+  Vectors fluid, sample_force, body_force;
+  std::vector<double> fluid_bound, sample_bound, body_bound;
 };
 
 /// g and the scene's central field at particle i, m/s².
@@ -50,6 +50,8 @@ Rates rates(const ReferenceState& state, const Velocities& v) {
   Rates out;
   out.sample_force.assign(sample.size(), Vector3d::Zero());
   out.sample_bound.assign(sample.size(), 0.0);
+  out.body_force.assign(s.boundary_position.size(), Vector3d::Zero());
+  out.body_bound.assign(s.boundary_position.size(), 0.0);
   for (Index i = 0; i < s.fluid_count(); ++i) {
     Vector3d a = given_acceleration(state, i);
     double bound = 0;
@@ -65,7 +67,11 @@ Rates rates(const ReferenceState& state, const Velocities& v) {
       add(fluid_volume(state, j) / std::sqrt(ratio(i) * ratio(j)), vi - v.fluid[j], xi - vec(s.fluid_position[j]));
     }
     for (const Index b : state.fluid_boundary[i]) {
-      add(2 * s.boundary_volume[b] / ratio(i), vi - vec(s.boundary_velocity[b]), xi - vec(s.boundary_position[b]));
+      const double before = bound;
+      const Vector3d term =
+          add(2 * s.boundary_volume[b] / ratio(i), vi - v.boundary[b], xi - vec(s.boundary_position[b]));
+      out.body_force[b] -= fluid_mass(state, i) * term;
+      out.body_bound[b] += fluid_mass(state, i) * (bound - before);
     }
     for (const Index b : state.fluid_sample[i]) {
       const double before = bound;
@@ -81,6 +87,7 @@ Rates rates(const ReferenceState& state, const Velocities& v) {
 
 /// The largest of C_i and u_n Σ_b w_bn K_b, 1/s.
 double largest_bound(const ReferenceState& state, const Rates& rates) {
+  const HostState& s = state.s;
   std::vector<double> node(state.s.node_position.size(), 0.0);
   for (Index b = 0; b < static_cast<Index>(rates.sample_bound.size()); ++b) {
     for (int k = 0; k < 3; ++k) {
@@ -91,6 +98,16 @@ double largest_bound(const ReferenceState& state, const Rates& rates) {
   for (const double bound : rates.fluid_bound) largest = std::max(largest, bound);
   for (Index n = 0; n < state.s.node_count(); ++n) {
     largest = std::max(largest, inverse_node_mass(state, n) * node[n]);
+  }
+  for (Index k = 0; k < s.body_count(); ++k) {
+    const Body& body = state.model.bodies[k];
+    if (!body.dynamic) continue;
+    double push = 0, turn = 0;
+    for (Index b = body.first_sample; b < body.first_sample + body.sample_count; ++b) {
+      push += rates.body_bound[b];
+      turn += rates.body_bound[b] * (vec(s.boundary_position[b]) - vec(s.body_position[k])).squaredNorm();
+    }
+    largest = std::max({largest, 2 * push / body.mass, 2 * turn / vec(body.inertia).minCoeff()});
   }
   return largest;
 }
@@ -103,6 +120,8 @@ void forces(ReferenceState& state, const StepInfo& info, StepReport&) {
   // Y_{k−1} and D_{k−1} of the particles, the same of the nodes' impulses
   Vectors now, change(particles, Vector3d::Zero());
   Vectors impulse(nodes, Vector3d::Zero()), impulse_change = impulse;
+  Vectors body_change(s.boundary_position.size(), Vector3d::Zero());  // impulses on the samples of bodies, N s
+  Vector3d fall = Vector3d::Zero();
   for (const Vec3& v : s.fluid_velocity) now.push_back(vec(v));
 
   int stages = 1;
@@ -111,7 +130,8 @@ void forces(ReferenceState& state, const StepInfo& info, StepReport&) {
     for (std::size_t n = 0; n < nodes; ++n) {
       node_velocity.push_back(vec(s.node_velocity[n]) + inverse_node_mass(state, static_cast<Index>(n)) * impulse[n]);
     }
-    Velocities v{now, {}};
+    Velocities v{now, {}, {}};
+    for (const Vec3& u : s.boundary_velocity) v.boundary.push_back(vec(u));
     for (Index b = 0; b < s.sample_count(); ++b) v.sample.push_back(sample_value(state, b, node_velocity));
     const Rates r = rates(state, v);
     if (k == 1) {
@@ -122,6 +142,13 @@ void forces(ReferenceState& state, const StepInfo& info, StepReport&) {
       change[i] = keep * change[i] + weight * r.fluid[i];
       now[i] += change[i];
     }
+    // The samples' impulses follow the recurrence, and so do the bodies' momenta, their sums.
+    fall = keep * fall + weight * vec(state.model.scene.gravity);
+    for (Index body = 0; body < s.body_count(); ++body) {
+      if (state.model.bodies[body].dynamic) s.body_velocity[body] = arr(vec(s.body_velocity[body]) + fall);
+    }
+    for (std::size_t b = 0; b < body_change.size(); ++b) body_change[b] = keep * body_change[b] + weight * r.body_force[b];
+    accelerate_bodies(state, body_change, 1);
     const Vectors node_force = spread_to_nodes(state, r.sample_force);
     for (std::size_t n = 0; n < nodes; ++n) {
       impulse_change[n] = keep * impulse_change[n] + weight * node_force[n];

@@ -2,6 +2,7 @@
 // The serial oracle: double precision, std::vector and Eigen, one plain function a stage. It includes nothing from
 // backends/.
 
+#include <Eigen/Core>
 #include <vector>
 
 #include "pipeline/backend.hpp"
@@ -16,6 +17,7 @@ struct ReferenceState {
   HostState s;
   NeighborLists fluid_fluid, fluid_boundary, fluid_sample, sample_fluid, sample_sample, sample_boundary;
   std::vector<double> alpha;  // m², Jacobi diagonal of the pressure solves, per liquid particle (stage density)
+  std::vector<Eigen::Vector3d> boundary_predicted;  // m/s, per boundary sample: after a pressure (in-stage)
 };
 
 #define DRENCH_REFERENCE_STAGE(name, when) void name(ReferenceState& state, const StepInfo& info, StepReport& report);

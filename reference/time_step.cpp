@@ -24,6 +24,13 @@ void time_step(ReferenceState& state, const StepInfo&, StepReport& report) {
     fastest = std::max(fastest, vec(state.s.fluid_velocity[i]).norm() + a.norm() * time.step);
   }
   for (const Vec3& v : state.s.node_velocity) fastest = std::max(fastest, vec(v).norm());
+  for (Index k = 0; k < state.s.body_count(); ++k) {
+    const Body& body = state.model.bodies[k];
+    if (!body.moves()) continue;
+    const double turning = vec(state.s.body_angular_velocity[k]).norm() * body.reach;
+    const double fall = body.dynamic ? vec(state.model.scene.gravity).norm() * time.step : 0;
+    fastest = std::max(fastest, vec(state.s.body_velocity[k]).norm() + turning + fall);
+  }
   if (fastest > 0) report.dt_wanted = std::min(time.step, time.cfl * state.model.spacing / fastest);
   double sigma = state.model.scene.fluid.surface_tension;
   for (const Body& b : state.model.bodies) sigma = std::max(sigma, b.adhesion);

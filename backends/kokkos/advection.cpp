@@ -5,6 +5,7 @@
 #include "device.hpp"
 #include "laws/collision.hpp"
 #include "laws/contact.hpp"
+#include "rigid_bodies.hpp"
 
 namespace drench::kokkos_backend {
 namespace {
@@ -183,7 +184,7 @@ void move_cloth(Device& d, Real dt) {
           const SolidDistance contact = solid_distance(solids(b), x, shift);
           if (!(contact.phi < thickness)) continue;
           shift += (thickness - contact.phi) * contact.normal;
-          v = without_inward(v, contact.normal);
+          v = without_inward(v, contact.normal, surface_velocity(solids(b), x, shift));
         }
         position(n) = x + shift;
         velocity(n) = v;
@@ -316,7 +317,7 @@ void finish_fluid(Device& d, Real dt, bool swept) {
           const SolidDistance body = solid_distance(solids(b), x, Real3{});
           if (!(body.phi < 0)) continue;
           x -= body.phi * body.normal;
-          v = without_inward(v, body.normal);
+          v = without_inward(v, body.normal, surface_velocity(solids(b), x, Real3{}));
           put_back = true;
         }
         if (put_back) {
@@ -340,6 +341,7 @@ void advection(Device& d, const StepInfo& info, StepReport& report) {
   const Real dt = static_cast<Real>(info.dt);
   const bool liquid = d.fluid.count > 0, cloth = d.samples.count > 0;
   allocate(d);
+  place_solids(d, info.dt);
   if (liquid && cloth) {
     refresh_inverse_mass(d);
     if (d.emission_ramp > 0) limit_fresh(d);

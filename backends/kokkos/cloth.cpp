@@ -4,6 +4,7 @@
 
 #include "cloth_solver.hpp"
 #include "pressure_system.hpp"
+#include "rigid_bodies.hpp"
 
 namespace drench::kokkos_backend {
 namespace {
@@ -43,19 +44,21 @@ void finish(Device& d, const ClothSystem& s, Real dt, bool loaded) {
           velocity(n) = Real3{};
           return;
         }
-        Real3 normal;
+        Real3 normal, surface;
         bool contact = false;
         for (std::size_t b = 0; b < s.solids.extent(0); ++b) {
           const SolidDistance at = solid_distance(s.solids(b), s.start(n), shift(n));
           if (!(at.phi < contact_range * s.thickness(n))) continue;
           normal = at.normal;
+          surface = surface_velocity(s.solids(b), s.start(n), shift(n));
           contact = true;
         }
         Real3 v = (1 / dt) * shift(n);
         if (contact) {
           const Real inward = -dot(s.residual(n, shift), normal);
           const Real press = inward > 0 ? inward : 0;
-          v = with_friction(v, normal, s.materials(s.cloth(n)).friction * dt * press / s.mass(n));
+          const Real loss = s.materials(s.cloth(n)).friction * dt * press / s.mass(n);
+          v = surface + with_friction(v - surface, normal, loss);
           contact_force(n) = press * normal;
         }
         velocity(n) = v;
@@ -67,6 +70,7 @@ void finish(Device& d, const ClothSystem& s, Real dt, bool loaded) {
 void cloth(Device& d, const StepInfo& info, StepReport& report) {
   const Real dt = static_cast<Real>(info.dt);
   const bool loaded = d.fluid.count > 0 && d.samples.count > 0;
+  place_solids(d, info.dt);
   if (loaded) {
     clear_inactive(d);
     cloth_forces(d, d.fluid.kappa_density);

@@ -2,6 +2,7 @@
 
 #include "device.hpp"
 #include "laws/wall.hpp"
+#include "rigid_bodies.hpp"
 
 namespace drench::kokkos_backend {
 namespace {
@@ -125,6 +126,7 @@ void density(Device& d, const StepInfo&, StepReport&) {
     sample_row_bounds(d);
   }
   density_and_alpha(d);
+  add_body_rows(d);
 }
 
 }  // namespace drench::kokkos_backend

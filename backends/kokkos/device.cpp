@@ -41,7 +41,27 @@ Solid solid_of(const Body& b) {
   s.point = to_real(b.point);
   s.normal = to_real(b.normal);
   s.radius = Real(b.radius);
+  s.moves = b.moves() ? 1 : 0;
+  s.rest_normal = s.normal;
+  for (std::size_t a = 0; a < 3; ++a) s.field_points[a] = b.field.points[a];
+  s.field_spacing = Real(b.field.spacing);
+  s.field_origin =
+      to_real({b.field.origin[0] - b.center[0], b.field.origin[1] - b.center[1], b.field.origin[2] - b.center[2]});
   return s;
+}
+
+void make_solids(Device& d) {
+  std::vector<double> values;
+  for (const Body& b : d.model.bodies) values.insert(values.end(), b.field.value.begin(), b.field.value.end());
+  if (!values.empty()) d.fields = to_device<Real>("drench::distance_fields", values);
+  std::vector<Solid> list;
+  std::size_t first = 0;
+  for (const Body& b : d.model.bodies) {
+    list.push_back(solid_of(b));
+    if (!b.field.empty()) list.back().field = d.fields.data() + first;
+    first += b.field.value.size();
+  }
+  d.solids = to_device<Solid>("drench::solids", list);
 }
 
 Material material_of(const ClothMaterial& c) {
@@ -213,9 +233,7 @@ Device::Device(const Model& m)
     }
     materials = to_device<Material>("drench::materials", list);
   }
-  std::vector<Solid> list;
-  for (const Body& b : m.bodies) list.push_back(solid_of(b));
-  solids = to_device<Solid>("drench::solids", list);
+  make_solids(*this);
   boundary.count = m.boundary.count();
   if (boundary.count > 0) {
     boundary.rest_position = to_device3("drench::boundary_rest_position", m.boundary.position);

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "laws/kernel.hpp"
+#include "laws/rigid.hpp"
 #include "pipeline/backend.hpp"
 #include "porous_work.hpp"
 #include "primitives/cell_table.hpp"
@@ -111,12 +112,41 @@ struct Material {
   int porous, dynamics;
 };
 
-/// An analytic solid as plain numbers.
+/// A solid as plain numbers, where it is at the end of the step (place_solids).
 struct Solid {
-  int kind;    // 0 box, 1 sphere, 2 plane, 3 mesh (samples only)
+  int kind;    // 0 box, 1 sphere, 2 plane, 3 mesh
   int inside;  // container
+  int moves;
   Real3 min, max, center, point, normal;
   Real radius;
+  // of bodies that move
+  Real3 half;            // m: a box's half edges
+  Real3 axis[3];         // the body's own axes in the world
+  Real3 velocity, spin;  // m/s, rad/s
+  Real3 rest_normal;     // a plane's at t = 0
+  // of a closed mesh: its distance field, relative to the centre at t = 0
+  const Real* field;  // m; device memory; null for an open mesh
+  Index field_points[3];
+  Real field_spacing;
+  Real3 field_origin;  // m
+};
+
+/// The solid bodies' poses; on the device only if one of them moves.
+struct BodyArrays {
+  Index count = 0;
+  std::vector<Vec3> still_position, still_velocity, still_spin;  // when none moves
+  std::vector<Quaternion> still_orientation;
+  Array<RigidBody> constant;
+  Array<RigidState> state;
+  // of dynamic bodies; empty without them
+  Index samples = 0;
+  Array<Index> sample, owner;     // per sample of a dynamic body: its number among all, and its body's
+  Array<Real3> position, force;   // per such sample: m, N
+  Array<Real3> predicted;         // per boundary sample: velocity in the pressure solves, m/s
+  Array<Wrench> part, load;       // partial sums of the bodies' loads; one a body
+  Array<Wrench> change;           // a body: what a viscous stage adds to its momenta
+  Array<Real> row_load, row_arm;  // per such sample: g_b of the Jacobi diagonal; the same with the arm
+  Array<Real> row_bound;          // two a body: G/M and H ‖I⁻¹‖
 };
 
 /// Work arrays of the cloth's solver, made on first use; per node.
@@ -183,7 +213,10 @@ struct Device {
   SampleArrays samples;
   Array<Material> materials;
   Array<Solid> solids;
+  Array<Real> fields;  // the meshes' distance fields, one after the other, m
+  BodyArrays bodies;
   NeighborList fluid_fluid, fluid_boundary, fluid_sample, sample_fluid, sample_sample, sample_boundary;
+  NeighborList boundary_fluid;  // rows: the samples of dynamic bodies
   CellTable fluid_cells, boundary_cells, sample_cells;
   Real emission_ramp = 0;  // s, the largest of the cloths
   bool lists_fresh = false;

@@ -24,6 +24,9 @@ std::int64_t Device::bytes() const {
   const SurfaceTensionWork& t = surface_tension_work;
   total += sum_bytes(t.normal, t.body_adhesion, t.cloth_adhesion);
   total += sum_bytes(boundary.position, boundary.velocity, boundary.rest_position, boundary.volume, boundary.body);
+  const BodyArrays& b = bodies;
+  total += sum_bytes(solids, fields, b.constant, b.state, b.sample, b.owner, b.position, b.force, b.predicted, b.part,
+                     b.load, b.change, b.row_load, b.row_arm, b.row_bound);
   const NodeArrays& n = nodes;
   total += sum_bytes(n.position, n.velocity, n.contact_force, n.pin_force, n.liquid, n.ripe, n.solid_mass, n.pinned,
                      mesh.rest_metric, n.bend_start, n.bend_item, n.bend_weight, n.cloth, n.capacity, n.capacity_quanta,
@@ -37,7 +40,7 @@ std::int64_t Device::bytes() const {
                      s.row_bound);
   total += fluid_cells.bytes() + boundary_cells.bytes() + sample_cells.bytes();
   for (const NeighborList* l :
-       {&fluid_fluid, &fluid_boundary, &fluid_sample, &sample_fluid, &sample_sample, &sample_boundary})
+       {&fluid_fluid, &fluid_boundary, &fluid_sample, &sample_fluid, &sample_sample, &sample_boundary, &boundary_fluid})
     total += list_bytes(*l);
   return total;
 }

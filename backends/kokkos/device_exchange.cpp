@@ -1,6 +1,7 @@
 // HostState → device and back.
 
 #include "device_copy.hpp"
+#include "rigid_bodies.hpp"
 
 namespace drench::kokkos_backend {
 namespace {
@@ -42,6 +43,7 @@ void Device::upload(const HostState& s) {
     boundary.volume = to_device<Real>("drench::boundary_volume", s.boundary_volume);
     boundary_cells = CellTable{};
   }
+  upload_bodies(*this, s);
   if (nodes.count > 0) {
     nodes.position = to_device3("drench::node_position", s.node_position);
     nodes.velocity = to_device3("drench::node_velocity", s.node_velocity);
@@ -79,6 +81,7 @@ HostState Device::download() const {
   s.boundary_position = to_host<Vec3>(boundary.position, boundary.count);
   s.boundary_velocity = to_host<Vec3>(boundary.velocity, boundary.count);
   s.boundary_volume = to_host<double>(boundary.volume, boundary.count);
+  download_bodies(*this, s);
   s.node_position = to_host<Vec3>(nodes.position, nodes.count);
   s.node_velocity = to_host<Vec3>(nodes.velocity, nodes.count);
   s.node_liquid = to_host<Quanta>(nodes.liquid, nodes.count);

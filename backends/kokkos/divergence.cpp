@@ -2,6 +2,7 @@
 
 #include "pressure_system.hpp"
 #include "primitives/reduce.hpp"
+#include "rigid_bodies.hpp"
 
 namespace drench::kokkos_backend {
 
@@ -31,6 +32,7 @@ void divergence(Device& d, const StepInfo& info, StepReport& report) {
       cloth_forces(d, kappa);
       free_cloth_response(d, dt);
     }
+    body_response(d, kappa, info.dt);
     compression_rate(d);
     report.divergence_iterations = iteration;
     const Real factor = iterate.relaxation() / dt;
@@ -52,6 +54,7 @@ void divergence(Device& d, const StepInfo& info, StepReport& report) {
     iterate.advance(info.dt / n * (sums.first + sums.second), sums.third);
   }
   accept_liquid(d);
+  accept_bodies(d, info.dt);
   if (cloth) accept_free_cloth(d, dt);
 }
 

@@ -5,6 +5,7 @@
 #include "device.hpp"
 #include "laws/viscosity.hpp"
 #include "primitives/reduce.hpp"
+#include "rigid_bodies.hpp"
 
 namespace drench::kokkos_backend {
 namespace {
@@ -162,6 +163,7 @@ void many_stages(Device& d, int stages, double dt) {
   for (int k = 1; k <= stages; ++k) {
     const Stage stage = legendre(k, stages, dt);
     if (k > 1) {
+      viscous_body_forces(d);
       if (cloth) {
         refresh_samples(d);
         cloth_forces(d);
@@ -170,6 +172,7 @@ void many_stages(Device& d, int stages, double dt) {
     }
     add_change(d);
     if (cloth) node_stage(d, stage, Real(dt));
+    body_stage(d, double(stage.keep), double(stage.weight), true);
   }
 }
 
@@ -177,6 +180,8 @@ void many_stages(Device& d, int stages, double dt) {
 
 void forces(Device& d, const StepInfo& info, StepReport&) {
   if (d.viscous_strength == 0) {
+    viscous_body_forces(d);  // none
+    body_stage(d, 0, info.dt, true);
     inviscid(d, Real(info.dt));
     return;
   }
@@ -187,7 +192,8 @@ void forces(Device& d, const StepInfo& info, StepReport&) {
     refresh_inverse_mass(d);
     cloth_forces(d);
   }
-  double bound = liquid_change(d, legendre(1, 1, info.dt));
+  viscous_body_forces(d);
+  double bound = std::max(liquid_change(d, legendre(1, 1, info.dt)), viscous_body_bound(d));
   if (cloth) bound = std::max(bound, node_bound(d));
   int stages = 1;
   while (stages * (stages + 1.0) < 2 * info.dt * bound) ++stages;
@@ -197,6 +203,7 @@ void forces(Device& d, const StepInfo& info, StepReport&) {
   }
   add_change(d);
   if (cloth) apply_node_forces(d, Real(info.dt));
+  body_stage(d, 0, info.dt, true);
 }
 
 }  // namespace drench::kokkos_backend

@@ -1,6 +1,7 @@
 // Stage neighbors (src/stages/neighbors.hpp).
 
 #include "primitives/neighbor_list.hpp"
+#include "rigid_bodies.hpp"
 
 namespace drench::kokkos_backend {
 namespace {
@@ -63,6 +64,7 @@ void neighbors(Device& d, const StepInfo&, StepReport&) {
     if (d.model.has_moving_body() || d.boundary_cells.view().buckets == 0)
       d.boundary_cells.build(d.boundary.position, d.boundary.count, h);
     build_neighbor_list(d.fluid_boundary, d.fluid.position, d.fluid.count, d.boundary_cells.view(), h, false);
+    list_body_neighbors(d);
   }
   if (d.samples.count > 0) {
     refresh_samples(d);

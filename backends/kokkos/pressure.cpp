@@ -5,6 +5,7 @@
 #include "cloth_solver.hpp"
 #include "pressure_system.hpp"
 #include "primitives/reduce.hpp"
+#include "rigid_bodies.hpp"
 
 namespace drench::kokkos_backend {
 namespace {
@@ -101,6 +102,7 @@ void pressure(Device& d, const StepInfo& info, StepReport& report) {
   const auto origin = d.fluid.origin;
   const auto residual = d.work.residual;
   const bool samples = d.samples.count > 0;
+  place_solids(d, info.dt);
   clear_inactive(d);
   std::optional<ElasticCloth> cloth;
   if (samples) {
@@ -120,6 +122,7 @@ void pressure(Device& d, const StepInfo& info, StepReport& report) {
       cloth->respond();
     else if (samples)
       free_cloth_response(d, dt);
+    body_response(d, kappa, info.dt);
     compression_rate(d);
     report.density_iterations = iteration;
     const Real factor = iterate.relaxation() / (dt * dt);
@@ -148,6 +151,7 @@ void pressure(Device& d, const StepInfo& info, StepReport& report) {
       "drench::pressure::error_max", n,
       KOKKOS_LAMBDA(const Index i) { return Kokkos::fmax(double(residual(i)), 0.0); });
   accept_liquid(d);
+  accept_bodies(d, info.dt);
   if (cloth) {
     cloth->accept();
     report.cloth_iterations += cloth->iterations();

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "laws/wall.hpp"
+#include "rigid_bodies.hpp"
 
 namespace drench::kokkos_backend {
 void clear_inactive(Device& d) {
@@ -126,7 +127,7 @@ void compression_rate(Device& d) {
   const Kernel kernel = d.kernel;
   const Real half = Real(0.5) * d.spacing;
   const auto x = d.fluid.position, xb = d.boundary.position, xs = d.samples.position, normal = d.samples.normal;
-  const auto v = d.work.predicted, ub = d.boundary.velocity, us = d.samples.predicted;
+  const auto v = d.work.predicted, ub = seen_boundary_velocity(d), us = d.samples.predicted;
   const auto volume = d.work.volume, vb = d.boundary.volume, vs = d.samples.volume, rate = d.work.rate;
   const auto nf = d.fluid_fluid.count, nb = d.fluid_boundary.count, ns = d.fluid_sample.count;
   const auto lf = d.fluid_fluid.list, lb = d.fluid_boundary.list, ls = d.fluid_sample.list;

@@ -5,6 +5,7 @@
 #include "device.hpp"
 #include "laws/viscosity.hpp"
 #include "primitives/reduce.hpp"
+#include "rigid_bodies.hpp"
 
 namespace drench::kokkos_backend {
 
@@ -30,6 +31,7 @@ void time_step(Device& d, const StepInfo&, StepReport& report) {
     fastest = std::max(fastest, maximum(
                                     "drench::time_step::node_speed", d.nodes.count,
                                     KOKKOS_LAMBDA(const Index n) { return double(norm(vn(n))); }));
+  if (d.model.has_moving_body()) fastest = std::max(fastest, fastest_body(d, double(norm(g)) * step));
   double longest = d.model.capillary_step();
   if (fastest > 0) longest = std::min(longest, time.cfl * double(d.spacing) / fastest);
   report.dt_wanted = std::clamp(longest, time.step / 1000, time.step);

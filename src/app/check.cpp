@@ -34,7 +34,7 @@ double floor_height(const Model& model, const Vec3& up, double lowest_liquid) {
   return floor;
 }
 
-/// The fastest that liquid can get by its start and free fall down to the floor or until the end, m/s.
+/// The fastest that liquid can get by its start and free fall down to the floor or until the end, or that a body is, m/s.
 double largest_speed(const Model& model, const HostState& state) {
   const double g = length(model.scene.gravity);
   const Vec3 up = g > 0 ? Vec3{-model.scene.gravity[0] / g, -model.scene.gravity[1] / g, -model.scene.gravity[2] / g}
@@ -50,9 +50,12 @@ double largest_speed(const Model& model, const HostState& state) {
   for (const Jet& jet : model.jets) include(jet.scene.center, jet.scene.velocity);
   for (const Vec3& x : state.node_position)
     if (model.has_porous()) include(x, {0, 0, 0});  // water drips off the cloth
-  if (!std::isfinite(top)) return 0;
+  double driven = 0;                                // by bodies that move
+  for (const Body& body : model.bodies)
+    driven = std::max(driven, length(body.velocity) + std::abs(body.spin_rate) * body.reach);
+  if (!std::isfinite(top)) return driven;
   const double drop = std::max(0.0, top - floor_height(model, up, bottom));
-  return std::min(speed + g * model.scene.time.end, std::sqrt(speed * speed + 2 * g * drop));
+  return std::max(driven, std::min(speed + g * model.scene.time.end, std::sqrt(speed * speed + 2 * g * drop)));
 }
 
 /// Sub-steps of the diffusion stage for one cloth and step dt. On an evenly sampled sheet the outflow rate of
@@ -84,7 +87,10 @@ void print_parts(const Model& model, const HostState& state) {
                model.mesh.nodes(), pinned, model.mesh.edge.size(), model.mesh.hinge.size(), capacity);
   }
   if (!model.bodies.empty())
-    fmt::print("bodies: {}, {} boundary samples\n", model.bodies.size(), model.boundary.count());
+    fmt::print("bodies: {} ({} moving, {} floating), {} boundary samples\n", model.bodies.size(),
+               std::count_if(model.bodies.begin(), model.bodies.end(), [](const Body& b) { return b.moves(); }),
+               std::count_if(model.bodies.begin(), model.bodies.end(), [](const Body& b) { return b.dynamic; }),
+               model.boundary.count());
 }
 
 }  // namespace

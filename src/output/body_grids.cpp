@@ -1,4 +1,4 @@
-// The bodies' surfaces for the picture: analytic shapes become meshes, meshes turn as they do in the run.
+// The bodies' surfaces for the picture: analytic shapes become meshes, and all lie where the run has them.
 
 #include <vtkCellData.h>
 #include <vtkIntArray.h>
@@ -10,6 +10,7 @@
 #include <cmath>
 
 #include "output/grid_tools.hpp"
+#include "scene/body_geometry.hpp"
 
 namespace drench {
 namespace {
@@ -37,6 +38,18 @@ struct Surface {
   }
 };
 
+/// Points of a body at t = 0 → where they are now.
+struct Placing {
+  const Body& body;
+  const HostState* state;  // none: at t = 0
+  Index index;
+  std::vector<Vec3> operator()(std::vector<Vec3> points) const {
+    if (state)
+      for (Vec3& x : points) x = placed_point(body, *state, index, x);
+    return points;
+  }
+};
+
 /// Corner k of a box: bit 0 of k is x, bit 1 y, bit 2 z.
 std::vector<Vec3> corners_of(const Box& box) {
   std::vector<Vec3> corners(8);
@@ -45,12 +58,12 @@ std::vector<Vec3> corners_of(const Box& box) {
   return corners;
 }
 
-void add_box(Surface& surface, int index, const Body& body) {
-  surface.add(index, corners_of(body.box),
+void add_box(Surface& surface, int index, const Body& body, const Placing& placed) {
+  surface.add(index, placed(corners_of(body.box)),
               {{0, 4, 6, 2}, {1, 3, 7, 5}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 2, 3, 1}, {4, 5, 7, 6}});
 }
 
-void add_sphere(Surface& surface, int index, const Body& body) {
+void add_sphere(Surface& surface, int index, const Body& body, const Placing& placed) {
   vtkNew<vtkSphereSource> source;
   source->SetCenter(body.center[0], body.center[1], body.center[2]);
   source->SetRadius(body.radius);
@@ -67,7 +80,7 @@ void add_sphere(Surface& surface, int index, const Body& body) {
     mesh->GetCellPoints(c, size, ids);
     polygons.emplace_back(ids, ids + size);
   }
-  surface.add(index, points, std::move(polygons));
+  surface.add(index, placed(points), std::move(polygons));
 }
 
 /// The part of the plane that lies in the domain: a convex polygon of 3 to 6 corners, or nothing.
@@ -106,42 +119,43 @@ void add_plane(Surface& surface, int index, const Body& body, const Box& domain)
   surface.add(index, points, {polygon});
 }
 
-void add_mesh(Surface& surface, int index, const Body& body, double time) {
-  const double angle = body.spin_rate * time, c = std::cos(angle), s = std::sin(angle);
-  std::vector<Vec3> points = body.mesh_points;
-  for (Vec3& p : points) {  // Rodrigues' rotation about the axis through the centre
-    const Vec3 r = minus(p, body.center), side = cross(body.spin_axis, r);
-    const double along = dot(body.spin_axis, r);
-    for (std::size_t k = 0; k < 3; ++k)
-      p[k] = body.center[k] + c * r[k] + s * side[k] + (1 - c) * along * body.spin_axis[k];
-  }
+void add_mesh(Surface& surface, int index, const Body& body, const Placing& placed) {
   std::vector<std::vector<vtkIdType>> polygons;
   for (const auto& t : body.mesh_triangles) polygons.push_back({t[0], t[1], t[2]});
-  surface.add(index, points, std::move(polygons));
+  surface.add(index, placed(body.mesh_points), std::move(polygons));
+}
+
+/// The plane as it lies now: through the centre, normal to the turned normal.
+Body placed_plane(const Body& body, const Placing& placed) {
+  Body plane = body;
+  const auto two = placed(
+      {body.point, {body.point[0] + body.normal[0], body.point[1] + body.normal[1], body.point[2] + body.normal[2]}});
+  plane.point = two[0];
+  plane.normal = minus(two[1], two[0]);
+  return plane;
 }
 
 }  // namespace
 
-bool moves(const Body& body) { return body.spin_rate != 0; }
-
-Grid bodies_grid(const Model& model, bool moving, double time) {
+Grid bodies_grid(const Model& model, const HostState* state) {
   Surface surface;
   for (std::size_t i = 0; i < model.bodies.size(); ++i) {
     const Body& body = model.bodies[i];
     const int index = static_cast<int>(i);
-    if (moves(body) != moving) continue;
+    if (body.moves() != (state != nullptr)) continue;
+    const Placing placed{body, state, static_cast<Index>(i)};
     switch (body.kind) {
       case BodyScene::Kind::box:
-        add_box(surface, index, body);
+        add_box(surface, index, body, placed);
         break;
       case BodyScene::Kind::sphere:
-        add_sphere(surface, index, body);
+        add_sphere(surface, index, body, placed);
         break;
       case BodyScene::Kind::plane:
-        add_plane(surface, index, body, model.scene.domain);
+        add_plane(surface, index, placed_plane(body, placed), model.scene.domain);
         break;
       case BodyScene::Kind::mesh:
-        add_mesh(surface, index, body, time);
+        add_mesh(surface, index, body, placed);
         break;
     }
   }

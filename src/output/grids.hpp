@@ -22,12 +22,9 @@ Grid fluid_grid(const Model& model, const HostState& state);
 /// pin_force (N); cell field cloth (index).
 Grid cloth_grid(const Model& model, const HostState& state);
 
-/// The surfaces of the bodies that move (`moving`) or stand still, at `time` seconds; cell fields body (index),
-/// container (1: the free side is inside) and plane (1: one side only, its face points to the free side).
-Grid bodies_grid(const Model& model, bool moving, double time);
-
-/// True when the body turns.
-bool moves(const Body& body);
+/// The surfaces of the bodies that move, as they lie in `state`, or without one of those that stand still; cell fields
+/// body (index), container (1: the free side is inside) and plane (1: one side only, its face points to the free side).
+Grid bodies_grid(const Model& model, const HostState* state);
 
 /// What made a run fail.
 struct Offenders {

@@ -69,15 +69,15 @@ void VtuSeries::write_collection() const {
 
 FrameWriter::FrameWriter(const fs::path& folder, const Model& model)
     : model_(model), fluid_(folder, "fluid"), cloth_(folder, "cloth"), bodies_(folder, "bodies") {
-  const bool any_static = std::any_of(model.bodies.begin(), model.bodies.end(), [](auto& b) { return !moves(b); });
-  if (any_static) bodies_.set_static_part(bodies_grid(model, false, 0));
+  const bool any_static = std::any_of(model.bodies.begin(), model.bodies.end(), [](auto& b) { return !b.moves(); });
+  if (any_static) bodies_.set_static_part(bodies_grid(model, nullptr));
 }
 
 void FrameWriter::write(const HostState& state) {
   if (model_.has_fluid()) fluid_.write(state.time, fluid_grid(model_, state));
   if (model_.has_cloth()) cloth_.write(state.time, cloth_grid(model_, state));
   if (model_.has_moving_body())
-    bodies_.write(state.time, bodies_grid(model_, true, state.time));
+    bodies_.write(state.time, bodies_grid(model_, &state));
   else if (!model_.bodies.empty() && frames_ == 0)
     bodies_.write_static(state.time);  // one entry: ParaView shows it at every time
   ++frames_;

@@ -2,10 +2,11 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <stdexcept>
 
+#include "scene/distance_field.hpp"
 #include "scene/eigen_vec.hpp"
 #include "scene/mesh_io.hpp"
 #include "scene/setup_error.hpp"
@@ -62,11 +63,27 @@ double signed_distance(const Body& body, const Vec3& x, Vec3& normal) {
       distance = n.dot(to_eigen(x) - to_eigen(body.point));
       break;
     case BodyScene::Kind::mesh:
-      throw std::invalid_argument("signed_distance: a mesh has no analytic distance");
+      return field_distance(body.field, x, normal);
   }
   normal = to_vec3(n);
   return distance;
 }
+
+namespace {
+
+/// Mass and principal moments of inertia of a homogeneous sphere or box.
+void weigh(Body& body, double density) {
+  if (body.kind == BodyScene::Kind::sphere) {
+    body.mass = density * 4 / 3 * std::numbers::pi * std::pow(body.radius, 3);
+    body.inertia.fill(0.4 * body.mass * body.radius * body.radius);
+    return;
+  }
+  const Eigen::Vector3d size = to_eigen(body.box.max) - to_eigen(body.box.min);
+  body.mass = density * size.prod();
+  for (int a = 0; a < 3; ++a) body.inertia[a] = body.mass / 12 * (size.squaredNorm() - size[a] * size[a]);
+}
+
+}  // namespace
 
 Body make_body(const BodyScene& scene, const std::string& scene_path, const std::string& name) {
   Body body;
@@ -82,13 +99,17 @@ Body make_body(const BodyScene& scene, const std::string& scene_path, const std:
       for (int a = 0; a < 3; ++a) {
         if (!(scene.box.max[a] > scene.box.min[a]))
           throw SetupError(name + ": max must be greater than min on each axis");
+        body.center[a] = 0.5 * (scene.box.min[a] + scene.box.max[a]);
       }
+      body.reach = 0.5 * (to_eigen(scene.box.max) - to_eigen(scene.box.min)).norm();
       break;
     case BodyScene::Kind::sphere:
       if (!(scene.radius > 0)) throw SetupError(name + ": the radius must be positive");
+      body.reach = scene.radius;
       break;
     case BodyScene::Kind::plane:
       body.normal = unit(scene.normal, name + ": the normal");
+      body.center = scene.point;  // its reach depends on the domain
       break;
     case BodyScene::Kind::mesh: {
       SurfaceMesh mesh = read_mesh(scene.file, scene_path);
@@ -99,21 +120,43 @@ Body make_body(const BodyScene& scene, const std::string& scene_path, const std:
       }
       check_mesh(mesh, name + " (" + scene.file + ")", body_min_area_ratio);
       body.center = to_vec3(bounds.center());
+      for (const Vec3& x : mesh.points) body.reach = std::max(body.reach, (to_eigen(x) - bounds.center()).norm());
       body.mesh_points = std::move(mesh.points);
       body.mesh_triangles = std::move(mesh.triangles);
-      if (scene.spin.degrees_per_second != 0) {
-        body.spin_axis = unit(scene.spin.axis, name + ": the axis of spin");
-        body.spin_rate = scene.spin.degrees_per_second * std::numbers::pi / 180;
-      }
       break;
     }
   }
+  body.velocity = scene.velocity;
+  if (scene.spin.degrees_per_second != 0) {
+    body.spin_axis = unit(scene.spin.axis, name + ": the axis of spin");
+    body.spin_rate = scene.spin.degrees_per_second * std::numbers::pi / 180;
+  }
+  body.dynamic = scene.dynamic;
+  if (scene.dynamic) weigh(body, scene.density);
   return body;
 }
 
 Vec3 body_velocity(const Body& body, const Vec3& x) {
-  if (body.spin_rate == 0) return {0, 0, 0};
-  return to_vec3(body.spin_rate * to_eigen(body.spin_axis).cross(to_eigen(x) - to_eigen(body.center)));
+  const Eigen::Vector3d arm = to_eigen(x) - to_eigen(body.center);
+  return to_vec3(to_eigen(body.velocity) + body.spin_rate * to_eigen(body.spin_axis).cross(arm));
+}
+
+void start_bodies(const Model& model, HostState& state) {
+  state.body_position.clear();
+  state.body_velocity.clear();
+  state.body_angular_velocity.clear();
+  for (const Body& body : model.bodies) {
+    state.body_position.push_back(body.center);
+    state.body_velocity.push_back(body.velocity);
+    state.body_angular_velocity.push_back(to_vec3(body.spin_rate * to_eigen(body.spin_axis)));
+  }
+  state.body_orientation.assign(model.bodies.size(), Quaternion{1, 0, 0, 0});
+}
+
+Vec3 placed_point(const Body& body, const HostState& state, Index index, const Vec3& x) {
+  const auto& q = state.body_orientation[static_cast<std::size_t>(index)];
+  const Eigen::Vector3d arm = Eigen::Quaterniond(q[0], q[1], q[2], q[3]) * (to_eigen(x) - to_eigen(body.center));
+  return to_vec3(to_eigen(state.body_position[static_cast<std::size_t>(index)]) + arm);
 }
 
 }  // namespace drench

@@ -3,20 +3,27 @@
 
 #include <string>
 
+#include "state/host_state.hpp"
 #include "state/model.hpp"
 
 namespace drench {
 
-/// Distance (m) of x to the surface of a box, sphere or plane at t = 0: positive on the free side, negative inside the
-/// solid. `normal` is the unit vector towards the free side, the distance's gradient; on an edge or at a sphere's
-/// centre, one of those possible. A body of kind mesh has no analytic distance: std::invalid_argument.
+/// Distance (m) of x to the body's surface at t = 0: positive on the free side, negative inside the solid. `normal` is the
+/// unit vector towards the free side, the distance's gradient; on an edge or at a sphere's centre, one of those possible.
+/// Of a mesh: from its distance field; 1e30 and no normal beyond it, and everywhere if it has none (it is not closed).
 double signed_distance(const Body& body, const Vec3& x, Vec3& normal);
 
 /// Resolves a body: unit normal and axis, spin in rad/s, mesh read, scaled, placed and checked. The samples are not
 /// made here. `name` begins the text of a SetupError.
 Body make_body(const BodyScene& scene, const std::string& scene_path, const std::string& name);
 
-/// Velocity (m/s) of the body's material at x.
+/// Velocity (m/s) of the body's material at x, at t = 0.
 Vec3 body_velocity(const Body& body, const Vec3& x);
+
+/// The bodies' poses and velocities at t = 0.
+void start_bodies(const Model& model, HostState& state);
+
+/// Where the body's material point that is at x (m) at t = 0 is in this state.
+Vec3 placed_point(const Body& body, const HostState& state, Index index, const Vec3& x);
 
 }  // namespace drench

@@ -6,6 +6,7 @@
 #include <limits>
 #include <numbers>
 
+#include "scene/distance_field.hpp"
 #include "scene/eigen_vec.hpp"
 #include "scene/point_grid.hpp"
 #include "scene/surface_mesh.hpp"
@@ -144,12 +145,28 @@ double expected_mesh_samples(const Body& body, double d) {
   return packed + rim / (mesh_min_distance * d) + 4;
 }
 
+/// A point of the surface moved half a spacing inside along the distance field's slope; where the solid is too thin for
+/// that, a quarter, or not at all.
+Vec3 sunk(const Body& body, double d, const Vector3d& p) {
+  if (body.field.empty()) return to_vec3(p);
+  for (const double depth : {d / 2, d / 4}) {
+    Vec3 normal, x = to_vec3(p);
+    for (int step = 0; step < 8; ++step) {
+      const double left = field_distance(body.field, x, normal) + depth;
+      x = to_vec3(to_eigen(x) - left * to_eigen(normal));
+    }
+    if (std::abs(field_distance(body.field, x, normal) + depth) < 0.05 * d && (to_eigen(x) - p).norm() < 2 * depth)
+      return x;
+  }
+  return to_vec3(p);
+}
+
 std::vector<Vec3> sample_mesh(const Body& body, double d, const Box& region) {
   const double least = mesh_min_distance * d;
   PointGrid kept(least);
   const auto offer = [&](const Vector3d& p) {
-    const Vec3 x = to_vec3(p);
-    if (body.spin_rate == 0 && !contains(region.min, region.max, x)) return;
+    const Vec3 x = sunk(body, d, p);
+    if (!contains(region.min, region.max, x)) return;
     if (!kept.any_within(x, least)) kept.add(x);
   };
   const auto point = [&](Index i) { return to_eigen(body.mesh_points[static_cast<std::size_t>(i)]); };
@@ -181,21 +198,26 @@ std::vector<Vec3> sample_mesh(const Body& body, double d, const Box& region) {
   return kept.points();
 }
 
+/// Settled liquid stands off a wall of samples by a little more than their distance from the surface. A dynamic body's lie
+/// that much deeper, so that it displaces its own volume (measured: tests/validation/buoyancy_test.cpp).
+constexpr double dynamic_depth = 0.67;  // of d
+
 /// The body whose surface the samples lie on: half a spacing inside the solid, so that liquid of radius d/2 that
 /// touches the surface is one spacing away from them. On the surface itself they would count as 0.7 of the liquid's
-/// density at that place instead of 0.15 (lattice, h = 2 d), and push the first layer half a spacing away. Meshes are
-/// sampled as they are.
+/// density at that place instead of 0.15 (lattice, h = 2 d), and push the first layer half a spacing away. Closed meshes
+/// sink each of their samples (sample_mesh).
 Body sampled_surface(Body body, double d) {
+  const double depth = (body.dynamic ? dynamic_depth : 0.5) * d;
   switch (body.kind) {
     case BodyScene::Kind::box:
       for (std::size_t a = 0; a < 3; ++a) {
-        const double inset = body.inside ? -d / 2 : std::min(d / 2, 0.25 * (body.box.max[a] - body.box.min[a]));
+        const double inset = body.inside ? -depth : std::min(depth, 0.25 * (body.box.max[a] - body.box.min[a]));
         body.box.min[a] += inset;
         body.box.max[a] -= inset;
       }
       break;
     case BodyScene::Kind::sphere:
-      body.radius -= std::min(d / 2, body.radius / 2);
+      body.radius -= std::min(depth, body.radius / 2);
       break;
     case BodyScene::Kind::plane:
       for (std::size_t a = 0; a < 3; ++a) body.point[a] -= d / 2 * body.normal[a];
@@ -207,6 +229,31 @@ Body sampled_surface(Body body, double d) {
 }
 
 }  // namespace
+
+Box sampled_region(const Body& body, const Box& region, double duration) {
+  Box swept = region;
+  const bool turns = body.dynamic || body.spin_rate != 0;
+  double all = 1e9;  // m: far beyond any scene's coordinates
+  if (turns && body.kind == BodyScene::Kind::plane) {
+    double farthest = 0;
+    for (std::size_t a = 0; a < 3; ++a) {
+      const double path = std::abs(body.velocity[a]) * duration;
+      farthest += std::pow(std::max(body.point[a] - region.min[a], region.max[a] - body.point[a]) + path, 2);
+    }
+    all = std::sqrt(farthest);
+  }
+  for (std::size_t a = 0; a < 3; ++a) {
+    if (turns) {
+      swept.min[a] = body.center[a] - all;
+      swept.max[a] = body.center[a] + all;
+      continue;
+    }
+    const double path = body.velocity[a] * duration;
+    swept.min[a] -= std::max(path, 0.0);
+    swept.max[a] -= std::min(path, 0.0);
+  }
+  return swept;
+}
 
 double expected_body_samples(const Body& solid, double spacing, const Box& region) {
   const Body body = sampled_surface(solid, spacing);

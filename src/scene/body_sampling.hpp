@@ -13,12 +13,17 @@ inline constexpr double max_body_samples = 20e6;
 /// for spheres, an estimate on the high side for meshes.
 double expected_body_samples(const Body& body, double spacing, const Box& region);
 
+/// Where samples of the body can be at t = 0 that reach `region` (the domain extended by h) within `duration` (s): the
+/// region itself, swept against the body's velocity; for bodies that turn or float everything (planes: all that can
+/// turn into it).
+Box sampled_region(const Body& body, const Box& region, double duration);
+
 /// The samples of one body, in an order that depends on nothing but the arguments.
-/// Boxes, spheres and planes are sampled d/2 inside the solid, meshes on their surface.
+/// Boxes, spheres, planes and closed meshes are sampled d/2 inside the solid (dynamic ones 0.67 d), other meshes on their
+/// surface.
 /// Box: lattice with steps ≤ d on the six faces, edges and corners once. Sphere: 4πR²/d² points of a Fibonacci
 /// lattice. Plane: lattice of step d through `point`. Mesh: vertices, then edges, then faces, none closer than 0.75 d
-/// to an earlier one, no point of the surface farther than d from one. Samples outside `region` (the domain extended by
-/// h) are left out, but for a body that spins: they may come in later.
+/// to an earlier one, no point of that surface farther than d from one. Samples outside `region` are left out.
 std::vector<Vec3> sample_body(const Body& body, double spacing, const Box& region);
 
 }  // namespace drench

@@ -2,16 +2,19 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "scene/body_geometry.hpp"
 #include "scene/body_sampling.hpp"
 #include "scene/cloth_mesh.hpp"
 #include "scene/cloth_sampling.hpp"
+#include "scene/distance_field.hpp"
 #include "scene/fluid_sampling.hpp"
 #include "scene/memory_estimate.hpp"
 #include "scene/point_grid.hpp"
 #include "scene/smoothing_kernel.hpp"
+#include "scene/surface_mesh.hpp"
 
 namespace drench {
 namespace {
@@ -39,13 +42,20 @@ void set_numbers(Model& m) {
 }
 
 /// The domain and a support radius around it: samples beyond cannot touch a particle.
-Box sampled_region(const Model& m) {
+Box wetted_region(const Model& m) {
   Box region = m.scene.domain;
   for (int a = 0; a < 3; ++a) {
     region.min[a] -= m.support;
     region.max[a] += m.support;
   }
   return region;
+}
+
+/// m
+double farthest_corner(const Box& box, const Vec3& x) {
+  double square = 0;
+  for (int a = 0; a < 3; ++a) square += std::pow(std::max(x[a] - box.min[a], box.max[a] - x[a]), 2);
+  return std::sqrt(square);
 }
 
 SetupSize grid_size(const Scene& scene) {
@@ -56,15 +66,41 @@ SetupSize grid_size(const Scene& scene) {
   return size;
 }
 
+/// Lattices for the distance fields of closed meshes; they reach as far as cloth is thick.
+void lay_fields(Setup& setup) {
+  Model& m = setup.model;
+  double margin = m.spacing;
+  for (const ClothMaterial& c : m.cloths) margin = std::max(margin, 1.1 * c.thickness + m.spacing);
+  for (std::size_t b = 0; b < m.bodies.size(); ++b) {
+    Body& body = m.bodies[b];
+    if (body.kind != BodyScene::Kind::mesh) continue;
+    if (is_closed({body.mesh_points, body.mesh_triangles}))
+      body.field = lay_field(body, m.spacing, margin);
+    else
+      setup.warnings.push_back(
+          fmt::format("body {} ({}): the mesh is not closed; it holds liquid back by samples on its surface alone",
+                      b + 1, m.scene.bodies[b].file));
+  }
+}
+
+double field_points(const Model& m) {
+  double points = 0;
+  for (const Body& b : m.bodies)
+    points += static_cast<double>(b.field.points[0]) * b.field.points[1] * b.field.points[2];
+  return points;
+}
+
 SetupSize expected_size(const Model& m) {
   SetupSize size;
   size.nodes = m.mesh.nodes();
+  size.field = field_points(m);
   if (m.has_fluid() || m.has_porous()) size.samples = expected_cloth_samples(m);
   if (!m.has_fluid()) return size;
   size.fluid = expected_block_particles(m.scene.fluid);
-  const Box region = sampled_region(m);
+  const Box region = wetted_region(m);
   for (std::size_t b = 0; b < m.bodies.size(); ++b) {
-    const double samples = expected_body_samples(m.bodies[b], m.spacing, region);
+    const Box part = sampled_region(m.bodies[b], region, m.scene.time.end);
+    const double samples = expected_body_samples(m.bodies[b], m.spacing, part);
     if (samples > max_body_samples) {
       throw SetupError(
           fmt::format("body {}: its surface needs more than {:.0f} samples at spacing {} m; use a smaller domain "
@@ -78,15 +114,16 @@ SetupSize expected_size(const Model& m) {
 
 void sample_bodies(Setup& setup) {
   Model& m = setup.model;
-  const Box region = sampled_region(m);
+  const Box region = wetted_region(m);
   for (std::size_t b = 0; b < m.bodies.size(); ++b) {
     Body& body = m.bodies[b];
-    const std::vector<Vec3> samples = sample_body(body, m.spacing, region);
+    const std::vector<Vec3> samples = sample_body(body, m.spacing, sampled_region(body, region, m.scene.time.end));
     std::vector<double> volumes = akinci_volumes(samples, m.support, m.scene.fluid.kernel);
     for (double& volume : volumes) volume *= m.layer_share;
     body.first_sample = m.boundary.count();
     body.sample_count = static_cast<Index>(samples.size());
-    if (samples.empty()) setup.warnings.push_back(fmt::format("body {}: it lies outside the domain", b + 1));
+    if (samples.empty() && !body.moves())
+      setup.warnings.push_back(fmt::format("body {}: it lies outside the domain", b + 1));
     m.boundary.position.insert(m.boundary.position.end(), samples.begin(), samples.end());
     m.boundary.body.insert(m.boundary.body.end(), samples.size(), static_cast<Index>(b));
     setup.state.boundary_volume.insert(setup.state.boundary_volume.end(), volumes.begin(), volumes.end());
@@ -104,7 +141,7 @@ void warn_of_nodes_in_solids(Setup& setup) {
       if (m.mesh.pinned[n]) continue;
       for (const Body& body : m.bodies) {
         Vec3 normal;
-        if (body.kind == BodyScene::Kind::mesh || signed_distance(body, m.mesh.rest_position[n], normal) >= 0) continue;
+        if (signed_distance(body, m.mesh.rest_position[n], normal) >= 0) continue;
         ++inside;
         break;
       }
@@ -112,6 +149,17 @@ void warn_of_nodes_in_solids(Setup& setup) {
     if (inside > 0) {
       setup.warnings.push_back(fmt::format("{}: {} free nodes start inside a solid body", cloth_label(c.name), inside));
     }
+  }
+}
+
+/// Only a closed mesh has an inside that cloth can be kept out of.
+void refuse_cloth_on_open_meshes(const Model& m) {
+  for (std::size_t b = 0; b < m.bodies.size(); ++b) {
+    if (m.has_moving_cloth() && m.bodies[b].kind == BodyScene::Kind::mesh && m.bodies[b].field.empty())
+      throw SetupError(fmt::format(
+          "body {} ({}): contact of a moving cloth with a mesh that is not closed is not available in this version; "
+          "allowed: a closed mesh, a box, sphere or plane, or cloths with dynamics: false",
+          b + 1, m.scene.bodies[b].file));
   }
 }
 
@@ -192,11 +240,18 @@ Setup build(const Scene& scene) {
   for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
     m.bodies.push_back(make_body(scene.bodies[b], scene.path, fmt::format("body {}", b + 1)));
   }
+  for (Body& body : m.bodies)
+    if (body.kind == BodyScene::Kind::plane) body.reach = farthest_corner(scene.domain, body.point);
+  start_bodies(m, setup.state);
+  lay_fields(setup);
   refuse_too_large(expected_size(m), memory);
+  for (Body& body : m.bodies)
+    if (body.field.spacing > 0) fill_field(body, body.field);
   if (m.has_fluid() || m.has_porous()) build_samples(m);
   init_nodes(m, setup.state);
   check_ledger_range(setup);
   fill_cloths(m, setup.state, setup.warnings);
+  refuse_cloth_on_open_meshes(m);
   warn_of_nodes_in_solids(setup);
   if (m.has_fluid()) {
     m.jets = make_jets(m, setup.warnings);
@@ -212,7 +267,7 @@ Setup build(const Scene& scene) {
 std::int64_t estimated_bytes(const Setup& setup) {
   const SetupSize size{static_cast<double>(setup.state.fluid_count()),
                        static_cast<double>(setup.model.boundary.count()), static_cast<double>(setup.model.mesh.nodes()),
-                       static_cast<double>(setup.model.samples.count())};
+                       static_cast<double>(setup.model.samples.count()), field_points(setup.model)};
   return static_cast<std::int64_t>(estimated_bytes(size));
 }
 

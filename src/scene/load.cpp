@@ -225,12 +225,34 @@ void read_cloth(Section& s, ClothScene& cloth) {
 
 // ---- bodies
 
-void read_adhesion(Section& s, BodyScene& body) { s.number("adhesion", body.adhesion, "[0, 10]", "N/m"); }
+void read_spin(Section& s, SpinScene& spin) {
+  s.numbers("axis", spin.axis, "[-1e6, 1e6]", "1");
+  s.number("degrees_per_second", spin.degrees_per_second, "[-1e5, 1e5]", "degrees/s");
+  check_not_zero(s, "axis", spin.axis);
+}
+
+/// What all bodies have: how they move.
+void read_motion(Section& s, BodyScene& body) {
+  s.numbers("velocity", body.velocity, speed, "m/s");
+  s.section("spin", body.spin, read_spin);
+  s.boolean("dynamic", body.dynamic);
+  s.number("density", body.density, "[1, 30000]", "kg/m³");
+  s.check(body.dynamic || !s.has("density"), "density",
+          "is for a body that floats; allowed: only beside dynamic: true");
+  const bool can_float = body.kind == BodyScene::Kind::sphere || (body.kind == BodyScene::Kind::box && !body.inside);
+  s.not_available(body.dynamic && !can_float, "dynamic", "a plane, mesh or container that the liquid moves",
+                  "false, or a sphere or a box that is not a container");
+}
+void read_adhesion(Section& s, BodyScene& body) {
+  s.number("adhesion", body.adhesion, "[0, 10]", "N/m");
+  s.not_available(body.dynamic && body.adhesion > 0, "adhesion", "adhesion to a body that floats", "0 N/m");
+}
 
 void read_body_box(Section& s, BodyScene& body) {
   body.kind = BodyScene::Kind::box;
   read_box(s, body.box);
   s.boolean("inside", body.inside);
+  read_motion(s, body);
   read_adhesion(s, body);
 }
 
@@ -239,6 +261,7 @@ void read_sphere(Section& s, BodyScene& body) {
   s.required({"center", "radius"});
   s.numbers("center", body.center, coordinate, "m");
   s.number("radius", body.radius, "(0, 10000]", "m");
+  read_motion(s, body);
   read_adhesion(s, body);
 }
 
@@ -248,13 +271,8 @@ void read_plane(Section& s, BodyScene& body) {
   s.numbers("point", body.point, coordinate, "m");
   s.numbers("normal", body.normal, "[-1e6, 1e6]", "1");
   check_not_zero(s, "normal", body.normal);
+  read_motion(s, body);
   read_adhesion(s, body);
-}
-
-void read_spin(Section& s, SpinScene& spin) {
-  s.numbers("axis", spin.axis, "[-1e6, 1e6]", "1");
-  s.number("degrees_per_second", spin.degrees_per_second, "[-1e5, 1e5]", "degrees/s");
-  check_not_zero(s, "axis", spin.axis);
 }
 
 void read_body_mesh(Section& s, BodyScene& body) {
@@ -263,7 +281,7 @@ void read_body_mesh(Section& s, BodyScene& body) {
   s.mesh_file("file", body.file);
   s.number("scale", body.scale, "(0, 1e6]", "1");
   s.numbers("position", body.position, coordinate, "m");
-  s.section("spin", body.spin, read_spin);
+  read_motion(s, body);
   read_adhesion(s, body);
 }
 
@@ -283,17 +301,15 @@ void check_scene(Section& s, const Scene& scene) {
   s.check(scene.fluid.present || !scene.field.present, "field",
           "acts on liquid, and the scene has none; allowed: only beside the key fluid");
   std::set<std::string> names;
-  bool moving = false;
   for (std::size_t i = 0; i < scene.cloths.size(); ++i) {
-    moving = moving || scene.cloths[i].dynamics;
     s.check(
         names.insert(scene.cloths[i].name).second, fmt::format("cloth.{}.name", i),
         fmt::format("a cloth before it is named '{}' too; allowed: a name of its own for each", scene.cloths[i].name));
   }
   for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
-    s.not_available(moving && scene.bodies[i].kind == BodyScene::Kind::mesh, fmt::format("bodies.{}.mesh", i),
-                    "contact of a moving cloth with a mesh body",
-                    "a box, sphere or plane, or cloths with dynamics: false");
+    const char* kind = scene.bodies[i].kind == BodyScene::Kind::sphere ? "sphere" : "box";
+    s.not_available(scene.bodies[i].dynamic && !scene.fluid.present, fmt::format("bodies.{}.{}.dynamic", i, kind),
+                    "a dynamic body in a scene without fluid", "false, or a scene with fluid");
   }
 }
 

@@ -8,7 +8,7 @@
 namespace drench {
 
 double estimated_bytes(const SetupSize& size) {
-  return 1000 * size.fluid + 200 * size.boundary + 700 * size.nodes + 800 * size.samples;
+  return 1000 * size.fluid + 200 * size.boundary + 700 * size.nodes + 800 * size.samples + 16 * size.field;
 }
 
 double machine_memory() {
@@ -18,10 +18,12 @@ double machine_memory() {
 void refuse_too_large(const SetupSize& size, double available) {
   const std::string counts = fmt::format(
       "{:.0f} liquid particles, {:.0f} samples of bodies, {:.0f} cloth nodes and {:.0f} "
-      "samples of cloth",
-      size.fluid, size.boundary, size.nodes, size.samples);
+      "samples of cloth{}",
+      size.fluid, size.boundary, size.nodes, size.samples,
+      size.field > 0 ? fmt::format(", {:.0f} points of distance fields", size.field) : "");
   constexpr double most = 1 << 28;
-  if (!(size.fluid <= most && size.boundary <= most && size.nodes <= most / 4 && size.samples <= most)) {
+  if (!(size.fluid <= most && size.boundary <= most && size.nodes <= most / 4 && size.samples <= most &&
+        size.field <= 8 * most)) {
     throw SetupError(
         fmt::format("the scene is too large: {}; allowed: {:.0f} of each, {:.0f} nodes", counts, most, most / 4));
   }

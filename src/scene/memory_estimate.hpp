@@ -8,10 +8,12 @@ namespace drench {
 /// Counts of what a scene holds; doubles, since a bad scene's may overflow any integer.
 struct SetupSize {
   double fluid = 0, boundary = 0, nodes = 0, samples = 0;
+  double field = 0;  // lattice points of the meshes' distance fields
 };
 
 /// Coarse: a run holds each item's state twice (host and backend) and its neighbour lists. 1,000 bytes for each liquid
-/// particle, 200 for each boundary sample, 700 for each node with its edges and hinges, 800 for each cloth sample.
+/// particle, 200 for each boundary sample, 700 for each node with its edges and hinges, 800 for each cloth sample, 16 for
+/// each point of a distance field.
 /// Particles that jets and cloths will add later are not counted.
 double estimated_bytes(const SetupSize& size);
 

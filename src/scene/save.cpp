@@ -160,18 +160,26 @@ void write_cloth(Writer& out, const ClothScene& cloth) {
   if (cloth.porous.present) write_porous(out, cloth.porous);
 }
 
+std::string motion(const BodyScene& body) {
+  std::string all = fmt::format("velocity: {}, spin: {{axis: {}, degrees_per_second: {}}}", text(body.velocity),
+                                text(body.spin.axis), text(body.spin.degrees_per_second));
+  all += fmt::format(", dynamic: {}", body.dynamic);
+  if (body.dynamic) all += fmt::format(", density: {}", text(body.density));
+  all += fmt::format(", adhesion: {}", text(body.adhesion));
+  return all;
+}
+
 void write_body(Writer& out, const BodyScene& body) {
   switch (body.kind) {
     case BodyScene::Kind::box:
-      return out.line("  - box: {{{}, inside: {}, adhesion: {}}}", corners(body.box), body.inside, text(body.adhesion));
+      return out.line("  - box: {{{}, inside: {}, {}}}", corners(body.box), body.inside, motion(body));
     case BodyScene::Kind::sphere:
-      return out.line("  - sphere: {{center: {}, radius: {}, adhesion: {}}}", text(body.center), text(body.radius), text(body.adhesion));
+      return out.line("  - sphere: {{center: {}, radius: {}, {}}}", text(body.center), text(body.radius), motion(body));
     case BodyScene::Kind::plane:
-      return out.line("  - plane: {{point: {}, normal: {}, adhesion: {}}}", text(body.point), text(body.normal), text(body.adhesion));
+      return out.line("  - plane: {{point: {}, normal: {}, {}}}", text(body.point), text(body.normal), motion(body));
     case BodyScene::Kind::mesh:
-      return out.line("  - mesh: {{file: {}, scale: {}, position: {}, spin: {{axis: {}, degrees_per_second: {}}}, adhesion: {}}}",
-                      quoted(body.file), text(body.scale), text(body.position), text(body.spin.axis),
-                      text(body.spin.degrees_per_second), text(body.adhesion));
+      return out.line("  - mesh: {{file: {}, scale: {}, position: {}, {}}}", quoted(body.file), text(body.scale),
+                      text(body.position), motion(body));
   }
 }
 

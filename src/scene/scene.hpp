@@ -137,7 +137,11 @@ struct BodyScene {
   std::string file;      // mesh
   double scale = 1.0;
   Vec3 position{0, 0, 0};  // m, added to the scaled mesh
-  SpinScene spin;          // about the mesh's bounding-box centre
+  // Prescribed motion, without end; of a dynamic body, how it starts.
+  Vec3 velocity{0, 0, 0};  // m/s
+  SpinScene spin;          // about the centre: of the box, the sphere or the mesh's bounding box; a plane's point
+  bool dynamic = false;    // sphere and box (not inside): floats and sinks, pushed by the liquid and by gravity
+  double density = 500.0;  // kg/m³, of a dynamic body
   double adhesion = 0;     // N/m; work per area that separates the liquid from the body
 };
 

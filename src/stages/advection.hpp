@@ -9,7 +9,7 @@
 //    fall is never cut, a kick is. The momentum removed goes to p's nodes: p_n += w_pn m_i Δv (fixed point, below).
 // 2. Cloth: x_n += Δt v_n for free nodes; then projected out of bodies as in stage cloth; where that moved the node,
 // the velocity into the body is removed
-//    (v_n −= n min(0, v_n·n)).
+//    (v_n −= n min(0, (v_n − v_s)·n), v_s the surface's: bodies.hpp, law 3).
 // 3. Continuous collision (Bridson et al. 2002): liquid i moves x0 → x1 = x0 + Δt v_i while triangles move linearly.
 // Candidates: triangles that carry a
 //    sample whose start position lies within the box around x0, x1 grown by cover_radius · s + the largest
@@ -22,8 +22,8 @@
 //    distance at least 1e-2 d). Impulse: for a recorded hit with inward relative normal speed u = (v_i − v_hit)·n < 0
 //    (n to the side of x0): J = −u / (1/m_i + Σ_k b_k² c_k/m_k) along n, c_k = number of particles that hit node k's
 //    triangles in this step, pinned nodes 1/m_k = 0; v_i += J n/m_i; p_k −= b_k J n.
-// 4. Bodies' failsafe: a particle behind a box's, sphere's or plane's surface (φ < 0) goes back to the surface and
-// loses its velocity into the body.
+// 4. Bodies' failsafe: a particle behind a body's surface (φ < 0, at the step's end) goes back to the surface and
+// loses its velocity into the body, relative to the surface.
 // 5. x_i = x1; age_i += Δt. Outside the domain (or for cloth nodes: never) the particle is removed and its mass enters
 // `drained`.
 //    Removal keeps the order of those that stay.

@@ -19,7 +19,7 @@
 //       projected again; ω = 1 for the first 10 iterations, then 2/(2 − ρ²), then 4/(4 − ρ² ω).
 //       ρ = max_n (1 − m_n/(Δt² D_n)), a bound for the linear part.
 //       Projection: a node whose distance φ to a body is below the cloth's thickness moves by the difference along the
-//       body's normal (bodies in their order; boxes, spheres, planes).
+//       body's normal (bodies in their order, where they are at the step's end: bodies.hpp, law 3).
 //       Every 10 iterations: residual = Σ |r_n| / Σ (1e-3 m_n |y_n − x⁰_n|/Δt² + ½ ε D_n L̄) over free nodes, nodes in
 //       contact without the part of r along the normal that presses into the body; ε the precision's rounding, L̄ the
 //       mean rest edge: below the second term sums of this precision are noise. Stop at ≤ 1. If it grew tenfold over
@@ -27,7 +27,7 @@
 //       means that the unbalanced forces are a thousandth of what moves the cloth: pins carry the weight to that.
 //       After it: v_n = (x_n − x⁰_n)/Δt. Contact nodes (φ < 1.01 thickness after the last projection; the last such
 //       body in order): node_contact_force = r_press n, r_press = max(0, −r·n), others 0; friction: the tangential
-//       speed relative to the body (at rest) falls by at most μ Δt r_press/m_n.
+//       speed relative to the body's surface falls by at most μ Δt r_press/m_n.
 //       Positions are not written: advection moves the nodes with the velocity that the density solve leaves.
 //       Pins: node_pin_force −= elastic and damping force + m_n g + f_n; their velocity is 0.
 // Reads:  node_position, node_velocity, node_liquid, fluid_kappa_density and what its forces need.

@@ -24,6 +24,7 @@
 //       diagonal (samples taken one by one, as physics.md writes it) leaves out that many particles push the same light
 //       node: with mass ratios of 100:1 the Jacobi iteration then diverges. With relaxation ω a share ω/2 of the row sum
 //       bounds it (Gershgorin), and ω is at most 0.32 where h ≥ 2 d. The factors 2 and 4: stage divergence.
+//       Dynamic bodies add their own row sum (bodies.hpp, law 6) where α_i > 0.
 //       α_i = 0 if 1/α_i < 1e-6/d² or V_i = 0.
 // Reads:  fluid_position, fluid_mass, node_position, node_liquid, boundary_volume, neighbour lists.
 // Writes: fluid_density_ratio, sample_volume; α (the backend's own).

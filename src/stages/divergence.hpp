@@ -10,7 +10,8 @@
 //   (A flow along the wall is not mirrored: Σ_b V_b ∇W_ib has no tangential part on an even wall.)
 // Force on a cloth sample F_b = Σ_i 2 m_i V_b κ_i ∇W_ib (N), on a node f_n = Σ_b w_bn F_b, its acceleration
 //     a_n = u_n (f_n − n min(0, f_n·n)) with n = direction of node_contact_force: a node that a solid supports is not
-//     pushed into it; a_b = Σ_n w_bn a_n. Solid samples: a_b = 0.
+//     pushed into it; a_b = Σ_n w_bn a_n. Solid samples: a_b = 0, of dynamic bodies as bodies.hpp,
+//     law 5, says.
 //   Nodes answer with their inertia alone: this solve is an impact, in which velocities jump and elasticity has no time.
 // Rate of compression (1/s), for velocities v_i, v_b (v_b = Σ_n w_bn v_n on cloth, boundary_velocity on solids):
 //     R_i(v) = Σ_j V_j (v_i − v_j)·∇W_ij + Σ_b 2 V_b (v_i − v_b)·∇W_ib           (= Dδ_i/Dt of the mirrored liquid)
@@ -31,4 +32,4 @@
 // solve ends and is reported. The update is not made after the last error.
 // Then v_i += Δt a_i, v_n += Δt a_n, and pinned nodes' reaction: node_pin_force −= f_n.
 // Reads:  positions, masses, velocities, node_contact_force, α, lists.
-// Writes: fluid_velocity, node_velocity, node_pin_force, fluid_kappa_divergence; StepReport::divergence_*.
+// Writes: fluid_velocity, node_velocity, node_pin_force, body velocities, fluid_kappa_divergence; StepReport::divergence_*.

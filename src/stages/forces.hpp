@@ -29,5 +29,6 @@
 //       angular momentum. Water has s = 1.
 //       Nodes carry impulses: J_k by the same recurrence from J_0 = 0 with w Δt f_n, v_n += u_n J_s;
 //       pinned: node_pin_force −= J_s/Δt.
+//       Dynamic bodies are stages too: bodies.hpp, law 4.
 // Reads:  positions, masses, velocities, fluid_density_ratio, boundary_volume, sample_volume, lists.
-// Writes: fluid_velocity, node_velocity, node_pin_force.
+// Writes: fluid_velocity, node_velocity, node_pin_force, body velocities.

@@ -15,6 +15,7 @@
 // With u* = Δt v_n from stage cloth, f° its node forces and c_n = node_contact_force:
 //     m_n/Δt² (u*_n − u_n) + F_n(u) − F_n(u*) + f_n(κ) − f°_n − c_n + contact = 0,  v_n = u_n/Δt,
 //   F = elastic and damping force; bodies as in stage cloth (they give c_n back where the node still touches).
+//   Dynamic bodies answer in every iteration too (bodies.hpp, law 5).
 //   In each iteration of κ the cloth's iteration runs in lots of 10, at most 100 iterations, until its residual is ≤ 1.
 //   (With looser limits the cloth lags behind κ, and the momentum overshoots.) Chebyshev's weights go on from one κ to
 //   the next.

@@ -3,8 +3,8 @@
 //
 // Law.  mode fixed: Δt = time.step.
 //       mode cfl:   Δt = min(time.step, λ d / v_max), but at least time.step / 1000 (Courant number λ = time.cfl,
-//       v_max = the largest speed of liquid particles and cloth nodes; a particle's speed counts what gravity adds in
-//       one maximal step, and the scene's field (forces.hpp): |v| + |g − Ω² (x − c)| · time.step). Source: Courant,
+//       v_max = the largest speed of liquid particles, cloth nodes and moving bodies (bodies.hpp, law 7); a particle's speed counts
+//       what gravity adds in one maximal step, and the scene's field (forces.hpp): |v| + |g − Ω² (x − c)| · time.step). Source: Courant,
 //       Friedrichs & Lewy 1928; Monaghan 1992. Unit: s.
 //       With surface tension or adhesion also Δt ≤ 0.7 √(ρ0 d³/(2π s)), the period of the shortest capillary waves
 //       (Brackbill, Kothe & Zemach 1992), s = the largest of σ and all `adhesion` (N/m). Drops with h = 2 d are right up

@@ -30,6 +30,12 @@ struct HostState {
   std::vector<Vec3> boundary_velocity;  // m/s
   std::vector<double> boundary_volume;  // V_b, m³
 
+  // the solid bodies themselves, one entry each
+  std::vector<Vec3> body_position;           // m: the centre (Body::center at t = 0)
+  std::vector<Quaternion> body_orientation;  // from the body as it is at t = 0 to the body as it is now
+  std::vector<Vec3> body_velocity;           // m/s, of the centre
+  std::vector<Vec3> body_angular_velocity;   // rad/s, in the world's axes
+
   // cloth nodes
   std::vector<Vec3> node_position;        // m
   std::vector<Vec3> node_velocity;        // m/s
@@ -54,6 +60,7 @@ struct HostState {
   Index fluid_count() const { return static_cast<Index>(fluid_position.size()); }
   Index node_count() const { return static_cast<Index>(node_position.size()); }
   Index sample_count() const { return static_cast<Index>(sample_volume.size()); }
+  Index body_count() const { return static_cast<Index>(body_position.size()); }
   Index boundary_count() const { return static_cast<Index>(boundary_position.size()); }
 };
 
@@ -72,6 +79,10 @@ void visit_fields(State& s, Visitor&& visit) {
   visit(std::string_view("boundary_position"), s.boundary_position);
   visit(std::string_view("boundary_velocity"), s.boundary_velocity);
   visit(std::string_view("boundary_volume"), s.boundary_volume);
+  visit(std::string_view("body_position"), s.body_position);
+  visit(std::string_view("body_orientation"), s.body_orientation);
+  visit(std::string_view("body_velocity"), s.body_velocity);
+  visit(std::string_view("body_angular_velocity"), s.body_angular_velocity);
   visit(std::string_view("node_position"), s.node_position);
   visit(std::string_view("node_velocity"), s.node_velocity);
   visit(std::string_view("node_liquid"), s.node_liquid);

@@ -86,20 +86,39 @@ struct SampleSet {
   Index count() const { return static_cast<Index>(triangle.size()); }
 };
 
+/// Signed distance (m, negative inside) to a closed mesh at t = 0 on a lattice, x fastest; empty for all other bodies.
+struct DistanceField {
+  Vec3 origin{0, 0, 0};  // m: the first lattice point
+  double spacing = 0;    // m
+  std::array<Index, 3> points{0, 0, 0};
+  std::vector<double> value;  // m
+  bool empty() const { return value.empty(); }
+};
+
 struct Body {
   BodyScene::Kind kind = BodyScene::Kind::box;
+  // the shape at t = 0
   Box box;
   bool inside = false;
-  Vec3 center{0, 0, 0};  // sphere's centre; a mesh's centre of spin
+  Vec3 center{0, 0, 0};  // m: of a box, sphere or mesh's bounding box; a plane's point. Bodies turn about it
   double radius = 0;
   Vec3 point{0, 0, 0};
   Vec3 normal{0, 1, 0};
+  double reach = 0;  // m: no point of the surface (of a plane: within the domain) is farther from the centre
+  // prescribed motion; of a dynamic body, how it starts
+  Vec3 velocity{0, 0, 0};   // m/s
   Vec3 spin_axis{0, 1, 0};  // unit
   double spin_rate = 0;     // rad/s
   double adhesion = 0;      // w, N/m
+  bool dynamic = false;
+  double mass = 0;        // kg; 0 unless dynamic
+  Vec3 inertia{0, 0, 0};  // kg m²: about the centre and the axes of t = 0, which are principal ones
   Index first_sample = 0, sample_count = 0;
   std::vector<Vec3> mesh_points;  // m, at t = 0, for the picture; empty but for meshes
   std::vector<std::array<Index, 3>> mesh_triangles;
+  DistanceField field;  // of a closed mesh
+
+  bool moves() const { return dynamic || spin_rate != 0 || velocity != Vec3{0, 0, 0}; }
 };
 
 /// Samples of the solid bodies at t = 0, all bodies concatenated.
@@ -160,7 +179,12 @@ struct Model {
   bool has_boundary() const { return boundary.count() > 0; }
   bool has_moving_body() const {
     for (const auto& b : bodies)
-      if (b.spin_rate != 0) return true;
+      if (b.moves()) return true;
+    return false;
+  }
+  bool has_dynamic_body() const {
+    for (const auto& b : bodies)
+      if (b.dynamic) return true;
     return false;
   }
   bool has_sticky_cloth() const {

@@ -7,6 +7,7 @@
 namespace drench {
 
 using Vec3 = std::array<double, 3>;  ///< a vector or point, x y z
+using Quaternion = std::array<double, 4>;  ///< a rotation, w x y z, of length 1
 using Index = std::int32_t;          ///< index of a particle, node, sample or triangle
 using Quanta = std::int64_t;         ///< liquid mass as a count of quanta q = m0 / 2^32
 

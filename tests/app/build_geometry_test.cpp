@@ -11,6 +11,7 @@
 
 #include "scene/body_geometry.hpp"
 #include "scene/build.hpp"
+#include "scene/distance_field.hpp"
 #include "scene/eigen_vec.hpp"
 #include "scene/memory_estimate.hpp"
 #include "scene/point_grid.hpp"
@@ -105,6 +106,58 @@ TEST(BodyGeometry, DistancesArePositiveOnTheFreeSideAndNormalsAreTheirGradients)
   EXPECT_DOUBLE_EQ(signed_distance(make_body(box_body(box), "", ""), {0.6, 0.9, 0}, n), 0.5);
   EXPECT_NEAR(signed_distance(make_body(box_body(box, true), "", ""), {0.29, 0, 0}, n), 0.01, 1e-15);
   EXPECT_EQ(n, (Vec3{-1, 0, 0}));
+}
+
+/// The surface of a box as twelve triangles, some of them turned inwards.
+void make_box_mesh(Body& body, const Box& box) {
+  body.kind = BodyScene::Kind::mesh;
+  for (int k = 0; k < 8; ++k)
+    body.mesh_points.push_back(
+        {k & 1 ? box.max[0] : box.min[0], k & 2 ? box.max[1] : box.min[1], k & 4 ? box.max[2] : box.min[2]});
+  body.mesh_triangles = {{0, 2, 1}, {1, 2, 3}, {4, 5, 6}, {5, 6, 7}, {0, 1, 4}, {1, 5, 4},
+                         {2, 6, 3}, {3, 6, 7}, {0, 4, 2}, {2, 4, 6}, {1, 3, 5}, {3, 7, 5}};
+}
+
+TEST(BodyGeometry, TheFieldOfABoxMeshIsTheBoxsDistance) {
+  const Box box{{-0.15, -0.1, -0.2}, {0.15, 0.25, 0.05}};
+  Body mesh, solid;
+  solid.box = box;
+  make_box_mesh(mesh, box);
+  constexpr double step = 0.02, margin = 0.05;
+  mesh.field = lay_field(mesh, step, margin);
+  EXPECT_DOUBLE_EQ(mesh.field.spacing, 0.5 * step);
+  fill_field(mesh, mesh.field);
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> uniform(0, 1);
+  double at_faces = 0, anywhere = 0, deep = 0, slope = 0;
+  for (int trial = 0; trial < 20000; ++trial) {
+    Vec3 x, n, m;
+    for (int a = 0; a < 3; ++a) x[a] = box.min[a] - margin + uniform(random) * (box.max[a] - box.min[a] + 2 * margin);
+    const double expected = signed_distance(solid, x, n), found = field_distance(mesh.field, x, m);
+    const double error = std::abs(found - expected);
+    if (expected < -4 * step) {
+      deep = std::max(deep, error);
+      EXPECT_LT(found, 0);
+      continue;
+    }
+    anywhere = std::max(anywhere, error);
+    // Away from edges the distance is linear, and the lattice has it exactly.
+    int outside = 0, near = 0;
+    for (int a = 0; a < 3; ++a) {
+      const double beyond = std::max(box.min[a] - x[a], x[a] - box.max[a]);
+      outside += beyond > 0;
+      near += beyond > -step - std::abs(expected);
+    }
+    if (near > 1 || outside > 1) continue;
+    at_faces = std::max(at_faces, error);
+    slope = std::max(slope, (to_eigen(n) - to_eigen(m)).norm());
+  }
+  EXPECT_LT(at_faces, 1e-9);
+  EXPECT_LT(slope, 1e-6);
+  EXPECT_LT(anywhere, 0.25 * step) << "along edges";
+  EXPECT_LT(deep, 2.1 * step) << "deep inside, between exact points four lattice steps apart";
+  Vec3 n;
+  EXPECT_GT(field_distance(mesh.field, {3, 0, 0}, n), 1e29);
 }
 
 TEST(BodySamples, BoxHasEdgesAndCornersOnce) {

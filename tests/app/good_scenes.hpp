@@ -53,10 +53,10 @@ cloth:
     mesh: {file: exists.obj, scale: 0.01}
     dynamics: false
 bodies:
-  - box: {min: [-1, -1, -1], max: [1, 2, 1], inside: true, adhesion: 0.02}
-  - sphere: {center: [0, 0.2, 0], radius: 0.25, adhesion: 0.03}
-  - plane: {point: [0, -0.5, 0], normal: [0, 2, 0], adhesion: 0.04}
-  - mesh: {file: mesh.PLY, scale: 1.5, position: [1, 0, 0], spin: {axis: [0, 0, 1], degrees_per_second: -90}, adhesion: 0.06}
+  - box: {min: [-1, -1, -1], max: [1, 2, 1], inside: true, velocity: [0.1, 0, -0.2], adhesion: 0.02}
+  - sphere: {center: [0, 0.2, 0], radius: 0.25, dynamic: true, density: 400}
+  - plane: {point: [0, -0.5, 0], normal: [0, 2, 0], spin: {axis: [1, 0, 0], degrees_per_second: 5}, adhesion: 0.04}
+  - mesh: {file: mesh.PLY, scale: 1.5, position: [1, 0, 0], velocity: [0, 0, 1], spin: {axis: [0, 0, 1], degrees_per_second: -90}, adhesion: 0.06}
 )";
 
 }  // namespace drench::testing

@@ -103,7 +103,7 @@ TEST_F(MeshFiles, RoundTripsThroughEveryFormat) {
     for (const Vec3& x : mesh.points) EXPECT_NEAR(to_eigen(x).norm(), 0.2, 2e-6) << name;
   }
 
-  // As a body: samples on it, none too close, none of the surface far from one, inside told from outside, spin.
+  // As a body: samples half a spacing below it, none too close, none of that surface far from one, inside told from outside, spin.
   Scene scene = wet_scene();
   scene.path = (folder_ / "scene.yaml").string();
   BodyScene body;
@@ -129,10 +129,20 @@ TEST_F(MeshFiles, RoundTripsThroughEveryFormat) {
   for (const auto& t : made.mesh_triangles) {
     double u = uniform(random), v = uniform(random);
     if (u + v > 1) u = 1 - u, v = 1 - v;
-    const Eigen::Vector3d p = at(t[0]) + u * (at(t[1]) - at(t[0])) + v * (at(t[2]) - at(t[0]));
+    Eigen::Vector3d p = at(t[0]) + u * (at(t[1]) - at(t[0])) + v * (at(t[2]) - at(t[0]));
+    p -= 0.5 * d * (p - to_eigen(made.center)).normalized();
     double nearest = 1;
     for (const Vec3& s : x) nearest = std::min(nearest, (p - to_eigen(s)).norm());
     EXPECT_LE(nearest, d);
+  }
+  double inner = 0.3;  // radius of the mesh's inscribed ball
+  for (const auto& t : made.mesh_triangles) {
+    const Eigen::Vector3d across = (at(t[1]) - at(t[0])).cross(at(t[2]) - at(t[0])).normalized();
+    inner = std::min(inner, std::abs(across.dot(at(t[0]) - to_eigen(made.center))));
+  }
+  for (const Vec3& p : x) {
+    EXPECT_GT((to_eigen(p) - to_eigen(made.center)).norm(), inner - 0.55 * d);
+    EXPECT_LT((to_eigen(p) - to_eigen(made.center)).norm(), 0.3 - 0.45 * d);
   }
   double volume = 0;
   for (const auto& t : made.mesh_triangles) volume += at(t[0]).dot(at(t[1]).cross(at(t[2]))) / 6;

@@ -13,6 +13,7 @@
 #include "output/vtu_series.hpp"
 #include "pipeline/pipeline.hpp"
 #include "run_program.hpp"
+#include "scene/body_geometry.hpp"
 
 namespace drench::test {
 namespace {
@@ -185,8 +186,11 @@ TEST(Output, StillBodiesAreWrittenOnceAndMovingOnesTurn) {
   ball.radius = 0.25;
   e.model.bodies = {floor, ball, turning_square(90)};
   FrameWriter writer(folder.path(), e.model);
+  start_bodies(e.model, e.state);
   for (const double time : {0.0, 1.0, 1.5}) {
     e.state.time = time;
+    const double half = 0.5 * e.model.bodies[2].spin_rate * time;
+    e.state.body_orientation[2] = {std::cos(half), 0, 0, std::sin(half)};
     writer.write(e.state);
   }
   const auto entries = read_collection(folder.path() / "bodies.pvd");
@@ -209,6 +213,35 @@ TEST(Output, StillBodiesAreWrittenOnceAndMovingOnesTurn) {
         farthest,
         std::abs(std::hypot(solid->GetPoint(i)[0], solid->GetPoint(i)[1] - 0.5, solid->GetPoint(i)[2]) - 0.25));
   EXPECT_LT(farthest, 1e-6) << "the sphere's points lie on it";
+}
+
+TEST(Output, BodiesAreShownWhereTheyAre) {
+  Example e;
+  Body box, ball, plane;
+  box.box = {{-0.1, -0.2, -0.3}, {0.1, 0.2, 0.3}};
+  box.dynamic = true;
+  ball.kind = BodyScene::Kind::sphere;
+  ball.radius = 0.1;
+  ball.velocity = {1, 0, 0};
+  plane.kind = BodyScene::Kind::plane;
+  plane.velocity = {0, 1, 0};
+  e.model.bodies = {box, ball, plane};
+  start_bodies(e.model, e.state);
+  e.state.body_position = {{0.5, 0.5, 0.5}, {0.25, 0, 0}, {0, 0.5, 0}};
+  e.state.body_orientation[0] = {std::sqrt(0.5), 0, 0, std::sqrt(0.5)};  // a quarter turn: x and y change places
+  for (const std::size_t k : {0, 1, 2}) {
+    Model one = e.model;
+    one.bodies = {e.model.bodies[k]};
+    HostState state = e.state;
+    state.body_position = {e.state.body_position[k]};
+    state.body_orientation = {e.state.body_orientation[k]};
+    double b[6];
+    bodies_grid(one, &state)->GetBounds(b);
+    const double expected[3][6] = {
+        {0.3, 0.7, 0.4, 0.6, 0.2, 0.8}, {0.15, 0.35, -0.1, 0.1, -0.1, 0.1}, {-1, 1, 0.5, 0.5, -1, 1}};
+    for (int a = 0; a < 6; ++a) EXPECT_NEAR(b[a], expected[k][a], 2e-3) << "body " << k << " bound " << a;
+    EXPECT_EQ(bodies_grid(one, nullptr)->GetNumberOfCells(), 0);
+  }
 }
 
 TEST(Output, StillBodiesAloneTakeOneEntry) {
@@ -265,7 +298,7 @@ TEST(Output, PlanesEndAtTheDomain) {
     plane.point = c.point;
     plane.normal = c.normal;
     e.model.bodies = {plane};
-    const Grid grid = bodies_grid(e.model, false, 0);
+    const Grid grid = bodies_grid(e.model, nullptr);
     ASSERT_EQ(grid->GetNumberOfPoints(), c.corners);
     EXPECT_EQ(grid->GetNumberOfCells(), c.corners > 0 ? 1 : 0);
     EXPECT_NEAR(c.corners > 0 ? polygon_area(grid) : 0.0, c.area, 1e-5);

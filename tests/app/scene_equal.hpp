@@ -29,7 +29,8 @@ inline auto fields(const ClothScene& s) {
 }
 inline auto fields(const SpinScene& s) { const auto& [a, b] = s; return std::tie(a, b); }
 inline auto fields(const BodyScene& s) {
-  const auto& [a, b, c, d, e, f, g, h, i, j, k, l] = s; return std::tie(a, b, c, d, e, f, g, h, i, j, k, l);
+  const auto& [a, b, c, d, e, f, g, h, i, j, k, l, m, n, o] = s;
+  return std::tie(a, b, c, d, e, f, g, h, i, j, k, l, m, n, o);
 }
 inline auto fields(const FieldScene& s) { const auto& [a, b, c] = s; return std::tie(a, b, c); }
 /// Where a scene came from is no part of what it says.

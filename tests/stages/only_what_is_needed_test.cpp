@@ -100,6 +100,20 @@ TEST(only_what_is_needed, without_cloth_no_cloth_or_porous_kernel_and_no_memory_
       EXPECT_EQ(label.find(part), std::string::npos) << label;
 }
 
+TEST(only_what_is_needed, bodies_at_rest_cost_no_kernel_of_moving_ones) {
+  const std::initializer_list<const char*> moving = {"drench::bodies", "drench::body_", "distance_field"};
+  {
+    const Watch watch(wet_scene());
+    EXPECT_EQ(containing(launched, moving) + containing(allocated, moving), 0);
+  }
+  const std::string spinning =
+      with(wet_scene(), "radius: 0.05}", "radius: 0.05, spin: {axis: [0, 1, 0], degrees_per_second: 90}}");
+  {
+    const Watch watch(spinning);
+    EXPECT_EQ(containing(launched, {"drench::bodies"}), 3) << "solids, motion, samples";
+  }
+}
+
 TEST(only_what_is_needed, without_fluid_no_fluid_or_porous_kernel) {
   const Watch watch(no_fluid);
   EXPECT_GT(containing(launched, {"drench::cloth"}), 0);

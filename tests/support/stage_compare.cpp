@@ -19,10 +19,14 @@ constexpr double tolerance = 1e-4;
 #endif
 
 double magnitude(const Vec3& a) { return std::sqrt(a[0] * a[0] + a[1] * a[1] + a[2] * a[2]); }
+double magnitude(const Quaternion& a) { return std::sqrt(a[0] * a[0] + a[1] * a[1] + a[2] * a[2] + a[3] * a[3]); }
 double magnitude(double a) { return std::fabs(a); }
 double magnitude(std::int64_t a) { return std::fabs(static_cast<double>(a)); }
 double magnitude(std::uint8_t a) { return a; }
 Vec3 difference(const Vec3& a, const Vec3& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
+Quaternion difference(const Quaternion& a, const Quaternion& b) {
+  return {a[0] - b[0], a[1] - b[1], a[2] - b[2], a[3] - b[3]};
+}
 double difference(double a, double b) { return a - b; }
 std::int64_t difference(std::int64_t a, std::int64_t b) { return a - b; }
 std::int64_t difference(std::uint8_t a, std::uint8_t b) { return std::int64_t(a) - b; }

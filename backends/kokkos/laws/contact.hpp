@@ -1,5 +1,6 @@
 #pragma once
-// Contact with the analytic bodies: boxes, containers, spheres and planes. Meshes act through their samples only.
+// Contact with the solid bodies, where they are at the end of the step. A mesh that is not closed has no distance: it acts
+// through its samples only.
 
 #include "device.hpp"
 
@@ -32,8 +33,63 @@ KOKKOS_INLINE_FUNCTION SolidDistance box_distance(const Real3& lo, const Real3& 
   return {distance, {normal[0], normal[1], normal[2]}};
 }
 
+constexpr Real far_away = Real(1e30);  // m
+
+/// Distance to a closed mesh from its field (trilinear), `x` relative to the centre in the body's own axes. Beyond the
+/// lattice: far away.
+KOKKOS_INLINE_FUNCTION SolidDistance field_distance(const Solid& s, const Real3& x) {
+  if (s.field == nullptr) return {far_away, {0, 0, 0}};
+  const Real at[3] = {(x.x - s.field_origin.x) / s.field_spacing, (x.y - s.field_origin.y) / s.field_spacing,
+                      (x.z - s.field_origin.z) / s.field_spacing};
+  Index cell[3];
+  Real w[3];
+  for (int a = 0; a < 3; ++a) {
+    const Index last = s.field_points[a] - 1;
+    if (!(at[a] >= 0 && at[a] <= Real(last))) return {far_away, {0, 0, 0}};
+    cell[a] = static_cast<Index>(at[a]);
+    if (cell[a] == last) --cell[a];
+    w[a] = at[a] - Real(cell[a]);
+  }
+  Real phi = 0, slope[3] = {0, 0, 0};
+  for (int corner = 0; corner < 8; ++corner) {
+    const int on[3] = {corner & 1, corner >> 1 & 1, corner >> 2};
+    const Real value =
+        s.field[(static_cast<std::int64_t>(cell[2] + on[2]) * s.field_points[1] + cell[1] + on[1]) * s.field_points[0] +
+                cell[0] + on[0]];
+    Real part[3];
+    for (int a = 0; a < 3; ++a) part[a] = on[a] ? w[a] : 1 - w[a];
+    phi += part[0] * part[1] * part[2] * value;
+    slope[0] += (on[0] ? value : -value) * part[1] * part[2];
+    slope[1] += (on[1] ? value : -value) * part[0] * part[2];
+    slope[2] += (on[2] ? value : -value) * part[0] * part[1];
+  }
+  const Real3 gradient{slope[0], slope[1], slope[2]};
+  const Real length = norm(gradient);
+  return {phi, length > 0 ? (1 / length) * gradient : Real3{0, 1, 0}};
+}
+
+/// The vector with the components of `own` along a moving solid's axes.
+KOKKOS_INLINE_FUNCTION Real3 to_world(const Solid& solid, const Real3& own) {
+  return own.x * solid.axis[0] + own.y * solid.axis[1] + own.z * solid.axis[2];
+}
+
+/// Velocity (m/s) of a solid's surface at x + shift.
+KOKKOS_INLINE_FUNCTION Real3 surface_velocity(const Solid& solid, const Real3& x, const Real3& shift) {
+  if (!solid.moves) return {0, 0, 0};
+  return solid.velocity + cross(solid.spin, (x - solid.center) + shift);
+}
+
 /// Distance of the point x + shift to a solid; the two are kept apart so that small shifts keep their digits in floats.
 KOKKOS_INLINE_FUNCTION SolidDistance solid_distance(const Solid& solid, const Real3& x, const Real3& shift) {
+  if (solid.kind == 3 || (solid.kind == 0 && solid.moves)) {
+    const Real3 arm = (x - solid.center) + shift;
+    const Real3 own =
+        solid.moves ? Real3{dot(arm, solid.axis[0]), dot(arm, solid.axis[1]), dot(arm, solid.axis[2])} : arm;
+    SolidDistance d = solid.kind == 3 ? field_distance(solid, own) : box_distance(-solid.half - own, own - solid.half);
+    if (solid.inside) d = {-d.phi, -d.normal};
+    if (solid.moves) d.normal = to_world(solid, d.normal);
+    return d;
+  }
   if (solid.kind == 0) {
     SolidDistance box = box_distance((solid.min - x) - shift, (x - solid.max) + shift);
     if (solid.inside) box = {-box.phi, -box.normal};
@@ -45,7 +101,7 @@ KOKKOS_INLINE_FUNCTION SolidDistance solid_distance(const Solid& solid, const Re
     return {r - solid.radius, r > 0 ? (1 / r) * out : Real3{0, 1, 0}};
   }
   if (solid.kind == 2) return {dot(x - solid.point, solid.normal) + dot(shift, solid.normal), solid.normal};
-  return {Real(1e30), {0, 0, 0}};
+  return {far_away, {0, 0, 0}};
 }
 
 /// Moves x + shift out of all solids, in their order, to the distance τ (m) where it is nearer; returns the new shift.
@@ -55,6 +111,12 @@ KOKKOS_INLINE_FUNCTION Real3 project_out(const Array<Solid>& solids, const Real3
     if (d.phi < thickness) shift += (thickness - d.phi) * d.normal;
   }
   return shift;
+}
+
+/// v − n min(0, (v − v_s)·n): without the part that goes into a solid whose surface moves with v_s.
+KOKKOS_INLINE_FUNCTION Real3 without_inward(const Real3& v, const Real3& normal, const Real3& surface) {
+  const Real inward = dot(v - surface, normal);
+  return inward < 0 ? v - inward * normal : v;
 }
 
 /// v − n min(0, v·n): without the part that goes into the solid.

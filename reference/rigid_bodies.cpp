@@ -1,0 +1,145 @@
+#include "rigid_bodies.hpp"
+
+#include <Eigen/Dense>
+
+namespace drench::reference {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+bool is_dynamic(const ReferenceState& state, Index sample) {
+  return state.model.bodies[state.model.boundary.body[sample]].dynamic;
+}
+
+Vector3d arm_of(const ReferenceState& state, Index sample) {
+  return vec(state.s.boundary_position[sample]) - vec(state.s.body_position[state.model.boundary.body[sample]]);
+}
+
+/// Accelerations of the bodies' centres (m/s²) and their turning (rad/s²), six numbers a body.
+std::vector<Eigen::Matrix<double, 6, 1>> accelerations(const ReferenceState& state, const Vectors& sample_force) {
+  const Model& m = state.model;
+  std::vector<Eigen::Matrix<double, 6, 1>> load(m.bodies.size(), Eigen::Matrix<double, 6, 1>::Zero());
+  for (Index b = 0; b < m.boundary.count(); ++b) {
+    load[m.boundary.body[b]].head<3>() += sample_force[b];
+    load[m.boundary.body[b]].tail<3>() += arm_of(state, b).cross(sample_force[b]);
+  }
+  for (std::size_t k = 0; k < m.bodies.size(); ++k) {
+    if (!m.bodies[k].dynamic) {
+      load[k].setZero();
+      continue;
+    }
+    const Matrix3d i = inertia(m.bodies[k], pose_of(state.s, static_cast<Index>(k)));
+    load[k].head<3>() /= m.bodies[k].mass;
+    load[k].tail<3>() = i.inverse() * load[k].tail<3>();
+  }
+  return load;
+}
+
+}  // namespace
+
+Pose pose_of(const HostState& s, Index body) {
+  const Quaternion& q = s.body_orientation[body];
+  return {vec(s.body_position[body]), vec(s.body_velocity[body]), vec(s.body_angular_velocity[body]),
+          Eigen::Quaterniond(q[0], q[1], q[2], q[3])};
+}
+
+void set_pose(HostState& s, Index body, const Pose& pose) {
+  s.body_position[body] = arr(pose.position);
+  s.body_velocity[body] = arr(pose.velocity);
+  s.body_angular_velocity[body] = arr(pose.spin);
+  s.body_orientation[body] = {pose.turn.w(), pose.turn.x(), pose.turn.y(), pose.turn.z()};
+}
+
+Pose advanced(const Pose& pose, double dt) {
+  Pose end = pose;
+  end.position += dt * pose.velocity;
+  const double angle = dt * pose.spin.norm();
+  if (angle > 0) end.turn = Eigen::AngleAxisd(angle, pose.spin.normalized()) * pose.turn;
+  end.turn.normalize();
+  return end;
+}
+
+Matrix3d inertia(const Body& body, const Pose& pose) {
+  const Matrix3d r = pose.turn.toRotationMatrix();
+  return r * vec(body.inertia).asDiagonal() * r.transpose();
+}
+
+void refresh_body_samples(ReferenceState& state) {
+  for (Index b = 0; b < state.model.boundary.count(); ++b) {
+    if (!is_dynamic(state, b)) continue;
+    const Pose pose = pose_of(state.s, state.model.boundary.body[b]);
+    state.s.boundary_velocity[b] = arr(pose.velocity_at(vec(state.s.boundary_position[b])));
+  }
+}
+
+void accelerate_bodies(ReferenceState& state, const Vectors& sample_force, double dt) {
+  if (!state.model.has_dynamic_body()) return;
+  const auto gain = accelerations(state, sample_force);
+  for (Index k = 0; k < state.s.body_count(); ++k) {
+    Pose pose = pose_of(state.s, k);
+    pose.velocity += dt * gain[k].head<3>();
+    pose.spin += dt * gain[k].tail<3>();
+    set_pose(state.s, k, pose);
+  }
+  refresh_body_samples(state);
+}
+
+Vectors body_pressure_forces(const ReferenceState& state, const std::vector<double>& kappa) {
+  const Smoothing w(state.model);
+  Vectors force(state.s.boundary_position.size(), Vector3d::Zero());
+  for (Index i = 0; i < state.s.fluid_count(); ++i) {
+    for (const Index b : state.fluid_boundary[i]) {
+      const Vector3d gradient = w.gradient(vec(state.s.fluid_position[i]) - vec(state.s.boundary_position[b]));
+      force[b] += wall_share * fluid_mass(state, i) * state.s.boundary_volume[b] * kappa[i] * gradient;
+    }
+  }
+  return force;
+}
+
+void respond_bodies(ReferenceState& state, const std::vector<double>& kappa, double dt) {
+  state.boundary_predicted.clear();
+  for (const Vec3& v : state.s.boundary_velocity) state.boundary_predicted.push_back(vec(v));
+  if (!state.model.has_dynamic_body()) return;
+  const auto gain = accelerations(state, body_pressure_forces(state, kappa));
+  for (Index b = 0; b < state.model.boundary.count(); ++b) {
+    const auto& a = gain[state.model.boundary.body[b]];
+    state.boundary_predicted[b] += dt * (a.head<3>() + a.tail<3>().cross(arm_of(state, b)));
+  }
+}
+
+void accept_bodies(ReferenceState& state, const std::vector<double>& kappa, double dt) {
+  if (state.model.has_dynamic_body()) accelerate_bodies(state, body_pressure_forces(state, kappa), dt);
+}
+
+void add_body_rows(ReferenceState& state) {
+  const Model& m = state.model;
+  if (!m.has_dynamic_body()) return;
+  const Smoothing w(m);
+  // Absolute forces and torques that unit κ of all particles would make.
+  std::vector<double> push(m.bodies.size(), 0.0), turn(m.bodies.size(), 0.0);
+  const auto gradient_at = [&](Index i, Index b) {
+    return w.gradient(vec(state.s.fluid_position[i]) - vec(state.s.boundary_position[b]));
+  };
+  for (Index i = 0; i < state.s.fluid_count(); ++i) {
+    for (const Index b : state.fluid_boundary[i]) {
+      const double load = fluid_mass(state, i) * state.s.boundary_volume[b];
+      push[m.boundary.body[b]] += load * gradient_at(i, b).norm();
+      turn[m.boundary.body[b]] += load * arm_of(state, b).cross(gradient_at(i, b)).norm();
+    }
+  }
+  for (Index i = 0; i < state.s.fluid_count(); ++i) {
+    if (state.alpha[i] == 0) continue;
+    double row = 0;
+    for (const Index b : state.fluid_boundary[i]) {
+      if (!is_dynamic(state, b)) continue;
+      const Index k = m.boundary.body[b];
+      row += state.s.boundary_volume[b] *
+             (gradient_at(i, b).norm() * push[k] / m.bodies[k].mass +
+              arm_of(state, b).cross(gradient_at(i, b)).norm() * turn[k] / vec(m.bodies[k].inertia).minCoeff());
+    }
+    state.alpha[i] = 1 / (1 / state.alpha[i] + 0.3 * wall_share * wall_share * row);
+  }
+}
+
+}  // namespace drench::reference

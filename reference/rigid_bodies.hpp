@@ -1,0 +1,37 @@
+#pragma once
+// Rigid bodies of the oracle: poses, and how dynamic bodies answer to forces. Laws: src/stages/bodies.hpp.
+
+#include "common.hpp"
+
+namespace drench::reference {
+
+/// m, m/s, rad/s.
+struct Pose {
+  Eigen::Vector3d position, velocity, spin;
+  Eigen::Quaterniond turn;
+
+  Eigen::Vector3d velocity_at(const Eigen::Vector3d& x) const { return velocity + spin.cross(x - position); }
+};
+
+Pose pose_of(const HostState& s, Index body);
+void set_pose(HostState& s, Index body, const Pose& pose);
+/// After dt of steady motion.
+Pose advanced(const Pose& pose, double dt);
+/// Inertia in the world's axes, kg m².
+Eigen::Matrix3d inertia(const Body& body, const Pose& pose);
+
+/// Forces on the boundary samples, N → changes of the dynamic bodies' velocities in dt: v += Δt F/M, ω += Δt I⁻¹ T.
+void accelerate_bodies(ReferenceState& state, const Vectors& sample_force, double dt);
+/// boundary_velocity of the samples of dynamic bodies.
+void refresh_body_samples(ReferenceState& state);
+
+/// Forces of the pressures κ on the boundary samples, N.
+Vectors body_pressure_forces(const ReferenceState& state, const std::vector<double>& kappa);
+/// state.boundary_predicted: the velocities that these forces leave the boundary samples.
+void respond_bodies(ReferenceState& state, const std::vector<double>& kappa, double dt);
+/// The dynamic bodies take what the pressures κ give them.
+void accept_bodies(ReferenceState& state, const std::vector<double>& kappa, double dt);
+/// The dynamic bodies' share of the Jacobi diagonal, added to α.
+void add_body_rows(ReferenceState& state);
+
+}  // namespace drench::reference

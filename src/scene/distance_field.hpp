@@ -1,0 +1,22 @@
+#pragma once
+// Signed distance fields of closed meshes, made at set-up.
+
+#include <string>
+
+#include "state/model.hpp"
+
+namespace drench {
+
+/// How the lattice lies around the mesh: spacing half of `spacing` (m), `margin` (m) beyond its bounding box, and at
+/// least one cell more. Without the values.
+DistanceField lay_field(const Body& body, double spacing, double margin);
+
+/// The distances, exact to the triangles (VTK) at all points nearer to the surface than about eight steps of the lattice;
+/// farther away between exact ones four steps apart. The sign is negative inside, whichever way the triangles are
+/// turned. The mesh must be closed.
+void fill_field(const Body& body, DistanceField& field);
+
+/// Trilinear value (m) at x, and the unit vector of its gradient; far away (1e30, 0) beyond the lattice.
+double field_distance(const DistanceField& field, const Vec3& x, Vec3& normal);
+
+}  // namespace drench
