@@ -75,7 +75,7 @@ Rates rates(const ReferenceState& state, const Velocities& v) {
     }
     for (const Index b : state.fluid_sample[i]) {
       const double before = bound;
-      const Vector3d term = add(0.4 * s.sample_volume[b] / ratio(i), vi - v.sample[b], xi - sample[b]);
+      const Vector3d term = add(0.57 * s.sample_volume[b] / ratio(i), vi - v.sample[b], xi - sample[b]);
       out.sample_force[b] -= fluid_mass(state, i) * term;
       out.sample_bound[b] += fluid_mass(state, i) * (bound - before);
     }

@@ -74,6 +74,13 @@ void density_and_alpha(Device& d) {
   const auto nf = d.fluid_fluid.count, nb = d.fluid_boundary.count, ns = d.fluid_sample.count;
   const auto lf = d.fluid_fluid.list, lb = d.fluid_boundary.list, ls = d.fluid_sample.list;
   const bool solids = d.boundary.count > 0, cloth = d.samples.count > 0;
+  auto& kept = d.fluid_fluid.slope;
+  if (kept.extent(0) != lf.extent(0) || kept.extent(1) != lf.extent(1)) {
+    kept = {};  // free before allocating
+    kept = Kokkos::View<Real**, MemSpace>(Kokkos::ViewAllocateWithoutInitializing("drench::pair_slope"), lf.extent(0),
+                                          lf.extent(1));
+  }
+  const auto pair_slope = kept;
   parallel(
       "drench::density::ratio_alpha", d.fluid.count, KOKKOS_LAMBDA(const Index i) {
         const Real3 xi = x(i);
@@ -82,10 +89,11 @@ void density_and_alpha(Device& d) {
         for (Index k = 0; k < nf(i); ++k) {
           const Index j = lf(i, k);
           const Real3 r = xi - x(j);
-          const Real length = norm(r), slope = kernel.slope(length);
+          const Real length = norm(r), slope = kernel.slope(length), weighted = volume(j) * slope;
+          pair_slope(i, k) = weighted;
           delta += volume(j) * kernel.value(length);
-          gradient += volume(j) * slope * r;
-          squares += volume(j) * slope * slope * length * length;
+          gradient += weighted * r;
+          squares += weighted * slope * length * length;
         }
         squares *= volume(i);
         if (solids)

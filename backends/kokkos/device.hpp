@@ -17,6 +17,7 @@ struct NeighborList {
   Array<Index> count;
   Kokkos::View<Index**, MemSpace> list;
   Index rows = 0;
+  Kokkos::View<Real**, MemSpace> slope;  // beside `list`, where a stage keeps it: V_j (dW/dr)/r, 1/m² (stage density)
 };
 
 /// Liquid particles; arrays are at least `count` long (capacity grows between steps).

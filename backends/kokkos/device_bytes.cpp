@@ -10,7 +10,7 @@ std::int64_t sum_bytes(const Views&... v) {
   return (std::int64_t{0} + ... + static_cast<std::int64_t>(v.span() * sizeof(typename Views::value_type)));
 }
 
-std::int64_t list_bytes(const NeighborList& l) { return sum_bytes(l.count, l.list); }
+std::int64_t list_bytes(const NeighborList& l) { return sum_bytes(l.count, l.list, l.slope); }
 
 }  // namespace
 

@@ -34,12 +34,12 @@ void inviscid(Device& d, Real dt) {
 /// δ_i as the viscosity counts it.
 KOKKOS_INLINE_FUNCTION Real bounded_ratio(Real delta) { return delta < Real(0.5) ? Real(0.5) : delta; }
 
-/// V_j/√δ_j in work.rate: with it the pairs' mean costs nothing.
-void pair_volumes(const Device& d) {
-  const auto volume = d.work.volume, ratio = d.fluid.density_ratio, pair_volume = d.work.rate;
+/// 1/√δ_j in work.rate: with it the pairs' mean costs nothing.
+void pair_shares(const Device& d) {
+  const auto ratio = d.fluid.density_ratio, share = d.work.rate;
   parallel(
-      "drench::forces::pair_volume", d.fluid.count,
-      KOKKOS_LAMBDA(const Index i) { pair_volume(i) = volume(i) / Kokkos::sqrt(bounded_ratio(ratio(i))); });
+      "drench::forces::pair_share", d.fluid.count,
+      KOKKOS_LAMBDA(const Index i) { share(i) = 1 / Kokkos::sqrt(bounded_ratio(ratio(i))); });
 }
 
 /// The liquid's change in a stage, in work.predicted. Returns the largest C_i, 1/s.
@@ -51,20 +51,20 @@ double liquid_change(const Device& d, const Stage& stage) {
   const bool solids = d.boundary.count > 0, cloth = d.samples.count > 0;
   const auto x = d.fluid.position, xb = d.boundary.position, xs = d.samples.position;
   const auto v = d.fluid.velocity, change = d.work.predicted, ub = d.boundary.velocity, us = d.samples.velocity;
-  const auto volume = d.work.rate, ratio = d.fluid.density_ratio;  // V_j/√δ_j
+  const auto shares = d.work.rate;  // 1/√δ_j
   const auto vb = d.boundary.volume, vs = d.samples.volume;
   const auto nf = d.fluid_fluid.count, nb = d.fluid_boundary.count, ns = d.fluid_sample.count;
   const auto lf = d.fluid_fluid.list, lb = d.fluid_boundary.list, ls = d.fluid_sample.list;
+  const auto slope = d.fluid_fluid.slope;
   return maximum(
       "drench::forces::liquid", d.fluid.count, KOKKOS_LAMBDA(const Index i) {
         const Real3 xi = x(i), vi = v(i);
-        const Real share = 1 / Kokkos::sqrt(bounded_ratio(ratio(i)));
+        const Real share = shares(i);
         ViscousSum sum;
         for (Index k = 0; k < nf(i); ++k) {
           const Index j = lf(i, k);
           const Real3 r = xi - x(j);
-          const Real r2 = dot(r, r);
-          sum.add(volume(j), vi - v(j), r, r2, kernel.slope(Kokkos::sqrt(r2)));
+          sum.add(shares(j), vi - v(j), r, dot(r, r), slope(i, k));
         }
         if (solids)
           for (Index k = 0; k < nb(i); ++k) {
@@ -186,7 +186,7 @@ void forces(Device& d, const StepInfo& info, StepReport&) {
     return;
   }
   const bool cloth = d.samples.count > 0;
-  pair_volumes(d);
+  pair_shares(d);
   if (cloth) {
     refresh_samples(d);  // the divergence solve has changed the nodes' velocities
     refresh_inverse_mass(d);

@@ -91,9 +91,10 @@ void predict_liquid(Device& d, const Array<Real>& kappa, Real dt) {
   const Real half = Real(0.5) * d.spacing;
   const auto x = d.fluid.position, xb = d.boundary.position, xs = d.samples.position, normal = d.samples.normal;
   const auto v = d.fluid.velocity, predicted = d.work.predicted;
-  const auto volume = d.work.volume, vb = d.boundary.volume, vs = d.samples.volume;
+  const auto vb = d.boundary.volume, vs = d.samples.volume;
   const auto nf = d.fluid_fluid.count, nb = d.fluid_boundary.count, ns = d.fluid_sample.count;
   const auto lf = d.fluid_fluid.list, lb = d.fluid_boundary.list, ls = d.fluid_sample.list;
+  const auto slope = d.fluid_fluid.slope;
   const bool solids = d.boundary.count > 0, cloth = d.samples.count > 0;
   parallel(
       "drench::pressure::acceleration", d.fluid.count, KOKKOS_LAMBDA(const Index i) {
@@ -102,10 +103,7 @@ void predict_liquid(Device& d, const Array<Real>& kappa, Real dt) {
         Real3 a;
         for (Index k = 0; k < nf(i); ++k) {
           const Index j = lf(i, k);
-          const Real sum = ki + kappa(j);
-          if (sum == 0) continue;
-          const Real3 r = xi - x(j);
-          a -= volume(j) * sum * kernel.slope(norm(r)) * r;
+          a -= (slope(i, k) * (ki + kappa(j))) * (xi - x(j));
         }
         if (ki != 0) {
           if (solids)
@@ -128,9 +126,10 @@ void compression_rate(Device& d) {
   const Real half = Real(0.5) * d.spacing;
   const auto x = d.fluid.position, xb = d.boundary.position, xs = d.samples.position, normal = d.samples.normal;
   const auto v = d.work.predicted, ub = seen_boundary_velocity(d), us = d.samples.predicted;
-  const auto volume = d.work.volume, vb = d.boundary.volume, vs = d.samples.volume, rate = d.work.rate;
+  const auto vb = d.boundary.volume, vs = d.samples.volume, rate = d.work.rate;
   const auto nf = d.fluid_fluid.count, nb = d.fluid_boundary.count, ns = d.fluid_sample.count;
   const auto lf = d.fluid_fluid.list, lb = d.fluid_boundary.list, ls = d.fluid_sample.list;
+  const auto slope = d.fluid_fluid.slope;
   const bool solids = d.boundary.count > 0, cloth = d.samples.count > 0;
   parallel(
       "drench::pressure::compression_rate", d.fluid.count, KOKKOS_LAMBDA(const Index i) {
@@ -138,8 +137,7 @@ void compression_rate(Device& d) {
         Real sum = 0;
         for (Index k = 0; k < nf(i); ++k) {
           const Index j = lf(i, k);
-          const Real3 r = xi - x(j);
-          sum += volume(j) * kernel.slope(norm(r)) * dot(vi - v(j), r);
+          sum += slope(i, k) * dot(vi - v(j), xi - x(j));
         }
         if (solids)
           for (Index k = 0; k < nb(i); ++k) {

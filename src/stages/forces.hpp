@@ -5,15 +5,15 @@
 //       Viscosity, ν in m²/s, central pair forces (after Monaghan 2005; angular momentum is kept exactly) with the
 //       weight |∇W|/r:
 //         a_i = (χ ν/h²) [ Σ_j V_j/√(δ_i δ_j) (v_ij·x_ij) ∇W_ij + 2 Σ_b∈solids V_b/δ_i (v_ib·x_ib) ∇W_ib
-//                          + 0.4 Σ_b∈sheets V_b/δ_i (v_ib·x_ib) ∇W_ib ]           (δ below 0.5 counts as 0.5)
+//                          + 0.57 Σ_b∈sheets V_b/δ_i (v_ib·x_ib) ∇W_ib ]           (δ below 0.5 counts as 0.5)
 //         χ = 30 h²/∫|∇W| r³ dV: 80/3 (cubic), 30 (wendland), 28 (poly6, the spiky gradient); then a linear or
 //         quadratic velocity field gets ν Δv in the continuum. x_ib from the sheet's samples where they are.
 //       (v_ij·x_ij < 0 for approaching particles and ∇W points toward j, so the force opposes the approach.)
 //       m_i a_ij = −m_j a_ji also for unequal masses: both carry ρ0 V_i V_j/√(δ_i δ_j).
 //       PHYSICS.md, "Viscosity", has the figures for the weight and the factors. 2: the samples of a solid lie as far
 //       inside it as the first layer of liquid outside: to come to rest on the surface, liquid must feel a sample as if
-//       it moved with −v (Morris, Fox & Zhu 1997). 0.4: makes the friction of the layers d/2, 3d/2 … on a plane sheet,
-//       whose volumes are 1/ΣW, that of as many layers of liquid.
+//       it moved with −v (Morris, Fox & Zhu 1997). 0.57: makes the friction of the layers d/2, 3d/2 … on a plane sheet,
+//       whose samples count for one layer, that of as many layers of liquid.
 //       Reaction on a cloth sample: F_b = −Σ_i m_i a_ib; on nodes f_n = Σ_b w_bn F_b. Gravity of the cloth belongs to
 //       stage cloth.
 //

@@ -14,7 +14,7 @@ inline Real viscosity_normalisation(KernelKind kind) {
 }
 
 constexpr Real solid_friction = 2;          // samples half a spacing behind the surface
-constexpr Real sheet_friction = Real(0.4);  // samples on the sheet, volumes 1/ΣW
+constexpr Real sheet_friction = Real(0.57);  // samples on the sheet
 
 /// Viscous pulls on a particle, summed up; times χ ν/h² they are an acceleration (m/s²) and its bound C (1/s).
 struct ViscousSum {
