@@ -292,12 +292,12 @@ TEST(bodies, what_dynamic_bodies_get_the_liquid_loses) {
 
 TEST(bodies, a_moving_wall_pushes_and_a_receding_one_does_not) {
   for (const double speed : {1.0, -1.0}) {
-    const auto setup = setup_from(fmt::format(R"(drench: 1
-time: {{step: 0.002, end: 1}}
-fluid: {{spacing: 0.02, sources: [{{block: {{min: [-0.1, 0.001, -0.1], max: [0.1, 0.021, 0.1]}}}}]}}
-bodies: [{{plane: {{point: [0, 0, 0], normal: [0, 1, 0], velocity: [0.5, {}, 0]}}}}]
+    const auto setup = setup_from(with(R"(drench: 1
+time: {step: 0.002, end: 1}
+fluid: {spacing: 0.02, sources: [{block: {min: [-0.1, 0.001, -0.1], max: [0.1, 0.021, 0.1]}}]}
+bodies: [{plane: {point: [0, 0, 0], normal: [0, 1, 0], velocity: [0.5, SPEED, 0]}}]
 )",
-                                              speed));
+                                       "SPEED", std::to_string(speed)));
     for (const auto& backend : {make_reference_backend(setup.model), make_kokkos_backend(setup.model)}) {
       HostState s = setup.state;
       for (Vec3& x : s.fluid_position) x[1] = 0.001;
