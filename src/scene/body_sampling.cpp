@@ -205,9 +205,9 @@ constexpr double dynamic_depth = 0.67;  // of d
 /// The body whose surface the samples lie on: half a spacing inside the solid, so that liquid of radius d/2 that
 /// touches the surface is one spacing away from them. On the surface itself they would count as 0.7 of the liquid's
 /// density at that place instead of 0.15 (lattice, h = 2 d), and push the first layer half a spacing away. Closed meshes
-/// sink each of their samples (sample_mesh).
-Body sampled_surface(Body body, double d) {
-  const double depth = (body.dynamic ? dynamic_depth : 0.5) * d;
+/// sink each of their samples (sample_mesh). Further layers lie d deeper each.
+Body sampled_surface(Body body, double d, int layer) {
+  const double depth = ((body.dynamic ? dynamic_depth : 0.5) + layer) * d;
   switch (body.kind) {
     case BodyScene::Kind::box:
       for (std::size_t a = 0; a < 3; ++a) {
@@ -220,7 +220,7 @@ Body sampled_surface(Body body, double d) {
       body.radius -= std::min(depth, body.radius / 2);
       break;
     case BodyScene::Kind::plane:
-      for (std::size_t a = 0; a < 3; ++a) body.point[a] -= d / 2 * body.normal[a];
+      for (std::size_t a = 0; a < 3; ++a) body.point[a] -= depth * body.normal[a];
       break;
     case BodyScene::Kind::mesh:
       break;
@@ -255,8 +255,18 @@ Box sampled_region(const Body& body, const Box& region, double duration) {
   return swept;
 }
 
-double expected_body_samples(const Body& solid, double spacing, const Box& region) {
-  const Body body = sampled_surface(solid, spacing);
+int body_layers(const Body& body, double spacing, double support) {
+  double room = support;  // m: how deep the solid is at least
+  if (body.kind == BodyScene::Kind::mesh) return 1;
+  if (body.kind == BodyScene::Kind::sphere) room = body.radius;
+  if (body.kind == BodyScene::Kind::box && !body.inside)
+    for (std::size_t a = 0; a < 3; ++a) room = std::min(room, 0.5 * (body.box.max[a] - body.box.min[a]));
+  const double wanted = std::ceil(support / spacing - 1 - 1e-9), fitting = std::floor(room / spacing - 0.5);
+  return static_cast<int>(std::max(1.0, std::min(wanted, fitting)));
+}
+
+double expected_body_samples(const Body& solid, double spacing, const Box& region, int layer) {
+  const Body body = sampled_surface(solid, spacing, layer);
   switch (body.kind) {
     case BodyScene::Kind::box:
       return BoxLattice(body.box, region, spacing).count();
@@ -270,8 +280,8 @@ double expected_body_samples(const Body& solid, double spacing, const Box& regio
   return 0;
 }
 
-std::vector<Vec3> sample_body(const Body& solid, double spacing, const Box& region) {
-  const Body body = sampled_surface(solid, spacing);
+std::vector<Vec3> sample_body(const Body& solid, double spacing, const Box& region, int layer) {
+  const Body body = sampled_surface(solid, spacing, layer);
   switch (body.kind) {
     case BodyScene::Kind::box:
       return sample_box(BoxLattice(body.box, region, spacing));

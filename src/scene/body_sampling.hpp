@@ -11,7 +11,7 @@ inline constexpr double max_body_samples = 20e6;
 
 /// How many samples sample_body() makes, found without making them: exact for boxes and planes, of the whole surface
 /// for spheres, an estimate on the high side for meshes.
-double expected_body_samples(const Body& body, double spacing, const Box& region);
+double expected_body_samples(const Body& body, double spacing, const Box& region, int layer = 0);
 
 /// Where samples of the body can be at t = 0 that reach `region` (the domain extended by h) within `duration` (s): the
 /// region itself, swept against the body's velocity; for bodies that turn or float everything (planes: all that can
@@ -24,6 +24,10 @@ Box sampled_region(const Body& body, const Box& region, double duration);
 /// Box: lattice with steps ≤ d on the six faces, edges and corners once. Sphere: 4πR²/d² points of a Fibonacci
 /// lattice. Plane: lattice of step d through `point`. Mesh: vertices, then edges, then faces, none closer than 0.75 d
 /// to an earlier one, no point of that surface farther than d from one. Samples outside `region` are left out.
-std::vector<Vec3> sample_body(const Body& body, double spacing, const Box& region);
+std::vector<Vec3> sample_body(const Body& body, double spacing, const Box& region, int layer = 0);
+
+/// How many layers of samples, spacing apart, a wall needs so that no liquid before it sees its end: one up to h = 2 d, two
+/// up to 3 d, …; fewer where the solid has no room for them, one for meshes.
+int body_layers(const Body& body, double spacing, double support);
 
 }  // namespace drench

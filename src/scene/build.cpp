@@ -100,7 +100,9 @@ SetupSize expected_size(const Model& m) {
   const Box region = wetted_region(m);
   for (std::size_t b = 0; b < m.bodies.size(); ++b) {
     const Box part = sampled_region(m.bodies[b], region, m.scene.time.end);
-    const double samples = expected_body_samples(m.bodies[b], m.spacing, part);
+    double samples = 0;
+    for (int layer = 0; layer < body_layers(m.bodies[b], m.spacing, m.support); ++layer)
+      samples += expected_body_samples(m.bodies[b], m.spacing, part, layer);
     if (samples > max_body_samples) {
       throw SetupError(
           fmt::format("body {}: its surface needs more than {:.0f} samples at spacing {} m; use a smaller domain "
@@ -117,9 +119,16 @@ void sample_bodies(Setup& setup) {
   const Box region = wetted_region(m);
   for (std::size_t b = 0; b < m.bodies.size(); ++b) {
     Body& body = m.bodies[b];
-    const std::vector<Vec3> samples = sample_body(body, m.spacing, sampled_region(body, region, m.scene.time.end));
-    std::vector<double> volumes = akinci_volumes(samples, m.support, m.scene.fluid.kernel);
-    for (double& volume : volumes) volume *= m.layer_share;
+    std::vector<Vec3> samples;
+    std::vector<double> volumes;
+    for (int layer = 0; layer < body_layers(body, m.spacing, m.support); ++layer) {
+      const std::vector<Vec3> more =
+          sample_body(body, m.spacing, sampled_region(body, region, m.scene.time.end), layer);
+      // Each layer counts for one layer of liquid, and only its own samples share it.
+      for (const double volume : akinci_volumes(more, m.support, m.scene.fluid.kernel))
+        volumes.push_back(volume * m.layer_share);
+      samples.insert(samples.end(), more.begin(), more.end());
+    }
     body.first_sample = m.boundary.count();
     body.sample_count = static_cast<Index>(samples.size());
     if (samples.empty() && !body.moves())
