@@ -105,7 +105,6 @@ void accept_bodies(ReferenceState& state, const std::vector<double>& kappa, doub
 struct SolveResult {
   int iterations = 0;
   double error = 0;
-  double error_max = 0;
   bool converged = true;
 };
 
@@ -137,13 +136,11 @@ SolveResult solve_pressure(ReferenceState& state, std::vector<double>& kappa, co
     std::vector<double> jacobi(count, 0.0);
     double sum = 0, excess = 0;  // excess: pressure above what is needed that one update can still take back
     double turned = 0;           // > 0: the update goes against the momentum
-    result.error_max = 0;
     for (Index i = 0; i < count; ++i) {
       if (!active[i]) continue;
       const double left = residual(i, rate[i]), gain = relaxation * state.alpha[i] / (dt * dt);
       const double compressed = std::max(left, 0.0);
       sum += compressed;
-      result.error_max = std::max(result.error_max, compressed);
       if (left < 0) excess += std::min(-left, kappa[i] / gain);
       jacobi[i] = std::max(0.0, kappa[i] + gain * left);
       turned += (kappa[i] - jacobi[i]) * (jacobi[i] - last[i]) / state.alpha[i];

@@ -10,6 +10,9 @@ namespace {
 
 using Eigen::Vector3d;
 
+/// c: share of a compression that a step takes back.
+constexpr double taken_back = 0.5;
+
 /// β_i: how much of a fresh particle's compression counts yet.
 double source_ramp(const HostState& s, Index i, double ramp) {
   if (s.fluid_origin[i] != static_cast<std::uint8_t>(Origin::cloth) || ramp <= 0) return 1;
@@ -84,12 +87,14 @@ void pressure(ReferenceState& state, const StepInfo& info, StepReport& report) {
   const double ramp = emission_ramp(state.model);
   std::vector<bool> active(state.alpha.size());
   for (std::size_t i = 0; i < active.size(); ++i) active[i] = state.alpha[i] != 0;
+  std::vector<double> compressed(active.size(), 0.0);  // β max(0, δ_adv − 1) of the last iteration
   const auto residual = [&](Index i, double rate) {
-    const double predicted = s.fluid_density_ratio[i] + info.dt * rate;
-    return source_ramp(s, i, ramp) * (predicted - 1);
+    const double over = s.fluid_density_ratio[i] - 1, beta = source_ramp(s, i, ramp);
+    compressed[i] = beta * std::max(0.0, over + info.dt * rate);
+    return beta * ((over > 0 ? taken_back * over : over) + info.dt * rate);
   };
   clear_inactive(state);
-  const double tolerance = state.model.scene.fluid.solver.density_error;
+  const double tolerance = taken_back * state.model.scene.fluid.solver.density_error;
   std::vector<double>& kappa = state.s.fluid_kappa_density;
   SolveResult result;
   if (state.model.has_moving_cloth()) {
@@ -102,8 +107,12 @@ void pressure(ReferenceState& state, const StepInfo& info, StepReport& report) {
     result = solve_pressure(state, kappa, active, tolerance, info.dt, cloth, residual);
   }
   report.density_iterations = result.iterations;
-  report.density_error = result.error;
-  report.density_error_max = result.error_max;
+  report.density_error = 0;
+  report.density_error_max = 0;
+  for (const double c : compressed) {
+    report.density_error += c / static_cast<double>(compressed.size());
+    report.density_error_max = std::max(report.density_error_max, c);
+  }
   report.density_converged = result.converged;
 }
 

@@ -11,6 +11,7 @@ namespace drench::kokkos_backend {
 namespace {
 
 constexpr int check_interval = 10, most_iterations = 100;  // of the cloth, per iteration of the pressure
+constexpr Real taken_back = Real(0.5);                     // c: share of a compression that a step takes back
 
 /// The cloth inside the solve: its implicit step goes on while the pressure changes.
 class ElasticCloth {
@@ -96,6 +97,7 @@ void pressure(Device& d, const StepInfo& info, StepReport& report) {
   const FluidSolverScene& solver = d.model.scene.fluid.solver;
   const Index n = d.fluid.count;
   if (n == 0) return;
+  const double tolerance = taken_back * solver.density_error;
   const Real dt = Real(info.dt), ramp = d.emission_ramp;
   const auto kappa = d.fluid.kappa_density, alpha = d.work.alpha, rate = d.work.rate, ratio = d.fluid.density_ratio;
   const auto age = d.fluid.age;
@@ -130,16 +132,16 @@ void pressure(Device& d, const StepInfo& info, StepReport& report) {
         "drench::pressure::residual", n, KOKKOS_LAMBDA(const Index i) {
           const bool fresh = origin(i) == static_cast<std::uint8_t>(Origin::cloth) && age(i) < ramp;
           const Real beta = alpha(i) == 0 ? Real(0) : fresh ? age(i) / ramp : Real(1);
-          const Real left = beta * (ratio(i) - 1 + dt * rate(i));
-          residual(i) = left;
+          const Real over = ratio(i) - 1, change = dt * rate(i);
+          const Real left = beta * (Kokkos::fmin(over, taken_back * over) + change);
+          residual(i) = beta * (over + change);
           const Real gain = factor * alpha(i), k = updated(kappa(i), gain, left);
           next(i) = k;
           return ThreeSums{left > 0 ? double(left) : 0.0,
                            excess_pressure(double(left), double(kappa(i)), double(gain)),
                            alpha(i) > 0 ? double(kappa(i) - k) * double(k - last(i)) / double(alpha(i)) : 0.0};
         });
-    report.density_error = sums.first / n;
-    report.density_converged = report.density_error <= solver.density_error && sums.second / n <= solver.density_error;
+    report.density_converged = sums.first / n <= tolerance && sums.second / n <= tolerance;
     if (cloth && report.density_converged) {
       report.cloth_residual = cloth->residual();
       report.density_converged = report.cloth_residual <= 1;
@@ -147,6 +149,8 @@ void pressure(Device& d, const StepInfo& info, StepReport& report) {
     if ((report.density_converged && iteration >= solver.min_iterations) || iteration >= solver.max_iterations) break;
     iterate.advance((sums.first + sums.second) / n, sums.third);
   }
+  report.density_error = ordered_sum(
+      "drench::pressure::error", n, KOKKOS_LAMBDA(const Index i) { return Kokkos::fmax(double(residual(i)), 0.0); }) / n;
   report.density_error_max = maximum(
       "drench::pressure::error_max", n,
       KOKKOS_LAMBDA(const Index i) { return Kokkos::fmax(double(residual(i)), 0.0); });

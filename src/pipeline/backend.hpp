@@ -25,7 +25,7 @@ struct StepReport {
   double divergence_error = 0;  // 1: mean of max(0, Dδ/Dt) Δt
   bool divergence_converged = true;
   int density_iterations = 0;
-  double density_error = 0;      // 1: mean of max(0, δ_adv − 1)
+  double density_error = 0;      // 1: mean of max(0, δ_adv − 1) after the solve
   double density_error_max = 0;  // 1: its maximum
   bool density_converged = true;
   int cloth_iterations = 0;

@@ -3,8 +3,11 @@
 //
 // Notation and pressure accelerations as in stage divergence (divergence.hpp), κ being fluid_kappa_density.
 // Predicted density ratio  δ_adv,i = δ_i + Δt R_i(v_i + Δt a_i(κ), v_n(κ)).
-// Problem: find κ_i ≥ 0 with δ_adv,i ≤ 1, iterated as in stage divergence:
-//     κ⁺_i = max(0, κ_i + ω α_i β_i (δ_adv,i − 1)/Δt²)
+// Problem: find κ_i ≥ 0 with  δ_adv,i ≤ 1 + (1 − c) max(0, δ_i − 1),  c = ½, iterated as in stage divergence:
+//     κ⁺_i = max(0, κ_i + ω α_i r_i/Δt²),  residual r_i = β_i (δ_adv,i − 1 − (1 − c) max(0, δ_i − 1))
+//   Half of the compression that a step finds is taken back in it, the rest in the next ones: what a step pushes apart
+//   leaves it as velocity, and with c = 1 (Bender & Koschier) a column at rest shakes itself (Baumgarte 1972 did so with
+//   constraints).
 //   β_i ∈ [0, 1] ramps a fresh particle's source in (Solenthaler & Gross 2011): β = min(1, age/T) for Origin::cloth
 //   with T the largest emission_ramp of the cloths, 1 for all others. It multiplies the residual, both in the update
 //   and in the error.
@@ -22,9 +25,10 @@
 //   A scene whose cloths all stand still has fixed nodes instead.
 //
 // Particles with α_i = 0 keep κ = 0. Warm start: the last step's κ.
-// Error = (1/N) Σ_i max(0, β_i (δ_adv,i − 1)), error_max its largest term. Excess as in divergence: (1/N) Σ_i e_i with
-// the residual β_i (δ_adv,i − 1) in place of R_i and κ_i Δt²/(ω α_i); α_i = 0 counts as β_i = 0.
-// Order of operations and stopping as in divergence, and the cloth's residual must be ≤ 1 too.
+// Error = (1/N) Σ_i max(0, r_i) and excess as in divergence, (1/N) Σ_i e_i with r_i in place of R_i and κ_i Δt²/(ω α_i);
+// α_i = 0 counts as β_i = 0. Order of operations and stopping as in divergence with the tolerance c density_error, which
+// at rest leaves a mean compression of density_error at most; and the cloth's residual must be ≤ 1 too.
+// Reported: mean and maximum of β_i max(0, δ_adv,i − 1), the compression that is left.
 // Then v_i += Δt a_i, v_n as above; node_pin_force −= F_n(u) − F_n(u*) + f_n − f°_n.
 // Reads:  positions, masses, velocities, fluid_age, fluid_origin, fluid_density_ratio, node_contact_force, α, lists.
 // Writes: fluid_velocity, node_velocity, node_pin_force, fluid_kappa_density; StepReport::density_*, cloth_*.
