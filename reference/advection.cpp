@@ -24,6 +24,24 @@ void add_impulse(const ReferenceState& state, std::vector<Momentum>& sums, Index
   add(sums[n], momentum_of(1 / state.model.quantum, p));
 }
 
+// 0. What moves particle i away from those that are too close, m.
+Vector3d shift_apart(const ReferenceState& state, Index i) {
+  const HostState& s = state.s;
+  const double d = state.model.spacing, mi = fluid_mass(state, i);
+  const auto size = [&](double mass) { return d * std::cbrt(mass / state.model.particle_mass); };
+  Vector3d shift = Vector3d::Zero();
+  for (const Index j : state.fluid_fluid[i]) {
+    const Vector3d r = vec(s.fluid_position[i]) - vec(s.fluid_position[j]);
+    const double mj = fluid_mass(state, j), missing = 0.25 * (size(mi) + size(mj)) - r.norm();
+    if (!(missing > 0)) continue;
+    Vector3d axis = r.normalized();
+    if (r.norm() < 1e-6 * d)
+      axis = Vector3d::Unit((s.fluid_id[i] + s.fluid_id[j]) % 3) * (s.fluid_id[i] > s.fluid_id[j] ? 1 : -1);
+    shift += 0.1 * mj / (mi + mj) * missing * axis;
+  }
+  return shift;
+}
+
 // 1. Fresh particles must not shoot out of the cloth.
 void slow_fresh_particles(ReferenceState& state, std::vector<Momentum>& impulse) {
   const Model& m = state.model;
@@ -217,6 +235,8 @@ void advection(ReferenceState& state, const StepInfo& info, StepReport& report) 
   std::vector<Momentum> impulse(s.node_count(), Momentum{0, 0, 0});
 
   slow_fresh_particles(state, impulse);
+  Vectors shift;
+  for (Index i = 0; i < particles; ++i) shift.push_back(shift_apart(state, i));
   const std::vector<Vec3> start = s.node_position;
   const Vectors start_samples = sample_positions(state);
   const std::vector<PlacedBody> bodies = placed_bodies(state, info.dt);
@@ -229,7 +249,7 @@ void advection(ReferenceState& state, const StepInfo& info, StepReport& report) 
   report.clamped = 0;
   for (Index i = 0; i < particles; ++i) {
     const Vector3d x0 = vec(s.fluid_position[i]);
-    x1[i] = x0 + info.dt * vec(s.fluid_velocity[i]);
+    x1[i] = x0 + info.dt * vec(s.fluid_velocity[i]) + shift[i];
     collisions[i] = stop_at_cloth(m, cloth, x0, x1[i]);
     if (collisions[i].triangle >= 0) ++report.collisions;
   }

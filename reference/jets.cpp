@@ -26,16 +26,15 @@ void add_particle(HostState& s, const Vector3d& position, const Vec3& velocity) 
 void jets(ReferenceState& state, const StepInfo& info, StepReport&) {
   HostState& s = state.s;
   const double now = info.time + info.dt;
-  s.jet_layers.resize(state.model.jets.size(), 0);
+  s.jet_particles.resize(state.model.jets.size(), 0);
   for (std::size_t k = 0; k < state.model.jets.size(); ++k) {
     const Jet& jet = state.model.jets[k];
-    for (std::int64_t& layer = s.jet_layers[k];; ++layer) {
-      const double leaves = jet.scene.start + static_cast<double>(layer) * jet.layer_interval;
+    for (std::int64_t& q = s.jet_particles[k];; ++q) {
+      const double leaves = jet.scene.start + (static_cast<double>(q) + 0.5) * jet.interval;
       if (leaves > now || leaves >= jet.scene.end) break;
       const Vector3d travelled = vec(jet.scene.velocity) * (now - leaves);
-      for (const Vec3& offset : jet.offsets) {
-        add_particle(s, vec(jet.scene.center) + vec(offset) + travelled, jet.scene.velocity);
-      }
+      const Vec3& offset = jet.offsets[static_cast<std::size_t>(q) % jet.offsets.size()];
+      add_particle(s, vec(jet.scene.center) + vec(offset) + travelled, jet.scene.velocity);
     }
   }
 }

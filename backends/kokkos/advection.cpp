@@ -215,11 +215,12 @@ void sweep_paths(Device& d, Real dt) {
              hit_normal = w.hit_normal;
   const auto hit_triangle = w.hit_triangle, hits = w.hits;
   const auto count = w.count;
+  const auto shift = d.work.shift;
   parallel(
       "drench::advection::sweep", d.fluid.count, KOKKOS_LAMBDA(const Index i) {
         const Double3 x0 = widen(position(i));
         // Rounded as it is stored, so that what is tested is what stays.
-        Real3 stop = position(i) + dt * velocity(i);
+        Real3 stop = position(i) + dt * velocity(i) + shift(i);
         hit_triangle(i) = -1;
         for (int test = 0; test <= max_repeats; ++test) {
           const Hit hit = sweep.earliest(x0, widen(stop));
@@ -306,12 +307,13 @@ void finish_fluid(Device& d, Real dt, bool swept) {
   const auto mass = d.fluid.mass;
   const auto gone = w.gone;
   const auto count = w.count;
+  const auto shift = d.work.shift;
   const auto solids = d.solids;
   const Vec3 &min = d.model.scene.domain.min, &max = d.model.scene.domain.max;
   const Double3 lo{min[0], min[1], min[2]}, hi{max[0], max[1], max[2]};
   parallel(
       "drench::advection::finish", d.fluid.count, KOKKOS_LAMBDA(const Index i) {
-        Real3 v = velocity(i), x = swept ? end(i) : position(i) + dt * v;
+        Real3 v = velocity(i), x = swept ? end(i) : position(i) + dt * v + shift(i);
         bool put_back = false;
         for (std::size_t b = 0; b < solids.extent(0); ++b) {
           const SolidDistance body = solid_distance(solids(b), x, Real3{});

@@ -1,6 +1,7 @@
 // Stage density (src/stages/density.hpp).
 
 #include "device.hpp"
+#include "laws/crowding.hpp"
 #include "laws/wall.hpp"
 #include "rigid_bodies.hpp"
 
@@ -71,6 +72,9 @@ void density_and_alpha(Device& d) {
   const auto x = d.fluid.position, xb = d.boundary.position, xs = d.samples.position, normal = d.samples.normal;
   const auto volume = d.work.volume, vb = d.boundary.volume, vs = d.samples.volume, bound = d.samples.row_bound;
   const auto ratio = d.fluid.density_ratio, alpha = d.work.alpha;
+  const Crowding crowding(d.spacing);
+  const auto id = d.fluid.id;
+  const auto shift = d.work.shift;
   const auto nf = d.fluid_fluid.count, nb = d.fluid_boundary.count, ns = d.fluid_sample.count;
   const auto lf = d.fluid_fluid.list, lb = d.fluid_boundary.list, ls = d.fluid_sample.list;
   const bool solids = d.boundary.count > 0, cloth = d.samples.count > 0;
@@ -85,7 +89,7 @@ void density_and_alpha(Device& d) {
       "drench::density::ratio_alpha", d.fluid.count, KOKKOS_LAMBDA(const Index i) {
         const Real3 xi = x(i);
         Real delta = volume(i) * kernel.value(0), squares = 0, coupling = 0;
-        Real3 gradient;
+        Real3 gradient, apart;
         for (Index k = 0; k < nf(i); ++k) {
           const Index j = lf(i, k);
           const Real3 r = xi - x(j);
@@ -94,6 +98,7 @@ void density_and_alpha(Device& d) {
           delta += volume(j) * kernel.value(length);
           gradient += weighted * r;
           squares += weighted * slope * length * length;
+          if (length < crowding.widest) apart += crowding.shift(r, length, volume(i), volume(j), id(i), id(j));
         }
         squares *= volume(i);
         if (solids)
@@ -114,6 +119,7 @@ void density_and_alpha(Device& d) {
             coupling -= mirrored * mirrored * row_share * vs(b) * slope * length * bound(b);
           }
         ratio(i) = delta;
+        shift(i) = apart;
         const Real diagonal = dot(gradient, gradient) + squares + coupling;
         alpha(i) = diagonal < smallest || volume(i) == 0 ? Real(0) : 1 / diagonal;
       });

@@ -35,6 +35,7 @@ struct FluidArrays {
 struct FluidWork {
   Array<Real> volume;          // V_i, m³ (stage density)
   Array<Real> alpha;           // m² (stage density)
+  Array<Real3> shift;          // m, apart from particles too close (stage density)
   Array<Real3> predicted;      // v_i + Δt a_i, m/s (in-stage)
   Array<Real> rate;            // R_i, 1/s (in-stage)
   Array<Real> residual;        // β (δ_adv − 1) (in-stage)
@@ -230,7 +231,7 @@ struct Device {
   // ledger and counters on the host
   Quanta drained = 0, supplied = 0;
   std::int64_t next_id = 0;
-  std::vector<std::int64_t> jet_layers;
+  std::vector<std::int64_t> jet_particles;
   std::vector<Array<Real3>> jet_offsets;
   std::int64_t step = 0;
   double time = 0;

@@ -59,8 +59,8 @@ void Device::upload(const HostState& s) {
   drained = s.drained;
   supplied = s.supplied;
   next_id = s.next_id;
-  jet_layers = s.jet_layers;
-  jet_layers.resize(model.jets.size(), 0);
+  jet_particles = s.jet_particles;
+  jet_particles.resize(model.jets.size(), 0);
   step = s.step;
   time = s.time;
   lists_fresh = false;
@@ -93,7 +93,7 @@ HostState Device::download() const {
   s.drained = drained;
   s.supplied = supplied;
   s.next_id = next_id;
-  s.jet_layers = jet_layers;
+  s.jet_particles = jet_particles;
   s.step = step;
   s.time = time;
   return s;

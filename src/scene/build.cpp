@@ -223,7 +223,7 @@ void init_fluid(Setup& setup) {
   s.fluid_kappa_density.assign(count, 0.0);
   s.fluid_kappa_divergence.assign(count, 0.0);
   s.next_id = static_cast<std::int64_t>(count);
-  s.jet_layers.assign(setup.model.jets.size(), 0);
+  s.jet_particles.assign(setup.model.jets.size(), 0);
 }
 
 /// The ledger adds quanta in 64 bits: far more liquid than fits would wrap around.

@@ -156,7 +156,8 @@ BlockParticles fill_blocks(const Model& model, std::vector<std::string>& warning
 namespace {
 
 /// The points of a square lattice (unit spacing) nearest to 0, in whole shells of equal distance, at least `area` of
-/// them: layers of so many particles lie no closer than the spacing, so that a jet does not start compressed.
+/// them: layers of so many particles lie no closer than the spacing, so that a jet does not start compressed. In order
+/// of their first coordinate (src/stages/jets.hpp).
 std::vector<std::pair<int, int>> layer_points(double area) {
   const int reach = static_cast<int>(std::sqrt(area)) + 2;
   std::vector<std::pair<int, int>> points;
@@ -170,6 +171,7 @@ std::vector<std::pair<int, int>> layer_points(double area) {
          (static_cast<double>(count) < area * (1 - rounding) || square(points[count]) == square(points[count - 1])))
     ++count;
   points.resize(count);
+  std::sort(points.begin(), points.end());
   return points;
 }
 
@@ -200,8 +202,7 @@ std::vector<Jet> make_jets(const Model& model, std::vector<std::string>& warning
       jet.offsets.push_back(to_vec3(d * (a * u + b * v)));
       mouth.push_back(to_vec3(to_eigen(jet.scene.center) + d * (a * u + b * v)));
     }
-    const double count = static_cast<double>(jet.offsets.size());
-    jet.layer_interval = count * d * d * d / (std::numbers::pi * radius * radius * speed);
+    jet.interval = d * d * d / (std::numbers::pi * radius * radius * speed);
     const auto solid = inside_solid(model, mouth);
     if (const auto inside = std::count(solid.begin(), solid.end(), 1)) {
       warnings.push_back(

@@ -52,7 +52,7 @@ struct HostState {
   Quanta drained = 0;   // left the domain
   Quanta supplied = 0;  // came from jets and reservoirs (net)
   std::int64_t next_id = 0;
-  std::vector<std::int64_t> jet_layers;  // layers that each jet has let go so far
+  std::vector<std::int64_t> jet_particles;  // that each jet has let go so far
 
   std::int64_t step = 0;
   double time = 0;  // s

@@ -130,8 +130,8 @@ struct BoundarySet {
 
 struct Jet {
   JetScene scene;
-  std::vector<Vec3> offsets;  // m: lattice points of one layer, relative to the centre, normal to the axis
-  double layer_interval = 0;  // s: n d³ / (π R² |v|), so that the mean flow is exactly ρ0 π R² |v|
+  std::vector<Vec3> offsets;  // m: lattice points of the mouth, relative to the centre, normal to the axis
+  double interval = 0;        // s, between two particles: d³/(π R² |v|)
 };
 
 /// One box of `hold_saturation`, resolved to nodes.

@@ -351,14 +351,14 @@ TEST(FluidBlocks, OverlapsSolidsClothAndDomain) {
   EXPECT_NE(error_of(scene).find("500 of the blocks' 1000 particles are outside the domain"), std::string::npos);
 }
 
-TEST(Jets, LayersCarryTheMeanFlow) {
+TEST(Jets, CarryTheMeanFlow) {
   for (const double radius : {0.5 * d, 1.5 * d, 5 * d, 0.123}) {
     Scene scene = wet_scene();
     scene.fluid.jets.push_back({{0, 0.5, 0}, radius, {1, -2, 0.5}, 0.1, 2.0});
     const drench::Setup setup = build(scene);
     const Jet& jet = setup.model.jets.at(0);
     const double speed = std::sqrt(5.25), n = static_cast<double>(jet.offsets.size());
-    EXPECT_NEAR(n * d * d * d / jet.layer_interval, std::numbers::pi * radius * radius * speed, 1e-12);
+    EXPECT_NEAR(d * d * d / jet.interval, std::numbers::pi * radius * radius * speed, 1e-12);
     std::set<Vec3> distinct;
     for (const Vec3& o : jet.offsets) {
       EXPECT_NEAR(to_eigen(o).dot(Eigen::Vector3d(1, -2, 0.5)), 0, 1e-12);
@@ -366,14 +366,14 @@ TEST(Jets, LayersCarryTheMeanFlow) {
       distinct.insert(o);
     }
     EXPECT_EQ(distinct.size(), jet.offsets.size());
-    EXPECT_GE(jet.layer_interval * speed, d * (1 - 1e-9));  // not compressed
+    EXPECT_GE(n * jet.interval * speed, d * (1 - 1e-9));  // not compressed
     if (radius < 0.6 * d) {
       EXPECT_EQ(jet.offsets, std::vector<Vec3>(1, Vec3{0, 0, 0}));
     }
     if (radius == 5 * d) {
       EXPECT_EQ(jet.offsets.size(), 81u);  // whole shells, at least π 5² = 78.5
     }
-    EXPECT_EQ(setup.state.jet_layers, std::vector<std::int64_t>(1, 0));
+    EXPECT_EQ(setup.state.jet_particles, std::vector<std::int64_t>(1, 0));
     EXPECT_EQ(setup.state.fluid_count(), 0);
   }
   Scene scene = wet_scene();

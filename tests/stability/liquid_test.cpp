@@ -1,0 +1,161 @@
+// Liquid that no lattice gives: single particles, coincident ones, and particles of 5 % mass among full ones.
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+#include <vector>
+
+#include "validation.hpp"
+
+namespace drench::test {
+namespace {
+
+constexpr double d = 0.02, side = 0.24;  // m
+
+/// A closed box with water of depth 0.12 m in it.
+std::string pool(const std::string& more = "") {
+  return fmt::format(R"(drench: 1
+time: {{step: 0.002, end: 2, mode: cfl}}
+fluid:
+  spacing: {0}
+  viscosity: 0.001
+  sources: [{{block: {{min: [0, 0, 0], max: [{1}, 0.12, {1}]}}}}]
+bodies: [{{box: {{min: [0, 0, 0], max: [{1}, 0.4, {1}], inside: true}}}}]
+{2})",
+                     d, side, more);
+}
+
+double distance(const Vec3& a, const Vec3& b) { return std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]); }
+
+/// Appends a particle at `position` with `share` of a full mass.
+void add(HostState& s, const Vec3& position, double share) {
+  s.fluid_position.push_back(position);
+  s.fluid_velocity.push_back({0, 0, 0});
+  s.fluid_mass.push_back(static_cast<Quanta>(share * quanta_per_particle));
+  s.fluid_id.push_back(s.next_id++);
+  s.fluid_age.push_back(0);
+  s.fluid_origin.push_back(static_cast<std::uint8_t>(Origin::block));
+  s.fluid_density_ratio.push_back(0);
+  s.fluid_kappa_density.push_back(0);
+  s.fluid_kappa_divergence.push_back(0);
+}
+
+void keep(HostState& s, const std::vector<std::size_t>& which) {
+  HostState old = s;
+  const auto pick = [&](auto& to, const auto& from) {
+    to.clear();
+    for (const std::size_t i : which) to.push_back(from[i]);
+  };
+  pick(s.fluid_position, old.fluid_position);
+  pick(s.fluid_velocity, old.fluid_velocity);
+  pick(s.fluid_mass, old.fluid_mass);
+  pick(s.fluid_id, old.fluid_id);
+  pick(s.fluid_age, old.fluid_age);
+  pick(s.fluid_origin, old.fluid_origin);
+  pick(s.fluid_density_ratio, old.fluid_density_ratio);
+  pick(s.fluid_kappa_density, old.fluid_kappa_density);
+  pick(s.fluid_kappa_divergence, old.fluid_kappa_divergence);
+}
+
+struct Outcome {
+  double speed = 0;          // largest |v| on the way, m/s
+  double late = 0;           // rms |v| in the last half of the time, m/s
+  double late_max = 0;
+  double compression = 0;    // mean max(0, δ − 1) of the last step
+  double closest = 1e9;      // smallest distance of two particles at the end, m
+  int close = 0;             // pairs closer than `near`
+  HostState end;
+};
+
+/// Runs from `state` until `until`; the pipeline itself ends a run whose numbers are not finite.
+Outcome run_from(SceneRun& run, const HostState& state, double until, double near) {
+  run.restart(state);
+  Outcome o;
+  while (run.time() < until) {
+    o.compression = run.step().density_error;
+    const HostState s = run.state();
+    double m=0,e=0;
+    for (std::size_t i = 0; i < s.fluid_velocity.size(); ++i) {
+      const Vec3& v = s.fluid_velocity[i];
+      const double speed = std::hypot(v[0], v[1], v[2]);
+      o.speed = std::max(o.speed, speed);
+      if (run.time() > until/2) o.late_max=std::max(o.late_max,speed);
+      m += s.fluid_mass[i]; e += s.fluid_mass[i]*speed*speed;
+    }
+    if (run.time() > until/2) o.late = std::max(o.late, std::sqrt(e/m));
+  }
+  o.end = run.state();
+  for (std::size_t i = 0; i < o.end.fluid_position.size(); ++i) {
+    for (std::size_t j = 0; j < i; ++j) {
+      const double r = distance(o.end.fluid_position[i], o.end.fluid_position[j]);
+      o.closest = std::min(o.closest, r);
+      if (r < near) ++o.close;
+    }
+  }
+  return o;
+}
+
+}  // namespace
+
+TEST(odd_liquid, a_few_particles_fall_and_lie) {
+  for (const std::size_t count : {1u, 2u, 3u, 7u, 19u}) {
+    SceneRun run(pool());
+    HostState s = run.initial();
+    std::vector<std::size_t> which;
+    for (std::size_t i = 0; i < count; ++i) which.push_back(i);
+    keep(s, which);
+    for (Vec3& x : s.fluid_position) x[1] += 0.1;
+    const Outcome o = run_from(run, s, 1, 0.2 * d);
+    std::printf("%zu particles: largest speed %.3f m/s, closest %.3f d\n", count, o.speed, o.closest / d);
+    EXPECT_LE(o.speed, 1.05 * std::sqrt(2 * 9.81 * 0.14));
+    EXPECT_EQ(o.close, 0);
+  }
+}
+
+TEST(odd_liquid, coincident_particles_part) {
+  SceneRun run(pool());
+  HostState s = run.initial();
+  constexpr std::size_t pairs = 40;
+  const std::size_t n = s.fluid_position.size();
+  for (std::size_t k = 0; k < pairs; ++k) add(s, s.fluid_position[k * (n / pairs)], 1);
+  const Outcome o = run_from(run, s, 1, 0.2 * d);
+  std::printf("%zu coincident pairs: largest speed %.3f m/s, compression %.2e, closest %.3f d, %d pairs within 0.2 d\n",
+              pairs, o.speed, o.compression, o.closest / d, o.close);
+}
+
+TEST(odd_liquid, small_particles_among_full_ones) {
+  SceneRun run(pool());
+  HostState s = run.initial();
+  // Every fifth particle becomes twenty of a twentieth of its mass, anywhere in its cell.
+  std::mt19937 random(1);
+  std::uniform_real_distribution<double> within(-0.5 * d, 0.5 * d);
+  std::vector<std::size_t> which;
+  std::vector<Vec3> cells;
+  for (std::size_t i = 0; i < s.fluid_position.size(); ++i) {
+    if (i % 5 == 0)
+      cells.push_back(s.fluid_position[i]);
+    else
+      which.push_back(i);
+  }
+  keep(s, which);
+  for (const Vec3& c : cells)
+    for (int k = 0; k < 20; ++k) add(s, {c[0] + within(random), c[1] + within(random), c[2] + within(random)}, 0.05);
+  int before = 0;
+  for (std::size_t i = 0; i < s.fluid_position.size(); ++i)
+    for (std::size_t j = 0; j < i; ++j) before += distance(s.fluid_position[i], s.fluid_position[j]) < 0.1 * d;
+  const Outcome o = run_from(run, s, 1, 0.1 * d);
+  std::printf("particles of 5 %% mass: largest speed %.3f m/s, compression %.2e, closest %.3f d, %d pairs within 0.1 d, %d at first\n",
+              o.speed, o.compression, o.closest / d, o.close, before);
+  double depth = 0, mass = 0;
+  for (std::size_t i = 0; i < o.end.fluid_position.size(); ++i) {
+    depth += double(o.end.fluid_mass[i]) * o.end.fluid_position[i][1];
+    mass += double(o.end.fluid_mass[i]);
+  }
+  std::printf("late rms %.4f max %.4f\n", o.late,o.late_max);
+  std::printf("mean height %.4f m\n", depth / mass);
+}
+
+}  // namespace drench::test
