@@ -24,20 +24,19 @@ void add_impulse(const ReferenceState& state, std::vector<Momentum>& sums, Index
   add(sums[n], momentum_of(1 / state.model.quantum, p));
 }
 
-// 0. What moves particle i away from those that are too close, m.
+// 0. What moves particle i away from those that it coincides with, m.
 Vector3d shift_apart(const ReferenceState& state, Index i) {
   const HostState& s = state.s;
   const double d = state.model.spacing, mi = fluid_mass(state, i);
-  const auto size = [&](double mass) { return d * std::cbrt(mass / state.model.particle_mass); };
   Vector3d shift = Vector3d::Zero();
   for (const Index j : state.fluid_fluid[i]) {
     const Vector3d r = vec(s.fluid_position[i]) - vec(s.fluid_position[j]);
-    const double mj = fluid_mass(state, j), missing = 0.25 * (size(mi) + size(mj)) - r.norm();
-    if (!(missing > 0)) continue;
+    const double mj = fluid_mass(state, j), missing = 1e-3 * d - r.norm();
+    if (!(missing > 0) || !(mi + mj > 0)) continue;
     Vector3d axis = r.normalized();
     if (r.norm() < 1e-6 * d)
       axis = Vector3d::Unit((s.fluid_id[i] + s.fluid_id[j]) % 3) * (s.fluid_id[i] > s.fluid_id[j] ? 1 : -1);
-    shift += 0.1 * mj / (mi + mj) * missing * axis;
+    shift += mj / (mi + mj) * missing * axis;
   }
   return shift;
 }

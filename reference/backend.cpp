@@ -11,7 +11,7 @@ namespace {
 
 class ReferenceBackend : public Backend {
  public:
-  explicit ReferenceBackend(const Model& model) : state_{model, {}, {}, {}, {}, {}, {}, {}, {}, {}} {}
+  explicit ReferenceBackend(const Model& model) : state_{model, {}, {}, {}, {}, {}, {}, {}, {}, {}, {}} {}
 
   std::string name() const override { return "reference"; }
   std::string description() const override { return "serial reference, one CPU thread, double precision"; }
@@ -44,7 +44,7 @@ class ReferenceBackend : public Backend {
   }
 
   std::int64_t memory_bytes() const override {
-    std::size_t bytes = bytes_of(state_.alpha) + bytes_of(state_.s.jet_particles);
+    std::size_t bytes = bytes_of(state_.alpha) + bytes_of(state_.compliance) + bytes_of(state_.s.jet_particles);
     visit_fields(state_.s, [&](std::string_view, const auto& field) { bytes += bytes_of(field); });
     for (const NeighborLists* lists : {&state_.fluid_fluid, &state_.fluid_boundary, &state_.fluid_sample,
                                        &state_.sample_fluid, &state_.sample_sample, &state_.sample_boundary}) {

@@ -39,6 +39,13 @@ Vector3d Smoothing::gradient(const Vector3d& xij) const {
   return slope(kind_, r, h_) / r * xij;
 }
 
+Vector3d Smoothing::pair_gradient(const Vector3d& xij) const {
+  const double r = xij.norm();
+  const double steepest = kind_ == KernelKind::cubic ? h_ / 3 : kind_ == KernelKind::wendland ? h_ / 4 : 0;
+  if (r <= 1e-9 * h_ || r >= steepest) return gradient(xij);
+  return slope(kind_, steepest, h_) / r * xij;
+}
+
 double fluid_mass(const ReferenceState& state, Index i) {
   return static_cast<double>(state.s.fluid_mass[i]) * state.model.quantum;
 }
@@ -131,7 +138,7 @@ PressureResponse pressure_response(const ReferenceState& state, const std::vecto
     const Vector3d xi = vec(s.fluid_position[i]);
     Vector3d& a = response.fluid[i];
     for (const Index j : state.fluid_fluid[i]) {
-      a -= fluid_volume(state, j) * (kappa[i] + kappa[j]) * w.gradient(xi - vec(s.fluid_position[j]));
+      a -= fluid_volume(state, j) * (kappa[i] + kappa[j]) * w.pair_gradient(xi - vec(s.fluid_position[j]));
     }
     for (const Index b : state.fluid_boundary[i]) {
       a -= wall_share * s.boundary_volume[b] * kappa[i] * w.gradient(xi - vec(s.boundary_position[b]));
@@ -175,7 +182,7 @@ std::vector<double> compression_rate(const ReferenceState& state, const Vectors&
   for (Index i = 0; i < s.fluid_count(); ++i) {
     const Vector3d xi = vec(s.fluid_position[i]);
     for (const Index j : state.fluid_fluid[i]) {
-      rate[i] += fluid_volume(state, j) * (v[i] - v[j]).dot(w.gradient(xi - vec(s.fluid_position[j])));
+      rate[i] += fluid_volume(state, j) * (v[i] - v[j]).dot(w.pair_gradient(xi - vec(s.fluid_position[j])));
     }
     for (const Index b : state.fluid_boundary[i]) {
       const Vector3d relative = v[i] - state.boundary_predicted[b];

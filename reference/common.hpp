@@ -25,6 +25,8 @@ class Smoothing {
   double value(double r) const;
   /// Its gradient in x_i for xij = x_i − x_j (m): points toward j, 0 for |xij| ≤ 1e-9 h; in 1/m⁴.
   Eigen::Vector3d gradient(const Eigen::Vector3d& xij) const;
+  /// The same between two liquid particles: its length is held at its largest below the distance of that.
+  Eigen::Vector3d pair_gradient(const Eigen::Vector3d& xij) const;
 
  private:
   KernelKind kind_;
@@ -138,7 +140,8 @@ SolveResult solve_pressure(ReferenceState& state, std::vector<double>& kappa, co
     double turned = 0;           // > 0: the update goes against the momentum
     for (Index i = 0; i < count; ++i) {
       if (!active[i]) continue;
-      const double left = residual(i, rate[i]), gain = relaxation * state.alpha[i] / (dt * dt);
+      const double yielded = dt * state.compliance[i] * kappa[i];
+      const double left = residual(i, rate[i] - yielded), gain = relaxation * state.alpha[i] / (dt * dt);
       const double compressed = std::max(left, 0.0);
       sum += compressed;
       if (left < 0) excess += std::min(-left, kappa[i] / gain);

@@ -68,6 +68,7 @@ void density(ReferenceState& state, const StepInfo&, StepReport&) {
   s.sample_volume = sample_volumes(state, sample);
   const std::vector<double> bound = row_bounds(state, sample);
   state.alpha.assign(s.fluid_position.size(), 0.0);
+  state.compliance.assign(s.fluid_position.size(), 0.0);
   s.fluid_density_ratio.assign(s.fluid_position.size(), 0.0);
 
   for (Index i = 0; i < s.fluid_count(); ++i) {
@@ -77,10 +78,12 @@ void density(ReferenceState& state, const StepInfo&, StepReport&) {
     Vector3d sum = Vector3d::Zero();
     for (const Index j : state.fluid_fluid[i]) {
       const Vector3d xij = xi - vec(s.fluid_position[j]);
-      const Vector3d gradient = w.gradient(xij);
+      const Vector3d gradient = w.pair_gradient(xij);
       ratio += fluid_volume(state, j) * w.value(xij.norm());
       sum += fluid_volume(state, j) * gradient;
       squares += volume * fluid_volume(state, j) * gradient.squaredNorm();
+      const double heavier = std::max(0.0, fluid_volume(state, j) - volume);
+      state.compliance[i] += heavier * fluid_volume(state, j) * gradient.squaredNorm();
     }
     for (const Index b : state.fluid_boundary[i]) {
       const Vector3d xib = xi - vec(s.boundary_position[b]);
@@ -94,7 +97,7 @@ void density(ReferenceState& state, const StepInfo&, StepReport&) {
       sum += wall_share * s.sample_volume[b] * gradient;
       cloth += wall_share * wall_share * s.sample_volume[b] * gradient.norm() * bound[b];
     }
-    const double inverse_alpha = sum.squaredNorm() + squares + 0.16 * cloth;
+    const double inverse_alpha = sum.squaredNorm() + squares + state.compliance[i] + 0.16 * cloth;
     s.fluid_density_ratio[i] = ratio;
     state.alpha[i] = inverse_alpha < 1e-6 / (spacing * spacing) || volume == 0 ? 0.0 : 1 / inverse_alpha;
   }

@@ -56,26 +56,27 @@ Rates rates(const ReferenceState& state, const Velocities& v) {
     Vector3d a = given_acceleration(state, i);
     double bound = 0;
     const Vector3d xi = vec(s.fluid_position[i]), vi = v.fluid[i];
-    const auto add = [&](double factor, const Vector3d& velocity, const Vector3d& x) {
-      const Vector3d gradient = w.gradient(x);
+    const auto add = [&](double factor, const Vector3d& velocity, const Vector3d& x, const Vector3d& gradient) {
       const Vector3d term = strength * factor * velocity.dot(x) * gradient;
       a += term;
       bound += strength * factor * gradient.norm() * x.norm();
       return term;
     };
     for (const Index j : state.fluid_fluid[i]) {
-      add(fluid_volume(state, j) / std::sqrt(ratio(i) * ratio(j)), vi - v.fluid[j], xi - vec(s.fluid_position[j]));
+      const Vector3d x = xi - vec(s.fluid_position[j]);
+      add(fluid_volume(state, j) / std::sqrt(ratio(i) * ratio(j)), vi - v.fluid[j], x, w.pair_gradient(x));
     }
     for (const Index b : state.fluid_boundary[i]) {
       const double before = bound;
-      const Vector3d term =
-          add(2 * s.boundary_volume[b] / ratio(i), vi - v.boundary[b], xi - vec(s.boundary_position[b]));
+      const Vector3d x = xi - vec(s.boundary_position[b]);
+      const Vector3d term = add(2 * s.boundary_volume[b] / ratio(i), vi - v.boundary[b], x, w.gradient(x));
       out.body_force[b] -= fluid_mass(state, i) * term;
       out.body_bound[b] += fluid_mass(state, i) * (bound - before);
     }
     for (const Index b : state.fluid_sample[i]) {
       const double before = bound;
-      const Vector3d term = add(0.57 * s.sample_volume[b] / ratio(i), vi - v.sample[b], xi - sample[b]);
+      const Vector3d x = xi - sample[b];
+      const Vector3d term = add(0.57 * s.sample_volume[b] / ratio(i), vi - v.sample[b], x, w.gradient(x));
       out.sample_force[b] -= fluid_mass(state, i) * term;
       out.sample_bound[b] += fluid_mass(state, i) * (bound - before);
     }

@@ -16,6 +16,7 @@ struct ReferenceState {
   const Model& model;
   HostState s;
   NeighborLists fluid_fluid, fluid_boundary, fluid_sample, sample_fluid, sample_sample, sample_boundary;
+  std::vector<double> compliance;  // C_i, 1/m², per liquid particle (stage density)
   std::vector<double> alpha;  // m², Jacobi diagonal of the pressure solves, per liquid particle (stage density)
   std::vector<Eigen::Vector3d> boundary_predicted;  // m/s, per boundary sample: after a pressure (in-stage)
 };

@@ -75,6 +75,7 @@ void density_and_alpha(Device& d) {
   const Crowding crowding(d.spacing);
   const auto id = d.fluid.id;
   const auto shift = d.work.shift;
+  const auto compliance = d.work.compliance;
   const auto nf = d.fluid_fluid.count, nb = d.fluid_boundary.count, ns = d.fluid_sample.count;
   const auto lf = d.fluid_fluid.list, lb = d.fluid_boundary.list, ls = d.fluid_sample.list;
   const bool solids = d.boundary.count > 0, cloth = d.samples.count > 0;
@@ -88,17 +89,19 @@ void density_and_alpha(Device& d) {
   parallel(
       "drench::density::ratio_alpha", d.fluid.count, KOKKOS_LAMBDA(const Index i) {
         const Real3 xi = x(i);
-        Real delta = volume(i) * kernel.value(0), squares = 0, coupling = 0;
+        Real delta = volume(i) * kernel.value(0), squares = 0, yielded = 0, coupling = 0;
         Real3 gradient, apart;
         for (Index k = 0; k < nf(i); ++k) {
           const Index j = lf(i, k);
           const Real3 r = xi - x(j);
-          const Real length = norm(r), slope = kernel.slope(length), weighted = volume(j) * slope;
+          const Real length = norm(r), slope = kernel.pair_slope(length), weighted = volume(j) * slope;
           pair_slope(i, k) = weighted;
           delta += volume(j) * kernel.value(length);
           gradient += weighted * r;
-          squares += weighted * slope * length * length;
-          if (length < crowding.widest) apart += crowding.shift(r, length, volume(i), volume(j), id(i), id(j));
+          const Real square = weighted * slope * length * length;
+          squares += square;
+          yielded += Kokkos::fmax(Real(0), volume(j) - volume(i)) * square;
+          if (length < crowding.least) apart += crowding.shift(r, length, volume(i), volume(j), id(i), id(j));
         }
         squares *= volume(i);
         if (solids)
@@ -119,8 +122,9 @@ void density_and_alpha(Device& d) {
             coupling -= mirrored * mirrored * row_share * vs(b) * slope * length * bound(b);
           }
         ratio(i) = delta;
+        compliance(i) = yielded;
         shift(i) = apart;
-        const Real diagonal = dot(gradient, gradient) + squares + coupling;
+        const Real diagonal = dot(gradient, gradient) + squares + yielded + coupling;
         alpha(i) = diagonal < smallest || volume(i) == 0 ? Real(0) : 1 / diagonal;
       });
 }

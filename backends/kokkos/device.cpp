@@ -266,6 +266,7 @@ void Device::reserve_fluid(Index n) {
   fresh(work.active, "drench::fluid_active");
   resize_keeping(work.volume, capacity);
   resize_keeping(work.alpha, capacity);
+  resize_keeping(work.compliance, capacity);
   resize_keeping(work.shift, capacity);
 }
 

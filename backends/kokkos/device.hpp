@@ -35,6 +35,7 @@ struct FluidArrays {
 struct FluidWork {
   Array<Real> volume;          // V_i, m³ (stage density)
   Array<Real> alpha;           // m² (stage density)
+  Array<Real> compliance;      // C_i, 1/m² (stage density)
   Array<Real3> shift;          // m, apart from particles too close (stage density)
   Array<Real3> predicted;      // v_i + Δt a_i, m/s (in-stage)
   Array<Real> rate;            // R_i, 1/s (in-stage)

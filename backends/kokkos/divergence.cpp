@@ -33,7 +33,7 @@ void divergence(Device& d, const StepInfo& info, StepReport& report) {
       free_cloth_response(d, dt);
     }
     body_response(d, kappa, info.dt);
-    compression_rate(d);
+    compression_rate(d, kappa, dt);
     report.divergence_iterations = iteration;
     const Real factor = iterate.relaxation() / dt;
     const ThreeSums sums = ordered<ThreeSums>(

@@ -125,7 +125,7 @@ void pressure(Device& d, const StepInfo& info, StepReport& report) {
     else if (samples)
       free_cloth_response(d, dt);
     body_response(d, kappa, info.dt);
-    compression_rate(d);
+    compression_rate(d, kappa, dt);
     report.density_iterations = iteration;
     const Real factor = iterate.relaxation() / (dt * dt);
     const ThreeSums sums = ordered<ThreeSums>(

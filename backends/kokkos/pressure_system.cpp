@@ -121,12 +121,12 @@ void predict_liquid(Device& d, const Array<Real>& kappa, Real dt) {
       });
 }
 
-void compression_rate(Device& d) {
+void compression_rate(Device& d, const Array<Real>& kappa, Real dt) {
   const Kernel kernel = d.kernel;
   const Real half = Real(0.5) * d.spacing;
   const auto x = d.fluid.position, xb = d.boundary.position, xs = d.samples.position, normal = d.samples.normal;
   const auto v = d.work.predicted, ub = seen_boundary_velocity(d), us = d.samples.predicted;
-  const auto vb = d.boundary.volume, vs = d.samples.volume, rate = d.work.rate;
+  const auto vb = d.boundary.volume, vs = d.samples.volume, rate = d.work.rate, compliance = d.work.compliance;
   const auto nf = d.fluid_fluid.count, nb = d.fluid_boundary.count, ns = d.fluid_sample.count;
   const auto lf = d.fluid_fluid.list, lb = d.fluid_boundary.list, ls = d.fluid_sample.list;
   const auto slope = d.fluid_fluid.slope;
@@ -151,7 +151,7 @@ void compression_rate(Device& d) {
             const Real3 r = from_behind(xi - xs(b), normal(b), half);
             sum += mirrored * vs(b) * kernel.slope(norm(r)) * dot(vi - us(b), r);
           }
-        rate(i) = sum;
+        rate(i) = sum - dt * compliance(i) * kappa(i);
       });
 }
 

@@ -14,8 +14,8 @@ void clear_inactive(Device& d);
 void cloth_forces(Device& d, const Array<Real>& kappa);
 /// Nodes that answer with their inertia alone: nodes.acceleration = a_n, samples.predicted = v_b + Δt a_b.
 void free_cloth_response(Device& d, Real dt);
-/// work.rate = R_i of the predicted velocities, 1/s.
-void compression_rate(Device& d);
+/// work.rate = R_i of the predicted velocities − Δt C_i κ_i, 1/s.
+void compression_rate(Device& d, const Array<Real>& kappa, Real dt);
 /// v_i := predicted.
 void accept_liquid(Device& d);
 /// v_n += Δt a_n, pin_force −= f_n on pinned nodes.

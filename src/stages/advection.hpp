@@ -3,13 +3,11 @@
 // border.
 //
 // Laws, in this order:
-// 0. Crowded particles part. The pressure of a spline kernel does not hold particles apart that are much closer than its
-//    support (its slope vanishes at r = 0): light ones among full ones heap up, and coincident ones stay so. Pairs of the
-//    list fluid→fluid that are closer at the start than half the mean of their sizes, s_ij = ½ · ½ (d_i + d_j) with
-//    d_i = d (m_i/m0)^⅓, are moved apart by a tenth of what is missing, without touching velocities (cf. Lind et al. 2012):
-//        shift_i = 0.1 Σ_j m_j/(m_i + m_j) (s_ij − r_ij) e_ij,   r_ij < s_ij
+// 0. Coincident particles part: pairs of the list fluid→fluid closer than s = 1e-3 d at the start are set s apart, without
+//    touching velocities:
+//        shift_i = Σ_j m_j/(m_i + m_j) (s − r_ij) e_ij,   r_ij < s
 //    e_ij = (x_i − x_j)/r_ij, and where r_ij < 1e-6 d the axis (id_i + id_j) mod 3, upwards for the higher id. The centre of
-//    mass stays. Full particles of a liquid at rest are never that close.
+//    mass stays. Pressure does the rest (kernel.hpp).
 // 1. Fresh particles (Origin::cloth, age < T = largest emission_ramp; Solenthaler & Gross 2011): with the nearest cloth
 // sample p within h
 //    (list fluid→sample, ties to the first), speed relative to v_p = Σ w_pn v_n is limited to u = d/T + 2 |g| age: free

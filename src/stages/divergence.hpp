@@ -15,6 +15,10 @@
 //   Nodes answer with their inertia alone: this solve is an impact, in which velocities jump and elasticity has no time.
 // Rate of compression (1/s), for velocities v_i, v_b (v_b = Σ_n w_bn v_n on cloth, boundary_velocity on solids):
 //     R_i(v) = Σ_j V_j (v_i − v_j)·∇W_ij + Σ_b 2 V_b (v_i − v_b)·∇W_ib           (= Dδ_i/Dt of the mirrored liquid)
+//   minus Δt C_i κ_i, C_i (density.hpp) being a particle's compliance: 0 unless its neighbours are heavier. A light particle
+//   cannot push full ones aside; held to the same bound it drives its own κ up until it is thrown away itself. So it yields
+//   as if its diagonal were theirs. (A pool at rest with a fifth of its mass in particles of 5 %: 0.26 m/s rms and spray
+//   of 3 m/s without, 0.07 and 0.6 m/s with it.)
 // Problem: find κ_i ≥ 0 with  R_i(v + Δt a(κ)) ≤ 0, by relaxed Jacobi with Nesterov's momentum (1983):
 //     κ⁺_i = max(0, κ_i + ω α_i R_i(v + Δt a(κ)) / Δt),    κ_i ← max(0, κ⁺_i + (θ − 1)/θ⁺ (κ⁺_i − κ⁻_i)),
 //     θ⁺ = ½ (1 + √(1 + 4θ²)), θ = 1 at first, κ⁻ = the last κ⁺, at first κ.

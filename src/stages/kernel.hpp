@@ -11,8 +11,12 @@
 //           spiky one S = 15/(π h⁶) (h − r)³, because Poly6's own gradient vanishes at r → 0 and lets particles clump:
 //     W(r)  = 315/(64 π h⁹) (h² − r²)³,   dW/dr := dS/dr = −45/(π h⁶) (h − r)²
 //           Density and gradient belong to different kernels: Dδ/Dt of the divergence solve is not the rate of δ.
+// Between two liquid particles dW/dr is held at its steepest below the distance where it is that (h/3 cubic, h/4 wendland,
+// 0 poly6), after Thomas & Couchman 1992: the slope of a spline vanishes at r = 0, so that pressure does not hold apart what
+// has come close: particles paired, light ones among full ones heaped up. Values stay as they are.
 // ∇W_ij = dW/dr · (x_i − x_j)/|x_i − x_j|, the gradient in x_i: it points toward j. 0 for r ≤ 1e-9 h.
-// A pair is a neighbour if r < h. Coincident particles are neighbours with W(0) and no gradient.
+// A pair is a neighbour if r < h. Coincident particles are neighbours with W(0) and no gradient
+// (stage advection parts them).
 //
 // Which h. A block starts as a lattice of spacing d, whose density ratio should be 1. Sums over the lattice:
 //     h/d        1.2    1.5    1.8    2.0    2.3    2.5    3.0    4.0

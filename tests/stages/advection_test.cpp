@@ -19,6 +19,20 @@ TEST(advection, fast_particles_stopped_at_the_cloth_agree_with_the_reference) {
                  .changes = "node_velocity"});
 }
 
+TEST(advection, coincident_particles_part_as_in_the_reference) {
+  compare_stage({.stage = Stage::advection,
+                 .prepare =
+                     [](const Model&, HostState& s) {
+                       for (std::size_t i = 0; i + 2 < s.fluid_position.size(); i += 9) {
+                         s.fluid_position[i + 1] = s.fluid_position[i];
+                         s.fluid_velocity[i + 1] = s.fluid_velocity[i];
+                         s.fluid_position[i + 2] = s.fluid_position[i];
+                         s.fluid_position[i + 2][0] += 4e-6;
+                       }
+                     },
+                 .changes = "fluid_position"});
+}
+
 TEST(advection, no_particle_passes_an_unbroken_cloth) {
   const auto setup =
       setup_from(with(wet_scene(), "pin: [{edges: true}]", "pin: [{box: {min: [-1, -1, -1], max: [1, 1, 1]}}]"));

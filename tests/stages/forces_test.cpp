@@ -113,4 +113,8 @@ TEST(forces, a_step_of_any_viscosity_keeps_momentum_and_adds_no_energy) {
   }
 }
 
+TEST(forces, of_crowded_and_light_particles_agrees_with_the_reference) {
+  compare_stage_with_every_kernel({.stage = Stage::forces, .prepare = crowd, .changes = "fluid_velocity"});
+}
+
 }  // namespace drench::test

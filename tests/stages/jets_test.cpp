@@ -6,6 +6,6 @@
 
 namespace drench::test {
 
-TEST(jets, agrees_with_the_reference) { compare_stage({.stage = Stage::jets, .steps_before = 13, .changes = "fluid_position"}); }
+TEST(jets, agrees_with_the_reference) { compare_stage({.stage = Stage::jets, .steps_before = 11, .changes = "fluid_position"}); }
 
 }  // namespace drench::test

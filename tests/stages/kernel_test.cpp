@@ -51,6 +51,24 @@ TEST(kernel, slope_of_poly6_is_the_spiky_one) {
   }
 }
 
+TEST(kernel, slope_of_pairs_is_held_at_its_steepest) {
+  const double h = 0.5;
+  for (const KernelKind kind : every_kernel) {
+    const Kernel kernel(kind, Real(h));
+    double steepest = 0, at = 0;
+    for (int k = 1; k < 1000; ++k) {
+      const double r = k * h / 1000, steep = -r * double(kernel.slope(Real(r)));
+      if (steep > steepest) at = r;
+      steepest = std::max(steepest, steep);
+    }
+    for (int k = 1; k < 1000; ++k) {
+      const double r = k * h / 1000, expected = r < at ? steepest : -r * double(kernel.slope(Real(r)));
+      EXPECT_NEAR(-r * double(kernel.pair_slope(Real(r))), expected, 1e-3 * steepest) << int(kind) << " at " << r;
+    }
+    EXPECT_EQ(kernel.pair_slope(0), kernel.slope(0) * (kind == KernelKind::poly6 ? 1 : 0)) << int(kind);
+  }
+}
+
 TEST(kernel, ends_at_the_support_and_is_finite_at_zero) {
   const double h = 0.5;
   for (const KernelKind kind : every_kernel) {

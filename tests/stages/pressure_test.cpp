@@ -10,4 +10,8 @@ TEST(pressure, agrees_with_the_reference) {
   compare_stage_with_every_kernel({.stage = Stage::pressure, .steps_before = 40, .changes = "fluid_velocity"});
 }
 
+TEST(pressure, of_crowded_and_light_particles_agrees_with_the_reference) {
+  compare_stage_with_every_kernel({.stage = Stage::pressure, .steps_before = 40, .prepare = crowd, .changes = "fluid_velocity"});
+}
+
 }  // namespace drench::test

@@ -110,6 +110,16 @@ std::string with(std::string text, const std::string& from, const std::string& t
 
 drench::Setup setup_from(const std::string& yaml) { return build(parse_scene(yaml, "test.yaml")); }
 
+void crowd(const Model& model, HostState& s) {
+  for (std::size_t i = 1; i < s.fluid_position.size(); ++i) {
+    if (i % 5 == 0) s.fluid_mass[i] = s.fluid_mass[i] / 20;
+    if (i % 7 != 0) continue;
+    s.fluid_position[i] = s.fluid_position[i - 1];
+    s.fluid_position[i][0] += 0.2 * model.spacing;
+    s.fluid_position[i][2] -= 0.2 * model.spacing;
+  }
+}
+
 void compare_stage(const Comparison& c) {
   const drench::Setup setup = setup_from(c.scene);
   const auto reference = make_reference_backend(setup.model);

@@ -12,6 +12,7 @@ struct Kernel {
   KernelKind kind;
   Real h, inverse_h;         // m, 1/m
   Real sigma, slope_factor;  // 1/m³: of W; 1/m⁵: of (dW/dr)/r
+  Real steepest;             // m: where |dW/dr| is largest
 
   Kernel(KernelKind which, Real support) : kind(which), h(support), inverse_h(1 / support) {
     constexpr double pi = 3.14159265358979323846;
@@ -24,6 +25,7 @@ struct Kernel {
       norm = 315 / (64 * pi);
       slope_norm = 45 / pi;
     }
+    steepest = which == KernelKind::cubic ? support / 3 : which == KernelKind::wendland ? support / 4 : Real(0);
     sigma = Real(norm / volume);
     slope_factor = Real(slope_norm / (volume * square));
   }
@@ -46,6 +48,11 @@ struct Kernel {
     if (kind == KernelKind::cubic) return q <= Real(0.5) ? slope_factor * (3 * q - 2) : -slope_factor * p * p / q;
     if (kind == KernelKind::wendland) return -slope_factor * p * p * p;
     return q > Real(1e-9) ? -slope_factor * p * p / q : Real(0);
+  }
+  /// The same of a pair of liquid particles: held at its steepest.
+  KOKKOS_INLINE_FUNCTION Real pair_slope(Real r) const {
+    if (!(r < steepest)) return slope(r);
+    return r > Real(1e-9) * h ? steepest / r * slope(steepest) : Real(0);
   }
 };
 
