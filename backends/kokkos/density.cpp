@@ -94,9 +94,11 @@ void density_and_alpha(Device& d) {
         for (Index k = 0; k < nf(i); ++k) {
           const Index j = lf(i, k);
           const Real3 r = xi - x(j);
-          const Real length = norm(r), slope = kernel.pair_slope(length), weighted = volume(j) * slope;
+          const Real length = norm(r);
+          const auto [value, slope] = kernel.pair(length);
+          const Real weighted = volume(j) * slope;
           pair_slope(i, k) = weighted;
-          delta += volume(j) * kernel.value(length);
+          delta += volume(j) * value;
           gradient += weighted * r;
           const Real square = weighted * slope * length * length;
           squares += square;

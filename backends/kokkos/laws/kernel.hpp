@@ -49,10 +49,18 @@ struct Kernel {
     if (kind == KernelKind::wendland) return -slope_factor * p * p * p;
     return q > Real(1e-9) ? -slope_factor * p * p / q : Real(0);
   }
-  /// The same of a pair of liquid particles: held at its steepest.
-  KOKKOS_INLINE_FUNCTION Real pair_slope(Real r) const {
-    if (!(r < steepest)) return slope(r);
-    return r > Real(1e-9) * h ? steepest / r * slope(steepest) : Real(0);
+  /// W and (dW/dr)/r of two liquid particles at a distance r < h: the slope is held at its steepest.
+  struct Pair {
+    Real value, slope;
+  };
+  KOKKOS_INLINE_FUNCTION Pair pair(Real r) const {
+    if (kind == KernelKind::cubic) {  // in truncated powers: branches that cannot be foreseen cost more
+      const Real q = r * inverse_h, p = 1 - q, t = q < Real(0.5) ? Real(0.5) - q : Real(0);
+      const Real steep = q < Real(1.0 / 3) ? Real(1.0 / 3) : p * p - 4 * t * t;
+      return {2 * sigma * (p * p * p - 4 * t * t * t), q > Real(1e-9) ? -slope_factor * steep / q : Real(0)};
+    }
+    if (!(r < steepest)) return {value(r), slope(r)};
+    return {value(r), r > Real(1e-9) * h ? steepest / r * slope(steepest) : Real(0)};
   }
 };
 

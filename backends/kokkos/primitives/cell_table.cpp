@@ -36,7 +36,7 @@ void CellTable::build(const Array<Real3>& points, Index count, Real edge, const 
     capacity_ = count + count / 4;
     view_.item = Array<Index>(Kokkos::ViewAllocateWithoutInitializing("drench::cell_item"), capacity_);
     view_.coord = Array<CellCoord>(Kokkos::ViewAllocateWithoutInitializing("drench::cell_coord"), capacity_);
-    view_.point = Array<Real3>(Kokkos::ViewAllocateWithoutInitializing("drench::cell_point"), capacity_);
+    for (Array<Real>* a : {&view_.px, &view_.py, &view_.pz}) *a = Array<Real>("drench::cell_point", capacity_ + view_.spare);
     bucket_ = Array<Index>(Kokkos::ViewAllocateWithoutInitializing("drench::cell_bucket"), capacity_);
   }
   view_.buckets = 0;
@@ -114,7 +114,12 @@ void CellTable::build(const Array<Real3>& points, Index count, Real edge, const 
         }
       });
   parallel(
-      "drench::cell_table::points", count, KOKKOS_LAMBDA(const Index e) { t.point(e) = points(t.item(e)); });
+      "drench::cell_table::points", count, KOKKOS_LAMBDA(const Index e) {
+        const Real3 p = points(t.item(e));
+        t.px(e) = p.x;
+        t.py(e) = p.y;
+        t.pz(e) = p.z;
+      });
 }
 
 }  // namespace drench::kokkos_backend

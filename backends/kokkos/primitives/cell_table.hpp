@@ -17,7 +17,8 @@ struct CellTableView {
   Array<Index> start;      // buckets + 1
   Array<Index> item;       // particle indices, ordered by bucket, then cell, then key
   Array<CellCoord> coord;  // of each entry of `item`
-  Array<Real3> point;      // of each entry of `item`, m: a copy, so that a search reads memory in order
+  static constexpr Index spare = 16;
+  Array<Real> px, py, pz;  // position of each entry of `item`, m: a copy that a search reads in order; and `spare` more
   Real3 origin;
   Real inverse_edge = 1;
   CellCoord dims{0, 0, 0};
@@ -95,7 +96,7 @@ class CellTable {
   std::int64_t bytes() const {
     return static_cast<std::int64_t>((view_.start.span() + view_.item.span() + cursor_.span() + bucket_.span()) *
                                          sizeof(Index) +
-                                     view_.coord.span() * sizeof(CellCoord) + view_.point.span() * sizeof(Real3));
+                                     view_.coord.span() * sizeof(CellCoord) + 3 * view_.px.span() * sizeof(Real));
   }
 
  private:

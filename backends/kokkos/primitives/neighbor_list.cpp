@@ -1,17 +1,70 @@
 #include "primitives/neighbor_list.hpp"
 
 #include <algorithm>
+#include <cstring>
 
 namespace drench::kokkos_backend {
 namespace {
 
-/// Entry n of row i, if it is near; the last column takes what does not count. A CPU is quicker with a store each time than
-/// with a branch that it cannot foresee. (A function, not a part of the kernel: nvcc names a kernel after the order in
-/// which its lambda captures, which has to be the same on the host and on the device.)
-KOKKOS_INLINE_FUNCTION void store(const Kokkos::View<Index**, MemSpace>& list, Index i, Index n, Index width, Index j,
-                                  bool near) {
-  KOKKOS_IF_ON_HOST((static_cast<void>(near); list(i, n < width ? n : width) = j;))
-  KOKKOS_IF_ON_DEVICE((if (near && n < width) list(i, n) = j;))
+/// Row i of a list while it is filled; what does not fit is counted only.
+struct Row {
+  Kokkos::View<Index**, MemSpace> list;
+  Index i, width, count;  // the column `width` is there to be overwritten
+};
+
+/// As many numbers as a vector register of the machine that is compiled for holds.
+#if defined(__AVX512F__)
+constexpr int register_bytes = 64;
+#elif defined(__AVX__)
+constexpr int register_bytes = 32;
+#else
+constexpr int register_bytes = 16;
+#endif
+using Lot [[gnu::vector_size(register_bytes)]] = Real;
+constexpr Index lot_size = register_bytes / sizeof(Real);
+static_assert(lot_size <= CellTableView::spare);
+
+inline void append_lots(Row& row, const CellTableView& table, Index first, Index last, const CellCoord& cell,
+                        const Real3& x, Real h2, Index self) {
+  const Real *px = table.px.data(), *py = table.py.data(), *pz = table.pz.data();
+  const Index* const item = table.item.data();
+  Index* const out = &row.list(row.i, 0);
+  Index n = row.count;
+  for (Index e = first; e < last; e += lot_size) {
+    Lot rx, ry, rz;
+    std::memcpy(&rx, px + e, sizeof(Lot));
+    std::memcpy(&ry, py + e, sizeof(Lot));
+    std::memcpy(&rz, pz + e, sizeof(Lot));
+    rx = x.x - rx;
+    ry = x.y - ry;
+    rz = x.z - rz;
+    const auto near = rx * rx + ry * ry + rz * rz < h2;  // −1 or 0
+    const Index most = last - e < lot_size ? last - e : lot_size;
+    for (Index k = 0; k < most; ++k) {
+      const Index j = item[e + k];
+      Index one = static_cast<Index>(near[k]) & (j != self ? -1 : 0);
+      if (table.hashed) one = table.coord(e + k) == cell ? one : 0;
+      out[n < row.width ? n : row.width] = j;
+      n -= one;
+    }
+  }
+  row.count = n;
+}
+
+/// Appends what is near of the table's entries [first, last). (A function, not a part of the kernel: nvcc names a kernel
+/// after the order in which its lambda captures, which has to be the same on the host and on the device.)
+KOKKOS_INLINE_FUNCTION void append_near(Row& row, const CellTableView& table, Index first, Index last,
+                                        const CellCoord& cell, const Real3& x, Real h2, Index self) {
+  // A CPU computes distances in vector registers, and stores each entry, which is quicker than a branch that it cannot
+  // foresee. The table's points end in a lot of spare ones.
+  KOKKOS_IF_ON_HOST((append_lots(row, table, first, last, cell, x, h2, self);))
+  KOKKOS_IF_ON_DEVICE((for (Index e = first; e < last; ++e) {
+    const Real3 r = x - Real3{table.px(e), table.py(e), table.pz(e)};
+    const Index j = table.item(e);
+    if (!(dot(r, r) < h2) || j == self || (table.hashed && !(table.coord(e) == cell))) continue;
+    if (row.count < row.width) row.list(row.i, row.count) = j;
+    ++row.count;
+  }))
 }
 
 }  // namespace
@@ -44,22 +97,15 @@ void build_neighbor_list(NeighborList& list, const Array<Real3>& row_points, Ind
           CellCoord lo = table.cell_of(x), hi = lo;
           lo = {lo.x - 1, lo.y - 1, lo.z - 1};
           hi = {hi.x + 1, hi.y + 1, hi.z + 1};
-          Index n = 0;
+          Row row{out, i, width, 0};
           if (table.buckets > 0) {
             table.clip(lo, hi);
             table.for_runs(lo, hi, [&](const Index first, const Index last, const CellCoord& c) {
-              for (Index e = first; e < last; ++e) {
-                const Real3 r = x - table.point(e);
-                const Index j = table.item(e);
-                bool near = (dot(r, r) < h2) & (j != self);
-                if (table.hashed) near = near && table.coord(e) == c;
-                store(out, i, n, width, j, near);
-                n += near ? 1 : 0;
-              }
+              append_near(row, table, first, last, c, x, h2, self);
             });
           }
-          count(i) = n;
-          most = n > most ? n : most;
+          count(i) = row.count;
+          most = row.count > most ? row.count : most;
         },
         Kokkos::Max<Index>(widest));
     if (widest <= width) return;
