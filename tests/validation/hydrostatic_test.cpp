@@ -133,7 +133,7 @@ bodies: [{{box: {{min: [0, 0, 0], max: [{3}, 0.7, {3}], inside: true}}}}]
 
 // The pressure misses its target for two reasons. (1) A wall is a mirror across but not along itself: particles at the
 // side walls, 19 % of these, transmit a fifth less of the vertical stress, and the others carry it: the layers' means are
-// 3 to 4 % too high. (2) κ of a single particle scatters by 4 % with its 30 neighbours at h = 2 d.
+// 3 to 4 % too high (PHYSICS.md says what mirroring that too costs). (2) κ of a single particle scatters by 4 % with its 30 neighbours at h = 2 d.
 TEST(hydrostatic, a_column_comes_to_rest) {
   const Rest rest = settle(1e-5), coarse = settle(1e-5, 10);
   const std::string column = "hydrostatic column 0.5 m, d = H/20, tolerance 1e-5: ", theory = "p = ρ g (H − z)";
