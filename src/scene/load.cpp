@@ -166,7 +166,7 @@ void read_pin_motion(Section& s, PinScene& pin) {
 }
 
 void read_pin(Section& s, PinScene& pin) {
-  const std::string kind = s.one_of({"corners", "edges", "box", "nodes"});
+  const std::string kind = s.one_of({"corners", "edges", "box", "nodes"}, {"velocity", "spin", "start", "end"});
   if (s.has("corners") && s.flag("corners")) pin.kind = PinScene::Kind::corners;
   if (s.has("edges") && s.flag("edges")) pin.kind = PinScene::Kind::edges;
   if (s.section("box", pin.box, read_box)) pin.kind = PinScene::Kind::box;
