@@ -203,8 +203,10 @@ TEST(cloth_mechanics, sheet_on_an_incline_sticks_or_slides_as_coulomb_says) {
     const double s = slid(degrees, friction, time);
     // x = ½ a (t² + Δt t) of the implicit steps
     const double a = 2 * s / (time * (time + 0.004));
+    // Missed near the limit of sticking, where a is a small difference of forces: the cloth's solve stops when a thousandth
+    // of m |y − x⁰|/Δt² is left, which at 0.2 m/s is 0.06 m/s².
     report({fmt::format("sheet on an incline of {}°, friction 0.4: acceleration", degrees), "g (sin α − μ cos α)",
-            std::fabs(a / expected - 1), 0.02, "1"});
+            std::fabs(a / expected - 1), 0.02, "1", degrees < 30 ? 0.03 : 0.0});
   }
 }
 
