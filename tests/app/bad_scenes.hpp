@@ -161,7 +161,7 @@ inline constexpr BadScene bad_scenes[] = {
     {"PinNodesEmpty", CLOTH "    pin: [{nodes: []}]\n", 4, 19, "cloth.0.pin.0.nodes", "is an empty list"},
     {"PinNodeNegative", CLOTH "    pin: [{nodes: [0, -1]}]\n", 4, 23, "cloth.0.pin.0.nodes.1", "is out of range"},
     {"PinNodeNotInGrid", CLOTH "    pin: [{nodes: [0, 25]}]\n", 4, 23, "cloth.0.pin.0.nodes.1", "allowed: [0, 24]"},
-    {"PinMotionEndsFirst", CLOTH "    pin: [{corners: true, velocity: [1, 0, 0], start: 2, end: 1}]\n", 4, 65,
+    {"PinMotionEndsFirst", CLOTH "    pin: [{corners: true, velocity: [1, 0, 0], start: 2, end: 1}]\n", 4, 63,
      "cloth.0.pin.0.end", "the motion ends at 1 s and starts at 2 s; allowed: an end after the start"},
     {"PinSpinsAboutNothing", CLOTH "    pin: [{corners: true, spin: {axis: [0, 0, 0]}}]\n", 4, 40,
      "cloth.0.pin.0.spin.axis", "has length 0"},
