@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "cloth_problem.hpp"
 #include "collision.hpp"
 #include "transfer.hpp"
 
@@ -71,10 +72,14 @@ void slow_fresh_particles(ReferenceState& state, std::vector<Momentum>& impulse)
 }
 
 // 2.
-void move_cloth(ReferenceState& state, const std::vector<PlacedBody>& bodies, double dt) {
+void move_cloth(ReferenceState& state, const std::vector<PlacedBody>& bodies, const StepInfo& info) {
   const Model& m = state.model;
+  const double dt = info.dt;
   for (Index n = 0; n < state.s.node_count(); ++n) {
-    if (m.mesh.pinned[n]) continue;
+    if (m.mesh.pinned[n]) {
+      state.s.node_position[n] = arr(pin_position(state, n, info.time + dt));
+      continue;
+    }
     Vector3d v = vec(state.s.node_velocity[n]);
     Vector3d x = vec(state.s.node_position[n]) + dt * v;
     for (const Contact& contact : project_out(bodies, m.cloths[m.mesh.node_cloth[n]].thickness, x)) {
@@ -239,7 +244,7 @@ void advection(ReferenceState& state, const StepInfo& info, StepReport& report) 
   const std::vector<Vec3> start = s.node_position;
   const Vectors start_samples = sample_positions(state);
   const std::vector<PlacedBody> bodies = placed_bodies(state, info.dt);
-  move_cloth(state, bodies, info.dt);
+  move_cloth(state, bodies, info);
   const MovingCloth cloth = moving_cloth(state, start, start_samples);
 
   Vectors x1(particles);

@@ -31,8 +31,13 @@ void cloth(ReferenceState& state, const StepInfo& info, StepReport& report) {
   ClothProblem problem(state, dt);
   Vectors first = problem.start;
   for (Index n = 0; n < state.s.node_count(); ++n) {
-    if (!problem.is_free(n)) continue;
-    first[n] += dt * std::exp(-problem.material(n).damping * dt) * vec(state.s.node_velocity[n]);
+    if (!problem.is_free(n)) {
+      first[n] += pin_position(state, n, info.time + dt) - pin_position(state, n, info.time);
+      continue;
+    }
+    const ClothMaterial& m = problem.material(n);
+    const double damping = m.damping + node_saturation(state, n) * (m.damping_wet - m.damping);
+    first[n] += dt * std::exp(-damping * dt) * vec(state.s.node_velocity[n]);
     problem.target[n] = first[n] + dt * dt * (gravity + load[n] / problem.mass[n]);
   }
   ClothIteration iteration(problem, first);
@@ -47,17 +52,20 @@ void cloth(ReferenceState& state, const StepInfo& info, StepReport& report) {
   const Vectors r = problem.residual(x), internal = problem.internal_force(x);
   for (Index n = 0; n < state.s.node_count(); ++n) {
     state.s.node_contact_force[n] = {0, 0, 0};
+    Vector3d v = (x[n] - problem.start[n]) / dt;
     if (!problem.is_free(n)) {
-      const Vector3d held = internal[n] + problem.mass[n] * gravity + load[n];
+      const Vector3d acceleration = (v - vec(state.s.node_velocity[n])) / dt;
+      const Vector3d held = internal[n] + problem.mass[n] * (gravity - acceleration) + load[n];
       state.s.node_pin_force[n] = arr(vec(state.s.node_pin_force[n]) - held);
-      state.s.node_velocity[n] = {0, 0, 0};
+      state.s.node_velocity[n] = arr(v);
       continue;
     }
-    Vector3d v = (x[n] - problem.start[n]) / dt;
     const auto [normal, surface] = problem.contact(n, x[n]);
     if (normal.norm() > 0) {
       const double press = std::max(0.0, -r[n].dot(normal));  // N
-      v = surface + slowed(v - surface, normal, problem.material(n).friction * dt * press / problem.mass[n]);
+      const ClothMaterial& m = problem.material(n);
+      const double friction = m.friction + node_saturation(state, n) * (m.friction_wet - m.friction);
+      v = surface + slowed(v - surface, normal, friction * dt * press / problem.mass[n]);
       state.s.node_contact_force[n] = arr(press * normal);
     }
     state.s.node_velocity[n] = arr(v);

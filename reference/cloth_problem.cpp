@@ -1,5 +1,8 @@
 #include "cloth_problem.hpp"
 
+#include <Eigen/LU>
+#include <Eigen/QR>
+#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -19,7 +22,40 @@ double mean_length(const ClothMesh& mesh) {
   return mesh.edge_length.empty() ? 0 : sum / static_cast<double>(mesh.edge_length.size());
 }
 
+/// Rest shape of a triangle in its own plane, D (m): the deformation is F = [x1 − x0, x2 − x0] D⁻¹, by Eigen's QR.
+Eigen::Matrix2d rest_frame(const ClothMesh& mesh, Index t) {
+  const auto [a, b, c] = mesh.triangle[t];
+  Eigen::Matrix<double, 3, 2> edges;
+  edges << vec(mesh.rest_position[b]) - vec(mesh.rest_position[a]),
+      vec(mesh.rest_position[c]) - vec(mesh.rest_position[a]);
+  return Eigen::Matrix2d(edges.householderQr().matrixQR().topRows<2>().triangularView<Eigen::Upper>());
+}
+
+/// Rows: ∇N of the three corners in that plane, 1/m.
+Eigen::Matrix<double, 3, 2> corner_gradients(const Eigen::Matrix2d& frame) {
+  const Eigen::Matrix2d inverse = frame.inverse();
+  Eigen::Matrix<double, 3, 2> rows;
+  rows << -inverse.row(0) - inverse.row(1), inverse.row(0), inverse.row(1);
+  return rows;
+}
+
 }  // namespace
+
+double node_saturation(const ReferenceState& state, Index n) {
+  const auto& capacity = state.model.samples.node_capacity;
+  if (capacity.empty() || !(capacity[n] > 0)) return 0;
+  return std::min(1.0, static_cast<double>(state.s.node_liquid[n]) * state.model.quantum / capacity[n]);
+}
+
+Vector3d pin_position(const ReferenceState& state, Index n, double time) {
+  const Model& m = state.model;
+  const Index motion = m.mesh.pin_motion.empty() ? -1 : m.mesh.pin_motion[n];
+  if (motion < 0) return vec(state.s.node_position[n]);
+  const PinMotion& p = m.pin_motions[motion];
+  const double since = std::min(std::max(time, p.start), p.end) - p.start;
+  const Eigen::AngleAxisd turn(p.rate * since, vec(p.axis));
+  return vec(p.center) + since * vec(p.velocity) + turn * (vec(m.mesh.rest_position[n]) - vec(p.center));
+}
 
 ClothProblem::ClothProblem(const ReferenceState& s, double step) : state(s), dt(step), bodies(placed_bodies(s, step)) {
   const ClothMesh& mesh = model().mesh;
@@ -38,6 +74,12 @@ ClothProblem::ClothProblem(const ReferenceState& s, double step) : state(s), dt(
     for (int a = 0; a < 4; ++a) {
       diagonal[mesh.hinge[h][a]] += 0.5 * mesh.hinge_stiffness[h] * std::abs(mesh.hinge_weight[h][a]) * sum;
     }
+  }
+  if (!model().has_strain_limit()) return;
+  for (Index t = 0; t < mesh.triangles(); ++t) {
+    const Eigen::Matrix<double, 3, 2> rows = corner_gradients(rest_frame(mesh, t));
+    const Eigen::Matrix3d stiffness = mesh.limit_stiffness[t] * rows * rows.transpose();
+    for (int c = 0; c < 3; ++c) diagonal[mesh.triangle[t][c]] += 0.5 * stiffness.row(c).cwiseAbs().sum();
   }
 }
 
@@ -63,6 +105,23 @@ Vectors ClothProblem::internal_force(const Vectors& x) const {
     for (int a = 0; a < 4; ++a) {
       force[mesh.hinge[h][a]] -= mesh.hinge_stiffness[h] * mesh.hinge_weight[h][a] * bend;
     }
+  }
+  for (Index t = 0; model().has_strain_limit() && t < mesh.triangles(); ++t) {
+    const double limit = model().cloths[mesh.triangle_cloth[t]].strain_limit;
+    const auto [a, b, c] = mesh.triangle[t];
+    Eigen::Matrix<double, 3, 2> edges;
+    edges << x[b] - x[a], x[c] - x[a];
+    const Eigen::Matrix2d frame = rest_frame(mesh, t);
+    const Eigen::Matrix<double, 3, 2> deformation = edges * frame.inverse();
+    const Eigen::JacobiSVD<Eigen::MatrixXd> svd(deformation, Eigen::ComputeThinU | Eigen::ComputeThinV);
+    Eigen::Vector2d clamped = svd.singularValues();
+    for (double& sigma : clamped) {
+      if (sigma > 0) sigma = std::min(std::max(sigma, 1 - limit), 1 + limit);
+    }
+    const Eigen::Matrix<double, 3, 2> nearest = svd.matrixU() * clamped.asDiagonal() * svd.matrixV().transpose();
+    const Eigen::Matrix3d f =
+        -mesh.limit_stiffness[t] * (deformation - nearest) * corner_gradients(frame).transpose();  // a column a corner
+    for (int k = 0; k < 3; ++k) force[mesh.triangle[t][k]] += f.col(k);
   }
   return force;
 }

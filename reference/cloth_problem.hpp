@@ -31,6 +31,11 @@ struct ClothProblem {
   Contact contact(Index n, const Eigen::Vector3d& x) const;
 };
 
+/// s_n = min(1, m_f/C_n); 0 where the node holds nothing.
+double node_saturation(const ReferenceState& state, Index n);
+/// Where prescribed motion has brought the pinned node n at a time (s), m; where it is now if it has none.
+Eigen::Vector3d pin_position(const ReferenceState& state, Index n, double time);
+
 /// Jacobi with Chebyshev's weights, which go on over several calls of `advance`.
 class ClothIteration {
  public:

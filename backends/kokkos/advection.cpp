@@ -5,6 +5,7 @@
 #include "device.hpp"
 #include "laws/collision.hpp"
 #include "laws/contact.hpp"
+#include "pins.hpp"
 #include "rigid_bodies.hpp"
 
 namespace drench::kokkos_backend {
@@ -172,12 +173,19 @@ void move_cloth(Device& d, Real dt) {
   const auto cloth = d.nodes.cloth;
   const auto materials = d.materials;
   const auto solids = d.solids;
+  const PinMotions pins(d);
   Kokkos::parallel_reduce(
       "drench::advection::cloth", Range(0, d.nodes.count),
       KOKKOS_LAMBDA(const Index n, double& reach) {
         const Real3 x = position(n);
         start(n) = x;
-        if (pinned(n)) return;
+        if (pinned(n)) {
+          if (!pins.moves(n)) return;
+          position(n) = pins.position(n);
+          const double moved = static_cast<double>(norm(position(n) - x));
+          if (moved > reach) reach = moved;
+          return;
+        }
         const Real thickness = materials(cloth(n)).thickness;
         Real3 v = velocity(n), shift = dt * v;
         for (std::size_t b = 0; b < solids.extent(0); ++b) {
@@ -350,6 +358,7 @@ void advection(Device& d, const StepInfo& info, StepReport& report) {
   }
   if (d.model.has_moving_cloth()) {
     if (liquid) measure_stretch(d);
+    place_pins(d, info);
     move_cloth(d, dt);
   }
   if (liquid) {

@@ -3,6 +3,8 @@
 #include "stages/cloth.hpp"
 
 #include "cloth_solver.hpp"
+#include "laws/wet_cloth.hpp"
+#include "pins.hpp"
 #include "pressure_system.hpp"
 #include "rigid_bodies.hpp"
 
@@ -16,16 +18,26 @@ constexpr Real contact_range = Real(1.01);  // of the thickness
 void aim(Device& d, const ClothSystem& s, Real dt, bool loaded) {
   const auto velocity = d.nodes.velocity, force = d.nodes.force;
   const auto shift = d.cloth_work.shift, last_shift = d.cloth_work.last_shift;
+  const auto liquid = d.nodes.liquid;
+  const auto capacity = d.nodes.capacity;
+  const double quantum = d.quantum;
   const Real3 gravity = d.gravity;
   parallel(
       "drench::cloth::target", d.nodes.count, KOKKOS_LAMBDA(const Index n) {
-        const Real damping = s.materials(s.cloth(n)).damping;
+        const Material& m = s.materials(s.cloth(n));
+        const Real damping = at_saturation(m.damping, m.damping_wet, node_saturation(liquid(n), quantum, capacity(n)));
         const Real3 free = (dt * Kokkos::exp(-damping * dt)) * velocity(n);
         Real3 pull = gravity;
         if (loaded) pull += (1 / s.mass(n)) * force(n);
         s.target(n) = free + (dt * dt) * pull;
         shift(n) = s.pinned(n) ? Real3{} : free;
         last_shift(n) = shift(n);
+      });
+  if (!d.model.has_moving_pins()) return;
+  const PinMotions motions(d);
+  parallel(
+      "drench::cloth::pins", d.nodes.count, KOKKOS_LAMBDA(const Index n) {
+        if (motions.moves(n)) shift(n) = last_shift(n) = motions.shift(n);
       });
 }
 
@@ -34,14 +46,19 @@ void finish(Device& d, const ClothSystem& s, Real dt, bool loaded) {
   const auto shift = d.cloth_work.shift;
   const auto velocity = d.nodes.velocity, contact_force = d.nodes.contact_force, pin_force = d.nodes.pin_force;
   const auto force = d.nodes.force;
+  const auto liquid = d.nodes.liquid;
+  const auto capacity = d.nodes.capacity;
+  const double quantum = d.quantum;
   const Real3 gravity = d.gravity;
   parallel(
       "drench::cloth::velocity", d.nodes.count, KOKKOS_LAMBDA(const Index n) {
         contact_force(n) = Real3{};
+        Real3 v = (1 / dt) * shift(n);
         if (s.pinned(n)) {
-          pin_force(n) -= s.elastic_force(n, shift) + s.mass(n) * gravity;
+          const Real3 acceleration = (1 / dt) * (v - velocity(n));
+          pin_force(n) -= s.elastic_force(n, shift) + s.mass(n) * (gravity - acceleration);
           if (loaded) pin_force(n) -= force(n);
-          velocity(n) = Real3{};
+          velocity(n) = v;
           return;
         }
         Real3 normal, surface;
@@ -53,11 +70,13 @@ void finish(Device& d, const ClothSystem& s, Real dt, bool loaded) {
           surface = surface_velocity(s.solids(b), s.start(n), shift(n));
           contact = true;
         }
-        Real3 v = (1 / dt) * shift(n);
         if (contact) {
           const Real inward = -dot(s.residual(n, shift), normal);
           const Real press = inward > 0 ? inward : 0;
-          const Real loss = s.materials(s.cloth(n)).friction * dt * press / s.mass(n);
+          const Material& m = s.materials(s.cloth(n));
+          const Real friction =
+              at_saturation(m.friction, m.friction_wet, node_saturation(liquid(n), quantum, capacity(n)));
+          const Real loss = friction * dt * press / s.mass(n);
           v = surface + with_friction(v - surface, normal, loss);
           contact_force(n) = press * normal;
         }
@@ -71,6 +90,7 @@ void cloth(Device& d, const StepInfo& info, StepReport& report) {
   const Real dt = static_cast<Real>(info.dt);
   const bool loaded = d.fluid.count > 0 && d.samples.count > 0;
   place_solids(d, info.dt);
+  place_pins(d, info);
   if (loaded) {
     clear_inactive(d);
     cloth_forces(d, d.fluid.kappa_density);

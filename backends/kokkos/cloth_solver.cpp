@@ -45,6 +45,11 @@ void masses_and_diagonals(Device& d, const ClothSystem& s) {
           for (Index a = 0; a < 4; ++a) weight_sum += Kokkos::abs(hinge_weight(4 * h + a));
           diagonal += hinge_diagonal(hinge_weight(hinge_item(r)), weight_sum, hinge_stiffness(h));
         }
+        if (s.limit_start.extent(0) > 0)
+          for (Index r = s.limit_start(n); r < s.limit_start(n + 1); ++r) {
+            const Index t = s.limit_item(r) / 4;
+            diagonal += strain_limit_diagonal(s.triangle_shape(t), s.limit_stiffness(t), s.limit_item(r) % 4);
+          }
         s.mass(n) = mass;
         s.diagonal(n) = diagonal;
       });
@@ -93,6 +98,11 @@ ClothSystem::ClothSystem(const Device& d, Real dt)
       edge_length(d.mesh.edge_length),
       edge_stiffness(d.mesh.edge_stiffness),
       bend_weight(d.nodes.bend_weight),
+      triangle(d.mesh.triangle),
+      limit_start(d.nodes.limit_start),
+      limit_item(d.nodes.limit_item),
+      limit_shape(d.mesh.limit_shape),
+      limit_stiffness(d.mesh.limit_stiffness),
       materials(d.materials),
       solids(d.solids),
       inverse_dt(1 / dt),

@@ -15,6 +15,8 @@ struct ClothSystem {
   Array<std::uint8_t> pinned;
   Array<Index> cloth, edge_start, edge_item, bend_start, bend_item, edge;
   Array<Real> edge_length, edge_stiffness, bend_weight;
+  Array<Index> triangle, limit_start, limit_item;
+  Array<Real> limit_shape, limit_stiffness;
   Array<Material> materials;
   Array<Solid> solids;
   Real inverse_dt, inverse_dt2;
@@ -38,7 +40,24 @@ struct ClothSystem {
       const Index other = bend_item(r);
       force -= bend_weight(r) * separation(start(other), shift(other), here, moved);
     }
+    if (limit_start.extent(0) > 0) force += limit_force(n, shift);
     return force;
+  }
+
+  /// Strain limiting, N.
+  KOKKOS_INLINE_FUNCTION Real3 limit_force(Index n, const Array<Real3>& shift) const {
+    const Real limit = materials(cloth(n)).strain_limit;
+    Real3 force;
+    for (Index r = limit_start(n); r < limit_start(n + 1); ++r) {
+      const Index t = limit_item(r) / 4, a = triangle(3 * t), b = triangle(3 * t + 1), c = triangle(3 * t + 2);
+      force += strain_limit_force(separation(start(b), shift(b), start(a), shift(a)),
+                                  separation(start(c), shift(c), start(a), shift(a)), triangle_shape(t), limit,
+                                  limit_stiffness(t), limit_item(r) % 4);
+    }
+    return force;
+  }
+  KOKKOS_INLINE_FUNCTION TriangleShape triangle_shape(Index t) const {
+    return {limit_shape(3 * t), limit_shape(3 * t + 1), limit_shape(3 * t + 2)};
   }
 
   /// r_n, N.

@@ -70,6 +70,9 @@ Material material_of(const ClothMaterial& c) {
   m.damping = Real(c.damping);
   m.strain_damping = Real(c.strain_damping);
   m.friction = Real(c.friction);
+  m.friction_wet = Real(c.friction_wet);
+  m.damping_wet = Real(c.damping_wet);
+  m.strain_limit = Real(c.strain_limit);
   m.solid_fraction = Real(c.solid_fraction);
   m.absorption = Real(c.absorption);
   m.max_saturation = Real(c.max_saturation);
@@ -123,6 +126,14 @@ void make_nodes(Device& d) {
   n.hinge_start = to_device<Index>("drench::node_hinge_start", mesh.node_hinges.start);
   n.hinge_item = to_device<Index>("drench::node_hinge_item", mesh.node_hinges.item);
   make_bending_rows(d);
+  if (d.model.has_strain_limit()) {
+    n.limit_start = to_device<Index>("drench::node_limit_start", mesh.node_triangles.start);
+    n.limit_item = to_device<Index>("drench::node_limit_item", mesh.node_triangles.item);
+  }
+  if (d.model.has_moving_pins()) {
+    n.pin_motion = to_device<Index>("drench::node_pin_motion", mesh.pin_motion);
+    n.rest_position = to_device3("drench::node_rest_position", mesh.rest_position);
+  }
   n.inverse_mass = Array<Real>("drench::node_inverse_mass", n.count);
   n.force = Array<Real3>("drench::node_force", n.count);
   n.acceleration = Array<Real3>("drench::node_acceleration", n.count);
@@ -165,6 +176,10 @@ void make_mesh(Device& d) {
     metric.insert(metric.end(), {gram[2] / determinant, -gram[1] / determinant, gram[0] / determinant});
   }
   m.rest_metric = to_device<Real>("drench::rest_metric", metric);
+  if (d.model.has_strain_limit()) {
+    m.limit_shape = to_device<Real>("drench::limit_shape", flat(mesh.limit_shape));
+    m.limit_stiffness = to_device<Real>("drench::limit_stiffness", mesh.limit_stiffness);
+  }
   m.edge = to_device<Index>("drench::edge", flat(mesh.edge));
   m.edge_length = to_device<Real>("drench::edge_length", mesh.edge_length);
   m.edge_stiffness = to_device<Real>("drench::edge_stiffness", mesh.edge_stiffness);

@@ -68,6 +68,9 @@ struct NodeArrays {
   Array<Index> edge_start, edge_item, hinge_start, hinge_item;
   Array<Index> bend_start, bend_item;  // node → the other nodes of its hinges …
   Array<Real> bend_weight;             // … and B_nm = Σ_h c_h K_n K_m, N/m
+  Array<Index> limit_start, limit_item;  // node → 4·triangle + corner; empty without strain limiting
+  Array<Index> pin_motion;               // −1: none; empty unless pins move
+  Array<Real3> rest_position;            // m; empty unless pins move
   // work
   Array<Real> inverse_mass;  // u_n, 1/kg; 0 if pinned (refresh_inverse_mass)
   Array<Real3> force;        // f_n, N (node_forces_from_samples)
@@ -83,6 +86,7 @@ struct MeshArrays {
   Array<Real> hinge_weight;  // 4 per hinge
   Array<Real> hinge_stiffness;
   Array<Real> rest_metric;  // 3 per triangle: inverse of its edges' Gram matrix at rest (xx, xy, yy), 1/m²
+  Array<Real> limit_shape, limit_stiffness;  // 3 and 1 per triangle; empty without strain limiting
   Index triangles = 0, edges = 0, hinges = 0;
   Real mean_edge = 0;  // m
 };
@@ -109,10 +113,16 @@ struct SampleArrays {
 
 /// Per-cloth material as plain numbers, indexable on the device.
 struct Material {
-  Real thickness, damping, strain_damping, friction, solid_fraction, absorption, max_saturation, virtual_pressure,
+  Real thickness, damping, damping_wet, strain_damping, friction, friction_wet, strain_limit, solid_fraction, absorption, max_saturation, virtual_pressure,
       emission_cosine, emission_velocity, diffusivity, capillary_height;
   int degenerate;  // DiffusionLaw
   int porous, dynamics;
+};
+
+/// One motion of pins in a step: a node moves from x⁰ by move + change (X0 − C), to offset + turn (X0 − C).
+struct PinStep {
+  Real3 center, offset, move;      // m
+  Real3 turn[3], change[3];        // rows; 1
 };
 
 /// A solid as plain numbers, where it is at the end of the step (place_solids).
@@ -215,6 +225,7 @@ struct Device {
   MeshArrays mesh;
   SampleArrays samples;
   Array<Material> materials;
+  Array<PinStep> pin_steps;  // empty unless pins move (place_pins)
   Array<Solid> solids;
   Array<Real> fields;  // the meshes' distance fields, one after the other, m
   BodyArrays bodies;

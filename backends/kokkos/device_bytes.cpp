@@ -31,9 +31,11 @@ std::int64_t Device::bytes() const {
   total += sum_bytes(n.position, n.velocity, n.contact_force, n.pin_force, n.liquid, n.ripe, n.solid_mass, n.pinned,
                      mesh.rest_metric, n.bend_start, n.bend_item, n.bend_weight, n.cloth, n.capacity, n.capacity_quanta,
                      n.max_quanta, n.weight_sum, n.sample_start, n.sample_item, n.edge_start, n.edge_item,
-                     n.hinge_start, n.hinge_item, n.inverse_mass, n.force, n.acceleration, n.row_bound);
+                     n.hinge_start, n.hinge_item, n.limit_start, n.limit_item, n.pin_motion,
+                     n.rest_position, pin_steps, n.inverse_mass, n.force, n.acceleration, n.row_bound);
   const MeshArrays& m = mesh;
-  total += sum_bytes(m.triangle, m.edge, m.edge_length, m.edge_stiffness, m.hinge, m.hinge_weight, m.hinge_stiffness);
+  total += sum_bytes(m.triangle, m.edge, m.edge_length, m.edge_stiffness, m.hinge, m.hinge_weight, m.hinge_stiffness,
+                     m.limit_shape, m.limit_stiffness);
   const SampleArrays& s = samples;
   total += sum_bytes(s.node, s.triangle, s.weight, s.weight_exact, s.cloth, s.area, s.capacity, s.rest_position,
                      s.flow_direction, s.volume, s.position, s.velocity, s.saturation, s.force, s.predicted, s.row_load,

@@ -41,7 +41,6 @@ void ledger(Device& d, const StepInfo& info, StepReport& report) {
     const auto liquid = d.nodes.liquid;
     const auto capacity = d.nodes.capacity;
     const auto solid = d.nodes.solid_mass;
-    const auto pinned = d.nodes.pinned;
     report.mass_cloth = integer_sum(
         "drench::ledger::cloth_mass", n, KOKKOS_LAMBDA(const Index k) { return liquid(k); });
     report.nonfinite += integer_sum(
@@ -49,7 +48,7 @@ void ledger(Device& d, const StepInfo& info, StepReport& report) {
         KOKKOS_LAMBDA(const Index k) { return std::int64_t(finite(x(k)) && finite(v(k)) ? 0 : 1); });
     report.kinetic_energy += ordered_sum(
         "drench::ledger::node_energy", n, KOKKOS_LAMBDA(const Index k) {
-          return pinned(k) ? 0.0 : 0.5 * (double(solid(k)) + q * double(liquid(k))) * double(dot(v(k), v(k)));
+          return 0.5 * (double(solid(k)) + q * double(liquid(k))) * double(dot(v(k), v(k)));
         });
     report.mass_float += compensated_sum(
         "drench::ledger::node_float", n, KOKKOS_LAMBDA(const Index k) { return double(Real(double(liquid(k)) * q)); });

@@ -2,6 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -48,13 +51,25 @@ SurfaceMesh placed_mesh(const ClothScene& cloth, const std::string& scene_path) 
   return mesh;
 }
 
-/// Pins of one cloth, on its own node numbers. `edges` are the mesh's.
-std::vector<std::uint8_t> pinned_nodes(const ClothScene& cloth, const SurfaceMesh& mesh,
-                                       const std::vector<MeshEdge>& edges, std::vector<std::string>& warnings) {
+/// Pins of one cloth, on its own node numbers.
+struct Pins {
+  std::vector<std::uint8_t> pinned;
+  std::vector<Index> entry;  // of ClothScene::pins that holds the node: the last one; −1: none
+};
+
+/// `edges` are the mesh's.
+Pins pinned_nodes(const ClothScene& cloth, const SurfaceMesh& mesh, const std::vector<MeshEdge>& edges,
+                  std::vector<std::string>& warnings) {
   const std::string label = cloth_label(cloth.name);
-  std::vector<std::uint8_t> pinned(mesh.points.size(), cloth.dynamics ? 0 : 1);
-  const auto pin = [&](Index i) { pinned[static_cast<std::size_t>(i)] = 1; };
+  Pins pins{std::vector<std::uint8_t>(mesh.points.size(), cloth.dynamics ? 0 : 1),
+            std::vector<Index>(mesh.points.size(), -1)};
+  Index entry = -1;
+  const auto pin = [&](Index i) {
+    pins.pinned[static_cast<std::size_t>(i)] = 1;
+    pins.entry[static_cast<std::size_t>(i)] = entry;
+  };
   for (const PinScene& p : cloth.pins) {
+    ++entry;
     bool any = false;
     switch (p.kind) {
       case PinScene::Kind::corners: {
@@ -92,7 +107,49 @@ std::vector<std::uint8_t> pinned_nodes(const ClothScene& cloth, const SurfaceMes
     }
     if (!any) warnings.push_back(label + ": a pin catches no node");
   }
-  return pinned;
+  return pins;
+}
+
+/// The motions of a cloth's pins, and which of them each node has. Its mesh is the last that was appended.
+void set_pins_in_motion(Model& model, const ClothScene& cloth, const Pins& pins) {
+  if (std::none_of(cloth.pins.begin(), cloth.pins.end(), [](const PinScene& p) { return moves(p); })) return;
+  std::vector<Index> motion;  // of each entry
+  for (const PinScene& p : cloth.pins) {
+    motion.push_back(moves(p) ? static_cast<Index>(model.pin_motions.size()) : -1);
+    if (!moves(p)) continue;
+    model.pin_motions.push_back({p.velocity, to_vec3(to_eigen(p.spin.axis).normalized()),
+                                 p.spin.degrees_per_second * std::numbers::pi / 180, p.center, p.start, p.end});
+  }
+  std::vector<Index>& of_node = model.mesh.pin_motion;
+  of_node.resize(model.mesh.rest_position.size() - pins.entry.size(), -1);  // cloths before this one
+  for (const Index entry : pins.entry) of_node.push_back(entry < 0 ? -1 : motion[static_cast<std::size_t>(entry)]);
+}
+
+/// w of strain limiting over `stretch`: once its yarns are straight, woven fabric is some ten to fifty times stiffer than
+/// at the start of its curve (src/stages/cloth.hpp).
+constexpr double straight_yarns = 20;
+
+/// Rest shapes and weights for strain limiting, if a cloth asks for it.
+void set_strain_limits(Model& model) {
+  ClothMesh& mesh = model.mesh;
+  if (std::none_of(model.cloths.begin(), model.cloths.end(), [](const ClothMaterial& c) { return c.strain_limit > 0; }))
+    return;
+  std::vector<std::array<Index, 2>> entries;
+  for (Index t = 0; t < mesh.triangles(); ++t) {
+    const auto& corner = mesh.triangle[static_cast<std::size_t>(t)];
+    const auto at = [&](std::size_t c) { return to_eigen(mesh.rest_position[static_cast<std::size_t>(corner[c])]); };
+    Eigen::Matrix<double, 3, 2> edges;
+    edges << at(1) - at(0), at(2) - at(0);
+    const Eigen::Matrix2d r = (edges.transpose() * edges).llt().matrixU();
+    const Eigen::Matrix2d inverse = r.inverse();
+    mesh.limit_shape.push_back({inverse(0, 0), inverse(0, 1), inverse(1, 1)});
+    const auto cloth = static_cast<std::size_t>(mesh.triangle_cloth[static_cast<std::size_t>(t)]);
+    const double weight = model.cloths[cloth].strain_limit > 0 ? straight_yarns * model.scene.cloths[cloth].stretch : 0;
+    mesh.limit_stiffness.push_back(weight * 0.5 * r(0, 0) * r(1, 1));
+    if (weight <= 0) continue;
+    for (Index c = 0; c < 3; ++c) entries.push_back({corner[static_cast<std::size_t>(c)], 4 * t + c});
+  }
+  mesh.node_triangles = rows_of(mesh.nodes(), entries);
 }
 
 ClothMaterial make_material(const ClothScene& c) {
@@ -104,6 +161,9 @@ ClothMaterial make_material(const ClothScene& c) {
   m.damping = c.damping;
   m.strain_damping = c.strain_damping;
   m.friction = c.friction;
+  m.friction_wet = c.friction_wet.value_or(c.friction);
+  m.damping_wet = c.damping_wet.value_or(c.damping);
+  m.strain_limit = c.strain_limit;
   m.adhesion = c.adhesion;
   m.solid_fraction = c.porous.solid_fraction;
   m.absorption = c.porous.absorption;
@@ -116,6 +176,37 @@ ClothMaterial make_material(const ClothScene& c) {
   m.diffusion = c.porous.diffusion;
   m.capillary_height = c.porous.capillary_height;
   return m;
+}
+
+/// Bending of a rectangular grid: the thin plate ½ bend (z_xx² + z_zz² + 2 z_xz²) by differences on the grid itself, which
+/// is ½ bend κ² for a cylinder in every direction: second differences along the lines at every node (their weight that of
+/// the strip which the node stands for) and the twist of every cell. In equilibrium too: constant curvature leaves no force
+/// on interior nodes. The hinges of the triangles, whose alternating diagonals bend each line at every second node only,
+/// are a fifth too soft there although the energy of a cylinder is right.
+void add_grid_bending(ClothMesh& mesh, const GridScene& grid, double bend, Index first) {
+  const auto [nx, nz] = grid.nodes;
+  const double lx = grid.size[0] / (nx - 1), lz = grid.size[1] / (nz - 1);
+  const auto node = [&, columns = nx](int i, int j) { return first + i + j * columns; };
+  const auto add = [&](const std::array<Index, 4>& nodes, const std::array<double, 4>& weight, double stiffness) {
+    mesh.hinge.push_back(nodes);
+    mesh.hinge_weight.push_back(weight);
+    mesh.hinge_stiffness.push_back(stiffness);
+  };
+  const std::array<double, 4> line{2, 0, -1, -1}, twist{1, 1, -1, -1};
+  for (int j = 0; j < nz; ++j) {
+    for (int i = 0; i < nx; ++i) {
+      const bool rim_x = i == 0 || i == nx - 1, rim_z = j == 0 || j == nz - 1;
+      // The second of the four nodes has no weight.
+      if (!rim_x)
+        add({node(i, j), node(i, j), node(i - 1, j), node(i + 1, j)}, line,
+            (rim_z ? 0.5 : 1) * bend * lz / (lx * lx * lx));
+      if (!rim_z)
+        add({node(i, j), node(i, j), node(i, j - 1), node(i, j + 1)}, line,
+            (rim_x ? 0.5 : 1) * bend * lx / (lz * lz * lz));
+      if (i + 1 < nx && j + 1 < nz)
+        add({node(i, j), node(i + 1, j + 1), node(i + 1, j), node(i, j + 1)}, twist, 2 * bend / (lx * lz));
+    }
+  }
 }
 
 /// Appends one cloth's mesh; the model's index of it is `cloth`.
@@ -145,12 +236,13 @@ void append(ClothMesh& mesh, const SurfaceMesh& own, const ClothScene& scene, co
     mesh.edge.push_back({a, b});
     mesh.edge_length.push_back(length);
     mesh.edge_stiffness.push_back(scene.stretch * around / (length * length));  // Van Gelder 1998
-    if (e.triangles != 2) continue;
+    if (e.triangles != 2 || scene.grid) continue;
     const Index c = first_node + e.opposite[0], d = first_node + e.opposite[1];
     mesh.hinge.push_back({a, b, c, d});
     mesh.hinge_weight.push_back(hinge_cotangents(position(a), position(b), position(c), position(d)));
     mesh.hinge_stiffness.push_back(bending_stiffness(scene.bend, around));
   }
+  if (scene.grid) add_grid_bending(mesh, *scene.grid, scene.bend, first_node);
 }
 
 }  // namespace
@@ -210,10 +302,14 @@ void build_cloths(const Scene& scene, Model& model, std::vector<std::string>& wa
     material.node_count = static_cast<Index>(own.points.size());
     material.first_triangle = mesh.triangles();
     material.triangle_count = static_cast<Index>(own.triangles.size());
-    append(mesh, own, c, edges, pinned_nodes(c, own, edges, warnings), static_cast<Index>(model.cloths.size()));
+    const Pins pins = pinned_nodes(c, own, edges, warnings);
+    append(mesh, own, c, edges, pins.pinned, static_cast<Index>(model.cloths.size()));
+    set_pins_in_motion(model, c, pins);
     model.cloths.push_back(material);
   }
+  if (model.has_moving_pins()) mesh.pin_motion.resize(mesh.rest_position.size(), -1);
   if (model.cloths.empty()) return;
+  set_strain_limits(model);
   std::vector<std::array<Index, 2>> entries;
   for (std::size_t e = 0; e < mesh.edge.size(); ++e) {
     for (const Index n : mesh.edge[e]) entries.push_back({n, static_cast<Index>(e)});

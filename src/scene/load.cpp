@@ -143,13 +143,36 @@ void read_place(Section& s, ClothScene& cloth) {
   s.section("rotate", cloth, read_rotate);
 }
 
+void read_spin(Section& s, SpinScene& spin) {
+  s.numbers("axis", spin.axis, "[-1e6, 1e6]", "1");
+  s.number("degrees_per_second", spin.degrees_per_second, "[-1e5, 1e5]", "degrees/s");
+  check_not_zero(s, "axis", spin.axis);
+}
+
+void read_pin_spin(Section& s, PinScene& pin) {
+  read_spin(s, pin.spin);
+  s.numbers("center", pin.center, coordinate, "m");
+}
+
+/// How pins move.
+void read_pin_motion(Section& s, PinScene& pin) {
+  s.numbers("velocity", pin.velocity, speed, "m/s");
+  s.section("spin", pin, read_pin_spin);
+  s.number("start", pin.start, "[0, 1e6]", "s");
+  s.number("end", pin.end, "[0, inf]", "s");
+  s.check(
+      pin.start < pin.end, s.has("end") ? "end" : "start",
+      fmt::format("the motion ends at {} s and starts at {} s; allowed: an end after the start", pin.end, pin.start));
+}
+
 void read_pin(Section& s, PinScene& pin) {
-  const std::string kind = s.one_of({"corners", "edges", "box", "nodes"});
+  const std::string kind = s.one_of({"corners", "edges", "box", "nodes"}, {"velocity", "spin", "start", "end"});
   if (s.has("corners") && s.flag("corners")) pin.kind = PinScene::Kind::corners;
   if (s.has("edges") && s.flag("edges")) pin.kind = PinScene::Kind::edges;
   if (s.section("box", pin.box, read_box)) pin.kind = PinScene::Kind::box;
   s.integers("nodes", pin.nodes, "[0, 2147483646]", "(the number of a node)");
   if (kind == "nodes") pin.kind = PinScene::Kind::nodes;
+  read_pin_motion(s, pin);
 }
 
 void read_saturation(Section& s, SaturationScene& saturation) {
@@ -187,7 +210,21 @@ void check_saturations(Section& s, const char* key, const std::vector<Saturation
   }
 }
 
+/// A key that has no default of its own.
+void read_wet(Section& s, const char* key, std::optional<double>& out, const ClothScene& cloth, const char* range,
+              const char* unit) {
+  double value = 0;
+  s.number(key, value, range, unit);
+  if (!s.has(key)) return;
+  out = value;
+  s.check(cloth.porous.present, key, "is for a cloth that takes up liquid; allowed: only beside the key porous");
+}
+
 void check_pins(Section& s, const ClothScene& cloth) {
+  for (std::size_t i = 0; i < cloth.pins.size(); ++i) {
+    s.check(cloth.dynamics || !moves(cloth.pins[i]), fmt::format("pin.{}", i),
+            "moves pins of a cloth that does not move; allowed: only with dynamics: true");
+  }
   if (!cloth.grid) return;
   const Index count = cloth.grid->nodes[0] * cloth.grid->nodes[1];
   for (std::size_t i = 0; i < cloth.pins.size(); ++i) {
@@ -210,6 +247,7 @@ void read_cloth(Section& s, ClothScene& cloth) {
   s.number("damping", cloth.damping, "[0, 1e6]", "1/s");
   s.number("strain_damping", cloth.strain_damping, "[0, 100]", "s");
   s.number("friction", cloth.friction, "[0, 10]", "1");
+  s.number("strain_limit", cloth.strain_limit, "[0, 1)", "1");
   s.number("adhesion", cloth.adhesion, "[0, 10]", "N/m");
   s.list("pin", cloth.pins, read_pin);
   s.boolean("self_collision", cloth.self_collision);
@@ -218,18 +256,14 @@ void read_cloth(Section& s, ClothScene& cloth) {
   s.list("initial_saturation", cloth.initial_saturation, read_saturation);
   s.list("hold_saturation", cloth.hold_saturation, read_saturation);
   s.section("porous", cloth.porous, read_porous);
+  read_wet(s, "friction_wet", cloth.friction_wet, cloth, "[0, 10]", "1");
+  read_wet(s, "damping_wet", cloth.damping_wet, cloth, "[0, 1e6]", "1/s");
   check_pins(s, cloth);
   check_saturations(s, "initial_saturation", cloth.initial_saturation, cloth);
   check_saturations(s, "hold_saturation", cloth.hold_saturation, cloth);
 }
 
 // ---- bodies
-
-void read_spin(Section& s, SpinScene& spin) {
-  s.numbers("axis", spin.axis, "[-1e6, 1e6]", "1");
-  s.number("degrees_per_second", spin.degrees_per_second, "[-1e5, 1e5]", "degrees/s");
-  check_not_zero(s, "axis", spin.axis);
-}
 
 /// What all bodies have: how they move.
 void read_motion(Section& s, BodyScene& body) {

@@ -284,13 +284,18 @@ void Section::check_list(const char* key, const Value& value) const {
   if (value.items.empty()) fail(value, key, "is an empty list; allowed: at least one entry, or leave the key out");
 }
 
-std::string Section::one_of(std::initializer_list<const char*> keys) {
+std::string Section::one_of(std::initializer_list<const char*> keys, std::initializer_list<const char*> others) {
   known_.assign(keys.begin(), keys.end());
+  const std::vector<std::string> wanted = known_;
+  known_.insert(known_.end(), others.begin(), others.end());
   check_known();
-  if (map_.entries.size() == 1) return map_.entries.front().key;
-  const std::string count = map_.entries.empty() ? "none" : std::to_string(map_.entries.size());
+  std::vector<std::string> found;
+  for (const yaml::Entry& entry : map_.entries)
+    if (std::find(wanted.begin(), wanted.end(), entry.key) != wanted.end()) found.push_back(entry.key);
+  if (found.size() == 1) return found.front();
+  const std::string count = found.empty() ? "none" : std::to_string(found.size());
   throw SceneError(map_.place.text(), fmt::format("{}: has {} of the keys {}; allowed: exactly one of them", path_,
-                                                  count, joined(known_)));
+                                                  count, joined(wanted)));
 }
 
 void Section::check(bool good, const std::string& key, const std::string& message) {

@@ -84,8 +84,8 @@ class Section {
     each(key, out, [&](Section& item, std::vector<T>& all) { read(item, all.emplace_back()); });
   }
 
-  /// Exactly one of these keys must stand in this map; returns which. Throws at once.
-  std::string one_of(std::initializer_list<const char*> keys);
+  /// Exactly one of these keys must stand in this map, beside any of `others`; returns which. Throws at once.
+  std::string one_of(std::initializer_list<const char*> keys, std::initializer_list<const char*> others = {});
 
   bool has(const char* key) const { return map_.find(key) != nullptr; }
   /// A relation between keys: when not `good`, done() reports `message` at `key` (dotted, from here).

@@ -99,16 +99,27 @@ void write_fluid(Writer& out, const FluidScene& fluid) {
   }
 }
 
+/// The motion of pins, "" where all of it is as by default.
+std::string motion(const PinScene& pin) {
+  const PinScene still;
+  if (!moves(pin) && pin.spin.axis == still.spin.axis && pin.center == still.center && pin.start == still.start &&
+      pin.end == still.end)
+    return "";
+  return fmt::format(", velocity: {}, spin: {{axis: {}, degrees_per_second: {}, center: {}}}, start: {}, end: {}",
+                     text(pin.velocity), text(pin.spin.axis), text(pin.spin.degrees_per_second), text(pin.center),
+                     text(pin.start), text(pin.end));
+}
+
 void write_pin(Writer& out, const PinScene& pin) {
   switch (pin.kind) {
     case PinScene::Kind::corners:
-      return out.line("      - corners: true");
+      return out.line("      - {{corners: true{}}}", motion(pin));
     case PinScene::Kind::edges:
-      return out.line("      - edges: true");
+      return out.line("      - {{edges: true{}}}", motion(pin));
     case PinScene::Kind::box:
-      return out.line("      - box: {{{}}}", corners(pin.box));
+      return out.line("      - {{box: {{{}}}{}}}", corners(pin.box), motion(pin));
     case PinScene::Kind::nodes:
-      return out.line("      - nodes: [{}]", fmt::join(pin.nodes, ", "));
+      return out.line("      - {{nodes: [{}]{}}}", fmt::join(pin.nodes, ", "), motion(pin));
   }
 }
 
@@ -150,6 +161,9 @@ void write_cloth(Writer& out, const ClothScene& cloth) {
   out.line("    damping: {}  # 1/s", text(cloth.damping));
   out.line("    strain_damping: {}  # s", text(cloth.strain_damping));
   out.line("    friction: {}", text(cloth.friction));
+  if (cloth.friction_wet) out.line("    friction_wet: {}", text(*cloth.friction_wet));
+  if (cloth.damping_wet) out.line("    damping_wet: {}  # 1/s", text(*cloth.damping_wet));
+  out.line("    strain_limit: {}", text(cloth.strain_limit));
   out.line("    adhesion: {}  # N/m", text(cloth.adhesion));
   if (!cloth.pins.empty()) out.line("    pin:");
   for (const PinScene& pin : cloth.pins) write_pin(out, pin);

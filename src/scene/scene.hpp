@@ -70,11 +70,25 @@ struct GridScene {
   std::array<int, 2> nodes{31, 31};
 };
 
+struct SpinScene {
+  Vec3 axis{0, 1, 0};
+  double degrees_per_second = 0.0;
+};
+
 struct PinScene {
   enum class Kind { corners, edges, box, nodes } kind = Kind::corners;
   Box box;                   // for Kind::box, after placing
   std::vector<Index> nodes;  // for Kind::nodes, numbered within this cloth
+  // Prescribed motion from `start` to `end`; before and after it the pins stand still.
+  Vec3 velocity{0, 0, 0};  // m/s
+  SpinScene spin;
+  Vec3 center{0, 0, 0};                                  // m; what the pins turn about, moves with `velocity`
+  double start = 0.0;                                    // s
+  double end = std::numeric_limits<double>::infinity();  // s
 };
+
+/// Do these pins move?
+inline bool moves(const PinScene& pin) { return pin.velocity != Vec3{0, 0, 0} || pin.spin.degrees_per_second != 0; }
 
 struct SaturationScene {
   Box box;
@@ -111,19 +125,18 @@ struct ClothScene {
   double bend = 1.0e-4;        // N·m; flexural rigidity
   double damping = 1.0;        // 1/s, of the nodes' velocity
   double strain_damping = 0;   // s: a spring's force grows by this time × its rate of stretching (Kelvin–Voigt)
-  double friction = 0.3;       // 1
-  double adhesion = 0;         // N/m; work per area that separates the liquid from the cloth
+  double friction = 0.3;       // 1; dry fabric on solids 0.3–0.5
+  // At saturation 1, between dry and there linear; as when dry where they are not given.
+  std::optional<double> friction_wet;  // 1; wet fabric 0.9–1.3
+  std::optional<double> damping_wet;   // 1/s
+  double strain_limit = 0;             // ε, 1: triangles keep their stretches within [1 − ε, 1 + ε]; 0: no limit
+  double adhesion = 0;                 // N/m; work per area that separates the liquid from the cloth
   std::vector<PinScene> pins;
   bool self_collision = false;
   bool dynamics = true;
   std::vector<SaturationScene> initial_saturation;
   std::vector<SaturationScene> hold_saturation;
   PorousScene porous;
-};
-
-struct SpinScene {
-  Vec3 axis{0, 1, 0};
-  double degrees_per_second = 0.0;
 };
 
 struct BodyScene {

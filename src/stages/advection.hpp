@@ -12,7 +12,7 @@
 // sample p within h
 //    (list fluid→sample, ties to the first), speed relative to v_p = Σ w_pn v_n is limited to u = d/T + 2 |g| age: free
 //    fall is never cut, a kick is. The momentum removed goes to p's nodes: p_n += w_pn m_i Δv (fixed point, below).
-// 2. Cloth: x_n += Δt v_n for free nodes; then projected out of bodies as in stage cloth; where that moved the node,
+// 2. Cloth: x_n += Δt v_n for free nodes, x_n = X(t + Δt) for pins that move (cloth.hpp); then projected out of bodies as in stage cloth; where that moved the node,
 // the velocity into the body is removed
 //    (v_n −= n min(0, (v_n − v_s)·n), v_s the surface's: bodies.hpp, law 3).
 // 3. Continuous collision (Bridson et al. 2002): liquid i moves x0 → x1 = x0 + Δt v_i + shift_i while triangles move linearly.

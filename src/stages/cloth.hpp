@@ -12,9 +12,19 @@
 //       d_e = L_e (x_i − x_j)/|x_i − x_j| (0 if coincident), k_e (N/m), hinges with K and c_h (N/m).
 //       Strain damping (Kelvin–Voigt; τ = strain_damping, s): Σ_e (k_e τ/(2Δt)) (e·(u_i − u_j))², u = x − x⁰,
 //       e = direction of the edge at x⁰.
-//       Start: x = x⁰ + Δt e^{−c Δt} v (pinned: x⁰): where the cloth goes by itself, and exact for cloth at rest.
+//       Strain limiting (`strain_limit` ε > 0): + Σ_t (w A_t/2) |F_t − F*_t|², F = [x1 − x0, x2 − x0] R⁻¹ (3 × 2; the rest
+//       edges are Q R), F* = F with its singular values σ set to the nearest in [1 − ε, 1 + ε] (Bouaziz et al. 2014, sec.
+//       5.1; 0 stays 0). w = 20 `stretch` (N/m): the modulus of a weave whose yarns are straight, some ten to fifty times that
+//       at the start of its curve. So σ exceeds 1 + ε by (T − T_ε)/(w + stretch), T the tension (N/m), T_ε the springs' at
+//       the limit: by 1 % at T − T_ε = 0.2 `stretch`.
+//       Wet cloth: c and μ are linear in the node's saturation s = min(1, m_f/C_n), between `damping`, `friction` at s = 0
+//       and `damping_wet`, `friction_wet` at s = 1. Fabric on solids: dry 0.3–0.5, wet 0.9–1.3.
+//       Pins with prescribed motion: X(t) = C + v t' + Rot(axis, ω t')(X0 − C), t' = min(max(t, start), end) − start,
+//       always from t = 0, so that errors do not add up. u = X(t + Δt) − X(t) in the solve; advection sets x = X(t + Δt).
+//       Start: x = x⁰ + Δt e^{−c Δt} v (pinned: x⁰ + u): where the cloth goes by itself, and exact for cloth at rest.
 //       Residual (a force, N): r_n = m_n/Δt² (y_n − x_n) − ∂(elastic energy and damping)/∂x_n.
-//       Jacobi diagonal D_n = m_n/Δt² + Σ_e k_e (1 + τ/Δt) + Σ_h ½ c_h |K_n| Σ_a |K_a| (half the absolute row sum).
+//       Jacobi diagonal D_n = m_n/Δt² + Σ_e k_e (1 + τ/Δt) + Σ_h ½ c_h |K_n| Σ_a |K_a| + Σ_t ½ w A_t Σ_a |∇N_n·∇N_a|
+//       (halves of absolute row sums; with F* held, which only makes the energy larger).
 //       Jacobi: x̂ = x + r/D, projected out of bodies; Chebyshev: x^{k+1} = ω_{k+1} (x̂ − x^{k−1}) + x^{k−1}, then
 //       projected again; ω = 1 for the first 10 iterations, then 2/(2 − ρ²), then 4/(4 − ρ² ω).
 //       ρ = max_n (1 − m_n/(Δt² D_n)), a bound for the linear part.
@@ -29,6 +39,7 @@
 //       body in order): node_contact_force = r_press n, r_press = max(0, −r·n), others 0; friction: the tangential
 //       speed relative to the body's surface falls by at most μ Δt r_press/m_n.
 //       Positions are not written: advection moves the nodes with the velocity that the density solve leaves.
-//       Pins: node_pin_force −= elastic and damping force + m_n g + f_n; their velocity is 0.
-// Reads:  node_position, node_velocity, node_liquid, fluid_kappa_density and what its forces need.
+//       Pins: node_pin_force −= elastic and damping force + m_n g + f_n − m_n (u/Δt − v_n)/Δt; v_n = u/Δt (0 if they stand).
+//       The work that pins do in a step is Σ node_pin_force · u.
+// Reads:  time, node_position, node_velocity, node_liquid, fluid_kappa_density and what its forces need.
 // Writes: node_velocity, node_contact_force, node_pin_force, fluid_kappa_density (κ := 0); StepReport::cloth_*.

@@ -28,7 +28,10 @@ struct ClothMaterial {
   double thickness = 0.001;        // τ, m
   double damping = 1.0;            // 1/s
   double strain_damping = 0;       // s
-  double friction = 0.3;           // 1
+  double friction = 0.3;           // 1, dry
+  double friction_wet = 0.3;       // 1, at saturation 1
+  double damping_wet = 1.0;        // 1/s, at saturation 1
+  double strain_limit = 0;         // ε, 1; 0: none
   double adhesion = 0;             // w, N/m
   double solid_fraction = 0.4;     // Φ
   double absorption = 0.01;        // k_a, m²/s, `uptake_velocity` resolved
@@ -59,16 +62,31 @@ struct ClothMesh {
   std::vector<std::array<Index, 2>> edge;
   std::vector<double> edge_length;     // m, rest
   std::vector<double> edge_stiffness;  // N/m: stretch · (A0 + A1) / length²   (Van Gelder 1998)
-  // hinges: nodes 0 1 on the shared edge, 2 3 opposite
+  // hinges: nodes 0 1 on the shared edge, 2 3 opposite; of grids, differences along lines and twists of cells
   std::vector<std::array<Index, 4>> hinge;
   std::vector<std::array<double, 4>> hinge_weight;  // K, 1/m·m = 1: cotangent vector, ΣK = 0 (Bergou 2006)
   std::vector<double> hinge_stiffness;              // bend / (A0 + A1), N/m (scene/cloth_mesh.cpp says why)
+  // strain limiting; empty unless a cloth has it
+  std::vector<std::array<double, 3>> limit_shape;  // per triangle: R⁻¹ of its edges Q R at rest (xx, xy, yy), 1/m
+  std::vector<double> limit_stiffness;             // per triangle: w A, N·m; 0 in cloths without
+  Rows node_triangles;                             // node → items 4·triangle + corner
+  std::vector<Index> pin_motion;  // per node: index into Model::pin_motions, −1 if it has none; empty if no pin moves
   // node → constraint rows; an item is edge id, or 4·hinge + corner
   Rows node_edges;
   Rows node_hinges;
 
   Index nodes() const { return static_cast<Index>(rest_position.size()); }
   Index triangles() const { return static_cast<Index>(triangle.size()); }
+};
+
+/// Prescribed motion of pins: X(t) = C + v s + Rot(axis, rate s)(X0 − C), s = min(max(t, start), end) − start, always
+/// from t = 0.
+struct PinMotion {
+  Vec3 velocity{0, 0, 0};                                           // v, m/s
+  Vec3 axis{0, 1, 0};                                               // unit
+  double rate = 0;                                                  // rad/s
+  Vec3 center{0, 0, 0};                                             // C, m
+  double start = 0, end = std::numeric_limits<double>::infinity();  // s
 };
 
 /// Samples of the cloths: boundary particles for the liquid (all cloths), porous particles (porous cloths).
@@ -153,6 +171,7 @@ struct Model {
   Quanta max_quanta = quanta_per_particle;  // m_max = m0
   std::vector<ClothMaterial> cloths;
   ClothMesh mesh;
+  std::vector<PinMotion> pin_motions;
   SampleSet samples;
   std::vector<Body> bodies;
   BoundarySet boundary;
@@ -166,6 +185,8 @@ struct Model {
       if (c.dynamics) return true;
     return false;
   }
+  bool has_moving_pins() const { return !pin_motions.empty(); }
+  bool has_strain_limit() const { return !mesh.limit_stiffness.empty(); }
   bool has_porous() const {
     for (const auto& c : cloths)
       if (c.porous) return true;

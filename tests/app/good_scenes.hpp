@@ -38,6 +38,9 @@ cloth:
     damping: 0.5
     strain_damping: 0.02
     friction: 0.4
+    friction_wet: 1.1
+    damping_wet: 3
+    strain_limit: 0.05
     adhesion: 0.01
     pin: [{corners: true}, {edges: true}, {box: {min: [-1, 0, -1], max: [0, 1, 0]}}, {nodes: [3, 220]}]
     self_collision: false
@@ -49,6 +52,11 @@ cloth:
     porous: {solid_fraction: 0.5, absorption: 0.02, uptake_velocity: 0.03, max_saturation: 1.3, virtual_pressure: 15,
              emission_angle: 70, emission_velocity: 0.6, emission_ramp: 0.03, diffusivity: 2.0e-4,
              diffusion: degenerate, capillary_height: 0.8, adhesion: 0}
+  - name: moved
+    mesh: {grid: {size: [1, 1], nodes: [5, 5]}}
+    pin:
+      - {nodes: [0, 1], velocity: [0.1, 0, 0.2], start: 0.5, end: 2.5}
+      - {box: {min: [0, -1, 0], max: [1, 1, 1]}, spin: {axis: [0, 0, 1], degrees_per_second: 90, center: [0, 1, 0]}}
   - name: second
     mesh: {file: exists.obj, scale: 0.01}
     dynamics: false

@@ -167,7 +167,7 @@ TEST_F(MeshFiles, ClothFromAFileWithPolygonsAndSeams) {
   cloth.name = "sheet";
   cloth.file = path;
   cloth.scale = 0.5;
-  cloth.pins = {PinScene{PinScene::Kind::edges, {}, {}}};
+  cloth.pins.emplace_back().kind = PinScene::Kind::edges;
   scene.cloths.push_back(cloth);
   const Model m = build(scene).model;
   EXPECT_EQ(m.mesh.nodes(), 6);

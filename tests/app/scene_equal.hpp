@@ -18,16 +18,18 @@ inline auto fields(const FluidScene& s) {
   const auto& [a, b, c, d, e, f, g, h, i, j] = s; return std::tie(a, b, c, d, e, f, g, h, i, j);
 }
 inline auto fields(const GridScene& s) { const auto& [a, b] = s; return std::tie(a, b); }
-inline auto fields(const PinScene& s) { const auto& [a, b, c] = s; return std::tie(a, b, c); }
+inline auto fields(const SpinScene& s) { const auto& [a, b] = s; return std::tie(a, b); }
+inline auto fields(const PinScene& s) {
+  const auto& [a, b, c, d, e, f, g, h] = s; return std::tie(a, b, c, d, e, f, g, h);
+}
 inline auto fields(const SaturationScene& s) { const auto& [a, b] = s; return std::tie(a, b); }
 inline auto fields(const PorousScene& s) {
   const auto& [a, b, c, d, e, f, g, h, i, j, k, l, m] = s; return std::tie(a, b, c, d, e, f, g, h, i, j, k, l, m);
 }
 inline auto fields(const ClothScene& s) {
-  const auto& [a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, t, u, v] = s;
-  return std::tie(a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, t, u, v);
+  const auto& [a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, t, u, v, w, x, y] = s;
+  return std::tie(a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, t, u, v, w, x, y);
 }
-inline auto fields(const SpinScene& s) { const auto& [a, b] = s; return std::tie(a, b); }
 inline auto fields(const BodyScene& s) {
   const auto& [a, b, c, d, e, f, g, h, i, j, k, l, m, n, o] = s;
   return std::tie(a, b, c, d, e, f, g, h, i, j, k, l, m, n, o);

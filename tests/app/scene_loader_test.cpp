@@ -117,17 +117,36 @@ TEST(SceneLoader, ReadsEveryKey) {
   c.damping = 0.5;
   c.strain_damping = 0.02;
   c.friction = 0.4;
+  c.friction_wet = 1.1;
+  c.damping_wet = 3;
+  c.strain_limit = 0.05;
   c.adhesion = 0.01;
   const Box corner{{-1, 0, -1}, {0, 1, 0}};
-  c.pins = {{PinScene::Kind::corners, {}, {}},
-            {PinScene::Kind::edges, {}, {}},
-            {PinScene::Kind::box, corner, {}},
-            {PinScene::Kind::nodes, {}, {3, 220}}};
+  c.pins.resize(4);
+  c.pins[1].kind = PinScene::Kind::edges;
+  c.pins[2].kind = PinScene::Kind::box;
+  c.pins[2].box = corner;
+  c.pins[3].kind = PinScene::Kind::nodes;
+  c.pins[3].nodes = {3, 220};
   c.dynamics = false;
   c.initial_saturation = {{corner, 0.5}};
   c.hold_saturation = {{corner, 1.25}, {{{0, 0, 0}, {1, 1, 1}}, 0}};
   c.porous = {true, 0.5, 0.02, 0.03, 1.3, 15, 70, 0.6, 0.03, 2.0e-4, DiffusionLaw::degenerate, 0.8, 0};
   s.cloths.push_back(c);
+  ClothScene moved;
+  moved.name = "moved";
+  moved.grid = GridScene{{1, 1}, {5, 5}};
+  moved.pins.resize(2);
+  moved.pins[0].kind = PinScene::Kind::nodes;
+  moved.pins[0].nodes = {0, 1};
+  moved.pins[0].velocity = {0.1, 0, 0.2};
+  moved.pins[0].start = 0.5;
+  moved.pins[0].end = 2.5;
+  moved.pins[1].kind = PinScene::Kind::box;
+  moved.pins[1].box = {{0, -1, 0}, {1, 1, 1}};
+  moved.pins[1].spin = {{0, 0, 1}, 90};
+  moved.pins[1].center = {0, 1, 0};
+  s.cloths.push_back(moved);
   ClothScene second;
   second.name = "second";
   second.file = folder().file("exists.obj");

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "stage_compare.hpp"
 
 namespace drench::test {
@@ -17,6 +19,43 @@ TEST(cloth, in_contact_with_a_sphere_agrees_with_the_reference) {
                          if (!m.mesh.pinned[n]) s.node_velocity[n] = {0.4, -0.5, 0.1};
                      },
                  .changes = "node_contact_force"});
+}
+
+TEST(cloth, stretched_and_compressed_beyond_its_strain_limit_agrees_with_the_reference) {
+  compare_stage({.stage = Stage::cloth,
+                 .scene = with(wet_scene(), "thickness: 0.002", "thickness: 0.002\n    strain_limit: 0.02"),
+                 .prepare =
+                     [](const Model& m, HostState& s) {
+                       for (std::size_t n = 0; n < s.node_position.size(); ++n) {
+                         if (m.mesh.pinned[n]) continue;
+                         s.node_position[n][0] += 0.006 * std::sin(40 * s.node_position[n][0]);
+                         s.node_position[n][1] += 0.004 * std::cos(70 * s.node_position[n][2]);
+                       }
+                     },
+                 .changes = "node_velocity"});
+}
+
+TEST(cloth, wet_in_contact_agrees_with_the_reference) {
+  compare_stage(
+      {.stage = Stage::cloth,
+       .scene = with(wet_scene(), "thickness: 0.002", "thickness: 0.002\n    friction_wet: 1.2\n    damping_wet: 30"),
+       .prepare =
+           [](const Model& m, HostState& s) {
+             for (Vec3& x : s.node_position) x[1] -= 0.0095;
+             for (std::size_t n = 0; n < s.node_velocity.size(); ++n)
+               if (!m.mesh.pinned[n]) s.node_velocity[n] = {0.4, -0.5, 0.1};
+           },
+       .changes = "node_contact_force"});
+}
+
+/// The edges turn and rise, and stop at a time within the step under test.
+TEST(cloth, held_by_moving_pins_agrees_with_the_reference) {
+  const std::string scene = with(wet_scene(), "{edges: true}",
+                                 "{edges: true, velocity: [0.1, 0.3, -0.2], start: 0.003, end: 0.0251, "
+                                 "spin: {axis: [1, 2, 0], degrees_per_second: 200, center: [0.1, 0, 0]}}");
+  for (const Stage stage : {Stage::cloth, Stage::pressure, Stage::advection})
+    compare_stage(
+        {.stage = stage, .scene = scene, .changes = stage == Stage::advection ? "node_position" : "node_velocity"});
 }
 
 }  // namespace drench::test

@@ -122,6 +122,25 @@ TEST(only_what_is_needed, without_fluid_no_fluid_or_porous_kernel) {
       containing(launched, {"::density", "::divergence", "::pressure", "::forces", "::neighbors", "::cell_table"}), 0);
 }
 
+TEST(only_what_is_needed, strain_limits_and_moving_pins_cost_only_scenes_that_have_them) {
+  const auto count = [](const std::set<std::string>& labels) {
+    return containing(labels, {"limit", "pin_", "::pins", "rest_position"});
+  };
+  {
+    const Watch watch(no_fluid);
+    EXPECT_EQ(count(launched) + count(allocated) - containing(allocated, {"node_pin_force"}), 0);
+  }
+  {
+    const Watch watch(with(no_fluid, "pin: [{corners: true}]", "strain_limit: 0.1, pin: [{corners: true}]"));
+    EXPECT_EQ(containing(allocated, {"limit"}), 4);
+  }
+  {
+    const Watch watch(with(no_fluid, "corners: true", "corners: true, velocity: [0, 1, 0]"));
+    EXPECT_EQ(containing(launched, {"::pins"}), 1);
+    EXPECT_EQ(containing(allocated, {"pin_motion", "pin_steps", "node_rest_position"}), 3);
+  }
+}
+
 TEST(only_what_is_needed, cloth_that_is_not_porous_runs_no_porous_stage) {
   const Watch watch(dry_cloth);
   EXPECT_GT(containing(launched, {"drench::pressure"}), 0);
@@ -141,7 +160,8 @@ TEST(only_what_is_needed, surface_tension_takes_only_what_tension_or_adhesion_as
   }
   {
     const Watch watch(with(no_cloth, "inside: true", "inside: true, adhesion: 0.07"));
-    EXPECT_EQ(containing(launched, {"surface_tension::adhesion"}), 1);  // and on a GPU a kernel that clears its strengths
+    EXPECT_EQ(containing(launched, {"surface_tension::adhesion"}),
+              1);  // and on a GPU a kernel that clears its strengths
     EXPECT_EQ(containing(launched, {"surface_tension::normal", "surface_tension::cohesion"}), 0);
     EXPECT_EQ(containing(allocated, {"surface_tension::normal"}), 0);
     EXPECT_EQ(containing(allocated, {"surface_tension::cloth_adhesion"}), 0);

@@ -11,7 +11,10 @@ TEST(pressure, agrees_with_the_reference) {
 }
 
 TEST(pressure, of_crowded_and_light_particles_agrees_with_the_reference) {
-  compare_stage_with_every_kernel({.stage = Stage::pressure, .steps_before = 40, .prepare = crowd, .changes = "fluid_velocity"});
+  // After 41 steps: after 40, with `cubic`, the cloth's residual is so near its goal at a check that single and double
+  // precision stop ten iterations apart.
+  compare_stage_with_every_kernel(
+      {.stage = Stage::pressure, .steps_before = 41, .prepare = crowd, .changes = "fluid_velocity"});
 }
 
 }  // namespace drench::test
