@@ -10,7 +10,6 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr int plain_iterations = 10;    // without acceleration
-constexpr double tolerance = 1e-3;      // of Σ m |y − x⁰|/Δt²
 constexpr double contact_range = 1.01;  // of the thickness
 
 double mean_length(const ClothMesh& mesh) {
@@ -41,30 +40,43 @@ ClothProblem::ClothProblem(const ReferenceState& s, double step) : state(s), dt(
   }
 }
 
-Vectors ClothProblem::internal_force(const Vectors& x) const {
+Vector3d ClothProblem::spring_force(Index e, const Vectors& x) const {
   const ClothMesh& mesh = model().mesh;
-  Vectors force(x.size(), Vector3d::Zero());
+  const auto [i, j] = mesh.edge[e];
+  const Vector3d along = x[i] - x[j];
+  const double length = along.norm();
+  const Vector3d rest = length > 0 ? Vector3d(mesh.edge_length[e] / length * along) : Vector3d::Zero();
+  // Kelvin–Voigt: the rate of stretching along the edge as it lay at the start of the step
+  const Vector3d direction = (start[i] - start[j]).normalized();
+  const double rate = ((along - (start[i] - start[j])) / dt).dot(direction);
+  return -mesh.edge_stiffness[e] * (along - rest + material(i).strain_damping * rate * direction);
+}
+
+Vector3d ClothProblem::hinge_force(Index h, const Vectors& x) const {
+  const ClothMesh& mesh = model().mesh;
+  Vector3d bend = Vector3d::Zero();
+  for (int a = 0; a < 4; ++a) bend += mesh.hinge_weight[h][a] * x[mesh.hinge[h][a]];
+  return -mesh.hinge_stiffness[h] * bend;
+}
+
+Vectors ClothProblem::gathered(const Vectors& spring, const Vectors& hinge) const {
+  const ClothMesh& mesh = model().mesh;
+  Vectors force(start.size(), Vector3d::Zero());
   for (std::size_t e = 0; e < mesh.edge.size(); ++e) {
-    const auto [i, j] = mesh.edge[e];
-    const Vector3d along = x[i] - x[j];
-    const double length = along.norm();
-    const Vector3d rest = length > 0 ? Vector3d(mesh.edge_length[e] / length * along) : Vector3d::Zero();
-    Vector3d f = mesh.edge_stiffness[e] * (along - rest);
-    // Kelvin–Voigt: the rate of stretching along the edge as it lay at the start of the step
-    const Vector3d direction = (start[i] - start[j]).normalized();
-    const double rate = ((along - (start[i] - start[j])) / dt).dot(direction);
-    f += mesh.edge_stiffness[e] * material(i).strain_damping * rate * direction;
-    force[i] -= f;
-    force[j] += f;
+    force[mesh.edge[e][0]] += spring[e];
+    force[mesh.edge[e][1]] -= spring[e];
   }
   for (std::size_t h = 0; h < mesh.hinge.size(); ++h) {
-    Vector3d bend = Vector3d::Zero();
-    for (int a = 0; a < 4; ++a) bend += mesh.hinge_weight[h][a] * x[mesh.hinge[h][a]];
-    for (int a = 0; a < 4; ++a) {
-      force[mesh.hinge[h][a]] -= mesh.hinge_stiffness[h] * mesh.hinge_weight[h][a] * bend;
-    }
+    for (int a = 0; a < 4; ++a) force[mesh.hinge[h][a]] += mesh.hinge_weight[h][a] * hinge[h];
   }
   return force;
+}
+
+Vectors ClothProblem::internal_force(const Vectors& x) const {
+  Vectors spring, hinge;
+  for (Index e = 0; e < static_cast<Index>(model().mesh.edge.size()); ++e) spring.push_back(spring_force(e, x));
+  for (Index h = 0; h < static_cast<Index>(model().mesh.hinge.size()); ++h) hinge.push_back(hinge_force(h, x));
+  return gathered(spring, hinge);
 }
 
 Vectors ClothProblem::residual(const Vectors& x) const {
@@ -91,12 +103,35 @@ Contact ClothProblem::contact(Index n, const Vector3d& x) const {
 }
 
 ClothIteration::ClothIteration(const ClothProblem& problem, const Vectors& first)
-    : problem_(problem), x_(first), previous_(first), smallest_(std::numeric_limits<double>::infinity()) {
+    : problem_(problem),
+      solver_(problem.model().scene.cloth_solver),
+      x_(first),
+      previous_(first),
+      smallest_(std::numeric_limits<double>::infinity()) {
   // A bound for the spectral radius of the Jacobi iteration's linear part.
+  std::vector<double> slowness;  // Δt² D/m
   for (std::size_t n = 0; n < first.size(); ++n) {
-    if (!problem.is_free(static_cast<Index>(n))) continue;
-    rho_ = std::max(rho_, 1 - problem.mass[n] / (problem.dt * problem.dt * problem.diagonal[n]));
+    const bool free = problem.is_free(static_cast<Index>(n));
+    slowness.push_back(free ? problem.dt * problem.dt * problem.diagonal[n] / problem.mass[n] : 1);
+    rho_ = std::max(rho_, 1 - 1 / slowness[n]);
   }
+  if (solver_.method == ClothMethod::pd) return;
+  const ClothMesh& mesh = problem.model().mesh;
+  for (std::size_t e = 0; e < mesh.edge.size(); ++e) {
+    spring_.push_back(problem.spring_force(static_cast<Index>(e), first));
+    spring_rate_.push_back(2 / (slowness[mesh.edge[e][0]] + slowness[mesh.edge[e][1]]));
+  }
+  for (std::size_t h = 0; h < mesh.hinge.size(); ++h) {
+    hinge_.push_back(problem.hinge_force(static_cast<Index>(h), first));
+    double weights = 0, weighted = 0;
+    for (int a = 0; a < 4; ++a) {
+      weights += std::abs(mesh.hinge_weight[h][a]);
+      weighted += std::abs(mesh.hinge_weight[h][a]) * slowness[mesh.hinge[h][a]];
+    }
+    hinge_rate_.push_back(weights > 0 ? weights / weighted : 1);
+  }
+  last_spring_ = spring_;
+  last_hinge_ = hinge_;
 }
 
 void ClothIteration::advance(int count) {
@@ -109,17 +144,45 @@ void ClothIteration::advance(int count) {
       omega_ = 2 / (2 - rho_ * rho_);
     else
       omega_ = 4 / (4 - rho_ * rho_ * omega_);
-    const Vectors r = problem_.residual(x_);
-    Vectors next = x_;
-    for (std::size_t n = 0; n < next.size(); ++n) {
-      if (problem_.is_free(static_cast<Index>(n))) next[n] += r[n] / problem_.diagonal[n];
-    }
-    problem_.project(next);
-    for (std::size_t n = 0; n < next.size(); ++n) next[n] = omega_ * (next[n] - previous_[n]) + previous_[n];
-    problem_.project(next);
-    previous_ = x_;
-    x_ = next;
+    if (solver_.method == ClothMethod::pd)
+      iterate_positions();
+    else
+      iterate_multipliers();
   }
+}
+
+void ClothIteration::iterate_positions() {
+  const Vectors r = problem_.residual(x_);
+  Vectors next = x_;
+  for (std::size_t n = 0; n < next.size(); ++n) {
+    if (problem_.is_free(static_cast<Index>(n))) next[n] += r[n] / problem_.diagonal[n];
+  }
+  problem_.project(next);
+  for (std::size_t n = 0; n < next.size(); ++n) next[n] = omega_ * (next[n] - previous_[n]) + previous_[n];
+  problem_.project(next);
+  previous_ = x_;
+  x_ = next;
+}
+
+void ClothIteration::iterate_multipliers() {
+  const auto relax = [this](Vectors& now, Vectors& before, std::size_t k, const Vector3d& law, double rate) {
+    const Vector3d next = now[k] + rate * (law - now[k]);
+    before[k] = omega_ * (next - before[k]) + before[k];
+  };
+  for (std::size_t e = 0; e < spring_.size(); ++e) {
+    relax(spring_, last_spring_, e, problem_.spring_force(static_cast<Index>(e), x_), spring_rate_[e]);
+  }
+  for (std::size_t h = 0; h < hinge_.size(); ++h) {
+    relax(hinge_, last_hinge_, h, problem_.hinge_force(static_cast<Index>(h), x_), hinge_rate_[h]);
+  }
+  spring_.swap(last_spring_);
+  hinge_.swap(last_hinge_);
+  const Vectors force = problem_.gathered(spring_, hinge_);
+  for (std::size_t n = 0; n < x_.size(); ++n) {
+    if (!problem_.is_free(static_cast<Index>(n))) continue;
+    x_[n] = problem_.target[n] + problem_.dt * problem_.dt / problem_.mass[n] * force[n];
+  }
+  problem_.project(x_);
 }
 
 double ClothIteration::check() {
@@ -132,7 +195,8 @@ double ClothIteration::check() {
     if (!p.is_free(n)) continue;
     const Vector3d normal = p.contact(n, x_[n]).normal;
     left += (r[n] - normal * std::min(0.0, r[n].dot(normal))).norm();
-    goal += tolerance * p.mass[n] / (p.dt * p.dt) * (p.target[n] - p.start[n]).norm() + rounding * p.diagonal[n];
+    goal +=
+        solver_.tolerance * p.mass[n] / (p.dt * p.dt) * (p.target[n] - p.start[n]).norm() + rounding * p.diagonal[n];
   }
   const double residual = left > 0 ? left / goal : 0;
   if (residual > 10 * smallest_) {

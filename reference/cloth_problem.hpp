@@ -21,6 +21,12 @@ struct ClothProblem {
   const Model& model() const { return state.model; }
   const ClothMaterial& material(Index n) const { return model().cloths[model().mesh.node_cloth[n]]; }
   bool is_free(Index n) const { return !model().mesh.pinned[n]; }
+  /// What the spring of edge e does to its first node, its damping with it, N.
+  Eigen::Vector3d spring_force(Index e, const Vectors& x) const;
+  /// −c_h Σ_a K_a x_a: K_a times this acts on corner a of hinge h, N.
+  Eigen::Vector3d hinge_force(Index h, const Vectors& x) const;
+  /// The sum over each node's springs and hinges of forces as the two functions above give them, N.
+  Vectors gathered(const Vectors& spring, const Vectors& hinge) const;
   /// −∂(elastic energy)/∂x_n and the strain damping, N.
   Vectors internal_force(const Vectors& x) const;
   /// r, N.
@@ -31,7 +37,8 @@ struct ClothProblem {
   Contact contact(Index n, const Eigen::Vector3d& x) const;
 };
 
-/// Jacobi with Chebyshev's weights, which go on over several calls of `advance`.
+/// Jacobi, on positions (pd) or on multipliers (xpbd), with Chebyshev's weights, which go on over several calls of
+/// `advance`.
 class ClothIteration {
  public:
   /// Begins at x = first.
@@ -43,8 +50,15 @@ class ClothIteration {
   int iterations() const { return iterations_; }
 
  private:
+  void iterate_positions();
+  void iterate_multipliers();
+
   const ClothProblem& problem_;
+  const ClothSolverScene solver_;
   Vectors x_, previous_;
+  // of xpbd: what each spring and hinge pulls with in the last two iterates, N, and θ
+  Vectors spring_, last_spring_, hinge_, last_hinge_;
+  std::vector<double> spring_rate_, hinge_rate_;
   double rho_ = 0, omega_ = 1, smallest_;
   int since_restart_ = 0, iterations_ = 0;
 };

@@ -10,7 +10,6 @@ namespace drench::kokkos_backend {
 namespace {
 
 constexpr int plain_iterations = 10;
-constexpr double tolerance = 1e-3;          // of Σ m |y − x⁰|/Δt²
 constexpr double rounding = 0.5;            // of ε Σ D L: what is left of a residual that is summed in this precision
 constexpr Real contact_range = Real(1.01);  // of the thickness
 
@@ -98,16 +97,25 @@ ClothSystem::ClothSystem(const Device& d, Real dt)
       inverse_dt(1 / dt),
       inverse_dt2(1 / (dt * dt)) {}
 
-ClothIteration::ClothIteration(Device& d, Real dt) : device_(d), system_((allocate(d), ClothSystem(d, dt))), rho_(0) {
+ClothIteration::ClothIteration(Device& d, Real dt)
+    : device_(d),
+      system_((allocate(d), ClothSystem(d, dt))),
+      method_(d.model.scene.cloth_solver.method),
+      tolerance_(d.model.scene.cloth_solver.tolerance),
+      rho_(0) {
   masses_and_diagonals(d, system_);
   rho_ = spectral_bound(system_, d.nodes.count);
 }
 
 void ClothIteration::advance(int count) {
+  if (method_ == ClothMethod::xpbd && iterations_ == 0) start_multipliers(device_, system_);
   for (int k = 0; k < count; ++k) {
     if (since_restart_ == plain_iterations) omega_ = 2 / (2 - rho_ * rho_);
     if (since_restart_ > plain_iterations) omega_ = 4 / (4 - rho_ * rho_ * omega_);
-    iterate(device_, system_, static_cast<Real>(omega_));
+    if (method_ == ClothMethod::xpbd)
+      iterate_multipliers(device_, system_, static_cast<Real>(omega_));
+    else
+      iterate(device_, system_, static_cast<Real>(omega_));
     ++since_restart_;
     ++iterations_;
   }
@@ -117,6 +125,7 @@ double ClothIteration::check() {
   const ClothSystem s = system_;
   const auto shift = device_.cloth_work.shift;
   const Index nodes = device_.nodes.count;
+  const double tolerance = tolerance_;  // of Σ m |y − x⁰|/Δt²
   const double floor = rounding * static_cast<double>(std::numeric_limits<Real>::epsilon()) *
                        static_cast<double>(device_.mesh.mean_edge);
   const TwoSums sums = ordered_sums(

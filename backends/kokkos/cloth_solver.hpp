@@ -1,6 +1,6 @@
 #pragma once
-// Projective Dynamics of one step by Jacobi iterations with Chebyshev acceleration: what stage cloth and the coupled
-// pressure solve share. Law: src/stages/cloth.hpp. The unknown is the shift u = x − x⁰.
+// The cloth's implicit step by Jacobi iterations with Chebyshev acceleration, on positions (pd) or on the constraints'
+// multipliers (xpbd, cloth_xpbd.cpp): what stage cloth and the coupled pressure solve share. Law: src/stages/cloth.hpp. The unknown is the shift u = x − x⁰.
 
 #include "device.hpp"
 #include "laws/contact.hpp"
@@ -41,6 +41,16 @@ struct ClothSystem {
     return force;
   }
 
+  /// What the spring of edge e does to its first node, its damping with it, N.
+  KOKKOS_INLINE_FUNCTION Real3 edge_force(Index e, const Array<Real3>& shift) const {
+    const Index i = edge(2 * e), j = edge(2 * e + 1);
+    Real3 force = spring_force(separation(start(i), shift(i), start(j), shift(j)), edge_length(e), edge_stiffness(e));
+    const Real damping = strain_damping(i);
+    if (damping > 0)
+      force += strain_damping_force(start(i) - start(j), shift(i) - shift(j), edge_stiffness(e), damping);
+    return force;
+  }
+
   /// r_n, N.
   KOKKOS_INLINE_FUNCTION Real3 residual(Index n, const Array<Real3>& shift) const {
     return (mass(n) * inverse_dt2) * (target(n) - shift(n)) + elastic_force(n, shift);
@@ -67,8 +77,16 @@ class ClothIteration {
  private:
   Device& device_;
   ClothSystem system_;
+  ClothMethod method_;
+  double tolerance_;
   double rho_, omega_ = 1, smallest_ = 1e300;
   int since_restart_ = 0, iterations_ = 0;
 };
+
+// cloth_xpbd.cpp
+/// Multipliers of the iterate as it is, and their rates θ, from the masses and diagonals.
+void start_multipliers(Device& d, const ClothSystem& s);
+/// One Jacobi step of all multipliers with Chebyshev's ω, and the positions that go with them.
+void iterate_multipliers(Device& d, const ClothSystem& s, Real omega);
 
 }  // namespace drench::kokkos_backend

@@ -1,6 +1,7 @@
 #pragma once
 // Stage cloth: the implicit step of the cloth: Projective Dynamics (Bouaziz et al. 2014) by Jacobi iterations with
-// Chebyshev acceleration (Wang 2015), contact with bodies inside the iteration, Coulomb friction after it.
+// Chebyshev acceleration (Wang 2015), or the same step by XPBD (Macklin, Müller & Chentanez 2016), contact with bodies
+// inside the iteration, Coulomb friction after it.
 //
 // It runs before the density solve (physics.md puts it after) and under the last step's pressure, so that water at
 // rest on cloth is a fixed point; the density solve then goes on with the same iteration while its pressure changes
@@ -20,11 +21,24 @@
 //       ρ = max_n (1 − m_n/(Δt² D_n)), a bound for the linear part.
 //       Projection: a node whose distance φ to a body is below the cloth's thickness moves by the difference along the
 //       body's normal (bodies in their order, where they are at the step's end: bodies.hpp, law 3).
-//       Every 10 iterations: residual = Σ |r_n| / Σ (1e-3 m_n |y_n − x⁰_n|/Δt² + ½ ε D_n L̄) over free nodes, nodes in
+//       method: xpbd iterates on multipliers instead, one force f_j (N) a constraint j, held at gradients g_jn:
+//         springs f_e on their first node, g = ±1; hinges f_h, g = K_a;  x = Π(y + Δt²/m_n Σ_j g_jn f_j), Π = projection
+//         law of a constraint: F_e = −k_e (x_i − x_j − d_e) − k_e τ/Δt e e·(u_i − u_j),  F_h = −c_h Σ_a K_a x_a
+//         Jacobi: f̂ = f + θ (F(x) − f), then Chebyshev's ω on f as on x above; start: f = F(x).
+//         That is XPBD's Δλ = −(C + α̃ λ)/(∇C M⁻¹ ∇Cᵀ + α̃), λ = Δt² f, α̃ = 1/(k Δt²), with a denominator large enough for
+//         all constraints to move at once: θ_j = α̃/denominator = Σ_a |g_ja| / Σ_a |g_ja| q_a, q = Δt² D/m (1 if pinned).
+//         It bounds the row sums of J M⁻¹ Jᵀ scaled by ½ k_j Σ_a |g_ja|, so the eigenvalues of the iteration lie within
+//         ±(1 − min θ), and 1 − min θ ≤ ρ: the same ρ serves both methods, and both converge at the same rate.
+//         C_e = x_i − x_j − d_e is a vector whose d_e is held while the multiplier moves, as in PD's local step. With
+//         Macklin's |x_i − x_j| − L the multiplier turns with the edge, explicit in the tension, and that step diverges in
+//         this Jacobi form and ends elsewhere by Gauss–Seidel (PHYSICS.md has the numbers).
+//         The multipliers' forces cancel exactly, so cloth in free flight keeps its momentum whatever is left of r.
+//       Every 10 iterations: residual = Σ |r_n| / Σ (tolerance m_n |y_n − x⁰_n|/Δt² + ½ ε D_n L̄) over free nodes, nodes in
 //       contact without the part of r along the normal that presses into the body; ε the precision's rounding, L̄ the
 //       mean rest edge: below the second term sums of this precision are noise. Stop at ≤ 1. If it grew tenfold over
-//       the smallest so far, ρ is lowered (1 − 2(1 − ρ)) and ω restarts at 1. Cap: 300 iterations. A residual of 1
-//       means that the unbalanced forces are a thousandth of what moves the cloth: pins carry the weight to that.
+//       the smallest so far, ρ is lowered (1 − 2(1 − ρ)) and ω restarts at 1. Cap: max_iterations. A residual of 1
+//       means that the unbalanced forces are `tolerance` times what moves the cloth: pins carry the weight to that.
+//       method, tolerance and max_iterations are the scene's `cloth_solver`.
 //       After it: v_n = (x_n − x⁰_n)/Δt. Contact nodes (φ < 1.01 thickness after the last projection; the last such
 //       body in order): node_contact_force = r_press n, r_press = max(0, −r·n), others 0; friction: the tangential
 //       speed relative to the body's surface falls by at most μ Δt r_press/m_n.

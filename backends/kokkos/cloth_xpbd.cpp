@@ -1,0 +1,124 @@
+// The cloth's implicit step by XPBD (law: src/stages/cloth.hpp): Jacobi iterations on the multipliers of springs and
+// hinges, each of which is a force in N; a node gathers those of its own constraints.
+
+#include <utility>
+
+#include "cloth_solver.hpp"
+
+namespace drench::kokkos_backend {
+namespace {
+
+void allocate(Device& d) {
+  ClothWork& w = d.cloth_work;
+  const auto edges = static_cast<std::size_t>(d.mesh.edges), hinges = static_cast<std::size_t>(d.mesh.hinges);
+  if (w.edge_rate.extent(0) == edges) return;
+  w.edge_rate = Array<Real>("drench::cloth::edge_rate", edges);
+  w.edge_force = Array<Real3>("drench::cloth::edge_force", edges);
+  w.last_edge_force = Array<Real3>("drench::cloth::last_edge_force", edges);
+  w.hinge_rate = Array<Real>("drench::cloth::hinge_rate", hinges);
+  w.hinge_force = Array<Real3>("drench::cloth::hinge_force", hinges);
+  w.last_hinge_force = Array<Real3>("drench::cloth::last_hinge_force", hinges);
+}
+
+/// q_n = Δt² D_n/m_n: how much softer than its inertia alone a node's neighbourhood lets it answer; 1 if pinned.
+KOKKOS_INLINE_FUNCTION Real slowness(const ClothSystem& s, Index n) {
+  return s.pinned(n) ? Real(1) : s.diagonal(n) / (s.mass(n) * s.inverse_dt2);
+}
+
+/// The hinges' nodes, weights and stiffnesses.
+struct Hinges {
+  Array<Index> node;
+  Array<Real> weight, stiffness;
+  Array<Real3> start;
+
+  /// −c_h Σ_a K_a x_a, from differences: ΣK = 0.
+  KOKKOS_INLINE_FUNCTION Real3 force(Index h, const Array<Real3>& shift) const {
+    const Index first = node(4 * h);
+    Real3 bend;
+    for (Index a = 1; a < 4; ++a) {
+      const Index n = node(4 * h + a);
+      bend += weight(4 * h + a) * separation(start(n), shift(n), start(first), shift(first));
+    }
+    return hinge_force(bend, 1, stiffness(h));
+  }
+};
+
+Hinges hinges_of(const Device& d) {
+  return {d.mesh.hinge, d.mesh.hinge_weight, d.mesh.hinge_stiffness, d.nodes.position};
+}
+
+/// A multiplier f that moves towards its law, with Chebyshev's ω.
+KOKKOS_INLINE_FUNCTION Real3 relaxed(const Real3& f, const Real3& before, const Real3& law, Real rate, Real omega) {
+  const Real3 next = f + rate * (law - f);
+  return omega == 1 ? next : omega * (next - before) + before;
+}
+
+}  // namespace
+
+void start_multipliers(Device& d, const ClothSystem& s) {
+  allocate(d);
+  const ClothWork& w = d.cloth_work;
+  const auto shift = w.shift;
+  const auto edge_force = w.edge_force, last_edge_force = w.last_edge_force;
+  const auto edge_rate = w.edge_rate, hinge_rate = w.hinge_rate;
+  parallel(
+      "drench::cloth::edge_multiplier", d.mesh.edges, KOKKOS_LAMBDA(const Index e) {
+        edge_force(e) = last_edge_force(e) = s.edge_force(e, shift);
+        edge_rate(e) = 2 / (slowness(s, s.edge(2 * e)) + slowness(s, s.edge(2 * e + 1)));
+      });
+  const Hinges hinges = hinges_of(d);
+  const auto force = w.hinge_force, last_force = w.last_hinge_force;
+  parallel(
+      "drench::cloth::hinge_multiplier", d.mesh.hinges, KOKKOS_LAMBDA(const Index h) {
+        force(h) = last_force(h) = hinges.force(h, shift);
+        Real weights = 0, weighted = 0;
+        for (Index a = 0; a < 4; ++a) {
+          const Real weight = Kokkos::abs(hinges.weight(4 * h + a));
+          weights += weight;
+          weighted += weight * slowness(s, hinges.node(4 * h + a));
+        }
+        hinge_rate(h) = weights > 0 ? weights / weighted : Real(1);
+      });
+}
+
+void iterate_multipliers(Device& d, const ClothSystem& s, Real omega) {
+  ClothWork& w = d.cloth_work;
+  const auto shift = w.shift, target = w.target;
+  {
+    const auto force = w.edge_force, last = w.last_edge_force;
+    const auto rate = w.edge_rate;
+    parallel(
+        "drench::cloth::spring_multipliers", d.mesh.edges,
+        KOKKOS_LAMBDA(const Index e) { last(e) = relaxed(force(e), last(e), s.edge_force(e, shift), rate(e), omega); });
+    std::swap(w.edge_force, w.last_edge_force);
+  }
+  const Hinges hinges = hinges_of(d);
+  {
+    const auto force = w.hinge_force, last = w.last_hinge_force;
+    const auto rate = w.hinge_rate;
+    parallel(
+        "drench::cloth::hinge_multipliers", d.mesh.hinges,
+        KOKKOS_LAMBDA(const Index h) { last(h) = relaxed(force(h), last(h), hinges.force(h, shift), rate(h), omega); });
+    std::swap(w.hinge_force, w.last_hinge_force);
+  }
+  const auto edge_force = w.edge_force, force = w.hinge_force;
+  const auto hinge_start = d.nodes.hinge_start, hinge_item = d.nodes.hinge_item;
+  parallel(
+      "drench::cloth::gather_multipliers", d.nodes.count, KOKKOS_LAMBDA(const Index n) {
+        if (s.pinned(n)) return;
+        Real3 sum;
+        for (Index r = s.edge_start(n); r < s.edge_start(n + 1); ++r) {
+          const Index e = s.edge_item(r);
+          if (s.edge(2 * e) == n)
+            sum += edge_force(e);
+          else
+            sum -= edge_force(e);
+        }
+        for (Index r = hinge_start(n); r < hinge_start(n + 1); ++r)
+          sum += hinges.weight(hinge_item(r)) * force(hinge_item(r) / 4);
+        shift(n) =
+            project_out(s.solids, s.start(n), target(n) + (1 / (s.mass(n) * s.inverse_dt2)) * sum, s.thickness(n));
+      });
+}
+
+}  // namespace drench::kokkos_backend
