@@ -91,6 +91,15 @@ void ClothProblem::project(Vectors& x) const {
   }
 }
 
+Vector3d ClothProblem::before_planes(Index n, const Vector3d& now, Vector3d x) const {
+  for (const PlacedBody& body : bodies) {
+    Vector3d normal;
+    const std::optional<double> distance = distance_to(body, now, normal);
+    if (distance) x += std::max(0.0, material(n).thickness - *distance - normal.dot(x - now)) * normal;
+  }
+  return x;
+}
+
 Contact ClothProblem::contact(Index n, const Vector3d& x) const {
   Contact last{Vector3d::Zero(), Vector3d::Zero()};
   if (!is_free(n)) return last;
@@ -180,7 +189,8 @@ void ClothIteration::iterate_multipliers() {
   const Vectors force = problem_.gathered(spring_, hinge_);
   for (std::size_t n = 0; n < x_.size(); ++n) {
     if (!problem_.is_free(static_cast<Index>(n))) continue;
-    x_[n] = problem_.target[n] + problem_.dt * problem_.dt / problem_.mass[n] * force[n];
+    const Vector3d free = problem_.target[n] + problem_.dt * problem_.dt / problem_.mass[n] * force[n];
+    x_[n] = problem_.before_planes(static_cast<Index>(n), x_[n], free);
   }
   problem_.project(x_);
 }

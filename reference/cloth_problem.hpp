@@ -33,6 +33,8 @@ struct ClothProblem {
   Vectors residual(const Vectors& x) const;
   /// Moves free nodes out of the bodies.
   void project(Vectors& x) const;
+  /// x, moved out of the planes that touch the bodies at their points next to `now`, to the cloth's thickness.
+  Eigen::Vector3d before_planes(Index n, const Eigen::Vector3d& now, Eigen::Vector3d x) const;
   /// The contact with the last body that the free node n touches at x; normal 0 if none.
   Contact contact(Index n, const Eigen::Vector3d& x) const;
 };

@@ -53,6 +53,18 @@ KOKKOS_INLINE_FUNCTION Real3 relaxed(const Real3& f, const Real3& before, const 
   return omega == 1 ? next : omega * (next - before) + before;
 }
 
+/// Π: `free` moved out of the planes through the solids' surfaces at x + now, then what is left of a curved solid. Out of
+/// the solid itself would be wrong: without the contact's own force a pressed node lies deep in it, maybe beyond its centre.
+KOKKOS_INLINE_FUNCTION Real3 held_out(const Array<Solid>& solids, const Real3& x, const Real3& now, Real3 free,
+                                      Real thickness) {
+  for (std::size_t b = 0; b < solids.extent(0); ++b) {
+    const SolidDistance d = solid_distance(solids(b), x, now);
+    const Real depth = thickness - d.phi - dot(d.normal, free - now);
+    if (depth > 0) free += depth * d.normal;
+  }
+  return project_out(solids, x, free, thickness);
+}
+
 }  // namespace
 
 void start_multipliers(Device& d, const ClothSystem& s) {
@@ -116,8 +128,8 @@ void iterate_multipliers(Device& d, const ClothSystem& s, Real omega) {
         }
         for (Index r = hinge_start(n); r < hinge_start(n + 1); ++r)
           sum += hinges.weight(hinge_item(r)) * force(hinge_item(r) / 4);
-        shift(n) =
-            project_out(s.solids, s.start(n), target(n) + (1 / (s.mass(n) * s.inverse_dt2)) * sum, s.thickness(n));
+        const Real3 free = target(n) + (1 / (s.mass(n) * s.inverse_dt2)) * sum;
+        shift(n) = held_out(s.solids, s.start(n), shift(n), free, s.thickness(n));
       });
 }
 

@@ -22,7 +22,7 @@
 //       Projection: a node whose distance φ to a body is below the cloth's thickness moves by the difference along the
 //       body's normal (bodies in their order, where they are at the step's end: bodies.hpp, law 3).
 //       method: xpbd iterates on multipliers instead, one force f_j (N) a constraint j, held at gradients g_jn:
-//         springs f_e on their first node, g = ±1; hinges f_h, g = K_a;  x = Π(y + Δt²/m_n Σ_j g_jn f_j), Π = projection
+//         springs f_e on their first node, g = ±1; hinges f_h, g = K_a;  x = Π(y + Δt²/m_n Σ_j g_jn f_j)
 //         law of a constraint: F_e = −k_e (x_i − x_j − d_e) − k_e τ/Δt e e·(u_i − u_j),  F_h = −c_h Σ_a K_a x_a
 //         Jacobi: f̂ = f + θ (F(x) − f), then Chebyshev's ω on f as on x above; start: f = F(x).
 //         That is XPBD's Δλ = −(C + α̃ λ)/(∇C M⁻¹ ∇Cᵀ + α̃), λ = Δt² f, α̃ = 1/(k Δt²), with a denominator large enough for
@@ -32,6 +32,9 @@
 //         C_e = x_i − x_j − d_e is a vector whose d_e is held while the multiplier moves, as in PD's local step. With
 //         Macklin's |x_i − x_j| − L the multiplier turns with the edge, explicit in the tension, and that step diverges in
 //         this Jacobi form and ends elsewhere by Gauss–Seidel (PHYSICS.md has the numbers).
+//         Π: out of the half-spaces n·(x − x^k) ≥ thickness − φ(x^k), φ and n taken at the last iterate x^k (bodies in
+//         their order), then the projection as above. Without the contact's own force a pressed node lies deep in the
+//         body, and out from there its distance would lead elsewhere.
 //         The multipliers' forces cancel exactly, so cloth in free flight keeps its momentum whatever is left of r.
 //       Every 10 iterations: residual = Σ |r_n| / Σ (tolerance m_n |y_n − x⁰_n|/Δt² + ½ ε D_n L̄) over free nodes, nodes in
 //       contact without the part of r along the normal that presses into the body; ε the precision's rounding, L̄ the

@@ -19,7 +19,7 @@ using Eigen::Vector3d;
 using Eigen::VectorXd;
 
 constexpr double gravity = 9.81;
-const std::initializer_list<const char*> methods = {"pd", "xpbd"};
+const std::vector<std::string> methods = {"pd", "xpbd"};
 
 std::string solver(const std::string& method, double tolerance, int max_iterations) {
   return fmt::format("cloth_solver: {{method: {}, tolerance: {}, max_iterations: {}}}\n", method, tolerance,
@@ -181,7 +181,7 @@ void soak(const Model& m, HostState& s, double times, double uneven) {
 
 TEST(cloth_solver, reaches_the_fixed_point_of_projective_dynamics) {
   const double dt = 0.004;
-  for (const std::string method : methods) {
+  for (const std::string& method : methods) {
     SceneRun run(sheet(solver(method, double_precision ? 1e-9 : 1e-6, 5000)));
     const HostState& before = falling_sheet();
     double change = 1;
@@ -198,14 +198,15 @@ TEST(cloth_solver, reaches_the_fixed_point_of_projective_dynamics) {
     }
     std::printf("%s: %d iterations, residual %.3g, largest shift %.3g m\n", method.c_str(), r.cloth_iterations,
                 r.cloth_residual, size);
-    report({method + ": shift of one step, largest error over the largest shift", "direct Cholesky, converged",
-            error / size, double_precision ? 1e-6 : 1e-3});
+    report({"cloth by " + method + ": shift of one step, largest error over the largest shift",
+            "direct Cholesky, converged", error / size, double_precision ? 1e-6 : 1e-3});
   }
 }
 
 TEST(cloth_solver, residual_falls_at_chebyshevs_rate) {
-  const int first = double_precision ? 100 : 20, last = double_precision ? 300 : 70;
-  for (const std::string method : methods) {
+  // With floats the residual meets rounding after 70 iterations, too few to tell a rate to 5 %.
+  const int first = double_precision ? 100 : 20, last = double_precision ? 200 : 70;
+  for (const std::string& method : methods) {
     double residual[2], rho = 0;
     for (int k = 0; k < 2; ++k) {
       SceneRun run(sheet(solver(method, 1e-13, k == 0 ? first : last)));
@@ -219,25 +220,26 @@ TEST(cloth_solver, residual_falls_at_chebyshevs_rate) {
     const double theory = rho / (1 + std::sqrt(1 - rho * rho));
     std::printf("%s: residual %.3g at %d, %.3g at %d iterations: %.4f an iteration; rho %.5f gives %.4f\n",
                 method.c_str(), residual[0], first, residual[1], last, measured, rho, theory);
-    EXPECT_LT(measured, 1);
-    report({method + ": iterations for a digit of the residual, over Chebyshev's", "ln(rho/(1 + sqrt(1 − rho²)))",
-            std::log(theory) / std::log(measured), 1.05});
+    if (!double_precision)
+      EXPECT_LT(std::log(theory) / std::log(measured), 1.25);
+    else
+      report({"cloth by " + method + ": iterations for a digit of the residual, over Chebyshev's",
+              "ln(rho/(1 + sqrt(1 − rho²)))", std::log(theory) / std::log(measured), 1.05});
   }
 }
 
 TEST(cloth_solver, a_chain_hangs_as_its_weight_says) {
-  for (const std::string method : methods) {
+  for (const std::string& method : methods) {
     // A strip whose springs across and along its diagonals are cut: two chains, with the nodes' own masses.
     drench::Setup setup = build(parse_scene(
         "drench: 1\ntime: {step: 0.02, end: 100}\n" + solver(method, double_precision ? 1e-7 : 1e-5, 5000) + R"(cloth:
   - name: strip
-    mesh: {grid: {size: [0.05, 0.6], nodes: [2, 13]}}
+    mesh: {grid: {size: [0.05, 0.4], nodes: [2, 9]}}
     place: {rotate: {axis: [1, 0, 0], degrees: 90}}
     areal_density: 0.5
-    stretch: 50
+    stretch: 10
     bend: 0
-    damping: 4
-    strain_damping: 0.05
+    damping: 8
 )",
         "chain.yaml"));
     ClothMesh& mesh = setup.model.mesh;
@@ -252,10 +254,10 @@ TEST(cloth_solver, a_chain_hangs_as_its_weight_says) {
       else
         mesh.edge_stiffness[e] = 0;
     }
-    ASSERT_EQ(links.size(), 24U);
+    ASSERT_EQ(links.size(), 16U);
     const auto backend = make_kokkos_backend(setup.model);
     Pipeline pipeline(setup.model, *backend, setup.state);
-    for (int n = 0; n < 600; ++n) pipeline.step(1.0);
+    for (int n = 0; n < 400; ++n) pipeline.step(1.0);
     const HostState s = backend->download();
     double error = 0, speed = 0;
     for (const std::size_t e : links) {
@@ -273,12 +275,13 @@ TEST(cloth_solver, a_chain_hangs_as_its_weight_says) {
     }
     for (const Vec3& v : s.node_velocity) speed = std::max(speed, to_eigen(v).norm());
     EXPECT_LT(speed, 1e-4) << "m/s: the chain still swings";
-    report({method + ": hanging chain of springs, worst link's extension", "Σ(mass below) g/k", error, 1e-4});
+    report({"cloth by " + method + ": hanging chain of springs, worst link's extension", "Σ(mass below) g/k", error,
+            1e-4});
   }
 }
 
 TEST(cloth_solver, a_sheet_with_ten_times_its_mass_converges_and_gains_no_energy) {
-  for (const std::string method : methods) {
+  for (const std::string& method : methods) {
     SceneRun run(sheet(solver(method, 1e-3, 300)));
     HostState state = run.initial();
     soak(run.model(), state, 9, 0);
@@ -297,14 +300,15 @@ TEST(cloth_solver, a_sheet_with_ten_times_its_mass_converges_and_gains_no_energy
     }
     std::printf("%s: energy %.4f to %.4f J, at most %d iterations\n", method.c_str(), first, last, most);
     EXPECT_LT(last, first);
-    report({method + ": pinned sheet with 10 times its mass, 2 s: steps at the cap of 300", "none", double(capped), 0});
-    report({method + ": the same, largest rise of energy in a step over what is lost in all", "none",
+    report({"cloth by " + method + ": pinned sheet with 10 times its mass, 2 s: steps at the cap of 300", "none",
+            double(capped), 0});
+    report({"cloth by " + method + ": the same, largest rise of energy in a step over what is lost in all", "none",
             rise / (first - last), 1e-6});
   }
 }
 
 TEST(cloth_solver, a_soaked_sheet_falls_at_g) {
-  for (const std::string method : methods) {
+  for (const std::string& method : methods) {
     // No pins and no damping of the nodes: only gravity acts from outside.
     std::string scene = sheet(solver(method, double_precision ? 1e-12 : 1e-6, 5000));
     scene = scene.substr(0, scene.find("    pin:")) + "    damping: 0\n";
@@ -339,10 +343,13 @@ TEST(cloth_solver, a_soaked_sheet_falls_at_g) {
     }
     std::printf("%s: largest error %.3g m after a fall of %.3g m, at most %d iterations\n", method.c_str(), error,
                 0.5 * gravity * dt * dt * steps * (steps + 1), most);
+    // pd: Jacobi's steps r/D do not sum to 0 as the internal forces do, so what is left of the residual pushes the whole
+    // sheet: 2.5e-5 of its fall with floats, which cannot get below that. The multipliers of xpbd cancel exactly.
     // A node's position is rounded by ½ ε |x| a step, its velocity by ½ ε |v|, which is carried on.
     const double bound = steps * 0.5 * rounding * (1 + 0.5 * steps * dt * 4);
-    report({method + ": soaked sheet in free fall, 100 steps: centre of mass (target: the rounding of n additions)",
-            "x0 + n dt v0 − g dt² n(n+1)/2", error, bound, "m"});
+    report({"cloth by " + method +
+                ": soaked sheet in free fall, 100 steps: centre of mass (target: the rounding of n additions)",
+            "x0 + n dt v0 − g dt² n(n+1)/2", error, bound, "m", !double_precision && method == "pd" ? 4e-5 : 0});
   }
 }
 
