@@ -144,6 +144,7 @@ ClothIteration::ClothIteration(const ClothProblem& problem, const Vectors& first
 }
 
 void ClothIteration::advance(int count) {
+  if (solver_.method == ClothMethod::xpbd) previous_ = x_;  // where contact planes touch the bodies from here on
   for (int k = 0; k < count; ++k) {
     ++iterations_;
     ++since_restart_;
@@ -190,7 +191,7 @@ void ClothIteration::iterate_multipliers() {
   for (std::size_t n = 0; n < x_.size(); ++n) {
     if (!problem_.is_free(static_cast<Index>(n))) continue;
     const Vector3d free = problem_.target[n] + problem_.dt * problem_.dt / problem_.mass[n] * force[n];
-    x_[n] = problem_.before_planes(static_cast<Index>(n), x_[n], free);
+    x_[n] = problem_.before_planes(static_cast<Index>(n), previous_[n], free);
   }
   problem_.project(x_);
 }

@@ -108,7 +108,10 @@ ClothIteration::ClothIteration(Device& d, Real dt)
 }
 
 void ClothIteration::advance(int count) {
-  if (method_ == ClothMethod::xpbd && iterations_ == 0) start_multipliers(device_, system_);
+  if (method_ == ClothMethod::xpbd) {
+    if (iterations_ == 0) start_multipliers(device_, system_);
+    anchor_contacts(device_);
+  }
   for (int k = 0; k < count; ++k) {
     if (since_restart_ == plain_iterations) omega_ = 2 / (2 - rho_ * rho_);
     if (since_restart_ > plain_iterations) omega_ = 4 / (4 - rho_ * rho_ * omega_);

@@ -86,6 +86,8 @@ class ClothIteration {
 // cloth_xpbd.cpp
 /// Multipliers of the iterate as it is, and their rates θ, from the masses and diagonals.
 void start_multipliers(Device& d, const ClothSystem& s);
+/// From here on contact planes are those at the iterate as it is.
+void anchor_contacts(Device& d);
 /// One Jacobi step of all multipliers with Chebyshev's ω, and the positions that go with them.
 void iterate_multipliers(Device& d, const ClothSystem& s, Real omega);
 

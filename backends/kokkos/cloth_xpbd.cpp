@@ -53,13 +53,13 @@ KOKKOS_INLINE_FUNCTION Real3 relaxed(const Real3& f, const Real3& before, const 
   return omega == 1 ? next : omega * (next - before) + before;
 }
 
-/// Π: `free` moved out of the planes through the solids' surfaces at x + now, then what is left of a curved solid. Out of
+/// Π: `free` moved out of the planes that touch the solids next to x + anchor, then what is left of a curved solid. Out of
 /// the solid itself would be wrong: without the contact's own force a pressed node lies deep in it, maybe beyond its centre.
-KOKKOS_INLINE_FUNCTION Real3 held_out(const Array<Solid>& solids, const Real3& x, const Real3& now, Real3 free,
+KOKKOS_INLINE_FUNCTION Real3 held_out(const Array<Solid>& solids, const Real3& x, const Real3& anchor, Real3 free,
                                       Real thickness) {
   for (std::size_t b = 0; b < solids.extent(0); ++b) {
-    const SolidDistance d = solid_distance(solids(b), x, now);
-    const Real depth = thickness - d.phi - dot(d.normal, free - now);
+    const SolidDistance d = solid_distance(solids(b), x, anchor);
+    const Real depth = thickness - d.phi - dot(d.normal, free - anchor);
     if (depth > 0) free += depth * d.normal;
   }
   return project_out(solids, x, free, thickness);
@@ -93,9 +93,16 @@ void start_multipliers(Device& d, const ClothSystem& s) {
       });
 }
 
+void anchor_contacts(Device& d) {
+  if (d.solids.extent(0) == 0) return;
+  const auto shift = d.cloth_work.shift, anchor = d.cloth_work.last_shift;
+  parallel(
+      "drench::cloth::anchor_contacts", d.nodes.count, KOKKOS_LAMBDA(const Index n) { anchor(n) = shift(n); });
+}
+
 void iterate_multipliers(Device& d, const ClothSystem& s, Real omega) {
   ClothWork& w = d.cloth_work;
-  const auto shift = w.shift, target = w.target;
+  const auto shift = w.shift, target = w.target, anchor = w.last_shift;
   {
     const auto force = w.edge_force, last = w.last_edge_force;
     const auto rate = w.edge_rate;
@@ -129,7 +136,7 @@ void iterate_multipliers(Device& d, const ClothSystem& s, Real omega) {
         for (Index r = hinge_start(n); r < hinge_start(n + 1); ++r)
           sum += hinges.weight(hinge_item(r)) * force(hinge_item(r) / 4);
         const Real3 free = target(n) + (1 / (s.mass(n) * s.inverse_dt2)) * sum;
-        shift(n) = held_out(s.solids, s.start(n), shift(n), free, s.thickness(n));
+        shift(n) = held_out(s.solids, s.start(n), anchor(n), free, s.thickness(n));
       });
 }
 

@@ -32,9 +32,10 @@
 //         C_e = x_i − x_j − d_e is a vector whose d_e is held while the multiplier moves, as in PD's local step. With
 //         Macklin's |x_i − x_j| − L the multiplier turns with the edge, explicit in the tension, and that step diverges in
 //         this Jacobi form and ends elsewhere by Gauss–Seidel (PHYSICS.md has the numbers).
-//         Π: out of the half-spaces n·(x − x^k) ≥ thickness − φ(x^k), φ and n taken at the last iterate x^k (bodies in
-//         their order), then the projection as above. Without the contact's own force a pressed node lies deep in the
-//         body, and out from there its distance would lead elsewhere.
+//         Π: out of the half-spaces n·(x − x′) ≥ thickness − φ(x′), φ and n taken at the iterate x′ of the last check
+//         (bodies in their order), then the projection as above. Without the contact's own force a pressed node lies deep
+//         in the body, and its distance leads out elsewhere; normals that follow every iterate are a feedback that the
+//         weights amplify.
 //         The multipliers' forces cancel exactly, so cloth in free flight keeps its momentum whatever is left of r.
 //       Every 10 iterations: residual = Σ |r_n| / Σ (tolerance m_n |y_n − x⁰_n|/Δt² + ½ ε D_n L̄) over free nodes, nodes in
 //       contact without the part of r along the normal that presses into the body; ε the precision's rounding, L̄ the
