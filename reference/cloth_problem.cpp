@@ -139,12 +139,27 @@ ClothIteration::ClothIteration(const ClothProblem& problem, const Vectors& first
     }
     hinge_rate_.push_back(weights > 0 ? weights / weighted : 1);
   }
-  last_spring_ = spring_;
-  last_hinge_ = hinge_;
+  last_spring_.assign(spring_.size(), Vector3d::Zero());
+  last_hinge_.assign(hinge_.size(), Vector3d::Zero());
+}
+
+void ClothIteration::start() {
+  gather();
+  const double own = residual();
+  spring_.swap(last_spring_);
+  hinge_.swap(last_hinge_);
+  gather();
+  if (residual() < own) return;
+  spring_.swap(last_spring_);
+  hinge_.swap(last_hinge_);
+  gather();
 }
 
 void ClothIteration::advance(int count) {
-  if (solver_.method == ClothMethod::xpbd) previous_ = x_;  // where contact planes touch the bodies from here on
+  if (solver_.method == ClothMethod::xpbd) {
+    previous_ = x_;  // where contact planes touch the bodies from here on
+    if (iterations_ == 0) start();
+  }
   for (int k = 0; k < count; ++k) {
     ++iterations_;
     ++since_restart_;
@@ -187,6 +202,10 @@ void ClothIteration::iterate_multipliers() {
   }
   spring_.swap(last_spring_);
   hinge_.swap(last_hinge_);
+  gather();
+}
+
+void ClothIteration::gather() {
   const Vectors force = problem_.gathered(spring_, hinge_);
   for (std::size_t n = 0; n < x_.size(); ++n) {
     if (!problem_.is_free(static_cast<Index>(n))) continue;
@@ -196,7 +215,7 @@ void ClothIteration::iterate_multipliers() {
   problem_.project(x_);
 }
 
-double ClothIteration::check() {
+double ClothIteration::residual() const {
   const ClothProblem& p = problem_;
   const Vectors r = p.residual(x_);
   const double rounding =
@@ -209,7 +228,11 @@ double ClothIteration::check() {
     goal +=
         solver_.tolerance * p.mass[n] / (p.dt * p.dt) * (p.target[n] - p.start[n]).norm() + rounding * p.diagonal[n];
   }
-  const double residual = left > 0 ? left / goal : 0;
+  return left > 0 ? left / goal : 0;
+}
+
+double ClothIteration::check() {
+  const double residual = this->residual();
   if (residual > 10 * smallest_) {
     rho_ = std::max(0.0, 1 - 2 * (1 - rho_));
     since_restart_ = 0;

@@ -52,6 +52,9 @@ class ClothIteration {
   int iterations() const { return iterations_; }
 
  private:
+  void start();
+  void gather();
+  double residual() const;
   void iterate_positions();
   void iterate_multipliers();
 

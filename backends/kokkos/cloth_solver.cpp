@@ -109,8 +109,10 @@ ClothIteration::ClothIteration(Device& d, Real dt)
 
 void ClothIteration::advance(int count) {
   if (method_ == ClothMethod::xpbd) {
-    if (iterations_ == 0) start_multipliers(device_, system_);
-    anchor_contacts(device_);
+    if (iterations_ == 0)
+      start();
+    else
+      anchor_contacts(device_);
   }
   for (int k = 0; k < count; ++k) {
     if (since_restart_ == plain_iterations) omega_ = 2 / (2 - rho_ * rho_);
@@ -124,7 +126,21 @@ void ClothIteration::advance(int count) {
   }
 }
 
-double ClothIteration::check() {
+void ClothIteration::start() {
+  anchor_contacts(device_);
+  start_multipliers(device_, system_);
+  // The better of two: those that the cloth would have where it goes by itself, or none. The first alone would make a
+  // solve that ends at its cap an explicit step.
+  gather_multipliers(device_, system_);
+  const double own = residual();
+  swap_multipliers(device_);
+  gather_multipliers(device_, system_);
+  if (residual() < own) return;
+  swap_multipliers(device_);
+  gather_multipliers(device_, system_);
+}
+
+double ClothIteration::residual() const {
   const ClothSystem s = system_;
   const auto shift = device_.cloth_work.shift;
   const Index nodes = device_.nodes.count;
@@ -144,7 +160,11 @@ double ClothIteration::check() {
                        tolerance * static_cast<double>(s.mass(n) * s.inverse_dt2 * norm(s.target(n))) +
                            floor * static_cast<double>(s.diagonal(n))};
       });
-  const double residual = sums.first > 0 ? sums.first / sums.second : 0;
+  return sums.first > 0 ? sums.first / sums.second : 0;
+}
+
+double ClothIteration::check() {
+  const double residual = this->residual();
   if (residual > 10 * smallest_) {
     rho_ = std::max(0.0, 1 - 2 * (1 - rho_));
     omega_ = 1;

@@ -73,6 +73,10 @@ class ClothIteration {
   /// The residual of the newest iterate in units of its goal: converged if ≤ 1. If it has grown tenfold over the
   /// smallest so far, ρ is lowered and the weights start again. Synchronises with the host.
   double check();
+  /// The same number, without consequences.
+  double residual() const;
+  /// xpbd: multipliers to begin with.
+  void start();
 
  private:
   Device& device_;
@@ -84,8 +88,12 @@ class ClothIteration {
 };
 
 // cloth_xpbd.cpp
-/// Multipliers of the iterate as it is, and their rates θ, from the masses and diagonals.
+/// Multipliers of the iterate as it is, the last ones 0, and their rates θ, from the masses and diagonals.
 void start_multipliers(Device& d, const ClothSystem& s);
+/// The last multipliers become the newest and the other way round.
+void swap_multipliers(Device& d);
+/// The positions that go with the multipliers.
+void gather_multipliers(Device& d, const ClothSystem& s);
 /// From here on contact planes are those at the iterate as it is.
 void anchor_contacts(Device& d);
 /// One Jacobi step of all multipliers with Chebyshev's ω, and the positions that go with them.

@@ -67,32 +67,6 @@ KOKKOS_INLINE_FUNCTION Real3 held_out(const Array<Solid>& solids, const Real3& x
 
 }  // namespace
 
-void start_multipliers(Device& d, const ClothSystem& s) {
-  allocate(d);
-  const ClothWork& w = d.cloth_work;
-  const auto shift = w.shift;
-  const auto edge_force = w.edge_force, last_edge_force = w.last_edge_force;
-  const auto edge_rate = w.edge_rate, hinge_rate = w.hinge_rate;
-  parallel(
-      "drench::cloth::edge_multiplier", d.mesh.edges, KOKKOS_LAMBDA(const Index e) {
-        edge_force(e) = last_edge_force(e) = s.edge_force(e, shift);
-        edge_rate(e) = 2 / (slowness(s, s.edge(2 * e)) + slowness(s, s.edge(2 * e + 1)));
-      });
-  const Hinges hinges = hinges_of(d);
-  const auto force = w.hinge_force, last_force = w.last_hinge_force;
-  parallel(
-      "drench::cloth::hinge_multiplier", d.mesh.hinges, KOKKOS_LAMBDA(const Index h) {
-        force(h) = last_force(h) = hinges.force(h, shift);
-        Real weights = 0, weighted = 0;
-        for (Index a = 0; a < 4; ++a) {
-          const Real weight = Kokkos::abs(hinges.weight(4 * h + a));
-          weights += weight;
-          weighted += weight * slowness(s, hinges.node(4 * h + a));
-        }
-        hinge_rate(h) = weights > 0 ? weights / weighted : Real(1);
-      });
-}
-
 void anchor_contacts(Device& d) {
   if (d.solids.extent(0) == 0) return;
   const auto shift = d.cloth_work.shift, anchor = d.cloth_work.last_shift;
@@ -100,26 +74,10 @@ void anchor_contacts(Device& d) {
       "drench::cloth::anchor_contacts", d.nodes.count, KOKKOS_LAMBDA(const Index n) { anchor(n) = shift(n); });
 }
 
-void iterate_multipliers(Device& d, const ClothSystem& s, Real omega) {
-  ClothWork& w = d.cloth_work;
+void gather_multipliers(Device& d, const ClothSystem& s) {
+  const ClothWork& w = d.cloth_work;
   const auto shift = w.shift, target = w.target, anchor = w.last_shift;
-  {
-    const auto force = w.edge_force, last = w.last_edge_force;
-    const auto rate = w.edge_rate;
-    parallel(
-        "drench::cloth::spring_multipliers", d.mesh.edges,
-        KOKKOS_LAMBDA(const Index e) { last(e) = relaxed(force(e), last(e), s.edge_force(e, shift), rate(e), omega); });
-    std::swap(w.edge_force, w.last_edge_force);
-  }
   const Hinges hinges = hinges_of(d);
-  {
-    const auto force = w.hinge_force, last = w.last_hinge_force;
-    const auto rate = w.hinge_rate;
-    parallel(
-        "drench::cloth::hinge_multipliers", d.mesh.hinges,
-        KOKKOS_LAMBDA(const Index h) { last(h) = relaxed(force(h), last(h), hinges.force(h, shift), rate(h), omega); });
-    std::swap(w.hinge_force, w.last_hinge_force);
-  }
   const auto edge_force = w.edge_force, force = w.hinge_force;
   const auto hinge_start = d.nodes.hinge_start, hinge_item = d.nodes.hinge_item;
   parallel(
@@ -138,6 +96,61 @@ void iterate_multipliers(Device& d, const ClothSystem& s, Real omega) {
         const Real3 free = target(n) + (1 / (s.mass(n) * s.inverse_dt2)) * sum;
         shift(n) = held_out(s.solids, s.start(n), anchor(n), free, s.thickness(n));
       });
+}
+
+void start_multipliers(Device& d, const ClothSystem& s) {
+  allocate(d);
+  const ClothWork& w = d.cloth_work;
+  const auto shift = w.shift;
+  const auto edge_force = w.edge_force, last_edge_force = w.last_edge_force;
+  const auto edge_rate = w.edge_rate, hinge_rate = w.hinge_rate;
+  parallel(
+      "drench::cloth::edge_multiplier", d.mesh.edges, KOKKOS_LAMBDA(const Index e) {
+        edge_force(e) = s.edge_force(e, shift);
+        last_edge_force(e) = Real3{};
+        edge_rate(e) = 2 / (slowness(s, s.edge(2 * e)) + slowness(s, s.edge(2 * e + 1)));
+      });
+  const Hinges hinges = hinges_of(d);
+  const auto force = w.hinge_force, last_force = w.last_hinge_force;
+  parallel(
+      "drench::cloth::hinge_multiplier", d.mesh.hinges, KOKKOS_LAMBDA(const Index h) {
+        force(h) = hinges.force(h, shift);
+        last_force(h) = Real3{};
+        Real weights = 0, weighted = 0;
+        for (Index a = 0; a < 4; ++a) {
+          const Real weight = Kokkos::abs(hinges.weight(4 * h + a));
+          weights += weight;
+          weighted += weight * slowness(s, hinges.node(4 * h + a));
+        }
+        hinge_rate(h) = weights > 0 ? weights / weighted : Real(1);
+      });
+}
+
+void swap_multipliers(Device& d) {
+  std::swap(d.cloth_work.edge_force, d.cloth_work.last_edge_force);
+  std::swap(d.cloth_work.hinge_force, d.cloth_work.last_hinge_force);
+}
+
+void iterate_multipliers(Device& d, const ClothSystem& s, Real omega) {
+  ClothWork& w = d.cloth_work;
+  const auto shift = w.shift;
+  {
+    const auto force = w.edge_force, last = w.last_edge_force;
+    const auto rate = w.edge_rate;
+    parallel(
+        "drench::cloth::spring_multipliers", d.mesh.edges,
+        KOKKOS_LAMBDA(const Index e) { last(e) = relaxed(force(e), last(e), s.edge_force(e, shift), rate(e), omega); });
+  }
+  const Hinges hinges = hinges_of(d);
+  {
+    const auto force = w.hinge_force, last = w.last_hinge_force;
+    const auto rate = w.hinge_rate;
+    parallel(
+        "drench::cloth::hinge_multipliers", d.mesh.hinges,
+        KOKKOS_LAMBDA(const Index h) { last(h) = relaxed(force(h), last(h), hinges.force(h, shift), rate(h), omega); });
+  }
+  swap_multipliers(d);
+  gather_multipliers(d, s);
 }
 
 }  // namespace drench::kokkos_backend

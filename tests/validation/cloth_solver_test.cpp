@@ -344,7 +344,8 @@ TEST(cloth_solver, a_soaked_sheet_falls_at_g) {
     std::printf("%s: largest error %.3g m after a fall of %.3g m, at most %d iterations\n", method.c_str(), error,
                 0.5 * gravity * dt * dt * steps * (steps + 1), most);
     // pd: Jacobi's steps r/D do not sum to 0 as the internal forces do, so what is left of the residual pushes the whole
-    // sheet: by 2.5e-5 of its fall with floats, 1e-12 with doubles; they cannot get below that. The multipliers of xpbd cancel exactly.
+    // sheet: by 2.5e-5 of its fall with floats, 1e-12 with doubles; they cannot get below that.
+    // The multipliers of xpbd cancel exactly.
     // A node's position is rounded by ½ ε |x| a step, its velocity by ½ ε |v|, which is carried on.
     const double bound = steps * 0.5 * rounding * (1 + 0.5 * steps * dt * 4);
     report({"cloth by " + method +
