@@ -149,7 +149,7 @@ void ClothIteration::start() {
   spring_.swap(last_spring_);
   hinge_.swap(last_hinge_);
   gather();
-  if (residual() < own) return;
+  if (10 * residual() < own) return;  // they push the cloth about: none
   spring_.swap(last_spring_);
   hinge_.swap(last_hinge_);
   gather();

@@ -11,6 +11,7 @@ namespace {
 
 constexpr int plain_iterations = 10;
 constexpr double rounding = 0.5;            // of ε Σ D L: what is left of a residual that is summed in this precision
+constexpr double trusted = 10;              // × the residual without multipliers: what xpbd may start from
 constexpr Real contact_range = Real(1.01);  // of the thickness
 
 void allocate(Device& d) {
@@ -129,13 +130,13 @@ void ClothIteration::advance(int count) {
 void ClothIteration::start() {
   anchor_contacts(device_);
   start_multipliers(device_, system_);
-  // The better of two: those that the cloth would have where it goes by itself, or none. The first alone would make a
-  // solve that ends at its cap an explicit step.
+  // Those that the cloth would have where it goes by itself; none where these push it about, as they do after a solve that
+  // has ended at its cap: from there on they would be explicit forces.
   gather_multipliers(device_, system_);
   const double own = residual();
   swap_multipliers(device_);
   gather_multipliers(device_, system_);
-  if (residual() < own) return;
+  if (trusted * residual() < own) return;
   swap_multipliers(device_);
   gather_multipliers(device_, system_);
 }

@@ -24,8 +24,8 @@
 //       method: xpbd iterates on multipliers instead, one force f_j (N) a constraint j, held at gradients g_jn:
 //         springs f_e on their first node, g = ±1; hinges f_h, g = K_a;  x = Π(y + Δt²/m_n Σ_j g_jn f_j)
 //         law of a constraint: F_e = −k_e (x_i − x_j − d_e) − k_e τ/Δt e e·(u_i − u_j),  F_h = −c_h Σ_a K_a x_a
-//         Jacobi: f̂ = f + θ (F(x) − f), then Chebyshev's ω on f as on x above. Start: f = F(x) or f = 0, whichever has the
-//         smaller residual (F(x) alone would be an explicit step, should the cap end the solve).
+//         Jacobi: f̂ = f + θ (F(x) − f), then Chebyshev's ω on f as on x above. Start: f = F(x), unless its residual is
+//         above 10 times that of f = 0, which is then taken: after a solve that ended at the cap F(x) is an explicit force.
 //         That is XPBD's Δλ = −(C + α̃ λ)/(∇C M⁻¹ ∇Cᵀ + α̃), λ = Δt² f, α̃ = 1/(k Δt²), with a denominator large enough for
 //         all constraints to move at once: θ_j = α̃/denominator = Σ_a |g_ja| / Σ_a |g_ja| q_a, q = Δt² D/m (1 if pinned).
 //         It bounds the row sums of J M⁻¹ Jᵀ scaled by ½ k_j Σ_a |g_ja|, so the eigenvalues of the iteration lie within
