@@ -10,7 +10,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr int check_interval = 10, max_iterations = 300;
+constexpr int check_interval = 10;
 
 /// v after Coulomb friction: the tangential part falls by at most `speed` (m/s).
 Vector3d slowed(const Vector3d& v, const Vector3d& normal, double speed) {
@@ -41,8 +41,9 @@ void cloth(ReferenceState& state, const StepInfo& info, StepReport& report) {
     problem.target[n] = first[n] + dt * dt * (gravity + load[n] / problem.mass[n]);
   }
   ClothIteration iteration(problem, first);
+  const int max_iterations = state.model.scene.cloth_solver.max_iterations;
   do {
-    iteration.advance(check_interval);
+    iteration.advance(std::min(check_interval, max_iterations - iteration.iterations()));
     report.cloth_residual = iteration.check();
   } while (report.cloth_residual > 1 && iteration.iterations() < max_iterations);
   report.cloth_iterations = iteration.iterations();

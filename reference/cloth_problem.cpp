@@ -13,7 +13,6 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr int plain_iterations = 10;    // without acceleration
-constexpr double tolerance = 1e-3;      // of Σ m |y − x⁰|/Δt²
 constexpr double contact_range = 1.01;  // of the thickness
 
 double mean_length(const ClothMesh& mesh) {
@@ -78,52 +77,70 @@ ClothProblem::ClothProblem(const ReferenceState& s, double step) : state(s), dt(
   if (!model().has_strain_limit()) return;
   for (Index t = 0; t < mesh.triangles(); ++t) {
     const Eigen::Matrix<double, 3, 2> rows = corner_gradients(rest_frame(mesh, t));
-    const Eigen::Matrix3d stiffness = mesh.limit_stiffness[t] * rows * rows.transpose();
-    for (int c = 0; c < 3; ++c) diagonal[mesh.triangle[t][c]] += 0.5 * stiffness.row(c).cwiseAbs().sum();
+    const Eigen::Vector3d share = rows.cwiseAbs() * rows.cwiseAbs().colwise().sum().transpose();
+    for (int c = 0; c < 3; ++c) diagonal[mesh.triangle[t][c]] += 0.5 * mesh.limit_stiffness[t] * share[c];
   }
 }
 
-Vectors ClothProblem::internal_force(const Vectors& x) const {
+Vector3d ClothProblem::spring_force(Index e, const Vectors& x) const {
   const ClothMesh& mesh = model().mesh;
-  Vectors force(x.size(), Vector3d::Zero());
+  const auto [i, j] = mesh.edge[e];
+  const Vector3d along = x[i] - x[j];
+  const double length = along.norm();
+  const Vector3d rest = length > 0 ? Vector3d(mesh.edge_length[e] / length * along) : Vector3d::Zero();
+  // Kelvin–Voigt: the rate of stretching along the edge as it lay at the start of the step
+  const Vector3d direction = (start[i] - start[j]).normalized();
+  const double rate = ((along - (start[i] - start[j])) / dt).dot(direction);
+  return -mesh.edge_stiffness[e] * (along - rest + material(i).strain_damping * rate * direction);
+}
+
+Vector3d ClothProblem::hinge_force(Index h, const Vectors& x) const {
+  const ClothMesh& mesh = model().mesh;
+  Vector3d bend = Vector3d::Zero();
+  for (int a = 0; a < 4; ++a) bend += mesh.hinge_weight[h][a] * x[mesh.hinge[h][a]];
+  return -mesh.hinge_stiffness[h] * bend;
+}
+
+Stress ClothProblem::limit_stress(Index t, const Vectors& x) const {
+  const ClothMesh& mesh = model().mesh;
+  const double limit = model().cloths[mesh.triangle_cloth[t]].strain_limit;
+  const auto [a, b, c] = mesh.triangle[t];
+  Eigen::Matrix<double, 3, 2> edges;
+  edges << x[b] - x[a], x[c] - x[a];
+  const Eigen::Matrix<double, 3, 2> deformation = edges * rest_frame(mesh, t).inverse();
+  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(deformation, Eigen::ComputeThinU | Eigen::ComputeThinV);
+  Eigen::Vector2d clamped = svd.singularValues();
+  for (double& sigma : clamped) {
+    if (sigma > 0) sigma = std::min(std::max(sigma, 1 - limit), 1 + limit);
+  }
+  const Eigen::Matrix<double, 3, 2> nearest = svd.matrixU() * clamped.asDiagonal() * svd.matrixV().transpose();
+  return -mesh.limit_stiffness[t] * (deformation - nearest);
+}
+
+Vectors ClothProblem::gathered(const Vectors& spring, const Vectors& hinge, const std::vector<Stress>& limit) const {
+  const ClothMesh& mesh = model().mesh;
+  Vectors force(start.size(), Vector3d::Zero());
   for (std::size_t e = 0; e < mesh.edge.size(); ++e) {
-    const auto [i, j] = mesh.edge[e];
-    const Vector3d along = x[i] - x[j];
-    const double length = along.norm();
-    const Vector3d rest = length > 0 ? Vector3d(mesh.edge_length[e] / length * along) : Vector3d::Zero();
-    Vector3d f = mesh.edge_stiffness[e] * (along - rest);
-    // Kelvin–Voigt: the rate of stretching along the edge as it lay at the start of the step
-    const Vector3d direction = (start[i] - start[j]).normalized();
-    const double rate = ((along - (start[i] - start[j])) / dt).dot(direction);
-    f += mesh.edge_stiffness[e] * material(i).strain_damping * rate * direction;
-    force[i] -= f;
-    force[j] += f;
+    force[mesh.edge[e][0]] += spring[e];
+    force[mesh.edge[e][1]] -= spring[e];
   }
   for (std::size_t h = 0; h < mesh.hinge.size(); ++h) {
-    Vector3d bend = Vector3d::Zero();
-    for (int a = 0; a < 4; ++a) bend += mesh.hinge_weight[h][a] * x[mesh.hinge[h][a]];
-    for (int a = 0; a < 4; ++a) {
-      force[mesh.hinge[h][a]] -= mesh.hinge_stiffness[h] * mesh.hinge_weight[h][a] * bend;
-    }
+    for (int a = 0; a < 4; ++a) force[mesh.hinge[h][a]] += mesh.hinge_weight[h][a] * hinge[h];
   }
-  for (Index t = 0; model().has_strain_limit() && t < mesh.triangles(); ++t) {
-    const double limit = model().cloths[mesh.triangle_cloth[t]].strain_limit;
-    const auto [a, b, c] = mesh.triangle[t];
-    Eigen::Matrix<double, 3, 2> edges;
-    edges << x[b] - x[a], x[c] - x[a];
-    const Eigen::Matrix2d frame = rest_frame(mesh, t);
-    const Eigen::Matrix<double, 3, 2> deformation = edges * frame.inverse();
-    const Eigen::JacobiSVD<Eigen::MatrixXd> svd(deformation, Eigen::ComputeThinU | Eigen::ComputeThinV);
-    Eigen::Vector2d clamped = svd.singularValues();
-    for (double& sigma : clamped) {
-      if (sigma > 0) sigma = std::min(std::max(sigma, 1 - limit), 1 + limit);
-    }
-    const Eigen::Matrix<double, 3, 2> nearest = svd.matrixU() * clamped.asDiagonal() * svd.matrixV().transpose();
-    const Eigen::Matrix3d f =
-        -mesh.limit_stiffness[t] * (deformation - nearest) * corner_gradients(frame).transpose();  // a column a corner
+  for (std::size_t t = 0; t < limit.size(); ++t) {
+    const Eigen::Matrix3d f = limit[t] * corner_gradients(rest_frame(mesh, static_cast<Index>(t))).transpose();
     for (int k = 0; k < 3; ++k) force[mesh.triangle[t][k]] += f.col(k);
   }
   return force;
+}
+
+Vectors ClothProblem::internal_force(const Vectors& x) const {
+  Vectors spring, hinge;
+  for (Index e = 0; e < static_cast<Index>(model().mesh.edge.size()); ++e) spring.push_back(spring_force(e, x));
+  for (Index h = 0; h < static_cast<Index>(model().mesh.hinge.size()); ++h) hinge.push_back(hinge_force(h, x));
+  std::vector<Stress> limit;
+  for (Index t = 0; model().has_strain_limit() && t < model().mesh.triangles(); ++t) limit.push_back(limit_stress(t, x));
+  return gathered(spring, hinge, limit);
 }
 
 Vectors ClothProblem::residual(const Vectors& x) const {
@@ -138,6 +155,15 @@ void ClothProblem::project(Vectors& x) const {
   }
 }
 
+Vector3d ClothProblem::before_planes(Index n, const Vector3d& now, Vector3d x) const {
+  for (const PlacedBody& body : bodies) {
+    Vector3d normal;
+    const std::optional<double> distance = distance_to(body, now, normal);
+    if (distance) x += std::max(0.0, material(n).thickness - *distance - normal.dot(x - now)) * normal;
+  }
+  return x;
+}
+
 Contact ClothProblem::contact(Index n, const Vector3d& x) const {
   Contact last{Vector3d::Zero(), Vector3d::Zero()};
   if (!is_free(n)) return last;
@@ -150,15 +176,64 @@ Contact ClothProblem::contact(Index n, const Vector3d& x) const {
 }
 
 ClothIteration::ClothIteration(const ClothProblem& problem, const Vectors& first)
-    : problem_(problem), x_(first), previous_(first), smallest_(std::numeric_limits<double>::infinity()) {
+    : problem_(problem),
+      solver_(problem.model().scene.cloth_solver),
+      x_(first),
+      previous_(first),
+      smallest_(std::numeric_limits<double>::infinity()) {
   // A bound for the spectral radius of the Jacobi iteration's linear part.
+  std::vector<double> slowness;  // Δt² D/m
   for (std::size_t n = 0; n < first.size(); ++n) {
-    if (!problem.is_free(static_cast<Index>(n))) continue;
-    rho_ = std::max(rho_, 1 - problem.mass[n] / (problem.dt * problem.dt * problem.diagonal[n]));
+    const bool free = problem.is_free(static_cast<Index>(n));
+    slowness.push_back(free ? problem.dt * problem.dt * problem.diagonal[n] / problem.mass[n] : 1);
+    rho_ = std::max(rho_, 1 - 1 / slowness[n]);
   }
+  if (solver_.method == ClothMethod::pd) return;
+  const ClothMesh& mesh = problem.model().mesh;
+  for (std::size_t e = 0; e < mesh.edge.size(); ++e) {
+    spring_.push_back(problem.spring_force(static_cast<Index>(e), first));
+    spring_rate_.push_back(2 / (slowness[mesh.edge[e][0]] + slowness[mesh.edge[e][1]]));
+  }
+  for (std::size_t h = 0; h < mesh.hinge.size(); ++h) {
+    hinge_.push_back(problem.hinge_force(static_cast<Index>(h), first));
+    double weights = 0, weighted = 0;
+    for (int a = 0; a < 4; ++a) {
+      weights += std::abs(mesh.hinge_weight[h][a]);
+      weighted += std::abs(mesh.hinge_weight[h][a]) * slowness[mesh.hinge[h][a]];
+    }
+    hinge_rate_.push_back(weights > 0 ? weights / weighted : 1);
+  }
+  for (Index t = 0; problem.model().has_strain_limit() && t < mesh.triangles(); ++t) {
+    limit_.push_back(problem.limit_stress(t, first));
+    const Eigen::Matrix<double, 3, 2> weights = corner_gradients(rest_frame(mesh, t)).cwiseAbs();
+    Eigen::Vector3d q;
+    for (int c = 0; c < 3; ++c) q[c] = slowness[mesh.triangle[t][c]];
+    limit_rate_.push_back(weights.colwise().sum().transpose().cwiseQuotient(weights.transpose() * q));
+  }
+  last_limit_.assign(limit_.size(), Stress::Zero());
+  last_spring_.assign(spring_.size(), Vector3d::Zero());
+  last_hinge_.assign(hinge_.size(), Vector3d::Zero());
+}
+
+void ClothIteration::start() {
+  gather();
+  const double own = residual();
+  spring_.swap(last_spring_);
+  hinge_.swap(last_hinge_);
+  limit_.swap(last_limit_);
+  gather();
+  if (10 * residual() < own) return;  // they push the cloth about: none
+  spring_.swap(last_spring_);
+  hinge_.swap(last_hinge_);
+  limit_.swap(last_limit_);
+  gather();
 }
 
 void ClothIteration::advance(int count) {
+  if (solver_.method == ClothMethod::xpbd) {
+    previous_ = x_;  // where contact planes touch the bodies from here on
+    if (iterations_ == 0) start();
+  }
   for (int k = 0; k < count; ++k) {
     ++iterations_;
     ++since_restart_;
@@ -168,20 +243,59 @@ void ClothIteration::advance(int count) {
       omega_ = 2 / (2 - rho_ * rho_);
     else
       omega_ = 4 / (4 - rho_ * rho_ * omega_);
-    const Vectors r = problem_.residual(x_);
-    Vectors next = x_;
-    for (std::size_t n = 0; n < next.size(); ++n) {
-      if (problem_.is_free(static_cast<Index>(n))) next[n] += r[n] / problem_.diagonal[n];
-    }
-    problem_.project(next);
-    for (std::size_t n = 0; n < next.size(); ++n) next[n] = omega_ * (next[n] - previous_[n]) + previous_[n];
-    problem_.project(next);
-    previous_ = x_;
-    x_ = next;
+    if (solver_.method == ClothMethod::pd)
+      iterate_positions();
+    else
+      iterate_multipliers();
   }
 }
 
-double ClothIteration::check() {
+void ClothIteration::iterate_positions() {
+  const Vectors r = problem_.residual(x_);
+  Vectors next = x_;
+  for (std::size_t n = 0; n < next.size(); ++n) {
+    if (problem_.is_free(static_cast<Index>(n))) next[n] += r[n] / problem_.diagonal[n];
+  }
+  problem_.project(next);
+  for (std::size_t n = 0; n < next.size(); ++n) next[n] = omega_ * (next[n] - previous_[n]) + previous_[n];
+  problem_.project(next);
+  previous_ = x_;
+  x_ = next;
+}
+
+void ClothIteration::iterate_multipliers() {
+  const auto relax = [this](Vectors& now, Vectors& before, std::size_t k, const Vector3d& law, double rate) {
+    const Vector3d next = now[k] + rate * (law - now[k]);
+    before[k] = omega_ * (next - before[k]) + before[k];
+  };
+  for (std::size_t e = 0; e < spring_.size(); ++e) {
+    relax(spring_, last_spring_, e, problem_.spring_force(static_cast<Index>(e), x_), spring_rate_[e]);
+  }
+  for (std::size_t h = 0; h < hinge_.size(); ++h) {
+    relax(hinge_, last_hinge_, h, problem_.hinge_force(static_cast<Index>(h), x_), hinge_rate_[h]);
+  }
+  for (std::size_t t = 0; t < limit_.size(); ++t) {
+    const Stress law = problem_.limit_stress(static_cast<Index>(t), x_);
+    const Stress next = limit_[t] + (law - limit_[t]) * limit_rate_[t].asDiagonal();
+    last_limit_[t] = omega_ * (next - last_limit_[t]) + last_limit_[t];
+  }
+  spring_.swap(last_spring_);
+  hinge_.swap(last_hinge_);
+  limit_.swap(last_limit_);
+  gather();
+}
+
+void ClothIteration::gather() {
+  const Vectors force = problem_.gathered(spring_, hinge_, limit_);
+  for (std::size_t n = 0; n < x_.size(); ++n) {
+    if (!problem_.is_free(static_cast<Index>(n))) continue;
+    const Vector3d free = problem_.target[n] + problem_.dt * problem_.dt / problem_.mass[n] * force[n];
+    x_[n] = problem_.before_planes(static_cast<Index>(n), previous_[n], free);
+  }
+  problem_.project(x_);
+}
+
+double ClothIteration::residual() const {
   const ClothProblem& p = problem_;
   const Vectors r = p.residual(x_);
   const double rounding =
@@ -191,9 +305,14 @@ double ClothIteration::check() {
     if (!p.is_free(n)) continue;
     const Vector3d normal = p.contact(n, x_[n]).normal;
     left += (r[n] - normal * std::min(0.0, r[n].dot(normal))).norm();
-    goal += tolerance * p.mass[n] / (p.dt * p.dt) * (p.target[n] - p.start[n]).norm() + rounding * p.diagonal[n];
+    goal +=
+        solver_.tolerance * p.mass[n] / (p.dt * p.dt) * (p.target[n] - p.start[n]).norm() + rounding * p.diagonal[n];
   }
-  const double residual = left > 0 ? left / goal : 0;
+  return left > 0 ? left / goal : 0;
+}
+
+double ClothIteration::check() {
+  const double residual = this->residual();
   if (residual > 10 * smallest_) {
     rho_ = std::max(0.0, 1 - 2 * (1 - rho_));
     since_restart_ = 0;

@@ -6,6 +6,8 @@
 
 namespace drench::reference {
 
+using Stress = Eigen::Matrix<double, 3, 2>;
+
 /// The problem of one step; the target is the caller's to set.
 struct ClothProblem {
   const ReferenceState& state;
@@ -21,12 +23,23 @@ struct ClothProblem {
   const Model& model() const { return state.model; }
   const ClothMaterial& material(Index n) const { return model().cloths[model().mesh.node_cloth[n]]; }
   bool is_free(Index n) const { return !model().mesh.pinned[n]; }
+  /// What the spring of edge e does to its first node, its damping with it, N.
+  Eigen::Vector3d spring_force(Index e, const Vectors& x) const;
+  /// −c_h Σ_a K_a x_a: K_a times this acts on corner a of hinge h, N.
+  Eigen::Vector3d hinge_force(Index h, const Vectors& x) const;
+  /// −w_t A_t (F_t − F*_t) of triangle t's strain limit: times ∇N this acts on a corner, N·m.
+  Stress limit_stress(Index t, const Vectors& x) const;
+  /// The sum over each node's springs, hinges and triangles of what the three functions above give, N. `limit` is empty
+  /// where no cloth has a strain limit.
+  Vectors gathered(const Vectors& spring, const Vectors& hinge, const std::vector<Stress>& limit) const;
   /// −∂(elastic energy)/∂x_n and the strain damping, N.
   Vectors internal_force(const Vectors& x) const;
   /// r, N.
   Vectors residual(const Vectors& x) const;
   /// Moves free nodes out of the bodies.
   void project(Vectors& x) const;
+  /// x, moved out of the planes that touch the bodies at their points next to `now`, to the cloth's thickness.
+  Eigen::Vector3d before_planes(Index n, const Eigen::Vector3d& now, Eigen::Vector3d x) const;
   /// The contact with the last body that the free node n touches at x; normal 0 if none.
   Contact contact(Index n, const Eigen::Vector3d& x) const;
 };
@@ -36,7 +49,8 @@ double node_saturation(const ReferenceState& state, Index n);
 /// Where prescribed motion has brought the pinned node n at a time (s), m; where it is now if it has none.
 Eigen::Vector3d pin_position(const ReferenceState& state, Index n, double time);
 
-/// Jacobi with Chebyshev's weights, which go on over several calls of `advance`.
+/// Jacobi, on positions (pd) or on multipliers (xpbd), with Chebyshev's weights, which go on over several calls of
+/// `advance`.
 class ClothIteration {
  public:
   /// Begins at x = first.
@@ -48,8 +62,20 @@ class ClothIteration {
   int iterations() const { return iterations_; }
 
  private:
+  void start();
+  void gather();
+  double residual() const;
+  void iterate_positions();
+  void iterate_multipliers();
+
   const ClothProblem& problem_;
+  const ClothSolverScene solver_;
   Vectors x_, previous_;
+  // of xpbd: what each spring, hinge and triangle pulls with in the last two iterates, N and N·m, and θ
+  Vectors spring_, last_spring_, hinge_, last_hinge_;
+  std::vector<Stress> limit_, last_limit_;
+  std::vector<double> spring_rate_, hinge_rate_;
+  std::vector<Eigen::Vector2d> limit_rate_;  // of each column
   double rho_ = 0, omega_ = 1, smallest_;
   int since_restart_ = 0, iterations_ = 0;
 };

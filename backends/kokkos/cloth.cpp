@@ -2,6 +2,8 @@
 
 #include "stages/cloth.hpp"
 
+#include <algorithm>
+
 #include "cloth_solver.hpp"
 #include "laws/wet_cloth.hpp"
 #include "pins.hpp"
@@ -11,7 +13,7 @@
 namespace drench::kokkos_backend {
 namespace {
 
-constexpr int check_interval = 10, iteration_cap = 300;
+constexpr int check_interval = 10;
 constexpr Real contact_range = Real(1.01);  // of the thickness
 
 /// Target y − x⁰ with gravity and the last pressure; the iteration starts where the cloth goes by itself.
@@ -97,9 +99,10 @@ void cloth(Device& d, const StepInfo& info, StepReport& report) {
   }
   ClothIteration iteration(d, dt);
   aim(d, iteration.system(), dt, loaded);
+  const int cap = d.model.scene.cloth_solver.max_iterations;
   double residual = 1e300;
-  while (iteration.iterations() < iteration_cap && residual > 1) {
-    iteration.advance(check_interval);
+  while (iteration.iterations() < cap && residual > 1) {
+    iteration.advance(std::min(check_interval, cap - iteration.iterations()));
     residual = iteration.check();
   }
   finish(d, iteration.system(), dt, loaded);

@@ -10,8 +10,8 @@ namespace drench::kokkos_backend {
 namespace {
 
 constexpr int plain_iterations = 10;
-constexpr double tolerance = 1e-3;          // of Σ m |y − x⁰|/Δt²
 constexpr double rounding = 0.5;            // of ε Σ D L: what is left of a residual that is summed in this precision
+constexpr double trusted = 10;              // × the residual without multipliers: what xpbd may start from
 constexpr Real contact_range = Real(1.01);  // of the thickness
 
 void allocate(Device& d) {
@@ -108,25 +108,54 @@ ClothSystem::ClothSystem(const Device& d, Real dt)
       inverse_dt(1 / dt),
       inverse_dt2(1 / (dt * dt)) {}
 
-ClothIteration::ClothIteration(Device& d, Real dt) : device_(d), system_((allocate(d), ClothSystem(d, dt))), rho_(0) {
+ClothIteration::ClothIteration(Device& d, Real dt)
+    : device_(d),
+      system_((allocate(d), ClothSystem(d, dt))),
+      method_(d.model.scene.cloth_solver.method),
+      tolerance_(d.model.scene.cloth_solver.tolerance),
+      rho_(0) {
   masses_and_diagonals(d, system_);
   rho_ = spectral_bound(system_, d.nodes.count);
 }
 
 void ClothIteration::advance(int count) {
+  if (method_ == ClothMethod::xpbd) {
+    if (iterations_ == 0)
+      start();
+    else
+      anchor_contacts(device_);
+  }
   for (int k = 0; k < count; ++k) {
     if (since_restart_ == plain_iterations) omega_ = 2 / (2 - rho_ * rho_);
     if (since_restart_ > plain_iterations) omega_ = 4 / (4 - rho_ * rho_ * omega_);
-    iterate(device_, system_, static_cast<Real>(omega_));
+    if (method_ == ClothMethod::xpbd)
+      iterate_multipliers(device_, system_, static_cast<Real>(omega_));
+    else
+      iterate(device_, system_, static_cast<Real>(omega_));
     ++since_restart_;
     ++iterations_;
   }
 }
 
-double ClothIteration::check() {
+void ClothIteration::start() {
+  anchor_contacts(device_);
+  start_multipliers(device_, system_);
+  // Those that the cloth would have where it goes by itself; none where these push it about, as they do after a solve that
+  // has ended at its cap: from there on they would be explicit forces.
+  gather_multipliers(device_, system_);
+  const double own = residual();
+  swap_multipliers(device_);
+  gather_multipliers(device_, system_);
+  if (trusted * residual() < own) return;
+  swap_multipliers(device_);
+  gather_multipliers(device_, system_);
+}
+
+double ClothIteration::residual() const {
   const ClothSystem s = system_;
   const auto shift = device_.cloth_work.shift;
   const Index nodes = device_.nodes.count;
+  const double tolerance = tolerance_;  // of Σ m |y − x⁰|/Δt²
   const double floor = rounding * static_cast<double>(std::numeric_limits<Real>::epsilon()) *
                        static_cast<double>(device_.mesh.mean_edge);
   const TwoSums sums = ordered_sums(
@@ -142,7 +171,11 @@ double ClothIteration::check() {
                        tolerance * static_cast<double>(s.mass(n) * s.inverse_dt2 * norm(s.target(n))) +
                            floor * static_cast<double>(s.diagonal(n))};
       });
-  const double residual = sums.first > 0 ? sums.first / sums.second : 0;
+  return sums.first > 0 ? sums.first / sums.second : 0;
+}
+
+double ClothIteration::check() {
+  const double residual = this->residual();
   if (residual > 10 * smallest_) {
     rho_ = std::max(0.0, 1 - 2 * (1 - rho_));
     omega_ = 1;

@@ -1,6 +1,7 @@
 #pragma once
-// Projective Dynamics of one step by Jacobi iterations with Chebyshev acceleration: what stage cloth and the coupled
-// pressure solve share. Law: src/stages/cloth.hpp. The unknown is the shift u = x − x⁰.
+// The cloth's implicit step by Jacobi iterations with Chebyshev acceleration, on positions (pd) or on the constraints'
+// multipliers (xpbd, cloth_xpbd.cpp): what stage cloth and the coupled pressure solve share. Law: src/stages/cloth.hpp.
+// The unknown is the shift u = x − x⁰.
 
 #include "device.hpp"
 #include "laws/contact.hpp"
@@ -46,18 +47,32 @@ struct ClothSystem {
 
   /// Strain limiting, N.
   KOKKOS_INLINE_FUNCTION Real3 limit_force(Index n, const Array<Real3>& shift) const {
-    const Real limit = materials(cloth(n)).strain_limit;
     Real3 force;
     for (Index r = limit_start(n); r < limit_start(n + 1); ++r) {
-      const Index t = limit_item(r) / 4, a = triangle(3 * t), b = triangle(3 * t + 1), c = triangle(3 * t + 2);
-      force += strain_limit_force(separation(start(b), shift(b), start(a), shift(a)),
-                                  separation(start(c), shift(c), start(a), shift(a)), triangle_shape(t), limit,
-                                  limit_stiffness(t), limit_item(r) % 4);
+      const Index t = limit_item(r) / 4;
+      force += corner_force(limit_stress(t, shift), corner_gradient(triangle_shape(t), limit_item(r) % 4));
     }
     return force;
   }
+  /// P of triangle t, N·m.
+  KOKKOS_INLINE_FUNCTION Columns limit_stress(Index t, const Array<Real3>& shift) const {
+    const Index a = triangle(3 * t), b = triangle(3 * t + 1), c = triangle(3 * t + 2);
+    return strain_limit_stress(separation(start(b), shift(b), start(a), shift(a)),
+                               separation(start(c), shift(c), start(a), shift(a)), triangle_shape(t),
+                               materials(cloth(a)).strain_limit, limit_stiffness(t));
+  }
   KOKKOS_INLINE_FUNCTION TriangleShape triangle_shape(Index t) const {
     return {limit_shape(3 * t), limit_shape(3 * t + 1), limit_shape(3 * t + 2)};
+  }
+
+  /// What the spring of edge e does to its first node, its damping with it, N.
+  KOKKOS_INLINE_FUNCTION Real3 edge_force(Index e, const Array<Real3>& shift) const {
+    const Index i = edge(2 * e), j = edge(2 * e + 1);
+    Real3 force = spring_force(separation(start(i), shift(i), start(j), shift(j)), edge_length(e), edge_stiffness(e));
+    const Real damping = strain_damping(i);
+    if (damping > 0)
+      force += strain_damping_force(start(i) - start(j), shift(i) - shift(j), edge_stiffness(e), damping);
+    return force;
   }
 
   /// r_n, N.
@@ -82,12 +97,30 @@ class ClothIteration {
   /// The residual of the newest iterate in units of its goal: converged if ≤ 1. If it has grown tenfold over the
   /// smallest so far, ρ is lowered and the weights start again. Synchronises with the host.
   double check();
+  /// The same number, without consequences.
+  double residual() const;
+  /// xpbd: multipliers to begin with.
+  void start();
 
  private:
   Device& device_;
   ClothSystem system_;
+  ClothMethod method_;
+  double tolerance_;
   double rho_, omega_ = 1, smallest_ = 1e300;
   int since_restart_ = 0, iterations_ = 0;
 };
+
+// cloth_xpbd.cpp
+/// Multipliers of the iterate as it is, the last ones 0, and their rates θ, from the masses and diagonals.
+void start_multipliers(Device& d, const ClothSystem& s);
+/// The last multipliers become the newest and the other way round.
+void swap_multipliers(Device& d);
+/// The positions that go with the multipliers.
+void gather_multipliers(Device& d, const ClothSystem& s);
+/// From here on contact planes are those at the iterate as it is.
+void anchor_contacts(Device& d);
+/// One Jacobi step of all multipliers with Chebyshev's ω, and the positions that go with them.
+void iterate_multipliers(Device& d, const ClothSystem& s, Real omega);
 
 }  // namespace drench::kokkos_backend

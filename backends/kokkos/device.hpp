@@ -167,7 +167,12 @@ struct ClothWork {
   Array<Real> mass, diagonal;      // m_n, kg; D_n, N/m
   Array<Real3> base;               // the target without the pressure's part, m (stage pressure)
   Array<Real3> target;             // y_n − x⁰_n, m
-  Array<Real3> shift, last_shift;  // x_n − x⁰_n of the last two iterates, m
+  Array<Real3> shift, last_shift;  // x_n − x⁰_n of the last two iterates, m (xpbd: of this one and the last anchored)
+  // of xpbd: what a spring does to its first node and what a hinge pulls with (cloth.hpp), of the last two iterates, N
+  Array<Real3> edge_force, last_edge_force, hinge_force, last_hinge_force;
+  Array<Real> edge_rate, hinge_rate;              // θ, 1
+  Array<Real3> limit_stress, last_limit_stress;   // 2 per triangle with a strain limit: the columns of P, N·m
+  Array<Real> limit_rate;                         // 2 per triangle: θ, 1
 };
 
 /// Work arrays of stage advection, made on first use. `momentum` and `hits` are zero between steps.

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <iterator>
 #include <stdexcept>
 
@@ -9,10 +10,16 @@ namespace drench {
 
 StatsCsv::StatsCsv(const std::filesystem::path& path, const std::vector<Stage>& stages, double quantum,
                    Quanta initial_total)
-    : path_(path), out_(path), stages_(stages), quantum_(quantum), initial_total_(initial_total) {
+    : path_(path),
+      out_(path),
+      stages_(stages),
+      moving_cloth_(std::find(stages.begin(), stages.end(), Stage::cloth) != stages.end()),
+      quantum_(quantum),
+      initial_total_(initial_total) {
   out_ << "step,time,dt,particles,density_iterations,divergence_iterations,density_error,density_error_max,"
           "mass_fluid,mass_cloth,mass_drained,mass_supplied,mass_total,mass_error,saturation_max,kinetic_energy,"
-          "divergence_error,cloth_iterations,cloth_residual,diffusion_substeps,collisions,clamped,mass_float";
+          "divergence_error,diffusion_substeps,collisions,clamped,mass_float";
+  if (moving_cloth_) out_ << ",cloth_iterations,cloth_residual";
   for (const Stage s : stages_) out_ << ",ms_" << name_of(s);
   out_ << std::endl;
   if (!out_) throw std::runtime_error(fmt::format("{}: cannot be written", path_.string()));
@@ -28,8 +35,9 @@ void StatsCsv::write(std::int64_t step, double time, double dt, const StepReport
   fmt::format_to(end, "{:.17g},{:.17g},{:.17g},{:.17g},{:.17g},{:.17g},{:.9g},{:.9g},", kg(r.mass_fluid),
                  kg(r.mass_cloth), kg(r.mass_drained), kg(r.mass_supplied), kg(r.mass_total()),
                  kg(r.mass_total() - initial_total_), r.saturation_max, r.kinetic_energy);
-  fmt::format_to(end, "{:.6g},{},{:.6g},{},{},{},{:.17g}", r.divergence_error, r.cloth_iterations, r.cloth_residual,
-                 r.diffusion_substeps, r.collisions, r.clamped, r.mass_float);
+  fmt::format_to(end, "{:.6g},{},{},{},{:.17g}", r.divergence_error, r.diffusion_substeps, r.collisions, r.clamped,
+                 r.mass_float);
+  if (moving_cloth_) fmt::format_to(end, ",{},{:.6g}", r.cloth_iterations, r.cloth_residual);
   for (const Stage s : stages_) fmt::format_to(end, ",{:.4f}", milliseconds[static_cast<std::size_t>(s)]);
   out_.write(row.data(), static_cast<std::streamsize>(row.size()));
   out_ << std::endl;  // flushed, so that the file can be followed

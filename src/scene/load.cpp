@@ -263,6 +263,12 @@ void read_cloth(Section& s, ClothScene& cloth) {
   check_saturations(s, "hold_saturation", cloth.hold_saturation, cloth);
 }
 
+void read_cloth_solver(Section& s, ClothSolverScene& solver) {
+  s.choice<ClothMethod>("method", solver.method, {{"pd", ClothMethod::pd}, {"xpbd", ClothMethod::xpbd}});
+  s.number("tolerance", solver.tolerance, "(0, 0.5]", "1");
+  s.integer("max_iterations", solver.max_iterations, "[1, 100000]", "iterations");
+}
+
 // ---- bodies
 
 /// What all bodies have: how they move.
@@ -334,6 +340,8 @@ void check_scene(Section& s, const Scene& scene) {
           "neither fluid nor cloth stands in the scene; allowed: at least one of them");
   s.check(scene.fluid.present || !scene.field.present, "field",
           "acts on liquid, and the scene has none; allowed: only beside the key fluid");
+  s.check(!s.has("cloth_solver") || !scene.cloths.empty(), "cloth_solver",
+          "moves cloth, and the scene has none; allowed: only beside the key cloth");
   std::set<std::string> names;
   for (std::size_t i = 0; i < scene.cloths.size(); ++i) {
     s.check(
@@ -357,6 +365,7 @@ void read_scene(Section& s, Scene& scene) {
   s.section("output", scene.output, read_output);
   s.section("neighbors", scene, read_neighbors);
   scene.fluid.present = s.section("fluid", scene.fluid, read_fluid);
+  s.section("cloth_solver", scene.cloth_solver, read_cloth_solver);
   s.list("cloth", scene.cloths, read_cloth);
   s.list("bodies", scene.bodies, read_body);
   check_scene(s, scene);

@@ -212,7 +212,12 @@ std::string to_yaml(const Scene& scene) {
            text(scene.output.checkpoint_every));
   out.line("neighbors: {{sort: {}, through_cloth: {}}}", word(scene.sort), scene.through_cloth);
   if (scene.fluid.present) write_fluid(out, scene.fluid);
-  if (!scene.cloths.empty()) out.line("cloth:");
+  if (!scene.cloths.empty()) {
+    out.line("cloth_solver: {{method: {}, tolerance: {}, max_iterations: {}}}",
+             scene.cloth_solver.method == ClothMethod::pd ? "pd" : "xpbd", text(scene.cloth_solver.tolerance),
+             scene.cloth_solver.max_iterations);
+    out.line("cloth:");
+  }
   for (const ClothScene& cloth : scene.cloths) write_cloth(out, cloth);
   if (!scene.bodies.empty()) out.line("bodies:");
   for (const BodyScene& body : scene.bodies) write_body(out, body);

@@ -19,6 +19,7 @@ enum class TimeMode { fixed, cfl };
 enum class SortMethod { automatic, counting, radix, bitonic };
 enum class KernelKind { cubic, wendland, poly6 };
 enum class DiffusionLaw { linear, degenerate };
+enum class ClothMethod { pd, xpbd };
 
 struct TimeScene {
   double step = 0.004;  // s; the maximum when mode is cfl
@@ -139,6 +140,14 @@ struct ClothScene {
   PorousScene porous;
 };
 
+/// How the cloth's implicit step is solved (stages/cloth.hpp). It stands at the top of a scene: one solve serves all of
+/// its cloths, and its tolerance is one on the sum over their nodes.
+struct ClothSolverScene {
+  ClothMethod method = ClothMethod::pd;
+  double tolerance = 1e-3;   // 1; unbalanced forces over the forces that move the cloth
+  int max_iterations = 300;  // in stage cloth
+};
+
 struct BodyScene {
   enum class Kind { box, sphere, plane, mesh } kind = Kind::box;
   Box box;
@@ -176,6 +185,7 @@ struct Scene {
   SortMethod sort = SortMethod::automatic;
   bool through_cloth = false;  // true: liquid feels liquid on the other side of a cloth (stages/neighbors.hpp)
   FluidScene fluid;
+  ClothSolverScene cloth_solver;
   std::vector<ClothScene> cloths;
   std::vector<BodyScene> bodies;
 };

@@ -245,6 +245,18 @@ TEST_F(Commands, ProfilePrintsATableOfTheStages) {
     EXPECT_NE(o.out.find(row), std::string::npos) << row << " is missing in:\n" << o.out;
 }
 
+TEST_F(Commands, AClothSolveThatEndsAtItsCapIsLogged) {
+  write_text(here() / "sheet.yaml",
+             "drench: 1\noutput: {every: 0}\ncloth_solver: {max_iterations: 2}\n"
+             "cloth: [{mesh: {grid: {}}, pin: [{corners: true}]}]\n");
+  ASSERT_EQ(drench({"run", "sheet.yaml", "-o", "o", "--steps", "3"}).code, 0);
+  const std::string log = read_text(here() / "o/run.log");
+  EXPECT_NE(log.find("warning: step 1 (t = 0.004 s): the cloth solve did not converge in 2 iterations"),
+            std::string::npos) << log;
+  EXPECT_NE(log.find("the cloth solve did not converge in 3 of 3 steps"), std::string::npos) << log;
+  EXPECT_EQ(read_table(here() / "o/stats.csv").text(2, "cloth_iterations"), "2");
+}
+
 TEST_F(Commands, TheReferenceRunsThroughTheSamePipeline) {
   ASSERT_EQ(drench({"run", "tiny.yaml", "-o", "k", "--steps", "2"}).code, 0);
   const Outcome o = drench({"run", "tiny.yaml", "-o", "r", "--steps", "2", "--backend", "reference"});

@@ -27,6 +27,7 @@ fluid:
     - block: {min: [0, 0.1, 0], max: [0.3, 0.4, 0.5], velocity: [1, 2, 3]}
     - jet: {center: [1, 1, 1], radius: 0.07, velocity: [0, -2, 0], start: 0.5, end: 1.5}
     - jet: {center: [1, 2, 1], radius: 0.08, velocity: [0, -3, 0], end: .inf}
+cloth_solver: {method: xpbd, tolerance: 2.0e-3, max_iterations: 500}
 cloth:
   - name: "a \"sheet\" \\ é"
     mesh: {grid: {size: [0.6, 0.7], nodes: [13, 17]}}

@@ -383,6 +383,23 @@ TEST(Output, StatisticsHaveTheirColumns) {
   EXPECT_EQ(table.number(1, "mass_error"), e.model.quantum) << "one quantum too many shows";
 }
 
+TEST(Output, StatisticsOfTheClothSolveStandWhereClothMoves) {
+  const TempFolder folder;
+  StepReport report;
+  report.cloth_iterations = 30;
+  report.cloth_residual = 0.25;
+  const std::array<double, stage_count> ms{};
+  const auto table = [&](const std::vector<Stage>& stages) {
+    StatsCsv(folder.path() / "stats.csv", stages, 1, 0).write(1, 0.004, 0.004, report, ms);
+    return read_table(folder.path() / "stats.csv");
+  };
+  const Table moving = table({Stage::time_step, Stage::cloth, Stage::ledger});
+  EXPECT_EQ(moving.text(0, "cloth_iterations"), "30");
+  EXPECT_EQ(moving.text(0, "cloth_residual"), "0.25");
+  const Table still = table({Stage::time_step, Stage::pressure, Stage::ledger});
+  for (const std::string& column : still.header) EXPECT_EQ(column.find("cloth_"), std::string::npos) << column;
+}
+
 TEST(Output, WritingWhereNothingCanBeWrittenIsAnError) {
   const TempFolder folder;
   const Example e;

@@ -30,6 +30,7 @@ inline auto fields(const ClothScene& s) {
   const auto& [a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, t, u, v, w, x, y] = s;
   return std::tie(a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, t, u, v, w, x, y);
 }
+inline auto fields(const ClothSolverScene& s) { const auto& [a, b, c] = s; return std::tie(a, b, c); }
 inline auto fields(const BodyScene& s) {
   const auto& [a, b, c, d, e, f, g, h, i, j, k, l, m, n, o] = s;
   return std::tie(a, b, c, d, e, f, g, h, i, j, k, l, m, n, o);
@@ -37,8 +38,8 @@ inline auto fields(const BodyScene& s) {
 inline auto fields(const FieldScene& s) { const auto& [a, b, c] = s; return std::tie(a, b, c); }
 /// Where a scene came from is no part of what it says.
 inline auto fields(const Scene& s) {
-  const auto& [path, a, b, c, d, e, f, g, h, i, j, k] = s; static_cast<void>(path);
-  return std::tie(a, b, c, d, e, f, g, h, i, j, k);
+  const auto& [path, a, b, c, d, e, f, g, h, i, j, k, l] = s; static_cast<void>(path);
+  return std::tie(a, b, c, d, e, f, g, h, i, j, k, l);
 }
 // clang-format on
 

@@ -104,6 +104,7 @@ TEST(SceneLoader, ReadsEveryKey) {
   f.blocks = {{{{0, 0.1, 0}, {0.3, 0.4, 0.5}}, {1, 2, 3}}};
   f.jets = {{{1, 1, 1}, 0.07, {0, -2, 0}, 0.5, 1.5},
             {{1, 2, 1}, 0.08, {0, -3, 0}, 0, std::numeric_limits<double>::infinity()}};
+  s.cloth_solver = {ClothMethod::xpbd, 2.0e-3, 500};
   ClothScene c;
   c.name = "a \"sheet\" \\ é";
   c.grid = GridScene{{0.6, 0.7}, {13, 17}};

@@ -7,31 +7,57 @@
 #include "stage_compare.hpp"
 
 namespace drench::test {
+namespace {
+
+/// The scene with strain damping and the other method.
+std::string xpbd_scene() {
+  return with(with(wet_scene(), "cloth:\n", "cloth_solver: {method: xpbd}\ncloth:\n"),
+              "    pin:", "    strain_damping: 0.003\n    pin:");
+}
+
+/// Onto the sphere's top at y = -0.01.
+void press_on_the_sphere(const Model& m, HostState& s) {
+  for (Vec3& x : s.node_position) x[1] -= 0.0095;
+  for (std::size_t n = 0; n < s.node_velocity.size(); ++n)
+    if (!m.mesh.pinned[n]) s.node_velocity[n] = {0.4, -0.5, 0.1};
+}
+
+void stretch_and_compress(const Model& m, HostState& s) {
+  for (std::size_t n = 0; n < s.node_position.size(); ++n) {
+    if (m.mesh.pinned[n]) continue;
+    s.node_position[n][0] += 0.006 * std::sin(40 * s.node_position[n][0]);
+    s.node_position[n][1] += 0.004 * std::cos(70 * s.node_position[n][2]);
+  }
+}
+
+}  // namespace
 
 TEST(cloth, agrees_with_the_reference) { compare_stage({.stage = Stage::cloth, .changes = "node_velocity"}); }
 
 TEST(cloth, in_contact_with_a_sphere_agrees_with_the_reference) {
+  compare_stage({.stage = Stage::cloth, .prepare = press_on_the_sphere, .changes = "node_contact_force"});
+}
+
+TEST(cloth, by_xpbd_agrees_with_the_reference) {
+  compare_stage({.stage = Stage::cloth, .scene = xpbd_scene(), .changes = "node_velocity"});
+}
+
+TEST(cloth, by_xpbd_beyond_its_strain_limit_agrees_with_the_reference) {
   compare_stage({.stage = Stage::cloth,
-                 .prepare =
-                     [](const Model& m, HostState& s) {
-                       for (Vec3& x : s.node_position) x[1] -= 0.0095;  // onto the sphere's top at y = -0.01
-                       for (std::size_t n = 0; n < s.node_velocity.size(); ++n)
-                         if (!m.mesh.pinned[n]) s.node_velocity[n] = {0.4, -0.5, 0.1};
-                     },
-                 .changes = "node_contact_force"});
+                 .scene = with(xpbd_scene(), "thickness: 0.002", "thickness: 0.002\n    strain_limit: 0.02"),
+                 .prepare = stretch_and_compress,
+                 .changes = "node_velocity"});
+}
+
+TEST(cloth, by_xpbd_in_contact_with_a_sphere_agrees_with_the_reference) {
+  compare_stage(
+      {.stage = Stage::cloth, .scene = xpbd_scene(), .prepare = press_on_the_sphere, .changes = "node_contact_force"});
 }
 
 TEST(cloth, stretched_and_compressed_beyond_its_strain_limit_agrees_with_the_reference) {
   compare_stage({.stage = Stage::cloth,
                  .scene = with(wet_scene(), "thickness: 0.002", "thickness: 0.002\n    strain_limit: 0.02"),
-                 .prepare =
-                     [](const Model& m, HostState& s) {
-                       for (std::size_t n = 0; n < s.node_position.size(); ++n) {
-                         if (m.mesh.pinned[n]) continue;
-                         s.node_position[n][0] += 0.006 * std::sin(40 * s.node_position[n][0]);
-                         s.node_position[n][1] += 0.004 * std::cos(70 * s.node_position[n][2]);
-                       }
-                     },
+                 .prepare = stretch_and_compress,
                  .changes = "node_velocity"});
 }
 
@@ -39,12 +65,7 @@ TEST(cloth, wet_in_contact_agrees_with_the_reference) {
   compare_stage(
       {.stage = Stage::cloth,
        .scene = with(wet_scene(), "thickness: 0.002", "thickness: 0.002\n    friction_wet: 1.2\n    damping_wet: 30"),
-       .prepare =
-           [](const Model& m, HostState& s) {
-             for (Vec3& x : s.node_position) x[1] -= 0.0095;
-             for (std::size_t n = 0; n < s.node_velocity.size(); ++n)
-               if (!m.mesh.pinned[n]) s.node_velocity[n] = {0.4, -0.5, 0.1};
-           },
+       .prepare = press_on_the_sphere,
        .changes = "node_contact_force"});
 }
 

@@ -168,4 +168,18 @@ TEST(only_what_is_needed, surface_tension_takes_only_what_tension_or_adhesion_as
   }
 }
 
+TEST(only_what_is_needed, multipliers_only_with_xpbd) {
+  const std::initializer_list<const char*> parts = {"multiplier", "cloth::edge_", "cloth::last_edge", "cloth::hinge_",
+                                                    "cloth::last_hinge"};
+  {
+    const Watch watch(wet_scene());
+    EXPECT_GT(containing(launched, {"cloth::jacobi"}), 0);
+    EXPECT_EQ(containing(launched, parts) + containing(allocated, parts), 0);
+  }
+  const Watch watch(with(wet_scene(), "cloth:\n", "cloth_solver: {method: xpbd}\ncloth:\n"));
+  EXPECT_EQ(containing(launched, {"cloth::jacobi"}), 0);
+  EXPECT_EQ(containing(launched, {"multiplier"}), 5);
+  EXPECT_EQ(containing(allocated, parts), 6);
+}
+
 }  // namespace drench::test

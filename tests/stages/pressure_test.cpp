@@ -17,4 +17,11 @@ TEST(pressure, of_crowded_and_light_particles_agrees_with_the_reference) {
       {.stage = Stage::pressure, .steps_before = 41, .prepare = crowd, .changes = "fluid_velocity"});
 }
 
+TEST(pressure, with_cloth_by_xpbd_agrees_with_the_reference) {
+  compare_stage({.stage = Stage::pressure,
+                 .scene = with(wet_scene(), "cloth:\n", "cloth_solver: {method: xpbd}\ncloth:\n"),
+                 .steps_before = 40,
+                 .changes = "fluid_velocity"});
+}
+
 }  // namespace drench::test

@@ -50,12 +50,17 @@ KOKKOS_INLINE_FUNCTION Real beyond_limit(Real square, Real limit) {
   return stretch < 1 - limit && stretch > 0 ? 1 - (1 - limit) / stretch : Real(0);
 }
 
-/// Force on corner 0, 1 or 2 of a triangle with edges a = x1 − x0, b = x2 − x0 (m) that keeps the singular values of its
-/// deformation F = [a b] R⁻¹ within [1 − ε, 1 + ε]: −∂/∂x of (K/2) |F − F*|², N; K = w A in N·m. F* = Σ_i σ*_i u_i v_iᵀ is
-/// the nearest deformation within the limits; v_i are the axes of the 2 × 2 matrix FᵀF, so that F − F* = F M,
+/// A 3 × 2 matrix by its columns.
+struct Columns {
+  Real3 first, second;
+};
+
+/// P = −K (F − F*), N·m, of a triangle with edges a = x1 − x0, b = x2 − x0 (m): what keeps the singular values of its
+/// deformation F = [a b] R⁻¹ within [1 − ε, 1 + ε], by the energy (K/2) |F − F*|², K = w A in N·m. F* = Σ_i σ*_i u_i v_iᵀ
+/// is the nearest deformation within the limits; v_i are the axes of the 2 × 2 matrix FᵀF, so that F − F* = F M,
 /// M = Σ_i (1 − σ*_i/σ_i) v_i v_iᵀ. A triangle without length along v_i pushes nowhere.
-KOKKOS_INLINE_FUNCTION Real3 strain_limit_force(const Real3& a, const Real3& b, const TriangleShape& shape, Real limit,
-                                                Real stiffness, Index corner) {
+KOKKOS_INLINE_FUNCTION Columns strain_limit_stress(const Real3& a, const Real3& b, const TriangleShape& shape,
+                                                   Real limit, Real stiffness) {
   const Real3 f1 = shape.xx * a, f2 = shape.xy * a + shape.yy * b;
   const Real p = dot(f1, f1), q = dot(f1, f2), r = dot(f2, f2);
   const Real middle = Real(0.5) * (p + r), apart = Real(0.5) * (p - r);
@@ -67,19 +72,39 @@ KOKKOS_INLINE_FUNCTION Real3 strain_limit_force(const Real3& a, const Real3& b, 
   const Real mean = Real(0.5) * (beyond1 + beyond2);
   const Real turn = radius > 0 ? Real(0.5) * (beyond1 - beyond2) / radius : Real(0);
   const Real m11 = mean + turn * apart, m12 = turn * q, m22 = mean - turn * apart;
-  const Real3 g1 = m11 * f1 + m12 * f2, g2 = m12 * f1 + m22 * f2;
-  const Real3 on1 = shape.xx * g1 + shape.xy * g2, on2 = shape.yy * g2;
-  if (corner == 0) return stiffness * (on1 + on2);
-  return -stiffness * (corner == 1 ? on1 : on2);
+  return {-stiffness * (m11 * f1 + m12 * f2), -stiffness * (m12 * f1 + m22 * f2)};
 }
 
-/// A corner's share of the Jacobi diagonal: half the absolute row sum of K B Bᵀ, N/m, B the corners' rows of
-/// F = Bᵀ x: b1 = (xx, xy), b2 = (0, yy), b0 = −b1 − b2.
+/// ∇N of a corner in the triangle's own plane, 1/m: its row of F = Σ_c x_c (∇N_c)ᵀ.
+struct CornerGradient {
+  Real x, y;
+};
+KOKKOS_INLINE_FUNCTION CornerGradient corner_gradient(const TriangleShape& s, Index corner) {
+  if (corner == 1) return {s.xx, s.xy};
+  if (corner == 2) return {0, s.yy};
+  return {-s.xx, -s.xy - s.yy};
+}
+
+/// Force of a stress P on a corner: P ∇N, N.
+KOKKOS_INLINE_FUNCTION Real3 corner_force(const Columns& stress, const CornerGradient& n) {
+  return n.x * stress.first + n.y * stress.second;
+}
+
+/// Σ_a |∂_x N_a| and Σ_a |∂_y N_a|, 1/m.
+KOKKOS_INLINE_FUNCTION CornerGradient gradient_sums(const TriangleShape& s) {
+  CornerGradient sum{0, 0};
+  for (Index c = 0; c < 3; ++c) {
+    const CornerGradient n = corner_gradient(s, c);
+    sum.x += Kokkos::abs(n.x);
+    sum.y += Kokkos::abs(n.y);
+  }
+  return sum;
+}
+
+/// A corner's share of the Jacobi diagonal: ½ K Σ_c |∂_c N_n| Σ_a |∂_c N_a|, N/m, a column c of F a constraint.
 KOKKOS_INLINE_FUNCTION Real strain_limit_diagonal(const TriangleShape& s, Real stiffness, Index corner) {
-  const Real x[3] = {-s.xx, s.xx, 0}, y[3] = {-s.xy - s.yy, s.xy, s.yy};
-  Real sum = 0;
-  for (int m = 0; m < 3; ++m) sum += Kokkos::abs(x[corner] * x[m] + y[corner] * y[m]);
-  return Real(0.5) * stiffness * sum;
+  const CornerGradient own = corner_gradient(s, corner), sum = gradient_sums(s);
+  return Real(0.5) * stiffness * (Kokkos::abs(own.x) * sum.x + Kokkos::abs(own.y) * sum.y);
 }
 
 }  // namespace drench::kokkos_backend
