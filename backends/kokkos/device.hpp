@@ -8,6 +8,7 @@
 #include "pipeline/backend.hpp"
 #include "porous_work.hpp"
 #include "primitives/cell_table.hpp"
+#include "self_collision.hpp"
 #include "types.hpp"
 
 namespace drench::kokkos_backend {
@@ -112,7 +113,7 @@ struct Material {
   Real thickness, damping, strain_damping, friction, solid_fraction, absorption, max_saturation, virtual_pressure,
       emission_cosine, emission_velocity, diffusivity, capillary_height;
   int degenerate;  // DiffusionLaw
-  int porous, dynamics;
+  int porous, dynamics, self_collision;
 };
 
 /// A solid as plain numbers, where it is at the end of the step (place_solids).
@@ -210,6 +211,7 @@ struct Device {
   NodeArrays nodes;
   ClothWork cloth_work;
   AdvectionWork advection_work;
+  SelfCollisionWork self_collision_work;
   ViscousWork viscous_work;
   SurfaceTensionWork surface_tension_work;
   MeshArrays mesh;

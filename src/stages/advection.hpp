@@ -14,7 +14,8 @@
 //    fall is never cut, a kick is. The momentum removed goes to p's nodes: p_n += w_pn m_i Δv (fixed point, below).
 // 2. Cloth: x_n += Δt v_n for free nodes; then projected out of bodies as in stage cloth; where that moved the node,
 // the velocity into the body is removed
-//    (v_n −= n min(0, (v_n − v_s)·n), v_s the surface's: bodies.hpp, law 3).
+//    (v_n −= n min(0, (v_n − v_s)·n), v_s the surface's: bodies.hpp, law 3). Cloths with self_collision are not
+//    projected here: their paths are free of intersections as stage self_collision leaves them.
 // 3. Continuous collision (Bridson et al. 2002): liquid i moves x0 → x1 = x0 + Δt v_i + shift_i while triangles move linearly.
 // Candidates: triangles that carry a
 //    sample whose start position lies within the box around x0, x1 grown by cover_radius · s + the largest

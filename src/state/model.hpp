@@ -25,6 +25,7 @@ struct ClothMaterial {
   std::string name;
   bool dynamics = true;
   bool porous = false;
+  bool self_collision = false;
   double thickness = 0.001;        // τ, m
   double damping = 1.0;            // 1/s
   double strain_damping = 0;       // s
@@ -164,6 +165,11 @@ struct Model {
   bool has_moving_cloth() const {
     for (const auto& c : cloths)
       if (c.dynamics) return true;
+    return false;
+  }
+  bool has_self_collision() const {
+    for (const auto& c : cloths)
+      if (c.dynamics && c.self_collision) return true;
     return false;
   }
   bool has_porous() const {
