@@ -36,7 +36,7 @@ struct Contact {
   const Pair* pair;
   std::array<double, 4> b;
   Vector3d normal;
-  double goal;        // θ, m
+  double goal;          // θ, m
   double strength = 0;  // λ, kg m/s
 };
 
@@ -75,7 +75,9 @@ Near near_edges(const Four& x) {
     if (s >= 0 && s <= 1 && t >= 0 && t <= 1) trials.push_back({s, t});
   }
   if (trials.empty()) {
-    trials = {{0, along(x[0], x[2], x[3])}, {1, along(x[1], x[2], x[3])}, {along(x[2], x[0], x[1]), 0},
+    trials = {{0, along(x[0], x[2], x[3])},
+              {1, along(x[1], x[2], x[3])},
+              {along(x[2], x[0], x[1]), 0},
               {along(x[3], x[0], x[1]), 1}};
   }
   Near best{{}, Vector3d::Constant(1e300)};
@@ -140,8 +142,8 @@ class SelfCollision {
       const ClothMaterial &a = material(n[0]), &b = material(n[3]);
       Four x;
       for (int k = 0; k < 4; ++k) x[k] = start(n[k]);
-      pairs_.push_back({n, edges, nearest(x, edges).apart.norm(), (a.thickness + b.thickness) / 2,
-                        (a.friction + b.friction) / 2});
+      pairs_.push_back(
+          {n, edges, nearest(x, edges).apart.norm(), (a.thickness + b.thickness) / 2, (a.friction + b.friction) / 2});
     };
     for (const auto& t : mesh_.triangle) {
       for (Index n = 0; n < mesh_.nodes(); ++n) {
@@ -199,8 +201,9 @@ class SelfCollision {
         near = reaches(pair, pair.thickness);
       }
       if (!near || !(near->apart.norm() > 0)) continue;
-      const double goal =
-          pair.distance < pair.thickness ? std::min(pair.thickness, pair.distance + 0.1 * pair.thickness) : pair.thickness;
+      const double goal = pair.distance < pair.thickness
+                              ? std::min(pair.thickness, pair.distance + 0.1 * pair.thickness)
+                              : pair.thickness;
       contacts.push_back({&pair, near->b, near->apart.normalized(), goal});
     }
     return contacts;

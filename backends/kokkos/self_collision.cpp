@@ -2,13 +2,12 @@
 
 #include "self_collision.hpp"
 
-#include "stages/self_collision.hpp"
-
 #include "device.hpp"
 #include "laws/contact.hpp"
 #include "laws/proximity.hpp"
 #include "rigid_bodies.hpp"
 #include "self_collision_zones.hpp"
+#include "stages/self_collision.hpp"
 
 namespace drench::kokkos_backend {
 namespace {
@@ -114,8 +113,7 @@ void begin(Device& d, Real dt) {
   const Placing place(d, dt);
   const auto velocity = d.nodes.velocity;
   parallel(
-      "drench::self_collision::begin", d.nodes.count,
-      KOKKOS_LAMBDA(const Index n) { place(n, widen(velocity(n))); });
+      "drench::self_collision::begin", d.nodes.count, KOKKOS_LAMBDA(const Index n) { place(n, widen(velocity(n))); });
 }
 
 /// What the kernels over pairs see.
@@ -151,7 +149,9 @@ struct Pairs {
         dt(step),
         momentum_unit(d.quantum / impulse_units) {}
 
-  KOKKOS_INLINE_FUNCTION Double3 normal_of(Index p) const { return {normal(3 * p), normal(3 * p + 1), normal(3 * p + 2)}; }
+  KOKKOS_INLINE_FUNCTION Double3 normal_of(Index p) const {
+    return {normal(3 * p), normal(3 * p + 1), normal(3 * p + 2)};
+  }
   KOKKOS_INLINE_FUNCTION Double3 velocity_of(Index n) const {
     return {velocity(3 * n), velocity(3 * n + 1), velocity(3 * n + 2)};
   }
@@ -161,8 +161,7 @@ struct Pairs {
     double sum = 0;
     for (int k = 0; k < 4; ++k) {
       const Index node = pair(5 * p + k);
-      sum += weight(4 * p + k) *
-             inner(n, add(minus(widen(position(node)), origin), times(dt, velocity_of(node))));
+      sum += weight(4 * p + k) * inner(n, add(minus(widen(position(node)), origin), times(dt, velocity_of(node))));
     }
     return sum;
   }

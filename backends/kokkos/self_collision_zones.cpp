@@ -146,8 +146,9 @@ void sum_zones(Device& d) {
         const double quanta = 1 / (double(inverse_mass(n)) * quantum);
         Kokkos::atomic_add(&sum(4 * z), static_cast<std::int64_t>(Kokkos::floor(mass_units * quanta + 0.5)));
         for (int a = 0; a < 3; ++a)
-          Kokkos::atomic_add(&sum(4 * z + 1 + a), static_cast<std::int64_t>(Kokkos::floor(
-                                                      momentum_units * quanta * velocity(3 * n + a) + 0.5)));
+          Kokkos::atomic_add(
+              &sum(4 * z + 1 + a),
+              static_cast<std::int64_t>(Kokkos::floor(momentum_units * quanta * velocity(3 * n + a) + 0.5)));
       });
 }
 
@@ -187,9 +188,9 @@ void move_zones(Device& d, Real dt) {
         Double3 v;
         if (!stopped(z)) {
           const double scale = way / double(dt);
-          v = add(zone_velocity(sum, z), {scale * double(push(6 * z) - push(6 * z + 1)),
-                                          scale * double(push(6 * z + 2) - push(6 * z + 3)),
-                                          scale * double(push(6 * z + 4) - push(6 * z + 5))});
+          v = add(zone_velocity(sum, z),
+                  {scale * double(push(6 * z) - push(6 * z + 1)), scale * double(push(6 * z + 2) - push(6 * z + 3)),
+                   scale * double(push(6 * z + 4) - push(6 * z + 5))});
         }
         velocity(3 * n) = v.x;
         velocity(3 * n + 1) = v.y;

@@ -61,7 +61,9 @@ Comparison thrown(double speed, const std::string& scene = two_sheets) {
 
 TEST(self_collision, agrees_with_the_reference) { compare_stage(thrown(1.2)); }
 
-TEST(self_collision, sheets_thrown_through_each_other_and_a_floor_agree_with_the_reference) { compare_stage(thrown(30)); }
+TEST(self_collision, sheets_thrown_through_each_other_and_a_floor_agree_with_the_reference) {
+  compare_stage(thrown(30));
+}
 
 TEST(self_collision, with_a_pinned_sheet_agrees_with_the_reference) {
   compare_stage(thrown(2, with(two_sheets, "    thickness: 0.002\n", "    thickness: 0.002\n    dynamics: false\n")));

@@ -127,7 +127,8 @@ struct Referee {
     Real80 nearest = 1e9L, size = 0;
     for (std::size_t k = 0; k < 3; ++k) {
       const Vector80 a = c[k], e = c[(k + 1) % 3] - a;
-      const Real80 s = std::clamp((point(t) - a).dot(e) / std::max(e.squaredNorm(), Real80(1e-300L)), Real80(0), Real80(1));
+      const Real80 s =
+          std::clamp((point(t) - a).dot(e) / std::max(e.squaredNorm(), Real80(1e-300L)), Real80(0), Real80(1));
       nearest = std::min(nearest, (point(t) - a - s * e).norm());
       size = std::max(size, e.norm());
     }
@@ -147,13 +148,20 @@ class Pairs {
 
   Pair make(int kind) {
     switch (kind) {
-      case 4: return coplanar();
-      case 5: return still();
-      case 6: return sliver();
-      case 7: return collapsing();
-      case 8: return at_an_end();
-      case 9: return grazing();
-      default: return aimed(random_triangle(edge), kind < 3);
+      case 4:
+        return coplanar();
+      case 5:
+        return still();
+      case 6:
+        return sliver();
+      case 7:
+        return collapsing();
+      case 8:
+        return at_an_end();
+      case 9:
+        return grazing();
+      default:
+        return aimed(random_triangle(edge), kind < 3);
     }
   }
 
@@ -274,8 +282,9 @@ struct Found {
 Found by_backend(const Pair& p) {
   const auto wide = [](const Vector3d& v) { return kokkos_backend::Double3{v[0], v[1], v[2]}; };
   kokkos_backend::Hit hit;
-  const bool found = kokkos_backend::first_hit(wide(p.x0), wide(p.x1), {wide(p.from[0]), wide(p.from[1]), wide(p.from[2])},
-                                               {wide(p.to[0]), wide(p.to[1]), wide(p.to[2])}, touch, hit);
+  const bool found =
+      kokkos_backend::first_hit(wide(p.x0), wide(p.x1), {wide(p.from[0]), wide(p.from[1]), wide(p.from[2])},
+                                {wide(p.to[0]), wide(p.to[1]), wide(p.to[2])}, touch, hit);
   return {found, hit.time};
 }
 Found by_reference(const Pair& p) {
@@ -324,8 +333,8 @@ TEST(ccd, no_hit_is_missed_and_none_is_invented) {
       const Found found = is_backend ? by_backend(pair) : by_reference(pair);
       tally.hits += found.hit;
       // A later hit than the referee's is a miss too. Touching without a change of side is the backend's only.
-      const bool missed = (crossing <= 1 && !(found.hit && found.time <= crossing + 1e-6L)) ||
-                          (is_backend && touched && !found.hit);
+      const bool missed =
+          (crossing <= 1 && !(found.hit && found.time <= crossing + 1e-6L)) || (is_backend && touched && !found.hit);
       tally.misses += missed;
       if (missed && first_miss[static_cast<std::size_t>(kind)] < 0) first_miss[static_cast<std::size_t>(kind)] = k;
       if (found.hit && referee.beyond(found.time) > 0) ++tally.false_hits;
@@ -342,9 +351,10 @@ TEST(ccd, no_hit_is_missed_and_none_is_invented) {
   EXPECT_GT(backend.hits, 500000);
   const char* what = "Collision of particle and triangle, 10⁶ random and degenerate pairs up to 100 × the usual speed";
   report({what + std::string(": missed by the backend"), "referee in long double", double(backend.misses), 0, "pairs"});
-  report({what + std::string(": missed by the reference"), "referee in long double", double(reference.misses), 0, "pairs"});
-  report({what + std::string(": hits without contact, backend"), "referee in long double", double(backend.false_hits), 0,
+  report({what + std::string(": missed by the reference"), "referee in long double", double(reference.misses), 0,
           "pairs"});
+  report({what + std::string(": hits without contact, backend"), "referee in long double", double(backend.false_hits),
+          0, "pairs"});
   report({what + std::string(": hits without contact, reference"), "referee in long double",
           double(reference.false_hits), 0, "pairs"});
 }
