@@ -5,6 +5,7 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <cmath>
 
 #include "scene/point_grid.hpp"
 #include "scene/setup_error.hpp"
@@ -28,8 +29,10 @@ double volume(const Vector3d& a, const Vector3d& b, const Vector3d& c, const Vec
   return (b - a).cross(c - a).dot(d - a);
 }
 
-bool passes_through(const Vector3d& p, const Vector3d& q, const std::array<Vector3d, 3>& t) {
-  if ((volume(t[0], t[1], t[2], p) > 0) == (volume(t[0], t[1], t[2], q) > 0)) return false;
+/// Volumes below `rounding` (m³) have no sign: a flat sheet does not intersect itself.
+bool passes_through(const Vector3d& p, const Vector3d& q, const std::array<Vector3d, 3>& t, double rounding) {
+  const double from = volume(t[0], t[1], t[2], p), to = volume(t[0], t[1], t[2], q);
+  if (std::min(std::abs(from), std::abs(to)) < rounding || (from > 0) == (to > 0)) return false;
   const bool first = volume(p, q, t[0], t[1]) > 0;
   return first == (volume(p, q, t[1], t[2]) > 0) && first == (volume(p, q, t[2], t[0]) > 0);
 }
@@ -55,6 +58,7 @@ void refuse_self_intersections(const Model& m) {
   if (!m.has_self_collision()) return;
   refuse_thick_cloth(m);
   const double longest = *std::max_element(m.mesh.edge_length.begin(), m.mesh.edge_length.end());
+  const double rounding = 1e-12 * longest * longest * longest;
   PointGrid middles(longest);
   for (const auto& e : m.mesh.edge) {
     const Vector3d middle = 0.5 * (place_of(m, e[0]) + place_of(m, e[1]));
@@ -69,7 +73,7 @@ void refuse_self_intersections(const Model& m) {
       const auto& e = m.mesh.edge[static_cast<std::size_t>(k)];
       if (!cloth_of(m, e[0]).self_collision) return;
       if (std::count(t.begin(), t.end(), e[0]) + std::count(t.begin(), t.end(), e[1]) > 0) return;
-      if (!passes_through(place_of(m, e[0]), place_of(m, e[1]), corner)) return;
+      if (!passes_through(place_of(m, e[0]), place_of(m, e[1]), corner, rounding)) return;
       const std::string &one = cloth_of(m, e[0]).name, &other = cloth_of(m, t[0]).name;
       throw SetupError(fmt::format(
           "cloth {} intersects {} near ({:.4g}, {:.4g}, {:.4g}): with self_collision the start must be free of "

@@ -18,7 +18,7 @@ domain: {min: [-1, -1, -1], max: [1, 1, 1]}
 cloth:
   - name: upper
     mesh: {grid: {size: [0.2, 0.2], nodes: [8, 7]}}
-    place: {position: [0.003, 0.006, 0.001], rotate: {axis: [0.1, 1, 0.2], degrees: 17}}
+    place: {position: [0.003, 0.006, 0.001], rotate: {axis: [0.02, 1, 0.04], degrees: 17}}
     thickness: 0.004
     friction: 0.4
     self_collision: true
@@ -33,14 +33,15 @@ bodies:
 
 double noise(std::size_t n, int a) { return std::sin(12.9898 * double(n) + 78.233 * a + 1); }
 
-/// Waves in both sheets, so that nearest points are isolated; the upper falls on the lower at `speed`. Coordinates are
+/// Waves in both sheets, so that nearest points are isolated; the upper falls on the lower at `speed`;
+/// above 20 m/s the sheets crumple, too. Coordinates are
 /// floats, so that both precisions start from the same.
 void throw_sheets(const Model& m, HostState& s, double speed) {
   for (std::size_t n = 0; n < s.node_position.size(); ++n) {
     const bool upper = m.mesh.node_cloth[n] == 0;
     for (int a = 0; a < 3; ++a) {
       s.node_position[n][a] = float(s.node_position[n][a] + (a == 1 ? 3e-4 : 4e-4) * noise(n, a));
-      s.node_velocity[n][a] = float(0.05 * noise(n, a + 3));
+      s.node_velocity[n][a] = float((speed > 20 ? 15 : 0.05) * noise(n, a + 3));
     }
     if (upper) {
       s.node_velocity[n][0] = float(s.node_velocity[n][0] + 0.3);
