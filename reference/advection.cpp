@@ -82,8 +82,9 @@ void move_cloth(ReferenceState& state, const std::vector<PlacedBody>& bodies, co
     }
     Vector3d v = vec(state.s.node_velocity[n]);
     Vector3d x = vec(state.s.node_position[n]) + dt * v;
-    for (const Contact& contact : project_out(bodies, m.cloths[m.mesh.node_cloth[n]].thickness, x)) {
-      v = contact.stopped(v);
+    const ClothMaterial& cloth = m.cloths[m.mesh.node_cloth[n]];
+    if (!cloth.self_collision) {
+      for (const Contact& contact : project_out(bodies, cloth.thickness, x)) v = contact.stopped(v);
     }
     state.s.node_position[n] = arr(x);
     state.s.node_velocity[n] = arr(v);

@@ -14,6 +14,19 @@ using Eigen::Vector3d;
 /// Six times the volume of the tetrahedron of triangle and point: its sign is the side on which x lies.
 double signed_volume(const Triangle& t, const Vector3d& x) { return (x - t[0]).dot((t[1] - t[0]).cross(t[2] - t[0])); }
 
+/// Is x no farther from the triangle's outline than 1e-6 of its longest edge? So also slivers thinner than their
+/// rounding are hit.
+bool on_an_edge(const Triangle& t, const Vector3d& x) {
+  double nearest = 1e300, longest = 0;
+  for (int k = 0; k < 3; ++k) {
+    const Vector3d edge = t[(k + 1) % 3] - t[k];
+    const double length = edge.norm(), s = length > 0 ? std::clamp((x - t[k]).dot(edge) / (length * length), 0.0, 1.0) : 0;
+    nearest = std::min(nearest, (x - t[k] - s * edge).norm());
+    longest = std::max(longest, length);
+  }
+  return nearest <= 1e-6 * longest;
+}
+
 /// Times at which f's derivative is 0: f = (p + τ dp)·((u + τ du) × (v + τ dv)), all relative to the first corner.
 std::vector<double> turning_points(const MovingTriangle& t, const Vector3d& x0, const Vector3d& x1) {
   const Vector3d p = x0 - t.start[0], u = t.start[1] - t.start[0], v = t.start[2] - t.start[0];
@@ -106,8 +119,9 @@ std::optional<Hit> first_hit(const MovingTriangle& triangle, const Vector3d& x0,
   // Evaluated from the geometry, not from the cubic's coefficients: a change of side from start to end is never lost.
   const auto side = [&](double tau) { return signed_volume(triangle.at(tau), point(tau)); };
   const auto try_hit = [&](double tau) -> std::optional<Hit> {
-    const std::optional<Vector3d> w = barycentric(triangle.at(tau), point(tau));
-    if (!w || w->minCoeff() < -1e-6) return std::nullopt;
+    const Triangle t = triangle.at(tau);
+    const std::optional<Vector3d> w = barycentric(t, point(tau));
+    if (!w || (w->minCoeff() < -1e-6 && !on_an_edge(t, point(tau)))) return std::nullopt;
     return Hit{tau, *w};
   };
 

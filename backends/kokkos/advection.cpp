@@ -188,7 +188,8 @@ void move_cloth(Device& d, Real dt) {
         }
         const Real thickness = materials(cloth(n)).thickness;
         Real3 v = velocity(n), shift = dt * v;
-        for (std::size_t b = 0; b < solids.extent(0); ++b) {
+        const std::size_t bodies = materials(cloth(n)).self_collision ? 0 : solids.extent(0);
+        for (std::size_t b = 0; b < bodies; ++b) {
           const SolidDistance contact = solid_distance(solids(b), x, shift);
           if (!(contact.phi < thickness)) continue;
           shift += (thickness - contact.phi) * contact.normal;

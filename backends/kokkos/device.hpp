@@ -8,6 +8,7 @@
 #include "pipeline/backend.hpp"
 #include "porous_work.hpp"
 #include "primitives/cell_table.hpp"
+#include "self_collision.hpp"
 #include "types.hpp"
 
 namespace drench::kokkos_backend {
@@ -116,7 +117,7 @@ struct Material {
   Real thickness, damping, damping_wet, strain_damping, friction, friction_wet, strain_limit, solid_fraction, absorption, max_saturation, virtual_pressure,
       emission_cosine, emission_velocity, diffusivity, capillary_height;
   int degenerate;  // DiffusionLaw
-  int porous, dynamics;
+  int porous, dynamics, self_collision;
 };
 
 /// One motion of pins in a step: a node moves from x⁰ by move + change (X0 − C), to offset + turn (X0 − C).
@@ -225,6 +226,7 @@ struct Device {
   NodeArrays nodes;
   ClothWork cloth_work;
   AdvectionWork advection_work;
+  SelfCollisionWork self_collision_work;
   ViscousWork viscous_work;
   SurfaceTensionWork surface_tension_work;
   MeshArrays mesh;

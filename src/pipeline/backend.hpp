@@ -31,6 +31,8 @@ struct StepReport {
   int cloth_iterations = 0;
   double cloth_residual = 0;  // 1: unbalanced forces over their goal (cloth.hpp); converged at ≤ 1
   bool cloth_converged = true;
+  std::int64_t cloth_contacts = 0;    // pairs of the cloth with itself in contact (self_collision)
+  std::int64_t cloth_zone_nodes = 0;  // cloth nodes in impact zones, the failsafe
   int diffusion_substeps = 0;
   std::int64_t collisions = 0;  // particles stopped at a cloth triangle (CCD)
   std::int64_t clamped = 0;     // particles put back by a body's failsafe

@@ -16,6 +16,7 @@
   STAGE(surface_tension,   m.has_surface_forces())                                            \
   STAGE(cloth,             m.has_moving_cloth())                                              \
   STAGE(pressure,          m.has_fluid())                                                     \
+  STAGE(self_collision,    m.has_self_collision())                                            \
   STAGE(advection,         m.has_fluid() || m.has_moving_cloth())                             \
   STAGE(bodies,            m.has_moving_body())                                               \
   STAGE(jets,              m.has_jets())                                                      \

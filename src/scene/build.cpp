@@ -13,6 +13,7 @@
 #include "scene/fluid_sampling.hpp"
 #include "scene/memory_estimate.hpp"
 #include "scene/point_grid.hpp"
+#include "scene/self_intersection.hpp"
 #include "scene/smoothing_kernel.hpp"
 #include "scene/surface_mesh.hpp"
 
@@ -261,6 +262,7 @@ Setup build(const Scene& scene) {
   check_ledger_range(setup);
   fill_cloths(m, setup.state, setup.warnings);
   refuse_cloth_on_open_meshes(m);
+  refuse_self_intersections(m);
   warn_of_nodes_in_solids(setup);
   if (m.has_fluid()) {
     m.jets = make_jets(m, setup.warnings);

@@ -156,6 +156,7 @@ ClothMaterial make_material(const ClothScene& c) {
   ClothMaterial m;
   m.name = c.name;
   m.dynamics = c.dynamics;
+  m.self_collision = c.self_collision;
   m.porous = c.porous.present;
   m.thickness = c.thickness;
   m.damping = c.damping;

@@ -251,7 +251,6 @@ void read_cloth(Section& s, ClothScene& cloth) {
   s.number("adhesion", cloth.adhesion, "[0, 10]", "N/m");
   s.list("pin", cloth.pins, read_pin);
   s.boolean("self_collision", cloth.self_collision);
-  s.not_available(cloth.self_collision, "self_collision", "self-collision of cloth", "false");
   s.boolean("dynamics", cloth.dynamics);
   s.list("initial_saturation", cloth.initial_saturation, read_saturation);
   s.list("hold_saturation", cloth.hold_saturation, read_saturation);

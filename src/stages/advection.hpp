@@ -14,13 +14,16 @@
 //    fall is never cut, a kick is. The momentum removed goes to p's nodes: p_n += w_pn m_i Δv (fixed point, below).
 // 2. Cloth: x_n += Δt v_n for free nodes, x_n = X(t + Δt) for pins that move (cloth.hpp); then projected out of bodies as in stage cloth; where that moved the node,
 // the velocity into the body is removed
-//    (v_n −= n min(0, (v_n − v_s)·n), v_s the surface's: bodies.hpp, law 3).
+//    (v_n −= n min(0, (v_n − v_s)·n), v_s the surface's: bodies.hpp, law 3). Cloths with self_collision are not
+//    projected here: their paths are free of intersections as stage self_collision leaves them.
 // 3. Continuous collision (Bridson et al. 2002): liquid i moves x0 → x1 = x0 + Δt v_i + shift_i while triangles move linearly.
 // Candidates: triangles that carry a
 //    sample whose start position lies within the box around x0, x1 grown by cover_radius · s + the largest
 //    node displacement + 1e-3 d; s ≥ 1 = the largest singular value of any triangle's deformation at the start, as
 //    cover_radius is measured at rest. Coplanarity is a cubic in τ ∈ [0, 1], all roots bracketed, in double; τ = 1 is always
-//    tested; a hit has barycentric coordinates ≥ −1e-6. The earliest hit of all candidates: x1 := the hit point carried
+//    tested; a hit has barycentric coordinates ≥ −1e-6, or is no farther from
+//    the triangle's outline than 1e-6 of its longest edge (slivers, whose barycentric coordinates are rounding). The
+//    earliest hit of all candidates: x1 := the hit point carried
 //    to the end of the step with its triangle + 1e-2 d along the triangle's end normal, to the side on which x0 was at
 //    the start. Repeat up to 4 times from x0 to the new x1 (later hits replace the recorded one); if it still hits: x1
 //    := the start position carried with the last triangle (barycentric coordinates of the foot point, signed start

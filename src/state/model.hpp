@@ -25,6 +25,7 @@ struct ClothMaterial {
   std::string name;
   bool dynamics = true;
   bool porous = false;
+  bool self_collision = false;
   double thickness = 0.001;        // τ, m
   double damping = 1.0;            // 1/s
   double strain_damping = 0;       // s
@@ -187,6 +188,11 @@ struct Model {
   }
   bool has_moving_pins() const { return !pin_motions.empty(); }
   bool has_strain_limit() const { return !mesh.limit_stiffness.empty(); }
+  bool has_self_collision() const {
+    for (const auto& c : cloths)
+      if (c.dynamics && c.self_collision) return true;
+    return false;
+  }
   bool has_porous() const {
     for (const auto& c : cloths)
       if (c.porous) return true;

@@ -43,6 +43,25 @@ bool any_has(const std::vector<std::string>& lines, const std::string& text) {
   return std::any_of(lines.begin(), lines.end(), [&](const auto& l) { return l.find(text) != std::string::npos; });
 }
 
+TEST(BuildSelfCollision, RefusesThickClothAndIntersections) {
+  Scene scene = cloth_scene();
+  scene.cloths[0].self_collision = true;
+  EXPECT_EQ(error_of(scene), "");
+  scene.cloths[0].thickness = 0.02;  // triangles 50 mm wide, 35 mm high
+  EXPECT_NE(error_of(scene).find("too thick for a triangle of height 0.03536 m"), std::string::npos) << error_of(scene);
+  scene.cloths[0].thickness = 0.001;
+  scene.cloths.push_back(scene.cloths[0]);
+  scene.cloths[1].name = "upright";
+  scene.cloths[1].rotate_degrees = 80;
+  scene.cloths[1].position = {0.013, 0.007, 0.011};
+  EXPECT_NE(error_of(scene).find("intersects cloth"), std::string::npos) << error_of(scene);
+  scene.cloths[1].position = {0, 0.4, 0};
+  EXPECT_EQ(error_of(scene), "");
+  scene.cloths[1].position = {0, 0, 0};
+  scene.cloths[1].self_collision = false;
+  EXPECT_EQ(error_of(scene), "");
+}
+
 TEST(BuildNumbers, FollowTheFluidSection) {
   Scene scene = cloth_scene();
   scene.fluid.present = true;

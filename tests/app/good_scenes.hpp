@@ -44,7 +44,7 @@ cloth:
     strain_limit: 0.05
     adhesion: 0.01
     pin: [{corners: true}, {edges: true}, {box: {min: [-1, 0, -1], max: [0, 1, 0]}}, {nodes: [3, 220]}]
-    self_collision: false
+    self_collision: true
     dynamics: false
     initial_saturation: [{box: {min: [-1, 0, -1], max: [0, 1, 0]}, value: 0.5}]
     hold_saturation:

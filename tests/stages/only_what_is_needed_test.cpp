@@ -147,6 +147,21 @@ TEST(only_what_is_needed, cloth_that_is_not_porous_runs_no_porous_stage) {
   EXPECT_EQ(containing(launched, porous_labels), 0);
 }
 
+TEST(only_what_is_needed, cloth_collides_with_itself_only_where_asked_for) {
+  const std::initializer_list<const char*> label = {"self_collision"};
+  for (const std::string& scene : {wet_scene(), std::string(no_fluid)}) {
+    const Watch watch(scene);
+    EXPECT_EQ(containing(launched, label) + containing(allocated, label), 0);
+  }
+  {
+    const Watch watch(with(no_fluid, "pin: [{corners: true}]", "pin: [{corners: true}], self_collision: true"));
+    EXPECT_GT(containing(launched, label), 5);
+    EXPECT_EQ(containing(launched, {"::zone", "::hook", "::push"}), 0) << "nothing touches";
+  }
+  const Watch still(with(no_fluid, "pin: [{corners: true}]", "dynamics: false, self_collision: true"));
+  EXPECT_EQ(containing(launched, label) + containing(allocated, label), 0);
+}
+
 TEST(only_what_is_needed, surface_tension_takes_only_what_tension_or_adhesion_asks_for) {
   const auto count = [](const std::set<std::string>& labels) { return containing(labels, {"surface_tension"}); };
   for (const std::string& scene : {wet_scene(), std::string(no_cloth)}) {

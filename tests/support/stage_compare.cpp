@@ -166,7 +166,7 @@ void compare_stage(const Comparison& c) {
     }
     if (name == "fluid_id" || name == "fluid_origin") scale = 0;
     if (name.find("flow_direction") != std::string::npos || name.find("normal") != std::string::npos) scale = 1;
-    if (c.stage == Stage::cloth || c.stage == Stage::advection) {
+    if (c.stage == Stage::cloth || c.stage == Stage::self_collision || c.stage == Stage::advection) {
       if (name == "node_velocity") scale = std::max(scale, summary.at("node_position").largest / dt);
       if (name == "node_pin_force") {
         // a sum of spring forces k |x| that cancel

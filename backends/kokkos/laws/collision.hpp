@@ -36,16 +36,33 @@ KOKKOS_INLINE_FUNCTION Corners blend(const Corners& from, const Corners& to, dou
           add(times(1 - t, from.c), times(t, to.c))};
 }
 
-/// Barycentric coordinates of the foot point of x in the triangle's plane; false for a triangle without area.
+/// Barycentric coordinates of the foot point of x in the triangle's plane; false for a triangle without area. By cross
+/// products: Gram's matrix would lose the digits of slivers.
 KOKKOS_INLINE_FUNCTION bool barycentric(const Corners& t, const Double3& x, double* w) {
-  const Double3 e = minus(t.b, t.a), g = minus(t.c, t.a), p = minus(x, t.a);
-  const double ee = inner(e, e), eg = inner(e, g), gg = inner(g, g), pe = inner(p, e), pg = inner(p, g);
-  const double determinant = ee * gg - eg * eg;
-  if (!(determinant > 1e-14 * ee * gg)) return false;
-  w[1] = (gg * pe - eg * pg) / determinant;
-  w[2] = (ee * pg - eg * pe) / determinant;
+  const Double3 e = minus(t.b, t.a), g = minus(t.c, t.a), p = minus(x, t.a), n = outer(e, g);
+  const double square = inner(n, n);
+  if (!(square > 1e-14 * inner(e, e) * inner(g, g))) return false;
+  w[1] = inner(outer(p, g), n) / square;
+  w[2] = inner(outer(e, p), n) / square;
   w[0] = 1 - w[1] - w[2];
   return true;
+}
+
+/// Square of the distance of x to the segment a b, m².
+KOKKOS_INLINE_FUNCTION double segment_square(const Double3& x, const Double3& a, const Double3& b) {
+  const Double3 e = minus(b, a), p = minus(x, a);
+  const double length = inner(e, e), s = length > 0 ? Kokkos::fmin(1.0, Kokkos::fmax(0.0, inner(p, e) / length)) : 0;
+  const Double3 away = minus(p, times(s, e));
+  return inner(away, away);
+}
+
+/// Is x no farther from one of the edges than 1e-6 of the longest?
+KOKKOS_INLINE_FUNCTION bool on_an_edge(const Corners& t, const Double3& x) {
+  const Double3 u = minus(t.b, t.a), v = minus(t.c, t.b), w = minus(t.a, t.c);
+  const double longest = Kokkos::fmax(Kokkos::fmax(inner(u, u), inner(v, v)), inner(w, w));
+  const double nearest = Kokkos::fmin(Kokkos::fmin(segment_square(x, t.a, t.b), segment_square(x, t.b, t.c)),
+                                      segment_square(x, t.c, t.a));
+  return nearest <= 1e-12 * longest;
 }
 
 KOKKOS_INLINE_FUNCTION double cubic_value(const double* c, double t) {
@@ -115,8 +132,10 @@ KOKKOS_INLINE_FUNCTION bool first_hit(const Double3& x0, const Double3& x1, cons
   for (int k = 0; k < count; ++k) {
     const double t = roots[k];
     double w[3];
-    if (!barycentric(blend(from, to, t), add(times(1 - t, x0), times(t, x1)), w)) continue;
-    if (w[0] < margin || w[1] < margin || w[2] < margin) continue;
+    const Corners at = blend(from, to, t);
+    const Double3 x = add(times(1 - t, x0), times(t, x1));
+    if (!barycentric(at, x, w)) continue;
+    if ((w[0] < margin || w[1] < margin || w[2] < margin) && !on_an_edge(at, x)) continue;
     hit.time = t;
     for (int a = 0; a < 3; ++a) hit.weight[a] = w[a];
     return true;

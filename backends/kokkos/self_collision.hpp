@@ -1,0 +1,43 @@
+#pragma once
+// Work arrays of stage self_collision, made on first use, and its parts. Law: src/stages/self_collision.hpp.
+
+#include "primitives/cell_table.hpp"
+#include "types.hpp"
+
+namespace drench::kokkos_backend {
+
+struct SelfCollisionWork {
+  // the cloths that take part
+  Array<Index> node, triangle, edge;  // node numbers: 1, 3 and 2 each
+  Array<std::uint8_t> member;         // per node of all cloths
+  Index nodes = 0, triangles = 0, edges = 0;
+  double thickness = 0;  // m: the largest
+  // per node of all cloths
+  Array<double> velocity;         // 3 each, m/s
+  Array<Real3> end, seen;         // x¹, m; the same when the pairs were found
+  Array<std::int64_t> impulse;    // 3 each, units of q · 2^-20 m/s; 0 between passes
+  Array<Index> share;             // c_k; 0 between passes
+  Array<Index> zone;              // the zone's least node
+  Array<std::uint8_t> joined;     // is in a zone
+  Array<Index> stopped;           // 1 at a zone's least node: does not move
+  Array<std::int64_t> zone_sum;   // 4 each, at the least node: mass, q · 2^-12; momentum, q · 2^-8 m/s
+  Array<std::int64_t> zone_push;  // 6 each: the largest way out of bodies along +x −x +y …, d · 2^-40
+  // candidates
+  Array<Real3> node_center, edge_center, node_lo, node_hi, edge_lo, edge_hi;  // of the paths' boxes, m
+  CellTable node_cells, edge_cells;
+  Index pairs = 0;
+  Array<Index> pair;             // 5 each: four nodes; 1 for two edges, 0 for node and triangle
+  Array<double> distance;        // δ⁰, m
+  Array<double> thickness_of;    // τ, m
+  Array<double> weight, normal;  // 4 and 3 each
+  Array<double> goal, strength;  // θ, m; λ, kg m/s
+  Array<double> change;          // Δλ of the pass
+  Array<std::uint8_t> contact;   // law 3: in contact; law 4: violates
+  Kokkos::View<Index, MemSpace> count;
+};
+
+struct Device;
+/// All pairs that can come nearer than τ while no end moves by more than `margin` (m).
+void find_close_pairs(Device& d, double margin);
+
+}  // namespace drench::kokkos_backend

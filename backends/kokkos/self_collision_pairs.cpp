@@ -1,0 +1,221 @@
+// Pairs of the cloth with itself that can come near in a step, by the cell table (src/stages/self_collision.hpp).
+
+#include "device.hpp"
+#include "laws/proximity.hpp"
+#include "self_collision.hpp"
+
+namespace drench::kokkos_backend {
+namespace {
+
+/// Box around a primitive's path.
+struct Box3 {
+  Double3 lo{1e300, 1e300, 1e300}, hi{-1e300, -1e300, -1e300};
+  KOKKOS_INLINE_FUNCTION void add_point(const Double3& p) {
+    lo = {Kokkos::fmin(lo.x, p.x), Kokkos::fmin(lo.y, p.y), Kokkos::fmin(lo.z, p.z)};
+    hi = {Kokkos::fmax(hi.x, p.x), Kokkos::fmax(hi.y, p.y), Kokkos::fmax(hi.z, p.z)};
+  }
+  KOKKOS_INLINE_FUNCTION Double3 center() const { return times(0.5, add(lo, hi)); }
+  KOKKOS_INLINE_FUNCTION double half() const {
+    return 0.5 * Kokkos::fmax(Kokkos::fmax(hi.x - lo.x, hi.y - lo.y), hi.z - lo.z);
+  }
+  KOKKOS_INLINE_FUNCTION double farthest() const {
+    return Kokkos::fmax(Kokkos::fmax(Kokkos::fmax(Kokkos::abs(lo.x), Kokkos::abs(hi.x)),
+                                     Kokkos::fmax(Kokkos::abs(lo.y), Kokkos::abs(hi.y))),
+                        Kokkos::fmax(Kokkos::abs(lo.z), Kokkos::abs(hi.z)));
+  }
+};
+
+/// A box that is compared with many.
+struct Window {
+  Real3 lo, hi;
+  KOKKOS_INLINE_FUNCTION Window(const Box3& box, double reach)
+      : lo(narrow(minus(box.lo, {reach, reach, reach}))), hi(narrow(add(box.hi, {reach, reach, reach}))) {}
+  KOKKOS_INLINE_FUNCTION bool meets(const Real3& from, const Real3& to) const {
+    return from.x <= hi.x && lo.x <= to.x && from.y <= hi.y && lo.y <= to.y && from.z <= hi.z && lo.z <= to.z;
+  }
+};
+
+/// What the search sees, and where it puts the pairs.
+struct Search {
+  Array<Real3> position, end;
+  Array<Index> node, triangle, edge, cloth, pair;
+  Array<Real3> node_lo, node_hi, edge_lo, edge_hi;  // the paths' boxes, rounded
+  Array<Material> materials;
+  Array<double> distance, thickness_of;
+  Kokkos::View<Index, MemSpace> count;
+  CellTableView cells;
+  double margin = 0, reach = 0;  // m
+  Index capacity = 0;
+
+  KOKKOS_INLINE_FUNCTION Box3 path(const Array<Index>& list, Index item, int corners) const {
+    Box3 box;
+    for (int k = 0; k < corners; ++k) {
+      const Index n = list(corners * item + k);
+      box.add_point(widen(position(n)));
+      box.add_point(widen(end(n)));
+    }
+    return box;
+  }
+  /// The pair of four nodes, if it can come nearer than τ.
+  KOKKOS_INLINE_FUNCTION void consider(const Index* n, bool edges) const {
+    Double3 x[4], u[4];
+    for (int k = 0; k < 4; ++k) {
+      x[k] = widen(position(n[k]));
+      u[k] = minus(widen(end(n[k])), x[k]);
+    }
+    const double tau = 0.5 * (double(materials(cloth(n[0])).thickness) + double(materials(cloth(n[3])).thickness));
+    // Every displacement, and with it their mean, may still change by the margin.
+    const double delta = proximity(edges, x).distance;
+    if (delta - relative_travel(edges, u) - 4 * margin > tau) return;
+    const Index at = Kokkos::atomic_fetch_add(&count(), Index{1});
+    if (at >= capacity) return;
+    for (int k = 0; k < 4; ++k) pair(5 * at + k) = n[k];
+    pair(5 * at + 4) = edges ? 1 : 0;
+    distance(at) = delta;
+    thickness_of(at) = tau;
+  }
+};
+
+struct NodeVisitor {
+  const Search& search;
+  Window window;
+  Index corner[3];
+  KOKKOS_INLINE_FUNCTION void operator()(Index item) const {
+    const Index n = search.node(item);
+    if (!window.meets(search.node_lo(item), search.node_hi(item))) return;
+    if (n == corner[0] || n == corner[1] || n == corner[2]) return;
+    const Index nodes[4] = {n, corner[0], corner[1], corner[2]};
+    search.consider(nodes, false);
+  }
+};
+
+struct EdgeVisitor {
+  const Search& search;
+  Window window;
+  Index self, a, b;
+  KOKKOS_INLINE_FUNCTION void operator()(Index item) const {
+    if (item <= self || !window.meets(search.edge_lo(item), search.edge_hi(item))) return;
+    const Index c = search.edge(2 * item), e = search.edge(2 * item + 1);
+    if (c == a || c == b || e == a || e == b) return;
+    const Index nodes[4] = {a, b, c, e};
+    search.consider(nodes, true);
+  }
+};
+
+struct Sizes {
+  double half_node = 0, half_edge = 0, farthest = 0;  // m
+};
+
+/// Centres of the paths of nodes and edges, and how far these reach from them.
+Sizes center_paths(const Search& s, const SelfCollisionWork& w) {
+  const auto node_center = w.node_center, edge_center = w.edge_center;
+  Sizes sizes;
+  Kokkos::parallel_reduce(
+      "drench::self_collision::node_paths", Range(0, w.nodes),
+      KOKKOS_LAMBDA(const Index i, double& half, double& far) {
+        const Box3 box = s.path(s.node, i, 1);
+        node_center(i) = narrow(box.center());
+        s.node_lo(i) = narrow(box.lo);
+        s.node_hi(i) = narrow(box.hi);
+        half = Kokkos::fmax(half, box.half());
+        far = Kokkos::fmax(far, box.farthest());
+      },
+      Kokkos::Max<double>(sizes.half_node), Kokkos::Max<double>(sizes.farthest));
+  Kokkos::parallel_reduce(
+      "drench::self_collision::edge_paths", Range(0, w.edges),
+      KOKKOS_LAMBDA(const Index i, double& half) {
+        const Box3 box = s.path(s.edge, i, 2);
+        edge_center(i) = narrow(box.center());
+        s.edge_lo(i) = narrow(box.lo);
+        s.edge_hi(i) = narrow(box.hi);
+        half = Kokkos::fmax(half, box.half());
+      },
+      Kokkos::Max<double>(sizes.half_edge));
+  return sizes;
+}
+
+void search_nodes(const Search& s, Index triangles, double grow) {
+  parallel(
+      "drench::self_collision::nodes_at_triangles", triangles, KOKKOS_LAMBDA(const Index t) {
+        const Box3 box = s.path(s.triangle, t, 3);
+        const NodeVisitor visit{
+            s, Window(box, s.reach), {s.triangle(3 * t), s.triangle(3 * t + 1), s.triangle(3 * t + 2)}};
+        const Window around(box, grow);
+        s.cells.for_cells(s.cells.cell_of(around.lo), s.cells.cell_of(around.hi), visit);
+      });
+}
+
+void search_edges(const Search& s, Index edges, double grow) {
+  parallel(
+      "drench::self_collision::edges_at_edges", edges, KOKKOS_LAMBDA(const Index e) {
+        const Box3 box = s.path(s.edge, e, 2);
+        const EdgeVisitor visit{s, Window(box, s.reach), e, s.edge(2 * e), s.edge(2 * e + 1)};
+        const Window around(box, grow);
+        s.cells.for_cells(s.cells.cell_of(around.lo), s.cells.cell_of(around.hi), visit);
+      });
+}
+
+void make_room(SelfCollisionWork& w, Index pairs) {
+  if (pairs <= static_cast<Index>(w.distance.extent(0))) return;
+  const auto n = static_cast<std::size_t>(pairs) + static_cast<std::size_t>(pairs) / 4 + 1024;
+  const auto fresh = [](auto& a, const char* label, std::size_t count) {
+    a = {};
+    a = std::decay_t<decltype(a)>(Kokkos::ViewAllocateWithoutInitializing(label), count);
+  };
+  fresh(w.pair, "drench::self_collision::pair", 5 * n);
+  fresh(w.distance, "drench::self_collision::distance", n);
+  fresh(w.thickness_of, "drench::self_collision::thickness", n);
+  fresh(w.weight, "drench::self_collision::weight", 4 * n);
+  fresh(w.normal, "drench::self_collision::normal", 3 * n);
+  fresh(w.goal, "drench::self_collision::goal", n);
+  fresh(w.strength, "drench::self_collision::strength", n);
+  fresh(w.change, "drench::self_collision::change", n);
+  fresh(w.contact, "drench::self_collision::contact", n);
+}
+
+}  // namespace
+
+void find_close_pairs(Device& d, double margin) {
+  SelfCollisionWork& w = d.self_collision_work;
+  make_room(w, 8 * w.nodes);
+  Search s;
+  s.position = d.nodes.position;
+  s.end = w.end;
+  s.node = w.node;
+  s.triangle = w.triangle;
+  s.edge = w.edge;
+  s.cloth = d.nodes.cloth;
+  s.materials = d.materials;
+  s.node_lo = w.node_lo;
+  s.node_hi = w.node_hi;
+  s.edge_lo = w.edge_lo;
+  s.edge_hi = w.edge_hi;
+  s.count = w.count;
+  s.margin = margin;
+  const Sizes sizes = center_paths(s, w);
+  // Centres and boxes are rounded to the backend's precision.
+  const double slack = 1e-6 * Kokkos::fmax(sizes.farthest, double(d.mesh.mean_edge));
+  s.reach = w.thickness + 2 * margin + slack;
+  const double node_reach = s.reach + sizes.half_node, edge_reach = s.reach + sizes.half_edge;
+  w.node_cells.build(w.node_center, w.nodes, static_cast<Real>(Kokkos::fmax(double(d.mesh.mean_edge), node_reach)));
+  w.edge_cells.build(w.edge_center, w.edges, static_cast<Real>(Kokkos::fmax(double(d.mesh.mean_edge), edge_reach)));
+  while (true) {
+    s.pair = w.pair;
+    s.distance = w.distance;
+    s.thickness_of = w.thickness_of;
+    s.capacity = static_cast<Index>(w.distance.extent(0));
+    Kokkos::deep_copy(ExecSpace(), w.count, Index{0});
+    s.cells = w.node_cells.view();
+    search_nodes(s, w.triangles, node_reach);
+    s.cells = w.edge_cells.view();
+    search_edges(s, w.edges, edge_reach);
+    Kokkos::deep_copy(w.pairs, w.count);
+    if (w.pairs <= s.capacity) break;
+    make_room(w, w.pairs);
+  }
+  const auto seen = w.seen, end = w.end;
+  parallel(
+      "drench::self_collision::seen", d.nodes.count, KOKKOS_LAMBDA(const Index n) { seen(n) = end(n); });
+}
+
+}  // namespace drench::kokkos_backend

@@ -1,0 +1,369 @@
+// Stage self_collision of the oracle: every pair is looked at; the law stands in src/stages/self_collision.hpp.
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <numeric>
+
+#include "collision.hpp"
+#include "common.hpp"
+
+namespace drench::reference {
+namespace {
+
+using Eigen::Vector3d;
+using Four = std::array<Vector3d, 4>;
+
+constexpr int rounds = 3, passes = 8, most_advances = 200;
+
+/// A node and a triangle, or two edges.
+struct Pair {
+  std::array<Index, 4> node;
+  bool edges;
+  double distance;   // δ⁰, m
+  double thickness;  // τ, m
+  double friction;   // μ
+};
+
+/// The nearest points of a pair: Σ b_k x_k = apart leads from the second primitive to the first.
+struct Near {
+  std::array<double, 4> b;
+  Vector3d apart;
+};
+
+struct Contact {
+  const Pair* pair;
+  std::array<double, 4> b;
+  Vector3d normal;
+  double goal;          // θ, m
+  double strength = 0;  // λ, kg m/s
+};
+
+/// Where along a b lies the point nearest to p: 0 to 1.
+double along(const Vector3d& p, const Vector3d& a, const Vector3d& b) {
+  const double length = (b - a).squaredNorm();
+  return length > 0 ? std::clamp((p - a).dot(b - a) / length, 0.0, 1.0) : 0;
+}
+
+Near near_triangle(const Four& x) {
+  // The foot point if it lies inside, else the nearest point of the three edges.
+  const std::optional<Vector3d> w = barycentric({x[1], x[2], x[3]}, x[0]);
+  if (w && w->minCoeff() >= 0) {
+    return {{1, -(*w)[0], -(*w)[1], -(*w)[2]}, x[0] - (*w)[0] * x[1] - (*w)[1] * x[2] - (*w)[2] * x[3]};
+  }
+  Near best{{}, Vector3d::Constant(1e300)};
+  for (int k = 0; k < 3; ++k) {
+    const int a = 1 + k, b = 1 + (k + 1) % 3;
+    const double s = along(x[0], x[a], x[b]);
+    const Vector3d apart = x[0] - x[a] - s * (x[b] - x[a]);
+    if (!(apart.squaredNorm() < best.apart.squaredNorm())) continue;
+    best = {{1, 0, 0, 0}, apart};
+    best.b[a] = s - 1;
+    best.b[b] = -s;
+  }
+  return best;
+}
+
+Near near_edges(const Four& x) {
+  const Vector3d p = x[1] - x[0], q = x[3] - x[2], r = x[2] - x[0];
+  // Inside both edges where the lines' nearest points are, else one of them is an end.
+  const double pp = p.squaredNorm(), qq = q.squaredNorm(), pq = p.dot(q), det = pp * qq - pq * pq;
+  std::vector<std::array<double, 2>> trials;
+  if (det > 1e-14 * pp * qq) {
+    const double s = (qq * p.dot(r) - pq * q.dot(r)) / det, t = (pq * p.dot(r) - pp * q.dot(r)) / det;
+    if (s >= 0 && s <= 1 && t >= 0 && t <= 1) trials.push_back({s, t});
+  }
+  if (trials.empty()) {
+    trials = {{0, along(x[0], x[2], x[3])},
+              {1, along(x[1], x[2], x[3])},
+              {along(x[2], x[0], x[1]), 0},
+              {along(x[3], x[0], x[1]), 1}};
+  }
+  Near best{{}, Vector3d::Constant(1e300)};
+  for (const auto& [s, t] : trials) {
+    const Vector3d apart = -r + s * p - t * q;
+    if (apart.squaredNorm() < best.apart.squaredNorm()) best = {{1 - s, s, t - 1, -t}, apart};
+  }
+  return best;
+}
+
+Near nearest(const Four& x, bool edges) { return edges ? near_edges(x) : near_triangle(x); }
+
+/// The stage's work on one state.
+class SelfCollision {
+ public:
+  SelfCollision(ReferenceState& state, double dt)
+      : state_(state), mesh_(state.model.mesh), dt_(dt), bodies_(placed_bodies(state, dt)) {
+    for (Index n = 0; n < mesh_.nodes(); ++n) {
+      velocity_.push_back(mesh_.pinned[n] ? Vector3d::Zero() : vec(state.s.node_velocity[n]));
+      if (member(n)) keep_out(n);
+    }
+    list_pairs();
+  }
+
+  void run(StepReport& report) {
+    report.cloth_contacts = report.cloth_zone_nodes = 0;
+    for (int round = 0; round < rounds; ++round) {
+      std::vector<Contact> contacts = find_contacts();
+      if (contacts.empty()) break;
+      if (round == 0) report.cloth_contacts = static_cast<std::int64_t>(contacts.size());
+      for (int pass = 0; pass < passes; ++pass) push_apart(contacts);
+      rub(contacts);
+    }
+    if (report.cloth_contacts > 0) report.cloth_zone_nodes = join_zones();
+    for (Index n = 0; n < mesh_.nodes(); ++n) {
+      if (member(n) && !mesh_.pinned[n]) state_.s.node_velocity[n] = arr(velocity_[n]);
+    }
+  }
+
+ private:
+  ReferenceState& state_;
+  const ClothMesh& mesh_;
+  double dt_;
+  std::vector<PlacedBody> bodies_;
+  Vectors velocity_;
+  std::vector<Pair> pairs_;
+
+  const ClothMaterial& material(Index n) const { return state_.model.cloths[mesh_.node_cloth[n]]; }
+  bool member(Index n) const { return material(n).self_collision; }
+  Vector3d start(Index n) const { return vec(state_.s.node_position[n]); }
+  Vector3d end(Index n) const { return start(n) + dt_ * velocity_[n]; }
+
+  // 1.
+  void keep_out(Index n) {
+    if (mesh_.pinned[n]) return;
+    Vector3d x = end(n);
+    if (!project_out(bodies_, material(n).thickness, x).empty()) velocity_[n] = (x - start(n)) / dt_;
+  }
+
+  void list_pairs() {
+    const auto add = [&](const std::array<Index, 4>& n, bool edges) {
+      const ClothMaterial &a = material(n[0]), &b = material(n[3]);
+      Four x;
+      for (int k = 0; k < 4; ++k) x[k] = start(n[k]);
+      pairs_.push_back(
+          {n, edges, nearest(x, edges).apart.norm(), (a.thickness + b.thickness) / 2, (a.friction + b.friction) / 2});
+    };
+    for (const auto& t : mesh_.triangle) {
+      for (Index n = 0; n < mesh_.nodes(); ++n) {
+        if (member(n) && member(t[0]) && n != t[0] && n != t[1] && n != t[2]) add({n, t[0], t[1], t[2]}, false);
+      }
+    }
+    for (std::size_t i = 0; i < mesh_.edge.size(); ++i) {
+      for (std::size_t j = i + 1; j < mesh_.edge.size(); ++j) {
+        const auto &a = mesh_.edge[i], &b = mesh_.edge[j];
+        if (!member(a[0]) || !member(b[0])) continue;
+        if (a[0] != b[0] && a[0] != b[1] && a[1] != b[0] && a[1] != b[1]) add({a[0], a[1], b[0], b[1]}, true);
+      }
+    }
+  }
+
+  // 2.
+  std::optional<Near> reaches(const Pair& pair, double goal) const {
+    Four x, u;
+    Vector3d mean = Vector3d::Zero();
+    for (int k = 0; k < 4; ++k) {
+      x[k] = start(pair.node[k]);
+      u[k] = end(pair.node[k]) - x[k];
+      mean += u[k] / 4;
+    }
+    const int first = pair.edges ? 2 : 1;
+    double l[2] = {0, 0};
+    for (int k = 0; k < 4; ++k) {
+      u[k] -= mean;
+      l[k < first ? 0 : 1] = std::max(l[k < first ? 0 : 1], u[k].norm());
+    }
+    // Most pairs are far apart.
+    if (pair.distance - goal >= l[0] + l[1] && pair.distance > 1.01 * goal) return std::nullopt;
+    double t = 0;
+    for (int advance = 0;; ++advance) {
+      Four at;
+      for (int k = 0; k < 4; ++k) at[k] = x[k] + t * u[k];
+      const Near near = nearest(at, pair.edges);
+      const double left = near.apart.norm() - goal;
+      if (left <= 0.01 * goal || advance == most_advances) return near;
+      if (left >= (1 - t) * (l[0] + l[1])) return std::nullopt;
+      t += left / (l[0] + l[1]);
+    }
+  }
+
+  // 3.
+  std::vector<Contact> find_contacts() const {
+    std::vector<Contact> contacts;
+    for (const Pair& pair : pairs_) {
+      std::optional<Near> near;
+      if (pair.distance <= pair.thickness) {
+        Four x;
+        for (int k = 0; k < 4; ++k) x[k] = start(pair.node[k]);
+        near = nearest(x, pair.edges);
+      } else {
+        near = reaches(pair, pair.thickness);
+      }
+      if (!near || !(near->apart.norm() > 0)) continue;
+      const double goal = pair.distance < pair.thickness
+                              ? std::min(pair.thickness, pair.distance + 0.1 * pair.thickness)
+                              : pair.thickness;
+      contacts.push_back({&pair, near->b, near->apart.normalized(), goal});
+    }
+    return contacts;
+  }
+
+  double gap(const Contact& c) const {
+    const Vector3d origin = start(c.pair->node[0]);
+    double sum = 0;
+    for (int k = 0; k < 4; ++k) sum += c.b[k] * c.normal.dot(end(c.pair->node[k]) - origin);
+    return sum;
+  }
+
+  /// c_k of the given contacts.
+  std::vector<int> shares(const std::vector<const Contact*>& active) const {
+    std::vector<int> share(velocity_.size(), 0);
+    for (const Contact* c : active) {
+      for (int k = 0; k < 4; ++k) share[c->pair->node[k]] += c->b[k] != 0;
+    }
+    return share;
+  }
+
+  double inverse(const Contact& c, const std::vector<int>& share) const {
+    double sum = 0;
+    for (int k = 0; k < 4; ++k) {
+      const Index n = c.pair->node[k];
+      sum += c.b[k] * c.b[k] * share[n] * inverse_node_mass(state_, n);
+    }
+    return sum;
+  }
+
+  /// Impulses in fixed point.
+  struct Impulses {
+    double unit;  // kg m/s
+    std::vector<std::array<std::int64_t, 3>> sum;
+    void add(const Contact& c, const Vector3d& j) {
+      for (int k = 0; k < 4; ++k) {
+        for (int a = 0; a < 3; ++a) {
+          sum[c.pair->node[k]][a] += static_cast<std::int64_t>(std::floor(c.b[k] * j[a] / unit + 0.5));
+        }
+      }
+    }
+  };
+  Impulses no_impulses() const {
+    return {state_.model.quantum / 1048576, std::vector<std::array<std::int64_t, 3>>(velocity_.size(), {0, 0, 0})};
+  }
+  void apply(const Impulses& impulses, const std::vector<int>& share) {
+    for (Index n = 0; n < mesh_.nodes(); ++n) {
+      if (share[n] == 0) continue;
+      const auto& p = impulses.sum[n];
+      velocity_[n] += inverse_node_mass(state_, n) * impulses.unit * Vector3d(double(p[0]), double(p[1]), double(p[2]));
+      keep_out(n);
+    }
+  }
+
+  void push_apart(std::vector<Contact>& contacts) {
+    std::vector<const Contact*> active;
+    std::vector<double> missing(contacts.size());
+    for (std::size_t i = 0; i < contacts.size(); ++i) {
+      missing[i] = contacts[i].goal - gap(contacts[i]);
+      if (missing[i] > 0 || contacts[i].strength > 0) active.push_back(&contacts[i]);
+    }
+    const std::vector<int> share = shares(active);
+    Impulses impulses = no_impulses();
+    for (std::size_t i = 0; i < contacts.size(); ++i) {
+      Contact& c = contacts[i];
+      if (!(missing[i] > 0 || c.strength > 0)) continue;
+      const double inverse_mass = inverse(c, share);
+      if (!(inverse_mass > 0)) continue;
+      const double strength = std::max(0.0, c.strength + missing[i] / (dt_ * inverse_mass));
+      impulses.add(c, (strength - c.strength) * c.normal);
+      c.strength = strength;
+    }
+    apply(impulses, share);
+  }
+
+  void rub(const std::vector<Contact>& contacts) {
+    std::vector<const Contact*> pressed;
+    for (const Contact& c : contacts) {
+      if (c.strength > 0) pressed.push_back(&c);
+    }
+    const std::vector<int> share = shares(pressed);
+    Impulses impulses = no_impulses();
+    for (const Contact* c : pressed) {
+      Vector3d u = Vector3d::Zero();
+      for (int k = 0; k < 4; ++k) u += c->b[k] * velocity_[c->pair->node[k]];
+      u -= c->normal * c->normal.dot(u);
+      const double inverse_mass = inverse(*c, share);
+      if (!(u.norm() > 0) || !(inverse_mass > 0)) continue;
+      const double strength = std::min(c->pair->friction * c->strength, u.norm() / inverse_mass);
+      impulses.add(*c, -strength * u.normalized());
+    }
+    apply(impulses, share);
+  }
+
+  // 4.
+  std::int64_t join_zones() {
+    const Index count = mesh_.nodes();
+    std::vector<Index> zone(count);
+    std::iota(zone.begin(), zone.end(), 0);
+    std::vector<bool> joined(count, false), stopped(count, false);
+    while (true) {
+      bool any = false;
+      const std::vector<Index> zone_before = zone;
+      const std::vector<bool> joined_before = joined;
+      for (const Pair& pair : pairs_) {
+        if (!reaches(pair, std::min(0.25 * pair.thickness, 0.8 * pair.distance))) continue;
+        any = true;
+        bool one = true;
+        for (const Index n : pair.node) {
+          one = one && joined_before[n] && zone_before[n] == zone_before[pair.node[0]];
+        }
+        if (one) stopped[pair.node[0]] = true;
+        for (const Index n : pair.node) {
+          joined[n] = true;
+          const Index from = zone[n], to = zone[pair.node[0]];
+          std::replace(zone.begin(), zone.end(), std::max(from, to), std::min(from, to));
+        }
+      }
+      if (!any) break;
+      for (Index z = 0; z < count; ++z) move_zone(z, zone, joined, stopped);
+    }
+    return std::count(joined.begin(), joined.end(), true);
+  }
+
+  void move_zone(Index z, const std::vector<Index>& zone, const std::vector<bool>& joined,
+                 const std::vector<bool>& stopped) {
+    std::vector<Index> nodes;
+    bool still = false;
+    for (Index n = 0; n < mesh_.nodes(); ++n) {
+      if (zone[n] != z || !joined[n]) continue;
+      nodes.push_back(n);
+      still = still || stopped[n] || mesh_.pinned[n];
+    }
+    if (nodes.empty()) return;
+    Vector3d v = Vector3d::Zero();
+    if (!still) {
+      double mass = 0;
+      for (const Index n : nodes) {
+        v += node_mass(state_, n) * velocity_[n];
+        mass += node_mass(state_, n);
+      }
+      v /= mass;
+      Vector3d up = Vector3d::Zero(), down = Vector3d::Zero();
+      for (const Index n : nodes) {
+        Vector3d x = start(n) + dt_ * v;
+        const Vector3d before = x;
+        project_out(bodies_, material(n).thickness, x);
+        up = up.cwiseMax(x - before);
+        down = down.cwiseMax(before - x);
+      }
+      v += (up - down) / dt_;
+    }
+    for (const Index n : nodes) velocity_[n] = v;
+  }
+};
+
+}  // namespace
+
+void self_collision(ReferenceState& state, const StepInfo& info, StepReport& report) {
+  SelfCollision(state, info.dt).run(report);
+}
+
+}  // namespace drench::reference

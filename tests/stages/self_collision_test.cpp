@@ -1,0 +1,129 @@
+// Stage self_collision: backend against reference from identical input, and its momentum.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "pipeline/backend.hpp"
+#include "stage_compare.hpp"
+
+namespace drench::test {
+namespace {
+
+/// Two sheets, one above the other, above a floor; meshes and places such that no edges are parallel.
+const char* const two_sheets = R"(drench: 1
+time: {step: 0.004, end: 1}
+gravity: [0, 0, 0]
+domain: {min: [-1, -1, -1], max: [1, 1, 1]}
+cloth:
+  - name: upper
+    mesh: {grid: {size: [0.2, 0.2], nodes: [8, 7]}}
+    place: {position: [0.003, 0.006, 0.001], rotate: {axis: [0.02, 1, 0.04], degrees: 17}}
+    thickness: 0.004
+    friction: 0.4
+    self_collision: true
+  - name: lower
+    mesh: {grid: {size: [0.22, 0.18], nodes: [7, 8]}}
+    thickness: 0.002
+    friction: 0.2
+    self_collision: true
+bodies:
+  - plane: {point: [0, -0.03, 0], normal: [0, 1, 0]}
+)";
+
+double noise(std::size_t n, int a) { return std::sin(12.9898 * double(n) + 78.233 * a + 1); }
+
+/// Waves in both sheets, so that nearest points are isolated; the upper falls on the lower at `speed`;
+/// above 20 m/s the sheets crumple, too. Coordinates are
+/// floats, so that both precisions start from the same.
+void throw_sheets(const Model& m, HostState& s, double speed) {
+  for (std::size_t n = 0; n < s.node_position.size(); ++n) {
+    const bool upper = m.mesh.node_cloth[n] == 0;
+    for (int a = 0; a < 3; ++a) {
+      s.node_position[n][a] = float(s.node_position[n][a] + (a == 1 ? 3e-4 : 4e-4) * noise(n, a));
+      s.node_velocity[n][a] = float((speed > 20 ? 15 : 0.05) * noise(n, a + 3));
+    }
+    if (upper) {
+      s.node_velocity[n][0] = float(s.node_velocity[n][0] + 0.3);
+      s.node_velocity[n][1] = float(s.node_velocity[n][1] - speed);
+    }
+  }
+}
+
+Comparison thrown(double speed, const std::string& scene = two_sheets) {
+  return {.stage = Stage::self_collision,
+          .scene = scene,
+          .steps_before = 0,
+          .prepare = [speed](const Model& m, HostState& s) { throw_sheets(m, s, speed); },
+          .changes = "node_velocity"};
+}
+
+}  // namespace
+
+TEST(self_collision, agrees_with_the_reference) { compare_stage(thrown(1.2)); }
+
+TEST(self_collision, sheets_thrown_through_each_other_and_a_floor_agree_with_the_reference) {
+  compare_stage(thrown(30));
+}
+
+TEST(self_collision, with_a_pinned_sheet_agrees_with_the_reference) {
+  compare_stage(thrown(2, with(two_sheets, "    thickness: 0.002\n", "    thickness: 0.002\n    dynamics: false\n")));
+}
+
+TEST(self_collision, impact_zones_are_needed_and_agree_with_the_reference) {
+  const auto setup = setup_from(two_sheets);
+  for (const auto& backend : {make_reference_backend(setup.model), make_kokkos_backend(setup.model)}) {
+    HostState s = setup.state;
+    throw_sheets(setup.model, s, 30);
+    StepReport report;
+    backend->upload(s);
+    backend->run(Stage::self_collision, {0, 0, 0.004}, report);
+    EXPECT_GT(report.cloth_contacts, 100) << backend->name();
+    EXPECT_GT(report.cloth_zone_nodes, 4) << backend->name();
+  }
+}
+
+TEST(self_collision, leaves_alone_what_does_not_touch) {
+  const auto setup = setup_from(with(two_sheets, "0.006", "0.1"));
+  for (const auto& backend : {make_reference_backend(setup.model), make_kokkos_backend(setup.model)}) {
+    HostState s = setup.state;
+    throw_sheets(setup.model, s, 1);
+    StepReport report;
+    backend->upload(s);
+    const HostState before = backend->download();
+    backend->run(Stage::self_collision, {0, 0, 0.004}, report);
+    EXPECT_EQ(report.cloth_contacts, 0);
+    EXPECT_EQ(backend->download().node_velocity, before.node_velocity) << backend->name();
+  }
+}
+
+TEST(self_collision, conserves_momentum) {
+  const auto setup = setup_from(with(two_sheets, "point: [0, -0.03, 0]", "point: [0, -0.9, 0]"));
+  for (const double speed : {1.2, 30.0}) {  // contacts alone; impact zones
+    for (const bool reference : {true, false}) {
+      const auto backend = reference ? make_reference_backend(setup.model) : make_kokkos_backend(setup.model);
+      HostState s = setup.state;
+      throw_sheets(setup.model, s, speed);
+      StepReport report;
+      backend->upload(s);
+      backend->run(Stage::self_collision, {0, 0, 0.004}, report);
+      const HostState after = backend->download();
+      double size = 0;
+      Vec3 change{0, 0, 0};
+      for (std::size_t n = 0; n < s.node_velocity.size(); ++n) {
+        for (int a = 0; a < 3; ++a) {
+          size += setup.model.mesh.solid_mass[n] * std::abs(s.node_velocity[n][a]);
+          change[a] += setup.model.mesh.solid_mass[n] * (after.node_velocity[n][a] - s.node_velocity[n][a]);
+        }
+      }
+#ifdef DRENCH_DOUBLE
+      const double allowed = 1e-12;
+#else
+      const double allowed = reference ? 1e-12 : 1e-6;
+#endif
+      for (int a = 0; a < 3; ++a) EXPECT_LE(std::abs(change[a]), allowed * size) << backend->name() << ", " << speed;
+    }
+  }
+}
+
+}  // namespace drench::test
