@@ -6,14 +6,15 @@
 #include <cstdint>
 #include <numeric>
 
+#include "cloth_problem.hpp"
 #include "collision.hpp"
 #include "common.hpp"
+#include "proximity.hpp"
 
 namespace drench::reference {
 namespace {
 
 using Eigen::Vector3d;
-using Four = std::array<Vector3d, 4>;
 
 constexpr int rounds = 3, passes = 8, most_advances = 200;
 
@@ -26,12 +27,6 @@ struct Pair {
   double friction;   // μ
 };
 
-/// The nearest points of a pair: Σ b_k x_k = apart leads from the second primitive to the first.
-struct Near {
-  std::array<double, 4> b;
-  Vector3d apart;
-};
-
 struct Contact {
   const Pair* pair;
   std::array<double, 4> b;
@@ -40,63 +35,16 @@ struct Contact {
   double strength = 0;  // λ, kg m/s
 };
 
-/// Where along a b lies the point nearest to p: 0 to 1.
-double along(const Vector3d& p, const Vector3d& a, const Vector3d& b) {
-  const double length = (b - a).squaredNorm();
-  return length > 0 ? std::clamp((p - a).dot(b - a) / length, 0.0, 1.0) : 0;
-}
-
-Near near_triangle(const Four& x) {
-  // The foot point if it lies inside, else the nearest point of the three edges.
-  const std::optional<Vector3d> w = barycentric({x[1], x[2], x[3]}, x[0]);
-  if (w && w->minCoeff() >= 0) {
-    return {{1, -(*w)[0], -(*w)[1], -(*w)[2]}, x[0] - (*w)[0] * x[1] - (*w)[1] * x[2] - (*w)[2] * x[3]};
-  }
-  Near best{{}, Vector3d::Constant(1e300)};
-  for (int k = 0; k < 3; ++k) {
-    const int a = 1 + k, b = 1 + (k + 1) % 3;
-    const double s = along(x[0], x[a], x[b]);
-    const Vector3d apart = x[0] - x[a] - s * (x[b] - x[a]);
-    if (!(apart.squaredNorm() < best.apart.squaredNorm())) continue;
-    best = {{1, 0, 0, 0}, apart};
-    best.b[a] = s - 1;
-    best.b[b] = -s;
-  }
-  return best;
-}
-
-Near near_edges(const Four& x) {
-  const Vector3d p = x[1] - x[0], q = x[3] - x[2], r = x[2] - x[0];
-  // Inside both edges where the lines' nearest points are, else one of them is an end.
-  const double pp = p.squaredNorm(), qq = q.squaredNorm(), pq = p.dot(q), det = pp * qq - pq * pq;
-  std::vector<std::array<double, 2>> trials;
-  if (det > 1e-14 * pp * qq) {
-    const double s = (qq * p.dot(r) - pq * q.dot(r)) / det, t = (pq * p.dot(r) - pp * q.dot(r)) / det;
-    if (s >= 0 && s <= 1 && t >= 0 && t <= 1) trials.push_back({s, t});
-  }
-  if (trials.empty()) {
-    trials = {{0, along(x[0], x[2], x[3])},
-              {1, along(x[1], x[2], x[3])},
-              {along(x[2], x[0], x[1]), 0},
-              {along(x[3], x[0], x[1]), 1}};
-  }
-  Near best{{}, Vector3d::Constant(1e300)};
-  for (const auto& [s, t] : trials) {
-    const Vector3d apart = -r + s * p - t * q;
-    if (apart.squaredNorm() < best.apart.squaredNorm()) best = {{1 - s, s, t - 1, -t}, apart};
-  }
-  return best;
-}
-
 Near nearest(const Four& x, bool edges) { return edges ? near_edges(x) : near_triangle(x); }
 
 /// The stage's work on one state.
 class SelfCollision {
  public:
-  SelfCollision(ReferenceState& state, double dt)
-      : state_(state), mesh_(state.model.mesh), dt_(dt), bodies_(placed_bodies(state, dt)) {
+  SelfCollision(ReferenceState& state, const StepInfo& info)
+      : state_(state), mesh_(state.model.mesh), dt_(info.dt), bodies_(placed_bodies(state, info.dt)) {
     for (Index n = 0; n < mesh_.nodes(); ++n) {
-      velocity_.push_back(mesh_.pinned[n] ? Vector3d::Zero() : vec(state.s.node_velocity[n]));
+      velocity_.push_back(vec(state.s.node_velocity[n]));
+      if (mesh_.pinned[n]) velocity_[n] = (pin_position(state, n, info.time + dt_) - start(n)) / dt_;
       if (member(n)) keep_out(n);
     }
     list_pairs();
@@ -127,6 +75,9 @@ class SelfCollision {
 
   const ClothMaterial& material(Index n) const { return state_.model.cloths[mesh_.node_cloth[n]]; }
   bool member(Index n) const { return material(n).self_collision; }
+  double friction(Index n) const {
+    return material(n).friction + node_saturation(state_, n) * (material(n).friction_wet - material(n).friction);
+  }
   Vector3d start(Index n) const { return vec(state_.s.node_position[n]); }
   Vector3d end(Index n) const { return start(n) + dt_ * velocity_[n]; }
 
@@ -139,11 +90,10 @@ class SelfCollision {
 
   void list_pairs() {
     const auto add = [&](const std::array<Index, 4>& n, bool edges) {
-      const ClothMaterial &a = material(n[0]), &b = material(n[3]);
       Four x;
       for (int k = 0; k < 4; ++k) x[k] = start(n[k]);
-      pairs_.push_back(
-          {n, edges, nearest(x, edges).apart.norm(), (a.thickness + b.thickness) / 2, (a.friction + b.friction) / 2});
+      pairs_.push_back({n, edges, nearest(x, edges).apart.norm(),
+                        (material(n[0]).thickness + material(n[3]).thickness) / 2, (friction(n[0]) + friction(n[3])) / 2});
     };
     for (const auto& t : mesh_.triangle) {
       for (Index n = 0; n < mesh_.nodes(); ++n) {
@@ -303,18 +253,19 @@ class SelfCollision {
     const Index count = mesh_.nodes();
     std::vector<Index> zone(count);
     std::iota(zone.begin(), zone.end(), 0);
-    std::vector<bool> joined(count, false), stopped(count, false);
+    std::vector<bool> joined(count, false), stopped(count, false), at_rest(count, false);
     while (true) {
       bool any = false;
       const std::vector<Index> zone_before = zone;
       const std::vector<bool> joined_before = joined;
       for (const Pair& pair : pairs_) {
-        if (!reaches(pair, std::min(0.25 * pair.thickness, 0.8 * pair.distance))) continue;
-        any = true;
         bool one = true;
         for (const Index n : pair.node) {
           one = one && joined_before[n] && zone_before[n] == zone_before[pair.node[0]];
         }
+        if (one && at_rest[pair.node[0]]) continue;
+        if (!reaches(pair, std::min(0.25 * pair.thickness, 0.8 * pair.distance))) continue;
+        any = true;
         if (one) stopped[pair.node[0]] = true;
         for (const Index n : pair.node) {
           joined[n] = true;
@@ -323,23 +274,30 @@ class SelfCollision {
         }
       }
       if (!any) break;
-      for (Index z = 0; z < count; ++z) move_zone(z, zone, joined, stopped);
+      for (Index z = 0; z < count; ++z) move_zone(z, zone, joined, stopped, at_rest);
     }
     return std::count(joined.begin(), joined.end(), true);
   }
 
   void move_zone(Index z, const std::vector<Index>& zone, const std::vector<bool>& joined,
-                 const std::vector<bool>& stopped) {
-    std::vector<Index> nodes;
+                 const std::vector<bool>& stopped, std::vector<bool>& at_rest) {
+    std::vector<Index> nodes;  // free ones
+    std::optional<Index> pin;  // the first
     bool still = false;
     for (Index n = 0; n < mesh_.nodes(); ++n) {
       if (zone[n] != z || !joined[n]) continue;
-      nodes.push_back(n);
-      still = still || stopped[n] || mesh_.pinned[n];
+      if (!mesh_.pinned[n]) nodes.push_back(n);
+      if (mesh_.pinned[n] && !pin) pin = n;
+      still = still || stopped[n];
+    }
+    for (Index n = 0; n < mesh_.nodes(); ++n) {
+      if (zone[n] == z && joined[n] && still) at_rest[n] = true;
     }
     if (nodes.empty()) return;
     Vector3d v = Vector3d::Zero();
-    if (!still) {
+    if (pin && !still) {
+      v = velocity_[*pin];
+    } else if (!still) {
       double mass = 0;
       for (const Index n : nodes) {
         v += node_mass(state_, n) * velocity_[n];
@@ -363,7 +321,7 @@ class SelfCollision {
 }  // namespace
 
 void self_collision(ReferenceState& state, const StepInfo& info, StepReport& report) {
-  SelfCollision(state, info.dt).run(report);
+  SelfCollision(state, info).run(report);
 }
 
 }  // namespace drench::reference

@@ -84,6 +84,7 @@ Material material_of(const ClothMaterial& c) {
   m.degenerate = c.diffusion == DiffusionLaw::degenerate ? 1 : 0;
   m.porous = c.porous ? 1 : 0;
   m.dynamics = c.dynamics ? 1 : 0;
+  m.wet_adhesion = Real(c.wet_adhesion);
   m.self_collision = c.self_collision ? 1 : 0;
   return m;
 }

@@ -114,9 +114,10 @@ struct SampleArrays {
 
 /// Per-cloth material as plain numbers, indexable on the device.
 struct Material {
-  Real thickness, damping, damping_wet, strain_damping, friction, friction_wet, strain_limit, solid_fraction, absorption, max_saturation, virtual_pressure,
-      emission_cosine, emission_velocity, diffusivity, capillary_height;
+  Real thickness, damping, damping_wet, strain_damping, friction, friction_wet, strain_limit, solid_fraction,
+      absorption, max_saturation, virtual_pressure, emission_cosine, emission_velocity, diffusivity, capillary_height;
   int degenerate;  // DiffusionLaw
+  Real wet_adhesion;  // w, N/m
   int porous, dynamics, self_collision;
 };
 
@@ -176,6 +177,17 @@ struct ClothWork {
   Array<Real> limit_rate;                         // 2 per triangle: θ, 1
 };
 
+/// Work arrays of stage wet_adhesion, made on first use. `impulse` is zero between steps.
+struct WetAdhesionWork {
+  Real thickness = 0;            // m: the largest
+  Array<Real> area;              // per node: A_n, m²
+  Index triangles = 0;           // of cloths with self_collision
+  Array<Index> triangle;         // 3 each
+  Array<Real3> center;           // of each, m
+  CellTable cells;               // of these
+  Array<std::int64_t> impulse;   // 3 per node, units of q · 2^-20 m/s
+};
+
 /// Work arrays of stage advection, made on first use. `momentum` and `hits` are zero between steps.
 struct AdvectionWork {
   Array<Real3> start;                             // per node: x⁰_n, m
@@ -227,6 +239,7 @@ struct Device {
   ClothWork cloth_work;
   AdvectionWork advection_work;
   SelfCollisionWork self_collision_work;
+  WetAdhesionWork wet_adhesion_work;
   ViscousWork viscous_work;
   SurfaceTensionWork surface_tension_work;
   MeshArrays mesh;

@@ -5,6 +5,8 @@
 #include "device.hpp"
 #include "laws/contact.hpp"
 #include "laws/proximity.hpp"
+#include "laws/wet_cloth.hpp"
+#include "pins.hpp"
 #include "rigid_bodies.hpp"
 #include "self_collision_zones.hpp"
 #include "stages/self_collision.hpp"
@@ -75,6 +77,7 @@ struct Placing {
   Array<Index> cloth;
   Array<Material> materials;
   Array<Solid> solids;
+  PinMotions pins;
   Real dt;
 
   Placing(const Device& d, Real step)
@@ -86,13 +89,14 @@ struct Placing {
         cloth(d.nodes.cloth),
         materials(d.materials),
         solids(d.solids),
+        pins(d),
         dt(step) {}
 
   KOKKOS_INLINE_FUNCTION void operator()(Index n, Double3 w) const {
     const Real3 x = position(n);
     if (pinned(n) || !member(n)) {
-      end(n) = x;
-      w = {};
+      end(n) = pinned(n) && pins.moves(n) ? pins.position(n) : x;
+      w = times(1 / double(dt), minus(widen(end(n)), widen(x)));
     } else {
       Real3 shift = dt * narrow(w);
       const Real3 out = project_out(solids, x, shift, materials(cloth(n)).thickness);
@@ -126,7 +130,9 @@ struct Pairs {
   Array<Real> inverse_mass;
   Array<Index> cloth;
   Array<Material> materials;
-  double dt, momentum_unit;  // s; kg m/s
+  Array<Quanta> liquid;
+  Array<double> capacity;
+  double quantum, dt, momentum_unit;  // kg; s; kg m/s
 
   Pairs(const Device& d, double step)
       : pair(d.self_collision_work.pair),
@@ -146,6 +152,9 @@ struct Pairs {
         inverse_mass(d.nodes.inverse_mass),
         cloth(d.nodes.cloth),
         materials(d.materials),
+        liquid(d.nodes.liquid),
+        capacity(d.nodes.capacity),
+        quantum(d.quantum),
         dt(step),
         momentum_unit(d.quantum / impulse_units) {}
 
@@ -174,6 +183,11 @@ struct Pairs {
       sum += b * b * double(share(node)) * double(inverse_mass(node));
     }
     return sum;
+  }
+  /// μ of the cloth at node n, as wet as it is there.
+  KOKKOS_INLINE_FUNCTION double friction(Index n) const {
+    const Material& m = materials(cloth(n));
+    return double(at_saturation(m.friction, m.friction_wet, node_saturation(liquid(n), quantum, capacity(n))));
   }
   KOKKOS_INLINE_FUNCTION void count_in(Index p) const {
     for (int k = 0; k < 4; ++k)
@@ -272,8 +286,7 @@ void rub(const Device& d, const Pairs& s, Index pairs, Real dt) {
   parallel(
       "drench::self_collision::friction", pairs, KOKKOS_LAMBDA(const Index p) {
         if (!s.contact(p) || !(s.strength(p) > 0)) return;
-        const double mu = 0.5 * (double(s.materials(s.cloth(s.pair(5 * p))).friction) +
-                                 double(s.materials(s.cloth(s.pair(5 * p + 3))).friction));
+        const double mu = 0.5 * (s.friction(s.pair(5 * p)) + s.friction(s.pair(5 * p + 3)));
         const double inverse = s.inverse(p);
         Double3 u;
         for (int k = 0; k < 4; ++k) u = add(u, times(s.weight(4 * p + k), s.velocity_of(s.pair(5 * p + k))));
@@ -316,6 +329,7 @@ void self_collision(Device& d, const StepInfo& info, StepReport& report) {
   const Real dt = static_cast<Real>(info.dt);
   allocate(d);
   place_solids(d, info.dt);
+  place_pins(d, info);
   refresh_inverse_mass(d);
   begin(d, dt);
   SelfCollisionWork& w = d.self_collision_work;

@@ -6,6 +6,8 @@
 
 namespace drench::kokkos_backend {
 
+constexpr Index no_node = 2147483647;
+
 struct SelfCollisionWork {
   // the cloths that take part
   Array<Index> node, triangle, edge;  // node numbers: 1, 3 and 2 each
@@ -19,7 +21,8 @@ struct SelfCollisionWork {
   Array<Index> share;             // c_k; 0 between passes
   Array<Index> zone;              // the zone's least node
   Array<std::uint8_t> joined;     // is in a zone
-  Array<Index> stopped;           // 1 at a zone's least node: does not move
+  Array<Index> stopped;           // at a zone's least node: 1 is to stop, 2 has stopped
+  Array<Index> holder;            // at a zone's least node: the first pinned node of the zone, or no_node
   Array<std::int64_t> zone_sum;   // 4 each, at the least node: mass, q · 2^-12; momentum, q · 2^-8 m/s
   Array<std::int64_t> zone_push;  // 6 each: the largest way out of bodies along +x −x +y …, d · 2^-40
   // candidates

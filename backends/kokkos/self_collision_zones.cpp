@@ -20,6 +20,7 @@ void begin_zones(Device& d) {
     w.zone = Array<Index>("drench::self_collision::zone", n);
     w.joined = Array<std::uint8_t>("drench::self_collision::joined", n);
     w.stopped = Array<Index>("drench::self_collision::stopped", n);
+    w.holder = Array<Index>("drench::self_collision::holder", n);
     w.zone_sum = Array<std::int64_t>("drench::self_collision::zone_sum", 4 * n);
     w.zone_push = Array<std::int64_t>("drench::self_collision::zone_push", 6 * n);
   }
@@ -53,15 +54,16 @@ std::int64_t find_violations(Device& d) {
         Proximity near;
         const double goal = Kokkos::fmin(0.25 * thickness(p), 0.8 * distance(p));
         bound(p) = 0;
-        if (!reaches(pair(5 * p + 4) != 0, x, u, goal, near)) return;
-        bound(p) = 1;
-        ++sum;
         const Index z = zone(pair(5 * p));
         bool one = true;
         for (int k = 0; k < 4; ++k) {
           const Index n = pair(5 * p + k);
           one = one && zone(n) == z && joined(n) != 0;
         }
+        if (one && Kokkos::atomic_load(&stopped(z)) == 2) return;
+        if (!reaches(pair(5 * p + 4) != 0, x, u, goal, near)) return;
+        bound(p) = 1;
+        ++sum;
         if (one) Kokkos::atomic_max(&stopped(z), Index{1});
       },
       violations);
@@ -121,10 +123,10 @@ void join(Device& d) {
   }
 }
 
-/// Mass and momentum of the zones, and which of them are held.
+/// Mass and momentum of the zones, and which of them are held or stopped.
 void sum_zones(Device& d) {
   const SelfCollisionWork& w = d.self_collision_work;
-  const auto zone = w.zone, stopped = w.stopped;
+  const auto zone = w.zone, stopped = w.stopped, holder = w.holder;
   const auto joined = w.joined, pinned = d.nodes.pinned;
   const auto sum = w.zone_sum, push = w.zone_push;
   const auto velocity = w.velocity;
@@ -134,13 +136,15 @@ void sum_zones(Device& d) {
       "drench::self_collision::zone_clear", d.nodes.count, KOKKOS_LAMBDA(const Index n) {
         for (int a = 0; a < 4; ++a) sum(4 * n + a) = 0;
         for (int a = 0; a < 6; ++a) push(6 * n + a) = 0;
+        holder(n) = no_node;
       });
   parallel(
       "drench::self_collision::zone_sum", d.nodes.count, KOKKOS_LAMBDA(const Index n) {
         if (!joined(n)) return;
         const Index z = zone(n);
-        if (pinned(n) || Kokkos::atomic_load(&stopped(n)) != 0) {
-          Kokkos::atomic_max(&stopped(z), Index{1});
+        if (Kokkos::atomic_load(&stopped(n)) != 0) Kokkos::atomic_max(&stopped(z), Index{1});
+        if (pinned(n)) {
+          Kokkos::atomic_min(&holder(z), n);
           return;
         }
         const double quanta = 1 / (double(inverse_mass(n)) * quantum);
@@ -161,8 +165,8 @@ KOKKOS_INLINE_FUNCTION Double3 zone_velocity(const Array<std::int64_t>& sum, Ind
 void move_zones(Device& d, Real dt) {
   const SelfCollisionWork& w = d.self_collision_work;
   const auto position = d.nodes.position, end = w.end;
-  const auto zone = w.zone, stopped = w.stopped, cloth = d.nodes.cloth;
-  const auto joined = w.joined;
+  const auto zone = w.zone, stopped = w.stopped, holder = w.holder, cloth = d.nodes.cloth;
+  const auto joined = w.joined, pinned = d.nodes.pinned;
   const auto sum = w.zone_sum, push = w.zone_push;
   const auto velocity = w.velocity;
   const auto solids = d.solids;
@@ -171,8 +175,8 @@ void move_zones(Device& d, Real dt) {
   if (solids.extent(0) > 0)
     parallel(
         "drench::self_collision::zone_push", d.nodes.count, KOKKOS_LAMBDA(const Index n) {
-          if (!joined(n) || stopped(zone(n))) return;
           const Index z = zone(n);
+          if (!joined(n) || stopped(z) || holder(z) != no_node) return;
           const Real3 shift = dt * narrow(zone_velocity(sum, z));
           const Real3 out = project_out(solids, position(n), shift, materials(cloth(n)).thickness) - shift;
           const double by[3] = {double(out.x), double(out.y), double(out.z)};
@@ -183,10 +187,13 @@ void move_zones(Device& d, Real dt) {
         });
   parallel(
       "drench::self_collision::zone_move", d.nodes.count, KOKKOS_LAMBDA(const Index n) {
-        if (!joined(n)) return;
+        if (!joined(n) || pinned(n)) return;
         const Index z = zone(n);
         Double3 v;
-        if (!stopped(z)) {
+        if (holder(z) != no_node && !stopped(z)) {
+          const Index h = holder(z);
+          v = {velocity(3 * h), velocity(3 * h + 1), velocity(3 * h + 2)};
+        } else if (!stopped(z)) {
           const double scale = way / double(dt);
           v = add(zone_velocity(sum, z),
                   {scale * double(push(6 * z) - push(6 * z + 1)), scale * double(push(6 * z + 2) - push(6 * z + 3)),
@@ -196,6 +203,10 @@ void move_zones(Device& d, Real dt) {
         velocity(3 * n + 1) = v.y;
         velocity(3 * n + 2) = v.z;
         end(n) = position(n) + dt * narrow(v);
+      });
+  parallel(
+      "drench::self_collision::zone_stopped", d.nodes.count, KOKKOS_LAMBDA(const Index n) {
+        if (stopped(n) == 1 && zone(n) == n) stopped(n) = 2;
       });
 }
 

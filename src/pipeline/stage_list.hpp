@@ -14,6 +14,7 @@
   STAGE(divergence,        m.has_fluid())                                                     \
   STAGE(forces,            m.has_fluid())                                                     \
   STAGE(surface_tension,   m.has_surface_forces())                                            \
+  STAGE(wet_adhesion,      m.has_wet_adhesion())                                              \
   STAGE(cloth,             m.has_moving_cloth())                                              \
   STAGE(pressure,          m.has_fluid())                                                     \
   STAGE(self_collision,    m.has_self_collision())                                            \

@@ -166,6 +166,7 @@ ClothMaterial make_material(const ClothScene& c) {
   m.damping_wet = c.damping_wet.value_or(c.damping);
   m.strain_limit = c.strain_limit;
   m.adhesion = c.adhesion;
+  m.wet_adhesion = c.porous.adhesion;
   m.solid_fraction = c.porous.solid_fraction;
   m.absorption = c.porous.absorption;
   m.max_saturation = c.porous.max_saturation;

@@ -195,8 +195,7 @@ void read_porous(Section& s, PorousScene& porous) {
   s.choice<DiffusionLaw>("diffusion", porous.diffusion,
                          {{"linear", DiffusionLaw::linear}, {"degenerate", DiffusionLaw::degenerate}});
   s.number("capillary_height", porous.capillary_height, "(0, 1000]", "m");
-  s.number("adhesion", porous.adhesion, "[0, 1e6]", "1");
-  s.not_available(porous.adhesion > 0, "adhesion", "wet adhesion", "0");
+  s.number("adhesion", porous.adhesion, "[0, 10]", "N/m");
 }
 
 void check_saturations(Section& s, const char* key, const std::vector<SaturationScene>& boxes,

@@ -142,7 +142,7 @@ void write_porous(Writer& out, const PorousScene& porous) {
   out.line("      diffusivity: {}  # m²/s", text(porous.diffusivity));
   out.line("      diffusion: {}", porous.diffusion == DiffusionLaw::linear ? "linear" : "degenerate");
   out.line("      capillary_height: {}  # m", text(porous.capillary_height));
-  out.line("      adhesion: {}", text(porous.adhesion));
+  out.line("      adhesion: {}  # N/m", text(porous.adhesion));
 }
 
 void write_cloth(Writer& out, const ClothScene& cloth) {

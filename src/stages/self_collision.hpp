@@ -2,8 +2,9 @@
 // Stage self_collision: keeps the cloths that ask for it (`self_collision: true`) out of themselves and each other.
 //
 // It changes node velocities so that the nodes' straight paths x⁰ → x¹ = x⁰ + Δt v of this step are free of
-// intersections. Pairs: a node and a triangle without it, and two edges without a common node (the one-ring is skipped);
-// τ and μ of a pair are the means of its cloths' `thickness` and `friction`. Nodes of other cloths take no part.
+// intersections. Pairs: a node and a triangle without it, and two edges without a common node (the one-ring is skipped).
+// τ of a pair is the mean of its cloths' `thickness`, μ that of their friction at the saturation (cloth.hpp) of its first
+// and last node. Nodes of other cloths take no part. Pins with prescribed motion have x¹ = X(t + Δt) (cloth.hpp).
 //
 // Laws, in this order; all arithmetic in double:
 // 1. Bodies: where x¹ lies within a body, closer than the cloth's thickness, v := (projected x¹ − x⁰)/Δt, projected as in
@@ -25,11 +26,13 @@
 //    A round without contacts ends the rounds, and if it is the first, the stage.
 // 4. Impact zones, the failsafe. A pair violates if it reaches η = min(τ/4, 0.8 δ⁰). Its four nodes join one zone (with
 //    their zones). A zone moves as one: v := Σ m v/Σ m, plus what takes its nodes out of bodies: along each axis the
-//    largest way up less the largest way down, over Δt. It does not move, v := 0, if it has a pinned node or if one
-//    of its pairs violates all the same (rounding). All pairs are tested again until none violates. A zone can only
+//    largest way up less the largest way down, over Δt. With pinned nodes it moves as the
+//    first of them does, v := (X(t + Δt) − x⁰)/Δt, 0 for pins that stand. It stops, v := 0, if one of its pairs
+//    violates all the same (rounding). All pairs are tested again until none violates. A zone can only
 //    grow or stop, a pair at rest does not violate, so that this ends, and then no pair has come nearer than η > 0: what
 //    starts without intersections stays without (x¹ is tested as rounded in the backend's precision). Before bodies:
-//    a zone that they squeeze stays intersecting the body rather than itself.
+//    a zone that they squeeze stays intersecting the body rather than itself. And before pins that are driven through
+//    held cloth: a pair of a zone that has stopped is not tested again.
 //
 // Momentum is conserved by laws 3 and 4 (but for bodies, pins and zones that stop): impulses are 64-bit sums in units of
 // q · 2^-20 m/s, zones' momenta and masses of q · 2^-8 m/s and q · 2^-12, exact in any order.

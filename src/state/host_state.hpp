@@ -45,7 +45,7 @@ struct HostState {
   std::vector<Vec3> node_pin_force;       // N: reaction of the pin, 0 on free nodes
 
   // samples of the cloths
-  std::vector<double> sample_volume;        // Akinci V_b, m³
+  std::vector<double> sample_volume;        // Akinci V_b, m³; 0 without liquid
   std::vector<Vec3> sample_flow_direction;  // v_p of Eqs. 4–6, |v_p| < 1, or 0
 
   // the ledger's other accounts, quanta

@@ -34,6 +34,7 @@ struct ClothMaterial {
   double damping_wet = 1.0;        // 1/s, at saturation 1
   double strain_limit = 0;         // ε, 1; 0: none
   double adhesion = 0;             // w, N/m
+  double wet_adhesion = 0;         // w of wet_adhesion.hpp, N/m
   double solid_fraction = 0.4;     // Φ
   double absorption = 0.01;        // k_a, m²/s, `uptake_velocity` resolved
   double max_saturation = 1.18;    // s_max
@@ -191,6 +192,11 @@ struct Model {
   bool has_self_collision() const {
     for (const auto& c : cloths)
       if (c.dynamics && c.self_collision) return true;
+    return false;
+  }
+  bool has_wet_adhesion() const {
+    for (const auto& c : cloths)
+      if (c.dynamics && c.wet_adhesion > 0) return true;
     return false;
   }
   bool has_porous() const {

@@ -162,6 +162,19 @@ TEST(only_what_is_needed, cloth_collides_with_itself_only_where_asked_for) {
   EXPECT_EQ(containing(launched, label) + containing(allocated, label), 0);
 }
 
+TEST(only_what_is_needed, wet_cloth_sticks_only_where_asked_for) {
+  const std::initializer_list<const char*> label = {"wet_adhesion"};
+  {
+    const Watch watch(wet_scene());
+    EXPECT_EQ(containing(launched, label) + containing(allocated, label), 0);
+  }
+  {
+    const Watch watch(with(wet_scene(), "porous: {", "porous: {adhesion: 0.1, "));
+    EXPECT_EQ(containing(launched, {"wet_adhesion::pull", "wet_adhesion::force", "wet_adhesion::centers"}), 2)
+        << "pulls and forces; no search, for the scene has no self_collision";
+  }
+}
+
 TEST(only_what_is_needed, surface_tension_takes_only_what_tension_or_adhesion_asks_for) {
   const auto count = [](const std::set<std::string>& labels) { return containing(labels, {"surface_tension"}); };
   for (const std::string& scene : {wet_scene(), std::string(no_cloth)}) {

@@ -33,9 +33,8 @@ bodies:
 
 double noise(std::size_t n, int a) { return std::sin(12.9898 * double(n) + 78.233 * a + 1); }
 
-/// Waves in both sheets, so that nearest points are isolated; the upper falls on the lower at `speed`;
-/// above 20 m/s the sheets crumple, too. Coordinates are
-/// floats, so that both precisions start from the same.
+/// Waves in both sheets, so that nearest points are isolated; the upper falls on the lower at `speed`; above 20 m/s the
+/// sheets crumple, too. Coordinates are floats, so that both precisions start from the same.
 void throw_sheets(const Model& m, HostState& s, double speed) {
   for (std::size_t n = 0; n < s.node_position.size(); ++n) {
     const bool upper = m.mesh.node_cloth[n] == 0;
@@ -68,6 +67,16 @@ TEST(self_collision, sheets_thrown_through_each_other_and_a_floor_agree_with_the
 
 TEST(self_collision, with_a_pinned_sheet_agrees_with_the_reference) {
   compare_stage(thrown(2, with(two_sheets, "    thickness: 0.002\n", "    thickness: 0.002\n    dynamics: false\n")));
+}
+
+TEST(self_collision, with_moving_pins_agrees_with_the_reference) {
+  // The upper sheet's corners are driven through the lower one, whose corners turn.
+  const std::string upper = with(two_sheets, "    thickness: 0.004\n",
+                                 "    thickness: 0.004\n    pin: [{corners: true, velocity: [0, -2, 0.3]}]\n");
+  const std::string both = with(upper, "    thickness: 0.002\n",
+                                "    thickness: 0.002\n    pin: [{corners: true, velocity: [0.2, 0, 0], "
+                                "spin: {axis: [0, 1, 0], degrees_per_second: 300}}]\n");
+  for (const double speed : {2.0, 30.0}) compare_stage(thrown(speed, both));
 }
 
 TEST(self_collision, impact_zones_are_needed_and_agree_with_the_reference) {

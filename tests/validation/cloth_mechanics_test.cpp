@@ -170,6 +170,7 @@ double slid(double degrees, double friction, double& time) {
   SceneRun run(fmt::format(R"(drench: 1
 time: {{step: 0.004, end: 1}}
 gravity: [{}, {}, 0]
+cloth_solver: {{tolerance: 1.0e-4}}
 cloth:
   - mesh: {{grid: {{size: [0.3, 0.3], nodes: [13, 13]}}}}
     place: {{position: [0, 0.002, 0]}}
@@ -203,10 +204,9 @@ TEST(cloth_mechanics, sheet_on_an_incline_sticks_or_slides_as_coulomb_says) {
     const double s = slid(degrees, friction, time);
     // x = ½ a (t² + Δt t) of the implicit steps
     const double a = 2 * s / (time * (time + 0.004));
-    // Missed near the limit of sticking, where a is a small difference of forces: the cloth's solve stops when a thousandth
-    // of m |y − x⁰|/Δt² is left, which at 0.2 m/s is 0.06 m/s².
+    // At the default tolerance of 1e-3, which at 0.2 m/s is 0.06 m/s², 2.5 % are missing at 25°.
     report({fmt::format("sheet on an incline of {}°, friction 0.4: acceleration", degrees), "g (sin α − μ cos α)",
-            std::fabs(a / expected - 1), 0.02, "1", degrees < 30 ? 0.03 : 0.0});
+            std::fabs(a / expected - 1), 0.02});
   }
 }
 

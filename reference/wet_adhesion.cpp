@@ -1,0 +1,123 @@
+// Stage wet_adhesion of the oracle: every node looks at every triangle; the law stands in src/stages/wet_adhesion.hpp.
+
+#include "stages/wet_adhesion.hpp"
+
+#include <algorithm>
+#include <optional>
+
+#include "cloth_problem.hpp"
+#include "common.hpp"
+#include "proximity.hpp"
+
+namespace drench::reference {
+namespace {
+
+using Eigen::Vector3d;
+
+/// A node and a triangle in reach of each other.
+struct Pull {
+  Index triangle;
+  Near near;
+};
+
+class WetAdhesion {
+ public:
+  WetAdhesion(ReferenceState& state, double dt) : state_(state), mesh_(state.model.mesh), dt_(dt) {
+    force_.assign(static_cast<std::size_t>(mesh_.nodes()), Vector3d::Zero());
+    area_.assign(force_.size(), 0);
+    for (const auto& t : mesh_.triangle) {
+      const auto rest = [&](int c) { return vec(mesh_.rest_position[t[c]]); };
+      for (const Index n : t) area_[n] += (rest(1) - rest(0)).cross(rest(2) - rest(0)).norm() / 6;
+    }
+    for (const double length : mesh_.edge_length) mean_edge_ += length / static_cast<double>(mesh_.edge.size());
+    neighbors_.resize(force_.size());
+    for (const auto& [a, b] : mesh_.edge) {
+      neighbors_[a].push_back(b);
+      neighbors_[b].push_back(a);
+    }
+  }
+
+  void run() {
+    const std::vector<PlacedBody> bodies = placed_bodies(state_, dt_);
+    for (Index n = 0; n < mesh_.nodes(); ++n) {
+      for (const PlacedBody& body : bodies) stick_to(body, n);
+      if (!material(n).self_collision) continue;
+      const std::optional<Pull> first = nearest(n, std::nullopt);
+      if (!first) continue;
+      stick(n, *first);
+      const std::optional<Pull> second = nearest(n, first);
+      if (second) stick(n, *second);
+    }
+    for (Index n = 0; n < mesh_.nodes(); ++n) {
+      HostState& s = state_.s;
+      s.node_velocity[n] = arr(vec(s.node_velocity[n]) + dt_ * inverse_node_mass(state_, n) * force_[n]);
+      if (mesh_.pinned[n]) s.node_pin_force[n] = arr(vec(s.node_pin_force[n]) - force_[n]);
+    }
+  }
+
+ private:
+  ReferenceState& state_;
+  const ClothMesh& mesh_;
+  double dt_, mean_edge_ = 0;
+  Vectors force_;
+  std::vector<double> area_;
+  std::vector<std::vector<Index>> neighbors_;
+
+  const ClothMaterial& material(Index n) const { return state_.model.cloths[mesh_.node_cloth[n]]; }
+  double range(double thickness) const { return std::max(thickness, mean_edge_ / 2); }
+  /// w s of a node.
+  double stickiness(Index n) const { return material(n).wet_adhesion * node_saturation(state_, n); }
+
+  // 1.
+  void stick_to(const PlacedBody& body, Index n) {
+    const Vector3d x = vec(state_.s.node_position[n]);
+    const Vector3d ahead = body.body->moves() ? Vector3d(x + dt_ * body.pose.velocity_at(x)) : x;
+    Vector3d normal;
+    const std::optional<double> distance = distance_to(body, ahead, normal);
+    const double thickness = material(n).thickness, a = range(thickness);
+    if (distance && *distance < thickness + a) force_[n] -= stickiness(n) * area_[n] / a * normal;
+  }
+
+  double reach(Index n, Index t) const {
+    const double thickness = (material(n).thickness + material(mesh_.triangle[t][0]).thickness) / 2;
+    return thickness + range(thickness);
+  }
+
+  bool next_to(Index n, Index t) const {
+    return std::any_of(mesh_.triangle[t].begin(), mesh_.triangle[t].end(), [&](Index corner) {
+      return corner == n || std::count(neighbors_[n].begin(), neighbors_[n].end(), corner) > 0;
+    });
+  }
+
+  // 2.
+  std::optional<Pull> nearest(Index n, const std::optional<Pull>& first) const {
+    std::optional<Pull> best;
+    for (Index t = 0; t < mesh_.triangles(); ++t) {
+      const auto& corner = mesh_.triangle[t];
+      if (!material(corner[0]).self_collision || next_to(n, t)) continue;
+      const auto x = [&](Index k) { return vec(state_.s.node_position[k]); };
+      const Near near = near_triangle({x(n), x(corner[0]), x(corner[1]), x(corner[2])});
+      const double distance = near.apart.norm();
+      if (!(distance > 0) || distance >= reach(n, t)) continue;
+      if (first && near.apart.dot(first->near.apart) >= 0) continue;
+      if (!best || distance < best->near.apart.norm()) best = Pull{t, near};
+    }
+    return best;
+  }
+
+  void stick(Index n, const Pull& pull) {
+    const auto& corner = mesh_.triangle[pull.triangle];
+    double strength = stickiness(n);
+    for (int c = 0; c < 3; ++c) strength -= pull.near.b[c + 1] * stickiness(corner[c]);
+    const double thickness = (material(n).thickness + material(corner[0]).thickness) / 2;
+    const Vector3d f = -strength / 2 / range(thickness) * area_[n] / 2 * pull.near.apart.normalized();
+    force_[n] += f;
+    for (int c = 0; c < 3; ++c) force_[corner[c]] += pull.near.b[c + 1] * f;
+  }
+};
+
+}  // namespace
+
+void wet_adhesion(ReferenceState& state, const StepInfo& info, StepReport&) { WetAdhesion(state, info.dt).run(); }
+
+}  // namespace drench::reference
