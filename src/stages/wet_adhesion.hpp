@@ -19,6 +19,6 @@
 //    s_t = Σ b_k s_k. (½ A_n: the nodes of the other fabric stand for the same area.) Each node pulls at most two: the
 //    nearest triangle, and the nearest of those that lie on its other side (δ⃗·δ⃗_first < 0). Ties: the least t.
 // 3. v_n += Δt F_n/m_n, pins: node_pin_force −= F_n. Stages cloth and self_collision hold against it, so that it presses
-//    what touches, and friction grows by μ w s/a a area.
+//    what touches, and friction grows by μ w s/a per area.
 // Momentum is conserved by law 2: impulses are 64-bit sums in units of q · 2^-20 m/s, exact in any order.
 // Reads node_position, node_velocity, node_liquid; writes node_velocity, node_pin_force.
