@@ -12,14 +12,6 @@ using Eigen::Vector3d;
 
 constexpr int check_interval = 10;
 
-/// v after Coulomb friction: the tangential part falls by at most `speed` (m/s).
-Vector3d slowed(const Vector3d& v, const Vector3d& normal, double speed) {
-  const Vector3d across = normal * v.dot(normal);
-  const Vector3d along = v - across;
-  const double length = along.norm();
-  return length > speed ? Vector3d(across + along * (1 - speed / length)) : across;
-}
-
 }  // namespace
 
 void cloth(ReferenceState& state, const StepInfo& info, StepReport& report) {
@@ -52,8 +44,8 @@ void cloth(ReferenceState& state, const StepInfo& info, StepReport& report) {
   const Vectors& x = iteration.x();
   const Vectors r = problem.residual(x), internal = problem.internal_force(x);
   for (Index n = 0; n < state.s.node_count(); ++n) {
-    state.s.node_contact_force[n] = {0, 0, 0};
-    Vector3d v = (x[n] - problem.start[n]) / dt;
+    state.s.node_contact_force[n] = state.s.node_friction_force[n] = {0, 0, 0};
+    const Vector3d v = (x[n] - problem.start[n]) / dt;
     if (!problem.is_free(n)) {
       const Vector3d acceleration = (v - vec(state.s.node_velocity[n])) / dt;
       const Vector3d held = internal[n] + problem.mass[n] * (gravity - acceleration) + load[n];
@@ -61,13 +53,10 @@ void cloth(ReferenceState& state, const StepInfo& info, StepReport& report) {
       state.s.node_velocity[n] = arr(v);
       continue;
     }
-    const auto [normal, surface] = problem.contact(n, x[n]);
-    if (normal.norm() > 0) {
-      const double press = std::max(0.0, -r[n].dot(normal));  // N
-      const ClothMaterial& m = problem.material(n);
-      const double friction = m.friction + node_saturation(state, n) * (m.friction_wet - m.friction);
-      v = surface + slowed(v - surface, normal, friction * dt * press / problem.mass[n]);
-      state.s.node_contact_force[n] = arr(press * normal);
+    Vector3d free = r[n];
+    if (problem.contact(n, x[n], free).press > 0) {
+      state.s.node_contact_force[n] = arr(free - r[n]);
+      state.s.node_friction_force[n] = arr(problem.unbalanced(n, x[n], r[n]) - free);
     }
     state.s.node_velocity[n] = arr(v);
   }

@@ -164,15 +164,37 @@ Vector3d ClothProblem::before_planes(Index n, const Vector3d& now, Vector3d x) c
   return x;
 }
 
-Contact ClothProblem::contact(Index n, const Vector3d& x) const {
-  Contact last{Vector3d::Zero(), Vector3d::Zero()};
-  if (!is_free(n)) return last;
+NodeContact ClothProblem::contact(Index n, const Vector3d& x, Vector3d& push) const {
+  NodeContact found;
   for (const PlacedBody& body : bodies) {
     Vector3d normal;
     const std::optional<double> distance = distance_to(body, x, normal);
-    if (distance && *distance < contact_range * material(n).thickness) last = {normal, body.pose.velocity_at(x)};
+    if (!is_free(n) || !distance || *distance >= contact_range * material(n).thickness) continue;
+    const double press = std::max(0.0, -push.dot(normal));
+    found = {normal, body.pose.velocity_at(x), found.press + press};
+    push += press * normal;
   }
-  return last;
+  return found;
+}
+
+double ClothProblem::friction(Index n) const {
+  const ClothMaterial& m = material(n);
+  return m.friction + node_saturation(state, n) * (m.friction_wet - m.friction);
+}
+
+Vector3d ClothProblem::rubbed(const NodeContact& contact, Index n, const Vector3d& x, double loss) const {
+  const Vector3d way = x - start[n] - dt * contact.surface;
+  const Vector3d slip = way - contact.normal * way.dot(contact.normal);
+  return x - std::min(1.0, loss / std::max(slip.norm(), 1e-300)) * slip;
+}
+
+Vector3d ClothProblem::unbalanced(Index n, const Vector3d& x, const Vector3d& r) const {
+  Vector3d left = r;
+  const NodeContact touched = contact(n, x, left);
+  if (touched.press == 0) return left;
+  const Vector3d on = (left - touched.normal * left.dot(touched.normal)) / diagonal[n];
+  const Vector3d after = rubbed(touched, n, x + on, friction(n) * touched.press / diagonal[n]);
+  return left + diagonal[n] * (after - x - on);
 }
 
 ClothIteration::ClothIteration(const ClothProblem& problem, const Vectors& first)
@@ -253,8 +275,12 @@ void ClothIteration::advance(int count) {
 void ClothIteration::iterate_positions() {
   const Vectors r = problem_.residual(x_);
   Vectors next = x_;
-  for (std::size_t n = 0; n < next.size(); ++n) {
-    if (problem_.is_free(static_cast<Index>(n))) next[n] += r[n] / problem_.diagonal[n];
+  for (Index n = 0; n < problem_.model().mesh.nodes(); ++n) {
+    if (!problem_.is_free(n)) continue;
+    Vector3d step = r[n] / problem_.diagonal[n];
+    const NodeContact touched = problem_.contact(n, x_[n], step);
+    next[n] += step;
+    if (touched.press > 0) next[n] = problem_.rubbed(touched, n, next[n], problem_.friction(n) * touched.press);
   }
   problem_.project(next);
   for (std::size_t n = 0; n < next.size(); ++n) next[n] = omega_ * (next[n] - previous_[n]) + previous_[n];
@@ -290,7 +316,13 @@ void ClothIteration::gather() {
   for (std::size_t n = 0; n < x_.size(); ++n) {
     if (!problem_.is_free(static_cast<Index>(n))) continue;
     const Vector3d free = problem_.target[n] + problem_.dt * problem_.dt / problem_.mass[n] * force[n];
-    x_[n] = problem_.before_planes(static_cast<Index>(n), previous_[n], free);
+    const auto node = static_cast<Index>(n);
+    Vector3d step = free - previous_[n];
+    const NodeContact touched = problem_.contact(node, previous_[n], step);
+    if (touched.press > 0)
+      x_[n] = problem_.rubbed(touched, node, previous_[n] + step, problem_.friction(node) * touched.press);
+    else
+      x_[n] = problem_.before_planes(node, previous_[n], free);
   }
   problem_.project(x_);
 }
@@ -303,8 +335,7 @@ double ClothIteration::residual() const {
   double left = 0, goal = 0;
   for (Index n = 0; n < p.model().mesh.nodes(); ++n) {
     if (!p.is_free(n)) continue;
-    const Vector3d normal = p.contact(n, x_[n]).normal;
-    left += (r[n] - normal * std::min(0.0, r[n].dot(normal))).norm();
+    left += p.unbalanced(n, x_[n], r[n]).norm();
     goal +=
         solver_.tolerance * p.mass[n] / (p.dt * p.dt) * (p.target[n] - p.start[n]).norm() + rounding * p.diagonal[n];
   }

@@ -8,6 +8,13 @@ namespace drench::reference {
 
 using Stress = Eigen::Matrix<double, 3, 2>;
 
+/// The bodies that a node touches: the last one's normal and its surface's velocity, and what presses the node into all of
+/// them.
+struct NodeContact {
+  Eigen::Vector3d normal = Eigen::Vector3d::Zero(), surface = Eigen::Vector3d::Zero();  // surface: m/s
+  double press = 0;
+};
+
 /// The problem of one step; the target is the caller's to set.
 struct ClothProblem {
   const ReferenceState& state;
@@ -40,8 +47,14 @@ struct ClothProblem {
   void project(Vectors& x) const;
   /// x, moved out of the planes that touch the bodies at their points next to `now`, to the cloth's thickness.
   Eigen::Vector3d before_planes(Index n, const Eigen::Vector3d& now, Eigen::Vector3d x) const;
-  /// The contact with the last body that the free node n touches at x; normal 0 if none.
-  Contact contact(Index n, const Eigen::Vector3d& x) const;
+  /// The bodies that the free node n touches at x. `push`, a force or a way, loses what presses into them.
+  NodeContact contact(Index n, const Eigen::Vector3d& x, Eigen::Vector3d& push) const;
+  /// x after Coulomb friction: node n slips along the surface by `loss` (m) less, at most to a standstill.
+  Eigen::Vector3d rubbed(const NodeContact& contact, Index n, const Eigen::Vector3d& x, double loss) const;
+  /// μ, as wet as the node is.
+  double friction(Index n) const;
+  /// What is left of r_n after the reaction of the bodies that it touches, N.
+  Eigen::Vector3d unbalanced(Index n, const Eigen::Vector3d& x, const Eigen::Vector3d& r) const;
 };
 
 /// s_n = min(1, m_f/C_n); 0 where the node holds nothing.

@@ -39,8 +39,10 @@ std::vector<double> turning_points(const MovingTriangle& t, const Vector3d& x0, 
 }
 
 /// Trilinear in the lattice's values; none beyond the lattice or without one.
-std::optional<double> field_distance(const DistanceField& field, const Vector3d& x, Vector3d& normal) {
+/// `slope`: how fast it grows along the normal.
+std::optional<double> field_distance(const DistanceField& field, const Vector3d& x, Vector3d& normal, double& slope) {
   normal = Vector3d::Zero();
+  slope = 1;
   if (field.empty()) return std::nullopt;
   const Vector3d at = (x - vec(field.origin)) / field.spacing;
   std::array<Index, 3> cell;
@@ -63,9 +65,10 @@ std::optional<double> field_distance(const DistanceField& field, const Vector3d&
     }
   }
   const double low = mix(row[0][0], row[0][1], v), high = mix(row[1][0], row[1][1], v);
-  const Vector3d slope(mix(mix(step[0][0], step[0][1], v), mix(step[1][0], step[1][1], v), w),
+  const Vector3d gradient(mix(mix(step[0][0], step[0][1], v), mix(step[1][0], step[1][1], v), w),
                        mix(row[0][1] - row[0][0], row[1][1] - row[1][0], w), high - low);
-  normal = slope.norm() > 0 ? Vector3d(slope.normalized()) : Vector3d::UnitY();
+  if (gradient.norm() > 0) slope = std::max(0.5, gradient.norm() / field.spacing);
+  normal = gradient.norm() > 0 ? Vector3d(gradient.normalized()) : Vector3d::UnitY();
   return mix(low, high, w);
 }
 
@@ -161,10 +164,16 @@ std::vector<PlacedBody> placed_bodies(const ReferenceState& state, double dt) {
 }
 
 std::optional<double> distance_to(const PlacedBody& placed, const Vector3d& x, Vector3d& normal) {
+  double slope;
+  return distance_to(placed, x, normal, slope);
+}
+
+std::optional<double> distance_to(const PlacedBody& placed, const Vector3d& x, Vector3d& normal, double& slope) {
+  slope = 1;
   const Body& body = *placed.body;
   const Vector3d own = vec(body.center) + placed.pose.turn.conjugate() * (x - placed.pose.position);
   if (body.kind == BodyScene::Kind::mesh) {
-    const std::optional<double> distance = field_distance(body.field, own, normal);
+    const std::optional<double> distance = field_distance(body.field, own, normal, slope);
     normal = placed.pose.turn * normal;
     return distance;
   }
@@ -178,10 +187,15 @@ std::vector<Contact> project_out(const std::vector<PlacedBody>& bodies, double c
   std::vector<Contact> contacts;
   for (const PlacedBody& body : bodies) {
     Vector3d normal;
-    const std::optional<double> distance = distance_to(body, x, normal);
+    double slope;
+    std::optional<double> distance = distance_to(body, x, normal, slope);
     if (!distance || *distance >= clearance) continue;
     contacts.push_back({normal, body.pose.velocity_at(x)});
-    x += (clearance - *distance) * normal;
+    const int steps = body.body->kind == BodyScene::Kind::mesh ? 3 : 1;  // of Newton, where φ is interpolated
+    for (int k = 0; k < steps && distance; ++k) {
+      x += (clearance - *distance) / slope * normal;
+      distance = distance_to(body, x, normal, slope);
+    }
   }
   return contacts;
 }

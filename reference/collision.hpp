@@ -47,6 +47,9 @@ std::vector<PlacedBody> placed_bodies(const ReferenceState& state, double dt);
 
 /// Distance of x to a body, and its normal; none for a mesh that is not closed.
 std::optional<double> distance_to(const PlacedBody& body, const Eigen::Vector3d& x, Eigen::Vector3d& normal);
+/// The same; `slope`: how fast it grows along the normal, 1 but for a mesh's interpolated distance.
+std::optional<double> distance_to(const PlacedBody& body, const Eigen::Vector3d& x, Eigen::Vector3d& normal,
+                                  double& slope);
 
 struct Contact {
   Eigen::Vector3d normal, surface;  // surface: its velocity there, m/s

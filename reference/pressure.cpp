@@ -40,7 +40,8 @@ class ElasticCloth : public ClothResponse {
   Vectors velocities(const Vectors& node_force) override {
     for (Index n = 0; n < problem_.model().mesh.nodes(); ++n) {
       if (!problem_.is_free(n)) continue;
-      const Vector3d contact = vec(problem_.state.s.node_contact_force[n]);
+      const HostState& s = problem_.state.s;
+      const Vector3d contact = vec(s.node_contact_force[n]) + vec(s.node_friction_force[n]);
       const Vector3d change = node_force[n] - load_[n] - internal_[n] - contact;
       problem_.target[n] = began_[n] + problem_.dt * problem_.dt / problem_.mass[n] * change;
     }

@@ -192,8 +192,8 @@ void move_cloth(Device& d, Real dt) {
         for (std::size_t b = 0; b < bodies; ++b) {
           const SolidDistance contact = solid_distance(solids(b), x, shift);
           if (!(contact.phi < thickness)) continue;
-          shift += (thickness - contact.phi) * contact.normal;
           v = without_inward(v, contact.normal, surface_velocity(solids(b), x, shift));
+          shift = to_distance(solids(b), x, shift, contact, thickness);
         }
         position(n) = x + shift;
         velocity(n) = v;
@@ -327,8 +327,8 @@ void finish_fluid(Device& d, Real dt, bool swept) {
         for (std::size_t b = 0; b < solids.extent(0); ++b) {
           const SolidDistance body = solid_distance(solids(b), x, Real3{});
           if (!(body.phi < 0)) continue;
-          x -= body.phi * body.normal;
           v = without_inward(v, body.normal, surface_velocity(solids(b), x, Real3{}));
+          x += to_distance(solids(b), x, Real3{}, body, 0);
           put_back = true;
         }
         if (put_back) {

@@ -14,7 +14,6 @@ namespace drench::kokkos_backend {
 namespace {
 
 constexpr int check_interval = 10;
-constexpr Real contact_range = Real(1.01);  // of the thickness
 
 /// Target y − x⁰ with gravity and the last pressure; the iteration starts where the cloth goes by itself.
 void aim(Device& d, const ClothSystem& s, Real dt, bool loaded) {
@@ -43,19 +42,17 @@ void aim(Device& d, const ClothSystem& s, Real dt, bool loaded) {
       });
 }
 
-/// Velocities from the shifts, contact forces, friction, and the pins' reaction.
+/// Velocities from the shifts, forces of contact, and the pins' reaction.
 void finish(Device& d, const ClothSystem& s, Real dt, bool loaded) {
   const auto shift = d.cloth_work.shift;
-  const auto velocity = d.nodes.velocity, contact_force = d.nodes.contact_force, pin_force = d.nodes.pin_force;
+  const auto velocity = d.nodes.velocity, pin_force = d.nodes.pin_force;
+  const auto contact_force = d.nodes.contact_force, friction_force = d.nodes.friction_force;
   const auto force = d.nodes.force;
-  const auto liquid = d.nodes.liquid;
-  const auto capacity = d.nodes.capacity;
-  const double quantum = d.quantum;
   const Real3 gravity = d.gravity;
   parallel(
       "drench::cloth::velocity", d.nodes.count, KOKKOS_LAMBDA(const Index n) {
-        contact_force(n) = Real3{};
-        Real3 v = (1 / dt) * shift(n);
+        contact_force(n) = friction_force(n) = Real3{};
+        const Real3 v = (1 / dt) * shift(n);
         if (s.pinned(n)) {
           const Real3 acceleration = (1 / dt) * (v - velocity(n));
           pin_force(n) -= s.elastic_force(n, shift) + s.mass(n) * (gravity - acceleration);
@@ -63,24 +60,11 @@ void finish(Device& d, const ClothSystem& s, Real dt, bool loaded) {
           velocity(n) = v;
           return;
         }
-        Real3 normal, surface;
-        bool contact = false;
-        for (std::size_t b = 0; b < s.solids.extent(0); ++b) {
-          const SolidDistance at = solid_distance(s.solids(b), s.start(n), shift(n));
-          if (!(at.phi < contact_range * s.thickness(n))) continue;
-          normal = at.normal;
-          surface = surface_velocity(s.solids(b), s.start(n), shift(n));
-          contact = true;
-        }
-        if (contact) {
-          const Real inward = -dot(s.residual(n, shift), normal);
-          const Real press = inward > 0 ? inward : 0;
-          const Material& m = s.materials(s.cloth(n));
-          const Real friction =
-              at_saturation(m.friction, m.friction_wet, node_saturation(liquid(n), quantum, capacity(n)));
-          const Real loss = friction * dt * press / s.mass(n);
-          v = surface + with_friction(v - surface, normal, loss);
-          contact_force(n) = press * normal;
+        Real3 r = s.residual(n, shift);
+        const NodeContact c = s.contact(n, shift(n), r);
+        if (c.press > 0) {
+          contact_force(n) = r - s.residual(n, shift);
+          friction_force(n) = s.unbalanced(n, shift) - r;
         }
         velocity(n) = v;
       });

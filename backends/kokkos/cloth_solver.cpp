@@ -12,7 +12,6 @@ namespace {
 constexpr int plain_iterations = 10;
 constexpr double rounding = 0.5;            // of ε Σ D L: what is left of a residual that is summed in this precision
 constexpr double trusted = 10;              // × the residual without multipliers: what xpbd may start from
-constexpr Real contact_range = Real(1.01);  // of the thickness
 
 void allocate(Device& d) {
   ClothWork& w = d.cloth_work;
@@ -73,8 +72,11 @@ void iterate(Device& d, const ClothSystem& s, Real omega) {
         if (s.pinned(n)) return;
         const Real thickness = s.thickness(n);
         const Real3 x = s.start(n), before = last_shift(n);
-        const Real3 step = (1 / s.diagonal(n)) * s.residual(n, shift);
-        Real3 next = project_out(s.solids, x, shift(n) + step, thickness);
+        Real3 step = (1 / s.diagonal(n)) * s.residual(n, shift);
+        const NodeContact c = s.contact(n, shift(n), step);
+        Real3 next = shift(n) + step;
+        if (c.press > 0) next = s.rubbed(c, next, s.friction(n) * c.press);
+        next = project_out(s.solids, x, next, thickness);
         if (omega != 1) next = project_out(s.solids, x, omega * (next - before) + before, thickness);
         last_shift(n) = next;
       });
@@ -83,7 +85,7 @@ void iterate(Device& d, const ClothSystem& s, Real omega) {
 
 }  // namespace
 
-ClothSystem::ClothSystem(const Device& d, Real dt)
+ClothSystem::ClothSystem(const Device& d, Real step)
     : start(d.nodes.position),
       target(d.cloth_work.target),
       mass(d.cloth_work.mass),
@@ -105,8 +107,12 @@ ClothSystem::ClothSystem(const Device& d, Real dt)
       limit_stiffness(d.mesh.limit_stiffness),
       materials(d.materials),
       solids(d.solids),
-      inverse_dt(1 / dt),
-      inverse_dt2(1 / (dt * dt)) {}
+      liquid(d.nodes.liquid),
+      capacity(d.nodes.capacity),
+      quantum(d.quantum),
+      dt(step),
+      inverse_dt(1 / step),
+      inverse_dt2(1 / (step * step)) {}
 
 ClothIteration::ClothIteration(Device& d, Real dt)
     : device_(d),
@@ -161,12 +167,7 @@ double ClothIteration::residual() const {
   const TwoSums sums = ordered_sums(
       "drench::cloth::residual", nodes, KOKKOS_LAMBDA(const Index n) {
         if (s.pinned(n)) return TwoSums{};
-        Real3 r = s.residual(n, shift);
-        for (std::size_t b = 0; b < s.solids.extent(0); ++b) {
-          const SolidDistance contact = solid_distance(s.solids(b), s.start(n), shift(n));
-          if (contact.phi < contact_range * s.thickness(n)) r = without_inward(r, contact.normal);
-        }
-        const double force = static_cast<double>(norm(r));
+        const double force = static_cast<double>(norm(s.unbalanced(n, shift)));
         return TwoSums{force < 1e100 ? force : 1e100,
                        tolerance * static_cast<double>(s.mass(n) * s.inverse_dt2 * norm(s.target(n))) +
                            floor * static_cast<double>(s.diagonal(n))};

@@ -6,8 +6,17 @@
 #include "device.hpp"
 #include "laws/contact.hpp"
 #include "laws/elasticity.hpp"
+#include "laws/wet_cloth.hpp"
 
 namespace drench::kokkos_backend {
+
+/// The solids that a node touches: the last one's normal and how far its surface moves in the step (m), and what presses
+/// the node into all of them, as a force or a way.
+struct NodeContact {
+  bool touches = false;
+  Real3 normal, moved;
+  Real press = 0;
+};
 
 /// What the kernels see of the cloth: everything that stays the same during one solve.
 struct ClothSystem {
@@ -20,9 +29,12 @@ struct ClothSystem {
   Array<Real> limit_shape, limit_stiffness;
   Array<Material> materials;
   Array<Solid> solids;
-  Real inverse_dt, inverse_dt2;
+  Array<Quanta> liquid;
+  Array<double> capacity;
+  double quantum;
+  Real dt, inverse_dt, inverse_dt2;
 
-  ClothSystem(const Device& d, Real dt);
+  ClothSystem(const Device& d, Real step);
 
   /// −∂(elastic energy)/∂x_n and the strain damping, N.
   KOKKOS_INLINE_FUNCTION Real3 elastic_force(Index n, const Array<Real3>& shift) const {
@@ -78,6 +90,49 @@ struct ClothSystem {
   /// r_n, N.
   KOKKOS_INLINE_FUNCTION Real3 residual(Index n, const Array<Real3>& shift) const {
     return (mass(n) * inverse_dt2) * (target(n) - shift(n)) + elastic_force(n, shift);
+  }
+
+  /// Solids within 1.01 of the thickness at x⁰ + `shift`. `push`, a force or a way, loses what presses into them.
+  KOKKOS_INLINE_FUNCTION NodeContact contact(Index n, const Real3& shift, Real3& push) const {
+    NodeContact c;
+    const Real range = Real(1.01) * thickness(n);
+    for (std::size_t b = 0; b < solids.extent(0); ++b) {
+      const SolidDistance at = solid_distance(solids(b), start(n), shift);
+      if (!(at.phi < range)) continue;
+      c.touches = true;
+      c.normal = at.normal;
+      c.moved = dt * surface_velocity(solids(b), start(n), shift);
+      const Real inward = dot(push, at.normal);
+      if (!(inward < 0)) continue;
+      c.press -= inward;
+      push -= inward * at.normal;
+    }
+    return c;
+  }
+  /// μ, as wet as the node is.
+  KOKKOS_INLINE_FUNCTION Real friction(Index n) const {
+    const Material& m = materials(cloth(n));
+    return at_saturation(m.friction, m.friction_wet, node_saturation(liquid(n), quantum, capacity(n)));
+  }
+  /// A shift after Coulomb friction: it slips along the surface by `loss` (m) less, at most to a standstill.
+  KOKKOS_INLINE_FUNCTION static Real3 rubbed(const NodeContact& c, const Real3& shift, Real loss) {
+    const Real3 slip = tangential(shift - c.moved, c.normal);
+    const Real length = norm(slip);
+    return length > loss ? shift - (loss / length) * slip : shift - slip;
+  }
+  KOKKOS_INLINE_FUNCTION static Real3 tangential(const Real3& v, const Real3& normal) {
+    return v - dot(v, normal) * normal;
+  }
+  /// What is left of r_n after the solid's reaction: its normal part if it pulls, its tangential part beyond friction.
+  KOKKOS_INLINE_FUNCTION Real3 unbalanced(Index n, const Array<Real3>& shift) const {
+    Real3 left = residual(n, shift);
+    const NodeContact c = contact(n, shift(n), left);
+    if (!(c.press > 0)) return left;
+    // How far it would slip on with what is left, and how much of that friction takes.
+    const Real3 slip = tangential(shift(n) - c.moved, c.normal), on = tangential(left, c.normal);
+    const Real stiffness = diagonal(n);
+    const Real3 after = rubbed({true, c.normal, {}, 0}, slip + (1 / stiffness) * on, friction(n) * c.press / stiffness);
+    return left - on + stiffness * (after - slip);
   }
 
   /// τ/Δt of the node's cloth.

@@ -105,7 +105,14 @@ void gather_multipliers(Device& d, const ClothSystem& s) {
                                 corner_gradient(s.triangle_shape(t), s.limit_item(r) % 4));
           }
         const Real3 free = target(n) + (1 / (s.mass(n) * s.inverse_dt2)) * sum;
-        shift(n) = held_out(s.solids, s.start(n), anchor(n), free, s.thickness(n));
+        Real3 step = free - anchor(n);
+        const NodeContact c = s.contact(n, anchor(n), step);
+        if (c.press > 0) {
+          const Real3 next = s.rubbed(c, anchor(n) + step, s.friction(n) * c.press);
+          shift(n) = project_out(s.solids, s.start(n), next, s.thickness(n));
+        } else {
+          shift(n) = held_out(s.solids, s.start(n), anchor(n), free, s.thickness(n));
+        }
       });
 }
 

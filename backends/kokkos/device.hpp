@@ -55,7 +55,7 @@ struct BoundaryArrays {
 
 struct NodeArrays {
   Index count = 0;
-  Array<Real3> position, velocity, contact_force, pin_force;
+  Array<Real3> position, velocity, contact_force, friction_force, pin_force;
   Array<Quanta> liquid, ripe;
   // constant
   Array<Real> solid_mass;  // kg

@@ -28,7 +28,7 @@ std::int64_t Device::bytes() const {
   total += sum_bytes(solids, fields, b.constant, b.state, b.sample, b.owner, b.position, b.force, b.predicted, b.part,
                      b.load, b.change, b.row_load, b.row_arm, b.row_bound);
   const NodeArrays& n = nodes;
-  total += sum_bytes(n.position, n.velocity, n.contact_force, n.pin_force, n.liquid, n.ripe, n.solid_mass, n.pinned,
+  total += sum_bytes(n.position, n.velocity, n.contact_force, n.friction_force, n.pin_force, n.liquid, n.ripe, n.solid_mass, n.pinned,
                      mesh.rest_metric, n.bend_start, n.bend_item, n.bend_weight, n.cloth, n.capacity, n.capacity_quanta,
                      n.max_quanta, n.weight_sum, n.sample_start, n.sample_item, n.edge_start, n.edge_item,
                      n.hinge_start, n.hinge_item, n.limit_start, n.limit_item, n.pin_motion,

@@ -50,6 +50,7 @@ void Device::upload(const HostState& s) {
     nodes.liquid = to_device<Quanta>("drench::node_liquid", s.node_liquid);
     nodes.ripe = to_device<Quanta>("drench::node_ripe", s.node_ripe);
     nodes.contact_force = to_device3("drench::node_contact_force", s.node_contact_force);
+    nodes.friction_force = to_device3("drench::node_friction_force", s.node_friction_force);
     nodes.pin_force = to_device3("drench::node_pin_force", s.node_pin_force);
   }
   put(samples.volume.extent(0) > 0 ? samples.volume : Array<Real>(),
@@ -87,6 +88,7 @@ HostState Device::download() const {
   s.node_liquid = to_host<Quanta>(nodes.liquid, nodes.count);
   s.node_ripe = to_host<Quanta>(nodes.ripe, nodes.count);
   s.node_contact_force = to_host<Vec3>(nodes.contact_force, nodes.count);
+  s.node_friction_force = to_host<Vec3>(nodes.friction_force, nodes.count);
   s.node_pin_force = to_host<Vec3>(nodes.pin_force, nodes.count);
   s.sample_volume = to_host<double>(samples.volume, samples.count);
   s.sample_flow_direction = to_host<Vec3>(samples.flow_direction, samples.count);

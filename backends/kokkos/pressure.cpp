@@ -24,7 +24,8 @@ class ElasticCloth {
     Device& d = device_;
     const Real dt = dt_;
     const ClothSystem s = iteration_.system();
-    const auto v = d.nodes.velocity, contact = d.nodes.contact_force, f = d.nodes.force, pin = d.nodes.pin_force;
+    const auto v = d.nodes.velocity, f = d.nodes.force, pin = d.nodes.pin_force;
+    const auto contact = d.nodes.contact_force, friction = d.nodes.friction_force;
     const auto base = d.cloth_work.base, shift = d.cloth_work.shift, last = d.cloth_work.last_shift;
     parallel(
         "drench::pressure::cloth_start", d.nodes.count, KOKKOS_LAMBDA(const Index n) { shift(n) = dt * v(n); });
@@ -36,7 +37,7 @@ class ElasticCloth {
             pin(n) += elastic + f(n);
             return;
           }
-          base(n) = shift(n) - (dt * dt / s.mass(n)) * (elastic + f(n) + contact(n));
+          base(n) = shift(n) - (dt * dt / s.mass(n)) * (elastic + f(n) + contact(n) + friction(n));
         });
   }
 

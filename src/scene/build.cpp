@@ -180,6 +180,7 @@ void init_nodes(const Model& m, HostState& s) {
   s.node_liquid.assign(nodes, 0);
   s.node_ripe.assign(nodes, 0);
   s.node_contact_force.assign(nodes, Vec3{0, 0, 0});
+  s.node_friction_force.assign(nodes, Vec3{0, 0, 0});
   s.node_pin_force.assign(nodes, Vec3{0, 0, 0});
   s.sample_volume.assign(m.samples.rest_position.size(), 0);
   if (m.has_fluid()) s.sample_volume = akinci_volumes(m.samples.rest_position, m.support, m.scene.fluid.kernel);

@@ -1,7 +1,7 @@
 #pragma once
 // Stage cloth: the implicit step of the cloth: Projective Dynamics (Bouaziz et al. 2014) by Jacobi iterations with
-// Chebyshev acceleration (Wang 2015), or the same step by XPBD (Macklin, Müller & Chentanez 2016), contact with bodies
-// inside the iteration, Coulomb friction after it.
+// Chebyshev acceleration (Wang 2015), or the same step by XPBD (Macklin, Müller & Chentanez 2016), contact with bodies and
+// Coulomb friction inside the iteration (as in Ly et al. 2020).
 //
 // It runs before the density solve (physics.md puts it after) and under the last step's pressure, so that water at
 // rest on cloth is a fixed point; the density solve then goes on with the same iteration while its pressure changes
@@ -26,11 +26,16 @@
 //       Residual (a force, N): r_n = m_n/Δt² (y_n − x_n) − ∂(elastic energy and damping)/∂x_n.
 //       Jacobi diagonal D_n = m_n/Δt² + Σ_e k_e (1 + τ/Δt) + Σ_h ½ c_h |K_n| Σ_a |K_a| + Σ_t ½ w A_t Σ_c |∂_c N_n| Σ_a |∂_c N_a|
 //       (halves of absolute row sums, each column c of F a constraint; F* held, which only makes the energy larger).
-//       Jacobi: x̂ = x + r/D, projected out of bodies; Chebyshev: x^{k+1} = ω_{k+1} (x̂ − x^{k−1}) + x^{k−1}, then
+//       Jacobi: x̂ = x + r/D, without what presses into bodies and with friction, projected out of bodies; Chebyshev: x^{k+1} = ω_{k+1} (x̂ − x^{k−1}) + x^{k−1}, then
 //       projected again; ω = 1 for the first 10 iterations, then 2/(2 − ρ²), then 4/(4 − ρ² ω).
 //       ρ = max_n (1 − m_n/(Δt² D_n)), a bound for the linear part.
 //       Projection: a node whose distance φ to a body is below the cloth's thickness moves by the difference along the
-//       body's normal (bodies in their order, where they are at the step's end: bodies.hpp, law 3).
+//       body's normal (bodies in their order, where they are at the step's end: bodies.hpp, law 3); by (τ − φ)/|∇φ| and two
+//       more such steps, forth or back, where φ is a mesh's interpolated distance.
+//       Friction: a node that touches bodies at x (φ < 1.01 thickness; normal n and surface velocity v_s of the last of them)
+//       and is pressed into them by p = −Σ r·n > 0 (N) slips by t = x̂ − x⁰ − Δt v_s without its part along n; |t| falls by
+//       at most μ p/D. Where the iteration rests |r_t| ≤ μ p, with equality against the slip if the node slips: Coulomb's
+//       law, implicit.
 //       method: xpbd iterates on multipliers instead, one force f_j (N) a constraint j, held at gradients g_jn:
 //         springs f_e on their first node, g = ±1; hinges f_h, g = K_a; columns c of strain limits f_tc (N·m), g = ∂_c N_a;
 //         x = Π(y + Δt²/m_n Σ_j g_jn f_j)
@@ -48,19 +53,18 @@
 //         Π: out of the half-spaces n·(x − x′) ≥ thickness − φ(x′), φ and n taken at the iterate x′ of the last check
 //         (bodies in their order), then the projection as above. Without the contact's own force a pressed node lies deep
 //         in the body, and its distance leads out elsewhere; normals that follow every iterate are a feedback that the
-//         weights amplify.
+//         weights amplify. Friction as above at x′ with the way that is free instead of r/D.
 //         The multipliers' forces cancel exactly, so cloth in free flight keeps its momentum whatever is left of r.
 //       Every 10 iterations: residual = Σ |r_n| / Σ (tolerance m_n |y_n − x⁰_n|/Δt² + ½ ε D_n L̄) over free nodes, nodes in
-//       contact without the part of r along the normal that presses into the body; ε the precision's rounding, L̄ the
+//       contact without the part of r that presses into the bodies and without what friction holds; ε the precision's rounding, L̄ the
 //       mean rest edge: below the second term sums of this precision are noise. Stop at ≤ 1. If it grew tenfold over
 //       the smallest so far, ρ is lowered (1 − 2(1 − ρ)) and ω restarts at 1. Cap: max_iterations. A residual of 1
 //       means that the unbalanced forces are `tolerance` times what moves the cloth: pins carry the weight to that.
 //       method, tolerance and max_iterations are the scene's `cloth_solver`.
-//       After it: v_n = (x_n − x⁰_n)/Δt. Contact nodes (φ < 1.01 thickness after the last projection; the last such
-//       body in order): node_contact_force = r_press n, r_press = max(0, −r·n), others 0; friction: the tangential
-//       speed relative to the body's surface falls by at most μ Δt r_press/m_n.
+//       After it: v_n = (x_n − x⁰_n)/Δt; node_contact_force = p n and node_friction_force, what friction takes of r; 0 for
+//       nodes that touch nothing.
 //       Positions are not written: advection moves the nodes with the velocity that the density solve leaves.
 //       Pins: node_pin_force −= elastic and damping force + m_n g + f_n − m_n (u/Δt − v_n)/Δt; v_n = u/Δt (0 if they stand).
 //       The work that pins do in a step is Σ node_pin_force · u.
 // Reads:  time, node_position, node_velocity, node_liquid, fluid_kappa_density and what its forces need.
-// Writes: node_velocity, node_contact_force, node_pin_force, fluid_kappa_density (κ := 0); StepReport::cloth_*.
+// Writes: node_velocity, node_contact_force, node_friction_force, node_pin_force, fluid_kappa_density (κ := 0); StepReport::cloth_*.

@@ -15,7 +15,7 @@
 // Nodes' velocities. Nodes do not answer with their inertia alone: a sheet of 0.2 kg/m² under 100 kg/m² of water would
 // then hold against it with M/Δt² instead of its stiffness K, a hundred times too little where Δt² K ≫ M, and the more
 // the smaller Δt: energy from nothing as soon as Δt changes. So the cloth's step (cloth.hpp) goes on inside the solve.
-// With u* = Δt v_n from stage cloth, f° its node forces and c_n = node_contact_force:
+// With u* = Δt v_n from stage cloth, f° its node forces and c_n = node_contact_force + node_friction_force:
 //     m_n/Δt² (u*_n − u_n) + F_n(u) − F_n(u*) + f_n(κ) − f°_n − c_n + contact = 0,  v_n = u_n/Δt,
 //   F = elastic and damping force; bodies as in stage cloth (they give c_n back where the node still touches).
 //   Dynamic bodies answer in every iteration too (bodies.hpp, law 5).

@@ -42,6 +42,7 @@ struct HostState {
   std::vector<Quanta> node_liquid;        // m_f, quanta
   std::vector<Quanta> node_ripe;          // quanta: the part of the excess that is ripe for emission
   std::vector<Vec3> node_contact_force;  // N: what the body that the node touches does to it, along its normal; 0 if none
+  std::vector<Vec3> node_friction_force;  // N: what it does to it along its surface
   std::vector<Vec3> node_pin_force;       // N: reaction of the pin, 0 on free nodes
 
   // samples of the cloths
@@ -88,6 +89,7 @@ void visit_fields(State& s, Visitor&& visit) {
   visit(std::string_view("node_liquid"), s.node_liquid);
   visit(std::string_view("node_ripe"), s.node_ripe);
   visit(std::string_view("node_contact_force"), s.node_contact_force);
+  visit(std::string_view("node_friction_force"), s.node_friction_force);
   visit(std::string_view("node_pin_force"), s.node_pin_force);
   visit(std::string_view("sample_volume"), s.sample_volume);
   visit(std::string_view("sample_flow_direction"), s.sample_flow_direction);

@@ -6,10 +6,12 @@
 
 namespace drench::kokkos_backend {
 
-/// Signed distance φ (m, positive on the free side) and its gradient, the unit normal towards the free side.
+/// Signed distance φ (m, positive on the free side), the unit normal towards the free side along its gradient, and how
+/// fast φ grows along it: 1 but for a mesh's interpolated distance.
 struct SolidDistance {
   Real phi;
   Real3 normal;
+  Real slope = 1;
 };
 
 /// Distance to a box: exact outside (Quilez), to the nearest face inside. `lo` = min − x and `hi` = x − max, m.
@@ -65,7 +67,8 @@ KOKKOS_INLINE_FUNCTION SolidDistance field_distance(const Solid& s, const Real3&
   }
   const Real3 gradient{slope[0], slope[1], slope[2]};
   const Real length = norm(gradient);
-  return {phi, length > 0 ? (1 / length) * gradient : Real3{0, 1, 0}};
+  if (!(length > 0)) return {phi, {0, 1, 0}};
+  return {phi, (1 / length) * gradient, Kokkos::fmax(length / s.field_spacing, Real(0.5))};
 }
 
 /// The vector with the components of `own` along a moving solid's axes.
@@ -86,7 +89,7 @@ KOKKOS_INLINE_FUNCTION SolidDistance solid_distance(const Solid& solid, const Re
     const Real3 own =
         solid.moves ? Real3{dot(arm, solid.axis[0]), dot(arm, solid.axis[1]), dot(arm, solid.axis[2])} : arm;
     SolidDistance d = solid.kind == 3 ? field_distance(solid, own) : box_distance(-solid.half - own, own - solid.half);
-    if (solid.inside) d = {-d.phi, -d.normal};
+    if (solid.inside) d = {-d.phi, -d.normal, d.slope};
     if (solid.moves) d.normal = to_world(solid, d.normal);
     return d;
   }
@@ -104,11 +107,23 @@ KOKKOS_INLINE_FUNCTION SolidDistance solid_distance(const Solid& solid, const Re
   return {far_away, {0, 0, 0}};
 }
 
+/// The shift to the distance τ (m) from a solid that is at `d` now: along the normal, and for a mesh by Newton's steps,
+/// because its distance is interpolated.
+KOKKOS_INLINE_FUNCTION Real3 to_distance(const Solid& solid, const Real3& x, Real3 shift, SolidDistance d,
+                                         Real thickness) {
+  shift += ((thickness - d.phi) / d.slope) * d.normal;
+  for (int k = 0; solid.kind == 3 && k < 2; ++k) {
+    d = solid_distance(solid, x, shift);
+    if (d.phi < far_away) shift += ((thickness - d.phi) / d.slope) * d.normal;
+  }
+  return shift;
+}
+
 /// Moves x + shift out of all solids, in their order, to the distance τ (m) where it is nearer; returns the new shift.
 KOKKOS_INLINE_FUNCTION Real3 project_out(const Array<Solid>& solids, const Real3& x, Real3 shift, Real thickness) {
   for (std::size_t b = 0; b < solids.extent(0); ++b) {
     const SolidDistance d = solid_distance(solids(b), x, shift);
-    if (d.phi < thickness) shift += (thickness - d.phi) * d.normal;
+    if (d.phi < thickness) shift = to_distance(solids(b), x, shift, d, thickness);
   }
   return shift;
 }
@@ -123,14 +138,6 @@ KOKKOS_INLINE_FUNCTION Real3 without_inward(const Real3& v, const Real3& normal,
 KOKKOS_INLINE_FUNCTION Real3 without_inward(const Real3& v, const Real3& normal) {
   const Real inward = dot(v, normal);
   return inward < 0 ? v - inward * normal : v;
-}
-
-/// Coulomb: the tangential velocity (m/s, relative to a normal at rest) loses at most `loss` (m/s).
-KOKKOS_INLINE_FUNCTION Real3 with_friction(const Real3& v, const Real3& normal, Real loss) {
-  const Real3 along = dot(v, normal) * normal;
-  const Real3 tangential = v - along;
-  const Real speed = norm(tangential);
-  return speed > loss ? along + (1 - loss / speed) * tangential : along;
 }
 
 }  // namespace drench::kokkos_backend
