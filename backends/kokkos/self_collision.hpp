@@ -23,7 +23,7 @@ struct SelfCollisionWork {
   Array<std::uint8_t> joined;     // is in a zone
   Array<Index> stopped;           // at a zone's least node: 1 is to stop, 2 has stopped
   Array<Index> holder;            // at a zone's least node: the first pinned node of the zone, or no_node
-  Array<std::int64_t> zone_sum;   // 4 each, at the least node: mass, q · 2^-12; momentum, q · 2^-8 m/s
+  Array<std::int64_t> zone_sum;   // 4 each, at the least node: mass, q · 2^-16; momentum, q · 2^-12 m/s
   Array<std::int64_t> zone_push;  // 6 each: the largest way out of bodies along +x −x +y …, d · 2^-40
   // candidates
   Array<Real3> node_center, edge_center, node_lo, node_hi, edge_lo, edge_hi;  // of the paths' boxes, m

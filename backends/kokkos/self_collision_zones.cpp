@@ -10,7 +10,7 @@
 namespace drench::kokkos_backend {
 namespace {
 
-constexpr double mass_units = 4096, momentum_units = 256;  // per quantum; per quantum · m/s
+constexpr double mass_units = 65536, momentum_units = 4096;  // per quantum; per quantum · m/s
 constexpr double way_units = 1099511627776.0;              // per spacing
 
 void begin_zones(Device& d) {

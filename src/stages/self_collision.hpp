@@ -35,5 +35,5 @@
 //    held cloth: a pair of a zone that has stopped is not tested again.
 //
 // Momentum is conserved by laws 3 and 4 (but for bodies, pins and zones that stop): impulses are 64-bit sums in units of
-// q · 2^-20 m/s, zones' momenta and masses of q · 2^-8 m/s and q · 2^-12, exact in any order.
+// q · 2^-20 m/s, zones' momenta and masses of q · 2^-12 m/s and q · 2^-16, exact in any order.
 // Reads node_position, node_velocity, node_liquid; writes node_velocity; StepReport::cloth_contacts, cloth_zone_nodes.

@@ -23,14 +23,14 @@ std::string garment() {
     points += fmt::format("v {:.9f} {:.9f} {:.9f}\n", x, y, z);
     return ++count;
   };
-  constexpr int around = 36, along = 22;
+  constexpr int around = 24, along = 14;
   constexpr double radius = 0.08, step = 0.3 / (along - 1), arc = 2 * std::numbers::pi / around;
   std::vector<int> node;
   for (int j = 0; j < along; ++j)
     for (int i = 0; i < around; ++i) {
       const bool rim = j == 0 || j == along - 1;
       const double angle = (i + (rim ? 0 : noise(2 * count))) * arc, y = 0.15 - (j + (rim ? 0 : noise(2 * count + 1))) * step;
-      const bool opening = j > 8 && j < 13 && i > 8 && i < 26;
+      const bool opening = j > 5 && j < 9 && i > 5 && i < 18;
       node.push_back(opening ? 0 : point(radius * std::cos(angle), y, radius * std::sin(angle)));
     }
   const auto face = [&](int a, int b, int c) {
@@ -68,20 +68,19 @@ cloth:
     areal_density: 0.2
     stretch: 300
     bend: 1.0e-5
-    strain_limit: 0.05
-    damping: 4
+    damping: 8
     pin: [{{box: {{min: [-1, 0.1499, -1], max: [1, 0.2, 1]}}}}]
 )",
                              method, (folder.path() / "garment.obj").string()));
     const ClothMesh& mesh = run.model().mesh;
-    EXPECT_EQ(mesh.nodes(), 36 * 22 - 4 * 17 + 36);
+    EXPECT_EQ(mesh.nodes(), 24 * 14 - 3 * 12 + 36);
     // An opening and two ends: V − E + F = −1 for the sleeve, 1 for the flap.
     EXPECT_EQ(mesh.nodes() - static_cast<Index>(mesh.edge.size()) + mesh.triangles(), 0);
     double weight[2] = {0, 0};
     for (std::size_t n = 0; n < mesh.solid_mass.size(); ++n)
       weight[mesh.rest_position[n][0] > 0.14] += 9.81 * mesh.solid_mass[n];
     int capped = 0;
-    for (int n = 0; n < 500; ++n) capped += !run.step().cloth_converged;
+    for (int n = 0; n < 250; ++n) capped += !run.step().cloth_converged;
     const HostState s = run.state();
     double force[2] = {0, 0}, fastest = 0;
     for (std::size_t n = 0; n < s.node_position.size(); ++n) {
