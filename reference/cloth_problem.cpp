@@ -210,6 +210,8 @@ ClothIteration::ClothIteration(const ClothProblem& problem, const Vectors& first
     slowness.push_back(free ? problem.dt * problem.dt * problem.diagonal[n] / problem.mass[n] : 1);
     rho_ = std::max(rho_, 1 - 1 / slowness[n]);
   }
+  const int accelerated = solver_.max_iterations - plain_iterations;
+  rho_ = std::min(rho_, accelerated > 0 ? 1 / std::cosh(std::acosh(3.0) / accelerated) : 0.0);
   if (solver_.method == ClothMethod::pd) return;
   const ClothMesh& mesh = problem.model().mesh;
   for (std::size_t e = 0; e < mesh.edge.size(); ++e) {

@@ -1,6 +1,7 @@
 #include "cloth_solver.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <utility>
 
@@ -64,6 +65,11 @@ double spectral_bound(const ClothSystem& s, Index nodes) {
       });
 }
 
+/// The largest ρ for which Chebyshev's weights take a third off every mode within the cap (cloth.hpp).
+double reachable_radius(int cap) {
+  return cap > plain_iterations ? 1 / std::cosh(std::acosh(3.0) / (cap - plain_iterations)) : 0;
+}
+
 /// One Jacobi step with Chebyshev's ω; the new iterate replaces x^{k−1}, then the two change places.
 void iterate(Device& d, const ClothSystem& s, Real omega) {
   const auto shift = d.cloth_work.shift, last_shift = d.cloth_work.last_shift;
@@ -121,7 +127,7 @@ ClothIteration::ClothIteration(Device& d, Real dt)
       tolerance_(d.model.scene.cloth_solver.tolerance),
       rho_(0) {
   masses_and_diagonals(d, system_);
-  rho_ = spectral_bound(system_, d.nodes.count);
+  rho_ = std::min(spectral_bound(system_, d.nodes.count), reachable_radius(d.model.scene.cloth_solver.max_iterations));
 }
 
 void ClothIteration::advance(int count) {

@@ -28,7 +28,10 @@
 //       (halves of absolute row sums, each column c of F a constraint; F* held, which only makes the energy larger).
 //       Jacobi: x̂ = x + r/D, without what presses into bodies and with friction, projected out of bodies; Chebyshev: x^{k+1} = ω_{k+1} (x̂ − x^{k−1}) + x^{k−1}, then
 //       projected again; ω = 1 for the first 10 iterations, then 2/(2 − ρ²), then 4/(4 − ρ² ω).
-//       ρ = max_n (1 − m_n/(Δt² D_n)), a bound for the linear part.
+//       ρ = max_n (1 − m_n/(Δt² D_n)), a bound for the linear part, but at most 1/cosh(acosh(3)/(max_iterations − 10)). What k
+//       iterations leave of a mode is p = T_k(λ/ρ)/T_k(1/ρ); a step that ends there goes on with x = a (2 x⁰ − x⁻¹),
+//       a = (1 + p κ)/(1 + κ), κ the mode's Δt² stiffness/m, which grows without bound where a < −1/3. So |p| ≤ 1/3 within
+//       the cap, and modes too slow for it (λ > ρ, where p is positive) are damped: a low cap makes cloth sluggish, not wild.
 //       Projection: a node whose distance φ to a body is below the cloth's thickness moves by the difference along the
 //       body's normal (bodies in their order, where they are at the step's end: bodies.hpp, law 3); by (τ − φ)/|∇φ| and two
 //       more such steps, forth or back, where φ is a mesh's interpolated distance.

@@ -136,7 +136,7 @@ TEST(BuildCloth, MassesAndStiffnesses) {
   std::array<std::size_t, 3> bends{};
   for (const double k : m.mesh.hinge_stiffness) {
     const double share = k * 0.0025 / 1e-4;
-    for (const auto& [value, count] : {std::pair(1.0, &bends[0]), {0.5, &bends[1]}, {2.0, &bends[2]}})
+    for (const auto& [value, count] : {std::pair(1.0, &bends[0]), std::pair(0.5, &bends[1]), std::pair(2.0, &bends[2])})
       if (std::abs(share - value) < 1e-12) ++*count;
   }
   EXPECT_EQ(bends, (std::array<std::size_t, 3>{9u * 5 + 9 * 5, 2u * (9 + 5), 60u}));

@@ -21,7 +21,8 @@ void on_launch(const char* name, const uint32_t, uint64_t* id) {
   *id = 0;
 }
 void on_allocate(Kokkos_Profiling_SpaceHandle, const char* name, const void*, const uint64_t) {
-  allocated.insert(name);
+  // On a device Kokkos names the host's copy of an array after it.
+  if (std::string(name).find("_mirror") == std::string::npos) allocated.insert(name);
 }
 
 /// Labels of kernels and arrays while a scene runs a few steps.
@@ -124,11 +125,11 @@ TEST(only_what_is_needed, without_fluid_no_fluid_or_porous_kernel) {
 
 TEST(only_what_is_needed, strain_limits_and_moving_pins_cost_only_scenes_that_have_them) {
   const auto count = [](const std::set<std::string>& labels) {
-    return containing(labels, {"limit", "pin_", "::pins", "rest_position"});
+    return containing(labels, {"limit", "pin_motion", "pin_step", "::pins", "rest_position"});
   };
   {
     const Watch watch(no_fluid);
-    EXPECT_EQ(count(launched) + count(allocated) - containing(allocated, {"node_pin_force"}), 0);
+    EXPECT_EQ(count(launched) + count(allocated), 0);
   }
   {
     const Watch watch(with(no_fluid, "pin: [{corners: true}]", "strain_limit: 0.1, pin: [{corners: true}]"));
