@@ -45,9 +45,11 @@ class IntrinsicMesh {
       work.pop_back();
       const Index o = twin(e);
       if (o < 0 || e / 3 == o / 3 || node(e) != node(next(o)) || cotangent(e) + cotangent(o) >= -1e-12) continue;
-      const Index outer[4] = {next(e), next(next(e)), next(o), next(next(o))};
       flip(e, o);
-      for (const Index side : outer) work.push_back(side);
+      for (Index k = 0; k < 3; ++k) {
+        work.push_back(e - e % 3 + k);
+        work.push_back(o - o % 3 + k);
+      }
     }
   }
 
@@ -140,7 +142,7 @@ void build_fabric_pairs(Model& model) {
     IntrinsicMesh mesh(model.mesh, triangles);
     mesh.make_delaunay();
     for (const auto& [nodes, weight] : mesh.weights()) {
-      if (!(weight > 1e-9)) continue;  // the diagonal of a rectangle
+      if (!(weight > 1e-9)) continue;  // a rectangle's diagonal, an obtuse angle at the rim
       const Index pair = static_cast<Index>(fabric.weight.size());
       for (Index side = 0; side < 2; ++side)
         entries.push_back({nodes[static_cast<std::size_t>(side)], 2 * pair + side});
