@@ -52,6 +52,10 @@ struct ContactSearch {
     if (size > 0) down = times(1 / size, g);
   }
 
+  /// ρ0 (1−Φ) τ, kg/m².
+  KOKKOS_INLINE_FUNCTION double load(const Material& m) const {
+    return density * (1 - double(m.solid_fraction)) * double(m.thickness);
+  }
   KOKKOS_INLINE_FUNCTION bool wicks(const Material& m) const { return m.contact_wicking != 0; }
 
   KOKKOS_INLINE_FUNCTION bool share_a_node(Index s, Index t) const {
@@ -93,9 +97,6 @@ struct ContactSearch {
       found(c) = t;
       if (t == none) continue;
       const Material& m = materials(node_cloth(triangle(3 * t)));
-      const auto load = [&](const Material& of) {
-        return density * (1 - double(of.solid_fraction)) * double(of.thickness);
-      };
       conductance(c) = 0.5 * double(area(p)) *
                        laws::contact_conductance(load(own), double(own.thickness), double(own.diffusivity), load(m),
                                                  double(m.thickness), double(m.diffusivity), dt);
@@ -208,7 +209,6 @@ void find_contacts(Device& d, double dt) {
   make_room(w.flow, "drench::contact_wicking::flow", both);
   make_room(w.entering, "drench::contact_wicking::entering", nodes);
   make_room(w.leaving, "drench::contact_wicking::leaving", nodes);
-  refresh_samples(d);
   parallel("drench::contact_wicking::find", d.samples.count, ContactSearch(d, dt));
 }
 

@@ -10,6 +10,10 @@
 namespace drench {
 namespace {
 
+/// ω is the ratio of a cell's sides; what exceeds this belongs to two nodes that nearly coincide, and would only cost
+/// sub-steps.
+constexpr double most_conducting = 100;
+
 /// A triangulation known by the lengths of its edges alone. Half edge 3t + k leads from corner k of triangle t to the next.
 class IntrinsicMesh {
  public:
@@ -147,7 +151,7 @@ void build_fabric_pairs(Model& model) {
       for (Index side = 0; side < 2; ++side)
         entries.push_back({nodes[static_cast<std::size_t>(side)], 2 * pair + side});
       fabric.nodes.push_back(nodes);
-      fabric.weight.push_back(weight);
+      fabric.weight.push_back(std::min(weight, most_conducting));
     }
   }
   fabric.of_node = rows_of(model.mesh.nodes(), entries);

@@ -6,7 +6,8 @@
 // 1. Conductance G_ij = ρ0 (1−Φ) τ D ω_ij, kg/s, ω_ij = ½ (cot α_ij + cot β_ij) ≥ 0 (Model::fabric): the angles opposite to
 //    an edge of the rest shape's intrinsic Delaunay triangulation (Bobenko & Springborn 2007), whose edges run within the
 //    fabric. It is the finite-element (and finite-volume) Laplacian: exact for linear s on any mesh and up to its rims,
-//    and D (m²/s) is the diffusivity. (Only an edge of the rim opposite to an obtuse angle would be below 0; it counts as 0.)
+//    and D (m²/s) is the diffusivity. ω counts as 0 on edges of the rim opposite to an obtuse angle, the only ones below 0,
+//    and as 100 where it is above: between nodes that nearly coincide.
 //    C_n = (1−Φ) τ ρ0 · a third of the node's triangles.
 // 2. Flux from j to i, kg/s: F_ij = −F_ji = G_ij σ_ij b_ij,  b_ij = (s_j − s_i) + (x_i − x_j)·ĝ/ℓ,  ĝ = g/|g|; without
 //    gravity b has no second term. x are the positions now: at rest s falls by 1 over the height ℓ.
