@@ -112,7 +112,7 @@ void wick_through(ReferenceState& state, const std::vector<Contact>& contacts, d
           floor_quanta(contact.far_weight[k] * static_cast<double>(offer[c])) + 1;
     }
   }
-  const std::vector<double> phi_out = outflow_limit(state, out), phi_in = node_inflow_limit(state, in);
+  const std::vector<double> phi_out = outflow_limit(state, out), phi_in = room_limit(state, in);
   for (std::size_t c = 0; c < contacts.size(); ++c) {
     if (offer[c] == 0) continue;
     const Contact& contact = contacts[c];

@@ -25,7 +25,8 @@ void wick_through(ReferenceState& state, const std::vector<Contact>& contacts, d
 Eigen::Vector3d down(const ReferenceState& state);
 /// σ b of law 2, 1: > 0 flows from `donor` to `receiver`, which then are what they are called.
 double driven(double receiver, double donor, double drop, bool degenerate);
-/// φ^out of every node, 1, for what is to leave it.
+/// φ^out and φ^in of every node, 1, for what is to leave and to enter it.
 std::vector<double> outflow_limit(const ReferenceState& state, const std::vector<Quanta>& out);
+std::vector<double> room_limit(const ReferenceState& state, const std::vector<Quanta>& in);
 
 }  // namespace drench::reference

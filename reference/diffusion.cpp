@@ -66,7 +66,7 @@ void exchange_once(ReferenceState& state, const std::vector<Pair>& pairs, double
     out[to_first[k] ? pair.second : pair.first] += offer[k];
     in[to_first[k] ? pair.first : pair.second] += offer[k];
   }
-  const std::vector<double> phi_out = outflow_limit(state, out), phi_in = node_inflow_limit(state, in);
+  const std::vector<double> phi_out = outflow_limit(state, out), phi_in = room_limit(state, in);
   for (std::size_t k = 0; k < pairs.size(); ++k) {
     const Index donor = to_first[k] ? pairs[k].second : pairs[k].first;
     const Index receiver = to_first[k] ? pairs[k].first : pairs[k].second;
@@ -94,6 +94,17 @@ std::vector<double> outflow_limit(const ReferenceState& state, const std::vector
   for (Index n = 0; n < state.s.node_count(); ++n) {
     const Quanta have = std::max<Quanta>(0, state.s.node_liquid[n] - (out[n] >> 16) - 1024);
     if (out[n] > have) phi[n] = static_cast<double>(have) / static_cast<double>(out[n]);
+  }
+  return phi;
+}
+
+std::vector<double> room_limit(const ReferenceState& state, const std::vector<Quanta>& in) {
+  const Model& m = state.model;
+  std::vector<double> phi(state.s.node_count(), 1.0);
+  for (Index n = 0; n < state.s.node_count(); ++n) {
+    const Quanta full = floor_quanta(material(state, n).max_saturation * m.samples.node_capacity[n] / m.quantum);
+    const Quanta room = std::max<Quanta>(0, full - state.s.node_liquid[n] - (in[n] >> 16) - 1024);
+    if (in[n] > room) phi[n] = static_cast<double>(room) / static_cast<double>(in[n]);
   }
   return phi;
 }

@@ -46,8 +46,9 @@ std::vector<double> least_over_nodes(const ReferenceState& state, const std::vec
   return least;
 }
 
-std::vector<double> node_inflow_limit(const ReferenceState& state, const std::vector<Quanta>& inflow) {
+std::vector<double> inflow_limit(const ReferenceState& state, const std::vector<Quanta>& in) {
   const Model& m = state.model;
+  const std::vector<Quanta> inflow = gather_at_nodes(state, in);
   std::vector<double> phi(state.s.node_count(), 1.0);
   for (Index n = 0; n < state.s.node_count(); ++n) {
     const double max_saturation = m.cloths[m.mesh.node_cloth[n]].max_saturation;
@@ -58,11 +59,7 @@ std::vector<double> node_inflow_limit(const ReferenceState& state, const std::ve
       phi[n] = static_cast<double>(std::max<Quanta>(0, room)) / static_cast<double>(inflow[n]);
     }
   }
-  return phi;
-}
-
-std::vector<double> inflow_limit(const ReferenceState& state, const std::vector<Quanta>& in) {
-  return least_over_nodes(state, node_inflow_limit(state, gather_at_nodes(state, in)));
+  return least_over_nodes(state, phi);
 }
 
 void give_to_nodes(ReferenceState& state, const std::vector<Quanta>& quanta, const std::vector<Momentum>& momentum) {

@@ -31,9 +31,6 @@ std::vector<Quanta> gather_at_nodes(const ReferenceState& state, const std::vect
 /// φ_p = min of φ_n over those nodes of p that have weight.
 std::vector<double> least_over_nodes(const ReferenceState& state, const std::vector<double>& at_nodes);
 
-/// φ_n, 1: which part of `inflow` (quanta that would enter each node) it takes without rising above s_max.
-std::vector<double> node_inflow_limit(const ReferenceState& state, const std::vector<Quanta>& inflow);
-
 /// φ_p, 1: which part of `in` (quanta that would enter each sample) its nodes take without rising above s_max.
 std::vector<double> inflow_limit(const ReferenceState& state, const std::vector<Quanta>& in);
 
