@@ -82,6 +82,7 @@ Material material_of(const ClothMaterial& c) {
   m.diffusivity = Real(c.diffusivity);
   m.capillary_height = Real(c.capillary_height);
   m.degenerate = c.diffusion == DiffusionLaw::degenerate ? 1 : 0;
+  m.contact_wicking = c.porous && c.diffusivity > 0 && c.contact_wicking ? 1 : 0;
   m.porous = c.porous ? 1 : 0;
   m.dynamics = c.dynamics ? 1 : 0;
   m.wet_adhesion = Real(c.wet_adhesion);

@@ -117,6 +117,7 @@ struct Material {
   Real thickness, damping, damping_wet, strain_damping, friction, friction_wet, strain_limit, solid_fraction,
       absorption, max_saturation, virtual_pressure, emission_cosine, emission_velocity, diffusivity, capillary_height;
   int degenerate;  // DiffusionLaw
+  int contact_wicking;
   Real wet_adhesion;  // w, N/m
   int porous, dynamics, self_collision;
 };
@@ -259,6 +260,7 @@ struct Device {
   AbsorptionWork absorption_work;
   EmissionWork emission_work;
   DiffusionWork diffusion_work;
+  ContactWork contact_work;
   ReservoirWork reservoir_work;
   // ledger and counters on the host
   Quanta drained = 0, supplied = 0;

@@ -5,143 +5,126 @@
 #include <algorithm>
 #include <cmath>
 
-#include "laws/flow.hpp"
+#include "contact_wicking.hpp"
+#include "device_copy.hpp"
 #include "primitives/reduce.hpp"
 #include "primitives/transfer.hpp"
 
 namespace drench::kokkos_backend {
 namespace {
 
-/// M2_i of every sample, in diffusion_work.moment.
-void moments(Device& d) {
-  const auto count = d.sample_sample.count;
-  const auto list = d.sample_sample.list;
-  const auto x = d.samples.position, rest = d.samples.rest_position;
-  const auto area = d.samples.area, moment = d.diffusion_work.moment;
-  const auto cloth = d.samples.cloth;
-  const auto materials = d.materials;
-  const Real h = d.support;
-  parallel(
-      "drench::diffusion::moment", d.samples.count, KOKKOS_LAMBDA(const Index i) {
-        Real sum = 0;
-        const Index n = materials(cloth(i)).porous ? count(i) : 0;
-        for (Index k = 0; k < n; ++k) {
-          const Index j = list(i, k);
-          if (cloth(j) != cloth(i) || laws::folded_apart(rest(i) - rest(j), h)) continue;
-          const Real r = norm(x(i) - x(j));
-          sum += area(j) * laws::diffusion_weight(r, h) * r * r;
-        }
-        moment(i) = sum;
-      });
+/// The model's pairs with their conductances, once.
+void upload_pairs(Device& d) {
+  DiffusionWork& w = d.diffusion_work;
+  if (w.pair.extent(0) > 0) return;
+  const FabricPairs& fabric = d.model.fabric;
+  std::vector<double> conductance(fabric.weight.size());
+  for (std::size_t e = 0; e < conductance.size(); ++e) {
+    const auto cloth = static_cast<std::size_t>(d.model.mesh.node_cloth[static_cast<std::size_t>(fabric.nodes[e][0])]);
+    const ClothMaterial& c = d.model.cloths[cloth];
+    conductance[e] = d.model.rest_density * (1 - c.solid_fraction) * c.thickness * c.diffusivity * fabric.weight[e];
+  }
+  w.pairs = static_cast<Index>(conductance.size());
+  w.pair = to_device<Index>("drench::diffusion::pair", flat(fabric.nodes));
+  w.conductance = to_device<double>("drench::diffusion::conductance", conductance);
+  w.node_start = to_device<Index>("drench::diffusion::node_start", fabric.of_node.start);
+  w.node_item = to_device<Index>("drench::diffusion::node_item", fabric.of_node.item);
+  w.drop = Array<double>("drench::diffusion::drop", conductance.size());
+  w.flow = Array<Quanta>("drench::diffusion::flow", conductance.size());
+  const auto nodes = static_cast<std::size_t>(d.nodes.count);
+  w.out_share = Array<double>("drench::diffusion::out_share", nodes);
+  w.in_share = Array<double>("drench::diffusion::in_share", nodes);
 }
 
-/// G_ij and the gravity term of every pair; G = 0 for pairs that exchange nothing.
-void conductances(Device& d) {
-  const auto count = d.sample_sample.count;
-  const auto list = d.sample_sample.list;
-  const auto g = d.diffusion_work.conductance, drop = d.diffusion_work.drop;
-  const auto x = d.samples.position, rest = d.samples.rest_position;
-  const auto area = d.samples.area, capacity = d.samples.capacity, moment = d.diffusion_work.moment;
-  const auto cloth = d.samples.cloth;
+/// The gravity term of every pair.
+void drops(Device& d) {
+  const auto pair = d.diffusion_work.pair;
+  const auto drop = d.diffusion_work.drop;
+  const auto x = d.nodes.position;
+  const auto cloth = d.nodes.cloth;
   const auto materials = d.materials;
-  const Real h = d.support, gravity = norm(d.gravity);
+  const Real gravity = norm(d.gravity);
   const Real3 down = gravity > 0 ? (1 / gravity) * d.gravity : Real3{};
   parallel(
-      "drench::diffusion::conductance", d.samples.count, KOKKOS_LAMBDA(const Index i) {
-        const Index c = cloth(i);
-        for (Index k = 0; k < count(i); ++k) {
-          const Index j = list(i, k);
-          Real conduct = 0, fall = 0;
-          if (materials(c).porous && cloth(j) == c && !laws::folded_apart(rest(i) - rest(j), h)) {
-            const Real3 separation = x(i) - x(j);
-            conduct = laws::conductance(materials(c).diffusivity, capacity(i), area(i), capacity(j), area(j),
-                                        laws::diffusion_weight(norm(separation), h), (moment(i) + moment(j)) / 2);
-            fall = dot(separation, down) / materials(c).capillary_height;
-          }
-          g(i, k) = conduct;
-          drop(i, k) = fall;
-        }
+      "drench::diffusion::drop", d.diffusion_work.pairs, KOKKOS_LAMBDA(const Index e) {
+        const Index i = pair(2 * e), j = pair(2 * e + 1);
+        drop(e) = double(dot(x(i) - x(j), down) / materials(cloth(i)).capillary_height);
       });
 }
 
 double largest_rate(Device& d) {
-  const auto count = d.sample_sample.count;
+  const auto start = d.diffusion_work.node_start, item = d.diffusion_work.node_item;
   const auto g = d.diffusion_work.conductance, drop = d.diffusion_work.drop;
-  const auto capacity = d.samples.capacity;
+  const auto capacity = d.nodes.capacity;
+  const auto cloth = d.nodes.cloth;
+  const auto materials = d.materials;
   return maximum(
-      "drench::diffusion::rate", d.samples.count, KOKKOS_LAMBDA(const Index i) {
+      "drench::diffusion::rate", d.nodes.count, KOKKOS_LAMBDA(const Index n) {
+        const Material& m = materials(cloth(n));
+        const double most = m.degenerate ? double(m.max_saturation) : 1;
         double rate = 0;
-        for (Index k = 0; k < count(i); ++k) rate += double(laws::diffusion_rate(g(i, k), drop(i, k), capacity(i)));
-        return rate;
+        for (Index k = start(n); k < start(n + 1); ++k) {
+          const Index e = item(k) / 2;
+          rate += g(e) * (most + Kokkos::abs(drop(e)));
+        }
+        return capacity(n) > 0 ? rate / capacity(n) : 0.0;
       });
 }
 
-/// Each pair is computed once, by its lower index i: transfer_work.pair(i, k) > 0 goes from j to i, < 0 from i to j.
+/// flow(e) > 0 goes from the pair's second node to its first, < 0 the other way.
 void offer(Device& d, double dt) {
-  const auto count = d.sample_sample.count;
-  const auto list = d.sample_sample.list;
+  const auto pair = d.diffusion_work.pair;
   const auto g = d.diffusion_work.conductance, drop = d.diffusion_work.drop;
-  const auto s = d.samples.saturation;
-  const auto cloth = d.samples.cloth;
+  const auto flow = d.diffusion_work.flow, liquid = d.nodes.liquid;
+  const auto capacity = d.nodes.capacity;
+  const auto cloth = d.nodes.cloth;
   const auto materials = d.materials;
-  const auto pair = d.transfer_work.pair;
-  const auto entering = d.transfer_work.entering, leaving = d.transfer_work.leaving;
-  const double scale = dt / d.quantum;
+  const double q = d.quantum, scale = dt / d.quantum;
   parallel(
-      "drench::diffusion::offer", d.samples.count, KOKKOS_LAMBDA(const Index i) {
-        const bool degenerate = materials(cloth(i)).degenerate != 0;
-        for (Index k = 0; k < count(i); ++k) {
-          const Index j = list(i, k);
-          if (j < i || !(g(i, k) > 0)) continue;
-          const Real flux = laws::diffusion_flux(g(i, k), s(i), s(j), drop(i, k), degenerate);
-          const Quanta o = static_cast<Quanta>(Kokkos::floor(double(Kokkos::abs(flux)) * scale));
-          pair(i, k) = flux > 0 ? o : -o;
-          if (o == 0) continue;
-          Kokkos::atomic_add(&leaving(flux > 0 ? j : i), o);
-          Kokkos::atomic_add(&entering(flux > 0 ? i : j), o);
+      "drench::diffusion::offer", d.diffusion_work.pairs, KOKKOS_LAMBDA(const Index e) {
+        const Index i = pair(2 * e), j = pair(2 * e + 1);
+        const double si = double(liquid(i)) * q / capacity(i), sj = double(liquid(j)) * q / capacity(j);
+        const double flux = laws::diffusion_flux(g(e), si, sj, drop(e), materials(cloth(i)).degenerate != 0);
+        const Quanta o = static_cast<Quanta>(Kokkos::floor(Kokkos::abs(flux) * scale));
+        flow(e) = flux > 0 ? o : -o;
+      });
+}
+
+void limit(Device& d) {
+  const auto start = d.diffusion_work.node_start, item = d.diffusion_work.node_item;
+  const auto flow = d.diffusion_work.flow, liquid = d.nodes.liquid, ceiling = d.nodes.max_quanta;
+  const auto out_share = d.diffusion_work.out_share, in_share = d.diffusion_work.in_share;
+  parallel(
+      "drench::diffusion::limit", d.nodes.count, KOKKOS_LAMBDA(const Index n) {
+        Quanta out = 0, in = 0;
+        for (Index k = start(n); k < start(n + 1); ++k) {
+          const Quanta gain = item(k) % 2 == 0 ? flow(item(k) / 2) : -flow(item(k) / 2);
+          (gain > 0 ? in : out) += gain > 0 ? gain : -gain;
         }
+        out_share(n) = outflow_fraction(liquid(n), out);
+        in_share(n) = inflow_fraction(ceiling(n), liquid(n), in);
       });
 }
 
 void transfer(Device& d) {
-  const auto count = d.sample_sample.count;
-  const auto list = d.sample_sample.list;
-  const auto g = d.diffusion_work.conductance;
-  const auto pair = d.transfer_work.pair;
-  const auto in = d.transfer_work.inflow_share, out = d.transfer_work.outflow_share;
-  const auto net = d.diffusion_work.net;
+  const auto pair = d.diffusion_work.pair;
+  const auto flow = d.diffusion_work.flow;
+  const auto out_share = d.diffusion_work.out_share, in_share = d.diffusion_work.in_share;
   parallel(
-      "drench::diffusion::clear", d.samples.count, KOKKOS_LAMBDA(const Index i) { net(i) = 0; });
-  parallel(
-      "drench::diffusion::transfer", d.samples.count, KOKKOS_LAMBDA(const Index i) {
-        Quanta own = 0;
-        for (Index k = 0; k < count(i); ++k) {
-          const Index j = list(i, k);
-          if (j < i || !(g(i, k) > 0)) continue;
-          const Quanta o = pair(i, k);
-          if (o == 0) continue;
-          const double from = out(o > 0 ? j : i), to = in(o > 0 ? i : j);
-          const Quanta t = limited(o > 0 ? o : -o, from < to ? from : to);
-          const Quanta gain = o > 0 ? t : -t;
-          own += gain;
-          Kokkos::atomic_add(&net(j), -gain);
-        }
-        Kokkos::atomic_add(&net(i), own);
+      "drench::diffusion::transfer", d.diffusion_work.pairs, KOKKOS_LAMBDA(const Index e) {
+        const Quanta o = flow(e);
+        if (o == 0) return;
+        const Index receiver = pair(o > 0 ? 2 * e : 2 * e + 1), donor = pair(o > 0 ? 2 * e + 1 : 2 * e);
+        const Quanta t = limited(o > 0 ? o : -o, Kokkos::fmin(out_share(donor), in_share(receiver)));
+        flow(e) = o > 0 ? t : -t;
       });
-}
-
-void apply_net(Device& d) {
-  const auto start = d.nodes.sample_start, item = d.nodes.sample_item;
-  const auto weight = d.samples.weight_exact;
-  const auto net = d.diffusion_work.net;
+  const auto start = d.diffusion_work.node_start, item = d.diffusion_work.node_item;
   const auto liquid = d.nodes.liquid;
   parallel(
       "drench::diffusion::apply", d.nodes.count, KOKKOS_LAMBDA(const Index n) {
         Quanta gain = 0;
-        for (Index e = start(n); e < start(n + 1); ++e) {
-          const Index p = item(e) / 4;
-          gain += split_part(net(p), weight(3 * p), weight(3 * p + 1), weight(3 * p + 2), item(e) % 4);
-        }
+        for (Index k = start(n); k < start(n + 1); ++k)
+          gain += item(k) % 2 == 0 ? flow(item(k) / 2) : -flow(item(k) / 2);
         liquid(n) += gain;
       });
 }
@@ -149,25 +132,19 @@ void apply_net(Device& d) {
 }  // namespace
 
 void diffusion(Device& d, const StepInfo& info, StepReport& report) {
-  if (d.samples.count == 0) return;
-  const auto samples = static_cast<std::size_t>(d.samples.count);
-  make_room(d.transfer_work.pair, "drench::transfer::pair", d.sample_sample.list);
-  make_room(d.diffusion_work.conductance, "drench::diffusion::conductance", d.sample_sample.list);
-  make_room(d.diffusion_work.drop, "drench::diffusion::drop", d.sample_sample.list);
-  make_room(d.diffusion_work.moment, "drench::diffusion::moment", samples);
-  make_room(d.diffusion_work.net, "drench::diffusion::net", samples);
-  refresh_samples(d);
-  moments(d);
-  conductances(d);
+  if (d.samples.count == 0 || !(info.dt > 0)) return;
+  upload_pairs(d);
+  drops(d);
   const int substeps = std::max(1, static_cast<int>(std::ceil(info.dt * largest_rate(d) / 0.5)));
+  const double dt = info.dt / substeps;
+  const bool contacts = d.model.has_contact_wicking();
+  if (contacts) find_contacts(d, dt);
   for (int k = 0; k < substeps; ++k) {
-    refresh_saturation(d);
-    clear_transfers(d, false);
-    offer(d, info.dt / substeps);
-    limit_inflow(d);
-    limit_outflow(d);
+    offer(d, dt);
+    limit(d);
     transfer(d);
-    apply_net(d);
+    if (contacts) wick_through_contacts(d, dt);
+    if (k + 1 < substeps && d.model.has_reservoirs()) reservoir(d, info, report);
   }
   report.diffusion_substeps = substeps;
 }

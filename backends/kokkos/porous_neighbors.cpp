@@ -8,7 +8,8 @@ void porous_neighbors(Device& d, const StepInfo&, StepReport&) {
   const Real h = d.support;
   const bool cloth_moves = d.model.has_moving_cloth();
   refresh_samples(d);
-  if (cloth_moves || !d.lists_fresh) {
+  // Emission and contact wicking ask for samples near samples.
+  if ((d.model.has_fluid() || d.model.has_contact_wicking()) && (cloth_moves || !d.lists_fresh)) {
     d.sample_cells.build(d.samples.position, d.samples.count, h);
     build_neighbor_list(d.sample_sample, d.samples.position, d.samples.count, d.sample_cells.view(), h, true);
   }

@@ -7,13 +7,13 @@
 
 namespace drench::kokkos_backend {
 
-/// Transfers on their way between liquid, samples and nodes: shared by absorption, emission and diffusion.
+/// Transfers on their way between liquid, samples and nodes: shared by absorption and emission.
 struct TransferWork {
-  Kokkos::View<Quanta**, MemSpace> pair;                // of each entry of a sample's neighbour list, quanta
-  Array<Quanta> entering, leaving;                      // per sample, quanta
-  Array<std::int64_t> momentum;                         // 3 per sample, q · 2^-8 m/s
-  Array<double> inflow_share, outflow_share;            // φ per sample
-  Array<double> node_inflow_share, node_outflow_share;  // φ per node
+  Kokkos::View<Quanta**, MemSpace> pair;  // of each entry of a sample's neighbour list, quanta
+  Array<Quanta> entering;                 // per sample, quanta
+  Array<std::int64_t> momentum;           // 3 per sample, q · 2^-8 m/s
+  Array<double> inflow_share;             // φ per sample
+  Array<double> node_inflow_share;        // φ per node
 };
 
 struct AbsorptionWork {
@@ -42,10 +42,22 @@ struct EmissionWork {
 };
 
 struct DiffusionWork {
-  Kokkos::View<Real**, MemSpace> conductance;  // G_ij, kg/s
-  Kokkos::View<Real**, MemSpace> drop;         // (x_i − x_j)·ĝ/ℓ, 1
-  Array<Real> moment;                          // M2_i, m⁴
-  Array<std::int64_t> net;                     // entering − leaving, quanta
+  Index pairs = 0;                     // of nodes
+  Array<Index> pair;                   // 2 each
+  Array<Index> node_start, node_item;  // node → items 2·pair + side
+  Array<double> conductance;           // G_ij, kg/s
+  Array<double> drop;                  // (x_i − x_j)·ĝ/ℓ, 1
+  Array<Quanta> flow;                  // to the pair's first node, quanta
+  Array<double> out_share, in_share;   // φ per node
+};
+
+/// Two a sample, one for each side of its triangle; only with contact_wicking.
+struct ContactWork {
+  Array<Index> triangle;            // that the sample touches, −1: none
+  Array<double> weight;             // 3 each: b_k of the point that it touches
+  Array<double> conductance, drop;  // G, kg/s; gravity term, 1
+  Array<Quanta> flow;               // to the sample, quanta
+  Array<Quanta> entering, leaving;  // per node, quanta
 };
 
 struct ReservoirWork {

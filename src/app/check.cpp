@@ -58,11 +58,21 @@ double largest_speed(const Model& model, const HostState& state) {
   return std::max(driven, std::min(speed + g * model.scene.time.end, std::sqrt(speed * speed + 2 * g * drop)));
 }
 
-/// Sub-steps of the diffusion stage for one cloth and step dt. On an evenly sampled sheet the outflow rate of
-/// F = 4 D a κ / M2 with κ = 1 − r/h is 4 D ∫κ r dr / ∫κ r³ dr = 40/3 D/h², and a sub-step lets out at most half.
-int diffusion_substeps(const ClothMaterial& cloth, double support, double dt) {
-  const double rate = 40.0 / 3.0 * cloth.diffusivity / (support * support);
-  return std::max(1, static_cast<int>(std::ceil(dt * rate / 0.5)));
+/// Sub-steps that one cloth asks for in stage diffusion (src/stages/diffusion.hpp, law 3) in its rest shape.
+int diffusion_substeps(const Model& model, const ClothMaterial& cloth, double dt) {
+  const FabricPairs& fabric = model.fabric;
+  const double load = model.rest_density * (1 - cloth.solid_fraction) * cloth.thickness;
+  const double most = cloth.diffusion == DiffusionLaw::degenerate ? cloth.max_saturation : 1;
+  double fastest = 0;
+  for (Index n = cloth.first_node; n < cloth.first_node + cloth.node_count; ++n) {
+    const auto at = static_cast<std::size_t>(n);
+    double sum = 0;
+    for (Index k = fabric.of_node.start[at]; k < fabric.of_node.start[at + 1]; ++k)
+      sum += fabric.weight[static_cast<std::size_t>(fabric.of_node.item[static_cast<std::size_t>(k)] / 2)];
+    if (model.samples.node_capacity[at] > 0)
+      fastest = std::max(fastest, most * load * cloth.diffusivity * sum / model.samples.node_capacity[at]);
+  }
+  return std::max(1, static_cast<int>(std::ceil(dt * fastest / 0.5)));
 }
 
 /// Stages of the viscosity a step (src/stages/forces.hpp) in full neighbourhoods: Σ V |∇W| r = 3 there; C_i grows
@@ -133,7 +143,7 @@ int check_command(const std::string& path, const std::vector<std::string>& overr
   for (const ClothMaterial& c : model.cloths)
     if (c.porous && c.diffusivity > 0)
       fmt::print("diffusion in {}: sub-steps a step: about {}\n", c.name,
-                 diffusion_substeps(c, model.support, scene.time.step));
+                 diffusion_substeps(model, c, scene.time.step));
   const double parts = scene.output.every / scene.time.step;
   if (scene.time.mode == TimeMode::fixed && parts > 0 && std::abs(parts - std::round(parts)) > 1e-6)
     warnings.push_back(

@@ -10,6 +10,7 @@
 #include "scene/cloth_mesh.hpp"
 #include "scene/cloth_sampling.hpp"
 #include "scene/distance_field.hpp"
+#include "scene/fabric_pairs.hpp"
 #include "scene/fluid_sampling.hpp"
 #include "scene/memory_estimate.hpp"
 #include "scene/point_grid.hpp"
@@ -260,6 +261,7 @@ Setup build(const Scene& scene) {
   for (Body& body : m.bodies)
     if (body.field.spacing > 0) fill_field(body, body.field);
   if (m.has_fluid() || m.has_porous()) build_samples(m);
+  if (m.has_diffusion()) build_fabric_pairs(m);
   init_nodes(m, setup.state);
   check_ledger_range(setup);
   fill_cloths(m, setup.state, setup.warnings);

@@ -177,6 +177,7 @@ ClothMaterial make_material(const ClothScene& c) {
   m.diffusivity = c.porous.diffusivity;
   m.diffusion = c.porous.diffusion;
   m.capillary_height = c.porous.capillary_height;
+  m.contact_wicking = c.porous.contact_wicking;
   return m;
 }
 

@@ -196,6 +196,7 @@ void read_porous(Section& s, PorousScene& porous) {
                          {{"linear", DiffusionLaw::linear}, {"degenerate", DiffusionLaw::degenerate}});
   s.number("capillary_height", porous.capillary_height, "(0, 1000]", "m");
   s.number("adhesion", porous.adhesion, "[0, 10]", "N/m");
+  s.boolean("contact_wicking", porous.contact_wicking);
 }
 
 void check_saturations(Section& s, const char* key, const std::vector<SaturationScene>& boxes,

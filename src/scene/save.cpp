@@ -143,6 +143,7 @@ void write_porous(Writer& out, const PorousScene& porous) {
   out.line("      diffusion: {}", porous.diffusion == DiffusionLaw::linear ? "linear" : "degenerate");
   out.line("      capillary_height: {}  # m", text(porous.capillary_height));
   out.line("      adhesion: {}  # N/m", text(porous.adhesion));
+  out.line("      contact_wicking: {}", porous.contact_wicking);
 }
 
 void write_cloth(Writer& out, const ClothScene& cloth) {

@@ -110,6 +110,7 @@ struct PorousScene {
   DiffusionLaw diffusion = DiffusionLaw::linear;
   double capillary_height = 1.0;  // ℓ, m
   double adhesion = 0.0;  // N/m; work per area that parts wet fabric from wet fabric or a solid; 0.14 with water at most
+  bool contact_wicking = false;  // liquid passes between layers that touch and both have this
 };
 
 struct ClothScene {

@@ -45,6 +45,7 @@ struct ClothMaterial {
   double diffusivity = 1e-4;       // D, m²/s
   DiffusionLaw diffusion = DiffusionLaw::linear;
   double capillary_height = 1.0;  // ℓ, m
+  bool contact_wicking = false;
   Index first_node = 0, node_count = 0;
   Index first_triangle = 0, triangle_count = 0;
   Index first_sample = 0, sample_count = 0;
@@ -104,6 +105,13 @@ struct SampleSet {
   std::vector<double> node_weight_sum;        // w′_n = Σ_p w_pn
   double cover_radius = 0;  // m: no point of a triangle is farther from that triangle's nearest sample
   Index count() const { return static_cast<Index>(triangle.size()); }
+};
+
+/// Pairs of nodes that pass liquid on within a fabric (stages/diffusion.hpp): of the porous cloths with a diffusivity.
+struct FabricPairs {
+  std::vector<std::array<Index, 2>> nodes;  // lower, higher
+  std::vector<double> weight;               // ω_ij = ½ (cot α + cot β) > 0, 1: edges of the intrinsic Delaunay mesh at rest
+  Rows of_node;                             // node → items 2·pair + side
 };
 
 /// Signed distance (m, negative inside) to a closed mesh at t = 0 on a lattice, x fastest; empty for all other bodies.
@@ -175,6 +183,7 @@ struct Model {
   ClothMesh mesh;
   std::vector<PinMotion> pin_motions;
   SampleSet samples;
+  FabricPairs fabric;
   std::vector<Body> bodies;
   BoundarySet boundary;
   std::vector<Jet> jets;
@@ -207,6 +216,11 @@ struct Model {
   bool has_diffusion() const {
     for (const auto& c : cloths)
       if (c.porous && c.diffusivity > 0) return true;
+    return false;
+  }
+  bool has_contact_wicking() const {
+    for (const auto& c : cloths)
+      if (c.porous && c.diffusivity > 0 && c.contact_wicking) return true;
     return false;
   }
   bool has_boundary() const { return boundary.count() > 0; }

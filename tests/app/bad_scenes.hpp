@@ -185,6 +185,8 @@ inline constexpr BadScene bad_scenes[] = {
      "allowed: (0, 180) degrees"},
     {"DiffusionMisspelt", CLOTH "    porous: {diffusion: degenrate}\n", 4, 25, "cloth.0.porous.diffusion",
      "did you mean 'degenerate'? allowed: linear, degenerate"},
+    {"ContactWickingIsNoWord", CLOTH "    porous: {contact_wicking: 2}\n", 4, 31, "cloth.0.porous.contact_wicking",
+     "allowed: true, false"},
     {"WetAdhesionIsHuge", CLOTH "    porous: {adhesion: 11}\n", 4, 24, "cloth.0.porous.adhesion", "allowed: [0, 10] N/m"},
     {"ClothMethodMisspelt", CLOTH "cloth_solver: {method: xpdb}\n", 4, 24, "cloth_solver.method",
      "did you mean 'xpbd'? allowed: pd, xpbd"},

@@ -24,7 +24,7 @@ inline auto fields(const PinScene& s) {
 }
 inline auto fields(const SaturationScene& s) { const auto& [a, b] = s; return std::tie(a, b); }
 inline auto fields(const PorousScene& s) {
-  const auto& [a, b, c, d, e, f, g, h, i, j, k, l, m] = s; return std::tie(a, b, c, d, e, f, g, h, i, j, k, l, m);
+  const auto& [a, b, c, d, e, f, g, h, i, j, k, l, m, n] = s; return std::tie(a, b, c, d, e, f, g, h, i, j, k, l, m, n);
 }
 inline auto fields(const ClothScene& s) {
   const auto& [a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, t, u, v, w, x, y] = s;

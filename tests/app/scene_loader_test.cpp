@@ -133,7 +133,8 @@ TEST(SceneLoader, ReadsEveryKey) {
   c.dynamics = false;
   c.initial_saturation = {{corner, 0.5}};
   c.hold_saturation = {{corner, 1.25}, {{{0, 0, 0}, {1, 1, 1}}, 0}};
-  c.porous = {true, 0.5, 0.02, 0.03, 1.3, 15, 70, 0.6, 0.03, 2.0e-4, DiffusionLaw::degenerate, 0.8, 0.05};
+  c.porous = {true, 0.5, 0.02, 0.03, 1.3, 15, 70, 0.6, 0.03, 2.0e-4, DiffusionLaw::degenerate, 0.8, 0.05,
+              true};
   s.cloths.push_back(c);
   ClothScene moved;
   moved.name = "moved";

@@ -176,6 +176,21 @@ TEST(only_what_is_needed, wet_cloth_sticks_only_where_asked_for) {
   }
 }
 
+TEST(only_what_is_needed, layers_pass_liquid_only_where_asked_for) {
+  const std::initializer_list<const char*> label = {"contact_wicking"};
+  {
+    const Watch watch(wet_scene());
+    EXPECT_EQ(containing(launched, label) + containing(allocated, label), 0);
+  }
+  {
+    const Watch watch(with(wet_scene(), "porous: {", "porous: {contact_wicking: true, "));
+    EXPECT_EQ(containing(launched, label), 5) << "find, clear, offer, limit, transfer";
+    EXPECT_EQ(containing(allocated, label), 7);
+  }
+  const Watch watch(with(wet_scene(), "diffusivity: 1.0e-3", "diffusivity: 0, contact_wicking: true"));
+  EXPECT_EQ(containing(launched, label) + containing(launched, {"::diffusion"}) + containing(allocated, label), 0);
+}
+
 TEST(only_what_is_needed, surface_tension_takes_only_what_tension_or_adhesion_asks_for) {
   const auto count = [](const std::set<std::string>& labels) { return containing(labels, {"surface_tension"}); };
   for (const std::string& scene : {wet_scene(), std::string(no_cloth)}) {

@@ -35,14 +35,12 @@ void clear_transfers(Device& d, bool momentum) {
   auto& t = d.transfer_work;
   const std::size_t n = static_cast<std::size_t>(d.samples.count);
   make_room(t.entering, "drench::transfer::entering", n);
-  make_room(t.leaving, "drench::transfer::leaving", n);
   if (momentum) make_room(t.momentum, "drench::transfer::momentum", 3 * n);
-  const auto entering = t.entering, leaving = t.leaving;
+  const auto entering = t.entering;
   const auto sums = t.momentum;
   parallel(
       "drench::transfer::clear", d.samples.count, KOKKOS_LAMBDA(const Index p) {
         entering(p) = 0;
-        leaving(p) = 0;
         if (momentum)
           for (int c = 0; c < 3; ++c) sums(3 * p + c) = 0;
       });
@@ -61,21 +59,6 @@ void limit_inflow(Device& d) {
         share(n) = inflow_fraction(ceiling(n), liquid(n), node_flow(item, start(n), start(n + 1), weight, entering));
       });
   smallest_share(d, share, t.inflow_share);
-}
-
-void limit_outflow(Device& d) {
-  auto& t = d.transfer_work;
-  make_room(t.outflow_share, "drench::transfer::outflow_share", static_cast<std::size_t>(d.samples.count));
-  make_room(t.node_outflow_share, "drench::transfer::node_outflow_share", static_cast<std::size_t>(d.nodes.count));
-  const auto start = d.nodes.sample_start, item = d.nodes.sample_item;
-  const auto weight = d.samples.weight_exact;
-  const auto leaving = t.leaving, liquid = d.nodes.liquid;
-  const auto share = t.node_outflow_share;
-  parallel(
-      "drench::transfer::node_outflow", d.nodes.count, KOKKOS_LAMBDA(const Index n) {
-        share(n) = outflow_fraction(liquid(n), node_flow(item, start(n), start(n + 1), weight, leaving));
-      });
-  smallest_share(d, share, t.outflow_share);
 }
 
 void deliver(Device& d) {

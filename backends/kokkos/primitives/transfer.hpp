@@ -65,12 +65,10 @@ KOKKOS_INLINE_FUNCTION double outflow_fraction(Quanta liquid, Quanta outflow) {
   return have > 0 ? double(have) / double(outflow) : 0;
 }
 
-/// Zeroes transfer_work.entering, .leaving and, if asked, .momentum (and makes room for them).
+/// Zeroes transfer_work.entering and, if asked, .momentum (and makes room for them).
 void clear_transfers(Device& d, bool momentum);
 /// transfer_work.inflow_share of each sample (φ_j, 1: unlimited), from transfer_work.entering and the nodes' room.
 void limit_inflow(Device& d);
-/// transfer_work.outflow_share of each sample, from transfer_work.leaving, and what the nodes have.
-void limit_outflow(Device& d);
 /// Gives each sample's transfer_work.entering and .momentum to its nodes: mass, and velocity of the nodes that are not
 /// pinned.
 void deliver(Device& d);

@@ -1,0 +1,13 @@
+#pragma once
+// Liquid that passes between layers of cloth that touch: laws 4–6 of src/stages/diffusion.hpp.
+
+#include "device.hpp"
+
+namespace drench::kokkos_backend {
+
+/// Which samples touch what, and how well it conducts in sub-steps of dt (s), in contact_work.
+void find_contacts(Device& d, double dt);
+/// One sub-step.
+void wick_through_contacts(Device& d, double dt);
+
+}  // namespace drench::kokkos_backend

@@ -1,0 +1,133 @@
+// Contact wicking of the oracle, a part of stage diffusion; laws 4–6 stand in src/stages/diffusion.hpp.
+
+#include "contact_wicking.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <set>
+
+#include "proximity.hpp"
+#include "transfer.hpp"
+
+namespace drench::reference {
+namespace {
+
+using Eigen::Vector3d;
+
+bool wicks(const ClothMaterial& c) { return c.porous && c.diffusivity > 0 && c.contact_wicking; }
+
+struct Touch {
+  Index triangle;
+  Near near;
+};
+
+/// Triangles that law 4 lets sample p touch.
+std::set<Index> candidates(const ReferenceState& state, Index p) {
+  const Model& m = state.model;
+  const auto& own = m.mesh.triangle[m.samples.triangle[p]];
+  std::set<Index> found;
+  for (const Index q : state.sample_sample[p]) {
+    if (!wicks(m.cloths[m.samples.cloth[q]])) continue;
+    const auto& corner = m.mesh.triangle[m.samples.triangle[q]];
+    const bool neighbors = std::any_of(
+        own.begin(), own.end(), [&](Index n) { return std::find(corner.begin(), corner.end(), n) != corner.end(); });
+    if (!neighbors) found.insert(m.samples.triangle[q]);
+  }
+  return found;
+}
+
+/// K, kg/(m² s).
+double conductance(const Model& m, const ClothMaterial& a, const ClothMaterial& b, double dt) {
+  const auto load = [&](const ClothMaterial& c) { return m.rest_density * (1 - c.solid_fraction) * c.thickness; };
+  const auto resistance = [&](const ClothMaterial& c) {
+    return 0.5 * c.thickness / (m.rest_density * (1 - c.solid_fraction) * c.diffusivity);
+  };
+  return std::min(1 / (resistance(a) + resistance(b)), 0.25 * std::min(load(a), load(b)) / dt);
+}
+
+}  // namespace
+
+std::vector<Contact> touching_layers(const ReferenceState& state, double dt) {
+  const Model& m = state.model;
+  std::vector<Contact> contacts;
+  if (!m.has_contact_wicking()) return contacts;
+  const auto x = [&](Index n) { return vec(state.s.node_position[n]); };
+  for (Index p = 0; p < m.samples.count(); ++p) {
+    const ClothMaterial& own = m.cloths[m.samples.cloth[p]];
+    if (!wicks(own)) continue;
+    const auto& corner = m.mesh.triangle[m.samples.triangle[p]];
+    const Vector3d normal = (x(corner[1]) - x(corner[0])).cross(x(corner[2]) - x(corner[0])).normalized();
+    std::array<std::optional<Touch>, 2> best;
+    for (const Index t : candidates(state, p)) {
+      const auto& other = m.mesh.triangle[t];
+      const Near near = near_triangle({sample_position(state, p), x(other[0]), x(other[1]), x(other[2])});
+      const double distance = near.apart.norm(), height = near.apart.dot(normal);
+      const double thickness = 0.5 * (own.thickness + m.cloths[m.mesh.triangle_cloth[t]].thickness);
+      if (distance == 0 || distance > 1.5 * thickness || std::abs(height) < distance * std::sqrt(0.5)) continue;
+      std::optional<Touch>& touch = best[height > 0 ? 0 : 1];
+      if (!touch || distance < touch->near.apart.norm()) touch = Touch{t, near};
+    }
+    for (const auto& touch : best) {
+      if (!touch) continue;
+      const ClothMaterial& other = m.cloths[m.mesh.triangle_cloth[touch->triangle]];
+      const auto& b = touch->near.b;
+      contacts.push_back(
+          {corner,
+           m.mesh.triangle[touch->triangle],
+           m.samples.weight[p],
+           {-b[1], -b[2], -b[3]},
+           0.5 * m.samples.area[p] * conductance(m, own, other, dt),
+           touch->near.apart.dot(down(state)) * 0.5 * (1 / own.capillary_height + 1 / other.capillary_height),
+           own.diffusion == DiffusionLaw::degenerate || other.diffusion == DiffusionLaw::degenerate});
+    }
+  }
+  return contacts;
+}
+
+void wick_through(ReferenceState& state, const std::vector<Contact>& contacts, double dt) {
+  if (contacts.empty()) return;
+  std::vector<Quanta> out(state.s.node_count(), 0), in(out), offer(contacts.size());
+  std::vector<bool> inward(contacts.size());  // to the sample
+  const auto saturation = [&](const std::array<Index, 3>& node, const std::array<double, 3>& weight) {
+    double sum = 0;
+    for (int k = 0; k < 3; ++k) {
+      sum += weight[k] * static_cast<double>(state.s.node_liquid[node[k]]) * state.model.quantum /
+             state.model.samples.node_capacity[node[k]];
+    }
+    return sum;
+  };
+  for (std::size_t c = 0; c < contacts.size(); ++c) {
+    const Contact& contact = contacts[c];
+    const double flux = contact.conductance * driven(saturation(contact.near_node, contact.near_weight),
+                                                     saturation(contact.far_node, contact.far_weight), contact.drop,
+                                                     contact.degenerate);
+    inward[c] = flux > 0;
+    offer[c] = floor_quanta(std::abs(flux) * dt / state.model.quantum);
+    if (offer[c] == 0) continue;
+    for (int k = 0; k < 3; ++k) {
+      (inward[c] ? in : out)[contact.near_node[k]] +=
+          floor_quanta(contact.near_weight[k] * static_cast<double>(offer[c])) + 1;
+      (inward[c] ? out : in)[contact.far_node[k]] +=
+          floor_quanta(contact.far_weight[k] * static_cast<double>(offer[c])) + 1;
+    }
+  }
+  const std::vector<double> phi_out = outflow_limit(state, out), phi_in = room_limit(state, in);
+  for (std::size_t c = 0; c < contacts.size(); ++c) {
+    if (offer[c] == 0) continue;
+    const Contact& contact = contacts[c];
+    double share = 1;
+    for (int k = 0; k < 3; ++k) {
+      if (contact.near_weight[k] > 0) share = std::min(share, (inward[c] ? phi_in : phi_out)[contact.near_node[k]]);
+      if (contact.far_weight[k] > 0) share = std::min(share, (inward[c] ? phi_out : phi_in)[contact.far_node[k]]);
+    }
+    const Quanta moved = limited(offer[c], share);
+    const auto near = split_over_nodes(contact.near_weight, moved), far = split_over_nodes(contact.far_weight, moved);
+    for (int k = 0; k < 3; ++k) {
+      state.s.node_liquid[contact.near_node[k]] += inward[c] ? near[k] : -near[k];
+      state.s.node_liquid[contact.far_node[k]] -= inward[c] ? far[k] : -far[k];
+    }
+  }
+}
+
+}  // namespace drench::reference

@@ -1,0 +1,32 @@
+#pragma once
+// Liquid that passes between layers of cloth that touch: laws 4–6 of src/stages/diffusion.hpp.
+
+#include <array>
+#include <vector>
+
+#include "reference.hpp"
+
+namespace drench::reference {
+
+/// A sample that touches a triangle of another layer.
+struct Contact {
+  std::array<Index, 3> near_node, far_node;
+  std::array<double, 3> near_weight, far_weight;
+  double conductance;  // G, kg/s
+  double drop;         // 1
+  bool degenerate;
+};
+
+std::vector<Contact> touching_layers(const ReferenceState& state, double dt);
+/// One sub-step of dt (s).
+void wick_through(ReferenceState& state, const std::vector<Contact>& contacts, double dt);
+
+/// ĝ, 0 without gravity.
+Eigen::Vector3d down(const ReferenceState& state);
+/// σ b of law 2, 1: > 0 flows from `donor` to `receiver`, which then are what they are called.
+double driven(double receiver, double donor, double drop, bool degenerate);
+/// φ^out and φ^in of every node, 1, for what is to leave and to enter it.
+std::vector<double> outflow_limit(const ReferenceState& state, const std::vector<Quanta>& out);
+std::vector<double> room_limit(const ReferenceState& state, const std::vector<Quanta>& in);
+
+}  // namespace drench::reference
