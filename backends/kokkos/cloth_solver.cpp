@@ -5,6 +5,7 @@
 #include <limits>
 #include <utility>
 
+#include "laws/wet_cloth.hpp"
 #include "primitives/reduce.hpp"
 
 namespace drench::kokkos_backend {
@@ -20,6 +21,7 @@ void allocate(Device& d) {
   if (w.mass.extent(0) == nodes) return;
   w.mass = Array<Real>("drench::cloth::mass", nodes);
   w.diagonal = Array<Real>("drench::cloth::diagonal", nodes);
+  w.friction = Array<Real>("drench::cloth::friction", nodes);
   w.base = Array<Real3>("drench::cloth::base", nodes);
   w.target = Array<Real3>("drench::cloth::target", nodes);
   w.shift = Array<Real3>("drench::cloth::shift", nodes);
@@ -30,6 +32,7 @@ void masses_and_diagonals(Device& d, const ClothSystem& s) {
   const auto liquid = d.nodes.liquid;
   const auto solid_mass = d.nodes.solid_mass;
   const double quantum = d.quantum;
+  const auto capacity = d.nodes.capacity;
   const auto hinge_start = d.nodes.hinge_start, hinge_item = d.nodes.hinge_item;
   const auto hinge_weight = d.mesh.hinge_weight, hinge_stiffness = d.mesh.hinge_stiffness;
   parallel(
@@ -50,6 +53,8 @@ void masses_and_diagonals(Device& d, const ClothSystem& s) {
             const Index t = s.limit_item(r) / 4;
             diagonal += strain_limit_diagonal(s.triangle_shape(t), s.limit_stiffness(t), s.limit_item(r) % 4);
           }
+        const Material& m = s.materials(s.cloth(n));
+        s.friction(n) = at_saturation(m.friction, m.friction_wet, node_saturation(liquid(n), quantum, capacity(n)));
         s.mass(n) = mass;
         s.diagonal(n) = diagonal;
       });
@@ -96,6 +101,7 @@ ClothSystem::ClothSystem(const Device& d, Real step)
       target(d.cloth_work.target),
       mass(d.cloth_work.mass),
       diagonal(d.cloth_work.diagonal),
+      friction(d.cloth_work.friction),
       pinned(d.nodes.pinned),
       cloth(d.nodes.cloth),
       edge_start(d.nodes.edge_start),
@@ -113,9 +119,6 @@ ClothSystem::ClothSystem(const Device& d, Real step)
       limit_stiffness(d.mesh.limit_stiffness),
       materials(d.materials),
       solids(d.solids),
-      liquid(d.nodes.liquid),
-      capacity(d.nodes.capacity),
-      quantum(d.quantum),
       dt(step),
       inverse_dt(1 / step),
       inverse_dt2(1 / (step * step)) {}

@@ -6,7 +6,6 @@
 #include "device.hpp"
 #include "laws/contact.hpp"
 #include "laws/elasticity.hpp"
-#include "laws/wet_cloth.hpp"
 
 namespace drench::kokkos_backend {
 
@@ -20,18 +19,15 @@ struct NodeContact {
 
 /// What the kernels see of the cloth: everything that stays the same during one solve.
 struct ClothSystem {
-  Array<Real3> start, target;
-  Array<Real> mass, diagonal;
-  Array<std::uint8_t> pinned;
-  Array<Index> cloth, edge_start, edge_item, bend_start, bend_item, edge;
-  Array<Real> edge_length, edge_stiffness, bend_weight;
-  Array<Index> triangle, limit_start, limit_item;
-  Array<Real> limit_shape, limit_stiffness;
-  Array<Material> materials;
-  Array<Solid> solids;
-  Array<Quanta> liquid;
-  Array<double> capacity;
-  double quantum;
+  Slice<Real3> start, target;
+  Slice<Real> mass, diagonal, friction;  // friction: μ, as wet as the node is
+  Slice<std::uint8_t> pinned;
+  Slice<Index> cloth, edge_start, edge_item, bend_start, bend_item, edge;
+  Slice<Real> edge_length, edge_stiffness, bend_weight;
+  Slice<Index> triangle, limit_start, limit_item;
+  Slice<Real> limit_shape, limit_stiffness;
+  Slice<Material> materials;
+  Slice<Solid> solids;
   Real dt, inverse_dt, inverse_dt2;
 
   ClothSystem(const Device& d, Real step);
@@ -109,11 +105,6 @@ struct ClothSystem {
     }
     return c;
   }
-  /// μ, as wet as the node is.
-  KOKKOS_INLINE_FUNCTION Real friction(Index n) const {
-    const Material& m = materials(cloth(n));
-    return at_saturation(m.friction, m.friction_wet, node_saturation(liquid(n), quantum, capacity(n)));
-  }
   /// A shift after Coulomb friction: it slips along the surface by `loss` (m) less, at most to a standstill.
   KOKKOS_INLINE_FUNCTION static Real3 rubbed(const NodeContact& c, const Real3& shift, Real loss) {
     const Real3 slip = tangential(shift - c.moved, c.normal);
@@ -139,6 +130,7 @@ struct ClothSystem {
   KOKKOS_INLINE_FUNCTION Real strain_damping(Index n) const { return materials(cloth(n)).strain_damping * inverse_dt; }
   KOKKOS_INLINE_FUNCTION Real thickness(Index n) const { return materials(cloth(n)).thickness; }
 };
+static_assert(sizeof(ClothSystem) <= 400);
 
 /// Chebyshev's weights (Wang 2015), which go on over several calls of `advance`.
 class ClothIteration {

@@ -60,7 +60,7 @@ KOKKOS_INLINE_FUNCTION Real3 relaxed(const Real3& f, const Real3& before, const 
 
 /// Π: `free` moved out of the planes that touch the solids next to x + anchor, then what is left of a curved solid. Out of
 /// the solid itself would be wrong: without the contact's own force a pressed node lies deep in it, maybe beyond its centre.
-KOKKOS_INLINE_FUNCTION Real3 held_out(const Array<Solid>& solids, const Real3& x, const Real3& anchor, Real3 free,
+KOKKOS_INLINE_FUNCTION Real3 held_out(const Slice<Solid>& solids, const Real3& x, const Real3& anchor, Real3 free,
                                       Real thickness) {
   for (std::size_t b = 0; b < solids.extent(0); ++b) {
     const SolidDistance d = solid_distance(solids(b), x, anchor);

@@ -168,6 +168,7 @@ struct BodyArrays {
 /// Work arrays of the cloth's solver, made on first use; per node.
 struct ClothWork {
   Array<Real> mass, diagonal;      // m_n, kg; D_n, N/m
+  Array<Real> friction;            // μ_n, 1
   Array<Real3> base;               // the target without the pressure's part, m (stage pressure)
   Array<Real3> target;             // y_n − x⁰_n, m
   Array<Real3> shift, last_shift;  // x_n − x⁰_n of the last two iterates, m (xpbd: of this one and the last anchored)

@@ -120,7 +120,8 @@ KOKKOS_INLINE_FUNCTION Real3 to_distance(const Solid& solid, const Real3& x, Rea
 }
 
 /// Moves x + shift out of all solids, in their order, to the distance τ (m) where it is nearer; returns the new shift.
-KOKKOS_INLINE_FUNCTION Real3 project_out(const Array<Solid>& solids, const Real3& x, Real3 shift, Real thickness) {
+template <class Solids>
+KOKKOS_INLINE_FUNCTION Real3 project_out(const Solids& solids, const Real3& x, Real3 shift, Real thickness) {
   for (std::size_t b = 0; b < solids.extent(0); ++b) {
     const SolidDistance d = solid_distance(solids(b), x, shift);
     if (d.phi < thickness) shift = to_distance(solids(b), x, shift, d, thickness);
