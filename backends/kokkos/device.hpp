@@ -260,6 +260,7 @@ struct Device {
   EmissionWork emission_work;
   DiffusionWork diffusion_work;
   ReservoirWork reservoir_work;
+  MeasuresWork measures_work;
   // ledger and counters on the host
   Quanta drained = 0, supplied = 0;
   std::int64_t next_id = 0;

@@ -48,6 +48,12 @@ struct DiffusionWork {
   Array<std::int64_t> net;                     // entering − leaving, quanta
 };
 
+struct MeasuresWork {
+  CellTable cells;      // of the liquid
+  Array<Real> nearest;  // per liquid particle, m
+  Array<double> place;  // 2 per node: (u, v), m
+};
+
 struct ReservoirWork {
   Array<Index> node;
   Array<Quanta> target;
