@@ -40,17 +40,15 @@ TEST(processes, absorption_without_saturation_control_agrees_with_the_reference)
 }
 
 TEST(processes, absorption_without_emission_removes_what_it_takes_whole) {
-  std::size_t before = 0;
   compare_stage({.stage = Stage::absorption,
-                 .scene = with_switches("processes: {emission: off}"),
+                 .scene = with(with_switches("processes: {emission: off}"), "thickness: 0.002", "thickness: 0.01"),
                  .prepare =
-                     [&](const Model&, HostState& s) {
+                     [](const Model&, HostState& s) {
+                       for (Quanta& m : s.node_liquid) m = 0;  // room for all of them
                        for (std::size_t i = 0; i < s.fluid_mass.size(); i += 2)
                          s.fluid_mass[i] = quanta_per_particle * 52 / 1000;
-                       before = s.fluid_mass.size();
                      },
                  .changes = "fluid_id"});
-  EXPECT_GT(before, 0u);
 }
 
 TEST(processes, emission_without_direction_agrees_with_the_reference) {
@@ -73,6 +71,7 @@ fluid: {spacing: 0.02, sources: [{block: {min: [-0.02, 0.01, -0.02], max: [0.02,
 cloth:
   - mesh: {grid: {size: [0.2, 0.2], nodes: [11, 11]}}
     dynamics: false
+    thickness: 0.004
     porous: {virtual_pressure: 5}
 bodies: [{plane: {point: [0, -0.012, 0], normal: [0, 1, 0]}}]
 )";
@@ -91,8 +90,9 @@ bodies: [{plane: {point: [0, -0.012, 0], normal: [0, 1, 0]}}]
       if (directed) backend->run(Stage::flow_direction, {0, 0, 0.002}, report);
       backend->run(Stage::emission, {0, 0, 0.002}, report);
       const HostState after = backend->download();
-      const bool gained = std::equal(state.fluid_mass.begin(), state.fluid_mass.end(), after.fluid_mass.begin(),
-                                     [](Quanta a, Quanta b) { return b > a; });
+      bool gained = false;
+      for (std::size_t i = 0; i < state.fluid_mass.size(); ++i)
+        gained = gained || after.fluid_mass[i] > state.fluid_mass[i];
       EXPECT_EQ(gained, !directed) << backend->name() << ": what lies above";
       EXPECT_EQ(after.next_id > state.next_id, !directed) << backend->name() << ": new particles";
     }
