@@ -11,12 +11,19 @@ void crowding(const ReferenceState& state, StepReport& report) {
   const Vectors x = vectors(state.s.fluid_position);
   std::vector<double> distance;  // in d
   Index close = 0;
+  const auto radius = [&](std::size_t i) {
+    return 0.5 * state.model.spacing * std::cbrt(static_cast<double>(state.s.fluid_mass[i]) / quanta_per_particle);
+  };
   for (std::size_t i = 0; i < x.size(); ++i) {
     double nearest = state.model.support;
+    bool crowded = false;
     for (std::size_t j = 0; j < x.size(); ++j) {
-      if (j != i) nearest = std::min(nearest, (x[j] - x[i]).norm());
+      if (j == i) continue;
+      const double r = (x[j] - x[i]).norm();
+      nearest = std::min(nearest, r);
+      crowded = crowded || r < 0.5 * (radius(i) + radius(j));
     }
-    if (nearest < 0.5 * state.model.spacing) ++close;
+    if (crowded) ++close;
     if (nearest < state.model.support) distance.push_back(nearest / state.model.spacing);
   }
   if (!x.empty()) report.close_share = static_cast<double>(close) / static_cast<double>(x.size());

@@ -10,24 +10,31 @@
 namespace drench::kokkos_backend {
 namespace {
 
-/// The distance to the nearest particle within h, m; 2 h if there is none.
+/// Per particle: the distance to the nearest one within h, m (2 h if there is none), and whether any is too close, 1 or 0.
 void find_nearest(Device& d) {
   auto& w = d.measures_work;
-  make_room(w.nearest, "drench::measures::nearest", static_cast<std::size_t>(d.fluid.count));
+  make_room(w.nearest, "drench::measures::nearest", 2 * static_cast<std::size_t>(d.fluid.count));
   w.cells.build(d.fluid.position, d.fluid.count, d.support, d.fluid.id);
   const CellTableView cells = w.cells.view();
   const auto x = d.fluid.position;
   const auto nearest = w.nearest;
-  const Real h = d.support;
+  const auto mass = d.fluid.mass;
+  const Real h = d.support, half = d.spacing / 4;  // of a full particle's radius
   parallel(
       "drench::measures::nearest", d.fluid.count, KOKKOS_LAMBDA(const Index i) {
         Real least = h * h;
+        bool close = false;
+        const Real own = half * Kokkos::cbrt(Real(double(mass(i)) / double(quanta_per_particle)));
         cells.for_near(x(i), [&](const Index j) {
+          if (j == i) return;
           const Real3 r = x(j) - x(i);
-          const Real r2 = dot(r, r);
-          if (j != i && r2 < least) least = r2;
+          const Real r2 = dot(r, r),
+                     near = own + half * Kokkos::cbrt(Real(double(mass(j)) / double(quanta_per_particle)));
+          if (r2 < near * near) close = true;
+          if (r2 < least) least = r2;
         });
-        nearest(i) = least < h * h ? Kokkos::sqrt(least) : 2 * h;
+        nearest(2 * i) = least < h * h ? Kokkos::sqrt(least) : 2 * h;
+        nearest(2 * i + 1) = close ? 1 : 0;
       });
 }
 
@@ -37,12 +44,13 @@ void crowding(Device& d, StepReport& report) {
   const Real h = d.support, spacing = d.spacing;
   const ThreeSums sums = ordered<ThreeSums>(
       "drench::measures::crowding", d.fluid.count, KOKKOS_LAMBDA(const Index i) {
-        const double q = double(nearest(i)) / double(spacing);
-        return nearest(i) < h ? ThreeSums{1, q, q * q} : ThreeSums{};
+        const Real r = nearest(2 * i);
+        const double q = double(r) / double(spacing);
+        return r < h ? ThreeSums{1, q, q * q} : ThreeSums{};
       });
   const std::int64_t close = integer_sum(
       "drench::measures::close", d.fluid.count,
-      KOKKOS_LAMBDA(const Index i) { return std::int64_t(nearest(i) < spacing / 2 ? 1 : 0); });
+      KOKKOS_LAMBDA(const Index i) { return std::int64_t(nearest(2 * i + 1)); });
   report.close_share = double(close) / double(d.fluid.count);
   if (!(sums.first > 0)) return;
   const double mean = sums.second / sums.first;

@@ -50,7 +50,7 @@ struct DiffusionWork {
 
 struct MeasuresWork {
   CellTable cells;      // of the liquid
-  Array<Real> nearest;  // per liquid particle, m
+  Array<Real> nearest;  // 2 per liquid particle: m; 1
   Array<double> place;  // 2 per node: (u, v), m
 };
 

@@ -73,6 +73,11 @@ TEST(measures, find_pairs_that_are_too_close) {
     EXPECT_NEAR(r.nearest_variance, 0.16, 1e-5);  // of 0.3, 0.3, 1.1, 1.1
     EXPECT_DOUBLE_EQ(r.close_share, 2 / all);
   });
+  // A fifth of the radius each: what was too close is not any more, and at 0.09 d of each other small ones are, too.
+  for (const std::size_t i : {0, 1, 2, 3}) state.fluid_mass[i] = quanta_per_particle / 125;
+  on_both(setup.model, state, [&](const StepReport& r) { EXPECT_EQ(r.close_share, 0); });
+  state.fluid_position[3] = {2, 0, -0.09 * d};
+  on_both(setup.model, state, [&](const StepReport& r) { EXPECT_DOUBLE_EQ(r.close_share, 2 / all); });
 }
 
 TEST(measures, a_lattice_has_no_variance) {

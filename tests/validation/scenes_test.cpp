@@ -18,7 +18,7 @@
 namespace drench::test {
 namespace {
 
-constexpr int most_steps = 150;
+constexpr int most_steps = 100;
 
 std::vector<std::string> scene_files() {
   std::vector<std::string> files;
