@@ -82,7 +82,7 @@ TEST(scenes, ledger_bounds_and_convergence_of_each) {
   report({name + "ledger", "constant", all.ledger, 0, "quanta"});
   report({name + "independent floating-point sum", "ledger", all.float_sum, 1e-6});
   report({name + "saturation above s_max", "0", all.excess, 0});
-  report({name + "liquid missing on a node", "0", -double(all.least), 0, "quanta"});
+  report({name + "liquid missing on a node", "0", double(-all.least), 0, "quanta"});
   report({name + "steps that end at max_iterations (worst scene)", "1 %", all.capped, 0.01});
 }
 
