@@ -21,7 +21,8 @@ double wish(const ReferenceState& state, Index i, Index j, double dt) {
   double cosine = 0;
   if (direction.norm() > 0 && r > 1e-9 * h) cosine = xij.dot(direction) / (r * direction.norm());
   const double cap = 1 + (cloth.max_saturation - 1) * (1 + cosine) / 2;
-  const double deficit = std::max(0.0, cap - sample_saturation(state, j));
+  const bool controlled = m.scene.processes.saturation_control;
+  const double deficit = controlled ? std::max(0.0, cap - sample_saturation(state, j)) : 1;
   const double laplacian = 45 * (h - r) / (std::numbers::pi * std::pow(h, 6));  // 1/m⁵
   return dt * cloth.absorption * m.samples.capacity[j] * deficit * fluid_volume(state, i) * laplacian;
 }
@@ -104,7 +105,8 @@ void absorption(ReferenceState& state, const StepInfo& info, StepReport&) {
     offer[i] = offers(state, i, info.dt);
     for (std::size_t k = 0; k < offer[i].size(); ++k) in[state.fluid_sample[i][k]] += offer[i][k];
   }
-  const std::vector<double> phi = inflow_limit(state, in);
+  const std::vector<double> phi =
+      state.model.scene.processes.saturation_control ? inflow_limit(state, in) : std::vector<double>(samples, 1.0);
 
   std::vector<Quanta> taken(samples, 0);
   std::vector<Momentum> momentum(samples, Momentum{0, 0, 0});

@@ -17,6 +17,16 @@ struct Share {
   bool blocked = false;                                // (b)
 };
 
+/// Is there a direction, and with it a cone?
+bool directed(const ReferenceState& state) { return state.model.scene.processes.direction; }
+
+/// Where new particles appear from sample p.
+Eigen::Vector3d outward(const ReferenceState& state, Index p) {
+  if (directed(state)) return vec(state.s.sample_flow_direction[p]);
+  const Eigen::Vector3d gravity = vec(state.model.scene.gravity);
+  return gravity / (1.001 * gravity.norm());
+}
+
 void ripen(ReferenceState& state, double dt) {
   const Model& m = state.model;
   for (Index n = 0; n < state.s.node_count(); ++n) {
@@ -31,7 +41,8 @@ void ripen(ReferenceState& state, double dt) {
 
 Share share_of(const ReferenceState& state, Index p) {
   Share share;
-  if (!is_porous(state, p) || vec(state.s.sample_flow_direction[p]).norm() == 0) return share;
+  if (!is_porous(state, p)) return share;
+  if (directed(state) && vec(state.s.sample_flow_direction[p]).norm() == 0) return share;
   const SampleSet& samples = state.model.samples;
   for (int k = 0; k < 3; ++k) {
     const Index n = sample_node(state, p, k);
@@ -51,6 +62,7 @@ bool in_cone(const ReferenceState& state, Index p, const Eigen::Vector3d& x) {
   const Eigen::Vector3d away = x - sample_position(state, p);
   const double r = away.norm();
   if (r <= 1e-9 * state.model.support) return false;
+  if (!directed(state)) return true;
   const double cosine = away.dot(direction) / (r * direction.norm());
   return cosine > state.model.cloths[state.model.samples.cloth[p]].emission_cosine;
 }
@@ -105,7 +117,7 @@ void give_to_liquid(ReferenceState& state, std::vector<Share>& shares) {
 /// (b) A solid in the cone lets nothing more out.
 void block(const ReferenceState& state, std::vector<Share>& shares) {
   for (Index p = 0; p < static_cast<Index>(shares.size()); ++p) {
-    if (shares[p].total == 0) continue;
+    if (shares[p].total == 0 || !directed(state)) continue;
     for (const Index b : state.sample_boundary[p]) {
       if (in_cone(state, p, vec(state.s.boundary_position[b]))) shares[p].blocked = true;
     }
@@ -193,8 +205,7 @@ std::vector<Candidate> candidates(const ReferenceState& state, const std::vector
   for (Index p = 0; p < samples; ++p) {
     if (pools[p].givers.empty() || pools[p].sum < m.min_quanta) continue;
     const double fill = static_cast<double>(std::min(pools[p].sum, m.max_quanta)) / quanta_per_particle;
-    pools[p].position =
-        sample_position(state, p) + 0.5 * m.spacing * (1 + std::cbrt(fill)) * vec(state.s.sample_flow_direction[p]);
+    pools[p].position = sample_position(state, p) + 0.5 * m.spacing * (1 + std::cbrt(fill)) * outward(state, p);
     result.push_back(pools[p]);
   }
   return result;
@@ -203,6 +214,7 @@ std::vector<Candidate> candidates(const ReferenceState& state, const std::vector
 /// (d) New particles where there is room for them.
 void create_particles(ReferenceState& state, std::vector<Share>& shares) {
   const Model& m = state.model;
+  if (!directed(state) && vec(m.scene.gravity).norm() == 0) return;  // nowhere to go
   const std::vector<Candidate> found = candidates(state, shares);
   const Index old_particles = state.s.fluid_count();
   for (std::size_t c = 0; c < found.size(); ++c) {

@@ -1,6 +1,7 @@
 """Draws the frames of a drench output folder as PNG files. Started by tools/render; needs only VTK's Python modules."""
 
 import argparse
+import json
 import math
 import os
 import re
@@ -22,7 +23,7 @@ from vtkmodules.vtkRenderingCore import (vtkActor, vtkColorTransferFunction, vtk
                                          vtkWindowToImageFilter)
 
 WATER = (0.13, 0.45, 0.80)
-DRY, DAMP, WET = (0.95, 0.92, 0.85), (0.58, 0.55, 0.56), (0.16, 0.17, 0.25)
+PRESET = os.path.join(os.path.dirname(os.path.abspath(__file__)), "saturation.json")  # ParaView reads it too
 INK = (0.15, 0.15, 0.18)
 WATER_OPACITY = 0.72
 NAMED_VIEWS = {"auto": (32, 24), "below": (32, -22), "front": (0, 8), "top": (0, 80)}  # azimuth, elevation, degrees
@@ -172,8 +173,10 @@ class Picture:
         self.actors = []
         self.water = None
         self.colours = vtkColorTransferFunction()
-        for saturation, colour in ((0.0, DRY), (0.5, DAMP), (1.0, WET), (1.2, tuple(0.8 * c for c in WET))):
-            self.colours.AddRGBPoint(saturation, *colour)
+        with open(PRESET, encoding="utf-8") as preset:
+            points = json.load(preset)[0]["RGBPoints"]
+        for i in range(0, len(points), 4):
+            self.colours.AddRGBPoint(*points[i:i + 4])
         self.label = vtkTextActor()
         self.label.GetTextProperty().SetColor(*INK)
         self.label.GetTextProperty().SetFontSize(max(12, size[1] // 34))

@@ -1,5 +1,5 @@
 // Stage absorption (src/stages/absorption.hpp). Particles that are taken whole stay in the arrays with mass 0, because
-// the neighbour lists name them; stage emission, which always follows, removes them.
+// the neighbour lists name them; stage emission removes them, or this one at its end where there is none.
 
 #include "laws/absorption.hpp"
 
@@ -22,6 +22,7 @@ void offer(Device& d, double dt) {
   const Real h = d.support;
   const double q = d.quantum, rho = d.rest_density;
   const Quanta min_quanta = d.model.min_quanta;
+  const bool controlled = d.model.has_saturation_control();
   parallel(
       "drench::absorption::offer", d.fluid.count, KOKKOS_LAMBDA(const Index i) {
         const Quanta m = mass(i);
@@ -32,7 +33,7 @@ void offer(Device& d, double dt) {
           if (!materials(c).porous) return 0;
           const Real3 separation = xs(j) - x(i);
           const Real cap = laws::saturation_cap(materials(c).max_saturation, laws::flow_cosine(separation, flow(j), h));
-          const Real deficit = cap - saturation(j);
+          const Real deficit = controlled ? cap - saturation(j) : Real(1);
           if (!(deficit > 0)) return 0;
           return laws::absorption_wish(dt, materials(c).absorption, capacity(j) / q, deficit, volume,
                                        laws::viscosity_laplacian(norm(separation), h));
@@ -65,6 +66,7 @@ void transfer(Device& d) {
   const auto share = d.transfer_work.inflow_share;
   const auto momentum = d.transfer_work.momentum;
   const Quanta min_quanta = d.model.min_quanta;
+  const bool controlled = d.model.has_saturation_control();
   parallel(
       "drench::absorption::transfer", d.fluid.count, KOKKOS_LAMBDA(const Index i) {
         const Quanta m = mass(i);
@@ -74,7 +76,7 @@ void transfer(Device& d) {
         for (Index k = 0; k < n; ++k) {
           const Quanta o = offers(i, k);
           if (o == 0) continue;
-          const double phi = share(list(i, k));
+          const double phi = controlled ? share(list(i, k)) : 1;
           if (phi < 1) was_limited = true;
           offers(i, k) = limited(o, phi);
           rest -= offers(i, k);
@@ -103,10 +105,11 @@ void absorption(Device& d, const StepInfo& info, StepReport&) {
   refresh_saturation(d);
   clear_transfers(d, true);
   offer(d, info.dt);
-  limit_inflow(d);
+  if (d.model.has_saturation_control()) limit_inflow(d);
   clear_transfers(d, true);
   transfer(d);
   deliver(d);
+  if (!d.model.has_emission()) d.compact_fluid({});
 }
 
 }  // namespace drench::kokkos_backend

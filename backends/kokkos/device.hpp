@@ -263,6 +263,7 @@ struct Device {
   DiffusionWork diffusion_work;
   ContactWork contact_work;
   ReservoirWork reservoir_work;
+  MeasuresWork measures_work;
   // ledger and counters on the host
   Quanta drained = 0, supplied = 0;
   std::int64_t next_id = 0;

@@ -50,9 +50,10 @@ void shares(Device& d) {
   const auto node = d.samples.node, cloth = d.samples.cloth;
   const auto weight = d.samples.weight_exact, weight_sum = d.nodes.weight_sum;
   const auto materials = d.materials;
+  const bool directed = d.model.has_direction();
   parallel(
       "drench::emission::share", d.samples.count, KOKKOS_LAMBDA(const Index p) {
-        const bool emits = materials(cloth(p)).porous && dot(flow(p), flow(p)) > 0;
+        const bool emits = materials(cloth(p)).porous && (!directed || dot(flow(p), flow(p)) > 0);
         Quanta sum = 0;
         double vx = 0, vy = 0, vz = 0;
         for (int k = 0; k < 3; ++k) {
@@ -157,7 +158,7 @@ void block(Device& d) {
   const auto cloth = d.samples.cloth;
   const auto materials = d.materials;
   const Real h = d.support;
-  const bool solids = d.boundary.count > 0;
+  const bool solids = d.boundary.count > 0 && d.model.has_direction();  // else nothing blocks
   parallel(
       "drench::emission::block", d.samples.count, KOKKOS_LAMBDA(const Index p) {
         bool sees = false;

@@ -65,13 +65,16 @@ Index place_candidates(Device& d) {
   const auto collector = w.collector;
   const Real spacing = d.spacing;
   const Quanta full = d.model.max_quanta;
+  const bool directed = d.model.has_direction();
+  const Real3 down = laws::flow_direction(d.gravity, laws::flow_regularisation(norm(d.gravity), 0));
   parallel(
       "drench::emission::place", d.samples.count, KOKKOS_LAMBDA(const Index p) {
         if (pools(p) == 0) return;
         const Quanta mass = pools(p) < full ? pools(p) : full;
         const Index c = candidate(p);
         collector(c) = p;
-        position(c) = x(p) + laws::emission_distance(spacing, double(mass) / double(quanta_per_particle)) * flow(p);
+        const Real3 towards = directed ? flow(p) : down;
+        position(c) = x(p) + laws::emission_distance(spacing, double(mass) / double(quanta_per_particle)) * towards;
       });
   return n;
 }
@@ -164,6 +167,7 @@ void create(Device& d, Index candidates, Index n) {
 }  // namespace
 
 Index create_particles(Device& d) {
+  if (!d.model.has_direction() && !(norm(d.gravity) > 0)) return 0;  // nowhere to go
   pool(d);
   const Index candidates = place_candidates(d);
   const Index created = candidates > 0 ? find_space(d, candidates) : 0;

@@ -13,12 +13,13 @@ void porous_neighbors(Device& d, const StepInfo&, StepReport&) {
     d.sample_cells.build(d.samples.position, d.samples.count, h);
     build_neighbor_list(d.sample_sample, d.samples.position, d.samples.count, d.sample_cells.view(), h, true);
   }
-  if (d.model.has_fluid()) {
+  if (d.model.has_exchange()) {
     d.fluid_cells.build(d.fluid.position, d.fluid.count, h, d.fluid.id);
     build_neighbor_list(d.fluid_sample, d.fluid.position, d.fluid.count, d.sample_cells.view(), h, false);
     build_neighbor_list(d.sample_fluid, d.samples.position, d.samples.count, d.fluid_cells.view(), h, false);
   }
-  if (d.boundary.count > 0 && (cloth_moves || d.model.has_moving_body() || !d.lists_fresh)) {
+  if (d.model.has_exchange() && d.model.has_direction() && d.boundary.count > 0 &&
+      (cloth_moves || d.model.has_moving_body() || !d.lists_fresh)) {
     if (d.model.has_moving_body() || d.boundary_cells.view().buckets == 0)
       d.boundary_cells.build(d.boundary.position, d.boundary.count, h);
     build_neighbor_list(d.sample_boundary, d.samples.position, d.samples.count, d.boundary_cells.view(), h, false);

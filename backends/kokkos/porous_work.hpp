@@ -60,6 +60,12 @@ struct ContactWork {
   Array<Quanta> entering, leaving;  // per node, quanta
 };
 
+struct MeasuresWork {
+  CellTable cells;      // of the liquid
+  Array<Real> nearest;  // 2 per liquid particle: m; 1
+  Array<double> place;  // 2 per node: (u, v), m
+};
+
 struct ReservoirWork {
   Array<Index> node;
   Array<Quanta> target;

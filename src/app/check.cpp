@@ -49,7 +49,7 @@ double largest_speed(const Model& model, const HostState& state) {
     include(state.fluid_position[i], state.fluid_velocity[i]);
   for (const Jet& jet : model.jets) include(jet.scene.center, jet.scene.velocity);
   for (const Vec3& x : state.node_position)
-    if (model.has_porous()) include(x, {0, 0, 0});  // water drips off the cloth
+    if (model.has_emission()) include(x, {0, 0, 0});  // water drips off the cloth
   double driven = 0;                                // by bodies that move
   for (const Body& body : model.bodies)
     driven = std::max(driven, length(body.velocity) + std::abs(body.spin_rate) * body.reach);
@@ -141,7 +141,7 @@ int check_command(const std::string& path, const std::vector<std::string>& overr
   if (const int passes = model.has_fluid() ? viscous_stages(model, scene.time.step) : 0; passes > 1)
     fmt::print("viscosity: about {} passes a step\n", passes);
   for (const ClothMaterial& c : model.cloths)
-    if (c.porous && c.diffusivity > 0)
+    if (model.has_diffusion() && c.porous && c.diffusivity > 0)
       fmt::print("diffusion in {}: sub-steps a step: about {}\n", c.name,
                  diffusion_substeps(model, c, scene.time.step));
   const double parts = scene.output.every / scene.time.step;

@@ -14,12 +14,14 @@ StatsCsv::StatsCsv(const std::filesystem::path& path, const std::vector<Stage>& 
       out_(path),
       stages_(stages),
       moving_cloth_(std::find(stages.begin(), stages.end(), Stage::cloth) != stages.end()),
+      measures_(std::find(stages.begin(), stages.end(), Stage::measures) != stages.end()),
       quantum_(quantum),
       initial_total_(initial_total) {
   out_ << "step,time,dt,particles,density_iterations,divergence_iterations,density_error,density_error_max,"
           "mass_fluid,mass_cloth,mass_drained,mass_supplied,mass_total,mass_error,saturation_max,kinetic_energy,"
           "divergence_error,diffusion_substeps,collisions,clamped,mass_float";
   if (moving_cloth_) out_ << ",cloth_iterations,cloth_residual";
+  if (measures_) out_ << ",nearest_variance,close_share,wet_isotropy";
   for (const Stage s : stages_) out_ << ",ms_" << name_of(s);
   out_ << std::endl;
   if (!out_) throw std::runtime_error(fmt::format("{}: cannot be written", path_.string()));
@@ -38,6 +40,7 @@ void StatsCsv::write(std::int64_t step, double time, double dt, const StepReport
   fmt::format_to(end, "{:.6g},{},{},{},{:.17g}", r.divergence_error, r.diffusion_substeps, r.collisions, r.clamped,
                  r.mass_float);
   if (moving_cloth_) fmt::format_to(end, ",{},{:.6g}", r.cloth_iterations, r.cloth_residual);
+  if (measures_) fmt::format_to(end, ",{:.6g},{:.6g},{:.6g}", r.nearest_variance, r.close_share, r.wet_isotropy);
   for (const Stage s : stages_) fmt::format_to(end, ",{:.4f}", milliseconds[static_cast<std::size_t>(s)]);
   out_.write(row.data(), static_cast<std::streamsize>(row.size()));
   out_ << std::endl;  // flushed, so that the file can be followed

@@ -11,8 +11,9 @@
 namespace drench {
 
 /// stats.csv: one row per step. Masses in kg, times in s, kinetic_energy in J, ms_<stage> in milliseconds for each
-/// stage that runs, cloth_iterations and cloth_residual where cloth moves. mass_error is the change of mass_total since
-/// the start, from integers: 0 means exactly 0.
+/// stage that runs, cloth_iterations and cloth_residual where cloth moves, nearest_variance, close_share and wet_isotropy
+/// (1, stages/measures.hpp) where the scene asks for measures. mass_error is the change of mass_total since the start, from
+/// integers: 0 means exactly 0.
 class StatsCsv {
  public:
   /// `quantum` in kg. Throws std::runtime_error when the file cannot be written.
@@ -25,7 +26,7 @@ class StatsCsv {
   std::filesystem::path path_;
   std::ofstream out_;
   std::vector<Stage> stages_;
-  bool moving_cloth_;
+  bool moving_cloth_, measures_;
   double quantum_;
   Quanta initial_total_;
 };

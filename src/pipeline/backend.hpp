@@ -43,6 +43,8 @@ struct StepReport {
   double saturation_max = 0;  // 1
   double kinetic_energy = 0;  // J: liquid particles and wet cloth nodes
   std::int64_t particles = 0;
+  // measures (measures.hpp), 1
+  double nearest_variance = 0, close_share = 0, wet_isotropy = 0;
 
   Quanta mass_total() const { return mass_fluid + mass_cloth + mass_drained - mass_supplied; }
 };

@@ -21,12 +21,13 @@
   STAGE(advection,         m.has_fluid() || m.has_moving_cloth())                             \
   STAGE(bodies,            m.has_moving_body())                                               \
   STAGE(jets,              m.has_jets())                                                      \
-  STAGE(porous_neighbors,  m.has_porous())                                                    \
-  STAGE(flow_direction,    m.has_porous() && m.has_fluid())                                   \
-  STAGE(absorption,        m.has_porous() && m.has_fluid())                                   \
-  STAGE(emission,          m.has_porous() && m.has_fluid())                                   \
+  STAGE(porous_neighbors,  m.has_exchange() || m.has_diffusion())                             \
+  STAGE(flow_direction,    m.has_exchange() && m.has_direction())                             \
+  STAGE(absorption,        m.has_absorption())                                                \
+  STAGE(emission,          m.has_emission())                                                  \
   STAGE(diffusion,         m.has_diffusion())                                                 \
   STAGE(reservoir,         m.has_reservoirs())                                                \
+  STAGE(measures,          m.has_measures())                                                  \
   STAGE(ledger,            true)
 // clang-format on
 

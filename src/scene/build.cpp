@@ -14,6 +14,7 @@
 #include "scene/fluid_sampling.hpp"
 #include "scene/memory_estimate.hpp"
 #include "scene/point_grid.hpp"
+#include "scene/rest_plane.hpp"
 #include "scene/self_intersection.hpp"
 #include "scene/smoothing_kernel.hpp"
 #include "scene/surface_mesh.hpp"
@@ -249,6 +250,7 @@ Setup build(const Scene& scene) {
   const double memory = machine_memory();
   refuse_too_large(grid_size(scene), memory);
   build_cloths(scene, m, setup.warnings);
+  lay_rest_planes(m);
   set_numbers(m);
   for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
     m.bodies.push_back(make_body(scene.bodies[b], scene.path, fmt::format("body {}", b + 1)));

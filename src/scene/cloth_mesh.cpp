@@ -152,7 +152,7 @@ void set_strain_limits(Model& model) {
   mesh.node_triangles = rows_of(mesh.nodes(), entries);
 }
 
-ClothMaterial make_material(const ClothScene& c) {
+ClothMaterial make_material(const ClothScene& c, const ProcessScene& processes) {
   ClothMaterial m;
   m.name = c.name;
   m.dynamics = c.dynamics;
@@ -171,9 +171,9 @@ ClothMaterial make_material(const ClothScene& c) {
   m.absorption = c.porous.absorption;
   m.max_saturation = c.porous.max_saturation;
   m.virtual_pressure = c.porous.virtual_pressure;
-  m.emission_cosine = std::cos(c.porous.emission_angle * std::numbers::pi / 180);
+  m.emission_cosine = processes.direction ? std::cos(c.porous.emission_angle * std::numbers::pi / 180) : -2;
   m.emission_velocity = c.porous.emission_velocity;
-  m.emission_ramp = c.porous.emission_ramp;
+  m.emission_ramp = processes.emission ? c.porous.emission_ramp : 0;
   m.diffusivity = c.porous.diffusivity;
   m.diffusion = c.porous.diffusion;
   m.capillary_height = c.porous.capillary_height;
@@ -300,7 +300,7 @@ void build_cloths(const Scene& scene, Model& model, std::vector<std::string>& wa
   for (const ClothScene& c : scene.cloths) {
     const SurfaceMesh own = placed_mesh(c, scene.path);
     const auto edges = mesh_edges(own.triangles);
-    ClothMaterial material = make_material(c);
+    ClothMaterial material = make_material(c, scene.processes);
     material.first_node = mesh.nodes();
     material.node_count = static_cast<Index>(own.points.size());
     material.first_triangle = mesh.triangles();

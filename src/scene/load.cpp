@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
@@ -53,6 +54,22 @@ void read_output(Section& s, OutputScene& output) {
   s.number("every", output.every, "[0, 1e6]", "s");
   s.number("checkpoint_every", output.checkpoint_every, "[0, 1e6]", "s");
   s.not_available(output.checkpoint_every > 0, "checkpoint_every", "writing checkpoints", "0 s");
+  s.boolean("measures", output.measures);
+}
+
+/// A preset says where the switches stand that `processes` leaves alone.
+void read_preset(Section& s, ProcessScene& processes) {
+  enum class Preset { none, baseline } preset = Preset::none;
+  s.choice<Preset>("preset", preset, {{"none", Preset::none}, {"baseline", Preset::baseline}});
+  if (preset == Preset::baseline) processes.direction = processes.saturation_control = false;
+}
+
+void read_processes(Section& s, ProcessScene& processes) {
+  s.boolean("direction", processes.direction);
+  s.boolean("saturation_control", processes.saturation_control);
+  s.boolean("absorption", processes.absorption);
+  s.boolean("emission", processes.emission);
+  s.boolean("diffusion", processes.diffusion);
 }
 
 void read_neighbors(Section& s, Scene& scene) {
@@ -102,7 +119,6 @@ void read_source(Section& s, FluidScene& fluid) {
 }
 
 void read_fluid(Section& s, FluidScene& fluid) {
-  s.required({"sources"});
   s.number("spacing", fluid.spacing, "(0, 10]", "m");
   s.number("density", fluid.density, "[1, 30000]", "kg/m³");
   s.number("viscosity", fluid.viscosity, "[0, 100]", "m²/s");
@@ -341,6 +357,13 @@ void check_scene(Section& s, const Scene& scene) {
           "acts on liquid, and the scene has none; allowed: only beside the key fluid");
   s.check(!s.has("cloth_solver") || !scene.cloths.empty(), "cloth_solver",
           "moves cloth, and the scene has none; allowed: only beside the key cloth");
+  const bool porous = std::any_of(scene.cloths.begin(), scene.cloths.end(),
+                                  [](const ClothScene& cloth) { return cloth.porous.present; });
+  s.check(!scene.fluid.present || !scene.fluid.blocks.empty() || !scene.fluid.jets.empty() || porous, "fluid.sources",
+          "is missing; allowed: a list of maps; only a scene with porous cloth, which can drip, does without");
+  for (const char* key : {"preset", "processes"})
+    s.check(!s.has(key) || porous, key,
+            "is for cloth that takes up liquid, and the scene has none; allowed: only beside a cloth's key porous");
   std::set<std::string> names;
   for (std::size_t i = 0; i < scene.cloths.size(); ++i) {
     s.check(
@@ -362,6 +385,8 @@ void read_scene(Section& s, Scene& scene) {
   s.section("field", scene.field, read_field);
   s.section("domain", scene.domain, read_box);
   s.section("output", scene.output, read_output);
+  read_preset(s, scene.processes);
+  s.section("processes", scene.processes, read_processes);
   s.section("neighbors", scene, read_neighbors);
   scene.fluid.present = s.section("fluid", scene.fluid, read_fluid);
   s.section("cloth_solver", scene.cloth_solver, read_cloth_solver);

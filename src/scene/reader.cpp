@@ -212,10 +212,11 @@ void Section::boolean(const char* key, bool& out) {
   const Value* value = take(key, "true or false");
   if (!value) return;
   const bool plain = value->kind == Value::Kind::scalar && !value->quoted;
-  if (!plain || (value->text != "true" && value->text != "false")) {
-    fail(*value, key, fmt::format("{} is not a truth value; allowed: true, false", value->shown()));
+  const bool yes = plain && (value->text == "true" || value->text == "on");
+  if (!yes && !(plain && (value->text == "false" || value->text == "off"))) {
+    fail(*value, key, fmt::format("{} is not a truth value; allowed: true, false, on, off", value->shown()));
   }
-  out = value->text == "true";
+  out = yes;
 }
 
 bool Section::flag(const char* key) {

@@ -89,7 +89,7 @@ void write_fluid(Writer& out, const FluidScene& fluid) {
   out.line("  solver: {{density_error: {}, divergence_error: {}, max_iterations: {}, min_iterations: {}}}",
            text(fluid.solver.density_error), text(fluid.solver.divergence_error), fluid.solver.max_iterations,
            fluid.solver.min_iterations);
-  out.line("  sources:");
+  if (!fluid.blocks.empty() || !fluid.jets.empty()) out.line("  sources:");
   for (const BlockScene& block : fluid.blocks) {
     out.line("    - block: {{{}, velocity: {}}}", corners(block.box), text(block.velocity));
   }
@@ -175,6 +175,17 @@ void write_cloth(Writer& out, const ClothScene& cloth) {
   if (cloth.porous.present) write_porous(out, cloth.porous);
 }
 
+/// Only of a scene that can have them.
+void write_processes(Writer& out, const Scene& scene) {
+  bool porous = false;
+  for (const ClothScene& cloth : scene.cloths) porous = porous || cloth.porous.present;
+  if (!porous) return;
+  const auto word = [](bool on) { return on ? "on" : "off"; };
+  const ProcessScene& p = scene.processes;
+  out.line("processes: {{direction: {}, saturation_control: {}, absorption: {}, emission: {}, diffusion: {}}}",
+           word(p.direction), word(p.saturation_control), word(p.absorption), word(p.emission), word(p.diffusion));
+}
+
 std::string motion(const BodyScene& body) {
   std::string all = fmt::format("velocity: {}, spin: {{axis: {}, degrees_per_second: {}}}", text(body.velocity),
                                 text(body.spin.axis), text(body.spin.degrees_per_second));
@@ -209,8 +220,9 @@ std::string to_yaml(const Scene& scene) {
   if (scene.field.present)
     out.line("field: {{center: {}, rate: {}}}  # m, 1/s", text(scene.field.center), text(scene.field.rate));
   out.line("domain: {{{}}}  # m", corners(scene.domain));
-  out.line("output: {{every: {}, checkpoint_every: {}}}  # s", text(scene.output.every),
-           text(scene.output.checkpoint_every));
+  out.line("output: {{every: {}, checkpoint_every: {}, measures: {}}}  # s", text(scene.output.every),
+           text(scene.output.checkpoint_every), scene.output.measures);
+  write_processes(out, scene);
   out.line("neighbors: {{sort: {}, through_cloth: {}}}", word(scene.sort), scene.through_cloth);
   if (scene.fluid.present) write_fluid(out, scene.fluid);
   if (!scene.cloths.empty()) {

@@ -31,6 +31,17 @@ struct TimeScene {
 struct OutputScene {
   double every = 0.02;            // s; 0 writes no frames
   double checkpoint_every = 0.0;  // s; 0 writes none
+  bool measures = false;          // columns of stage measures in stats.csv
+};
+
+/// What liquid and porous cloth do to each other, each of them to be left out on its own: to see what it is for. A process
+/// that is off has no stage. `preset: baseline` at the top of a scene is direction and saturation_control off.
+struct ProcessScene {
+  bool direction = true;  // Eqs. 4–6 and what looks at them: off, cloth absorbs from and emits to all sides alike
+  bool saturation_control = true;  // off: cloth absorbs at a fixed rate, whatever it holds (stages/absorption.hpp)
+  bool absorption = true;
+  bool emission = true;
+  bool diffusion = true;
 };
 
 struct FluidSolverScene {
@@ -183,6 +194,7 @@ struct Scene {
   FieldScene field;
   Box domain{{-10, -10, -10}, {10, 10, 10}};  // m
   OutputScene output;
+  ProcessScene processes;
   SortMethod sort = SortMethod::automatic;
   bool through_cloth = false;  // true: liquid feels liquid on the other side of a cloth (stages/neighbors.hpp)
   FluidScene fluid;

@@ -17,6 +17,11 @@
 //       passes Σ_i t_ij on to its nodes: floor(w_jn t) each, the remainder to the largest weight (first of equals).
 //       Momentum: P_j = Σ_i t_ij v_i in fixed point (units q · 2^-8 m/s), node: v_n = (m_n v_n + Σ_j w_jn P_j)/(m_n +
 //       Δm_n); pinned nodes keep v = 0. A particle whose mass is 0 is removed, order kept (the reference: here; the
-//       Kokkos backend: at the end of stage emission).
+//       Kokkos backend: at the end of stage emission, or here if that is off).
+// `processes: {direction: off}`: c_ij = 0, so cap = (1 + s_max)/2 on all sides.
+// `processes: {saturation_control: off}`, part of the preset `baseline`: deficit = 1 whatever j holds, and φ_n = 1: a fixed
+//       rate k_a C_j V_i L, without an upper bound of the saturation. Still on: what a particle has bounds what it gives, so
+//       the ledger is as exact as ever; emission still begins at s_n = 1; what other stages bring to a node (emission c,
+//       diffusion) keeps its limiter.
 // Reads:  positions, lists, sample_flow_direction.   Writes: fluid_mass (and removal), node_liquid, node_velocity,
 // fluid_velocity unchanged.

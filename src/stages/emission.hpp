@@ -36,5 +36,8 @@
 // What p gave in total, U_p ≤ E_p, leaves its nodes as floor(U_p E_pk/E_p), the remainder from its nodes in order 0, 1,
 // 2 while they have E_pk left; ripe_n falls by the same. Node velocities stay. Momentum received by nodes in (c): as in
 // stage absorption. After the stage fluid particles are not removed.
+// `processes: {direction: off}`: there is no cone. In (a) and (c) everything within h is in it (r > 1e-9 h), (b) blocks
+//       nothing, every porous sample emits, and in (d) ĝ/1.001 (g/|g|, as v_p would be without a solid) stands for v_p;
+//       without gravity there is no (d).
 // Reads:  positions, lists, sample_flow_direction, velocities.
 // Writes: node_liquid, node_ripe, node_velocity (c), fluid_mass, fluid_velocity, fluid_* appended, next_id.

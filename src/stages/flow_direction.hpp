@@ -5,4 +5,10 @@
 // solid: Darcy needs −∇P),
 //       X = P′ + g,  v_p = X / (|X| + ε),  ε = 1e-3 |g| (if g = 0: ε = 1e-3 k^p; v_p = 0 if |X| = 0). No solid: P′ = 0.
 //       Samples of cloths that are not porous: 0.
+// `processes: {direction: off}`, part of the preset `baseline`: the stage does not run, there is no virtual pressure and
+//       sample_flow_direction stays 0. This is another thing than a v_p that comes out as 0 (no gravity, no solid; such a
+//       sample emits nothing): without directions absorption is unbiased (c_ij = 0), and emission has no cone: it gives to
+//       liquid on all sides, solids do not block it, and new particles appear in the direction of gravity (absorption.hpp,
+//       emission.hpp). So the paper's tables describe the method without it ("directional absorption: no", "flow-direction
+//       check: no").
 // Reads:  node_position, boundary_position, boundary_volume, lists sample→boundary.   Writes: sample_flow_direction.

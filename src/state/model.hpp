@@ -39,13 +39,15 @@ struct ClothMaterial {
   double absorption = 0.01;        // k_a, m²/s, `uptake_velocity` resolved
   double max_saturation = 1.18;    // s_max
   double virtual_pressure = 16.8;  // k^p, m/s²
-  double emission_cosine = 0.17;   // cos θ^e
+  double emission_cosine = 0.17;   // cos θ^e; −2, below all cosines, where there is no direction and so no cone
   double emission_velocity = 0.5;  // u_e, m/s
   double emission_ramp = 0.02;     // s
   double diffusivity = 1e-4;       // D, m²/s
   DiffusionLaw diffusion = DiffusionLaw::linear;
   double capillary_height = 1.0;  // ℓ, m
   bool contact_wicking = false;
+  std::array<Vec3, 2> rest_plane{};  // of stage measures: two unit vectors at right angles; 0 without it
+  Vec3 rest_center{0, 0, 0};         // m
   Index first_node = 0, node_count = 0;
   Index first_triangle = 0, triangle_count = 0;
   Index first_sample = 0, sample_count = 0;
@@ -213,16 +215,23 @@ struct Model {
       if (c.porous) return true;
     return false;
   }
+  bool has_absorption() const { return has_porous() && has_fluid() && scene.processes.absorption; }
+  bool has_emission() const { return has_porous() && has_fluid() && scene.processes.emission; }
+  /// Does liquid go into the cloth or out of it?
+  bool has_exchange() const { return has_absorption() || has_emission(); }
+  bool has_direction() const { return scene.processes.direction; }
+  bool has_saturation_control() const { return scene.processes.saturation_control; }
   bool has_diffusion() const {
     for (const auto& c : cloths)
-      if (c.porous && c.diffusivity > 0) return true;
+      if (c.porous && c.diffusivity > 0) return scene.processes.diffusion;
     return false;
   }
   bool has_contact_wicking() const {
     for (const auto& c : cloths)
-      if (c.porous && c.diffusivity > 0 && c.contact_wicking) return true;
+      if (c.porous && c.diffusivity > 0 && c.contact_wicking) return scene.processes.diffusion;
     return false;
   }
+  bool has_measures() const { return scene.output.measures; }
   bool has_boundary() const { return boundary.count() > 0; }
   bool has_moving_body() const {
     for (const auto& b : bodies)

@@ -400,6 +400,25 @@ TEST(Output, StatisticsOfTheClothSolveStandWhereClothMoves) {
   for (const std::string& column : still.header) EXPECT_EQ(column.find("cloth_"), std::string::npos) << column;
 }
 
+TEST(Output, StatsHaveMeasuresWhereTheyAreAskedFor) {
+  const TempFolder folder;
+  StepReport report;
+  report.nearest_variance = 0.5;
+  report.close_share = 0.25;
+  report.wet_isotropy = 0.75;
+  const auto table = [&](const std::vector<Stage>& stages) {
+    StatsCsv(folder.path() / "stats.csv", stages, 1, 0).write(1, 0.004, 0.004, report, {});
+    return read_table(folder.path() / "stats.csv");
+  };
+  const Table with = table({Stage::time_step, Stage::measures, Stage::ledger});
+  EXPECT_EQ(with.text(0, "nearest_variance"), "0.5");
+  EXPECT_EQ(with.text(0, "close_share"), "0.25");
+  EXPECT_EQ(with.text(0, "wet_isotropy"), "0.75");
+  const Table without = table({Stage::time_step, Stage::ledger});
+  for (const char* column : {"nearest_variance", "close_share", "wet_isotropy", "ms_measures"})
+    EXPECT_EQ(std::count(without.header.begin(), without.header.end(), column), 0) << column;
+}
+
 TEST(Output, WritingWhereNothingCanBeWrittenIsAnError) {
   const TempFolder folder;
   const Example e;

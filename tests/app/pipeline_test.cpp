@@ -81,6 +81,26 @@ TEST_F(PipelineTest, AStillPorousClothNeedsNoClothSolverAndNoFluid) {
             (std::vector<Stage>{Stage::time_step, Stage::porous_neighbors, Stage::diffusion, Stage::ledger}));
 }
 
+TEST_F(PipelineTest, AProcessThatIsOffHasNoStage) {
+  model.cloths.push_back({.name = "sheet", .dynamics = false, .porous = true});
+  const auto porous = [&](ProcessScene processes) {
+    model.scene.processes = processes;
+    std::vector<Stage> stages = stages_for(model);
+    std::erase_if(stages, [](Stage s) { return s < Stage::porous_neighbors || s == Stage::ledger; });
+    return stages;
+  };
+  using enum Stage;
+  EXPECT_EQ(porous({}), (std::vector{porous_neighbors, flow_direction, absorption, emission, diffusion}));
+  EXPECT_EQ(porous({.direction = false}), (std::vector{porous_neighbors, absorption, emission, diffusion}));
+  EXPECT_EQ(porous({.absorption = false}), (std::vector{porous_neighbors, flow_direction, emission, diffusion}));
+  EXPECT_EQ(porous({.emission = false}), (std::vector{porous_neighbors, flow_direction, absorption, diffusion}));
+  EXPECT_EQ(porous({.diffusion = false}), (std::vector{porous_neighbors, flow_direction, absorption, emission}));
+  EXPECT_EQ(porous({.absorption = false, .emission = false}), (std::vector{porous_neighbors, diffusion}));
+  EXPECT_EQ(porous({.absorption = false, .emission = false, .diffusion = false}), std::vector<Stage>{});
+  model.scene.output.measures = true;
+  EXPECT_EQ(porous({.absorption = false, .emission = false, .diffusion = false}), std::vector{measures});
+}
+
 TEST_F(PipelineTest, FixedStepsEndAtTheNextOutput) {
   EXPECT_EQ(step_for(0.01, 1), 0.01);
   EXPECT_EQ(step_for(0.01, 0.004), 0.004);

@@ -10,7 +10,8 @@ namespace drench {
 // clang-format off
 inline auto fields(const Box& s) { const auto& [a, b] = s; return std::tie(a, b); }
 inline auto fields(const TimeScene& s) { const auto& [a, b, c, d] = s; return std::tie(a, b, c, d); }
-inline auto fields(const OutputScene& s) { const auto& [a, b] = s; return std::tie(a, b); }
+inline auto fields(const OutputScene& s) { const auto& [a, b, c] = s; return std::tie(a, b, c); }
+inline auto fields(const ProcessScene& s) { const auto& [a, b, c, d, e] = s; return std::tie(a, b, c, d, e); }
 inline auto fields(const FluidSolverScene& s) { const auto& [a, b, c, d] = s; return std::tie(a, b, c, d); }
 inline auto fields(const BlockScene& s) { const auto& [a, b] = s; return std::tie(a, b); }
 inline auto fields(const JetScene& s) { const auto& [a, b, c, d, e] = s; return std::tie(a, b, c, d, e); }
@@ -38,8 +39,8 @@ inline auto fields(const BodyScene& s) {
 inline auto fields(const FieldScene& s) { const auto& [a, b, c] = s; return std::tie(a, b, c); }
 /// Where a scene came from is no part of what it says.
 inline auto fields(const Scene& s) {
-  const auto& [path, a, b, c, d, e, f, g, h, i, j, k, l] = s; static_cast<void>(path);
-  return std::tie(a, b, c, d, e, f, g, h, i, j, k, l);
+  const auto& [path, a, b, c, d, e, f, g, h, i, j, k, l, m] = s; static_cast<void>(path);
+  return std::tie(a, b, c, d, e, f, g, h, i, j, k, l, m);
 }
 // clang-format on
 

@@ -89,7 +89,8 @@ TEST(SceneLoader, ReadsEveryKey) {
   s.gravity = {0.1, -1.62, 0.2};
   s.field = {true, {0.5, 0, -0.5}, {1, 2, 0}};
   s.domain = {{-2, -3, -4}, {5, 6, 7}};
-  s.output = {0.05, 0};
+  s.output = {0.05, 0, true};
+  s.processes = {false, false, false, false, false};
   s.sort = SortMethod::counting;
   s.through_cloth = true;
   FluidScene& f = s.fluid;
@@ -182,6 +183,25 @@ TEST(SceneLoader, ReadsEveryKey) {
   const Scene loaded = parse(everything);
   EXPECT_TRUE(loaded == s) << to_yaml(loaded) << "\nexpected\n" << to_yaml(s);
   EXPECT_EQ(loaded.path, folder().file("test.yaml"));
+}
+
+TEST(SceneLoader, ThePresetSetsWhatTheSwitchesLeaveAlone) {
+  const auto processes = [](const std::vector<std::string>& overrides) {
+    std::vector<std::string> all{"cloth.0.porous={}"};
+    all.insert(all.end(), overrides.begin(), overrides.end());
+    return parse(fluid_and_cloth, all).processes;
+  };
+  EXPECT_TRUE(processes({}) == ProcessScene{});
+  EXPECT_TRUE(processes({"preset=none"}) == ProcessScene{});
+  EXPECT_TRUE(processes({"preset=baseline"}) == (ProcessScene{false, false, true, true, true}));
+  EXPECT_TRUE(processes({"preset=baseline", "processes.direction=on", "processes.diffusion=off"}) ==
+              (ProcessScene{true, false, true, true, false}));
+}
+
+TEST(SceneLoader, OverfullClothNeedsNoSources) {
+  const char* towel = "drench: 1\nfluid: {}\ncloth: [{mesh: {grid: {}}, porous: {}}]\n";
+  EXPECT_EQ(error_of(towel), "");
+  EXPECT_TRUE(parse_scene(to_yaml(parse(towel)), folder().file("again.yaml")) == parse(towel));
 }
 
 TEST(SceneLoader, ReadsNumbersAsYamlWritesThem) {

@@ -212,6 +212,41 @@ TEST(only_what_is_needed, surface_tension_takes_only_what_tension_or_adhesion_as
   }
 }
 
+TEST(only_what_is_needed, a_process_that_is_off_has_no_kernel_and_no_memory) {
+  const auto run = [](const std::string& processes, std::initializer_list<const char*> parts) {
+    SCOPED_TRACE(processes);
+    const Watch watch(with(wet_scene(), "output:", "processes: {" + processes + "}\noutput:"));
+    EXPECT_EQ(containing(launched, parts) + containing(allocated, parts), 0);
+  };
+  {
+    const Watch watch(wet_scene());
+    for (const char* part : {"drench::flow_direction", "drench::absorption", "drench::emission", "drench::diffusion",
+                             "drench::advection::fresh"})
+      EXPECT_GT(containing(launched, {part}), 0) << part;
+  }
+  run("direction: off", {"drench::flow_direction"});
+  run("absorption: off", {"drench::absorption"});
+  run("emission: off", {"drench::emission", "drench::advection::fresh"});
+  run("diffusion: off", {"drench::diffusion"});
+  run("absorption: off, emission: off, diffusion: off",
+      {"drench::flow_direction", "drench::absorption", "drench::emission", "drench::diffusion", "drench::transfer"});
+}
+
+TEST(only_what_is_needed, measures_only_where_asked_for) {
+  const std::initializer_list<const char*> label = {"drench::measures"};
+  {
+    const Watch watch(wet_scene());
+    EXPECT_EQ(containing(launched, label) + containing(allocated, label), 0);
+  }
+  {
+    const Watch watch(with(wet_scene(), "every: 0", "every: 0, measures: true"));
+    EXPECT_EQ(containing(launched, label), 5);   // nearest, crowding, close; patch_mean, patch_moment
+    EXPECT_EQ(containing(allocated, label), 2);  // nearest, place
+  }
+  const Watch watch(with(no_cloth, "end: 1}", "end: 1}\noutput: {measures: true}"));
+  EXPECT_EQ(containing(launched, label), 3);
+}
+
 TEST(only_what_is_needed, multipliers_only_with_xpbd) {
   const std::initializer_list<const char*> parts = {"multiplier", "cloth::edge_", "cloth::last_edge", "cloth::hinge_",
                                                     "cloth::last_hinge"};

@@ -22,10 +22,12 @@ KOKKOS_INLINE_FUNCTION Real flow_cosine(const Real3& separation, const Real3& fl
   return r > Real(1e-9) * support && f > 0 ? dot(separation, flow) / (r * f) : Real(0);
 }
 
-/// Is a separation (m) inside the emission cone about the flow direction? Paper section 3.4, cos θ > cos θ^e.
+/// Is a separation (m) inside the emission cone about the flow direction? Paper section 3.4, cos θ > cos θ^e. Without a
+/// cone (`emission_cosine` below −1) it is.
 KOKKOS_INLINE_FUNCTION bool in_cone(const Real3& separation, const Real3& flow, Real emission_cosine, Real support) {
   const Real r = norm(separation), f = norm(flow);
-  return r > Real(1e-9) * support && f > 0 && dot(separation, flow) > emission_cosine * (r * f);
+  if (!(r > Real(1e-9) * support)) return false;
+  return emission_cosine < -1 || (f > 0 && dot(separation, flow) > emission_cosine * (r * f));
 }
 
 /// Do two samples of the same cloth, this far apart at rest (m), belong to different layers of it (a fold)?
