@@ -60,10 +60,10 @@ void finish(Device& d, const ClothSystem& s, Real dt, bool loaded) {
           velocity(n) = v;
           return;
         }
-        Real3 r = s.residual(n, shift);
-        const NodeContact c = s.contact(n, shift(n), r);
-        if (c.press > 0) {
-          contact_force(n) = r - s.residual(n, shift);
+        const Real3 whole = s.residual(n, shift);
+        Real3 r = whole;
+        if (s.contact(n, shift(n), r).press > 0) {
+          contact_force(n) = r - whole;
           friction_force(n) = s.unbalanced(n, shift) - r;
         }
         velocity(n) = v;
