@@ -46,11 +46,18 @@ Share share_of(const ReferenceState& state, Index p) {
   return share;
 }
 
+/// e_p: where liquid leaves.
+Eigen::Vector3d way_out(const ReferenceState& state, Index p) {
+  const Eigen::Vector3d flow = vec(state.s.sample_flow_direction[p]);
+  if (flow.norm() == 0 || state.sample_boundary[p].empty()) return flow;
+  return normalised_drive(state, p, virtual_pressure(state, p));
+}
+
 bool in_cone(const ReferenceState& state, Index p, const Eigen::Vector3d& x) {
-  const Eigen::Vector3d direction = vec(state.s.sample_flow_direction[p]);
+  const Eigen::Vector3d direction = way_out(state, p);
   const Eigen::Vector3d away = x - sample_position(state, p);
   const double r = away.norm();
-  if (r <= 1e-9 * state.model.support) return false;
+  if (r <= 1e-9 * state.model.support || direction.norm() == 0) return false;
   const double cosine = away.dot(direction) / (r * direction.norm());
   return cosine > state.model.cloths[state.model.samples.cloth[p]].emission_cosine;
 }
@@ -194,7 +201,7 @@ std::vector<Candidate> candidates(const ReferenceState& state, const std::vector
     if (pools[p].givers.empty() || pools[p].sum < m.min_quanta) continue;
     const double fill = static_cast<double>(std::min(pools[p].sum, m.max_quanta)) / quanta_per_particle;
     pools[p].position =
-        sample_position(state, p) + 0.5 * m.spacing * (1 + std::cbrt(fill)) * vec(state.s.sample_flow_direction[p]);
+        sample_position(state, p) + 0.5 * m.spacing * (1 + std::cbrt(fill)) * way_out(state, p);
     result.push_back(pools[p]);
   }
   return result;
@@ -205,12 +212,17 @@ void create_particles(ReferenceState& state, std::vector<Share>& shares) {
   const Model& m = state.model;
   const std::vector<Candidate> found = candidates(state, shares);
   const Index old_particles = state.s.fluid_count();
+  const Smoothing smoothing(m);
   for (std::size_t c = 0; c < found.size(); ++c) {
     const Eigen::Vector3d& x = found[c].position;
     bool crowded = false;
+    double filled = 0;  // Σ_j V_j W
     for (Index i = 0; i < old_particles; ++i) {
-      crowded = crowded || (vec(state.s.fluid_position[i]) - x).norm() < 0.5 * m.spacing;
+      const double r = (vec(state.s.fluid_position[i]) - x).norm();
+      crowded = crowded || r < 0.5 * m.spacing;
+      if (r < m.support) filled += fluid_volume(state, i) * smoothing.value(r);
     }
+    crowded = crowded || filled > 0.5;
     for (std::size_t other = 0; other < c; ++other) {
       crowded = crowded || (found[other].position - x).norm() < 0.5 * m.spacing;
     }

@@ -48,6 +48,10 @@ void push_nodes(ReferenceState& state, const std::vector<Momentum>& momentum);
 /// Removes the marked particles from all fluid_* arrays; the order of the others stays.
 void remove_particles(HostState& s, const std::vector<bool>& gone);
 
+/// P′ of sample p, m/s², and what becomes of it with gravity: (P + g)/(|P + g| + ε) (src/stages/flow_direction.hpp).
+Eigen::Vector3d virtual_pressure(const ReferenceState& state, Index p);
+Eigen::Vector3d normalised_drive(const ReferenceState& state, Index p, const Eigen::Vector3d& pressure);
+
 /// Is the cloth of sample p porous?
 bool is_porous(const ReferenceState& state, Index p);
 

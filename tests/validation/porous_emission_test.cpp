@@ -1,0 +1,166 @@
+// Where liquid in porous cloth wants to go, and where, how fast and how much of it leaves.
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numbers>
+#include <numeric>
+
+#include "validation.hpp"
+
+namespace drench::test {
+namespace {
+
+constexpr double degree = std::numbers::pi / 180;
+
+Quanta sum(const std::vector<Quanta>& masses) { return std::accumulate(masses.begin(), masses.end(), Quanta{0}); }
+double dot(const Vec3& a, const Vec3& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+double norm(const Vec3& a) { return std::sqrt(dot(a, a)); }
+
+/// Largest angle (degrees) between the samples' flow and `expected`; 180 where there is no flow.
+double worst_angle(const HostState& s, const Vec3& expected) {
+  double worst = 0;
+  for (const Vec3& v : s.sample_flow_direction) {
+    const double size = norm(v);
+    worst = std::max(worst, size > 0.5 ? std::acos(std::clamp(dot(v, expected) / size / norm(expected), -1.0, 1.0)) / degree : 180);
+  }
+  return worst;
+}
+
+/// A still sheet parallel to a plane, at its own thickness from it. `tilt` in degrees turns the plane's normal from
+/// straight up towards +x: 0 is a floor, 180 a ceiling.
+HostState on_plane(double tilt, double spacing, double gravity) {
+  const Vec3 n{std::sin(tilt * degree), std::cos(tilt * degree), 0};
+  SceneRun run(fmt::format(R"(drench: 1
+time: {{step: 0.001, end: 1}}
+gravity: [0, {0}, 0]
+domain: {{min: [-0.3, -0.3, -0.3], max: [0.3, 0.3, 0.3]}}
+fluid:
+  spacing: {1}
+  sources: [{{block: {{min: [{2}, {3}, 0], max: [{4}, {5}, 0.01]}}}}]
+cloth:
+  - mesh: {{grid: {{size: [0.08, 0.08], nodes: [9, 9]}}}}
+    place: {{position: [{6}, {7}, 0], rotate: {{axis: [0, 0, 1], degrees: {8}}}}}
+    dynamics: false
+    thickness: 0.001
+    porous: {{diffusivity: 0}}
+bodies: [{{plane: {{point: [0, 0, 0], normal: [{9}, {10}, 0]}}}}]
+)",
+                           gravity, spacing, 0.2 * n[0] - 0.005, 0.2 * n[1] - 0.005, 0.2 * n[0] + 0.005, 0.2 * n[1] + 0.005,
+                           0.001 * n[0], 0.001 * n[1], -tilt, n[0], n[1]));
+  run.step();
+  return run.state();
+}
+
+}  // namespace
+
+TEST(porous_emission, flow_is_tangent_on_an_incline_and_leaves_solids) {
+  for (const double d : {0.01, 0.005}) {
+    double incline = 0;
+    for (const double tilt : {30.0, 45.0, 60.0, 75.0, 90.0}) {
+      const double a = worst_angle(on_plane(tilt, d, -9.81), {std::cos(tilt * degree), -std::sin(tilt * degree), 0});
+      std::printf("flow on a plane tilted by %g°, d = %g m: %.2f° off downhill\n", tilt, d, a);
+      incline = std::max(incline, a);
+    }
+    const std::string at = fmt::format(", d = {} mm", d * 1e3);
+    report({"flow direction in contact with planes of 30 to 90°" + at, "tangent, downhill", incline, 10, "degrees"});
+    double away = 0;
+    for (const double tilt : {0.0, 180.0})
+      away = std::max(away, worst_angle(on_plane(tilt, d, -9.81), {0, std::cos(tilt * degree), 0}));
+    report({"flow direction on a floor and under a ceiling" + at, "away from the solid", away, 10, "degrees"});
+    double none = 0;
+    for (const double tilt : {0.0, 50.0, 180.0})
+      none = std::max(none, worst_angle(on_plane(tilt, d, 0), {std::sin(tilt * degree), std::cos(tilt * degree), 0}));
+    report({"flow direction beside planes, no gravity" + at, "away from the solid", none, 10, "degrees"});
+  }
+}
+
+TEST(porous_emission, over_a_sphere_liquid_leaves_on_the_outer_side) {
+  // A sheet wrapped over a sphere of 0.1 m: its nodes are moved onto it, with their distances from the pole kept.
+  constexpr double radius = 0.1, thickness = 0.002;
+  for (const double d : {0.01, 0.007}) {
+  SceneRun run(fmt::format(R"(drench: 1
+time: {{step: 0.002, end: 10}}
+domain: {{min: [-0.5, -0.3, -0.5], max: [0.5, 0.5, 0.5]}}
+fluid:
+  spacing: {}
+  viscosity: 1.0e-4
+  sources: [{{block: {{min: [0.45, 0.45, 0.45], max: [0.47, 0.47, 0.47]}}}}]
+cloth:
+  - mesh: {{grid: {{size: [0.3, 0.3], nodes: [31, 31]}}}}
+    place: {{position: [0, 0.2, 0]}}
+    dynamics: false
+    thickness: {}
+    initial_saturation: [{{box: {{min: [-1, -1, -1], max: [1, 1, 1]}}, value: 1.18}}]
+    porous: {{}}
+bodies: [{{sphere: {{center: [0, 0, 0], radius: {}}}}}]
+)", d, thickness, radius));
+  HostState start = run.initial();
+  for (Vec3& x : start.node_position) {
+    const double away = std::hypot(x[0], x[2]), angle = away / (radius + thickness);
+    const double share = away > 0 ? std::sin(angle) / away : 0;
+    x = {(radius + thickness) * share * x[0], (radius + thickness) * std::cos(angle), (radius + thickness) * share * x[2]};
+  }
+  run.restart(start);
+  const Quanta before = sum(start.node_liquid);
+  std::int64_t seen = run.initial().next_id;
+  double inside = 0, outside = 0;
+  std::map<int, int> by_angle;
+  while (run.time() < 1) {
+    run.step();
+    const HostState s = run.state();
+    for (std::size_t i = 0; i < s.fluid_id.size(); ++i) {
+      if (s.fluid_id[i] < seen) continue;
+      (norm(s.fluid_position[i]) > radius + thickness ? outside : inside) += 1;
+      by_angle[int(std::acos(s.fluid_position[i][1] / norm(s.fluid_position[i])) / degree / 15) * 15] += 1;
+    }
+    seen = s.next_id;
+  }
+  const HostState s = run.state();
+  double capacity = 0;
+  for (const double c : run.model().samples.node_capacity) capacity += c / run.model().quantum;
+  std::printf("sphere, d = %g: %g emitted outside, %g inside; excess %.3f of capacity at first, %.3f left\n", d, outside, inside, double(before) / capacity - 1, double(sum(s.node_liquid)) / capacity - 1);
+  for (auto [a, c] : by_angle) std::printf("  from %d°: %d\n", a, c);
+  for (int a = 0; a < 180; a += 15) {
+    double l = 0, c = 0;
+    for (std::size_t n = 0; n < s.node_liquid.size(); ++n) {
+      if (int(std::acos(s.node_position[n][1] / norm(s.node_position[n])) / degree / 15) * 15 != a) continue;
+      l += double(s.node_liquid[n]) * run.model().quantum;
+      c += run.model().samples.node_capacity[n];
+    }
+    if (c > 0) std::printf("  s at %d: %.4f\n", a, l / c);
+  }
+  }
+}
+
+TEST(porous_emission, blocked_on_all_sides_nothing_leaves) {
+  SceneRun run(R"(drench: 1
+time: {step: 0.004, end: 10}
+domain: {min: [-0.5, -0.5, -0.5], max: [0.5, 0.5, 0.5]}
+fluid:
+  spacing: 0.01
+  sources: [{block: {min: [-0.02, 0.1, -0.02], max: [0.02, 0.12, 0.02]}}]
+cloth:
+  - mesh: {grid: {size: [0.1, 0.1], nodes: [11, 11]}}
+    dynamics: false
+    thickness: 0.001
+    initial_saturation: [{box: {min: [-1, -1, -1], max: [1, 1, 1]}, value: 1.15}]
+    porous: {diffusivity: 0}
+bodies:
+  - box: {min: [-0.1, 0.001, -0.1], max: [0.1, 0.05, 0.1]}
+  - box: {min: [-0.1, -0.05, -0.1], max: [0.1, -0.001, 0.1]}
+)");
+  for (int n = 0; n < 250; ++n) run.step();
+  const HostState s = run.state();
+  Quanta moved = 0, ripe = 0;
+  for (std::size_t n = 0; n < s.node_liquid.size(); ++n) {
+    moved = std::max(moved, std::abs(s.node_liquid[n] - run.initial().node_liquid[n]));
+    ripe += s.node_ripe[n];
+  }
+  EXPECT_GT(ripe, 0);
+  report({"overfull sheet between two solids, 1 s: largest change of a node's liquid", "0", double(moved), 0, "quanta"});
+}
+}  // namespace drench::test
