@@ -20,7 +20,7 @@ double wish(const ReferenceState& state, Index i, Index j, double dt) {
   const double r = xij.norm();
   double cosine = 0;
   if (direction.norm() > 0 && r > 1e-9 * h) cosine = xij.dot(direction) / (r * direction.norm());
-  const double cap = 1 + (cloth.max_saturation - 1) * (1 + cosine) / 2;
+  const double cap = 1 + (cloth.max_saturation - 1) * std::max(0.0, cosine);
   const double deficit = std::max(0.0, cap - sample_saturation(state, j));
   const double laplacian = 45 * (h - r) / (std::numbers::pi * std::pow(h, 6));  // 1/m⁵
   return dt * cloth.absorption * m.samples.capacity[j] * deficit * fluid_volume(state, i) * laplacian;

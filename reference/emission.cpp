@@ -15,6 +15,8 @@ struct Share {
   Quanta left = 0;                                     // E_p, then E′_p, then E″_p, then what stays
   Eigen::Vector3d velocity = Eigen::Vector3d::Zero();  // v^e_p, m/s
   bool blocked = false;                                // (b)
+  bool steep = false;                                  // (d): its own layer lies ahead
+  bool closed() const { return blocked || steep || left == 0; }
 };
 
 void ripen(ReferenceState& state, double dt) {
@@ -53,13 +55,17 @@ Eigen::Vector3d way_out(const ReferenceState& state, Index p) {
   return normalised_drive(state, p, virtual_pressure(state, p));
 }
 
-bool in_cone(const ReferenceState& state, Index p, const Eigen::Vector3d& x) {
+double cone_cosine(const ReferenceState& state, Index p) {
+  return state.model.cloths[state.model.samples.cloth[p]].emission_cosine;
+}
+
+bool in_cone(const ReferenceState& state, Index p, const Eigen::Vector3d& x, double least_cosine) {
   const Eigen::Vector3d direction = way_out(state, p);
   const Eigen::Vector3d away = x - sample_position(state, p);
   const double r = away.norm();
   if (r <= 1e-9 * state.model.support || direction.norm() == 0) return false;
   const double cosine = away.dot(direction) / (r * direction.norm());
-  return cosine > state.model.cloths[state.model.samples.cloth[p]].emission_cosine;
+  return cosine > least_cosine;
 }
 
 /// (a) Liquid in the cone is filled up to m_max.
@@ -77,7 +83,7 @@ void give_to_liquid(ReferenceState& state, std::vector<Share>& shares) {
     std::vector<Index> takers;
     Quanta rooms = 0;
     for (const Index j : state.sample_fluid[p]) {
-      if (room(j) <= 0 || !in_cone(state, p, vec(s.fluid_position[j]))) continue;
+      if (room(j) <= 0 || !in_cone(state, p, vec(s.fluid_position[j]), cone_cosine(state, p))) continue;
       takers.push_back(j);
       rooms += room(j);
     }
@@ -109,12 +115,16 @@ void give_to_liquid(ReferenceState& state, std::vector<Share>& shares) {
   }
 }
 
-/// (b) A solid in the cone lets nothing more out.
+/// (b) A solid in the cone lets nothing more out; a sample's own layer ahead of it, no new particle (d).
 void block(const ReferenceState& state, std::vector<Share>& shares) {
   for (Index p = 0; p < static_cast<Index>(shares.size()); ++p) {
     if (shares[p].total == 0) continue;
     for (const Index b : state.sample_boundary[p]) {
-      if (in_cone(state, p, vec(state.s.boundary_position[b]))) shares[p].blocked = true;
+      if (in_cone(state, p, vec(state.s.boundary_position[b]), cone_cosine(state, p))) shares[p].blocked = true;
+    }
+    for (const Index q : state.sample_sample[p]) {
+      const bool ahead = in_cone(state, p, sample_position(state, q), std::sqrt(0.75));  // 30°
+      if (is_porous(state, q) && same_layer(state, p, q) && ahead) shares[p].steep = true;
     }
   }
 }
@@ -133,7 +143,8 @@ Received give_to_other_layers(const ReferenceState& state, std::vector<Share>& s
   for (Index p = 0; p < samples; ++p) {
     if (shares[p].blocked || shares[p].left == 0) continue;
     for (const Index q : state.sample_sample[p]) {
-      if (!is_porous(state, q) || same_layer(state, p, q) || !in_cone(state, p, sample_position(state, q))) continue;
+      if (!is_porous(state, q) || same_layer(state, p, q)) continue;
+      if (!in_cone(state, p, sample_position(state, q), cone_cosine(state, p))) continue;
       takers[p].push_back(q);
     }
     if (takers[p].empty()) continue;
@@ -157,7 +168,7 @@ Received give_to_other_layers(const ReferenceState& state, std::vector<Share>& s
 Index fullest(const ReferenceState& state, const std::vector<Share>& shares, Index p) {
   Index best = p;
   for (const Index q : state.sample_sample[p]) {
-    if (!is_porous(state, q) || !same_layer(state, p, q) || shares[q].blocked || shares[q].left == 0) continue;
+    if (!is_porous(state, q) || !same_layer(state, p, q) || shares[q].closed()) continue;
     if (shares[q].left > shares[best].left || (shares[q].left == shares[best].left && q < best)) best = q;
   }
   return best;
@@ -188,7 +199,7 @@ std::vector<Candidate> candidates(const ReferenceState& state, const std::vector
   const Index samples = static_cast<Index>(shares.size());
   std::vector<Index> target(samples, -1);
   for (Index p = 0; p < samples; ++p) {
-    if (!shares[p].blocked && shares[p].left > 0) target[p] = fullest(state, shares, p);
+    if (!shares[p].closed()) target[p] = fullest(state, shares, p);
   }
   std::vector<Candidate> pools(samples);
   for (Index p = 0; p < samples; ++p) {

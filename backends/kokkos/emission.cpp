@@ -172,7 +172,7 @@ void give_to_liquid(Device& d) {
       });
 }
 
-/// (b): samples that see a solid in their cone.
+/// (b): 1 for samples that see a solid in their cone, 2 for others that see their own layer ahead (d).
 void block(Device& d) {
   const auto rest = d.emission_work.rest;
   const auto blocked = d.emission_work.blocked;
@@ -183,6 +183,9 @@ void block(Device& d) {
   const auto materials = d.materials;
   const Real h = d.support;
   const bool solids = d.boundary.count > 0;
+  const auto fabric_count = d.sample_sample.count;
+  const auto fabric = d.sample_sample.list;
+  const Layers layers = layers_of(d);
   parallel(
       "drench::emission::block", d.samples.count, KOKKOS_LAMBDA(const Index p) {
         bool sees = false;
@@ -190,6 +193,11 @@ void block(Device& d) {
         for (Index k = 0; k < n && !sees; ++k)
           sees = laws::in_cone(xb(list(p, k)) - x(p), flow(p), materials(cloth(p)).emission_cosine, h);
         blocked(p) = sees ? 1 : 0;
+        if (sees || rest(p) == 0) return;
+        for (Index k = 0; k < fabric_count(p); ++k) {
+          const Index q = fabric(p, k);
+          if (layers.same(p, q) && laws::in_cone(x(q) - x(p), flow(p), laws::ahead_cosine, h)) blocked(p) = 2;
+        }
       });
 }
 
@@ -210,7 +218,7 @@ void to_layers(Device& d, bool give) {
   parallel(
       give ? "drench::emission::give_to_layers" : "drench::emission::offer_to_layers", d.samples.count,
       KOKKOS_LAMBDA(const Index p) {
-        if (rest(p) == 0 || blocked(p) || (give && receivers(p) == 0)) return;
+        if (rest(p) == 0 || blocked(p) == 1 || (give && receivers(p) == 0)) return;
         const Real cosine = materials(cloth(p)).emission_cosine;
         const auto receives = [&](const Index q) {
           return materials(cloth(q)).porous && !layers.same(p, q) && laws::in_cone(x(q) - x(p), flow(p), cosine, h);

@@ -5,7 +5,9 @@
 // Law.  For liquid i and porous sample j within h (r = |x_j − x_i|, V_i = m_i/ρ0):
 //       s_j = Σ_n w_jn m_n/C_n (before the stage; a node with C_n = 0 counts 0);
 //       c_ij = cos of the angle between x_j − x_i and the flow direction v_j (0 if v_j = 0 or r ≤ 1e-9 h);
-//       cap = 1 + (s_max − 1)(1 + c_ij)/2 (if v_j = 0: c_ij = 0);  deficit = max(0, cap − s_j);
+//       cap = 1 + (s_max − 1) max(0, c_ij) (if v_j = 0: c_ij = 0);  deficit = max(0, cap − s_j).  Downstream of the
+//       sample cap is 1, as the paper says of its (s_max − 1) cos θ. With (1 + c_ij)/2 in the place of max(0, c_ij) liquid
+//       at the rim of the emission cone is taken up by the very sample that is giving to it.
 //       L = 45 (h − r)/(π h⁶), 1/m⁵ (Müller et al. 2003);  wish w_ij = Δt k_a C_j deficit V_i L, kg.
 //       Offer g_ij = T_i w_ij/Σ_k w_ik with T_i = m_i (1 − exp(−Σ_k w_ik/m_i)); quantised once: o_ij = floor(g_ij/q).
 //       If 0 < m_i − Σ o_ij < m_min, the rest is added to the largest o_ij (first of equals): the particle is taken

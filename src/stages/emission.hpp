@@ -32,7 +32,9 @@
 //     collector whose sum S ≥ m_min is a candidate with mass min(S, m_max) and position x_p + (d/2)(1 + cbrt(mass/m0))
 //     e_p. It is created unless a liquid particle, or a candidate of a collector with a lower index, is closer than d/2
 //     to that position, or the position lies inside the liquid: Σ_j V_j W(x − x_j) > ½ (a plane surface has ½). A cloth
-//     that lies in a pool would else press particles into the gaps of the liquid below it, and pump for ever. If S > m_max each giver's part is cut to floor(E″ m_max/S) and the mass is the sum of the
+//     that lies in a pool would else press particles into the gaps of the liquid below it, and pump for ever. Samples with a porous
+//     sample of their own layer ahead, within 30° of e_p, take no part: the fabric there is steeper than 60°, and the
+//     particle would appear within it. Liquid runs on inside and drips at the hem. If S > m_max each giver's part is cut to floor(E″ m_max/S) and the mass is the sum of the
 //     parts. Velocity: Σ part v^e / mass. Age 0, Origin::cloth, κ = 0; new ids in the order of the collectors' indices,
 //     appended. (Pooling makes dripping independent of the sampling: as printed, one sample of area d² holds less than
 //     m_min above capacity if the fabric is thinner than about d/2.)

@@ -135,7 +135,8 @@ void crowd(const Model& model, HostState& s) {
 }
 
 void compare_stage(const Comparison& c) {
-  const drench::Setup setup = setup_from(c.scene);
+  drench::Setup setup = setup_from(c.scene);
+  if (c.resolve) c.resolve(setup.model);
   const auto reference = make_reference_backend(setup.model);
   const auto backend = make_kokkos_backend(setup.model);
   Pipeline pipeline(setup.model, *reference, setup.state);

