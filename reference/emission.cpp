@@ -211,8 +211,7 @@ std::vector<Candidate> candidates(const ReferenceState& state, const std::vector
   for (Index p = 0; p < samples; ++p) {
     if (pools[p].givers.empty() || pools[p].sum < m.min_quanta) continue;
     const double fill = static_cast<double>(std::min(pools[p].sum, m.max_quanta)) / quanta_per_particle;
-    pools[p].position =
-        sample_position(state, p) + 0.5 * m.spacing * (1 + std::cbrt(fill)) * way_out(state, p);
+    pools[p].position = sample_position(state, p) + 0.5 * m.spacing * (1 + std::cbrt(fill)) * way_out(state, p);
     result.push_back(pools[p]);
   }
   return result;

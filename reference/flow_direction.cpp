@@ -19,8 +19,7 @@ Eigen::Vector3d virtual_pressure(const ReferenceState& state, Index p) {
 Eigen::Vector3d normalised_drive(const ReferenceState& state, Index p, const Eigen::Vector3d& pressure) {
   const Model& m = state.model;
   const Eigen::Vector3d gravity = vec(m.scene.gravity), drive = pressure + gravity;
-  const double epsilon =
-      1e-3 * (gravity.norm() > 0 ? gravity.norm() : m.cloths[m.samples.cloth[p]].virtual_pressure);
+  const double epsilon = 1e-3 * (gravity.norm() > 0 ? gravity.norm() : m.cloths[m.samples.cloth[p]].virtual_pressure);
   return drive.norm() > 0 ? Eigen::Vector3d(drive / (drive.norm() + epsilon)) : Eigen::Vector3d(0, 0, 0);
 }
 

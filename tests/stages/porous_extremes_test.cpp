@@ -95,8 +95,10 @@ std::vector<Extreme> extremes() {
   const std::string coarse = with(scene, "size: [0.3, 0.3], nodes: [9, 9]", "size: [0.12, 0.12], nodes: [5, 5]");
   return {
       {"100 particles on one sample", coarse, {}, heap},
-      {"1 particle over 100 samples", with(scene, "size: [0.3, 0.3], nodes: [9, 9]", "size: [0.12, 0.12], nodes: [31, 31]"),
-       {}, lonely},
+      {"1 particle over 100 samples",
+       with(scene, "size: [0.3, 0.3], nodes: [9, 9]", "size: [0.12, 0.12], nodes: [31, 31]"),
+       {},
+       lonely},
       {"node capacity 0", scene, no_room, drips},
       {"almost solid", with(scene, "porous: {", "porous: {solid_fraction: 0.9999, "), {}, drips},
       {"solid", with(scene, "porous: {", "porous: {solid_fraction: 0.9999999, "), {}, drips},
@@ -116,7 +118,12 @@ TEST_P(porous_extremes, agree_with_the_reference) {
     std::string changes = stage == Stage::emission ? "node_ripe" : "node_liquid";
     if (stage == Stage::flow_direction) changes = "sample_flow_direction";
     if (solid && stage != Stage::flow_direction) changes = "";
-    compare_stage({.stage = stage, .scene = e.scene, .steps_before = 2, .resolve = e.resolve, .prepare = e.prepare, .changes = changes});
+    compare_stage({.stage = stage,
+                   .scene = e.scene,
+                   .steps_before = 2,
+                   .resolve = e.resolve,
+                   .prepare = e.prepare,
+                   .changes = changes});
   }
 }
 

@@ -8,7 +8,7 @@
 #include <numbers>
 #include <numeric>
 
-#include "scene/load.hpp"
+#include "stage_run.hpp"
 #include "validation.hpp"
 
 namespace drench::test {
@@ -67,8 +67,8 @@ TEST(porous_exchange, a_drop_is_soaked_up_whole) {
     while (drop.run.time() < 5 && drop.run.state().fluid_count() > 0) drop.run.step();
     std::printf("drop, d = %g m: soaked up at %.3f s\n", d, drop.run.time());
     report({fmt::format("drop on a larger sheet, d = {} mm, D = 1 cm²/s: liquid that is not in the cloth", d * 1e3),
-            "wetted mass = min(M, ΣC) = M, in quanta",
-            double(std::abs(drop.mass - sum(drop.run.state().node_liquid))), 0, "quanta"});
+            "wetted mass = min(M, ΣC) = M, in quanta", double(std::abs(drop.mass - sum(drop.run.state().node_liquid))),
+            0, "quanta"});
   }
 }
 
@@ -95,15 +95,17 @@ TEST(porous_exchange, a_drop_wets_the_area_that_it_fills) {
     const auto of = [](double area) { return std::sqrt(area / std::numbers::pi); };
     const double radius = of(volume / (0.6 * Drop::thickness)), moment = std::sqrt(2 * second / taken);
     const double of_all = of(volume * double(drop.mass) / taken / (0.6 * Drop::thickness));
-    std::printf("drop, d = %g m: %.3f of it taken up, theory %.5f m (%.5f m for all of it), s > 0.01 %.5f, > 0.5 %.5f, "
-                "> 0.99 %.5f, by moment %.5f\n",
-                d, taken / double(drop.mass), radius, of_all, of(any), of(half), of(full), moment);
+    std::printf(
+        "drop, d = %g m: %.3f of it taken up, theory %.5f m (%.5f m for all of it), s > 0.01 %.5f, > 0.5 %.5f, "
+        "> 0.99 %.5f, by moment %.5f\n",
+        d, taken / double(drop.mass), radius, of_all, of(any), of(half), of(full), moment);
     const std::string drop_of = fmt::format("drop on a larger sheet, d = {} mm, D = 0: ", d * 1e3);
-    report({drop_of + "radius of the area with s > 1/2", "√(V/(π(1−Φ)τ)), V taken up", std::fabs(of(half) / radius - 1), 0.05});
+    report({drop_of + "radius of the area with s > 1/2", "√(V/(π(1−Φ)τ)), V taken up", std::fabs(of(half) / radius - 1),
+            0.05});
     report({drop_of + "radius by the wet mass's second moment, √(2⟨r²⟩)", "√(V/(π(1−Φ)τ)), V taken up",
             std::fabs(moment / radius - 1), 0.05});
-    report({drop_of + "radius of the area with s > 1/2", "√(V/(π(1−Φ)τ)), V of the drop", std::fabs(of(half) / of_all - 1),
-            0.05, "1", 0.25});
+    report({drop_of + "radius of the area with s > 1/2", "√(V/(π(1−Φ)τ)), V of the drop",
+            std::fabs(of(half) / of_all - 1), 0.05, "1", 0.25});
   }
 }
 
@@ -119,11 +121,12 @@ TEST(porous_exchange, a_small_sheet_takes_what_it_holds) {
   const HostState s = drop.run.state();
   Quanta all = 0;
   for (std::size_t n = 0; n < s.node_liquid.size(); ++n) all += capacity(drop.run.model(), n);
-  std::printf("small sheet: %.3f s, M/ΣC %.2f, %d particles left, drained %.3f of M\n", drop.run.time(), double(drop.mass) / double(all),
-              int(s.fluid_count()), double(s.drained) / double(drop.mass));
+  std::printf("small sheet: %.3f s, M/ΣC %.2f, %d particles left, drained %.3f of M\n", drop.run.time(),
+              double(drop.mass) / double(all), int(s.fluid_count()), double(s.drained) / double(drop.mass));
   EXPECT_GT(drop.mass, 2 * all);
   EXPECT_EQ(drop.mass, sum(s.node_liquid) + sum(s.fluid_mass) + s.drained);
-  report({"drop on a sheet that is too small: a node above its capacity, at any step", "0", double(worst), 0, "quanta"});
+  report(
+      {"drop on a sheet that is too small: a node above its capacity, at any step", "0", double(worst), 0, "quanta"});
   // Missed: a full node closes its triangles (φ_j is the least of three), and in the end every second node is full.
   report({"the same: share of the capacity that stays empty", "wetted mass = min(M, ΣC) = ΣC",
           std::fabs(1 - double(sum(s.node_liquid)) / double(all)), 1e-6, "1", 0.004});
@@ -173,46 +176,19 @@ TEST(porous_exchange, uptake_does_not_depend_on_resolution) {
   double coarse = 0, fine = 0, theory = 0;
   for (std::size_t k = 0; k < times.size(); ++k) {
     const double exact = 1 - std::exp(-times[k]);
-    std::printf("uptake at %.2f T: theory %.4f, d %.4f, d/2 %.4f, d/4 %.4f\n", times[k], exact, curves[0][k], curves[1][k],
-                curves[2][k]);
+    std::printf("uptake at %.2f T: theory %.4f, d %.4f, d/2 %.4f, d/4 %.4f\n", times[k], exact, curves[0][k],
+                curves[1][k], curves[2][k]);
     coarse = std::max(coarse, std::fabs(curves[0][k] / curves[1][k] - 1));
     fine = std::max(fine, std::fabs(curves[1][k] / curves[2][k] - 1));
     theory = std::max(theory, std::fabs(curves[2][k] / exact - 1));
   }
-  report({"uptake_velocity, 16 mm of water standing on a sheet: m(t) at d and d/2, largest difference at 0.1 to 2 T", "converges",
-          coarse, 0.1});
+  report({"uptake_velocity, 16 mm of water standing on a sheet: m(t) at d and d/2, largest difference at 0.1 to 2 T",
+          "converges", coarse, 0.1});
   report({"the same at d/2 and d/4", "converges", fine, 0.05});
   report({"the same at d/4 against theory", "m = C (1 − exp(−u_a t/((1−Φ)τ)))", theory, 0.05});
 }
 
 namespace {
-
-/// A run whose stages are watched one by one.
-struct Watched {
-  drench::Setup setup;
-  std::unique_ptr<Backend> backend;
-  std::unique_ptr<Pipeline> pipeline;
-  double time = 0;
-  std::int64_t steps = 0;
-
-  explicit Watched(const std::string& yaml)
-      : setup(build(parse_scene(yaml, "validation.yaml"))), backend(make_kokkos_backend(setup.model)),
-        pipeline(std::make_unique<Pipeline>(setup.model, *backend, setup.state)) {}
-
-  /// One step; calls after(stage) behind each of them.
-  template <class F>
-  StepReport step(F&& after) {
-    StepReport report;
-    StepInfo info{steps, time, setup.model.scene.time.step};
-    for (const Stage stage : pipeline->stages()) {
-      backend->run(stage, info, report);
-      after(stage);
-    }
-    time += info.dt;
-    ++steps;
-    return report;
-  }
-};
 
 struct Momentum {
   Vec3 sum{0, 0, 0};  // kg m/s
@@ -243,7 +219,7 @@ TEST(porous_exchange, momentum_goes_with_the_mass) {
   // the emission where to; its own momentum is 1e-8 of the liquid's a step. Diffusion is off: its own law neglects the
   // momentum that it moves (4.6e-6 a step here).
   constexpr double bound = double_precision ? 1e-12 : 1e-6;
-  Watched run(R"(drench: 1
+  StageRun run(R"(drench: 1
 time: {step: 0.002, end: 10}
 gravity: [0, -1.0e-12, 0]
 domain: {min: [-1, -1, -1], max: [1, 1, 1]}
@@ -266,7 +242,8 @@ cloth:
     HostState last = run.backend->download();
     const Momentum first(m, last);
     Momentum before = first;
-    run.step([&](Stage stage) {
+    run.step([&](Stage stage, bool done) {
+      if (!done) return;
       const HostState now = run.backend->download();
       const Momentum after(m, now);
       if (stage == Stage::absorption) {
@@ -284,14 +261,17 @@ cloth:
   std::printf("momentum: %.2f particles taken up, %.2f given back\n", taken, given);
   EXPECT_GT(taken, 5);
   EXPECT_GT(given, 1);
-  report({"free sheet that takes up and gives back, no gravity: change of Σmv by stage absorption, over its magnitudes' sum", "0", absorption, bound});
+  report(
+      {"free sheet that takes up and gives back, no gravity: change of Σmv by stage absorption, over its magnitudes' "
+       "sum",
+       "0", absorption, bound});
   report({"the same by stage emission", "0", emission, bound});
   report({"the same by a whole step (xpbd)", "0", step, bound});
 }
 
 TEST(porous_exchange, a_sheet_in_a_deep_pool_fills_and_stays) {
   for (const std::string material : {"uptake_velocity: 0.01", "absorption: 0.01"}) {
-    Watched run(fmt::format(R"(drench: 1
+    StageRun run(fmt::format(R"(drench: 1
 time: {{step: 0.004, end: 20}}
 domain: {{min: [-0.1, -0.1, -0.1], max: [0.1, 0.2, 0.1]}}
 fluid:
@@ -306,7 +286,7 @@ cloth:
     porous: {{{}}}
 bodies: [{{box: {{min: [-0.04, 0, -0.04], max: [0.04, 0.15, 0.04], inside: true}}}}]
 )",
-                            material));
+                             material));
     const Model& m = run.setup.model;
     Quanta all = 0;
     for (std::size_t n = 0; n < m.samples.node_capacity.size(); ++n) all += capacity(m, n);
@@ -315,7 +295,8 @@ bodies: [{{box: {{min: [-0.04, 0, -0.04], max: [0.04, 0.15, 0.04], inside: true}
     double taken = 0, full_at = -1;
     while (run.time < 10 - 1e-9) {
       Quanta now = 0;
-      run.step([&](Stage stage) {
+      run.step([&](Stage stage, bool done) {
+        if (!done) return;
         if (stage != Stage::absorption && stage != Stage::emission && stage != Stage::ledger) return;
         const HostState s = run.backend->download();
         now = sum(s.node_liquid);
@@ -338,14 +319,17 @@ bodies: [{{box: {{min: [-0.04, 0, -0.04], max: [0.04, 0.15, 0.04], inside: true}
       before = now;
     }
     const double unit = 1 / double(all);
-    std::printf("pool, %s: full at %.3f s, from twice that on %.4f to %.4f of ΣC, largest step on the way up %.4f; taken up in all %.3f\n",
-                material.c_str(), full_at, unit * double(least), unit * double(most), unit * double(step), unit * taken);
+    std::printf(
+        "pool, %s: full at %.3f s, from twice that on %.4f to %.4f of ΣC, largest step on the way up %.4f; taken up in "
+        "all %.3f\n",
+        material.c_str(), full_at, unit * double(least), unit * double(most), unit * double(step), unit * taken);
     const std::string pool = "dry sheet in a deep pool, " + material + ", 10 s: ";
     EXPECT_GT(full_at, 0);
     report({pool + "largest fall of the cloth's liquid until it holds ΣC", "monotone", double(fall), 0, "quanta"});
     report({pool + "range of its liquid afterwards, over what one step moved", "constant within a step",
             double(most - least) / double(step), 1});
-    report({pool + "a node above s_max C or below 0, after any stage of any step", "0", double(std::max(above, below)), 0, "quanta"});
+    report({pool + "a node above s_max C or below 0, after any stage of any step", "0", double(std::max(above, below)),
+            0, "quanta"});
     report({pool + "error of the ledger", "0", double(error), 0, "quanta"});
   }
 }
