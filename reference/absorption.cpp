@@ -104,7 +104,9 @@ void absorption(ReferenceState& state, const StepInfo& info, StepReport&) {
     offer[i] = offers(state, i, info.dt);
     for (std::size_t k = 0; k < offer[i].size(); ++k) in[state.fluid_sample[i][k]] += offer[i][k];
   }
-  const std::vector<double> phi = inflow_limit(state, in);
+  const std::vector<Split> split = inflow_split(state, in);
+  std::vector<double> phi;
+  for (const Split& part : split) phi.push_back(part.share);
 
   std::vector<Quanta> taken(samples, 0);
   std::vector<Momentum> momentum(samples, Momentum{0, 0, 0});
@@ -119,7 +121,7 @@ void absorption(ReferenceState& state, const StepInfo& info, StepReport&) {
     s.fluid_mass[i] -= std::accumulate(transfer.begin(), transfer.end(), Quanta{0});
     gone[i] = s.fluid_mass[i] == 0;
   }
-  give_to_nodes(state, taken, momentum);
+  give_to_nodes(state, taken, momentum, split);
   remove_taken(state, gone);
 }
 

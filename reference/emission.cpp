@@ -133,6 +133,7 @@ void block(const ReferenceState& state, std::vector<Share>& shares) {
 struct Received {
   std::vector<Quanta> quanta;
   std::vector<Momentum> momentum;
+  std::vector<Split> split;
 };
 
 /// (c) Samples of other layers in the cone.
@@ -151,11 +152,11 @@ Received give_to_other_layers(const ReferenceState& state, std::vector<Share>& s
     offer[p] = shares[p].left / static_cast<Quanta>(takers[p].size());
     for (const Index q : takers[p]) in[q] += offer[p];
   }
-  const std::vector<double> phi = inflow_limit(state, in);
-  Received received{std::vector<Quanta>(samples, 0), std::vector<Momentum>(samples, Momentum{0, 0, 0})};
+  Received received{std::vector<Quanta>(samples, 0), std::vector<Momentum>(samples, Momentum{0, 0, 0}),
+                    inflow_split(state, in)};
   for (Index p = 0; p < samples; ++p) {
     for (const Index q : takers[p]) {
-      const Quanta accepted = limited(offer[p], phi[q]);
+      const Quanta accepted = limited(offer[p], received.split[q].share);
       shares[p].left -= accepted;
       received.quanta[q] += accepted;
       add(received.momentum[q], momentum_of(static_cast<double>(accepted), shares[p].velocity));
@@ -285,7 +286,7 @@ void emission(ReferenceState& state, const StepInfo& info, StepReport&) {
   const Received received = give_to_other_layers(state, shares);
   create_particles(state, shares);
   for (Index p = 0; p < samples; ++p) take_from_nodes(state, p, shares[p]);
-  give_to_nodes(state, received.quanta, received.momentum);
+  give_to_nodes(state, received.quanta, received.momentum, received.split);
 }
 
 }  // namespace drench::reference

@@ -46,7 +46,7 @@ std::vector<double> least_over_nodes(const ReferenceState& state, const std::vec
   return least;
 }
 
-std::vector<double> inflow_limit(const ReferenceState& state, const std::vector<Quanta>& in) {
+std::vector<double> node_inflow_limit(const ReferenceState& state, const std::vector<Quanta>& in) {
   const Model& m = state.model;
   const std::vector<Quanta> inflow = gather_at_nodes(state, in);
   std::vector<double> phi(state.s.node_count(), 1.0);
@@ -59,20 +59,46 @@ std::vector<double> inflow_limit(const ReferenceState& state, const std::vector<
       phi[n] = static_cast<double>(std::max<Quanta>(0, room)) / static_cast<double>(inflow[n]);
     }
   }
-  return least_over_nodes(state, phi);
+  return phi;
 }
 
-void give_to_nodes(ReferenceState& state, const std::vector<Quanta>& quanta, const std::vector<Momentum>& momentum) {
+std::vector<double> inflow_limit(const ReferenceState& state, const std::vector<Quanta>& in) {
+  return least_over_nodes(state, node_inflow_limit(state, in));
+}
+
+std::vector<Split> inflow_split(const ReferenceState& state, const std::vector<Quanta>& in) {
+  const std::vector<double> phi = node_inflow_limit(state, in);
+  std::vector<Split> result;
+  for (Index p = 0; p < state.model.samples.count(); ++p) {
+    Split split{state.model.samples.weight[p], 1};
+    std::array<double, 3> taken;
+    bool any_limited = false;
+    for (int k = 0; k < 3; ++k) {
+      const double f = phi[sample_node(state, p, k)];
+      any_limited = any_limited || (split.weight[k] > 0 && f < 1);
+      taken[k] = split.weight[k] * f;
+    }
+    if (any_limited) {
+      split.share = taken[0] + taken[1] + taken[2];
+      for (int k = 0; k < 3 && split.share > 0; ++k) split.weight[k] = taken[k] / split.share;
+    }
+    result.push_back(split);
+  }
+  return result;
+}
+
+void give_to_nodes(ReferenceState& state, const std::vector<Quanta>& quanta, const std::vector<Momentum>& momentum,
+                   const std::vector<Split>& split) {
   const SampleSet& samples = state.model.samples;
   std::vector<Quanta> mass(state.s.node_count(), 0);
   std::vector<Momentum> push(state.s.node_count(), Momentum{0, 0, 0});
   for (Index p = 0; p < samples.count(); ++p) {
-    const std::array<Quanta, 3> part = split_over_nodes(samples.weight[p], quanta[p]);
+    const std::array<Quanta, 3> part = split_over_nodes(split[p].weight, quanta[p]);
     for (int k = 0; k < 3; ++k) {
       const Index n = sample_node(state, p, k);
       mass[n] += part[k];
       for (int a = 0; a < 3; ++a) {
-        push[n][a] += std::llround(samples.weight[p][k] * static_cast<double>(momentum[p][a]));
+        push[n][a] += std::llround(split[p].weight[k] * static_cast<double>(momentum[p][a]));
       }
     }
   }

@@ -39,8 +39,16 @@ inline Quanta limited(Quanta offer, double phi) {
   return phi == 1 ? offer : floor_quanta(static_cast<double>(offer) * phi);
 }
 
+/// The same where each node takes its own part: φ_p = Σ_n w_pn φ_n, and what enters goes to the nodes by w_pn φ_n/φ_p.
+struct Split {
+  std::array<double, 3> weight;
+  double share = 1;  // φ_p
+};
+std::vector<Split> inflow_split(const ReferenceState& state, const std::vector<Quanta>& in);
+
 /// Adds quanta and momentum (one value a sample) to the nodes: v_n = (m_n v_n + p_n)/(m_n + Δm_n), pinned nodes keep v.
-void give_to_nodes(ReferenceState& state, const std::vector<Quanta>& quanta, const std::vector<Momentum>& momentum);
+void give_to_nodes(ReferenceState& state, const std::vector<Quanta>& quanta, const std::vector<Momentum>& momentum,
+                   const std::vector<Split>& split);
 
 /// Applies momentum (one value a node) without mass: v_n += u_n p_n.
 void push_nodes(ReferenceState& state, const std::vector<Momentum>& momentum);

@@ -103,7 +103,7 @@ void absorption(Device& d, const StepInfo& info, StepReport&) {
   refresh_saturation(d);
   clear_transfers(d, true);
   offer(d, info.dt);
-  limit_inflow(d);
+  limit_inflow_of_nodes(d);
   clear_transfers(d, true);
   transfer(d);
   deliver(d);

@@ -295,7 +295,7 @@ void emission(Device& d, const StepInfo& info, StepReport&) {
   block(d);
   clear_transfers(d, true);
   to_layers(d, false);
-  limit_inflow(d);
+  limit_inflow_of_nodes(d);
   clear_transfers(d, true);
   to_layers(d, true);
   leave(d, create_particles(d) > 0);

@@ -69,9 +69,12 @@ KOKKOS_INLINE_FUNCTION double outflow_fraction(Quanta liquid, Quanta outflow) {
 void clear_transfers(Device& d, bool momentum);
 /// transfer_work.inflow_share of each sample (φ_j, 1: unlimited), from transfer_work.entering and the nodes' room.
 void limit_inflow(Device& d);
+/// The same where each node takes its own part φ_n of what a sample passes on (φ_j = Σ_n w_jn φ_n): a full node does not
+/// close its triangles. To be followed by deliver().
+void limit_inflow_of_nodes(Device& d);
 /// transfer_work.outflow_share of each sample, from transfer_work.leaving, and what the nodes have.
 void limit_outflow(Device& d);
-/// Gives each sample's transfer_work.entering and .momentum to its nodes: mass, and velocity of the nodes that are not
+/// Gives each sample's transfer_work.entering and .momentum to its nodes, by w_jn φ_n/φ_j: mass, and velocity of the nodes that are not
 /// pinned.
 void deliver(Device& d);
 
