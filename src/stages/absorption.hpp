@@ -14,7 +14,8 @@
 //       whole. Node limiter: in_j = Σ_i o_ij; inflow_n = Σ_j w_jn in_j;  room_n = floor(s_max C_n/q) − m_n − (inflow_n
 //       >> 16) − 1024 (the last two terms absorb rounding); φ_n = 1 if inflow_n ≤ room_n, else max(0, room_n)/inflow_n;
 //       φ_j = 1 if φ_n = 1 for all of j's nodes with w_jn > 0, else Σ_n w_jn φ_n (the least of them, as first used,
-//       lets a full node close its triangles, and every second node stays short of its capacity). Transfer t_ij = o_ij if φ_j = 1, else floor(o_ij φ_j). If a limiter
+//       lets a full node close its triangles, and every second node stays short of its capacity;
+//       stage diffusion still does so). Transfer t_ij = o_ij if φ_j = 1, else floor(o_ij φ_j). If a limiter
 //       acted on i (φ_j < 1 for some o_ij > 0) and 0 < m_i − Σ t_ij < m_min, transfers are cut, in list order, until
 //       exactly m_min stays (a particle that had less than m_min before gives nothing). m_i −= Σ_j t_ij; sample j
 //       passes Σ_i t_ij on to its nodes by ŵ_jn = w_jn φ_n/φ_j (w_jn if φ_j = 1): floor(ŵ_jn t) each, the remainder to the

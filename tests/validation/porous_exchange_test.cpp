@@ -127,9 +127,8 @@ TEST(porous_exchange, a_small_sheet_takes_what_it_holds) {
   EXPECT_EQ(drop.mass, sum(s.node_liquid) + sum(s.fluid_mass) + s.drained);
   report(
       {"drop on a sheet that is too small: a node above its capacity, at any step", "0", double(worst), 0, "quanta"});
-  // Missed: a full node closes its triangles (φ_j is the least of three), and in the end every second node is full.
-  report({"the same: share of the capacity that stays empty", "wetted mass = min(M, ΣC) = ΣC",
-          std::fabs(1 - double(sum(s.node_liquid)) / double(all)), 1e-6, "1", 0.004});
+  report({"drop on a sheet that is too small: share of the capacity that stays empty", "wetted mass = min(M, ΣC) = ΣC",
+          std::fabs(1 - double(sum(s.node_liquid)) / double(all)), 1e-6});
 }
 
 namespace {
@@ -184,8 +183,10 @@ TEST(porous_exchange, uptake_does_not_depend_on_resolution) {
   }
   report({"uptake_velocity, 16 mm of water standing on a sheet: m(t) at d and d/2, largest difference at 0.1 to 2 T",
           "converges", coarse, 0.1});
-  report({"the same at d/2 and d/4", "converges", fine, 0.05});
-  report({"the same at d/4 against theory", "m = C (1 − exp(−u_a t/((1−Φ)τ)))", theory, 0.05});
+  report({"uptake_velocity, 16 mm of water standing on a sheet: m(t) at d/2 and d/4, largest difference", "converges",
+          fine, 0.05});
+  report({"uptake_velocity, 16 mm of water standing on a sheet: m(t) at d/4, largest relative error",
+          "m = C (1 − exp(−u_a t/((1−Φ)τ)))", theory, 0.05});
 }
 
 namespace {
@@ -265,8 +266,12 @@ cloth:
       {"free sheet that takes up and gives back, no gravity: change of Σmv by stage absorption, over its magnitudes' "
        "sum",
        "0", absorption, bound});
-  report({"the same by stage emission", "0", emission, bound});
-  report({"the same by a whole step (xpbd)", "0", step, bound});
+  report(
+      {"free sheet that takes up and gives back, no gravity: change of Σmv by stage emission, over its magnitudes' sum",
+       "0", emission, bound});
+  report(
+      {"free sheet that takes up and gives back, no gravity: change of Σmv in a step (xpbd), over its magnitudes' sum",
+       "0", step, bound});
 }
 
 TEST(porous_exchange, a_sheet_in_a_deep_pool_fills_and_stays) {
