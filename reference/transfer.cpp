@@ -91,14 +91,14 @@ void give_to_nodes(ReferenceState& state, const std::vector<Quanta>& quanta, con
                    const std::vector<Split>& split) {
   const SampleSet& samples = state.model.samples;
   std::vector<Quanta> mass(state.s.node_count(), 0);
-  std::vector<Momentum> push(state.s.node_count(), Momentum{0, 0, 0});
+  Vectors push(state.s.node_count(), Eigen::Vector3d::Zero());  // q · 2^-8 m/s, no longer whole numbers
   for (Index p = 0; p < samples.count(); ++p) {
     const std::array<Quanta, 3> part = split_over_nodes(split[p].weight, quanta[p]);
     for (int k = 0; k < 3; ++k) {
       const Index n = sample_node(state, p, k);
       mass[n] += part[k];
       for (int a = 0; a < 3; ++a) {
-        push[n][a] += std::llround(split[p].weight[k] * static_cast<double>(momentum[p][a]));
+        push[n][a] += split[p].weight[k] * static_cast<double>(momentum[p][a]);
       }
     }
   }
@@ -106,11 +106,11 @@ void give_to_nodes(ReferenceState& state, const std::vector<Quanta>& quanta, con
   for (Index n = 0; n < state.s.node_count(); ++n) {
     const double before = node_mass(state, n);
     state.s.node_liquid[n] += mass[n];
-    if (state.model.mesh.pinned[n] || (mass[n] == 0 && push[n] == Momentum{0, 0, 0})) continue;
+    if (state.model.mesh.pinned[n] || (mass[n] == 0 && push[n].isZero(0))) continue;
     const double after = before + static_cast<double>(mass[n]) * state.model.quantum;
     for (int a = 0; a < 3; ++a) {
       double& v = state.s.node_velocity[n][a];
-      v = (before * v + static_cast<double>(push[n][a]) * unit) / after;
+      v = (before * v + push[n][a] * unit) / after;
     }
   }
 }
