@@ -20,7 +20,7 @@ double wish(const ReferenceState& state, Index i, Index j, double dt) {
   const double r = xij.norm();
   double cosine = 0;
   if (direction.norm() > 0 && r > 1e-9 * h) cosine = xij.dot(direction) / (r * direction.norm());
-  const double cap = 1 + (cloth.max_saturation - 1) * (1 + cosine) / 2;
+  const double cap = 1 + (cloth.max_saturation - 1) * std::max(0.0, cosine);
   const bool controlled = m.scene.processes.saturation_control;
   const double deficit = controlled ? std::max(0.0, cap - sample_saturation(state, j)) : 1;
   const double laplacian = 45 * (h - r) / (std::numbers::pi * std::pow(h, 6));  // 1/m⁵
@@ -105,8 +105,9 @@ void absorption(ReferenceState& state, const StepInfo& info, StepReport&) {
     offer[i] = offers(state, i, info.dt);
     for (std::size_t k = 0; k < offer[i].size(); ++k) in[state.fluid_sample[i][k]] += offer[i][k];
   }
-  const std::vector<double> phi =
-      state.model.scene.processes.saturation_control ? inflow_limit(state, in) : std::vector<double>(samples, 1.0);
+  const std::vector<Split> split = inflow_split(state, in, state.model.scene.processes.saturation_control);
+  std::vector<double> phi;
+  for (const Split& part : split) phi.push_back(part.share);
 
   std::vector<Quanta> taken(samples, 0);
   std::vector<Momentum> momentum(samples, Momentum{0, 0, 0});
@@ -121,7 +122,7 @@ void absorption(ReferenceState& state, const StepInfo& info, StepReport&) {
     s.fluid_mass[i] -= std::accumulate(transfer.begin(), transfer.end(), Quanta{0});
     gone[i] = s.fluid_mass[i] == 0;
   }
-  give_to_nodes(state, taken, momentum);
+  give_to_nodes(state, taken, momentum, split);
   remove_taken(state, gone);
 }
 

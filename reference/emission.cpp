@@ -15,17 +15,12 @@ struct Share {
   Quanta left = 0;                                     // E_p, then E′_p, then E″_p, then what stays
   Eigen::Vector3d velocity = Eigen::Vector3d::Zero();  // v^e_p, m/s
   bool blocked = false;                                // (b)
+  bool steep = false;                                  // (d): its own layer lies ahead
+  bool closed() const { return blocked || steep || left == 0; }
 };
 
 /// Is there a direction, and with it a cone?
 bool directed(const ReferenceState& state) { return state.model.scene.processes.direction; }
-
-/// Where new particles appear from sample p.
-Eigen::Vector3d outward(const ReferenceState& state, Index p) {
-  if (directed(state)) return vec(state.s.sample_flow_direction[p]);
-  const Eigen::Vector3d gravity = vec(state.model.scene.gravity);
-  return gravity / (1.001 * gravity.norm());
-}
 
 void ripen(ReferenceState& state, double dt) {
   const Model& m = state.model;
@@ -57,14 +52,33 @@ Share share_of(const ReferenceState& state, Index p) {
   return share;
 }
 
-bool in_cone(const ReferenceState& state, Index p, const Eigen::Vector3d& x) {
-  const Eigen::Vector3d direction = vec(state.s.sample_flow_direction[p]);
+/// e_p: where liquid leaves.
+Eigen::Vector3d way_out(const ReferenceState& state, Index p) {
+  const Eigen::Vector3d flow = vec(state.s.sample_flow_direction[p]);
+  if (flow.norm() == 0 || state.sample_boundary[p].empty()) return flow;
+  return normalised_drive(state, p, virtual_pressure(state, p));
+}
+
+/// Where new particles appear from sample p.
+Eigen::Vector3d outward(const ReferenceState& state, Index p) {
+  if (directed(state)) return way_out(state, p);
+  const Eigen::Vector3d gravity = vec(state.model.scene.gravity);
+  return gravity / (1.001 * gravity.norm());
+}
+
+double cone_cosine(const ReferenceState& state, Index p) {
+  return state.model.cloths[state.model.samples.cloth[p]].emission_cosine;
+}
+
+bool in_cone(const ReferenceState& state, Index p, const Eigen::Vector3d& x, double least_cosine) {
+  const Eigen::Vector3d direction = way_out(state, p);
   const Eigen::Vector3d away = x - sample_position(state, p);
   const double r = away.norm();
   if (r <= 1e-9 * state.model.support) return false;
   if (!directed(state)) return true;
+  if (direction.norm() == 0) return false;
   const double cosine = away.dot(direction) / (r * direction.norm());
-  return cosine > state.model.cloths[state.model.samples.cloth[p]].emission_cosine;
+  return cosine > least_cosine;
 }
 
 /// (a) Liquid in the cone is filled up to m_max.
@@ -82,7 +96,7 @@ void give_to_liquid(ReferenceState& state, std::vector<Share>& shares) {
     std::vector<Index> takers;
     Quanta rooms = 0;
     for (const Index j : state.sample_fluid[p]) {
-      if (room(j) <= 0 || !in_cone(state, p, vec(s.fluid_position[j]))) continue;
+      if (room(j) <= 0 || !in_cone(state, p, vec(s.fluid_position[j]), cone_cosine(state, p))) continue;
       takers.push_back(j);
       rooms += room(j);
     }
@@ -114,12 +128,16 @@ void give_to_liquid(ReferenceState& state, std::vector<Share>& shares) {
   }
 }
 
-/// (b) A solid in the cone lets nothing more out.
+/// (b) A solid in the cone lets nothing more out; a sample's own layer ahead of it, no new particle (d).
 void block(const ReferenceState& state, std::vector<Share>& shares) {
   for (Index p = 0; p < static_cast<Index>(shares.size()); ++p) {
     if (shares[p].total == 0 || !directed(state)) continue;
     for (const Index b : state.sample_boundary[p]) {
-      if (in_cone(state, p, vec(state.s.boundary_position[b]))) shares[p].blocked = true;
+      if (in_cone(state, p, vec(state.s.boundary_position[b]), cone_cosine(state, p))) shares[p].blocked = true;
+    }
+    for (const Index q : state.sample_sample[p]) {
+      const bool ahead = in_cone(state, p, sample_position(state, q), std::sqrt(0.75));  // 30°
+      if (is_porous(state, q) && same_layer(state, p, q) && ahead) shares[p].steep = true;
     }
   }
 }
@@ -128,6 +146,7 @@ void block(const ReferenceState& state, std::vector<Share>& shares) {
 struct Received {
   std::vector<Quanta> quanta;
   std::vector<Momentum> momentum;
+  std::vector<Split> split;
 };
 
 /// (c) Samples of other layers in the cone.
@@ -138,18 +157,19 @@ Received give_to_other_layers(const ReferenceState& state, std::vector<Share>& s
   for (Index p = 0; p < samples; ++p) {
     if (shares[p].blocked || shares[p].left == 0) continue;
     for (const Index q : state.sample_sample[p]) {
-      if (!is_porous(state, q) || same_layer(state, p, q) || !in_cone(state, p, sample_position(state, q))) continue;
+      if (!is_porous(state, q) || same_layer(state, p, q)) continue;
+      if (!in_cone(state, p, sample_position(state, q), cone_cosine(state, p))) continue;
       takers[p].push_back(q);
     }
     if (takers[p].empty()) continue;
     offer[p] = shares[p].left / static_cast<Quanta>(takers[p].size());
     for (const Index q : takers[p]) in[q] += offer[p];
   }
-  const std::vector<double> phi = inflow_limit(state, in);
-  Received received{std::vector<Quanta>(samples, 0), std::vector<Momentum>(samples, Momentum{0, 0, 0})};
+  Received received{std::vector<Quanta>(samples, 0), std::vector<Momentum>(samples, Momentum{0, 0, 0}),
+                    inflow_split(state, in, true)};
   for (Index p = 0; p < samples; ++p) {
     for (const Index q : takers[p]) {
-      const Quanta accepted = limited(offer[p], phi[q]);
+      const Quanta accepted = limited(offer[p], received.split[q].share);
       shares[p].left -= accepted;
       received.quanta[q] += accepted;
       add(received.momentum[q], momentum_of(static_cast<double>(accepted), shares[p].velocity));
@@ -162,7 +182,7 @@ Received give_to_other_layers(const ReferenceState& state, std::vector<Share>& s
 Index fullest(const ReferenceState& state, const std::vector<Share>& shares, Index p) {
   Index best = p;
   for (const Index q : state.sample_sample[p]) {
-    if (!is_porous(state, q) || !same_layer(state, p, q) || shares[q].blocked || shares[q].left == 0) continue;
+    if (!is_porous(state, q) || !same_layer(state, p, q) || shares[q].closed()) continue;
     if (shares[q].left > shares[best].left || (shares[q].left == shares[best].left && q < best)) best = q;
   }
   return best;
@@ -193,7 +213,7 @@ std::vector<Candidate> candidates(const ReferenceState& state, const std::vector
   const Index samples = static_cast<Index>(shares.size());
   std::vector<Index> target(samples, -1);
   for (Index p = 0; p < samples; ++p) {
-    if (!shares[p].blocked && shares[p].left > 0) target[p] = fullest(state, shares, p);
+    if (!shares[p].closed()) target[p] = fullest(state, shares, p);
   }
   std::vector<Candidate> pools(samples);
   for (Index p = 0; p < samples; ++p) {
@@ -217,12 +237,17 @@ void create_particles(ReferenceState& state, std::vector<Share>& shares) {
   if (!directed(state) && vec(m.scene.gravity).norm() == 0) return;  // nowhere to go
   const std::vector<Candidate> found = candidates(state, shares);
   const Index old_particles = state.s.fluid_count();
+  const Smoothing smoothing(m);
   for (std::size_t c = 0; c < found.size(); ++c) {
     const Eigen::Vector3d& x = found[c].position;
     bool crowded = false;
+    double filled = 0;  // Σ_j V_j W
     for (Index i = 0; i < old_particles; ++i) {
-      crowded = crowded || (vec(state.s.fluid_position[i]) - x).norm() < 0.5 * m.spacing;
+      const double r = (vec(state.s.fluid_position[i]) - x).norm();
+      crowded = crowded || r < 0.5 * m.spacing;
+      if (r < m.support) filled += fluid_volume(state, i) * smoothing.value(r);
     }
+    crowded = crowded || filled > 0.5;
     for (std::size_t other = 0; other < c; ++other) {
       crowded = crowded || (found[other].position - x).norm() < 0.5 * m.spacing;
     }
@@ -275,7 +300,7 @@ void emission(ReferenceState& state, const StepInfo& info, StepReport&) {
   const Received received = give_to_other_layers(state, shares);
   create_particles(state, shares);
   for (Index p = 0; p < samples; ++p) take_from_nodes(state, p, shares[p]);
-  give_to_nodes(state, received.quanta, received.momentum);
+  give_to_nodes(state, received.quanta, received.momentum, received.split);
 }
 
 }  // namespace drench::reference

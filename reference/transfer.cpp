@@ -36,17 +36,8 @@ std::vector<Quanta> gather_at_nodes(const ReferenceState& state, const std::vect
   return sum;
 }
 
-std::vector<double> least_over_nodes(const ReferenceState& state, const std::vector<double>& at_nodes) {
-  std::vector<double> least(state.model.samples.count(), 1.0);
-  for (Index p = 0; p < state.model.samples.count(); ++p) {
-    for (int k = 0; k < 3; ++k) {
-      if (state.model.samples.weight[p][k] > 0) least[p] = std::min(least[p], at_nodes[sample_node(state, p, k)]);
-    }
-  }
-  return least;
-}
-
-std::vector<double> inflow_limit(const ReferenceState& state, const std::vector<Quanta>& in) {
+/// φ_n, 1: which part of what comes node n takes without rising above s_max.
+std::vector<double> node_inflow_limit(const ReferenceState& state, const std::vector<Quanta>& in) {
   const Model& m = state.model;
   const std::vector<Quanta> inflow = gather_at_nodes(state, in);
   std::vector<double> phi(state.s.node_count(), 1.0);
@@ -59,20 +50,43 @@ std::vector<double> inflow_limit(const ReferenceState& state, const std::vector<
       phi[n] = static_cast<double>(std::max<Quanta>(0, room)) / static_cast<double>(inflow[n]);
     }
   }
-  return least_over_nodes(state, phi);
+  return phi;
 }
 
-void give_to_nodes(ReferenceState& state, const std::vector<Quanta>& quanta, const std::vector<Momentum>& momentum) {
+std::vector<Split> inflow_split(const ReferenceState& state, const std::vector<Quanta>& in, bool is_limited) {
+  const std::vector<double> phi =
+      is_limited ? node_inflow_limit(state, in) : std::vector<double>(state.s.node_count(), 1.0);
+  std::vector<Split> result;
+  for (Index p = 0; p < state.model.samples.count(); ++p) {
+    Split split{state.model.samples.weight[p], 1};
+    std::array<double, 3> taken;
+    bool any_limited = false;
+    for (int k = 0; k < 3; ++k) {
+      const double f = phi[sample_node(state, p, k)];
+      any_limited = any_limited || (split.weight[k] > 0 && f < 1);
+      taken[k] = split.weight[k] * f;
+    }
+    if (any_limited) {
+      split.share = taken[0] + taken[1] + taken[2];
+      for (int k = 0; k < 3 && split.share > 0; ++k) split.weight[k] = taken[k] / split.share;
+    }
+    result.push_back(split);
+  }
+  return result;
+}
+
+void give_to_nodes(ReferenceState& state, const std::vector<Quanta>& quanta, const std::vector<Momentum>& momentum,
+                   const std::vector<Split>& split) {
   const SampleSet& samples = state.model.samples;
   std::vector<Quanta> mass(state.s.node_count(), 0);
-  std::vector<Momentum> push(state.s.node_count(), Momentum{0, 0, 0});
+  Vectors push(state.s.node_count(), Eigen::Vector3d::Zero());  // q · 2^-8 m/s, no longer whole numbers
   for (Index p = 0; p < samples.count(); ++p) {
-    const std::array<Quanta, 3> part = split_over_nodes(samples.weight[p], quanta[p]);
+    const std::array<Quanta, 3> part = split_over_nodes(split[p].weight, quanta[p]);
     for (int k = 0; k < 3; ++k) {
       const Index n = sample_node(state, p, k);
       mass[n] += part[k];
       for (int a = 0; a < 3; ++a) {
-        push[n][a] += std::llround(samples.weight[p][k] * static_cast<double>(momentum[p][a]));
+        push[n][a] += split[p].weight[k] * static_cast<double>(momentum[p][a]);
       }
     }
   }
@@ -80,11 +94,11 @@ void give_to_nodes(ReferenceState& state, const std::vector<Quanta>& quanta, con
   for (Index n = 0; n < state.s.node_count(); ++n) {
     const double before = node_mass(state, n);
     state.s.node_liquid[n] += mass[n];
-    if (state.model.mesh.pinned[n] || (mass[n] == 0 && push[n] == Momentum{0, 0, 0})) continue;
+    if (state.model.mesh.pinned[n] || (mass[n] == 0 && push[n].isZero(0))) continue;
     const double after = before + static_cast<double>(mass[n]) * state.model.quantum;
     for (int a = 0; a < 3; ++a) {
       double& v = state.s.node_velocity[n][a];
-      v = (before * v + static_cast<double>(push[n][a]) * unit) / after;
+      v = (before * v + push[n][a] * unit) / after;
     }
   }
 }

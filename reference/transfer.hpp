@@ -28,25 +28,32 @@ std::array<Quanta, 3> split_over_nodes(const std::array<double, 3>& weight, Quan
 /// Σ_p floor(w_pn a_p), one value a node: what samples offer, seen by the nodes.
 std::vector<Quanta> gather_at_nodes(const ReferenceState& state, const std::vector<Quanta>& at_samples);
 
-/// φ_p = min of φ_n over those nodes of p that have weight.
-std::vector<double> least_over_nodes(const ReferenceState& state, const std::vector<double>& at_nodes);
-
-/// φ_p, 1: which part of `in` (quanta that would enter each sample) its nodes take without rising above s_max.
-std::vector<double> inflow_limit(const ReferenceState& state, const std::vector<Quanta>& in);
-
 /// The whole offer where nothing limits it, else its part φ, rounded down.
 inline Quanta limited(Quanta offer, double phi) {
   return phi == 1 ? offer : floor_quanta(static_cast<double>(offer) * phi);
 }
 
+/// Each node takes its own part φ_n of what comes: φ_p = Σ_n w_pn φ_n, and what enters goes to the nodes by w_pn φ_n/φ_p.
+struct Split {
+  std::array<double, 3> weight;
+  double share = 1;  // φ_p
+};
+/// From `in`, quanta that would enter each sample. φ = 1 where it is not limited.
+std::vector<Split> inflow_split(const ReferenceState& state, const std::vector<Quanta>& in, bool is_limited);
+
 /// Adds quanta and momentum (one value a sample) to the nodes: v_n = (m_n v_n + p_n)/(m_n + Δm_n), pinned nodes keep v.
-void give_to_nodes(ReferenceState& state, const std::vector<Quanta>& quanta, const std::vector<Momentum>& momentum);
+void give_to_nodes(ReferenceState& state, const std::vector<Quanta>& quanta, const std::vector<Momentum>& momentum,
+                   const std::vector<Split>& split);
 
 /// Applies momentum (one value a node) without mass: v_n += u_n p_n.
 void push_nodes(ReferenceState& state, const std::vector<Momentum>& momentum);
 
 /// Removes the marked particles from all fluid_* arrays; the order of the others stays.
 void remove_particles(HostState& s, const std::vector<bool>& gone);
+
+/// P′ of sample p, m/s², and what becomes of it with gravity: (P + g)/(|P + g| + ε) (src/stages/flow_direction.hpp).
+Eigen::Vector3d virtual_pressure(const ReferenceState& state, Index p);
+Eigen::Vector3d normalised_drive(const ReferenceState& state, Index p, const Eigen::Vector3d& pressure);
 
 /// Is the cloth of sample p porous?
 bool is_porous(const ReferenceState& state, Index p);

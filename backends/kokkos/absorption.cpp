@@ -66,7 +66,6 @@ void transfer(Device& d) {
   const auto share = d.transfer_work.inflow_share;
   const auto momentum = d.transfer_work.momentum;
   const Quanta min_quanta = d.model.min_quanta;
-  const bool controlled = d.model.has_saturation_control();
   parallel(
       "drench::absorption::transfer", d.fluid.count, KOKKOS_LAMBDA(const Index i) {
         const Quanta m = mass(i);
@@ -76,7 +75,7 @@ void transfer(Device& d) {
         for (Index k = 0; k < n; ++k) {
           const Quanta o = offers(i, k);
           if (o == 0) continue;
-          const double phi = controlled ? share(list(i, k)) : 1;
+          const double phi = share(list(i, k));
           if (phi < 1) was_limited = true;
           offers(i, k) = limited(o, phi);
           rest -= offers(i, k);
@@ -105,7 +104,7 @@ void absorption(Device& d, const StepInfo& info, StepReport&) {
   refresh_saturation(d);
   clear_transfers(d, true);
   offer(d, info.dt);
-  if (d.model.has_saturation_control()) limit_inflow(d);
+  limit_inflow(d, d.model.has_saturation_control());
   clear_transfers(d, true);
   transfer(d);
   deliver(d);

@@ -5,6 +5,7 @@
 
 #include "emission_particles.hpp"
 #include "primitives/transfer.hpp"
+#include "virtual_pressure.hpp"
 
 namespace drench::kokkos_backend {
 namespace {
@@ -26,6 +27,30 @@ void prepare(Device& d) {
   make_room(w.gained, "drench::emission::gained", capacity);
   make_room(w.momentum, "drench::emission::momentum", 3 * capacity);
   make_room(d.transfer_work.pair, "drench::transfer::pair", d.sample_fluid.list);
+}
+
+/// e_p: where liquid leaves.
+void directions(Device& d) {
+  auto& w = d.emission_work;
+  if (d.boundary.count == 0 || !d.model.has_direction()) {
+    w.direction = d.samples.flow_direction;
+    return;
+  }
+  make_room(w.direction, "drench::emission::direction", static_cast<std::size_t>(d.samples.count));
+  const auto direction = w.direction, flow = d.samples.flow_direction;
+  const auto solids = d.sample_boundary.count;
+  const auto cloth = d.samples.cloth;
+  const auto materials = d.materials;
+  const Real3 gravity = d.gravity;
+  const Real gravity_size = norm(d.gravity);
+  const VirtualPressure pressure(d);
+  parallel(
+      "drench::emission::direction", d.samples.count, KOKKOS_LAMBDA(const Index p) {
+        direction(p) = flow(p);
+        if (solids(p) == 0 || !(dot(flow(p), flow(p)) > 0)) return;
+        const Real epsilon = laws::flow_regularisation(gravity_size, materials(cloth(p)).virtual_pressure);
+        direction(p) = laws::flow_direction(pressure(p) + gravity, epsilon);
+      });
 }
 
 void ripen(Device& d, double dt) {
@@ -87,7 +112,7 @@ void offer_to_liquid(Device& d) {
   const auto count = d.sample_fluid.count;
   const auto list = d.sample_fluid.list;
   const auto pair = d.transfer_work.pair;
-  const auto x = d.samples.position, xf = d.fluid.position, flow = d.samples.flow_direction;
+  const auto x = d.samples.position, xf = d.fluid.position, flow = w.direction;
   const auto cloth = d.samples.cloth;
   const auto materials = d.materials;
   const Real h = d.support;
@@ -148,17 +173,20 @@ void give_to_liquid(Device& d) {
       });
 }
 
-/// (b): samples that see a solid in their cone.
+/// (b): 1 for samples that see a solid in their cone, 2 for others that see their own layer ahead (d).
 void block(Device& d) {
   const auto rest = d.emission_work.rest;
   const auto blocked = d.emission_work.blocked;
   const auto count = d.sample_boundary.count;
   const auto list = d.sample_boundary.list;
-  const auto x = d.samples.position, xb = d.boundary.position, flow = d.samples.flow_direction;
+  const auto x = d.samples.position, xb = d.boundary.position, flow = d.emission_work.direction;
   const auto cloth = d.samples.cloth;
   const auto materials = d.materials;
   const Real h = d.support;
   const bool solids = d.boundary.count > 0 && d.model.has_direction();  // else nothing blocks
+  const auto fabric_count = d.sample_sample.count;
+  const auto fabric = d.sample_sample.list;
+  const Layers layers = layers_of(d);
   parallel(
       "drench::emission::block", d.samples.count, KOKKOS_LAMBDA(const Index p) {
         bool sees = false;
@@ -166,6 +194,11 @@ void block(Device& d) {
         for (Index k = 0; k < n && !sees; ++k)
           sees = laws::in_cone(xb(list(p, k)) - x(p), flow(p), materials(cloth(p)).emission_cosine, h);
         blocked(p) = sees ? 1 : 0;
+        if (sees || rest(p) == 0) return;
+        for (Index k = 0; k < fabric_count(p); ++k) {
+          const Index q = fabric(p, k);
+          if (layers.same(p, q) && laws::in_cone(x(q) - x(p), flow(p), laws::ahead_cosine, h)) blocked(p) = 2;
+        }
       });
 }
 
@@ -177,7 +210,7 @@ void to_layers(Device& d, bool give) {
   const auto receivers = w.layers, cloth = d.samples.cloth, count = d.sample_sample.count;
   const auto list = d.sample_sample.list;
   const auto blocked = w.blocked;
-  const auto leaving_velocity = w.velocity, x = d.samples.position, flow = d.samples.flow_direction;
+  const auto leaving_velocity = w.velocity, x = d.samples.position, flow = w.direction;
   const auto momentum = d.transfer_work.momentum;
   const auto share = d.transfer_work.inflow_share;
   const auto materials = d.materials;
@@ -186,7 +219,7 @@ void to_layers(Device& d, bool give) {
   parallel(
       give ? "drench::emission::give_to_layers" : "drench::emission::offer_to_layers", d.samples.count,
       KOKKOS_LAMBDA(const Index p) {
-        if (rest(p) == 0 || blocked(p) || (give && receivers(p) == 0)) return;
+        if (rest(p) == 0 || blocked(p) == 1 || (give && receivers(p) == 0)) return;
         const Real cosine = materials(cloth(p)).emission_cosine;
         const auto receives = [&](const Index q) {
           return materials(cloth(q)).porous && !layers.same(p, q) && laws::in_cone(x(q) - x(p), flow(p), cosine, h);
@@ -255,6 +288,7 @@ void emission(Device& d, const StepInfo& info, StepReport&) {
   if (d.samples.count == 0) return;
   prepare(d);
   refresh_samples(d);
+  directions(d);
   ripen(d, info.dt);
   shares(d);
   offer_to_liquid(d);

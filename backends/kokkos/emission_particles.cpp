@@ -61,7 +61,7 @@ Index place_candidates(Device& d) {
   make_room(w.collector, "drench::emission::collector", room);
   make_room(w.created, "drench::emission::created", room);
   make_room(w.rank, "drench::emission::rank", room);
-  const auto position = w.position, x = d.samples.position, flow = d.samples.flow_direction;
+  const auto position = w.position, x = d.samples.position, flow = w.direction;
   const auto collector = w.collector;
   const Real spacing = d.spacing;
   const Quanta full = d.model.max_quanta;
@@ -79,8 +79,8 @@ Index place_candidates(Device& d) {
   return n;
 }
 
-/// Which candidates have space: no liquid, and no candidate of a lower collector, closer than d/2. Returns their
-/// number.
+/// Which candidates have space: no liquid, and no candidate of a lower collector, closer than d/2, and not inside the
+/// liquid. Returns their number.
 Index find_space(Device& d, Index candidates) {
   auto& w = d.emission_work;
   w.cells.build(w.position, candidates, d.spacing);
@@ -90,23 +90,27 @@ Index find_space(Device& d, Index candidates) {
   const auto x = d.fluid.position, position = w.position;
   const auto mass = d.fluid.mass;
   const auto created = w.created;
-  const Real near2 = d.spacing * d.spacing / 4, reach = Real(0.51) * d.spacing;
+  const Real near2 = d.spacing * d.spacing / 4, reach = d.support;
+  const double volume = d.quantum / d.rest_density;  // m³ of a quantum
+  const Kernel kernel = d.kernel;
   const bool any_liquid = d.fluid.count > 0;
   parallel(
       "drench::emission::space", candidates, KOKKOS_LAMBDA(const Index c) {
         const Real3 at = position(c);
         bool free = true;
+        double filled = 0;
         if (any_liquid)
           liquid.for_cells(liquid.cell_of({at.x - reach, at.y - reach, at.z - reach}),
                            liquid.cell_of({at.x + reach, at.y + reach, at.z + reach}), [&](const Index j) {
                              const Real3 r = x(j) - at;
                              if (mass(j) > 0 && dot(r, r) < near2) free = false;
+                             filled += volume * double(mass(j)) * double(kernel.value(norm(r)));
                            });
         others.for_near(at, [&](const Index o) {
           const Real3 r = position(o) - at;
           if (o < c && dot(r, r) < near2) free = false;
         });
-        created(c) = free ? 1 : 0;
+        created(c) = free && filled <= laws::surface_share ? 1 : 0;
       });
   const auto ranks = w.rank;
   Index n = 0;

@@ -25,6 +25,7 @@ struct EmissionWork {
   Array<Quanta> share;        // 3 per sample: E_pk, in the end what leaves node k
   Array<Quanta> total, rest;  // E_p, and what is left of it: E′_p, E″_p
   Array<Real3> velocity;      // v^e_p, m/s
+  Array<Real3> direction;     // e_p; the samples' flow_direction itself in scenes without solids
   Array<std::uint8_t> blocked;
   Array<Index> layers;     // number of receiving samples of other layers
   Array<Index> target;     // the sample that it points to, −1: none

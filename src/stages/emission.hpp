@@ -9,9 +9,12 @@
 //   mass.)
 // Share of sample p (porous; w′_n of Eq. 9): E_pk = floor(w_pk ripe_k/w′_k) for its three nodes k, E_p = Σ_k E_pk (Eq.
 // 10). Its velocity
-//   v^e_p = Σ_k E_pk v_k/E_p: leaving liquid takes exactly its nodes' momentum. Direction v_p = sample_flow_direction;
-//   v_p = 0 emits nothing. "In the cone": angle between x − x_p and v_p below θ^e, i.e. cos > emission_cosine (r ≤ 1e-9
-//   h: not in the cone). Neighbours within h.
+//   v^e_p = Σ_k E_pk v_k/E_p: leaving liquid takes exactly its nodes' momentum. Direction
+//   e_p = v_p = sample_flow_direction where no solid sample is within h, else Y/(|Y| + ε), Y = P′ + g with P′ and ε of
+//   flow_direction.hpp: what leaves goes away from the solid, also where the flow within the cloth is tangent to it (a
+//   cone of 80° about a tangent always sees the solid: cloth on a slope could never drip). v_p = 0 emits nothing.
+//   "In the cone": angle between x − x_p and e_p below θ^e, i.e. cos > emission_cosine (r ≤ 1e-9 h: not in the cone).
+//   Neighbours within h.
 // In this order:
 // (a) To liquid j in the cone with m_j < m_max: room R_j = m_max − m_j, offer o_pj = floor(E_p R_j/Σ_j R_j); O_j = Σ_p
 // o_pj; accepted t_pj = o_pj if
@@ -27,8 +30,11 @@
 //     (not another layer in the sense of c; not blocked by b; E″ > 0) that has the largest E″ (ties: the lowest index).
 //     A sample that points to itself is a collector; p gives to the sample it points to if that is a collector. A
 //     collector whose sum S ≥ m_min is a candidate with mass min(S, m_max) and position x_p + (d/2)(1 + cbrt(mass/m0))
-//     v_p. It is created unless a liquid particle, or a candidate of a collector with a lower index, is closer than d/2
-//     to that position. If S > m_max each giver's part is cut to floor(E″ m_max/S) and the mass is the sum of the
+//     e_p. It is created unless a liquid particle, or a candidate of a collector with a lower index, is closer than d/2
+//     to that position, or the position lies inside the liquid: Σ_j V_j W(x − x_j) > ½ (a plane surface has ½). A cloth
+//     that lies in a pool would else press particles into the gaps of the liquid below it, and pump for ever. Samples with a porous
+//     sample of their own layer ahead, within 30° of e_p, take no part: the fabric there is steeper than 60°, and the
+//     particle would appear within it. Liquid runs on inside and drips at the hem. If S > m_max each giver's part is cut to floor(E″ m_max/S) and the mass is the sum of the
 //     parts. Velocity: Σ part v^e / mass. Age 0, Origin::cloth, κ = 0; new ids in the order of the collectors' indices,
 //     appended. (Pooling makes dripping independent of the sampling: as printed, one sample of area d² holds less than
 //     m_min above capacity if the fabric is thinner than about d/2.)

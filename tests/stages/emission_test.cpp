@@ -23,4 +23,23 @@ TEST(emission, new_particles_agree_with_the_reference) {
                  .changes = "fluid_id"});
 }
 
+TEST(emission, of_steep_fabric_agrees_with_the_reference) {
+  // Only samples at the hem make particles.
+  compare_stage({.stage = Stage::emission,
+                 .scene = with(with(wet_scene(), "    thickness: 0.002\n",
+                                    "    thickness: 0.04\n    place: {rotate: {axis: [1, 0, 0], degrees: 75}}\n"),
+                               "hold_saturation: [{box: {min: [-0.2, -1, 0.12]",
+                               "hold_saturation: [{box: {min: [-0.2, -1, 0.03]"),
+                 .steps_before = 2,
+                 .prepare =
+                     [](const Model& m, HostState& s) {
+                       for (std::size_t n = 0; n < s.node_liquid.size(); ++n) {
+                         s.node_liquid[n] = static_cast<Quanta>((1.02 + 0.1 * double(n % 7) / 7) *
+                                                                m.samples.node_capacity[n] / m.quantum);
+                         s.node_ripe[n] = s.node_liquid[n] / 50;
+                       }
+                     },
+                 .changes = "fluid_id"});
+}
+
 }  // namespace drench::test

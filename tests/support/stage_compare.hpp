@@ -20,6 +20,8 @@ struct Comparison {
   Stage stage;
   std::string scene = wet_scene();
   int steps_before = 12;  ///< whole steps that the reference runs first
+  /// Edits what the scene was resolved to, before anything runs (both sides get the edited one).
+  std::function<void(Model&)> resolve = {};
   /// Edits the state just before the stage under test (both sides get the edited one).
   std::function<void(const Model&, HostState&)> prepare = {};
   /// The stage must change this field, or the test would compare nothing.

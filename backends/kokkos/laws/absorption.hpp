@@ -5,9 +5,10 @@
 
 namespace drench::kokkos_backend::laws {
 
-/// cap_ij, 1: the saturation up to which sample j takes liquid that comes from where `cosine` says (1: from upstream).
+/// cap_ij, 1: the saturation up to which sample j takes liquid that comes from where `cosine` says (1: from upstream; 0 and
+/// less: no more than 1).
 KOKKOS_INLINE_FUNCTION Real saturation_cap(Real max_saturation, Real cosine) {
-  return 1 + (max_saturation - 1) * (1 + cosine) / 2;
+  return cosine > 0 ? 1 + (max_saturation - 1) * cosine : Real(1);
 }
 
 /// L, 1/m⁵: the viscosity kernel's Laplacian (Müller et al. 2003), 45 (h − r)/(π h⁶) ≥ 0.

@@ -24,6 +24,12 @@ KOKKOS_INLINE_FUNCTION Quanta accepted_offer(Quanta offer, Quanta all_offers, Qu
   return static_cast<Quanta>(Kokkos::floor(double(offer) * (double(room) / double(all_offers)) * (1 - 1e-9)));
 }
 
+/// cos 30°: fabric that lies ahead within this cone is steeper than 60°.
+inline constexpr Real ahead_cosine = Real(0.8660254037844386);
+
+/// Σ_j V_j W at a plane surface of the liquid, 1; where it is more a place lies inside.
+inline constexpr double surface_share = 0.5;
+
 /// Distance from a sample at which its new particle appears, m: r_p + r_new = (d/2)(1 + cbrt(m/m0)).
 KOKKOS_INLINE_FUNCTION Real emission_distance(Real spacing, double mass_fraction) {
   return spacing / 2 * (1 + Real(Kokkos::cbrt(mass_fraction)));

@@ -10,7 +10,19 @@ KOKKOS_INLINE_FUNCTION Real flow_regularisation(Real gravity, Real virtual_press
   return Real(1e-3) * (gravity > 0 ? gravity : virtual_pressure);
 }
 
-/// v_p = X/(|X| + ε), 1; X = P′ + g, m/s² (Eqs. 5, 6). 0 if X = 0.
+/// P^h of flow_direction.hpp, m/s²: the virtual pressure as far as it holds gravity off the solid. Where the solid is so
+/// level that less than g/4 pulls along it, also what lifts the flow off it. Without gravity all of P′.
+KOKKOS_INLINE_FUNCTION Real3 holding_pressure(const Real3& pressure, const Real3& gravity) {
+  const Real size = norm(pressure), g = norm(gravity);
+  if (!(size > 0) || !(g > 0)) return pressure;
+  const Real3 away = (1 / size) * pressure;
+  const Real into = -dot(gravity, away);
+  const Real spare = g / 4 - norm(gravity + into * away);
+  const Real limit = (into > 0 ? into : Real(0)) + (spare > 0 ? spare : Real(0));
+  return size > limit ? limit * away : pressure;
+}
+
+/// v_p = X/(|X| + ε), 1; X = P^h + g, of the emission P′ + g, m/s² (Eqs. 5, 6). 0 if X = 0.
 KOKKOS_INLINE_FUNCTION Real3 flow_direction(const Real3& x, Real epsilon) {
   const Real length = norm(x);
   return length > 0 ? (1 / (length + epsilon)) * x : Real3{};

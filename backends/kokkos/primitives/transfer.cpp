@@ -14,19 +14,26 @@ KOKKOS_INLINE_FUNCTION Quanta node_flow(const Array<Index>& item, Index first, I
   return static_cast<Quanta>(Kokkos::ceil(sum));
 }
 
-/// φ of each sample: the smallest of its nodes'.
-void smallest_share(Device& d, const Array<double>& of_node, const Array<double>& of_sample) {
-  const auto node = d.samples.node;
-  const auto weight = d.samples.weight_exact;
-  parallel(
-      "drench::transfer::sample_share", d.samples.count, KOKKOS_LAMBDA(const Index p) {
-        double share = 1;
-        for (int k = 0; k < 3; ++k) {
-          const double f = of_node(node(3 * p + k));
-          if (weight(3 * p + k) > 0 && f < share) share = f;
-        }
-        of_sample(p) = share;
-      });
+/// Node weights of a sample's inflow when each node takes its own part of it, and φ_j.
+struct Split {
+  double weight[3];
+  double share;
+};
+
+KOKKOS_INLINE_FUNCTION Split split_of(const Array<double>& weight, const Array<Index>& node,
+                                      const Array<double>& of_node, Index p) {
+  Split s{{weight(3 * p), weight(3 * p + 1), weight(3 * p + 2)}, 1};
+  double share = 0;
+  bool any_limited = false;
+  for (int k = 0; k < 3; ++k) {
+    const double f = of_node(node(3 * p + k));
+    if (s.weight[k] > 0 && f < 1) any_limited = true;
+    share += s.weight[k] * f;
+  }
+  if (!any_limited) return s;
+  s.share = share;
+  for (int k = 0; k < 3; ++k) s.weight[k] = share > 0 ? s.weight[k] * of_node(node(3 * p + k)) / share : s.weight[k];
+  return s;
 }
 
 }  // namespace
@@ -46,19 +53,23 @@ void clear_transfers(Device& d, bool momentum) {
       });
 }
 
-void limit_inflow(Device& d) {
+void limit_inflow(Device& d, bool limited) {
   auto& t = d.transfer_work;
   make_room(t.inflow_share, "drench::transfer::inflow_share", static_cast<std::size_t>(d.samples.count));
   make_room(t.node_inflow_share, "drench::transfer::node_inflow_share", static_cast<std::size_t>(d.nodes.count));
   const auto start = d.nodes.sample_start, item = d.nodes.sample_item;
+  const auto node = d.samples.node;
   const auto weight = d.samples.weight_exact;
   const auto entering = t.entering, ceiling = d.nodes.max_quanta, liquid = d.nodes.liquid;
-  const auto share = t.node_inflow_share;
+  const auto of_node = t.node_inflow_share, of_sample = t.inflow_share;
   parallel(
       "drench::transfer::node_inflow", d.nodes.count, KOKKOS_LAMBDA(const Index n) {
-        share(n) = inflow_fraction(ceiling(n), liquid(n), node_flow(item, start(n), start(n + 1), weight, entering));
+        const Quanta inflow = limited ? node_flow(item, start(n), start(n + 1), weight, entering) : 0;
+        of_node(n) = inflow_fraction(ceiling(n), liquid(n), inflow);
       });
-  smallest_share(d, share, t.inflow_share);
+  parallel(
+      "drench::transfer::sample_inflow", d.samples.count,
+      KOKKOS_LAMBDA(const Index p) { of_sample(p) = split_of(weight, node, of_node, p).share; });
 }
 
 void deliver(Device& d) {
@@ -69,6 +80,8 @@ void deliver(Device& d) {
   const auto velocity = d.nodes.velocity;
   const auto solid = d.nodes.solid_mass;
   const auto pinned = d.nodes.pinned;
+  const auto node = d.samples.node;
+  const auto of_node = d.transfer_work.node_inflow_share;
   const double q = d.quantum, unit = d.quantum / momentum_steps;
   parallel(
       "drench::transfer::deliver", d.nodes.count, KOKKOS_LAMBDA(const Index n) {
@@ -78,8 +91,9 @@ void deliver(Device& d) {
           const Index p = item(e) / 4;
           const int corner = item(e) % 4;
           if (entering(p) == 0) continue;
-          gain += split_part(entering(p), weight(3 * p), weight(3 * p + 1), weight(3 * p + 2), corner);
-          const double w = weight(3 * p + corner);
+          const Split split = split_of(weight, node, of_node, p);
+          gain += split_part(entering(p), split.weight[0], split.weight[1], split.weight[2], corner);
+          const double w = split.weight[corner];
           px += w * double(momentum(3 * p));
           py += w * double(momentum(3 * p + 1));
           pz += w * double(momentum(3 * p + 2));

@@ -67,9 +67,11 @@ KOKKOS_INLINE_FUNCTION double outflow_fraction(Quanta liquid, Quanta outflow) {
 
 /// Zeroes transfer_work.entering and, if asked, .momentum (and makes room for them).
 void clear_transfers(Device& d, bool momentum);
-/// transfer_work.inflow_share of each sample (φ_j, 1: unlimited), from transfer_work.entering and the nodes' room.
-void limit_inflow(Device& d);
-/// Gives each sample's transfer_work.entering and .momentum to its nodes: mass, and velocity of the nodes that are not
+/// φ of each node from transfer_work.entering and its room, or 1 where not `limited`, and transfer_work.inflow_share
+/// φ_j = Σ_n w_jn φ_n of each sample: a full node does not close its triangles. To be followed by deliver().
+void limit_inflow(Device& d, bool limited = true);
+/// Gives each sample's transfer_work.entering and .momentum to its nodes, by w_jn φ_n/φ_j: mass, and velocity of the
+/// nodes that are not
 /// pinned.
 void deliver(Device& d);
 
