@@ -21,7 +21,8 @@ struct NeighborList {
   Kokkos::View<Real**, MemSpace> slope;  // beside `list`, where a stage keeps it: V_j (dW/dr)/r, 1/m² (stage density)
 };
 
-/// Liquid particles; arrays are at least `count` long (capacity grows between steps).
+/// Liquid particles; arrays are at least `count` long (capacity grows between steps). In the order of their cells from
+/// stage neighbors on, with later ones behind; HostState has them by id.
 struct FluidArrays {
   Index count = 0;
   Array<Real3> position, velocity;
@@ -215,13 +216,10 @@ struct SurfaceTensionWork {
   Array<Real> body_adhesion, cloth_adhesion;  // D, N/m³, per body and per cloth
 };
 
-/// Scratch of compact_fluid, kept between steps.
-struct CompactionWork {
-  Array<Index> source;
-  Array<Real3> real3;
-  Array<std::int64_t> integer;
-  Array<Real> real;
-  Array<std::uint8_t> byte;
+/// Scratch of what reorders the liquid, kept between steps.
+struct ReorderWork {
+  Array<Index> source;  // compact_fluid
+  FluidArrays spare;
 };
 
 struct Device {
@@ -256,7 +254,7 @@ struct Device {
   CellTable fluid_cells, boundary_cells, sample_cells;
   Real emission_ramp = 0;  // s, the largest of the cloths
   bool lists_fresh = false;
-  CompactionWork compaction;
+  ReorderWork reorder;
   TransferWork transfer_work;
   AbsorptionWork absorption_work;
   EmissionWork emission_work;
@@ -280,6 +278,8 @@ struct Device {
   void reserve_fluid(Index n);
   /// Removes particles with mass 0 or with `gone(i)` ≠ 0 (may be empty), keeping the order. Lists become stale.
   void compact_fluid(const Array<std::uint8_t>& gone);
+  /// Puts the liquid in the order of `fluid_cells`, which must be fresh, so that neighbours lie together in memory.
+  void order_fluid_by_cell();
 };
 
 // device_refresh.cpp: derived quantities that several stages share
