@@ -19,7 +19,7 @@ std::int64_t Device::bytes() const {
   for (const FluidArrays* f : {&fluid, &reorder.spare})
     total += sum_bytes(f->position, f->velocity, f->mass, f->id, f->age, f->origin, f->density_ratio, f->kappa_density,
                        f->kappa_divergence);
-  total += sum_bytes(work.volume, work.alpha, work.compliance, work.shift, work.predicted, work.rate, work.residual,
+  total += sum_bytes(work.volume, work.alpha, work.compliance, work.shift, work.place, work.flight, work.predicted, work.rate, work.residual,
                      work.kappa_next, work.kappa_last, work.nearest_sample, work.active);
   total += sum_bytes(reorder.source);
   const SurfaceTensionWork& t = surface_tension_work;

@@ -81,6 +81,7 @@ void Device::reserve_fluid(Index n) {
     a = std::decay_t<decltype(a)>(Kokkos::ViewAllocateWithoutInitializing(label), capacity);
   };
   fresh(work.predicted, "drench::fluid_predicted");
+  resize_keeping(work.place, capacity);
   fresh(work.rate, "drench::fluid_rate");
   fresh(work.residual, "drench::fluid_residual");
   fresh(work.kappa_next, "drench::fluid_kappa_next");

@@ -47,6 +47,13 @@ struct Real3 {
     return *this;
   }
 };
+/// A vector and a number in one load: what loops over neighbours read.
+struct alignas(4 * sizeof(Real)) Real4 {
+  Real x = 0, y = 0, z = 0, w = 0;
+  Real4() = default;
+  KOKKOS_INLINE_FUNCTION Real4(const Real3& v, Real number) : x(v.x), y(v.y), z(v.z), w(number) {}
+  KOKKOS_INLINE_FUNCTION Real3 xyz() const { return {x, y, z}; }
+};
 KOKKOS_INLINE_FUNCTION Real3 operator+(Real3 a, const Real3& b) { return a += b; }
 KOKKOS_INLINE_FUNCTION Real3 operator-(Real3 a, const Real3& b) { return a -= b; }
 KOKKOS_INLINE_FUNCTION Real3 operator-(const Real3& a) { return {-a.x, -a.y, -a.z}; }
