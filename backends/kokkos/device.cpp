@@ -71,28 +71,36 @@ Material material_of(const ClothMaterial& c) {
 
 Vec3 squares(const Vec3& a) { return {a[0] * a[0], a[1] * a[1], a[2] * a[2]}; }
 
-/// The hinges' forces as one sparse row a node: a third of the loads of going hinge by hinge.
-void make_bending_rows(Device& d) {
+/// Springs and hinges as one sparse row a node: a third of the loads of going edge by edge and hinge by hinge.
+void make_links(Device& d) {
   const ClothMesh& mesh = d.model.mesh;
-  std::vector<std::map<Index, double>> rows(mesh.rest_position.size());
+  std::vector<std::map<Index, Link>> rows(mesh.rest_position.size());
+  const auto link = [&](Index n, Index other) -> Link& {
+    return rows[static_cast<std::size_t>(n)].try_emplace(other, Link{other, 0, 0, 0}).first->second;
+  };
+  for (std::size_t e = 0; e < mesh.edge.size(); ++e)
+    for (std::size_t end = 0; end < 2; ++end) {
+      Link& l = link(mesh.edge[e][end], mesh.edge[e][1 - end]);
+      l.length = Real(mesh.edge_length[e]);
+      l.stiffness = Real(mesh.edge_stiffness[e]);
+    }
+  std::vector<std::map<Index, double>> bending(rows.size());
   for (std::size_t h = 0; h < mesh.hinge.size(); ++h)
     for (std::size_t a = 0; a < 4; ++a)
       for (std::size_t b = 0; b < 4; ++b)
         if (a != b)
-          rows[static_cast<std::size_t>(mesh.hinge[h][a])][mesh.hinge[h][b]] +=
+          bending[static_cast<std::size_t>(mesh.hinge[h][a])][mesh.hinge[h][b]] +=
               mesh.hinge_stiffness[h] * mesh.hinge_weight[h][a] * mesh.hinge_weight[h][b];
-  std::vector<Index> start{0}, item;
-  std::vector<double> weight;
+  for (std::size_t n = 0; n < bending.size(); ++n)
+    for (const auto& [other, weight] : bending[n]) link(static_cast<Index>(n), other).bend = Real(weight);
+  std::vector<Index> start{0};
+  std::vector<Link> links;
   for (const auto& row : rows) {
-    for (const auto& [node, value] : row) {
-      item.push_back(node);
-      weight.push_back(value);
-    }
-    start.push_back(static_cast<Index>(item.size()));
+    for (const auto& entry : row) links.push_back(entry.second);
+    start.push_back(static_cast<Index>(links.size()));
   }
-  d.nodes.bend_start = to_device<Index>("drench::node_bend_start", start);
-  d.nodes.bend_item = to_device<Index>("drench::node_bend_item", item);
-  d.nodes.bend_weight = to_device<Real>("drench::node_bend_weight", weight);
+  d.nodes.link_start = to_device<Index>("drench::node_link_start", start);
+  d.nodes.link = to_device<Link>("drench::node_link", links);
 }
 
 void make_nodes(Device& d) {
@@ -107,7 +115,7 @@ void make_nodes(Device& d) {
   n.edge_item = to_device<Index>("drench::node_edge_item", mesh.node_edges.item);
   n.hinge_start = to_device<Index>("drench::node_hinge_start", mesh.node_hinges.start);
   n.hinge_item = to_device<Index>("drench::node_hinge_item", mesh.node_hinges.item);
-  make_bending_rows(d);
+  make_links(d);
   if (d.model.has_strain_limit()) {
     n.limit_start = to_device<Index>("drench::node_limit_start", mesh.node_triangles.start);
     n.limit_item = to_device<Index>("drench::node_limit_item", mesh.node_triangles.item);

@@ -56,6 +56,13 @@ struct BoundaryArrays {
   Array<Index> body;
 };
 
+/// What a node shares with another one: the spring of an edge (stiffness 0: none) and B_nm = Σ_h c_h K_n K_m of their
+/// hinges. One load of 16 bytes in float.
+struct alignas(4 * sizeof(Real)) Link {
+  Index other;
+  Real length, stiffness, bend;  // m, N/m, N/m
+};
+
 struct NodeArrays {
   Index count = 0;
   Array<Real3> position, velocity, contact_force, friction_force, pin_force;
@@ -70,8 +77,8 @@ struct NodeArrays {
   Array<double> weight_sum;                // w′_n
   Array<Index> sample_start, sample_item;  // node → items 4·sample + corner
   Array<Index> edge_start, edge_item, hinge_start, hinge_item;
-  Array<Index> bend_start, bend_item;    // node → the other nodes of its hinges …
-  Array<Real> bend_weight;               // … and B_nm = Σ_h c_h K_n K_m, N/m
+  Array<Index> link_start;  // node → links
+  Array<Link> link;
   Array<Index> limit_start, limit_item;  // node → 4·triangle + corner; empty without strain limiting
   Array<Index> pin_motion;               // −1: none; empty unless pins move
   Array<Real3> rest_position;            // m; empty unless pins move

@@ -19,8 +19,8 @@ std::int64_t Device::bytes() const {
   for (const FluidArrays* f : {&fluid, &reorder.spare})
     total += sum_bytes(f->position, f->velocity, f->mass, f->id, f->age, f->origin, f->density_ratio, f->kappa_density,
                        f->kappa_divergence);
-  total += sum_bytes(work.volume, work.alpha, work.compliance, work.shift, work.place, work.flight, work.predicted, work.rate, work.residual,
-                     work.kappa_next, work.kappa_last, work.nearest_sample, work.active);
+  total += sum_bytes(work.volume, work.alpha, work.compliance, work.shift, work.place, work.flight, work.predicted,
+                     work.rate, work.residual, work.kappa_next, work.kappa_last, work.nearest_sample, work.active);
   total += sum_bytes(reorder.source);
   const SurfaceTensionWork& t = surface_tension_work;
   total += sum_bytes(t.normal, t.body_adhesion, t.cloth_adhesion);
@@ -30,9 +30,9 @@ std::int64_t Device::bytes() const {
                      b.load, b.change, b.row_load, b.row_arm, b.row_bound);
   const NodeArrays& n = nodes;
   total += sum_bytes(n.position, n.velocity, n.contact_force, n.friction_force, n.pin_force, n.liquid, n.ripe,
-                     n.solid_mass, n.pinned, mesh.rest_metric, n.bend_start, n.bend_item, n.bend_weight, n.cloth,
-                     n.capacity, n.capacity_quanta, n.max_quanta, n.weight_sum, n.sample_start, n.sample_item,
-                     n.edge_start, n.edge_item, n.hinge_start, n.hinge_item, n.limit_start, n.limit_item, n.pin_motion,
+                     n.solid_mass, n.pinned, mesh.rest_metric, n.link_start, n.link, n.cloth, n.capacity,
+                     n.capacity_quanta, n.max_quanta, n.weight_sum, n.sample_start, n.sample_item, n.edge_start,
+                     n.edge_item, n.hinge_start, n.hinge_item, n.limit_start, n.limit_item, n.pin_motion,
                      n.rest_position, pin_steps, n.inverse_mass, n.force, n.acceleration, n.row_bound);
   const MeshArrays& m = mesh;
   total += sum_bytes(m.triangle, m.edge, m.edge_length, m.edge_stiffness, m.hinge, m.hinge_weight, m.hinge_stiffness,

@@ -18,6 +18,13 @@ using Real = float;
 template <class T>
 using Array = Kokkos::View<T*, MemSpace>;
 
+/// Before a loop with loads that wait for each other: a GPU has some of them under way at once.
+#ifdef __CUDA_ARCH__
+#define DRENCH_UNROLL _Pragma("unroll 4")
+#else
+#define DRENCH_UNROLL
+#endif
+
 /// An array as a kernel with many of them sees it, 16 bytes in place of a View's 24: from 512 bytes of arguments on, launches
 /// on CUDA wait for each other.
 template <class T>
