@@ -45,14 +45,25 @@ class KokkosBackend final : public Backend {
     if (l.rows == 0) return pairs;
     const auto count = Kokkos::create_mirror_view_and_copy(Kokkos::HostSpace(), l.count);
     const auto items = Kokkos::create_mirror_view_and_copy(Kokkos::HostSpace(), l.list);
+    const bool from_liquid = list.starts_with("fluid_"), to_liquid = list.ends_with("_fluid");
+    const std::vector<Index> rank = liquid_ranks();
+    const auto named = [&](Index i, bool liquid) { return liquid ? rank[static_cast<std::size_t>(i)] : i; };
     for (Index i = 0; i < l.rows; ++i)
-      for (Index k = 0; k < count(i); ++k) pairs.emplace_back(i, items(i, k));
+      for (Index k = 0; k < count(i); ++k) pairs.emplace_back(named(i, from_liquid), named(items(i, k), to_liquid));
     return pairs;
   }
 
   std::int64_t memory_bytes() const override { return device_.bytes(); }
 
  private:
+  /// The place of each liquid particle in a HostState.
+  std::vector<Index> liquid_ranks() const {
+    const std::vector<Index> place = by_id(to_host<std::int64_t>(device_.fluid.id, device_.fluid.count));
+    std::vector<Index> rank(place.size());
+    for (std::size_t k = 0; k < place.size(); ++k) rank[static_cast<std::size_t>(place[k])] = static_cast<Index>(k);
+    return rank;
+  }
+
   Device device_;
 };
 

@@ -12,8 +12,8 @@ namespace drench::kokkos_backend {
 namespace {
 
 constexpr int plain_iterations = 10;
-constexpr double rounding = 0.5;            // of ε Σ D L: what is left of a residual that is summed in this precision
-constexpr double trusted = 10;              // × the residual without multipliers: what xpbd may start from
+constexpr double rounding = 0.5;  // of ε Σ D L: what is left of a residual that is summed in this precision
+constexpr double trusted = 10;    // × the residual without multipliers: what xpbd may start from
 
 void allocate(Device& d) {
   ClothWork& w = d.cloth_work;
@@ -104,14 +104,13 @@ ClothSystem::ClothSystem(const Device& d, Real step)
       friction(d.cloth_work.friction),
       pinned(d.nodes.pinned),
       cloth(d.nodes.cloth),
+      link_start(d.nodes.link_start),
       edge_start(d.nodes.edge_start),
       edge_item(d.nodes.edge_item),
-      bend_start(d.nodes.bend_start),
-      bend_item(d.nodes.bend_item),
       edge(d.mesh.edge),
+      link(d.nodes.link),
       edge_length(d.mesh.edge_length),
       edge_stiffness(d.mesh.edge_stiffness),
-      bend_weight(d.nodes.bend_weight),
       triangle(d.mesh.triangle),
       limit_start(d.nodes.limit_start),
       limit_item(d.nodes.limit_item),

@@ -22,8 +22,9 @@ struct ClothSystem {
   Slice<Real3> start, target;
   Slice<Real> mass, diagonal, friction;  // friction: μ, as wet as the node is
   Slice<std::uint8_t> pinned;
-  Slice<Index> cloth, edge_start, edge_item, bend_start, bend_item, edge;
-  Slice<Real> edge_length, edge_stiffness, bend_weight;
+  Slice<Index> cloth, link_start, edge_start, edge_item, edge;
+  Slice<Link> link;
+  Slice<Real> edge_length, edge_stiffness;
   Slice<Index> triangle, limit_start, limit_item;
   Slice<Real> limit_shape, limit_stiffness;
   Slice<Material> materials;
@@ -37,17 +38,15 @@ struct ClothSystem {
     const Real3 here = start(n), moved = shift(n);
     const Real damping = strain_damping(n);
     Real3 force;
-    for (Index r = edge_start(n); r < edge_start(n + 1); ++r) {
-      const Index e = edge_item(r);
-      const Index other = edge(2 * e) == n ? edge(2 * e + 1) : edge(2 * e);
-      force += spring_force(separation(here, moved, start(other), shift(other)), edge_length(e), edge_stiffness(e));
-      if (damping > 0)
-        force += strain_damping_force(here - start(other), moved - shift(other), edge_stiffness(e), damping);
-    }
-    // −Σ_m B_nm x_m = −Σ_m B_nm (x_m − x_n): the rows of B sum to 0
-    for (Index r = bend_start(n); r < bend_start(n + 1); ++r) {
-      const Index other = bend_item(r);
-      force -= bend_weight(r) * separation(start(other), shift(other), here, moved);
+    const Index last = link_start(n + 1);
+    DRENCH_UNROLL
+    for (Index r = link_start(n); r < last; ++r) {
+      const Link l = link(r);
+      const Real3 apart = here - start(l.other), moved_apart = moved - shift(l.other);
+      const Real3 x = apart + moved_apart;
+      // −Σ_m B_nm x_m = Σ_m B_nm (x_n − x_m): the rows of B sum to 0
+      force += spring_force(x, l.length, l.stiffness) + l.bend * x;
+      if (damping > 0) force += strain_damping_force(apart, moved_apart, l.stiffness, damping);
     }
     if (limit_start.extent(0) > 0) force += limit_force(n, shift);
     return force;

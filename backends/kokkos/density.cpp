@@ -69,8 +69,9 @@ void density_and_alpha(Device& d) {
   const Kernel kernel = d.kernel;
   const Real smallest = Real(1e-6) / (d.spacing * d.spacing);
   const Real half = Real(0.5) * d.spacing;
-  const auto x = d.fluid.position, xb = d.boundary.position, xs = d.samples.position, normal = d.samples.normal;
-  const auto volume = d.work.volume, vb = d.boundary.volume, vs = d.samples.volume, bound = d.samples.row_bound;
+  const auto xb = d.boundary.position, xs = d.samples.position, normal = d.samples.normal;
+  const auto vb = d.boundary.volume, vs = d.samples.volume, bound = d.samples.row_bound;
+  const auto place = d.work.place;
   const auto ratio = d.fluid.density_ratio, alpha = d.work.alpha;
   const Crowding crowding(d.spacing);
   const auto id = d.fluid.id;
@@ -88,24 +89,26 @@ void density_and_alpha(Device& d) {
   const auto pair_slope = kept;
   parallel(
       "drench::density::ratio_alpha", d.fluid.count, KOKKOS_LAMBDA(const Index i) {
-        const Real3 xi = x(i);
-        Real delta = volume(i) * kernel.value(0), squares = 0, yielded = 0, coupling = 0;
+        const Real3 xi = place(i).xyz();
+        const Real vi = place(i).w;
+        Real delta = vi * kernel.value(0), squares = 0, yielded = 0, coupling = 0;
         Real3 gradient, apart;
         for (Index k = 0; k < nf(i); ++k) {
           const Index j = lf(i, k);
-          const Real3 r = xi - x(j);
+          const Real4 at = place(j);
+          const Real3 r = xi - at.xyz();
           const Real length = norm(r);
           const auto [value, slope] = kernel.pair(length);
-          const Real weighted = volume(j) * slope;
+          const Real weighted = at.w * slope;
           pair_slope(i, k) = weighted;
-          delta += volume(j) * value;
+          delta += at.w * value;
           gradient += weighted * r;
           const Real square = weighted * slope * length * length;
           squares += square;
-          yielded += Kokkos::fmax(Real(0), volume(j) - volume(i)) * square;
-          if (length < crowding.least) apart += crowding.shift(r, length, volume(i), volume(j), id(i), id(j));
+          yielded += Kokkos::fmax(Real(0), at.w - vi) * square;
+          if (length < crowding.least) apart += crowding.shift(r, length, vi, at.w, id(i), id(j));
         }
-        squares *= volume(i);
+        squares *= vi;
         if (solids)
           for (Index k = 0; k < nb(i); ++k) {
             const Index b = lb(i, k);
@@ -127,7 +130,7 @@ void density_and_alpha(Device& d) {
         compliance(i) = yielded;
         shift(i) = apart;
         const Real diagonal = dot(gradient, gradient) + squares + yielded + coupling;
-        alpha(i) = diagonal < smallest || volume(i) == 0 ? Real(0) : 1 / diagonal;
+        alpha(i) = diagonal < smallest || vi == 0 ? Real(0) : 1 / diagonal;
       });
 }
 
@@ -136,10 +139,14 @@ void density_and_alpha(Device& d) {
 void density(Device& d, const StepInfo&, StepReport&) {
   const auto volume = d.work.volume;
   const auto mass = d.fluid.mass;
+  const auto x = d.fluid.position;
+  const auto place = d.work.place;
   const double scale = d.quantum / double(d.rest_density);
   parallel(
-      "drench::density::volume", d.fluid.count,
-      KOKKOS_LAMBDA(const Index i) { volume(i) = Real(double(mass(i)) * scale); });
+      "drench::density::volume", d.fluid.count, KOKKOS_LAMBDA(const Index i) {
+        volume(i) = Real(double(mass(i)) * scale);
+        place(i) = {x(i), volume(i)};
+      });
   if (d.samples.count > 0) {
     refresh_inverse_mass(d);
     sample_volumes(d);

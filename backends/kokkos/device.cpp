@@ -10,27 +10,6 @@
 namespace drench::kokkos_backend {
 namespace {
 
-template <class T>
-void resize_keeping(Array<T>& a, Index n) {
-  Array<T> bigger(Kokkos::ViewAllocateWithoutInitializing(a.label().empty() ? "drench::fluid" : a.label()), n);
-  const auto kept = static_cast<Index>(std::min<std::size_t>(a.extent(0), static_cast<std::size_t>(n)));
-  if (kept > 0)
-    Kokkos::deep_copy(Kokkos::subview(bigger, Kokkos::make_pair(Index(0), kept)),
-                      Kokkos::subview(a, Kokkos::make_pair(Index(0), kept)));
-  a = bigger;
-}
-
-template <class T>
-void gather(Array<T>& a, Array<T>& scratch, const Array<Index>& source, Index n) {
-  if (scratch.extent(0) < a.extent(0))
-    scratch = Array<T>(Kokkos::ViewAllocateWithoutInitializing("drench::compact_scratch"), a.extent(0));
-  const auto from = a;
-  const auto to = scratch;
-  parallel(
-      "drench::compact::gather", n, KOKKOS_LAMBDA(const Index i) { to(i) = from(source(i)); });
-  std::swap(a, scratch);
-}
-
 Solid solid_of(const Body& b) {
   Solid s{};
   s.kind = static_cast<int>(b.kind);
@@ -92,28 +71,36 @@ Material material_of(const ClothMaterial& c) {
 
 Vec3 squares(const Vec3& a) { return {a[0] * a[0], a[1] * a[1], a[2] * a[2]}; }
 
-/// The hinges' forces as one sparse row a node: a third of the loads of going hinge by hinge.
-void make_bending_rows(Device& d) {
+/// Springs and hinges as one sparse row a node: a third of the loads of going edge by edge and hinge by hinge.
+void make_links(Device& d) {
   const ClothMesh& mesh = d.model.mesh;
-  std::vector<std::map<Index, double>> rows(mesh.rest_position.size());
+  std::vector<std::map<Index, Link>> rows(mesh.rest_position.size());
+  const auto link = [&](Index n, Index other) -> Link& {
+    return rows[static_cast<std::size_t>(n)].try_emplace(other, Link{other, 0, 0, 0}).first->second;
+  };
+  for (std::size_t e = 0; e < mesh.edge.size(); ++e)
+    for (std::size_t end = 0; end < 2; ++end) {
+      Link& l = link(mesh.edge[e][end], mesh.edge[e][1 - end]);
+      l.length = Real(mesh.edge_length[e]);
+      l.stiffness = Real(mesh.edge_stiffness[e]);
+    }
+  std::vector<std::map<Index, double>> bending(rows.size());
   for (std::size_t h = 0; h < mesh.hinge.size(); ++h)
     for (std::size_t a = 0; a < 4; ++a)
       for (std::size_t b = 0; b < 4; ++b)
         if (a != b)
-          rows[static_cast<std::size_t>(mesh.hinge[h][a])][mesh.hinge[h][b]] +=
+          bending[static_cast<std::size_t>(mesh.hinge[h][a])][mesh.hinge[h][b]] +=
               mesh.hinge_stiffness[h] * mesh.hinge_weight[h][a] * mesh.hinge_weight[h][b];
-  std::vector<Index> start{0}, item;
-  std::vector<double> weight;
+  for (std::size_t n = 0; n < bending.size(); ++n)
+    for (const auto& [other, weight] : bending[n]) link(static_cast<Index>(n), other).bend = Real(weight);
+  std::vector<Index> start{0};
+  std::vector<Link> links;
   for (const auto& row : rows) {
-    for (const auto& [node, value] : row) {
-      item.push_back(node);
-      weight.push_back(value);
-    }
-    start.push_back(static_cast<Index>(item.size()));
+    for (const auto& entry : row) links.push_back(entry.second);
+    start.push_back(static_cast<Index>(links.size()));
   }
-  d.nodes.bend_start = to_device<Index>("drench::node_bend_start", start);
-  d.nodes.bend_item = to_device<Index>("drench::node_bend_item", item);
-  d.nodes.bend_weight = to_device<Real>("drench::node_bend_weight", weight);
+  d.nodes.link_start = to_device<Index>("drench::node_link_start", start);
+  d.nodes.link = to_device<Link>("drench::node_link", links);
 }
 
 void make_nodes(Device& d) {
@@ -128,7 +115,7 @@ void make_nodes(Device& d) {
   n.edge_item = to_device<Index>("drench::node_edge_item", mesh.node_edges.item);
   n.hinge_start = to_device<Index>("drench::node_hinge_start", mesh.node_hinges.start);
   n.hinge_item = to_device<Index>("drench::node_hinge_item", mesh.node_hinges.item);
-  make_bending_rows(d);
+  make_links(d);
   if (d.model.has_strain_limit()) {
     n.limit_start = to_device<Index>("drench::node_limit_start", mesh.node_triangles.start);
     n.limit_item = to_device<Index>("drench::node_limit_item", mesh.node_triangles.item);
@@ -258,65 +245,6 @@ Device::Device(const Model& m)
     boundary.body = to_device<Index>("drench::boundary_body", m.boundary.body);
   }
   for (const Jet& j : m.jets) jet_offsets.push_back(to_device3("drench::jet_offsets", j.offsets));
-}
-
-void Device::reserve_fluid(Index n) {
-  if (n <= static_cast<Index>(fluid.position.extent(0))) return;
-  const Index capacity = n + n / 4 + 64;
-  resize_keeping(fluid.position, capacity);
-  resize_keeping(fluid.velocity, capacity);
-  resize_keeping(fluid.mass, capacity);
-  resize_keeping(fluid.id, capacity);
-  resize_keeping(fluid.age, capacity);
-  resize_keeping(fluid.origin, capacity);
-  resize_keeping(fluid.density_ratio, capacity);
-  resize_keeping(fluid.kappa_density, capacity);
-  resize_keeping(fluid.kappa_divergence, capacity);
-  const auto fresh = [capacity](auto& a, const char* label) {
-    a = {};
-    a = std::decay_t<decltype(a)>(Kokkos::ViewAllocateWithoutInitializing(label), capacity);
-  };
-  fresh(work.predicted, "drench::fluid_predicted");
-  fresh(work.rate, "drench::fluid_rate");
-  fresh(work.residual, "drench::fluid_residual");
-  fresh(work.kappa_next, "drench::fluid_kappa_next");
-  fresh(work.kappa_last, "drench::fluid_kappa_last");
-  fresh(work.active, "drench::fluid_active");
-  resize_keeping(work.volume, capacity);
-  resize_keeping(work.alpha, capacity);
-  resize_keeping(work.compliance, capacity);
-  resize_keeping(work.shift, capacity);
-}
-
-void Device::compact_fluid(const Array<std::uint8_t>& gone) {
-  const Index n = fluid.count;
-  if (n == 0) return;
-  if (compaction.source.extent(0) < fluid.position.extent(0))
-    compaction.source =
-        Array<Index>(Kokkos::ViewAllocateWithoutInitializing("drench::compact_source"), fluid.position.extent(0));
-  const auto source = compaction.source;
-  const auto mass = fluid.mass;
-  const bool flagged = gone.extent(0) > 0;
-  Index kept = 0;
-  Kokkos::parallel_scan(
-      "drench::compact::scan", Range(0, n),
-      KOKKOS_LAMBDA(const Index i, Index& rank, const bool last) {
-        const bool stays = mass(i) > 0 && !(flagged && gone(i));
-        if (last && stays) source(rank) = i;
-        rank += stays ? 1 : 0;
-      },
-      kept);
-  if (kept == n) return;
-  gather(fluid.position, compaction.real3, source, kept);
-  gather(fluid.velocity, compaction.real3, source, kept);
-  gather(fluid.mass, compaction.integer, source, kept);
-  gather(fluid.id, compaction.integer, source, kept);
-  gather(fluid.age, compaction.real, source, kept);
-  gather(fluid.density_ratio, compaction.real, source, kept);
-  gather(fluid.kappa_density, compaction.real, source, kept);
-  gather(fluid.kappa_divergence, compaction.real, source, kept);
-  gather(fluid.origin, compaction.byte, source, kept);
-  fluid.count = kept;
 }
 
 }  // namespace drench::kokkos_backend

@@ -21,7 +21,8 @@ struct NeighborList {
   Kokkos::View<Real**, MemSpace> slope;  // beside `list`, where a stage keeps it: V_j (dW/dr)/r, 1/m² (stage density)
 };
 
-/// Liquid particles; arrays are at least `count` long (capacity grows between steps).
+/// Liquid particles; arrays are at least `count` long (capacity grows between steps). In the order of their cells from
+/// stage neighbors on, with later ones behind; HostState has them by id.
 struct FluidArrays {
   Index count = 0;
   Array<Real3> position, velocity;
@@ -34,16 +35,18 @@ struct FluidArrays {
 
 /// Stage-to-stage and in-stage arrays of the liquid; refreshed by stage density unless said otherwise.
 struct FluidWork {
-  Array<Real> volume;          // V_i, m³ (stage density)
-  Array<Real> alpha;           // m² (stage density)
-  Array<Real> compliance;      // C_i, 1/m² (stage density)
-  Array<Real3> shift;          // m, apart from particles too close (stage density)
-  Array<Real3> predicted;      // v_i + Δt a_i, m/s (in-stage)
-  Array<Real> rate;            // R_i, 1/s (in-stage)
-  Array<Real> residual;        // β (δ_adv − 1) (in-stage)
+  Array<Real> volume;      // V_i, m³ (stage density)
+  Array<Real> alpha;       // m² (stage density)
+  Array<Real> compliance;  // C_i, 1/m² (stage density)
+  Array<Real3> shift;      // m, apart from particles too close (stage density)
+  Array<Real4> place;      // x_i, m, since stage density, and V_i or κ_i or 1/√δ_i, as the stage's pairs need
+  Array<Real4> flight;     // v_i, m/s, and 1/√δ_i (stage forces)
+  Array<Real4> predicted;  // v_i + Δt a_i, m/s (in-stage)
+  Array<Real> rate;        // R_i, 1/s (in-stage)
+  Array<Real> residual;    // β (δ_adv − 1) (in-stage)
   Array<Real> kappa_next, kappa_last;  // the solves' iterates beside κ, m²/s² (in-stage)
-  Array<Index> nearest_sample;  // −1: none within h; made on first use (stage neighbors)
-  Array<std::uint8_t> active;  // takes part in the divergence solve (in-stage)
+  Array<Index> nearest_sample;         // −1: none within h; made on first use (stage neighbors)
+  Array<std::uint8_t> active;          // takes part in the divergence solve (in-stage)
 };
 
 struct BoundaryArrays {
@@ -51,6 +54,13 @@ struct BoundaryArrays {
   Array<Real3> position, velocity, rest_position;
   Array<Real> volume;
   Array<Index> body;
+};
+
+/// What a node shares with another one: the spring of an edge (stiffness 0: none) and B_nm = Σ_h c_h K_n K_m of their
+/// hinges. One load of 16 bytes in float.
+struct alignas(4 * sizeof(Real)) Link {
+  Index other;
+  Real length, stiffness, bend;  // m, N/m, N/m
 };
 
 struct NodeArrays {
@@ -67,8 +77,8 @@ struct NodeArrays {
   Array<double> weight_sum;                // w′_n
   Array<Index> sample_start, sample_item;  // node → items 4·sample + corner
   Array<Index> edge_start, edge_item, hinge_start, hinge_item;
-  Array<Index> bend_start, bend_item;  // node → the other nodes of its hinges …
-  Array<Real> bend_weight;             // … and B_nm = Σ_h c_h K_n K_m, N/m
+  Array<Index> link_start;  // node → links
+  Array<Link> link;
   Array<Index> limit_start, limit_item;  // node → 4·triangle + corner; empty without strain limiting
   Array<Index> pin_motion;               // −1: none; empty unless pins move
   Array<Real3> rest_position;            // m; empty unless pins move
@@ -124,8 +134,8 @@ struct Material {
 
 /// One motion of pins in a step: a node moves from x⁰ by move + change (X0 − C), to offset + turn (X0 − C).
 struct PinStep {
-  Real3 center, offset, move;      // m
-  Real3 turn[3], change[3];        // rows; 1
+  Real3 center, offset, move;  // m
+  Real3 turn[3], change[3];    // rows; 1
 };
 
 /// A solid as plain numbers, where it is at the end of the step (place_solids).
@@ -174,20 +184,20 @@ struct ClothWork {
   Array<Real3> shift, last_shift;  // x_n − x⁰_n of the last two iterates, m (xpbd: of this one and the last anchored)
   // of xpbd: what a spring does to its first node and what a hinge pulls with (cloth.hpp), of the last two iterates, N
   Array<Real3> edge_force, last_edge_force, hinge_force, last_hinge_force;
-  Array<Real> edge_rate, hinge_rate;              // θ, 1
-  Array<Real3> limit_stress, last_limit_stress;   // 2 per triangle with a strain limit: the columns of P, N·m
-  Array<Real> limit_rate;                         // 2 per triangle: θ, 1
+  Array<Real> edge_rate, hinge_rate;             // θ, 1
+  Array<Real3> limit_stress, last_limit_stress;  // 2 per triangle with a strain limit: the columns of P, N·m
+  Array<Real> limit_rate;                        // 2 per triangle: θ, 1
 };
 
 /// Work arrays of stage wet_adhesion, made on first use. `impulse` is zero between steps.
 struct WetAdhesionWork {
-  Real thickness = 0;            // m: the largest
-  Array<Real> area;              // per node: A_n, m²
-  Index triangles = 0;           // of cloths with self_collision
-  Array<Index> triangle;         // 3 each
-  Array<Real3> center;           // of each, m
-  CellTable cells;               // of these
-  Array<std::int64_t> impulse;   // 3 per node, units of q · 2^-20 m/s
+  Real thickness = 0;           // m: the largest
+  Array<Real> area;             // per node: A_n, m²
+  Index triangles = 0;          // of cloths with self_collision
+  Array<Index> triangle;        // 3 each
+  Array<Real3> center;          // of each, m
+  CellTable cells;              // of these
+  Array<std::int64_t> impulse;  // 3 per node, units of q · 2^-20 m/s
 };
 
 /// Work arrays of stage advection, made on first use. `momentum` and `hits` are zero between steps.
@@ -215,13 +225,10 @@ struct SurfaceTensionWork {
   Array<Real> body_adhesion, cloth_adhesion;  // D, N/m³, per body and per cloth
 };
 
-/// Scratch of compact_fluid, kept between steps.
-struct CompactionWork {
-  Array<Index> source;
-  Array<Real3> real3;
-  Array<std::int64_t> integer;
-  Array<Real> real;
-  Array<std::uint8_t> byte;
+/// Scratch of what reorders the liquid, kept between steps.
+struct ReorderWork {
+  Array<Index> source;  // compact_fluid
+  FluidArrays spare;
 };
 
 struct Device {
@@ -256,7 +263,7 @@ struct Device {
   CellTable fluid_cells, boundary_cells, sample_cells;
   Real emission_ramp = 0;  // s, the largest of the cloths
   bool lists_fresh = false;
-  CompactionWork compaction;
+  ReorderWork reorder;
   TransferWork transfer_work;
   AbsorptionWork absorption_work;
   EmissionWork emission_work;
@@ -280,6 +287,8 @@ struct Device {
   void reserve_fluid(Index n);
   /// Removes particles with mass 0 or with `gone(i)` ≠ 0 (may be empty), keeping the order. Lists become stale.
   void compact_fluid(const Array<std::uint8_t>& gone);
+  /// Puts the liquid in the order of `fluid_cells`, which must be fresh, so that neighbours lie together in memory.
+  void order_fluid_by_cell();
 };
 
 // device_refresh.cpp: derived quantities that several stages share

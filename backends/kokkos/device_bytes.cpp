@@ -16,11 +16,12 @@ std::int64_t list_bytes(const NeighborList& l) { return sum_bytes(l.count, l.lis
 
 std::int64_t Device::bytes() const {
   std::int64_t total = 0;
-  const FluidArrays& f = fluid;
-  total += sum_bytes(f.position, f.velocity, f.mass, f.id, f.age, f.origin, f.density_ratio, f.kappa_density,
-                     f.kappa_divergence);
-  total += sum_bytes(work.volume, work.alpha, work.compliance, work.shift, work.predicted, work.rate, work.residual, work.kappa_next, work.kappa_last, work.nearest_sample, work.active);
-  total += sum_bytes(compaction.source, compaction.real3, compaction.integer, compaction.real, compaction.byte);
+  for (const FluidArrays* f : {&fluid, &reorder.spare})
+    total += sum_bytes(f->position, f->velocity, f->mass, f->id, f->age, f->origin, f->density_ratio, f->kappa_density,
+                       f->kappa_divergence);
+  total += sum_bytes(work.volume, work.alpha, work.compliance, work.shift, work.place, work.flight, work.predicted,
+                     work.rate, work.residual, work.kappa_next, work.kappa_last, work.nearest_sample, work.active);
+  total += sum_bytes(reorder.source);
   const SurfaceTensionWork& t = surface_tension_work;
   total += sum_bytes(t.normal, t.body_adhesion, t.cloth_adhesion);
   total += sum_bytes(boundary.position, boundary.velocity, boundary.rest_position, boundary.volume, boundary.body);
@@ -28,10 +29,10 @@ std::int64_t Device::bytes() const {
   total += sum_bytes(solids, fields, b.constant, b.state, b.sample, b.owner, b.position, b.force, b.predicted, b.part,
                      b.load, b.change, b.row_load, b.row_arm, b.row_bound);
   const NodeArrays& n = nodes;
-  total += sum_bytes(n.position, n.velocity, n.contact_force, n.friction_force, n.pin_force, n.liquid, n.ripe, n.solid_mass, n.pinned,
-                     mesh.rest_metric, n.bend_start, n.bend_item, n.bend_weight, n.cloth, n.capacity, n.capacity_quanta,
-                     n.max_quanta, n.weight_sum, n.sample_start, n.sample_item, n.edge_start, n.edge_item,
-                     n.hinge_start, n.hinge_item, n.limit_start, n.limit_item, n.pin_motion,
+  total += sum_bytes(n.position, n.velocity, n.contact_force, n.friction_force, n.pin_force, n.liquid, n.ripe,
+                     n.solid_mass, n.pinned, mesh.rest_metric, n.link_start, n.link, n.cloth, n.capacity,
+                     n.capacity_quanta, n.max_quanta, n.weight_sum, n.sample_start, n.sample_item, n.edge_start,
+                     n.edge_item, n.hinge_start, n.hinge_item, n.limit_start, n.limit_item, n.pin_motion,
                      n.rest_position, pin_steps, n.inverse_mass, n.force, n.acceleration, n.row_bound);
   const MeshArrays& m = mesh;
   total += sum_bytes(m.triangle, m.edge, m.edge_length, m.edge_stiffness, m.hinge, m.hinge_weight, m.hinge_stiffness,

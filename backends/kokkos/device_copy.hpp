@@ -54,4 +54,7 @@ std::vector<S> to_host(const Array<T>& a, Index n) {
   return out;
 }
 
+/// The places of `id`'s values in ascending order.
+std::vector<Index> by_id(const std::vector<std::int64_t>& id);
+
 }  // namespace drench::kokkos_backend

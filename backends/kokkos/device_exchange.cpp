@@ -1,5 +1,8 @@
 // HostState → device and back.
 
+#include <algorithm>
+#include <numeric>
+
 #include "device_copy.hpp"
 #include "rigid_bodies.hpp"
 
@@ -21,7 +24,23 @@ void put(const Array<T>& a, const std::vector<S>& values) {
   Kokkos::deep_copy(part, mirror);
 }
 
+/// Puts `values` into the order that `place` says, the k-th being values[place[k]].
+template <class T>
+void arrange(std::vector<T>& values, const std::vector<Index>& place) {
+  std::vector<T> ordered(values.size());
+  for (std::size_t k = 0; k < values.size(); ++k) ordered[k] = values[static_cast<std::size_t>(place[k])];
+  values = std::move(ordered);
+}
+
 }  // namespace
+
+std::vector<Index> by_id(const std::vector<std::int64_t>& id) {
+  std::vector<Index> place(id.size());
+  std::iota(place.begin(), place.end(), Index{0});
+  std::stable_sort(place.begin(), place.end(),
+                   [&](Index a, Index b) { return id[static_cast<std::size_t>(a)] < id[static_cast<std::size_t>(b)]; });
+  return place;
+}
 
 void Device::upload(const HostState& s) {
   fluid.count = 0;
@@ -79,6 +98,18 @@ HostState Device::download() const {
   s.fluid_density_ratio = to_host<double>(fluid.density_ratio, n);
   s.fluid_kappa_density = to_host<double>(fluid.kappa_density, n);
   s.fluid_kappa_divergence = to_host<double>(fluid.kappa_divergence, n);
+  if (!std::is_sorted(s.fluid_id.begin(), s.fluid_id.end())) {
+    const std::vector<Index> place = by_id(s.fluid_id);
+    arrange(s.fluid_position, place);
+    arrange(s.fluid_velocity, place);
+    arrange(s.fluid_mass, place);
+    arrange(s.fluid_id, place);
+    arrange(s.fluid_age, place);
+    arrange(s.fluid_origin, place);
+    arrange(s.fluid_density_ratio, place);
+    arrange(s.fluid_kappa_density, place);
+    arrange(s.fluid_kappa_divergence, place);
+  }
   s.boundary_position = to_host<Vec3>(boundary.position, boundary.count);
   s.boundary_velocity = to_host<Vec3>(boundary.velocity, boundary.count);
   s.boundary_volume = to_host<double>(boundary.volume, boundary.count);

@@ -27,7 +27,7 @@ void divergence(Device& d, const StepInfo& info, StepReport& report) {
   iterate.start();
   const auto next = d.work.kappa_next, last = d.work.kappa_last;
   for (int iteration = 1;; ++iteration) {
-    predict_liquid(d, kappa, dt);
+    predict_liquid(d, dt);
     if (cloth) {
       cloth_forces(d, kappa);
       free_cloth_response(d, dt);

@@ -34,12 +34,20 @@ void inviscid(Device& d, Real dt) {
 /// δ_i as the viscosity counts it.
 KOKKOS_INLINE_FUNCTION Real bounded_ratio(Real delta) { return delta < Real(0.5) ? Real(0.5) : delta; }
 
-/// 1/√δ_j in work.rate: with it the pairs' mean costs nothing.
-void pair_shares(const Device& d) {
-  const auto ratio = d.fluid.density_ratio, share = d.work.rate;
+/// v_i and 1/√δ_i in work.flight: with these shares the pairs' mean costs nothing.
+void pair_shares(Device& d) {
+  if (d.work.flight.extent(0) != d.fluid.position.extent(0)) {
+    d.work.flight = {};  // free before allocating
+    d.work.flight =
+        Array<Real4>(Kokkos::ViewAllocateWithoutInitializing("drench::fluid_flight"), d.fluid.position.extent(0));
+  }
+  const auto ratio = d.fluid.density_ratio;
+  const auto v = d.fluid.velocity;
+  const auto flight = d.work.flight;
   parallel(
-      "drench::forces::pair_share", d.fluid.count,
-      KOKKOS_LAMBDA(const Index i) { share(i) = 1 / Kokkos::sqrt(bounded_ratio(ratio(i))); });
+      "drench::forces::pair_share", d.fluid.count, KOKKOS_LAMBDA(const Index i) {
+        flight(i) = {v(i), 1 / Kokkos::sqrt(bounded_ratio(ratio(i)))};
+      });
 }
 
 /// The liquid's change in a stage, in work.predicted. Returns the largest C_i, 1/s.
@@ -49,22 +57,23 @@ double liquid_change(const Device& d, const Stage& stage) {
   const Real3 g = d.gravity, center = d.field_center, square = d.field_square;
   const bool field = d.model.scene.field.present;
   const bool solids = d.boundary.count > 0, cloth = d.samples.count > 0;
-  const auto x = d.fluid.position, xb = d.boundary.position, xs = d.samples.position;
-  const auto v = d.fluid.velocity, change = d.work.predicted, ub = d.boundary.velocity, us = d.samples.velocity;
-  const auto shares = d.work.rate;  // 1/√δ_j
+  const auto xb = d.boundary.position, xs = d.samples.position;
+  const auto ub = d.boundary.velocity, us = d.samples.velocity;
+  const auto place = d.work.place, flight = d.work.flight, change = d.work.predicted;
   const auto vb = d.boundary.volume, vs = d.samples.volume;
   const auto nf = d.fluid_fluid.count, nb = d.fluid_boundary.count, ns = d.fluid_sample.count;
   const auto lf = d.fluid_fluid.list, lb = d.fluid_boundary.list, ls = d.fluid_sample.list;
   const auto slope = d.fluid_fluid.slope;
   return maximum(
       "drench::forces::liquid", d.fluid.count, KOKKOS_LAMBDA(const Index i) {
-        const Real3 xi = x(i), vi = v(i);
-        const Real share = shares(i);
+        const Real3 xi = place(i).xyz(), vi = flight(i).xyz();
+        const Real share = flight(i).w;
         ViscousSum sum;
         for (Index k = 0; k < nf(i); ++k) {
           const Index j = lf(i, k);
-          const Real3 r = xi - x(j);
-          sum.add(shares(j), vi - v(j), r, dot(r, r), slope(i, k));
+          const Real4 other = flight(j);
+          const Real3 r = xi - place(j).xyz();
+          sum.add(other.w, vi - other.xyz(), r, dot(r, r), slope(i, k));
         }
         if (solids)
           for (Index k = 0; k < nb(i); ++k) {
@@ -83,16 +92,20 @@ double liquid_change(const Device& d, const Stage& stage) {
         Real3 rate = g + (strength * share) * sum.pull;
         if (field) rate += central_field(xi, center, square);
         Real3 next = stage.weight * rate;
-        if (stage.keep != 0) next += stage.keep * change(i);
-        change(i) = next;
+        if (stage.keep != 0) next += stage.keep * change(i).xyz();
+        change(i) = {next, Real(0)};
         return double(strength * share * sum.bound);
       });
 }
 
 void add_change(const Device& d) {
-  const auto v = d.fluid.velocity, change = d.work.predicted;
+  const auto v = d.fluid.velocity;
+  const auto flight = d.work.flight, change = d.work.predicted;
   parallel(
-      "drench::forces::velocity", d.fluid.count, KOKKOS_LAMBDA(const Index i) { v(i) += change(i); });
+      "drench::forces::velocity", d.fluid.count, KOKKOS_LAMBDA(const Index i) {
+        v(i) += change(i).xyz();
+        flight(i) = {v(i), flight(i).w};
+      });
 }
 
 /// The reaction on samples and nodes (d.nodes.force).
@@ -157,7 +170,9 @@ void many_stages(Device& d, int stages, double dt) {
   const auto change = d.work.predicted;
   const Real share = Real(2 / (double(stages) * (stages + 1.0)));
   parallel(
-      "drench::forces::first_stage", d.fluid.count, KOKKOS_LAMBDA(const Index i) { change(i) = share * change(i); });
+      "drench::forces::first_stage", d.fluid.count, KOKKOS_LAMBDA(const Index i) {
+        change(i) = {share * change(i).xyz(), Real(0)};
+      });
   if (cloth && d.viscous_work.impulse_change.extent(0) == 0)
     d.viscous_work.impulse_change = Array<Real3>("drench::viscous_impulse_change", d.nodes.count);
   for (int k = 1; k <= stages; ++k) {

@@ -59,6 +59,7 @@ void part_by_cloth(Device& d) {
 void neighbors(Device& d, const StepInfo&, StepReport&) {
   const Real h = d.support;
   d.fluid_cells.build(d.fluid.position, d.fluid.count, h, d.fluid.id);
+  d.order_fluid_by_cell();
   build_neighbor_list(d.fluid_fluid, d.fluid.position, d.fluid.count, d.fluid_cells.view(), h, true);
   if (d.boundary.count > 0) {
     if (d.model.has_moving_body() || d.boundary_cells.view().buckets == 0)

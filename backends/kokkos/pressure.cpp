@@ -119,7 +119,7 @@ void pressure(Device& d, const StepInfo& info, StepReport& report) {
   iterate.start();
   const auto next = d.work.kappa_next, last = d.work.kappa_last;
   for (int iteration = 1;; ++iteration) {
-    predict_liquid(d, kappa, dt);
+    predict_liquid(d, dt);
     if (samples) cloth_forces(d, kappa);
     if (cloth)
       cloth->respond();

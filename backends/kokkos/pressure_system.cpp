@@ -17,8 +17,10 @@ void clear_inactive(Device& d) {
 
 void PressureIteration::start() {
   const auto kappa = kappa_, last = device_.work.kappa_last;
+  const auto place = device_.work.place;
   parallel(
-      "drench::pressure::start", device_.fluid.count, KOKKOS_LAMBDA(const Index i) { last(i) = kappa(i); });
+      "drench::pressure::start", device_.fluid.count,
+      KOKKOS_LAMBDA(const Index i) { place(i).w = last(i) = kappa(i); });
 }
 
 void PressureIteration::advance(double residual, double against_momentum) {
@@ -33,11 +35,12 @@ void PressureIteration::advance(double residual, double against_momentum) {
   const Real momentum = Real((weight_ - 1) / next_weight);
   weight_ = next_weight;
   const auto kappa = kappa_, next = device_.work.kappa_next, last = device_.work.kappa_last;
+  const auto place = device_.work.place;
   parallel(
       "drench::pressure::update", device_.fluid.count, KOKKOS_LAMBDA(const Index i) {
         const Real k = next(i) + momentum * (next(i) - last(i));
         last(i) = next(i);
-        kappa(i) = k > 0 ? k : Real(0);
+        place(i).w = kappa(i) = k > 0 ? k : Real(0);
       });
 }
 
@@ -86,11 +89,12 @@ void free_cloth_response(Device& d, Real dt) {
       });
 }
 
-void predict_liquid(Device& d, const Array<Real>& kappa, Real dt) {
+void predict_liquid(Device& d, Real dt) {
   const Kernel kernel = d.kernel;
   const Real half = Real(0.5) * d.spacing;
-  const auto x = d.fluid.position, xb = d.boundary.position, xs = d.samples.position, normal = d.samples.normal;
-  const auto v = d.fluid.velocity, predicted = d.work.predicted;
+  const auto xb = d.boundary.position, xs = d.samples.position, normal = d.samples.normal;
+  const auto v = d.fluid.velocity;
+  const auto place = d.work.place, predicted = d.work.predicted;
   const auto vb = d.boundary.volume, vs = d.samples.volume;
   const auto nf = d.fluid_fluid.count, nb = d.fluid_boundary.count, ns = d.fluid_sample.count;
   const auto lf = d.fluid_fluid.list, lb = d.fluid_boundary.list, ls = d.fluid_sample.list;
@@ -98,12 +102,12 @@ void predict_liquid(Device& d, const Array<Real>& kappa, Real dt) {
   const bool solids = d.boundary.count > 0, cloth = d.samples.count > 0;
   parallel(
       "drench::pressure::acceleration", d.fluid.count, KOKKOS_LAMBDA(const Index i) {
-        const Real3 xi = x(i);
-        const Real ki = kappa(i);
+        const Real3 xi = place(i).xyz();
+        const Real ki = place(i).w;
         Real3 a;
         for (Index k = 0; k < nf(i); ++k) {
-          const Index j = lf(i, k);
-          a -= (slope(i, k) * (ki + kappa(j))) * (xi - x(j));
+          const Real4 at = place(lf(i, k));
+          a -= (slope(i, k) * (ki + at.w)) * (xi - at.xyz());
         }
         if (ki != 0) {
           if (solids)
@@ -117,15 +121,16 @@ void predict_liquid(Device& d, const Array<Real>& kappa, Real dt) {
               a -= mirrored * vs(ls(i, k)) * ki * kernel.slope(norm(r)) * r;
             }
         }
-        predicted(i) = v(i) + dt * a;
+        predicted(i) = {v(i) + dt * a, Real(0)};
       });
 }
 
 void compression_rate(Device& d, const Array<Real>& kappa, Real dt) {
   const Kernel kernel = d.kernel;
   const Real half = Real(0.5) * d.spacing;
-  const auto x = d.fluid.position, xb = d.boundary.position, xs = d.samples.position, normal = d.samples.normal;
-  const auto v = d.work.predicted, ub = seen_boundary_velocity(d), us = d.samples.predicted;
+  const auto xb = d.boundary.position, xs = d.samples.position, normal = d.samples.normal;
+  const auto place = d.work.place, v = d.work.predicted;
+  const auto ub = seen_boundary_velocity(d), us = d.samples.predicted;
   const auto vb = d.boundary.volume, vs = d.samples.volume, rate = d.work.rate, compliance = d.work.compliance;
   const auto nf = d.fluid_fluid.count, nb = d.fluid_boundary.count, ns = d.fluid_sample.count;
   const auto lf = d.fluid_fluid.list, lb = d.fluid_boundary.list, ls = d.fluid_sample.list;
@@ -133,11 +138,11 @@ void compression_rate(Device& d, const Array<Real>& kappa, Real dt) {
   const bool solids = d.boundary.count > 0, cloth = d.samples.count > 0;
   parallel(
       "drench::pressure::compression_rate", d.fluid.count, KOKKOS_LAMBDA(const Index i) {
-        const Real3 xi = x(i), vi = v(i);
+        const Real3 xi = place(i).xyz(), vi = v(i).xyz();
         Real sum = 0;
         for (Index k = 0; k < nf(i); ++k) {
           const Index j = lf(i, k);
-          sum += slope(i, k) * dot(vi - v(j), xi - x(j));
+          sum += slope(i, k) * dot(vi - v(j).xyz(), xi - place(j).xyz());
         }
         if (solids)
           for (Index k = 0; k < nb(i); ++k) {
@@ -156,9 +161,10 @@ void compression_rate(Device& d, const Array<Real>& kappa, Real dt) {
 }
 
 void accept_liquid(Device& d) {
-  const auto v = d.fluid.velocity, predicted = d.work.predicted;
+  const auto v = d.fluid.velocity;
+  const auto predicted = d.work.predicted;
   parallel(
-      "drench::pressure::accept", d.fluid.count, KOKKOS_LAMBDA(const Index i) { v(i) = predicted(i); });
+      "drench::pressure::accept", d.fluid.count, KOKKOS_LAMBDA(const Index i) { v(i) = predicted(i).xyz(); });
 }
 
 void accept_free_cloth(Device& d, Real dt) {

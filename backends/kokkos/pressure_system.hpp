@@ -6,8 +6,8 @@
 
 namespace drench::kokkos_backend {
 
-/// work.predicted = v_i + Δt a_i(κ).
-void predict_liquid(Device& d, const Array<Real>& kappa, Real dt);
+/// work.predicted = v_i + Δt a_i(κ), with κ in work.place (PressureIteration keeps it there).
+void predict_liquid(Device& d, Real dt);
 /// Particles with α = 0 carry no pressure: their κ of the density solve becomes 0.
 void clear_inactive(Device& d);
 /// nodes.force = f_n(κ), N.

@@ -18,6 +18,13 @@ using Real = float;
 template <class T>
 using Array = Kokkos::View<T*, MemSpace>;
 
+/// Before a loop with loads that wait for each other: a GPU has some of them under way at once.
+#ifdef __CUDA_ARCH__
+#define DRENCH_UNROLL _Pragma("unroll 4")
+#else
+#define DRENCH_UNROLL
+#endif
+
 /// An array as a kernel with many of them sees it, 16 bytes in place of a View's 24: from 512 bytes of arguments on, launches
 /// on CUDA wait for each other.
 template <class T>
@@ -46,6 +53,13 @@ struct Real3 {
     z -= o.z;
     return *this;
   }
+};
+/// A vector and a number in one load: what loops over neighbours read.
+struct alignas(4 * sizeof(Real)) Real4 {
+  Real x = 0, y = 0, z = 0, w = 0;
+  Real4() = default;
+  KOKKOS_INLINE_FUNCTION Real4(const Real3& v, Real number) : x(v.x), y(v.y), z(v.z), w(number) {}
+  KOKKOS_INLINE_FUNCTION Real3 xyz() const { return {x, y, z}; }
 };
 KOKKOS_INLINE_FUNCTION Real3 operator+(Real3 a, const Real3& b) { return a += b; }
 KOKKOS_INLINE_FUNCTION Real3 operator-(Real3 a, const Real3& b) { return a -= b; }

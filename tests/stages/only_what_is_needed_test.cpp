@@ -16,13 +16,14 @@ namespace Tools = Kokkos::Tools::Experimental;
 
 std::set<std::string> launched, allocated;
 
+/// On a device Kokkos names the host's copy of an array after it.
+bool is_copy(const char* name) { return std::string(name).find("_mirror") != std::string::npos; }
 void on_launch(const char* name, const uint32_t, uint64_t* id) {
-  launched.insert(name);
+  if (!is_copy(name)) launched.insert(name);
   *id = 0;
 }
 void on_allocate(Kokkos_Profiling_SpaceHandle, const char* name, const void*, const uint64_t) {
-  // On a device Kokkos names the host's copy of an array after it.
-  if (std::string(name).find("_mirror") == std::string::npos) allocated.insert(name);
+  if (!is_copy(name)) allocated.insert(name);
 }
 
 /// Labels of kernels and arrays while a scene runs a few steps.

@@ -51,29 +51,29 @@ void add_parts(const char* label, Index n, Index parts, const Term& term, const 
       });
 }
 
-/// Σ term(i), i < n, always in the same order; the last few are added by the host, which is quicker than one GPU thread.
-/// Synchronises with the host.
+/// Σ term(i), i < n, always in the same order: as many partial sums as keep a GPU busy, then fewer and fewer; the last few
+/// are added by the host. Synchronises with the host.
 template <class Sum, class Term>
 Sum ordered(const char* label, Index n, const Term& term) {
-  constexpr Index few = 4096, many = 16 * few;
+  constexpr Index many = 65536, some = 1024, few = 32;
   static Kokkos::View<Sum*, Kokkos::SharedHostPinnedSpace> host_part;
-  static Array<Sum> device_part;
+  static Array<Sum> many_parts, some_parts;
   if (host_part.extent(0) == 0) {
     host_part = Kokkos::View<Sum*, Kokkos::SharedHostPinnedSpace>("drench::partial_sums", few);
+    many_parts = Array<Sum>("drench::partial_sums", many);
+    some_parts = Array<Sum>("drench::partial_sums", some);
     Kokkos::push_finalize_hook([] {
       host_part = {};
-      device_part = {};
+      many_parts = some_parts = {};
     });
   }
-  if (n > many) {  // enough threads for a GPU
-    if (device_part.extent(0) == 0) device_part = Array<Sum>("drench::partial_sums", many);
-    const auto part = device_part;
-    add_parts(label, n, many, term, part);
-    add_parts(
-        label, many, few, KOKKOS_LAMBDA(const Index i) { return part(i); }, host_part);
-  } else {
-    add_parts(label, n, few, term, host_part);
-  }
+  const auto first = many_parts, second = some_parts;
+  const Index parts = n < many ? n : many;
+  add_parts(label, n, many, term, first);
+  add_parts(
+      label, parts, some, KOKKOS_LAMBDA(const Index i) { return first(i); }, second);
+  add_parts(
+      label, parts < some ? parts : some, few, KOKKOS_LAMBDA(const Index i) { return second(i); }, host_part);
   ExecSpace().fence(label);
   Sum total{};
   for (Index p = 0; p < few && p < n; ++p) total += host_part(p);

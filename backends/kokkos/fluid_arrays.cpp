@@ -1,0 +1,126 @@
+// The liquid's arrays: how they grow, lose particles and change their order.
+
+#include <algorithm>
+
+#include "device.hpp"
+
+namespace drench::kokkos_backend {
+namespace {
+
+template <class T>
+void resize_keeping(Array<T>& a, Index n) {
+  Array<T> bigger(Kokkos::ViewAllocateWithoutInitializing(a.label().empty() ? "drench::fluid" : a.label()), n);
+  const auto kept = static_cast<Index>(std::min<std::size_t>(a.extent(0), static_cast<std::size_t>(n)));
+  if (kept > 0)
+    Kokkos::deep_copy(Kokkos::subview(bigger, Kokkos::make_pair(Index(0), kept)),
+                      Kokkos::subview(a, Kokkos::make_pair(Index(0), kept)));
+  a = bigger;
+}
+
+/// Particle i becomes what source(i) was, for i < n.
+void gather(Device& d, const Array<Index>& source, Index n) {
+  const FluidArrays& from = d.fluid;
+  FluidArrays& to = d.reorder.spare;
+  const std::size_t capacity = from.position.extent(0);
+  if (to.position.extent(0) != capacity) {
+    const auto fresh = [capacity](auto& a) {
+      a = {};
+      a = std::decay_t<decltype(a)>(Kokkos::ViewAllocateWithoutInitializing("drench::fluid"), capacity);
+    };
+    fresh(to.position);
+    fresh(to.velocity);
+    fresh(to.mass);
+    fresh(to.id);
+    fresh(to.age);
+    fresh(to.origin);
+    fresh(to.density_ratio);
+    fresh(to.kappa_density);
+    fresh(to.kappa_divergence);
+  }
+  const Slice<Real3> x = from.position, v = from.velocity, x_to = to.position, v_to = to.velocity;
+  const Slice<Quanta> mass = from.mass, mass_to = to.mass;
+  const Slice<std::int64_t> id = from.id, id_to = to.id;
+  const Slice<Real> age = from.age, ratio = from.density_ratio, pressure = from.kappa_density,
+                    divergence = from.kappa_divergence, age_to = to.age, ratio_to = to.density_ratio,
+                    pressure_to = to.kappa_density, divergence_to = to.kappa_divergence;
+  const Slice<std::uint8_t> origin = from.origin, origin_to = to.origin;
+  const Slice<Index> of = source;
+  parallel(
+      "drench::fluid::gather", n, KOKKOS_LAMBDA(const Index i) {
+        const Index j = of(i);
+        x_to(i) = x(j);
+        v_to(i) = v(j);
+        mass_to(i) = mass(j);
+        id_to(i) = id(j);
+        age_to(i) = age(j);
+        origin_to(i) = origin(j);
+        ratio_to(i) = ratio(j);
+        pressure_to(i) = pressure(j);
+        divergence_to(i) = divergence(j);
+      });
+  to.count = n;
+  std::swap(d.fluid, d.reorder.spare);
+}
+
+}  // namespace
+
+void Device::reserve_fluid(Index n) {
+  if (n <= static_cast<Index>(fluid.position.extent(0))) return;
+  const Index capacity = n + n / 4 + 64;
+  resize_keeping(fluid.position, capacity);
+  resize_keeping(fluid.velocity, capacity);
+  resize_keeping(fluid.mass, capacity);
+  resize_keeping(fluid.id, capacity);
+  resize_keeping(fluid.age, capacity);
+  resize_keeping(fluid.origin, capacity);
+  resize_keeping(fluid.density_ratio, capacity);
+  resize_keeping(fluid.kappa_density, capacity);
+  resize_keeping(fluid.kappa_divergence, capacity);
+  const auto fresh = [capacity](auto& a, const char* label) {
+    a = {};
+    a = std::decay_t<decltype(a)>(Kokkos::ViewAllocateWithoutInitializing(label), capacity);
+  };
+  fresh(work.predicted, "drench::fluid_predicted");
+  resize_keeping(work.place, capacity);
+  fresh(work.rate, "drench::fluid_rate");
+  fresh(work.residual, "drench::fluid_residual");
+  fresh(work.kappa_next, "drench::fluid_kappa_next");
+  fresh(work.kappa_last, "drench::fluid_kappa_last");
+  fresh(work.active, "drench::fluid_active");
+  resize_keeping(work.volume, capacity);
+  resize_keeping(work.alpha, capacity);
+  resize_keeping(work.compliance, capacity);
+  resize_keeping(work.shift, capacity);
+}
+
+void Device::compact_fluid(const Array<std::uint8_t>& gone) {
+  const Index n = fluid.count;
+  if (n == 0) return;
+  if (reorder.source.extent(0) < fluid.position.extent(0))
+    reorder.source =
+        Array<Index>(Kokkos::ViewAllocateWithoutInitializing("drench::compact_source"), fluid.position.extent(0));
+  const auto source = reorder.source;
+  const auto mass = fluid.mass;
+  const bool flagged = gone.extent(0) > 0;
+  Index kept = 0;
+  Kokkos::parallel_scan(
+      "drench::compact::scan", Range(0, n),
+      KOKKOS_LAMBDA(const Index i, Index& rank, const bool last) {
+        const bool stays = mass(i) > 0 && !(flagged && gone(i));
+        if (last && stays) source(rank) = i;
+        rank += stays ? 1 : 0;
+      },
+      kept);
+  if (kept == n) return;
+  gather(*this, source, kept);
+}
+
+void Device::order_fluid_by_cell() {
+  if (fluid.count == 0) return;
+  const auto item = fluid_cells.view().item;
+  gather(*this, item, fluid.count);
+  parallel(
+      "drench::fluid::in_order", fluid.count, KOKKOS_LAMBDA(const Index e) { item(e) = e; });
+}
+
+}  // namespace drench::kokkos_backend
