@@ -52,8 +52,10 @@ struct Sweep {
       const Index t = sweep.sample_triangle(sample);
       if (t == last) return;
       last = t;
+      const Corners from = sweep.corners(sweep.start, t), to = sweep.corners(sweep.end, t);
+      if (boxes_apart(x0, x1, from, to, sweep.margin)) return;
       Hit hit;
-      if (!first_hit(x0, x1, sweep.corners(sweep.start, t), sweep.corners(sweep.end, t), sweep.touch, hit)) return;
+      if (!first_hit(x0, x1, from, to, sweep.touch, hit)) return;
       if (hit.time > best.time || (hit.time == best.time && t >= best.triangle)) return;
       best = hit;
       best.triangle = t;

@@ -48,7 +48,8 @@ void part_by_cloth(Device& d) {
           // Both tests see their own end first, so that i and j come to the same answer.
           if (p >= 0 && crosses(x(i), x(j), xs(p), normal(p), limit)) continue;
           if (q >= 0 && crosses(x(j), x(i), xs(q), normal(q), limit)) continue;
-          list(i, kept++) = j;
+          if (kept < k) list(i, kept) = j;
+          ++kept;
         }
         count(i) = kept;
       });

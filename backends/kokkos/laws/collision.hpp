@@ -109,6 +109,21 @@ KOKKOS_INLINE_FUNCTION int cubic_roots(const double* c, double* roots) {
   return found;
 }
 
+/// Is the box of the path x0 → x1 farther than `margin` (m) and 1e-4 of the triangle's box from that of the triangle's way
+/// from → to? Then it cannot hit: what hits is within 1e-6 of an edge's length of the triangle.
+KOKKOS_INLINE_FUNCTION bool boxes_apart(const Double3& x0, const Double3& x1, const Corners& from, const Corners& to,
+                                        double margin) {
+  const auto apart = [margin](double p, double q, double a, double b, double c, double d, double e, double f) {
+    const double lo = Kokkos::fmin(Kokkos::fmin(Kokkos::fmin(a, b), Kokkos::fmin(c, d)), Kokkos::fmin(e, f));
+    const double hi = Kokkos::fmax(Kokkos::fmax(Kokkos::fmax(a, b), Kokkos::fmax(c, d)), Kokkos::fmax(e, f));
+    const double more = margin + 1e-4 * (hi - lo);
+    return Kokkos::fmax(p, q) < lo - more || Kokkos::fmin(p, q) > hi + more;
+  };
+  return apart(x0.x, x1.x, from.a.x, from.b.x, from.c.x, to.a.x, to.b.x, to.c.x) ||
+         apart(x0.y, x1.y, from.a.y, from.b.y, from.c.y, to.a.y, to.b.y, to.c.y) ||
+         apart(x0.z, x1.z, from.a.z, from.b.z, from.c.z, to.a.z, to.b.z, to.c.z);
+}
+
 /// A hit of the path on a triangle: time τ ∈ [0, 1] of the step, barycentric coordinates. triangle < 0: none.
 struct Hit {
   double time = 2;
