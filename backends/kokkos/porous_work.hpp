@@ -62,7 +62,9 @@ struct ContactWork {
   Array<double> conductance, drop;  // G, kg/s; gravity term, 1
   Array<Quanta> flow;               // to the sample, quanta
   Array<Quanta> entering, leaving;  // per node, quanta
-  Array<std::int64_t> momentum;     // 3 per node, q · 2^-8 m/s; empty unless liquid diffuses in cloth that moves
+  // of what enters, 3 per node; empty unless liquid diffuses in cloth that moves
+  Array<std::int64_t> momentum;  // units of q/momentum_scale · 1 m/s
+  double momentum_scale = 1;     // a power of two
 };
 
 struct MeasuresWork {

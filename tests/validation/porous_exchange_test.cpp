@@ -255,12 +255,13 @@ cloth:
     thickness: 0.002
     damping: 0
     porous: {contact_wicking: true, diffusivity: 1.0e-5}
-  - mesh: {grid: {size: [0.1, 0.1], nodes: [12, 9]}}
+  - name: upper
+    mesh: {grid: {size: [0.1, 0.1], nodes: [12, 9]}}
     place: {position: [-0.01, 0.001, 0.003]}
     thickness: 0.002
     damping: 0
     initial_saturation: [{box: {min: [-1, -1, -1], max: [1, 1, 1]}, value: 1}]
-    porous: {contact_wicking: true, solid_fraction: 0.7, diffusivity: 1.0e-6}
+    porous: {contact_wicking: true, solid_fraction: 0.7, diffusivity: 2.0e-5}
 )");
   const Model& m = run.setup.model;
   HostState start = run.setup.state;
@@ -306,7 +307,7 @@ cloth:
   - mesh: {grid: {size: [0.12, 0.12], nodes: [13, 13]}}
     thickness: 0.002
     damping: 0
-    initial_saturation: [{box: {min: [-1, -1, -1], max: [1, 1, 1]}, value: 1.1},
+    initial_saturation: [{box: {min: [-1, -1, -1], max: [1, 1, 1]}, value: 1.15},
                          {box: {min: [-1, -1, -1], max: [0, 1, 1]}, value: 0}]
     porous: {uptake_velocity: 0.05, diffusivity: 1.0e-4}
 )");
