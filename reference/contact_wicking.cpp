@@ -6,6 +6,7 @@
 #include <cmath>
 #include <optional>
 #include <set>
+#include <tuple>
 
 #include "proximity.hpp"
 #include "transfer.hpp"
@@ -92,6 +93,7 @@ void wick_through(ReferenceState& state, const std::vector<Contact>& contacts, d
   const auto saturation = [&](const std::array<Index, 3>& node, const std::array<double, 3>& weight) {
     double sum = 0;
     for (int k = 0; k < 3; ++k) {
+      if (state.model.samples.node_capacity[node[k]] == 0) continue;
       sum += weight[k] * static_cast<double>(state.s.node_liquid[node[k]]) * state.model.quantum /
              state.model.samples.node_capacity[node[k]];
     }
@@ -113,6 +115,8 @@ void wick_through(ReferenceState& state, const std::vector<Contact>& contacts, d
     }
   }
   const std::vector<double> phi_out = outflow_limit(state, out), phi_in = room_limit(state, in);
+  const Vectors velocity = node_velocities(state);
+  Vectors gained(state.s.node_count(), Vector3d::Zero());  // quanta · m/s
   for (std::size_t c = 0; c < contacts.size(); ++c) {
     if (offer[c] == 0) continue;
     const Contact& contact = contacts[c];
@@ -127,7 +131,17 @@ void wick_through(ReferenceState& state, const std::vector<Contact>& contacts, d
       state.s.node_liquid[contact.near_node[k]] += inward[c] ? near[k] : -near[k];
       state.s.node_liquid[contact.far_node[k]] -= inward[c] ? far[k] : -far[k];
     }
+    if (moved == 0) continue;
+    const auto& [donor, receiver] =
+        inward[c] ? std::tie(contact.far_node, contact.near_node) : std::tie(contact.near_node, contact.far_node);
+    const auto& [given, taken] = inward[c] ? std::tie(far, near) : std::tie(near, far);
+    Vector3d carried = Vector3d::Zero();
+    for (int k = 0; k < 3; ++k) carried += static_cast<double>(given[k]) * velocity[donor[k]];
+    carried /= static_cast<double>(moved);
+    for (int k = 0; k < 3; ++k)
+      gained[receiver[k]] += static_cast<double>(taken[k]) * (carried - velocity[receiver[k]]);
   }
+  change_velocities(state, gained);
 }
 
 }  // namespace drench::reference

@@ -4,7 +4,7 @@
 #include <array>
 #include <vector>
 
-#include "reference.hpp"
+#include "common.hpp"
 
 namespace drench::reference {
 
@@ -23,6 +23,10 @@ void wick_through(ReferenceState& state, const std::vector<Contact>& contacts, d
 
 /// ĝ, 0 without gravity.
 Eigen::Vector3d down(const ReferenceState& state);
+/// v_n of every node, m/s.
+Vectors node_velocities(const ReferenceState& state);
+/// Law 8, once the nodes hold what they gained: Σ_in t_k (v_k − v_n), quanta · m/s, spread over their whole mass.
+void change_velocities(ReferenceState& state, const Vectors& gained);
 /// σ b of law 2, 1: > 0 flows from `donor` to `receiver`, which then are what they are called.
 double driven(double receiver, double donor, double drop, bool degenerate);
 /// φ^out and φ^in of every node, 1, for what is to leave and to enter it.

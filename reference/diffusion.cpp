@@ -30,6 +30,7 @@ std::vector<Pair> exchanging_pairs(const ReferenceState& state) {
   std::vector<Pair> pairs;
   for (std::size_t e = 0; e < m.fabric.weight.size(); ++e) {
     const auto [i, j] = m.fabric.nodes[e];
+    if (m.samples.node_capacity[i] == 0 || m.samples.node_capacity[j] == 0) continue;
     const ClothMaterial& c = material(state, i);
     const double load = m.rest_density * (1 - c.solid_fraction) * c.thickness;  // kg/m² at saturation 1
     const Eigen::Vector3d apart = vec(state.s.node_position[i]) - vec(state.s.node_position[j]);
@@ -67,13 +68,17 @@ void exchange_once(ReferenceState& state, const std::vector<Pair>& pairs, double
     in[to_first[k] ? pair.first : pair.second] += offer[k];
   }
   const std::vector<double> phi_out = outflow_limit(state, out), phi_in = room_limit(state, in);
+  const Vectors velocity = node_velocities(state);
+  Vectors gained(nodes, Eigen::Vector3d::Zero());  // Σ_in t (v_donor − v_n), quanta · m/s
   for (std::size_t k = 0; k < pairs.size(); ++k) {
     const Index donor = to_first[k] ? pairs[k].second : pairs[k].first;
     const Index receiver = to_first[k] ? pairs[k].first : pairs[k].second;
     const Quanta moved = limited(offer[k], std::min(phi_out[donor], phi_in[receiver]));
     state.s.node_liquid[donor] -= moved;
     state.s.node_liquid[receiver] += moved;
+    gained[receiver] += static_cast<double>(moved) * (velocity[donor] - velocity[receiver]);
   }
+  change_velocities(state, gained);
 }
 
 }  // namespace
@@ -81,6 +86,20 @@ void exchange_once(ReferenceState& state, const std::vector<Pair>& pairs, double
 Eigen::Vector3d down(const ReferenceState& state) {
   const Eigen::Vector3d gravity = vec(state.model.scene.gravity);
   return gravity.norm() > 0 ? Eigen::Vector3d(gravity.normalized()) : Eigen::Vector3d::Zero();
+}
+
+Vectors node_velocities(const ReferenceState& state) {
+  Vectors velocity;
+  for (const Vec3& v : state.s.node_velocity) velocity.push_back(vec(v));
+  return velocity;
+}
+
+void change_velocities(ReferenceState& state, const Vectors& gained) {
+  for (Index n = 0; n < state.s.node_count(); ++n) {
+    if (state.model.mesh.pinned[n] || gained[n].isZero(0)) continue;
+    const Eigen::Vector3d change = gained[n] * state.model.quantum / node_mass(state, n);
+    state.s.node_velocity[n] = arr(vec(state.s.node_velocity[n]) + change);
+  }
 }
 
 double driven(double receiver, double donor, double drop, bool degenerate) {

@@ -2,6 +2,9 @@
 
 #include "contact_wicking.hpp"
 
+#include <algorithm>
+#include <cmath>
+
 #include "laws/diffusion.hpp"
 #include "laws/proximity.hpp"
 #include "primitives/transfer.hpp"
@@ -130,7 +133,7 @@ struct Ends {
   }
 };
 
-void offer(Device& d, double dt) {
+void offer(Device& d, double dt, bool with_momentum) {
   const Ends ends(d);
   ContactWork& w = d.contact_work;
   const auto flow = w.flow, in = w.entering, out = w.leaving, liquid = d.nodes.liquid;
@@ -139,8 +142,13 @@ void offer(Device& d, double dt) {
   const auto cloth = d.nodes.cloth;
   const auto materials = d.materials;
   const double q = d.quantum, scale = dt / d.quantum;
+  const auto momentum = w.momentum;
   parallel(
-      "drench::contact_wicking::clear", d.nodes.count, KOKKOS_LAMBDA(const Index n) { in(n) = out(n) = 0; });
+      "drench::contact_wicking::clear", d.nodes.count, KOKKOS_LAMBDA(const Index n) {
+        in(n) = out(n) = 0;
+        if (with_momentum)
+          for (int a = 0; a < 3; ++a) momentum(3 * n + a) = 0;
+      });
   parallel(
       "drench::contact_wicking::offer", 2 * d.samples.count, KOKKOS_LAMBDA(const Index c) {
         flow(c) = 0;
@@ -166,11 +174,56 @@ void offer(Device& d, double dt) {
       });
 }
 
-void transfer(Device& d) {
+/// Law 8: what reaches the other end brings the mean velocity of the nodes that it leaves. `to_far`: the end that gains.
+KOKKOS_INLINE_FUNCTION void pass_momentum(const Ends& ends, const Array<Double3>& v, const Array<std::int64_t>& sums,
+                                          double scale, Index c, bool to_far, Quanta amount) {
+  Double3 mean;
+  for (int k = 0; k < 3; ++k)
+    mean = add(mean, times(double(ends.part(c, !to_far, k, amount)) / double(amount), v(ends.node(c, !to_far, k))));
+  for (int k = 0; k < 3; ++k) {
+    const Index n = ends.node(c, to_far, k);
+    const Double3 gain = times(scale * double(ends.part(c, to_far, k, amount)), minus(mean, v(n)));
+    Kokkos::atomic_add(&sums(3 * n), static_cast<std::int64_t>(Kokkos::round(gain.x)));
+    Kokkos::atomic_add(&sums(3 * n + 1), static_cast<std::int64_t>(Kokkos::round(gain.y)));
+    Kokkos::atomic_add(&sums(3 * n + 2), static_cast<std::int64_t>(Kokkos::round(gain.z)));
+  }
+}
+
+/// The largest power of two with which what fills any node at 1000 m/s stays below 2^62: its momentum is then exact to
+/// 2^-53 of that at 1 m/s.
+double momentum_scale(const Model& m) {
+  double most = 1;  // quanta
+  for (const ClothMaterial& c : m.cloths)
+    for (Index n = c.first_node; n < c.first_node + c.node_count; ++n)
+      most = std::max(most, c.max_saturation * m.samples.node_capacity[static_cast<std::size_t>(n)] / m.quantum);
+  return std::exp2(std::floor(62 - std::log2(1000 * most)));
+}
+
+void push_nodes(Device& d) {
+  const auto v = d.diffusion_work.velocity;
+  const auto momentum = d.contact_work.momentum;
+  const auto liquid = d.nodes.liquid;
+  const auto solid = d.nodes.solid_mass;
+  const auto pinned = d.nodes.pinned;
+  const double q = d.quantum, unit = d.quantum / d.contact_work.momentum_scale;
+  parallel(
+      "drench::contact_wicking::velocity", d.nodes.count, KOKKOS_LAMBDA(const Index n) {
+        const double mass = double(solid(n)) + q * double(liquid(n));
+        if (pinned(n) || !(mass > 0)) return;
+        const double scale = unit / mass;
+        v(n) = add(v(n), {scale * double(momentum(3 * n)), scale * double(momentum(3 * n + 1)),
+                          scale * double(momentum(3 * n + 2))});
+      });
+}
+
+void transfer(Device& d, bool with_momentum) {
   const Ends ends(d);
   ContactWork& w = d.contact_work;
   const auto flow = w.flow, in = w.entering, out = w.leaving, liquid = d.nodes.liquid, ceiling = d.nodes.max_quanta;
   const auto out_share = d.diffusion_work.out_share, in_share = d.diffusion_work.in_share;
+  const auto velocity = d.diffusion_work.velocity;
+  const auto momentum = w.momentum;
+  const double scale = w.momentum_scale;
   parallel(
       "drench::contact_wicking::limit", d.nodes.count, KOKKOS_LAMBDA(const Index n) {
         out_share(n) = outflow_fraction(liquid(n), out(n));
@@ -189,6 +242,7 @@ void transfer(Device& d) {
           }
         const Quanta t = limited(o > 0 ? o : -o, share);
         if (t == 0) return;
+        if (with_momentum) pass_momentum(ends, velocity, momentum, scale, c, o < 0, t);
         for (int far = 0; far < 2; ++far)
           for (int k = 0; k < 3; ++k) {
             const Quanta part = ends.part(c, far != 0, k, t);
@@ -199,7 +253,7 @@ void transfer(Device& d) {
 
 }  // namespace
 
-void find_contacts(Device& d, double dt) {
+void find_contacts(Device& d, double dt, bool with_momentum) {
   ContactWork& w = d.contact_work;
   const auto both = 2 * static_cast<std::size_t>(d.samples.count), nodes = static_cast<std::size_t>(d.nodes.count);
   make_room(w.triangle, "drench::contact_wicking::triangle", both);
@@ -209,12 +263,17 @@ void find_contacts(Device& d, double dt) {
   make_room(w.flow, "drench::contact_wicking::flow", both);
   make_room(w.entering, "drench::contact_wicking::entering", nodes);
   make_room(w.leaving, "drench::contact_wicking::leaving", nodes);
+  if (with_momentum && w.momentum.extent(0) == 0) {
+    make_room(w.momentum, "drench::contact_wicking::momentum", 3 * nodes);
+    w.momentum_scale = momentum_scale(d.model);
+  }
   parallel("drench::contact_wicking::find", d.samples.count, ContactSearch(d, dt));
 }
 
-void wick_through_contacts(Device& d, double dt) {
-  offer(d, dt);
-  transfer(d);
+void wick_through_contacts(Device& d, double dt, bool with_momentum) {
+  offer(d, dt, with_momentum);
+  transfer(d, with_momentum);
+  if (with_momentum) push_nodes(d);
 }
 
 }  // namespace drench::kokkos_backend

@@ -6,8 +6,8 @@
 namespace drench::kokkos_backend {
 
 /// Which samples touch what, and how well it conducts in sub-steps of dt (s), in contact_work.
-void find_contacts(Device& d, double dt);
-/// One sub-step.
-void wick_through_contacts(Device& d, double dt);
+void find_contacts(Device& d, double dt, bool with_momentum);
+/// One sub-step; `with_momentum` changes diffusion_work.velocity.
+void wick_through_contacts(Device& d, double dt, bool with_momentum);
 
 }  // namespace drench::kokkos_backend

@@ -2,6 +2,7 @@
 // Scratch arrays of the porous stages. They are allocated when first used, grow with the liquid and are never read
 // across stages.
 
+#include "laws/collision.hpp"
 #include "primitives/cell_table.hpp"
 #include "types.hpp"
 
@@ -50,6 +51,8 @@ struct DiffusionWork {
   Array<double> drop;                  // (x_i − x_j)·ĝ/ℓ, 1
   Array<Quanta> flow;                  // to the pair's first node, quanta
   Array<double> out_share, in_share;   // φ per node
+  // per node, m/s: in double between sub-steps; empty unless liquid diffuses in cloth that moves
+  Array<Double3> velocity, next_velocity;
 };
 
 /// Two a sample, one for each side of its triangle; only with contact_wicking.
@@ -59,6 +62,9 @@ struct ContactWork {
   Array<double> conductance, drop;  // G, kg/s; gravity term, 1
   Array<Quanta> flow;               // to the sample, quanta
   Array<Quanta> entering, leaving;  // per node, quanta
+  // of what enters, 3 per node; empty unless liquid diffuses in cloth that moves
+  Array<std::int64_t> momentum;  // units of q/momentum_scale · 1 m/s
+  double momentum_scale = 1;     // a power of two
 };
 
 struct MeasuresWork {

@@ -213,6 +213,8 @@ void read_porous(Section& s, PorousScene& porous) {
   s.number("capillary_height", porous.capillary_height, "(0, 1000]", "m");
   s.number("adhesion", porous.adhesion, "[0, 10]", "N/m");
   s.boolean("contact_wicking", porous.contact_wicking);
+  s.check(!porous.contact_wicking || porous.diffusivity > 0, "contact_wicking",
+          "passes liquid on as well as the fabric conducts it, and its diffusivity is 0; allowed: diffusivity above 0");
 }
 
 void check_saturations(Section& s, const char* key, const std::vector<SaturationScene>& boxes,

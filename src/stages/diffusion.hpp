@@ -8,7 +8,7 @@
 //    fabric. It is the finite-element (and finite-volume) Laplacian: exact for linear s on any mesh and up to its rims,
 //    and D (m²/s) is the diffusivity. ω counts as 0 on edges of the rim opposite to an obtuse angle, the only ones below 0,
 //    and as 100 where it is above: between nodes that nearly coincide.
-//    C_n = (1−Φ) τ ρ0 · a third of the node's triangles.
+//    C_n = (1−Φ) τ ρ0 · a third of the node's triangles. Pairs with a node of C_n = 0 conduct nothing.
 // 2. Flux from j to i, kg/s: F_ij = −F_ji = G_ij σ_ij b_ij,  b_ij = (s_j − s_i) + (x_i − x_j)·ĝ/ℓ,  ĝ = g/|g|; without
 //    gravity b has no second term. x are the positions now: at rest s falls by 1 over the height ℓ.
 //    linear: σ = 1. degenerate (the paper's factor m_f): σ_ij = min(½(s_i + s_j), 2 s_donor), the donor being the node that
@@ -31,5 +31,9 @@
 //    Σ over the contacts of floor(w_k o) + 1; φ as in 3; transfer = floor(o min over the donor's and receiver's nodes with
 //    weight of φ^out, φ^in).
 // 7. Between sub-steps reservoirs are filled up as in stage reservoir, so that what they supply does not depend on Δt.
-// Momentum that moves with the diffusing liquid is neglected (its speed in the cloth is far below the cloth's own).
-// Reads:  node_position, lists.   Writes: node_liquid, supplied; StepReport::diffusion_substeps.
+// 8. Liquid takes its donor's velocity along: v_n' = v_n + Σ_in t (v_donor − v_n)/M_n', M_n' (kg) the node's solid and liquid
+//    after the exchange, donors' velocities those before it; once for 3 and once for 4–6 of each sub-step. Out of a contact
+//    v_donor = Σ t_k v_k/Σ t_k over the donor's nodes. It is the sum Σ t v of what enters, written so that v_n' is a mean of
+//    the v: Σ M v over nodes that are free stays the same. Pinned nodes keep their velocity (theirs goes to the pins). What
+//    reservoirs supply comes with their node's velocity. Nothing of it runs where no cloth that moves has a diffusivity.
+// Reads:  node_position, node_velocity, lists.   Writes: node_liquid, node_velocity, supplied; StepReport::diffusion_substeps.

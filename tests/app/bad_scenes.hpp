@@ -187,6 +187,8 @@ inline constexpr BadScene bad_scenes[] = {
      "did you mean 'degenerate'? allowed: linear, degenerate"},
     {"ContactWickingIsNoWord", CLOTH "    porous: {contact_wicking: 2}\n", 4, 31, "cloth.0.porous.contact_wicking",
      "allowed: true, false"},
+    {"ContactWickingWithoutDiffusivity", CLOTH "    porous: {diffusivity: 0, contact_wicking: true}\n", 4, 47,
+     "cloth.0.porous.contact_wicking", "its diffusivity is 0; allowed: diffusivity above 0"},
     {"WetAdhesionIsHuge", CLOTH "    porous: {adhesion: 11}\n", 4, 24, "cloth.0.porous.adhesion", "allowed: [0, 10] N/m"},
     {"PresetUnknown", CLOTH "    porous: {}\npreset: basline\n", 5, 9, "preset",
      "did you mean 'baseline'? allowed: none, baseline"},

@@ -12,6 +12,12 @@
 namespace drench::test {
 namespace {
 
+#ifdef DRENCH_DOUBLE
+constexpr double drift_bound = 1e-14;
+#else
+constexpr double drift_bound = 1e-8;
+#endif
+
 const char* const law[] = {"linear", "degenerate"};
 
 /// Two sheets one above the other that touch, turned and displaced against each other, the lower one wet on one side.
@@ -59,6 +65,20 @@ std::string folded(const std::string& keys, const std::filesystem::path& folder)
          "}\n";
 }
 
+/// Every node gets a velocity of its own, m/s. Of cloth that does not move too: it must keep it.
+void stir(const Model&, HostState& s) {
+  for (std::size_t n = 0; n < s.node_velocity.size(); ++n) {
+    const double k = double(n);
+    s.node_velocity[n] = {std::sin(12.9898 * k + 1), 0.3 + std::sin(78.233 * k + 2), std::sin(37.719 * k + 3)};
+  }
+}
+
+/// The scene with every cloth free to move.
+std::string moving(std::string scene) {
+  for (std::size_t at; (at = scene.find("    dynamics: false\n")) != std::string::npos;) scene.erase(at, 20);
+  return scene;
+}
+
 /// Liquid on the nodes beyond the fold, quanta.
 Quanta beyond_the_fold(const Model& model, const HostState& s) {
   Quanta sum = 0;
@@ -74,13 +94,15 @@ TEST(diffusion, agrees_with_the_reference) {
     SCOPED_TRACE(kind);
     compare_stage({.stage = Stage::diffusion,
                    .scene = with(wet_scene(), "diffusivity: 1.0e-3", "diffusivity: 1.0e-3, diffusion: " + kind),
-                   .changes = "node_liquid"});
+                   .prepare = stir,
+                   .changes = "node_liquid node_velocity"});
   }
 }
 
 TEST(diffusion, agrees_where_nodes_are_full_or_empty) {
   // A steep saturation under a short capillary height: the limiters act at both ends.
   const auto chequered = [](const Model& model, HostState& s) {
+    stir(model, s);
     for (std::size_t n = 0; n < s.node_liquid.size(); ++n) {
       const double full = 1.18 * model.samples.node_capacity[n] / model.quantum;
       s.node_liquid[n] = n % 3 == 0 ? 0 : static_cast<Quanta>(n % 3 == 1 ? full : 0.3 * full);
@@ -92,7 +114,7 @@ TEST(diffusion, agrees_where_nodes_are_full_or_empty) {
                    .scene = with(with(wet_scene(), "diffusivity: 1.0e-3", "diffusivity: 1.0e-2, diffusion: " + kind),
                                  "capillary_height: 0.3", "capillary_height: 0.01"),
                    .prepare = chequered,
-                   .changes = "node_liquid"});
+                   .changes = "node_liquid node_velocity"});
   }
 }
 
@@ -139,6 +161,60 @@ TEST(diffusion, across_a_fold_agrees_with_the_reference) {
     SCOPED_TRACE(keys);
     compare_stage(
         {.stage = Stage::diffusion, .scene = folded(keys, folder.path()), .steps_before = 3, .changes = "node_liquid"});
+  }
+}
+
+TEST(diffusion, between_layers_takes_momentum_along_as_the_reference_does) {
+  const TempFolder folder;
+  const std::string layers = two_layers("degenerate"), fold = folded(", contact_wicking: true", folder.path());
+  const std::string pin = "    pin: [{box: {min: [-1, -1, -1], max: [0, 1, 1]}}]\n    thickness: 0.002\n";
+  for (const auto& [name, scene] :
+       {std::pair{"both move", moving(layers)},
+        {"the lower one moves", with(layers, "    dynamics: false\n", "")},
+        {"half of the lower one is pinned", with(moving(layers), "    thickness: 0.002\n", pin)},
+        {"a fold", moving(fold)}}) {
+    SCOPED_TRACE(name);
+    for (const int steps : {0, 3})
+      compare_stage({.stage = Stage::diffusion,
+                     .scene = scene,
+                     .steps_before = steps,
+                     .prepare = stir,
+                     .changes = "node_liquid node_velocity"});
+  }
+}
+
+TEST(diffusion, keeps_the_sum_of_momentum) {
+  // One sub-step or many, layers in contact, gravity along the cloth; all nodes free.
+  const TempFolder folder;
+  const std::string fold = moving(folded(", contact_wicking: true", folder.path()));
+  for (const std::string& scene :
+       {moving(two_layers("linear")), fold, with(fold, "diffusivity: 1.0e-5", "diffusivity: 1.0e-2"),
+        with(with(fold, "diffusivity: 1.0e-5", "diffusivity: 1.0e-2, capillary_height: 0.02"), "gravity: [0, 0, 0]",
+             "gravity: [9.81, 0, 0]")}) {
+    auto setup = setup_from(scene);
+    stir(setup.model, setup.state);
+    const auto backend = make_kokkos_backend(setup.model);
+    StepReport report;
+    backend->upload(setup.state);
+    setup.state = backend->download();  // velocities as the backend has rounded them
+    for (const Stage stage : {Stage::porous_neighbors, Stage::diffusion}) backend->run(stage, {0, 0.0, 0.01}, report);
+    const HostState after = backend->download();
+    double sizes = 0, moved = 0;
+    Vec3 change{0, 0, 0};
+    for (std::size_t n = 0; n < after.node_liquid.size(); ++n) {
+      const auto mass = [&](const HostState& s) {
+        return setup.model.mesh.solid_mass[n] + double(s.node_liquid[n]) * setup.model.quantum;
+      };
+      const Vec3 &u = setup.state.node_velocity[n], &v = after.node_velocity[n];
+      for (std::size_t a = 0; a < 3; ++a) change[a] += mass(after) * v[a] - mass(setup.state) * u[a];
+      sizes += mass(after) * std::hypot(v[0], v[1], v[2]);
+      moved += std::fabs(mass(after) - mass(setup.state)) * std::hypot(v[0], v[1], v[2]);
+    }
+    const double drift = std::max({std::fabs(change[0]), std::fabs(change[1]), std::fabs(change[2])}) / sizes;
+    std::printf("diffusion: %d sub-steps, drift %.1e, moved %.1e of Σm|v|\n", report.diffusion_substeps, drift,
+                moved / sizes);
+    EXPECT_GT(moved / sizes, 1e-4);
+    EXPECT_LE(drift, drift_bound);
   }
 }
 

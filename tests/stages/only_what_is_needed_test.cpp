@@ -185,11 +185,28 @@ TEST(only_what_is_needed, layers_pass_liquid_only_where_asked_for) {
   }
   {
     const Watch watch(with(wet_scene(), "porous: {", "porous: {contact_wicking: true, "));
-    EXPECT_EQ(containing(launched, label), 5) << "find, clear, offer, limit, transfer";
-    EXPECT_EQ(containing(allocated, label), 7);
+    EXPECT_EQ(containing(launched, label), 6) << "find, clear, offer, limit, transfer, velocity";
+    EXPECT_EQ(containing(allocated, label), 8);
   }
-  const Watch watch(with(wet_scene(), "diffusivity: 1.0e-3", "diffusivity: 0, contact_wicking: true"));
+  const Watch watch(with(with(wet_scene(), "porous: {", "porous: {contact_wicking: true, "),
+                         "output:", "processes: {diffusion: off}\noutput:"));
   EXPECT_EQ(containing(launched, label) + containing(launched, {"::diffusion"}) + containing(allocated, label), 0);
+}
+
+TEST(only_what_is_needed, diffusion_carries_momentum_only_in_cloth_that_moves) {
+  const std::initializer_list<const char*> launches = {"::take_velocity", "::give_velocity", "wicking::velocity"};
+  const std::initializer_list<const char*> arrays = {"diffusion::velocity", "diffusion::next_velocity",
+                                                     "wicking::momentum"};
+  const std::string scene = with(wet_scene(), "porous: {", "porous: {contact_wicking: true, ");
+  {
+    const Watch watch(scene);
+    EXPECT_EQ(containing(launched, launches), 3);
+    EXPECT_EQ(containing(allocated, arrays), 3);
+  }
+  const Watch watch(with(scene, "thickness: 0.002", "dynamics: false\n    thickness: 0.002"));
+  EXPECT_GT(containing(launched, {"drench::contact_wicking", "drench::diffusion"}), 8);
+  EXPECT_EQ(containing(launched, launches), 0);
+  EXPECT_EQ(containing(allocated, arrays), 0);
 }
 
 TEST(only_what_is_needed, surface_tension_takes_only_what_tension_or_adhesion_asks_for) {

@@ -22,6 +22,9 @@ void drips(const Model& m, HostState& s) {
     const double part = 0.7 + 0.45 * double(n % 11) / 11;
     s.node_liquid[n] = static_cast<Quanta>(part * m.samples.node_capacity[n] / m.quantum);
     s.node_ripe[n] = part > 1 ? s.node_liquid[n] / 20 : 0;
+    const double k = double(n);
+    s.node_velocity[n] = {0.1 * std::sin(12.9898 * k + 1), 0.1 * std::sin(78.233 * k + 2),
+                          0.1 * std::sin(37.719 * k + 3)};
   }
 }
 
