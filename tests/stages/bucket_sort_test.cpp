@@ -149,6 +149,8 @@ TEST(bucket_sort, powers_of_two_and_their_neighbours) {
     }
 }
 
+TEST(bucket_sort, passes_over_far_more_than_a_block) { expect_all_sorts(random_points(140000, -3, 3, 12)); }
+
 TEST(bucket_sort, negative_coordinates) { expect_all_sorts(random_points(3000, -7.7, -4.3, 2)); }
 
 TEST(bucket_sort, points_on_cell_faces) {
