@@ -87,7 +87,7 @@ inline constexpr BadScene bad_scenes[] = {
      "writing checkpoints is not available in this version; allowed: 0 s"},
     {"SortUnknown", FLUID "neighbors: {sort: quick}\n", 4, 19, "neighbors.sort",
      "allowed: auto, counting, radix, bitonic, bitonic_naive"},
-    {"SortIsAList", FLUID "neighbors: {sort: [radix]}\n", 4, 19, "neighbors.sort", "allowed: one of auto, counting"},
+    {"SortIsAList", FLUID "neighbors: {sort: [radix]}\n", 4, 19, "neighbors.sort", "a list of 1 is not known"},
     // fluid
     {"FluidKeyMisspelt", FLUID "  spaceing: 0.01\n", 4, 3, "fluid.spaceing", "did you mean 'spacing'?"},
     {"FluidKeySwapped", FLUID "  desnity: 1000\n", 4, 3, "fluid.desnity", "did you mean 'density'?"},
