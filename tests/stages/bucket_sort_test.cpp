@@ -126,6 +126,9 @@ void expect_all_sorts(const std::vector<Vec3>& points) {
   }
 }
 
+int allocations = 0;
+void on_allocate(Kokkos_Profiling_SpaceHandle, const char*, const void*, const uint64_t) { ++allocations; }
+
 std::vector<Vec3> random_points(std::size_t n, double from, double to, unsigned seed) {
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> axis(from, to);
@@ -199,6 +202,23 @@ TEST(bucket_sort, a_table_that_grows_and_shrinks) {
     CellTable table(sort);
     for (const std::size_t n : {100u, 9000u, 0u, 3u, 5000u, 30000u, 29000u})
       expect_table(table, random_points(n, -2, 2, static_cast<unsigned>(n)), ids(n));
+  }
+}
+
+TEST(bucket_sort, tables_that_are_no_larger_allocate_nothing) {
+  const Array<Real3> first = kokkos_backend::to_device3("points", random_points(6000, -1, 1, 13));
+  const Array<Real3> second = kokkos_backend::to_device3("points", random_points(6000, -0.9, 0.9, 14));
+  for (const SortMethod sort : sorts) {
+    CellTable table(sort);
+    table.build(first, 6000, edge);
+    allocations = 0;
+    Kokkos::Tools::Experimental::set_allocate_data_callback(on_allocate);
+    for (const Index n : {6000, 5000, 1, 6000}) table.build(second, n, edge);
+    EXPECT_EQ(allocations, 0) << name(sort);
+    CellTable fresh(sort);
+    fresh.build(first, 6000, edge);
+    EXPECT_GT(allocations, 5) << "the watch is blind";
+    Kokkos::Tools::Experimental::set_allocate_data_callback(nullptr);
   }
 }
 

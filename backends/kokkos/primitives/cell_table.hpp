@@ -96,7 +96,8 @@ class BucketSort;
 
 class CellTable {
  public:
-  explicit CellTable(SortMethod sort = SortMethod::automatic) : method_(sort) {}
+  CellTable() = default;
+  explicit CellTable(SortMethod sort) : method_(sort) {}
   /// Sorts `count` points into cells of edge `edge` (m). Within a cell the order is by `key` (empty: by index).
   void build(const Array<Real3>& points, Index count, Real edge, const Array<std::int64_t>& key = {});
   const CellTableView& view() const { return view_; }
@@ -108,7 +109,7 @@ class CellTable {
   void make_table(const Array<Real3>& points, const Array<std::int64_t>& key);
 
  private:
-  SortMethod method_;
+  SortMethod method_ = SortMethod::automatic;
   std::shared_ptr<BucketSort> sort_;  // none before the first points
   CellTableView view_;
   Index count_ = 0, capacity_ = 0, bucket_capacity_ = 0;
