@@ -60,7 +60,7 @@ void Device::upload(const HostState& s) {
     boundary.position = to_device3("drench::boundary_position", s.boundary_position);
     boundary.velocity = to_device3("drench::boundary_velocity", s.boundary_velocity);
     boundary.volume = to_device<Real>("drench::boundary_volume", s.boundary_volume);
-    boundary_cells = CellTable{};
+    boundary_cells = CellTable(model.scene.sort);
   }
   upload_bodies(*this, s);
   if (nodes.count > 0) {

@@ -76,8 +76,9 @@ void read_neighbors(Section& s, Scene& scene) {
   s.choice<SortMethod>("sort", scene.sort,
                        {{"auto", SortMethod::automatic},
                         {"counting", SortMethod::counting},
-                        {"radix", SortMethod::radix, false},
-                        {"bitonic", SortMethod::bitonic, false}});
+                        {"radix", SortMethod::radix},
+                        {"bitonic", SortMethod::bitonic},
+                        {"bitonic_naive", SortMethod::bitonic_naive}});
   s.boolean("through_cloth", scene.through_cloth);
 }
 

@@ -46,6 +46,8 @@ const char* word(SortMethod sort) {
       return "radix";
     case SortMethod::bitonic:
       return "bitonic";
+    case SortMethod::bitonic_naive:
+      return "bitonic_naive";
     case SortMethod::automatic:
       break;
   }

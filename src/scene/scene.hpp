@@ -16,7 +16,7 @@ struct Box {
 };
 
 enum class TimeMode { fixed, cfl };
-enum class SortMethod { automatic, counting, radix, bitonic };
+enum class SortMethod { automatic, counting, radix, bitonic, bitonic_naive };
 enum class KernelKind { cubic, wendland, poly6 };
 enum class DiffusionLaw { linear, degenerate };
 enum class ClothMethod { pd, xpbd };

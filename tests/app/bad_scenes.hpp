@@ -85,9 +85,9 @@ inline constexpr BadScene bad_scenes[] = {
     {"OutputIsNegative", FLUID "output: {every: -0.1}\n", 4, 17, "output.every", "allowed: [0, 1e6] s"},
     {"Checkpoints", FLUID "output: {checkpoint_every: 1}\n", 4, 28, "output.checkpoint_every",
      "writing checkpoints is not available in this version; allowed: 0 s"},
-    {"SortRadix", FLUID "neighbors: {sort: radix}\n", 4, 19, "neighbors.sort",
-     "'radix' is not available in this version; allowed: auto, counting"},
-    {"SortBitonic", FLUID "neighbors: {sort: bitonic}\n", 4, 19, "neighbors.sort", "'bitonic' is not available"},
+    {"SortUnknown", FLUID "neighbors: {sort: quick}\n", 4, 19, "neighbors.sort",
+     "allowed: auto, counting, radix, bitonic, bitonic_naive"},
+    {"SortIsAList", FLUID "neighbors: {sort: [radix]}\n", 4, 19, "neighbors.sort", "a list of 1 is not known"},
     // fluid
     {"FluidKeyMisspelt", FLUID "  spaceing: 0.01\n", 4, 3, "fluid.spaceing", "did you mean 'spacing'?"},
     {"FluidKeySwapped", FLUID "  desnity: 1000\n", 4, 3, "fluid.desnity", "did you mean 'density'?"},

@@ -15,7 +15,7 @@ field: {center: [0.5, 0, -0.5], rate: [1, 2, 0]}
 domain: {min: [-2, -3, -4], max: [5, 6, 7]}
 output: {every: 0.05, checkpoint_every: 0, measures: true}
 processes: {direction: off, saturation_control: false, absorption: off, emission: off, diffusion: off}
-neighbors: {sort: counting, through_cloth: true}
+neighbors: {sort: bitonic_naive, through_cloth: true}
 fluid:
   spacing: 0.02
   density: 998

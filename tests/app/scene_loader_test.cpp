@@ -91,7 +91,7 @@ TEST(SceneLoader, ReadsEveryKey) {
   s.domain = {{-2, -3, -4}, {5, 6, 7}};
   s.output = {0.05, 0, true};
   s.processes = {false, false, false, false, false};
-  s.sort = SortMethod::counting;
+  s.sort = SortMethod::bitonic_naive;
   s.through_cloth = true;
   FluidScene& f = s.fluid;
   f.present = true;
@@ -287,6 +287,19 @@ TEST(SceneLoader, WritesWhatItReads) {
     ASSERT_NO_THROW(again = parse_scene(written, "elsewhere/resolved.yaml")) << written;
     EXPECT_TRUE(again == scene) << written;
     EXPECT_EQ(to_yaml(again), written);
+  }
+}
+
+TEST(SceneLoader, ReadsAndWritesEverySort) {
+  const std::pair<const char*, SortMethod> sorts[] = {{"auto", SortMethod::automatic},
+                                                      {"counting", SortMethod::counting},
+                                                      {"radix", SortMethod::radix},
+                                                      {"bitonic", SortMethod::bitonic},
+                                                      {"bitonic_naive", SortMethod::bitonic_naive}};
+  for (const auto& [word, sort] : sorts) {
+    const Scene scene = parse(fluid_and_cloth, {std::string("neighbors.sort=") + word});
+    EXPECT_EQ(scene.sort, sort);
+    EXPECT_EQ(parse_scene(to_yaml(scene), "resolved.yaml").sort, sort) << word;
   }
 }
 

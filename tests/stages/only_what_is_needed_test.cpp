@@ -250,6 +250,24 @@ TEST(only_what_is_needed, a_process_that_is_off_has_no_kernel_and_no_memory) {
       {"drench::flow_direction", "drench::absorption", "drench::emission", "drench::diffusion", "drench::transfer"});
 }
 
+TEST(only_what_is_needed, a_sort_has_no_memory_of_the_others) {
+  const auto run = [](const char* sort, int counting, int radix, int bitonic) {
+    SCOPED_TRACE(sort);
+    const Watch watch(with(no_cloth, "end: 1}", std::string("end: 1}\nneighbors: {sort: ") + sort + "}"));
+    EXPECT_EQ(containing(allocated, {"cell_bucket", "cell_cursor"}), counting);
+    EXPECT_EQ(containing(allocated, {"cell_radix"}), radix);
+    EXPECT_EQ(containing(allocated, {"cell_bitonic"}), bitonic);
+    EXPECT_EQ(containing(launched, {"cell_table::scatter"}) > 0, counting > 0);
+    EXPECT_EQ(containing(launched, {"cell_table::radix"}) > 0, radix > 0);
+    EXPECT_EQ(containing(launched, {"cell_table::bitonic"}) > 0, bitonic > 0);
+  };
+  run("auto", 2, 0, 0);
+  run("counting", 2, 0, 0);
+  run("radix", 0, 4, 0);  // keys and their exchange, the items' exchange, places
+  run("bitonic", 0, 0, 1);
+  run("bitonic_naive", 0, 0, 1);
+}
+
 TEST(only_what_is_needed, measures_only_where_asked_for) {
   const std::initializer_list<const char*> label = {"drench::measures"};
   {

@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "primitives/bucket_sort.hpp"
+
 namespace drench::kokkos_backend {
 namespace {
 
@@ -29,67 +31,8 @@ Bounds bounds_of(const Array<Real3>& points, Index count) {
   return b;
 }
 
-}  // namespace
-
-void CellTable::build(const Array<Real3>& points, Index count, Real edge, const Array<std::int64_t>& key) {
-  if (count > capacity_) {
-    capacity_ = count + count / 4;
-    view_.item = Array<Index>(Kokkos::ViewAllocateWithoutInitializing("drench::cell_item"), capacity_);
-    view_.coord = Array<CellCoord>(Kokkos::ViewAllocateWithoutInitializing("drench::cell_coord"), capacity_);
-    for (Array<Real>* a : {&view_.px, &view_.py, &view_.pz}) *a = Array<Real>("drench::cell_point", capacity_ + view_.spare);
-    bucket_ = Array<Index>(Kokkos::ViewAllocateWithoutInitializing("drench::cell_bucket"), capacity_);
-  }
-  view_.buckets = 0;
-  if (count == 0) return;
-
-  const Bounds b = bounds_of(points, count);
-  view_.origin = {b.min_x, b.min_y, b.min_z};
-  view_.inverse_edge = 1 / edge;
-  const auto cells = [&](Real lo, Real hi) { return std::floor((double(hi) - double(lo)) / double(edge)) + 2; };
-  const double nx = cells(b.min_x, b.max_x), ny = cells(b.min_y, b.max_y), nz = cells(b.min_z, b.max_z);
-  const double dense_limit = std::fmax(65536.0, 8.0 * count);
-  view_.hashed = nx * ny * nz > dense_limit ? 1 : 0;
-  if (view_.hashed) {
-    view_.buckets = 1024;
-    while (view_.buckets < 2 * static_cast<std::int64_t>(count) && view_.buckets < (1 << 29)) view_.buckets *= 2;
-    view_.dims = {0, 0, 0};
-  } else {
-    view_.dims = {static_cast<int>(nx), static_cast<int>(ny), static_cast<int>(nz)};
-    view_.buckets = view_.dims.x * view_.dims.y * view_.dims.z;
-  }
-  if (view_.buckets > bucket_capacity_) {
-    bucket_capacity_ = view_.buckets + view_.buckets / 4;
-    view_.start = Array<Index>(Kokkos::ViewAllocateWithoutInitializing("drench::cell_start"), bucket_capacity_ + 1);
-    cursor_ = Array<Index>(Kokkos::ViewAllocateWithoutInitializing("drench::cell_cursor"), bucket_capacity_ + 1);
-  }
-
-  const CellTableView t = view_;
-  const auto cursor = cursor_;
-  const auto bucket = bucket_;
-  parallel(
-      "drench::cell_table::clear", t.buckets + 1, KOKKOS_LAMBDA(const Index k) { cursor(k) = 0; });
-  parallel(
-      "drench::cell_table::count", count, KOKKOS_LAMBDA(const Index i) {
-        Index k = t.bucket_of(t.cell_of(points(i)));
-        if (k < 0) k = 0;  // not finite: the ledger stage will stop the run
-        bucket(i) = k;
-        Kokkos::atomic_inc(&cursor(k));
-      });
-  Kokkos::parallel_scan(
-      "drench::cell_table::scan", Range(0, t.buckets + 1), KOKKOS_LAMBDA(const Index k, Index& sum, const bool last) {
-        const Index n = cursor(k);
-        if (last) {
-          t.start(k) = sum;
-          cursor(k) = sum;
-        }
-        sum += n;
-      });
-  parallel(
-      "drench::cell_table::scatter", count, KOKKOS_LAMBDA(const Index i) {
-        const Index slot = Kokkos::atomic_fetch_add(&cursor(bucket(i)), 1);
-        t.item(slot) = i;
-      });
-  // The scatter's order depends on timing; sorting each bucket by (cell, key) makes it the same in every run.
+/// The sort leaves the order within a bucket open: by (cell, key) it is the same in every run and for every sort.
+void order_buckets(const CellTableView& t, const Array<Real3>& points, const Array<std::int64_t>& key) {
   const bool keyed = key.extent(0) > 0;
   parallel(
       "drench::cell_table::order", t.buckets, KOKKOS_LAMBDA(const Index k) {
@@ -113,6 +56,9 @@ void CellTable::build(const Array<Real3>& points, Index count, Real edge, const 
           t.coord(slot) = c;
         }
       });
+}
+
+void copy_points(const CellTableView& t, const Array<Real3>& points, Index count) {
   parallel(
       "drench::cell_table::points", count, KOKKOS_LAMBDA(const Index e) {
         const Real3 p = points(t.item(e));
@@ -120,6 +66,66 @@ void CellTable::build(const Array<Real3>& points, Index count, Real edge, const 
         t.py(e) = p.y;
         t.pz(e) = p.z;
       });
+}
+
+}  // namespace
+
+void CellTable::build(const Array<Real3>& points, Index count, Real edge, const Array<std::int64_t>& key) {
+  make_keys(points, count, edge);
+  sort();
+  make_table(points, key);
+}
+
+void CellTable::make_keys(const Array<Real3>& points, Index count, Real edge) {
+  count_ = count;
+  if (count > capacity_) {
+    capacity_ = count + count / 4;
+    view_.item = Array<Index>(Kokkos::ViewAllocateWithoutInitializing("drench::cell_item"), capacity_);
+    view_.coord = Array<CellCoord>(Kokkos::ViewAllocateWithoutInitializing("drench::cell_coord"), capacity_);
+    for (Array<Real>* a : {&view_.px, &view_.py, &view_.pz})
+      *a = Array<Real>("drench::cell_point", capacity_ + view_.spare);
+  }
+  view_.buckets = 0;
+  if (count == 0) return;
+
+  const Bounds b = bounds_of(points, count);
+  view_.origin = {b.min_x, b.min_y, b.min_z};
+  view_.inverse_edge = 1 / edge;
+  const auto cells = [&](Real lo, Real hi) { return std::floor((double(hi) - double(lo)) / double(edge)) + 2; };
+  const double nx = cells(b.min_x, b.max_x), ny = cells(b.min_y, b.max_y), nz = cells(b.min_z, b.max_z);
+  const double dense_limit = std::fmax(65536.0, 8.0 * count);
+  view_.hashed = nx * ny * nz > dense_limit ? 1 : 0;
+  if (view_.hashed) {
+    view_.buckets = 1024;
+    while (view_.buckets < 2 * static_cast<std::int64_t>(count) && view_.buckets < (1 << 29)) view_.buckets *= 2;
+    view_.dims = {0, 0, 0};
+  } else {
+    view_.dims = {static_cast<int>(nx), static_cast<int>(ny), static_cast<int>(nz)};
+    view_.buckets = view_.dims.x * view_.dims.y * view_.dims.z;
+  }
+  if (view_.buckets > bucket_capacity_) {
+    bucket_capacity_ = view_.buckets + view_.buckets / 4;
+    view_.start = Array<Index>(Kokkos::ViewAllocateWithoutInitializing("drench::cell_start"), bucket_capacity_ + 1);
+  }
+  if (!sort_) sort_ = make_bucket_sort(method_);
+  sort_->make_keys(view_, points, count);
+}
+
+void CellTable::sort() {
+  if (count_ > 0) sort_->sort(view_, count_);
+}
+
+void CellTable::make_table(const Array<Real3>& points, const Array<std::int64_t>& key) {
+  if (count_ == 0) return;
+  sort_->read_out(view_, count_);
+  order_buckets(view_, points, key);
+  copy_points(view_, points, count_);
+}
+
+std::int64_t CellTable::bytes() const {
+  return static_cast<std::int64_t>((view_.start.span() + view_.item.span()) * sizeof(Index) +
+                                   view_.coord.span() * sizeof(CellCoord) + 3 * view_.px.span() * sizeof(Real)) +
+         (sort_ ? sort_->bytes() : 0);
 }
 
 }  // namespace drench::kokkos_backend

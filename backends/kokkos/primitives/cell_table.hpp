@@ -1,8 +1,12 @@
 #pragma once
-// Cell table by counting sort: cells of edge h over the occupied bounds, particles ordered by (cell, key).
+// Cell table: cells of edge h over the occupied bounds, particles ordered by (cell, key), by one of the sorts in
+// bucket_sort.hpp, which all make the same table.
 // Dense while the bounds hold few cells; otherwise hashed, and then cell coordinates are compared, so that two cells
 // that share a bucket are never mixed up.
 
+#include <memory>
+
+#include "scene/scene.hpp"
 #include "types.hpp"
 
 namespace drench::kokkos_backend {
@@ -88,21 +92,27 @@ struct CellTableView {
   }
 };
 
+class BucketSort;
+
 class CellTable {
  public:
+  CellTable() = default;
+  explicit CellTable(SortMethod sort) : method_(sort) {}
   /// Sorts `count` points into cells of edge `edge` (m). Within a cell the order is by `key` (empty: by index).
   void build(const Array<Real3>& points, Index count, Real edge, const Array<std::int64_t>& key = {});
   const CellTableView& view() const { return view_; }
-  std::int64_t bytes() const {
-    return static_cast<std::int64_t>((view_.start.span() + view_.item.span() + cursor_.span() + bucket_.span()) *
-                                         sizeof(Index) +
-                                     view_.coord.span() * sizeof(CellCoord) + 3 * view_.px.span() * sizeof(Real));
-  }
+  std::int64_t bytes() const;
+
+  // The parts of `build`, one after the other, for measurements.
+  void make_keys(const Array<Real3>& points, Index count, Real edge);
+  void sort();
+  void make_table(const Array<Real3>& points, const Array<std::int64_t>& key);
 
  private:
+  SortMethod method_ = SortMethod::automatic;
+  std::shared_ptr<BucketSort> sort_;  // none before the first points
   CellTableView view_;
-  Array<Index> cursor_, bucket_;
-  Index capacity_ = 0, bucket_capacity_ = 0;
+  Index count_ = 0, capacity_ = 0, bucket_capacity_ = 0;
 };
 
 }  // namespace drench::kokkos_backend
