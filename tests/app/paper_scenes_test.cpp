@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <string>
+#include <vector>
 
 #include "scene/build.hpp"
 #include "scene/load.hpp"
@@ -27,13 +28,17 @@ class paper_scenes : public testing::TestWithParam<std::string> {};
 
 TEST_P(paper_scenes, has_the_papers_counts_and_constants) {
   const std::string& name = GetParam();
-  Scene scene = load_scene(paper_scene(name));
-  if (name.starts_with("rotating_bunny")) {
+  std::vector<std::string> overrides;
+  const bool bunny = name.starts_with("rotating_bunny");
+  if (bunny) overrides = {"bodies.0.mesh.scale=0.05"};  // whose distance field takes a second, not a minute
+  const Scene scene = load_scene(paper_scene(name), overrides);
+  if (bunny) {
     const auto mesh = std::filesystem::path(scene.path).parent_path() / scene.bodies.at(0).file;
     if (!std::filesystem::exists(mesh)) GTEST_SKIP() << "the mesh is not here: tools/fetch-models fetches it";
   }
-  const Setup setup = build(scene);
-  const Size& size = *std::find_if(std::begin(sizes), std::end(sizes), [&](const Size& s) { return name.ends_with(s.name); });
+  const drench::Setup setup = build(scene);
+  const Size& size =
+      *std::find_if(std::begin(sizes), std::end(sizes), [&](const Size& s) { return name.ends_with(s.name); });
   EXPECT_NEAR(static_cast<double>(setup.state.fluid_count()), size.particles, tolerance * size.particles);
   EXPECT_NEAR(static_cast<double>(setup.model.mesh.nodes()), size.nodes, tolerance * size.nodes);
 
@@ -50,12 +55,12 @@ TEST_P(paper_scenes, has_the_papers_counts_and_constants) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(
-    each, paper_scenes,
-    testing::Values("water_falling_low", "water_falling_medium", "water_falling_high", "side_injection_low",
-                    "side_injection_medium", "side_injection_high", "cloth_on_sphere_low", "cloth_on_sphere_medium",
-                    "cloth_on_sphere_high", "rotating_bunny_medium"),
-    [](const auto& info) { return info.param; });
+INSTANTIATE_TEST_SUITE_P(each, paper_scenes,
+                         testing::Values("water_falling_low", "water_falling_medium", "water_falling_high",
+                                         "side_injection_low", "side_injection_medium", "side_injection_high",
+                                         "cloth_on_sphere_low", "cloth_on_sphere_medium", "cloth_on_sphere_high",
+                                         "rotating_bunny_medium"),
+                         [](const auto& each_of) { return each_of.param; });
 
 TEST(paper_scenes_folder, holds_no_scene_that_is_not_looked_at) {
   int scenes = 0;
