@@ -65,7 +65,7 @@ class Run {
         log_.write(totals_.add(pipeline_.step_index(), pipeline_.time(), report, pipeline_.milliseconds()));
         if (stats_)
           stats_->write(pipeline_.step_index(), pipeline_.time(), pipeline_.last_dt(), report,
-                        pipeline_.milliseconds());
+                        pipeline_.milliseconds(), pipeline_.step_milliseconds());
         mass_error_ = static_cast<double>(report.mass_total() - pipeline_.initial_total()) * model_.quantum;
         progress.update(pipeline_.time(), pipeline_.step_index(), totals_.steps(), report, mass_error_);
         if (every() > 0 && pipeline_.time() >= next_frame_time() - rounding()) frame();

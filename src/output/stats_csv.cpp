@@ -22,13 +22,14 @@ StatsCsv::StatsCsv(const std::filesystem::path& path, const std::vector<Stage>& 
           "divergence_error,diffusion_substeps,collisions,clamped,mass_float";
   if (moving_cloth_) out_ << ",cloth_iterations,cloth_residual";
   if (measures_) out_ << ",nearest_variance,close_share,wet_isotropy";
+  out_ << ",ms_step";
   for (const Stage s : stages_) out_ << ",ms_" << name_of(s);
   out_ << std::endl;
   if (!out_) throw std::runtime_error(fmt::format("{}: cannot be written", path_.string()));
 }
 
 void StatsCsv::write(std::int64_t step, double time, double dt, const StepReport& r,
-                     const std::array<double, stage_count>& milliseconds) {
+                     const std::array<double, stage_count>& milliseconds, double step_milliseconds) {
   const auto kg = [&](Quanta m) { return static_cast<double>(m) * quantum_; };
   fmt::memory_buffer row;
   auto end = std::back_inserter(row);
@@ -41,6 +42,7 @@ void StatsCsv::write(std::int64_t step, double time, double dt, const StepReport
                  r.mass_float);
   if (moving_cloth_) fmt::format_to(end, ",{},{:.6g}", r.cloth_iterations, r.cloth_residual);
   if (measures_) fmt::format_to(end, ",{:.6g},{:.6g},{:.6g}", r.nearest_variance, r.close_share, r.wet_isotropy);
+  fmt::format_to(end, ",{:.4f}", step_milliseconds);
   for (const Stage s : stages_) fmt::format_to(end, ",{:.4f}", milliseconds[static_cast<std::size_t>(s)]);
   out_.write(row.data(), static_cast<std::streamsize>(row.size()));
   out_ << std::endl;  // flushed, so that the file can be followed

@@ -10,8 +10,9 @@
 
 namespace drench {
 
-/// stats.csv: one row per step. Masses in kg, times in s, kinetic_energy in J, ms_<stage> in milliseconds for each
-/// stage that runs, cloth_iterations and cloth_residual where cloth moves, nearest_variance, close_share and wet_isotropy
+/// stats.csv: one row per step. Masses in kg, times in s, kinetic_energy in J, ms_step and ms_<stage>, milliseconds of
+/// wall time of the whole step and of each stage that runs (on a GPU a stage's work is waited for under --profile only, a
+/// step's always), cloth_iterations and cloth_residual where cloth moves, nearest_variance, close_share and wet_isotropy
 /// (1, stages/measures.hpp) where the scene asks for measures. mass_error is the change of mass_total since the start, from
 /// integers: 0 means exactly 0.
 class StatsCsv {
@@ -20,7 +21,7 @@ class StatsCsv {
   StatsCsv(const std::filesystem::path& path, const std::vector<Stage>& stages, double quantum, Quanta initial_total);
   /// `step` and `time` as after the step; the row is on disk when this returns.
   void write(std::int64_t step, double time, double dt, const StepReport& report,
-             const std::array<double, stage_count>& milliseconds);
+             const std::array<double, stage_count>& milliseconds, double step_milliseconds);
 
  private:
   std::filesystem::path path_;

@@ -63,6 +63,7 @@ Pipeline::Pipeline(const Model& model, Backend& backend, const HostState& initia
 
 StepReport Pipeline::step(double time_left) {
   using Clock = std::chrono::steady_clock;
+  const auto step_begin = Clock::now();
   StepReport report;
   StepInfo info{step_, time_, model_.scene.time.step};
   milliseconds_.fill(0);
@@ -92,6 +93,7 @@ StepReport Pipeline::step(double time_left) {
   time_ += info.dt;
   last_dt_ = info.dt;
   ++step_;
+  step_milliseconds_ = std::chrono::duration<double, std::milli>(Clock::now() - step_begin).count();
   return report;
 }
 

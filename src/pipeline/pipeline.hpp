@@ -34,6 +34,8 @@ class Pipeline {
   Quanta initial_total() const { return initial_total_; }
   /// Milliseconds that each stage took in the last step, by stage number. A fence ends each stage only when profiling.
   const std::array<double, stage_count>& milliseconds() const { return milliseconds_; }
+  /// Milliseconds of wall time that the whole last step took.
+  double step_milliseconds() const { return step_milliseconds_; }
   void set_profiling(bool on) { profiling_ = on; }
 
  private:
@@ -41,7 +43,7 @@ class Pipeline {
   Backend& backend_;
   std::vector<Stage> stages_;
   std::array<double, stage_count> milliseconds_{};
-  double time_ = 0, last_dt_ = 0;
+  double time_ = 0, last_dt_ = 0, step_milliseconds_ = 0;
   std::int64_t step_ = 0;
   Quanta initial_total_ = 0;
   bool profiling_ = false;

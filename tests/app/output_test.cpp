@@ -349,9 +349,9 @@ TEST(Output, StatisticsHaveTheirColumns) {
   report.density_iterations = 17;
   std::array<double, stage_count> ms{};
   ms[static_cast<std::size_t>(Stage::pressure)] = 2.5;
-  stats.write(1, 0.004, 0.004, report, ms);
+  stats.write(1, 0.004, 0.004, report, ms, 4.5);
   report.mass_fluid += 1;
-  stats.write(2, 0.008, 0.004, report, ms);
+  stats.write(2, 0.008, 0.004, report, ms, 4.5);
 
   const Table table = read_table(folder.path() / "stats.csv");
   const std::vector<std::string> first{"step",
@@ -380,6 +380,7 @@ TEST(Output, StatisticsHaveTheirColumns) {
   EXPECT_EQ(table.text(0, "mass_error"), "0");
   EXPECT_EQ(table.text(0, "density_iterations"), "17");
   EXPECT_DOUBLE_EQ(table.number(0, "ms_pressure"), 2.5);
+  EXPECT_DOUBLE_EQ(table.number(0, "ms_step"), 4.5);
   EXPECT_EQ(table.number(1, "mass_error"), e.model.quantum) << "one quantum too many shows";
 }
 
@@ -390,7 +391,7 @@ TEST(Output, StatisticsOfTheClothSolveStandWhereClothMoves) {
   report.cloth_residual = 0.25;
   const std::array<double, stage_count> ms{};
   const auto table = [&](const std::vector<Stage>& stages) {
-    StatsCsv(folder.path() / "stats.csv", stages, 1, 0).write(1, 0.004, 0.004, report, ms);
+    StatsCsv(folder.path() / "stats.csv", stages, 1, 0).write(1, 0.004, 0.004, report, ms, 0);
     return read_table(folder.path() / "stats.csv");
   };
   const Table moving = table({Stage::time_step, Stage::cloth, Stage::ledger});
@@ -407,7 +408,7 @@ TEST(Output, StatsHaveMeasuresWhereTheyAreAskedFor) {
   report.close_share = 0.25;
   report.wet_isotropy = 0.75;
   const auto table = [&](const std::vector<Stage>& stages) {
-    StatsCsv(folder.path() / "stats.csv", stages, 1, 0).write(1, 0.004, 0.004, report, {});
+    StatsCsv(folder.path() / "stats.csv", stages, 1, 0).write(1, 0.004, 0.004, report, {}, 0);
     return read_table(folder.path() / "stats.csv");
   };
   const Table with = table({Stage::time_step, Stage::measures, Stage::ledger});

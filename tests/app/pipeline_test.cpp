@@ -154,5 +154,14 @@ TEST_F(PipelineTest, AStepThatIsNotPositiveStopsTheRun) {
   }
 }
 
+TEST_F(PipelineTest, AStepTakesAtLeastAsLongAsItsStages) {
+  Pipeline pipeline(model, backend, initial);
+  pipeline.step(1.0);
+  double stages = 0;
+  for (const double ms : pipeline.milliseconds()) stages += ms;
+  EXPECT_GE(pipeline.step_milliseconds(), stages);
+  EXPECT_GT(pipeline.step_milliseconds(), 0);
+}
+
 }  // namespace
 }  // namespace drench::test
