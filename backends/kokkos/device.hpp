@@ -43,7 +43,6 @@ struct FluidWork {
   Array<Real4> flight;     // v_i, m/s, and 1/√δ_i (stage forces)
   Array<Real4> predicted;  // v_i + Δt a_i, m/s (in-stage)
   Array<Real> rate;        // R_i, 1/s (in-stage)
-  Array<Real> residual;    // β (δ_adv − 1) (in-stage)
   Array<Real> kappa_next, kappa_last;  // the solves' iterates beside κ, m²/s² (in-stage)
   Array<Index> nearest_sample;         // −1: none within h; made on first use (stage neighbors)
   Array<std::uint8_t> active;          // takes part in the divergence solve (in-stage)

@@ -20,7 +20,7 @@ std::int64_t Device::bytes() const {
     total += sum_bytes(f->position, f->velocity, f->mass, f->id, f->age, f->origin, f->density_ratio, f->kappa_density,
                        f->kappa_divergence);
   total += sum_bytes(work.volume, work.alpha, work.compliance, work.shift, work.place, work.flight, work.predicted,
-                     work.rate, work.residual, work.kappa_next, work.kappa_last, work.nearest_sample, work.active);
+                     work.rate, work.kappa_next, work.kappa_last, work.nearest_sample, work.active);
   total += sum_bytes(reorder.source);
   const SurfaceTensionWork& t = surface_tension_work;
   total += sum_bytes(t.normal, t.body_adhesion, t.cloth_adhesion);

@@ -83,7 +83,6 @@ void Device::reserve_fluid(Index n) {
   fresh(work.predicted, "drench::fluid_predicted");
   resize_keeping(work.place, capacity);
   fresh(work.rate, "drench::fluid_rate");
-  fresh(work.residual, "drench::fluid_residual");
   fresh(work.kappa_next, "drench::fluid_kappa_next");
   fresh(work.kappa_last, "drench::fluid_kappa_last");
   fresh(work.active, "drench::fluid_active");

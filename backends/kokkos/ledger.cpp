@@ -10,52 +10,72 @@ KOKKOS_INLINE_FUNCTION bool finite(const Real3& a) {
   return Kokkos::isfinite(a.x) && Kokkos::isfinite(a.y) && Kokkos::isfinite(a.z);
 }
 
+/// What is summed over particles, or over nodes, in one pass; `saturation` is a maximum.
+struct LedgerSums {
+  Quanta mass = 0;
+  std::int64_t nonfinite = 0;
+  double energy = 0;  // J
+  CompensatedSum mass_float;
+  double saturation = 0;
+  KOKKOS_INLINE_FUNCTION LedgerSums& operator+=(const LedgerSums& o) {
+    mass += o.mass;
+    nonfinite += o.nonfinite;
+    energy += o.energy;
+    mass_float += o.mass_float;
+    if (o.saturation > saturation) saturation = o.saturation;
+    return *this;
+  }
+};
+
+void add(StepReport& report, const LedgerSums& sums) {
+  report.nonfinite += sums.nonfinite;
+  report.kinetic_energy += sums.energy;
+  report.mass_float += sums.mass_float.sum + sums.mass_float.lost;
+}
+
 }  // namespace
 
 void ledger(Device& d, const StepInfo& info, StepReport& report) {
-  const FluidArrays f = d.fluid;
   const double q = d.quantum, rho = double(d.rest_density);
-  report.particles = f.count;
+  report.particles = d.fluid.count;
   report.mass_drained = d.drained;
   report.mass_supplied = d.supplied;
   report.mass_float = 0;
   report.kinetic_energy = 0;
   report.nonfinite = 0;
-  if (f.count > 0) {
-    report.mass_fluid = integer_sum(
-        "drench::ledger::fluid_mass", f.count, KOKKOS_LAMBDA(const Index i) { return f.mass(i); });
-    report.nonfinite += integer_sum(
-        "drench::ledger::fluid_nonfinite", f.count,
-        KOKKOS_LAMBDA(const Index i) { return std::int64_t(finite(f.position(i)) && finite(f.velocity(i)) ? 0 : 1); });
-    report.kinetic_energy += ordered_sum(
-        "drench::ledger::fluid_energy", f.count, KOKKOS_LAMBDA(const Index i) {
-          return 0.5 * q * double(f.mass(i)) * double(dot(f.velocity(i), f.velocity(i)));
+  if (d.fluid.count > 0) {
+    const auto x = d.fluid.position, v = d.fluid.velocity;
+    const auto mass = d.fluid.mass;
+    const LedgerSums sums = ordered<LedgerSums>(
+        "drench::ledger::fluid", d.fluid.count, KOKKOS_LAMBDA(const Index i) {
+          LedgerSums own;
+          own.mass = mass(i);
+          own.nonfinite = finite(x(i)) && finite(v(i)) ? 0 : 1;
+          own.energy = 0.5 * q * double(mass(i)) * double(dot(v(i), v(i)));
+          own.mass_float += rho * double(Real(double(mass(i)) * q / rho));
+          return own;
         });
-    report.mass_float += compensated_sum(
-        "drench::ledger::fluid_float", f.count,
-        KOKKOS_LAMBDA(const Index i) { return rho * double(Real(double(f.mass(i)) * q / rho)); });
+    report.mass_fluid = sums.mass;
+    add(report, sums);
   }
-  const Index n = d.nodes.count;
-  if (n > 0) {
+  if (d.nodes.count > 0) {
     const auto x = d.nodes.position, v = d.nodes.velocity;
     const auto liquid = d.nodes.liquid;
     const auto capacity = d.nodes.capacity;
     const auto solid = d.nodes.solid_mass;
-    report.mass_cloth = integer_sum(
-        "drench::ledger::cloth_mass", n, KOKKOS_LAMBDA(const Index k) { return liquid(k); });
-    report.nonfinite += integer_sum(
-        "drench::ledger::node_nonfinite", n,
-        KOKKOS_LAMBDA(const Index k) { return std::int64_t(finite(x(k)) && finite(v(k)) ? 0 : 1); });
-    report.kinetic_energy += ordered_sum(
-        "drench::ledger::node_energy", n, KOKKOS_LAMBDA(const Index k) {
-          return 0.5 * (double(solid(k)) + q * double(liquid(k))) * double(dot(v(k), v(k)));
+    const LedgerSums sums = ordered<LedgerSums>(
+        "drench::ledger::nodes", d.nodes.count, KOKKOS_LAMBDA(const Index n) {
+          LedgerSums own;
+          own.mass = liquid(n);
+          own.nonfinite = finite(x(n)) && finite(v(n)) ? 0 : 1;
+          own.energy = 0.5 * (double(solid(n)) + q * double(liquid(n))) * double(dot(v(n), v(n)));
+          own.mass_float += double(Real(double(liquid(n)) * q));
+          own.saturation = capacity(n) > 0 ? double(liquid(n)) * q / capacity(n) : 0;
+          return own;
         });
-    report.mass_float += compensated_sum(
-        "drench::ledger::node_float", n, KOKKOS_LAMBDA(const Index k) { return double(Real(double(liquid(k)) * q)); });
-    if (d.model.has_porous())
-      report.saturation_max = maximum(
-          "drench::ledger::saturation", n,
-          KOKKOS_LAMBDA(const Index k) { return capacity(k) > 0 ? double(liquid(k)) * q / capacity(k) : 0.0; });
+    report.mass_cloth = sums.mass;
+    if (d.model.has_porous()) report.saturation_max = sums.saturation;
+    add(report, sums);
   }
   d.step = info.step + 1;
   d.time = info.time + info.dt;

@@ -13,6 +13,18 @@ namespace {
 constexpr int check_interval = 10, most_iterations = 100;  // of the cloth, per iteration of the pressure
 constexpr Real taken_back = Real(0.5);                     // c: share of a compression that a step takes back
 
+/// The sums that steer the iteration (pressure_system.hpp), and what is left of the compression: its sum and maximum.
+struct PressureSums {
+  ThreeSums steering;
+  double error = 0, error_max = 0;
+  KOKKOS_INLINE_FUNCTION PressureSums& operator+=(const PressureSums& o) {
+    steering += o.steering;
+    error += o.error;
+    if (o.error_max > error_max) error_max = o.error_max;
+    return *this;
+  }
+};
+
 /// The cloth inside the solve: its implicit step goes on while the pressure changes.
 class ElasticCloth {
  public:
@@ -103,7 +115,6 @@ void pressure(Device& d, const StepInfo& info, StepReport& report) {
   const auto kappa = d.fluid.kappa_density, alpha = d.work.alpha, rate = d.work.rate, ratio = d.fluid.density_ratio;
   const auto age = d.fluid.age;
   const auto origin = d.fluid.origin;
-  const auto residual = d.work.residual;
   const bool samples = d.samples.count > 0;
   place_solids(d, info.dt);
   clear_inactive(d);
@@ -129,19 +140,23 @@ void pressure(Device& d, const StepInfo& info, StepReport& report) {
     compression_rate(d, kappa, dt);
     report.density_iterations = iteration;
     const Real factor = iterate.relaxation() / (dt * dt);
-    const ThreeSums sums = ordered<ThreeSums>(
+    const PressureSums all = ordered<PressureSums>(
         "drench::pressure::residual", n, KOKKOS_LAMBDA(const Index i) {
           const bool fresh = origin(i) == static_cast<std::uint8_t>(Origin::cloth) && age(i) < ramp;
           const Real beta = alpha(i) == 0 ? Real(0) : fresh ? age(i) / ramp : Real(1);
           const Real over = ratio(i) - 1, change = dt * rate(i);
           const Real left = beta * (Kokkos::fmin(over, taken_back * over) + change);
-          residual(i) = beta * (over + change);
+          const double error = Kokkos::fmax(double(beta * (over + change)), 0.0);
           const Real gain = factor * alpha(i), k = updated(kappa(i), gain, left);
           next(i) = k;
-          return ThreeSums{left > 0 ? double(left) : 0.0,
-                           excess_pressure(double(left), double(kappa(i)), double(gain)),
-                           alpha(i) > 0 ? double(kappa(i) - k) * double(k - last(i)) / double(alpha(i)) : 0.0};
+          const ThreeSums steering{left > 0 ? double(left) : 0.0,
+                                   excess_pressure(double(left), double(kappa(i)), double(gain)),
+                                   alpha(i) > 0 ? double(kappa(i) - k) * double(k - last(i)) / double(alpha(i)) : 0.0};
+          return PressureSums{steering, error, error};
         });
+    const ThreeSums& sums = all.steering;
+    report.density_error = all.error / n;
+    report.density_error_max = all.error_max;
     report.density_converged = sums.first / n <= tolerance && sums.second / n <= tolerance;
     if (cloth && report.density_converged) {
       report.cloth_residual = cloth->residual();
@@ -150,11 +165,6 @@ void pressure(Device& d, const StepInfo& info, StepReport& report) {
     if ((report.density_converged && iteration >= solver.min_iterations) || iteration >= solver.max_iterations) break;
     iterate.advance((sums.first + sums.second) / n, sums.third);
   }
-  report.density_error = ordered_sum(
-      "drench::pressure::error", n, KOKKOS_LAMBDA(const Index i) { return Kokkos::fmax(double(residual(i)), 0.0); }) / n;
-  report.density_error_max = maximum(
-      "drench::pressure::error_max", n,
-      KOKKOS_LAMBDA(const Index i) { return Kokkos::fmax(double(residual(i)), 0.0); });
   accept_liquid(d);
   accept_bodies(d, info.dt);
   if (cloth) {

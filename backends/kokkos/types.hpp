@@ -38,6 +38,8 @@ struct Slice {
   KOKKOS_INLINE_FUNCTION std::size_t extent(int) const { return static_cast<std::size_t>(count); }
 };
 using Range = Kokkos::RangePolicy<ExecSpace, Kokkos::IndexType<Index>>;
+/// Blocks of 128 threads on a GPU, so that also a cloth's nodes are work for all of its processors.
+using LoopRange = Kokkos::RangePolicy<ExecSpace, Kokkos::IndexType<Index>, Kokkos::LaunchBounds<128, 1>>;
 
 struct Real3 {
   Real x = 0, y = 0, z = 0;
@@ -74,7 +76,7 @@ KOKKOS_INLINE_FUNCTION Real3 cross(const Real3& a, const Real3& b) {
 /// Runs `body(i)` for i in [0, n) under a label that Kokkos Tools and profilers show, e.g. "drench::density::alpha".
 template <class Body>
 void parallel(const char* label, Index n, const Body& body) {
-  if (n > 0) Kokkos::parallel_for(label, Range(0, n), body);
+  if (n > 0) Kokkos::parallel_for(label, LoopRange(0, n), body);
 }
 
 }  // namespace drench::kokkos_backend

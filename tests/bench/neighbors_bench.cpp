@@ -163,7 +163,7 @@ Index difference(const CellTableView& a, const CellTableView& b, Index count) {
   Kokkos::parallel_reduce(
       "drench::bench::items", Range(0, count),
       KOKKOS_LAMBDA(const Index e, Index& sum) {
-        sum += a.item(e) != b.item(e) || !(a.coord(e) == b.coord(e)) || a.px(e) != b.px(e) ? 1 : 0;
+        sum += a.item(e) != b.item(e) || !(a.coord(e) == b.coord(e)) || a.point(e).x != b.point(e).x ? 1 : 0;
       },
       items);
   Kokkos::parallel_reduce(

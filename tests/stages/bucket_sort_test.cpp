@@ -37,7 +37,7 @@ struct Copy {
   bool hashed = false;
   std::vector<Index> start, item;
   std::vector<std::array<int, 3>> coord;
-  std::vector<Real> position;  // of the entries, as they lie in px, py and pz
+  std::vector<Real> position;  // of the entries, as they lie in `point`
   bool operator==(const Copy&) const = default;
 };
 
@@ -50,12 +50,16 @@ Copy copy_of(const CellTableView& t, Index count) {
   };
   const auto start = part(t.start, t.buckets + 1), item = part(t.item, count);
   const auto coord = part(t.coord, count);
-  const auto px = part(t.px, count), py = part(t.py, count), pz = part(t.pz, count);
+  kokkos_backend::Array<kokkos_backend::Real3> points("points", static_cast<std::size_t>(count));
+  const kokkos_backend::CellPoints from = t.point;
+  Kokkos::parallel_for(
+      kokkos_backend::Range(0, count), KOKKOS_LAMBDA(const Index e) { points(e) = from(e); });
+  const auto point = part(points, count);
   c.start.assign(start.data(), start.data() + t.buckets + 1);
   c.item.assign(item.data(), item.data() + count);
   for (Index e = 0; e < count; ++e) {
     c.coord.push_back({coord(e).x, coord(e).y, coord(e).z});
-    for (const Real p : {px(e), py(e), pz(e)})
+    for (const Real p : {point(e).x, point(e).y, point(e).z})
       c.position.push_back(p == p ? p : Real(-12345));  // NaN differs from itself
   }
   return c;

@@ -60,12 +60,7 @@ void order_buckets(const CellTableView& t, const Array<Real3>& points, const Arr
 
 void copy_points(const CellTableView& t, const Array<Real3>& points, Index count) {
   parallel(
-      "drench::cell_table::points", count, KOKKOS_LAMBDA(const Index e) {
-        const Real3 p = points(t.item(e));
-        t.px(e) = p.x;
-        t.py(e) = p.y;
-        t.pz(e) = p.z;
-      });
+      "drench::cell_table::points", count, KOKKOS_LAMBDA(const Index e) { t.point.set(e, points(t.item(e))); });
 }
 
 }  // namespace
@@ -82,8 +77,7 @@ void CellTable::make_keys(const Array<Real3>& points, Index count, Real edge) {
     capacity_ = count + count / 4;
     view_.item = Array<Index>(Kokkos::ViewAllocateWithoutInitializing("drench::cell_item"), capacity_);
     view_.coord = Array<CellCoord>(Kokkos::ViewAllocateWithoutInitializing("drench::cell_coord"), capacity_);
-    for (Array<Real>* a : {&view_.px, &view_.py, &view_.pz})
-      *a = Array<Real>("drench::cell_point", capacity_ + view_.spare);
+    view_.point.allocate(capacity_);
   }
   view_.buckets = 0;
   if (count == 0) return;
@@ -124,8 +118,8 @@ void CellTable::make_table(const Array<Real3>& points, const Array<std::int64_t>
 
 std::int64_t CellTable::bytes() const {
   return static_cast<std::int64_t>((view_.start.span() + view_.item.span()) * sizeof(Index) +
-                                   view_.coord.span() * sizeof(CellCoord) + 3 * view_.px.span() * sizeof(Real)) +
-         (sort_ ? sort_->bytes() : 0);
+                                   view_.coord.span() * sizeof(CellCoord)) +
+         view_.point.bytes() + (sort_ ? sort_->bytes() : 0);
 }
 
 }  // namespace drench::kokkos_backend

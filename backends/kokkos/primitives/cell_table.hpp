@@ -5,6 +5,7 @@
 // that share a bucket are never mixed up.
 
 #include <memory>
+#include <type_traits>
 
 #include "scene/scene.hpp"
 #include "types.hpp"
@@ -16,13 +17,41 @@ struct CellCoord {
   KOKKOS_INLINE_FUNCTION bool operator==(const CellCoord& o) const { return x == o.x && y == o.y && z == o.z; }
 };
 
+/// Positions (m) of a table's entries, a copy that a search reads in order, and `spare` more. A CPU compares a register
+/// of coordinates at once, a GPU thread loads a point at once.
+struct PointLanes {
+  static constexpr Index spare = 16;
+  Array<Real> x, y, z;
+  void allocate(Index n) {
+    for (Array<Real>* a : {&x, &y, &z}) *a = Array<Real>("drench::cell_point", n + spare);
+  }
+  std::int64_t bytes() const { return static_cast<std::int64_t>(3 * x.span() * sizeof(Real)); }
+  KOKKOS_INLINE_FUNCTION Real3 operator()(Index e) const { return {x(e), y(e), z(e)}; }
+  KOKKOS_INLINE_FUNCTION void set(Index e, const Real3& p) const {
+    x(e) = p.x;
+    y(e) = p.y;
+    z(e) = p.z;
+  }
+};
+struct PackedPoints {
+  Array<Real4> point;
+  void allocate(Index n) { point = Array<Real4>(Kokkos::ViewAllocateWithoutInitializing("drench::cell_point"), n); }
+  std::int64_t bytes() const { return static_cast<std::int64_t>(point.span() * sizeof(Real4)); }
+  KOKKOS_INLINE_FUNCTION Real3 operator()(Index e) const {
+    const Real4 p = point(e);
+    return p.xyz();
+  }
+  KOKKOS_INLINE_FUNCTION void set(Index e, const Real3& p) const { point(e) = {p, Real(0)}; }
+};
+inline constexpr bool on_host = std::is_same_v<MemSpace, Kokkos::HostSpace>;
+using CellPoints = std::conditional_t<on_host, PointLanes, PackedPoints>;
+
 /// What kernels capture.
 struct CellTableView {
   Array<Index> start;      // buckets + 1
   Array<Index> item;       // particle indices, ordered by bucket, then cell, then key
   Array<CellCoord> coord;  // of each entry of `item`
-  static constexpr Index spare = 16;
-  Array<Real> px, py, pz;  // position of each entry of `item`, m: a copy that a search reads in order; and `spare` more
+  CellPoints point;        // of each entry of `item`
   Real3 origin;
   Real inverse_edge = 1;
   CellCoord dims{0, 0, 0};

@@ -22,11 +22,11 @@ constexpr int register_bytes = 16;
 #endif
 using Lot [[gnu::vector_size(register_bytes)]] = Real;
 constexpr Index lot_size = register_bytes / sizeof(Real);
-static_assert(lot_size <= CellTableView::spare);
+static_assert(lot_size <= PointLanes::spare);
 
-inline void append_lots(Row& row, const CellTableView& table, Index first, Index last, const CellCoord& cell,
-                        const Real3& x, Real h2, Index self) {
-  const Real *px = table.px.data(), *py = table.py.data(), *pz = table.pz.data();
+inline void append_lots(Row& row, const CellTableView& table, const PointLanes& points, Index first, Index last,
+                        const CellCoord& cell, const Real3& x, Real h2, Index self) {
+  const Real *px = points.x.data(), *py = points.y.data(), *pz = points.z.data();
   const Index* const item = table.item.data();
   Index* const out = &row.list(row.i, 0);
   Index n = row.count;
@@ -57,14 +57,19 @@ KOKKOS_INLINE_FUNCTION void append_near(Row& row, const CellTableView& table, In
                                         const CellCoord& cell, const Real3& x, Real h2, Index self) {
   // A CPU computes distances in vector registers, and stores each entry, which is quicker than a branch that it cannot
   // foresee. The table's points end in a lot of spare ones.
-  KOKKOS_IF_ON_HOST((append_lots(row, table, first, last, cell, x, h2, self);))
-  KOKKOS_IF_ON_DEVICE((for (Index e = first; e < last; ++e) {
-    const Real3 r = x - Real3{table.px(e), table.py(e), table.pz(e)};
-    const Index j = table.item(e);
-    if (!(dot(r, r) < h2) || j == self || (table.hashed && !(table.coord(e) == cell))) continue;
-    if (row.count < row.width) row.list(row.i, row.count) = j;
-    ++row.count;
-  }))
+  if constexpr (on_host) {
+    append_lots(row, table, table.point, first, last, cell, x, h2, self);
+  } else {
+    DRENCH_UNROLL
+    for (Index e = first; e < last; ++e) {
+      const Real3 r = x - table.point(e);
+      if (!(dot(r, r) < h2)) continue;
+      const Index j = table.item(e);
+      if (j == self || (table.hashed && !(table.coord(e) == cell))) continue;
+      if (row.count < row.width) row.list(row.i, row.count) = j;
+      ++row.count;
+    }
+  }
 }
 
 }  // namespace

@@ -80,23 +80,10 @@ Sum ordered(const char* label, Index n, const Term& term) {
   return total;
 }
 
-/// Σ term(i), i < n, in double.
-template <class Term>
-double ordered_sum(const char* label, Index n, const Term& term) {
-  return ordered<double>(label, n, term);
-}
-
-/// The same of two numbers at once.
+/// Two sums at once, in double.
 template <class Term>
 TwoSums ordered_sums(const char* label, Index n, const Term& term) {
   return ordered<TwoSums>(label, n, term);
-}
-
-/// The same as exactly as double can say it.
-template <class Term>
-double compensated_sum(const char* label, Index n, const Term& term) {
-  const auto total = ordered<CompensatedSum>(label, n, term);
-  return total.sum + total.lost;
 }
 
 /// max term(i) (0 if n = 0), in double. Synchronises with the host.
