@@ -18,6 +18,7 @@ struct NeighborList {
   Array<Index> count;
   Kokkos::View<Index**, MemSpace> list;
   Index rows = 0;
+  Kokkos::View<Index, Kokkos::SharedHostPinnedSpace> longest;  // of the rows that were too long, when last filled
   Kokkos::View<Real**, MemSpace> slope;  // beside `list`, where a stage keeps it: V_j (dW/dr)/r, 1/m² (stage density)
 };
 

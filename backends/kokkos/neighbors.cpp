@@ -61,21 +61,22 @@ void neighbors(Device& d, const StepInfo&, StepReport&) {
   const Real h = d.support;
   d.fluid_cells.build(d.fluid.position, d.fluid.count, h, d.fluid.id);
   d.order_fluid_by_cell();
-  build_neighbor_list(d.fluid_fluid, d.fluid.position, d.fluid.count, d.fluid_cells.view(), h, true);
+  std::vector<ListRequest> lists{{&d.fluid_fluid, d.fluid.position, d.fluid.count, d.fluid_cells.view(), true}};
   if (d.boundary.count > 0) {
     if (d.model.has_moving_body() || d.boundary_cells.view().buckets == 0)
       d.boundary_cells.build(d.boundary.position, d.boundary.count, h);
-    build_neighbor_list(d.fluid_boundary, d.fluid.position, d.fluid.count, d.boundary_cells.view(), h, false);
+    lists.push_back({&d.fluid_boundary, d.fluid.position, d.fluid.count, d.boundary_cells.view()});
     list_body_neighbors(d);
   }
   if (d.samples.count > 0) {
     refresh_samples(d);
     d.sample_cells.build(d.samples.position, d.samples.count, h);
-    build_neighbor_list(d.fluid_sample, d.fluid.position, d.fluid.count, d.sample_cells.view(), h, false);
-    build_neighbor_list(d.sample_fluid, d.samples.position, d.samples.count, d.fluid_cells.view(), h, false);
-    build_neighbor_list(d.sample_sample, d.samples.position, d.samples.count, d.sample_cells.view(), h, true);
-    if (!d.model.scene.through_cloth) part_by_cloth(d);
+    lists.push_back({&d.fluid_sample, d.fluid.position, d.fluid.count, d.sample_cells.view()});
+    lists.push_back({&d.sample_fluid, d.samples.position, d.samples.count, d.fluid_cells.view()});
+    lists.push_back({&d.sample_sample, d.samples.position, d.samples.count, d.sample_cells.view(), true});
   }
+  build_neighbor_lists(lists, h);
+  if (d.samples.count > 0 && !d.model.scene.through_cloth) part_by_cloth(d);
 }
 
 }  // namespace drench::kokkos_backend

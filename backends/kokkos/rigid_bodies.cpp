@@ -187,7 +187,7 @@ void list_body_neighbors(Device& d) {
   parallel(
       "drench::bodies::sample_position", d.bodies.samples,
       KOKKOS_LAMBDA(const Index s) { position(s) = x(sample(s)); });
-  build_neighbor_list(d.boundary_fluid, position, d.bodies.samples, d.fluid_cells.view(), d.support, false);
+  build_neighbor_list({&d.boundary_fluid, position, d.bodies.samples, d.fluid_cells.view()}, d.support);
 }
 
 void refresh_body_samples(Device& d) {
@@ -363,8 +363,6 @@ void body_response(Device& d, const Array<Real>& kappa, double dt) {
       });
 }
 
-void accept_bodies(Device& d, double dt) {
-  body_stage(d, 0, dt, false);
-}
+void accept_bodies(Device& d, double dt) { body_stage(d, 0, dt, false); }
 
 }  // namespace drench::kokkos_backend

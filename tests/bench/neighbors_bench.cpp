@@ -219,7 +219,7 @@ Row measure(Index count, const Options& options) {
   const Array<Real> density("drench::bench::density", static_cast<std::size_t>(count));
   std::vector<double> list, sum;
   for (int run = -warm_up; run < options.runs; ++run) {
-    const double a = timed([&] { build_neighbor_list(neighbors, p.position, count, counting.view(), support, true); });
+    const double a = timed([&] { build_neighbor_list({&neighbors, p.position, count, counting.view(), true}, support); });
     const double b = timed([&] { sum_density(neighbors, p.position, kernel, density); });
     if (run < 0) continue;
     list.push_back(a);

@@ -1,6 +1,8 @@
 #pragma once
 // Neighbour lists from a cell table: one row per particle, widened when a row overflows, never cut short.
 
+#include <vector>
+
 #include "device.hpp"
 
 namespace drench::kokkos_backend {
@@ -8,7 +10,15 @@ namespace drench::kokkos_backend {
 /// Fills `list` with all points of `table` closer than `support` to each of the `rows` row points. When rows and points
 /// are the same set (`same_set`), a particle is not its own neighbour. Within a row: order of cells, then the table's
 /// order.
-void build_neighbor_list(NeighborList& list, const Array<Real3>& row_points, Index rows, const CellTableView& table,
-                         Real support, bool same_set);
+struct ListRequest {
+  NeighborList* list;
+  Array<Real3> row_points;
+  Index rows;
+  CellTableView table;
+  bool same_set = false;
+};
+void build_neighbor_list(const ListRequest& request, Real support);
+/// Several at once: the host waits once, to see whether rows were too long.
+void build_neighbor_lists(const std::vector<ListRequest>& requests, Real support);
 
 }  // namespace drench::kokkos_backend
