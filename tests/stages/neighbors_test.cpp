@@ -44,7 +44,7 @@ Found from_cells(const std::vector<Vec3>& points) {
   kokkos_backend::CellTable table;
   table.build(x, n, support);
   kokkos_backend::NeighborList list;
-  build_neighbor_list({&list, x, n, table.view(), true}, support);
+  kokkos_backend::build_neighbor_list({&list, x, n, table.view(), true}, support);
   Found found;
   found.hashed = table.view().hashed != 0;
   if (n == 0) return found;
