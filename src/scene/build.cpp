@@ -97,6 +97,7 @@ double field_points(const Model& m) {
 SetupSize kinds_of(const Model& m) {
   SetupSize size;
   size.support = m.support / m.spacing;
+  size.searches_samples = m.has_fluid() || m.has_contact_wicking();
   size.exchange = m.has_exchange();
   size.diffusion = m.has_diffusion();
   size.self_collision = m.has_self_collision();

@@ -35,32 +35,32 @@ double number_in(const char* path) {
 MemoryEstimate estimate_memory(const SetupSize& size, int real_bytes) {
   const double r = real_bytes, index = 4, quanta = 8;
   const double fluid = 1.25 * size.fluid, s = size.support;
-  const bool with_cloth = size.samples > 0, with_fluid = size.fluid > 0;
+  const bool with_samples = size.samples > 0 && size.searches_samples, with_fluid = size.fluid > 0;
   // Neighbours in full surroundings: of liquid, of a wall's layers on one side, of one sheet.
   const double in_liquid = width(4.0 / 3 * pi * s * s * s), in_wall = width(2.0 / 3 * pi * s * s * s),
                in_sheet = width(pi * s * s);
   MemoryEstimate m;
   // FluidArrays 10 r + 17, FluidWork 13 r + 1, CompactionWork 4 r + 13; per particle.
   m.particles = fluid * (27 * r + 31);
-  if (with_cloth) m.particles += fluid * (9 * r + 2 * index + 1);       // AdvectionWork, nearest_sample
+  if (with_samples) m.particles += fluid * (9 * r + 2 * index + 1);     // AdvectionWork, nearest_sample
   if (size.exchange) m.particles += fluid * (2 * quanta + 3 * quanta);  // EmissionWork
   // Lists with slopes beside their entries; where cloth exchanges liquid, also what each entry passes on.
   m.lists = fluid * in_liquid * (index + r);
   if (size.boundary > 0) m.lists += fluid * in_wall * (index + r);
-  if (with_cloth && with_fluid)
+  if (with_samples && with_fluid)
     m.lists += fluid * in_sheet * (index + r + (size.exchange ? quanta : 0)) +
                size.samples * in_liquid * (index + r + (size.exchange ? quanta : 0));
-  if (with_cloth) m.lists += size.samples * in_sheet * index;
-  if (with_cloth && size.boundary > 0) m.lists += size.samples * in_wall * index;
-  for (const double points : {size.fluid, size.boundary, size.samples})
+  if (with_samples) m.lists += size.samples * in_sheet * index;
+  if (with_samples && size.boundary > 0) m.lists += size.samples * in_wall * index;
+  for (const double points : {size.fluid, size.boundary, with_samples ? size.samples : 0.0})
     if (points > 0) m.cells += table_bytes(1.25 * points, r);
   m.bodies = size.boundary * (10 * r + index) + size.field * r;
   // A node has about three edges, three hinges and two triangles.
-  m.cloth = size.nodes * (90 * r + 340) + size.samples * (30 * r + 60);
+  m.cloth = size.nodes * (100 * r + 380) + size.samples * (30 * r + 60);
   if (size.exchange) m.cloth += size.samples * (6 * r + 14 * quanta);
   if (size.diffusion) m.cloth += size.nodes * 220;
   if (size.xpbd) m.cloth += size.nodes * 48 * r;
-  if (size.self_collision) m.cloth += size.nodes * 60 * r + size.nodes * 600;
+  if (size.self_collision) m.cloth += size.nodes * (60 * r + 300 + 30 * 117);  // 30 pairs a node; folds may have more
   // HostState has 97 bytes a particle, the set-up beside it a third of that; a frame is a state and its grid.
   m.host = size.fluid * 130 + size.boundary * 130 + size.nodes * 900 + size.samples * 330 + size.field * 8;
   if (size.frames) m.host += size.fluid * 200 + size.boundary * 60 + size.nodes * 350 + size.samples * 40;

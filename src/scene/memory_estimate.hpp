@@ -9,9 +9,10 @@ namespace drench {
 /// Counts of what a scene holds; doubles, since a bad scene's may overflow any integer.
 struct SetupSize {
   double fluid = 0, boundary = 0, nodes = 0, samples = 0;
-  double field = 0;       // lattice points of the meshes' distance fields
-  double support = 2;     // h / d: how wide neighbour lists are
-  bool exchange = false;  // liquid and porous cloth pass liquid to each other
+  double field = 0;              // lattice points of the meshes' distance fields
+  double support = 2;            // h / d: how wide neighbour lists are
+  bool searches_samples = true;  // liquid or other layers look for the cloth's samples
+  bool exchange = false;         // liquid and porous cloth pass liquid to each other
   bool diffusion = false;
   bool self_collision = false, xpbd = false;
   bool frames = false;  // one is kept on the host while it is written

@@ -228,7 +228,11 @@ TEST_F(Commands, TheEstimateOfMemoryHolds) {
              "drench: 1\ntime: {step: 0.002, end: 1}\noutput: {every: 0}\n"
              "fluid: {spacing: 0.01, sources: [{block: {min: [0, 0, 0], max: [0.2, 0.2, 0.2]}}]}\n"
              "bodies: [{box: {min: [0, 0, 0], max: [0.4, 0.4, 0.2], inside: true}}]\n");
-  for (const std::string scene : {"pool.yaml", "tiny.yaml"}) {
+  write_text(here() / "sheet.yaml",
+             "drench: 1\ntime: {step: 0.002, end: 1}\noutput: {every: 0}\n"
+             "fluid: {spacing: 0.01, sources: [{block: {min: [-0.1, 0.01, -0.1], max: [0.1, 0.11, 0.1]}}]}\n"
+             "cloth: [{mesh: {grid: {size: [0.4, 0.4], nodes: [33, 33]}}, pin: [{edges: true}], porous: {}}]\n");
+  for (const std::string scene : {"pool.yaml", "sheet.yaml"}) {
     const Outcome check = drench({"check", scene}), run = drench({"run", scene, "--no-output", "--steps", "20"});
     ASSERT_EQ(run.code, 0) << run.err;
     const double estimate = mebibytes_after(check.out, "memory: about "),
