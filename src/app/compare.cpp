@@ -53,7 +53,7 @@ class Comparison {
       // Rows for what the stage changes, and for whatever is over.
       const auto changed = changed_fields(state, expected);
       const std::set<std::string> names(changed.begin(), changed.end());
-      for (const auto& d : compare_fields(model_, stage, info.dt, expected, actual, precision_))
+      for (const auto& d : compare_fields(model_, stage, info.dt, state, expected, actual, precision_))
         add(stage, d, info.step, names.count(d.field) > 0);
       for (const auto& d : compare_reports(stage, expected_report, actual_report, precision_))
         add(stage, d, info.step, true);

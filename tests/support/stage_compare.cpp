@@ -88,7 +88,8 @@ void compare_stage(const Comparison& c) {
   const std::vector<std::string> changed = changed_fields(before, expected);
   EXPECT_TRUE(c.changes.empty() || std::find(changed.begin(), changed.end(), c.changes) != changed.end())
       << "the stage was to change " << c.changes << " but changed " << testing::PrintToString(changed);
-  for (const FieldDifference& d : compare_fields(setup.model, c.stage, info.dt, expected, actual, backend_precision()))
+  for (const FieldDifference& d :
+       compare_fields(setup.model, c.stage, info.dt, before, expected, actual, backend_precision()))
     EXPECT_LE(d.absolute, d.tolerance) << d.field << " at " << d.index << " of " << d.size << " (the backend's "
                                        << d.actual_size << "), largest " << d.largest;
 }
