@@ -144,6 +144,10 @@ std::vector<FieldDifference> compare_fields(const Model& model, Stage stage, dou
       if (!solid.empty())
         slack = 2 * model.quantum * largest["fluid_velocity"] / *std::min_element(solid.begin(), solid.end());
     }
+    if (stage == Stage::pressure && (name == "fluid_kappa_density" || name == "fluid_velocity")) {
+      const double speed = model.spacing / dt;  // d/Δt
+      slack = precision.solve_roundings * precision.rounding * (name == "fluid_velocity" ? speed / 4 : speed * speed);
+    }
     if (name == "fluid_id" || name == "fluid_origin") scale = 0;
     if (contains(name, "flow_direction") || contains(name, "normal")) scale = 1;
     if (stage == Stage::cloth || stage == Stage::self_collision || stage == Stage::advection) {

@@ -14,6 +14,10 @@ namespace drench {
 struct Precision {
   double tolerance;  // 1: of a field's largest magnitude
   double rounding;   // 1: half the distance of neighbouring numbers at 1
+  // How many roundings of δ − 1 the density solve may pass on to κ (and a quarter of them to velocities), where that is more
+  // than the share of the largest: at rest κ may be small, α/Δt² is not. With full surroundings α is about d² to 2 d², so
+  // one rounding u makes u (d/Δt)² in κ and u d/Δt in velocity. 0 leaves it out.
+  double solve_roundings = 0;
 };
 
 /// 1e-4 and 6e-8 for "float", 1e-10 and 1.1e-16 for "double" (drench_version.hpp's precision_name).
