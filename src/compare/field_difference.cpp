@@ -4,12 +4,15 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <set>
 #include <stdexcept>
 
 #include "scene/body_geometry.hpp"
 
 namespace drench {
 namespace {
+
+constexpr double mass_slack = 64;  // quanta of rounding
 
 double magnitude(const Vec3& a) { return std::sqrt(a[0] * a[0] + a[1] * a[1] + a[2] * a[2]); }
 double magnitude(const Quaternion& a) { return std::sqrt(a[0] * a[0] + a[1] * a[1] + a[2] * a[2] + a[3] * a[3]); }
@@ -136,7 +139,7 @@ std::vector<FieldDifference> compare_fields(const Model& model, Stage stage, dou
     double scale = d.largest, slack = 0;
     if (d.unit == "quanta") {
       scale = static_cast<double>(quanta_per_particle);
-      slack = 64;
+      slack = mass_slack;
     }
     if (name == "node_velocity" && (stage == Stage::absorption || stage == Stage::emission)) {
       // two quanta more or less, of the fastest liquid in the lightest node
@@ -217,6 +220,26 @@ std::vector<FieldDifference> compare_reports(Stage stage, const StepReport& expe
       break;
   }
   return rows;
+}
+
+void drop_unmatched_remainders(HostState& expected, HostState& actual, const Precision& precision) {
+  if (expected.fluid_id == actual.fluid_id) return;
+  const double most = precision.tolerance * static_cast<double>(quanta_per_particle) + mass_slack;
+  const auto drop = [&](HostState& s, const std::set<std::int64_t>& others) {
+    std::vector<std::size_t> kept;
+    for (std::size_t i = 0; i < s.fluid_id.size(); ++i)
+      if (others.count(s.fluid_id[i]) > 0 || magnitude(s.fluid_mass[i]) > most) kept.push_back(i);
+    visit_fields(s, [&](std::string_view name, auto& array) {
+      if (name.substr(0, 6) != "fluid_") return;
+      std::remove_reference_t<decltype(array)> part;
+      for (const std::size_t i : kept) part.push_back(array[i]);
+      array = std::move(part);
+    });
+  };
+  const std::set<std::int64_t> left(expected.fluid_id.begin(), expected.fluid_id.end()),
+      right(actual.fluid_id.begin(), actual.fluid_id.end());
+  drop(expected, right);
+  drop(actual, left);
 }
 
 std::vector<std::string> changed_fields(const HostState& before, const HostState& after) {
