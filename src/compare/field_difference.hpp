@@ -16,7 +16,8 @@ struct Precision {
   double rounding;   // 1: half the distance of neighbouring numbers at 1
   // How many roundings of δ − 1 the density solve may pass on to κ (and a quarter of them to velocities), where that is more
   // than the share of the largest: at rest κ may be small, α/Δt² is not. With full surroundings α is about d² to 2 d², so
-  // one rounding u makes u (d/Δt)² in κ and u d/Δt in velocity. 0 leaves it out.
+  // one rounding u makes u (d/Δt)² in κ and u d/Δt in velocity. Nodes: one rounding of |x|/Δt.
+  // 0 leaves it out.
   double solve_roundings = 0;
 };
 
