@@ -5,7 +5,9 @@
 #include <string>
 
 #include "app/commands.hpp"
+#include "app/set_up.hpp"
 #include "pipeline/pipeline.hpp"
+#include "pipeline/runtime.hpp"
 #include "scene/build.hpp"
 #include "scene/load.hpp"
 
@@ -50,7 +52,7 @@ double largest_speed(const Model& model, const HostState& state) {
   for (const Jet& jet : model.jets) include(jet.scene.center, jet.scene.velocity);
   for (const Vec3& x : state.node_position)
     if (model.has_emission()) include(x, {0, 0, 0});  // water drips off the cloth
-  double driven = 0;                                // by bodies that move
+  double driven = 0;                                  // by bodies that move
   for (const Body& body : model.bodies)
     driven = std::max(driven, length(body.velocity) + std::abs(body.spin_rate) * body.reach);
   if (!std::isfinite(top)) return driven;
@@ -103,19 +105,51 @@ void print_parts(const Model& model, const HostState& state) {
                model.boundary.count());
 }
 
+/// Particles that the jets let go until the end, if none leaves the domain.
+double jet_particles(const Model& model) {
+  double count = 0;
+  for (const Jet& jet : model.jets)
+    count += std::max(0.0, std::min(jet.scene.end, model.scene.time.end) - jet.scene.start) / jet.interval;
+  return count;
+}
+
+void print_memory(const Setup& setup, const MemoryBudget& budget) {
+  SetupSize size = size_of(setup);
+  const MemoryEstimate m = estimate_memory(size, budget.real_bytes);
+  fmt::print(
+      "memory: about {}: liquid {}, neighbour lists {}, cell tables {}, bodies {}, cloth {}; and {} for the set-up "
+      "and a frame{}\n",
+      mebibytes(m.backend()), mebibytes(m.particles), mebibytes(m.lists), mebibytes(m.cells), mebibytes(m.bodies),
+      mebibytes(m.cloth), mebibytes(m.host),
+      budget.device.empty() ? "" : fmt::format("; {} has {} free", budget.device, mebibytes(budget.device_free)));
+  if (const double more = jet_particles(setup.model); more >= 1) {
+    size.fluid += more;
+    fmt::print("memory with {:.0f} particles from jets: about {}\n", more,
+               mebibytes(estimate_memory(size, budget.real_bytes).backend()));
+  }
+}
+
 }  // namespace
 
 int check_command(const std::string& path, const std::vector<std::string>& overrides) {
   const Scene scene = load_scene(path, overrides);
-  const Setup setup = build(scene);
+  MemoryBudget budget;
+  std::string no_device;
+  try {
+    budget = memory_budget();
+  } catch (const DeviceError& e) {  // a scene can be checked without one
+    no_device = e.what();
+  }
+  const Setup setup = build(scene, budget);
   const Model& model = setup.model;
   auto warnings = setup.warnings;
+  if (!no_device.empty()) warnings.push_back(no_device);
   fmt::print("scene: {}\n", path);
   print_parts(model, setup.state);
   std::string stages;
   for (const Stage s : stages_for(model)) stages += fmt::format(" {}", name_of(s));
   fmt::print("stages:{}\n", stages);
-  fmt::print("memory: about {:.1f} MiB\n", static_cast<double>(estimated_bytes(setup)) / (1024.0 * 1024.0));
+  print_memory(setup, budget);
 
   double dt = scene.time.step;
   if (model.has_fluid()) {

@@ -1,6 +1,6 @@
 #pragma once
-// The commands of `drench`. Each returns the exit code: 0 done, 1 the run failed, 130 interrupted. A bad scene or
-// folder is thrown (SceneError, SetupError, FolderError) and becomes exit code 2 in main.
+// The commands of `drench`. Each returns the exit code: 0 done, 1 the run failed or a field is over its tolerance, 130 interrupted. A bad scene or
+// folder is thrown (SceneError, SetupError, DeviceError, FolderError) and becomes exit code 2 in main.
 
 #include <cstdint>
 #include <optional>
@@ -23,6 +23,19 @@ struct RunOptions {
 };
 
 int run_command(const RunOptions& options);
+
+struct CompareOptions {
+  std::string scene;
+  std::int64_t steps = 3;
+  std::int64_t after = 0;  // steps that the backend runs first, alone
+  double tolerance_scale = 1;
+  std::vector<std::string> overrides;
+  int threads = 0;
+};
+
+/// Runs every stage on the backend and on the reference from identical input and prints how far their results are apart.
+/// Returns 1 if a field is over its tolerance (compare/field_difference.hpp).
+int compare_command(const CompareOptions& options);
 
 /// Loads and sets up a scene and prints what a run of it would be; runs nothing.
 int check_command(const std::string& scene, const std::vector<std::string>& overrides);

@@ -7,6 +7,7 @@
 namespace drench {
 
 int info_command(int threads) {
+  require_device();
   const BackendRuntime runtime(threads, true);
   fmt::print("version: {}\ncommit: {}\nprecision: {}\n", version_string, git_commit, precision_name);
   std::string text = runtime_description();

@@ -12,6 +12,7 @@
 #include "app/commands.hpp"
 #include "drench_version.hpp"
 #include "output/run_folder.hpp"
+#include "pipeline/runtime.hpp"
 #include "scene/load.hpp"
 #include "scene/setup_error.hpp"
 
@@ -56,6 +57,22 @@ void add_run_options(CLI::App& run, drench::RunOptions& options, std::string& re
   run.add_flag("--overwrite", options.overwrite, "replace the files of an earlier run in the output folder");
 }
 
+void add_compare_options(CLI::App& compare, drench::CompareOptions& options) {
+  compare.add_option("SCENE", options.scene, "the scene file")->required();
+  compare.add_option("--steps", options.steps, "number of steps to compare (default: 3)")->check(at_least(1));
+  compare.add_option("--after", options.after, "number of steps that the backend runs first, alone")
+      ->check(at_least(0));
+  compare
+      .add_option("--tolerance-scale", options.tolerance_scale, "multiplies every tolerance; 0 shows what is not equal")
+      ->check([](const std::string& text) {
+        double value = 0;
+        const bool good = CLI::detail::lexical_cast(text, value) && std::isfinite(value) && value >= 0;
+        return good ? std::string() : fmt::format("{} is not a factor; allowed: 0 or more", text);
+      });
+  compare.add_option("--set", options.overrides, "key.path=value; may be repeated")->allow_extra_args(false);
+  compare.add_option("--threads", options.threads, "number of threads")->check(at_least(1));
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -74,31 +91,36 @@ int main(int argc, char** argv) {
   CLI::App* check = app.add_subcommand("check", "load and validate a scene, print what a run of it would be");
   check->add_option("SCENE", check_scene, "the scene file")->required();
   check->add_option("--set", check_overrides, "key.path=value; may be repeated")->allow_extra_args(false);
-  CLI::App* compare = app.add_subcommand("compare", "backend against reference (not available in this version)");
-  compare->allow_extras();
+  drench::CompareOptions compare_options;
+  CLI::App* compare = app.add_subcommand("compare", "backend against reference, stage by stage from identical input");
+  add_compare_options(*compare, compare_options);
   CLI::App* info = app.add_subcommand("info", "version, precision, device, libraries");
   info->add_option("--threads", info_threads, "number of threads")->check(at_least(1));
 
   const std::string first = argc > 1 ? argv[1] : "";
   const bool known = !app.get_subcommands([&](CLI::App* command) { return command->get_name() == first; }).empty();
   if (!first.empty() && first[0] != '-' && !known)
-    return fail(drench::exit_usage, fmt::format("drench: there is no command {}; allowed: run, check, info", first));
+    return fail(drench::exit_usage,
+                fmt::format("drench: there is no command {}; allowed: run, check, compare, info", first));
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {
     if (e.get_exit_code() == 0) return app.exit(e);  // --help, --version
     return fail(drench::exit_usage, fmt::format("drench: {}; see drench --help", e.what()));
   }
+  const std::string& scene_path = *check ? check_scene : *compare ? compare_options.scene : options.scene;
   try {
-    if (*compare) return fail(drench::exit_usage, "drench: the command compare is not available in this version");
     if (!resume.empty()) return fail(drench::exit_usage, "drench: --resume is not available in this version");
     if (*info) return drench::info_command(info_threads);
     if (*check) return drench::check_command(check_scene, check_overrides);
+    if (*compare) return drench::compare_command(compare_options);
     return drench::run_command(options);
   } catch (const drench::SceneError& e) {
     return fail(drench::exit_usage, e.what());
   } catch (const drench::SetupError& e) {
-    return fail(drench::exit_usage, fmt::format("{}: {}", *check ? check_scene : options.scene, e.what()));
+    return fail(drench::exit_usage, fmt::format("{}: {}", scene_path, e.what()));
+  } catch (const drench::DeviceError& e) {
+    return fail(drench::exit_usage, fmt::format("drench: {}", e.what()));
   } catch (const drench::FolderError& e) {
     return fail(drench::exit_usage, fmt::format("drench: {}", e.what()));
   } catch (const std::bad_alloc&) {

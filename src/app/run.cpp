@@ -8,12 +8,13 @@
 #include <optional>
 
 #include "app/commands.hpp"
+#include "app/set_up.hpp"
 #include "drench_version.hpp"
+#include "output/frame_queue.hpp"
 #include "output/progress.hpp"
 #include "output/run_folder.hpp"
 #include "output/run_log.hpp"
 #include "output/stats_csv.hpp"
-#include "output/vtu_series.hpp"
 #include "pipeline/pipeline.hpp"
 #include "pipeline/runtime.hpp"
 #include "scene/build.hpp"
@@ -43,13 +44,14 @@ struct InterruptGuard {
 /// A run from its first frame to its last line.
 class Run {
  public:
-  Run(const RunOptions& options, const Setup& setup, Backend& backend)
+  Run(const RunOptions& options, const Setup& setup, Backend& backend, int real_bytes)
       : options_(options),
         model_(setup.model),
         backend_(backend),
         pipeline_(setup.model, backend, setup.state),
         end_(model_.scene.time.end),
-        last_state_step_(-1) {
+        last_state_step_(-1),
+        estimate_(estimate_memory(size_of(setup), real_bytes).backend()) {
     pipeline_.set_profiling(options.profile);
     if (!options.no_output) open_folder();
     for (const std::string& w : setup.warnings) warn(w);
@@ -58,9 +60,11 @@ class Run {
   int execute() {
     const auto begin = std::chrono::steady_clock::now();
     Progress progress(options_.quiet, pipeline_.time(), end_, options_.steps.value_or(-1));
-    frame();
+    bool stopped = false;
     try {
+      frame();
       while (!finished() && !interrupted) {
+        if (frames_) frames_->check();
         const StepReport report = pipeline_.step(next_stop() - pipeline_.time());
         log_.write(totals_.add(pipeline_.step_index(), pipeline_.time(), report, pipeline_.milliseconds()));
         if (stats_)
@@ -70,6 +74,9 @@ class Run {
         progress.update(pipeline_.time(), pipeline_.step_index(), totals_.steps(), report, mass_error_);
         if (every() > 0 && pipeline_.time() >= next_frame_time() - rounding()) frame();
       }
+      stopped = interrupted && !finished();
+      if (frames_wanted() && last_state_step_ != pipeline_.step_index()) frame();
+      if (frames_) frames_->finish();
     } catch (const RunFailure& failure) {
       progress.finish();
       return fail(failure);
@@ -78,8 +85,6 @@ class Run {
       log_.write(fmt::format("stopped at step {}: {}", pipeline_.step_index(), e.what()));
       throw;
     }
-    const bool stopped = interrupted && !finished();
-    if (frames_wanted() && last_state_step_ != pipeline_.step_index()) frame();
     progress.finish();
     summary(std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count(), stopped);
     return stopped ? exit_interrupted : exit_done;
@@ -113,6 +118,7 @@ class Run {
   void frame() {
     if (every() > 0 && next_frame_time() <= pipeline_.time() + rounding()) ++frame_count_;
     if (!frames_wanted()) return;
+    frames_->wait();
     frames_->write(download());
     last_state_step_ = pipeline_.step_index();
   }
@@ -138,6 +144,11 @@ class Run {
   }
 
   int fail(const RunFailure& failure) {
+    try {
+      if (frames_) frames_->finish();
+    } catch (const std::exception& e) {  // the failure is what matters, and the frame is not why
+      warn(e.what());
+    }
     const HostState state = download();
     const Offenders offenders = find_offenders(state);
     std::string text = fmt::format("drench: the run failed in stage {} at step {} (t = {:.6g} s): {}",
@@ -161,6 +172,11 @@ class Run {
     if (stopped) say(fmt::format("interrupted at step {}", pipeline_.step_index()));
     say(fmt::format("{} steps to t = {:.6g} s in {:.1f} s, mass error {:.3g} kg", totals_.steps(), pipeline_.time(),
                     seconds, mass_error_));
+    if (options_.backend != "reference")
+      say(fmt::format("peak memory of the backend's arrays {}, {} estimated at the start",
+                      mebibytes(static_cast<double>(array_memory().peak)), mebibytes(estimate_)));
+    if (frames_ && frames_->waited() >= 0.05)
+      say(fmt::format("waited {:.1f} s for frames to be written", frames_->waited()));
     const std::string table = totals_.stage_table(pipeline_.stages());
     log_.write(table);
     if (options_.profile) fmt::print("{}", table);
@@ -179,13 +195,14 @@ class Run {
   Pipeline pipeline_;
   double end_;
   std::int64_t last_state_step_;
+  double estimate_;  // bytes
   std::int64_t frame_count_ = 0;
   double mass_error_ = 0;
   std::filesystem::path folder_;  // empty with --no-output
   RunLog log_;
   RunTotals totals_;
   std::optional<StatsCsv> stats_;
-  std::optional<FrameWriter> frames_;
+  std::optional<FrameQueue> frames_;
 };
 
 }  // namespace
@@ -194,13 +211,14 @@ int run_command(const RunOptions& options) {
   const InterruptGuard guard;
   Scene scene = load_scene(options.scene, options.overrides);
   if (options.until) scene.time.end = *options.until;
-  const Setup setup = build(scene);
-  std::optional<BackendRuntime> runtime;  // outlives the backend
   const bool reference = options.backend == "reference";
+  const MemoryBudget budget = memory_budget(reference);
+  const Setup setup = build(scene, budget);
+  std::optional<BackendRuntime> runtime;  // outlives the backend
   if (!reference) runtime.emplace(options.threads, options.quiet);
   const std::unique_ptr<Backend> backend =
       reference ? make_reference_backend(setup.model) : make_kokkos_backend(setup.model);
-  return Run(options, setup, *backend).execute();
+  return Run(options, setup, *backend, budget.real_bytes).execute();
 }
 
 }  // namespace drench

@@ -93,8 +93,21 @@ double field_points(const Model& m) {
   return points;
 }
 
-SetupSize expected_size(const Model& m) {
+/// What of the model decides how much each of its items takes.
+SetupSize kinds_of(const Model& m) {
   SetupSize size;
+  size.support = m.support / m.spacing;
+  size.searches_samples = m.has_fluid() || m.has_contact_wicking();
+  size.exchange = m.has_exchange();
+  size.diffusion = m.has_diffusion();
+  size.self_collision = m.has_self_collision();
+  size.xpbd = m.has_moving_cloth() && m.scene.cloth_solver.method == ClothMethod::xpbd;
+  size.frames = m.scene.output.every > 0;
+  return size;
+}
+
+SetupSize expected_size(const Model& m) {
+  SetupSize size = kinds_of(m);
   size.nodes = m.mesh.nodes();
   size.field = field_points(m);
   if (m.has_fluid() || m.has_porous()) size.samples = expected_cloth_samples(m);
@@ -243,12 +256,11 @@ void check_ledger_range(const Setup& setup) {
 
 }  // namespace
 
-Setup build(const Scene& scene) {
+Setup build(const Scene& scene, const MemoryBudget& budget) {
   Setup setup;
   Model& m = setup.model;
   m.scene = scene;
-  const double memory = machine_memory();
-  refuse_too_large(grid_size(scene), memory);
+  refuse_too_large(grid_size(scene), budget);
   build_cloths(scene, m, setup.warnings);
   lay_rest_planes(m);
   set_numbers(m);
@@ -259,7 +271,7 @@ Setup build(const Scene& scene) {
     if (body.kind == BodyScene::Kind::plane) body.reach = farthest_corner(scene.domain, body.point);
   start_bodies(m, setup.state);
   lay_fields(setup);
-  refuse_too_large(expected_size(m), memory);
+  refuse_too_large(expected_size(m), budget);
   for (Body& body : m.bodies)
     if (body.field.spacing > 0) fill_field(body, body.field);
   if (m.has_fluid() || m.has_porous()) build_samples(m);
@@ -281,11 +293,14 @@ Setup build(const Scene& scene) {
   return setup;
 }
 
-std::int64_t estimated_bytes(const Setup& setup) {
-  const SetupSize size{static_cast<double>(setup.state.fluid_count()),
-                       static_cast<double>(setup.model.boundary.count()), static_cast<double>(setup.model.mesh.nodes()),
-                       static_cast<double>(setup.model.samples.count()), field_points(setup.model)};
-  return static_cast<std::int64_t>(estimated_bytes(size));
+SetupSize size_of(const Setup& setup) {
+  SetupSize size = kinds_of(setup.model);
+  size.fluid = static_cast<double>(setup.state.fluid_count());
+  size.boundary = static_cast<double>(setup.model.boundary.count());
+  size.nodes = static_cast<double>(setup.model.mesh.nodes());
+  size.samples = static_cast<double>(setup.model.samples.count());
+  size.field = field_points(setup.model);
+  return size;
 }
 
 }  // namespace drench

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "scene/memory_estimate.hpp"
 #include "scene/scene.hpp"
 #include "scene/setup_error.hpp"
 #include "state/host_state.hpp"
@@ -18,10 +19,10 @@ struct Setup {
 };
 
 /// Reads mesh files, places and samples cloths, bodies and liquid. The same scene gives the same set-up, bit for bit.
-/// Throws SetupError when the scene cannot be set up.
-Setup build(const Scene& scene);
+/// Throws SetupError when the scene cannot be set up, or would not fit into the memory that there is.
+Setup build(const Scene& scene, const MemoryBudget& budget = {});
 
-/// Bytes that a run of this set-up takes, coarsely (see memory_estimate.hpp).
-std::int64_t estimated_bytes(const Setup& setup);
+/// What this set-up holds, for estimate_memory.
+SetupSize size_of(const Setup& setup);
 
 }  // namespace drench

@@ -385,12 +385,33 @@ TEST(Jets, CarryTheMeanFlow) {
   EXPECT_NE(error_of(scene).find("outside the domain"), std::string::npos);
 }
 
-TEST(MemoryEstimate, RefusesWhatTheMachineCannotHold) {
+std::string refusal(const SetupSize& size, const MemoryBudget& budget) {
+  try {
+    refuse_too_large(size, budget);
+  } catch (const SetupError& e) {
+    return e.what();
+  }
+  return "";
+}
+
+TEST(MemoryEstimate, RefusesWhatTheMachineOrTheDeviceCannotHold) {
   EXPECT_GT(machine_memory(), 1e8);
+  EXPECT_GT(machine_memory_free(), 1e7);
+  EXPECT_LE(machine_memory_free(), machine_memory());
   SetupSize size;
   size.fluid = 1e6;
-  EXPECT_NO_THROW(refuse_too_large(size, 1.1e9));
-  EXPECT_THROW(refuse_too_large(size, 0.9e9), SetupError);
+  const MemoryEstimate estimate = estimate_memory(size, 4);
+  EXPECT_GT(estimate.backend(), 0.5e9);
+  EXPECT_LT(estimate.backend(), 1.5e9);
+  EXPECT_GT(estimate_memory(size, 8).lists, 1.4 * estimate.lists);
+  EXPECT_EQ(refusal(size, {4, 1.01 * estimate.total(), "", 0}), "");
+  EXPECT_NE(refusal(size, {4, 0.99 * estimate.total(), "", 0}).find("the machine has"), std::string::npos);
+  // A device has the backend's part, the host the rest.
+  EXPECT_EQ(refusal(size, {4, 1.01 * estimate.host, "GPU", 1.01 * estimate.backend()}), "");
+  EXPECT_NE(refusal(size, {4, 0.99 * estimate.host, "GPU", 1e12}).find("the machine has"), std::string::npos);
+  EXPECT_EQ(refusal(size, {4, 1e12, "GPU", 0.5 * 1073741824}),
+            "the scene does not fit in the device's memory: 1000000 liquid particles, 0 samples of bodies, 0 cloth nodes "
+            "and 0 samples of cloth need about 0.8 GiB, GPU has 0.5 GiB free");
 }
 
 TEST(Build, IsTheSameTwice) {

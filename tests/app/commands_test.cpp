@@ -52,7 +52,8 @@ class Commands : public testing::Test {
 TEST_F(Commands, InfoNamesVersionPrecisionAndBackend) {
   const Outcome o = drench({"info"});
   EXPECT_EQ(o.code, 0) << o.err;
-  for (const char* word : {"version: ", "commit: ", "precision: ", "backend: ", "threads: ", "Kokkos"})
+  for (const char* word :
+       {"version: ", "commit: ", "precision: ", "backend: ", "device: ", "memory: ", " free\n", "threads: ", "Kokkos"})
     EXPECT_NE(o.out.find(word), std::string::npos) << word << " is missing in:\n" << o.out;
 }
 
@@ -103,7 +104,10 @@ TEST_F(Commands, BadCommandLinesAreRefusedInOneLine) {
   expect_refusal({"run", "tiny.yaml", "--steps", "2.5"}, "--steps");
   expect_refusal({"run", "tiny.yaml", "--threads", "0"}, "--threads");
   expect_refusal({"run", "tiny.yaml", "--resume", "checkpoint_1"}, "--resume is not available");
-  expect_refusal({"compare", "tiny.yaml", "--steps", "2"}, "compare is not available");
+  expect_refusal({"compare"}, "SCENE");
+  expect_refusal({"compare", "tiny.yaml", "--steps", "0"}, "--steps");
+  expect_refusal({"compare", "tiny.yaml", "--tolerance-scale", "-1"}, "--tolerance-scale");
+  expect_refusal({"compare", "missing.yaml"}, "missing.yaml");
   EXPECT_EQ(names_in(here()), std::vector<std::string>{"tiny.yaml"});
 }
 
@@ -200,6 +204,83 @@ TEST_F(Commands, OverwriteReplacesARunAndNothingElse) {
   EXPECT_EQ(read_table(here() / "o/stats.csv").rows.size(), 1U);
 }
 
+TEST_F(Commands, ScenesThatFitNoMemoryAreRefusedBeforeAnythingRuns) {
+  // 10^8 liquid particles are below the numbers that an Index holds, and need some hundred GiB.
+  write_text(here() / "huge.yaml",
+             "drench: 1\ndomain: {min: [-9, -9, -9], max: [9, 9, 9]}\n"
+             "fluid: {spacing: 0.01, sources: [{block: {min: [-3, -3, -3], max: [3, 3, 3]}}]}\n");
+  for (const char* command : {"check", "run", "compare"})
+    expect_refusal({command, "huge.yaml", "--set", "fluid.spacing=0.0100001"}, "does not fit in");
+  expect_refusal({"run", "huge.yaml", "--backend", "reference"}, "does not fit in");
+  expect_refusal({"check", "huge.yaml", "--set", "fluid.spacing=0.0001"}, "the scene is too large");
+  EXPECT_EQ(names_in(here()), (std::vector<std::string>{"huge.yaml", "tiny.yaml"}));
+}
+
+/// The number before "MiB" that follows `words`.
+double mebibytes_after(const std::string& text, const std::string& words) {
+  const auto at = text.find(words);
+  if (at == std::string::npos) throw std::runtime_error("no '" + words + "' in: " + text);
+  return std::stod(text.substr(at + words.size()));
+}
+
+TEST_F(Commands, TheEstimateOfMemoryHolds) {
+  write_text(here() / "pool.yaml",
+             "drench: 1\ntime: {step: 0.002, end: 1}\noutput: {every: 0}\n"
+             "fluid: {spacing: 0.01, sources: [{block: {min: [0, 0, 0], max: [0.2, 0.2, 0.2]}}]}\n"
+             "bodies: [{box: {min: [0, 0, 0], max: [0.4, 0.4, 0.2], inside: true}}]\n");
+  write_text(here() / "sheet.yaml",
+             "drench: 1\ntime: {step: 0.002, end: 1}\noutput: {every: 0}\n"
+             "fluid: {spacing: 0.01, sources: [{block: {min: [-0.1, 0.01, -0.1], max: [0.1, 0.11, 0.1]}}]}\n"
+             "cloth: [{mesh: {grid: {size: [0.4, 0.4], nodes: [33, 33]}}, pin: [{edges: true}], porous: {}}]\n");
+  for (const std::string scene : {"pool.yaml", "sheet.yaml"}) {
+    const Outcome check = drench({"check", scene}), run = drench({"run", scene, "--no-output", "--steps", "20"});
+    ASSERT_EQ(run.code, 0) << run.err;
+    const double estimate = mebibytes_after(check.out, "memory: about "),
+                 peak = mebibytes_after(run.out, "peak memory of the backend's arrays ");
+    EXPECT_GE(estimate, peak) << scene;
+    EXPECT_LE(estimate, 2.5 * peak) << scene;
+    EXPECT_EQ(mebibytes_after(run.out, "MiB, "), estimate) << run.out;
+  }
+}
+
+TEST_F(Commands, CompareAgreesWithinTheTolerancesAndNotExactly) {
+  const Outcome o = drench({"compare", "tiny.yaml", "--steps", "2", "--after", "3"});
+  EXPECT_EQ(o.code, 0) << o.out << o.err;
+  EXPECT_NE(o.out.find("2 steps from step 3, t = 0.006 s"), std::string::npos) << o.out;
+  for (const char* row : {"\nneighbors         list.fluid_fluid ", "\ndensity           fluid_density_ratio ",
+                          "\ncloth             node_velocity ", "\nadvection         fluid_position ",
+                          "\ndiffusion         node_liquid ", "\nledger            report.mass_total ", "\nall "})
+    EXPECT_NE(o.out.find(row), std::string::npos) << row << " is missing in:\n" << o.out;
+  EXPECT_EQ(o.out.find("  over"), std::string::npos) << o.out;
+  // The backend rounds, the reference does not: with no tolerance something is over.
+  const Outcome strict = drench({"compare", "tiny.yaml", "--steps", "1", "--tolerance-scale", "0"});
+  EXPECT_EQ(strict.code, 1);
+  EXPECT_NE(strict.out.find("  over\n"), std::string::npos) << strict.out;
+  EXPECT_NE(strict.out.find("fields are over their tolerance\n"), std::string::npos) << strict.out;
+  EXPECT_EQ(strict.out.find(
+                "list.fluid_fluid                        0           0            0   pairs         0      0  over"),
+            std::string::npos)
+      << "what is equal is not over";
+  EXPECT_EQ(names_in(here()), std::vector<std::string>{"tiny.yaml"});
+}
+
+TEST_F(Commands, AFrameThatCannotBeWrittenStopsTheRun) {
+  const fs::path out = here() / "o";
+  const auto block = [&] {  // a file in place of the folder, once the run is on its way
+    if (!fs::exists(out / "bodies.pvd") || fs::is_regular_file(out / "frames")) return false;  // the first is written
+    fs::remove_all(out / "frames");
+    write_text(out / "frames", "");
+    return false;
+  };
+  const Outcome o = run_drench(
+      here(), {"run", "tiny.yaml", "-o", "o", "--set", "time.end=1000", "--set", "output.every=0.1", "--quiet"}, block);
+  EXPECT_EQ(o.code, 1) << o.out << o.err;
+  EXPECT_NE(o.err.find("frames"), std::string::npos) << o.err;
+  EXPECT_EQ(std::count(o.err.begin(), o.err.end(), '\n'), 1) << o.err;
+  EXPECT_NE(read_text(out / "run.log").find("stopped at step "), std::string::npos);
+  EXPECT_FALSE(read_collection(out / "fluid.pvd").empty()) << "the collection of before is still there";
+}
+
 TEST_F(Commands, NoOutputLeavesNothing) {
   const Outcome o = drench({"run", "tiny.yaml", "--no-output", "--steps", "12"});
   EXPECT_EQ(o.code, 0) << o.err;
@@ -252,7 +333,8 @@ TEST_F(Commands, AClothSolveThatEndsAtItsCapIsLogged) {
   ASSERT_EQ(drench({"run", "sheet.yaml", "-o", "o", "--steps", "3"}).code, 0);
   const std::string log = read_text(here() / "o/run.log");
   EXPECT_NE(log.find("warning: step 1 (t = 0.004 s): the cloth solve did not converge in 2 iterations"),
-            std::string::npos) << log;
+            std::string::npos)
+      << log;
   EXPECT_NE(log.find("the cloth solve did not converge in 3 of 3 steps"), std::string::npos) << log;
   EXPECT_EQ(read_table(here() / "o/stats.csv").text(2, "cloth_iterations"), "2");
 }

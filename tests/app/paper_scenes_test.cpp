@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "paths.hpp"
 #include "scene/build.hpp"
 #include "scene/load.hpp"
 
@@ -20,7 +21,7 @@ struct Size {
 constexpr Size sizes[] = {{"low", 200800, 9022}, {"medium", 610048, 13978}, {"high", 800120, 23570}};
 constexpr double tolerance = 0.005;  // 1
 
-std::string paper_scene(const std::string& name) { return std::string(DRENCH_SCENES_DIR) + "/paper/" + name + ".yaml"; }
+std::string paper_scene(const std::string& name) { return scenes_folder() + "/paper/" + name + ".yaml"; }
 
 class paper_scenes : public testing::TestWithParam<std::string> {};
 
@@ -30,7 +31,7 @@ TEST_P(paper_scenes, has_the_papers_counts_and_constants) {
   const std::string& name = GetParam();
   std::vector<std::string> overrides;
   if (name.starts_with("rotating_bunny")) {
-    if (!std::filesystem::exists(std::string(DRENCH_SOURCE_DIR) + "/.deps/models/bunny.obj"))
+    if (!std::filesystem::exists(scenes_folder() + "/../.deps/models/bunny.obj"))
       GTEST_SKIP() << "the mesh is not here: tools/fetch-models fetches it";
     overrides = {"bodies.0.mesh.scale=0.05"};  // whose distance field takes a second, not a minute
   }
@@ -63,7 +64,7 @@ INSTANTIATE_TEST_SUITE_P(each, paper_scenes,
 
 TEST(paper_scenes_folder, holds_no_scene_that_is_not_looked_at) {
   int scenes = 0;
-  for (const auto& entry : std::filesystem::directory_iterator(std::string(DRENCH_SCENES_DIR) + "/paper"))
+  for (const auto& entry : std::filesystem::directory_iterator(scenes_folder() + "/paper"))
     scenes += entry.path().extension() == ".yaml";
   EXPECT_EQ(scenes, 10);
 }

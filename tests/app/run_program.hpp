@@ -17,6 +17,8 @@
 #include <thread>
 #include <vector>
 
+#include "paths.hpp"
+
 namespace drench::test {
 
 namespace fs = std::filesystem;
@@ -69,13 +71,13 @@ struct Outcome {
   std::string out, err;
 };
 
-/// Runs DRENCH_BINARY with `arguments` in folder `where`. With `when`, sends SIGINT as soon as it returns true.
+/// Runs the program with `arguments` in folder `where`. With `when`, sends SIGINT as soon as it returns true.
 /// A program that takes longer than two minutes is killed (code 1009).
 inline Outcome run_drench(const fs::path& where, const std::vector<std::string>& arguments,
                           const std::function<bool()>& when = nullptr) {
   const TempFolder log;
   const std::string out = log.path() / "out", err = log.path() / "err";
-  std::vector<std::string> words{DRENCH_BINARY};
+  std::vector<std::string> words{program()};
   words.insert(words.end(), arguments.begin(), arguments.end());
   std::vector<char*> argv;
   for (auto& w : words) argv.push_back(w.data());

@@ -12,6 +12,7 @@
 
 #include "bad_scenes.hpp"
 #include "good_scenes.hpp"
+#include "paths.hpp"
 #include "scene/load.hpp"
 #include "scene_equal.hpp"
 
@@ -305,7 +306,7 @@ TEST(SceneLoader, ReadsAndWritesEverySort) {
 
 TEST(SceneLoader, LoadsAndRewritesEverySceneOfTheProject) {
   int count = 0;
-  for (const auto& entry : fs::recursive_directory_iterator(DRENCH_SCENES_DIR)) {
+  for (const auto& entry : fs::recursive_directory_iterator(test::scenes_folder())) {
     if (entry.path().extension() != ".yaml") continue;
     ++count;
     Scene scene, again;

@@ -39,7 +39,7 @@ cloth:
     porous: {solid_fraction: 0.4, absorption: 0.02, diffusivity: 1.0e-3, emission_velocity: 5}
 )";
 
-std::string scene(const std::string& name) { return std::string(DRENCH_SCENES_DIR) + "/" + name; }
+std::string scene(const std::string& name) { return scenes_folder() + "/" + name; }
 
 }  // namespace
 

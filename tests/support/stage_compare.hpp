@@ -4,6 +4,7 @@
 #include <functional>
 #include <string>
 
+#include "compare/field_difference.hpp"
 #include "pipeline/stage_list.hpp"
 #include "scene/build.hpp"
 
@@ -31,9 +32,10 @@ struct Comparison {
 /// For `prepare`: every fifth particle gets 5 % of its mass, every seventh comes within 0.3 spacings of the one before.
 void crowd(const Model& model, HostState& state);
 
-/// Expects agreement within 1e-4 (float build) or 1e-10 (double build) of each field's largest magnitude; masses
-/// besides within 64 quanta of rounding. Velocities are compared on the scale |x|/Δt where the stage forms them as
-/// differences of positions.
+/// What this build's backend computes with.
+Precision backend_precision();
+
+/// Expects agreement within the tolerances of compare/field_difference.hpp, which `drench compare` uses too.
 void compare_stage(const Comparison& c);
 
 /// The same with each of the smoothing kernels.

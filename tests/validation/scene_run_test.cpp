@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "paths.hpp"
 #include "pipeline/pipeline.hpp"
 #include "scene/build.hpp"
 #include "scene/load.hpp"
@@ -15,7 +16,7 @@
 namespace drench::test {
 namespace {
 
-std::string scene_path(const std::string& name) { return std::string(DRENCH_SCENES_DIR) + "/" + name; }
+std::string scene_path(const std::string& name) { return scenes_folder() + "/" + name; }
 
 /// How often the solves end at max_iterations, and their mean and largest numbers of iterations.
 struct Iterations {

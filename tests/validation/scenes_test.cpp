@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "paths.hpp"
 #include "pipeline/pipeline.hpp"
 #include "scene/build.hpp"
 #include "scene/load.hpp"
@@ -22,7 +23,7 @@ constexpr int most_steps = 100;
 
 std::vector<std::string> scene_files() {
   std::vector<std::string> files;
-  for (const auto& entry : std::filesystem::directory_iterator(DRENCH_SCENES_DIR))
+  for (const auto& entry : std::filesystem::directory_iterator(scenes_folder()))
     if (entry.path().extension() == ".yaml") files.push_back(entry.path().string());
   std::sort(files.begin(), files.end());
   return files;

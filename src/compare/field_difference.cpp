@@ -1,0 +1,276 @@
+#include "compare/field_difference.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <set>
+#include <stdexcept>
+
+#include "scene/body_geometry.hpp"
+
+namespace drench {
+namespace {
+
+constexpr double mass_slack = 64;  // quanta of rounding
+
+double magnitude(const Vec3& a) { return std::sqrt(a[0] * a[0] + a[1] * a[1] + a[2] * a[2]); }
+double magnitude(const Quaternion& a) { return std::sqrt(a[0] * a[0] + a[1] * a[1] + a[2] * a[2] + a[3] * a[3]); }
+double magnitude(double a) { return std::fabs(a); }
+double magnitude(std::int64_t a) { return std::fabs(static_cast<double>(a)); }
+double magnitude(std::uint8_t a) { return a; }
+Vec3 difference(const Vec3& a, const Vec3& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
+Quaternion difference(const Quaternion& a, const Quaternion& b) {
+  return {a[0] - b[0], a[1] - b[1], a[2] - b[2], a[3] - b[3]};
+}
+double difference(double a, double b) { return a - b; }
+std::int64_t difference(std::int64_t a, std::int64_t b) { return a - b; }
+std::int64_t difference(std::uint8_t a, std::uint8_t b) { return std::int64_t(a) - b; }
+
+bool contains(std::string_view text, std::string_view part) { return text.find(part) != std::string_view::npos; }
+
+std::string unit_of(std::string_view field) {
+  if (field == "fluid_mass" || field == "node_liquid" || field == "node_ripe") return "quanta";
+  if (contains(field, "angular_velocity")) return "rad/s";
+  if (contains(field, "velocity")) return "m/s";
+  if (contains(field, "position")) return "m";
+  if (contains(field, "volume")) return "m³";
+  if (contains(field, "force")) return "N";
+  if (contains(field, "kappa")) return "m²/s²";
+  if (contains(field, "age")) return "s";
+  return "1";
+}
+
+/// The worst difference, with the largest magnitude of `a`; `skip` names entries of node_velocity.
+std::vector<FieldDifference> raw_differences(const HostState& a, const HostState& b,
+                                             const std::vector<std::uint8_t>& skip = {}) {
+  std::vector<FieldDifference> out;
+  std::map<std::string, const void*> other;
+  visit_fields(b, [&](std::string_view name, const auto& array) { other[std::string(name)] = &array; });
+  visit_fields(a, [&](std::string_view name, const auto& left) {
+    const auto& right = *static_cast<const std::remove_reference_t<decltype(left)>*>(other[std::string(name)]);
+    FieldDifference d;
+    d.field = name;
+    d.unit = unit_of(name);
+    d.size = left.size();
+    d.actual_size = right.size();
+    for (const auto& value : left) d.largest = std::max(d.largest, magnitude(value));
+    if (left.size() != right.size()) d.absolute = std::numeric_limits<double>::infinity();
+    for (std::size_t i = 0; i < std::min(left.size(), right.size()) && std::isfinite(d.absolute); ++i) {
+      const double one = magnitude(difference(left[i], right[i]));
+      if (one <= d.absolute || (!skip.empty() && skip[i] && name == "node_velocity")) continue;
+      d.absolute = one;
+      d.index = i;
+      if (!std::isfinite(one)) d.absolute = std::numeric_limits<double>::infinity();  // also NaN
+    }
+    out.push_back(d);
+  });
+  return out;
+}
+
+/// The largest sum of spring constants and strain limits that meet at a node, N/m.
+double stiffest_node(const ClothMesh& mesh) {
+  std::vector<double> sum(mesh.rest_position.size(), 0);
+  const auto add = [&](Index n, double stiffness) { sum[static_cast<std::size_t>(n)] += stiffness; };
+  for (std::size_t e = 0; e < mesh.edge.size(); ++e)
+    for (const Index n : mesh.edge[e]) add(n, mesh.edge_stiffness[e]);
+  for (std::size_t t = 0; t < mesh.limit_stiffness.size(); ++t) {
+    const auto [xx, xy, yy] = mesh.limit_shape[t];
+    for (const Index n : mesh.triangle[t]) add(n, mesh.limit_stiffness[t] * (xx * xx + xy * xy + yy * yy));
+  }
+  return sum.empty() ? 0 : *std::max_element(sum.begin(), sum.end());
+}
+
+/// x, m, as it lies to the body at t = 0, with the body where it is at the end of a step (its turn within the step left
+/// out).
+Vec3 at_rest(const Model& model, const HostState& s, std::size_t b, double dt, const Vec3& x) {
+  const Body& body = model.bodies[b];
+  if (!body.moves()) return x;
+  const auto [w, u0, u1, u2] = s.body_orientation[b];
+  const Vec3 u{-u0, -u1, -u2};  // back
+  Vec3 r;
+  for (std::size_t k = 0; k < 3; ++k) r[k] = x[k] - s.body_position[b][k] - dt * s.body_velocity[b][k];
+  const auto cross = [](const Vec3& p, const Vec3& q) {
+    return Vec3{p[1] * q[2] - p[2] * q[1], p[2] * q[0] - p[0] * q[2], p[0] * q[1] - p[1] * q[0]};
+  };
+  const Vec3 t = cross(u, r), tt = cross(u, t);
+  for (std::size_t k = 0; k < 3; ++k) r[k] += 2 * (w * t[k] + tt[k]) + body.center[k];
+  return r;
+}
+
+/// Per node: 1 where the path ends at a body's contact distance to within rounding.
+std::vector<std::uint8_t> arrives_at_contact(const Model& model, double dt, const HostState& before,
+                                             const Precision& precision) {
+  std::vector<std::uint8_t> undecided(before.node_position.size(), 0);
+  for (std::size_t n = 0; n < undecided.size(); ++n) {
+    const ClothMaterial& cloth = model.cloths[static_cast<std::size_t>(model.mesh.node_cloth[n])];
+    if (model.mesh.pinned[n] || cloth.self_collision) continue;
+    Vec3 end = before.node_position[n];
+    for (std::size_t k = 0; k < 3; ++k) end[k] += dt * before.node_velocity[n][k];
+    for (std::size_t b = 0; b < model.bodies.size(); ++b) {
+      Vec3 normal;
+      const double phi = signed_distance(model.bodies[b], at_rest(model, before, b, dt, end), normal);
+      // Some roundings of the largest number at hand: the place, the path, the body's size.
+      const double largest = magnitude(end) + magnitude(before.body_position[b]) + cloth.thickness;
+      if (std::fabs(phi - cloth.thickness) <= 16 * precision.rounding * largest) undecided[n] = 1;
+    }
+  }
+  return undecided;
+}
+
+}  // namespace
+
+Precision precision_named(std::string_view name) {
+  if (name == "double") return {1e-10, 1.1e-16};
+  if (name == "float") return {1e-4, 6.0e-8};
+  throw std::invalid_argument("no such precision: " + std::string(name));
+}
+
+std::vector<FieldDifference> compare_fields(const Model& model, Stage stage, double dt, const HostState& before,
+                                            const HostState& expected, const HostState& actual,
+                                            const Precision& precision) {
+  const bool advected = stage == Stage::advection && model.has_moving_cloth();
+  std::vector<FieldDifference> rows = raw_differences(
+      expected, actual, advected ? arrives_at_contact(model, dt, before, precision) : std::vector<std::uint8_t>{});
+  std::map<std::string, double> largest;
+  for (const FieldDifference& d : rows) largest[d.field] = d.largest;
+  for (FieldDifference& d : rows) {
+    const std::string& name = d.field;
+    double scale = d.largest, slack = 0;
+    if (d.unit == "quanta") {
+      scale = static_cast<double>(quanta_per_particle);
+      slack = mass_slack;
+    }
+    if (name == "node_velocity" && (stage == Stage::absorption || stage == Stage::emission)) {
+      // two quanta more or less, of the fastest liquid in the lightest node
+      const auto& solid = model.mesh.solid_mass;
+      if (!solid.empty())
+        slack = 2 * model.quantum * largest["fluid_velocity"] / *std::min_element(solid.begin(), solid.end());
+    }
+    if (name == "node_velocity" && stage == Stage::diffusion) {
+      // two quanta more or less, of the fastest node's liquid in the lightest node
+      const auto& solid = model.mesh.solid_mass;
+      if (!solid.empty()) slack = 2 * model.quantum * scale / *std::min_element(solid.begin(), solid.end());
+    }
+    if (name == "fluid_velocity" && stage == Stage::emission && d.index < expected.fluid_mass.size()) {
+      // a quantum more or less at twice the fastest speed in the particle that differs most
+      slack = 2 * std::max(scale, largest["node_velocity"]) / static_cast<double>(expected.fluid_mass[d.index]);
+    }
+    if (stage == Stage::pressure && (name == "fluid_kappa_density" || name == "fluid_velocity")) {
+      const double speed = model.spacing / dt;  // d/Δt
+      slack = precision.solve_roundings * precision.rounding * (name == "fluid_velocity" ? speed / 4 : speed * speed);
+    }
+    // displacements over Δt: one rounding of a node's place
+    if (stage == Stage::pressure && name == "node_velocity" && precision.solve_roundings > 0)
+      slack = precision.rounding * largest["node_position"] / dt;
+    if (name == "fluid_id" || name == "fluid_origin") scale = 0;
+    if (contains(name, "flow_direction") || contains(name, "normal")) scale = 1;
+    if (stage == Stage::cloth || stage == Stage::self_collision || stage == Stage::advection) {
+      if (name == "node_velocity") scale = std::max(scale, largest["node_position"] / dt);
+      // what is left of spring forces that cancel: the stiffness of a node times the rounding of its place
+      if (name == "node_contact_force" || name == "node_friction_force")
+        slack = precision.rounding * stiffest_node(model.mesh) * largest["node_position"];
+      if (name == "node_pin_force" && !model.mesh.edge_stiffness.empty()) {
+        // a sum of spring forces k |x| that cancel
+        const double stiffest = *std::max_element(model.mesh.edge_stiffness.begin(), model.mesh.edge_stiffness.end());
+        scale = std::max(scale, 6 * stiffest * model.mesh.edge_length.front());
+      }
+    }
+    d.tolerance = precision.tolerance * scale + slack;
+  }
+  const auto equal = [&](const char* name, std::int64_t a, std::int64_t b) {
+    rows.push_back({name, "quanta", magnitude(a - b), magnitude(a), 0, 0, 1, 1});
+  };
+  equal("drained", expected.drained, actual.drained);
+  equal("supplied", expected.supplied, actual.supplied);
+  equal("next_id", expected.next_id, actual.next_id);
+  rows.back().unit = "1";
+  return rows;
+}
+
+std::vector<FieldDifference> compare_reports(Stage stage, const StepReport& expected, const StepReport& actual,
+                                             const Precision& precision) {
+  std::vector<FieldDifference> rows;
+  const auto close = [&](const char* name, const char* unit, double a, double b, double scale) {
+    rows.push_back({name, unit, std::isfinite(a - b) ? std::fabs(a - b) : std::numeric_limits<double>::infinity(),
+                    std::fabs(a), precision.tolerance * scale, 0, 1, 1});
+  };
+  const auto equal = [&](const char* name, const char* unit, std::int64_t a, std::int64_t b) {
+    rows.push_back({name, unit, magnitude(a - b), magnitude(a), 0, 0, 1, 1});
+  };
+  switch (stage) {
+    case Stage::time_step:
+      close("report.dt_wanted", "s", expected.dt_wanted, actual.dt_wanted, expected.dt_wanted);
+      break;
+    case Stage::divergence:  // errors are differences of densities, whose ratio is 1
+      close("report.divergence_error", "1", expected.divergence_error, actual.divergence_error, 1);
+      break;
+    case Stage::pressure:
+      close("report.density_error", "1", expected.density_error, actual.density_error, 1);
+      close("report.density_error_max", "1", expected.density_error_max, actual.density_error_max,
+            1 + expected.density_error_max);
+      break;
+    case Stage::diffusion:
+      equal("report.diffusion_substeps", "1", expected.diffusion_substeps, actual.diffusion_substeps);
+      break;
+    case Stage::measures:
+      close("report.nearest_variance", "1", expected.nearest_variance, actual.nearest_variance, 1);
+      close("report.close_share", "1", expected.close_share, actual.close_share, 1);
+      close("report.wet_isotropy", "1", expected.wet_isotropy, actual.wet_isotropy, 1);
+      break;
+    case Stage::ledger:
+      equal("report.mass_fluid", "quanta", expected.mass_fluid, actual.mass_fluid);
+      equal("report.mass_cloth", "quanta", expected.mass_cloth, actual.mass_cloth);
+      equal("report.mass_total", "quanta", expected.mass_total(), actual.mass_total());
+      equal("report.particles", "1", expected.particles, actual.particles);
+      equal("report.nonfinite", "1", expected.nonfinite, actual.nonfinite);
+      close("report.mass_float", "kg", expected.mass_float, actual.mass_float, expected.mass_float);
+      close("report.saturation_max", "1", expected.saturation_max, actual.saturation_max, 1);
+      close("report.kinetic_energy", "J", expected.kinetic_energy, actual.kinetic_energy, expected.kinetic_energy);
+      break;
+    default:
+      break;
+  }
+  return rows;
+}
+
+void drop_unmatched_remainders(HostState& expected, HostState& actual, const Precision& precision) {
+  if (expected.fluid_id == actual.fluid_id) return;
+  const double most = precision.tolerance * static_cast<double>(quanta_per_particle) + mass_slack;
+  const auto drop = [&](HostState& s, const std::set<std::int64_t>& others) {
+    std::vector<std::size_t> kept;
+    for (std::size_t i = 0; i < s.fluid_id.size(); ++i)
+      if (others.count(s.fluid_id[i]) > 0 || magnitude(s.fluid_mass[i]) > most) kept.push_back(i);
+    visit_fields(s, [&](std::string_view name, auto& array) {
+      if (name.substr(0, 6) != "fluid_") return;
+      std::remove_reference_t<decltype(array)> part;
+      for (const std::size_t i : kept) part.push_back(array[i]);
+      array = std::move(part);
+    });
+  };
+  const std::set<std::int64_t> left(expected.fluid_id.begin(), expected.fluid_id.end()),
+      right(actual.fluid_id.begin(), actual.fluid_id.end());
+  drop(expected, right);
+  drop(actual, left);
+}
+
+std::vector<std::string> changed_fields(const HostState& before, const HostState& after) {
+  std::vector<std::string> names;
+  for (const FieldDifference& d : raw_differences(after, before))
+    if (d.absolute > 0) names.push_back(d.field);
+  return names;
+}
+
+void run_stage_from(Backend& backend, const Model& model, Stage stage, const HostState& before, const StepInfo& info,
+                    StepReport& report) {
+  backend.upload(before);
+  if (stage > Stage::porous_neighbors) {
+    if (model.has_exchange() || model.has_diffusion()) backend.run(Stage::porous_neighbors, info, report);
+  } else if (stage > Stage::neighbors && stage <= Stage::advection && model.has_fluid()) {
+    backend.run(Stage::neighbors, info, report);
+    if (stage > Stage::density) backend.run(Stage::density, info, report);
+  }
+  backend.run(stage, info, report);
+}
+
+}  // namespace drench

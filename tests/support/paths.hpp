@@ -1,0 +1,20 @@
+#pragma once
+// Where the tests find the program and the scenes: where the build had them, or where the environment says (tools/pack).
+
+#include <cstdlib>
+#include <string>
+
+namespace drench::test {
+
+inline std::string from_environment(const char* name, const char* built) {
+  const char* value = std::getenv(name);
+  return value != nullptr && *value != '\0' ? value : built;
+}
+
+/// The program `drench`; DRENCH_PROGRAM replaces it.
+inline std::string program() { return from_environment("DRENCH_PROGRAM", DRENCH_BINARY); }
+
+/// The folder of scenes; DRENCH_SCENES replaces it.
+inline std::string scenes_folder() { return from_environment("DRENCH_SCENES", DRENCH_SCENES_DIR); }
+
+}  // namespace drench::test
