@@ -48,7 +48,7 @@ void masses_and_diagonals(Device& d, const ClothSystem& s) {
           for (Index a = 0; a < 4; ++a) weight_sum += Kokkos::abs(hinge_weight(4 * h + a));
           diagonal += hinge_diagonal(hinge_weight(hinge_item(r)), weight_sum, hinge_stiffness(h));
         }
-        if (s.limit_start.extent(0) > 0)
+        if (s.limit_start.exist())
           for (Index r = s.limit_start(n); r < s.limit_start(n + 1); ++r) {
             const Index t = s.limit_item(r) / 4;
             diagonal += strain_limit_diagonal(s.triangle_shape(t), s.limit_stiffness(t), s.limit_item(r) % 4);

@@ -17,17 +17,18 @@ struct NodeContact {
   Real press = 0;
 };
 
-/// What the kernels see of the cloth: everything that stays the same during one solve.
+/// What the kernels see of the cloth: everything that stays the same during one solve. With a kernel's own arrays and
+/// Kokkos' policy it has to stay within 512 bytes (types.hpp).
 struct ClothSystem {
-  Slice<Real3> start, target;
-  Slice<Real> mass, diagonal, friction;  // friction: μ, as wet as the node is
-  Slice<std::uint8_t> pinned;
-  Slice<Index> cloth, link_start, edge_start, edge_item, edge;
-  Slice<Link> link;
-  Slice<Real> edge_length, edge_stiffness;
-  Slice<Index> triangle, limit_start, limit_item;
-  Slice<Real> limit_shape, limit_stiffness;
-  Slice<Material> materials;
+  Entries<Real3> start, target;
+  Entries<Real> mass, diagonal, friction;  // friction: μ, as wet as the node is
+  Entries<std::uint8_t> pinned;
+  Entries<Index> cloth, link_start, edge_start, edge_item, edge;
+  Entries<Link> link;
+  Entries<Real> edge_length, edge_stiffness;
+  Entries<Index> triangle, limit_start, limit_item;
+  Entries<Real> limit_shape, limit_stiffness;
+  Entries<Material> materials;
   Slice<Solid> solids;
   Real dt, inverse_dt, inverse_dt2;
 
@@ -48,7 +49,7 @@ struct ClothSystem {
       force += spring_force(x, l.length, l.stiffness) + l.bend * x;
       if (damping > 0) force += strain_damping_force(apart, moved_apart, l.stiffness, damping);
     }
-    if (limit_start.extent(0) > 0) force += limit_force(n, shift);
+    if (limit_start.exist()) force += limit_force(n, shift);
     return force;
   }
 
@@ -129,7 +130,7 @@ struct ClothSystem {
   KOKKOS_INLINE_FUNCTION Real strain_damping(Index n) const { return materials(cloth(n)).strain_damping * inverse_dt; }
   KOKKOS_INLINE_FUNCTION Real thickness(Index n) const { return materials(cloth(n)).thickness; }
 };
-static_assert(sizeof(ClothSystem) <= 400);
+static_assert(sizeof(ClothSystem) <= 240);
 
 /// Chebyshev's weights (Wang 2015), which go on over several calls of `advance`.
 class ClothIteration {

@@ -98,7 +98,7 @@ void gather_multipliers(Device& d, const ClothSystem& s) {
         }
         for (Index r = hinge_start(n); r < hinge_start(n + 1); ++r)
           sum += hinges.weight(hinge_item(r)) * force(hinge_item(r) / 4);
-        if (s.limit_start.extent(0) > 0)
+        if (s.limit_start.exist())
           for (Index r = s.limit_start(n); r < s.limit_start(n + 1); ++r) {
             const Index t = s.limit_item(r) / 4;
             sum += corner_force({stress(2 * t), stress(2 * t + 1)},

@@ -69,38 +69,36 @@ void density_and_alpha(Device& d) {
   const Kernel kernel = d.kernel;
   const Real smallest = Real(1e-6) / (d.spacing * d.spacing);
   const Real half = Real(0.5) * d.spacing;
-  const auto xb = d.boundary.position, xs = d.samples.position, normal = d.samples.normal;
-  const auto vb = d.boundary.volume, vs = d.samples.volume, bound = d.samples.row_bound;
-  const auto place = d.work.place;
-  const auto ratio = d.fluid.density_ratio, alpha = d.work.alpha;
+  const Entries<Real3> xb = d.boundary.position, xs = d.samples.position, normal = d.samples.normal,
+                       shift = d.work.shift;
+  const Entries<Real> vb = d.boundary.volume, vs = d.samples.volume, bound = d.samples.row_bound,
+                      ratio = d.fluid.density_ratio, alpha = d.work.alpha, compliance = d.work.compliance;
+  const Entries<Real4> place = d.work.place;
   const Crowding crowding(d.spacing);
-  const auto id = d.fluid.id;
-  const auto shift = d.work.shift;
-  const auto compliance = d.work.compliance;
-  const auto nf = d.fluid_fluid.count, nb = d.fluid_boundary.count, ns = d.fluid_sample.count;
-  const auto lf = d.fluid_fluid.list, lb = d.fluid_boundary.list, ls = d.fluid_sample.list;
+  const Entries<std::int64_t> id = d.fluid.id;
   const bool solids = d.boundary.count > 0, cloth = d.samples.count > 0;
   auto& kept = d.fluid_fluid.slope;
-  if (kept.extent(0) != lf.extent(0) || kept.extent(1) != lf.extent(1)) {
+  const auto& items = d.fluid_fluid.list;
+  if (kept.extent(0) != items.extent(0) || kept.extent(1) != items.extent(1)) {
     kept = {};  // free before allocating
-    kept = Kokkos::View<Real**, MemSpace>(Kokkos::ViewAllocateWithoutInitializing("drench::pair_slope"), lf.extent(0),
-                                          lf.extent(1));
+    kept = Kokkos::View<Real**, MemSpace>(Kokkos::ViewAllocateWithoutInitializing("drench::pair_slope"),
+                                          items.extent(0), items.extent(1));
   }
-  const auto pair_slope = kept;
+  const Neighbors lf = d.fluid_fluid, lb = d.fluid_boundary, ls = d.fluid_sample;
   parallel(
       "drench::density::ratio_alpha", d.fluid.count, KOKKOS_LAMBDA(const Index i) {
         const Real3 xi = place(i).xyz();
         const Real vi = place(i).w;
         Real delta = vi * kernel.value(0), squares = 0, yielded = 0, coupling = 0;
         Real3 gradient, apart;
-        for (Index k = 0; k < nf(i); ++k) {
+        for (Index k = 0; k < lf.count(i); ++k) {
           const Index j = lf(i, k);
           const Real4 at = place(j);
           const Real3 r = xi - at.xyz();
           const Real length = norm(r);
           const auto [value, slope] = kernel.pair(length);
           const Real weighted = at.w * slope;
-          pair_slope(i, k) = weighted;
+          lf.slope(i, k) = weighted;
           delta += at.w * value;
           gradient += weighted * r;
           const Real square = weighted * slope * length * length;
@@ -110,7 +108,7 @@ void density_and_alpha(Device& d) {
         }
         squares *= vi;
         if (solids)
-          for (Index k = 0; k < nb(i); ++k) {
+          for (Index k = 0; k < lb.count(i); ++k) {
             const Index b = lb(i, k);
             const Real3 r = xi - xb(b);
             const Real length = norm(r);
@@ -118,7 +116,7 @@ void density_and_alpha(Device& d) {
             gradient += mirrored * vb(b) * kernel.slope(length) * r;
           }
         if (cloth)
-          for (Index k = 0; k < ns(i); ++k) {
+          for (Index k = 0; k < ls.count(i); ++k) {
             const Index b = ls(i, k);
             const Real3 r = from_behind(xi - xs(b), normal(b), half);
             const Real length = norm(r), slope = kernel.slope(length);

@@ -22,6 +22,23 @@ struct NeighborList {
   Kokkos::View<Real**, MemSpace> slope;  // beside `list`, where a stage keeps it: V_j (dW/dr)/r, 1/m² (stage density)
 };
 
+/// A list as kernels see it.
+struct Neighbors {
+  Entries<Index> count;
+  Index* item;
+  Real* slope_of;       // null without slopes
+  std::int64_t stride;  // from row to row on a CPU, from column to column on a GPU
+
+  Neighbors(const NeighborList& l)
+      : count(l.count),
+        item(l.list.data()),
+        slope_of(l.slope.data()),
+        stride(static_cast<std::int64_t>(l.list.stride(on_host ? 0 : 1))) {}
+  KOKKOS_INLINE_FUNCTION std::int64_t at(Index i, Index k) const { return on_host ? i * stride + k : i + k * stride; }
+  KOKKOS_INLINE_FUNCTION Index operator()(Index i, Index k) const { return item[at(i, k)]; }
+  KOKKOS_INLINE_FUNCTION Real& slope(Index i, Index k) const { return slope_of[at(i, k)]; }
+};
+
 /// Liquid particles; arrays are at least `count` long (capacity grows between steps). In the order of their cells from
 /// stage neighbors on, with later ones behind; HostState has them by id.
 struct FluidArrays {

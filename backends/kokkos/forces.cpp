@@ -57,33 +57,31 @@ double liquid_change(const Device& d, const Stage& stage) {
   const Real3 g = d.gravity, center = d.field_center, square = d.field_square;
   const bool field = d.model.scene.field.present;
   const bool solids = d.boundary.count > 0, cloth = d.samples.count > 0;
-  const auto xb = d.boundary.position, xs = d.samples.position;
-  const auto ub = d.boundary.velocity, us = d.samples.velocity;
-  const auto place = d.work.place, flight = d.work.flight, change = d.work.predicted;
-  const auto vb = d.boundary.volume, vs = d.samples.volume;
-  const auto nf = d.fluid_fluid.count, nb = d.fluid_boundary.count, ns = d.fluid_sample.count;
-  const auto lf = d.fluid_fluid.list, lb = d.fluid_boundary.list, ls = d.fluid_sample.list;
-  const auto slope = d.fluid_fluid.slope;
+  const Entries<Real3> xb = d.boundary.position, xs = d.samples.position, ub = d.boundary.velocity,
+                       us = d.samples.velocity;
+  const Entries<Real4> place = d.work.place, flight = d.work.flight, change = d.work.predicted;
+  const Entries<Real> vb = d.boundary.volume, vs = d.samples.volume;
+  const Neighbors lf = d.fluid_fluid, lb = d.fluid_boundary, ls = d.fluid_sample;
   return maximum(
       "drench::forces::liquid", d.fluid.count, KOKKOS_LAMBDA(const Index i) {
         const Real3 xi = place(i).xyz(), vi = flight(i).xyz();
         const Real share = flight(i).w;
         ViscousSum sum;
-        for (Index k = 0; k < nf(i); ++k) {
+        for (Index k = 0; k < lf.count(i); ++k) {
           const Index j = lf(i, k);
           const Real4 other = flight(j);
           const Real3 r = xi - place(j).xyz();
-          sum.add(other.w, vi - other.xyz(), r, dot(r, r), slope(i, k));
+          sum.add(other.w, vi - other.xyz(), r, dot(r, r), lf.slope(i, k));
         }
         if (solids)
-          for (Index k = 0; k < nb(i); ++k) {
+          for (Index k = 0; k < lb.count(i); ++k) {
             const Index b = lb(i, k);
             const Real3 r = xi - xb(b);
             const Real r2 = dot(r, r);
             sum.add(solid_friction * share * vb(b), vi - ub(b), r, r2, kernel.slope(Kokkos::sqrt(r2)));
           }
         if (cloth)
-          for (Index k = 0; k < ns(i); ++k) {
+          for (Index k = 0; k < ls.count(i); ++k) {
             const Index b = ls(i, k);
             const Real3 r = xi - xs(b);
             const Real r2 = dot(r, r);

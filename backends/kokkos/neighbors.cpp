@@ -61,7 +61,7 @@ void neighbors(Device& d, const StepInfo&, StepReport&) {
   const Real h = d.support;
   d.fluid_cells.build(d.fluid.position, d.fluid.count, h, d.fluid.id);
   d.order_fluid_by_cell();
-  std::vector<ListRequest> lists{{&d.fluid_fluid, d.fluid.position, d.fluid.count, d.fluid_cells.view(), true}};
+  std::vector<ListRequest> lists{{&d.fluid_fluid, d.fluid.position, d.fluid.count, d.fluid_cells.view(), true, true}};
   if (d.boundary.count > 0) {
     if (d.model.has_moving_body() || d.boundary_cells.view().buckets == 0)
       d.boundary_cells.build(d.boundary.position, d.boundary.count, h);

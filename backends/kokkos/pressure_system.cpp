@@ -92,31 +92,29 @@ void free_cloth_response(Device& d, Real dt) {
 void predict_liquid(Device& d, Real dt) {
   const Kernel kernel = d.kernel;
   const Real half = Real(0.5) * d.spacing;
-  const auto xb = d.boundary.position, xs = d.samples.position, normal = d.samples.normal;
-  const auto v = d.fluid.velocity;
-  const auto place = d.work.place, predicted = d.work.predicted;
-  const auto vb = d.boundary.volume, vs = d.samples.volume;
-  const auto nf = d.fluid_fluid.count, nb = d.fluid_boundary.count, ns = d.fluid_sample.count;
-  const auto lf = d.fluid_fluid.list, lb = d.fluid_boundary.list, ls = d.fluid_sample.list;
-  const auto slope = d.fluid_fluid.slope;
+  const Entries<Real3> xb = d.boundary.position, xs = d.samples.position, normal = d.samples.normal,
+                       v = d.fluid.velocity;
+  const Entries<Real4> place = d.work.place, predicted = d.work.predicted;
+  const Entries<Real> vb = d.boundary.volume, vs = d.samples.volume;
+  const Neighbors lf = d.fluid_fluid, lb = d.fluid_boundary, ls = d.fluid_sample;
   const bool solids = d.boundary.count > 0, cloth = d.samples.count > 0;
   parallel(
       "drench::pressure::acceleration", d.fluid.count, KOKKOS_LAMBDA(const Index i) {
         const Real3 xi = place(i).xyz();
         const Real ki = place(i).w;
         Real3 a;
-        for (Index k = 0; k < nf(i); ++k) {
+        for (Index k = 0; k < lf.count(i); ++k) {
           const Real4 at = place(lf(i, k));
-          a -= (slope(i, k) * (ki + at.w)) * (xi - at.xyz());
+          a -= (lf.slope(i, k) * (ki + at.w)) * (xi - at.xyz());
         }
         if (ki != 0) {
           if (solids)
-            for (Index k = 0; k < nb(i); ++k) {
+            for (Index k = 0; k < lb.count(i); ++k) {
               const Real3 r = xi - xb(lb(i, k));
               a -= mirrored * vb(lb(i, k)) * ki * kernel.slope(norm(r)) * r;
             }
           if (cloth)
-            for (Index k = 0; k < ns(i); ++k) {
+            for (Index k = 0; k < ls.count(i); ++k) {
               const Real3 r = from_behind(xi - xs(ls(i, k)), normal(ls(i, k)), half);
               a -= mirrored * vs(ls(i, k)) * ki * kernel.slope(norm(r)) * r;
             }
@@ -128,30 +126,28 @@ void predict_liquid(Device& d, Real dt) {
 void compression_rate(Device& d, const Array<Real>& kappa, Real dt) {
   const Kernel kernel = d.kernel;
   const Real half = Real(0.5) * d.spacing;
-  const auto xb = d.boundary.position, xs = d.samples.position, normal = d.samples.normal;
-  const auto place = d.work.place, v = d.work.predicted;
-  const auto ub = seen_boundary_velocity(d), us = d.samples.predicted;
-  const auto vb = d.boundary.volume, vs = d.samples.volume, rate = d.work.rate, compliance = d.work.compliance;
-  const auto nf = d.fluid_fluid.count, nb = d.fluid_boundary.count, ns = d.fluid_sample.count;
-  const auto lf = d.fluid_fluid.list, lb = d.fluid_boundary.list, ls = d.fluid_sample.list;
-  const auto slope = d.fluid_fluid.slope;
+  const Entries<Real3> xb = d.boundary.position, xs = d.samples.position, normal = d.samples.normal,
+                       ub = seen_boundary_velocity(d), us = d.samples.predicted;
+  const Entries<Real4> place = d.work.place, v = d.work.predicted;
+  const Entries<Real> vb = d.boundary.volume, vs = d.samples.volume, rate = d.work.rate, compliance = d.work.compliance;
+  const Neighbors lf = d.fluid_fluid, lb = d.fluid_boundary, ls = d.fluid_sample;
   const bool solids = d.boundary.count > 0, cloth = d.samples.count > 0;
   parallel(
       "drench::pressure::compression_rate", d.fluid.count, KOKKOS_LAMBDA(const Index i) {
         const Real3 xi = place(i).xyz(), vi = v(i).xyz();
         Real sum = 0;
-        for (Index k = 0; k < nf(i); ++k) {
+        for (Index k = 0; k < lf.count(i); ++k) {
           const Index j = lf(i, k);
-          sum += slope(i, k) * dot(vi - v(j).xyz(), xi - place(j).xyz());
+          sum += lf.slope(i, k) * dot(vi - v(j).xyz(), xi - place(j).xyz());
         }
         if (solids)
-          for (Index k = 0; k < nb(i); ++k) {
+          for (Index k = 0; k < lb.count(i); ++k) {
             const Index b = lb(i, k);
             const Real3 r = xi - xb(b);
             sum += mirrored * vb(b) * kernel.slope(norm(r)) * dot(vi - ub(b), r);
           }
         if (cloth)
-          for (Index k = 0; k < ns(i); ++k) {
+          for (Index k = 0; k < ls.count(i); ++k) {
             const Index b = ls(i, k);
             const Real3 r = from_behind(xi - xs(b), normal(b), half);
             sum += mirrored * vs(b) * kernel.slope(norm(r)) * dot(vi - us(b), r);

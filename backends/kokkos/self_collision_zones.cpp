@@ -11,7 +11,7 @@ namespace drench::kokkos_backend {
 namespace {
 
 constexpr double mass_units = 65536, momentum_units = 4096;  // per quantum; per quantum · m/s
-constexpr double way_units = 1099511627776.0;              // per spacing
+constexpr double way_units = 1099511627776.0;                // per spacing
 
 void begin_zones(Device& d) {
   SelfCollisionWork& w = d.self_collision_work;

@@ -25,8 +25,18 @@ using Array = Kokkos::View<T*, MemSpace>;
 #define DRENCH_UNROLL
 #endif
 
-/// An array as a kernel with many of them sees it, 16 bytes in place of a View's 24: from 512 bytes of arguments on, launches
-/// on CUDA wait for each other.
+/// An array as a kernel with many of them sees it, 8 bytes in place of a View's 24: from 512 bytes of arguments on, what
+/// Kokkos adds to them included, launches on CUDA wait for each other.
+template <class T>
+struct Entries {
+  T* data = nullptr;
+
+  Entries() = default;
+  Entries(const Array<T>& a) : data(a.data()) {}
+  KOKKOS_INLINE_FUNCTION T& operator()(std::int64_t i) const { return data[i]; }
+  KOKKOS_INLINE_FUNCTION bool exist() const { return data != nullptr; }
+};
+/// The same with its length, 16 bytes.
 template <class T>
 struct Slice {
   T* data = nullptr;

@@ -29,8 +29,7 @@ void allocate(Device& d) {
     const auto cloth = static_cast<std::size_t>(mesh.triangle_cloth[static_cast<std::size_t>(t)]);
     if (d.model.cloths[cloth].self_collision) corners.insert(corners.end(), corner.begin(), corner.end());
   }
-  for (const ClothMaterial& c : d.model.cloths)
-    w.thickness = Kokkos::fmax(w.thickness, static_cast<Real>(c.thickness));
+  for (const ClothMaterial& c : d.model.cloths) w.thickness = Kokkos::fmax(w.thickness, static_cast<Real>(c.thickness));
   w.area = to_device<Real>("drench::wet_adhesion::area", area);
   w.triangle = to_device<Index>("drench::wet_adhesion::triangle", corners);
   w.triangles = static_cast<Index>(corners.size() / 3);
@@ -130,8 +129,8 @@ struct Sticking {
       const double thickness = pair_thickness(n, t);
       if (!(near.distance > 0 && near.distance < thickness + range(thickness))) return;
       if (first.triangle != none && !(inner(near.apart, first.near.apart) < 0)) return;
-      if (best.triangle != none && (near.distance > best.near.distance ||
-                                    (near.distance == best.near.distance && t > best.triangle)))
+      if (best.triangle != none &&
+          (near.distance > best.near.distance || (near.distance == best.near.distance && t > best.triangle)))
         return;
       if (!next_to(n, t)) best = {t, near};
     });
@@ -142,8 +141,8 @@ struct Sticking {
     const Index t = pull.triangle;
     double wet = 0;
     for (Index c = 0; c < 3; ++c) wet -= pull.near.b[c + 1] * saturation(triangle(3 * t + c));
-    const double work = 0.5 * (double(material(n).wet_adhesion) * saturation(n) +
-                               double(material(triangle(3 * t)).wet_adhesion) * wet);
+    const double work =
+        0.5 * (double(material(n).wet_adhesion) * saturation(n) + double(material(triangle(3 * t)).wet_adhesion) * wet);
     if (!(work > 0)) return;
     const double strength = work / range(pair_thickness(n, t)) * 0.5 * double(area(n)) * dt;
     const Double3 p = times(-strength / pull.near.distance, pull.near.apart);

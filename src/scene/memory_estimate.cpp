@@ -40,8 +40,8 @@ MemoryEstimate estimate_memory(const SetupSize& size, int real_bytes) {
   const double in_liquid = width(4.0 / 3 * pi * s * s * s), in_wall = width(2.0 / 3 * pi * s * s * s),
                in_sheet = width(pi * s * s);
   MemoryEstimate m;
-  // FluidArrays 10 r + 17, FluidWork 13 r + 1, CompactionWork 4 r + 13; per particle.
-  m.particles = fluid * (27 * r + 31);
+  // FluidArrays twice 10 r + 17, FluidWork 21 r + 1, an index; per particle. And partial sums of seven words.
+  m.particles = fluid * (41 * r + 39) + 56 * std::min(65536.0, std::max(size.fluid, size.nodes));
   if (with_samples) m.particles += fluid * (9 * r + 2 * index + 1);     // AdvectionWork, nearest_sample
   if (size.exchange) m.particles += fluid * (2 * quanta + 3 * quanta);  // EmissionWork
   // Lists with slopes beside their entries; where cloth exchanges liquid, also what each entry passes on.

@@ -135,8 +135,7 @@ TEST(SceneLoader, ReadsEveryKey) {
   c.dynamics = false;
   c.initial_saturation = {{corner, 0.5}};
   c.hold_saturation = {{corner, 1.25}, {{{0, 0, 0}, {1, 1, 1}}, 0}};
-  c.porous = {true, 0.5, 0.02, 0.03, 1.3, 15, 70, 0.6, 0.03, 2.0e-4, DiffusionLaw::degenerate, 0.8, 0.05,
-              true};
+  c.porous = {true, 0.5, 0.02, 0.03, 1.3, 15, 70, 0.6, 0.03, 2.0e-4, DiffusionLaw::degenerate, 0.8, 0.05, true};
   s.cloths.push_back(c);
   ClothScene moved;
   moved.name = "moved";
@@ -308,6 +307,9 @@ TEST(SceneLoader, LoadsAndRewritesEverySceneOfTheProject) {
   int count = 0;
   for (const auto& entry : fs::recursive_directory_iterator(test::scenes_folder())) {
     if (entry.path().extension() != ".yaml") continue;
+    if (entry.path().stem() == "rotating_bunny_medium" &&
+        !fs::exists(test::scenes_folder() + "/../.deps/models/bunny.obj"))
+      continue;  // tools/fetch-models fetches the mesh
     ++count;
     Scene scene, again;
     ASSERT_NO_THROW(scene = load_scene(entry.path().string())) << load_error(entry.path().string());

@@ -10,6 +10,7 @@ namespace {
 struct Row {
   Kokkos::View<Index**, MemSpace> list;
   Index i, width, count;  // the column `width` is there to be overwritten
+  bool in_order;          // ListRequest
 };
 
 /// As many numbers as a vector register of the machine that is compiled for holds.
@@ -57,7 +58,17 @@ static_assert(lot_size <= PointLanes::spare);
 /// captures, which has to be the same on the host and on the device.)
 KOKKOS_INLINE_FUNCTION void append_near(Row& row, const CellTableView& table, const PackedPoints& points, Index first,
                                         Index last, const CellCoord& cell, const Real3& x, Real h2, Index self) {
-  DRENCH_UNROLL
+  if (row.in_order && !table.hashed) {  // the fluid among itself: an entry is its particle
+    DRENCH_UNROLL
+    for (Index e = first; e < last; ++e) {
+      const Real3 r = x - points(e);
+      if (dot(r, r) < h2 && e != self) {
+        if (row.count < row.width) row.list(row.i, row.count) = e;
+        ++row.count;
+      }
+    }
+    return;
+  }
   for (Index e = first; e < last; ++e) {
     const Real3 r = x - points(e);
     if (!(dot(r, r) < h2)) continue;
@@ -88,7 +99,7 @@ void fill(const ListRequest& request, Real support) {
   NeighborList& list = *request.list;
   const auto row_points = request.row_points;
   const CellTableView table = request.table;
-  const bool same_set = request.same_set;
+  const bool same_set = request.same_set, in_order = request.in_order;
   const Real h2 = support * support;
   const auto count = list.count;
   const auto out = list.list;
@@ -102,7 +113,7 @@ void fill(const ListRequest& request, Real support) {
         CellCoord lo = table.cell_of(x), hi = lo;
         lo = {lo.x - 1, lo.y - 1, lo.z - 1};
         hi = {hi.x + 1, hi.y + 1, hi.z + 1};
-        Row row{out, i, width, 0};
+        Row row{out, i, width, 0, in_order};
         if (table.buckets > 0) {
           table.clip(lo, hi);
           table.for_runs(lo, hi, [&](const Index first, const Index last, const CellCoord& c) {

@@ -16,6 +16,7 @@ struct ListRequest {
   Index rows;
   CellTableView table;
   bool same_set = false;
+  bool in_order = false;  // the points lie in the order of the table: its item(e) is e
 };
 void build_neighbor_list(const ListRequest& request, Real support);
 /// Several at once: the host waits once, to see whether rows were too long.

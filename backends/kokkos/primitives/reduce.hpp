@@ -40,12 +40,38 @@ struct CompensatedSum {
   }
 };
 
-/// part(p) = Σ term(i) over i = p, p + parts, p + 2 parts, … < n.
-template <class Sum, class Term, class Space>
-void add_parts(const char* label, Index n, Index parts, const Term& term, const Kokkos::View<Sum*, Space>& part) {
+/// Room for partial sums of any kind, in words of 8 bytes; grows on demand, freed with Kokkos.
+struct SumRoom {
+  Array<double> many, some;
+  Kokkos::View<double*, Kokkos::SharedHostPinnedSpace> few;
+};
+inline SumRoom& sum_room() {
+  static SumRoom room;
+  static const bool hooked = [] {
+    Kokkos::push_finalize_hook([] { room = {}; });
+    return true;
+  }();
+  (void)hooked;
+  return room;
+}
+
+/// `n` sums in that room.
+template <class Sum, class Words>
+auto sums_in(Words& words, Index n) {
+  static_assert(sizeof(Sum) % sizeof(double) == 0 && alignof(Sum) <= alignof(double));
+  const std::size_t needed = static_cast<std::size_t>(n) * (sizeof(Sum) / sizeof(double));
+  if (words.extent(0) < needed) words = Words(Kokkos::ViewAllocateWithoutInitializing("drench::partial_sums"), needed);
+  return Kokkos::View<Sum*, typename Words::memory_space, Kokkos::MemoryTraits<Kokkos::Unmanaged>>(
+      reinterpret_cast<Sum*>(words.data()), static_cast<std::size_t>(n));
+}
+
+/// part(p) = Σ term(i) over i = p, p + parts, p + 2 parts, … < n, for all of its p.
+template <class Term, class Parts>
+void add_parts(const char* label, Index n, const Term& term, const Parts& part) {
+  const Index parts = static_cast<Index>(part.extent(0));
   parallel(
-      label, n < parts ? n : parts, KOKKOS_LAMBDA(const Index p) {
-        Sum s{};
+      label, parts, KOKKOS_LAMBDA(const Index p) {
+        typename Parts::non_const_value_type s{};
         for (Index i = p; i < n; i += parts) s += term(i);
         part(p) = s;
       });
@@ -56,27 +82,18 @@ void add_parts(const char* label, Index n, Index parts, const Term& term, const 
 template <class Sum, class Term>
 Sum ordered(const char* label, Index n, const Term& term) {
   constexpr Index many = 65536, some = 1024, few = 32;
-  static Kokkos::View<Sum*, Kokkos::SharedHostPinnedSpace> host_part;
-  static Array<Sum> many_parts, some_parts;
-  if (host_part.extent(0) == 0) {
-    host_part = Kokkos::View<Sum*, Kokkos::SharedHostPinnedSpace>("drench::partial_sums", few);
-    many_parts = Array<Sum>("drench::partial_sums", many);
-    some_parts = Array<Sum>("drench::partial_sums", some);
-    Kokkos::push_finalize_hook([] {
-      host_part = {};
-      many_parts = some_parts = {};
-    });
-  }
-  const auto first = many_parts, second = some_parts;
-  const Index parts = n < many ? n : many;
-  add_parts(label, n, many, term, first);
+  SumRoom& room = sum_room();
+  const auto first = sums_in<Sum>(room.many, n < many ? n : many);
+  const auto second = sums_in<Sum>(room.some, n < some ? n : some);
+  const auto last = sums_in<Sum>(room.few, n < few ? n : few);
+  add_parts(label, n, term, first);
   add_parts(
-      label, parts, some, KOKKOS_LAMBDA(const Index i) { return first(i); }, second);
+      label, static_cast<Index>(first.extent(0)), KOKKOS_LAMBDA(const Index i) { return first(i); }, second);
   add_parts(
-      label, parts < some ? parts : some, few, KOKKOS_LAMBDA(const Index i) { return second(i); }, host_part);
+      label, static_cast<Index>(second.extent(0)), KOKKOS_LAMBDA(const Index i) { return second(i); }, last);
   ExecSpace().fence(label);
   Sum total{};
-  for (Index p = 0; p < few && p < n; ++p) total += host_part(p);
+  for (std::size_t p = 0; p < last.extent(0); ++p) total += last(p);
   return total;
 }
 
