@@ -168,11 +168,12 @@ TEST(diffusion, between_layers_takes_momentum_along_as_the_reference_does) {
   const TempFolder folder;
   const std::string layers = two_layers("degenerate"), fold = folded(", contact_wicking: true", folder.path());
   const std::string pin = "    pin: [{box: {min: [-1, -1, -1], max: [0, 1, 1]}}]\n    thickness: 0.002\n";
-  for (const auto& [name, scene] :
-       {std::pair{"both move", moving(layers)},
-        {"the lower one moves", with(layers, "    dynamics: false\n", "")},
-        {"half of the lower one is pinned", with(moving(layers), "    thickness: 0.002\n", pin)},
-        {"a fold", moving(fold)}}) {
+  const std::vector<std::pair<const char*, std::string>> cases = {
+      {"both move", moving(layers)},
+      {"the lower one moves", with(layers, "    dynamics: false\n", "")},
+      {"half of the lower one is pinned", with(moving(layers), "    thickness: 0.002\n", pin)},
+      {"a fold", moving(fold)}};
+  for (const auto& [name, scene] : cases) {
     SCOPED_TRACE(name);
     for (const int steps : {0, 3})
       compare_stage({.stage = Stage::diffusion,
