@@ -48,7 +48,8 @@ struct Slice {
   KOKKOS_INLINE_FUNCTION std::size_t extent(int) const { return static_cast<std::size_t>(count); }
 };
 using Range = Kokkos::RangePolicy<ExecSpace, Kokkos::IndexType<Index>>;
-/// Blocks of 128 threads on a GPU, so that also a cloth's nodes are work for all of its processors.
+/// Blocks of 128 threads on a GPU, so that also a cloth's nodes lie on all of its processors; on an H200 that made no kernel
+/// measurably faster.
 using LoopRange = Kokkos::RangePolicy<ExecSpace, Kokkos::IndexType<Index>, Kokkos::LaunchBounds<128, 1>>;
 
 struct Real3 {
