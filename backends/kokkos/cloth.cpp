@@ -2,8 +2,6 @@
 
 #include "stages/cloth.hpp"
 
-#include <algorithm>
-
 #include "cloth_solver.hpp"
 #include "laws/wet_cloth.hpp"
 #include "pins.hpp"
@@ -12,8 +10,6 @@
 
 namespace drench::kokkos_backend {
 namespace {
-
-constexpr int check_interval = 10;
 
 /// Target y − x⁰ with gravity and the last pressure; the iteration starts where the cloth goes by itself.
 void aim(Device& d, const ClothSystem& s, Real dt, bool loaded) {
@@ -60,11 +56,12 @@ void finish(Device& d, const ClothSystem& s, Real dt, bool loaded) {
           velocity(n) = v;
           return;
         }
+        const NodeTerms t = s.terms(n);
         const Real3 whole = s.residual(n, shift);
         Real3 r = whole;
-        if (s.contact(n, shift(n), r).press > 0) {
+        if (s.contact(t, shift(n), r).press > 0) {
           contact_force(n) = r - whole;
-          friction_force(n) = s.unbalanced(n, shift) - r;
+          friction_force(n) = s.unbalanced(t, shift(n), whole) - r;
         }
         velocity(n) = v;
       });
@@ -83,16 +80,12 @@ void cloth(Device& d, const StepInfo& info, StepReport& report) {
   }
   ClothIteration iteration(d, dt);
   aim(d, iteration.system(), dt, loaded);
-  const int cap = d.model.scene.cloth_solver.max_iterations;
-  double residual = 1e300;
-  while (iteration.iterations() < cap && residual > 1) {
-    iteration.advance(std::min(check_interval, cap - iteration.iterations()));
-    residual = iteration.check();
-  }
+  iteration.run(d.model.scene.cloth_solver.max_iterations);
   finish(d, iteration.system(), dt, loaded);
-  report.cloth_iterations = iteration.iterations();
-  report.cloth_residual = residual;
-  report.cloth_converged = residual <= 1;
+  const ClothProgress& progress = iteration.progress();
+  report.cloth_iterations = progress.iterations;
+  report.cloth_residual = progress.residual;
+  report.cloth_converged = progress.residual <= 1;
 }
 
 }  // namespace drench::kokkos_backend

@@ -6,12 +6,11 @@
 #include <utility>
 
 #include "laws/wet_cloth.hpp"
-#include "primitives/reduce.hpp"
 
 namespace drench::kokkos_backend {
 namespace {
 
-constexpr int plain_iterations = 10;
+constexpr int check_interval = 10, plain_iterations = 10;
 constexpr double rounding = 0.5;  // of ε Σ D L: what is left of a residual that is summed in this precision
 constexpr double trusted = 10;    // × the residual without multipliers: what xpbd may start from
 
@@ -41,7 +40,7 @@ void masses_and_diagonals(Device& d, const ClothSystem& s) {
             static_cast<Real>(static_cast<double>(solid_mass(n)) + quantum * static_cast<double>(liquid(n)));
         Real diagonal = mass * s.inverse_dt2;
         for (Index r = s.edge_start(n); r < s.edge_start(n + 1); ++r)
-          diagonal += (1 + s.strain_damping(n)) * s.edge_stiffness(s.edge_item(r));
+          diagonal += (1 + s.strain_damping_rate(n)) * s.edge_stiffness(s.edge_item(r));
         for (Index r = hinge_start(n); r < hinge_start(n + 1); ++r) {
           const Index h = hinge_item(r) / 4;
           Real weight_sum = 0;
@@ -80,18 +79,21 @@ void iterate(Device& d, const ClothSystem& s, Real omega) {
   const auto shift = d.cloth_work.shift, last_shift = d.cloth_work.last_shift;
   parallel(
       "drench::cloth::jacobi", d.nodes.count, KOKKOS_LAMBDA(const Index n) {
-        if (s.pinned(n)) return;
-        const Real thickness = s.thickness(n);
-        const Real3 x = s.start(n), before = last_shift(n);
-        Real3 step = (1 / s.diagonal(n)) * s.residual(n, shift);
-        const NodeContact c = s.contact(n, shift(n), step);
-        Real3 next = shift(n) + step;
-        if (c.press > 0) next = s.rubbed(c, next, s.friction(n) * c.press);
-        next = project_out(s.solids, x, next, thickness);
-        if (omega != 1) next = project_out(s.solids, x, omega * (next - before) + before, thickness);
-        last_shift(n) = next;
+        if (!s.pinned(n))
+          last_shift(n) = s.next_shift(s.terms(n), shift(n), last_shift(n), s.residual(n, shift), omega);
       });
   std::swap(d.cloth_work.shift, d.cloth_work.last_shift);
+}
+
+/// The residual of the newest iterate in units of its goal. Synchronises with the host.
+double imbalance(const Device& d, const ClothSystem& s, double tolerance, double floor) {
+  const auto shift = d.cloth_work.shift;
+  const TwoSums sums = ordered_sums(
+      "drench::cloth::residual", d.nodes.count, KOKKOS_LAMBDA(const Index n) {
+        if (s.pinned(n)) return TwoSums{};
+        return s.imbalance(s.terms(n), shift(n), s.residual(n, shift), tolerance, floor);
+      });
+  return sums.first > 0 ? sums.first / sums.second : 0;
 }
 
 }  // namespace
@@ -127,27 +129,47 @@ ClothIteration::ClothIteration(Device& d, Real dt)
       system_((allocate(d), ClothSystem(d, dt))),
       method_(d.model.scene.cloth_solver.method),
       tolerance_(d.model.scene.cloth_solver.tolerance),
-      rho_(0) {
+      floor_(rounding * static_cast<double>(std::numeric_limits<Real>::epsilon()) *
+             static_cast<double>(d.mesh.mean_edge)),
+      resident_(method_ == ClothMethod::pd && prepare_resident_cloth(d, system_)) {
   masses_and_diagonals(d, system_);
-  rho_ = std::min(spectral_bound(system_, d.nodes.count), reachable_radius(d.model.scene.cloth_solver.max_iterations));
+  progress_.rho =
+      std::min(spectral_bound(system_, d.nodes.count), reachable_radius(d.model.scene.cloth_solver.max_iterations));
+}
+
+void ClothIteration::run(int most) {
+  if (resident_) {
+    const bool first = !under_way_ && progress_.iterations == 0;
+    run_resident_cloth(device_, system_, first ? &progress_ : nullptr, most, tolerance_, floor_);
+    under_way_ = true;
+    return;
+  }
+  const int end = progress_.iterations + most;
+  do {
+    advance(std::min(check_interval, end - progress_.iterations));
+    progress_.judge(residual());
+  } while (progress_.residual > 1 && progress_.iterations < end);
+}
+
+const ClothProgress& ClothIteration::progress() {
+  if (under_way_) progress_ = resident_progress(device_);
+  under_way_ = false;
+  return progress_;
 }
 
 void ClothIteration::advance(int count) {
   if (method_ == ClothMethod::xpbd) {
-    if (iterations_ == 0)
+    if (progress_.iterations == 0)
       start();
     else
       anchor_contacts(device_);
   }
   for (int k = 0; k < count; ++k) {
-    if (since_restart_ == plain_iterations) omega_ = 2 / (2 - rho_ * rho_);
-    if (since_restart_ > plain_iterations) omega_ = 4 / (4 - rho_ * rho_ * omega_);
+    const Real omega = progress_.next_weight();
     if (method_ == ClothMethod::xpbd)
-      iterate_multipliers(device_, system_, static_cast<Real>(omega_));
+      iterate_multipliers(device_, system_, omega);
     else
-      iterate(device_, system_, static_cast<Real>(omega_));
-    ++since_restart_;
-    ++iterations_;
+      iterate(device_, system_, omega);
   }
 }
 
@@ -165,33 +187,12 @@ void ClothIteration::start() {
   gather_multipliers(device_, system_);
 }
 
-double ClothIteration::residual() const {
-  const ClothSystem s = system_;
-  const auto shift = device_.cloth_work.shift;
-  const Index nodes = device_.nodes.count;
-  const double tolerance = tolerance_;  // of Σ m |y − x⁰|/Δt²
-  const double floor = rounding * static_cast<double>(std::numeric_limits<Real>::epsilon()) *
-                       static_cast<double>(device_.mesh.mean_edge);
-  const TwoSums sums = ordered_sums(
-      "drench::cloth::residual", nodes, KOKKOS_LAMBDA(const Index n) {
-        if (s.pinned(n)) return TwoSums{};
-        const double force = static_cast<double>(norm(s.unbalanced(n, shift)));
-        return TwoSums{force < 1e100 ? force : 1e100,
-                       tolerance * static_cast<double>(s.mass(n) * s.inverse_dt2 * norm(s.target(n))) +
-                           floor * static_cast<double>(s.diagonal(n))};
-      });
-  return sums.first > 0 ? sums.first / sums.second : 0;
-}
+double ClothIteration::residual() const { return imbalance(device_, system_, tolerance_, floor_); }
 
-double ClothIteration::check() {
-  const double residual = this->residual();
-  if (residual > 10 * smallest_) {
-    rho_ = std::max(0.0, 1 - 2 * (1 - rho_));
-    omega_ = 1;
-    since_restart_ = 0;
-  }
-  smallest_ = std::min(smallest_, residual);
-  return residual;
-}
+#ifndef KOKKOS_ENABLE_CUDA
+bool prepare_resident_cloth(Device&, const ClothSystem&) { return false; }
+void run_resident_cloth(Device&, const ClothSystem&, const ClothProgress*, int, double, double) {}
+ClothProgress resident_progress(const Device&) { return {}; }
+#endif
 
 }  // namespace drench::kokkos_backend

@@ -6,6 +6,7 @@
 #include "device.hpp"
 #include "laws/contact.hpp"
 #include "laws/elasticity.hpp"
+#include "primitives/reduce.hpp"
 
 namespace drench::kokkos_backend {
 
@@ -15,6 +16,38 @@ struct NodeContact {
   bool touches = false;
   Real3 normal, moved;
   Real press = 0;
+};
+
+/// What an iteration reads of a node and what stays the same during one solve.
+struct NodeTerms {
+  Real3 start, target;                          // x⁰_n, y_n − x⁰_n, m
+  Real inertia, diagonal, friction, thickness;  // m_n/Δt² and D_n, N/m; μ, 1; m
+};
+
+/// Chebyshev's weights (Wang 2015) and what the checks have found.
+struct ClothProgress {
+  double rho = 0, omega = 1, smallest = 1e300, residual = 1e300;
+  int since_restart = 0, iterations = 0;
+
+  /// ω of the next iteration.
+  KOKKOS_INLINE_FUNCTION Real next_weight() {
+    constexpr int plain_iterations = 10;
+    if (since_restart == plain_iterations) omega = 2 / (2 - rho * rho);
+    if (since_restart > plain_iterations) omega = 4 / (4 - rho * rho * omega);
+    ++since_restart;
+    ++iterations;
+    return static_cast<Real>(omega);
+  }
+  /// If the residual has grown tenfold over the smallest so far, ρ is lowered and the weights start again.
+  KOKKOS_INLINE_FUNCTION void judge(double found) {
+    residual = found;
+    if (found > 10 * smallest) {
+      rho = Kokkos::fmax(0.0, 1 - 2 * (1 - rho));
+      omega = 1;
+      since_restart = 0;
+    }
+    smallest = Kokkos::fmin(smallest, found);
+  }
 };
 
 /// What the kernels see of the cloth: everything that stays the same during one solve. With a kernel's own arrays and
@@ -34,36 +67,48 @@ struct ClothSystem {
 
   ClothSystem(const Device& d, Real step);
 
+  KOKKOS_INLINE_FUNCTION NodeTerms terms(Index n) const {
+    return {start(n), target(n), mass(n) * inverse_dt2, diagonal(n), friction(n), thickness(n)};
+  }
+
+  /// Adds what a link does to its node, N; `apart` = x⁰_n − x⁰_m, `moved_apart` = u_n − u_m, `damping`: strain_damping.
+  KOKKOS_INLINE_FUNCTION static void add_link(Real3& force, const Link& l, const Real3& apart, const Real3& moved_apart,
+                                              Real damping) {
+    const Real3 x = apart + moved_apart;
+    // −Σ_m B_nm x_m = Σ_m B_nm (x_n − x_m): the rows of B sum to 0
+    force += spring_force(x, l.length, l.stiffness) + l.bend * x;
+    force += strain_damping_force(apart, moved_apart, damping);
+  }
   /// −∂(elastic energy)/∂x_n and the strain damping, N.
-  KOKKOS_INLINE_FUNCTION Real3 elastic_force(Index n, const Array<Real3>& shift) const {
+  template <class Shift>
+  KOKKOS_INLINE_FUNCTION Real3 elastic_force(Index n, const Shift& shift) const {
     const Real3 here = start(n), moved = shift(n);
-    const Real damping = strain_damping(n);
+    const Real rate = strain_damping_rate(n);
     Real3 force;
     const Index last = link_start(n + 1);
     DRENCH_UNROLL
     for (Index r = link_start(n); r < last; ++r) {
       const Link l = link(r);
-      const Real3 apart = here - start(l.other), moved_apart = moved - shift(l.other);
-      const Real3 x = apart + moved_apart;
-      // −Σ_m B_nm x_m = Σ_m B_nm (x_n − x_m): the rows of B sum to 0
-      force += spring_force(x, l.length, l.stiffness) + l.bend * x;
-      if (damping > 0) force += strain_damping_force(apart, moved_apart, l.stiffness, damping);
+      const Real3 apart = here - start(l.other);
+      add_link(force, l, apart, moved - shift(l.other), rate > 0 ? strain_damping(apart, l.stiffness, rate) : Real(0));
     }
-    if (limit_start.exist()) force += limit_force(n, shift);
+    if (limit_start.exist()) force += limit_force(n, shift, 0, 1);
     return force;
   }
 
-  /// Strain limiting, N.
-  KOKKOS_INLINE_FUNCTION Real3 limit_force(Index n, const Array<Real3>& shift) const {
+  /// Strain limiting, N: every `step`-th of the node's triangles, from `from` on.
+  template <class Shift>
+  KOKKOS_INLINE_FUNCTION Real3 limit_force(Index n, const Shift& shift, Index from, Index step) const {
     Real3 force;
-    for (Index r = limit_start(n); r < limit_start(n + 1); ++r) {
+    for (Index r = limit_start(n) + from; r < limit_start(n + 1); r += step) {
       const Index t = limit_item(r) / 4;
       force += corner_force(limit_stress(t, shift), corner_gradient(triangle_shape(t), limit_item(r) % 4));
     }
     return force;
   }
   /// P of triangle t, N·m.
-  KOKKOS_INLINE_FUNCTION Columns limit_stress(Index t, const Array<Real3>& shift) const {
+  template <class Shift>
+  KOKKOS_INLINE_FUNCTION Columns limit_stress(Index t, const Shift& shift) const {
     const Index a = triangle(3 * t), b = triangle(3 * t + 1), c = triangle(3 * t + 2);
     return strain_limit_stress(separation(start(b), shift(b), start(a), shift(a)),
                                separation(start(c), shift(c), start(a), shift(a)), triangle_shape(t),
@@ -77,9 +122,11 @@ struct ClothSystem {
   KOKKOS_INLINE_FUNCTION Real3 edge_force(Index e, const Array<Real3>& shift) const {
     const Index i = edge(2 * e), j = edge(2 * e + 1);
     Real3 force = spring_force(separation(start(i), shift(i), start(j), shift(j)), edge_length(e), edge_stiffness(e));
-    const Real damping = strain_damping(i);
-    if (damping > 0)
-      force += strain_damping_force(start(i) - start(j), shift(i) - shift(j), edge_stiffness(e), damping);
+    const Real rate = strain_damping_rate(i);
+    if (rate > 0) {
+      const Real3 apart = start(i) - start(j);
+      force += strain_damping_force(apart, shift(i) - shift(j), strain_damping(apart, edge_stiffness(e), rate));
+    }
     return force;
   }
 
@@ -89,15 +136,15 @@ struct ClothSystem {
   }
 
   /// Solids within 1.01 of the thickness at x⁰ + `shift`. `push`, a force or a way, loses what presses into them.
-  KOKKOS_INLINE_FUNCTION NodeContact contact(Index n, const Real3& shift, Real3& push) const {
+  KOKKOS_INLINE_FUNCTION NodeContact contact(const NodeTerms& t, const Real3& shift, Real3& push) const {
     NodeContact c;
-    const Real range = Real(1.01) * thickness(n);
+    const Real range = Real(1.01) * t.thickness;
     for (std::size_t b = 0; b < solids.extent(0); ++b) {
-      const SolidDistance at = solid_distance(solids(b), start(n), shift);
+      const SolidDistance at = solid_distance(solids(b), t.start, shift);
       if (!(at.phi < range)) continue;
       c.touches = true;
       c.normal = at.normal;
-      c.moved = dt * surface_velocity(solids(b), start(n), shift);
+      c.moved = dt * surface_velocity(solids(b), t.start, shift);
       const Real inward = dot(push, at.normal);
       if (!(inward < 0)) continue;
       c.press -= inward;
@@ -114,49 +161,79 @@ struct ClothSystem {
   KOKKOS_INLINE_FUNCTION static Real3 tangential(const Real3& v, const Real3& normal) {
     return v - dot(v, normal) * normal;
   }
+  /// The next iterate of a node from the last two and r_n: one Jacobi step, then Chebyshev's ω.
+  KOKKOS_INLINE_FUNCTION Real3 next_shift(const NodeTerms& t, const Real3& shift, const Real3& before,
+                                          const Real3& residual, Real omega) const {
+    Real3 step = (1 / t.diagonal) * residual;
+    const NodeContact c = contact(t, shift, step);
+    Real3 next = shift + step;
+    if (c.press > 0) next = rubbed(c, next, t.friction * c.press);
+    next = project_out(solids, t.start, next, t.thickness);
+    if (omega != 1) next = project_out(solids, t.start, omega * (next - before) + before, t.thickness);
+    return next;
+  }
   /// What is left of r_n after the solid's reaction: its normal part if it pulls, its tangential part beyond friction.
-  KOKKOS_INLINE_FUNCTION Real3 unbalanced(Index n, const Array<Real3>& shift) const {
-    Real3 left = residual(n, shift);
-    const NodeContact c = contact(n, shift(n), left);
+  KOKKOS_INLINE_FUNCTION Real3 unbalanced(const NodeTerms& t, const Real3& shift, const Real3& residual) const {
+    Real3 left = residual;
+    const NodeContact c = contact(t, shift, left);
     if (!(c.press > 0)) return left;
     // How far it would slip on with what is left, and how much of that friction takes.
-    const Real3 slip = tangential(shift(n) - c.moved, c.normal), on = tangential(left, c.normal);
-    const Real stiffness = diagonal(n);
-    const Real3 after = rubbed({true, c.normal, {}, 0}, slip + (1 / stiffness) * on, friction(n) * c.press / stiffness);
-    return left - on + stiffness * (after - slip);
+    const Real3 slip = tangential(shift - c.moved, c.normal), on = tangential(left, c.normal);
+    const Real3 after =
+        rubbed({true, c.normal, {}, 0}, slip + (1 / t.diagonal) * on, t.friction * c.press / t.diagonal);
+    return left - on + t.diagonal * (after - slip);
+  }
+  /// A node's share of the residual's sum and of its goal (cloth.hpp), N; `floor`: ½ ε L̄, m.
+  KOKKOS_INLINE_FUNCTION TwoSums imbalance(const NodeTerms& t, const Real3& shift, const Real3& residual,
+                                           double tolerance, double floor) const {
+    const double force = static_cast<double>(norm(unbalanced(t, shift, residual)));
+    return {force < 1e100 ? force : 1e100,
+            tolerance * static_cast<double>(t.inertia * norm(t.target)) + floor * static_cast<double>(t.diagonal)};
   }
 
   /// τ/Δt of the node's cloth.
-  KOKKOS_INLINE_FUNCTION Real strain_damping(Index n) const { return materials(cloth(n)).strain_damping * inverse_dt; }
+  KOKKOS_INLINE_FUNCTION Real strain_damping_rate(Index n) const {
+    return materials(cloth(n)).strain_damping * inverse_dt;
+  }
   KOKKOS_INLINE_FUNCTION Real thickness(Index n) const { return materials(cloth(n)).thickness; }
 };
 static_assert(sizeof(ClothSystem) <= 240);
 
-/// Chebyshev's weights (Wang 2015), which go on over several calls of `advance`.
+/// The iterations of one implicit step, in as many calls as the caller likes.
 class ClothIteration {
  public:
   /// Wet masses and Jacobi diagonals; the caller sets target and shift afterwards.
   ClothIteration(Device& d, Real dt);
   const ClothSystem& system() const { return system_; }
-  int iterations() const { return iterations_; }
-  /// `count` iterations; the newest iterate is d.cloth_work.shift.
+  /// Iterates until the residual is within its goal, checked every 10 iterations, `most` iterations at most; the newest
+  /// iterate is d.cloth_work.shift. A GPU may still be at it on return.
+  void run(int most);
+  /// Waits for the iterations. The residual is in units of its goal: converged if ≤ 1.
+  const ClothProgress& progress();
+
+ private:
   void advance(int count);
-  /// The residual of the newest iterate in units of its goal: converged if ≤ 1. If it has grown tenfold over the
-  /// smallest so far, ρ is lowered and the weights start again. Synchronises with the host.
-  double check();
-  /// The same number, without consequences.
   double residual() const;
   /// xpbd: multipliers to begin with.
   void start();
 
- private:
   Device& device_;
   ClothSystem system_;
   ClothMethod method_;
-  double tolerance_;
-  double rho_, omega_ = 1, smallest_ = 1e300;
-  int since_restart_ = 0, iterations_ = 0;
+  double tolerance_, floor_;
+  ClothProgress progress_;
+  bool resident_, under_way_ = false;  // resident: see below
 };
+
+// cuda/resident_cloth.cpp: all iterations of a call in one kernel that stays on the device, a node a thread, with a barrier
+// for the whole grid between two iterations: several times as fast as launches where the cloth has few nodes for a GPU.
+/// Can it be done: on CUDA, with cooperative launches, if all nodes fit on the device at once? (Then it makes its arrays.)
+bool prepare_resident_cloth(Device& d, const ClothSystem& s);
+/// ClothIteration::run; `begin` for the first call of a solve, null to go on.
+void run_resident_cloth(Device& d, const ClothSystem& s, const ClothProgress* begin, int most, double tolerance,
+                        double floor);
+/// Waits for it.
+ClothProgress resident_progress(const Device& d);
 
 // cloth_xpbd.cpp
 /// Multipliers of the iterate as it is, the last ones 0, and their rates θ, from the masses and diagonals.

@@ -106,7 +106,7 @@ void gather_multipliers(Device& d, const ClothSystem& s) {
           }
         const Real3 free = target(n) + (1 / (s.mass(n) * s.inverse_dt2)) * sum;
         Real3 step = free - anchor(n);
-        const NodeContact c = s.contact(n, anchor(n), step);
+        const NodeContact c = s.contact(s.terms(n), anchor(n), step);
         if (c.press > 0) {
           const Real3 next = s.rubbed(c, anchor(n) + step, s.friction(n) * c.press);
           shift(n) = project_out(s.solids, s.start(n), next, s.thickness(n));

@@ -1,6 +1,7 @@
 #pragma once
 // The backend's state on the device. Arrays of a part that the scene lacks stay empty (nothing is allocated).
 
+#include <memory>
 #include <vector>
 
 #include "laws/kernel.hpp"
@@ -201,9 +202,11 @@ struct ClothWork {
   Array<Real3> shift, last_shift;  // x_n − x⁰_n of the last two iterates, m (xpbd: of this one and the last anchored)
   // of xpbd: what a spring does to its first node and what a hinge pulls with (cloth.hpp), of the last two iterates, N
   Array<Real3> edge_force, last_edge_force, hinge_force, last_hinge_force;
-  Array<Real> edge_rate, hinge_rate;             // θ, 1
-  Array<Real3> limit_stress, last_limit_stress;  // 2 per triangle with a strain limit: the columns of P, N·m
-  Array<Real> limit_rate;                        // 2 per triangle: θ, 1
+  Array<Real> edge_rate, hinge_rate;               // θ, 1
+  Array<Real3> limit_stress, last_limit_stress;    // 2 per triangle with a strain limit: the columns of P, N·m
+  Array<Real> limit_rate;                          // 2 per triangle: θ, 1
+  std::shared_ptr<struct ResidentCloth> resident;  // of CUDA (cuda/resident_cloth.cpp)
+  bool launched = false;                           // no iterations that stay on the device (tests)
 };
 
 /// Work arrays of stage wet_adhesion, made on first use. `impulse` is zero between steps.

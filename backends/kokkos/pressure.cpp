@@ -10,8 +10,8 @@
 namespace drench::kokkos_backend {
 namespace {
 
-constexpr int check_interval = 10, most_iterations = 100;  // of the cloth, per iteration of the pressure
-constexpr Real taken_back = Real(0.5);                     // c: share of a compression that a step takes back
+constexpr int most_iterations = 100;    // of the cloth, per iteration of the pressure
+constexpr Real taken_back = Real(0.5);  // c: share of a compression that a step takes back
 
 /// The sums that steer the iteration (pressure_system.hpp), and what is left of the compression: its sum and maximum.
 struct PressureSums {
@@ -63,11 +63,7 @@ class ElasticCloth {
         "drench::pressure::cloth_target", d.nodes.count, KOKKOS_LAMBDA(const Index n) {
           if (!s.pinned(n)) s.target(n) = base(n) + (dt * dt / s.mass(n)) * f(n);
         });
-    const int before = iteration_.iterations();
-    do {
-      iteration_.advance(check_interval);
-      residual_ = iteration_.check();
-    } while (residual_ > 1 && iteration_.iterations() - before < most_iterations);
+    iteration_.run(most_iterations);
     const auto shift = d.cloth_work.shift, predicted = d.samples.predicted;
     const auto node = d.samples.node;
     const auto weight = d.samples.weight;
@@ -79,7 +75,7 @@ class ElasticCloth {
         });
   }
 
-  double residual() { return residual_; }
+  const ClothProgress& progress() { return iteration_.progress(); }
 
   void accept() {
     Device& d = device_;
@@ -95,12 +91,9 @@ class ElasticCloth {
         });
   }
 
-  int iterations() const { return iteration_.iterations(); }
-
  private:
   Device& device_;
   Real dt_;
-  double residual_ = 0;
   ClothIteration iteration_;
 };
 
@@ -159,7 +152,7 @@ void pressure(Device& d, const StepInfo& info, StepReport& report) {
     report.density_error_max = all.error_max;
     report.density_converged = sums.first / n <= tolerance && sums.second / n <= tolerance;
     if (cloth && report.density_converged) {
-      report.cloth_residual = cloth->residual();
+      report.cloth_residual = cloth->progress().residual;
       report.density_converged = report.cloth_residual <= 1;
     }
     if ((report.density_converged && iteration >= solver.min_iterations) || iteration >= solver.max_iterations) break;
@@ -169,7 +162,7 @@ void pressure(Device& d, const StepInfo& info, StepReport& report) {
   accept_bodies(d, info.dt);
   if (cloth) {
     cloth->accept();
-    report.cloth_iterations += cloth->iterations();
+    report.cloth_iterations += cloth->progress().iterations;
   } else if (samples) {
     accept_free_cloth(d, dt);
   }

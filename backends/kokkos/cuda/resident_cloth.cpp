@@ -1,0 +1,243 @@
+// The cloth's Jacobi iterations in one kernel that stays on the device (cloth_solver.hpp), with a barrier for the whole grid
+// between two iterations. Two lanes share a node, each with half of its links in registers: of an iteration only the
+// shifts of the other nodes come from memory (the second-level cache: the first one is not coherent).
+
+#include <cooperative_groups.h>
+
+#include <algorithm>
+#include <memory>
+#include <stdexcept>
+#include <string>
+
+#include "cloth_solver.hpp"
+
+namespace drench::kokkos_backend {
+namespace {
+
+namespace groups = cooperative_groups;
+
+constexpr int check_interval = 10, warp = 32, most_threads = 512, lanes = 2;
+constexpr unsigned all_lanes = 0xffffffff;
+
+struct ResidentArrays {
+  Real3 *shift, *last_shift;
+  Real4* iterate[2];
+  TwoSums* part;  // of each block
+  ClothProgress *progress, *seen;
+};
+
+struct ResidentRun {
+  ClothProgress begin;
+  bool first;  // of the solve
+  int most;
+  double tolerance, floor;
+};
+
+/// An array of shifts, read past the first-level cache.
+struct Iterate {
+  const Real4* data;
+  __device__ Real3 operator()(Index n) const {
+#ifdef DRENCH_DOUBLE
+    const double2 v = __ldcg(reinterpret_cast<const double2*>(data + n));
+    return {v.x, v.y, __ldcg(&data[n].z)};
+#else
+    const float4 v = __ldcg(reinterpret_cast<const float4*>(data + n));
+    return {v.x, v.y, v.z};
+#endif
+  }
+};
+
+__device__ TwoSums sum_of_warp(TwoSums s) {
+  for (int apart = warp / 2; apart > 0; apart /= 2) {
+    s.first += __shfl_down_sync(all_lanes, s.first, apart);
+    s.second += __shfl_down_sync(all_lanes, s.second, apart);
+  }
+  return s;
+}
+
+/// The sum over the grid, the same in all threads; always in the same order.
+__device__ TwoSums sum_of_grid(const groups::grid_group& grid, TwoSums s, TwoSums* part) {
+  __shared__ TwoSums room[most_threads / warp];
+  __shared__ TwoSums total;
+  s = sum_of_warp(s);
+  if (threadIdx.x % warp == 0) room[threadIdx.x / warp] = s;
+  __syncthreads();
+  if (threadIdx.x == 0) {
+    for (unsigned w = 1; w < blockDim.x / warp; ++w) s += room[w];
+    part[blockIdx.x] = s;
+  }
+  grid.sync();
+  if (threadIdx.x < warp) {
+    TwoSums all;
+    for (unsigned b = threadIdx.x; b < gridDim.x; b += warp) all += {__ldcg(&part[b].first), __ldcg(&part[b].second)};
+    all = sum_of_warp(all);
+    if (threadIdx.x == 0) total = all;
+  }
+  __syncthreads();
+  return total;
+}
+
+/// A link with all that stays the same: x⁰_n − x⁰_m (m) and its strain damping (laws/elasticity.hpp).
+struct NearLink {
+  Link link;
+  Real3 apart;
+  Real damping;
+};
+
+/// `kept`: the most links of a lane.
+template <int kept>
+__global__ void __launch_bounds__(most_threads) iterate(ClothSystem s, ResidentArrays a, ResidentRun run, Index nodes) {
+  const groups::grid_group grid = groups::this_grid();
+  const int thread = static_cast<int>(blockIdx.x * blockDim.x + threadIdx.x), lane = thread % lanes;
+  const Index n = thread / lanes;
+  const bool free = n < nodes && !s.pinned(n);
+  ClothProgress progress = run.first ? run.begin : *a.progress;
+  NodeTerms terms{};
+  Real3 moved, before;
+  NearLink link[kept];
+  int count = 0;
+  if (n < nodes) {
+    moved = a.shift[n];
+    before = a.last_shift[n];
+    if (lane == 0) a.iterate[0][n] = a.iterate[1][n] = Real4(moved, 0);
+  }
+  if (free) {
+    terms = s.terms(n);
+    const Real rate = s.strain_damping_rate(n);
+    const Index first = s.link_start(n) + lane, last = s.link_start(n + 1);
+#pragma unroll
+    for (int k = 0; k < kept; ++k)
+      if (first + lanes * k < last) {
+        const Link l = s.link(first + lanes * k);
+        const Real3 apart = terms.start - s.start(l.other);
+        link[k] = {l, apart, rate > 0 ? strain_damping(apart, l.stiffness, rate) : Real(0)};
+        count = k + 1;
+      }
+  }
+  grid.sync();
+  int current = 0;
+  // r_n, the same on both lanes.
+  const auto residual = [&] {
+    const Iterate shift{a.iterate[current]};
+    Real3 force;
+#pragma unroll
+    for (int k = 0; k < kept; ++k)
+      if (k < count)
+        ClothSystem::add_link(force, link[k].link, link[k].apart, moved - shift(link[k].link.other), link[k].damping);
+    if (free && s.limit_start.exist()) force += s.limit_force(n, shift, lane, lanes);
+    force += Real3{__shfl_xor_sync(all_lanes, force.x, 1), __shfl_xor_sync(all_lanes, force.y, 1),
+                   __shfl_xor_sync(all_lanes, force.z, 1)};
+    return terms.inertia * (terms.target - moved) + force;
+  };
+  const int end = progress.iterations + run.most;
+  do {
+    const int stop = progress.iterations + check_interval < end ? progress.iterations + check_interval : end;
+    while (progress.iterations < stop) {
+      const Real omega = progress.next_weight();
+      const Real3 r = residual();
+      if (free) {
+        const Real3 next = s.next_shift(terms, moved, before, r, omega);
+        before = moved;
+        moved = next;
+        if (lane == 0) a.iterate[current ^ 1][n] = Real4(moved, 0);
+      }
+      current ^= 1;
+      grid.sync();
+    }
+    const Real3 r = residual();
+    const TwoSums sums = sum_of_grid(
+        grid, free && lane == 0 ? s.imbalance(terms, moved, r, run.tolerance, run.floor) : TwoSums{}, a.part);
+    progress.judge(sums.first > 0 ? sums.first / sums.second : 0);
+  } while (progress.residual > 1 && progress.iterations < end);
+  if (free && lane == 0) {
+    a.shift[n] = moved;
+    a.last_shift[n] = before;
+  }
+  if (thread == 0) *a.progress = *a.seen = progress;
+}
+
+void check(cudaError_t status) {
+  if (status != cudaSuccess) throw std::runtime_error(std::string("cloth: ") + cudaGetErrorString(status));
+}
+
+/// How the kernel is launched for a cloth, kept from solve to solve.
+struct Plan {
+  const void* kernel = nullptr;  // null: the cloth does not fit
+  int threads = 0, blocks = 0;
+};
+
+/// Blocks of as few threads as spread the nodes over all processors; a node with `rows` links at most.
+Plan make_plan(Index nodes, int rows) {
+  const cudaDeviceProp& device = ExecSpace().cuda_device_prop();
+  const int processors = device.multiProcessorCount, each = (rows + lanes - 1) / lanes;
+  const void* const kernel = each <= 6    ? reinterpret_cast<const void*>(&iterate<6>)
+                             : each <= 9  ? reinterpret_cast<const void*>(&iterate<9>)
+                             : each <= 14 ? reinterpret_cast<const void*>(&iterate<14>)
+                                          : nullptr;
+  if (!device.cooperativeLaunch || kernel == nullptr) return {};
+  for (int blocks_each = 1; blocks_each <= 8; ++blocks_each) {
+    const int share = (lanes * nodes + processors * blocks_each - 1) / (processors * blocks_each);
+    const int threads = std::clamp((share + warp - 1) / warp * warp, 2 * warp, most_threads);
+    const int blocks = (lanes * nodes + threads - 1) / threads;
+    int at_once = 0;  // a processor
+    check(cudaOccupancyMaxActiveBlocksPerMultiprocessor(&at_once, kernel, threads, 0));
+    if (at_once * processors >= blocks) return {kernel, threads, blocks};
+  }
+  return {};
+}
+
+}  // namespace
+
+struct ResidentCloth {
+  Plan plan;
+  Array<Real4> iterate[2];
+  Array<TwoSums> part;
+  Kokkos::View<ClothProgress, MemSpace> progress;
+  Kokkos::View<ClothProgress, Kokkos::SharedHostPinnedSpace> seen;
+};
+
+bool prepare_resident_cloth(Device& d, const ClothSystem& s) {
+  std::shared_ptr<ResidentCloth>& r = d.cloth_work.resident;
+  if (r == nullptr) {
+    r = std::make_shared<ResidentCloth>();
+    const auto nodes = static_cast<std::size_t>(d.nodes.count);
+    const int rows = static_cast<int>(maximum(
+        "drench::cloth::most_links", d.nodes.count,
+        KOKKOS_LAMBDA(const Index n) { return static_cast<double>(s.link_start(n + 1) - s.link_start(n)); }));
+    r->plan = make_plan(d.nodes.count, rows);
+    if (r->plan.kernel == nullptr) return false;
+    for (Array<Real4>& i : r->iterate) i = Array<Real4>("drench::cloth::iterate", nodes);
+    r->part = Array<TwoSums>("drench::cloth::part", static_cast<std::size_t>(r->plan.blocks));
+    r->progress = Kokkos::View<ClothProgress, MemSpace>("drench::cloth::progress");
+    r->seen = Kokkos::View<ClothProgress, Kokkos::SharedHostPinnedSpace>("drench::cloth::progress_seen");
+  }
+  return r->plan.kernel != nullptr && !d.cloth_work.launched;
+}
+
+void run_resident_cloth(Device& d, const ClothSystem& s, const ClothProgress* begin, int most, double tolerance,
+                        double floor) {
+  ResidentCloth& r = *d.cloth_work.resident;
+  ClothSystem system = s;
+  ResidentArrays arrays{d.cloth_work.shift.data(),
+                        d.cloth_work.last_shift.data(),
+                        {r.iterate[0].data(), r.iterate[1].data()},
+                        r.part.data(),
+                        r.progress.data(),
+                        r.seen.data()};
+  ResidentRun run{begin != nullptr ? *begin : ClothProgress{}, begin != nullptr, most, tolerance, floor};
+  Index nodes = d.nodes.count;
+  void* arguments[] = {&system, &arrays, &run, &nodes};
+  const ExecSpace space;
+  std::uint64_t id = 0;
+  Kokkos::Tools::beginParallelFor("drench::cloth::resident", Kokkos::Tools::Experimental::device_id(space), &id);
+  check(cudaLaunchCooperativeKernel(r.plan.kernel, dim3(static_cast<unsigned>(r.plan.blocks)),
+                                    dim3(static_cast<unsigned>(r.plan.threads)), arguments, 0, space.cuda_stream()));
+  Kokkos::Tools::endParallelFor(id);
+}
+
+ClothProgress resident_progress(const Device& d) {
+  ExecSpace().fence("drench::cloth::resident");
+  return d.cloth_work.resident->seen();
+}
+
+}  // namespace drench::kokkos_backend
