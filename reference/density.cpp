@@ -75,7 +75,7 @@ void density(ReferenceState& state, const StepInfo&, StepReport&) {
     const Vector3d xi = vec(s.fluid_position[i]);
     const double volume = fluid_volume(state, i);
     double ratio = volume * w.value(0), squares = 0, cloth = 0;
-    Vector3d sum = Vector3d::Zero();
+    Vector3d sum = Vector3d::Zero(), sheet = Vector3d::Zero();
     for (const Index j : state.fluid_fluid[i]) {
       const Vector3d xij = xi - vec(s.fluid_position[j]);
       const Vector3d gradient = w.pair_gradient(xij);
@@ -94,9 +94,12 @@ void density(ReferenceState& state, const StepInfo&, StepReport&) {
       const Vector3d xib = from_behind(state, i, b);
       const Vector3d gradient = w.gradient(xib);
       ratio += s.sample_volume[b] * w.value(xib.norm());
-      sum += wall_share * s.sample_volume[b] * gradient;
+      sheet += wall_share * s.sample_volume[b] * gradient;
       cloth += wall_share * wall_share * s.sample_volume[b] * gradient.norm() * bound[b];
     }
+    const double image = std::max(1.0, ratio);
+    sum += image * sheet;
+    cloth *= image * image;
     const double inverse_alpha = sum.squaredNorm() + squares + state.compliance[i] + 0.16 * cloth;
     s.fluid_density_ratio[i] = ratio;
     state.alpha[i] = inverse_alpha < 1e-6 / (spacing * spacing) || volume == 0 ? 0.0 : 1 / inverse_alpha;

@@ -115,15 +115,20 @@ void density_and_alpha(Device& d) {
             delta += vb(b) * kernel.value(length);
             gradient += mirrored * vb(b) * kernel.slope(length) * r;
           }
-        if (cloth)
+        if (cloth) {
+          Real3 sheet;
           for (Index k = 0; k < ls.count(i); ++k) {
             const Index b = ls(i, k);
             const Real3 r = from_behind(xi - xs(b), normal(b), half);
             const Real length = norm(r), slope = kernel.slope(length);
             delta += vs(b) * kernel.value(length);
-            gradient += mirrored * vs(b) * slope * r;
+            sheet += mirrored * vs(b) * slope * r;
             coupling -= mirrored * mirrored * row_share * vs(b) * slope * length * bound(b);
           }
+          const Real dense = image_density(delta);
+          gradient += dense * sheet;
+          coupling *= dense * dense;
+        }
         ratio(i) = delta;
         compliance(i) = yielded;
         shift(i) = apart;

@@ -52,6 +52,7 @@ void cloth_forces(Device& d, const Array<Real>& kappa) {
   const auto vs = d.samples.volume, vf = d.work.volume;
   const auto count = d.sample_fluid.count;
   const auto list = d.sample_fluid.list;
+  const auto ratio = d.fluid.density_ratio;
   parallel(
       "drench::pressure::sample_force", d.samples.count, KOKKOS_LAMBDA(const Index b) {
         Real3 f;
@@ -59,7 +60,7 @@ void cloth_forces(Device& d, const Array<Real>& kappa) {
           const Index i = list(b, k);
           if (kappa(i) == 0) continue;
           const Real3 r = from_behind(xf(i) - xs(b), normal(b), half);
-          f += vf(i) * kappa(i) * kernel.slope(norm(r)) * r;
+          f += image_density(ratio(i)) * vf(i) * kappa(i) * kernel.slope(norm(r)) * r;
         }
         force(b) = mirrored * rho * vs(b) * f;
       });
@@ -95,7 +96,7 @@ void predict_liquid(Device& d, Real dt) {
   const Entries<Real3> xb = d.boundary.position, xs = d.samples.position, normal = d.samples.normal,
                        v = d.fluid.velocity;
   const Entries<Real4> place = d.work.place, predicted = d.work.predicted;
-  const Entries<Real> vb = d.boundary.volume, vs = d.samples.volume;
+  const Entries<Real> vb = d.boundary.volume, vs = d.samples.volume, ratio = d.fluid.density_ratio;
   const Neighbors lf = d.fluid_fluid, lb = d.fluid_boundary, ls = d.fluid_sample;
   const bool solids = d.boundary.count > 0, cloth = d.samples.count > 0;
   parallel(
@@ -113,11 +114,13 @@ void predict_liquid(Device& d, Real dt) {
               const Real3 r = xi - xb(lb(i, k));
               a -= mirrored * vb(lb(i, k)) * ki * kernel.slope(norm(r)) * r;
             }
-          if (cloth)
+          if (cloth) {
+            const Real dense = image_density(ratio(i)) * mirrored * ki;
             for (Index k = 0; k < ls.count(i); ++k) {
               const Real3 r = from_behind(xi - xs(ls(i, k)), normal(ls(i, k)), half);
-              a -= mirrored * vs(ls(i, k)) * ki * kernel.slope(norm(r)) * r;
+              a -= dense * vs(ls(i, k)) * kernel.slope(norm(r)) * r;
             }
+          }
         }
         predicted(i) = {v(i) + dt * a, Real(0)};
       });
@@ -129,7 +132,8 @@ void compression_rate(Device& d, const Array<Real>& kappa, Real dt) {
   const Entries<Real3> xb = d.boundary.position, xs = d.samples.position, normal = d.samples.normal,
                        ub = seen_boundary_velocity(d), us = d.samples.predicted;
   const Entries<Real4> place = d.work.place, v = d.work.predicted;
-  const Entries<Real> vb = d.boundary.volume, vs = d.samples.volume, rate = d.work.rate, compliance = d.work.compliance;
+  const Entries<Real> vb = d.boundary.volume, vs = d.samples.volume, rate = d.work.rate, compliance = d.work.compliance,
+                      ratio = d.fluid.density_ratio;
   const Neighbors lf = d.fluid_fluid, lb = d.fluid_boundary, ls = d.fluid_sample;
   const bool solids = d.boundary.count > 0, cloth = d.samples.count > 0;
   parallel(
@@ -146,12 +150,15 @@ void compression_rate(Device& d, const Array<Real>& kappa, Real dt) {
             const Real3 r = xi - xb(b);
             sum += mirrored * vb(b) * kernel.slope(norm(r)) * dot(vi - ub(b), r);
           }
-        if (cloth)
+        if (cloth) {
+          Real sheet = 0;
           for (Index k = 0; k < ls.count(i); ++k) {
             const Index b = ls(i, k);
             const Real3 r = from_behind(xi - xs(b), normal(b), half);
-            sum += mirrored * vs(b) * kernel.slope(norm(r)) * dot(vi - us(b), r);
+            sheet += mirrored * vs(b) * kernel.slope(norm(r)) * dot(vi - us(b), r);
           }
+          sum += image_density(ratio(i)) * sheet;
+        }
         rate(i) = sum - dt * compliance(i) * kappa(i);
       });
 }

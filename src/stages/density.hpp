@@ -18,12 +18,15 @@
 //       Density ratio (Bender & Koschier 2017):
 //         δ_i = V_i W(0) + Σ_j V_j W_ij + Σ_b V_b W_ib                                            unit 1
 //       Jacobi diagonal, exact for variable volumes (physics.md section 3), with a bound for the cloth:
-//         1/α_i = |Σ_j V_j ∇W_ij + 2 Σ_b V_b ∇W_ib|² + Σ_j V_i V_j |∇W_ij|² + C_i + 0.16 Σ_b∈cloth 4 V_b |∇W_ib| c_b   unit 1/m²
+//         1/α_i = |Σ_j V_j ∇W_ij + 2 Σ_b γ_ib V_b ∇W_ib|² + Σ_j V_i V_j |∇W_ij|² + C_i
+//                 + 0.16 Σ_b∈cloth 4 γ_ib² V_b |∇W_ib| c_b   unit 1/m²
+//         γ_ib = max(1, δ_i) for cloth samples, 1 for solid ones: how dense the mirrored liquid is (stage divergence)
 //         c_b = Σ_n w_bn u_n G_n,   G_n = Σ_b w_bn g_b,   g_b = V_b Σ_i m_i |∇W_ib|
 //       The last sum is the absolute row sum of the operator's cloth part, for nodes with inertia alone. The exact
 //       diagonal (samples taken one by one, as physics.md writes it) leaves out that many particles push the same light
 //       node: with mass ratios of 100:1 the Jacobi iteration then diverges. With relaxation ω a share ω/2 of the row sum
-//       bounds it (Gershgorin), and ω is at most 0.32 where h ≥ 2 d. The factors 2 and 4: stage divergence.
+//       bounds it (Gershgorin; the other particles' γ taken for i's own), and ω is at most 0.32 where h ≥ 2 d. The factors 2 and
+//       4: stage divergence.
 //       Dynamic bodies add their own row sum (bodies.hpp, law 6) where α_i > 0.
 //         C_i = Σ_j max(0, V_j − V_i) V_j |∇W_ij|²: compliance of a particle among heavier ones (stage divergence), unit 1/m².
 //       α_i = 0 if 1/α_i < 1e-6/d² or V_i = 0.
