@@ -5,6 +5,7 @@ scenes of a few hundred particles, and their reader of frames agrees with stats.
 import importlib.machinery
 import importlib.util
 import os
+import re
 import subprocess
 import sys
 import tempfile
@@ -135,6 +136,51 @@ class Scaling(Case):
         self.assertRegex(done.stdout, r"Time per particle from 432 to 1,458 particles: within [\d.]+× of its best")
         self.assertRegex(done.stdout, r"The largest block that fits: 2,000 particles.*told to end there")
         self.png("scaling", table)
+
+    # Stands for a drench on a device: an array of its runs fails beyond `true`, its estimate refuses beyond `free`.
+    DEVICE = """#!/usr/bin/env python3
+import re, sys
+from pathlib import Path
+text = Path(sys.argv[2]).read_text() if len(sys.argv) > 2 else ""
+d = float(re.search(r"spacing: (\\S+)", text).group(1)) if text else 1
+count = 2 * round(0.5 / d) ** 3
+need = 900 * count + 500 * count ** (2 / 3)
+if sys.argv[1] == "info":
+    print("device: fake")
+elif need > {free}:
+    sys.exit("scene.yaml: the scene does not fit in the device's memory")
+elif sys.argv[1] == "check":
+    print(f"fluid: {{count}} particles of {{d}} m, 1 kg, 0 jets")
+    print(f"memory: about {{need / 2**20:.1f}} MiB: liquid 1.0 MiB; and 278.0 MiB for the set-up and a frame; Fake H1 has "
+          f"{{{free} / 2**20:.1f}} MiB free")
+else:
+    if need > {true}:
+        sys.exit("drench: failed to allocate")
+    out = Path(sys.argv[sys.argv.index("-o") + 1])
+    out.mkdir()
+    out.joinpath("run.log").write_text("peak memory of the backend's arrays 1.0 MiB, 1.0 MiB estimated at the start")
+    head = "step,dt,particles,density_iterations,divergence_iterations,density_error,ms_step"
+    out.joinpath("stats.csv").write_text(head + "".join(f"\\n{{k}},1,{{count}},2,2,0,1" for k in range(1, 6)) + "\\n")
+"""
+
+    def test_search_for_the_largest(self):
+        for free, true in ((1.4e11, 2e11), (1.4e11, 9e10), (1.4e11, 1e10), (3e6, 3e6)):
+            fake = self.folder / "drench"
+            fake.write_text(self.DEVICE.format(free=free, true=true))
+            fake.chmod(0o755)
+            done = tool("scaling", "--backend", "cuda", "--binary", fake, "--sizes", "none", "--largest", "--threads", 1)
+            self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+            found = re.search(r"fits: ([\d,]+) particles.*Not ([\d,]+): (.*)\.", done.stdout)
+            self.assertIsNotNone(found, done.stdout)
+            fits, over = (int(found.group(k).replace(",", "")) for k in (1, 2))
+            need = lambda count: 900 * count + 500 * count ** (2 / 3)
+            self.assertLessEqual(need(fits), min(free, true))
+            columns = round((fits / 2) ** (1 / 3))
+            if columns > 40:  # a coarser block's next size is more than 5 % larger
+                self.assertGreater(need(1.07 * fits), min(free, true))
+                self.assertLess(done.stderr.count("5 steps"), 4 if true > free else 14)
+                self.assertIn("does not fit" if true > free else "failed to allocate", found.group(3))
+            self.assertGreater(need(over * 1.05), min(free, true))
 
     def test_failures(self):
         done = tool("scaling", "--binary", BINARY, "--sizes", "500", "--family", "block", "--set", "fluid.bogus=1")
