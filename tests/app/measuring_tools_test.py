@@ -4,6 +4,7 @@ scenes of a few hundred particles, and their reader of frames agrees with stats.
 
 import importlib.machinery
 import importlib.util
+import math
 import os
 import re
 import subprocess
@@ -76,6 +77,10 @@ fluid:
         centre = series["centre"][-1][1]
         self.assertAlmostEqual(centre[0], 0.05 + 0.016 * 0.5, delta=1e-4)
         self.assertAlmostEqual(centre[1], 0.05 - 9.81 * 0.004**2 * steps * (steps + 1) / 2, delta=1e-4)
+        # Five columns of particles each way; the axis has stayed behind.
+        at = [0.02 * k - 0.04 for k in range(5)]
+        mean = sum(math.hypot(x + 0.008, z) for x in at for z in at) / 25
+        self.assertAlmostEqual(series["spread"][-1][1][0], mean, delta=1e-4)
         energy = float(done.rows[-1]["kinetic_energy"])
         self.assertAlmostEqual(series["energy"][-1][1][0], energy, delta=1e-5 * energy)
         mass = sum(measure.read_frame(measure.frames(self.folder / "out", "fluid")[-1][1], ("mass",))["mass"])
@@ -221,7 +226,7 @@ class SpeedError(Case):
             self.assertGreater(float(r["time"]), 0)
         self.assertTrue(any(r["pareto"] == "1" for r in rows))
         self.assertEqual(rows[0]["pareto"], "0")
-        for quantity in ("centre", "energy", "front", "sag", "absorbed", "wet"):
+        for quantity in ("centre", "energy", "spread", "sag", "absorbed", "wet", "front"):
             self.assertIn(f"| {quantity} ", done.stdout)
         self.png("speed_error", self.table)
 
