@@ -1,5 +1,5 @@
-"""What the measuring tools share: running drench, reading what it writes, tables. Needs the standard library alone, so that
-the tools run on a machine that has nothing but the binaries; only draw() needs matplotlib, and is asked for separately."""
+"""What the measuring tools share: running drench, reading what it writes, tables. Needs the standard library alone, so
+that the tools run on a machine that has nothing but the binaries; only plots need matplotlib, and are drawn apart."""
 
 import array
 import base64
@@ -56,8 +56,8 @@ def overrides(settings):
 
 
 class Run:
-    """One `drench run`. `rows` are those of stats.csv; `problem` is "" or says in a line what went wrong. With `seconds` of
-    wall time it ends, in order, at the step that it is at then: `cut`."""
+    """One `drench run`. `rows` are those of stats.csv; `problem` is "" or says in a line what went wrong. With
+    `seconds` of wall time it ends, in order, at the step that it is at then: `cut`."""
 
     def __init__(self, binary, scene, folder, threads=None, steps=None, settings=(), more=(), seconds=None):
         self.folder, self.problem, self.cut = Path(folder), "", False
@@ -203,8 +203,8 @@ def read_frame(path, fields):
 # --- Plots
 
 def matplotlib():
-    """matplotlib.pyplot, drawing to files. Debian's Python packages belong to Debian's interpreter, whatever else is on the
-    PATH: where this one has none, the tool starts again with that one."""
+    """matplotlib.pyplot, drawing to files. Debian's Python packages belong to Debian's interpreter, whatever else is on
+    the PATH: where this one has none, the tool starts again with that one."""
     try:
         import matplotlib
         matplotlib.use("Agg")

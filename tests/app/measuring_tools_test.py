@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""measuring_tools_test.py SOURCE BUILD: tools/scaling, tools/speed_error and tools/paper_tables measure what they say, on
-scenes of a few hundred particles, and their reader of frames agrees with stats.csv."""
+"""measuring_tools_test.py SOURCE BUILD: tools/scaling, tools/speed_error and tools/paper_tables measure what they say,
+on scenes of a few hundred particles, and their reader of frames agrees with stats.csv."""
 
 import importlib.machinery
 import importlib.util
@@ -122,8 +122,8 @@ class Scaling(Case):
 
     def test_measures(self):
         table = self.folder / "table.csv"
-        done = tool("scaling", "--binary", BINARY, "--threads", 1, "--sizes", "500,1.5k", "--steps", 5, "--largest", "--most",
-                    2000, "--table", table)
+        done = tool("scaling", "--binary", BINARY, "--threads", 1, "--sizes", "500,1.5k", "--steps", 5, "--largest",
+                    "--most", 2000, "--table", table)
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
         rows = measure.read_csv(table)
         self.assertEqual([r["family"] for r in rows], ["block"] * 2 + ["cloth"] * 2)
@@ -156,8 +156,8 @@ elif need > {free}:
     sys.exit("scene.yaml: the scene does not fit in the device's memory")
 elif sys.argv[1] == "check":
     print(f"fluid: {{count}} particles of {{d}} m, 1 kg, 0 jets")
-    print(f"memory: about {{need / 2**20:.1f}} MiB: liquid 1.0 MiB; and 278.0 MiB for the set-up and a frame; Fake H1 has "
-          f"{{{free} / 2**20:.1f}} MiB free")
+    print(f"memory: about {{need / 2**20:.1f}} MiB: liquid 1.0 MiB; and 278.0 MiB for the set-up and a frame; "
+          f"Fake H1 has {{{free} / 2**20:.1f}} MiB free")
 else:
     if need > {true}:
         sys.exit("drench: failed to allocate")
@@ -173,7 +173,8 @@ else:
             fake = self.folder / "drench"
             fake.write_text(self.DEVICE.format(free=free, true=true))
             fake.chmod(0o755)
-            done = tool("scaling", "--backend", "cuda", "--binary", fake, "--sizes", "none", "--largest", "--threads", 1)
+            done = tool("scaling", "--backend", "cuda", "--binary", fake, "--sizes", "none", "--largest",
+                        "--threads", 1)
             self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
             found = re.search(r"fits: ([\d,]+) particles.*Not ([\d,]+): (.*)\.", done.stdout)
             self.assertIsNotNone(found, done.stdout)
@@ -202,8 +203,8 @@ class SpeedError(Case):
     def sweep(self, *arguments):
         self.table = self.folder / "table.csv"
         # The same binary for both: what the two precisions give has to be the same in every bit.
-        return tool("speed_error", "--binary-float", BINARY, "--binary-double", BINARY, "--threads", 1, "--seconds", 0.16,
-                    "--table", self.table, *arguments)
+        return tool("speed_error", "--binary-float", BINARY, "--binary-double", BINARY, "--threads", 1,
+                    "--seconds", 0.16, "--table", self.table, *arguments)
 
     def test_sweep(self):
         done = self.sweep("--spacing", 0.02, "--steps", "0.008,0.004", "--tolerances", "1e-2,1e-3")
@@ -233,8 +234,8 @@ class SpeedError(Case):
     def test_other_scene_key_and_reference(self):
         scene = self.scene(Frames.FALL.replace("velocity: [0.5, 0, 0]", "velocity: [0, -1, 0]") +
                            "bodies: [{plane: {point: [0, -0.01, 0], normal: [0, 1, 0]}}]\n")
-        done = self.sweep("--scene", scene, "--steps", "0.004", "--tolerances", "1e-2", "--precisions", "double", "--sweep",
-                          "fluid.kernel=poly6,cubic", "--reference", "0.002:1e-4")
+        done = self.sweep("--scene", scene, "--steps", "0.004", "--tolerances", "1e-2", "--precisions", "double",
+                          "--sweep", "fluid.kernel=poly6,cubic", "--reference", "0.002:1e-4")
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
         rows = measure.read_csv(self.table)
         self.assertEqual([(r["fluid.kernel"], r["step"]) for r in rows],
@@ -248,6 +249,14 @@ class SpeedError(Case):
         self.assertEqual(done.returncode, 1)
         self.assertRegex(done.stdout, "no step was done|not done in")
         self.assertEqual(self.sweep("--reference", "fine").returncode, 2)
+
+
+class Help(Case):
+    def test_help(self):
+        for name in ("scaling", "speed_error", "paper_tables"):
+            done = tool(name, "--help")
+            self.assertEqual(done.returncode, 0, done.stderr)
+            self.assertIn(f"tools/{name} [--backend", done.stdout)
 
 
 class PaperTables(Case):
