@@ -262,11 +262,11 @@ class Help(Case):
 class PaperTables(Case):
     def test_tables(self):
         done = tool("paper_tables", "--binary", BINARY, "--threads", 1, "--scene", "water_falling_low", "--steps", 3,
-                    "--profile-steps", 2, "--set", "fluid.spacing=0.05")
+                    "--profile-steps", 2, "--set", "fluid.spacing=0.03")
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
         for title in ("Table 8", "Table 9", "Table 7", "peak device memory"):
             self.assertIn(title, done.stdout)
-        self.assertRegex(done.stdout, r"none \| no \| [\d.]+ MiB \|")
+        self.assertRegex(done.stdout, r"\| no \| [\d.]+ MiB \|")
 
 
 if __name__ == "__main__":
