@@ -193,7 +193,7 @@ else:
         self.assertEqual(done.returncode, 1)
         self.assertIn("unknown key 'bogus'", done.stdout)
         done = tool("scaling", "--binary", BINARY, "--sizes", "500", "--family", "block", "--steps", 1000000,
-                    "--max-seconds", 1)
+                    "--max-seconds", 3)
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
         self.assertIn("cut short", done.stdout)
         self.assertEqual(tool("scaling", "--binary", BINARY, "--sizes", "few").returncode, 2)
