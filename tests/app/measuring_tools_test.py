@@ -1,0 +1,274 @@
+#!/usr/bin/env python3
+"""measuring_tools_test.py SOURCE BUILD: tools/scaling, tools/speed_error and tools/paper_tables measure what they say,
+on scenes of a few hundred particles, and their reader of frames agrees with stats.csv."""
+
+import importlib.machinery
+import importlib.util
+import math
+import os
+import re
+import subprocess
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+
+sys.dont_write_bytecode = True
+SOURCE, BINARY = Path(sys.argv[1]).resolve(), Path(sys.argv[2]).resolve() / "drench"
+TOOLS = SOURCE / "tools"
+sys.path.insert(0, str(TOOLS))
+import measure  # noqa: E402
+
+
+def module(name):
+    loader = importlib.machinery.SourceFileLoader(name, str(TOOLS / name))
+    loaded = importlib.util.module_from_spec(importlib.util.spec_from_loader(name, loader))
+    loader.exec_module(loaded)
+    return loaded
+
+
+scaling, speed_error = module("scaling"), module("speed_error")
+
+
+def tool(name, *arguments):
+    return subprocess.run([str(TOOLS / name), *map(str, arguments)], capture_output=True, text=True)
+
+
+class Case(unittest.TestCase):
+    def setUp(self):
+        self.scratch = tempfile.TemporaryDirectory()
+        self.folder = Path(self.scratch.name)
+        self.addCleanup(self.scratch.cleanup)
+
+    def scene(self, text):
+        path = self.folder / "scene.yaml"
+        path.write_text(text)
+        return path
+
+    def png(self, name, table):
+        """Draws, where a Python with matplotlib is here."""
+        plot = self.folder / "plot.png"
+        done = tool(name, "--plot", plot, "--table", table)
+        if "needs matplotlib" in done.stderr:
+            self.assertEqual(done.returncode, 1)
+            return
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertTrue(plot.read_bytes().startswith(b"\x89PNG"))
+
+
+class Frames(Case):
+    FALL = """drench: 1
+time: {step: 0.004, end: 0.016}
+domain: {min: [-1, -1, -1], max: [1, 1, 1]}
+output: {every: 0.008}
+fluid:
+  spacing: 0.02
+  sources: [{block: {min: [0, 0, 0], max: [0.1, 0.1, 0.1], velocity: [0.5, 0, 0]}}]
+"""
+
+    def test_free_fall(self):
+        done = measure.Run(BINARY, self.scene(self.FALL), self.folder / "out", 1)
+        self.assertEqual(done.problem, "")
+        series, axis = speed_error.liquid_series(self.folder / "out")
+        self.assertEqual([round(t, 6) for t, _ in series["centre"]], [0, 0.008, 0.016])
+        for k, x in enumerate((0.05, 0.05, 0.05)):
+            self.assertAlmostEqual(axis[k], x, delta=1e-6)
+        steps = 4  # y falls by g Δt² n (n + 1)/2
+        centre = series["centre"][-1][1]
+        self.assertAlmostEqual(centre[0], 0.05 + 0.016 * 0.5, delta=1e-4)
+        self.assertAlmostEqual(centre[1], 0.05 - 9.81 * 0.004**2 * steps * (steps + 1) / 2, delta=1e-4)
+        # Five columns of particles each way; the axis has stayed behind.
+        at = [0.02 * k - 0.04 for k in range(5)]
+        mean = sum(math.hypot(x + 0.008, z) for x in at for z in at) / 25
+        self.assertAlmostEqual(series["spread"][-1][1][0], mean, delta=1e-4)
+        energy = float(done.rows[-1]["kinetic_energy"])
+        self.assertAlmostEqual(series["energy"][-1][1][0], energy, delta=1e-5 * energy)
+        mass = sum(measure.read_frame(measure.frames(self.folder / "out", "fluid")[-1][1], ("mass",))["mass"])
+        self.assertAlmostEqual(mass, float(done.rows[-1]["mass_fluid"]), delta=1e-5)
+
+    def test_no_particles_yet(self):
+        jet = self.FALL.replace("block: {min: [0, 0, 0], max: [0.1, 0.1, 0.1], velocity: [0.5, 0, 0]}",
+                                "jet: {center: [0, 0, 0], radius: 0.05, velocity: [0, -1, 0], start: 0.009}")
+        done = measure.Run(BINARY, self.scene(jet), self.folder / "out", 1)
+        self.assertEqual(done.problem, "")
+        series, _ = speed_error.liquid_series(self.folder / "out")
+        self.assertIsNone(series["centre"][0][1])
+        self.assertEqual(series["energy"][0][1], (0.0,))
+
+    def test_error(self):
+        exact = [(0, (0.0,)), (1, (2.0,))]
+        self.assertEqual(speed_error.error_of(exact, exact), 0)
+        self.assertAlmostEqual(speed_error.error_of([(0, (0.2,)), (1, (1.8,))], exact), 0.1)
+        self.assertIsNone(speed_error.error_of(exact, [(0, (3.0,)), (1, (3.0,))]))
+        with self.assertRaises(ValueError):
+            speed_error.error_of([(0, (0.0,)), (1.1, (2.0,))], exact)
+
+    def test_pareto(self):
+        rows = [{"time": t, "error": e, "reference": r} for t, e, r in
+                ((9, 0, 1), (1, 0.5, 0), (2, 0.1, 0), (3, 0.2, 0), (4, 0.05, 0), (4, 0.06, 0))]
+        speed_error.mark_pareto(rows[1:])
+        self.assertEqual([r["pareto"] for r in rows[1:]], [1, 1, 0, 1, 0])
+
+
+class Scaling(Case):
+    def test_scenes_have_the_size_asked_for(self):
+        for particles in (100000, 1000000, 4000000):
+            d, _, _ = scaling.block_scene(particles)
+            self.assertLess(abs(0.25 / d**3 / particles - 1), 0.05)
+            d, nodes, text = scaling.cloth_scene(particles)
+            across = round(nodes**0.5)
+            self.assertLess(abs(2 / (across - 1) / d / 2.85 - 1), 0.02)
+            self.assertIn(f"nodes: [{across}, {across}]", text)
+
+    def test_measures(self):
+        table = self.folder / "table.csv"
+        done = tool("scaling", "--binary", BINARY, "--threads", 1, "--sizes", "500,1.5k", "--steps", 5, "--largest",
+                    "--most", 2000, "--table", table)
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        rows = measure.read_csv(table)
+        self.assertEqual([r["family"] for r in rows], ["block"] * 2 + ["cloth"] * 2)
+        for r in rows:
+            self.assertGreater(float(r["ms_step"]), 0)
+            self.assertGreater(float(r["bytes_particle"]), 200)
+            self.assertEqual(r["cut"], "0")
+        for first, second in (rows[:2], rows[2:]):
+            self.assertEqual(first["steps"], "5")
+            self.assertGreater(int(second["particles"]), int(first["particles"]))
+            # The same time goes by.
+            spans = [int(r["steps"]) * float(r["dt"]) for r in (first, second)]
+            self.assertAlmostEqual(spans[0], spans[1], delta=float(second["dt"]))
+        self.assertGreater(int(rows[2]["samples"]), 0)
+        self.assertRegex(done.stdout, r"Time per particle from 432 to 1,458 particles: within [\d.]+× of its best")
+        self.assertRegex(done.stdout, r"The largest block that fits: 2,000 particles.*told to end there")
+        self.png("scaling", table)
+
+    # Stands for a drench on a device: an array of its runs fails beyond `true`, its estimate refuses beyond `free`.
+    DEVICE = """#!/usr/bin/env python3
+import re, sys
+from pathlib import Path
+text = Path(sys.argv[2]).read_text() if len(sys.argv) > 2 else ""
+d = float(re.search(r"spacing: (\\S+)", text).group(1)) if text else 1
+count = 2 * round(0.5 / d) ** 3
+need = 900 * count + 500 * count ** (2 / 3)
+if sys.argv[1] == "info":
+    print("device: fake")
+elif need > {free}:
+    sys.exit("scene.yaml: the scene does not fit in the device's memory")
+elif sys.argv[1] == "check":
+    print(f"fluid: {{count}} particles of {{d}} m, 1 kg, 0 jets")
+    print(f"memory: about {{need / 2**20:.1f}} MiB: liquid 1.0 MiB; and 278.0 MiB for the set-up and a frame; "
+          f"Fake H1 has {{{free} / 2**20:.1f}} MiB free")
+else:
+    if need > {true}:
+        sys.exit("drench: failed to allocate")
+    out = Path(sys.argv[sys.argv.index("-o") + 1])
+    out.mkdir()
+    out.joinpath("run.log").write_text("peak memory of the backend's arrays 1.0 MiB, 1.0 MiB estimated at the start")
+    head = "step,dt,particles,density_iterations,divergence_iterations,density_error,ms_step"
+    out.joinpath("stats.csv").write_text(head + "".join(f"\\n{{k}},1,{{count}},2,2,0,1" for k in range(1, 6)) + "\\n")
+"""
+
+    def test_search_for_the_largest(self):
+        for free, true in ((1.4e11, 2e11), (1.4e11, 9e10), (1.4e11, 1e10), (3e6, 3e6)):
+            fake = self.folder / "drench"
+            fake.write_text(self.DEVICE.format(free=free, true=true))
+            fake.chmod(0o755)
+            done = tool("scaling", "--backend", "cuda", "--binary", fake, "--sizes", "none", "--largest",
+                        "--threads", 1)
+            self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+            found = re.search(r"fits: ([\d,]+) particles.*Not ([\d,]+): (.*)\.", done.stdout)
+            self.assertIsNotNone(found, done.stdout)
+            fits, over = (int(found.group(k).replace(",", "")) for k in (1, 2))
+            need = lambda count: 900 * count + 500 * count ** (2 / 3)
+            self.assertLessEqual(need(fits), min(free, true))
+            columns = round((fits / 2) ** (1 / 3))
+            if columns > 40:  # a coarser block's next size is more than 5 % larger
+                self.assertGreater(need(1.07 * fits), min(free, true))
+                self.assertLess(done.stderr.count("5 steps"), 4 if true > free else 14)
+                self.assertIn("does not fit" if true > free else "failed to allocate", found.group(3))
+            self.assertGreater(need(over * 1.05), min(free, true))
+
+    def test_failures(self):
+        done = tool("scaling", "--binary", BINARY, "--sizes", "500", "--family", "block", "--set", "fluid.bogus=1")
+        self.assertEqual(done.returncode, 1)
+        self.assertIn("unknown key 'bogus'", done.stdout)
+        done = tool("scaling", "--binary", BINARY, "--sizes", "500", "--family", "block", "--steps", 1000000,
+                    "--max-seconds", 3)
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        self.assertIn("cut short", done.stdout)
+        self.assertEqual(tool("scaling", "--binary", BINARY, "--sizes", "few").returncode, 2)
+
+
+class SpeedError(Case):
+    def sweep(self, *arguments):
+        self.table = self.folder / "table.csv"
+        # The same binary for both: what the two precisions give has to be the same in every bit.
+        return tool("speed_error", "--binary-float", BINARY, "--binary-double", BINARY, "--threads", 1,
+                    "--seconds", 0.16, "--table", self.table, *arguments)
+
+    def test_sweep(self):
+        done = self.sweep("--spacing", 0.02, "--steps", "0.008,0.004", "--tolerances", "1e-2,1e-3")
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        rows = measure.read_csv(self.table)
+        self.assertEqual(len(rows), 8)
+        self.assertEqual([r["reference"] for r in rows], ["1"] + ["0"] * 7)
+        finest = ("0.004", "0.001")
+        at = {(r["step"], r["tolerance"], r["precision"]): float(r["error"]) for r in rows}
+        self.assertEqual(at[(*finest, "float")], 0)
+        for point, error in at.items():
+            self.assertEqual(error, at[(*point[:2], "double")])
+            if point[:2] != finest:
+                self.assertGreater(error, 0)
+                self.assertLess(error, 1)
+        # Twice the step is worse than ten times the tolerance, while the block falls and lands.
+        self.assertGreater(at[("0.008", "0.001", "double")], at[("0.004", "0.01", "double")])
+        for r in rows:
+            self.assertEqual(int(r["steps"]), round(0.16 / float(r["step"])))
+            self.assertGreater(float(r["time"]), 0)
+        self.assertTrue(any(r["pareto"] == "1" for r in rows))
+        self.assertEqual(rows[0]["pareto"], "0")
+        for quantity in ("centre", "energy", "spread", "sag", "absorbed", "wet", "front"):
+            self.assertIn(f"| {quantity} ", done.stdout)
+        self.png("speed_error", self.table)
+
+    def test_other_scene_key_and_reference(self):
+        scene = self.scene(Frames.FALL.replace("velocity: [0.5, 0, 0]", "velocity: [0, -1, 0]") +
+                           "bodies: [{plane: {point: [0, -0.01, 0], normal: [0, 1, 0]}}]\n")
+        done = self.sweep("--scene", scene, "--steps", "0.004", "--tolerances", "1e-2", "--precisions", "double",
+                          "--sweep", "fluid.kernel=poly6,cubic", "--reference", "0.002:1e-4")
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        rows = measure.read_csv(self.table)
+        self.assertEqual([(r["fluid.kernel"], r["step"]) for r in rows],
+                         [("cubic", "0.002"), ("poly6", "0.004"), ("cubic", "0.004")])
+        self.assertTrue(all(float(r["error"]) > 0 for r in rows[1:]))
+        self.assertTrue(all(r["sag"] == "" for r in rows))
+        self.png("speed_error", self.table)
+
+    def test_failure(self):
+        done = self.sweep("--steps", "0.004", "--tolerances", "1e-2", "--precisions", "float", "--max-seconds", 0.01)
+        self.assertEqual(done.returncode, 1)
+        self.assertRegex(done.stdout, "no step was done|not done in")
+        self.assertEqual(self.sweep("--reference", "fine").returncode, 2)
+
+
+class Help(Case):
+    def test_help(self):
+        for name in ("scaling", "speed_error", "paper_tables"):
+            done = tool(name, "--help")
+            self.assertEqual(done.returncode, 0, done.stderr)
+            self.assertIn(f"tools/{name} [--backend", done.stdout)
+
+
+class PaperTables(Case):
+    def test_tables(self):
+        done = tool("paper_tables", "--binary", BINARY, "--threads", 1, "--scene", "water_falling_low", "--steps", 3,
+                    "--profile-steps", 2, "--set", "fluid.spacing=0.03")
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        for title in ("Table 8", "Table 9", "Table 7", "peak device memory"):
+            self.assertIn(title, done.stdout)
+        self.assertRegex(done.stdout, r"\| no \| [\d.]+ MiB \|")
+
+
+if __name__ == "__main__":
+    os.environ["OMP_PROC_BIND"], os.environ["OMP_WAIT_POLICY"] = "false", "passive"
+    unittest.main(argv=[sys.argv[0], *sys.argv[3:]], verbosity=2)
