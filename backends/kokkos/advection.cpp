@@ -28,52 +28,60 @@ KOKKOS_INLINE_FUNCTION void add_momentum(const Array<std::int64_t>& momentum, In
 /// The earliest hit of a path among the triangles near it.
 struct Sweep {
   CellTableView cells;
+  Neighbors near;  // fluid→sample, from the step's start
   Array<Real3> sample_position, start, end;
   Array<Index> sample_triangle, triangle;
+  Array<Box> box;  // of each triangle's way
   Kokkos::View<double, MemSpace> reach, stretch;
-  double cover = 0, margin = 0, touch = 0;  // m
+  double cover = 0, margin = 0, touch = 0, support = 0;  // m
   Index samples = 0;
+  bool listed = false;  // are the particles those of the list?
+
+  explicit Sweep(const Device& d) : near(d.fluid_sample) {}
 
   KOKKOS_INLINE_FUNCTION Corners corners(const Array<Real3>& x, Index t) const {
     return {widen(x(triangle(3 * t))), widen(x(triangle(3 * t + 1))), widen(x(triangle(3 * t + 2)))};
   }
 
-  /// Visits samples; a triangle's test is skipped if it was the one before.
+  /// Visits samples; a triangle's test is skipped if it was one of the last two.
   struct Visitor {
     const Sweep& sweep;
     Double3 x0, x1;
-    Real3 lo, hi;  // samples outside this box cannot carry a triangle that is hit
+    Box path;
     Hit best;
-    Index last = -1;
+    Index last = -1, before = -1;
 
     KOKKOS_INLINE_FUNCTION void operator()(Index sample) {
-      const Real3 p = sweep.sample_position(sample);
-      if (p.x < lo.x || p.y < lo.y || p.z < lo.z || p.x > hi.x || p.y > hi.y || p.z > hi.z) return;
       const Index t = sweep.sample_triangle(sample);
-      if (t == last) return;
+      if (t == last || t == before) return;
+      before = last;
       last = t;
-      const Corners from = sweep.corners(sweep.start, t), to = sweep.corners(sweep.end, t);
-      if (boxes_apart(x0, x1, from, to, sweep.margin)) return;
+      if (path.apart(sweep.box(t))) return;
       Hit hit;
-      if (!first_hit(x0, x1, from, to, sweep.touch, hit)) return;
+      if (!first_hit(x0, x1, sweep.corners(sweep.start, t), sweep.corners(sweep.end, t), sweep.touch, hit)) return;
       if (hit.time > best.time || (hit.time == best.time && t >= best.triangle)) return;
       best = hit;
       best.triangle = t;
     }
   };
 
-  KOKKOS_INLINE_FUNCTION Hit earliest(const Double3& x0, const Double3& x1) const {
+  KOKKOS_INLINE_FUNCTION Hit earliest(Index i, const Double3& x0, const Double3& x1) const {
     // Both views are below their least value if no triangle or node has written them.
     const double grow = cover * Kokkos::fmax(1.0, stretch()) + Kokkos::fmax(0.0, reach()) + margin;
-    Visitor visitor{*this, x0, x1, {}, {}, {}};
-    visitor.lo =
-        narrow({Kokkos::fmin(x0.x, x1.x) - grow, Kokkos::fmin(x0.y, x1.y) - grow, Kokkos::fmin(x0.z, x1.z) - grow});
-    visitor.hi =
-        narrow({Kokkos::fmax(x0.x, x1.x) + grow, Kokkos::fmax(x0.y, x1.y) + grow, Kokkos::fmax(x0.z, x1.z) + grow});
-    const CellCoord a = cells.cell_of(visitor.lo), b = cells.cell_of(visitor.hi);
+    const Double3 lo{Kokkos::fmin(x0.x, x1.x), Kokkos::fmin(x0.y, x1.y), Kokkos::fmin(x0.z, x1.z)};
+    const Double3 hi{Kokkos::fmax(x0.x, x1.x), Kokkos::fmax(x0.y, x1.y), Kokkos::fmax(x0.z, x1.z)};
+    Visitor visitor{*this, x0, x1, {narrow(lo), narrow(hi)}, {}};
+    // What a sample's triangle can hit lies within the path and `grow` of the sample.
+    const Double3 way = minus(x1, x0);
+    if (listed && Kokkos::sqrt(inner(way, way)) + grow < support) {
+      for (Index k = 0; k < near.count(i); ++k) visitor(near(i, k));
+      return visitor.best;
+    }
+    const CellCoord a = cells.cell_of(narrow(minus(lo, {grow, grow, grow}))),
+                    b = cells.cell_of(narrow(add(hi, {grow, grow, grow})));
     // A runaway particle may sweep more cells than there are samples.
-    const double box = (double(b.x) - a.x + 1) * (double(b.y) - a.y + 1) * (double(b.z) - a.z + 1);
-    if (box <= static_cast<double>(samples))
+    const double box_cells = (double(b.x) - a.x + 1) * (double(b.y) - a.y + 1) * (double(b.z) - a.z + 1);
+    if (box_cells <= static_cast<double>(samples))
       cells.for_cells(a, b, visitor);
     else
       for (Index s = 0; s < samples; ++s) visitor(s);
@@ -93,6 +101,7 @@ void allocate(Device& d) {
     w.start = Array<Real3>("drench::advection::start", nodes);
     w.momentum = Array<std::int64_t>("drench::advection::momentum", 3 * nodes);
     w.hits = Array<Index>("drench::advection::hits", nodes);
+    w.box = Array<Box>("drench::advection::box", static_cast<std::size_t>(d.mesh.triangles));
   }
   const std::size_t capacity = d.fluid.position.extent(0);
   if (w.gone.extent(0) < capacity) {
@@ -208,7 +217,7 @@ void move_cloth(Device& d, Real dt) {
 /// Law 3, paths: x1 of each particle, and what it hit.
 void sweep_paths(Device& d, Real dt) {
   AdvectionWork& w = d.advection_work;
-  Sweep sweep;
+  Sweep sweep(d);
   sweep.cells = d.sample_cells.view();
   sweep.sample_position = d.samples.position;
   sweep.start = d.model.has_moving_cloth() ? w.start : d.nodes.position;
@@ -220,7 +229,15 @@ void sweep_paths(Device& d, Real dt) {
   sweep.cover = d.model.samples.cover_radius;
   sweep.margin = 1e-3 * d.model.spacing;
   sweep.touch = 1e-6 * d.model.spacing;
+  sweep.support = 0.999 * d.support;  // the list's distances are rounded
   sweep.samples = d.samples.count;
+  sweep.listed = d.fluid_sample.rows == d.fluid.count;
+  sweep.box = w.box;
+  const auto box = w.box;
+  parallel(
+      "drench::advection::boxes", d.mesh.triangles, KOKKOS_LAMBDA(const Index t) {
+        box(t) = box_of_way(sweep.corners(sweep.start, t), sweep.corners(sweep.end, t), sweep.margin);
+      });
   const double gap = 1e-2 * d.model.spacing;
   const auto position = d.fluid.position, velocity = d.fluid.velocity, end = w.end, hit_weight = w.hit_weight,
              hit_normal = w.hit_normal;
@@ -234,7 +251,7 @@ void sweep_paths(Device& d, Real dt) {
         Real3 stop = position(i) + dt * velocity(i) + shift(i);
         hit_triangle(i) = -1;
         for (int test = 0; test <= max_repeats; ++test) {
-          const Hit hit = sweep.earliest(x0, widen(stop));
+          const Hit hit = sweep.earliest(i, x0, widen(stop));
           if (hit.triangle < 0) break;
           const Corners from = sweep.corners(sweep.start, hit.triangle), to = sweep.corners(sweep.end, hit.triangle);
           const Double3 end_normal = to.normal();

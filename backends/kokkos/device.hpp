@@ -4,6 +4,7 @@
 #include <memory>
 #include <vector>
 
+#include "laws/collision.hpp"
 #include "laws/kernel.hpp"
 #include "laws/rigid.hpp"
 #include "pipeline/backend.hpp"
@@ -225,6 +226,7 @@ struct AdvectionWork {
   Array<Real3> start;                             // per node: x⁰_n, m
   Array<std::int64_t> momentum;                   // 3 per node, units of q · 2^-8 m/s
   Array<Index> hits;                              // per node: c_k
+  Array<Box> box;                                 // per triangle: of its way in the step
   Kokkos::View<double, MemSpace> reach;           // the largest node displacement, m
   Kokkos::View<double, MemSpace> stretch;         // the largest stretch of a triangle at the start, 1
   Kokkos::View<std::int64_t[4], MemSpace> count;  // collisions, clamped, drained quanta, removed particles

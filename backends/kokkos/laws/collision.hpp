@@ -60,13 +60,22 @@ KOKKOS_INLINE_FUNCTION double segment_square(const Double3& x, const Double3& a,
 KOKKOS_INLINE_FUNCTION bool on_an_edge(const Corners& t, const Double3& x) {
   const Double3 u = minus(t.b, t.a), v = minus(t.c, t.b), w = minus(t.a, t.c);
   const double longest = Kokkos::fmax(Kokkos::fmax(inner(u, u), inner(v, v)), inner(w, w));
-  const double nearest = Kokkos::fmin(Kokkos::fmin(segment_square(x, t.a, t.b), segment_square(x, t.b, t.c)),
-                                      segment_square(x, t.c, t.a));
+  const double nearest =
+      Kokkos::fmin(Kokkos::fmin(segment_square(x, t.a, t.b), segment_square(x, t.b, t.c)), segment_square(x, t.c, t.a));
   return nearest <= 1e-12 * longest;
 }
 
 KOKKOS_INLINE_FUNCTION double cubic_value(const double* c, double t) {
   return ((c[3] * t + c[2]) * t + c[1]) * t + c[0];
+}
+
+/// Do the cubic's Bernstein coefficients on [0, 1] all have one sign, beyond rounding? Then it has no root there.
+KOKKOS_INLINE_FUNCTION bool keeps_its_sign(const double* c) {
+  const double b[4] = {c[0], c[0] + c[1] / 3, c[0] + (2 * c[1] + c[2]) / 3, c[0] + c[1] + c[2] + c[3]};
+  const double least = Kokkos::fmin(Kokkos::fmin(b[0], b[1]), Kokkos::fmin(b[2], b[3]));
+  const double most = Kokkos::fmax(Kokkos::fmax(b[0], b[1]), Kokkos::fmax(b[2], b[3]));
+  const double rounding = 1e-13 * (Kokkos::abs(c[0]) + Kokkos::abs(c[1]) + Kokkos::abs(c[2]) + Kokkos::abs(c[3]));
+  return least > rounding || most < -rounding;
 }
 
 /// All roots in [0, 1] of c0 + c1 t + c2 t² + c3 t³ where it changes sign or is exactly 0, ascending; at most 4. The
@@ -109,19 +118,28 @@ KOKKOS_INLINE_FUNCTION int cubic_roots(const double* c, double* roots) {
   return found;
 }
 
-/// Is the box of the path x0 → x1 farther than `margin` (m) and 1e-4 of the triangle's box from that of the triangle's way
-/// from → to? Then it cannot hit: what hits is within 1e-6 of an edge's length of the triangle.
-KOKKOS_INLINE_FUNCTION bool boxes_apart(const Double3& x0, const Double3& x1, const Corners& from, const Corners& to,
-                                        double margin) {
-  const auto apart = [margin](double p, double q, double a, double b, double c, double d, double e, double f) {
-    const double lo = Kokkos::fmin(Kokkos::fmin(Kokkos::fmin(a, b), Kokkos::fmin(c, d)), Kokkos::fmin(e, f));
-    const double hi = Kokkos::fmax(Kokkos::fmax(Kokkos::fmax(a, b), Kokkos::fmax(c, d)), Kokkos::fmax(e, f));
-    const double more = margin + 1e-4 * (hi - lo);
-    return Kokkos::fmax(p, q) < lo - more || Kokkos::fmin(p, q) > hi + more;
+/// A box, m.
+struct Box {
+  Real3 lo, hi;
+  KOKKOS_INLINE_FUNCTION bool apart(const Box& o) const {
+    return lo.x > o.hi.x || lo.y > o.hi.y || lo.z > o.hi.z || hi.x < o.lo.x || hi.y < o.lo.y || hi.z < o.lo.z;
+  }
+};
+
+/// The box of a triangle's way from → to, grown by `margin` (m) and 1e-4 of itself. A path whose box is apart from it cannot
+/// hit: what hits is within 1e-6 of an edge's length of the triangle.
+KOKKOS_INLINE_FUNCTION Box box_of_way(const Corners& from, const Corners& to, double margin) {
+  const auto least = [](double a, double b, double c, double d, double e, double f) {
+    return Kokkos::fmin(Kokkos::fmin(Kokkos::fmin(a, b), Kokkos::fmin(c, d)), Kokkos::fmin(e, f));
   };
-  return apart(x0.x, x1.x, from.a.x, from.b.x, from.c.x, to.a.x, to.b.x, to.c.x) ||
-         apart(x0.y, x1.y, from.a.y, from.b.y, from.c.y, to.a.y, to.b.y, to.c.y) ||
-         apart(x0.z, x1.z, from.a.z, from.b.z, from.c.z, to.a.z, to.b.z, to.c.z);
+  Double3 lo{least(from.a.x, from.b.x, from.c.x, to.a.x, to.b.x, to.c.x),
+             least(from.a.y, from.b.y, from.c.y, to.a.y, to.b.y, to.c.y),
+             least(from.a.z, from.b.z, from.c.z, to.a.z, to.b.z, to.c.z)};
+  Double3 hi{-least(-from.a.x, -from.b.x, -from.c.x, -to.a.x, -to.b.x, -to.c.x),
+             -least(-from.a.y, -from.b.y, -from.c.y, -to.a.y, -to.b.y, -to.c.y),
+             -least(-from.a.z, -from.b.z, -from.c.z, -to.a.z, -to.b.z, -to.c.z)};
+  const Double3 size = minus(hi, lo), grown = add(times(1e-4, size), {margin, margin, margin});
+  return {narrow(minus(lo, grown)), narrow(add(hi, grown))};
 }
 
 /// A hit of the path on a triangle: time τ ∈ [0, 1] of the step, barycentric coordinates. triangle < 0: none.
@@ -141,7 +159,7 @@ KOKKOS_INLINE_FUNCTION bool first_hit(const Double3& x0, const Double3& x1, cons
   const Double3 n0 = outer(e, g), n1 = add(outer(de, g), outer(e, dg)), n2 = outer(de, dg);
   const double c[4] = {inner(p, n0), inner(p, n1) + inner(dp, n0), inner(p, n2) + inner(dp, n1), inner(dp, n2)};
   double roots[5];
-  int count = cubic_roots(c, roots);
+  int count = keeps_its_sign(c) ? 0 : cubic_roots(c, roots);
   const Double3 end_normal = to.normal();
   if (Kokkos::abs(inner(minus(x1, to.a), end_normal)) <= touch) roots[count++] = 1;
   for (int k = 0; k < count; ++k) {
