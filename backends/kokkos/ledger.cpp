@@ -27,6 +27,48 @@ struct LedgerSums {
   }
 };
 
+struct OfLiquid {
+  Entries<Real3> x, v;
+  Entries<Quanta> mass;
+  double q, rho;
+
+  explicit OfLiquid(const Device& d)
+      : x(d.fluid.position), v(d.fluid.velocity), mass(d.fluid.mass), q(d.quantum), rho(double(d.rest_density)) {}
+  KOKKOS_INLINE_FUNCTION LedgerSums operator()(const Index i) const {
+    LedgerSums own;
+    own.mass = mass(i);
+    own.nonfinite = finite(x(i)) && finite(v(i)) ? 0 : 1;
+    own.energy = 0.5 * q * double(mass(i)) * double(dot(v(i), v(i)));
+    own.mass_float += rho * double(Real(double(mass(i)) * q / rho));
+    return own;
+  }
+};
+
+struct OfNodes {
+  Entries<Real3> x, v;
+  Entries<Quanta> liquid;
+  Entries<double> capacity;
+  Entries<Real> solid;
+  double q;
+
+  explicit OfNodes(const Device& d)
+      : x(d.nodes.position),
+        v(d.nodes.velocity),
+        liquid(d.nodes.liquid),
+        capacity(d.nodes.capacity),
+        solid(d.nodes.solid_mass),
+        q(d.quantum) {}
+  KOKKOS_INLINE_FUNCTION LedgerSums operator()(const Index n) const {
+    LedgerSums own;
+    own.mass = liquid(n);
+    own.nonfinite = finite(x(n)) && finite(v(n)) ? 0 : 1;
+    own.energy = 0.5 * (double(solid(n)) + q * double(liquid(n))) * double(dot(v(n), v(n)));
+    own.mass_float += double(Real(double(liquid(n)) * q));
+    own.saturation = capacity(n) > 0 ? double(liquid(n)) * q / capacity(n) : 0;
+    return own;
+  }
+};
+
 void add(StepReport& report, const LedgerSums& sums) {
   report.nonfinite += sums.nonfinite;
   report.kinetic_energy += sums.energy;
@@ -36,46 +78,22 @@ void add(StepReport& report, const LedgerSums& sums) {
 }  // namespace
 
 void ledger(Device& d, const StepInfo& info, StepReport& report) {
-  const double q = d.quantum, rho = double(d.rest_density);
   report.particles = d.fluid.count;
   report.mass_drained = d.drained;
   report.mass_supplied = d.supplied;
   report.mass_float = 0;
   report.kinetic_energy = 0;
   report.nonfinite = 0;
+  const SumPair<LedgerSums> sums =
+      ordered_pair<LedgerSums>("drench::ledger::sums", d.fluid.count, OfLiquid(d), d.nodes.count, OfNodes(d));
   if (d.fluid.count > 0) {
-    const auto x = d.fluid.position, v = d.fluid.velocity;
-    const auto mass = d.fluid.mass;
-    const LedgerSums sums = ordered<LedgerSums>(
-        "drench::ledger::fluid", d.fluid.count, KOKKOS_LAMBDA(const Index i) {
-          LedgerSums own;
-          own.mass = mass(i);
-          own.nonfinite = finite(x(i)) && finite(v(i)) ? 0 : 1;
-          own.energy = 0.5 * q * double(mass(i)) * double(dot(v(i), v(i)));
-          own.mass_float += rho * double(Real(double(mass(i)) * q / rho));
-          return own;
-        });
-    report.mass_fluid = sums.mass;
-    add(report, sums);
+    report.mass_fluid = sums.first.mass;
+    add(report, sums.first);
   }
   if (d.nodes.count > 0) {
-    const auto x = d.nodes.position, v = d.nodes.velocity;
-    const auto liquid = d.nodes.liquid;
-    const auto capacity = d.nodes.capacity;
-    const auto solid = d.nodes.solid_mass;
-    const LedgerSums sums = ordered<LedgerSums>(
-        "drench::ledger::nodes", d.nodes.count, KOKKOS_LAMBDA(const Index n) {
-          LedgerSums own;
-          own.mass = liquid(n);
-          own.nonfinite = finite(x(n)) && finite(v(n)) ? 0 : 1;
-          own.energy = 0.5 * (double(solid(n)) + q * double(liquid(n))) * double(dot(v(n), v(n)));
-          own.mass_float += double(Real(double(liquid(n)) * q));
-          own.saturation = capacity(n) > 0 ? double(liquid(n)) * q / capacity(n) : 0;
-          return own;
-        });
-    report.mass_cloth = sums.mass;
-    if (d.model.has_porous()) report.saturation_max = sums.saturation;
-    add(report, sums);
+    report.mass_cloth = sums.second.mass;
+    if (d.model.has_porous()) report.saturation_max = sums.second.saturation;
+    add(report, sums.second);
   }
   d.step = info.step + 1;
   d.time = info.time + info.dt;
