@@ -387,6 +387,7 @@ void advection(Device& d, const StepInfo& info, StepReport& report) {
   const Real dt = static_cast<Real>(info.dt);
   const bool liquid = d.fluid.count > 0, cloth = d.samples.count > 0, moving_cloth = d.model.has_moving_cloth();
   allocate(d);
+  d.measured.fresh = false;
   place_solids(d, info.dt);
   if (liquid && cloth && d.emission_ramp > 0) limit_fresh(d);
   if (moving_cloth) {

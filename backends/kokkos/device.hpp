@@ -206,6 +206,13 @@ struct ClothWork {
   Array<Real> limit_rate;                        // 2 per triangle: θ, 1
 };
 
+/// What the ledger's pass over the state has found beside its sums, until the liquid moves.
+struct StateMeasures {
+  bool fresh = false;
+  PointBounds fluid;                       // around the liquid
+  double fluid_speed = 0, node_speed = 0;  // m/s: the fastest, as stage time_step asks (with `mode: cfl`)
+};
+
 /// Work arrays of stage wet_adhesion, made on first use. `impulse` is zero between steps.
 struct WetAdhesionWork {
   Real thickness = 0;           // m: the largest
@@ -313,6 +320,7 @@ struct Device {
   ContactWork contact_work;
   ReservoirWork reservoir_work;
   MeasuresWork measures_work;
+  StateMeasures measured;
   // ledger and counters on the host
   Quanta drained = 0, supplied = 0;
   std::int64_t next_id = 0;

@@ -84,7 +84,7 @@ void Device::upload(const HostState& s) {
   step = s.step;
   time = s.time;
   samples_fresh = sample_bounds_fresh = sample_cells_fresh = sample_list_fresh = boundary_list_fresh = false;
-  diffusion_work.rate_launched = false;
+  diffusion_work.rate_launched = measured.fresh = false;
 }
 
 HostState Device::download() const {

@@ -1,5 +1,5 @@
 // Stage emission (src/stages/emission.hpp). The letters (a) to (e) are those of its law; (d) is in emission_particles.cpp.
-// The host waits once, for the number of new particles; until then nothing that a kernel finds out leaves the device.
+// The host waits once: for the number of new particles, or, as long as nothing is ripe, for that news.
 
 #include "laws/emission.hpp"
 
@@ -27,6 +27,8 @@ void prepare(Device& d) {
   if (w.any.extent(0) == 0) {
     w.any = Array<int>("drench::emission::any", 2);
     w.counts = decltype(w.counts)(Kokkos::ViewAllocateWithoutInitializing("drench::emission::counts"));
+    w.new_particles =
+        decltype(w.new_particles)(Kokkos::ViewAllocateWithoutInitializing("drench::emission::new_particles"));
   }
   prepare_transfers(d);
 }
@@ -47,6 +49,8 @@ struct Ripening {
         dt(step),
         spacing(d.spacing) {}
 
+  /// May there be any?
+  KOKKOS_INLINE_FUNCTION bool any(Index n) const { return ripe(n) > 0 || liquid(n) > capacity(n); }
   KOKKOS_INLINE_FUNCTION Quanta operator()(Index n) const {
     const Quanta excess = liquid(n) > capacity(n) ? liquid(n) - capacity(n) : 0;
     const Quanta kept = ripe(n) < excess ? ripe(n) : excess;
@@ -55,6 +59,23 @@ struct Ripening {
     return kept + static_cast<Quanta>(Kokkos::floor(part * double(excess - kept)));
   }
 };
+
+/// Whether anything may be ripe, and how many particles are empty.
+EmissionCounts look(Device& d) {
+  const Ripening ripening(d, 0);
+  const Entries<Quanta> mass = d.fluid.mass;
+  const Index nodes = d.nodes.count, particles = d.fluid.count;
+  const auto counts = d.emission_work.counts;
+  Kokkos::parallel_reduce(
+      "drench::emission::ripe", Range(0, nodes > particles ? nodes : particles),
+      KOKKOS_LAMBDA(const Index k, EmissionCounts& sum) {
+        if (k < nodes && ripening.any(k)) ++sum.ripe;
+        if (k < particles && mass(k) == 0) ++sum.empty;
+      },
+      counts);
+  ExecSpace().fence("drench::emission::ripe");
+  return counts();
+}
 
 /// e_p, where liquid leaves.
 struct Direction {
@@ -93,8 +114,10 @@ void shares(Device& d, double dt) {
         const bool emits = ripened.materials(cloth(p)).porous && (!directed || dot(flow(p), flow(p)) > 0);
         Quanta sum = 0;
         double vx = 0, vy = 0, vz = 0;
+        bool ripe = false;
         for (int k = 0; k < 3; ++k) {
           const Index n = transfers.node(3 * p + k);
+          ripe = ripe || ripened.any(n);
           const Quanta e = emits ? laws::ripe_share(transfers.weight(3 * p + k), ripened(n), weight_sum(n)) : 0;
           share(3 * p + k) = e;
           sum += e;
@@ -106,9 +129,8 @@ void shares(Device& d, double dt) {
         rest(p) = sum;
         const double inverse = sum > 0 ? 1 / double(sum) : 0;
         leaving_velocity(p) = {Real(inverse * vx), Real(inverse * vy), Real(inverse * vz)};
-        if (sum == 0) return;
-        if (any(0) == 0) Kokkos::atomic_store(&any(0), 1);
-        if (solids) direction(p) = outward(p, pressure);
+        if (ripe && any(0) == 0) Kokkos::atomic_store(&any(0), 1);
+        if (sum > 0 && solids) direction(p) = outward(p, pressure);
       });
 }
 
@@ -146,6 +168,7 @@ struct Reach {
 void give_to_liquid(Device& d) {
   const auto& w = d.emission_work;
   const Reach reach(d);
+  const Index particles = d.fluid.count;
   const Entries<Quanta> room = w.room, rest = w.rest;
   const Entries<Real3> leaving_velocity = w.velocity, velocity = d.fluid.velocity;
   parallel(
@@ -157,10 +180,12 @@ void give_to_liquid(Device& d) {
         }
       });
   Kokkos::parallel_reduce(
-      "drench::emission::give_to_liquid", Range(0, d.fluid.count),
-      KOKKOS_LAMBDA(const Index j, Index& empty) {
+      "drench::emission::give_to_liquid", Range(0, particles > 0 ? particles : 1),
+      KOKKOS_LAMBDA(const Index j, EmissionCounts& counts) {
+        if (j == 0) counts.ripe = reach.any(0);
+        if (j >= particles) return;
         const Quanta mass = reach.mass(j), own_room = reach.full - mass;
-        if (mass == 0) ++empty;
+        if (mass == 0) ++counts.empty;
         if (!reach.takes(j)) return;
         Quanta offered = 0;
         for (Index k = 0; k < reach.list.count(j); ++k) {
@@ -190,7 +215,7 @@ void give_to_liquid(Device& d) {
                        Real((before * double(v.z) + unit * double(pz)) / after)};
         reach.mass(j) = mass + gained;
       },
-      Kokkos::subview(w.counts, 0));
+      w.counts);
 }
 
 /// (b) and the first pass of (c). blocked: 1 for samples that see a solid in their cone, 2 for others that see their own layer
@@ -289,6 +314,13 @@ void leave(Device& d, double dt) {
 void emission(Device& d, const StepInfo& info, StepReport&) {
   if (d.samples.count == 0) return;
   prepare(d);
+  if (d.emission_work.idle) {
+    const EmissionCounts counts = look(d);
+    if (counts.ripe == 0) {
+      if (counts.empty > 0) d.compact_fluid({}, d.fluid.count - counts.empty);
+      return;
+    }
+  }
   place_samples(d);
   shares(d, info.dt);
   give_to_liquid(d);

@@ -123,7 +123,7 @@ void rank(Device& d) {
   const CandidateCells cells(d);
   const Real near2 = d.spacing * d.spacing / 4;
   const auto most = static_cast<std::int64_t>(share_units * laws::surface_share);
-  auto n = Kokkos::subview(w.counts, 1);
+  auto n = w.new_particles;
   Kokkos::parallel_scan(
       "drench::emission::rank", Range(0, d.samples.count),
       KOKKOS_LAMBDA(const Index c, Index& number, const bool last) {
@@ -218,9 +218,10 @@ void create_particles(Device& d) {
   measure_space(d);
   rank(d);
   ExecSpace().fence("drench::emission::counts");
-  const auto counts = d.emission_work.counts;
-  if (counts(0) > 0) d.compact_fluid({}, d.fluid.count - counts(0));
-  give_out(d, counts(1));
+  const EmissionCounts counts = d.emission_work.counts();
+  d.emission_work.idle = counts.ripe == 0;
+  if (counts.empty > 0) d.compact_fluid({}, d.fluid.count - counts.empty);
+  give_out(d, d.emission_work.new_particles());
 }
 
 }  // namespace drench::kokkos_backend

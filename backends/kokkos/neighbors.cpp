@@ -59,7 +59,7 @@ void part_by_cloth(Device& d) {
 
 void neighbors(Device& d, const StepInfo&, StepReport&) {
   const Real h = d.support;
-  d.fluid_cells.build(d.fluid.position, d.fluid.count, h, d.fluid.id);
+  d.fluid_cells.build(d.fluid.position, d.fluid.count, h, d.fluid.id, d.measured.fresh ? &d.measured.fluid : nullptr);
   d.order_fluid_by_cell();
   std::vector<ListRequest> lists{{&d.fluid_fluid, d.fluid.position, d.fluid.count, d.fluid_cells.view(), true, true}};
   if (d.boundary.count > 0) {

@@ -20,6 +20,16 @@ struct AbsorptionWork {
   Kokkos::View<Index, Kokkos::SharedHostPinnedSpace> taken;  // particles taken whole; where there is no emission
 };
 
+struct EmissionCounts {
+  Index empty = 0;  // particles that absorption took whole
+  Index ripe = 0;   // not 0: something is ripe, or may become so
+  KOKKOS_INLINE_FUNCTION EmissionCounts& operator+=(const EmissionCounts& o) {
+    empty += o.empty;
+    ripe += o.ripe;
+    return *this;
+  }
+};
+
 struct EmissionWork {
   // per sample
   Array<Quanta> share;        // 3 per sample: E_pk, in the end what leaves node k
@@ -39,8 +49,10 @@ struct EmissionWork {
   Array<Index> next;            // the next candidate of the same cell, −1: none
   Array<Index> head;            // per bucket of sample_cells: a candidate; −1 between steps
   Array<int> any;               // 0: something is ripe; 1: there are candidates. Zero between steps
-  // for the host: 0: particles that absorption took whole; 1: new ones
-  Kokkos::View<Index[2], Kokkos::SharedHostPinnedSpace> counts;
+  // for the host
+  Kokkos::View<EmissionCounts, Kokkos::SharedHostPinnedSpace> counts;
+  Kokkos::View<Index, Kokkos::SharedHostPinnedSpace> new_particles;
+  bool idle = true;  // nothing was ripe when last looked
 };
 
 struct DiffusionWork {
