@@ -58,12 +58,17 @@ void offer(Device& d, double dt) {
                                        laws::viscosity_laplacian(norm(separation), h));
         };
         double all = 0;
-        for (Index k = 0; k < n; ++k) all += wish(list(i, k));
+        for (Index k = 0; k < n; ++k) {
+          const double w = wish(list(i, k));
+          offers(i, k) = Kokkos::bit_cast<Quanta>(w);  // kept there until it is an offer
+          all += w;
+        }
         const double total = all > 0 ? laws::absorption_total(double(m), all) : 0;
         Quanta rest = m;
         Index largest = 0;
         for (Index k = 0; k < n; ++k) {
-          const Quanta wanted = all > 0 ? static_cast<Quanta>(Kokkos::floor(total * (wish(list(i, k)) / all))) : 0;
+          const double w = Kokkos::bit_cast<double>(offers(i, k));
+          const Quanta wanted = all > 0 ? static_cast<Quanta>(Kokkos::floor(total * (w / all))) : 0;
           const Quanta o = wanted < rest ? wanted : rest;
           offers(i, k) = o;
           rest -= o;
