@@ -9,16 +9,35 @@
 namespace drench::kokkos_backend {
 namespace {
 
-/// o_ij of every pair, and Σ_i o_ij in `entering`.
+/// s_p of every sample (a node with C_n = 0 counts 0); nothing is on its way to any.
+void prepare(Device& d) {
+  const Entries<Index> node = d.samples.node;
+  const Entries<Real> weight = d.samples.weight, saturation = d.samples.saturation;
+  const Entries<Quanta> liquid = d.nodes.liquid;
+  const Entries<double> capacity = d.nodes.capacity;
+  const double q = d.quantum;
+  const Transfers transfers(d);
+  parallel(
+      "drench::absorption::saturation", d.samples.count, KOKKOS_LAMBDA(const Index p) {
+        double sum = 0;
+        for (int k = 0; k < 3; ++k) {
+          const Index n = node(3 * p + k);
+          if (capacity(n) > 0) sum += double(weight(3 * p + k)) * (double(liquid(n)) * q / capacity(n));
+        }
+        saturation(p) = Real(sum);
+        transfers.clear(p);
+      });
+}
+
+/// o_ij of every pair, and Σ_i o_ij in `offered`.
 void offer(Device& d, double dt) {
-  const auto count = d.fluid_sample.count;
-  const auto list = d.fluid_sample.list;
+  const Neighbors list(d.fluid_sample);
   const auto offers = d.absorption_work.offer;
-  const auto x = d.fluid.position, xs = d.samples.position, flow = d.samples.flow_direction;
-  const auto mass = d.fluid.mass, entering = d.transfer_work.entering;
-  const auto saturation = d.samples.saturation, capacity = d.samples.capacity;
-  const auto cloth = d.samples.cloth;
-  const auto materials = d.materials;
+  const Entries<Real3> x = d.fluid.position, xs = d.samples.position, flow = d.samples.flow_direction;
+  const Entries<Quanta> mass = d.fluid.mass, offered = d.transfer_work.offered;
+  const Entries<Real> saturation = d.samples.saturation, capacity = d.samples.capacity;
+  const Entries<Index> cloth = d.samples.cloth;
+  const Entries<Material> materials = d.materials;
   const Real h = d.support;
   const double q = d.quantum, rho = d.rest_density;
   const Quanta min_quanta = d.model.min_quanta;
@@ -26,7 +45,7 @@ void offer(Device& d, double dt) {
   parallel(
       "drench::absorption::offer", d.fluid.count, KOKKOS_LAMBDA(const Index i) {
         const Quanta m = mass(i);
-        const Index n = m > 0 ? count(i) : 0;
+        const Index n = m > 0 ? list.count(i) : 0;
         const double volume = double(m) * q / rho;
         const auto wish = [&](const Index j) -> double {
           const Index c = cloth(j);
@@ -39,12 +58,17 @@ void offer(Device& d, double dt) {
                                        laws::viscosity_laplacian(norm(separation), h));
         };
         double all = 0;
-        for (Index k = 0; k < n; ++k) all += wish(list(i, k));
+        for (Index k = 0; k < n; ++k) {
+          const double w = wish(list(i, k));
+          offers(i, k) = Kokkos::bit_cast<Quanta>(w);  // kept there until it is an offer
+          all += w;
+        }
         const double total = all > 0 ? laws::absorption_total(double(m), all) : 0;
         Quanta rest = m;
         Index largest = 0;
         for (Index k = 0; k < n; ++k) {
-          const Quanta wanted = all > 0 ? static_cast<Quanta>(Kokkos::floor(total * (wish(list(i, k)) / all))) : 0;
+          const double w = Kokkos::bit_cast<double>(offers(i, k));
+          const Quanta wanted = all > 0 ? static_cast<Quanta>(Kokkos::floor(total * (w / all))) : 0;
           const Quanta o = wanted < rest ? wanted : rest;
           offers(i, k) = o;
           rest -= o;
@@ -52,30 +76,28 @@ void offer(Device& d, double dt) {
         }
         if (rest < m && rest > 0 && rest < min_quanta) offers(i, largest) += rest;
         for (Index k = 0; k < n; ++k)
-          if (offers(i, k) > 0) Kokkos::atomic_add(&entering(list(i, k)), offers(i, k));
+          if (offers(i, k) > 0) Kokkos::atomic_add(&offered(list(i, k)), offers(i, k));
       });
 }
 
 /// t_ij of every pair: mass leaves the liquid; mass and momentum are on their way in `entering` and `momentum`.
 void transfer(Device& d) {
-  const auto count = d.fluid_sample.count;
-  const auto list = d.fluid_sample.list;
+  const Neighbors list(d.fluid_sample);
   const auto offers = d.absorption_work.offer;
-  const auto mass = d.fluid.mass, entering = d.transfer_work.entering;
-  const auto velocity = d.fluid.velocity;
-  const auto share = d.transfer_work.inflow_share;
-  const auto momentum = d.transfer_work.momentum;
+  const Entries<Quanta> mass = d.fluid.mass;
+  const Entries<Real3> velocity = d.fluid.velocity;
+  const Transfers transfers(d);
   const Quanta min_quanta = d.model.min_quanta;
   parallel(
       "drench::absorption::transfer", d.fluid.count, KOKKOS_LAMBDA(const Index i) {
         const Quanta m = mass(i);
-        const Index n = m > 0 ? count(i) : 0;
+        const Index n = m > 0 ? list.count(i) : 0;
         Quanta rest = m;
         bool was_limited = false;
         for (Index k = 0; k < n; ++k) {
           const Quanta o = offers(i, k);
           if (o == 0) continue;
-          const double phi = share(list(i, k));
+          const double phi = transfers.share(list(i, k));
           if (phi < 1) was_limited = true;
           offers(i, k) = limited(o, phi);
           rest -= offers(i, k);
@@ -88,11 +110,23 @@ void transfer(Device& d) {
           rest += cut;
           back -= cut;
           if (t == 0) continue;
-          Kokkos::atomic_add(&entering(list(i, k)), t);
-          add_momentum(momentum, list(i, k), t, velocity(i));
+          transfers.give(list(i, k), t, velocity(i));
         }
         mass(i) = rest;
       });
+}
+
+/// Removes what was taken whole.
+void remove_taken(Device& d) {
+  auto& taken = d.absorption_work.taken;
+  if (taken.data() == nullptr)
+    taken = std::decay_t<decltype(taken)>(Kokkos::ViewAllocateWithoutInitializing("drench::absorption::taken"));
+  const Entries<Quanta> mass = d.fluid.mass;
+  Kokkos::parallel_reduce(
+      "drench::absorption::taken", Range(0, d.fluid.count),
+      KOKKOS_LAMBDA(const Index i, Index& sum) { sum += mass(i) > 0 ? 0 : 1; }, taken);
+  ExecSpace().fence("drench::absorption::taken");
+  d.compact_fluid({}, d.fluid.count - taken());
 }
 
 }  // namespace
@@ -100,15 +134,14 @@ void transfer(Device& d) {
 void absorption(Device& d, const StepInfo& info, StepReport&) {
   if (d.fluid.count == 0 || d.samples.count == 0) return;
   make_room(d.absorption_work.offer, "drench::absorption::offer", d.fluid_sample.list);
-  refresh_samples(d);
-  refresh_saturation(d);
-  clear_transfers(d, true);
+  prepare_transfers(d);
+  place_samples(d);
+  prepare(d);
   offer(d, info.dt);
   limit_inflow(d, d.model.has_saturation_control());
-  clear_transfers(d, true);
   transfer(d);
-  deliver(d);
-  if (!d.model.has_emission()) d.compact_fluid({});
+  parallel("drench::absorption::deliver", d.nodes.count, Delivery(d));
+  if (!d.model.has_emission()) remove_taken(d);
 }
 
 }  // namespace drench::kokkos_backend

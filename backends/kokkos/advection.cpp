@@ -2,7 +2,7 @@
 
 #include "stages/advection.hpp"
 
-#include "device.hpp"
+#include "advection_cloth.hpp"
 #include "laws/collision.hpp"
 #include "laws/contact.hpp"
 #include "pins.hpp"
@@ -14,10 +14,8 @@ namespace {
 constexpr int max_repeats = 4;
 constexpr double momentum_units = 256;  // per quantum · m/s
 
-enum Count : int { collisions = 0, clamped = 1, drained = 2, removed = 3 };
-
 /// Adds w · m · Δv (m in quanta) to a node's momentum, in fixed point: exact in any order.
-KOKKOS_INLINE_FUNCTION void add_momentum(const Array<std::int64_t>& momentum, Index node, double quanta,
+KOKKOS_INLINE_FUNCTION void add_momentum(const Entries<std::int64_t>& momentum, Index node, double quanta,
                                          const Double3& dv) {
   const double scale = momentum_units * quanta;
   Kokkos::atomic_add(&momentum(3 * node), static_cast<std::int64_t>(Kokkos::floor(scale * dv.x + 0.5)));
@@ -25,21 +23,22 @@ KOKKOS_INLINE_FUNCTION void add_momentum(const Array<std::int64_t>& momentum, In
   Kokkos::atomic_add(&momentum(3 * node + 2), static_cast<std::int64_t>(Kokkos::floor(scale * dv.z + 0.5)));
 }
 
-/// The earliest hit of a path among the triangles near it.
+/// The earliest hit of a path among the triangles near it. The samples are where they were at the start, as their table has
+/// them.
 struct Sweep {
   CellTableView cells;
   Neighbors near;  // fluid→sample, from the step's start
-  Array<Real3> sample_position, start, end;
-  Array<Index> sample_triangle, triangle;
-  Array<Box> box;  // of each triangle's way
-  Kokkos::View<double, MemSpace> reach, stretch;
+  Entries<Real3> start, end;
+  Entries<Index> sample_triangle, triangle;
+  Entries<Box> box;  // of each triangle's way
+  Kokkos::View<ClothMotion, MemSpace> motion;
   double cover = 0, margin = 0, touch = 0, support = 0;  // m
   Index samples = 0;
   bool listed = false;  // are the particles those of the list?
 
   explicit Sweep(const Device& d) : near(d.fluid_sample) {}
 
-  KOKKOS_INLINE_FUNCTION Corners corners(const Array<Real3>& x, Index t) const {
+  KOKKOS_INLINE_FUNCTION Corners corners(const Entries<Real3>& x, Index t) const {
     return {widen(x(triangle(3 * t))), widen(x(triangle(3 * t + 1))), widen(x(triangle(3 * t + 2)))};
   }
 
@@ -66,35 +65,44 @@ struct Sweep {
   };
 
   KOKKOS_INLINE_FUNCTION Hit earliest(Index i, const Double3& x0, const Double3& x1) const {
-    // Both views are below their least value if no triangle or node has written them.
-    const double grow = cover * Kokkos::fmax(1.0, stretch()) + Kokkos::fmax(0.0, reach()) + margin;
-    const Double3 lo{Kokkos::fmin(x0.x, x1.x), Kokkos::fmin(x0.y, x1.y), Kokkos::fmin(x0.z, x1.z)};
-    const Double3 hi{Kokkos::fmax(x0.x, x1.x), Kokkos::fmax(x0.y, x1.y), Kokkos::fmax(x0.z, x1.z)};
-    Visitor visitor{*this, x0, x1, {narrow(lo), narrow(hi)}, {}};
+    const double grow = cover * Kokkos::fmax(1.0, motion().stretch) + motion().reach + margin;
+    const Double3 least{Kokkos::fmin(x0.x, x1.x), Kokkos::fmin(x0.y, x1.y), Kokkos::fmin(x0.z, x1.z)};
+    const Double3 most{Kokkos::fmax(x0.x, x1.x), Kokkos::fmax(x0.y, x1.y), Kokkos::fmax(x0.z, x1.z)};
+    Visitor visitor{*this, x0, x1, {narrow(least), narrow(most)}, {}};
     // What a sample's triangle can hit lies within the path and `grow` of the sample.
     const Double3 way = minus(x1, x0);
     if (listed && Kokkos::sqrt(inner(way, way)) + grow < support) {
       for (Index k = 0; k < near.count(i); ++k) visitor(near(i, k));
       return visitor.best;
     }
-    const CellCoord a = cells.cell_of(narrow(minus(lo, {grow, grow, grow}))),
-                    b = cells.cell_of(narrow(add(hi, {grow, grow, grow})));
+    // Samples outside this box cannot carry a triangle that is hit.
+    const Real3 lo = narrow(minus(least, {grow, grow, grow})), hi = narrow(add(most, {grow, grow, grow}));
+    const auto visit = [&](const Index entry) {
+      const Real3 p = cells.point(entry);
+      if (p.x < lo.x || p.y < lo.y || p.z < lo.z || p.x > hi.x || p.y > hi.y || p.z > hi.z) return;
+      visitor(cells.item(entry));
+    };
+    CellCoord a = cells.cell_of(lo), b = cells.cell_of(hi);
     // A runaway particle may sweep more cells than there are samples.
     const double box_cells = (double(b.x) - a.x + 1) * (double(b.y) - a.y + 1) * (double(b.z) - a.z + 1);
-    if (box_cells <= static_cast<double>(samples))
-      cells.for_cells(a, b, visitor);
-    else
-      for (Index s = 0; s < samples; ++s) visitor(s);
+    if (box_cells <= static_cast<double>(samples)) {
+      cells.clip(a, b);
+      cells.for_runs(a, b, [&](const Index first, const Index end_of_run, const CellCoord& c) {
+        for (Index e = first; e < end_of_run; ++e)
+          if (!cells.hashed || cells.coord(e) == c) visit(e);
+      });
+    } else {
+      for (Index e = 0; e < samples; ++e) visit(e);
+    }
     return visitor.best;
   }
 };
 
 void allocate(Device& d) {
   AdvectionWork& w = d.advection_work;
-  if (w.count.data() == nullptr) {
-    w.count = Kokkos::View<std::int64_t[4], MemSpace>("drench::advection::count");
-    w.reach = Kokkos::View<double, MemSpace>("drench::advection::reach");
-    w.stretch = Kokkos::View<double, MemSpace>("drench::advection::stretch");
+  if (w.counts.data() == nullptr) {
+    w.counts = decltype(w.counts)(Kokkos::ViewAllocateWithoutInitializing("drench::advection::counts"));
+    w.motion = Kokkos::View<ClothMotion, MemSpace>("drench::advection::motion");
   }
   const auto nodes = static_cast<std::size_t>(d.nodes.count);
   if (w.momentum.extent(0) != 3 * nodes) {
@@ -117,24 +125,22 @@ void allocate(Device& d) {
 
 /// Law 1: limits the speed of fresh particles relative to the cloth; the cloth gets the momentum.
 void limit_fresh(Device& d) {
-  const auto position = d.fluid.position, velocity = d.fluid.velocity;
-  const auto mass = d.fluid.mass;
-  const auto age = d.fluid.age;
-  const auto origin = d.fluid.origin;
-  const auto neighbor_count = d.fluid_sample.count;
-  const auto neighbor_list = d.fluid_sample.list;
-  const auto sample_position = d.samples.position, node_velocity = d.nodes.velocity;
-  const auto sample_node = d.samples.node;
-  const auto weight = d.samples.weight;
-  const auto momentum = d.advection_work.momentum;
+  const Entries<Real3> position = d.fluid.position, velocity = d.fluid.velocity, sample_position = d.samples.position,
+                       node_velocity = d.nodes.velocity;
+  const Entries<Quanta> mass = d.fluid.mass;
+  const Entries<Real> age = d.fluid.age, weight = d.samples.weight;
+  const Entries<std::uint8_t> origin = d.fluid.origin;
+  const Neighbors near(d.fluid_sample);
+  const Entries<Index> sample_node = d.samples.node;
+  const Entries<std::int64_t> momentum = d.advection_work.momentum;
   const Real ramp = d.emission_ramp, base_speed = d.spacing / d.emission_ramp, fall = 2 * norm(d.gravity);
   parallel(
       "drench::advection::fresh", d.fluid.count, KOKKOS_LAMBDA(const Index i) {
         if (origin(i) != static_cast<std::uint8_t>(Origin::cloth) || !(age(i) < ramp)) return;
         Index nearest = -1;
         Real best = 0;
-        for (Index k = 0; k < neighbor_count(i); ++k) {
-          const Index p = neighbor_list(i, k);
+        for (Index k = 0; k < near.count(i); ++k) {
+          const Index p = near(i, k);
           const Real3 apart = position(i) - sample_position(p);
           const Real square = dot(apart, apart);
           if (nearest >= 0 && !(square < best)) continue;
@@ -157,75 +163,16 @@ void limit_fresh(Device& d) {
       });
 }
 
-/// The largest stretch of a triangle since its rest shape: how much farther than there its points lie from its samples.
-void measure_stretch(Device& d) {
-  const auto x = d.nodes.position;
-  const auto triangle = d.mesh.triangle;
-  const auto rest = d.mesh.rest_metric;
-  Kokkos::parallel_reduce(
-      "drench::advection::stretch", Range(0, d.mesh.triangles),
-      KOKKOS_LAMBDA(const Index t, double& largest) {
-        const Real3 corner = x(triangle(3 * t));
-        const Real3 u = x(triangle(3 * t + 1)) - corner, v = x(triangle(3 * t + 2)) - corner;
-        const double uu = dot(u, u), uv = dot(u, v), vv = dot(v, v);
-        const double a = rest(3 * t), b = rest(3 * t + 1), c = rest(3 * t + 2);
-        const double trace = a * uu + 2 * b * uv + c * vv, determinant = (a * c - b * b) * (uu * vv - uv * uv);
-        const double square = 0.5 * (trace + Kokkos::sqrt(Kokkos::fmax(0.0, trace * trace - 4 * determinant)));
-        const double stretch = Kokkos::sqrt(square);
-        if (stretch > largest) largest = stretch;
-      },
-      Kokkos::Max<double, MemSpace>(d.advection_work.stretch));
-}
-
-/// Law 2: moves the free nodes and keeps them out of the bodies.
-void move_cloth(Device& d, Real dt) {
-  const auto position = d.nodes.position, velocity = d.nodes.velocity, start = d.advection_work.start;
-  const auto pinned = d.nodes.pinned;
-  const auto cloth = d.nodes.cloth;
-  const auto materials = d.materials;
-  const auto solids = d.solids;
-  const PinMotions pins(d);
-  Kokkos::parallel_reduce(
-      "drench::advection::cloth", Range(0, d.nodes.count),
-      KOKKOS_LAMBDA(const Index n, double& reach) {
-        const Real3 x = position(n);
-        start(n) = x;
-        if (pinned(n)) {
-          if (!pins.moves(n)) return;
-          position(n) = pins.position(n);
-          const double moved = static_cast<double>(norm(position(n) - x));
-          if (moved > reach) reach = moved;
-          return;
-        }
-        const Real thickness = materials(cloth(n)).thickness;
-        Real3 v = velocity(n), shift = dt * v;
-        const std::size_t bodies = materials(cloth(n)).self_collision ? 0 : solids.extent(0);
-        for (std::size_t b = 0; b < bodies; ++b) {
-          const SolidDistance contact = solid_distance(solids(b), x, shift);
-          if (!(contact.phi < thickness)) continue;
-          v = without_inward(v, contact.normal, surface_velocity(solids(b), x, shift));
-          shift = to_distance(solids(b), x, shift, contact, thickness);
-        }
-        position(n) = x + shift;
-        velocity(n) = v;
-        const double moved = static_cast<double>(norm(shift));
-        if (moved > reach) reach = moved;
-      },
-      Kokkos::Max<double, MemSpace>(d.advection_work.reach));
-}
-
 /// Law 3, paths: x1 of each particle, and what it hit.
 void sweep_paths(Device& d, Real dt) {
   AdvectionWork& w = d.advection_work;
   Sweep sweep(d);
   sweep.cells = d.sample_cells.view();
-  sweep.sample_position = d.samples.position;
   sweep.start = d.model.has_moving_cloth() ? w.start : d.nodes.position;
   sweep.end = d.nodes.position;
   sweep.sample_triangle = d.samples.triangle;
   sweep.triangle = d.mesh.triangle;
-  sweep.reach = w.reach;
-  sweep.stretch = w.stretch;
+  sweep.motion = w.motion;
   sweep.cover = d.model.samples.cover_radius;
   sweep.margin = 1e-3 * d.model.spacing;
   sweep.touch = 1e-6 * d.model.spacing;
@@ -239,11 +186,9 @@ void sweep_paths(Device& d, Real dt) {
         box(t) = box_of_way(sweep.corners(sweep.start, t), sweep.corners(sweep.end, t), sweep.margin);
       });
   const double gap = 1e-2 * d.model.spacing;
-  const auto position = d.fluid.position, velocity = d.fluid.velocity, end = w.end, hit_weight = w.hit_weight,
-             hit_normal = w.hit_normal;
-  const auto hit_triangle = w.hit_triangle, hits = w.hits;
-  const auto count = w.count;
-  const auto shift = d.work.shift;
+  const Entries<Real3> position = d.fluid.position, velocity = d.fluid.velocity, end = w.end, hit_weight = w.hit_weight,
+                       hit_normal = w.hit_normal, shift = d.work.shift;
+  const Entries<Index> hit_triangle = w.hit_triangle, hits = w.hits;
   parallel(
       "drench::advection::sweep", d.fluid.count, KOKKOS_LAMBDA(const Index i) {
         const Double3 x0 = widen(position(i));
@@ -271,7 +216,6 @@ void sweep_paths(Device& d, Real dt) {
         }
         end(i) = stop;
         if (hit_triangle(i) < 0) return;
-        Kokkos::atomic_add(&count(collisions), std::int64_t{1});
         for (Index k = 0; k < 3; ++k) Kokkos::atomic_add(&hits(sweep.triangle(3 * hit_triangle(i) + k)), Index{1});
       });
 }
@@ -279,12 +223,12 @@ void sweep_paths(Device& d, Real dt) {
 /// Law 3, impulses: inelastic along the normal; each of the c_k particles at a node counts on a c_k-th of its mass.
 void exchange_impulses(Device& d) {
   const AdvectionWork& w = d.advection_work;
-  const auto velocity = d.fluid.velocity, node_velocity = d.nodes.velocity, hit_weight = w.hit_weight,
-             hit_normal = w.hit_normal;
-  const auto mass = d.fluid.mass;
-  const auto inverse_mass = d.nodes.inverse_mass;
-  const auto hit_triangle = w.hit_triangle, hits = w.hits, triangle = d.mesh.triangle;
-  const auto momentum = w.momentum;
+  const Entries<Real3> velocity = d.fluid.velocity, node_velocity = d.nodes.velocity, hit_weight = w.hit_weight,
+                       hit_normal = w.hit_normal;
+  const Entries<Quanta> mass = d.fluid.mass;
+  const Entries<Real> inverse_mass = d.nodes.inverse_mass;
+  const Entries<Index> hit_triangle = w.hit_triangle, hits = w.hits, triangle = d.mesh.triangle;
+  const Entries<std::int64_t> momentum = w.momentum;
   const double quantum = d.quantum;
   parallel(
       "drench::advection::impulse", d.fluid.count, KOKKOS_LAMBDA(const Index i) {
@@ -330,20 +274,21 @@ void apply_momentum(Device& d) {
 /// Laws 4 and 5: bodies' failsafe, new position and age, and who left the domain. `swept`: x1 is known.
 void finish_fluid(Device& d, Real dt, bool swept) {
   const AdvectionWork& w = d.advection_work;
-  const auto position = d.fluid.position, velocity = d.fluid.velocity, end = w.end;
-  const auto age = d.fluid.age;
-  const auto mass = d.fluid.mass;
-  const auto gone = w.gone;
-  const auto count = w.count;
-  const auto shift = d.work.shift;
-  const auto solids = d.solids;
+  const Entries<Real3> position = d.fluid.position, velocity = d.fluid.velocity, end = w.end, shift = d.work.shift;
+  const Entries<Real> age = d.fluid.age;
+  const Entries<Quanta> mass = d.fluid.mass;
+  const Entries<std::uint8_t> gone = w.gone;
+  const Entries<Index> hit_triangle = w.hit_triangle;
+  const Slice<Solid> solids = d.solids;
   const Vec3 &min = d.model.scene.domain.min, &max = d.model.scene.domain.max;
   const Double3 lo{min[0], min[1], min[2]}, hi{max[0], max[1], max[2]};
-  parallel(
-      "drench::advection::finish", d.fluid.count, KOKKOS_LAMBDA(const Index i) {
+  Kokkos::parallel_reduce(
+      "drench::advection::finish", Range(0, d.fluid.count),
+      KOKKOS_LAMBDA(const Index i, AdvectionCounts& counts) {
         Real3 v = velocity(i), x = swept ? end(i) : position(i) + dt * v + shift(i);
+        if (swept && hit_triangle(i) >= 0) ++counts.collisions;
         bool put_back = false;
-        for (std::size_t b = 0; b < solids.extent(0); ++b) {
+        for (std::int64_t b = 0; b < solids.count; ++b) {
           const SolidDistance body = solid_distance(solids(b), x, Real3{});
           if (!(body.phi < 0)) continue;
           v = without_inward(v, body.normal, surface_velocity(solids(b), x, Real3{}));
@@ -351,7 +296,7 @@ void finish_fluid(Device& d, Real dt, bool swept) {
           put_back = true;
         }
         if (put_back) {
-          Kokkos::atomic_add(&count(clamped), std::int64_t{1});
+          ++counts.clamped;
           velocity(i) = v;
         }
         position(i) = x;
@@ -359,47 +304,47 @@ void finish_fluid(Device& d, Real dt, bool swept) {
         const Double3 at = widen(x);
         const bool outside = at.x < lo.x || at.y < lo.y || at.z < lo.z || at.x > hi.x || at.y > hi.y || at.z > hi.z;
         gone(i) = outside ? 1 : 0;
+        if (outside || !(mass(i) > 0)) ++counts.gone;
         if (!outside) return;
-        Kokkos::atomic_add(&count(removed), std::int64_t{1});
-        Kokkos::atomic_add(&count(drained), static_cast<std::int64_t>(mass(i)));
-      });
+        ++counts.removed;
+        counts.drained += static_cast<std::int64_t>(mass(i));
+      },
+      w.counts);
 }
 
 }  // namespace
 
 void advection(Device& d, const StepInfo& info, StepReport& report) {
   const Real dt = static_cast<Real>(info.dt);
-  const bool liquid = d.fluid.count > 0, cloth = d.samples.count > 0;
+  const bool liquid = d.fluid.count > 0, cloth = d.samples.count > 0, moving_cloth = d.model.has_moving_cloth();
   allocate(d);
+  d.measured.fresh = false;
   place_solids(d, info.dt);
-  if (liquid && cloth) {
-    refresh_inverse_mass(d);
-    if (d.emission_ramp > 0) limit_fresh(d);
-  }
-  if (d.model.has_moving_cloth()) {
-    if (liquid) measure_stretch(d);
+  if (liquid && cloth && d.emission_ramp > 0) limit_fresh(d);
+  if (moving_cloth) {
     place_pins(d, info);
     move_cloth(d, dt);
+  } else if (liquid && cloth) {
+    refresh_inverse_mass(d);
   }
-  if (liquid) {
-    AdvectionWork& w = d.advection_work;
-    Kokkos::deep_copy(ExecSpace(), w.count, std::int64_t{0});
-    if (cloth) {
-      sweep_paths(d, dt);
-      exchange_impulses(d);
-      apply_momentum(d);
-    }
-    finish_fluid(d, dt, cloth);
-    std::int64_t host[4];
-    Kokkos::deep_copy(Kokkos::View<std::int64_t[4], Kokkos::HostSpace, Kokkos::MemoryUnmanaged>(host), w.count);
-    report.collisions = host[collisions];
-    report.clamped = host[clamped];
-    if (host[removed] > 0) {
-      d.drained += host[drained];
-      d.compact_fluid(w.gone);
-    }
+  if (!liquid) return;
+  AdvectionWork& w = d.advection_work;
+  if (cloth) {
+    sweep_paths(d, dt);
+    exchange_impulses(d);
+    apply_momentum(d);
+    // Here, because the host waits below: who builds the samples' cells need not wait for their bounds.
+    if (moving_cloth) refresh_samples_and_bounds(d);
   }
-  d.lists_fresh = false;
+  finish_fluid(d, dt, cloth);
+  ExecSpace().fence("drench::advection::counts");
+  d.sample_bounds_fresh = cloth && d.samples_fresh && moving_cloth;
+  const AdvectionCounts counts = w.counts();
+  report.collisions = counts.collisions;
+  report.clamped = counts.clamped;
+  if (counts.removed == 0) return;
+  d.drained += counts.drained;
+  d.compact_fluid(w.gone, d.fluid.count - static_cast<Index>(counts.gone));
 }
 
 }  // namespace drench::kokkos_backend

@@ -246,7 +246,7 @@ Device::Device(const Model& m)
   }
   for (CellTable* t :
        {&fluid_cells, &boundary_cells, &sample_cells, &self_collision_work.node_cells, &self_collision_work.edge_cells,
-        &wet_adhesion_work.cells, &emission_work.cells, &measures_work.cells})
+        &wet_adhesion_work.cells, &measures_work.cells})
     *t = CellTable(m.scene.sort);
   for (const Jet& j : m.jets) jet_offsets.push_back(to_device3("drench::jet_offsets", j.offsets));
 }

@@ -135,7 +135,7 @@ struct SampleArrays {
   // work
   Array<Real3> position, velocity;  // refresh_samples
   Array<Real3> normal;              // unit normal of the triangle, 0 if it has no area (refresh_samples)
-  Array<Real> saturation;           // s_p, refresh_saturation
+  Array<Real> saturation;           // s_p before stage absorption
   Array<Real3> force;               // F_b, N
   Array<Real3> predicted;           // v_b + Δt a_b, m/s (in-stage)
   Array<Real> row_load, row_bound;  // g_b, c_b of the Jacobi diagonal (stage density)
@@ -210,6 +210,13 @@ struct ClothWork {
   bool launched = false;                           // no iterations that stay on the device (tests)
 };
 
+/// What the ledger's pass over the state has found beside its sums, until the liquid moves.
+struct StateMeasures {
+  bool fresh = false;
+  PointBounds fluid;                       // around the liquid
+  double fluid_speed = 0, node_speed = 0;  // m/s: the fastest, as stage time_step asks (with `mode: cfl`)
+};
+
 /// Work arrays of stage wet_adhesion, made on first use. `impulse` is zero between steps.
 struct WetAdhesionWork {
   Real thickness = 0;           // m: the largest
@@ -221,17 +228,36 @@ struct WetAdhesionWork {
   Array<std::int64_t> impulse;  // 3 per node, units of q · 2^-20 m/s
 };
 
+/// What stage advection counts; exact in any order.
+struct AdvectionCounts {
+  std::int64_t collisions = 0, clamped = 0;
+  std::int64_t removed = 0, drained = 0;  // particles beyond the border; their quanta
+  std::int64_t gone = 0;                  // particles that do not stay
+  KOKKOS_INLINE_FUNCTION AdvectionCounts& operator+=(const AdvectionCounts& o) {
+    collisions += o.collisions;
+    clamped += o.clamped;
+    removed += o.removed;
+    drained += o.drained;
+    gone += o.gone;
+    return *this;
+  }
+};
+
+/// The largest stretch of a triangle at the start, 1, and the largest displacement of a node, m.
+struct ClothMotion {
+  double stretch = 0, reach = 0;
+};
+
 /// Work arrays of stage advection, made on first use. `momentum` and `hits` are zero between steps.
 struct AdvectionWork {
-  Array<Real3> start;                             // per node: x⁰_n, m
-  Array<std::int64_t> momentum;                   // 3 per node, units of q · 2^-8 m/s
-  Array<Index> hits;                              // per node: c_k
-  Array<Box> box;                                 // per triangle: of its way in the step
-  Kokkos::View<double, MemSpace> reach;           // the largest node displacement, m
-  Kokkos::View<double, MemSpace> stretch;         // the largest stretch of a triangle at the start, 1
-  Kokkos::View<std::int64_t[4], MemSpace> count;  // collisions, clamped, drained quanta, removed particles
-  Array<Real3> end, hit_weight, hit_normal;       // per liquid particle: x1, m; barycentric; towards x0
-  Array<Index> hit_triangle;                      // −1: none
+  Array<Real3> start;            // per node: x⁰_n, m
+  Array<std::int64_t> momentum;  // 3 per node, units of q · 2^-8 m/s
+  Array<Index> hits;             // per node: c_k
+  Array<Box> box;                // per triangle: of its way in the step
+  Kokkos::View<ClothMotion, MemSpace> motion;
+  Kokkos::View<AdvectionCounts, Kokkos::SharedHostPinnedSpace> counts;
+  Array<Real3> end, hit_weight, hit_normal;  // per liquid particle: x1, m; barycentric; towards x0
+  Array<Index> hit_triangle;                 // −1: none
   Array<std::uint8_t> gone;
 };
 
@@ -284,7 +310,13 @@ struct Device {
   NeighborList boundary_fluid;  // rows: the samples of dynamic bodies
   CellTable fluid_cells, boundary_cells, sample_cells;
   Real emission_ramp = 0;  // s, the largest of the cloths
-  bool lists_fresh = false;
+  // What is still true for the nodes and bodies where they are: advection and upload end it.
+  bool samples_fresh = false;        // samples.position and .normal
+  bool sample_bounds_fresh = false;  // sample_bounds, and the host has waited for it
+  bool sample_cells_fresh = false;   // sample_cells
+  bool sample_list_fresh = false;    // sample_sample
+  bool boundary_list_fresh = false;  // sample_boundary
+  HostBounds sample_bounds;          // made on first use
   ReorderWork reorder;
   TransferWork transfer_work;
   AbsorptionWork absorption_work;
@@ -293,6 +325,7 @@ struct Device {
   ContactWork contact_work;
   ReservoirWork reservoir_work;
   MeasuresWork measures_work;
+  StateMeasures measured;
   // ledger and counters on the host
   Quanta drained = 0, supplied = 0;
   std::int64_t next_id = 0;
@@ -308,15 +341,19 @@ struct Device {
   /// Makes room for `n` liquid particles, keeping what is there (amortised growth).
   void reserve_fluid(Index n);
   /// Removes particles with mass 0 or with `gone(i)` ≠ 0 (may be empty), keeping the order. Lists become stale.
-  void compact_fluid(const Array<std::uint8_t>& gone);
+  /// `kept`: how many stay, where that is known; else the host waits for their number.
+  void compact_fluid(const Array<std::uint8_t>& gone, Index kept = -1);
   /// Puts the liquid in the order of `fluid_cells`, which must be fresh, so that neighbours lie together in memory.
   void order_fluid_by_cell();
 };
 
 // device_refresh.cpp: derived quantities that several stages share
-void refresh_samples(Device& d);           // samples.position and .velocity from the nodes
+void refresh_samples(Device& d);             // samples.position, .normal and .velocity from the nodes
+void place_samples(Device& d);               // samples.position and .normal, if they are stale
+void refresh_samples_and_bounds(Device& d);  // the same as refresh_samples, and sample_bounds: to be waited for
+/// sample_cells, if they are stale. Their cells have the edge h.
+void refresh_sample_cells(Device& d);
 void refresh_inverse_mass(Device& d);      // nodes.inverse_mass
-void refresh_saturation(Device& d);        // samples.saturation, from nodes.liquid (node with C_n = 0 counts 0)
 void node_forces_from_samples(Device& d);  // nodes.force = Σ w F_b from samples.force
 /// v_n += Δt u_n f_n, and pin_force −= f_n on pinned nodes.
 void apply_node_forces(Device& d, Real dt);

@@ -83,7 +83,8 @@ void Device::upload(const HostState& s) {
   jet_particles.resize(model.jets.size(), 0);
   step = s.step;
   time = s.time;
-  lists_fresh = false;
+  samples_fresh = sample_bounds_fresh = sample_cells_fresh = sample_list_fresh = boundary_list_fresh = false;
+  diffusion_work.rate_launched = measured.fresh = false;
 }
 
 HostState Device::download() const {

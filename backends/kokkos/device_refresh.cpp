@@ -4,26 +4,75 @@
 
 namespace drench::kokkos_backend {
 
+namespace {
+
+/// A sample follows its triangle's nodes.
+struct SampleFromNodes {
+  Entries<Index> node;
+  Entries<Real> weight;
+  Entries<Real3> node_position, node_velocity, position, velocity, normal;
+
+  explicit SampleFromNodes(const Device& d)
+      : node(d.samples.node),
+        weight(d.samples.weight),
+        node_position(d.nodes.position),
+        node_velocity(d.nodes.velocity),
+        position(d.samples.position),
+        velocity(d.samples.velocity),
+        normal(d.samples.normal) {}
+
+  KOKKOS_INLINE_FUNCTION void operator()(const Index p) const {
+    Real3 x, v;
+    for (int k = 0; k < 3; ++k) {
+      const Index n = node(3 * p + k);
+      x += weight(3 * p + k) * node_position(n);
+      v += weight(3 * p + k) * node_velocity(n);
+    }
+    position(p) = x;
+    velocity(p) = v;
+    const Real3 corner = node_position(node(3 * p));
+    const Real3 across = cross(node_position(node(3 * p + 1)) - corner, node_position(node(3 * p + 2)) - corner);
+    const Real length = norm(across);
+    normal(p) = length > 0 ? (1 / length) * across : Real3{};
+  }
+};
+
+struct SampleAndBounds {
+  using value_type = PointBounds;
+  SampleFromNodes sample;
+
+  KOKKOS_INLINE_FUNCTION void init(PointBounds& b) const { b.clear(); }
+  KOKKOS_INLINE_FUNCTION void join(PointBounds& b, const PointBounds& o) const { b.add(o); }
+  KOKKOS_INLINE_FUNCTION void operator()(const Index p, PointBounds& b) const {
+    sample(p);
+    b.add(sample.position(p));
+  }
+};
+
+}  // namespace
+
 void refresh_samples(Device& d) {
-  const auto node = d.samples.node;
-  const auto weight = d.samples.weight;
-  const auto x = d.nodes.position, v = d.nodes.velocity;
-  const auto xs = d.samples.position, vs = d.samples.velocity, normal = d.samples.normal;
-  parallel(
-      "drench::samples::position", d.samples.count, KOKKOS_LAMBDA(const Index p) {
-        Real3 position, velocity;
-        for (int k = 0; k < 3; ++k) {
-          const Index n = node(3 * p + k);
-          position += weight(3 * p + k) * x(n);
-          velocity += weight(3 * p + k) * v(n);
-        }
-        xs(p) = position;
-        vs(p) = velocity;
-        const Real3 corner = x(node(3 * p));
-        const Real3 across = cross(x(node(3 * p + 1)) - corner, x(node(3 * p + 2)) - corner);
-        const Real length = norm(across);
-        normal(p) = length > 0 ? (1 / length) * across : Real3{};
-      });
+  parallel("drench::samples::position", d.samples.count, SampleFromNodes(d));
+  d.samples_fresh = true;
+}
+
+void place_samples(Device& d) {
+  if (!d.samples_fresh) refresh_samples(d);
+}
+
+void refresh_samples_and_bounds(Device& d) {
+  if (d.sample_bounds.data() == nullptr)
+    d.sample_bounds = HostBounds(Kokkos::ViewAllocateWithoutInitializing("drench::sample_bounds"));
+  Kokkos::parallel_reduce("drench::samples::position", Range(0, d.samples.count), SampleAndBounds{SampleFromNodes(d)},
+                          d.sample_bounds);
+  d.samples_fresh = true;
+}
+
+void refresh_sample_cells(Device& d) {
+  if (d.sample_cells_fresh) return;
+  d.sample_cells.build(d.samples.position, d.samples.count, d.support, {},
+                       d.sample_bounds_fresh ? &d.sample_bounds() : nullptr);
+  d.sample_cells_fresh = true;
 }
 
 void refresh_inverse_mass(Device& d) {
@@ -35,24 +84,6 @@ void refresh_inverse_mass(Device& d) {
   parallel(
       "drench::nodes::inverse_mass", d.nodes.count, KOKKOS_LAMBDA(const Index n) {
         u(n) = pinned(n) ? Real(0) : Real(1) / (solid(n) + Real(double(liquid(n)) * q));
-      });
-}
-
-void refresh_saturation(Device& d) {
-  const auto node = d.samples.node;
-  const auto weight = d.samples.weight;
-  const auto liquid = d.nodes.liquid;
-  const auto capacity = d.nodes.capacity;
-  const auto s = d.samples.saturation;
-  const double q = d.quantum;
-  parallel(
-      "drench::samples::saturation", d.samples.count, KOKKOS_LAMBDA(const Index p) {
-        double sum = 0;
-        for (int k = 0; k < 3; ++k) {
-          const Index n = node(3 * p + k);
-          if (capacity(n) > 0) sum += double(weight(3 * p + k)) * (double(liquid(n)) * q / capacity(n));
-        }
-        s(p) = Real(sum);
       });
 }
 

@@ -1,4 +1,5 @@
-// Stage diffusion (src/stages/diffusion.hpp).
+// Stage diffusion (src/stages/diffusion.hpp). Two kernels over the nodes a sub-step: each node computes the flows of its own
+// pairs, so that both of a pair's come to the same number.
 
 #include "laws/diffusion.hpp"
 
@@ -8,7 +9,7 @@
 
 #include "contact_wicking.hpp"
 #include "device_copy.hpp"
-#include "primitives/reduce.hpp"
+#include "diffusion.hpp"
 #include "primitives/transfer.hpp"
 
 namespace drench::kokkos_backend {
@@ -39,75 +40,57 @@ void upload_pairs(Device& d) {
   w.in_share = Array<double>("drench::diffusion::in_share", nodes);
 }
 
-/// The gravity term of every pair.
-void drops(Device& d) {
-  const auto pair = d.diffusion_work.pair;
-  const auto drop = d.diffusion_work.drop;
-  const auto x = d.nodes.position;
-  const auto cloth = d.nodes.cloth;
-  const auto materials = d.materials;
-  const Real gravity = norm(d.gravity);
-  const Real3 down = gravity > 0 ? (1 / gravity) * d.gravity : Real3{};
-  parallel(
-      "drench::diffusion::drop", d.diffusion_work.pairs, KOKKOS_LAMBDA(const Index e) {
-        const Index i = pair(2 * e), j = pair(2 * e + 1);
-        drop(e) = double(dot(x(i) - x(j), down) / materials(cloth(i)).capillary_height);
-      });
-}
+/// What the kernels see of the pairs.
+struct NodePairs {
+  Entries<Index> pair, start, item, cloth;
+  Entries<double> conductance, drop, capacity;
+  Entries<Quanta> liquid;
+  Entries<Material> material;
 
-double largest_rate(Device& d) {
-  const auto start = d.diffusion_work.node_start, item = d.diffusion_work.node_item;
-  const auto g = d.diffusion_work.conductance, drop = d.diffusion_work.drop;
-  const auto capacity = d.nodes.capacity;
-  const auto cloth = d.nodes.cloth;
-  const auto materials = d.materials;
-  return maximum(
-      "drench::diffusion::rate", d.nodes.count, KOKKOS_LAMBDA(const Index n) {
-        const Material& m = materials(cloth(n));
-        const double most = m.degenerate ? double(m.max_saturation) : 1;
-        double rate = 0;
-        for (Index k = start(n); k < start(n + 1); ++k) {
-          const Index e = item(k) / 2;
-          rate += g(e) * (most + Kokkos::abs(drop(e)));
-        }
-        return capacity(n) > 0 ? rate / capacity(n) : 0.0;
-      });
-}
+  explicit NodePairs(const Device& d)
+      : pair(d.diffusion_work.pair),
+        start(d.diffusion_work.node_start),
+        item(d.diffusion_work.node_item),
+        cloth(d.nodes.cloth),
+        conductance(d.diffusion_work.conductance),
+        drop(d.diffusion_work.drop),
+        capacity(d.nodes.capacity),
+        liquid(d.nodes.liquid),
+        material(d.materials) {}
 
-/// flow(e) > 0 goes from the pair's second node to its first, < 0 the other way.
-void offer(Device& d, double dt) {
-  const auto pair = d.diffusion_work.pair;
-  const auto g = d.diffusion_work.conductance, drop = d.diffusion_work.drop;
-  const auto flow = d.diffusion_work.flow, liquid = d.nodes.liquid;
-  const auto capacity = d.nodes.capacity;
-  const auto cloth = d.nodes.cloth;
-  const auto materials = d.materials;
+  /// Of pair e, quanta, > 0 to its first node: what the law wants to flow, `scale` = Δt/q.
+  KOKKOS_INLINE_FUNCTION Quanta offer(Index e, double q, double scale) const {
+    if (!(conductance(e) > 0)) return 0;
+    const Index i = pair(2 * e), j = pair(2 * e + 1);
+    const double si = double(liquid(i)) * q / capacity(i), sj = double(liquid(j)) * q / capacity(j);
+    const double flux = laws::diffusion_flux(conductance(e), si, sj, drop(e), material(cloth(i)).degenerate != 0);
+    const Quanta o = static_cast<Quanta>(Kokkos::floor(Kokkos::abs(flux) * scale));
+    return flux > 0 ? o : -o;
+  }
+};
+
+/// φ of every node; the offers in `flow`. In the first sub-step also the velocities in double: they are rounded once a step
+/// and not once a sub-step.
+void limit(Device& d, double dt, bool take_velocity) {
+  const NodePairs pairs(d);
+  const Entries<Quanta> flow = d.diffusion_work.flow, ceiling = d.nodes.max_quanta;
+  const Entries<double> out_share = d.diffusion_work.out_share, in_share = d.diffusion_work.in_share;
+  const Entries<Real3> v = d.nodes.velocity;
+  const Entries<Double3> wide = d.diffusion_work.velocity;
   const double q = d.quantum, scale = dt / d.quantum;
-  parallel(
-      "drench::diffusion::offer", d.diffusion_work.pairs, KOKKOS_LAMBDA(const Index e) {
-        flow(e) = 0;
-        if (!(g(e) > 0)) return;
-        const Index i = pair(2 * e), j = pair(2 * e + 1);
-        const double si = double(liquid(i)) * q / capacity(i), sj = double(liquid(j)) * q / capacity(j);
-        const double flux = laws::diffusion_flux(g(e), si, sj, drop(e), materials(cloth(i)).degenerate != 0);
-        const Quanta o = static_cast<Quanta>(Kokkos::floor(Kokkos::abs(flux) * scale));
-        flow(e) = flux > 0 ? o : -o;
-      });
-}
-
-void limit(Device& d) {
-  const auto start = d.diffusion_work.node_start, item = d.diffusion_work.node_item;
-  const auto flow = d.diffusion_work.flow, liquid = d.nodes.liquid, ceiling = d.nodes.max_quanta;
-  const auto out_share = d.diffusion_work.out_share, in_share = d.diffusion_work.in_share;
   parallel(
       "drench::diffusion::limit", d.nodes.count, KOKKOS_LAMBDA(const Index n) {
         Quanta out = 0, in = 0;
-        for (Index k = start(n); k < start(n + 1); ++k) {
-          const Quanta gain = item(k) % 2 == 0 ? flow(item(k) / 2) : -flow(item(k) / 2);
+        for (Index k = pairs.start(n); k < pairs.start(n + 1); ++k) {
+          const bool first = pairs.item(k) % 2 == 0;
+          const Quanta o = pairs.offer(pairs.item(k) / 2, q, scale);
+          if (first) flow(pairs.item(k) / 2) = o;
+          const Quanta gain = first ? o : -o;
           (gain > 0 ? in : out) += gain > 0 ? gain : -gain;
         }
-        out_share(n) = outflow_fraction(liquid(n), out);
-        in_share(n) = inflow_fraction(ceiling(n), liquid(n), in);
+        out_share(n) = outflow_fraction(pairs.liquid(n), out);
+        in_share(n) = inflow_fraction(ceiling(n), pairs.liquid(n), in);
+        if (take_velocity) wide(n) = widen(v(n));
       });
 }
 
@@ -117,15 +100,10 @@ bool carries_momentum(const Model& m) {
                      [](const ClothMaterial& c) { return c.dynamics && c.porous && c.diffusivity > 0; });
 }
 
-/// The nodes' velocities in double, so that they are rounded once a step and not once a sub-step.
-void take_velocities(Device& d) {
+void make_room_for_velocities(Device& d) {
   DiffusionWork& w = d.diffusion_work;
   make_room(w.velocity, "drench::diffusion::velocity", static_cast<std::size_t>(d.nodes.count));
   make_room(w.next_velocity, "drench::diffusion::next_velocity", static_cast<std::size_t>(d.nodes.count));
-  const auto v = d.nodes.velocity;
-  const auto wide = w.velocity;
-  parallel(
-      "drench::diffusion::take_velocity", d.nodes.count, KOKKOS_LAMBDA(const Index n) { wide(n) = widen(v(n)); });
 }
 
 void give_velocities(Device& d) {
@@ -135,62 +113,94 @@ void give_velocities(Device& d) {
       "drench::diffusion::give_velocity", d.nodes.count, KOKKOS_LAMBDA(const Index n) { v(n) = narrow(wide(n)); });
 }
 
-void transfer(Device& d, bool with_momentum) {
+/// `give_velocity`: the new velocities are the step's last, and go to the nodes.
+void transfer(Device& d, bool with_momentum, bool give_velocity) {
   DiffusionWork& w = d.diffusion_work;
-  const auto pair = w.pair;
-  const auto flow = w.flow;
-  const auto out_share = w.out_share, in_share = w.in_share;
-  parallel(
-      "drench::diffusion::transfer", w.pairs, KOKKOS_LAMBDA(const Index e) {
-        const Quanta o = flow(e);
-        if (o == 0) return;
-        const Index receiver = pair(o > 0 ? 2 * e : 2 * e + 1), donor = pair(o > 0 ? 2 * e + 1 : 2 * e);
-        const Quanta t = limited(o > 0 ? o : -o, Kokkos::fmin(out_share(donor), in_share(receiver)));
-        flow(e) = o > 0 ? t : -t;
-      });
-  const auto start = w.node_start, item = w.node_item;
-  const auto liquid = d.nodes.liquid;
-  const auto v = w.velocity, next = w.next_velocity;
-  const auto solid = d.nodes.solid_mass;
-  const auto pinned = d.nodes.pinned;
+  const Entries<Index> pair = w.pair, start = w.node_start, item = w.node_item;
+  const Entries<Quanta> flow = w.flow, liquid = d.nodes.liquid;
+  const Entries<double> out_share = w.out_share, in_share = w.in_share;
+  const Entries<Double3> v = w.velocity, next = w.next_velocity;
+  const Entries<Real3> velocity = d.nodes.velocity;
+  const Entries<Real> solid = d.nodes.solid_mass;
+  const Entries<std::uint8_t> pinned = d.nodes.pinned;
   const double q = d.quantum;
   parallel(
-      "drench::diffusion::apply", d.nodes.count, KOKKOS_LAMBDA(const Index n) {
+      "drench::diffusion::transfer", d.nodes.count, KOKKOS_LAMBDA(const Index n) {
         Quanta gain = 0;
         Double3 push;  // Σ_in t (v_donor − v_n), quanta · m/s
         for (Index k = start(n); k < start(n + 1); ++k) {
-          const Quanta part = item(k) % 2 == 0 ? flow(item(k) / 2) : -flow(item(k) / 2);
-          gain += part;
-          if (with_momentum && part > 0) push = add(push, times(double(part), minus(v(pair(item(k) ^ 1)), v(n))));
+          const Index e = item(k) / 2, other = pair(item(k) ^ 1);
+          const Quanta o = item(k) % 2 == 0 ? flow(e) : -flow(e);
+          if (o == 0) continue;
+          const Quanta t = limited(o > 0 ? o : -o, o > 0 ? Kokkos::fmin(out_share(other), in_share(n))
+                                                         : Kokkos::fmin(out_share(n), in_share(other)));
+          gain += o > 0 ? t : -t;
+          if (with_momentum && o > 0 && t > 0) push = add(push, times(double(t), minus(v(other), v(n))));
         }
         liquid(n) += gain;
         if (!with_momentum) return;
         const double mass = double(solid(n)) + q * double(liquid(n));
-        next(n) = pinned(n) || !(mass > 0) ? v(n) : add(v(n), times(q / mass, push));
+        const Double3 after = pinned(n) || !(mass > 0) ? v(n) : add(v(n), times(q / mass, push));
+        if (give_velocity)
+          velocity(n) = narrow(after);
+        else
+          next(n) = after;
       });
   if (with_momentum) std::swap(w.velocity, w.next_velocity);
 }
 
 }  // namespace
 
+void launch_diffusion_rate(Device& d) {
+  if (d.samples.count == 0) return;
+  upload_pairs(d);
+  DiffusionWork& w = d.diffusion_work;
+  if (w.rate.data() == nullptr)
+    w.rate = decltype(w.rate)(Kokkos::ViewAllocateWithoutInitializing("drench::diffusion::largest_rate"));
+  const NodePairs pairs(d);
+  const Entries<Real3> x = d.nodes.position;
+  const Real gravity = norm(d.gravity);
+  const Real3 down = gravity > 0 ? (1 / gravity) * d.gravity : Real3{};
+  Kokkos::parallel_reduce(
+      "drench::diffusion::rate", Range(0, d.nodes.count),
+      KOKKOS_LAMBDA(const Index n, double& largest) {
+        const Material& m = pairs.material(pairs.cloth(n));
+        const double most = m.degenerate ? double(m.max_saturation) : 1;
+        double rate = 0;
+        for (Index k = pairs.start(n); k < pairs.start(n + 1); ++k) {
+          const Index e = pairs.item(k) / 2, i = pairs.pair(2 * e), j = pairs.pair(2 * e + 1);
+          const double drop = double(dot(x(i) - x(j), down) / pairs.material(pairs.cloth(i)).capillary_height);
+          if (i == n) pairs.drop(e) = drop;
+          rate += pairs.conductance(e) * (most + Kokkos::abs(drop));
+        }
+        rate = pairs.capacity(n) > 0 ? rate / pairs.capacity(n) : 0.0;
+        if (rate > largest) largest = rate;
+      },
+      Kokkos::Max<double, Kokkos::SharedHostPinnedSpace>(w.rate));
+  w.rate_launched = true;
+  w.rate_waited = false;
+}
+
 void diffusion(Device& d, const StepInfo& info, StepReport& report) {
   if (d.samples.count == 0 || !(info.dt > 0)) return;
-  upload_pairs(d);
-  drops(d);
-  const int substeps = std::max(1, static_cast<int>(std::ceil(info.dt * largest_rate(d) / 0.5)));
+  DiffusionWork& w = d.diffusion_work;
+  if (!w.rate_launched) launch_diffusion_rate(d);
+  if (!w.rate_waited) ExecSpace().fence("drench::diffusion::rate");
+  w.rate_launched = false;
+  const int substeps = std::max(1, static_cast<int>(std::ceil(info.dt * std::max(0.0, w.rate()) / 0.5)));
   const double dt = info.dt / substeps;
   const bool contacts = d.model.has_contact_wicking();
   const bool with_momentum = carries_momentum(d.model);
   if (contacts) find_contacts(d, dt, with_momentum);
-  if (with_momentum) take_velocities(d);
+  if (with_momentum) make_room_for_velocities(d);
   for (int k = 0; k < substeps; ++k) {
-    offer(d, dt);
-    limit(d);
-    transfer(d, with_momentum);
+    const bool last = k + 1 == substeps;
+    limit(d, dt, with_momentum && k == 0);
+    transfer(d, with_momentum, last && !contacts);
     if (contacts) wick_through_contacts(d, dt, with_momentum);
-    if (k + 1 < substeps && d.model.has_reservoirs()) reservoir(d, info, report);
+    if (!last && d.model.has_reservoirs()) reservoir(d, info, report);
   }
-  if (with_momentum) give_velocities(d);
+  if (with_momentum && contacts) give_velocities(d);
   report.diffusion_substeps = substeps;
 }
 

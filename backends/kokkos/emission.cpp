@@ -1,5 +1,5 @@
-// Stage emission (src/stages/emission.hpp). The letters (a) to (e) are those of its law; (d) is in
-// emission_particles.cpp.
+// Stage emission (src/stages/emission.hpp). The letters (a) to (e) are those of its law; (d) is in emission_particles.cpp.
+// The host waits once: for the number of new particles, or, as long as nothing is ripe, for that news.
 
 #include "laws/emission.hpp"
 
@@ -16,74 +16,109 @@ void prepare(Device& d) {
   make_room(w.share, "drench::emission::share", 3 * samples);
   make_room(w.total, "drench::emission::total", samples);
   make_room(w.rest, "drench::emission::rest", samples);
+  make_room(w.room, "drench::emission::room", samples);
   make_room(w.velocity, "drench::emission::velocity", samples);
   make_room(w.blocked, "drench::emission::blocked", samples);
   make_room(w.layers, "drench::emission::layers", samples);
-  make_room(w.target, "drench::emission::target", samples);
-  make_room(w.pool, "drench::emission::pool", samples);
-  make_room(w.candidate, "drench::emission::candidate", samples);
-  const std::size_t capacity = d.fluid.position.extent(0);
-  make_room(w.offered, "drench::emission::offered", capacity);
-  make_room(w.gained, "drench::emission::gained", capacity);
-  make_room(w.momentum, "drench::emission::momentum", 3 * capacity);
-  make_room(d.transfer_work.pair, "drench::transfer::pair", d.sample_fluid.list);
-}
-
-/// e_p: where liquid leaves.
-void directions(Device& d) {
-  auto& w = d.emission_work;
-  if (d.boundary.count == 0 || !d.model.has_direction()) {
+  if (d.boundary.count > 0 && d.model.has_direction())
+    make_room(w.direction, "drench::emission::direction", samples);
+  else
     w.direction = d.samples.flow_direction;
-    return;
+  if (w.any.extent(0) == 0) {
+    w.any = Array<int>("drench::emission::any", 2);
+    w.counts = decltype(w.counts)(Kokkos::ViewAllocateWithoutInitializing("drench::emission::counts"));
+    w.new_particles =
+        decltype(w.new_particles)(Kokkos::ViewAllocateWithoutInitializing("drench::emission::new_particles"));
   }
-  make_room(w.direction, "drench::emission::direction", static_cast<std::size_t>(d.samples.count));
-  const auto direction = w.direction, flow = d.samples.flow_direction;
-  const auto solids = d.sample_boundary.count;
-  const auto cloth = d.samples.cloth;
-  const auto materials = d.materials;
-  const Real3 gravity = d.gravity;
-  const Real gravity_size = norm(d.gravity);
-  const VirtualPressure pressure(d);
-  parallel(
-      "drench::emission::direction", d.samples.count, KOKKOS_LAMBDA(const Index p) {
-        direction(p) = flow(p);
-        if (solids(p) == 0 || !(dot(flow(p), flow(p)) > 0)) return;
-        const Real epsilon = laws::flow_regularisation(gravity_size, materials(cloth(p)).virtual_pressure);
-        direction(p) = laws::flow_direction(pressure(p) + gravity, epsilon);
-      });
+  prepare_transfers(d);
 }
 
-void ripen(Device& d, double dt) {
-  const auto liquid = d.nodes.liquid, ripe = d.nodes.ripe, capacity = d.nodes.capacity_quanta;
-  const auto cloth = d.nodes.cloth;
-  const auto materials = d.materials;
-  const double spacing = d.spacing;
-  parallel(
-      "drench::emission::ripen", d.nodes.count, KOKKOS_LAMBDA(const Index n) {
-        const Quanta excess = liquid(n) > capacity(n) ? liquid(n) - capacity(n) : 0;
-        const Quanta kept = ripe(n) < excess ? ripe(n) : excess;
-        const double part = laws::ripening(materials(cloth(n)).emission_velocity, dt, spacing);
-        ripe(n) = kept + static_cast<Quanta>(Kokkos::floor(part * double(excess - kept)));
-      });
+/// What of a node's liquid is ripe now, and the shares of its samples in that.
+struct Ripening {
+  Entries<Quanta> liquid, ripe, capacity;
+  Entries<Index> cloth;
+  Entries<Material> materials;
+  double dt, spacing;
+
+  Ripening(const Device& d, double step)
+      : liquid(d.nodes.liquid),
+        ripe(d.nodes.ripe),
+        capacity(d.nodes.capacity_quanta),
+        cloth(d.nodes.cloth),
+        materials(d.materials),
+        dt(step),
+        spacing(d.spacing) {}
+
+  /// May there be any?
+  KOKKOS_INLINE_FUNCTION bool any(Index n) const { return ripe(n) > 0 || liquid(n) > capacity(n); }
+  KOKKOS_INLINE_FUNCTION Quanta operator()(Index n) const {
+    const Quanta excess = liquid(n) > capacity(n) ? liquid(n) - capacity(n) : 0;
+    const Quanta kept = ripe(n) < excess ? ripe(n) : excess;
+    if (kept == excess) return kept;
+    const double part = laws::ripening(materials(cloth(n)).emission_velocity, dt, spacing);
+    return kept + static_cast<Quanta>(Kokkos::floor(part * double(excess - kept)));
+  }
+};
+
+/// Whether anything may be ripe, and how many particles are empty.
+EmissionCounts look(Device& d) {
+  const Ripening ripening(d, 0);
+  const Entries<Quanta> mass = d.fluid.mass;
+  const Index nodes = d.nodes.count, particles = d.fluid.count;
+  const auto counts = d.emission_work.counts;
+  Kokkos::parallel_reduce(
+      "drench::emission::ripe", Range(0, nodes > particles ? nodes : particles),
+      KOKKOS_LAMBDA(const Index k, EmissionCounts& sum) {
+        if (k < nodes && ripening.any(k)) ++sum.ripe;
+        if (k < particles && mass(k) == 0) ++sum.empty;
+      },
+      counts);
+  ExecSpace().fence("drench::emission::ripe");
+  return counts();
 }
 
-/// E_pk, E_p and v^e_p.
-void shares(Device& d) {
+/// e_p, where liquid leaves.
+struct Direction {
+  Entries<Real3> flow;
+  Real3 gravity;
+  Real gravity_size;
+
+  explicit Direction(const Device& d)
+      : flow(d.samples.flow_direction), gravity(d.gravity), gravity_size(norm(d.gravity)) {}
+  KOKKOS_INLINE_FUNCTION Real3 operator()(Index p, const VirtualPressure& pressure) const {
+    if (pressure.count(p) == 0 || !(dot(flow(p), flow(p)) > 0)) return flow(p);
+    const Real epsilon =
+        laws::flow_regularisation(gravity_size, pressure.materials(pressure.cloth(p)).virtual_pressure);
+    return laws::flow_direction(pressure(p) + gravity, epsilon);
+  }
+};
+
+/// e_p, E_pk, E_p and v^e_p; nothing is on its way.
+void shares(Device& d, double dt) {
   const auto& w = d.emission_work;
-  const auto share = w.share, total = w.total, rest = w.rest, ripe = d.nodes.ripe;
-  const auto leaving_velocity = w.velocity, node_velocity = d.nodes.velocity, flow = d.samples.flow_direction;
-  const auto node = d.samples.node, cloth = d.samples.cloth;
-  const auto weight = d.samples.weight_exact, weight_sum = d.nodes.weight_sum;
-  const auto materials = d.materials;
-  const bool directed = d.model.has_direction();
+  const Entries<Quanta> share = w.share, total = w.total, rest = w.rest, room = w.room;
+  const Entries<Real3> leaving_velocity = w.velocity, direction = w.direction, node_velocity = d.nodes.velocity,
+                       flow = d.samples.flow_direction;
+  const Entries<double> weight_sum = d.nodes.weight_sum;
+  const Entries<int> any = w.any;
+  const Ripening ripened(d, dt);
+  const Transfers transfers(d);
+  const bool directed = d.model.has_direction(), solids = directed && d.boundary.count > 0;
+  const Direction outward(d);
+  const VirtualPressure pressure(d);
+  const Entries<Index> cloth = d.samples.cloth;
   parallel(
       "drench::emission::share", d.samples.count, KOKKOS_LAMBDA(const Index p) {
-        const bool emits = materials(cloth(p)).porous && (!directed || dot(flow(p), flow(p)) > 0);
+        transfers.clear(p);
+        room(p) = 0;
+        const bool emits = ripened.materials(cloth(p)).porous && (!directed || dot(flow(p), flow(p)) > 0);
         Quanta sum = 0;
         double vx = 0, vy = 0, vz = 0;
+        bool ripe = false;
         for (int k = 0; k < 3; ++k) {
-          const Index n = node(3 * p + k);
-          const Quanta e = emits ? laws::ripe_share(weight(3 * p + k), ripe(n), weight_sum(n)) : 0;
+          const Index n = transfers.node(3 * p + k);
+          ripe = ripe || ripened.any(n);
+          const Quanta e = emits ? laws::ripe_share(transfers.weight(3 * p + k), ripened(n), weight_sum(n)) : 0;
           share(3 * p + k) = e;
           sum += e;
           vx += double(e) * double(node_velocity(n).x);
@@ -94,191 +129,183 @@ void shares(Device& d) {
         rest(p) = sum;
         const double inverse = sum > 0 ? 1 / double(sum) : 0;
         leaving_velocity(p) = {Real(inverse * vx), Real(inverse * vy), Real(inverse * vz)};
+        if (ripe && any(0) == 0) Kokkos::atomic_store(&any(0), 1);
+        if (sum > 0 && solids) direction(p) = outward(p, pressure);
       });
 }
 
-/// (a), first half: offers to liquid in the cone, shared by room, and their sum for each particle.
-void offer_to_liquid(Device& d) {
-  const auto& w = d.emission_work;
-  const auto offered = w.offered, gained = w.gained;
-  const auto momentum = w.momentum;
-  parallel(
-      "drench::emission::clear_liquid", d.fluid.count, KOKKOS_LAMBDA(const Index j) {
-        offered(j) = 0;
-        gained(j) = 0;
-        for (int c = 0; c < 3; ++c) momentum(3 * j + c) = 0;
-      });
-  const auto total = w.total, mass = d.fluid.mass;
-  const auto count = d.sample_fluid.count;
-  const auto list = d.sample_fluid.list;
-  const auto pair = d.transfer_work.pair;
-  const auto x = d.samples.position, xf = d.fluid.position, flow = w.direction;
-  const auto cloth = d.samples.cloth;
-  const auto materials = d.materials;
-  const Real h = d.support;
-  const Quanta full = d.model.max_quanta;
-  parallel(
-      "drench::emission::offer_to_liquid", d.samples.count, KOKKOS_LAMBDA(const Index p) {
-        if (total(p) == 0) return;
-        const Real cosine = materials(cloth(p)).emission_cosine;
-        Quanta rooms = 0;
-        for (Index k = 0; k < count(p); ++k) {
-          const Index j = list(p, k);
-          const bool takes = mass(j) > 0 && mass(j) < full && laws::in_cone(xf(j) - x(p), flow(p), cosine, h);
-          pair(p, k) = takes ? full - mass(j) : 0;
-          rooms += pair(p, k);
-        }
-        for (Index k = 0; k < count(p); ++k) {
-          if (pair(p, k) == 0) continue;
-          pair(p, k) = floor_ratio(total(p), pair(p, k), rooms);
-          Kokkos::atomic_add(&offered(list(p, k)), pair(p, k));
-        }
-      });
-}
+/// What (a) asks about a liquid particle and a sample near it.
+struct Reach {
+  Neighbors list;
+  Entries<Real3> liquid, sample, flow;
+  Entries<Index> cloth;
+  Entries<Material> materials;
+  Entries<Quanta> mass, total;
+  Entries<int> any;
+  Real support;
+  Quanta full;
 
-/// (a), second half: what the particles accept; rest becomes E′_p.
+  explicit Reach(const Device& d)
+      : list(d.fluid_sample),
+        liquid(d.fluid.position),
+        sample(d.samples.position),
+        flow(d.emission_work.direction),
+        cloth(d.samples.cloth),
+        materials(d.materials),
+        mass(d.fluid.mass),
+        total(d.emission_work.total),
+        any(d.emission_work.any),
+        support(d.support),
+        full(d.model.max_quanta) {}
+  KOKKOS_INLINE_FUNCTION bool takes(Index j) const { return any(0) != 0 && mass(j) > 0 && mass(j) < full; }
+  /// Does sample p offer to particle j?
+  KOKKOS_INLINE_FUNCTION bool offers(Index p, Index j) const {
+    return total(p) > 0 && laws::in_cone(liquid(j) - sample(p), flow(p), materials(cloth(p)).emission_cosine, support);
+  }
+};
+
+/// (a): the room that each sample sees, then what each particle accepts; rest becomes E′_p. Counts what is empty.
 void give_to_liquid(Device& d) {
   const auto& w = d.emission_work;
-  const auto offered = w.offered, gained = w.gained, total = w.total, rest = w.rest, mass = d.fluid.mass;
-  const auto momentum = w.momentum;
-  const auto leaving_velocity = w.velocity, velocity = d.fluid.velocity;
-  const auto count = d.sample_fluid.count;
-  const auto list = d.sample_fluid.list;
-  const auto pair = d.transfer_work.pair;
-  const Quanta full = d.model.max_quanta;
+  const Reach reach(d);
+  const Index particles = d.fluid.count;
+  const Entries<Quanta> room = w.room, rest = w.rest;
+  const Entries<Real3> leaving_velocity = w.velocity, velocity = d.fluid.velocity;
   parallel(
-      "drench::emission::give_to_liquid", d.samples.count, KOKKOS_LAMBDA(const Index p) {
-        if (total(p) == 0) return;
-        Quanta left = total(p);
-        for (Index k = 0; k < count(p); ++k) {
-          const Index j = list(p, k);
-          if (pair(p, k) == 0) continue;
-          const Quanta t = laws::accepted_offer(pair(p, k), offered(j), full - mass(j));
-          if (t == 0) continue;
-          Kokkos::atomic_add(&gained(j), t);
-          add_momentum(momentum, j, t, leaving_velocity(p));
-          left -= t;
+      "drench::emission::room", d.fluid.count, KOKKOS_LAMBDA(const Index j) {
+        if (!reach.takes(j)) return;
+        for (Index k = 0; k < reach.list.count(j); ++k) {
+          const Index p = reach.list(j, k);
+          if (reach.offers(p, j)) Kokkos::atomic_add(&room(p), reach.full - reach.mass(j));
         }
-        rest(p) = left;
       });
-  parallel(
-      "drench::emission::liquid", d.fluid.count, KOKKOS_LAMBDA(const Index j) {
-        if (gained(j) == 0) return;
-        const double before = double(mass(j)), after = before + double(gained(j)), unit = 1 / momentum_steps;
+  Kokkos::parallel_reduce(
+      "drench::emission::give_to_liquid", Range(0, particles > 0 ? particles : 1),
+      KOKKOS_LAMBDA(const Index j, EmissionCounts& counts) {
+        if (j == 0) counts.ripe = reach.any(0);
+        if (j >= particles) return;
+        const Quanta mass = reach.mass(j), own_room = reach.full - mass;
+        if (mass == 0) ++counts.empty;
+        if (!reach.takes(j)) return;
+        Quanta offered = 0;
+        for (Index k = 0; k < reach.list.count(j); ++k) {
+          const Index p = reach.list(j, k);
+          if (reach.offers(p, j)) offered += floor_ratio(reach.total(p), own_room, room(p));
+        }
+        if (offered == 0) return;
+        Quanta gained = 0;
+        std::int64_t px = 0, py = 0, pz = 0;
+        for (Index k = 0; k < reach.list.count(j); ++k) {
+          const Index p = reach.list(j, k);
+          if (!reach.offers(p, j)) continue;
+          const Quanta t = laws::accepted_offer(floor_ratio(reach.total(p), own_room, room(p)), offered, own_room);
+          if (t == 0) continue;
+          gained += t;
+          const Real3 v = leaving_velocity(p);
+          px += fixed_momentum(t, v.x);
+          py += fixed_momentum(t, v.y);
+          pz += fixed_momentum(t, v.z);
+          Kokkos::atomic_add(&rest(p), -t);
+        }
+        if (gained == 0) return;
+        const double before = double(mass), after = before + double(gained), unit = 1 / momentum_steps;
         const Real3 v = velocity(j);
-        velocity(j) = {Real((before * double(v.x) + unit * double(momentum(3 * j))) / after),
-                       Real((before * double(v.y) + unit * double(momentum(3 * j + 1))) / after),
-                       Real((before * double(v.z) + unit * double(momentum(3 * j + 2))) / after)};
-        mass(j) += gained(j);
-      });
+        velocity(j) = {Real((before * double(v.x) + unit * double(px)) / after),
+                       Real((before * double(v.y) + unit * double(py)) / after),
+                       Real((before * double(v.z) + unit * double(pz)) / after)};
+        reach.mass(j) = mass + gained;
+      },
+      w.counts);
 }
 
-/// (b): 1 for samples that see a solid in their cone, 2 for others that see their own layer ahead (d).
+/// (b) and the first pass of (c). blocked: 1 for samples that see a solid in their cone, 2 for others that see their own layer
+/// ahead (d); what the samples of other layers are offered.
 void block(Device& d) {
-  const auto rest = d.emission_work.rest;
-  const auto blocked = d.emission_work.blocked;
-  const auto count = d.sample_boundary.count;
-  const auto list = d.sample_boundary.list;
-  const auto x = d.samples.position, xb = d.boundary.position, flow = d.emission_work.direction;
-  const auto cloth = d.samples.cloth;
-  const auto materials = d.materials;
+  const auto& w = d.emission_work;
+  const Entries<Quanta> rest = w.rest, offered = d.transfer_work.offered;
+  const Entries<std::uint8_t> blocked = w.blocked;
+  const Entries<Index> receivers = w.layers, cloth = d.samples.cloth;
+  const Neighbors solid(d.sample_boundary), fabric(d.sample_sample);
+  const Entries<Real3> x = d.samples.position, xb = d.boundary.position, flow = w.direction;
+  const Entries<Material> materials = d.materials;
   const Real h = d.support;
   const bool solids = d.boundary.count > 0 && d.model.has_direction();  // else nothing blocks
-  const auto fabric_count = d.sample_sample.count;
-  const auto fabric = d.sample_sample.list;
   const Layers layers = layers_of(d);
   parallel(
       "drench::emission::block", d.samples.count, KOKKOS_LAMBDA(const Index p) {
-        bool sees = false;
-        const Index n = solids && rest(p) > 0 ? count(p) : 0;
-        for (Index k = 0; k < n && !sees; ++k)
-          sees = laws::in_cone(xb(list(p, k)) - x(p), flow(p), materials(cloth(p)).emission_cosine, h);
-        blocked(p) = sees ? 1 : 0;
-        if (sees || rest(p) == 0) return;
-        for (Index k = 0; k < fabric_count(p); ++k) {
+        blocked(p) = 0;
+        receivers(p) = 0;
+        if (rest(p) == 0) return;
+        const Real cosine = materials(cloth(p)).emission_cosine;
+        const Index n = solids ? solid.count(p) : 0;
+        for (Index k = 0; k < n; ++k)
+          if (laws::in_cone(xb(solid(p, k)) - x(p), flow(p), cosine, h)) {
+            blocked(p) = 1;
+            return;
+          }
+        Index others = 0;
+        for (Index k = 0; k < fabric.count(p); ++k) {
           const Index q = fabric(p, k);
-          if (layers.same(p, q) && laws::in_cone(x(q) - x(p), flow(p), laws::ahead_cosine, h)) blocked(p) = 2;
+          if (layers.same(p, q)) {
+            if (laws::in_cone(x(q) - x(p), flow(p), laws::ahead_cosine, h)) blocked(p) = 2;
+          } else if (materials(cloth(q)).porous && laws::in_cone(x(q) - x(p), flow(p), cosine, h)) {
+            ++others;
+          }
+        }
+        receivers(p) = others;
+        if (others == 0 || rest(p) / others == 0) return;
+        for (Index k = 0; k < fabric.count(p); ++k) {
+          const Index q = fabric(p, k);
+          if (!layers.same(p, q) && materials(cloth(q)).porous && laws::in_cone(x(q) - x(p), flow(p), cosine, h))
+            Kokkos::atomic_add(&offered(q), rest(p) / others);
         }
       });
 }
 
-/// (c) in two passes: first what each sample is offered, then, with its nodes' φ known, what it gets. rest becomes
-/// E″_p.
-void to_layers(Device& d, bool give) {
+/// (c), second pass: with the nodes' φ known, what the layers get. rest becomes E″_p.
+void give_to_layers(Device& d) {
   const auto& w = d.emission_work;
-  const auto rest = w.rest, entering = d.transfer_work.entering;
-  const auto receivers = w.layers, cloth = d.samples.cloth, count = d.sample_sample.count;
-  const auto list = d.sample_sample.list;
-  const auto blocked = w.blocked;
-  const auto leaving_velocity = w.velocity, x = d.samples.position, flow = w.direction;
-  const auto momentum = d.transfer_work.momentum;
-  const auto share = d.transfer_work.inflow_share;
-  const auto materials = d.materials;
+  const Entries<Quanta> rest = w.rest;
+  const Entries<Index> receivers = w.layers, cloth = d.samples.cloth;
+  const Neighbors list(d.sample_sample);
+  const Entries<Real3> leaving_velocity = w.velocity, x = d.samples.position, flow = w.direction;
+  const Transfers transfers(d);
+  const Entries<Material> materials = d.materials;
   const Layers layers = layers_of(d);
   const Real h = d.support;
   parallel(
-      give ? "drench::emission::give_to_layers" : "drench::emission::offer_to_layers", d.samples.count,
-      KOKKOS_LAMBDA(const Index p) {
-        if (rest(p) == 0 || blocked(p) == 1 || (give && receivers(p) == 0)) return;
+      "drench::emission::give_to_layers", d.samples.count, KOKKOS_LAMBDA(const Index p) {
+        if (receivers(p) == 0) return;
         const Real cosine = materials(cloth(p)).emission_cosine;
-        const auto receives = [&](const Index q) {
-          return materials(cloth(q)).porous && !layers.same(p, q) && laws::in_cone(x(q) - x(p), flow(p), cosine, h);
-        };
-        if (!give) {
-          Index n = 0;
-          for (Index k = 0; k < count(p); ++k) n += receives(list(p, k)) ? 1 : 0;
-          receivers(p) = n;
-          if (n == 0) return;
-        }
         const Quanta offer = rest(p) / receivers(p);
         if (offer == 0) return;
-        for (Index k = 0; k < count(p); ++k) {
+        for (Index k = 0; k < list.count(p); ++k) {
           const Index q = list(p, k);
-          if (!receives(q)) continue;
-          const Quanta t = give ? limited(offer, share(q)) : offer;
-          Kokkos::atomic_add(&entering(q), t);
-          if (!give) continue;
-          add_momentum(momentum, q, t, leaving_velocity(p));
+          if (layers.same(p, q) || !materials(cloth(q)).porous || !laws::in_cone(x(q) - x(p), flow(p), cosine, h))
+            continue;
+          const Quanta t = limited(offer, transfers.share(q));
+          transfers.give(q, t, leaving_velocity(p));
           rest(p) -= t;
         }
       });
 }
 
-/// (e): what each sample gave, in all, leaves its nodes; the rest was never taken from them.
-void leave(Device& d, bool any_created) {
-  const auto& w = d.emission_work;
-  const auto share = w.share, total = w.total, rest = w.rest, pools = w.pool;
-  const auto target = w.target, candidate = w.candidate;
-  const auto created = w.created;
-  const Quanta full = d.model.max_quanta;
-  parallel(
-      "drench::emission::given", d.samples.count, KOKKOS_LAMBDA(const Index p) {
-        if (total(p) == 0) return;
-        Quanta given = total(p) - rest(p);
-        const Index q = any_created ? target(p) : -1;
-        if (q >= 0 && target(q) == q && pools(q) > 0 && created(candidate(q)))
-          given += pooled_part(rest(p), pools(q), full);
-        Quanta left = given;
-        Quanta part[3];
-        for (int k = 0; k < 3; ++k) {
-          part[k] = floor_ratio(given, share(3 * p + k), total(p));
-          left -= part[k];
-        }
-        for (int k = 0; k < 3; ++k) {
-          const Quanta room = share(3 * p + k) - part[k];
-          const Quanta more = left < room ? left : room;
-          share(3 * p + k) = part[k] + more;
-          left -= more;
-        }
-      });
-  const auto start = d.nodes.sample_start, item = d.nodes.sample_item;
-  const auto liquid = d.nodes.liquid, ripe = d.nodes.ripe;
+/// (e): what each sample gave leaves its nodes; then what reaches them from other layers (c) arrives.
+void leave(Device& d, double dt) {
+  const Entries<Quanta> share = d.emission_work.share;
+  const Ripening ripened(d, dt);
+  const Delivery deliver(d);
+  const Entries<int> any = d.emission_work.any;
   parallel(
       "drench::emission::leave", d.nodes.count, KOKKOS_LAMBDA(const Index n) {
+        if (n == 0) any(0) = any(1) = 0;
         Quanta out = 0;
-        for (Index e = start(n); e < start(n + 1); ++e) out += share(3 * (item(e) / 4) + item(e) % 4);
-        liquid(n) -= out;
-        ripe(n) = ripe(n) > out ? ripe(n) - out : 0;
+        for (Index e = deliver.start(n); e < deliver.start(n + 1); ++e)
+          out += share(3 * (deliver.item(e) / 4) + deliver.item(e) % 4);
+        const Quanta ripe = ripened(n);
+        deliver.liquid(n) -= out;
+        ripened.ripe(n) = ripe > out ? ripe - out : 0;
+        deliver(n);
       });
 }
 
@@ -287,21 +314,21 @@ void leave(Device& d, bool any_created) {
 void emission(Device& d, const StepInfo& info, StepReport&) {
   if (d.samples.count == 0) return;
   prepare(d);
-  refresh_samples(d);
-  directions(d);
-  ripen(d, info.dt);
-  shares(d);
-  offer_to_liquid(d);
+  if (d.emission_work.idle) {
+    const EmissionCounts counts = look(d);
+    if (counts.ripe == 0) {
+      if (counts.empty > 0) d.compact_fluid({}, d.fluid.count - counts.empty);
+      return;
+    }
+  }
+  place_samples(d);
+  shares(d, info.dt);
   give_to_liquid(d);
   block(d);
-  clear_transfers(d, true);
-  to_layers(d, false);
   limit_inflow(d);
-  clear_transfers(d, true);
-  to_layers(d, true);
-  leave(d, create_particles(d) > 0);
-  deliver(d);
-  d.compact_fluid({});  // what absorption took whole
+  give_to_layers(d);
+  create_particles(d);  // and removes what absorption took whole
+  leave(d, info.dt);
 }
 
 }  // namespace drench::kokkos_backend

@@ -1,4 +1,4 @@
-// Stage emission (src/stages/emission.hpp), part (d): flag, scan, write.
+// Stage emission (src/stages/emission.hpp), part (d). A candidate has the number of its collector.
 
 #include "emission_particles.hpp"
 
@@ -7,176 +7,221 @@
 namespace drench::kokkos_backend {
 namespace {
 
-/// (d): who points to whom, and the pools that are candidates.
-void pool(Device& d) {
+constexpr double share_units = 1099511627776.0;  // 2^40: sums of shares do not depend on their order
+
+void prepare(Device& d) {
+  auto& w = d.emission_work;
+  const auto samples = static_cast<std::size_t>(d.samples.count);
+  make_room(w.target, "drench::emission::target", samples);
+  make_room(w.pool, "drench::emission::pool", samples);
+  make_room(w.position, "drench::emission::position", samples);
+  make_room(w.liquid, "drench::emission::liquid", samples);
+  make_room(w.created, "drench::emission::created", samples);
+  make_room(w.rank, "drench::emission::rank", samples);
+  make_room(w.next, "drench::emission::next", samples);
+  const auto buckets = static_cast<std::size_t>(d.sample_cells.view().buckets);
+  if (w.head.extent(0) < buckets) {
+    make_room(w.head, "drench::emission::head", buckets + buckets / 4);
+    Kokkos::deep_copy(ExecSpace(), w.head, Index(-1));
+  }
+}
+
+/// Who points to whom; nobody to anyone where liquid has nowhere to go.
+void target(Device& d) {
   const auto& w = d.emission_work;
-  const auto rest = w.rest, pools = w.pool;
-  const auto blocked = w.blocked;
-  const auto target = w.target, count = d.sample_sample.count;
-  const auto list = d.sample_sample.list;
+  const Entries<Quanta> rest = w.rest;
+  const Entries<std::uint8_t> blocked = w.blocked;
+  const Entries<Index> target = w.target;
+  const Neighbors list(d.sample_sample);
   const Layers layers = layers_of(d);
+  const bool leaves = d.model.has_direction() || norm(d.gravity) > 0;
   parallel(
       "drench::emission::target", d.samples.count, KOKKOS_LAMBDA(const Index p) {
-        if (rest(p) == 0 || blocked(p)) {
+        if (!leaves || rest(p) == 0 || blocked(p)) {
           target(p) = -1;
           return;
         }
         Index best = p;
-        for (Index k = 0; k < count(p); ++k) {
+        for (Index k = 0; k < list.count(p); ++k) {
           const Index q = list(p, k);
           if (rest(q) == 0 || blocked(q) || !layers.same(p, q)) continue;
           if (rest(q) > rest(best) || (rest(q) == rest(best) && q < best)) best = q;
         }
         target(p) = best;
       });
-  const Quanta smallest = d.model.min_quanta;
-  parallel(
-      "drench::emission::pool", d.samples.count, KOKKOS_LAMBDA(const Index p) {
-        Quanta sum = 0;
-        if (target(p) == p) {
-          sum = rest(p);
-          for (Index k = 0; k < count(p); ++k)
-            if (target(list(p, k)) == p) sum += rest(list(p, k));
-        }
-        pools(p) = sum >= smallest ? sum : 0;
-      });
 }
 
-/// Numbers the candidates in the order of their collectors, and places them. Returns how many there are.
-Index place_candidates(Device& d) {
-  auto& w = d.emission_work;
-  const auto pools = w.pool;
-  const auto candidate = w.candidate;
-  Index n = 0;
-  Kokkos::parallel_scan(
-      "drench::emission::candidates", Range(0, d.samples.count),
-      KOKKOS_LAMBDA(const Index p, Index& rank, const bool last) {
-        if (last) candidate(p) = rank;
-        rank += pools(p) > 0 ? 1 : 0;
-      },
-      n);
-  if (n == 0) return 0;
-  const std::size_t room = static_cast<std::size_t>(d.samples.count);
-  make_room(w.position, "drench::emission::position", room);
-  make_room(w.collector, "drench::emission::collector", room);
-  make_room(w.created, "drench::emission::created", room);
-  make_room(w.rank, "drench::emission::rank", room);
-  const auto position = w.position, x = d.samples.position, flow = w.direction;
-  const auto collector = w.collector;
+/// The pools that are candidates, and where their particles would be.
+void pool(Device& d) {
+  const auto& w = d.emission_work;
+  const Entries<Quanta> rest = w.rest, pools = w.pool;
+  const Entries<Index> target = w.target;
+  const Entries<Real3> position = w.position, x = d.samples.position, flow = w.direction;
+  const Entries<std::int64_t> liquid = w.liquid;
+  const Entries<std::uint8_t> created = w.created;
+  const Entries<int> any = w.any;
+  const Neighbors list(d.sample_sample);
+  const CandidateCells cells(d);
+  const Quanta smallest = d.model.min_quanta, full = d.model.max_quanta;
   const Real spacing = d.spacing;
-  const Quanta full = d.model.max_quanta;
   const bool directed = d.model.has_direction();
   const Real3 down = laws::flow_direction(d.gravity, laws::flow_regularisation(norm(d.gravity), 0));
   parallel(
-      "drench::emission::place", d.samples.count, KOKKOS_LAMBDA(const Index p) {
-        if (pools(p) == 0) return;
-        const Quanta mass = pools(p) < full ? pools(p) : full;
-        const Index c = candidate(p);
-        collector(c) = p;
+      "drench::emission::pool", d.samples.count, KOKKOS_LAMBDA(const Index p) {
+        pools(p) = 0;
+        created(p) = 0;
+        if (target(p) != p) return;
+        Quanta sum = rest(p);
+        for (Index k = 0; k < list.count(p); ++k)
+          if (target(list(p, k)) == p) sum += rest(list(p, k));
+        if (sum < smallest) return;
+        pools(p) = sum;
+        const Quanta mass = sum < full ? sum : full;
         const Real3 towards = directed ? flow(p) : down;
-        position(c) = x(p) + laws::emission_distance(spacing, double(mass) / double(quanta_per_particle)) * towards;
+        position(p) = x(p) + laws::emission_distance(spacing, double(mass) / double(quanta_per_particle)) * towards;
+        liquid(p) = 0;
+        cells.insert(p);
+        if (any(1) == 0) Kokkos::atomic_store(&any(1), 1);
       });
-  return n;
 }
 
-/// Which candidates have space: no liquid, and no candidate of a lower collector, closer than d/2, and not inside the
-/// liquid. Returns their number.
-Index find_space(Device& d, Index candidates) {
-  auto& w = d.emission_work;
-  w.cells.build(w.position, candidates, d.spacing);
-  // Cells of the liquid where it is now: porous_neighbors made them after advection, and nothing has moved or left
-  // since.
-  const CellTableView liquid = d.fluid_cells.view(), others = w.cells.view();
-  const auto x = d.fluid.position, position = w.position;
-  const auto mass = d.fluid.mass;
-  const auto created = w.created;
-  const Real near2 = d.spacing * d.spacing / 4, reach = d.support;
-  const double volume = d.quantum / d.rest_density;  // m³ of a quantum
+/// Σ_j V_j W at each candidate, 1 more for liquid that is closer than d/2. The liquid looks for candidates: they are few, and
+/// one of them alone with all the liquid around it would keep a GPU's thread busy for longer than all the rest.
+void measure_space(Device& d) {
+  const auto& w = d.emission_work;
+  const Entries<std::int64_t> liquid = w.liquid;
+  const Entries<Real3> x = d.fluid.position, position = w.position;
+  const Entries<Quanta> mass = d.fluid.mass;
+  const Entries<int> any = w.any;
+  const CandidateCells cells(d);
   const Kernel kernel = d.kernel;
-  const bool any_liquid = d.fluid.count > 0;
+  const Real near2 = d.spacing * d.spacing / 4, h2 = d.support * d.support;
+  const double volume = d.quantum / d.rest_density;  // m³ of a quantum
   parallel(
-      "drench::emission::space", candidates, KOKKOS_LAMBDA(const Index c) {
+      "drench::emission::space", d.fluid.count, KOKKOS_LAMBDA(const Index j) {
+        if (any(1) == 0 || mass(j) == 0) return;
+        const Real3 at = x(j);
+        cells.for_near(at, [&](const Index c) {
+          const Real3 r = at - position(c);
+          const Real r2 = dot(r, r);
+          if (!(r2 < h2)) return;
+          const double share = volume * double(mass(j)) * double(kernel.value(Kokkos::sqrt(r2))) + (r2 < near2 ? 1 : 0);
+          Kokkos::atomic_add(&liquid(c), static_cast<std::int64_t>(Kokkos::round(share_units * share)));
+        });
+      });
+}
+
+/// Numbers the candidates that have space, in the order of their collectors: no liquid, and no candidate of a lower collector,
+/// closer than d/2, and not inside the liquid.
+void rank(Device& d) {
+  const auto& w = d.emission_work;
+  const Entries<Quanta> pools = w.pool;
+  const Entries<std::int64_t> liquid = w.liquid;
+  const Entries<Real3> position = w.position;
+  const Entries<std::uint8_t> created = w.created;
+  const Entries<Index> ranks = w.rank;
+  const CandidateCells cells(d);
+  const Real near2 = d.spacing * d.spacing / 4;
+  const auto most = static_cast<std::int64_t>(share_units * laws::surface_share);
+  auto n = w.new_particles;
+  Kokkos::parallel_scan(
+      "drench::emission::rank", Range(0, d.samples.count),
+      KOKKOS_LAMBDA(const Index c, Index& number, const bool last) {
+        if (pools(c) == 0 || liquid(c) > most) return;
         const Real3 at = position(c);
         bool free = true;
-        double filled = 0;
-        if (any_liquid)
-          liquid.for_cells(liquid.cell_of({at.x - reach, at.y - reach, at.z - reach}),
-                           liquid.cell_of({at.x + reach, at.y + reach, at.z + reach}), [&](const Index j) {
-                             const Real3 r = x(j) - at;
-                             if (mass(j) > 0 && dot(r, r) < near2) free = false;
-                             filled += volume * double(mass(j)) * double(kernel.value(norm(r)));
-                           });
-        others.for_near(at, [&](const Index o) {
+        cells.for_near(at, [&](const Index o) {
           const Real3 r = position(o) - at;
           if (o < c && dot(r, r) < near2) free = false;
         });
-        created(c) = free && filled <= laws::surface_share ? 1 : 0;
-      });
-  const auto ranks = w.rank;
-  Index n = 0;
-  Kokkos::parallel_scan(
-      "drench::emission::rank", Range(0, candidates),
-      KOKKOS_LAMBDA(const Index c, Index& rank, const bool last) {
-        if (last) ranks(c) = rank;
-        rank += created(c);
+        if (!free) return;
+        if (last) {
+          created(c) = 1;
+          ranks(c) = number;
+        }
+        ++number;
       },
       n);
-  return n;
 }
 
-/// Appends the new particles.
-void create(Device& d, Index candidates, Index n) {
+/// Appends the new particles (d), and finds out what each sample's nodes lose (e). The candidates' cells are empty again.
+void give_out(Device& d, Index new_particles) {
   const Index first = d.fluid.count;
-  d.reserve_fluid(first + n);
-  const FluidArrays f = d.fluid;
+  if (new_particles > 0) d.reserve_fluid(first + new_particles);
   const auto& w = d.emission_work;
-  const auto created = w.created;
-  const auto ranks = w.rank, collector = w.collector, target = w.target, count = d.sample_sample.count;
-  const auto list = d.sample_sample.list;
-  const auto position = w.position, leaving_velocity = w.velocity;
-  const auto pools = w.pool, rest = w.rest;
+  const Entries<Real3> x = d.fluid.position, v = d.fluid.velocity, position = w.position, leaving_velocity = w.velocity;
+  const Entries<Quanta> masses = d.fluid.mass, share = w.share, total = w.total, rest = w.rest, pools = w.pool;
+  const Entries<std::int64_t> ids = d.fluid.id;
+  const Entries<Real> age = d.fluid.age, ratio = d.fluid.density_ratio, kappa_density = d.fluid.kappa_density,
+                      kappa_divergence = d.fluid.kappa_divergence;
+  const Entries<std::uint8_t> origin = d.fluid.origin, created = w.created;
+  const Entries<Index> ranks = w.rank, target = w.target;
+  const Neighbors list(d.sample_sample);
+  const CandidateCells cells(d);
   const Quanta full = d.model.max_quanta;
   const std::int64_t id = d.next_id;
   parallel(
-      "drench::emission::create", candidates, KOKKOS_LAMBDA(const Index c) {
-        if (!created(c)) return;
-        const Index p = collector(c), i = first + ranks(c);
-        Quanta mass = 0;
-        double px = 0, py = 0, pz = 0;
-        const auto add = [&](const Index g) {
-          const Quanta part = pooled_part(rest(g), pools(p), full);
-          mass += part;
-          px += double(part) * double(leaving_velocity(g).x);
-          py += double(part) * double(leaving_velocity(g).y);
-          pz += double(part) * double(leaving_velocity(g).z);
-        };
-        add(p);
-        for (Index k = 0; k < count(p); ++k)
-          if (target(list(p, k)) == p) add(list(p, k));
-        const double inverse = 1 / double(mass);
-        f.position(i) = position(c);
-        f.velocity(i) = {Real(inverse * px), Real(inverse * py), Real(inverse * pz)};
-        f.mass(i) = mass;
-        f.id(i) = id + ranks(c);
-        f.age(i) = 0;
-        f.origin(i) = static_cast<std::uint8_t>(Origin::cloth);
-        f.density_ratio(i) = 0;
-        f.kappa_density(i) = 0;
-        f.kappa_divergence(i) = 0;
+      "drench::emission::give_out", d.samples.count, KOKKOS_LAMBDA(const Index p) {
+        if (pools(p) > 0) cells.clear_cell_of(p);
+        if (created(p)) {
+          const Index i = first + ranks(p);
+          Quanta mass = 0;
+          double px = 0, py = 0, pz = 0;
+          const auto add = [&](const Index g) {
+            const Quanta part = pooled_part(rest(g), pools(p), full);
+            mass += part;
+            px += double(part) * double(leaving_velocity(g).x);
+            py += double(part) * double(leaving_velocity(g).y);
+            pz += double(part) * double(leaving_velocity(g).z);
+          };
+          add(p);
+          for (Index k = 0; k < list.count(p); ++k)
+            if (target(list(p, k)) == p) add(list(p, k));
+          const double inverse = 1 / double(mass);
+          x(i) = position(p);
+          v(i) = {Real(inverse * px), Real(inverse * py), Real(inverse * pz)};
+          masses(i) = mass;
+          ids(i) = id + ranks(p);
+          age(i) = 0;
+          origin(i) = static_cast<std::uint8_t>(Origin::cloth);
+          ratio(i) = 0;
+          kappa_density(i) = 0;
+          kappa_divergence(i) = 0;
+        }
+        if (total(p) == 0) return;
+        Quanta given = total(p) - rest(p);
+        const Index q = target(p);
+        if (q >= 0 && created(q)) given += pooled_part(rest(p), pools(q), full);
+        Quanta left = given;
+        Quanta part[3];
+        for (int k = 0; k < 3; ++k) {
+          part[k] = floor_ratio(given, share(3 * p + k), total(p));
+          left -= part[k];
+        }
+        for (int k = 0; k < 3; ++k) {
+          const Quanta room = share(3 * p + k) - part[k];
+          const Quanta more = left < room ? left : room;
+          share(3 * p + k) = part[k] + more;
+          left -= more;
+        }
       });
-  d.fluid.count = first + n;
-  d.next_id += n;
+  d.fluid.count = first + new_particles;
+  d.next_id += new_particles;
 }
 
 }  // namespace
 
-Index create_particles(Device& d) {
-  if (!d.model.has_direction() && !(norm(d.gravity) > 0)) return 0;  // nowhere to go
+void create_particles(Device& d) {
+  prepare(d);
+  target(d);
   pool(d);
-  const Index candidates = place_candidates(d);
-  const Index created = candidates > 0 ? find_space(d, candidates) : 0;
-  if (created > 0) create(d, candidates, created);
-  return created;
+  measure_space(d);
+  rank(d);
+  ExecSpace().fence("drench::emission::counts");
+  const EmissionCounts counts = d.emission_work.counts();
+  d.emission_work.idle = counts.ripe == 0;
+  if (counts.empty > 0) d.compact_fluid({}, d.fluid.count - counts.empty);
+  give_out(d, d.emission_work.new_particles());
 }
 
 }  // namespace drench::kokkos_backend

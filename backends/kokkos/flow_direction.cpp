@@ -5,12 +5,12 @@
 namespace drench::kokkos_backend {
 
 void flow_direction(Device& d, const StepInfo&, StepReport&) {
-  refresh_samples(d);
+  place_samples(d);
   const Real gravity_size = norm(d.gravity);
   const Real3 gravity = d.gravity;
-  const auto direction = d.samples.flow_direction;
-  const auto cloth = d.samples.cloth;
-  const auto materials = d.materials;
+  const Entries<Real3> direction = d.samples.flow_direction;
+  const Entries<Index> cloth = d.samples.cloth;
+  const Entries<Material> materials = d.materials;
   const VirtualPressure pressure(d);
   parallel(
       "drench::flow_direction::flow", d.samples.count, KOKKOS_LAMBDA(const Index p) {

@@ -92,7 +92,7 @@ void Device::reserve_fluid(Index n) {
   resize_keeping(work.shift, capacity);
 }
 
-void Device::compact_fluid(const Array<std::uint8_t>& gone) {
+void Device::compact_fluid(const Array<std::uint8_t>& gone, Index kept) {
   const Index n = fluid.count;
   if (n == 0) return;
   if (reorder.source.extent(0) < fluid.position.extent(0))
@@ -101,15 +101,15 @@ void Device::compact_fluid(const Array<std::uint8_t>& gone) {
   const auto source = reorder.source;
   const auto mass = fluid.mass;
   const bool flagged = gone.extent(0) > 0;
-  Index kept = 0;
-  Kokkos::parallel_scan(
-      "drench::compact::scan", Range(0, n),
-      KOKKOS_LAMBDA(const Index i, Index& rank, const bool last) {
-        const bool stays = mass(i) > 0 && !(flagged && gone(i));
-        if (last && stays) source(rank) = i;
-        rank += stays ? 1 : 0;
-      },
-      kept);
+  const auto number = KOKKOS_LAMBDA(const Index i, Index& rank, const bool last) {
+    const bool stays = mass(i) > 0 && !(flagged && gone(i));
+    if (last && stays) source(rank) = i;
+    rank += stays ? 1 : 0;
+  };
+  if (kept < 0)
+    Kokkos::parallel_scan("drench::compact::scan", Range(0, n), number, kept);
+  else if (kept < n)
+    Kokkos::parallel_scan("drench::compact::scan", Range(0, n), number);
   if (kept == n) return;
   gather(*this, source, kept);
 }

@@ -1,7 +1,8 @@
 // Stage ledger (src/stages/ledger.hpp).
 
-#include "device.hpp"
-#include "primitives/reduce.hpp"
+#include "ledger.hpp"
+
+#include "laws/viscosity.hpp"
 
 namespace drench::kokkos_backend {
 namespace {
@@ -10,20 +11,63 @@ KOKKOS_INLINE_FUNCTION bool finite(const Real3& a) {
   return Kokkos::isfinite(a.x) && Kokkos::isfinite(a.y) && Kokkos::isfinite(a.z);
 }
 
-/// What is summed over particles, or over nodes, in one pass; `saturation` is a maximum.
-struct LedgerSums {
-  Quanta mass = 0;
-  std::int64_t nonfinite = 0;
-  double energy = 0;  // J
-  CompensatedSum mass_float;
-  double saturation = 0;
-  KOKKOS_INLINE_FUNCTION LedgerSums& operator+=(const LedgerSums& o) {
-    mass += o.mass;
-    nonfinite += o.nonfinite;
-    energy += o.energy;
-    mass_float += o.mass_float;
-    if (o.saturation > saturation) saturation = o.saturation;
-    return *this;
+struct OfLiquid {
+  Entries<Real3> x, v;
+  Entries<Quanta> mass;
+  double q, rho, step;
+  Real3 gravity, center, square;
+  bool speed, field;
+
+  explicit OfLiquid(const Device& d)
+      : x(d.fluid.position),
+        v(d.fluid.velocity),
+        mass(d.fluid.mass),
+        q(d.quantum),
+        rho(double(d.rest_density)),
+        step(d.model.scene.time.step),
+        gravity(d.gravity),
+        center(d.field_center),
+        square(d.field_square),
+        speed(d.model.scene.time.mode == TimeMode::cfl),
+        field(d.model.scene.field.present) {}
+  KOKKOS_INLINE_FUNCTION LedgerSums operator()(const Index i) const {
+    LedgerSums own;
+    own.mass = mass(i);
+    own.nonfinite = finite(x(i)) && finite(v(i)) ? 0 : 1;
+    own.energy = 0.5 * q * double(mass(i)) * double(dot(v(i), v(i)));
+    own.mass_float += rho * double(Real(double(mass(i)) * q / rho));
+    own.bounds.add(x(i));
+    if (speed) {
+      const Real3 a = field ? gravity + central_field(x(i), center, square) : gravity;
+      own.speed = double(norm(v(i))) + double(norm(a)) * step;
+    }
+    return own;
+  }
+};
+
+struct OfNodes {
+  Entries<Real3> x, v;
+  Entries<Quanta> liquid;
+  Entries<double> capacity;
+  Entries<Real> solid;
+  double q;
+
+  explicit OfNodes(const Device& d)
+      : x(d.nodes.position),
+        v(d.nodes.velocity),
+        liquid(d.nodes.liquid),
+        capacity(d.nodes.capacity),
+        solid(d.nodes.solid_mass),
+        q(d.quantum) {}
+  KOKKOS_INLINE_FUNCTION LedgerSums operator()(const Index n) const {
+    LedgerSums own;
+    own.mass = liquid(n);
+    own.nonfinite = finite(x(n)) && finite(v(n)) ? 0 : 1;
+    own.energy = 0.5 * (double(solid(n)) + q * double(liquid(n))) * double(dot(v(n), v(n)));
+    own.mass_float += double(Real(double(liquid(n)) * q));
+    own.saturation = capacity(n) > 0 ? double(liquid(n)) * q / capacity(n) : 0;
+    own.speed = double(norm(v(n)));
+    return own;
   }
 };
 
@@ -35,47 +79,29 @@ void add(StepReport& report, const LedgerSums& sums) {
 
 }  // namespace
 
+SumPair<LedgerSums> measure(Device& d) {
+  const auto sums =
+      ordered_pair<LedgerSums>("drench::ledger::sums", d.fluid.count, OfLiquid(d), d.nodes.count, OfNodes(d));
+  d.measured = {true, sums.first.bounds, sums.first.speed, sums.second.speed};
+  return sums;
+}
+
 void ledger(Device& d, const StepInfo& info, StepReport& report) {
-  const double q = d.quantum, rho = double(d.rest_density);
   report.particles = d.fluid.count;
   report.mass_drained = d.drained;
   report.mass_supplied = d.supplied;
   report.mass_float = 0;
   report.kinetic_energy = 0;
   report.nonfinite = 0;
+  const SumPair<LedgerSums> sums = measure(d);
   if (d.fluid.count > 0) {
-    const auto x = d.fluid.position, v = d.fluid.velocity;
-    const auto mass = d.fluid.mass;
-    const LedgerSums sums = ordered<LedgerSums>(
-        "drench::ledger::fluid", d.fluid.count, KOKKOS_LAMBDA(const Index i) {
-          LedgerSums own;
-          own.mass = mass(i);
-          own.nonfinite = finite(x(i)) && finite(v(i)) ? 0 : 1;
-          own.energy = 0.5 * q * double(mass(i)) * double(dot(v(i), v(i)));
-          own.mass_float += rho * double(Real(double(mass(i)) * q / rho));
-          return own;
-        });
-    report.mass_fluid = sums.mass;
-    add(report, sums);
+    report.mass_fluid = sums.first.mass;
+    add(report, sums.first);
   }
   if (d.nodes.count > 0) {
-    const auto x = d.nodes.position, v = d.nodes.velocity;
-    const auto liquid = d.nodes.liquid;
-    const auto capacity = d.nodes.capacity;
-    const auto solid = d.nodes.solid_mass;
-    const LedgerSums sums = ordered<LedgerSums>(
-        "drench::ledger::nodes", d.nodes.count, KOKKOS_LAMBDA(const Index n) {
-          LedgerSums own;
-          own.mass = liquid(n);
-          own.nonfinite = finite(x(n)) && finite(v(n)) ? 0 : 1;
-          own.energy = 0.5 * (double(solid(n)) + q * double(liquid(n))) * double(dot(v(n), v(n)));
-          own.mass_float += double(Real(double(liquid(n)) * q));
-          own.saturation = capacity(n) > 0 ? double(liquid(n)) * q / capacity(n) : 0;
-          return own;
-        });
-    report.mass_cloth = sums.mass;
-    if (d.model.has_porous()) report.saturation_max = sums.saturation;
-    add(report, sums);
+    report.mass_cloth = sums.second.mass;
+    if (d.model.has_porous()) report.saturation_max = sums.second.saturation;
+    add(report, sums.second);
   }
   d.step = info.step + 1;
   d.time = info.time + info.dt;

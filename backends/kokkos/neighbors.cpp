@@ -59,7 +59,7 @@ void part_by_cloth(Device& d) {
 
 void neighbors(Device& d, const StepInfo&, StepReport&) {
   const Real h = d.support;
-  d.fluid_cells.build(d.fluid.position, d.fluid.count, h, d.fluid.id);
+  d.fluid_cells.build(d.fluid.position, d.fluid.count, h, d.fluid.id, d.measured.fresh ? &d.measured.fluid : nullptr);
   d.order_fluid_by_cell();
   std::vector<ListRequest> lists{{&d.fluid_fluid, d.fluid.position, d.fluid.count, d.fluid_cells.view(), true, true}};
   if (d.boundary.count > 0) {
@@ -69,11 +69,14 @@ void neighbors(Device& d, const StepInfo&, StepReport&) {
     list_body_neighbors(d);
   }
   if (d.samples.count > 0) {
-    refresh_samples(d);
-    d.sample_cells.build(d.samples.position, d.samples.count, h);
+    // Stage porous_neighbors has left these where the samples still are.
+    place_samples(d);
+    refresh_sample_cells(d);
     lists.push_back({&d.fluid_sample, d.fluid.position, d.fluid.count, d.sample_cells.view()});
     lists.push_back({&d.sample_fluid, d.samples.position, d.samples.count, d.fluid_cells.view()});
-    lists.push_back({&d.sample_sample, d.samples.position, d.samples.count, d.sample_cells.view(), true});
+    if (!d.sample_list_fresh)
+      lists.push_back({&d.sample_sample, d.samples.position, d.samples.count, d.sample_cells.view(), true});
+    d.sample_list_fresh = true;
   }
   build_neighbor_lists(lists, h);
   if (d.samples.count > 0 && !d.model.scene.through_cloth) part_by_cloth(d);

@@ -1,32 +1,33 @@
-// Stage porous_neighbors (src/stages/porous_neighbors.hpp).
+// Stage porous_neighbors (src/stages/porous_neighbors.hpp). The liquid needs no cells here: stages absorption and emission go
+// through its particles, and ask for the samples near each.
 
+#include "diffusion.hpp"
 #include "primitives/neighbor_list.hpp"
 
 namespace drench::kokkos_backend {
 
 void porous_neighbors(Device& d, const StepInfo&, StepReport&) {
-  const Real h = d.support;
-  const bool cloth_moves = d.model.has_moving_cloth();
-  refresh_samples(d);
-  // Emission and contact wicking ask for samples near samples.
+  const Model& m = d.model;
   std::vector<ListRequest> lists;
-  if ((d.model.has_fluid() || d.model.has_contact_wicking()) && (cloth_moves || !d.lists_fresh)) {
-    d.sample_cells.build(d.samples.position, d.samples.count, h);
-    lists.push_back({&d.sample_sample, d.samples.position, d.samples.count, d.sample_cells.view(), true});
+  if (m.has_exchange() || m.has_contact_wicking()) place_samples(d);
+  // Emission and contact wicking ask for samples near samples.
+  if (m.has_fluid() || m.has_contact_wicking()) {
+    refresh_sample_cells(d);
+    if (!d.sample_list_fresh)
+      lists.push_back({&d.sample_sample, d.samples.position, d.samples.count, d.sample_cells.view(), true});
+    d.sample_list_fresh = true;
   }
-  if (d.model.has_exchange()) {
-    d.fluid_cells.build(d.fluid.position, d.fluid.count, h, d.fluid.id);
-    lists.push_back({&d.fluid_sample, d.fluid.position, d.fluid.count, d.sample_cells.view()});
-    lists.push_back({&d.sample_fluid, d.samples.position, d.samples.count, d.fluid_cells.view()});
-  }
-  if (d.model.has_exchange() && d.model.has_direction() && d.boundary.count > 0 &&
-      (cloth_moves || d.model.has_moving_body() || !d.lists_fresh)) {
-    if (d.model.has_moving_body() || d.boundary_cells.view().buckets == 0)
-      d.boundary_cells.build(d.boundary.position, d.boundary.count, h);
+  if (m.has_exchange()) lists.push_back({&d.fluid_sample, d.fluid.position, d.fluid.count, d.sample_cells.view()});
+  if (m.has_exchange() && m.has_direction() && d.boundary.count > 0 &&
+      (m.has_moving_body() || !d.boundary_list_fresh)) {
+    if (m.has_moving_body() || d.boundary_cells.view().buckets == 0)
+      d.boundary_cells.build(d.boundary.position, d.boundary.count, d.support);
     lists.push_back({&d.sample_boundary, d.samples.position, d.samples.count, d.boundary_cells.view()});
+    d.boundary_list_fresh = true;
   }
-  build_neighbor_lists(lists, h);
-  d.lists_fresh = true;
+  // Of the nodes' positions alone: the host has its result after the same wait as the lists'.
+  if (m.has_diffusion()) launch_diffusion_rate(d);
+  if (build_neighbor_lists(lists, d.support)) d.diffusion_work.rate_waited = true;
 }
 
 }  // namespace drench::kokkos_backend

@@ -10,47 +10,61 @@ namespace drench::kokkos_backend {
 
 /// Transfers on their way between liquid, samples and nodes: shared by absorption and emission.
 struct TransferWork {
-  Kokkos::View<Quanta**, MemSpace> pair;  // of each entry of a sample's neighbour list, quanta
-  Array<Quanta> entering;                 // per sample, quanta
-  Array<std::int64_t> momentum;           // 3 per sample, q · 2^-8 m/s
-  Array<double> inflow_share;             // φ per sample
-  Array<double> node_inflow_share;        // φ per node
+  Array<Quanta> offered, entering;  // per sample, quanta: what it may get, and what it gets
+  Array<std::int64_t> momentum;     // 3 per sample, q · 2^-8 m/s: of what it gets
+  Array<double> node_inflow_share;  // φ per node
 };
 
 struct AbsorptionWork {
-  Kokkos::View<Quanta**, MemSpace> offer;  // o_ij, then t_ij, of each entry of fluid_sample, quanta
+  Kokkos::View<Quanta**, MemSpace> offer;                    // o_ij, then t_ij, of each entry of fluid_sample, quanta
+  Kokkos::View<Index, Kokkos::SharedHostPinnedSpace> taken;  // particles taken whole; where there is no emission
+};
+
+struct EmissionCounts {
+  Index empty = 0;  // particles that absorption took whole
+  Index ripe = 0;   // not 0: something is ripe, or may become so
+  KOKKOS_INLINE_FUNCTION EmissionCounts& operator+=(const EmissionCounts& o) {
+    empty += o.empty;
+    ripe += o.ripe;
+    return *this;
+  }
 };
 
 struct EmissionWork {
   // per sample
   Array<Quanta> share;        // 3 per sample: E_pk, in the end what leaves node k
   Array<Quanta> total, rest;  // E_p, and what is left of it: E′_p, E″_p
+  Array<Quanta> room;         // Σ_j R_j of the liquid in its cone
   Array<Real3> velocity;      // v^e_p, m/s
   Array<Real3> direction;     // e_p; the samples' flow_direction itself in scenes without solids
   Array<std::uint8_t> blocked;
-  Array<Index> layers;     // number of receiving samples of other layers
-  Array<Index> target;     // the sample that it points to, −1: none
-  Array<Quanta> pool;      // S of a collector that is a candidate, otherwise 0
-  Array<Index> candidate;  // rank of a candidate
-  // per liquid particle
-  Array<Quanta> offered, gained;
-  Array<std::int64_t> momentum;  // 3 per particle, q · 2^-8 m/s
-  // per candidate
-  Array<Real3> position;
-  Array<Index> collector;
-  Array<std::uint8_t> created;
-  Array<Index> rank;  // among those that are created
-  CellTable cells;
+  Array<Index> layers;  // number of receiving samples of other layers
+  Array<Index> target;  // the sample that it points to, −1: none
+  Array<Quanta> pool;   // S of a collector that is a candidate, otherwise 0
+  // of those that are candidates
+  Array<Real3> position;        // of the new particle, m
+  Array<std::int64_t> liquid;   // Σ_j V_j W there, 2^-40
+  Array<std::uint8_t> created;  // has space
+  Array<Index> rank;            // among those that have space
+  Array<Index> next;            // the next candidate of the same cell, −1: none
+  Array<Index> head;            // per bucket of sample_cells: a candidate; −1 between steps
+  Array<int> any;               // 0: something is ripe; 1: there are candidates. Zero between steps
+  // for the host
+  Kokkos::View<EmissionCounts, Kokkos::SharedHostPinnedSpace> counts;
+  Kokkos::View<Index, Kokkos::SharedHostPinnedSpace> new_particles;
+  bool idle = true;  // nothing was ripe when last looked
 };
 
 struct DiffusionWork {
-  Index pairs = 0;                     // of nodes
-  Array<Index> pair;                   // 2 each
-  Array<Index> node_start, node_item;  // node → items 2·pair + side
-  Array<double> conductance;           // G_ij, kg/s
-  Array<double> drop;                  // (x_i − x_j)·ĝ/ℓ, 1
-  Array<Quanta> flow;                  // to the pair's first node, quanta
-  Array<double> out_share, in_share;   // φ per node
+  Index pairs = 0;                                           // of nodes
+  Array<Index> pair;                                         // 2 each
+  Array<Index> node_start, node_item;                        // node → items 2·pair + side
+  Array<double> conductance;                                 // G_ij, kg/s
+  Array<double> drop;                                        // (x_i − x_j)·ĝ/ℓ, 1
+  Array<Quanta> flow;                                        // to the pair's first node, quanta
+  Array<double> out_share, in_share;                         // φ per node
+  Kokkos::View<double, Kokkos::SharedHostPinnedSpace> rate;  // the largest, 1/s
+  bool rate_launched = false, rate_waited = false;           // of the nodes where they are; the host may read it
   // per node, m/s: in double between sub-steps; empty unless liquid diffuses in cloth that moves
   Array<Double3> velocity, next_velocity;
 };

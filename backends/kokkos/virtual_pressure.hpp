@@ -8,12 +8,11 @@ namespace drench::kokkos_backend {
 
 /// P′_p = −k^p h Σ_b V_b ∇W_pb over the solid samples near sample p, m/s² (Eq. 5): points away from them.
 struct VirtualPressure {
-  decltype(Device::samples.position) sample, solid;
-  decltype(Device::boundary.volume) volume;
-  decltype(Device::samples.cloth) cloth;
-  decltype(Device::materials) materials;
-  decltype(Device::sample_boundary.count) count;
-  decltype(Device::sample_boundary.list) list;
+  Entries<Real3> sample, solid;
+  Entries<Real> volume;
+  Entries<Index> cloth;
+  Entries<Material> materials;
+  Neighbors list;
   Kernel kernel;
   Real support;
   bool solids;
@@ -24,16 +23,17 @@ struct VirtualPressure {
         volume(d.boundary.volume),
         cloth(d.samples.cloth),
         materials(d.materials),
-        count(d.sample_boundary.count),
-        list(d.sample_boundary.list),
+        list(d.sample_boundary),
         kernel(d.kernel),
         support(d.support),
         solids(d.boundary.count > 0) {}
 
+  /// How many solid samples are near.
+  KOKKOS_INLINE_FUNCTION Index count(Index p) const { return solids ? list.count(p) : 0; }
   KOKKOS_INLINE_FUNCTION Real3 operator()(Index p) const {
     Real3 sum{};
     const Real strength = materials(cloth(p)).virtual_pressure * support;
-    const Index n = solids ? count(p) : 0;
+    const Index n = count(p);
     for (Index k = 0; k < n; ++k) {
       const Index b = list(p, k);
       const Real3 r = sample(p) - solid(b);

@@ -53,7 +53,7 @@ std::vector<std::string> lists_of(Stage stage, const Model& m) {
     if (samples) names.insert(names.end(), {"fluid_sample", "sample_fluid", "sample_sample"});
   }
   if (stage == Stage::porous_neighbors && samples) {
-    if (m.has_exchange()) names.insert(names.end(), {"fluid_sample", "sample_fluid", "sample_sample"});
+    if (m.has_exchange()) names.insert(names.end(), {"fluid_sample", "sample_sample"});
     if (m.has_exchange() && m.has_direction() && boundary) names.push_back("sample_boundary");
   }
   return names;

@@ -40,16 +40,14 @@ MemoryEstimate estimate_memory(const SetupSize& size, int real_bytes) {
   const double in_liquid = width(4.0 / 3 * pi * s * s * s), in_wall = width(2.0 / 3 * pi * s * s * s),
                in_sheet = width(pi * s * s);
   MemoryEstimate m;
-  // FluidArrays twice 10 r + 17, FluidWork 21 r + 1, an index; per particle. And partial sums of seven words.
-  m.particles = fluid * (41 * r + 39) + 56 * std::min(65536.0, std::max(size.fluid, size.nodes));
-  if (with_samples) m.particles += fluid * (9 * r + 2 * index + 1);     // AdvectionWork, nearest_sample
-  if (size.exchange) m.particles += fluid * (2 * quanta + 3 * quanta);  // EmissionWork
+  // FluidArrays twice 10 r + 17, FluidWork 21 r + 1, an index; per particle. And the ledger's partial sums.
+  m.particles = fluid * (41 * r + 39) + (56 + 6 * r) * (std::min(65536.0, size.fluid) + std::min(65536.0, size.nodes));
+  if (with_samples) m.particles += fluid * (9 * r + 2 * index + 1);  // AdvectionWork, nearest_sample
   // Lists with slopes beside their entries; where cloth exchanges liquid, also what each entry passes on.
   m.lists = fluid * in_liquid * (index + r);
   if (size.boundary > 0) m.lists += fluid * in_wall * (index + r);
   if (with_samples && with_fluid)
-    m.lists += fluid * in_sheet * (index + r + (size.exchange ? quanta : 0)) +
-               size.samples * in_liquid * (index + r + (size.exchange ? quanta : 0));
+    m.lists += fluid * in_sheet * (index + r + (size.exchange ? quanta : 0)) + size.samples * in_liquid * (index + r);
   if (with_samples) m.lists += size.samples * in_sheet * index;
   if (with_samples && size.boundary > 0) m.lists += size.samples * in_wall * index;
   for (const double points : {size.fluid, size.boundary, with_samples ? size.samples : 0.0})
@@ -57,7 +55,7 @@ MemoryEstimate estimate_memory(const SetupSize& size, int real_bytes) {
   m.bodies = size.boundary * (10 * r + index) + size.field * r;
   // A node has about three edges, three hinges and two triangles.
   m.cloth = size.nodes * (100 * r + 380) + size.samples * (30 * r + 60);
-  if (size.exchange) m.cloth += size.samples * (6 * r + 14 * quanta);
+  if (size.exchange) m.cloth += size.samples * (9 * r + 16 * quanta);
   if (size.diffusion) m.cloth += size.nodes * 220;
   if (size.xpbd) m.cloth += size.nodes * 48 * r;
   if (size.self_collision) m.cloth += size.nodes * (60 * r + 300 + 30 * 117);  // 30 pairs a node; folds may have more

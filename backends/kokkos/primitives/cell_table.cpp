@@ -7,28 +7,20 @@
 namespace drench::kokkos_backend {
 namespace {
 
-struct Bounds {
-  Real min_x = 0, min_y = 0, min_z = 0, max_x = 0, max_y = 0, max_z = 0;
+struct FindBounds {
+  using value_type = PointBounds;
+  Array<Real3> points;
+
+  KOKKOS_INLINE_FUNCTION void init(PointBounds& b) const { b.clear(); }
+  KOKKOS_INLINE_FUNCTION void join(PointBounds& b, const PointBounds& o) const { b.add(o); }
+  KOKKOS_INLINE_FUNCTION void operator()(const Index i, PointBounds& b) const { b.add(points(i)); }
 };
 
-Bounds bounds_of(const Array<Real3>& points, Index count) {
-  Bounds b;
-  Kokkos::parallel_reduce(
-      "drench::cell_table::bounds", Range(0, count),
-      KOKKOS_LAMBDA(const Index i, Real& ax, Real& ay, Real& az, Real& bx, Real& by, Real& bz) {
-        const Real3 p = points(i);
-        if (!(Kokkos::abs(p.x) + Kokkos::abs(p.y) + Kokkos::abs(p.z) < Real(1e12))) return;
-        ax = p.x < ax ? p.x : ax;
-        ay = p.y < ay ? p.y : ay;
-        az = p.z < az ? p.z : az;
-        bx = p.x > bx ? p.x : bx;
-        by = p.y > by ? p.y : by;
-        bz = p.z > bz ? p.z : bz;
-      },
-      Kokkos::Min<Real>(b.min_x), Kokkos::Min<Real>(b.min_y), Kokkos::Min<Real>(b.min_z), Kokkos::Max<Real>(b.max_x),
-      Kokkos::Max<Real>(b.max_y), Kokkos::Max<Real>(b.max_z));
-  if (!(b.min_x <= b.max_x)) b = Bounds{};  // nothing finite
-  return b;
+PointBounds bounds_of(const Array<Real3>& points, Index count, HostBounds& result) {
+  if (result.data() == nullptr) result = HostBounds(Kokkos::ViewAllocateWithoutInitializing("drench::cell_bounds"));
+  Kokkos::parallel_reduce("drench::cell_table::bounds", Range(0, count), FindBounds{points}, result);
+  ExecSpace().fence("drench::cell_table::bounds");
+  return result();
 }
 
 /// The sort leaves the order within a bucket open: by (cell, key) it is the same in every run and for every sort.
@@ -65,13 +57,14 @@ void copy_points(const CellTableView& t, const Array<Real3>& points, Index count
 
 }  // namespace
 
-void CellTable::build(const Array<Real3>& points, Index count, Real edge, const Array<std::int64_t>& key) {
-  make_keys(points, count, edge);
+void CellTable::build(const Array<Real3>& points, Index count, Real edge, const Array<std::int64_t>& key,
+                      const PointBounds* bounds) {
+  make_keys(points, count, edge, bounds);
   sort();
   make_table(points, key);
 }
 
-void CellTable::make_keys(const Array<Real3>& points, Index count, Real edge) {
+void CellTable::make_keys(const Array<Real3>& points, Index count, Real edge, const PointBounds* bounds) {
   count_ = count;
   if (count > capacity_) {
     capacity_ = count + count / 4;
@@ -82,7 +75,8 @@ void CellTable::make_keys(const Array<Real3>& points, Index count, Real edge) {
   view_.buckets = 0;
   if (count == 0) return;
 
-  const Bounds b = bounds_of(points, count);
+  PointBounds b = bounds ? *bounds : bounds_of(points, count, bounds_);
+  if (!(b.min_x <= b.max_x)) b = PointBounds{};  // nothing finite
   view_.origin = {b.min_x, b.min_y, b.min_z};
   view_.inverse_edge = 1 / edge;
   const auto cells = [&](Real lo, Real hi) { return std::floor((double(hi) - double(lo)) / double(edge)) + 2; };

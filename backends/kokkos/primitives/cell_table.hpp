@@ -46,12 +46,8 @@ struct PackedPoints {
 inline constexpr bool on_host = std::is_same_v<MemSpace, Kokkos::HostSpace>;
 using CellPoints = std::conditional_t<on_host, PointLanes, PackedPoints>;
 
-/// What kernels capture.
-struct CellTableView {
-  Array<Index> start;      // buckets + 1
-  Array<Index> item;       // particle indices, ordered by bucket, then cell, then key
-  Array<CellCoord> coord;  // of each entry of `item`
-  CellPoints point;        // of each entry of `item`
+/// Which cell a point lies in, and which bucket a cell.
+struct CellGeometry {
   Real3 origin;
   Real inverse_edge = 1;
   CellCoord dims{0, 0, 0};
@@ -78,6 +74,21 @@ struct CellTableView {
     h ^= h >> 15;
     return static_cast<Index>(h & static_cast<std::uint32_t>(buckets - 1));
   }
+  /// [lo, hi] without the cells beyond the dense bounds.
+  KOKKOS_INLINE_FUNCTION void clip(CellCoord& lo, CellCoord& hi) const {
+    if (hashed) return;
+    lo = {lo.x < 0 ? 0 : lo.x, lo.y < 0 ? 0 : lo.y, lo.z < 0 ? 0 : lo.z};
+    hi = {hi.x >= dims.x ? dims.x - 1 : hi.x, hi.y >= dims.y ? dims.y - 1 : hi.y, hi.z >= dims.z ? dims.z - 1 : hi.z};
+  }
+};
+
+/// What kernels capture.
+struct CellTableView : CellGeometry {
+  Array<Index> start;      // buckets + 1
+  Array<Index> item;       // particle indices, ordered by bucket, then cell, then key
+  Array<CellCoord> coord;  // of each entry of `item`
+  CellPoints point;        // of each entry of `item`
+
   /// Calls visit(item) for every particle in the cells [lo, hi] (inclusive), in a fixed order.
   template <class Visit>
   KOKKOS_INLINE_FUNCTION void for_cells(const CellCoord& lo, const CellCoord& hi, Visit&& visit) const {
@@ -107,12 +118,6 @@ struct CellTableView {
         }
       }
   }
-  /// [lo, hi] without the cells beyond the dense bounds.
-  KOKKOS_INLINE_FUNCTION void clip(CellCoord& lo, CellCoord& hi) const {
-    if (hashed) return;
-    lo = {lo.x < 0 ? 0 : lo.x, lo.y < 0 ? 0 : lo.y, lo.z < 0 ? 0 : lo.z};
-    hi = {hi.x >= dims.x ? dims.x - 1 : hi.x, hi.y >= dims.y ? dims.y - 1 : hi.y, hi.z >= dims.z ? dims.z - 1 : hi.z};
-  }
   /// Calls visit(item) for every particle in the 27 cells around a point.
   template <class Visit>
   KOKKOS_INLINE_FUNCTION void for_near(const Real3& p, Visit&& visit) const {
@@ -121,6 +126,31 @@ struct CellTableView {
   }
 };
 
+/// The box around points, m; what is not finite is left out. Empty: min > max.
+struct PointBounds {
+  Real min_x = 0, min_y = 0, min_z = 0, max_x = 0, max_y = 0, max_z = 0;
+
+  /// Around nothing: to be grown.
+  KOKKOS_INLINE_FUNCTION void clear() {
+    min_x = min_y = min_z = Kokkos::Experimental::finite_max_v<Real>;
+    max_x = max_y = max_z = -Kokkos::Experimental::finite_max_v<Real>;
+  }
+  KOKKOS_INLINE_FUNCTION void add(const Real3& p) {
+    if (Kokkos::abs(p.x) + Kokkos::abs(p.y) + Kokkos::abs(p.z) < Real(1e12))
+      add(PointBounds{p.x, p.y, p.z, p.x, p.y, p.z});
+  }
+  KOKKOS_INLINE_FUNCTION void add(const PointBounds& o) {
+    min_x = o.min_x < min_x ? o.min_x : min_x;
+    min_y = o.min_y < min_y ? o.min_y : min_y;
+    min_z = o.min_z < min_z ? o.min_z : min_z;
+    max_x = o.max_x > max_x ? o.max_x : max_x;
+    max_y = o.max_y > max_y ? o.max_y : max_y;
+    max_z = o.max_z > max_z ? o.max_z : max_z;
+  }
+};
+/// Where a kernel leaves bounds for the host, which has to wait for it.
+using HostBounds = Kokkos::View<PointBounds, Kokkos::SharedHostPinnedSpace>;
+
 class BucketSort;
 
 class CellTable {
@@ -128,12 +158,14 @@ class CellTable {
   CellTable() = default;
   explicit CellTable(SortMethod sort) : method_(sort) {}
   /// Sorts `count` points into cells of edge `edge` (m). Within a cell the order is by `key` (empty: by index).
-  void build(const Array<Real3>& points, Index count, Real edge, const Array<std::int64_t>& key = {});
+  /// `bounds`, if given, are the points', and the host has waited for them: else this waits for its own.
+  void build(const Array<Real3>& points, Index count, Real edge, const Array<std::int64_t>& key = {},
+             const PointBounds* bounds = nullptr);
   const CellTableView& view() const { return view_; }
   std::int64_t bytes() const;
 
   // The parts of `build`, one after the other, for measurements.
-  void make_keys(const Array<Real3>& points, Index count, Real edge);
+  void make_keys(const Array<Real3>& points, Index count, Real edge, const PointBounds* bounds = nullptr);
   void sort();
   void make_table(const Array<Real3>& points, const Array<std::int64_t>& key);
 
@@ -141,6 +173,7 @@ class CellTable {
   SortMethod method_ = SortMethod::automatic;
   std::shared_ptr<BucketSort> sort_;  // none before the first points
   CellTableView view_;
+  HostBounds bounds_;
   Index count_ = 0, capacity_ = 0, bucket_capacity_ = 0;
 };
 

@@ -129,7 +129,7 @@ void fill(const ListRequest& request, Real support) {
 
 void build_neighbor_list(const ListRequest& request, Real support) { build_neighbor_lists({request}, support); }
 
-void build_neighbor_lists(const std::vector<ListRequest>& requests, Real support) {
+bool build_neighbor_lists(const std::vector<ListRequest>& requests, Real support) {
   std::vector<ListRequest> left;
   for (const ListRequest& request : requests) {
     request.list->rows = request.rows;
@@ -137,6 +137,7 @@ void build_neighbor_lists(const std::vector<ListRequest>& requests, Real support
     make_room(*request.list, request.rows);
     left.push_back(request);
   }
+  const bool waits = !left.empty();
   while (!left.empty()) {
     for (const ListRequest& request : left) fill(request, support);
     ExecSpace().fence("drench::neighbors::list");
@@ -146,6 +147,7 @@ void build_neighbor_lists(const std::vector<ListRequest>& requests, Real support
       grow(*request.list, static_cast<Index>(request.list->count.extent(0)), widest + widest / 4 + 5);
     }
   }
+  return waits;
 }
 
 }  // namespace drench::kokkos_backend

@@ -19,7 +19,7 @@ struct ListRequest {
   bool in_order = false;  // the points lie in the order of the table: its item(e) is e
 };
 void build_neighbor_list(const ListRequest& request, Real support);
-/// Several at once: the host waits once, to see whether rows were too long.
-void build_neighbor_lists(const std::vector<ListRequest>& requests, Real support);
+/// Several at once: the host waits once, to see whether rows were too long. Returns whether it did: there may be no rows.
+bool build_neighbor_lists(const std::vector<ListRequest>& requests, Real support);
 
 }  // namespace drench::kokkos_backend

@@ -97,6 +97,55 @@ Sum ordered(const char* label, Index n, const Term& term) {
   return total;
 }
 
+/// add_parts for two sums at once: the parts of the first, then those of the second.
+template <class First, class Second, class Parts>
+void add_pair_parts(const char* label, Index n_first, Index first_parts, const First& first, Index n_second,
+                    Index second_parts, const Second& second, const Parts& part) {
+  parallel(
+      label, first_parts + second_parts, KOKKOS_LAMBDA(const Index p) {
+        typename Parts::non_const_value_type s{};
+        if (p < first_parts)
+          for (Index i = p; i < n_first; i += first_parts) s += first(i);
+        else
+          for (Index i = p - first_parts; i < n_second; i += second_parts) s += second(i);
+        part(p) = s;
+      });
+}
+
+/// Partial sums as terms.
+template <class Sum>
+struct PartsFrom {
+  const Sum* part;
+  KOKKOS_INLINE_FUNCTION const Sum& operator()(Index i) const { return part[i]; }
+};
+
+/// Two sums of the same kind over different ranges, each as `ordered` has it: the same kernels and one wait for both.
+template <class Sum>
+struct SumPair {
+  Sum first, second;
+};
+template <class Sum, class First, class Second>
+SumPair<Sum> ordered_pair(const char* label, Index n_first, const First& first, Index n_second, const Second& second) {
+  constexpr Index sizes[] = {65536, 1024, 32};
+  SumRoom& room = sum_room();
+  Index a[3], b[3];
+  for (int level = 0; level < 3; ++level) {
+    a[level] = n_first < sizes[level] ? n_first : sizes[level];
+    b[level] = n_second < sizes[level] ? n_second : sizes[level];
+  }
+  const auto many = sums_in<Sum>(room.many, a[0] + b[0]);
+  const auto some = sums_in<Sum>(room.some, a[1] + b[1]);
+  const auto few = sums_in<Sum>(room.few, a[2] + b[2]);
+  add_pair_parts(label, n_first, a[0], first, n_second, b[0], second, many);
+  add_pair_parts(label, a[0], a[1], PartsFrom<Sum>{many.data()}, b[0], b[1], PartsFrom<Sum>{many.data() + a[0]}, some);
+  add_pair_parts(label, a[1], a[2], PartsFrom<Sum>{some.data()}, b[1], b[2], PartsFrom<Sum>{some.data() + a[1]}, few);
+  ExecSpace().fence(label);
+  SumPair<Sum> total;
+  for (Index p = 0; p < a[2]; ++p) total.first += few(p);
+  for (Index p = 0; p < b[2]; ++p) total.second += few(a[2] + p);
+  return total;
+}
+
 /// Two sums at once, in double.
 template <class Term>
 TwoSums ordered_sums(const char* label, Index n, const Term& term) {

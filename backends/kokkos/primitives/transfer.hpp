@@ -13,7 +13,7 @@ KOKKOS_INLINE_FUNCTION std::int64_t fixed_momentum(Quanta mass, Real velocity) {
 }
 
 /// Adds mass · velocity to the three sums from `at` on.
-KOKKOS_INLINE_FUNCTION void add_momentum(const Array<std::int64_t>& sums, Index at, Quanta mass,
+KOKKOS_INLINE_FUNCTION void add_momentum(const Entries<std::int64_t>& sums, Index at, Quanta mass,
                                          const Real3& velocity) {
   Kokkos::atomic_add(&sums(3 * at), fixed_momentum(mass, velocity.x));
   Kokkos::atomic_add(&sums(3 * at + 1), fixed_momentum(mass, velocity.y));
@@ -65,14 +65,105 @@ KOKKOS_INLINE_FUNCTION double outflow_fraction(Quanta liquid, Quanta outflow) {
   return have > 0 ? double(have) / double(outflow) : 0;
 }
 
-/// Zeroes transfer_work.entering and, if asked, .momentum (and makes room for them).
-void clear_transfers(Device& d, bool momentum);
-/// φ of each node from transfer_work.entering and its room, or 1 where not `limited`, and transfer_work.inflow_share
-/// φ_j = Σ_n w_jn φ_n of each sample: a full node does not close its triangles. To be followed by deliver().
+/// Node weights of a sample's inflow when each node takes its own part of it, and φ_j.
+struct Split {
+  double weight[3];
+  double share;
+};
+
+KOKKOS_INLINE_FUNCTION Split split_of(const Entries<double>& weight, const Entries<Index>& node,
+                                      const Entries<double>& of_node, Index p) {
+  Split s{{weight(3 * p), weight(3 * p + 1), weight(3 * p + 2)}, 1};
+  double share = 0;
+  bool any_limited = false;
+  for (int k = 0; k < 3; ++k) {
+    const double f = of_node(node(3 * p + k));
+    if (s.weight[k] > 0 && f < 1) any_limited = true;
+    share += s.weight[k] * f;
+  }
+  if (!any_limited) return s;
+  s.share = share;
+  for (int k = 0; k < 3; ++k) s.weight[k] = share > 0 ? s.weight[k] * of_node(node(3 * p + k)) / share : s.weight[k];
+  return s;
+}
+
+/// Makes room in transfer_work.
+void prepare_transfers(Device& d);
+/// φ of each node, transfer_work.node_inflow_share, from transfer_work.offered and its room, or 1 where not `limited`.
 void limit_inflow(Device& d, bool limited = true);
-/// Gives each sample's transfer_work.entering and .momentum to its nodes, by w_jn φ_n/φ_j: mass, and velocity of the
-/// nodes that are not
-/// pinned.
-void deliver(Device& d);
+
+/// Transfers as kernels see them.
+struct Transfers {
+  Entries<Quanta> offered, entering;
+  Entries<std::int64_t> momentum;
+  Entries<double> weight, of_node;
+  Entries<Index> node;
+
+  explicit Transfers(const Device& d)
+      : offered(d.transfer_work.offered),
+        entering(d.transfer_work.entering),
+        momentum(d.transfer_work.momentum),
+        weight(d.samples.weight_exact),
+        of_node(d.transfer_work.node_inflow_share),
+        node(d.samples.node) {}
+
+  KOKKOS_INLINE_FUNCTION void clear(Index p) const {
+    offered(p) = entering(p) = 0;
+    for (int c = 0; c < 3; ++c) momentum(3 * p + c) = 0;
+  }
+  /// φ_j = Σ_n w_jn φ_n of a sample, after limit_inflow: a full node does not close its triangles.
+  KOKKOS_INLINE_FUNCTION double share(Index p) const { return split_of(weight, node, of_node, p).share; }
+  KOKKOS_INLINE_FUNCTION void give(Index p, Quanta mass, const Real3& velocity) const {
+    Kokkos::atomic_add(&entering(p), mass);
+    add_momentum(momentum, p, mass, velocity);
+  }
+};
+
+/// Gives each sample's transfer_work.entering and .momentum to its nodes, by w_jn φ_n/φ_j: mass, and velocity of the nodes that
+/// are not pinned.
+struct Delivery {
+  Transfers transfers;
+  Entries<Index> start, item;
+  Entries<Quanta> liquid;
+  Entries<Real3> velocity;
+  Entries<Real> solid;
+  Entries<std::uint8_t> pinned;
+  double q, unit;
+
+  explicit Delivery(const Device& d)
+      : transfers(d),
+        start(d.nodes.sample_start),
+        item(d.nodes.sample_item),
+        liquid(d.nodes.liquid),
+        velocity(d.nodes.velocity),
+        solid(d.nodes.solid_mass),
+        pinned(d.nodes.pinned),
+        q(d.quantum),
+        unit(d.quantum / momentum_steps) {}
+
+  KOKKOS_INLINE_FUNCTION void operator()(const Index n) const {
+    Quanta gain = 0;
+    double px = 0, py = 0, pz = 0;
+    for (Index e = start(n); e < start(n + 1); ++e) {
+      const Index p = item(e) / 4;
+      const int corner = item(e) % 4;
+      const Quanta entering = transfers.entering(p);
+      if (entering == 0) continue;
+      const Split split = split_of(transfers.weight, transfers.node, transfers.of_node, p);
+      gain += split_part(entering, split.weight[0], split.weight[1], split.weight[2], corner);
+      const double w = split.weight[corner];
+      px += w * double(transfers.momentum(3 * p));
+      py += w * double(transfers.momentum(3 * p + 1));
+      pz += w * double(transfers.momentum(3 * p + 2));
+    }
+    const double before = double(solid(n)) + q * double(liquid(n)), after = before + q * double(gain);
+    if (!pinned(n) && after > 0 && (px != 0 || py != 0 || pz != 0 || gain != 0)) {
+      const Real3 v = velocity(n);
+      velocity(n) = {Real((before * double(v.x) + unit * px) / after), Real((before * double(v.y) + unit * py) / after),
+                     Real((before * double(v.z) + unit * pz) / after)};
+    }
+    liquid(n) += gain;
+  }
+};
 
 }  // namespace drench::kokkos_backend

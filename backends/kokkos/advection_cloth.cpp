@@ -1,0 +1,105 @@
+// Stage advection (law: src/stages/advection.hpp), law 2.
+
+#include "advection_cloth.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "laws/contact.hpp"
+#include "pins.hpp"
+
+namespace drench::kokkos_backend {
+namespace {
+
+/// Moves the free nodes and keeps them out of the bodies; beside it the largest stretch of a triangle since its rest
+/// shape (how much farther than there its points lie from its samples), and the nodes' inverse masses, which liquid asks for.
+struct MoveCloth {
+  using value_type = ClothMotion;
+  Entries<Real3> start, position, velocity;
+  Entries<std::uint8_t> pinned;
+  Entries<Index> cloth, triangle;
+  Entries<Real> rest, solid_mass, inverse_mass;
+  Entries<Quanta> liquid;
+  Entries<Material> materials;
+  Slice<Solid> solids;
+  PinMotions pins;
+  double quantum;
+  Real dt;
+  Index nodes, triangles;
+
+  KOKKOS_INLINE_FUNCTION void init(ClothMotion& m) const { m = {}; }
+  KOKKOS_INLINE_FUNCTION void join(ClothMotion& m, const ClothMotion& o) const {
+    if (o.stretch > m.stretch) m.stretch = o.stretch;
+    if (o.reach > m.reach) m.reach = o.reach;
+  }
+  KOKKOS_INLINE_FUNCTION void operator()(const Index k, ClothMotion& most) const {
+    if (k < triangles) {
+      const double own = stretch(k);
+      if (own > most.stretch) most.stretch = own;
+    }
+    if (k >= nodes) return;
+    const double moved = move(k);
+    if (moved > most.reach) most.reach = moved;
+  }
+  KOKKOS_INLINE_FUNCTION double stretch(Index t) const {
+    const Real3 corner = start(triangle(3 * t));
+    const Real3 u = start(triangle(3 * t + 1)) - corner, v = start(triangle(3 * t + 2)) - corner;
+    const double uu = dot(u, u), uv = dot(u, v), vv = dot(v, v);
+    const double a = rest(3 * t), b = rest(3 * t + 1), c = rest(3 * t + 2);
+    const double trace = a * uu + 2 * b * uv + c * vv, determinant = (a * c - b * b) * (uu * vv - uv * uv);
+    const double square = 0.5 * (trace + Kokkos::sqrt(Kokkos::fmax(0.0, trace * trace - 4 * determinant)));
+    return Kokkos::sqrt(square);
+  }
+  /// Returns how far it goes, m.
+  KOKKOS_INLINE_FUNCTION double move(Index n) const {
+    const Real3 x = start(n);
+    inverse_mass(n) = pinned(n) ? Real(0) : Real(1) / (solid_mass(n) + Real(double(liquid(n)) * quantum));
+    if (pinned(n)) {
+      position(n) = x;
+      if (!pins.moves(n)) return 0;
+      position(n) = pins.position(n);
+      return static_cast<double>(norm(position(n) - x));
+    }
+    const Real thickness = materials(cloth(n)).thickness;
+    Real3 v = velocity(n), shift = dt * v;
+    const std::size_t bodies = materials(cloth(n)).self_collision ? 0 : solids.extent(0);
+    for (std::size_t b = 0; b < bodies; ++b) {
+      const SolidDistance contact = solid_distance(solids(static_cast<std::int64_t>(b)), x, shift);
+      if (!(contact.phi < thickness)) continue;
+      v = without_inward(v, contact.normal, surface_velocity(solids(static_cast<std::int64_t>(b)), x, shift));
+      shift = to_distance(solids(static_cast<std::int64_t>(b)), x, shift, contact, thickness);
+    }
+    position(n) = x + shift;
+    velocity(n) = v;
+    return static_cast<double>(norm(shift));
+  }
+};
+
+}  // namespace
+
+void move_cloth(Device& d, Real dt) {
+  AdvectionWork& w = d.advection_work;
+  std::swap(d.nodes.position, w.start);
+  const Index nodes = d.nodes.count, triangles = d.fluid.count > 0 ? d.mesh.triangles : 0;
+  const MoveCloth move{w.start,
+                       d.nodes.position,
+                       d.nodes.velocity,
+                       d.nodes.pinned,
+                       d.nodes.cloth,
+                       d.mesh.triangle,
+                       d.mesh.rest_metric,
+                       d.nodes.solid_mass,
+                       d.nodes.inverse_mass,
+                       d.nodes.liquid,
+                       d.materials,
+                       d.solids,
+                       PinMotions(d),
+                       d.quantum,
+                       dt,
+                       nodes,
+                       triangles};
+  Kokkos::parallel_reduce("drench::advection::cloth", Range(0, std::max(nodes, triangles)), move, w.motion);
+  d.samples_fresh = d.sample_bounds_fresh = d.sample_cells_fresh = d.sample_list_fresh = d.boundary_list_fresh = false;
+}
+
+}  // namespace drench::kokkos_backend

@@ -1,0 +1,34 @@
+#pragma once
+// One pass over the whole state, with one wait of the host: what stage ledger reports, and what the next step begins with.
+
+#include "device.hpp"
+#include "primitives/reduce.hpp"
+
+namespace drench::kokkos_backend {
+
+/// What is summed over particles, or over nodes; `saturation` and `speed` are maxima.
+struct LedgerSums {
+  Quanta mass = 0;
+  std::int64_t nonfinite = 0;
+  double energy = 0;  // J
+  CompensatedSum mass_float;
+  double saturation = 0, speed = 0;  // 1, m/s
+  PointBounds bounds;                // of the liquid, m
+
+  KOKKOS_INLINE_FUNCTION LedgerSums() { bounds.clear(); }
+  KOKKOS_INLINE_FUNCTION LedgerSums& operator+=(const LedgerSums& o) {
+    mass += o.mass;
+    nonfinite += o.nonfinite;
+    energy += o.energy;
+    mass_float += o.mass_float;
+    if (o.saturation > saturation) saturation = o.saturation;
+    if (o.speed > speed) speed = o.speed;
+    bounds.add(o.bounds);
+    return *this;
+  }
+};
+
+/// Over the liquid, and over the nodes; also sets d.measured.
+SumPair<LedgerSums> measure(Device& d);
+
+}  // namespace drench::kokkos_backend
