@@ -153,7 +153,7 @@ std::optional<TriangleHit> earliest_hit(const Model& m, const MovingCloth& cloth
     // A triangle's samples follow one another.
     if (t == last || (x.array() < low.array()).any() || (x.array() > high.array()).any()) continue;
     last = t;
-    const std::optional<Hit> hit = first_hit(cloth.triangles[t], x0, x1);
+    const std::optional<Hit> hit = first_hit(cloth.triangles[t], x0, x1, 1e-6 * m.spacing);
     if (hit && (!earliest || hit->tau < earliest->hit.tau)) earliest = TriangleHit{t, *hit};
   }
   return earliest;

@@ -20,7 +20,8 @@ bool on_an_edge(const Triangle& t, const Vector3d& x) {
   double nearest = 1e300, longest = 0;
   for (int k = 0; k < 3; ++k) {
     const Vector3d edge = t[(k + 1) % 3] - t[k];
-    const double length = edge.norm(), s = length > 0 ? std::clamp((x - t[k]).dot(edge) / (length * length), 0.0, 1.0) : 0;
+    const double length = edge.norm(),
+                 s = length > 0 ? std::clamp((x - t[k]).dot(edge) / (length * length), 0.0, 1.0) : 0;
     nearest = std::min(nearest, (x - t[k] - s * edge).norm());
     longest = std::max(longest, length);
   }
@@ -66,7 +67,7 @@ std::optional<double> field_distance(const DistanceField& field, const Vector3d&
   }
   const double low = mix(row[0][0], row[0][1], v), high = mix(row[1][0], row[1][1], v);
   const Vector3d gradient(mix(mix(step[0][0], step[0][1], v), mix(step[1][0], step[1][1], v), w),
-                       mix(row[0][1] - row[0][0], row[1][1] - row[1][0], w), high - low);
+                          mix(row[0][1] - row[0][0], row[1][1] - row[1][0], w), high - low);
   if (gradient.norm() > 0) slope = std::max(0.5, gradient.norm() / field.spacing);
   normal = gradient.norm() > 0 ? Vector3d(gradient.normalized()) : Vector3d::UnitY();
   return mix(low, high, w);
@@ -117,7 +118,7 @@ std::vector<double> quadratic_roots(double c0, double c1, double c2) {
   return roots;
 }
 
-std::optional<Hit> first_hit(const MovingTriangle& triangle, const Vector3d& x0, const Vector3d& x1) {
+std::optional<Hit> first_hit(const MovingTriangle& triangle, const Vector3d& x0, const Vector3d& x1, double touch) {
   const auto point = [&](double tau) { return tau == 1 ? x1 : Vector3d(x0 + tau * (x1 - x0)); };
   // Evaluated from the geometry, not from the cubic's coefficients: a change of side from start to end is never lost.
   const auto side = [&](double tau) { return signed_volume(triangle.at(tau), point(tau)); };
@@ -150,6 +151,7 @@ std::optional<Hit> first_hit(const MovingTriangle& triangle, const Vector3d& x0,
       if (auto hit = try_hit(ends[k + 1])) return hit;
     }
   }
+  if (std::abs((x1 - triangle.end[0]).dot(unit_normal(triangle.end))) <= touch) return try_hit(1);
   return std::nullopt;
 }
 

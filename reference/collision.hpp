@@ -35,8 +35,10 @@ Eigen::Vector3d interpolate(const Triangle& t, const Eigen::Vector3d& weight);
 std::vector<double> quadratic_roots(double c0, double c1, double c2);
 
 /// The first time in [0, 1] at which the point, moving linearly from x0 to x1, lies in the triangle: barycentric
-/// coordinates ≥ −1e-6, or no farther from its outline than 1e-6 of its longest edge.
-std::optional<Hit> first_hit(const MovingTriangle& triangle, const Eigen::Vector3d& x0, const Eigen::Vector3d& x1);
+/// coordinates ≥ −1e-6, or no farther from its outline than 1e-6 of its longest edge. At τ = 1 it also lies there if it is no
+/// farther from the plane than `touch` (m).
+std::optional<Hit> first_hit(const MovingTriangle& triangle, const Eigen::Vector3d& x0, const Eigen::Vector3d& x1,
+                             double touch = 0);
 
 /// A body where it is at the end of the step.
 struct PlacedBody {

@@ -53,6 +53,20 @@ struct FluidArrays {
   Array<Real> density_ratio, kappa_density, kappa_divergence;
 };
 
+/// Calls visit(array) for each of them.
+template <class Arrays, class Visitor>
+void visit_arrays(Arrays& fluid, Visitor&& visit) {
+  visit(fluid.position);
+  visit(fluid.velocity);
+  visit(fluid.mass);
+  visit(fluid.id);
+  visit(fluid.age);
+  visit(fluid.origin);
+  visit(fluid.density_ratio);
+  visit(fluid.kappa_density);
+  visit(fluid.kappa_divergence);
+}
+
 /// Stage-to-stage and in-stage arrays of the liquid; refreshed by stage density unless said otherwise.
 struct FluidWork {
   Array<Real> volume;      // V_i, m³ (stage density)

@@ -16,9 +16,7 @@ std::int64_t list_bytes(const NeighborList& l) { return sum_bytes(l.count, l.lis
 
 std::int64_t Device::bytes() const {
   std::int64_t total = 0;
-  for (const FluidArrays* f : {&fluid, &reorder.spare})
-    total += sum_bytes(f->position, f->velocity, f->mass, f->id, f->age, f->origin, f->density_ratio, f->kappa_density,
-                       f->kappa_divergence);
+  for (const FluidArrays* f : {&fluid, &reorder.spare}) visit_arrays(*f, [&](const auto& a) { total += sum_bytes(a); });
   total += sum_bytes(work.volume, work.alpha, work.compliance, work.shift, work.place, work.flight, work.predicted,
                      work.rate, work.kappa_next, work.kappa_last, work.nearest_sample, work.active);
   total += sum_bytes(reorder.source);

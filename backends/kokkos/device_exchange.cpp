@@ -101,15 +101,9 @@ HostState Device::download() const {
   s.fluid_kappa_divergence = to_host<double>(fluid.kappa_divergence, n);
   if (!std::is_sorted(s.fluid_id.begin(), s.fluid_id.end())) {
     const std::vector<Index> place = by_id(s.fluid_id);
-    arrange(s.fluid_position, place);
-    arrange(s.fluid_velocity, place);
-    arrange(s.fluid_mass, place);
-    arrange(s.fluid_id, place);
-    arrange(s.fluid_age, place);
-    arrange(s.fluid_origin, place);
-    arrange(s.fluid_density_ratio, place);
-    arrange(s.fluid_kappa_density, place);
-    arrange(s.fluid_kappa_divergence, place);
+    visit_fields(s, [&](std::string_view name, auto& values) {
+      if (name.starts_with("fluid_")) arrange(values, place);
+    });
   }
   s.boundary_position = to_host<Vec3>(boundary.position, boundary.count);
   s.boundary_velocity = to_host<Vec3>(boundary.velocity, boundary.count);

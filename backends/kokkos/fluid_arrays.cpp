@@ -23,19 +23,10 @@ void gather(Device& d, const Array<Index>& source, Index n) {
   FluidArrays& to = d.reorder.spare;
   const std::size_t capacity = from.position.extent(0);
   if (to.position.extent(0) != capacity) {
-    const auto fresh = [capacity](auto& a) {
+    visit_arrays(to, [capacity](auto& a) {
       a = {};
       a = std::decay_t<decltype(a)>(Kokkos::ViewAllocateWithoutInitializing("drench::fluid"), capacity);
-    };
-    fresh(to.position);
-    fresh(to.velocity);
-    fresh(to.mass);
-    fresh(to.id);
-    fresh(to.age);
-    fresh(to.origin);
-    fresh(to.density_ratio);
-    fresh(to.kappa_density);
-    fresh(to.kappa_divergence);
+    });
   }
   const Slice<Real3> x = from.position, v = from.velocity, x_to = to.position, v_to = to.velocity;
   const Slice<Quanta> mass = from.mass, mass_to = to.mass;
@@ -67,15 +58,7 @@ void gather(Device& d, const Array<Index>& source, Index n) {
 void Device::reserve_fluid(Index n) {
   if (n <= static_cast<Index>(fluid.position.extent(0))) return;
   const Index capacity = n + n / 4 + 64;
-  resize_keeping(fluid.position, capacity);
-  resize_keeping(fluid.velocity, capacity);
-  resize_keeping(fluid.mass, capacity);
-  resize_keeping(fluid.id, capacity);
-  resize_keeping(fluid.age, capacity);
-  resize_keeping(fluid.origin, capacity);
-  resize_keeping(fluid.density_ratio, capacity);
-  resize_keeping(fluid.kappa_density, capacity);
-  resize_keeping(fluid.kappa_divergence, capacity);
+  visit_arrays(fluid, [capacity](auto& a) { resize_keeping(a, capacity); });
   const auto fresh = [capacity](auto& a, const char* label) {
     a = {};
     a = std::decay_t<decltype(a)>(Kokkos::ViewAllocateWithoutInitializing(label), capacity);

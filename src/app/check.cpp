@@ -105,14 +105,6 @@ void print_parts(const Model& model, const HostState& state) {
                model.boundary.count());
 }
 
-/// Particles that the jets let go until the end, if none leaves the domain.
-double jet_particles(const Model& model) {
-  double count = 0;
-  for (const Jet& jet : model.jets)
-    count += std::max(0.0, std::min(jet.scene.end, model.scene.time.end) - jet.scene.start) / jet.interval;
-  return count;
-}
-
 void print_memory(const Setup& setup, const MemoryBudget& budget) {
   SetupSize size = size_of(setup);
   const MemoryEstimate m = estimate_memory(size, budget.real_bytes);
@@ -122,9 +114,15 @@ void print_memory(const Setup& setup, const MemoryBudget& budget) {
       mebibytes(m.backend()), mebibytes(m.particles), mebibytes(m.lists), mebibytes(m.cells), mebibytes(m.bodies),
       mebibytes(m.cloth), mebibytes(m.host),
       budget.device.empty() ? "" : fmt::format("; {} has {} free", budget.device, mebibytes(budget.device_free)));
-  if (const double more = jet_particles(setup.model); more >= 1) {
+  const double more = jet_particles(setup.model);
+  if (more >= 1) {
     size.fluid += more;
     fmt::print("memory with {:.0f} particles from jets: about {}\n", more,
+               mebibytes(estimate_memory(size, budget.real_bytes).backend()));
+  }
+  if (size.fluid > 0) {
+    size.crowding = 1.7;
+    fmt::print("memory in a splash, with up to {} times as many neighbours: about {}\n", size.crowding,
                mebibytes(estimate_memory(size, budget.real_bytes).backend()));
   }
 }

@@ -29,6 +29,7 @@ struct CompareOptions {
   std::int64_t steps = 3;
   std::int64_t after = 0;  // steps that the backend runs first, alone
   double tolerance_scale = 1;
+  std::int64_t seed = 1;  // of the particles' way off the lattice
   std::vector<std::string> overrides;
   int threads = 0;
 };

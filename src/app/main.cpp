@@ -69,6 +69,10 @@ void add_compare_options(CLI::App& compare, drench::CompareOptions& options) {
         const bool good = CLI::detail::lexical_cast(text, value) && std::isfinite(value) && value >= 0;
         return good ? std::string() : fmt::format("{} is not a factor; allowed: 0 or more", text);
       });
+  compare
+      .add_option("--seed", options.seed,
+                  "of the random thousandths of a spacing that particles start off (default: 1)")
+      ->check(at_least(0));
   compare.add_option("--set", options.overrides, "key.path=value; may be repeated")->allow_extra_args(false);
   compare.add_option("--threads", options.threads, "number of threads")->check(at_least(1));
 }

@@ -41,6 +41,13 @@ struct InterruptGuard {
   void (*before_)(int);
 };
 
+/// Bytes of the backend with so many particles more than the scene begins with.
+double estimate(const Setup& setup, int real_bytes, double more) {
+  SetupSize size = size_of(setup);
+  size.fluid += more;
+  return estimate_memory(size, real_bytes).backend();
+}
+
 /// A run from its first frame to its last line.
 class Run {
  public:
@@ -51,7 +58,8 @@ class Run {
         pipeline_(setup.model, backend, setup.state),
         end_(model_.scene.time.end),
         last_state_step_(-1),
-        estimate_(estimate_memory(size_of(setup), real_bytes).backend()) {
+        estimate_(estimate(setup, real_bytes, 0)),
+        with_jets_(estimate(setup, real_bytes, jet_particles(setup.model))) {
     pipeline_.set_profiling(options.profile);
     if (!options.no_output) open_folder();
     for (const std::string& w : setup.warnings) warn(w);
@@ -68,8 +76,8 @@ class Run {
         const StepReport report = pipeline_.step(next_stop() - pipeline_.time());
         log_.write(totals_.add(pipeline_.step_index(), pipeline_.time(), report, pipeline_.milliseconds()));
         if (stats_)
-          stats_->write(pipeline_.step_index(), pipeline_.time(), pipeline_.last_dt(), report,
-                        pipeline_.milliseconds(), pipeline_.step_milliseconds());
+          stats_->write(pipeline_.step_index(), pipeline_.time(), pipeline_.last_dt(), report, pipeline_.milliseconds(),
+                        pipeline_.step_milliseconds());
         mass_error_ = static_cast<double>(report.mass_total() - pipeline_.initial_total()) * model_.quantum;
         progress.update(pipeline_.time(), pipeline_.step_index(), totals_.steps(), report, mass_error_);
         if (every() > 0 && pipeline_.time() >= next_frame_time() - rounding()) frame();
@@ -173,8 +181,10 @@ class Run {
     say(fmt::format("{} steps to t = {:.6g} s in {:.1f} s, mass error {:.3g} kg", totals_.steps(), pipeline_.time(),
                     seconds, mass_error_));
     if (options_.backend != "reference")
-      say(fmt::format("peak memory of the backend's arrays {}, {} estimated at the start",
-                      mebibytes(static_cast<double>(array_memory().peak)), mebibytes(estimate_)));
+      say(fmt::format(
+          "peak memory of the backend's arrays {}, {} estimated at the start{}",
+          mebibytes(static_cast<double>(array_memory().peak)), mebibytes(estimate_),
+          with_jets_ > estimate_ ? fmt::format(", {} with all particles from jets", mebibytes(with_jets_)) : ""));
     if (frames_ && frames_->waited() >= 0.05)
       say(fmt::format("waited {:.1f} s for frames to be written", frames_->waited()));
     const std::string table = totals_.stage_table(pipeline_.stages());
@@ -195,7 +205,7 @@ class Run {
   Pipeline pipeline_;
   double end_;
   std::int64_t last_state_step_;
-  double estimate_;  // bytes
+  double estimate_, with_jets_;  // bytes: of the backend
   std::int64_t frame_count_ = 0;
   double mass_error_ = 0;
   std::filesystem::path folder_;  // empty with --no-output

@@ -46,12 +46,11 @@ struct FieldDifference {
 /// - velocities of liquid after emission: a quantum at twice the fastest speed besides;
 /// - forces on nodes after these: the stiffness of a node times the rounding of its place besides; the pins' on the scale
 ///   of the spring forces that cancel in them.
-/// - velocities after advection of nodes that arrive at a body's contact distance to within rounding: not compared, for
-///   rounding decides whether they count as in contact and lose their velocity into the body (stages/advection.hpp, law 2).
-/// `before` is what the stage started from.
-std::vector<FieldDifference> compare_fields(const Model& model, Stage stage, double dt, const HostState& before,
-                                            const HostState& expected, const HostState& actual,
-                                            const Precision& precision);
+/// - what reservoirs supply during diffusion: of what they hold, and 64 quanta besides, for it replaces what flowed away in
+///   every sub-step, each flow rounded to quanta.
+/// What a rounding may decide is to be left before (compare/decisions.hpp).
+std::vector<FieldDifference> compare_fields(const Model& model, Stage stage, double dt, const HostState& expected,
+                                            const HostState& actual, const Precision& precision);
 
 /// What `stage` reports: Δt, errors of the solves (not their iterations), ledger, measures. Quanta and counts must be equal.
 std::vector<FieldDifference> compare_reports(Stage stage, const StepReport& expected, const StepReport& actual,

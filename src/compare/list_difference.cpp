@@ -4,7 +4,7 @@
 #include <cmath>
 #include <iterator>
 
-#include "compare/field_difference.hpp"
+#include "compare/decisions.hpp"
 
 namespace drench {
 namespace {
@@ -76,17 +76,13 @@ ListDifference compare_list(const std::string& name, const Model& model, const H
   b.erase(unique, b.end());
   Pairs only_one;
   std::set_symmetric_difference(a.begin(), a.end(), b.begin(), b.end(), std::back_inserter(only_one));
-  // The lists may differ only in pairs whose distance rounds across h; the blocks' lattice (h = 2 d) has many. With X
-  // the largest coordinate at hand and u the rounding, a stored point is off by u X along each axis, a sample made
-  // from rounded nodes (less than 2 h away) and weights by 5 u X, so a separation by at most √3 · 10 u X; r² and h²
-  // round by some u more.
+  // The lists may differ only in pairs whose distance rounds across h; the blocks' lattice (h = 2 d) has many.
   const Sides sides = sides_of(name, model, state);
   const double h = model.support;
   const auto lies_at_h = [&](const std::pair<Index, Index>& p) {
     const Vec3 &from = sides.from.at(static_cast<std::size_t>(p.first)),
                &to = sides.to.at(static_cast<std::size_t>(p.second));
-    const double rounding = 2 * precision.rounding * (9 * (largest(from, to) + 2 * h) + 2 * h);
-    return std::fabs(distance(from, to) - h) <= rounding;
+    return std::fabs(distance(from, to) - h) <= separation_rounding(model, precision, largest(from, to));
   };
   for (const auto& p : only_one) (lies_at_h(p) ? out.at_support : out.wrong).push_back(p);
   out.pairs = a.size();

@@ -86,30 +86,9 @@ void lay_fields(Setup& setup) {
   }
 }
 
-double field_points(const Model& m) {
-  double points = 0;
-  for (const Body& b : m.bodies)
-    points += static_cast<double>(b.field.points[0]) * b.field.points[1] * b.field.points[2];
-  return points;
-}
-
-/// What of the model decides how much each of its items takes.
-SetupSize kinds_of(const Model& m) {
-  SetupSize size;
-  size.support = m.support / m.spacing;
-  size.searches_samples = m.has_fluid() || m.has_contact_wicking();
-  size.exchange = m.has_exchange();
-  size.diffusion = m.has_diffusion();
-  size.self_collision = m.has_self_collision();
-  size.xpbd = m.has_moving_cloth() && m.scene.cloth_solver.method == ClothMethod::xpbd;
-  size.frames = m.scene.output.every > 0;
-  return size;
-}
-
 SetupSize expected_size(const Model& m) {
   SetupSize size = kinds_of(m);
   size.nodes = m.mesh.nodes();
-  size.field = field_points(m);
   if (m.has_fluid() || m.has_porous()) size.samples = expected_cloth_samples(m);
   if (!m.has_fluid()) return size;
   size.fluid = expected_block_particles(m.scene.fluid);
@@ -291,16 +270,6 @@ Setup build(const Scene& scene, const MemoryBudget& budget) {
     check_ledger_range(setup);
   }
   return setup;
-}
-
-SetupSize size_of(const Setup& setup) {
-  SetupSize size = kinds_of(setup.model);
-  size.fluid = static_cast<double>(setup.state.fluid_count());
-  size.boundary = static_cast<double>(setup.model.boundary.count());
-  size.nodes = static_cast<double>(setup.model.mesh.nodes());
-  size.samples = static_cast<double>(setup.model.samples.count());
-  size.field = field_points(setup.model);
-  return size;
 }
 
 }  // namespace drench

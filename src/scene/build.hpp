@@ -22,6 +22,12 @@ struct Setup {
 /// Throws SetupError when the scene cannot be set up, or would not fit into the memory that there is.
 Setup build(const Scene& scene, const MemoryBudget& budget = {});
 
+/// What a model asks for, and the size of its distance fields: without the counts of anything else.
+SetupSize kinds_of(const Model& model);
+
+/// Particles that the jets let go until the scene's end.
+double jet_particles(const Model& model);
+
 /// What this set-up holds, for estimate_memory.
 SetupSize size_of(const Setup& setup);
 

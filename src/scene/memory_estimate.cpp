@@ -13,14 +13,122 @@ namespace {
 
 constexpr double pi = 3.14159265358979323846;
 
-/// Width of a list whose rows have `neighbors` in full surroundings: splashes crowd, and lists grow by a quarter and 5.
-double width(double neighbors) { return 1.25 * 1.3 * neighbors + 5; }
+constexpr double index = 4, quanta = 8, number = 8;  // bytes: Index; 64-bit integers; double
 
-/// Of a cell table: item, bucket, cell and a copy of each point; two indices a cell, with about two cells a point or as
-/// many as a small table may have.
-double table_bytes(double points, double real_bytes) {
-  constexpr double index = 4, least_cells = 65536;
-  return points * (5 * index + 3 * real_bytes) + 1.25 * 2 * index * std::max(least_cells, 2 * points);
+/// Width of a list whose longest row has so many entries (backends/kokkos/primitives/neighbor_list.cpp).
+double width(double widest) {
+  const double whole = std::ceil(widest);
+  return std::max(9.0, whole + std::floor(whole / 4) + 5);
+}
+
+/// Of a cell table of `points` with the counting sort: item and bucket, cell and point of each; start and cursor of each cell.
+double table_bytes(double points, double cells, double r) {
+  if (points <= 0) return 0;
+  return 1.25 * points * (2 * index + 12 + 3 * r) + 1.25 * 2 * index * (cells > 0 ? cells : 2 * points);
+}
+
+struct Lists {
+  double bytes = 0, exchanged = 0;  // exchanged: what is passed on beside the entries
+};
+
+Lists list_bytes(const SetupSize& size, double r) {
+  const double s = size.support, crowd = size.crowding * (size.widest.fluid_fluid < 0 ? 1.3 : 1);
+  const double samples_there = size.area > 0 ? std::max(1.0, size.samples / size.area) : 1;  // a d²
+  const double in_liquid = crowd * 4.0 / 3 * pi * s * s * s, on_a_side = 0.5 * in_liquid,
+               at_sheet = pi * s * s * samples_there;
+  const ListWidths& w = size.widest;
+  const bool fluid = size.fluid > 0, samples = size.samples > 0 && size.searches_samples, walls = size.boundary > 0;
+  const auto list = [](double rows, double widest, double bytes) {
+    return 1.25 * rows * (index + width(widest) * bytes);
+  };
+  Lists total;
+  if (fluid)
+    total.bytes +=
+        list(size.fluid, w.fluid_fluid > 0 ? size.crowding * w.fluid_fluid : in_liquid, index + r);  // with slopes
+  if (fluid && walls) total.bytes += list(size.fluid, std::max(w.fluid_boundary, on_a_side), index);
+  if (samples) total.bytes += list(size.samples, w.sample_sample > 0 ? w.sample_sample : at_sheet, index);
+  if (samples && size.liquid) {
+    const double to_samples = std::max(w.fluid_sample, at_sheet),
+                 to_fluid = fluid ? std::max(w.sample_fluid, on_a_side) : 0;
+    total.bytes += list(size.samples, to_fluid, index);
+    if (fluid) total.bytes += list(size.fluid, to_samples, index);
+    if (size.absorption) total.exchanged += 1.25 * size.fluid * width(to_samples) * quanta;
+    if (size.emission) total.exchanged += 1.25 * size.samples * width(to_fluid) * quanta;
+    if ((size.absorption || size.emission) && size.direction && walls)
+      total.bytes += list(size.samples, std::max(w.sample_boundary, on_a_side), index);
+  }
+  return total;
+}
+
+double particle_bytes(const SetupSize& size, double r) {
+  if (size.fluid <= 0) return 0;
+  double each = 2 * (10 * r + 17) + 21 * r + 1;         // FluidArrays and their spare ones, FluidWork
+  each += 3 * r + 1;                                    // AdvectionWork
+  if (size.samples > 0) each += 6 * r + index + index;  // the same, nearest_sample
+  if (size.emission) each += 5 * quanta;                // EmissionWork
+  if (size.absorption || size.emission) each += index;  // compact_source
+  if (size.measures) each += 2 * r;
+  return (1.25 * size.fluid + 64) * each;
+}
+
+double body_bytes(const SetupSize& size, double r) {
+  double bytes = size.boundary * (10 * r + index) + size.field * r;
+  if (size.dynamic_samples > 0) bytes += size.dynamic_samples * (8 * r + 2 * index) + size.boundary * 3 * r;
+  return bytes;
+}
+
+double cloth_bytes(const SetupSize& size, double r) {
+  if (size.nodes <= 0) return 0;
+  const auto counted = [&](double count, double a_node) { return count > 0 ? count : a_node * size.nodes; };
+  const double edges = counted(size.edges, 3), hinges = counted(size.hinges, 3), links = counted(size.links, 12),
+               triangles = counted(size.triangles, 2), pairs = counted(size.fabric_pairs, 3);
+  double node = 5 * 3 * r + 2 * quanta + r + 1 + index + number + 7 * r + 3 * index;  // NodeArrays
+  if (size.samples > 0) node += 2 * quanta + number + index + r;
+  if (size.moving_cloth) node += 15 * r;                                     // ClothWork
+  if (size.moving_cloth || size.liquid) node += 3 * r + 3 * quanta + index;  // AdvectionWork
+  if (size.absorption || size.emission) node += number;                      // TransferWork
+  if (size.measures) node += 2 * number;
+  if (size.diffusion) node += 2 * number + index + (size.moving_cloth ? 6 * number : 0);
+  if (size.contact_wicking) node += 2 * quanta + (size.moving_cloth ? 3 * quanta : 0);
+  if (size.wet_adhesion) node += r + 3 * quanta;
+  double bytes = size.nodes * node;
+  bytes += edges * (4 * index + 2 * r) + hinges * (8 * index + 5 * r) + links * 4 * r;
+  bytes += triangles * (3 * index + 3 * r + (size.strain_limit ? 4 * r + 3 * index : 0));
+  if (size.xpbd) bytes += (edges + hinges) * 7 * r + (size.strain_limit ? triangles * 14 * r : 0);
+  if (size.diffusion) bytes += pairs * (4 * index + 2 * number + quanta);
+
+  double sample = 3 * index + index + 3 * r + 3 * number + index + 9 * r + 3 * index;  // SampleArrays, node_samples
+  if (size.liquid) sample += 10 * r;                                                   // and ViscousWork
+  if (size.porous) sample += 9 * r;
+  if (size.absorption || size.emission) sample += 4 * quanta + number;  // TransferWork
+  if (size.emission) sample += 6 * quanta + 3 * r + 1 + 3 * index;      // EmissionWork
+  if (size.emission && size.direction && size.boundary > 0) sample += 3 * r;
+  if (size.contact_wicking) sample += 2 * (index + 5 * number + quanta);
+  bytes += size.samples * sample;
+
+  if (size.self_collision) {  // as if all took part
+    bytes += size.nodes * (3 * number + 6 * r + 3 * quanta + 2 * index + 1 + 9 * r) + edges * (9 * r + 2 * index) +
+             triangles * 3 * index;
+    bytes += (10 * size.nodes + 1024) * 117;
+  }
+  if (size.wet_adhesion) bytes += triangles * (3 * index + 3 * r);
+  return bytes;
+}
+
+double all_table_bytes(const SetupSize& size, double r) {
+  double bytes = table_bytes(size.fluid, size.fluid_cells, r) * (size.measures ? 2 : 1);
+  bytes += table_bytes(size.boundary, size.boundary_cells, r);
+  if (size.searches_samples) bytes += table_bytes(size.samples, size.sample_cells, r);
+  if (size.self_collision)
+    bytes += table_bytes(size.nodes, 0, r) + table_bytes(size.edges > 0 ? size.edges : 3 * size.nodes, 0, r);
+  if (size.wet_adhesion) bytes += table_bytes(size.triangles > 0 ? size.triangles : 2 * size.nodes, 0, r);
+  return bytes;
+}
+
+/// Partial sums of six words (backends/kokkos/primitives/reduce.hpp, ledger.cpp).
+double sum_bytes(const SetupSize& size) {
+  const double most = std::max(size.fluid, size.nodes);
+  return 48 * (std::min(65536.0, most) + std::min(1024.0, most) + std::min(32.0, most));
 }
 
 /// Reads one number from a file of the kernel's; 0 without one.
@@ -33,32 +141,14 @@ double number_in(const char* path) {
 }  // namespace
 
 MemoryEstimate estimate_memory(const SetupSize& size, int real_bytes) {
-  const double r = real_bytes, index = 4, quanta = 8;
-  const double fluid = 1.25 * size.fluid, s = size.support;
-  const bool with_samples = size.samples > 0 && size.searches_samples, with_fluid = size.fluid > 0;
-  // Neighbours in full surroundings: of liquid, of a wall's layers on one side, of one sheet.
-  const double in_liquid = width(4.0 / 3 * pi * s * s * s), in_wall = width(2.0 / 3 * pi * s * s * s),
-               in_sheet = width(pi * s * s);
+  const double r = real_bytes;
   MemoryEstimate m;
-  // FluidArrays twice 10 r + 17, FluidWork 21 r + 1, an index; per particle. And the ledger's partial sums.
-  m.particles = fluid * (41 * r + 39) + (56 + 6 * r) * (std::min(65536.0, size.fluid) + std::min(65536.0, size.nodes));
-  if (with_samples) m.particles += fluid * (9 * r + 2 * index + 1);  // AdvectionWork, nearest_sample
-  // Lists with slopes beside their entries; where cloth exchanges liquid, also what each entry passes on.
-  m.lists = fluid * in_liquid * (index + r);
-  if (size.boundary > 0) m.lists += fluid * in_wall * (index + r);
-  if (with_samples && with_fluid)
-    m.lists += fluid * in_sheet * (index + r + (size.exchange ? quanta : 0)) + size.samples * in_liquid * (index + r);
-  if (with_samples) m.lists += size.samples * in_sheet * index;
-  if (with_samples && size.boundary > 0) m.lists += size.samples * in_wall * index;
-  for (const double points : {size.fluid, size.boundary, with_samples ? size.samples : 0.0})
-    if (points > 0) m.cells += table_bytes(1.25 * points, r);
-  m.bodies = size.boundary * (10 * r + index) + size.field * r;
-  // A node has about three edges, three hinges and two triangles.
-  m.cloth = size.nodes * (100 * r + 380) + size.samples * (30 * r + 60);
-  if (size.exchange) m.cloth += size.samples * (9 * r + 16 * quanta);
-  if (size.diffusion) m.cloth += size.nodes * 220;
-  if (size.xpbd) m.cloth += size.nodes * 48 * r;
-  if (size.self_collision) m.cloth += size.nodes * (60 * r + 300 + 30 * 117);  // 30 pairs a node; folds may have more
+  const Lists lists = list_bytes(size, r);
+  m.particles = particle_bytes(size, r) + sum_bytes(size);
+  m.lists = lists.bytes + lists.exchanged;
+  m.cells = all_table_bytes(size, r);
+  m.bodies = body_bytes(size, r);
+  m.cloth = cloth_bytes(size, r);
   // HostState has 97 bytes a particle, the set-up beside it a third of that; a frame is a state and its grid.
   m.host = size.fluid * 130 + size.boundary * 130 + size.nodes * 900 + size.samples * 330 + size.field * 8;
   if (size.frames) m.host += size.fluid * 200 + size.boundary * 60 + size.nodes * 350 + size.samples * 40;

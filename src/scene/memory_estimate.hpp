@@ -6,15 +6,34 @@
 
 namespace drench {
 
-/// Counts of what a scene holds; doubles, since a bad scene's may overflow any integer.
+/// The most neighbours that a row of a list has; below 0: not known.
+struct ListWidths {
+  double fluid_fluid = -1, fluid_boundary = -1, fluid_sample = -1, sample_fluid = -1, sample_sample = -1,
+         sample_boundary = -1;
+};
+
+/// Counts of what a scene holds; doubles, since a bad scene's may overflow any integer. 0: not known yet, or none.
 struct SetupSize {
   double fluid = 0, boundary = 0, nodes = 0, samples = 0;
-  double field = 0;              // lattice points of the meshes' distance fields
-  double support = 2;            // h / d: how wide neighbour lists are
+  double triangles = 0, edges = 0, hinges = 0;  // of the cloths
+  double links = 0;                             // pairs of nodes, twice each, that share an edge or a hinge
+  double fabric_pairs = 0;                      // of nodes, that diffusion goes between
+  double area = 0;                              // of the cloths that are sampled, in d²
+  double dynamic_samples = 0;                   // of the boundary: those of dynamic bodies
+  double field = 0;                             // lattice points of the meshes' distance fields
+  double fluid_cells = 0, boundary_cells = 0, sample_cells = 0;  // of their cell tables
+  double support = 2;                                            // h / d: how wide neighbour lists are
+  ListWidths widest;                                             // as it begins
+  double crowding = 1;           // so many times as many neighbours has liquid that splashes
   bool searches_samples = true;  // liquid or other layers look for the cloth's samples
-  bool exchange = false;         // liquid and porous cloth pass liquid to each other
-  bool diffusion = false;
-  bool self_collision = false, xpbd = false;
+  bool moving_cloth = true;
+  bool porous = false;
+  bool liquid = true;  // there is, or may come
+  bool absorption = false, emission = false;
+  bool direction = false;  // the cloth looks for solids
+  bool diffusion = false, contact_wicking = false;
+  bool self_collision = false, xpbd = false, strain_limit = false, wet_adhesion = false;
+  bool measures = false;
   bool frames = false;  // one is kept on the host while it is written
 };
 
@@ -30,9 +49,12 @@ struct MemoryEstimate {
   double total() const { return backend() + host; }
 };
 
-/// What a run with numbers of `real_bytes` (4 or 8) takes, item by item as backends/kokkos/device.hpp allocates them: arrays of the
-/// liquid a quarter longer than it is, lists a quarter wider than 1.3 times the neighbours in full surroundings. Small
-/// work arrays are left out. Particles that jets and cloths will add later are not counted.
+/// What a run with numbers of `real_bytes` (4 or 8) takes, array by array as backends/kokkos allocates them: arrays of the
+/// liquid and rows of the lists a quarter more than there are, lists a quarter wider than their widest row. A list whose
+/// widest row is not known, or that liquid is yet to fill, counts as in full surroundings: of the liquid among itself, on
+/// one side of a wall, at a sheet; where nothing was counted, 1.3 times that (splashes crowd).
+/// What cannot be foreseen is left out: particles that jets and cloths add, liquid that crowds more than it does at the
+/// start, and folds, whose pairs (117 bytes each, self_collision) may be a hundred a node instead of the ten that have room.
 MemoryEstimate estimate_memory(const SetupSize& size, int real_bytes);
 
 /// Bytes of memory of this machine, or of the part of it that this program may use (control groups).

@@ -21,7 +21,7 @@
 //    sample whose start position lies within the box around x0, x1 grown by cover_radius · s + the largest
 //    node displacement + 1e-3 d; s ≥ 1 = the largest singular value of any triangle's deformation at the start, as
 //    cover_radius is measured at rest. Coplanarity is a cubic in τ ∈ [0, 1], all roots bracketed, in double; τ = 1 is always
-//    tested; a hit has barycentric coordinates ≥ −1e-6, or is no farther from
+//    tested, and counts as a root where x1 is no farther than 1e-6 d from the triangle's plane then; a hit has barycentric coordinates ≥ −1e-6, or is no farther from
 //    the triangle's outline than 1e-6 of its longest edge (slivers, whose barycentric coordinates are rounding). The
 //    earliest hit of all candidates: x1 := the hit point carried
 //    to the end of the step with its triangle + 1e-2 d along the triangle's end normal, to the side on which x0 was at

@@ -232,13 +232,18 @@ TEST_F(Commands, TheEstimateOfMemoryHolds) {
              "drench: 1\ntime: {step: 0.002, end: 1}\noutput: {every: 0}\n"
              "fluid: {spacing: 0.01, sources: [{block: {min: [-0.1, 0.01, -0.1], max: [0.1, 0.11, 0.1]}}]}\n"
              "cloth: [{mesh: {grid: {size: [0.4, 0.4], nodes: [33, 33]}}, pin: [{edges: true}], porous: {}}]\n");
-  for (const std::string scene : {"pool.yaml", "sheet.yaml"}) {
-    const Outcome check = drench({"check", scene}), run = drench({"run", scene, "--no-output", "--steps", "20"});
+  write_text(here() / "fold.yaml",
+             "drench: 1\ntime: {step: 0.004, end: 1}\noutput: {every: 0}\n"
+             "cloth: [{mesh: {grid: {size: [0.4, 0.4], nodes: [33, 33]}}, pin: [{corners: true}], self_collision: true,"
+             " strain_limit: 0.1, porous: {contact_wicking: true}}]\n");
+  // After 50 steps the liquid has reached the sheet.
+  const std::pair<std::string, const char*> scenes[] = {{"pool.yaml", "10"}, {"sheet.yaml", "50"}, {"fold.yaml", "10"}};
+  for (const auto& [scene, steps] : scenes) {
+    const Outcome check = drench({"check", scene}), run = drench({"run", scene, "--no-output", "--steps", steps});
     ASSERT_EQ(run.code, 0) << run.err;
     const double estimate = mebibytes_after(check.out, "memory: about "),
                  peak = mebibytes_after(run.out, "peak memory of the backend's arrays ");
-    EXPECT_GE(estimate, peak) << scene;
-    EXPECT_LE(estimate, 2.5 * peak) << scene;
+    EXPECT_NEAR(estimate, peak, 0.1 * peak + 0.05) << scene << '\n' << check.out;  // printed to 0.1
     EXPECT_EQ(mebibytes_after(run.out, "MiB, "), estimate) << run.out;
   }
 }

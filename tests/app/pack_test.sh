@@ -11,7 +11,9 @@ mkdir "$work/elsewhere"
 tar -xzf "$work/pack.tgz" -C "$work/elsewhere"
 cd "$work/elsewhere/drench-pack"
 
-foreign=$(LD_DEBUG=libs bin/drench --version 2>&1 | sed -n 's/.*calling init: //p' | grep -v "^$PWD/" |
+# A file for each process; that of the shell, which becomes the program, is the one that names it.
+LD_DEBUG=libs LD_DEBUG_OUTPUT=$work/libraries bin/drench --version >/dev/null
+foreign=$(cat "$(grep -l 'programs/drench' "$work"/libraries.*)" | sed -n 's/.*calling init: //p' | grep -v "^$PWD/" |
   grep -Ev '/(ld-linux[^/]*|lib(c|m|pthread|dl|rt|cuda)\.so[^/]*)$' || true)
 [[ -z $foreign ]] || fail "libraries from outside the pack: $foreign"
 
@@ -25,4 +27,20 @@ echo "drench: 7" >"$pack/scenes/bad.yaml"
 "$pack/run-tests" app -- --gtest_filter='SceneLoader.LoadsAndRewritesEvery*:Commands.Info*' >log && fail "a failure passed"
 grep -q 'bad.yaml' log || { cat log; fail "the failure is not shown"; }
 grep -q '^  app: 1 of 2 passed.*FAILED' log || { cat log; fail "the summary does not count failures"; }
+# A test that takes too long, and one that crashes: both are named, and the others still run.
+cat >"$pack/bin/drench_tests_slow" <<'END'
+#!/bin/sh
+case "$*" in
+  *list_tests*) printf 'Slow.\n  Quick\n  Sleeps\n  Crashes  # GetParam() = 1\n' ;;
+  *Sleeps*) sleep 60 ;;
+  *Crashes*) kill -SEGV $$ ;;
+  *) echo '[==========] 1 test from 1 test suite ran. (0 ms total)' ;;
+esac
+END
+chmod +x "$pack/bin/drench_tests_slow"
+"$pack/run-tests" -j 2 --timeout 1 slow >log && fail "a test without end passed"
+for line in '^  slow: 1 of 3 passed.*FAILED: 2' 'Slow.Sleeps (timed out)' 'Slow.Crashes (exit code 139)'; do
+  grep -q "$line" log || { cat log; fail "the summary lacks '$line'"; }
+done
+"$pack/run-tests" --only '^Slow.Qu' slow >log || { cat log; fail "--only takes what it should not"; }
 echo "pack_test: passed"

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <sstream>
 
+#include "compare/decisions.hpp"
 #include "pipeline/pipeline.hpp"
 #include "scene/load.hpp"
 
@@ -81,6 +82,7 @@ void compare_stage(const Comparison& c) {
   }
   HostState before = reference->download();
   if (c.prepare) c.prepare(setup.model, before);
+  leave_decisions(*reference, setup.model, c.stage, info, backend_precision(), before);
   // Both start from the same arrays and make what a stage hands on internally (lists, α) from them.
   run_stage_from(*reference, setup.model, c.stage, before, info, reference_report);
   run_stage_from(*backend, setup.model, c.stage, before, info, backend_report);
@@ -91,8 +93,7 @@ void compare_stage(const Comparison& c) {
   for (std::string name; wanted >> name;)
     EXPECT_TRUE(std::find(changed.begin(), changed.end(), name) != changed.end())
         << "the stage was to change " << name << " but changed " << testing::PrintToString(changed);
-  for (const FieldDifference& d :
-       compare_fields(setup.model, c.stage, info.dt, before, expected, actual, backend_precision()))
+  for (const FieldDifference& d : compare_fields(setup.model, c.stage, info.dt, expected, actual, backend_precision()))
     EXPECT_LE(d.absolute, d.tolerance) << d.field << " at " << d.index << " of " << d.size << " (the backend's "
                                        << d.actual_size << "), largest " << d.largest;
   for (const HostState* s : {&expected, &actual})

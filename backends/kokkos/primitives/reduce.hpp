@@ -60,7 +60,10 @@ template <class Sum, class Words>
 auto sums_in(Words& words, Index n) {
   static_assert(sizeof(Sum) % sizeof(double) == 0 && alignof(Sum) <= alignof(double));
   const std::size_t needed = static_cast<std::size_t>(n) * (sizeof(Sum) / sizeof(double));
-  if (words.extent(0) < needed) words = Words(Kokkos::ViewAllocateWithoutInitializing("drench::partial_sums"), needed);
+  if (words.extent(0) < needed) {
+    words = {};  // free before allocating
+    words = Words(Kokkos::ViewAllocateWithoutInitializing("drench::partial_sums"), needed);
+  }
   return Kokkos::View<Sum*, typename Words::memory_space, Kokkos::MemoryTraits<Kokkos::Unmanaged>>(
       reinterpret_cast<Sum*>(words.data()), static_cast<std::size_t>(n));
 }

@@ -1,0 +1,139 @@
+// What a set-up holds, counted for the estimate of its memory.
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "scene/build.hpp"
+#include "scene/point_grid.hpp"
+
+namespace drench {
+namespace {
+
+/// Cells of edge h of a table over the points (backends/kokkos/primitives/cell_table.cpp).
+double cells_over(const std::vector<Vec3>& points, double h) {
+  if (points.empty()) return 0;
+  double cells = 1;
+  for (std::size_t a = 0; a < 3; ++a) {
+    const auto [low, high] =
+        std::minmax_element(points.begin(), points.end(), [a](const Vec3& p, const Vec3& q) { return p[a] < q[a]; });
+    cells *= std::floor(((*high)[a] - (*low)[a]) / h) + 2;
+  }
+  const double count = static_cast<double>(points.size());
+  if (cells <= std::max(65536.0, 8 * count)) return cells;
+  return std::max(1024.0, std::exp2(std::ceil(std::log2(2 * count))));
+}
+
+/// The most points of `grid` that one of `rows` has within h; of many rows every so many-th is looked at.
+double most_neighbors(const std::vector<Vec3>& rows, const PointGrid& grid, double h, bool same_set) {
+  constexpr std::size_t enough = 20000;
+  const std::size_t stride = 1 + rows.size() / enough;
+  double most = 0;
+  for (std::size_t i = 0; i < rows.size(); i += stride) {
+    Vec3 low = rows[i], high = rows[i];
+    for (std::size_t a = 0; a < 3; ++a) low[a] -= h, high[a] += h;
+    double count = same_set ? -1 : 0;
+    grid.for_box(low, high, [&](Index p) {
+      const Vec3& x = grid.points()[static_cast<std::size_t>(p)];
+      double square = 0;
+      for (std::size_t a = 0; a < 3; ++a) square += (x[a] - rows[i][a]) * (x[a] - rows[i][a]);
+      count += square < h * h ? 1 : 0;
+    });
+    most = std::max(most, count);
+  }
+  return most;
+}
+
+PointGrid grid_of(const std::vector<Vec3>& points, double h) {
+  PointGrid grid(h);
+  for (const Vec3& x : points) grid.add(x);
+  return grid;
+}
+
+/// Pairs of nodes that share an edge or a hinge, each twice.
+double count_links(const ClothMesh& mesh) {
+  std::vector<std::pair<Index, Index>> pairs;
+  for (const auto& e : mesh.edge) pairs.push_back(std::minmax(e[0], e[1]));
+  for (const auto& hinge : mesh.hinge)
+    for (std::size_t a = 0; a < 4; ++a)
+      for (std::size_t b = a + 1; b < 4; ++b) pairs.push_back(std::minmax(hinge[a], hinge[b]));
+  std::sort(pairs.begin(), pairs.end());
+  return 2 * static_cast<double>(std::unique(pairs.begin(), pairs.end()) - pairs.begin());
+}
+
+std::vector<Vec3> sample_places(const Model& m, const HostState& s) {
+  std::vector<Vec3> places;
+  for (std::size_t p = 0; p < m.samples.triangle.size(); ++p) {
+    Vec3 x{0, 0, 0};
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Index n = m.mesh.triangle[static_cast<std::size_t>(m.samples.triangle[p])][k];
+      for (std::size_t a = 0; a < 3; ++a)
+        x[a] += m.samples.weight[p][k] * s.node_position[static_cast<std::size_t>(n)][a];
+    }
+    places.push_back(x);
+  }
+  return places;
+}
+
+}  // namespace
+
+SetupSize kinds_of(const Model& m) {
+  SetupSize size;
+  for (const Body& b : m.bodies)
+    size.field += static_cast<double>(b.field.points[0]) * b.field.points[1] * b.field.points[2];
+  size.support = m.support / m.spacing;
+  size.searches_samples = m.has_fluid() || m.has_contact_wicking();
+  size.moving_cloth = m.has_moving_cloth();
+  size.porous = m.has_porous();
+  size.liquid = m.has_fluid();
+  size.absorption = m.has_absorption();
+  size.emission = m.has_emission();
+  size.direction = m.has_direction();
+  size.diffusion = m.has_diffusion();
+  size.contact_wicking = m.has_contact_wicking();
+  size.self_collision = m.has_self_collision();
+  size.xpbd = m.has_moving_cloth() && m.scene.cloth_solver.method == ClothMethod::xpbd;
+  size.strain_limit = m.has_strain_limit();
+  size.wet_adhesion = m.has_wet_adhesion();
+  size.measures = m.has_measures();
+  size.frames = m.scene.output.every > 0;
+  return size;
+}
+
+double jet_particles(const Model& model) {
+  double count = 0;
+  for (const Jet& jet : model.jets)
+    count += std::max(0.0, std::min(jet.scene.end, model.scene.time.end) - jet.scene.start) / jet.interval;
+  return count;
+}
+
+SetupSize size_of(const Setup& setup) {
+  const Model& m = setup.model;
+  SetupSize size = kinds_of(m);
+  const auto count = [](const auto& v) { return static_cast<double>(v.size()); };
+  size.fluid = static_cast<double>(setup.state.fluid_count());
+  size.boundary = static_cast<double>(m.boundary.count());
+  size.nodes = static_cast<double>(m.mesh.nodes());
+  size.samples = static_cast<double>(m.samples.count());
+  size.triangles = count(m.mesh.triangle);
+  size.edges = count(m.mesh.edge);
+  size.hinges = count(m.mesh.hinge);
+  size.links = count_links(m.mesh);
+  size.fabric_pairs = count(m.fabric.weight);
+  for (const double area : m.samples.area) size.area += area / (m.spacing * m.spacing);
+  for (const Body& b : m.bodies) size.dynamic_samples += b.dynamic ? b.sample_count : 0;
+
+  const double h = m.support;
+  const std::vector<Vec3>&fluid = setup.state.fluid_position, &walls = m.boundary.position;
+  const std::vector<Vec3> samples = size.searches_samples ? sample_places(m, setup.state) : std::vector<Vec3>();
+  size.fluid_cells = cells_over(fluid, h);
+  size.boundary_cells = cells_over(walls, h);
+  size.sample_cells = cells_over(samples, h);
+  const PointGrid of_fluid = grid_of(fluid, h), of_walls = grid_of(walls, h), of_samples = grid_of(samples, h);
+  size.widest = {most_neighbors(fluid, of_fluid, h, true),     most_neighbors(fluid, of_walls, h, false),
+                 most_neighbors(fluid, of_samples, h, false),  most_neighbors(samples, of_fluid, h, false),
+                 most_neighbors(samples, of_samples, h, true), most_neighbors(samples, of_walls, h, false)};
+  return size;
+}
+
+}  // namespace drench
