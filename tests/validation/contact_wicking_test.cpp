@@ -113,7 +113,9 @@ std::string strip(const fs::path& file, bool folded) {
 TEST(contact_wicking, a_fold_is_no_short_cut) {
   const TempFolder folder;
   std::vector<HostState> end;
-  for (const auto& [folded, keys] : {std::pair{false, ""}, {true, ""}, {true, ", contact_wicking: true"}}) {
+  const std::vector<std::pair<bool, const char*>> layouts = {
+      {false, ""}, {true, ""}, {true, ", contact_wicking: true"}};
+  for (const auto& [folded, keys] : layouts) {
     SceneRun run(fmt::format(R"(drench: 1
 time: {{step: 0.01, end: 1000}}
 gravity: [0, 0, 0]
@@ -146,7 +148,9 @@ cloth:
 }
 
 TEST(contact_wicking, nothing_passes_unless_both_ask_for_it) {
-  for (const auto& [lower, upper] : {std::pair{"", ""}, {"contact_wicking: true", ""}, {"", "contact_wicking: true"}}) {
+  const std::vector<std::pair<const char*, const char*>> keys = {
+      {"", ""}, {"contact_wicking: true", ""}, {"", "contact_wicking: true"}};
+  for (const auto& [lower, upper] : keys) {
     SceneRun run(two_sheets(lower, upper, 0.01));
     for (int n = 0; n < 50; ++n) run.step();
     report({fmt::format("soaked sheet on a dry one, contact_wicking {}: what passes in 0.5 s", *lower   ? "below only"

@@ -93,7 +93,8 @@ inline Patch refined(const Patch& coarse) {
   };
   for (const auto& [a, b, c] : coarse.t) {
     const int ab = between(a, b), bc = between(b, c), ca = between(c, a);
-    for (const std::array<int, 3>& t : {std::array{a, ab, ca}, {ab, b, bc}, {ca, bc, c}, {ab, bc, ca}})
+    for (const std::array<int, 3>& t :
+         {std::array{a, ab, ca}, std::array{ab, b, bc}, std::array{ca, bc, c}, std::array{ab, bc, ca}})
       fine.t.push_back(t);
   }
   return fine;

@@ -96,7 +96,8 @@ Eigen::VectorXd finite_elements(const Patch& mesh, Eigen::VectorXd s, double dif
       const Eigen::Vector3d u = x(k + 1) - x(k), v = x(k + 2) - x(k);
       const double cotangent = u.dot(v) / u.cross(v).norm() / 2;
       const int a = t[(k + 1) % 3], b = t[(k + 2) % 3];
-      for (const auto& [i, j, sign] : {std::tuple{a, a, 1}, {b, b, 1}, {a, b, -1}, {b, a, -1}})
+      for (const auto& [i, j, sign] :
+           {std::tuple{a, a, 1}, std::tuple{b, b, 1}, std::tuple{a, b, -1}, std::tuple{b, a, -1}})
         stiffness.emplace_back(i, j, sign * cotangent);
       for (std::size_t l = 0; l < 3; ++l) mass.emplace_back(t[k], t[l], k == l ? area / 6 : area / 12);
     }
@@ -160,7 +161,7 @@ TEST(porous_diffusion, a_cosine_decays_on_a_lattice_with_order_two) {
     worst.push_back(d.worst);
   }
   books.print("cosine of saturation on lattices");
-  for (const auto& [name, error] : {std::pair{"amplitude", amplitude}, {"worst node", worst}}) {
+  for (const auto& [name, error] : {std::pair{"amplitude", amplitude}, std::pair{"worst node", worst}}) {
     const double order = std::log2(error[1] / error[2]);
     report({fmt::format("cosine of saturation on a lattice: order of the {} from 21 to 41 nodes, {:.2f}, below 1.8 by",
                         name, order),
