@@ -8,6 +8,7 @@
 #include <fstream>
 #include <numbers>
 
+#include "paths.hpp"
 #include "pipeline/pipeline.hpp"
 #include "stage_compare.hpp"
 
@@ -16,7 +17,7 @@ namespace {
 
 /// A scene with a spinning tetrahedron, written beside the system's other temporary files.
 std::string spinning_scene() {
-  const auto path = std::filesystem::temp_directory_path() / "drench_bodies_test.obj";
+  const auto path = own_file("drench_bodies_test.obj");
   std::ofstream(path) << "v 0 0 0\nv 0.1 0 0\nv 0 0.1 0\nv 0 0 0.1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
   return "drench: 1\ntime: {step: 0.01, end: 1}\nfluid:\n  spacing: 0.02\n  sources:\n    - block: {min: [0.3, 0, 0], "
          "max: [0.4, "
@@ -40,7 +41,7 @@ std::string moving_scene() {
 
 /// A ball as a mesh file, of triangles on latitudes and longitudes.
 std::string ball_file(double radius) {
-  const auto path = std::filesystem::temp_directory_path() / "drench_bodies_ball.obj";
+  const auto path = own_file("drench_bodies_ball.obj");
   std::ofstream out(path);
   constexpr int rings = 48, around = 96;
   constexpr double pi = std::numbers::pi;

@@ -1,7 +1,11 @@
 #pragma once
-// Where the tests find the program and the scenes: where the build had them, or where the environment says (tools/pack).
+// Where the tests find the program and the scenes: where the build had them, or where the environment says (tools/pack); and
+// where they write.
+
+#include <unistd.h>
 
 #include <cstdlib>
+#include <filesystem>
 #include <string>
 
 namespace drench::test {
@@ -16,5 +20,10 @@ inline std::string program() { return from_environment("DRENCH_PROGRAM", DRENCH_
 
 /// The folder of scenes; DRENCH_SCENES replaces it.
 inline std::string scenes_folder() { return from_environment("DRENCH_SCENES", DRENCH_SCENES_DIR); }
+
+/// A temporary file of this process alone: tests run side by side.
+inline std::filesystem::path own_file(const std::string& name) {
+  return std::filesystem::temp_directory_path() / (std::to_string(::getpid()) + "_" + name);
+}
 
 }  // namespace drench::test

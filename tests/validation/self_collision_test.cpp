@@ -11,6 +11,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "paths.hpp"
 #include "scene/load.hpp"
 #include "validation.hpp"
 
@@ -75,7 +76,7 @@ int intersections(const Model& m, const HostState& s) {
 /// A zig-zag of `folds` layers, `gap` apart, each `rows` quads deep and `columns` wide, as OBJ. The creases are quads that
 /// stand upright.
 std::filesystem::path folded_sheet(int folds, int rows, int columns, double cell, double gap) {
-  const auto path = std::filesystem::temp_directory_path() / "drench_folded_sheet.obj";
+  const auto path = own_file("drench_folded_sheet.obj");
   std::ofstream out(path);
   int lines = 0;
   for (int f = 0; f < folds; ++f) {
@@ -248,8 +249,8 @@ bodies:
   }
   std::printf("steps with zones %d, most nodes in them %lld\n", steps_with_zones, static_cast<long long>(zones));
   EXPECT_GT(steps_with_zones, 5);
-  report({"Two sheets in a flat box, nodes kicked at up to 35 m/s, 60 steps: edges through triangles at any step", "none", double(crossed),
-          0, "pairs"});
+  report({"Two sheets in a flat box, nodes kicked at up to 35 m/s, 60 steps: edges through triangles at any step",
+          "none", double(crossed), 0, "pairs"});
 }
 
 }  // namespace drench::test
