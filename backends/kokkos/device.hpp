@@ -221,7 +221,6 @@ struct ClothWork {
   Array<Real3> limit_stress, last_limit_stress;    // 2 per triangle with a strain limit: the columns of P, N·m
   Array<Real> limit_rate;                          // 2 per triangle: θ, 1
   std::shared_ptr<struct ResidentCloth> resident;  // of CUDA (cuda/resident_cloth.cpp)
-  bool launched = false;                           // no iterations that stay on the device (tests)
 };
 
 /// What the ledger's pass over the state has found beside its sums, until the liquid moves.

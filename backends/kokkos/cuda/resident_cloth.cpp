@@ -211,7 +211,7 @@ bool prepare_resident_cloth(Device& d, const ClothSystem& s) {
     r->progress = Kokkos::View<ClothProgress, MemSpace>("drench::cloth::progress");
     r->seen = Kokkos::View<ClothProgress, Kokkos::SharedHostPinnedSpace>("drench::cloth::progress_seen");
   }
-  return r->plan.kernel != nullptr && !d.cloth_work.launched;
+  return r->plan.kernel != nullptr;
 }
 
 void run_resident_cloth(Device& d, const ClothSystem& s, const ClothProgress* begin, int most, double tolerance,
