@@ -66,7 +66,6 @@ class Watched {
       substeps_ = std::max(substeps_, r.diffusion_substeps);
     }
   }
-  const HostState& state() const { return state_; }
   double supplied() const { return kilograms(model(), state_.supplied); }
   int substeps() const { return substeps_; }
 
