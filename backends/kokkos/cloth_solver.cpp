@@ -10,7 +10,6 @@
 namespace drench::kokkos_backend {
 namespace {
 
-constexpr int check_interval = 10, plain_iterations = 10;
 constexpr double rounding = 0.5;  // of ε Σ D L: what is left of a residual that is summed in this precision
 constexpr double trusted = 10;    // × the residual without multipliers: what xpbd may start from
 
@@ -88,12 +87,11 @@ void iterate(Device& d, const ClothSystem& s, Real omega) {
 /// The residual of the newest iterate in units of its goal. Synchronises with the host.
 double imbalance(const Device& d, const ClothSystem& s, double tolerance, double floor) {
   const auto shift = d.cloth_work.shift;
-  const TwoSums sums = ordered_sums(
+  return over_goal(ordered_sums(
       "drench::cloth::residual", d.nodes.count, KOKKOS_LAMBDA(const Index n) {
         if (s.pinned(n)) return TwoSums{};
         return s.imbalance(s.terms(n), shift(n), s.residual(n, shift), tolerance, floor);
-      });
-  return sums.first > 0 ? sums.first / sums.second : 0;
+      }));
 }
 
 }  // namespace

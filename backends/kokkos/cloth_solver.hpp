@@ -24,6 +24,12 @@ struct NodeTerms {
   Real inertia, diagonal, friction, thickness;  // m_n/Δt² and D_n, N/m; μ, 1; m
 };
 
+// cloth.hpp: iterations before Chebyshev's weights begin, and from check to check.
+inline constexpr int plain_iterations = 10, check_interval = 10;
+
+/// The residual in units of its goal, of the nodes' shares (ClothSystem::imbalance).
+KOKKOS_INLINE_FUNCTION double over_goal(const TwoSums& sums) { return sums.first > 0 ? sums.first / sums.second : 0; }
+
 /// Chebyshev's weights (Wang 2015) and what the checks have found.
 struct ClothProgress {
   double rho = 0, omega = 1, smallest = 1e300, residual = 1e300;
@@ -31,7 +37,6 @@ struct ClothProgress {
 
   /// ω of the next iteration.
   KOKKOS_INLINE_FUNCTION Real next_weight() {
-    constexpr int plain_iterations = 10;
     if (since_restart == plain_iterations) omega = 2 / (2 - rho * rho);
     if (since_restart > plain_iterations) omega = 4 / (4 - rho * rho * omega);
     ++since_restart;
@@ -225,8 +230,8 @@ class ClothIteration {
   bool resident_, under_way_ = false;  // resident: see below
 };
 
-// cuda/resident_cloth.cpp: all iterations of a call in one kernel that stays on the device, a node a thread, with a barrier
-// for the whole grid between two iterations: several times as fast as launches where the cloth has few nodes for a GPU.
+// cuda/resident_cloth.cpp: all iterations of a call in one kernel that stays on the device, with a barrier for the whole
+// grid between two iterations: several times as fast as launches where the cloth has few nodes for a GPU.
 /// Can it be done: on CUDA, with cooperative launches, if all nodes fit on the device at once? (Then it makes its arrays.)
 bool prepare_resident_cloth(Device& d, const ClothSystem& s);
 /// ClothIteration::run; `begin` for the first call of a solve, null to go on.

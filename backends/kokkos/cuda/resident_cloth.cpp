@@ -16,7 +16,7 @@ namespace {
 
 namespace groups = cooperative_groups;
 
-constexpr int check_interval = 10, warp = 32, most_threads = 512, lanes = 2;
+constexpr int warp = 32, most_threads = 512, lanes = 2;
 constexpr unsigned all_lanes = 0xffffffff;
 
 struct ResidentArrays {
@@ -145,9 +145,8 @@ __global__ void __launch_bounds__(most_threads) iterate(ClothSystem s, ResidentA
       grid.sync();
     }
     const Real3 r = residual();
-    const TwoSums sums = sum_of_grid(
-        grid, free && lane == 0 ? s.imbalance(terms, moved, r, run.tolerance, run.floor) : TwoSums{}, a.part);
-    progress.judge(sums.first > 0 ? sums.first / sums.second : 0);
+    const TwoSums own = free && lane == 0 ? s.imbalance(terms, moved, r, run.tolerance, run.floor) : TwoSums{};
+    progress.judge(over_goal(sum_of_grid(grid, own, a.part)));
   } while (progress.residual > 1 && progress.iterations < end);
   if (free && lane == 0) {
     a.shift[n] = moved;
