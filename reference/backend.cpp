@@ -43,23 +43,7 @@ class ReferenceBackend : public Backend {
     return pairs;
   }
 
-  std::int64_t memory_bytes() const override {
-    std::size_t bytes = bytes_of(state_.alpha) + bytes_of(state_.compliance) + bytes_of(state_.s.jet_particles);
-    visit_fields(state_.s, [&](std::string_view, const auto& field) { bytes += bytes_of(field); });
-    for (const NeighborLists* lists : {&state_.fluid_fluid, &state_.fluid_boundary, &state_.fluid_sample,
-                                       &state_.sample_fluid, &state_.sample_sample, &state_.sample_boundary}) {
-      bytes += bytes_of(*lists);
-      for (const auto& row : *lists) bytes += bytes_of(row);
-    }
-    return static_cast<std::int64_t>(bytes);
-  }
-
  private:
-  template <class T>
-  static std::size_t bytes_of(const std::vector<T>& array) {
-    return array.capacity() * sizeof(T);
-  }
-
   const NeighborLists& list_named(const std::string& list) const {
     if (list == "fluid_fluid") return state_.fluid_fluid;
     if (list == "fluid_boundary") return state_.fluid_boundary;

@@ -53,7 +53,6 @@ class KokkosBackend final : public Backend {
     return pairs;
   }
 
-  std::int64_t memory_bytes() const override { return device_.bytes(); }
 
  private:
   /// The place of each liquid particle in a HostState.

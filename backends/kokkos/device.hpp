@@ -349,8 +349,6 @@ struct Device {
 
   void upload(const HostState& s);
   HostState download() const;
-  /// Bytes held by the arrays above (the porous and cloth stages' scratch is small beside them and left out).
-  std::int64_t bytes() const;
   /// Makes room for `n` liquid particles, keeping what is there (amortised growth).
   void reserve_fluid(Index n);
   /// Removes particles with mass 0 or with `gone(i)` ≠ 0 (may be empty), keeping the order. Lists become stale.

@@ -63,8 +63,6 @@ class Backend {
   /// Neighbour lists as sets, for tests: pairs (a, b) of the named list, sorted by a; "fluid_fluid",
   /// "fluid_boundary", "fluid_sample", "sample_fluid", "sample_sample", "sample_boundary".
   virtual std::vector<std::pair<Index, Index>> neighbor_pairs(const std::string& list) const = 0;
-  /// Bytes of memory that the backend holds for its state.
-  virtual std::int64_t memory_bytes() const = 0;
 };
 
 std::unique_ptr<Backend> make_reference_backend(const Model& model);

@@ -37,7 +37,6 @@ struct RecordingBackend : Backend {
   void fence() override {}
   HostState download() const override { return state; }
   std::vector<std::pair<Index, Index>> neighbor_pairs(const std::string&) const override { return {}; }
-  std::int64_t memory_bytes() const override { return 0; }
 };
 
 struct PipelineTest : testing::Test {

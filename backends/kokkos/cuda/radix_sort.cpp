@@ -51,10 +51,6 @@ class RadixSort final : public BucketSort {
     if (items.selector == 1) std::swap(table.item, next_item_);
   }
   void read_out(CellTableView& table, Index count) override { find_starts(table, key_, count); }
-  std::int64_t bytes() const override {
-    return static_cast<std::int64_t>((key_.span() + next_key_.span()) * sizeof(Key) +
-                                     next_item_.span() * sizeof(Index) + scratch_.span());
-  }
 
  private:
   Array<Key> key_, next_key_;

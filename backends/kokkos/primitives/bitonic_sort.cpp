@@ -190,7 +190,6 @@ class BitonicSort final : public BucketSort {
     read_items(table, count, key_);
     find_starts(table, key_, count);
   }
-  std::int64_t bytes() const override { return static_cast<std::int64_t>(key_.span() * sizeof(Key)); }
 
  private:
   bool naive_;

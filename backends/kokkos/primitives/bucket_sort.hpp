@@ -22,7 +22,6 @@ class BucketSort {
   virtual void sort(CellTableView& table, Index count) = 0;
   /// Leaves in `table` the arrays `start` and `item`, as long as they were; may exchange `item` for an array of its own.
   virtual void read_out(CellTableView& table, Index count) = 0;
-  virtual std::int64_t bytes() const = 0;
 };
 
 /// Makes the sort; its work arrays are allocated when the first particles come.

@@ -110,10 +110,4 @@ void CellTable::make_table(const Array<Real3>& points, const Array<std::int64_t>
   copy_points(view_, points, count_);
 }
 
-std::int64_t CellTable::bytes() const {
-  return static_cast<std::int64_t>((view_.start.span() + view_.item.span()) * sizeof(Index) +
-                                   view_.coord.span() * sizeof(CellCoord)) +
-         view_.point.bytes() + (sort_ ? sort_->bytes() : 0);
-}
-
 }  // namespace drench::kokkos_backend

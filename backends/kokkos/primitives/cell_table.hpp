@@ -25,7 +25,6 @@ struct PointLanes {
   void allocate(Index n) {
     for (Array<Real>* a : {&x, &y, &z}) *a = Array<Real>("drench::cell_point", n + spare);
   }
-  std::int64_t bytes() const { return static_cast<std::int64_t>(3 * x.span() * sizeof(Real)); }
   KOKKOS_INLINE_FUNCTION Real3 operator()(Index e) const { return {x(e), y(e), z(e)}; }
   KOKKOS_INLINE_FUNCTION void set(Index e, const Real3& p) const {
     x(e) = p.x;
@@ -36,7 +35,6 @@ struct PointLanes {
 struct PackedPoints {
   Array<Real4> point;
   void allocate(Index n) { point = Array<Real4>(Kokkos::ViewAllocateWithoutInitializing("drench::cell_point"), n); }
-  std::int64_t bytes() const { return static_cast<std::int64_t>(point.span() * sizeof(Real4)); }
   KOKKOS_INLINE_FUNCTION Real3 operator()(Index e) const {
     const Real4 p = point(e);
     return p.xyz();
@@ -162,7 +160,6 @@ class CellTable {
   void build(const Array<Real3>& points, Index count, Real edge, const Array<std::int64_t>& key = {},
              const PointBounds* bounds = nullptr);
   const CellTableView& view() const { return view_; }
-  std::int64_t bytes() const;
 
   // The parts of `build`, one after the other, for measurements.
   void make_keys(const Array<Real3>& points, Index count, Real edge, const PointBounds* bounds = nullptr);

@@ -47,9 +47,6 @@ class CountingSort final : public BucketSort {
   }
   void sort(CellTableView& table, Index count) override { scan_and_scatter(table, count, bucket_, cursor_); }
   void read_out(CellTableView&, Index) override {}
-  std::int64_t bytes() const override {
-    return static_cast<std::int64_t>((bucket_.span() + cursor_.span()) * sizeof(Index));
-  }
 
  private:
   Array<Index> bucket_, cursor_;

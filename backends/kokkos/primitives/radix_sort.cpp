@@ -78,10 +78,6 @@ class RadixSort final : public BucketSort {
     }
   }
   void read_out(CellTableView& table, Index count) override { find_starts(table, key_, count); }
-  std::int64_t bytes() const override {
-    return static_cast<std::int64_t>((key_.span() + next_key_.span()) * sizeof(Key) +
-                                     (next_item_.span() + place_.span()) * sizeof(Index));
-  }
 
  private:
   Array<Key> key_, next_key_;
