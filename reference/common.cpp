@@ -144,7 +144,7 @@ PressureResponse pressure_response(const ReferenceState& state, const std::vecto
       a -= wall_share * s.boundary_volume[b] * kappa[i] * w.gradient(xi - vec(s.boundary_position[b]));
     }
     for (const Index b : state.fluid_sample[i]) {
-      const double share = wall_share * std::max(1.0, s.fluid_density_ratio[i]) * s.sample_volume[b];
+      const double share = wall_share * image_density(s.fluid_density_ratio[i]) * s.sample_volume[b];
       const Vector3d term = share * kappa[i] * w.gradient(from_behind(state, i, b));
       a -= term;
       sample_force[b] += fluid_mass(state, i) * term;
@@ -190,7 +190,7 @@ std::vector<double> compression_rate(const ReferenceState& state, const Vectors&
       rate[i] += wall_share * s.boundary_volume[b] * relative.dot(w.gradient(xi - vec(s.boundary_position[b])));
     }
     for (const Index b : state.fluid_sample[i]) {
-      const double share = wall_share * std::max(1.0, s.fluid_density_ratio[i]) * s.sample_volume[b];
+      const double share = wall_share * image_density(s.fluid_density_ratio[i]) * s.sample_volume[b];
       rate[i] += share * (v[i] - sample_v[b]).dot(w.gradient(from_behind(state, i, b)));
     }
   }

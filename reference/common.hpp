@@ -112,6 +112,8 @@ struct SolveResult {
 
 /// A wall stands for the mirrored liquid (src/stages/divergence.hpp).
 inline constexpr double wall_share = 2;
+/// γ of a particle before a cloth, of its density ratio: how dense the mirrored liquid is.
+inline double image_density(double ratio) { return std::max(1.0, ratio - 0.1); }
 
 /// The loop that both solves share. `residual(i, R_i)` is what is left of particle i's compression, in the unit of the
 /// tolerance (1); a Jacobi update raises κ_i by ω α_i residual/Δt². Particles without `active` keep κ = 0 and do not count

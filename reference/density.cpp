@@ -97,7 +97,7 @@ void density(ReferenceState& state, const StepInfo&, StepReport&) {
       sheet += wall_share * s.sample_volume[b] * gradient;
       cloth += wall_share * wall_share * s.sample_volume[b] * gradient.norm() * bound[b];
     }
-    const double image = std::max(1.0, ratio);
+    const double image = image_density(ratio);
     sum += image * sheet;
     cloth *= image * image;
     const double inverse_alpha = sum.squaredNorm() + squares + state.compliance[i] + 0.16 * cloth;

@@ -20,7 +20,7 @@
 //       Jacobi diagonal, exact for variable volumes (physics.md section 3), with a bound for the cloth:
 //         1/α_i = |Σ_j V_j ∇W_ij + 2 Σ_b γ_ib V_b ∇W_ib|² + Σ_j V_i V_j |∇W_ij|² + C_i
 //                 + 0.16 Σ_b∈cloth 4 γ_ib² V_b |∇W_ib| c_b   unit 1/m²
-//         γ_ib = max(1, δ_i) for cloth samples, 1 for solid ones: how dense the mirrored liquid is (stage divergence)
+//         γ_ib = max(1, δ_i − 0.1) for cloth samples, 1 for solid ones: how dense the mirrored liquid is (stage divergence)
 //         c_b = Σ_n w_bn u_n G_n,   G_n = Σ_b w_bn g_b,   g_b = V_b Σ_i m_i |∇W_ib|
 //       The last sum is the absolute row sum of the operator's cloth part, for nodes with inertia alone. The exact
 //       diagonal (samples taken one by one, as physics.md writes it) leaves out that many particles push the same light

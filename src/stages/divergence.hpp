@@ -7,7 +7,8 @@
 //   relative to the wall the opposite, so that the particle meets it with 2 (v_i − v_b). With κ_b = 0, as Akinci et al. and
 //   most codes have it, a layer at a wall needs twice the pressure of the next one to hold it off: 41 % of ρgH rms in a
 //   column at rest, and particles pressed onto corners. Both factors are 2, so the operator stays symmetric.
-// γ_ib = max(1, δ_i) for cloth samples, 1 for solid ones: the mirrored liquid is as dense as the particle's surroundings.
+// γ_ib = max(1, δ_i − 0.1) for cloth samples, 1 for solid ones: the mirrored liquid is as dense as the particle's
+//   surroundings, but for the tenth by which these scatter: with max(1, δ_i) scatter feeds energy to light cloth.
 //   With γ = 1 a sheet stands for one layer of liquid at rest; where the liquid on it is compressed, as under a wave that
 //   breaks on a sheet giving way, a particle then lowers its density by moving into the sheet, its neighbours' pressure
 //   drives it there, and only collision stops it: what has come to lie on the sheet gathers there without end (δ of 25

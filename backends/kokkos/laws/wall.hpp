@@ -8,8 +8,8 @@ namespace drench::kokkos_backend {
 /// A wall stands for the mirrored liquid: pressure κ_i + κ_i, velocity v_i − v_b twice (src/stages/divergence.hpp).
 inline constexpr Real mirrored = 2;
 
-/// The mirrored liquid is as dense as the particle's own surroundings.
-KOKKOS_INLINE_FUNCTION Real image_density(Real ratio) { return ratio > 1 ? ratio : Real(1); }
+/// γ of a particle before a cloth: how dense the mirrored liquid is, of its density ratio (src/stages/divergence.hpp).
+KOKKOS_INLINE_FUNCTION Real image_density(Real ratio) { return ratio > Real(1.1) ? ratio - Real(0.1) : Real(1); }
 
 /// Vector (m) to a particle from a cloth sample as the particle's pressure sees it: r + ½ d n sign(r·n), with
 /// r = x_i − x_b and the sample's unit normal n, `half` = ½ d: the sample lies half a spacing behind the sheet's
