@@ -11,10 +11,12 @@ namespace {
 // Of the absolute row sum: with the solves' relaxation ω ≤ 0.32 half of that bounds the iteration (Gershgorin).
 constexpr Real row_share = Real(0.16);
 
-/// Volumes of the cloth samples: V_b = d³ S/Σ_k W_bk.
+/// Volumes of the cloth samples, V_b = d³ S/Σ_k W_bk, and what the liquid's pairs read of them.
 void sample_volumes(Device& d) {
   const Kernel kernel = d.kernel;
-  const auto x = d.samples.position;
+  const Real half = Real(0.5) * d.spacing;
+  const auto x = d.samples.position, normal = d.samples.normal;
+  const auto place = d.samples.place, back = d.samples.back;
   const auto volume = d.samples.volume;
   const auto count = d.sample_sample.count;
   const auto list = d.sample_sample.list;
@@ -24,6 +26,8 @@ void sample_volumes(Device& d) {
         Real sum = kernel.value(0);
         for (Index k = 0; k < count(b); ++k) sum += kernel.value(norm(x(b) - x(list(b, k))));
         volume(b) = share / sum;
+        place(b) = {x(b), volume(b)};
+        back(b) = {half * normal(b), Real(0)};
       });
 }
 
@@ -31,21 +35,21 @@ void sample_volumes(Device& d) {
 void sample_row_bounds(Device& d) {
   const Kernel kernel = d.kernel;
   const Real rho = d.rest_density;
-  const Real half = Real(0.5) * d.spacing;
-  const auto xs = d.samples.position, xf = d.fluid.position, normal = d.samples.normal;
-  const auto volume = d.samples.volume, fluid_volume = d.work.volume;
+  const auto xs = d.samples.place, back = d.samples.back, xf = d.work.place;
   const auto count = d.sample_fluid.count;
   const auto list = d.sample_fluid.list;
   const auto load = d.samples.row_load, bound = d.samples.row_bound;
   parallel(
       "drench::density::row_load", d.samples.count, KOKKOS_LAMBDA(const Index b) {
         Real g = 0;
+        const Real4 at = xs(b);
+        const Real3 behind = back(b).xyz();
         for (Index k = 0; k < count(b); ++k) {
-          const Index i = list(b, k);
-          const Real r = norm(from_behind(xf(i) - xs(b), normal(b), half));
-          g -= rho * fluid_volume(i) * kernel.slope(r) * r;
+          const Real4 particle = xf(list(b, k));
+          const Real r = norm(from_behind(particle.xyz() - at.xyz(), behind));
+          g -= rho * particle.w * kernel.slope(r) * r;
         }
-        load(b) = volume(b) * g;
+        load(b) = at.w * g;
       });
   const auto start = d.nodes.sample_start, item = d.nodes.sample_item;
   const auto weight = d.samples.weight, u = d.nodes.inverse_mass, node_bound = d.nodes.row_bound;
@@ -68,12 +72,10 @@ void sample_row_bounds(Device& d) {
 void density_and_alpha(Device& d) {
   const Kernel kernel = d.kernel;
   const Real smallest = Real(1e-6) / (d.spacing * d.spacing);
-  const Real half = Real(0.5) * d.spacing;
-  const Entries<Real3> xb = d.boundary.position, xs = d.samples.position, normal = d.samples.normal,
-                       shift = d.work.shift;
-  const Entries<Real> vb = d.boundary.volume, vs = d.samples.volume, bound = d.samples.row_bound,
-                      ratio = d.fluid.density_ratio, alpha = d.work.alpha, compliance = d.work.compliance;
-  const Entries<Real4> place = d.work.place;
+  const Entries<Real3> xb = d.boundary.position, shift = d.work.shift;
+  const Entries<Real> vb = d.boundary.volume, bound = d.samples.row_bound, ratio = d.fluid.density_ratio,
+                      alpha = d.work.alpha, compliance = d.work.compliance;
+  const Entries<Real4> place = d.work.place, xs = d.samples.place, back = d.samples.back;
   const Crowding crowding(d.spacing);
   const Entries<std::int64_t> id = d.fluid.id;
   const bool solids = d.boundary.count > 0, cloth = d.samples.count > 0;
@@ -95,16 +97,16 @@ void density_and_alpha(Device& d) {
           const Index j = lf(i, k);
           const Real4 at = place(j);
           const Real3 r = xi - at.xyz();
-          const Real length = norm(r);
-          const auto [value, slope] = kernel.pair(length);
-          const Real weighted = at.w * slope;
+          const Real square = dot(r, r);
+          const Kernel::Pair pair = kernel.pair(square);
+          const Real weighted = at.w * pair.slope;
           lf.slope(i, k) = weighted;
-          delta += at.w * value;
+          delta += at.w * pair.value;
           gradient += weighted * r;
-          const Real square = weighted * slope * length * length;
-          squares += square;
-          yielded += Kokkos::fmax(Real(0), at.w - vi) * square;
-          if (length < crowding.least) apart += crowding.shift(r, length, vi, at.w, id(i), id(j));
+          const Real steep = weighted * pair.slope * square;
+          squares += steep;
+          yielded += Kokkos::fmax(Real(0), at.w - vi) * steep;
+          if (pair.length < crowding.least) apart += crowding.shift(r, pair.length, vi, at.w, id(i), id(j));
         }
         squares *= vi;
         if (solids)
@@ -119,11 +121,12 @@ void density_and_alpha(Device& d) {
           Real3 sheet;
           for (Index k = 0; k < ls.count(i); ++k) {
             const Index b = ls(i, k);
-            const Real3 r = from_behind(xi - xs(b), normal(b), half);
-            const Real length = norm(r), slope = kernel.slope(length);
-            delta += vs(b) * kernel.value(length);
-            sheet += mirrored * vs(b) * slope * r;
-            coupling -= mirrored * mirrored * row_share * vs(b) * slope * length * bound(b);
+            const Real4 at = xs(b);
+            const Real3 r = from_behind(xi - at.xyz(), back(b).xyz());
+            const Real length = norm(r), slope = at.w * kernel.slope(length);
+            delta += at.w * kernel.value(length);
+            sheet += mirrored * slope * r;
+            coupling -= mirrored * mirrored * row_share * slope * length * bound(b);
           }
           const Real dense = image_density(delta);
           gradient += dense * sheet;

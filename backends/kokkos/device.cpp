@@ -200,7 +200,9 @@ void make_samples(Device& d) {
   if (d.model.has_fluid()) {
     s.volume = Array<Real>("drench::sample_volume", s.count);
     s.force = Array<Real3>("drench::sample_force", s.count);
-    s.predicted = Array<Real3>("drench::sample_predicted", s.count);
+    s.place = Array<Real4>("drench::sample_place", s.count);
+    s.back = Array<Real4>("drench::sample_back", s.count);
+    s.predicted = Array<Real4>("drench::sample_predicted", s.count);
     s.row_load = Array<Real>("drench::sample_row_load", s.count);
     s.row_bound = Array<Real>("drench::sample_row_bound", s.count);
   }
@@ -244,9 +246,8 @@ Device::Device(const Model& m)
     boundary.rest_position = to_device3("drench::boundary_rest_position", m.boundary.position);
     boundary.body = to_device<Index>("drench::boundary_body", m.boundary.body);
   }
-  for (CellTable* t :
-       {&fluid_cells, &boundary_cells, &sample_cells, &self_collision_work.node_cells, &self_collision_work.edge_cells,
-        &wet_adhesion_work.cells, &measures_work.cells})
+  for (CellTable* t : {&fluid_cells, &boundary_cells, &sample_cells, &self_collision_work.node_cells,
+                       &self_collision_work.edge_cells, &wet_adhesion_work.cells, &measures_work.cells})
     *t = CellTable(m.scene.sort);
   for (const Jet& j : m.jets) jet_offsets.push_back(to_device3("drench::jet_offsets", j.offsets));
 }

@@ -73,7 +73,7 @@ struct FluidWork {
   Array<Real> alpha;       // m² (stage density)
   Array<Real> compliance;  // C_i, 1/m² (stage density)
   Array<Real3> shift;      // m, apart from particles too close (stage density)
-  Array<Real4> place;      // x_i, m, since stage density, and V_i or κ_i or 1/√δ_i, as the stage's pairs need
+  Array<Real4> place;      // x_i, m, since stage density, and V_i or κ_i, as the stage's pairs need
   Array<Real4> flight;     // v_i, m/s, and 1/√δ_i (stage forces)
   Array<Real4> predicted;  // v_i + Δt a_i, m/s (in-stage)
   Array<Real> rate;        // R_i, 1/s (in-stage)
@@ -151,7 +151,9 @@ struct SampleArrays {
   Array<Real3> normal;              // unit normal of the triangle, 0 if it has no area (refresh_samples)
   Array<Real> saturation;           // s_p before stage absorption
   Array<Real3> force;               // F_b, N
-  Array<Real3> predicted;           // v_b + Δt a_b, m/s (in-stage)
+  Array<Real4> place;               // x_b, m, and V_b, m³ (stage density)
+  Array<Real4> back;                // ½ d n_b, m (stage density)
+  Array<Real4> predicted;           // v_b + Δt a_b, m/s (in-stage)
   Array<Real> row_load, row_bound;  // g_b, c_b of the Jacobi diagonal (stage density)
 };
 

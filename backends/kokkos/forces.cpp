@@ -57,10 +57,9 @@ double liquid_change(const Device& d, const Stage& stage) {
   const Real3 g = d.gravity, center = d.field_center, square = d.field_square;
   const bool field = d.model.scene.field.present;
   const bool solids = d.boundary.count > 0, cloth = d.samples.count > 0;
-  const Entries<Real3> xb = d.boundary.position, xs = d.samples.position, ub = d.boundary.velocity,
-                       us = d.samples.velocity;
-  const Entries<Real4> place = d.work.place, flight = d.work.flight, change = d.work.predicted;
-  const Entries<Real> vb = d.boundary.volume, vs = d.samples.volume;
+  const Entries<Real3> xb = d.boundary.position, ub = d.boundary.velocity, us = d.samples.velocity;
+  const Entries<Real4> place = d.work.place, flight = d.work.flight, change = d.work.predicted, xs = d.samples.place;
+  const Entries<Real> vb = d.boundary.volume;
   const Neighbors lf = d.fluid_fluid, lb = d.fluid_boundary, ls = d.fluid_sample;
   return maximum(
       "drench::forces::liquid", d.fluid.count, KOKKOS_LAMBDA(const Index i) {
@@ -71,21 +70,20 @@ double liquid_change(const Device& d, const Stage& stage) {
           const Index j = lf(i, k);
           const Real4 other = flight(j);
           const Real3 r = xi - place(j).xyz();
-          sum.add(other.w, vi - other.xyz(), r, dot(r, r), lf.slope(i, k));
+          sum.add(other.w, vi - other.xyz(), r, lf.slope(i, k) * r);
         }
         if (solids)
           for (Index k = 0; k < lb.count(i); ++k) {
             const Index b = lb(i, k);
             const Real3 r = xi - xb(b);
-            const Real r2 = dot(r, r);
-            sum.add(solid_friction * share * vb(b), vi - ub(b), r, r2, kernel.slope(Kokkos::sqrt(r2)));
+            sum.add(solid_friction * share * vb(b), vi - ub(b), r, kernel.gradient(r));
           }
         if (cloth)
           for (Index k = 0; k < ls.count(i); ++k) {
             const Index b = ls(i, k);
-            const Real3 r = xi - xs(b);
-            const Real r2 = dot(r, r);
-            sum.add(sheet_friction * share * vs(b), vi - us(b), r, r2, kernel.slope(Kokkos::sqrt(r2)));
+            const Real4 at = xs(b);
+            const Real3 r = xi - at.xyz();
+            sum.add(sheet_friction * share * at.w, vi - us(b), r, kernel.gradient(r));
           }
         Real3 rate = g + (strength * share) * sum.pull;
         if (field) rate += central_field(xi, center, square);
@@ -124,8 +122,7 @@ void cloth_forces(Device& d) {
         for (Index k = 0; k < count(b); ++k) {
           const Index i = list(b, k);
           const Real3 r = xs(b) - xf(i);
-          const Real r2 = dot(r, r);
-          sum.add(volume(i) / bounded_ratio(ratio(i)), us(b) - v(i), r, r2, kernel.slope(Kokkos::sqrt(r2)));
+          sum.add(volume(i) / bounded_ratio(ratio(i)), us(b) - v(i), r, kernel.gradient(r));
         }
         force(b) = (strength * vs(b)) * sum.pull;
         bound(b) = strength * vs(b) * sum.bound;

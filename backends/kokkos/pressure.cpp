@@ -64,14 +64,15 @@ class ElasticCloth {
           if (!s.pinned(n)) s.target(n) = base(n) + (dt * dt / s.mass(n)) * f(n);
         });
     iteration_.run(most_iterations);
-    const auto shift = d.cloth_work.shift, predicted = d.samples.predicted;
+    const auto shift = d.cloth_work.shift;
+    const auto predicted = d.samples.predicted;
     const auto node = d.samples.node;
     const auto weight = d.samples.weight;
     parallel(
         "drench::pressure::sample_velocity", d.samples.count, KOKKOS_LAMBDA(const Index b) {
           Real3 p;
           for (int k = 0; k < 3; ++k) p += weight(3 * b + k) * shift(node(3 * b + k));
-          predicted(b) = (1 / dt) * p;
+          predicted(b) = {(1 / dt) * p, Real(0)};
         });
   }
 

@@ -47,22 +47,24 @@ void PressureIteration::advance(double residual, double against_momentum) {
 void cloth_forces(Device& d, const Array<Real>& kappa) {
   const Kernel kernel = d.kernel;
   const Real rho = d.rest_density;
-  const Real half = Real(0.5) * d.spacing;
-  const auto xs = d.samples.position, normal = d.samples.normal, xf = d.fluid.position, force = d.samples.force;
-  const auto vs = d.samples.volume, vf = d.work.volume;
+  const auto xs = d.samples.place, back = d.samples.back, xf = d.work.place;
+  const auto force = d.samples.force;
+  const auto volume = d.work.volume;
   const auto count = d.sample_fluid.count;
   const auto list = d.sample_fluid.list;
   const auto ratio = d.fluid.density_ratio;
   parallel(
       "drench::pressure::sample_force", d.samples.count, KOKKOS_LAMBDA(const Index b) {
         Real3 f;
+        const Real4 at = xs(b);
+        const Real3 behind = back(b).xyz();
         for (Index k = 0; k < count(b); ++k) {
           const Index i = list(b, k);
           if (kappa(i) == 0) continue;
-          const Real3 r = from_behind(xf(i) - xs(b), normal(b), half);
-          f += image_density(ratio(i)) * vf(i) * kappa(i) * kernel.slope(norm(r)) * r;
+          f += (image_density(ratio(i)) * volume(i) * kappa(i)) *
+               kernel.gradient(from_behind(xf(i).xyz() - at.xyz(), behind));
         }
-        force(b) = mirrored * rho * vs(b) * f;
+        force(b) = (mirrored * rho * at.w) * f;
       });
   node_forces_from_samples(d);
 }
@@ -86,39 +88,41 @@ void free_cloth_response(Device& d, Real dt) {
           const Index n = node(3 * b + k);
           p += weight(3 * b + k) * (v(n) + dt * a(n));
         }
-        predicted(b) = p;
+        predicted(b) = {p, Real(0)};
       });
 }
 
 void predict_liquid(Device& d, Real dt) {
   const Kernel kernel = d.kernel;
-  const Real half = Real(0.5) * d.spacing;
-  const Entries<Real3> xb = d.boundary.position, xs = d.samples.position, normal = d.samples.normal,
-                       v = d.fluid.velocity;
-  const Entries<Real4> place = d.work.place, predicted = d.work.predicted;
-  const Entries<Real> vb = d.boundary.volume, vs = d.samples.volume, ratio = d.fluid.density_ratio;
+  const Entries<Real3> xb = d.boundary.position, v = d.fluid.velocity;
+  const Entries<Real4> place = d.work.place, predicted = d.work.predicted, xs = d.samples.place, back = d.samples.back;
+  const Entries<Real> vb = d.boundary.volume, ratio = d.fluid.density_ratio;
   const Neighbors lf = d.fluid_fluid, lb = d.fluid_boundary, ls = d.fluid_sample;
   const bool solids = d.boundary.count > 0, cloth = d.samples.count > 0;
   parallel(
       "drench::pressure::acceleration", d.fluid.count, KOKKOS_LAMBDA(const Index i) {
-        const Real3 xi = place(i).xyz();
-        const Real ki = place(i).w;
+        const Real4 here = place(i);
+        const Real3 xi = here.xyz();
+        const Real ki = here.w;
         Real3 a;
-        for (Index k = 0; k < lf.count(i); ++k) {
+        const Index near = lf.count(i);
+        DRENCH_UNROLL
+        for (Index k = 0; k < near; ++k) {
           const Real4 at = place(lf(i, k));
           a -= (lf.slope(i, k) * (ki + at.w)) * (xi - at.xyz());
         }
         if (ki != 0) {
           if (solids)
             for (Index k = 0; k < lb.count(i); ++k) {
-              const Real3 r = xi - xb(lb(i, k));
-              a -= mirrored * vb(lb(i, k)) * ki * kernel.slope(norm(r)) * r;
+              const Index b = lb(i, k);
+              a -= (mirrored * ki * vb(b)) * kernel.gradient(xi - xb(b));
             }
           if (cloth) {
             const Real dense = image_density(ratio(i)) * mirrored * ki;
             for (Index k = 0; k < ls.count(i); ++k) {
-              const Real3 r = from_behind(xi - xs(ls(i, k)), normal(ls(i, k)), half);
-              a -= dense * vs(ls(i, k)) * kernel.slope(norm(r)) * r;
+              const Index b = ls(i, k);
+              const Real4 at = xs(b);
+              a -= (dense * at.w) * kernel.gradient(from_behind(xi - at.xyz(), back(b).xyz()));
             }
           }
         }
@@ -128,11 +132,10 @@ void predict_liquid(Device& d, Real dt) {
 
 void compression_rate(Device& d, const Array<Real>& kappa, Real dt) {
   const Kernel kernel = d.kernel;
-  const Real half = Real(0.5) * d.spacing;
-  const Entries<Real3> xb = d.boundary.position, xs = d.samples.position, normal = d.samples.normal,
-                       ub = seen_boundary_velocity(d), us = d.samples.predicted;
-  const Entries<Real4> place = d.work.place, v = d.work.predicted;
-  const Entries<Real> vb = d.boundary.volume, vs = d.samples.volume, rate = d.work.rate, compliance = d.work.compliance,
+  const Entries<Real3> xb = d.boundary.position, ub = seen_boundary_velocity(d);
+  const Entries<Real4> place = d.work.place, v = d.work.predicted, xs = d.samples.place, back = d.samples.back,
+                       us = d.samples.predicted;
+  const Entries<Real> vb = d.boundary.volume, rate = d.work.rate, compliance = d.work.compliance,
                       ratio = d.fluid.density_ratio;
   const Neighbors lf = d.fluid_fluid, lb = d.fluid_boundary, ls = d.fluid_sample;
   const bool solids = d.boundary.count > 0, cloth = d.samples.count > 0;
@@ -140,22 +143,24 @@ void compression_rate(Device& d, const Array<Real>& kappa, Real dt) {
       "drench::pressure::compression_rate", d.fluid.count, KOKKOS_LAMBDA(const Index i) {
         const Real3 xi = place(i).xyz(), vi = v(i).xyz();
         Real sum = 0;
-        for (Index k = 0; k < lf.count(i); ++k) {
+        const Index near = lf.count(i);
+        DRENCH_UNROLL
+        for (Index k = 0; k < near; ++k) {
           const Index j = lf(i, k);
           sum += lf.slope(i, k) * dot(vi - v(j).xyz(), xi - place(j).xyz());
         }
         if (solids)
           for (Index k = 0; k < lb.count(i); ++k) {
             const Index b = lb(i, k);
-            const Real3 r = xi - xb(b);
-            sum += mirrored * vb(b) * kernel.slope(norm(r)) * dot(vi - ub(b), r);
+            sum += mirrored * vb(b) * dot(vi - ub(b), kernel.gradient(xi - xb(b)));
           }
         if (cloth) {
           Real sheet = 0;
           for (Index k = 0; k < ls.count(i); ++k) {
             const Index b = ls(i, k);
-            const Real3 r = from_behind(xi - xs(b), normal(b), half);
-            sheet += mirrored * vs(b) * kernel.slope(norm(r)) * dot(vi - us(b), r);
+            const Real4 at = xs(b);
+            sheet +=
+                mirrored * at.w * dot(vi - us(b).xyz(), kernel.gradient(from_behind(xi - at.xyz(), back(b).xyz())));
           }
           sum += image_density(ratio(i)) * sheet;
         }

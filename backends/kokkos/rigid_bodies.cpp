@@ -273,8 +273,8 @@ void viscous_body_forces(Device& d) {
           for (Index k = 0; k < count(s); ++k) {
             const Index i = list(s, k);
             const Real3 r = xs(s) - xf(i);
-            const Real r2 = dot(r, r), delta = ratio(i) < Real(0.5) ? Real(0.5) : ratio(i);
-            sum.add(volume(i) / delta, us(sample(s)) - v(i), r, r2, kernel.slope(Kokkos::sqrt(r2)));
+            const Real delta = ratio(i) < Real(0.5) ? Real(0.5) : ratio(i);
+            sum.add(volume(i) / delta, us(sample(s)) - v(i), r, kernel.gradient(r));
           }
         force(s) = (strength * vb(sample(s))) * sum.pull;
         bound(s) = strength * vb(sample(s)) * sum.bound;

@@ -75,16 +75,16 @@ void pull_liquid(Device& d, Real dt) {
 
 /// v_i += Δt Σ_b F_ib/m_i.
 void stick_to_walls(Device& d, const Adhesion& law, Real dt) {
-  const auto x = d.fluid.position, v = d.fluid.velocity, xb = d.boundary.position, xs = d.samples.position;
-  const auto sheet_normal = d.samples.normal;
-  const auto vb = d.boundary.volume, vs = d.samples.volume;
+  const auto x = d.fluid.position, v = d.fluid.velocity, xb = d.boundary.position;
+  const auto xs = d.samples.place, back = d.samples.back;
+  const auto vb = d.boundary.volume;
   const auto body = d.boundary.body, cloth_of = d.samples.cloth;
   const auto of_body = d.surface_tension_work.body_adhesion, of_cloth = d.surface_tension_work.cloth_adhesion;
   const auto nb = d.fluid_boundary.count, ns = d.fluid_sample.count;
   const auto lb = d.fluid_boundary.list, ls = d.fluid_sample.list;
   const bool solids = of_body.extent(0) > 0 && d.boundary.count > 0;
   const bool cloth = of_cloth.extent(0) > 0 && d.samples.count > 0;
-  const Real factor = dt / d.rest_density, half = Real(0.5) * d.spacing;
+  const Real factor = dt / d.rest_density;
   parallel(
       "drench::surface_tension::adhesion", d.fluid.count, KOKKOS_LAMBDA(const Index i) {
         const Real3 xi = x(i);
@@ -99,9 +99,10 @@ void stick_to_walls(Device& d, const Adhesion& law, Real dt) {
         if (cloth)
           for (Index k = 0; k < ns(i); ++k) {
             const Index b = ls(i, k);
-            const Real3 r = from_behind(xi - xs(b), sheet_normal(b), half);
+            const Real4 at = xs(b);
+            const Real3 r = from_behind(xi - at.xyz(), back(b).xyz());
             const Real length = norm(r), pull = law.value(length);
-            if (pull > 0) f -= (of_cloth(cloth_of(b)) * vs(b) * pull / length) * r;
+            if (pull > 0) f -= (of_cloth(cloth_of(b)) * at.w * pull / length) * r;
           }
         v(i) += factor * f;
       });
@@ -109,22 +110,24 @@ void stick_to_walls(Device& d, const Adhesion& law, Real dt) {
 
 /// The reaction on the cloth's nodes.
 void pull_cloth(Device& d, const Adhesion& law, Real dt) {
-  const auto x = d.fluid.position, xs = d.samples.position, sheet_normal = d.samples.normal, force = d.samples.force;
-  const auto volume = d.work.volume, vs = d.samples.volume, of_cloth = d.surface_tension_work.cloth_adhesion;
+  const auto x = d.fluid.position, force = d.samples.force;
+  const auto xs = d.samples.place, back = d.samples.back;
+  const auto volume = d.work.volume, of_cloth = d.surface_tension_work.cloth_adhesion;
   const auto cloth_of = d.samples.cloth;
   const auto count = d.sample_fluid.count;
   const auto list = d.sample_fluid.list;
-  const Real half = Real(0.5) * d.spacing;
   parallel(
       "drench::surface_tension::sample_force", d.samples.count, KOKKOS_LAMBDA(const Index b) {
         Real3 f;
+        const Real4 at = xs(b);
+        const Real3 behind = back(b).xyz();
         for (Index k = 0; k < count(b); ++k) {
           const Index i = list(b, k);
-          const Real3 r = from_behind(x(i) - xs(b), sheet_normal(b), half);
+          const Real3 r = from_behind(x(i) - at.xyz(), behind);
           const Real length = norm(r), pull = law.value(length);
           if (pull > 0) f += (volume(i) * pull / length) * r;
         }
-        force(b) = of_cloth(cloth_of(b)) * vs(b) * f;
+        force(b) = of_cloth(cloth_of(b)) * at.w * f;
       });
   node_forces_from_samples(d);
   refresh_inverse_mass(d);

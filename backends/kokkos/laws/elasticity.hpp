@@ -12,15 +12,6 @@ KOKKOS_INLINE_FUNCTION Real3 separation(const Real3& start_i, const Real3& shift
   return (start_i - start_j) + (shift_i - shift_j);
 }
 
-/// 1/√x; a GPU has an instruction for it, to 2 ulp, where root and division are exact and take several times as long.
-KOKKOS_INLINE_FUNCTION Real inverse_root(Real x) {
-#ifdef __CUDA_ARCH__
-  return ::rsqrt(x);
-#else
-  return 1 / Kokkos::sqrt(x);
-#endif
-}
-
 /// Force on node i of an edge spring (Liu et al. 2013): −k (x_ij − L x_ij/|x_ij|), N;
 /// x_ij = x_i − x_j in m, rest length L in m, k in N/m. Coincident ends: d_e = 0.
 KOKKOS_INLINE_FUNCTION Real3 spring_force(const Real3& x_ij, Real rest_length, Real stiffness) {

@@ -49,18 +49,31 @@ struct Kernel {
     if (kind == KernelKind::wendland) return -slope_factor * p * p * p;
     return q > Real(1e-9) ? -slope_factor * p * p / q : Real(0);
   }
-  /// W and (dW/dr)/r of two liquid particles at a distance r < h: the slope is held at its steepest.
+  /// ∇W at r, 1/m⁴; not held at its steepest.
+  KOKKOS_INLINE_FUNCTION Real3 gradient(const Real3& r) const {
+    const Real square = dot(r, r);
+    if (!(square > Real(1e-18) * h * h)) return {};
+    const Real inverse = inverse_root(square), q = square * inverse * inverse_h, p = 1 - q;
+    if (q >= 1) return {};
+    if (kind == KernelKind::cubic)
+      return (q <= Real(0.5) ? slope_factor * (3 * q - 2) : -slope_factor * p * p * (inverse * h)) * r;
+    if (kind == KernelKind::wendland) return (-slope_factor * p * p * p) * r;
+    return (-slope_factor * p * p * (inverse * h)) * r;
+  }
+  /// Of two liquid particles at a distance r < h, given r²: r, W and (dW/dr)/r, the slope held at its steepest.
   struct Pair {
-    Real value, slope;
+    Real length, value, slope;
   };
-  KOKKOS_INLINE_FUNCTION Pair pair(Real r) const {
+  KOKKOS_INLINE_FUNCTION Pair pair(Real square) const {
+    const bool coincide = !(square > Real(1e-18) * h * h);
+    const Real inverse = coincide ? Real(0) : inverse_root(square), r = square * inverse;
     if (kind == KernelKind::cubic) {  // in truncated powers: branches that cannot be foreseen cost more
       const Real q = r * inverse_h, p = 1 - q, t = q < Real(0.5) ? Real(0.5) - q : Real(0);
       const Real steep = q < Real(1.0 / 3) ? Real(1.0 / 3) : p * p - 4 * t * t;
-      return {2 * sigma * (p * p * p - 4 * t * t * t), q > Real(1e-9) ? -slope_factor * steep / q : Real(0)};
+      return {r, 2 * sigma * (p * p * p - 4 * t * t * t), -slope_factor * steep * (inverse * h)};
     }
-    if (!(r < steepest)) return {value(r), slope(r)};
-    return {value(r), r > Real(1e-9) * h ? steepest / r * slope(steepest) : Real(0)};
+    if (!(r < steepest)) return {r, value(r), slope(r)};
+    return {r, value(r), steepest * inverse * slope(steepest)};
   }
 };
 

@@ -20,12 +20,10 @@ constexpr Real sheet_friction = Real(0.57);  // samples on the sheet
 struct ViscousSum {
   Real3 pull;      // m³/s
   Real bound = 0;  // m²
-  /// A partner of volume V (m³) at r = x_i − x_j (m) with the relative velocity v_i − v_j (m/s);
-  /// slope = (dW/dr)/r (1/m⁵).
-  KOKKOS_INLINE_FUNCTION void add(Real volume, const Real3& velocity, const Real3& r, Real r2, Real slope) {
-    const Real weight = volume * slope;
-    pull += weight * dot(velocity, r) * r;
-    bound -= weight * r2;
+  /// A partner at r = x_i − x_j (m) with the relative velocity v_i − v_j (m/s); gradient = V ∇W_ij (1/m), times `share`.
+  KOKKOS_INLINE_FUNCTION void add(Real share, const Real3& velocity, const Real3& r, const Real3& gradient) {
+    pull += (share * dot(velocity, gradient)) * r;
+    bound -= share * dot(r, gradient);
   }
 };
 

@@ -42,7 +42,11 @@ struct CompensatedSum {
 
 /// Room for partial sums of any kind, in words of 8 bytes; grows on demand, freed with Kokkos.
 struct SumRoom {
+  struct Words {
+    double word[8];
+  };
   Array<double> many, some;
+  Kokkos::View<Words, Kokkos::SharedHostPinnedSpace> one;
   Kokkos::View<double*, Kokkos::SharedHostPinnedSpace> few;
 };
 inline SumRoom& sum_room() {
@@ -80,10 +84,30 @@ void add_parts(const char* label, Index n, const Term& term, const Parts& part) 
       });
 }
 
-/// Σ term(i), i < n, always in the same order: as many partial sums as keep a GPU busy, then fewer and fewer; the last few
-/// are added by the host. Synchronises with the host.
+/// A term of a sum as Kokkos' reductions call it.
+template <class Sum, class Term>
+struct Added {
+  Term term;
+  KOKKOS_INLINE_FUNCTION void operator()(const Index i, Sum& s) const { s += term(i); }
+};
+
+/// Σ term(i), i < n, always in the same order. Synchronises with the host. On CUDA it is a reduction of Kokkos, whose blocks
+/// and order depend on n and the kernel alone. On a CPU their number would depend on the threads: there as many partial sums
+/// as keep a GPU busy, then fewer and fewer; the last few are added by the host.
 template <class Sum, class Term>
 Sum ordered(const char* label, Index n, const Term& term) {
+#ifdef KOKKOS_ENABLE_CUDA
+  static_assert(sizeof(Sum) <= sizeof(SumRoom::Words));
+  SumRoom& room = sum_room();
+  if (n == 0) return {};
+  if (room.one.data() == nullptr) room.one = decltype(room.one)(Kokkos::ViewAllocateWithoutInitializing("drench::sum"));
+  Sum* const one = reinterpret_cast<Sum*>(room.one.data());
+  Kokkos::parallel_reduce(
+      label, Range(0, n), Added<Sum, Term>{term},
+      Kokkos::View<Sum, Kokkos::SharedHostPinnedSpace, Kokkos::MemoryTraits<Kokkos::Unmanaged>>(one));
+  ExecSpace().fence(label);
+  return *one;
+#else
   constexpr Index many = 65536, some = 1024, few = 32;
   SumRoom& room = sum_room();
   const auto first = sums_in<Sum>(room.many, n < many ? n : many);
@@ -98,6 +122,7 @@ Sum ordered(const char* label, Index n, const Term& term) {
   Sum total{};
   for (std::size_t p = 0; p < last.extent(0); ++p) total += last(p);
   return total;
+#endif
 }
 
 /// add_parts for two sums at once: the parts of the first, then those of the second.
