@@ -166,10 +166,16 @@ struct ClothSystem {
   KOKKOS_INLINE_FUNCTION static Real3 tangential(const Real3& v, const Real3& normal) {
     return v - dot(v, normal) * normal;
   }
-  /// The next iterate of a node from the last two and r_n: one Jacobi step, then Chebyshev's ω.
+  /// The next iterate of a node from the last two and r_n: one Jacobi step, then Chebyshev's ω. `touching`: false where
+  /// there are no solids, for a kernel with fewer registers.
+  template <bool touching = true>
   KOKKOS_INLINE_FUNCTION Real3 next_shift(const NodeTerms& t, const Real3& shift, const Real3& before,
                                           const Real3& residual, Real omega) const {
     Real3 step = (1 / t.diagonal) * residual;
+    if constexpr (!touching) {
+      const Real3 next = shift + step;
+      return omega != 1 ? omega * (next - before) + before : next;
+    }
     const NodeContact c = contact(t, shift, step);
     Real3 next = shift + step;
     if (c.press > 0) next = rubbed(c, next, t.friction * c.press);
@@ -189,9 +195,10 @@ struct ClothSystem {
     return left - on + t.diagonal * (after - slip);
   }
   /// A node's share of the residual's sum and of its goal (cloth.hpp), N; `floor`: ½ ε L̄, m.
+  template <bool touching = true>
   KOKKOS_INLINE_FUNCTION TwoSums imbalance(const NodeTerms& t, const Real3& shift, const Real3& residual,
                                            double tolerance, double floor) const {
-    const double force = static_cast<double>(norm(unbalanced(t, shift, residual)));
+    const double force = static_cast<double>(norm(touching ? unbalanced(t, shift, residual) : residual));
     return {force < 1e100 ? force : 1e100,
             tolerance * static_cast<double>(t.inertia * norm(t.target)) + floor * static_cast<double>(t.diagonal)};
   }

@@ -56,8 +56,12 @@ void sample_row_bounds(Device& d) {
   parallel(
       "drench::density::node_row", d.nodes.count, KOKKOS_LAMBDA(const Index n) {
         Real g = 0;
-        for (Index e = start(n); e < start(n + 1); ++e)
-          g += weight(3 * (item(e) / 4) + item(e) % 4) * load(item(e) / 4);
+        const Index last = start(n + 1);
+        DRENCH_UNROLL
+        for (Index e = start(n); e < last; ++e) {
+          const Index b = item(e) / 4;
+          g += weight(3 * b + item(e) % 4) * load(b);
+        }
         node_bound(n) = u(n) * g;
       });
   const auto node = d.samples.node;
@@ -93,7 +97,9 @@ void density_and_alpha(Device& d) {
         const Real vi = place(i).w;
         Real delta = vi * kernel.value(0), squares = 0, yielded = 0, coupling = 0;
         Real3 gradient, apart;
-        for (Index k = 0; k < lf.count(i); ++k) {
+        const Index near = lf.count(i);
+        DRENCH_UNROLL
+        for (Index k = 0; k < near; ++k) {
           const Index j = lf(i, k);
           const Real4 at = place(j);
           const Real3 r = xi - at.xyz();

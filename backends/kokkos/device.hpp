@@ -119,7 +119,7 @@ struct NodeArrays {
   Array<Real> inverse_mass;  // u_n, 1/kg; 0 if pinned (refresh_inverse_mass)
   Array<Real3> force;        // f_n, N (node_forces_from_samples)
   Array<Real3> acceleration;
-  Array<Real> row_bound;  // u_n G_n of the Jacobi diagonal (stage density)
+  Array<Real> row_bound;  // u_n G_n of the Jacobi diagonal (stage density); u_n Σ_b w_bn K_b (stage forces)
 };
 
 struct MeshArrays {

@@ -95,8 +95,12 @@ void node_forces_from_samples(Device& d) {
   parallel(
       "drench::nodes::force", d.nodes.count, KOKKOS_LAMBDA(const Index n) {
         Real3 sum;
-        for (Index e = start(n); e < start(n + 1); ++e)
-          sum += weight(3 * (item(e) / 4) + item(e) % 4) * fs(item(e) / 4);
+        const Index last = start(n + 1);
+        DRENCH_UNROLL
+        for (Index e = start(n); e < last; ++e) {
+          const Index b = item(e) / 4;
+          sum += weight(3 * b + item(e) % 4) * fs(b);
+        }
         f(n) = sum;
       });
 }

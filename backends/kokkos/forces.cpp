@@ -59,14 +59,17 @@ double liquid_change(const Device& d, const Stage& stage) {
   const bool solids = d.boundary.count > 0, cloth = d.samples.count > 0;
   const Entries<Real3> xb = d.boundary.position, ub = d.boundary.velocity, us = d.samples.velocity;
   const Entries<Real4> place = d.work.place, flight = d.work.flight, change = d.work.predicted, xs = d.samples.place;
-  const Entries<Real> vb = d.boundary.volume;
+  const Entries<Real> vb = d.boundary.volume, bound = d.work.rate;
   const Neighbors lf = d.fluid_fluid, lb = d.fluid_boundary, ls = d.fluid_sample;
-  return maximum(
+  // The bounds by themselves: a reduction's blocks have fewer threads at once than the neighbours' loads need.
+  parallel(
       "drench::forces::liquid", d.fluid.count, KOKKOS_LAMBDA(const Index i) {
         const Real3 xi = place(i).xyz(), vi = flight(i).xyz();
         const Real share = flight(i).w;
         ViscousSum sum;
-        for (Index k = 0; k < lf.count(i); ++k) {
+        const Index near = lf.count(i);
+        DRENCH_UNROLL
+        for (Index k = 0; k < near; ++k) {
           const Index j = lf(i, k);
           const Real4 other = flight(j);
           const Real3 r = xi - place(j).xyz();
@@ -90,8 +93,10 @@ double liquid_change(const Device& d, const Stage& stage) {
         Real3 next = stage.weight * rate;
         if (stage.keep != 0) next += stage.keep * change(i).xyz();
         change(i) = {next, Real(0)};
-        return double(strength * share * sum.bound);
+        bound(i) = strength * share * sum.bound;
       });
+  return maximum(
+      "drench::forces::bound", d.fluid.count, KOKKOS_LAMBDA(const Index i) { return double(bound(i)); });
 }
 
 void add_change(const Device& d) {
@@ -133,14 +138,21 @@ void cloth_forces(Device& d) {
 /// The largest u_n Σ_b w_bn K_b, 1/s.
 double node_bound(const Device& d) {
   const auto start = d.nodes.sample_start, item = d.nodes.sample_item;
-  const auto weight = d.samples.weight, u = d.nodes.inverse_mass, bound = d.viscous_work.sample_bound;
-  return maximum(
-      "drench::forces::node_bound", d.nodes.count, KOKKOS_LAMBDA(const Index n) {
+  const auto weight = d.samples.weight, u = d.nodes.inverse_mass, bound = d.viscous_work.sample_bound,
+             node_bound = d.nodes.row_bound;
+  parallel(
+      "drench::forces::node_row", d.nodes.count, KOKKOS_LAMBDA(const Index n) {
         Real sum = 0;
-        for (Index e = start(n); e < start(n + 1); ++e)
-          sum += weight(3 * (item(e) / 4) + item(e) % 4) * bound(item(e) / 4);
-        return double(u(n) * sum);
+        const Index last = start(n + 1);
+        DRENCH_UNROLL
+        for (Index e = start(n); e < last; ++e) {
+          const Index b = item(e) / 4;
+          sum += weight(3 * b + item(e) % 4) * bound(b);
+        }
+        node_bound(n) = u(n) * sum;
       });
+  return maximum(
+      "drench::forces::node_bound", d.nodes.count, KOKKOS_LAMBDA(const Index n) { return double(node_bound(n)); });
 }
 
 /// A stage of the nodes: their impulse J grows by its own D_k.

@@ -16,7 +16,7 @@ namespace {
 
 namespace groups = cooperative_groups;
 
-constexpr int warp = 32, most_threads = 512, lanes = 2;
+constexpr int warp = 32, most_threads = 512, fewer_threads = 384, lanes = 2;
 constexpr unsigned all_lanes = 0xffffffff;
 
 struct ResidentArrays {
@@ -84,9 +84,10 @@ struct NearLink {
   Real damping;
 };
 
-/// `kept`: the most links of a lane.
-template <int kept>
-__global__ void __launch_bounds__(most_threads) iterate(ClothSystem s, ResidentArrays a, ResidentRun run, Index nodes) {
+/// `kept`: the most links of a lane. `plain`: without solids and strain limits, whose registers the links then have.
+/// `threads`: of a block at most; the fewer, the more registers a lane has.
+template <int kept, bool plain, int threads>
+__global__ void __launch_bounds__(threads) iterate(ClothSystem s, ResidentArrays a, ResidentRun run, Index nodes) {
   const groups::grid_group grid = groups::this_grid();
   const int thread = static_cast<int>(blockIdx.x * blockDim.x + threadIdx.x), lane = thread % lanes;
   const Index n = thread / lanes;
@@ -124,7 +125,8 @@ __global__ void __launch_bounds__(most_threads) iterate(ClothSystem s, ResidentA
     for (int k = 0; k < kept; ++k)
       if (k < count)
         ClothSystem::add_link(force, link[k].link, link[k].apart, moved - shift(link[k].link.other), link[k].damping);
-    if (free && s.limit_start.exist()) force += s.limit_force(n, shift, lane, lanes);
+    if constexpr (!plain)
+      if (free && s.limit_start.exist()) force += s.limit_force(n, shift, lane, lanes);
     force += Real3{__shfl_xor_sync(all_lanes, force.x, 1), __shfl_xor_sync(all_lanes, force.y, 1),
                    __shfl_xor_sync(all_lanes, force.z, 1)};
     return terms.inertia * (terms.target - moved) + force;
@@ -136,7 +138,7 @@ __global__ void __launch_bounds__(most_threads) iterate(ClothSystem s, ResidentA
       const Real omega = progress.next_weight();
       const Real3 r = residual();
       if (free) {
-        const Real3 next = s.next_shift(terms, moved, before, r, omega);
+        const Real3 next = s.next_shift<!plain>(terms, moved, before, r, omega);
         before = moved;
         moved = next;
         if (lane == 0) a.iterate[current ^ 1][n] = Real4(moved, 0);
@@ -145,7 +147,7 @@ __global__ void __launch_bounds__(most_threads) iterate(ClothSystem s, ResidentA
       grid.sync();
     }
     const Real3 r = residual();
-    const TwoSums own = free && lane == 0 ? s.imbalance(terms, moved, r, run.tolerance, run.floor) : TwoSums{};
+    const TwoSums own = free && lane == 0 ? s.imbalance<!plain>(terms, moved, r, run.tolerance, run.floor) : TwoSums{};
     progress.judge(over_goal(sum_of_grid(grid, own, a.part)));
   } while (progress.residual > 1 && progress.iterations < end);
   if (free && lane == 0) {
@@ -165,19 +167,31 @@ struct Plan {
   int threads = 0, blocks = 0;
 };
 
+/// The kernel for nodes with `links` a lane at most in blocks of `block` threads, or null.
+template <bool plain, int threads>
+const void* kernel_with(int links) {
+  return links <= 6    ? reinterpret_cast<const void*>(&iterate<6, plain, threads>)
+         : links <= 9  ? reinterpret_cast<const void*>(&iterate<9, plain, threads>)
+         : links <= 14 ? reinterpret_cast<const void*>(&iterate<14, plain, threads>)
+                       : nullptr;
+}
+const void* kernel_for(int links, bool plain, int block) {
+  if (block <= fewer_threads)
+    return plain ? kernel_with<true, fewer_threads>(links) : kernel_with<false, fewer_threads>(links);
+  return plain ? kernel_with<true, most_threads>(links) : kernel_with<false, most_threads>(links);
+}
+
 /// Blocks of as few threads as spread the nodes over all processors; a node with `rows` links at most.
-Plan make_plan(Index nodes, int rows) {
+Plan make_plan(Index nodes, int rows, bool plain) {
   const cudaDeviceProp& device = ExecSpace().cuda_device_prop();
   const int processors = device.multiProcessorCount, each = (rows + lanes - 1) / lanes;
-  const void* const kernel = each <= 6    ? reinterpret_cast<const void*>(&iterate<6>)
-                             : each <= 9  ? reinterpret_cast<const void*>(&iterate<9>)
-                             : each <= 14 ? reinterpret_cast<const void*>(&iterate<14>)
-                                          : nullptr;
-  if (!device.cooperativeLaunch || kernel == nullptr) return {};
+  if (!device.cooperativeLaunch) return {};
   for (int blocks_each = 1; blocks_each <= 8; ++blocks_each) {
     const int share = (lanes * nodes + processors * blocks_each - 1) / (processors * blocks_each);
     const int threads = std::clamp((share + warp - 1) / warp * warp, 2 * warp, most_threads);
     const int blocks = (lanes * nodes + threads - 1) / threads;
+    const void* const kernel = kernel_for(each, plain, threads);
+    if (kernel == nullptr) return {};
     int at_once = 0;  // a processor
     check(cudaOccupancyMaxActiveBlocksPerMultiprocessor(&at_once, kernel, threads, 0));
     if (at_once * processors >= blocks) return {kernel, threads, blocks};
@@ -203,7 +217,7 @@ bool prepare_resident_cloth(Device& d, const ClothSystem& s) {
     const int rows = static_cast<int>(maximum(
         "drench::cloth::most_links", d.nodes.count,
         KOKKOS_LAMBDA(const Index n) { return static_cast<double>(s.link_start(n + 1) - s.link_start(n)); }));
-    r->plan = make_plan(d.nodes.count, rows);
+    r->plan = make_plan(d.nodes.count, rows, s.solids.count == 0 && !s.limit_start.exist());
     if (r->plan.kernel == nullptr) return false;
     for (Array<Real4>& i : r->iterate) i = Array<Real4>("drench::cloth::iterate", nodes);
     r->part = Array<TwoSums>("drench::cloth::part", static_cast<std::size_t>(r->plan.blocks));
