@@ -24,6 +24,16 @@ class BucketSort {
   virtual void read_out(CellTableView& table, Index count) = 0;
 };
 
+/// Exclusive sums of integers, in place; what it needs beside them is kept. (On CUDA CUB's, which reads and writes each once.)
+class PrefixSums {
+ public:
+  /// a(k) becomes Σ_{l<k} a(l), k < n.
+  void sum(const Array<Index>& a, Index n);
+
+ private:
+  Array<std::uint8_t> scratch_;
+};
+
 /// Makes the sort; its work arrays are allocated when the first particles come.
 std::shared_ptr<BucketSort> make_bucket_sort(SortMethod method);
 std::shared_ptr<BucketSort> make_counting_sort();
