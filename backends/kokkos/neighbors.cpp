@@ -42,24 +42,22 @@ void part_by_cloth(Device& d) {
   parallel(
       "drench::neighbors::part_by_cloth", n, KOKKOS_LAMBDA(const Index i) {
         const Index p = nearest(i), n_i = count(i);
-        const Real3 xi = x(i);
-        const Real3 xp = p >= 0 ? xs(p) : Real3{}, np = p >= 0 ? normal(p) : Real3{};
-        const auto parted = [&](const Index j) {
-          const Index q = nearest(j);
-          if (p < 0 && q < 0) return false;
-          const Real3 xj = x(j);
-          // Both tests see their own end first, so that i and j come to the same answer.
-          return (p >= 0 && crosses(xi, xj, xp, np, limit)) || (q >= 0 && crosses(xj, xi, xs(q), normal(q), limit));
-        };
-        // Most rows stay whole: a loop that writes nothing, so that a GPU has several of its loads under way.
-        Index kept = n_i;
+        // Most rows end here, after loads that do not wait for each other.
+        Index any = p;
         DRENCH_UNROLL
-        for (Index k = 0; k < n_i; ++k)
-          if (parted(list(i, k)) && k < kept) kept = k;
-        if (kept == n_i) return;
-        for (Index k = kept + 1; k < n_i; ++k) {
-          const Index j = list(i, k);
-          if (!parted(j)) list(i, kept++) = j;
+        for (Index k = 0; k < n_i; ++k) {
+          const Index q = nearest(list(i, k));
+          any = q > any ? q : any;
+        }
+        if (any < 0) return;
+        Index kept = 0;
+        for (Index k = 0; k < n_i; ++k) {
+          const Index j = list(i, k), q = nearest(j);
+          // Both tests see their own end first, so that i and j come to the same answer.
+          if (p >= 0 && crosses(x(i), x(j), xs(p), normal(p), limit)) continue;
+          if (q >= 0 && crosses(x(j), x(i), xs(q), normal(q), limit)) continue;
+          if (kept < k) list(i, kept) = j;
+          ++kept;
         }
         count(i) = kept;
       });
