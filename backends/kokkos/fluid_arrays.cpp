@@ -17,7 +17,7 @@ void resize_keeping(Array<T>& a, Index n) {
   a = bigger;
 }
 
-/// Particle i becomes what source(i) was, for i < n.
+/// Particle i becomes what source(i) was, for i < n; source(i) becomes i.
 void gather(Device& d, const Array<Index>& source, Index n) {
   const FluidArrays& from = d.fluid;
   FluidArrays& to = d.reorder.spare;
@@ -38,16 +38,23 @@ void gather(Device& d, const Array<Index>& source, Index n) {
   const Slice<Index> of = source;
   parallel(
       "drench::fluid::gather", n, KOKKOS_LAMBDA(const Index i) {
+        // All loads before the first store, which might be to the same memory for all that the compiler knows.
         const Index j = of(i);
-        x_to(i) = x(j);
-        v_to(i) = v(j);
-        mass_to(i) = mass(j);
-        id_to(i) = id(j);
-        age_to(i) = age(j);
-        origin_to(i) = origin(j);
-        ratio_to(i) = ratio(j);
-        pressure_to(i) = pressure(j);
-        divergence_to(i) = divergence(j);
+        const Real3 xj = x(j), vj = v(j);
+        const Quanta mj = mass(j);
+        const std::int64_t name = id(j);
+        const Real a = age(j), r = ratio(j), kp = pressure(j), kd = divergence(j);
+        const std::uint8_t o = origin(j);
+        x_to(i) = xj;
+        v_to(i) = vj;
+        mass_to(i) = mj;
+        id_to(i) = name;
+        age_to(i) = a;
+        origin_to(i) = o;
+        ratio_to(i) = r;
+        pressure_to(i) = kp;
+        divergence_to(i) = kd;
+        of(i) = i;
       });
   to.count = n;
   std::swap(d.fluid, d.reorder.spare);
@@ -99,10 +106,7 @@ void Device::compact_fluid(const Array<std::uint8_t>& gone, Index kept) {
 
 void Device::order_fluid_by_cell() {
   if (fluid.count == 0) return;
-  const auto item = fluid_cells.view().item;
-  gather(*this, item, fluid.count);
-  parallel(
-      "drench::fluid::in_order", fluid.count, KOKKOS_LAMBDA(const Index e) { item(e) = e; });
+  gather(*this, fluid_cells.view().item, fluid.count);
 }
 
 }  // namespace drench::kokkos_backend

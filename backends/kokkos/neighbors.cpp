@@ -41,9 +41,17 @@ void part_by_cloth(Device& d) {
   const Real reach = Real(1.25) * d.spacing, limit = reach * reach;
   parallel(
       "drench::neighbors::part_by_cloth", n, KOKKOS_LAMBDA(const Index i) {
-        const Index p = nearest(i);
+        const Index p = nearest(i), n_i = count(i);
+        // Most rows end here, after loads that do not wait for each other.
+        Index any = p;
+        DRENCH_UNROLL
+        for (Index k = 0; k < n_i; ++k) {
+          const Index q = nearest(list(i, k));
+          any = q > any ? q : any;
+        }
+        if (any < 0) return;
         Index kept = 0;
-        for (Index k = 0; k < count(i); ++k) {
+        for (Index k = 0; k < n_i; ++k) {
           const Index j = list(i, k), q = nearest(j);
           // Both tests see their own end first, so that i and j come to the same answer.
           if (p >= 0 && crosses(x(i), x(j), xs(p), normal(p), limit)) continue;

@@ -21,11 +21,16 @@ double width(double widest) {
   return std::max(9.0, whole + std::floor(whole / 4) + 5);
 }
 
-/// Of a cell table of `points` with the counting sort: item and bucket, cell and point of each; start and cursor of each cell.
+/// Of a cell table of `points` with the counting sort: item, its exchange (on a GPU), bucket and point of each, in a hashed
+/// table its cell; start of each cell.
 double table_bytes(double points, double cells, double r) {
   if (points <= 0) return 0;
-  return 1.25 * points * (2 * index + 12 + 3 * r) + 1.25 * 2 * index * (cells > 0 ? cells : 2 * points);
+  const bool hashed = !(cells > 0);
+  return 1.25 * points * (3 * index + (hashed ? 12 : 0) + 3 * r) + 1.25 * index * (hashed ? 2 * points : cells);
 }
+
+/// Rows of a list that has so many at the start.
+double rows_of(double count) { return 1.0625 * count; }
 
 struct Lists {
   double bytes = 0, exchanged = 0;  // exchanged: what is passed on beside the entries
@@ -39,7 +44,7 @@ Lists list_bytes(const SetupSize& size, double r) {
   const ListWidths& w = size.widest;
   const bool fluid = size.fluid > 0, samples = size.samples > 0 && size.searches_samples, walls = size.boundary > 0;
   const auto list = [](double rows, double widest, double bytes) {
-    return 1.25 * rows * (index + width(widest) * bytes);
+    return rows_of(rows) * (index + width(widest) * bytes);
   };
   Lists total;
   if (fluid)
@@ -52,8 +57,8 @@ Lists list_bytes(const SetupSize& size, double r) {
                  to_fluid = fluid ? std::max(w.sample_fluid, on_a_side) : 0;
     total.bytes += list(size.samples, to_fluid, index);
     if (fluid) total.bytes += list(size.fluid, to_samples, index);
-    if (size.absorption) total.exchanged += 1.25 * size.fluid * width(to_samples) * quanta;
-    if (size.emission) total.exchanged += 1.25 * size.samples * width(to_fluid) * quanta;
+    if (size.absorption) total.exchanged += rows_of(size.fluid) * width(to_samples) * quanta;
+    if (size.emission) total.exchanged += rows_of(size.samples) * width(to_fluid) * quanta;
     if ((size.absorption || size.emission) && size.direction && walls)
       total.bytes += list(size.samples, std::max(w.sample_boundary, on_a_side), index);
   }

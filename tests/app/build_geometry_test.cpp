@@ -411,7 +411,7 @@ TEST(MemoryEstimate, RefusesWhatTheMachineOrTheDeviceCannotHold) {
   EXPECT_NE(refusal(size, {4, 0.99 * estimate.host, "GPU", 1e12}).find("the machine has"), std::string::npos);
   EXPECT_EQ(refusal(size, {4, 1e12, "GPU", 0.5 * 1073741824}),
             "the scene does not fit in the device's memory: 1000000 liquid particles, 0 samples of bodies, 0 cloth nodes "
-            "and 0 samples of cloth need about 0.9 GiB, GPU has 0.5 GiB free");
+            "and 0 samples of cloth need about 0.8 GiB, GPU has 0.5 GiB free");
 }
 
 TEST(Build, IsTheSameTwice) {

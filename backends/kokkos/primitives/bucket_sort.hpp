@@ -10,7 +10,7 @@
 namespace drench::kokkos_backend {
 
 /// What `sort: auto` takes, on every backend: the fastest that was measured. tools/bench_neighbors has it first on an H200 at
-/// every size (800 k particles, keys to table: 0.11 ms; radix 0.15, bitonic 0.31, the paper's bitonic 1.55; VALIDATION.md) and
+/// every size (800 k particles, keys to table: 0.06 ms; radix 0.11, bitonic 0.28, the paper's bitonic 1.55; VALIDATION.md) and
 /// on CPU cores from 32,768 particles on (radix by a tenth below).
 inline constexpr SortMethod fastest_sort = SortMethod::counting;
 
@@ -22,6 +22,16 @@ class BucketSort {
   virtual void sort(CellTableView& table, Index count) = 0;
   /// Leaves in `table` the arrays `start` and `item`, as long as they were; may exchange `item` for an array of its own.
   virtual void read_out(CellTableView& table, Index count) = 0;
+};
+
+/// Exclusive sums of integers, in place; what it needs beside them is kept. (On CUDA CUB's, which reads and writes each once.)
+class PrefixSums {
+ public:
+  /// a(k) becomes Σ_{l<k} a(l), k < n.
+  void sum(const Array<Index>& a, Index n);
+
+ private:
+  Array<std::uint8_t> scratch_;
 };
 
 /// Makes the sort; its work arrays are allocated when the first particles come.

@@ -84,7 +84,7 @@ struct CellGeometry {
 struct CellTableView : CellGeometry {
   Array<Index> start;      // buckets + 1
   Array<Index> item;       // particle indices, ordered by bucket, then cell, then key
-  Array<CellCoord> coord;  // of each entry of `item`
+  Array<CellCoord> coord;  // of each entry of `item`, in a hashed table
   CellPoints point;        // of each entry of `item`
 
   /// Calls visit(item) for every particle in the cells [lo, hi] (inclusive), in a fixed order.
@@ -170,6 +170,7 @@ class CellTable {
   SortMethod method_ = SortMethod::automatic;
   std::shared_ptr<BucketSort> sort_;  // none before the first points
   CellTableView view_;
+  Array<Index> ordered_;  // `item`, in order within the buckets, before they are exchanged (GPU)
   HostBounds bounds_;
   Index count_ = 0, capacity_ = 0, bucket_capacity_ = 0;
 };

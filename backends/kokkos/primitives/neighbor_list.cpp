@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <type_traits>
 
 namespace drench::kokkos_backend {
 namespace {
@@ -10,7 +11,36 @@ namespace {
 struct Row {
   Kokkos::View<Index**, MemSpace> list;
   Index i, width, count;  // the column `width` is there to be overwritten
-  bool in_order;          // ListRequest
+
+  KOKKOS_INLINE_FUNCTION void append(Index j) {
+    if (count < width) list(i, count) = j;
+    ++count;
+  }
+};
+
+/// What finds the rows' entries, and where these go.
+struct Search {
+  Array<Real3> row_points;
+  Index rows;
+  CellTableView table;
+  bool same_set, in_order;  // ListRequest
+  Real h2;                  // m²: the support's square
+  Array<Index> count;
+  Kokkos::View<Index**, MemSpace> list;
+  Kokkos::View<Index, Kokkos::SharedHostPinnedSpace> longest;
+  Index width;
+
+  /// The cells [lo, hi] around a point, without those that a dense table does not have.
+  KOKKOS_INLINE_FUNCTION void cells_around(const Real3& x, CellCoord& lo, CellCoord& hi) const {
+    const CellCoord c = table.cell_of(x);
+    lo = {c.x - 1, c.y - 1, c.z - 1};
+    hi = {c.x + 1, c.y + 1, c.z + 1};
+    table.clip(lo, hi);
+  }
+  KOKKOS_INLINE_FUNCTION void finish(const Row& row) const {
+    count(row.i) = row.count;
+    if (row.count > width) Kokkos::atomic_max(&longest(), row.count);
+  }
 };
 
 /// As many numbers as a vector register of the machine that is compiled for holds.
@@ -54,28 +84,132 @@ static_assert(lot_size <= PointLanes::spare);
   row.count = n;
 }
 
-/// The same by a GPU thread. (A function, not a part of the kernel: nvcc names a kernel after the order in which its lambda
-/// captures, which has to be the same on the host and on the device.)
-KOKKOS_INLINE_FUNCTION void append_near(Row& row, const CellTableView& table, const PackedPoints& points, Index first,
-                                        Index last, const CellCoord& cell, const Real3& x, Real h2, Index self) {
-  if (row.in_order && !table.hashed) {  // the fluid among itself: an entry is its particle
-    DRENCH_UNROLL
-    for (Index e = first; e < last; ++e) {
-      const Real3 r = x - points(e);
-      if (dot(r, r) < h2 && e != self) {
-        if (row.count < row.width) row.list(row.i, row.count) = e;
-        ++row.count;
-      }
+/// A CPU thread's work: one row. (Templates, so that only what a backend launches is compiled.)
+template <class Points>
+struct FillRow {
+  Search search;
+
+  KOKKOS_INLINE_FUNCTION void operator()(const Index i) const {
+    const CellTableView& table = search.table;
+    const Real3 x = search.row_points(i);
+    const Index self = search.same_set ? i : Index(-1);
+    Row row{search.list, i, search.width, 0};
+    if (table.buckets > 0) {
+      CellCoord lo, hi;
+      search.cells_around(x, lo, hi);
+      const Points& points = table.point;
+      table.for_runs(lo, hi, [&](const Index first, const Index last, const CellCoord& c) {
+        append_near(row, table, points, first, last, c, x, search.h2, self);
+      });
     }
-    return;
+    search.finish(row);
   }
-  for (Index e = first; e < last; ++e) {
-    const Real3 r = x - points(e);
-    if (!(dot(r, r) < h2)) continue;
-    const Index j = table.item(e);
-    if (j == self || (table.hashed && !(table.coord(e) == cell))) continue;
-    if (row.count < row.width) row.list(row.i, row.count) = j;
-    ++row.count;
+};
+
+/// Which of the table's 32 entries from `first` on are near.
+struct Lot32 {
+  std::uint32_t near;
+  Index first;
+};
+
+/// A GPU thread's work: one row, in two passes. The first compares distances and keeps a bit for each, without a branch, for in
+/// a warp there is always a thread that finds something. The second appends what the bits say: the threads of a warp write
+/// their k-th entries, which lie side by side, at the same time.
+template <class Points>
+struct FillRows {
+  using Policy = Kokkos::TeamPolicy<ExecSpace, Kokkos::LaunchBounds<128, 1>>;
+  using Team = typename Policy::member_type;
+  using Scratch = Kokkos::View<Lot32*, ExecSpace::scratch_memory_space, Kokkos::MemoryTraits<Kokkos::Unmanaged>>;
+  static constexpr Index threads = 128, lots = 12;  // of a team; that a thread keeps: more than nine runs of cells need
+
+  Search search;
+
+  /// Whether a dense table has anything in these cells: all loads under way at once, for most rows of some lists are empty.
+  KOKKOS_INLINE_FUNCTION bool any(const CellCoord& lo, const CellCoord& hi) const {
+    const CellTableView& table = search.table;
+    if (lo.x > hi.x || lo.y > hi.y || lo.z > hi.z) return false;
+    Index found = 0;
+    for (int dz = 0; dz < 3; ++dz)
+      for (int dy = 0; dy < 3; ++dy) {
+        const int y = lo.y + dy < hi.y ? lo.y + dy : hi.y, z = lo.z + dz < hi.z ? lo.z + dz : hi.z;
+        const Index first = (z * table.dims.y + y) * table.dims.x;
+        found |= table.start(first + hi.x + 1) - table.start(first + lo.x);
+      }
+    return found != 0;
+  }
+  KOKKOS_INLINE_FUNCTION std::uint32_t near_of(const Real3& x, Index first, Index length) const {
+    const Points& points = search.table.point;
+    std::uint32_t near = 0;
+    DRENCH_UNROLL
+    for (Index k = 0; k < length; ++k) {
+      const Real3 r = x - points(first + k);
+      near |= (dot(r, r) < search.h2 ? std::uint32_t(1) : std::uint32_t(0)) << k;
+    }
+    return near;
+  }
+  /// The second pass. `at` are this thread's lots.
+  KOKKOS_INLINE_FUNCTION void append(Row& row, const Lot32* at, Index kept) const {
+    Lot32 lot{0, 0};
+    for (Index next = 0;;) {
+      while (lot.near == 0 && next < kept) lot = at[threads * next++];
+      if (lot.near == 0) return;
+      Index j = lot.first + Kokkos::Experimental::countr_zero_builtin(lot.near);
+      lot.near &= lot.near - 1;
+      if (!search.in_order) {
+        j = search.table.item(j);
+        if (search.same_set && j == row.i) continue;
+      }
+      row.append(j);
+    }
+  }
+  KOKKOS_INLINE_FUNCTION void operator()(const Team& team) const {
+    const Scratch scratch(team.team_scratch(0), static_cast<std::size_t>(threads * lots));
+    const Index i = static_cast<Index>(team.league_rank()) * threads + static_cast<Index>(team.team_rank());
+    if (i >= search.rows) return;
+    Lot32* const mine = scratch.data() + team.team_rank();
+    const CellTableView& table = search.table;
+    const Real3 x = search.row_points(i);
+    CellCoord lo, hi;
+    search.cells_around(x, lo, hi);
+    Row row{search.list, i, search.width, 0};
+    if (table.buckets > 0 && (search.in_order || table.hashed || any(lo, hi))) {
+      Index kept = 0;
+      table.for_runs(lo, hi, [&](const Index first, const Index last, const CellCoord& c) {
+        for (Index e = first; e < last; e += 32) {
+          std::uint32_t near = near_of(x, e, last - e < 32 ? last - e : 32);
+          const auto self = static_cast<std::uint32_t>(i - e);
+          if (search.in_order && self < 32) near &= ~(std::uint32_t(1) << self);
+          if (table.hashed) near = in_cell(near, e, c);
+          if (near == 0) continue;
+          mine[threads * kept++] = {near, e};
+          if (kept < lots) continue;
+          append(row, mine, kept);
+          kept = 0;
+        }
+      });
+      append(row, mine, kept);
+    }
+    search.finish(row);
+  }
+  /// Without the entries of other cells in the same bucket.
+  KOKKOS_INLINE_FUNCTION std::uint32_t in_cell(std::uint32_t near, Index first, const CellCoord& cell) const {
+    for (std::uint32_t left = near; left != 0; left &= left - 1) {
+      const int k = Kokkos::Experimental::countr_zero_builtin(left);
+      if (!(search.table.coord(first + k) == cell)) near &= ~(std::uint32_t(1) << k);
+    }
+    return near;
+  }
+};
+
+template <class Points>
+void launch(const Search& search) {
+  if constexpr (std::is_same_v<Points, PointLanes>) {
+    parallel("drench::neighbors::list", search.rows, FillRow<Points>{search});
+  } else {
+    using Fill = FillRows<Points>;
+    typename Fill::Policy policy((search.rows + Fill::threads - 1) / Fill::threads, Fill::threads);
+    policy.set_scratch_size(0, Kokkos::PerTeam(Fill::Scratch::shmem_size(Fill::threads * Fill::lots)));
+    Kokkos::parallel_for("drench::neighbors::list", policy, Fill{search});
   }
 }
 
@@ -90,39 +224,17 @@ void make_room(NeighborList& list, Index rows) {
   if (list.longest.data() == nullptr)
     list.longest = Kokkos::View<Index, Kokkos::SharedHostPinnedSpace>("drench::neighbors::longest");
   if (rows <= static_cast<Index>(list.count.extent(0))) return;
-  const Index capacity = rows + rows / 4;
+  const Index capacity = rows + rows / 16;  // a row takes some hundred bytes, and as much again in `slope`
   list.count = Array<Index>(Kokkos::ViewAllocateWithoutInitializing("drench::neighbor_count"), capacity);
   grow(list, capacity, std::max<Index>(9, static_cast<Index>(list.list.extent(1))));
 }
 
 void fill(const ListRequest& request, Real support) {
-  NeighborList& list = *request.list;
-  const auto row_points = request.row_points;
-  const CellTableView table = request.table;
-  const bool same_set = request.same_set, in_order = request.in_order;
-  const Real h2 = support * support;
-  const auto count = list.count;
-  const auto out = list.list;
-  const auto longest = list.longest;
-  const auto width = static_cast<Index>(out.extent(1)) - 1;
-  longest() = 0;
-  parallel(
-      "drench::neighbors::list", list.rows, KOKKOS_LAMBDA(const Index i) {
-        const Real3 x = row_points(i);
-        const Index self = same_set ? i : Index(-1);
-        CellCoord lo = table.cell_of(x), hi = lo;
-        lo = {lo.x - 1, lo.y - 1, lo.z - 1};
-        hi = {hi.x + 1, hi.y + 1, hi.z + 1};
-        Row row{out, i, width, 0, in_order};
-        if (table.buckets > 0) {
-          table.clip(lo, hi);
-          table.for_runs(lo, hi, [&](const Index first, const Index last, const CellCoord& c) {
-            append_near(row, table, table.point, first, last, c, x, h2, self);
-          });
-        }
-        count(i) = row.count;
-        if (row.count > width) Kokkos::atomic_max(&longest(), row.count);
-      });
+  const NeighborList& list = *request.list;
+  list.longest() = 0;
+  launch<CellPoints>({request.row_points, list.rows, request.table, request.same_set, request.in_order,
+                      support * support, list.count, list.list, list.longest,
+                      static_cast<Index>(list.list.extent(1)) - 1});
 }
 
 }  // namespace
