@@ -46,8 +46,8 @@ struct Sweep {
   KOKKOS_INLINE_FUNCTION bool may_hit(const Path& path, Index t) const {
     if (path.box.apart(box(t))) return false;
     const Index a = triangle(3 * t), b = triangle(3 * t + 1), c = triangle(3 * t + 2);
-    const RelativeWay way{start(a) - path.x0, start(b) - path.x0, start(c) - path.x0,
-                          end(a) - path.x1,   end(b) - path.x1,   end(c) - path.x1};
+    const Real3 from[3] = {start(a), start(b), start(c)}, to[3] = {end(a), end(b), end(c)};
+    const RelativeWay way(path.x0, path.x1, from, to);
     return !passes_by(way, Real(margin)) && !stays_on_its_side(way, Real(touch));
   }
 

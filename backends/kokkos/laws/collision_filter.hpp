@@ -5,9 +5,23 @@
 
 namespace drench::kokkos_backend {
 
-/// A triangle's corners at both ends of the step, relative to a point that moves, m.
+/// A triangle that goes from `from` to `to` relative to a point that goes from x0 to x1, m: each difference of what is
+/// stored, rounded once.
 struct RelativeWay {
-  Real3 a0, b0, c0, a1, b1, c1;
+  Real3 a0, b0, c0, a1, b1, c1;  // corners, from the point
+  Real3 e0, g0, e1, g1;          // b − a, c − a
+
+  KOKKOS_INLINE_FUNCTION RelativeWay(const Real3& x0, const Real3& x1, const Real3* from, const Real3* to)
+      : a0(from[0] - x0),
+        b0(from[1] - x0),
+        c0(from[2] - x0),
+        a1(to[0] - x1),
+        b1(to[1] - x1),
+        c1(to[2] - x1),
+        e0(from[1] - from[0]),
+        g0(from[2] - from[0]),
+        e1(to[1] - to[0]),
+        g1(to[2] - to[0]) {}
 };
 
 KOKKOS_INLINE_FUNCTION Real least_of(Real a, Real b, Real c, Real d, Real e, Real f) {
@@ -17,9 +31,9 @@ KOKKOS_INLINE_FUNCTION Real most_of(Real a, Real b, Real c, Real d, Real e, Real
   return Kokkos::fmax(Kokkos::fmax(Kokkos::fmax(a, b), Kokkos::fmax(c, d)), Kokkos::fmax(e, f));
 }
 KOKKOS_INLINE_FUNCTION Real largest(const Real3& a, const Real3& b) {
-  return Kokkos::fmax(Kokkos::fmax(Kokkos::fmax(Kokkos::abs(a.x), Kokkos::abs(a.y)),
-                                   Kokkos::fmax(Kokkos::abs(a.z), Kokkos::abs(b.x))),
-                      Kokkos::fmax(Kokkos::abs(b.y), Kokkos::abs(b.z)));
+  return Kokkos::fmax(
+      Kokkos::fmax(Kokkos::fmax(Kokkos::abs(a.x), Kokkos::abs(a.y)), Kokkos::fmax(Kokkos::abs(a.z), Kokkos::abs(b.x))),
+      Kokkos::fmax(Kokkos::abs(b.y), Kokkos::abs(b.z)));
 }
 
 /// Does the box of the way leave the point out, by more than `margin` (m) and 1e-4 of itself? The triangle meets the point
@@ -36,15 +50,14 @@ KOKKOS_INLINE_FUNCTION bool passes_by(const RelativeWay& w, Real margin) {
 }
 
 /// Does the point stay on one side of the triangle's plane, farther than `touch` (m) from it at the end? The coplanarity's
-/// Bernstein coefficients on [0, 1] have one sign by more than their rounding: differences, products and sums of values
-/// below P, E and G err by less than 32 ε P E G.
+/// Bernstein coefficients on [0, 1] have one sign by more than their rounding: with |p| ≤ P, |e| ≤ E, |g| ≤ G in the
+/// largest norm those of p·(e × g) are off by less than 27 ε P E G.
 KOKKOS_INLINE_FUNCTION bool stays_on_its_side(const RelativeWay& w, Real touch) {
-  const Real3 e0 = w.b0 - w.a0, g0 = w.c0 - w.a0, e1 = w.b1 - w.a1, g1 = w.c1 - w.a1;
-  const Real3 n0 = cross(e0, g0), n1 = cross(e1, g1), mixed = cross(e1, g0) + cross(e0, g1);
+  const Real3 n0 = cross(w.e0, w.g0), n1 = cross(w.e1, w.g1), mixed = cross(w.e1, w.g0) + cross(w.e0, w.g1);
   const Real b0 = dot(w.a0, n0), b1 = (dot(w.a1, n0) + dot(w.a0, mixed)) / 3,
              b2 = (dot(w.a0, n1) + dot(w.a1, mixed)) / 3, b3 = dot(w.a1, n1);
   const Real rounding =
-      32 * Kokkos::Experimental::epsilon_v<Real> * largest(w.a0, w.a1) * largest(e0, e1) * largest(g0, g1);
+      32 * Kokkos::Experimental::epsilon_v<Real> * largest(w.a0, w.a1) * largest(w.e0, w.e1) * largest(w.g0, w.g1);
   const Real limit = rounding + touch * (Kokkos::abs(n1.x) + Kokkos::abs(n1.y) + Kokkos::abs(n1.z));
   const Real least = Kokkos::fmin(Kokkos::fmin(b0, b1), Kokkos::fmin(b2, b3));
   const Real most = Kokkos::fmax(Kokkos::fmax(b0, b1), Kokkos::fmax(b2, b3));
