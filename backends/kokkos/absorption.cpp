@@ -9,12 +9,18 @@
 namespace drench::kokkos_backend {
 namespace {
 
-/// s_p of every sample (a node with C_n = 0 counts 0); nothing is on its way to any.
+/// s_p of every sample (a node with C_n = 0 counts 0), and what `offer` asks about it; nothing is on its way to any.
 void prepare(Device& d) {
+  const auto samples = static_cast<std::size_t>(d.samples.count);
+  auto& w = d.absorption_work;
+  make_room(w.place, "drench::absorption::place", samples);
+  make_room(w.course, "drench::absorption::course", samples);
+  const Entries<Real4> place = w.place, course = w.course;
+  const Entries<Real3> x = d.samples.position, flow = d.samples.flow_direction;
   const Entries<Index> node = d.samples.node;
-  const Entries<Real> weight = d.samples.weight, saturation = d.samples.saturation;
+  const Entries<Real> weight = d.samples.weight, saturation = d.samples.saturation, capacity = d.samples.capacity;
   const Entries<Quanta> liquid = d.nodes.liquid;
-  const Entries<double> capacity = d.nodes.capacity;
+  const Entries<double> node_capacity = d.nodes.capacity;
   const double q = d.quantum;
   const Transfers transfers(d);
   parallel(
@@ -22,61 +28,93 @@ void prepare(Device& d) {
         double sum = 0;
         for (int k = 0; k < 3; ++k) {
           const Index n = node(3 * p + k);
-          if (capacity(n) > 0) sum += double(weight(3 * p + k)) * (double(liquid(n)) * q / capacity(n));
+          if (node_capacity(n) > 0) sum += double(weight(3 * p + k)) * (double(liquid(n)) * q / node_capacity(n));
         }
         saturation(p) = Real(sum);
+        place(p) = {x(p), Real(sum)};
+        course(p) = {flow(p), capacity(p)};
         transfers.clear(p);
       });
 }
+
+/// Wishes of one particle.
+struct Wishes {
+  Entries<Real4> place, course;
+  Entries<Index> cloth;
+  Entries<Material> materials;
+  double dt, q;
+  Real h;
+  bool controlled, single;  // one cloth
+
+  Wishes(const Device& d, double step)
+      : place(d.absorption_work.place),
+        course(d.absorption_work.course),
+        cloth(d.samples.cloth),
+        materials(d.materials),
+        dt(step),
+        q(d.quantum),
+        h(d.support),
+        controlled(d.model.has_saturation_control()),
+        single(d.materials.extent(0) == 1) {}
+
+  /// w_ij, quanta, of liquid at x with the volume V_i, m³.
+  KOKKOS_INLINE_FUNCTION double operator()(const Real3& x, double volume, Index j) const {
+    const Index c = single ? 0 : cloth(j);
+    if (!materials(c).porous) return 0;
+    const Real4 at = place(j), course_at = course(j);
+    const Real3 separation = at.xyz() - x;
+    const Real cap =
+        laws::saturation_cap(materials(c).max_saturation, laws::flow_cosine(separation, course_at.xyz(), h));
+    const Real deficit = controlled ? cap - at.w : Real(1);
+    if (!(deficit > 0)) return 0;
+    return laws::absorption_wish(dt, materials(c).absorption, course_at.w / q, deficit, volume,
+                                 laws::viscosity_laplacian(norm(separation), h));
+  }
+};
 
 /// o_ij of every pair, and Σ_i o_ij in `offered`.
 void offer(Device& d, double dt) {
   const Neighbors list(d.fluid_sample);
   const auto offers = d.absorption_work.offer;
-  const Entries<Real3> x = d.fluid.position, xs = d.samples.position, flow = d.samples.flow_direction;
+  const Entries<Real3> x = d.fluid.position;
   const Entries<Quanta> mass = d.fluid.mass, offered = d.transfer_work.offered;
-  const Entries<Real> saturation = d.samples.saturation, capacity = d.samples.capacity;
-  const Entries<Index> cloth = d.samples.cloth;
-  const Entries<Material> materials = d.materials;
-  const Real h = d.support;
   const double q = d.quantum, rho = d.rest_density;
   const Quanta min_quanta = d.model.min_quanta;
-  const bool controlled = d.model.has_saturation_control();
+  const Wishes wish(d, dt);
   parallel(
       "drench::absorption::offer", d.fluid.count, KOKKOS_LAMBDA(const Index i) {
-        const Quanta m = mass(i);
-        const Index n = m > 0 ? list.count(i) : 0;
+        const Index n = list.count(i);
+        const Quanta m = n > 0 ? mass(i) : 0;
+        if (m <= 0) return;
+        const Real3 at = x(i);
         const double volume = double(m) * q / rho;
-        const auto wish = [&](const Index j) -> double {
-          const Index c = cloth(j);
-          if (!materials(c).porous) return 0;
-          const Real3 separation = xs(j) - x(i);
-          const Real cap = laws::saturation_cap(materials(c).max_saturation, laws::flow_cosine(separation, flow(j), h));
-          const Real deficit = controlled ? cap - saturation(j) : Real(1);
-          if (!(deficit > 0)) return 0;
-          return laws::absorption_wish(dt, materials(c).absorption, capacity(j) / q, deficit, volume,
-                                       laws::viscosity_laplacian(norm(separation), h));
-        };
         double all = 0;
         for (Index k = 0; k < n; ++k) {
-          const double w = wish(list(i, k));
+          const double w = wish(at, volume, list(i, k));
           offers(i, k) = Kokkos::bit_cast<Quanta>(w);  // kept there until it is an offer
           all += w;
         }
         const double total = all > 0 ? laws::absorption_total(double(m), all) : 0;
-        Quanta rest = m;
+        Quanta rest = m, most = 0;
         Index largest = 0;
         for (Index k = 0; k < n; ++k) {
           const double w = Kokkos::bit_cast<double>(offers(i, k));
-          const Quanta wanted = all > 0 ? static_cast<Quanta>(Kokkos::floor(total * (w / all))) : 0;
-          const Quanta o = wanted < rest ? wanted : rest;
+          Quanta o = 0;
+          if (w > 0) {
+            const auto wanted = static_cast<Quanta>(Kokkos::floor(total * (w / all)));
+            o = wanted < rest ? wanted : rest;
+          }
           offers(i, k) = o;
+          if (o == 0) continue;
           rest -= o;
-          if (o > offers(i, largest)) largest = k;
+          Kokkos::atomic_add(&offered(list(i, k)), o);
+          if (o <= most) continue;
+          most = o;
+          largest = k;
         }
-        if (rest < m && rest > 0 && rest < min_quanta) offers(i, largest) += rest;
-        for (Index k = 0; k < n; ++k)
-          if (offers(i, k) > 0) Kokkos::atomic_add(&offered(list(i, k)), offers(i, k));
+        if (rest == m || rest == 0 || rest >= min_quanta) return;
+        offers(i, largest) = most + rest;
+        Kokkos::atomic_add(&offered(list(i, largest)), rest);
       });
 }
 
@@ -90,27 +128,31 @@ void transfer(Device& d) {
   const Quanta min_quanta = d.model.min_quanta;
   parallel(
       "drench::absorption::transfer", d.fluid.count, KOKKOS_LAMBDA(const Index i) {
-        const Quanta m = mass(i);
-        const Index n = m > 0 ? list.count(i) : 0;
+        const Index n = list.count(i);
+        const Quanta m = n > 0 ? mass(i) : 0;
+        if (m <= 0) return;
+        const Real3 v = velocity(i);
         Quanta rest = m;
         bool was_limited = false;
         for (Index k = 0; k < n; ++k) {
           const Quanta o = offers(i, k);
           if (o == 0) continue;
-          const double phi = transfers.share(list(i, k));
+          const Index p = list(i, k);
+          const double phi = transfers.share(p);
           if (phi < 1) was_limited = true;
-          offers(i, k) = limited(o, phi);
-          rest -= offers(i, k);
+          const Quanta t = limited(o, phi);
+          transfers.give(p, o, t, v);
+          rest -= t;
         }
         Quanta back = was_limited && rest > 0 && rest < min_quanta ? min_quanta - rest : 0;
-        for (Index k = 0; k < n; ++k) {
-          Quanta t = offers(i, k);
-          const Quanta cut = t < back ? t : back;
-          t -= cut;
+        for (Index k = 0; k < n && back > 0; ++k) {
+          const Quanta o = offers(i, k);
+          if (o == 0) continue;
+          const Index p = list(i, k);
+          const Quanta t = limited(o, transfers.share(p)), cut = t < back ? t : back;
+          transfers.take_back(p, t, cut, v);
           rest += cut;
           back -= cut;
-          if (t == 0) continue;
-          transfers.give(list(i, k), t, velocity(i));
         }
         mass(i) = rest;
       });

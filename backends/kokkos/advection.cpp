@@ -3,6 +3,7 @@
 #include "stages/advection.hpp"
 
 #include "advection_cloth.hpp"
+#include "advection_sweep.hpp"
 #include "laws/collision.hpp"
 #include "laws/contact.hpp"
 #include "pins.hpp"
@@ -11,7 +12,6 @@
 namespace drench::kokkos_backend {
 namespace {
 
-constexpr int max_repeats = 4;
 constexpr double momentum_units = 256;  // per quantum · m/s
 
 /// Adds w · m · Δv (m in quanta) to a node's momentum, in fixed point: exact in any order.
@@ -23,86 +23,12 @@ KOKKOS_INLINE_FUNCTION void add_momentum(const Entries<std::int64_t>& momentum, 
   Kokkos::atomic_add(&momentum(3 * node + 2), static_cast<std::int64_t>(Kokkos::floor(scale * dv.z + 0.5)));
 }
 
-/// The earliest hit of a path among the triangles near it. The samples are where they were at the start, as their table has
-/// them.
-struct Sweep {
-  CellTableView cells;
-  Neighbors near;  // fluid→sample, from the step's start
-  Entries<Real3> start, end;
-  Entries<Index> sample_triangle, triangle;
-  Entries<Box> box;  // of each triangle's way
-  Kokkos::View<ClothMotion, MemSpace> motion;
-  double cover = 0, margin = 0, touch = 0, support = 0;  // m
-  Index samples = 0;
-  bool listed = false;  // are the particles those of the list?
-
-  explicit Sweep(const Device& d) : near(d.fluid_sample) {}
-
-  KOKKOS_INLINE_FUNCTION Corners corners(const Entries<Real3>& x, Index t) const {
-    return {widen(x(triangle(3 * t))), widen(x(triangle(3 * t + 1))), widen(x(triangle(3 * t + 2)))};
-  }
-
-  /// Visits samples; a triangle's test is skipped if it was one of the last two.
-  struct Visitor {
-    const Sweep& sweep;
-    Double3 x0, x1;
-    Box path;
-    Hit best;
-    Index last = -1, before = -1;
-
-    KOKKOS_INLINE_FUNCTION void operator()(Index sample) {
-      const Index t = sweep.sample_triangle(sample);
-      if (t == last || t == before) return;
-      before = last;
-      last = t;
-      if (path.apart(sweep.box(t))) return;
-      Hit hit;
-      if (!first_hit(x0, x1, sweep.corners(sweep.start, t), sweep.corners(sweep.end, t), sweep.touch, hit)) return;
-      if (hit.time > best.time || (hit.time == best.time && t >= best.triangle)) return;
-      best = hit;
-      best.triangle = t;
-    }
-  };
-
-  KOKKOS_INLINE_FUNCTION Hit earliest(Index i, const Double3& x0, const Double3& x1) const {
-    const double grow = cover * Kokkos::fmax(1.0, motion().stretch) + motion().reach + margin;
-    const Double3 least{Kokkos::fmin(x0.x, x1.x), Kokkos::fmin(x0.y, x1.y), Kokkos::fmin(x0.z, x1.z)};
-    const Double3 most{Kokkos::fmax(x0.x, x1.x), Kokkos::fmax(x0.y, x1.y), Kokkos::fmax(x0.z, x1.z)};
-    Visitor visitor{*this, x0, x1, {narrow(least), narrow(most)}, {}};
-    // What a sample's triangle can hit lies within the path and `grow` of the sample.
-    const Double3 way = minus(x1, x0);
-    if (listed && Kokkos::sqrt(inner(way, way)) + grow < support) {
-      for (Index k = 0; k < near.count(i); ++k) visitor(near(i, k));
-      return visitor.best;
-    }
-    // Samples outside this box cannot carry a triangle that is hit.
-    const Real3 lo = narrow(minus(least, {grow, grow, grow})), hi = narrow(add(most, {grow, grow, grow}));
-    const auto visit = [&](const Index entry) {
-      const Real3 p = cells.point(entry);
-      if (p.x < lo.x || p.y < lo.y || p.z < lo.z || p.x > hi.x || p.y > hi.y || p.z > hi.z) return;
-      visitor(cells.item(entry));
-    };
-    CellCoord a = cells.cell_of(lo), b = cells.cell_of(hi);
-    // A runaway particle may sweep more cells than there are samples.
-    const double box_cells = (double(b.x) - a.x + 1) * (double(b.y) - a.y + 1) * (double(b.z) - a.z + 1);
-    if (box_cells <= static_cast<double>(samples)) {
-      cells.clip(a, b);
-      cells.for_runs(a, b, [&](const Index first, const Index end_of_run, const CellCoord& c) {
-        for (Index e = first; e < end_of_run; ++e)
-          if (!cells.hashed || cells.coord(e) == c) visit(e);
-      });
-    } else {
-      for (Index e = 0; e < samples; ++e) visit(e);
-    }
-    return visitor.best;
-  }
-};
-
 void allocate(Device& d) {
   AdvectionWork& w = d.advection_work;
   if (w.counts.data() == nullptr) {
     w.counts = decltype(w.counts)(Kokkos::ViewAllocateWithoutInitializing("drench::advection::counts"));
     w.motion = Kokkos::View<ClothMotion, MemSpace>("drench::advection::motion");
+    w.near_count = Kokkos::View<Index, MemSpace>("drench::advection::near_count");
   }
   const auto nodes = static_cast<std::size_t>(d.nodes.count);
   if (w.momentum.extent(0) != 3 * nodes) {
@@ -119,6 +45,7 @@ void allocate(Device& d) {
       w.hit_triangle = Array<Index>("drench::advection::hit_triangle", capacity);
       w.hit_weight = Array<Real3>("drench::advection::hit_weight", capacity);
       w.hit_normal = Array<Real3>("drench::advection::hit_normal", capacity);
+      if (!on_host) w.near = Array<Index>("drench::advection::near", capacity);
     }
   }
 }
@@ -163,63 +90,6 @@ void limit_fresh(Device& d) {
       });
 }
 
-/// Law 3, paths: x1 of each particle, and what it hit.
-void sweep_paths(Device& d, Real dt) {
-  AdvectionWork& w = d.advection_work;
-  Sweep sweep(d);
-  sweep.cells = d.sample_cells.view();
-  sweep.start = d.model.has_moving_cloth() ? w.start : d.nodes.position;
-  sweep.end = d.nodes.position;
-  sweep.sample_triangle = d.samples.triangle;
-  sweep.triangle = d.mesh.triangle;
-  sweep.motion = w.motion;
-  sweep.cover = d.model.samples.cover_radius;
-  sweep.margin = 1e-3 * d.model.spacing;
-  sweep.touch = 1e-6 * d.model.spacing;
-  sweep.support = 0.999 * d.support;  // the list's distances are rounded
-  sweep.samples = d.samples.count;
-  sweep.listed = d.fluid_sample.rows == d.fluid.count;
-  sweep.box = w.box;
-  const auto box = w.box;
-  parallel(
-      "drench::advection::boxes", d.mesh.triangles, KOKKOS_LAMBDA(const Index t) {
-        box(t) = box_of_way(sweep.corners(sweep.start, t), sweep.corners(sweep.end, t), sweep.margin);
-      });
-  const double gap = 1e-2 * d.model.spacing;
-  const Entries<Real3> position = d.fluid.position, velocity = d.fluid.velocity, end = w.end, hit_weight = w.hit_weight,
-                       hit_normal = w.hit_normal, shift = d.work.shift;
-  const Entries<Index> hit_triangle = w.hit_triangle, hits = w.hits;
-  parallel(
-      "drench::advection::sweep", d.fluid.count, KOKKOS_LAMBDA(const Index i) {
-        const Double3 x0 = widen(position(i));
-        // Rounded as it is stored, so that what is tested is what stays.
-        Real3 stop = position(i) + dt * velocity(i) + shift(i);
-        hit_triangle(i) = -1;
-        for (int test = 0; test <= max_repeats; ++test) {
-          const Hit hit = sweep.earliest(i, x0, widen(stop));
-          if (hit.triangle < 0) break;
-          const Corners from = sweep.corners(sweep.start, hit.triangle), to = sweep.corners(sweep.end, hit.triangle);
-          const Double3 end_normal = to.normal();
-          const double height = inner(minus(x0, from.a), from.normal());
-          const double side = height >= 0 ? 1 : -1;
-          double lift = gap, carried[3] = {hit.weight[0], hit.weight[1], hit.weight[2]};
-          if (test == max_repeats) {  // squeezed between triangles: it stays where it was on the last one
-            lift = Kokkos::fmax(gap, side * height);
-            double foot[3];
-            if (barycentric(from, x0, foot))
-              for (int a = 0; a < 3; ++a) carried[a] = foot[a];
-          }
-          stop = narrow(add(to.at(carried), times(side * lift, end_normal)));
-          hit_triangle(i) = hit.triangle;
-          hit_weight(i) = {Real(hit.weight[0]), Real(hit.weight[1]), Real(hit.weight[2])};
-          hit_normal(i) = narrow(times(side, end_normal));
-        }
-        end(i) = stop;
-        if (hit_triangle(i) < 0) return;
-        for (Index k = 0; k < 3; ++k) Kokkos::atomic_add(&hits(sweep.triangle(3 * hit_triangle(i) + k)), Index{1});
-      });
-}
-
 /// Law 3, impulses: inelastic along the normal; each of the c_k particles at a node counts on a c_k-th of its mass.
 void exchange_impulses(Device& d) {
   const AdvectionWork& w = d.advection_work;
@@ -260,6 +130,7 @@ void apply_momentum(Device& d) {
   const auto inverse_mass = d.nodes.inverse_mass;
   const auto momentum = d.advection_work.momentum;
   const auto hits = d.advection_work.hits;
+  const auto near_count = d.advection_work.near_count;
   const double unit = d.quantum / momentum_units;
   parallel(
       "drench::advection::momentum", d.nodes.count, KOKKOS_LAMBDA(const Index n) {
@@ -268,6 +139,7 @@ void apply_momentum(Device& d) {
         velocity(n) = narrow(add(widen(velocity(n)), times(unit * static_cast<double>(inverse_mass(n)), p)));
         for (Index a = 0; a < 3; ++a) momentum(3 * n + a) = 0;
         hits(n) = 0;
+        if (n == 0) near_count() = 0;
       });
 }
 

@@ -27,10 +27,21 @@ struct MoveCloth {
   Real dt;
   Index nodes, triangles;
 
-  KOKKOS_INLINE_FUNCTION void init(ClothMotion& m) const { m = {}; }
+  KOKKOS_INLINE_FUNCTION void init(ClothMotion& m) const {
+    constexpr double far = Kokkos::Experimental::finite_max_v<double>;
+    m = {0, {far, far, far}, {-far, -far, -far}};
+  }
   KOKKOS_INLINE_FUNCTION void join(ClothMotion& m, const ClothMotion& o) const {
     if (o.stretch > m.stretch) m.stretch = o.stretch;
-    if (o.reach > m.reach) m.reach = o.reach;
+    join(m, o.least, o.most);
+  }
+  KOKKOS_INLINE_FUNCTION static void join(ClothMotion& m, const Double3& least, const Double3& most) {
+    if (least.x < m.least.x) m.least.x = least.x;
+    if (least.y < m.least.y) m.least.y = least.y;
+    if (least.z < m.least.z) m.least.z = least.z;
+    if (most.x > m.most.x) m.most.x = most.x;
+    if (most.y > m.most.y) m.most.y = most.y;
+    if (most.z > m.most.z) m.most.z = most.z;
   }
   KOKKOS_INLINE_FUNCTION void operator()(const Index k, ClothMotion& most) const {
     if (k < triangles) {
@@ -38,8 +49,8 @@ struct MoveCloth {
       if (own > most.stretch) most.stretch = own;
     }
     if (k >= nodes) return;
-    const double moved = move(k);
-    if (moved > most.reach) most.reach = moved;
+    const Double3 moved = widen(move(k));
+    join(most, moved, moved);
   }
   KOKKOS_INLINE_FUNCTION double stretch(Index t) const {
     const Real3 corner = start(triangle(3 * t));
@@ -50,15 +61,15 @@ struct MoveCloth {
     const double square = 0.5 * (trace + Kokkos::sqrt(Kokkos::fmax(0.0, trace * trace - 4 * determinant)));
     return Kokkos::sqrt(square);
   }
-  /// Returns how far it goes, m.
-  KOKKOS_INLINE_FUNCTION double move(Index n) const {
+  /// Returns its displacement, m.
+  KOKKOS_INLINE_FUNCTION Real3 move(Index n) const {
     const Real3 x = start(n);
     inverse_mass(n) = pinned(n) ? Real(0) : Real(1) / (solid_mass(n) + Real(double(liquid(n)) * quantum));
     if (pinned(n)) {
       position(n) = x;
-      if (!pins.moves(n)) return 0;
+      if (!pins.moves(n)) return {};
       position(n) = pins.position(n);
-      return static_cast<double>(norm(position(n) - x));
+      return position(n) - x;
     }
     const Real thickness = materials(cloth(n)).thickness;
     Real3 v = velocity(n), shift = dt * v;
@@ -71,7 +82,7 @@ struct MoveCloth {
     }
     position(n) = x + shift;
     velocity(n) = v;
-    return static_cast<double>(norm(shift));
+    return shift;
   }
 };
 

@@ -258,9 +258,10 @@ struct AdvectionCounts {
   }
 };
 
-/// The largest stretch of a triangle at the start, 1, and the largest displacement of a node, m.
+/// The largest stretch of a triangle at the start, 1, and the bounds of the nodes' displacements, m.
 struct ClothMotion {
-  double stretch = 0, reach = 0;
+  double stretch = 0;
+  Double3 least, most;
 };
 
 /// Work arrays of stage advection, made on first use. `momentum` and `hits` are zero between steps.
@@ -273,6 +274,8 @@ struct AdvectionWork {
   Kokkos::View<AdvectionCounts, Kokkos::SharedHostPinnedSpace> counts;
   Array<Real3> end, hit_weight, hit_normal;  // per liquid particle: x1, m; barycentric; towards x0
   Array<Index> hit_triangle;                 // −1: none
+  Array<Index> near;                         // on a GPU: particles that may hit, in no order
+  Kokkos::View<Index, MemSpace> near_count;  // zero between steps
   Array<std::uint8_t> gone;
 };
 

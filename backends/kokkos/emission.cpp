@@ -164,6 +164,16 @@ struct Reach {
   }
 };
 
+/// Which places of a particle's list offer to it: those beyond 64 are asked again.
+struct Offering {
+  std::uint64_t first = 0;
+  KOKKOS_INLINE_FUNCTION void add(Index k) {
+    if (k < 64) first |= std::uint64_t{1} << k;
+  }
+  /// May place k be one?
+  KOKKOS_INLINE_FUNCTION bool at(Index k) const { return k >= 64 || (first >> k & 1) != 0; }
+};
+
 /// (a): the room that each sample sees, then what each particle accepts; rest becomes E′_p. Counts what is empty.
 void give_to_liquid(Device& d) {
   const auto& w = d.emission_work;
@@ -174,9 +184,11 @@ void give_to_liquid(Device& d) {
   parallel(
       "drench::emission::room", d.fluid.count, KOKKOS_LAMBDA(const Index j) {
         if (!reach.takes(j)) return;
-        for (Index k = 0; k < reach.list.count(j); ++k) {
+        const Quanta own_room = reach.full - reach.mass(j);
+        const Index near = reach.list.count(j);
+        for (Index k = 0; k < near; ++k) {
           const Index p = reach.list(j, k);
-          if (reach.offers(p, j)) Kokkos::atomic_add(&room(p), reach.full - reach.mass(j));
+          if (reach.offers(p, j)) Kokkos::atomic_add(&room(p), own_room);
         }
       });
   Kokkos::parallel_reduce(
@@ -187,17 +199,22 @@ void give_to_liquid(Device& d) {
         const Quanta mass = reach.mass(j), own_room = reach.full - mass;
         if (mass == 0) ++counts.empty;
         if (!reach.takes(j)) return;
+        const Index near = reach.list.count(j);
+        Offering offering;
         Quanta offered = 0;
-        for (Index k = 0; k < reach.list.count(j); ++k) {
+        for (Index k = 0; k < near; ++k) {
           const Index p = reach.list(j, k);
-          if (reach.offers(p, j)) offered += floor_ratio(reach.total(p), own_room, room(p));
+          if (!reach.offers(p, j)) continue;
+          offering.add(k);
+          offered += floor_ratio(reach.total(p), own_room, room(p));
         }
         if (offered == 0) return;
         Quanta gained = 0;
         std::int64_t px = 0, py = 0, pz = 0;
-        for (Index k = 0; k < reach.list.count(j); ++k) {
+        for (Index k = 0; k < near; ++k) {
+          if (!offering.at(k)) continue;
           const Index p = reach.list(j, k);
-          if (!reach.offers(p, j)) continue;
+          if (k >= 64 && !reach.offers(p, j)) continue;
           const Quanta t = laws::accepted_offer(floor_ratio(reach.total(p), own_room, room(p)), offered, own_room);
           if (t == 0) continue;
           gained += t;
@@ -284,7 +301,7 @@ void give_to_layers(Device& d) {
           if (layers.same(p, q) || !materials(cloth(q)).porous || !laws::in_cone(x(q) - x(p), flow(p), cosine, h))
             continue;
           const Quanta t = limited(offer, transfers.share(q));
-          transfers.give(q, t, leaving_velocity(p));
+          transfers.give(q, offer, t, leaving_velocity(p));
           rest(p) -= t;
         }
       });

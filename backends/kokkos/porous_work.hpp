@@ -10,13 +10,15 @@ namespace drench::kokkos_backend {
 
 /// Transfers on their way between liquid, samples and nodes: shared by absorption and emission.
 struct TransferWork {
-  Array<Quanta> offered, entering;  // per sample, quanta: what it may get, and what it gets
+  Array<Quanta> offered, entering;  // per sample, quanta: what it may get; what it gets, less that without a limit
   Array<std::int64_t> momentum;     // 3 per sample, q · 2^-8 m/s: of what it gets
   Array<double> node_inflow_share;  // φ per node
+  Array<int> limited;               // per sample: is φ < 1 at one of its nodes with w > 0?
 };
 
 struct AbsorptionWork {
-  Kokkos::View<Quanta**, MemSpace> offer;                    // o_ij, then t_ij, of each entry of fluid_sample, quanta
+  Kokkos::View<Quanta**, MemSpace> offer;                    // o_ij of each entry of fluid_sample, quanta
+  Array<Real4> place, course;                                // per sample: x_j, m, and s_j; v_j and C_j, kg
   Kokkos::View<Index, Kokkos::SharedHostPinnedSpace> taken;  // particles taken whole; where there is no emission
 };
 

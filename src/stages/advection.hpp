@@ -17,9 +17,10 @@
 //    (v_n −= n min(0, (v_n − v_s)·n), v_s the surface's: bodies.hpp, law 3). Cloths with self_collision are not
 //    projected here: their paths are free of intersections as stage self_collision leaves them.
 // 3. Continuous collision (Bridson et al. 2002): liquid i moves x0 → x1 = x0 + Δt v_i + shift_i while triangles move linearly.
-// Candidates: triangles that carry a
-//    sample whose start position lies within the box around x0, x1 grown by cover_radius · s + the largest
-//    node displacement + 1e-3 d; s ≥ 1 = the largest singular value of any triangle's deformation at the start, as
+// Candidates: all triangles that can be hit, found as those that carry a
+//    sample whose start position lies within x0 + [min(0, w − Δ⁺), max(0, w − Δ⁻)] grown by cover_radius · s + 1e-3 d: the path
+//    w = x1 − x0 relative to the cloth, whose nodes' displacements lie between Δ⁻ and Δ⁺ (per axis: a point of the cloth that is
+//    met at τ was at x0 + τ(w − Δ) at the start); s ≥ 1 = the largest singular value of any triangle's deformation at the start, as
 //    cover_radius is measured at rest. Coplanarity is a cubic in τ ∈ [0, 1], all roots bracketed, in double; τ = 1 is always
 //    tested, and counts as a root where x1 is no farther than 1e-6 d from the triangle's plane then; a hit has barycentric coordinates ≥ −1e-6, or is no farther from
 //    the triangle's outline than 1e-6 of its longest edge (slivers, whose barycentric coordinates are rounding). The

@@ -78,9 +78,35 @@ KOKKOS_INLINE_FUNCTION bool keeps_its_sign(const double* c) {
   return least > rounding || most < -rounding;
 }
 
+/// Where the cubic, monotone on [lo, hi], changes the sign that it has at lo: Newton's steps within a bracket that every
+/// value narrows; a halving where a step leaves the bracket or is more than half of the last one. Ends when the value is no
+/// more than its rounding, the step is below the last digit, or nothing lies within the bracket any more.
+KOKKOS_INLINE_FUNCTION double bracketed_root(const double* c, double lo, double hi, double at_lo, double at_hi) {
+  constexpr double digit = 2.2e-16;
+  const bool below = at_lo < 0;
+  double last = hi - lo, x = lo + last * (at_lo / (at_lo - at_hi));
+  if (!(x > lo && x < hi)) x = 0.5 * (lo + hi);
+  for (int count = 0; count < 80; ++count) {
+    const double value = cubic_value(c, x), slope = (3 * c[3] * x + 2 * c[2]) * x + c[1];
+    const double terms = ((Kokkos::abs(c[3]) * x + Kokkos::abs(c[2])) * x + Kokkos::abs(c[1])) * x + Kokkos::abs(c[0]);
+    if (Kokkos::abs(value) <= digit * terms) return x;
+    if ((value < 0) == below)
+      lo = x;
+    else
+      hi = x;
+    const double step = value / slope;
+    if (Kokkos::abs(step) <= digit * x) return x;
+    double next = x - step;
+    if (!(next > lo && next < hi) || Kokkos::abs(step) > 0.5 * last) next = 0.5 * (lo + hi);
+    if (!(next > lo && next < hi)) return x;
+    last = Kokkos::abs(next - x);
+    x = next;
+  }
+  return x;
+}
+
 /// All roots in [0, 1] of c0 + c1 t + c2 t² + c3 t³ where it changes sign or is exactly 0, ascending; at most 4. The
-/// extrema split [0, 1] into monotone pieces, each bracketed and bisected, so that vanishing leading coefficients
-/// need no case.
+/// extrema split [0, 1] into monotone pieces, each bracketed, so that vanishing leading coefficients need no case.
 KOKKOS_INLINE_FUNCTION int cubic_roots(const double* c, double* roots) {
   double knots[4] = {0, 1, 1, 1};
   int pieces = 1;
@@ -101,18 +127,11 @@ KOKKOS_INLINE_FUNCTION int cubic_roots(const double* c, double* roots) {
   knots[pieces] = 1;
   int found = 0;
   for (int k = 0; k < pieces; ++k) {
-    double lo = knots[k], hi = knots[k + 1];
+    const double lo = knots[k], hi = knots[k + 1];
     const double at_lo = cubic_value(c, lo), at_hi = cubic_value(c, hi);
     if (at_lo == 0) roots[found++] = lo;
     if (at_lo == 0 || at_hi == 0 || (at_lo < 0) == (at_hi < 0)) continue;
-    for (int halving = 0; halving < 60; ++halving) {
-      const double middle = 0.5 * (lo + hi);
-      if ((cubic_value(c, middle) < 0) == (at_lo < 0))
-        lo = middle;
-      else
-        hi = middle;
-    }
-    roots[found++] = 0.5 * (lo + hi);
+    roots[found++] = bracketed_root(c, lo, hi, at_lo, at_hi);
   }
   if (cubic_value(c, 1) == 0) roots[found++] = 1;
   return found;

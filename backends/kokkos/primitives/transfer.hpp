@@ -20,8 +20,17 @@ KOKKOS_INLINE_FUNCTION void add_momentum(const Entries<std::int64_t>& sums, Inde
   Kokkos::atomic_add(&sums(3 * at + 2), fixed_momentum(mass, velocity.z));
 }
 
-/// floor(a b / c), exact, for a, b ≥ 0 and c > 0 with b ≤ c or a result below 2^63.
+/// floor(a b / c), exact, for a, b ≥ 0 and c > 0 with b ≤ c or a result below 2^63. A quotient in double is at most one off
+/// where it is small enough; its remainder, below 2 c, fits into 64 bits. Integers of 128 bits, many times slower, have the
+/// rest.
 KOKKOS_INLINE_FUNCTION Quanta floor_ratio(Quanta a, Quanta b, Quanta c) {
+  const double quotient = double(a) * double(b) / double(c);
+  if (quotient < 0x1p50 && c < Quanta{1} << 60) {
+    const auto near = static_cast<Quanta>(quotient);
+    const auto rest = static_cast<Quanta>(static_cast<std::uint64_t>(a) * static_cast<std::uint64_t>(b) -
+                                          static_cast<std::uint64_t>(near) * static_cast<std::uint64_t>(c));
+    return rest < 0 ? near - 1 : rest >= c ? near + 1 : near;
+  }
   __extension__ typedef unsigned __int128 Wide;
   return static_cast<Quanta>(static_cast<Wide>(a) * static_cast<Wide>(b) / static_cast<Wide>(c));
 }
@@ -71,25 +80,10 @@ struct Split {
   double share;
 };
 
-KOKKOS_INLINE_FUNCTION Split split_of(const Entries<double>& weight, const Entries<Index>& node,
-                                      const Entries<double>& of_node, Index p) {
-  Split s{{weight(3 * p), weight(3 * p + 1), weight(3 * p + 2)}, 1};
-  double share = 0;
-  bool any_limited = false;
-  for (int k = 0; k < 3; ++k) {
-    const double f = of_node(node(3 * p + k));
-    if (s.weight[k] > 0 && f < 1) any_limited = true;
-    share += s.weight[k] * f;
-  }
-  if (!any_limited) return s;
-  s.share = share;
-  for (int k = 0; k < 3; ++k) s.weight[k] = share > 0 ? s.weight[k] * of_node(node(3 * p + k)) / share : s.weight[k];
-  return s;
-}
-
 /// Makes room in transfer_work.
 void prepare_transfers(Device& d);
-/// φ of each node, transfer_work.node_inflow_share, from transfer_work.offered and its room, or 1 where not `limited`.
+/// φ of each node, transfer_work.node_inflow_share, from transfer_work.offered and its room, or 1 where not `limited`; marks
+/// the samples of nodes with less than 1.
 void limit_inflow(Device& d, bool limited = true);
 
 /// Transfers as kernels see them.
@@ -98,6 +92,7 @@ struct Transfers {
   Entries<std::int64_t> momentum;
   Entries<double> weight, of_node;
   Entries<Index> node;
+  Entries<int> limited;
 
   explicit Transfers(const Device& d)
       : offered(d.transfer_work.offered),
@@ -105,18 +100,41 @@ struct Transfers {
         momentum(d.transfer_work.momentum),
         weight(d.samples.weight_exact),
         of_node(d.transfer_work.node_inflow_share),
-        node(d.samples.node) {}
+        node(d.samples.node),
+        limited(d.transfer_work.limited) {}
 
   KOKKOS_INLINE_FUNCTION void clear(Index p) const {
     offered(p) = entering(p) = 0;
+    limited(p) = 0;
     for (int c = 0; c < 3; ++c) momentum(3 * p + c) = 0;
   }
   /// φ_j = Σ_n w_jn φ_n of a sample, after limit_inflow: a full node does not close its triangles.
-  KOKKOS_INLINE_FUNCTION double share(Index p) const { return split_of(weight, node, of_node, p).share; }
-  KOKKOS_INLINE_FUNCTION void give(Index p, Quanta mass, const Real3& velocity) const {
-    Kokkos::atomic_add(&entering(p), mass);
-    add_momentum(momentum, p, mass, velocity);
+  KOKKOS_INLINE_FUNCTION double share(Index p) const { return limited(p) ? split(p).share : 1; }
+  KOKKOS_INLINE_FUNCTION Split split(Index p) const {
+    Split s{{weight(3 * p), weight(3 * p + 1), weight(3 * p + 2)}, 1};
+    if (!limited(p)) return s;
+    s.share = 0;
+    for (int k = 0; k < 3; ++k) s.share += s.weight[k] * of_node(node(3 * p + k));
+    if (s.share > 0)
+      for (int k = 0; k < 3; ++k) s.weight[k] = s.weight[k] * of_node(node(3 * p + k)) / s.share;
+    return s;
   }
+  /// `mass` of an offer comes to sample p. What is offered to a sample without limits need not be summed again.
+  KOKKOS_INLINE_FUNCTION void give(Index p, Quanta offer, Quanta mass, const Real3& velocity) const {
+    const Quanta more = limited(p) ? mass : mass - offer;
+    if (more != 0) Kokkos::atomic_add(&entering(p), more);
+    if (mass != 0) add_momentum(momentum, p, mass, velocity);
+  }
+  /// `cut` of a given `mass` does not come after all.
+  KOKKOS_INLINE_FUNCTION void take_back(Index p, Quanta mass, Quanta cut, const Real3& velocity) const {
+    if (cut == 0) return;
+    Kokkos::atomic_add(&entering(p), -cut);
+    Kokkos::atomic_add(&momentum(3 * p), fixed_momentum(mass - cut, velocity.x) - fixed_momentum(mass, velocity.x));
+    Kokkos::atomic_add(&momentum(3 * p + 1), fixed_momentum(mass - cut, velocity.y) - fixed_momentum(mass, velocity.y));
+    Kokkos::atomic_add(&momentum(3 * p + 2), fixed_momentum(mass - cut, velocity.z) - fixed_momentum(mass, velocity.z));
+  }
+  /// What comes to sample p in all.
+  KOKKOS_INLINE_FUNCTION Quanta arriving(Index p) const { return entering(p) + (limited(p) ? 0 : offered(p)); }
 };
 
 /// Gives each sample's transfer_work.entering and .momentum to its nodes, by w_jn φ_n/φ_j: mass, and velocity of the nodes that
@@ -144,12 +162,13 @@ struct Delivery {
   KOKKOS_INLINE_FUNCTION void operator()(const Index n) const {
     Quanta gain = 0;
     double px = 0, py = 0, pz = 0;
+    DRENCH_UNROLL
     for (Index e = start(n); e < start(n + 1); ++e) {
       const Index p = item(e) / 4;
       const int corner = item(e) % 4;
-      const Quanta entering = transfers.entering(p);
+      const Quanta entering = transfers.arriving(p);
       if (entering == 0) continue;
-      const Split split = split_of(transfers.weight, transfers.node, transfers.of_node, p);
+      const Split split = transfers.split(p);
       gain += split_part(entering, split.weight[0], split.weight[1], split.weight[2], corner);
       const double w = split.weight[corner];
       px += w * double(transfers.momentum(3 * p));

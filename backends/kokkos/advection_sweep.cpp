@@ -1,0 +1,251 @@
+// Stage advection (law: src/stages/advection.hpp), law 3: paths. What may hit is decided in single precision with room for
+// rounding, what does hit in double. On a GPU by two kernels: few particles hit, and a warp would wait for each of them.
+
+#include "advection_sweep.hpp"
+
+#include "laws/collision.hpp"
+#include "laws/collision_filter.hpp"
+
+namespace drench::kokkos_backend {
+namespace {
+
+constexpr int max_repeats = 4;
+
+/// A particle's path, m.
+struct Path {
+  Real3 x0, x1;
+  Box box;
+
+  KOKKOS_INLINE_FUNCTION Path(const Real3& from, const Real3& to) : x0(from), x1(to) {
+    box.lo = {Kokkos::fmin(x0.x, x1.x), Kokkos::fmin(x0.y, x1.y), Kokkos::fmin(x0.z, x1.z)};
+    box.hi = {Kokkos::fmax(x0.x, x1.x), Kokkos::fmax(x0.y, x1.y), Kokkos::fmax(x0.z, x1.z)};
+  }
+};
+
+/// Paths and the triangles near them. The samples are where they were at the start, as their table has them.
+struct Sweep {
+  CellTableView cells;
+  Neighbors near;  // fluid→sample, from the step's start
+  Entries<Real3> start, end;
+  Entries<Index> sample_triangle, triangle;
+  Entries<Box> box;  // of each triangle's way
+  Kokkos::View<ClothMotion, MemSpace> motion;
+  double cover = 0, margin = 0, touch = 0, support = 0, gap = 0;  // m
+  Index samples = 0;
+  bool listed = false;  // are the particles those of the list?
+  // of each particle, and the nodes' hits
+  Entries<Real3> path_end, hit_weight, hit_normal;
+  Entries<Index> hit_triangle, hits;
+
+  explicit Sweep(const Device& d) : near(d.fluid_sample) {}
+
+  KOKKOS_INLINE_FUNCTION Corners corners(const Entries<Real3>& x, Index t) const {
+    return {widen(x(triangle(3 * t))), widen(x(triangle(3 * t + 1))), widen(x(triangle(3 * t + 2)))};
+  }
+
+  KOKKOS_INLINE_FUNCTION bool may_hit(const Path& path, Index t) const {
+    if (path.box.apart(box(t))) return false;
+    const Index a = triangle(3 * t), b = triangle(3 * t + 1), c = triangle(3 * t + 2);
+    const Real3 from[3] = {start(a), start(b), start(c)}, to[3] = {end(a), end(b), end(c)};
+    const RelativeWay way(path.x0, path.x1, from, to);
+    return !passes_by(way, Real(margin)) && !stays_on_its_side(way, Real(touch));
+  }
+
+  /// Visits each sample whose triangle can be hit, and others.
+  template <class Visitor>
+  KOKKOS_INLINE_FUNCTION void visit_near(Index i, const Path& path, Visitor& visitor) const {
+    const ClothMotion moved = motion();
+    const Double3 x0 = widen(path.x0), way = minus(widen(path.x1), x0);
+    const double grow = cover * Kokkos::fmax(1.0, moved.stretch) + margin;
+    // Where what is hit was at the start, relative to x0: τ (way − its displacement).
+    const Double3 lo{Kokkos::fmin(0.0, way.x - moved.most.x), Kokkos::fmin(0.0, way.y - moved.most.y),
+                     Kokkos::fmin(0.0, way.z - moved.most.z)};
+    const Double3 hi{Kokkos::fmax(0.0, way.x - moved.least.x), Kokkos::fmax(0.0, way.y - moved.least.y),
+                     Kokkos::fmax(0.0, way.z - moved.least.z)};
+    const Double3 most{Kokkos::fmax(-lo.x, hi.x), Kokkos::fmax(-lo.y, hi.y), Kokkos::fmax(-lo.z, hi.z)};
+    if (listed && Kokkos::sqrt(inner(most, most)) + grow < support) {
+      for (Index k = 0; k < near.count(i); ++k) visitor(near(i, k));
+      return;
+    }
+    const Real3 least_point = narrow(minus(add(x0, lo), {grow, grow, grow})),
+                most_point = narrow(add(add(x0, hi), {grow, grow, grow}));
+    const auto visit = [&](const Index entry) {
+      const Real3 p = cells.point(entry);
+      if (p.x < least_point.x || p.y < least_point.y || p.z < least_point.z || p.x > most_point.x ||
+          p.y > most_point.y || p.z > most_point.z)
+        return;
+      visitor(cells.item(entry));
+    };
+    CellCoord a = cells.cell_of(least_point), b = cells.cell_of(most_point);
+    // A runaway particle may sweep more cells than there are samples.
+    const double box_cells = (double(b.x) - a.x + 1) * (double(b.y) - a.y + 1) * (double(b.z) - a.z + 1);
+    if (box_cells <= static_cast<double>(samples)) {
+      cells.clip(a, b);
+      cells.for_runs(a, b, [&](const Index first, const Index end_of_run, const CellCoord& c) {
+        for (Index e = first; e < end_of_run; ++e)
+          if (!cells.hashed || cells.coord(e) == c) visit(e);
+      });
+    } else {
+      for (Index e = 0; e < samples; ++e) visit(e);
+    }
+  }
+
+  /// Is there a triangle that may be hit? A triangle's test is skipped if it was one of the last two.
+  struct Look {
+    const Sweep& sweep;
+    const Path& path;
+    bool found = false;
+    Index last = -1, before = -1;
+
+    KOKKOS_INLINE_FUNCTION void operator()(Index sample) {
+      if (found) return;
+      const Index t = sweep.sample_triangle(sample);
+      if (t == last || t == before) return;
+      before = last;
+      last = t;
+      found = sweep.may_hit(path, t);
+    }
+  };
+
+  /// Collects triangles that may be hit and tests some at once, so that the threads of a warp do that together.
+  struct Test {
+    static constexpr int room = 6;
+    const Sweep& sweep;
+    const Path& path;
+    Hit best;
+    Index last = -1, before = -1;
+    int count = 0;
+    Index found[room];
+
+    KOKKOS_INLINE_FUNCTION Test(const Sweep& s, const Path& p) : sweep(s), path(p) {}
+    KOKKOS_INLINE_FUNCTION void operator()(Index sample) {
+      const Index t = sweep.sample_triangle(sample);
+      if (t == last || t == before) return;
+      before = last;
+      last = t;
+      for (int k = 0; k < count; ++k)
+        if (found[k] == t) return;
+      if (!sweep.may_hit(path, t)) return;
+      if (count == room) finish();
+      found[count++] = t;
+    }
+    KOKKOS_INLINE_FUNCTION void finish() {
+      const Double3 x0 = widen(path.x0), x1 = widen(path.x1);
+      for (int k = 0; k < count; ++k) {
+        const Index t = found[k];
+        Hit hit;
+        if (!first_hit(x0, x1, sweep.corners(sweep.start, t), sweep.corners(sweep.end, t), sweep.touch, hit)) continue;
+        if (hit.time > best.time || (hit.time == best.time && t >= best.triangle)) continue;
+        best = hit;
+        best.triangle = t;
+      }
+      count = 0;
+    }
+  };
+
+  KOKKOS_INLINE_FUNCTION bool may_hit(Index i, const Path& path) const {
+    Look look{*this, path};
+    visit_near(i, path, look);
+    return look.found;
+  }
+  KOKKOS_INLINE_FUNCTION Hit earliest(Index i, const Path& path) const {
+    Test test(*this, path);
+    visit_near(i, path, test);
+    test.finish();
+    return test.best;
+  }
+
+  /// Stops particle i, at `from` at the start, where it hits: path_end and hit_* are those of a free path so far.
+  KOKKOS_INLINE_FUNCTION void stop(Index i, const Real3& from_point) const {
+    const Double3 x0 = widen(from_point);
+    Hit last;
+    Real3 to_point = path_end(i);
+    double side = 1;
+    for (int test = 0; test <= max_repeats; ++test) {
+      const Hit hit = earliest(i, Path(from_point, to_point));
+      if (hit.triangle < 0) break;
+      last = hit;
+      const Corners from = corners(start, hit.triangle), to = corners(end, hit.triangle);
+      const double height = inner(minus(x0, from.a), from.normal());
+      side = height >= 0 ? 1 : -1;
+      double lift = gap, carried[3] = {hit.weight[0], hit.weight[1], hit.weight[2]};
+      if (test == max_repeats) {  // squeezed between triangles: it stays where it was on the last one
+        lift = Kokkos::fmax(gap, side * height);
+        double foot[3];
+        if (barycentric(from, x0, foot))
+          for (int a = 0; a < 3; ++a) carried[a] = foot[a];
+      }
+      // Rounded as it is stored, so that what is tested is what stays.
+      to_point = narrow(add(to.at(carried), times(side * lift, to.normal())));
+    }
+    if (last.triangle < 0) return;
+    path_end(i) = to_point;
+    hit_triangle(i) = last.triangle;
+    hit_weight(i) = {Real(last.weight[0]), Real(last.weight[1]), Real(last.weight[2])};
+    hit_normal(i) = narrow(times(side, corners(end, last.triangle).normal()));
+    for (Index k = 0; k < 3; ++k) Kokkos::atomic_add(&hits(triangle(3 * last.triangle + k)), Index{1});
+  }
+};
+
+/// The boxes of the triangles' ways.
+void place_boxes(const Sweep& sweep, Index triangles) {
+  parallel(
+      "drench::advection::boxes", triangles, KOKKOS_LAMBDA(const Index t) {
+        sweep.box(t) = box_of_way(sweep.corners(sweep.start, t), sweep.corners(sweep.end, t), sweep.margin);
+      });
+}
+
+/// Stops the particles that kernel sweep has found.
+void stop_near(const Device& d, const Sweep& sweep) {
+  const Entries<Real3> position = d.fluid.position;
+  const Entries<Index> near = d.advection_work.near;
+  const auto near_count = d.advection_work.near_count;
+  parallel(
+      "drench::advection::stop", d.fluid.count, KOKKOS_LAMBDA(const Index k) {
+        if (k < near_count()) sweep.stop(near(k), position(near(k)));
+      });
+}
+
+}  // namespace
+
+void sweep_paths(Device& d, Real dt) {
+  const AdvectionWork& w = d.advection_work;
+  Sweep sweep(d);
+  sweep.cells = d.sample_cells.view();
+  sweep.start = d.model.has_moving_cloth() ? w.start : d.nodes.position;
+  sweep.end = d.nodes.position;
+  sweep.sample_triangle = d.samples.triangle;
+  sweep.triangle = d.mesh.triangle;
+  sweep.motion = w.motion;
+  sweep.cover = d.model.samples.cover_radius;
+  sweep.margin = 1e-3 * d.model.spacing;
+  sweep.touch = 1e-6 * d.model.spacing;
+  sweep.gap = 1e-2 * d.model.spacing;
+  sweep.support = 0.999 * d.support;  // the list's distances are rounded
+  sweep.samples = d.samples.count;
+  sweep.listed = d.fluid_sample.rows == d.fluid.count;
+  sweep.box = w.box;
+  sweep.path_end = w.end;
+  sweep.hit_weight = w.hit_weight;
+  sweep.hit_normal = w.hit_normal;
+  sweep.hit_triangle = w.hit_triangle;
+  sweep.hits = w.hits;
+  place_boxes(sweep, d.mesh.triangles);
+  const Entries<Real3> position = d.fluid.position, velocity = d.fluid.velocity, shift = d.work.shift;
+  const Entries<Index> near = w.near;
+  const auto near_count = w.near_count;
+  parallel(
+      "drench::advection::sweep", d.fluid.count, KOKKOS_LAMBDA(const Index i) {
+        const Real3 x0 = position(i), x1 = x0 + dt * velocity(i) + shift(i);
+        sweep.path_end(i) = x1;
+        sweep.hit_triangle(i) = -1;
+        if (!sweep.may_hit(i, Path(x0, x1))) return;
+        if (on_host)
+          sweep.stop(i, x0);
+        else
+          near(Kokkos::atomic_fetch_add(&near_count(), Index{1})) = i;
+      });
+  if (!on_host) stop_near(d, sweep);
+}
+
+}  // namespace drench::kokkos_backend
