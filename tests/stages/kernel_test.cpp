@@ -63,8 +63,10 @@ TEST(kernel, slope_of_pairs_is_held_at_its_steepest) {
     }
     for (int k = 1; k < 1000; ++k) {
       const double r = k * h / 1000, expected = r < at ? steepest : -r * double(kernel.slope(Real(r)));
-      EXPECT_NEAR(-r * double(kernel.pair(Real(r)).slope), expected, 1e-3 * steepest) << int(kind) << " at " << r;
-      EXPECT_NEAR(double(kernel.pair(Real(r)).value), double(kernel.value(Real(r))), 1e-5 * double(kernel.value(0)));
+      EXPECT_NEAR(-r * double(kernel.pair(Real(r) * Real(r)).slope), expected, 1e-3 * steepest)
+          << int(kind) << " at " << r;
+      EXPECT_NEAR(double(kernel.pair(Real(r) * Real(r)).value), double(kernel.value(Real(r))),
+                  1e-5 * double(kernel.value(0)));
     }
     EXPECT_EQ(kernel.pair(0).slope, 0) << int(kind);
   }

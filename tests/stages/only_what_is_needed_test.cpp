@@ -312,7 +312,7 @@ TEST(only_what_is_needed, porous_stages_launch_and_wait_as_seldom_as_they_do) {
   EXPECT_GE(launches("advection"), 8u);
   EXPECT_LE(launches("advection"), 9u);  // on a GPU two for the collisions
   EXPECT_EQ(waits("advection"), 1);
-  EXPECT_EQ(launches("ledger"), 3u);
+  EXPECT_LE(launches("ledger"), 3u);  // on a GPU one
   EXPECT_EQ(waits("ledger"), 1);
   watch_a_step(with(scene, "initial_saturation: [{box: {min: [-0.05, -1, -0.05], max: [0.05, 1, 0.05]}, value: 1.1}]",
                     "initial_saturation: [{box: {min: [-0.05, -1, -0.05], max: [0.05, 1, 0.05]}, value: 0.5}]"),

@@ -42,11 +42,7 @@ struct CompensatedSum {
 
 /// Room for partial sums of any kind, in words of 8 bytes; grows on demand, freed with Kokkos.
 struct SumRoom {
-  struct Words {
-    double word[8];
-  };
   Array<double> many, some;
-  Kokkos::View<Words, Kokkos::SharedHostPinnedSpace> one;
   Kokkos::View<double*, Kokkos::SharedHostPinnedSpace> few;
 };
 inline SumRoom& sum_room() {
@@ -91,22 +87,25 @@ struct Added {
   KOKKOS_INLINE_FUNCTION void operator()(const Index i, Sum& s) const { s += term(i); }
 };
 
+/// What Kokkos makes of `add`(i, sum) for i < n. Synchronises with the host.
+template <class Sum, class Add>
+Sum reduced(const char* label, Index n, const Add& add) {
+  if (n == 0) return {};
+  const auto one = sums_in<Sum>(sum_room().few, 1);
+  Kokkos::parallel_reduce(
+      label, Range(0, n), add,
+      Kokkos::View<Sum, Kokkos::SharedHostPinnedSpace, Kokkos::MemoryTraits<Kokkos::Unmanaged>>(one.data()));
+  ExecSpace().fence(label);
+  return one(0);
+}
+
 /// Σ term(i), i < n, always in the same order. Synchronises with the host. On CUDA it is a reduction of Kokkos, whose blocks
 /// and order depend on n and the kernel alone. On a CPU their number would depend on the threads: there as many partial sums
 /// as keep a GPU busy, then fewer and fewer; the last few are added by the host.
 template <class Sum, class Term>
 Sum ordered(const char* label, Index n, const Term& term) {
 #ifdef KOKKOS_ENABLE_CUDA
-  static_assert(sizeof(Sum) <= sizeof(SumRoom::Words));
-  SumRoom& room = sum_room();
-  if (n == 0) return {};
-  if (room.one.data() == nullptr) room.one = decltype(room.one)(Kokkos::ViewAllocateWithoutInitializing("drench::sum"));
-  Sum* const one = reinterpret_cast<Sum*>(room.one.data());
-  Kokkos::parallel_reduce(
-      label, Range(0, n), Added<Sum, Term>{term},
-      Kokkos::View<Sum, Kokkos::SharedHostPinnedSpace, Kokkos::MemoryTraits<Kokkos::Unmanaged>>(one));
-  ExecSpace().fence(label);
-  return *one;
+  return reduced<Sum>(label, n, Added<Sum, Term>{term});
 #else
   constexpr Index many = 65536, some = 1024, few = 32;
   SumRoom& room = sum_room();
@@ -151,9 +150,30 @@ struct PartsFrom {
 template <class Sum>
 struct SumPair {
   Sum first, second;
+  KOKKOS_INLINE_FUNCTION SumPair& operator+=(const SumPair& o) {
+    first += o.first;
+    second += o.second;
+    return *this;
+  }
+};
+/// Their terms, one range behind the other.
+template <class Sum, class First, class Second>
+struct AddedToPair {
+  First first;
+  Second second;
+  Index n_first;
+  KOKKOS_INLINE_FUNCTION void operator()(const Index i, SumPair<Sum>& s) const {
+    if (i < n_first)
+      s.first += first(i);
+    else
+      s.second += second(i - n_first);
+  }
 };
 template <class Sum, class First, class Second>
 SumPair<Sum> ordered_pair(const char* label, Index n_first, const First& first, Index n_second, const Second& second) {
+#ifdef KOKKOS_ENABLE_CUDA
+  return reduced<SumPair<Sum>>(label, n_first + n_second, AddedToPair<Sum, First, Second>{first, second, n_first});
+#else
   constexpr Index sizes[] = {65536, 1024, 32};
   SumRoom& room = sum_room();
   Index a[3], b[3];
@@ -172,6 +192,7 @@ SumPair<Sum> ordered_pair(const char* label, Index n_first, const First& first, 
   for (Index p = 0; p < a[2]; ++p) total.first += few(p);
   for (Index p = 0; p < b[2]; ++p) total.second += few(a[2] + p);
   return total;
+#endif
 }
 
 /// Two sums at once, in double.
