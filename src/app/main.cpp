@@ -14,6 +14,7 @@
 #include "output/run_folder.hpp"
 #include "pipeline/runtime.hpp"
 #include "scene/load.hpp"
+#include "scene/schema.hpp"
 #include "scene/setup_error.hpp"
 
 namespace {
@@ -99,13 +100,15 @@ int main(int argc, char** argv) {
   CLI::App* compare = app.add_subcommand("compare", "backend against reference, stage by stage from identical input");
   add_compare_options(*compare, compare_options);
   CLI::App* info = app.add_subcommand("info", "version, precision, device, libraries");
+  CLI::App* schema =
+      app.add_subcommand("schema", "every key of a scene with range, unit, default and meaning (Markdown)");
   info->add_option("--threads", info_threads, "number of threads")->check(at_least(1));
 
   const std::string first = argc > 1 ? argv[1] : "";
   const bool known = !app.get_subcommands([&](CLI::App* command) { return command->get_name() == first; }).empty();
   if (!first.empty() && first[0] != '-' && !known)
     return fail(drench::exit_usage,
-                fmt::format("drench: there is no command {}; allowed: run, check, compare, info", first));
+                fmt::format("drench: there is no command {}; allowed: run, check, compare, info, schema", first));
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {
@@ -115,6 +118,10 @@ int main(int argc, char** argv) {
   const std::string& scene_path = *check ? check_scene : *compare ? compare_options.scene : options.scene;
   try {
     if (!resume.empty()) return fail(drench::exit_usage, "drench: --resume is not available in this version");
+    if (*schema) {
+      fmt::print("{}", drench::scene_reference());
+      return drench::exit_done;
+    }
     if (*info) return drench::info_command(info_threads);
     if (*check) return drench::check_command(check_scene, check_overrides);
     if (*compare) return drench::compare_command(compare_options);

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cmath>
 #include <map>
 #include <sstream>
 #include <string_view>
@@ -317,6 +318,8 @@ Value& step_into(Value& value, const std::string& segment, const std::string& wa
 }
 
 }  // namespace
+
+std::string text(double x) { return std::isinf(x) ? (x > 0 ? ".inf" : "-.inf") : fmt::format("{}", x); }
 
 std::string Place::text() const {
   const std::string name = source ? *source : "scene";
