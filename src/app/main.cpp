@@ -27,6 +27,15 @@ int fail(int code, std::string text) {
   return code;
 }
 
+/// The place of a key in a scene that could be read a moment ago.
+std::string where(const std::string& scene, const std::vector<std::string>& overrides, const std::string& key) {
+  try {
+    return drench::locate(scene, overrides, key);
+  } catch (const drench::SceneError&) {
+    return scene;
+  }
+}
+
 /// A check for CLI11: a whole number of at least `least`. (Its own range checks print their bounds in 600 digits.)
 std::function<std::string(const std::string&)> at_least(std::int64_t least) {
   return [least](const std::string& text) {
@@ -115,6 +124,9 @@ int main(int argc, char** argv) {
     if (e.get_exit_code() == 0) return app.exit(e);  // --help, --version
     return fail(drench::exit_usage, fmt::format("drench: {}; see drench --help", e.what()));
   }
+  const std::vector<std::string>& overrides = *check     ? check_overrides
+                                              : *compare ? compare_options.overrides
+                                                         : options.overrides;
   const std::string& scene_path = *check ? check_scene : *compare ? compare_options.scene : options.scene;
   try {
     if (!resume.empty()) return fail(drench::exit_usage, "drench: --resume is not available in this version");
@@ -129,7 +141,7 @@ int main(int argc, char** argv) {
   } catch (const drench::SceneError& e) {
     return fail(drench::exit_usage, e.what());
   } catch (const drench::SetupError& e) {
-    return fail(drench::exit_usage, fmt::format("{}: {}", scene_path, e.what()));
+    return fail(drench::exit_usage, fmt::format("{}: {}", where(scene_path, overrides, e.key), e.what()));
   } catch (const drench::DeviceError& e) {
     return fail(drench::exit_usage, fmt::format("drench: {}", e.what()));
   } catch (const drench::FolderError& e) {

@@ -441,4 +441,15 @@ Scene load_scene(const std::string& path, const std::vector<std::string>& overri
   return parse_scene(read_text(path), path, overrides);
 }
 
+std::string locate_in(const std::string& yaml_text, const std::string& path_for_messages,
+                      const std::vector<std::string>& overrides, const std::string& key) {
+  yaml::Value root = yaml::parse(yaml_text, path_for_messages);
+  for (const std::string& override_text : overrides) yaml::apply_override(root, override_text);
+  return root.place_of(key).text() + ": " + (key.empty() ? "scene" : key);
+}
+
+std::string locate(const std::string& path, const std::vector<std::string>& overrides, const std::string& key) {
+  return locate_in(read_text(path), path, overrides, key);
+}
+
 }  // namespace drench

@@ -129,26 +129,6 @@ void Section::fail(const Value& value, const std::string& key, const std::string
   throw SceneError(value.place.text(), path_of(key) + ": " + message);
 }
 
-/// The place of a dotted path, or of the last thing on the way to it that exists.
-const yaml::Place& Section::place_of(const std::string& dotted) const {
-  const Value* value = &map_;
-  for (std::size_t begin = 0; begin <= dotted.size();) {
-    const std::size_t end = std::min(dotted.find('.', begin), dotted.size());
-    const std::string segment = dotted.substr(begin, end - begin);
-    const Value* next = nullptr;
-    if (value->kind == Value::Kind::map) {
-      next = value->find(segment);
-    } else if (value->kind == Value::Kind::list) {
-      const std::size_t index = std::stoul(segment);
-      if (index < value->items.size()) next = &value->items[index];
-    }
-    if (!next) break;
-    value = next;
-    begin = end + 1;
-  }
-  return value->place;
-}
-
 const Value* Section::take(const char* key, const std::string& expected) {
   known_.push_back(key);
   const Value* value = map_.find(key);
@@ -378,7 +358,7 @@ void Section::done() const {
   if (!missing_key_.empty()) {
     throw SceneError(map_.place.text(), fmt::format("{}: is missing; allowed: {}", path_of(missing_key_), missing_));
   }
-  if (!failed_.empty()) throw SceneError(place_of(failed_key_).text(), path_of(failed_key_) + ": " + failed_);
+  if (!failed_.empty()) throw SceneError(map_.place_of(failed_key_).text(), path_of(failed_key_) + ": " + failed_);
 }
 
 }  // namespace drench

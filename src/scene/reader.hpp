@@ -126,7 +126,6 @@ class Section {
 
  private:
   std::string path_of(const std::string& key) const;
-  const yaml::Place& place_of(const std::string& dotted) const;
   const yaml::Value* take(const char* key, const std::string& expected);
   void check_list(const char* key, const yaml::Value& value) const;
   void check_known() const;

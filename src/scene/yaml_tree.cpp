@@ -333,6 +333,25 @@ const Value* Value::find(const std::string& key) const {
   return nullptr;
 }
 
+const Place& Value::place_of(const std::string& dotted) const {
+  const Value* value = this;
+  for (std::size_t begin = 0; begin < dotted.size();) {
+    const std::size_t end = std::min(dotted.find('.', begin), dotted.size());
+    const std::string segment = dotted.substr(begin, end - begin);
+    const Value* next = nullptr;
+    if (value->kind == Kind::map) {
+      next = value->find(segment);
+    } else if (value->kind == Kind::list) {
+      const std::size_t index = std::stoul(segment);
+      if (index < value->items.size()) next = &value->items[index];
+    }
+    if (!next) break;
+    value = next;
+    begin = end + 1;
+  }
+  return value->place;
+}
+
 std::string Value::shown() const {
   switch (kind) {
     case Kind::scalar:

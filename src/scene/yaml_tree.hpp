@@ -27,6 +27,8 @@ struct Value {
   std::vector<Entry> entries;  // of a map, in the order of the file, without duplicates
 
   const Value* find(const std::string& key) const;  ///< a map's value, or null
+  /// The place of a dotted path, or of the last thing on the way to it that exists.
+  const Place& place_of(const std::string& dotted) const;
   std::string shown() const;                        ///< for messages: short, on one line
 };
 
