@@ -14,6 +14,7 @@
 #include "output/run_folder.hpp"
 #include "pipeline/runtime.hpp"
 #include "scene/load.hpp"
+#include "scene/schema.hpp"
 #include "scene/setup_error.hpp"
 
 namespace {
@@ -24,6 +25,15 @@ int fail(int code, std::string text) {
     if (c == '\n' || c == '\r') c = ' ';
   fmt::print(stderr, "{}\n", text);
   return code;
+}
+
+/// The place of a key in a scene that could be read a moment ago.
+std::string where(const std::string& scene, const std::vector<std::string>& overrides, const std::string& key) {
+  try {
+    return drench::locate(scene, overrides, key);
+  } catch (const drench::SceneError&) {
+    return scene;
+  }
 }
 
 /// A check for CLI11: a whole number of at least `least`. (Its own range checks print their bounds in 600 digits.)
@@ -55,6 +65,12 @@ void add_run_options(CLI::App& run, drench::RunOptions& options, std::string& re
   run.add_flag("--profile", options.profile, "print the time of each stage at the end");
   run.add_flag("--no-output", options.no_output, "write no files");
   run.add_flag("--overwrite", options.overwrite, "replace the files of an earlier run in the output folder");
+  run.footer(
+      "Examples:\n"
+      "  drench run scene.yaml\n"
+      "  drench run scene.yaml -o coarse --set fluid.spacing=0.025 --set time.end=0.02\n"
+      "  drench run scene.yaml --steps 10 --no-output --profile\n"
+      "  drench run scene.yaml -o exact --backend reference --until 0.01");
 }
 
 void add_compare_options(CLI::App& compare, drench::CompareOptions& options) {
@@ -75,6 +91,11 @@ void add_compare_options(CLI::App& compare, drench::CompareOptions& options) {
       ->check(at_least(0));
   compare.add_option("--set", options.overrides, "key.path=value; may be repeated")->allow_extra_args(false);
   compare.add_option("--threads", options.threads, "number of threads")->check(at_least(1));
+  compare.footer(
+      "Examples:\n"
+      "  drench compare scene.yaml\n"
+      "  drench compare scene.yaml --after 10 --steps 1 --seed 2\n"
+      "Exit code 1 if a field is over its tolerance.");
 }
 
 }  // namespace
@@ -82,7 +103,12 @@ void add_compare_options(CLI::App& compare, drench::CompareOptions& options) {
 int main(int argc, char** argv) {
   vtkObject::GlobalWarningDisplayOff();  // its warnings come back as error codes, which are reported in one line
   CLI::App app("drench: water meets porous cloth");
-  app.footer("Exit codes: 0 done; 1 a check failed or the run diverged; 2 bad command line or bad scene; 130 Ctrl-C.");
+  app.footer(
+      "Examples:\n"
+      "  drench check scene.yaml\n"
+      "  drench run scene.yaml\n"
+      "  drench run --help\n"
+      "Exit codes: 0 done; 1 a check failed or the run diverged; 2 bad command line or bad scene; 130 Ctrl-C.");
   app.set_version_flag("--version", fmt::format("drench {}", drench::version_string));
   app.require_subcommand(1);
 
@@ -95,26 +121,41 @@ int main(int argc, char** argv) {
   CLI::App* check = app.add_subcommand("check", "load and validate a scene, print what a run of it would be");
   check->add_option("SCENE", check_scene, "the scene file")->required();
   check->add_option("--set", check_overrides, "key.path=value; may be repeated")->allow_extra_args(false);
+  check->footer(
+      "Examples:\n"
+      "  drench check scene.yaml\n"
+      "  drench check scene.yaml --set fluid.spacing=0.01");
   drench::CompareOptions compare_options;
   CLI::App* compare = app.add_subcommand("compare", "backend against reference, stage by stage from identical input");
   add_compare_options(*compare, compare_options);
   CLI::App* info = app.add_subcommand("info", "version, precision, device, libraries");
+  CLI::App* schema =
+      app.add_subcommand("schema", "every key of a scene with range, unit, default and meaning (Markdown)");
   info->add_option("--threads", info_threads, "number of threads")->check(at_least(1));
+  info->footer("Examples:\n  drench info\n  drench info --threads 2");
+  schema->footer("Examples:\n  drench schema\n  drench schema | grep spacing");
 
   const std::string first = argc > 1 ? argv[1] : "";
   const bool known = !app.get_subcommands([&](CLI::App* command) { return command->get_name() == first; }).empty();
   if (!first.empty() && first[0] != '-' && !known)
     return fail(drench::exit_usage,
-                fmt::format("drench: there is no command {}; allowed: run, check, compare, info", first));
+                fmt::format("drench: there is no command {}; allowed: run, check, compare, info, schema", first));
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {
     if (e.get_exit_code() == 0) return app.exit(e);  // --help, --version
     return fail(drench::exit_usage, fmt::format("drench: {}; see drench --help", e.what()));
   }
+  const std::vector<std::string>& overrides = *check     ? check_overrides
+                                              : *compare ? compare_options.overrides
+                                                         : options.overrides;
   const std::string& scene_path = *check ? check_scene : *compare ? compare_options.scene : options.scene;
   try {
     if (!resume.empty()) return fail(drench::exit_usage, "drench: --resume is not available in this version");
+    if (*schema) {
+      fmt::print("{}", drench::scene_reference());
+      return drench::exit_done;
+    }
     if (*info) return drench::info_command(info_threads);
     if (*check) return drench::check_command(check_scene, check_overrides);
     if (*compare) return drench::compare_command(compare_options);
@@ -122,7 +163,7 @@ int main(int argc, char** argv) {
   } catch (const drench::SceneError& e) {
     return fail(drench::exit_usage, e.what());
   } catch (const drench::SetupError& e) {
-    return fail(drench::exit_usage, fmt::format("{}: {}", scene_path, e.what()));
+    return fail(drench::exit_usage, fmt::format("{}: {}", where(scene_path, overrides, e.key), e.what()));
   } catch (const drench::DeviceError& e) {
     return fail(drench::exit_usage, fmt::format("drench: {}", e.what()));
   } catch (const drench::FolderError& e) {

@@ -102,7 +102,8 @@ SetupSize expected_size(const Model& m) {
       throw SetupError(
           fmt::format("body {}: its surface needs more than {:.0f} samples at spacing {} m; use a smaller domain "
                       "or body, or a larger spacing",
-                      b + 1, max_body_samples, m.spacing));
+                      b + 1, max_body_samples, m.spacing),
+          fmt::format("bodies.{}", b));
     }
     size.boundary += samples;
   }
@@ -160,10 +161,11 @@ void warn_of_nodes_in_solids(Setup& setup) {
 void refuse_cloth_on_open_meshes(const Model& m) {
   for (std::size_t b = 0; b < m.bodies.size(); ++b) {
     if (m.has_moving_cloth() && m.bodies[b].kind == BodyScene::Kind::mesh && m.bodies[b].field.empty())
-      throw SetupError(fmt::format(
-          "body {} ({}): contact of a moving cloth with a mesh that is not closed is not available in this version; "
-          "allowed: a closed mesh, a box, sphere or plane, or cloths with dynamics: false",
-          b + 1, m.scene.bodies[b].file));
+      throw SetupError(fmt::format("body {} ({}): contact of a moving cloth with a mesh that is not closed is not "
+                                   "available in this version; "
+                                   "allowed: a closed mesh, a box, sphere or plane, or cloths with dynamics: false",
+                                   b + 1, m.scene.bodies[b].file),
+                       fmt::format("bodies.{}.mesh.file", b));
   }
 }
 
@@ -208,7 +210,7 @@ void warn_of_capillary_step(Setup& setup) {
 
 void init_fluid(Setup& setup) {
   HostState& s = setup.state;
-  BlockParticles particles = fill_blocks(setup.model, setup.warnings);
+  BlockParticles particles = blaming("fluid.sources", [&] { return fill_blocks(setup.model, setup.warnings); });
   const std::size_t count = particles.position.size();
   s.fluid_position = std::move(particles.position);
   s.fluid_velocity = std::move(particles.velocity);
@@ -229,7 +231,8 @@ void check_ledger_range(const Setup& setup) {
   for (const double capacity : setup.model.samples.node_capacity) quanta += 2 * capacity / setup.model.quantum;
   if (!(quanta < 0x1p62)) {
     throw SetupError(
-        "the cloth can hold more than 2^30 particles' mass, too much for the mass ledger: use a larger spacing");
+        "the cloth can hold more than 2^30 particles' mass, too much for the mass ledger: use a larger spacing",
+        "fluid.spacing");
   }
 }
 
@@ -244,7 +247,8 @@ Setup build(const Scene& scene, const MemoryBudget& budget) {
   lay_rest_planes(m);
   set_numbers(m);
   for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
-    m.bodies.push_back(make_body(scene.bodies[b], scene.path, fmt::format("body {}", b + 1)));
+    m.bodies.push_back(blaming(fmt::format("bodies.{}", b),
+                               [&] { return make_body(scene.bodies[b], scene.path, fmt::format("body {}", b + 1)); }));
   }
   for (Body& body : m.bodies)
     if (body.kind == BodyScene::Kind::plane) body.reach = farthest_corner(scene.domain, body.point);
@@ -262,7 +266,7 @@ Setup build(const Scene& scene, const MemoryBudget& budget) {
   refuse_self_intersections(m);
   warn_of_nodes_in_solids(setup);
   if (m.has_fluid()) {
-    m.jets = make_jets(m, setup.warnings);
+    m.jets = blaming("fluid.sources", [&] { return make_jets(m, setup.warnings); });
     sample_bodies(setup);
     warn_of_dense_lattice(setup);
     warn_of_capillary_step(setup);

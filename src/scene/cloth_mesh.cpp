@@ -298,14 +298,15 @@ std::array<double, 4> hinge_cotangents(const Vec3& x0, const Vec3& x1, const Vec
 void build_cloths(const Scene& scene, Model& model, std::vector<std::string>& warnings) {
   ClothMesh& mesh = model.mesh;
   for (const ClothScene& c : scene.cloths) {
-    const SurfaceMesh own = placed_mesh(c, scene.path);
+    const std::string key = fmt::format("cloth.{}", model.cloths.size());
+    const SurfaceMesh own = blaming(key + ".mesh", [&] { return placed_mesh(c, scene.path); });
     const auto edges = mesh_edges(own.triangles);
     ClothMaterial material = make_material(c, scene.processes);
     material.first_node = mesh.nodes();
     material.node_count = static_cast<Index>(own.points.size());
     material.first_triangle = mesh.triangles();
     material.triangle_count = static_cast<Index>(own.triangles.size());
-    const Pins pins = pinned_nodes(c, own, edges, warnings);
+    const Pins pins = blaming(key + ".pin", [&] { return pinned_nodes(c, own, edges, warnings); });
     append(mesh, own, c, edges, pins.pinned, static_cast<Index>(model.cloths.size()));
     set_pins_in_motion(model, c, pins);
     model.cloths.push_back(material);

@@ -112,11 +112,9 @@ void read_jet(Section& s, JetScene& jet) {
 }
 
 void read_source(Section& s, FluidScene& fluid) {
-  if (s.one_of({"block", "jet"}) == "block") {
-    s.section("block", fluid.blocks.emplace_back(), read_block);
-  } else {
-    s.section("jet", fluid.jets.emplace_back(), read_jet);
-  }
+  s.one_of({"block", "jet"});
+  s.entry("block", fluid.blocks, read_block);
+  s.entry("jet", fluid.jets, read_jet);
 }
 
 void read_fluid(Section& s, FluidScene& fluid) {
@@ -184,8 +182,8 @@ void read_pin_motion(Section& s, PinScene& pin) {
 
 void read_pin(Section& s, PinScene& pin) {
   const std::string kind = s.one_of({"corners", "edges", "box", "nodes"}, {"velocity", "spin", "start", "end"});
-  if (s.has("corners") && s.flag("corners")) pin.kind = PinScene::Kind::corners;
-  if (s.has("edges") && s.flag("edges")) pin.kind = PinScene::Kind::edges;
+  if (s.flag("corners")) pin.kind = PinScene::Kind::corners;
+  if (s.flag("edges")) pin.kind = PinScene::Kind::edges;
   if (s.section("box", pin.box, read_box)) pin.kind = PinScene::Kind::box;
   s.integers("nodes", pin.nodes, "[0, 2147483646]", "(the number of a node)");
   if (kind == "nodes") pin.kind = PinScene::Kind::nodes;
@@ -232,11 +230,9 @@ void check_saturations(Section& s, const char* key, const std::vector<Saturation
 /// A key that has no default of its own.
 void read_wet(Section& s, const char* key, std::optional<double>& out, const ClothScene& cloth, const char* range,
               const char* unit) {
-  double value = 0;
-  s.number(key, value, range, unit);
-  if (!s.has(key)) return;
-  out = value;
-  s.check(cloth.porous.present, key, "is for a cloth that takes up liquid; allowed: only beside the key porous");
+  s.number(key, out, range, unit);
+  s.check(!out || cloth.porous.present, key,
+          "is for a cloth that takes up liquid; allowed: only beside the key porous");
 }
 
 void check_pins(Section& s, const ClothScene& cloth) {
@@ -433,8 +429,27 @@ Scene parse_scene(const std::string& yaml_text, const std::string& path_for_mess
   return scene;
 }
 
+Schema scene_schema() {
+  Schema schema;
+  Section section(schema, "");
+  Scene scene;
+  read_scene(section, scene);
+  return schema;
+}
+
 Scene load_scene(const std::string& path, const std::vector<std::string>& overrides) {
   return parse_scene(read_text(path), path, overrides);
+}
+
+std::string locate_in(const std::string& yaml_text, const std::string& path_for_messages,
+                      const std::vector<std::string>& overrides, const std::string& key) {
+  yaml::Value root = yaml::parse(yaml_text, path_for_messages);
+  for (const std::string& override_text : overrides) yaml::apply_override(root, override_text);
+  return root.place_of(key).text() + ": " + (key.empty() ? "scene" : key);
+}
+
+std::string locate(const std::string& path, const std::vector<std::string>& overrides, const std::string& key) {
+  return locate_in(read_text(path), path, overrides, key);
 }
 
 }  // namespace drench

@@ -18,6 +18,13 @@ Scene load_scene(const std::string& path, const std::vector<std::string>& overri
 Scene parse_scene(const std::string& yaml_text, const std::string& path_for_messages,
                   const std::vector<std::string>& overrides = {});
 
+/// Where `key` (dotted, "" for the scene as a whole) of a scene file stands, as errors begin: `file:line:column: key`. If it
+/// is not there, the place of the last thing on the way to it that is.
+std::string locate(const std::string& path, const std::vector<std::string>& overrides, const std::string& key);
+/// The same in a scene's text.
+std::string locate_in(const std::string& yaml_text, const std::string& path_for_messages,
+                      const std::vector<std::string>& overrides, const std::string& key);
+
 /// The scene with every default written out, in the scene file's own syntax; parse_scene gives an equal Scene back.
 std::string to_yaml(const Scene& scene);
 

@@ -184,21 +184,25 @@ void refuse_too_large(const SetupSize& size, const MemoryBudget& budget) {
       "samples of cloth{}",
       size.fluid, size.boundary, size.nodes, size.samples,
       size.field > 0 ? fmt::format(", {:.0f} points of distance fields", size.field) : "");
+  const double of_spacing = size.fluid + size.boundary + size.samples + size.field;
+  const char* key = size.liquid && of_spacing > size.nodes ? "fluid.spacing" : "cloth";
   if (!(size.fluid <= most && size.boundary <= most && size.nodes <= most / 4 && size.samples <= most &&
         size.field <= 8 * most)) {
     throw SetupError(
-        fmt::format("the scene is too large: {}; allowed: {:.0f} of each, {:.0f} nodes", counts, most, most / 4));
+        fmt::format("the scene is too large: {}; allowed: {:.0f} of each, {:.0f} nodes", counts, most, most / 4), key);
   }
   const MemoryEstimate estimate = estimate_memory(size, budget.real_bytes);
   const bool shared = budget.device.empty();
   if (const double bytes = shared ? estimate.total() : estimate.host; bytes > budget.host)
     throw SetupError(
         fmt::format("the scene does not fit in memory: {} need about {:.1f} GiB, the machine has {:.1f} GiB", counts,
-                    bytes / gibibyte, budget.host / gibibyte));
+                    bytes / gibibyte, budget.host / gibibyte),
+        key);
   if (const double bytes = estimate.backend(); !shared && bytes > budget.device_free)
     throw SetupError(
         fmt::format("the scene does not fit in the device's memory: {} need about {:.1f} GiB, {} has {:.1f} GiB free",
-                    counts, bytes / gibibyte, budget.device, budget.device_free / gibibyte));
+                    counts, bytes / gibibyte, budget.device, budget.device_free / gibibyte),
+        key);
 }
 
 }  // namespace drench

@@ -105,30 +105,28 @@ Section::Section(const Value& map, std::string path, std::string folder)
   }
 }
 
+namespace {
+const Value empty_map = [] {
+  Value value;
+  value.kind = Value::Kind::map;
+  return value;
+}();
+}  // namespace
+
+Section::Section(Schema& schema, std::string path) : map_(empty_map), schema_(&schema), path_(std::move(path)) {}
+
+void Section::note(const char* key, const std::string& type, const std::string& allowed, const std::string& unit,
+                   const std::string& standard) {
+  const SchemaKey::Need need = required_.count(key) != 0 ? SchemaKey::Need::required
+                               : one_of_.count(key) != 0 ? SchemaKey::Need::one_of
+                                                         : SchemaKey::Need::optional;
+  schema_->keys.push_back({path_of(key), type, allowed, unit == "1" ? "" : unit, standard, need});
+}
+
 std::string Section::path_of(const std::string& key) const { return path_.empty() ? key : path_ + "." + key; }
 
 void Section::fail(const Value& value, const std::string& key, const std::string& message) const {
   throw SceneError(value.place.text(), path_of(key) + ": " + message);
-}
-
-/// The place of a dotted path, or of the last thing on the way to it that exists.
-const yaml::Place& Section::place_of(const std::string& dotted) const {
-  const Value* value = &map_;
-  for (std::size_t begin = 0; begin <= dotted.size();) {
-    const std::size_t end = std::min(dotted.find('.', begin), dotted.size());
-    const std::string segment = dotted.substr(begin, end - begin);
-    const Value* next = nullptr;
-    if (value->kind == Value::Kind::map) {
-      next = value->find(segment);
-    } else if (value->kind == Value::Kind::list) {
-      const std::size_t index = std::stoul(segment);
-      if (index < value->items.size()) next = &value->items[index];
-    }
-    if (!next) break;
-    value = next;
-    begin = end + 1;
-  }
-  return value->place;
 }
 
 const Value* Section::take(const char* key, const std::string& expected) {
@@ -164,11 +162,20 @@ int Section::read_integer(const Value& value, const std::string& key, const char
 }
 
 void Section::number(const char* key, double& out, const char* range, const char* unit) {
+  if (schema_) return note(key, "number", range, unit, yaml::text(out));
   const Value* value = take(key, "a number in " + with_unit(range, unit));
   if (value) out = read_number(*value, key, range, unit);
 }
 
+void Section::number(const char* key, std::optional<double>& out, const char* range, const char* unit) {
+  if (schema_) return note(key, "number", range, unit);
+  double value = 0;
+  number(key, value, range, unit);
+  if (has(key)) out = value;
+}
+
 void Section::integer(const char* key, int& out, const char* range, const char* unit) {
+  if (schema_) return note(key, "whole number", range, unit, yaml::text(out));
   const Value* value = take(key, "a whole number in " + with_unit(range, unit));
   if (value) out = read_integer(*value, key, range, unit);
 }
@@ -184,21 +191,25 @@ void Section::read_array(const char* key, std::array<T, N>& out, const std::stri
 }
 
 void Section::numbers(const char* key, Vec3& out, const char* range, const char* unit) {
+  if (schema_) return note(key, "3 numbers", range, unit, yaml::text(out));
   read_array(key, out, "a list of 3 numbers in " + with_unit(range, unit),
              [&](const Value& item, const std::string& at) { return read_number(item, at, range, unit); });
 }
 
 void Section::numbers(const char* key, std::array<double, 2>& out, const char* range, const char* unit) {
+  if (schema_) return note(key, "2 numbers", range, unit, yaml::text(out));
   read_array(key, out, "a list of 2 numbers in " + with_unit(range, unit),
              [&](const Value& item, const std::string& at) { return read_number(item, at, range, unit); });
 }
 
 void Section::integers(const char* key, std::array<int, 2>& out, const char* range, const char* unit) {
+  if (schema_) return note(key, "2 whole numbers", range, unit, yaml::text(out));
   read_array(key, out, "a list of 2 whole numbers in " + with_unit(range, unit),
              [&](const Value& item, const std::string& at) { return read_integer(item, at, range, unit); });
 }
 
 void Section::integers(const char* key, std::vector<Index>& out, const char* range, const char* unit) {
+  if (schema_) return note(key, "list of whole numbers", range, unit);
   const Value* value = take(key, "a list of whole numbers in " + with_unit(range, unit));
   if (!value) return;
   check_list(key, *value);
@@ -209,6 +220,7 @@ void Section::integers(const char* key, std::vector<Index>& out, const char* ran
 }
 
 void Section::boolean(const char* key, bool& out) {
+  if (schema_) return note(key, "switch", "true, false, on, off", "", out ? "true" : "false");
   const Value* value = take(key, "true or false");
   if (!value) return;
   const bool plain = value->kind == Value::Kind::scalar && !value->quoted;
@@ -220,6 +232,10 @@ void Section::boolean(const char* key, bool& out) {
 }
 
 bool Section::flag(const char* key) {
+  if (schema_) {
+    note(key, "switch", "true");
+    return false;
+  }
   bool on = true;
   const bool stands = has(key);
   boolean(key, on);
@@ -229,7 +245,9 @@ bool Section::flag(const char* key) {
 
 void Section::text(const char* key, std::string& out) {
   constexpr std::size_t max_length = 100;
-  const std::string expected = fmt::format("a text of 1 to {} bytes without control characters", max_length);
+  const std::string bytes = fmt::format("1 to {} bytes without control characters", max_length);
+  if (schema_) return note(key, "text", bytes, "", out);
+  const std::string expected = "a text of " + bytes;
   const Value* value = take(key, expected);
   if (!value) return;
   const bool clean = std::none_of(value->text.begin(), value->text.end(),
@@ -242,6 +260,7 @@ void Section::text(const char* key, std::string& out) {
 
 void Section::mesh_file(const char* key, std::string& out) {
   namespace fs = std::filesystem;
+  if (schema_) return note(key, "file", ".obj, .ply, .stl");
   const std::string expected = "the name of an .obj, .ply or .stl file";
   const Value* value = take(key, expected);
   if (!value) return;
@@ -262,11 +281,16 @@ void Section::mesh_file(const char* key, std::string& out) {
   out = file.string();
 }
 
-int Section::word_index(const char* key, const std::vector<std::pair<std::string, bool>>& words) {
+int Section::word_index(const char* key, const std::vector<std::pair<std::string, bool>>& words,
+                        const std::string& standard) {
   std::vector<std::string> allowed, all;
   for (const auto& [word, available] : words) {
     all.push_back(word);
     if (available) allowed.push_back(word);
+  }
+  if (schema_) {
+    note(key, "word", joined(allowed), "", standard);
+    return -1;
   }
   const Value* value = take(key, "one of " + joined(allowed));
   if (!value) return -1;
@@ -286,6 +310,10 @@ void Section::check_list(const char* key, const Value& value) const {
 }
 
 std::string Section::one_of(std::initializer_list<const char*> keys, std::initializer_list<const char*> others) {
+  if (schema_) {
+    one_of_.insert(keys.begin(), keys.end());
+    return "";
+  }
   known_.assign(keys.begin(), keys.end());
   const std::vector<std::string> wanted = known_;
   known_.insert(known_.end(), others.begin(), others.end());
@@ -330,7 +358,7 @@ void Section::done() const {
   if (!missing_key_.empty()) {
     throw SceneError(map_.place.text(), fmt::format("{}: is missing; allowed: {}", path_of(missing_key_), missing_));
   }
-  if (!failed_.empty()) throw SceneError(place_of(failed_key_).text(), path_of(failed_key_) + ": " + failed_);
+  if (!failed_.empty()) throw SceneError(map_.place_of(failed_key_).text(), path_of(failed_key_) + ": " + failed_);
 }
 
 }  // namespace drench

@@ -2,25 +2,17 @@
 
 #include <fmt/format.h>
 
-#include <cmath>
 #include <iterator>
 #include <string>
 
 #include "scene/load.hpp"
+#include "scene/yaml_tree.hpp"
 
 namespace drench {
 
 namespace {
 
-/// The shortest text that reads back as the same double.
-std::string text(double x) { return std::isinf(x) ? (x > 0 ? ".inf" : "-.inf") : fmt::format("{}", x); }
-
-template <class T, std::size_t N>
-std::string text(const std::array<T, N>& values) {
-  std::string all;
-  for (const T& value : values) all += (all.empty() ? "" : ", ") + text(static_cast<double>(value));
-  return "[" + all + "]";
-}
+using yaml::text;
 
 std::string quoted(const std::string& words) {
   std::string all;

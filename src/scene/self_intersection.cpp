@@ -48,7 +48,8 @@ void refuse_thick_cloth(const Model& m) {
       throw SetupError(
           fmt::format("cloth {}: self_collision keeps layers {:.4g} m apart, too thick for a triangle of height {:.4g} "
                       "m: at most half of that; use a smaller thickness or a coarser mesh",
-                      cloth.name, cloth.thickness, height));
+                      cloth.name, cloth.thickness, height),
+          fmt::format("cloth.{}.thickness", &cloth - m.cloths.data()));
   }
 }
 
@@ -75,10 +76,12 @@ void refuse_self_intersections(const Model& m) {
       if (std::count(t.begin(), t.end(), e[0]) + std::count(t.begin(), t.end(), e[1]) > 0) return;
       if (!passes_through(place_of(m, e[0]), place_of(m, e[1]), corner, rounding)) return;
       const std::string &one = cloth_of(m, e[0]).name, &other = cloth_of(m, t[0]).name;
-      throw SetupError(fmt::format(
-          "cloth {} intersects {} near ({:.4g}, {:.4g}, {:.4g}): with self_collision the start must be free of "
-          "intersections",
-          one, one == other ? "itself" : "cloth " + other, corner[0][0], corner[0][1], corner[0][2]));
+      throw SetupError(
+          fmt::format(
+              "cloth {} intersects {} near ({:.4g}, {:.4g}, {:.4g}): with self_collision the start must be free of "
+              "intersections",
+              one, one == other ? "itself" : "cloth " + other, corner[0][0], corner[0][1], corner[0][2]),
+          fmt::format("cloth.{}", &cloth_of(m, e[0]) - m.cloths.data()));
     });
   }
 }

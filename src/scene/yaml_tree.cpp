@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cmath>
 #include <map>
 #include <sstream>
 #include <string_view>
@@ -318,6 +319,8 @@ Value& step_into(Value& value, const std::string& segment, const std::string& wa
 
 }  // namespace
 
+std::string text(double x) { return std::isinf(x) ? (x > 0 ? ".inf" : "-.inf") : fmt::format("{}", x); }
+
 std::string Place::text() const {
   const std::string name = source ? *source : "scene";
   return line > 0 ? fmt::format("{}:{}:{}", name, line, column) : name;
@@ -328,6 +331,25 @@ const Value* Value::find(const std::string& key) const {
     if (entry.key == key) return &entry.value;
   }
   return nullptr;
+}
+
+const Place& Value::place_of(const std::string& dotted) const {
+  const Value* value = this;
+  for (std::size_t begin = 0; begin < dotted.size();) {
+    const std::size_t end = std::min(dotted.find('.', begin), dotted.size());
+    const std::string segment = dotted.substr(begin, end - begin);
+    const Value* next = nullptr;
+    if (value->kind == Kind::map) {
+      next = value->find(segment);
+    } else if (value->kind == Kind::list) {
+      const std::size_t index = std::stoul(segment);
+      if (index < value->items.size()) next = &value->items[index];
+    }
+    if (!next) break;
+    value = next;
+    begin = end + 1;
+  }
+  return value->place;
 }
 
 std::string Value::shown() const {

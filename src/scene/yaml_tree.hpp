@@ -1,6 +1,7 @@
 #pragma once
 // A YAML document as a tree in which every value knows where it was written.
 
+#include <array>
 #include <cstddef>
 #include <memory>
 #include <string>
@@ -26,6 +27,8 @@ struct Value {
   std::vector<Entry> entries;  // of a map, in the order of the file, without duplicates
 
   const Value* find(const std::string& key) const;  ///< a map's value, or null
+  /// The place of a dotted path, or of the last thing on the way to it that exists.
+  const Place& place_of(const std::string& dotted) const;
   std::string shown() const;                        ///< for messages: short, on one line
 };
 
@@ -34,6 +37,16 @@ struct Entry {
   Place place;  // of the key
   Value value;
 };
+
+/// The shortest text that reads back as the same double.
+std::string text(double x);
+
+template <class T, std::size_t N>
+std::string text(const std::array<T, N>& values) {
+  std::string all;
+  for (const T& value : values) all += (all.empty() ? "" : ", ") + text(static_cast<double>(value));
+  return "[" + all + "]";
+}
 
 inline constexpr std::size_t max_bytes = std::size_t{16} << 20;
 inline constexpr std::size_t max_depth = 32;        // of nested lists and maps

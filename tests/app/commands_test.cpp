@@ -66,6 +66,30 @@ TEST_F(Commands, HelpAndVersionExitWithZero) {
   }
 }
 
+/// What the help shows as examples is what one can type.
+TEST_F(Commands, TheExamplesOfTheHelpRun) {
+  write_text(here() / "scene.yaml", tiny_scene);
+  int examples = 0;
+  for (const std::string command : {"", "run", "check", "compare", "info", "schema"}) {
+    const Outcome help =
+        drench(command.empty() ? std::vector<std::string>{"--help"} : std::vector<std::string>{command, "--help"});
+    ASSERT_EQ(help.code, 0) << help.err;
+    int of_command = 0;
+    for (const std::string& line : split(help.out.substr(help.out.find("Examples:\n")), '\n')) {
+      if (line.rfind("  drench ", 0) != 0) continue;
+      std::vector<std::string> words = split(line.substr(9, line.find(" |") - 9), ' ');
+      if (words == std::vector<std::string>{"run", "scene.yaml"})
+        words.push_back("--overwrite");  // it stands there twice
+      const Outcome o = drench(words);
+      EXPECT_EQ(o.code, 0) << line << "\n" << o.err;
+      ++of_command;
+    }
+    EXPECT_GE(of_command, 2) << command;
+    examples += of_command;
+  }
+  EXPECT_GE(examples, 13);
+}
+
 TEST_F(Commands, CheckPrintsWhatARunWouldBeAndWritesNothing) {
   const Outcome o = drench({"check", "tiny.yaml"});
   EXPECT_EQ(o.code, 0) << o.err;

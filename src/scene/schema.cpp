@@ -1,0 +1,88 @@
+#include "scene/schema.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <string_view>
+
+#include "scene/meanings.hpp"
+#include "scene/yaml_tree.hpp"
+
+namespace drench {
+
+namespace {
+
+bool fits(std::string_view pattern, std::string_view path) {
+  const std::size_t star = pattern.find('*');
+  if (star == pattern.npos) return pattern == path;
+  const std::string_view head = pattern.substr(0, star), tail = pattern.substr(star + 1);
+  return path.size() >= head.size() + tail.size() && path.substr(0, head.size()) == head &&
+         path.substr(path.size() - tail.size()) == tail;
+}
+
+/// "(the number of a node)" is for error messages.
+std::string unit_cell(const SchemaKey& key) { return key.unit.starts_with('(') ? "" : key.unit; }
+
+std::string sentence(std::string text) {
+  if (!text.empty() && text[0] >= 'a' && text[0] <= 'z') text[0] = static_cast<char>(text[0] - 'a' + 'A');
+  return text + ".";
+}
+
+/// A default stands in the table as YAML has it; a key that must be given says so.
+std::string standard_cell(const Schema& schema, const SchemaKey& key) {
+  if (key.need == SchemaKey::Need::one_of) return "one of these";
+  if (key.need == SchemaKey::Need::optional) return key.standard.empty() ? "" : fmt::format("`{}`", key.standard);
+  const std::string map = key.parent();
+  const bool in_list = map.find(".N") != map.npos;
+  const bool optional_map = std::any_of(schema.keys.begin(), schema.keys.end(), [&](const SchemaKey& k) {
+    return k.path == map && k.need == SchemaKey::Need::optional;
+  });
+  if (in_list || !optional_map || key.standard.empty()) return "required";
+  return fmt::format("required; without `{}`: `{}`", map, key.standard);
+}
+
+constexpr const char* preface = R"(# The scene format
+This file is what the loader itself knows: `drench schema > scenes/README.md` writes it, and a test compares the two.
+
+A scene is one YAML document in UTF-8, a map of keys and values, in SI units. Unknown keys, keys given twice, values of the wrong type, not a
+number or out of their range, empty lists and missing files are refused with one line, `file:line:column: key: what is wrong; allowed: …`, and exit code 2.
+Ranges are written as in mathematics: `(0, 1]` is above 0 and at most 1. Infinity is `.inf`. A scene has at most {} MB, {} levels of lists and maps,
+{} values and {} keys in a map; anchors and aliases may be used, tags may not.
+
+`--set key.path=value` replaces a value from the command line; `N` is the entry's number in its list, from 0: `--set cloth.0.stretch=300`.
+`scene.yaml` in the folder of any run has every key with the value that was used.
+)";
+
+}  // namespace
+
+std::string SchemaKey::parent() const { return path.find('.') == path.npos ? "" : path.substr(0, path.rfind('.')); }
+
+std::string SchemaKey::name() const { return path.substr(path.rfind('.') + 1); }
+
+std::string meaning_of(const std::string& path) {
+  for (const Meaning& meaning : meanings)
+    if (fits(meaning.path, path)) return std::string(meaning.text);
+  return "";
+}
+
+std::string scene_reference() {
+  const Schema schema = scene_schema();
+  std::vector<std::string> maps;
+  for (const SchemaKey& key : schema.keys)
+    if (std::find(maps.begin(), maps.end(), key.parent()) == maps.end()) maps.push_back(key.parent());
+  std::string page = fmt::format(preface, yaml::max_bytes >> 20, yaml::max_depth, yaml::max_values, yaml::max_map_keys);
+  for (const std::string& map : maps) {
+    page += map.empty() ? "\n## The scene\n" : fmt::format("\n## `{}`\n", map);
+    const std::string meaning = meaning_of(map.ends_with(".N") ? map.substr(0, map.size() - 2) : map);
+    if (!meaning.empty()) page += sentence(meaning) + "\n\n";
+    page += "| key | type | allowed | unit | default | meaning |\n|---|---|---|---|---|---|\n";
+    for (const SchemaKey& key : schema.keys) {
+      if (key.parent() != map) continue;
+      page += fmt::format("| `{}` | {} | {} | {} | {} | {} |\n", key.name(), key.type, key.allowed, unit_cell(key),
+                          standard_cell(schema, key), meaning_of(key.path));
+    }
+  }
+  return page;
+}
+
+}  // namespace drench

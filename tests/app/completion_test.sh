@@ -1,0 +1,19 @@
+#!/usr/bin/env bash
+# completion_test.sh SOURCE BUILD: tools/completion/drench.bash completes what drench knows.
+set -euo pipefail
+# shellcheck source=/dev/null
+source "$1/tools/completion/drench.bash"
+expect() {  # WANTED WORD...: the last word is the one to complete
+  local wanted=$1
+  shift
+  COMP_WORDS=("$@") COMP_CWORD=$(($# - 1))
+  _drench
+  [[ "${COMPREPLY[*]}" == "$wanted" ]] || { echo "$*: got '${COMPREPLY[*]}', wanted '$wanted'"; exit 1; }
+}
+cd "$1/scenes"
+expect 'check' "$2/drench" ch
+expect '--until' "$2/drench" run water_on_cloth.yaml --un
+expect '--tolerance-scale' "$2/drench" compare --tol
+expect 'reference' "$2/drench" run --backend ref
+expect 'wring.yaml' "$2/drench" run wri
+echo "all completed"

@@ -1,0 +1,436 @@
+// Scenes of the project with one mistake each, hundreds of them: every one is refused with one line that names file, line,
+// column and key, or it is a scene that says something else and says it validly. DRENCH_FUZZ_SEED and DRENCH_FUZZ_COUNT
+// repeat or lengthen the hunt.
+
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <ctime>
+#include <limits>
+#include <map>
+#include <random>
+#include <regex>
+#include <sstream>
+
+#include "good_scenes.hpp"
+#include "run_program.hpp"
+#include "scene/build.hpp"
+#include "scene/load.hpp"
+#include "scene/schema.hpp"
+#include "scene/yaml_tree.hpp"
+#include "scene_equal.hpp"
+
+namespace drench::testing {
+namespace {
+
+using yaml::Value;
+
+/// Everything that a mutation may touch, gathered anew for each one.
+struct Places {
+  std::vector<Value*> maps, lists, scalars, all;        // maps and lists that hold something
+  std::vector<std::pair<Value*, std::size_t>> entries;  // a map and the number of its entry
+};
+
+void gather(Value& value, Places& places) {
+  places.all.push_back(&value);
+  if (value.kind == Value::Kind::scalar) places.scalars.push_back(&value);
+  if (!value.entries.empty()) places.maps.push_back(&value);
+  if (!value.items.empty()) places.lists.push_back(&value);
+  for (std::size_t e = 0; e < value.entries.size(); ++e) {
+    places.entries.emplace_back(&value, e);
+    gather(value.entries[e].value, places);
+  }
+  for (Value& item : value.items) gather(item, places);
+}
+
+/// A document in flow style, a line for every entry, so that places differ.
+void write(const Value& value, std::string& out) {
+  switch (value.kind) {
+    case Value::Kind::null:
+      out += "~";
+      return;
+    case Value::Kind::scalar: {
+      if (!value.quoted) {
+        out += value.text;
+        return;
+      }
+      out += '"';
+      for (const char c : value.text) out += (c == '"' || c == '\\' ? "\\" : "") + std::string(1, c);
+      out += '"';
+      return;
+    }
+    case Value::Kind::list:
+      out += "[";
+      for (std::size_t i = 0; i < value.items.size(); ++i) {
+        if (i > 0) out += ", ";
+        write(value.items[i], out);
+      }
+      out += "]";
+      return;
+    case Value::Kind::map:
+      out += "{";
+      for (std::size_t e = 0; e < value.entries.size(); ++e) {
+        out += (e > 0 ? ",\n" : "\n") + value.entries[e].key + ": ";
+        write(value.entries[e].value, out);
+      }
+      out += "}";
+      return;
+  }
+}
+
+class Mutations {
+ public:
+  explicit Mutations(std::uint64_t seed) : random_(seed) {}
+
+  static constexpr std::size_t kinds = 12;
+
+  /// The scene with one mistake of this kind.
+  std::string of(const std::string& good, std::size_t kind) {
+    if (kind < 3) return damaged(good, kind);
+    Value root = yaml::parse(good, "good.yaml");
+    Places at;
+    gather(root, at);
+    mutate(at, kind);
+    std::string text;
+    write(root, text);
+    return text;
+  }
+
+ private:
+  std::size_t below(std::size_t n) { return static_cast<std::size_t>(random_() % n); }
+  template <class T>
+  const T& one_of(const std::vector<T>& values) {
+    return values[below(values.size())];
+  }
+
+  std::string damaged(std::string text, std::size_t kind) {
+    const std::size_t at = below(text.size());
+    if (kind == 0) return text.substr(0, at);  // cut short
+    if (kind == 1) {                           // bytes that are no text
+      for (std::size_t n = 1 + below(40); n > 0; --n) text.insert(at, 1, static_cast<char>(below(256)));
+      return text;
+    }
+    // a mark too many, or one too few
+    const std::vector<std::string> marks{"[",  "]",  "{",   "}",     ":",      ": ",   "- ", "\t", "\n",
+                                         "\"", "'",  "&a ", "*a",    "!!int ", "|",    ">",  "%",  "@",
+                                         "`",  "# ", ",",   "---\n", "? ",     "<<: ", "..."};
+    for (std::size_t n = 1 + below(3); n > 0; --n) text.insert(below(text.size() + 1), one_of(marks));
+    return text;
+  }
+
+  Value wrong_type(const Value& was) {
+    Value other;
+    const std::vector<std::string> words{"true", "yes", "water", "0", "[]", "{}", "~", "1 m", "\"0.5\""};
+    switch (below(4)) {
+      case 0:
+        return other;  // nothing
+      case 1:
+        other.kind = Value::Kind::list;
+        other.items = {was};
+        return other;
+      case 2:
+        other.kind = Value::Kind::map;
+        other.entries = {{"value", {}, was}};
+        return other;
+      default:
+        other.kind = Value::Kind::scalar;
+        other.text = one_of(words);
+        return other;
+    }
+  }
+
+  std::string misspelt(std::string word) {
+    if (word.empty()) return "x";
+    const std::size_t at = below(word.size());
+    switch (below(5)) {
+      case 0:
+        return word.erase(at, 1).empty() ? "x" : word;
+      case 1:
+        return word.insert(at, 1, static_cast<char>('a' + below(26)));
+      case 2:
+        return word + "s";
+      case 3:
+        word[at] = word[at] >= 'a' && word[at] <= 'z' ? static_cast<char>(word[at] - 'a' + 'A') : 'x';
+        return word;
+      default:
+        return one_of(std::vector<std::string>{"colour", "value", "N", "0", "cloth.0", "min", "é", "y"});
+    }
+  }
+
+  void mutate(const Places& at, std::size_t kind) {
+    static const std::vector<std::string> numbers{
+        "1e300", "-1e300", "1e-300", "-1",    "0",    "-0.0",       ".nan",        ".inf",
+        "-.inf", "1e999",  "-1e999", "1e-9",  "1e-5", "2147483647", "-2147483648", "99999999999999999999",
+        "0x10",  "1_000",  "1,5",    "1.5",   "1e5",  "10000",      "4 ms",        "nan",
+        "inf",   "1e",     "--1",    "0.1.2", "1000", "5e-324",     "3.4e38",      "1e-3"};
+    const auto entry = [&]() -> std::pair<Value*, std::size_t> { return one_of(at.entries); };
+    switch (kind) {
+      case 3: {  // a key deleted
+        const auto [map, e] = entry();
+        map->entries.erase(map->entries.begin() + static_cast<std::ptrdiff_t>(e));
+        return;
+      }
+      case 4: {  // renamed
+        const auto [map, e] = entry();
+        map->entries[e].key = misspelt(map->entries[e].key);
+        return;
+      }
+      case 5: {  // given twice
+        const auto [map, e] = entry();
+        const yaml::Entry copy = map->entries[e];
+        map->entries.insert(map->entries.begin() + static_cast<std::ptrdiff_t>(below(map->entries.size() + 1)), copy);
+        return;
+      }
+      case 6:  // another type
+      {
+        Value* value = one_of(at.all);
+        *value = wrong_type(Value(*value));
+        return;
+      }
+      case 7:
+      case 8: {  // another number
+        Value* value = one_of(at.scalars);
+        value->quoted = false;
+        value->text = one_of(numbers);
+        return;
+      }
+      case 9: {  // an empty list or map
+        Value* value = below(2) == 0 ? one_of(at.maps) : one_of(at.lists);
+        value->entries.clear();
+        value->items.clear();
+        return;
+      }
+      case 10: {  // a list too short or too long
+        Value* list = one_of(at.lists);
+        if (below(2) == 0)
+          list->items.pop_back();
+        else
+          list->items.push_back(Value(list->items[below(list->items.size())]));
+        return;
+      }
+      default: {  // a part of the scene somewhere else
+        const Value copy = *one_of(at.all);
+        const auto [map, e] = entry();
+        map->entries[e].value = copy;
+        return;
+      }
+    }
+  }
+
+  std::mt19937_64 random_;
+};
+
+/// The paths and values of a document; entries of lists by number, and N in `general`.
+struct Leaf {
+  std::string path, general;
+  const Value* value;
+};
+
+void leaves(const Value& value, const std::string& path, const std::string& general, std::vector<Leaf>& all) {
+  all.push_back({path, general, &value});
+  const auto under = [](const std::string& base, const std::string& next) {
+    return base.empty() ? next : base + "." + next;
+  };
+  for (const yaml::Entry& e : value.entries) leaves(e.value, under(path, e.key), under(general, e.key), all);
+  for (std::size_t i = 0; i < value.items.size(); ++i)
+    leaves(value.items[i], under(path, std::to_string(i)), under(general, "N"), all);
+}
+
+double as_number(const std::string& text) {
+  if (text == ".inf" || text == ".Inf" || text == ".INF") return std::numeric_limits<double>::infinity();
+  const char* begin = text.data() + (text.starts_with('+') ? 1 : 0);
+  double value = 0;
+  const auto [end, code] = std::from_chars(begin, text.data() + text.size(), value);
+  return code == std::errc{} && end == text.data() + text.size() ? value : std::nan("");
+}
+
+bool in_range(double x, const std::string& range) {
+  const std::size_t comma = range.find(", ");
+  const double low = std::stod(range.substr(1, comma - 1)), high = std::stod(range.substr(comma + 2));
+  return (range.front() == '(' ? x > low : x >= low) && (range.back() == ')' ? x < high : x <= high);
+}
+
+/// Looks at a scene that was accepted with nothing but the schema: "" if each of its values may stand where it stands, and
+/// comes back out of the scene that was made of it.
+std::string objection(const std::string& text, const Scene& scene) {
+  static const Schema schema = scene_schema();
+  std::map<std::string, const SchemaKey*> keys;
+  for (const SchemaKey& key : schema.keys) keys[key.path] = &key;
+  const Value given = yaml::parse(text, "given"), resolved = yaml::parse(to_yaml(scene), "resolved");
+  std::vector<Leaf> all, written;
+  leaves(given, "", "", all);
+  leaves(resolved, "", "", written);
+  std::map<std::string, const Value*> out;
+  for (const Leaf& leaf : written) out[leaf.path] = leaf.value;
+  for (const Leaf& leaf : all) {
+    if (leaf.value->kind != Value::Kind::scalar) continue;
+    const bool in_list = leaf.general.ends_with(".N");
+    const std::string name = in_list ? leaf.general.substr(0, leaf.general.size() - 2) : leaf.general;
+    const auto key = keys.find(name);
+    if (key == keys.end()) return leaf.path + " is no key";
+    const bool number = key->second->type.find("number") != std::string::npos;
+    if (number && !in_range(as_number(leaf.value->text), key->second->allowed))
+      return leaf.path + " is " + leaf.value->text + ", not in " + key->second->allowed;
+    if (number && leaf.value->quoted) return leaf.path + " is text";
+    if (key->second->type == "word" &&
+        (", " + key->second->allowed + ",").find(", " + leaf.value->text + ",") == std::string::npos)
+      return leaf.path + " is none of " + key->second->allowed;
+    // What a resolved scene leaves out or says in other words.
+    if (name == "preset" || key->second->type == "file" || key->second->type == "switch") continue;
+    // The sources come out blocks first; pins without motion come out without it.
+    if (name.starts_with("fluid.sources") || name.starts_with("cloth.N.pin")) continue;
+    const auto same = out.find(leaf.path);
+    if (same == out.end()) return leaf.path + " is lost";
+    if (number ? as_number(same->second->text) != as_number(leaf.value->text) : same->second->text != leaf.value->text)
+      return leaf.path + " is " + leaf.value->text + " and became " + same->second->text;
+  }
+  for (const SchemaKey& key : schema.keys) {  // of every map that stands there, what must stand in it
+    if (key.need == SchemaKey::Need::optional) continue;
+    for (const Leaf& leaf : all) {
+      if (leaf.general != key.parent() || leaf.value->kind != Value::Kind::map) continue;
+      int count = 0;
+      for (const SchemaKey& other : schema.keys)
+        if (other.parent() == key.parent() && other.need == key.need && leaf.value->find(other.name())) ++count;
+      if (key.need == SchemaKey::Need::required ? !leaf.value->find(key.name()) : count != 1)
+        return leaf.path + " lacks " + key.name();
+    }
+  }
+  return "";
+}
+
+/// What loading a scene, and setting it up in little memory, comes to.
+struct Verdict {
+  std::string refusal;    // "" if it is accepted
+  std::string objection;  // to an acceptance
+  bool at_set_up = false;
+};
+
+Verdict judge(const std::string& text, const std::string& path) {
+  Verdict verdict;
+  try {
+    const Scene scene = parse_scene(text, path);
+    verdict.objection = objection(text, scene);
+    const Scene again = parse_scene(to_yaml(scene), path);
+    if (!(again == scene)) verdict.objection += "; the resolved scene reads as another one";
+    MemoryBudget small;
+    small.host = 256.0 * (1 << 20);
+    try {
+      build(scene, small);
+    } catch (const SetupError& error) {
+      EXPECT_NE(error.key, "") << error.what();
+      verdict.at_set_up = true;
+      verdict.refusal = locate_in(text, path, {}, error.key) + ": " + error.what();
+    }
+  } catch (const SceneError& error) {
+    verdict.refusal = error.what();
+  }
+  return verdict;
+}
+
+/// Scenes that fit in little memory: the tests' own, coarser, and those of the project but for the paper's.
+std::vector<std::pair<std::string, std::string>> good_ones() {
+  const auto coarser = [](const char* text, const char* what, const char* with) {
+    return std::regex_replace(text, std::regex(what), with);
+  };
+  std::vector<std::pair<std::string, std::string>> all{
+      {"minimal", coarser(minimal, "fluid: \\{", "fluid: {spacing: 0.1, ")},
+      {"fluid_and_cloth", coarser(fluid_and_cloth, "fluid: \\{", "fluid: {spacing: 0.1, ")},
+      {"everything", coarser(everything, "spacing: 0.02", "spacing: 0.1")}};
+  for (const auto& file : std::filesystem::directory_iterator(test::scenes_folder()))
+    if (file.path().extension() == ".yaml") all.emplace_back(file.path().stem(), test::read_text(file.path()));
+  std::sort(all.begin(), all.end());
+  return all;
+}
+
+/// `file:line:column: key: what is wrong`, the place being in the text.
+std::string wrong_form(const std::string& line, const std::string& path, const std::string& text) {
+  static const std::regex form(R"(:(\d+):(\d+): (\S.*?): \S.*)");
+  std::smatch match;
+  if (line.find('\n') != line.npos) return "more than a line";
+  if (!line.starts_with(path)) return "names another file";
+  const std::string rest = line.substr(path.size());
+  if (!std::regex_match(rest, match, form)) return "is not located";
+  if (line.size() > 600) return "is long";
+  const auto lines = 1 + std::count(text.begin(), text.end(), '\n');
+  return std::stol(match[1]) >= 1 && std::stol(match[1]) <= lines + 1 && std::stol(match[2]) >= 1
+             ? ""
+             : "is located nowhere";
+}
+
+long largest_resident() {  // KiB
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return usage.ru_maxrss;
+}
+
+TEST(SceneMutations, EndInOneLocatedLineOrAnotherValidScene) {
+  const char* seed_text = std::getenv("DRENCH_FUZZ_SEED");
+  const char* count_text = std::getenv("DRENCH_FUZZ_COUNT");
+  const unsigned long seed = seed_text ? std::stoul(seed_text) : 1, wanted = count_text ? std::stoul(count_text) : 500;
+  const test::TempFolder here;
+  const std::string path = here.path() / "bad.yaml";
+  test::write_text(here.path() / "exists.obj", "v 0 0 0\nv 0 0 1\nv 1 0 0\nf 1 2 3\n");
+  test::write_text(here.path() / "mesh.PLY",
+                   "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n"
+                   "element face 4\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n"
+                   "3 0 2 1\n3 0 1 3\n3 1 2 3\n3 0 3 2\n");
+  const auto good = good_ones();
+  for (const auto& [name, text] : good) {
+    const Verdict whole = judge(text, path);
+    EXPECT_EQ(whole.refusal + whole.objection, "") << name;
+  }
+  Mutations mutations(seed);
+  std::mt19937_64 random(seed);
+  unsigned long refused = 0, accepted = 0, at_set_up = 0, run = 0;
+  double slowest = 0;  // s of the processor
+  std::map<std::size_t, unsigned long> refused_by_kind;
+  const long resident = largest_resident();
+  for (; refused < wanted && run < 4 * wanted; ++run) {
+    const auto& [name, text] = good[static_cast<std::size_t>(random() % good.size())];
+    const std::size_t kind = run % Mutations::kinds;
+    const std::string bad = mutations.of(text, kind);
+    SCOPED_TRACE("seed " + std::to_string(seed) + ", run " + std::to_string(run) + ": " + name + "\n" + bad);
+    alarm(60);  // a hang ends the test
+    const std::clock_t begin = std::clock();
+    Verdict verdict;
+    ASSERT_NO_THROW(verdict = judge(bad, path));
+    const std::string& line = verdict.refusal;
+    const double seconds = static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;
+    slowest = std::max(slowest, seconds);
+    alarm(0);
+    EXPECT_LT(seconds, 10) << line;
+    EXPECT_EQ(verdict.objection, "");
+    if (line.empty()) {
+      ++accepted;
+    } else {
+      EXPECT_EQ(wrong_form(line, path, bad), "") << line;
+      ++refused;
+      at_set_up += verdict.at_set_up ? 1 : 0;
+      ++refused_by_kind[kind];
+    }
+    // The program says the same, with exit code 2.
+    if (run % 20 != 0) continue;
+    test::write_text(path, bad);
+    const test::Outcome o = test::run_drench(here.path(), {"check", path});
+    EXPECT_TRUE(o.code == 2 || (o.code == 0 && line.empty()) || line.find("does not fit") != line.npos)
+        << o.code << o.err;
+    if (o.code != 2) continue;
+    EXPECT_EQ(wrong_form(o.err.substr(0, o.err.size() - 1), path, bad), "") << o.err;
+  }
+  EXPECT_GE(refused, wanted);
+  EXPECT_GT(accepted, wanted / 20);  // else nothing is learned of what is let through
+  for (std::size_t kind = 0; kind < Mutations::kinds; ++kind) EXPECT_GT(refused_by_kind[kind], 0U) << kind;
+  EXPECT_LT(largest_resident() - resident, 512 << 10);
+  std::printf(
+      "%lu scenes: %lu refused, %lu of them at set-up, %lu accepted; %ld MiB more at most, %.2f s the slowest\n", run,
+      refused, at_set_up, accepted, (largest_resident() - resident) >> 10, slowest);
+}
+
+}  // namespace
+}  // namespace drench::testing

@@ -1,0 +1,20 @@
+# bash completion of drench: commands and options as its own help names them, words that are allowed, scene files.
+# cmake --install puts it where bash-completion finds it; by hand: source tools/completion/drench.bash
+_drench() {
+  local program=${COMP_WORDS[0]} command=${COMP_WORDS[1]} before=${COMP_WORDS[COMP_CWORD-1]} word=${COMP_WORDS[COMP_CWORD]}
+  local words=''
+  COMPREPLY=()
+  if ((COMP_CWORD == 1)); then
+    words="--help --version $("$program" --help 2>/dev/null | sed -n '/^Subcommands:/,/^$/s/^  \([a-z]\{1,\}\) .*/\1/p')"
+  elif [[ $before == --backend ]]; then
+    words='kokkos reference'
+  elif [[ $word == -* ]]; then
+    words=$("$program" "$command" --help 2>/dev/null | grep -oE '^ +(-[a-z],)?--[a-z-]+' | grep -oE -- '--[a-z-]+')
+  else
+    compopt -o default 2>/dev/null || true  # files and folders
+    [[ $before == "$command" ]] && mapfile -t COMPREPLY < <(compgen -f -X '!*.yaml' -- "$word")
+    return
+  fi
+  mapfile -t COMPREPLY < <(compgen -W "$words" -- "$word")
+}
+complete -F _drench drench
