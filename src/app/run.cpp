@@ -267,7 +267,7 @@ class Run {
     const std::string warnings = totals_.warnings();
     if (!warnings.empty()) say(warnings.substr(0, warnings.size() - 1));
     if (stopped) say(fmt::format("interrupted at step {}", pipeline_.step_index()));
-    if (stopped && last_checkpoint_step_ >= 0)
+    if (stopped && !folder_.empty())
       say(fmt::format("to go on: drench run {} --resume {}", options_.scene, folder_.string()));
     say(fmt::format("{} steps to t = {:.6g} s in {:.1f} s, mass error {:.3g} kg", totals_.steps(), pipeline_.time(),
                     seconds, mass_error_));

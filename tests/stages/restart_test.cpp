@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstring>
 #include <numeric>
 
@@ -138,6 +139,26 @@ TEST_P(Restart, StillCloth) {
   expect(h.absorbed, "absorption");
   expect(h.supplied, "supply");
   expect(h.substeps, "diffusion");
+}
+
+/// Had a checkpoint not got them, these tests would see it.
+TEST(RestartSees, WhatAStepTakesFromTheOneBefore) {
+  for (const char* name : {"fluid_kappa_density", "fluid_kappa_divergence", "node_ripe", "node_velocity"}) {
+    SCOPED_TRACE(name);
+    const auto setup = setup_from(porous_scene);
+    const auto backend = make_kokkos_backend(setup.model);
+    Pipeline pipeline(setup.model, *backend, setup.state);
+    for (int k = 0; k < 20; ++k) pipeline.step(1);
+    HostState without = backend->download();
+    visit_fields(without, [&](std::string_view field, auto& values) {
+      if (field == name) std::fill(values.begin(), values.end(), typename std::decay_t<decltype(values)>::value_type{});
+    });
+    const auto other = make_kokkos_backend(setup.model);
+    Pipeline again(setup.model, *other, without);
+    pipeline.step(1);
+    again.step(1);
+    EXPECT_NE(different_bits(backend->download(), other->download()), "");
+  }
 }
 
 INSTANTIATE_TEST_SUITE_P(Backends, Restart, testing::Values(&make_kokkos_backend, &make_reference_backend),
