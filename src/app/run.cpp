@@ -158,6 +158,7 @@ class Run {
     for (const auto& path : checkpoints_in(folder_))
       if (checkpoint_step(path) > pipeline_.step_index()) std::filesystem::remove(path);
     remove_unfinished(folder_);
+    keep_two();
     if (every() <= 0 && frames_written_ > 0) FrameWriter(folder_, model_, static_cast<int>(frames_written_));
   }
 
@@ -198,6 +199,10 @@ class Run {
     write_checkpoint(folder_ / checkpoint_name(c.state.step), c);
     last_checkpoint_step_ = c.state.step;
     plan_checkpoint();
+    keep_two();
+  }
+
+  void keep_two() const {
     const auto all = checkpoints_in(folder_);
     for (std::size_t k = 2; k < all.size(); ++k) std::filesystem::remove(all[k]);
   }
