@@ -132,8 +132,8 @@ class Run {
 
   /// To the next frame or the end.
   StepReport step() {
-    const double to_end = end_ - pipeline_.time(),
-                 to_frame = every() > 0 ? next_frame_time() - pipeline_.time() : std::numeric_limits<double>::infinity();
+    const double to_end = end_ - pipeline_.time(), to_frame = every() > 0 ? next_frame_time() - pipeline_.time()
+                                                                          : std::numeric_limits<double>::infinity();
     const StepReport report = pipeline_.step(std::min(to_frame, to_end));
     const double dt = pipeline_.last_dt();
     if (to_end < to_frame && (dt == to_end || dt == 0.5 * to_end)) shortened_ = true;
@@ -157,6 +157,7 @@ class Run {
   void cut_off() {
     for (const auto& path : checkpoints_in(folder_))
       if (checkpoint_step(path) > pipeline_.step_index()) std::filesystem::remove(path);
+    std::filesystem::remove(folder_ / "failure.vtu");
     remove_unfinished(folder_);
     keep_two();
     if (every() <= 0 && frames_written_ > 0) FrameWriter(folder_, model_, static_cast<int>(frames_written_));
@@ -302,9 +303,9 @@ class Run {
   Pipeline pipeline_;
   double end_;
   std::int64_t last_state_step_;
-  double estimate_, with_jets_;  // bytes: of the backend
-  std::int64_t frame_count_ = 0;          // frames' times that have come
-  std::int64_t frames_written_ = 0;       // on schedule, those of the run before included
+  double estimate_, with_jets_;      // bytes: of the backend
+  std::int64_t frame_count_ = 0;     // frames' times that have come
+  std::int64_t frames_written_ = 0;  // on schedule, those of the run before included
   std::int64_t last_checkpoint_step_ = -1;
   double next_checkpoint_time_ = 0;  // s
   bool shortened_ = false;           // the last step ended at time.end and not where it would have ended otherwise

@@ -86,7 +86,8 @@ void remove_unfinished(const fs::path& folder) {
 }
 
 FolderLock::FolderLock(const fs::path& folder) : file_(open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)) {
-  if (file_ < 0 || flock(file_, LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK) return;  // some file systems have no locks
+  if (file_ < 0 || flock(file_, LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK)
+    return;  // some file systems have no locks
   close(file_);
   throw FolderError(fmt::format("{}: a run of drench is writing there", folder.string()));
 }

@@ -100,11 +100,7 @@ void VtuSeries::write_collection() const {
 }
 
 FrameWriter::FrameWriter(const fs::path& folder, const Model& model, int frames)
-    : model_(model),
-      fluid_(folder, "fluid"),
-      cloth_(folder, "cloth"),
-      bodies_(folder, "bodies"),
-      frames_(frames) {
+    : model_(model), fluid_(folder, "fluid"), cloth_(folder, "cloth"), bodies_(folder, "bodies"), frames_(frames) {
   if (frames > 0)
     for (VtuSeries* series : {&fluid_, &cloth_, &bodies_}) series->resume(frames);
   const bool any_static = std::any_of(model.bodies.begin(), model.bodies.end(), [](auto& b) { return !b.moves(); });

@@ -1,5 +1,6 @@
 // Checkpoints and --resume as a user meets them: a run that goes on equals one that was never interrupted, whatever ended it.
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <chrono>
@@ -10,6 +11,7 @@
 #include <optional>
 #include <random>
 
+#include "frame_reader.hpp"
 #include "good_scenes.hpp"
 #include "output/checkpoint.hpp"
 #include "restart_scenes.hpp"
@@ -148,6 +150,37 @@ TEST_F(Restart, ALaterEndAndAnotherFolder) {
   // A run that has come to its end has nothing to do.
   must("liquid", {"--resume", "short", "--until", "0.09"});
   EXPECT_EQ(difference(here() / "long", here() / "short"), "");
+}
+
+TEST_F(Restart, FramesAtOtherTimes) {
+  must("liquid", {"-o", "o", "--until", "0.05", "--steps", "12"});
+  const auto kept = read_collection(here() / "o/fluid.pvd").size() - 1;  // the last one was not on schedule
+  must("liquid", {"--resume", "o", "--until", "0.07", "--steps", "12", "--set", "output.every=0"});
+  EXPECT_EQ(read_collection(here() / "o/fluid.pvd").size(), kept);
+  must("liquid", {"--resume", "o", "--until", "0.12", "--set", "output.every=0.03"});
+  const auto frames = read_collection(here() / "o/fluid.pvd");
+  ASSERT_GT(frames.size(), kept + 1);
+  EXPECT_NEAR(frames.back().time, 0.12, 1e-12);
+  for (std::size_t f = 0; f < frames.size(); ++f) {
+    EXPECT_EQ(frames[f].file, fmt::format("frames/fluid_{:06}.vtu", f));
+    EXPECT_TRUE(fs::exists(here() / "o" / frames[f].file));
+    const double every = f < kept ? 0.01 : 0.03;
+    EXPECT_NEAR(std::remainder(frames[f].time, every), 0, 1e-9) << f;
+  }
+  EXPECT_EQ(read_table(here() / "o/stats.csv").rows.size(), static_cast<std::size_t>(checkpoint_step(newest("o"))));
+}
+
+TEST_F(Restart, AFailingRunNamesTheLastCheckpoint) {
+  must("liquid", {"-o", "o", "--until", "0.03"});
+  Checkpoint c = read_checkpoint(newest("o"));
+  c.state.fluid_velocity.at(3)[1] = std::nan("");
+  write_checkpoint(newest("o"), c);
+  const Outcome o = run("liquid", {"--resume", "o", "--until", "0.05"});
+  expect_refusal(o, "the run failed in stage ", 1);
+  EXPECT_NE(o.err.find("; see o/failure.vtu; the last checkpoint is o/checkpoint_"), std::string::npos) << o.err;
+  must("liquid", {"--resume", checkpoints_in(here() / "o").at(1).string(), "--until", "0.05"});
+  must("liquid", {"-o", "whole", "--until", "0.05"});
+  EXPECT_EQ(difference(here() / "whole", here() / "o"), "");
 }
 
 TEST_F(Restart, CtrlCLeavesACheckpointWithoutBeingAskedForAny) {
