@@ -14,6 +14,7 @@ inline constexpr int exit_done = 0, exit_failed = 1, exit_usage = 2, exit_interr
 struct RunOptions {
   std::string scene;
   std::optional<std::string> output;   // a folder
+  std::string resume;                  // a checkpoint, or a folder of them; "": from the scene's beginning
   std::string backend = "kokkos";      // or "reference"
   std::optional<double> until;         // s; replaces time.end
   std::optional<std::int64_t> steps;   // stop after so many steps

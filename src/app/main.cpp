@@ -3,6 +3,7 @@
 
 #include <CLI/CLI.hpp>
 #include <cmath>
+#include <csignal>
 #include <cstdint>
 #include <cstdio>
 #include <functional>
@@ -11,6 +12,7 @@
 
 #include "app/commands.hpp"
 #include "drench_version.hpp"
+#include "output/checkpoint.hpp"
 #include "output/run_folder.hpp"
 #include "pipeline/runtime.hpp"
 #include "scene/load.hpp"
@@ -45,7 +47,7 @@ std::function<std::string(const std::string&)> at_least(std::int64_t least) {
   };
 }
 
-void add_run_options(CLI::App& run, drench::RunOptions& options, std::string& resume) {
+void add_run_options(CLI::App& run, drench::RunOptions& options) {
   run.add_option("SCENE", options.scene, "the scene file")->required();
   run.add_option("-o,--output", options.output, "output folder, new or empty (default: out/<scene>)");
   run.add_option("--backend", options.backend, "what computes: kokkos or reference")
@@ -59,7 +61,8 @@ void add_run_options(CLI::App& run, drench::RunOptions& options, std::string& re
   run.add_option("--steps", options.steps, "number of steps to stop after")->check(at_least(0));
   run.add_option("--set", options.overrides, "key.path=value: replaces a value of the scene; may be repeated")
       ->allow_extra_args(false);
-  run.add_option("--resume", resume, "a checkpoint to go on from (not available in this version)");
+  run.add_option("--resume", options.resume,
+                 "a checkpoint to go on from, or an output folder: from its newest one, in that folder");
   run.add_option("--threads", options.threads, "number of threads")->check(at_least(1));
   run.add_flag("--quiet", options.quiet, "print nothing but errors");
   run.add_flag("--profile", options.profile, "print the time of each stage at the end");
@@ -70,6 +73,7 @@ void add_run_options(CLI::App& run, drench::RunOptions& options, std::string& re
       "  drench run scene.yaml\n"
       "  drench run scene.yaml -o coarse --set fluid.spacing=0.025 --set time.end=0.02\n"
       "  drench run scene.yaml --steps 10 --no-output --profile\n"
+      "  drench run scene.yaml --resume out/scene\n"
       "  drench run scene.yaml -o exact --backend reference --until 0.01");
 }
 
@@ -101,6 +105,7 @@ void add_compare_options(CLI::App& compare, drench::CompareOptions& options) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  std::signal(SIGXFSZ, SIG_IGN);         // a file at its limit is an error of the write, reported like a full disk
   vtkObject::GlobalWarningDisplayOff();  // its warnings come back as error codes, which are reported in one line
   CLI::App app("drench: water meets porous cloth");
   app.footer(
@@ -113,11 +118,11 @@ int main(int argc, char** argv) {
   app.require_subcommand(1);
 
   drench::RunOptions options;
-  std::string resume, check_scene;
+  std::string check_scene;
   std::vector<std::string> check_overrides;
   int info_threads = 0;
   CLI::App* run = app.add_subcommand("run", "run a scene");
-  add_run_options(*run, options, resume);
+  add_run_options(*run, options);
   CLI::App* check = app.add_subcommand("check", "load and validate a scene, print what a run of it would be");
   check->add_option("SCENE", check_scene, "the scene file")->required();
   check->add_option("--set", check_overrides, "key.path=value; may be repeated")->allow_extra_args(false);
@@ -151,7 +156,6 @@ int main(int argc, char** argv) {
                                                          : options.overrides;
   const std::string& scene_path = *check ? check_scene : *compare ? compare_options.scene : options.scene;
   try {
-    if (!resume.empty()) return fail(drench::exit_usage, "drench: --resume is not available in this version");
     if (*schema) {
       fmt::print("{}", drench::scene_reference());
       return drench::exit_done;
@@ -167,6 +171,8 @@ int main(int argc, char** argv) {
   } catch (const drench::DeviceError& e) {
     return fail(drench::exit_usage, fmt::format("drench: {}", e.what()));
   } catch (const drench::FolderError& e) {
+    return fail(drench::exit_usage, fmt::format("drench: {}", e.what()));
+  } catch (const drench::CheckpointError& e) {
     return fail(drench::exit_usage, fmt::format("drench: {}", e.what()));
   } catch (const std::bad_alloc&) {
     return fail(drench::exit_failed, "drench: out of memory");

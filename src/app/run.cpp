@@ -2,12 +2,15 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <csignal>
 #include <cstdio>
+#include <limits>
 #include <memory>
 #include <optional>
 
 #include "app/commands.hpp"
+#include "app/resume.hpp"
 #include "app/set_up.hpp"
 #include "drench_version.hpp"
 #include "output/frame_queue.hpp"
@@ -51,8 +54,9 @@ double estimate(const Setup& setup, int real_bytes, double more) {
 /// A run from its first frame to its last line.
 class Run {
  public:
-  Run(const RunOptions& options, const Setup& setup, Backend& backend, int real_bytes)
+  Run(const RunOptions& options, const Setup& setup, Backend& backend, int real_bytes, const Resume* resume)
       : options_(options),
+        resume_(resume),
         model_(setup.model),
         backend_(backend),
         pipeline_(setup.model, backend, setup.state),
@@ -61,8 +65,13 @@ class Run {
         estimate_(estimate(setup, real_bytes, 0)),
         with_jets_(estimate(setup, real_bytes, jet_particles(setup.model))) {
     pipeline_.set_profiling(options.profile);
+    if (resume_) go_on();
     if (!options.no_output) open_folder();
     for (const std::string& w : setup.warnings) warn(w);
+    if (!resume_) return;
+    for (const std::string& w : resume_->warnings) warn(w);
+    say(fmt::format("going on from {} at step {}, t = {:.6g} s", resume_->path.string(), pipeline_.step_index(),
+                    pipeline_.time()));
   }
 
   int execute() {
@@ -70,10 +79,10 @@ class Run {
     Progress progress(options_.quiet, pipeline_.time(), end_, options_.steps.value_or(-1));
     bool stopped = false;
     try {
-      frame();
+      if (!resume_) frame();
       while (!finished() && !interrupted) {
         if (frames_) frames_->check();
-        const StepReport report = pipeline_.step(next_stop() - pipeline_.time());
+        const StepReport report = step();
         log_.write(totals_.add(pipeline_.step_index(), pipeline_.time(), report, pipeline_.milliseconds()));
         if (stats_)
           stats_->write(pipeline_.step_index(), pipeline_.time(), pipeline_.last_dt(), report, pipeline_.milliseconds(),
@@ -81,8 +90,10 @@ class Run {
         mass_error_ = static_cast<double>(report.mass_total() - pipeline_.initial_total()) * model_.quantum;
         progress.update(pipeline_.time(), pipeline_.step_index(), totals_.steps(), report, mass_error_);
         if (every() > 0 && pipeline_.time() >= next_frame_time() - rounding()) frame();
+        if (checkpoints() && pipeline_.time() >= next_checkpoint_time_ - rounding()) checkpoint();
       }
       stopped = interrupted && !finished();
+      if (stopped || checkpoints()) checkpoint();
       if (frames_wanted() && last_state_step_ != pipeline_.step_index()) frame();
       if (frames_) frames_->finish();
     } catch (const RunFailure& failure) {
@@ -90,8 +101,10 @@ class Run {
       return fail(failure);
     } catch (const std::exception& e) {
       progress.finish();
-      log_.write(fmt::format("stopped at step {}: {}", pipeline_.step_index(), e.what()));
-      throw;
+      const std::string kept = last_checkpoint();
+      log_.write(fmt::format("stopped at step {}: {}{}", pipeline_.step_index(), e.what(), kept));
+      if (kept.empty() || dynamic_cast<const std::bad_alloc*>(&e) != nullptr) throw;
+      throw std::runtime_error(e.what() + kept);
     }
     progress.finish();
     summary(std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count(), stopped);
@@ -104,31 +117,112 @@ class Run {
   double rounding() const { return 1e-6 * model_.scene.time.step; }
   /// Counted, not summed, so that a thousand frames do not drift.
   double next_frame_time() const { return static_cast<double>(frame_count_) * every(); }
-  double next_stop() const { return every() > 0 ? std::min(next_frame_time(), end_) : end_; }
+  bool checkpoints() const { return !folder_.empty() && model_.scene.output.checkpoint_every > 0; }
+  /// How many multiples of `interval` from 0 on the run has come to.
+  std::int64_t passed(double interval) const {
+    const double now = pipeline_.time() + rounding();
+    auto n = static_cast<std::int64_t>(std::floor(now / interval)) + 1;
+    if (static_cast<double>(n) * interval <= now) ++n;
+    if (static_cast<double>(n - 1) * interval > now) --n;
+    return n;
+  }
   bool finished() const {
     return pipeline_.time() >= end_ - rounding() || (options_.steps && totals_.steps() >= *options_.steps);
   }
 
+  /// To the next frame or the end.
+  StepReport step() {
+    const double to_end = end_ - pipeline_.time(), to_frame = every() > 0 ? next_frame_time() - pipeline_.time()
+                                                                          : std::numeric_limits<double>::infinity();
+    const StepReport report = pipeline_.step(std::min(to_frame, to_end));
+    const double dt = pipeline_.last_dt();
+    if (to_end < to_frame && (dt == to_end || dt == 0.5 * to_end)) shortened_ = true;
+    return report;
+  }
+
+  /// Takes up the counts of the run that wrote the checkpoint.
+  void go_on() {
+    const Checkpoint& c = resume_->checkpoint;
+    frames_written_ = c.frames;
+    shortened_ = c.shortened != 0;
+    last_checkpoint_step_ = pipeline_.step_index();
+    if (every() <= 0) return;
+    frame_count_ = passed(every());
+    if (static_cast<double>(frame_count_ - 1) * every() >= pipeline_.time() - rounding())
+      last_state_step_ = pipeline_.step_index();  // its frame is one of those
+  }
+
+  /// Goes on in the folder of the checkpoint's run: what it wrote after the checkpoint goes. The checkpoints after it first,
+  /// so that whatever happens meanwhile, this one can be gone on from again.
+  void cut_off() {
+    for (const auto& path : checkpoints_in(folder_))
+      if (checkpoint_step(path) > pipeline_.step_index()) std::filesystem::remove(path);
+    std::filesystem::remove(folder_ / "failure.vtu");
+    remove_unfinished(folder_);
+    keep_two();
+    if (every() <= 0 && frames_written_ > 0) FrameWriter(folder_, model_, static_cast<int>(frames_written_));
+  }
+
   void open_folder() {
-    const RunFolder folder = make_run_folder(options_.output, options_.scene, options_.overwrite);
+    std::error_code ignored;
+    const bool same = resume_ && !resume_->folder.empty() &&
+                      (!options_.output || std::filesystem::equivalent(*options_.output, resume_->folder, ignored));
+    RunFolder folder{same ? resume_->folder : std::filesystem::path(), ""};
+    if (!same) folder = make_run_folder(options_.output, options_.scene, options_.overwrite);
+    lock_.emplace(folder.path);
     folder_ = folder.path;
+    if (same) cut_off();
     write_resolved_scene(folder_, model_.scene, backend_.name(), backend_.description());
-    log_ = RunLog(folder_ / "run.log");
+    log_ = RunLog(folder_ / "run.log", same);
     log_.write(fmt::format("drench {} ({}, {} precision), backend {}: {}", version_string, git_commit, precision_name,
                            backend_.name(), backend_.description()));
     log_.write(fmt::format("scene {}", options_.scene));
-    stats_.emplace(folder_ / "stats.csv", pipeline_.stages(), model_.quantum, pipeline_.initial_total());
-    if (every() > 0) frames_.emplace(folder_, model_);
+    stats_.emplace(folder_ / "stats.csv", pipeline_.stages(), model_.quantum, pipeline_.initial_total(),
+                   same ? pipeline_.step_index() : -1);
+    if (every() > 0) frames_.emplace(folder_, model_, static_cast<int>(frames_written_));
     if (!folder.note.empty()) say(folder.note);
+    plan_checkpoint();
+  }
+
+  void plan_checkpoint() {
+    const double interval = model_.scene.output.checkpoint_every;
+    if (interval > 0) next_checkpoint_time_ = static_cast<double>(passed(interval)) * interval;
+  }
+
+  /// Steps do not end at checkpoints' times: whether they are written must not change the result.
+  void checkpoint() {
+    if (folder_.empty() || last_checkpoint_step_ == pipeline_.step_index()) return;
+    if (frames_) frames_->wait();  // a checkpoint is only as good as the output before it
+    Checkpoint c = checkpoint_header(model_, backend_);
+    c.frames = frames_written_;
+    c.shortened = shortened_ ? 1 : 0;
+    c.state = download();
+    write_checkpoint(folder_ / checkpoint_name(c.state.step), c);
+    last_checkpoint_step_ = c.state.step;
+    plan_checkpoint();
+    keep_two();
+  }
+
+  void keep_two() const {
+    const auto all = checkpoints_in(folder_);
+    for (std::size_t k = 2; k < all.size(); ++k) std::filesystem::remove(all[k]);
   }
 
   /// Steps are clipped to the frames' times with --no-output too: whether files are written must not change the result.
   void frame() {
-    if (every() > 0 && next_frame_time() <= pipeline_.time() + rounding()) ++frame_count_;
+    const bool on_schedule = every() > 0 && next_frame_time() <= pipeline_.time() + rounding();
+    if (on_schedule) ++frame_count_;
     if (!frames_wanted()) return;
+    if (on_schedule) ++frames_written_;
     frames_->wait();
     frames_->write(download());
     last_state_step_ = pipeline_.step_index();
+  }
+
+  /// For messages.
+  std::string last_checkpoint() const {
+    const auto kept = folder_.empty() ? std::vector<std::filesystem::path>() : checkpoints_in(folder_);
+    return kept.empty() ? "" : fmt::format("; the last checkpoint is {}", kept.front().string());
   }
 
   HostState download() const {
@@ -168,6 +262,7 @@ class Run {
         text += "; see " + (folder_ / "failure.vtu").string();
       }
     }
+    text += last_checkpoint();  // the state of half a step is nothing to go on from
     log_.write(text);
     log_.write(totals_.warnings());
     fmt::print(stderr, "{}\n", text);
@@ -178,6 +273,8 @@ class Run {
     const std::string warnings = totals_.warnings();
     if (!warnings.empty()) say(warnings.substr(0, warnings.size() - 1));
     if (stopped) say(fmt::format("interrupted at step {}", pipeline_.step_index()));
+    if (stopped && !folder_.empty())
+      say(fmt::format("to go on: drench run {} --resume {}", options_.scene, folder_.string()));
     say(fmt::format("{} steps to t = {:.6g} s in {:.1f} s, mass error {:.3g} kg", totals_.steps(), pipeline_.time(),
                     seconds, mass_error_));
     if (options_.backend != "reference")
@@ -200,15 +297,21 @@ class Run {
   }
 
   const RunOptions& options_;
+  const Resume* resume_;  // null: from the scene's beginning
   const Model& model_;
   Backend& backend_;
   Pipeline pipeline_;
   double end_;
   std::int64_t last_state_step_;
-  double estimate_, with_jets_;  // bytes: of the backend
-  std::int64_t frame_count_ = 0;
+  double estimate_, with_jets_;      // bytes: of the backend
+  std::int64_t frame_count_ = 0;     // frames' times that have come
+  std::int64_t frames_written_ = 0;  // on schedule, those of the run before included
+  std::int64_t last_checkpoint_step_ = -1;
+  double next_checkpoint_time_ = 0;  // s
+  bool shortened_ = false;           // the last step ended at time.end and not where it would have ended otherwise
   double mass_error_ = 0;
   std::filesystem::path folder_;  // empty with --no-output
+  std::optional<FolderLock> lock_;
   RunLog log_;
   RunTotals totals_;
   std::optional<StatsCsv> stats_;
@@ -223,12 +326,17 @@ int run_command(const RunOptions& options) {
   if (options.until) scene.time.end = *options.until;
   const bool reference = options.backend == "reference";
   const MemoryBudget budget = memory_budget(reference);
-  const Setup setup = build(scene, budget);
+  Setup setup = build(scene, budget);
   std::optional<BackendRuntime> runtime;  // outlives the backend
   if (!reference) runtime.emplace(options.threads, options.quiet);
   const std::unique_ptr<Backend> backend =
       reference ? make_reference_backend(setup.model) : make_kokkos_backend(setup.model);
-  return Run(options, setup, *backend, budget.real_bytes).execute();
+  std::optional<Resume> resume;
+  if (!options.resume.empty()) {
+    resume = find_checkpoint(options.resume, setup.model, *backend);
+    setup.state = std::move(resume->checkpoint.state);
+  }
+  return Run(options, setup, *backend, budget.real_bytes, resume ? &*resume : nullptr).execute();
 }
 
 }  // namespace drench

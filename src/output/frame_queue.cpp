@@ -5,7 +5,8 @@
 
 namespace drench {
 
-FrameQueue::FrameQueue(const std::filesystem::path& folder, const Model& model) : writer_(folder, model) {}
+FrameQueue::FrameQueue(const std::filesystem::path& folder, const Model& model, int frames)
+    : writer_(folder, model, frames) {}
 
 FrameQueue::~FrameQueue() { join(); }
 

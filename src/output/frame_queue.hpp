@@ -19,7 +19,7 @@ namespace drench {
 class FrameQueue {
  public:
   /// Writes what never changes, here and now. The thread starts with the first frame.
-  FrameQueue(const std::filesystem::path& folder, const Model& model);
+  FrameQueue(const std::filesystem::path& folder, const Model& model, int frames = 0);
   /// Writes what was handed over; its errors are lost (call finish for them).
   ~FrameQueue();
   FrameQueue(const FrameQueue&) = delete;

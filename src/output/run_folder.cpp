@@ -1,7 +1,11 @@
 #include "output/run_folder.hpp"
 
+#include <fcntl.h>
 #include <fmt/format.h>
+#include <sys/file.h>
+#include <unistd.h>
 
+#include <cerrno>
 #include <fstream>
 #include <regex>
 #include <vector>
@@ -20,19 +24,22 @@ constexpr const char* marker = "# drench output: the scene of this run, with eve
 
 bool taken(const fs::path& path) { return fs::exists(path) && !(fs::is_directory(path) && fs::is_empty(path)); }
 
+void remove_matching(const fs::path& where, const std::regex& ours) {
+  std::vector<fs::path> found;
+  for (const auto& entry : fs::directory_iterator(where))
+    if (entry.is_regular_file() && std::regex_match(entry.path().filename().string(), ours))
+      found.push_back(entry.path());
+  for (const auto& path : found) fs::remove(path);
+}
+
 void remove_run(const fs::path& folder) {
-  static const std::regex top(R"((fluid|cloth|bodies)\.pvd|stats\.csv|run\.log|scene\.yaml|failure\.vtu)");
+  static const std::regex top(
+      R"((fluid|cloth|bodies)\.pvd|stats\.csv|run\.log|scene\.yaml|failure\.vtu|checkpoint_\d{6,}\.drench)");
   static const std::regex frame(R"((fluid|cloth|bodies)_(\d{6,}|static)\.vtu)");
-  const auto clear = [](const fs::path& where, const std::regex& ours) {
-    std::vector<fs::path> found;
-    for (const auto& entry : fs::directory_iterator(where))
-      if (entry.is_regular_file() && std::regex_match(entry.path().filename().string(), ours))
-        found.push_back(entry.path());
-    for (const auto& path : found) fs::remove(path);
-  };
-  clear(folder, top);
+  remove_unfinished(folder);
+  remove_matching(folder, top);
   if (fs::is_directory(folder / "frames")) {
-    clear(folder / "frames", frame);
+    remove_matching(folder / "frames", frame);
     if (fs::is_empty(folder / "frames")) fs::remove(folder / "frames");
   }
 }
@@ -48,6 +55,7 @@ RunFolder choose(const std::optional<std::string>& requested, const std::string&
           fmt::format("{}: is not empty and holds no output of drench, so --overwrite does not touch it; "
                       "choose another folder with -o",
                       wanted.string()));
+    const FolderLock lock(wanted);
     remove_run(wanted);
     return {wanted, ""};
   }
@@ -69,6 +77,23 @@ bool holds_run(const fs::path& folder) {
   std::ifstream in(folder / "scene.yaml");
   std::string line;
   return std::getline(in, line) && line == marker;
+}
+
+void remove_unfinished(const fs::path& folder) {
+  static const std::regex part(R"(\.(((fluid|cloth|bodies)(_\w+\.vtu|\.pvd))|(\w+\.(csv|yaml|vtu|drench)))\.part)");
+  remove_matching(folder, part);
+  if (fs::is_directory(folder / "frames")) remove_matching(folder / "frames", part);
+}
+
+FolderLock::FolderLock(const fs::path& folder) : file_(open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)) {
+  if (file_ < 0 || flock(file_, LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK)
+    return;  // some file systems have no locks
+  close(file_);
+  throw FolderError(fmt::format("{}: a run of drench is writing there", folder.string()));
+}
+
+FolderLock::~FolderLock() {
+  if (file_ >= 0) close(file_);
 }
 
 RunFolder make_run_folder(const std::optional<std::string>& requested, const std::string& scene_path, bool overwrite) {

@@ -25,6 +25,21 @@ struct RunFolder {
 /// of the files that drench writes, and of no others. Throws FolderError.
 RunFolder make_run_folder(const std::optional<std::string>& requested, const std::string& scene_path, bool overwrite);
 
+/// Removes what writers that were killed have left: files under their temporary names.
+void remove_unfinished(const std::filesystem::path& folder);
+
+/// While it lives no other run writes to the folder: the constructor throws FolderError if one does.
+class FolderLock {
+ public:
+  explicit FolderLock(const std::filesystem::path& folder);
+  ~FolderLock();
+  FolderLock(const FolderLock&) = delete;
+  FolderLock& operator=(const FolderLock&) = delete;
+
+ private:
+  int file_;
+};
+
 /// True when `folder` holds the output of a run.
 bool holds_run(const std::filesystem::path& folder);
 

@@ -10,7 +10,7 @@
 
 namespace drench {
 
-RunLog::RunLog(const std::filesystem::path& path) : out_(path) {
+RunLog::RunLog(const std::filesystem::path& path, bool append) : out_(path, append ? std::ios::app : std::ios::out) {
   if (!out_) throw std::runtime_error(fmt::format("{}: cannot be written", path.string()));
 }
 

@@ -17,7 +17,8 @@ namespace drench {
 class RunLog {
  public:
   RunLog() = default;
-  explicit RunLog(const std::filesystem::path& path);
+  /// Without `append` it replaces a log that is there.
+  explicit RunLog(const std::filesystem::path& path, bool append = false);
   /// Each line of `text` becomes a line of the log.
   void write(const std::string& text);
 

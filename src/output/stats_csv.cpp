@@ -3,20 +3,46 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstdlib>
 #include <iterator>
 #include <stdexcept>
 
+#include "output/text_file.hpp"
+
 namespace drench {
 
+std::optional<std::string> StatsCsv::rows_until(const std::filesystem::path& path, std::int64_t step) {
+  std::ifstream in(path, std::ios::binary);
+  const std::string text{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
+  std::size_t end = text.find('\n');
+  std::int64_t last = 0;
+  while (end != std::string::npos && last < step) {
+    const std::size_t next = text.find('\n', end + 1);
+    if (next == std::string::npos) break;
+    last = std::strtoll(text.c_str() + end + 1, nullptr, 10);
+    if (last <= step) end = next;
+  }
+  if (end == std::string::npos || last != step) return std::nullopt;
+  return text.substr(0, end + 1);
+}
+
 StatsCsv::StatsCsv(const std::filesystem::path& path, const std::vector<Stage>& stages, double quantum,
-                   Quanta initial_total)
+                   Quanta initial_total, std::int64_t after)
     : path_(path),
-      out_(path),
       stages_(stages),
       moving_cloth_(std::find(stages.begin(), stages.end(), Stage::cloth) != stages.end()),
       measures_(std::find(stages.begin(), stages.end(), Stage::measures) != stages.end()),
       quantum_(quantum),
       initial_total_(initial_total) {
+  if (after >= 0 && std::filesystem::exists(path)) {
+    const auto rows = rows_until(path, after);
+    if (!rows) throw std::runtime_error(fmt::format("{}: has no row of step {}", path_.string(), after));
+    if (rows->size() != std::filesystem::file_size(path)) write_atomically(path, *rows);
+    out_.open(path, std::ios::app);
+    if (!out_) throw std::runtime_error(fmt::format("{}: cannot be written", path_.string()));
+    return;
+  }
+  out_.open(path);
   out_ << "step,time,dt,particles,density_iterations,divergence_iterations,density_error,density_error_max,"
           "mass_fluid,mass_cloth,mass_drained,mass_supplied,mass_total,mass_error,saturation_max,kinetic_energy,"
           "divergence_error,diffusion_substeps,collisions,clamped,mass_float";

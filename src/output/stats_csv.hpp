@@ -3,6 +3,8 @@
 #include <array>
 #include <filesystem>
 #include <fstream>
+#include <optional>
+#include <string>
 #include <vector>
 
 #include "pipeline/backend.hpp"
@@ -17,11 +19,16 @@ namespace drench {
 /// integers: 0 means exactly 0.
 class StatsCsv {
  public:
-  /// `quantum` in kg. Throws std::runtime_error when the file cannot be written.
-  StatsCsv(const std::filesystem::path& path, const std::vector<Stage>& stages, double quantum, Quanta initial_total);
+  /// `quantum` in kg. With `after`, the rows of a file that is there stay up to this step, whatever comes after them is cut
+  /// off, and the next ones follow. Throws std::runtime_error when the file cannot be written.
+  StatsCsv(const std::filesystem::path& path, const std::vector<Stage>& stages, double quantum, Quanta initial_total,
+           std::int64_t after = -1);
   /// `step` and `time` as after the step; the row is on disk when this returns.
   void write(std::int64_t step, double time, double dt, const StepReport& report,
              const std::array<double, stage_count>& milliseconds, double step_milliseconds);
+
+  /// The file's first lines, up to the row of this step (0: the header alone); none if it has not got that far.
+  static std::optional<std::string> rows_until(const std::filesystem::path& path, std::int64_t step);
 
  private:
   std::filesystem::path path_;

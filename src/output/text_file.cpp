@@ -28,7 +28,11 @@ void write_atomically(const fs::path& path, const std::string& text) {
     std::ofstream out(temporary, std::ios::binary | std::ios::trunc);
     out << text;
     out.flush();
-    if (!out) throw std::runtime_error(fmt::format("{}: cannot be written (disk full or not allowed)", path.string()));
+    if (!out) {
+      std::error_code ignored;
+      fs::remove(temporary, ignored);
+      throw std::runtime_error(fmt::format("{}: cannot be written (disk full or not allowed)", path.string()));
+    }
   }
   rename_into_place(temporary, path);
 }

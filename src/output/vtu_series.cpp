@@ -6,6 +6,8 @@
 #include <vtkXMLUnstructuredGridWriter.h>
 
 #include <algorithm>
+#include <fstream>
+#include <regex>
 #include <stdexcept>
 #include <utility>
 
@@ -42,6 +44,35 @@ void VtuSeries::set_static_part(const Grid& grid) {
   write_vtu(folder_ / static_file_, grid);
 }
 
+void VtuSeries::resume(int frames) {
+  frame_ = frames;
+  std::ifstream in(folder_ / (name_ + ".pvd"));
+  const std::regex frame(fmt::format(R"(.*"frames/{}_(\d+)\.vtu".*)", name_));
+  std::smatch match;
+  std::string static_line;  // stands before the frame of its time
+  for (std::string line; std::getline(in, line);) {
+    if (line.find("<DataSet ") == std::string::npos) continue;
+    if (!std::regex_match(line, match, frame)) {
+      static_line = line + '\n';
+    } else if (std::stoll(match[1].str()) < frames) {
+      entries_ += static_line + line + '\n';
+      static_line.clear();
+    } else {
+      static_line.clear();
+    }
+  }
+  entries_ += static_line;  // of a series without frames
+  if (in.is_open()) write_collection();
+  const std::regex ours(fmt::format(R"({}_(\d{{6,9}})\.vtu)", name_));
+  std::vector<fs::path> later;
+  if (fs::is_directory(folder_ / "frames"))
+    for (const auto& entry : fs::directory_iterator(folder_ / "frames")) {
+      const std::string name = entry.path().filename().string();
+      if (std::regex_match(name, match, ours) && std::stoll(match[1].str()) >= frames) later.push_back(entry.path());
+    }
+  for (const fs::path& path : later) fs::remove(path);
+}
+
 void VtuSeries::write(double time, const Grid& grid) {
   const std::string file = fmt::format("frames/{}_{:06}.vtu", name_, frame_++);
   fs::create_directories(folder_ / "frames");
@@ -53,6 +84,7 @@ void VtuSeries::write(double time, const Grid& grid) {
 }
 
 void VtuSeries::write_static(double time) {
+  if (!entries_.empty()) return;
   list(time, 0, static_file_);
   write_collection();
 }
@@ -67,8 +99,10 @@ void VtuSeries::write_collection() const {
                        entries_ + "  </Collection>\n</VTKFile>\n");
 }
 
-FrameWriter::FrameWriter(const fs::path& folder, const Model& model)
-    : model_(model), fluid_(folder, "fluid"), cloth_(folder, "cloth"), bodies_(folder, "bodies") {
+FrameWriter::FrameWriter(const fs::path& folder, const Model& model, int frames)
+    : model_(model), fluid_(folder, "fluid"), cloth_(folder, "cloth"), bodies_(folder, "bodies"), frames_(frames) {
+  if (frames > 0)
+    for (VtuSeries* series : {&fluid_, &cloth_, &bodies_}) series->resume(frames);
   const bool any_static = std::any_of(model.bodies.begin(), model.bodies.end(), [](auto& b) { return !b.moves(); });
   if (any_static) bodies_.set_static_part(bodies_grid(model, nullptr));
 }
@@ -78,7 +112,7 @@ void FrameWriter::write(const HostState& state) {
   if (model_.has_cloth()) cloth_.write(state.time, cloth_grid(model_, state));
   if (model_.has_moving_body())
     bodies_.write(state.time, bodies_grid(model_, &state));
-  else if (!model_.bodies.empty() && frames_ == 0)
+  else if (!model_.bodies.empty())
     bodies_.write_static(state.time);  // one entry: ParaView shows it at every time
   ++frames_;
 }

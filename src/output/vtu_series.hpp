@@ -18,9 +18,11 @@ class VtuSeries {
   VtuSeries(std::filesystem::path folder, std::string name);
   /// A part that never changes: written once, listed at every time. Call it before the first frame.
   void set_static_part(const Grid& grid);
+  /// Goes on after so many frames: those that are listed stay, later ones are taken off the list and removed.
+  void resume(int frames);
   /// Writes the frame and then the collection that names it.
   void write(double time, const Grid& grid);
-  /// Lists `time` for a series that has nothing but its static part.
+  /// Lists `time` for a series that has nothing but its static part, unless that is listed.
   void write_static(double time);
 
  private:
@@ -37,7 +39,8 @@ class VtuSeries {
 /// The series that a model needs: fluid, cloth and bodies, each only when the scene has it.
 class FrameWriter {
  public:
-  FrameWriter(const std::filesystem::path& folder, const Model& model);
+  /// `frames` > 0 goes on after so many frames of an earlier run; in its folder later ones are removed.
+  FrameWriter(const std::filesystem::path& folder, const Model& model, int frames = 0);
   /// Adds a frame at state.time.
   void write(const HostState& state);
   int frames() const { return frames_; }

@@ -53,7 +53,6 @@ void read_field(Section& s, FieldScene& field) {
 void read_output(Section& s, OutputScene& output) {
   s.number("every", output.every, "[0, 1e6]", "s");
   s.number("checkpoint_every", output.checkpoint_every, "[0, 1e6]", "s");
-  s.not_available(output.checkpoint_every > 0, "checkpoint_every", "writing checkpoints", "0 s");
   s.boolean("measures", output.measures);
 }
 

@@ -127,7 +127,7 @@ TEST_F(Commands, BadCommandLinesAreRefusedInOneLine) {
   expect_refusal({"run", "tiny.yaml", "--steps", "-1"}, "--steps");
   expect_refusal({"run", "tiny.yaml", "--steps", "2.5"}, "--steps");
   expect_refusal({"run", "tiny.yaml", "--threads", "0"}, "--threads");
-  expect_refusal({"run", "tiny.yaml", "--resume", "checkpoint_1"}, "--resume is not available");
+  expect_refusal({"run", "tiny.yaml", "--resume", "checkpoint_1"}, "checkpoint_1: cannot be read: No such file");
   expect_refusal({"compare"}, "SCENE");
   expect_refusal({"compare", "tiny.yaml", "--steps", "0"}, "--steps");
   expect_refusal({"compare", "tiny.yaml", "--tolerance-scale", "-1"}, "--tolerance-scale");

@@ -3,6 +3,7 @@
 
 #include <fcntl.h>
 #include <signal.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -71,10 +72,11 @@ struct Outcome {
   std::string out, err;
 };
 
-/// Runs the program with `arguments` in folder `where`. With `when`, sends SIGINT as soon as it returns true.
-/// A program that takes longer than two minutes is killed (code 1009).
+/// Runs the program with `arguments` in folder `where`. With `when`, sends `signal` as soon as it returns true. No file may
+/// become longer than `longest_file`, in bytes. A program that takes longer than two minutes is killed (code 1009).
 inline Outcome run_drench(const fs::path& where, const std::vector<std::string>& arguments,
-                          const std::function<bool()>& when = nullptr) {
+                          const std::function<bool()>& when = nullptr, int signal = SIGINT,
+                          rlim_t longest_file = RLIM_INFINITY) {
   const TempFolder log;
   const std::string out = log.path() / "out", err = log.path() / "err";
   std::vector<std::string> words{program()};
@@ -90,6 +92,8 @@ inline Outcome run_drench(const fs::path& where, const std::vector<std::string>&
     if (to_out < 0 || to_err < 0 || chdir(where.c_str()) != 0) _exit(126);
     dup2(to_out, STDOUT_FILENO);
     dup2(to_err, STDERR_FILENO);
+    const rlimit limit{longest_file, RLIM_INFINITY};
+    if (setrlimit(RLIMIT_FSIZE, &limit) != 0) _exit(126);
     execv(argv[0], argv.data());
     _exit(127);
   }
@@ -98,7 +102,7 @@ inline Outcome run_drench(const fs::path& where, const std::vector<std::string>&
   bool sent = false;
   while (waitpid(child, &status, WNOHANG) == 0) {
     if (when && !sent && when()) {
-      kill(child, SIGINT);
+      kill(child, signal);
       sent = true;
     }
     if (std::chrono::steady_clock::now() - begin > std::chrono::minutes(2)) kill(child, SIGKILL);

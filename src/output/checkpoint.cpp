@@ -1,0 +1,273 @@
+#include "output/checkpoint.hpp"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <bit>
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+#include <map>
+#include <regex>
+#include <string_view>
+#include <type_traits>
+#include <utility>
+
+#include "drench_version.hpp"
+#include "output/text_file.hpp"
+
+namespace drench {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+static_assert(std::endian::native == std::endian::little, "checkpoints are little-endian");
+
+constexpr std::string_view magic = "drench checkpoint ", format = "1\n";
+
+/// FNV-1a, 64 bits.
+class Checksum {
+ public:
+  void add(const void* data, std::size_t size) {
+    const auto* byte = static_cast<const unsigned char*>(data);
+    for (std::size_t k = 0; k < size; ++k) value_ = (value_ ^ byte[k]) * 0x100000001b3U;
+  }
+  template <class T>
+  void add(const std::vector<T>& values) {
+    static_assert(std::has_unique_object_representations_v<T> || std::is_same_v<T, Vec3> ||
+                  std::is_same_v<T, std::array<double, 3>>);
+    add(values.data(), values.size() * sizeof(T));
+  }
+  std::uint64_t value() const { return value_; }
+
+ private:
+  std::uint64_t value_ = 0xcbf29ce484222325U;
+};
+
+/// Calls visit(name, field) for everything in a checkpoint: strings, numbers and vectors.
+template <class C, class Visitor>
+void visit_checkpoint(C& c, Visitor&& visit) {
+  visit("version", c.version);
+  visit("commit", c.commit);
+  visit("precision", c.precision);
+  visit("backend", c.backend);
+  visit("scene", c.scene);
+  visit("geometry", c.geometry);
+  visit("frames", c.frames);
+  visit("shortened", c.shortened);
+  visit("step", c.state.step);
+  visit("time", c.state.time);
+  visit("drained", c.state.drained);
+  visit("supplied", c.state.supplied);
+  visit("next_id", c.state.next_id);
+  visit("jet_particles", c.state.jet_particles);
+  visit_fields(c.state, visit);
+}
+
+/// A file that is written to the disk itself, not only to the system's memory.
+class DiskFile {
+ public:
+  explicit DiskFile(const fs::path& path) : file_(open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666)) {
+    if (file_ < 0) fail();
+  }
+  ~DiskFile() {
+    if (file_ >= 0) close(file_);
+  }
+  DiskFile(const DiskFile&) = delete;
+  DiskFile& operator=(const DiskFile&) = delete;
+
+  void write(const void* data, std::size_t size) {
+    sum_.add(data, size);
+    for (const char* at = static_cast<const char*>(data); size > 0;) {
+      const ssize_t done = ::write(file_, at, std::min(size, std::size_t{1} << 30));
+      if (done < 0 && errno == EINTR) continue;
+      if (done < 0) fail();
+      at += done;
+      size -= static_cast<std::size_t>(done);
+    }
+  }
+  template <class T>
+  void record(std::string_view name, const T& field) {
+    const char* data = nullptr;
+    std::uint32_t bytes = sizeof(T);
+    std::uint64_t count = 1;
+    if constexpr (std::is_arithmetic_v<T>) {
+      data = reinterpret_cast<const char*>(&field);
+    } else {
+      data = reinterpret_cast<const char*>(field.data());
+      bytes = sizeof(typename T::value_type);
+      count = field.size();
+    }
+    const auto length = static_cast<std::uint32_t>(name.size());
+    write(&length, sizeof length);
+    write(name.data(), name.size());
+    write(&bytes, sizeof bytes);
+    write(&count, sizeof count);
+    write(data, bytes * count);
+  }
+  void finish() {
+    const std::uint64_t sum = sum_.value();
+    write(&sum, sizeof sum);
+    const int file = std::exchange(file_, -1);
+    const bool synced = fsync(file) == 0;
+    const int why = errno;
+    const bool closed = close(file) == 0;
+    if (!synced) errno = why;
+    if (!synced || !closed) fail();
+  }
+
+ private:
+  [[noreturn]] static void fail() { throw std::runtime_error(std::strerror(errno)); }
+
+  int file_;
+  Checksum sum_;
+};
+
+/// A new name is on the disk when its folder is. Not every file system can; the file itself is safe there.
+void sync_folder(const fs::path& folder) {
+  const int file = open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (file < 0) return;
+  fsync(file);
+  close(file);
+}
+
+struct Record {
+  std::uint32_t bytes = 0;
+  std::uint64_t count = 0;
+  const char* data = nullptr;
+};
+
+/// The records between the first line and the checksum.
+std::map<std::string, Record, std::less<>> records_of(std::string_view text, const fs::path& path) {
+  const auto take = [&](std::size_t size) {
+    if (text.size() < size) throw DamagedCheckpoint(fmt::format("{}: is damaged: a record is cut off", path.string()));
+    const char* data = text.data();
+    text.remove_prefix(size);
+    return data;
+  };
+  const auto number = [&]<class T>(T value) {
+    std::memcpy(&value, take(sizeof value), sizeof value);
+    return value;
+  };
+  std::map<std::string, Record, std::less<>> records;
+  while (!text.empty()) {
+    const auto length = number(std::uint32_t{});
+    const std::string name(take(length), length);
+    Record record{number(std::uint32_t{}), number(std::uint64_t{}), nullptr};
+    if (record.bytes == 0 || record.count > text.size() / record.bytes) take(text.size() + 1);
+    record.data = take(record.bytes * record.count);
+    records[name] = record;
+  }
+  return records;
+}
+
+std::string whole_file(const fs::path& path) {
+  std::ifstream in(path, std::ios::binary | std::ios::ate);
+  const auto end = in ? static_cast<std::streamoff>(in.tellg()) : -1;
+  std::string text(static_cast<std::size_t>(std::max<std::streamoff>(end, 0)), '\0');
+  in.seekg(0);
+  in.read(text.data(), end);
+  if (end < 0 || !in || fs::is_directory(path))
+    throw CheckpointError(fmt::format("{}: cannot be read: {}", path.string(), std::strerror(errno)));
+  return text;
+}
+
+}  // namespace
+
+void write_checkpoint(const fs::path& path, const Checkpoint& checkpoint) {
+  const fs::path temporary = temporary_name(path);
+  try {
+    DiskFile file(temporary);
+    file.write(magic.data(), magic.size());
+    file.write(format.data(), format.size());
+    visit_checkpoint(checkpoint, [&](std::string_view name, const auto& field) { file.record(name, field); });
+    file.finish();
+  } catch (const std::exception& e) {
+    std::error_code ignored;
+    fs::remove(temporary, ignored);
+    throw std::runtime_error(fmt::format("{}: cannot be written: {}", path.string(), e.what()));
+  }
+  rename_into_place(temporary, path);
+  sync_folder(path.parent_path());
+}
+
+Checkpoint read_checkpoint(const fs::path& path) {
+  const std::string file = whole_file(path);
+  std::string_view text = file;
+  if (!text.starts_with(magic)) throw CheckpointError(fmt::format("{}: is no checkpoint of drench", path.string()));
+  text.remove_prefix(magic.size());
+  const auto newer = [&](std::string_view what, std::string_view theirs, std::string_view ours) {
+    return CheckpointError(fmt::format("{}: {} {}, this drench is {}", path.string(), what, theirs, ours));
+  };
+  std::uint64_t sum = 0;
+  if (text.size() < format.size() + sizeof sum)
+    throw DamagedCheckpoint(fmt::format("{}: is damaged: it is cut off", path.string()));
+  std::memcpy(&sum, file.data() + file.size() - sizeof sum, sizeof sum);
+  Checksum checksum;
+  checksum.add(file.data(), file.size() - sizeof sum);
+  if (checksum.value() != sum)
+    throw DamagedCheckpoint(fmt::format("{}: is damaged: its checksum is not that of its bytes", path.string()));
+  if (!text.starts_with(format)) throw newer("has the format", text.substr(0, text.find('\n')), format.substr(0, 1));
+  text.remove_prefix(format.size());
+  text.remove_suffix(sizeof sum);
+
+  const auto records = records_of(text, path);
+  if (const auto found = records.find("version"); found != records.end()) {
+    const std::string_view version(found->second.data, found->second.count);
+    if (version != version_string) throw newer("was written by version", version, version_string);
+  }
+  Checkpoint checkpoint;
+  visit_checkpoint(checkpoint, [&]<class T>(std::string_view name, T& field) {
+    const auto found = records.find(name);
+    if (found == records.end()) throw CheckpointError(fmt::format("{}: has no {}", path.string(), name));
+    const Record& record = found->second;
+    bool fits = record.bytes == sizeof(T) && record.count == 1;
+    if constexpr (!std::is_arithmetic_v<T>) fits = record.bytes == sizeof(typename T::value_type);
+    if (!fits) throw CheckpointError(fmt::format("{}: its {} has another type", path.string(), name));
+    void* to = &field;
+    if constexpr (!std::is_arithmetic_v<T>) {
+      field.resize(record.count);
+      to = field.data();
+    }
+    if (record.count > 0) std::memcpy(to, record.data, record.bytes * record.count);
+  });
+  return checkpoint;
+}
+
+std::string checkpoint_name(std::int64_t step) { return fmt::format("checkpoint_{:06}.drench", step); }
+
+std::int64_t checkpoint_step(const fs::path& path) {
+  static const std::regex ours(R"(checkpoint_(\d{6,18})\.drench)");
+  const std::string name = path.filename().string();
+  std::smatch match;
+  return std::regex_match(name, match, ours) ? std::stoll(match[1].str()) : -1;
+}
+
+std::vector<fs::path> checkpoints_in(const fs::path& folder) {
+  std::vector<fs::path> found;
+  for (const auto& entry : fs::directory_iterator(folder))
+    if (entry.is_regular_file() && checkpoint_step(entry.path()) >= 0) found.push_back(entry.path());
+  std::sort(found.begin(), found.end(),
+            [](const fs::path& a, const fs::path& b) { return checkpoint_step(a) > checkpoint_step(b); });
+  return found;
+}
+
+std::uint64_t geometry_of(const Model& model) {
+  Checksum sum;
+  sum.add(model.mesh.rest_position);
+  sum.add(model.mesh.triangle);
+  sum.add(model.mesh.pinned);
+  sum.add(model.samples.triangle);
+  sum.add(model.samples.weight);
+  sum.add(model.boundary.position);
+  for (const Body& body : model.bodies) {
+    sum.add(body.mesh_points);
+    sum.add(body.mesh_triangles);
+  }
+  return sum.value();
+}
+
+}  // namespace drench

@@ -1,0 +1,168 @@
+// A step depends on HostState and nothing else: a backend made anew before every step gives the same bits as one that goes on.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstring>
+#include <numeric>
+
+#include "pipeline/pipeline.hpp"
+#include "restart_scenes.hpp"
+#include "stage_compare.hpp"
+
+namespace drench::test {
+namespace {
+
+using MakeBackend = std::unique_ptr<Backend> (*)(const Model&);
+
+/// The names of the fields in which two states are not the same bits.
+std::string different_bits(const HostState& a, const HostState& b) {
+  std::string names;
+  std::vector<std::pair<const void*, std::size_t>> bytes;
+  visit_fields(a, [&](std::string_view, const auto& v) { bytes.emplace_back(v.data(), v.size() * sizeof(v[0])); });
+  std::size_t k = 0;
+  visit_fields(b, [&](std::string_view name, const auto& v) {
+    const auto [data, size] = bytes[k++];
+    if (size != v.size() * sizeof(v[0]) || (size > 0 && std::memcmp(data, v.data(), size) != 0))
+      names += " " + std::string(name);
+  });
+  if (a.drained != b.drained || a.supplied != b.supplied) names += " ledger";
+  if (a.next_id != b.next_id || a.jet_particles != b.jet_particles) names += " counters";
+  if (a.step != b.step || a.time != b.time) names += " time";
+  return names;
+}
+
+/// What a stats row is made of.
+std::vector<double> numbers(const StepReport& r) {
+  return {r.dt_wanted,
+          double(r.divergence_iterations),
+          r.divergence_error,
+          double(r.density_iterations),
+          r.density_error,
+          r.density_error_max,
+          double(r.cloth_iterations),
+          r.cloth_residual,
+          double(r.cloth_contacts),
+          double(r.cloth_zone_nodes),
+          double(r.diffusion_substeps),
+          double(r.collisions),
+          double(r.clamped),
+          double(r.mass_fluid),
+          double(r.mass_cloth),
+          double(r.mass_drained),
+          double(r.mass_supplied),
+          r.mass_float,
+          r.saturation_max,
+          r.kinetic_energy,
+          double(r.particles),
+          r.nearest_variance,
+          r.close_share,
+          r.wet_isotropy};
+}
+
+Quanta before_cloth(const HostState& s) {
+  return std::accumulate(s.node_liquid.begin(), s.node_liquid.end(), Quanta{0});
+}
+
+/// What happened in a run, so that no test compares steps in which nothing does.
+struct Happened {
+  bool fresh = false, jets = false, drained = false, absorbed = false, supplied = false, contacts = false,
+       substeps = false;
+  int steps = 0;
+};
+
+/// Runs a scene on, and beside it the same with a new backend every step that starts from what the last one left.
+Happened expect_the_same_bits(MakeBackend make, const std::string& scene, int steps) {
+  constexpr double frame = 0.01;  // s: steps end there
+  const auto setup = setup_from(scene);
+  const auto backend = make(setup.model);
+  Pipeline pipeline(setup.model, *backend, setup.state);
+  HostState last = backend->download();
+  Happened happened;
+  int frames = 1;
+  for (; happened.steps < steps; ++happened.steps) {
+    const auto other = make(setup.model);
+    Pipeline again(setup.model, *other, last);
+    const double left = frames * frame - pipeline.time();
+    const StepReport went_on = pipeline.step(left), restarted = again.step(left);
+    HostState state = backend->download();
+    EXPECT_EQ(numbers(went_on), numbers(restarted)) << "step " << happened.steps;
+    EXPECT_EQ(different_bits(state, other->download()), "") << "step " << happened.steps;
+    if (testing::Test::HasFailure()) break;
+    if (pipeline.time() >= frames * frame - 1e-9) ++frames;
+    for (const auto origin : state.fluid_origin) {
+      happened.fresh = happened.fresh || origin == static_cast<std::uint8_t>(Origin::cloth);
+      happened.jets = happened.jets || origin == static_cast<std::uint8_t>(Origin::jet);
+    }
+    happened.drained = happened.drained || state.drained > 0;
+    happened.supplied = happened.supplied || state.supplied > setup.state.supplied;
+    happened.absorbed = happened.absorbed || went_on.mass_cloth > before_cloth(last);
+    happened.contacts = happened.contacts || went_on.cloth_contacts > 0;
+    happened.substeps = happened.substeps || went_on.diffusion_substeps > 0;
+    last = std::move(state);
+  }
+  return happened;
+}
+
+/// The reference computes the pairs of everything with everything, and its state is the HostState itself: fewer steps.
+class Restart : public testing::TestWithParam<MakeBackend> {
+ protected:
+  static Happened run(const std::string& scene, int steps) {
+    return expect_the_same_bits(GetParam(), scene, GetParam() == &make_kokkos_backend ? steps : 8);
+  }
+  /// Only the backend takes enough steps for everything to happen.
+  static void expect(bool happened, const char* what) {
+    EXPECT_TRUE(happened || GetParam() != &make_kokkos_backend) << "no " << what;
+  }
+};
+
+TEST_P(Restart, LiquidWithJetsAndBodies) {
+  const Happened h = run(liquid_scene, 150);
+  expect(h.jets, "jet");
+  expect(h.drained, "particle has left");
+}
+
+TEST_P(Restart, PorousCloth) {
+  const Happened h = run(porous_scene, 40);
+  expect(h.jets, "jet");
+  expect(h.fresh, "fresh particles");
+  expect(h.absorbed, "absorption");
+  expect(h.supplied, "supply");
+  expect(h.contacts, "contacts");
+  expect(h.substeps, "diffusion");
+}
+
+TEST_P(Restart, ClothAlone) { expect(run(cloth_scene, 40).contacts, "contacts"); }
+
+TEST_P(Restart, StillCloth) {
+  const Happened h = run(filter_scene, 100);
+  expect(h.absorbed, "absorption");
+  expect(h.supplied, "supply");
+  expect(h.substeps, "diffusion");
+}
+
+/// Had a checkpoint not got them, these tests would see it.
+TEST(RestartSees, WhatAStepTakesFromTheOneBefore) {
+  for (const char* name : {"fluid_kappa_density", "fluid_kappa_divergence", "node_ripe", "node_velocity"}) {
+    SCOPED_TRACE(name);
+    const auto setup = setup_from(porous_scene);
+    const auto backend = make_kokkos_backend(setup.model);
+    Pipeline pipeline(setup.model, *backend, setup.state);
+    for (int k = 0; k < 20; ++k) pipeline.step(1);
+    HostState without = backend->download();
+    visit_fields(without, [&](std::string_view field, auto& values) {
+      if (field == name) std::fill(values.begin(), values.end(), typename std::decay_t<decltype(values)>::value_type{});
+    });
+    const auto other = make_kokkos_backend(setup.model);
+    Pipeline again(setup.model, *other, without);
+    pipeline.step(1);
+    again.step(1);
+    EXPECT_NE(different_bits(backend->download(), other->download()), "");
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Backends, Restart, testing::Values(&make_kokkos_backend, &make_reference_backend),
+                         [](const auto& which) { return which.index == 0 ? "kokkos" : "reference"; });
+
+}  // namespace
+}  // namespace drench::test
