@@ -73,7 +73,6 @@ void add_run_options(CLI::App& run, drench::RunOptions& options) {
       "  drench run scene.yaml\n"
       "  drench run scene.yaml -o coarse --set fluid.spacing=0.025 --set time.end=0.02\n"
       "  drench run scene.yaml --steps 10 --no-output --profile\n"
-      "  drench run scene.yaml --resume out/scene\n"
       "  drench run scene.yaml -o exact --backend reference --until 0.01");
 }
 
