@@ -61,7 +61,7 @@ double largest_speed(const Model& model, const HostState& state) {
 }
 
 /// Sub-steps that one cloth asks for in stage diffusion (src/stages/diffusion.hpp, law 3) in its rest shape.
-int diffusion_substeps(const Model& model, const ClothMaterial& cloth, double dt) {
+double diffusion_substeps(const Model& model, const ClothMaterial& cloth, double dt) {
   const FabricPairs& fabric = model.fabric;
   const double load = model.rest_density * (1 - cloth.solid_fraction) * cloth.thickness;
   const double most = cloth.diffusion == DiffusionLaw::degenerate ? cloth.max_saturation : 1;
@@ -74,14 +74,14 @@ int diffusion_substeps(const Model& model, const ClothMaterial& cloth, double dt
     if (model.samples.node_capacity[at] > 0)
       fastest = std::max(fastest, most * load * cloth.diffusivity * sum / model.samples.node_capacity[at]);
   }
-  return std::max(1, static_cast<int>(std::ceil(dt * fastest / 0.5)));
+  return std::max(1.0, std::ceil(dt * fastest / 0.5));
 }
 
 /// Stages of the viscosity a step (src/stages/forces.hpp) in full neighbourhoods: Σ V |∇W| r = 3 there; C_i grows
 /// to about twice that beside solids, and light cloth can need more.
-int viscous_stages(const Model& model, double dt) {
+double viscous_stages(const Model& model, double dt) {
   const double bound = 3 * 30 * model.scene.fluid.viscosity / (model.support * model.support);
-  return static_cast<int>(std::ceil(std::sqrt(0.25 + 2 * dt * bound) - 0.5));
+  return std::ceil(std::sqrt(0.25 + 2 * dt * bound) - 0.5);
 }
 
 void print_parts(const Model& model, const HostState& state) {
@@ -139,6 +139,7 @@ int check_command(const std::string& path, const std::vector<std::string>& overr
     no_device = e.what();
   }
   const Setup setup = build(scene, budget);
+  refuse_too_large(size_of(setup), budget);  // now that lists are known to be as wide as they are
   const Model& model = setup.model;
   auto warnings = setup.warnings;
   if (!no_device.empty()) warnings.push_back(no_device);
@@ -170,11 +171,11 @@ int check_command(const std::string& path, const std::vector<std::string>& overr
   }
   fmt::print("steps: {}{:.0f} to {:.4g} s\n", scene.time.mode == TimeMode::cfl ? "at least " : "",
              std::ceil(scene.time.end / scene.time.step - 1e-9), scene.time.end);
-  if (const int passes = model.has_fluid() ? viscous_stages(model, scene.time.step) : 0; passes > 1)
-    fmt::print("viscosity: about {} passes a step\n", passes);
+  if (const double passes = model.has_fluid() ? viscous_stages(model, scene.time.step) : 0; passes > 1)
+    fmt::print("viscosity: about {:.0f} passes a step\n", passes);
   for (const ClothMaterial& c : model.cloths)
     if (model.has_diffusion() && c.porous && c.diffusivity > 0)
-      fmt::print("diffusion in {}: sub-steps a step: about {}\n", c.name,
+      fmt::print("diffusion in {}: sub-steps a step: about {:.0f}\n", c.name,
                  diffusion_substeps(model, c, scene.time.step));
   const double parts = scene.output.every / scene.time.step;
   if (scene.time.mode == TimeMode::fixed && parts > 0 && std::abs(parts - std::round(parts)) > 1e-6)

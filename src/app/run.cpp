@@ -327,7 +327,8 @@ int run_command(const RunOptions& options) {
   const bool reference = options.backend == "reference";
   const MemoryBudget budget = memory_budget(reference);
   Setup setup = build(scene, budget);
-  std::optional<BackendRuntime> runtime;  // outlives the backend
+  refuse_too_large(size_of(setup), budget);  // now that lists are known to be as wide as they are
+  std::optional<BackendRuntime> runtime;     // outlives the backend
   if (!reference) runtime.emplace(options.threads, options.quiet);
   const std::unique_ptr<Backend> backend =
       reference ? make_reference_backend(setup.model) : make_kokkos_backend(setup.model);

@@ -145,6 +145,16 @@ TEST_F(Commands, BadScenesAreRefusedWithTheirPlace) {
   EXPECT_EQ(names_in(here()), (std::vector<std::string>{"bad.yaml", "tiny.yaml"}));
 }
 
+/// Counts alone look small here: a cloth far finer than the liquid has all its samples in every particle's neighbourhood.
+TEST_F(Commands, ListsThatDoNotFitAreRefused) {
+  write_text(
+      here() / "dense.yaml",
+      "drench: 1\nfluid:\n  spacing: 0.001\n  sources: [{block: {min: [0.5, 0.5, 0.5], max: [0.55, 0.55, 0.55]}}]\n"
+      "cloth:\n  - mesh: {grid: {size: [1.0e-4, 1.0e-4], nodes: [31, 31]}}\n    porous: {}\n");
+  for (const char* command : {"check", "run"})
+    expect_refusal({command, "dense.yaml"}, "dense.yaml:3:12: fluid.spacing: the scene does not fit");
+}
+
 TEST_F(Commands, RunWritesEverythingAndKeepsTheLedger) {
   const Outcome o = drench({"run", "tiny.yaml"});
   ASSERT_EQ(o.code, 0) << o.err;

@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 #include <sys/resource.h>
-#include <unistd.h>
+#include <sys/time.h>
 
 #include <algorithm>
 #include <charconv>
@@ -363,6 +363,12 @@ std::string wrong_form(const std::string& line, const std::string& path, const s
              : "is located nowhere";
 }
 
+/// Ends the program when it has computed for so many seconds more; 0: never.
+void stop_after(long seconds) {
+  const itimerval limit{{0, 0}, {seconds, 0}};
+  setitimer(ITIMER_PROF, &limit, nullptr);
+}
+
 long largest_resident() {  // KiB
   rusage usage{};
   getrusage(RUSAGE_SELF, &usage);
@@ -396,14 +402,14 @@ TEST(SceneMutations, EndInOneLocatedLineOrAnotherValidScene) {
     const std::size_t kind = run % Mutations::kinds;
     const std::string bad = mutations.of(text, kind);
     SCOPED_TRACE("seed " + std::to_string(seed) + ", run " + std::to_string(run) + ": " + name + "\n" + bad);
-    alarm(60);  // a hang ends the test
+    stop_after(60);  // a hang ends the test
     const std::clock_t begin = std::clock();
     Verdict verdict;
     ASSERT_NO_THROW(verdict = judge(bad, path));
     const std::string& line = verdict.refusal;
     const double seconds = static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;
     slowest = std::max(slowest, seconds);
-    alarm(0);
+    stop_after(0);
     EXPECT_LT(seconds, 10) << line;
     EXPECT_EQ(verdict.objection, "");
     if (line.empty()) {
