@@ -94,7 +94,7 @@ TEST_F(Restart, GoingOnEqualsNotHavingStopped) {
     SCOPED_TRACE(scene);
     const std::string whole = std::string(scene) + "_whole", part = std::string(scene) + "_part";
     must(scene, {"-o", whole, "--until", end});
-    for (const char* steps : {"7", "5", "1000000"}) {  // the second ends between two checkpoints' times
+    for (const char* steps : {"0", "7", "5", "1000000"}) {  // the third ends between two checkpoints' times
       const bool first = !fs::exists(here() / part);
       must(scene, {first ? "-o" : "--resume", part, "--until", end, "--steps", steps});
     }
