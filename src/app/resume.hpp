@@ -17,9 +17,9 @@ struct Resume {
   std::vector<std::string> warnings;  // one line each
 };
 
-/// The checkpoint `wanted`, or the newest one of the folder `wanted` that is whole (a warning tells of those that are not).
-/// Throws CheckpointError: there is none, or it is not one of this scene, mesh files, version, precision and backend; the
-/// first difference is named.
+/// The checkpoint `wanted`, or the newest one of the folder `wanted` that is whole (a warning tells of those that are
+/// not). Throws CheckpointError: there is none, or it is not one of this scene, mesh files, version, precision and
+/// backend; the first difference is named.
 Resume find_checkpoint(const std::string& wanted, const Model& model, const Backend& backend);
 
 /// A checkpoint to be of a run of this model on this backend, but for its state.

@@ -152,8 +152,8 @@ class Run {
       last_state_step_ = pipeline_.step_index();  // its frame is one of those
   }
 
-  /// Goes on in the folder of the checkpoint's run: what it wrote after the checkpoint goes. The checkpoints after it first,
-  /// so that whatever happens meanwhile, this one can be gone on from again.
+  /// Goes on in the folder of the checkpoint's run: what it wrote after the checkpoint goes. The checkpoints after it
+  /// first, so that whatever happens meanwhile, this one can be gone on from again.
   void cut_off() {
     for (const auto& path : checkpoints_in(folder_))
       if (checkpoint_step(path) > pipeline_.step_index()) std::filesystem::remove(path);

@@ -19,8 +19,8 @@ namespace drench {
 /// integers: 0 means exactly 0.
 class StatsCsv {
  public:
-  /// `quantum` in kg. With `after`, the rows of a file that is there stay up to this step, whatever comes after them is cut
-  /// off, and the next ones follow. Throws std::runtime_error when the file cannot be written.
+  /// `quantum` in kg. With `after`, the rows of a file that is there stay up to this step, whatever comes after them is
+  /// cut off, and the next ones follow. Throws std::runtime_error when the file cannot be written.
   StatsCsv(const std::filesystem::path& path, const std::vector<Stage>& stages, double quantum, Quanta initial_total,
            std::int64_t after = -1);
   /// `step` and `time` as after the step; the row is on disk when this returns.

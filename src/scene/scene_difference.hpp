@@ -10,8 +10,8 @@ namespace drench {
 /// Keys that a run may be resumed with other values of: when it ends and what it writes. (Steps end at frames.)
 inline const std::vector<std::string> resumable_keys{"time.end", "output.every", "output.checkpoint_every"};
 
-/// "fluid.spacing was 0.01, is 0.02" for the first key, in the scene's order, in which two texts of to_yaml differ; none when
-/// they are equal but for `allowed` and for where mesh files lie.
+/// "fluid.spacing was 0.01, is 0.02" for the first key, in the scene's order, in which two texts of to_yaml differ;
+/// none when they are equal but for `allowed` and for where mesh files lie.
 std::optional<std::string> scene_difference(const std::string& before, const std::string& now,
                                             const std::vector<std::string>& allowed);
 

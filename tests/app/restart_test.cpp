@@ -1,4 +1,5 @@
-// Checkpoints and --resume as a user meets them: a run that goes on equals one that was never interrupted, whatever ended it.
+// Checkpoints and --resume as a user meets them: a run that goes on equals one that was never interrupted, whatever
+// ended it.
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -94,7 +95,7 @@ TEST_F(Restart, GoingOnEqualsNotHavingStopped) {
     SCOPED_TRACE(scene);
     const std::string whole = std::string(scene) + "_whole", part = std::string(scene) + "_part";
     must(scene, {"-o", whole, "--until", end});
-    for (const char* steps : {"7", "5", "1000000"}) {  // the second ends between two checkpoints' times
+    for (const char* steps : {"0", "7", "5", "1000000"}) {  // the third ends between two checkpoints' times
       const bool first = !fs::exists(here() / part);
       must(scene, {first ? "-o" : "--resume", part, "--until", end, "--steps", steps});
     }
@@ -257,8 +258,8 @@ TEST_F(Restart, DamagedCheckpointsAreRefusedAndTheOneBeforeIsTaken) {
   }
 }
 
-/// kill -9 again and again, a random number of steps after each start and a random time more, so that it hits anything from the
-/// set-up to the writing of files. DRENCH_KILLS: how often (CI: 8).
+/// kill -9 again and again, a random number of steps after each start and a random time more, so that it hits anything
+/// from the set-up to the writing of files. DRENCH_KILLS: how often (CI: 8).
 TEST_F(Restart, KillsAtRandomMomentsLoseAtMostAnInterval) {
   const int wanted = std::atoi(from_environment("DRENCH_KILLS", "8").c_str());
   const double interval = 0.01, step = 0.003;  // s
@@ -304,7 +305,8 @@ TEST_F(Restart, ADiskThatIsFullStopsTheRunAndKeepsWhatIsThere) {
   must("porous", {"-o", "o", "--until", "0.03"});
   must("porous", {"-o", "whole", "--until", "0.06"});
   const auto size = fs::file_size(newest("o"));
-  // Frames are shorter than checkpoints: of those the next one does not fit, as fresh particles and the jet make it longer.
+  // Frames are shorter than checkpoints: of those the next one does not fit, as fresh particles and the jet make it
+  // longer.
   const Outcome full =
       run_drench(here(), words("porous", {"--resume", "o", "--until", "0.06"}), nullptr, SIGINT, size + 100);
   expect_refusal(full, ".drench: cannot be written: File too large; the last checkpoint is o/checkpoint_", 1);

@@ -72,8 +72,8 @@ struct Outcome {
   std::string out, err;
 };
 
-/// Runs the program with `arguments` in folder `where`. With `when`, sends `signal` as soon as it returns true. No file may
-/// become longer than `longest_file`, in bytes. A program that takes longer than two minutes is killed (code 1009).
+/// Runs the program with `arguments` in folder `where`. With `when`, sends `signal` as soon as it returns true. No file
+/// may become longer than `longest_file`, in bytes. A program that takes longer than two minutes is killed (code 1009).
 inline Outcome run_drench(const fs::path& where, const std::vector<std::string>& arguments,
                           const std::function<bool()>& when = nullptr, int signal = SIGINT,
                           rlim_t longest_file = RLIM_INFINITY) {

@@ -1,11 +1,11 @@
 #pragma once
-// Scenes that between them use everything that a step hands on to the next one, small enough for tests. In all of them much
-// happens within some thirty steps.
+// Scenes that between them use everything that a step hands on to the next one, small enough for tests. In all of them
+// much happens within some thirty steps.
 
 namespace drench::test {
 
-/// A block beside a jet in a container, with a floating box, a turning one, a domain that drains, sticky walls, and steps
-/// as long as the liquid allows.
+/// A block beside a jet in a container, with a floating box and a ball that rises and turns, surface tension, a domain that
+/// drains, and steps as long as the liquid allows.
 inline constexpr const char* liquid_scene = R"(drench: 1
 time: {step: 0.004, end: 1, mode: cfl}
 domain: {min: [-0.2, -0.05, -0.2], max: [0.07, 0.5, 0.2]}
@@ -23,8 +23,8 @@ bodies:
   - sphere: {center: [0.05, 0.05, 0], radius: 0.03, velocity: [0, 0.2, 0], spin: {axis: [0, 0, 1], degrees_per_second: 400}}
 )";
 
-/// An overfull sheet drips on a second one that moves by its pins, over a floating sphere, under a jet: all of the porous
-/// stages, sticking and touching layers, a reservoir, and fresh particles.
+/// An overfull sheet drips on a second one that moves by its pins, over a floating sphere, under a jet: all of the
+/// porous stages, sticking and touching layers, a reservoir, and fresh particles.
 inline constexpr const char* porous_scene = R"(drench: 1
 time: {step: 0.003, end: 1}
 domain: {min: [-0.4, -0.1, -0.4], max: [0.4, 0.5, 0.4]}
