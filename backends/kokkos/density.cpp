@@ -51,19 +51,8 @@ void sample_row_bounds(Device& d) {
         }
         load(b) = at.w * g;
       });
-  const auto start = d.nodes.sample_start, item = d.nodes.sample_item;
-  const auto weight = d.samples.weight, u = d.nodes.inverse_mass, node_bound = d.nodes.row_bound;
-  parallel(
-      "drench::density::node_row", d.nodes.count, KOKKOS_LAMBDA(const Index n) {
-        Real g = 0;
-        const Index last = start(n + 1);
-        DRENCH_UNROLL
-        for (Index e = start(n); e < last; ++e) {
-          const Index b = item(e) / 4;
-          g += weight(3 * b + item(e) % 4) * load(b);
-        }
-        node_bound(n) = u(n) * g;
-      });
+  node_bounds_from_samples("drench::density::node_row", d, load);
+  const auto weight = d.samples.weight, node_bound = d.nodes.row_bound;
   const auto node = d.samples.node;
   parallel(
       "drench::density::row_bound", d.samples.count, KOKKOS_LAMBDA(const Index b) {

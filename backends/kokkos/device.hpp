@@ -76,7 +76,7 @@ struct FluidWork {
   Array<Real4> place;      // x_i, m, since stage density, and V_i or κ_i, as the stage's pairs need
   Array<Real4> flight;     // v_i, m/s, and 1/√δ_i (stage forces)
   Array<Real4> predicted;  // v_i + Δt a_i, m/s (in-stage)
-  Array<Real> rate;        // R_i, 1/s (in-stage)
+  Array<Real> rate;        // R_i, 1/s; stage forces: C_i, 1/s (in-stage)
   Array<Real> kappa_next, kappa_last;  // the solves' iterates beside κ, m²/s² (in-stage)
   Array<Index> nearest_sample;         // −1: none within h; made on first use (stage neighbors)
   Array<std::uint8_t> active;          // takes part in the divergence solve (in-stage)
@@ -371,6 +371,8 @@ void refresh_samples_and_bounds(Device& d);  // the same as refresh_samples, and
 void refresh_sample_cells(Device& d);
 void refresh_inverse_mass(Device& d);      // nodes.inverse_mass
 void node_forces_from_samples(Device& d);  // nodes.force = Σ w F_b from samples.force
+/// nodes.row_bound = u_n Σ_b w_bn c_b from a number c_b of each sample.
+void node_bounds_from_samples(const char* label, const Device& d, const Array<Real>& of_sample);
 /// v_n += Δt u_n f_n, and pin_force −= f_n on pinned nodes.
 void apply_node_forces(Device& d, Real dt);
 

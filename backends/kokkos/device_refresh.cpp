@@ -105,6 +105,22 @@ void node_forces_from_samples(Device& d) {
       });
 }
 
+void node_bounds_from_samples(const char* label, const Device& d, const Array<Real>& of_sample) {
+  const auto start = d.nodes.sample_start, item = d.nodes.sample_item;
+  const auto weight = d.samples.weight, u = d.nodes.inverse_mass, bound = d.nodes.row_bound;
+  parallel(
+      label, d.nodes.count, KOKKOS_LAMBDA(const Index n) {
+        Real sum = 0;
+        const Index last = start(n + 1);
+        DRENCH_UNROLL
+        for (Index e = start(n); e < last; ++e) {
+          const Index b = item(e) / 4;
+          sum += weight(3 * b + item(e) % 4) * of_sample(b);
+        }
+        bound(n) = u(n) * sum;
+      });
+}
+
 void apply_node_forces(Device& d, Real dt) {
   const auto f = d.nodes.force, v = d.nodes.velocity, pin = d.nodes.pin_force;
   const auto u = d.nodes.inverse_mass;

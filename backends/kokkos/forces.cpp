@@ -137,20 +137,8 @@ void cloth_forces(Device& d) {
 
 /// The largest u_n Σ_b w_bn K_b, 1/s.
 double node_bound(const Device& d) {
-  const auto start = d.nodes.sample_start, item = d.nodes.sample_item;
-  const auto weight = d.samples.weight, u = d.nodes.inverse_mass, bound = d.viscous_work.sample_bound,
-             node_bound = d.nodes.row_bound;
-  parallel(
-      "drench::forces::node_row", d.nodes.count, KOKKOS_LAMBDA(const Index n) {
-        Real sum = 0;
-        const Index last = start(n + 1);
-        DRENCH_UNROLL
-        for (Index e = start(n); e < last; ++e) {
-          const Index b = item(e) / 4;
-          sum += weight(3 * b + item(e) % 4) * bound(b);
-        }
-        node_bound(n) = u(n) * sum;
-      });
+  node_bounds_from_samples("drench::forces::node_row", d, d.viscous_work.sample_bound);
+  const auto node_bound = d.nodes.row_bound;
   return maximum(
       "drench::forces::node_bound", d.nodes.count, KOKKOS_LAMBDA(const Index n) { return double(node_bound(n)); });
 }
