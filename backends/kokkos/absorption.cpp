@@ -75,7 +75,8 @@ struct Wishes {
 /// o_ij of every pair, and Σ_i o_ij in `offered`.
 void offer(Device& d, double dt) {
   const Neighbors list(d.fluid_sample);
-  const auto offers = d.absorption_work.offer;
+  const Entries<Index> start = d.absorption_work.rows.start;
+  const Entries<Quanta> offers = d.absorption_work.offer;
   const Entries<Real3> x = d.fluid.position;
   const Entries<Quanta> mass = d.fluid.mass, offered = d.transfer_work.offered;
   const double q = d.quantum, rho = d.rest_density;
@@ -87,24 +88,25 @@ void offer(Device& d, double dt) {
         const Quanta m = n > 0 ? mass(i) : 0;
         if (m <= 0) return;
         const Real3 at = x(i);
+        const Index row = start(i);
         const double volume = double(m) * q / rho;
         double all = 0;
         for (Index k = 0; k < n; ++k) {
           const double w = wish(at, volume, list(i, k));
-          offers(i, k) = Kokkos::bit_cast<Quanta>(w);  // kept there until it is an offer
+          offers(row + k) = Kokkos::bit_cast<Quanta>(w);  // kept there until it is an offer
           all += w;
         }
         const double total = all > 0 ? laws::absorption_total(double(m), all) : 0;
         Quanta rest = m, most = 0;
         Index largest = 0;
         for (Index k = 0; k < n; ++k) {
-          const double w = Kokkos::bit_cast<double>(offers(i, k));
+          const double w = Kokkos::bit_cast<double>(offers(row + k));
           Quanta o = 0;
           if (w > 0) {
             const auto wanted = static_cast<Quanta>(Kokkos::floor(total * (w / all)));
             o = wanted < rest ? wanted : rest;
           }
-          offers(i, k) = o;
+          offers(row + k) = o;
           if (o == 0) continue;
           rest -= o;
           Kokkos::atomic_add(&offered(list(i, k)), o);
@@ -113,7 +115,7 @@ void offer(Device& d, double dt) {
           largest = k;
         }
         if (rest == m || rest == 0 || rest >= min_quanta) return;
-        offers(i, largest) = most + rest;
+        offers(row + largest) = most + rest;
         Kokkos::atomic_add(&offered(list(i, largest)), rest);
       });
 }
@@ -121,7 +123,8 @@ void offer(Device& d, double dt) {
 /// t_ij of every pair: mass leaves the liquid; mass and momentum are on their way in `entering` and `momentum`.
 void transfer(Device& d) {
   const Neighbors list(d.fluid_sample);
-  const auto offers = d.absorption_work.offer;
+  const Entries<Index> start = d.absorption_work.rows.start;
+  const Entries<Quanta> offers = d.absorption_work.offer;
   const Entries<Quanta> mass = d.fluid.mass;
   const Entries<Real3> velocity = d.fluid.velocity;
   const Transfers transfers(d);
@@ -132,10 +135,11 @@ void transfer(Device& d) {
         const Quanta m = n > 0 ? mass(i) : 0;
         if (m <= 0) return;
         const Real3 v = velocity(i);
+        const Index row = start(i);
         Quanta rest = m;
         bool was_limited = false;
         for (Index k = 0; k < n; ++k) {
-          const Quanta o = offers(i, k);
+          const Quanta o = offers(row + k);
           if (o == 0) continue;
           const Index p = list(i, k);
           const double phi = transfers.share(p);
@@ -146,7 +150,7 @@ void transfer(Device& d) {
         }
         Quanta back = was_limited && rest > 0 && rest < min_quanta ? min_quanta - rest : 0;
         for (Index k = 0; k < n && back > 0; ++k) {
-          const Quanta o = offers(i, k);
+          const Quanta o = offers(row + k);
           if (o == 0) continue;
           const Index p = list(i, k);
           const Quanta t = limited(o, transfers.share(p)), cut = t < back ? t : back;
@@ -175,7 +179,9 @@ void remove_taken(Device& d) {
 
 void absorption(Device& d, const StepInfo& info, StepReport&) {
   if (d.fluid.count == 0 || d.samples.count == 0) return;
-  make_room(d.absorption_work.offer, "drench::absorption::offer", d.fluid_sample.list);
+  const auto pairs = static_cast<std::size_t>(d.absorption_work.rows.entries());
+  if (d.absorption_work.offer.extent(0) < pairs)
+    make_room(d.absorption_work.offer, "drench::absorption::offer", pairs + pairs / 4);
   prepare_transfers(d);
   place_samples(d);
   prepare(d);

@@ -3,7 +3,7 @@
 // across stages.
 
 #include "laws/collision.hpp"
-#include "primitives/cell_table.hpp"
+#include "primitives/bucket_sort.hpp"
 #include "types.hpp"
 
 namespace drench::kokkos_backend {
@@ -16,8 +16,16 @@ struct TransferWork {
   Array<int> limited;               // per sample: is φ < 1 at one of its nodes with w > 0?
 };
 
+/// Room for the entries of a list without the empty ends of its rows: row i has the places from start(i) on.
+struct PackedRows {
+  Array<Index> start;                                          // rows + 1
+  Kokkos::View<Index, Kokkos::SharedHostPinnedSpace> entries;  // of all rows; the host has it when the list is built
+  PrefixSums sums;
+};
+
 struct AbsorptionWork {
-  Kokkos::View<Quanta**, MemSpace> offer;                    // o_ij of each entry of fluid_sample, quanta
+  PackedRows rows;                                           // of fluid_sample, whose rows are empty but near the cloth
+  Array<Quanta> offer;                                       // o_ij of each entry, quanta
   Array<Real4> place, course;                                // per sample: x_j, m, and s_j; v_j and C_j, kg
   Kokkos::View<Index, Kokkos::SharedHostPinnedSpace> taken;  // particles taken whole; where there is no emission
 };
@@ -100,16 +108,6 @@ void make_room(Array<T>& a, const char* label, std::size_t n) {
   if (a.extent(0) >= n) return;
   a = {};  // free before allocating
   a = Array<T>(Kokkos::ViewAllocateWithoutInitializing(label), n);
-}
-
-/// One entry for each place of a neighbour list.
-template <class T>
-void make_room(Kokkos::View<T**, MemSpace>& a, const char* label, const Kokkos::View<Index**, MemSpace>& list) {
-  const std::size_t rows = list.extent(0) > a.extent(0) ? list.extent(0) : a.extent(0);
-  const std::size_t width = list.extent(1) > a.extent(1) ? list.extent(1) : a.extent(1);
-  if (a.extent(0) >= rows && a.extent(1) >= width) return;
-  a = {};
-  a = Kokkos::View<T**, MemSpace>(Kokkos::ViewAllocateWithoutInitializing(label), rows, width);
 }
 
 }  // namespace drench::kokkos_backend

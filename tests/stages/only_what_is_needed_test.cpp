@@ -7,6 +7,7 @@
 #include <map>
 #include <set>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 #include "pipeline/pipeline.hpp"
@@ -17,6 +18,7 @@ namespace {
 
 namespace Tools = Kokkos::Tools::Experimental;
 
+constexpr bool on_host = std::is_same_v<Kokkos::DefaultExecutionSpace::memory_space, Kokkos::HostSpace>;
 std::set<std::string> launched, allocated;
 std::map<std::string, std::vector<std::string>> launched_in;  // per stage
 std::map<std::string, int> waits_in;
@@ -300,7 +302,7 @@ TEST(only_what_is_needed, porous_stages_launch_and_wait_as_seldom_as_they_do) {
       s.node_liquid[n] = static_cast<Quanta>(1.05 * m.samples.node_capacity[n] / m.quantum);
   };
   watch_a_step(scene, 6, wet);
-  EXPECT_LE(launches("porous_neighbors"), 10u);  // cells of the samples 6, lists 3, diffusion's rate
+  EXPECT_LE(launches("porous_neighbors"), 12u);  // cells of the samples 6, lists 3, packed rows 2, diffusion's rate
   EXPECT_LE(waits("porous_neighbors"), 2);       // one; another where a row was too long
   EXPECT_EQ(launches("flow_direction"), 1u);
   EXPECT_EQ(launches("absorption"), 5u);
@@ -309,10 +311,9 @@ TEST(only_what_is_needed, porous_stages_launch_and_wait_as_seldom_as_they_do) {
   EXPECT_GE(launches("emission"), 12u);
   EXPECT_EQ(waits("emission"), 1);
   EXPECT_EQ(waits("diffusion"), 0);
-  EXPECT_GE(launches("advection"), 8u);
-  EXPECT_LE(launches("advection"), 9u);  // on a GPU two for the collisions
+  EXPECT_EQ(launches("advection"), on_host ? 8u : 9u);  // on a GPU two for the collisions
   EXPECT_EQ(waits("advection"), 1);
-  EXPECT_LE(launches("ledger"), 3u);  // on a GPU one
+  EXPECT_EQ(launches("ledger"), on_host ? 3u : 1u);
   EXPECT_EQ(waits("ledger"), 1);
   watch_a_step(with(scene, "initial_saturation: [{box: {min: [-0.05, -1, -0.05], max: [0.05, 1, 0.05]}, value: 1.1}]",
                     "initial_saturation: [{box: {min: [-0.05, -1, -0.05], max: [0.05, 1, 0.05]}, value: 0.5}]"),

@@ -237,6 +237,20 @@ void fill(const ListRequest& request, Real support) {
                       static_cast<Index>(list.list.extent(1)) - 1});
 }
 
+/// Counts are those of whole rows, also of rows that are too long.
+void pack(const ListRequest& request) {
+  PackedRows& packed = *request.packed;
+  const Index rows = request.rows;
+  kokkos_backend::make_room(packed.start, "drench::neighbors::row_start", static_cast<std::size_t>(rows) + 1);
+  if (packed.entries.data() == nullptr)
+    packed.entries = Kokkos::View<Index, Kokkos::SharedHostPinnedSpace>("drench::neighbors::entries");
+  const auto start = packed.start, count = request.list->count;
+  parallel(
+      "drench::neighbors::row_start", rows + 1, KOKKOS_LAMBDA(const Index i) { start(i) = i < rows ? count(i) : 0; });
+  packed.sums.sum(start, rows + 1);
+  Kokkos::deep_copy(ExecSpace(), packed.entries, Kokkos::subview(start, rows));
+}
+
 }  // namespace
 
 void build_neighbor_list(const ListRequest& request, Real support) { build_neighbor_lists({request}, support); }
@@ -250,8 +264,12 @@ bool build_neighbor_lists(const std::vector<ListRequest>& requests, Real support
     left.push_back(request);
   }
   const bool waits = !left.empty();
+  bool first = true;
   while (!left.empty()) {
     for (const ListRequest& request : left) fill(request, support);
+    for (const ListRequest& request : left)
+      if (first && request.packed) pack(request);
+    first = false;
     ExecSpace().fence("drench::neighbors::list");
     std::erase_if(left, [](const ListRequest& request) { return request.list->longest() == 0; });
     for (const ListRequest& request : left) {

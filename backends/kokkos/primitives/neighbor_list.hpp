@@ -16,7 +16,8 @@ struct ListRequest {
   Index rows;
   CellTableView table;
   bool same_set = false;
-  bool in_order = false;  // the points lie in the order of the table: its item(e) is e
+  bool in_order = false;         // the points lie in the order of the table: its item(e) is e
+  PackedRows* packed = nullptr;  // made with the list, if wanted
 };
 void build_neighbor_list(const ListRequest& request, Real support);
 /// Several at once: the host waits once, to see whether rows were too long. Returns whether it did: there may be no rows.
