@@ -244,6 +244,18 @@ class SpeedError(Case):
         self.assertTrue(all(r["sag"] == "" for r in rows))
         self.png("speed_error", self.table)
 
+    def test_study(self):
+        done = self.sweep("--study", "wick")
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        error = {r["changed"]: float(r["error"]) for r in measure.read_csv(self.table)}
+        self.assertEqual(error["as it is"], error["precision double"])  # the same binary
+        # Nodes twice as near are three times as near to erfc, whose slope begins infinite.
+        self.assertLess(error["nodes 81"], error["as it is"] / 2.5)
+        self.assertGreater(error["nodes 21"], 2.5 * error["as it is"])
+        self.assertIn("| nodes 161 |", done.stdout)
+        self.assertNotIn("density", done.stdout)
+        self.png("speed_error", self.table)
+
     def test_failure(self):
         done = self.sweep("--steps", "0.004", "--tolerances", "1e-2", "--precisions", "float", "--max-seconds", 0.01)
         self.assertEqual(done.returncode, 1)
