@@ -76,7 +76,7 @@ void cloth(Device& d, const StepInfo& info, StepReport& report) {
   place_pins(d, info);
   if (loaded) {
     clear_inactive(d);
-    cloth_forces(d, d.fluid.kappa_density);
+    cloth_forces(d);
   }
   ClothIteration iteration(d, dt);
   aim(d, iteration.system(), dt, loaded);

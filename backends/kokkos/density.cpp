@@ -15,16 +15,18 @@ constexpr Real row_share = Real(0.16);
 void sample_volumes(Device& d) {
   const Kernel kernel = d.kernel;
   const Real half = Real(0.5) * d.spacing;
-  const auto x = d.samples.position, normal = d.samples.normal;
-  const auto place = d.samples.place, back = d.samples.back;
-  const auto volume = d.samples.volume;
-  const auto count = d.sample_sample.count;
-  const auto list = d.sample_sample.list;
+  const Entries<Real3> x = d.samples.position, normal = d.samples.normal;
+  const Entries<Real4> place = d.samples.place, back = d.samples.back;
+  const Entries<Real> volume = d.samples.volume;
+  const Neighbors list(d.sample_sample);
   const Real share = Real(d.model.layer_share);
   parallel(
       "drench::density::sample_volume", d.samples.count, KOKKOS_LAMBDA(const Index b) {
         Real sum = kernel.value(0);
-        for (Index k = 0; k < count(b); ++k) sum += kernel.value(norm(x(b) - x(list(b, k))));
+        const Real3 here = x(b);
+        const Index near = list.count(b);
+        DRENCH_UNROLL
+        for (Index k = 0; k < near; ++k) sum += kernel.value(norm(here - x(list(b, k))));
         volume(b) = share / sum;
         place(b) = {x(b), volume(b)};
         back(b) = {half * normal(b), Real(0)};
@@ -35,16 +37,17 @@ void sample_volumes(Device& d) {
 void sample_row_bounds(Device& d) {
   const Kernel kernel = d.kernel;
   const Real rho = d.rest_density;
-  const auto xs = d.samples.place, back = d.samples.back, xf = d.work.place;
-  const auto count = d.sample_fluid.count;
-  const auto list = d.sample_fluid.list;
+  const Entries<Real4> xs = d.samples.place, back = d.samples.back, xf = d.work.place;
+  const Neighbors list(d.sample_fluid);
   const auto load = d.samples.row_load, bound = d.samples.row_bound;
   parallel(
       "drench::density::row_load", d.samples.count, KOKKOS_LAMBDA(const Index b) {
         Real g = 0;
         const Real4 at = xs(b);
         const Real3 behind = back(b).xyz();
-        for (Index k = 0; k < count(b); ++k) {
+        const Index near = list.count(b);
+        DRENCH_UNROLL
+        for (Index k = 0; k < near; ++k) {
           const Real4 particle = xf(list(b, k));
           const Real r = norm(from_behind(particle.xyz() - at.xyz(), behind));
           g -= rho * particle.w * kernel.slope(r) * r;

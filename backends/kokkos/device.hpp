@@ -69,14 +69,14 @@ void visit_arrays(Arrays& fluid, Visitor&& visit) {
 
 /// Stage-to-stage and in-stage arrays of the liquid; refreshed by stage density unless said otherwise.
 struct FluidWork {
-  Array<Real> volume;      // V_i, m³ (stage density)
-  Array<Real> alpha;       // m² (stage density)
-  Array<Real> compliance;  // C_i, 1/m² (stage density)
-  Array<Real3> shift;      // m, apart from particles too close (stage density)
-  Array<Real4> place;      // x_i, m, since stage density, and V_i or κ_i, as the stage's pairs need
-  Array<Real4> flight;     // v_i, m/s, and 1/√δ_i (stage forces)
-  Array<Real4> predicted;  // v_i + Δt a_i, m/s (in-stage)
-  Array<Real> rate;        // R_i, 1/s; stage forces: C_i, 1/s (in-stage)
+  Array<Real> volume;                  // V_i, m³ (stage density)
+  Array<Real> alpha;                   // m² (stage density)
+  Array<Real> compliance;              // C_i, 1/m² (stage density)
+  Array<Real3> shift;                  // m, apart from particles too close (stage density)
+  Array<Real4> place;                  // x_i, m, since stage density, and V_i or κ_i, as the stage's pairs need
+  Array<Real4> flight;                 // v_i, m/s, and 1/√δ_i (stage forces)
+  Array<Real4> predicted;              // v_i + Δt a_i, m/s, and the thrust on sheets (pressure_system.hpp); in-stage
+  Array<Real> rate;                    // R_i, 1/s; stage forces: C_i, 1/s (in-stage)
   Array<Real> kappa_next, kappa_last;  // the solves' iterates beside κ, m²/s² (in-stage)
   Array<Index> nearest_sample;         // −1: none within h; made on first use (stage neighbors)
   Array<std::uint8_t> active;          // takes part in the divergence solve (in-stage)

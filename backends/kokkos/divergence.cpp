@@ -29,7 +29,7 @@ void divergence(Device& d, const StepInfo& info, StepReport& report) {
   for (int iteration = 1;; ++iteration) {
     predict_liquid(d, dt);
     if (cloth) {
-      cloth_forces(d, kappa);
+      cloth_forces(d);
       free_cloth_response(d, dt);
     }
     body_response(d, kappa, info.dt);

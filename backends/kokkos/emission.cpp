@@ -254,24 +254,34 @@ void block(Device& d) {
         receivers(p) = 0;
         if (rest(p) == 0) return;
         const Real cosine = materials(cloth(p)).emission_cosine;
+        const Real3 here = x(p), along = flow(p);
+        // Rows in folds are long: no store and no way out between the loads.
         const Index n = solids ? solid.count(p) : 0;
-        for (Index k = 0; k < n; ++k)
-          if (laws::in_cone(xb(solid(p, k)) - x(p), flow(p), cosine, h)) {
-            blocked(p) = 1;
-            return;
-          }
-        Index others = 0;
-        for (Index k = 0; k < fabric.count(p); ++k) {
-          const Index q = fabric(p, k);
-          if (layers.same(p, q)) {
-            if (laws::in_cone(x(q) - x(p), flow(p), laws::ahead_cosine, h)) blocked(p) = 2;
-          } else if (materials(cloth(q)).porous && laws::in_cone(x(q) - x(p), flow(p), cosine, h)) {
-            ++others;
-          }
+        bool solid_ahead = false;
+        DRENCH_UNROLL
+        for (Index k = 0; k < n; ++k) solid_ahead |= laws::in_cone(xb(solid(p, k)) - here, along, cosine, h);
+        if (solid_ahead) {
+          blocked(p) = 1;
+          return;
         }
+        Index others = 0;
+        bool steep = false;
+        const Index near = fabric.count(p);
+        DRENCH_UNROLL
+        for (Index k = 0; k < near; ++k) {
+          const Index q = fabric(p, k);
+          const Real3 apart = x(q) - here;
+          const bool same = layers.same(p, q);
+          if (!laws::in_cone(apart, along, same ? laws::ahead_cosine : cosine, h)) continue;
+          if (same)
+            steep = true;
+          else if (materials(cloth(q)).porous)
+            ++others;
+        }
+        if (steep) blocked(p) = 2;
         receivers(p) = others;
         if (others == 0 || rest(p) / others == 0) return;
-        for (Index k = 0; k < fabric.count(p); ++k) {
+        for (Index k = 0; k < near; ++k) {
           const Index q = fabric(p, k);
           if (!layers.same(p, q) && materials(cloth(q)).porous && laws::in_cone(x(q) - x(p), flow(p), cosine, h))
             Kokkos::atomic_add(&offered(q), rest(p) / others);

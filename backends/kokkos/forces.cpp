@@ -115,19 +115,21 @@ void cloth_forces(Device& d) {
     d.viscous_work.sample_bound = Array<Real>("drench::viscous_sample_bound", d.samples.count);
   const Kernel kernel = d.kernel;
   const Real strength = sheet_friction * d.viscous_strength * d.rest_density;
-  const auto xs = d.samples.position, xf = d.fluid.position, us = d.samples.velocity, v = d.fluid.velocity;
-  const auto force = d.samples.force;
-  const auto vs = d.samples.volume, volume = d.work.volume, ratio = d.fluid.density_ratio;
-  const auto bound = d.viscous_work.sample_bound;
-  const auto count = d.sample_fluid.count;
-  const auto list = d.sample_fluid.list;
+  const Entries<Real3> xs = d.samples.position, xf = d.fluid.position, us = d.samples.velocity, v = d.fluid.velocity,
+                       force = d.samples.force;
+  const Entries<Real> vs = d.samples.volume, volume = d.work.volume, ratio = d.fluid.density_ratio,
+                      bound = d.viscous_work.sample_bound;
+  const Neighbors list(d.sample_fluid);
   parallel(
       "drench::forces::sample_force", d.samples.count, KOKKOS_LAMBDA(const Index b) {
         ViscousSum sum;
-        for (Index k = 0; k < count(b); ++k) {
+        const Real3 here = xs(b), moves = us(b);
+        const Index near = list.count(b);
+        DRENCH_UNROLL
+        for (Index k = 0; k < near; ++k) {
           const Index i = list(b, k);
-          const Real3 r = xs(b) - xf(i);
-          sum.add(volume(i) / bounded_ratio(ratio(i)), us(b) - v(i), r, kernel.gradient(r));
+          const Real3 r = here - xf(i);
+          sum.add(volume(i) / bounded_ratio(ratio(i)), moves - v(i), r, kernel.gradient(r));
         }
         force(b) = (strength * vs(b)) * sum.pull;
         bound(b) = strength * vs(b) * sum.bound;

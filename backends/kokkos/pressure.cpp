@@ -116,7 +116,7 @@ void pressure(Device& d, const StepInfo& info, StepReport& report) {
   if (samples) {
     refresh_inverse_mass(d);
     if (d.model.has_moving_cloth()) {
-      cloth_forces(d, kappa);
+      cloth_forces(d);
       cloth.emplace(d, dt);
     }
   }
@@ -125,7 +125,7 @@ void pressure(Device& d, const StepInfo& info, StepReport& report) {
   const auto next = d.work.kappa_next, last = d.work.kappa_last;
   for (int iteration = 1;; ++iteration) {
     predict_liquid(d, dt);
-    if (samples) cloth_forces(d, kappa);
+    if (samples) cloth_forces(d);
     if (cloth)
       cloth->respond();
     else if (samples)

@@ -6,12 +6,12 @@
 
 namespace drench::kokkos_backend {
 
-/// work.predicted = v_i + Δt a_i(κ), with κ in work.place (PressureIteration keeps it there).
+/// work.predicted = v_i + Δt a_i(κ) and its thrust, with κ in work.place (PressureIteration keeps it there).
 void predict_liquid(Device& d, Real dt);
-/// Particles with α = 0 carry no pressure: their κ of the density solve becomes 0.
+/// Particles with α = 0 carry no pressure: their κ of the density solve becomes 0. The others' thrust goes to work.predicted.
 void clear_inactive(Device& d);
-/// nodes.force = f_n(κ), N.
-void cloth_forces(Device& d, const Array<Real>& kappa);
+/// nodes.force = f_n, N, of the thrusts in work.predicted.
+void cloth_forces(Device& d);
 /// Nodes that answer with their inertia alone: nodes.acceleration = a_n, samples.predicted = v_b + Δt a_b.
 void free_cloth_response(Device& d, Real dt);
 /// work.rate = R_i of the predicted velocities − Δt C_i κ_i, 1/s.
