@@ -43,15 +43,15 @@ struct Sweep {
     return {widen(x(triangle(3 * t))), widen(x(triangle(3 * t + 1))), widen(x(triangle(3 * t + 2)))};
   }
 
+  /// May a triangle be hit whose box is not apart from the path's?
   KOKKOS_INLINE_FUNCTION bool may_hit(const Path& path, Index t) const {
-    if (path.box.apart(box(t))) return false;
     const Index a = triangle(3 * t), b = triangle(3 * t + 1), c = triangle(3 * t + 2);
     const Real3 from[3] = {start(a), start(b), start(c)}, to[3] = {end(a), end(b), end(c)};
     const RelativeWay way(path.x0, path.x1, from, to);
     return !passes_by(way, Real(margin)) && !stays_on_its_side(way, Real(touch));
   }
 
-  /// Visits each sample whose triangle can be hit, and others.
+  /// Visits the triangle of each sample near the path, if its box is: each that can be hit, some of them often.
   template <class Visitor>
   KOKKOS_INLINE_FUNCTION void visit_near(Index i, const Path& path, Visitor& visitor) const {
     const ClothMotion moved = motion();
@@ -64,7 +64,17 @@ struct Sweep {
                      Kokkos::fmax(0.0, way.z - moved.least.z)};
     const Double3 most{Kokkos::fmax(-lo.x, hi.x), Kokkos::fmax(-lo.y, hi.y), Kokkos::fmax(-lo.z, hi.z)};
     if (listed && Kokkos::sqrt(inner(most, most)) + grow < support) {
-      for (Index k = 0; k < near.count(i); ++k) visitor(near(i, k));
+      // Rows in folds have hundreds of samples: some at once, whose loads do not wait for each other.
+      constexpr Index lot = on_host ? 1 : 8;
+      const Index count = near.count(i);
+      for (Index first = 0; first < count; first += lot) {
+        Index candidate[lot];
+        bool meets[lot];
+        for (Index k = 0; k < lot; ++k) candidate[k] = sample_triangle(near(i, first + k < count ? first + k : first));
+        for (Index k = 0; k < lot; ++k) meets[k] = first + k < count && !path.box.apart(box(candidate[k]));
+        for (Index k = 0; k < lot; ++k)
+          if (meets[k]) visitor(candidate[k]);
+      }
       return;
     }
     const Real3 least_point = narrow(minus(add(x0, lo), {grow, grow, grow})),
@@ -74,7 +84,8 @@ struct Sweep {
       if (p.x < least_point.x || p.y < least_point.y || p.z < least_point.z || p.x > most_point.x ||
           p.y > most_point.y || p.z > most_point.z)
         return;
-      visitor(cells.item(entry));
+      const Index t = sample_triangle(cells.item(entry));
+      if (!path.box.apart(box(t))) visitor(t);
     };
     CellCoord a = cells.cell_of(least_point), b = cells.cell_of(most_point);
     // A runaway particle may sweep more cells than there are samples.
@@ -97,9 +108,8 @@ struct Sweep {
     bool found = false;
     Index last = -1, before = -1;
 
-    KOKKOS_INLINE_FUNCTION void operator()(Index sample) {
+    KOKKOS_INLINE_FUNCTION void operator()(Index t) {
       if (found) return;
-      const Index t = sweep.sample_triangle(sample);
       if (t == last || t == before) return;
       before = last;
       last = t;
@@ -118,8 +128,7 @@ struct Sweep {
     Index found[room];
 
     KOKKOS_INLINE_FUNCTION Test(const Sweep& s, const Path& p) : sweep(s), path(p) {}
-    KOKKOS_INLINE_FUNCTION void operator()(Index sample) {
-      const Index t = sweep.sample_triangle(sample);
+    KOKKOS_INLINE_FUNCTION void operator()(Index t) {
       if (t == last || t == before) return;
       before = last;
       last = t;

@@ -130,7 +130,9 @@ void predict_liquid(Device& d, Real dt) {
             }
           if (cloth) {
             const Real dense = image_density(ratio(i)) * mirrored * ki;
-            for (Index k = 0; k < ls.count(i); ++k) {
+            const Index sheets = ls.count(i);
+            DRENCH_UNROLL
+            for (Index k = 0; k < sheets; ++k) {
               const Index b = ls(i, k);
               const Real4 at = xs(b);
               a -= (dense * at.w) * kernel.gradient(from_behind(xi - at.xyz(), back(b).xyz()));
@@ -167,7 +169,9 @@ void compression_rate(Device& d, const Array<Real>& kappa, Real dt) {
           }
         if (cloth) {
           Real sheet = 0;
-          for (Index k = 0; k < ls.count(i); ++k) {
+          const Index sheets = ls.count(i);
+          DRENCH_UNROLL
+          for (Index k = 0; k < sheets; ++k) {
             const Index b = ls(i, k);
             const Real4 at = xs(b);
             sheet +=
