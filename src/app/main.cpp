@@ -55,8 +55,8 @@ void add_run_options(CLI::App& run, drench::RunOptions& options) {
   run.add_option("--until", options.until, "simulated time to stop at, s; replaces time.end")
       ->check([](const std::string& text) {
         double value = 0;
-        const bool good = CLI::detail::lexical_cast(text, value) && std::isfinite(value) && value > 0;
-        return good ? std::string() : fmt::format("{} is not a time; allowed: above 0, in s", text);
+        const bool good = CLI::detail::lexical_cast(text, value) && std::isfinite(value) && value > 0 && value <= 1e6;
+        return good ? std::string() : fmt::format("{} is not a time; allowed: above 0 and at most 1e6, in s", text);
       });
   run.add_option("--steps", options.steps, "number of steps to stop after")->check(at_least(0));
   run.add_option("--set", options.overrides, "key.path=value: replaces a value of the scene; may be repeated")

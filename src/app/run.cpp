@@ -323,7 +323,11 @@ class Run {
 int run_command(const RunOptions& options) {
   const InterruptGuard guard;
   Scene scene = load_scene(options.scene, options.overrides);
-  if (options.until) scene.time.end = *options.until;
+  if (options.until) {
+    scene.time.end = *options.until;
+    if (const auto often = too_often(scene))
+      throw SceneError(fmt::format("--until {}", scene.time.end), often->first + ": " + often->second);
+  }
   const bool reference = options.backend == "reference";
   const MemoryBudget budget = memory_budget(reference);
   Setup setup = build(scene, budget);

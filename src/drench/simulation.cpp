@@ -1,8 +1,7 @@
-#include <algorithm>
-
 #include "app/set_up.hpp"
 #include "drench/drench.hpp"
 #include "pipeline/pipeline.hpp"
+#include "state/saturation.hpp"
 
 namespace drench {
 
@@ -53,13 +52,7 @@ HostState Simulation::state() const {
 }
 
 std::vector<double> Simulation::saturation(const HostState& state) const {
-  const Model& m = parts_->setup.model;
-  std::vector<double> saturation(state.node_liquid.size(), 0.0);
-  for (std::size_t n = 0; n < std::min(saturation.size(), m.samples.node_capacity.size()); ++n) {
-    const double capacity = m.samples.node_capacity[n];
-    if (capacity > 0) saturation[n] = static_cast<double>(state.node_liquid[n]) * m.quantum / capacity;
-  }
-  return saturation;
+  return node_saturation(parts_->setup.model, state);
 }
 
 const std::vector<std::array<Index, 3>>& Simulation::triangles() const { return parts_->setup.model.mesh.triangle; }

@@ -12,6 +12,7 @@
 #include <cmath>
 
 #include "output/grid_tools.hpp"
+#include "state/saturation.hpp"
 
 namespace drench {
 namespace {
@@ -80,11 +81,9 @@ Grid cloth_grid(const Model& model, const HostState& state) {
     return static_cast<double>(value_or_zero(state.node_liquid, i)) * model.quantum;
   };
   const auto flow = node_flow_direction(model.samples, state);
+  const auto saturation = node_saturation(model, state);
   add_field<vtkFloatArray>(fields, "velocity", n, [&](std::size_t i) { return state.node_velocity[i]; });
-  add_field<vtkFloatArray>(fields, "saturation", n, [&](std::size_t i) {
-    const double capacity = value_or_zero(model.samples.node_capacity, i);
-    return capacity > 0 ? liquid(i) / capacity : 0.0;
-  });
+  add_field<vtkFloatArray>(fields, "saturation", n, [&](std::size_t i) { return saturation[i]; });
   add_field<vtkDoubleArray>(fields, "liquid_mass", n, liquid);
   add_field<vtkFloatArray>(fields, "flow_direction", n, [&](std::size_t i) { return flow[i]; });
   add_field<vtkFloatArray>(fields, "pin_force", n,

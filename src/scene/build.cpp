@@ -18,6 +18,7 @@
 #include "scene/self_intersection.hpp"
 #include "scene/smoothing_kernel.hpp"
 #include "scene/surface_mesh.hpp"
+#include "scene/warnings.hpp"
 
 namespace drench {
 namespace {
@@ -89,7 +90,10 @@ void lay_fields(Setup& setup) {
 SetupSize expected_size(const Model& m) {
   SetupSize size = kinds_of(m);
   size.nodes = m.mesh.nodes();
-  if (m.has_fluid() || m.has_porous()) size.samples = expected_cloth_samples(m);
+  if (m.has_fluid() || m.has_porous()) {
+    size.samples = expected_cloth_samples(m);
+    size.area = cloth_area(m) / (m.spacing * m.spacing);
+  }
   if (!m.has_fluid()) return size;
   size.fluid = expected_block_particles(m.scene.fluid);
   const Box region = wetted_region(m);
@@ -128,7 +132,8 @@ void sample_bodies(Setup& setup) {
     body.first_sample = m.boundary.count();
     body.sample_count = static_cast<Index>(samples.size());
     if (samples.empty() && !body.moves())
-      setup.warnings.push_back(fmt::format("body {}: it lies outside the domain", b + 1));
+      setup.warnings.push_back(fmt::format(
+          "body {}: it lies outside the domain, and no liquid meets it; make domain larger or move it", b + 1));
     m.boundary.position.insert(m.boundary.position.end(), samples.begin(), samples.end());
     m.boundary.body.insert(m.boundary.body.end(), samples.size(), static_cast<Index>(b));
     setup.state.boundary_volume.insert(setup.state.boundary_volume.end(), volumes.begin(), volumes.end());
@@ -152,7 +157,9 @@ void warn_of_nodes_in_solids(Setup& setup) {
       }
     }
     if (inside > 0) {
-      setup.warnings.push_back(fmt::format("{}: {} free nodes start inside a solid body", cloth_label(c.name), inside));
+      setup.warnings.push_back(
+          fmt::format("{}: {} free nodes start inside a solid body and are pushed out at once; move one of them",
+                      cloth_label(c.name), inside));
     }
   }
 }
@@ -273,6 +280,7 @@ Setup build(const Scene& scene, const MemoryBudget& budget) {
     init_fluid(setup);
     check_ledger_range(setup);
   }
+  for (std::string& line : plan_warnings(m, setup.state, budget.real_bytes)) setup.warnings.push_back(std::move(line));
   return setup;
 }
 

@@ -85,6 +85,12 @@ double expected_cloth_samples(const Model& model) {
   return count;
 }
 
+double cloth_area(const Model& model) {
+  double area = 0;
+  for (Index t = 0; t < model.mesh.triangles(); ++t) area += Corners(model.mesh, t).area();
+  return area;
+}
+
 void build_samples(Model& model) {
   SampleSet& s = model.samples;
   for (std::size_t c = 0; c < model.cloths.size(); ++c) {

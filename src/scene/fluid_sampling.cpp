@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <set>
 
 #include "scene/body_geometry.hpp"
 #include "scene/eigen_vec.hpp"
@@ -30,19 +31,23 @@ struct Lattice {
   }
 };
 
-/// 1 for each point inside a solid; meshes that are not closed have no inside.
-std::vector<std::uint8_t> inside_solid(const Model& model, const std::vector<Vec3>& points) {
-  std::vector<std::uint8_t> inside(points.size(), 0);
-  for (const Body& body : model.bodies) {
+/// For each point the number, from 1, of the first solid that it is inside of, or 0; meshes that are not closed have no
+/// inside.
+std::vector<std::size_t> inside_solid(const Model& model, const std::vector<Vec3>& points) {
+  std::vector<std::size_t> inside(points.size(), 0);
+  for (std::size_t b = 0; b < model.bodies.size(); ++b) {
+    const Body& body = model.bodies[b];
     if (body.kind == BodyScene::Kind::mesh) {
       const SurfaceMesh mesh{body.mesh_points, body.mesh_triangles};
       if (!is_closed(mesh)) continue;
       const auto in_mesh = points_inside(mesh, points);
-      for (std::size_t i = 0; i < points.size(); ++i) inside[i] |= in_mesh[i];
+      for (std::size_t i = 0; i < points.size(); ++i)
+        if (inside[i] == 0 && in_mesh[i]) inside[i] = b + 1;
       continue;
     }
     Vec3 normal;
-    for (std::size_t i = 0; i < points.size(); ++i) inside[i] |= signed_distance(body, points[i], normal) < 0;
+    for (std::size_t i = 0; i < points.size(); ++i)
+      if (inside[i] == 0 && signed_distance(body, points[i], normal) < 0) inside[i] = b + 1;
   }
   return inside;
 }
@@ -63,15 +68,30 @@ double distance_squared(const Vector3d& p, const std::array<Vector3d, 3>& t) {
   return height * height / normal.squaredNorm();
 }
 
-std::size_t count_near_cloth(const Model& model, const std::vector<Vec3>& points, double distance) {
-  if (points.empty() || !model.has_cloth()) return 0;
+/// "block 2", "blocks 1, 2, 5 and 7 more"
+std::string named(const std::string& one, const std::string& many, const std::set<std::size_t>& numbers) {
+  constexpr std::size_t most = 4;
+  std::string text = numbers.size() > 1 ? many : one;
+  std::size_t k = 0;
+  for (const std::size_t number : numbers) {
+    if (k == most) return text + fmt::format(" and {} more", numbers.size() - most);
+    text += fmt::format("{} {}", k > 0 ? "," : "", number);
+    ++k;
+  }
+  return text;
+}
+
+}  // namespace
+
+std::vector<std::uint8_t> near_cloth(const Model& model, const std::vector<Vec3>& points, double distance) {
+  std::vector<std::uint8_t> near(points.size(), 0);
+  if (points.empty() || !model.has_cloth()) return near;
   PointGrid grid(2 * model.spacing);
   Eigen::AlignedBox3d bounds;
   for (const Vec3& x : points) {
     grid.add(x);
     bounds.extend(to_eigen(x));
   }
-  std::vector<std::uint8_t> near(points.size(), 0);
   for (const auto& n : model.mesh.triangle) {
     std::array<Vector3d, 3> t;
     Eigen::AlignedBox3d box;
@@ -88,10 +108,8 @@ std::size_t count_near_cloth(const Model& model, const std::vector<Vec3>& points
       if (!near[i] && distance_squared(to_eigen(points[i]), t) < distance * distance) near[i] = 1;
     });
   }
-  return static_cast<std::size_t>(std::count(near.begin(), near.end(), 1));
+  return near;
 }
-
-}  // namespace
 
 double expected_block_particles(const FluidScene& fluid) {
   double count = 0;
@@ -107,7 +125,9 @@ BlockParticles fill_blocks(const Model& model, std::vector<std::string>& warning
   const auto& blocks = model.scene.fluid.blocks;
   BlockParticles all;
   PointGrid placed(d);
-  std::size_t overlaps = 0, outside = 0;
+  std::vector<std::size_t> block;  // of each particle, from 1
+  std::size_t overlaps = 0, outside = 0, close = 0;
+  std::set<std::size_t> overlapping, squeezed;
   for (std::size_t b = 0; b < blocks.size(); ++b) {
     const Lattice lattice(blocks[b].box, d);
     const std::size_t begin = all.position.size();
@@ -117,11 +137,17 @@ BlockParticles fill_blocks(const Model& model, std::vector<std::string>& warning
           const Vec3 x{lattice.first[0] + i * d, lattice.first[1] + j * d, lattice.first[2] + k * d};
           if (b > 0 && placed.any_within(x, 0.5 * d)) {
             ++overlaps;
+            overlapping.insert(b + 1);
             continue;
+          }
+          if (b > 0 && placed.any_within(x, 0.9 * d)) {
+            ++close;
+            squeezed.insert(b + 1);
           }
           if (!contains(model.scene.domain.min, model.scene.domain.max, x)) ++outside;
           all.position.push_back(x);
           all.velocity.push_back(blocks[b].velocity);
+          block.push_back(b + 1);
         }
       }
     }
@@ -133,22 +159,45 @@ BlockParticles fill_blocks(const Model& model, std::vector<std::string>& warning
         fmt::format("fluid: {} of the blocks' {} particles are outside the domain", outside, all.position.size()));
   }
   if (overlaps > 0) {
-    warnings.push_back(fmt::format("fluid: {} particles left out where blocks overlap", overlaps));
+    warnings.push_back(
+        fmt::format("fluid: {} particles left out where blocks overlap ({} with an earlier one): move or "
+                    "shrink one of them",
+                    overlaps, named("block", "blocks", overlapping)));
+  }
+  if (close > 0) {
+    warnings.push_back(fmt::format(
+        "fluid: {} particles start closer than 0.9 spacings to an earlier block's ({}): there the liquid is "
+        "compressed and bursts; leave a spacing between the blocks, or make their distance a multiple of it",
+        close, named("block", "blocks", squeezed)));
   }
   const auto solid = inside_solid(model, all.position);
   BlockParticles kept;
+  std::vector<std::size_t> kept_block;
+  std::set<std::size_t> cut, cutting, touching;
   for (std::size_t i = 0; i < solid.size(); ++i) {
-    if (solid[i]) continue;
+    if (solid[i] > 0) {
+      cut.insert(block[i]);
+      cutting.insert(solid[i]);
+      continue;
+    }
+    kept_block.push_back(block[i]);
     kept.position.push_back(all.position[i]);
     kept.velocity.push_back(all.velocity[i]);
   }
   if (const std::size_t removed = all.position.size() - kept.position.size()) {
-    warnings.push_back(fmt::format("fluid: {} of the blocks' {} particles removed: they start inside a solid body",
-                                   removed, all.position.size()));
-  }
-  if (const std::size_t near = count_near_cloth(model, kept.position, 0.25 * d)) {
     warnings.push_back(
-        fmt::format("fluid: {} of the blocks' particles start within {:.3g} m of a cloth", near, 0.25 * d));
+        fmt::format("fluid: {} of the blocks' {} particles removed: they start inside a solid body ({} in {}); "
+                    "move or shrink one of them",
+                    removed, all.position.size(), named("block", "blocks", cut), named("body", "bodies", cutting)));
+  }
+  const auto near = near_cloth(model, kept.position, nearest_to_cloth * d);
+  for (std::size_t i = 0; i < near.size(); ++i)
+    if (near[i]) touching.insert(kept_block[i]);
+  if (const auto count = std::count(near.begin(), near.end(), 1)) {
+    warnings.push_back(
+        fmt::format("fluid: {} of the blocks' particles start within {:.3g} m of a cloth, half a spacing ({}), and are "
+                    "pushed out at once; keep {:.3g} m between the block and the cloth",
+                    count, 0.5 * d, named("block", "blocks", touching), d));
   }
   return kept;
 }
@@ -197,6 +246,11 @@ std::vector<Jet> make_jets(const Model& model, std::vector<std::string>& warning
     int smallest = 0;
     axis.cwiseAbs().minCoeff(&smallest);
     const Vector3d u = axis.cross(Vector3d::Unit(smallest)).normalized(), v = axis.cross(u);
+    if (const double points = std::numbers::pi * radius * radius / (d * d); points > max_mouth_points)
+      throw SetupError(
+          fmt::format("{}: its mouth needs {:.3g} particles at spacing {} m; allowed: at most {:.0e}, so a "
+                      "smaller radius or a larger spacing",
+                      name, points, d, max_mouth_points));
     std::vector<Vec3> mouth;
     for (const auto& [a, b] : layer_points(std::numbers::pi * radius * radius / (d * d))) {
       jet.offsets.push_back(to_vec3(d * (a * u + b * v)));
@@ -204,9 +258,12 @@ std::vector<Jet> make_jets(const Model& model, std::vector<std::string>& warning
     }
     jet.interval = d * d * d / (std::numbers::pi * radius * radius * speed);
     const auto solid = inside_solid(model, mouth);
-    if (const auto inside = std::count(solid.begin(), solid.end(), 1)) {
+    if (const auto free = std::count(solid.begin(), solid.end(), 0); free < std::ssize(solid)) {
+      std::set<std::size_t> bodies(solid.begin(), solid.end());
+      bodies.erase(0);
       warnings.push_back(
-          fmt::format("{}: {} of the {} points of its mouth are inside a solid body", name, inside, mouth.size()));
+          fmt::format("{}: {} of the {} points of its mouth are inside a solid body ({}); move one of them", name,
+                      std::ssize(solid) - free, mouth.size(), named("body", "bodies", bodies)));
     }
     jets.push_back(std::move(jet));
   }

@@ -17,12 +17,21 @@ struct BlockParticles {
 };
 
 /// Fills the blocks with lattices of spacing d. Particles closer than d/2 to one of an earlier block, and those inside
-/// a solid (analytic, or a closed mesh), are left out with a warning that counts them; those nearer to a cloth than d/4
-/// are only counted in a warning. Needs model.bodies, model.mesh, model.spacing. SetupError: particles outside the
+/// a solid (analytic, or a closed mesh), are left out with a warning that counts them; those closer than 0.9 d to one of an
+/// earlier block, and those nearer to a cloth than d/2, are only counted in a warning. Needs model.bodies, model.mesh, model.spacing. SetupError: particles outside the
 /// domain.
 BlockParticles fill_blocks(const Model& model, std::vector<std::string>& warnings);
 
-/// Lattices and intervals of the jets. SetupError: a radius below d/2, no velocity, a centre outside the domain.
+/// In spacings: a particle that starts nearer to a cloth is pushed away from it at once.
+inline constexpr double nearest_to_cloth = 0.5 - 1e-6;
+
+/// 1 for each point within `distance` (m) of a cloth's rest shape.
+std::vector<std::uint8_t> near_cloth(const Model& model, const std::vector<Vec3>& points, double distance);
+
+inline constexpr double max_mouth_points = 1e6;
+
+/// Lattices and intervals of the jets. SetupError: a radius below d/2, a mouth of too many points, no velocity, a
+/// centre outside the domain.
 /// Needs model.bodies and model.spacing.
 std::vector<Jet> make_jets(const Model& model, std::vector<std::string>& warnings);
 

@@ -8,44 +8,26 @@
 #include <filesystem>
 #include <fstream>
 #include <set>
+#include <tuple>
 
-#include "scene/reader.hpp"
+#include "scene/load_sections.hpp"
 #include "scene/yaml_tree.hpp"
 
 namespace drench {
 
 namespace {
 
-constexpr const char* coordinate = "[-10000, 10000]";  // m: far beyond any scene, near enough for float
-constexpr const char* speed = "[-1000, 1000]";         // m/s: below the speed of sound in water
-
-bool is_zero(const Vec3& v) { return v[0] == 0 && v[1] == 0 && v[2] == 0; }
-
-void check_not_zero(Section& s, const char* key, const Vec3& v) {
-  s.check(!is_zero(v), key, "has length 0; allowed: a vector that points somewhere");
-}
-
-void read_box(Section& s, Box& box) {
-  s.required({"min", "max"});
-  s.numbers("min", box.min, coordinate, "m");
-  s.numbers("max", box.max, coordinate, "m");
-  for (std::size_t i = 0; i < 3; ++i) {
-    s.check(box.min[i] < box.max[i], fmt::format("max.{}", i),
-            fmt::format("{} is not above min ({}); allowed: more than min, in m", box.max[i], box.min[i]));
-  }
-}
-
 void read_time(Section& s, TimeScene& time) {
-  s.number("step", time.step, "(0, 1]", "s");
-  s.number("end", time.end, "(0, 1e6]", "s");
+  s.number("step", time.step, "[1e-9, 1]", "s");
+  s.number("end", time.end, "[1e-9, 1e6]", "s");
   s.choice<TimeMode>("mode", time.mode, {{"fixed", TimeMode::fixed}, {"cfl", TimeMode::cfl}});
-  s.number("cfl", time.cfl, "(0, 1]", "1");
+  s.number("cfl", time.cfl, "[0.001, 1]", "1");
 }
 
 void read_field(Section& s, FieldScene& field) {
   field.present = true;
   s.required({"rate"});
-  s.numbers("center", field.center, coordinate, "m");
+  s.numbers("center", field.center, coordinate_range, "m");
   s.numbers("rate", field.rate, "[0, 1000]", "1/s");
   check_not_zero(s, "rate", field.rate);
 }
@@ -84,8 +66,8 @@ void read_neighbors(Section& s, Scene& scene) {
 // ---- fluid
 
 void read_solver(Section& s, FluidSolverScene& solver) {
-  s.number("density_error", solver.density_error, "(0, 0.5]", "1");
-  s.number("divergence_error", solver.divergence_error, "(0, 0.5]", "1");
+  s.number("density_error", solver.density_error, "[1e-12, 0.5]", "1");
+  s.number("divergence_error", solver.divergence_error, "[1e-12, 0.5]", "1");
   s.integer("max_iterations", solver.max_iterations, "[1, 100000]", "iterations");
   s.integer("min_iterations", solver.min_iterations, "[0, 100000]", "iterations");
   s.check(solver.min_iterations <= solver.max_iterations, s.has("min_iterations") ? "min_iterations" : "max_iterations",
@@ -95,14 +77,14 @@ void read_solver(Section& s, FluidSolverScene& solver) {
 
 void read_block(Section& s, BlockScene& block) {
   read_box(s, block.box);
-  s.numbers("velocity", block.velocity, speed, "m/s");
+  s.numbers("velocity", block.velocity, speed_range, "m/s");
 }
 
 void read_jet(Section& s, JetScene& jet) {
   s.required({"center", "radius", "velocity"});
-  s.numbers("center", jet.center, coordinate, "m");
-  s.number("radius", jet.radius, "(0, 100]", "m");
-  s.numbers("velocity", jet.velocity, speed, "m/s");
+  s.numbers("center", jet.center, coordinate_range, "m");
+  s.number("radius", jet.radius, "[1e-6, 100]", "m");
+  s.numbers("velocity", jet.velocity, speed_range, "m/s");
   s.number("start", jet.start, "[0, 1e6]", "s");
   s.number("end", jet.end, "[0, inf]", "s");
   check_not_zero(s, "velocity", jet.velocity);
@@ -117,7 +99,7 @@ void read_source(Section& s, FluidScene& fluid) {
 }
 
 void read_fluid(Section& s, FluidScene& fluid) {
-  s.number("spacing", fluid.spacing, "(0, 10]", "m");
+  s.number("spacing", fluid.spacing, "[1e-6, 10]", "m");
   s.number("density", fluid.density, "[1, 30000]", "kg/m³");
   s.number("viscosity", fluid.viscosity, "[0, 100]", "m²/s");
   s.number("surface_tension", fluid.surface_tension, "[0, 10]", "N/m");
@@ -129,224 +111,7 @@ void read_fluid(Section& s, FluidScene& fluid) {
   s.each("sources", fluid, read_source);
 }
 
-// ---- cloth
-
-void read_grid(Section& s, GridScene& grid) {
-  s.numbers("size", grid.size, "(0, 1000]", "m");
-  s.integers("nodes", grid.nodes, "[2, 4096]", "nodes");
-}
-
-void read_cloth_mesh(Section& s, ClothScene& cloth) {
-  GridScene grid;
-  if (s.section("grid", grid, read_grid)) cloth.grid = grid;
-  s.mesh_file("file", cloth.file);
-  s.number("scale", cloth.scale, "(0, 1e6]", "1");
-  s.check(s.has("grid") || s.has("file"), "grid", "neither grid nor file stands here; allowed: exactly one of them");
-  s.check(!s.has("grid") || !s.has("file"), "file", "stands beside grid; allowed: exactly one of them");
-  s.check(!s.has("grid") || !s.has("scale"), "scale", "is for mesh files; allowed: the size of the grid, in m");
-}
-
-void read_rotate(Section& s, ClothScene& cloth) {
-  s.numbers("axis", cloth.rotate_axis, "[-1e6, 1e6]", "1");
-  s.number("degrees", cloth.rotate_degrees, "[-3600, 3600]", "degrees");
-  check_not_zero(s, "axis", cloth.rotate_axis);
-}
-
-void read_place(Section& s, ClothScene& cloth) {
-  s.numbers("position", cloth.position, coordinate, "m");
-  s.section("rotate", cloth, read_rotate);
-}
-
-void read_spin(Section& s, SpinScene& spin) {
-  s.numbers("axis", spin.axis, "[-1e6, 1e6]", "1");
-  s.number("degrees_per_second", spin.degrees_per_second, "[-1e5, 1e5]", "degrees/s");
-  check_not_zero(s, "axis", spin.axis);
-}
-
-void read_pin_spin(Section& s, PinScene& pin) {
-  read_spin(s, pin.spin);
-  s.numbers("center", pin.center, coordinate, "m");
-}
-
-/// How pins move.
-void read_pin_motion(Section& s, PinScene& pin) {
-  s.numbers("velocity", pin.velocity, speed, "m/s");
-  s.section("spin", pin, read_pin_spin);
-  s.number("start", pin.start, "[0, 1e6]", "s");
-  s.number("end", pin.end, "[0, inf]", "s");
-  s.check(
-      pin.start < pin.end, s.has("end") ? "end" : "start",
-      fmt::format("the motion ends at {} s and starts at {} s; allowed: an end after the start", pin.end, pin.start));
-}
-
-void read_pin(Section& s, PinScene& pin) {
-  const std::string kind = s.one_of({"corners", "edges", "box", "nodes"}, {"velocity", "spin", "start", "end"});
-  if (s.flag("corners")) pin.kind = PinScene::Kind::corners;
-  if (s.flag("edges")) pin.kind = PinScene::Kind::edges;
-  if (s.section("box", pin.box, read_box)) pin.kind = PinScene::Kind::box;
-  s.integers("nodes", pin.nodes, "[0, 2147483646]", "(the number of a node)");
-  if (kind == "nodes") pin.kind = PinScene::Kind::nodes;
-  read_pin_motion(s, pin);
-}
-
-void read_saturation(Section& s, SaturationScene& saturation) {
-  s.required({"box", "value"});
-  s.section("box", saturation.box, read_box);
-  s.number("value", saturation.value, "[0, 10]", "1");
-}
-
-void read_porous(Section& s, PorousScene& porous) {
-  porous.present = true;
-  s.number("solid_fraction", porous.solid_fraction, "[0, 1)", "1");
-  s.number("absorption", porous.absorption, "[0, 100]", "m²/s");
-  s.number("uptake_velocity", porous.uptake_velocity, "[0, 100]", "m/s");
-  s.number("max_saturation", porous.max_saturation, "[1, 10]", "1");
-  s.number("virtual_pressure", porous.virtual_pressure, "[0, 1e5]", "m/s²");
-  s.number("emission_angle", porous.emission_angle, "(0, 180)", "degrees");
-  s.number("emission_velocity", porous.emission_velocity, "[0, 100]", "m/s");
-  s.number("emission_ramp", porous.emission_ramp, "[0, 100]", "s");
-  s.number("diffusivity", porous.diffusivity, "[0, 1]", "m²/s");
-  s.choice<DiffusionLaw>("diffusion", porous.diffusion,
-                         {{"linear", DiffusionLaw::linear}, {"degenerate", DiffusionLaw::degenerate}});
-  s.number("capillary_height", porous.capillary_height, "(0, 1000]", "m");
-  s.number("adhesion", porous.adhesion, "[0, 10]", "N/m");
-  s.boolean("contact_wicking", porous.contact_wicking);
-  s.check(!porous.contact_wicking || porous.diffusivity > 0, "contact_wicking",
-          "passes liquid on as well as the fabric conducts it, and its diffusivity is 0; allowed: diffusivity above 0");
-}
-
-void check_saturations(Section& s, const char* key, const std::vector<SaturationScene>& boxes,
-                       const ClothScene& cloth) {
-  s.check(boxes.empty() || cloth.porous.present, key,
-          "is for a cloth that takes up liquid; allowed: only beside the key porous");
-  for (std::size_t i = 0; i < boxes.size(); ++i) {
-    s.check(boxes[i].value <= cloth.porous.max_saturation, fmt::format("{}.{}.value", key, i),
-            fmt::format("{} is above porous.max_saturation; allowed: [0, {}] (no unit)", boxes[i].value,
-                        cloth.porous.max_saturation));
-  }
-}
-
-/// A key that has no default of its own.
-void read_wet(Section& s, const char* key, std::optional<double>& out, const ClothScene& cloth, const char* range,
-              const char* unit) {
-  s.number(key, out, range, unit);
-  s.check(!out || cloth.porous.present, key,
-          "is for a cloth that takes up liquid; allowed: only beside the key porous");
-}
-
-void check_pins(Section& s, const ClothScene& cloth) {
-  for (std::size_t i = 0; i < cloth.pins.size(); ++i) {
-    s.check(cloth.dynamics || !moves(cloth.pins[i]), fmt::format("pin.{}", i),
-            "moves pins of a cloth that does not move; allowed: only with dynamics: true");
-  }
-  if (!cloth.grid) return;
-  const Index count = cloth.grid->nodes[0] * cloth.grid->nodes[1];
-  for (std::size_t i = 0; i < cloth.pins.size(); ++i) {
-    for (std::size_t k = 0; k < cloth.pins[i].nodes.size(); ++k) {
-      s.check(cloth.pins[i].nodes[k] < count, fmt::format("pin.{}.nodes.{}", i, k),
-              fmt::format("{} is not a node of the grid; allowed: [0, {}]", cloth.pins[i].nodes[k], count - 1));
-    }
-  }
-}
-
-void read_cloth(Section& s, ClothScene& cloth) {
-  s.required({"mesh"});
-  s.text("name", cloth.name);
-  s.section("mesh", cloth, read_cloth_mesh);
-  s.section("place", cloth, read_place);
-  s.number("areal_density", cloth.areal_density, "(0, 1000]", "kg/m²");
-  s.number("thickness", cloth.thickness, "(0, 1]", "m");
-  s.number("stretch", cloth.stretch, "(0, 1e9]", "N/m");
-  s.number("bend", cloth.bend, "[0, 1e6]", "N·m");
-  s.number("damping", cloth.damping, "[0, 1e6]", "1/s");
-  s.number("strain_damping", cloth.strain_damping, "[0, 100]", "s");
-  s.number("friction", cloth.friction, "[0, 10]", "1");
-  s.number("strain_limit", cloth.strain_limit, "[0, 1)", "1");
-  s.number("adhesion", cloth.adhesion, "[0, 10]", "N/m");
-  s.list("pin", cloth.pins, read_pin);
-  s.boolean("self_collision", cloth.self_collision);
-  s.boolean("dynamics", cloth.dynamics);
-  s.list("initial_saturation", cloth.initial_saturation, read_saturation);
-  s.list("hold_saturation", cloth.hold_saturation, read_saturation);
-  s.section("porous", cloth.porous, read_porous);
-  read_wet(s, "friction_wet", cloth.friction_wet, cloth, "[0, 10]", "1");
-  read_wet(s, "damping_wet", cloth.damping_wet, cloth, "[0, 1e6]", "1/s");
-  check_pins(s, cloth);
-  check_saturations(s, "initial_saturation", cloth.initial_saturation, cloth);
-  check_saturations(s, "hold_saturation", cloth.hold_saturation, cloth);
-}
-
-void read_cloth_solver(Section& s, ClothSolverScene& solver) {
-  s.choice<ClothMethod>("method", solver.method, {{"pd", ClothMethod::pd}, {"xpbd", ClothMethod::xpbd}});
-  s.number("tolerance", solver.tolerance, "(0, 0.5]", "1");
-  s.integer("max_iterations", solver.max_iterations, "[1, 100000]", "iterations");
-}
-
-// ---- bodies
-
-/// What all bodies have: how they move.
-void read_motion(Section& s, BodyScene& body) {
-  s.numbers("velocity", body.velocity, speed, "m/s");
-  s.section("spin", body.spin, read_spin);
-  s.boolean("dynamic", body.dynamic);
-  s.number("density", body.density, "[1, 30000]", "kg/m³");
-  s.check(body.dynamic || !s.has("density"), "density",
-          "is for a body that floats; allowed: only beside dynamic: true");
-  const bool can_float = body.kind == BodyScene::Kind::sphere || (body.kind == BodyScene::Kind::box && !body.inside);
-  s.not_available(body.dynamic && !can_float, "dynamic", "a plane, mesh or container that the liquid moves",
-                  "false, or a sphere or a box that is not a container");
-}
-void read_adhesion(Section& s, BodyScene& body) {
-  s.number("adhesion", body.adhesion, "[0, 10]", "N/m");
-  s.not_available(body.dynamic && body.adhesion > 0, "adhesion", "adhesion to a body that floats", "0 N/m");
-}
-
-void read_body_box(Section& s, BodyScene& body) {
-  body.kind = BodyScene::Kind::box;
-  read_box(s, body.box);
-  s.boolean("inside", body.inside);
-  read_motion(s, body);
-  read_adhesion(s, body);
-}
-
-void read_sphere(Section& s, BodyScene& body) {
-  body.kind = BodyScene::Kind::sphere;
-  s.required({"center", "radius"});
-  s.numbers("center", body.center, coordinate, "m");
-  s.number("radius", body.radius, "(0, 10000]", "m");
-  read_motion(s, body);
-  read_adhesion(s, body);
-}
-
-void read_plane(Section& s, BodyScene& body) {
-  body.kind = BodyScene::Kind::plane;
-  s.required({"point", "normal"});
-  s.numbers("point", body.point, coordinate, "m");
-  s.numbers("normal", body.normal, "[-1e6, 1e6]", "1");
-  check_not_zero(s, "normal", body.normal);
-  read_motion(s, body);
-  read_adhesion(s, body);
-}
-
-void read_body_mesh(Section& s, BodyScene& body) {
-  body.kind = BodyScene::Kind::mesh;
-  s.required({"file"});
-  s.mesh_file("file", body.file);
-  s.number("scale", body.scale, "(0, 1e6]", "1");
-  s.numbers("position", body.position, coordinate, "m");
-  read_motion(s, body);
-  read_adhesion(s, body);
-}
-
-void read_body(Section& s, BodyScene& body) {
-  s.one_of({"box", "sphere", "plane", "mesh"});
-  s.section("box", body, read_body_box);
-  s.section("sphere", body, read_sphere);
-  s.section("plane", body, read_plane);
-  s.section("mesh", body, read_body_mesh);
-}
-
-// ---- the whole
+// ---- the whole; src/scene/load_cloth.cpp and load_bodies.cpp have the rest
 
 void check_scene(Section& s, const Scene& scene) {
   s.check(scene.fluid.present || !scene.cloths.empty(), "fluid",
@@ -362,6 +127,7 @@ void check_scene(Section& s, const Scene& scene) {
   for (const char* key : {"preset", "processes"})
     s.check(!s.has(key) || porous, key,
             "is for cloth that takes up liquid, and the scene has none; allowed: only beside a cloth's key porous");
+  if (const auto often = too_often(scene)) s.check(false, often->first, often->second);
   std::set<std::string> names;
   for (std::size_t i = 0; i < scene.cloths.size(); ++i) {
     s.check(
@@ -412,6 +178,19 @@ std::string read_text(const std::string& path) {
 }
 
 }  // namespace
+
+std::optional<std::pair<std::string, std::string>> too_often(const Scene& scene) {
+  constexpr double most = 1e9;
+  const std::tuple<const char*, const char*, double> parts[] = {
+      {"time.step", "steps", scene.time.step},
+      {"output.every", "frames", scene.output.every},
+      {"output.checkpoint_every", "checkpoints", scene.output.checkpoint_every}};
+  for (const auto& [key, what, interval] : parts)
+    if (interval > 0 && scene.time.end / interval > most)
+      return std::pair(std::string(key), fmt::format("{} s make {:.3g} {} until {} s; allowed: at most {:.0e}",
+                                                     interval, scene.time.end / interval, what, scene.time.end, most));
+  return {};
+}
 
 Scene parse_scene(const std::string& yaml_text, const std::string& path_for_messages,
                   const std::vector<std::string>& overrides) {

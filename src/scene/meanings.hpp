@@ -13,7 +13,7 @@ struct Meaning {
 inline constexpr Meaning meanings[] = {
     {"drench", "version of the format"},
     {"time", "how time goes on"},
-    {"time.step", "time step Δt; with `mode: cfl` the longest"},
+    {"time.step", "time step Δt; with `mode: cfl` the longest; at most 10⁹ until `end`"},
     {"time.end", "simulated time at which the run ends"},
     {"time.mode", "`fixed`: every step is `step` long (but for one before a frame); `cfl`: as long as `cfl` allows"},
     {"time.cfl", "with `mode: cfl`, the part of a spacing that the fastest particle moves in a step"},
@@ -23,8 +23,8 @@ inline constexpr Meaning meanings[] = {
     {"field.rate", "Ω, axis by axis; not all of them 0"},
     {"domain", "where the liquid may be: a particle that leaves it is drained, its mass is accounted for"},
     {"output", "what is written, and when"},
-    {"output.every", "time between two frames; 0: none"},
-    {"output.checkpoint_every", "time between two checkpoints; 0: none"},
+    {"output.every", "time between two frames; 0: none; at most 10⁹ until `time.end`"},
+    {"output.checkpoint_every", "time between two checkpoints; 0: none; at most 10⁹ until `time.end`"},
     {"output.measures", "columns of clumping and of the wet patch's shape in `stats.csv`; they cost time"},
     {"preset",
      "`baseline`: no direction and no saturation control, as the paper's previous method, where `processes` does "

@@ -46,7 +46,7 @@ This file is what the loader itself knows: `drench schema > scenes/README.md` wr
 
 A scene is one YAML document in UTF-8, a map of keys and values, in SI units. Unknown keys, keys given twice, values of the wrong type, not a
 number or out of their range, empty lists and missing files are refused with one line, `file:line:column: key: what is wrong; allowed: …`, and exit code 2.
-Ranges are written as in mathematics: `(0, 1]` is above 0 and at most 1. Infinity is `.inf`. A scene has at most {} MB, {} levels of lists and maps,
+Ranges are written as in mathematics: `[0, 1]` is from 0 to 1, both of them allowed. Infinity is `.inf`. A scene has at most {} MB, {} levels of lists and maps,
 {} values and {} keys in a map; anchors and aliases may be used, tags may not.
 
 `--set key.path=value` replaces a value from the command line; `N` is the entry's number in its list, from 0: `--set cloth.0.stretch=300`.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <utility>
 
 #include "scene/build.hpp"
@@ -24,20 +25,36 @@ double cells_over(const std::vector<Vec3>& points, double h) {
   return std::max(1024.0, std::exp2(std::ceil(std::log2(2 * count))));
 }
 
-/// The most points of `grid` that one of `rows` has within h; of many rows every so many-th is looked at.
+/// The most points of `grid` that one of `rows` has within h; of many rows every so many-th is looked at. A row has no more
+/// neighbours than the cells around it have points: those with the most are counted first, until no other can have more, or
+/// until so many points were looked at that a cloth far finer than h would take minutes. (Its rows are then alike.)
 double most_neighbors(const std::vector<Vec3>& rows, const PointGrid& grid, double h, bool same_set) {
   constexpr std::size_t enough = 20000;
-  const std::size_t stride = 1 + rows.size() / enough;
-  double most = 0;
-  for (std::size_t i = 0; i < rows.size(); i += stride) {
-    Vec3 low = rows[i], high = rows[i];
+  constexpr double patience = 3e7;
+  const auto around = [&](const Vec3& x, const auto& f) {
+    Vec3 low = x, high = x;
     for (std::size_t a = 0; a < 3; ++a) low[a] -= h, high[a] += h;
+    f(low, high);
+  };
+  std::vector<std::pair<double, std::size_t>> bound;  // no row has more neighbours than this
+  for (std::size_t i = 0; i < rows.size(); i += 1 + rows.size() / enough)
+    around(rows[i], [&](const Vec3& low, const Vec3& high) {
+      bound.emplace_back(static_cast<double>(grid.count_in_cells(low, high)), i);
+    });
+  std::sort(bound.begin(), bound.end(), std::greater<>());
+  double most = 0, looked_at = 0;
+  for (const auto& [points, i] : bound) {
+    if (points <= most || looked_at > patience) break;
+    looked_at += points;
     double count = same_set ? -1 : 0;
-    grid.for_box(low, high, [&](Index p) {
-      const Vec3& x = grid.points()[static_cast<std::size_t>(p)];
-      double square = 0;
-      for (std::size_t a = 0; a < 3; ++a) square += (x[a] - rows[i][a]) * (x[a] - rows[i][a]);
-      count += square < h * h ? 1 : 0;
+    const Vec3& row = rows[i];
+    around(row, [&](const Vec3& low, const Vec3& high) {
+      grid.for_box(low, high, [&](Index p) {
+        const Vec3& x = grid.points()[static_cast<std::size_t>(p)];
+        double square = 0;
+        for (std::size_t a = 0; a < 3; ++a) square += (x[a] - row[a]) * (x[a] - row[a]);
+        count += square < h * h ? 1 : 0;
+      });
     });
     most = std::max(most, count);
   }
