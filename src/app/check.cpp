@@ -36,26 +36,23 @@ void print_parts(const Model& model, const HostState& state) {
                model.boundary.count());
 }
 
-void print_memory(const Setup& setup, const MemoryBudget& budget) {
-  SetupSize size = size_of(setup);
-  const MemoryEstimate m = estimate_memory(size, budget.real_bytes);
+void print_memory(const Setup& setup, const ForeseenMemory& memory, const MemoryBudget& budget) {
+  const MemoryEstimate& m = memory.start;
   fmt::print(
       "memory: about {}: liquid {}, neighbour lists {}, cell tables {}, bodies {}, cloth {}; and {} for the set-up "
       "and a frame{}\n",
       mebibytes(m.backend()), mebibytes(m.particles), mebibytes(m.lists), mebibytes(m.cells), mebibytes(m.bodies),
       mebibytes(m.cloth), mebibytes(m.host),
       budget.device.empty() ? "" : fmt::format("; {} has {} free", budget.device, mebibytes(budget.device_free)));
-  const double more = jet_particles(setup.model);
-  if (more >= 1) {
-    size.fluid += more;
-    fmt::print("memory with {:.0f} particles from jets: about {}\n", more,
-               mebibytes(estimate_memory(size, budget.real_bytes).backend()));
-  }
-  if (size.fluid > 0) {
-    size.crowding = 1.7;
-    fmt::print("memory in a splash, with up to {} times as many neighbours: about {}\n", size.crowding,
-               mebibytes(estimate_memory(size, budget.real_bytes).backend()));
-  }
+  if (!memory.grows()) return;
+  std::string why;
+  if (memory.size.fluid + memory.added > 0) why += ", liquid in a splash up to 1.7 times as many neighbours";
+  if (setup.model.has_self_collision()) why += ", cloth in folds up to 100 pairs with itself a node";
+  if (memory.added >= 1)
+    fmt::print("memory with {:.0f} particles more, from jets and overfull cloth: about {}\n", memory.added,
+               mebibytes(memory.least));
+  fmt::print("memory in the end: {} to {}; what cannot be foreseen has{}\n", mebibytes(memory.least),
+             mebibytes(memory.most), why.substr(1));
 }
 
 void print_step(const Model& model, const HostState& state) {
@@ -91,7 +88,8 @@ int check_command(const std::string& path, const std::vector<std::string>& overr
     no_device = e.what();
   }
   const Setup setup = build(scene, budget);
-  refuse_too_large(size_of(setup), budget);  // now that lists are known to be as wide as they are
+  const ForeseenMemory memory = foresee_memory(setup, budget.real_bytes);
+  refuse_too_large(memory.size, budget);  // now that lists are known to be as wide as they are
   const Model& model = setup.model;
   auto warnings = setup.warnings;
   if (!no_device.empty()) warnings.push_back(no_device);
@@ -100,7 +98,7 @@ int check_command(const std::string& path, const std::vector<std::string>& overr
   std::string stages;
   for (const Stage s : stages_for(model)) stages += fmt::format(" {}", name_of(s));
   fmt::print("stages:{}\n", stages);
-  print_memory(setup, budget);
+  print_memory(setup, memory, budget);
 
   print_step(model, setup.state);
   fmt::print("steps: {}{:.0f} to {:.4g} s\n", scene.time.mode == TimeMode::cfl ? "at least " : "",

@@ -44,17 +44,11 @@ struct InterruptGuard {
   void (*before_)(int);
 };
 
-/// Bytes of the backend with so many particles more than the scene begins with.
-double estimate(const Setup& setup, int real_bytes, double more) {
-  SetupSize size = size_of(setup);
-  size.fluid += more;
-  return estimate_memory(size, real_bytes).backend();
-}
-
 /// A run from its first frame to its last line.
 class Run {
  public:
-  Run(const RunOptions& options, const Setup& setup, Backend& backend, int real_bytes, const Resume* resume)
+  Run(const RunOptions& options, const Setup& setup, Backend& backend, const ForeseenMemory& memory,
+      const Resume* resume)
       : options_(options),
         resume_(resume),
         model_(setup.model),
@@ -62,8 +56,7 @@ class Run {
         pipeline_(setup.model, backend, setup.state),
         end_(model_.scene.time.end),
         last_state_step_(-1),
-        estimate_(estimate(setup, real_bytes, 0)),
-        with_jets_(estimate(setup, real_bytes, jet_particles(setup.model))) {
+        memory_(memory) {
     pipeline_.set_profiling(options.profile);
     if (resume_) go_on();
     if (!options.no_output) open_folder();
@@ -278,10 +271,11 @@ class Run {
     say(fmt::format("{} steps to t = {:.6g} s in {:.1f} s, mass error {:.3g} kg", totals_.steps(), pipeline_.time(),
                     seconds, mass_error_));
     if (options_.backend != "reference")
-      say(fmt::format(
-          "peak memory of the backend's arrays {}, {} estimated at the start{}",
-          mebibytes(static_cast<double>(array_memory().peak)), mebibytes(estimate_),
-          with_jets_ > estimate_ ? fmt::format(", {} with all particles from jets", mebibytes(with_jets_)) : ""));
+      say(fmt::format("peak memory of the backend's arrays {}, {} estimated at the start{}",
+                      mebibytes(static_cast<double>(array_memory().peak)), mebibytes(memory_.start.backend()),
+                      memory_.grows()
+                          ? fmt::format(", {} to {} in the end", mebibytes(memory_.least), mebibytes(memory_.most))
+                          : ""));
     if (frames_ && frames_->waited() >= 0.05)
       say(fmt::format("waited {:.1f} s for frames to be written", frames_->waited()));
     const std::string table = totals_.stage_table(pipeline_.stages());
@@ -303,7 +297,7 @@ class Run {
   Pipeline pipeline_;
   double end_;
   std::int64_t last_state_step_;
-  double estimate_, with_jets_;      // bytes: of the backend
+  const ForeseenMemory& memory_;
   std::int64_t frame_count_ = 0;     // frames' times that have come
   std::int64_t frames_written_ = 0;  // on schedule, those of the run before included
   std::int64_t last_checkpoint_step_ = -1;
@@ -331,8 +325,9 @@ int run_command(const RunOptions& options) {
   const bool reference = options.backend == "reference";
   const MemoryBudget budget = memory_budget(reference);
   Setup setup = build(scene, budget);
-  refuse_too_large(size_of(setup), budget);  // now that lists are known to be as wide as they are
-  std::optional<BackendRuntime> runtime;     // outlives the backend
+  ForeseenMemory memory = foresee_memory(setup, budget.real_bytes);
+  refuse_too_large(memory.size, budget);  // now that lists are known to be as wide as they are
+  std::optional<BackendRuntime> runtime;  // outlives the backend
   if (!reference) runtime.emplace(options.threads, options.quiet);
   const std::unique_ptr<Backend> backend =
       reference ? make_reference_backend(setup.model) : make_kokkos_backend(setup.model);
@@ -340,8 +335,9 @@ int run_command(const RunOptions& options) {
   if (!options.resume.empty()) {
     resume = find_checkpoint(options.resume, setup.model, *backend);
     setup.state = std::move(resume->checkpoint.state);
+    memory = foresee_memory(setup, budget.real_bytes);
   }
-  return Run(options, setup, *backend, budget.real_bytes, resume ? &*resume : nullptr).execute();
+  return Run(options, setup, *backend, memory, resume ? &*resume : nullptr).execute();
 }
 
 }  // namespace drench

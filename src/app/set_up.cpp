@@ -21,6 +21,17 @@ MemoryBudget memory_budget(bool reference) {
   return budget;
 }
 
+ForeseenMemory foresee_memory(const Setup& setup, int real_bytes) {
+  ForeseenMemory memory;
+  memory.size = size_of(setup);
+  memory.start = estimate_memory(memory.size, real_bytes);
+  const SetupSize later = with_sources(setup, memory.size);
+  memory.added = later.fluid - memory.size.fluid;
+  memory.least = estimate_memory(later, real_bytes).backend();
+  memory.most = estimate_memory(at_worst(later), real_bytes).backend();
+  return memory;
+}
+
 std::string mebibytes(double bytes) { return fmt::format("{:.1f} MiB", bytes / (1 << 20)); }
 
 }  // namespace drench

@@ -28,7 +28,17 @@ SetupSize kinds_of(const Model& model);
 /// Particles that the jets let go until the scene's end.
 double jet_particles(const Model& model);
 
+/// Particles that the excess over saturation 1 makes, which cloth holds at the start and may give back.
+double dripping_particles(const Setup& setup);
+
 /// What this set-up holds, for estimate_memory.
 SetupSize size_of(const Setup& setup);
+
+/// The same at its end, as far as that can be foreseen: with what jets and overfull cloths add.
+SetupSize with_sources(const Setup& setup, SetupSize size);
+
+/// The same where liquid crowds in splashes to 1.7 times as many neighbours and cloth lies in folds of a hundred pairs a node:
+/// what scenes came to, no bound.
+SetupSize at_worst(SetupSize size);
 
 }  // namespace drench

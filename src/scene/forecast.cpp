@@ -6,7 +6,6 @@
 #include "scene/body_geometry.hpp"
 #include "scene/cloth_mesh.hpp"
 #include "scene/eigen_vec.hpp"
-#include "scene/mesh_io.hpp"
 #include "scene/point_grid.hpp"
 
 namespace drench {
@@ -73,18 +72,18 @@ class Paths {
       double room = std::max(solid, 0.0);
       if (!from_cloth && model_.has_cloth()) {
         const double away = cloth_.exteriorDistance(x);
-        if (away <= 0 && nodes_.any_within(to_vec3(x), reach_)) {
+        if (away <= reach_ && nodes_.any_within(to_vec3(x), reach_)) {
           speeds.impact = std::max(speeds.impact, v.norm());
           return;
         }
-        room = std::min(room, std::max(away, 0.5 * reach_));
+        room = std::min(room, std::max(away - reach_, 0.5 * reach_));
       }
       const Vector3d a = acceleration(x);
       const double step = std::clamp(room, 0.5 * model_.spacing, std::max(longest_, model_.spacing));
       const double dt = std::min({duration - t, 0.5 * step / v.norm(), std::sqrt(step / a.norm())});
       if (!(dt > 0) || !std::isfinite(dt)) return;
       x += dt * v + 0.5 * dt * dt * a;
-      v += dt * a;
+      v += 0.5 * dt * (a + acceleration(x));
       t += dt;
     }
   }
@@ -142,9 +141,8 @@ ExpectedSpeeds expected_speeds(const Model& model, const HostState& state) {
         const int at = a == 0 ? i % 3 : a == 1 ? i / 3 % 3 : i / 9;
         x[a] = middle + (at - 1) * reach;
       }
-      Vec3 normal;
-      const Body* inside = nullptr;  // particles that begin there are left out
-      if (solid_distance(model, x, model.spacing, &inside) >= 0) paths.follow(x, block.velocity, end, false);
+      if (solid_distance(model, x, model.spacing, nullptr) >= 0)  // particles in solids are left out
+        paths.follow(x, block.velocity, end, false);
     }
     paths.speeds.impact = std::max(paths.speeds.impact, to_eigen(block.velocity).norm());
   }

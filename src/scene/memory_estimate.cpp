@@ -114,7 +114,7 @@ double cloth_bytes(const SetupSize& size, double r) {
   if (size.self_collision) {  // as if all took part
     bytes += size.nodes * (3 * number + 6 * r + 3 * quanta + 2 * index + 1 + 9 * r) + edges * (9 * r + 2 * index) +
              triangles * 3 * index;
-    bytes += (10 * size.nodes + 1024) * 117;
+    bytes += (size.fold_pairs * size.nodes + 1024) * 117;
   }
   if (size.wet_adhesion) bytes += triangles * (3 * index + 3 * r);
   return bytes;

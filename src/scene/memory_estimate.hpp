@@ -25,6 +25,7 @@ struct SetupSize {
   double support = 2;                                            // h / d: how wide neighbour lists are
   ListWidths widest;                                             // as it begins
   double crowding = 1;           // so many times as many neighbours has liquid that splashes
+  double fold_pairs = 10;        // pairs of the cloth with itself that there is room for, a node
   bool searches_samples = true;  // liquid or other layers look for the cloth's samples
   bool moving_cloth = true;
   bool porous = false;
@@ -53,8 +54,8 @@ struct MemoryEstimate {
 /// liquid and rows of the lists a quarter more than there are, lists a quarter wider than their widest row. A list whose
 /// widest row is not known, or that liquid is yet to fill, counts as in full surroundings: of the liquid among itself, on
 /// one side of a wall, at a sheet; where nothing was counted, 1.3 times that (splashes crowd).
-/// What cannot be foreseen is left out: particles that jets and cloths add, liquid that crowds more than it does at the
-/// start, and folds, whose pairs (117 bytes each, self_collision) may be a hundred a node instead of the ten that have room.
+/// What is yet to come is left out: particles that jets and cloths add (with_sources), liquid that crowds more than it does at
+/// the start, and folds (at_worst), whose pairs have 117 bytes each (self_collision).
 MemoryEstimate estimate_memory(const SetupSize& size, int real_bytes);
 
 /// Bytes of memory of this machine, or of the part of it that this program may use (control groups).

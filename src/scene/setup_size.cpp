@@ -39,7 +39,7 @@ double most_neighbors(const std::vector<Vec3>& rows, const PointGrid& grid, doub
   std::vector<std::pair<double, std::size_t>> bound;  // no row has more neighbours than this
   for (std::size_t i = 0; i < rows.size(); i += 1 + rows.size() / enough)
     around(rows[i], [&](const Vec3& low, const Vec3& high) {
-      bound.emplace_back(static_cast<double>(grid.count_in_cells(low, high)), i);
+      bound.emplace_back(static_cast<double>(grid.count_in_cells(low, high)) - (same_set ? 1 : 0), i);
     });
   std::sort(bound.begin(), bound.end(), std::greater<>());
   double most = 0, looked_at = 0;
@@ -122,6 +122,26 @@ double jet_particles(const Model& model) {
   for (const Jet& jet : model.jets)
     count += std::max(0.0, std::min(jet.scene.end, model.scene.time.end) - jet.scene.start) / jet.interval;
   return count;
+}
+
+double dripping_particles(const Setup& setup) {
+  const Model& m = setup.model;
+  if (!m.has_emission()) return 0;
+  double excess = 0;  // kg
+  for (std::size_t n = 0; n < setup.state.node_liquid.size(); ++n)
+    excess += std::max(0.0, static_cast<double>(setup.state.node_liquid[n]) * m.quantum - m.samples.node_capacity[n]);
+  return excess / m.particle_mass;
+}
+
+SetupSize with_sources(const Setup& setup, SetupSize size) {
+  size.fluid += std::ceil(jet_particles(setup.model) + dripping_particles(setup));
+  return size;
+}
+
+SetupSize at_worst(SetupSize size) {
+  size.crowding = 1.7;
+  size.fold_pairs = 100;
+  return size;
 }
 
 SetupSize size_of(const Setup& setup) {

@@ -26,7 +26,7 @@ void warn_of_step(const Model& m, const HostState& state, Lines& lines) {
     if (moved > 1)
       lines.push_back(
           fmt::format("time.step: particles that hit something, come from a source or are pushed have up to {:.3g} m/s "
-                      "and move {:.2g} "
+                      "and move {:.3g} "
                       "spacings in a step (CFL number; at most 1, better {}): a time.step of {:.2g} s or time.mode cfl "
                       "would be safer",
                       speed, moved, time.cfl, time.cfl * m.spacing / speed));

@@ -62,7 +62,7 @@ inline constexpr BadScene bad_scenes[] = {
      "'1e-300' is out of range; allowed: [1e-9, 1] s"},
     {"StepsWithoutEnd", FLUID "time: {step: 1e-8, end: 11}\n", 4, 14, "time.step",
      "1e-08 s make 1.1e+09 steps until 11 s; allowed: at most 1e+09"},
-    {"EndAfterTooManySteps", FLUID "time: {end: 1e6}\noutput: {every: 1e-4}\n", 5, 17, "output.every",
+    {"FramesWithoutEnd", FLUID "time: {end: 1e6}\noutput: {every: 1e-4}\n", 5, 17, "output.every",
      "1e+10 frames until"},
     {"CheckpointsWithoutEnd", FLUID "output: {checkpoint_every: 1e-300}\n", 4, 28, "output.checkpoint_every",
      "checkpoints until 2 s; allowed: at most 1e+09"},

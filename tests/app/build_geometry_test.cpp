@@ -343,7 +343,7 @@ TEST(FluidBlocks, OverlapsSolidsClothAndDomain) {
   scene.cloths.push_back(cloth);
   setup = build(scene);
   EXPECT_EQ(setup.state.fluid_count(), 1000);
-  EXPECT_TRUE(any_has(setup.warnings, "100 of the blocks' particles start within 0.005 m of a cloth"));
+  EXPECT_TRUE(any_has(setup.warnings, "100 of the blocks' particles start within 0.01 m of a cloth"));
   scene.cloths[0].position[1] = 0.12;
   EXPECT_FALSE(any_has(build(scene).warnings, "start within"));
 

@@ -282,6 +282,56 @@ TEST_F(Commands, TheEstimateOfMemoryHolds) {
   }
 }
 
+/// What the project's own scenes take in their first steps, and the poured one while half a second of its jet comes.
+TEST_F(Commands, TheEstimateOfMemoryHoldsForTheScenesOfTheProject) {
+  int scenes = 0;
+  for (const auto& file : fs::directory_iterator(scenes_folder())) {
+    if (file.path().extension() != ".yaml") continue;
+    const bool poured = file.path().stem() == "water_on_cloth";
+    const std::string scene = file.path(), end = poured ? "0.2" : "1";
+    const Outcome check = drench({"check", scene, "--set", "time.end=" + end}),
+                  run = drench({"run", scene, "--no-output", "--until", end, "--steps", poured ? "1000" : "5"});
+    ASSERT_EQ(run.code, 0) << run.err;
+    EXPECT_EQ(run.err, "") << scene << ": no warnings";
+    const double estimate =
+                     mebibytes_after(check.out, poured ? "from jets and overfull cloth: about " : "memory: about "),
+                 peak = mebibytes_after(run.out, "peak memory of the backend's arrays ");
+    EXPECT_NEAR(estimate, peak, 0.1 * peak + 0.05) << scene << '\n' << check.out;
+    ++scenes;
+  }
+  EXPECT_GE(scenes, 14);
+}
+
+/// A column of liquid that is thrown onto the floor crowds.
+TEST_F(Commands, WhatCannotBeForeseenHasARange) {
+  write_text(
+      here() / "thrown.yaml",
+      "drench: 1\ntime: {step: 0.002, end: 1, mode: cfl}\noutput: {every: 0}\n"
+      "fluid: {spacing: 0.02, sources: [{block: {min: [0, 0.1, 0], max: [0.2, 0.4, 0.2], velocity: [0, -8, 0]}}]}\n"
+      "bodies: [{box: {min: [0, 0, 0], max: [0.4, 1, 0.2], inside: true}}]\n");
+  const Outcome check = drench({"check", "thrown.yaml"}),
+                run = drench({"run", "thrown.yaml", "--no-output", "--steps", "60"});
+  ASSERT_EQ(run.code, 0) << run.err;
+  const double least = mebibytes_after(check.out, "memory in the end: "), most = mebibytes_after(check.out, " MiB to "),
+               peak = mebibytes_after(run.out, "peak memory of the backend's arrays ");
+  EXPECT_GT(peak, 1.02 * least) << "it does crowd";
+  EXPECT_LT(peak, most);
+  EXPECT_LT(most, 2 * least) << "else the range says nothing";
+}
+
+TEST_F(Commands, WarningsStandInTheLogOnce) {
+  const Outcome check = drench({"check", "tiny.yaml", "--set", "time.step=0.003"}),
+                run = drench({"run", "tiny.yaml", "--set", "time.step=0.003", "--steps", "2"});
+  ASSERT_EQ(run.code, 0) << run.err;
+  const std::string log = read_text(here() / "out/tiny/run.log"),
+                    line = "warning: output.every is 3.333 times time.step";
+  for (const std::string& text : {check.out, run.err, log}) {
+    const auto at = text.find(line);
+    EXPECT_NE(at, std::string::npos) << text;
+    EXPECT_EQ(text.find(line, at + 1), std::string::npos) << text;
+  }
+}
+
 TEST_F(Commands, CompareAgreesWithinTheTolerancesAndNotExactly) {
   const Outcome o = drench({"compare", "tiny.yaml", "--steps", "2", "--after", "3"});
   EXPECT_EQ(o.code, 0) << o.out << o.err;

@@ -1,0 +1,208 @@
+// What `drench check` and `drench run` warn of: each mistake by itself, in one line; nothing for a scene that is sound.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "paths.hpp"
+#include "scene/build.hpp"
+#include "scene/forecast.hpp"
+#include "scene/load.hpp"
+
+namespace drench::testing {
+namespace {
+
+constexpr const char* sound = R"(drench: 1
+time: {step: 0.002, end: 1}
+domain: {min: [-0.5, -0.2, -0.5], max: [0.5, 1, 0.5]}
+fluid:
+  spacing: 0.02
+  sources:
+    - block: {min: [-0.1, 0.4, -0.1], max: [0.1, 0.5, 0.1]}
+    - jet: {center: [0.3, 0.5, 0.3], radius: 0.04, velocity: [0, -1, 0], end: 0.5}
+cloth:
+  - name: sheet
+    mesh: {grid: {size: [0.6, 0.6], nodes: [21, 21]}}
+    place: {position: [0, 0.2, 0]}
+    pin: [{corners: true}]
+    porous: {}
+bodies:
+  - sphere: {center: [0, 0, 0], radius: 0.1}
+  - plane: {point: [0, -0.1, 0], normal: [0, 1, 0]}
+)";
+
+using Lines = std::vector<std::string>;
+
+Lines warnings_of(const std::string& yaml, const Lines& overrides = {}, int real_bytes = 4) {
+  MemoryBudget budget;
+  budget.real_bytes = real_bytes;
+  return build(parse_scene(yaml, "scene.yaml", overrides), budget).warnings;
+}
+
+std::string without(const char* line) {
+  std::string text = sound;
+  const auto at = text.find(line);
+  if (at == std::string::npos) throw std::runtime_error(std::string("no line ") + line);
+  return text.erase(at, std::string(line).size() + 1);
+}
+
+/// One warning, with these words in it.
+void expect_one(const Lines& lines, const std::string& words) {
+  ASSERT_EQ(lines.size(), 1U) << words << ": " << (lines.empty() ? "none" : lines[0] + "\n" + lines.back());
+  EXPECT_NE(lines[0].find(words), std::string::npos) << lines[0];
+  EXPECT_EQ(lines[0].find('\n'), std::string::npos) << lines[0];
+  EXPECT_LT(lines[0].size(), 300U) << lines[0];
+}
+
+TEST(Warnings, AreNoneForASoundScene) { EXPECT_EQ(warnings_of(sound), Lines()); }
+
+TEST(Warnings, NameEachMistakeOnce) {
+  struct Mistake {
+    Lines overrides;
+    const char* words;
+  };
+  const Mistake mistakes[] = {
+      {{"fluid.sources.0.block.min=[-0.1, 0.195, -0.1]"},
+       "100 of the blocks' particles start within 0.01 m of a cloth"},
+      {{"bodies.0.sphere.center=[0, 0.45, 0]"},
+       "particles removed: they start inside a solid body (block 1 in body 1)"},
+      {{"fluid.sources=[{block: {min: [-0.1, 0.4, -0.1], max: [0.1, 0.5, 0.1]}},"
+        " {block: {min: [0, 0.4, -0.1], max: [0.2, 0.5, 0.1]}}]"},
+       "250 particles left out where blocks overlap (block 2 with an earlier one)"},
+      {{"fluid.sources=[{block: {min: [-0.1, 0.4, -0.1], max: [0.1, 0.5, 0.1]}},"
+        " {block: {min: [0.01, 0.41, -0.09], max: [0.09, 0.49, 0.09]}}]"},
+       "144 particles start closer than 0.9 spacings to an earlier block's (block 2)"},
+      {{"bodies.1={box: {min: [-0.5, -0.11, -0.5], max: [0.5, -0.1, 0.5]}}"},
+       "body 2: its thickness 0.01 m is 0.5 spacings"},
+      {{"bodies.1={box: {min: [-0.5, -0.2, -0.5], max: [0.5, 0.99, 0.5], inside: true}}",
+        "bodies.0.sphere.radius=0.03"},
+       "body 1: its radius 0.03 m is 1.5 spacings"},
+      {{"cloth.0.mesh.grid.nodes=[4, 4]"}, "spacings: it bends and wets far coarser than the liquid"},
+      {{"cloth.0.mesh.grid={size: [0.3, 0.3], nodes: [76, 76]}"}, "11250 samples, at least one a triangle"},
+      {{"time.step=0.02"}, "spacings in a step (CFL number"},
+      {{"time.step=0.003"}, "output.every is 6.667 times time.step"},
+      {{"domain={min: [-30, -0.2, -30], max: [30, 60, 30]}", "bodies=[{sphere: {center: [0, 0, 0], radius: 0.1}}]"},
+       "domain: it has 3.4e+09 cells of the support radius 0.04 m, above 2^31"},
+      {{"domain={min: [-0.5, -0.2, -0.03], max: [0.5, 1, 0.03]}",
+        "fluid.sources=[{block: {min: [-0.1, 0.4, -0.02], max: [0.1, 0.5, 0.02]}}]"},
+       "domain: 0.06 m in z are 1.5 support radii"},
+      {{"fluid.sources.1.jet.start=2", "fluid.sources.1.jet.end=3"},
+       "jet 1: it starts at 2 s and the scene ends at 1 s: it never flows"},
+      {{"fluid.sources.1.jet.center=[0.49, 0.5, 0.3]"}, "points of its mouth are outside the domain"},
+      {{"fluid.sources.1.jet.center=[0.2, 0.205, 0.2]"},
+       "points of its mouth are within 0.01 m, half a spacing, of a cloth"},
+      {{"fluid.sources.1.jet.center=[0, 0.45, 0]"}, "points of its mouth are in a block's liquid"},
+      {{"cloth.0.hold_saturation=[{box: {min: [-1, 0, -1], max: [0, 1, 1]}, value: 1}]", "processes={emission: off}",
+        "cloth.0.porous.diffusivity=0"},
+       "hold_saturation feeds nothing: porous.diffusivity is 0"},
+      {{"cloth.0.hold_saturation=[{box: {min: [-1, 2, -1], max: [0, 3, 1]}, value: 1}]"},
+       "hold_saturation: a box holds no node of the cloth"},
+      {{"cloth.0.porous.diffusivity=1", "cloth.0.mesh.grid.nodes=[41, 41]"},
+       "sub-steps a step; 50 would be left with a diffusivity of"},
+      {{"fluid.viscosity=100"}, "fluid: viscosity needs about"},
+  };
+  for (const Mistake& m : mistakes) {
+    SCOPED_TRACE(m.overrides[0]);
+    expect_one(warnings_of(sound, m.overrides), m.words);
+  }
+}
+
+TEST(Warnings, AreWithheldWhereTheSameIsNoMistake) {
+  EXPECT_EQ(warnings_of(sound, {"time.step=0.02", "time.mode=cfl"}), Lines());
+  EXPECT_EQ(warnings_of(sound, {"cloth.0.hold_saturation=[{box: {min: [-1, 0, -1], max: [0, 1, 1]}, value: 1}]",
+                                "processes={emission: off}"}),
+            Lines());
+  // A domain of which a container leaves little, at any size; there the liquid stays.
+  EXPECT_EQ(warnings_of(sound, {"domain={min: [-30, -0.3, -30], max: [30, 60, 30]}",
+                                "bodies=[{box: {min: [-0.5, -0.2, -0.5], max: [0.5, 1, 0.5], inside: true}}]"}),
+            Lines());
+}
+
+TEST(Warnings, SeeAClothThatNothingHolds) {
+  const std::string loose = without("    pin: [{corners: true}]");
+  EXPECT_EQ(warnings_of(loose, {"time.end=5"}), Lines()) << "it falls on the sphere";
+  EXPECT_EQ(warnings_of(loose, {"time.end=5", "bodies=[{plane: {point: [0, -0.1, 0], normal: [0.1, 1, 0]}}]"}),
+            Lines());
+  const std::string bare = loose.substr(0, loose.find("bodies:"));
+  expect_one(warnings_of(bare, {"time.end=5"}), "cloth 'sheet': it has no pins and nothing lies under it");
+  EXPECT_EQ(warnings_of(bare, {"time.end=0.2"}), Lines()) << "it does not come that far";
+  EXPECT_EQ(warnings_of(bare, {"time.end=5", "gravity=[0, 0, 0]"}), Lines());
+  EXPECT_EQ(warnings_of(bare, {"time.end=5", "cloth.0.dynamics=false"}), Lines());
+}
+
+TEST(Warnings, KnowThePrecision) {
+  const std::string far =
+      "drench: 1\ntime: {step: 0.002, end: 1}\ndomain: {min: [4999, -1, -1], max: [5001, 1, 1]}\n"
+      "fluid: {spacing: 0.02, sources: [{block: {min: [4999.9, 0, 0], max: [5000, 0.1, 0.1]}}]}\n";
+  expect_one(warnings_of(far), "rounded to 0.0006 m, 0.03 of a spacing");
+  EXPECT_EQ(warnings_of(far, {}, 8), Lines());
+}
+
+TEST(Warnings, AreNoneForTheScenesOfTheProject) {
+  int scenes = 0;
+  for (const auto& file : std::filesystem::directory_iterator(test::scenes_folder())) {
+    if (file.path().extension() != ".yaml") continue;
+    EXPECT_EQ(build(load_scene(file.path())).warnings, Lines()) << file.path();
+    ++scenes;
+  }
+  EXPECT_GE(scenes, 14);  // paper_scenes looks at the paper's
+}
+
+/// Falls from rest at the uppermost particles of a block, 0.99 m high.
+TEST(Forecast, FollowsTheLiquidToWhatItHits) {
+  const std::string drop =
+      "drench: 1\ntime: {end: 2}\ndomain: {min: [-1, -1, -1], max: [1, 2, 1]}\n"
+      "fluid: {spacing: 0.02, sources: [{block: {min: [0, 0.8, 0], max: [0.2, 1, 0.2]}}]}\n";
+  const auto speeds = [](const std::string& yaml) {
+    const drench::Setup setup = build(parse_scene(yaml, "scene.yaml"));
+    return expected_speeds(setup.model, setup.state);
+  };
+  const auto after = [](double height) { return std::sqrt(2 * 9.81 * height); };
+  const ExpectedSpeeds nothing = speeds(drop);
+  EXPECT_EQ(nothing.impact, 0) << "nothing is hit";
+  EXPECT_NEAR(nothing.fastest, after(1.99), 0.2);
+  const ExpectedSpeeds floor = speeds(drop + "bodies: [{plane: {point: [0, 0, 0], normal: [0, 1, 0]}}]\n");
+  EXPECT_NEAR(floor.impact, after(0.98), 0.1);
+  EXPECT_NEAR(floor.fastest, floor.impact, 0.1) << "the floor ends the fall";
+  const ExpectedSpeeds ball = speeds(drop + "bodies: [{sphere: {center: [0.1, 0.2, 0.1], radius: 0.15}}]\n");
+  EXPECT_NEAR(ball.impact, after(0.64), 0.15);
+  EXPECT_NEAR(ball.fastest, after(1.99), 0.2) << "it flows round the ball and falls on";
+  const ExpectedSpeeds sheet = speeds(
+      drop +
+      "cloth: [{mesh: {grid: {size: [2, 2], nodes: [41, 41]}}, place: {position: [0, 0.5, 0]}, dynamics: false}]\n");
+  EXPECT_NEAR(sheet.impact, after(0.49 - 0.025), 0.2);
+  EXPECT_NEAR(sheet.fastest, sheet.impact, 0.2);
+  // Towards a centre with Ω = 10/s from 0.95 m on: at it Ω times the distance, whatever gravity adds.
+  const ExpectedSpeeds drawn = speeds(drop + "gravity: [0, 0, 0]\nfield: {center: [0.1, 0, 0.1], rate: [0, 10, 0]}\n");
+  EXPECT_NEAR(drawn.fastest, 10 * 0.99, 0.2);
+  const ExpectedSpeeds pushed =
+      speeds(drop + "bodies: [{sphere: {center: [0, -0.5, 0], radius: 0.1, velocity: [7, 0, 0]}}]\n");
+  EXPECT_NEAR(pushed.impact, 7, 1e-9);
+}
+
+/// A cloth far finer than the liquid has all its samples in each neighbourhood. Not every row is looked at; the widest is.
+TEST(MemoryEstimate, FindsTheWidestRows) {
+  const drench::Setup setup = build(parse_scene(
+      "drench: 1\nfluid:\n  spacing: 0.1\n  sources: [{block: {min: [-0.5, 0.1, -0.5], max: [0.5, 0.5, 0.5]}}]\n"
+      "cloth: [{mesh: {grid: {size: [0.12, 0.12], nodes: [61, 61]}}}]\n",
+      "scene.yaml"));
+  const SetupSize size = size_of(setup);
+  EXPECT_EQ(size.samples, 7200);
+  EXPECT_EQ(size.widest.sample_sample, 7199) << "all of them are within 0.2 m of each other";
+  double most = 0;
+  for (const Vec3& x : setup.state.fluid_position) {
+    double count = 0;
+    for (const Vec3& y : setup.model.samples.rest_position)
+      count += std::hypot(x[0] - y[0], x[1] - y[1], x[2] - y[2]) < setup.model.support ? 1 : 0;
+    most = std::max(most, count);
+  }
+  EXPECT_GT(most, 1000);
+  EXPECT_EQ(size.widest.fluid_sample, most);
+}
+
+}  // namespace
+}  // namespace drench::testing
