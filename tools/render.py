@@ -10,22 +10,23 @@ import xml.etree.ElementTree as ElementTree
 
 import vtkmodules.vtkRenderingFreeType  # noqa: F401  (registers the text renderer)
 import vtkmodules.vtkRenderingOpenGL2  # noqa: F401  (registers the OpenGL renderer)
+from vtkmodules.vtkCommonCore import vtkLookupTable
 from vtkmodules.vtkCommonDataModel import vtkDataObject
 from vtkmodules.vtkFiltersCore import vtkFeatureEdges, vtkPolyDataNormals, vtkThreshold
 from vtkmodules.vtkFiltersGeometry import vtkDataSetSurfaceFilter
 from vtkmodules.vtkFiltersSources import vtkSphereSource
 from vtkmodules.vtkIOImage import vtkPNGWriter
-from vtkmodules.vtkImagingCore import vtkImageBlend
+from vtkmodules.vtkImagingCore import vtkImageAppendComponents, vtkImageBlend, vtkImageExtractComponents, vtkImageMapToColors
 from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridReader
 from vtkmodules.vtkRenderingAnnotation import vtkScalarBarActor
 from vtkmodules.vtkRenderingCore import (vtkActor, vtkColorTransferFunction, vtkGlyph3DMapper, vtkLight,
-                                         vtkPolyDataMapper, vtkRenderer, vtkRenderWindow, vtkTextActor,
+                                         vtkPolyDataMapper, vtkProperty, vtkRenderer, vtkRenderWindow, vtkTextActor,
                                          vtkWindowToImageFilter)
 
 WATER = (0.13, 0.45, 0.80)
 PRESET = os.path.join(os.path.dirname(os.path.abspath(__file__)), "saturation.json")  # ParaView reads it too
 INK = (0.15, 0.15, 0.18)
-WATER_OPACITY = 0.72
+WATER_OPACITY = 0.72, 0.97  # of water seen at right angles, and along its surface
 NAMED_VIEWS = {"auto": (32, 24), "below": (32, -22), "front": (0, 8), "top": (0, 80)}  # azimuth, elevation, degrees
 
 
@@ -181,6 +182,7 @@ class Picture:
         self.label.GetTextProperty().SetColor(*INK)
         self.label.GetTextProperty().SetFontSize(max(12, size[1] // 34))
         self.label.SetPosition(size[0] // 40, size[1] // 40)
+        self.texts = [self.label]
         self.renderer.AddActor2D(self.label)
 
     def add_legend(self):
@@ -199,6 +201,7 @@ class Picture:
             text.SetShadow(0)
             text.SetFontSize(max(11, self.window.GetSize()[1] // 48))
         legend.UnconstrainedFontSizeOn()
+        self.texts.append(legend)
         self.renderer.AddActor2D(legend)
 
     def clear(self):
@@ -235,6 +238,18 @@ class Picture:
         self.water = self.add(mapper, WATER)
         self.water.GetProperty().SetSpecular(0.35)
         self.water.GetProperty().SetSpecularPower(25)
+
+    def add_surface(self, grid):
+        if grid.GetNumberOfPoints() == 0:
+            return
+        surface = vtkDataSetSurfaceFilter()
+        surface.SetInputData(grid)
+        mapper = vtkPolyDataMapper()
+        mapper.SetInputConnection(surface.GetOutputPort())
+        mapper.ScalarVisibilityOff()
+        self.water = self.add(mapper, WATER)
+        self.water.GetProperty().SetSpecular(0.7)
+        self.water.GetProperty().SetSpecularPower(60)
 
     def add_cloth(self, grid):
         surface = vtkDataSetSurfaceFilter()
@@ -300,23 +315,85 @@ class Picture:
         image.SetInputBufferTypeToRGB()
         image.ReadFrontBufferOff()
         image.Update()
-        return image
+        return image.GetOutput()
 
-    def save(self, path):
-        """Water is mixed in as one layer: behind its surface one sees the cloth, not a thousand balls."""
-        image = self.grab()
-        if self.water is not None:
-            self.water.VisibilityOff()
-            dry = self.grab()
-            self.water.VisibilityOn()
-            mix = vtkImageBlend()
-            mix.AddInputConnection(dry.GetOutputPort())
-            mix.AddInputConnection(image.GetOutputPort())
-            mix.SetOpacity(1, WATER_OPACITY)
-            image = mix
+    def water_opacity(self):
+        """How much of each pixel is water: what is seen along its surface mirrors, what is seen at right angles is clear."""
+        floor = 0.2  # grey of water seen along its surface; what is no water is black
+        shown = [(actor, actor.GetMapper().GetScalarVisibility(), actor.GetProperty()) for actor in self.actors]
+        flat = vtkProperty()
+        flat.SetColor(0, 0, 0)
+        for actor, _, __ in shown:
+            actor.SetProperty(flat)
+            actor.GetMapper().ScalarVisibilityOff()
+        for text in self.texts:
+            text.VisibilityOff()
+        white = vtkProperty()
+        white.SetAmbient(floor)
+        white.SetDiffuse(1 - floor)
+        self.water.SetProperty(white)
+        lights = self.renderer.GetLights()
+        lights.InitTraversal()
+        strengths = []
+        for _ in range(lights.GetNumberOfItems()):
+            light = lights.GetNextItem()
+            strengths.append((light, light.GetIntensity()))
+            light.SetIntensity(0)
+        eye = vtkLight()
+        eye.SetLightTypeToHeadlight()
+        self.renderer.AddLight(eye)
+        background = self.renderer.GetBackground()
+        self.renderer.SetBackground(0, 0, 0)
+        grey = vtkImageExtractComponents()
+        grey.SetInputData(self.grab())
+        grey.SetComponents(0)
+        self.renderer.SetBackground(*background)
+        self.renderer.RemoveLight(eye)
+        for text in self.texts:
+            text.VisibilityOn()
+        for light, strength in strengths:
+            light.SetIntensity(strength)
+        for actor, scalars, own in shown:
+            actor.SetProperty(own)
+            actor.GetMapper().SetScalarVisibility(scalars)
+        table = vtkLookupTable()
+        table.SetNumberOfTableValues(256)
+        table.SetRange(0, 255)
+        for i in range(256):
+            slope = (i / 255 - floor) / (1 - floor)  # cosine of the angle between the view and the surface's normal
+            clear, mirror = WATER_OPACITY
+            opacity = clear + (mirror - clear) * (1 - slope)**3 if slope >= 0 else mirror * i / 255 / floor
+            table.SetTableValue(i, opacity, opacity, opacity, 1)
+        mask = vtkImageMapToColors()
+        mask.SetInputConnection(grey.GetOutputPort())
+        mask.SetLookupTable(table)
+        mask.SetOutputFormatToLuminance()
+        mask.Update()
+        return mask.GetOutput()
+
+    def image(self):
+        """Water is mixed in as one layer: behind its surface one sees the cloth, not its other surfaces."""
+        wet = self.grab()
+        if self.water is None:
+            return wet
+        opacity = self.water_opacity()
+        self.water.VisibilityOff()
+        dry = self.grab()
+        self.water.VisibilityOn()
+        layer = vtkImageAppendComponents()
+        layer.AddInputData(wet)
+        layer.AddInputData(opacity)
+        mix = vtkImageBlend()
+        mix.AddInputData(dry)
+        mix.AddInputConnection(layer.GetOutputPort())
+        mix.Update()
+        return mix.GetOutput()
+
+    @staticmethod
+    def save(image, path):
         writer = vtkPNGWriter()
         writer.SetFileName(path)
-        writer.SetInputConnection(image.GetOutputPort())
+        writer.SetInputData(image)
         writer.Write()
         if not os.path.exists(path):
             fail("%s: cannot be written" % path)
@@ -324,7 +401,7 @@ class Picture:
 
 def main():
     options = parse_arguments()
-    series = {name: read_collection(options.outdir, name) for name in ("fluid", "cloth", "bodies")}
+    series = {name: read_collection(options.outdir, name) for name in ("fluid", "surface", "cloth", "bodies")}
     times = sorted(series["fluid"] or series["cloth"] or series["bodies"])
     if not times:
         fail("%s: holds no fluid.pvd, cloth.pvd or bodies.pvd with frames" % options.outdir)
@@ -350,10 +427,12 @@ def main():
             picture.add_bodies(read_grid(path))
         for path in series["cloth"].get(time, []):
             picture.add_cloth(read_grid(path))
-        for path in series["fluid"].get(time, []):
+        for path in series["surface"].get(time, []):
+            picture.add_surface(read_grid(path))
+        for path in series["fluid"].get(time, []) if time not in series["surface"] else []:
             picture.add_fluid(read_grid(path))
         picture.label.SetInput("t = %.3f s" % time)
-        picture.save(os.path.join(pngdir, "frame_%04d.png" % i))
+        picture.save(picture.image(), os.path.join(pngdir, "frame_%04d.png" % i))
     print("%d pictures in %s" % (len(times), pngdir))
 
 

@@ -52,8 +52,10 @@ void check(const Resume& r, const Checkpoint& now, const Model& model) {
 std::string missing_output(const Resume& r, const Model& model) {
   if (!StatsCsv::rows_until(r.folder / "stats.csv", r.checkpoint.state.step))
     return fmt::format("stats.csv has no row of step {}", r.checkpoint.state.step);
-  const std::pair<const char*, bool> series[] = {
-      {"fluid", model.has_fluid()}, {"cloth", model.has_cloth()}, {"bodies", model.has_moving_body()}};
+  const std::pair<const char*, bool> series[] = {{"fluid", model.has_fluid()},
+                                                 {"surface", model.has_surface()},
+                                                 {"cloth", model.has_cloth()},
+                                                 {"bodies", model.has_moving_body()}};
   for (const auto& [name, wanted] : series) {
     const auto frame = fmt::format("frames/{}_{:06}.vtu", name, r.checkpoint.frames - 1);
     if (wanted && r.checkpoint.frames > 0 && !fs::exists(r.folder / frame)) return frame + " is not there";

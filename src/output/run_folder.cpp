@@ -34,8 +34,8 @@ void remove_matching(const fs::path& where, const std::regex& ours) {
 
 void remove_run(const fs::path& folder) {
   static const std::regex top(
-      R"((fluid|cloth|bodies)\.pvd|stats\.csv|run\.log|scene\.yaml|failure\.vtu|checkpoint_\d{6,}\.drench)");
-  static const std::regex frame(R"((fluid|cloth|bodies)_(\d{6,}|static)\.vtu)");
+      R"((fluid|surface|cloth|bodies)\.pvd|stats\.csv|run\.log|scene\.yaml|failure\.vtu|checkpoint_\d{6,}\.drench)");
+  static const std::regex frame(R"((fluid|surface|cloth|bodies)_(\d{6,}|static)\.vtu)");
   remove_unfinished(folder);
   remove_matching(folder, top);
   if (fs::is_directory(folder / "frames")) {
@@ -80,7 +80,8 @@ bool holds_run(const fs::path& folder) {
 }
 
 void remove_unfinished(const fs::path& folder) {
-  static const std::regex part(R"(\.(((fluid|cloth|bodies)(_\w+\.vtu|\.pvd))|(\w+\.(csv|yaml|vtu|drench)))\.part)");
+  static const std::regex part(
+      R"(\.(((fluid|surface|cloth|bodies)(_\w+\.vtu|\.pvd))|(\w+\.(csv|yaml|vtu|drench)))\.part)");
   remove_matching(folder, part);
   if (fs::is_directory(folder / "frames")) remove_matching(folder / "frames", part);
 }

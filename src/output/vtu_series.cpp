@@ -11,6 +11,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "output/liquid_surface.hpp"
 #include "output/text_file.hpp"
 
 namespace drench {
@@ -100,15 +101,21 @@ void VtuSeries::write_collection() const {
 }
 
 FrameWriter::FrameWriter(const fs::path& folder, const Model& model, int frames)
-    : model_(model), fluid_(folder, "fluid"), cloth_(folder, "cloth"), bodies_(folder, "bodies"), frames_(frames) {
+    : model_(model),
+      fluid_(folder, "fluid"),
+      surface_(folder, "surface"),
+      cloth_(folder, "cloth"),
+      bodies_(folder, "bodies"),
+      frames_(frames) {
   if (frames > 0)
-    for (VtuSeries* series : {&fluid_, &cloth_, &bodies_}) series->resume(frames);
+    for (VtuSeries* series : {&fluid_, &surface_, &cloth_, &bodies_}) series->resume(frames);
   const bool any_static = std::any_of(model.bodies.begin(), model.bodies.end(), [](auto& b) { return !b.moves(); });
   if (any_static) bodies_.set_static_part(bodies_grid(model, nullptr));
 }
 
 void FrameWriter::write(const HostState& state) {
   if (model_.has_fluid()) fluid_.write(state.time, fluid_grid(model_, state));
+  if (model_.has_surface()) surface_.write(state.time, surface_grid(model_, state));
   if (model_.has_cloth()) cloth_.write(state.time, cloth_grid(model_, state));
   if (model_.has_moving_body())
     bodies_.write(state.time, bodies_grid(model_, &state));
@@ -120,6 +127,7 @@ void FrameWriter::write(const HostState& state) {
 std::vector<std::string> FrameWriter::collections() const {
   std::vector<std::string> names;
   if (model_.has_fluid()) names.push_back("fluid.pvd");
+  if (model_.has_surface()) names.push_back("surface.pvd");
   if (model_.has_cloth()) names.push_back("cloth.pvd");
   if (!model_.bodies.empty()) names.push_back("bodies.pvd");
   return names;

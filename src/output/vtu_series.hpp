@@ -36,7 +36,7 @@ class VtuSeries {
   int frame_ = 0;
 };
 
-/// The series that a model needs: fluid, cloth and bodies, each only when the scene has it.
+/// The series that a model needs: fluid, its surface, cloth and bodies, each only when the scene has it.
 class FrameWriter {
  public:
   /// `frames` > 0 goes on after so many frames of an earlier run; in its folder later ones are removed.
@@ -49,7 +49,7 @@ class FrameWriter {
 
  private:
   const Model& model_;
-  VtuSeries fluid_, cloth_, bodies_;
+  VtuSeries fluid_, surface_, cloth_, bodies_;
   int frames_ = 0;
 };
 

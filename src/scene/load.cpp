@@ -36,6 +36,8 @@ void read_output(Section& s, OutputScene& output) {
   s.number("every", output.every, "[0, 1e6]", "s");
   s.number("checkpoint_every", output.checkpoint_every, "[0, 1e6]", "s");
   s.boolean("measures", output.measures);
+  s.boolean("surface", output.surface);
+  s.number("surface_spacing", output.surface_spacing, "[0.25, 1]", "spacings");
 }
 
 /// A preset says where the switches stand that `processes` leaves alone.
@@ -118,6 +120,8 @@ void check_scene(Section& s, const Scene& scene) {
           "neither fluid nor cloth stands in the scene; allowed: at least one of them");
   s.check(scene.fluid.present || !scene.field.present, "field",
           "acts on liquid, and the scene has none; allowed: only beside the key fluid");
+  s.check(scene.fluid.present || !scene.output.surface, "output.surface",
+          "is that of the liquid, and the scene has none; allowed: true only beside the key fluid");
   s.check(!s.has("cloth_solver") || !scene.cloths.empty(), "cloth_solver",
           "moves cloth, and the scene has none; allowed: only beside the key cloth");
   const bool porous = std::any_of(scene.cloths.begin(), scene.cloths.end(),

@@ -26,6 +26,9 @@ inline constexpr Meaning meanings[] = {
     {"output.every", "time between two frames; 0: none; at most 10⁹ until `time.end`"},
     {"output.checkpoint_every", "time between two checkpoints; 0: none; at most 10⁹ until `time.end`"},
     {"output.measures", "columns of clumping and of the wet patch's shape in `stats.csv`; they cost time"},
+    {"output.surface", "the liquid's surface as a mesh with every frame; only with `fluid`"},
+    {"output.surface_spacing",
+     "of the lattice that the surface is made on; time and triangles go with 1/its square or faster"},
     {"preset",
      "`baseline`: no direction and no saturation control, as the paper's previous method, where `processes` does "
      "not say otherwise; only with porous cloth"},

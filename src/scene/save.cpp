@@ -214,8 +214,9 @@ std::string to_yaml(const Scene& scene) {
   if (scene.field.present)
     out.line("field: {{center: {}, rate: {}}}  # m, 1/s", text(scene.field.center), text(scene.field.rate));
   out.line("domain: {{{}}}  # m", corners(scene.domain));
-  out.line("output: {{every: {}, checkpoint_every: {}, measures: {}}}  # s", text(scene.output.every),
-           text(scene.output.checkpoint_every), scene.output.measures);
+  out.line("output: {{every: {}, checkpoint_every: {}, measures: {}, surface: {}, surface_spacing: {}}}  # s",
+           text(scene.output.every), text(scene.output.checkpoint_every), scene.output.measures, scene.output.surface,
+           text(scene.output.surface_spacing));
   write_processes(out, scene);
   out.line("neighbors: {{sort: {}, through_cloth: {}}}", word(scene.sort), scene.through_cloth);
   if (scene.fluid.present) write_fluid(out, scene.fluid);

@@ -32,6 +32,8 @@ struct OutputScene {
   double every = 0.02;            // s; 0 writes no frames
   double checkpoint_every = 0.0;  // s; 0 writes none
   bool measures = false;          // columns of stage measures in stats.csv
+  bool surface = false;           // the liquid's surface as a mesh with every frame
+  double surface_spacing = 0.5;   // 1; of the lattice that the surface is made on, over the particles'
 };
 
 /// What liquid and porous cloth do to each other, each of them to be left out on its own: to see what it is for. A process

@@ -231,6 +231,7 @@ struct Model {
       if (c.porous && c.diffusivity > 0 && c.contact_wicking) return scene.processes.diffusion;
     return false;
   }
+  bool has_surface() const { return has_fluid() && scene.output.surface; }
   bool has_measures() const { return scene.output.measures; }
   bool has_boundary() const { return boundary.count() > 0; }
   bool has_moving_body() const {
