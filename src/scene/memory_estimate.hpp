@@ -35,7 +35,8 @@ struct SetupSize {
   bool diffusion = false, contact_wicking = false;
   bool self_collision = false, xpbd = false, strain_limit = false, wet_adhesion = false;
   bool measures = false;
-  bool frames = false;  // one is kept on the host while it is written
+  bool frames = false;   // one is kept on the host while it is written
+  bool surface = false;  // with the liquid's surface
 };
 
 /// Bytes. All but `host` is the backend's: on a GPU in its own memory.

@@ -114,6 +114,7 @@ SetupSize kinds_of(const Model& m) {
   size.wet_adhesion = m.has_wet_adhesion();
   size.measures = m.has_measures();
   size.frames = m.scene.output.every > 0;
+  size.surface = size.frames && m.has_surface();
   return size;
 }
 

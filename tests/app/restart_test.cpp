@@ -111,6 +111,23 @@ TEST_F(Restart, GoingOnEqualsNotHavingStopped) {
   }
 }
 
+TEST_F(Restart, TheSurfaceGoesOnToo) {
+  const Words on{"--set", "output.surface=true", "--until", "0.03"};
+  const auto with = [&](Words more) {
+    more.insert(more.end(), on.begin(), on.end());
+    return more;
+  };
+  must("filter", with({"-o", "whole"}));
+  EXPECT_EQ(read_collection(here() / "whole/surface.pvd").size(), 4U);
+  must("filter", with({"-o", "part", "--steps", "8"}));
+  must("filter", with({"--resume", "part"}));
+  EXPECT_EQ(difference(here() / "whole", here() / "part"), "");
+  // What was there at the checkpoint has to be there still.
+  const auto older = checkpoints_in(here() / "part").at(1);
+  for (int f = 0; f < 4; ++f) fs::remove(here() / fmt::format("part/frames/surface_{:06}.vtu", f));
+  expect_refusal(run("filter", with({"--resume", older.string()})), ".vtu is not there");
+}
+
 TEST_F(Restart, TheReferenceGoesOnToo) {
   must("filter", {"-o", "whole", "--until", "0.02", "--backend", "reference"});
   must("filter", {"-o", "part", "--until", "0.02", "--backend", "reference", "--steps", "4"});
