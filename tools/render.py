@@ -1,10 +1,13 @@
-"""Draws the frames of a drench output folder as PNG files. Started by tools/render; needs only VTK's Python modules."""
+"""Draws the frames of a drench output folder as PNG files: water as its surface where the run wrote one (output.surface),
+else as balls. Started by tools/render; needs only VTK's Python modules."""
 
 import argparse
 import json
 import math
 import os
 import re
+import shutil
+import subprocess
 import sys
 import xml.etree.ElementTree as ElementTree
 
@@ -35,12 +38,67 @@ def fail(message):
     sys.exit(2)
 
 
+def check_animation(path):
+    """Fails now, and not after an hour of drawing, if that kind of file cannot be written here."""
+    kind = os.path.splitext(path)[1]
+    try:
+        if kind == ".ogv":
+            import vtkmodules.vtkIOOggTheora  # noqa: F401
+        elif kind == ".gif":
+            import PIL.Image  # noqa: F401
+        elif kind != ".mp4":
+            fail("--animation %s: must end in .ogv, .gif or .mp4" % path)
+        elif not shutil.which("ffmpeg"):
+            fail("--animation %s: ffmpeg is not here: apt-get install ffmpeg, or write .ogv" % path)
+    except ImportError as missing:
+        fail("--animation %s: Python's module %s is not here%s" %
+             (path, missing.name, ": apt-get install python3-pil, or write .ogv" if kind == ".gif" else ""))
+
+
+def write_animation(path, pictures, fps):
+    kind = os.path.splitext(path)[1]
+    if kind == ".mp4":
+        pattern = os.path.join(os.path.dirname(pictures[0]), "frame_%04d.png")
+        command = ["ffmpeg", "-y", "-loglevel", "error", "-framerate", "%.6g" % fps, "-i", pattern, "-frames:v",
+                   str(len(pictures)), "-pix_fmt", "yuv420p", "-vf", "crop=trunc(iw/2)*2:trunc(ih/2)*2", path]
+        if subprocess.run(command).returncode != 0:
+            fail("%s: ffmpeg failed" % path)
+    elif kind == ".gif":
+        from PIL import Image
+        images = [Image.open(picture).convert("RGB") for picture in pictures]
+        palette = images[len(images) // 2].quantize(128)  # one for all, so that colours do not flicker
+        images = [image.quantize(palette=palette, dither=Image.Dither.NONE) for image in images]
+        images[0].save(path, save_all=True, append_images=images[1:], duration=max(20, round(1000 / fps)), loop=0,
+                       optimize=False)
+    else:
+        from vtkmodules.vtkIOImage import vtkPNGReader
+        from vtkmodules.vtkIOOggTheora import vtkOggTheoraWriter
+        writer = vtkOggTheoraWriter()
+        writer.SetFileName(path)
+        writer.SetRate(max(1, round(fps)))
+        writer.SetQuality(2)
+        for i, picture in enumerate(pictures):
+            reader = vtkPNGReader()
+            reader.SetFileName(picture)
+            reader.Update()
+            writer.SetInputData(reader.GetOutput())
+            if i == 0:
+                writer.Start()
+            writer.Write()
+        writer.End()
+    if not os.path.exists(path) or os.path.getsize(path) == 0:
+        fail("%s: cannot be written" % path)
+
+
 def parse_arguments():
     parser = argparse.ArgumentParser(prog="tools/render", description=__doc__)
     parser.add_argument("outdir", metavar="OUTDIR")
     parser.add_argument("-o", dest="pngdir", metavar="PNGDIR", help="default: OUTDIR/pictures")
     parser.add_argument("--frames", type=int, metavar="N", help="N frames, evenly spread (default: all)")
     parser.add_argument("--size", default="1280x960", metavar="WxH")
+    parser.add_argument("--animation", metavar="FILE",
+                        help="also all pictures as FILE.ogv, .gif (needs python3-pil) or .mp4 (needs ffmpeg)")
+    parser.add_argument("--fps", type=float, metavar="F", help="pictures a second of it (default: as time went, at most 50)")
     parser.add_argument("--camera", default="auto",
                         help="auto, below, front, top, or px,py,pz,fx,fy,fz: position and focal point in m")
     passed = os.environ.get("DRENCH_RENDER_ARGS")
@@ -51,6 +109,10 @@ def parse_arguments():
     options.size = int(size[1]), int(size[2])
     if options.frames is not None and options.frames < 1:
         fail("--frames must be at least 1")
+    if options.fps is not None and not 0.1 <= options.fps <= 100:
+        fail("--fps must be in [0.1, 100]")
+    if options.animation:
+        check_animation(options.animation)
     if options.camera not in NAMED_VIEWS:
         try:
             options.camera = [float(x) for x in options.camera.split(",")]
@@ -405,15 +467,16 @@ def main():
     times = sorted(series["fluid"] or series["cloth"] or series["bodies"])
     if not times:
         fail("%s: holds no fluid.pvd, cloth.pvd or bodies.pvd with frames" % options.outdir)
-    first, last = times[0], times[-1]
+    spread = [times[round(i * (len(times) - 1) / 4)] for i in range(5)]  # the camera sees what they show
     if options.frames and options.frames < len(times):
         picked = [round(i * (len(times) - 1) / max(1, options.frames - 1)) for i in range(options.frames)]
         times = [times[-1]] if options.frames == 1 else [times[i] for i in picked]
 
-    ends = [read_grid(path) for name in ("fluid", "cloth") for t in (first, last) for path in series[name].get(t, [])]
+    ends = [read_grid(path) for name in ("fluid", "cloth") for t in sorted(set(spread))
+            for path in series[name].get(t, [])]
     points = seen_points(ends) or seen_points([read_grid(p) for p in next(iter(series["bodies"].values()), [])])
     if not points:
-        fail("%s: nothing to see in the first and last frame" % options.outdir)
+        fail("%s: nothing to see" % options.outdir)
     picture = Picture(options.size)
     if series["cloth"]:
         picture.add_legend()
@@ -421,6 +484,7 @@ def main():
 
     pngdir = options.pngdir or os.path.join(options.outdir, "pictures")
     os.makedirs(pngdir, exist_ok=True)
+    pictures = []
     for i, time in enumerate(times):
         picture.clear()
         for path in series["bodies"].get(time, next(iter(series["bodies"].values()), [])):
@@ -432,8 +496,13 @@ def main():
         for path in series["fluid"].get(time, []) if time not in series["surface"] else []:
             picture.add_fluid(read_grid(path))
         picture.label.SetInput("t = %.3f s" % time)
-        picture.save(picture.image(), os.path.join(pngdir, "frame_%04d.png" % i))
+        pictures.append(os.path.join(pngdir, "frame_%04d.png" % i))
+        picture.save(picture.image(), pictures[-1])
     print("%d pictures in %s" % (len(times), pngdir))
+    if options.animation:
+        interval = (times[-1] - times[0]) / max(1, len(times) - 1)
+        write_animation(options.animation, pictures, options.fps or min(50.0, 1 / interval if interval > 0 else 1.0))
+        print("animation: %s" % options.animation)
 
 
 main()

@@ -1,0 +1,114 @@
+#!/usr/bin/python3 -I
+"""Pictures of a small run by tools/render: render_test.py SOURCE_DIR BUILD_DIR. Exit code 77, skipped, without what draws."""
+
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+
+SCENE = """drench: 1
+time: {step: 0.004, end: 0.04}
+output: {every: 0.02, surface: true}
+fluid: {spacing: 0.02, sources: [{block: {min: [-0.06, 0.03, -0.06], max: [0.06, 0.15, 0.06]}}]}
+cloth:
+  - mesh: {grid: {size: [0.4, 0.4], nodes: [11, 11]}}
+    dynamics: false
+    initial_saturation: [{box: {min: [-1, -1, -1], max: [-0.1, 1, 1]}, value: 1.0}]
+    porous: {}
+"""
+
+
+def expect(good, message):
+    if not good:
+        sys.exit("render_test: " + message)
+
+
+def read_file(path):
+    with open(path, "rb") as file:
+        return file.read()
+
+
+def render(source, *arguments):
+    return subprocess.run([os.path.join(source, "tools/render"), *arguments, "--size", "240x180"],
+                          capture_output=True, text=True)
+
+
+def pictures_of(folder):
+    return {name: read_file(os.path.join(folder, name)) for name in sorted(os.listdir(folder))}
+
+
+def pixels(picture):
+    """(red, green, blue) of each; by VTK, in the interpreter that tools/render would take."""
+    from vtkmodules.vtkIOImage import vtkPNGReader
+    reader = vtkPNGReader()
+    reader.SetFileName(picture)
+    reader.Update()
+    image = reader.GetOutput()
+    values = image.GetPointData().GetScalars()
+    return [values.GetTuple(i) for i in range(values.GetNumberOfTuples())]
+
+
+def share(picture, is_so):
+    colours = pixels(picture)
+    return sum(1 for colour in colours if is_so(*colour)) / len(colours)
+
+
+def is_water(red, green, blue):
+    return blue > red + 60 and blue > green + 25 and blue > 120
+
+
+def is_wet(red, green, blue):  # the last colours of saturation.json: dark
+    return blue > red + 15 and blue < 110
+
+
+def main():
+    source, build = sys.argv[1:3]
+    with tempfile.TemporaryDirectory() as folder:
+        scene, run = os.path.join(folder, "scene.yaml"), os.path.join(folder, "run")
+        with open(scene, "w", encoding="utf-8") as file:
+            file.write(SCENE)
+        subprocess.run([os.path.join(build, "drench"), "run", scene, "-o", run, "--quiet"], check=True)
+        one, again, balls, moving = (os.path.join(folder, name) for name in ("one", "again", "balls", "moving.ogv"))
+        first = render(source, run, "-o", one, "--animation", moving)
+        expect(first.returncode == 0, first.stdout + first.stderr)
+        expect(sorted(os.listdir(one)) == ["frame_0000.png", "frame_0001.png", "frame_0002.png"], str(os.listdir(one)))
+        expect(read_file(moving)[:4] == b"OggS", "the animation is no Ogg file")
+
+        second = render(source, run, "-o", again)
+        expect(second.returncode == 0 and pictures_of(one) == pictures_of(again), "the same run has other pictures")
+
+        last = os.path.join(one, "frame_0002.png")
+        expect(share(last, is_water) > 0.02, "no water: %.4f" % share(last, is_water))
+        expect(share(last, lambda *c: min(c) > 250) > 0.3, "no background")
+
+        os.remove(os.path.join(run, "surface.pvd"))  # as without output.surface
+        third = render(source, run, "-o", balls)
+        expect(third.returncode == 0, third.stderr)
+        last_balls = os.path.join(balls, "frame_0002.png")
+        expect(share(last_balls, is_water) > 0.02, "no balls: %.4f" % share(last_balls, is_water))
+        expect(pictures_of(one) != pictures_of(balls), "the surface is not drawn")
+
+        fluid = os.path.join(run, "fluid.pvd")
+        os.rename(fluid, fluid + ".away")
+        dry = os.path.join(folder, "dry")
+        expect(render(source, run, "-o", dry).returncode == 0, "cloth alone is not drawn")
+        expect(share(os.path.join(dry, "frame_0002.png"), is_water) < 0.02, "water without water")
+
+        bad = render(source, run, "--animation", os.path.join(folder, "a.avi"))
+        expect(bad.returncode == 2 and bad.stderr.count("\n") == 1 and ".ogv" in bad.stderr, bad.stderr)
+        missing = render(source, os.path.join(folder, "nowhere"))
+        expect(missing.returncode == 2 and "no such folder" in missing.stderr, missing.stderr)
+
+
+if not shutil.which("xvfb-run") and not os.environ.get("DISPLAY"):
+    print("skipped: no display")
+    sys.exit(77)
+try:
+    import vtkmodules.vtkIOImage
+    import vtkmodules.vtkIOOggTheora  # noqa: F401
+    import vtkmodules.vtkRenderingOpenGL2  # noqa: F401
+except ImportError as error:
+    print("skipped: %s" % error)
+    sys.exit(77)
+main()
