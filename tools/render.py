@@ -467,7 +467,7 @@ def main():
     times = sorted(series["fluid"] or series["cloth"] or series["bodies"])
     if not times:
         fail("%s: holds no fluid.pvd, cloth.pvd or bodies.pvd with frames" % options.outdir)
-    spread = [times[round(i * (len(times) - 1) / 4)] for i in range(5)]  # the camera sees what they show
+    spread = [times[round(i * (len(times) - 1) / 8)] for i in range(9)]  # the camera sees what they show
     if options.frames and options.frames < len(times):
         picked = [round(i * (len(times) - 1) / max(1, options.frames - 1)) for i in range(options.frames)]
         times = [times[-1]] if options.frames == 1 else [times[i] for i in picked]

@@ -58,10 +58,6 @@ def is_water(red, green, blue):
     return blue > red + 60 and blue > green + 25 and blue > 120
 
 
-def is_wet(red, green, blue):  # the last colours of saturation.json: dark
-    return blue > red + 15 and blue < 110
-
-
 def main():
     source, build = sys.argv[1:3]
     with tempfile.TemporaryDirectory() as folder:
