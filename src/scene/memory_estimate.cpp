@@ -159,7 +159,7 @@ MemoryEstimate estimate_memory(const SetupSize& size, int real_bytes) {
   // HostState has 97 bytes a particle, the set-up beside it a third of that; a frame is a state and its grid.
   m.host = size.fluid * 130 + size.boundary * 130 + size.nodes * 900 + size.samples * 330 + size.field * 8;
   if (size.frames) m.host += size.fluid * 200 + size.boundary * 60 + size.nodes * 350 + size.samples * 40;
-  if (size.surface) m.host += size.fluid * 400;  // particles by cells and blocks; triangles as of a splash
+  if (size.surface) m.host += size.fluid * 1000;  // of a pool some 300, of a splash with 10 points a particle 2200
   return m;
 }
 
