@@ -84,6 +84,14 @@ double viscous_stages(const Model& model, double dt) {
   return std::ceil(std::sqrt(0.25 + 2 * dt * bound) - 0.5);
 }
 
+/// Stages of the spins a step (src/stages/micropolar.hpp) in full neighbourhoods: k = 3 there, and g = 6/h at most.
+double spin_stages(const Model& model, double dt) {
+  const MicropolarScene& spin = model.scene.fluid.micropolar;
+  const double h = model.support, inertia = spin.inertia * model.spacing * model.spacing;
+  const double bound = spin.transfer / 2 * (144 / (h * h) + 9 / inertia) + 2 * 6 * spin.viscosity / (h * h) * 3;
+  return std::ceil(std::sqrt(0.25 + dt * bound) - 0.5);
+}
+
 void print_parts(const Model& model, const HostState& state) {
   if (model.has_fluid())
     fmt::print("fluid: {} particles of {:.4g} m, {:.4g} kg, {} jets\n", state.fluid_count(), model.spacing,
@@ -173,6 +181,8 @@ int check_command(const std::string& path, const std::vector<std::string>& overr
              std::ceil(scene.time.end / scene.time.step - 1e-9), scene.time.end);
   if (const double passes = model.has_fluid() ? viscous_stages(model, scene.time.step) : 0; passes > 1)
     fmt::print("viscosity: about {:.0f} passes a step\n", passes);
+  if (const double passes = model.has_micropolar() ? spin_stages(model, scene.time.step) : 0; passes > 1)
+    fmt::print("micropolar: about {:.0f} passes a step\n", passes);
   for (const ClothMaterial& c : model.cloths)
     if (model.has_diffusion() && c.porous && c.diffusivity > 0)
       fmt::print("diffusion in {}: sub-steps a step: about {:.0f}\n", c.name,

@@ -34,6 +34,7 @@ struct SetupSize {
   bool diffusion = false, contact_wicking = false;
   bool self_collision = false, xpbd = false, strain_limit = false, wet_adhesion = false;
   bool measures = false;
+  bool micropolar = false;
   bool frames = false;  // one is kept on the host while it is written
 };
 
