@@ -95,7 +95,6 @@ void read_solver(Section& s, FluidSolverScene& solver) {
 
 void read_micropolar(Section& s, MicropolarScene& micropolar) {
   micropolar.present = true;
-  s.required({"transfer"});
   s.number("transfer", micropolar.transfer, "(0, 10]", "m²/s");
   s.number("inertia", micropolar.inertia, "[0.01, 1e4]", "spacings²");
   s.number("viscosity", micropolar.viscosity, "[0, 10]", "m²/s");

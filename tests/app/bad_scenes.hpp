@@ -97,7 +97,6 @@ inline constexpr BadScene bad_scenes[] = {
     {"SurfaceTensionInMillis", FLUID "  surface_tension: 72\n", 4, 20, "fluid.surface_tension", "allowed: [0, 10] N/m"},
     {"KernelMisspelt", FLUID "  kernel: wenland\n", 4, 11, "fluid.kernel",
      "did you mean 'wendland'? allowed: cubic, wendland, poly6"},
-    {"SpinsWithoutTransfer", FLUID "  micropolar: {inertia: 2}\n", 4, 15, "fluid.micropolar.transfer", "is missing"},
     {"SpinsOfNothing", FLUID "  micropolar: {transfer: 0}\n", 4, 26, "fluid.micropolar.transfer",
      "allowed: (0, 10] m²/s"},
     {"SpinsPayTwice", FLUID "  micropolar: {transfer: 1.0e-3, reaction: 2}\n", 4, 44, "fluid.micropolar.reaction",
