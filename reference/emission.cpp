@@ -188,7 +188,7 @@ Index fullest(const ReferenceState& state, const std::vector<Share>& shares, Ind
   return best;
 }
 
-void append_particle(HostState& s, Quanta mass, const Eigen::Vector3d& x, const Eigen::Vector3d& v) {
+void append_particle(HostState& s, bool spins, Quanta mass, const Eigen::Vector3d& x, const Eigen::Vector3d& v) {
   s.fluid_position.push_back(arr(x));
   s.fluid_velocity.push_back(arr(v));
   s.fluid_mass.push_back(mass);
@@ -198,6 +198,7 @@ void append_particle(HostState& s, Quanta mass, const Eigen::Vector3d& x, const 
   s.fluid_density_ratio.push_back(0);
   s.fluid_kappa_density.push_back(0);
   s.fluid_kappa_divergence.push_back(0);
+  if (spins) s.fluid_spin.push_back({0, 0, 0});
 }
 
 /// A particle that may come into being at a collector.
@@ -264,7 +265,7 @@ void create_particles(ReferenceState& state, std::vector<Share>& shares) {
       mass += part;
       momentum += static_cast<double>(part) * shares[p].velocity;
     }
-    append_particle(state.s, mass, x, momentum / static_cast<double>(mass));
+    append_particle(state.s, m.has_micropolar(), mass, x, momentum / static_cast<double>(mass));
   }
 }
 

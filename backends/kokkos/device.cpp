@@ -240,6 +240,7 @@ Device::Device(const Model& m)
     }
     materials = to_device<Material>("drench::materials", list);
   }
+  fluid.spins = m.has_micropolar();
   make_solids(*this);
   boundary.count = m.boundary.count();
   if (boundary.count > 0) {

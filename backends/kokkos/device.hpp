@@ -51,6 +51,8 @@ struct FluidArrays {
   Array<Real> age;
   Array<std::uint8_t> origin;
   Array<Real> density_ratio, kappa_density, kappa_divergence;
+  bool spins = false;  // with stage micropolar
+  Array<Real3> spin;   // ω, 1/s
 };
 
 /// Calls visit(array) for each of them.
@@ -65,6 +67,7 @@ void visit_arrays(Arrays& fluid, Visitor&& visit) {
   visit(fluid.density_ratio);
   visit(fluid.kappa_density);
   visit(fluid.kappa_divergence);
+  if (fluid.spins) visit(fluid.spin);
 }
 
 /// Stage-to-stage and in-stage arrays of the liquid; refreshed by stage density unless said otherwise.
@@ -291,6 +294,13 @@ struct SurfaceTensionWork {
   Array<Real> body_adhesion, cloth_adhesion;  // D, N/m³, per body and per cloth
 };
 
+/// Work arrays of stage micropolar, made on first use.
+struct MicropolarWork {
+  Array<Real4> slip;                          // s′_i, 1/s, and g_i, 1/m
+  Array<Real4> rate;                          // dω_i/dt, 1/s², and k_i, 1
+  Array<Real3> velocity_change, spin_change;  // D_k, m/s and 1/s (with more than one stage)
+};
+
 /// Scratch of what reorders the liquid, kept between steps.
 struct ReorderWork {
   Array<Index> source;  // compact_fluid
@@ -316,6 +326,7 @@ struct Device {
   SelfCollisionWork self_collision_work;
   WetAdhesionWork wet_adhesion_work;
   ViscousWork viscous_work;
+  MicropolarWork micropolar_work;
   SurfaceTensionWork surface_tension_work;
   MeshArrays mesh;
   SampleArrays samples;
@@ -359,6 +370,8 @@ struct Device {
   /// Removes particles with mass 0 or with `gone(i)` ≠ 0 (may be empty), keeping the order. Lists become stale.
   /// `kept`: how many stay, where that is known; else the host waits for their number.
   void compact_fluid(const Array<std::uint8_t>& gone, Index kept = -1);
+  /// The spins of `count` particles from `first` on := 0, if there are any.
+  void clear_spins(Index first, Index count);
   /// Puts the liquid in the order of `fluid_cells`, which must be fresh, so that neighbours lie together in memory.
   void order_fluid_by_cell();
 };

@@ -55,6 +55,10 @@ void Device::upload(const HostState& s) {
   put(fluid.density_ratio, s.fluid_density_ratio);
   put(fluid.kappa_density, s.fluid_kappa_density);
   put(fluid.kappa_divergence, s.fluid_kappa_divergence);
+  if (fluid.spins) {
+    clear_spins(0, fluid.count);  // a state made by hand may have none
+    put(fluid.spin, s.fluid_spin);
+  }
   boundary.count = s.boundary_count();
   if (boundary.count > 0) {
     boundary.position = to_device3("drench::boundary_position", s.boundary_position);
@@ -99,10 +103,11 @@ HostState Device::download() const {
   s.fluid_density_ratio = to_host<double>(fluid.density_ratio, n);
   s.fluid_kappa_density = to_host<double>(fluid.kappa_density, n);
   s.fluid_kappa_divergence = to_host<double>(fluid.kappa_divergence, n);
+  if (fluid.spins) s.fluid_spin = to_host<Vec3>(fluid.spin, n);
   if (!std::is_sorted(s.fluid_id.begin(), s.fluid_id.end())) {
     const std::vector<Index> place = by_id(s.fluid_id);
     visit_fields(s, [&](std::string_view name, auto& values) {
-      if (name.starts_with("fluid_")) arrange(values, place);
+      if (name.starts_with("fluid_") && !values.empty()) arrange(values, place);
     });
   }
   s.boundary_position = to_host<Vec3>(boundary.position, boundary.count);

@@ -205,6 +205,7 @@ void give_out(Device& d, Index new_particles) {
           left -= more;
         }
       });
+  d.clear_spins(first, new_particles);
   d.fluid.count = first + new_particles;
   d.next_id += new_particles;
 }

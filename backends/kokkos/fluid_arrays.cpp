@@ -22,6 +22,7 @@ void gather(Device& d, const Array<Index>& source, Index n) {
   const FluidArrays& from = d.fluid;
   FluidArrays& to = d.reorder.spare;
   const std::size_t capacity = from.position.extent(0);
+  to.spins = from.spins;
   if (to.position.extent(0) != capacity) {
     visit_arrays(to, [capacity](auto& a) {
       a = {};
@@ -36,6 +37,8 @@ void gather(Device& d, const Array<Index>& source, Index n) {
                     pressure_to = to.kappa_density, divergence_to = to.kappa_divergence;
   const Slice<std::uint8_t> origin = from.origin, origin_to = to.origin;
   const Slice<Index> of = source;
+  const Entries<Real3> spin = from.spin, spin_to = to.spin;
+  const bool spins = from.spins;
   parallel(
       "drench::fluid::gather", n, KOKKOS_LAMBDA(const Index i) {
         // All loads before the first store, which might be to the same memory for all that the compiler knows.
@@ -45,6 +48,7 @@ void gather(Device& d, const Array<Index>& source, Index n) {
         const std::int64_t name = id(j);
         const Real a = age(j), r = ratio(j), kp = pressure(j), kd = divergence(j);
         const std::uint8_t o = origin(j);
+        const Real3 w = spins ? spin(j) : Real3{};
         x_to(i) = xj;
         v_to(i) = vj;
         mass_to(i) = mj;
@@ -54,6 +58,7 @@ void gather(Device& d, const Array<Index>& source, Index n) {
         ratio_to(i) = r;
         pressure_to(i) = kp;
         divergence_to(i) = kd;
+        if (spins) spin_to(i) = w;
         of(i) = i;
       });
   to.count = n;
@@ -102,6 +107,13 @@ void Device::compact_fluid(const Array<std::uint8_t>& gone, Index kept) {
     Kokkos::parallel_scan("drench::compact::scan", Range(0, n), number);
   if (kept == n) return;
   gather(*this, source, kept);
+}
+
+void Device::clear_spins(Index first, Index count) {
+  if (!fluid.spins) return;
+  const auto spin = fluid.spin;
+  parallel(
+      "drench::micropolar::clear", count, KOKKOS_LAMBDA(const Index k) { spin(first + k) = {}; });
 }
 
 void Device::order_fluid_by_cell() {

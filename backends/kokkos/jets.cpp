@@ -38,6 +38,7 @@ void jets(Device& d, const StepInfo& info, StepReport&) {
           f.kappa_density(i) = 0;
           f.kappa_divergence(i) = 0;
         });
+    d.clear_spins(first, count);
     d.fluid.count = first + count;
     d.next_id += count;
     d.supplied += static_cast<Quanta>(count) * quanta_per_particle;

@@ -105,6 +105,8 @@ int check_command(const std::string& path, const std::vector<std::string>& overr
              std::ceil(scene.time.end / scene.time.step - 1e-9), scene.time.end);
   if (const double passes = model.has_fluid() ? viscous_passes(model, scene.time.step) : 0; passes > 1)
     fmt::print("viscosity: about {:.0f} passes a step\n", passes);
+  if (const double passes = model.has_micropolar() ? spin_passes(model, scene.time.step) : 0; passes > 1)
+    fmt::print("micropolar: about {:.0f} passes a step\n", passes);
   for (const ClothMaterial& c : model.cloths)
     if (model.has_diffusion() && c.porous && c.diffusivity > 0)
       fmt::print("diffusion in {}: sub-steps a step: about {:.0f}\n", c.name,

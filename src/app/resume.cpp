@@ -25,7 +25,8 @@ std::string backend_label(const Backend& backend) {
 bool fits(const HostState& s, const Model& m) {
   bool whole = true;
   visit_fields(s, [&](std::string_view name, const auto& values) {
-    if (name.starts_with("fluid_")) whole = whole && values.size() == s.fluid_position.size();
+    const std::size_t particles = name != "fluid_spin" || m.has_micropolar() ? s.fluid_position.size() : 0;
+    if (name.starts_with("fluid_")) whole = whole && values.size() == particles;
     if (name.starts_with("node_")) whole = whole && values.size() == m.mesh.rest_position.size();
     if (name.starts_with("body_")) whole = whole && values.size() == m.bodies.size();
     if (name.starts_with("boundary_")) whole = whole && values.size() == m.boundary.position.size();

@@ -30,6 +30,7 @@ bool contains(std::string_view text, std::string_view part) { return text.find(p
 std::string unit_of(std::string_view field) {
   if (field == "fluid_mass" || field == "node_liquid" || field == "node_ripe") return "quanta";
   if (contains(field, "angular_velocity")) return "rad/s";
+  if (contains(field, "spin")) return "1/s";
   if (contains(field, "velocity")) return "m/s";
   if (contains(field, "position")) return "m";
   if (contains(field, "volume")) return "m³";
@@ -205,7 +206,7 @@ void drop_unmatched_remainders(HostState& expected, HostState& actual, const Pre
     for (std::size_t i = 0; i < s.fluid_id.size(); ++i)
       if (others.count(s.fluid_id[i]) > 0 || magnitude(s.fluid_mass[i]) > most) kept.push_back(i);
     visit_fields(s, [&](std::string_view name, auto& array) {
-      if (name.substr(0, 6) != "fluid_") return;
+      if (name.substr(0, 6) != "fluid_" || array.empty()) return;
       std::remove_reference_t<decltype(array)> part;
       for (const std::size_t i : kept) part.push_back(array[i]);
       array = std::move(part);

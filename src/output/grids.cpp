@@ -66,6 +66,8 @@ Grid fluid_grid(const Model& model, const HostState& state) {
   });
   add_field<vtkLongLongArray>(fields, "id", n, [&](std::size_t i) { return state.fluid_id[i]; });
   add_field<vtkFloatArray>(fields, "age", n, [&](std::size_t i) { return value_or_zero(state.fluid_age, i); });
+  if (model.has_micropolar())
+    add_field<vtkFloatArray>(fields, "spin", n, [&](std::size_t i) { return value_or_zero(state.fluid_spin, i); });
   return grid;
 }
 

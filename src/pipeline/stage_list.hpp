@@ -13,6 +13,7 @@
   STAGE(density,           m.has_fluid())                                                     \
   STAGE(divergence,        m.has_fluid())                                                     \
   STAGE(forces,            m.has_fluid())                                                     \
+  STAGE(micropolar,        m.has_micropolar())                                                \
   STAGE(surface_tension,   m.has_surface_forces())                                            \
   STAGE(wet_adhesion,      m.has_wet_adhesion())                                              \
   STAGE(cloth,             m.has_moving_cloth())                                              \

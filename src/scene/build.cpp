@@ -228,6 +228,7 @@ void init_fluid(Setup& setup) {
   s.fluid_density_ratio.assign(count, 0.0);
   s.fluid_kappa_density.assign(count, 0.0);
   s.fluid_kappa_divergence.assign(count, 0.0);
+  if (setup.model.has_micropolar()) s.fluid_spin.assign(count, {0, 0, 0});
   s.next_id = static_cast<std::int64_t>(count);
   s.jet_particles.assign(setup.model.jets.size(), 0);
 }

@@ -227,4 +227,11 @@ double viscous_passes(const Model& model, double dt) {
   return std::ceil(std::sqrt(0.25 + 2 * dt * bound) - 0.5);
 }
 
+double spin_passes(const Model& model, double dt) {
+  const MicropolarScene& spin = model.scene.fluid.micropolar;
+  const double h = model.support, inertia = spin.inertia * model.spacing * model.spacing;
+  const double bound = spin.transfer / 2 * (144 / (h * h) + 9 / inertia) + 2 * 6 * spin.viscosity / (h * h) * 3;
+  return std::ceil(std::sqrt(0.25 + dt * bound) - 0.5);
+}
+
 }  // namespace drench

@@ -28,4 +28,7 @@ double diffusion_substeps(const Model& model, const ClothMaterial& cloth, double
 /// twice that beside solids, and light cloth can need more.
 double viscous_passes(const Model& model, double dt);
 
+/// Passes of the spins a step (src/stages/micropolar.hpp) in full neighbourhoods: k = 3 there, and g = 6/h at most.
+double spin_passes(const Model& model, double dt);
+
 }  // namespace drench

@@ -77,6 +77,14 @@ void read_solver(Section& s, FluidSolverScene& solver) {
                       solver.max_iterations));
 }
 
+void read_micropolar(Section& s, MicropolarScene& micropolar) {
+  micropolar.present = true;
+  s.number("transfer", micropolar.transfer, "(0, 10]", "m²/s");
+  s.number("inertia", micropolar.inertia, "[0.01, 1e4]", "spacings²");
+  s.number("viscosity", micropolar.viscosity, "[0, 10]", "m²/s");
+  s.number("reaction", micropolar.reaction, "[0, 1]", "1");
+}
+
 void read_block(Section& s, BlockScene& block) {
   read_box(s, block.box);
   s.numbers("velocity", block.velocity, speed_range, "m/s");
@@ -109,6 +117,7 @@ void read_fluid(Section& s, FluidScene& fluid) {
       "kernel", fluid.kernel,
       {{"cubic", KernelKind::cubic}, {"wendland", KernelKind::wendland}, {"poly6", KernelKind::poly6}});
   s.number("support", fluid.support, "[1.8, 4]", "spacings");  // below, a full neighbourhood has too few (kernel.hpp)
+  s.section("micropolar", fluid.micropolar, read_micropolar);
   s.section("solver", fluid.solver, read_solver);
   s.each("sources", fluid, read_source);
 }

@@ -75,6 +75,7 @@ double particle_bytes(const SetupSize& size, double r) {
   if (size.emission) each += 5 * quanta;                // EmissionWork
   if (size.absorption || size.emission) each += index;  // compact_source
   if (size.measures) each += 2 * r;
+  if (size.micropolar) each += 2 * 3 * r + 8 * r;  // spins and their spare ones, MicropolarWork
   return (1.25 * size.fluid + 64) * each;
 }
 

@@ -37,6 +37,7 @@ struct SetupSize {
   bool measures = false;
   bool frames = false;   // one is kept on the host while it is written
   bool surface = false;  // with the liquid's surface
+  bool micropolar = false;
 };
 
 /// Bytes. All but `host` is the backend's: on a GPU in its own memory.

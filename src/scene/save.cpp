@@ -80,6 +80,9 @@ void write_fluid(Writer& out, const FluidScene& fluid) {
   out.line("  surface_tension: {}  # N/m", text(fluid.surface_tension));
   out.line("  kernel: {}", word(fluid.kernel));
   out.line("  support: {}  # h / spacing", text(fluid.support));
+  if (const MicropolarScene& spin = fluid.micropolar; spin.present)
+    out.line("  micropolar: {{transfer: {}, inertia: {}, viscosity: {}, reaction: {}}}  # m²/s, spacings², m²/s, 1",
+             text(spin.transfer), text(spin.inertia), text(spin.viscosity), text(spin.reaction));
   out.line("  solver: {{density_error: {}, divergence_error: {}, max_iterations: {}, min_iterations: {}}}",
            text(fluid.solver.density_error), text(fluid.solver.divergence_error), fluid.solver.max_iterations,
            fluid.solver.min_iterations);

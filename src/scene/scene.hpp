@@ -66,6 +66,15 @@ struct JetScene {
   double end = std::numeric_limits<double>::infinity();  // s
 };
 
+/// Spin of the particles, for turbulence (stages/micropolar.hpp); a scene without the section has none.
+struct MicropolarScene {
+  bool present = false;
+  double transfer = 1.0e-3;  // ν_t, m²/s
+  double inertia = 1.0;      // Θ / d²
+  double viscosity = 0.0;    // ζ, m²/s
+  double reaction = 0.0;     // a, 1
+};
+
 struct FluidScene {
   bool present = false;          // a scene without the section `fluid` has no liquid particles
   double spacing = 0.01;         // m; the particle diameter d
@@ -74,6 +83,7 @@ struct FluidScene {
   double surface_tension = 0.0;  // N/m
   KernelKind kernel = KernelKind::cubic;
   double support = 2.0;  // h / d
+  MicropolarScene micropolar;
   FluidSolverScene solver;
   std::vector<BlockScene> blocks;
   std::vector<JetScene> jets;

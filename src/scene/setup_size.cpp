@@ -113,6 +113,7 @@ SetupSize kinds_of(const Model& m) {
   size.strain_limit = m.has_strain_limit();
   size.wet_adhesion = m.has_wet_adhesion();
   size.measures = m.has_measures();
+  size.micropolar = m.has_micropolar();
   size.frames = m.scene.output.every > 0;
   size.surface = size.frames && m.has_surface();
   return size;

@@ -24,6 +24,7 @@ struct HostState {
   std::vector<double> fluid_density_ratio;     // δ, 1
   std::vector<double> fluid_kappa_density;     // κ of the density solve, m²/s² (p = ρ0 κ); warm start
   std::vector<double> fluid_kappa_divergence;  // κ of the divergence solve, m²/s²; warm start
+  std::vector<Vec3> fluid_spin;                // ω, 1/s; empty without stage micropolar
 
   // samples of solid bodies
   std::vector<Vec3> boundary_position;  // m
@@ -77,6 +78,7 @@ void visit_fields(State& s, Visitor&& visit) {
   visit(std::string_view("fluid_density_ratio"), s.fluid_density_ratio);
   visit(std::string_view("fluid_kappa_density"), s.fluid_kappa_density);
   visit(std::string_view("fluid_kappa_divergence"), s.fluid_kappa_divergence);
+  visit(std::string_view("fluid_spin"), s.fluid_spin);
   visit(std::string_view("boundary_position"), s.boundary_position);
   visit(std::string_view("boundary_velocity"), s.boundary_velocity);
   visit(std::string_view("boundary_volume"), s.boundary_volume);

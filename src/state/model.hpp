@@ -264,6 +264,7 @@ struct Model {
     return 0.7 * std::sqrt(scene.fluid.density * spacing * spacing * spacing / (2 * std::numbers::pi * strongest));
   }
   bool has_surface_forces() const { return has_fluid() && (scene.fluid.surface_tension > 0 || has_adhesion()); }
+  bool has_micropolar() const { return has_fluid() && scene.fluid.micropolar.present; }
   bool has_jets() const { return !jets.empty(); }
   bool has_reservoirs() const { return !reservoirs.empty(); }
 };

@@ -23,6 +23,7 @@ fluid:
   surface_tension: 0.05
   kernel: wendland
   support: 2.5
+  micropolar: {transfer: 2.0e-3, inertia: 3, viscosity: 1.0e-4, reaction: 0.25}
   solver: {density_error: 2.0e-3, divergence_error: 3.0e-3, max_iterations: 50, min_iterations: 1}
   sources:
     - block: {min: [0, 0.1, 0], max: [0.3, 0.4, 0.5], velocity: [1, 2, 3]}

@@ -102,6 +102,7 @@ TEST(SceneLoader, ReadsEveryKey) {
   f.surface_tension = 0.05;
   f.kernel = KernelKind::wendland;
   f.support = 2.5;
+  f.micropolar = {true, 2.0e-3, 3, 1.0e-4, 0.25};
   f.solver = {2.0e-3, 3.0e-3, 50, 1};
   f.blocks = {{{{0, 0.1, 0}, {0.3, 0.4, 0.5}}, {1, 2, 3}}};
   f.jets = {{{1, 1, 1}, 0.07, {0, -2, 0}, 0.5, 1.5},

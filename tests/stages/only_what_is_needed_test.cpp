@@ -271,6 +271,22 @@ TEST(only_what_is_needed, surface_tension_takes_only_what_tension_or_adhesion_as
   }
 }
 
+TEST(only_what_is_needed, spins_only_where_asked_for) {
+  const auto count = [](const std::set<std::string>& labels) { return containing(labels, {"micropolar", "spin"}); };
+  for (const std::string& scene : {wet_scene(), std::string(no_cloth)}) {
+    const Watch watch(scene);
+    EXPECT_EQ(count(launched) + count(allocated), 0);
+  }
+  const std::string few = with(no_cloth, "spacing: 0.02,", "spacing: 0.02, micropolar: {transfer: 1.0e-3},");
+  {
+    const Watch watch(few);
+    EXPECT_EQ(count(launched), 4);   // clear at the upload, slip, bound, turn
+    EXPECT_EQ(count(allocated), 2);  // slip, rate
+  }
+  const Watch watch(with(few, "transfer: 1.0e-3", "transfer: 1"));
+  EXPECT_EQ(containing(allocated, {"micropolar::velocity_change", "micropolar::spin_change"}), 2) << "several stages";
+}
+
 TEST(only_what_is_needed, a_process_that_is_off_has_no_kernel_and_no_memory) {
   const auto run = [](const std::string& processes, std::initializer_list<const char*> parts) {
     SCOPED_TRACE(processes);

@@ -14,6 +14,7 @@ fluid:
   spacing: 0.02
   viscosity: 2.0e-3
   surface_tension: 0.05
+  micropolar: {transfer: 2.0e-3, viscosity: 1.0e-4}
   sources:
     - block: {min: [-0.1, 0, -0.08], max: [0.02, 0.12, 0.08], velocity: [2.5, 0, 0]}
     - jet: {center: [0, 0.3, 0], radius: 0.03, velocity: [0, -2, 0.3], start: 0.004, end: 0.06}
@@ -32,6 +33,7 @@ output: {every: 0.01, measures: true}
 fluid:
   spacing: 0.015
   viscosity: 1.0e-4
+  micropolar: {transfer: 2.0e-3, inertia: 0.5, reaction: 0.5}
   sources:
     - block: {min: [-0.04, 0.21, -0.04], max: [0.04, 0.25, 0.04], velocity: [0, -1.5, 0]}
     - jet: {center: [0.02, 0.3, 0], radius: 0.02, velocity: [0, -2, 0], end: 0.08}
