@@ -18,6 +18,7 @@ struct Collision {
   Index triangle = -1;  // none
   Vector3d weight = Vector3d::Zero();
   Vector3d normal = Vector3d::Zero();  // unit, to the side from which the particle came
+  bool crossed = false;                // it stays where a triangle is between it and where it came from
 };
 
 /// Momentum of the nodes in fixed point; `p` in kg m/s.
@@ -183,6 +184,7 @@ Collision stop_at_cloth(const Model& m, const MovingCloth& cloth, const Vector3d
     const Vector3d foot = barycentric(t.start, x0).value_or(found->hit.weight);
     const double distance = std::abs((x0 - t.start[0]).dot(unit_normal(t.start)));
     x1 = interpolate(t.end, foot) + std::max(distance, gap) * collision.normal;
+    collision.crossed = earliest_hit(m, cloth, x0, x1).has_value();
   }
   return collision;
 }
@@ -224,6 +226,29 @@ bool put_back(const std::vector<PlacedBody>& bodies, Vector3d& x, Vec3& velocity
   return !contacts.empty();
 }
 
+/// 6. Does a triangle, where it is at the end, lie between the two?
+bool lies_between(const MovingCloth& cloth, const Vector3d& from, const Vector3d& to) {
+  for (const MovingTriangle& t : cloth.triangles) {
+    if (first_hit({t.end, t.end}, from, to)) return true;
+  }
+  return false;
+}
+
+/// Of the particles that leave those that are faster than `limit`, m/s; none if neither that nor their number is suspicious.
+SomeParticles fled(const HostState& s, const std::vector<bool>& gone, double limit, double fastest) {
+  const auto count = std::ranges::count(gone, true);
+  const bool fast = fastest > limit;
+  if (!fast && (count < 100 || 4 * count <= s.next_id)) return {};
+  std::vector<std::int64_t> ids;
+  for (std::size_t i = 0; i < gone.size(); ++i) {
+    if (gone[i] && (!fast || vec(s.fluid_velocity[i]).norm() > limit)) ids.push_back(s.fluid_id[i]);
+  }
+  std::ranges::sort(ids);
+  SomeParticles some{static_cast<std::int64_t>(ids.size()), {}};
+  std::copy_n(ids.begin(), std::min(ids.size(), some.lowest.size()), some.lowest.begin());
+  return some;
+}
+
 bool outside(const Box& domain, const Vector3d& x) {
   for (int a = 0; a < 3; ++a) {
     if (x[a] < domain.min[a] || x[a] > domain.max[a]) return true;
@@ -262,14 +287,27 @@ void advection(ReferenceState& state, const StepInfo& info, StepReport& report) 
   push_nodes(state, impulse);
 
   std::vector<bool> gone(particles, false);
+  report.passed = 0;
+  report.fled_speed = 0;
   for (Index i = 0; i < particles; ++i) {
-    if (put_back(bodies, x1[i], s.fluid_velocity[i])) ++report.clamped;
+    const Vector3d swept = x1[i];
+    bool crossed = collisions[i].crossed;
+    if (put_back(bodies, x1[i], s.fluid_velocity[i])) {
+      ++report.clamped;
+      crossed = crossed || lies_between(cloth, swept, x1[i]);
+    }
+    if (crossed) {
+      const std::int64_t id = s.fluid_id[i];
+      report.lowest_passed = report.passed++ == 0 ? id : std::min(report.lowest_passed, id);
+    }
     s.fluid_position[i] = arr(x1[i]);
     s.fluid_age[i] += info.dt;
     if (!outside(m.scene.domain, x1[i])) continue;
     gone[i] = true;
+    report.fled_speed = std::max(report.fled_speed, vec(s.fluid_velocity[i]).norm());
     s.drained += s.fluid_mass[i];
   }
+  report.fled = fled(s, gone, info.fluid_speed_limit, report.fled_speed);
   remove_particles(s, gone);
 }
 

@@ -37,15 +37,18 @@ void ledger(ReferenceState& state, const StepInfo& info, StepReport& report) {
   report.saturation_max = 0;
   report.kinetic_energy = 0;
   report.nonfinite = 0;
+  report.fluid_speed = report.cloth_speed = report.cloth_stretch = 0;
   for (Index i = 0; i < s.fluid_count(); ++i) {
     mass.add(fluid_mass(state, i));
     report.kinetic_energy += 0.5 * fluid_mass(state, i) * vec(s.fluid_velocity[i]).squaredNorm();
+    report.fluid_speed = std::max(report.fluid_speed, vec(s.fluid_velocity[i]).norm());
     report.nonfinite += !(vec(s.fluid_position[i]).allFinite() && vec(s.fluid_velocity[i]).allFinite());
   }
   for (Index n = 0; n < s.node_count(); ++n) {
     const double liquid = static_cast<double>(s.node_liquid[n]) * state.model.quantum;
     mass.add(liquid);
     report.kinetic_energy += 0.5 * node_mass(state, n) * vec(s.node_velocity[n]).squaredNorm();
+    report.cloth_speed = std::max(report.cloth_speed, vec(s.node_velocity[n]).norm());
     report.nonfinite += !(vec(s.node_position[n]).allFinite() && vec(s.node_velocity[n]).allFinite());
     const auto& capacity = state.model.samples.node_capacity;
     if (!capacity.empty() && capacity[n] > 0) {
@@ -53,6 +56,16 @@ void ledger(ReferenceState& state, const StepInfo& info, StepReport& report) {
     }
   }
   report.mass_float = mass.value();
+  const ClothMesh& mesh = state.model.mesh;
+  for (std::size_t e = 0; state.model.has_moving_cloth() && e < mesh.edge.size(); ++e) {
+    const Vec3 &a = s.node_position[mesh.edge[e][0]], &b = s.node_position[mesh.edge[e][1]];
+    report.cloth_stretch = std::max(report.cloth_stretch, (vec(b) - vec(a)).norm() / mesh.edge_length[e]);
+  }
+  for (Index k = 0; k < s.body_count(); ++k) {
+    const Quaternion& q = s.body_orientation[k];
+    report.nonfinite += !(vec(s.body_position[k]).allFinite() && vec(s.body_velocity[k]).allFinite() &&
+                          vec(s.body_angular_velocity[k]).allFinite() && std::isfinite(q[0] + q[1] + q[2] + q[3]));
+  }
   s.step = info.step + 1;
   s.time = info.time + info.dt;
 }

@@ -2,8 +2,13 @@
 
 #include "stages/advection.hpp"
 
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
 #include "advection_cloth.hpp"
 #include "advection_sweep.hpp"
+#include "device_copy.hpp"
 #include "laws/collision.hpp"
 #include "laws/contact.hpp"
 #include "pins.hpp"
@@ -45,6 +50,7 @@ void allocate(Device& d) {
       w.hit_triangle = Array<Index>("drench::advection::hit_triangle", capacity);
       w.hit_weight = Array<Real3>("drench::advection::hit_weight", capacity);
       w.hit_normal = Array<Real3>("drench::advection::hit_normal", capacity);
+      if (d.crossed.data() == nullptr) d.crossed = Kokkos::View<CrossedCloth, MemSpace>("drench::advection::crossed");
       if (!on_host) w.near = Array<Index>("drench::advection::near", capacity);
     }
   }
@@ -150,7 +156,8 @@ void finish_fluid(Device& d, Real dt, bool swept) {
   const Entries<Real> age = d.fluid.age;
   const Entries<Quanta> mass = d.fluid.mass;
   const Entries<std::uint8_t> gone = w.gone;
-  const Entries<Index> hit_triangle = w.hit_triangle;
+  const Entries<Index> hit_triangle = w.hit_triangle, near_cloth = d.fluid_sample.count;
+  const bool listed = swept && d.fluid_sample.rows == d.fluid.count;
   const Slice<Solid> solids = d.solids;
   const Vec3 &min = d.model.scene.domain.min, &max = d.model.scene.domain.max;
   const Double3 lo{min[0], min[1], min[2]}, hi{max[0], max[1], max[2]};
@@ -169,6 +176,7 @@ void finish_fluid(Device& d, Real dt, bool swept) {
         }
         if (put_back) {
           ++counts.clamped;
+          if (listed && near_cloth(i) > 0) ++counts.put_back_near;
           velocity(i) = v;
         }
         position(i) = x;
@@ -179,9 +187,24 @@ void finish_fluid(Device& d, Real dt, bool swept) {
         if (outside || !(mass(i) > 0)) ++counts.gone;
         if (!outside) return;
         ++counts.removed;
+        const double square = double(dot(v, v));
+        if (square > counts.square) counts.square = square;
         counts.drained += static_cast<std::int64_t>(mass(i));
       },
       w.counts);
+}
+
+/// Of the particles that leave those that are faster than `limit`, m/s. Asked for only in steps that are suspicious.
+SomeParticles fled(const Device& d, double limit) {
+  const auto gone = to_host<std::uint8_t>(d.advection_work.gone, d.fluid.count);
+  const auto id = to_host<std::int64_t>(d.fluid.id, d.fluid.count);
+  const auto velocity = to_host<Vec3>(d.fluid.velocity, d.fluid.count);
+  std::vector<std::int64_t> ids;
+  for (std::size_t i = 0; i < gone.size(); ++i)
+    if (gone[i] != 0 && std::hypot(velocity[i][0], velocity[i][1], velocity[i][2]) > limit) ids.push_back(id[i]);
+  SomeParticles some{static_cast<std::int64_t>(ids.size()), {}};
+  std::partial_sort_copy(ids.begin(), ids.end(), some.lowest.begin(), some.lowest.end());
+  return some;
 }
 
 }  // namespace
@@ -214,7 +237,12 @@ void advection(Device& d, const StepInfo& info, StepReport& report) {
   const AdvectionCounts counts = w.counts();
   report.collisions = counts.collisions;
   report.clamped = counts.clamped;
+  if (counts.put_back_near > 0) check_put_back(d);
   if (counts.removed == 0) return;
+  report.fled_speed = std::sqrt(counts.square);
+  const bool fast = report.fled_speed > info.fluid_speed_limit;
+  if (fast || (counts.removed >= 100 && 4 * counts.removed > d.next_id))
+    report.fled = fled(d, fast ? info.fluid_speed_limit : -1);
   d.drained += counts.drained;
   d.compact_fluid(w.gone, d.fluid.count - static_cast<Index>(counts.gone));
 }

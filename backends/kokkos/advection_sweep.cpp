@@ -36,6 +36,8 @@ struct Sweep {
   // of each particle, and the nodes' hits
   Entries<Real3> path_end, hit_weight, hit_normal;
   Entries<Index> hit_triangle, hits;
+  Entries<std::int64_t> id;
+  CrossedCloth* crossed = nullptr;
 
   explicit Sweep(const Device& d) : near(d.fluid_sample) {}
 
@@ -164,15 +166,24 @@ struct Sweep {
     return test.best;
   }
 
+  KOKKOS_INLINE_FUNCTION void note_crossing(Index i) const {
+    Kokkos::atomic_add(&crossed->count, std::int64_t{1});
+    Kokkos::atomic_min(&crossed->lowest, id(i));
+  }
+
   /// Stops particle i, at `from` at the start, where it hits: path_end and hit_* are those of a free path so far.
   KOKKOS_INLINE_FUNCTION void stop(Index i, const Real3& from_point) const {
     const Double3 x0 = widen(from_point);
     Hit last;
     Real3 to_point = path_end(i);
     double side = 1;
-    for (int test = 0; test <= max_repeats; ++test) {
+    for (int test = 0; test <= max_repeats + 1; ++test) {
       const Hit hit = earliest(i, Path(from_point, to_point));
       if (hit.triangle < 0) break;
+      if (test > max_repeats) {  // where it stays on the last triangle it is beyond another one
+        note_crossing(i);
+        break;
+      }
       last = hit;
       const Corners from = corners(start, hit.triangle), to = corners(end, hit.triangle);
       const double height = inner(minus(x0, from.a), from.normal());
@@ -215,9 +226,7 @@ void stop_near(const Device& d, const Sweep& sweep) {
       });
 }
 
-}  // namespace
-
-void sweep_paths(Device& d, Real dt) {
+Sweep sweep_of(const Device& d) {
   const AdvectionWork& w = d.advection_work;
   Sweep sweep(d);
   sweep.cells = d.sample_cells.view();
@@ -239,6 +248,16 @@ void sweep_paths(Device& d, Real dt) {
   sweep.hit_normal = w.hit_normal;
   sweep.hit_triangle = w.hit_triangle;
   sweep.hits = w.hits;
+  sweep.id = d.fluid.id;
+  sweep.crossed = d.crossed.data();
+  return sweep;
+}
+
+}  // namespace
+
+void sweep_paths(Device& d, Real dt) {
+  const AdvectionWork& w = d.advection_work;
+  const Sweep sweep = sweep_of(d);
   place_boxes(sweep, d.mesh.triangles);
   const Entries<Real3> position = d.fluid.position, velocity = d.fluid.velocity, shift = d.work.shift;
   const Entries<Index> near = w.near;
@@ -255,6 +274,26 @@ void sweep_paths(Device& d, Real dt) {
           near(Kokkos::atomic_fetch_add(&near_count(), Index{1})) = i;
       });
   if (!on_host) stop_near(d, sweep);
+}
+
+void check_put_back(Device& d) {
+  const Sweep sweep = sweep_of(d);
+  const Entries<Real3> position = d.fluid.position;
+  parallel(
+      "drench::advection::put_back", d.fluid.count, KOKKOS_LAMBDA(const Index i) {
+        const Path path(sweep.path_end(i), position(i));
+        const Real3 way = path.x1 - path.x0;
+        if (!(dot(way, way) > 0)) return;
+        for (Index k = 0; k < sweep.near.count(i); ++k) {
+          const Index t = sweep.sample_triangle(sweep.near(i, k));
+          if (path.box.apart(sweep.box(t))) continue;
+          const Corners there = sweep.corners(sweep.end, t);
+          Hit hit;
+          if (!first_hit(widen(path.x0), widen(path.x1), there, there, 0, hit)) continue;
+          sweep.note_crossing(i);
+          return;
+        }
+      });
 }
 
 }  // namespace drench::kokkos_backend

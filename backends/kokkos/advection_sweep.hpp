@@ -1,5 +1,5 @@
 #pragma once
-// Stage advection, law 3: the liquid's paths.
+// Stage advection, laws 3 and 6: the liquid's paths.
 
 #include "device.hpp"
 
@@ -8,5 +8,8 @@ namespace drench::kokkos_backend {
 /// Fills advection_work.end with x1 of each particle, .hit_* with what it hit, .hits with the number of hits at a node.
 /// advection_work.start and .motion, the lists and the samples' cells are those of the step's start.
 void sweep_paths(Device& d, Real dt);
+
+/// Law 6, second half: looks at the particles that a body's failsafe has moved away from advection_work.end.
+void check_put_back(Device& d);
 
 }  // namespace drench::kokkos_backend

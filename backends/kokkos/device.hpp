@@ -1,6 +1,7 @@
 #pragma once
 // The backend's state on the device. Arrays of a part that the scene lacks stay empty (nothing is allocated).
 
+#include <cstdint>
 #include <memory>
 #include <vector>
 
@@ -251,12 +252,26 @@ struct AdvectionCounts {
   std::int64_t collisions = 0, clamped = 0;
   std::int64_t removed = 0, drained = 0;  // particles beyond the border; their quanta
   std::int64_t gone = 0;                  // particles that do not stay
+  std::int64_t put_back_near = 0;         // clamped ones that had cloth within h
+  double square = 0;                      // m²/s²: the largest |v|² of those beyond the border
   KOKKOS_INLINE_FUNCTION AdvectionCounts& operator+=(const AdvectionCounts& o) {
     collisions += o.collisions;
     clamped += o.clamped;
     removed += o.removed;
     drained += o.drained;
     gone += o.gone;
+    put_back_near += o.put_back_near;
+    if (o.square > square) square = o.square;
+    return *this;
+  }
+};
+
+/// Particles that went through a cloth: how many, and the lowest of their ids; exact in any order.
+struct CrossedCloth {
+  std::int64_t count = 0, lowest = INT64_MAX;
+  KOKKOS_INLINE_FUNCTION CrossedCloth& operator+=(const CrossedCloth& o) {
+    count += o.count;
+    if (o.lowest < lowest) lowest = o.lowest;
     return *this;
   }
 };
@@ -362,6 +377,7 @@ struct Device {
   std::vector<Array<Real3>> jet_offsets;
   std::int64_t step = 0;
   double time = 0;
+  Kokkos::View<CrossedCloth, MemSpace> crossed;  // since advection, until the ledger takes it; made with cloth
 
   void upload(const HostState& s);
   HostState download() const;

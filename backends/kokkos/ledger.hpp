@@ -6,14 +6,16 @@
 
 namespace drench::kokkos_backend {
 
-/// What is summed over particles, or over nodes; `saturation` and `speed` are maxima.
+/// What is summed over particles, or over nodes, edges and bodies; `saturation`, `speed`, `square` and `stretch` are maxima.
 struct LedgerSums {
   Quanta mass = 0;
   std::int64_t nonfinite = 0;
   double energy = 0;  // J
   CompensatedSum mass_float;
   double saturation = 0, speed = 0;  // 1, m/s
-  PointBounds bounds;                // of the liquid, m
+  double square = 0, stretch = 0;    // |v|², m²/s²; of an edge's length over that at rest, squared, 1
+  CrossedCloth crossed;
+  PointBounds bounds;  // of the liquid, m
 
   KOKKOS_INLINE_FUNCTION LedgerSums() { bounds.clear(); }
   KOKKOS_INLINE_FUNCTION LedgerSums& operator+=(const LedgerSums& o) {
@@ -23,6 +25,9 @@ struct LedgerSums {
     mass_float += o.mass_float;
     if (o.saturation > saturation) saturation = o.saturation;
     if (o.speed > speed) speed = o.speed;
+    if (o.square > square) square = o.square;
+    if (o.stretch > stretch) stretch = o.stretch;
+    crossed += o.crossed;
     bounds.add(o.bounds);
     return *this;
   }

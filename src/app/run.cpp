@@ -10,14 +10,17 @@
 #include <optional>
 
 #include "app/commands.hpp"
+#include "app/failure_report.hpp"
 #include "app/resume.hpp"
 #include "app/set_up.hpp"
 #include "drench_version.hpp"
 #include "output/frame_queue.hpp"
+#include "output/lost.hpp"
 #include "output/progress.hpp"
 #include "output/run_folder.hpp"
 #include "output/run_log.hpp"
 #include "output/stats_csv.hpp"
+#include "output/text_file.hpp"
 #include "pipeline/pipeline.hpp"
 #include "pipeline/runtime.hpp"
 #include "scene/build.hpp"
@@ -77,6 +80,7 @@ class Run {
         if (frames_) frames_->check();
         const StepReport report = step();
         log_.write(totals_.add(pipeline_.step_index(), pipeline_.time(), report, pipeline_.milliseconds()));
+        hear_frames();
         if (stats_)
           stats_->write(pipeline_.step_index(), pipeline_.time(), pipeline_.last_dt(), report, pipeline_.milliseconds(),
                         pipeline_.step_milliseconds());
@@ -89,6 +93,7 @@ class Run {
       if (stopped || checkpoints()) checkpoint();
       if (frames_wanted() && last_state_step_ != pipeline_.step_index()) frame();
       if (frames_) frames_->finish();
+      hear_frames();
     } catch (const RunFailure& failure) {
       progress.finish();
       return fail(failure);
@@ -172,7 +177,9 @@ class Run {
     log_.write(fmt::format("scene {}", options_.scene));
     stats_.emplace(folder_ / "stats.csv", pipeline_.stages(), model_.quantum, pipeline_.initial_total(),
                    same ? pipeline_.step_index() : -1);
-    if (every() > 0) frames_.emplace(folder_, model_, static_cast<int>(frames_written_));
+    if (every() > 0)
+      frames_.emplace(folder_, model_, static_cast<int>(frames_written_),
+                      [this](const HostState& state) { return describe_lost(model_, state, model_.scene.time.step); });
     if (!folder.note.empty()) say(folder.note);
     plan_checkpoint();
   }
@@ -185,7 +192,13 @@ class Run {
   /// Steps do not end at checkpoints' times: whether they are written must not change the result.
   void checkpoint() {
     if (folder_.empty() || last_checkpoint_step_ == pipeline_.step_index()) return;
-    if (frames_) frames_->wait();  // a checkpoint is only as good as the output before it
+    // A checkpoint is only as good as the output before it: a power cut must not leave it newer than that.
+    if (frames_) {
+      frames_->wait();
+      frames_->sync();
+    }
+    stats_->sync();
+    if (last_checkpoint_step_ < 0) sync_to_disk(folder_ / "scene.yaml");
     Checkpoint c = checkpoint_header(model_, backend_);
     c.frames = frames_written_;
     c.shortened = shortened_ ? 1 : 0;
@@ -210,6 +223,13 @@ class Run {
     frames_->wait();
     frames_->write(download());
     last_state_step_ = pipeline_.step_index();
+  }
+
+  /// Logs what the frames' thread has noticed: the first of each kind in full, then only how many frames.
+  void hear_frames() {
+    if (!frames_) return;
+    for (const std::string& text : frames_->said())
+      if (frames_with_lost_++ == 0) log_.write("warning: " + text);
   }
 
   /// For messages.
@@ -244,27 +264,39 @@ class Run {
     } catch (const std::exception& e) {  // the failure is what matters, and the frame is not why
       warn(e.what());
     }
+    hear_frames();
     const HostState state = download();
-    const Offenders offenders = find_offenders(state);
+    const Offenders offenders = offenders_of(failure, model_, state);
     std::string text = fmt::format("drench: the run failed in stage {} at step {} (t = {:.6g} s): {}",
-                                   name_of(failure.stage), failure.step, pipeline_.time(), failure.what());
-    if (!offenders.empty()) {
-      text += "; " + describe(offenders, state);
-      if (!folder_.empty()) {
+                                   name_of(failure.stage), failure.info.step, failure.info.time, failure.what());
+    if (!offenders.empty()) text += "; " + describe(offenders, state);
+    text += "; " + advice(failure, model_, state);
+    if (!offenders.empty() && !folder_.empty()) {
+      try {
         write_vtu(folder_ / "failure.vtu", offender_grid(model_, state, offenders));
         text += "; see " + (folder_ / "failure.vtu").string();
+      } catch (const std::exception& e) {
+        text += fmt::format("; {}", e.what());
       }
     }
     text += last_checkpoint();  // the state of half a step is nothing to go on from
     log_.write(text);
-    log_.write(totals_.warnings());
+    log_.write(warnings());
     fmt::print(stderr, "{}\n", text);
     return exit_failed;
   }
 
+  /// Lines; "" for none.
+  std::string warnings() const {
+    std::string text = totals_.warnings();
+    if (frames_with_lost_ > 0)
+      text += fmt::format("particles were inside solids or outside of containers in {} frames\n", frames_with_lost_);
+    return text;
+  }
+
   void summary(double seconds, bool stopped) {
-    const std::string warnings = totals_.warnings();
-    if (!warnings.empty()) say(warnings.substr(0, warnings.size() - 1));
+    const std::string lines = warnings();
+    if (!lines.empty()) say(lines.substr(0, lines.size() - 1));
     if (stopped) say(fmt::format("interrupted at step {}", pipeline_.step_index()));
     if (stopped && !folder_.empty())
       say(fmt::format("to go on: drench run {} --resume {}", options_.scene, folder_.string()));
@@ -304,6 +336,7 @@ class Run {
   double next_checkpoint_time_ = 0;  // s
   bool shortened_ = false;           // the last step ended at time.end and not where it would have ended otherwise
   double mass_error_ = 0;
+  std::int64_t frames_with_lost_ = 0;
   std::filesystem::path folder_;  // empty with --no-output
   std::optional<FolderLock> lock_;
   RunLog log_;

@@ -126,14 +126,6 @@ class DiskFile {
   Checksum sum_;
 };
 
-/// A new name is on the disk when its folder is. Not every file system can; the file itself is safe there.
-void sync_folder(const fs::path& folder) {
-  const int file = open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (file < 0) return;
-  fsync(file);
-  close(file);
-}
-
 struct Record {
   std::uint32_t bytes = 0;
   std::uint64_t count = 0;
@@ -191,7 +183,7 @@ void write_checkpoint(const fs::path& path, const Checkpoint& checkpoint) {
     throw std::runtime_error(fmt::format("{}: cannot be written: {}", path.string(), e.what()));
   }
   rename_into_place(temporary, path);
-  sync_folder(path.parent_path());
+  sync_to_disk(path.parent_path());
 }
 
 Checkpoint read_checkpoint(const fs::path& path) {

@@ -5,8 +5,8 @@
 
 namespace drench {
 
-FrameQueue::FrameQueue(const std::filesystem::path& folder, const Model& model, int frames)
-    : writer_(folder, model, frames) {}
+FrameQueue::FrameQueue(const std::filesystem::path& folder, const Model& model, int frames, Inspect inspect)
+    : writer_(folder, model, frames), inspect_(std::move(inspect)) {}
 
 FrameQueue::~FrameQueue() { join(); }
 
@@ -41,6 +41,13 @@ void FrameQueue::finish() {
   rethrow();
 }
 
+std::vector<std::string> FrameQueue::said() {
+  const std::lock_guard lock(mutex_);
+  return std::exchange(said_, {});
+}
+
+void FrameQueue::sync() { writer_.sync(); }
+
 void FrameQueue::join() {
   if (!thread_.joinable()) return;
   {
@@ -63,14 +70,17 @@ void FrameQueue::work() {
     if (!state_) return;
     lock.unlock();
     std::exception_ptr error;
+    std::string said;
     try {
       writer_.write(*state_);  // nobody else touches it while it is there
+      if (inspect_) said = inspect_(*state_);
     } catch (...) {
       error = std::current_exception();
     }
     lock.lock();
     state_.reset();
     if (error) error_ = error;
+    if (!said.empty()) said_.push_back(std::move(said));
     changed_.notify_all();
   }
 }

@@ -4,6 +4,7 @@
 #include <condition_variable>
 #include <exception>
 #include <filesystem>
+#include <functional>
 #include <mutex>
 #include <optional>
 #include <string>
@@ -18,8 +19,10 @@ namespace drench {
 /// being written. Errors of the thread come out of the next call here. All calls come from one thread.
 class FrameQueue {
  public:
+  using Inspect = std::function<std::string(const HostState&)>;
   /// Writes what never changes, here and now. The thread starts with the first frame.
-  FrameQueue(const std::filesystem::path& folder, const Model& model, int frames = 0);
+  /// `inspect` looks at each frame's state in that thread; what it says is kept for said().
+  FrameQueue(const std::filesystem::path& folder, const Model& model, int frames = 0, Inspect inspect = {});
   /// Writes what was handed over; its errors are lost (call finish for them).
   ~FrameQueue();
   FrameQueue(const FrameQueue&) = delete;
@@ -33,6 +36,11 @@ class FrameQueue {
   void write(HostState&& state);
   /// Waits for the last frame, ends the thread and throws its error, if it had one.
   void finish();
+
+  /// What `inspect` has said since the last call, a text for each frame that it said something of.
+  std::vector<std::string> said();
+  /// After wait() or finish(): puts what was written since the last call onto the disk itself. Throws.
+  void sync();
 
   /// Frames on disk; after finish.
   int frames() const { return writer_.frames(); }
@@ -51,6 +59,8 @@ class FrameQueue {
   std::condition_variable changed_;
   std::optional<HostState> state_;  // until it is written
   std::exception_ptr error_;
+  Inspect inspect_;
+  std::vector<std::string> said_;
   bool ending_ = false;
   double waited_ = 0;
 };

@@ -104,6 +104,12 @@ Offenders find_offenders(const HostState& state) {
   for (std::size_t i = 0; i < state.node_position.size(); ++i)
     if (!finite(state.node_position[i]) || !finite(state.node_velocity[i]) || value_or_zero(state.node_liquid, i) < 0)
       bad.nodes.push_back(static_cast<Index>(i));
+  for (std::size_t b = 0; b < state.body_position.size(); ++b) {
+    const Quaternion& q = state.body_orientation[b];
+    if (!finite(state.body_position[b]) || !finite(state.body_velocity[b]) || !finite(state.body_angular_velocity[b]) ||
+        !std::isfinite(q[0] + q[1] + q[2] + q[3]))
+      bad.bodies.push_back(static_cast<Index>(b));
+  }
   return bad;
 }
 
@@ -115,6 +121,9 @@ std::string describe(const Offenders& offenders, const HostState& state, std::si
   if (!offenders.nodes.empty())
     text += (text.empty() ? "" : ", ") +
             number_list("nodes", offenders.nodes.size(), limit, [&](std::size_t i) { return offenders.nodes[i]; });
+  if (!offenders.bodies.empty())
+    text += (text.empty() ? "" : ", ") +
+            number_list("bodies", offenders.bodies.size(), limit, [&](std::size_t i) { return offenders.bodies[i]; });
   return text;
 }
 
@@ -133,6 +142,10 @@ Grid offender_grid(const Model& model, const HostState& state, const Offenders& 
   for (const Index p : offenders.nodes) {
     const auto i = static_cast<std::size_t>(p);
     entries.push_back({1, p, state.node_position[i], state.node_velocity[i], value_or_zero(state.node_liquid, i)});
+  }
+  for (const Index p : offenders.bodies) {
+    const auto i = static_cast<std::size_t>(p);
+    entries.push_back({2, p, state.body_position[i], state.body_velocity[i], 0});
   }
   std::vector<Vec3> shown;
   for (const auto& e : entries) {

@@ -30,14 +30,16 @@ Grid bodies_grid(const Model& model, const HostState* state);
 struct Offenders {
   std::vector<Index> particles;  // not finite, or with a mass that no particle can have
   std::vector<Index> nodes;      // not finite, or with a negative mass
-  bool empty() const { return particles.empty() && nodes.empty(); }
+  std::vector<Index> bodies;     // not finite
+  bool empty() const { return particles.empty() && nodes.empty() && bodies.empty(); }
 };
+/// Those that the comments above name. A failure of another kind has others (app/failure_report.hpp).
 Offenders find_offenders(const HostState& state);
 
-/// "particles 3 17 (ids), nodes 5": at most `limit` numbers of each.
+/// "particles 3 17 (ids), nodes 5, bodies 0": at most `limit` numbers of each.
 std::string describe(const Offenders& offenders, const HostState& state, std::size_t limit = 8);
 
-/// One vertex per offender; point fields kind (0 particle, 1 node), id (particle id or node index), position and
+/// One vertex per offender; point fields kind (0 particle, 1 node, 2 body), id (particle id, node or body index), position and
 /// velocity as they are. The points themselves have 0 for a coordinate that is not finite, so that they can be shown.
 Grid offender_grid(const Model& model, const HostState& state, const Offenders& offenders);
 

@@ -32,6 +32,13 @@ void remove_matching(const fs::path& where, const std::regex& ours) {
   for (const auto& path : found) fs::remove(path);
 }
 
+/// What a run leaves that was killed before it wrote scene.yaml.
+bool holds_beginning_only(const fs::path& folder) {
+  for (const auto& entry : fs::directory_iterator(folder))
+    if (!entry.is_regular_file() || entry.path().filename() != temporary_name("scene.yaml")) return false;
+  return true;
+}
+
 void remove_run(const fs::path& folder) {
   static const std::regex top(
       R"((fluid|surface|cloth|bodies)\.pvd|stats\.csv|run\.log|scene\.yaml|failure\.vtu|checkpoint_\d{6,}\.drench)");
@@ -50,7 +57,7 @@ RunFolder choose(const std::optional<std::string>& requested, const std::string&
   if (fs::exists(wanted) && !fs::is_directory(wanted) && requested)
     throw FolderError(fmt::format("{}: is not a folder; choose another with -o", wanted.string()));
   if (overwrite) {
-    if (!holds_run(wanted))
+    if (!holds_run(wanted) && !holds_beginning_only(wanted))
       throw FolderError(
           fmt::format("{}: is not empty and holds no output of drench, so --overwrite does not touch it; "
                       "choose another folder with -o",

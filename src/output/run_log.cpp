@@ -42,6 +42,17 @@ std::string RunTotals::add(std::int64_t step, double time, const StepReport& r,
     s.last_step = step;
     s.worst = std::max(s.worst, errors[i]);
   }
+  if (r.passed > 0 && passed_ == 0)
+    said += fmt::format(
+        "warning: step {} (t = {:.6g} s): {} particles went through cloth that is whole, the first of them id {}\n",
+        step, time, r.passed, r.lowest_passed);
+  passed_ += r.passed;
+  if (r.fled.count > 0 && fled_ == 0)
+    said += fmt::format(
+        "warning: step {} (t = {:.6g} s): {} particles left the domain at once, more than a quarter of all that there "
+        "have been: ids {}\n",
+        step, time, r.fled.count, r.fled.names());
+  fled_ += r.fled.count;
   return said;
 }
 
@@ -51,6 +62,9 @@ std::string RunTotals::warnings() const {
     if (s.failures > 0)
       text += fmt::format("the {} did not converge in {} of {} steps ({} to {}), worst error {:.3g}\n", s.name,
                           s.failures, steps_, s.first_step, s.last_step, s.worst);
+  if (passed_ > 0) text += fmt::format("particles went through cloth that is whole {} times\n", passed_);
+  if (fled_ > 0)
+    text += fmt::format("{} particles left the domain in steps that lost a quarter of all at once\n", fled_);
   if (clamped_ > 0) text += fmt::format("particles were put back out of bodies {} times\n", clamped_);
   return text;
 }

@@ -29,11 +29,11 @@ class RunLog {
 /// Sums over the steps of a run.
 class RunTotals {
  public:
-  /// Adds a step (as numbered after it); returns a line to log when a solver did not converge for the first time, else
-  /// "".
+  /// Adds a step (as numbered after it); returns lines to log when a solver did not converge, particles went through a cloth
+  /// or suspiciously many left the domain (advection.hpp, laws 6 and 7) for the first time, else "".
   std::string add(std::int64_t step, double time, const StepReport& report,
                   const std::array<double, stage_count>& milliseconds);
-  /// Lines about solvers that did not converge and particles that were put back; "" when there is nothing to say.
+  /// Lines about solvers that did not converge and particles that were put back, went through cloth or fled; "" when there is nothing to say.
   std::string warnings() const;
   /// Table of the stages' total times, one line each.
   std::string stage_table(const std::vector<Stage>& stages) const;
@@ -46,7 +46,7 @@ class RunTotals {
     double worst = 0;
   };
   std::array<Solver, 3> solvers_{Solver{"divergence solve"}, Solver{"density solve"}, Solver{"cloth solve"}};
-  std::int64_t steps_ = 0, clamped_ = 0;
+  std::int64_t steps_ = 0, clamped_ = 0, passed_ = 0, fled_ = 0;
   std::array<double, stage_count> milliseconds_{};
 };
 

@@ -75,4 +75,6 @@ void StatsCsv::write(std::int64_t step, double time, double dt, const StepReport
   if (!out_) throw std::runtime_error(fmt::format("{}: cannot be written (disk full?)", path_.string()));
 }
 
+void StatsCsv::sync() const { sync_to_disk(path_); }
+
 }  // namespace drench

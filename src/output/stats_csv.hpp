@@ -23,9 +23,12 @@ class StatsCsv {
   /// cut off, and the next ones follow. Throws std::runtime_error when the file cannot be written.
   StatsCsv(const std::filesystem::path& path, const std::vector<Stage>& stages, double quantum, Quanta initial_total,
            std::int64_t after = -1);
-  /// `step` and `time` as after the step; the row is on disk when this returns.
+  /// `step` and `time` as after the step; the row is in the file when this returns.
   void write(std::int64_t step, double time, double dt, const StepReport& report,
              const std::array<double, stage_count>& milliseconds, double step_milliseconds);
+
+  /// Puts the rows onto the disk itself. Throws std::runtime_error.
+  void sync() const;
 
   /// The file's first lines, up to the row of this step (0: the header alone); none if it has not got that far.
   static std::optional<std::string> rows_until(const std::filesystem::path& path, std::int64_t step);

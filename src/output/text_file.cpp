@@ -1,7 +1,11 @@
 #include "output/text_file.hpp"
 
+#include <fcntl.h>
 #include <fmt/format.h>
+#include <unistd.h>
 
+#include <cerrno>
+#include <cstring>
 #include <fstream>
 #include <stdexcept>
 
@@ -35,6 +39,16 @@ void write_atomically(const fs::path& path, const std::string& text) {
     }
   }
   rename_into_place(temporary, path);
+}
+
+void sync_to_disk(const fs::path& path) {
+  const bool folder = path.empty() || fs::is_directory(path);
+  const int file = open(path.empty() ? "." : path.c_str(), O_RDONLY | O_CLOEXEC);
+  const bool synced = file >= 0 && fsync(file) == 0;
+  const int why = errno;
+  if (file >= 0) close(file);
+  if (!synced && !folder)
+    throw std::runtime_error(fmt::format("{}: cannot be written: {}", path.string(), std::strerror(why)));
 }
 
 }  // namespace drench

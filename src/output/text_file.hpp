@@ -15,4 +15,8 @@ std::filesystem::path temporary_name(const std::filesystem::path& path);
 /// Moves `from` onto `to`. Throws std::runtime_error.
 void rename_into_place(const std::filesystem::path& from, const std::filesystem::path& to);
 
+/// Puts a file's bytes, or a folder's names, onto the disk itself: what is renamed or written is otherwise only in the
+/// system's memory. Not every file system can for folders; that is no error. Throws std::runtime_error.
+void sync_to_disk(const std::filesystem::path& path);
+
 }  // namespace drench

@@ -43,6 +43,7 @@ void VtuSeries::set_static_part(const Grid& grid) {
   static_file_ = fmt::format("frames/{}_static.vtu", name_);
   fs::create_directories(folder_ / "frames");
   write_vtu(folder_ / static_file_, grid);
+  unsynced_.push_back(static_file_);
 }
 
 void VtuSeries::resume(int frames) {
@@ -78,6 +79,7 @@ void VtuSeries::write(double time, const Grid& grid) {
   const std::string file = fmt::format("frames/{}_{:06}.vtu", name_, frame_++);
   fs::create_directories(folder_ / "frames");
   write_vtu(folder_ / file, grid);
+  unsynced_.push_back(file);
   int part = 0;
   if (!static_file_.empty()) list(time, part++, static_file_);
   list(time, part, file);
@@ -88,6 +90,14 @@ void VtuSeries::write_static(double time) {
   if (!entries_.empty()) return;
   list(time, 0, static_file_);
   write_collection();
+}
+
+void VtuSeries::sync() {
+  if (unsynced_.empty()) return;
+  for (const std::string& file : unsynced_) sync_to_disk(folder_ / file);
+  unsynced_.clear();
+  sync_to_disk(folder_ / "frames");
+  if (const fs::path collection = folder_ / (name_ + ".pvd"); fs::exists(collection)) sync_to_disk(collection);
 }
 
 void VtuSeries::list(double time, int part, const std::string& file) {
@@ -122,6 +132,10 @@ void FrameWriter::write(const HostState& state) {
   else if (!model_.bodies.empty())
     bodies_.write_static(state.time);  // one entry: ParaView shows it at every time
   ++frames_;
+}
+
+void FrameWriter::sync() {
+  for (VtuSeries* series : {&fluid_, &cloth_, &bodies_}) series->sync();
 }
 
 std::vector<std::string> FrameWriter::collections() const {

@@ -24,6 +24,8 @@ class VtuSeries {
   void write(double time, const Grid& grid);
   /// Lists `time` for a series that has nothing but its static part, unless that is listed.
   void write_static(double time);
+  /// Puts what was written since the last call onto the disk itself.
+  void sync();
 
  private:
   void list(double time, int part, const std::string& file);
@@ -34,6 +36,7 @@ class VtuSeries {
   std::string static_file_;  // relative to folder_, "" for none
   std::string entries_;
   int frame_ = 0;
+  std::vector<std::string> unsynced_;  // relative to folder_
 };
 
 /// The series that a model needs: fluid, its surface, cloth and bodies, each only when the scene has it.
@@ -43,6 +46,8 @@ class FrameWriter {
   FrameWriter(const std::filesystem::path& folder, const Model& model, int frames = 0);
   /// Adds a frame at state.time.
   void write(const HostState& state);
+  /// Puts the frames that were written since the last call, and the collections, onto the disk itself.
+  void sync();
   int frames() const { return frames_; }
   /// The .pvd files that this run writes.
   std::vector<std::string> collections() const;

@@ -1,7 +1,9 @@
 #pragma once
 // The one interface between the pipeline and whatever computes: the Kokkos backend or the serial reference.
 
+#include <array>
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <string>
 
@@ -14,8 +16,16 @@ namespace drench {
 /// What a stage is told about the step.
 struct StepInfo {
   std::int64_t step = 0;
-  double time = 0;  // s, at the step's beginning
-  double dt = 0;    // s
+  double time = 0;                                                     // s, at the step's beginning
+  double dt = 0;                                                       // s
+  double fluid_speed_limit = std::numeric_limits<double>::infinity();  // m/s (failure.hpp)
+};
+
+/// Particles that something happened to: how many, and the lowest of their ids.
+struct SomeParticles {
+  std::int64_t count = 0;
+  std::array<std::int64_t, 8> lowest{};
+  std::string names() const;  ///< "3 17", or the first eight and "…"
 };
 
 /// What the stages report about one step; each stage fills in its own part.
@@ -36,7 +46,7 @@ struct StepReport {
   int diffusion_substeps = 0;
   std::int64_t collisions = 0;  // particles stopped at a cloth triangle (CCD)
   std::int64_t clamped = 0;     // particles put back by a body's failsafe
-  std::int64_t nonfinite = 0;   // particles and nodes with a NaN or infinity
+  std::int64_t nonfinite = 0;   // particles, nodes and bodies with a NaN or infinity
   // ledger
   Quanta mass_fluid = 0, mass_cloth = 0, mass_drained = 0, mass_supplied = 0;
   double mass_float = 0;      // kg: compensated sum of the floating-point masses of particles and nodes
@@ -45,6 +55,12 @@ struct StepReport {
   std::int64_t particles = 0;
   // measures (measures.hpp), 1
   double nearest_variance = 0, close_share = 0, wet_isotropy = 0;
+  // what a run is watched by (pipeline/failure.hpp; advection.hpp, laws 6 and 7); from the ledger but for `fled`
+  double fluid_speed = 0, cloth_speed = 0;      // m/s: the fastest particle and node
+  double cloth_stretch = 0;                     // 1: the largest length of an edge over that at rest
+  std::int64_t passed = 0, lowest_passed = -1;  // particles that went through a cloth; the lowest of their ids
+  SomeParticles fled;                           // left the domain in this step, if suspiciously many or fast
+  double fled_speed = 0;                        // m/s: of the fastest particle that left the domain
 
   Quanta mass_total() const { return mass_fluid + mass_cloth + mass_drained - mass_supplied; }
 };

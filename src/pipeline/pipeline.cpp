@@ -48,16 +48,14 @@ std::vector<Stage> stages_for(const Model& m) {
   return stages;
 }
 
-RunFailure::RunFailure(Stage failed_stage, std::int64_t failed_step, const std::string& what)
-    : std::runtime_error(what), stage(failed_stage), step(failed_step) {}
-
 Pipeline::Pipeline(const Model& model, Backend& backend, const HostState& initial)
     : model_(model),
       backend_(backend),
       stages_(stages_for(model)),
       time_(initial.time),
       step_(initial.step),
-      initial_total_(total_of(initial)) {
+      initial_total_(total_of(initial)),
+      limits_(model, static_cast<double>(initial_total_) * model.quantum) {
   backend_.upload(initial);
 }
 
@@ -75,26 +73,59 @@ StepReport Pipeline::step(double time_left) {
         std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
     // Caught here, the failure still has the name of its stage; the ledger alone would only say that it happened.
     if (const auto bad = nonfinite_number(report); !bad.empty())
-      throw RunFailure(stage, step_, fmt::format("{} is not a finite number", bad));
+      throw RunFailure(FailureKind::not_finite, stage, info, report, fmt::format("{} is not a finite number", bad));
     if (stage == Stage::time_step) {
       if (!(report.dt_wanted > 0) || !std::isfinite(report.dt_wanted))
-        throw RunFailure(stage, step_, fmt::format("the time step would be {} s", report.dt_wanted));
+        throw RunFailure(FailureKind::time_step, stage, info, report,
+                         fmt::format("the time step would be {} s", report.dt_wanted));
       info.dt = clip_step(report.dt_wanted, time_left, model_.scene.time.mode);
+      info.fluid_speed_limit = limits_.fluid_speed(time_ + info.dt);
     }
   }
-  if (report.nonfinite > 0)
-    throw RunFailure(Stage::ledger, step_,
-                     fmt::format("{} particles or nodes are not finite numbers", report.nonfinite));
-  if (report.mass_total() != initial_total_)
-    throw RunFailure(
-        Stage::ledger, step_,
-        fmt::format("the mass ledger is off by {} quanta ({:.3e} kg)", report.mass_total() - initial_total_,
-                    static_cast<double>(report.mass_total() - initial_total_) * model_.quantum));
+  check(info, report);
   time_ += info.dt;
   last_dt_ = info.dt;
   ++step_;
   step_milliseconds_ = std::chrono::duration<double, std::milli>(Clock::now() - step_begin).count();
   return report;
+}
+
+void Pipeline::check(const StepInfo& info, const StepReport& r) {
+  const auto fail = [&](FailureKind kind, Stage stage, const std::string& what, double limit = 0) {
+    throw RunFailure(kind, stage, info, r, what, limit);
+  };
+  if (r.nonfinite > 0)
+    fail(FailureKind::not_finite, Stage::ledger,
+         fmt::format("{} particles, nodes or bodies are not finite numbers", r.nonfinite));
+  if (const Quanta off = r.mass_total() - initial_total_; off != 0)
+    fail(
+        FailureKind::mass, Stage::ledger,
+        fmt::format("the mass ledger is off by {} quanta ({:.3e} kg)", off, static_cast<double>(off) * model_.quantum));
+  const double time = info.time + info.dt, fluid_limit = info.fluid_speed_limit;
+  constexpr const char* too_fast = "{} at {:.3g} m/s; in this scene nothing can make it faster than {:.3g} m/s";
+  if (r.fluid_speed > fluid_limit)
+    fail(FailureKind::fluid_speed, Stage::ledger,
+         fmt::format(fmt::runtime(too_fast), "the liquid moves", r.fluid_speed, fluid_limit), fluid_limit);
+  if (r.fled_speed > fluid_limit)
+    fail(FailureKind::fluid_speed, Stage::advection,
+         fmt::format(fmt::runtime(too_fast), "liquid left the domain", r.fled_speed, fluid_limit) +
+             fmt::format("; {} particles, ids {}", r.fled.count, r.fled.names()),
+         fluid_limit);
+  if (const double limit = limits_.cloth_stretch(time); r.cloth_stretch > limit)
+    fail(FailureKind::cloth_stretch, Stage::ledger,
+         fmt::format(
+             "the cloth is stretched to {:.3g} times its length; in this scene nothing can stretch it beyond {:.3g}",
+             r.cloth_stretch, limit),
+         limit);
+  if (const double limit = limits_.cloth_speed(time); r.cloth_speed > limit)
+    fail(FailureKind::cloth_speed, Stage::ledger,
+         fmt::format(fmt::runtime(too_fast), "the cloth moves", r.cloth_speed, limit), limit);
+  collapsing_ = r.density_error > collapse && !r.density_converged ? collapsing_ + 1 : 0;
+  if (collapsing_ >= collapse_steps)
+    fail(FailureKind::density, Stage::pressure,
+         fmt::format("the liquid collapses: its density is {:.0f} % too high on average, for {} steps in a row",
+                     100 * r.density_error, collapsing_),
+         collapse);
 }
 
 }  // namespace drench

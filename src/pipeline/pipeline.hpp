@@ -4,28 +4,21 @@
 #include <array>
 #include <functional>
 #include <optional>
-#include <stdexcept>
 #include <vector>
 
 #include "pipeline/backend.hpp"
+#include "pipeline/failure.hpp"
 
 namespace drench {
 
 /// The stages that the model needs, in the order of DRENCH_STAGES.
 std::vector<Stage> stages_for(const Model& model);
 
-/// A run that cannot go on: not a finite number, or mass that the ledger cannot account for.
-struct RunFailure : std::runtime_error {
-  RunFailure(Stage stage, std::int64_t step, const std::string& what);
-  Stage stage;
-  std::int64_t step;
-};
-
 class Pipeline {
  public:
   Pipeline(const Model& model, Backend& backend, const HostState& initial);
   /// One step; `time_left` bounds Δt so that a step ends exactly at the next output time.
-  /// Throws RunFailure when the result is not finite or the ledger's total has changed.
+  /// Throws RunFailure (failure.hpp).
   StepReport step(double time_left);
   const std::vector<Stage>& stages() const { return stages_; }
   double time() const { return time_; }
@@ -39,6 +32,8 @@ class Pipeline {
   void set_profiling(bool on) { profiling_ = on; }
 
  private:
+  void check(const StepInfo& info, const StepReport& report);
+
   const Model& model_;
   Backend& backend_;
   std::vector<Stage> stages_;
@@ -46,6 +41,8 @@ class Pipeline {
   double time_ = 0, last_dt_ = 0, step_milliseconds_ = 0;
   std::int64_t step_ = 0;
   Quanta initial_total_ = 0;
+  Limits limits_;
+  int collapsing_ = 0;  // steps in a row
   bool profiling_ = false;
 };
 

@@ -36,6 +36,15 @@
 // 5. x_i = x1; age_i += Δt. Outside the domain (or for cloth nodes: never) the particle is removed and its mass enters
 // `drained`.
 //    Removal keeps the order of those that stay.
+// 6. What law 3 cannot stop is counted, not mended: StepReport::passed, the particles that end a step beyond a cloth that is
+//    whole. It can happen in two ways, and the two are looked at: a particle that is still hit after the last repeat stays
+//    on its last triangle, where another one may lie between (its path is tested once more); and law 4 moves particles after
+//    law 3 (those that had cloth within h are tested on that way, against the triangles as they are at the end).
+//    All others have a path that was found free. It is a warning: a run with a leaking fold is worth finishing.
+// 7. StepReport::fled: at least 100 particles, and more than a quarter of all that there have ever been, left the domain in this
+//    step. A warning, not a failure: a thin sheet of water may fall out of the domain at once. Liquid that pours over
+//    the border takes many steps; liquid that explodes does not. With a particle that leaves at more than StepInfo::fluid_speed_limit
+//    it is those that are so fast, and the run fails (pipeline/failure.hpp): they must not slip away into `drained`.
 // Momentum for nodes is collected as 64-bit fixed-point sums in units of q · 2^-8 m/s and applied once, v_n += p_n u_n:
 // exact in any order. Reads and writes: fluid_*, node_position, node_velocity; drained; StepReport::collisions,
-// clamped.
+// clamped, passed, lowest_passed, fled, fled_speed.

@@ -6,6 +6,8 @@
 
 #include <cmath>
 #include <limits>
+#include <numbers>
+#include <tuple>
 
 namespace drench::test {
 namespace {
@@ -27,7 +29,14 @@ struct RecordingBackend : Backend {
     infos.push_back(info);
     if (stage == Stage::time_step) report.dt_wanted = dt_wanted;
     if (stage == Stage::divergence) report.divergence_error = divergence_error;
+    if (stage == Stage::pressure) {
+      report.density_error = ledger.density_error;
+      report.density_converged = ledger.density_converged;
+    }
     if (stage == Stage::ledger) {
+      report.fluid_speed = ledger.fluid_speed;
+      report.cloth_speed = ledger.cloth_speed;
+      report.cloth_stretch = ledger.cloth_stretch;
       report.nonfinite = ledger.nonfinite;
       report.mass_fluid = ledger.mass_fluid;
       report.mass_drained = ledger.mass_drained;
@@ -122,7 +131,7 @@ TEST_F(PipelineTest, OneLostQuantumStopsTheRun) {
     FAIL() << "not noticed";
   } catch (const RunFailure& failure) {
     EXPECT_EQ(failure.stage, Stage::ledger);
-    EXPECT_EQ(failure.step, 0);
+    EXPECT_EQ(failure.info.step, 0);
     EXPECT_NE(std::string(failure.what()).find("-1 quanta"), std::string::npos) << failure.what();
   }
 }
@@ -142,6 +151,77 @@ TEST_F(PipelineTest, AStageWithANonFiniteErrorIsNamedAtOnce) {
   } catch (const RunFailure& failure) {
     EXPECT_EQ(failure.stage, Stage::divergence);
     EXPECT_EQ(backend.ran.back(), Stage::divergence);
+  }
+}
+
+TEST_F(PipelineTest, OnlyALastingCollapseStopsTheRun) {
+  Pipeline pipeline(model, backend, initial);
+  backend.ledger.density_error = 1.5;
+  for (int k = 0; k < 30; ++k) {
+    backend.ledger.density_converged = k % collapse_steps == 0;  // the solver catches up now and then
+    ASSERT_NO_THROW(pipeline.step(1)) << k;
+  }
+  backend.ledger.density_converged = false;
+  backend.ledger.density_error = 0.9;
+  for (int k = 0; k < 30; ++k) ASSERT_NO_THROW(pipeline.step(1)) << k;
+  backend.ledger.density_error = 1.5;
+  for (int k = 1; k < collapse_steps; ++k) ASSERT_NO_THROW(pipeline.step(1)) << k;
+  try {
+    pipeline.step(1);
+    FAIL() << "not noticed";
+  } catch (const RunFailure& failure) {
+    EXPECT_EQ(failure.kind, FailureKind::density);
+    EXPECT_EQ(failure.stage, Stage::pressure);
+    EXPECT_EQ(failure.info.step, 69);
+  }
+}
+
+TEST_F(PipelineTest, BoundsAreThoseOfTheirComment) {
+  model.scene.gravity = {0, -10, 0};
+  model.scene.domain = {{0, 0, 0}, {0, 5, 0}};
+  model.spacing = 0.02;
+  model.rest_density = 1000;
+  model.jets.push_back({});
+  model.jets[0].scene.velocity = {0, -3, 0};
+  model.jets[0].scene.radius = 0.1;
+  model.mesh.solid_mass = {0.06, 0.04};
+  model.mesh.edge_length = {0.05, 0.1};
+  model.mesh.edge_stiffness = {400, 25};
+  const Limits limits(model, 2);
+  EXPECT_NEAR(limits.fluid_speed(0), 10 * (3 + 2), 1e-9) << "d/dt = 2 m/s";
+  EXPECT_NEAR(limits.fluid_speed(0.5), 10 * (3 + 5 + 2), 1e-9);
+  EXPECT_NEAR(limits.fluid_speed(50), 10 * (3 + 10 + 2), 1e-9) << "nothing falls farther than 5 m";
+  EXPECT_NEAR(limits.cloth_speed(50), 10 * (3 + 500 + 10), 1e-9);
+  const double brought = 1000 * std::numbers::pi * 0.01 * 3 * 0.5;  // kg, by the jet
+  EXPECT_NEAR(limits.cloth_stretch(0.5), 10 * (1 + 8 * std::sqrt(2.1 + brought) / (0.1 * 5) + 2 * 3 * 0.5 / 0.05),
+              1e-9);
+  model.mesh.edge_stiffness = {400, 4};
+  EXPECT_NEAR(Limits(model, 2).cloth_stretch(0), 10 * (1 + 3 * std::sqrt(2.1) / (0.1 * 2)), 1e-9);
+  model.reservoirs.push_back({});
+  EXPECT_EQ(Limits(model, 2).cloth_stretch(0.5), std::numeric_limits<double>::infinity());
+}
+
+TEST_F(PipelineTest, WhatIsBeyondABoundStopsTheRunAndWhatIsAtItDoesNot) {
+  model.mesh.edge_length = {0.05};
+  model.mesh.edge_stiffness = {400};
+  const Limits limits(model, 154 * model.quantum);
+  const std::tuple<double StepReport::*, FailureKind, double> kinds[] = {
+      {&StepReport::fluid_speed, FailureKind::fluid_speed, limits.fluid_speed(0.01)},
+      {&StepReport::cloth_speed, FailureKind::cloth_speed, limits.cloth_speed(0.01)},
+      {&StepReport::cloth_stretch, FailureKind::cloth_stretch, limits.cloth_stretch(0.01)}};
+  for (const auto& [number, kind, limit] : kinds) {
+    backend.ledger.fluid_speed = backend.ledger.cloth_speed = backend.ledger.cloth_stretch = 0;
+    backend.ledger.*number = limit;
+    EXPECT_NO_THROW(Pipeline(model, backend, initial).step(1));
+    backend.ledger.*number = limit * 1.001;
+    try {
+      Pipeline(model, backend, initial).step(1);
+      FAIL() << "not noticed";
+    } catch (const RunFailure& failure) {
+      EXPECT_EQ(failure.kind, kind);
+      EXPECT_EQ(failure.stage, Stage::ledger);
+      EXPECT_EQ(failure.limit, limit);
+    }
   }
 }
 

@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
+#include <functional>
+
 #include "pipeline/backend.hpp"
 #include "stage_compare.hpp"
 
@@ -57,6 +60,98 @@ TEST(advection, what_leaves_the_domain_enters_the_account_of_drained_liquid) {
                        for (std::size_t i = 0; i < s.fluid_velocity.size(); i += 5) s.fluid_velocity[i] = {900, 0, 0};
                      },
                  .changes = "fluid_mass"});
+}
+
+/// One step of the stages around advection, on both backends: law 6 and 7's numbers are the ledger's.
+void expect_alike(const drench::Setup& setup, const HostState& state, const StepInfo& info,
+                  const std::function<void(const StepReport&)>& expect) {
+  for (const auto& backend : {make_reference_backend(setup.model), make_kokkos_backend(setup.model)}) {
+    SCOPED_TRACE(backend->name());
+    backend->upload(state);
+    for (const bool again : {false, true}) {  // the second begins anew, with nothing left of the first
+      if (again) backend->upload(setup.state);
+      StepReport report;
+      for (const Stage stage : {Stage::neighbors, Stage::density, Stage::advection, Stage::ledger})
+        backend->run(stage, info, report);
+      if (!again) {
+        expect(report);
+        continue;
+      }
+      EXPECT_EQ(report.passed, 0);
+      EXPECT_EQ(report.lowest_passed, -1);
+      EXPECT_EQ(report.fled.count, 0);
+    }
+  }
+}
+
+TEST(advection, what_two_sheets_leave_behind_them_is_counted) {
+  const drench::Setup setup = setup_from(R"(drench: 1
+gravity: [0, 0, 0]
+domain: {min: [-1, -1, -1], max: [1, 1, 1]}
+fluid:
+  spacing: 0.01
+  sources: [{block: {min: [-0.035, 0.005, -0.035], max: [0.035, 0.015, 0.035]}}]
+cloth:
+  - mesh: {grid: {size: [0.2, 0.2], nodes: [11, 11]}}
+  - name: upper
+    mesh: {grid: {size: [0.2, 0.2], nodes: [11, 11]}}
+    place: {position: [0, 0.02, 0]}
+)");
+  HostState s = setup.state;
+  ASSERT_EQ(s.fluid_count(), 49);
+  for (std::size_t n = 0; n < s.node_velocity.size(); ++n) s.node_velocity[n] = {0, n < 121 ? 30.0 : -30.0, 0};
+  for (std::int64_t& id : s.fluid_id) id += 1000;
+  expect_alike(setup, s, {0, 0, 0.002}, [](const StepReport& report) {
+    EXPECT_EQ(report.passed, 49);
+    EXPECT_EQ(report.lowest_passed, 1000);
+  });
+}
+
+TEST(advection, what_a_body_pushes_through_a_sheet_is_counted) {
+  const drench::Setup setup = setup_from(R"(drench: 1
+gravity: [0, 0, 0]
+domain: {min: [-1, -1, -1], max: [1, 1, 1]}
+fluid:
+  spacing: 0.01
+  sources: [{block: {min: [-0.035, 0.05, -0.035], max: [0.035, 0.06, 0.035]}}]
+cloth:
+  - mesh: {grid: {size: [0.2, 0.2], nodes: [11, 11]}}
+    place: {position: [0, 0.01, 0]}
+    dynamics: false
+bodies:
+  - box: {min: [-0.09, -0.1, -0.09], max: [0.09, 0, 0.09], velocity: [0, 5, 0]}
+)");
+  HostState s = setup.state;
+  for (std::size_t i = 0; i < s.fluid_position.size(); ++i) s.fluid_position[i][1] = i % 7 == 0 ? 0.05 : 0.004;
+  // The box's top is at 0.015 at the end: 42 particles are put there, 7 are far above.
+  expect_alike(setup, s, {0, 0, 0.003}, [&](const StepReport& report) {
+    EXPECT_EQ(report.clamped, 42);
+    EXPECT_EQ(report.passed, 42);
+    EXPECT_EQ(report.lowest_passed, s.fluid_id.at(1));
+  });
+}
+
+TEST(advection, who_leaves_the_domain_at_once_or_too_fast_is_named) {
+  const drench::Setup setup = setup_from(wet_scene());
+  ASSERT_GE(setup.state.fluid_count(), 100);
+  const auto speed_all = [&](double speed, std::size_t every) {
+    HostState s = setup.state;
+    for (std::size_t i = 0; i < s.fluid_velocity.size(); i += every) s.fluid_velocity[i] = {0, 0, speed};
+    return s;
+  };
+  expect_alike(setup, speed_all(4000, 1), {0, 0, 0.002}, [&](const StepReport& report) {
+    EXPECT_EQ(report.fled.count, setup.state.fluid_count());
+    EXPECT_EQ(report.fled.lowest, (std::array<std::int64_t, 8>{0, 1, 2, 3, 4, 5, 6, 7}));
+    EXPECT_NEAR(report.fled_speed, 4000, 1);
+  });
+  expect_alike(setup, speed_all(4000, 50), {0, 0, 0.002}, [](const StepReport& report) {
+    EXPECT_EQ(report.fled.count, 0) << "a few, and nobody has said how fast is too fast";
+    EXPECT_NEAR(report.fled_speed, 4000, 1);
+  });
+  expect_alike(setup, speed_all(4000, 50), {0, 0, 0.002, 3000}, [&](const StepReport& report) {
+    EXPECT_EQ(report.fled.count, (setup.state.fluid_count() + 49) / 50);
+    EXPECT_EQ(report.fled.lowest[1], 50);
+  });
 }
 
 TEST(advection, stops_particles_at_the_nodes_of_a_stretched_sheet) {

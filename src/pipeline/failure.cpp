@@ -1,0 +1,87 @@
+#include "pipeline/failure.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+namespace drench {
+namespace {
+
+double norm(const Vec3& v) { return std::hypot(v[0], v[1], v[2]); }
+
+double largest(const Vec3& v) { return std::max({v[0], v[1], v[2]}); }
+
+/// m/s: of all that moves as the scene says.
+double fastest_prescribed(const Model& m) {
+  double fastest = 0;
+  for (const BlockScene& block : m.scene.fluid.blocks) fastest = std::max(fastest, norm(block.velocity));
+  for (const Jet& jet : m.jets) fastest = std::max(fastest, norm(jet.scene.velocity));
+  for (const Body& body : m.bodies)
+    fastest = std::max(fastest, norm(body.velocity) + std::abs(body.spin_rate) * body.reach);
+  for (std::size_t n = 0; n < m.mesh.pin_motion.size(); ++n) {
+    if (m.mesh.pin_motion[n] < 0) continue;
+    const PinMotion& pin = m.pin_motions[static_cast<std::size_t>(m.mesh.pin_motion[n])];
+    const Vec3& x = m.mesh.rest_position[n];
+    const Vec3 arm{x[0] - pin.center[0], x[1] - pin.center[1], x[2] - pin.center[2]};
+    fastest = std::max(fastest, norm(pin.velocity) + std::abs(pin.rate) * norm(arm));
+  }
+  return fastest;
+}
+
+}  // namespace
+
+std::string SomeParticles::names() const {
+  const auto named = std::min(count, static_cast<std::int64_t>(lowest.size()));
+  return fmt::format("{}{}", fmt::join(lowest.begin(), lowest.begin() + named, " "), count > named ? " …" : "");
+}
+
+RunFailure::RunFailure(FailureKind of_kind, Stage in_stage, const StepInfo& at, const StepReport& so_far,
+                       const std::string& what, double passed)
+    : std::runtime_error(what), kind(of_kind), stage(in_stage), info(at), report(so_far), limit(passed) {}
+
+Limits::Limits(const Model& m, double liquid)
+    : prescribed(fastest_prescribed(m)), gravity(norm(m.scene.gravity)), mass(liquid) {
+  const Box& domain = m.scene.domain;
+  const double diagonal =
+      norm({domain.max[0] - domain.min[0], domain.max[1] - domain.min[1], domain.max[2] - domain.min[2]});
+  longest_fall = std::sqrt(2 * gravity * diagonal);
+  scale = prescribed + (m.scene.field.present ? largest(m.scene.field.rate) * diagonal : 0.0);
+  if (m.has_fluid()) {
+    double tension = m.scene.fluid.surface_tension;  // N/m
+    for (const Body& body : m.bodies) tension = std::max(tension, body.adhesion);
+    for (const ClothMaterial& cloth : m.cloths) tension = std::max(tension, cloth.adhesion);
+    scale += std::sqrt(2 * tension / (m.rest_density * m.spacing));
+    particle = m.spacing / m.scene.time.step;
+  }
+  double longest = 0;  // m
+  for (std::size_t e = 0; e < m.mesh.edge_length.size(); ++e) {
+    const double length = m.mesh.edge_length[e];
+    longest = std::max(longest, length);
+    shortest = std::max(shortest, 1 / length);
+    softest = std::max(softest, 1 / (length * std::sqrt(m.mesh.edge_stiffness[e])));
+  }
+  edge = longest / m.scene.time.step;
+  for (const double solid : m.mesh.solid_mass) mass += solid;
+  for (const Body& body : m.bodies) mass += body.mass;
+  for (const Jet& jet : m.jets)
+    supply += m.rest_density * std::numbers::pi * jet.scene.radius * jet.scene.radius * norm(jet.scene.velocity);
+  if (m.has_reservoirs()) mass = std::numeric_limits<double>::infinity();
+}
+
+double Limits::fluid_speed(double time) const {
+  return 10 * (scale + std::min(gravity * time, longest_fall) + particle);
+}
+
+double Limits::cloth_speed(double time) const { return 10 * (scale + gravity * time + edge); }
+
+double Limits::cloth_stretch(double time) const {
+  if (!(softest > 0) || std::isinf(softest) || std::isinf(mass)) return std::numeric_limits<double>::infinity();
+  const double speed = scale + gravity * time;
+  return 10 * (1 + speed * std::sqrt(mass + supply * time) * softest + 2 * prescribed * time * shortest);
+}
+
+}  // namespace drench
