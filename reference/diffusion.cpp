@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "contact_wicking.hpp"
+#include "pipeline/substeps.hpp"
 #include "transfer.hpp"
 
 namespace drench::reference {
@@ -39,7 +40,7 @@ std::vector<Pair> exchanging_pairs(const ReferenceState& state) {
   return pairs;
 }
 
-int substeps(const ReferenceState& state, const std::vector<Pair>& pairs, double dt) {
+double substeps(const ReferenceState& state, const std::vector<Pair>& pairs, double dt) {
   std::vector<double> rate(state.s.node_count(), 0.0);  // 1/s
   for (const Pair& pair : pairs) {
     const ClothMaterial& c = material(state, pair.first);
@@ -48,7 +49,7 @@ int substeps(const ReferenceState& state, const std::vector<Pair>& pairs, double
       rate[n] += pair.conductance * (most + std::abs(pair.drop)) / state.model.samples.node_capacity[n];
   }
   const double fastest = rate.empty() ? 0 : *std::max_element(rate.begin(), rate.end());
-  return std::max(1, static_cast<int>(std::ceil(dt * fastest / 0.5)));
+  return dt * fastest / 0.5;
 }
 
 /// One of n sub-steps of the step dt.
@@ -130,7 +131,7 @@ std::vector<double> room_limit(const ReferenceState& state, const std::vector<Qu
 
 void diffusion(ReferenceState& state, const StepInfo& info, StepReport& report) {
   const std::vector<Pair> pairs = exchanging_pairs(state);
-  const int n = substeps(state, pairs, info.dt);
+  const int n = diffusion_substeps(substeps(state, pairs, info.dt), info.step);
   const std::vector<Contact> contacts = touching_layers(state, info.dt / n);
   for (int k = 0; k < n; ++k) {
     exchange_once(state, pairs, info.dt, n);

@@ -10,6 +10,7 @@
 #include "contact_wicking.hpp"
 #include "device_copy.hpp"
 #include "diffusion.hpp"
+#include "pipeline/substeps.hpp"
 #include "primitives/transfer.hpp"
 
 namespace drench::kokkos_backend {
@@ -187,7 +188,7 @@ void diffusion(Device& d, const StepInfo& info, StepReport& report) {
   if (!w.rate_launched) launch_diffusion_rate(d);
   if (!w.rate_waited) ExecSpace().fence("drench::diffusion::rate");
   w.rate_launched = false;
-  const int substeps = std::max(1, static_cast<int>(std::ceil(info.dt * std::max(0.0, w.rate()) / 0.5)));
+  const int substeps = diffusion_substeps(info.dt * std::max(0.0, w.rate()) / 0.5, info.step);
   const double dt = info.dt / substeps;
   const bool contacts = d.model.has_contact_wicking();
   const bool with_momentum = carries_momentum(d.model);

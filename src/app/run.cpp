@@ -119,7 +119,8 @@ class Run {
   /// How many multiples of `interval` from 0 on the run has come to.
   std::int64_t passed(double interval) const {
     const double now = pipeline_.time() + rounding();
-    auto n = static_cast<std::int64_t>(std::floor(now / interval)) + 1;
+    // At most what the type holds: intervals of 1e-300 s are allowed.
+    auto n = static_cast<std::int64_t>(std::min(std::floor(now / interval), 9.0e18)) + 1;
     if (static_cast<double>(n) * interval <= now) ++n;
     if (static_cast<double>(n - 1) * interval > now) --n;
     return n;

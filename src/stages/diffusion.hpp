@@ -36,4 +36,5 @@
 //    v_donor = Σ t_k v_k/Σ t_k over the donor's nodes. It is the sum Σ t v of what enters, written so that v_n' is a mean of
 //    the v: Σ M v over nodes that are free stays the same. Pinned nodes keep their velocity (theirs goes to the pins). What
 //    reservoirs supply comes with their node's velocity. Nothing of it runs where no cloth that moves has a diffusivity.
+// More than 10^6 sub-steps in 3 end the run (src/pipeline/substeps.hpp).
 // Reads:  node_position, node_velocity, lists.   Writes: node_liquid, node_velocity, supplied; StepReport::diffusion_substeps.

@@ -147,6 +147,31 @@ cloth:
               1e-6 * static_cast<double>(supplied[1]));
 }
 
+// 10^11 sub-steps do not fit an int: they became one, which lost the ledger's mass.
+TEST(diffusion, refuses_more_sub_steps_than_a_run_could_wait_for) {
+  const auto setup = setup_from(R"(drench: 1
+time: {step: 1, end: 2}
+cloth:
+  - mesh: {grid: {size: [1.0e-4, 1.0e-4], nodes: [11, 11]}}
+    dynamics: false
+    initial_saturation: [{box: {min: [-1, -1, -1], max: [0, 1, 1]}, value: 1}]
+    porous: {diffusivity: 1}
+)");
+  for (const bool reference : {false, true}) {
+    const auto backend = reference ? make_reference_backend(setup.model) : make_kokkos_backend(setup.model);
+    StepReport report;
+    backend->upload(setup.state);
+    backend->run(Stage::porous_neighbors, {0, 0.0, 1.0}, report);
+    try {
+      backend->run(Stage::diffusion, {7, 0.0, 1.0}, report);
+      ADD_FAILURE() << report.diffusion_substeps << " sub-steps";
+    } catch (const RunFailure& e) {
+      EXPECT_EQ(e.stage, Stage::diffusion);
+      EXPECT_EQ(e.step, 7);
+    }
+  }
+}
+
 TEST(diffusion, what_reservoirs_supply_is_compared_as_closely_as_masses) {
   // Every flow out of a reservoir is rounded to quanta, in every sub-step: in float some of them to one more or less.
   const auto setup = setup_from(R"(drench: 1
