@@ -66,7 +66,7 @@ std::string SceneDraw::vector(double low, double high) {
 
 void SceneDraw::begin() {
   dt_ = usually(0.001, 0.004, 1e-5, 0.1);
-  drawn_.yaml = fmt::format("drench: 1\ntime: {{step: {:.4g}, end: 1000, mode: {}, cfl: {:.3g}}}\n", dt_,
+  drawn_.yaml = fmt::format("drench: 1\ntime: {{step: {:.4g}, end: 10, mode: {}, cfl: {:.3g}}}\n", dt_,
                             word({"fixed", "cfl"}), uniform(0.1, 1));
   if (chance(gravity_part)) drawn_.yaml += fmt::format("gravity: {}\n", chance(0.3) ? "[0, 0, 0]" : vector(-12, 12));
   drawn_.yaml += "domain: {min: [-0.4, -0.4, -0.4], max: [0.4, 0.5, 0.4]}\n";

