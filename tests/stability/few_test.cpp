@@ -94,7 +94,7 @@ TEST(few, one_particle) {
                      one(m, s);
                      s.fluid_mass[0] = quanta_per_particle / 4;
                    });
-  taken.steps(200);
+  taken.steps(400);
   EXPECT_EQ(taken.watch().absorbed(), 1);
   EXPECT_EQ(sum(taken.state().node_liquid), quanta_per_particle / 4) << "it is in the cloth whole";
   taken.print("one particle, porous");
