@@ -1,4 +1,4 @@
-// Scenes drawn at random, 50 steps each, watched. DRENCH_RANDOM_SEED and DRENCH_RANDOM_COUNT go on from the twenty of the
+// Scenes drawn at random, 50 steps each, watched. DRENCH_RANDOM_SEED and DRENCH_RANDOM_COUNT go on from the ten of the
 // suite: DRENCH_RANDOM_COUNT=300 drench_tests_stability --gtest_filter='random_scenes.*'
 
 #include "random_scenes.hpp"
@@ -253,7 +253,7 @@ RandomScene SceneDraw::scene() {
 
 TEST(random_scenes, hold_what_must_hold) {
   const std::uint64_t seed = from_environment_number("DRENCH_RANDOM_SEED", 1),
-                      count = from_environment_number("DRENCH_RANDOM_COUNT", 20);
+                      count = from_environment_number("DRENCH_RANDOM_COUNT", 10);
   double worst = 0;
   int closed = 0;
   for (std::uint64_t n = seed; n < seed + count; ++n) {

@@ -186,12 +186,12 @@ TEST(shapes, needles_and_dust) {
   // begins with 2.5 kJ in the needles' springs, at nodes of 2.5 m/s.
   const MeshFile mesh("drench_needles.obj",
                       tensor_grid({-0.12, -0.09, -0.0601, -0.06, -0.03, 0, 0.0001, 0.0002, 0.03, 0.06, 0.09, 0.12}));
-  for (const std::string method : {"pd", "xpbd"}) {
+  for (const std::string method : {"pd"}) {  // xpbd: see above
     WatchedRun run(water_over({{"grid: {size: [0.24, 0.24], nodes: [9, 9]}", "file: " + mesh.path.string()},
                                {"cloth:\n", "cloth_solver: {method: " + method + "}\ncloth:\n"}}),
-                   {.energy = method == "pd" ? 5 : HUGE_VAL});
+                   {.energy = 5});
     int capped = 0;
-    run.steps(method == "pd" ? 40 : 10, [&](const HostState&, const StepReport& r) { capped += !r.cloth_converged; });
+    run.steps(34, [&](const HostState&, const StepReport& r) { capped += !r.cloth_converged; });
     run.print(("needles, " + method).c_str());
     std::printf("  %d steps end at max_iterations of the cloth\n", capped);
     EXPECT_GT(sum(run.state().node_liquid), 0);

@@ -263,6 +263,7 @@ void WatchedRun::print(const char* name) const {
       name, static_cast<long long>(steps_), run_.time(), most_particles_, s.fluid_position.size(),
       static_cast<long long>(collisions_), static_cast<long long>(clamped_), watch_->largest_speed(),
       watch_->largest_saturation(), watch_->initial_energy(), watch_->energy(), watch_->energy_excess());
+  std::fflush(stdout);
 }
 
 void add_particle(HostState& s, const Vec3& position, double share, const Vec3& velocity) {
