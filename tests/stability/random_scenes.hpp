@@ -1,0 +1,48 @@
+#pragma once
+// Scenes drawn at random that are valid and small: at most some hundred particles and three cloths of 12 × 12 nodes, with any
+// bodies, processes and keys that the loader allows. Most values are ordinary; some are anywhere in the loader's ranges.
+
+#include <cstdint>
+#include <random>
+#include <string>
+
+namespace drench::test {
+
+struct RandomScene {
+  std::string yaml;
+  bool closed = false;    ///< nothing moves by prescription and no reservoir supplies: the energy is known from outside
+  bool ordinary = false;  ///< no value is at the far end of its range
+  bool bounded = false;   ///< saturation control is on
+};
+
+class SceneDraw {
+ public:
+  explicit SceneDraw(std::uint64_t seed) : random_(seed) {}
+  RandomScene scene();
+
+ private:
+  double uniform(double low, double high);
+  double logarithmic(double low, double high);
+  /// Usually within [low, high], sometimes within [least, most], both by their logarithms.
+  double usually(double low, double high, double least, double most);
+  bool chance(double share);
+  int whole(int low, int high);
+  std::string word(std::initializer_list<const char*> words);
+  std::string vector(double low, double high);
+
+  void begin();
+  void fluid();
+  void cloths();
+  void cloth(int number, int count);
+  std::string pins(int nx, int nz);
+  std::string porous();
+  void bodies();
+  std::string motion();
+
+  std::mt19937_64 random_;
+  RandomScene drawn_;
+  bool wild_ = false;  // values anywhere in their ranges
+  double d_ = 0.01, dt_ = 0.004, height_ = 0;
+};
+
+}  // namespace drench::test

@@ -1,0 +1,98 @@
+#pragma once
+// Looks at a run from outside after every step: what must hold whatever the scene is. It knows the laws and none of the
+// solver's code: geometry and energies are computed here again, in double.
+
+#include <array>
+#include <functional>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "validation.hpp"
+
+namespace drench::test {
+
+/// What a scene allows; the rest always holds.
+struct Rules {
+  bool passage = true;             ///< no particle passes through a cloth
+  bool bounded_saturation = true;  ///< false where `saturation_control: off` gives the bound up
+  /// How far the energy may lie above what there was at the start and what came in since, in units of a tenth of lifting
+  /// all that is there by a spacing and a thousandth of the motion at the start and from jets. Infinite: not watched, for
+  /// what solids that move put in is not known from outside.
+  double energy = 1;
+  double fastest = std::numeric_limits<double>::infinity();  ///< m/s, of particles and nodes
+};
+
+/// Kinetic, potential and elastic energy, J: particles, wet nodes, springs, hinges, strain limits, floating bodies.
+double mechanical_energy(const Model& m, const HostState& s);
+
+/// How often the point that goes straight from `from` to `to` passes through the triangle, whose corners meanwhile go
+/// straight from `a` to `b`; the rim does not count.
+int crossings(const Vec3& from, const Vec3& to, const std::array<Vec3, 3>& a, const std::array<Vec3, 3>& b);
+
+/// The names of the fields in which two states are not the same bits; "" if there is none.
+std::string different_bits(const HostState& a, const HostState& b);
+
+class Watch {
+ public:
+  Watch(const Model& model, const HostState& start, const Rules& rules);
+  /// What is wrong with a state that follows the last one by a step of `dt` s.
+  std::vector<std::string> look(const HostState& now, double dt);
+
+  double initial_energy() const { return initial_energy_; }
+  double energy() const { return energy_; }            ///< J, at the last look
+  double energy_excess() const { return excess_; }     ///< largest of energy over what it may be, in units of the slack
+  double pin_work() const { return pin_work_; }        ///< J so far
+  double largest_speed() const { return speed_; }      ///< m/s so far
+  double largest_saturation() const { return wet_; }   ///< so far
+  std::int64_t absorbed() const { return absorbed_; }  ///< particles that went into cloth whole
+  const HostState& last() const { return last_; }
+
+ private:
+  using Complaints = std::vector<std::string>;
+  void look_at_numbers(const HostState& now, Complaints& wrong);
+  void look_at_masses(const HostState& now, Complaints& wrong);
+  void look_at_passage(const HostState& now, Complaints& wrong) const;
+  void look_at_energy(const HostState& now, double dt, Complaints& wrong);
+
+  const Model& model_;
+  Rules rules_;
+  HostState last_;
+  std::vector<Quanta> most_liquid_;  // per node
+  Quanta total_ = 0;
+  double motion_ = 0, weight_ = 0;  // J and N of the slack
+  double initial_energy_ = 0, energy_ = 0, excess_ = 0, input_ = 0, pin_work_ = 0, speed_ = 0, wet_ = 0;
+  std::int64_t absorbed_ = 0;
+};
+
+/// A scene that is watched. `edit` changes the state that it starts from.
+class WatchedRun {
+ public:
+  explicit WatchedRun(const std::string& yaml, const Rules& rules = {},
+                      const std::function<void(const Model&, HostState&)>& edit = {});
+  /// Steps, with a test failure for what is wrong and the end of the stepping with it. `each` is called after each step.
+  void steps(int count, const std::function<void(const HostState&, const StepReport&)>& each = {});
+  const HostState& state() const { return watch_->last(); }
+  const Model& model() const { return run_.model(); }
+  const Watch& watch() const { return *watch_; }
+  SceneRun& run() { return run_; }
+  const StepReport& report() const { return report_; }
+  /// One line of what happened, for the tests' output.
+  void print(const char* name) const;
+
+ private:
+  SceneRun run_;
+  std::unique_ptr<Watch> watch_;
+  StepReport report_;
+  std::int64_t steps_ = 0, collisions_ = 0, clamped_ = 0;
+  std::size_t most_particles_ = 0;
+};
+
+/// Appends a particle with a share of the full mass.
+void add_particle(HostState& s, const Vec3& position, double share = 1, const Vec3& velocity = {0, 0, 0});
+/// Leaves the first `count` particles.
+void keep_particles(HostState& s, std::size_t count);
+/// Fills all porous nodes to saturation × capacity.
+void soak(const Model& m, HostState& s, double saturation);
+
+}  // namespace drench::test
