@@ -188,7 +188,7 @@ void diffusion(Device& d, const StepInfo& info, StepReport& report) {
   if (!w.rate_launched) launch_diffusion_rate(d);
   if (!w.rate_waited) ExecSpace().fence("drench::diffusion::rate");
   w.rate_launched = false;
-  const int substeps = diffusion_substeps(info.dt * std::max(0.0, w.rate()) / 0.5, info.step);
+  const int substeps = diffusion_substeps(info.dt * std::max(0.0, w.rate()) / 0.5, info, report);
   const double dt = info.dt / substeps;
   const bool contacts = d.model.has_contact_wicking();
   const bool with_momentum = carries_momentum(d.model);

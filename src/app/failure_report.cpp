@@ -59,6 +59,7 @@ Offenders offenders_of(const RunFailure& failure, const Model& m, const HostStat
       break;
     case FailureKind::not_finite:
     case FailureKind::time_step:
+    case FailureKind::sub_steps:
     case FailureKind::mass:
       break;
   }
@@ -80,6 +81,7 @@ std::string advice(const RunFailure& failure, const Model& m, const HostState& s
     return "this is a fault of drench and not of the scene: please report it with the folder's scene.yaml";
   if (failure.kind == FailureKind::cloth_speed || failure.kind == FailureKind::cloth_stretch)
     return r.cloth_converged ? halve(m) : cloth_solve();
+  if (failure.kind == FailureKind::sub_steps) return "lower time.step or porous.diffusivity, or take larger triangles";
   const FluidSolverScene& solver = m.scene.fluid.solver;
   if (failure.kind == FailureKind::density)
     return ended_at("density solve", "fluid.solver.max_iterations", solver.max_iterations, r.density_error, m);

@@ -11,6 +11,7 @@ namespace drench {
 enum class FailureKind {
   not_finite,     // a NaN or an infinity
   time_step,      // no Δt
+  sub_steps,      // more of them in a step than a run could wait for
   mass,           // the ledger's total has changed
   fluid_speed,    // a particle beyond Limits
   cloth_speed,    // a node beyond Limits

@@ -10,7 +10,7 @@ namespace drench {
 // clang-format off
 inline auto fields(const Box& s) { const auto& [a, b] = s; return std::tie(a, b); }
 inline auto fields(const TimeScene& s) { const auto& [a, b, c, d] = s; return std::tie(a, b, c, d); }
-inline auto fields(const OutputScene& s) { const auto& [a, b, c] = s; return std::tie(a, b, c); }
+inline auto fields(const OutputScene& s) { const auto& [a, b, c, d, e] = s; return std::tie(a, b, c, d, e); }
 inline auto fields(const ProcessScene& s) { const auto& [a, b, c, d, e] = s; return std::tie(a, b, c, d, e); }
 inline auto fields(const MicropolarScene& s) { const auto& [a, b, c, d, e] = s; return std::tie(a, b, c, d, e); }
 inline auto fields(const FluidSolverScene& s) { const auto& [a, b, c, d] = s; return std::tie(a, b, c, d); }

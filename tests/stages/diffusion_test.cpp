@@ -167,7 +167,7 @@ cloth:
       ADD_FAILURE() << report.diffusion_substeps << " sub-steps";
     } catch (const RunFailure& e) {
       EXPECT_EQ(e.stage, Stage::diffusion);
-      EXPECT_EQ(e.step, 7);
+      EXPECT_EQ(e.info.step, 7);
     }
   }
 }
