@@ -129,7 +129,7 @@ void remove_particles(HostState& s, const std::vector<bool>& gone) {
   keep(s.fluid_density_ratio);
   keep(s.fluid_kappa_density);
   keep(s.fluid_kappa_divergence);
-  keep(s.fluid_spin);
+  if (!s.fluid_spin.empty()) keep(s.fluid_spin);
 }
 
 bool is_porous(const ReferenceState& state, Index p) { return state.model.cloths[state.model.samples.cloth[p]].porous; }

@@ -67,7 +67,7 @@ void read_saturation(Section& s, SaturationScene& saturation) {
 
 void read_porous(Section& s, PorousScene& porous) {
   porous.present = true;
-  s.number("solid_fraction", porous.solid_fraction, "[0, 0.99]", "1");
+  s.number("solid_fraction", porous.solid_fraction, "[0, 1)", "1");
   s.number("absorption", porous.absorption, "[0, 100]", "m²/s");
   s.number("uptake_velocity", porous.uptake_velocity, "[0, 100]", "m/s");
   s.number("max_saturation", porous.max_saturation, "[1, 10]", "1");

@@ -133,10 +133,14 @@ double all_table_bytes(const SetupSize& size, double r) {
   return bytes;
 }
 
-/// Partial sums of six words (backends/kokkos/primitives/reduce.hpp, ledger.cpp).
-double sum_bytes(const SetupSize& size) {
-  const double most = std::max(size.fluid, size.nodes);
-  return 48 * (std::min(65536.0, most) + std::min(1024.0, most) + std::min(32.0, most));
+/// Partial sums of the ledger (backends/kokkos/primitives/reduce.hpp, ledger.hpp), one range for the liquid and one for the
+/// cloth's nodes and edges.
+double sum_bytes(const SetupSize& size, double r) {
+  const double edges = size.moving_cloth ? (size.edges > 0 ? size.edges : 3 * size.nodes) : 0;
+  double sums = 0;
+  for (const double most : {size.fluid, std::max(size.nodes, edges)})
+    sums += std::min(65536.0, most) + std::min(1024.0, most) + std::min(32.0, most);
+  return (11 * number + 6 * r) * sums;
 }
 
 /// Reads one number from a file of the kernel's; 0 without one.
@@ -152,7 +156,7 @@ MemoryEstimate estimate_memory(const SetupSize& size, int real_bytes) {
   const double r = real_bytes;
   MemoryEstimate m;
   const Lists lists = list_bytes(size, r);
-  m.particles = particle_bytes(size, r) + sum_bytes(size);
+  m.particles = particle_bytes(size, r) + sum_bytes(size, r);
   m.lists = lists.bytes + lists.exchanged;
   m.cells = all_table_bytes(size, r);
   m.bodies = body_bytes(size, r);

@@ -192,7 +192,7 @@ inline constexpr BadScene bad_scenes[] = {
     {"SaturationWithoutValue", CLOTH "    hold_saturation: [{box: {min: [0, 0, 0], max: [1, 1, 1]}}]\n", 4, 23,
      "cloth.0.hold_saturation.0.value", "is missing; allowed: a number in [0, 10] (no unit)"},
     {"AllSolid", CLOTH "    porous: {solid_fraction: 1}\n", 4, 30, "cloth.0.porous.solid_fraction",
-     "allowed: [0, 0.99] (no unit)"},
+     "allowed: [0, 1) (no unit)"},
     {"MaxSaturationIsLow", CLOTH "    porous: {max_saturation: 0.9}\n", 4, 30, "cloth.0.porous.max_saturation",
      "allowed: [1, 10]"},
     {"EmissionAngleIsFlat", CLOTH "    porous: {emission_angle: 180}\n", 4, 30, "cloth.0.porous.emission_angle",
