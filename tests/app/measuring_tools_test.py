@@ -18,6 +18,7 @@ SOURCE, BINARY = Path(sys.argv[1]).resolve(), Path(sys.argv[2]).resolve() / "dre
 TOOLS = SOURCE / "tools"
 sys.path.insert(0, str(TOOLS))
 import measure  # noqa: E402
+from series import liquid_series  # noqa: E402
 
 
 def module(name):
@@ -69,7 +70,7 @@ fluid:
     def test_free_fall(self):
         done = measure.Run(BINARY, self.scene(self.FALL), self.folder / "out", 1)
         self.assertEqual(done.problem, "")
-        series, axis = speed_error.liquid_series(self.folder / "out")
+        series, axis = liquid_series(self.folder / "out")
         self.assertEqual([round(t, 6) for t, _ in series["centre"]], [0, 0.008, 0.016])
         for k, x in enumerate((0.05, 0.05, 0.05)):
             self.assertAlmostEqual(axis[k], x, delta=1e-6)
@@ -91,7 +92,7 @@ fluid:
                                 "jet: {center: [0, 0, 0], radius: 0.05, velocity: [0, -1, 0], start: 0.009}")
         done = measure.Run(BINARY, self.scene(jet), self.folder / "out", 1)
         self.assertEqual(done.problem, "")
-        series, _ = speed_error.liquid_series(self.folder / "out")
+        series, _ = liquid_series(self.folder / "out")
         self.assertIsNone(series["centre"][0][1])
         self.assertEqual(series["energy"][0][1], (0.0,))
 

@@ -37,7 +37,7 @@ double share_held(const WatchedRun& run) {
 TEST(full, a_dry_free_sheet_in_a_pool) {
   // Targets: no energy from nothing and nothing through the sheet, as in the other cases. They are missed from the 20th step
   // on: a free sheet that ends within still water shakes it, porous or not, tilted or flat, and more so with smaller steps.
-  // With `through_cloth: true` it does not: without it pairs begin and cease to feel each other as the rim moves between them.
+  // With `through_cloth: true` it does not. Why is not known yet.
   WatchedRun run(R"(drench: 1
 time: {step: 0.002, end: 10}
 fluid:

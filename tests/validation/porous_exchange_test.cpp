@@ -50,7 +50,7 @@ cloth:
       if (std::hypot(x[0], x[1] - radius, x[2]) <= radius) kept.push_back(i);
     }
     visit_fields(s, [&](std::string_view name, auto& array) {
-      if (!name.starts_with("fluid_")) return;
+      if (!name.starts_with("fluid_") || array.empty()) return;
       for (std::size_t k = 0; k < kept.size(); ++k) array[k] = array[kept[k]];
       array.resize(kept.size());
     });
