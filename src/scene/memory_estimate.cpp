@@ -60,7 +60,6 @@ Lists list_bytes(const SetupSize& size, double r) {
     // Of the pairs that there are: neither side has more.
     const double pairs = std::min(size.samples * to_fluid, size.fluid * to_samples);
     if (size.absorption) total.exchanged += size.fluid * index + 1.25 * pairs * quanta;
-    if (size.emission) total.exchanged += rows_of(size.samples) * width(to_fluid) * quanta;
     if ((size.absorption || size.emission) && size.direction && walls)
       total.bytes += list(size.samples, std::max(w.sample_boundary, on_a_side), index);
   }
