@@ -68,8 +68,8 @@ void read_neighbors(Section& s, Scene& scene) {
 // ---- fluid
 
 void read_solver(Section& s, FluidSolverScene& solver) {
-  s.number("density_error", solver.density_error, "[1e-12, 0.5]", "1");
-  s.number("divergence_error", solver.divergence_error, "[1e-12, 0.5]", "1");
+  s.number("density_error", solver.density_error, "[1e-15, 0.5]", "1");
+  s.number("divergence_error", solver.divergence_error, "[1e-15, 0.5]", "1");
   s.integer("max_iterations", solver.max_iterations, "[1, 100000]", "iterations");
   s.integer("min_iterations", solver.min_iterations, "[0, 100000]", "iterations");
   s.check(solver.min_iterations <= solver.max_iterations, s.has("min_iterations") ? "min_iterations" : "max_iterations",

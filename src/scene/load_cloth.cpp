@@ -150,7 +150,7 @@ void read_cloth(Section& s, ClothScene& cloth) {
 
 void read_cloth_solver(Section& s, ClothSolverScene& solver) {
   s.choice<ClothMethod>("method", solver.method, {{"pd", ClothMethod::pd}, {"xpbd", ClothMethod::xpbd}});
-  s.number("tolerance", solver.tolerance, "[1e-12, 0.5]", "1");
+  s.number("tolerance", solver.tolerance, "[1e-15, 0.5]", "1");
   s.integer("max_iterations", solver.max_iterations, "[1, 100000]", "iterations");
 }
 

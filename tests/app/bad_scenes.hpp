@@ -223,7 +223,7 @@ inline constexpr BadScene bad_scenes[] = {
     {"ClothMethodMisspelt", CLOTH "cloth_solver: {method: xpdb}\n", 4, 24, "cloth_solver.method",
      "did you mean 'xpbd'? allowed: pd, xpbd"},
     {"ClothToleranceIsZero", CLOTH "cloth_solver: {tolerance: 0}\n", 4, 27, "cloth_solver.tolerance",
-     "'0' is out of range; allowed: [1e-12, 0.5]"},
+     "'0' is out of range; allowed: [1e-15, 0.5]"},
     {"ClothIterationsAreNone", CLOTH "cloth_solver: {max_iterations: 0}\n", 4, 32, "cloth_solver.max_iterations",
      "allowed: [1, 100000] iterations"},
     {"ClothSolverOfACloth", CLOTH "    solver: {method: pd}\n", 4, 5, "cloth.0.solver", "unknown key"},
