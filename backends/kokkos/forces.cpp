@@ -3,23 +3,13 @@
 #include <algorithm>
 
 #include "device.hpp"
+#include "laws/runge_kutta_legendre.hpp"
 #include "laws/viscosity.hpp"
 #include "primitives/reduce.hpp"
 #include "rigid_bodies.hpp"
 
 namespace drench::kokkos_backend {
 namespace {
-
-/// A stage of RKL1 as the change that it makes: D_k = Y_k − Y_{k−1} = keep D_{k−1} + weight L(Y_{k−1}), weight in s.
-/// (With Y_k from Y_{k−1} and Y_{k−2} hundreds of stages would lose three digits of a float.)
-struct Stage {
-  Real keep = 0, weight = 0;
-};
-
-/// The k-th of `count` stages over dt (s).
-Stage legendre(int k, int count, double dt) {
-  return {Real((k - 1.0) / k), Real((2 * k - 1.0) / k * dt * 2 / (double(count) * (count + 1.0)))};
-}
 
 /// Gravity and the field alone.
 void inviscid(Device& d, Real dt) {
@@ -51,7 +41,7 @@ void pair_shares(Device& d) {
 }
 
 /// The liquid's change in a stage, in work.predicted. Returns the largest C_i, 1/s.
-double liquid_change(const Device& d, const Stage& stage) {
+double liquid_change(const Device& d, const LegendreStage& stage) {
   const Kernel kernel = d.kernel;
   const Real strength = d.viscous_strength;
   const Real3 g = d.gravity, center = d.field_center, square = d.field_square;
@@ -146,7 +136,7 @@ double node_bound(const Device& d) {
 }
 
 /// A stage of the nodes: their impulse J grows by its own D_k.
-void node_stage(Device& d, const Stage& stage, Real dt) {
+void node_stage(Device& d, const LegendreStage& stage, Real dt) {
   const auto change = d.viscous_work.impulse_change, v = d.nodes.velocity, f = d.nodes.force, pin = d.nodes.pin_force;
   const auto u = d.nodes.inverse_mass;
   const auto pinned = d.nodes.pinned;
@@ -173,7 +163,7 @@ void many_stages(Device& d, int stages, double dt) {
   if (cloth && d.viscous_work.impulse_change.extent(0) == 0)
     d.viscous_work.impulse_change = Array<Real3>("drench::viscous_impulse_change", d.nodes.count);
   for (int k = 1; k <= stages; ++k) {
-    const Stage stage = legendre(k, stages, dt);
+    const LegendreStage stage = legendre(k, stages, dt);
     if (k > 1) {
       viscous_body_forces(d);
       if (cloth) {

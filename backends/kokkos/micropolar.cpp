@@ -3,19 +3,11 @@
 #include "laws/micropolar.hpp"
 
 #include "device.hpp"
+#include "laws/runge_kutta_legendre.hpp"
 #include "primitives/reduce.hpp"
 
 namespace drench::kokkos_backend {
 namespace {
-
-/// A stage of RKL1 as the change that it makes (stages/forces.hpp): D_k = keep D_{k−1} + weight L(Y_{k−1}), weight in s.
-struct Stage {
-  Real keep, weight;
-};
-
-Stage legendre(int k, int count, double dt) {
-  return {Real((k - 1.0) / k), Real((2 * k - 1.0) / k * dt * 2 / (double(count) * (count + 1.0)))};
-}
 
 /// The largest g_i, 1/m, and k_i, 1.
 struct SpinBounds {
@@ -71,7 +63,7 @@ double rate_bound(const Device& d, const SpinLaw& law) {
 }
 
 /// A stage: v_i and ω_i change by their D_k, which the next one needs where there are `several`.
-void turn(const Device& d, const SpinLaw& law, const Stage& stage, bool several) {
+void turn(const Device& d, const SpinLaw& law, const LegendreStage& stage, bool several) {
   const Entries<Real3> v = d.fluid.velocity, spin = d.fluid.spin, flow_change = d.micropolar_work.velocity_change,
                        spin_change = d.micropolar_work.spin_change;
   const Entries<Real4> place = d.work.place, slip = d.micropolar_work.slip, rate = d.micropolar_work.rate;

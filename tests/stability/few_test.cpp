@@ -19,6 +19,7 @@
 
 #include "hard_scene.hpp"
 #include "restart_scenes.hpp"
+#include "states.hpp"
 
 namespace drench::test {
 namespace {

@@ -8,6 +8,7 @@
 #include <random>
 #include <vector>
 
+#include "states.hpp"
 #include "validation.hpp"
 
 namespace drench::test {
@@ -41,23 +42,6 @@ void add(HostState& s, const Vec3& position, double share) {
   s.fluid_density_ratio.push_back(0);
   s.fluid_kappa_density.push_back(0);
   s.fluid_kappa_divergence.push_back(0);
-}
-
-void keep(HostState& s, const std::vector<std::size_t>& which) {
-  HostState old = s;
-  const auto pick = [&](auto& to, const auto& from) {
-    to.clear();
-    for (const std::size_t i : which) to.push_back(from[i]);
-  };
-  pick(s.fluid_position, old.fluid_position);
-  pick(s.fluid_velocity, old.fluid_velocity);
-  pick(s.fluid_mass, old.fluid_mass);
-  pick(s.fluid_id, old.fluid_id);
-  pick(s.fluid_age, old.fluid_age);
-  pick(s.fluid_origin, old.fluid_origin);
-  pick(s.fluid_density_ratio, old.fluid_density_ratio);
-  pick(s.fluid_kappa_density, old.fluid_kappa_density);
-  pick(s.fluid_kappa_divergence, old.fluid_kappa_divergence);
 }
 
 int close_pairs(const HostState& s, double near) {
@@ -101,8 +85,10 @@ Outcome run_from(SceneRun& run, const HostState& state, double until, double nea
     o.height += double(end.fluid_mass[i]) * end.fluid_position[i][1];
   }
   o.height /= mass;
-  std::printf("largest speed %.3f m/s; in the second half %.3f, rms %.3f; compression %.1e; %d pairs within %.2f d; height %.4f m\n",
-              o.speed, o.late_most, o.late, o.compression, o.close, near / d, o.height);
+  std::printf(
+      "largest speed %.3f m/s; in the second half %.3f, rms %.3f; compression %.1e; %d pairs within %.2f d; height "
+      "%.4f m\n",
+      o.speed, o.late_most, o.late, o.compression, o.close, near / d, o.height);
   return o;
 }
 
@@ -114,7 +100,7 @@ TEST(odd_liquid, a_few_particles_fall_and_lie) {
     HostState s = run.initial();
     std::vector<std::size_t> which;
     for (std::size_t i = 0; i < count; ++i) which.push_back(i);
-    keep(s, which);
+    keep_liquid(s, which);
     for (Vec3& x : s.fluid_position) x[1] += 0.1;
     const Outcome o = run_from(run, s, 1, 0.2 * d);
     EXPECT_LE(o.speed, 1.05 * std::sqrt(2 * 9.81 * 0.14));
@@ -148,7 +134,7 @@ TEST(odd_liquid, small_particles_among_full_ones) {
     else
       which.push_back(i);
   }
-  keep(s, which);
+  keep_liquid(s, which);
   for (const Vec3& c : cells)
     for (int k = 0; k < 20; ++k) add(s, {c[0] + within(random), c[1] + within(random), c[2] + within(random)}, 0.05);
   const Outcome o = run_from(run, s, 1, 0.1 * d);

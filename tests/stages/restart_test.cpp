@@ -10,28 +10,12 @@
 #include "pipeline/pipeline.hpp"
 #include "restart_scenes.hpp"
 #include "stage_compare.hpp"
+#include "states.hpp"
 
 namespace drench::test {
 namespace {
 
 using MakeBackend = std::unique_ptr<Backend> (*)(const Model&);
-
-/// The names of the fields in which two states are not the same bits.
-std::string different_bits(const HostState& a, const HostState& b) {
-  std::string names;
-  std::vector<std::pair<const void*, std::size_t>> bytes;
-  visit_fields(a, [&](std::string_view, const auto& v) { bytes.emplace_back(v.data(), v.size() * sizeof(v[0])); });
-  std::size_t k = 0;
-  visit_fields(b, [&](std::string_view name, const auto& v) {
-    const auto [data, size] = bytes[k++];
-    if (size != v.size() * sizeof(v[0]) || (size > 0 && std::memcmp(data, v.data(), size) != 0))
-      names += " " + std::string(name);
-  });
-  if (a.drained != b.drained || a.supplied != b.supplied) names += " ledger";
-  if (a.next_id != b.next_id || a.jet_particles != b.jet_particles) names += " counters";
-  if (a.step != b.step || a.time != b.time) names += " time";
-  return names;
-}
 
 /// What a stats row is made of.
 std::vector<double> numbers(const StepReport& r) {

@@ -89,20 +89,6 @@ int crossings(const Vec3& from, const Vec3& to, const std::array<Vec3, 3>& a, co
   return count;
 }
 
-std::string different_bits(const HostState& a, const HostState& b) {
-  std::string names;
-  std::vector<std::pair<const void*, std::size_t>> bytes;
-  visit_fields(a, [&](std::string_view, const auto& v) { bytes.emplace_back(v.data(), v.size() * sizeof(v[0])); });
-  std::size_t k = 0;
-  visit_fields(b, [&](std::string_view name, const auto& v) {
-    const auto [data, size] = bytes[k++];
-    if (size != v.size() * sizeof(v[0]) || (size > 0 && std::memcmp(data, v.data(), size) != 0))
-      names += " " + std::string(name);
-  });
-  if (a.drained != b.drained || a.supplied != b.supplied) names += " ledger";
-  return names;
-}
-
 Watch::Watch(const Model& model, const HostState& start, const Rules& rules)
     : model_(model), rules_(rules), last_(start), most_liquid_(start.node_liquid), total_(total_of(start)) {
   for (std::size_t n = 0; n < most_liquid_.size(); ++n) {

@@ -30,9 +30,6 @@ double mechanical_energy(const Model& m, const HostState& s);
 /// straight from `a` to `b`; the rim does not count.
 int crossings(const Vec3& from, const Vec3& to, const std::array<Vec3, 3>& a, const std::array<Vec3, 3>& b);
 
-/// The names of the fields in which two states are not the same bits; "" if there is none.
-std::string different_bits(const HostState& a, const HostState& b);
-
 class Watch {
  public:
   Watch(const Model& model, const HostState& start, const Rules& rules);

@@ -9,6 +9,7 @@
 #include <numbers>
 #include <vector>
 
+#include "states.hpp"
 #include "validation.hpp"
 
 namespace drench::test {
@@ -100,15 +101,10 @@ fluid:
     if (x[0] * x[0] + x[1] * x[1] + x[2] * x[2] > radius * radius) state.fluid_mass[i] = 0;
   }
   // Out of every array of the particles, with those of mass 0.
-  std::vector<bool> stays;
-  for (const Quanta m : state.fluid_mass) stays.push_back(m > 0);
-  visit_fields(state, [&](std::string_view name, auto& array) {
-    if (!name.starts_with("fluid_")) return;
-    std::size_t kept = 0;
-    for (std::size_t i = 0; i < array.size(); ++i)
-      if (stays[i]) array[kept++] = array[i];
-    array.resize(kept);
-  });
+  std::vector<std::size_t> which;
+  for (std::size_t i = 0; i < state.fluid_mass.size(); ++i)
+    if (state.fluid_mass[i] > 0) which.push_back(i);
+  keep_liquid(state, which);
   run.restart(state);
   ZeroCounter zeros;
   double first = 0, later = 0;

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "stage_run.hpp"
+#include "states.hpp"
 #include "validation.hpp"
 
 namespace drench::test {
@@ -110,20 +111,14 @@ fluid:
 )",
                            spacing, micropolar));
   HostState state = run.initial();
-  std::vector<bool> stays;
+  std::vector<std::size_t> which;
   for (std::size_t i = 0; i < state.fluid_position.size(); ++i) {
     const Vec3& x = state.fluid_position[i];
     const double turn = rate * (1 - 2 * (x[0] * x[0] + x[1] * x[1]) / (radius * radius));
     state.fluid_velocity[i] = {-turn * x[1], turn * x[0], 0};
-    stays.push_back(x[0] * x[0] + x[1] * x[1] + x[2] * x[2] < radius * radius);
+    if (x[0] * x[0] + x[1] * x[1] + x[2] * x[2] < radius * radius) which.push_back(i);
   }
-  visit_fields(state, [&](std::string_view name, auto& array) {
-    if (!name.starts_with("fluid_")) return;
-    std::size_t kept = 0;
-    for (std::size_t i = 0; i < array.size(); ++i)
-      if (stays[i]) array[kept++] = array[i];
-    array.resize(kept);
-  });
+  keep_liquid(state, which);
   run.restart(state);
   const auto turning = [&](const HostState& s) {
     double sum = 0;

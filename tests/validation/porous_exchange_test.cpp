@@ -9,6 +9,7 @@
 #include <numeric>
 
 #include "stage_run.hpp"
+#include "states.hpp"
 #include "validation.hpp"
 
 namespace drench::test {
@@ -49,11 +50,7 @@ cloth:
       const Vec3 x = s.fluid_position[i];
       if (std::hypot(x[0], x[1] - radius, x[2]) <= radius) kept.push_back(i);
     }
-    visit_fields(s, [&](std::string_view name, auto& array) {
-      if (!name.starts_with("fluid_") || array.empty()) return;
-      for (std::size_t k = 0; k < kept.size(); ++k) array[k] = array[kept[k]];
-      array.resize(kept.size());
-    });
+    keep_liquid(s, kept);
     mass = sum(s.fluid_mass);
     run.restart(s);
   }

@@ -1,0 +1,33 @@
+#include "states.hpp"
+
+#include <cstring>
+#include <utility>
+
+namespace drench::test {
+
+std::string different_bits(const HostState& a, const HostState& b) {
+  std::string names;
+  std::vector<std::pair<const void*, std::size_t>> bytes;
+  visit_fields(a, [&](std::string_view, const auto& v) { bytes.emplace_back(v.data(), v.size() * sizeof(v[0])); });
+  std::size_t k = 0;
+  visit_fields(b, [&](std::string_view name, const auto& v) {
+    const auto [data, size] = bytes[k++];
+    if (size != v.size() * sizeof(v[0]) || (size > 0 && std::memcmp(data, v.data(), size) != 0))
+      names += " " + std::string(name);
+  });
+  if (a.drained != b.drained || a.supplied != b.supplied) names += " ledger";
+  if (a.next_id != b.next_id || a.jet_particles != b.jet_particles) names += " counters";
+  if (a.step != b.step || a.time != b.time) names += " time";
+  return names;
+}
+
+void keep_liquid(HostState& s, const std::vector<std::size_t>& which) {
+  visit_fields(s, [&](std::string_view name, auto& array) {
+    if (!name.starts_with("fluid_") || array.empty()) return;
+    const auto old = array;
+    array.clear();
+    for (const std::size_t i : which) array.push_back(old[i]);
+  });
+}
+
+}  // namespace drench::test
