@@ -152,6 +152,7 @@ void make_mesh(Device& d) {
   m.edges = static_cast<Index>(mesh.edge.size());
   m.hinges = static_cast<Index>(mesh.hinge.size());
   m.triangle = to_device<Index>("drench::triangle", flat(mesh.triangle));
+  if (!mesh.rim.empty()) m.rim = to_device<Index>("drench::rim", flat(mesh.rim));
   std::vector<double> metric;
   for (const auto& t : mesh.triangle) {
     double gram[3] = {0, 0, 0};
@@ -194,6 +195,7 @@ void make_samples(Device& d) {
   s.weight = to_device<Real>("drench::sample_weight", flat(set.weight));
   s.weight_exact = to_device<double>("drench::sample_weight_exact", flat(set.weight));
   s.cloth = to_device<Index>("drench::sample_cloth", set.cloth);
+  if (!set.rim.empty()) s.rim = to_device<Index>("drench::sample_rim", flat(set.rim));
   s.position = Array<Real3>("drench::sample_position", s.count);
   s.velocity = Array<Real3>("drench::sample_velocity", s.count);
   s.normal = Array<Real3>("drench::sample_normal", s.count);

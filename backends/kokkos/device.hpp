@@ -128,6 +128,7 @@ struct NodeArrays {
 
 struct MeshArrays {
   Array<Index> triangle;  // 3 per triangle
+  Array<Index> rim;       // 3 per edge of the rim; empty: none
   Array<Index> edge;      // 2 per edge
   Array<Real> edge_length, edge_stiffness;
   Array<Index> hinge;        // 4 per hinge
@@ -146,6 +147,7 @@ struct SampleArrays {
   Array<Real> weight;          // 3 per sample
   Array<double> weight_exact;  // the same in double, for splitting quanta
   Array<Index> cloth;
+  Array<Index> rim;            // 2 per sample: edges of the rim near it; empty: none
   Array<Real> area, capacity;  // m², kg
   Array<Real3> rest_position;
   Array<Real3> flow_direction;

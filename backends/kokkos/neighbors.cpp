@@ -1,18 +1,20 @@
 // Stage neighbors (src/stages/neighbors.hpp).
 
+#include "laws/rim.hpp"
 #include "primitives/neighbor_list.hpp"
 #include "rigid_bodies.hpp"
 
 namespace drench::kokkos_backend {
 namespace {
 
-/// Whether the segment from xi to xj crosses the plane of a sample at xp with normal n nearer than √limit to it.
-KOKKOS_INLINE_FUNCTION bool crosses(const Real3& xi, const Real3& xj, const Real3& xp, const Real3& n, Real limit) {
+/// Whether the sheet at sample p, at xp with normal n, is between xi and xj.
+KOKKOS_INLINE_FUNCTION bool sheet_between(const Real3& xi, const Real3& xj, const Real3& xp, const Real3& n, Real limit,
+                                          const Rims& rims, Index p) {
   const Real3 ri = xi - xp, rj = xj - xp;
   const Real si = dot(ri, n), sj = dot(rj, n);
   if ((si < 0) == (sj < 0)) return false;
   const Real3 c = ri + (si / (si - sj)) * (rj - ri);
-  return dot(c, c) < limit;
+  return dot(c, c) < limit && !(rims.near.exist() && rims.beyond(p, xp + c));
 }
 
 /// Takes out of fluid_fluid the pairs on different sides of a cloth.
@@ -38,6 +40,7 @@ void part_by_cloth(Device& d) {
         }
         nearest(i) = best;
       });
+  const Rims rims{d.samples.rim, d.mesh.rim, d.nodes.position};
   const Real reach = Real(1.25) * d.spacing, limit = reach * reach;
   parallel(
       "drench::neighbors::part_by_cloth", n, KOKKOS_LAMBDA(const Index i) {
@@ -54,8 +57,8 @@ void part_by_cloth(Device& d) {
         for (Index k = 0; k < n_i; ++k) {
           const Index j = list(i, k), q = nearest(j);
           // Both tests see their own end first, so that i and j come to the same answer.
-          if (p >= 0 && crosses(x(i), x(j), xs(p), normal(p), limit)) continue;
-          if (q >= 0 && crosses(x(j), x(i), xs(q), normal(q), limit)) continue;
+          if (p >= 0 && sheet_between(x(i), x(j), xs(p), normal(p), limit, rims, p)) continue;
+          if (q >= 0 && sheet_between(x(j), x(i), xs(q), normal(q), limit, rims, q)) continue;
           if (kept < k) list(i, kept) = j;
           ++kept;
         }

@@ -43,6 +43,9 @@ class Sheet {
       rounding_.push_back(separation_rounding(model, precision, farthest) + 2 * h_ * u * (6 * ratio + 4));
       grid_.add(to_vec3(x));
     }
+    for (const auto& edge : model.mesh.rim)
+      rim_.push_back({place(state, edge[0]), place(state, edge[1]), place(state, edge[2])});
+    near_rim_ = model.samples.rim;
   }
 
   /// Those that a particle at x may have for its nearest one within h; `none`: perhaps it has none.
@@ -104,14 +107,52 @@ class Sheet {
     // How far the crossing, if there is one, can be from where it seems to be.
     const double slack = rounding + (apart > rounding ? std::min(1.0, 2 * rounding / apart) : 1) * (ri - rj).norm();
     const double along = apart > 0 ? std::clamp(si / (si - sj), 0.0, 1.0) : 0;
-    const double away = (ri + along * (rj - ri)).norm();
-    if (away > reach_ + slack) return Parted::no;
-    return known && away < reach_ - slack ? Parted::yes : Parted::by_rounding;
+    const Vector3d c = ri + along * (rj - ri);
+    if (c.norm() > reach_ + slack) return Parted::no;
+    const bool beyond = beyond_rim(p, at(position_, p) + c);
+    for (int corner = 0; corner < 8 && !near_rim_.empty(); ++corner) {  // of a cube that holds the slack
+      const Vector3d to(corner & 1 ? slack : -slack, corner & 2 ? slack : -slack, corner & 4 ? slack : -slack);
+      if (beyond_rim(p, at(position_, p) + c + to) != beyond) return Parted::by_rounding;
+    }
+    if (beyond) return Parted::no;
+    return known && c.norm() < reach_ - slack ? Parted::yes : Parted::by_rounding;
+  }
+
+  /// Whether c is beyond the rim of sample p's sheet.
+  bool beyond_rim(Index p, const Vector3d& c) const {
+    if (near_rim_.empty()) return false;
+    double least = 0, side = 0;
+    Vector3d last_foot = Vector3d::Zero(), last_outward = Vector3d::Zero();
+    bool any = false;
+    for (const Index e : at(near_rim_, p)) {
+      if (e < 0) continue;
+      const auto& [a, b, o] = at(rim_, e);
+      const Vector3d along = b - a, inward = o - a;
+      const double where = std::clamp((c - a).dot(along) / along.squaredNorm(), 0.0, 1.0);
+      const Vector3d outward = (inward.dot(along) / along.squaredNorm() * along - inward).normalized(),
+                     foot = where == 1 ? b : Vector3d(a + where * along);
+      const double distance = (c - foot).norm();
+      if (any && foot == last_foot) return (c - foot).dot(outward + last_outward) > 0;
+      if (!any || distance < least) {
+        least = distance;
+        side = (c - a).dot(outward);
+      }
+      any = true;
+      last_foot = foot;
+      last_outward = outward;
+    }
+    return side > 0;
+  }
+
+  static Vector3d place(const HostState& state, Index node) {
+    return to_eigen(state.node_position[static_cast<std::size_t>(node)]);
   }
 
   double h_, reach_;
   std::vector<Vector3d> position_, normal_;
   std::vector<double> rounding_;
+  std::vector<std::array<Vector3d, 3>> rim_;  // m
+  std::vector<std::array<Index, 2>> near_rim_;
   PointGrid grid_;
 };
 

@@ -8,6 +8,7 @@
 #include "scene/body_geometry.hpp"
 #include "scene/body_sampling.hpp"
 #include "scene/cloth_mesh.hpp"
+#include "scene/cloth_rim.hpp"
 #include "scene/cloth_sampling.hpp"
 #include "scene/distance_field.hpp"
 #include "scene/fabric_pairs.hpp"
@@ -266,6 +267,7 @@ Setup build(const Scene& scene, const MemoryBudget& budget) {
   for (Body& body : m.bodies)
     if (body.field.spacing > 0) fill_field(body, body.field);
   if (m.has_fluid() || m.has_porous()) build_samples(m);
+  if (m.has_fluid() && !m.scene.through_cloth) build_rim(m);
   if (m.has_diffusion()) build_fabric_pairs(m);
   init_nodes(m, setup.state);
   check_ledger_range(setup);

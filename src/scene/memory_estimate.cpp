@@ -105,7 +105,7 @@ double cloth_bytes(const SetupSize& size, double r) {
   if (size.diffusion) bytes += pairs * (4 * index + 2 * number + quanta);
 
   double sample = 3 * index + index + 3 * r + 3 * number + index + 9 * r + 3 * index;  // SampleArrays, node_samples
-  if (size.liquid) sample += 19 * r;                                                   // and ViscousWork
+  if (size.liquid) sample += 19 * r + 2 * index;                                       // and ViscousWork, rims
   if (size.porous) sample += 9 * r;
   if (size.absorption || size.emission) sample += 4 * quanta + number;  // TransferWork
   if (size.emission) sample += 6 * quanta + 3 * r + 1 + 3 * index;      // EmissionWork

@@ -63,6 +63,7 @@ struct ClothMesh {
   // triangles
   std::vector<std::array<Index, 3>> triangle;
   std::vector<Index> triangle_cloth;
+  std::vector<std::array<Index, 3>> rim;  // edges of one triangle alone: their nodes and its third; empty unless needed
   // edge springs, i < j
   std::vector<std::array<Index, 2>> edge;
   std::vector<double> edge_length;     // m, rest
@@ -105,6 +106,9 @@ struct SampleSet {
   Rows node_samples;                          // node → items 4·sample + corner (0..2)
   std::vector<double> node_capacity;          // C_n = Σ_p w_pn C_p, kg
   std::vector<double> node_weight_sum;        // w′_n = Σ_p w_pn
+  // Per sample two edges of its cloth's rim within 2 d at rest: the nearest, and the nearest that goes another way (the
+  // cosine between them is below 0.9); −1: none. Empty where no cloth parts liquid or none has a rim.
+  std::vector<std::array<Index, 2>> rim;
   double cover_radius = 0;  // m: no point of a triangle is farther from that triangle's nearest sample
   Index count() const { return static_cast<Index>(triangle.size()); }
 };
