@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "cloth_problem.hpp"
+#include "sheets.hpp"
 
 namespace drench::reference {
 namespace {
@@ -88,10 +89,14 @@ void pressure(ReferenceState& state, const StepInfo& info, StepReport& report) {
   const double ramp = emission_ramp(state.model);
   std::vector<bool> active(state.alpha.size());
   for (std::size_t i = 0; i < active.size(); ++i) active[i] = state.alpha[i] != 0;
+  std::vector<double> counted = s.fluid_density_ratio;  // 1 at least where a sheet is touched
+  if (!state.model.scene.through_cloth)
+    for (Index i = 0; i < s.fluid_count(); ++i)
+      if (touches_sheet(state, i)) counted[i] = std::max(1.0, counted[i]);
   std::vector<double> compressed(active.size(), 0.0);  // β max(0, δ_adv − 1) of the last iteration
   const auto residual = [&](Index i, double rate) {
-    const double over = s.fluid_density_ratio[i] - 1, beta = source_ramp(s, i, ramp);
-    compressed[i] = beta * std::max(0.0, over + info.dt * rate);
+    const double over = counted[i] - 1, beta = source_ramp(s, i, ramp);
+    compressed[i] = beta * std::max(0.0, s.fluid_density_ratio[i] - 1 + info.dt * rate);
     return beta * ((over > 0 ? taken_back * over : over) + info.dt * rate);
   };
   clear_inactive(state);

@@ -2,6 +2,7 @@
 
 #include "device.hpp"
 #include "laws/crowding.hpp"
+#include "laws/rim.hpp"
 #include "laws/wall.hpp"
 #include "rigid_bodies.hpp"
 
@@ -138,6 +139,30 @@ void density_and_alpha(Device& d) {
       });
 }
 
+/// Of liquid that touches a sheet δ_i counts as 1 at least (src/stages/pressure.hpp).
+void count_what_touches(Device& d) {
+  auto& made = d.work.counted_ratio;
+  if (made.extent(0) != d.work.nearest_sample.extent(0))
+    made =
+        Array<Real>(Kokkos::ViewAllocateWithoutInitializing("drench::counted_ratio"), d.work.nearest_sample.extent(0));
+  const Rims rims{d.samples.rim, d.mesh.rim, d.nodes.position};
+  const Entries<Index> nearest = d.work.nearest_sample;
+  const Entries<Real3> x = d.fluid.position, xs = d.samples.position, normal = d.samples.normal;
+  const Entries<Real> ratio = d.fluid.density_ratio, counted = made;
+  const Real touch = Real(0.1) * d.spacing, reach = Real(1.25) * d.spacing, limit = reach * reach;
+  parallel(
+      "drench::density::touch", d.fluid.count, KOKKOS_LAMBDA(const Index i) {
+        const Index p = nearest(i);
+        Real counts = ratio(i);
+        if (p >= 0 && counts < 1) {
+          const Real3 r = x(i) - xs(p), n = normal(p);
+          const Real height = dot(r, n);
+          if (Kokkos::fabs(height) < touch && rims.on_sheet(p, xs(p), r - height * n, limit)) counts = 1;
+        }
+        counted(i) = counts;
+      });
+}
+
 }  // namespace
 
 void density(Device& d, const StepInfo&, StepReport&) {
@@ -157,6 +182,7 @@ void density(Device& d, const StepInfo&, StepReport&) {
     sample_row_bounds(d);
   }
   density_and_alpha(d);
+  if (d.samples.count > 0 && !d.model.scene.through_cloth) count_what_touches(d);
   add_body_rows(d);
 }
 

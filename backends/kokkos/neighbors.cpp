@@ -14,7 +14,7 @@ KOKKOS_INLINE_FUNCTION bool sheet_between(const Real3& xi, const Real3& xj, cons
   const Real si = dot(ri, n), sj = dot(rj, n);
   if ((si < 0) == (sj < 0)) return false;
   const Real3 c = ri + (si / (si - sj)) * (rj - ri);
-  return dot(c, c) < limit && !(rims.near.exist() && rims.beyond(p, xp + c));
+  return rims.on_sheet(p, xp, c, limit);
 }
 
 /// Takes out of fluid_fluid the pairs on different sides of a cloth.

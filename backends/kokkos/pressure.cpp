@@ -110,6 +110,7 @@ void pressure(Device& d, const StepInfo& info, StepReport& report) {
   const auto age = d.fluid.age;
   const auto origin = d.fluid.origin;
   const bool samples = d.samples.count > 0;
+  const auto counted = samples && !d.model.scene.through_cloth ? d.work.counted_ratio : ratio;
   place_solids(d, info.dt);
   clear_inactive(d);
   std::optional<ElasticCloth> cloth;
@@ -138,9 +139,9 @@ void pressure(Device& d, const StepInfo& info, StepReport& report) {
         "drench::pressure::residual", n, KOKKOS_LAMBDA(const Index i) {
           const bool fresh = origin(i) == static_cast<std::uint8_t>(Origin::cloth) && age(i) < ramp;
           const Real beta = alpha(i) == 0 ? Real(0) : fresh ? age(i) / ramp : Real(1);
-          const Real over = ratio(i) - 1, change = dt * rate(i);
+          const Real over = counted(i) - 1, change = dt * rate(i);
           const Real left = beta * (Kokkos::fmin(over, taken_back * over) + change);
-          const double error = Kokkos::fmax(double(beta * (over + change)), 0.0);
+          const double error = Kokkos::fmax(double(beta * (ratio(i) - 1 + change)), 0.0);
           const Real gain = factor * alpha(i), k = updated(kappa(i), gain, left);
           next(i) = k;
           const ThreeSums steering{left > 0 ? double(left) : 0.0,

@@ -24,7 +24,7 @@ enum class Parted { no, yes, by_rounding };
 class Sheet {
  public:
   Sheet(const Model& model, const HostState& state, const Precision& precision)
-      : h_(model.support), reach_(1.25 * model.spacing), grid_(1.01 * model.support) {
+      : h_(model.support), reach_(1.25 * model.spacing), touch_(0.1 * model.spacing), grid_(1.01 * model.support) {
     for (std::size_t p = 0; p < model.samples.triangle.size(); ++p) {
       const auto& nodes = model.mesh.triangle[static_cast<std::size_t>(model.samples.triangle[p])];
       Vector3d corner[3], x = Vector3d::Zero();
@@ -67,12 +67,13 @@ class Sheet {
     return found;
   }
 
-  /// Is x in the plane of a sample that it has within h?
+  /// Is x in the plane of a sample that it has within h, or as far from it as what touches it may be?
   bool in_a_plane(const Vec3& x) const {
     bool found = false;
     for_near(x, [&](double distance, Index p) {
-      const double height = (to_eigen(x) - at(position_, p)).dot(at(normal_, p));
-      found = found || (distance <= h_ + at(rounding_, p) && std::fabs(height) <= at(rounding_, p));
+      const double height = std::fabs((to_eigen(x) - at(position_, p)).dot(at(normal_, p))),
+                   rounding = at(rounding_, p);
+      found = found || (distance <= h_ + rounding && (height <= rounding || std::fabs(height - touch_) <= rounding));
     });
     return found;
   }
@@ -148,7 +149,7 @@ class Sheet {
     return to_eigen(state.node_position[static_cast<std::size_t>(node)]);
   }
 
-  double h_, reach_;
+  double h_, reach_, touch_;
   std::vector<Vector3d> position_, normal_;
   std::vector<double> rounding_;
   std::vector<std::array<Vector3d, 3>> rim_;  // m

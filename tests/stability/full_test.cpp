@@ -35,9 +35,8 @@ double share_held(const WatchedRun& run) {
 }  // namespace
 
 TEST(full, a_dry_free_sheet_in_a_pool) {
-  // Targets: no energy from nothing and nothing through the sheet, as in the other cases. They are missed from the 20th step
-  // on: a free sheet that ends within still water shakes it, porous or not, tilted or flat, and more so with smaller steps.
-  // With `through_cloth: true` it does not. Why is not known yet.
+  // Target: no energy from nothing, as in the other cases; it is missed: a light sheet that lies loose between two bodies of
+  // water is battered by both, and shakes (0.03 J where 0.01 J is what this water simmers with alone).
   WatchedRun run(R"(drench: 1
 time: {step: 0.002, end: 10}
 fluid:
@@ -50,7 +49,7 @@ cloth:
     porous: {uptake_velocity: 0.02}
 bodies: [{box: {min: [-0.06, 0, -0.06], max: [0.06, 0.3, 0.06], inside: true}}]
 )",
-                 {.passage = false, .energy = HUGE_VAL});
+                 {.energy = 2.5});
   run.steps(250);
   run.print("dry sheet in a pool");
   EXPECT_GT(share_held(run), 0.5);

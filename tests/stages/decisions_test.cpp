@@ -11,6 +11,7 @@
 
 #include "scene/eigen_vec.hpp"
 #include "stage_compare.hpp"
+#include "states.hpp"
 
 namespace drench::test {
 namespace {
@@ -37,22 +38,10 @@ std::size_t into_the_plane(const Model& model, HostState& s) {
   std::mt19937 random(3);
   std::size_t moved = 0;
   for (std::size_t i = 0; i < s.fluid_position.size(); i += 4) {
-    Vector3d x = to_eigen(s.fluid_position[i]), nearest = Vector3d::Zero(), normal = Vector3d::Zero();
-    double least = 0.7 * model.support;
-    for (std::size_t p = 0; p < model.samples.triangle.size(); ++p) {
-      Vector3d corner[3], place = Vector3d::Zero();
-      for (std::size_t k = 0; k < 3; ++k) {
-        const auto n = static_cast<std::size_t>(model.mesh.triangle[std::size_t(model.samples.triangle[p])][k]);
-        corner[k] = to_eigen(s.node_position[n]);
-        place += model.samples.weight[p][k] * corner[k];
-      }
-      if ((x - place).norm() >= least) continue;
-      least = (x - place).norm();
-      nearest = place;
-      normal = (corner[1] - corner[0]).cross(corner[2] - corner[0]).normalized();
-    }
-    if (normal.isZero(0)) continue;
-    x -= (x - nearest).dot(normal) * normal;
+    const NearestSample sample = nearest_sample(model, s, s.fluid_position[i], 0.7 * model.support);
+    if (sample.normal == Vec3{0, 0, 0}) continue;
+    Vector3d x = to_eigen(s.fluid_position[i]);
+    x -= (x - to_eigen(sample.place)).dot(to_eigen(sample.normal)) * to_eigen(sample.normal);
     for (int a = 0; a < 3; ++a) x[a] += (static_cast<int>(random() % 3) - 1) * rounding_at(x[a]);
     s.fluid_position[i] = to_vec3(x);
     ++moved;

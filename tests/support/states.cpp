@@ -3,6 +3,8 @@
 #include <cstring>
 #include <utility>
 
+#include "scene/eigen_vec.hpp"
+
 namespace drench::test {
 
 std::string different_bits(const HostState& a, const HostState& b) {
@@ -28,6 +30,25 @@ void keep_liquid(HostState& s, const std::vector<std::size_t>& which) {
     array.clear();
     for (const std::size_t i : which) array.push_back(old[i]);
   });
+}
+
+NearestSample nearest_sample(const Model& model, const HostState& s, const Vec3& x, double reach) {
+  using Eigen::Vector3d;
+  NearestSample nearest;
+  double least = reach;
+  for (std::size_t p = 0; p < model.samples.triangle.size(); ++p) {
+    Vector3d corner[3], place = Vector3d::Zero();
+    for (std::size_t k = 0; k < 3; ++k) {
+      const auto n = static_cast<std::size_t>(model.mesh.triangle[std::size_t(model.samples.triangle[p])][k]);
+      corner[k] = to_eigen(s.node_position[n]);
+      place += model.samples.weight[p][k] * corner[k];
+    }
+    const double distance = (to_eigen(x) - place).norm();
+    if (distance >= least) continue;
+    least = distance;
+    nearest = {to_vec3(place), to_vec3((corner[1] - corner[0]).cross(corner[2] - corner[0]).normalized()), true};
+  }
+  return nearest;
 }
 
 }  // namespace drench::test

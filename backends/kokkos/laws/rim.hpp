@@ -37,6 +37,11 @@ struct Rims {
     }
     return side > 0;
   }
+
+  /// Whether xp + c, in the plane of sample p at xp, is on its sheet near the sample; square: (1.25 d)².
+  KOKKOS_INLINE_FUNCTION bool on_sheet(Index p, const Real3& xp, const Real3& c, Real square) const {
+    return dot(c, c) < square && !(near.exist() && beyond(p, xp + c));
+  }
 };
 
 }  // namespace drench::kokkos_backend
