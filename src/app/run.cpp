@@ -241,8 +241,7 @@ class Run {
 
   HostState download() const {
     HostState state = backend_.download();
-    state.time = pipeline_.time();
-    state.step = pipeline_.step_index();
+    pipeline_.mark(state);
     return state;
   }
 

@@ -46,8 +46,7 @@ std::int64_t Simulation::steps() const { return parts_->pipeline.step_index(); }
 
 HostState Simulation::state() const {
   HostState state = parts_->backend->download();
-  state.time = time();
-  state.step = steps();
+  parts_->pipeline.mark(state);
   return state;
 }
 

@@ -60,6 +60,7 @@ void visit_checkpoint(C& c, Visitor&& visit) {
   visit("shortened", c.shortened);
   visit("step", c.state.step);
   visit("time", c.state.time);
+  visit("collapsing", c.state.collapsing);
   visit("drained", c.state.drained);
   visit("supplied", c.state.supplied);
   visit("next_id", c.state.next_id);
@@ -158,11 +159,12 @@ std::map<std::string, Record, std::less<>> records_of(std::string_view text, con
 
 std::string whole_file(const fs::path& path) {
   std::ifstream in(path, std::ios::binary | std::ios::ate);
+  if (fs::is_directory(path)) in.setstate(std::ios::failbit), errno = EISDIR;
   const auto end = in ? static_cast<std::streamoff>(in.tellg()) : -1;
   std::string text(static_cast<std::size_t>(std::max<std::streamoff>(end, 0)), '\0');
   in.seekg(0);
   in.read(text.data(), end);
-  if (end < 0 || !in || fs::is_directory(path))
+  if (end < 0 || !in)
     throw CheckpointError(fmt::format("{}: cannot be read: {}", path.string(), std::strerror(errno)));
   return text;
 }

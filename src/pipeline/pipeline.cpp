@@ -55,8 +55,15 @@ Pipeline::Pipeline(const Model& model, Backend& backend, const HostState& initia
       time_(initial.time),
       step_(initial.step),
       initial_total_(total_of(initial)),
-      limits_(model, static_cast<double>(initial_total_) * model.quantum) {
+      limits_(model, static_cast<double>(initial_total_) * model.quantum),
+      collapsing_(initial.collapsing) {
   backend_.upload(initial);
+}
+
+void Pipeline::mark(HostState& state) const {
+  state.time = time_;
+  state.step = step_;
+  state.collapsing = collapsing_;
 }
 
 StepReport Pipeline::step(double time_left) {

@@ -24,6 +24,8 @@ class Pipeline {
   double time() const { return time_; }
   std::int64_t step_index() const { return step_; }
   double last_dt() const { return last_dt_; }
+  /// Sets what a state knows of the run beside what the backend downloads.
+  void mark(HostState& state) const;
   Quanta initial_total() const { return initial_total_; }
   /// Milliseconds that each stage took in the last step, by stage number. A fence ends each stage only when profiling.
   const std::array<double, stage_count>& milliseconds() const { return milliseconds_; }
@@ -42,7 +44,7 @@ class Pipeline {
   std::int64_t step_ = 0;
   Quanta initial_total_ = 0;
   Limits limits_;
-  int collapsing_ = 0;  // steps in a row
+  std::int64_t collapsing_ = 0;  // steps in a row
   bool profiling_ = false;
 };
 

@@ -57,7 +57,8 @@ struct HostState {
   std::vector<std::int64_t> jet_particles;  // that each jet has let go so far
 
   std::int64_t step = 0;
-  double time = 0;  // s
+  double time = 0;              // s
+  std::int64_t collapsing = 0;  // steps in a row at whose end the liquid collapsed (pipeline/failure.hpp)
 
   Index fluid_count() const { return static_cast<Index>(fluid_position.size()); }
   Index node_count() const { return static_cast<Index>(node_position.size()); }

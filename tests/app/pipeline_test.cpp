@@ -176,6 +176,19 @@ TEST_F(PipelineTest, OnlyALastingCollapseStopsTheRun) {
   }
 }
 
+TEST_F(PipelineTest, ARunThatGoesOnStopsWhereItWouldHave) {
+  backend.ledger.density_error = 1.5;
+  backend.ledger.density_converged = false;
+  HostState half = initial;
+  {
+    Pipeline pipeline(model, backend, initial);
+    for (int k = 1; k < collapse_steps; ++k) ASSERT_NO_THROW(pipeline.step(1)) << k;
+    pipeline.mark(half);
+  }
+  Pipeline pipeline(model, backend, half);
+  EXPECT_THROW(pipeline.step(1), RunFailure);
+}
+
 TEST_F(PipelineTest, BoundsAreThoseOfTheirComment) {
   model.scene.gravity = {0, -10, 0};
   model.scene.domain = {{0, 0, 0}, {0, 5, 0}};
