@@ -19,7 +19,7 @@
 namespace drench::test {
 namespace {
 
-constexpr int most_steps = 100;
+constexpr int most_steps = 60;
 
 std::vector<std::string> scene_files() {
   std::vector<std::string> files;
