@@ -82,9 +82,8 @@ struct FluidWork {
   Array<Real4> predicted;              // v_i + Δt a_i, m/s, and the thrust on sheets (pressure_system.hpp); in-stage
   Array<Real> rate;                    // R_i, 1/s; stage forces: C_i, 1/s (in-stage)
   Array<Real> kappa_next, kappa_last;  // the solves' iterates beside κ, m²/s² (in-stage)
-  // Of liquid that sheets part, made on first use:
-  Array<Index> nearest_sample;  // −1: none within h (stage neighbors)
-  Array<Real> counted_ratio;    // δ_i, 1 at least where a sheet is touched (stage density, for stage pressure)
+  Array<Index> nearest_sample;         // −1: none within h; made on first use (stage neighbors)
+  Array<Real> counted_ratio;           // δ_i, 1 at least where a sheet is touched; made as that (stage density)
   Array<std::uint8_t> active;          // takes part in the divergence solve (in-stage)
 };
 
