@@ -85,7 +85,7 @@ void move_cloth(ReferenceState& state, const std::vector<PlacedBody>& bodies, co
     Vector3d x = vec(state.s.node_position[n]) + dt * v;
     const ClothMaterial& cloth = m.cloths[m.mesh.node_cloth[n]];
     if (!cloth.self_collision) {
-      for (const Contact& contact : project_out(bodies, cloth.thickness, x)) v = contact.stopped(v);
+      for (const BodyContact& contact : project_out(bodies, cloth.thickness, x)) v = contact.stopped(v);
     }
     state.s.node_position[n] = arr(x);
     state.s.node_velocity[n] = arr(v);
@@ -220,8 +220,8 @@ void exchange_impulses(ReferenceState& state, const std::vector<Collision>& coll
 /// 4. Puts a particle that is behind a body's surface back. Returns whether one was.
 bool put_back(const std::vector<PlacedBody>& bodies, Vector3d& x, Vec3& velocity) {
   Vector3d v = vec(velocity);
-  const std::vector<Contact> contacts = project_out(bodies, 0, x);
-  for (const Contact& contact : contacts) v = contact.stopped(v);
+  const std::vector<BodyContact> contacts = project_out(bodies, 0, x);
+  for (const BodyContact& contact : contacts) v = contact.stopped(v);
   velocity = arr(v);
   return !contacts.empty();
 }

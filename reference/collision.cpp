@@ -185,8 +185,8 @@ std::optional<double> distance_to(const PlacedBody& placed, const Vector3d& x, V
   return distance;
 }
 
-std::vector<Contact> project_out(const std::vector<PlacedBody>& bodies, double clearance, Vector3d& x) {
-  std::vector<Contact> contacts;
+std::vector<BodyContact> project_out(const std::vector<PlacedBody>& bodies, double clearance, Vector3d& x) {
+  std::vector<BodyContact> contacts;
   for (const PlacedBody& body : bodies) {
     Vector3d normal;
     double slope;

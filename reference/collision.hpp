@@ -53,7 +53,7 @@ std::optional<double> distance_to(const PlacedBody& body, const Eigen::Vector3d&
 std::optional<double> distance_to(const PlacedBody& body, const Eigen::Vector3d& x, Eigen::Vector3d& normal,
                                   double& slope);
 
-struct Contact {
+struct BodyContact {
   Eigen::Vector3d normal, surface;  // surface: its velocity there, m/s
   /// v without its part into the surface.
   Eigen::Vector3d stopped(const Eigen::Vector3d& v) const {
@@ -63,6 +63,6 @@ struct Contact {
 
 /// Moves x out of the bodies, in their order, to the distance `clearance` where it is closer. Returns the contacts with
 /// those bodies that moved it, with the surface's velocity at x as it was.
-std::vector<Contact> project_out(const std::vector<PlacedBody>& bodies, double clearance, Eigen::Vector3d& x);
+std::vector<BodyContact> project_out(const std::vector<PlacedBody>& bodies, double clearance, Eigen::Vector3d& x);
 
 }  // namespace drench::reference

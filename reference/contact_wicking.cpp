@@ -49,9 +49,9 @@ double conductance(const Model& m, const ClothMaterial& a, const ClothMaterial& 
 
 }  // namespace
 
-std::vector<Contact> touching_layers(const ReferenceState& state, double dt) {
+std::vector<LayerContact> touching_layers(const ReferenceState& state, double dt) {
   const Model& m = state.model;
-  std::vector<Contact> contacts;
+  std::vector<LayerContact> contacts;
   if (!m.has_contact_wicking()) return contacts;
   const auto x = [&](Index n) { return vec(state.s.node_position[n]); };
   for (Index p = 0; p < m.samples.count(); ++p) {
@@ -86,7 +86,7 @@ std::vector<Contact> touching_layers(const ReferenceState& state, double dt) {
   return contacts;
 }
 
-void wick_through(ReferenceState& state, const std::vector<Contact>& contacts, double dt) {
+void wick_through(ReferenceState& state, const std::vector<LayerContact>& contacts, double dt) {
   if (contacts.empty()) return;
   std::vector<Quanta> out(state.s.node_count(), 0), in(out), offer(contacts.size());
   std::vector<bool> inward(contacts.size());  // to the sample
@@ -100,7 +100,7 @@ void wick_through(ReferenceState& state, const std::vector<Contact>& contacts, d
     return sum;
   };
   for (std::size_t c = 0; c < contacts.size(); ++c) {
-    const Contact& contact = contacts[c];
+    const LayerContact& contact = contacts[c];
     const double flux = contact.conductance * driven(saturation(contact.near_node, contact.near_weight),
                                                      saturation(contact.far_node, contact.far_weight), contact.drop,
                                                      contact.degenerate);
@@ -119,7 +119,7 @@ void wick_through(ReferenceState& state, const std::vector<Contact>& contacts, d
   Vectors gained(state.s.node_count(), Vector3d::Zero());  // quanta · m/s
   for (std::size_t c = 0; c < contacts.size(); ++c) {
     if (offer[c] == 0) continue;
-    const Contact& contact = contacts[c];
+    const LayerContact& contact = contacts[c];
     double share = 1;
     for (int k = 0; k < 3; ++k) {
       if (contact.near_weight[k] > 0) share = std::min(share, (inward[c] ? phi_in : phi_out)[contact.near_node[k]]);

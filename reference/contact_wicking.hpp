@@ -9,7 +9,7 @@
 namespace drench::reference {
 
 /// A sample that touches a triangle of another layer.
-struct Contact {
+struct LayerContact {
   std::array<Index, 3> near_node, far_node;
   std::array<double, 3> near_weight, far_weight;
   double conductance;  // G, kg/s
@@ -17,9 +17,9 @@ struct Contact {
   bool degenerate;
 };
 
-std::vector<Contact> touching_layers(const ReferenceState& state, double dt);
+std::vector<LayerContact> touching_layers(const ReferenceState& state, double dt);
 /// One sub-step of dt (s).
-void wick_through(ReferenceState& state, const std::vector<Contact>& contacts, double dt);
+void wick_through(ReferenceState& state, const std::vector<LayerContact>& contacts, double dt);
 
 /// ĝ, 0 without gravity.
 Eigen::Vector3d down(const ReferenceState& state);

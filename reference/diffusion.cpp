@@ -132,7 +132,7 @@ std::vector<double> room_limit(const ReferenceState& state, const std::vector<Qu
 void diffusion(ReferenceState& state, const StepInfo& info, StepReport& report) {
   const std::vector<Pair> pairs = exchanging_pairs(state);
   const int n = diffusion_substeps(substeps(state, pairs, info.dt), info, report);
-  const std::vector<Contact> contacts = touching_layers(state, info.dt / n);
+  const std::vector<LayerContact> contacts = touching_layers(state, info.dt / n);
   for (int k = 0; k < n; ++k) {
     exchange_once(state, pairs, info.dt, n);
     wick_through(state, contacts, info.dt / n);

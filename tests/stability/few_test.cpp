@@ -147,7 +147,7 @@ TEST(few, coincident_particles_on_a_sheet) {
 
 TEST(few, lists_and_arrays_that_grow) {
   // From no particle to hundreds by two jets and an overfull cloth, on a sheet on which they heap up. A backend that begins
-  // in the middle has arrays of the right size from the start and must go on to the same bits. Energy: the target is 1, jets that fall on liquid reach 4.
+  // in the middle has arrays of the right size from the start and must go on to the same bits.
   const std::string scene = water_over(
       {{"[{block: {min: [-0.045, 0.0075, -0.045], max: [0.045, 0.0675, 0.045]}}]",
         "[{jet: {center: [-0.055, 0.06, 0], radius: 0.04, velocity: [0, -4, 0]}}, {jet: {center: [0.02, 0.09, "
@@ -155,7 +155,7 @@ TEST(few, lists_and_arrays_that_grow) {
         "velocity: [0, -3, 0], start: 0.05}}]"},
        {porous_key, "    initial_saturation: [{box: {min: [-1, -1, -1], max: [1, 1, 1]}, value: 1.18}]\n" +
                         std::string(porous_key)}});
-  WatchedRun run(scene, {.energy = 10});
+  WatchedRun run(scene);
   std::vector<std::size_t> counts;
   const auto count = [&](const HostState& s, const StepReport&) { counts.push_back(s.fluid_position.size()); };
   run.steps(40, count);

@@ -3,7 +3,6 @@
 # everything else through the ordinary compiler.
 set(DRENCH_BACKEND cuda CACHE STRING "")
 set(DRENCH_CUDA_ARCH 90 CACHE STRING "Compute capability of the GPU: 61, 75, 80, 86, 89 or 90")
-set(CMAKE_BUILD_TYPE Release CACHE STRING "")
 if(DEFINED ENV{CUDA_ROOT})
   set(CUDAToolkit_ROOT $ENV{CUDA_ROOT} CACHE PATH "")
 endif()

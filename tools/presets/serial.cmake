@@ -1,3 +1,2 @@
 # cmake -C tools/presets/serial.cmake -S . -B build/serial-float [-DDRENCH_PRECISION=double]
 set(DRENCH_BACKEND serial CACHE STRING "")
-set(CMAKE_BUILD_TYPE Release CACHE STRING "")
