@@ -107,6 +107,7 @@ void absorption(ReferenceState& state, const StepInfo& info, StepReport&) {
   }
   const std::vector<Split> split = inflow_split(state, in, state.model.scene.processes.saturation_control);
   std::vector<double> phi;
+  phi.reserve(split.size());
   for (const Split& part : split) phi.push_back(part.share);
 
   std::vector<Quanta> taken(samples, 0);

@@ -33,7 +33,7 @@ struct CandidateCells {
   Entries<Real3> position;
 
   explicit CandidateCells(const Device& d)
-      : cells(d.sample_cells.view()),
+      : cells(static_cast<const CellGeometry&>(d.sample_cells.view())),
         head(d.emission_work.head),
         next(d.emission_work.next),
         position(d.emission_work.position) {}

@@ -204,6 +204,7 @@ std::vector<Vec3> normals_of(const SurfaceMesh& mesh) {
     for (const Index p : t) sum[static_cast<std::size_t>(p)] += normal;
   }
   std::vector<Vec3> normals;
+  normals.reserve(sum.size());
   for (const Vector3d& v : sum) normals.push_back(to_vec3(v.normalized()));
   return normals;
 }

@@ -34,6 +34,7 @@ std::string describe_lost(const Model& model, const HostState& state, double ste
   const std::vector<Index> inside = inside_solids(model, state, step);
   if (inside.empty()) return "";
   std::vector<std::int64_t> ids;
+  ids.reserve(inside.size());
   for (const Index i : inside) ids.push_back(state.fluid_id[static_cast<std::size_t>(i)]);
   std::sort(ids.begin(), ids.end());
   const std::size_t named = std::min<std::size_t>(ids.size(), 8);

@@ -29,13 +29,15 @@ void rename_into_place(const fs::path& from, const fs::path& to) {
 void write_atomically(const fs::path& path, const std::string& text) {
   const fs::path temporary = temporary_name(path);
   {
+    errno = 0;
     std::ofstream out(temporary, std::ios::binary | std::ios::trunc);
     out << text;
     out.flush();
     if (!out) {
+      const std::string why = errno != 0 ? std::strerror(errno) : "the disk refuses it";
       std::error_code ignored;
       fs::remove(temporary, ignored);
-      throw std::runtime_error(fmt::format("{}: cannot be written (disk full or not allowed)", path.string()));
+      throw std::runtime_error(fmt::format("{}: cannot be written: {}", path.string(), why));
     }
   }
   rename_into_place(temporary, path);

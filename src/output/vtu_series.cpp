@@ -19,22 +19,18 @@ namespace drench {
 namespace fs = std::filesystem;
 
 void write_vtu(const fs::path& path, const Grid& grid) {
-  const fs::path temporary = temporary_name(path);
   vtkNew<vtkXMLUnstructuredGridWriter> writer;
-  writer->SetFileName(temporary.c_str());
+  writer->WriteToOutputStringOn();  // VTK 9.1 frees what it never had when the disk refuses a part of its file
   writer->SetInputData(grid);
   // Inline, not appended: VTK before 9.4 with expat's fix of 2024 (reparse deferral) cannot read appended data, not even
   // its own; Debian 12's ParaView is such a one.
   writer->SetDataModeToBinary();
   writer->SetCompressorTypeToZLib();
   writer->SetCompressionLevel(1);  // nearly as small as the highest level, several times faster
-  if (writer->Write() != 1 || writer->GetErrorCode() != vtkErrorCode::NoError) {
-    std::error_code ignored;
-    fs::remove(temporary, ignored);
+  if (writer->Write() != 1 || writer->GetErrorCode() != vtkErrorCode::NoError)
     throw std::runtime_error(fmt::format("{}: cannot be written: {}", path.string(),
                                          vtkErrorCode::GetStringFromErrorCode(writer->GetErrorCode())));
-  }
-  rename_into_place(temporary, path);
+  write_atomically(path, writer->GetOutputString());
 }
 
 VtuSeries::VtuSeries(fs::path folder, std::string name) : folder_(std::move(folder)), name_(std::move(name)) {}

@@ -160,9 +160,10 @@ MemoryEstimate estimate_memory(const SetupSize& size, int real_bytes) {
   m.cells = all_table_bytes(size, r);
   m.bodies = body_bytes(size, r);
   m.cloth = cloth_bytes(size, r);
-  // HostState has 97 bytes a particle, the set-up beside it a third of that; a frame is a state and its grid.
+  // HostState has 97 bytes a particle, the set-up beside it a third of that; a frame is a state, its grid and,
+  // while it is written, its file twice.
   m.host = size.fluid * 130 + size.boundary * 130 + size.nodes * 900 + size.samples * 330 + size.field * 8;
-  if (size.frames) m.host += size.fluid * 200 + size.boundary * 60 + size.nodes * 350 + size.samples * 40;
+  if (size.frames) m.host += size.fluid * 300 + size.boundary * 120 + size.nodes * 500 + size.samples * 60;
   if (size.surface) m.host += size.fluid * 1000;  // of a pool some 300, of a splash with 10 points a particle 2200
   return m;
 }

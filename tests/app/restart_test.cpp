@@ -4,10 +4,11 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <array>
+#include <bit>
 #include <chrono>
 #include <cmath>
 #include <cstdlib>
-#include <cstring>
 #include <map>
 #include <optional>
 #include <random>
@@ -378,7 +379,8 @@ TEST(CheckpointFile, KeepsEveryBitAndNamesOtherVersions) {
   EXPECT_EQ(back.scene, c.scene);
   EXPECT_EQ(back.frames, 3);
   EXPECT_EQ(back.state.time, c.state.time);
-  EXPECT_EQ(std::memcmp(back.state.fluid_position.data(), c.state.fluid_position.data(), sizeof(Vec3)), 0);
+  using Bits = std::array<std::uint64_t, 3>;
+  EXPECT_EQ(std::bit_cast<Bits>(back.state.fluid_position[0]), std::bit_cast<Bits>(c.state.fluid_position[0]));
   EXPECT_EQ(back.state.fluid_mass, c.state.fluid_mass);
   EXPECT_EQ(back.state.fluid_origin, c.state.fluid_origin);
   EXPECT_EQ(back.state.body_orientation, c.state.body_orientation);

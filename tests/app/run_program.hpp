@@ -82,6 +82,7 @@ inline Outcome run_drench(const fs::path& where, const std::vector<std::string>&
   std::vector<std::string> words{program()};
   words.insert(words.end(), arguments.begin(), arguments.end());
   std::vector<char*> argv;
+  argv.reserve(words.size() + 1);
   for (auto& w : words) argv.push_back(w.data());
   argv.push_back(nullptr);
   const pid_t child = fork();

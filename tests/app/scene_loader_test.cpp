@@ -356,8 +356,8 @@ TEST(SceneLoader, RefusesAnchorBombs) {
   std::string bomb = "drench: 1\na0: &a0 [x, x, x, x, x, x, x, x, x, x]\n";
   for (int i = 1; i < 12; ++i) {
     const std::string last = "*a" + std::to_string(i - 1), name = "a" + std::to_string(i);
-    bomb += name + ": &" + name + " [" + last;
-    for (int k = 0; k < 9; ++k) bomb += ", " + last;
+    bomb.append(name).append(": &").append(name).append(" [").append(last);
+    for (int k = 0; k < 9; ++k) bomb.append(", ").append(last);
     bomb += "]\n";
   }
   EXPECT_NE(error_of(bomb).find("too many values; allowed: 300000 in one file"), std::string::npos) << error_of(bomb);

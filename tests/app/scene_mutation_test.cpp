@@ -2,6 +2,7 @@
 // column and key, or it is a scene that says something else and says it validly. DRENCH_FUZZ_SEED and DRENCH_FUZZ_COUNT
 // repeat or lengthen the hunt.
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 #include <sys/time.h>
@@ -401,7 +402,7 @@ TEST(SceneMutations, EndInOneLocatedLineOrAnotherValidScene) {
     const auto& [name, text] = good[static_cast<std::size_t>(random() % good.size())];
     const std::size_t kind = run % Mutations::kinds;
     const std::string bad = mutations.of(text, kind);
-    SCOPED_TRACE("seed " + std::to_string(seed) + ", run " + std::to_string(run) + ": " + name + "\n" + bad);
+    SCOPED_TRACE(fmt::format("seed {}, run {}: {}\n{}", seed, run, name, bad));
     stop_after(60);  // a hang ends the test
     const std::clock_t begin = std::clock();
     Verdict verdict;

@@ -85,8 +85,11 @@ Particles make_particles(Index count, bool shuffle) {
   Index side = 1;
   while (std::int64_t{side} * side * side < count) ++side;
   std::vector<Real3> x;
-  for (Index i = 0; i < count; ++i)
-    x.push_back(moved({Real(i % side), Real(i / side % side), Real(i / side / side)}, 0.25));
+  x.reserve(static_cast<std::size_t>(count));
+  for (Index i = 0; i < count; ++i) {
+    const Index column = i % side, row = i / side % side, layer = i / side / side;
+    x.push_back(moved({Real(column), Real(row), Real(layer)}, 0.25));
+  }
   CellTable cells;
   cells.build(upload("drench::bench::lattice", x), count, support);
   const auto item = Kokkos::create_mirror_view_and_copy(Kokkos::HostSpace(), cells.view().item);

@@ -128,7 +128,7 @@ cloth:
     hold_saturation: [{box: {min: [-1, -1, 0.09], max: [1, 1, 1]}, value: 1}]
     porous: {diffusivity: 1.0e-2}
 )");
-  Quanta supplied[2];
+  Quanta supplied[2] = {0, 0};
   for (const bool reference : {false, true}) {
     const auto backend = reference ? make_reference_backend(setup.model) : make_kokkos_backend(setup.model);
     StepReport report;

@@ -127,7 +127,8 @@ struct Referee {
     const auto c = triangle(t);
     Real80 nearest = 1e9L, size = 0;
     for (std::size_t k = 0; k < 3; ++k) {
-      const Vector80 a = c[k], e = c[(k + 1) % 3] - a;
+      const Vector80& a = c[k];
+      const Vector80 e = c[(k + 1) % 3] - a;
       const Real80 s =
           std::clamp((point(t) - a).dot(e) / std::max(e.squaredNorm(), Real80(1e-300L)), Real80(0), Real80(1));
       nearest = std::min(nearest, (point(t) - a - s * e).norm());

@@ -52,6 +52,7 @@ std::vector<Vector3d> direct_step(const Model& m, const HostState& s, double dt,
   const ClothMesh& mesh = m.mesh;
   const ClothMaterial& cloth = m.cloths.front();
   std::vector<Index> row;  // of a free node
+  row.reserve(at(mesh.nodes()));
   Index rows = 0;
   for (Index n = 0; n < mesh.nodes(); ++n) row.push_back(mesh.pinned[at(n)] ? -1 : rows++);
   std::vector<Eigen::Triplet<double>> entries;
@@ -116,6 +117,7 @@ std::vector<Vector3d> direct_step(const Model& m, const HostState& s, double dt,
     if (last_change < 1e-13) break;
   }
   std::vector<Vector3d> shifts;
+  shifts.reserve(at(mesh.nodes()));
   for (Index n = 0; n < mesh.nodes(); ++n) shifts.push_back(moved(n));
   return shifts;
 }
