@@ -167,24 +167,31 @@ double side_of(const MovingTriangle& t, const Vector3d& x) {
 
 /// 3. Moves x1 to where the cloth lets the particle go, and tells the last collision.
 Collision stop_at_cloth(const Model& m, const MovingCloth& cloth, const Vector3d& x0, Vector3d& x1) {
-  constexpr int repeats = 4;
+  constexpr int repeats = 6, slides = 3;
   const double gap = 1e-2 * m.spacing;
+  const Vector3d free = x1;
   Collision collision;
   for (int pass = 0; pass <= repeats; ++pass) {
     const std::optional<TriangleHit> found = earliest_hit(m, cloth, x0, x1);
     if (!found) break;
     const MovingTriangle& t = cloth.triangles[found->triangle];
-    const double side = side_of(t, x0);
-    collision = {found->triangle, found->hit.weight, side * unit_normal(t.end)};
-    if (pass < repeats) {
-      x1 = interpolate(t.end, found->hit.weight) + gap * collision.normal;
-      continue;
+    const Vector3d normal = side_of(t, x0) * unit_normal(t.end);
+    const double above = (x1 - t.end[0]).dot(normal);
+    if (pass < slides && above < gap) {
+      x1 += (gap - above) * normal;
+    } else if (pass < repeats) {
+      x1 = interpolate(t.end, found->hit.weight) + gap * normal;
+    } else {
+      // The particle stays where it was, relative to this triangle.
+      const Vector3d foot = barycentric(t.start, x0).value_or(found->hit.weight);
+      const double distance = std::abs((x0 - t.start[0]).dot(unit_normal(t.start)));
+      x1 = interpolate(t.end, foot) + std::max(distance, gap) * normal;
+      collision.crossed = earliest_hit(m, cloth, x0, x1).has_value();
     }
-    // The particle stays where it was, relative to this triangle.
-    const Vector3d foot = barycentric(t.start, x0).value_or(found->hit.weight);
-    const double distance = std::abs((x0 - t.start[0]).dot(unit_normal(t.start)));
-    x1 = interpolate(t.end, foot) + std::max(distance, gap) * collision.normal;
-    collision.crossed = earliest_hit(m, cloth, x0, x1).has_value();
+    collision.triangle = found->triangle;
+    collision.weight = found->hit.weight;
+    const Vector3d turned = x1 - free;
+    collision.normal = turned.norm() > 0 ? turned.normalized() : normal;
   }
   return collision;
 }

@@ -9,7 +9,7 @@
 namespace drench::kokkos_backend {
 namespace {
 
-constexpr int max_repeats = 4;
+constexpr int max_repeats = 6, max_slides = 3;
 
 /// A particle's path, m.
 struct Path {
@@ -173,10 +173,10 @@ struct Sweep {
 
   /// Stops particle i, at `from` at the start, where it hits: path_end and hit_* are those of a free path so far.
   KOKKOS_INLINE_FUNCTION void stop(Index i, const Real3& from_point) const {
-    const Double3 x0 = widen(from_point);
+    const Double3 x0 = widen(from_point), free = widen(path_end(i));
     Hit last;
     Real3 to_point = path_end(i);
-    double side = 1;
+    Double3 turned, normal;  // what the cloth changes of the way
     for (int test = 0; test <= max_repeats + 1; ++test) {
       const Hit hit = earliest(i, Path(from_point, to_point));
       if (hit.triangle < 0) break;
@@ -187,22 +187,31 @@ struct Sweep {
       last = hit;
       const Corners from = corners(start, hit.triangle), to = corners(end, hit.triangle);
       const double height = inner(minus(x0, from.a), from.normal());
-      side = height >= 0 ? 1 : -1;
-      double lift = gap, carried[3] = {hit.weight[0], hit.weight[1], hit.weight[2]};
-      if (test == max_repeats) {  // squeezed between triangles: it stays where it was on the last one
-        lift = Kokkos::fmax(gap, side * height);
-        double foot[3];
-        if (barycentric(from, x0, foot))
-          for (int a = 0; a < 3; ++a) carried[a] = foot[a];
+      normal = times(height >= 0 ? 1 : -1, to.normal());
+      const Double3 reached = widen(to_point);
+      const double above = inner(minus(reached, to.a), normal);
+      Double3 target;
+      if (test < max_slides && above < gap) {
+        target = add(reached, times(gap - above, normal));
+      } else {
+        double lift = gap, carried[3] = {hit.weight[0], hit.weight[1], hit.weight[2]};
+        if (test == max_repeats) {  // squeezed between triangles: it stays where it was on the last one
+          lift = Kokkos::fmax(gap, Kokkos::abs(height));
+          double foot[3];
+          if (barycentric(from, x0, foot))
+            for (int a = 0; a < 3; ++a) carried[a] = foot[a];
+        }
+        target = add(to.at(carried), times(lift, normal));
       }
-      // Rounded as it is stored, so that what is tested is what stays.
-      to_point = narrow(add(to.at(carried), times(side * lift, to.normal())));
+      turned = minus(target, free);
+      to_point = narrow(target);  // rounded as it is stored, so that what is tested is what stays
     }
     if (last.triangle < 0) return;
+    const double length = Kokkos::sqrt(inner(turned, turned));
     path_end(i) = to_point;
     hit_triangle(i) = last.triangle;
     hit_weight(i) = {Real(last.weight[0]), Real(last.weight[1]), Real(last.weight[2])};
-    hit_normal(i) = narrow(times(side, corners(end, last.triangle).normal()));
+    hit_normal(i) = narrow(length > 0 ? times(1 / length, turned) : normal);
     for (Index k = 0; k < 3; ++k) Kokkos::atomic_add(&hits(triangle(3 * last.triangle + k)), Index{1});
   }
 };
