@@ -11,7 +11,7 @@ namespace {
 
 class ReferenceBackend : public Backend {
  public:
-  explicit ReferenceBackend(const Model& model) : state_{model, {}, {}, {}, {}, {}, {}, {}, {}, {}, {}} {}
+  explicit ReferenceBackend(const Model& model) : state_(model) {}
 
   std::string name() const override { return "reference"; }
   std::string description() const override { return "serial reference, one CPU thread, double precision"; }

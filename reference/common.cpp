@@ -129,6 +129,11 @@ void clear_inactive(ReferenceState& state) {
 }
 
 PressureResponse pressure_response(const ReferenceState& state, const std::vector<double>& kappa) {
+  return pressure_response(state, kappa, std::vector<double>(kappa.size(), 0.0));
+}
+
+PressureResponse pressure_response(const ReferenceState& state, const std::vector<double>& kappa,
+                                   const std::vector<double>& push) {
   const HostState& s = state.s;
   const Smoothing w(state.model);
   Vectors sample_force(s.sample_volume.size(), Vector3d::Zero());
@@ -145,7 +150,7 @@ PressureResponse pressure_response(const ReferenceState& state, const std::vecto
     }
     for (const Index b : state.fluid_sample[i]) {
       const double share = wall_share * image_density(s.fluid_density_ratio[i]) * s.sample_volume[b];
-      const Vector3d term = share * kappa[i] * w.gradient(from_behind(state, i, b));
+      const Vector3d term = share * (kappa[i] + push[i]) * w.gradient(from_behind(state, i, b));
       a -= term;
       sample_force[b] += fluid_mass(state, i) * term;
     }
@@ -174,12 +179,25 @@ void FreeCloth::accept(ReferenceState& state, const Vectors& node_force) {
   }
 }
 
-std::vector<double> compression_rate(const ReferenceState& state, const Vectors& v, const Vectors& node) {
+std::vector<double> approach_rate(const ReferenceState& state, const Vectors& v, const Vectors& node) {
   const HostState& s = state.s;
   const Smoothing w(state.model);
   Vectors sample_v;
   for (Index p = 0; p < s.sample_count(); ++p) sample_v.push_back(sample_value(state, p, node));
   std::vector<double> rate(v.size(), 0.0);
+  for (Index i = 0; i < s.fluid_count(); ++i) {
+    for (const Index b : state.fluid_sample[i]) {
+      const double share = wall_share * image_density(s.fluid_density_ratio[i]) * s.sample_volume[b];
+      rate[i] += share * (v[i] - sample_v[b]).dot(w.gradient(from_behind(state, i, b)));
+    }
+  }
+  return rate;
+}
+
+std::vector<double> compression_rate(const ReferenceState& state, const Vectors& v, const Vectors& node) {
+  const HostState& s = state.s;
+  const Smoothing w(state.model);
+  std::vector<double> rate = approach_rate(state, v, node);
   for (Index i = 0; i < s.fluid_count(); ++i) {
     const Vector3d xi = vec(s.fluid_position[i]);
     for (const Index j : state.fluid_fluid[i]) {
@@ -188,10 +206,6 @@ std::vector<double> compression_rate(const ReferenceState& state, const Vectors&
     for (const Index b : state.fluid_boundary[i]) {
       const Vector3d relative = v[i] - state.boundary_predicted[b];
       rate[i] += wall_share * s.boundary_volume[b] * relative.dot(w.gradient(xi - vec(s.boundary_position[b])));
-    }
-    for (const Index b : state.fluid_sample[i]) {
-      const double share = wall_share * image_density(s.fluid_density_ratio[i]) * s.sample_volume[b];
-      rate[i] += share * (v[i] - sample_v[b]).dot(w.gradient(from_behind(state, i, b)));
     }
   }
   return rate;

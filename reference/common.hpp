@@ -6,6 +6,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <vector>
 
 #include "reference.hpp"
@@ -71,6 +72,9 @@ struct PressureResponse {
   Vectors node_force;
 };
 PressureResponse pressure_response(const ReferenceState& state, const std::vector<double>& kappa);
+/// With the pressures λ at the sheets besides (src/stages/pressure.hpp).
+PressureResponse pressure_response(const ReferenceState& state, const std::vector<double>& kappa,
+                                   const std::vector<double>& push);
 
 /// How the cloth's nodes move under the pressure.
 class ClothResponse {
@@ -98,6 +102,8 @@ class FreeCloth : public ClothResponse {
 
 /// R_i of every liquid particle for velocities after the pressure, in 1/s.
 std::vector<double> compression_rate(const ReferenceState& state, const Vectors& fluid, const Vectors& node);
+/// R'_i, the part of it that the cloth's samples give.
+std::vector<double> approach_rate(const ReferenceState& state, const Vectors& fluid, const Vectors& node);
 
 // The answer of the dynamic bodies (rigid_bodies.hpp).
 void respond_bodies(ReferenceState& state, const std::vector<double>& kappa, double dt);
@@ -115,62 +121,40 @@ inline constexpr double wall_share = 2;
 /// γ of a particle before a cloth, of its density ratio: how dense the mirrored liquid is.
 inline double image_density(double ratio) { return std::max(1.0, ratio - 0.1); }
 
-/// The loop that both solves share. `residual(i, R_i)` is what is left of particle i's compression, in the unit of the
-/// tolerance (1); a Jacobi update raises κ_i by ω α_i residual/Δt². Particles without `active` keep κ = 0 and do not count
-/// in the error.
-template <class Residual>
+/// One kind of pressure in a solve and its iterates, m²/s².
+struct Iterates {
+  std::vector<double> pressure, last, next;  // where the iteration is; the last Jacobi update and this one
+  double sum = 0, excess = 0;                // of the residuals, and of pressure that one update can still take back
+  double turned = 0;                         // > 0: the update goes against the momentum
+
+  explicit Iterates(std::vector<double> start)
+      : pressure(std::move(start)), last(pressure), next(pressure.size(), 0.0) {}
+
+  void begin() { sum = excess = turned = 0; }
+  /// The Jacobi update of pressure i for its residual; `gain` = ω α/Δt².
+  void update(Index i, double residual, double gain, double alpha) {
+    sum += std::max(residual, 0.0);
+    if (residual < 0) excess += std::min(-residual, pressure[i] / gain);
+    next[i] = std::max(0.0, pressure[i] + gain * residual);
+    turned += (pressure[i] - next[i]) * (next[i] - last[i]) / alpha;
+  }
+  void extrapolate(double momentum) {
+    for (std::size_t i = 0; i < pressure.size(); ++i)
+      pressure[i] = std::max(0.0, next[i] + momentum * (next[i] - last[i]));
+    last = next;
+  }
+};
+
+/// What is left of a particle's compression and of its approach to the sheet that it touches, for R_i and R'_i (1/s), in
+/// the unit of the tolerance (1).
+struct Residuals {
+  std::function<double(Index, double)> compression;
+  std::function<double(Index, double)> approach;  // none: sheets are not touched
+};
+
+/// The loop that both solves share. A Jacobi update raises κ_i by ω α_i residual/Δt², λ_i likewise. Particles without
+/// `active` keep κ = 0 and do not count in the error.
 SolveResult solve_pressure(ReferenceState& state, std::vector<double>& kappa, const std::vector<bool>& active,
-                           double tolerance, double dt, ClothResponse& cloth, Residual residual) {
-  const auto& solver = state.model.scene.fluid.solver;
-  const Index count = state.s.fluid_count();
-  SolveResult result;
-  if (count == 0) return result;
-  for (Index i = 0; i < count; ++i) {
-    if (!active[i]) kappa[i] = 0;
-  }
-  double relaxation = state.model.relaxation, theta = 1, best = 1e300, before = 1e300;
-  std::vector<double> last = kappa;  // the Jacobi updates without momentum
-  while (true) {
-    ++result.iterations;
-    const PressureResponse response = pressure_response(state, kappa);
-    Vectors fluid;
-    for (Index i = 0; i < count; ++i) fluid.push_back(vec(state.s.fluid_velocity[i]) + dt * response.fluid[i]);
-    respond_bodies(state, kappa, dt);
-    const std::vector<double> rate = compression_rate(state, fluid, cloth.velocities(response.node_force));
-    std::vector<double> jacobi(count, 0.0);
-    double sum = 0, excess = 0;  // excess: pressure above what is needed that one update can still take back
-    double turned = 0;           // > 0: the update goes against the momentum
-    for (Index i = 0; i < count; ++i) {
-      if (!active[i]) continue;
-      const double yielded = dt * state.compliance[i] * kappa[i];
-      const double left = residual(i, rate[i] - yielded), gain = relaxation * state.alpha[i] / (dt * dt);
-      const double compressed = std::max(left, 0.0);
-      sum += compressed;
-      if (left < 0) excess += std::min(-left, kappa[i] / gain);
-      jacobi[i] = std::max(0.0, kappa[i] + gain * left);
-      turned += (kappa[i] - jacobi[i]) * (jacobi[i] - last[i]) / state.alpha[i];
-    }
-    result.error = sum / count;
-    result.converged = result.error <= tolerance && excess / count <= tolerance && cloth.converged();
-    if ((result.converged && result.iterations >= solver.min_iterations) ||
-        result.iterations >= solver.max_iterations) {
-      for (Index i = 0; i < count; ++i) state.s.fluid_velocity[i] = arr(fluid[i]);
-      cloth.accept(state, response.node_force);
-      accept_bodies(state, kappa, dt);
-      return result;
-    }
-    const double size = (sum + excess) / count;
-    if (size > 4 * best) relaxation /= 2;
-    if (turned > 0 || size > before) theta = 1;
-    best = size > 4 * best ? size : std::min(best, size);
-    before = size;
-    const double next_theta = (1 + std::sqrt(1 + 4 * theta * theta)) / 2;
-    for (Index i = 0; i < count; ++i) {
-      kappa[i] = std::max(0.0, jacobi[i] + (theta - 1) / next_theta * (jacobi[i] - last[i]));
-    }
-    theta = next_theta;
-    last = jacobi;
-  }
-}
+                           double tolerance, double dt, ClothResponse& cloth, const Residuals& residuals);
 
 }  // namespace drench::reference

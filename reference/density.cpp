@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "rigid_bodies.hpp"
+#include "sheets.hpp"
 
 namespace drench::reference {
 
@@ -69,6 +70,10 @@ void density(ReferenceState& state, const StepInfo&, StepReport&) {
   const std::vector<double> bound = row_bounds(state, sample);
   state.alpha.assign(s.fluid_position.size(), 0.0);
   state.compliance.assign(s.fluid_position.size(), 0.0);
+  state.contact_alpha.assign(s.fluid_position.size(), 0.0);
+  const auto inverse = [&](double diagonal, double volume) {
+    return diagonal < 1e-6 / (spacing * spacing) || volume == 0 ? 0.0 : 1 / diagonal;
+  };
   s.fluid_density_ratio.assign(s.fluid_position.size(), 0.0);
 
   for (Index i = 0; i < s.fluid_count(); ++i) {
@@ -98,11 +103,13 @@ void density(ReferenceState& state, const StepInfo&, StepReport&) {
       cloth += wall_share * wall_share * s.sample_volume[b] * gradient.norm() * bound[b];
     }
     const double image = image_density(ratio);
-    sum += image * sheet;
-    cloth *= image * image;
-    const double inverse_alpha = sum.squaredNorm() + squares + state.compliance[i] + 0.16 * cloth;
+    sheet *= image;
+    sum += sheet;
+    cloth *= 0.16 * image * image;
     s.fluid_density_ratio[i] = ratio;
-    state.alpha[i] = inverse_alpha < 1e-6 / (spacing * spacing) || volume == 0 ? 0.0 : 1 / inverse_alpha;
+    state.alpha[i] = inverse(sum.squaredNorm() + squares + state.compliance[i] + cloth, volume);
+    if (!state.model.scene.through_cloth && touches_sheet(state, i))
+      state.contact_alpha[i] = inverse(sheet.squaredNorm() + cloth, volume);
   }
   add_body_rows(state);
 }

@@ -14,10 +14,10 @@ void divergence(ReferenceState& state, const StepInfo& info, StepReport& report)
     active[i] = near >= fewest_neighbors && state.alpha[i] != 0;
     kappa[i] *= 0.5;
   }
-  const auto residual = [&](Index, double rate) { return info.dt * rate; };
+  const Residuals residuals{[&](Index, double rate) { return info.dt * rate; }, {}};
   FreeCloth cloth(state, info.dt);
   const SolveResult result =
-      solve_pressure(state, kappa, active, state.model.scene.fluid.solver.divergence_error, info.dt, cloth, residual);
+      solve_pressure(state, kappa, active, state.model.scene.fluid.solver.divergence_error, info.dt, cloth, residuals);
   report.divergence_iterations = result.iterations;
   report.divergence_error = result.error;
   report.divergence_converged = result.converged;

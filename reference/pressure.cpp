@@ -4,7 +4,6 @@
 #include <memory>
 
 #include "cloth_problem.hpp"
-#include "sheets.hpp"
 
 namespace drench::reference {
 namespace {
@@ -89,28 +88,30 @@ void pressure(ReferenceState& state, const StepInfo& info, StepReport& report) {
   const double ramp = emission_ramp(state.model);
   std::vector<bool> active(state.alpha.size());
   for (std::size_t i = 0; i < active.size(); ++i) active[i] = state.alpha[i] != 0;
-  std::vector<double> counted = s.fluid_density_ratio;  // 1 at least where a sheet is touched
-  if (!state.model.scene.through_cloth)
-    for (Index i = 0; i < s.fluid_count(); ++i)
-      if (touches_sheet(state, i)) counted[i] = std::max(1.0, counted[i]);
   std::vector<double> compressed(active.size(), 0.0);  // β max(0, δ_adv − 1) of the last iteration
-  const auto residual = [&](Index i, double rate) {
-    const double over = counted[i] - 1, beta = source_ramp(s, i, ramp);
+  const auto compression = [&](Index i, double rate) {
+    const double beta = source_ramp(s, i, ramp);
+    double over = s.fluid_density_ratio[i] - 1;
+    if (state.contact_alpha[i] > 0) over = std::max(0.0, over);
     compressed[i] = beta * std::max(0.0, s.fluid_density_ratio[i] - 1 + info.dt * rate);
     return beta * ((over > 0 ? taken_back * over : over) + info.dt * rate);
   };
+  const auto approach = [&](Index i, double rate) {
+    return active[i] ? source_ramp(s, i, ramp) * info.dt * rate : 0;
+  };
+  const Residuals residuals{compression, approach};
   clear_inactive(state);
   const double tolerance = taken_back * state.model.scene.fluid.solver.density_error;
   std::vector<double>& kappa = state.s.fluid_kappa_density;
   SolveResult result;
   if (state.model.has_moving_cloth()) {
     ElasticCloth cloth(state, info.dt, pressure_response(state, kappa).node_force);
-    result = solve_pressure(state, kappa, active, tolerance, info.dt, cloth, residual);
+    result = solve_pressure(state, kappa, active, tolerance, info.dt, cloth, residuals);
     report.cloth_iterations += cloth.iterations();
     if (cloth.iterations() > 0) report.cloth_residual = cloth.residual();
   } else {
     FreeCloth cloth(state, info.dt);
-    result = solve_pressure(state, kappa, active, tolerance, info.dt, cloth, residual);
+    result = solve_pressure(state, kappa, active, tolerance, info.dt, cloth, residuals);
   }
   report.density_iterations = result.iterations;
   report.density_error = 0;

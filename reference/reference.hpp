@@ -13,11 +13,13 @@ using NeighborLists = std::vector<std::vector<Index>>;
 
 /// All that the reference keeps: the model, the state, and what stages hand on within a step.
 struct ReferenceState {
+  explicit ReferenceState(const Model& of) : model(of) {}
   const Model& model;
   HostState s;
   NeighborLists fluid_fluid, fluid_boundary, fluid_sample, sample_fluid, sample_sample, sample_boundary;
   std::vector<double> compliance;  // C_i, 1/m², per liquid particle (stage density)
   std::vector<double> alpha;  // m², Jacobi diagonal of the pressure solves, per liquid particle (stage density)
+  std::vector<double> contact_alpha;  // m², that of the contact with sheets; 0: none is touched (stage density)
   std::vector<Eigen::Vector3d> boundary_predicted;  // m/s, per boundary sample: after a pressure (in-stage)
 };
 

@@ -4,6 +4,7 @@
 #include "laws/crowding.hpp"
 #include "laws/rim.hpp"
 #include "laws/wall.hpp"
+#include "pressure_system.hpp"
 #include "rigid_bodies.hpp"
 
 namespace drench::kokkos_backend {
@@ -11,6 +12,11 @@ namespace {
 
 // Of the absolute row sum: with the solves' relaxation ω ≤ 0.32 half of that bounds the iteration (Gershgorin).
 constexpr Real row_share = Real(0.16);
+
+/// α of a diagonal, m²; 0 where it is less than the smallest or the particle has no volume.
+KOKKOS_INLINE_FUNCTION Real inverse(Real diagonal, Real smallest, Real volume) {
+  return diagonal < smallest || volume == 0 ? Real(0) : 1 / diagonal;
+}
 
 /// Volumes of the cloth samples, V_b = d³ S/Σ_k W_bk, and what the liquid's pairs read of them.
 void sample_volumes(Device& d) {
@@ -75,7 +81,8 @@ void density_and_alpha(Device& d) {
   const Entries<Real4> place = d.work.place, xs = d.samples.place, back = d.samples.back;
   const Crowding crowding(d.spacing);
   const Entries<std::int64_t> id = d.fluid.id;
-  const bool solids = d.boundary.count > 0, cloth = d.samples.count > 0;
+  const bool solids = d.boundary.count > 0, cloth = d.samples.count > 0, touching = has_contact(d);
+  const Entries<Real> contact = d.work.contact.alpha;
   auto& kept = d.fluid_fluid.slope;
   const auto& items = d.fluid_fluid.list;
   if (kept.extent(0) != items.extent(0) || kept.extent(1) != items.extent(1)) {
@@ -128,39 +135,44 @@ void density_and_alpha(Device& d) {
             coupling -= mirrored * mirrored * row_share * slope * length * bound(b);
           }
           const Real dense = image_density(delta);
-          gradient += dense * sheet;
+          sheet = dense * sheet;
+          gradient += sheet;
           coupling *= dense * dense;
+          if (touching) contact(i) = inverse(dot(sheet, sheet) + coupling, smallest, vi);
         }
         ratio(i) = delta;
         compliance(i) = yielded;
         shift(i) = apart;
-        const Real diagonal = dot(gradient, gradient) + squares + yielded + coupling;
-        alpha(i) = diagonal < smallest || vi == 0 ? Real(0) : 1 / diagonal;
+        alpha(i) = inverse(dot(gradient, gradient) + squares + yielded + coupling, smallest, vi);
       });
 }
 
-/// Of liquid that touches a sheet δ_i counts as 1 at least (src/stages/pressure.hpp).
-void count_what_touches(Device& d) {
-  auto& made = d.work.counted_ratio;
-  if (made.extent(0) != d.work.nearest_sample.extent(0))
-    made =
-        Array<Real>(Kokkos::ViewAllocateWithoutInitializing("drench::counted_ratio"), d.work.nearest_sample.extent(0));
+/// Leaves α' only to liquid that touches a sheet (src/stages/pressure.hpp).
+void find_contact(Device& d) {
   const Rims rims{d.samples.rim, d.mesh.rim, d.nodes.position};
   const Entries<Index> nearest = d.work.nearest_sample;
   const Entries<Real3> x = d.fluid.position, xs = d.samples.position, normal = d.samples.normal;
-  const Entries<Real> ratio = d.fluid.density_ratio, counted = made;
+  const Entries<Real> contact = d.work.contact.alpha;
   const Real touch = Real(0.1) * d.spacing, reach = Real(1.25) * d.spacing, limit = reach * reach;
   parallel(
       "drench::density::touch", d.fluid.count, KOKKOS_LAMBDA(const Index i) {
         const Index p = nearest(i);
-        Real counts = ratio(i);
-        if (p >= 0 && counts < 1) {
+        if (p >= 0) {
           const Real3 r = x(i) - xs(p), n = normal(p);
           const Real height = dot(r, n);
-          if (Kokkos::fabs(height) < touch && rims.on_sheet(p, xs(p), r - height * n, limit)) counts = 1;
+          if (Kokkos::fabs(height) < touch && rims.on_sheet(p, xs(p), r - height * n, limit)) return;
         }
-        counted(i) = counts;
+        contact(i) = 0;
       });
+}
+
+/// The arrays of the contact, as long as those of the liquid.
+void make_contact(SheetContact& contact, Index capacity) {
+  if (static_cast<Index>(contact.alpha.extent(0)) == capacity) return;
+  for (Array<Real>* a : {&contact.alpha, &contact.push, &contact.next, &contact.last, &contact.rate}) {
+    *a = {};  // free before allocating
+    *a = Array<Real>(Kokkos::ViewAllocateWithoutInitializing("drench::sheet_contact"), capacity);
+  }
 }
 
 }  // namespace
@@ -181,8 +193,9 @@ void density(Device& d, const StepInfo&, StepReport&) {
     sample_volumes(d);
     sample_row_bounds(d);
   }
+  if (has_contact(d)) make_contact(d.work.contact, static_cast<Index>(d.work.alpha.extent(0)));
   density_and_alpha(d);
-  if (d.samples.count > 0 && !d.model.scene.through_cloth) count_what_touches(d);
+  if (has_contact(d)) find_contact(d);
   add_body_rows(d);
 }
 

@@ -71,6 +71,13 @@ void visit_arrays(Arrays& fluid, Visitor&& visit) {
   if (fluid.spins) visit(fluid.spin);
 }
 
+/// Liquid that touches a sheet (src/stages/pressure.hpp): made by stage density where there are sheets.
+struct SheetContact {
+  Array<Real> alpha;             // α'_i, m²; 0: does not touch (stage density)
+  Array<Real> push, next, last;  // λ_i and the iterates beside it, m²/s² (in-stage)
+  Array<Real> rate;              // R'_i, 1/s (in-stage)
+};
+
 /// Stage-to-stage and in-stage arrays of the liquid; refreshed by stage density unless said otherwise.
 struct FluidWork {
   Array<Real> volume;                  // V_i, m³ (stage density)
@@ -83,7 +90,7 @@ struct FluidWork {
   Array<Real> rate;                    // R_i, 1/s; stage forces: C_i, 1/s (in-stage)
   Array<Real> kappa_next, kappa_last;  // the solves' iterates beside κ, m²/s² (in-stage)
   Array<Index> nearest_sample;         // −1: none within h; made on first use (stage neighbors)
-  Array<Real> counted_ratio;           // δ_i, 1 at least where a sheet is touched; made as that (stage density)
+  SheetContact contact;
   Array<std::uint8_t> active;          // takes part in the divergence solve (in-stage)
 };
 

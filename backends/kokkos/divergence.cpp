@@ -23,17 +23,17 @@ void divergence(Device& d, const StepInfo& info, StepReport& report) {
         kappa(i) = active(i) ? Real(0.5) * kappa(i) : Real(0);
       });
   if (cloth) refresh_inverse_mass(d);
-  PressureIteration iterate(d, kappa);
+  PressureIteration iterate(d, kappa, false);
   iterate.start();
   const auto next = d.work.kappa_next, last = d.work.kappa_last;
   for (int iteration = 1;; ++iteration) {
-    predict_liquid(d, dt);
+    predict_liquid(d, dt, false);
     if (cloth) {
       cloth_forces(d);
       free_cloth_response(d, dt);
     }
     body_response(d, kappa, info.dt);
-    compression_rate(d, kappa, dt);
+    compression_rate(d, kappa, dt, false);
     report.divergence_iterations = iteration;
     const Real factor = iterate.relaxation() / dt;
     const ThreeSums sums = ordered<ThreeSums>(

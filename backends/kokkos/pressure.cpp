@@ -109,8 +109,8 @@ void pressure(Device& d, const StepInfo& info, StepReport& report) {
   const auto kappa = d.fluid.kappa_density, alpha = d.work.alpha, rate = d.work.rate, ratio = d.fluid.density_ratio;
   const auto age = d.fluid.age;
   const auto origin = d.fluid.origin;
-  const bool samples = d.samples.count > 0;
-  const auto counted = samples && !d.model.scene.through_cloth ? d.work.counted_ratio : ratio;
+  const bool samples = d.samples.count > 0, touching = has_contact(d);
+  const SheetContact contact = d.work.contact;
   place_solids(d, info.dt);
   clear_inactive(d);
   std::optional<ElasticCloth> cloth;
@@ -121,32 +121,42 @@ void pressure(Device& d, const StepInfo& info, StepReport& report) {
       cloth.emplace(d, dt);
     }
   }
-  PressureIteration iterate(d, kappa);
+  PressureIteration iterate(d, kappa, touching);
   iterate.start();
   const auto next = d.work.kappa_next, last = d.work.kappa_last;
   for (int iteration = 1;; ++iteration) {
-    predict_liquid(d, dt);
+    predict_liquid(d, dt, touching);
     if (samples) cloth_forces(d);
     if (cloth)
       cloth->respond();
     else if (samples)
       free_cloth_response(d, dt);
     body_response(d, kappa, info.dt);
-    compression_rate(d, kappa, dt);
+    compression_rate(d, kappa, dt, touching);
     report.density_iterations = iteration;
     const Real factor = iterate.relaxation() / (dt * dt);
     const PressureSums all = ordered<PressureSums>(
         "drench::pressure::residual", n, KOKKOS_LAMBDA(const Index i) {
           const bool fresh = origin(i) == static_cast<std::uint8_t>(Origin::cloth) && age(i) < ramp;
           const Real beta = alpha(i) == 0 ? Real(0) : fresh ? age(i) / ramp : Real(1);
-          const Real over = counted(i) - 1, change = dt * rate(i);
+          const Real push_alpha = touching ? contact.alpha(i) : Real(0);
+          const Real over = push_alpha > 0 ? Kokkos::fmax(ratio(i) - 1, Real(0)) : ratio(i) - 1, change = dt * rate(i);
           const Real left = beta * (Kokkos::fmin(over, taken_back * over) + change);
           const double error = Kokkos::fmax(double(beta * (ratio(i) - 1 + change)), 0.0);
           const Real gain = factor * alpha(i), k = updated(kappa(i), gain, left);
           next(i) = k;
-          const ThreeSums steering{left > 0 ? double(left) : 0.0,
-                                   excess_pressure(double(left), double(kappa(i)), double(gain)),
-                                   alpha(i) > 0 ? double(kappa(i) - k) * double(k - last(i)) / double(alpha(i)) : 0.0};
+          ThreeSums steering{left > 0 ? double(left) : 0.0,
+                             excess_pressure(double(left), double(kappa(i)), double(gain)),
+                             alpha(i) > 0 ? double(kappa(i) - k) * double(k - last(i)) / double(alpha(i)) : 0.0};
+          if (touching) {
+            const Real nearer = beta * dt * contact.rate(i), push_gain = factor * push_alpha, push = contact.push(i);
+            const Real p = updated(push, push_gain, nearer);
+            contact.next(i) = p;
+            if (push_alpha > 0)
+              steering += ThreeSums{nearer > 0 ? double(nearer) : 0.0,
+                                    excess_pressure(double(nearer), double(push), double(push_gain)),
+                                    double(push - p) * double(p - contact.last(i)) / double(push_alpha)};
+          }
           return PressureSums{steering, error, error};
         });
     const ThreeSums& sums = all.steering;

@@ -30,9 +30,13 @@ void clear_inactive(Device& d) {
 void PressureIteration::start() {
   const auto kappa = kappa_, last = device_.work.kappa_last;
   const auto place = device_.work.place;
+  const auto push = device_.work.contact.push, push_last = device_.work.contact.last;
+  const bool touching = touching_;
   parallel(
-      "drench::pressure::start", device_.fluid.count,
-      KOKKOS_LAMBDA(const Index i) { place(i).w = last(i) = kappa(i); });
+      "drench::pressure::start", device_.fluid.count, KOKKOS_LAMBDA(const Index i) {
+        place(i).w = last(i) = kappa(i);
+        if (touching) push(i) = push_last(i) = 0;
+      });
 }
 
 void PressureIteration::advance(double residual, double against_momentum) {
@@ -48,11 +52,17 @@ void PressureIteration::advance(double residual, double against_momentum) {
   weight_ = next_weight;
   const auto kappa = kappa_, next = device_.work.kappa_next, last = device_.work.kappa_last;
   const auto place = device_.work.place;
+  const SheetContact contact = device_.work.contact;
+  const bool touching = touching_;
   parallel(
       "drench::pressure::update", device_.fluid.count, KOKKOS_LAMBDA(const Index i) {
         const Real k = next(i) + momentum * (next(i) - last(i));
         last(i) = next(i);
         place(i).w = kappa(i) = k > 0 ? k : Real(0);
+        if (!touching) return;
+        const Real c = contact.next(i) + momentum * (contact.next(i) - contact.last(i));
+        contact.last(i) = contact.next(i);
+        contact.push(i) = c > 0 ? c : Real(0);
       });
 }
 
@@ -103,11 +113,12 @@ void free_cloth_response(Device& d, Real dt) {
       });
 }
 
-void predict_liquid(Device& d, Real dt) {
+void predict_liquid(Device& d, Real dt, bool touching) {
   const Kernel kernel = d.kernel;
   const Entries<Real3> xb = d.boundary.position, v = d.fluid.velocity;
   const Entries<Real4> place = d.work.place, predicted = d.work.predicted, xs = d.samples.place, back = d.samples.back;
-  const Entries<Real> vb = d.boundary.volume, ratio = d.fluid.density_ratio, volume = d.work.volume;
+  const Entries<Real> vb = d.boundary.volume, ratio = d.fluid.density_ratio, volume = d.work.volume,
+                      push = d.work.contact.push;
   const Neighbors lf = d.fluid_fluid, lb = d.fluid_boundary, ls = d.fluid_sample;
   const bool solids = d.boundary.count > 0, cloth = d.samples.count > 0;
   parallel(
@@ -122,14 +133,15 @@ void predict_liquid(Device& d, Real dt) {
           const Real4 at = place(lf(i, k));
           a -= (lf.slope(i, k) * (ki + at.w)) * (xi - at.xyz());
         }
-        if (ki != 0) {
+        const Real at_sheet = touching ? ki + push(i) : ki;
+        if (at_sheet != 0) {
           if (solids)
             for (Index k = 0; k < lb.count(i); ++k) {
               const Index b = lb(i, k);
               a -= (mirrored * ki * vb(b)) * kernel.gradient(xi - xb(b));
             }
           if (cloth) {
-            const Real dense = image_density(ratio(i)) * mirrored * ki;
+            const Real dense = image_density(ratio(i)) * mirrored * at_sheet;
             const Index sheets = ls.count(i);
             DRENCH_UNROLL
             for (Index k = 0; k < sheets; ++k) {
@@ -139,17 +151,17 @@ void predict_liquid(Device& d, Real dt) {
             }
           }
         }
-        predicted(i) = {v(i) + dt * a, cloth ? thrust(ratio(i), volume(i), ki) : Real(0)};
+        predicted(i) = {v(i) + dt * a, cloth ? thrust(ratio(i), volume(i), at_sheet) : Real(0)};
       });
 }
 
-void compression_rate(Device& d, const Array<Real>& kappa, Real dt) {
+void compression_rate(Device& d, const Array<Real>& kappa, Real dt, bool touching) {
   const Kernel kernel = d.kernel;
   const Entries<Real3> xb = d.boundary.position, ub = seen_boundary_velocity(d);
   const Entries<Real4> place = d.work.place, v = d.work.predicted, xs = d.samples.place, back = d.samples.back,
                        us = d.samples.predicted;
   const Entries<Real> vb = d.boundary.volume, rate = d.work.rate, compliance = d.work.compliance,
-                      ratio = d.fluid.density_ratio;
+                      ratio = d.fluid.density_ratio, approach = d.work.contact.rate;
   const Neighbors lf = d.fluid_fluid, lb = d.fluid_boundary, ls = d.fluid_sample;
   const bool solids = d.boundary.count > 0, cloth = d.samples.count > 0;
   parallel(
@@ -177,7 +189,9 @@ void compression_rate(Device& d, const Array<Real>& kappa, Real dt) {
             sheet +=
                 mirrored * at.w * dot(vi - us(b).xyz(), kernel.gradient(from_behind(xi - at.xyz(), back(b).xyz())));
           }
-          sum += image_density(ratio(i)) * sheet;
+          sheet *= image_density(ratio(i));
+          if (touching) approach(i) = sheet;
+          sum += sheet;
         }
         rate(i) = sum - dt * compliance(i) * kappa(i);
       });

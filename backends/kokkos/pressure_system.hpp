@@ -6,16 +6,20 @@
 
 namespace drench::kokkos_backend {
 
-/// work.predicted = v_i + Δt a_i(κ) and its thrust, with κ in work.place (PressureIteration keeps it there).
-void predict_liquid(Device& d, Real dt);
+/// Does the density solve have contact with sheets (src/stages/pressure.hpp)?
+inline bool has_contact(const Device& d) { return d.samples.count > 0 && !d.model.scene.through_cloth; }
+
+/// work.predicted = v_i + Δt a_i(κ, λ) and its thrust, with κ in work.place (PressureIteration keeps it there); `touching`:
+/// with the λ of work.contact.
+void predict_liquid(Device& d, Real dt, bool touching);
 /// Particles with α = 0 carry no pressure: their κ of the density solve becomes 0. The others' thrust goes to work.predicted.
 void clear_inactive(Device& d);
 /// nodes.force = f_n, N, of the thrusts in work.predicted.
 void cloth_forces(Device& d);
 /// Nodes that answer with their inertia alone: nodes.acceleration = a_n, samples.predicted = v_b + Δt a_b.
 void free_cloth_response(Device& d, Real dt);
-/// work.rate = R_i of the predicted velocities − Δt C_i κ_i, 1/s.
-void compression_rate(Device& d, const Array<Real>& kappa, Real dt);
+/// work.rate = R_i of the predicted velocities − Δt C_i κ_i, 1/s; `touching`: contact.rate = R'_i too.
+void compression_rate(Device& d, const Array<Real>& kappa, Real dt, bool touching);
 /// v_i := predicted.
 void accept_liquid(Device& d);
 /// v_n += Δt a_n, pin_force −= f_n on pinned nodes.
@@ -24,13 +28,14 @@ void accept_free_cloth(Device& d, Real dt);
 /// What both solves iterate with: projected Jacobi with Nesterov's momentum and restarts (src/stages/divergence.hpp).
 class PressureIteration {
  public:
-  PressureIteration(Device& d, const Array<Real>& kappa)
-      : device_(d), kappa_(kappa), relaxation_(Real(d.model.relaxation)) {}
-  /// Begins at κ. Not in the constructor: nvcc wants kernels in functions that have an address.
+  /// `touching`: λ of work.contact is iterated with κ.
+  PressureIteration(Device& d, const Array<Real>& kappa, bool touching)
+      : device_(d), kappa_(kappa), touching_(touching), relaxation_(Real(d.model.relaxation)) {}
+  /// Begins at κ and at λ = 0. Not in the constructor: nvcc wants kernels in functions that have an address.
   void start();
   /// ω of the next update.
   Real relaxation() const { return relaxation_; }
-  /// κ := the next point y, from work.kappa_next = κ⁺ and kappa_last = the κ⁺ before. `residual`:
+  /// κ := the next point y, from work.kappa_next = κ⁺ and kappa_last = the κ⁺ before, λ likewise. `residual`:
   /// error + excess of the κ that is left; `against_momentum`: the scalar product that decides about a restart.
   void advance(double residual, double against_momentum);
 
@@ -38,6 +43,7 @@ class PressureIteration {
   static constexpr double most_growth = 4;
   Device& device_;
   Array<Real> kappa_;
+  bool touching_;
   Real relaxation_;
   double weight_ = 1, smallest_ = 1e300, last_ = 1e300;
 };

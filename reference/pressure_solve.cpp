@@ -1,0 +1,66 @@
+// The projected Jacobi iteration of both DFSPH solves (src/stages/divergence.hpp, pressure.hpp).
+
+#include <cmath>
+
+#include "common.hpp"
+
+namespace drench::reference {
+
+SolveResult solve_pressure(ReferenceState& state, std::vector<double>& kappa, const std::vector<bool>& active,
+                           double tolerance, double dt, ClothResponse& cloth, const Residuals& residuals) {
+  const auto& solver = state.model.scene.fluid.solver;
+  const Index count = state.s.fluid_count();
+  SolveResult result;
+  if (count == 0) return result;
+  for (Index i = 0; i < count; ++i) {
+    if (!active[i]) kappa[i] = 0;
+  }
+  double relaxation = state.model.relaxation, theta = 1, best = 1e300, before = 1e300;
+  Iterates volume(kappa), contact(std::vector<double>(count, 0.0));  // κ and λ
+  while (true) {
+    ++result.iterations;
+    const PressureResponse response = pressure_response(state, volume.pressure, contact.pressure);
+    Vectors fluid;
+    for (Index i = 0; i < count; ++i) fluid.push_back(vec(state.s.fluid_velocity[i]) + dt * response.fluid[i]);
+    respond_bodies(state, volume.pressure, dt);
+    const Vectors nodes = cloth.velocities(response.node_force);
+    const std::vector<double> rate = compression_rate(state, fluid, nodes);
+    const double factor = relaxation / (dt * dt);
+    volume.begin();
+    contact.begin();
+    for (Index i = 0; i < count; ++i) {
+      if (!active[i]) continue;
+      const double yielded = dt * state.compliance[i] * volume.pressure[i], alpha = state.alpha[i];
+      volume.update(i, residuals.compression(i, rate[i] - yielded), factor * alpha, alpha);
+    }
+    if (residuals.approach) {
+      const std::vector<double> approach = approach_rate(state, fluid, nodes);
+      for (Index i = 0; i < count; ++i) {
+        const double alpha = state.contact_alpha[i];
+        if (alpha > 0) contact.update(i, residuals.approach(i, approach[i]), factor * alpha, alpha);
+      }
+    }
+    const double sum = volume.sum + contact.sum, excess = volume.excess + contact.excess;
+    result.error = sum / count;
+    result.converged = result.error <= tolerance && excess / count <= tolerance && cloth.converged();
+    if ((result.converged && result.iterations >= solver.min_iterations) ||
+        result.iterations >= solver.max_iterations) {
+      kappa = volume.pressure;
+      for (Index i = 0; i < count; ++i) state.s.fluid_velocity[i] = arr(fluid[i]);
+      cloth.accept(state, response.node_force);
+      accept_bodies(state, kappa, dt);
+      return result;
+    }
+    const double size = (sum + excess) / count;
+    if (size > 4 * best) relaxation /= 2;
+    if (volume.turned + contact.turned > 0 || size > before) theta = 1;
+    best = size > 4 * best ? size : std::min(best, size);
+    before = size;
+    const double next_theta = (1 + std::sqrt(1 + 4 * theta * theta)) / 2, momentum = (theta - 1) / next_theta;
+    volume.extrapolate(momentum);
+    contact.extrapolate(momentum);
+    theta = next_theta;
+  }
+}
+
+}  // namespace drench::reference
