@@ -71,6 +71,7 @@ void density(ReferenceState& state, const StepInfo&, StepReport&) {
   state.alpha.assign(s.fluid_position.size(), 0.0);
   state.compliance.assign(s.fluid_position.size(), 0.0);
   state.contact_alpha.assign(s.fluid_position.size(), 0.0);
+  state.contact_compliance.assign(s.fluid_position.size(), 0.0);
   const auto inverse = [&](double diagonal, double volume) {
     return diagonal < 1e-6 / (spacing * spacing) || volume == 0 ? 0.0 : 1 / diagonal;
   };
@@ -79,7 +80,7 @@ void density(ReferenceState& state, const StepInfo&, StepReport&) {
   for (Index i = 0; i < s.fluid_count(); ++i) {
     const Vector3d xi = vec(s.fluid_position[i]);
     const double volume = fluid_volume(state, i);
-    double ratio = volume * w.value(0), squares = 0, cloth = 0;
+    double ratio = volume * w.value(0), squares = 0, cloth = 0, lengths = 0;
     Vector3d sum = Vector3d::Zero(), sheet = Vector3d::Zero();
     for (const Index j : state.fluid_fluid[i]) {
       const Vector3d xij = xi - vec(s.fluid_position[j]);
@@ -100,6 +101,7 @@ void density(ReferenceState& state, const StepInfo&, StepReport&) {
       const Vector3d gradient = w.gradient(xib);
       ratio += s.sample_volume[b] * w.value(xib.norm());
       sheet += wall_share * s.sample_volume[b] * gradient;
+      lengths += wall_share * s.sample_volume[b] * gradient.norm();
       cloth += wall_share * wall_share * s.sample_volume[b] * gradient.norm() * bound[b];
     }
     const double image = image_density(ratio);
@@ -108,8 +110,10 @@ void density(ReferenceState& state, const StepInfo&, StepReport&) {
     cloth *= 0.16 * image * image;
     s.fluid_density_ratio[i] = ratio;
     state.alpha[i] = inverse(sum.squaredNorm() + squares + state.compliance[i] + cloth, volume);
-    if (!state.model.scene.through_cloth && touches_sheet(state, i))
-      state.contact_alpha[i] = inverse(sheet.squaredNorm() + cloth, volume);
+    if (!state.model.scene.through_cloth && touches_sheet(state, i)) {
+      state.contact_compliance[i] = std::max(0.0, 0.1 * std::pow(image * lengths, 2) - sheet.squaredNorm());
+      state.contact_alpha[i] = inverse(sheet.squaredNorm() + state.contact_compliance[i] + cloth, volume);
+    }
   }
   add_body_rows(state);
 }

@@ -37,7 +37,9 @@ SolveResult solve_pressure(ReferenceState& state, std::vector<double>& kappa, co
       const std::vector<double> approach = approach_rate(state, fluid, nodes);
       for (Index i = 0; i < count; ++i) {
         const double alpha = state.contact_alpha[i];
-        if (alpha > 0) contact.update(i, residuals.approach(i, approach[i]), factor * alpha, alpha);
+        if (!(alpha > 0)) continue;
+        const double yielded = dt * state.contact_compliance[i] * contact.pressure[i];
+        contact.update(i, residuals.approach(i, approach[i] - yielded), factor * alpha, alpha);
       }
     }
     const double sum = volume.sum + contact.sum, excess = volume.excess + contact.excess;

@@ -20,6 +20,7 @@ struct ReferenceState {
   std::vector<double> compliance;  // C_i, 1/m², per liquid particle (stage density)
   std::vector<double> alpha;  // m², Jacobi diagonal of the pressure solves, per liquid particle (stage density)
   std::vector<double> contact_alpha;  // m², that of the contact with sheets; 0: none is touched (stage density)
+  std::vector<double> contact_compliance;  // C'_i, 1/m² (stage density)
   std::vector<Eigen::Vector3d> boundary_predicted;  // m/s, per boundary sample: after a pressure (in-stage)
 };
 

@@ -12,6 +12,8 @@ namespace {
 
 // Of the absolute row sum: with the solves' relaxation ω ≤ 0.32 half of that bounds the iteration (Gershgorin).
 constexpr Real row_share = Real(0.16);
+// Of (Σ |gradients|)² at the sheets: where the square of the sum is less, the contact yields.
+constexpr Real least_push = Real(0.1);
 
 /// α of a diagonal, m²; 0 where it is less than the smallest or the particle has no volume.
 KOKKOS_INLINE_FUNCTION Real inverse(Real diagonal, Real smallest, Real volume) {
@@ -82,7 +84,7 @@ void density_and_alpha(Device& d) {
   const Crowding crowding(d.spacing);
   const Entries<std::int64_t> id = d.fluid.id;
   const bool solids = d.boundary.count > 0, cloth = d.samples.count > 0, touching = has_contact(d);
-  const Entries<Real> contact = d.work.contact.alpha;
+  const Entries<Real> contact = d.work.contact.alpha, contact_yields = d.work.contact.compliance;
   auto& kept = d.fluid_fluid.slope;
   const auto& items = d.fluid_fluid.list;
   if (kept.extent(0) != items.extent(0) || kept.extent(1) != items.extent(1)) {
@@ -125,6 +127,7 @@ void density_and_alpha(Device& d) {
           }
         if (cloth) {
           Real3 sheet;
+          Real lengths = 0;  // of what `sheet` sums up
           for (Index k = 0; k < ls.count(i); ++k) {
             const Index b = ls(i, k);
             const Real4 at = xs(b);
@@ -132,13 +135,19 @@ void density_and_alpha(Device& d) {
             const Real length = norm(r), slope = at.w * kernel.slope(length);
             delta += at.w * kernel.value(length);
             sheet += mirrored * slope * r;
+            lengths -= mirrored * slope * length;
             coupling -= mirrored * mirrored * row_share * slope * length * bound(b);
           }
           const Real dense = image_density(delta);
           sheet = dense * sheet;
+          lengths *= dense;
           gradient += sheet;
           coupling *= dense * dense;
-          if (touching) contact(i) = inverse(dot(sheet, sheet) + coupling, smallest, vi);
+          if (touching) {
+            const Real square = dot(sheet, sheet), yields = least_push * lengths * lengths - square;
+            contact_yields(i) = Kokkos::fmax(yields, Real(0));
+            contact(i) = inverse(square + contact_yields(i) + coupling, smallest, vi);
+          }
         }
         ratio(i) = delta;
         compliance(i) = yielded;
@@ -169,7 +178,7 @@ void find_contact(Device& d) {
 /// The arrays of the contact, as long as those of the liquid.
 void make_contact(SheetContact& contact, Index capacity) {
   if (static_cast<Index>(contact.alpha.extent(0)) == capacity) return;
-  for (Array<Real>* a : {&contact.alpha, &contact.push, &contact.next, &contact.last, &contact.rate}) {
+  for (Array<Real>* a : {&contact.alpha, &contact.compliance, &contact.push, &contact.next, &contact.last, &contact.rate}) {
     *a = {};  // free before allocating
     *a = Array<Real>(Kokkos::ViewAllocateWithoutInitializing("drench::sheet_contact"), capacity);
   }

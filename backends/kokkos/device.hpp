@@ -74,6 +74,7 @@ void visit_arrays(Arrays& fluid, Visitor&& visit) {
 /// Liquid that touches a sheet (src/stages/pressure.hpp): made by stage density where there are sheets.
 struct SheetContact {
   Array<Real> alpha;             // α'_i, m²; 0: does not touch (stage density)
+  Array<Real> compliance;        // C'_i, 1/m² (stage density)
   Array<Real> push, next, last;  // λ_i and the iterates beside it, m²/s² (in-stage)
   Array<Real> rate;              // R'_i, 1/s (in-stage)
 };

@@ -149,7 +149,8 @@ void pressure(Device& d, const StepInfo& info, StepReport& report) {
                              excess_pressure(double(left), double(kappa(i)), double(gain)),
                              alpha(i) > 0 ? double(kappa(i) - k) * double(k - last(i)) / double(alpha(i)) : 0.0};
           if (touching) {
-            const Real nearer = beta * dt * contact.rate(i), push_gain = factor * push_alpha, push = contact.push(i);
+            const Real push = contact.push(i), push_gain = factor * push_alpha;
+            const Real nearer = beta * dt * (contact.rate(i) - dt * contact.compliance(i) * push);
             const Real p = updated(push, push_gain, nearer);
             contact.next(i) = p;
             if (push_alpha > 0)

@@ -52,6 +52,56 @@ TEST(advection, no_particle_passes_an_unbroken_cloth) {
   }
 }
 
+TEST(advection, what_a_sheet_stops_slides_on_along_it) {
+  // A floor and a wall that meet at x = 0.05 m. The way along them is kept, also in their corner, and so is that velocity.
+  const drench::Setup setup = setup_from(R"(drench: 1
+gravity: [0, 0, 0]
+domain: {min: [-1, -1, -1], max: [1, 1, 1]}
+fluid:
+  spacing: 0.01
+  sources: [{block: {min: [-0.005, 0.1, -0.005], max: [0.015, 0.11, 0.015]}}]
+cloth:
+  - mesh: {grid: {size: [0.2, 0.2], nodes: [11, 11]}}
+    place: {position: [-0.05, 0, 0]}
+    dynamics: false
+  - name: wall
+    mesh: {grid: {size: [0.2, 0.2], nodes: [11, 11]}}
+    place: {position: [0.05, 0.1, 0], rotate: {axis: [0, 0, 1], degrees: 90}}
+    dynamics: false
+)");
+  constexpr double dt = 0.002, gap = 1e-4;  // s; m
+  struct Case {
+    const char* name;
+    Vec3 start, velocity, end, left;
+  };
+  const Case cases[] = {
+      {"floor", {-0.05, 0.001, 0}, {3, -1, 0.5}, {-0.044, gap, 0.001}, {3, 0, 0.5}},
+      {"fast", {-0.05, 0.001, 0}, {20, -20, 0}, {-0.01, gap, 0}, {20, 0, 0}},
+      {"wall", {0.049, 0.05, 0}, {1, 3, 0}, {0.05 - gap, 0.056, 0}, {0, 3, 0}},
+      {"corner", {0.045, 0.005, 0}, {5, -5, 1}, {0.05 - gap, gap, 0.002}, {0, 0, 1}},
+  };
+  HostState s = setup.state;
+  ASSERT_EQ(s.fluid_count(), 4);
+  for (std::size_t i = 0; i < 4; ++i) {
+    s.fluid_position[i] = cases[i].start;
+    s.fluid_velocity[i] = cases[i].velocity;
+  }
+  for (const auto& backend : {make_reference_backend(setup.model), make_kokkos_backend(setup.model)}) {
+    SCOPED_TRACE(backend->name());
+    backend->upload(s);
+    StepReport report;
+    for (const Stage stage : {Stage::neighbors, Stage::density, Stage::advection})
+      backend->run(stage, {0, 0, dt}, report);
+    EXPECT_EQ(report.collisions, 4);
+    const HostState end = backend->download();
+    for (std::size_t i = 0; i < 4; ++i)
+      for (std::size_t a = 0; a < 3; ++a) {
+        EXPECT_NEAR(end.fluid_position[i][a], cases[i].end[a], 1e-7) << cases[i].name << ", axis " << a;
+        EXPECT_NEAR(end.fluid_velocity[i][a], cases[i].left[a], 1e-5) << cases[i].name << ", axis " << a;
+      }
+  }
+}
+
 TEST(advection, what_leaves_the_domain_enters_the_account_of_drained_liquid) {
   compare_stage({.stage = Stage::advection,
                  .steps_before = 3,

@@ -38,6 +38,49 @@ TEST(pressure, of_particles_that_touch_the_sheet_agrees_with_the_reference) {
   compare_stage({.stage = Stage::pressure, .steps_before = 40, .prepare = lower, .changes = "fluid_velocity"});
 }
 
+TEST(pressure, lets_no_particle_approach_the_sheet_that_it_touches) {
+  // A slab of three layers on a fixed sheet, of which the upper two fly off while the lowest is thrown at the sheet: the
+  // liquid as a whole thins out, so nothing but the contact holds the lowest layer.
+  const drench::Setup setup = setup_from(R"(drench: 1
+gravity: [0, 0, 0]
+domain: {min: [-1, -1, -1], max: [1, 1, 1]}
+fluid:
+  spacing: 0.01
+  solver: {density_error: 1.0e-6, max_iterations: 1000}
+  sources: [{block: {min: [-0.035, 0.05, -0.035], max: [0.035, 0.08, 0.035]}}]
+cloth:
+  - mesh: {grid: {size: [0.2, 0.2], nodes: [11, 11]}}
+    dynamics: false
+)");
+  HostState s = setup.state;
+  ASSERT_EQ(s.fluid_count(), 147);
+  for (std::size_t i = 0; i < s.fluid_position.size(); ++i) {
+    s.fluid_position[i][1] -= 0.0545;  // 5e-4 m above the sheet: touching
+    const bool lowest = s.fluid_position[i][1] < 0.005;
+    s.fluid_velocity[i] = {0, lowest ? -1.0 : 400 * s.fluid_position[i][1], 0};
+  }
+  for (const auto& backend : {make_reference_backend(setup.model), make_kokkos_backend(setup.model)}) {
+    SCOPED_TRACE(backend->name());
+    backend->upload(s);
+    StepReport report;
+    for (const Stage stage : {Stage::neighbors, Stage::density, Stage::pressure})
+      backend->run(stage, {0, 0, 0.001}, report);
+    EXPECT_TRUE(report.density_converged);
+    const HostState end = backend->download();
+    int lowest = 0;
+    for (std::size_t i = 0; i < end.fluid_position.size(); ++i) {
+      const double x = end.fluid_position[i][1], v = end.fluid_velocity[i][1];
+      if (x < 0.005) {
+        ++lowest;
+        EXPECT_NEAR(v, 0, 0.01) << "particle " << i;
+      } else {
+        EXPECT_NEAR(v, 400 * x, 1e-3) << "particle " << i << " does not touch";
+      }
+    }
+    EXPECT_EQ(lowest, 49);
+  }
+}
+
 TEST(pressure, with_cloth_by_xpbd_agrees_with_the_reference) {
   compare_stage({.stage = Stage::pressure,
                  .scene = with(wet_scene(), "cloth:\n", "cloth_solver: {method: xpbd}\ncloth:\n"),
