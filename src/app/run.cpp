@@ -340,7 +340,7 @@ class Run {
   std::filesystem::path folder_;  // empty with --no-output
   std::optional<FolderLock> lock_;
   RunLog log_;
-  RunTotals totals_;
+  RunTotals totals_{model_.most_stretch()};
   std::optional<StatsCsv> stats_;
   std::optional<FrameQueue> frames_;
 };

@@ -29,11 +29,14 @@ class RunLog {
 /// Sums over the steps of a run.
 class RunTotals {
  public:
-  /// Adds a step (as numbered after it); returns lines to log when a solver did not converge, particles went through a cloth
-  /// or suspiciously many left the domain (advection.hpp, laws 6 and 7) for the first time, else "".
+  /// `most_stretch`: of cloth, beyond which liquid gets between its samples (Model::most_stretch()), 1.
+  explicit RunTotals(double most_stretch) : most_stretch_(most_stretch) {}
+  /// Adds a step (as numbered after it); returns lines to log when a solver did not converge, particles went through a cloth,
+  /// cloth was stretched too far or suspiciously many left the domain (advection.hpp, laws 6 and 7) for the first time, else "".
   std::string add(std::int64_t step, double time, const StepReport& report,
                   const std::array<double, stage_count>& milliseconds);
-  /// Lines about solvers that did not converge and particles that were put back, went through cloth or fled; "" when there is nothing to say.
+  /// Lines about solvers that did not converge, cloth that was stretched too far and particles that were put back, went through
+  /// cloth or fled; "" when there is nothing to say.
   std::string warnings() const;
   /// Table of the stages' total times, one line each.
   std::string stage_table(const std::vector<Stage>& stages) const;
@@ -46,6 +49,7 @@ class RunTotals {
     double worst = 0;
   };
   std::array<Solver, 3> solvers_{Solver{"divergence solve"}, Solver{"density solve"}, Solver{"cloth solve"}};
+  double most_stretch_, stretch_ = 0;
   std::int64_t steps_ = 0, clamped_ = 0, passed_ = 0, fled_ = 0;
   std::array<double, stage_count> milliseconds_{};
 };

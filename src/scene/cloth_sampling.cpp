@@ -26,12 +26,18 @@ struct Corners {
   double division(double spacing) const { return std::max(1.0, std::ceil(std::sqrt(area()) / spacing)); }
 };
 
+/// m: the samples' largest distance at rest.
+double sample_spacing(const Model& model, std::size_t cloth) {
+  return model.scene.cloths[cloth].sample_spacing.value_or(model.spacing);
+}
+
 void sample_triangle(Model& model, Index triangle, Index cloth) {
   SampleSet& s = model.samples;
   const ClothMaterial& m = model.cloths[static_cast<std::size_t>(cloth)];
   const Corners x(model.mesh, triangle);
-  const int k = static_cast<int>(x.division(model.spacing));
+  const int k = static_cast<int>(x.division(sample_spacing(model, static_cast<std::size_t>(cloth))));
   const double area = x.area() / k / k;
+  s.spacing = std::max(s.spacing, std::sqrt(area));
   const double capacity = m.porous ? (1 - m.solid_fraction) * area * m.thickness * model.rest_density : 0.0;
   // Barycentric coordinates in thirds of a sub-triangle: (i, j) of an upright one's centroid is (3i+1, 3j+1), of one
   // that stands on its head (3i+2, 3j+2).
@@ -80,8 +86,11 @@ void for_filled(const Model& model, const ClothMaterial& m, const SaturationScen
 
 double expected_cloth_samples(const Model& model) {
   double count = 0;
-  for (Index t = 0; t < model.mesh.triangles(); ++t)
-    count += std::pow(Corners(model.mesh, t).division(model.spacing), 2);
+  for (std::size_t c = 0; c < model.cloths.size(); ++c) {
+    const ClothMaterial& m = model.cloths[c];
+    for (Index t = m.first_triangle; t < m.first_triangle + m.triangle_count; ++t)
+      count += std::pow(Corners(model.mesh, t).division(sample_spacing(model, c)), 2);
+  }
   return count;
 }
 

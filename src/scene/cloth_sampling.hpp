@@ -15,7 +15,7 @@ double expected_cloth_samples(const Model& model);
 /// m²: of all the cloths at rest.
 double cloth_area(const Model& model);
 
-/// Cuts each triangle into k² congruent ones, k = max(1, ⌈√area / d⌉), with a sample at each one's centroid, so that
+/// Cuts each triangle into k² congruent ones, k = max(1, ⌈√area / sample_spacing⌉), with a sample at each one's centroid, so that
 /// all samples of a triangle have the same area; fills model.samples and the sample ranges of model.cloths.
 void build_samples(Model& model);
 

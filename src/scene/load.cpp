@@ -143,6 +143,10 @@ void check_scene(Section& s, const Scene& scene) {
   if (const auto often = too_often(scene)) s.check(false, often->first, often->second);
   std::set<std::string> names;
   for (std::size_t i = 0; i < scene.cloths.size(); ++i) {
+    const std::optional<double>& samples = scene.cloths[i].sample_spacing;
+    s.check(!samples || !scene.fluid.present || *samples <= scene.fluid.spacing, fmt::format("cloth.{}.sample_spacing", i),
+            fmt::format("{} is more than fluid.spacing; allowed: at most {} (m)", samples.value_or(0),
+                        scene.fluid.spacing));
     s.check(
         names.insert(scene.cloths[i].name).second, fmt::format("cloth.{}.name", i),
         fmt::format("a cloth before it is named '{}' too; allowed: a name of its own for each", scene.cloths[i].name));

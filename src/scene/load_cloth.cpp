@@ -135,6 +135,7 @@ void read_cloth(Section& s, ClothScene& cloth) {
   s.number("friction", cloth.friction, "[0, 10]", "1");
   s.number("strain_limit", cloth.strain_limit, "[0, 0.99]", "1");
   s.number("adhesion", cloth.adhesion, "[0, 10]", "N/m");
+  s.number("sample_spacing", cloth.sample_spacing, "[1e-6, 1000]", "m");
   s.list("pin", cloth.pins, read_pin);
   s.boolean("self_collision", cloth.self_collision);
   s.boolean("dynamics", cloth.dynamics);

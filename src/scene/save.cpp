@@ -163,6 +163,7 @@ void write_cloth(Writer& out, const ClothScene& cloth) {
   if (cloth.damping_wet) out.line("    damping_wet: {}  # 1/s", text(*cloth.damping_wet));
   out.line("    strain_limit: {}", text(cloth.strain_limit));
   out.line("    adhesion: {}  # N/m", text(cloth.adhesion));
+  if (cloth.sample_spacing) out.line("    sample_spacing: {}  # m", text(*cloth.sample_spacing));
   if (!cloth.pins.empty()) out.line("    pin:");
   for (const PinScene& pin : cloth.pins) write_pin(out, pin);
   out.line("    self_collision: {}", cloth.self_collision);

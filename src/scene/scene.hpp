@@ -156,6 +156,8 @@ struct ClothScene {
   std::optional<double> damping_wet;   // 1/s
   double strain_limit = 0;             // ε, 1: triangles keep their stretches within [1 − ε, 1 + ε]; 0: no limit
   double adhesion = 0;                 // N/m; work per area that separates the liquid from the cloth
+  // m: between the samples that liquid meets, at rest, at most; fluid.spacing where it is not given.
+  std::optional<double> sample_spacing;
   std::vector<PinScene> pins;
   bool self_collision = false;
   bool dynamics = true;

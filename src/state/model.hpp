@@ -109,6 +109,7 @@ struct SampleSet {
   // Per sample two edges of its cloth's rim within 2 d at rest: the nearest, and the nearest that goes another way (the
   // cosine between them is below 0.9); −1: none. Empty where no cloth parts liquid or none has a rim.
   std::vector<std::array<Index, 2>> rim;
+  double spacing = 0;       // m: √ of the largest area share
   double cover_radius = 0;  // m: no point of a triangle is farther from that triangle's nearest sample
   Index count() const { return static_cast<Index>(triangle.size()); }
 };
@@ -204,6 +205,12 @@ struct Model {
   }
   bool has_moving_pins() const { return !pin_motions.empty(); }
   bool has_strain_limit() const { return !mesh.limit_stiffness.empty(); }
+  /// How far cloth can be stretched (length over rest length) before its samples are 1.5 d apart and liquid gets between
+  /// them; infinite where liquid meets none.
+  double most_stretch() const {
+    const bool met = samples.count() > 0 && has_fluid();
+    return met ? 1.5 * spacing / samples.spacing : std::numeric_limits<double>::infinity();
+  }
   bool has_self_collision() const {
     for (const auto& c : cloths)
       if (c.dynamics && c.self_collision) return true;

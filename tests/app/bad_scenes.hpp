@@ -182,6 +182,8 @@ inline constexpr BadScene bad_scenes[] = {
     {"PinOfAStillClothMoves", CLOTH "    dynamics: false\n    pin: [{corners: true, velocity: [1, 0, 0]}]\n", 5, 11,
      "cloth.0.pin.0", "allowed: only with dynamics: true"},
     {"StrainLimitOfAll", CLOTH "    strain_limit: 1\n", 4, 19, "cloth.0.strain_limit", "allowed: [0, 0.99]"},
+    {"SamplesFartherApartThanLiquid", CLOTH "    sample_spacing: 5\n", 4, 21, "cloth.0.sample_spacing",
+     "is more than fluid.spacing; allowed: at most"},
     {"FrictionOfADryClothWet", CLOTH "    friction_wet: 1\n", 4, 19, "cloth.0.friction_wet",
      "allowed: only beside the key porous"},
     {"SaturationOfNothing", CLOTH "    initial_saturation: [{box: {min: [0, 0, 0], max: [1, 1, 1]}, value: 1}]\n", 4,

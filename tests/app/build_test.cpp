@@ -302,6 +302,20 @@ TEST(BuildSamples, CoverRadiusHoldsForRandomPoints) {
   EXPECT_GT(worst, 0.8 * m.samples.cover_radius);
 }
 
+TEST(BuildSamples, SpacingOfACloth) {
+  Scene scene = cloth_scene();
+  scene.fluid.present = true;
+  scene.fluid.spacing = 0.012;
+  const Model usual = build(scene).model;
+  scene.cloths[0].sample_spacing = 0.0061;
+  const Model fine = build(scene).model;
+  EXPECT_EQ(fine.samples.count(), 4 * usual.samples.count());
+  EXPECT_NEAR(fine.samples.spacing, usual.samples.spacing / 2, 1e-15);
+  EXPECT_NEAR(fine.most_stretch(), 2 * usual.most_stretch(), 1e-12);
+  EXPECT_GE(usual.most_stretch(), 1.5);
+  EXPECT_NEAR(sum(fine.samples.capacity), sum(usual.samples.capacity), 1e-14);
+}
+
 TEST(BuildSamples, AreBuiltOnlyWhereNeeded) {
   Scene scene = cloth_scene();
   scene.cloths[0].porous.present = false;

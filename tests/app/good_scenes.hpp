@@ -45,6 +45,7 @@ cloth:
     damping_wet: 3
     strain_limit: 0.05
     adhesion: 0.01
+    sample_spacing: 0.009
     pin: [{corners: true}, {edges: true}, {box: {min: [-1, 0, -1], max: [0, 1, 0]}}, {nodes: [3, 220]}]
     self_collision: true
     dynamics: false

@@ -125,6 +125,7 @@ TEST(SceneLoader, ReadsEveryKey) {
   c.damping_wet = 3;
   c.strain_limit = 0.05;
   c.adhesion = 0.01;
+  c.sample_spacing = 0.009;
   const Box corner{{-1, 0, -1}, {0, 1, 0}};
   c.pins.resize(4);
   c.pins[1].kind = PinScene::Kind::edges;
