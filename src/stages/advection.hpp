@@ -24,12 +24,17 @@
 //    cover_radius is measured at rest. Coplanarity is a cubic in τ ∈ [0, 1], all roots bracketed, in double; τ = 1 is always
 //    tested, and counts as a root where x1 is no farther than 1e-6 d from the triangle's plane then; a hit has barycentric coordinates ≥ −1e-6, or is no farther from
 //    the triangle's outline than 1e-6 of its longest edge (slivers, whose barycentric coordinates are rounding). The
-//    earliest hit of all candidates: x1 := the hit point carried
-//    to the end of the step with its triangle + 1e-2 d along the triangle's end normal, to the side on which x0 was at
-//    the start. Repeat up to 4 times from x0 to the new x1 (later hits replace the recorded one); if it still hits: x1
-//    := the start position carried with the last triangle (barycentric coordinates of the foot point, signed start
-//    distance at least 1e-2 d). Impulse: for a recorded hit with inward relative normal speed u = (v_i − v_hit)·n < 0
-//    (n to the side of x0): J = −u / (1/m_i + Σ_k b_k² c_k/m_k) along n, c_k = number of particles that hit node k's
+//    earliest hit of all candidates moves x1, and the path from x0 to the new x1 is tested again. The first three times x1 keeps
+//    what of its way goes along the sheet: it is lifted to g = 1e-2 d above the plane of the triangle's end, on the side on which
+//    x0 was at the start. Where it is above that already, and the next three times, x1 := the hit point carried to the end of the
+//    step with its triangle, g above it. If it still hits: x1 := the start position carried with the last triangle (barycentric
+//    coordinates of the foot point, the start distance, at least g). (With the hit point alone, as Bridson et al. have it for
+//    cloth, what slides along a sheet that moves stands still on it, is pressed by what follows, and takes up a velocity that it
+//    never follows: 1 spacing a step, and five particles in the place of one, in a pool that fills at 0.6 of a spacing a step.)
+//    Impulse: of the last hit, at its triangle and barycentric coordinates b, along n = the direction in which x1 was moved in all
+//    (that of one lift is the triangle's normal; that of lifts off two planes leaves the way along their fold), with the relative
+//    speed u = (v_i − v_hit)·n < 0:
+//    J = −u / (1/m_i + Σ_k b_k² c_k/m_k) along n, c_k = number of particles that hit node k's
 //    triangles in this step, pinned nodes 1/m_k = 0; v_i += J n/m_i; p_k −= b_k J n.
 // 4. Bodies' failsafe: a particle behind a body's surface (φ < 0, at the step's end) goes back to the surface and
 // loses its velocity into the body, relative to the surface.

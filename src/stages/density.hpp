@@ -29,6 +29,6 @@
 //       4: stage divergence.
 //       Dynamic bodies add their own row sum (bodies.hpp, law 6) where α_i > 0.
 //         C_i = Σ_j max(0, V_j − V_i) V_j |∇W_ij|²: compliance of a particle among heavier ones (stage divergence), unit 1/m².
-//       α_i = 0 if 1/α_i < 1e-6/d² or V_i = 0.
+//       α_i = 0 if 1/α_i < 1e-6/d² or V_i = 0. Of liquid that touches a sheet α'_i and C'_i likewise (stage pressure).
 // Reads:  fluid_position, fluid_mass, node_position, node_liquid, boundary_volume, neighbour lists.
-// Writes: fluid_density_ratio, sample_volume; α, C (the backend's own).
+// Writes: fluid_density_ratio, sample_volume; α, C, α', C' (the backend's own).

@@ -8,6 +8,7 @@
 #include <set>
 
 #include "frame_reader.hpp"
+#include "output/run_log.hpp"
 #include "output/stats_csv.hpp"
 #include "output/text_file.hpp"
 #include "output/vtu_series.hpp"
@@ -424,6 +425,21 @@ TEST(Output, StatsHaveMeasuresWhereTheyAreAskedFor) {
   const Table without = table({Stage::time_step, Stage::ledger});
   for (const char* column : {"nearest_variance", "close_share", "wet_isotropy", "ms_measures"})
     EXPECT_EQ(std::count(without.header.begin(), without.header.end(), column), 0) << column;
+}
+
+TEST(Output, ARunSaysOnceThatClothIsStretchedTooFar) {
+  RunTotals totals(1.6);
+  StepReport report;
+  report.cloth_stretch = 1.6;
+  EXPECT_EQ(totals.add(1, 0.1, report, {}), "");
+  EXPECT_EQ(totals.warnings(), "");
+  report.cloth_stretch = 1.7;
+  EXPECT_TRUE(totals.add(2, 0.2, report, {}).starts_with("warning: step 2 (t = 0.2 s): cloth is stretched to 1.70 times"));
+  report.cloth_stretch = 1.9;
+  EXPECT_EQ(totals.add(3, 0.3, report, {}), "");
+  report.cloth_stretch = 1;
+  totals.add(4, 0.4, report, {});
+  EXPECT_TRUE(totals.warnings().starts_with("cloth was stretched to 1.90 times its length at most; beyond 1.60 "));
 }
 
 TEST(Output, WritingWhereNothingCanBeWrittenIsAnError) {
