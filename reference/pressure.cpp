@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "cloth_problem.hpp"
+#include "stages/pressure.hpp"
 
 namespace drench::reference {
 namespace {
@@ -50,7 +51,7 @@ class ElasticCloth : public ClothResponse {
       iteration_.advance(10);
       residual_ = iteration_.check();
       count += 10;
-    } while (residual_ > 1 && count < 100);
+    } while (residual_ > 1 && count < cloth_iterations_per_pressure(problem_.model().scene.cloth_solver));
     Vectors v;
     for (std::size_t n = 0; n < began_.size(); ++n) v.push_back((iteration_.x()[n] - problem_.start[n]) / problem_.dt);
     return v;

@@ -6,11 +6,11 @@
 #include "pressure_system.hpp"
 #include "primitives/reduce.hpp"
 #include "rigid_bodies.hpp"
+#include "stages/pressure.hpp"
 
 namespace drench::kokkos_backend {
 namespace {
 
-constexpr int most_iterations = 100;    // of the cloth, per iteration of the pressure
 constexpr Real taken_back = Real(0.5);  // c: share of a compression that a step takes back
 
 /// The sums that steer the iteration (pressure_system.hpp), and what is left of the compression: its sum and maximum.
@@ -28,7 +28,13 @@ struct PressureSums {
 /// The cloth inside the solve: its implicit step goes on while the pressure changes.
 class ElasticCloth {
  public:
-  ElasticCloth(Device& d, Real dt) : device_(d), dt_(dt), iteration_(d, dt) { start(); }
+  ElasticCloth(Device& d, Real dt)
+      : device_(d),
+        dt_(dt),
+        most_iterations_(cloth_iterations_per_pressure(d.model.scene.cloth_solver)),
+        iteration_(d, dt) {
+    start();
+  }
 
   /// The shift of the velocity as it is, and the target without the pressure's part. Not in the constructor: nvcc wants
   /// kernels in functions that have an address.
@@ -63,7 +69,7 @@ class ElasticCloth {
         "drench::pressure::cloth_target", d.nodes.count, KOKKOS_LAMBDA(const Index n) {
           if (!s.pinned(n)) s.target(n) = base(n) + (dt * dt / s.mass(n)) * f(n);
         });
-    iteration_.run(most_iterations);
+    iteration_.run(most_iterations_);
     const auto shift = d.cloth_work.shift;
     const auto predicted = d.samples.predicted;
     const auto node = d.samples.node;
@@ -95,6 +101,7 @@ class ElasticCloth {
  private:
   Device& device_;
   Real dt_;
+  int most_iterations_;
   ClothIteration iteration_;
 };
 

@@ -19,7 +19,8 @@
 //     m_n/Δt² (u*_n − u_n) + F_n(u) − F_n(u*) + f_n(κ) − f°_n − c_n + contact = 0,  v_n = u_n/Δt,
 //   F = elastic and damping force; bodies as in stage cloth (they give c_n back where the node still touches).
 //   Dynamic bodies answer in every iteration too (bodies.hpp, law 5).
-//   In each iteration of κ the cloth's iteration runs in lots of 10, at most 100 iterations, until its residual is ≤ 1.
+//   In each iteration of κ the cloth's iteration runs in lots of 10, at most cloth_iterations_per_pressure(), until its
+//   residual is ≤ 1.
 //   (With looser limits the cloth lags behind κ, and the momentum overshoots.) Chebyshev's weights go on from one κ to
 //   the next.
 //   A scene whose cloths all stand still has fixed nodes instead.
@@ -49,3 +50,16 @@
 // Then v_i += Δt a_i, v_n as above; node_pin_force −= F_n(u) − F_n(u*) + f_n − f°_n.
 // Reads:  positions, masses, velocities, fluid_age, fluid_origin, fluid_density_ratio, node_contact_force, α, lists.
 // Writes: fluid_velocity, node_velocity, node_pin_force, fluid_kappa_density; StepReport::density_*, cloth_*.
+
+#include <algorithm>
+
+#include "scene/scene.hpp"
+
+namespace drench {
+
+/// How many iterations of the cloth an iteration of the pressure may take.
+inline int cloth_iterations_per_pressure(const ClothSolverScene& solver) {
+  return std::max(100, solver.max_iterations / 3);
+}
+
+}  // namespace drench

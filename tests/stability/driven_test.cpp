@@ -121,7 +121,7 @@ TEST(driven, four_times_the_step) {
 
 TEST(driven, pool_filled_beyond_cfl) {
   // Where particles that the sheet stops do not go on along it, they heap up on its nodes: a mean compression of 3.2 %, and
-  // single particles of three times water's density. Now 0.15 %.
+  // single particles of three times water's density. Now 0.2 %.
   WatchedRun run(coarse_water_on_cloth("0.004"));
   double mean = 0, most = 0;
   run.steps(100, [&](const HostState&, const StepReport& r) {
