@@ -1,10 +1,11 @@
 // Stage pressure (src/stages/pressure.hpp).
 
+#include "stages/pressure.hpp"
+
 #include <algorithm>
 #include <memory>
 
 #include "cloth_problem.hpp"
-#include "stages/pressure.hpp"
 
 namespace drench::reference {
 namespace {
@@ -97,9 +98,7 @@ void pressure(ReferenceState& state, const StepInfo& info, StepReport& report) {
     compressed[i] = beta * std::max(0.0, s.fluid_density_ratio[i] - 1 + info.dt * rate);
     return beta * ((over > 0 ? taken_back * over : over) + info.dt * rate);
   };
-  const auto approach = [&](Index i, double rate) {
-    return active[i] ? source_ramp(s, i, ramp) * info.dt * rate : 0;
-  };
+  const auto approach = [&](Index i, double rate) { return active[i] ? source_ramp(s, i, ramp) * info.dt * rate : 0; };
   const Residuals residuals{compression, approach};
   clear_inactive(state);
   const double tolerance = taken_back * state.model.scene.fluid.solver.density_error;

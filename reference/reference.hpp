@@ -17,10 +17,9 @@ struct ReferenceState {
   const Model& model;
   HostState s;
   NeighborLists fluid_fluid, fluid_boundary, fluid_sample, sample_fluid, sample_sample, sample_boundary;
-  std::vector<double> compliance;  // C_i, 1/m², per liquid particle (stage density)
-  std::vector<double> alpha;  // m², Jacobi diagonal of the pressure solves, per liquid particle (stage density)
-  std::vector<double> contact_alpha;  // m², that of the contact with sheets; 0: none is touched (stage density)
-  std::vector<double> contact_compliance;  // C'_i, 1/m² (stage density)
+  // Per liquid particle (stage density): C_i, 1/m²; the Jacobi diagonal of the pressure solves, m²; those of its contact with
+  // sheets, α' = 0 where it touches none.
+  std::vector<double> compliance, alpha, contact_compliance, contact_alpha;
   std::vector<Eigen::Vector3d> boundary_predicted;  // m/s, per boundary sample: after a pressure (in-stage)
 };
 

@@ -178,7 +178,8 @@ void find_contact(Device& d) {
 /// The arrays of the contact, as long as those of the liquid.
 void make_contact(SheetContact& contact, Index capacity) {
   if (static_cast<Index>(contact.alpha.extent(0)) == capacity) return;
-  for (Array<Real>* a : {&contact.alpha, &contact.compliance, &contact.push, &contact.next, &contact.last, &contact.rate}) {
+  for (Array<Real>* a :
+       {&contact.alpha, &contact.compliance, &contact.push, &contact.next, &contact.last, &contact.rate}) {
     *a = {};  // free before allocating
     *a = Array<Real>(Kokkos::ViewAllocateWithoutInitializing("drench::sheet_contact"), capacity);
   }

@@ -92,7 +92,7 @@ struct FluidWork {
   Array<Real> kappa_next, kappa_last;  // the solves' iterates beside κ, m²/s² (in-stage)
   Array<Index> nearest_sample;         // −1: none within h; made on first use (stage neighbors)
   SheetContact contact;
-  Array<std::uint8_t> active;          // takes part in the divergence solve (in-stage)
+  Array<std::uint8_t> active;  // takes part in the divergence solve (in-stage)
 };
 
 struct BoundaryArrays {

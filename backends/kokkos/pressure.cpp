@@ -1,12 +1,13 @@
 // Stage pressure (src/stages/pressure.hpp).
 
+#include "stages/pressure.hpp"
+
 #include <optional>
 
 #include "cloth_solver.hpp"
 #include "pressure_system.hpp"
 #include "primitives/reduce.hpp"
 #include "rigid_bodies.hpp"
-#include "stages/pressure.hpp"
 
 namespace drench::kokkos_backend {
 namespace {

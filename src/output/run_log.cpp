@@ -49,8 +49,9 @@ std::string RunTotals::add(std::int64_t step, double time, const StepReport& r,
   passed_ += r.passed;
   if (r.cloth_stretch > most_stretch_ && !(stretch_ > most_stretch_))
     said += fmt::format(
-        "warning: step {} (t = {:.6g} s): cloth is stretched to {:.2f} times its length; beyond {:.2f} its samples are so "
-        "far apart that liquid gets between them: a stiffer cloth (stretch, strain_limit), or a smaller sample_spacing\n",
+        "warning: step {} (t = {:.6g} s): cloth is stretched to {:.2f} times its length; beyond {:.2f} its samples are "
+        "so far apart that liquid gets between them: a stiffer cloth (stretch, strain_limit), or a smaller "
+        "sample_spacing\n",
         step, time, r.cloth_stretch, most_stretch_);
   stretch_ = std::max(stretch_, r.cloth_stretch);
   if (r.fled.count > 0 && fled_ == 0)
@@ -71,8 +72,8 @@ std::string RunTotals::warnings() const {
   if (passed_ > 0) text += fmt::format("particles went through cloth that is whole {} times\n", passed_);
   if (stretch_ > most_stretch_)
     text += fmt::format(
-        "cloth was stretched to {:.2f} times its length at most; beyond {:.2f} liquid gets between its samples\n", stretch_,
-        most_stretch_);
+        "cloth was stretched to {:.2f} times its length at most; beyond {:.2f} liquid gets between its samples\n",
+        stretch_, most_stretch_);
   if (fled_ > 0)
     text += fmt::format("{} particles left the domain in steps that lost a quarter of all at once\n", fled_);
   if (clamped_ > 0) text += fmt::format("particles were put back out of bodies {} times\n", clamped_);

@@ -144,7 +144,8 @@ void check_scene(Section& s, const Scene& scene) {
   std::set<std::string> names;
   for (std::size_t i = 0; i < scene.cloths.size(); ++i) {
     const std::optional<double>& samples = scene.cloths[i].sample_spacing;
-    s.check(!samples || !scene.fluid.present || *samples <= scene.fluid.spacing, fmt::format("cloth.{}.sample_spacing", i),
+    s.check(!samples || !scene.fluid.present || *samples <= scene.fluid.spacing,
+            fmt::format("cloth.{}.sample_spacing", i),
             fmt::format("{} is more than fluid.spacing; allowed: at most {} (m)", samples.value_or(0),
                         scene.fluid.spacing));
     s.check(

@@ -99,8 +99,8 @@ inline constexpr Meaning meanings[] = {
     {"cloth.N.strain_limit", "ε: triangles keep their stretches within [1 − ε, 1 + ε]; 0: no limit"},
     {"cloth.N.adhesion", "work per area that separates the liquid from the cloth"},
     {"cloth.N.sample_spacing",
-     "the largest distance, at rest, between the samples of the cloth that liquid meets; without it `fluid.spacing`. Cloth "
-     "that is stretched to λ times its length holds liquid with `fluid.spacing`/λ"},
+     "the largest distance, at rest, between the samples of the cloth that liquid meets; without it `fluid.spacing`. "
+     "Cloth that is stretched to λ times its length holds liquid with `fluid.spacing`/λ"},
     {"cloth.N.pin", "nodes that do not move, or move as prescribed"},
     {"cloth.N.pin.N.corners", "the grid's four corners"},
     {"cloth.N.pin.N.edges", "all nodes on the rim"},

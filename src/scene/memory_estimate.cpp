@@ -70,7 +70,7 @@ double particle_bytes(const SetupSize& size, double r) {
   if (size.fluid <= 0) return 0;
   double each = 2 * (10 * r + 17) + 21 * r + 1;         // FluidArrays and their spare ones, FluidWork
   each += 3 * r + 1;                                    // AdvectionWork
-  if (size.samples > 0) each += 13 * r + index;  // the same, SheetContact, nearest_sample
+  if (size.samples > 0) each += 13 * r + index;         // the same, SheetContact, nearest_sample
   if (size.emission) each += 5 * quanta;                // EmissionWork
   if (size.absorption || size.emission) each += index;  // compact_source
   if (size.measures) each += 2 * r;

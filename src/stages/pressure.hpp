@@ -44,8 +44,9 @@
 //
 // Particles with α_i = 0 keep κ = 0. Warm start: the last step's κ.
 // Error = (1/N) Σ_i max(0, r_i) and excess as in divergence, (1/N) Σ_i e_i with r_i in place of R_i and κ_i Δt²/(ω α_i);
-// α_i = 0 counts as β_i = 0; the same of λ_i, R'_i is added. Order of operations and stopping as in divergence with the tolerance c density_error, which
-// at rest leaves a mean compression of density_error at most; and the cloth's residual must be ≤ 1 too.
+// α_i = 0 counts as β_i = 0, also in λ_i's residual; both add λ's terms. Order of operations and stopping as in divergence
+// with the tolerance c density_error, which at rest leaves a mean compression of density_error at most; and the cloth's
+// residual must be ≤ 1 too.
 // Reported: mean and maximum of β_i max(0, δ_adv,i − 1), the compression that is left.
 // Then v_i += Δt a_i, v_n as above; node_pin_force −= F_n(u) − F_n(u*) + f_n − f°_n.
 // Reads:  positions, masses, velocities, fluid_age, fluid_origin, fluid_density_ratio, node_contact_force, α, lists.

@@ -434,7 +434,8 @@ TEST(Output, ARunSaysOnceThatClothIsStretchedTooFar) {
   EXPECT_EQ(totals.add(1, 0.1, report, {}), "");
   EXPECT_EQ(totals.warnings(), "");
   report.cloth_stretch = 1.7;
-  EXPECT_TRUE(totals.add(2, 0.2, report, {}).starts_with("warning: step 2 (t = 0.2 s): cloth is stretched to 1.70 times"));
+  EXPECT_TRUE(
+      totals.add(2, 0.2, report, {}).starts_with("warning: step 2 (t = 0.2 s): cloth is stretched to 1.70 times"));
   report.cloth_stretch = 1.9;
   EXPECT_EQ(totals.add(3, 0.3, report, {}), "");
   report.cloth_stretch = 1;
