@@ -33,7 +33,7 @@ TEST(pressure, of_particles_that_touch_the_sheet_agrees_with_the_reference) {
       thin += s.fluid_density_ratio[i] < 1 ? 1 : 0;
     }
     EXPECT_GT(touching, 5);
-    EXPECT_GT(thin, 5) << "only where δ < 1 it makes a difference";
+    EXPECT_GT(thin, 5) << "there δ counts as 1";
   };
   compare_stage({.stage = Stage::pressure, .steps_before = 40, .prepare = lower, .changes = "fluid_velocity"});
 }
