@@ -167,11 +167,11 @@ double side_of(const MovingTriangle& t, const Vector3d& x) {
 
 /// 3. Moves x1 to where the cloth lets the particle go, and tells the last collision.
 Collision stop_at_cloth(const Model& m, const MovingCloth& cloth, const Vector3d& x0, Vector3d& x1) {
-  constexpr int repeats = 6, slides = 3;
+  constexpr int slides = 3, carries = 6, squeezes = 12;  // up to which pass
   const double gap = 1e-2 * m.spacing;
   const Vector3d free = x1;
   Collision collision;
-  for (int pass = 0; pass <= repeats; ++pass) {
+  for (int pass = 0; pass < squeezes; ++pass) {
     const std::optional<TriangleHit> found = earliest_hit(m, cloth, x0, x1);
     if (!found) break;
     const MovingTriangle& t = cloth.triangles[found->triangle];
@@ -179,14 +179,14 @@ Collision stop_at_cloth(const Model& m, const MovingCloth& cloth, const Vector3d
     const double above = (x1 - t.end[0]).dot(normal);
     if (pass < slides && above < gap) {
       x1 += (gap - above) * normal;
-    } else if (pass < repeats) {
+    } else if (pass < carries) {
       x1 = interpolate(t.end, found->hit.weight) + gap * normal;
     } else {
-      // The particle stays where it was, relative to this triangle.
+      // The particle stays where it was, relative to this triangle, or nearer to it.
       const Vector3d foot = barycentric(t.start, x0).value_or(found->hit.weight);
       const double distance = std::abs((x0 - t.start[0]).dot(unit_normal(t.start)));
-      x1 = interpolate(t.end, foot) + std::max(distance, gap) * normal;
-      collision.crossed = earliest_hit(m, cloth, x0, x1).has_value();
+      x1 = interpolate(t.end, foot) + std::max(distance, gap) / std::pow(4, pass - carries) * normal;
+      collision.crossed = pass + 1 == squeezes && earliest_hit(m, cloth, x0, x1).has_value();
     }
     collision.triangle = found->triangle;
     collision.weight = found->hit.weight;

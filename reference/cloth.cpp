@@ -40,6 +40,7 @@ void cloth(ReferenceState& state, const StepInfo& info, StepReport& report) {
   } while (report.cloth_residual > 1 && iteration.iterations() < max_iterations);
   report.cloth_iterations = iteration.iterations();
   report.cloth_converged = report.cloth_residual <= 1;
+  if (!report.cloth_converged) iteration.line_search();
 
   const Vectors& x = iteration.x();
   const Vectors r = problem.residual(x), internal = problem.internal_force(x);

@@ -354,4 +354,26 @@ double ClothIteration::check() {
   return residual;
 }
 
+void ClothIteration::line_search() {
+  const ClothProblem& p = problem_;
+  Vectors still = x_;
+  for (std::size_t n = 0; n < still.size(); ++n) {
+    if (p.is_free(static_cast<Index>(n))) still[n] = p.start[n];
+  }
+  const Vectors before = p.residual(still), after = p.residual(x_);
+  for (const ClothMaterial& cloth : p.model().cloths) {
+    double a = 0, b = 0;  // J
+    for (Index n = cloth.first_node; n < cloth.first_node + cloth.node_count; ++n) {
+      if (!p.is_free(n)) continue;
+      a += before[n].dot(x_[n] - p.start[n]);
+      b += p.unbalanced(n, x_[n], after[n]).dot(x_[n] - p.start[n]);
+    }
+    if (b >= 0) continue;
+    const double share = a > 0 ? a / (a - b) : 0;
+    for (Index n = cloth.first_node; n < cloth.first_node + cloth.node_count; ++n) {
+      if (p.is_free(n)) x_[n] = p.start[n] + share * (x_[n] - p.start[n]);
+    }
+  }
+}
+
 }  // namespace drench::reference

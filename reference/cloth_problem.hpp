@@ -71,6 +71,8 @@ class ClothIteration {
   void advance(int count);
   /// Residual of the newest iterate over its goal; lowers ρ if it has grown tenfold.
   double check();
+  /// For a solve that ended at its cap: shortens the step of each cloth that it has led uphill.
+  void line_search();
   const Vectors& x() const { return x_; }
   int iterations() const { return iterations_; }
 

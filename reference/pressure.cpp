@@ -61,6 +61,7 @@ class ElasticCloth : public ClothResponse {
   bool converged() override { return residual_ <= 1; }
 
   void accept(ReferenceState& state, const Vectors& node_force) override {
+    if (!converged()) iteration_.line_search();
     const Vectors& x = iteration_.x();
     const Vectors internal = problem_.internal_force(x);
     for (Index n = 0; n < state.s.node_count(); ++n) {

@@ -9,7 +9,7 @@
 namespace drench::kokkos_backend {
 namespace {
 
-constexpr int max_repeats = 6, max_slides = 3;
+constexpr int max_slides = 3, max_carries = 3, max_squeezes = 6, max_repeats = max_slides + max_carries + max_squeezes;
 
 /// A particle's path, m.
 struct Path {
@@ -177,10 +177,10 @@ struct Sweep {
     Hit last;
     Real3 to_point = path_end(i);
     Double3 turned, normal;  // what the cloth changes of the way
-    for (int test = 0; test <= max_repeats + 1; ++test) {
+    for (int test = 0; test <= max_repeats; ++test) {
       const Hit hit = earliest(i, Path(from_point, to_point));
       if (hit.triangle < 0) break;
-      if (test > max_repeats) {  // where it stays on the last triangle it is beyond another one
+      if (test == max_repeats) {  // where it stays on the last triangle it is beyond another one
         note_crossing(i);
         break;
       }
@@ -195,8 +195,9 @@ struct Sweep {
         target = add(reached, times(gap - above, normal));
       } else {
         double lift = gap, carried[3] = {hit.weight[0], hit.weight[1], hit.weight[2]};
-        if (test == max_repeats) {  // squeezed between triangles: it stays where it was on the last one
+        if (test >= max_slides + max_carries) {  // squeezed between triangles: it stays where it was on the last one
           lift = Kokkos::fmax(gap, Kokkos::abs(height));
+          for (int k = max_slides + max_carries; k < test; ++k) lift *= 0.25;
           double foot[3];
           if (barycentric(from, x0, foot))
             for (int a = 0; a < 3; ++a) carried[a] = foot[a];

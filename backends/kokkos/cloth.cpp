@@ -81,6 +81,7 @@ void cloth(Device& d, const StepInfo& info, StepReport& report) {
   ClothIteration iteration(d, dt);
   aim(d, iteration.system(), dt, loaded);
   iteration.run(d.model.scene.cloth_solver.max_iterations);
+  iteration.line_search();
   finish(d, iteration.system(), dt, loaded);
   const ClothProgress& progress = iteration.progress();
   report.cloth_iterations = progress.iterations;

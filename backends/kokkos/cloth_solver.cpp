@@ -155,6 +155,32 @@ const ClothProgress& ClothIteration::progress() {
   return progress_;
 }
 
+void ClothIteration::line_search() {
+  if (progress().residual <= 1) return;
+  const ClothSystem s = system_;
+  const auto shift = device_.cloth_work.shift;
+  for (const ClothMaterial& cloth : device_.model.cloths) {
+    const Index first = cloth.first_node;
+    const TwoSums work = ordered_sums(
+        "drench::cloth::work_along_step", cloth.node_count, KOKKOS_LAMBDA(const Index k) {
+          const Index n = first + k;
+          if (s.pinned(n)) return TwoSums{};
+          const NodeTerms t = s.terms(n);
+          const Real3 u = shift(n);
+          const auto start = [&](const Index m) { return s.pinned(m) ? shift(m) : Real3{}; };
+          return TwoSums{static_cast<double>(dot(u, t.inertia * t.target + s.elastic_force(n, start))),
+                         static_cast<double>(dot(u, s.unbalanced(t, u, s.residual(n, shift))))};
+        });
+    const double at_start = work.first, at_end = work.second;
+    if (!(at_end < 0)) continue;
+    const Real share = at_start > 0 ? static_cast<Real>(at_start / (at_start - at_end)) : Real(0);
+    parallel(
+        "drench::cloth::shorten_step", cloth.node_count, KOKKOS_LAMBDA(const Index k) {
+          if (!s.pinned(first + k)) shift(first + k) = share * shift(first + k);
+        });
+  }
+}
+
 void ClothIteration::advance(int count) {
   if (method_ == ClothMethod::xpbd) {
     if (progress_.iterations == 0)

@@ -222,6 +222,8 @@ class ClothIteration {
   void run(int most);
   /// Waits for the iterations. The residual is in units of its goal: converged if ≤ 1.
   const ClothProgress& progress();
+  /// Shortens the step of each cloth where a solve that ended at its cap has led uphill (line search, cloth.hpp). Waits.
+  void line_search();
 
  private:
   void advance(int count);

@@ -86,6 +86,7 @@ class ElasticCloth {
   const ClothProgress& progress() { return iteration_.progress(); }
 
   void accept() {
+    iteration_.line_search();
     Device& d = device_;
     const ClothSystem s = iteration_.system();
     const Real dt = dt_;

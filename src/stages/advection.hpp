@@ -28,7 +28,8 @@
 //    what of its way goes along the sheet: it is lifted to g = 1e-2 d above the plane of the triangle's end, on the side on which
 //    x0 was at the start. Where it is above that already, and the next three times, x1 := the hit point carried to the end of the
 //    step with its triangle, g above it. If it still hits: x1 := the start position carried with the last triangle (barycentric
-//    coordinates of the foot point, the start distance, at least g). (With the hit point alone, as Bridson et al. have it for
+//    coordinates of the foot point, the start distance, at least g), and five more times at a quarter of the distance before:
+//    a fold that closes leaves less room than g. (With the hit point alone, as Bridson et al. have it for
 //    cloth, what slides along a sheet that moves stands still on it, is pressed by what follows, and takes up a velocity that it
 //    never follows: 1 spacing a step, and five particles in the place of one, in a pool that fills at 0.6 of a spacing a step.)
 //    Impulse: of the last hit, at its triangle and barycentric coordinates b, along n = the direction in which x1 was moved in all

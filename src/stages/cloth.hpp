@@ -63,6 +63,12 @@
 //       mean rest edge: below the second term sums of this precision are noise. Stop at ≤ 1. If it grew tenfold over
 //       the smallest so far, ρ is lowered (1 − 2(1 − ρ)) and ω restarts at 1. Cap: max_iterations. A residual of 1
 //       means that the unbalanced forces are `tolerance` times what moves the cloth: pins carry the weight to that.
+//       Line search: a solve that ends at its cap may have led a cloth uphill in what it minimises, Φ. With u = x − x⁰ (pinned
+//       nodes stay at their end), a = Σ r(x⁰)·u and b = Σ r(x)·u (J) over the cloth's free nodes, r(x) without the reaction of
+//       bodies, Φ falls along u at x⁰ as a and still at x as b. If b < 0 the step is shortened to x⁰ + a/(a − b) u, the least of
+//       Φ along it if r is linear (x⁰ where a ≤ 0). By the law, for convex energies, E(x) + ½ Σ m v² ≤ E(x⁰) + ½ Σ m v̂² −
+//       ½ Σ m |v − v̂|² − b, v̂ = (y − x⁰)/Δt: energy does not arise. What it costs is momentum: such a cloth is slower than it
+//       should be, as below the cap's ρ.
 //       method, tolerance and max_iterations are the scene's `cloth_solver`.
 //       After it: v_n = (x_n − x⁰_n)/Δt; node_contact_force = p n and node_friction_force, what friction takes of r; 0 for
 //       nodes that touch nothing.

@@ -89,6 +89,32 @@ TEST(watch, sees_what_is_wrong) {
          "3 m/s, more than 2");
 }
 
+TEST(watch, excuses_what_is_pinched_between_sheets_that_pass_each_other) {
+  const std::string upper = R"(  - name: upper
+    mesh: {grid: {size: [0.24, 0.24], nodes: [9, 9]}}
+    place: {position: [0, 0.004, 0]}
+    areal_density: 0.2
+)";
+  // The particle begins just below the upper sheet; how far the sheet and it go, and what is said of it.
+  const auto passages = [&](double sheet, double particle, std::int64_t excused) {
+    SceneRun run(water_over_sheet + upper);
+    HostState s = run.initial();
+    keep_particles(s, 1);
+    s.fluid_position[0] = {0.011, 0.0035, 0.017};
+    Watch watch(run.model(), s, {.energy = HUGE_VAL});
+    s.fluid_position[0][1] += particle;
+    for (std::size_t n = 81; n < 162; ++n) s.node_position[n][1] += sheet;
+    std::size_t said = 0;
+    for (const std::string& line : watch.look(s, 0.002)) said += line.find("passes triangle") != std::string::npos;
+    EXPECT_EQ(watch.pinched(), excused);
+    return said;
+  };
+  EXPECT_EQ(passages(0, -0.001, 0), 0);
+  EXPECT_EQ(passages(-0.006, -0.006, 1), 0) << "both sheets cannot have it on their side";
+  EXPECT_EQ(passages(-0.003, -0.006, 0), 1) << "the upper sheet is still above the lower one";
+  EXPECT_EQ(passages(-0.006, -0.009, 0), 1) << "it does not lie on the upper sheet";
+}
+
 TEST(watch, lets_what_is_above_its_bound_fall_and_not_rise_again) {
   SceneRun run(water_over_sheet);
   HostState s = run.initial();
