@@ -188,7 +188,8 @@ void absorption(Device& d, const StepInfo& info, StepReport&) {
   offer(d, info.dt);
   limit_inflow(d, d.model.has_saturation_control());
   transfer(d);
-  parallel("drench::absorption::deliver", d.nodes.count, Delivery(d));
+  const Delivery deliver(d);
+  gather_rows<Arrival>("drench::absorption::deliver", d.nodes.count, d.nodes.sample_start, deliver, deliver);
   if (!d.model.has_emission()) remove_taken(d);
 }
 

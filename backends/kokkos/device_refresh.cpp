@@ -1,6 +1,7 @@
 // Derived quantities that several stages share: samples from nodes, inverse masses, node forces.
 
 #include "device.hpp"
+#include "primitives/gather.hpp"
 
 namespace drench::kokkos_backend {
 
@@ -88,37 +89,28 @@ void refresh_inverse_mass(Device& d) {
 }
 
 void node_forces_from_samples(Device& d) {
-  const auto start = d.nodes.sample_start, item = d.nodes.sample_item;
-  const auto weight = d.samples.weight;
-  const auto fs = d.samples.force;
-  const auto f = d.nodes.force;
-  parallel(
-      "drench::nodes::force", d.nodes.count, KOKKOS_LAMBDA(const Index n) {
-        Real3 sum;
-        const Index last = start(n + 1);
-        DRENCH_UNROLL
-        for (Index e = start(n); e < last; ++e) {
-          const Index b = item(e) / 4;
-          sum += weight(3 * b + item(e) % 4) * fs(b);
-        }
-        f(n) = sum;
-      });
+  const Entries<Index> item = d.nodes.sample_item;
+  const Entries<Real> weight = d.samples.weight;
+  const Entries<Real3> fs = d.samples.force, f = d.nodes.force;
+  gather_rows<Real3>(
+      "drench::nodes::force", d.nodes.count, d.nodes.sample_start,
+      KOKKOS_LAMBDA(const Index e) {
+        const Index b = item(e) / 4;
+        return weight(3 * b + item(e) % 4) * fs(b);
+      },
+      KOKKOS_LAMBDA(const Index n, const Real3& sum) { f(n) = sum; });
 }
 
 void node_bounds_from_samples(const char* label, const Device& d, const Array<Real>& of_sample) {
-  const auto start = d.nodes.sample_start, item = d.nodes.sample_item;
-  const auto weight = d.samples.weight, u = d.nodes.inverse_mass, bound = d.nodes.row_bound;
-  parallel(
-      label, d.nodes.count, KOKKOS_LAMBDA(const Index n) {
-        Real sum = 0;
-        const Index last = start(n + 1);
-        DRENCH_UNROLL
-        for (Index e = start(n); e < last; ++e) {
-          const Index b = item(e) / 4;
-          sum += weight(3 * b + item(e) % 4) * of_sample(b);
-        }
-        bound(n) = u(n) * sum;
-      });
+  const Entries<Index> item = d.nodes.sample_item;
+  const Entries<Real> weight = d.samples.weight, u = d.nodes.inverse_mass, bound = d.nodes.row_bound, load = of_sample;
+  gather_rows<Real>(
+      label, d.nodes.count, d.nodes.sample_start,
+      KOKKOS_LAMBDA(const Index e) {
+        const Index b = item(e) / 4;
+        return weight(3 * b + item(e) % 4) * load(b);
+      },
+      KOKKOS_LAMBDA(const Index n, const Real sum) { bound(n) = u(n) * sum; });
 }
 
 void apply_node_forces(Device& d, Real dt) {

@@ -174,11 +174,10 @@ struct Offering {
   KOKKOS_INLINE_FUNCTION bool at(Index k) const { return k >= 64 || (first >> k & 1) != 0; }
 };
 
-/// (a): the room that each sample sees, then what each particle accepts; rest becomes E′_p. Counts what is empty.
+/// (a): the room that each sample sees, then what each particle accepts; rest becomes E′_p.
 void give_to_liquid(Device& d) {
   const auto& w = d.emission_work;
   const Reach reach(d);
-  const Index particles = d.fluid.count;
   const Entries<Quanta> room = w.room, rest = w.rest;
   const Entries<Real3> leaving_velocity = w.velocity, velocity = d.fluid.velocity;
   parallel(
@@ -191,14 +190,10 @@ void give_to_liquid(Device& d) {
           if (reach.offers(p, j)) Kokkos::atomic_add(&room(p), own_room);
         }
       });
-  Kokkos::parallel_reduce(
-      "drench::emission::give_to_liquid", Range(0, particles > 0 ? particles : 1),
-      KOKKOS_LAMBDA(const Index j, EmissionCounts& counts) {
-        if (j == 0) counts.ripe = reach.any(0);
-        if (j >= particles) return;
-        const Quanta mass = reach.mass(j), own_room = reach.full - mass;
-        if (mass == 0) ++counts.empty;
+  parallel(
+      "drench::emission::give_to_liquid", d.fluid.count, KOKKOS_LAMBDA(const Index j) {
         if (!reach.takes(j)) return;
+        const Quanta mass = reach.mass(j), own_room = reach.full - mass;
         const Index near = reach.list.count(j);
         Offering offering;
         Quanta offered = 0;
@@ -231,8 +226,22 @@ void give_to_liquid(Device& d) {
                        Real((before * double(v.y) + unit * double(py)) / after),
                        Real((before * double(v.z) + unit * double(pz)) / after)};
         reach.mass(j) = mass + gained;
+      });
+}
+
+/// For the host: how many particles are empty, and whether anything is ripe. By itself: within a reduction of Kokkos loops over
+/// neighbours run at half the speed.
+void count(Device& d) {
+  const Entries<Quanta> mass = d.fluid.mass;
+  const Entries<int> any = d.emission_work.any;
+  const Index particles = d.fluid.count;
+  Kokkos::parallel_reduce(
+      "drench::emission::count", Range(0, particles > 0 ? particles : 1),
+      KOKKOS_LAMBDA(const Index j, EmissionCounts& counts) {
+        if (j == 0) counts.ripe = any(0);
+        if (j < particles && mass(j) == 0) ++counts.empty;
       },
-      w.counts);
+      d.emission_work.counts);
 }
 
 /// (b) and the first pass of (c). blocked: 1 for samples that see a solid in their cone, 2 for others that see their own layer
@@ -317,22 +326,34 @@ void give_to_layers(Device& d) {
       });
 }
 
+/// What leaves a node and what comes to it.
+struct Exchange {
+  Quanta out = 0;
+  Arrival in;
+  KOKKOS_INLINE_FUNCTION Exchange& operator+=(const Exchange& o) {
+    out += o.out;
+    in += o.in;
+    return *this;
+  }
+};
+
 /// (e): what each sample gave leaves its nodes; then what reaches them from other layers (c) arrives.
 void leave(Device& d, double dt) {
   const Entries<Quanta> share = d.emission_work.share;
   const Ripening ripened(d, dt);
   const Delivery deliver(d);
   const Entries<int> any = d.emission_work.any;
-  parallel(
-      "drench::emission::leave", d.nodes.count, KOKKOS_LAMBDA(const Index n) {
+  gather_rows<Exchange>(
+      "drench::emission::leave", d.nodes.count, d.nodes.sample_start,
+      KOKKOS_LAMBDA(const Index e) {
+        return Exchange{share(3 * (deliver.item(e) / 4) + deliver.item(e) % 4), deliver(e)};
+      },
+      KOKKOS_LAMBDA(const Index n, const Exchange& sum) {
         if (n == 0) any(0) = any(1) = 0;
-        Quanta out = 0;
-        for (Index e = deliver.start(n); e < deliver.start(n + 1); ++e)
-          out += share(3 * (deliver.item(e) / 4) + deliver.item(e) % 4);
         const Quanta ripe = ripened(n);
-        deliver.liquid(n) -= out;
-        ripened.ripe(n) = ripe > out ? ripe - out : 0;
-        deliver(n);
+        deliver.liquid(n) -= sum.out;
+        ripened.ripe(n) = ripe > sum.out ? ripe - sum.out : 0;
+        deliver(n, sum.in);
       });
 }
 
@@ -351,6 +372,7 @@ void emission(Device& d, const StepInfo& info, StepReport&) {
   place_samples(d);
   shares(d, info.dt);
   give_to_liquid(d);
+  count(d);
   block(d);
   limit_inflow(d);
   give_to_layers(d);

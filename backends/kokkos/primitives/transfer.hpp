@@ -2,6 +2,7 @@
 // Integer arithmetic of mass transfers, and how samples pass mass and momentum on to their nodes.
 
 #include "device.hpp"
+#include "primitives/gather.hpp"
 
 namespace drench::kokkos_backend {
 
@@ -137,11 +138,24 @@ struct Transfers {
   KOKKOS_INLINE_FUNCTION Quanta arriving(Index p) const { return entering(p) + (limited(p) ? 0 : offered(p)); }
 };
 
+/// What comes to a node: quanta, and momentum in units of q · 2^-8 m/s.
+struct Arrival {
+  Quanta gain = 0;
+  double px = 0, py = 0, pz = 0;
+  KOKKOS_INLINE_FUNCTION Arrival& operator+=(const Arrival& o) {
+    gain += o.gain;
+    px += o.px;
+    py += o.py;
+    pz += o.pz;
+    return *this;
+  }
+};
+
 /// Gives each sample's transfer_work.entering and .momentum to its nodes, by w_jn φ_n/φ_j: mass, and velocity of the nodes that
-/// are not pinned.
+/// are not pinned. For gather_rows over nodes.sample_start.
 struct Delivery {
   Transfers transfers;
-  Entries<Index> start, item;
+  Entries<Index> item;
   Entries<Quanta> liquid;
   Entries<Real3> velocity;
   Entries<Real> solid;
@@ -150,7 +164,6 @@ struct Delivery {
 
   explicit Delivery(const Device& d)
       : transfers(d),
-        start(d.nodes.sample_start),
         item(d.nodes.sample_item),
         liquid(d.nodes.liquid),
         velocity(d.nodes.velocity),
@@ -159,29 +172,27 @@ struct Delivery {
         q(d.quantum),
         unit(d.quantum / momentum_steps) {}
 
-  KOKKOS_INLINE_FUNCTION void operator()(const Index n) const {
-    Quanta gain = 0;
-    double px = 0, py = 0, pz = 0;
-    DRENCH_UNROLL
-    for (Index e = start(n); e < start(n + 1); ++e) {
-      const Index p = item(e) / 4;
-      const int corner = item(e) % 4;
-      const Quanta entering = transfers.arriving(p);
-      if (entering == 0) continue;
-      const Split split = transfers.split(p);
-      gain += split_part(entering, split.weight[0], split.weight[1], split.weight[2], corner);
-      const double w = split.weight[corner];
-      px += w * double(transfers.momentum(3 * p));
-      py += w * double(transfers.momentum(3 * p + 1));
-      pz += w * double(transfers.momentum(3 * p + 2));
-    }
-    const double before = double(solid(n)) + q * double(liquid(n)), after = before + q * double(gain);
-    if (!pinned(n) && after > 0 && (px != 0 || py != 0 || pz != 0 || gain != 0)) {
+  /// The share of item e's node in what its sample gets.
+  KOKKOS_INLINE_FUNCTION Arrival operator()(const Index e) const {
+    const Index p = item(e) / 4;
+    const int corner = item(e) % 4;
+    const Quanta entering = transfers.arriving(p);
+    if (entering == 0) return {};
+    const Split split = transfers.split(p);
+    const double w = split.weight[corner];
+    return {split_part(entering, split.weight[0], split.weight[1], split.weight[2], corner),
+            w * double(transfers.momentum(3 * p)), w * double(transfers.momentum(3 * p + 1)),
+            w * double(transfers.momentum(3 * p + 2))};
+  }
+  KOKKOS_INLINE_FUNCTION void operator()(const Index n, const Arrival& in) const {
+    const double before = double(solid(n)) + q * double(liquid(n)), after = before + q * double(in.gain);
+    if (!pinned(n) && after > 0 && (in.px != 0 || in.py != 0 || in.pz != 0 || in.gain != 0)) {
       const Real3 v = velocity(n);
-      velocity(n) = {Real((before * double(v.x) + unit * px) / after), Real((before * double(v.y) + unit * py) / after),
-                     Real((before * double(v.z) + unit * pz) / after)};
+      velocity(n) = {Real((before * double(v.x) + unit * in.px) / after),
+                     Real((before * double(v.y) + unit * in.py) / after),
+                     Real((before * double(v.z) + unit * in.pz) / after)};
     }
-    liquid(n) += gain;
+    liquid(n) += in.gain;
   }
 };
 
