@@ -131,25 +131,41 @@ __global__ void __launch_bounds__(threads) iterate(ClothSystem s, ResidentArrays
                    __shfl_xor_sync(all_lanes, force.z, 1)};
     return terms.inertia * (terms.target - moved) + force;
   };
+  const auto step = [&](const Real3& r, Real omega) {
+    const Real3 next = free ? s.next_shift<!plain>(terms, moved, before, r, omega) : moved;
+    if (free && lane == 0) a.iterate[current ^ 1][n] = Real4(next, 0);
+    return next;
+  };
   const int end = progress.iterations + run.most;
-  do {
-    const int stop = progress.iterations + check_interval < end ? progress.iterations + check_interval : end;
-    while (progress.iterations < stop) {
-      const Real omega = progress.next_weight();
-      const Real3 r = residual();
-      if (free) {
-        const Real3 next = s.next_shift<!plain>(terms, moved, before, r, omega);
-        before = moved;
-        moved = next;
-        if (lane == 0) a.iterate[current ^ 1][n] = Real4(moved, 0);
+  const auto next_check = [&] {
+    return progress.iterations + check_interval < end ? progress.iterations + check_interval : end;
+  };
+  for (int check = next_check();;) {
+    const Real3 r = residual();
+    ClothProgress ahead = progress;
+    Real3 next = step(r, ahead.next_weight());
+    if (progress.iterations == check) {
+      // The next iterate is on its way already: one barrier serves it and the sum.
+      const TwoSums own =
+          free && lane == 0 ? s.imbalance<!plain>(terms, moved, r, run.tolerance, run.floor) : TwoSums{};
+      progress.judge(over_goal(sum_of_grid(grid, own, a.part)));
+      if (progress.residual <= 1 || progress.iterations >= end) break;
+      check = next_check();
+      const bool restarts = progress.since_restart == 0;
+      ahead = progress;
+      const Real omega = ahead.next_weight();
+      if (restarts) {
+        next = step(r, omega);
+        grid.sync();
       }
-      current ^= 1;
+    } else {
       grid.sync();
     }
-    const Real3 r = residual();
-    const TwoSums own = free && lane == 0 ? s.imbalance<!plain>(terms, moved, r, run.tolerance, run.floor) : TwoSums{};
-    progress.judge(over_goal(sum_of_grid(grid, own, a.part)));
-  } while (progress.residual > 1 && progress.iterations < end);
+    progress = ahead;
+    before = moved;
+    moved = next;
+    current ^= 1;
+  }
   if (free && lane == 0) {
     a.shift[n] = moved;
     a.last_shift[n] = before;
