@@ -62,7 +62,7 @@ auto sums_in(Words& words, Index n) {
   const std::size_t needed = static_cast<std::size_t>(n) * (sizeof(Sum) / sizeof(double));
   if (words.extent(0) < needed) {
     words = {};  // free before allocating
-    words = Words(Kokkos::ViewAllocateWithoutInitializing("drench::partial_sums"), needed);
+    words = Words(Kokkos::ViewAllocateWithoutInitializing("drench::partial_sums"), needed + needed / 4);
   }
   return Kokkos::View<Sum*, typename Words::memory_space, Kokkos::MemoryTraits<Kokkos::Unmanaged>>(
       reinterpret_cast<Sum*>(words.data()), static_cast<std::size_t>(n));
