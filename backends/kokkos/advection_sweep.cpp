@@ -195,7 +195,7 @@ struct Sweep {
         target = add(reached, times(gap - above, normal));
       } else {
         double lift = gap, carried[3] = {hit.weight[0], hit.weight[1], hit.weight[2]};
-        if (test >= max_slides + max_carries) {  // squeezed between triangles: it stays where it was on the last one
+        if (test >= max_slides + max_carries) {  // squeezed: where it was on the last one, or nearer
           lift = Kokkos::fmax(gap, Kokkos::abs(height));
           for (int k = max_slides + max_carries; k < test; ++k) lift *= 0.25;
           double foot[3];
