@@ -79,7 +79,11 @@ void bodies(ReferenceState& state, const StepInfo& info, StepReport&) {
     const Body& body = m.bodies[m.boundary.body[b]];
     if (!body.moves()) continue;
     const Pose pose = pose_of(s, m.boundary.body[b]);
-    const Vector3d x = pose.position + pose.turn * (vec(m.boundary.position[b]) - vec(body.center));
+    Vector3d way = pose.position - vec(body.center);
+    if (body.slides)
+      for (const Vec3& step : body.lattice)
+        way -= std::floor(way.dot(vec(step)) / vec(step).squaredNorm() + slide_offset) * vec(step);
+    const Vector3d x = vec(body.center) + way + pose.turn * (vec(m.boundary.position[b]) - vec(body.center));
     s.boundary_position[b] = arr(x);
     s.boundary_velocity[b] = arr(pose.velocity_at(x));
   }

@@ -75,7 +75,6 @@ struct Wishes {
 /// o_ij of every pair, and Σ_i o_ij in `offered`.
 void offer(Device& d, double dt) {
   const Neighbors list(d.fluid_sample);
-  const Entries<Index> start = d.absorption_work.rows.start;
   const Entries<Quanta> offers = d.absorption_work.offer;
   const Entries<Real3> x = d.fluid.position;
   const Entries<Quanta> mass = d.fluid.mass, offered = d.transfer_work.offered;
@@ -84,46 +83,44 @@ void offer(Device& d, double dt) {
   const Wishes wish(d, dt);
   parallel(
       "drench::absorption::offer", d.fluid.count, KOKKOS_LAMBDA(const Index i) {
-        const Index n = list.count(i);
-        const Quanta m = n > 0 ? mass(i) : 0;
+        const NeighborRow near = list.row(i);
+        const Quanta m = near.count > 0 ? mass(i) : 0;
         if (m <= 0) return;
         const Real3 at = x(i);
-        const Index row = start(i);
         const double volume = double(m) * q / rho;
         double all = 0;
-        for (Index k = 0; k < n; ++k) {
-          const double w = wish(at, volume, list(i, k));
-          offers(row + k) = Kokkos::bit_cast<Quanta>(w);  // kept there until it is an offer
+        for (Index k = 0; k < near.count; ++k) {
+          const double w = wish(at, volume, near(k));
+          offers(near.place(k)) = Kokkos::bit_cast<Quanta>(w);  // kept there until it is an offer
           all += w;
         }
         const double total = all > 0 ? laws::absorption_total(double(m), all) : 0;
         Quanta rest = m, most = 0;
         Index largest = 0;
-        for (Index k = 0; k < n; ++k) {
-          const double w = Kokkos::bit_cast<double>(offers(row + k));
+        for (Index k = 0; k < near.count; ++k) {
+          const double w = Kokkos::bit_cast<double>(offers(near.place(k)));
           Quanta o = 0;
           if (w > 0) {
             const auto wanted = static_cast<Quanta>(Kokkos::floor(total * (w / all)));
             o = wanted < rest ? wanted : rest;
           }
-          offers(row + k) = o;
+          offers(near.place(k)) = o;
           if (o == 0) continue;
           rest -= o;
-          Kokkos::atomic_add(&offered(list(i, k)), o);
+          Kokkos::atomic_add(&offered(near(k)), o);
           if (o <= most) continue;
           most = o;
           largest = k;
         }
         if (rest == m || rest == 0 || rest >= min_quanta) return;
-        offers(row + largest) = most + rest;
-        Kokkos::atomic_add(&offered(list(i, largest)), rest);
+        offers(near.place(largest)) = most + rest;
+        Kokkos::atomic_add(&offered(near(largest)), rest);
       });
 }
 
 /// t_ij of every pair: mass leaves the liquid; mass and momentum are on their way in `entering` and `momentum`.
 void transfer(Device& d) {
   const Neighbors list(d.fluid_sample);
-  const Entries<Index> start = d.absorption_work.rows.start;
   const Entries<Quanta> offers = d.absorption_work.offer;
   const Entries<Quanta> mass = d.fluid.mass;
   const Entries<Real3> velocity = d.fluid.velocity;
@@ -131,17 +128,16 @@ void transfer(Device& d) {
   const Quanta min_quanta = d.model.min_quanta;
   parallel(
       "drench::absorption::transfer", d.fluid.count, KOKKOS_LAMBDA(const Index i) {
-        const Index n = list.count(i);
-        const Quanta m = n > 0 ? mass(i) : 0;
+        const NeighborRow near = list.row(i);
+        const Quanta m = near.count > 0 ? mass(i) : 0;
         if (m <= 0) return;
         const Real3 v = velocity(i);
-        const Index row = start(i);
         Quanta rest = m;
         bool was_limited = false;
-        for (Index k = 0; k < n; ++k) {
-          const Quanta o = offers(row + k);
+        for (Index k = 0; k < near.count; ++k) {
+          const Quanta o = offers(near.place(k));
           if (o == 0) continue;
-          const Index p = list(i, k);
+          const Index p = near(k);
           const double phi = transfers.share(p);
           if (phi < 1) was_limited = true;
           const Quanta t = limited(o, phi);
@@ -149,10 +145,10 @@ void transfer(Device& d) {
           rest -= t;
         }
         Quanta back = was_limited && rest > 0 && rest < min_quanta ? min_quanta - rest : 0;
-        for (Index k = 0; k < n && back > 0; ++k) {
-          const Quanta o = offers(row + k);
+        for (Index k = 0; k < near.count && back > 0; ++k) {
+          const Quanta o = offers(near.place(k));
           if (o == 0) continue;
-          const Index p = list(i, k);
+          const Index p = near(k);
           const Quanta t = limited(o, transfers.share(p)), cut = t < back ? t : back;
           transfers.take_back(p, t, cut, v);
           rest += cut;
@@ -179,9 +175,7 @@ void remove_taken(Device& d) {
 
 void absorption(Device& d, const StepInfo& info, StepReport&) {
   if (d.fluid.count == 0 || d.samples.count == 0) return;
-  const auto pairs = static_cast<std::size_t>(d.absorption_work.rows.entries());
-  if (d.absorption_work.offer.extent(0) < pairs)
-    make_room(d.absorption_work.offer, "drench::absorption::offer", pairs + pairs / 4);
+  make_room(d.absorption_work.offer, "drench::absorption::offer", d.fluid_sample.entry.extent(0));
   prepare_transfers(d);
   place_samples(d);
   prepare(d);

@@ -63,7 +63,7 @@ void limit_fresh(Device& d) {
   const Entries<Quanta> mass = d.fluid.mass;
   const Entries<Real> age = d.fluid.age, weight = d.samples.weight;
   const Entries<std::uint8_t> origin = d.fluid.origin;
-  const Neighbors near(d.fluid_sample);
+  const Neighbors list(d.fluid_sample);
   const Entries<Index> sample_node = d.samples.node;
   const Entries<std::int64_t> momentum = d.advection_work.momentum;
   const Real ramp = d.emission_ramp, base_speed = d.spacing / d.emission_ramp, fall = 2 * norm(d.gravity);
@@ -72,8 +72,9 @@ void limit_fresh(Device& d) {
         if (origin(i) != static_cast<std::uint8_t>(Origin::cloth) || !(age(i) < ramp)) return;
         Index nearest = -1;
         Real best = 0;
-        for (Index k = 0; k < near.count(i); ++k) {
-          const Index p = near(i, k);
+        const NeighborRow near = list.row(i);
+        for (Index k = 0; k < near.count; ++k) {
+          const Index p = near(k);
           const Real3 apart = position(i) - sample_position(p);
           const Real square = dot(apart, apart);
           if (nearest >= 0 && !(square < best)) continue;

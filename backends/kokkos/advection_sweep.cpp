@@ -25,7 +25,7 @@ struct Path {
 /// Paths and the triangles near them. The samples are where they were at the start, as their table has them.
 struct Sweep {
   CellTableView cells;
-  Neighbors near;  // fluid→sample, from the step's start
+  Neighbors list;  // fluid→sample, from the step's start
   Entries<Real3> start, end;
   Entries<Index> sample_triangle, triangle;
   Entries<Box> box;  // of each triangle's way
@@ -39,7 +39,7 @@ struct Sweep {
   Entries<std::int64_t> id;
   CrossedCloth* crossed = nullptr;
 
-  explicit Sweep(const Device& d) : near(d.fluid_sample) {}
+  explicit Sweep(const Device& d) : list(d.fluid_sample) {}
 
   KOKKOS_INLINE_FUNCTION Corners corners(const Entries<Real3>& x, Index t) const {
     return {widen(x(triangle(3 * t))), widen(x(triangle(3 * t + 1))), widen(x(triangle(3 * t + 2)))};
@@ -68,12 +68,13 @@ struct Sweep {
     if (listed && Kokkos::sqrt(inner(most, most)) + grow < support) {
       // Rows in folds have hundreds of samples: some at once, whose loads do not wait for each other.
       constexpr Index lot = on_host ? 1 : 8;
-      const Index count = near.count(i);
-      for (Index first = 0; first < count; first += lot) {
+      const NeighborRow near = list.row(i);
+      for (Index first = 0; first < near.count; first += lot) {
         Index candidate[lot];
         bool meets[lot];
-        for (Index k = 0; k < lot; ++k) candidate[k] = sample_triangle(near(i, first + k < count ? first + k : first));
-        for (Index k = 0; k < lot; ++k) meets[k] = first + k < count && !path.box.apart(box(candidate[k]));
+        for (Index k = 0; k < lot; ++k)
+          candidate[k] = sample_triangle(near(first + k < near.count ? first + k : first));
+        for (Index k = 0; k < lot; ++k) meets[k] = first + k < near.count && !path.box.apart(box(candidate[k]));
         for (Index k = 0; k < lot; ++k)
           if (meets[k]) visitor(candidate[k]);
       }
@@ -294,8 +295,9 @@ void check_put_back(Device& d) {
         const Path path(sweep.path_end(i), position(i));
         const Real3 way = path.x1 - path.x0;
         if (!(dot(way, way) > 0)) return;
-        for (Index k = 0; k < sweep.near.count(i); ++k) {
-          const Index t = sweep.sample_triangle(sweep.near(i, k));
+        const NeighborRow near = sweep.list.row(i);
+        for (Index k = 0; k < near.count; ++k) {
+          const Index t = sweep.sample_triangle(near(k));
           if (path.box.apart(sweep.box(t))) continue;
           const Corners there = sweep.corners(sweep.end, t);
           Hit hit;

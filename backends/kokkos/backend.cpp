@@ -7,6 +7,7 @@
 #include "device.hpp"
 #include "device_copy.hpp"
 #include "pipeline/runtime.hpp"
+#include "primitives/neighbor_list.hpp"
 
 namespace drench {
 namespace kokkos_backend {
@@ -42,17 +43,15 @@ class KokkosBackend final : public Backend {
                             : list == "sample_boundary" ? device_.sample_boundary
                                                         : throw std::runtime_error("no neighbour list " + list);
     std::vector<std::pair<Index, Index>> pairs;
-    if (l.rows == 0) return pairs;
-    const auto count = Kokkos::create_mirror_view_and_copy(Kokkos::HostSpace(), l.count);
-    const auto items = Kokkos::create_mirror_view_and_copy(Kokkos::HostSpace(), l.list);
     const bool from_liquid = list.starts_with("fluid_"), to_liquid = list.ends_with("_fluid");
     const std::vector<Index> rank = liquid_ranks();
     const auto named = [&](Index i, bool liquid) { return liquid ? rank[static_cast<std::size_t>(i)] : i; };
+    const std::vector<std::vector<Index>> rows = rows_on_host(l);
     for (Index i = 0; i < l.rows; ++i)
-      for (Index k = 0; k < count(i); ++k) pairs.emplace_back(named(i, from_liquid), named(items(i, k), to_liquid));
+      for (const Index j : rows[static_cast<std::size_t>(i)])
+        pairs.emplace_back(named(i, from_liquid), named(j, to_liquid));
     return pairs;
   }
-
 
  private:
   /// The place of each liquid particle in a HostState.

@@ -84,7 +84,13 @@ void bodies(Device& d, const StepInfo& info, StepReport&) {
         if (!body.moves) return;
         const RigidState& s = state(of(b));
         const Double3 arm = turned(s.orientation, minus(widen(rest(b)), body.rest_center));
-        x(b) = narrow(add(s.position, arm));
+        Double3 center = s.position;
+        if (body.slides)
+          for (const Double3& step : body.lattice) {
+            const double steps = inner(minus(center, body.rest_center), step) / inner(step, step);
+            center = minus(center, times(Kokkos::floor(steps + slide_offset), step));
+          }
+        x(b) = narrow(add(center, arm));
         v(b) = narrow(add(s.velocity, outer(s.spin, arm)));
         if (dynamic) predicted(b) = v(b);
       });

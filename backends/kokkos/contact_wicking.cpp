@@ -22,8 +22,8 @@ struct Touch {
 
 /// What the kernel over samples sees.
 struct ContactSearch {
-  Array<Index> node, sample_triangle, sample_cloth, triangle, node_cloth, count, found;
-  Kokkos::View<Index**, MemSpace> list;
+  Array<Index> node, sample_triangle, sample_cloth, triangle, node_cloth, found;
+  Neighbors list;
   Array<Real3> sample_position, normal, position;
   Array<Real> area;
   Array<Material> materials;
@@ -37,9 +37,8 @@ struct ContactSearch {
         sample_cloth(d.samples.cloth),
         triangle(d.mesh.triangle),
         node_cloth(d.nodes.cloth),
-        count(d.sample_sample.count),
         found(d.contact_work.triangle),
-        list(d.sample_sample.list),
+        list(d.sample_sample),
         sample_position(d.samples.position),
         normal(d.samples.normal),
         position(d.nodes.position),
@@ -73,8 +72,9 @@ struct ContactSearch {
     const Material& own = materials(sample_cloth(p));
     const Double3 n = widen(normal(p));
     Index last = none;
-    for (Index k = 0; k < count(p); ++k) {
-      const Index other = list(p, k), t = sample_triangle(other);
+    const NeighborRow row = list.row(p);
+    for (Index k = 0; k < row.count; ++k) {
+      const Index other = row(k), t = sample_triangle(other);
       const Material& m = materials(sample_cloth(other));
       if (t == last || !wicks(m) || share_a_node(sample_triangle(p), t)) continue;
       last = t;

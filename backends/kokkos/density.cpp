@@ -33,9 +33,9 @@ void sample_volumes(Device& d) {
       "drench::density::sample_volume", d.samples.count, KOKKOS_LAMBDA(const Index b) {
         Real sum = kernel.value(0);
         const Real3 here = x(b);
-        const Index near = list.count(b);
+        const NeighborRow near = list.row(b);
         DRENCH_UNROLL
-        for (Index k = 0; k < near; ++k) sum += kernel.value(norm(here - x(list(b, k))));
+        for (Index k = 0; k < near.count; ++k) sum += kernel.value(norm(here - x(near(k))));
         volume(b) = share / sum;
         place(b) = {x(b), volume(b)};
         back(b) = {half * normal(b), Real(0)};
@@ -54,10 +54,10 @@ void sample_row_bounds(Device& d) {
         Real g = 0;
         const Real4 at = xs(b);
         const Real3 behind = back(b).xyz();
-        const Index near = list.count(b);
+        const NeighborRow near = list.row(b);
         DRENCH_UNROLL
-        for (Index k = 0; k < near; ++k) {
-          const Real4 particle = xf(list(b, k));
+        for (Index k = 0; k < near.count; ++k) {
+          const Real4 particle = xf(near(k));
           const Real r = norm(from_behind(particle.xyz() - at.xyz(), behind));
           g -= rho * particle.w * kernel.slope(r) * r;
         }
@@ -86,11 +86,9 @@ void density_and_alpha(Device& d) {
   const bool solids = d.boundary.count > 0, cloth = d.samples.count > 0, touching = has_contact(d);
   const Entries<Real> contact = d.work.contact.alpha, contact_yields = d.work.contact.compliance;
   auto& kept = d.fluid_fluid.slope;
-  const auto& items = d.fluid_fluid.list;
-  if (kept.extent(0) != items.extent(0) || kept.extent(1) != items.extent(1)) {
+  if (const std::size_t entries = d.fluid_fluid.entry.extent(0); kept.extent(0) != entries) {
     kept = {};  // free before allocating
-    kept = Kokkos::View<Real**, MemSpace>(Kokkos::ViewAllocateWithoutInitializing("drench::pair_slope"),
-                                          items.extent(0), items.extent(1));
+    kept = Array<Real>(Kokkos::ViewAllocateWithoutInitializing("drench::pair_slope"), entries);
   }
   const Neighbors lf = d.fluid_fluid, lb = d.fluid_boundary, ls = d.fluid_sample;
   parallel(
@@ -99,16 +97,16 @@ void density_and_alpha(Device& d) {
         const Real vi = place(i).w;
         Real delta = vi * kernel.value(0), squares = 0, yielded = 0, coupling = 0;
         Real3 gradient, apart;
-        const Index near = lf.count(i);
+        const NeighborRow near = lf.row(i);
         DRENCH_UNROLL
-        for (Index k = 0; k < near; ++k) {
-          const Index j = lf(i, k);
+        for (Index k = 0; k < near.count; ++k) {
+          const Index j = near(k);
           const Real4 at = place(j);
           const Real3 r = xi - at.xyz();
           const Real square = dot(r, r);
           const Kernel::Pair pair = kernel.pair(square);
           const Real weighted = at.w * pair.slope;
-          lf.slope(i, k) = weighted;
+          near.slope(k) = weighted;
           delta += at.w * pair.value;
           gradient += weighted * r;
           const Real steep = weighted * pair.slope * square;
@@ -117,19 +115,22 @@ void density_and_alpha(Device& d) {
           if (pair.length < crowding.least) apart += crowding.shift(r, pair.length, vi, at.w, id(i), id(j));
         }
         squares *= vi;
-        if (solids)
-          for (Index k = 0; k < lb.count(i); ++k) {
-            const Index b = lb(i, k);
+        if (solids) {
+          const NeighborRow walls = lb.row(i);
+          for (Index k = 0; k < walls.count; ++k) {
+            const Index b = walls(k);
             const Real3 r = xi - xb(b);
             const Real length = norm(r);
             delta += vb(b) * kernel.value(length);
             gradient += mirrored * vb(b) * kernel.slope(length) * r;
           }
+        }
         if (cloth) {
           Real3 sheet;
           Real lengths = 0;  // of what `sheet` sums up
-          for (Index k = 0; k < ls.count(i); ++k) {
-            const Index b = ls(i, k);
+          const NeighborRow sheets = ls.row(i);
+          for (Index k = 0; k < sheets.count; ++k) {
+            const Index b = sheets(k);
             const Real4 at = xs(b);
             const Real3 r = from_behind(xi - at.xyz(), back(b).xyz());
             const Real length = norm(r), slope = at.w * kernel.slope(length);

@@ -16,30 +16,46 @@
 
 namespace drench::kokkos_backend {
 
-/// Neighbours of each row: list(i, k), k < count(i). The width grows when a row overflows; it never truncates.
+/// Neighbours of each row, one row behind the other with room for what each has, so that memory does not depend on the longest.
+/// On a GPU 32 rows are a bundle that lies together, entry by entry, as wide as the longest of them: what the threads of a
+/// warp read at once are neighbours in memory. Bundles lie in the order in which they were found, which nothing depends on.
 struct NeighborList {
   Array<Index> count;
-  Kokkos::View<Index**, MemSpace> list;
+  Array<std::int64_t> start;  // where a bundle's entries begin
+  Array<Index> entry;
+  Array<Real> slope;  // beside `entry`, where a stage keeps it: V_j (dW/dr)/r, 1/m² (stage density)
   Index rows = 0;
-  Kokkos::View<Index, Kokkos::SharedHostPinnedSpace> longest;  // of the rows that were too long, when last filled
-  Kokkos::View<Real**, MemSpace> slope;  // beside `list`, where a stage keeps it: V_j (dW/dr)/r, 1/m² (stage density)
+  // While it is filled: entries that are given out, by this filling and by the next one; how many were asked for, if too many.
+  Kokkos::View<std::int64_t[2], MemSpace> used;
+  Kokkos::View<std::int64_t, Kokkos::SharedHostPinnedSpace> needed;
+  int filling = 0;
+};
+
+/// One row as kernels see it. `place(k)` says where entry k is in arrays beside the entries.
+struct NeighborRow {
+  static constexpr Index bundle = on_host ? 1 : 32;
+
+  Index* item;
+  Real* slope_of;  // null without slopes
+  std::int64_t first;
+  Index count;
+
+  KOKKOS_INLINE_FUNCTION std::int64_t place(Index k) const { return first + std::int64_t{k} * bundle; }
+  KOKKOS_INLINE_FUNCTION Index& operator()(Index k) const { return item[place(k)]; }
+  KOKKOS_INLINE_FUNCTION Real& slope(Index k) const { return slope_of[place(k)]; }
 };
 
 /// A list as kernels see it.
 struct Neighbors {
   Entries<Index> count;
+  Entries<std::int64_t> start;
   Index* item;
-  Real* slope_of;       // null without slopes
-  std::int64_t stride;  // from row to row on a CPU, from column to column on a GPU
+  Real* slope_of;
 
-  Neighbors(const NeighborList& l)
-      : count(l.count),
-        item(l.list.data()),
-        slope_of(l.slope.data()),
-        stride(static_cast<std::int64_t>(l.list.stride(on_host ? 0 : 1))) {}
-  KOKKOS_INLINE_FUNCTION std::int64_t at(Index i, Index k) const { return on_host ? i * stride + k : i + k * stride; }
-  KOKKOS_INLINE_FUNCTION Index operator()(Index i, Index k) const { return item[at(i, k)]; }
-  KOKKOS_INLINE_FUNCTION Real& slope(Index i, Index k) const { return slope_of[at(i, k)]; }
+  Neighbors(const NeighborList& l) : count(l.count), start(l.start), item(l.entry.data()), slope_of(l.slope.data()) {}
+  KOKKOS_INLINE_FUNCTION NeighborRow row(Index i) const {
+    return {item, slope_of, start(i / NeighborRow::bundle) + i % NeighborRow::bundle, count(i)};
+  }
 };
 
 /// Liquid particles; arrays are at least `count` long (capacity grows between steps). In the order of their cells from

@@ -184,9 +184,9 @@ void give_to_liquid(Device& d) {
       "drench::emission::room", d.fluid.count, KOKKOS_LAMBDA(const Index j) {
         if (!reach.takes(j)) return;
         const Quanta own_room = reach.full - reach.mass(j);
-        const Index near = reach.list.count(j);
-        for (Index k = 0; k < near; ++k) {
-          const Index p = reach.list(j, k);
+        const NeighborRow near = reach.list.row(j);
+        for (Index k = 0; k < near.count; ++k) {
+          const Index p = near(k);
           if (reach.offers(p, j)) Kokkos::atomic_add(&room(p), own_room);
         }
       });
@@ -194,11 +194,11 @@ void give_to_liquid(Device& d) {
       "drench::emission::give_to_liquid", d.fluid.count, KOKKOS_LAMBDA(const Index j) {
         if (!reach.takes(j)) return;
         const Quanta mass = reach.mass(j), own_room = reach.full - mass;
-        const Index near = reach.list.count(j);
+        const NeighborRow near = reach.list.row(j);
         Offering offering;
         Quanta offered = 0;
-        for (Index k = 0; k < near; ++k) {
-          const Index p = reach.list(j, k);
+        for (Index k = 0; k < near.count; ++k) {
+          const Index p = near(k);
           if (!reach.offers(p, j)) continue;
           offering.add(k);
           offered += floor_ratio(reach.total(p), own_room, room(p));
@@ -206,9 +206,9 @@ void give_to_liquid(Device& d) {
         if (offered == 0) return;
         Quanta gained = 0;
         std::int64_t px = 0, py = 0, pz = 0;
-        for (Index k = 0; k < near; ++k) {
+        for (Index k = 0; k < near.count; ++k) {
           if (!offering.at(k)) continue;
-          const Index p = reach.list(j, k);
+          const Index p = near(k);
           if (k >= 64 && !reach.offers(p, j)) continue;
           const Quanta t = laws::accepted_offer(floor_ratio(reach.total(p), own_room, room(p)), offered, own_room);
           if (t == 0) continue;
@@ -265,20 +265,22 @@ void block(Device& d) {
         const Real cosine = materials(cloth(p)).emission_cosine;
         const Real3 here = x(p), along = flow(p);
         // Rows in folds are long: no store and no way out between the loads.
-        const Index n = solids ? solid.count(p) : 0;
-        bool solid_ahead = false;
-        DRENCH_UNROLL
-        for (Index k = 0; k < n; ++k) solid_ahead |= laws::in_cone(xb(solid(p, k)) - here, along, cosine, h);
-        if (solid_ahead) {
-          blocked(p) = 1;
-          return;
+        if (solids) {
+          const NeighborRow walls = solid.row(p);
+          bool ahead = false;
+          DRENCH_UNROLL
+          for (Index k = 0; k < walls.count; ++k) ahead |= laws::in_cone(xb(walls(k)) - here, along, cosine, h);
+          if (ahead) {
+            blocked(p) = 1;
+            return;
+          }
         }
         Index others = 0;
         bool steep = false;
-        const Index near = fabric.count(p);
+        const NeighborRow near = fabric.row(p);
         DRENCH_UNROLL
-        for (Index k = 0; k < near; ++k) {
-          const Index q = fabric(p, k);
+        for (Index k = 0; k < near.count; ++k) {
+          const Index q = near(k);
           const Real3 apart = x(q) - here;
           const bool same = layers.same(p, q);
           if (!laws::in_cone(apart, along, same ? laws::ahead_cosine : cosine, h)) continue;
@@ -290,8 +292,8 @@ void block(Device& d) {
         if (steep) blocked(p) = 2;
         receivers(p) = others;
         if (others == 0 || rest(p) / others == 0) return;
-        for (Index k = 0; k < near; ++k) {
-          const Index q = fabric(p, k);
+        for (Index k = 0; k < near.count; ++k) {
+          const Index q = near(k);
           if (!layers.same(p, q) && materials(cloth(q)).porous && laws::in_cone(x(q) - x(p), flow(p), cosine, h))
             Kokkos::atomic_add(&offered(q), rest(p) / others);
         }
@@ -315,8 +317,9 @@ void give_to_layers(Device& d) {
         const Real cosine = materials(cloth(p)).emission_cosine;
         const Quanta offer = rest(p) / receivers(p);
         if (offer == 0) return;
-        for (Index k = 0; k < list.count(p); ++k) {
-          const Index q = list(p, k);
+        const NeighborRow near = list.row(p);
+        for (Index k = 0; k < near.count; ++k) {
+          const Index q = near(k);
           if (layers.same(p, q) || !materials(cloth(q)).porous || !laws::in_cone(x(q) - x(p), flow(p), cosine, h))
             continue;
           const Quanta t = limited(offer, transfers.share(q));

@@ -42,8 +42,9 @@ void target(Device& d) {
           return;
         }
         Index best = p;
-        for (Index k = 0; k < list.count(p); ++k) {
-          const Index q = list(p, k);
+        const NeighborRow near = list.row(p);
+        for (Index k = 0; k < near.count; ++k) {
+          const Index q = near(k);
           if (rest(q) == 0 || blocked(q) || !layers.same(p, q)) continue;
           if (rest(q) > rest(best) || (rest(q) == rest(best) && q < best)) best = q;
         }
@@ -72,8 +73,9 @@ void pool(Device& d) {
         created(p) = 0;
         if (target(p) != p) return;
         Quanta sum = rest(p);
-        for (Index k = 0; k < list.count(p); ++k)
-          if (target(list(p, k)) == p) sum += rest(list(p, k));
+        const NeighborRow near = list.row(p);
+        for (Index k = 0; k < near.count; ++k)
+          if (target(near(k)) == p) sum += rest(near(k));
         if (sum < smallest) return;
         pools(p) = sum;
         const Quanta mass = sum < full ? sum : full;
@@ -175,8 +177,9 @@ void give_out(Device& d, Index new_particles) {
             pz += double(part) * double(leaving_velocity(g).z);
           };
           add(p);
-          for (Index k = 0; k < list.count(p); ++k)
-            if (target(list(p, k)) == p) add(list(p, k));
+          const NeighborRow near = list.row(p);
+          for (Index k = 0; k < near.count; ++k)
+            if (target(near(k)) == p) add(near(k));
           const double inverse = 1 / double(mass);
           x(i) = position(p);
           v(i) = {Real(inverse * px), Real(inverse * py), Real(inverse * pz)};

@@ -57,27 +57,31 @@ double liquid_change(const Device& d, const LegendreStage& stage) {
         const Real3 xi = place(i).xyz(), vi = flight(i).xyz();
         const Real share = flight(i).w;
         ViscousSum sum;
-        const Index near = lf.count(i);
+        const NeighborRow near = lf.row(i);
         DRENCH_UNROLL
-        for (Index k = 0; k < near; ++k) {
-          const Index j = lf(i, k);
+        for (Index k = 0; k < near.count; ++k) {
+          const Index j = near(k);
           const Real4 other = flight(j);
           const Real3 r = xi - place(j).xyz();
-          sum.add(other.w, vi - other.xyz(), r, lf.slope(i, k) * r);
+          sum.add(other.w, vi - other.xyz(), r, near.slope(k) * r);
         }
-        if (solids)
-          for (Index k = 0; k < lb.count(i); ++k) {
-            const Index b = lb(i, k);
+        if (solids) {
+          const NeighborRow walls = lb.row(i);
+          for (Index k = 0; k < walls.count; ++k) {
+            const Index b = walls(k);
             const Real3 r = xi - xb(b);
             sum.add(solid_friction * share * vb(b), vi - ub(b), r, kernel.gradient(r));
           }
-        if (cloth)
-          for (Index k = 0; k < ls.count(i); ++k) {
-            const Index b = ls(i, k);
+        }
+        if (cloth) {
+          const NeighborRow sheets = ls.row(i);
+          for (Index k = 0; k < sheets.count; ++k) {
+            const Index b = sheets(k);
             const Real4 at = xs(b);
             const Real3 r = xi - at.xyz();
             sum.add(sheet_friction * share * at.w, vi - us(b), r, kernel.gradient(r));
           }
+        }
         Real3 rate = g + (strength * share) * sum.pull;
         if (field) rate += central_field(xi, center, square);
         Real3 next = stage.weight * rate;
@@ -114,10 +118,10 @@ void cloth_forces(Device& d) {
       "drench::forces::sample_force", d.samples.count, KOKKOS_LAMBDA(const Index b) {
         ViscousSum sum;
         const Real3 here = xs(b), moves = us(b);
-        const Index near = list.count(b);
+        const NeighborRow near = list.row(b);
         DRENCH_UNROLL
-        for (Index k = 0; k < near; ++k) {
-          const Index i = list(b, k);
+        for (Index k = 0; k < near.count; ++k) {
+          const Index i = near(k);
           const Real3 r = here - xf(i);
           sum.add(volume(i) / bounded_ratio(ratio(i)), moves - v(i), r, kernel.gradient(r));
         }

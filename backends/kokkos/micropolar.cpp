@@ -36,12 +36,12 @@ void measure_slip(const Device& d, const SpinLaw& law) {
       "drench::micropolar::slip", d.fluid.count, KOKKOS_LAMBDA(const Index i) {
         const Real3 xi = place(i).xyz(), vi = v(i), wi = spin(i);
         SpinSum sum;
-        const Index near = list.count(i);
+        const NeighborRow near = list.row(i);
         DRENCH_UNROLL
-        for (Index k = 0; k < near; ++k) {
-          const Index j = list(i, k);
+        for (Index k = 0; k < near.count; ++k) {
+          const Index j = near(k);
           const Real3 x = xi - place(j).xyz();
-          const Real b = -list.slope(i, k);
+          const Real b = -near.slope(k);
           sum.add(b, x, vi - v(j));
           if (spreads) sum.spread += (b * dot(x, x)) * (spin(j) - wi);
         }
@@ -72,11 +72,11 @@ void turn(const Device& d, const SpinLaw& law, const LegendreStage& stage, bool 
       "drench::micropolar::turn", d.fluid.count, KOKKOS_LAMBDA(const Index i) {
         const Real3 xi = place(i).xyz(), si = slip(i).xyz();
         Real3 sum;
-        const Index near = list.count(i);
+        const NeighborRow near = list.row(i);
         DRENCH_UNROLL
-        for (Index k = 0; k < near; ++k) {
-          const Index j = list(i, k);
-          sum += list.slope(i, k) * cross(si + slip(j).xyz(), xi - place(j).xyz());
+        for (Index k = 0; k < near.count; ++k) {
+          const Index j = near(k);
+          sum += near.slope(k) * cross(si + slip(j).xyz(), xi - place(j).xyz());
         }
         Real3 flow = (stage.weight * law.half_transfer) * sum, spin_up = stage.weight * rate(i).xyz();
         if (several) {

@@ -25,17 +25,17 @@ void part_by_cloth(Device& d) {
     nearest_sample = Array<Index>(Kokkos::ViewAllocateWithoutInitializing("drench::nearest_sample"), n + n / 4);
   const auto nearest = nearest_sample;
   const auto x = d.fluid.position, xs = d.samples.position, normal = d.samples.normal;
-  const auto samples = d.fluid_sample.list, list = d.fluid_fluid.list;
-  const auto sample_count = d.fluid_sample.count, count = d.fluid_fluid.count;
+  const Neighbors samples(d.fluid_sample), list(d.fluid_fluid);
   parallel(
       "drench::neighbors::nearest_sample", n, KOKKOS_LAMBDA(const Index i) {
         Index best = -1;
         Real least = 0;
-        for (Index k = 0; k < sample_count(i); ++k) {
-          const Real3 r = x(i) - xs(samples(i, k));
+        const NeighborRow near = samples.row(i);
+        for (Index k = 0; k < near.count; ++k) {
+          const Real3 r = x(i) - xs(near(k));
           const Real r2 = dot(r, r);
           if (best >= 0 && r2 >= least) continue;
-          best = samples(i, k);
+          best = near(k);
           least = r2;
         }
         nearest(i) = best;
@@ -44,25 +44,26 @@ void part_by_cloth(Device& d) {
   const Real reach = Real(1.25) * d.spacing, limit = reach * reach;
   parallel(
       "drench::neighbors::part_by_cloth", n, KOKKOS_LAMBDA(const Index i) {
-        const Index p = nearest(i), n_i = count(i);
+        const NeighborRow near = list.row(i);
+        const Index p = nearest(i);
         // Most rows end here, after loads that do not wait for each other.
         Index any = p;
         DRENCH_UNROLL
-        for (Index k = 0; k < n_i; ++k) {
-          const Index q = nearest(list(i, k));
+        for (Index k = 0; k < near.count; ++k) {
+          const Index q = nearest(near(k));
           any = q > any ? q : any;
         }
         if (any < 0) return;
         Index kept = 0;
-        for (Index k = 0; k < n_i; ++k) {
-          const Index j = list(i, k), q = nearest(j);
+        for (Index k = 0; k < near.count; ++k) {
+          const Index j = near(k), q = nearest(j);
           // Both tests see their own end first, so that i and j come to the same answer.
           if (p >= 0 && sheet_between(x(i), x(j), xs(p), normal(p), limit, rims, p)) continue;
           if (q >= 0 && sheet_between(x(j), x(i), xs(q), normal(q), limit, rims, q)) continue;
-          if (kept < k) list(i, kept) = j;
+          if (kept < k) near(kept) = j;
           ++kept;
         }
-        count(i) = kept;
+        list.count(i) = kept;
       });
 }
 

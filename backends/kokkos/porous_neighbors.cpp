@@ -17,11 +17,7 @@ void porous_neighbors(Device& d, const StepInfo&, StepReport&) {
       lists.push_back({&d.sample_sample, d.samples.position, d.samples.count, d.sample_cells.view(), true});
     d.sample_list_fresh = true;
   }
-  if (m.has_exchange()) {
-    ListRequest near_liquid{&d.fluid_sample, d.fluid.position, d.fluid.count, d.sample_cells.view()};
-    if (m.has_absorption()) near_liquid.packed = &d.absorption_work.rows;
-    lists.push_back(near_liquid);
-  }
+  if (m.has_exchange()) lists.push_back({&d.fluid_sample, d.fluid.position, d.fluid.count, d.sample_cells.view()});
   if (m.has_exchange() && m.has_direction() && d.boundary.count > 0 &&
       (m.has_moving_body() || !d.boundary_list_fresh)) {
     if (m.has_moving_body() || d.boundary_cells.view().buckets == 0)

@@ -16,16 +16,8 @@ struct TransferWork {
   Array<int> limited;               // per sample: is φ < 1 at one of its nodes with w > 0?
 };
 
-/// Room for the entries of a list without the empty ends of its rows: row i has the places from start(i) on.
-struct PackedRows {
-  Array<Index> start;                                          // rows + 1
-  Kokkos::View<Index, Kokkos::SharedHostPinnedSpace> entries;  // of all rows; the host has it when the list is built
-  PrefixSums sums;
-};
-
 struct AbsorptionWork {
-  PackedRows rows;                                           // of fluid_sample, whose rows are empty but near the cloth
-  Array<Quanta> offer;                                       // o_ij of each entry, quanta
+  Array<Quanta> offer;                                       // o_ij beside the entries of fluid_sample, quanta
   Array<Real4> place, course;                                // per sample: x_j, m, and s_j; v_j and C_j, kg
   Kokkos::View<Index, Kokkos::SharedHostPinnedSpace> taken;  // particles taken whole; where there is no emission
 };

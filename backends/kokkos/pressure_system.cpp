@@ -77,10 +77,10 @@ void cloth_forces(Device& d) {
         Real3 f;
         const Real4 at = xs(b);
         const Real3 behind = back(b).xyz();
-        const Index near = list.count(b);
+        const NeighborRow near = list.row(b);
         DRENCH_UNROLL
-        for (Index k = 0; k < near; ++k) {
-          const Index i = list(b, k);
+        for (Index k = 0; k < near.count; ++k) {
+          const Index i = near(k);
           const Real push = predicted(i).w;
           if (on_host && push == 0) continue;  // a GPU is quicker without a branch between the loads
           f += push * kernel.gradient(from_behind(xf(i).xyz() - at.xyz(), behind));
@@ -127,25 +127,27 @@ void predict_liquid(Device& d, Real dt, bool touching) {
         const Real3 xi = here.xyz();
         const Real ki = here.w;
         Real3 a;
-        const Index near = lf.count(i);
+        const NeighborRow near = lf.row(i);
         DRENCH_UNROLL
-        for (Index k = 0; k < near; ++k) {
-          const Real4 at = place(lf(i, k));
-          a -= (lf.slope(i, k) * (ki + at.w)) * (xi - at.xyz());
+        for (Index k = 0; k < near.count; ++k) {
+          const Real4 at = place(near(k));
+          a -= (near.slope(k) * (ki + at.w)) * (xi - at.xyz());
         }
         const Real at_sheet = touching ? ki + push(i) : ki;
         if (at_sheet != 0) {
-          if (solids)
-            for (Index k = 0; k < lb.count(i); ++k) {
-              const Index b = lb(i, k);
+          if (solids) {
+            const NeighborRow walls = lb.row(i);
+            for (Index k = 0; k < walls.count; ++k) {
+              const Index b = walls(k);
               a -= (mirrored * ki * vb(b)) * kernel.gradient(xi - xb(b));
             }
+          }
           if (cloth) {
             const Real dense = image_density(ratio(i)) * mirrored * at_sheet;
-            const Index sheets = ls.count(i);
+            const NeighborRow sheets = ls.row(i);
             DRENCH_UNROLL
-            for (Index k = 0; k < sheets; ++k) {
-              const Index b = ls(i, k);
+            for (Index k = 0; k < sheets.count; ++k) {
+              const Index b = sheets(k);
               const Real4 at = xs(b);
               a -= (dense * at.w) * kernel.gradient(from_behind(xi - at.xyz(), back(b).xyz()));
             }
@@ -168,23 +170,25 @@ void compression_rate(Device& d, const Array<Real>& kappa, Real dt, bool touchin
       "drench::pressure::compression_rate", d.fluid.count, KOKKOS_LAMBDA(const Index i) {
         const Real3 xi = place(i).xyz(), vi = v(i).xyz();
         Real sum = 0;
-        const Index near = lf.count(i);
+        const NeighborRow near = lf.row(i);
         DRENCH_UNROLL
-        for (Index k = 0; k < near; ++k) {
-          const Index j = lf(i, k);
-          sum += lf.slope(i, k) * dot(vi - v(j).xyz(), xi - place(j).xyz());
+        for (Index k = 0; k < near.count; ++k) {
+          const Index j = near(k);
+          sum += near.slope(k) * dot(vi - v(j).xyz(), xi - place(j).xyz());
         }
-        if (solids)
-          for (Index k = 0; k < lb.count(i); ++k) {
-            const Index b = lb(i, k);
+        if (solids) {
+          const NeighborRow walls = lb.row(i);
+          for (Index k = 0; k < walls.count; ++k) {
+            const Index b = walls(k);
             sum += mirrored * vb(b) * dot(vi - ub(b), kernel.gradient(xi - xb(b)));
           }
+        }
         if (cloth) {
           Real sheet = 0;
-          const Index sheets = ls.count(i);
+          const NeighborRow sheets = ls.row(i);
           DRENCH_UNROLL
-          for (Index k = 0; k < sheets; ++k) {
-            const Index b = ls(i, k);
+          for (Index k = 0; k < sheets.count; ++k) {
+            const Index b = sheets(k);
             const Real4 at = xs(b);
             sheet +=
                 mirrored * at.w * dot(vi - us(b).xyz(), kernel.gradient(from_behind(xi - at.xyz(), back(b).xyz())));

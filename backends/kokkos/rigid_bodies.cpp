@@ -24,6 +24,9 @@ RigidBody constant_of(const Body& b) {
   c.kind = static_cast<int>(b.kind);
   c.moves = b.moves() ? 1 : 0;
   c.dynamic = b.dynamic ? 1 : 0;
+  c.slides = b.slides ? 1 : 0;
+  c.lattice[0] = to_double(b.lattice[0]);
+  c.lattice[1] = to_double(b.lattice[1]);
   c.rest_center = to_double(b.center);
   c.rest_velocity = to_double(b.velocity);
   c.rest_spin = times(b.spin_rate, to_double(b.spin_axis));
@@ -211,17 +214,17 @@ void add_body_rows(Device& d) {
   const auto xs = d.bodies.position, xf = d.fluid.position, xb = d.boundary.position;
   const auto vb = d.boundary.volume, vf = d.work.volume, alpha = d.work.alpha;
   const auto load = d.bodies.row_load, arm_load = d.bodies.row_arm, bound = d.bodies.row_bound;
-  const auto count = d.boundary_fluid.count, nb = d.fluid_boundary.count;
-  const auto list = d.boundary_fluid.list, lb = d.fluid_boundary.list;
+  const Neighbors list(d.boundary_fluid), lb(d.fluid_boundary);
   parallel(
       "drench::bodies::row_load", d.bodies.samples, KOKKOS_LAMBDA(const Index s) {
         const Real3 arm = narrow(minus(widen(xs(s)), state(owner(s)).position));
         Real push = 0, turn = 0;
-        for (Index k = 0; k < count(s); ++k) {
-          const Real3 r = xf(list(s, k)) - xs(s);
+        const NeighborRow near = list.row(s);
+        for (Index k = 0; k < near.count; ++k) {
+          const Real3 r = xf(near(k)) - xs(s);
           const Real length = norm(r), slope = kernel.slope(length);
-          push -= vf(list(s, k)) * slope * length;
-          turn -= vf(list(s, k)) * slope * norm(cross(arm, r));
+          push -= vf(near(k)) * slope * length;
+          turn -= vf(near(k)) * slope * norm(cross(arm, r));
         }
         load(s) = rho * vb(sample(s)) * push;
         arm_load(s) = rho * vb(sample(s)) * turn;
@@ -241,10 +244,11 @@ void add_body_rows(Device& d) {
   const auto of = d.boundary.body;
   parallel(
       "drench::bodies::alpha", d.fluid.count, KOKKOS_LAMBDA(const Index i) {
-        if (nb(i) == 0 || alpha(i) == 0) return;
+        const NeighborRow near = lb.row(i);
+        if (near.count == 0 || alpha(i) == 0) return;
         Real coupling = 0;
-        for (Index k = 0; k < nb(i); ++k) {
-          const Index b = lb(i, k), body = of(b);
+        for (Index k = 0; k < near.count; ++k) {
+          const Index b = near(k), body = of(b);
           if (!constant(body).dynamic) continue;
           const Real3 arm = narrow(minus(widen(xb(b)), state(body).position)), r = xf(i) - xb(b);
           const Real length = norm(r);
@@ -264,18 +268,19 @@ void viscous_body_forces(Device& d) {
              force = d.bodies.force;
   const auto vb = d.boundary.volume, volume = d.work.volume, ratio = d.fluid.density_ratio;
   const auto bound = d.bodies.row_load;
-  const auto count = d.boundary_fluid.count;
-  const auto list = d.boundary_fluid.list;
+  const Neighbors list(d.boundary_fluid);
   parallel(
       "drench::bodies::viscous_force", d.bodies.samples, KOKKOS_LAMBDA(const Index s) {
         ViscousSum sum;
-        if (strength > 0)
-          for (Index k = 0; k < count(s); ++k) {
-            const Index i = list(s, k);
+        if (strength > 0) {
+          const NeighborRow near = list.row(s);
+          for (Index k = 0; k < near.count; ++k) {
+            const Index i = near(k);
             const Real3 r = xs(s) - xf(i);
             const Real delta = ratio(i) < Real(0.5) ? Real(0.5) : ratio(i);
             sum.add(volume(i) / delta, us(sample(s)) - v(i), r, kernel.gradient(r));
           }
+        }
         force(s) = (strength * vb(sample(s))) * sum.pull;
         bound(s) = strength * vb(sample(s)) * sum.bound;
       });
@@ -337,13 +342,13 @@ void body_response(Device& d, const Array<Real>& kappa, double dt) {
   const auto sample = d.bodies.sample, owner = d.bodies.owner;
   const auto xs = d.bodies.position, xf = d.fluid.position, force = d.bodies.force;
   const auto vb = d.boundary.volume, vf = d.work.volume;
-  const auto count = d.boundary_fluid.count;
-  const auto list = d.boundary_fluid.list;
+  const Neighbors list(d.boundary_fluid);
   parallel(
       "drench::bodies::pressure_force", d.bodies.samples, KOKKOS_LAMBDA(const Index s) {
         Real3 f;
-        for (Index k = 0; k < count(s); ++k) {
-          const Index i = list(s, k);
+        const NeighborRow near = list.row(s);
+        for (Index k = 0; k < near.count; ++k) {
+          const Index i = near(k);
           if (kappa(i) == 0) continue;
           const Real3 r = xf(i) - xs(s);
           f += vf(i) * kappa(i) * kernel.slope(norm(r)) * r;

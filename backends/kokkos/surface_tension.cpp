@@ -37,14 +37,14 @@ void surface_normals(Device& d) {
   const Kernel kernel = d.kernel;
   const auto x = d.fluid.position, normal = d.surface_tension_work.normal;
   const auto volume = d.work.volume;
-  const auto count = d.fluid_fluid.count;
-  const auto list = d.fluid_fluid.list;
+  const Neighbors list(d.fluid_fluid);
   parallel(
       "drench::surface_tension::normal", d.fluid.count, KOKKOS_LAMBDA(const Index i) {
         const Real3 xi = x(i);
         Real3 sum;
-        for (Index k = 0; k < count(i); ++k) {
-          const Index j = list(i, k);
+        const NeighborRow near = list.row(i);
+        for (Index k = 0; k < near.count; ++k) {
+          const Index j = near(k);
           const Real3 r = xi - x(j);
           sum += volume(j) * kernel.slope(norm(r)) * r;
         }
@@ -57,15 +57,15 @@ void pull_liquid(Device& d, Real dt) {
   const Cohesion law(d.kernel, d.model.scene.fluid.surface_tension, d.model.support);
   const auto x = d.fluid.position, v = d.fluid.velocity, normal = d.surface_tension_work.normal;
   const auto volume = d.work.volume;
-  const auto count = d.fluid_fluid.count;
-  const auto list = d.fluid_fluid.list;
+  const Neighbors list(d.fluid_fluid);
   const Real factor = dt / d.rest_density;
   parallel(
       "drench::surface_tension::cohesion", d.fluid.count, KOKKOS_LAMBDA(const Index i) {
         const Real3 xi = x(i), ni = normal(i);
         Real3 f;
-        for (Index k = 0; k < count(i); ++k) {
-          const Index j = list(i, k);
+        const NeighborRow near = list.row(i);
+        for (Index k = 0; k < near.count; ++k) {
+          const Index j = near(k);
           const Real3 r = xi - x(j);
           f += volume(j) * law.pull(r, ni - normal(j)) * r;
         }
@@ -80,8 +80,7 @@ void stick_to_walls(Device& d, const Adhesion& law, Real dt) {
   const auto vb = d.boundary.volume;
   const auto body = d.boundary.body, cloth_of = d.samples.cloth;
   const auto of_body = d.surface_tension_work.body_adhesion, of_cloth = d.surface_tension_work.cloth_adhesion;
-  const auto nb = d.fluid_boundary.count, ns = d.fluid_sample.count;
-  const auto lb = d.fluid_boundary.list, ls = d.fluid_sample.list;
+  const Neighbors lb(d.fluid_boundary), ls(d.fluid_sample);
   const bool solids = of_body.extent(0) > 0 && d.boundary.count > 0;
   const bool cloth = of_cloth.extent(0) > 0 && d.samples.count > 0;
   const Real factor = dt / d.rest_density;
@@ -89,21 +88,25 @@ void stick_to_walls(Device& d, const Adhesion& law, Real dt) {
       "drench::surface_tension::adhesion", d.fluid.count, KOKKOS_LAMBDA(const Index i) {
         const Real3 xi = x(i);
         Real3 f;
-        if (solids)
-          for (Index k = 0; k < nb(i); ++k) {
-            const Index b = lb(i, k);
+        if (solids) {
+          const NeighborRow walls = lb.row(i);
+          for (Index k = 0; k < walls.count; ++k) {
+            const Index b = walls(k);
             const Real3 r = xi - xb(b);
             const Real length = norm(r), pull = law.value(length);
             if (pull > 0) f -= (of_body(body(b)) * vb(b) * pull / length) * r;
           }
-        if (cloth)
-          for (Index k = 0; k < ns(i); ++k) {
-            const Index b = ls(i, k);
+        }
+        if (cloth) {
+          const NeighborRow sheets = ls.row(i);
+          for (Index k = 0; k < sheets.count; ++k) {
+            const Index b = sheets(k);
             const Real4 at = xs(b);
             const Real3 r = from_behind(xi - at.xyz(), back(b).xyz());
             const Real length = norm(r), pull = law.value(length);
             if (pull > 0) f -= (of_cloth(cloth_of(b)) * at.w * pull / length) * r;
           }
+        }
         v(i) += factor * f;
       });
 }
@@ -114,15 +117,15 @@ void pull_cloth(Device& d, const Adhesion& law, Real dt) {
   const auto xs = d.samples.place, back = d.samples.back;
   const auto volume = d.work.volume, of_cloth = d.surface_tension_work.cloth_adhesion;
   const auto cloth_of = d.samples.cloth;
-  const auto count = d.sample_fluid.count;
-  const auto list = d.sample_fluid.list;
+  const Neighbors list(d.sample_fluid);
   parallel(
       "drench::surface_tension::sample_force", d.samples.count, KOKKOS_LAMBDA(const Index b) {
         Real3 f;
         const Real4 at = xs(b);
         const Real3 behind = back(b).xyz();
-        for (Index k = 0; k < count(b); ++k) {
-          const Index i = list(b, k);
+        const NeighborRow near = list.row(b);
+        for (Index k = 0; k < near.count; ++k) {
+          const Index i = near(k);
           const Real3 r = from_behind(x(i) - at.xyz(), behind);
           const Real length = norm(r), pull = law.value(length);
           if (pull > 0) f += (volume(i) * pull / length) * r;

@@ -33,9 +33,10 @@ struct VirtualPressure {
   KOKKOS_INLINE_FUNCTION Real3 operator()(Index p) const {
     Real3 sum{};
     const Real strength = materials(cloth(p)).virtual_pressure * support;
-    const Index n = count(p);
-    for (Index k = 0; k < n; ++k) {
-      const Index b = list(p, k);
+    if (!solids) return sum;
+    const NeighborRow near = list.row(p);
+    for (Index k = 0; k < near.count; ++k) {
+      const Index b = near(k);
       const Real3 r = sample(p) - solid(b);
       const Real length = norm(r);
       if (length > Real(1e-9) * support) sum -= strength * volume(b) * kernel.slope(length) * r;

@@ -36,7 +36,7 @@ void print_parts(const Model& model, const HostState& state) {
                model.boundary.count());
 }
 
-void print_memory(const Setup& setup, const ForeseenMemory& memory, const MemoryBudget& budget) {
+void print_memory(const ForeseenMemory& memory, const MemoryBudget& budget) {
   const MemoryEstimate& m = memory.start;
   fmt::print(
       "memory: about {}: liquid {}, neighbour lists {}, cell tables {}, bodies {}, cloth {}; and {} for the set-up "
@@ -44,15 +44,14 @@ void print_memory(const Setup& setup, const ForeseenMemory& memory, const Memory
       mebibytes(m.backend()), mebibytes(m.particles), mebibytes(m.lists), mebibytes(m.cells), mebibytes(m.bodies),
       mebibytes(m.cloth), mebibytes(m.host),
       budget.device.empty() ? "" : fmt::format("; {} has {} free", budget.device, mebibytes(budget.device_free)));
-  if (!memory.grows()) return;
-  std::string why;
-  if (memory.size.fluid + memory.added > 0) why += ", liquid in a splash up to 1.7 times as many neighbours";
-  if (setup.model.has_self_collision()) why += ", cloth in folds up to 100 pairs with itself a node";
-  if (memory.added >= 1)
-    fmt::print("memory with {:.0f} particles more, from jets and overfull cloth: about {}\n", memory.added,
-               mebibytes(memory.least));
-  fmt::print("memory in the end: {} to {}; what cannot be foreseen has{}\n", mebibytes(memory.least),
-             mebibytes(memory.most), why.substr(1));
+  if (memory.grows())
+    fmt::print(
+        "memory in the end: about {}: {}liquid at all cloth and walls, with 1.2 times as many neighbours\n",
+        mebibytes(memory.end),
+        memory.added >= 1 ? fmt::format("{:.0f} particles more, from jets and overfull cloth; ", memory.added) : "");
+  if (memory.folds())
+    fmt::print("memory in folds: up to {}, with a hundred pairs of cloth with itself a node\n",
+               mebibytes(memory.folded));
 }
 
 void print_step(const Model& model, const HostState& state) {
@@ -88,7 +87,7 @@ int check_command(const std::string& path, const std::vector<std::string>& overr
     no_device = e.what();
   }
   const Setup setup = build(scene, budget);
-  const ForeseenMemory memory = foresee_memory(setup, budget.real_bytes);
+  const ForeseenMemory memory = foresee_memory(setup, budget);
   refuse_too_large(memory.size, budget);  // now that lists are known to be as wide as they are
   const Model& model = setup.model;
   auto warnings = setup.warnings;
@@ -98,7 +97,7 @@ int check_command(const std::string& path, const std::vector<std::string>& overr
   std::string stages;
   for (const Stage s : stages_for(model)) stages += fmt::format(" {}", name_of(s));
   fmt::print("stages:{}\n", stages);
-  print_memory(setup, memory, budget);
+  print_memory(memory, budget);
 
   print_step(model, setup.state);
   fmt::print("steps: {}{:.0f} to {:.4g} s\n", scene.time.mode == TimeMode::cfl ? "at least " : "",

@@ -305,9 +305,7 @@ class Run {
     if (options_.backend != "reference")
       say(fmt::format("peak memory of the backend's arrays {}, {} estimated at the start{}",
                       mebibytes(static_cast<double>(array_memory().peak)), mebibytes(memory_.start.backend()),
-                      memory_.grows()
-                          ? fmt::format(", {} to {} in the end", mebibytes(memory_.least), mebibytes(memory_.most))
-                          : ""));
+                      memory_.later()));
     if (frames_ && frames_->waited() >= 0.05)
       say(fmt::format("waited {:.1f} s for frames to be written", frames_->waited()));
     const std::string table = totals_.stage_table(pipeline_.stages());
@@ -358,7 +356,7 @@ int run_command(const RunOptions& options) {
   const bool reference = options.backend == "reference";
   const MemoryBudget budget = memory_budget(reference);
   Setup setup = build(scene, budget);
-  ForeseenMemory memory = foresee_memory(setup, budget.real_bytes);
+  ForeseenMemory memory = foresee_memory(setup, budget);
   refuse_too_large(memory.size, budget);  // now that lists are known to be as wide as they are
   std::optional<BackendRuntime> runtime;  // outlives the backend
   if (!reference) runtime.emplace(options.threads, options.quiet);
@@ -368,7 +366,7 @@ int run_command(const RunOptions& options) {
   if (!options.resume.empty()) {
     resume = find_checkpoint(options.resume, setup.model, *backend);
     setup.state = std::move(resume->checkpoint.state);
-    memory = foresee_memory(setup, budget.real_bytes);
+    memory = foresee_memory(setup, budget);
   }
   return Run(options, setup, *backend, memory, resume ? &*resume : nullptr).execute();
 }

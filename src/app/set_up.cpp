@@ -21,15 +21,25 @@ MemoryBudget memory_budget(bool reference) {
   return budget;
 }
 
-ForeseenMemory foresee_memory(const Setup& setup, int real_bytes) {
+ForeseenMemory foresee_memory(const Setup& setup, const MemoryBudget& budget) {
+  const int real_bytes = budget.real_bytes;
+  const bool gpu = !budget.device.empty();
   ForeseenMemory memory;
   memory.size = size_of(setup);
-  memory.start = estimate_memory(memory.size, real_bytes);
+  memory.start = estimate_memory(memory.size, real_bytes, gpu);
   const SetupSize later = with_sources(setup, memory.size);
   memory.added = later.fluid - memory.size.fluid;
-  memory.least = estimate_memory(later, real_bytes).backend();
-  memory.most = estimate_memory(at_worst(later), real_bytes).backend();
+  const SetupSize end = at_work(later);
+  memory.end = estimate_memory(end, real_bytes, gpu).backend();
+  memory.folded = estimate_memory(in_folds(end), real_bytes, gpu).backend();
   return memory;
+}
+
+std::string ForeseenMemory::later() const {
+  std::string text;
+  if (grows()) text += fmt::format(", {} in the end", mebibytes(end));
+  if (folds()) text += fmt::format(", up to {} in folds", mebibytes(folded));
+  return text;
 }
 
 std::string mebibytes(double bytes) { return fmt::format("{:.1f} MiB", bytes / (1 << 20)); }

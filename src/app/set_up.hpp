@@ -16,11 +16,14 @@ MemoryBudget memory_budget(bool reference = false);
 struct ForeseenMemory {
   SetupSize size;  // at the start
   MemoryEstimate start;
-  double added = 0;  // particles
-  double least = 0, most = 0;
-  bool grows() const { return most > 1.01 * start.backend(); }
+  double added = 0;            // particles
+  double end = 0, folded = 0;  // bytes of the backend
+  bool grows() const { return end > 1.01 * start.backend(); }
+  bool folds() const { return folded > 1.01 * end; }
+  /// " 12.3 MiB in the end, up to 15.4 MiB in folds": what is not known at the start; empty if nothing is.
+  std::string later() const;
 };
-ForeseenMemory foresee_memory(const Setup& setup, int real_bytes);
+ForeseenMemory foresee_memory(const Setup& setup, const MemoryBudget& budget);
 
 /// "812.3 MiB"
 std::string mebibytes(double bytes);

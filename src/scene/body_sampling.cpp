@@ -1,6 +1,7 @@
 #include "scene/body_sampling.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <functional>
 #include <limits>
@@ -75,14 +76,20 @@ std::vector<Vec3> sample_sphere(const Body& body, double d, const Box& region) {
   return samples;
 }
 
+/// Along two axes when the plane is normal to the third, so that the lattice is aligned with boxes.
+std::array<Vector3d, 2> plane_tangents(const Body& body) {
+  const Vector3d normal = to_eigen(body.normal);
+  int smallest = 0;
+  normal.cwiseAbs().minCoeff(&smallest);
+  const Vector3d u = normal.cross(Vector3d::Unit(smallest)).normalized();
+  return {u, normal.cross(u)};
+}
+
 /// Calls row(origin, step, first, last) for each row of the plane's lattice: points origin + j·step, first ≤ j ≤ last.
 void plane_rows(const Body& body, double d, const Box& region,
                 const std::function<void(const Vector3d&, const Vector3d&, double, double)>& row) {
-  const Vector3d normal = to_eigen(body.normal), origin = to_eigen(body.point);
-  // Tangents along two axes when the plane is normal to the third, so that the lattice is aligned with boxes.
-  int smallest = 0;
-  normal.cwiseAbs().minCoeff(&smallest);
-  const Vector3d u = normal.cross(Vector3d::Unit(smallest)).normalized(), v = normal.cross(u);
+  const Vector3d origin = to_eigen(body.point);
+  const auto [u, v] = plane_tangents(body);
   double u_min = std::numeric_limits<double>::infinity(), u_max = -u_min;
   for (int corner = 0; corner < 8; ++corner) {
     Vector3d c;
@@ -230,6 +237,11 @@ Body sampled_surface(Body body, double d, int layer) {
 
 }  // namespace
 
+std::array<Vec3, 2> plane_lattice(const Body& body, double spacing) {
+  const auto [u, v] = plane_tangents(body);
+  return {to_vec3(spacing * u), to_vec3(spacing * v)};
+}
+
 Box sampled_region(const Body& body, const Box& region, double duration) {
   Box swept = region;
   const bool turns = body.dynamic || body.spin_rate != 0;
@@ -248,9 +260,11 @@ Box sampled_region(const Body& body, const Box& region, double duration) {
       swept.max[a] = body.center[a] + all;
       continue;
     }
-    const double path = body.velocity[a] * duration;
-    swept.min[a] -= std::max(path, 0.0);
-    swept.max[a] -= std::min(path, 0.0);
+    const double along = to_eigen(body.velocity).dot(to_eigen(body.normal)) * body.normal[a],
+                 path = (body.slides ? along : body.velocity[a]) * duration,
+                 step = (1 - slide_offset) * (std::abs(body.lattice[0][a]) + std::abs(body.lattice[1][a]));
+    swept.min[a] -= std::max(path, 0.0) + step;
+    swept.max[a] -= std::min(path, 0.0) - step;
   }
   return swept;
 }

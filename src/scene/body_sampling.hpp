@@ -1,6 +1,7 @@
 #pragma once
 // One layer of samples at spacing d, half a spacing below the surface of each body (after Akinci et al. 2012).
 
+#include <array>
 #include <vector>
 
 #include "state/model.hpp"
@@ -13,9 +14,12 @@ inline constexpr double max_body_samples = 20e6;
 /// for spheres, an estimate on the high side for meshes.
 double expected_body_samples(const Body& body, double spacing, const Box& region, int layer = 0);
 
+/// The steps of the lattice that a plane is sampled on, m.
+std::array<Vec3, 2> plane_lattice(const Body& body, double spacing);
+
 /// Where samples of the body can be at t = 0 that reach `region` (the domain extended by h) within `duration` (s): the
-/// region itself, swept against the body's velocity; for bodies that turn or float everything (planes: all that can
-/// turn into it).
+/// region itself, swept against the body's velocity (of planes that slide: along the normal, and by a step of the
+/// lattice); for bodies that turn or float everything (planes: all that can turn into it).
 Box sampled_region(const Body& body, const Box& region, double duration);
 
 /// The samples of one body, in an order that depends on nothing but the arguments.

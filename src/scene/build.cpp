@@ -260,7 +260,11 @@ Setup build(const Scene& scene, const MemoryBudget& budget) {
                                [&] { return make_body(scene.bodies[b], scene.path, fmt::format("body {}", b + 1)); }));
   }
   for (Body& body : m.bodies)
-    if (body.kind == BodyScene::Kind::plane) body.reach = farthest_corner(scene.domain, body.point);
+    if (body.kind == BodyScene::Kind::plane) {
+      body.reach = farthest_corner(scene.domain, body.point);
+      body.slides = body.moves() && body.spin_rate == 0;
+      if (body.slides) body.lattice = plane_lattice(body, m.spacing);
+    }
   start_bodies(m, setup.state);
   lay_fields(setup);
   refuse_too_large(expected_size(m), budget);

@@ -37,8 +37,11 @@ SetupSize size_of(const Setup& setup);
 /// The same at its end, as far as that can be foreseen: with what jets and overfull cloths add.
 SetupSize with_sources(const Setup& setup, SetupSize size);
 
-/// The same where liquid crowds in splashes to 1.7 times as many neighbours and cloth lies in folds of a hundred pairs a node:
-/// what scenes came to, no bound.
-SetupSize at_worst(SetupSize size);
+/// The same where liquid lies at all cloth and walls, as far as there is enough, and has 1.2 times as many neighbours: what
+/// scenes came to, no bound.
+SetupSize at_work(SetupSize size);
+
+/// The same with cloth in folds of a hundred pairs with itself a node; no bound either.
+SetupSize in_folds(SetupSize size);
 
 }  // namespace drench

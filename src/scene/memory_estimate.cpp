@@ -15,12 +15,6 @@ constexpr double pi = 3.14159265358979323846;
 
 constexpr double index = 4, quanta = 8, number = 8;  // bytes: Index; 64-bit integers; double
 
-/// Width of a list whose longest row has so many entries (backends/kokkos/primitives/neighbor_list.cpp).
-double width(double widest) {
-  const double whole = std::ceil(widest);
-  return std::max(9.0, whole + std::floor(whole / 4) + 5);
-}
-
 /// Of a cell table of `points` with the counting sort: item, its exchange (on a GPU), bucket and point of each, in a hashed
 /// table its cell; start of each cell.
 double table_bytes(double points, double cells, double r) {
@@ -29,41 +23,44 @@ double table_bytes(double points, double cells, double r) {
   return 1.25 * points * (3 * index + (hashed ? 12 : 0) + 3 * r) + 1.25 * index * (hashed ? 2 * points : cells);
 }
 
-/// Rows of a list that has so many at the start.
-double rows_of(double count) { return 1.0625 * count; }
-
-struct Lists {
-  double bytes = 0, exchanged = 0;  // exchanged: what is passed on beside the entries
-};
-
-Lists list_bytes(const SetupSize& size, double r) {
-  const double s = size.support, crowd = size.crowding * (size.widest.fluid_fluid < 0 ? 1.3 : 1);
+/// The neighbour lists' part, with what is kept beside their entries.
+double list_bytes(const SetupSize& size, double r, bool gpu) {
+  const double s = size.support, crowd = size.crowding;
   const double samples_there = size.area > 0 ? std::max(1.0, size.samples / size.area) : 1;  // a d²
   const double in_liquid = crowd * 4.0 / 3 * pi * s * s * s, on_a_side = 0.5 * in_liquid,
-               at_sheet = pi * s * s * samples_there;
-  const ListWidths& w = size.widest;
-  const bool fluid = size.fluid > 0, samples = size.samples > 0 && size.searches_samples, walls = size.boundary > 0;
-  const auto list = [](double rows, double widest, double bytes) {
-    return rows_of(rows) * (index + width(widest) * bytes);
+               at_sheet = std::min(size.samples, pi * s * s * samples_there);
+  const auto bundled = [&](double own) { return gpu ? 1.1 * own : own; };  // H200, where all rows are much the same
+  const ListEntries& known = size.entries;
+  const auto counted = [&](const RowEntries& row, double unknown) {
+    return row.own < 0 ? bundled(unknown) : gpu ? row.bundled : row.own;
   };
-  Lists total;
+  // Pairs of liquid with a surface: as many as this finds, and as the liquid has neighbours in it.
+  const auto touching = [&](double points, double at_surface) {
+    return bundled(std::min(points * on_a_side, size.fluid * at_surface));
+  };
+  const auto met = [&](const RowEntries& row, double rows, double pairs) {
+    return std::max(rows * counted(row, pairs / std::max(rows, 1.0)), size.contact ? pairs : 0);
+  };
+  const auto list = [&](double rows, double entries, double bytes) {
+    return 1.25 * rows * (index + (gpu ? quanta / list_bundle : quanta)) + 1.25 * entries * bytes;
+  };
+  const bool fluid = size.fluid > 0, samples = size.samples > 0 && size.searches_samples, walls = size.boundary > 0;
+  double bytes = 0;
   if (fluid)
-    total.bytes +=
-        list(size.fluid, w.fluid_fluid > 0 ? size.crowding * w.fluid_fluid : in_liquid, index + r);  // with slopes
-  if (fluid && walls) total.bytes += list(size.fluid, std::max(w.fluid_boundary, on_a_side), index);
-  if (samples) total.bytes += list(size.samples, w.sample_sample > 0 ? w.sample_sample : at_sheet, index);
+    bytes +=
+        list(size.fluid, crowd * size.fluid * counted(known.fluid_fluid, in_liquid / crowd), index + r);  // with slopes
+  if (fluid && walls)
+    bytes += list(size.fluid, met(known.fluid_boundary, size.fluid, touching(size.boundary, pi * s * s)), index);
+  if (samples) bytes += list(size.samples, size.samples * counted(known.sample_sample, at_sheet), index);
   if (samples && size.liquid) {
-    const double to_samples = std::max(w.fluid_sample, at_sheet),
-                 to_fluid = fluid ? std::max(w.sample_fluid, on_a_side) : 0;
-    total.bytes += list(size.samples, to_fluid, index);
-    if (fluid) total.bytes += list(size.fluid, to_samples, index);
-    // Of the pairs that there are: neither side has more.
-    const double pairs = std::min(size.samples * to_fluid, size.fluid * to_samples);
-    if (size.absorption) total.exchanged += size.fluid * index + 1.25 * pairs * quanta;
+    const double pairs = touching(size.wet_sides * size.samples, at_sheet),
+                 of_liquid = met(known.fluid_sample, size.fluid, pairs);
+    bytes += list(size.samples, met(known.sample_fluid, size.samples, pairs), index);
+    if (fluid) bytes += list(size.fluid, of_liquid, index + (size.absorption ? quanta : 0));  // with offers
     if ((size.absorption || size.emission) && size.direction && walls)
-      total.bytes += list(size.samples, std::max(w.sample_boundary, on_a_side), index);
+      bytes += list(size.samples, size.samples * counted(known.sample_boundary, on_a_side), index);
   }
-  return total;
+  return bytes;
 }
 
 double particle_bytes(const SetupSize& size, double r) {
@@ -151,12 +148,11 @@ double number_in(const char* path) {
 
 }  // namespace
 
-MemoryEstimate estimate_memory(const SetupSize& size, int real_bytes) {
+MemoryEstimate estimate_memory(const SetupSize& size, int real_bytes, bool gpu) {
   const double r = real_bytes;
   MemoryEstimate m;
-  const Lists lists = list_bytes(size, r);
   m.particles = particle_bytes(size, r) + sum_bytes(size, r);
-  m.lists = lists.bytes + lists.exchanged;
+  m.lists = list_bytes(size, r, gpu);
   m.cells = all_table_bytes(size, r);
   m.bodies = body_bytes(size, r);
   m.cloth = cloth_bytes(size, r);
@@ -199,7 +195,7 @@ void refuse_too_large(const SetupSize& size, const MemoryBudget& budget) {
     throw SetupError(
         fmt::format("the scene is too large: {}; allowed: {:.0f} of each, {:.0f} nodes", counts, most, most / 4), key);
   }
-  const MemoryEstimate estimate = estimate_memory(size, budget.real_bytes);
+  const MemoryEstimate estimate = estimate_memory(size, budget.real_bytes, !budget.device.empty());
   const bool shared = budget.device.empty();
   if (const double bytes = shared ? estimate.total() : estimate.host; bytes > budget.host)
     throw SetupError(

@@ -6,10 +6,16 @@
 
 namespace drench {
 
-/// The most neighbours that a row of a list has; below 0: not known.
-struct ListWidths {
-  double fluid_fluid = -1, fluid_boundary = -1, fluid_sample = -1, sample_fluid = -1, sample_sample = -1,
-         sample_boundary = -1;
+/// How many rows of a list lie together on a GPU, as wide as the longest of them (NeighborList of backends/kokkos/device.hpp).
+inline constexpr std::size_t list_bundle = 32;
+
+/// Entries of a list a row, on average: as many as it has neighbours, and as many as the longest row of its bundle. Below 0: not
+/// known.
+struct RowEntries {
+  double own = -1, bundled = -1;
+};
+struct ListEntries {
+  RowEntries fluid_fluid, fluid_boundary, fluid_sample, sample_fluid, sample_sample, sample_boundary;
 };
 
 /// Counts of what a scene holds; doubles, since a bad scene's may overflow any integer. 0: not known yet, or none.
@@ -23,8 +29,10 @@ struct SetupSize {
   double field = 0;                             // lattice points of the meshes' distance fields
   double fluid_cells = 0, boundary_cells = 0, sample_cells = 0;  // of their cell tables
   double support = 2;                                            // h / d: how wide neighbour lists are
-  ListWidths widest;                                             // as it begins
+  ListEntries entries;                                           // as it begins
   double crowding = 1;           // so many times as many neighbours has liquid that splashes
+  bool contact = false;          // liquid lies at all cloth and walls, as far as there is enough
+  double wet_sides = 1;          // of the cloth, then: 2 of one without pins, which liquid flows round
   double fold_pairs = 10;        // pairs of the cloth with itself that there is room for, a node
   bool searches_samples = true;  // liquid or other layers look for the cloth's samples
   bool moving_cloth = true;
@@ -53,12 +61,11 @@ struct MemoryEstimate {
 };
 
 /// What a run with numbers of `real_bytes` (4 or 8) takes, array by array as backends/kokkos allocates them: arrays of the
-/// liquid and rows of the lists a quarter more than there are, lists a quarter wider than their widest row. A list whose
-/// widest row is not known, or that liquid is yet to fill, counts as in full surroundings: of the liquid among itself, on
-/// one side of a wall, at a sheet; where nothing was counted, 1.3 times that (splashes crowd).
-/// What is yet to come is left out: particles that jets and cloths add (with_sources), liquid that crowds more than it does at
-/// the start, and folds (at_worst), whose pairs have 117 bytes each (self_collision).
-MemoryEstimate estimate_memory(const SetupSize& size, int real_bytes);
+/// liquid, rows of the lists and their entries a quarter more than there are. A list that was not counted has what full
+/// surroundings have: of the liquid among itself, on one side of a wall, at a sheet. On a `gpu` lists lie in bundles.
+/// What is yet to come is left out: particles that jets and cloths add (with_sources), liquid that comes to cloth and walls or
+/// crowds (at_work), and folds (in_folds), whose pairs have 117 bytes each (self_collision).
+MemoryEstimate estimate_memory(const SetupSize& size, int real_bytes, bool gpu = false);
 
 /// Bytes of memory of this machine, or of the part of it that this program may use (control groups).
 double machine_memory();

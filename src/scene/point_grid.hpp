@@ -41,19 +41,6 @@ class PointGrid {
     }
   }
 
-  /// How many points the cells that overlap the box have.
-  std::size_t count_in_cells(const Vec3& min, const Vec3& max) const {
-    const Cell lo = cell_of(min), hi = cell_of(max);
-    std::size_t count = 0;
-    for (auto i = lo[0]; i <= hi[0]; ++i)
-      for (auto j = lo[1]; j <= hi[1]; ++j)
-        for (auto k = lo[2]; k <= hi[2]; ++k) {
-          const auto found = cells_.find({i, j, k});
-          if (found != cells_.end()) count += found->second.size();
-        }
-    return count;
-  }
-
   Cell cell_of(const Vec3& x) const {
     Cell c;
     for (int a = 0; a < 3; ++a) c[a] = static_cast<std::int64_t>(std::floor(x[a] / edge_));

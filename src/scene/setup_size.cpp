@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <utility>
 
 #include "scene/build.hpp"
@@ -25,40 +24,55 @@ double cells_over(const std::vector<Vec3>& points, double h) {
   return std::max(1024.0, std::exp2(std::ceil(std::log2(2 * count))));
 }
 
-/// The most points of `grid` that one of `rows` has within h; of many rows every so many-th is looked at. A row has no more
-/// neighbours than the cells around it have points: those with the most are counted first, until no other can have more, or
-/// until so many points were looked at that a cloth far finer than h would take minutes. (Its rows are then alike.)
-double most_neighbors(const std::vector<Vec3>& rows, const PointGrid& grid, double h, bool same_set) {
-  constexpr std::size_t enough = 20000;
-  constexpr double patience = 3e7;
-  const auto around = [&](const Vec3& x, const auto& f) {
-    Vec3 low = x, high = x;
-    for (std::size_t a = 0; a < 3; ++a) low[a] -= h, high[a] += h;
-    f(low, high);
-  };
-  std::vector<std::pair<double, std::size_t>> bound;  // no row has more neighbours than this
-  for (std::size_t i = 0; i < rows.size(); i += 1 + rows.size() / enough)
-    around(rows[i], [&](const Vec3& low, const Vec3& high) {
-      bound.emplace_back(static_cast<double>(grid.count_in_cells(low, high)) - (same_set ? 1 : 0), i);
-    });
-  std::sort(bound.begin(), bound.end(), std::greater<>());
-  double most = 0, looked_at = 0;
-  for (const auto& [points, i] : bound) {
-    if (points <= most || looked_at > patience) break;
-    looked_at += points;
-    double count = same_set ? -1 : 0;
-    const Vec3& row = rows[i];
-    around(row, [&](const Vec3& low, const Vec3& high) {
+/// The order of the cells of edge h, x fastest, in which liquid lies in memory.
+std::vector<Vec3> by_cell(const std::vector<Vec3>& points, double h) {
+  const PointGrid grid(h);
+  std::vector<std::pair<PointGrid::Cell, std::size_t>> order;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const PointGrid::Cell c = grid.cell_of(points[i]);
+    order.push_back({{c[2], c[1], c[0]}, i});
+  }
+  std::sort(order.begin(), order.end());
+  std::vector<Vec3> sorted;
+  for (const auto& [cell, i] : order) sorted.push_back(points[i]);
+  return sorted;
+}
+
+/// Points of `grid` within h of each of `rows`. Of many bundles of rows some are looked at, all over the list, until so many
+/// points were that a cloth far finer than h would take minutes.
+RowEntries count_entries(const std::vector<Vec3>& rows, const PointGrid& grid, double h, bool same_set) {
+  constexpr std::size_t enough = 640;
+  constexpr double patience = 3e7, golden = 0.61803398874989485;
+  const std::size_t bundles = (rows.size() + list_bundle - 1) / list_bundle;
+  if (bundles == 0 || grid.points().empty()) return {0, 0};
+  double own = 0, bundled = 0, seen = 0, looked_at = 0;
+  for (std::size_t b = 0; b < std::min(bundles, enough) && looked_at < patience; ++b) {
+    double place = 0;
+    const std::size_t bundle = bundles <= enough
+                                   ? b
+                                   : static_cast<std::size_t>(std::modf(static_cast<double>(b) * golden, &place) *
+                                                              static_cast<double>(bundles));
+    double widest = 0;
+    const std::size_t first = bundle * list_bundle, last = std::min(rows.size(), first + list_bundle);
+    for (std::size_t i = first; i < last; ++i) {
+      const Vec3& row = rows[i];
+      Vec3 low = row, high = row;
+      for (std::size_t a = 0; a < 3; ++a) low[a] -= h, high[a] += h;
+      double count = same_set ? -1 : 0;
       grid.for_box(low, high, [&](Index p) {
         const Vec3& x = grid.points()[static_cast<std::size_t>(p)];
         double square = 0;
         for (std::size_t a = 0; a < 3; ++a) square += (x[a] - row[a]) * (x[a] - row[a]);
         count += square < h * h ? 1 : 0;
+        looked_at += 1;
       });
-    });
-    most = std::max(most, count);
+      own += count;
+      widest = std::max(widest, count);
+    }
+    bundled += widest * list_bundle;
+    seen += static_cast<double>(last - first);
   }
-  return most;
+  return {own / seen, bundled / seen};
 }
 
 PointGrid grid_of(const std::vector<Vec3>& points, double h) {
@@ -140,8 +154,13 @@ SetupSize with_sources(const Setup& setup, SetupSize size) {
   return size;
 }
 
-SetupSize at_worst(SetupSize size) {
-  size.crowding = 1.7;
+SetupSize at_work(SetupSize size) {
+  size.crowding = 1.2;
+  size.contact = true;
+  return size;
+}
+
+SetupSize in_folds(SetupSize size) {
   size.fold_pairs = 100;
   return size;
 }
@@ -162,6 +181,11 @@ SetupSize size_of(const Setup& setup) {
   for (const double area : m.samples.area) size.area += area / (m.spacing * m.spacing);
   for (const Body& b : m.bodies) size.dynamic_samples += b.dynamic ? b.sample_count : 0;
 
+  for (const ClothMaterial& cloth : m.cloths) {
+    const auto first = m.mesh.pinned.begin() + cloth.first_node;
+    if (cloth.dynamics && std::count(first, first + cloth.node_count, 1) == 0) size.wet_sides = 2;
+  }
+
   const double h = m.support;
   const std::vector<Vec3>&fluid = setup.state.fluid_position, &walls = m.boundary.position;
   const std::vector<Vec3> samples = size.searches_samples ? sample_places(m, setup.state) : std::vector<Vec3>();
@@ -169,9 +193,10 @@ SetupSize size_of(const Setup& setup) {
   size.boundary_cells = cells_over(walls, h);
   size.sample_cells = cells_over(samples, h);
   const PointGrid of_fluid = grid_of(fluid, h), of_walls = grid_of(walls, h), of_samples = grid_of(samples, h);
-  size.widest = {most_neighbors(fluid, of_fluid, h, true),     most_neighbors(fluid, of_walls, h, false),
-                 most_neighbors(fluid, of_samples, h, false),  most_neighbors(samples, of_fluid, h, false),
-                 most_neighbors(samples, of_samples, h, true), most_neighbors(samples, of_walls, h, false)};
+  const std::vector<Vec3> liquid = by_cell(fluid, h);
+  size.entries = {count_entries(liquid, of_fluid, h, true),    count_entries(liquid, of_walls, h, false),
+                  count_entries(liquid, of_samples, h, false), count_entries(samples, of_fluid, h, false),
+                  count_entries(samples, of_samples, h, true), count_entries(samples, of_walls, h, false)};
   return size;
 }
 

@@ -205,6 +205,19 @@ void warn_of_falling_cloths(const Model& m, Lines& lines) {
   }
 }
 
+void warn_of_stiff_cloths(const Model& m, Lines& lines) {
+  const double dt = m.scene.time.step, cap = m.scene.cloth_solver.max_iterations;
+  for (const ClothMaterial& cloth : m.cloths) {
+    const double needed = cloth_iterations(m, cloth, dt);
+    if (needed > cap)
+      lines.push_back(fmt::format(
+          "{}: its solve needs some {:.0f} iterations a step and ends at cloth_solver.max_iterations, {:.0f}: it moves "
+          "sluggishly, and liquid at it may gain energy; more iterations, a time.step of {:.2g} s, or less {}",
+          cloth_label(cloth.name), needed, cap, dt * cap / needed,
+          cloth.strain_damping > dt ? "strain_damping" : "stretch"));
+  }
+}
+
 void warn_of_wet_cloths(const Model& m, Lines& lines) {
   const double dt = m.scene.time.step;
   for (std::size_t c = 0; c < m.cloths.size(); ++c) {
@@ -240,6 +253,7 @@ std::vector<std::string> plan_warnings(const Model& model, const HostState& stat
     warn_of_jets(model, state, lines);
   }
   warn_of_falling_cloths(model, lines);
+  warn_of_stiff_cloths(model, lines);
   warn_of_wet_cloths(model, lines);
   warn_of_step(model, state, lines);
   return lines;

@@ -117,8 +117,8 @@ struct SampleSet {
 /// Pairs of nodes that pass liquid on within a fabric (stages/diffusion.hpp): of the porous cloths with a diffusivity.
 struct FabricPairs {
   std::vector<std::array<Index, 2>> nodes;  // lower, higher
-  std::vector<double> weight;               // ω_ij = ½ (cot α + cot β) > 0, 1: edges of the intrinsic Delaunay mesh at rest
-  Rows of_node;                             // node → items 2·pair + side
+  std::vector<double> weight;  // ω_ij = ½ (cot α + cot β) > 0, 1: edges of the intrinsic Delaunay mesh at rest
+  Rows of_node;                // node → items 2·pair + side
 };
 
 /// Signed distance (m, negative inside) to a closed mesh at t = 0 on a lattice, x fastest; empty for all other bodies.
@@ -145,6 +145,9 @@ struct Body {
   Vec3 spin_axis{0, 1, 0};  // unit
   double spin_rate = 0;     // rad/s
   double adhesion = 0;      // w, N/m
+  // of a plane that moves and does not turn: the steps of its samples' lattice, m (src/stages/bodies.hpp, law 1)
+  std::array<Vec3, 2> lattice{};
+  bool slides = false;
   bool dynamic = false;
   double mass = 0;        // kg; 0 unless dynamic
   Vec3 inertia{0, 0, 0};  // kg m²: about the centre and the axes of t = 0, which are principal ones
@@ -155,6 +158,9 @@ struct Body {
 
   bool moves() const { return dynamic || spin_rate != 0 || velocity != Vec3{0, 0, 0}; }
 };
+
+/// Of a step of the lattice: how far back the samples of a plane that slides are at most (src/stages/bodies.hpp, law 1).
+inline constexpr double slide_offset = 0.38196601125010515;
 
 /// Samples of the solid bodies at t = 0, all bodies concatenated.
 struct BoundarySet {

@@ -82,8 +82,9 @@ TEST(Warnings, NameEachMistakeOnce) {
         "bodies.0.sphere.radius=0.03"},
        "body 1: its radius 0.03 m is 1.5 spacings"},
       {{"cloth.0.mesh.grid.nodes=[4, 4]"}, "spacings: it bends and wets far coarser than the liquid"},
-      {{"cloth.0.mesh.grid={size: [0.3, 0.3], nodes: [76, 76]}"}, "11250 samples, at least one a triangle"},
-      {{"time.step=0.02"}, "spacings in a step (CFL number"},
+      {{"cloth.0.mesh.grid={size: [0.3, 0.3], nodes: [76, 76]}", "cloth_solver.max_iterations=500"},
+       "11250 samples, at least one a triangle"},
+      {{"time.step=0.02", "cloth_solver.max_iterations=500"}, "spacings in a step (CFL number"},
       {{"time.step=0.003"}, "output.every is 6.667 times time.step"},
       {{"domain={min: [-30, -0.2, -30], max: [30, 60, 30]}", "bodies=[{sphere: {center: [0, 0, 0], radius: 0.1}}]"},
        "domain: it has 3.4e+09 cells of the support radius 0.04 m, above 2^31"},
@@ -112,7 +113,7 @@ TEST(Warnings, NameEachMistakeOnce) {
 }
 
 TEST(Warnings, AreWithheldWhereTheSameIsNoMistake) {
-  EXPECT_EQ(warnings_of(sound, {"time.step=0.02", "time.mode=cfl"}), Lines());
+  EXPECT_EQ(warnings_of(sound, {"time.step=0.02", "time.mode=cfl", "cloth_solver.max_iterations=500"}), Lines());
   EXPECT_EQ(warnings_of(sound, {"cloth.0.hold_saturation=[{box: {min: [-1, 0, -1], max: [0, 1, 1]}, value: 1}]",
                                 "processes={emission: off}"}),
             Lines());
@@ -184,24 +185,37 @@ TEST(Forecast, FollowsTheLiquidToWhatItHits) {
   EXPECT_NEAR(pushed.impact, 7, 1e-9);
 }
 
-/// A cloth far finer than the liquid has all its samples in each neighbourhood. Not every row is looked at; the widest is.
-TEST(MemoryEstimate, FindsTheWidestRows) {
+TEST(Warnings, ClothTooStiffForItsSolver) {
+  const std::string sheet =
+      "drench: 1\ntime: {step: 0.002, end: 1}\n"
+      "cloth: [{mesh: {grid: {size: [0.09, 0.09], nodes: [7, 7]}}, pin: [{corners: true}], areal_density: 0.2,"
+      " stretch: 500, strain_damping: 0.05}]\n";
+  expect_one(warnings_of(sheet), "iterations a step and ends at cloth_solver.max_iterations, 300");
+  expect_one(warnings_of(sheet), "or less strain_damping");
+  EXPECT_EQ(warnings_of(sheet, {"cloth.0.strain_damping=0"}), Lines());
+  EXPECT_EQ(warnings_of(sheet, {"cloth_solver.max_iterations=600"}), Lines());
+  EXPECT_EQ(warnings_of(sheet, {"cloth.0.dynamics=false"}), Lines());
+  expect_one(warnings_of(sheet, {"cloth.0.strain_damping=0", "cloth.0.stretch=50000"}), "or less stretch");
+}
+
+/// A cloth far finer than the liquid has all its samples in each neighbourhood.
+TEST(MemoryEstimate, CountsNeighbours) {
   const drench::Setup setup = build(parse_scene(
       "drench: 1\nfluid:\n  spacing: 0.1\n  sources: [{block: {min: [-0.5, 0.1, -0.5], max: [0.5, 0.5, 0.5]}}]\n"
       "cloth: [{mesh: {grid: {size: [0.12, 0.12], nodes: [61, 61]}}}]\n",
       "scene.yaml"));
   const SetupSize size = size_of(setup);
   EXPECT_EQ(size.samples, 7200);
-  EXPECT_EQ(size.widest.sample_sample, 7199) << "all of them are within 0.2 m of each other";
-  double most = 0;
+  EXPECT_EQ(size.entries.sample_sample.own, 7199) << "all of them are within 0.2 m of each other";
+  double pairs = 0;
   for (const Vec3& x : setup.state.fluid_position) {
-    double count = 0;
     for (const Vec3& y : setup.model.samples.rest_position)
-      count += std::hypot(x[0] - y[0], x[1] - y[1], x[2] - y[2]) < setup.model.support ? 1 : 0;
-    most = std::max(most, count);
+      pairs += std::hypot(x[0] - y[0], x[1] - y[1], x[2] - y[2]) < setup.model.support ? 1 : 0;
   }
-  EXPECT_GT(most, 1000);
-  EXPECT_EQ(size.widest.fluid_sample, most);
+  const double mean = pairs / size.fluid;
+  EXPECT_GT(mean, 10);
+  EXPECT_NEAR(size.entries.fluid_sample.own, mean, 1e-9 * mean);
+  EXPECT_GT(size.entries.fluid_sample.bundled, 1.5 * mean) << "most particles of a bundle have none";
 }
 
 }  // namespace

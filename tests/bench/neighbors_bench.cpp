@@ -179,13 +179,13 @@ Index difference(const CellTableView& a, const CellTableView& b, Index count) {
 
 void sum_density(const NeighborList& neighbors, const Array<Real3>& x, const Kernel& kernel,
                  const Array<Real>& density) {
-  const auto count = neighbors.count;
-  const auto list = neighbors.list;
+  const Neighbors list(neighbors);
   parallel(
       "drench::bench::density", neighbors.rows, KOKKOS_LAMBDA(const Index i) {
         const Real3 xi = x(i);
         Real sum = kernel.value(0);
-        for (Index k = 0; k < count(i); ++k) sum += kernel.value(norm(xi - x(list(i, k))));
+        const NeighborRow near = list.row(i);
+        for (Index k = 0; k < near.count; ++k) sum += kernel.value(norm(xi - x(near(k))));
         density(i) = sum;
       });
 }

@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <fstream>
 #include <numbers>
+#include <set>
 
 #include "paths.hpp"
 #include "pipeline/pipeline.hpp"
@@ -334,6 +335,42 @@ TEST(bodies, prescribed_motion_does_not_drift_over_a_whole_turn) {
   for (std::size_t b = 0; b < s.boundary_position.size(); ++b)
     for (std::size_t k = 0; k < 3; ++k)
       EXPECT_NEAR(s.boundary_position[b][k], setup.state.boundary_position[b][k] + path[k], 1e-6);
+}
+
+/// A belt that runs for long: its samples are a lattice that moves with it and covers the domain.
+TEST(bodies, a_plane_that_slides_needs_no_more_samples_than_one_at_rest) {
+  const std::string belt = R"(drench: 1
+time: {step: 0.01, end: 10}
+domain: {min: [-0.3, -0.1, -0.3], max: [0.3, 0.3, 0.3]}
+fluid: {spacing: 0.02, sources: [{block: {min: [-0.1, 0.15, -0.1], max: [0.1, 0.2, 0.1]}}]}
+bodies: [{plane: {point: [0, 0, 0], normal: [0, 1, 0], velocity: VELOCITY}}]
+)";
+  const auto still = setup_from(with(belt, "VELOCITY", "[0, 0, 0]")),
+             setup = setup_from(with(belt, "VELOCITY", "[2, 0.01, -1.3]"));
+  EXPECT_LT(setup.model.boundary.count(), 1.15 * still.model.boundary.count());
+  const double time = 7.3, d = 0.02, reach = 0.333;  // m: no lattice point is there
+  const double way[3] = {2 * time, 0.01 * time, -1.3 * time};
+  for (const auto& backend : {make_reference_backend(setup.model), make_kokkos_backend(setup.model)}) {
+    backend->upload(setup.state);
+    StepReport report;
+    backend->run(Stage::bodies, {0, time - 0.01, 0.01}, report);
+    const HostState s = backend->download();
+    std::set<std::pair<long, long>> places;  // on the lattice that has moved
+    for (std::size_t b = 0; b < s.boundary_position.size(); ++b) {
+      const Vec3 &x = s.boundary_position[b], &rest = setup.state.boundary_position[b];
+      EXPECT_NEAR(x[1], rest[1] + way[1], 1e-6);
+      EXPECT_NEAR(s.boundary_velocity[b][0], 2, 1e-6);
+      EXPECT_NEAR(s.boundary_velocity[b][2], -1.3, 1e-6);
+      const double i = (x[0] - way[0]) / d, k = (x[2] - way[2]) / d;
+      EXPECT_NEAR(i, std::round(i), 1e-3);
+      EXPECT_NEAR(k, std::round(k), 1e-3);
+      if (std::abs(x[0]) <= reach && std::abs(x[2]) <= reach) places.insert({std::lround(i), std::lround(k)});
+    }
+    const auto lattice = [&](double offset) {
+      return std::floor((reach - offset) / d) - std::ceil((-reach - offset) / d) + 1;
+    };
+    EXPECT_EQ(static_cast<double>(places.size()), lattice(way[0]) * lattice(way[2]));
+  }
 }
 
 TEST(bodies, a_free_body_keeps_its_angular_momentum_and_its_samples_their_distances) {

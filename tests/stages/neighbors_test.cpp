@@ -47,11 +47,12 @@ Found from_cells(const std::vector<Vec3>& points) {
   kokkos_backend::build_neighbor_list({&list, x, n, table.view(), true}, support);
   Found found;
   found.hashed = table.view().hashed != 0;
-  if (n == 0) return found;
-  const auto count = Kokkos::create_mirror_view_and_copy(Kokkos::HostSpace(), list.count);
-  const auto items = Kokkos::create_mirror_view_and_copy(Kokkos::HostSpace(), list.list);
+  const std::vector<std::vector<Index>> rows = kokkos_backend::rows_on_host(list);
   for (Index i = 0; i < n; ++i)
-    for (Index k = 0; k < count(i); ++k, ++found.entries) found.pairs.insert({i, items(i, k)});
+    for (const Index j : rows[static_cast<std::size_t>(i)]) {
+      found.pairs.insert({i, j});
+      ++found.entries;
+    }
   return found;
 }
 

@@ -42,7 +42,7 @@ struct RigidState {
 
 /// What stays the same of a body.
 struct RigidBody {
-  int kind, moves, dynamic;
+  int kind, moves, dynamic, slides;
   Double3 rest_center;               // m
   Double3 rest_velocity, rest_spin;  // m/s, rad/s: the prescribed ones
   double inverse_mass;               // 1/kg; 0 unless dynamic
@@ -50,6 +50,7 @@ struct RigidBody {
   Double3 half;                      // m: a box's half edges
   double radius;                     // m: a sphere's
   double reach;                      // m
+  Double3 lattice[2];                // m: of a plane that slides
   Index first_sample, sample_count;  // among all boundary samples
   Index first_dynamic;               // among those of the dynamic bodies
 };

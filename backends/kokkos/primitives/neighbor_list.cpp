@@ -7,28 +7,18 @@
 namespace drench::kokkos_backend {
 namespace {
 
-/// Row i of a list while it is filled; what does not fit is counted only.
-struct Row {
-  Kokkos::View<Index**, MemSpace> list;
-  Index i, width, count;  // the column `width` is there to be overwritten
-
-  KOKKOS_INLINE_FUNCTION void append(Index j) {
-    if (count < width) list(i, count) = j;
-    ++count;
-  }
-};
-
 /// What finds the rows' entries, and where these go.
 struct Search {
-  Array<Real3> row_points;
+  Entries<Real3> row_points;
   Index rows;
   CellTableView table;
   bool same_set, in_order;  // ListRequest
   Real h2;                  // m²: the support's square
-  Array<Index> count;
-  Kokkos::View<Index**, MemSpace> list;
-  Kokkos::View<Index, Kokkos::SharedHostPinnedSpace> longest;
-  Index width;
+  Entries<Index> count;
+  Entries<std::int64_t> start;
+  Slice<Index> entry;
+  std::int64_t *used, *next_used;  // NeighborList
+  Kokkos::View<std::int64_t, Kokkos::SharedHostPinnedSpace> needed;
 
   /// The cells [lo, hi] around a point, without those that a dense table does not have.
   KOKKOS_INLINE_FUNCTION void cells_around(const Real3& x, CellCoord& lo, CellCoord& hi) const {
@@ -37,9 +27,12 @@ struct Search {
     hi = {c.x + 1, c.y + 1, c.z + 1};
     table.clip(lo, hi);
   }
-  KOKKOS_INLINE_FUNCTION void finish(const Row& row) const {
-    count(row.i) = row.count;
-    if (row.count > width) Kokkos::atomic_max(&longest(), row.count);
+  /// Room for so many entries; −1 if there is not as much.
+  KOKKOS_INLINE_FUNCTION std::int64_t take(std::int64_t entries) const {
+    const std::int64_t first = Kokkos::atomic_fetch_add(used, entries), end = first + entries;
+    if (end <= entry.count) return first;
+    Kokkos::atomic_max(&needed(), end);
+    return -1;
   }
 };
 
@@ -55,13 +48,20 @@ using Lot [[gnu::vector_size(register_bytes)]] = Real;
 constexpr Index lot_size = register_bytes / sizeof(Real);
 static_assert(lot_size <= PointLanes::spare);
 
+/// A row while a CPU fills it; what does not fit is counted only.
+struct HostRow {
+  Index* item;
+  Index width, count;  // item[width] is there to be overwritten
+};
+
 /// Appends what is near of the table's entries [first, last): a CPU computes distances in vector registers, and stores each
 /// entry, which is quicker than a branch that it cannot foresee. The table's points end in a lot of spare ones.
-[[maybe_unused]] inline void append_near(Row& row, const CellTableView& table, const PointLanes& points, Index first,
-                                         Index last, const CellCoord& cell, const Real3& x, Real h2, Index self) {
+[[maybe_unused]] inline void append_near(HostRow& row, const CellTableView& table, const PointLanes& points,
+                                         Index first, Index last, const CellCoord& cell, const Real3& x, Real h2,
+                                         Index self) {
   const Real *px = points.x.data(), *py = points.y.data(), *pz = points.z.data();
   const Index* const item = table.item.data();
-  Index* const out = &row.list(row.i, 0);
+  Index* const out = row.item;
   Index n = row.count;
   for (Index e = first; e < last; e += lot_size) {
     Lot rx, ry, rz;
@@ -84,16 +84,19 @@ static_assert(lot_size <= PointLanes::spare);
   row.count = n;
 }
 
-/// A CPU thread's work: one row. (Templates, so that only what a backend launches is compiled.)
+/// A CPU thread's work: some rows, found into its own memory and then put where there is room for them together. (Templates,
+/// so that only what a backend launches is compiled.)
 template <class Points>
-struct FillRow {
+struct FillRows {
+  static constexpr Index rows_at_once = 16, width = 511;  // a longer row is searched twice
+
   Search search;
 
-  KOKKOS_INLINE_FUNCTION void operator()(const Index i) const {
+  Index find(Index i, Index* item, Index most) const {
     const CellTableView& table = search.table;
     const Real3 x = search.row_points(i);
     const Index self = search.same_set ? i : Index(-1);
-    Row row{search.list, i, search.width, 0};
+    HostRow row{item, most, 0};
     if (table.buckets > 0) {
       CellCoord lo, hi;
       search.cells_around(x, lo, hi);
@@ -102,7 +105,29 @@ struct FillRow {
         append_near(row, table, points, first, last, c, x, search.h2, self);
       });
     }
-    search.finish(row);
+    return row.count;
+  }
+  KOKKOS_INLINE_FUNCTION void operator()(const Index lot) const {
+    Index found[rows_at_once][width + 1];
+    const Index first = lot * rows_at_once,
+                here = search.rows - first < rows_at_once ? search.rows - first : rows_at_once;
+    std::int64_t entries = 0;
+    for (Index r = 0; r < here; ++r) {
+      const Index n = search.count(first + r) = find(first + r, found[r], width);
+      entries += n <= width ? n : n + 1;
+    }
+    if (lot == 0) *search.next_used = 0;
+    std::int64_t at = search.take(entries);
+    for (Index r = 0; r < here; ++r) {
+      const Index n = search.count(first + r);
+      search.start(first + r) = at;
+      if (at < 0) continue;
+      if (n <= width)
+        std::memcpy(search.entry.data + at, found[r], static_cast<std::size_t>(n) * sizeof(Index));
+      else
+        find(first + r, search.entry.data + at, n);
+      at += n <= width ? n : n + 1;
+    }
   }
 };
 
@@ -112,15 +137,34 @@ struct Lot32 {
   Index first;
 };
 
+/// The largest of a warp's numbers, in all its threads.
+KOKKOS_INLINE_FUNCTION Index most_of_warp(Index n) {
+#ifdef __CUDA_ARCH__
+  for (int apart = 16; apart > 0; apart /= 2) {
+    const Index other = __shfl_xor_sync(~0u, n, apart);
+    n = other > n ? other : n;
+  }
+#endif
+  return n;
+}
+/// What the first thread of a warp has, in all its threads.
+KOKKOS_INLINE_FUNCTION std::int64_t from_first_of_warp(std::int64_t value) {
+#ifdef __CUDA_ARCH__
+  return __shfl_sync(~0u, value, 0);
+#else
+  return value;
+#endif
+}
+
 /// A GPU thread's work: one row, in two passes. The first compares distances and keeps a bit for each, without a branch, for in
-/// a warp there is always a thread that finds something. The second appends what the bits say: the threads of a warp write
-/// their k-th entries, which lie side by side, at the same time.
+/// a warp there is always a thread that finds something. Then the warp takes room for its rows, a bundle of the list. The
+/// second pass writes what the bits say: the threads of a warp their k-th entries, which lie side by side, at the same time.
 template <class Points>
-struct FillRows {
+struct FillBundles {
   using Policy = Kokkos::TeamPolicy<ExecSpace, Kokkos::LaunchBounds<128, 1>>;
   using Team = typename Policy::member_type;
-  using Scratch = Kokkos::View<Lot32*, ExecSpace::scratch_memory_space, Kokkos::MemoryTraits<Kokkos::Unmanaged>>;
   static constexpr Index threads = 128, lots = 12;  // of a team; that a thread keeps: more than nine runs of cells need
+  using Scratch = Kokkos::View<Lot32*, ExecSpace::scratch_memory_space, Kokkos::MemoryTraits<Kokkos::Unmanaged>>;
 
   Search search;
 
@@ -147,50 +191,6 @@ struct FillRows {
     }
     return near;
   }
-  /// The second pass. `at` are this thread's lots.
-  KOKKOS_INLINE_FUNCTION void append(Row& row, const Lot32* at, Index kept) const {
-    Lot32 lot{0, 0};
-    for (Index next = 0;;) {
-      while (lot.near == 0 && next < kept) lot = at[threads * next++];
-      if (lot.near == 0) return;
-      Index j = lot.first + Kokkos::Experimental::countr_zero_builtin(lot.near);
-      lot.near &= lot.near - 1;
-      if (!search.in_order) {
-        j = search.table.item(j);
-        if (search.same_set && j == row.i) continue;
-      }
-      row.append(j);
-    }
-  }
-  KOKKOS_INLINE_FUNCTION void operator()(const Team& team) const {
-    const Scratch scratch(team.team_scratch(0), static_cast<std::size_t>(threads * lots));
-    const Index i = static_cast<Index>(team.league_rank()) * threads + static_cast<Index>(team.team_rank());
-    if (i >= search.rows) return;
-    Lot32* const mine = scratch.data() + team.team_rank();
-    const CellTableView& table = search.table;
-    const Real3 x = search.row_points(i);
-    CellCoord lo, hi;
-    search.cells_around(x, lo, hi);
-    Row row{search.list, i, search.width, 0};
-    if (table.buckets > 0 && (search.in_order || table.hashed || any(lo, hi))) {
-      Index kept = 0;
-      table.for_runs(lo, hi, [&](const Index first, const Index last, const CellCoord& c) {
-        for (Index e = first; e < last; e += 32) {
-          std::uint32_t near = near_of(x, e, last - e < 32 ? last - e : 32);
-          const auto self = static_cast<std::uint32_t>(i - e);
-          if (search.in_order && self < 32) near &= ~(std::uint32_t(1) << self);
-          if (table.hashed) near = in_cell(near, e, c);
-          if (near == 0) continue;
-          mine[threads * kept++] = {near, e};
-          if (kept < lots) continue;
-          append(row, mine, kept);
-          kept = 0;
-        }
-      });
-      append(row, mine, kept);
-    }
-    search.finish(row);
-  }
   /// Without the entries of other cells in the same bucket.
   KOKKOS_INLINE_FUNCTION std::uint32_t in_cell(std::uint32_t near, Index first, const CellCoord& cell) const {
     for (std::uint32_t left = near; left != 0; left &= left - 1) {
@@ -199,56 +199,115 @@ struct FillRows {
     }
     return near;
   }
+  /// Calls keep(lot) for each lot of row i that has something near.
+  template <class Keep>
+  KOKKOS_INLINE_FUNCTION void find(Index i, const Keep& keep) const {
+    const CellTableView& table = search.table;
+    if (table.buckets == 0) return;
+    const Real3 x = search.row_points(i);
+    CellCoord lo, hi;
+    search.cells_around(x, lo, hi);
+    if (!search.in_order && !table.hashed && !any(lo, hi)) return;
+    table.for_runs(lo, hi, [&](const Index first, const Index last, const CellCoord& c) {
+      for (Index e = first; e < last; e += 32) {
+        std::uint32_t near = near_of(x, e, last - e < 32 ? last - e : 32);
+        const auto self = static_cast<std::uint32_t>(i - e);
+        if (search.in_order && self < 32) near &= ~(std::uint32_t(1) << self);
+        if (table.hashed) near = in_cell(near, e, c);
+        if (near != 0) keep(Lot32{near, e});
+      }
+    });
+  }
+  /// Appends the first of a lot, and takes it out.
+  KOKKOS_INLINE_FUNCTION void append_first(NeighborRow& row, Index i, Lot32& lot) const {
+    Index j = lot.first + Kokkos::Experimental::countr_zero_builtin(lot.near);
+    lot.near &= lot.near - 1;
+    if (!search.in_order) {
+      j = search.table.item(j);
+      if (search.same_set && j == i) return;
+    }
+    row(row.count++) = j;
+  }
+  KOKKOS_INLINE_FUNCTION void append(NeighborRow& row, Index i, const Lot32* at, Index kept) const {
+    Lot32 lot{0, 0};
+    for (Index next = 0;;) {
+      while (lot.near == 0 && next < kept) lot = at[threads * next++];
+      if (lot.near == 0) return;
+      append_first(row, i, lot);
+    }
+  }
+  KOKKOS_INLINE_FUNCTION void operator()(const Team& team) const {
+    const Scratch scratch(team.team_scratch(0), static_cast<std::size_t>(threads * lots));
+    const Index i = static_cast<Index>(team.league_rank()) * threads + static_cast<Index>(team.team_rank());
+    Lot32* const mine = scratch.data() + team.team_rank();
+    Index found = 0, kept = 0;
+    if (i < search.rows)
+      find(i, [&](const Lot32& lot) {
+        found += Kokkos::Experimental::popcount_builtin(lot.near);
+        if (kept < lots) mine[threads * kept] = lot;
+        ++kept;
+      });
+    const Index width = most_of_warp(found), lane = i % NeighborRow::bundle;
+    std::int64_t first = 0;
+    if (lane == 0) {
+      if (i == 0) *search.next_used = 0;
+      if (width > 0) first = search.take(std::int64_t{width} * NeighborRow::bundle);
+      if (i < search.rows) search.start(i / NeighborRow::bundle) = first;
+    }
+    first = from_first_of_warp(first);
+    if (i >= search.rows) return;
+    NeighborRow row{search.entry.data, nullptr, first + lane, 0};
+    if (first >= 0 && found > 0) {
+      if (kept <= lots)
+        append(row, i, mine, kept);
+      else  // more than it could keep
+        find(i, [&](Lot32 lot) {
+          while (lot.near != 0) append_first(row, i, lot);
+        });
+    }
+    search.count(i) = row.count;
+  }
 };
 
 template <class Points>
 void launch(const Search& search) {
   if constexpr (std::is_same_v<Points, PointLanes>) {
-    parallel("drench::neighbors::list", search.rows, FillRow<Points>{search});
+    constexpr Index lot = FillRows<Points>::rows_at_once;
+    parallel("drench::neighbors::list", (search.rows + lot - 1) / lot, FillRows<Points>{search});
   } else {
-    using Fill = FillRows<Points>;
+    using Fill = FillBundles<Points>;
     typename Fill::Policy policy((search.rows + Fill::threads - 1) / Fill::threads, Fill::threads);
     policy.set_scratch_size(0, Kokkos::PerTeam(Fill::Scratch::shmem_size(Fill::threads * Fill::lots)));
     Kokkos::parallel_for("drench::neighbors::list", policy, Fill{search});
   }
 }
 
-void grow(NeighborList& list, Index rows, Index width) {
-  list.list = {};  // free before allocating
-  list.list =
-      Kokkos::View<Index**, MemSpace>(Kokkos::ViewAllocateWithoutInitializing("drench::neighbors"), rows, width);
+void grow(NeighborList& list, std::int64_t entries) {
+  list.entry = {};  // free before allocating
+  list.entry =
+      Array<Index>(Kokkos::ViewAllocateWithoutInitializing("drench::neighbors"), static_cast<std::size_t>(entries));
 }
 
 void make_room(NeighborList& list, Index rows) {
   list.rows = rows;
-  if (list.longest.data() == nullptr)
-    list.longest = Kokkos::View<Index, Kokkos::SharedHostPinnedSpace>("drench::neighbors::longest");
+  if (list.needed.data() == nullptr) {
+    list.needed = Kokkos::View<std::int64_t, Kokkos::SharedHostPinnedSpace>("drench::neighbors::needed");
+    list.used = Kokkos::View<std::int64_t[2], MemSpace>("drench::neighbors::used");
+  }
   if (rows <= static_cast<Index>(list.count.extent(0))) return;
-  const Index capacity = rows + rows / 16;  // a row takes some hundred bytes, and as much again in `slope`
-  list.count = Array<Index>(Kokkos::ViewAllocateWithoutInitializing("drench::neighbor_count"), capacity);
-  grow(list, capacity, std::max<Index>(9, static_cast<Index>(list.list.extent(1))));
+  const auto capacity = static_cast<std::size_t>(rows + rows / 4);
+  kokkos_backend::make_room(list.count, "drench::neighbor_count", capacity);
+  kokkos_backend::make_room(list.start, "drench::neighbor_start", capacity / NeighborRow::bundle + 1);
 }
 
 void fill(const ListRequest& request, Real support) {
-  const NeighborList& list = *request.list;
-  list.longest() = 0;
+  NeighborList& list = *request.list;
+  list.needed() = 0;
+  std::int64_t* const used = list.used.data();
   launch<CellPoints>({request.row_points, list.rows, request.table, request.same_set, request.in_order,
-                      support * support, list.count, list.list, list.longest,
-                      static_cast<Index>(list.list.extent(1)) - 1});
-}
-
-/// Counts are those of whole rows, also of rows that are too long.
-void pack(const ListRequest& request) {
-  PackedRows& packed = *request.packed;
-  const Index rows = request.rows;
-  kokkos_backend::make_room(packed.start, "drench::neighbors::row_start", static_cast<std::size_t>(rows) + 1);
-  if (packed.entries.data() == nullptr)
-    packed.entries = Kokkos::View<Index, Kokkos::SharedHostPinnedSpace>("drench::neighbors::entries");
-  const auto start = packed.start, count = request.list->count;
-  parallel(
-      "drench::neighbors::row_start", rows + 1, KOKKOS_LAMBDA(const Index i) { start(i) = i < rows ? count(i) : 0; });
-  packed.sums.sum(start, rows + 1);
-  Kokkos::deep_copy(ExecSpace(), packed.entries, Kokkos::subview(start, rows));
+                      support * support, list.count, list.start, list.entry, used + list.filling,
+                      used + (1 - list.filling), list.needed});
+  list.filling = 1 - list.filling;
 }
 
 }  // namespace
@@ -264,20 +323,26 @@ bool build_neighbor_lists(const std::vector<ListRequest>& requests, Real support
     left.push_back(request);
   }
   const bool waits = !left.empty();
-  bool first = true;
   while (!left.empty()) {
     for (const ListRequest& request : left) fill(request, support);
-    for (const ListRequest& request : left)
-      if (first && request.packed) pack(request);
-    first = false;
     ExecSpace().fence("drench::neighbors::list");
-    std::erase_if(left, [](const ListRequest& request) { return request.list->longest() == 0; });
-    for (const ListRequest& request : left) {
-      const Index widest = request.list->longest();
-      grow(*request.list, static_cast<Index>(request.list->count.extent(0)), widest + widest / 4 + 5);
-    }
+    std::erase_if(left, [](const ListRequest& request) { return request.list->needed() == 0; });
+    for (const ListRequest& request : left) grow(*request.list, request.list->needed() + request.list->needed() / 4);
   }
   return waits;
+}
+
+std::vector<std::vector<Index>> rows_on_host(const NeighborList& list) {
+  std::vector<std::vector<Index>> rows(static_cast<std::size_t>(list.rows));
+  if (list.rows == 0) return rows;
+  const auto count = Kokkos::create_mirror_view_and_copy(Kokkos::HostSpace(), list.count);
+  const auto start = Kokkos::create_mirror_view_and_copy(Kokkos::HostSpace(), list.start);
+  const auto entry = Kokkos::create_mirror_view_and_copy(Kokkos::HostSpace(), list.entry);
+  for (Index i = 0; i < list.rows; ++i) {
+    NeighborRow row{entry.data(), nullptr, start(i / NeighborRow::bundle) + i % NeighborRow::bundle, count(i)};
+    for (Index k = 0; k < row.count; ++k) rows[static_cast<std::size_t>(i)].push_back(row(k));
+  }
+  return rows;
 }
 
 }  // namespace drench::kokkos_backend

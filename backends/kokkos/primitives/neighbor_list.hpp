@@ -1,5 +1,5 @@
 #pragma once
-// Neighbour lists from a cell table: one row per particle, widened when a row overflows, never cut short.
+// Neighbour lists from a cell table: one row per particle, with room for what there is, never cut short.
 
 #include <vector>
 
@@ -16,11 +16,13 @@ struct ListRequest {
   Index rows;
   CellTableView table;
   bool same_set = false;
-  bool in_order = false;         // the points lie in the order of the table: its item(e) is e
-  PackedRows* packed = nullptr;  // made with the list, if wanted
+  bool in_order = false;  // the points lie in the order of the table: its item(e) is e
 };
 void build_neighbor_list(const ListRequest& request, Real support);
-/// Several at once: the host waits once, to see whether rows were too long. Returns whether it did: there may be no rows.
+/// Several at once: the host waits once, to see whether there was room. Returns whether it did: there may be no rows.
 bool build_neighbor_lists(const std::vector<ListRequest>& requests, Real support);
+
+/// Each row's entries.
+std::vector<std::vector<Index>> rows_on_host(const NeighborList& list);
 
 }  // namespace drench::kokkos_backend
