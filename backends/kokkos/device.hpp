@@ -33,7 +33,11 @@ struct NeighborList {
 
 /// One row as kernels see it. `place(k)` says where entry k is in arrays beside the entries.
 struct NeighborRow {
-  static constexpr Index bundle = on_host ? 1 : 32;
+#ifdef KOKKOS_ENABLE_CUDA
+  static constexpr Index bundle = 32;  // the threads of a warp
+#else
+  static constexpr Index bundle = 1;
+#endif
 
   Index* item;
   Real* slope_of;  // null without slopes

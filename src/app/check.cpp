@@ -46,11 +46,11 @@ void print_memory(const ForeseenMemory& memory, const MemoryBudget& budget) {
       budget.device.empty() ? "" : fmt::format("; {} has {} free", budget.device, mebibytes(budget.device_free)));
   if (memory.grows())
     fmt::print(
-        "memory in the end: about {}: {}liquid at all cloth and walls, with 1.2 times as many neighbours\n",
+        "memory in the end: about {}: {}liquid at all cloth and walls, with 1.25 times as many neighbours\n",
         mebibytes(memory.end),
         memory.added >= 1 ? fmt::format("{:.0f} particles more, from jets and overfull cloth; ", memory.added) : "");
   if (memory.folds())
-    fmt::print("memory in folds: up to {}, with a hundred pairs of cloth with itself a node\n",
+    fmt::print("memory in folds: about {}, with a hundred pairs of cloth with itself a node\n",
                mebibytes(memory.folded));
 }
 
@@ -88,7 +88,7 @@ int check_command(const std::string& path, const std::vector<std::string>& overr
   }
   const Setup setup = build(scene, budget);
   const ForeseenMemory memory = foresee_memory(setup, budget);
-  refuse_too_large(memory.size, budget);  // now that lists are known to be as wide as they are
+  refuse_too_large(memory.size, budget);  // now that the lists' entries are counted
   const Model& model = setup.model;
   auto warnings = setup.warnings;
   if (!no_device.empty()) warnings.push_back(no_device);

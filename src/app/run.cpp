@@ -357,7 +357,7 @@ int run_command(const RunOptions& options) {
   const MemoryBudget budget = memory_budget(reference);
   Setup setup = build(scene, budget);
   ForeseenMemory memory = foresee_memory(setup, budget);
-  refuse_too_large(memory.size, budget);  // now that lists are known to be as wide as they are
+  refuse_too_large(memory.size, budget);  // now that the lists' entries are counted
   std::optional<BackendRuntime> runtime;  // outlives the backend
   if (!reference) runtime.emplace(options.threads, options.quiet);
   const std::unique_ptr<Backend> backend =

@@ -28,7 +28,7 @@ ForeseenMemory foresee_memory(const Setup& setup, const MemoryBudget& budget) {
   memory.size = size_of(setup);
   memory.start = estimate_memory(memory.size, real_bytes, gpu);
   const SetupSize later = with_sources(setup, memory.size);
-  memory.added = later.fluid - memory.size.fluid;
+  memory.added = jet_particles(setup.model) + dripping_particles(setup);
   const SetupSize end = at_work(later);
   memory.end = estimate_memory(end, real_bytes, gpu).backend();
   memory.folded = estimate_memory(in_folds(end), real_bytes, gpu).backend();
@@ -38,7 +38,7 @@ ForeseenMemory foresee_memory(const Setup& setup, const MemoryBudget& budget) {
 std::string ForeseenMemory::later() const {
   std::string text;
   if (grows()) text += fmt::format(", {} in the end", mebibytes(end));
-  if (folds()) text += fmt::format(", up to {} in folds", mebibytes(folded));
+  if (folds()) text += fmt::format(", {} in folds", mebibytes(folded));
   return text;
 }
 

@@ -20,7 +20,7 @@ struct ForeseenMemory {
   double end = 0, folded = 0;  // bytes of the backend
   bool grows() const { return end > 1.01 * start.backend(); }
   bool folds() const { return folded > 1.01 * end; }
-  /// " 12.3 MiB in the end, up to 15.4 MiB in folds": what is not known at the start; empty if nothing is.
+  /// ", 12.3 MiB in the end, 15.4 MiB in folds", as far as these differ from the start.
   std::string later() const;
 };
 ForeseenMemory foresee_memory(const Setup& setup, const MemoryBudget& budget);

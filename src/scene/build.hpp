@@ -34,14 +34,14 @@ double dripping_particles(const Setup& setup);
 /// What this set-up holds, for estimate_memory.
 SetupSize size_of(const Setup& setup);
 
-/// The same at its end, as far as that can be foreseen: with what jets and overfull cloths add.
+/// The same at its end, as far as that can be foreseen: with the room for what jets and overfull cloths add.
 SetupSize with_sources(const Setup& setup, SetupSize size);
 
-/// The same where liquid lies at all cloth and walls, as far as there is enough, and has 1.2 times as many neighbours: what
+/// The same where liquid lies at all cloth and walls, as far as there is enough, and has 1.25 times as many neighbours: what
 /// scenes came to, no bound.
 SetupSize at_work(SetupSize size);
 
-/// The same with cloth in folds of a hundred pairs with itself a node; no bound either.
+/// The same with room for a hundred pairs of cloth with itself a node, as folds came to; no bound either.
 SetupSize in_folds(SetupSize size);
 
 }  // namespace drench

@@ -222,29 +222,35 @@ double diffusion_substeps(const Model& model, const ClothMaterial& cloth, double
   return std::max(1.0, std::ceil(dt * fastest / 0.5));
 }
 
-double cloth_iterations(const Model& model, const ClothMaterial& cloth, double dt) {
-  if (!cloth.dynamics) return 0;
+ClothIterations cloth_iterations(const Model& model, const ClothMaterial& cloth, double dt) {
+  if (!cloth.dynamics) return {};
   const ClothMesh& mesh = model.mesh;
-  std::vector<double> stiffness(mesh.solid_mass.size(),
-                                0.0);  // D_n − m_n/Δt², without strain limits, which act at times
+  // D_n − m_n/Δt², without strain limits, which act at times
+  std::vector<double> springs(mesh.solid_mass.size(), 0.0), hinges = springs;
   for (std::size_t e = 0; e < mesh.edge.size(); ++e)
-    for (const Index n : mesh.edge[e])
-      stiffness[static_cast<std::size_t>(n)] += mesh.edge_stiffness[e] * (1 + cloth.strain_damping / dt);
+    for (const Index n : mesh.edge[e]) springs[static_cast<std::size_t>(n)] += mesh.edge_stiffness[e];
   for (std::size_t h = 0; h < mesh.hinge.size(); ++h) {
     double sum = 0;
     for (const double k : mesh.hinge_weight[h]) sum += std::abs(k);
     for (std::size_t a = 0; a < 4; ++a)
-      stiffness[static_cast<std::size_t>(mesh.hinge[h][a])] +=
+      hinges[static_cast<std::size_t>(mesh.hinge[h][a])] +=
           0.5 * mesh.hinge_stiffness[h] * std::abs(mesh.hinge_weight[h][a]) * sum;
   }
-  double softest = 1;  // 1 − ρ = min m_n/(Δt² D_n)
+  const double damped = cloth.strain_damping / dt;
+  ClothIterations found;
+  double slowest = 0;  // ρ/(1 − ρ) = Δt² (D_n − m_n/Δt²)/m_n at most
   for (Index n = cloth.first_node; n < cloth.first_node + cloth.node_count; ++n) {
     const auto at = static_cast<std::size_t>(n);
     if (mesh.pinned[at]) continue;
-    const double own = mesh.solid_mass[at] / (dt * dt);
-    softest = std::min(softest, own / (own + stiffness[at]));
+    const double slow = dt * dt * (springs[at] * (1 + damped) + hinges[at]) / mesh.solid_mass[at];
+    if (!(slow > slowest)) continue;
+    slowest = slow;
+    found.cause = hinges[at] > springs[at] * (1 + damped) ? "bend" : damped > 1 ? "strain_damping" : "stretch";
   }
-  return std::log(2 / model.scene.cloth_solver.tolerance) / std::acosh(1 / (1 - softest));
+  if (slowest > 0)
+    found.count =
+        std::log(2 / model.scene.cloth_solver.tolerance) / std::log1p((1 + std::sqrt(1 + 2 * slowest)) / slowest);
+  return found;
 }
 
 double viscous_passes(const Model& model, double dt) {

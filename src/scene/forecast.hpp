@@ -26,7 +26,11 @@ double diffusion_substeps(const Model& model, const ClothMaterial& cloth, double
 
 /// Iterations of the cloth's solver (src/stages/cloth.hpp) that take every mode of the dry cloth down to the scene's tolerance,
 /// for its linear part; 0 for a cloth that does not move. Chebyshev's weights leave 1/T_k(1/ρ) of the slowest after k.
-double cloth_iterations(const Model& model, const ClothMaterial& cloth, double dt);
+struct ClothIterations {
+  double count = 0;
+  const char* cause = "";  // the key that has most of the stiffness: stretch, strain_damping or bend
+};
+ClothIterations cloth_iterations(const Model& model, const ClothMaterial& cloth, double dt);
 
 /// Passes of the viscosity a step (src/stages/forces.hpp) in full neighbourhoods: Σ V |∇W| r = 3 there; C_i grows to about
 /// twice that beside solids, and light cloth can need more.

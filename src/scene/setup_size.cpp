@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <utility>
 
 #include "scene/build.hpp"
@@ -24,38 +25,39 @@ double cells_over(const std::vector<Vec3>& points, double h) {
   return std::max(1024.0, std::exp2(std::ceil(std::log2(2 * count))));
 }
 
-/// The order of the cells of edge h, x fastest, in which liquid lies in memory.
-std::vector<Vec3> by_cell(const std::vector<Vec3>& points, double h) {
-  const PointGrid grid(h);
-  std::vector<std::pair<PointGrid::Cell, std::size_t>> order;
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    const PointGrid::Cell c = grid.cell_of(points[i]);
-    order.push_back({{c[2], c[1], c[0]}, i});
-  }
-  std::sort(order.begin(), order.end());
-  std::vector<Vec3> sorted;
-  for (const auto& [cell, i] : order) sorted.push_back(points[i]);
-  return sorted;
+/// Some 32 points of `grid` that lie together when they are ordered by cell, x fastest: those of the cell of point i and of
+/// the next ones.
+std::vector<Vec3> bundle_by_cell(const PointGrid& grid, std::size_t i, double h) {
+  constexpr int farthest = 32;  // cells
+  std::vector<Vec3> bundle;
+  Vec3 cell = grid.points()[i];
+  for (int k = 0; k < farthest && bundle.size() < list_bundle; ++k, cell[0] += h)
+    grid.for_box(cell, cell, [&](Index p) {
+      if (bundle.size() < list_bundle) bundle.push_back(grid.points()[static_cast<std::size_t>(p)]);
+    });
+  return bundle;
 }
 
-/// Points of `grid` within h of each of `rows`. Of many bundles of rows some are looked at, all over the list, until so many
-/// points were that a cloth far finer than h would take minutes.
-RowEntries count_entries(const std::vector<Vec3>& rows, const PointGrid& grid, double h, bool same_set) {
+/// Points of `grid` within h of each row of some bundles all over the list, until so many points were looked at that a cloth far
+/// finer than h would take minutes. The rows lie in memory as they are, or else ordered by cell.
+RowEntries entries_of_bundles(const PointGrid& rows, bool by_cell, const PointGrid& grid, double h, bool same_set) {
   constexpr std::size_t enough = 640;
-  constexpr double patience = 3e7, golden = 0.61803398874989485;
-  const std::size_t bundles = (rows.size() + list_bundle - 1) / list_bundle;
-  if (bundles == 0 || grid.points().empty()) return {0, 0};
+  constexpr double patience = 1.5e7, golden = 0.61803398874989485;
+  const std::vector<Vec3>& points = rows.points();
+  const std::size_t bundles = (points.size() + list_bundle - 1) / list_bundle;
   double own = 0, bundled = 0, seen = 0, looked_at = 0;
   for (std::size_t b = 0; b < std::min(bundles, enough) && looked_at < patience; ++b) {
-    double place = 0;
-    const std::size_t bundle = bundles <= enough
-                                   ? b
-                                   : static_cast<std::size_t>(std::modf(static_cast<double>(b) * golden, &place) *
-                                                              static_cast<double>(bundles));
+    double whole = 0;
+    const double place = std::modf(static_cast<double>(b) * golden, &whole) * static_cast<double>(bundles);
+    const std::size_t first = list_bundle * (bundles <= enough ? b : static_cast<std::size_t>(place));
+    std::vector<Vec3> bundle;
+    if (by_cell)
+      bundle = bundle_by_cell(rows, first, h);
+    else
+      bundle.assign(points.begin() + static_cast<std::ptrdiff_t>(first),
+                    points.begin() + static_cast<std::ptrdiff_t>(std::min(points.size(), first + list_bundle)));
     double widest = 0;
-    const std::size_t first = bundle * list_bundle, last = std::min(rows.size(), first + list_bundle);
-    for (std::size_t i = first; i < last; ++i) {
-      const Vec3& row = rows[i];
+    for (const Vec3& row : bundle) {
       Vec3 low = row, high = row;
       for (std::size_t a = 0; a < 3; ++a) low[a] -= h, high[a] += h;
       double count = same_set ? -1 : 0;
@@ -69,10 +71,20 @@ RowEntries count_entries(const std::vector<Vec3>& rows, const PointGrid& grid, d
       own += count;
       widest = std::max(widest, count);
     }
-    bundled += widest * list_bundle;
-    seen += static_cast<double>(last - first);
+    bundled += widest * static_cast<double>(bundle.size());
+    seen += static_cast<double>(bundle.size());
   }
   return {own / seen, bundled / seen};
+}
+
+/// `rows` are of liquid, which lies in memory by cell, or of samples.
+RowEntries count_entries(const PointGrid& rows, bool liquid, const PointGrid& grid, double h, bool same_set) {
+  if (rows.points().empty() || grid.points().empty()) return {0, 0};
+  RowEntries found = entries_of_bundles(rows, false, grid, h, same_set);
+  if (!liquid) return found;
+  const RowEntries by_cell = entries_of_bundles(rows, true, grid, h, same_set);
+  found.bundled = by_cell.own > 0 ? found.own * by_cell.bundled / by_cell.own : found.own;
+  return found;
 }
 
 PointGrid grid_of(const std::vector<Vec3>& points, double h) {
@@ -150,12 +162,20 @@ double dripping_particles(const Setup& setup) {
 }
 
 SetupSize with_sources(const Setup& setup, SetupSize size) {
-  size.fluid += std::ceil(jet_particles(setup.model) + dripping_particles(setup));
+  // Room that has grown has half as much to spare, 1.125, as what is made at the start.
+  const double before = size.fluid, added = 0.9 * (jet_particles(setup.model) + dripping_particles(setup));
+  size.fluid += added;
+  // What jets and drops make spreads: half of what full surroundings have.
+  const double neighbors = 0.5 * 4.0 / 3 * std::numbers::pi * std::pow(size.support, 3);
+  RowEntries& row = size.entries.fluid_fluid;
+  if (added > 0 && row.own >= 0)
+    row = {(before * row.own + added * neighbors) / size.fluid,
+           (before * row.bundled + added * neighbors) / size.fluid};
   return size;
 }
 
 SetupSize at_work(SetupSize size) {
-  size.crowding = 1.2;
+  size.crowding = 1.25;
   size.contact = true;
   return size;
 }
@@ -193,10 +213,10 @@ SetupSize size_of(const Setup& setup) {
   size.boundary_cells = cells_over(walls, h);
   size.sample_cells = cells_over(samples, h);
   const PointGrid of_fluid = grid_of(fluid, h), of_walls = grid_of(walls, h), of_samples = grid_of(samples, h);
-  const std::vector<Vec3> liquid = by_cell(fluid, h);
-  size.entries = {count_entries(liquid, of_fluid, h, true),    count_entries(liquid, of_walls, h, false),
-                  count_entries(liquid, of_samples, h, false), count_entries(samples, of_fluid, h, false),
-                  count_entries(samples, of_samples, h, true), count_entries(samples, of_walls, h, false)};
+  size.entries = {
+      count_entries(of_fluid, true, of_fluid, h, true),      count_entries(of_fluid, true, of_walls, h, false),
+      count_entries(of_fluid, true, of_samples, h, false),   count_entries(of_samples, false, of_fluid, h, false),
+      count_entries(of_samples, false, of_samples, h, true), count_entries(of_samples, false, of_walls, h, false)};
   return size;
 }
 

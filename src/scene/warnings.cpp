@@ -206,15 +206,18 @@ void warn_of_falling_cloths(const Model& m, Lines& lines) {
 }
 
 void warn_of_stiff_cloths(const Model& m, Lines& lines) {
-  const double dt = m.scene.time.step, cap = m.scene.cloth_solver.max_iterations;
+  const double cap = m.scene.cloth_solver.max_iterations;
   for (const ClothMaterial& cloth : m.cloths) {
-    const double needed = cloth_iterations(m, cloth, dt);
-    if (needed > cap)
-      lines.push_back(fmt::format(
-          "{}: its solve needs some {:.0f} iterations a step and ends at cloth_solver.max_iterations, {:.0f}: it moves "
-          "sluggishly, and liquid at it may gain energy; more iterations, a time.step of {:.2g} s, or less {}",
-          cloth_label(cloth.name), needed, cap, dt * cap / needed,
-          cloth.strain_damping > dt ? "strain_damping" : "stretch"));
+    const ClothIterations needed = cloth_iterations(m, cloth, m.scene.time.step);
+    if (!(needed.count > cap)) continue;
+    double low = 0, high = m.scene.time.step;
+    for (int k = 0; k < 60; ++k)
+      (cloth_iterations(m, cloth, 0.5 * (low + high)).count > cap ? high : low) = 0.5 * (low + high);
+    const double unit = std::pow(10, std::floor(std::log10(low)) - 1);  // two digits, rounded down
+    lines.push_back(fmt::format(
+        "{}: its solve needs some {:.0f} iterations a step and ends at cloth_solver.max_iterations, {:.0f}: it moves "
+        "sluggishly, and liquid at it may gain energy; more iterations, a time.step of {:.2g} s, or less {}",
+        cloth_label(cloth.name), needed.count, cap, std::floor(low / unit) * unit, needed.cause));
   }
 }
 

@@ -298,22 +298,27 @@ TEST_F(Commands, TheEstimateOfMemoryHoldsForTheScenesOfTheProject) {
   }
 }
 
-/// A column of liquid that is thrown onto the floor crowds there.
+/// A column of liquid that is thrown onto the floor, where it crowds, and a jet that fills a box.
 TEST_F(Commands, TheEstimateOfMemoryInTheEndHolds) {
   write_text(here() / "thrown.yaml",
              "drench: 1\ntime: {step: 0.002, end: 1, mode: cfl}\noutput: {every: 0}\n"
              "fluid: {spacing: 0.0166667, solver: {density_error: 0.1, divergence_error: 0.1, min_iterations: 0},\n"
              "  sources: [{block: {min: [0, 0.1, 0], max: [0.2, 0.4, 0.2], velocity: [0, -8, 0]}}]}\n"
              "bodies: [{box: {min: [0, 0, 0], max: [0.4, 1, 0.2], inside: true}}]\n");
-  const Outcome check = drench({"check", "thrown.yaml"}),
-                run = drench({"run", "thrown.yaml", "--no-output", "--steps", "40"});
-  ASSERT_EQ(run.code, 0) << run.err;
-  const double start = mebibytes_after(check.out, "memory: about "),
-               end = mebibytes_after(check.out, "memory in the end: about "),
-               peak = mebibytes_after(run.out, "peak memory of the backend's arrays ");
-  EXPECT_GT(peak, 1.02 * start) << "it does crowd";
-  EXPECT_NEAR(end, peak, 0.1 * peak + 0.05);
-  EXPECT_EQ(mebibytes_after(run.out, "estimated at the start, "), end) << run.out;
+  write_text(here() / "jet.yaml",
+             "drench: 1\ntime: {step: 0.004, end: 1.2}\noutput: {every: 0}\nfluid:\n  spacing: 0.02\n"
+             "  sources: [{jet: {center: [0, 0.3, 0], radius: 0.06, velocity: [0, -2, 0], end: 1}}]\n"
+             "bodies: [{box: {min: [-0.2, 0, -0.2], max: [0.2, 0.4, 0.2], inside: true}}]\n");
+  for (const auto& [scene, steps] : {std::pair{"thrown.yaml", "40"}, {"jet.yaml", "300"}}) {
+    const Outcome check = drench({"check", scene}), run = drench({"run", scene, "--no-output", "--steps", steps});
+    ASSERT_EQ(run.code, 0) << run.err;
+    const double start = mebibytes_after(check.out, "memory: about "),
+                 end = mebibytes_after(check.out, "memory in the end: about "),
+                 peak = mebibytes_after(run.out, "peak memory of the backend's arrays ");
+    EXPECT_GT(peak, 1.02 * start) << scene << ": it does grow";
+    EXPECT_NEAR(end, peak, 0.1 * peak + 0.05) << scene;
+    EXPECT_EQ(mebibytes_after(run.out, "estimated at the start, "), end) << run.out;
+  }
 }
 
 TEST_F(Commands, WarningsStandInTheLogOnce) {

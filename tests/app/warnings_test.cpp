@@ -193,6 +193,10 @@ TEST(Warnings, ClothTooStiffForItsSolver) {
   expect_one(warnings_of(sheet), "iterations a step and ends at cloth_solver.max_iterations, 300");
   expect_one(warnings_of(sheet), "or less strain_damping");
   EXPECT_EQ(warnings_of(sheet, {"cloth.0.strain_damping=0"}), Lines());
+  expect_one(warnings_of(sheet), "a time.step of 0.00091 s");
+  EXPECT_EQ(warnings_of(sheet, {"time.step=0.00091", "output.every=0"}), Lines());
+  expect_one(warnings_of(sheet, {"cloth.0.strain_damping=0", "cloth.0.stretch=0.01", "cloth.0.bend=1"}),
+             "or less bend");
   EXPECT_EQ(warnings_of(sheet, {"cloth_solver.max_iterations=600"}), Lines());
   EXPECT_EQ(warnings_of(sheet, {"cloth.0.dynamics=false"}), Lines());
   expect_one(warnings_of(sheet, {"cloth.0.strain_damping=0", "cloth.0.stretch=50000"}), "or less stretch");

@@ -97,6 +97,39 @@ TEST(neighbors, no_point_and_one_point) {
   expect_equal_sets({{0.1, 0.2, -0.3}}, false);
 }
 
+/// One list through states with more and fewer rows, none, and rows that are hundreds long.
+TEST(neighbors, a_list_that_is_filled_again_has_what_a_new_one_has) {
+  kokkos_backend::NeighborList list;
+  kokkos_backend::CellTable table;
+  const auto expect_rows_of = [&](const std::vector<Vec3>& points) {
+    const auto n = static_cast<Index>(points.size());
+    const Array<Real3> x = kokkos_backend::to_device3("points", points);
+    table.build(x, n, support);
+    kokkos_backend::build_neighbor_list({&list, x, n, table.view(), true}, support);
+    const std::vector<std::vector<Index>> rows = kokkos_backend::rows_on_host(list);
+    ASSERT_EQ(rows.size(), points.size());
+    Pairs found;
+    std::size_t entries = 0;
+    for (Index i = 0; i < n; ++i)
+      for (const Index j : rows[static_cast<std::size_t>(i)]) {
+        found.insert({i, j});
+        ++entries;
+      }
+    EXPECT_EQ(found, brute_force(points));
+    EXPECT_EQ(entries, found.size());
+  };
+  std::vector<Vec3> crowd = random_points(600, 0, 0.1, 9);  // each sees all others
+  for (const Vec3& p : random_points(333, 0, 1, 10)) crowd.push_back(p);
+  expect_rows_of(random_points(500, 0, 1, 8));
+  expect_rows_of({});
+  expect_rows_of(random_points(77, 0, 2, 11));
+  expect_rows_of(crowd);
+  expect_rows_of(crowd);
+  expect_rows_of(random_points(1000, 0, 3, 12));
+  expect_rows_of({{0, 0, 0}});
+  expect_rows_of(random_points(1001, 0, 0.8, 13));
+}
+
 TEST(neighbors, sparse_and_unbounded_domain_is_hashed) {
   std::vector<Vec3> points = random_points(400, -0.5, 0.5, 4);
   for (const Vec3& p : random_points(400, -0.5, 0.5, 5)) points.push_back({p[0] + 3000, p[1] - 2000, p[2] + 1000});

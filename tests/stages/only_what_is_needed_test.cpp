@@ -318,8 +318,8 @@ TEST(only_what_is_needed, porous_stages_launch_and_wait_as_seldom_as_they_do) {
       s.node_liquid[n] = static_cast<Quanta>(1.05 * m.samples.node_capacity[n] / m.quantum);
   };
   watch_a_step(scene, 6, wet);
-  EXPECT_LE(launches("porous_neighbors"), 12u);  // cells of the samples 6, lists 3, packed rows 2, diffusion's rate
-  EXPECT_LE(waits("porous_neighbors"), 2);       // one; another where a row was too long
+  EXPECT_LE(launches("porous_neighbors"), 12u);  // cells of the samples 6, diffusion's rate, lists 3; two have grown
+  EXPECT_LE(waits("porous_neighbors"), 2);       // one; another where there was too little room
   EXPECT_EQ(launches("flow_direction"), 1u);
   EXPECT_EQ(launches("absorption"), 5u);
   EXPECT_EQ(waits("absorption"), 0);

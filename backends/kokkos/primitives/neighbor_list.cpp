@@ -123,7 +123,7 @@ struct FillRows {
       search.start(first + r) = at;
       if (at < 0) continue;
       if (n <= width)
-        std::memcpy(search.entry.data + at, found[r], static_cast<std::size_t>(n) * sizeof(Index));
+        std::copy_n(found[r], n, search.entry.data + at);
       else
         find(first + r, search.entry.data + at, n);
       at += n <= width ? n : n + 1;
