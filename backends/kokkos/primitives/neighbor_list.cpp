@@ -137,25 +137,6 @@ struct Lot32 {
   Index first;
 };
 
-/// The largest of a warp's numbers, in all its threads.
-KOKKOS_INLINE_FUNCTION Index most_of_warp(Index n) {
-#ifdef __CUDA_ARCH__
-  for (int apart = 16; apart > 0; apart /= 2) {
-    const Index other = __shfl_xor_sync(~0u, n, apart);
-    n = other > n ? other : n;
-  }
-#endif
-  return n;
-}
-/// What the first thread of a warp has, in all its threads.
-KOKKOS_INLINE_FUNCTION std::int64_t from_first_of_warp(std::int64_t value) {
-#ifdef __CUDA_ARCH__
-  return __shfl_sync(~0u, value, 0);
-#else
-  return value;
-#endif
-}
-
 /// A GPU thread's work: one row, in two passes. The first compares distances and keeps a bit for each, without a branch, for in
 /// a warp there is always a thread that finds something. Then the warp takes room for its rows, a bundle of the list. The
 /// second pass writes what the bits say: the threads of a warp their k-th entries, which lie side by side, at the same time.
@@ -235,6 +216,24 @@ struct FillBundles {
       if (lot.near == 0) return;
       append_first(row, i, lot);
     }
+  }
+  /// The largest of a warp's numbers, in all its threads.
+  KOKKOS_INLINE_FUNCTION static Index most_of_warp(Index n) {
+#ifdef __CUDA_ARCH__
+    for (int apart = 16; apart > 0; apart /= 2) {
+      const Index other = __shfl_xor_sync(~0u, n, apart);
+      n = other > n ? other : n;
+    }
+#endif
+    return n;
+  }
+  /// What the first thread of a warp has, in all its threads.
+  KOKKOS_INLINE_FUNCTION static std::int64_t from_first_of_warp(std::int64_t value) {
+#ifdef __CUDA_ARCH__
+    return __shfl_sync(~0u, value, 0);
+#else
+    return value;
+#endif
   }
   KOKKOS_INLINE_FUNCTION void operator()(const Team& team) const {
     const Scratch scratch(team.team_scratch(0), static_cast<std::size_t>(threads * lots));
