@@ -46,7 +46,7 @@ void print_memory(const ForeseenMemory& memory, const MemoryBudget& budget) {
       budget.device.empty() ? "" : fmt::format("; {} has {} free", budget.device, mebibytes(budget.device_free)));
   if (memory.grows())
     fmt::print(
-        "memory in the end: about {}: {}liquid at all cloth and walls, with 1.25 times as many neighbours\n",
+        "memory in the end: about {}: {}liquid at all cloth and walls, with 1.2 times as many neighbours\n",
         mebibytes(memory.end),
         memory.added >= 1 ? fmt::format("{:.0f} particles more, from jets and overfull cloth; ", memory.added) : "");
   if (memory.folds())

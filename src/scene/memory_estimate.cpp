@@ -142,7 +142,7 @@ double sum_bytes(const SetupSize& size, double r) {
   double sums = 0;
   for (const double most : {size.fluid, std::max(size.nodes, edges)})
     sums += std::min(65536.0, most) + std::min(1024.0, most) + std::min(32.0, most);
-  return (11 * number + 6 * r) * sums;
+  return 1.25 * (11 * number + 6 * r) * sums;
 }
 
 /// Reads one number from a file of the kernel's; 0 without one.

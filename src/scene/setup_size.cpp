@@ -175,7 +175,7 @@ SetupSize with_sources(const Setup& setup, SetupSize size) {
 }
 
 SetupSize at_work(SetupSize size) {
-  size.crowding = 1.25;
+  size.crowding = 1.2;
   size.contact = true;
   return size;
 }
