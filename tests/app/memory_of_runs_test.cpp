@@ -1,0 +1,96 @@
+// What `drench check` says of a run's memory, beside what the run took.
+
+#include <gtest/gtest.h>
+
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "run_program.hpp"
+
+namespace drench::test {
+namespace {
+
+class MemoryOfRuns : public testing::Test {
+ protected:
+  const fs::path& here() const { return folder_.path(); }
+  Outcome drench(const std::vector<std::string>& arguments) const { return run_drench(here(), arguments); }
+
+ private:
+  TempFolder folder_;
+};
+
+/// The number before "MiB" that follows `words`.
+double mebibytes_after(const std::string& text, const std::string& words) {
+  const auto at = text.find(words);
+  if (at == std::string::npos) throw std::runtime_error("no '" + words + "' in: " + text);
+  return std::stod(text.substr(at + words.size()));
+}
+
+TEST_F(MemoryOfRuns, IsForeseenForTheStart) {
+  write_text(here() / "pool.yaml",
+             "drench: 1\ntime: {step: 0.002, end: 1}\noutput: {every: 0}\n"
+             "fluid: {spacing: 0.01, sources: [{block: {min: [0, 0, 0], max: [0.2, 0.2, 0.2]}}]}\n"
+             "bodies: [{box: {min: [0, 0, 0], max: [0.4, 0.4, 0.2], inside: true}}]\n");
+  write_text(here() / "sheet.yaml",
+             "drench: 1\ntime: {step: 0.002, end: 1}\noutput: {every: 0}\n"
+             "fluid: {spacing: 0.01, sources: [{block: {min: [-0.1, 0.01, -0.1], max: [0.1, 0.11, 0.1]}}]}\n"
+             "cloth: [{mesh: {grid: {size: [0.4, 0.4], nodes: [33, 33]}}, pin: [{edges: true}], porous: {}}]\n");
+  write_text(here() / "fold.yaml",
+             "drench: 1\ntime: {step: 0.004, end: 1}\noutput: {every: 0}\n"
+             "cloth: [{mesh: {grid: {size: [0.4, 0.4], nodes: [33, 33]}}, pin: [{corners: true}], self_collision: true,"
+             " strain_limit: 0.1, porous: {contact_wicking: true}}]\n");
+  // After 50 steps the liquid has reached the sheet.
+  const std::pair<std::string, const char*> scenes[] = {{"pool.yaml", "10"}, {"sheet.yaml", "50"}, {"fold.yaml", "10"}};
+  for (const auto& [scene, steps] : scenes) {
+    const Outcome check = drench({"check", scene}), run = drench({"run", scene, "--no-output", "--steps", steps});
+    ASSERT_EQ(run.code, 0) << run.err;
+    const double estimate = mebibytes_after(check.out, "memory: about "),
+                 peak = mebibytes_after(run.out, "peak memory of the backend's arrays ");
+    EXPECT_NEAR(estimate, peak, 0.1 * peak + 0.05) << scene << '\n' << check.out;  // printed to 0.1
+    EXPECT_EQ(mebibytes_after(run.out, "MiB, "), estimate) << run.out;
+  }
+}
+
+/// What the project's own scenes take in their first steps. (The splashes reach their cloth later than a test can wait.)
+TEST_F(MemoryOfRuns, IsForeseenForTheScenesOfTheProject) {
+  const std::pair<const char*, const char*> scenes[] = {
+      {"cloth_only", "2"}, {"cloth_on_sphere", "2"}, {"curtain", "1"}, {"dam_break", "5"}, {"folding", "2"},
+      {"two_layers", "2"}, {"water_on_cloth", "5"},  {"wick", "3"},    {"wick_up", "3"},   {"wring", "5"}};
+  for (const auto& [name, steps] : scenes) {
+    const std::string scene = scenes_folder() + "/" + name + ".yaml";
+    const Outcome run = drench({"run", scene, "--no-output", "--steps", steps});
+    ASSERT_EQ(run.code, 0) << run.err;
+    EXPECT_EQ(run.err, "") << scene << ": no warnings";
+    const double estimate = mebibytes_after(run.out, "MiB, "),
+                 peak = mebibytes_after(run.out, "peak memory of the backend's arrays ");
+    EXPECT_NEAR(estimate, peak, 0.1 * peak + 0.05) << scene;  // printed to 0.1
+  }
+}
+
+/// A column of liquid that is thrown onto the floor, where it crowds, and a jet that fills a box.
+TEST_F(MemoryOfRuns, IsForeseenForTheEnd) {
+  write_text(here() / "thrown.yaml",
+             "drench: 1\ntime: {step: 0.002, end: 1, mode: cfl}\noutput: {every: 0}\n"
+             "fluid: {spacing: 0.0166667, solver: {density_error: 0.1, divergence_error: 0.1, min_iterations: 0},\n"
+             "  sources: [{block: {min: [0, 0.1, 0], max: [0.2, 0.4, 0.2], velocity: [0, -8, 0]}}]}\n"
+             "bodies: [{box: {min: [0, 0, 0], max: [0.4, 1, 0.2], inside: true}}]\n");
+  write_text(here() / "jet.yaml",
+             "drench: 1\ntime: {step: 0.004, end: 1.2}\noutput: {every: 0}\nfluid:\n  spacing: 0.02\n"
+             "  sources: [{jet: {center: [0, 0.3, 0], radius: 0.06, velocity: [0, -2, 0], end: 1}}]\n"
+             "bodies: [{box: {min: [-0.2, 0, -0.2], max: [0.2, 0.4, 0.2], inside: true}}]\n");
+  for (const auto& [scene, steps] : {std::pair{"thrown.yaml", "40"}, {"jet.yaml", "300"}}) {
+    const Outcome check = drench({"check", scene}), run = drench({"run", scene, "--no-output", "--steps", steps});
+    ASSERT_EQ(run.code, 0) << run.err;
+    const double start = mebibytes_after(check.out, "memory: about "),
+                 end = mebibytes_after(check.out, "memory in the end: about "),
+                 peak = mebibytes_after(run.out, "peak memory of the backend's arrays ");
+    EXPECT_GT(end, 1.02 * start) << scene;
+    EXPECT_NEAR(end, peak, 0.1 * peak + 0.05) << scene;
+    EXPECT_EQ(mebibytes_after(run.out, "estimated at the start, "), end) << run.out;
+  }
+}
+
+}  // namespace
+}  // namespace drench::test
