@@ -5,9 +5,31 @@
 
 #include "laws/collision.hpp"
 #include "laws/collision_filter.hpp"
+#include "primitives/gather.hpp"
 
 namespace drench::kokkos_backend {
 namespace {
+
+/// Who looks at a particle: a thread alone, or on a GPU `count` lanes of a warp that go through the same tests, each with its
+/// share of what is near.
+struct Alone {
+  static constexpr Index count = 1;
+  Index lane = 0;
+  KOKKOS_INLINE_FUNCTION Hit earliest(const Hit& own) const { return own; }
+};
+struct Lanes {
+  static constexpr Index count = row_lanes;
+  Index lane;
+
+  /// The earliest of all lanes' hits, in all of them.
+  KOKKOS_INLINE_FUNCTION Hit earliest(Hit hit) const {
+    for (int apart = count / 2; apart > 0; apart /= 2) {
+      const Hit other = of_other_lane(hit, apart);
+      if (other.before(hit)) hit = other;
+    }
+    return hit;
+  }
+};
 
 constexpr int max_slides = 3, max_carries = 3, max_squeezes = 6, max_repeats = max_slides + max_carries + max_squeezes;
 
@@ -54,8 +76,8 @@ struct Sweep {
   }
 
   /// Visits the triangle of each sample near the path, if its box is: each that can be hit, some of them often.
-  template <class Visitor>
-  KOKKOS_INLINE_FUNCTION void visit_near(Index i, const Path& path, Visitor& visitor) const {
+  template <class Who, class Visitor>
+  KOKKOS_INLINE_FUNCTION void visit_near(Index i, const Path& path, const Who& who, Visitor& visitor) const {
     const ClothMotion moved = motion();
     const Double3 x0 = widen(path.x0), way = minus(widen(path.x1), x0);
     const double grow = cover * Kokkos::fmax(1.0, moved.stretch) + margin;
@@ -67,14 +89,14 @@ struct Sweep {
     const Double3 most{Kokkos::fmax(-lo.x, hi.x), Kokkos::fmax(-lo.y, hi.y), Kokkos::fmax(-lo.z, hi.z)};
     if (listed && Kokkos::sqrt(inner(most, most)) + grow < support) {
       // Rows in folds have hundreds of samples: some at once, whose loads do not wait for each other.
-      constexpr Index lot = on_host ? 1 : 8;
+      constexpr Index lot = on_host ? 1 : Who::count == 1 ? 8 : 4;
       const NeighborRow near = list.row(i);
-      for (Index first = 0; first < near.count; first += lot) {
+      for (Index first = who.lane; first < near.count; first += lot * Who::count) {
         Index candidate[lot];
         bool meets[lot];
-        for (Index k = 0; k < lot; ++k)
-          candidate[k] = sample_triangle(near(first + k < near.count ? first + k : first));
-        for (Index k = 0; k < lot; ++k) meets[k] = first + k < near.count && !path.box.apart(box(candidate[k]));
+        const auto entry = [&](Index k) { return first + k * Who::count; };
+        for (Index k = 0; k < lot; ++k) candidate[k] = sample_triangle(near(entry(k) < near.count ? entry(k) : first));
+        for (Index k = 0; k < lot; ++k) meets[k] = entry(k) < near.count && !path.box.apart(box(candidate[k]));
         for (Index k = 0; k < lot; ++k)
           if (meets[k]) visitor(candidate[k]);
       }
@@ -96,11 +118,11 @@ struct Sweep {
     if (box_cells <= static_cast<double>(samples)) {
       cells.clip(a, b);
       cells.for_runs(a, b, [&](const Index first, const Index end_of_run, const CellCoord& c) {
-        for (Index e = first; e < end_of_run; ++e)
+        for (Index e = first + who.lane; e < end_of_run; e += Who::count)
           if (!cells.hashed || cells.coord(e) == c) visit(e);
       });
     } else {
-      for (Index e = 0; e < samples; ++e) visit(e);
+      for (Index e = who.lane; e < samples; e += Who::count) visit(e);
     }
   }
 
@@ -147,9 +169,8 @@ struct Sweep {
         const Index t = found[k];
         Hit hit;
         if (!first_hit(x0, x1, sweep.corners(sweep.start, t), sweep.corners(sweep.end, t), sweep.touch, hit)) continue;
-        if (hit.time > best.time || (hit.time == best.time && t >= best.triangle)) continue;
-        best = hit;
-        best.triangle = t;
+        hit.triangle = t;
+        if (hit.before(best)) best = hit;
       }
       count = 0;
     }
@@ -157,14 +178,15 @@ struct Sweep {
 
   KOKKOS_INLINE_FUNCTION bool may_hit(Index i, const Path& path) const {
     Look look{*this, path};
-    visit_near(i, path, look);
+    visit_near(i, path, Alone{}, look);
     return look.found;
   }
-  KOKKOS_INLINE_FUNCTION Hit earliest(Index i, const Path& path) const {
+  template <class Who>
+  KOKKOS_INLINE_FUNCTION Hit earliest(Index i, const Path& path, const Who& who) const {
     Test test(*this, path);
-    visit_near(i, path, test);
+    visit_near(i, path, who, test);
     test.finish();
-    return test.best;
+    return who.earliest(test.best);
   }
 
   KOKKOS_INLINE_FUNCTION void note_crossing(Index i) const {
@@ -173,16 +195,17 @@ struct Sweep {
   }
 
   /// Stops particle i, at `from` at the start, where it hits: path_end and hit_* are those of a free path so far.
-  KOKKOS_INLINE_FUNCTION void stop(Index i, const Real3& from_point) const {
+  template <class Who>
+  KOKKOS_INLINE_FUNCTION void stop(Index i, const Real3& from_point, const Who& who) const {
     const Double3 x0 = widen(from_point), free = widen(path_end(i));
     Hit last;
     Real3 to_point = path_end(i);
     Double3 turned, normal;  // what the cloth changes of the way
     for (int test = 0; test <= max_repeats; ++test) {
-      const Hit hit = earliest(i, Path(from_point, to_point));
+      const Hit hit = earliest(i, Path(from_point, to_point), who);
       if (hit.triangle < 0) break;
       if (test == max_repeats) {  // where it stays on the last triangle it is beyond another one
-        note_crossing(i);
+        if (who.lane == 0) note_crossing(i);
         break;
       }
       last = hit;
@@ -208,7 +231,7 @@ struct Sweep {
       turned = minus(target, free);
       to_point = narrow(target);  // rounded as it is stored, so that what is tested is what stays
     }
-    if (last.triangle < 0) return;
+    if (last.triangle < 0 || who.lane > 0) return;
     const double length = Kokkos::sqrt(inner(turned, turned));
     path_end(i) = to_point;
     hit_triangle(i) = last.triangle;
@@ -231,9 +254,12 @@ void stop_near(const Device& d, const Sweep& sweep) {
   const Entries<Real3> position = d.fluid.position;
   const Entries<Index> near = d.advection_work.near;
   const auto near_count = d.advection_work.near_count;
+  const Index groups = (d.fluid.count + Lanes::count - 1) / Lanes::count;
   parallel(
-      "drench::advection::stop", d.fluid.count, KOKKOS_LAMBDA(const Index k) {
-        if (k < near_count()) sweep.stop(near(k), position(near(k)));
+      "drench::advection::stop", groups * Lanes::count, KOKKOS_LAMBDA(const Index thread) {
+        const Lanes lanes{thread % Lanes::count};
+        for (Index k = thread / Lanes::count; k < near_count(); k += groups)
+          sweep.stop(near(k), position(near(k)), lanes);
       });
 }
 
@@ -280,7 +306,7 @@ void sweep_paths(Device& d, Real dt) {
         sweep.hit_triangle(i) = -1;
         if (!sweep.may_hit(i, Path(x0, x1))) return;
         if (on_host)
-          sweep.stop(i, x0);
+          sweep.stop(i, x0, Alone{});
         else
           near(Kokkos::atomic_fetch_add(&near_count(), Index{1})) = i;
       });

@@ -58,15 +58,19 @@ void masses_and_diagonals(Device& d, const ClothSystem& s) {
       });
 }
 
-/// A bound for the linear part's spectral radius: max over free nodes of 1 − m_n/(Δt² D_n).
-double spectral_bound(const ClothSystem& s, Index nodes) {
-  return maximum(
-      "drench::cloth::spectral_bound", nodes, KOKKOS_LAMBDA(const Index n) {
-        if (s.pinned(n)) return 0.0;
-        return 1 -
-               static_cast<double>(s.mass(n)) * static_cast<double>(s.inverse_dt2) / static_cast<double>(s.diagonal(n));
-      });
-}
+/// A node's share of a bound for the linear part's spectral radius: the most over free nodes of 1 − m_n/(Δt² D_n).
+struct SpectralBound {
+  Entries<std::uint8_t> pinned;
+  Entries<Real> mass, diagonal;
+  double inverse_dt2;
+
+  explicit SpectralBound(const ClothSystem& s)
+      : pinned(s.pinned), mass(s.mass), diagonal(s.diagonal), inverse_dt2(static_cast<double>(s.inverse_dt2)) {}
+  KOKKOS_INLINE_FUNCTION double operator()(const Index n) const {
+    return pinned(n) ? 0.0 : 1 - static_cast<double>(mass(n)) * inverse_dt2 / static_cast<double>(diagonal(n));
+  }
+};
+constexpr const char* spectral_bound = "drench::cloth::spectral_bound";
 
 /// The largest ρ for which Chebyshev's weights take a third off every mode within the cap (cloth.hpp).
 double reachable_radius(int cap) {
@@ -131,8 +135,12 @@ ClothIteration::ClothIteration(Device& d, Real dt)
              static_cast<double>(d.mesh.mean_edge)),
       resident_(method_ == ClothMethod::pd && prepare_resident_cloth(d, system_)) {
   masses_and_diagonals(d, system_);
-  progress_.rho =
-      std::min(spectral_bound(system_, d.nodes.count), reachable_radius(d.model.scene.cloth_solver.max_iterations));
+  progress_.rho = reachable_radius(d.model.scene.cloth_solver.max_iterations);
+  const SpectralBound bound(system_);
+  if (resident_)
+    find_maximum(spectral_bound, d.nodes.count, bound, resident_spectral_bound(d));
+  else
+    progress_.rho = std::min(progress_.rho, maximum(spectral_bound, d.nodes.count, bound));
 }
 
 void ClothIteration::run(int most) {
@@ -215,6 +223,7 @@ double ClothIteration::residual() const { return imbalance(device_, system_, tol
 
 #ifndef KOKKOS_ENABLE_CUDA
 bool prepare_resident_cloth(Device&, const ClothSystem&) { return false; }
+Kokkos::View<double, MemSpace> resident_spectral_bound(const Device&) { return {}; }
 void run_resident_cloth(Device&, const ClothSystem&, const ClothProgress*, int, double, double) {}
 ClothProgress resident_progress(const Device&) { return {}; }
 #endif

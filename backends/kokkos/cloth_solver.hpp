@@ -81,7 +81,7 @@ struct ClothSystem {
                                               Real damping) {
     const Real3 x = apart + moved_apart;
     // −Σ_m B_nm x_m = Σ_m B_nm (x_n − x_m): the rows of B sum to 0
-    force += spring_force(x, l.length, l.stiffness) + l.bend * x;
+    force += (spring_pull(x, l.length, l.stiffness) + l.bend) * x;
     force += strain_damping_force(apart, moved_apart, damping);
   }
   /// −∂(elastic energy)/∂x_n and the strain damping, N.
@@ -243,7 +243,9 @@ class ClothIteration {
 // grid between two iterations: several times as fast as launches where the cloth has few nodes for a GPU.
 /// Can it be done: on CUDA, with cooperative launches, if all nodes fit on the device at once? (Then it makes its arrays.)
 bool prepare_resident_cloth(Device& d, const ClothSystem& s);
-/// ClothIteration::run; `begin` for the first call of a solve, null to go on.
+/// Where it expects a bound of the spectral radius at the first call of a solve.
+Kokkos::View<double, MemSpace> resident_spectral_bound(const Device& d);
+/// ClothIteration::run; `begin` for the first call of a solve, with the largest ρ that it may use; null to go on.
 void run_resident_cloth(Device& d, const ClothSystem& s, const ClothProgress* begin, int most, double tolerance,
                         double floor);
 /// Waits for it.

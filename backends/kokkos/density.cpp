@@ -42,6 +42,15 @@ void sample_volumes(Device& d) {
       });
 }
 
+/// As much room beside a list's entries, not kept.
+template <class T>
+void make_room_beside(const NeighborList& list, Array<T>& kept, const char* label) {
+  const std::size_t entries = list.entry.extent(0);
+  if (kept.extent(0) == entries) return;
+  kept = {};  // free before allocating
+  kept = Array<T>(Kokkos::ViewAllocateWithoutInitializing(label), entries);
+}
+
 /// c_b of the Jacobi diagonal (src/stages/density.hpp), in samples.row_bound.
 void sample_row_bounds(Device& d) {
   const Kernel kernel = d.kernel;
@@ -85,11 +94,9 @@ void density_and_alpha(Device& d) {
   const Entries<std::int64_t> id = d.fluid.id;
   const bool solids = d.boundary.count > 0, cloth = d.samples.count > 0, touching = has_contact(d);
   const Entries<Real> contact = d.work.contact.alpha, contact_yields = d.work.contact.compliance;
-  auto& kept = d.fluid_fluid.slope;
-  if (const std::size_t entries = d.fluid_fluid.entry.extent(0); kept.extent(0) != entries) {
-    kept = {};  // free before allocating
-    kept = Array<Real>(Kokkos::ViewAllocateWithoutInitializing("drench::pair_slope"), entries);
-  }
+  make_room_beside(d.fluid_fluid, d.fluid_fluid.slope, "drench::pair_slope");
+  if (cloth) make_room_beside(d.fluid_sample, d.fluid_sample.gradient, "drench::sample_gradient");
+  const Entries<Real3> sheet_gradient = d.fluid_sample.gradient;
   const Neighbors lf = d.fluid_fluid, lb = d.fluid_boundary, ls = d.fluid_sample;
   parallel(
       "drench::density::ratio_alpha", d.fluid.count, KOKKOS_LAMBDA(const Index i) {
@@ -134,8 +141,10 @@ void density_and_alpha(Device& d) {
             const Real4 at = xs(b);
             const Real3 r = from_behind(xi - at.xyz(), back(b).xyz());
             const Real length = norm(r), slope = at.w * kernel.slope(length);
+            const Real3 g = slope * r;
+            sheet_gradient(sheets.place(k)) = g;
             delta += at.w * kernel.value(length);
-            sheet += mirrored * slope * r;
+            sheet += mirrored * g;
             lengths -= mirrored * slope * length;
             coupling -= mirrored * mirrored * row_share * slope * length * bound(b);
           }

@@ -23,7 +23,10 @@ struct NeighborList {
   Array<Index> count;
   Array<std::int64_t> start;  // where a bundle's entries begin
   Array<Index> entry;
-  Array<Real> slope;  // beside `entry`, where a stage keeps it: V_j (dW/dr)/r, 1/m² (stage density)
+  // Beside `entry`, kept by stage density for the step: V_j (dW/dr)/r, 1/m², between particles; V_b ∇W of a particle, 1/m,
+  // with a cloth's sample as the pressure sees it (laws/wall.hpp).
+  Array<Real> slope;
+  Array<Real3> gradient;
   Index rows = 0;
   // While it is filled: entries that are given out, by this filling and by the next one; how many were asked for, if too many.
   Kokkos::View<std::int64_t[2], MemSpace> used;

@@ -26,6 +26,8 @@ void divergence(Device& d, const StepInfo& info, StepReport& report) {
   PressureIteration iterate(d, kappa, false);
   iterate.start();
   const auto next = d.work.kappa_next, last = d.work.kappa_last;
+  const auto residual = [&](const ThreeSums& sums) { return info.dt / n * (sums.first + sums.second); };
+  SumUnderWay<ThreeSums> first;
   for (int iteration = 1;; ++iteration) {
     predict_liquid(d, dt, false);
     if (cloth) {
@@ -36,8 +38,9 @@ void divergence(Device& d, const StepInfo& info, StepReport& report) {
     compression_rate(d, kappa, dt, false);
     report.divergence_iterations = iteration;
     const Real factor = iterate.relaxation() / dt;
-    const ThreeSums sums = ordered<ThreeSums>(
-        "drench::divergence::error", n, KOKKOS_LAMBDA(const Index i) {
+    const auto under_way = begin_ordered<ThreeSums>(
+        "drench::divergence::error", n,
+        KOKKOS_LAMBDA(const Index i) {
           next(i) = 0;
           if (!active(i)) return ThreeSums{};
           const Real gain = factor * alpha(i), k = updated(kappa(i), gain, rate(i));
@@ -45,13 +48,21 @@ void divergence(Device& d, const StepInfo& info, StepReport& report) {
           return ThreeSums{rate(i) > 0 ? double(rate(i)) : 0.0,
                            excess_pressure(double(rate(i)), double(kappa(i)), double(gain)),
                            double(kappa(i) - k) * double(k - last(i)) / double(alpha(i))};
-        });
+        },
+        iteration % 2);
+    if (PressureIteration::goes_on_unseen(iteration, solver)) {
+      first = under_way;
+      iterate.advance_first();
+      continue;
+    }
+    const ThreeSums sums = under_way.wait();
+    if (iteration == 2 && PressureIteration::goes_on_unseen(1, solver)) iterate.saw_first(residual(first.wait()));
     report.divergence_error = info.dt / n * sums.first;
     report.divergence_converged =
         report.divergence_error <= solver.divergence_error && info.dt / n * sums.second <= solver.divergence_error;
     if ((report.divergence_converged && iteration >= solver.min_iterations) || iteration >= solver.max_iterations)
       break;
-    iterate.advance(info.dt / n * (sums.first + sums.second), sums.third);
+    iterate.advance(residual(sums), sums.third);
   }
   accept_liquid(d);
   accept_bodies(d, info.dt);

@@ -40,8 +40,8 @@ void pair_shares(Device& d) {
       });
 }
 
-/// The liquid's change in a stage, in work.predicted. Returns the largest C_i, 1/s.
-double liquid_change(const Device& d, const LegendreStage& stage) {
+/// The liquid's change in a stage, in work.predicted, and C_i, 1/s, in work.rate.
+void liquid_change(const Device& d, const LegendreStage& stage) {
   const Kernel kernel = d.kernel;
   const Real strength = d.viscous_strength;
   const Real3 g = d.gravity, center = d.field_center, square = d.field_square;
@@ -89,7 +89,12 @@ double liquid_change(const Device& d, const LegendreStage& stage) {
         change(i) = {next, Real(0)};
         bound(i) = strength * share * sum.bound;
       });
-  return maximum(
+}
+
+/// Adds the largest C_i, 1/s.
+void find_liquid_bound(const Device& d, MaximaUnderWay& maxima) {
+  const auto bound = d.work.rate;
+  maxima.add(
       "drench::forces::bound", d.fluid.count, KOKKOS_LAMBDA(const Index i) { return double(bound(i)); });
 }
 
@@ -131,11 +136,11 @@ void cloth_forces(Device& d) {
   node_forces_from_samples(d);
 }
 
-/// The largest u_n Σ_b w_bn K_b, 1/s.
-double node_bound(const Device& d) {
+/// Adds the largest u_n Σ_b w_bn K_b, 1/s.
+void find_node_bound(const Device& d, MaximaUnderWay& maxima) {
   node_bounds_from_samples("drench::forces::node_row", d, d.viscous_work.sample_bound);
   const auto node_bound = d.nodes.row_bound;
-  return maximum(
+  maxima.add(
       "drench::forces::node_bound", d.nodes.count, KOKKOS_LAMBDA(const Index n) { return double(node_bound(n)); });
 }
 
@@ -199,8 +204,12 @@ void forces(Device& d, const StepInfo& info, StepReport&) {
     cloth_forces(d);
   }
   viscous_body_forces(d);
-  double bound = std::max(liquid_change(d, legendre(1, 1, info.dt)), viscous_body_bound(d));
-  if (cloth) bound = std::max(bound, node_bound(d));
+  liquid_change(d, legendre(1, 1, info.dt));
+  MaximaUnderWay maxima;
+  find_liquid_bound(d, maxima);
+  if (cloth) find_node_bound(d, maxima);
+  find_viscous_body_bound(d, maxima);
+  const double bound = maxima.wait("drench::forces::bound");
   int stages = 1;
   while (stages * (stages + 1.0) < 2 * info.dt * bound) ++stages;
   if (stages > 1) {

@@ -133,6 +133,8 @@ void pressure(Device& d, const StepInfo& info, StepReport& report) {
   PressureIteration iterate(d, kappa, touching);
   iterate.start();
   const auto next = d.work.kappa_next, last = d.work.kappa_last;
+  const auto residual = [&](const ThreeSums& sums) { return (sums.first + sums.second) / n; };
+  SumUnderWay<PressureSums> first;
   for (int iteration = 1;; ++iteration) {
     predict_liquid(d, dt, touching);
     if (samples) cloth_forces(d);
@@ -144,8 +146,9 @@ void pressure(Device& d, const StepInfo& info, StepReport& report) {
     compression_rate(d, kappa, dt, touching);
     report.density_iterations = iteration;
     const Real factor = iterate.relaxation() / (dt * dt);
-    const PressureSums all = ordered<PressureSums>(
-        "drench::pressure::residual", n, KOKKOS_LAMBDA(const Index i) {
+    const auto under_way = begin_ordered<PressureSums>(
+        "drench::pressure::residual", n,
+        KOKKOS_LAMBDA(const Index i) {
           const bool fresh = origin(i) == static_cast<std::uint8_t>(Origin::cloth) && age(i) < ramp;
           const Real beta = alpha(i) == 0 ? Real(0) : fresh ? age(i) / ramp : Real(1);
           const Real push_alpha = touching ? contact.alpha(i) : Real(0);
@@ -168,8 +171,17 @@ void pressure(Device& d, const StepInfo& info, StepReport& report) {
                                     double(push - p) * double(p - contact.last(i)) / double(push_alpha)};
           }
           return PressureSums{steering, error, error};
-        });
+        },
+        iteration % 2);
+    if (PressureIteration::goes_on_unseen(iteration, solver)) {
+      first = under_way;
+      iterate.advance_first();
+      continue;
+    }
+    const PressureSums all = under_way.wait();
     const ThreeSums& sums = all.steering;
+    if (iteration == 2 && PressureIteration::goes_on_unseen(1, solver))
+      iterate.saw_first(residual(first.wait().steering));
     report.density_error = all.error / n;
     report.density_error_max = all.error_max;
     report.density_converged = sums.first / n <= tolerance && sums.second / n <= tolerance;
@@ -178,7 +190,7 @@ void pressure(Device& d, const StepInfo& info, StepReport& report) {
       report.density_converged = report.cloth_residual <= 1;
     }
     if ((report.density_converged && iteration >= solver.min_iterations) || iteration >= solver.max_iterations) break;
-    iterate.advance((sums.first + sums.second) / n, sums.third);
+    iterate.advance(residual(sums), sums.third);
   }
   accept_liquid(d);
   accept_bodies(d, info.dt);

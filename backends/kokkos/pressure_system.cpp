@@ -47,6 +47,10 @@ void PressureIteration::advance(double residual, double against_momentum) {
   smallest_ = std::min(residual, smallest_);
   if (residual > last_ || against_momentum > 0) weight_ = 1;
   last_ = residual;
+  move_on();
+}
+
+void PressureIteration::move_on() {
   const double next_weight = 0.5 * (1 + std::sqrt(1 + 4 * weight_ * weight_));
   const Real momentum = Real((weight_ - 1) / next_weight);
   weight_ = next_weight;
@@ -116,7 +120,8 @@ void free_cloth_response(Device& d, Real dt) {
 void predict_liquid(Device& d, Real dt, bool touching) {
   const Kernel kernel = d.kernel;
   const Entries<Real3> xb = d.boundary.position, v = d.fluid.velocity;
-  const Entries<Real4> place = d.work.place, predicted = d.work.predicted, xs = d.samples.place, back = d.samples.back;
+  const Entries<Real4> place = d.work.place, predicted = d.work.predicted;
+  const Entries<Real3> gradient = d.fluid_sample.gradient;
   const Entries<Real> vb = d.boundary.volume, ratio = d.fluid.density_ratio, volume = d.work.volume,
                       push = d.work.contact.push;
   const Neighbors lf = d.fluid_fluid, lb = d.fluid_boundary, ls = d.fluid_sample;
@@ -146,11 +151,7 @@ void predict_liquid(Device& d, Real dt, bool touching) {
             const Real dense = image_density(ratio(i)) * mirrored * at_sheet;
             const NeighborRow sheets = ls.row(i);
             DRENCH_UNROLL
-            for (Index k = 0; k < sheets.count; ++k) {
-              const Index b = sheets(k);
-              const Real4 at = xs(b);
-              a -= (dense * at.w) * kernel.gradient(from_behind(xi - at.xyz(), back(b).xyz()));
-            }
+            for (Index k = 0; k < sheets.count; ++k) a -= dense * gradient(sheets.place(k));
           }
         }
         predicted(i) = {v(i) + dt * a, cloth ? thrust(ratio(i), volume(i), at_sheet) : Real(0)};
@@ -160,8 +161,8 @@ void predict_liquid(Device& d, Real dt, bool touching) {
 void compression_rate(Device& d, const Array<Real>& kappa, Real dt, bool touching) {
   const Kernel kernel = d.kernel;
   const Entries<Real3> xb = d.boundary.position, ub = seen_boundary_velocity(d);
-  const Entries<Real4> place = d.work.place, v = d.work.predicted, xs = d.samples.place, back = d.samples.back,
-                       us = d.samples.predicted;
+  const Entries<Real4> place = d.work.place, v = d.work.predicted, us = d.samples.predicted;
+  const Entries<Real3> gradient = d.fluid_sample.gradient;
   const Entries<Real> vb = d.boundary.volume, rate = d.work.rate, compliance = d.work.compliance,
                       ratio = d.fluid.density_ratio, approach = d.work.contact.rate;
   const Neighbors lf = d.fluid_fluid, lb = d.fluid_boundary, ls = d.fluid_sample;
@@ -187,13 +188,8 @@ void compression_rate(Device& d, const Array<Real>& kappa, Real dt, bool touchin
           Real sheet = 0;
           const NeighborRow sheets = ls.row(i);
           DRENCH_UNROLL
-          for (Index k = 0; k < sheets.count; ++k) {
-            const Index b = sheets(k);
-            const Real4 at = xs(b);
-            sheet +=
-                mirrored * at.w * dot(vi - us(b).xyz(), kernel.gradient(from_behind(xi - at.xyz(), back(b).xyz())));
-          }
-          sheet *= image_density(ratio(i));
+          for (Index k = 0; k < sheets.count; ++k) sheet += dot(vi - us(sheets(k)).xyz(), gradient(sheets.place(k)));
+          sheet *= mirrored * image_density(ratio(i));
           if (touching) approach(i) = sheet;
           sum += sheet;
         }

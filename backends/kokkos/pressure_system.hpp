@@ -38,6 +38,15 @@ class PressureIteration {
   /// κ := the next point y, from work.kappa_next = κ⁺ and kappa_last = the κ⁺ before, λ likewise. `residual`:
   /// error + excess of the κ that is left; `against_momentum`: the scalar product that decides about a restart.
   void advance(double residual, double against_momentum);
+  /// Does the solve go on after this iteration whatever its residual is? Then the host need not wait for it: the first
+  /// advance does not depend on it. `saw_first` hands it in before the second.
+  static bool goes_on_unseen(int iteration, const FluidSolverScene& solver) {
+    return iteration == 1 && solver.min_iterations > 1 && solver.max_iterations > 1;
+  }
+  void advance_first() { move_on(); }
+  void saw_first(double residual) { smallest_ = last_ = residual; }
+  /// The next of Nesterov's weights, and κ and λ with it: what all advances end with. (Public for nvcc's sake.)
+  void move_on();
 
  private:
   static constexpr double most_growth = 4;

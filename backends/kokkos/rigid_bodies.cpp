@@ -7,7 +7,6 @@
 #include "laws/viscosity.hpp"
 #include "laws/wall.hpp"
 #include "primitives/neighbor_list.hpp"
-#include "primitives/reduce.hpp"
 
 namespace drench::kokkos_backend {
 namespace {
@@ -286,8 +285,8 @@ void viscous_body_forces(Device& d) {
       });
 }
 
-double viscous_body_bound(Device& d) {
-  if (d.bodies.samples == 0) return 0;
+void find_viscous_body_bound(Device& d, MaximaUnderWay& maxima) {
+  if (d.bodies.samples == 0) return;
   const auto constant = d.bodies.constant;
   const auto state = d.bodies.state;
   const auto owner = d.bodies.owner;
@@ -300,7 +299,7 @@ double viscous_body_bound(Device& d) {
         return Wrench{{k, 0, 0}, {k * inner(arm, arm), 0, 0}};
       });
   const auto sum = d.bodies.load;
-  return maximum(
+  maxima.add(
       "drench::bodies::viscous_bound", d.bodies.count, KOKKOS_LAMBDA(const Index b) {
         const RigidBody& body = constant(b);
         const Double3& i = body.inverse_inertia;

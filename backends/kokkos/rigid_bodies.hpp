@@ -3,6 +3,7 @@
 // Laws: src/stages/bodies.hpp. Every function does nothing if the scene has no such body.
 
 #include "device.hpp"
+#include "primitives/reduce.hpp"
 
 namespace drench::kokkos_backend {
 
@@ -26,8 +27,8 @@ void add_body_rows(Device& d);
 
 /// bodies.force: the liquid's viscous pull at the velocities as they are.
 void viscous_body_forces(Device& d);
-/// What these forces do to the bodies at most, 1/s (bodies.hpp, law 4).
-double viscous_body_bound(Device& d);
+/// Adds what these forces do to the bodies at most, 1/s (bodies.hpp, law 4).
+void find_viscous_body_bound(Device& d, MaximaUnderWay& maxima);
 /// The bodies' momenta change by keep · the last change + weight (s) · (bodies.force and, if asked for, gravity).
 void body_stage(Device& d, double keep, double weight, bool gravity);
 

@@ -8,6 +8,7 @@
 #include <memory>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 #include "cloth_solver.hpp"
 
@@ -23,6 +24,7 @@ struct ResidentArrays {
   Real3 *shift, *last_shift;
   Real4* iterate[2];
   TwoSums* part;  // of each block
+  const double* spectral_bound;
   ClothProgress *progress, *seen;
 };
 
@@ -79,9 +81,9 @@ __device__ TwoSums sum_of_grid(const groups::grid_group& grid, TwoSums s, TwoSum
 
 /// A link with all that stays the same: x⁰_n − x⁰_m (m) and its strain damping (laws/elasticity.hpp).
 struct NearLink {
-  Link link;
+  Link link{};
   Real3 apart;
-  Real damping;
+  Real damping = 0;
 };
 
 /// `kept`: the most links of a lane. `plain`: without solids and strain limits, whose registers the links then have.
@@ -93,10 +95,14 @@ __global__ void __launch_bounds__(threads) iterate(ClothSystem s, ResidentArrays
   const Index n = thread / lanes;
   const bool free = n < nodes && !s.pinned(n);
   ClothProgress progress = run.first ? run.begin : *a.progress;
+  if (run.first) progress.rho = Kokkos::fmin(progress.rho, *a.spectral_bound);
   NodeTerms terms{};
   Real3 moved, before;
+  // What a lane has no link for leads to the node itself with a force of 0: without branches between them all loads of an
+  // iteration are under way at once.
   NearLink link[kept];
-  int count = 0;
+#pragma unroll
+  for (int k = 0; k < kept; ++k) link[k].link.other = n < nodes ? n : 0;
   if (n < nodes) {
     moved = a.shift[n];
     before = a.last_shift[n];
@@ -112,21 +118,24 @@ __global__ void __launch_bounds__(threads) iterate(ClothSystem s, ResidentArrays
         const Link l = s.link(first + lanes * k);
         const Real3 apart = terms.start - s.start(l.other);
         link[k] = {l, apart, rate > 0 ? strain_damping(apart, l.stiffness, rate) : Real(0)};
-        count = k + 1;
       }
   }
   grid.sync();
   int current = 0;
+  Real3 other[kept];
+  const auto load = [&] {
+    const Iterate shift{a.iterate[current]};
+#pragma unroll
+    for (int k = 0; k < kept; ++k) other[k] = shift(link[k].link.other);
+  };
   // r_n, the same on both lanes.
   const auto residual = [&] {
-    const Iterate shift{a.iterate[current]};
     Real3 force;
 #pragma unroll
     for (int k = 0; k < kept; ++k)
-      if (k < count)
-        ClothSystem::add_link(force, link[k].link, link[k].apart, moved - shift(link[k].link.other), link[k].damping);
+      ClothSystem::add_link(force, link[k].link, link[k].apart, moved - other[k], link[k].damping);
     if constexpr (!plain)
-      if (free && s.limit_start.exist()) force += s.limit_force(n, shift, lane, lanes);
+      if (free && s.limit_start.exist()) force += s.limit_force(n, Iterate{a.iterate[current]}, lane, lanes);
     force += Real3{__shfl_xor_sync(all_lanes, force.x, 1), __shfl_xor_sync(all_lanes, force.y, 1),
                    __shfl_xor_sync(all_lanes, force.z, 1)};
     return terms.inertia * (terms.target - moved) + force;
@@ -140,10 +149,12 @@ __global__ void __launch_bounds__(threads) iterate(ClothSystem s, ResidentArrays
   const auto next_check = [&] {
     return progress.iterations + check_interval < end ? progress.iterations + check_interval : end;
   };
+  ClothProgress ahead = progress;  // with the next iterate
+  Real omega = ahead.next_weight();
   for (int check = next_check();;) {
+    load();
     const Real3 r = residual();
-    ClothProgress ahead = progress;
-    Real3 next = step(r, ahead.next_weight());
+    Real3 next = step(r, omega);
     if (progress.iterations == check) {
       // The next iterate is on its way already: one barrier serves it and the sum.
       const TwoSums own =
@@ -153,15 +164,19 @@ __global__ void __launch_bounds__(threads) iterate(ClothSystem s, ResidentArrays
       check = next_check();
       const bool restarts = progress.since_restart == 0;
       ahead = progress;
-      const Real omega = ahead.next_weight();
+      omega = ahead.next_weight();
       if (restarts) {
         next = step(r, omega);
         grid.sync();
       }
+      progress = ahead;
+      omega = ahead.next_weight();
     } else {
-      grid.sync();
+      auto arrived = grid.barrier_arrive();
+      progress = ahead;
+      omega = ahead.next_weight();  // a division in double, while the others arrive
+      grid.barrier_wait(std::move(arrived));
     }
-    progress = ahead;
     before = moved;
     moved = next;
     current ^= 1;
@@ -221,6 +236,7 @@ struct ResidentCloth {
   Plan plan;
   Array<Real4> iterate[2];
   Array<TwoSums> part;
+  Kokkos::View<double, MemSpace> spectral_bound;
   Kokkos::View<ClothProgress, MemSpace> progress;
   Kokkos::View<ClothProgress, Kokkos::SharedHostPinnedSpace> seen;
 };
@@ -237,10 +253,15 @@ bool prepare_resident_cloth(Device& d, const ClothSystem& s) {
     if (r->plan.kernel == nullptr) return false;
     for (Array<Real4>& i : r->iterate) i = Array<Real4>("drench::cloth::iterate", nodes);
     r->part = Array<TwoSums>("drench::cloth::part", static_cast<std::size_t>(r->plan.blocks));
+    r->spectral_bound = Kokkos::View<double, MemSpace>("drench::cloth::spectral_bound");
     r->progress = Kokkos::View<ClothProgress, MemSpace>("drench::cloth::progress");
     r->seen = Kokkos::View<ClothProgress, Kokkos::SharedHostPinnedSpace>("drench::cloth::progress_seen");
   }
   return r->plan.kernel != nullptr;
+}
+
+Kokkos::View<double, MemSpace> resident_spectral_bound(const Device& d) {
+  return d.cloth_work.resident->spectral_bound;
 }
 
 void run_resident_cloth(Device& d, const ClothSystem& s, const ClothProgress* begin, int most, double tolerance,
@@ -251,6 +272,7 @@ void run_resident_cloth(Device& d, const ClothSystem& s, const ClothProgress* be
                         d.cloth_work.last_shift.data(),
                         {r.iterate[0].data(), r.iterate[1].data()},
                         r.part.data(),
+                        r.spectral_bound.data(),
                         r.progress.data(),
                         r.seen.data()};
   ResidentRun run{begin != nullptr ? *begin : ClothProgress{}, begin != nullptr, most, tolerance, floor};

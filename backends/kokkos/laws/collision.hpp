@@ -166,6 +166,11 @@ struct Hit {
   double time = 2;
   double weight[3] = {0, 0, 0};
   Index triangle = -1;
+
+  /// Of two at the same time that with the first triangle.
+  KOKKOS_INLINE_FUNCTION bool before(const Hit& o) const {
+    return time < o.time || (time == o.time && triangle < o.triangle);
+  }
 };
 
 /// The first τ at which x0 → x1 meets the triangle from → to: coplanarity (x − a)·((b − a) × (c − a)) = 0, m³, a cubic

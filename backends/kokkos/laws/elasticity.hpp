@@ -12,11 +12,14 @@ KOKKOS_INLINE_FUNCTION Real3 separation(const Real3& start_i, const Real3& shift
   return (start_i - start_j) + (shift_i - shift_j);
 }
 
-/// Force on node i of an edge spring (Liu et al. 2013): −k (x_ij − L x_ij/|x_ij|), N;
+/// −k (1 − L/|x_ij|), N/m: times x_ij it is the force on node i of an edge spring (Liu et al. 2013), −k (x_ij − L x_ij/|x_ij|);
 /// x_ij = x_i − x_j in m, rest length L in m, k in N/m. Coincident ends: d_e = 0.
-KOKKOS_INLINE_FUNCTION Real3 spring_force(const Real3& x_ij, Real rest_length, Real stiffness) {
+KOKKOS_INLINE_FUNCTION Real spring_pull(const Real3& x_ij, Real rest_length, Real stiffness) {
   const Real square = dot(x_ij, x_ij);
-  return square > 0 ? (-stiffness * (1 - rest_length * inverse_root(square))) * x_ij : Real3{};
+  return square > 0 ? -stiffness * (1 - rest_length * inverse_root(square)) : Real(0);
+}
+KOKKOS_INLINE_FUNCTION Real3 spring_force(const Real3& x_ij, Real rest_length, Real stiffness) {
+  return spring_pull(x_ij, rest_length, stiffness) * x_ij;
 }
 
 /// What strain_damping_force needs of an edge, N/m³: k τ/Δt/|x⁰_ij|²; `start_ij` = x⁰_ij in m, `rate` = τ/Δt.

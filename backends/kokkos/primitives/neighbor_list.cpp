@@ -10,14 +10,14 @@ namespace {
 /// What finds the rows' entries, and where these go.
 struct Search {
   Entries<Real3> row_points;
-  Index rows;
+  Index rows = 0;
   CellTableView table;
-  bool same_set, in_order;  // ListRequest
-  Real h2;                  // m²: the support's square
+  bool same_set = false, in_order = false;  // ListRequest
+  Real h2 = 0;                              // m²: the support's square
   Entries<Index> count;
   Entries<std::int64_t> start;
   Slice<Index> entry;
-  std::int64_t *used, *next_used;  // NeighborList
+  std::int64_t *used = nullptr, *next_used = nullptr;  // NeighborList
   Kokkos::View<std::int64_t, Kokkos::SharedHostPinnedSpace> needed;
 
   /// The cells [lo, hi] around a point, without those that a dense table does not have.
@@ -141,13 +141,13 @@ struct Lot32 {
 /// a warp there is always a thread that finds something. Then the warp takes room for its rows, a bundle of the list. The
 /// second pass writes what the bits say: the threads of a warp their k-th entries, which lie side by side, at the same time.
 template <class Points>
-struct FillBundles {
+struct BundleSearch {
   using Policy = Kokkos::TeamPolicy<ExecSpace, Kokkos::LaunchBounds<128, 1>>;
   using Team = typename Policy::member_type;
   static constexpr Index threads = 128, lots = 12;  // of a team; that a thread keeps: more than nine runs of cells need
   using Scratch = Kokkos::View<Lot32*, ExecSpace::scratch_memory_space, Kokkos::MemoryTraits<Kokkos::Unmanaged>>;
 
-  Search search;
+  const Search& search;
 
   /// Whether a dense table has anything in these cells: all loads under way at once, for most rows of some lists are empty.
   KOKKOS_INLINE_FUNCTION bool any(const CellCoord& lo, const CellCoord& hi) const {
@@ -235,9 +235,9 @@ struct FillBundles {
     return value;
 #endif
   }
-  KOKKOS_INLINE_FUNCTION void operator()(const Team& team) const {
+  KOKKOS_INLINE_FUNCTION void fill(const Team& team, Index number) const {
     const Scratch scratch(team.team_scratch(0), static_cast<std::size_t>(threads * lots));
-    const Index i = static_cast<Index>(team.league_rank()) * threads + static_cast<Index>(team.team_rank());
+    const Index i = number * threads + static_cast<Index>(team.team_rank());
     Lot32* const mine = scratch.data() + team.team_rank();
     Index found = 0, kept = 0;
     if (i < search.rows)
@@ -268,16 +268,48 @@ struct FillBundles {
   }
 };
 
+/// Several lists in one kernel, so that none waits for the last rows of another.
 template <class Points>
-void launch(const Search& search) {
+struct FillBundles {
+  using One = BundleSearch<Points>;
+  static constexpr int most_lists = 5;
+
+  struct List {
+    Search search;
+    Index end = 0;  // of its teams
+  };
+  List list[most_lists];
+
+  KOKKOS_INLINE_FUNCTION void operator()(const typename One::Team& team) const {
+    const auto rank = static_cast<Index>(team.league_rank());
+    int which = 0;
+    while (rank >= list[which].end) ++which;
+    One{list[which].search}.fill(team, which > 0 ? rank - list[which - 1].end : rank);
+  }
+};
+
+/// Fills lists; of a GPU's as many at once as there are.
+template <class Points>
+void launch(const std::vector<Search>& searches) {
   if constexpr (std::is_same_v<Points, PointLanes>) {
     constexpr Index lot = FillRows<Points>::rows_at_once;
-    parallel("drench::neighbors::list", (search.rows + lot - 1) / lot, FillRows<Points>{search});
+    for (const Search& search : searches)
+      parallel("drench::neighbors::list", (search.rows + lot - 1) / lot, FillRows<Points>{search});
   } else {
     using Fill = FillBundles<Points>;
-    typename Fill::Policy policy((search.rows + Fill::threads - 1) / Fill::threads, Fill::threads);
-    policy.set_scratch_size(0, Kokkos::PerTeam(Fill::Scratch::shmem_size(Fill::threads * Fill::lots)));
-    Kokkos::parallel_for("drench::neighbors::list", policy, Fill{search});
+    using One = typename Fill::One;
+    for (std::size_t from = 0; from < searches.size(); from += Fill::most_lists) {
+      Fill fill;
+      Index teams = 0;
+      for (std::size_t k = 0; k < Fill::most_lists && from + k < searches.size(); ++k) {
+        const Search& search = searches[from + k];
+        teams += (search.rows + One::threads - 1) / One::threads;
+        fill.list[k] = {search, teams};
+      }
+      typename One::Policy policy(teams, One::threads);
+      policy.set_scratch_size(0, Kokkos::PerTeam(One::Scratch::shmem_size(One::threads * One::lots)));
+      Kokkos::parallel_for("drench::neighbors::list", policy, fill);
+    }
   }
 }
 
@@ -299,14 +331,15 @@ void make_room(NeighborList& list, Index rows) {
   kokkos_backend::make_room(list.start, "drench::neighbor_start", capacity / NeighborRow::bundle + 1);
 }
 
-void fill(const ListRequest& request, Real support) {
+Search search_for(const ListRequest& request, Real support) {
   NeighborList& list = *request.list;
   list.needed() = 0;
-  std::int64_t* const used = list.used.data();
-  launch<CellPoints>({request.row_points, list.rows, request.table, request.same_set, request.in_order,
-                      support * support, list.count, list.start, list.entry, used + list.filling,
-                      used + (1 - list.filling), list.needed});
+  std::int64_t* const used = list.used.data() + list.filling;
+  std::int64_t* const next_used = list.used.data() + (1 - list.filling);
   list.filling = 1 - list.filling;
+  return {request.row_points, list.rows,  request.table, request.same_set, request.in_order,
+          support * support,  list.count, list.start,    list.entry,       used,
+          next_used,          list.needed};
 }
 
 }  // namespace
@@ -323,7 +356,9 @@ bool build_neighbor_lists(const std::vector<ListRequest>& requests, Real support
   }
   const bool waits = !left.empty();
   while (!left.empty()) {
-    for (const ListRequest& request : left) fill(request, support);
+    std::vector<Search> searches;
+    for (const ListRequest& request : left) searches.push_back(search_for(request, support));
+    launch<CellPoints>(searches);
     ExecSpace().fence("drench::neighbors::list");
     std::erase_if(left, [](const ListRequest& request) { return request.list->needed() == 0; });
     for (const ListRequest& request : left) grow(*request.list, request.list->needed() + request.list->needed() / 4);
