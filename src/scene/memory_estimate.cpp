@@ -56,10 +56,9 @@ double list_bytes(const SetupSize& size, double r, bool gpu) {
   if (samples && size.liquid) {
     const double pairs = touching(size.wet_sides * size.samples, at_sheet),
                  of_liquid = met(known.fluid_sample, size.fluid, pairs);
-    bytes += list(size.samples, met(known.sample_fluid, size.samples, pairs), index + 3 * r);  // with gradients
-    if (fluid)
-      bytes +=
-          list(size.fluid, of_liquid, index + 3 * r + (size.absorption ? quanta : 0));  // with gradients and offers
+    bytes += list(size.samples, met(known.sample_fluid, size.samples, pairs), index);
+    const double beside = 3 * r + (size.absorption ? quanta : 0);  // gradients and offers
+    if (fluid) bytes += list(size.fluid, of_liquid, index + beside);
     if ((size.absorption || size.emission) && size.direction && walls)
       bytes += list(size.samples,
                     met(known.sample_boundary, size.samples,
