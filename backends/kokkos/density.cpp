@@ -42,7 +42,7 @@ void sample_volumes(Device& d) {
       });
 }
 
-/// As much room beside a list's entries, not kept.
+/// Room beside each of a list's entries; what was there is lost if it grows.
 template <class T>
 void make_room_beside(const NeighborList& list, Array<T>& kept, const char* label) {
   const std::size_t entries = list.entry.extent(0);

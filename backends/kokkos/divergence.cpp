@@ -56,7 +56,7 @@ void divergence(Device& d, const StepInfo& info, StepReport& report) {
       continue;
     }
     const ThreeSums sums = under_way.wait();
-    if (iteration == 2 && PressureIteration::goes_on_unseen(1, solver)) iterate.saw_first(residual(first.wait()));
+    if (iteration == 2 && PressureIteration::goes_on_unseen(1, solver)) iterate.saw_first(residual(first.arrived()));
     report.divergence_error = info.dt / n * sums.first;
     report.divergence_converged =
         report.divergence_error <= solver.divergence_error && info.dt / n * sums.second <= solver.divergence_error;

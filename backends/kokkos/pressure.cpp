@@ -181,7 +181,7 @@ void pressure(Device& d, const StepInfo& info, StepReport& report) {
     const PressureSums all = under_way.wait();
     const ThreeSums& sums = all.steering;
     if (iteration == 2 && PressureIteration::goes_on_unseen(1, solver))
-      iterate.saw_first(residual(first.wait().steering));
+      iterate.saw_first(residual(first.arrived().steering));
     report.density_error = all.error / n;
     report.density_error_max = all.error_max;
     report.density_converged = sums.first / n <= tolerance && sums.second / n <= tolerance;

@@ -41,7 +41,7 @@ class PressureIteration {
   /// Does the solve go on after this iteration whatever its residual is? Then the host need not wait for it: the first
   /// advance does not depend on it. `saw_first` hands it in before the second.
   static bool goes_on_unseen(int iteration, const FluidSolverScene& solver) {
-    return iteration == 1 && solver.min_iterations > 1 && solver.max_iterations > 1;
+    return iteration == 1 && solver.min_iterations > 1;
   }
   void advance_first() { move_on(); }
   void saw_first(double residual) { smallest_ = last_ = residual; }

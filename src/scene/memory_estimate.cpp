@@ -138,11 +138,12 @@ double all_table_bytes(const SetupSize& size, double r) {
 
 /// Partial sums of the ledger (backends/kokkos/primitives/reduce.hpp, ledger.hpp), one range for the liquid and one for the
 /// cloth's nodes and edges.
-double sum_bytes(const SetupSize& size, double r) {
+double sum_bytes(const SetupSize& size, double r, bool gpu) {
   const double edges = size.moving_cloth ? (size.edges > 0 ? size.edges : 3 * size.nodes) : 0;
   double sums = 0;
   for (const double most : {size.fluid, std::max(size.nodes, edges)})
-    sums += std::min(65536.0, most) + std::min(1024.0, most) + std::min(32.0, most);
+    sums +=
+        gpu ? std::min(512.0, most / 128 + 1) : std::min(65536.0, most) + std::min(1024.0, most) + std::min(32.0, most);
   return 1.25 * (11 * number + 6 * r) * sums;
 }
 
@@ -158,7 +159,7 @@ double number_in(const char* path) {
 MemoryEstimate estimate_memory(const SetupSize& size, int real_bytes, bool gpu) {
   const double r = real_bytes;
   MemoryEstimate m;
-  m.particles = particle_bytes(size, r) + sum_bytes(size, r);
+  m.particles = particle_bytes(size, r) + sum_bytes(size, r, gpu);
   m.lists = list_bytes(size, r, gpu);
   m.cells = all_table_bytes(size, r);
   m.bodies = body_bytes(size, r);

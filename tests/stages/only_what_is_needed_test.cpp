@@ -57,8 +57,8 @@ struct Watch {
 };
 
 /// What one step launches, and how often the host waits for the device, per stage.
-void watch_a_step(const std::string& scene, int steps_before,
-                  const std::function<void(const Model&, HostState&)>& prepare) {
+StepReport watch_a_step(const std::string& scene, int steps_before,
+                        const std::function<void(const Model&, HostState&)>& prepare) {
   const auto setup = setup_from(scene);
   const auto backend = make_kokkos_backend(setup.model);
   HostState state = setup.state;
@@ -81,12 +81,13 @@ void watch_a_step(const std::string& scene, int steps_before,
       ++waits_in[stage];
     *id = 0;
   });
-  pipeline.step(1.0);
+  const StepReport report = pipeline.step(1.0);
   Tools::set_push_region_callback(nullptr);
   Tools::set_begin_parallel_for_callback(nullptr);
   Tools::set_begin_parallel_reduce_callback(nullptr);
   Tools::set_begin_parallel_scan_callback(nullptr);
   Tools::set_begin_fence_callback(nullptr);
+  return report;
 }
 
 int containing(const std::set<std::string>& labels, std::initializer_list<const char*> parts) {
@@ -305,6 +306,27 @@ TEST(only_what_is_needed, a_process_that_is_off_has_no_kernel_and_no_memory) {
   run("diffusion: off", {"drench::diffusion"});
   run("absorption: off, emission: off, diffusion: off",
       {"drench::flow_direction", "drench::absorption", "drench::emission", "drench::diffusion", "drench::transfer"});
+}
+
+TEST(only_what_is_needed, the_host_does_not_wait_for_what_it_can_do_without) {
+  const auto waits = [](const char* name) { return waits_in[std::string("drench::") + name]; };
+  const auto as_it_is = [](const Model&, HostState&) {};
+  const auto of_liquid = [&](const std::string& scene) {
+    SCOPED_TRACE(scene);
+    const StepReport report = watch_a_step(scene, 6, as_it_is);
+    EXPECT_EQ(waits("forces"), 1);  // for all bounds of the viscosity at once
+    EXPECT_GE(report.divergence_iterations, 2);
+    EXPECT_EQ(waits("divergence"), report.divergence_iterations - 1);  // the first goes on whatever comes out
+    return report;
+  };
+  const StepReport report = of_liquid(no_cloth);
+  EXPECT_EQ(waits("pressure"), report.density_iterations - 1);
+  of_liquid(wet_scene());
+  const std::string one =
+      with(no_cloth, "fluid: {", "fluid: {solver: {min_iterations: 1, max_iterations: 1}, ");  // and it is the last
+  watch_a_step(one, 6, as_it_is);
+  EXPECT_EQ(waits("divergence"), 1);
+  EXPECT_EQ(waits("pressure"), 1);
 }
 
 // A launch costs a GPU 5 µs and a wait of the host 20 µs: at 10⁵ particles the porous stages are made of nothing else.

@@ -128,6 +128,10 @@ struct SumUnderWay {
   /// Synchronises with the host.
   Sum wait() const {
     ExecSpace().fence(label);
+    return arrived();
+  }
+  /// Once the host has waited for this kernel or a later one.
+  Sum arrived() const {
     Sum all{};
     for (std::size_t p = 0; p < parts; ++p) all += total[p];
     return all;
