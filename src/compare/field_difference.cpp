@@ -118,6 +118,8 @@ std::vector<FieldDifference> compare_fields(const Model& model, Stage stage, dou
       const double speed = model.spacing / dt;  // d/Δt
       slack = precision.solve_roundings * precision.rounding * (name == "fluid_velocity" ? speed / 4 : speed * speed);
     }
+    // one rounding of the velocities, over a spacing: in free fall κ is nothing else
+    if (name == "fluid_kappa_divergence") slack = precision.rounding * largest["fluid_velocity"] * model.spacing / dt;
     // displacements over Δt: one rounding of a node's place
     if (stage == Stage::pressure && name == "node_velocity" && precision.solve_roundings > 0)
       slack = precision.rounding * largest["node_position"] / dt;
