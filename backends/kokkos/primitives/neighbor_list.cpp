@@ -357,6 +357,7 @@ bool build_neighbor_lists(const std::vector<ListRequest>& requests, Real support
   const bool waits = !left.empty();
   while (!left.empty()) {
     std::vector<Search> searches;
+    searches.reserve(left.size());
     for (const ListRequest& request : left) searches.push_back(search_for(request, support));
     launch<CellPoints>(searches);
     ExecSpace().fence("drench::neighbors::list");
