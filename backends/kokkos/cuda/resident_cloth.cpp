@@ -172,10 +172,16 @@ __global__ void __launch_bounds__(threads) iterate(ClothSystem s, ResidentArrays
       progress = ahead;
       omega = ahead.next_weight();
     } else {
+#if CUDART_VERSION >= 12020
       auto arrived = grid.barrier_arrive();
+#else
+      grid.sync();
+#endif
       progress = ahead;
       omega = ahead.next_weight();  // a division in double, while the others arrive
+#if CUDART_VERSION >= 12020
       grid.barrier_wait(std::move(arrived));
+#endif
     }
     before = moved;
     moved = next;
