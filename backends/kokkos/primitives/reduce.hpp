@@ -138,7 +138,8 @@ struct SumUnderWay {
   }
 };
 
-/// Begins with Σ term(i), i < n, n > 0, always in the same order. Two may be under way at once, with a different `place` (0 or 1).
+/// Begins with Σ term(i), i < n, n > 0, always in the same order. Two may be under way at once, with a different `place` (0 or 1);
+/// until the first is read the room must not grow: no sums of a larger kind in between.
 /// On CUDA it is a reduction of Kokkos, whose blocks and order depend on n and the kernel alone. On a CPU their number would
 /// depend on the threads: there as many partial sums as keep a GPU busy, then fewer and fewer; the last few are added by the
 /// host.
@@ -196,8 +197,8 @@ struct PartsFrom {
 };
 #endif
 
-/// Both sums, always in the same order, with the same kernels and one wait for both. On a GPU by teams: for terms as large as
-/// the ledger's a reduction of Kokkos takes several times as long, for small ones less.
+/// Both sums, always in the same order, with the same kernels and one wait for both. On a GPU by teams: with terms as large as
+/// the ledger's that is several times as fast as a reduction of Kokkos, with a few numbers slower.
 template <class Sum, class First, class Second>
 SumPair<Sum> ordered_pair(const char* label, Index n_first, const First& first, Index n_second, const Second& second) {
   SumRoom& room = sum_room();
