@@ -1,6 +1,7 @@
 // From a scene to a model: bodies, their samples, liquid blocks, jets. Cloth: build_test.cpp; mesh files:
 // mesh_files_test.cpp.
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -413,8 +414,10 @@ TEST(MemoryEstimate, RefusesWhatTheMachineOrTheDeviceCannotHold) {
   EXPECT_NE(refusal(size, {4, 0.99 * estimate.host, "GPU", 1e12}).find("the machine has"), std::string::npos);
   EXPECT_EQ(
       refusal(size, {4, 1e12, "GPU", 0.5 * 1073741824}),
-      "the scene does not fit in the device's memory: 1000000 liquid particles, 0 samples of bodies, 0 cloth nodes "
-      "and 0 samples of cloth need about 0.7 GiB, GPU has 0.5 GiB free");
+      fmt::format(
+          "the scene does not fit in the device's memory: 1000000 liquid particles, 0 samples of bodies, 0 cloth nodes "
+          "and 0 samples of cloth need about {:.1f} GiB, GPU has 0.5 GiB free",
+          on_gpu / 1073741824));
 }
 
 TEST(Build, IsTheSameTwice) {
