@@ -79,11 +79,14 @@ void bodies(ReferenceState& state, const StepInfo& info, StepReport&) {
     const Body& body = m.bodies[m.boundary.body[b]];
     if (!body.moves()) continue;
     const Pose pose = pose_of(s, m.boundary.body[b]);
-    Vector3d way = pose.position - vec(body.center);
-    if (body.slides)
+    Vector3d own = vec(m.boundary.position[b]) - vec(body.center);
+    if (body.slides) {
+      const Vector3d middle = vec(body.middle),
+                     way = middle - vec(body.center) - pose.turn.conjugate() * (middle - pose.position);
       for (const Vec3& step : body.lattice)
-        way -= std::floor(way.dot(vec(step)) / vec(step).squaredNorm() + slide_offset) * vec(step);
-    const Vector3d x = vec(body.center) + way + pose.turn * (vec(m.boundary.position[b]) - vec(body.center));
+        own -= std::floor(way.dot(vec(step)) / vec(step).squaredNorm() + slide_offset) * vec(step);
+    }
+    const Vector3d x = pose.position + pose.turn * own;
     s.boundary_position[b] = arr(x);
     s.boundary_velocity[b] = arr(pose.velocity_at(x));
   }

@@ -83,14 +83,15 @@ void bodies(Device& d, const StepInfo& info, StepReport&) {
         const RigidBody& body = constant(of(b));
         if (!body.moves) return;
         const RigidState& s = state(of(b));
-        const Double3 arm = turned(s.orientation, minus(widen(rest(b)), body.rest_center));
-        Double3 center = s.position;
-        if (body.slides)
-          for (const Double3& step : body.lattice) {
-            const double steps = inner(minus(center, body.rest_center), step) / inner(step, step);
-            center = minus(center, times(Kokkos::floor(steps + slide_offset), step));
-          }
-        x(b) = narrow(add(center, arm));
+        Double3 own = minus(widen(rest(b)), body.rest_center);
+        if (body.slides) {
+          const Double3 way =
+              minus(minus(body.middle, body.rest_center), turned_back(s.orientation, minus(body.middle, s.position)));
+          for (const Double3& step : body.lattice)
+            own = minus(own, times(Kokkos::floor(inner(way, step) / inner(step, step) + slide_offset), step));
+        }
+        const Double3 arm = turned(s.orientation, own);
+        x(b) = narrow(add(s.position, arm));
         v(b) = narrow(add(s.velocity, outer(s.spin, arm)));
         if (dynamic) predicted(b) = v(b);
       });

@@ -26,6 +26,7 @@ RigidBody constant_of(const Body& b) {
   c.slides = b.slides ? 1 : 0;
   c.lattice[0] = to_double(b.lattice[0]);
   c.lattice[1] = to_double(b.lattice[1]);
+  c.middle = to_double(b.middle);
   c.rest_center = to_double(b.center);
   c.rest_velocity = to_double(b.velocity);
   c.rest_spin = times(b.spin_rate, to_double(b.spin_axis));

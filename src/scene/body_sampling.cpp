@@ -242,18 +242,23 @@ std::array<Vec3, 2> plane_lattice(const Body& body, double spacing) {
   return {to_vec3(spacing * u), to_vec3(spacing * v)};
 }
 
-Box sampled_region(const Body& body, const Box& region, double duration) {
+Box sampled_region(const Body& body, const Box& region, double duration, int layer) {
   Box swept = region;
-  const bool turns = body.dynamic || body.spin_rate != 0;
-  double all = 1e9;  // m: far beyond any scene's coordinates
-  if (turns && body.kind == BodyScene::Kind::plane) {
-    double farthest = 0;
-    for (std::size_t a = 0; a < 3; ++a) {
-      const double path = std::abs(body.velocity[a]) * duration;
-      farthest += std::pow(std::max(body.point[a] - region.min[a], region.max[a] - body.point[a]) + path, 2);
+  if (body.slides && body.spin_rate != 0) {
+    const Vector3d normal = to_eigen(body.normal), middle = to_eigen(body.middle),
+                   below = middle - normal * normal.dot(middle - to_eigen(body.point)),
+                   half = 0.5 * (to_eigen(region.max) - to_eigen(region.min));
+    const double step = to_eigen(body.lattice[0]).norm(), depth = (layer + 0.5) * step;
+    for (int a = 0; a < 3; ++a) {
+      // within `half` of the middle's foot in the layer, and the two lattice steps that it can be back by
+      const double reach = half.norm() + step + depth * std::abs(normal[a]);
+      swept.min[static_cast<std::size_t>(a)] = below[a] - reach;
+      swept.max[static_cast<std::size_t>(a)] = below[a] + reach;
     }
-    all = std::sqrt(farthest);
+    return swept;
   }
+  const bool turns = body.dynamic || body.spin_rate != 0;
+  constexpr double all = 1e9;  // m: far beyond any scene's coordinates
   for (std::size_t a = 0; a < 3; ++a) {
     if (turns) {
       swept.min[a] = body.center[a] - all;

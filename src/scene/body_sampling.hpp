@@ -18,9 +18,9 @@ double expected_body_samples(const Body& body, double spacing, const Box& region
 std::array<Vec3, 2> plane_lattice(const Body& body, double spacing);
 
 /// Where samples of the body can be at t = 0 that reach `region` (the domain extended by h) within `duration` (s): the
-/// region itself, swept against the body's velocity (of planes that slide: along the normal, and by a step of the
-/// lattice); for bodies that turn or float everything (planes: all that can turn into it).
-Box sampled_region(const Body& body, const Box& region, double duration);
+/// region itself, swept against the body's velocity (of planes along the normal, and by a step of the lattice); for bodies
+/// that turn or float everything (planes: as much about the domain's middle as the region is wide, in that layer).
+Box sampled_region(const Body& body, const Box& region, double duration, int layer = 0);
 
 /// The samples of one body, in an order that depends on nothing but the arguments.
 /// Boxes, spheres, planes and closed meshes are sampled d/2 inside the solid (dynamic ones 0.67 d), other meshes on their

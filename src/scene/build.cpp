@@ -99,10 +99,10 @@ SetupSize expected_size(const Model& m) {
   size.fluid = expected_block_particles(m.scene.fluid);
   const Box region = wetted_region(m);
   for (std::size_t b = 0; b < m.bodies.size(); ++b) {
-    const Box part = sampled_region(m.bodies[b], region, m.scene.time.end);
     double samples = 0;
     for (int layer = 0; layer < body_layers(m.bodies[b], m.spacing, m.support); ++layer)
-      samples += expected_body_samples(m.bodies[b], m.spacing, part, layer);
+      samples += expected_body_samples(m.bodies[b], m.spacing,
+                                       sampled_region(m.bodies[b], region, m.scene.time.end, layer), layer);
     if (samples > max_body_samples) {
       throw SetupError(
           fmt::format("body {}: its surface needs more than {:.0f} samples at spacing {} m; use a smaller domain "
@@ -124,7 +124,7 @@ void sample_bodies(Setup& setup) {
     std::vector<double> volumes;
     for (int layer = 0; layer < body_layers(body, m.spacing, m.support); ++layer) {
       const std::vector<Vec3> more =
-          sample_body(body, m.spacing, sampled_region(body, region, m.scene.time.end), layer);
+          sample_body(body, m.spacing, sampled_region(body, region, m.scene.time.end, layer), layer);
       // Each layer counts for one layer of liquid, and only its own samples share it.
       for (const double volume : akinci_volumes(more, m.support, m.scene.fluid.kernel))
         volumes.push_back(volume * m.layer_share);
@@ -262,8 +262,9 @@ Setup build(const Scene& scene, const MemoryBudget& budget) {
   for (Body& body : m.bodies)
     if (body.kind == BodyScene::Kind::plane) {
       body.reach = farthest_corner(scene.domain, body.point);
-      body.slides = body.moves() && body.spin_rate == 0;
+      body.slides = body.moves();
       if (body.slides) body.lattice = plane_lattice(body, m.spacing);
+      for (std::size_t a = 0; a < 3; ++a) body.middle[a] = 0.5 * (scene.domain.min[a] + scene.domain.max[a]);
     }
   start_bodies(m, setup.state);
   lay_fields(setup);

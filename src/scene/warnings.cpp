@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "scene/body_geometry.hpp"
 #include "scene/cloth_mesh.hpp"
 #include "scene/eigen_vec.hpp"
 #include "scene/fluid_sampling.hpp"
@@ -72,6 +73,38 @@ void warn_of_coarse_bodies(const Model& m, Lines& lines) {
       warn("its radius", body.radius, "its samples do not make a ball", body.radius / 2);
     else if (body.kind == BodyScene::Kind::mesh && !body.field.empty() && mean_thickness(body) < d)
       warn("its mean thickness", mean_thickness(body), through, mean_thickness(body));
+  }
+}
+
+/// What stops a floating body (src/stages/bodies.hpp, law 2: a sphere's centre, a box's corners) stops it at once, and
+/// lifts it by the energy (J) that the message names.
+void warn_of_bodies_in_solids(const Model& m, Lines& lines) {
+  for (std::size_t b = 0; b < m.bodies.size(); ++b) {
+    const Body& body = m.bodies[b];
+    if (!body.dynamic) continue;
+    const bool ball = body.kind == BodyScene::Kind::sphere;
+    for (std::size_t other = 0; other < m.bodies.size(); ++other) {
+      const Body& solid = m.bodies[other];
+      if (solid.dynamic || (solid.kind == BodyScene::Kind::mesh && solid.field.empty())) continue;
+      double depth = 0;
+      Vec3 deepest{0, 0, 0};  // the normal there
+      for (std::size_t corner = 0; corner < (ball ? 1 : 8); ++corner) {
+        Vec3 x = body.center, normal;
+        if (!ball)
+          for (std::size_t a = 0; a < 3; ++a) x[a] = (corner >> a & 1 ? body.box.max : body.box.min)[a];
+        const double inside = (ball ? body.radius : 0) - signed_distance(solid, x, normal);
+        if (inside > depth) {
+          depth = inside;
+          deepest = normal;
+        }
+      }
+      if (depth <= 1e-6 * body.reach) continue;
+      lines.push_back(
+          fmt::format("body {}: it starts {:.2g} m inside body {}, is put out at once and has {:.2g} J more; move one "
+                      "of them",
+                      b + 1, depth, other + 1,
+                      std::max(0.0, -body.mass * depth * to_eigen(m.scene.gravity).dot(to_eigen(deepest)))));
+    }
   }
 }
 
@@ -255,6 +288,7 @@ std::vector<std::string> plan_warnings(const Model& model, const HostState& stat
     warn_of_cloth_meshes(model, lines);
     warn_of_jets(model, state, lines);
   }
+  warn_of_bodies_in_solids(model, lines);
   warn_of_falling_cloths(model, lines);
   warn_of_stiff_cloths(model, lines);
   warn_of_wet_cloths(model, lines);

@@ -7,10 +7,10 @@
 //        Akinci volumes V_b: those are computed once, at set-up, whether the body moves or not.
 // Law 1, prescribed motion (`velocity`, `spin`): c = C + t v, q = Rot(spin_axis, spin_rate · t) at t = time + Δt, always
 //        from t = 0, so that errors do not add up; v and ω are constant. Bodies at rest keep everything.
-//        Of a plane that does not turn, a floor that rises or a belt, the samples are a lattice without end: they go back by
-//        whole steps of it, L_1 and L_2 in the plane, x_b = X_b + t v − Σ_k floor(t v·L_k/L_k² + 0.382) L_k, and there need be
-//        no more of them than the domain has (slide_offset: so that no simple fraction of a step is a borderline). Their
-//        velocity is v.
+//        Of a plane, a floor that rises or tilts or a belt, the samples are a lattice without end: they go back by whole
+//        steps of it, L_1 and L_2 in the plane, to where the domain's middle M is, x_b = c + q(X_b − Σ_k n_k L_k − C),
+//        n_k = floor(((M − C) − q⁻¹(M − c))·L_k/L_k² + 0.382), and there need be no more of them than the domain can meet
+//        (slide_offset: so that no simple fraction of a step is a borderline).
 // Law 2, dynamic bodies (mass M, kg; inertia I about c, kg m²): c' = c + Δt v, q' = exp(Δt ω) q; angular momentum is kept,
 //        ω' = I(q')⁻¹ I(q) ω, which is the gyroscopic term −ω × Iω to first order (no torque acts in this stage).
 //        Contact with the bodies that are not dynamic (container, floor): up to three sweeps over them, in their order, at

@@ -145,8 +145,9 @@ struct Body {
   Vec3 spin_axis{0, 1, 0};  // unit
   double spin_rate = 0;     // rad/s
   double adhesion = 0;      // w, N/m
-  // of a plane that moves and does not turn: the steps of its samples' lattice, m (src/stages/bodies.hpp, law 1)
+  // of a plane that moves: the steps of its samples' lattice and what they stay beside, m (src/stages/bodies.hpp, law 1)
   std::array<Vec3, 2> lattice{};
+  Vec3 middle{0, 0, 0};
   bool slides = false;
   bool dynamic = false;
   double mass = 0;        // kg; 0 unless dynamic
@@ -159,7 +160,7 @@ struct Body {
   bool moves() const { return dynamic || spin_rate != 0 || velocity != Vec3{0, 0, 0}; }
 };
 
-/// Of a step of the lattice: how far back the samples of a plane that slides are at most (src/stages/bodies.hpp, law 1).
+/// Of a step of the lattice: how far back the samples of a plane that moves are at most (src/stages/bodies.hpp, law 1).
 inline constexpr double slide_offset = 0.38196601125010515;
 
 /// Samples of the solid bodies at t = 0, all bodies concatenated.

@@ -255,6 +255,13 @@ RandomScene SceneDraw::scene() {
 
 namespace {
 
+/// Does something start inside a solid? That it is put out brings energy that is not known from outside.
+bool starts_inside(const std::string& yaml) {
+  const std::vector<std::string> lines = setup_from(yaml).warnings;
+  return std::any_of(lines.begin(), lines.end(),
+                     [](const std::string& l) { return l.find("out at once") != std::string::npos; });
+}
+
 /// Runs the scenes of these seeds; returns how often the energy was watched, and sets its largest excess in slacks.
 int watch_scenes(const std::vector<std::uint64_t>& seeds, double& worst) {
   int closed = 0;
@@ -262,7 +269,7 @@ int watch_scenes(const std::vector<std::uint64_t>& seeds, double& worst) {
     const RandomScene drawn = SceneDraw(n).scene();
     SCOPED_TRACE(fmt::format("seed {}\n{}", n, drawn.yaml));
     try {
-      const bool energy = drawn.closed && drawn.ordinary;
+      const bool energy = drawn.closed && drawn.ordinary && !starts_inside(drawn.yaml);
       WatchedRun run(drawn.yaml, {.bounded_saturation = drawn.bounded, .energy = energy ? 1 : HUGE_VAL});
       run.steps(50);
       run.print(fmt::format("seed {}{}", n, drawn.ordinary ? "" : ", extreme").c_str());
@@ -293,8 +300,9 @@ TEST(random_scenes, hold_what_must_hold) {
 
 TEST(random_scenes, that_broke_a_rule_once_hold_it) {
   double worst = 0;
-  // Two sheets that pass each other; a fold that closes on three particles; cloth whose solves end at their cap.
-  watch_scenes({1019, 1025, 1027, 2008, 2042}, worst);
+  // Two sheets that pass each other; a fold that closes on three particles; cloth whose solves end at their cap; a plane
+  // that flies and turns, which took 2.8 s a step; a ball that starts inside the floor; liquid that swings in a field.
+  watch_scenes({1019, 1025, 1027, 2008, 2042, 2087, 6016, 7024}, worst);
 }
 
 }  // namespace drench::test

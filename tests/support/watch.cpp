@@ -226,7 +226,9 @@ void Watch::look_at_energy(const HostState& now, double dt, Complaints& wrong) {
   motion_ += in.jet_motion;
   weight_ = std::max(weight_, weight(model_, now));
   energy_ = mechanical_energy(model_, now);
-  const double slack = 0.1 * model_.spacing * weight_ + 1e-3 * motion_ + 1e-12;  // the last: roundings of what rests
+  if (first_sway_ < 0) first_sway_ = sway(model_, last_, dt);
+  const double slack = 0.1 * model_.spacing * weight_ + 1e-3 * motion_ + first_sway_ + sway(model_, now, dt) +
+                       1e-12;  // the last: roundings of what rests
   const double excess = energy_ - initial_energy_ - input_;
   if (slack > 0) excess_ = std::max(excess_, excess / slack);
   if (excess > rules_.energy * slack)

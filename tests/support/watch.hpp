@@ -19,8 +19,8 @@ struct Rules {
   bool passage = true;
   bool bounded_saturation = true;  ///< false where `saturation_control: off` gives the bound up
   /// How far the energy may lie above what there was at the start and what came in since, in units of a tenth of lifting
-  /// all that is there by a spacing and a thousandth of the motion at the start and from jets. Infinite: not watched, for
-  /// what solids that move put in is not known from outside.
+  /// all that is there by a spacing and a thousandth of the motion at the start and from jets, and by what a symplectic
+  /// step's energy sways in a field. Infinite: not watched, for what solids that move put in is not known from outside.
   double energy = 1;
   double fastest = std::numeric_limits<double>::infinity();  ///< m/s, of particles and nodes
 };
@@ -60,7 +60,7 @@ class Watch {
   HostState last_;
   std::vector<Quanta> most_liquid_;  // per node
   Quanta total_ = 0;
-  double motion_ = 0, weight_ = 0;  // J and N of the slack
+  double motion_ = 0, weight_ = 0, first_sway_ = -1;  // J, N and J of the slack; the last not known before a step
   double initial_energy_ = 0, energy_ = 0, excess_ = 0, input_ = 0, pin_work_ = 0, speed_ = 0, wet_ = 0;
   std::int64_t absorbed_ = 0, pinched_ = 0;
 };

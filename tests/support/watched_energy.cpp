@@ -141,6 +141,17 @@ double motion_energy(const Model& m, const HostState& s) {
   return energy;
 }
 
+double sway(const Model& m, const HostState& s, double dt) {
+  double energy = 0;
+  if (m.scene.field.present)
+    for (std::size_t i = 0; i < s.fluid_position.size(); ++i) {
+      const Vector3d pull = (to_eigen(s.fluid_position[i]) - to_eigen(m.scene.field.center))
+                                .cwiseProduct(to_eigen(m.scene.field.rate).cwiseAbs2());
+      energy += 0.5 * dt * kilograms(m, s.fluid_mass[i]) * std::abs(pull.dot(to_eigen(s.fluid_velocity[i])));
+    }
+  return energy;
+}
+
 double weight(const Model& m, const HostState& s) {
   double mass = 0;
   for (const Quanta q : s.fluid_mass) mass += kilograms(m, q);

@@ -17,6 +17,8 @@ struct EnergyInput {
 
 /// Kinetic energy of particles and wet nodes, J.
 double motion_energy(const Model& m, const HostState& s);
+/// How far energy may lie from what symplectic Euler keeps in a field, E − ½ Δt Σ m Σ_a ω_a² (x_a − c_a) v_a; J.
+double sway(const Model& m, const HostState& s, double dt);
 /// Of particles and wet nodes, N.
 double weight(const Model& m, const HostState& s);
 EnergyInput energy_input(const Model& m, const HostState& before, const HostState& now, double dt);

@@ -50,7 +50,7 @@ struct RigidBody {
   Double3 half;                      // m: a box's half edges
   double radius;                     // m: a sphere's
   double reach;                      // m
-  Double3 lattice[2];                // m: of a plane that slides
+  Double3 lattice[2], middle;        // m: of a plane that moves
   Index first_sample, sample_count;  // among all boundary samples
   Index first_dynamic;               // among those of the dynamic bodies
 };
