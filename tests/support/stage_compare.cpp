@@ -1,5 +1,6 @@
 #include "stage_compare.hpp"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -75,10 +76,10 @@ void compare_stage(const Comparison& c) {
   for (int s = 0; s < c.steps_before; ++s) pipeline.step(1.0);
 
   StepInfo info{pipeline.step_index(), pipeline.time(), setup.model.scene.time.step};
-  StepReport reference_report, backend_report;
+  StepReport so_far, reference_report, backend_report;
   for (Stage s : pipeline.stages()) {
     if (s == c.stage) break;
-    reference->run(s, info, reference_report);
+    reference->run(s, info, so_far);
   }
   HostState before = reference->download();
   if (c.prepare) c.prepare(setup.model, before);
@@ -88,6 +89,11 @@ void compare_stage(const Comparison& c) {
   run_stage_from(*backend, setup.model, c.stage, before, info, backend_report);
   const HostState expected = reference->download(), actual = backend->download();
 
+  const auto iterations = [](const StepReport& r) {
+    return fmt::format("{} of the divergence, {} of the density, {} of the cloth (residual {:.4g})",
+                       r.divergence_iterations, r.density_iterations, r.cloth_iterations, r.cloth_residual);
+  };
+  SCOPED_TRACE("iterations: reference " + iterations(reference_report) + "; backend " + iterations(backend_report));
   const std::vector<std::string> changed = changed_fields(before, expected);
   std::istringstream wanted(c.changes);
   for (std::string name; wanted >> name;)
