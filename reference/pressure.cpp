@@ -13,13 +13,7 @@ namespace {
 using Eigen::Vector3d;
 
 /// c: share of a compression that a step takes back.
-constexpr double taken_share = 0.5;
-
-/// t(o) of a compression o > 0.
-double taken_back(double over) {
-  constexpr double scatter = 0.005, most = 0.1;
-  return std::max(taken_share * over, std::min(over - scatter, most));
-}
+constexpr double taken_back = 0.5;
 
 /// β_i: how much of a fresh particle's compression counts yet.
 double source_ramp(const HostState& s, Index i, double ramp) {
@@ -103,12 +97,12 @@ void pressure(ReferenceState& state, const StepInfo& info, StepReport& report) {
     double over = s.fluid_density_ratio[i] - 1;
     if (state.contact_alpha[i] > 0) over = std::max(0.0, over);
     compressed[i] = beta * std::max(0.0, s.fluid_density_ratio[i] - 1 + info.dt * rate);
-    return beta * ((over > 0 ? taken_back(over) : over) + info.dt * rate);
+    return beta * ((over > 0 ? taken_back * over : over) + info.dt * rate);
   };
   const auto approach = [&](Index i, double rate) { return active[i] ? source_ramp(s, i, ramp) * info.dt * rate : 0; };
   const Residuals residuals{compression, approach};
   clear_inactive(state);
-  const double tolerance = taken_share * state.model.scene.fluid.solver.density_error;
+  const double tolerance = taken_back * state.model.scene.fluid.solver.density_error;
   std::vector<double>& kappa = state.s.fluid_kappa_density;
   SolveResult result;
   if (state.model.has_moving_cloth()) {
