@@ -250,7 +250,7 @@ Box sampled_region(const Body& body, const Box& region, double duration, int lay
                    half = 0.5 * (to_eigen(region.max) - to_eigen(region.min));
     const double step = to_eigen(body.lattice[0]).norm(), depth = (layer + 0.5) * step;
     for (int a = 0; a < 3; ++a) {
-      // within `half` of the middle's foot in the layer, and the two lattice steps that it can be back by
+      // half the region's diagonal about the middle's foot in the layer, and 0.62 of both lattice steps: less than one
       const double reach = half.norm() + step + depth * std::abs(normal[a]);
       swept.min[static_cast<std::size_t>(a)] = below[a] - reach;
       swept.max[static_cast<std::size_t>(a)] = below[a] + reach;
