@@ -12,7 +12,11 @@
 namespace drench::kokkos_backend {
 namespace {
 
-constexpr Real taken_back = Real(0.5);  // c: share of a compression that a step takes back
+/// t(o): what a step takes back of a compression (src/stages/pressure.hpp); of what is less dense than at rest, all.
+KOKKOS_INLINE_FUNCTION Real taken_back(Real over, Real share) {
+  constexpr Real most = Real(0.1);
+  return Kokkos::fmin(over, Kokkos::fmax(Real(0.5) * over, Kokkos::fmin(share * over, most)));
+}
 
 /// The sums that steer the iteration (pressure_system.hpp), and what is left of the compression: its sum and maximum.
 struct PressureSums {
@@ -113,8 +117,8 @@ void pressure(Device& d, const StepInfo& info, StepReport& report) {
   const FluidSolverScene& solver = d.model.scene.fluid.solver;
   const Index n = d.fluid.count;
   if (n == 0) return;
-  const double tolerance = taken_back * solver.density_error;
-  const Real dt = Real(info.dt), ramp = d.emission_ramp;
+  const double tolerance = solver.density_correction * solver.density_error;
+  const Real dt = Real(info.dt), ramp = d.emission_ramp, share = Real(solver.density_correction);
   const auto kappa = d.fluid.kappa_density, alpha = d.work.alpha, rate = d.work.rate, ratio = d.fluid.density_ratio;
   const auto age = d.fluid.age;
   const auto origin = d.fluid.origin;
@@ -153,7 +157,7 @@ void pressure(Device& d, const StepInfo& info, StepReport& report) {
           const Real beta = alpha(i) == 0 ? Real(0) : fresh ? age(i) / ramp : Real(1);
           const Real push_alpha = touching ? contact.alpha(i) : Real(0);
           const Real over = push_alpha > 0 ? Kokkos::fmax(ratio(i) - 1, Real(0)) : ratio(i) - 1, change = dt * rate(i);
-          const Real left = beta * (Kokkos::fmin(over, taken_back * over) + change);
+          const Real left = beta * (taken_back(over, share) + change);
           const double error = Kokkos::fmax(double(beta * (ratio(i) - 1 + change)), 0.0);
           const Real gain = factor * alpha(i), k = updated(kappa(i), gain, left);
           next(i) = k;

@@ -75,6 +75,7 @@ void read_solver(Section& s, FluidSolverScene& solver) {
   s.check(solver.min_iterations <= solver.max_iterations, s.has("min_iterations") ? "min_iterations" : "max_iterations",
           fmt::format("min_iterations ({}) is above max_iterations ({}); allowed: at most that", solver.min_iterations,
                       solver.max_iterations));
+  s.number("density_correction", solver.density_correction, "[0.5, 1]", "1");
 }
 
 void read_micropolar(Section& s, MicropolarScene& micropolar) {

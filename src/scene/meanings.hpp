@@ -59,6 +59,8 @@ inline constexpr Meaning meanings[] = {
     {"fluid.solver.divergence_error", "mean rate of compression times Δt that ends the divergence solve"},
     {"fluid.solver.max_iterations", "most iterations of either solve"},
     {"fluid.solver.min_iterations", "fewest iterations of either solve; at most `max_iterations`"},
+    {"fluid.solver.density_correction",
+     "c: share of a compression that a step takes back; 1 for fast flows in long steps"},
     {"fluid.sources", "where the liquid comes from; may be left out only beside porous cloth, which can drip"},
     {"fluid.sources.N.block", "a box that is full of liquid at the start"},
     {"fluid.sources.N.block.velocity", "of its particles at the start"},

@@ -83,9 +83,11 @@ void write_fluid(Writer& out, const FluidScene& fluid) {
   if (const MicropolarScene& spin = fluid.micropolar; spin.present)
     out.line("  micropolar: {{transfer: {}, inertia: {}, viscosity: {}, reaction: {}}}  # m²/s, spacings², m²/s, 1",
              text(spin.transfer), text(spin.inertia), text(spin.viscosity), text(spin.reaction));
-  out.line("  solver: {{density_error: {}, divergence_error: {}, max_iterations: {}, min_iterations: {}}}",
-           text(fluid.solver.density_error), text(fluid.solver.divergence_error), fluid.solver.max_iterations,
-           fluid.solver.min_iterations);
+  out.line(
+      "  solver: {{density_error: {}, divergence_error: {}, max_iterations: {}, min_iterations: {}, "
+      "density_correction: {}}}",
+      text(fluid.solver.density_error), text(fluid.solver.divergence_error), fluid.solver.max_iterations,
+      fluid.solver.min_iterations, text(fluid.solver.density_correction));
   if (!fluid.blocks.empty() || !fluid.jets.empty()) out.line("  sources:");
   for (const BlockScene& block : fluid.blocks) {
     out.line("    - block: {{{}, velocity: {}}}", corners(block.box), text(block.velocity));

@@ -51,6 +51,7 @@ struct FluidSolverScene {
   double divergence_error = 1e-3;  // 1; mean compression rate · Δt that ends the divergence solve
   int max_iterations = 100;
   int min_iterations = 2;
+  double density_correction = 0.5;  // c, 1; share of a compression that a step takes back (stages/pressure.hpp)
 };
 
 struct BlockScene {

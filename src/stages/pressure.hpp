@@ -3,11 +3,14 @@
 //
 // Notation and pressure accelerations as in stage divergence (divergence.hpp), κ being fluid_kappa_density.
 // Predicted density ratio  δ_adv,i = δ_i + Δt R_i(v_i + Δt a_i(κ), v_n(κ)).
-// Problem: find κ_i ≥ 0 with  δ_adv,i ≤ 1 + (1 − c) max(0, δ_i − 1),  c = ½, iterated as in stage divergence:
-//     κ⁺_i = max(0, κ_i + ω α_i r_i/Δt²),  residual r_i = β_i (δ_adv,i − 1 − (1 − c) max(0, δ_i − 1))
-//   Half of the compression that a step finds is taken back in it, the rest in the next ones: what a step pushes apart
-//   leaves it as velocity, and with c = 1 (Bender & Koschier) a column at rest shakes itself (Baumgarte 1972 did so with
-//   constraints).
+// Problem: find κ_i ≥ 0 with  δ_adv,i ≤ 1 + o_i − t(o_i),  o_i = max(0, δ_i − 1),  t(o) = max(o/2, min(c o, 0.1)),
+//   c = density_correction in [½, 1], iterated as in stage divergence:
+//     κ⁺_i = max(0, κ_i + ω α_i r_i/Δt²),  residual r_i = β_i (δ_adv,i − 1 − o_i + t(o_i))
+//   With c = ½ half of the compression o that a step finds is taken back in it, the rest in the next ones: what a step pushes
+//   apart leaves it as velocity, and with c = 1 (Bender & Koschier) a column at rest shakes itself (Baumgarte 1972 did so with
+//   constraints). A flow that compresses by e a step, as what the rates leave out does in long steps, is found compressed by
+//   e/c and left so by e (1 − c)/c: there c = 1 is the better. Of more than 0.2 it is half again: all of it would blow
+//   particles apart that lie in each other.
 //   β_i ∈ [0, 1] ramps a fresh particle's source in (Solenthaler & Gross 2011): β = min(1, age/T) for Origin::cloth
 //   with T the largest emission_ramp of the cloths, 1 for all others. It multiplies the residual, both in the update
 //   and in the error.

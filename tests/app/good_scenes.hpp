@@ -24,7 +24,8 @@ fluid:
   kernel: wendland
   support: 2.5
   micropolar: {transfer: 2.0e-3, inertia: 3, viscosity: 1.0e-4, reaction: 0.25}
-  solver: {density_error: 2.0e-3, divergence_error: 3.0e-3, max_iterations: 50, min_iterations: 1}
+  solver: {density_error: 2.0e-3, divergence_error: 3.0e-3, max_iterations: 50, min_iterations: 1,
+           density_correction: 0.75}
   sources:
     - block: {min: [0, 0.1, 0], max: [0.3, 0.4, 0.5], velocity: [1, 2, 3]}
     - jet: {center: [1, 1, 1], radius: 0.07, velocity: [0, -2, 0], start: 0.5, end: 1.5}

@@ -13,7 +13,7 @@ inline auto fields(const TimeScene& s) { const auto& [a, b, c, d] = s; return st
 inline auto fields(const OutputScene& s) { const auto& [a, b, c, d, e] = s; return std::tie(a, b, c, d, e); }
 inline auto fields(const ProcessScene& s) { const auto& [a, b, c, d, e] = s; return std::tie(a, b, c, d, e); }
 inline auto fields(const MicropolarScene& s) { const auto& [a, b, c, d, e] = s; return std::tie(a, b, c, d, e); }
-inline auto fields(const FluidSolverScene& s) { const auto& [a, b, c, d] = s; return std::tie(a, b, c, d); }
+inline auto fields(const FluidSolverScene& s) { const auto& [a, b, c, d, e] = s; return std::tie(a, b, c, d, e); }
 inline auto fields(const BlockScene& s) { const auto& [a, b] = s; return std::tie(a, b); }
 inline auto fields(const JetScene& s) { const auto& [a, b, c, d, e] = s; return std::tie(a, b, c, d, e); }
 inline auto fields(const FluidScene& s) {

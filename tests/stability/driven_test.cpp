@@ -119,6 +119,24 @@ TEST(driven, four_times_the_step) {
   EXPECT_GT(sum(run.state().node_liquid), 0);
 }
 
+TEST(driven, long_steps_that_take_back_all_of_a_compression) {
+  // What density_correction is for: as many iterations, and less is left of what the steps' length compresses.
+  double left[2], iterations[2];
+  for (int all = 0; all < 2; ++all) {
+    WatchedRun run(with(coarse_water_on_cloth("0.004"), "density_error: 1.0e-3",
+                        all ? "density_correction: 1, density_error: 5.0e-4" : "density_error: 1.0e-3"));
+    left[all] = iterations[all] = 0;
+    run.steps(100, [&](const HostState&, const StepReport& r) {
+      left[all] += r.density_error / 100;
+      iterations[all] += r.density_iterations / 100.0;
+    });
+    run.print(all ? "all" : "half");
+    fmt::print("  compression left {:.2g}, {:.1f} iterations a step\n", left[all], iterations[all]);
+  }
+  EXPECT_LT(left[1], 0.3 * left[0]);
+  EXPECT_LT(iterations[1], 1.2 * iterations[0]);
+}
+
 TEST(driven, pool_filled_beyond_cfl) {
   // Where particles that the sheet stops do not go on along it, they heap up on its nodes: a mean compression of 3.2 %, and
   // single particles of three times water's density. Now 0.2 %.

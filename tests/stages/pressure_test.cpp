@@ -1,6 +1,9 @@
 // Stage pressure: backend against reference from identical input.
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
+
+#include <algorithm>
 
 #include "scene/eigen_vec.hpp"
 #include "stage_compare.hpp"
@@ -79,6 +82,58 @@ cloth:
     }
     EXPECT_EQ(lowest, 49);
   }
+}
+
+TEST(pressure, takes_back_the_share_of_a_compression_that_the_scene_asks_for) {
+  // A ball of liquid in free space, smaller than it should be.
+  for (const double squeezed : {0.01, 0.05, 0.09}) {
+    double most = 0;  // compression that the step finds
+    for (const double c : {0.5, 0.75, 1.0}) {
+      SCOPED_TRACE(fmt::format("{} of a ball whose radius is {} too small", c, squeezed));
+      const drench::Setup setup = setup_from(fmt::format(R"(drench: 1
+gravity: [0, 0, 0]
+domain: {{min: [-1, -1, -1], max: [1, 1, 1]}}
+fluid:
+  spacing: 0.01
+  solver: {{density_error: 1.0e-6, max_iterations: 1000, density_correction: {}}}
+  sources: [{{block: {{min: [-0.06, -0.06, -0.06], max: [0.06, 0.06, 0.06]}}}}]
+)",
+                                                         c));
+      HostState s = setup.state;
+      for (Vec3& x : s.fluid_position) x = to_vec3((1 - squeezed) * to_eigen(x));
+      for (const auto& backend : {make_reference_backend(setup.model), make_kokkos_backend(setup.model)}) {
+        SCOPED_TRACE(backend->name());
+        backend->upload(s);
+        StepReport report;
+        for (const Stage stage : {Stage::neighbors, Stage::density, Stage::pressure})
+          backend->run(stage, {0, 0, 0.001}, report);
+        EXPECT_TRUE(report.density_converged);
+        // As the law has it: half of what is more than 0.2, and no more than 0.1 of what is less.
+        double left = 0;
+        const HostState found = backend->download();
+        for (const double ratio : found.fluid_density_ratio) {
+          const double over = std::max(0.0, ratio - 1);
+          most = std::max(most, over);
+          left += over > 0.2 ? over / 2 : over - std::max(over / 2, std::min(c * over, 0.1));
+        }
+        left /= double(found.fluid_count());
+        if (c == 1 && squeezed == 0.01) {
+          EXPECT_EQ(left, 0) << "all is taken back";
+        }
+        EXPECT_GT(report.density_error, 0.95 * left - 1e-9) << "where liquid pushes out, its neighbours may lose more";
+        EXPECT_LT(report.density_error, left + 1e-5);
+      }
+    }
+    EXPECT_GT(most, squeezed == 0.09 ? 0.2 : squeezed == 0.05 ? 0.1 : 0);
+  }
+}
+
+TEST(pressure, that_takes_back_all_of_a_compression_agrees_with_the_reference) {
+  compare_stage({.stage = Stage::pressure,
+                 .scene = with(wet_scene(), "min_iterations: 6", "min_iterations: 6, density_correction: 1"),
+                 .steps_before = 41,
+                 .prepare = crowd,
+                 .changes = "fluid_velocity"});
 }
 
 TEST(pressure, with_cloth_by_xpbd_agrees_with_the_reference) {
