@@ -117,9 +117,9 @@ struct Sweep {
     const double box_cells = (double(b.x) - a.x + 1) * (double(b.y) - a.y + 1) * (double(b.z) - a.z + 1);
     if (box_cells <= static_cast<double>(samples)) {
       cells.clip(a, b);
-      cells.for_runs(a, b, [&](const Index first, const Index end_of_run, const CellCoord& c) {
+      cells.for_runs(a, b, [&](const Index first, const Index end_of_run, const CellRun& run) {
         for (Index e = first + who.lane; e < end_of_run; e += Who::count)
-          if (!cells.hashed || cells.coord(e) == c) visit(e);
+          if (!cells.hashed || run.holds(cells.coord(e))) visit(e);
       });
     } else {
       for (Index e = who.lane; e < samples; e += Who::count) visit(e);

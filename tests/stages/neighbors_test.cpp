@@ -127,6 +127,10 @@ TEST(neighbors, a_list_that_is_filled_again_has_what_a_new_one_has) {
   expect_rows_of(crowd);
   expect_rows_of(random_points(1000, 0, 3, 12));
   expect_rows_of({{0, 0, 0}});
+  std::vector<Vec3> hashed = random_points(400, -0.5, 0.5, 14);
+  for (const Vec3& p : random_points(400, -4000, 4000, 15)) hashed.push_back(p);
+  expect_rows_of(hashed);
+  EXPECT_TRUE(table.view().hashed);
   expect_rows_of(random_points(1001, 0, 0.8, 13));
 }
 

@@ -2,7 +2,8 @@
 // Cell table: cells of edge h over the occupied bounds, particles ordered by (cell, key), by one of the sorts in
 // bucket_sort.hpp, which all make the same table.
 // Dense while the bounds hold few cells; otherwise hashed, and then cell coordinates are compared, so that two cells
-// that share a bucket are never mixed up.
+// that share a bucket are never mixed up. A hashed table's buckets are those of bricks of cells (Brick), one
+// after the other: what lies near lies near in memory too, and a search has fewer places to look at.
 
 #include <memory>
 #include <type_traits>
@@ -15,6 +16,29 @@ namespace drench::kokkos_backend {
 struct CellCoord {
   int x, y, z;
   KOKKOS_INLINE_FUNCTION bool operator==(const CellCoord& o) const { return x == o.x && y == o.y && z == o.z; }
+};
+
+/// Cells side by side in x: [x, end] at y, z, all in one brick.
+struct CellRun {
+  int x, end, y, z;
+  KOKKOS_INLINE_FUNCTION bool holds(const CellCoord& c) const { return c.y == y && c.z == z && c.x >= x && c.x <= end; }
+};
+
+/// Cells of a hashed table that have buckets one after the other, x first: long in x, for a search reads runs along x.
+struct Brick {
+  static constexpr int x_bits = 4, y_bits = 1, z_bits = 1, bits = x_bits + y_bits + z_bits, cells = 1 << bits;
+
+  /// A cell's number within its brick.
+  KOKKOS_INLINE_FUNCTION static Index within(const CellCoord& c) {
+    return ((c.z & ((1 << z_bits) - 1)) << (y_bits + x_bits)) | ((c.y & ((1 << y_bits) - 1)) << x_bits) |
+           (c.x & ((1 << x_bits) - 1));
+  }
+  /// The brick of a cell, also of negative ones.
+  KOKKOS_INLINE_FUNCTION static CellCoord of(const CellCoord& c) {
+    return {c.x >> x_bits, c.y >> y_bits, c.z >> z_bits};
+  }
+  /// The last x of the brick that x lies in.
+  KOKKOS_INLINE_FUNCTION static int last_x(int x) { return x | ((1 << x_bits) - 1); }
 };
 
 /// Positions (m) of a table's entries, a copy that a search reads in order, and `spare` more. A CPU compares a register
@@ -67,10 +91,11 @@ struct CellGeometry {
       if (c.x < 0 || c.y < 0 || c.z < 0 || c.x >= dims.x || c.y >= dims.y || c.z >= dims.z) return -1;
       return (c.z * dims.y + c.y) * dims.x + c.x;
     }
-    std::uint32_t h = static_cast<std::uint32_t>(c.x) * 73856093u ^ static_cast<std::uint32_t>(c.y) * 19349663u ^
-                      static_cast<std::uint32_t>(c.z) * 83492791u;
+    const CellCoord b = Brick::of(c);
+    std::uint32_t h = static_cast<std::uint32_t>(b.x) * 73856093u ^ static_cast<std::uint32_t>(b.y) * 19349663u ^
+                      static_cast<std::uint32_t>(b.z) * 83492791u;
     h ^= h >> 15;
-    return static_cast<Index>(h & static_cast<std::uint32_t>(buckets - 1));
+    return static_cast<Index>((h << Brick::bits) & static_cast<std::uint32_t>(buckets - 1)) | Brick::within(c);
   }
   /// [lo, hi] without the cells beyond the dense bounds.
   KOKKOS_INLINE_FUNCTION void clip(CellCoord& lo, CellCoord& hi) const {
@@ -93,26 +118,21 @@ struct CellTableView : CellGeometry {
     if (buckets == 0) return;
     CellCoord a = lo, b = hi;
     clip(a, b);
-    for_runs(a, b, [&](const Index first, const Index last, const CellCoord& c) {
+    for_runs(a, b, [&](const Index first, const Index last, const CellRun& run) {
       for (Index e = first; e < last; ++e)
-        if (!hashed || coord(e) == c) visit(item(e));
+        if (!hashed || run.holds(coord(e))) visit(item(e));
     });
   }
-  /// Calls visit(first, last, cell) for the runs [first, last) of entries in the cells [lo, hi], which must be within the
-  /// dense bounds: cells side by side in x are one run (dense), else each cell's bucket is (hashed; others may share it).
+  /// Calls visit(first, last, run) for the runs of the cells [lo, hi], which must be within the dense bounds, in the order of
+  /// z, y, x, with their entries [first, last); in a hashed table there may be those of other cells among them.
   template <class Visit>
   KOKKOS_INLINE_FUNCTION void for_runs(const CellCoord& lo, const CellCoord& hi, Visit&& visit) const {
     for (int z = lo.z; z <= hi.z; ++z)
       for (int y = lo.y; y <= hi.y; ++y) {
-        if (!hashed) {
-          if (lo.x <= hi.x)
-            visit(start(bucket_of({lo.x, y, z})), start(bucket_of({hi.x, y, z}) + 1), CellCoord{lo.x, y, z});
-          continue;
-        }
-        for (int x = lo.x; x <= hi.x; ++x) {
-          const CellCoord c{x, y, z};
-          const Index k = bucket_of(c);
-          visit(start(k), start(k + 1), c);
+        for (int x = lo.x, end; x <= hi.x; x = end + 1) {
+          end = hashed && Brick::last_x(x) < hi.x ? Brick::last_x(x) : hi.x;
+          const Index k = bucket_of({x, y, z});
+          visit(start(k), start(k + (end - x) + 1), CellRun{x, end, y, z});
         }
       }
   }

@@ -57,7 +57,7 @@ struct HostRow {
 /// Appends what is near of the table's entries [first, last): a CPU computes distances in vector registers, and stores each
 /// entry, which is quicker than a branch that it cannot foresee. The table's points end in a lot of spare ones.
 [[maybe_unused]] inline void append_near(HostRow& row, const CellTableView& table, const PointLanes& points,
-                                         Index first, Index last, const CellCoord& cell, const Real3& x, Real h2,
+                                         Index first, Index last, const CellRun& run, const Real3& x, Real h2,
                                          Index self) {
   const Real *px = points.x.data(), *py = points.y.data(), *pz = points.z.data();
   const Index* const item = table.item.data();
@@ -76,7 +76,7 @@ struct HostRow {
     for (Index k = 0; k < most; ++k) {
       const Index j = item[e + k];
       Index one = static_cast<Index>(near[k]) & (j != self ? -1 : 0);
-      if (table.hashed) one = table.coord(e + k) == cell ? one : 0;
+      if (table.hashed) one = run.holds(table.coord(e + k)) ? one : 0;
       out[n < row.width ? n : row.width] = j;
       n -= one;
     }
@@ -101,8 +101,8 @@ struct FillRows {
       CellCoord lo, hi;
       search.cells_around(x, lo, hi);
       const Points& points = table.point;
-      table.for_runs(lo, hi, [&](const Index first, const Index last, const CellCoord& c) {
-        append_near(row, table, points, first, last, c, x, search.h2, self);
+      table.for_runs(lo, hi, [&](const Index first, const Index last, const CellRun& run) {
+        append_near(row, table, points, first, last, run, x, search.h2, self);
       });
     }
     return row.count;
@@ -172,11 +172,11 @@ struct BundleSearch {
     }
     return near;
   }
-  /// Without the entries of other cells in the same bucket.
-  KOKKOS_INLINE_FUNCTION std::uint32_t in_cell(std::uint32_t near, Index first, const CellCoord& cell) const {
+  /// Without the entries of other cells in the same buckets.
+  KOKKOS_INLINE_FUNCTION std::uint32_t in_run(std::uint32_t near, Index first, const CellRun& run) const {
     for (std::uint32_t left = near; left != 0; left &= left - 1) {
       const int k = Kokkos::Experimental::countr_zero_builtin(left);
-      if (!(search.table.coord(first + k) == cell)) near &= ~(std::uint32_t(1) << k);
+      if (!run.holds(search.table.coord(first + k))) near &= ~(std::uint32_t(1) << k);
     }
     return near;
   }
@@ -189,12 +189,12 @@ struct BundleSearch {
     CellCoord lo, hi;
     search.cells_around(x, lo, hi);
     if (!search.in_order && !table.hashed && !any(lo, hi)) return;
-    table.for_runs(lo, hi, [&](const Index first, const Index last, const CellCoord& c) {
+    table.for_runs(lo, hi, [&](const Index first, const Index last, const CellRun& run) {
       for (Index e = first; e < last; e += 32) {
         std::uint32_t near = near_of(x, e, last - e < 32 ? last - e : 32);
         const auto self = static_cast<std::uint32_t>(i - e);
         if (search.in_order && self < 32) near &= ~(std::uint32_t(1) << self);
-        if (table.hashed) near = in_cell(near, e, c);
+        if (table.hashed) near = in_run(near, e, run);
         if (near != 0) keep(Lot32{near, e});
       }
     });
