@@ -18,7 +18,7 @@ struct CellCoord {
   KOKKOS_INLINE_FUNCTION bool operator==(const CellCoord& o) const { return x == o.x && y == o.y && z == o.z; }
 };
 
-/// Cells side by side in x: [x, end] at y, z, all in one brick.
+/// Cells side by side in x, [x, end] at y, z; of a hashed table all in one brick.
 struct CellRun {
   int x, end, y, z;
   KOKKOS_INLINE_FUNCTION bool holds(const CellCoord& c) const { return c.y == y && c.z == z && c.x >= x && c.x <= end; }
