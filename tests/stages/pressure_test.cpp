@@ -10,6 +10,19 @@
 #include "states.hpp"
 
 namespace drench::test {
+namespace {
+
+/// The pressure solve of a step of 1 ms from a state, which has to converge.
+StepReport press(Backend& backend, const HostState& state) {
+  backend.upload(state);
+  StepReport report;
+  for (const Stage stage : {Stage::neighbors, Stage::density, Stage::pressure})
+    backend.run(stage, {0, 0, 0.001}, report);
+  EXPECT_TRUE(report.density_converged);
+  return report;
+}
+
+}  // namespace
 
 TEST(pressure, agrees_with_the_reference) {
   compare_stage_with_every_kernel({.stage = Stage::pressure, .steps_before = 40, .changes = "fluid_velocity"});
@@ -64,11 +77,7 @@ cloth:
   }
   for (const auto& backend : {make_reference_backend(setup.model), make_kokkos_backend(setup.model)}) {
     SCOPED_TRACE(backend->name());
-    backend->upload(s);
-    StepReport report;
-    for (const Stage stage : {Stage::neighbors, Stage::density, Stage::pressure})
-      backend->run(stage, {0, 0, 0.001}, report);
-    EXPECT_TRUE(report.density_converged);
+    press(*backend, s);
     const HostState end = backend->download();
     int lowest = 0;
     for (std::size_t i = 0; i < end.fluid_position.size(); ++i) {
@@ -103,11 +112,7 @@ fluid:
       for (Vec3& x : s.fluid_position) x = to_vec3((1 - squeezed) * to_eigen(x));
       for (const auto& backend : {make_reference_backend(setup.model), make_kokkos_backend(setup.model)}) {
         SCOPED_TRACE(backend->name());
-        backend->upload(s);
-        StepReport report;
-        for (const Stage stage : {Stage::neighbors, Stage::density, Stage::pressure})
-          backend->run(stage, {0, 0, 0.001}, report);
-        EXPECT_TRUE(report.density_converged);
+        const StepReport report = press(*backend, s);
         // As the law has it: half of what is more than 0.2, and no more than 0.1 of what is less.
         double left = 0;
         const HostState found = backend->download();
