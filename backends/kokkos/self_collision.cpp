@@ -60,6 +60,7 @@ void allocate(Device& d) {
   w.velocity = Array<double>("drench::self_collision::velocity", 3 * n);
   w.end = Array<Real3>("drench::self_collision::end", n);
   w.seen = Array<Real3>("drench::self_collision::seen_end", n);
+  w.changed = Array<std::uint8_t>("drench::self_collision::changed", n);
   w.impulse = Array<std::int64_t>("drench::self_collision::impulse", 3 * n);
   w.share = Array<Index>("drench::self_collision::share", n);
   for (Array<Real3>* a : {&w.node_center, &w.node_lo, &w.node_hi})
@@ -211,13 +212,16 @@ std::int64_t find_contacts(const Pairs& s, Index pairs) {
   Kokkos::parallel_reduce(
       "drench::self_collision::contacts", Range(0, pairs),
       KOKKOS_LAMBDA(const Index p, std::int64_t& sum) {
+        s.contact(p) = 0;
+        const Index kind = s.pair(5 * p + 4);
+        if (kind == dropped_pair) return;
         Double3 x[4], u[4];
         for (int k = 0; k < 4; ++k) {
           const Index n = s.pair(5 * p + k);
           x[k] = widen(s.position(n));
           u[k] = minus(widen(s.end(n)), x[k]);
         }
-        const bool edges = s.pair(5 * p + 4) != 0;
+        const bool edges = kind == pair_of_edges;
         const double tau = s.thickness_of(p), start = s.distance(p);
         Proximity near;
         bool touches = start <= tau;
@@ -226,8 +230,8 @@ std::int64_t find_contacts(const Pairs& s, Index pairs) {
         else
           touches = reaches(edges, x, u, tau, near);
         if (!(near.distance > 0)) touches = false;
-        s.contact(p) = touches ? 1 : 0;
         if (!touches) return;
+        s.contact(p) = 1;
         for (int k = 0; k < 4; ++k) s.weight(4 * p + k) = near.b[k];
         s.normal(3 * p) = near.apart.x / near.distance;
         s.normal(3 * p + 1) = near.apart.y / near.distance;
@@ -299,20 +303,6 @@ void rub(const Device& d, const Pairs& s, Index pairs, Real dt) {
   apply_impulses(d, s, dt);
 }
 
-/// How far any end has moved since the pairs were found, m. Synchronises with the host.
-double largest_change(const Device& d) {
-  const auto seen = d.self_collision_work.seen, end = d.self_collision_work.end;
-  double largest = 0;
-  Kokkos::parallel_reduce(
-      "drench::self_collision::moved", Range(0, d.nodes.count),
-      KOKKOS_LAMBDA(const Index n, double& most) {
-        const Double3 by = minus(widen(end(n)), widen(seen(n)));
-        most = Kokkos::fmax(most, Kokkos::sqrt(inner(by, by)));
-      },
-      Kokkos::Max<double>(largest));
-  return largest;
-}
-
 void finish(Device& d) {
   const auto velocity = d.nodes.velocity;
   const auto member = d.self_collision_work.member, pinned = d.nodes.pinned;
@@ -335,9 +325,7 @@ void self_collision(Device& d, const StepInfo& info, StepReport& report) {
   SelfCollisionWork& w = d.self_collision_work;
   const double margin = 0.25 * w.thickness;
   find_close_pairs(d, margin);
-  const auto renew = [&] {
-    if (largest_change(d) > margin) find_close_pairs(d, margin);
-  };
+  const auto renew = [&] { renew_close_pairs(d, margin); };
   report.cloth_contacts = 0;
   report.cloth_zone_nodes = 0;
   for (int round = 0; round < rounds && w.pairs > 0; ++round) {

@@ -7,6 +7,7 @@
 namespace drench::kokkos_backend {
 
 constexpr Index no_node = 2147483647;
+constexpr Index pair_of_node = 0, pair_of_edges = 1, dropped_pair = 2;  // node and triangle; two edges; none any more
 
 struct SelfCollisionWork {
   // the cloths that take part
@@ -16,7 +17,8 @@ struct SelfCollisionWork {
   double thickness = 0;  // m: the largest
   // per node of all cloths
   Array<double> velocity;         // 3 each, m/s
-  Array<Real3> end, seen;         // x¹, m; the same when the pairs were found
+  Array<Real3> end, seen;         // x¹, m; the same when the node's pairs were found
+  Array<std::uint8_t> changed;    // its pairs are to be found again
   Array<std::int64_t> impulse;    // 3 each, units of q · 2^-20 m/s; 0 between passes
   Array<Index> share;             // c_k; 0 between passes
   Array<Index> zone;              // the zone's least node
@@ -29,7 +31,7 @@ struct SelfCollisionWork {
   Array<Real3> node_center, edge_center, node_lo, node_hi, edge_lo, edge_hi;  // of the paths' boxes, m
   CellTable node_cells, edge_cells;
   Index pairs = 0;
-  Array<Index> pair;             // 5 each: four nodes; 1 for two edges, 0 for node and triangle
+  Array<Index> pair;             // 5 each: four nodes; what they are
   Array<double> distance;        // δ⁰, m
   Array<double> thickness_of;    // τ, m
   Array<double> weight, normal;  // 4 and 3 each
@@ -42,5 +44,8 @@ struct SelfCollisionWork {
 struct Device;
 /// All pairs that can come nearer than τ while no end moves by more than `margin` (m).
 void find_close_pairs(Device& d, double margin);
+/// The same where ends have moved since: finds the pairs of those nodes again that have by more than `margin`, if these are
+/// few. Synchronises with the host.
+void renew_close_pairs(Device& d, double margin);
 
 }  // namespace drench::kokkos_backend

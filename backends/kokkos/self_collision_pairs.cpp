@@ -2,10 +2,13 @@
 
 #include "device.hpp"
 #include "laws/proximity.hpp"
+#include "primitives/gather.hpp"
 #include "self_collision.hpp"
 
 namespace drench::kokkos_backend {
 namespace {
+
+constexpr Index few_changed = 4;  // changed nodes are few if they are at most one in so many
 
 /// Box around a primitive's path.
 struct Box3 {
@@ -37,31 +40,49 @@ struct Window {
 
 /// What the search sees, and where it puts the pairs.
 struct Search {
-  Array<Real3> position, end;
+  Array<Real3> position, seen;
   Array<Index> node, triangle, edge, cloth, pair;
   Array<Real3> node_lo, node_hi, edge_lo, edge_hi;  // the paths' boxes, rounded
   Array<Material> materials;
   Array<double> distance, thickness_of;
   Kokkos::View<Index, MemSpace> count;
   CellTableView cells;
+  Array<std::uint8_t> changed;
   double margin = 0, reach = 0;  // m
   Index capacity = 0;
+  bool all = true;  // or only pairs with a node that has changed?
 
   KOKKOS_INLINE_FUNCTION Box3 path(const Array<Index>& list, Index item, int corners) const {
     Box3 box;
     for (int k = 0; k < corners; ++k) {
       const Index n = list(corners * item + k);
       box.add_point(widen(position(n)));
-      box.add_point(widen(end(n)));
+      box.add_point(widen(seen(n)));
     }
     return box;
+  }
+  KOKKOS_INLINE_FUNCTION bool any_changed(const Array<Index>& list, Index item, int corners) const {
+    bool any = false;
+    for (int k = 0; k < corners; ++k) any = any || changed(list(corners * item + k)) != 0;
+    return any;
+  }
+  /// Calls visit(item) for what lies in the cells around a box, a lane's share of it.
+  template <class Visit>
+  KOKKOS_INLINE_FUNCTION void visit_around(const Box3& box, double grow, Index lane, const Visit& visit) const {
+    const Window around(box, grow);
+    CellCoord lo = cells.cell_of(around.lo), hi = cells.cell_of(around.hi);
+    cells.clip(lo, hi);
+    cells.for_runs(lo, hi, [&](const Index first, const Index last, const CellRun& run) {
+      for (Index e = first + lane; e < last; e += row_lanes)
+        if (!cells.hashed || run.holds(cells.coord(e))) visit(cells.item(e));
+    });
   }
   /// The pair of four nodes, if it can come nearer than τ.
   KOKKOS_INLINE_FUNCTION void consider(const Index* n, bool edges) const {
     Double3 x[4], u[4];
     for (int k = 0; k < 4; ++k) {
       x[k] = widen(position(n[k]));
-      u[k] = minus(widen(end(n[k])), x[k]);
+      u[k] = minus(widen(seen(n[k])), x[k]);
     }
     const double tau = 0.5 * (double(materials(cloth(n[0])).thickness) + double(materials(cloth(n[3])).thickness));
     // Every displacement, and with it their mean, may still change by the margin.
@@ -70,7 +91,7 @@ struct Search {
     const Index at = Kokkos::atomic_fetch_add(&count(), Index{1});
     if (at >= capacity) return;
     for (int k = 0; k < 4; ++k) pair(5 * at + k) = n[k];
-    pair(5 * at + 4) = edges ? 1 : 0;
+    pair(5 * at + 4) = edges ? pair_of_edges : pair_of_node;
     distance(at) = delta;
     thickness_of(at) = tau;
   }
@@ -80,10 +101,12 @@ struct NodeVisitor {
   const Search& search;
   Window window;
   Index corner[3];
+  bool all;  // or only nodes that have changed?
   KOKKOS_INLINE_FUNCTION void operator()(Index item) const {
     const Index n = search.node(item);
     if (!window.meets(search.node_lo(item), search.node_hi(item))) return;
     if (n == corner[0] || n == corner[1] || n == corner[2]) return;
+    if (!all && search.changed(n) == 0) return;
     const Index nodes[4] = {n, corner[0], corner[1], corner[2]};
     search.consider(nodes, false);
   }
@@ -94,11 +117,16 @@ struct EdgeVisitor {
   Window window;
   Index self, a, b;
   KOKKOS_INLINE_FUNCTION void operator()(Index item) const {
-    if (item <= self || !window.meets(search.edge_lo(item), search.edge_hi(item))) return;
+    if ((item <= self && search.all) || !window.meets(search.edge_lo(item), search.edge_hi(item))) return;
     const Index c = search.edge(2 * item), e = search.edge(2 * item + 1);
     if (c == a || c == b || e == a || e == b) return;
-    const Index nodes[4] = {a, b, c, e};
-    search.consider(nodes, true);
+    if (item > self) {
+      const Index nodes[4] = {a, b, c, e};
+      search.consider(nodes, true);
+    } else if (!search.any_changed(search.edge, item, 2)) {  // else the other edge finds the pair
+      const Index nodes[4] = {c, e, a, b};
+      search.consider(nodes, true);
+    }
   }
 };
 
@@ -136,22 +164,25 @@ Sizes center_paths(const Search& s, const SelfCollisionWork& w) {
 
 void search_nodes(const Search& s, Index triangles, double grow) {
   parallel(
-      "drench::self_collision::nodes_at_triangles", triangles, KOKKOS_LAMBDA(const Index t) {
+      "drench::self_collision::nodes_at_triangles", triangles * row_lanes, KOKKOS_LAMBDA(const Index thread) {
+        const Index t = thread / row_lanes;
         const Box3 box = s.path(s.triangle, t, 3);
-        const NodeVisitor visit{
-            s, Window(box, s.reach), {s.triangle(3 * t), s.triangle(3 * t + 1), s.triangle(3 * t + 2)}};
-        const Window around(box, grow);
-        s.cells.for_cells(s.cells.cell_of(around.lo), s.cells.cell_of(around.hi), visit);
+        const NodeVisitor visit{s,
+                                Window(box, s.reach),
+                                {s.triangle(3 * t), s.triangle(3 * t + 1), s.triangle(3 * t + 2)},
+                                s.all || s.any_changed(s.triangle, t, 3)};
+        s.visit_around(box, grow, thread % row_lanes, visit);
       });
 }
 
 void search_edges(const Search& s, Index edges, double grow) {
   parallel(
-      "drench::self_collision::edges_at_edges", edges, KOKKOS_LAMBDA(const Index e) {
+      "drench::self_collision::edges_at_edges", edges * row_lanes, KOKKOS_LAMBDA(const Index thread) {
+        const Index e = thread / row_lanes;
+        if (!s.all && !s.any_changed(s.edge, e, 2)) return;
         const Box3 box = s.path(s.edge, e, 2);
         const EdgeVisitor visit{s, Window(box, s.reach), e, s.edge(2 * e), s.edge(2 * e + 1)};
-        const Window around(box, grow);
-        s.cells.for_cells(s.cells.cell_of(around.lo), s.cells.cell_of(around.hi), visit);
+        s.visit_around(box, grow, thread % row_lanes, visit);
       });
 }
 
@@ -173,14 +204,12 @@ void make_room(SelfCollisionWork& w, Index pairs) {
   fresh(w.contact, "drench::self_collision::contact", n);
 }
 
-}  // namespace
-
-void find_close_pairs(Device& d, double margin) {
+/// Adds pairs to those that there are. False: there is no room for them.
+bool search(Device& d, double margin, bool all) {
   SelfCollisionWork& w = d.self_collision_work;
-  make_room(w, 8 * w.nodes);
   Search s;
   s.position = d.nodes.position;
-  s.end = w.end;
+  s.seen = w.seen;
   s.node = w.node;
   s.triangle = w.triangle;
   s.edge = w.edge;
@@ -190,8 +219,14 @@ void find_close_pairs(Device& d, double margin) {
   s.node_hi = w.node_hi;
   s.edge_lo = w.edge_lo;
   s.edge_hi = w.edge_hi;
+  s.pair = w.pair;
+  s.distance = w.distance;
+  s.thickness_of = w.thickness_of;
   s.count = w.count;
+  s.changed = w.changed;
   s.margin = margin;
+  s.capacity = static_cast<Index>(w.distance.extent(0));
+  s.all = all;
   const Sizes sizes = center_paths(s, w);
   // Centres and boxes are rounded to the backend's precision.
   const double slack = 1e-6 * Kokkos::fmax(sizes.farthest, double(d.mesh.mean_edge));
@@ -199,23 +234,67 @@ void find_close_pairs(Device& d, double margin) {
   const double node_reach = s.reach + sizes.half_node, edge_reach = s.reach + sizes.half_edge;
   w.node_cells.build(w.node_center, w.nodes, static_cast<Real>(Kokkos::fmax(double(d.mesh.mean_edge), node_reach)));
   w.edge_cells.build(w.edge_center, w.edges, static_cast<Real>(Kokkos::fmax(double(d.mesh.mean_edge), edge_reach)));
-  while (true) {
-    s.pair = w.pair;
-    s.distance = w.distance;
-    s.thickness_of = w.thickness_of;
-    s.capacity = static_cast<Index>(w.distance.extent(0));
-    Kokkos::deep_copy(ExecSpace(), w.count, Index{0});
-    s.cells = w.node_cells.view();
-    search_nodes(s, w.triangles, node_reach);
-    s.cells = w.edge_cells.view();
-    search_edges(s, w.edges, edge_reach);
-    Kokkos::deep_copy(w.pairs, w.count);
-    if (w.pairs <= s.capacity) break;
-    make_room(w, w.pairs);
-  }
+  s.cells = w.node_cells.view();
+  search_nodes(s, w.triangles, node_reach);
+  s.cells = w.edge_cells.view();
+  search_edges(s, w.edges, edge_reach);
+  Kokkos::deep_copy(w.pairs, w.count);
+  return w.pairs <= s.capacity;
+}
+
+/// Which ends have moved by more than `margin` since they were seen: they are seen anew. Returns how many; synchronises with
+/// the host.
+Index see_changes(const Device& d, double margin) {
+  const SelfCollisionWork& w = d.self_collision_work;
   const auto seen = w.seen, end = w.end;
+  const auto changed = w.changed;
+  Index count = 0;
+  Kokkos::parallel_reduce(
+      "drench::self_collision::moved", Range(0, d.nodes.count),
+      KOKKOS_LAMBDA(const Index n, Index& sum) {
+        const Double3 by = minus(widen(end(n)), widen(seen(n)));
+        const bool moved = inner(by, by) > margin * margin;
+        changed(n) = moved ? 1 : 0;
+        if (!moved) return;
+        seen(n) = end(n);
+        ++sum;
+      },
+      count);
+  return count;
+}
+
+void drop_changed(const SelfCollisionWork& w) {
+  const auto pair = w.pair;
+  const auto changed = w.changed;
   parallel(
-      "drench::self_collision::seen", d.nodes.count, KOKKOS_LAMBDA(const Index n) { seen(n) = end(n); });
+      "drench::self_collision::drop", w.pairs, KOKKOS_LAMBDA(const Index p) {
+        bool any = false;
+        for (int k = 0; k < 4; ++k) any = any || changed(pair(5 * p + k)) != 0;
+        if (any) pair(5 * p + 4) = dropped_pair;
+      });
+}
+
+}  // namespace
+
+void find_close_pairs(Device& d, double margin) {
+  SelfCollisionWork& w = d.self_collision_work;
+  make_room(w, 8 * w.nodes);
+  Kokkos::deep_copy(ExecSpace(), w.seen, w.end);
+  do {
+    make_room(w, w.pairs);
+    Kokkos::deep_copy(ExecSpace(), w.count, Index{0});
+  } while (!search(d, margin, true));
+}
+
+void renew_close_pairs(Device& d, double margin) {
+  SelfCollisionWork& w = d.self_collision_work;
+  const Index changed = see_changes(d, margin);
+  if (changed == 0) return;
+  if (few_changed * changed <= d.nodes.count) {
+    drop_changed(w);
+    if (search(d, margin, false)) return;
+  }
+  find_close_pairs(d, margin);
 }
 
 }  // namespace drench::kokkos_backend

@@ -45,6 +45,9 @@ std::int64_t find_violations(Device& d) {
   Kokkos::parallel_reduce(
       "drench::self_collision::violations", Range(0, w.pairs),
       KOKKOS_LAMBDA(const Index p, std::int64_t& sum) {
+        bound(p) = 0;
+        const Index kind = pair(5 * p + 4);
+        if (kind == dropped_pair) return;
         Double3 x[4], u[4];
         for (int k = 0; k < 4; ++k) {
           const Index n = pair(5 * p + k);
@@ -53,7 +56,6 @@ std::int64_t find_violations(Device& d) {
         }
         Proximity near;
         const double goal = Kokkos::fmin(0.25 * thickness(p), 0.8 * distance(p));
-        bound(p) = 0;
         const Index z = zone(pair(5 * p));
         bool one = true;
         for (int k = 0; k < 4; ++k) {
@@ -61,7 +63,7 @@ std::int64_t find_violations(Device& d) {
           one = one && zone(n) == z && joined(n) != 0;
         }
         if (one && Kokkos::atomic_load(&stopped(z)) == 2) return;
-        if (!reaches(pair(5 * p + 4) != 0, x, u, goal, near)) return;
+        if (!reaches(kind == pair_of_edges, x, u, goal, near)) return;
         bound(p) = 1;
         ++sum;
         if (one) Kokkos::atomic_max(&stopped(z), Index{1});
@@ -71,7 +73,8 @@ std::int64_t find_violations(Device& d) {
 }
 
 /// One hooking of the marked pairs' zones to the least among them, and shortening of the ways to it. Returns how many
-/// pairs had different zones.
+/// pairs had different zones. Only zones are hooked, not the pairs' nodes: a node of a zone that two pairs hook to different
+/// ones must go with the others of its zone, or the pair that it belongs to looks joined and is not.
 std::int64_t hook(Device& d) {
   const SelfCollisionWork& w = d.self_collision_work;
   const auto pair = w.pair, zone = w.zone;
@@ -91,7 +94,6 @@ std::int64_t hook(Device& d) {
           if (root[k] == least) continue;
           differ = true;
           Kokkos::atomic_min(&zone(root[k]), least);
-          Kokkos::atomic_min(&zone(pair(5 * p + k)), least);
         }
         if (differ) ++sum;
       },

@@ -123,6 +123,9 @@ std::vector<FieldDifference> compare_fields(const Model& model, Stage stage, dou
     // displacements over Δt: one rounding of a node's place
     if (stage == Stage::pressure && name == "node_velocity" && precision.solve_roundings > 0)
       slack = precision.rounding * largest["node_position"] / dt;
+    // so much of a node's place times its stiffness
+    if (stage == Stage::pressure && name == "node_pin_force")
+      slack = precision.rounding * stiffest_node(model.mesh) * largest["node_position"];
     if (name == "fluid_id" || name == "fluid_origin") scale = 0;
     if (contains(name, "flow_direction") || contains(name, "normal")) scale = 1;
     if (stage == Stage::cloth || stage == Stage::self_collision || stage == Stage::advection) {
