@@ -92,6 +92,13 @@ TEST(self_collision, impact_zones_are_needed_and_agree_with_the_reference) {
   }
 }
 
+// Zones of many nodes that several pairs join at once: each must end up whole.
+TEST(self_collision, zones_that_grow_into_each_other_agree_with_the_reference) {
+  const std::string fine = with(with(two_sheets, "size: [0.2, 0.2], nodes: [8, 7]", "size: [0.6, 0.6], nodes: [24, 21]"),
+                                "size: [0.22, 0.18], nodes: [7, 8]", "size: [0.66, 0.54], nodes: [21, 24]");
+  compare_stage(thrown(30, fine));
+}
+
 TEST(self_collision, leaves_alone_what_does_not_touch) {
   const auto setup = setup_from(with(two_sheets, "0.006", "0.1"));
   for (const auto& backend : {make_reference_backend(setup.model), make_kokkos_backend(setup.model)}) {
