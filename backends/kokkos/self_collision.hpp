@@ -19,6 +19,7 @@ struct SelfCollisionWork {
   Array<double> velocity;         // 3 each, m/s
   Array<Real3> end, seen;         // x¹, m; the same when the node's pairs were found
   Array<std::uint8_t> changed;    // its pairs are to be found again
+  Array<std::uint8_t> marked;     // per bucket of node_cells: one of its nodes has changed
   Array<std::int64_t> impulse;    // 3 each, units of q · 2^-20 m/s; 0 between passes
   Array<Index> share;             // c_k; 0 between passes
   Array<Index> zone;              // the zone's least node

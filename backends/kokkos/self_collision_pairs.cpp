@@ -47,7 +47,8 @@ struct Search {
   Array<double> distance, thickness_of;
   Kokkos::View<Index, MemSpace> count;
   CellTableView cells;
-  Array<std::uint8_t> changed;
+  Array<std::uint8_t> changed,
+      marked;                    // of each node; of each bucket of nodes: is there one among them that has changed?
   double margin = 0, reach = 0;  // m
   Index capacity = 0;
   bool all = true;  // or only pairs with a node that has changed?
@@ -76,6 +77,22 @@ struct Search {
       for (Index e = first + lane; e < last; e += row_lanes)
         if (!cells.hashed || run.holds(cells.coord(e))) visit(cells.item(e));
     });
+  }
+  /// The same in the marked cells alone.
+  template <class Visit>
+  KOKKOS_INLINE_FUNCTION void visit_marked(const Box3& box, double grow, Index lane, const Visit& visit) const {
+    const Window around(box, grow);
+    CellCoord lo = cells.cell_of(around.lo), hi = cells.cell_of(around.hi);
+    cells.clip(lo, hi);
+    for (int z = lo.z; z <= hi.z; ++z)
+      for (int y = lo.y; y <= hi.y; ++y)
+        for (int x = lo.x; x <= hi.x; ++x) {
+          const CellCoord cell{x, y, z};
+          const Index b = cells.bucket_of(cell);
+          if (!marked(b)) continue;
+          for (Index e = cells.start(b) + lane; e < cells.start(b + 1); e += row_lanes)
+            if (!cells.hashed || cells.coord(e) == cell) visit(cells.item(e));
+        }
   }
   /// The pair of four nodes, if it can come nearer than τ.
   KOKKOS_INLINE_FUNCTION void consider(const Index* n, bool edges) const {
@@ -171,7 +188,28 @@ void search_nodes(const Search& s, Index triangles, double grow) {
                                 Window(box, s.reach),
                                 {s.triangle(3 * t), s.triangle(3 * t + 1), s.triangle(3 * t + 2)},
                                 s.all || s.any_changed(s.triangle, t, 3)};
-        s.visit_around(box, grow, thread % row_lanes, visit);
+        if (visit.all)
+          s.visit_around(box, grow, thread % row_lanes, visit);
+        else
+          s.visit_marked(box, grow, thread % row_lanes, visit);
+      });
+}
+
+/// Marks the cells in which nodes have changed.
+void mark_cells(SelfCollisionWork& w, const CellTableView& cells) {
+  const auto buckets = static_cast<std::size_t>(cells.buckets);
+  if (w.marked.extent(0) < buckets)
+    w.marked = Array<std::uint8_t>("drench::self_collision::marked", buckets + buckets / 4);
+  else
+    Kokkos::deep_copy(ExecSpace(), w.marked, std::uint8_t{0});
+  const auto marked = w.marked, changed = w.changed;
+  const auto node = w.node;
+  const auto center = w.node_center;
+  parallel(
+      "drench::self_collision::mark", w.nodes, KOKKOS_LAMBDA(const Index i) {
+        if (!changed(node(i))) return;
+        const Index b = cells.bucket_of(cells.cell_of(center(i)));
+        if (b >= 0) Kokkos::atomic_store(&marked(b), std::uint8_t{1});
       });
 }
 
@@ -235,6 +273,8 @@ bool search(Device& d, double margin, bool all) {
   w.node_cells.build(w.node_center, w.nodes, static_cast<Real>(Kokkos::fmax(double(d.mesh.mean_edge), node_reach)));
   w.edge_cells.build(w.edge_center, w.edges, static_cast<Real>(Kokkos::fmax(double(d.mesh.mean_edge), edge_reach)));
   s.cells = w.node_cells.view();
+  if (!all) mark_cells(w, s.cells);
+  s.marked = w.marked;
   search_nodes(s, w.triangles, node_reach);
   s.cells = w.edge_cells.view();
   search_edges(s, w.edges, edge_reach);

@@ -34,8 +34,9 @@ void begin_zones(Device& d) {
       });
 }
 
-/// Marks the pairs that violate: their nodes are to be joined or, if they are one zone, to stop. Returns their number.
-std::int64_t find_violations(Device& d) {
+/// Marks the pairs that violate: their nodes are to be joined or, if they are one zone, to stop. Returns their number. After
+/// the `first` time only pairs with a node in a zone are looked at: no other nodes have been moved.
+std::int64_t find_violations(Device& d, bool first) {
   const SelfCollisionWork& w = d.self_collision_work;
   const auto position = d.nodes.position, end = w.end;
   const auto pair = w.pair, zone = w.zone, stopped = w.stopped;
@@ -48,6 +49,15 @@ std::int64_t find_violations(Device& d) {
         bound(p) = 0;
         const Index kind = pair(5 * p + 4);
         if (kind == dropped_pair) return;
+        const Index z = zone(pair(5 * p));
+        bool one = true, moved = first;
+        for (int k = 0; k < 4; ++k) {
+          const Index n = pair(5 * p + k);
+          one = one && zone(n) == z && joined(n) != 0;
+          moved = moved || joined(n) != 0;
+        }
+        if (!moved) return;
+        if (one && Kokkos::atomic_load(&stopped(z)) == 2) return;
         Double3 x[4], u[4];
         for (int k = 0; k < 4; ++k) {
           const Index n = pair(5 * p + k);
@@ -56,13 +66,6 @@ std::int64_t find_violations(Device& d) {
         }
         Proximity near;
         const double goal = Kokkos::fmin(0.25 * thickness(p), 0.8 * distance(p));
-        const Index z = zone(pair(5 * p));
-        bool one = true;
-        for (int k = 0; k < 4; ++k) {
-          const Index n = pair(5 * p + k);
-          one = one && zone(n) == z && joined(n) != 0;
-        }
-        if (one && Kokkos::atomic_load(&stopped(z)) == 2) return;
         if (!reaches(kind == pair_of_edges, x, u, goal, near)) return;
         bound(p) = 1;
         ++sum;
@@ -228,7 +231,7 @@ std::int64_t join_zones(Device& d, Real dt, const std::function<void()>& renew) 
   begin_zones(d);
   while (true) {
     renew();
-    if (find_violations(d) == 0) break;
+    if (find_violations(d, !any) == 0) break;
     any = true;
     join(d);
     sum_zones(d);

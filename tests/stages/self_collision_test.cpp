@@ -94,8 +94,9 @@ TEST(self_collision, impact_zones_are_needed_and_agree_with_the_reference) {
 
 // Zones of many nodes that several pairs join at once: each must end up whole.
 TEST(self_collision, zones_that_grow_into_each_other_agree_with_the_reference) {
-  const std::string fine = with(with(two_sheets, "size: [0.2, 0.2], nodes: [8, 7]", "size: [0.6, 0.6], nodes: [24, 21]"),
-                                "size: [0.22, 0.18], nodes: [7, 8]", "size: [0.66, 0.54], nodes: [21, 24]");
+  const std::string fine =
+      with(with(two_sheets, "size: [0.2, 0.2], nodes: [8, 7]", "size: [0.6, 0.6], nodes: [24, 21]"),
+           "size: [0.22, 0.18], nodes: [7, 8]", "size: [0.66, 0.54], nodes: [21, 24]");
   compare_stage(thrown(30, fine));
 }
 

@@ -1,14 +1,21 @@
-// The cloth's Jacobi iterations in one kernel that stays on the device (cloth_solver.hpp), with a barrier for the whole grid
-// between two iterations. Two lanes share a node, each with half of its links in registers: of an iteration only the
-// shifts of the other nodes come from memory (the second-level cache: the first one is not coherent).
+// The cloth's Jacobi iterations in one kernel that stays on the device (cloth_solver.hpp). Two lanes share a node, each with
+// half of its links in registers: of an iteration only the shifts of the other nodes come from elsewhere, those of the
+// block's own patch from shared memory, those around it from the second-level cache (the first one is not coherent).
+// A shift says itself of which iterate it is, in the same 16 bytes, so that a block waits for what it reads and for nothing
+// else (as NCCL's LL protocol does). Where 16 bytes are not loaded at once (double, compute capability below 7), with strain
+// limits, or where patches have too much around them, there is a barrier for the whole grid between two iterations instead.
 
 #include <cooperative_groups.h>
 
 #include <algorithm>
+#include <cstdint>
+#include <map>
 #include <memory>
+#include <numeric>
 #include <stdexcept>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "cloth_solver.hpp"
 
@@ -19,6 +26,14 @@ namespace groups = cooperative_groups;
 
 constexpr int warp = 32, most_threads = 512, fewer_threads = 384, lanes = 2;
 constexpr unsigned all_lanes = 0xffffffff;
+// Loads of 128 bits that nothing can come between: PTX ISA 8.3.
+#if !defined(DRENCH_DOUBLE) && CUDART_VERSION >= 12030 && !defined(KOKKOS_ARCH_PASCAL)
+#define DRENCH_DATED_SHIFTS
+constexpr bool dated_shifts = true;
+#else
+constexpr bool dated_shifts = false;
+#endif
+constexpr int most_around = 1024;  // nodes that a patch may have around it
 
 struct ResidentArrays {
   Real3 *shift, *last_shift;
@@ -26,6 +41,14 @@ struct ResidentArrays {
   TwoSums* part;  // of each block
   const double* spectral_bound;
   ClothProgress *progress, *seen;
+};
+
+/// Who works on which nodes: patches of nodes that lie together, one a block, and the nodes around them.
+struct PatchView {
+  const Index* order;          // thread / lanes → node
+  const std::uint16_t* local;  // of each link, in the order of Nodes::link: the other node's place in the patch
+  const Index *around_start, *around;
+  int room;  // places: a block's own nodes, then those around it
 };
 
 struct ResidentRun {
@@ -48,6 +71,32 @@ struct Iterate {
 #endif
   }
 };
+
+#ifdef DRENCH_DATED_SHIFTS
+/// A shift and its date, in one piece.
+__device__ void store_dated(Real4* to, const Real3& shift, int date) {
+  const std::uint64_t xy = std::uint64_t(__float_as_uint(shift.y)) << 32 | __float_as_uint(shift.x);
+  const std::uint64_t zw = std::uint64_t(static_cast<unsigned>(date)) << 32 | __float_as_uint(shift.z);
+  asm volatile("{ .reg .b128 both; mov.b128 both, {%1, %2}; st.relaxed.gpu.global.b128 [%0], both; }" ::"l"(to),
+               "l"(xy), "l"(zw)
+               : "memory");
+}
+/// Waits for the shift of that date.
+__device__ Real3 load_dated(const Real4* from, int date) {
+  std::uint64_t xy, zw;
+  do {
+    asm volatile("{ .reg .b128 both; ld.relaxed.gpu.global.b128 both, [%2]; mov.b128 {%0, %1}, both; }"
+                 : "=l"(xy), "=l"(zw)
+                 : "l"(from)
+                 : "memory");
+  } while (static_cast<int>(zw >> 32) != date);
+  return {__uint_as_float(static_cast<unsigned>(xy)), __uint_as_float(static_cast<unsigned>(xy >> 32)),
+          __uint_as_float(static_cast<unsigned>(zw))};
+}
+#else
+__device__ void store_dated(Real4*, const Real3&, int) {}
+__device__ Real3 load_dated(const Real4*, int) { return {}; }
+#endif
 
 __device__ TwoSums sum_of_warp(TwoSums s) {
   for (int apart = warp / 2; apart > 0; apart /= 2) {
@@ -87,12 +136,17 @@ struct NearLink {
 };
 
 /// `kept`: the most links of a lane. `plain`: without solids and strain limits, whose registers the links then have.
-/// `threads`: of a block at most; the fewer, the more registers a lane has.
-template <int kept, bool plain, int threads>
-__global__ void __launch_bounds__(threads) iterate(ClothSystem s, ResidentArrays a, ResidentRun run, Index nodes) {
+/// `threads`: of a block at most; the fewer, the more registers a lane has. `dated`: without barriers, in patches.
+template <int kept, bool plain, int threads, bool dated>
+__global__ void __launch_bounds__(threads)
+    iterate(ClothSystem s, ResidentArrays a, PatchView patch, ResidentRun run, Index nodes) {
   const groups::grid_group grid = groups::this_grid();
   const int thread = static_cast<int>(blockIdx.x * blockDim.x + threadIdx.x), lane = thread % lanes;
-  const Index n = thread / lanes;
+  const Index place = thread / lanes, n = dated && place < nodes ? patch.order[place] : place;
+  extern __shared__ Real4 patch_shift[];  // two iterates of `room` shifts
+  const int own = static_cast<int>(threadIdx.x) / lanes, own_nodes = static_cast<int>(blockDim.x) / lanes;
+  const Index around_first = dated ? patch.around_start[blockIdx.x] : 0;
+  const int around_count = dated ? patch.around_start[blockIdx.x + 1] - around_first : 0;
   const bool free = n < nodes && !s.pinned(n);
   ClothProgress progress = run.first ? run.begin : *a.progress;
   if (run.first) progress.rho = Kokkos::fmin(progress.rho, *a.spectral_bound);
@@ -100,14 +154,22 @@ __global__ void __launch_bounds__(threads) iterate(ClothSystem s, ResidentArrays
   Real3 moved, before;
   // What a lane has no link for leads to the node itself with a force of 0: without branches between them all loads of an
   // iteration are under way at once.
-  NearLink link[kept];
+  NearLink link[kept];  // `other`: a node, or its place in the patch
 #pragma unroll
-  for (int k = 0; k < kept; ++k) link[k].link.other = n < nodes ? n : 0;
+  for (int k = 0; k < kept; ++k) link[k].link.other = dated ? own : n < nodes ? n : 0;
   if (n < nodes) {
     moved = a.shift[n];
     before = a.last_shift[n];
-    if (lane == 0) a.iterate[0][n] = a.iterate[1][n] = Real4(moved, 0);
+    if (lane == 0) {
+      if constexpr (dated) {
+        store_dated(a.iterate[0] + n, moved, 1);
+        store_dated(a.iterate[1] + n, moved, 0);
+      } else {
+        a.iterate[0][n] = a.iterate[1][n] = Real4(moved, 0);
+      }
+    }
   }
+  if (dated && lane == 0) patch_shift[own] = patch_shift[patch.room + own] = Real4(moved, 0);
   if (free) {
     terms = s.terms(n);
     const Real rate = s.strain_damping_rate(n);
@@ -118,15 +180,30 @@ __global__ void __launch_bounds__(threads) iterate(ClothSystem s, ResidentArrays
         const Link l = s.link(first + lanes * k);
         const Real3 apart = terms.start - s.start(l.other);
         link[k] = {l, apart, rate > 0 ? strain_damping(apart, l.stiffness, rate) : Real(0)};
+        if constexpr (dated) link[k].link.other = patch.local[first + lanes * k];
       }
   }
   grid.sync();
-  int current = 0;
+  int current = 0, date = 1;  // of the iterate that is there
   Real3 other[kept];
+  const int first_around = static_cast<int>(threadIdx.x);
+  const Index node_around = first_around < around_count ? patch.around[around_first + first_around] : 0;
   const auto load = [&] {
-    const Iterate shift{a.iterate[current]};
+    if constexpr (dated) {
+      // What a block overwrites here it has read two iterations ago, before the barrier of the one between.
+      Real4* const room = patch_shift + current * patch.room;
+      for (int k = first_around; k < around_count; k += static_cast<int>(blockDim.x)) {
+        const Index node = k == first_around ? node_around : patch.around[around_first + k];
+        room[own_nodes + k] = Real4(load_dated(a.iterate[current] + node, date), 0);
+      }
+      __syncthreads();
 #pragma unroll
-    for (int k = 0; k < kept; ++k) other[k] = shift(link[k].link.other);
+      for (int k = 0; k < kept; ++k) other[k] = room[link[k].link.other].xyz();
+    } else {
+      const Iterate shift{a.iterate[current]};
+#pragma unroll
+      for (int k = 0; k < kept; ++k) other[k] = shift(link[k].link.other);
+    }
   };
   // r_n, the same on both lanes.
   const auto residual = [&] {
@@ -142,7 +219,15 @@ __global__ void __launch_bounds__(threads) iterate(ClothSystem s, ResidentArrays
   };
   const auto step = [&](const Real3& r, Real omega) {
     const Real3 next = free ? s.next_shift<!plain>(terms, moved, before, r, omega) : moved;
-    if (free && lane == 0) a.iterate[current ^ 1][n] = Real4(next, 0);
+    if constexpr (dated) {
+      // Pinned nodes, too, have a new date.
+      if (lane == 0 && n < nodes) {
+        store_dated(a.iterate[current ^ 1] + n, next, date + 1);
+        patch_shift[(current ^ 1) * patch.room + own] = Real4(next, 0);
+      }
+    } else if (free && lane == 0) {
+      a.iterate[current ^ 1][n] = Real4(next, 0);
+    }
     return next;
   };
   const int end = progress.iterations + run.most;
@@ -171,6 +256,9 @@ __global__ void __launch_bounds__(threads) iterate(ClothSystem s, ResidentArrays
       }
       progress = ahead;
       omega = ahead.next_weight();
+    } else if (dated) {
+      progress = ahead;
+      omega = ahead.next_weight();
     } else {
 #if CUDART_VERSION >= 12020
       auto arrived = grid.barrier_arrive();
@@ -186,6 +274,7 @@ __global__ void __launch_bounds__(threads) iterate(ClothSystem s, ResidentArrays
     before = moved;
     moved = next;
     current ^= 1;
+    ++date;
   }
   if (free && lane == 0) {
     a.shift[n] = moved;
@@ -201,25 +290,27 @@ void check(cudaError_t status) {
 /// How the kernel is launched for a cloth, kept from solve to solve.
 struct Plan {
   const void* kernel = nullptr;  // null: the cloth does not fit
-  int threads = 0, blocks = 0;
+  int threads = 0, blocks = 0, shared_bytes = 0;
 };
 
 /// The kernel for nodes with `links` a lane at most in blocks of `block` threads, or null.
-template <bool plain, int threads>
+template <bool plain, int threads, bool dated>
 const void* kernel_with(int links) {
-  return links <= 6    ? reinterpret_cast<const void*>(&iterate<6, plain, threads>)
-         : links <= 9  ? reinterpret_cast<const void*>(&iterate<9, plain, threads>)
-         : links <= 14 ? reinterpret_cast<const void*>(&iterate<14, plain, threads>)
+  return links <= 6    ? reinterpret_cast<const void*>(&iterate<6, plain, threads, dated>)
+         : links <= 9  ? reinterpret_cast<const void*>(&iterate<9, plain, threads, dated>)
+         : links <= 14 ? reinterpret_cast<const void*>(&iterate<14, plain, threads, dated>)
                        : nullptr;
 }
+template <bool dated>
 const void* kernel_for(int links, bool plain, int block) {
   if (block <= fewer_threads)
-    return plain ? kernel_with<true, fewer_threads>(links) : kernel_with<false, fewer_threads>(links);
-  return plain ? kernel_with<true, most_threads>(links) : kernel_with<false, most_threads>(links);
+    return plain ? kernel_with<true, fewer_threads, dated>(links) : kernel_with<false, fewer_threads, dated>(links);
+  return plain ? kernel_with<true, most_threads, dated>(links) : kernel_with<false, most_threads, dated>(links);
 }
 
 /// Blocks of as few threads as spread the nodes over all processors; a node with `rows` links at most.
-Plan make_plan(Index nodes, int rows, bool plain) {
+template <bool dated>
+Plan make_plan(Index nodes, int rows, bool plain, int room) {
   const cudaDeviceProp& device = ExecSpace().cuda_device_prop();
   const int processors = device.multiProcessorCount, each = (rows + lanes - 1) / lanes;
   if (!device.cooperativeLaunch) return {};
@@ -227,19 +318,94 @@ Plan make_plan(Index nodes, int rows, bool plain) {
     const int share = (lanes * nodes + processors * blocks_each - 1) / (processors * blocks_each);
     const int threads = std::clamp((share + warp - 1) / warp * warp, 2 * warp, most_threads);
     const int blocks = (lanes * nodes + threads - 1) / threads;
-    const void* const kernel = kernel_for(each, plain, threads);
+    const void* const kernel = kernel_for<dated>(each, plain, threads);
     if (kernel == nullptr) return {};
+    const int shared_bytes = dated ? 2 * (threads / lanes + room) * static_cast<int>(sizeof(Real4)) : 0;
     int at_once = 0;  // a processor
-    check(cudaOccupancyMaxActiveBlocksPerMultiprocessor(&at_once, kernel, threads, 0));
-    if (at_once * processors >= blocks) return {kernel, threads, blocks};
+    check(cudaOccupancyMaxActiveBlocksPerMultiprocessor(&at_once, kernel, threads, shared_bytes));
+    if (at_once * processors >= blocks) return {kernel, threads, blocks, shared_bytes};
   }
   return {};
+}
+
+/// Nodes in the order of a Z-curve through their rest positions, so that those of a block lie together.
+std::vector<Index> along_z_curve(const std::vector<Vec3>& rest) {
+  Vec3 lo{1e300, 1e300, 1e300};
+  double extent = 0;
+  for (const Vec3& x : rest)
+    for (int a = 0; a < 3; ++a) lo[a] = std::min(lo[a], x[a]);
+  for (const Vec3& x : rest)
+    for (int a = 0; a < 3; ++a) extent = std::max(extent, x[a] - lo[a]);
+  std::vector<std::uint64_t> code(rest.size(), 0);
+  for (std::size_t n = 0; n < rest.size(); ++n)
+    for (int a = 0; a < 3; ++a) {
+      const auto cell = extent > 0 ? static_cast<std::uint64_t>((rest[n][a] - lo[a]) / extent * 1048575) : 0;
+      for (int bit = 0; bit < 20; ++bit) code[n] |= (cell >> bit & 1) << (3 * bit + a);
+    }
+  std::vector<Index> order(rest.size());
+  std::iota(order.begin(), order.end(), Index{0});
+  std::stable_sort(order.begin(), order.end(), [&](Index a, Index b) {
+    return code[static_cast<std::size_t>(a)] < code[static_cast<std::size_t>(b)];
+  });
+  return order;
+}
+
+/// The arrays that a PatchView sees.
+struct Patches {
+  Array<Index> order, around_start, around;
+  Array<std::uint16_t> local;
+  int most = 0;  // around a patch
+
+  PatchView view(int own_nodes) const {
+    return {order.data(), local.data(), around_start.data(), around.data(), own_nodes + most};
+  }
+};
+
+/// The patches of `own_nodes` nodes each.
+Patches make_patches(const Device& d, int own_nodes) {
+  const auto start = Kokkos::create_mirror_view_and_copy(Kokkos::HostSpace(), d.nodes.link_start);
+  const auto link = Kokkos::create_mirror_view_and_copy(Kokkos::HostSpace(), d.nodes.link);
+  const std::vector<Index> order = along_z_curve(d.model.mesh.rest_position);
+  std::vector<Index> place(order.size()), around_start{0}, around;
+  for (std::size_t p = 0; p < order.size(); ++p) place[static_cast<std::size_t>(order[p])] = static_cast<Index>(p);
+  std::vector<std::uint16_t> local(link.extent(0));
+  Patches patches;
+  for (std::size_t first = 0; first < order.size(); first += static_cast<std::size_t>(own_nodes)) {
+    std::map<Index, int> seen;  // node → its number among those around
+    for (std::size_t p = first; p < std::min(order.size(), first + static_cast<std::size_t>(own_nodes)); ++p)
+      for (Index r = start(order[p]); r < start(order[p] + 1); ++r) {
+        const Index other = link(r).other, at = place[static_cast<std::size_t>(other)] - static_cast<Index>(first);
+        if (at >= 0 && at < own_nodes) {
+          local[static_cast<std::size_t>(r)] = static_cast<std::uint16_t>(at);
+          continue;
+        }
+        const auto [entry, fresh] = seen.try_emplace(other, static_cast<int>(seen.size()));
+        if (fresh) around.push_back(other);
+        local[static_cast<std::size_t>(r)] = static_cast<std::uint16_t>(own_nodes + entry->second);
+      }
+    around_start.push_back(static_cast<Index>(around.size()));
+    patches.most = std::max(patches.most, static_cast<int>(seen.size()));
+  }
+  const auto to_device = [](const char* label, const auto& from) {
+    using T = typename std::decay_t<decltype(from)>::value_type;
+    Array<T> to(Kokkos::ViewAllocateWithoutInitializing(label), std::max<std::size_t>(from.size(), 1));
+    if (!from.empty())
+      Kokkos::deep_copy(Kokkos::subview(to, std::make_pair(std::size_t{0}, from.size())),
+                        Kokkos::View<const T*, Kokkos::HostSpace, Kokkos::MemoryUnmanaged>(from.data(), from.size()));
+    return to;
+  };
+  patches.order = to_device("drench::cloth::patch_order", order);
+  patches.local = to_device("drench::cloth::patch_place", local);
+  patches.around_start = to_device("drench::cloth::patch_around_start", around_start);
+  patches.around = to_device("drench::cloth::patch_around", around);
+  return patches;
 }
 
 }  // namespace
 
 struct ResidentCloth {
   Plan plan;
+  Patches patches;
   Array<Real4> iterate[2];
   Array<TwoSums> part;
   Kokkos::View<double, MemSpace> spectral_bound;
@@ -255,7 +421,20 @@ bool prepare_resident_cloth(Device& d, const ClothSystem& s) {
     const int rows = static_cast<int>(maximum(
         "drench::cloth::most_links", d.nodes.count,
         KOKKOS_LAMBDA(const Index n) { return static_cast<double>(s.link_start(n + 1) - s.link_start(n)); }));
-    r->plan = make_plan(d.nodes.count, rows, s.solids.count == 0 && !s.limit_start.exist());
+    const bool limits = s.limit_start.exist(), plain = s.solids.count == 0 && !limits;
+    r->plan = make_plan<false>(d.nodes.count, rows, plain, 0);
+    if (dated_shifts && !limits && r->plan.kernel != nullptr) {
+      // As large as without patches; what lies around them takes shared memory, which may ask for another plan.
+      const Plan dated = make_plan<true>(d.nodes.count, rows, plain, most_around);
+      if (dated.kernel != nullptr) {
+        Patches patches = make_patches(d, dated.threads / lanes);
+        if (patches.most <= most_around) {
+          r->plan = dated;
+          r->plan.shared_bytes = 2 * (dated.threads / lanes + patches.most) * static_cast<int>(sizeof(Real4));
+          r->patches = std::move(patches);
+        }
+      }
+    }
     if (r->plan.kernel == nullptr) return false;
     for (Array<Real4>& i : r->iterate) i = Array<Real4>("drench::cloth::iterate", nodes);
     r->part = Array<TwoSums>("drench::cloth::part", static_cast<std::size_t>(r->plan.blocks));
@@ -282,13 +461,15 @@ void run_resident_cloth(Device& d, const ClothSystem& s, const ClothProgress* be
                         r.progress.data(),
                         r.seen.data()};
   ResidentRun run{begin != nullptr ? *begin : ClothProgress{}, begin != nullptr, most, tolerance, floor};
+  PatchView patch = r.patches.view(r.plan.threads / lanes);
   Index nodes = d.nodes.count;
-  void* arguments[] = {&system, &arrays, &run, &nodes};
+  void* arguments[] = {&system, &arrays, &patch, &run, &nodes};
   const ExecSpace space;
   std::uint64_t id = 0;
   Kokkos::Tools::beginParallelFor("drench::cloth::resident", Kokkos::Tools::Experimental::device_id(space), &id);
   check(cudaLaunchCooperativeKernel(r.plan.kernel, dim3(static_cast<unsigned>(r.plan.blocks)),
-                                    dim3(static_cast<unsigned>(r.plan.threads)), arguments, 0, space.cuda_stream()));
+                                    dim3(static_cast<unsigned>(r.plan.threads)), arguments,
+                                    static_cast<std::size_t>(r.plan.shared_bytes), space.cuda_stream()));
   Kokkos::Tools::endParallelFor(id);
 }
 
