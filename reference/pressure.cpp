@@ -112,7 +112,7 @@ void pressure(ReferenceState& state, const StepInfo& info, StepReport& report) {
     ElasticCloth cloth(state, info.dt, pressure_response(state, kappa).node_force);
     result = solve_pressure(state, kappa, active, tolerance, info.dt, cloth, residuals);
     report.cloth_iterations += cloth.iterations();
-    if (cloth.iterations() > 0) report.cloth_residual = cloth.residual();
+    if (cloth.iterations() > 0) report.note_cloth_residual(cloth.residual());
   } else {
     FreeCloth cloth(state, info.dt);
     result = solve_pressure(state, kappa, active, tolerance, info.dt, cloth, residuals);

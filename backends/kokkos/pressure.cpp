@@ -189,10 +189,7 @@ void pressure(Device& d, const StepInfo& info, StepReport& report) {
     report.density_error = all.error / n;
     report.density_error_max = all.error_max;
     report.density_converged = sums.first / n <= tolerance && sums.second / n <= tolerance;
-    if (cloth && report.density_converged) {
-      report.cloth_residual = cloth->progress().residual;
-      report.density_converged = report.cloth_residual <= 1;
-    }
+    if (cloth && report.density_converged) report.density_converged = cloth->progress().residual <= 1;
     if ((report.density_converged && iteration >= solver.min_iterations) || iteration >= solver.max_iterations) break;
     iterate.advance(residual(sums), sums.third);
   }
@@ -200,7 +197,9 @@ void pressure(Device& d, const StepInfo& info, StepReport& report) {
   accept_bodies(d, info.dt);
   if (cloth) {
     cloth->accept();
-    report.cloth_iterations += cloth->progress().iterations;
+    const ClothProgress& progress = cloth->progress();
+    report.cloth_iterations += progress.iterations;
+    report.note_cloth_residual(progress.residual);
   } else if (samples) {
     accept_free_cloth(d, dt);
   }

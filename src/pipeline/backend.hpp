@@ -1,6 +1,7 @@
 #pragma once
 // The one interface between the pipeline and whatever computes: the Kokkos backend or the serial reference.
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <limits>
@@ -39,8 +40,13 @@ struct StepReport {
   double density_error_max = 0;  // 1: its maximum
   bool density_converged = true;
   int cloth_iterations = 0;
-  double cloth_residual = 0;  // 1: unbalanced forces over their goal (cloth.hpp); converged at ≤ 1
-  bool cloth_converged = true;
+  double cloth_residual = 0;    // 1: unbalanced forces over their goal (cloth.hpp); converged at ≤ 1
+  bool cloth_converged = true;  // stage cloth's solve
+  /// The residual of the coupled solve (pressure.hpp). It begins where stage cloth's solve ended, as if that had converged:
+  /// what that one left is left.
+  void note_cloth_residual(double coupled) {
+    cloth_residual = cloth_converged ? coupled : std::max(cloth_residual, coupled);
+  }
   std::int64_t cloth_contacts = 0;    // pairs of the cloth with itself in contact (self_collision)
   std::int64_t cloth_zone_nodes = 0;  // cloth nodes in impact zones, the failsafe
   int diffusion_substeps = 0;

@@ -366,6 +366,23 @@ TEST_F(Commands, AClothSolveThatEndsAtItsCapIsLogged) {
   EXPECT_EQ(read_table(here() / "o/stats.csv").text(2, "cloth_iterations"), "2");
 }
 
+// The density solve goes on from where the cloth's ended, to its own end: that is not what the cloth's has left.
+TEST_F(Commands, AClothSolveThatEndsAtItsCapBesideLiquidIsLoggedWithWhatItLeft) {
+  for (const char* backend : {"kokkos", "reference"}) {
+    std::vector<std::string> run{"run", "tiny.yaml", "-o", backend, "--steps", "3"};
+    for (const char* key : {"cloth_solver.max_iterations=2", "cloth_solver.tolerance=1e-4"}) {
+      run.push_back("--set");
+      run.push_back(key);
+    }
+    if (backend == std::string("reference")) run.insert(run.end(), {"--backend", backend});
+    ASSERT_EQ(drench(run).code, 0);
+    EXPECT_NE(read_text(here() / backend / "run.log").find("the cloth solve did not converge in 3 of 3 steps"),
+              std::string::npos);
+    const Table stats = read_table(here() / backend / "stats.csv");
+    for (std::size_t row = 0; row < 3; ++row) EXPECT_GT(stats.number(row, "cloth_residual"), 1) << backend;
+  }
+}
+
 TEST_F(Commands, TheReferenceRunsThroughTheSamePipeline) {
   ASSERT_EQ(drench({"run", "tiny.yaml", "-o", "k", "--steps", "2"}).code, 0);
   const Outcome o = drench({"run", "tiny.yaml", "-o", "r", "--steps", "2", "--backend", "reference"});
