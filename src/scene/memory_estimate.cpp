@@ -17,10 +17,11 @@ constexpr double index = 4, quanta = 8, number = 8;  // bytes: Index; 64-bit int
 
 /// Of a cell table of `points` with the counting sort: item, its exchange (on a GPU), bucket and point of each, in a hashed
 /// table its cell; start of each cell.
-double table_bytes(double points, double cells, double r) {
+double table_bytes(double points, double cells, double r, bool gpu) {
   if (points <= 0) return 0;
   const bool hashed = !(cells > 0);
-  return 1.25 * points * (3 * index + (hashed ? 12 : 0) + 3 * r) + 1.25 * index * (hashed ? 2 * points : cells);
+  return 1.25 * points * (3 * index + (hashed ? 12 : 0) + (gpu ? 4 : 3) * r) +
+         1.25 * index * (hashed ? 2 * points : cells);
 }
 
 /// The neighbour lists' part, with what is kept beside their entries.
@@ -70,11 +71,12 @@ double list_bytes(const SetupSize& size, double r, bool gpu) {
   return bytes;
 }
 
-double particle_bytes(const SetupSize& size, double r) {
+double particle_bytes(const SetupSize& size, double r, bool gpu) {
   if (size.fluid <= 0) return 0;
   double each = 2 * (10 * r + 17) + 21 * r + 1;         // FluidArrays and their spare ones, FluidWork
   each += 3 * r + 1;                                    // AdvectionWork
   if (size.samples > 0) each += 13 * r + index;         // the same, SheetContact, nearest_sample
+  if (size.samples > 0 && gpu) each += index;           // who may hit the cloth
   if (size.emission) each += 5 * quanta;                // EmissionWork
   if (size.absorption || size.emission) each += index;  // compact_source
   if (size.measures) each += 2 * r;
@@ -88,7 +90,7 @@ double body_bytes(const SetupSize& size, double r) {
   return bytes;
 }
 
-double cloth_bytes(const SetupSize& size, double r) {
+double cloth_bytes(const SetupSize& size, double r, bool gpu) {
   if (size.nodes <= 0) return 0;
   const auto counted = [&](double count, double a_node) { return count > 0 ? count : a_node * size.nodes; };
   const double edges = counted(size.edges, 3), hinges = counted(size.hinges, 3), links = counted(size.links, 12),
@@ -105,6 +107,8 @@ double cloth_bytes(const SetupSize& size, double r) {
   double bytes = size.nodes * node;
   bytes += edges * (4 * index + 2 * r) + hinges * (8 * index + 5 * r) + links * 4 * r;
   bytes += triangles * (3 * index + 3 * r + (size.strain_limit ? 4 * r + 3 * index : 0));
+  if (size.moving_cloth && gpu && !size.xpbd)
+    bytes += size.nodes * (8 * r + 3 * index) + links * index / 2;  // ResidentCloth: two iterates, patches
   if (size.xpbd) bytes += (edges + hinges) * 7 * r + (size.strain_limit ? triangles * 14 * r : 0);
   if (size.diffusion) bytes += pairs * (4 * index + 2 * number + quanta);
 
@@ -126,13 +130,13 @@ double cloth_bytes(const SetupSize& size, double r) {
   return bytes;
 }
 
-double all_table_bytes(const SetupSize& size, double r) {
-  double bytes = table_bytes(size.fluid, size.fluid_cells, r) * (size.measures ? 2 : 1);
-  bytes += table_bytes(size.boundary, size.boundary_cells, r);
-  if (size.searches_samples) bytes += table_bytes(size.samples, size.sample_cells, r);
+double all_table_bytes(const SetupSize& size, double r, bool gpu) {
+  double bytes = table_bytes(size.fluid, size.fluid_cells, r, gpu) * (size.measures ? 2 : 1);
+  bytes += table_bytes(size.boundary, size.boundary_cells, r, gpu);
+  if (size.searches_samples) bytes += table_bytes(size.samples, size.sample_cells, r, gpu);
   if (size.self_collision)
-    bytes += table_bytes(size.nodes, 0, r) + table_bytes(size.edges > 0 ? size.edges : 3 * size.nodes, 0, r);
-  if (size.wet_adhesion) bytes += table_bytes(size.triangles > 0 ? size.triangles : 2 * size.nodes, 0, r);
+    bytes += table_bytes(size.nodes, 0, r, gpu) + table_bytes(size.edges > 0 ? size.edges : 3 * size.nodes, 0, r, gpu);
+  if (size.wet_adhesion) bytes += table_bytes(size.triangles > 0 ? size.triangles : 2 * size.nodes, 0, r, gpu);
   return bytes;
 }
 
@@ -159,11 +163,11 @@ double number_in(const char* path) {
 MemoryEstimate estimate_memory(const SetupSize& size, int real_bytes, bool gpu) {
   const double r = real_bytes;
   MemoryEstimate m;
-  m.particles = particle_bytes(size, r) + sum_bytes(size, r, gpu);
+  m.particles = particle_bytes(size, r, gpu) + sum_bytes(size, r, gpu);
   m.lists = list_bytes(size, r, gpu);
-  m.cells = all_table_bytes(size, r);
+  m.cells = all_table_bytes(size, r, gpu);
   m.bodies = body_bytes(size, r);
-  m.cloth = cloth_bytes(size, r);
+  m.cloth = cloth_bytes(size, r, gpu);
   // HostState has 97 bytes a particle, the set-up beside it a third of that; a frame is a state, its grid and,
   // while it is written, its file twice.
   m.host = size.fluid * 130 + size.boundary * 130 + size.nodes * 900 + size.samples * 330 + size.field * 8;
