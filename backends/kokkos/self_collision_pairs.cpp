@@ -47,9 +47,8 @@ struct Search {
   Array<double> distance, thickness_of;
   Kokkos::View<Index, MemSpace> count;
   CellTableView cells;
-  Array<std::uint8_t> changed,
-      marked;                    // of each node; of each bucket of nodes: is there one among them that has changed?
-  double margin = 0, reach = 0;  // m
+  Array<std::uint8_t> changed, marked;  // SelfCollisionWork
+  double margin = 0, reach = 0;         // m
   Index capacity = 0;
   bool all = true;  // or only pairs with a node that has changed?
 

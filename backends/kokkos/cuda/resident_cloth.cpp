@@ -424,7 +424,7 @@ bool prepare_resident_cloth(Device& d, const ClothSystem& s) {
     const bool limits = s.limit_start.exist(), plain = s.solids.count == 0 && !limits;
     r->plan = make_plan<false>(d.nodes.count, rows, plain, 0);
     if (dated_shifts && !limits && r->plan.kernel != nullptr) {
-      // As large as without patches; what lies around them takes shared memory, which may ask for another plan.
+      // With room for the most that may lie around a patch, for that is known only once the patches are.
       const Plan dated = make_plan<true>(d.nodes.count, rows, plain, most_around);
       if (dated.kernel != nullptr) {
         Patches patches = make_patches(d, dated.threads / lanes);
