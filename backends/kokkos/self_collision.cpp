@@ -2,7 +2,7 @@
 
 #include "self_collision.hpp"
 
-#include "device.hpp"
+#include "device_copy.hpp"
 #include "laws/contact.hpp"
 #include "laws/proximity.hpp"
 #include "laws/wet_cloth.hpp"
@@ -16,13 +16,6 @@ namespace {
 
 constexpr int rounds = 3, passes = 8;
 constexpr double impulse_units = 1048576;  // per quantum · m/s
-
-template <class T>
-Array<T> copied(const char* label, const std::vector<T>& from) {
-  Array<T> to(Kokkos::ViewAllocateWithoutInitializing(label), from.size());
-  Kokkos::deep_copy(to, Kokkos::View<const T*, Kokkos::HostSpace, Kokkos::MemoryUnmanaged>(from.data(), from.size()));
-  return to;
-}
 
 /// Which nodes, triangles and edges take part.
 void list_members(Device& d) {
@@ -46,10 +39,10 @@ void list_members(Device& d) {
   w.nodes = static_cast<Index>(nodes.size());
   w.triangles = static_cast<Index>(triangles.size() / 3);
   w.edges = static_cast<Index>(edges.size() / 2);
-  w.member = copied("drench::self_collision::member", member);
-  w.node = copied("drench::self_collision::node", nodes);
-  w.triangle = copied("drench::self_collision::triangle", triangles);
-  w.edge = copied("drench::self_collision::edge", edges);
+  w.member = to_device<std::uint8_t>("drench::self_collision::member", member);
+  w.node = to_device<Index>("drench::self_collision::node", nodes);
+  w.triangle = to_device<Index>("drench::self_collision::triangle", triangles);
+  w.edge = to_device<Index>("drench::self_collision::edge", edges);
 }
 
 void allocate(Device& d) {

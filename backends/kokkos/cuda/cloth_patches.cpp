@@ -3,11 +3,10 @@
 #include <algorithm>
 #include <map>
 #include <numeric>
-#include <type_traits>
 #include <utility>
 #include <vector>
 
-#include "device.hpp"
+#include "device_copy.hpp"
 
 namespace drench::kokkos_backend {
 namespace {
@@ -60,18 +59,10 @@ Patches make_patches(const Device& d, int own_nodes) {
     around_start.push_back(static_cast<Index>(around.size()));
     patches.most = std::max(patches.most, static_cast<int>(seen.size()));
   }
-  const auto to_device = [](const char* label, const auto& from) {
-    using T = typename std::decay_t<decltype(from)>::value_type;
-    Array<T> to(Kokkos::ViewAllocateWithoutInitializing(label), std::max<std::size_t>(from.size(), 1));
-    if (!from.empty())
-      Kokkos::deep_copy(Kokkos::subview(to, std::make_pair(std::size_t{0}, from.size())),
-                        Kokkos::View<const T*, Kokkos::HostSpace, Kokkos::MemoryUnmanaged>(from.data(), from.size()));
-    return to;
-  };
-  patches.order = to_device("drench::cloth::patch_order", order);
-  patches.local = to_device("drench::cloth::patch_place", local);
-  patches.around_start = to_device("drench::cloth::patch_around_start", around_start);
-  patches.around = to_device("drench::cloth::patch_around", around);
+  patches.order = to_device<Index>("drench::cloth::patch_order", order);
+  patches.local = to_device<std::uint16_t>("drench::cloth::patch_place", local);
+  patches.around_start = to_device<Index>("drench::cloth::patch_around_start", around_start);
+  patches.around = to_device<Index>("drench::cloth::patch_around", around);
   return patches;
 }
 
