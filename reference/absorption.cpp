@@ -11,7 +11,7 @@ namespace drench::reference {
 namespace {
 
 /// w_ij, kg: what sample j would like to take from particle i.
-double wish(const ReferenceState& state, Index i, Index j, double dt) {
+double demand(const ReferenceState& state, Index i, Index j, double dt) {
   const Model& m = state.model;
   const ClothMaterial& cloth = m.cloths[m.samples.cloth[j]];
   const double h = m.support;
@@ -30,12 +30,12 @@ double wish(const ReferenceState& state, Index i, Index j, double dt) {
 /// o_ij of particle i, in the order of its list of samples.
 std::vector<Quanta> offers(const ReferenceState& state, Index i, double dt) {
   const std::vector<Index>& list = state.fluid_sample[i];
-  std::vector<double> wishes(list.size(), 0.0);
+  std::vector<double> demands(list.size(), 0.0);
   double sum = 0;
   for (std::size_t k = 0; k < list.size(); ++k) {
     if (!is_porous(state, list[k])) continue;
-    wishes[k] = wish(state, i, list[k], dt);
-    sum += wishes[k];
+    demands[k] = demand(state, i, list[k], dt);
+    sum += demands[k];
   }
   std::vector<Quanta> offer(list.size(), 0);
   const double mass = fluid_mass(state, i);
@@ -43,7 +43,7 @@ std::vector<Quanta> offers(const ReferenceState& state, Index i, double dt) {
   const double total = mass * -std::expm1(-sum / mass);  // kg
   Quanta rest = state.s.fluid_mass[i];
   for (std::size_t k = 0; k < list.size(); ++k) {
-    offer[k] = floor_quanta(total * wishes[k] / sum / state.model.quantum);
+    offer[k] = floor_quanta(total * demands[k] / sum / state.model.quantum);
     rest -= offer[k];
   }
   // Too little would stay for a particle: it is taken whole.

@@ -242,7 +242,7 @@ bool lies_between(const MovingCloth& cloth, const Vector3d& from, const Vector3d
 }
 
 /// Of the particles that leave those that are faster than `limit`, m/s; none if neither that nor their number is suspicious.
-SomeParticles fled(const HostState& s, const std::vector<bool>& gone, double limit, double fastest) {
+SomeParticles escaped(const HostState& s, const std::vector<bool>& gone, double limit, double fastest) {
   const auto count = std::ranges::count(gone, true);
   const bool fast = fastest > limit;
   if (!fast && (count < 100 || 4 * count <= s.next_id)) return {};
@@ -294,8 +294,8 @@ void advection(ReferenceState& state, const StepInfo& info, StepReport& report) 
   push_nodes(state, impulse);
 
   std::vector<bool> gone(particles, false);
-  report.passed = 0;
-  report.fled_speed = 0;
+  report.tunnelled = 0;
+  report.escaped_speed = 0;
   for (Index i = 0; i < particles; ++i) {
     const Vector3d swept = x1[i];
     bool crossed = collisions[i].crossed;
@@ -305,16 +305,16 @@ void advection(ReferenceState& state, const StepInfo& info, StepReport& report) 
     }
     if (crossed) {
       const std::int64_t id = s.fluid_id[i];
-      report.lowest_passed = report.passed++ == 0 ? id : std::min(report.lowest_passed, id);
+      report.lowest_tunnelled = report.tunnelled++ == 0 ? id : std::min(report.lowest_tunnelled, id);
     }
     s.fluid_position[i] = arr(x1[i]);
     s.fluid_age[i] += info.dt;
     if (!outside(m.scene.domain, x1[i])) continue;
     gone[i] = true;
-    report.fled_speed = std::max(report.fled_speed, vec(s.fluid_velocity[i]).norm());
+    report.escaped_speed = std::max(report.escaped_speed, vec(s.fluid_velocity[i]).norm());
     s.drained += s.fluid_mass[i];
   }
-  report.fled = fled(s, gone, info.fluid_speed_limit, report.fled_speed);
+  report.escaped = escaped(s, gone, info.fluid_speed_limit, report.escaped_speed);
   remove_particles(s, gone);
 }
 

@@ -182,7 +182,7 @@ double ClothProblem::friction(Index n) const {
   return m.friction + node_saturation(state, n) * (m.friction_wet - m.friction);
 }
 
-Vector3d ClothProblem::rubbed(const NodeContact& contact, Index n, const Vector3d& x, double loss) const {
+Vector3d ClothProblem::with_friction(const NodeContact& contact, Index n, const Vector3d& x, double loss) const {
   const Vector3d way = x - start[n] - dt * contact.surface;
   const Vector3d slip = way - contact.normal * way.dot(contact.normal);
   return x - std::min(1.0, loss / std::max(slip.norm(), 1e-300)) * slip;
@@ -193,7 +193,7 @@ Vector3d ClothProblem::unbalanced(Index n, const Vector3d& x, const Vector3d& r)
   const NodeContact touched = contact(n, x, left);
   if (touched.press == 0) return left;
   const Vector3d on = (left - touched.normal * left.dot(touched.normal)) / diagonal[n];
-  const Vector3d after = rubbed(touched, n, x + on, friction(n) * touched.press / diagonal[n]);
+  const Vector3d after = with_friction(touched, n, x + on, friction(n) * touched.press / diagonal[n]);
   return left + diagonal[n] * (after - x - on);
 }
 
@@ -282,7 +282,7 @@ void ClothIteration::iterate_positions() {
     Vector3d step = r[n] / problem_.diagonal[n];
     const NodeContact touched = problem_.contact(n, x_[n], step);
     next[n] += step;
-    if (touched.press > 0) next[n] = problem_.rubbed(touched, n, next[n], problem_.friction(n) * touched.press);
+    if (touched.press > 0) next[n] = problem_.with_friction(touched, n, next[n], problem_.friction(n) * touched.press);
   }
   problem_.project(next);
   for (std::size_t n = 0; n < next.size(); ++n) next[n] = omega_ * (next[n] - previous_[n]) + previous_[n];
@@ -322,7 +322,7 @@ void ClothIteration::gather() {
     Vector3d step = free - previous_[n];
     const NodeContact touched = problem_.contact(node, previous_[n], step);
     if (touched.press > 0)
-      x_[n] = problem_.rubbed(touched, node, previous_[n] + step, problem_.friction(node) * touched.press);
+      x_[n] = problem_.with_friction(touched, node, previous_[n] + step, problem_.friction(node) * touched.press);
     else
       x_[n] = problem_.before_planes(node, previous_[n], free);
   }

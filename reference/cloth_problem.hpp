@@ -50,7 +50,7 @@ struct ClothProblem {
   /// The bodies that the free node n touches at x. `push`, a force or a way, loses what presses into them.
   NodeContact contact(Index n, const Eigen::Vector3d& x, Eigen::Vector3d& push) const;
   /// x after Coulomb friction: node n slips along the surface by `loss` (m) less, at most to a standstill.
-  Eigen::Vector3d rubbed(const NodeContact& contact, Index n, const Eigen::Vector3d& x, double loss) const;
+  Eigen::Vector3d with_friction(const NodeContact& contact, Index n, const Eigen::Vector3d& x, double loss) const;
   /// μ, as wet as the node is.
   double friction(Index n) const;
   /// What is left of r_n after the reaction of the bodies that it touches, N.

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "common.hpp"
-#include "scene/body_geometry.hpp"
+#include "setup/body_geometry.hpp"
 
 namespace drench::reference {
 namespace {

@@ -194,7 +194,7 @@ std::vector<double> approach_rate(const ReferenceState& state, const Vectors& v,
   return rate;
 }
 
-std::vector<double> compression_rate(const ReferenceState& state, const Vectors& v, const Vectors& node) {
+std::vector<double> density_rate(const ReferenceState& state, const Vectors& v, const Vectors& node) {
   const HostState& s = state.s;
   const Smoothing w(state.model);
   std::vector<double> rate = approach_rate(state, v, node);

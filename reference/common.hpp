@@ -101,7 +101,7 @@ class FreeCloth : public ClothResponse {
 };
 
 /// R_i of every liquid particle for velocities after the pressure, in 1/s.
-std::vector<double> compression_rate(const ReferenceState& state, const Vectors& fluid, const Vectors& node);
+std::vector<double> density_rate(const ReferenceState& state, const Vectors& fluid, const Vectors& node);
 /// R'_i, the part of it that the cloth's samples give.
 std::vector<double> approach_rate(const ReferenceState& state, const Vectors& fluid, const Vectors& node);
 

@@ -16,8 +16,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-bool wicks(const ClothMaterial& c) { return c.porous && c.diffusivity > 0 && c.contact_wicking; }
-
 struct Touch {
   Index triangle;
   Near near;
@@ -29,7 +27,7 @@ std::set<Index> candidates(const ReferenceState& state, Index p) {
   const auto& own = m.mesh.triangle[m.samples.triangle[p]];
   std::set<Index> found;
   for (const Index q : state.sample_sample[p]) {
-    if (!wicks(m.cloths[m.samples.cloth[q]])) continue;
+    if (!m.cloths[m.samples.cloth[q]].wicks_through_contact()) continue;
     const auto& corner = m.mesh.triangle[m.samples.triangle[q]];
     const bool neighbors = std::any_of(
         own.begin(), own.end(), [&](Index n) { return std::find(corner.begin(), corner.end(), n) != corner.end(); });
@@ -56,7 +54,7 @@ std::vector<LayerContact> touching_layers(const ReferenceState& state, double dt
   const auto x = [&](Index n) { return vec(state.s.node_position[n]); };
   for (Index p = 0; p < m.samples.count(); ++p) {
     const ClothMaterial& own = m.cloths[m.samples.cloth[p]];
-    if (!wicks(own)) continue;
+    if (!own.wicks_through_contact()) continue;
     const auto& corner = m.mesh.triangle[m.samples.triangle[p]];
     const Vector3d normal = (x(corner[1]) - x(corner[0])).cross(x(corner[2]) - x(corner[0])).normalized();
     std::array<std::optional<Touch>, 2> best;

@@ -40,7 +40,8 @@ std::vector<Pair> exchanging_pairs(const ReferenceState& state) {
   return pairs;
 }
 
-double substeps(const ReferenceState& state, const std::vector<Pair>& pairs, double dt) {
+/// The largest of the nodes, 1/s.
+double exchange_rate(const ReferenceState& state, const std::vector<Pair>& pairs) {
   std::vector<double> rate(state.s.node_count(), 0.0);  // 1/s
   for (const Pair& pair : pairs) {
     const ClothMaterial& c = material(state, pair.first);
@@ -48,8 +49,7 @@ double substeps(const ReferenceState& state, const std::vector<Pair>& pairs, dou
     for (const Index n : {pair.first, pair.second})
       rate[n] += pair.conductance * (most + std::abs(pair.drop)) / state.model.samples.node_capacity[n];
   }
-  const double fastest = rate.empty() ? 0 : *std::max_element(rate.begin(), rate.end());
-  return dt * fastest / 0.5;
+  return rate.empty() ? 0 : *std::max_element(rate.begin(), rate.end());
 }
 
 /// One of n sub-steps of the step dt.
@@ -131,7 +131,7 @@ std::vector<double> room_limit(const ReferenceState& state, const std::vector<Qu
 
 void diffusion(ReferenceState& state, const StepInfo& info, StepReport& report) {
   const std::vector<Pair> pairs = exchanging_pairs(state);
-  const int n = diffusion_substeps(substeps(state, pairs, info.dt), info, report);
+  const int n = diffusion_substeps_within_limit(exchange_rate(state, pairs), info, report);
   const std::vector<LayerContact> contacts = touching_layers(state, info.dt / n);
   for (int k = 0; k < n; ++k) {
     exchange_once(state, pairs, info.dt, n);

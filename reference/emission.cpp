@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "state/needed_fields.hpp"
 #include "transfer.hpp"
 
 namespace drench::reference {
@@ -22,15 +23,15 @@ struct Share {
 /// Is there a direction, and with it a cone?
 bool directed(const ReferenceState& state) { return state.model.scene.processes.direction; }
 
-void ripen(ReferenceState& state, double dt) {
+void mature(ReferenceState& state, double dt) {
   const Model& m = state.model;
   for (Index n = 0; n < state.s.node_count(); ++n) {
     const double speed = m.cloths[m.mesh.node_cloth[n]].emission_velocity;
     const Quanta capacity = floor_quanta(m.samples.node_capacity[n] / m.quantum);
     const Quanta excess = std::max<Quanta>(0, state.s.node_liquid[n] - capacity);
-    Quanta& ripe = state.s.node_ripe[n];
-    ripe = std::min(excess, ripe);
-    ripe += floor_quanta((1 - std::exp(-speed * dt / m.spacing)) * static_cast<double>(excess - ripe));
+    Quanta& buffered = state.s.node_buffered[n];
+    buffered = std::min(excess, buffered);
+    buffered += floor_quanta((1 - std::exp(-speed * dt / m.spacing)) * static_cast<double>(excess - buffered));
   }
 }
 
@@ -43,7 +44,7 @@ Share share_of(const ReferenceState& state, Index p) {
     const Index n = sample_node(state, p, k);
     if (samples.node_weight_sum[n] == 0) continue;
     share.of_node[k] =
-        floor_quanta(samples.weight[p][k] * static_cast<double>(state.s.node_ripe[n]) / samples.node_weight_sum[n]);
+        floor_quanta(samples.weight[p][k] * static_cast<double>(state.s.node_buffered[n]) / samples.node_weight_sum[n]);
     share.total += share.of_node[k];
     share.velocity += static_cast<double>(share.of_node[k]) * vec(state.s.node_velocity[n]);
   }
@@ -188,19 +189,6 @@ Index fullest(const ReferenceState& state, const std::vector<Share>& shares, Ind
   return best;
 }
 
-void append_particle(HostState& s, bool spins, Quanta mass, const Eigen::Vector3d& x, const Eigen::Vector3d& v) {
-  s.fluid_position.push_back(arr(x));
-  s.fluid_velocity.push_back(arr(v));
-  s.fluid_mass.push_back(mass);
-  s.fluid_id.push_back(s.next_id++);
-  s.fluid_age.push_back(0);
-  s.fluid_origin.push_back(static_cast<std::uint8_t>(Origin::cloth));
-  s.fluid_density_ratio.push_back(0);
-  s.fluid_kappa_density.push_back(0);
-  s.fluid_kappa_divergence.push_back(0);
-  if (spins) s.fluid_spin.push_back({0, 0, 0});
-}
-
 /// A particle that may come into being at a collector.
 struct Candidate {
   Quanta sum = 0;  // S
@@ -265,7 +253,7 @@ void create_particles(ReferenceState& state, std::vector<Share>& shares) {
       mass += part;
       momentum += static_cast<double>(part) * shares[p].velocity;
     }
-    append_particle(state.s, m.has_micropolar(), mass, x, momentum / static_cast<double>(mass));
+    append_particle(state.s, m, {arr(x), arr(momentum / static_cast<double>(mass)), mass, Origin::cloth});
   }
 }
 
@@ -284,14 +272,14 @@ void take_from_nodes(ReferenceState& state, Index p, const Share& share) {
     const Quanta more = std::min(rest, share.of_node[k] - part[k]);
     rest -= more;
     state.s.node_liquid[sample_node(state, p, k)] -= part[k] + more;
-    state.s.node_ripe[sample_node(state, p, k)] -= part[k] + more;
+    state.s.node_buffered[sample_node(state, p, k)] -= part[k] + more;
   }
 }
 
 }  // namespace
 
 void emission(ReferenceState& state, const StepInfo& info, StepReport&) {
-  ripen(state, info.dt);
+  mature(state, info.dt);
   const Index samples = state.model.samples.count();
   std::vector<Share> shares(samples);
   for (Index p = 0; p < samples; ++p) shares[p] = share_of(state, p);

@@ -7,7 +7,7 @@
 namespace drench::reference {
 namespace {
 
-void crowding(const ReferenceState& state, StepReport& report) {
+void clumping(const ReferenceState& state, StepReport& report) {
   const Vectors x = vectors(state.s.fluid_position);
   std::vector<double> distance;  // in d
   Index close = 0;
@@ -65,7 +65,7 @@ double isotropy(const ReferenceState& state, const ClothMaterial& cloth, double&
 }  // namespace
 
 void measures(ReferenceState& state, const StepInfo&, StepReport& report) {
-  crowding(state, report);
+  clumping(state, report);
   double all = 0, sum = 0;
   for (const ClothMaterial& cloth : state.model.cloths) {
     if (!cloth.porous) continue;

@@ -20,7 +20,7 @@ bool sheet_between(const ReferenceState& state, Index p, const Vector3d& sample,
 }
 
 /// Pairs on different sides of a cloth are no neighbours.
-void part_by_cloth(ReferenceState& state, const Vectors& fluid, const Vectors& samples) {
+void cull_pairs_across_cloth(ReferenceState& state, const Vectors& fluid, const Vectors& samples) {
   const auto parted = [&](Index i, Index j) {
     const Index p = nearest_sample(state, i);
     return p >= 0 && sheet_between(state, p, samples[p], sample_normal(state, p), fluid[i], fluid[j]);
@@ -45,7 +45,7 @@ void neighbors(ReferenceState& state, const StepInfo&, StepReport&) {
   state.fluid_sample = sample_cells.around(fluid, false);
   state.sample_fluid = fluid_cells.around(samples, false);
   state.sample_sample = sample_cells.around(samples, true);
-  if (!state.model.scene.through_cloth) part_by_cloth(state, fluid, samples);
+  if (!state.model.scene.through_cloth) cull_pairs_across_cloth(state, fluid, samples);
 }
 
 }  // namespace drench::reference

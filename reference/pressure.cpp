@@ -13,7 +13,7 @@ namespace {
 using Eigen::Vector3d;
 
 /// t(o): what a step takes back of a compression o > 0; share: density_correction.
-double taken_back(double over, double share) {
+double corrected(double over, double share) {
   constexpr double most = 0.1;
   return std::max(over / 2, std::min(share * over, most));
 }
@@ -100,7 +100,7 @@ void pressure(ReferenceState& state, const StepInfo& info, StepReport& report) {
     double over = s.fluid_density_ratio[i] - 1;
     if (state.contact_alpha[i] > 0) over = std::max(0.0, over);
     compressed[i] = beta * std::max(0.0, s.fluid_density_ratio[i] - 1 + info.dt * rate);
-    return beta * ((over > 0 ? taken_back(over, share) : over) + info.dt * rate);
+    return beta * ((over > 0 ? corrected(over, share) : over) + info.dt * rate);
   };
   const auto approach = [&](Index i, double rate) { return active[i] ? source_ramp(s, i, ramp) * info.dt * rate : 0; };
   const Residuals residuals{compression, approach};

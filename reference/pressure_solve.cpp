@@ -24,7 +24,7 @@ SolveResult solve_pressure(ReferenceState& state, std::vector<double>& kappa, co
     for (Index i = 0; i < count; ++i) fluid.push_back(vec(state.s.fluid_velocity[i]) + dt * response.fluid[i]);
     respond_bodies(state, volume.pressure, dt);
     const Vectors nodes = cloth.velocities(response.node_force);
-    const std::vector<double> rate = compression_rate(state, fluid, nodes);
+    const std::vector<double> rate = density_rate(state, fluid, nodes);
     const double factor = relaxation / (dt * dt);
     volume.begin();
     contact.begin();

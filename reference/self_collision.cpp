@@ -31,8 +31,8 @@ struct Contact {
   const Pair* pair;
   std::array<double, 4> b;
   Vector3d normal;
-  double goal;          // θ, m
-  double strength = 0;  // λ, kg m/s
+  double target_gap;          // θ, m
+  double pair_impulse = 0;  // λ, kg m/s
 };
 
 Near nearest(const Four& x, bool edges) { return edges ? near_edges(x) : near_triangle(x); }
@@ -57,7 +57,7 @@ class SelfCollision {
       if (contacts.empty()) break;
       if (round == 0) report.cloth_contacts = static_cast<std::int64_t>(contacts.size());
       for (int pass = 0; pass < passes; ++pass) push_apart(contacts);
-      rub(contacts);
+      apply_friction(contacts);
     }
     if (report.cloth_contacts > 0) report.cloth_zone_nodes = join_zones();
     for (Index n = 0; n < mesh_.nodes(); ++n) {
@@ -110,7 +110,7 @@ class SelfCollision {
   }
 
   // 2.
-  std::optional<Near> reaches(const Pair& pair, double goal) const {
+  std::optional<Near> reaches(const Pair& pair, double target_gap) const {
     Four x, u;
     Vector3d mean = Vector3d::Zero();
     for (int k = 0; k < 4; ++k) {
@@ -125,14 +125,14 @@ class SelfCollision {
       l[k < first ? 0 : 1] = std::max(l[k < first ? 0 : 1], u[k].norm());
     }
     // Most pairs are far apart.
-    if (pair.distance - goal >= l[0] + l[1] && pair.distance > 1.01 * goal) return std::nullopt;
+    if (pair.distance - target_gap >= l[0] + l[1] && pair.distance > 1.01 * target_gap) return std::nullopt;
     double t = 0;
     for (int advance = 0;; ++advance) {
       Four at;
       for (int k = 0; k < 4; ++k) at[k] = x[k] + t * u[k];
       const Near near = nearest(at, pair.edges);
-      const double left = near.apart.norm() - goal;
-      if (left <= 0.01 * goal || advance == most_advances) return near;
+      const double left = near.apart.norm() - target_gap;
+      if (left <= 0.01 * target_gap || advance == most_advances) return near;
       if (left >= (1 - t) * (l[0] + l[1])) return std::nullopt;
       t += left / (l[0] + l[1]);
     }
@@ -151,10 +151,10 @@ class SelfCollision {
         near = reaches(pair, pair.thickness);
       }
       if (!near || !(near->apart.norm() > 0)) continue;
-      const double goal = pair.distance < pair.thickness
+      const double target_gap = pair.distance < pair.thickness
                               ? std::min(pair.thickness, pair.distance + 0.1 * pair.thickness)
                               : pair.thickness;
-      contacts.push_back({&pair, near->b, near->apart.normalized(), goal});
+      contacts.push_back({&pair, near->b, near->apart.normalized(), target_gap});
     }
     return contacts;
   }
@@ -212,27 +212,27 @@ class SelfCollision {
     std::vector<const Contact*> active;
     std::vector<double> missing(contacts.size());
     for (std::size_t i = 0; i < contacts.size(); ++i) {
-      missing[i] = contacts[i].goal - gap(contacts[i]);
-      if (missing[i] > 0 || contacts[i].strength > 0) active.push_back(&contacts[i]);
+      missing[i] = contacts[i].target_gap - gap(contacts[i]);
+      if (missing[i] > 0 || contacts[i].pair_impulse > 0) active.push_back(&contacts[i]);
     }
     const std::vector<int> share = shares(active);
     Impulses impulses = no_impulses();
     for (std::size_t i = 0; i < contacts.size(); ++i) {
       Contact& c = contacts[i];
-      if (!(missing[i] > 0 || c.strength > 0)) continue;
+      if (!(missing[i] > 0 || c.pair_impulse > 0)) continue;
       const double inverse_mass = inverse(c, share);
       if (!(inverse_mass > 0)) continue;
-      const double strength = std::max(0.0, c.strength + missing[i] / (dt_ * inverse_mass));
-      impulses.add(c, (strength - c.strength) * c.normal);
-      c.strength = strength;
+      const double pair_impulse = std::max(0.0, c.pair_impulse + missing[i] / (dt_ * inverse_mass));
+      impulses.add(c, (pair_impulse - c.pair_impulse) * c.normal);
+      c.pair_impulse = pair_impulse;
     }
     apply(impulses, share);
   }
 
-  void rub(const std::vector<Contact>& contacts) {
+  void apply_friction(const std::vector<Contact>& contacts) {
     std::vector<const Contact*> pressed;
     for (const Contact& c : contacts) {
-      if (c.strength > 0) pressed.push_back(&c);
+      if (c.pair_impulse > 0) pressed.push_back(&c);
     }
     const std::vector<int> share = shares(pressed);
     Impulses impulses = no_impulses();
@@ -242,8 +242,8 @@ class SelfCollision {
       u -= c->normal * c->normal.dot(u);
       const double inverse_mass = inverse(*c, share);
       if (!(u.norm() > 0) || !(inverse_mass > 0)) continue;
-      const double strength = std::min(c->pair->friction * c->strength, u.norm() / inverse_mass);
-      impulses.add(*c, -strength * u.normalized());
+      const double pair_impulse = std::min(c->pair->friction * c->pair_impulse, u.norm() / inverse_mass);
+      impulses.add(*c, -pair_impulse * u.normalized());
     }
     apply(impulses, share);
   }

@@ -11,16 +11,16 @@ namespace {
 
 /// Whether c, in the plane of sample p, is beyond the rim of its sheet.
 bool beyond_rim(const ReferenceState& state, Index p, const Vector3d& c) {
-  if (state.model.samples.rim.empty()) return false;
+  if (state.model.samples.boundary_edges.empty()) return false;
   struct Near {
     double distance, side;
     Index corner;  // the node that is nearest to c, −1: within the edge
     Vector3d outward;
   };
   std::vector<Near> near;
-  for (const Index e : state.model.samples.rim[p]) {
+  for (const Index e : state.model.samples.boundary_edges[p]) {
     if (e < 0) continue;
-    const auto& nodes = state.model.mesh.rim[e];
+    const auto& nodes = state.model.mesh.boundary_edge[e];
     const Vector3d a = vec(state.s.node_position[nodes[0]]), b = vec(state.s.node_position[nodes[1]]),
                    o = vec(state.s.node_position[nodes[2]]), along = b - a;
     const double where = (c - a).dot(along) / along.squaredNorm();

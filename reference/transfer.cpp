@@ -113,23 +113,14 @@ void push_nodes(ReferenceState& state, const std::vector<Momentum>& momentum) {
 }
 
 void remove_particles(HostState& s, const std::vector<bool>& gone) {
-  const auto keep = [&](auto& array) {
+  visit_fields(s, [&](std::string_view field, auto& array) {
+    if (!field.starts_with("fluid_")) return;
     std::size_t kept = 0;
     for (std::size_t i = 0; i < array.size(); ++i) {
       if (!gone[i]) array[kept++] = array[i];
     }
     array.resize(kept);
-  };
-  keep(s.fluid_position);
-  keep(s.fluid_velocity);
-  keep(s.fluid_mass);
-  keep(s.fluid_id);
-  keep(s.fluid_age);
-  keep(s.fluid_origin);
-  keep(s.fluid_density_ratio);
-  keep(s.fluid_kappa_density);
-  keep(s.fluid_kappa_divergence);
-  if (!s.fluid_spin.empty()) keep(s.fluid_spin);
+  });
 }
 
 bool is_porous(const ReferenceState& state, Index p) { return state.model.cloths[state.model.samples.cloth[p]].porous; }

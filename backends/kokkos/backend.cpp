@@ -1,13 +1,16 @@
-// The Kokkos backend behind the pipeline's interface.
+// The Kokkos backend behind the pipeline's interface: it owns the subsystems and hands each stage what it reads and writes.
 
 #include <Kokkos_Profiling_ScopedRegion.hpp>
-#include <algorithm>
 #include <stdexcept>
 
-#include "device.hpp"
-#include "device_copy.hpp"
+#include "cloth/stages.hpp"
+#include "core/host_copy.hpp"
+#include "core/neighbor_search.hpp"
+#include "coupling/advection.hpp"
+#include "fluid/stages.hpp"
 #include "pipeline/runtime.hpp"
-#include "primitives/neighbor_list.hpp"
+#include "porous/stages.hpp"
+#include "step/stages.hpp"
 
 namespace drench {
 namespace kokkos_backend {
@@ -15,36 +18,96 @@ namespace {
 
 class KokkosBackend final : public Backend {
  public:
-  explicit KokkosBackend(const Model& model) : device_(model) {}
+  explicit KokkosBackend(const Model& model)
+      : constants_(model), fluid_(constants_), bodies_(constants_), cloth_(constants_) {
+    for (CellTable* table : {&self_collision_.node_cells, &self_collision_.edge_cells, &wet_adhesion_.cells,
+                             &measures_.cells})
+      *table = CellTable(model.scene.sort);
+    for (const Jet& j : model.jets) jets_.offsets.push_back(to_device3("drench::jet_offsets", j.offsets));
+  }
+
   std::string name() const override { return "kokkos"; }
   std::string description() const override { return runtime_description(); }
-  void upload(const HostState& state) override { device_.upload(state); }
   void fence() override { Kokkos::fence("drench::pipeline::timer"); }
-  HostState download() const override { return device_.download(); }
+
+  void upload(const HostState& state) override {
+    fluid_.particles.upload(state);
+    bodies_.upload(constants_, state);
+    cloth_.upload(state);
+    accounts_ = {state.drained, state.supplied, state.step, state.time};
+    jets_.particles = state.jet_particles;
+    jets_.particles.resize(constants_.model.jets.size(), 0);
+  }
+
+  HostState download() const override {
+    HostState state;
+    fluid_.particles.download(state);
+    bodies_.download(constants_, state);
+    cloth_.download(state);
+    state.drained = accounts_.drained;
+    state.supplied = accounts_.supplied;
+    state.jet_particles = jets_.particles;
+    state.step = accounts_.step;
+    state.time = accounts_.time;
+    return state;
+  }
 
   void run(Stage stage, const StepInfo& info, StepReport& report) override {
     Kokkos::Profiling::ScopedRegion region(std::string("drench::") + std::string(name_of(stage)));
     switch (stage) {
-#define DRENCH_RUN_STAGE(stage_name, when)             \
-  case Stage::stage_name:                              \
-    kokkos_backend::stage_name(device_, info, report); \
-    break;
-      DRENCH_STAGES(DRENCH_RUN_STAGE)
-#undef DRENCH_RUN_STAGE
+      case Stage::time_step:
+        return time_step(constants_, fluid_, bodies_, cloth_, measured_, report);
+      case Stage::neighbors:
+        return neighbors(constants_, fluid_, lists_, bodies_, cloth_,
+                         measured_.is_of(fluid_.particles.moved) ? &measured_.fluid : nullptr);
+      case Stage::density:
+        return density(constants_, fluid_, lists_, bodies_, cloth_);
+      case Stage::divergence:
+        return divergence(constants_, fluid_, lists_, bodies_, cloth_, pressure_, info, report);
+      case Stage::forces:
+        return forces(constants_, fluid_, lists_, bodies_, cloth_, forces_, info);
+      case Stage::micropolar:
+        return micropolar(constants_, fluid_, lists_, micropolar_, info);
+      case Stage::surface_tension:
+        return surface_tension(constants_, fluid_, lists_, bodies_, cloth_, surface_tension_, info);
+      case Stage::wet_adhesion:
+        return wet_adhesion(constants_, bodies_, cloth_, wet_adhesion_, info);
+      case Stage::cloth:
+        return cloth(constants_, bodies_, cloth_, solver_, load_cloth_with_last_pressure(), info, report);
+      case Stage::pressure:
+        return pressure(constants_, fluid_, lists_, bodies_, cloth_, pressure_, solver_, info, report);
+      case Stage::self_collision:
+        return self_collision(constants_, bodies_, cloth_, self_collision_, info, report);
+      case Stage::advection:
+        return advection(constants_, fluid_, lists_, bodies_, cloth_, advection_, accounts_, info, report);
+      case Stage::bodies:
+        return bodies(constants_, bodies_, info);
+      case Stage::jets:
+        return jets(constants_, fluid_, jets_, accounts_, info);
+      case Stage::porous_neighbors:
+        return porous_neighbors(constants_, fluid_, lists_, bodies_, cloth_, diffusion_);
+      case Stage::flow_direction:
+        return flow_direction(constants_, lists_, bodies_, cloth_);
+      case Stage::absorption:
+        return absorption(constants_, fluid_, lists_, cloth_, transfers_, absorption_, info);
+      case Stage::emission:
+        return emission(constants_, fluid_, lists_, bodies_, cloth_, transfers_, emission_, info);
+      case Stage::diffusion:
+        return diffusion(constants_, lists_, cloth_, diffusion_, contacts_, reservoirs_, accounts_, info, report);
+      case Stage::reservoir:
+        return reservoir(constants_, cloth_, reservoirs_, accounts_);
+      case Stage::measures:
+        return measures(constants_, fluid_, cloth_, measures_, report);
+      case Stage::ledger:
+        return ledger(constants_, fluid_, bodies_, cloth_, measured_, accounts_, info, report);
     }
   }
 
   std::vector<std::pair<Index, Index>> neighbor_pairs(const std::string& list) const override {
-    const NeighborList& l = list == "fluid_fluid"       ? device_.fluid_fluid
-                            : list == "fluid_boundary"  ? device_.fluid_boundary
-                            : list == "fluid_sample"    ? device_.fluid_sample
-                            : list == "sample_fluid"    ? device_.sample_fluid
-                            : list == "sample_sample"   ? device_.sample_sample
-                            : list == "sample_boundary" ? device_.sample_boundary
-                                                        : throw std::runtime_error("no neighbour list " + list);
+    const NeighborList& l = list_named(list);
     std::vector<std::pair<Index, Index>> pairs;
     const bool from_liquid = list.starts_with("fluid_"), to_liquid = list.ends_with("_fluid");
-    const std::vector<Index> rank = liquid_ranks();
+    const std::vector<Index> rank = fluid_.particles.ranks_by_id();
     const auto named = [&](Index i, bool liquid) { return liquid ? rank[static_cast<std::size_t>(i)] : i; };
     const std::vector<std::vector<Index>> rows = rows_on_host(l);
     for (Index i = 0; i < l.rows; ++i)
@@ -54,15 +117,49 @@ class KokkosBackend final : public Backend {
   }
 
  private:
-  /// The place of each liquid particle in a HostState.
-  std::vector<Index> liquid_ranks() const {
-    const std::vector<Index> place = by_id(to_host<std::int64_t>(device_.fluid.id, device_.fluid.count));
-    std::vector<Index> rank(place.size());
-    for (std::size_t k = 0; k < place.size(); ++k) rank[static_cast<std::size_t>(place[k])] = static_cast<Index>(k);
-    return rank;
+  /// nodes.force of the pressure that the last density solve found; whether there is any.
+  bool load_cloth_with_last_pressure() {
+    if (fluid_.particles.count == 0 || cloth_.samples.count == 0) return false;
+    warm_start_density(fluid_, cloth_, pressure_);
+    load_cloth(constants_, fluid_, lists_, pressure_, cloth_);
+    return true;
   }
 
-  Device device_;
+  const NeighborList& list_named(const std::string& name) const {
+    if (name == "fluid_fluid") return lists_.fluid_fluid;
+    if (name == "fluid_boundary") return lists_.fluid_boundary;
+    if (name == "fluid_sample") return lists_.fluid_sample;
+    if (name == "sample_fluid") return lists_.sample_fluid;
+    if (name == "sample_sample") return lists_.sample_sample;
+    if (name == "sample_boundary") return lists_.sample_boundary;
+    throw std::runtime_error("no neighbour list " + name);
+  }
+
+  Constants constants_;
+  // what a run computes with
+  Fluid fluid_;
+  Bodies bodies_;
+  Cloth cloth_;
+  NeighborLists lists_;
+  Jets jets_;
+  Accounts accounts_;
+  Cached<StateMeasures> measured_;
+  // the stages' own work arrays, made on first use
+  PressureWork pressure_;
+  ForcesWork forces_;
+  MicropolarWork micropolar_;
+  SurfaceTensionWork surface_tension_;
+  WetAdhesionWork wet_adhesion_;
+  ClothSolverWork solver_;
+  SelfCollisionWork self_collision_;
+  AdvectionWork advection_;
+  TransferWork transfers_;
+  AbsorptionWork absorption_;
+  EmissionWork emission_;
+  DiffusionWork diffusion_;
+  ContactWork contacts_;
+  ReservoirWork reservoirs_;
+  MeasuresWork measures_;
 };
 
 }  // namespace

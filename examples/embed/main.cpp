@@ -19,7 +19,7 @@ drench::Scene water_over_cloth() {
   drench::ClothScene cloth;
   cloth.grid = drench::GridScene{.size = {0.4, 0.4}, .nodes = {17, 17}};
   cloth.pins.push_back({.kind = drench::PinScene::Kind::edges});
-  cloth.porous.present = true;  // with every default
+  cloth.material.porous = true;  // with every default
   scene.cloths.push_back(cloth);
   return scene;
 }

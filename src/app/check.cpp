@@ -8,9 +8,10 @@
 #include "app/set_up.hpp"
 #include "pipeline/pipeline.hpp"
 #include "pipeline/runtime.hpp"
-#include "scene/build.hpp"
-#include "scene/forecast.hpp"
 #include "scene/load.hpp"
+#include "setup/build.hpp"
+#include "setup/forecast.hpp"
+#include "stages/substeps.hpp"
 
 namespace drench {
 namespace {
@@ -107,9 +108,9 @@ int check_command(const std::string& path, const std::vector<std::string>& overr
   if (const double passes = model.has_micropolar() ? spin_passes(model, scene.time.step) : 0; passes > 1)
     fmt::print("micropolar: about {:.0f} passes a step\n", passes);
   for (const ClothMaterial& c : model.cloths)
-    if (model.has_diffusion() && c.porous && c.diffusivity > 0)
+    if (model.has_diffusion() && c.wicks())
       fmt::print("diffusion in {}: sub-steps a step: about {:.0f}\n", c.name,
-                 diffusion_substeps(model, c, scene.time.step));
+                 substeps_for(diffusion_rate(model, c), scene.time.step));
   for (const std::string& w : warnings) fmt::print("warning: {}\n", w);
   return exit_done;
 }

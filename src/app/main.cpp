@@ -8,7 +8,9 @@
 #include <cstdio>
 #include <functional>
 #include <new>
+#include <optional>
 #include <string>
+#include <vector>
 
 #include "app/commands.hpp"
 #include "drench_version.hpp"
@@ -17,7 +19,7 @@
 #include "pipeline/runtime.hpp"
 #include "scene/load.hpp"
 #include "scene/schema.hpp"
-#include "scene/setup_error.hpp"
+#include "setup/setup_error.hpp"
 
 namespace {
 
@@ -101,72 +103,103 @@ void add_compare_options(CLI::App& compare, drench::CompareOptions& options) {
       "Exit code 1 if a field is over its tolerance.");
 }
 
-}  // namespace
+void add_check_options(CLI::App& check, std::string& scene, std::vector<std::string>& overrides) {
+  check.add_option("SCENE", scene, "the scene file")->required();
+  check.add_option("--set", overrides, "key.path=value; may be repeated")->allow_extra_args(false);
+  check.footer(
+      "Examples:\n"
+      "  drench check scene.yaml\n"
+      "  drench check scene.yaml --set fluid.spacing=0.01");
+}
 
-int main(int argc, char** argv) {
-  std::signal(SIGXFSZ, SIG_IGN);         // a file at its limit is an error of the write, reported like a full disk
-  vtkObject::GlobalWarningDisplayOff();  // its warnings come back as error codes, which are reported in one line
-  CLI::App app("drench: water meets porous cloth");
-  app.footer(
+/// The five commands and what is given to them.
+class CommandLine {
+ public:
+  CommandLine();
+  /// Reads the program's arguments. Returns an exit code where they end the program: --help, --version, wrong words.
+  std::optional<int> parse(int argc, char** argv);
+  /// Runs the command that was given and returns the exit code.
+  int run();
+  /// Where a key of the command's scene stands; the scene could be read a moment ago.
+  std::string place_of(const std::string& key) const;
+
+ private:
+  CLI::App app_{"drench: water meets porous cloth"};
+  CLI::App *run_, *check_, *compare_, *info_, *schema_;
+  drench::RunOptions run_options_;
+  drench::CompareOptions compare_options_;
+  std::string check_scene_;
+  std::vector<std::string> check_overrides_;
+  int info_threads_ = 0;
+};
+
+CommandLine::CommandLine() {
+  app_.footer(
       "Examples:\n"
       "  drench check scene.yaml\n"
       "  drench run scene.yaml\n"
       "  drench run --help\n"
       "Exit codes: 0 done; 1 a check failed or the run diverged; 2 bad command line or bad scene; 130 Ctrl-C.");
-  app.set_version_flag("--version", fmt::format("drench {}", drench::version_string));
-  app.require_subcommand(1);
+  app_.set_version_flag("--version", fmt::format("drench {}", drench::version_string));
+  app_.require_subcommand(1);
+  run_ = app_.add_subcommand("run", "run a scene");
+  check_ = app_.add_subcommand("check", "load and validate a scene, print what a run of it would be");
+  compare_ = app_.add_subcommand("compare", "backend against reference, stage by stage from identical input");
+  info_ = app_.add_subcommand("info", "version, precision, device, libraries");
+  schema_ = app_.add_subcommand("schema", "every key of a scene with range, unit, default and meaning (Markdown)");
+  add_run_options(*run_, run_options_);
+  add_check_options(*check_, check_scene_, check_overrides_);
+  add_compare_options(*compare_, compare_options_);
+  info_->add_option("--threads", info_threads_, "number of threads")->check(at_least(1));
+  info_->footer("Examples:\n  drench info\n  drench info --threads 2");
+  schema_->footer("Examples:\n  drench schema\n  drench schema | grep spacing");
+}
 
-  drench::RunOptions options;
-  std::string check_scene;
-  std::vector<std::string> check_overrides;
-  int info_threads = 0;
-  CLI::App* run = app.add_subcommand("run", "run a scene");
-  add_run_options(*run, options);
-  CLI::App* check = app.add_subcommand("check", "load and validate a scene, print what a run of it would be");
-  check->add_option("SCENE", check_scene, "the scene file")->required();
-  check->add_option("--set", check_overrides, "key.path=value; may be repeated")->allow_extra_args(false);
-  check->footer(
-      "Examples:\n"
-      "  drench check scene.yaml\n"
-      "  drench check scene.yaml --set fluid.spacing=0.01");
-  drench::CompareOptions compare_options;
-  CLI::App* compare = app.add_subcommand("compare", "backend against reference, stage by stage from identical input");
-  add_compare_options(*compare, compare_options);
-  CLI::App* info = app.add_subcommand("info", "version, precision, device, libraries");
-  CLI::App* schema =
-      app.add_subcommand("schema", "every key of a scene with range, unit, default and meaning (Markdown)");
-  info->add_option("--threads", info_threads, "number of threads")->check(at_least(1));
-  info->footer("Examples:\n  drench info\n  drench info --threads 2");
-  schema->footer("Examples:\n  drench schema\n  drench schema | grep spacing");
-
+std::optional<int> CommandLine::parse(int argc, char** argv) {
   const std::string first = argc > 1 ? argv[1] : "";
-  const bool known = !app.get_subcommands([&](CLI::App* command) { return command->get_name() == first; }).empty();
+  const bool known = !app_.get_subcommands([&](CLI::App* command) { return command->get_name() == first; }).empty();
   if (!first.empty() && first[0] != '-' && !known)
     return fail(drench::exit_usage,
                 fmt::format("drench: there is no command {}; allowed: run, check, compare, info, schema", first));
   try {
-    app.parse(argc, argv);
+    app_.parse(argc, argv);
   } catch (const CLI::ParseError& e) {
-    if (e.get_exit_code() == 0) return app.exit(e);  // --help, --version
+    if (e.get_exit_code() == 0) return app_.exit(e);  // --help, --version
     return fail(drench::exit_usage, fmt::format("drench: {}; see drench --help", e.what()));
   }
-  const std::vector<std::string>& overrides = *check     ? check_overrides
-                                              : *compare ? compare_options.overrides
-                                                         : options.overrides;
-  const std::string& scene_path = *check ? check_scene : *compare ? compare_options.scene : options.scene;
+  return std::nullopt;
+}
+
+int CommandLine::run() {
+  if (*schema_) {
+    fmt::print("{}", drench::scene_reference());
+    return drench::exit_done;
+  }
+  if (*info_) return drench::info_command(info_threads_);
+  if (*check_) return drench::check_command(check_scene_, check_overrides_);
+  if (*compare_) return drench::compare_command(compare_options_);
+  return drench::run_command(run_options_);
+}
+
+std::string CommandLine::place_of(const std::string& key) const {
+  if (*check_) return where(check_scene_, check_overrides_, key);
+  if (*compare_) return where(compare_options_.scene, compare_options_.overrides, key);
+  return where(run_options_.scene, run_options_.overrides, key);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  std::signal(SIGXFSZ, SIG_IGN);         // a file at its limit is an error of the write, reported like a full disk
+  vtkObject::GlobalWarningDisplayOff();  // its warnings come back as error codes, which are reported in one line
+  CommandLine command;
+  if (const auto code = command.parse(argc, argv)) return *code;
   try {
-    if (*schema) {
-      fmt::print("{}", drench::scene_reference());
-      return drench::exit_done;
-    }
-    if (*info) return drench::info_command(info_threads);
-    if (*check) return drench::check_command(check_scene, check_overrides);
-    if (*compare) return drench::compare_command(compare_options);
-    return drench::run_command(options);
+    return command.run();
   } catch (const drench::SceneError& e) {
     return fail(drench::exit_usage, e.what());
   } catch (const drench::SetupError& e) {
-    return fail(drench::exit_usage, fmt::format("{}: {}", where(scene_path, overrides, e.key), e.what()));
+    return fail(drench::exit_usage, fmt::format("{}: {}", command.place_of(e.key), e.what()));
   } catch (const drench::DeviceError& e) {
     return fail(drench::exit_usage, fmt::format("drench: {}", e.what()));
   } catch (const drench::FolderError& e) {

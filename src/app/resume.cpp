@@ -7,6 +7,7 @@
 #include "output/stats_csv.hpp"
 #include "scene/load.hpp"
 #include "scene/scene_difference.hpp"
+#include "state/needed_fields.hpp"
 
 namespace drench {
 
@@ -25,7 +26,7 @@ std::string backend_label(const Backend& backend) {
 bool fits(const HostState& s, const Model& m) {
   bool whole = true;
   visit_fields(s, [&](std::string_view name, const auto& values) {
-    const std::size_t particles = name != "fluid_spin" || m.has_micropolar() ? s.fluid_position.size() : 0;
+    const std::size_t particles = needs_field(m, name) ? s.fluid_position.size() : 0;
     if (name.starts_with("fluid_")) whole = whole && values.size() == particles;
     if (name.starts_with("node_")) whole = whole && values.size() == m.mesh.rest_position.size();
     if (name.starts_with("body_")) whole = whole && values.size() == m.bodies.size();

@@ -23,8 +23,8 @@
 #include "output/text_file.hpp"
 #include "pipeline/pipeline.hpp"
 #include "pipeline/runtime.hpp"
-#include "scene/build.hpp"
 #include "scene/load.hpp"
+#include "setup/build.hpp"
 
 namespace drench {
 namespace {

@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "scene/build.hpp"
+#include "setup/build.hpp"
 
 namespace drench {
 

@@ -6,9 +6,9 @@
 #include <random>
 #include <set>
 
-#include "scene/body_geometry.hpp"
-#include "scene/eigen_vec.hpp"
-#include "scene/point_grid.hpp"
+#include "base/eigen_vec.hpp"
+#include "setup/body_geometry.hpp"
+#include "setup/point_grid.hpp"
 
 namespace drench {
 namespace {
@@ -43,9 +43,9 @@ class Sheet {
       rounding_.push_back(separation_rounding(model, precision, farthest) + 2 * h_ * u * (6 * ratio + 4));
       grid_.add(to_vec3(x));
     }
-    for (const auto& edge : model.mesh.rim)
+    for (const auto& edge : model.mesh.boundary_edge)
       rim_.push_back({place(state, edge[0]), place(state, edge[1]), place(state, edge[2])});
-    near_rim_ = model.samples.rim;
+    near_rim_ = model.samples.boundary_edges;
   }
 
   /// Those that a particle at x may have for its nearest one within h; `none`: perhaps it has none.

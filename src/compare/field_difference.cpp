@@ -7,10 +7,10 @@
 #include <set>
 #include <stdexcept>
 
+#include "compare/field_tolerance.hpp"
+
 namespace drench {
 namespace {
-
-constexpr double mass_slack = 64;  // quanta of rounding
 
 double magnitude(const Vec3& a) { return std::sqrt(a[0] * a[0] + a[1] * a[1] + a[2] * a[2]); }
 double magnitude(const Quaternion& a) { return std::sqrt(a[0] * a[0] + a[1] * a[1] + a[2] * a[2] + a[3] * a[3]); }
@@ -25,21 +25,6 @@ double difference(double a, double b) { return a - b; }
 std::int64_t difference(std::int64_t a, std::int64_t b) { return a - b; }
 std::int64_t difference(std::uint8_t a, std::uint8_t b) { return std::int64_t(a) - b; }
 
-bool contains(std::string_view text, std::string_view part) { return text.find(part) != std::string_view::npos; }
-
-std::string unit_of(std::string_view field) {
-  if (field == "fluid_mass" || field == "node_liquid" || field == "node_ripe") return "quanta";
-  if (contains(field, "angular_velocity")) return "rad/s";
-  if (contains(field, "spin")) return "1/s";
-  if (contains(field, "velocity")) return "m/s";
-  if (contains(field, "position")) return "m";
-  if (contains(field, "volume")) return "m³";
-  if (contains(field, "force")) return "N";
-  if (contains(field, "kappa")) return "m²/s²";
-  if (contains(field, "age")) return "s";
-  return "1";
-}
-
 /// The worst difference, with the largest magnitude of `a`.
 std::vector<FieldDifference> raw_differences(const HostState& a, const HostState& b) {
   std::vector<FieldDifference> out;
@@ -49,7 +34,7 @@ std::vector<FieldDifference> raw_differences(const HostState& a, const HostState
     const auto& right = *static_cast<const std::remove_reference_t<decltype(left)>*>(other[std::string(name)]);
     FieldDifference d;
     d.field = name;
-    d.unit = unit_of(name);
+    d.unit = unit_of_field(name);
     d.size = left.size();
     d.actual_size = right.size();
     for (const auto& value : left) d.largest = std::max(d.largest, magnitude(value));
@@ -66,17 +51,9 @@ std::vector<FieldDifference> raw_differences(const HostState& a, const HostState
   return out;
 }
 
-/// The largest sum of spring constants and strain limits that meet at a node, N/m.
-double stiffest_node(const ClothMesh& mesh) {
-  std::vector<double> sum(mesh.rest_position.size(), 0);
-  const auto add = [&](Index n, double stiffness) { sum[static_cast<std::size_t>(n)] += stiffness; };
-  for (std::size_t e = 0; e < mesh.edge.size(); ++e)
-    for (const Index n : mesh.edge[e]) add(n, mesh.edge_stiffness[e]);
-  for (std::size_t t = 0; t < mesh.limit_stiffness.size(); ++t) {
-    const auto [xx, xy, yy] = mesh.limit_shape[t];
-    for (const Index n : mesh.triangle[t]) add(n, mesh.limit_stiffness[t] * (xx * xx + xy * xy + yy * yy));
-  }
-  return sum.empty() ? 0 : *std::max_element(sum.begin(), sum.end());
+/// A number that has to be the same in both.
+FieldDifference exact_row(const char* name, const char* unit, std::int64_t a, std::int64_t b) {
+  return {name, unit, magnitude(a - b), magnitude(a), 0, 0, 1, 1};
 }
 
 }  // namespace
@@ -90,70 +67,17 @@ Precision precision_named(std::string_view name) {
 std::vector<FieldDifference> compare_fields(const Model& model, Stage stage, double dt, const HostState& expected,
                                             const HostState& actual, const Precision& precision) {
   std::vector<FieldDifference> rows = raw_differences(expected, actual);
-  std::map<std::string, double> largest;
-  for (const FieldDifference& d : rows) largest[d.field] = d.largest;
-  for (FieldDifference& d : rows) {
-    const std::string& name = d.field;
-    double scale = d.largest, slack = 0;
-    if (d.unit == "quanta") {
-      scale = static_cast<double>(quanta_per_particle);
-      slack = mass_slack;
-    }
-    if (name == "node_velocity" && (stage == Stage::absorption || stage == Stage::emission)) {
-      // two quanta more or less, of the fastest liquid in the lightest node
-      const auto& solid = model.mesh.solid_mass;
-      if (!solid.empty())
-        slack = 2 * model.quantum * largest["fluid_velocity"] / *std::min_element(solid.begin(), solid.end());
-    }
-    if (name == "node_velocity" && stage == Stage::diffusion) {
-      // two quanta more or less, of the fastest node's liquid in the lightest node
-      const auto& solid = model.mesh.solid_mass;
-      if (!solid.empty()) slack = 2 * model.quantum * scale / *std::min_element(solid.begin(), solid.end());
-    }
-    if (name == "fluid_velocity" && stage == Stage::emission && d.index < expected.fluid_mass.size()) {
-      // a quantum more or less at twice the fastest speed in the particle that differs most
-      slack = 2 * std::max(scale, largest["node_velocity"]) / static_cast<double>(expected.fluid_mass[d.index]);
-    }
-    if (stage == Stage::pressure && (name == "fluid_kappa_density" || name == "fluid_velocity")) {
-      const double speed = model.spacing / dt;  // d/Δt
-      slack = precision.solve_roundings * precision.rounding * (name == "fluid_velocity" ? speed / 4 : speed * speed);
-    }
-    // one rounding of the velocities, over a spacing: in free fall κ is nothing else
-    if (name == "fluid_kappa_divergence") slack = precision.rounding * largest["fluid_velocity"] * model.spacing / dt;
-    // displacements over Δt: one rounding of a node's place
-    if (stage == Stage::pressure && name == "node_velocity" && precision.solve_roundings > 0)
-      slack = precision.rounding * largest["node_position"] / dt;
-    // so much of a node's place times its stiffness
-    if (stage == Stage::pressure && name == "node_pin_force")
-      slack = precision.rounding * stiffest_node(model.mesh) * largest["node_position"];
-    if (name == "fluid_id" || name == "fluid_origin") scale = 0;
-    if (contains(name, "flow_direction") || contains(name, "normal")) scale = 1;
-    if (stage == Stage::cloth || stage == Stage::self_collision || stage == Stage::advection) {
-      if (name == "node_velocity") scale = std::max(scale, largest["node_position"] / dt);
-      // what is left of spring forces that cancel: the stiffness of a node times the rounding of its place
-      if (name == "node_contact_force" || name == "node_friction_force")
-        slack = precision.rounding * stiffest_node(model.mesh) * largest["node_position"];
-      if (name == "node_pin_force" && !model.mesh.edge_stiffness.empty()) {
-        // a sum of spring forces k |x| that cancel
-        const double stiffest = *std::max_element(model.mesh.edge_stiffness.begin(), model.mesh.edge_stiffness.end());
-        scale = std::max(scale, 6 * stiffest * model.mesh.edge_length.front());
-      }
-    }
-    d.tolerance = precision.tolerance * scale + slack;
-  }
-  const auto equal = [&](const char* name, std::int64_t a, std::int64_t b) {
-    rows.push_back({name, "quanta", magnitude(a - b), magnitude(a), 0, 0, 1, 1});
-  };
-  equal("drained", expected.drained, actual.drained);
-  equal("supplied", expected.supplied, actual.supplied);
+  const FieldTolerances tolerances(model, stage, dt, expected, precision, rows);
+  for (FieldDifference& d : rows) d.tolerance = tolerances.of(d);
+  rows.push_back(exact_row("drained", "quanta", expected.drained, actual.drained));
+  rows.push_back(exact_row("supplied", "quanta", expected.supplied, actual.supplied));
   if (stage == Stage::diffusion && model.has_reservoirs()) {
     double held = 0;  // by the reservoirs: a sub-step moves no more than half of it
     for (const Reservoir& r : model.reservoirs)
       for (const Quanta target : r.target) held += magnitude(target);
     rows.back().tolerance = precision.tolerance * held + mass_slack;
   }
-  equal("next_id", expected.next_id, actual.next_id);
-  rows.back().unit = "1";
+  rows.push_back(exact_row("next_id", "1", expected.next_id, actual.next_id));
   return rows;
 }
 
@@ -165,7 +89,7 @@ std::vector<FieldDifference> compare_reports(Stage stage, const StepReport& expe
                     std::fabs(a), precision.tolerance * scale, 0, 1, 1});
   };
   const auto equal = [&](const char* name, const char* unit, std::int64_t a, std::int64_t b) {
-    rows.push_back({name, unit, magnitude(a - b), magnitude(a), 0, 0, 1, 1});
+    rows.push_back(exact_row(name, unit, a, b));
   };
   switch (stage) {
     case Stage::time_step:

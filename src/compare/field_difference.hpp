@@ -24,6 +24,9 @@ struct Precision {
 /// 1e-4 and 6e-8 for "float", 1e-10 and 1.1e-16 for "double" (drench_version.hpp's precision_name).
 Precision precision_named(std::string_view name);
 
+/// Quanta of rounding that masses may differ by.
+inline constexpr double mass_slack = 64;
+
 /// The worst entry of one field or number.
 struct FieldDifference {
   std::string field, unit;

@@ -1,6 +1,6 @@
 #pragma once
-// drench in other programs: a scene, from a file or made in code, and its run, step by step. With what this header
-// includes, it is all that `cmake --install` puts into include/; examples/embed shows it in use.
+// drench in other programs: a scene, from a file or made in code, and its run, step by step. This header and those that it
+// includes are all that `cmake --install` puts into include/. examples/embed shows them in use; docs/api has their book.
 
 #include <array>
 #include <cstdint>
@@ -9,41 +9,49 @@
 #include <string>
 #include <vector>
 
+#include "base/types.hpp"
 #include "pipeline/runtime.hpp"
 #include "scene/load.hpp"
 #include "scene/scene.hpp"
-#include "scene/setup_error.hpp"
+#include "setup/setup_error.hpp"
 #include "state/host_state.hpp"
-#include "state/types.hpp"
 
+/// Water meeting porous cloth. All quantities are in SI units.
 namespace drench {
 
-/// A run of a scene on the backend of this build. A BackendRuntime must live as long; all calls come from one thread.
+/// A run of a scene on the backend of this build. A BackendRuntime must outlive it. All calls come from one thread.
 class Simulation {
  public:
-  /// Throws SceneError for a value that a scene file may not have either, SetupError for a scene that cannot be set up or
-  /// does not fit in memory, DeviceError without a device.
+  /// Sets the scene up: its geometry, its samples, its arrays on the device. The scene is checked as a file would be.
+  /// @throws SceneError for a value that a scene file may not have either
+  /// @throws SetupError for a scene that cannot be set up, or does not fit in memory
+  /// @throws DeviceError without a device
   explicit Simulation(const Scene& scene);
   ~Simulation();
   Simulation(const Simulation&) = delete;
   Simulation& operator=(const Simulation&) = delete;
 
-  /// One step of at most `longest` s; returns how long it was. Throws std::runtime_error when the run cannot go on.
+  /// One step.
+  /// @param longest the step is not longer than this, s
+  /// @returns the length of the step, s
+  /// @throws std::runtime_error when the run cannot go on; its text says why
   double step(double longest = std::numeric_limits<double>::infinity());
-  /// Steps that end exactly at `time`.
+  /// Steps until the run's time is exactly `time`, s; none if it is there already. Throws as step() does.
   void run_until(double time);
 
-  double time() const;         ///< s
-  std::int64_t steps() const;  ///< so far
+  double time() const;         ///< s, simulated since the start
+  std::int64_t steps() const;  ///< number of steps since the start
 
-  /// Everything that changes, as it is now: particles, cloth nodes, bodies. Copied from the device at each call.
+  /// Everything that changes, as it is now: particles, cloth nodes, bodies. Each call copies it from the device.
   HostState state() const;
-  /// Of each cloth node: liquid over what its pores hold; 0 where the cloth is not porous.
+  /// Saturation of each cloth node of `state`, 1: liquid over what the node's pores hold, and 0 where the cloth is not
+  /// porous. As long as HostState::node_position.
   std::vector<double> saturation(const HostState& state) const;
-  /// The cloths' triangles, as numbers of nodes; those of one cloth follow each other, as do its nodes.
+  /// Triangles of all cloths, each as the indices of its three nodes. The triangles of one cloth follow each other, and so
+  /// do its nodes.
   const std::vector<std::array<Index, 3>>& triangles() const;
-  double quantum() const;  ///< kg; masses in HostState are counts of it
-  /// What `drench check` would warn of.
+  double quantum() const;  ///< kg; masses in HostState are multiples of it
+  /// The warnings that `drench check` prints for this scene, a line each.
   const std::vector<std::string>& warnings() const;
 
  private:

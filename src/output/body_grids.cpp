@@ -10,7 +10,7 @@
 #include <cmath>
 
 #include "output/grid_tools.hpp"
-#include "scene/body_geometry.hpp"
+#include "setup/body_geometry.hpp"
 
 namespace drench {
 namespace {

@@ -15,7 +15,7 @@
 #include <functional>
 #include <vector>
 
-#include "scene/point_grid.hpp"
+#include "setup/point_grid.hpp"
 #include "state/host_state.hpp"
 #include "state/model.hpp"
 

@@ -10,11 +10,11 @@
 #include <cmath>
 #include <unordered_map>
 
+#include "base/eigen_vec.hpp"
 #include "output/grid_tools.hpp"
 #include "output/liquid_field.hpp"
-#include "scene/body_geometry.hpp"
-#include "scene/eigen_vec.hpp"
-#include "scene/surface_mesh.hpp"
+#include "setup/body_geometry.hpp"
+#include "setup/surface_mesh.hpp"
 
 namespace drench {
 namespace {
@@ -70,7 +70,7 @@ class Contour {
           for (int c = 0; c < 8; ++c)
             if (block.value[at(i + corner[c][0], j + corner[c][1], k + corner[c][2])] >= level) inside |= 1 << c;
           if (inside == 0 || inside == 255) continue;
-          for (const EDGE_LIST* edge = cases[inside].edges; *edge >= 0; edge += 3)
+          for (const auto* edge = cases[inside].edges; *edge >= 0; edge += 3)  // VTK 9.3 has no EDGE_LIST
             mesh.triangles.push_back(
                 {point(block, {i, j, k}, edge[0]), point(block, {i, j, k}, edge[1]), point(block, {i, j, k}, edge[2])});
         }

@@ -5,8 +5,8 @@
 
 #include <algorithm>
 
-#include "scene/body_geometry.hpp"
-#include "scene/eigen_vec.hpp"
+#include "base/eigen_vec.hpp"
+#include "setup/body_geometry.hpp"
 
 namespace drench {
 

@@ -42,11 +42,11 @@ std::string RunTotals::add(std::int64_t step, double time, const StepReport& r,
     s.last_step = step;
     s.worst = std::max(s.worst, errors[i]);
   }
-  if (r.passed > 0 && passed_ == 0)
+  if (r.tunnelled > 0 && tunnelled_ == 0)
     said += fmt::format(
         "warning: step {} (t = {:.6g} s): {} particles went through cloth that is whole, the first of them id {}\n",
-        step, time, r.passed, r.lowest_passed);
-  passed_ += r.passed;
+        step, time, r.tunnelled, r.lowest_tunnelled);
+  tunnelled_ += r.tunnelled;
   if (r.cloth_stretch > most_stretch_ && !(stretch_ > most_stretch_))
     said += fmt::format(
         "warning: step {} (t = {:.6g} s): cloth is stretched to {:.2f} times its length; beyond {:.2f} its samples are "
@@ -54,12 +54,12 @@ std::string RunTotals::add(std::int64_t step, double time, const StepReport& r,
         "sample_spacing\n",
         step, time, r.cloth_stretch, most_stretch_);
   stretch_ = std::max(stretch_, r.cloth_stretch);
-  if (r.fled.count > 0 && fled_ == 0)
+  if (r.escaped.count > 0 && escaped_ == 0)
     said += fmt::format(
         "warning: step {} (t = {:.6g} s): {} particles left the domain at once, more than a quarter of all that there "
         "have been: ids {}\n",
-        step, time, r.fled.count, r.fled.names());
-  fled_ += r.fled.count;
+        step, time, r.escaped.count, r.escaped.names());
+  escaped_ += r.escaped.count;
   return said;
 }
 
@@ -69,13 +69,13 @@ std::string RunTotals::warnings() const {
     if (s.failures > 0)
       text += fmt::format("the {} did not converge in {} of {} steps ({} to {}), worst error {:.3g}\n", s.name,
                           s.failures, steps_, s.first_step, s.last_step, s.worst);
-  if (passed_ > 0) text += fmt::format("particles went through cloth that is whole {} times\n", passed_);
+  if (tunnelled_ > 0) text += fmt::format("particles went through cloth that is whole {} times\n", tunnelled_);
   if (stretch_ > most_stretch_)
     text += fmt::format(
         "cloth was stretched to {:.2f} times its length at most; beyond {:.2f} liquid gets between its samples\n",
         stretch_, most_stretch_);
-  if (fled_ > 0)
-    text += fmt::format("{} particles left the domain in steps that lost a quarter of all at once\n", fled_);
+  if (escaped_ > 0)
+    text += fmt::format("{} particles left the domain in steps that lost a quarter of all at once\n", escaped_);
   if (clamped_ > 0) text += fmt::format("particles were put back out of bodies {} times\n", clamped_);
   return text;
 }

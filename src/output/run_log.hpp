@@ -36,7 +36,7 @@ class RunTotals {
   std::string add(std::int64_t step, double time, const StepReport& report,
                   const std::array<double, stage_count>& milliseconds);
   /// Lines about solvers that did not converge, cloth that was stretched too far and particles that were put back, went through
-  /// cloth or fled; "" when there is nothing to say.
+  /// cloth or escaped; "" when there is nothing to say.
   std::string warnings() const;
   /// Table of the stages' total times, one line each.
   std::string stage_table(const std::vector<Stage>& stages) const;
@@ -50,7 +50,7 @@ class RunTotals {
   };
   std::array<Solver, 3> solvers_{Solver{"divergence solve"}, Solver{"density solve"}, Solver{"cloth solve"}};
   double most_stretch_, stretch_ = 0;
-  std::int64_t steps_ = 0, clamped_ = 0, passed_ = 0, fled_ = 0;
+  std::int64_t steps_ = 0, clamped_ = 0, tunnelled_ = 0, escaped_ = 0;
   std::array<double, stage_count> milliseconds_{};
 };
 

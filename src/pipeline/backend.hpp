@@ -61,12 +61,12 @@ struct StepReport {
   std::int64_t particles = 0;
   // measures (measures.hpp), 1
   double nearest_variance = 0, close_share = 0, wet_isotropy = 0;
-  // what a run is watched by (pipeline/failure.hpp; advection.hpp, laws 6 and 7); from the ledger but for `fled`
+  // what a run is watched by (pipeline/failure.hpp; advection.hpp, laws 6 and 7); from the ledger but for `escaped`
   double fluid_speed = 0, cloth_speed = 0;      // m/s: the fastest particle and node
   double cloth_stretch = 0;                     // 1: the largest length of an edge over that at rest
-  std::int64_t passed = 0, lowest_passed = -1;  // particles that went through a cloth; the lowest of their ids
-  SomeParticles fled;                           // left the domain in this step, if suspiciously many or fast
-  double fled_speed = 0;                        // m/s: of the fastest particle that left the domain
+  std::int64_t tunnelled = 0, lowest_tunnelled = -1;  // particles that went through a cloth; the lowest of their ids
+  SomeParticles escaped;                           // left the domain in this step, if suspiciously many or fast
+  double escaped_speed = 0;                        // m/s: of the fastest particle that left the domain
 
   Quanta mass_total() const { return mass_fluid + mass_cloth + mass_drained - mass_supplied; }
 };

@@ -113,10 +113,10 @@ void Pipeline::check(const StepInfo& info, const StepReport& r) {
   if (r.fluid_speed > fluid_limit)
     fail(FailureKind::fluid_speed, Stage::ledger,
          fmt::format(fmt::runtime(too_fast), "the liquid moves", r.fluid_speed, fluid_limit), fluid_limit);
-  if (r.fled_speed > fluid_limit)
+  if (r.escaped_speed > fluid_limit)
     fail(FailureKind::fluid_speed, Stage::advection,
-         fmt::format(fmt::runtime(too_fast), "liquid left the domain", r.fled_speed, fluid_limit) +
-             fmt::format("; {} particles, ids {}", r.fled.count, r.fled.names()),
+         fmt::format(fmt::runtime(too_fast), "liquid left the domain", r.escaped_speed, fluid_limit) +
+             fmt::format("; {} particles, ids {}", r.escaped.count, r.escaped.names()),
          fluid_limit);
   if (const double limit = limits_.cloth_stretch(time); r.cloth_stretch > limit)
     fail(FailureKind::cloth_stretch, Stage::ledger,

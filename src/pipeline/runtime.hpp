@@ -16,34 +16,39 @@ struct DeviceError : std::runtime_error {
 /// Throws DeviceError unless there is a device for this build. Quick, and before anything else: needs no BackendRuntime.
 void require_device();
 
-/// The memory that the backend's arrays lie in, bytes. `device` is its name, "" when it is the host's own memory. Needs no
-/// BackendRuntime.
+/// The memory that the backend's arrays lie in.
 struct DeviceMemory {
-  std::string device;
-  double total = 0, free = 0;
+  std::string device;  ///< its name; "" when the arrays lie in the host's own memory
+  double total = 0;    ///< bytes
+  double free = 0;     ///< bytes
 };
+/// The device's memory, as it is now. Needs no BackendRuntime.
 DeviceMemory device_memory();
 
-/// What is wrong with the device, in one line: the text of a DeviceError. `built_for` and `has` are compute capabilities,
-/// 90 for 9.0.
+/// Text of a DeviceError, one line: there is no device, for the `reason` that its driver gives. `built_for` is a compute
+/// capability, 90 for 9.0.
 std::string no_device_text(std::string_view reason, int built_for);
+/// Text of a DeviceError, one line: `device` has the compute capability `has`, and this build is for `built_for`.
 std::string wrong_device_text(std::string_view device, int has, int built_for);
 
-/// Starts the runtime of this build's backend for the whole program; the destructor ends it, after every Backend is
-/// gone. `threads` ≤ 0 leaves the number to the runtime. `quiet` silences its own notices. Errors are
-/// std::runtime_error.
+/// The runtime of this build's backend, one for the whole program. It must outlive every Backend and Simulation.
 struct BackendRuntime {
+  /// Starts it.
+  /// @param threads number of threads; 0 or less leaves it to the runtime
+  /// @param quiet silences the runtime's own notices
+  /// @throws std::runtime_error when it cannot start
   explicit BackendRuntime(int threads, bool quiet);
   ~BackendRuntime();
   BackendRuntime(const BackendRuntime&) = delete;
   BackendRuntime& operator=(const BackendRuntime&) = delete;
 };
 
-/// Bytes of all arrays that the backend holds in its own memory, now and at most so far, since the first BackendRuntime
-/// began: every allocation of the runtime counts, scratch included.
+/// Bytes of all arrays in the backend's own memory. Every allocation of the runtime counts, scratch included.
 struct ArrayMemory {
-  std::int64_t now = 0, peak = 0;
+  std::int64_t now = 0;   ///< bytes
+  std::int64_t peak = 0;  ///< bytes, since the first BackendRuntime began
 };
+/// The backend's arrays, as they are now.
 ArrayMemory array_memory();
 
 /// Lines of `name: value`: the execution space, device, memory, threads and library versions. Only while a BackendRuntime

@@ -11,27 +11,32 @@
 
 namespace drench {
 
-/// Reads and validates the scene file `path`. Each of `overrides` is `key.path=value`: list entries by their index
-/// (`cloth.0.stretch=300`), the value in YAML; maps that are missing on the way are made.
-/// Mesh files are looked up beside the scene file and come out as absolute paths. Throws SceneError.
+/// Reads and validates a scene file. Mesh files are looked up beside it and come out as absolute paths.
+/// @param path the scene file
+/// @param overrides each is `key.path=value`, the value in YAML and an entry of a list by its index, as in
+///   `cloth.0.stretch=300`; maps that are missing on the way are made
+/// @throws SceneError
 Scene load_scene(const std::string& path, const std::vector<std::string>& overrides = {});
 
-/// The same from text; `path_for_messages` names it in errors, and mesh files are looked up beside that path.
+/// The same from text. Errors name it `path_for_messages`, and mesh files are looked up beside that path.
 Scene parse_scene(const std::string& yaml_text, const std::string& path_for_messages,
                   const std::vector<std::string>& overrides = {});
 
-/// The key and what is wrong with it, if a scene would have more than 10⁹ steps, frames or checkpoints. parse_scene refuses
-/// such a scene; whoever sets another end asks again.
+/// The key and what is wrong with it, if a scene would have more than 10⁹ steps, frames or checkpoints. parse_scene()
+/// refuses such a scene; a caller that sets another end asks again.
 std::optional<std::pair<std::string, std::string>> too_often(const Scene& scene);
 
-/// Where `key` (dotted, "" for the scene as a whole) of a scene file stands, as errors begin: `file:line:column: key`. If it
-/// is not there, the place of the last thing on the way to it that is.
+/// Where a key of a scene file stands, as errors begin: `file:line:column: key`. If the key is not there, it is the place
+/// of the last thing on the way to it that is.
+/// @param path the scene file
+/// @param overrides as in load_scene()
+/// @param key dotted, as in `cloth.0.stretch`; "" for the scene as a whole
 std::string locate(const std::string& path, const std::vector<std::string>& overrides, const std::string& key);
-/// The same in a scene's text.
+/// The same in a scene's text, as parse_scene() takes it.
 std::string locate_in(const std::string& yaml_text, const std::string& path_for_messages,
                       const std::vector<std::string>& overrides, const std::string& key);
 
-/// The scene with every default written out, in the scene file's own syntax; parse_scene gives an equal Scene back.
+/// The scene with every default written out, in the scene file's own syntax; parse_scene() gives an equal Scene back.
 std::string to_yaml(const Scene& scene);
 
 }  // namespace drench

@@ -1,5 +1,5 @@
 #pragma once
-// What differs between two resolved scenes, key by key.
+// The difference between two resolved scenes, key by key.
 
 #include <optional>
 #include <string>

@@ -3,22 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <string_view>
 
-#include "scene/meanings.hpp"
-#include "scene/yaml_tree.hpp"
+#include "scene/describe.hpp"
+#include "scene/section_modes.hpp"
 
 namespace drench {
 
 namespace {
-
-bool fits(std::string_view pattern, std::string_view path) {
-  const std::size_t star = pattern.find('*');
-  if (star == pattern.npos) return pattern == path;
-  const std::string_view head = pattern.substr(0, star), tail = pattern.substr(star + 1);
-  return path.size() >= head.size() + tail.size() && path.substr(0, head.size()) == head &&
-         path.substr(path.size() - tail.size()) == tail;
-}
 
 /// "(the number of a node)" is for error messages.
 std::string unit_cell(const SchemaKey& key) { return key.unit.starts_with('(') ? "" : key.unit; }
@@ -34,9 +25,8 @@ std::string standard_cell(const Schema& schema, const SchemaKey& key) {
   if (key.need == SchemaKey::Need::optional) return key.standard.empty() ? "" : fmt::format("`{}`", key.standard);
   const std::string map = key.parent();
   const bool in_list = map.find(".N") != map.npos;
-  const bool optional_map = std::any_of(schema.keys.begin(), schema.keys.end(), [&](const SchemaKey& k) {
-    return k.path == map && k.need == SchemaKey::Need::optional;
-  });
+  const SchemaKey* of_map = schema.find(map);
+  const bool optional_map = of_map && of_map->need == SchemaKey::Need::optional;
   if (in_list || !optional_map || key.standard.empty()) return "required";
   return fmt::format("required; without `{}`: `{}`", map, key.standard);
 }
@@ -59,30 +49,38 @@ std::string SchemaKey::parent() const { return path.find('.') == path.npos ? "" 
 
 std::string SchemaKey::name() const { return path.substr(path.rfind('.') + 1); }
 
-std::string meaning_of(const std::string& path) {
-  for (const Meaning& meaning : meanings)
-    if (fits(meaning.path, path)) return std::string(meaning.text);
-  return "";
+const SchemaKey* Schema::find(const std::string& path) const {
+  const auto found = std::find_if(keys.begin(), keys.end(), [&](const SchemaKey& key) { return key.path == path; });
+  return found == keys.end() ? nullptr : &*found;
 }
 
-std::string scene_reference() {
-  const Schema schema = scene_schema();
+Schema scene_schema() {
+  Scene scene;
+  return document_section([&](Section& s) { describe(s, scene); });
+}
+
+std::string tables_of(const Schema& schema) {
   std::vector<std::string> maps;
   for (const SchemaKey& key : schema.keys)
     if (std::find(maps.begin(), maps.end(), key.parent()) == maps.end()) maps.push_back(key.parent());
-  std::string page = fmt::format(preface, yaml::max_bytes >> 20, yaml::max_depth, yaml::max_values, yaml::max_map_keys);
+  std::string tables;
   for (const std::string& map : maps) {
-    page += map.empty() ? "\n## The scene\n" : fmt::format("\n## `{}`\n", map);
-    const std::string meaning = meaning_of(map.ends_with(".N") ? map.substr(0, map.size() - 2) : map);
-    if (!meaning.empty()) page += sentence(meaning) + "\n\n";
-    page += "| key | type | allowed | unit | default | meaning |\n|---|---|---|---|---|---|\n";
+    tables += map.empty() ? "\n## The scene\n" : fmt::format("\n## `{}`\n", map);
+    const SchemaKey* of_map = schema.find(map.ends_with(".N") ? map.substr(0, map.size() - 2) : map);
+    if (of_map) tables += sentence(of_map->meaning) + "\n\n";
+    tables += "| key | type | allowed | unit | default | meaning |\n|---|---|---|---|---|---|\n";
     for (const SchemaKey& key : schema.keys) {
       if (key.parent() != map) continue;
-      page += fmt::format("| `{}` | {} | {} | {} | {} | {} |\n", key.name(), key.type, key.allowed, unit_cell(key),
-                          standard_cell(schema, key), meaning_of(key.path));
+      tables += fmt::format("| `{}` | {} | {} | {} | {} | {} |\n", key.name(), key.type, key.allowed, unit_cell(key),
+                            standard_cell(schema, key), key.meaning);
     }
   }
-  return page;
+  return tables;
+}
+
+std::string scene_reference() {
+  return fmt::format(preface, yaml::max_bytes >> 20, yaml::max_depth, yaml::max_values, yaml::max_map_keys) +
+         tables_of(scene_schema());
 }
 
 }  // namespace drench

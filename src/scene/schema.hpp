@@ -1,5 +1,5 @@
 #pragma once
-// What the loader knows of the scene format, as its readers note it (scene/reader.hpp), and the reference made of it.
+// The scene format as its descriptions say it (scene/describe.hpp), and the reference made of it.
 
 #include <string>
 #include <vector>
@@ -13,23 +13,26 @@ struct SchemaKey {
   std::string allowed;                             // a range, or words
   std::string unit;                                // "" without
   std::string standard;                            // the default in YAML, "" without
+  std::string meaning;                             // a line of Markdown
   Need need = Need::optional;
 
   std::string parent() const;  ///< the path of its map, "" for the scene itself
   std::string name() const;    ///< the key in its map
 };
 
-/// Every key in the order in which the loader reads them; a map stands before its own keys.
+/// Every key in the order of a resolved scene; a map stands before its own keys.
 struct Schema {
   std::vector<SchemaKey> keys;
+
+  const SchemaKey* find(const std::string& path) const;  ///< null if there is none
 };
 
 Schema scene_schema();
 
-/// What the key at `path` means, in a line (scene/meanings.hpp); "" if nobody wrote it down.
-std::string meaning_of(const std::string& path);
+/// Tables of all keys in Markdown, one a map, each with type, range, unit, default and meaning.
+std::string tables_of(const Schema& schema);
 
-/// The scene format in Markdown: every key with type, range, unit, default and meaning. It is scenes/README.md.
+/// The scene format in Markdown. It is scenes/README.md.
 std::string scene_reference();
 
 }  // namespace drench

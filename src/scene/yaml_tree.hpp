@@ -1,9 +1,9 @@
 #pragma once
 // A YAML document as a tree in which every value knows where it was written.
 
-#include <array>
 #include <cstddef>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -29,7 +29,7 @@ struct Value {
   const Value* find(const std::string& key) const;  ///< a map's value, or null
   /// The place of a dotted path, or of the last thing on the way to it that exists.
   const Place& place_of(const std::string& dotted) const;
-  std::string shown() const;                        ///< for messages: short, on one line
+  std::string shown() const;  ///< for messages: short, on one line
 };
 
 struct Entry {
@@ -41,12 +41,11 @@ struct Entry {
 /// The shortest text that reads back as the same double.
 std::string text(double x);
 
-template <class T, std::size_t N>
-std::string text(const std::array<T, N>& values) {
-  std::string all;
-  for (const T& value : values) all += (all.empty() ? "" : ", ") + text(static_cast<double>(value));
-  return "[" + all + "]";
-}
+/// The same for a list of them.
+std::string text(std::span<const double> values);
+
+/// The first 40 bytes of it or so, for messages.
+std::string shortened(const std::string& text);
 
 inline constexpr std::size_t max_bytes = std::size_t{16} << 20;
 inline constexpr std::size_t max_depth = 32;        // of nested lists and maps

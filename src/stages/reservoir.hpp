@@ -1,3 +1,6 @@
 #pragma once
-// Stage reservoir: nodes inside `hold_saturation` boxes are set to their target mass; the (signed) difference enters
-// `supplied`. Law.  m_n := round(value · C_n/q) quanta (Model::reservoirs).   Reads and writes: node_liquid, supplied.
+// Stage reservoir: nodes inside `hold_saturation` boxes are set to their target mass, Model::reservoirs.
+//
+// Law:    docs/theory/porous.md, section 8.
+// Reads and writes: node_liquid, supplied (quanta; the signed difference).
+// Errors: none.

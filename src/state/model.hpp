@@ -1,5 +1,5 @@
 #pragma once
-// What stays the same during a run: numbers, materials, meshes and bodies, resolved from the scene.
+// The constant part of a run: numbers, materials, meshes and bodies, resolved from the scene.
 // HostState (host_state.hpp) holds what changes. Both are plain host data without Kokkos.
 
 #include <algorithm>
@@ -9,8 +9,8 @@
 #include <string>
 #include <vector>
 
+#include "base/types.hpp"
 #include "scene/scene.hpp"
-#include "state/types.hpp"
 
 namespace drench {
 
@@ -21,31 +21,9 @@ struct Rows {
   Index rows() const { return start.empty() ? 0 : static_cast<Index>(start.size()) - 1; }
 };
 
-struct ClothMaterial {
+/// One cloth: its material, and which nodes, triangles and samples of the model are its own.
+struct ClothMaterial : ResolvedMaterial<double> {
   std::string name;
-  bool dynamics = true;
-  bool porous = false;
-  bool self_collision = false;
-  double thickness = 0.001;        // τ, m
-  double damping = 1.0;            // 1/s
-  double strain_damping = 0;       // s
-  double friction = 0.3;           // 1, dry
-  double friction_wet = 0.3;       // 1, at saturation 1
-  double damping_wet = 1.0;        // 1/s, at saturation 1
-  double strain_limit = 0;         // ε, 1; 0: none
-  double adhesion = 0;             // w, N/m
-  double wet_adhesion = 0;         // w of wet_adhesion.hpp, N/m
-  double solid_fraction = 0.4;     // Φ
-  double absorption = 0.01;        // k_a, m²/s, `uptake_velocity` resolved
-  double max_saturation = 1.18;    // s_max
-  double virtual_pressure = 16.8;  // k^p, m/s²
-  double emission_cosine = 0.17;   // cos θ^e; −2, below all cosines, where there is no direction and so no cone
-  double emission_velocity = 0.5;  // u_e, m/s
-  double emission_ramp = 0.02;     // s
-  double diffusivity = 1e-4;       // D, m²/s
-  DiffusionLaw diffusion = DiffusionLaw::linear;
-  double capillary_height = 1.0;  // ℓ, m
-  bool contact_wicking = false;
   std::array<Vec3, 2> rest_plane{};  // of stage measures: two unit vectors at right angles; 0 without it
   Vec3 rest_center{0, 0, 0};         // m
   Index first_node = 0, node_count = 0;
@@ -63,7 +41,7 @@ struct ClothMesh {
   // triangles
   std::vector<std::array<Index, 3>> triangle;
   std::vector<Index> triangle_cloth;
-  std::vector<std::array<Index, 3>> rim;  // edges of one triangle alone: their nodes and its third; empty unless needed
+  std::vector<std::array<Index, 3>> boundary_edge;  // of one triangle alone: nodes, and its third; empty unless needed
   // edge springs, i < j
   std::vector<std::array<Index, 2>> edge;
   std::vector<double> edge_length;     // m, rest
@@ -71,7 +49,7 @@ struct ClothMesh {
   // hinges: nodes 0 1 on the shared edge, 2 3 opposite; of grids, differences along lines and twists of cells
   std::vector<std::array<Index, 4>> hinge;
   std::vector<std::array<double, 4>> hinge_weight;  // K, 1/m·m = 1: cotangent vector, ΣK = 0 (Bergou 2006)
-  std::vector<double> hinge_stiffness;              // bend / (A0 + A1), N/m (scene/cloth_mesh.cpp says why)
+  std::vector<double> hinge_stiffness;              // bend / (A0 + A1), N/m (setup/cloth_mesh.cpp says why)
   // strain limiting; empty unless a cloth has it
   std::vector<std::array<double, 3>> limit_shape;  // per triangle: R⁻¹ of its edges Q R at rest (xx, xy, yy), 1/m
   std::vector<double> limit_stiffness;             // per triangle: w A, N·m; 0 in cloths without
@@ -106,9 +84,9 @@ struct SampleSet {
   Rows node_samples;                          // node → items 4·sample + corner (0..2)
   std::vector<double> node_capacity;          // C_n = Σ_p w_pn C_p, kg
   std::vector<double> node_weight_sum;        // w′_n = Σ_p w_pn
-  // Per sample two edges of its cloth's rim within 2 d at rest: the nearest, and the nearest that goes another way (the
-  // cosine between them is below 0.9); −1: none. Empty where no cloth parts liquid or none has a rim.
-  std::vector<std::array<Index, 2>> rim;
+  // Per sample two boundary edges of its cloth within 2 d at rest: the nearest, and the nearest that goes another way (the
+  // cosine between them is below 0.9); −1: none. Empty where no cloth parts liquid or none has a boundary.
+  std::vector<std::array<Index, 2>> boundary_edges;
   double spacing = 0;       // m: √ of the largest area share
   double cover_radius = 0;  // m: no point of a triangle is farther from that triangle's nearest sample
   Index count() const { return static_cast<Index>(triangle.size()); }
@@ -190,7 +168,7 @@ struct Model {
   double particle_mass = 1e-3;              // m0 = ρ0 d³, kg
   double quantum = 0;                       // q = m0 / 2^32, kg
   double layer_share = 1;                   // d³ S of density.hpp: a plane of wall samples counts for one layer
-  double relaxation = 0.3;                  // ω of both pressure solves (scene/smoothing_kernel.hpp)
+  double relaxation = 0.3;                  // ω of both pressure solves (setup/smoothing_kernel.hpp)
   Quanta min_quanta = 0;                    // m_min = 0.05 m0
   Quanta max_quanta = quanta_per_particle;  // m_max = m0
   std::vector<ClothMaterial> cloths;
@@ -205,10 +183,13 @@ struct Model {
 
   bool has_fluid() const { return scene.fluid.present; }
   bool has_cloth() const { return !cloths.empty(); }
+  /// Is there a cloth that it is true of?
+  template <class Predicate>
+  bool any_cloth(Predicate predicate) const {
+    return std::any_of(cloths.begin(), cloths.end(), predicate);
+  }
   bool has_moving_cloth() const {
-    for (const auto& c : cloths)
-      if (c.dynamics) return true;
-    return false;
+    return any_cloth([](const ClothMaterial& c) { return c.dynamics; });
   }
   bool has_moving_pins() const { return !pin_motions.empty(); }
   bool has_strain_limit() const { return !mesh.limit_stiffness.empty(); }
@@ -219,19 +200,13 @@ struct Model {
     return met ? 1.5 * spacing / samples.spacing : std::numeric_limits<double>::infinity();
   }
   bool has_self_collision() const {
-    for (const auto& c : cloths)
-      if (c.dynamics && c.self_collision) return true;
-    return false;
+    return any_cloth([](const ClothMaterial& c) { return c.dynamics && c.self_collision; });
   }
   bool has_wet_adhesion() const {
-    for (const auto& c : cloths)
-      if (c.dynamics && c.wet_adhesion > 0) return true;
-    return false;
+    return any_cloth([](const ClothMaterial& c) { return c.dynamics && c.wet_adhesion > 0; });
   }
   bool has_porous() const {
-    for (const auto& c : cloths)
-      if (c.porous) return true;
-    return false;
+    return any_cloth([](const ClothMaterial& c) { return c.porous; });
   }
   bool has_absorption() const { return has_porous() && has_fluid() && scene.processes.absorption; }
   bool has_emission() const { return has_porous() && has_fluid() && scene.processes.emission; }
@@ -240,38 +215,31 @@ struct Model {
   bool has_direction() const { return scene.processes.direction; }
   bool has_saturation_control() const { return scene.processes.saturation_control; }
   bool has_diffusion() const {
-    for (const auto& c : cloths)
-      if (c.porous && c.diffusivity > 0) return scene.processes.diffusion;
-    return false;
+    return scene.processes.diffusion && any_cloth([](const ClothMaterial& c) { return c.wicks(); });
   }
   bool has_contact_wicking() const {
-    for (const auto& c : cloths)
-      if (c.porous && c.diffusivity > 0 && c.contact_wicking) return scene.processes.diffusion;
-    return false;
+    return scene.processes.diffusion && any_cloth([](const ClothMaterial& c) { return c.wicks_through_contact(); });
   }
   bool has_surface() const { return has_fluid() && scene.output.surface; }
   bool has_measures() const { return scene.output.measures; }
   bool has_boundary() const { return boundary.count() > 0; }
+  /// Is there a body that it is true of?
+  template <class Predicate>
+  bool any_body(Predicate predicate) const {
+    return std::any_of(bodies.begin(), bodies.end(), predicate);
+  }
   bool has_moving_body() const {
-    for (const auto& b : bodies)
-      if (b.moves()) return true;
-    return false;
+    return any_body([](const Body& b) { return b.moves(); });
   }
   bool has_dynamic_body() const {
-    for (const auto& b : bodies)
-      if (b.dynamic) return true;
-    return false;
+    return any_body([](const Body& b) { return b.dynamic; });
   }
   bool has_sticky_cloth() const {
-    for (const auto& c : cloths)
-      if (c.adhesion > 0) return true;
-    return false;
+    return any_cloth([](const ClothMaterial& c) { return c.adhesion > 0; });
   }
   /// Does the liquid adhere to anything?
   bool has_adhesion() const {
-    for (const auto& b : bodies)
-      if (b.adhesion > 0) return true;
-    return has_sticky_cloth();
+    return has_sticky_cloth() || any_body([](const Body& b) { return b.adhesion > 0; });
   }
   /// The longest step that surface tension and adhesion allow, s (src/stages/time_step.hpp); infinite without them.
   double capillary_step() const {

@@ -1,75 +1,25 @@
-// From a scene to a model: bodies, their samples, liquid blocks, jets. Cloth: build_test.cpp; mesh files:
+// From a scene to a model: bodies and their samples. Liquid: build_liquid_test.cpp; cloth: build_test.cpp; mesh files:
 // mesh_files_test.cpp.
 
-#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <random>
-#include <set>
 
-#include "scene/body_geometry.hpp"
-#include "scene/build.hpp"
-#include "scene/distance_field.hpp"
-#include "scene/eigen_vec.hpp"
-#include "scene/memory_estimate.hpp"
-#include "scene/point_grid.hpp"
-#include "scene/smoothing_kernel.hpp"
+#include "base/eigen_vec.hpp"
+#include "build_scenes.hpp"
+#include "setup/body_geometry.hpp"
+#include "setup/build.hpp"
+#include "setup/distance_field.hpp"
+#include "setup/point_grid.hpp"
+#include "setup/smoothing_kernel.hpp"
 
-namespace drench {
+namespace drench::testing {
 namespace {
 
-constexpr double d = 0.02;
-
-Scene wet_scene() {
-  Scene scene;
-  scene.domain = {{-1, -1, -1}, {1, 1, 1}};
-  scene.fluid.present = true;
-  scene.fluid.spacing = d;
-  return scene;
-}
-
 double cubic(double r, double h) { return kernel_value(KernelKind::cubic, r, h); }
-
-BodyScene box_body(const Box& box, bool inside = false) {
-  BodyScene body;
-  body.box = box;
-  body.inside = inside;
-  return body;
-}
-
-BodyScene sphere_body(const Vec3& center, double radius) {
-  BodyScene body;
-  body.kind = BodyScene::Kind::sphere;
-  body.center = center;
-  body.radius = radius;
-  return body;
-}
-
-std::string error_of(const Scene& scene) {
-  try {
-    build(scene);
-  } catch (const SetupError& e) {
-    return e.what();
-  }
-  return "";
-}
-
-bool any_has(const std::vector<std::string>& lines, const std::string& text) {
-  return std::any_of(lines.begin(), lines.end(), [&](const auto& l) { return l.find(text) != std::string::npos; });
-}
-
-std::vector<double> nearest_distances(const std::vector<Vec3>& x) {
-  std::vector<double> nearest(x.size(), 1e9);
-  for (std::size_t i = 0; i < x.size(); ++i) {
-    for (std::size_t j = 0; j < x.size(); ++j) {
-      if (i != j) nearest[i] = std::min(nearest[i], (to_eigen(x[i]) - to_eigen(x[j])).norm());
-    }
-  }
-  return nearest;
-}
 
 /// Samples lie half a spacing below the surface.
 void expect_on_surface(const Setup& setup) {
@@ -258,39 +208,6 @@ TEST(BodySamples, VolumesFollowTheSceneKernel) {
   EXPECT_GT(std::abs(volumes[0] - cubic_volumes[0]), 1e-3 * volumes[0]);
 }
 
-TEST(FluidBlocks, WarnWhereAFixedStepIsLongerThanCapillaryWavesAllow) {
-  Scene scene = wet_scene();
-  scene.fluid.blocks.push_back({.box = {{0, 0, 0}, {0.1, 0.1, 0.1}}});
-  scene.time.step = 0.8 * std::sqrt(scene.fluid.density * std::pow(scene.fluid.spacing, 3) / (2 * 3.14159265 * 0.1));
-  const auto warned = [&] { return any_has(build(scene).warnings, "longer than surface tension or adhesion allows"); };
-  EXPECT_FALSE(warned());
-  scene.fluid.surface_tension = 0.1;
-  EXPECT_TRUE(warned());
-  scene.time.mode = TimeMode::cfl;
-  EXPECT_FALSE(warned());
-  scene.time.mode = TimeMode::fixed;
-  scene.time.step *= 0.8;
-  EXPECT_FALSE(warned());
-}
-
-TEST(FluidBlocks, WarnWhereTheLatticeIsDenserThanTheLiquid) {
-  EXPECT_NEAR(lattice_density(KernelKind::cubic, 2), 1.000, 5e-4);
-  EXPECT_NEAR(lattice_density(KernelKind::wendland, 2), 1.034, 5e-4);
-  EXPECT_NEAR(lattice_density(KernelKind::poly6, 2), 1.010, 5e-4);
-  Scene scene = wet_scene();
-  scene.fluid.blocks.push_back({.box = {{0, 0, 0}, {0.1, 0.1, 0.1}}});
-  const auto warned = [&] {
-    for (const std::string& w : build(scene).warnings)
-      if (w.find("support 2.4 is enough") != std::string::npos) return true;
-    return false;
-  };
-  EXPECT_FALSE(warned());
-  scene.fluid.kernel = KernelKind::wendland;
-  EXPECT_TRUE(warned());
-  scene.fluid.support = 2.5;
-  EXPECT_FALSE(warned());
-}
-
 TEST(BodySamples, NoneWithoutFluid) {
   Scene scene = wet_scene();
   scene.fluid.present = false;
@@ -300,138 +217,5 @@ TEST(BodySamples, NoneWithoutFluid) {
   EXPECT_EQ(setup.model.bodies.size(), 1u);
 }
 
-TEST(FluidBlocks, AreLatticesInTheirBoxes) {
-  Scene scene = wet_scene();
-  scene.fluid.blocks.push_back({{{0, 0, 0}, {0.2, 0.1, 0.065}}, {1, 2, 3}});
-  const drench::Setup setup = build(scene);
-  const HostState& s = setup.state;
-  ASSERT_EQ(s.fluid_count(), 10 * 5 * 3);
-  EXPECT_NEAR(s.fluid_position[0][0], 0.01, 1e-15);
-  EXPECT_NEAR(s.fluid_position[0][2], 0.0125, 1e-15);  // 0.065 − 3 d is shared by both sides
-  EXPECT_EQ(s.fluid_velocity[7], (Vec3{1, 2, 3}));
-  for (std::size_t i = 0; i < s.fluid_id.size(); ++i) {
-    EXPECT_EQ(s.fluid_id[i], static_cast<std::int64_t>(i));
-    EXPECT_EQ(s.fluid_mass[i], quanta_per_particle);
-  }
-  EXPECT_EQ(s.next_id, 150);
-  EXPECT_TRUE(setup.warnings.empty());
-  for (const auto* field : {&s.fluid_age, &s.fluid_density_ratio, &s.fluid_kappa_density, &s.fluid_kappa_divergence}) {
-    EXPECT_EQ(*field, std::vector<double>(150, 0.0));
-  }
-}
-
-TEST(FluidBlocks, OverlapsSolidsClothAndDomain) {
-  Scene scene = wet_scene();
-  const Box box{{0, 0, 0}, {0.2, 0.2, 0.2}};
-  scene.fluid.blocks = {{box, {0, 0, 0}}, {{{0.1, 0, 0}, {0.3, 0.2, 0.2}}, {0, 0, 0}}};
-  drench::Setup setup = build(scene);
-  EXPECT_EQ(setup.state.fluid_count(), 1500);
-  EXPECT_TRUE(any_has(setup.warnings, "500 particles left out where blocks overlap"));
-
-  scene.fluid.blocks.resize(1);
-  scene.bodies.push_back(box_body({{-0.1, -0.1, -0.1}, {0.3, 0.04, 0.3}}));  // swallows two layers
-  setup = build(scene);
-  EXPECT_EQ(setup.state.fluid_count(), 800);
-  EXPECT_TRUE(any_has(setup.warnings, "200 of the blocks' 1000 particles removed: they start inside a solid"));
-  scene.bodies[0] = box_body({{0, 0, 0}, {0.2, 0.1, 0.2}}, true);  // a container: only its inside is free
-  EXPECT_EQ(build(scene).state.fluid_count(), 500);
-  scene.bodies[0] = box_body(box, true);
-  EXPECT_EQ(build(scene).state.fluid_count(), 1000);
-
-  ClothScene cloth;
-  cloth.grid = GridScene{{1, 1}, {4, 4}};
-  cloth.position = {0, 0.112, 0};  // 2 mm off the layer at 0.11, which is 100 particles
-  scene.cloths.push_back(cloth);
-  setup = build(scene);
-  EXPECT_EQ(setup.state.fluid_count(), 1000);
-  EXPECT_TRUE(any_has(setup.warnings, "100 of the blocks' particles start within 0.01 m of a cloth"));
-  scene.cloths[0].position[1] = 0.12;
-  EXPECT_FALSE(any_has(build(scene).warnings, "start within"));
-
-  scene.domain.max[1] = 0.1;
-  EXPECT_NE(error_of(scene).find("500 of the blocks' 1000 particles are outside the domain"), std::string::npos);
-}
-
-TEST(Jets, CarryTheMeanFlow) {
-  for (const double radius : {0.5 * d, 1.5 * d, 5 * d, 0.123}) {
-    Scene scene = wet_scene();
-    scene.fluid.jets.push_back({{0, 0.5, 0}, radius, {1, -2, 0.5}, 0.1, 2.0});
-    const drench::Setup setup = build(scene);
-    const Jet& jet = setup.model.jets.at(0);
-    const double speed = std::sqrt(5.25), n = static_cast<double>(jet.offsets.size());
-    EXPECT_NEAR(d * d * d / jet.interval, std::numbers::pi * radius * radius * speed, 1e-12);
-    std::set<Vec3> distinct;
-    for (const Vec3& o : jet.offsets) {
-      EXPECT_NEAR(to_eigen(o).dot(Eigen::Vector3d(1, -2, 0.5)), 0, 1e-12);
-      EXPECT_LE(to_eigen(o).norm(), radius + d);
-      distinct.insert(o);
-    }
-    EXPECT_EQ(distinct.size(), jet.offsets.size());
-    EXPECT_GE(n * jet.interval * speed, d * (1 - 1e-9));  // not compressed
-    if (radius < 0.6 * d) {
-      EXPECT_EQ(jet.offsets, std::vector<Vec3>(1, Vec3{0, 0, 0}));
-    }
-    if (radius == 5 * d) {
-      EXPECT_EQ(jet.offsets.size(), 81u);  // whole shells, at least π 5² = 78.5
-    }
-    EXPECT_EQ(setup.state.jet_particles, std::vector<std::int64_t>(1, 0));
-    EXPECT_EQ(setup.state.fluid_count(), 0);
-  }
-  Scene scene = wet_scene();
-  scene.fluid.jets.push_back({{0, 0.5, 0}, 0.4 * d, {0, -1, 0}, 0, 1});
-  EXPECT_NE(error_of(scene).find("jet 1: the radius 0.008 m is below half the spacing"), std::string::npos);
-  scene.fluid.jets[0] = {{0, 0.5, 0}, d, {0, 0, 0}, 0, 1};
-  EXPECT_NE(error_of(scene).find("the velocity must not be zero"), std::string::npos);
-  scene.fluid.jets[0] = {{0, 1.5, 0}, d, {0, -1, 0}, 0, 1};
-  EXPECT_NE(error_of(scene).find("outside the domain"), std::string::npos);
-}
-
-std::string refusal(const SetupSize& size, const MemoryBudget& budget) {
-  try {
-    refuse_too_large(size, budget);
-  } catch (const SetupError& e) {
-    return e.what();
-  }
-  return "";
-}
-
-TEST(MemoryEstimate, RefusesWhatTheMachineOrTheDeviceCannotHold) {
-  EXPECT_GT(machine_memory(), 1e8);
-  EXPECT_GT(machine_memory_free(), 1e7);
-  EXPECT_LE(machine_memory_free(), machine_memory());
-  SetupSize size;
-  size.fluid = 1e6;
-  const MemoryEstimate estimate = estimate_memory(size, 4);
-  EXPECT_GT(estimate.backend(), 0.5e9);
-  EXPECT_LT(estimate.backend(), 1.5e9);
-  EXPECT_GT(estimate_memory(size, 8).lists, 1.4 * estimate.lists);
-  EXPECT_EQ(refusal(size, {4, 1.01 * estimate.total(), "", 0}), "");
-  EXPECT_NE(refusal(size, {4, 0.99 * estimate.total(), "", 0}).find("the machine has"), std::string::npos);
-  // A device has the backend's part, the host the rest.
-  const double on_gpu = estimate_memory(size, 4, true).backend();
-  EXPECT_GT(on_gpu, estimate.backend()) << "bundles of a list are as wide as their longest row";
-  EXPECT_EQ(refusal(size, {4, 1.01 * estimate.host, "GPU", 1.01 * on_gpu}), "");
-  EXPECT_NE(refusal(size, {4, 0.99 * estimate.host, "GPU", 1e12}).find("the machine has"), std::string::npos);
-  EXPECT_EQ(
-      refusal(size, {4, 1e12, "GPU", 0.5 * 1073741824}),
-      fmt::format(
-          "the scene does not fit in the device's memory: 1000000 liquid particles, 0 samples of bodies, 0 cloth nodes "
-          "and 0 samples of cloth need about {:.1f} GiB, GPU has 0.5 GiB free",
-          on_gpu / 1073741824));
-}
-
-TEST(Build, IsTheSameTwice) {
-  Scene scene = wet_scene();
-  scene.bodies = {sphere_body({0, -0.2, 0}, 0.2)};
-  scene.fluid.blocks.push_back({{{-0.1, 0.1, -0.1}, {0.1, 0.3, 0.1}}, {0, 0, 0}});
-  ClothScene cloth;
-  cloth.grid = GridScene{};
-  scene.cloths.push_back(cloth);
-  const drench::Setup a = build(scene), b = build(scene);
-  EXPECT_EQ(a.state.boundary_volume, b.state.boundary_volume);
-  EXPECT_EQ(a.state.sample_volume, b.state.sample_volume);
-  EXPECT_EQ(a.state.fluid_position, b.state.fluid_position);
-}
-
 }  // namespace
-}  // namespace drench
+}  // namespace drench::testing

@@ -8,8 +8,8 @@
 
 #include "frame_reader.hpp"
 #include "run_program.hpp"
-#include "scene/build.hpp"
 #include "scene/load.hpp"
+#include "setup/build.hpp"
 
 namespace drench::test {
 namespace {

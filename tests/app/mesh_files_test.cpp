@@ -15,40 +15,75 @@
 #include <numbers>
 #include <random>
 
-#include "scene/build.hpp"
-#include "scene/eigen_vec.hpp"
-#include "scene/mesh_io.hpp"
+#include "base/eigen_vec.hpp"
+#include "build_scenes.hpp"
+#include "setup/build.hpp"
+#include "setup/mesh_io.hpp"
 
-namespace drench {
+namespace drench::testing {
 namespace {
 
-constexpr double d = 0.02;
-
-Scene wet_scene() {
-  Scene scene;
-  scene.domain = {{-1, -1, -1}, {1, 1, 1}};
-  scene.fluid.present = true;
-  scene.fluid.spacing = d;
-  return scene;
+/// Writes a triangulated surface as `name`.obj, .ply and .stl.
+void write_every_format(vtkPolyData* surface, const std::filesystem::path& name) {
+  std::string obj = "v 9 9 9\n";  // a point that no triangle uses
+  for (vtkIdType p = 0; p < surface->GetNumberOfPoints(); ++p) {
+    const double* x = surface->GetPoint(p);
+    obj += "v " + std::to_string(x[0]) + " " + std::to_string(x[1]) + " " + std::to_string(x[2]) + "\n";
+  }
+  for (vtkIdType c = 0; c < surface->GetNumberOfPolys(); ++c) {
+    obj += "f";
+    for (int k = 0; k < 3; ++k) obj += " " + std::to_string(surface->GetCell(c)->GetPointId(k) + 2);
+    obj += "\n";
+  }
+  std::ofstream(name.string() + ".obj") << obj;
+  vtkNew<vtkPLYWriter> ply;
+  ply->SetFileName((name.string() + ".ply").c_str());
+  ply->SetInputData(surface);
+  ply->Write();
+  vtkNew<vtkSTLWriter> stl;
+  stl->SetFileName((name.string() + ".stl").c_str());
+  stl->SetFileTypeToBinary();
+  stl->SetInputData(surface);
+  stl->Write();
 }
 
-std::string error_of(const Scene& scene) {
-  try {
-    build(scene);
-  } catch (const SetupError& e) {
-    return e.what();
+/// Samples half a spacing below the surface, none too close, none of that surface far from one.
+void expect_even_samples(const std::vector<Vec3>& x, const Body& made) {
+  for (const double r : nearest_distances(x)) {
+    EXPECT_GE(r, 0.7 * d);
+    EXPECT_LE(r, 1.5 * d);
   }
-  return "";
+  const auto at = [&](Index i) { return to_eigen(made.mesh_points[static_cast<std::size_t>(i)]); };
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> uniform(0, 1);
+  for (const auto& t : made.mesh_triangles) {
+    double u = uniform(random), v = uniform(random);
+    if (u + v > 1) u = 1 - u, v = 1 - v;
+    Eigen::Vector3d p = at(t[0]) + u * (at(t[1]) - at(t[0])) + v * (at(t[2]) - at(t[0]));
+    p -= 0.5 * d * (p - to_eigen(made.center)).normalized();
+    double nearest = 1;
+    for (const Vec3& s : x) nearest = std::min(nearest, (p - to_eigen(s)).norm());
+    EXPECT_LE(nearest, d);
+  }
+  double inner = 0.3;  // radius of the mesh's inscribed ball
+  for (const auto& t : made.mesh_triangles) {
+    const Eigen::Vector3d across = (at(t[1]) - at(t[0])).cross(at(t[2]) - at(t[0])).normalized();
+    inner = std::min(inner, std::abs(across.dot(at(t[0]) - to_eigen(made.center))));
+  }
+  for (const Vec3& p : x) {
+    EXPECT_GT((to_eigen(p) - to_eigen(made.center)).norm(), inner - 0.55 * d);
+    EXPECT_LT((to_eigen(p) - to_eigen(made.center)).norm(), 0.3 - 0.45 * d);
+  }
 }
 
-std::vector<double> nearest_distances(const std::vector<Vec3>& x) {
-  std::vector<double> nearest(x.size(), 1e9);
-  for (std::size_t i = 0; i < x.size(); ++i) {
-    for (std::size_t j = 0; j < x.size(); ++j) {
-      if (i != j) nearest[i] = std::min(nearest[i], (to_eigen(x[i]) - to_eigen(x[j])).norm());
-    }
-  }
-  return nearest;
+/// Liquid is left out inside, and nowhere else.
+void expect_inside_told_from_outside(const drench::Setup& setup, const Body& made) {
+  const auto at = [&](Index i) { return to_eigen(made.mesh_points[static_cast<std::size_t>(i)]); };
+  double volume = 0;
+  for (const auto& t : made.mesh_triangles) volume += at(t[0]).dot(at(t[1]).cross(at(t[2]))) / 6;
+  const double removed = 50 * 40 * 40 - setup.state.fluid_count();
+  EXPECT_NEAR(removed * d * d * d / volume, 1, 0.01);
+  for (const Vec3& p : setup.state.fluid_position) EXPECT_GT((to_eigen(p) - to_eigen(made.center)).norm(), 0.29);
 }
 
 class MeshFiles : public ::testing::Test {
@@ -75,26 +110,7 @@ TEST_F(MeshFiles, RoundTripsThroughEveryFormat) {
   vtkPolyData* sphere = source->GetOutput();
   const auto triangles = static_cast<std::size_t>(sphere->GetNumberOfPolys());
   const auto points = static_cast<std::size_t>(sphere->GetNumberOfPoints());
-  std::string obj = "v 9 9 9\n";  // a point that no triangle uses
-  for (vtkIdType p = 0; p < sphere->GetNumberOfPoints(); ++p) {
-    const double* x = sphere->GetPoint(p);
-    obj += "v " + std::to_string(x[0]) + " " + std::to_string(x[1]) + " " + std::to_string(x[2]) + "\n";
-  }
-  for (vtkIdType c = 0; c < sphere->GetNumberOfPolys(); ++c) {
-    obj += "f";
-    for (int k = 0; k < 3; ++k) obj += " " + std::to_string(sphere->GetCell(c)->GetPointId(k) + 2);
-    obj += "\n";
-  }
-  write("ball.obj", obj);
-  vtkNew<vtkPLYWriter> ply;
-  ply->SetFileName((folder_ / "ball.ply").c_str());
-  ply->SetInputData(sphere);
-  ply->Write();
-  vtkNew<vtkSTLWriter> stl;
-  stl->SetFileName((folder_ / "ball.stl").c_str());
-  stl->SetFileTypeToBinary();
-  stl->SetInputData(sphere);
-  stl->Write();
+  write_every_format(sphere, folder_ / "ball");
   for (const std::string name : {"ball.obj", "ball.ply", "ball.stl"}) {
     const SurfaceMesh mesh = read_mesh(name, (folder_ / "scene.yaml").string());  // found beside the scene
     EXPECT_EQ(mesh.points.size(), points) << name;
@@ -103,7 +119,7 @@ TEST_F(MeshFiles, RoundTripsThroughEveryFormat) {
     for (const Vec3& x : mesh.points) EXPECT_NEAR(to_eigen(x).norm(), 0.2, 2e-6) << name;
   }
 
-  // As a body: samples half a spacing below it, none too close, none of that surface far from one, inside told from outside, spin.
+  // As a body: its samples, its inside, its spin.
   Scene scene = wet_scene();
   scene.path = (folder_ / "scene.yaml").string();
   BodyScene body;
@@ -115,40 +131,12 @@ TEST_F(MeshFiles, RoundTripsThroughEveryFormat) {
   scene.bodies.push_back(body);
   scene.fluid.blocks.push_back({{{-0.4, -0.4, -0.4}, {0.6, 0.4, 0.4}}, {0, 0, 0}});
   const drench::Setup setup = build(scene);
-  const auto& x = setup.model.boundary.position;
-  for (const double r : nearest_distances(x)) {
-    EXPECT_GE(r, 0.7 * d);
-    EXPECT_LE(r, 1.5 * d);
-  }
   const Body& made = setup.model.bodies[0];
   EXPECT_NEAR(to_eigen(made.center).x(), 0.1, 1e-6);
   EXPECT_NEAR(made.spin_rate, std::numbers::pi / 2, 1e-15);
-  const auto at = [&](Index i) { return to_eigen(made.mesh_points[static_cast<std::size_t>(i)]); };
-  std::mt19937 random(5);
-  std::uniform_real_distribution<double> uniform(0, 1);
-  for (const auto& t : made.mesh_triangles) {
-    double u = uniform(random), v = uniform(random);
-    if (u + v > 1) u = 1 - u, v = 1 - v;
-    Eigen::Vector3d p = at(t[0]) + u * (at(t[1]) - at(t[0])) + v * (at(t[2]) - at(t[0]));
-    p -= 0.5 * d * (p - to_eigen(made.center)).normalized();
-    double nearest = 1;
-    for (const Vec3& s : x) nearest = std::min(nearest, (p - to_eigen(s)).norm());
-    EXPECT_LE(nearest, d);
-  }
-  double inner = 0.3;  // radius of the mesh's inscribed ball
-  for (const auto& t : made.mesh_triangles) {
-    const Eigen::Vector3d across = (at(t[1]) - at(t[0])).cross(at(t[2]) - at(t[0])).normalized();
-    inner = std::min(inner, std::abs(across.dot(at(t[0]) - to_eigen(made.center))));
-  }
-  for (const Vec3& p : x) {
-    EXPECT_GT((to_eigen(p) - to_eigen(made.center)).norm(), inner - 0.55 * d);
-    EXPECT_LT((to_eigen(p) - to_eigen(made.center)).norm(), 0.3 - 0.45 * d);
-  }
-  double volume = 0;
-  for (const auto& t : made.mesh_triangles) volume += at(t[0]).dot(at(t[1]).cross(at(t[2]))) / 6;
-  const double removed = 50 * 40 * 40 - setup.state.fluid_count();
-  EXPECT_NEAR(removed * d * d * d / volume, 1, 0.01);
-  for (const Vec3& p : setup.state.fluid_position) EXPECT_GT((to_eigen(p) - to_eigen(made.center)).norm(), 0.29);
+  const auto& x = setup.model.boundary.position;
+  expect_even_samples(x, made);
+  expect_inside_told_from_outside(setup, made);
   for (std::size_t i = 0; i < x.size(); ++i) {
     const Eigen::Vector3d expected =
         made.spin_rate * Eigen::Vector3d(0, 1, 0).cross(to_eigen(x[i]) - to_eigen(made.center));
@@ -216,4 +204,4 @@ TEST_F(MeshFiles, BadOnesAreRefused) {
 }
 
 }  // namespace
-}  // namespace drench
+}  // namespace drench::testing

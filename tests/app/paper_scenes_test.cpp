@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "paths.hpp"
-#include "scene/build.hpp"
 #include "scene/load.hpp"
+#include "setup/build.hpp"
 
 namespace drench::test {
 namespace {
@@ -56,10 +56,10 @@ TEST_P(paper_scenes, has_the_papers_counts_and_constants) {
   EXPECT_NEAR(steps, name.starts_with("water_falling") ? 500 : 600, 1e-6);
   EXPECT_TRUE(scene.fluid.jets.empty()) << "the liquid is there from the start";
   for (const ClothScene& cloth : scene.cloths) {
-    EXPECT_EQ(cloth.porous.absorption, 0.01);
-    EXPECT_EQ(cloth.porous.max_saturation, 1.18);
-    EXPECT_EQ(cloth.porous.virtual_pressure, 16.8);
-    EXPECT_EQ(cloth.porous.emission_angle, 80);
+    EXPECT_EQ(cloth.material.absorption, 0.01);
+    EXPECT_EQ(cloth.material.max_saturation, 1.18);
+    EXPECT_EQ(cloth.material.virtual_pressure, 16.8);
+    EXPECT_EQ(cloth.material.emission_angle, 80);
   }
 }
 

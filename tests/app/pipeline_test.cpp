@@ -84,13 +84,15 @@ TEST_F(PipelineTest, RunsTheStagesOfTheSceneInOrder) {
 
 TEST_F(PipelineTest, AStillPorousClothNeedsNoClothSolverAndNoFluid) {
   model.scene.fluid.present = false;
-  model.cloths.push_back({.name = "sheet", .dynamics = false, .porous = true});
+  model.cloths.emplace_back().porous = true;
+  model.cloths.back().dynamics = false;
   EXPECT_EQ(stages_for(model),
             (std::vector<Stage>{Stage::time_step, Stage::porous_neighbors, Stage::diffusion, Stage::ledger}));
 }
 
 TEST_F(PipelineTest, AProcessThatIsOffHasNoStage) {
-  model.cloths.push_back({.name = "sheet", .dynamics = false, .porous = true});
+  model.cloths.emplace_back().porous = true;
+  model.cloths.back().dynamics = false;
   const auto porous = [&](ProcessScene processes) {
     model.scene.processes = processes;
     std::vector<Stage> stages = stages_for(model);

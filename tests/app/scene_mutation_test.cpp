@@ -21,211 +21,17 @@
 
 #include "good_scenes.hpp"
 #include "run_program.hpp"
-#include "scene/build.hpp"
 #include "scene/load.hpp"
 #include "scene/schema.hpp"
 #include "scene/yaml_tree.hpp"
 #include "scene_equal.hpp"
+#include "scene_mutations.hpp"
+#include "setup/build.hpp"
 
 namespace drench::testing {
 namespace {
 
 using yaml::Value;
-
-/// Everything that a mutation may touch, gathered anew for each one.
-struct Places {
-  std::vector<Value*> maps, lists, scalars, all;        // maps and lists that hold something
-  std::vector<std::pair<Value*, std::size_t>> entries;  // a map and the number of its entry
-};
-
-void gather(Value& value, Places& places) {
-  places.all.push_back(&value);
-  if (value.kind == Value::Kind::scalar) places.scalars.push_back(&value);
-  if (!value.entries.empty()) places.maps.push_back(&value);
-  if (!value.items.empty()) places.lists.push_back(&value);
-  for (std::size_t e = 0; e < value.entries.size(); ++e) {
-    places.entries.emplace_back(&value, e);
-    gather(value.entries[e].value, places);
-  }
-  for (Value& item : value.items) gather(item, places);
-}
-
-/// A document in flow style, a line for every entry, so that places differ.
-void write(const Value& value, std::string& out) {
-  switch (value.kind) {
-    case Value::Kind::null:
-      out += "~";
-      return;
-    case Value::Kind::scalar: {
-      if (!value.quoted) {
-        out += value.text;
-        return;
-      }
-      out += '"';
-      for (const char c : value.text) out += (c == '"' || c == '\\' ? "\\" : "") + std::string(1, c);
-      out += '"';
-      return;
-    }
-    case Value::Kind::list:
-      out += "[";
-      for (std::size_t i = 0; i < value.items.size(); ++i) {
-        if (i > 0) out += ", ";
-        write(value.items[i], out);
-      }
-      out += "]";
-      return;
-    case Value::Kind::map:
-      out += "{";
-      for (std::size_t e = 0; e < value.entries.size(); ++e) {
-        out += (e > 0 ? ",\n" : "\n") + value.entries[e].key + ": ";
-        write(value.entries[e].value, out);
-      }
-      out += "}";
-      return;
-  }
-}
-
-class Mutations {
- public:
-  explicit Mutations(std::uint64_t seed) : random_(seed) {}
-
-  static constexpr std::size_t kinds = 12;
-
-  /// The scene with one mistake of this kind.
-  std::string of(const std::string& good, std::size_t kind) {
-    if (kind < 3) return damaged(good, kind);
-    Value root = yaml::parse(good, "good.yaml");
-    Places at;
-    gather(root, at);
-    mutate(at, kind);
-    std::string text;
-    write(root, text);
-    return text;
-  }
-
- private:
-  std::size_t below(std::size_t n) { return static_cast<std::size_t>(random_() % n); }
-  template <class T>
-  const T& one_of(const std::vector<T>& values) {
-    return values[below(values.size())];
-  }
-
-  std::string damaged(std::string text, std::size_t kind) {
-    const std::size_t at = below(text.size());
-    if (kind == 0) return text.substr(0, at);  // cut short
-    if (kind == 1) {                           // bytes that are no text
-      for (std::size_t n = 1 + below(40); n > 0; --n) text.insert(at, 1, static_cast<char>(below(256)));
-      return text;
-    }
-    // a mark too many, or one too few
-    const std::vector<std::string> marks{"[",  "]",  "{",   "}",     ":",      ": ",   "- ", "\t", "\n",
-                                         "\"", "'",  "&a ", "*a",    "!!int ", "|",    ">",  "%",  "@",
-                                         "`",  "# ", ",",   "---\n", "? ",     "<<: ", "..."};
-    for (std::size_t n = 1 + below(3); n > 0; --n) text.insert(below(text.size() + 1), one_of(marks));
-    return text;
-  }
-
-  Value wrong_type(const Value& was) {
-    Value other;
-    const std::vector<std::string> words{"true", "yes", "water", "0", "[]", "{}", "~", "1 m", "\"0.5\""};
-    switch (below(4)) {
-      case 0:
-        return other;  // nothing
-      case 1:
-        other.kind = Value::Kind::list;
-        other.items = {was};
-        return other;
-      case 2:
-        other.kind = Value::Kind::map;
-        other.entries = {{"value", {}, was}};
-        return other;
-      default:
-        other.kind = Value::Kind::scalar;
-        other.text = one_of(words);
-        return other;
-    }
-  }
-
-  std::string misspelt(std::string word) {
-    if (word.empty()) return "x";
-    const std::size_t at = below(word.size());
-    switch (below(5)) {
-      case 0:
-        return word.erase(at, 1).empty() ? "x" : word;
-      case 1:
-        return word.insert(at, 1, static_cast<char>('a' + below(26)));
-      case 2:
-        return word + "s";
-      case 3:
-        word[at] = word[at] >= 'a' && word[at] <= 'z' ? static_cast<char>(word[at] - 'a' + 'A') : 'x';
-        return word;
-      default:
-        return one_of(std::vector<std::string>{"colour", "value", "N", "0", "cloth.0", "min", "é", "y"});
-    }
-  }
-
-  void mutate(const Places& at, std::size_t kind) {
-    static const std::vector<std::string> numbers{
-        "1e300", "-1e300", "1e-300", "-1",    "0",    "-0.0",       ".nan",        ".inf",
-        "-.inf", "1e999",  "-1e999", "1e-9",  "1e-5", "2147483647", "-2147483648", "99999999999999999999",
-        "0x10",  "1_000",  "1,5",    "1.5",   "1e5",  "10000",      "4 ms",        "nan",
-        "inf",   "1e",     "--1",    "0.1.2", "1000", "5e-324",     "3.4e38",      "1e-3"};
-    const auto entry = [&]() -> std::pair<Value*, std::size_t> { return one_of(at.entries); };
-    switch (kind) {
-      case 3: {  // a key deleted
-        const auto [map, e] = entry();
-        map->entries.erase(map->entries.begin() + static_cast<std::ptrdiff_t>(e));
-        return;
-      }
-      case 4: {  // renamed
-        const auto [map, e] = entry();
-        map->entries[e].key = misspelt(map->entries[e].key);
-        return;
-      }
-      case 5: {  // given twice
-        const auto [map, e] = entry();
-        const yaml::Entry copy = map->entries[e];
-        map->entries.insert(map->entries.begin() + static_cast<std::ptrdiff_t>(below(map->entries.size() + 1)), copy);
-        return;
-      }
-      case 6:  // another type
-      {
-        Value* value = one_of(at.all);
-        *value = wrong_type(Value(*value));
-        return;
-      }
-      case 7:
-      case 8: {  // another number
-        Value* value = one_of(at.scalars);
-        value->quoted = false;
-        value->text = one_of(numbers);
-        return;
-      }
-      case 9: {  // an empty list or map
-        Value* value = below(2) == 0 ? one_of(at.maps) : one_of(at.lists);
-        value->entries.clear();
-        value->items.clear();
-        return;
-      }
-      case 10: {  // a list too short or too long
-        Value* list = one_of(at.lists);
-        if (below(2) == 0)
-          list->items.pop_back();
-        else
-          list->items.push_back(Value(list->items[below(list->items.size())]));
-        return;
-      }
-      default: {  // a part of the scene somewhere else
-        const Value copy = *one_of(at.all);
-        const auto [map, e] = entry();
-        map->entries[e].value = copy;
-        return;
-      }
-    }
-  }
-
-  std::mt19937_64 random_;
-};
 
 /// The paths and values of a document; entries of lists by number, and N in `general`.
 struct Leaf {
@@ -318,7 +124,7 @@ Verdict judge(const std::string& text, const std::string& path) {
     const Scene scene = parse_scene(text, path);
     verdict.objection = objection(text, scene);
     const Scene again = parse_scene(to_yaml(scene), path);
-    if (!(again == scene)) verdict.objection += "; the resolved scene reads as another one";
+    if (!same_scene(again, scene)) verdict.objection += "; the resolved scene reads as another one";
     MemoryBudget small;
     small.host = 256.0 * (1 << 20);
     try {
@@ -376,17 +182,31 @@ long largest_resident() {  // KiB
   return usage.ru_maxrss;
 }
 
+/// The meshes that `everything` names.
+void write_meshes(const std::filesystem::path& folder) {
+  test::write_text(folder / "exists.obj", "v 0 0 0\nv 0 0 1\nv 1 0 0\nf 1 2 3\n");
+  test::write_text(folder / "mesh.PLY",
+                   "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n"
+                   "element face 4\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n"
+                   "3 0 2 1\n3 0 1 3\n3 1 2 3\n3 0 3 2\n");
+}
+
+/// The program says the same as `line`, with exit code 2; it has more memory.
+void expect_of_the_program(const std::filesystem::path& folder, const std::string& path, const std::string& bad,
+                           const std::string& line) {
+  test::write_text(path, bad);
+  const test::Outcome o = test::run_drench(folder, {"check", path});
+  EXPECT_TRUE(o.code == 2 || (o.code == 0 && line.empty()) || line.find("does not fit") != line.npos) << o.code << o.err;
+  if (o.code == 2) EXPECT_EQ(wrong_form(o.err.substr(0, o.err.size() - 1), path, bad), "") << o.err;
+}
+
 TEST(SceneMutations, EndInOneLocatedLineOrAnotherValidScene) {
   const char* seed_text = std::getenv("DRENCH_FUZZ_SEED");
   const char* count_text = std::getenv("DRENCH_FUZZ_COUNT");
   const unsigned long seed = seed_text ? std::stoul(seed_text) : 1, wanted = count_text ? std::stoul(count_text) : 500;
   const test::TempFolder here;
   const std::string path = here.path() / "bad.yaml";
-  test::write_text(here.path() / "exists.obj", "v 0 0 0\nv 0 0 1\nv 1 0 0\nf 1 2 3\n");
-  test::write_text(here.path() / "mesh.PLY",
-                   "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n"
-                   "element face 4\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n"
-                   "3 0 2 1\n3 0 1 3\n3 1 2 3\n3 0 3 2\n");
+  write_meshes(here.path());
   const auto good = good_ones();
   for (const auto& [name, text] : good) {
     const Verdict whole = judge(text, path);
@@ -421,14 +241,7 @@ TEST(SceneMutations, EndInOneLocatedLineOrAnotherValidScene) {
       at_set_up += verdict.at_set_up ? 1 : 0;
       ++refused_by_kind[kind];
     }
-    // The program says the same, with exit code 2.
-    if (run % 20 != 0) continue;
-    test::write_text(path, bad);
-    const test::Outcome o = test::run_drench(here.path(), {"check", path});
-    EXPECT_TRUE(o.code == 2 || (o.code == 0 && line.empty()) || line.find("does not fit") != line.npos)
-        << o.code << o.err;
-    if (o.code != 2) continue;
-    EXPECT_EQ(wrong_form(o.err.substr(0, o.err.size() - 1), path, bad), "") << o.err;
+    if (run % 20 == 0) expect_of_the_program(here.path(), path, bad, line);
   }
   EXPECT_GE(refused, wanted);
   EXPECT_GT(accepted, wanted / 20);  // else nothing is learned of what is let through

@@ -13,8 +13,8 @@
 #include "output/liquid_surface.hpp"
 #include "output/vtu_series.hpp"
 #include "run_program.hpp"
-#include "scene/body_geometry.hpp"
-#include "scene/surface_mesh.hpp"
+#include "setup/body_geometry.hpp"
+#include "setup/surface_mesh.hpp"
 
 namespace drench::test {
 namespace {
@@ -200,7 +200,7 @@ TEST(Surface, OfALoneParticleIsAClosedBlobAroundIt) {
 
 TEST(Surface, DoesNotGoThroughASheetThatTheLiquidLiesOn) {
   Liquid liquid;
-  liquid.model.cloths.push_back({.name = "sheet"});
+  liquid.model.cloths.emplace_back().name = "sheet";
   liquid.model.mesh.triangle = {{0, 2, 1}, {0, 3, 2}};
   const double side = 40 * d;
   liquid.state.node_position = {{-side, 0, -side}, {side, 0, -side}, {side, 0, side}, {-side, 0, side}};

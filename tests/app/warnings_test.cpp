@@ -9,9 +9,9 @@
 #include <vector>
 
 #include "paths.hpp"
-#include "scene/build.hpp"
-#include "scene/forecast.hpp"
 #include "scene/load.hpp"
+#include "setup/build.hpp"
+#include "setup/forecast.hpp"
 
 namespace drench::testing {
 namespace {

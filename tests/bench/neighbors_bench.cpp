@@ -20,8 +20,9 @@
 #include <string>
 #include <vector>
 
-#include "primitives/bucket_sort.hpp"
-#include "primitives/neighbor_list.hpp"
+#include "core/bucket_sort.hpp"
+#include "core/kernel.hpp"
+#include "core/neighbor_search.hpp"
 
 namespace drench::kokkos_backend {
 namespace {
@@ -191,7 +192,7 @@ void sum_density(const NeighborList& neighbors, const Array<Real3>& x, const Ker
 }
 
 double mean_count(const NeighborList& neighbors) {
-  const auto count = neighbors.count;
+  const Entries<const Index> count = neighbors.count;
   std::int64_t all = 0;
   Kokkos::parallel_reduce(
       "drench::bench::neighbors", Range(0, neighbors.rows),
@@ -225,7 +226,7 @@ Row measure(Index count, const Options& options) {
   std::vector<double> list, sum;
   for (int run = -warm_up; run < options.runs; ++run) {
     const double a = timed([&] {
-      build_neighbor_list({&neighbors, p.position, count, counting.view(), true}, support);
+      build_neighbor_list({&neighbors, &p.position, count, counting.view(), true}, support);
     });
     const double b = timed([&] { sum_density(neighbors, p.position, kernel, density); });
     if (run < 0) continue;

@@ -49,7 +49,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   }
   const std::string written = to_yaml(scene);
   try {
-    if (!(drench::parse_scene(written, scene_file) == scene)) wrong("reads as another scene", written);
+    if (!drench::same_scene(drench::parse_scene(written, scene_file), scene)) wrong("reads as another scene", written);
   } catch (const drench::SceneError& error) {
     wrong(error.what(), written);
   }

@@ -36,7 +36,7 @@ double share_held(const WatchedRun& run) {
 
 TEST(full, a_dry_free_sheet_in_a_pool) {
   // Target: no energy from nothing, as in the other cases; it is missed by half a slack. What is there is the simmering of this
-  // water alone (0.03 J, PHYSICS.md).
+  // water alone (0.03 J, docs/design-notes/liquid.md).
   WatchedRun run(R"(drench: 1
 time: {step: 0.002, end: 10}
 fluid:

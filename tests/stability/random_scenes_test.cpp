@@ -14,7 +14,7 @@
 
 #include "hard_scene.hpp"
 #include "scene/scene_error.hpp"
-#include "scene/setup_error.hpp"
+#include "setup/setup_error.hpp"
 
 namespace drench::test {
 namespace {

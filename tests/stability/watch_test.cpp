@@ -78,7 +78,7 @@ TEST(watch, sees_what_is_wrong) {
            s.drained += s.node_liquid[40];
          }),
          "node 40 has -1 quanta");
-  expect(said_of([](const Model&, HostState& s) { s.node_ripe[3] = s.node_liquid[3] + 1; }), "of them ripe");
+  expect(said_of([](const Model&, HostState& s) { s.node_buffered[3] = s.node_liquid[3] + 1; }), "of them buffered");
   expect(said_of([](const Model&, HostState& s) { s.fluid_velocity[5] = {0, 4, 0}; }), "J more than");
   expect(said_of([](const Model&, HostState& s) { s.node_position[40][1] = 0.02; }, {.passage = false}), "J more than");
   expect(said_of(

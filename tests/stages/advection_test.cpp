@@ -127,9 +127,9 @@ void expect_alike(const drench::Setup& setup, const HostState& state, const Step
         expect(report);
         continue;
       }
-      EXPECT_EQ(report.passed, 0);
-      EXPECT_EQ(report.lowest_passed, -1);
-      EXPECT_EQ(report.fled.count, 0);
+      EXPECT_EQ(report.tunnelled, 0);
+      EXPECT_EQ(report.lowest_tunnelled, -1);
+      EXPECT_EQ(report.escaped.count, 0);
     }
   }
 }
@@ -152,8 +152,8 @@ cloth:
   for (std::size_t n = 0; n < s.node_velocity.size(); ++n) s.node_velocity[n] = {0, n < 121 ? 30.0 : -30.0, 0};
   for (std::int64_t& id : s.fluid_id) id += 1000;
   expect_alike(setup, s, {0, 0, 0.002}, [](const StepReport& report) {
-    EXPECT_EQ(report.passed, 49);
-    EXPECT_EQ(report.lowest_passed, 1000);
+    EXPECT_EQ(report.tunnelled, 49);
+    EXPECT_EQ(report.lowest_tunnelled, 1000);
   });
 }
 
@@ -176,8 +176,8 @@ bodies:
   // The box's top is at 0.015 at the end: 42 particles are put there, 7 are far above.
   expect_alike(setup, s, {0, 0, 0.003}, [&](const StepReport& report) {
     EXPECT_EQ(report.clamped, 42);
-    EXPECT_EQ(report.passed, 42);
-    EXPECT_EQ(report.lowest_passed, s.fluid_id.at(1));
+    EXPECT_EQ(report.tunnelled, 42);
+    EXPECT_EQ(report.lowest_tunnelled, s.fluid_id.at(1));
   });
 }
 
@@ -190,17 +190,17 @@ TEST(advection, who_leaves_the_domain_at_once_or_too_fast_is_named) {
     return s;
   };
   expect_alike(setup, speed_all(4000, 1), {0, 0, 0.002}, [&](const StepReport& report) {
-    EXPECT_EQ(report.fled.count, setup.state.fluid_count());
-    EXPECT_EQ(report.fled.lowest, (std::array<std::int64_t, 8>{0, 1, 2, 3, 4, 5, 6, 7}));
-    EXPECT_NEAR(report.fled_speed, 4000, 1);
+    EXPECT_EQ(report.escaped.count, setup.state.fluid_count());
+    EXPECT_EQ(report.escaped.lowest, (std::array<std::int64_t, 8>{0, 1, 2, 3, 4, 5, 6, 7}));
+    EXPECT_NEAR(report.escaped_speed, 4000, 1);
   });
   expect_alike(setup, speed_all(4000, 50), {0, 0, 0.002}, [](const StepReport& report) {
-    EXPECT_EQ(report.fled.count, 0) << "a few, and nobody has said how fast is too fast";
-    EXPECT_NEAR(report.fled_speed, 4000, 1);
+    EXPECT_EQ(report.escaped.count, 0) << "a few, and nobody has said how fast is too fast";
+    EXPECT_NEAR(report.escaped_speed, 4000, 1);
   });
   expect_alike(setup, speed_all(4000, 50), {0, 0, 0.002, 3000}, [&](const StepReport& report) {
-    EXPECT_EQ(report.fled.count, (setup.state.fluid_count() + 49) / 50);
-    EXPECT_EQ(report.fled.lowest[1], 50);
+    EXPECT_EQ(report.escaped.count, (setup.state.fluid_count() + 49) / 50);
+    EXPECT_EQ(report.escaped.lowest[1], 50);
   });
 }
 

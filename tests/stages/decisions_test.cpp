@@ -9,7 +9,7 @@
 #include <cmath>
 #include <random>
 
-#include "scene/eigen_vec.hpp"
+#include "base/eigen_vec.hpp"
 #include "stage_compare.hpp"
 #include "states.hpp"
 

@@ -16,7 +16,7 @@ TEST(emission, new_particles_agree_with_the_reference) {
                        for (std::size_t n = 0; n < s.node_liquid.size(); ++n) {
                          s.node_liquid[n] = static_cast<Quanta>((1.02 + 0.1 * double(n % 7) / 7) *
                                                                 m.samples.node_capacity[n] / m.quantum);
-                         s.node_ripe[n] = s.node_liquid[n] / 8;
+                         s.node_buffered[n] = s.node_liquid[n] / 8;
                        }
                        for (Vec3& x : s.fluid_position) x[1] += 0.2;  // room below the sheet
                      },
@@ -36,7 +36,7 @@ TEST(emission, of_steep_fabric_agrees_with_the_reference) {
                        for (std::size_t n = 0; n < s.node_liquid.size(); ++n) {
                          s.node_liquid[n] = static_cast<Quanta>((1.02 + 0.1 * double(n % 7) / 7) *
                                                                 m.samples.node_capacity[n] / m.quantum);
-                         s.node_ripe[n] = s.node_liquid[n] / 50;
+                         s.node_buffered[n] = s.node_liquid[n] / 50;
                        }
                      },
                  .changes = "fluid_id"});

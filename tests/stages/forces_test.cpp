@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "pipeline/backend.hpp"
+#include "precision.hpp"
 #include "stage_compare.hpp"
 
 namespace drench::test {
@@ -97,11 +98,7 @@ TEST(forces, a_step_of_any_viscosity_keeps_momentum_and_adds_no_energy) {
       backend->run(Stage::forces, info, report);
       const HostState after = backend->download();
       const Motion a = motion(setup.model, state, info.dt), b = motion(setup.model, after, info.dt);
-#ifdef DRENCH_DOUBLE
-      const double tolerance = 1e-12;
-#else
-      const double tolerance = backend->name() == "reference" ? 1e-12 : 2e-6;
-#endif
+      const double tolerance = allowed(*backend, 1e-12, 2e-6);
       EXPECT_LE(difference(a.momentum, b.momentum), tolerance * b.scale) << backend->name();
       EXPECT_LE(difference(a.angular, b.angular), tolerance * b.scale) << backend->name();  // arms are below 1 m
       EXPECT_LT(b.energy, a.energy) << backend->name();

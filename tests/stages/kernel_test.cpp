@@ -1,6 +1,6 @@
 // The smoothing kernels: normalisation, gradient, and the density of a lattice.
 
-#include "laws/kernel.hpp"
+#include "core/kernel.hpp"
 
 #include <gtest/gtest.h>
 
@@ -28,47 +28,47 @@ TEST(kernel, integrates_to_one) {
   }
 }
 
-TEST(kernel, slope_is_the_derivative_over_r) {
+TEST(kernel, grad_factor_is_the_derivative_over_r) {
   const double h = 0.5;
   for (const KernelKind kind : {KernelKind::cubic, KernelKind::wendland}) {
     const Kernel kernel(kind, Real(h));
     for (double q : {0.05, 0.2, 0.45, 0.55, 0.7, 0.95}) {
       const double r = q * h, e = 1e-3 * h;
       const double derivative = (double(kernel.value(Real(r + e))) - double(kernel.value(Real(r - e)))) / (2 * e);
-      EXPECT_NEAR(double(kernel.slope(Real(r))) * r, derivative, 2e-3 * double(kernel.value(0)) / h) << int(kind);
+      EXPECT_NEAR(double(kernel.grad_factor(Real(r))) * r, derivative, 2e-3 * double(kernel.value(0)) / h) << int(kind);
     }
   }
 }
 
-TEST(kernel, slope_of_poly6_is_the_spiky_one) {
+TEST(kernel, grad_factor_of_poly6_is_the_spiky_one) {
   const double h = 0.5;
   const Kernel kernel(KernelKind::poly6, Real(h));
   const auto spiky = [h](double r) { return 15 / (std::numbers::pi * std::pow(h, 6)) * std::pow(h - r, 3); };
   for (double q : {0.01, 0.2, 0.45, 0.55, 0.7, 0.95}) {
     const double r = q * h, e = 1e-5 * h;
     const double derivative = (spiky(r + e) - spiky(r - e)) / (2 * e);
-    EXPECT_NEAR(double(kernel.slope(Real(r))) * r / derivative, 1, 1e-5) << q;
+    EXPECT_NEAR(double(kernel.grad_factor(Real(r))) * r / derivative, 1, 1e-5) << q;
   }
 }
 
-TEST(kernel, slope_of_pairs_is_held_at_its_steepest) {
+TEST(kernel, grad_factor_of_pairs_is_held_at_its_steepest) {
   const double h = 0.5;
   for (const KernelKind kind : every_kernel) {
     const Kernel kernel(kind, Real(h));
     double steepest = 0, at = 0;
     for (int k = 1; k < 1000; ++k) {
-      const double r = k * h / 1000, steep = -r * double(kernel.slope(Real(r)));
+      const double r = k * h / 1000, steep = -r * double(kernel.grad_factor(Real(r)));
       if (steep > steepest) at = r;
       steepest = std::max(steepest, steep);
     }
     for (int k = 1; k < 1000; ++k) {
-      const double r = k * h / 1000, expected = r < at ? steepest : -r * double(kernel.slope(Real(r)));
-      EXPECT_NEAR(-r * double(kernel.pair(Real(r) * Real(r)).slope), expected, 1e-3 * steepest)
+      const double r = k * h / 1000, expected = r < at ? steepest : -r * double(kernel.grad_factor(Real(r)));
+      EXPECT_NEAR(-r * double(kernel.pair(Real(r) * Real(r)).grad_factor), expected, 1e-3 * steepest)
           << int(kind) << " at " << r;
       EXPECT_NEAR(double(kernel.pair(Real(r) * Real(r)).value), double(kernel.value(Real(r))),
                   1e-5 * double(kernel.value(0)));
     }
-    EXPECT_EQ(kernel.pair(0).slope, 0) << int(kind);
+    EXPECT_EQ(kernel.pair(0).grad_factor, 0) << int(kind);
   }
 }
 
@@ -77,17 +77,17 @@ TEST(kernel, ends_at_the_support_and_is_finite_at_zero) {
   for (const KernelKind kind : every_kernel) {
     const Kernel kernel(kind, Real(h));
     EXPECT_EQ(kernel.value(Real(h)), 0);
-    EXPECT_EQ(kernel.slope(Real(h)), 0);
+    EXPECT_EQ(kernel.grad_factor(Real(h)), 0);
     EXPECT_EQ(kernel.value(Real(1.01 * h)), 0);
-    EXPECT_EQ(kernel.slope(Real(1.01 * h)), 0);
-    EXPECT_TRUE(std::isfinite(double(kernel.slope(0))));
-    for (double q = 0.01; q < 1; q += 0.01) EXPECT_LT(kernel.slope(Real(q * h)), 0);
+    EXPECT_EQ(kernel.grad_factor(Real(1.01 * h)), 0);
+    EXPECT_TRUE(std::isfinite(double(kernel.grad_factor(0))));
+    for (double q = 0.01; q < 1; q += 0.01) EXPECT_LT(kernel.grad_factor(Real(q * h)), 0);
   }
 }
 
 TEST(kernel, density_of_a_lattice) {
   const double d = 0.01;
-  const double expected[] = {1.0000, 1.0338, 1.0098};  // src/stages/kernel.hpp
+  const double expected[] = {1.0000, 1.0338, 1.0098};  // docs/theory/liquid.md
   for (int kind = 0; kind < 3; ++kind) {
     const Kernel kernel(every_kernel[kind], Real(2 * d));
     double sum = 0;

@@ -6,6 +6,7 @@
 #include <random>
 
 #include "pipeline/backend.hpp"
+#include "precision.hpp"
 #include "stage_compare.hpp"
 
 namespace drench::test {
@@ -56,14 +57,7 @@ Motion motion(const Model& m, const HostState& s) {
   return out;
 }
 
-double accuracy(const Backend& backend) {
-#ifdef DRENCH_DOUBLE
-  static_cast<void>(backend);
-  return 1e-13;
-#else
-  return backend.name() == "reference" ? 1e-13 : 2e-6;
-#endif
-}
+double accuracy(const Backend& backend) { return allowed(backend, 1e-13, 2e-6); }
 
 /// The stage from `state` on both backends: check(backend, state after it).
 template <class Check>

@@ -8,8 +8,8 @@
 #include <random>
 #include <set>
 
-#include "device_copy.hpp"
-#include "primitives/neighbor_list.hpp"
+#include "core/host_copy.hpp"
+#include "core/neighbor_search.hpp"
 #include "stage_compare.hpp"
 
 namespace drench::test {
@@ -44,7 +44,7 @@ Found from_cells(const std::vector<Vec3>& points) {
   kokkos_backend::CellTable table;
   table.build(x, n, support);
   kokkos_backend::NeighborList list;
-  kokkos_backend::build_neighbor_list({&list, x, n, table.view(), true}, support);
+  kokkos_backend::build_neighbor_list({&list, &x, n, table.view(), true}, support);
   Found found;
   found.hashed = table.view().hashed != 0;
   const std::vector<std::vector<Index>> rows = kokkos_backend::rows_on_host(list);
@@ -105,7 +105,7 @@ TEST(neighbors, a_list_that_is_filled_again_has_what_a_new_one_has) {
     const auto n = static_cast<Index>(points.size());
     const Array<Real3> x = kokkos_backend::to_device3("points", points);
     table.build(x, n, support);
-    kokkos_backend::build_neighbor_list({&list, x, n, table.view(), true}, support);
+    kokkos_backend::build_neighbor_list({&list, &x, n, table.view(), true}, support);
     const std::vector<std::vector<Index>> rows = kokkos_backend::rows_on_host(list);
     ASSERT_EQ(rows.size(), points.size());
     Pairs found;

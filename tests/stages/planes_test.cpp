@@ -8,8 +8,8 @@
 #include <set>
 #include <utility>
 
+#include "base/eigen_vec.hpp"
 #include "pipeline/pipeline.hpp"
-#include "scene/eigen_vec.hpp"
 #include "stage_compare.hpp"
 
 namespace drench::test {

@@ -17,12 +17,12 @@ struct Extreme {
   std::function<void(const Model&, HostState&)> prepare;
 };
 
-/// Saturations around 1 with some of it ripe, so that absorption, emission and diffusion all have something to do.
+/// Saturations around 1 with some of it buffered, so that absorption, emission and diffusion all have something to do.
 void drips(const Model& m, HostState& s) {
   for (std::size_t n = 0; n < s.node_liquid.size(); ++n) {
     const double part = 0.7 + 0.45 * double(n % 11) / 11;
     s.node_liquid[n] = static_cast<Quanta>(part * m.samples.node_capacity[n] / m.quantum);
-    s.node_ripe[n] = part > 1 ? s.node_liquid[n] / 20 : 0;
+    s.node_buffered[n] = part > 1 ? s.node_liquid[n] / 20 : 0;
     const double k = double(n);
     s.node_velocity[n] = {0.1 * std::sin(12.9898 * k + 1), 0.1 * std::sin(78.233 * k + 2),
                           0.1 * std::sin(37.719 * k + 3)};
@@ -119,7 +119,7 @@ TEST_P(porous_extremes, agree_with_the_reference) {
     SCOPED_TRACE(e.name);
     const Stage stage = GetParam();
     const bool solid = std::string(e.name) == "solid";  // a node holds fewer quanta than the limiters keep free
-    std::string changes = stage == Stage::emission ? "node_ripe" : "node_liquid";
+    std::string changes = stage == Stage::emission ? "node_buffered" : "node_liquid";
     if (stage == Stage::flow_direction) changes = "sample_flow_direction";
     if (solid && stage != Stage::flow_direction) changes = "";
     compare_stage({.stage = stage,

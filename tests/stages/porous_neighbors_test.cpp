@@ -80,7 +80,7 @@ TEST(porous_neighbors, a_backend_that_starts_from_a_state_goes_on_as_the_one_tha
   EXPECT_EQ(a.node_position, b.node_position);
   EXPECT_EQ(a.node_velocity, b.node_velocity);
   EXPECT_EQ(a.node_liquid, b.node_liquid);
-  EXPECT_EQ(a.node_ripe, b.node_ripe);
+  EXPECT_EQ(a.node_buffered, b.node_buffered);
 }
 
 }  // namespace drench::test

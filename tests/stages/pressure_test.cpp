@@ -5,7 +5,7 @@
 
 #include <algorithm>
 
-#include "scene/eigen_vec.hpp"
+#include "base/eigen_vec.hpp"
 #include "stage_compare.hpp"
 #include "states.hpp"
 

@@ -17,7 +17,7 @@ std::string with_switches(const std::string& switches) { return with(wet_scene()
 void overfill(const Model& m, HostState& s) {
   for (std::size_t n = 0; n < s.node_liquid.size(); ++n) {
     s.node_liquid[n] = static_cast<Quanta>((1.02 + 0.1 * double(n % 7) / 7) * m.samples.node_capacity[n] / m.quantum);
-    s.node_ripe[n] = s.node_liquid[n] / 8;
+    s.node_buffered[n] = s.node_liquid[n] / 8;
   }
   for (std::size_t i = 0; i < s.fluid_position.size(); ++i) {
     if (i % 4 != 0) s.fluid_position[i][1] += 0.2;
@@ -81,7 +81,7 @@ bodies: [{plane: {point: [0, -0.012, 0], normal: [0, 1, 0]}}]
     for (Quanta& m : state.fluid_mass) m /= 2;
     for (std::size_t n = 0; n < state.node_liquid.size(); ++n) {
       state.node_liquid[n] = static_cast<Quanta>(1.15 * setup.model.samples.node_capacity[n] / setup.model.quantum);
-      state.node_ripe[n] = state.node_liquid[n] / 10;
+      state.node_buffered[n] = state.node_liquid[n] / 10;
     }
     for (const auto& backend : {make_reference_backend(setup.model), make_kokkos_backend(setup.model)}) {
       StepReport report;

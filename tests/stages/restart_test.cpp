@@ -136,7 +136,7 @@ TEST(RestartSees, WhatAStepTakesFromTheOneBefore) {
   pipeline.step(1);
   const HostState after = backend->download();
   for (const char* name :
-       {"fluid_kappa_density", "fluid_kappa_divergence", "fluid_age", "fluid_spin", "node_ripe", "node_velocity"}) {
+       {"fluid_kappa_density", "fluid_kappa_divergence", "fluid_age", "fluid_spin", "node_buffered", "node_velocity"}) {
     HostState without = before;
     visit_fields(without, [&](std::string_view field, auto& values) {
       if (field == name) std::fill(values.begin(), values.end(), typename std::decay_t<decltype(values)>::value_type{});

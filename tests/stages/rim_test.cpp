@@ -11,8 +11,8 @@
 #include <set>
 
 #include "app/run_program.hpp"
+#include "base/eigen_vec.hpp"
 #include "pipeline/backend.hpp"
-#include "scene/eigen_vec.hpp"
 #include "stage_compare.hpp"
 #include "states.hpp"
 

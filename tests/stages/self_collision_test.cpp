@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "pipeline/backend.hpp"
+#include "precision.hpp"
 #include "stage_compare.hpp"
 
 namespace drench::test {
@@ -133,12 +134,8 @@ TEST(self_collision, conserves_momentum) {
           change[a] += setup.model.mesh.solid_mass[n] * (after.node_velocity[n][a] - s.node_velocity[n][a]);
         }
       }
-#ifdef DRENCH_DOUBLE
-      const double allowed = 1e-12;
-#else
-      const double allowed = reference ? 1e-12 : 1e-6;
-#endif
-      for (int a = 0; a < 3; ++a) EXPECT_LE(std::abs(change[a]), allowed * size) << backend->name() << ", " << speed;
+      for (int a = 0; a < 3; ++a)
+        EXPECT_LE(std::abs(change[a]), allowed(*backend, 1e-12, 1e-6) * size) << backend->name() << ", " << speed;
     }
   }
 }

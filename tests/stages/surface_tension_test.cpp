@@ -6,6 +6,7 @@
 #include <random>
 
 #include "pipeline/backend.hpp"
+#include "precision.hpp"
 #include "stage_compare.hpp"
 
 namespace drench::test {
@@ -66,11 +67,7 @@ Momentum momentum_of(const Model& m, const HostState& s, double dt) {
   return p;
 }
 
-#ifdef DRENCH_DOUBLE
-constexpr double rounding = 1e-14;
-#else
-constexpr double rounding = 1e-6;
-#endif
+constexpr double rounding = double_precision ? 1e-14 : 1e-6;
 
 /// A floor under a block of water at rest, both without gravity.
 std::string floor_scene(double tension, double adhesion) {

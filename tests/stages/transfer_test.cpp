@@ -1,6 +1,6 @@
 // Integer arithmetic of mass transfers.
 
-#include "primitives/transfer.hpp"
+#include "porous/transfer.hpp"
 
 #include <gtest/gtest.h>
 

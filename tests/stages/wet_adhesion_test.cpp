@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "pipeline/backend.hpp"
+#include "precision.hpp"
 #include "stage_compare.hpp"
 
 namespace drench::test {
@@ -100,12 +101,7 @@ TEST(wet_adhesion, conserves_momentum_between_fabrics_and_pulls_them_together) {
     }
     EXPECT_LT(upper, -0.05 * size) << backend->name();
     EXPECT_GT(lower, 0.05 * size) << backend->name();
-#ifdef DRENCH_DOUBLE
-    const double allowed = 1e-12;
-#else
-    const double allowed = backend->name() == "reference" ? 1e-12 : 1e-6;
-#endif
-    for (int a = 0; a < 3; ++a) EXPECT_LE(std::abs(sum[a]), allowed * size) << backend->name();
+    for (int a = 0; a < 3; ++a) EXPECT_LE(std::abs(sum[a]), allowed(*backend, 1e-12, 1e-6) * size) << backend->name();
   }
 }
 

@@ -8,20 +8,12 @@
 
 #include "compare/decisions.hpp"
 #include "pipeline/pipeline.hpp"
+#include "precision.hpp"
 #include "scene/load.hpp"
 
 namespace drench::test {
-namespace {
 
-#ifdef DRENCH_DOUBLE
-constexpr const char* precision_of_backend = "double";
-#else
-constexpr const char* precision_of_backend = "float";
-#endif
-
-}  // namespace
-
-Precision backend_precision() { return precision_named(precision_of_backend); }
+Precision backend_precision() { return precision_named(double_precision ? "double" : "float"); }
 
 std::string wet_scene() {
   return R"(drench: 1
@@ -103,7 +95,7 @@ void compare_stage(const Comparison& c) {
     EXPECT_LE(d.absolute, d.tolerance) << d.field << " at " << d.index << " of " << d.size << " (the backend's "
                                        << d.actual_size << "), largest " << d.largest;
   for (const HostState* s : {&expected, &actual})
-    for (const std::vector<Quanta>* masses : {&s->fluid_mass, &s->node_liquid, &s->node_ripe})
+    for (const std::vector<Quanta>* masses : {&s->fluid_mass, &s->node_liquid, &s->node_buffered})
       EXPECT_TRUE(std::all_of(masses->begin(), masses->end(), [](Quanta m) { return m >= 0; })) << "a mass below 0";
 }
 

@@ -6,7 +6,7 @@
 
 #include "compare/field_difference.hpp"
 #include "pipeline/stage_list.hpp"
-#include "scene/build.hpp"
+#include "setup/build.hpp"
 
 namespace drench::test {
 

@@ -4,8 +4,8 @@
 #include <memory>
 
 #include "pipeline/pipeline.hpp"
-#include "scene/build.hpp"
 #include "scene/load.hpp"
+#include "setup/build.hpp"
 
 namespace drench::test {
 

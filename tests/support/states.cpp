@@ -3,7 +3,7 @@
 #include <cstring>
 #include <utility>
 
-#include "scene/eigen_vec.hpp"
+#include "base/eigen_vec.hpp"
 
 namespace drench::test {
 

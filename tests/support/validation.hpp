@@ -6,30 +6,29 @@
 #include <vector>
 
 #include "pipeline/pipeline.hpp"
-#include "scene/build.hpp"
+#include "precision.hpp"
+#include "setup/build.hpp"
 
 namespace drench::test {
 
-#ifdef DRENCH_DOUBLE
-inline constexpr bool double_precision = true;
-inline constexpr double rounding = 2.3e-16;  // ε of the backend's precision
-#else
-inline constexpr bool double_precision = false;
-inline constexpr double rounding = 1.2e-7;
-#endif
+inline constexpr double rounding = double_precision ? 2.3e-16 : 1.2e-7;  // ε of the backend's precision
 
-/// One row of VALIDATION.md.
+/// One row of docs/validation/: the same `what` in float and in double, for they share the row.
 struct Finding {
-  std::string what;       ///< the case and the quantity
+  std::string what;       ///< the case and the quantity; no measured number
   std::string reference;  ///< the theory or the measurement
   double measured = 0;
   double target = 0;  ///< the largest value allowed
   std::string unit = "1";
-  double reached = 0;  ///< where the target is missed: the bound that holds today; 0 if it is met
+  double reached = 0;    ///< where the target is missed: the bound that holds today; 0 if it is met
+  std::string reason{};  ///< why it is missed: one short sentence, printed only then
 };
 
-/// Prints the row `VALIDATION|case|reference|target|measured|unit|yes or no|precision` and expects measured ≤ target;
-/// where `reached` is set it expects measured ≤ reached instead, and the row says that the target is missed.
+/// Prints a row of version 2 of the format, after one line a program that says where it was measured:
+///   VALIDATION2-RUN|precision|date|commit|machine
+///   VALIDATION2|suite.test|case|reference|target|measured|unit|yes or no|precision|reason
+/// Expects measured ≤ target, or measured ≤ reached where that is set; a target may be missed only with a reason.
+/// tests/validation/themes.txt has the suite's page.
 void report(const Finding& finding);
 
 /// A scene on the Kokkos backend, stepped by hand.

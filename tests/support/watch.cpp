@@ -12,7 +12,7 @@
 #include <unordered_map>
 #include <utility>
 
-#include "scene/eigen_vec.hpp"
+#include "base/eigen_vec.hpp"
 #include "watched_energy.hpp"
 
 namespace drench::test {
@@ -148,8 +148,8 @@ void Watch::look_at_masses(const HostState& now, Complaints& wrong) {
   }
   for (std::size_t n = 0; n < now.node_liquid.size(); ++n) {
     const Quanta mass = now.node_liquid[n];
-    if (mass < 0 || now.node_ripe[n] < 0 || now.node_ripe[n] > mass)
-      wrong.push_back(fmt::format("node {} has {} quanta, {} of them ripe", n, mass, now.node_ripe[n]));
+    if (mass < 0 || now.node_buffered[n] < 0 || now.node_buffered[n] > mass)
+      wrong.push_back(fmt::format("node {} has {} quanta, {} of them buffered", n, mass, now.node_buffered[n]));
     if (model_.samples.node_capacity.empty()) continue;
     if (model_.samples.node_capacity[n] > 0)
       wet_ = std::max(wet_, static_cast<double>(mass) * model_.quantum / model_.samples.node_capacity[n]);

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <unordered_set>
 
-#include "scene/eigen_vec.hpp"
+#include "base/eigen_vec.hpp"
 
 namespace drench::test {
 namespace {

@@ -16,9 +16,9 @@
 #include <random>
 
 #include "app/run_program.hpp"
-#include "scene/build.hpp"
-#include "scene/cloth_mesh.hpp"
-#include "scene/eigen_vec.hpp"
+#include "base/eigen_vec.hpp"
+#include "setup/build.hpp"
+#include "setup/cloth_mesh.hpp"
 
 namespace drench::test {
 namespace {
@@ -33,7 +33,7 @@ ClothMesh built(const SurfaceMesh& mesh) {
   Scene scene;
   scene.cloths.emplace_back();
   scene.cloths[0].file = (folder.path() / "sheet.obj").string();
-  scene.cloths[0].bend = 1;
+  scene.cloths[0].material.bend = 1;
   return build(scene).model.mesh;
 }
 
@@ -173,7 +173,7 @@ TEST(bending, irregular_mesh_has_it_within_a_tenth_in_every_direction) {
 }
 
 /// A grid that comes as a mesh file. Rolled, it has the energy along its lines; left to itself it is a fifth softer
-/// (PHYSICS.md).
+/// (docs/design-notes/cloth.md).
 TEST(bending, grid_has_it_along_its_lines_and_is_stiffer_along_its_diagonals) {
   GridScene grid;
   grid.nodes = {161, 161};
@@ -192,7 +192,7 @@ TEST(bending, grid_of_a_scene_has_the_rigidity_bend_in_every_direction) {
   Scene scene;
   scene.cloths.emplace_back();
   scene.cloths[0].grid = GridScene{{1, 0.7}, {81, 71}};
-  scene.cloths[0].bend = 1;
+  scene.cloths[0].material.bend = 1;
   const ClothMesh mesh = build(scene).model.mesh;
   for (int k = 0; k < 36; ++k)
     EXPECT_NEAR(energy(mesh, 5.0 * k) / (0.5 * 0.1 * 0.1 * 0.7), 1, 0.02) << 5 * k << " degrees";

@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "scene/eigen_vec.hpp"
+#include "base/eigen_vec.hpp"
 #include "validation.hpp"
 
 namespace drench::test {

@@ -7,8 +7,8 @@
 #include <cmath>
 
 #include "pipeline/pipeline.hpp"
-#include "scene/build.hpp"
 #include "scene/load.hpp"
+#include "setup/build.hpp"
 #include "validation.hpp"
 
 namespace drench::test {

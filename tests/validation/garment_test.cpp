@@ -7,7 +7,7 @@
 #include <numbers>
 
 #include "app/run_program.hpp"
-#include "scene/eigen_vec.hpp"
+#include "base/eigen_vec.hpp"
 #include "validation.hpp"
 
 namespace drench::test {

@@ -1,4 +1,4 @@
-// Liquid and porous cloth exchange mass: how much, how fast, and with which momentum.
+// Liquid and porous cloth exchange mass: how much, and how fast. With which momentum: porous_momentum_test.cpp.
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -6,16 +6,14 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <numeric>
 
+#include "quanta_sum.hpp"
 #include "stage_run.hpp"
 #include "states.hpp"
 #include "validation.hpp"
 
 namespace drench::test {
 namespace {
-
-Quanta sum(const std::vector<Quanta>& masses) { return std::accumulate(masses.begin(), masses.end(), Quanta{0}); }
 
 /// C_n in quanta, as the limiters count it.
 Quanta capacity(const Model& m, std::size_t node) {
@@ -190,160 +188,53 @@ TEST(porous_exchange, uptake_does_not_depend_on_resolution) {
 
 namespace {
 
-struct Momentum {
-  Vec3 sum{0, 0, 0};  // kg m/s
-  double size = 0;    // Σ m|v|
+/// The liquid of a sheet in a pool, and whether it stays within its bounds, over a run of 10 s.
+struct Filling {
+  StageRun& run;
+  const Model& m = run.setup.model;
+  const Quanta total = sum(run.setup.state.fluid_mass);
+  Quanta all = 0;                                  // ΣC
+  Quanta least = 0, most = 0;                      // of the cloth's liquid in the last 5 s
+  Quanta fall = 0, step = 0;                       // largest in a step, until the cloth is full
+  Quanta above = 0, below = 0, error = 0;          // of a node's bounds; of the ledger
+  double taken = 0, full_at = -1;                  // quanta, s
 
-  Momentum(const Model& m, const HostState& s) {
-    const auto add = [&](double mass, const Vec3& v) {
-      for (std::size_t c = 0; c < 3; ++c) sum[c] += mass * v[c];
-      size += mass * std::hypot(v[0], v[1], v[2]);
-    };
-    for (std::size_t i = 0; i < s.fluid_mass.size(); ++i) add(double(s.fluid_mass[i]) * m.quantum, s.fluid_velocity[i]);
-    for (std::size_t n = 0; n < s.node_liquid.size(); ++n)
-      add(m.mesh.solid_mass[n] + double(s.node_liquid[n]) * m.quantum, s.node_velocity[n]);
+  explicit Filling(StageRun& of) : run(of) {
+    for (std::size_t n = 0; n < m.samples.node_capacity.size(); ++n) all += capacity(m, n);
+    Quanta before = 0;
+    while (run.time < 10 - 1e-9) before = step_on(before);
+  }
+
+ private:
+  Quanta step_on(Quanta before) {
+    Quanta now = 0;
+    run.step([&](Stage stage, bool done) {
+      if (!done) return;
+      if (stage != Stage::absorption && stage != Stage::emission && stage != Stage::ledger) return;
+      const HostState s = run.backend->download();
+      now = sum(s.node_liquid);
+      if (stage == Stage::absorption) taken += double(now - before);
+      for (std::size_t n = 0; n < s.node_liquid.size(); ++n) {
+        const double most_allowed = std::floor(1.18 * m.samples.node_capacity[n] / m.quantum);
+        above = std::max(above, s.node_liquid[n] - static_cast<Quanta>(most_allowed));
+        below = std::max(below, -s.node_liquid[n]);
+      }
+      error = std::max(error, std::abs(now + sum(s.fluid_mass) + s.drained - total));
+    });
+    if (full_at < 0) {
+      fall = std::max(fall, before - now);
+      step = std::max(step, now - before);
+      if (now >= all) full_at = run.time;
+    }
+    if (run.time > 5) {  // it goes on taking up a little for some 3 s
+      least = least == 0 ? now : std::min(least, now);
+      most = std::max(most, now);
+    }
+    return now;
   }
 };
 
-/// Largest component of b − a, over Σ m|v|.
-double drift(const Momentum& a, const Momentum& b) {
-  double worst = 0;
-  for (std::size_t c = 0; c < 3; ++c) worst = std::max(worst, std::fabs(b.sum[c] - a.sum[c]) / a.size);
-  return worst;
-}
-
-/// As if a stage had moved mass alone.
-HostState without_momentum(const HostState& before, HostState after) {
-  after.node_velocity = before.node_velocity;
-  return after;
-}
-
-/// Runs steps and calls seen(stage, before, after) with the states around each stage; the largest drift of a step.
-template <class Seen>
-double run_and_watch(StageRun& run, int steps, Seen&& seen) {
-  const Model& m = run.setup.model;
-  double worst = 0;
-  HostState last = run.backend->download();
-  for (int n = 0; n < steps; ++n) {
-    const Momentum first(m, last);
-    run.step([&](Stage stage, bool done) {
-      if (!done) return;
-      HostState now = run.backend->download();
-      seen(stage, last, now);
-      last = std::move(now);
-    });
-    worst = std::max(worst, drift(first, Momentum(m, last)));
-  }
-  return worst;
-}
-
-constexpr double momentum_bound = double_precision ? 1e-12 : 1e-6;
-
 }  // namespace
-
-TEST(porous_exchange, momentum_goes_with_liquid_between_layers) {
-  // A soaked sheet slides and turns over a dry one of another weave, 1 mm below it; no gravity.
-  StageRun run(R"(drench: 1
-time: {step: 0.002, end: 10}
-gravity: [0, 0, 0]
-cloth_solver: {method: xpbd}
-cloth:
-  - mesh: {grid: {size: [0.12, 0.12], nodes: [13, 13]}}
-    thickness: 0.002
-    damping: 0
-    porous: {contact_wicking: true, diffusivity: 1.0e-5}
-  - name: upper
-    mesh: {grid: {size: [0.1, 0.1], nodes: [12, 9]}}
-    place: {position: [-0.01, 0.001, 0.003]}
-    thickness: 0.002
-    damping: 0
-    initial_saturation: [{box: {min: [-1, -1, -1], max: [1, 1, 1]}, value: 1}]
-    porous: {contact_wicking: true, solid_fraction: 0.7, diffusivity: 2.0e-5}
-)");
-  const Model& m = run.setup.model;
-  HostState start = run.setup.state;
-  for (std::size_t n = 0; n < start.node_velocity.size(); ++n) {
-    const Vec3& x = start.node_position[n];
-    if (m.mesh.node_cloth[n] == 1) start.node_velocity[n] = {0.2 + 2 * x[2], 0, 0.05 - 2 * x[0]};
-  }
-  run.backend->upload(start);
-  double diffusion = 0, spread = 0;
-  const double step = run_and_watch(run, 60, [&](Stage stage, const HostState& before, const HostState& after) {
-    if (stage != Stage::diffusion) return;
-    diffusion = std::max(diffusion, drift({m, before}, {m, after}));
-    spread = std::max(spread, drift({m, before}, {m, without_momentum(before, after)}));
-  });
-  const std::vector<Quanta> end = run.backend->download().node_liquid;
-  Quanta passed = 0;
-  for (std::size_t n = 0; n < end.size(); ++n) passed += m.mesh.node_cloth[n] == 0 ? end[n] : 0;
-  const double share = double(passed) / double(sum(end));
-  std::printf("momentum between layers: %.3f of the liquid passed; without its momentum %.1e a step\n", share, spread);
-  EXPECT_GT(share, 0.1);
-  EXPECT_GT(spread, 1e-6);
-  const std::string what = "soaked sheet that slides over a dry one, contact_wicking: change of Σmv ";
-  report({what + "by stage diffusion, over its magnitudes' sum", "0", diffusion, momentum_bound});
-  report({what + "in a step (xpbd), over its magnitudes' sum", "0", step, momentum_bound});
-}
-
-TEST(porous_exchange, momentum_goes_with_the_mass) {
-  // Liquid flies into one half of a free sheet whose other half is overfull and drips. Within it liquid spreads.
-  // Gravity is only there to tell the emission where to; its own momentum is 1e-8 of the liquid's a step.
-  constexpr double bound = momentum_bound;
-  // Missed in double: which node a quantum leaves is rounded, and a quantum is 2e-10 of a particle.
-  constexpr double reached = double_precision ? 1e-11 : 0;
-  StageRun run(R"(drench: 1
-time: {step: 0.002, end: 10}
-gravity: [0, -1.0e-12, 0]
-domain: {min: [-1, -1, -1], max: [1, 1, 1]}
-fluid:
-  spacing: 0.01
-  viscosity: 1.0e-4
-  sources: [{block: {min: [-0.05, 0.002, -0.03], max: [0, 0.052, 0.04], velocity: [0.1, -0.5, 0.05]}}]
-cloth_solver: {method: xpbd}
-cloth:
-  - mesh: {grid: {size: [0.12, 0.12], nodes: [13, 13]}}
-    thickness: 0.002
-    damping: 0
-    initial_saturation: [{box: {min: [-1, -1, -1], max: [1, 1, 1]}, value: 1.15},
-                         {box: {min: [-1, -1, -1], max: [0, 1, 1]}, value: 0}]
-    porous: {uptake_velocity: 0.05, diffusivity: 1.0e-4}
-)");
-  const Model& m = run.setup.model;
-  double absorption = 0, emission = 0, diffusion = 0, taken = 0, given = 0, spread = 0;
-  const double step = run_and_watch(run, 60, [&](Stage stage, const HostState& before, const HostState& after) {
-    const double change = drift({m, before}, {m, after});
-    const double gain = double(sum(after.node_liquid) - sum(before.node_liquid)) / double(quanta_per_particle);
-    if (stage == Stage::absorption) {
-      absorption = std::max(absorption, change);
-      taken += gain;
-    } else if (stage == Stage::emission) {
-      emission = std::max(emission, change);
-      given -= gain;
-    } else if (stage == Stage::diffusion) {
-      diffusion = std::max(diffusion, change);
-      spread = std::max(spread, drift({m, before}, {m, without_momentum(before, after)}));
-    }
-  });
-  std::printf("momentum: %.2f particles taken up, %.2f given back; diffusion without its momentum %.1e\n", taken, given,
-              spread);
-  EXPECT_GT(spread, 1e-6);
-  EXPECT_GT(taken, 5);
-  EXPECT_GT(given, 1);
-  report(
-      {"free sheet that takes up and gives back, no gravity: change of Σmv by stage absorption, over its magnitudes' "
-       "sum",
-       "0", absorption, bound});
-  report(
-      {"free sheet that takes up and gives back, no gravity: change of Σmv by stage emission, over its magnitudes' sum",
-       "0", emission, bound, "1", reached});
-  report(
-      {"free sheet that takes up and gives back, no gravity: change of Σmv by stage diffusion, over its magnitudes' "
-       "sum",
-       "0", diffusion, bound});
-  report(
-      {"free sheet that takes up and gives back, no gravity: change of Σmv in a step (xpbd), over its magnitudes' sum",
-       "0", step, bound, "1", reached});
-}
 
 TEST(porous_exchange, a_sheet_in_a_deep_pool_fills_and_stays) {
   for (const std::string material : {"uptake_velocity: 0.01", "absorption: 0.01"}) {
@@ -363,51 +254,21 @@ cloth:
 bodies: [{{box: {{min: [-0.04, 0, -0.04], max: [0.04, 0.15, 0.04], inside: true}}}}]
 )",
                              material));
-    const Model& m = run.setup.model;
-    Quanta all = 0;
-    for (std::size_t n = 0; n < m.samples.node_capacity.size(); ++n) all += capacity(m, n);
-    const Quanta total = sum(run.setup.state.fluid_mass);
-    Quanta before = 0, least = 0, most = 0, fall = 0, step = 0, above = 0, below = 0, error = 0;
-    double taken = 0, full_at = -1;
-    while (run.time < 10 - 1e-9) {
-      Quanta now = 0;
-      run.step([&](Stage stage, bool done) {
-        if (!done) return;
-        if (stage != Stage::absorption && stage != Stage::emission && stage != Stage::ledger) return;
-        const HostState s = run.backend->download();
-        now = sum(s.node_liquid);
-        if (stage == Stage::absorption) taken += double(now - before);
-        for (std::size_t n = 0; n < s.node_liquid.size(); ++n) {
-          const double most_allowed = std::floor(1.18 * m.samples.node_capacity[n] / m.quantum);
-          above = std::max(above, s.node_liquid[n] - static_cast<Quanta>(most_allowed));
-          below = std::max(below, -s.node_liquid[n]);
-        }
-        error = std::max(error, std::abs(now + sum(s.fluid_mass) + s.drained - total));
-      });
-      if (full_at < 0) {
-        fall = std::max(fall, before - now);
-        step = std::max(step, now - before);
-        if (now >= all) full_at = run.time;
-      }
-      if (run.time > 5) {  // it goes on taking up a little for some 3 s
-        least = least == 0 ? now : std::min(least, now);
-        most = std::max(most, now);
-      }
-      before = now;
-    }
-    const double unit = 1 / double(all);
+    const Filling f(run);
+    const double unit = 1 / double(f.all);
     std::printf(
         "pool, %s: full at %.3f s, in the last 5 s %.4f to %.4f of ΣC, largest step on the way up %.4f; taken up in "
         "all %.3f\n",
-        material.c_str(), full_at, unit * double(least), unit * double(most), unit * double(step), unit * taken);
+        material.c_str(), f.full_at, unit * double(f.least), unit * double(f.most), unit * double(f.step),
+        unit * f.taken);
     const std::string pool = "dry sheet in a deep pool, " + material + ", 10 s: ";
-    EXPECT_GT(full_at, 0);
-    report({pool + "largest fall of the cloth's liquid until it holds ΣC", "monotone", double(fall), 0, "quanta"});
+    EXPECT_GT(f.full_at, 0);
+    report({pool + "largest fall of the cloth's liquid until it holds ΣC", "monotone", double(f.fall), 0, "quanta"});
     report({pool + "range of its liquid in the last 5 s, over ΣC", "constant, (s_max − 1)/2",
-            unit * double(most - least), 0.09});
-    report({pool + "a node above s_max C or below 0, after any stage of any step", "0", double(std::max(above, below)),
+            unit * double(f.most - f.least), 0.09});
+    report({pool + "a node above s_max C or below 0, after any stage of any step", "0", double(std::max(f.above, f.below)),
             0, "quanta"});
-    report({pool + "error of the ledger", "0", double(error), 0, "quanta"});
+    report({pool + "error of the ledger", "0", double(f.error), 0, "quanta"});
   }
 }
 

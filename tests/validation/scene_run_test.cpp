@@ -9,8 +9,8 @@
 
 #include "paths.hpp"
 #include "pipeline/pipeline.hpp"
-#include "scene/build.hpp"
 #include "scene/load.hpp"
+#include "setup/build.hpp"
 #include "validation.hpp"
 
 namespace drench::test {
@@ -31,11 +31,9 @@ struct Iterations {
     most_divergence = std::max(most_divergence, r.divergence_iterations);
   }
   void report_as(const std::string& scene) const {
-    report(
-        {fmt::format("{}: steps that end at max_iterations (density {:.1f} iterations a step, at most {}; divergence "
-                     "{:.1f}, at most {})",
-                     scene, density / steps, most_density, divergence / steps, most_divergence),
-         "1 %", double(capped) / steps, 0.01});
+    std::printf("%s: density %.1f iterations a step, at most %d; divergence %.1f, at most %d\n", scene.c_str(),
+                density / steps, most_density, divergence / steps, most_divergence);
+    report({scene + ": steps that end at max_iterations", "1 %", double(capped) / steps, 0.01});
   }
 };
 

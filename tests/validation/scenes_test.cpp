@@ -12,8 +12,8 @@
 
 #include "paths.hpp"
 #include "pipeline/pipeline.hpp"
-#include "scene/build.hpp"
 #include "scene/load.hpp"
+#include "setup/build.hpp"
 #include "validation.hpp"
 
 namespace drench::test {

@@ -1,15 +1,21 @@
 # Finds or fetches Kokkos; sets DRENCH_LINK_OPTIONS for executables. In this order:
 # 1. an installed Kokkos >= 4.6 that has the backend (name its prefix in CMAKE_PREFIX_PATH),
-# 2. the source in FETCHCONTENT_SOURCE_DIR_KOKKOS, or the release on GitHub if that answers,
+# 2. the source in FETCHCONTENT_SOURCE_DIR_KOKKOS, or the release below if GitHub answers,
 # 3. Debian unstable's package (OpenMP only), unpacked into .deps by tools/setup.
 set(DRENCH_LINK_OPTIONS "")
-set(kokkos_commit 1b1383c6001f3bfe9fe309ca923c2d786600cc79)  # release 4.6.01
+# The first release for CUDA 13 too; the checksum is that of Spack's and Homebrew's recipes.
+set(kokkos_release 4.7.01)
+set(kokkos_checksum 404cf33e76159e83b8b4ad5d86f6899d442b5da4624820ab457412116cdcd201)
 set(kokkos_debian ${PROJECT_SOURCE_DIR}/.deps/kokkos)
 string(TOUPPER ${DRENCH_BACKEND} kokkos_device)
 
 if(DRENCH_BACKEND STREQUAL cuda)
   # Kokkos' nvcc_wrapper asks CUDA_ROOT for its nvcc. The CUDA run-time is linked statically.
-  find_package(CUDAToolkit REQUIRED)
+  find_package(CUDAToolkit 12 REQUIRED)  # C++20
+  if(CUDAToolkit_VERSION VERSION_GREATER_EQUAL 13 AND DRENCH_CUDA_ARCH LESS 75)
+    message(FATAL_ERROR "CUDA ${CUDAToolkit_VERSION} compiles for 75 and newer, DRENCH_CUDA_ARCH is ${DRENCH_CUDA_ARCH}: "
+      "name a CUDA 12 in CUDA_ROOT")
+  endif()
   cmake_path(GET CUDAToolkit_BIN_DIR PARENT_PATH cuda_root)
   set(ENV{CUDA_ROOT} ${cuda_root})
   get_target_property(cudart_static CUDA::cudart_static IMPORTED_LOCATION)
@@ -27,6 +33,11 @@ if(Kokkos_FOUND)
   endif()
   if(DRENCH_BACKEND STREQUAL cuda AND Kokkos_ARCH AND NOT "${Kokkos_ARCH}" MATCHES "[A-Z]${DRENCH_CUDA_ARCH}(;|$)")
     message(FATAL_ERROR "The Kokkos in ${Kokkos_DIR} is for ${Kokkos_ARCH}, DRENCH_CUDA_ARCH is ${DRENCH_CUDA_ARCH}")
+  endif()
+  if(DRENCH_BACKEND STREQUAL cuda AND CUDAToolkit_VERSION VERSION_GREATER_EQUAL 12.9 AND Kokkos_VERSION VERSION_LESS 5
+      AND NOT IMPL_VIEW_LEGACY IN_LIST Kokkos_OPTIONS)
+    message(FATAL_ERROR "The Kokkos ${Kokkos_VERSION} in ${Kokkos_DIR} breaks with CUDA ${CUDAToolkit_VERSION} "
+      "(kokkos/mdspan#434): configure it with Kokkos_ENABLE_IMPL_MDSPAN=OFF, or take Kokkos 5")
   endif()
   set(kokkos_from ${Kokkos_DIR})
 elseif(FETCHCONTENT_SOURCE_DIR_KOKKOS)
@@ -52,7 +63,7 @@ else()
     set(kokkos_from debian)
   else()
     message(FATAL_ERROR "No Kokkos >= 4.6 with ${kokkos_device} is installed and GitHub is out of reach: install one "
-      "and name it in CMAKE_PREFIX_PATH, or point FETCHCONTENT_SOURCE_DIR_KOKKOS to a checkout of ${kokkos_commit}")
+      "and name it in CMAKE_PREFIX_PATH, or point FETCHCONTENT_SOURCE_DIR_KOKKOS to the sources of release ${kokkos_release}")
   endif()
 endif()
 
@@ -62,6 +73,10 @@ if(kokkos_from STREQUAL source)
   set(Kokkos_ENABLE_${kokkos_device} ON CACHE BOOL "")
   if(DRENCH_BACKEND STREQUAL cuda)
     set(Kokkos_ENABLE_OPENMP ON CACHE BOOL "")
+    # From 12.9 on nvcc and g++ lay [[no_unique_address]] members of mdspan out differently: kernels get wrong pointers.
+    if(CUDAToolkit_VERSION VERSION_GREATER_EQUAL 12.9)
+      set(Kokkos_ENABLE_IMPL_MDSPAN OFF CACHE BOOL "")
+    endif()
     set(kokkos_archs 61 PASCAL61 75 TURING75 80 AMPERE80 86 AMPERE86 89 ADA89 90 HOPPER90)
     list(FIND kokkos_archs ${DRENCH_CUDA_ARCH} at)
     math(EXPR at "${at} + 1")
@@ -69,8 +84,8 @@ if(kokkos_from STREQUAL source)
     set(Kokkos_ARCH_${arch} ON CACHE BOOL "")
   endif()
   set(BUILD_SHARED_LIBS OFF CACHE BOOL "")
-  FetchContent_Declare(Kokkos GIT_REPOSITORY https://github.com/kokkos/kokkos GIT_TAG ${kokkos_commit}
-    SYSTEM EXCLUDE_FROM_ALL)
+  FetchContent_Declare(Kokkos SYSTEM EXCLUDE_FROM_ALL URL_HASH SHA256=${kokkos_checksum}
+    URL https://github.com/kokkos/kokkos/releases/download/${kokkos_release}/kokkos-${kokkos_release}.tar.gz)
   FetchContent_MakeAvailable(Kokkos)
   get_directory_property(Kokkos_VERSION DIRECTORY ${kokkos_SOURCE_DIR} DEFINITION Kokkos_VERSION)
 elseif(kokkos_from STREQUAL debian)
@@ -84,6 +99,9 @@ if(kokkos_is_debian)
   file(GLOB loader ${runtime}/ld-linux*)
   set(DRENCH_LINK_OPTIONS -Wl,--dynamic-linker=${loader} -Wl,--disable-new-dtags -Wl,-rpath,${runtime}
       -Wl,--allow-shlib-undefined)
+endif()
+if(DRENCH_BACKEND STREQUAL cuda AND CUDAToolkit_VERSION VERSION_GREATER_EQUAL 13 AND Kokkos_VERSION VERSION_LESS 4.7.01)
+  message(FATAL_ERROR "CUDA ${CUDAToolkit_VERSION} needs Kokkos >= 4.7.01, this is ${Kokkos_VERSION} (${kokkos_from})")
 endif()
 if(DRENCH_BACKEND STREQUAL cuda)  # whatever CUDA_ROOT is when the build runs, the nvcc is the one found here
   foreach(rule RULE_LAUNCH_COMPILE RULE_LAUNCH_LINK)

@@ -1,0 +1,103 @@
+// Stage bodies (src/stages/bodies.hpp).
+
+#include "bodies/contact.hpp"
+#include "bodies/bodies.hpp"
+
+namespace drench::kokkos_backend {
+namespace {
+
+constexpr int sweeps = 3;  // over the contacts of a dynamic body
+
+/// Moves a dynamic body out of a solid that it has entered by −`phi` (m) at the point p, and takes its velocity into it.
+KOKKOS_INLINE_FUNCTION void stop_at(RigidState& s, const RigidBody& body, const Double3& p, double phi,
+                                    const Double3& n, const Double3& surface) {
+  const Double3 arm = minus(p, s.position);
+  s.position = add(s.position, times(-phi, n));
+  const double inward = inner(minus(add(s.velocity, outer(s.spin, arm)), surface), n);
+  if (!(inward < 0)) return;
+  const Double3 lever = outer(arm, n), answer = over_inertia(body, s.orientation, lever);
+  const double impulse = -inward / (body.inverse_mass + inner(lever, answer));  // kg m/s
+  s.velocity = add(s.velocity, times(impulse * body.inverse_mass, n));
+  s.spin = add(s.spin, times(impulse, answer));
+}
+
+/// A dynamic sphere or box against one solid.
+KOKKOS_INLINE_FUNCTION void stop_at_solid(RigidState& s, const RigidBody& body, const Solid& solid) {
+  const bool sphere = body.kind == 1;
+  for (int corner = 0; corner < (sphere ? 1 : 8); ++corner) {
+    Double3 p = s.position;
+    if (!sphere)
+      p = add(p,
+              rotate(s.orientation, {corner & 1 ? body.half.x : -body.half.x, corner & 2 ? body.half.y : -body.half.y,
+                                     corner & 4 ? body.half.z : -body.half.z}));
+    const SolidDistance at = solid_distance(solid, narrow(p), Real3{});
+    const Double3 n = widen(at.normal);
+    const double phi = double(at.phi) - (sphere ? body.radius : 0.0);
+    if (!(phi < 0)) continue;
+    if (sphere) p = minus(p, times(body.radius, n));
+    stop_at(s, body, p, phi, n, widen(surface_velocity(solid, narrow(p), Real3{})));
+  }
+}
+
+void move_bodies(Bodies& bodies, double t, double dt) {
+  const Entries<const RigidBody> constant = std::as_const(bodies).constant;
+  const Entries<const Solid> solids = std::as_const(bodies).solids;
+  const Entries<RigidState> state = bodies.state;
+  const Index count = bodies.count;
+  parallel(
+      "drench::bodies::motion", count, KOKKOS_LAMBDA(const Index b) {
+        const RigidBody& body = constant(b);
+        RigidState s = state(b);
+        if (!body.moves) return;
+        if (!body.dynamic) {
+          s.position = add(body.rest_center, times(t, body.rest_velocity));
+          s.orientation = rotation_by(times(t, body.rest_spin));
+          s.velocity = body.rest_velocity;
+          s.spin = body.rest_spin;
+          state(b) = s;
+          return;
+        }
+        const Double3 momentum = times_inertia(body, s.orientation, s.spin);
+        s = moved(s, dt);
+        s.spin = over_inertia(body, s.orientation, momentum);
+        for (int sweep = 0; sweep < sweeps; ++sweep)
+          for (Index other = 0; other < count; ++other)
+            if (!constant(other).dynamic) stop_at_solid(s, body, solids(other));
+        state(b) = s;
+      });
+}
+
+}  // namespace
+
+void bodies(const Constants& constants, Bodies& bodies, const StepInfo& info) {
+  place_solids(constants, bodies, info.dt);
+  move_bodies(bodies, info.time + info.dt, info.dt);
+  const Bodies& all = bodies;
+  const Entries<const RigidBody> constant = all.constant;
+  const Entries<const RigidState> state = all.state;
+  const Entries<const Real3> rest = all.boundary.rest_position;
+  const Entries<const Index> of = all.boundary.body;
+  const Entries<Real3> x = bodies.boundary.position, v = bodies.boundary.velocity,
+                       predicted = bodies.dynamic.predicted;
+  const bool dynamic = bodies.dynamic.count > 0;
+  parallel(
+      "drench::bodies::samples", all.boundary.count, KOKKOS_LAMBDA(const Index b) {
+        const RigidBody& body = constant(of(b));
+        if (!body.moves) return;
+        const RigidState& s = state(of(b));
+        Double3 own = minus(widen(rest(b)), body.rest_center);
+        if (body.slides) {
+          const Double3 way =
+              minus(minus(body.middle, body.rest_center), rotate_back(s.orientation, minus(body.middle, s.position)));
+          for (const Double3& step : body.lattice)
+            own = minus(own, times(Kokkos::floor(inner(way, step) / inner(step, step) + slide_offset), step));
+        }
+        const Double3 arm = rotate(s.orientation, own);
+        x(b) = narrow(add(s.position, arm));
+        v(b) = narrow(add(s.velocity, outer(s.spin, arm)));
+        if (dynamic) predicted(b) = v(b);
+      });
+  bodies.moved.advance();
+}
+
+}  // namespace drench::kokkos_backend

@@ -1,0 +1,92 @@
+#pragma once
+// Solid bodies: where their surfaces are, their poses, and their boundary samples. Laws: src/stages/bodies.hpp.
+
+#include "bodies/rigid.hpp"
+#include <vector>
+
+#include "core/cell_table.hpp"
+#include "core/constants.hpp"
+#include "core/neighbor_list.hpp"
+#include "pipeline/backend.hpp"
+
+namespace drench::kokkos_backend {
+
+/// A solid as plain numbers, where it is at the end of the step (place_solids).
+struct Solid {
+  int kind;    // 0 box, 1 sphere, 2 plane, 3 mesh
+  int inside;  // container
+  int moves;
+  Real3 min, max, center, point, normal;
+  Real radius;
+  // of bodies that move
+  Real3 half;            // m: a box's half edges
+  Real3 axis[3];         // the body's own axes in the world
+  Real3 velocity, spin;  // m/s, rad/s
+  Real3 rest_normal;     // a plane's at t = 0
+  // of a closed mesh: its distance field, relative to the centre at t = 0
+  const Real* field;  // m; device memory; null for an open mesh
+  Index field_points[3];
+  Real field_spacing;
+  Real3 field_origin;  // m
+};
+
+/// Samples of all solids, as the liquid meets them (Akinci et al. 2012).
+struct BoundarySamples {
+  Index count = 0;
+  Field<Real3> position, velocity, rest_position;  // m, m/s, m
+  Field<Real> volume;                              // V_b, m³
+  Field<Index> body;
+};
+
+/// The samples of dynamic bodies, numbered by themselves, and sums over them; empty without such bodies.
+struct DynamicSamples {
+  Index count = 0;
+  Field<Index> sample, owner;     // the number among all boundary samples, and the body's
+  Field<Real3> position, force;   // m, N
+  Field<Real3> predicted;         // per boundary sample: velocity in the pressure solves, m/s
+  Field<Wrench> part, load;       // partial sums of the bodies' loads; one a body
+  Field<Wrench> change;           // a body: what a viscous stage adds to its momenta
+  Field<Real> row_load, row_arm;  // g_b of the Jacobi diagonal, N/…: the same with the arm
+  Field<Real> row_bound;          // two a body: G/M and H ‖I⁻¹‖
+  Field<Real> viscous_bound;      // K_b, kg/s (stage forces)
+};
+
+struct Bodies {
+  explicit Bodies(const Constants& constants);
+
+  void upload(const Constants& constants, const HostState& s);
+  void download(const Constants& constants, HostState& s) const;
+
+  Index count = 0;
+  Field<Solid> solids;
+  Field<Real> distance_fields;  // the meshes', one after the other, m
+  // poses: on the device only if a body moves, else kept for the download
+  Field<RigidBody> constant;
+  Field<RigidState> state;
+  std::vector<Vec3> static_position, static_velocity, static_spin;
+  std::vector<drench::Quaternion> static_orientation;
+  BoundarySamples boundary;
+  DynamicSamples dynamic;
+  Version moved;
+  Cached<CellTable> cells;  // of the boundary samples
+
+  /// The velocities of boundary samples that a pressure solve sees.
+  const Field<Real3>& seen_velocity() const { return dynamic.count > 0 ? dynamic.predicted : boundary.velocity; }
+};
+
+/// Builds the cells of the boundary samples if bodies have moved since.
+void refresh_boundary_cells(const Constants& constants, Bodies& bodies);
+
+/// bodies.solids: the moving ones where they will be at the end of the step.
+void place_solids(const Constants& constants, Bodies& bodies, double dt);
+
+/// The largest speed of a moving body's surface, m/s; of a dynamic one with `fall` (m/s) added.
+double fastest_body(const Bodies& bodies, double fall);
+
+/// The bodies' momenta change by keep · the last change + weight (s) · (dynamic.force and `gravity`, m/s²).
+void body_stage(Bodies& bodies, double keep, double weight, const Real3& gravity);
+
+/// Stage bodies.
+void bodies(const Constants& constants, Bodies& bodies, const StepInfo& info);
+
+}  // namespace drench::kokkos_backend

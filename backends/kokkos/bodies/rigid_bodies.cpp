@@ -1,0 +1,250 @@
+// The solid bodies' arrays, where their surfaces are, and how dynamic ones take up momentum.
+
+#include <stdexcept>
+
+#include "bodies/bodies.hpp"
+#include "bodies/contact.hpp"
+#include "bodies/sample_sums.hpp"
+#include "core/host_copy.hpp"
+#include "core/reduce.hpp"
+
+namespace drench::kokkos_backend {
+namespace {
+
+Double3 to_double(const Vec3& a) { return {a[0], a[1], a[2]}; }
+Vec3 to_vec(const Double3& a) { return {a.x, a.y, a.z}; }
+Double3 inverse(const Vec3& a) { return a[0] > 0 ? Double3{1 / a[0], 1 / a[1], 1 / a[2]} : Double3{}; }
+
+Solid solid_of(const Body& b) {
+  Solid s{};
+  s.kind = static_cast<int>(b.kind);
+  s.inside = b.inside ? 1 : 0;
+  s.min = to_real(b.box.min);
+  s.max = to_real(b.box.max);
+  s.center = to_real(b.center);
+  s.point = to_real(b.point);
+  s.normal = to_real(b.normal);
+  s.radius = Real(b.radius);
+  s.moves = b.moves() ? 1 : 0;
+  s.rest_normal = s.normal;
+  for (std::size_t a = 0; a < 3; ++a) s.field_points[a] = b.field.points[a];
+  s.field_spacing = Real(b.field.spacing);
+  s.field_origin =
+      to_real({b.field.origin[0] - b.center[0], b.field.origin[1] - b.center[1], b.field.origin[2] - b.center[2]});
+  return s;
+}
+
+void make_solids(const Model& m, Bodies& bodies) {
+  std::vector<double> values;
+  for (const Body& b : m.bodies) values.insert(values.end(), b.field.value.begin(), b.field.value.end());
+  if (!values.empty()) bodies.distance_fields = to_device<Real>("drench::distance_fields", values);
+  std::vector<Solid> list;
+  std::size_t first = 0;
+  for (const Body& b : m.bodies) {
+    list.push_back(solid_of(b));
+    if (!b.field.empty()) list.back().field = bodies.distance_fields.data() + first;
+    first += b.field.value.size();
+  }
+  bodies.solids = to_device<Solid>("drench::solids", list);
+}
+
+RigidBody constant_of(const Body& b) {
+  RigidBody c{};
+  c.kind = static_cast<int>(b.kind);
+  c.moves = b.moves() ? 1 : 0;
+  c.dynamic = b.dynamic ? 1 : 0;
+  c.slides = b.slides ? 1 : 0;
+  c.lattice[0] = to_double(b.lattice[0]);
+  c.lattice[1] = to_double(b.lattice[1]);
+  c.middle = to_double(b.middle);
+  c.rest_center = to_double(b.center);
+  c.rest_velocity = to_double(b.velocity);
+  c.rest_spin = times(b.spin_rate, to_double(b.spin_axis));
+  c.inverse_mass = b.dynamic ? 1 / b.mass : 0;
+  c.inertia = to_double(b.inertia);
+  c.inverse_inertia = inverse(b.inertia);
+  c.half = times(0.5, minus(to_double(b.box.max), to_double(b.box.min)));
+  c.radius = b.radius;
+  c.reach = b.reach;
+  c.first_sample = b.first_sample;
+  c.sample_count = b.sample_count;
+  return c;
+}
+
+void make_dynamic_samples(DynamicSamples& dynamic, const std::vector<Index>& sample, const std::vector<Index>& owner,
+                          std::size_t bodies) {
+  dynamic.count = static_cast<Index>(sample.size());
+  if (dynamic.count == 0) return;
+  dynamic.sample = to_device<Index>("drench::body_sample", sample);
+  dynamic.owner = to_device<Index>("drench::body_owner", owner);
+  allocate_zeros(dynamic.position, "drench::body_sample_position", sample.size());
+  allocate_zeros(dynamic.force, "drench::body_force", sample.size());
+  allocate_zeros(dynamic.row_load, "drench::body_row_load", sample.size());
+  allocate_zeros(dynamic.row_arm, "drench::body_row_arm", sample.size());
+  allocate_zeros(dynamic.row_bound, "drench::body_row_bound", 2 * bodies);
+  allocate_zeros(dynamic.viscous_bound, "drench::body_viscous_bound", sample.size());
+  allocate_zeros(dynamic.part, "drench::body_part", parts_per_body * bodies);
+  allocate_zeros(dynamic.load, "drench::body_load", bodies);
+  allocate_zeros(dynamic.change, "drench::body_change", bodies);
+}
+
+void make_bodies(const Model& m, Bodies& bodies) {
+  std::vector<RigidBody> constants;
+  std::vector<Index> sample, owner;
+  for (std::size_t b = 0; b < m.bodies.size(); ++b) {
+    const Body& body = m.bodies[b];
+    constants.push_back(constant_of(body));
+    if (!body.dynamic) continue;
+    constants.back().first_dynamic = static_cast<Index>(sample.size());
+    for (Index s = 0; s < body.sample_count; ++s) {
+      sample.push_back(body.first_sample + s);
+      owner.push_back(static_cast<Index>(b));
+    }
+  }
+  bodies.constant = to_device<RigidBody>("drench::body_constant", constants);
+  make_dynamic_samples(bodies.dynamic, sample, owner, constants.size());
+}
+
+/// boundary.velocity of the samples of dynamic bodies, from the bodies' velocities.
+void refresh_dynamic_samples(Bodies& bodies) {
+  const Bodies& b = bodies;
+  const Entries<const Index> sample = b.dynamic.sample, owner = b.dynamic.owner;
+  const Entries<const RigidState> state = b.state;
+  const Entries<const Real3> position = b.dynamic.position;
+  const Entries<Real3> v = bodies.boundary.velocity;
+  parallel(
+      "drench::bodies::sample_velocity", b.dynamic.count, KOKKOS_LAMBDA(const Index s) {
+        const RigidState& body = state(owner(s));
+        v(sample(s)) = narrow(add(body.velocity, outer(body.spin, minus(widen(position(s)), body.position))));
+      });
+}
+
+}  // namespace
+
+Bodies::Bodies(const Constants& constants) : cells(constants.model.scene.sort) {
+  const BoundarySet& set = constants.model.boundary;
+  make_solids(constants.model, *this);
+  boundary.count = set.count();
+  if (boundary.count == 0) return;
+  boundary.rest_position = to_device3("drench::boundary_rest_position", set.position);
+  boundary.body = to_device<Index>("drench::boundary_body", set.body);
+}
+
+void Bodies::upload(const Constants& constants, const HostState& s) {
+  const std::size_t bodies = constants.model.bodies.size();
+  if (s.body_position.size() != bodies || s.body_orientation.size() != bodies || s.body_velocity.size() != bodies ||
+      s.body_angular_velocity.size() != bodies)
+    throw std::runtime_error("upload: the state's bodies are not the model's");
+  count = static_cast<Index>(bodies);
+  moved.advance();
+  boundary.count = s.boundary_count();
+  if (boundary.count > 0) {
+    boundary.position = to_device3("drench::boundary_position", s.boundary_position);
+    boundary.velocity = to_device3("drench::boundary_velocity", s.boundary_velocity);
+    boundary.volume = to_device<Real>("drench::boundary_volume", s.boundary_volume);
+  }
+  if (!constants.model.has_moving_body()) {
+    static_position = s.body_position;
+    static_velocity = s.body_velocity;
+    static_spin = s.body_angular_velocity;
+    static_orientation = s.body_orientation;
+    return;
+  }
+  if (!constant.exists()) make_bodies(constants.model, *this);
+  std::vector<RigidState> states;
+  for (std::size_t b = 0; b < bodies; ++b) {
+    const drench::Quaternion& q = s.body_orientation[b];
+    states.push_back({to_double(s.body_position[b]),
+                      to_double(s.body_velocity[b]),
+                      to_double(s.body_angular_velocity[b]),
+                      {q[0], q[1], q[2], q[3]}});
+  }
+  state = to_device<RigidState>("drench::body_state", states);
+  if (dynamic.count > 0) dynamic.predicted = to_device3("drench::body_predicted", s.boundary_velocity);
+}
+
+void Bodies::download(const Constants& constants, HostState& s) const {
+  s.boundary_position = to_host<Vec3>(boundary.position, boundary.count);
+  s.boundary_velocity = to_host<Vec3>(boundary.velocity, boundary.count);
+  s.boundary_volume = to_host<double>(boundary.volume, boundary.count);
+  s.body_position = static_position;
+  s.body_velocity = static_velocity;
+  s.body_angular_velocity = static_spin;
+  s.body_orientation = static_orientation;
+  if (!constants.model.has_moving_body()) return;
+  for (const RigidState& b : to_host<RigidState>(state, count)) {
+    s.body_position.push_back(to_vec(b.position));
+    s.body_velocity.push_back(to_vec(b.velocity));
+    s.body_angular_velocity.push_back(to_vec(b.spin));
+    s.body_orientation.push_back({b.orientation.w, b.orientation.x, b.orientation.y, b.orientation.z});
+  }
+}
+
+void refresh_boundary_cells(const Constants& constants, Bodies& bodies) {
+  if (bodies.cells.is_of(bodies.moved)) return;
+  bodies.cells.build(bodies.boundary.position, bodies.boundary.count, constants.support);
+  bodies.cells.set_made_from(bodies.moved);
+}
+
+void place_solids(const Constants& constants, Bodies& bodies, double dt) {
+  if (!constants.model.has_moving_body()) return;
+  const Entries<const RigidBody> constant = std::as_const(bodies).constant;
+  const Entries<const RigidState> state = std::as_const(bodies).state;
+  const Entries<Solid> solids = bodies.solids;
+  parallel(
+      "drench::bodies::solids", bodies.count, KOKKOS_LAMBDA(const Index b) {
+        const RigidBody& body = constant(b);
+        if (!body.moves) return;
+        const RigidState end = moved(state(b), dt);
+        Solid s = solids(b);
+        s.center = narrow(end.position);
+        s.point = s.center;
+        s.half = narrow(body.half);
+        s.velocity = narrow(end.velocity);
+        s.spin = narrow(end.spin);
+        s.axis[0] = narrow(rotate(end.orientation, {1, 0, 0}));
+        s.axis[1] = narrow(rotate(end.orientation, {0, 1, 0}));
+        s.axis[2] = narrow(rotate(end.orientation, {0, 0, 1}));
+        s.normal = to_world(s, s.rest_normal);
+        solids(b) = s;
+      });
+}
+
+double fastest_body(const Bodies& bodies, double fall) {
+  const Entries<const RigidBody> constant = bodies.constant;
+  const Entries<const RigidState> state = bodies.state;
+  return maximum(
+      "drench::time_step::body_speed", bodies.count, KOKKOS_LAMBDA(const Index b) {
+        if (!constant(b).moves) return 0.0;
+        const RigidState& s = state(b);
+        return Kokkos::sqrt(inner(s.velocity, s.velocity)) + Kokkos::sqrt(inner(s.spin, s.spin)) * constant(b).reach +
+               (constant(b).dynamic ? fall : 0.0);
+      });
+}
+
+void body_stage(Bodies& bodies, double keep, double weight, const Real3& gravity) {
+  if (bodies.dynamic.count == 0) return;
+  sum_sample_forces(bodies);
+  const Entries<const RigidBody> constant = std::as_const(bodies).constant;
+  const Entries<const Wrench> load = std::as_const(bodies).dynamic.load;
+  const Entries<RigidState> state = bodies.state;
+  const Entries<Wrench> change = bodies.dynamic.change;
+  const Double3 g = widen(gravity);
+  parallel(
+      "drench::bodies::velocity", bodies.count, KOKKOS_LAMBDA(const Index b) {
+        const RigidBody& body = constant(b);
+        if (!body.dynamic) return;
+        Wrench next;
+        next.force = times(weight, add(load(b).force, times(1 / body.inverse_mass, g)));
+        next.torque = times(weight, load(b).torque);
+        if (keep > 0) next += Wrench{times(keep, change(b).force), times(keep, change(b).torque)};
+        change(b) = next;
+        RigidState s = state(b);
+        s.velocity = add(s.velocity, times(body.inverse_mass, next.force));
+        s.spin = add(s.spin, over_inertia(body, s.orientation, next.torque));
+        state(b) = s;
+      });
+  refresh_dynamic_samples(bodies);
+}
+
+}  // namespace drench::kokkos_backend

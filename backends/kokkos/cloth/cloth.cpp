@@ -1,0 +1,86 @@
+// Stage cloth (law: src/stages/cloth.hpp).
+
+#include "stages/cloth.hpp"
+
+#include "cloth/pins.hpp"
+#include "cloth/stages.hpp"
+#include "cloth/wet_cloth.hpp"
+
+namespace drench::kokkos_backend {
+namespace {
+
+/// Target y − x⁰ with gravity and the last pressure; the iteration starts where the cloth goes by itself.
+void aim(const Constants& constants, const Cloth& cloth, ClothSolverWork& solver, const ClothSystem& s, Real dt, bool loaded) {
+  const Entries<const Real3> velocity = cloth.nodes.velocity, force = cloth.nodes.force;
+  const Entries<Real3> shift = solver.displacement, last_shift = solver.last_displacement;
+  const Entries<const Quanta> liquid = cloth.nodes.liquid;
+  const Entries<const double> capacity = cloth.nodes.capacity;
+  const double quantum = constants.quantum;
+  const Real3 gravity = constants.gravity;
+  parallel(
+      "drench::cloth::target", cloth.nodes.count, KOKKOS_LAMBDA(const Index n) {
+        const Material& m = s.materials(s.cloth(n));
+        const Real damping = at_saturation(m.damping, m.damping_wet, node_saturation(liquid(n), quantum, capacity(n)));
+        const Real3 free = (dt * Kokkos::exp(-damping * dt)) * velocity(n);
+        Real3 pull = gravity;
+        if (loaded) pull += (1 / s.mass(n)) * force(n);
+        s.target(n) = free + (dt * dt) * pull;
+        shift(n) = s.pinned(n) ? Real3{} : free;
+        last_shift(n) = shift(n);
+      });
+  if (!constants.model.has_moving_pins()) return;
+  const PinMotions motions(cloth);
+  parallel(
+      "drench::cloth::pins", cloth.nodes.count, KOKKOS_LAMBDA(const Index n) {
+        if (motions.moves(n)) shift(n) = last_shift(n) = motions.shift(n);
+      });
+}
+
+/// Velocities from the shifts, forces of contact, and the pins' reaction.
+void finish(const Constants& constants, Cloth& cloth, const ClothSolverWork& solver, const ClothSystem& s, Real dt, bool loaded) {
+  const Entries<const Real3> shift = solver.displacement;
+  const Entries<Real3> velocity = cloth.nodes.velocity, pin_force = cloth.nodes.pin_force;
+  const Entries<Real3> contact_force = cloth.nodes.contact_force, friction_force = cloth.nodes.friction_force;
+  const Entries<const Real3> force = cloth.nodes.force;
+  const Real3 gravity = constants.gravity;
+  parallel(
+      "drench::cloth::velocity", cloth.nodes.count, KOKKOS_LAMBDA(const Index n) {
+        contact_force(n) = friction_force(n) = Real3{};
+        const Real3 v = (1 / dt) * shift(n);
+        if (s.pinned(n)) {
+          const Real3 acceleration = (1 / dt) * (v - velocity(n));
+          pin_force(n) -= s.elastic_force(n, shift) + s.mass(n) * (gravity - acceleration);
+          if (loaded) pin_force(n) -= force(n);
+          velocity(n) = v;
+          return;
+        }
+        const NodeTerms t = s.terms(n);
+        const Real3 whole = s.residual(n, shift);
+        Real3 r = whole;
+        if (s.contact(t, shift(n), r).press > 0) {
+          contact_force(n) = r - whole;
+          friction_force(n) = s.unbalanced(t, shift(n), whole) - r;
+        }
+        velocity(n) = v;
+      });
+}
+
+}  // namespace
+
+void cloth(const Constants& constants, Bodies& bodies, Cloth& cloth, ClothSolverWork& solver, bool loaded,
+           const StepInfo& info, StepReport& report) {
+  const Real dt = static_cast<Real>(info.dt);
+  place_solids(constants, bodies, info.dt);
+  place_pins(constants, cloth, info);
+  ClothIteration iteration(constants, bodies, cloth, solver, dt);
+  aim(constants, cloth, solver, iteration.system(), dt, loaded);
+  iteration.run(constants.model.scene.cloth_solver.max_iterations);
+  iteration.line_search();
+  finish(constants, cloth, solver, iteration.system(), dt, loaded);
+  const ClothProgress& progress = iteration.progress();
+  report.cloth_iterations = progress.iterations;
+  report.cloth_residual = progress.residual;
+  report.cloth_converged = progress.residual <= 1;
+}
+
+}  // namespace drench::kokkos_backend

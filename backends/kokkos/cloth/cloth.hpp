@@ -1,0 +1,134 @@
+#pragma once
+// The cloths: nodes, meshes, materials and samples. Arrays of a part that the scene lacks stay empty.
+
+#include "bodies/bodies.hpp"
+#include "core/cell_table.hpp"
+#include "core/constants.hpp"
+#include "pipeline/backend.hpp"
+
+namespace drench::kokkos_backend {
+
+/// A cloth's material as plain numbers, indexable on the device.
+struct Material : ResolvedMaterial<Real> {
+  int degenerate = 0;  // DiffusionLaw
+};
+
+/// What a node shares with another one: the spring of an edge (stiffness 0: none) and B_nm = Σ_h c_h K_n K_m of their
+/// hinges. One load of 16 bytes in float.
+struct alignas(4 * sizeof(Real)) Link {
+  Index other;
+  Real length, stiffness, bend;  // m, N/m, N/m
+};
+
+struct Nodes {
+  Index count = 0;
+  // the state (src/state/fields.hpp)
+#define DRENCH_FIELD(owner, name, host_type, unit, needed) Field<OnDevice<host_type>::type> name;
+  DRENCH_NODE_FIELDS(DRENCH_FIELD)
+#undef DRENCH_FIELD
+  // constant
+  Field<Real> solid_mass;  // kg
+  Field<std::uint8_t> pinned;
+  Field<Index> cloth;
+  Field<double> capacity;                  // C_n, kg
+  Field<Quanta> capacity_quanta;           // floor(C_n/q)
+  Field<Quanta> max_quanta;                // floor(s_max C_n/q)
+  Field<double> weight_sum;                // w′_n
+  Field<Index> sample_start, sample_item;  // node → items 4·sample + corner
+  Field<Index> edge_start, edge_item, hinge_start, hinge_item;
+  Field<Index> link_start;  // node → links
+  Field<Link> link;
+  Field<Index> limit_start, limit_item;  // node → 4·triangle + corner; empty without strain limiting
+  Field<Index> pin_motion;               // −1: none; empty unless pins move
+  Field<Real3> rest_position;            // m; empty unless pins move
+  // derived
+  Field<Real> inverse_mass;  // u_n, 1/kg; 0 if pinned (refresh_inverse_mass)
+  Field<Real3> force;        // f_n, N: what the stage that runs does to the node
+  Field<Real3> acceleration;
+  Field<Real> row_bound;  // u_n Σ_b w_bn c_b (node_bounds_from_samples)
+};
+
+struct Mesh {
+  Field<Index> triangle;       // 3 per triangle
+  Field<Index> boundary_edge;  // 3 per edge of the boundary loops: its nodes and its triangle's third; empty: none
+  Field<Index> edge;           // 2 per edge
+  Field<Real> edge_length, edge_stiffness;
+  Field<Index> hinge;        // 4 per hinge
+  Field<Real> hinge_weight;  // 4 per hinge
+  Field<Real> hinge_stiffness;
+  Field<Real> rest_metric;  // 3 per triangle: inverse of its edges' Gram matrix at rest (xx, xy, yy), 1/m²
+  Field<Real> limit_shape, limit_stiffness;  // 3 and 1 per triangle; empty without strain limiting
+  Index triangles = 0, edges = 0, hinges = 0;
+  Real mean_edge = 0;  // m
+};
+
+/// Samples of the cloths: boundary particles for the liquid, porous particles of porous cloths.
+struct Samples {
+  Index count = 0;
+  // the state (src/state/fields.hpp)
+#define DRENCH_FIELD(owner, name, host_type, unit, needed) Field<OnDevice<host_type>::type> name;
+  DRENCH_SAMPLE_FIELDS(DRENCH_FIELD)
+#undef DRENCH_FIELD
+  // constant
+  Field<Index> node;  // 3 per sample: the triangle's nodes
+  Field<Index> triangle;
+  Field<Real> weight;          // 3 per sample
+  Field<double> weight_exact;  // the same in double, for splitting quanta
+  Field<Index> cloth;
+  Field<Index> boundary_edge;  // 2 per sample: edges of the boundary loop near it; empty: none
+  Field<Real> area, capacity;  // m², kg
+  Field<Real3> rest_position;
+  // from the nodes (refresh_samples)
+  Field<Real3> position, velocity;
+  Field<Real3> normal;  // unit normal of the triangle, 0 if it has no area
+  // of the liquid's stages
+  Field<Real3> force;               // F_b, N
+  Field<Real4> position_volume;     // x_b, m, and V_b, m³ (stage density)
+  Field<Real4> normal_offset;       // ½ d n_b, m (stage density)
+  Field<Real4> predicted;           // v_b + Δt a_b, m/s, in the pressure solves
+  Field<Real> row_load, row_bound;  // g_b, c_b of the Jacobi diagonal (stage density)
+};
+
+/// One motion of pins in a step: a node moves from x⁰ by move + change (X0 − C), to offset + turn (X0 − C).
+struct PinStep {
+  Real3 center, offset, move;  // m
+  Real3 turn[3], change[3];    // rows; 1
+};
+
+/// Bounds of the samples on the host, which has to wait for them.
+struct SampleBounds {
+  HostBounds box;
+};
+
+struct Cloth {
+  explicit Cloth(const Constants& constants);
+
+  void upload(const HostState& s);
+  void download(HostState& s) const;
+
+  Nodes nodes;
+  Mesh mesh;
+  Samples samples;
+  Field<Material> materials;
+  Field<PinStep> pin_steps;  // empty unless pins move (place_pins)
+  Real emission_ramp = 0;    // s, the largest of the cloths
+  Version moved;             // of the nodes' positions
+  Cached<SampleBounds> sample_bounds;
+  Cached<CellTable> sample_cells;  // their edge is h
+  Version samples_placed = Version::none();  // that samples.position and .normal are of
+};
+
+// samples.cpp: derived quantities that several stages share
+void refresh_samples(Cloth& cloth);             // samples.position, .normal and .velocity from the nodes
+void place_samples(Cloth& cloth);               // the same, if the nodes have moved since
+void refresh_samples_and_bounds(Cloth& cloth);  // refresh_samples, and the bounds' box: to be waited for
+/// cloth.sample_cells, if the nodes have moved since.
+void refresh_sample_cells(const Constants& constants, Cloth& cloth);
+void refresh_inverse_mass(const Constants& constants, Cloth& cloth);  // nodes.inverse_mass
+void node_forces_from_samples(Cloth& cloth);                          // nodes.force = Σ w F_b from samples.force
+/// nodes.row_bound = u_n Σ_b w_bn c_b from a number c_b of each sample.
+void node_bounds_from_samples(const char* label, Cloth& cloth, const Entries<const Real>& of_sample);
+/// v_n += Δt u_n f_n, and pin_force −= f_n on pinned nodes.
+void apply_node_forces(Cloth& cloth, Real dt);
+
+}  // namespace drench::kokkos_backend

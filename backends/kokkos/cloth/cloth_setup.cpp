@@ -1,0 +1,212 @@
+// The cloths on the device: what stays the same of them, and the exchange of their state.
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "cloth/cloth.hpp"
+#include "core/host_copy.hpp"
+
+namespace drench::kokkos_backend {
+namespace {
+
+Material material_of(const ClothMaterial& c) {
+  Material m{material_in<Real>(c), c.diffusion == DiffusionLaw::degenerate ? 1 : 0};
+  m.contact_wicking = c.wicks_through_contact();
+  return m;
+}
+
+/// Springs and hinges as one sparse row a node: a third of the loads of going edge by edge and hinge by hinge.
+void make_links(const ClothMesh& mesh, Nodes& nodes) {
+  std::vector<std::map<Index, Link>> rows(mesh.rest_position.size());
+  const auto link = [&](Index n, Index other) -> Link& {
+    return rows[static_cast<std::size_t>(n)].try_emplace(other, Link{other, 0, 0, 0}).first->second;
+  };
+  for (std::size_t e = 0; e < mesh.edge.size(); ++e)
+    for (std::size_t end = 0; end < 2; ++end) {
+      Link& l = link(mesh.edge[e][end], mesh.edge[e][1 - end]);
+      l.length = Real(mesh.edge_length[e]);
+      l.stiffness = Real(mesh.edge_stiffness[e]);
+    }
+  std::vector<std::map<Index, double>> bending(rows.size());
+  for (std::size_t h = 0; h < mesh.hinge.size(); ++h)
+    for (std::size_t a = 0; a < 4; ++a)
+      for (std::size_t b = 0; b < 4; ++b)
+        if (a != b)
+          bending[static_cast<std::size_t>(mesh.hinge[h][a])][mesh.hinge[h][b]] +=
+              mesh.hinge_stiffness[h] * mesh.hinge_weight[h][a] * mesh.hinge_weight[h][b];
+  for (std::size_t n = 0; n < bending.size(); ++n)
+    for (const auto& [other, weight] : bending[n]) link(static_cast<Index>(n), other).bend = Real(weight);
+  std::vector<Index> start{0};
+  std::vector<Link> links;
+  for (const auto& row : rows) {
+    for (const auto& entry : row) links.push_back(entry.second);
+    start.push_back(static_cast<Index>(links.size()));
+  }
+  nodes.link_start = to_device<Index>("drench::node_link_start", start);
+  nodes.link = to_device<Link>("drench::node_link", links);
+}
+
+/// The capacities as whole quanta, at s = 1 and at s_max.
+void make_capacities(const Model& m, const std::vector<double>& capacity, Nodes& n) {
+  std::vector<Quanta> full(capacity.size()), most(capacity.size());
+  for (std::size_t k = 0; k < capacity.size(); ++k) {
+    const ClothMaterial& cloth = m.cloths[static_cast<std::size_t>(m.mesh.node_cloth[k])];
+    full[k] = static_cast<Quanta>(std::floor(capacity[k] / m.quantum));
+    most[k] = static_cast<Quanta>(std::floor(cloth.max_saturation * capacity[k] / m.quantum));
+  }
+  n.capacity_quanta = to_device<Quanta>("drench::node_capacity_quanta", full);
+  n.max_quanta = to_device<Quanta>("drench::node_max_quanta", most);
+}
+
+void make_nodes(const Model& m, Nodes& n) {
+  const ClothMesh& mesh = m.mesh;
+  const SampleSet& samples = m.samples;
+  n.count = mesh.nodes();
+  n.solid_mass = to_device<Real>("drench::node_solid_mass", mesh.solid_mass);
+  n.pinned = to_device<std::uint8_t>("drench::node_pinned", mesh.pinned);
+  n.cloth = to_device<Index>("drench::node_cloth", mesh.node_cloth);
+  n.edge_start = to_device<Index>("drench::node_edge_start", mesh.node_edges.start);
+  n.edge_item = to_device<Index>("drench::node_edge_item", mesh.node_edges.item);
+  n.hinge_start = to_device<Index>("drench::node_hinge_start", mesh.node_hinges.start);
+  n.hinge_item = to_device<Index>("drench::node_hinge_item", mesh.node_hinges.item);
+  make_links(mesh, n);
+  if (m.has_strain_limit()) {
+    n.limit_start = to_device<Index>("drench::node_limit_start", mesh.node_triangles.start);
+    n.limit_item = to_device<Index>("drench::node_limit_item", mesh.node_triangles.item);
+  }
+  if (m.has_moving_pins()) {
+    n.pin_motion = to_device<Index>("drench::node_pin_motion", mesh.pin_motion);
+    n.rest_position = to_device3("drench::node_rest_position", mesh.rest_position);
+  }
+  allocate_zeros(n.inverse_mass, "drench::node_inverse_mass", static_cast<std::size_t>(n.count));
+  allocate_zeros(n.force, "drench::node_force", static_cast<std::size_t>(n.count));
+  allocate_zeros(n.acceleration, "drench::node_acceleration", static_cast<std::size_t>(n.count));
+  std::vector<double> capacity(mesh.rest_position.size(), 0.0);
+  std::copy_n(samples.node_capacity.begin(), std::min(capacity.size(), samples.node_capacity.size()), capacity.begin());
+  n.capacity = to_device<double>("drench::node_capacity", capacity);
+  if (samples.count() == 0) return;
+  make_capacities(m, capacity, n);
+  n.weight_sum = to_device<double>("drench::node_weight_sum", samples.node_weight_sum);
+  n.sample_start = to_device<Index>("drench::node_sample_start", samples.node_samples.start);
+  n.sample_item = to_device<Index>("drench::node_sample_item", samples.node_samples.item);
+  allocate_zeros(n.row_bound, "drench::node_row_bound", static_cast<std::size_t>(n.count));
+}
+
+/// Of each triangle the inverse of its edges' Gram matrix at rest (xx, xy, yy), 1/m².
+std::vector<double> rest_metrics(const ClothMesh& mesh) {
+  std::vector<double> metric;
+  for (const auto& t : mesh.triangle) {
+    double gram[3] = {0, 0, 0};
+    for (std::size_t a = 0; a < 3; ++a) {
+      const auto at = [&](std::size_t corner) { return mesh.rest_position[static_cast<std::size_t>(t[corner])][a]; };
+      const double u = at(1) - at(0), v = at(2) - at(0);
+      gram[0] += u * u;
+      gram[1] += u * v;
+      gram[2] += v * v;
+    }
+    const double determinant = gram[0] * gram[2] - gram[1] * gram[1];
+    metric.insert(metric.end(), {gram[2] / determinant, -gram[1] / determinant, gram[0] / determinant});
+  }
+  return metric;
+}
+
+void make_mesh(const Model& model, Mesh& m) {
+  const ClothMesh& mesh = model.mesh;
+  m.triangles = mesh.triangles();
+  m.edges = static_cast<Index>(mesh.edge.size());
+  m.hinges = static_cast<Index>(mesh.hinge.size());
+  m.triangle = to_device<Index>("drench::triangle", flat(mesh.triangle));
+  if (!mesh.boundary_edge.empty()) m.boundary_edge = to_device<Index>("drench::boundary_edge", flat(mesh.boundary_edge));
+  m.rest_metric = to_device<Real>("drench::rest_metric", rest_metrics(mesh));
+  if (model.has_strain_limit()) {
+    m.limit_shape = to_device<Real>("drench::limit_shape", flat(mesh.limit_shape));
+    m.limit_stiffness = to_device<Real>("drench::limit_stiffness", mesh.limit_stiffness);
+  }
+  m.edge = to_device<Index>("drench::edge", flat(mesh.edge));
+  m.edge_length = to_device<Real>("drench::edge_length", mesh.edge_length);
+  m.edge_stiffness = to_device<Real>("drench::edge_stiffness", mesh.edge_stiffness);
+  m.hinge = to_device<Index>("drench::hinge", flat(mesh.hinge));
+  m.hinge_weight = to_device<Real>("drench::hinge_weight", flat(mesh.hinge_weight));
+  m.hinge_stiffness = to_device<Real>("drench::hinge_stiffness", mesh.hinge_stiffness);
+  double sum = 0;
+  for (double l : mesh.edge_length) sum += l;
+  m.mean_edge = mesh.edge_length.empty() ? Real(0) : Real(sum / static_cast<double>(mesh.edge_length.size()));
+}
+
+void make_samples(const Model& m, Samples& s) {
+  const SampleSet& set = m.samples;
+  s.count = set.count();
+  if (s.count == 0) return;
+  const auto samples = static_cast<std::size_t>(s.count);
+  std::vector<Index> nodes;
+  for (Index t : set.triangle)
+    for (Index n : m.mesh.triangle[static_cast<std::size_t>(t)]) nodes.push_back(n);
+  s.node = to_device<Index>("drench::sample_node", nodes);
+  s.triangle = to_device<Index>("drench::sample_triangle", set.triangle);
+  s.weight = to_device<Real>("drench::sample_weight", flat(set.weight));
+  s.weight_exact = to_device<double>("drench::sample_weight_exact", flat(set.weight));
+  s.cloth = to_device<Index>("drench::sample_cloth", set.cloth);
+  if (!set.boundary_edges.empty()) s.boundary_edge = to_device<Index>("drench::sample_boundary_edge", flat(set.boundary_edges));
+  allocate_zeros(s.position, "drench::sample_position", samples);
+  allocate_zeros(s.velocity, "drench::sample_velocity", samples);
+  allocate_zeros(s.normal, "drench::sample_normal", samples);
+  if (m.has_fluid()) {
+    allocate_zeros(s.volume, "drench::sample_volume", samples);
+    allocate_zeros(s.force, "drench::sample_force", samples);
+    allocate_zeros(s.position_volume, "drench::sample_position_volume", samples);
+    allocate_zeros(s.normal_offset, "drench::sample_normal_offset", samples);
+    allocate_zeros(s.predicted, "drench::sample_predicted", samples);
+    allocate_zeros(s.row_load, "drench::sample_row_load", samples);
+    allocate_zeros(s.row_bound, "drench::sample_row_bound", samples);
+  }
+  if (m.has_porous()) {
+    s.area = to_device<Real>("drench::sample_area", set.area);
+    s.capacity = to_device<Real>("drench::sample_capacity", set.capacity);
+    s.rest_position = to_device3("drench::sample_rest_position", set.rest_position);
+    allocate_zeros(s.flow_direction, "drench::sample_flow_direction", samples);
+  }
+}
+
+}  // namespace
+
+Cloth::Cloth(const Constants& constants) : sample_cells(constants.model.scene.sort) {
+  const Model& m = constants.model;
+  if (!m.has_cloth()) return;
+  make_mesh(m, mesh);
+  make_nodes(m, nodes);
+  make_samples(m, samples);
+  std::vector<Material> list;
+  for (const ClothMaterial& c : m.cloths) {
+    list.push_back(material_of(c));
+    emission_ramp = std::max(emission_ramp, Real(c.porous ? c.emission_ramp : 0.0));
+  }
+  materials = to_device<Material>("drench::materials", list);
+}
+
+void Cloth::upload(const HostState& s) {
+  moved.advance();
+  if (nodes.count > 0) {
+#define DRENCH_UPLOAD(owner, name, host_type, unit, needed) \
+  nodes.name = to_device<OnDevice<host_type>::type>("drench::" #owner "_" #name, s.owner##_##name);
+    DRENCH_NODE_FIELDS(DRENCH_UPLOAD)
+#undef DRENCH_UPLOAD
+  }
+#define DRENCH_UPLOAD(owner, name, host_type, unit, needed) \
+  if (samples.name.exists()) copy_to_device(samples.name, s.owner##_##name);
+  DRENCH_SAMPLE_FIELDS(DRENCH_UPLOAD)
+#undef DRENCH_UPLOAD
+}
+
+void Cloth::download(HostState& s) const {
+#define DRENCH_DOWNLOAD(owner, name, host_type, unit, needed) \
+  s.owner##_##name = to_host<host_type>(nodes.name, nodes.count);
+  DRENCH_NODE_FIELDS(DRENCH_DOWNLOAD)
+#undef DRENCH_DOWNLOAD
+#define DRENCH_DOWNLOAD(owner, name, host_type, unit, needed) \
+  s.owner##_##name = to_host<host_type>(samples.name, samples.count);
+  DRENCH_SAMPLE_FIELDS(DRENCH_DOWNLOAD)
+#undef DRENCH_DOWNLOAD
+}
+
+}  // namespace drench::kokkos_backend

@@ -1,0 +1,334 @@
+#pragma once
+// The cloth's Jacobi iterations in one kernel that stays on the device (cloth/solver.hpp): launches would take longer.
+// Two lanes share a node, each with half of its links in registers. Of the shifts that an iteration reads, those of the
+// block's own patch lie in shared memory, those around it in the second-level cache (the first one is not coherent).
+
+#include <cooperative_groups.h>
+
+#include <cstdint>
+#include <utility>
+
+#include "cloth/cuda/patches.hpp"
+#include "cloth/solver.hpp"
+
+namespace drench::kokkos_backend::resident {
+
+namespace groups = cooperative_groups;
+
+inline constexpr int warp = 32, most_threads = 512, fewer_threads = 384, lanes = 2;
+inline constexpr unsigned all_lanes = 0xffffffff;
+// A shift says itself of which iterate it is, in the same 16 bytes (as in NCCL's LL protocol): a block waits for those that
+// it reads, not for the grid. That takes loads of 128 bits that nothing can come between: PTX ISA 8.3, compute capability 7.
+// In double, with strain limits or with too many nodes around a patch the grid has a barrier an iteration instead.
+#if !defined(DRENCH_DOUBLE) && CUDART_VERSION >= 12030 && !defined(KOKKOS_ARCH_PASCAL)
+#define DRENCH_DATED_SHIFTS
+inline constexpr bool dated_shifts = true;
+#else
+inline constexpr bool dated_shifts = false;
+#endif
+inline constexpr int most_around = 1024;  // nodes that a patch may have around it
+
+/// What the kernel reads and writes beside a ClothSystem.
+struct ResidentArrays {
+  Real3 *shift, *last_shift;
+  Real4* iterate[2];
+  TwoSums* part;  // of each block
+  const double* spectral_bound;
+  ClothProgress *progress, *seen;
+};
+
+/// One call.
+struct ResidentRun {
+  ClothProgress begin;
+  bool first;  // of the solve
+  int most;
+  double tolerance, floor;
+};
+
+/// An array of shifts, read past the first-level cache.
+struct Iterate {
+  const Real4* data;
+  __device__ Real3 operator()(Index n) const {
+#ifdef DRENCH_DOUBLE
+    const double2 v = __ldcg(reinterpret_cast<const double2*>(data + n));
+    return {v.x, v.y, __ldcg(&data[n].z)};
+#else
+    const float4 v = __ldcg(reinterpret_cast<const float4*>(data + n));
+    return {v.x, v.y, v.z};
+#endif
+  }
+};
+
+#ifdef DRENCH_DATED_SHIFTS
+/// A shift and its date, in one piece.
+inline __device__ void store_dated(Real4* to, const Real3& shift, int date) {
+  const std::uint64_t xy = std::uint64_t(__float_as_uint(shift.y)) << 32 | __float_as_uint(shift.x);
+  const std::uint64_t zw = std::uint64_t(static_cast<unsigned>(date)) << 32 | __float_as_uint(shift.z);
+  asm volatile("{ .reg .b128 both; mov.b128 both, {%1, %2}; st.relaxed.gpu.global.b128 [%0], both; }" ::"l"(to),
+               "l"(xy), "l"(zw)
+               : "memory");
+}
+/// Waits for the shift of that date.
+inline __device__ Real3 load_dated(const Real4* from, int date) {
+  std::uint64_t xy, zw;
+  do {
+    asm volatile("{ .reg .b128 both; ld.relaxed.gpu.global.b128 both, [%2]; mov.b128 {%0, %1}, both; }"
+                 : "=l"(xy), "=l"(zw)
+                 : "l"(from)
+                 : "memory");
+  } while (static_cast<int>(zw >> 32) != date);
+  return {__uint_as_float(static_cast<unsigned>(xy)), __uint_as_float(static_cast<unsigned>(xy >> 32)),
+          __uint_as_float(static_cast<unsigned>(zw))};
+}
+#else
+inline __device__ void store_dated(Real4*, const Real3&, int) {}
+inline __device__ Real3 load_dated(const Real4*, int) { return {}; }
+#endif
+
+inline __device__ TwoSums sum_of_warp(TwoSums s) {
+  for (int apart = warp / 2; apart > 0; apart /= 2) {
+    s.first += __shfl_down_sync(all_lanes, s.first, apart);
+    s.second += __shfl_down_sync(all_lanes, s.second, apart);
+  }
+  return s;
+}
+
+/// The sum over the grid, the same in all threads; always in the same order.
+inline __device__ TwoSums sum_of_grid(const groups::grid_group& grid, TwoSums s, TwoSums* part) {
+  __shared__ TwoSums room[most_threads / warp];
+  __shared__ TwoSums total;
+  s = sum_of_warp(s);
+  if (threadIdx.x % warp == 0) room[threadIdx.x / warp] = s;
+  __syncthreads();
+  if (threadIdx.x == 0) {
+    for (unsigned w = 1; w < blockDim.x / warp; ++w) s += room[w];
+    part[blockIdx.x] = s;
+  }
+  grid.sync();
+  if (threadIdx.x < warp) {
+    TwoSums all;
+    for (unsigned b = threadIdx.x; b < gridDim.x; b += warp) all += {__ldcg(&part[b].first), __ldcg(&part[b].second)};
+    all = sum_of_warp(all);
+    if (threadIdx.x == 0) total = all;
+  }
+  __syncthreads();
+  return total;
+}
+
+/// A link with all that stays the same: x⁰_n − x⁰_m (m) and its strain damping (cloth/elasticity.hpp).
+struct NearLink {
+  Link link{};
+  Real3 apart;
+  Real damping = 0;
+};
+
+/// A lane's half of a node: what it keeps in registers, and the iterate that is there.
+/// `kept`: the most links of a lane. `plain`: without solids and strain limits, whose registers the links then have.
+/// `dated`: without barriers, in patches.
+template <int kept, bool plain, bool dated>
+struct NodeIterates {
+  const ClothSystem& s;
+  const ResidentArrays& a;
+  const PatchView& patch;
+  const Index nodes;
+  const int thread, lane;
+  const Index n;
+  const int own, own_nodes;  // place in the patch, of how many
+  const Index around_first;
+  const int around_count, first_around;
+  const Index node_around;
+  const bool free;
+  NodeTerms terms{};
+  Real3 moved, before;         // u_n of this iterate and of the last one, m
+  NearLink link[kept];         // `other`: a node, or its place in the patch
+  Real3 other[kept];           // u of the links' other nodes, m
+  int current = 0, date = 1;  // of the iterate that is there
+
+  __device__ NodeIterates(const ClothSystem& system, const ResidentArrays& arrays, const PatchView& view, Index count)
+      : s(system),
+        a(arrays),
+        patch(view),
+        nodes(count),
+        thread(static_cast<int>(blockIdx.x * blockDim.x + threadIdx.x)),
+        lane(thread % lanes),
+        n(dated && thread / lanes < nodes ? patch.order[thread / lanes] : thread / lanes),
+        own(static_cast<int>(threadIdx.x) / lanes),
+        own_nodes(static_cast<int>(blockDim.x) / lanes),
+        around_first(dated ? patch.around_start[blockIdx.x] : 0),
+        around_count(dated ? patch.around_start[blockIdx.x + 1] - around_first : 0),
+        first_around(static_cast<int>(threadIdx.x)),
+        node_around(first_around < around_count ? patch.around[around_first + first_around] : 0),
+        free(n < nodes && !s.pinned(n)) {}
+
+  /// The patch's shifts of an even or an odd iterate, in shared memory.
+  __device__ Real4* patch_shifts(int which) const {
+    extern __shared__ Real4 patch_shift[];  // two iterates of `room` shifts
+    return patch_shift + which * patch.room;
+  }
+
+  /// Puts the first iterate where the others read it; the grid waits for that.
+  __device__ void begin() {
+    if (n < nodes) {
+      moved = a.shift[n];
+      before = a.last_shift[n];
+      if (lane == 0) {
+        if constexpr (dated) {
+          store_dated(a.iterate[0] + n, moved, 1);
+          store_dated(a.iterate[1] + n, moved, 0);
+        } else {
+          a.iterate[0][n] = a.iterate[1][n] = Real4(moved, 0);
+        }
+      }
+    }
+    if (dated && lane == 0) patch_shifts(0)[own] = patch_shifts(1)[own] = Real4(moved, 0);
+    keep_links();
+  }
+  /// A link that a lane lacks leads to the node itself with a force of 0: without branches between them all loads of an
+  /// iteration are under way at once.
+  __device__ void keep_links() {
+#pragma unroll
+    for (int k = 0; k < kept; ++k) link[k].link.other = dated ? own : n < nodes ? n : 0;
+    if (!free) return;
+    terms = s.terms(n);
+    const Real rate = s.strain_damping_rate(n);
+    const Index first = s.link_start(n) + lane, last = s.link_start(n + 1);
+#pragma unroll
+    for (int k = 0; k < kept; ++k)
+      if (first + lanes * k < last) {
+        const Link l = s.link(first + lanes * k);
+        const Real3 apart = terms.start - s.start(l.other);
+        link[k] = {l, apart, rate > 0 ? strain_damping(apart, l.stiffness, rate) : Real(0)};
+        if constexpr (dated) link[k].link.other = patch.local[first + lanes * k];
+      }
+  }
+
+  /// The shifts of the links' other nodes.
+  __device__ void load() {
+    if constexpr (dated) {
+      // Double buffering: this slot was last read two iterations ago; the __syncthreads of the previous iteration orders
+      // that read before this write.
+      Real4* const room = patch_shifts(current);
+      for (int k = first_around; k < around_count; k += static_cast<int>(blockDim.x)) {
+        const Index node = k == first_around ? node_around : patch.around[around_first + k];
+        room[own_nodes + k] = Real4(load_dated(a.iterate[current] + node, date), 0);
+      }
+      __syncthreads();
+#pragma unroll
+      for (int k = 0; k < kept; ++k) other[k] = room[link[k].link.other].xyz();
+    } else {
+      const Iterate shift{a.iterate[current]};
+#pragma unroll
+      for (int k = 0; k < kept; ++k) other[k] = shift(link[k].link.other);
+    }
+  }
+  /// r_n, N, the same on both lanes.
+  __device__ Real3 residual() const {
+    Real3 force;
+#pragma unroll
+    for (int k = 0; k < kept; ++k)
+      ClothSystem::add_link(force, link[k].link, link[k].apart, moved - other[k], link[k].damping);
+    if constexpr (!plain)
+      if (free && s.limit_start.exist()) force += s.limit_force(n, Iterate{a.iterate[current]}, lane, lanes);
+    force += Real3{__shfl_xor_sync(all_lanes, force.x, 1), __shfl_xor_sync(all_lanes, force.y, 1),
+                   __shfl_xor_sync(all_lanes, force.z, 1)};
+    return terms.inertia * (terms.target - moved) + force;
+  }
+  /// The next iterate, put where the others read it.
+  __device__ Real3 step(const Real3& r, Real omega) const {
+    const Real3 next = free ? s.next_shift<!plain>(terms, moved, before, r, omega) : moved;
+    if constexpr (dated) {
+      // Pinned nodes, too, have a new date.
+      if (lane == 0 && n < nodes) {
+        store_dated(a.iterate[current ^ 1] + n, next, date + 1);
+        patch_shifts(current ^ 1)[own] = Real4(next, 0);
+      }
+    } else if (free && lane == 0) {
+      a.iterate[current ^ 1][n] = Real4(next, 0);
+    }
+    return next;
+  }
+  /// The node's share of the check.
+  __device__ TwoSums imbalance(const Real3& r, const ResidentRun& run) const {
+    return free && lane == 0 ? s.imbalance<!plain>(terms, moved, r, run.tolerance, run.floor) : TwoSums{};
+  }
+  __device__ void advance(const Real3& next) {
+    before = moved;
+    moved = next;
+    current ^= 1;
+    ++date;
+  }
+  __device__ void end() const {
+    if (!free || lane != 0) return;
+    a.shift[n] = moved;
+    a.last_shift[n] = before;
+  }
+};
+
+/// Chebyshev's weights where a call begins.
+inline __device__ ClothProgress progress_at_start(const ResidentArrays& a, const ResidentRun& run) {
+  ClothProgress progress = run.first ? run.begin : *a.progress;
+  if (run.first) progress.rho = Kokkos::fmin(progress.rho, *a.spectral_bound);
+  return progress;
+}
+
+/// A barrier of the grid; does `work` while the others arrive.
+template <class Work>
+__device__ void sync_beside(const groups::grid_group& grid, const Work& work) {
+#if CUDART_VERSION >= 12020
+  auto arrived = grid.barrier_arrive();
+  work();
+  grid.barrier_wait(std::move(arrived));
+#else
+  grid.sync();
+  work();
+#endif
+}
+
+/// `threads`: of a block at most; the fewer, the more registers a lane has.
+template <int kept, bool plain, int threads, bool dated>
+__global__ void __launch_bounds__(threads)
+    iterate(ClothSystem s, ResidentArrays a, PatchView patch, ResidentRun run, Index nodes) {
+  const groups::grid_group grid = groups::this_grid();
+  NodeIterates<kept, plain, dated> node(s, a, patch, nodes);
+  ClothProgress progress = progress_at_start(a, run);
+  node.begin();
+  grid.sync();
+  const int end = progress.iterations + run.most;
+  const auto next_check = [&] {
+    return progress.iterations + check_interval < end ? progress.iterations + check_interval : end;
+  };
+  ClothProgress ahead = progress;  // with the next iterate
+  Real omega = ahead.next_weight();
+  const auto go_ahead = [&] {
+    progress = ahead;
+    omega = ahead.next_weight();  // a division in double
+  };
+  for (int check = next_check();;) {
+    node.load();
+    const Real3 r = node.residual();
+    Real3 next = node.step(r, omega);
+    if (progress.iterations == check) {
+      // The next iterate is on its way already: one barrier serves it and the sum.
+      progress.judge(over_goal(sum_of_grid(grid, node.imbalance(r, run), a.part)));
+      if (progress.residual <= 1 || progress.iterations >= end) break;
+      check = next_check();
+      const bool restarts = progress.since_restart == 0;
+      ahead = progress;
+      omega = ahead.next_weight();
+      if (restarts) {
+        next = node.step(r, omega);
+        grid.sync();
+      }
+      go_ahead();
+    } else if (dated) {
+      go_ahead();
+    } else {
+      sync_beside(grid, go_ahead);
+    }
+    node.advance(next);
+  }
+  node.end();
+  if (node.thread == 0) *a.progress = *a.seen = progress;
+}
+
+}  // namespace drench::kokkos_backend::resident

@@ -1,0 +1,118 @@
+#pragma once
+// Elastic forces of the cloth, gathered per node. Differences of positions are formed from the start position x⁰ and
+// the shift u = x − x⁰ apart: with floats, a solve in u keeps the digits that x itself has no room for.
+
+#include "core/types.hpp"
+
+namespace drench::kokkos_backend {
+
+/// x_i − x_j = (x⁰_i − x⁰_j) + (u_i − u_j), m.
+KOKKOS_INLINE_FUNCTION Real3 separation(const Real3& start_i, const Real3& shift_i, const Real3& start_j,
+                                        const Real3& shift_j) {
+  return (start_i - start_j) + (shift_i - shift_j);
+}
+
+/// −k (1 − L/|x_ij|), N/m: times x_ij it is the force on node i of an edge spring (Liu et al. 2013), −k (x_ij − L x_ij/|x_ij|);
+/// x_ij = x_i − x_j in m, rest length L in m, k in N/m. Coincident ends: d_e = 0.
+KOKKOS_INLINE_FUNCTION Real spring_pull(const Real3& x_ij, Real rest_length, Real stiffness) {
+  const Real square = dot(x_ij, x_ij);
+  return square > 0 ? -stiffness * (1 - rest_length * inverse_root(square)) : Real(0);
+}
+KOKKOS_INLINE_FUNCTION Real3 spring_force(const Real3& x_ij, Real rest_length, Real stiffness) {
+  return spring_pull(x_ij, rest_length, stiffness) * x_ij;
+}
+
+/// What strain_damping_force needs of an edge, N/m³: k τ/Δt/|x⁰_ij|²; `start_ij` = x⁰_ij in m, `rate` = τ/Δt.
+KOKKOS_INLINE_FUNCTION Real strain_damping(const Real3& start_ij, Real stiffness, Real rate) {
+  const Real square = dot(start_ij, start_ij);
+  return square > 0 ? stiffness * rate / square : Real(0);
+}
+
+/// Force on node i of an edge that resists stretching at a rate (Kelvin–Voigt), implicit in the shift:
+/// −k τ/Δt e (e·u_ij), N; e = direction of the edge at x⁰, u_ij = u_i − u_j in m.
+KOKKOS_INLINE_FUNCTION Real3 strain_damping_force(const Real3& start_ij, const Real3& u_ij, Real damping) {
+  return (-damping * dot(start_ij, u_ij)) * start_ij;
+}
+
+/// Force on a corner of a hinge (quadratic bending, Bergou et al. 2006): −c K_n Σ_a K_a x_a, N;
+/// bend = Σ_a K_a x_a in m, c in N/m, K_n of unit 1.
+KOKKOS_INLINE_FUNCTION Real3 hinge_force(const Real3& bend, Real weight, Real stiffness) {
+  return (-stiffness * weight) * bend;
+}
+
+/// A corner's share of the Jacobi diagonal: half the absolute row sum, ½ c |K_n| Σ_a |K_a|, N/m
+/// (Wang 2015 needs D no smaller).
+KOKKOS_INLINE_FUNCTION Real hinge_diagonal(Real weight, Real weight_sum, Real stiffness) {
+  return Real(0.5) * stiffness * Kokkos::abs(weight) * weight_sum;
+}
+
+/// R⁻¹ of a triangle's edges E0 = Q R at rest, 1/m: upper triangular.
+struct TriangleShape {
+  Real xx, xy, yy;
+};
+
+/// 1 − σ*/σ: σ (of square σ²) against the nearest stretch σ* of [1 − ε, 1 + ε].
+KOKKOS_INLINE_FUNCTION Real beyond_limit(Real square, Real limit) {
+  const Real stretch = Kokkos::sqrt(square);
+  if (stretch > 1 + limit) return 1 - (1 + limit) / stretch;
+  return stretch < 1 - limit && stretch > 0 ? 1 - (1 - limit) / stretch : Real(0);
+}
+
+/// A 3 × 2 matrix by its columns.
+struct Columns {
+  Real3 first, second;
+};
+
+/// P = −K (F − F*), N·m, of a triangle with edges a = x1 − x0, b = x2 − x0 (m): what keeps the singular values of its
+/// deformation F = [a b] R⁻¹ within [1 − ε, 1 + ε], by the energy (K/2) |F − F*|², K = w A in N·m. F* = Σ_i σ*_i u_i v_iᵀ
+/// is the nearest deformation within the limits; v_i are the axes of the 2 × 2 matrix FᵀF, so that F − F* = F M,
+/// M = Σ_i (1 − σ*_i/σ_i) v_i v_iᵀ. A triangle without length along v_i pushes nowhere.
+KOKKOS_INLINE_FUNCTION Columns strain_limit_stress(const Real3& a, const Real3& b, const TriangleShape& shape,
+                                                   Real limit, Real stiffness) {
+  const Real3 f1 = shape.xx * a, f2 = shape.xy * a + shape.yy * b;
+  const Real p = dot(f1, f1), q = dot(f1, f2), r = dot(f2, f2);
+  const Real middle = Real(0.5) * (p + r), apart = Real(0.5) * (p - r);
+  const Real radius = Kokkos::sqrt(apart * apart + q * q);
+  const Real most = middle + radius, least = Kokkos::fmax(Real(0), middle - radius);
+  const Real up = 1 + limit, down = 1 - limit;
+  if (most <= up * up && least >= down * down) return {};
+  const Real beyond1 = beyond_limit(most, limit), beyond2 = beyond_limit(least, limit);
+  const Real mean = Real(0.5) * (beyond1 + beyond2);
+  const Real turn = radius > 0 ? Real(0.5) * (beyond1 - beyond2) / radius : Real(0);
+  const Real m11 = mean + turn * apart, m12 = turn * q, m22 = mean - turn * apart;
+  return {-stiffness * (m11 * f1 + m12 * f2), -stiffness * (m12 * f1 + m22 * f2)};
+}
+
+/// ∇N of a corner in the triangle's own plane, 1/m: its row of F = Σ_c x_c (∇N_c)ᵀ.
+struct CornerGradient {
+  Real x, y;
+};
+KOKKOS_INLINE_FUNCTION CornerGradient corner_gradient(const TriangleShape& s, Index corner) {
+  if (corner == 1) return {s.xx, s.xy};
+  if (corner == 2) return {0, s.yy};
+  return {-s.xx, -s.xy - s.yy};
+}
+
+/// Force of a stress P on a corner: P ∇N, N.
+KOKKOS_INLINE_FUNCTION Real3 corner_force(const Columns& stress, const CornerGradient& n) {
+  return n.x * stress.first + n.y * stress.second;
+}
+
+/// Σ_a |∂_x N_a| and Σ_a |∂_y N_a|, 1/m.
+KOKKOS_INLINE_FUNCTION CornerGradient gradient_sums(const TriangleShape& s) {
+  CornerGradient sum{0, 0};
+  for (Index c = 0; c < 3; ++c) {
+    const CornerGradient n = corner_gradient(s, c);
+    sum.x += Kokkos::abs(n.x);
+    sum.y += Kokkos::abs(n.y);
+  }
+  return sum;
+}
+
+/// A corner's share of the Jacobi diagonal: ½ K Σ_c |∂_c N_n| Σ_a |∂_c N_a|, N/m, a column c of F a constraint.
+KOKKOS_INLINE_FUNCTION Real strain_limit_diagonal(const TriangleShape& s, Real stiffness, Index corner) {
+  const CornerGradient own = corner_gradient(s, corner), sum = gradient_sums(s);
+  return Real(0.5) * stiffness * (Kokkos::abs(own.x) * sum.x + Kokkos::abs(own.y) * sum.y);
+}
+
+}  // namespace drench::kokkos_backend

@@ -1,0 +1,58 @@
+#include "cloth/pins.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/host_copy.hpp"
+
+namespace drench::kokkos_backend {
+namespace {
+
+using Matrix = std::array<Vec3, 3>;  // rows
+
+/// Rodrigues: cos θ 1 + sin θ [k]× + (1 − cos θ) k kᵀ.
+Matrix rotation(const Vec3& k, double angle) {
+  const double c = std::cos(angle), s = std::sin(angle);
+  Matrix m;
+  for (std::size_t i = 0; i < 3; ++i)
+    for (std::size_t j = 0; j < 3; ++j) m[i][j] = (i == j ? c : 0) + (1 - c) * k[i] * k[j];
+  m[0][1] -= s * k[2];
+  m[0][2] += s * k[1];
+  m[1][0] += s * k[2];
+  m[1][2] -= s * k[0];
+  m[2][0] -= s * k[1];
+  m[2][1] += s * k[0];
+  return m;
+}
+
+PinStep step_of(const PinMotion& m, double from, double to) {
+  const double begun = std::clamp(from, m.start, m.end) - m.start, done = std::clamp(to, m.start, m.end) - m.start;
+  const Matrix before = rotation(m.axis, m.rate * begun), after = rotation(m.axis, m.rate * done);
+  PinStep step{};
+  step.center = to_real(m.center);
+  Vec3 offset, move;
+  for (std::size_t a = 0; a < 3; ++a) {
+    offset[a] = m.center[a] + m.velocity[a] * done;
+    move[a] = m.velocity[a] * (done - begun);
+    Vec3 change;
+    for (std::size_t b = 0; b < 3; ++b) change[b] = after[a][b] - before[a][b];
+    step.turn[a] = to_real(after[a]);
+    step.change[a] = to_real(change);
+  }
+  step.offset = to_real(offset);
+  step.move = to_real(move);
+  return step;
+}
+
+}  // namespace
+
+void place_pins(const Constants& constants, Cloth& cloth, const StepInfo& info) {
+  if (!constants.model.has_moving_pins()) return;
+  std::vector<PinStep> steps;
+  for (const PinMotion& m : constants.model.pin_motions) steps.push_back(step_of(m, info.time, info.time + info.dt));
+  if (cloth.pin_steps.extent(0) == 0) cloth.pin_steps = Array<PinStep>("drench::pin_steps", steps.size());
+  Kokkos::deep_copy(cloth.pin_steps,
+                    Kokkos::View<PinStep*, Kokkos::HostSpace, Kokkos::MemoryUnmanaged>(steps.data(), steps.size()));
+}
+
+}  // namespace drench::kokkos_backend

@@ -1,0 +1,34 @@
+#pragma once
+// Pins that move by prescription (src/stages/cloth.hpp).
+
+#include "cloth/cloth.hpp"
+
+namespace drench::kokkos_backend {
+
+/// cloth.pin_steps for this step. Does nothing if no pin moves.
+void place_pins(const Constants& constants, Cloth& cloth, const StepInfo& info);
+
+/// What kernels see of them.
+struct PinMotions {
+  Slice<const Index> motion;
+  Entries<const Real3> rest;
+  Entries<const PinStep> steps;
+
+  explicit PinMotions(const Cloth& cloth) : motion(cloth.nodes.pin_motion), rest(cloth.nodes.rest_position), steps(cloth.pin_steps) {}
+
+  KOKKOS_INLINE_FUNCTION bool moves(Index n) const { return motion.extent(0) > 0 && motion(n) >= 0; }
+  /// From the step's start to its end, m.
+  KOKKOS_INLINE_FUNCTION Real3 shift(Index n) const {
+    const PinStep& s = steps(motion(n));
+    const Real3 arm = rest(n) - s.center;
+    return s.move + Real3{dot(s.change[0], arm), dot(s.change[1], arm), dot(s.change[2], arm)};
+  }
+  /// At the step's end, m.
+  KOKKOS_INLINE_FUNCTION Real3 position(Index n) const {
+    const PinStep& s = steps(motion(n));
+    const Real3 arm = rest(n) - s.center;
+    return s.offset + Real3{dot(s.turn[0], arm), dot(s.turn[1], arm), dot(s.turn[2], arm)};
+  }
+};
+
+}  // namespace drench::kokkos_backend

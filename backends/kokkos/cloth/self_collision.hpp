@@ -1,0 +1,50 @@
+#pragma once
+// Work arrays of stage self_collision, made on first use, and its parts. Law: src/stages/self_collision.hpp.
+
+#include "cloth/cloth.hpp"
+
+namespace drench::kokkos_backend {
+
+constexpr Index no_node = 2147483647;
+constexpr Index pair_of_node = 0, pair_of_edges = 1, dropped_pair = 2;  // node and triangle; two edges; none any more
+
+struct SelfCollisionWork {
+  // the cloths that take part
+  Field<Index> node, triangle, edge;  // node numbers: 1, 3 and 2 each
+  Field<std::uint8_t> member;         // per node of all cloths
+  Index nodes = 0, triangles = 0, edges = 0;
+  double thickness = 0;  // m: the largest
+  // per node of all cloths
+  Field<double> velocity;         // 3 each, m/s
+  Field<Real3> end, seen;         // x¹, m; the same when the node's pairs were found
+  Field<std::uint8_t> changed;    // its pairs are to be found again
+  Field<std::uint8_t> marked;     // per bucket of node_cells: one of its nodes has changed
+  Field<std::int64_t> impulse;    // 3 each, units of q · 2^-20 m/s; 0 between passes
+  Field<Index> share;             // c_k; 0 between passes
+  Field<Index> zone;              // the zone's least node
+  Field<std::uint8_t> joined;     // is in a zone
+  Field<Index> stopped;           // at a zone's least node: 1 is to stop, 2 has stopped
+  Field<Index> holder;            // at a zone's least node: the first pinned node of the zone, or no_node
+  Field<std::int64_t> zone_sum;   // 4 each, at the least node: mass, q · 2^-16; momentum, q · 2^-12 m/s
+  Field<std::int64_t> zone_push;  // 6 each: the largest way out of bodies along +x −x +y …, d · 2^-40
+  // candidates
+  Field<Real3> node_center, edge_center, node_lo, node_hi, edge_lo, edge_hi;  // of the paths' boxes, m
+  CellTable node_cells, edge_cells;
+  Index pairs = 0;
+  Field<Index> pair;             // 5 each: four nodes; what they are
+  Field<double> distance;        // δ⁰, m
+  Field<double> thickness_of;    // τ, m
+  Field<double> weight, normal;  // 4 and 3 each
+  Field<double> target_gap, pair_impulse;  // θ, m; λ, kg m/s
+  Field<double> change;          // Δλ of the pass
+  Field<std::uint8_t> contact;   // law 3: in contact; law 4: violates
+  Kokkos::View<Index, MemSpace> count;
+};
+
+/// All pairs that can come nearer than τ while no end moves by more than `margin` (m).
+void find_close_pairs(const Cloth& cloth, SelfCollisionWork& work, double margin);
+/// The same where ends have moved since: finds the pairs of those nodes again that have by more than `margin`, if these are
+/// few. Synchronises with the host.
+void renew_close_pairs(const Cloth& cloth, SelfCollisionWork& work, double margin);
+
+}  // namespace drench::kokkos_backend

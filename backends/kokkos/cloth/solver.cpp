@@ -1,0 +1,234 @@
+#include "cloth/solver.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "cloth/wet_cloth.hpp"
+
+namespace drench::kokkos_backend {
+namespace {
+
+constexpr double rounding = 0.5;  // of ε Σ D L: what is left of a residual that is summed in this precision
+constexpr double trusted = 10;    // × the residual without multipliers: what xpbd may start from
+
+void allocate(const Cloth& cloth, ClothSolverWork& solver) {
+  const auto nodes = static_cast<std::size_t>(cloth.nodes.count);
+  allocate_zeros(solver.mass, "drench::cloth::mass", nodes);
+  allocate_zeros(solver.diagonal, "drench::cloth::diagonal", nodes);
+  allocate_zeros(solver.friction, "drench::cloth::friction", nodes);
+  allocate_zeros(solver.base, "drench::cloth::base", nodes);
+  allocate_zeros(solver.target, "drench::cloth::target", nodes);
+  allocate_zeros(solver.displacement, "drench::cloth::displacement", nodes);
+  allocate_zeros(solver.last_displacement, "drench::cloth::last_displacement", nodes);
+}
+
+void masses_and_diagonals(const Constants& constants, const Cloth& cloth, const ClothSystem& s) {
+  const Entries<const Quanta> liquid = cloth.nodes.liquid;
+  const Entries<const Real> solid_mass = cloth.nodes.solid_mass;
+  const double quantum = constants.quantum;
+  const Entries<const double> capacity = cloth.nodes.capacity;
+  const Entries<const Index> hinge_start = cloth.nodes.hinge_start, hinge_item = cloth.nodes.hinge_item;
+  const Entries<const Real> hinge_weight = cloth.mesh.hinge_weight, hinge_stiffness = cloth.mesh.hinge_stiffness;
+  parallel(
+      "drench::cloth::diagonal", cloth.nodes.count, KOKKOS_LAMBDA(const Index n) {
+        const Real mass =
+            static_cast<Real>(static_cast<double>(solid_mass(n)) + quantum * static_cast<double>(liquid(n)));
+        Real diagonal = mass * s.inverse_dt2;
+        for (Index r = s.edge_start(n); r < s.edge_start(n + 1); ++r)
+          diagonal += (1 + s.strain_damping_rate(n)) * s.edge_stiffness(s.edge_item(r));
+        for (Index r = hinge_start(n); r < hinge_start(n + 1); ++r) {
+          const Index h = hinge_item(r) / 4;
+          Real weight_sum = 0;
+          for (Index a = 0; a < 4; ++a) weight_sum += Kokkos::abs(hinge_weight(4 * h + a));
+          diagonal += hinge_diagonal(hinge_weight(hinge_item(r)), weight_sum, hinge_stiffness(h));
+        }
+        if (s.limit_start.exist())
+          for (Index r = s.limit_start(n); r < s.limit_start(n + 1); ++r) {
+            const Index t = s.limit_item(r) / 4;
+            diagonal += strain_limit_diagonal(s.triangle_shape(t), s.limit_stiffness(t), s.limit_item(r) % 4);
+          }
+        const Material& m = s.materials(s.cloth(n));
+        s.friction(n) = at_saturation(m.friction, m.friction_wet, node_saturation(liquid(n), quantum, capacity(n)));
+        s.mass(n) = mass;
+        s.diagonal(n) = diagonal;
+      });
+}
+
+/// A node's share of a bound for the linear part's spectral radius: the most over free nodes of 1 − m_n/(Δt² D_n).
+struct SpectralBound {
+  Entries<const std::uint8_t> pinned;
+  Entries<const Real> mass, diagonal;
+  double inverse_dt2;
+
+  explicit SpectralBound(const ClothSystem& s)
+      : pinned(s.pinned), mass(s.mass), diagonal(s.diagonal), inverse_dt2(static_cast<double>(s.inverse_dt2)) {}
+  KOKKOS_INLINE_FUNCTION double operator()(const Index n) const {
+    return pinned(n) ? 0.0 : 1 - static_cast<double>(mass(n)) * inverse_dt2 / static_cast<double>(diagonal(n));
+  }
+};
+constexpr const char* spectral_bound = "drench::cloth::spectral_bound";
+
+/// The largest ρ for which Chebyshev's weights take a third off every mode within the cap (cloth.hpp).
+double reachable_radius(int cap) {
+  return cap > plain_iterations ? 1 / std::cosh(std::acosh(3.0) / (cap - plain_iterations)) : 0;
+}
+
+/// One Jacobi step with Chebyshev's ω; the new iterate replaces x^{k−1}, then the two change places.
+void iterate(const Cloth& cloth, ClothSolverWork& solver, const ClothSystem& s, Real omega) {
+  const Entries<const Real3> shift = solver.displacement;
+  const Entries<Real3> last_shift = solver.last_displacement;
+  parallel(
+      "drench::cloth::jacobi", cloth.nodes.count, KOKKOS_LAMBDA(const Index n) {
+        if (!s.pinned(n))
+          last_shift(n) = s.next_shift(s.terms(n), shift(n), last_shift(n), s.residual(n, shift), omega);
+      });
+  std::swap(solver.displacement, solver.last_displacement);
+}
+
+/// The residual of the newest iterate in units of its goal. Synchronises with the host.
+double imbalance(const Cloth& cloth, const ClothSolverWork& solver, const ClothSystem& s, double tolerance, double floor) {
+  const Entries<const Real3> shift = solver.displacement;
+  return over_goal(ordered_sums(
+      "drench::cloth::residual", cloth.nodes.count, KOKKOS_LAMBDA(const Index n) {
+        if (s.pinned(n)) return TwoSums{};
+        return s.imbalance(s.terms(n), shift(n), s.residual(n, shift), tolerance, floor);
+      }));
+}
+
+}  // namespace
+
+ClothSystem::ClothSystem(const Bodies& bodies, const Cloth& fabric, ClothSolverWork& solver, Real step)
+    : start(fabric.nodes.position),
+      target(solver.target),
+      mass(solver.mass),
+      diagonal(solver.diagonal),
+      friction(solver.friction),
+      pinned(fabric.nodes.pinned),
+      cloth(fabric.nodes.cloth),
+      link_start(fabric.nodes.link_start),
+      edge_start(fabric.nodes.edge_start),
+      edge_item(fabric.nodes.edge_item),
+      edge(fabric.mesh.edge),
+      link(fabric.nodes.link),
+      edge_length(fabric.mesh.edge_length),
+      edge_stiffness(fabric.mesh.edge_stiffness),
+      triangle(fabric.mesh.triangle),
+      limit_start(fabric.nodes.limit_start),
+      limit_item(fabric.nodes.limit_item),
+      limit_shape(fabric.mesh.limit_shape),
+      limit_stiffness(fabric.mesh.limit_stiffness),
+      materials(fabric.materials),
+      solids(bodies.solids),
+      dt(step),
+      inverse_dt(1 / step),
+      inverse_dt2(1 / (step * step)) {}
+
+ClothIteration::ClothIteration(const Constants& constants, const Bodies& bodies, Cloth& cloth, ClothSolverWork& solver,
+                               Real dt)
+    : constants_(constants),
+      bodies_(bodies),
+      cloth_(cloth),
+      solver_(solver),
+      system_((allocate(cloth, solver), ClothSystem(bodies, cloth, solver, dt))),
+      method_(constants.model.scene.cloth_solver.method),
+      tolerance_(constants.model.scene.cloth_solver.tolerance),
+      floor_(rounding * static_cast<double>(std::numeric_limits<Real>::epsilon()) *
+             static_cast<double>(cloth.mesh.mean_edge)),
+      resident_(method_ == ClothMethod::pd && prepare_resident_cloth(constants, cloth, solver, system_)) {
+  masses_and_diagonals(constants, cloth, system_);
+  progress_.rho = reachable_radius(constants.model.scene.cloth_solver.max_iterations);
+  const SpectralBound bound(system_);
+  if (resident_)
+    find_maximum(spectral_bound, cloth.nodes.count, bound, resident_spectral_bound(solver));
+  else
+    progress_.rho = std::min(progress_.rho, maximum(spectral_bound, cloth.nodes.count, bound));
+}
+
+void ClothIteration::run(int most) {
+  if (resident_) {
+    const bool first = !under_way_ && progress_.iterations == 0;
+    run_resident_cloth(solver_, system_, cloth_.nodes.count, first ? &progress_ : nullptr, most, tolerance_, floor_);
+    under_way_ = true;
+    return;
+  }
+  const int end = progress_.iterations + most;
+  do {
+    advance(std::min(check_interval, end - progress_.iterations));
+    progress_.judge(residual());
+  } while (progress_.residual > 1 && progress_.iterations < end);
+}
+
+const ClothProgress& ClothIteration::progress() {
+  if (under_way_) progress_ = resident_progress(solver_);
+  under_way_ = false;
+  return progress_;
+}
+
+void ClothIteration::line_search() {
+  if (progress().residual <= 1) return;
+  const ClothSystem s = system_;
+  const Entries<Real3> shift = solver_.displacement;
+  for (const ClothMaterial& cloth : constants_.model.cloths) {
+    const Index first = cloth.first_node;
+    const TwoSums work = ordered_sums(
+        "drench::cloth::work_along_step", cloth.node_count, KOKKOS_LAMBDA(const Index k) {
+          const Index n = first + k;
+          if (s.pinned(n)) return TwoSums{};
+          const NodeTerms t = s.terms(n);
+          const Real3 u = shift(n);
+          const auto start = [&](const Index m) { return s.pinned(m) ? shift(m) : Real3{}; };
+          return TwoSums{static_cast<double>(dot(u, t.inertia * t.target + s.elastic_force(n, start))),
+                         static_cast<double>(dot(u, s.unbalanced(t, u, s.residual(n, shift))))};
+        });
+    const double at_start = work.first, at_end = work.second;
+    if (!(at_end < 0)) continue;
+    const Real share = at_start > 0 ? static_cast<Real>(at_start / (at_start - at_end)) : Real(0);
+    parallel(
+        "drench::cloth::shorten_step", cloth.node_count, KOKKOS_LAMBDA(const Index k) {
+          if (!s.pinned(first + k)) shift(first + k) = share * shift(first + k);
+        });
+  }
+}
+
+void ClothIteration::advance(int count) {
+  if (method_ == ClothMethod::xpbd) {
+    if (progress_.iterations == 0)
+      start();
+    else
+      anchor_contacts(bodies_, cloth_, solver_);
+  }
+  for (int k = 0; k < count; ++k) {
+    const Real omega = progress_.next_weight();
+    if (method_ == ClothMethod::xpbd)
+      iterate_multipliers(constants_, cloth_, solver_, system_, omega);
+    else
+      iterate(cloth_, solver_, system_, omega);
+  }
+}
+
+void ClothIteration::start() {
+  anchor_contacts(bodies_, cloth_, solver_);
+  start_multipliers(constants_, cloth_, solver_, system_);
+  // Those that the cloth would have where it goes by itself; none where these push it about, as they do after a solve that
+  // has ended at its cap: from there on they would be explicit forces.
+  gather_multipliers(cloth_, solver_, system_);
+  const double own = residual();
+  swap_multipliers(solver_);
+  gather_multipliers(cloth_, solver_, system_);
+  if (trusted * residual() < own) return;
+  swap_multipliers(solver_);
+  gather_multipliers(cloth_, solver_, system_);
+}
+
+double ClothIteration::residual() const { return imbalance(cloth_, solver_, system_, tolerance_, floor_); }
+
+#ifndef KOKKOS_ENABLE_CUDA
+bool prepare_resident_cloth(const Constants&, const Cloth&, ClothSolverWork&, const ClothSystem&) { return false; }
+Kokkos::View<double, MemSpace> resident_spectral_bound(const ClothSolverWork&) { return {}; }
+void run_resident_cloth(ClothSolverWork&, const ClothSystem&, Index, const ClothProgress*, int, double, double) {}
+ClothProgress resident_progress(const ClothSolverWork&) { return {}; }
+#endif
+
+}  // namespace drench::kokkos_backend

@@ -1,0 +1,292 @@
+#pragma once
+// The cloth's implicit step by Jacobi iterations with Chebyshev acceleration, on positions (pd) or on the constraints'
+// multipliers (xpbd, cloth_xpbd.cpp): what stage cloth and the coupled pressure solve share. Law: src/stages/cloth.hpp.
+// The unknown is the shift u = x − x⁰.
+
+#include <memory>
+
+#include "bodies/contact.hpp"
+#include "cloth/cloth.hpp"
+#include "cloth/elasticity.hpp"
+#include "core/reduce.hpp"
+
+namespace drench::kokkos_backend {
+
+/// Work arrays of the cloth's solver, made on first use; per node.
+struct ClothSolverWork {
+  Field<Real> mass, diagonal;  // m_n, kg; D_n, N/m
+  Field<Real> friction;        // μ_n, 1
+  Field<Real3> base;           // the target without the pressure's part, m (stage pressure)
+  Field<Real3> target;         // y_n − x⁰_n, m
+  // x_n − x⁰_n of the last two iterates, m; of xpbd: of this one and of the last that contacts were anchored at
+  Field<Real3> displacement, last_displacement;
+  // of xpbd: what a spring does to its first node and what a hinge pulls with (cloth.hpp), of the last two iterates, N
+  Field<Real3> edge_force, last_edge_force, hinge_force, last_hinge_force;
+  Field<Real> edge_rate, hinge_rate;               // θ, 1
+  Field<Real3> limit_stress, last_limit_stress;    // 2 per triangle with a strain limit: the columns of P, N·m
+  Field<Real> limit_rate;                          // 2 per triangle: θ, 1
+  std::shared_ptr<struct ResidentCloth> resident;  // of CUDA (cloth/cuda/resident_cloth.cpp)
+};
+
+/// The solids that a node touches: the last one's normal and how far its surface moves in the step (m), and what presses
+/// the node into all of them, as a force or a way.
+struct NodeContact {
+  bool touches = false;
+  Real3 normal, moved;
+  Real press = 0;
+};
+
+/// What an iteration reads of a node and what stays the same during one solve.
+struct NodeTerms {
+  Real3 start, target;                          // x⁰_n, y_n − x⁰_n, m
+  Real inertia, diagonal, friction, thickness;  // m_n/Δt² and D_n, N/m; μ, 1; m
+};
+
+// cloth.hpp: iterations before Chebyshev's weights begin, and from check to check.
+inline constexpr int plain_iterations = 10, check_interval = 10;
+
+/// The residual in units of its goal, of the nodes' shares (ClothSystem::imbalance).
+KOKKOS_INLINE_FUNCTION double over_goal(const TwoSums& sums) { return sums.first > 0 ? sums.first / sums.second : 0; }
+
+/// Chebyshev's weights (Wang 2015) and what the checks have found.
+struct ClothProgress {
+  double rho = 0, omega = 1, smallest = 1e300, residual = 1e300;
+  int since_restart = 0, iterations = 0;
+
+  /// ω of the next iteration.
+  KOKKOS_INLINE_FUNCTION Real next_weight() {
+    if (since_restart == plain_iterations) omega = 2 / (2 - rho * rho);
+    if (since_restart > plain_iterations) omega = 4 / (4 - rho * rho * omega);
+    ++since_restart;
+    ++iterations;
+    return static_cast<Real>(omega);
+  }
+  /// If the residual has grown tenfold over the smallest so far, ρ is lowered and the weights start again.
+  KOKKOS_INLINE_FUNCTION void judge(double found) {
+    residual = found;
+    if (found > 10 * smallest) {
+      rho = Kokkos::fmax(0.0, 1 - 2 * (1 - rho));
+      omega = 1;
+      since_restart = 0;
+    }
+    smallest = Kokkos::fmin(smallest, found);
+  }
+};
+
+/// What the kernels see of the cloth: everything that stays the same during one solve. With a kernel's own arrays and
+/// Kokkos' policy it has to stay within 512 bytes (types.hpp).
+struct ClothSystem {
+  Entries<const Real3> start;
+  Entries<Real3> target;
+  Entries<Real> mass, diagonal, friction;  // friction: μ, as wet as the node is
+  Entries<const std::uint8_t> pinned;
+  Entries<const Index> cloth, link_start, edge_start, edge_item, edge;
+  Entries<const Link> link;
+  Entries<const Real> edge_length, edge_stiffness;
+  Entries<const Index> triangle, limit_start, limit_item;
+  Entries<const Real> limit_shape, limit_stiffness;
+  Entries<const Material> materials;
+  Slice<const Solid> solids;
+  Real dt, inverse_dt, inverse_dt2;
+
+  ClothSystem(const Bodies& bodies, const Cloth& fabric, ClothSolverWork& solver, Real step);
+
+  KOKKOS_INLINE_FUNCTION NodeTerms terms(Index n) const {
+    return {start(n), target(n), mass(n) * inverse_dt2, diagonal(n), friction(n), thickness(n)};
+  }
+
+  /// Adds what a link does to its node, N; `apart` = x⁰_n − x⁰_m, `moved_apart` = u_n − u_m, `damping`: strain_damping.
+  KOKKOS_INLINE_FUNCTION static void add_link(Real3& force, const Link& l, const Real3& apart, const Real3& moved_apart,
+                                              Real damping) {
+    const Real3 x = apart + moved_apart;
+    // −Σ_m B_nm x_m = Σ_m B_nm (x_n − x_m): the rows of B sum to 0
+    force += (spring_pull(x, l.length, l.stiffness) + l.bend) * x;
+    force += strain_damping_force(apart, moved_apart, damping);
+  }
+  /// −∂(elastic energy)/∂x_n and the strain damping, N.
+  template <class Shift>
+  KOKKOS_INLINE_FUNCTION Real3 elastic_force(Index n, const Shift& shift) const {
+    const Real3 here = start(n), moved = shift(n);
+    const Real rate = strain_damping_rate(n);
+    Real3 force;
+    const Index last = link_start(n + 1);
+    DRENCH_UNROLL
+    for (Index r = link_start(n); r < last; ++r) {
+      const Link l = link(r);
+      const Real3 apart = here - start(l.other);
+      add_link(force, l, apart, moved - shift(l.other), rate > 0 ? strain_damping(apart, l.stiffness, rate) : Real(0));
+    }
+    if (limit_start.exist()) force += limit_force(n, shift, 0, 1);
+    return force;
+  }
+
+  /// Strain limiting, N: every `step`-th of the node's triangles, from `from` on.
+  template <class Shift>
+  KOKKOS_INLINE_FUNCTION Real3 limit_force(Index n, const Shift& shift, Index from, Index step) const {
+    Real3 force;
+    for (Index r = limit_start(n) + from; r < limit_start(n + 1); r += step) {
+      const Index t = limit_item(r) / 4;
+      force += corner_force(limit_stress(t, shift), corner_gradient(triangle_shape(t), limit_item(r) % 4));
+    }
+    return force;
+  }
+  /// P of triangle t, N·m.
+  template <class Shift>
+  KOKKOS_INLINE_FUNCTION Columns limit_stress(Index t, const Shift& shift) const {
+    const Index a = triangle(3 * t), b = triangle(3 * t + 1), c = triangle(3 * t + 2);
+    return strain_limit_stress(separation(start(b), shift(b), start(a), shift(a)),
+                               separation(start(c), shift(c), start(a), shift(a)), triangle_shape(t),
+                               materials(cloth(a)).strain_limit, limit_stiffness(t));
+  }
+  KOKKOS_INLINE_FUNCTION TriangleShape triangle_shape(Index t) const {
+    return {limit_shape(3 * t), limit_shape(3 * t + 1), limit_shape(3 * t + 2)};
+  }
+
+  /// What the spring of edge e does to its first node, its damping with it, N.
+  KOKKOS_INLINE_FUNCTION Real3 edge_force(Index e, const Entries<const Real3>& shift) const {
+    const Index i = edge(2 * e), j = edge(2 * e + 1);
+    Real3 force = spring_force(separation(start(i), shift(i), start(j), shift(j)), edge_length(e), edge_stiffness(e));
+    const Real rate = strain_damping_rate(i);
+    if (rate > 0) {
+      const Real3 apart = start(i) - start(j);
+      force += strain_damping_force(apart, shift(i) - shift(j), strain_damping(apart, edge_stiffness(e), rate));
+    }
+    return force;
+  }
+
+  /// r_n, N.
+  KOKKOS_INLINE_FUNCTION Real3 residual(Index n, const Entries<const Real3>& shift) const {
+    return (mass(n) * inverse_dt2) * (target(n) - shift(n)) + elastic_force(n, shift);
+  }
+
+  /// Solids within 1.01 of the thickness at x⁰ + `shift`. `push`, a force or a way, loses what presses into them.
+  KOKKOS_INLINE_FUNCTION NodeContact contact(const NodeTerms& t, const Real3& shift, Real3& push) const {
+    NodeContact c;
+    const Real range = Real(1.01) * t.thickness;
+    for (std::size_t b = 0; b < solids.extent(0); ++b) {
+      const SolidDistance at = solid_distance(solids(b), t.start, shift);
+      if (!(at.phi < range)) continue;
+      c.touches = true;
+      c.normal = at.normal;
+      c.moved = dt * surface_velocity(solids(b), t.start, shift);
+      const Real inward = dot(push, at.normal);
+      if (!(inward < 0)) continue;
+      c.press -= inward;
+      push -= inward * at.normal;
+    }
+    return c;
+  }
+  /// A shift after Coulomb friction: it slips along the surface by `loss` (m) less, at most to a standstill.
+  KOKKOS_INLINE_FUNCTION static Real3 with_friction(const NodeContact& c, const Real3& shift, Real loss) {
+    const Real3 slip = tangential(shift - c.moved, c.normal);
+    const Real length = norm(slip);
+    return length > loss ? shift - (loss / length) * slip : shift - slip;
+  }
+  KOKKOS_INLINE_FUNCTION static Real3 tangential(const Real3& v, const Real3& normal) {
+    return v - dot(v, normal) * normal;
+  }
+  /// The next iterate of a node from the last two and r_n: one Jacobi step, then Chebyshev's ω. `touching`: false where
+  /// there are no solids, for a kernel with fewer registers.
+  template <bool touching = true>
+  KOKKOS_INLINE_FUNCTION Real3 next_shift(const NodeTerms& t, const Real3& shift, const Real3& before,
+                                          const Real3& residual, Real omega) const {
+    Real3 step = (1 / t.diagonal) * residual;
+    if constexpr (!touching) {
+      const Real3 next = shift + step;
+      return omega != 1 ? omega * (next - before) + before : next;
+    }
+    const NodeContact c = contact(t, shift, step);
+    Real3 next = shift + step;
+    if (c.press > 0) next = with_friction(c, next, t.friction * c.press);
+    next = project_out(solids, t.start, next, t.thickness);
+    if (omega != 1) next = project_out(solids, t.start, omega * (next - before) + before, t.thickness);
+    return next;
+  }
+  /// What is left of r_n after the solid's reaction: its normal part if it pulls, its tangential part beyond friction.
+  KOKKOS_INLINE_FUNCTION Real3 unbalanced(const NodeTerms& t, const Real3& shift, const Real3& residual) const {
+    Real3 left = residual;
+    const NodeContact c = contact(t, shift, left);
+    if (!(c.press > 0)) return left;
+    // How far it would slip on with what is left, and how much of that friction takes.
+    const Real3 slip = tangential(shift - c.moved, c.normal), on = tangential(left, c.normal);
+    const Real3 after =
+        with_friction({true, c.normal, {}, 0}, slip + (1 / t.diagonal) * on, t.friction * c.press / t.diagonal);
+    return left - on + t.diagonal * (after - slip);
+  }
+  /// A node's share of the residual's sum and of its goal (cloth.hpp), N; `floor`: ½ ε L̄, m.
+  template <bool touching = true>
+  KOKKOS_INLINE_FUNCTION TwoSums imbalance(const NodeTerms& t, const Real3& shift, const Real3& residual,
+                                           double tolerance, double floor) const {
+    const double force = static_cast<double>(norm(touching ? unbalanced(t, shift, residual) : residual));
+    return {force < 1e100 ? force : 1e100,
+            tolerance * static_cast<double>(t.inertia * norm(t.target)) + floor * static_cast<double>(t.diagonal)};
+  }
+
+  /// τ/Δt of the node's cloth.
+  KOKKOS_INLINE_FUNCTION Real strain_damping_rate(Index n) const {
+    return materials(cloth(n)).strain_damping * inverse_dt;
+  }
+  KOKKOS_INLINE_FUNCTION Real thickness(Index n) const { return materials(cloth(n)).thickness; }
+};
+#ifndef DRENCH_CHECK_BOUNDS
+static_assert(sizeof(ClothSystem) <= 240);
+#endif
+
+/// The iterations of one implicit step, in as many calls as the caller likes.
+class ClothIteration {
+ public:
+  /// Wet masses and Jacobi diagonals; the caller sets target and shift afterwards.
+  ClothIteration(const Constants& constants, const Bodies& bodies, Cloth& cloth, ClothSolverWork& solver, Real dt);
+  const ClothSystem& system() const { return system_; }
+  /// Iterates until the residual is within its goal, checked every 10 iterations, `most` iterations at most; the newest
+  /// iterate is solver.displacement. A GPU may still be at it on return.
+  void run(int most);
+  /// Waits for the iterations. The residual is in units of its goal: converged if ≤ 1.
+  const ClothProgress& progress();
+  /// Shortens the step of each cloth where a solve that ended at its cap has led uphill (line search, cloth.hpp). Waits.
+  void line_search();
+
+ private:
+  void advance(int count);
+  double residual() const;
+  /// xpbd: multipliers to begin with.
+  void start();
+
+  const Constants& constants_;
+  const Bodies& bodies_;
+  const Cloth& cloth_;
+  ClothSolverWork& solver_;
+  ClothSystem system_;
+  ClothMethod method_;
+  double tolerance_, floor_;
+  ClothProgress progress_;
+  bool resident_, under_way_ = false;  // resident: see below
+};
+
+// cuda/resident_cloth.cpp: all iterations of a call in one kernel that stays on the device, several times as fast as
+// launches where the cloth has few nodes for a GPU.
+/// Can it be done: on CUDA, with cooperative launches, if all nodes fit on the device at once? (Then it makes its arrays.)
+bool prepare_resident_cloth(const Constants& constants, const Cloth& cloth, ClothSolverWork& solver,
+                            const ClothSystem& s);
+/// Where it expects a bound of the spectral radius at the first call of a solve.
+Kokkos::View<double, MemSpace> resident_spectral_bound(const ClothSolverWork& solver);
+/// ClothIteration::run; `begin` for the first call of a solve, with the largest ρ that it may use; null to go on.
+void run_resident_cloth(ClothSolverWork& solver, const ClothSystem& s, Index nodes, const ClothProgress* begin, int most,
+                        double tolerance, double floor);
+/// Waits for it.
+ClothProgress resident_progress(const ClothSolverWork& solver);
+
+// xpbd.cpp
+/// Multipliers of the iterate as it is, the last ones 0, and their rates θ, from the masses and diagonals.
+void start_multipliers(const Constants& constants, const Cloth& cloth, ClothSolverWork& solver, const ClothSystem& s);
+/// The last multipliers become the newest and the other way round.
+void swap_multipliers(ClothSolverWork& solver);
+/// The positions that go with the multipliers.
+void gather_multipliers(const Cloth& cloth, ClothSolverWork& solver, const ClothSystem& s);
+/// From here on contact planes are those at the iterate as it is.
+void anchor_contacts(const Bodies& bodies, const Cloth& cloth, ClothSolverWork& solver);
+/// One Jacobi step of all multipliers with Chebyshev's ω, and the positions that go with them.
+void iterate_multipliers(const Constants& constants, const Cloth& cloth, ClothSolverWork& solver, const ClothSystem& s,
+                         Real omega);
+
+}  // namespace drench::kokkos_backend

@@ -1,0 +1,155 @@
+#include "core/cell_table.hpp"
+
+#include <cmath>
+#include <utility>
+
+#include "core/bucket_sort.hpp"
+
+namespace drench::kokkos_backend {
+namespace {
+
+struct FindBounds {
+  using value_type = PointBounds;
+  Array<Real3> points;
+
+  KOKKOS_INLINE_FUNCTION void init(PointBounds& b) const { b.clear(); }
+  KOKKOS_INLINE_FUNCTION void join(PointBounds& b, const PointBounds& o) const { b.add(o); }
+  KOKKOS_INLINE_FUNCTION void operator()(const Index i, PointBounds& b) const { b.add(points(i)); }
+};
+
+PointBounds bounds_of(const Array<Real3>& points, Index count, HostBounds& result) {
+  if (result.data() == nullptr) result = HostBounds(Kokkos::ViewAllocateWithoutInitializing("drench::cell_bounds"));
+  Kokkos::parallel_reduce("drench::cell_table::bounds", Range(0, count), FindBounds{points}, result);
+  ExecSpace().fence("drench::cell_table::bounds");
+  return result();
+}
+
+/// What a bucket is ordered by: the cell, which is one cell unless the table is hashed, and the key.
+struct Place {
+  CellCoord cell;
+  std::int64_t key;
+  KOKKOS_INLINE_FUNCTION bool operator<(const Place& o) const {
+    if (cell.z != o.cell.z) return cell.z < o.cell.z;
+    if (cell.y != o.cell.y) return cell.y < o.cell.y;
+    return cell.x != o.cell.x ? cell.x < o.cell.x : key < o.key;
+  }
+};
+struct Places {
+  CellTableView table;
+  Array<Real3> points;
+  Array<std::int64_t> key;
+
+  KOKKOS_INLINE_FUNCTION Place operator()(const Index i) const {
+    return {table.hashed ? table.cell_of(points(i)) : CellCoord{0, 0, 0}, key.extent(0) > 0 ? key(i) : i};
+  }
+};
+
+/// The sort leaves the order within a bucket open: by (cell, key) it is the same in every run and for every sort. A CPU thread
+/// sorts a bucket.
+void order_buckets(const Places& place) {
+  parallel(
+      "drench::cell_table::order", place.table.buckets, KOKKOS_LAMBDA(const Index k) {
+        const CellTableView& t = place.table;
+        const Index first = t.start(k), last = t.start(k + 1);
+        for (Index e = first; e < last; ++e) {
+          const Index i = t.item(e);
+          const Place at = place(i);
+          Index slot = e;
+          for (; slot > first && at < place(t.item(slot - 1)); --slot) t.item(slot) = t.item(slot - 1);
+          t.item(slot) = i;
+        }
+      });
+}
+
+/// The same on a GPU, where most buckets would be threads with nothing to do: a thread counts what of its bucket is before its
+/// entry, and copies the point where it belongs.
+void order_entries(const Places& place, Index count, const Array<Index>& ordered) {
+  parallel(
+      "drench::cell_table::order", count, KOKKOS_LAMBDA(const Index e) {
+        const CellTableView& t = place.table;
+        const Index i = t.item(e);
+        const Real3 x = place.points(i);
+        const Index k = bucket_of_point(t, x);
+        const Place at = place(i);
+        const Index first = t.start(k), last = t.start(k + 1);
+        Index slot = first;
+        for (Index f = first; f < last; ++f) slot += place(t.item(f)) < at ? 1 : 0;
+        ordered(slot) = i;
+        t.point.set(slot, x);
+        if (t.hashed) t.coord(slot) = at.cell;
+      });
+}
+
+void copy_points(const CellTableView& t, const Array<Real3>& points, Index count) {
+  parallel(
+      "drench::cell_table::points", count, KOKKOS_LAMBDA(const Index e) {
+        const Real3 x = points(t.item(e));
+        t.point.set(e, x);
+        if (t.hashed) t.coord(e) = t.cell_of(x);
+      });
+}
+
+}  // namespace
+
+void CellTable::build(const Array<Real3>& points, Index count, Real edge, const Array<std::int64_t>& key,
+                      const PointBounds* bounds) {
+  make_keys(points, count, edge, bounds);
+  sort();
+  make_table(points, key);
+}
+
+void CellTable::make_keys(const Array<Real3>& points, Index count, Real edge, const PointBounds* bounds) {
+  count_ = count;
+  if (count > capacity_) {
+    capacity_ = count + count / 4;
+    view_.item = Array<Index>(Kokkos::ViewAllocateWithoutInitializing("drench::cell_item"), capacity_);
+    view_.point.allocate(capacity_);
+  }
+  view_.buckets = 0;
+  if (count == 0) return;
+
+  PointBounds b = bounds ? *bounds : bounds_of(points, count, bounds_);
+  if (!(b.min_x <= b.max_x)) b = PointBounds{};  // nothing finite
+  view_.origin = {b.min_x, b.min_y, b.min_z};
+  view_.inverse_edge = 1 / edge;
+  const auto cells = [&](Real lo, Real hi) { return std::floor((double(hi) - double(lo)) / double(edge)) + 2; };
+  const double nx = cells(b.min_x, b.max_x), ny = cells(b.min_y, b.max_y), nz = cells(b.min_z, b.max_z);
+  const double dense_limit = std::fmax(65536.0, 8.0 * count);
+  view_.hashed = nx * ny * nz > dense_limit ? 1 : 0;
+  if (view_.hashed) {
+    if (static_cast<Index>(view_.coord.extent(0)) < capacity_)
+      view_.coord = Array<CellCoord>(Kokkos::ViewAllocateWithoutInitializing("drench::cell_coord"), capacity_);
+    view_.buckets = 1024;
+    while (view_.buckets < 2 * static_cast<std::int64_t>(count) && view_.buckets < (1 << 29)) view_.buckets *= 2;
+    view_.dims = {0, 0, 0};
+  } else {
+    view_.dims = {static_cast<int>(nx), static_cast<int>(ny), static_cast<int>(nz)};
+    view_.buckets = view_.dims.x * view_.dims.y * view_.dims.z;
+  }
+  if (view_.buckets > bucket_capacity_) {
+    bucket_capacity_ = view_.buckets + view_.buckets / 4;
+    view_.start = Array<Index>(Kokkos::ViewAllocateWithoutInitializing("drench::cell_start"), bucket_capacity_ + 1);
+  }
+  if (!sort_) sort_ = make_bucket_sort(method_);
+  sort_->make_keys(view_, points, count);
+}
+
+void CellTable::sort() {
+  if (count_ > 0) sort_->sort(view_, count_);
+}
+
+void CellTable::make_table(const Array<Real3>& points, const Array<std::int64_t>& key) {
+  if (count_ == 0) return;
+  sort_->read_out(view_, count_);
+  if (on_host) {
+    order_buckets({view_, points, key});
+    copy_points(view_, points, count_);
+    return;
+  }
+  if (ordered_.extent(0) < view_.item.extent(0))
+    ordered_ = Array<Index>(Kokkos::ViewAllocateWithoutInitializing("drench::cell_ordered"), view_.item.extent(0));
+  order_entries({view_, points, key}, count_, ordered_);
+  std::swap(view_.item, ordered_);
+}
+
+}  // namespace drench::kokkos_backend

@@ -1,0 +1,58 @@
+#pragma once
+// Sums over the rows of a list by several lanes a row on a GPU: a cloth has too few nodes to keep one busy by themselves.
+
+#include <cstdint>
+#include <cstring>
+#include <type_traits>
+
+#include "core/types.hpp"
+
+namespace drench::kokkos_backend {
+
+#ifdef KOKKOS_ENABLE_CUDA
+inline constexpr Index row_lanes = 8;
+#else
+inline constexpr Index row_lanes = 1;
+#endif
+
+/// What the lane has that is `apart` from this one, among those that share a row. (Ranges of Kokkos lie along threadIdx.y, and
+/// begin at 0: the lanes of a row are neighbours in a warp.)
+template <class Value>
+KOKKOS_INLINE_FUNCTION Value of_other_lane(const Value& mine, [[maybe_unused]] int apart) {
+#ifdef __CUDA_ARCH__
+  static_assert(std::is_trivially_copyable_v<Value> && sizeof(Value) % sizeof(unsigned) == 0);
+  constexpr int words = sizeof(Value) / sizeof(unsigned);
+  const unsigned together = ((1u << row_lanes) - 1) << (threadIdx.y % 32 / row_lanes * row_lanes);
+  unsigned word[words];
+  memcpy(word, &mine, sizeof(Value));
+  for (int w = 0; w < words; ++w) word[w] = __shfl_xor_sync(together, word[w], apart, row_lanes);
+  Value other;
+  memcpy(&other, word, sizeof(Value));
+  return other;
+#else
+  return mine;
+#endif
+}
+
+/// The sum over a row's lanes, in all of them, always in the same order.
+template <class Sum>
+KOKKOS_INLINE_FUNCTION Sum sum_of_lanes(Sum s) {
+  for (int apart = row_lanes / 2; apart > 0; apart /= 2) s += of_other_lane(s, apart);
+  return s;
+}
+
+/// finish(n, Σ term(e)) for each row n < rows, e from start(n) to start(n + 1).
+template <class Sum, class Term, class Finish>
+void gather_rows(const char* label, Index rows, const Entries<const Index>& start, const Term& term, const Finish& finish) {
+  parallel(
+      label, rows * row_lanes, KOKKOS_LAMBDA(const Index k) {
+        const Index n = k / row_lanes, lane = k % row_lanes, last = start(n + 1);
+        Sum sum{};
+        DRENCH_UNROLL
+        for (Index e = start(n) + lane; e < last; e += row_lanes) sum += term(e);
+        sum = sum_of_lanes(sum);
+        if (lane == 0) finish(n, sum);
+      });
+}
+
+}  // namespace drench::kokkos_backend

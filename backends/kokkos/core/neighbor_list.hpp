@@ -1,0 +1,79 @@
+#pragma once
+// Neighbour lists and how kernels read them.
+
+#include "core/cached.hpp"
+#include "core/types.hpp"
+
+namespace drench::kokkos_backend {
+
+/// Neighbours in CSR layout: rows are stored back to back, so memory is the sum of the row lengths. On a GPU 32 rows form
+/// a bundle as wide as its longest row and interleave (sliced ELLPACK), so that a warp reads coalesced. Where a bundle
+/// lies depends on timing; what it holds does not.
+struct NeighborList {
+  Field<Index> count;
+  Field<std::int64_t> start;  // where a bundle's entries begin
+  Field<Index> entry;
+  // Beside `entry`, kept by stage density for the step: V_j (dW/dr)/r, 1/m², between particles; V_b ∇W of a particle, 1/m,
+  // with a cloth's sample as the pressure sees it (coupling/wall.hpp).
+  Field<Real> grad_factor;
+  Field<Real3> gradient;
+  Index rows = 0;
+  // While it is filled: entries given out by this filling and by the next one; how many were asked for, if too many.
+  Kokkos::View<std::int64_t[2], MemSpace> used;
+  Kokkos::View<std::int64_t, Kokkos::SharedHostPinnedSpace> needed;
+  int filling = 0;
+};
+
+#ifdef KOKKOS_ENABLE_CUDA
+inline constexpr Index rows_per_bundle = 32;  // the threads of a warp
+#else
+inline constexpr Index rows_per_bundle = 1;
+#endif
+
+/// One row as kernels see it. `place(k)` says where entry k is in arrays beside the entries.
+template <class Item, class Factor>
+struct BasicNeighborRow {
+  Item* item;
+  Factor* factor;  // null without factors
+  std::int64_t first;
+  Index count;
+
+  KOKKOS_INLINE_FUNCTION std::int64_t place(Index k) const { return first + std::int64_t{k} * rows_per_bundle; }
+  KOKKOS_INLINE_FUNCTION Item& operator()(Index k) const { return item[place(k)]; }
+  /// V_j (dW/dr)/r of the pair, 1/m².
+  KOKKOS_INLINE_FUNCTION Factor& grad_factor(Index k) const { return factor[place(k)]; }
+};
+
+/// A list as kernels see it.
+template <class Item, class Factor>
+struct BasicNeighbors {
+  using Row = BasicNeighborRow<Item, Factor>;
+
+  Entries<Item> count;
+  Entries<const std::int64_t> start;
+  Item* item;
+  Factor* factor;
+
+  template <class List>
+  explicit BasicNeighbors(List& l)
+      : count(l.count), start(std::as_const(l).start), item(l.entry.data()), factor(l.grad_factor.data()) {}
+  KOKKOS_INLINE_FUNCTION Row row(Index i) const {
+    return {item, factor, start(i / rows_per_bundle) + i % rows_per_bundle, count(i)};
+  }
+};
+
+using NeighborRow = BasicNeighborRow<const Index, const Real>;
+using Neighbors = BasicNeighbors<const Index, const Real>;
+/// For the stages that fill, shorten or annotate a list.
+using WritableRow = BasicNeighborRow<Index, Real>;
+using WritableNeighbors = BasicNeighbors<Index, Real>;
+
+/// Every list of a run, named `row_neighbour`. Liquid: its particles; boundary: samples of solids; sample: of cloths.
+struct NeighborLists {
+  NeighborList fluid_fluid, fluid_boundary, fluid_sample, sample_fluid;
+  Cached<NeighborList> sample_sample;    // of the nodes' positions
+  Cached<NeighborList> sample_boundary;  // of the nodes' and the bodies' positions
+  NeighborList boundary_fluid;           // rows: the samples of dynamic bodies
+};
+
+}  // namespace drench::kokkos_backend

@@ -1,0 +1,381 @@
+#include "core/neighbor_search.hpp"
+
+#include <algorithm>
+#include <cstring>
+#include <type_traits>
+
+namespace drench::kokkos_backend {
+namespace {
+
+/// What finds the rows' entries, and where these go.
+struct Search {
+  Entries<const Real3> row_points;
+  Index rows = 0;
+  CellTableView table;
+  bool same_set = false, in_order = false;  // ListRequest
+  Real h2 = 0;                              // m²: the support's square
+  Entries<Index> count;
+  Entries<std::int64_t> start;
+  Slice<Index> entry;
+  std::int64_t *used = nullptr, *next_used = nullptr;  // NeighborList
+  Kokkos::View<std::int64_t, Kokkos::SharedHostPinnedSpace> needed;
+
+  /// The cells [lo, hi] around a point, without those that a dense table does not have.
+  KOKKOS_INLINE_FUNCTION void cells_around(const Real3& x, CellCoord& lo, CellCoord& hi) const {
+    const CellCoord c = table.cell_of(x);
+    lo = {c.x - 1, c.y - 1, c.z - 1};
+    hi = {c.x + 1, c.y + 1, c.z + 1};
+    table.clip(lo, hi);
+  }
+  /// Room for so many entries; −1 if there is not as much.
+  KOKKOS_INLINE_FUNCTION std::int64_t take(std::int64_t entries) const {
+    const std::int64_t first = Kokkos::atomic_fetch_add(used, entries), end = first + entries;
+    if (end <= entry.count) return first;
+    Kokkos::atomic_max(&needed(), end);
+    return -1;
+  }
+};
+
+/// As many numbers as a vector register of the machine that is compiled for holds.
+#if defined(__AVX512F__)
+constexpr int register_bytes = 64;
+#elif defined(__AVX__)
+constexpr int register_bytes = 32;
+#else
+constexpr int register_bytes = 16;
+#endif
+using Lot [[gnu::vector_size(register_bytes)]] = Real;
+constexpr Index lot_size = register_bytes / sizeof(Real);
+static_assert(lot_size <= PointLanes::spare);
+
+/// A row while a CPU fills it; what does not fit is counted only.
+struct HostRow {
+  Index* item;
+  Index width, count;  // item[width] is there to be overwritten
+};
+
+/// Appends what is near of the table's entries [first, last): a CPU computes distances in vector registers, and stores each
+/// entry, which is quicker than a branch that it cannot foresee. The table's points end in a lot of spare ones.
+[[maybe_unused]] inline void append_near(HostRow& row, const CellTableView& table, const PointLanes& points,
+                                         Index first, Index last, const CellRun& run, const Real3& x, Real h2,
+                                         Index self) {
+  const Real *px = points.x.data(), *py = points.y.data(), *pz = points.z.data();
+  const Index* const item = table.item.data();
+  Index* const out = row.item;
+  Index n = row.count;
+  for (Index e = first; e < last; e += lot_size) {
+    Lot rx, ry, rz;
+    std::memcpy(&rx, px + e, sizeof(Lot));
+    std::memcpy(&ry, py + e, sizeof(Lot));
+    std::memcpy(&rz, pz + e, sizeof(Lot));
+    rx = x.x - rx;
+    ry = x.y - ry;
+    rz = x.z - rz;
+    const auto near = rx * rx + ry * ry + rz * rz < h2;  // −1 or 0
+    const Index most = last - e < lot_size ? last - e : lot_size;
+    for (Index k = 0; k < most; ++k) {
+      const Index j = item[e + k];
+      Index one = static_cast<Index>(near[k]) & (j != self ? -1 : 0);
+      if (table.hashed) one = run.holds(table.coord(e + k)) ? one : 0;
+      out[n < row.width ? n : row.width] = j;
+      n -= one;
+    }
+  }
+  row.count = n;
+}
+
+/// A CPU thread's work: some rows, found into its own memory and then put where there is room for them together. (Templates,
+/// so that only what a backend launches is compiled.)
+template <class Points>
+struct FillRows {
+  static constexpr Index rows_at_once = 16, width = 511;  // a longer row is searched twice
+
+  Search search;
+
+  Index find(Index i, Index* item, Index most) const {
+    const CellTableView& table = search.table;
+    const Real3 x = search.row_points(i);
+    const Index self = search.same_set ? i : Index(-1);
+    HostRow row{item, most, 0};
+    if (table.buckets > 0) {
+      CellCoord lo, hi;
+      search.cells_around(x, lo, hi);
+      const Points& points = table.point;
+      table.for_runs(lo, hi, [&](const Index first, const Index last, const CellRun& run) {
+        append_near(row, table, points, first, last, run, x, search.h2, self);
+      });
+    }
+    return row.count;
+  }
+  KOKKOS_INLINE_FUNCTION void operator()(const Index lot) const {
+    Index found[rows_at_once][width + 1];
+    const Index first = lot * rows_at_once,
+                here = search.rows - first < rows_at_once ? search.rows - first : rows_at_once;
+    std::int64_t entries = 0;
+    for (Index r = 0; r < here; ++r) {
+      const Index n = search.count(first + r) = find(first + r, found[r], width);
+      entries += n <= width ? n : n + 1;
+    }
+    if (lot == 0) *search.next_used = 0;
+    std::int64_t at = search.take(entries);
+    for (Index r = 0; r < here; ++r) {
+      const Index n = search.count(first + r);
+      search.start(first + r) = at;
+      if (at < 0) continue;
+      if (n <= width)
+        std::copy_n(found[r], n, search.entry.data + at);
+      else
+        find(first + r, search.entry.data + at, n);
+      at += n <= width ? n : n + 1;
+    }
+  }
+};
+
+/// Which of the table's 32 entries from `first` on are near.
+struct Lot32 {
+  std::uint32_t near;
+  Index first;
+};
+
+/// A GPU thread's work: one row, in two passes. The first compares distances and keeps a bit for each, without a branch, for in
+/// a warp there is always a thread that finds something. Then the warp takes room for its rows, a bundle of the list. The
+/// second pass writes what the bits say: the threads of a warp their k-th entries, which lie side by side, at the same time.
+template <class Points>
+struct BundleSearch {
+  using Policy = Kokkos::TeamPolicy<ExecSpace, Kokkos::LaunchBounds<128, 1>>;
+  using Team = typename Policy::member_type;
+  static constexpr Index threads = 128, lots = 12;  // of a team; that a thread keeps: more than nine runs of cells need
+  using Scratch = Kokkos::View<Lot32*, ExecSpace::scratch_memory_space, Kokkos::MemoryTraits<Kokkos::Unmanaged>>;
+
+  const Search& search;
+
+  /// Whether a dense table has anything in these cells: all loads under way at once, for most rows of some lists are empty.
+  KOKKOS_INLINE_FUNCTION bool any(const CellCoord& lo, const CellCoord& hi) const {
+    const CellTableView& table = search.table;
+    if (lo.x > hi.x || lo.y > hi.y || lo.z > hi.z) return false;
+    Index found = 0;
+    for (int dz = 0; dz < 3; ++dz)
+      for (int dy = 0; dy < 3; ++dy) {
+        const int y = lo.y + dy < hi.y ? lo.y + dy : hi.y, z = lo.z + dz < hi.z ? lo.z + dz : hi.z;
+        const Index first = (z * table.dims.y + y) * table.dims.x;
+        found |= table.start(first + hi.x + 1) - table.start(first + lo.x);
+      }
+    return found != 0;
+  }
+  KOKKOS_INLINE_FUNCTION std::uint32_t near_of(const Real3& x, Index first, Index length) const {
+    const Points& points = search.table.point;
+    std::uint32_t near = 0;
+    DRENCH_UNROLL
+    for (Index k = 0; k < length; ++k) {
+      const Real3 r = x - points(first + k);
+      near |= (dot(r, r) < search.h2 ? std::uint32_t(1) : std::uint32_t(0)) << k;
+    }
+    return near;
+  }
+  /// Without the entries of other cells in the same buckets.
+  KOKKOS_INLINE_FUNCTION std::uint32_t in_run(std::uint32_t near, Index first, const CellRun& run) const {
+    for (std::uint32_t left = near; left != 0; left &= left - 1) {
+      const int k = Kokkos::Experimental::countr_zero_builtin(left);
+      if (!run.holds(search.table.coord(first + k))) near &= ~(std::uint32_t(1) << k);
+    }
+    return near;
+  }
+  /// Calls keep(lot) for each lot of row i that has something near.
+  template <class Keep>
+  KOKKOS_INLINE_FUNCTION void find(Index i, const Keep& keep) const {
+    const CellTableView& table = search.table;
+    if (table.buckets == 0) return;
+    const Real3 x = search.row_points(i);
+    CellCoord lo, hi;
+    search.cells_around(x, lo, hi);
+    if (!search.in_order && !table.hashed && !any(lo, hi)) return;
+    table.for_runs(lo, hi, [&](const Index first, const Index last, const CellRun& run) {
+      for (Index e = first; e < last; e += 32) {
+        std::uint32_t near = near_of(x, e, last - e < 32 ? last - e : 32);
+        const auto self = static_cast<std::uint32_t>(i - e);
+        if (search.in_order && self < 32) near &= ~(std::uint32_t(1) << self);
+        if (table.hashed) near = in_run(near, e, run);
+        if (near != 0) keep(Lot32{near, e});
+      }
+    });
+  }
+  /// Appends the first of a lot, and takes it out.
+  KOKKOS_INLINE_FUNCTION void append_first(WritableRow& row, Index i, Lot32& lot) const {
+    Index j = lot.first + Kokkos::Experimental::countr_zero_builtin(lot.near);
+    lot.near &= lot.near - 1;
+    if (!search.in_order) {
+      j = search.table.item(j);
+      if (search.same_set && j == i) return;
+    }
+    row(row.count++) = j;
+  }
+  KOKKOS_INLINE_FUNCTION void append(WritableRow& row, Index i, const Lot32* at, Index kept) const {
+    Lot32 lot{0, 0};
+    for (Index next = 0;;) {
+      while (lot.near == 0 && next < kept) lot = at[threads * next++];
+      if (lot.near == 0) return;
+      append_first(row, i, lot);
+    }
+  }
+  /// The largest of a warp's numbers, in all its threads.
+  KOKKOS_INLINE_FUNCTION static Index most_of_warp(Index n) {
+#ifdef __CUDA_ARCH__
+    for (int apart = 16; apart > 0; apart /= 2) {
+      const Index other = __shfl_xor_sync(~0u, n, apart);
+      n = other > n ? other : n;
+    }
+#endif
+    return n;
+  }
+  /// What the first thread of a warp has, in all its threads.
+  KOKKOS_INLINE_FUNCTION static std::int64_t from_first_of_warp(std::int64_t value) {
+#ifdef __CUDA_ARCH__
+    return __shfl_sync(~0u, value, 0);
+#else
+    return value;
+#endif
+  }
+  KOKKOS_INLINE_FUNCTION void fill(const Team& team, Index number) const {
+    const Scratch scratch(team.team_scratch(0), static_cast<std::size_t>(threads * lots));
+    const Index i = number * threads + static_cast<Index>(team.team_rank());
+    Lot32* const mine = scratch.data() + team.team_rank();
+    Index found = 0, kept = 0;
+    if (i < search.rows)
+      find(i, [&](const Lot32& lot) {
+        found += Kokkos::Experimental::popcount_builtin(lot.near);
+        if (kept < lots) mine[threads * kept] = lot;
+        ++kept;
+      });
+    const Index width = most_of_warp(found), lane = i % rows_per_bundle;
+    std::int64_t first = 0;
+    if (lane == 0) {
+      if (i == 0) *search.next_used = 0;
+      if (width > 0) first = search.take(std::int64_t{width} * rows_per_bundle);
+      if (i < search.rows) search.start(i / rows_per_bundle) = first;
+    }
+    first = from_first_of_warp(first);
+    if (i >= search.rows) return;
+    WritableRow row{search.entry.data, nullptr, first + lane, 0};
+    if (first >= 0 && found > 0) {
+      if (kept <= lots)
+        append(row, i, mine, kept);
+      else  // more than it could keep
+        find(i, [&](Lot32 lot) {
+          while (lot.near != 0) append_first(row, i, lot);
+        });
+    }
+    search.count(i) = row.count;
+  }
+};
+
+/// Several lists in one kernel, so that none waits for the last rows of another.
+template <class Points>
+struct FillBundles {
+  using One = BundleSearch<Points>;
+  static constexpr int most_lists = 5;
+
+  struct List {
+    Search search;
+    Index end = 0;  // of its teams
+  };
+  List list[most_lists];
+
+  KOKKOS_INLINE_FUNCTION void operator()(const typename One::Team& team) const {
+    const auto rank = static_cast<Index>(team.league_rank());
+    int which = 0;
+    while (rank >= list[which].end) ++which;
+    One{list[which].search}.fill(team, which > 0 ? rank - list[which - 1].end : rank);
+  }
+};
+
+/// Fills lists; of a GPU's as many at once as there are.
+template <class Points>
+void launch(const std::vector<Search>& searches) {
+  if constexpr (std::is_same_v<Points, PointLanes>) {
+    constexpr Index lot = FillRows<Points>::rows_at_once;
+    for (const Search& search : searches)
+      parallel("drench::neighbors::list", (search.rows + lot - 1) / lot, FillRows<Points>{search});
+  } else {
+    using Fill = FillBundles<Points>;
+    using One = typename Fill::One;
+    for (std::size_t from = 0; from < searches.size(); from += Fill::most_lists) {
+      Fill fill;
+      Index teams = 0;
+      for (std::size_t k = 0; k < Fill::most_lists && from + k < searches.size(); ++k) {
+        const Search& search = searches[from + k];
+        teams += (search.rows + One::threads - 1) / One::threads;
+        fill.list[k] = {search, teams};
+      }
+      typename One::Policy policy(teams, One::threads);
+      policy.set_scratch_size(0, Kokkos::PerTeam(One::Scratch::shmem_size(One::threads * One::lots)));
+      Kokkos::parallel_for("drench::neighbors::list", policy, fill);
+    }
+  }
+}
+
+void grow(NeighborList& list, std::int64_t entries) {
+  make_room(list.entry, "drench::neighbors", static_cast<std::size_t>(entries));
+}
+
+void make_row_room(NeighborList& list, Index rows) {
+  list.rows = rows;
+  if (list.needed.data() == nullptr) {
+    list.needed = Kokkos::View<std::int64_t, Kokkos::SharedHostPinnedSpace>("drench::neighbors::needed");
+    list.used = Kokkos::View<std::int64_t[2], MemSpace>("drench::neighbors::used");
+  }
+  if (rows <= static_cast<Index>(list.count.extent(0))) return;
+  const auto capacity = static_cast<std::size_t>(rows + rows / 4);
+  make_room(list.count, "drench::neighbor_count", capacity);
+  make_room(list.start, "drench::neighbor_start", capacity / rows_per_bundle + 1);
+}
+
+Search search_for(const ListRequest& request, Real support) {
+  NeighborList& list = *request.list;
+  list.needed() = 0;
+  std::int64_t* const used = list.used.data() + list.filling;
+  std::int64_t* const next_used = list.used.data() + (1 - list.filling);
+  list.filling = 1 - list.filling;
+  return {*request.row_points, list.rows,  request.table, request.same_set, request.in_order,
+          support * support,  list.count, list.start,    list.entry,       used,
+          next_used,          list.needed};
+}
+
+}  // namespace
+
+void build_neighbor_list(const ListRequest& request, Real support) { build_neighbor_lists({request}, support); }
+
+bool build_neighbor_lists(const std::vector<ListRequest>& requests, Real support) {
+  std::vector<ListRequest> left;
+  for (const ListRequest& request : requests) {
+    request.list->rows = request.rows;
+    if (request.rows == 0) continue;
+    make_row_room(*request.list, request.rows);
+    left.push_back(request);
+  }
+  const bool waits = !left.empty();
+  while (!left.empty()) {
+    std::vector<Search> searches;
+    searches.reserve(left.size());
+    for (const ListRequest& request : left) searches.push_back(search_for(request, support));
+    launch<CellPoints>(searches);
+    ExecSpace().fence("drench::neighbors::list");
+    std::erase_if(left, [](const ListRequest& request) { return request.list->needed() == 0; });
+    for (const ListRequest& request : left) grow(*request.list, request.list->needed() + request.list->needed() / 4);
+  }
+  return waits;
+}
+
+std::vector<std::vector<Index>> rows_on_host(const NeighborList& list) {
+  std::vector<std::vector<Index>> rows(static_cast<std::size_t>(list.rows));
+  if (list.rows == 0) return rows;
+  const auto count = Kokkos::create_mirror_view_and_copy(Kokkos::HostSpace(), list.count);
+  const auto start = Kokkos::create_mirror_view_and_copy(Kokkos::HostSpace(), list.start);
+  const auto entry = Kokkos::create_mirror_view_and_copy(Kokkos::HostSpace(), list.entry);
+  for (Index i = 0; i < list.rows; ++i) {
+    NeighborRow row{entry.data(), nullptr, start(i / rows_per_bundle) + i % rows_per_bundle, count(i)};
+    for (Index k = 0; k < row.count; ++k) rows[static_cast<std::size_t>(i)].push_back(row(k));
+  }
+  return rows;
+}
+
+}  // namespace drench::kokkos_backend

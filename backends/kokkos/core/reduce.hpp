@@ -1,0 +1,299 @@
+#pragma once
+// Sums whose result does not depend on the number of threads: fixed partial sums, added in a fixed order.
+
+#include <type_traits>
+
+#include "core/types.hpp"
+
+#ifdef KOKKOS_ENABLE_CUDA
+#include "core/team_sums.hpp"
+#endif
+
+namespace drench::kokkos_backend {
+
+struct TwoSums {
+  double first = 0, second = 0;
+  KOKKOS_INLINE_FUNCTION TwoSums& operator+=(const TwoSums& o) {
+    first += o.first;
+    second += o.second;
+    return *this;
+  }
+};
+
+struct ThreeSums {
+  double first = 0, second = 0, third = 0;
+  KOKKOS_INLINE_FUNCTION ThreeSums& operator+=(const ThreeSums& o) {
+    first += o.first;
+    second += o.second;
+    third += o.third;
+    return *this;
+  }
+};
+
+/// A sum with Neumaier's compensation: `lost` is what rounding took.
+struct CompensatedSum {
+  double sum = 0, lost = 0;
+  KOKKOS_INLINE_FUNCTION CompensatedSum& operator+=(double t) {
+    const double next = sum + t;
+    lost += Kokkos::abs(sum) >= Kokkos::abs(t) ? (sum - next) + t : (t - next) + sum;
+    sum = next;
+    return *this;
+  }
+  KOKKOS_INLINE_FUNCTION CompensatedSum& operator+=(const CompensatedSum& o) {
+    *this += o.sum;
+    lost += o.lost;
+    return *this;
+  }
+};
+
+/// Room for partial sums of any kind, in words of 8 bytes; grows on demand, freed with Kokkos.
+struct SumRoom {
+  Array<double> many, some;
+  Kokkos::View<double*, Kokkos::SharedHostPinnedSpace> few;
+  Kokkos::View<unsigned, MemSpace> finished;  // teams
+  Kokkos::View<double, Kokkos::SharedHostPinnedSpace> maximum[3];
+};
+inline SumRoom& sum_room() {
+  static SumRoom room;
+  static const bool hooked = [] {
+    Kokkos::push_finalize_hook([] { room = {}; });
+    return true;
+  }();
+  (void)hooked;
+  return room;
+}
+
+/// `n` sums in that room.
+template <class Sum, class Words>
+auto sums_in(Words& words, Index n) {
+  static_assert(sizeof(Sum) % sizeof(double) == 0 && alignof(Sum) <= alignof(double));
+  const std::size_t needed = static_cast<std::size_t>(n) * (sizeof(Sum) / sizeof(double));
+  if (words.extent(0) < needed) {
+    words = {};  // free before allocating
+    words = Words(Kokkos::ViewAllocateWithoutInitializing("drench::partial_sums"), needed + needed / 4);
+  }
+  return Kokkos::View<Sum*, typename Words::memory_space, Kokkos::MemoryTraits<Kokkos::Unmanaged>>(
+      reinterpret_cast<Sum*>(words.data()), static_cast<std::size_t>(n));
+}
+
+/// part(p) = Σ term(i) over i = p, p + parts, p + 2 parts, … < n, for all of its p.
+template <class Term, class Parts>
+void add_parts(const char* label, Index n, const Term& term, const Parts& part) {
+  const Index parts = static_cast<Index>(part.extent(0));
+  parallel(
+      label, parts, KOKKOS_LAMBDA(const Index p) {
+        typename Parts::non_const_value_type s{};
+        for (Index i = p; i < n; i += parts) s += term(i);
+        part(p) = s;
+      });
+}
+
+/// A term of a sum as Kokkos' reductions call it.
+template <class Sum, class Term>
+struct Added {
+  Term term;
+  KOKKOS_INLINE_FUNCTION void operator()(const Index i, Sum& s) const { s += term(i); }
+};
+
+/// What Kokkos makes of `add`(i, sum) for i < n, n > 0, in `result`; the host may read it after a fence.
+template <class Sum, class Add>
+void reduce_into(const char* label, Index n, const Add& add, Sum* result) {
+  Kokkos::parallel_reduce(
+      label, Range(0, n), add,
+      Kokkos::View<Sum, Kokkos::SharedHostPinnedSpace, Kokkos::MemoryTraits<Kokkos::Unmanaged>>(result));
+}
+/// The same. Synchronises with the host.
+template <class Sum, class Add>
+Sum reduced(const char* label, Index n, const Add& add) {
+  if (n == 0) return {};
+  const auto one = sums_in<Sum>(sum_room().few, 1);
+  reduce_into(label, n, add, one.data());
+  ExecSpace().fence(label);
+  return one(0);
+}
+
+/// Two sums of the same kind over different ranges.
+template <class Sum>
+struct SumPair {
+  Sum first, second;
+};
+
+/// A sum that `begin_ordered` has begun, and where it arrives.
+template <class Sum>
+struct SumUnderWay {
+  const char* label = nullptr;
+  const Sum* total = nullptr;
+  std::size_t parts = 0;
+
+  /// Synchronises with the host.
+  Sum wait() const {
+    ExecSpace().fence(label);
+    return arrived();
+  }
+  /// Once the host has waited for this kernel or a later one.
+  Sum arrived() const {
+    Sum all{};
+    for (std::size_t p = 0; p < parts; ++p) all += total[p];
+    return all;
+  }
+};
+
+/// Begins with Σ term(i), i < n, n > 0, always in the same order. Two may be under way at once, with a different `place` (0 or 1);
+/// until the first is read the room must not grow: no sums of a larger kind in between.
+/// On CUDA it is a reduction of Kokkos, whose blocks and order depend on n and the kernel alone. On a CPU their number would
+/// depend on the threads: there as many partial sums as keep a GPU busy, then fewer and fewer; the last few are added by the
+/// host.
+template <class Sum, class Term>
+SumUnderWay<Sum> begin_ordered(const char* label, Index n, const Term& term, int place = 0) {
+  constexpr Index most_parts = 32;
+  SumRoom& room = sum_room();
+  Sum* const at = sums_in<Sum>(room.few, 2 * most_parts).data() + (place == 0 ? 0 : most_parts);
+#ifdef KOKKOS_ENABLE_CUDA
+  reduce_into(label, n, Added<Sum, Term>{term}, at);
+  return {label, at, 1};
+#else
+  constexpr Index many = 65536, some = 1024;
+  const auto first = sums_in<Sum>(room.many, n < many ? n : many);
+  const auto second = sums_in<Sum>(room.some, n < some ? n : some);
+  const Kokkos::View<Sum*, Kokkos::SharedHostPinnedSpace, Kokkos::MemoryTraits<Kokkos::Unmanaged>> last(
+      at, static_cast<std::size_t>(n < most_parts ? n : most_parts));
+  add_parts(label, n, term, first);
+  add_parts(
+      label, static_cast<Index>(first.extent(0)), KOKKOS_LAMBDA(const Index i) { return first(i); }, second);
+  add_parts(
+      label, static_cast<Index>(second.extent(0)), KOKKOS_LAMBDA(const Index i) { return second(i); }, last);
+  return {label, at, last.extent(0)};
+#endif
+}
+
+/// Σ term(i), i < n, always in the same order. Synchronises with the host.
+template <class Sum, class Term>
+Sum ordered(const char* label, Index n, const Term& term) {
+  if (n == 0) return {};
+  return begin_ordered<Sum>(label, n, term).wait();
+}
+
+#ifndef KOKKOS_ENABLE_CUDA
+/// add_parts for two sums at once: the parts of the first, then those of the second.
+template <class First, class Second, class Parts>
+void add_pair_parts(const char* label, Index n_first, Index first_parts, const First& first, Index n_second,
+                    Index second_parts, const Second& second, const Parts& part) {
+  parallel(
+      label, first_parts + second_parts, KOKKOS_LAMBDA(const Index p) {
+        typename Parts::non_const_value_type s{};
+        if (p < first_parts)
+          for (Index i = p; i < n_first; i += first_parts) s += first(i);
+        else
+          for (Index i = p - first_parts; i < n_second; i += second_parts) s += second(i);
+        part(p) = s;
+      });
+}
+
+/// Partial sums as terms.
+template <class Sum>
+struct PartsFrom {
+  const Sum* part;
+  KOKKOS_INLINE_FUNCTION const Sum& operator()(Index i) const { return part[i]; }
+};
+#endif
+
+/// Both sums, always in the same order, with the same kernels and one wait for both. On a GPU by teams: with terms as large as
+/// the ledger's that is several times as fast as a reduction of Kokkos, with a few numbers slower.
+template <class Sum, class First, class Second>
+SumPair<Sum> ordered_pair(const char* label, Index n_first, const First& first, Index n_second, const Second& second) {
+  SumRoom& room = sum_room();
+#ifdef KOKKOS_ENABLE_CUDA
+  if (n_first + n_second == 0) return {};
+  using Sums = TeamSums<Sum, First, Second>;
+  if (room.finished.data() == nullptr)
+    room.finished = Kokkos::View<unsigned, MemSpace>("drench::partial_sums::finished");
+  const Index a = Sums::teams(n_first), b = Sums::teams(n_second);
+  const auto part = sums_in<Sum>(room.many, a + b);
+  const auto both = sums_in<Sum>(room.few, 2);
+  typename Sums::Policy policy(a + b, Sums::threads);
+  policy.set_scratch_size(0, Kokkos::PerTeam(Sums::Scratch::shmem_size(Sums::threads)));
+  const Sums sums{n_first, n_second, a, b, first, second, part.data(), both.data(), room.finished.data()};
+  Kokkos::parallel_for(label, policy, sums);
+  ExecSpace().fence(label);
+  return {both(0), both(1)};
+#else
+  constexpr Index sizes[] = {65536, 1024, 32};
+  Index a[3], b[3];
+  for (int level = 0; level < 3; ++level) {
+    a[level] = n_first < sizes[level] ? n_first : sizes[level];
+    b[level] = n_second < sizes[level] ? n_second : sizes[level];
+  }
+  const auto many = sums_in<Sum>(room.many, a[0] + b[0]);
+  const auto some = sums_in<Sum>(room.some, a[1] + b[1]);
+  const auto few = sums_in<Sum>(room.few, a[2] + b[2]);
+  add_pair_parts(label, n_first, a[0], first, n_second, b[0], second, many);
+  add_pair_parts(label, a[0], a[1], PartsFrom<Sum>{many.data()}, b[0], b[1], PartsFrom<Sum>{many.data() + a[0]}, some);
+  add_pair_parts(label, a[1], a[2], PartsFrom<Sum>{some.data()}, b[1], b[2], PartsFrom<Sum>{some.data() + a[1]}, few);
+  ExecSpace().fence(label);
+  SumPair<Sum> total;
+  for (Index p = 0; p < a[2]; ++p) total.first += few(p);
+  for (Index p = 0; p < b[2]; ++p) total.second += few(a[2] + p);
+  return total;
+#endif
+}
+
+/// Two sums at once, in double.
+template <class Term>
+TwoSums ordered_sums(const char* label, Index n, const Term& term) {
+  return ordered<TwoSums>(label, n, term);
+}
+
+/// Begins with max term(i), n > 0, in double, left in `result`, which the device can write.
+template <class Term, class Space>
+void find_maximum(const char* label, Index n, const Term& term, const Kokkos::View<double, Space>& result) {
+  Kokkos::parallel_reduce(
+      label, Range(0, n),
+      KOKKOS_LAMBDA(const Index i, double& m) {
+        const double t = term(i);
+        if (t > m) m = t;
+      },
+      Kokkos::Max<double, Space>(result));
+}
+
+/// Maxima whose kernels run while the host goes on.
+class MaximaUnderWay {
+ public:
+  /// max term(i); nothing if n = 0. At most three.
+  template <class Term>
+  void add(const char* label, Index n, const Term& term) {
+    if (n == 0) return;
+    auto& result = sum_room().maximum[count_++];
+    if (result.data() == nullptr) result = std::decay_t<decltype(result)>("drench::maximum");
+    find_maximum(label, n, term, result);
+  }
+  /// The largest of all, 0 if none is larger. Synchronises with the host.
+  double wait(const char* label) const {
+    double most = 0;
+    if (count_ > 0) ExecSpace().fence(label);
+    for (std::size_t k = 0; k < count_; ++k) most = Kokkos::max(most, sum_room().maximum[k]());
+    return most;
+  }
+
+ private:
+  std::size_t count_ = 0;
+};
+
+/// max term(i) (0 if n = 0), in double. Synchronises with the host.
+template <class Term>
+double maximum(const char* label, Index n, const Term& term) {
+  MaximaUnderWay one;
+  one.add(label, n, term);
+  return one.wait(label);
+}
+
+/// Σ term(i) in 64-bit integers: exact in any order. Synchronises with the host.
+template <class Term>
+std::int64_t integer_sum(const char* label, Index n, const Term& term) {
+  std::int64_t result = 0;
+  if (n > 0)
+    Kokkos::parallel_reduce(
+        label, Range(0, n), KOKKOS_LAMBDA(const Index i, std::int64_t& s) { s += term(i); }, result);
+  return result;
+}
+
+}  // namespace drench::kokkos_backend

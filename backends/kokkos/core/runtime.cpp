@@ -1,0 +1,127 @@
+// Start and end of Kokkos, what it runs on, and what it allocates.
+
+#include "pipeline/runtime.hpp"
+
+#include <fmt/format.h>
+
+#include <atomic>
+#include <cstring>
+
+#include "core/types.hpp"
+#include "setup/memory_estimate.hpp"
+
+namespace drench {
+namespace {
+
+namespace Tools = Kokkos::Tools::Experimental;
+
+std::atomic<std::int64_t> bytes_now{0}, bytes_peak{0};
+// What a profiler had asked to be told; it is told still.
+Kokkos_Profiling_allocateDataFunction next_allocate = nullptr;
+Kokkos_Profiling_deallocateDataFunction next_deallocate = nullptr;
+
+bool is_backends(const Kokkos_Profiling_SpaceHandle& space) {
+  return std::strncmp(space.name, kokkos_backend::MemSpace::name(), sizeof(space.name)) == 0;
+}
+
+void on_allocate(Kokkos_Profiling_SpaceHandle space, const char* label, const void* data, std::uint64_t size) {
+  if (is_backends(space)) {
+    const std::int64_t now = bytes_now += static_cast<std::int64_t>(size);
+    std::int64_t peak = bytes_peak;
+    while (now > peak && !bytes_peak.compare_exchange_weak(peak, now)) {
+    }
+  }
+  if (next_allocate) next_allocate(space, label, data, size);
+}
+
+void on_deallocate(Kokkos_Profiling_SpaceHandle space, const char* label, const void* data, std::uint64_t size) {
+  if (is_backends(space)) bytes_now -= static_cast<std::int64_t>(size);
+  if (next_deallocate) next_deallocate(space, label, data, size);
+}
+
+void count_allocations() {
+  const auto callbacks = Tools::get_callbacks();
+  if (callbacks.allocate_data == on_allocate) return;
+  next_allocate = callbacks.allocate_data;
+  next_deallocate = callbacks.deallocate_data;
+  Tools::set_allocate_data_callback(on_allocate);
+  Tools::set_deallocate_data_callback(on_deallocate);
+}
+
+std::string gibibytes(double bytes) { return fmt::format("{:.1f} GiB", bytes / (1 << 30)); }
+
+#ifdef KOKKOS_ENABLE_CUDA
+/// The compute capability that the kernels are compiled for, as 90 for 9.0.
+constexpr int built_for = DRENCH_CUDA_ARCH;
+#endif
+
+}  // namespace
+
+void require_device() {
+#ifdef KOKKOS_ENABLE_CUDA
+  int count = 0;
+  if (const cudaError_t error = cudaGetDeviceCount(&count); error != cudaSuccess)
+    throw DeviceError(no_device_text(cudaGetErrorString(error), built_for));
+  if (count == 0) throw DeviceError(no_device_text("there is none", built_for));
+  cudaDeviceProp device;
+  if (const cudaError_t error = cudaGetDeviceProperties(&device, 0); error != cudaSuccess)
+    throw DeviceError(no_device_text(cudaGetErrorString(error), built_for));
+  // The driver compiles for newer devices than the kernels were compiled for, never for older ones.
+  if (const int has = 10 * device.major + device.minor; has < built_for)
+    throw DeviceError(wrong_device_text(device.name, has, built_for));
+#endif
+}
+
+DeviceMemory device_memory() {
+#ifdef KOKKOS_ENABLE_CUDA
+  std::size_t free = 0, total = 0;
+  cudaDeviceProp device;
+  if (const cudaError_t error = cudaMemGetInfo(&free, &total); error != cudaSuccess)
+    throw DeviceError(no_device_text(cudaGetErrorString(error), built_for));
+  if (const cudaError_t error = cudaGetDeviceProperties(&device, 0); error != cudaSuccess)
+    throw DeviceError(no_device_text(cudaGetErrorString(error), built_for));
+  return {device.name, double(total), double(free)};
+#else
+  return {"", machine_memory(), machine_memory_free()};
+#endif
+}
+
+ArrayMemory array_memory() { return {bytes_now, bytes_peak}; }
+
+BackendRuntime::BackendRuntime(int threads, bool quiet) {
+  if (!Kokkos::is_initialized()) {
+    require_device();
+    Kokkos::InitializationSettings settings;
+    if (threads > 0) settings.set_num_threads(threads);
+    settings.set_disable_warnings(quiet);
+    Kokkos::initialize(settings);
+  }
+  count_allocations();
+}
+
+BackendRuntime::~BackendRuntime() {
+  if (Kokkos::is_initialized() && !Kokkos::is_finalized()) Kokkos::finalize();
+}
+
+std::string runtime_description() {
+  std::string text = fmt::format("backend: {}\n", kokkos_backend::ExecSpace::name());
+  const DeviceMemory memory = device_memory();
+#ifdef KOKKOS_ENABLE_CUDA
+  const auto& device = kokkos_backend::ExecSpace().cuda_device_prop();
+  int driver = 0, runtime = 0;
+  cudaDriverGetVersion(&driver);
+  cudaRuntimeGetVersion(&runtime);
+  text += fmt::format("device: {}\ncompute capability: {}.{}, built for {}.{}\n", device.name, device.major,
+                      device.minor, built_for / 10, built_for % 10);
+  text += fmt::format("CUDA: runtime {}.{}, driver {}.{}\n", runtime / 1000, runtime % 1000 / 10, driver / 1000,
+                      driver % 1000 / 10);
+#else
+  text += "device: host processor\n";
+#endif
+  text += fmt::format("memory: {}, {} free\n", gibibytes(memory.total), gibibytes(memory.free));
+  text += fmt::format("threads: {}\n", Kokkos::DefaultHostExecutionSpace().concurrency());
+  text += fmt::format("Kokkos: {}.{}.{}\n", KOKKOS_VERSION / 10000, KOKKOS_VERSION / 100 % 100, KOKKOS_VERSION % 100);
+  return text;
+}
+
+}  // namespace drench

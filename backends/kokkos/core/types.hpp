@@ -1,0 +1,197 @@
+#pragma once
+// The one place that says where kernels run and in which precision.
+
+#include <Kokkos_Core.hpp>
+#include <cstdint>
+#include <string>
+#include <type_traits>
+#include <utility>
+
+#include "base/types.hpp"
+
+namespace drench::kokkos_backend {
+
+using ExecSpace = Kokkos::DefaultExecutionSpace;
+using MemSpace = ExecSpace::memory_space;
+/// Do kernels run on the host? A GPU wants other loops here and there.
+inline constexpr bool on_host = std::is_same_v<MemSpace, Kokkos::HostSpace>;
+#ifdef DRENCH_DOUBLE
+using Real = double;
+#else
+using Real = float;
+#endif
+#if defined(KOKKOS_ENABLE_DEBUG_BOUNDS_CHECK) || !defined(NDEBUG)
+#define DRENCH_CHECK_BOUNDS
+#endif
+
+template <class T>
+using Array = Kokkos::View<T*, MemSpace>;
+
+/// Before a loop with loads that wait for each other: a GPU has some of them under way at once.
+#ifdef __CUDA_ARCH__
+#define DRENCH_UNROLL _Pragma("unroll 4")
+#else
+#define DRENCH_UNROLL
+#endif
+
+/// A raw-pointer view of an array for kernels: 8 bytes instead of a View's 24. CUDA launches serialise once a kernel's
+/// arguments exceed 512 bytes. A debug build carries the length and checks it. `Entries<const T>` is read-only.
+template <class T>
+struct Entries {
+  using Owner = Array<std::remove_const_t<T>>;
+
+  T* data = nullptr;
+#ifdef DRENCH_CHECK_BOUNDS
+  std::int64_t count = 0;
+#endif
+
+  Entries() = default;
+  /// From a plain array; an array of a subsystem (Field) goes through its own conversions, which keep its constness.
+  template <class A>
+    requires std::is_same_v<A, Owner>
+  Entries(const A& a) : Entries(a.data(), a.extent(0)) {}
+  KOKKOS_INLINE_FUNCTION Entries(T* first, [[maybe_unused]] std::size_t size) : data(first) {
+#ifdef DRENCH_CHECK_BOUNDS
+    count = static_cast<std::int64_t>(size);
+#endif
+  }
+  /// What may be written may be read.
+  template <class U>
+    requires(std::is_same_v<const U, T> && !std::is_const_v<U>)
+  KOKKOS_INLINE_FUNCTION Entries(const Entries<U>& o) : data(o.data) {
+#ifdef DRENCH_CHECK_BOUNDS
+    count = o.count;
+#endif
+  }
+  KOKKOS_INLINE_FUNCTION T& operator()(std::int64_t i) const {
+#ifdef DRENCH_CHECK_BOUNDS
+    if (i < 0 || i >= count) Kokkos::abort("drench: an index is beyond its array");
+#endif
+    return data[i];
+  }
+  KOKKOS_INLINE_FUNCTION bool exist() const { return data != nullptr; }
+};
+
+/// A view of an array with its length, 16 bytes.
+template <class T>
+struct Slice {
+  using Owner = Array<std::remove_const_t<T>>;
+
+  T* data = nullptr;
+  std::int64_t count = 0;
+
+  Slice() = default;
+  template <class A>
+    requires std::is_same_v<A, Owner>
+  Slice(const A& a) : Slice(a.data(), a.extent(0)) {}
+  KOKKOS_INLINE_FUNCTION Slice(T* first, std::size_t size) : data(first), count(static_cast<std::int64_t>(size)) {}
+  KOKKOS_INLINE_FUNCTION T& operator()(std::int64_t i) const {
+#ifdef DRENCH_CHECK_BOUNDS
+    if (i < 0 || i >= count) Kokkos::abort("drench: an index is beyond its array");
+#endif
+    return data[i];
+  }
+  KOKKOS_INLINE_FUNCTION std::size_t extent(int) const { return static_cast<std::size_t>(count); }
+};
+
+/// An array that a subsystem owns. A kernel sees it as Entries or Slice, read-only ones where its owner is const: what a
+/// function writes to stands in its signature, and the compiler checks it.
+template <class T>
+class Field : public Array<T> {
+ public:
+  using Array<T>::Array;
+  Field() = default;
+  Field(Array<T>&& a) : Array<T>(std::move(a)) {}
+  Field(Field&&) noexcept = default;
+  Field& operator=(Field&&) noexcept = default;
+  Field(const Field&) = delete;
+  Field& operator=(const Field&) = delete;
+
+  operator Entries<T>() { return {this->data(), this->extent(0)}; }
+  operator Entries<const T>() const { return {this->data(), this->extent(0)}; }
+  operator Slice<T>() { return {this->data(), this->extent(0)}; }
+  operator Slice<const T>() const { return {this->data(), this->extent(0)}; }
+  bool exists() const { return this->extent(0) > 0; }
+};
+
+/// Gives a field `n` entries, all 0, unless it has as many.
+template <class T>
+void allocate_zeros(Field<T>& a, const char* label, std::size_t n) {
+  if (a.extent(0) == n) return;
+  a = Field<T>();  // free before allocating
+  a = Field<T>(std::string(label), n);
+}
+/// Makes room for `n` entries; contents are undefined after growth.
+template <class T>
+void make_room(Field<T>& a, const char* label, std::size_t n) {
+  if (a.extent(0) >= n) return;
+  a = Field<T>();  // free before allocating
+  a = Field<T>(Kokkos::ViewAllocateWithoutInitializing(label), n);
+}
+
+using Range = Kokkos::RangePolicy<ExecSpace, Kokkos::IndexType<Index>>;
+/// Blocks of 128 threads on a GPU, so that also a cloth's nodes lie on all of its processors; on an H200 that made no kernel
+/// measurably faster.
+using LoopRange = Kokkos::RangePolicy<ExecSpace, Kokkos::IndexType<Index>, Kokkos::LaunchBounds<128, 1>>;
+
+struct Real3 {
+  Real x = 0, y = 0, z = 0;
+  KOKKOS_INLINE_FUNCTION Real3& operator+=(const Real3& o) {
+    x += o.x;
+    y += o.y;
+    z += o.z;
+    return *this;
+  }
+  KOKKOS_INLINE_FUNCTION Real3& operator-=(const Real3& o) {
+    x -= o.x;
+    y -= o.y;
+    z -= o.z;
+    return *this;
+  }
+};
+/// A vector and a number in one load: what loops over neighbours read.
+struct alignas(4 * sizeof(Real)) Real4 {
+  Real x = 0, y = 0, z = 0, w = 0;
+  Real4() = default;
+  KOKKOS_INLINE_FUNCTION Real4(const Real3& v, Real number) : x(v.x), y(v.y), z(v.z), w(number) {}
+  KOKKOS_INLINE_FUNCTION Real3 xyz() const { return {x, y, z}; }
+};
+KOKKOS_INLINE_FUNCTION Real3 operator+(Real3 a, const Real3& b) { return a += b; }
+KOKKOS_INLINE_FUNCTION Real3 operator-(Real3 a, const Real3& b) { return a -= b; }
+KOKKOS_INLINE_FUNCTION Real3 operator-(const Real3& a) { return {-a.x, -a.y, -a.z}; }
+KOKKOS_INLINE_FUNCTION Real3 operator*(Real s, const Real3& a) { return {s * a.x, s * a.y, s * a.z}; }
+KOKKOS_INLINE_FUNCTION Real dot(const Real3& a, const Real3& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+/// 1/√x; a GPU has an instruction for it, to 2 ulp, where root and division are exact and take several times as long.
+KOKKOS_INLINE_FUNCTION Real inverse_root(Real x) {
+#ifdef __CUDA_ARCH__
+  return ::rsqrt(x);
+#else
+  return 1 / Kokkos::sqrt(x);
+#endif
+}
+KOKKOS_INLINE_FUNCTION Real norm(const Real3& a) { return Kokkos::sqrt(dot(a, a)); }
+KOKKOS_INLINE_FUNCTION Real3 cross(const Real3& a, const Real3& b) {
+  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
+
+/// How the device holds a host type: vectors and numbers in the backend's precision.
+template <class T>
+struct OnDevice {
+  using type = T;
+};
+template <>
+struct OnDevice<double> {
+  using type = Real;
+};
+template <>
+struct OnDevice<Vec3> {
+  using type = Real3;
+};
+
+/// Runs `body(i)` for i in [0, n) under a label that Kokkos Tools and profilers show, e.g. "drench::density::alpha".
+template <class Body>
+void parallel(const char* label, Index n, const Body& body) {
+  if (n > 0) Kokkos::parallel_for(label, LoopRange(0, n), body);
+}
+
+}  // namespace drench::kokkos_backend

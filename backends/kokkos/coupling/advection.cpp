@@ -1,0 +1,239 @@
+// Stage advection (law: src/stages/advection.hpp).
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "bodies/contact.hpp"
+#include "cloth/pins.hpp"
+#include "core/fixed_point.hpp"
+#include "core/host_copy.hpp"
+#include "coupling/cloth_motion.hpp"
+#include "coupling/sweep.hpp"
+
+namespace drench::kokkos_backend {
+namespace {
+
+/// Adds w · m · Δv (m in quanta) to a node's momentum.
+KOKKOS_INLINE_FUNCTION void add_momentum(const Entries<std::int64_t>& momentum, Index node, double quanta,
+                                         const Double3& dv) {
+  add_fixed(momentum, node, times(momentum_steps * quanta, dv));
+}
+
+void allocate_work(Fluid& fluid, const Cloth& cloth, AdvectionWork& work) {
+  if (work.counts.data() == nullptr) {
+    work.counts = decltype(work.counts)(Kokkos::ViewAllocateWithoutInitializing("drench::advection::counts"));
+    work.motion = Kokkos::View<ClothMotion, MemSpace>("drench::advection::motion");
+    work.near_count = Kokkos::View<Index, MemSpace>("drench::advection::near_count");
+  }
+  const auto nodes = static_cast<std::size_t>(cloth.nodes.count);
+  allocate_zeros(work.start, "drench::advection::start", nodes);
+  allocate_zeros(work.momentum, "drench::advection::momentum", 3 * nodes);
+  allocate_zeros(work.hits, "drench::advection::hits", nodes);
+  allocate_zeros(work.box, "drench::advection::box", static_cast<std::size_t>(cloth.mesh.triangles));
+  const std::size_t capacity = fluid.particles.capacity();
+  if (capacity == 0) return;
+  make_room(work.gone, "drench::advection::gone", capacity);
+  make_room(work.end, "drench::advection::end", capacity);
+  if (cloth.samples.count == 0) return;
+  make_room(work.hit_triangle, "drench::advection::hit_triangle", capacity);
+  make_room(work.hit_weight, "drench::advection::hit_weight", capacity);
+  make_room(work.hit_normal, "drench::advection::hit_normal", capacity);
+  if (!on_host) make_room(work.near, "drench::advection::near", capacity);
+  if (fluid.tunnelled.data() == nullptr)
+    fluid.tunnelled = Kokkos::View<Tunnelled, MemSpace>("drench::advection::tunnelled");
+}
+
+/// Law 1: limits the speed of fresh particles relative to the cloth; the cloth gets the momentum.
+void limit_fresh(const Constants& constants, Fluid& fluid, const NeighborLists& lists, const Cloth& cloth, AdvectionWork& work) {
+  const Entries<const Real3> position = fluid.particles.position, sample_position = cloth.samples.position, node_velocity = cloth.nodes.velocity;
+  const Entries<Real3> velocity = fluid.particles.velocity;
+  const Entries<const Quanta> mass = fluid.particles.mass;
+  const Entries<const Real> age = fluid.particles.age, weight = cloth.samples.weight;
+  const Entries<const std::uint8_t> origin = fluid.particles.origin;
+  const Neighbors list(lists.fluid_sample);
+  const Entries<const Index> sample_node = cloth.samples.node;
+  const Entries<std::int64_t> momentum = work.momentum;
+  const Real ramp = cloth.emission_ramp, base_speed = constants.spacing / cloth.emission_ramp, fall = 2 * norm(constants.gravity);
+  parallel(
+      "drench::advection::fresh", fluid.particles.count, KOKKOS_LAMBDA(const Index i) {
+        if (origin(i) != static_cast<std::uint8_t>(Origin::cloth) || !(age(i) < ramp)) return;
+        Index nearest = -1;
+        Real best = 0;
+        const NeighborRow near = list.row(i);
+        for (Index k = 0; k < near.count; ++k) {
+          const Index p = near(k);
+          const Real3 apart = position(i) - sample_position(p);
+          const Real square = dot(apart, apart);
+          if (nearest >= 0 && !(square < best)) continue;
+          nearest = p;
+          best = square;
+        }
+        if (nearest < 0) return;
+        Real3 cloth_velocity;
+        for (Index k = 0; k < 3; ++k)
+          cloth_velocity += weight(3 * nearest + k) * node_velocity(sample_node(3 * nearest + k));
+        const Real3 relative = velocity(i) - cloth_velocity;
+        const Real speed = norm(relative), limit = base_speed + fall * age(i);
+        if (!(speed > limit)) return;
+        const Real3 removed_velocity = (1 - limit / speed) * relative;
+        velocity(i) -= removed_velocity;
+        for (Index k = 0; k < 3; ++k)
+          add_momentum(momentum, sample_node(3 * nearest + k),
+                       static_cast<double>(weight(3 * nearest + k)) * static_cast<double>(mass(i)),
+                       widen(removed_velocity));
+      });
+}
+
+/// Law 3, impulses: inelastic along the normal; each of the c_k particles at a node counts on a c_k-th of its mass.
+void exchange_impulses(const Constants& constants, Fluid& fluid, const Cloth& cloth, AdvectionWork& work) {
+  const Entries<Real3> velocity = fluid.particles.velocity;
+  const Entries<const Real3> node_velocity = cloth.nodes.velocity, hit_weight = work.hit_weight, hit_normal = work.hit_normal;
+  const Entries<const Quanta> mass = fluid.particles.mass;
+  const Entries<const Real> inverse_mass = cloth.nodes.inverse_mass;
+  const Entries<const Index> hit_triangle = work.hit_triangle, hits = work.hits, triangle = cloth.mesh.triangle;
+  const Entries<std::int64_t> momentum = work.momentum;
+  const double quantum = constants.quantum;
+  parallel(
+      "drench::advection::impulse", fluid.particles.count, KOKKOS_LAMBDA(const Index i) {
+        const Index t = hit_triangle(i);
+        if (t < 0 || mass(i) <= 0) return;
+        const Double3 n = widen(hit_normal(i));
+        const Double3 b3 = widen(hit_weight(i));
+        const double b[3] = {b3.x, b3.y, b3.z};
+        Double3 relative = widen(velocity(i));
+        double inverse = 1 / (quantum * static_cast<double>(mass(i)));
+        for (Index k = 0; k < 3; ++k) {
+          const Index node = triangle(3 * t + k);
+          relative = minus(relative, times(b[k], widen(node_velocity(node))));
+          inverse += b[k] * b[k] * static_cast<double>(hits(node)) * static_cast<double>(inverse_mass(node));
+        }
+        const double inward = inner(relative, n);
+        if (!(inward < 0)) return;
+        const double impulse = -inward / inverse;                                    // kg m/s
+        const double particle = impulse / (quantum * static_cast<double>(mass(i)));  // m/s
+        velocity(i) = narrow(add(widen(velocity(i)), times(particle, n)));
+        for (Index k = 0; k < 3; ++k)
+          add_momentum(momentum, triangle(3 * t + k), static_cast<double>(mass(i)), times(-b[k] * particle, n));
+      });
+}
+
+/// v_n += u_n p_n; the sums are zero again for the next step.
+void apply_momentum(const Constants& constants, Cloth& cloth, AdvectionWork& work) {
+  const Entries<Real3> velocity = cloth.nodes.velocity;
+  const Entries<const Real> inverse_mass = cloth.nodes.inverse_mass;
+  const Entries<std::int64_t> momentum = work.momentum;
+  const Entries<Index> hits = work.hits;
+  const auto near_count = work.near_count;
+  const double unit = constants.quantum / momentum_steps;
+  parallel(
+      "drench::advection::momentum", cloth.nodes.count, KOKKOS_LAMBDA(const Index n) {
+        const Double3 p{static_cast<double>(momentum(3 * n)), static_cast<double>(momentum(3 * n + 1)),
+                        static_cast<double>(momentum(3 * n + 2))};
+        velocity(n) = narrow(add(widen(velocity(n)), times(unit * static_cast<double>(inverse_mass(n)), p)));
+        for (Index a = 0; a < 3; ++a) momentum(3 * n + a) = 0;
+        hits(n) = 0;
+        if (n == 0) near_count() = 0;
+      });
+}
+
+/// Laws 4 and 5: bodies' failsafe, new position and age, and who left the domain. `swept`: x1 is known.
+void finish_fluid(const Constants& constants, Fluid& fluid, const NeighborLists& lists, const Bodies& bodies, AdvectionWork& work, Real dt, bool swept) {
+  const Entries<Real3> position = fluid.particles.position, velocity = fluid.particles.velocity;
+  const Entries<const Real3> end = work.end, shift = fluid.separation;
+  const Entries<Real> age = fluid.particles.age;
+  const Entries<const Quanta> mass = fluid.particles.mass;
+  const Entries<std::uint8_t> gone = work.gone;
+  const Entries<const Index> hit_triangle = work.hit_triangle, near_cloth = lists.fluid_sample.count;
+  const bool listed = swept && lists.fluid_sample.rows == fluid.particles.count;
+  const Slice<const Solid> solids = bodies.solids;
+  const Vec3 &min = constants.model.scene.domain.min, &max = constants.model.scene.domain.max;
+  const Double3 lo{min[0], min[1], min[2]}, hi{max[0], max[1], max[2]};
+  Kokkos::parallel_reduce(
+      "drench::advection::finish", Range(0, fluid.particles.count),
+      KOKKOS_LAMBDA(const Index i, AdvectionCounts& counts) {
+        Real3 v = velocity(i), x = swept ? end(i) : position(i) + dt * v + shift(i);
+        if (swept && hit_triangle(i) >= 0) ++counts.collisions;
+        bool put_back = false;
+        for (std::int64_t b = 0; b < solids.count; ++b) {
+          const SolidDistance body = solid_distance(solids(b), x, Real3{});
+          if (!(body.phi < 0)) continue;
+          v = without_inward(v, body.normal, surface_velocity(solids(b), x, Real3{}));
+          x += to_distance(solids(b), x, Real3{}, body, 0);
+          put_back = true;
+        }
+        if (put_back) {
+          ++counts.clamped;
+          if (listed && near_cloth(i) > 0) ++counts.put_back_near;
+          velocity(i) = v;
+        }
+        position(i) = x;
+        age(i) += dt;
+        const Double3 at = widen(x);
+        const bool outside = at.x < lo.x || at.y < lo.y || at.z < lo.z || at.x > hi.x || at.y > hi.y || at.z > hi.z;
+        gone(i) = outside ? 1 : 0;
+        if (outside || !(mass(i) > 0)) ++counts.gone;
+        if (!outside) return;
+        ++counts.removed;
+        const double square = double(dot(v, v));
+        if (square > counts.square) counts.square = square;
+        counts.drained += static_cast<std::int64_t>(mass(i));
+      },
+      work.counts);
+}
+
+/// Among the particles leaving the domain, those faster than `limit`, m/s. Asked for only in steps that are suspicious.
+SomeParticles escaped(const Fluid& fluid, const AdvectionWork& work, double limit) {
+  const auto gone = to_host<std::uint8_t>(work.gone, fluid.particles.count);
+  const auto id = to_host<std::int64_t>(fluid.particles.id, fluid.particles.count);
+  const auto velocity = to_host<Vec3>(fluid.particles.velocity, fluid.particles.count);
+  std::vector<std::int64_t> ids;
+  for (std::size_t i = 0; i < gone.size(); ++i)
+    if (gone[i] != 0 && std::hypot(velocity[i][0], velocity[i][1], velocity[i][2]) > limit) ids.push_back(id[i]);
+  SomeParticles some{static_cast<std::int64_t>(ids.size()), {}};
+  std::partial_sort_copy(ids.begin(), ids.end(), some.lowest.begin(), some.lowest.end());
+  return some;
+}
+
+}  // namespace
+
+void advection(const Constants& constants, Fluid& fluid, const NeighborLists& lists, Bodies& bodies, Cloth& cloth,
+               AdvectionWork& work, Accounts& accounts, const StepInfo& info, StepReport& report) {
+  const Real dt = static_cast<Real>(info.dt);
+  const bool liquid = fluid.particles.count > 0, sheets = cloth.samples.count > 0,
+             moving_cloth = constants.model.has_moving_cloth();
+  allocate_work(fluid, cloth, work);
+  fluid.particles.moved.advance();
+  place_solids(constants, bodies, info.dt);
+  if (liquid && sheets && cloth.emission_ramp > 0) limit_fresh(constants, fluid, lists, cloth, work);
+  if (moving_cloth) {
+    place_pins(constants, cloth, info);
+    move_cloth(constants, fluid, bodies, cloth, work, dt);
+  } else if (liquid && sheets) {
+    refresh_inverse_mass(constants, cloth);
+  }
+  if (!liquid) return;
+  if (sheets) {
+    sweep_paths(constants, fluid, lists, cloth, work, dt);
+    exchange_impulses(constants, fluid, cloth, work);
+    apply_momentum(constants, cloth, work);
+    // Here, because the host waits below: who builds the samples' cells need not wait for their bounds.
+    if (moving_cloth) refresh_samples_and_bounds(cloth);
+  }
+  finish_fluid(constants, fluid, lists, bodies, work, dt, sheets);
+  ExecSpace().fence("drench::advection::counts");
+  if (sheets && moving_cloth) cloth.sample_bounds.set_made_from(cloth.moved);
+  const AdvectionCounts counts = work.counts();
+  report.collisions = counts.collisions;
+  report.clamped = counts.clamped;
+  if (counts.put_back_near > 0) check_put_back(constants, fluid, lists, cloth, work);
+  if (counts.removed == 0) return;
+  report.escaped_speed = std::sqrt(counts.square);
+  const bool fast = report.escaped_speed > info.fluid_speed_limit;
+  if (fast || (counts.removed >= 100 && 4 * counts.removed > fluid.particles.next_id))
+    report.escaped = escaped(fluid, work, fast ? info.fluid_speed_limit : -1);
+  accounts.drained += counts.drained;
+  fluid.particles.compact(work.gone, fluid.particles.count - static_cast<Index>(counts.gone));
+}
+
+}  // namespace drench::kokkos_backend

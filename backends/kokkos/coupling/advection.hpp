@@ -1,0 +1,54 @@
+#pragma once
+// Stage advection: liquid and cloth move, and liquid does not pass cloth. Law: src/stages/advection.hpp.
+
+#include "cloth/cloth.hpp"
+#include "coupling/collision.hpp"
+#include "particles/accounts.hpp"
+#include "particles/fluid.hpp"
+
+namespace drench::kokkos_backend {
+
+/// What stage advection counts; exact in any order.
+struct AdvectionCounts {
+  std::int64_t collisions = 0, clamped = 0;
+  std::int64_t removed = 0, drained = 0;  // particles beyond the border; their quanta
+  std::int64_t gone = 0;                  // particles that do not stay
+  std::int64_t put_back_near = 0;         // clamped ones that had cloth within h
+  double square = 0;                      // m²/s²: the largest |v|² of those beyond the border
+  KOKKOS_INLINE_FUNCTION AdvectionCounts& operator+=(const AdvectionCounts& o) {
+    collisions += o.collisions;
+    clamped += o.clamped;
+    removed += o.removed;
+    drained += o.drained;
+    gone += o.gone;
+    put_back_near += o.put_back_near;
+    if (o.square > square) square = o.square;
+    return *this;
+  }
+};
+
+/// The largest stretch of a triangle at the start, 1, and the bounds of the nodes' displacements, m.
+struct ClothMotion {
+  double stretch = 0;
+  Double3 least, most;
+};
+
+/// Work arrays, made on first use. `momentum` and `hits` are zero between steps.
+struct AdvectionWork {
+  Field<Real3> start;            // per node: x⁰_n, m
+  Field<std::int64_t> momentum;  // 3 per node (core/fixed_point.hpp)
+  Field<Index> hits;             // per node: c_k
+  Field<Box> box;                // per triangle: of its way in the step
+  Kokkos::View<ClothMotion, MemSpace> motion;
+  Kokkos::View<AdvectionCounts, Kokkos::SharedHostPinnedSpace> counts;
+  Field<Real3> end, hit_weight, hit_normal;  // per liquid particle: x1, m; barycentric; towards x0
+  Field<Index> hit_triangle;                 // −1: none
+  Field<Index> near;                         // on a GPU: particles that may hit, in no order
+  Kokkos::View<Index, MemSpace> near_count;  // zero between steps
+  Field<std::uint8_t> gone;
+};
+
+void advection(const Constants& constants, Fluid& fluid, const NeighborLists& lists, Bodies& bodies, Cloth& cloth,
+               AdvectionWork& work, Accounts& accounts, const StepInfo& info, StepReport& report);
+
+}  // namespace drench::kokkos_backend

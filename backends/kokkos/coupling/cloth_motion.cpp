@@ -1,0 +1,117 @@
+// Stage advection (law: src/stages/advection.hpp), law 2.
+
+#include "coupling/cloth_motion.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "bodies/contact.hpp"
+#include "cloth/pins.hpp"
+
+namespace drench::kokkos_backend {
+namespace {
+
+/// Moves the free nodes and keeps them out of the bodies; beside it the largest stretch of a triangle since its rest
+/// shape (how much farther than there its points lie from its samples), and the nodes' inverse masses, which liquid asks for.
+struct MoveCloth {
+  using value_type = ClothMotion;
+  Entries<const Real3> start;
+  Entries<Real3> position, velocity;
+  Entries<const std::uint8_t> pinned;
+  Entries<const Index> cloth, triangle;
+  Entries<const Real> rest, solid_mass;
+  Entries<Real> inverse_mass;
+  Entries<const Quanta> liquid;
+  Entries<const Material> materials;
+  Slice<const Solid> solids;
+  PinMotions pins;
+  double quantum;
+  Real dt;
+  Index nodes, triangles;
+
+  KOKKOS_INLINE_FUNCTION void init(ClothMotion& m) const {
+    constexpr double far = Kokkos::Experimental::finite_max_v<double>;
+    m = {0, {far, far, far}, {-far, -far, -far}};
+  }
+  KOKKOS_INLINE_FUNCTION void join(ClothMotion& m, const ClothMotion& o) const {
+    if (o.stretch > m.stretch) m.stretch = o.stretch;
+    join(m, o.least, o.most);
+  }
+  KOKKOS_INLINE_FUNCTION static void join(ClothMotion& m, const Double3& least, const Double3& most) {
+    if (least.x < m.least.x) m.least.x = least.x;
+    if (least.y < m.least.y) m.least.y = least.y;
+    if (least.z < m.least.z) m.least.z = least.z;
+    if (most.x > m.most.x) m.most.x = most.x;
+    if (most.y > m.most.y) m.most.y = most.y;
+    if (most.z > m.most.z) m.most.z = most.z;
+  }
+  KOKKOS_INLINE_FUNCTION void operator()(const Index k, ClothMotion& most) const {
+    if (k < triangles) {
+      const double own = stretch(k);
+      if (own > most.stretch) most.stretch = own;
+    }
+    if (k >= nodes) return;
+    const Double3 moved = widen(move(k));
+    join(most, moved, moved);
+  }
+  KOKKOS_INLINE_FUNCTION double stretch(Index t) const {
+    const Real3 corner = start(triangle(3 * t));
+    const Real3 u = start(triangle(3 * t + 1)) - corner, v = start(triangle(3 * t + 2)) - corner;
+    const double uu = dot(u, u), uv = dot(u, v), vv = dot(v, v);
+    const double a = rest(3 * t), b = rest(3 * t + 1), c = rest(3 * t + 2);
+    const double trace = a * uu + 2 * b * uv + c * vv, determinant = (a * c - b * b) * (uu * vv - uv * uv);
+    const double square = 0.5 * (trace + Kokkos::sqrt(Kokkos::fmax(0.0, trace * trace - 4 * determinant)));
+    return Kokkos::sqrt(square);
+  }
+  /// Returns its displacement, m.
+  KOKKOS_INLINE_FUNCTION Real3 move(Index n) const {
+    const Real3 x = start(n);
+    inverse_mass(n) = pinned(n) ? Real(0) : Real(1) / (solid_mass(n) + Real(double(liquid(n)) * quantum));
+    if (pinned(n)) {
+      position(n) = x;
+      if (!pins.moves(n)) return {};
+      position(n) = pins.position(n);
+      return position(n) - x;
+    }
+    const Real thickness = materials(cloth(n)).thickness;
+    Real3 v = velocity(n), shift = dt * v;
+    const std::size_t bodies = materials(cloth(n)).self_collision ? 0 : solids.extent(0);
+    for (std::size_t b = 0; b < bodies; ++b) {
+      const SolidDistance contact = solid_distance(solids(static_cast<std::int64_t>(b)), x, shift);
+      if (!(contact.phi < thickness)) continue;
+      v = without_inward(v, contact.normal, surface_velocity(solids(static_cast<std::int64_t>(b)), x, shift));
+      shift = to_distance(solids(static_cast<std::int64_t>(b)), x, shift, contact, thickness);
+    }
+    position(n) = x + shift;
+    velocity(n) = v;
+    return shift;
+  }
+};
+
+}  // namespace
+
+void move_cloth(const Constants& constants, const Fluid& fluid, const Bodies& bodies, Cloth& cloth, AdvectionWork& work, Real dt) {
+  std::swap(cloth.nodes.position, work.start);
+  const Index nodes = cloth.nodes.count, triangles = fluid.particles.count > 0 ? cloth.mesh.triangles : 0;
+  const MoveCloth move{work.start,
+                       cloth.nodes.position,
+                       cloth.nodes.velocity,
+                       cloth.nodes.pinned,
+                       cloth.nodes.cloth,
+                       cloth.mesh.triangle,
+                       cloth.mesh.rest_metric,
+                       cloth.nodes.solid_mass,
+                       cloth.nodes.inverse_mass,
+                       cloth.nodes.liquid,
+                       cloth.materials,
+                       bodies.solids,
+                       PinMotions(cloth),
+                       constants.quantum,
+                       dt,
+                       nodes,
+                       triangles};
+  Kokkos::parallel_reduce("drench::advection::cloth", Range(0, std::max(nodes, triangles)), move, work.motion);
+  cloth.moved.advance();
+}
+
+}  // namespace drench::kokkos_backend

@@ -1,0 +1,74 @@
+#include "coupling/elastic_sheets.hpp"
+
+#include "stages/pressure.hpp"
+
+namespace drench::kokkos_backend {
+
+ElasticSheets::ElasticSheets(const Constants& constants, const Bodies& bodies, Cloth& cloth, ClothSolverWork& solver,
+                             Real dt)
+    : cloth_(cloth),
+      solver_(solver),
+      dt_(dt),
+      most_iterations_(cloth_iterations_per_pressure(constants.model.scene.cloth_solver)),
+      iteration_(constants, bodies, cloth, solver, dt) {}
+
+void ElasticSheets::start() {
+  const Real dt = dt_;
+  const ClothSystem s = iteration_.system();
+  const Nodes& nodes = cloth_.nodes;
+  const Entries<const Real3> v = nodes.velocity, f = nodes.force, contact = nodes.contact_force,
+                             friction = nodes.friction_force;
+  const Entries<Real3> pin = cloth_.nodes.pin_force, base = solver_.base, shift = solver_.displacement,
+                       last = solver_.last_displacement;
+  parallel(
+      "drench::pressure::cloth_start", nodes.count, KOKKOS_LAMBDA(const Index n) { shift(n) = dt * v(n); });
+  parallel(
+      "drench::pressure::cloth_base", nodes.count, KOKKOS_LAMBDA(const Index n) {
+        last(n) = shift(n);
+        const Real3 elastic = s.elastic_force(n, shift);
+        if (s.pinned(n)) {
+          pin(n) += elastic + f(n);
+          return;
+        }
+        base(n) = shift(n) - (dt * dt / s.mass(n)) * (elastic + f(n) + contact(n) + friction(n));
+      });
+}
+
+void ElasticSheets::respond() {
+  const ClothSystem s = iteration_.system();
+  const Real dt = dt_;
+  const Samples& samples = cloth_.samples;
+  const Entries<const Real3> base = std::as_const(solver_).base, f = std::as_const(cloth_).nodes.force;
+  parallel(
+      "drench::pressure::cloth_target", cloth_.nodes.count, KOKKOS_LAMBDA(const Index n) {
+        if (!s.pinned(n)) s.target(n) = base(n) + (dt * dt / s.mass(n)) * f(n);
+      });
+  iteration_.run(most_iterations_);
+  const Entries<const Real3> shift = std::as_const(solver_).displacement;
+  const Entries<Real4> predicted = cloth_.samples.predicted;
+  const Entries<const Index> node = samples.node;
+  const Entries<const Real> weight = samples.weight;
+  parallel(
+      "drench::pressure::sample_velocity", samples.count, KOKKOS_LAMBDA(const Index b) {
+        Real3 p;
+        for (int k = 0; k < 3; ++k) p += weight(3 * b + k) * shift(node(3 * b + k));
+        predicted(b) = {(1 / dt) * p, Real(0)};
+      });
+}
+
+void ElasticSheets::accept() {
+  iteration_.line_search();
+  const ClothSystem s = iteration_.system();
+  const Real dt = dt_;
+  const Entries<Real3> v = cloth_.nodes.velocity, pin = cloth_.nodes.pin_force;
+  const Entries<const Real3> f = std::as_const(cloth_).nodes.force, shift = std::as_const(solver_).displacement;
+  parallel(
+      "drench::pressure::accept_cloth", cloth_.nodes.count, KOKKOS_LAMBDA(const Index n) {
+        if (s.pinned(n))
+          pin(n) -= s.elastic_force(n, shift) + f(n);
+        else
+          v(n) = (1 / dt) * shift(n);
+      });
+}
+
+}  // namespace drench::kokkos_backend

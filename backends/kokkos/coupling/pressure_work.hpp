@@ -1,0 +1,28 @@
+#pragma once
+// Arrays of the pressure solves (stages divergence and pressure); scratch between stages.
+
+#include "particles/fluid.hpp"
+
+namespace drench::kokkos_backend {
+
+struct PressureWork {
+  Field<Real4> position_kappa;             // x_i, m, and κ_i, m²/s²: one load for the pairs
+  Field<Real4> predicted;                  // v_i + Δt a_i, m/s, and the particle's load on sheets, m⁵/s²
+  Field<Real> density_rate;                // Dδ_i/Dt, 1/s, of the predicted velocities, less what yields
+  Field<Real> next_kappa, last_kappa;      // the iterates beside κ, m²/s²
+  Field<std::uint8_t> active;              // takes part in the divergence solve
+  Field<Real> contact_pressure;            // λ_i, m²/s²; these four only where liquid can touch sheets
+  Field<Real> next_contact_pressure, last_contact_pressure;
+  Field<Real> approach_rate;               // R'_i, 1/s
+};
+
+inline void allocate_pressure_work(PressureWork& work, const Fluid& fluid) {
+  const std::size_t n = fluid.particles.capacity();
+  make_room(work.position_kappa, "drench::pressure::position_kappa", n);
+  make_room(work.predicted, "drench::pressure::predicted", n);
+  make_room(work.density_rate, "drench::pressure::density_rate", n);
+  make_room(work.next_kappa, "drench::pressure::next_kappa", n);
+  make_room(work.last_kappa, "drench::pressure::last_kappa", n);
+}
+
+}  // namespace drench::kokkos_backend

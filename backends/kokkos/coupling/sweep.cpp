@@ -1,0 +1,335 @@
+// Stage advection (law: src/stages/advection.hpp), law 3: paths. What may hit is decided in single precision with room for
+// rounding, what does hit in double. On a GPU by two kernels: few particles hit, and a warp would wait for each of them.
+
+#include "coupling/sweep.hpp"
+
+#include "coupling/collision.hpp"
+#include "coupling/collision_filter.hpp"
+#include "core/gather.hpp"
+
+namespace drench::kokkos_backend {
+namespace {
+
+/// Who looks at a particle: a thread alone, or on a GPU `count` lanes of a warp that go through the same tests, each with its
+/// share of what is near.
+struct Alone {
+  static constexpr Index count = 1;
+  Index lane = 0;
+  KOKKOS_INLINE_FUNCTION Hit earliest(const Hit& own) const { return own; }
+};
+struct Lanes {
+  static constexpr Index count = row_lanes;
+  Index lane;
+
+  /// The earliest of all lanes' hits, in all of them.
+  KOKKOS_INLINE_FUNCTION Hit earliest(Hit hit) const {
+    for (int apart = count / 2; apart > 0; apart /= 2) {
+      const Hit other = of_other_lane(hit, apart);
+      if (other.before(hit)) hit = other;
+    }
+    return hit;
+  }
+};
+
+constexpr int max_slides = 3, max_carries = 3, max_squeezes = 6, max_repeats = max_slides + max_carries + max_squeezes;
+
+/// A particle's path, m.
+struct Path {
+  Real3 x0, x1;
+  Box box;
+
+  KOKKOS_INLINE_FUNCTION Path(const Real3& from, const Real3& to) : x0(from), x1(to) {
+    box.lo = {Kokkos::fmin(x0.x, x1.x), Kokkos::fmin(x0.y, x1.y), Kokkos::fmin(x0.z, x1.z)};
+    box.hi = {Kokkos::fmax(x0.x, x1.x), Kokkos::fmax(x0.y, x1.y), Kokkos::fmax(x0.z, x1.z)};
+  }
+};
+
+/// Paths and the triangles near them. The samples are where they were at the start, as their table has them.
+struct Sweep {
+  CellTableView cells;
+  Neighbors list;  // fluid→sample, from the step's start
+  Entries<const Real3> start, end;
+  Entries<const Index> sample_triangle, triangle;
+  Entries<Box> box;  // of each triangle's way
+  Kokkos::View<ClothMotion, MemSpace> motion;
+  double cover = 0, margin = 0, touch = 0, support = 0, gap = 0;  // m
+  Index samples = 0;
+  bool listed = false;  // are the particles those of the list?
+  // of each particle, and the nodes' hits
+  Entries<Real3> path_end, hit_weight, hit_normal;
+  Entries<Index> hit_triangle, hits;
+  Entries<const std::int64_t> id;
+  Tunnelled* tunnelled = nullptr;
+
+  explicit Sweep(const NeighborLists& lists) : list(lists.fluid_sample) {}
+
+  KOKKOS_INLINE_FUNCTION Corners corners(const Entries<const Real3>& x, Index t) const {
+    return {widen(x(triangle(3 * t))), widen(x(triangle(3 * t + 1))), widen(x(triangle(3 * t + 2)))};
+  }
+
+  /// May a triangle be hit whose box is not apart from the path's?
+  KOKKOS_INLINE_FUNCTION bool may_hit(const Path& path, Index t) const {
+    const Index a = triangle(3 * t), b = triangle(3 * t + 1), c = triangle(3 * t + 2);
+    const Real3 from[3] = {start(a), start(b), start(c)}, to[3] = {end(a), end(b), end(c)};
+    const RelativeWay way(path.x0, path.x1, from, to);
+    return !passes_by(way, Real(margin)) && !stays_on_its_side(way, Real(touch));
+  }
+
+  /// Visits the triangle of each sample near the path, if its box is: each that can be hit, some of them often.
+  template <class Who, class Visitor>
+  KOKKOS_INLINE_FUNCTION void visit_near(Index i, const Path& path, const Who& who, Visitor& visitor) const {
+    const ClothMotion moved = motion();
+    const Double3 x0 = widen(path.x0), way = minus(widen(path.x1), x0);
+    const double grow = cover * Kokkos::fmax(1.0, moved.stretch) + margin;
+    // Where what is hit was at the start, relative to x0: τ (way − its displacement).
+    const Double3 lo{Kokkos::fmin(0.0, way.x - moved.most.x), Kokkos::fmin(0.0, way.y - moved.most.y),
+                     Kokkos::fmin(0.0, way.z - moved.most.z)};
+    const Double3 hi{Kokkos::fmax(0.0, way.x - moved.least.x), Kokkos::fmax(0.0, way.y - moved.least.y),
+                     Kokkos::fmax(0.0, way.z - moved.least.z)};
+    const Double3 most{Kokkos::fmax(-lo.x, hi.x), Kokkos::fmax(-lo.y, hi.y), Kokkos::fmax(-lo.z, hi.z)};
+    if (listed && Kokkos::sqrt(inner(most, most)) + grow < support) {
+      // Rows in folds have hundreds of samples: some at once, whose loads do not wait for each other.
+      constexpr Index lot = on_host ? 1 : Who::count == 1 ? 8 : 4;
+      const NeighborRow near = list.row(i);
+      for (Index first = who.lane; first < near.count; first += lot * Who::count) {
+        Index candidate[lot];
+        bool meets[lot];
+        const auto entry = [&](Index k) { return first + k * Who::count; };
+        for (Index k = 0; k < lot; ++k) candidate[k] = sample_triangle(near(entry(k) < near.count ? entry(k) : first));
+        for (Index k = 0; k < lot; ++k) meets[k] = entry(k) < near.count && !path.box.apart(box(candidate[k]));
+        for (Index k = 0; k < lot; ++k)
+          if (meets[k]) visitor(candidate[k]);
+      }
+      return;
+    }
+    const Real3 least_point = narrow(minus(add(x0, lo), {grow, grow, grow})),
+                most_point = narrow(add(add(x0, hi), {grow, grow, grow}));
+    const auto visit = [&](const Index entry) {
+      const Real3 p = cells.point(entry);
+      if (p.x < least_point.x || p.y < least_point.y || p.z < least_point.z || p.x > most_point.x ||
+          p.y > most_point.y || p.z > most_point.z)
+        return;
+      const Index t = sample_triangle(cells.item(entry));
+      if (!path.box.apart(box(t))) visitor(t);
+    };
+    CellCoord a = cells.cell_of(least_point), b = cells.cell_of(most_point);
+    // A runaway particle may sweep more cells than there are samples.
+    const double box_cells = (double(b.x) - a.x + 1) * (double(b.y) - a.y + 1) * (double(b.z) - a.z + 1);
+    if (box_cells <= static_cast<double>(samples)) {
+      cells.clip(a, b);
+      cells.for_runs(a, b, [&](const Index first, const Index end_of_run, const CellRun& run) {
+        for (Index e = first + who.lane; e < end_of_run; e += Who::count)
+          if (!cells.hashed || run.holds(cells.coord(e))) visit(e);
+      });
+    } else {
+      for (Index e = who.lane; e < samples; e += Who::count) visit(e);
+    }
+  }
+
+  /// Is there a triangle that may be hit? A triangle's test is skipped if it was one of the last two.
+  struct Look {
+    const Sweep& sweep;
+    const Path& path;
+    bool found = false;
+    Index last = -1, before = -1;
+
+    KOKKOS_INLINE_FUNCTION void operator()(Index t) {
+      if (found) return;
+      if (t == last || t == before) return;
+      before = last;
+      last = t;
+      found = sweep.may_hit(path, t);
+    }
+  };
+
+  /// Collects triangles that may be hit and tests some at once, so that the threads of a warp do that together.
+  struct Test {
+    static constexpr int room = 6;
+    const Sweep& sweep;
+    const Path& path;
+    Hit best;
+    Index last = -1, before = -1;
+    int count = 0;
+    Index found[room];
+
+    KOKKOS_INLINE_FUNCTION Test(const Sweep& s, const Path& p) : sweep(s), path(p) {}
+    KOKKOS_INLINE_FUNCTION void operator()(Index t) {
+      if (t == last || t == before) return;
+      before = last;
+      last = t;
+      for (int k = 0; k < count; ++k)
+        if (found[k] == t) return;
+      if (!sweep.may_hit(path, t)) return;
+      if (count == room) finish();
+      found[count++] = t;
+    }
+    KOKKOS_INLINE_FUNCTION void finish() {
+      const Double3 x0 = widen(path.x0), x1 = widen(path.x1);
+      for (int k = 0; k < count; ++k) {
+        const Index t = found[k];
+        Hit hit;
+        if (!first_hit(x0, x1, sweep.corners(sweep.start, t), sweep.corners(sweep.end, t), sweep.touch, hit)) continue;
+        hit.triangle = t;
+        if (hit.before(best)) best = hit;
+      }
+      count = 0;
+    }
+  };
+
+  KOKKOS_INLINE_FUNCTION bool may_hit(Index i, const Path& path) const {
+    Look look{*this, path};
+    visit_near(i, path, Alone{}, look);
+    return look.found;
+  }
+  template <class Who>
+  KOKKOS_INLINE_FUNCTION Hit earliest(Index i, const Path& path, const Who& who) const {
+    Test test(*this, path);
+    visit_near(i, path, who, test);
+    test.finish();
+    return who.earliest(test.best);
+  }
+
+  KOKKOS_INLINE_FUNCTION void note_crossing(Index i) const {
+    Kokkos::atomic_add(&tunnelled->count, std::int64_t{1});
+    Kokkos::atomic_min(&tunnelled->lowest, id(i));
+  }
+
+  /// Stops particle i, at `from` at the start, where it hits: path_end and hit_* are those of a free path so far.
+  template <class Who>
+  KOKKOS_INLINE_FUNCTION void stop(Index i, const Real3& from_point, const Who& who) const {
+    const Double3 x0 = widen(from_point), free = widen(path_end(i));
+    Hit last;
+    Real3 to_point = path_end(i);
+    Double3 turned, normal;  // what the cloth changes of the way
+    for (int test = 0; test <= max_repeats; ++test) {
+      const Hit hit = earliest(i, Path(from_point, to_point), who);
+      if (hit.triangle < 0) break;
+      if (test == max_repeats) {  // where it stays on the last triangle it is beyond another one
+        if (who.lane == 0) note_crossing(i);
+        break;
+      }
+      last = hit;
+      const Corners from = corners(start, hit.triangle), to = corners(end, hit.triangle);
+      const double height = inner(minus(x0, from.a), from.normal());
+      normal = times(height >= 0 ? 1 : -1, to.normal());
+      const Double3 reached = widen(to_point);
+      const double above = inner(minus(reached, to.a), normal);
+      Double3 target;
+      if (test < max_slides && above < gap) {
+        target = add(reached, times(gap - above, normal));
+      } else {
+        double lift = gap, carried[3] = {hit.weight[0], hit.weight[1], hit.weight[2]};
+        if (test >= max_slides + max_carries) {  // squeezed: where it was on the last one, or nearer
+          lift = Kokkos::fmax(gap, Kokkos::abs(height));
+          for (int k = max_slides + max_carries; k < test; ++k) lift *= 0.25;
+          double foot[3];
+          if (barycentric(from, x0, foot))
+            for (int a = 0; a < 3; ++a) carried[a] = foot[a];
+        }
+        target = add(to.at(carried), times(lift, normal));
+      }
+      turned = minus(target, free);
+      to_point = narrow(target);  // rounded as it is stored, so that what is tested is what stays
+    }
+    if (last.triangle < 0 || who.lane > 0) return;
+    const double length = Kokkos::sqrt(inner(turned, turned));
+    path_end(i) = to_point;
+    hit_triangle(i) = last.triangle;
+    hit_weight(i) = {Real(last.weight[0]), Real(last.weight[1]), Real(last.weight[2])};
+    hit_normal(i) = narrow(length > 0 ? times(1 / length, turned) : normal);
+    for (Index k = 0; k < 3; ++k) Kokkos::atomic_add(&hits(triangle(3 * last.triangle + k)), Index{1});
+  }
+};
+
+/// The boxes of the triangles' ways.
+void place_boxes(const Sweep& sweep, Index triangles) {
+  parallel(
+      "drench::advection::boxes", triangles, KOKKOS_LAMBDA(const Index t) {
+        sweep.box(t) = box_of_way(sweep.corners(sweep.start, t), sweep.corners(sweep.end, t), sweep.margin);
+      });
+}
+
+/// Stops the particles that kernel sweep has found.
+void stop_near(const Fluid& fluid, const AdvectionWork& work, const Sweep& sweep) {
+  const Entries<const Real3> position = fluid.particles.position;
+  const Entries<const Index> near = work.near;
+  const auto near_count = work.near_count;
+  const Index groups = (fluid.particles.count + Lanes::count - 1) / Lanes::count;
+  parallel(
+      "drench::advection::stop", groups * Lanes::count, KOKKOS_LAMBDA(const Index thread) {
+        const Lanes lanes{thread % Lanes::count};
+        for (Index k = thread / Lanes::count; k < near_count(); k += groups)
+          sweep.stop(near(k), position(near(k)), lanes);
+      });
+}
+
+Sweep sweep_of(const Constants& constants, const Fluid& fluid, const NeighborLists& lists, const Cloth& cloth, AdvectionWork& work) {
+  Sweep sweep(lists);
+  sweep.cells = cloth.sample_cells.view();
+  sweep.start = constants.model.has_moving_cloth() ? std::as_const(work).start : cloth.nodes.position;
+  sweep.end = cloth.nodes.position;
+  sweep.sample_triangle = cloth.samples.triangle;
+  sweep.triangle = cloth.mesh.triangle;
+  sweep.motion = work.motion;
+  sweep.cover = constants.model.samples.cover_radius;
+  sweep.margin = 1e-3 * constants.model.spacing;
+  sweep.touch = 1e-6 * constants.model.spacing;
+  sweep.gap = 1e-2 * constants.model.spacing;
+  sweep.support = 0.999 * constants.support;  // the list's distances are rounded
+  sweep.samples = cloth.samples.count;
+  sweep.listed = lists.fluid_sample.rows == fluid.particles.count;
+  sweep.box = work.box;
+  sweep.path_end = work.end;
+  sweep.hit_weight = work.hit_weight;
+  sweep.hit_normal = work.hit_normal;
+  sweep.hit_triangle = work.hit_triangle;
+  sweep.hits = work.hits;
+  sweep.id = fluid.particles.id;
+  sweep.tunnelled = fluid.tunnelled.data();
+  return sweep;
+}
+
+}  // namespace
+
+void sweep_paths(const Constants& constants, const Fluid& fluid, const NeighborLists& lists, const Cloth& cloth, AdvectionWork& work, Real dt) {
+  const Sweep sweep = sweep_of(constants, fluid, lists, cloth, work);
+  place_boxes(sweep, cloth.mesh.triangles);
+  const Entries<const Real3> position = fluid.particles.position, velocity = fluid.particles.velocity, shift = fluid.separation;
+  const Entries<Index> near = work.near;
+  const auto near_count = work.near_count;
+  parallel(
+      "drench::advection::sweep", fluid.particles.count, KOKKOS_LAMBDA(const Index i) {
+        const Real3 x0 = position(i), x1 = x0 + dt * velocity(i) + shift(i);
+        sweep.path_end(i) = x1;
+        sweep.hit_triangle(i) = -1;
+        if (!sweep.may_hit(i, Path(x0, x1))) return;
+        if (on_host)
+          sweep.stop(i, x0, Alone{});
+        else
+          near(Kokkos::atomic_fetch_add(&near_count(), Index{1})) = i;
+      });
+  if (!on_host) stop_near(fluid, work, sweep);
+}
+
+void check_put_back(const Constants& constants, const Fluid& fluid, const NeighborLists& lists, const Cloth& cloth, AdvectionWork& work) {
+  const Sweep sweep = sweep_of(constants, fluid, lists, cloth, work);
+  const Entries<const Real3> position = fluid.particles.position;
+  parallel(
+      "drench::advection::put_back", fluid.particles.count, KOKKOS_LAMBDA(const Index i) {
+        const Path path(sweep.path_end(i), position(i));
+        const Real3 way = path.x1 - path.x0;
+        if (!(dot(way, way) > 0)) return;
+        const NeighborRow near = sweep.list.row(i);
+        for (Index k = 0; k < near.count; ++k) {
+          const Index t = sweep.sample_triangle(near(k));
+          if (path.box.apart(sweep.box(t))) continue;
+          const Corners there = sweep.corners(sweep.end, t);
+          Hit hit;
+          if (!first_hit(widen(path.x0), widen(path.x1), there, there, 0, hit)) continue;
+          sweep.note_crossing(i);
+          return;
+        }
+      });
+}
+
+}  // namespace drench::kokkos_backend

@@ -1,0 +1,25 @@
+#pragma once
+// How walls stand before the liquid: solids and thin sheets as mirrors, a sheet on whichever side the particle is.
+
+#include "core/types.hpp"
+
+namespace drench::kokkos_backend {
+
+/// A wall stands for the mirrored liquid: pressure κ_i + κ_i, velocity v_i − v_b twice (src/stages/divergence.hpp).
+inline constexpr Real mirrored = 2;
+
+/// The part of the absolute row sum that stands in the Jacobi diagonal for sheets and for dynamic bodies (Gershgorin).
+inline constexpr Real sheet_row_share = Real(0.16), body_row_share = Real(0.3);
+
+/// γ of a particle before a cloth: how dense the mirrored liquid is, of its density ratio (src/stages/divergence.hpp).
+KOKKOS_INLINE_FUNCTION Real image_density(Real ratio) { return ratio > Real(1.1) ? ratio - Real(0.1) : Real(1); }
+
+/// Vector (m) to a particle from a cloth sample as the particle's pressure sees it: r + ½ d n sign(r·n), with
+/// r = x_i − x_b and the sample's unit normal n, `back` = ½ d n: the sample lies half a spacing behind the sheet's
+/// surface, as those of solids do. On the surface itself a sheet's kernel sum has no slope, so that what has come close
+/// would not be pushed back.
+KOKKOS_INLINE_FUNCTION Real3 from_behind(const Real3& r, const Real3& back) {
+  return dot(r, back) < 0 ? r - back : r + back;
+}
+
+}  // namespace drench::kokkos_backend

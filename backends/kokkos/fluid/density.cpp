@@ -1,0 +1,266 @@
+// Stage density (src/stages/density.hpp).
+
+#include "cloth/boundary_edges.hpp"
+#include "coupling/body_response.hpp"
+#include "coupling/wall.hpp"
+#include "fluid/stages.hpp"
+#include "particles/coincident_pairs.hpp"
+
+namespace drench::kokkos_backend {
+namespace {
+
+// Where |Σ ∇W|² < 0.1 (Σ |∇W|)² at the sheets, the gradients nearly cancel (between two sheets): the contact yields.
+constexpr Real least_push = Real(0.1);
+
+/// α of a diagonal, m²; 0 where it is less than the smallest or the particle has no volume.
+KOKKOS_INLINE_FUNCTION Real inverse(Real diagonal, Real smallest, Real volume) {
+  return diagonal < smallest || volume == 0 ? Real(0) : 1 / diagonal;
+}
+
+/// Volumes of the cloth samples, V_b = d³ S/Σ_k W_bk, and what the liquid's pairs read of them.
+void sample_volumes(const Constants& constants, const NeighborLists& lists, Cloth& cloth) {
+  const Kernel kernel = constants.kernel;
+  const Real half = Real(0.5) * constants.spacing;
+  const Entries<const Real3> x = cloth.samples.position, normal = cloth.samples.normal;
+  const Entries<Real4> place = cloth.samples.position_volume, back = cloth.samples.normal_offset;
+  const Entries<Real> volume = cloth.samples.volume;
+  const Neighbors list(lists.sample_sample);
+  const Real share = Real(constants.model.layer_share);
+  parallel(
+      "drench::density::sample_volume", cloth.samples.count, KOKKOS_LAMBDA(const Index b) {
+        Real sum = kernel.value(0);
+        const Real3 here = x(b);
+        const NeighborRow near = list.row(b);
+        DRENCH_UNROLL
+        for (Index k = 0; k < near.count; ++k) sum += kernel.value(norm(here - x(near(k))));
+        volume(b) = share / sum;
+        place(b) = {x(b), volume(b)};
+        back(b) = {half * normal(b), Real(0)};
+      });
+}
+
+/// Room beside each of a list's entries; what was there is lost if it grows.
+template <class T>
+void make_room_beside(const NeighborList& list, Field<T>& kept, const char* label) {
+  const std::size_t entries = list.entry.extent(0);
+  if (kept.extent(0) == entries) return;
+  kept = Field<T>();  // free before allocating
+  kept = Field<T>(Kokkos::ViewAllocateWithoutInitializing(label), entries);
+}
+
+/// c_b of the Jacobi diagonal (src/stages/density.hpp), in samples.row_bound.
+void sample_row_bounds(const Constants& constants, const Fluid& fluid, const NeighborLists& lists, Cloth& cloth) {
+  const Kernel kernel = constants.kernel;
+  const Real rho = constants.rest_density;
+  const Entries<const Real4> xs = cloth.samples.position_volume, back = cloth.samples.normal_offset, xf = fluid.position_volume;
+  const Neighbors list(lists.sample_fluid);
+  const Entries<Real> load = cloth.samples.row_load, bound = cloth.samples.row_bound;
+  parallel(
+      "drench::density::row_load", cloth.samples.count, KOKKOS_LAMBDA(const Index b) {
+        Real g = 0;
+        const Real4 at = xs(b);
+        const Real3 behind = back(b).xyz();
+        const NeighborRow near = list.row(b);
+        DRENCH_UNROLL
+        for (Index k = 0; k < near.count; ++k) {
+          const Real4 particle = xf(near(k));
+          const Real r = norm(from_behind(particle.xyz() - at.xyz(), behind));
+          g -= rho * particle.w * kernel.grad_factor(r) * r;
+        }
+        load(b) = at.w * g;
+      });
+  node_bounds_from_samples("drench::density::node_row", cloth, load);
+  const Entries<const Real> weight = cloth.samples.weight, node_bound = cloth.nodes.row_bound;
+  const Entries<const Index> node = cloth.samples.node;
+  parallel(
+      "drench::density::row_bound", cloth.samples.count, KOKKOS_LAMBDA(const Index b) {
+        Real c = 0;
+        for (int k = 0; k < 3; ++k) c += weight(3 * b + k) * node_bound(node(3 * b + k));
+        bound(b) = c;
+      });
+}
+
+/// What the kernel sums up around a particle.
+struct DensitySum {
+  Real delta = 0;                           // δ_i
+  Real squares = 0, yielded = 0;            // of the Jacobi diagonal, 1/m²
+  Real coupling = 0;                        // the sheets' share of it
+  Real3 gradient, separation;               // Σ V ∇W, 1/m; m
+  Real contact_diagonal = 0, contact_compliance = 0;  // of liquid that can touch sheets
+};
+
+/// δ_i, the Jacobi diagonal, and what the pairs keep for the step.
+struct DensityPairs {
+  Kernel kernel;
+  CoincidentPairs coincident;
+  Entries<const Real4> place, xs, offset;  // x_i and V_i; x_b and V_b; ½ d n_b
+  Entries<const Real3> xb;
+  Entries<const Real> vb, bound;
+  Entries<const std::int64_t> id;
+  Entries<Real3> sheet_gradient;
+  WritableNeighbors lf;
+  Neighbors lb, ls;
+
+  KOKKOS_INLINE_FUNCTION void add_liquid(Index i, DensitySum& sum) const {
+    const Real3 xi = place(i).xyz();
+    const Real vi = place(i).w;
+    sum.delta = vi * kernel.value(0);
+    const WritableRow near = lf.row(i);
+    DRENCH_UNROLL
+    for (Index k = 0; k < near.count; ++k) {
+      const Index j = near(k);
+      const Real4 at = place(j);
+      const Real3 r = xi - at.xyz();
+      const Real square = dot(r, r);
+      const Kernel::Pair pair = kernel.pair(square);
+      const Real weighted = at.w * pair.grad_factor;
+      near.grad_factor(k) = weighted;
+      sum.delta += at.w * pair.value;
+      sum.gradient += weighted * r;
+      const Real steep = weighted * pair.grad_factor * square;
+      sum.squares += steep;
+      sum.yielded += Kokkos::fmax(Real(0), at.w - vi) * steep;
+      if (pair.length < coincident.least)
+        sum.separation += coincident.displacement(r, pair.length, vi, at.w, id(i), id(j));
+    }
+    sum.squares *= vi;
+  }
+  KOKKOS_INLINE_FUNCTION void add_walls(Index i, DensitySum& sum) const {
+    const Real3 xi = place(i).xyz();
+    const NeighborRow walls = lb.row(i);
+    for (Index k = 0; k < walls.count; ++k) {
+      const Index b = walls(k);
+      const Real3 r = xi - xb(b);
+      const Real length = norm(r);
+      sum.delta += vb(b) * kernel.value(length);
+      sum.gradient += mirrored * vb(b) * kernel.grad_factor(length) * r;
+    }
+  }
+  KOKKOS_INLINE_FUNCTION void add_sheets(Index i, bool touching, DensitySum& sum) const {
+    const Real3 xi = place(i).xyz();
+    Real3 sheet;
+    Real lengths = 0;  // of what `sheet` sums up
+    const NeighborRow sheets = ls.row(i);
+    for (Index k = 0; k < sheets.count; ++k) {
+      const Index b = sheets(k);
+      const Real4 at = xs(b);
+      const Real3 r = from_behind(xi - at.xyz(), offset(b).xyz());
+      const Real length = norm(r), factor = at.w * kernel.grad_factor(length);
+      const Real3 g = factor * r;
+      sheet_gradient(sheets.place(k)) = g;
+      sum.delta += at.w * kernel.value(length);
+      sheet += mirrored * g;
+      lengths -= mirrored * factor * length;
+      sum.coupling -= mirrored * mirrored * sheet_row_share * factor * length * bound(b);
+    }
+    const Real dense = image_density(sum.delta);
+    sheet = dense * sheet;
+    lengths *= dense;
+    sum.gradient += sheet;
+    sum.coupling *= dense * dense;
+    if (!touching) return;
+    const Real square = dot(sheet, sheet), yields = least_push * lengths * lengths - square;
+    sum.contact_compliance = Kokkos::fmax(yields, Real(0));
+    sum.contact_diagonal = square + sum.contact_compliance + sum.coupling;
+  }
+};
+
+void density_and_alpha(const Constants& constants, Fluid& fluid, NeighborLists& lists, const Bodies& bodies,
+                       const Cloth& cloth) {
+  const Real smallest = Real(1e-6) / (constants.spacing * constants.spacing);
+  const bool solids = bodies.boundary.count > 0, sheets = cloth.samples.count > 0,
+             touching = has_sheet_contact(constants, cloth);
+  make_room_beside(lists.fluid_fluid, lists.fluid_fluid.grad_factor, "drench::pair_grad_factor");
+  if (sheets) make_room_beside(lists.fluid_sample, lists.fluid_sample.gradient, "drench::sample_gradient");
+  const DensityPairs pairs{constants.kernel,
+                           CoincidentPairs(constants.spacing),
+                           fluid.position_volume,
+                           cloth.samples.position_volume,
+                           cloth.samples.normal_offset,
+                           bodies.boundary.position,
+                           bodies.boundary.volume,
+                           cloth.samples.row_bound,
+                           fluid.particles.id,
+                           lists.fluid_sample.gradient,
+                           WritableNeighbors(lists.fluid_fluid),
+                           Neighbors(lists.fluid_boundary),
+                           Neighbors(lists.fluid_sample)};
+  const Entries<Real> ratio = fluid.particles.density_ratio, alpha = fluid.alpha, compliance = fluid.compliance,
+                      contact = fluid.contact.alpha, contact_yields = fluid.contact.compliance;
+  const Entries<Real3> separation = fluid.separation;
+  parallel(
+      "drench::density::ratio_alpha", fluid.particles.count, KOKKOS_LAMBDA(const Index i) {
+        const Real vi = pairs.place(i).w;
+        DensitySum sum;
+        pairs.add_liquid(i, sum);
+        if (solids) pairs.add_walls(i, sum);
+        if (sheets) pairs.add_sheets(i, touching, sum);
+        if (touching) {
+          contact_yields(i) = sum.contact_compliance;
+          contact(i) = inverse(sum.contact_diagonal, smallest, vi);
+        }
+        ratio(i) = sum.delta;
+        compliance(i) = sum.yielded;
+        separation(i) = sum.separation;
+        alpha(i) =
+            inverse(dot(sum.gradient, sum.gradient) + sum.squares + sum.yielded + sum.coupling, smallest, vi);
+      });
+}
+
+/// Leaves α' only to liquid that touches a sheet (src/stages/pressure.hpp).
+void find_contact(const Constants& constants, const Cloth& cloth, Fluid& fluid) {
+  const BoundaryEdges edges(cloth);
+  const Entries<const Index> nearest = fluid.nearest_sample;
+  const Entries<const Real3> x = fluid.particles.position, xs = cloth.samples.position, normal = cloth.samples.normal;
+  const Entries<Real> contact = fluid.contact.alpha;
+  const Real touch = Real(0.1) * constants.spacing, reach = Real(1.25) * constants.spacing, limit = reach * reach;
+  parallel(
+      "drench::density::touch", fluid.particles.count, KOKKOS_LAMBDA(const Index i) {
+        const Index p = nearest(i);
+        if (p >= 0) {
+          const Real3 r = x(i) - xs(p), n = normal(p);
+          const Real height = dot(r, n);
+          if (Kokkos::fabs(height) < touch && edges.on_sheet(p, xs(p), r - height * n, limit)) return;
+        }
+        contact(i) = 0;
+      });
+}
+
+void allocate(Fluid& fluid, bool touching) {
+  const std::size_t n = fluid.particles.capacity();
+  make_room(fluid.volume, "drench::fluid_volume", n);
+  make_room(fluid.position_volume, "drench::fluid_position_volume", n);
+  make_room(fluid.alpha, "drench::fluid_alpha", n);
+  make_room(fluid.compliance, "drench::fluid_compliance", n);
+  make_room(fluid.separation, "drench::fluid_separation", n);
+  if (!touching) return;
+  make_room(fluid.contact.alpha, "drench::contact_alpha", n);
+  make_room(fluid.contact.compliance, "drench::contact_compliance", n);
+}
+
+}  // namespace
+
+void density(const Constants& constants, Fluid& fluid, NeighborLists& lists, Bodies& bodies, Cloth& cloth) {
+  const bool touching = has_sheet_contact(constants, cloth);
+  allocate(fluid, touching);
+  const Entries<Real> volume = fluid.volume;
+  const Entries<const Quanta> mass = fluid.particles.mass;
+  const Entries<const Real3> x = fluid.particles.position;
+  const Entries<Real4> place = fluid.position_volume;
+  const double scale = constants.quantum / double(constants.rest_density);
+  parallel(
+      "drench::density::volume", fluid.particles.count, KOKKOS_LAMBDA(const Index i) {
+        volume(i) = Real(double(mass(i)) * scale);
+        place(i) = {x(i), volume(i)};
+      });
+  if (cloth.samples.count > 0) {
+    refresh_inverse_mass(constants, cloth);
+    sample_volumes(constants, lists, cloth);
+    sample_row_bounds(constants, fluid, lists, cloth);
+  }
+  density_and_alpha(constants, fluid, lists, bodies, cloth);
+  if (touching) find_contact(constants, cloth, fluid);
+  add_body_rows(constants, lists, bodies, fluid);
+}
+
+}  // namespace drench::kokkos_backend

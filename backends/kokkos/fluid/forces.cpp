@@ -1,0 +1,225 @@
+// Stage forces (src/stages/forces.hpp).
+
+#include <algorithm>
+
+#include "core/runge_kutta_legendre.hpp"
+#include "particles/viscosity.hpp"
+#include "core/reduce.hpp"
+#include "coupling/body_response.hpp"
+#include "fluid/stages.hpp"
+
+namespace drench::kokkos_backend {
+namespace {
+
+/// Gravity and the field alone.
+void inviscid(const Constants& constants, Fluid& fluid, Real dt) {
+  const Real3 g = constants.gravity, center = constants.field_center, square = constants.field_square;
+  const bool field = constants.model.scene.field.present;
+  const Entries<const Real3> x = fluid.particles.position;
+  const Entries<Real3> v = fluid.particles.velocity;
+  parallel(
+      "drench::forces::velocity", fluid.particles.count,
+      KOKKOS_LAMBDA(const Index i) { v(i) += dt * (field ? g + central_field(x(i), center, square) : g); });
+}
+
+/// v_i and 1/√δ_i in work.velocity_and_weight: with these shares the pairs' mean costs nothing.
+void pair_shares(const Fluid& fluid, ForcesWork& work) {
+  const std::size_t n = fluid.particles.capacity();
+  make_room(work.velocity_and_weight, "drench::forces::velocity_and_weight", n);
+  make_room(work.change, "drench::forces::change", n);
+  make_room(work.bound, "drench::forces::bound", n);
+  const Entries<const Real> ratio = fluid.particles.density_ratio;
+  const Entries<const Real3> v = fluid.particles.velocity;
+  const Entries<Real4> moving = work.velocity_and_weight;
+  parallel(
+      "drench::forces::pair_share", fluid.particles.count, KOKKOS_LAMBDA(const Index i) {
+        moving(i) = {v(i), 1 / Kokkos::sqrt(bounded_ratio(ratio(i)))};
+      });
+}
+
+/// The liquid's change in a stage, in work.change, and C_i, 1/s, in work.bound.
+void liquid_change(const Constants& constants, const Fluid& fluid, const NeighborLists& lists, const Bodies& bodies, const Cloth& cloth, ForcesWork& work, const LegendreStage& stage) {
+  const Kernel kernel = constants.kernel;
+  const Real strength = viscous_strength(constants);
+  const Real3 g = constants.gravity, center = constants.field_center, square = constants.field_square;
+  const bool field = constants.model.scene.field.present;
+  const bool solids = bodies.boundary.count > 0, sheets = cloth.samples.count > 0;
+  const Entries<const Real3> xb = bodies.boundary.position, ub = bodies.boundary.velocity, us = cloth.samples.velocity;
+  const Entries<const Real4> place = fluid.position_volume, moving = work.velocity_and_weight, xs = cloth.samples.position_volume;
+  const Entries<Real4> change = work.change;
+  const Entries<const Real> vb = bodies.boundary.volume;
+  const Entries<Real> bound = work.bound;
+  const Neighbors lf(lists.fluid_fluid), lb(lists.fluid_boundary), ls(lists.fluid_sample);
+  // The bounds by themselves: a reduction's blocks have fewer threads at once than the neighbours' loads need.
+  parallel(
+      "drench::forces::liquid", fluid.particles.count, KOKKOS_LAMBDA(const Index i) {
+        const Real3 xi = place(i).xyz(), vi = moving(i).xyz();
+        const Real share = moving(i).w;
+        ViscousSum sum;
+        const NeighborRow near = lf.row(i);
+        DRENCH_UNROLL
+        for (Index k = 0; k < near.count; ++k) {
+          const Index j = near(k);
+          const Real4 other = moving(j);
+          const Real3 r = xi - place(j).xyz();
+          sum.add(other.w, vi - other.xyz(), r, near.grad_factor(k) * r);
+        }
+        if (solids) {
+          const NeighborRow walls = lb.row(i);
+          for (Index k = 0; k < walls.count; ++k) {
+            const Index b = walls(k);
+            const Real3 r = xi - xb(b);
+            sum.add(solid_friction * share * vb(b), vi - ub(b), r, kernel.gradient(r));
+          }
+        }
+        if (sheets) {
+          const NeighborRow cloths = ls.row(i);
+          for (Index k = 0; k < cloths.count; ++k) {
+            const Index b = cloths(k);
+            const Real4 at = xs(b);
+            const Real3 r = xi - at.xyz();
+            sum.add(sheet_friction * share * at.w, vi - us(b), r, kernel.gradient(r));
+          }
+        }
+        Real3 rate = g + (strength * share) * sum.pull;
+        if (field) rate += central_field(xi, center, square);
+        Real3 next = stage.weight * rate;
+        if (stage.keep != 0) next += stage.keep * change(i).xyz();
+        change(i) = {next, Real(0)};
+        bound(i) = strength * share * sum.bound;
+      });
+}
+
+/// Adds the largest C_i, 1/s.
+void find_liquid_bound(const Fluid& fluid, const ForcesWork& work, MaximaUnderWay& maxima) {
+  const Entries<const Real> bound = work.bound;
+  maxima.add(
+      "drench::forces::bound", fluid.particles.count, KOKKOS_LAMBDA(const Index i) { return double(bound(i)); });
+}
+
+void add_change(Fluid& fluid, ForcesWork& work) {
+  const Entries<Real3> v = fluid.particles.velocity;
+  const Entries<Real4> moving = work.velocity_and_weight;
+  const Entries<const Real4> change = work.change;
+  parallel(
+      "drench::forces::velocity", fluid.particles.count, KOKKOS_LAMBDA(const Index i) {
+        v(i) += change(i).xyz();
+        moving(i) = {v(i), moving(i).w};
+      });
+}
+
+/// The reaction on samples and nodes (cloth.nodes.force).
+void cloth_forces(const Constants& constants, const Fluid& fluid, const NeighborLists& lists, Cloth& cloth, ForcesWork& work) {
+  allocate_zeros(work.sample_bound, "drench::forces::sample_bound", static_cast<std::size_t>(cloth.samples.count));
+  const Kernel kernel = constants.kernel;
+  const Real strength = sheet_friction * viscous_strength(constants) * constants.rest_density;
+  const Entries<const Real3> xs = cloth.samples.position, xf = fluid.particles.position, us = cloth.samples.velocity, v = fluid.particles.velocity;
+  const Entries<Real3> force = cloth.samples.force;
+  const Entries<const Real> vs = cloth.samples.volume, volume = fluid.volume, ratio = fluid.particles.density_ratio;
+  const Entries<Real> bound = work.sample_bound;
+  const Neighbors list(lists.sample_fluid);
+  parallel(
+      "drench::forces::sample_force", cloth.samples.count, KOKKOS_LAMBDA(const Index b) {
+        ViscousSum sum;
+        const Real3 here = xs(b), moves = us(b);
+        const NeighborRow near = list.row(b);
+        DRENCH_UNROLL
+        for (Index k = 0; k < near.count; ++k) {
+          const Index i = near(k);
+          const Real3 r = here - xf(i);
+          sum.add(volume(i) / bounded_ratio(ratio(i)), moves - v(i), r, kernel.gradient(r));
+        }
+        force(b) = (strength * vs(b)) * sum.pull;
+        bound(b) = strength * vs(b) * sum.bound;
+      });
+  node_forces_from_samples(cloth);
+}
+
+/// Adds the largest u_n Σ_b w_bn K_b, 1/s.
+void find_node_bound(Cloth& cloth, const ForcesWork& work, MaximaUnderWay& maxima) {
+  node_bounds_from_samples("drench::forces::node_row", cloth, std::as_const(work).sample_bound);
+  const Entries<const Real> node_bound = cloth.nodes.row_bound;
+  maxima.add(
+      "drench::forces::node_bound", cloth.nodes.count, KOKKOS_LAMBDA(const Index n) { return double(node_bound(n)); });
+}
+
+/// A stage of the nodes: their impulse J grows by its own D_k.
+void node_stage(Cloth& cloth, ForcesWork& work, const LegendreStage& stage, Real dt) {
+  const Entries<Real3> change = work.impulse_change, v = cloth.nodes.velocity, pin = cloth.nodes.pin_force;
+  const Entries<const Real3> f = cloth.nodes.force;
+  const Entries<const Real> u = cloth.nodes.inverse_mass;
+  const Entries<const std::uint8_t> pinned = cloth.nodes.pinned;
+  parallel(
+      "drench::forces::node_stage", cloth.nodes.count, KOKKOS_LAMBDA(const Index n) {
+        const Real3 next = stage.keep * change(n) + stage.weight * f(n);
+        change(n) = next;
+        if (pinned(n))
+          pin(n) -= (1 / dt) * next;
+        else
+          v(n) += u(n) * next;
+      });
+}
+
+/// All stages, the forces of the first being there and its change made with the whole Δt.
+void many_stages(const Constants& constants, Fluid& fluid, const NeighborLists& lists, Bodies& bodies, Cloth& cloth, ForcesWork& work, int stages, double dt) {
+  const bool sheets = cloth.samples.count > 0;
+  const Entries<Real4> change = work.change;
+  const Real share = Real(2 / (double(stages) * (stages + 1.0)));
+  parallel(
+      "drench::forces::first_stage", fluid.particles.count, KOKKOS_LAMBDA(const Index i) {
+        change(i) = {share * change(i).xyz(), Real(0)};
+      });
+  if (sheets)
+    allocate_zeros(work.impulse_change, "drench::forces::impulse_change", static_cast<std::size_t>(cloth.nodes.count));
+  for (int k = 1; k <= stages; ++k) {
+    const LegendreStage stage = legendre(k, stages, dt);
+    if (k > 1) {
+      viscous_body_forces(constants, fluid, lists, bodies);
+      if (sheets) {
+        refresh_samples(cloth);
+        cloth_forces(constants, fluid, lists, cloth, work);
+      }
+      liquid_change(constants, fluid, lists, bodies, cloth, work, stage);
+    }
+    add_change(fluid, work);
+    if (sheets) node_stage(cloth, work, stage, Real(dt));
+    body_stage(bodies, double(stage.keep), double(stage.weight), constants.gravity);
+  }
+}
+
+}  // namespace
+
+void forces(const Constants& constants, Fluid& fluid, const NeighborLists& lists, Bodies& bodies, Cloth& cloth,
+            ForcesWork& work, const StepInfo& info) {
+  if (viscous_strength(constants) == 0) {
+    viscous_body_forces(constants, fluid, lists, bodies);  // none
+    body_stage(bodies, 0, info.dt, constants.gravity);
+    inviscid(constants, fluid, Real(info.dt));
+    return;
+  }
+  const bool sheets = cloth.samples.count > 0;
+  pair_shares(fluid, work);
+  if (sheets) {
+    refresh_samples(cloth);  // the divergence solve has changed the nodes' velocities
+    refresh_inverse_mass(constants, cloth);
+    cloth_forces(constants, fluid, lists, cloth, work);
+  }
+  viscous_body_forces(constants, fluid, lists, bodies);
+  liquid_change(constants, fluid, lists, bodies, cloth, work, legendre(1, 1, info.dt));
+  MaximaUnderWay maxima;
+  find_liquid_bound(fluid, work, maxima);
+  if (sheets) find_node_bound(cloth, work, maxima);
+  find_viscous_body_bound(bodies, maxima);
+  const double bound = maxima.wait("drench::forces::bound");
+  int stages = 1;
+  while (stages * (stages + 1.0) < 2 * info.dt * bound) ++stages;
+  if (stages > 1) {
+    many_stages(constants, fluid, lists, bodies, cloth, work, stages, info.dt);
+    return;
+  }
+  add_change(fluid, work);
+  if (sheets) apply_node_forces(cloth, Real(info.dt));
+  body_stage(bodies, 0, info.dt, constants.gravity);
+}
+
+}  // namespace drench::kokkos_backend

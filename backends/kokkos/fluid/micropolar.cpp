@@ -1,0 +1,115 @@
+// Stage micropolar (src/stages/micropolar.hpp).
+
+#include "fluid/micropolar_law.hpp"
+
+#include "core/runge_kutta_legendre.hpp"
+#include "core/reduce.hpp"
+#include "fluid/stages.hpp"
+
+namespace drench::kokkos_backend {
+namespace {
+
+/// The largest g_i, 1/m, and k_i, 1.
+struct SpinBounds {
+  double steepness = 0, moment = 0;
+  KOKKOS_INLINE_FUNCTION SpinBounds& operator+=(const SpinBounds& o) {
+    if (o.steepness > steepness) steepness = o.steepness;
+    if (o.moment > moment) moment = o.moment;
+    return *this;
+  }
+};
+
+/// Work arrays, on first use.
+void allocate(Fluid& fluid, MicropolarWork& work) {
+  make_room(work.slip, "drench::micropolar::slip", fluid.particles.position.extent(0));
+  make_room(work.rate, "drench::micropolar::rate", fluid.particles.position.extent(0));
+}
+
+/// s′_i and dω_i/dt of the flow and the spins as they are, with g_i and k_i.
+void measure_slip(const Fluid& fluid, const NeighborLists& lists, MicropolarWork& work, const SpinLaw& law) {
+  const Entries<const Real3> v = fluid.particles.velocity, spin = fluid.particles.spin;
+  const Entries<const Real4> place = fluid.position_volume;
+  const Entries<Real4> slip = work.slip, rate = work.rate;
+  const Neighbors list(lists.fluid_fluid);
+  const bool spreads = law.spread > 0;
+  parallel(
+      "drench::micropolar::slip", fluid.particles.count, KOKKOS_LAMBDA(const Index i) {
+        const Real3 xi = place(i).xyz(), vi = v(i), wi = spin(i);
+        SpinSum sum;
+        const NeighborRow near = list.row(i);
+        DRENCH_UNROLL
+        for (Index k = 0; k < near.count; ++k) {
+          const Index j = near(k);
+          const Real3 x = xi - place(j).xyz();
+          const Real b = -near.grad_factor(k);
+          sum.add(b, x, vi - v(j));
+          if (spreads) sum.spread += (b * dot(x, x)) * (spin(j) - wi);
+        }
+        const Real3 s = sum.curl - sum.turned(wi);
+        slip(i) = {s - law.free * sum.curl, sum.steepness};
+        rate(i) = {(law.half_transfer * law.per_inertia) * sum.turned(s) + law.spread * sum.spread, sum.trace()};
+      });
+}
+
+/// C, 1/s. The host waits.
+double rate_bound(const Fluid& fluid, const MicropolarWork& work, const SpinLaw& law) {
+  const Entries<const Real4> slip = work.slip, rate = work.rate;
+  const auto term = KOKKOS_LAMBDA(const Index i) { return SpinBounds{double(slip(i).w), double(rate(i).w)}; };
+  const SpinBounds most = reduced<SpinBounds>("drench::micropolar::bound", fluid.particles.count,
+                                              Added<SpinBounds, std::decay_t<decltype(term)>>{term});
+  return double(law.half_transfer) *
+             (4 * most.steepness * most.steepness + most.moment * most.moment * double(law.per_inertia)) +
+         2 * double(law.spread) * most.moment;
+}
+
+/// A stage: v_i and ω_i change by their D_k, which the next one needs where there are `several`.
+void turn(Fluid& fluid, const NeighborLists& lists, MicropolarWork& work, const SpinLaw& law, const LegendreStage& stage, bool several) {
+  const Entries<Real3> v = fluid.particles.velocity, spin = fluid.particles.spin, flow_change = work.velocity_change, spin_change = work.spin_change;
+  const Entries<const Real4> place = fluid.position_volume, slip = work.slip, rate = work.rate;
+  const Neighbors list(lists.fluid_fluid);
+  parallel(
+      "drench::micropolar::turn", fluid.particles.count, KOKKOS_LAMBDA(const Index i) {
+        const Real3 xi = place(i).xyz(), si = slip(i).xyz();
+        Real3 sum;
+        const NeighborRow near = list.row(i);
+        DRENCH_UNROLL
+        for (Index k = 0; k < near.count; ++k) {
+          const Index j = near(k);
+          sum += near.grad_factor(k) * cross(si + slip(j).xyz(), xi - place(j).xyz());
+        }
+        Real3 flow = (stage.weight * law.half_transfer) * sum, spin_up = stage.weight * rate(i).xyz();
+        if (several) {
+          if (stage.keep > 0) {
+            flow += stage.keep * flow_change(i);
+            spin_up += stage.keep * spin_change(i);
+          }
+          flow_change(i) = flow;
+          spin_change(i) = spin_up;
+        }
+        v(i) += flow;
+        spin(i) += spin_up;
+      });
+}
+
+}  // namespace
+
+void micropolar(const Constants& constants, Fluid& fluid, const NeighborLists& lists, MicropolarWork& work,
+                const StepInfo& info) {
+  if (fluid.particles.count == 0) return;
+  allocate(fluid, work);
+  const SpinLaw law(constants.model.scene.fluid.micropolar, constants.model.scene.fluid.kernel, constants.model.spacing, constants.model.support);
+  measure_slip(fluid, lists, work, law);
+  const double bound = rate_bound(fluid, work, law);
+  int stages = 1;
+  while (stages * (stages + 1.0) < info.dt * bound) ++stages;
+  if (stages > 1) {
+    make_room(work.velocity_change, "drench::micropolar::velocity_change", fluid.particles.position.extent(0));
+    make_room(work.spin_change, "drench::micropolar::spin_change", fluid.particles.position.extent(0));
+  }
+  for (int k = 1; k <= stages; ++k) {
+    if (k > 1) measure_slip(fluid, lists, work, law);
+    turn(fluid, lists, work, law, legendre(k, stages, info.dt), stages > 1);
+  }
+}
+
+}  // namespace drench::kokkos_backend

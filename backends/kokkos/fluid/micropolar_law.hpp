@@ -1,0 +1,47 @@
+#pragma once
+// Spin of a particle against its surroundings; law and source in src/stages/micropolar.hpp.
+
+#include "particles/viscosity.hpp"
+#include "core/types.hpp"
+
+namespace drench::kokkos_backend {
+
+/// The law's numbers.
+struct SpinLaw {
+  Real half_transfer;  // ν_t/2, m²/s
+  Real per_inertia;    // 1/Θ, 1/m²
+  Real free;           // 1 − a, 1
+  Real spread;         // χ ζ/(5 h²), 1/s
+
+  SpinLaw(const MicropolarScene& scene, KernelKind kind, double spacing, double support)
+      : half_transfer(Real(scene.transfer / 2)),
+        per_inertia(Real(1 / (scene.inertia * spacing * spacing))),
+        free(Real(1 - scene.reaction)),
+        spread(Real(double(viscosity_normalisation(kind)) / 5 * scene.viscosity / (support * support))) {}
+};
+
+/// What a particle's neighbours tell it. With b = V_j |∇W_ij|/r (1/m²) and x = x_i − x_j (m):
+struct SpinSum {
+  Real3 curl;           // c = Σ b x × v_ij, 1/s
+  Real3 spread;         // Σ b r² (ω_j − ω_i), 1/s
+  Real3 diagonal, off;  // T = Σ b x xᵀ: xx, yy, zz and yz, zx, xy; 1
+  Real steepness = 0;   // g = Σ b r, 1/m
+
+  KOKKOS_INLINE_FUNCTION void add(Real b, const Real3& x, const Real3& velocity) {
+    const Real3 y = b * x;
+    curl += cross(y, velocity);
+    diagonal += {y.x * x.x, y.y * x.y, y.z * x.z};
+    off += {y.y * x.z, y.z * x.x, y.x * x.y};
+    steepness += norm(y);
+  }
+  /// k = Σ b r², 1.
+  KOKKOS_INLINE_FUNCTION Real trace() const { return diagonal.x + diagonal.y + diagonal.z; }
+  /// Σ b x × (w × x) = k w − T w.
+  KOKKOS_INLINE_FUNCTION Real3 turned(const Real3& w) const {
+    const Real k = trace();
+    return {(k - diagonal.x) * w.x - off.z * w.y - off.y * w.z, (k - diagonal.y) * w.y - off.x * w.z - off.z * w.x,
+            (k - diagonal.z) * w.z - off.y * w.x - off.x * w.y};
+  }
+};
+
+}  // namespace drench::kokkos_backend

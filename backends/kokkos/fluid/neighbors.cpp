@@ -1,0 +1,112 @@
+// Stage neighbors (src/stages/neighbors.hpp).
+
+#include "cloth/boundary_edges.hpp"
+#include "core/neighbor_search.hpp"
+#include "coupling/body_response.hpp"
+#include "fluid/stages.hpp"
+
+namespace drench::kokkos_backend {
+namespace {
+
+/// Whether the sheet at sample p, at xp with normal n, is between xi and xj.
+KOKKOS_INLINE_FUNCTION bool sheet_between(const Real3& xi, const Real3& xj, const Real3& xp, const Real3& n, Real limit,
+                                          const BoundaryEdges& edges, Index p) {
+  const Real3 ri = xi - xp, rj = xj - xp;
+  const Real si = dot(ri, n), sj = dot(rj, n);
+  if ((si < 0) == (sj < 0)) return false;
+  const Real3 c = ri + (si / (si - sj)) * (rj - ri);
+  return edges.on_sheet(p, xp, c, limit);
+}
+
+/// fluid.nearest_sample: the sample nearest to each particle.
+void find_nearest_samples(const NeighborLists& lists, const Cloth& cloth, Fluid& fluid) {
+  const Index n = fluid.particles.count;
+  if (static_cast<Index>(fluid.nearest_sample.extent(0)) < n)
+    make_room(fluid.nearest_sample, "drench::nearest_sample", static_cast<std::size_t>(n + n / 4));
+  const Entries<Index> nearest = fluid.nearest_sample;
+  const Entries<const Real3> x = fluid.particles.position, xs = cloth.samples.position;
+  const Neighbors samples(lists.fluid_sample);
+  parallel(
+      "drench::neighbors::nearest_sample", n, KOKKOS_LAMBDA(const Index i) {
+        Index best = -1;
+        Real least = 0;
+        const NeighborRow near = samples.row(i);
+        for (Index k = 0; k < near.count; ++k) {
+          const Real3 r = x(i) - xs(near(k));
+          const Real r2 = dot(r, r);
+          if (best >= 0 && r2 >= least) continue;
+          best = near(k);
+          least = r2;
+        }
+        nearest(i) = best;
+      });
+}
+
+/// Culls the pairs across a cloth from fluid_fluid.
+void cull_pairs_across_cloth(const Constants& constants, const Fluid& fluid, const Cloth& cloth, NeighborLists& lists) {
+  const Entries<const Index> nearest = fluid.nearest_sample;
+  const Entries<const Real3> x = fluid.particles.position, xs = cloth.samples.position, normal = cloth.samples.normal;
+  const WritableNeighbors list(lists.fluid_fluid);
+  const BoundaryEdges edges(cloth);
+  const Real reach = Real(1.25) * constants.spacing, limit = reach * reach;
+  parallel(
+      "drench::neighbors::cull_pairs", fluid.particles.count, KOKKOS_LAMBDA(const Index i) {
+        const WritableRow near = list.row(i);
+        const Index p = nearest(i);
+        // Most rows end here, after loads that do not wait for each other.
+        Index any = p;
+        DRENCH_UNROLL
+        for (Index k = 0; k < near.count; ++k) {
+          const Index q = nearest(near(k));
+          any = q > any ? q : any;
+        }
+        if (any < 0) return;
+        Index kept = 0;
+        for (Index k = 0; k < near.count; ++k) {
+          const Index j = near(k), q = nearest(j);
+          // Both tests see their own end first, so that i and j come to the same answer.
+          if (p >= 0 && sheet_between(x(i), x(j), xs(p), normal(p), limit, edges, p)) continue;
+          if (q >= 0 && sheet_between(x(j), x(i), xs(q), normal(q), limit, edges, q)) continue;
+          if (kept < k) near(kept) = j;
+          ++kept;
+        }
+        list.count(i) = kept;
+      });
+}
+
+}  // namespace
+
+void neighbors(const Constants& constants, Fluid& fluid, NeighborLists& lists, Bodies& bodies, Cloth& cloth,
+               const PointBounds* bounds) {
+  const Real h = constants.support;
+  ParticleSet& particles = fluid.particles;
+  fluid.cells.build(particles.position, particles.count, h, particles.id, bounds);
+  particles.reorder(fluid.cells.view().item);
+  const auto near_liquid = [&](NeighborList& list, const CellTableView& table) {
+    return ListRequest{&list, &particles.position, particles.count, table};
+  };
+  std::vector<ListRequest> wanted{near_liquid(lists.fluid_fluid, fluid.cells.view())};
+  wanted.back().same_set = wanted.back().in_order = true;
+  if (bodies.boundary.count > 0) {
+    refresh_boundary_cells(constants, bodies);
+    wanted.push_back(near_liquid(lists.fluid_boundary, bodies.cells.view()));
+    list_body_neighbors(constants, fluid, bodies, lists);
+  }
+  const Samples& samples = cloth.samples;
+  if (samples.count > 0) {
+    // Stage porous_neighbors has left these where the samples still are.
+    place_samples(cloth);
+    refresh_sample_cells(constants, cloth);
+    wanted.push_back(near_liquid(lists.fluid_sample, cloth.sample_cells.view()));
+    wanted.push_back({&lists.sample_fluid, &samples.position, samples.count, fluid.cells.view()});
+    if (!lists.sample_sample.is_of(cloth.moved))
+      wanted.push_back({&lists.sample_sample, &samples.position, samples.count, cloth.sample_cells.view(), true});
+    lists.sample_sample.set_made_from(cloth.moved);
+  }
+  build_neighbor_lists(wanted, h);
+  if (!has_sheet_contact(constants, cloth)) return;
+  find_nearest_samples(lists, cloth, fluid);
+  cull_pairs_across_cloth(constants, fluid, cloth, lists);
+}
+
+}  // namespace drench::kokkos_backend

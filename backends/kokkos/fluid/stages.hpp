@@ -1,0 +1,57 @@
+#pragma once
+// The liquid's stages: what each reads, what it writes, and its own work arrays, made on first use.
+
+#include "core/cached.hpp"
+#include "coupling/pressure_work.hpp"
+#include "fluid/pressure_solve.hpp"
+#include "particles/accounts.hpp"
+
+namespace drench::kokkos_backend {
+
+/// Lists of all that is near the liquid, and its order in memory. `bounds`: around the liquid, if the host knows them.
+void neighbors(const Constants& constants, Fluid& fluid, NeighborLists& lists, Bodies& bodies, Cloth& cloth,
+               const PointBounds* bounds);
+
+/// δ_i, α_i and what else the pairs of this step need.
+void density(const Constants& constants, Fluid& fluid, NeighborLists& lists, Bodies& bodies, Cloth& cloth);
+
+void divergence(const Constants& constants, Fluid& fluid, const NeighborLists& lists, Bodies& bodies, Cloth& cloth,
+                PressureWork& work, const StepInfo& info, StepReport& report);
+
+void pressure(const Constants& constants, Fluid& fluid, const NeighborLists& lists, Bodies& bodies, Cloth& cloth,
+              PressureWork& work, ClothSolverWork& solver, const StepInfo& info, StepReport& report);
+
+struct ForcesWork {
+  Field<Real4> velocity_and_weight;  // v_i, m/s, and 1/√δ_i
+  Field<Real4> change;               // D_k, m/s
+  Field<Real> bound;                 // C_i, 1/s
+  Field<Real> sample_bound;          // K_b, kg/s
+  Field<Real3> impulse_change;       // per node: D_k of its impulse, N s (with more than one stage)
+};
+/// Gravity, the field and viscosity, with what they do to cloth and bodies.
+void forces(const Constants& constants, Fluid& fluid, const NeighborLists& lists, Bodies& bodies, Cloth& cloth,
+            ForcesWork& work, const StepInfo& info);
+
+struct MicropolarWork {
+  Field<Real4> slip;                          // s′_i, 1/s, and g_i, 1/m
+  Field<Real4> rate;                          // dω_i/dt, 1/s², and k_i, 1
+  Field<Real3> velocity_change, spin_change;  // D_k, m/s and 1/s (with more than one stage)
+};
+void micropolar(const Constants& constants, Fluid& fluid, const NeighborLists& lists, MicropolarWork& work,
+                const StepInfo& info);
+
+struct SurfaceTensionWork {
+  Field<Real3> normal;                        // n_i, 1
+  Field<Real> body_adhesion, cloth_adhesion;  // D, N/m³, per body and per cloth
+};
+void surface_tension(const Constants& constants, Fluid& fluid, const NeighborLists& lists, const Bodies& bodies,
+                     Cloth& cloth, SurfaceTensionWork& work, const StepInfo& info);
+
+/// What the jets have let go so far, and their mouths' points.
+struct Jets {
+  std::vector<std::int64_t> particles;
+  std::vector<Array<Real3>> offsets;  // m
+};
+void jets(const Constants& constants, Fluid& fluid, Jets& jets, Accounts& accounts, const StepInfo& info);
+
+}  // namespace drench::kokkos_backend

@@ -1,0 +1,43 @@
+#pragma once
+// The liquid: its particles, their cells, and what stages neighbors and density find of each for the stages after them.
+
+#include "core/cell_table.hpp"
+#include "core/constants.hpp"
+#include "particles/particle_set.hpp"
+
+namespace drench::kokkos_backend {
+
+/// Particles that went through a cloth: how many, and the lowest of their ids; exact in any order.
+struct Tunnelled {
+  std::int64_t count = 0, lowest = INT64_MAX;
+  KOKKOS_INLINE_FUNCTION Tunnelled& operator+=(const Tunnelled& o) {
+    count += o.count;
+    if (o.lowest < lowest) lowest = o.lowest;
+    return *this;
+  }
+};
+
+/// Liquid that touches a sheet (src/stages/pressure.hpp): from stage density, where there are sheets.
+struct SheetContact {
+  Field<Real> alpha;       // α'_i, m²; 0: does not touch
+  Field<Real> compliance;  // C'_i, 1/m²
+};
+
+struct Fluid {
+  explicit Fluid(const Constants& constants) : particles(constants.model), cells(constants.model.scene.sort) {}
+
+  ParticleSet particles;
+  CellTable cells;
+  // stage neighbors, where cloth parts liquid
+  Field<Index> nearest_sample;  // −1: none within h
+  // stage density
+  Field<Real> volume;            // V_i, m³
+  Field<Real4> position_volume;  // x_i, m, and V_i, m³: one load for the pairs
+  Field<Real> alpha;             // α_i, m²
+  Field<Real> compliance;        // C_i, 1/m²
+  Field<Real3> separation;       // m: moves coincident particles apart
+  SheetContact contact;
+  Kokkos::View<Tunnelled, MemSpace> tunnelled;  // since advection, until the ledger takes it; only with cloth
+};
+
+}  // namespace drench::kokkos_backend

@@ -1,0 +1,191 @@
+// Stage absorption (src/stages/absorption.hpp). Particles that are taken whole stay in the arrays with mass 0, because
+// the neighbour lists name them; stage emission removes them, or this one at its end where there is none.
+
+#include "porous/absorption_law.hpp"
+
+#include "porous/flow_law.hpp"
+#include "porous/transfer.hpp"
+#include "porous/stages.hpp"
+
+namespace drench::kokkos_backend {
+namespace {
+
+/// s_p of every sample (a node with C_n = 0 counts 0), and what `offer` asks about it; nothing is on its way to any.
+void prepare(const Constants& constants, Cloth& cloth, TransferWork& transfers, AbsorptionWork& work) {
+  const auto samples = static_cast<std::size_t>(cloth.samples.count);
+  make_room(work.position_saturation, "drench::absorption::position_saturation", samples);
+  make_room(work.flow_capacity, "drench::absorption::flow_capacity", samples);
+  const Entries<Real4> place = work.position_saturation, flow_capacity = work.flow_capacity;
+  const Entries<const Real3> x = cloth.samples.position, flow = cloth.samples.flow_direction;
+  const Entries<const Index> node = cloth.samples.node;
+  const Entries<const Real> weight = cloth.samples.weight, capacity = cloth.samples.capacity;
+  const Entries<const Quanta> liquid = cloth.nodes.liquid;
+  const Entries<const double> node_capacity = cloth.nodes.capacity;
+  const double q = constants.quantum;
+  const Transfers exchange(cloth, transfers);
+  parallel(
+      "drench::absorption::saturation", cloth.samples.count, KOKKOS_LAMBDA(const Index p) {
+        double sum = 0;
+        for (int k = 0; k < 3; ++k) {
+          const Index n = node(3 * p + k);
+          if (node_capacity(n) > 0) sum += double(weight(3 * p + k)) * (double(liquid(n)) * q / node_capacity(n));
+        }
+        place(p) = {x(p), Real(sum)};
+        flow_capacity(p) = {flow(p), capacity(p)};
+        exchange.clear(p);
+      });
+}
+
+/// Demands of one particle.
+struct Demands {
+  Entries<Real4> place, flow_capacity;
+  Entries<const Index> cloth;
+  Entries<const Material> materials;
+  double dt, q;
+  Real h;
+  bool controlled, single;  // one cloth
+
+  Demands(const Constants& constants, const Cloth& fabric, AbsorptionWork& work, double step)
+      : place(work.position_saturation),
+        flow_capacity(work.flow_capacity),
+        cloth(fabric.samples.cloth),
+        materials(fabric.materials),
+        dt(step),
+        q(constants.quantum),
+        h(constants.support),
+        controlled(constants.model.has_saturation_control()),
+        single(fabric.materials.extent(0) == 1) {}
+
+  /// w_ij, quanta, of liquid at x with the volume V_i, m³.
+  KOKKOS_INLINE_FUNCTION double operator()(const Real3& x, double volume, Index j) const {
+    const Index c = single ? 0 : cloth(j);
+    if (!materials(c).porous) return 0;
+    const Real4 at = place(j), flow_at = flow_capacity(j);
+    const Real3 separation = at.xyz() - x;
+    const Real cap =
+        laws::saturation_cap(materials(c).max_saturation, laws::flow_cosine(separation, flow_at.xyz(), h));
+    const Real deficit = controlled ? cap - at.w : Real(1);
+    if (!(deficit > 0)) return 0;
+    return laws::absorption_demand(dt, materials(c).absorption, flow_at.w / q, deficit, volume,
+                                 laws::viscosity_laplacian(norm(separation), h));
+  }
+};
+
+/// o_ij of every pair, and Σ_i o_ij in `offered`.
+void offer(const Constants& constants, const Fluid& fluid, const NeighborLists& lists, const Cloth& cloth, TransferWork& transfers, AbsorptionWork& work, double dt) {
+  const Neighbors list(lists.fluid_sample);
+  const Entries<Quanta> offers = work.offer;
+  const Entries<const Real3> x = fluid.particles.position;
+  const Entries<const Quanta> mass = fluid.particles.mass;
+  const Entries<Quanta> offered = transfers.offered;
+  const double q = constants.quantum, rho = constants.rest_density;
+  const Quanta min_quanta = constants.model.min_quanta;
+  const Demands demand(constants, cloth, work, dt);
+  parallel(
+      "drench::absorption::offer", fluid.particles.count, KOKKOS_LAMBDA(const Index i) {
+        const NeighborRow near = list.row(i);
+        const Quanta m = near.count > 0 ? mass(i) : 0;
+        if (m <= 0) return;
+        const Real3 at = x(i);
+        const double volume = double(m) * q / rho;
+        double all = 0;
+        for (Index k = 0; k < near.count; ++k) {
+          const double w = demand(at, volume, near(k));
+          offers(near.place(k)) = Kokkos::bit_cast<Quanta>(w);  // kept there until it is an offer
+          all += w;
+        }
+        const double total = all > 0 ? laws::absorption_total(double(m), all) : 0;
+        Quanta rest = m, most = 0;
+        Index largest = 0;
+        for (Index k = 0; k < near.count; ++k) {
+          const double w = Kokkos::bit_cast<double>(offers(near.place(k)));
+          Quanta o = 0;
+          if (w > 0) {
+            const auto wanted = static_cast<Quanta>(Kokkos::floor(total * (w / all)));
+            o = wanted < rest ? wanted : rest;
+          }
+          offers(near.place(k)) = o;
+          if (o == 0) continue;
+          rest -= o;
+          Kokkos::atomic_add(&offered(near(k)), o);
+          if (o <= most) continue;
+          most = o;
+          largest = k;
+        }
+        if (rest == m || rest == 0 || rest >= min_quanta) return;
+        offers(near.place(largest)) = most + rest;
+        Kokkos::atomic_add(&offered(near(largest)), rest);
+      });
+}
+
+/// t_ij of every pair: mass leaves the liquid; mass and momentum are on their way in `entering` and `momentum`.
+void transfer(const Constants& constants, Fluid& fluid, const NeighborLists& lists, const Cloth& cloth, TransferWork& transfers, const AbsorptionWork& work) {
+  const Neighbors list(lists.fluid_sample);
+  const Entries<const Quanta> offers = work.offer;
+  const Entries<Quanta> mass = fluid.particles.mass;
+  const Entries<const Real3> velocity = fluid.particles.velocity;
+  const Transfers exchange(cloth, transfers);
+  const Quanta min_quanta = constants.model.min_quanta;
+  parallel(
+      "drench::absorption::transfer", fluid.particles.count, KOKKOS_LAMBDA(const Index i) {
+        const NeighborRow near = list.row(i);
+        const Quanta m = near.count > 0 ? mass(i) : 0;
+        if (m <= 0) return;
+        const Real3 v = velocity(i);
+        Quanta rest = m;
+        bool was_limited = false;
+        for (Index k = 0; k < near.count; ++k) {
+          const Quanta o = offers(near.place(k));
+          if (o == 0) continue;
+          const Index p = near(k);
+          const double phi = exchange.share(p);
+          if (phi < 1) was_limited = true;
+          const Quanta t = limited(o, phi);
+          exchange.give(p, o, t, v);
+          rest -= t;
+        }
+        Quanta back = was_limited && rest > 0 && rest < min_quanta ? min_quanta - rest : 0;
+        for (Index k = 0; k < near.count && back > 0; ++k) {
+          const Quanta o = offers(near.place(k));
+          if (o == 0) continue;
+          const Index p = near(k);
+          const Quanta t = limited(o, exchange.share(p)), cut = t < back ? t : back;
+          exchange.take_back(p, t, cut, v);
+          rest += cut;
+          back -= cut;
+        }
+        mass(i) = rest;
+      });
+}
+
+/// Removes what was taken whole.
+void remove_taken(Fluid& fluid, AbsorptionWork& work) {
+  auto& taken = work.taken;
+  if (taken.data() == nullptr)
+    taken = std::decay_t<decltype(taken)>(Kokkos::ViewAllocateWithoutInitializing("drench::absorption::taken"));
+  const Entries<const Quanta> mass = fluid.particles.mass;
+  Kokkos::parallel_reduce(
+      "drench::absorption::taken", Range(0, fluid.particles.count),
+      KOKKOS_LAMBDA(const Index i, Index& sum) { sum += mass(i) > 0 ? 0 : 1; }, taken);
+  ExecSpace().fence("drench::absorption::taken");
+  fluid.particles.compact({}, fluid.particles.count - taken());
+}
+
+}  // namespace
+
+void absorption(const Constants& constants, Fluid& fluid, const NeighborLists& lists, Cloth& cloth,
+                TransferWork& transfers, AbsorptionWork& work, const StepInfo& info) {
+  if (fluid.particles.count == 0 || cloth.samples.count == 0) return;
+  make_room(work.offer, "drench::absorption::offer", lists.fluid_sample.entry.extent(0));
+  prepare_transfers(cloth, transfers);
+  place_samples(cloth);
+  prepare(constants, cloth, transfers, work);
+  offer(constants, fluid, lists, cloth, transfers, work, info.dt);
+  limit_inflow(cloth, transfers, constants.model.has_saturation_control());
+  transfer(constants, fluid, lists, cloth, transfers, work);
+  const Delivery deliver(constants, transfers, cloth);
+  gather_rows<Arrival>("drench::absorption::deliver", cloth.nodes.count, cloth.nodes.sample_start, deliver, deliver);
+  if (!constants.model.has_emission()) remove_taken(fluid, work);
+}
+
+}  // namespace drench::kokkos_backend

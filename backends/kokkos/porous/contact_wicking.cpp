@@ -1,0 +1,278 @@
+// Contact wicking, a part of stage diffusion (src/stages/diffusion.hpp, laws 4–6).
+
+#include "porous/contact_wicking.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "porous/diffusion_law.hpp"
+#include "cloth/proximity.hpp"
+#include "porous/transfer.hpp"
+
+namespace drench::kokkos_backend {
+namespace {
+
+constexpr Index none = -1;
+
+/// What sample p sees on one side of its triangle.
+struct Touch {
+  Index triangle = none;
+  Proximity near;
+};
+
+/// What the kernel over samples sees.
+struct ContactSearch {
+  Entries<const Index> node, sample_triangle, sample_cloth, triangle, node_cloth;
+  Entries<Index> found;
+  Neighbors list;
+  Entries<const Real3> sample_position, normal, position;
+  Entries<const Real> area;
+  Entries<const Material> materials;
+  Entries<double> weight, conductance, drop;
+  double dt, density;  // s, kg/m³
+  Double3 down;        // ĝ, 0 without gravity
+
+  ContactSearch(const Constants& constants, const NeighborLists& lists, const Cloth& cloth, ContactWork& work, double step)
+      : node(cloth.samples.node),
+        sample_triangle(cloth.samples.triangle),
+        sample_cloth(cloth.samples.cloth),
+        triangle(cloth.mesh.triangle),
+        node_cloth(cloth.nodes.cloth),
+        found(work.triangle),
+        list(lists.sample_sample),
+        sample_position(cloth.samples.position),
+        normal(cloth.samples.normal),
+        position(cloth.nodes.position),
+        area(cloth.samples.area),
+        materials(cloth.materials),
+        weight(work.weight),
+        conductance(work.conductance),
+        drop(work.drop),
+        dt(step),
+        density(constants.model.rest_density) {
+    const Double3 g = widen(constants.gravity);
+    const double size = Kokkos::sqrt(inner(g, g));
+    if (size > 0) down = times(1 / size, g);
+  }
+
+  /// ρ0 (1−Φ) τ, kg/m².
+  KOKKOS_INLINE_FUNCTION double load(const Material& m) const {
+    return density * (1 - double(m.solid_fraction)) * double(m.thickness);
+  }
+  KOKKOS_INLINE_FUNCTION bool wicks(const Material& m) const { return m.contact_wicking != 0; }
+
+  KOKKOS_INLINE_FUNCTION bool share_a_node(Index s, Index t) const {
+    for (int a = 0; a < 3; ++a)
+      for (int b = 0; b < 3; ++b)
+        if (triangle(3 * s + a) == triangle(3 * t + b)) return true;
+    return false;
+  }
+
+  /// Law 4; side 0: d·n > 0.
+  KOKKOS_INLINE_FUNCTION void nearest(Index p, Touch* best) const {
+    const Material& own = materials(sample_cloth(p));
+    const Double3 n = widen(normal(p));
+    Index last = none;
+    const NeighborRow row = list.row(p);
+    for (Index k = 0; k < row.count; ++k) {
+      const Index other = row(k), t = sample_triangle(other);
+      const Material& m = materials(sample_cloth(other));
+      if (t == last || !wicks(m) || share_a_node(sample_triangle(p), t)) continue;
+      last = t;
+      Double3 x[4] = {widen(sample_position(p)), {}, {}, {}};
+      for (Index c = 0; c < 3; ++c) x[c + 1] = widen(position(triangle(3 * t + c)));
+      const Proximity near = proximity(false, x);
+      const double reach = 0.75 * (double(own.thickness) + double(m.thickness)), height = inner(near.apart, n);
+      if (!(near.distance > 0 && near.distance <= reach)) continue;
+      if (!(2 * height * height >= near.distance * near.distance)) continue;
+      Touch& touch = best[height > 0 ? 0 : 1];
+      if (touch.triangle == none || near.distance < touch.near.distance ||
+          (near.distance == touch.near.distance && t < touch.triangle))
+        touch = {t, near};
+    }
+  }
+
+  KOKKOS_INLINE_FUNCTION void operator()(const Index p) const {
+    const Material& own = materials(sample_cloth(p));
+    Touch best[2];
+    if (wicks(own)) nearest(p, best);
+    for (Index side = 0; side < 2; ++side) {
+      const Index c = 2 * p + side, t = best[side].triangle;
+      found(c) = t;
+      if (t == none) continue;
+      const Material& m = materials(node_cloth(triangle(3 * t)));
+      conductance(c) = 0.5 * double(area(p)) *
+                       laws::contact_conductance(load(own), double(own.thickness), double(own.diffusivity), load(m),
+                                                 double(m.thickness), double(m.diffusivity), dt);
+      drop(c) = inner(best[side].near.apart, down) * 0.5 *
+                (1 / double(own.capillary_height) + 1 / double(m.capillary_height));
+      for (int k = 0; k < 3; ++k) weight(3 * c + k) = -best[side].near.b[k + 1];
+    }
+  }
+};
+
+/// The nodes and weights of both ends of a contact: sample p and a point of a triangle.
+struct Ends {
+  Entries<const Index> sample_node, triangle;
+  Entries<Index> found;
+  Entries<const double> sample_weight, found_weight;
+
+  explicit Ends(const Cloth& cloth, ContactWork& work)
+      : sample_node(cloth.samples.node),
+        triangle(cloth.mesh.triangle),
+        found(work.triangle),
+        sample_weight(cloth.samples.weight_exact),
+        found_weight(work.weight) {}
+  /// Corner k of the sample (far false) or of what it touches (true).
+  KOKKOS_INLINE_FUNCTION Index node(Index contact, bool far, int k) const {
+    return far ? triangle(3 * found(contact) + k) : sample_node(3 * (contact / 2) + k);
+  }
+  KOKKOS_INLINE_FUNCTION double weight(Index contact, bool far, int k) const {
+    return far ? found_weight(3 * contact + k) : sample_weight(3 * (contact / 2) + k);
+  }
+  KOKKOS_INLINE_FUNCTION Quanta part(Index contact, bool far, int k, Quanta amount) const {
+    return split_part(amount, weight(contact, far, 0), weight(contact, far, 1), weight(contact, far, 2), k);
+  }
+};
+
+void offer(const Constants& constants, const Cloth& cloth, ContactWork& work, double dt, bool with_momentum) {
+  const Ends ends(cloth, work);
+  const Entries<Quanta> flow = work.flow, in = work.entering, out = work.leaving;
+  const Entries<const Quanta> liquid = cloth.nodes.liquid;
+  const Entries<const double> g = work.conductance, drop = work.drop;
+  const Entries<const double> capacity = cloth.nodes.capacity;
+  const Entries<const Index> cloth_of = cloth.nodes.cloth;
+  const Entries<const Material> materials = cloth.materials;
+  const double q = constants.quantum, scale = dt / constants.quantum;
+  const Entries<std::int64_t> momentum = work.momentum;
+  parallel(
+      "drench::contact_wicking::clear", cloth.nodes.count, KOKKOS_LAMBDA(const Index n) {
+        in(n) = out(n) = 0;
+        if (with_momentum)
+          for (int a = 0; a < 3; ++a) momentum(3 * n + a) = 0;
+      });
+  parallel(
+      "drench::contact_wicking::offer", 2 * cloth.samples.count, KOKKOS_LAMBDA(const Index c) {
+        flow(c) = 0;
+        if (ends.found(c) == none) return;
+        double s[2] = {0, 0};
+        for (int far = 0; far < 2; ++far)
+          for (int k = 0; k < 3; ++k) {
+            const Index n = ends.node(c, far != 0, k);
+            if (capacity(n) > 0) s[far] += ends.weight(c, far != 0, k) * (double(liquid(n)) * q / capacity(n));
+          }
+        const bool degenerate = materials(cloth_of(ends.node(c, false, 0))).degenerate != 0 ||
+                                materials(cloth_of(ends.node(c, true, 0))).degenerate != 0;
+        const double flux = laws::diffusion_flux(g(c), s[0], s[1], drop(c), degenerate);
+        const Quanta o = static_cast<Quanta>(Kokkos::floor(Kokkos::abs(flux) * scale));
+        if (o == 0) return;
+        flow(c) = flux > 0 ? o : -o;
+        for (int far = 0; far < 2; ++far)
+          for (int k = 0; k < 3; ++k) {
+            const Quanta part = whole_part(ends.weight(c, far != 0, k), o) + 1;
+            const Index n = ends.node(c, far != 0, k);
+            Kokkos::atomic_add((far != 0) == (flux > 0) ? &out(n) : &in(n), part);
+          }
+      });
+}
+
+/// Law 8: what reaches the other end brings the mean velocity of the nodes that it leaves. `to_far`: the end that gains.
+KOKKOS_INLINE_FUNCTION void pass_momentum(const Ends& ends, const Entries<const Double3>& v, const Entries<std::int64_t>& sums,
+                                          double scale, Index c, bool to_far, Quanta amount) {
+  Double3 mean;
+  for (int k = 0; k < 3; ++k)
+    mean = add(mean, times(double(ends.part(c, !to_far, k, amount)) / double(amount), v(ends.node(c, !to_far, k))));
+  for (int k = 0; k < 3; ++k) {
+    const Index n = ends.node(c, to_far, k);
+    const Double3 gain = times(scale * double(ends.part(c, to_far, k, amount)), minus(mean, v(n)));
+    add_fixed(sums, n, gain);
+  }
+}
+
+/// The largest power of two with which what fills any node at 1000 m/s stays below 2^62: its momentum is then exact to
+/// 2^-53 of that at 1 m/s.
+double momentum_scale(const Model& m) {
+  double most = 1;  // quanta
+  for (const ClothMaterial& c : m.cloths)
+    for (Index n = c.first_node; n < c.first_node + c.node_count; ++n)
+      most = std::max(most, c.max_saturation * m.samples.node_capacity[static_cast<std::size_t>(n)] / m.quantum);
+  return std::exp2(std::floor(62 - std::log2(1000 * most)));
+}
+
+void push_nodes(const Constants& constants, const Cloth& cloth, DiffusionWork& diffusion, const ContactWork& work) {
+  const Entries<Double3> v = diffusion.velocity;
+  const Entries<const std::int64_t> momentum = work.momentum;
+  const Entries<const Quanta> liquid = cloth.nodes.liquid;
+  const Entries<const Real> solid = cloth.nodes.solid_mass;
+  const Entries<const std::uint8_t> pinned = cloth.nodes.pinned;
+  const double q = constants.quantum, unit = constants.quantum / work.momentum_scale;
+  parallel(
+      "drench::contact_wicking::velocity", cloth.nodes.count, KOKKOS_LAMBDA(const Index n) {
+        const double mass = double(solid(n)) + q * double(liquid(n));
+        if (pinned(n) || !(mass > 0)) return;
+        const double scale = unit / mass;
+        v(n) = add(v(n), {scale * double(momentum(3 * n)), scale * double(momentum(3 * n + 1)),
+                          scale * double(momentum(3 * n + 2))});
+      });
+}
+
+void transfer(Cloth& cloth, DiffusionWork& diffusion, ContactWork& work, bool with_momentum) {
+  const Ends ends(cloth, work);
+  const Entries<const Quanta> flow = work.flow, in = work.entering, out = work.leaving, ceiling = cloth.nodes.max_quanta;
+  const Entries<Quanta> liquid = cloth.nodes.liquid;
+  const Entries<double> out_share = diffusion.out_share, in_share = diffusion.in_share;
+  const Entries<const Double3> velocity = diffusion.velocity;
+  const Entries<std::int64_t> momentum = work.momentum;
+  const double scale = work.momentum_scale;
+  parallel(
+      "drench::contact_wicking::limit", cloth.nodes.count, KOKKOS_LAMBDA(const Index n) {
+        out_share(n) = outflow_fraction(liquid(n), out(n));
+        in_share(n) = inflow_fraction(ceiling(n), liquid(n), in(n));
+      });
+  parallel(
+      "drench::contact_wicking::transfer", 2 * cloth.samples.count, KOKKOS_LAMBDA(const Index c) {
+        const Quanta o = flow(c);
+        if (o == 0) return;
+        double share = 1;
+        for (int far = 0; far < 2; ++far)
+          for (int k = 0; k < 3; ++k) {
+            if (!(ends.weight(c, far != 0, k) > 0)) continue;
+            const Index n = ends.node(c, far != 0, k);
+            share = Kokkos::fmin(share, (far != 0) == (o > 0) ? out_share(n) : in_share(n));
+          }
+        const Quanta t = limited(o > 0 ? o : -o, share);
+        if (t == 0) return;
+        if (with_momentum) pass_momentum(ends, velocity, momentum, scale, c, o < 0, t);
+        for (int far = 0; far < 2; ++far)
+          for (int k = 0; k < 3; ++k) {
+            const Quanta part = ends.part(c, far != 0, k, t);
+            if (part != 0) Kokkos::atomic_add(&liquid(ends.node(c, far != 0, k)), (far != 0) == (o > 0) ? -part : part);
+          }
+      });
+}
+
+}  // namespace
+
+void find_contacts(const Constants& constants, const NeighborLists& lists, const Cloth& cloth, ContactWork& work, double dt, bool with_momentum) {
+  const auto both = 2 * static_cast<std::size_t>(cloth.samples.count), nodes = static_cast<std::size_t>(cloth.nodes.count);
+  make_room(work.triangle, "drench::contact_wicking::triangle", both);
+  make_room(work.weight, "drench::contact_wicking::weight", 3 * both);
+  make_room(work.conductance, "drench::contact_wicking::conductance", both);
+  make_room(work.drop, "drench::contact_wicking::drop", both);
+  make_room(work.flow, "drench::contact_wicking::flow", both);
+  make_room(work.entering, "drench::contact_wicking::entering", nodes);
+  make_room(work.leaving, "drench::contact_wicking::leaving", nodes);
+  if (with_momentum && work.momentum.extent(0) == 0) {
+    make_room(work.momentum, "drench::contact_wicking::momentum", 3 * nodes);
+    work.momentum_scale = momentum_scale(constants.model);
+  }
+  parallel("drench::contact_wicking::find", cloth.samples.count, ContactSearch(constants, lists, cloth, work, dt));
+}
+
+void wick_through_contacts(const Constants& constants, Cloth& cloth, DiffusionWork& diffusion, ContactWork& work, double dt, bool with_momentum) {
+  offer(constants, cloth, work, dt, with_momentum);
+  transfer(cloth, diffusion, work, with_momentum);
+  if (with_momentum) push_nodes(constants, cloth, diffusion, work);
+}
+
+}  // namespace drench::kokkos_backend

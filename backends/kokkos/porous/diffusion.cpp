@@ -1,0 +1,212 @@
+// Stage diffusion (src/stages/diffusion.hpp). Two kernels over the nodes a sub-step: each node computes the flows of its own
+// pairs, so that both of a pair's come to the same number.
+
+#include "porous/diffusion_law.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "porous/contact_wicking.hpp"
+#include "core/host_copy.hpp"
+#include "porous/diffusion.hpp"
+#include "pipeline/substeps.hpp"
+#include "porous/transfer.hpp"
+#include "porous/stages.hpp"
+
+namespace drench::kokkos_backend {
+namespace {
+
+/// The model's pairs with their conductances, once.
+void upload_pairs(const Constants& constants, const Cloth& cloth, DiffusionWork& work) {
+  if (work.pair.extent(0) > 0) return;
+  const FabricPairs& fabric = constants.model.fabric;
+  std::vector<double> conductance(fabric.weight.size());
+  const std::vector<double>& capacity = constants.model.samples.node_capacity;
+  for (std::size_t e = 0; e < conductance.size(); ++e) {
+    const auto i = static_cast<std::size_t>(fabric.nodes[e][0]), j = static_cast<std::size_t>(fabric.nodes[e][1]);
+    const ClothMaterial& c = constants.model.cloths[static_cast<std::size_t>(constants.model.mesh.node_cloth[i])];
+    if (capacity[i] > 0 && capacity[j] > 0)
+      conductance[e] = constants.model.rest_density * (1 - c.solid_fraction) * c.thickness * c.diffusivity * fabric.weight[e];
+  }
+  work.pairs = static_cast<Index>(conductance.size());
+  work.pair = to_device<Index>("drench::diffusion::pair", flat(fabric.nodes));
+  work.conductance = to_device<double>("drench::diffusion::conductance", conductance);
+  work.node_start = to_device<Index>("drench::diffusion::node_start", fabric.of_node.start);
+  work.node_item = to_device<Index>("drench::diffusion::node_item", fabric.of_node.item);
+  allocate_zeros(work.drop, "drench::diffusion::drop", conductance.size());
+  allocate_zeros(work.flow, "drench::diffusion::flow", conductance.size());
+  const auto nodes = static_cast<std::size_t>(cloth.nodes.count);
+  allocate_zeros(work.out_share, "drench::diffusion::out_share", nodes);
+  allocate_zeros(work.in_share, "drench::diffusion::in_share", nodes);
+}
+
+/// What the kernels see of the pairs.
+struct NodePairs {
+  Entries<const Index> pair, start, item, cloth;
+  Entries<const double> conductance, capacity;
+  Entries<double> drop;
+  Entries<Quanta> liquid;
+  Entries<const Material> material;
+
+  explicit NodePairs(Cloth& fabric, DiffusionWork& work)
+      : pair(work.pair),
+        start(work.node_start),
+        item(work.node_item),
+        cloth(fabric.nodes.cloth),
+        conductance(work.conductance),
+        capacity(fabric.nodes.capacity),
+        drop(work.drop),
+        liquid(fabric.nodes.liquid),
+        material(fabric.materials) {}
+
+  /// Of pair e, quanta, > 0 to its first node: what the law wants to flow, `scale` = Δt/q.
+  KOKKOS_INLINE_FUNCTION Quanta offer(Index e, double q, double scale) const {
+    if (!(conductance(e) > 0)) return 0;
+    const Index i = pair(2 * e), j = pair(2 * e + 1);
+    const double si = double(liquid(i)) * q / capacity(i), sj = double(liquid(j)) * q / capacity(j);
+    const double flux = laws::diffusion_flux(conductance(e), si, sj, drop(e), material(cloth(i)).degenerate != 0);
+    const Quanta o = static_cast<Quanta>(Kokkos::floor(Kokkos::abs(flux) * scale));
+    return flux > 0 ? o : -o;
+  }
+};
+
+/// φ of every node; the offers in `flow`. In the first sub-step also the velocities in double: they are rounded once a step
+/// and not once a sub-step.
+void limit(const Constants& constants, Cloth& cloth, DiffusionWork& work, double dt, bool take_velocity) {
+  const NodePairs pairs(cloth, work);
+  const Entries<Quanta> flow = work.flow;
+  const Entries<const Quanta> ceiling = cloth.nodes.max_quanta;
+  const Entries<double> out_share = work.out_share, in_share = work.in_share;
+  const Entries<const Real3> v = cloth.nodes.velocity;
+  const Entries<Double3> wide = work.velocity;
+  const double q = constants.quantum, scale = dt / constants.quantum;
+  parallel(
+      "drench::diffusion::limit", cloth.nodes.count, KOKKOS_LAMBDA(const Index n) {
+        Quanta out = 0, in = 0;
+        for (Index k = pairs.start(n); k < pairs.start(n + 1); ++k) {
+          const bool first = pairs.item(k) % 2 == 0;
+          const Quanta o = pairs.offer(pairs.item(k) / 2, q, scale);
+          if (first) flow(pairs.item(k) / 2) = o;
+          const Quanta gain = first ? o : -o;
+          (gain > 0 ? in : out) += gain > 0 ? gain : -gain;
+        }
+        out_share(n) = outflow_fraction(pairs.liquid(n), out);
+        in_share(n) = inflow_fraction(ceiling(n), pairs.liquid(n), in);
+        if (take_velocity) wide(n) = widen(v(n));
+      });
+}
+
+/// Does liquid diffuse in cloth that moves? If not, no velocity is touched.
+bool carries_momentum(const Model& m) {
+  return std::any_of(m.cloths.begin(), m.cloths.end(),
+                     [](const ClothMaterial& c) { return c.dynamics && c.porous && c.diffusivity > 0; });
+}
+
+void make_room_for_velocities(const Cloth& cloth, DiffusionWork& work) {
+  make_room(work.velocity, "drench::diffusion::velocity", static_cast<std::size_t>(cloth.nodes.count));
+  make_room(work.next_velocity, "drench::diffusion::next_velocity", static_cast<std::size_t>(cloth.nodes.count));
+}
+
+void give_velocities(Cloth& cloth, const DiffusionWork& work) {
+  const Entries<Real3> v = cloth.nodes.velocity;
+  const Entries<const Double3> wide = work.velocity;
+  parallel(
+      "drench::diffusion::give_velocity", cloth.nodes.count, KOKKOS_LAMBDA(const Index n) { v(n) = narrow(wide(n)); });
+}
+
+/// `give_velocity`: the new velocities are the step's last, and go to the nodes.
+void transfer(const Constants& constants, Cloth& cloth, DiffusionWork& work, bool with_momentum, bool give_velocity) {
+  const Entries<const Index> pair = work.pair, start = work.node_start, item = work.node_item;
+  const Entries<const Quanta> flow = work.flow;
+  const Entries<Quanta> liquid = cloth.nodes.liquid;
+  const Entries<const double> out_share = work.out_share, in_share = work.in_share;
+  const Entries<const Double3> v = work.velocity;
+  const Entries<Double3> next = work.next_velocity;
+  const Entries<Real3> velocity = cloth.nodes.velocity;
+  const Entries<const Real> solid = cloth.nodes.solid_mass;
+  const Entries<const std::uint8_t> pinned = cloth.nodes.pinned;
+  const double q = constants.quantum;
+  parallel(
+      "drench::diffusion::transfer", cloth.nodes.count, KOKKOS_LAMBDA(const Index n) {
+        Quanta gain = 0;
+        Double3 push;  // Σ_in t (v_donor − v_n), quanta · m/s
+        for (Index k = start(n); k < start(n + 1); ++k) {
+          const Index e = item(k) / 2, other = pair(item(k) ^ 1);
+          const Quanta o = item(k) % 2 == 0 ? flow(e) : -flow(e);
+          if (o == 0) continue;
+          const Quanta t = limited(o > 0 ? o : -o, o > 0 ? Kokkos::fmin(out_share(other), in_share(n))
+                                                         : Kokkos::fmin(out_share(n), in_share(other)));
+          gain += o > 0 ? t : -t;
+          if (with_momentum && o > 0 && t > 0) push = add(push, times(double(t), minus(v(other), v(n))));
+        }
+        liquid(n) += gain;
+        if (!with_momentum) return;
+        const double mass = double(solid(n)) + q * double(liquid(n));
+        const Double3 after = pinned(n) || !(mass > 0) ? v(n) : add(v(n), times(q / mass, push));
+        if (give_velocity)
+          velocity(n) = narrow(after);
+        else
+          next(n) = after;
+      });
+  if (with_momentum) std::swap(work.velocity, work.next_velocity);
+}
+
+}  // namespace
+
+void launch_diffusion_rate(const Constants& constants, Cloth& cloth, DiffusionWork& work) {
+  if (cloth.samples.count == 0) return;
+  upload_pairs(constants, cloth, work);
+  if (work.rate.is_of(cloth.moved)) return;
+  auto& rate_on_host = work.rate.largest;
+  if (rate_on_host.data() == nullptr)
+    rate_on_host =
+        std::decay_t<decltype(rate_on_host)>(Kokkos::ViewAllocateWithoutInitializing("drench::diffusion::largest_rate"));
+  const NodePairs pairs(cloth, work);
+  const Entries<const Real3> x = cloth.nodes.position;
+  const Real gravity = norm(constants.gravity);
+  const Real3 down = gravity > 0 ? (1 / gravity) * constants.gravity : Real3{};
+  Kokkos::parallel_reduce(
+      "drench::diffusion::rate", Range(0, cloth.nodes.count),
+      KOKKOS_LAMBDA(const Index n, double& largest) {
+        const Material& m = pairs.material(pairs.cloth(n));
+        const double most = m.degenerate ? double(m.max_saturation) : 1;
+        double rate = 0;
+        for (Index k = pairs.start(n); k < pairs.start(n + 1); ++k) {
+          const Index e = pairs.item(k) / 2, i = pairs.pair(2 * e), j = pairs.pair(2 * e + 1);
+          const double drop = double(dot(x(i) - x(j), down) / pairs.material(pairs.cloth(i)).capillary_height);
+          if (i == n) pairs.drop(e) = drop;
+          rate += pairs.conductance(e) * (most + Kokkos::abs(drop));
+        }
+        rate = pairs.capacity(n) > 0 ? rate / pairs.capacity(n) : 0.0;
+        if (rate > largest) largest = rate;
+      },
+      Kokkos::Max<double, Kokkos::SharedHostPinnedSpace>(rate_on_host));
+  work.rate.set_made_from(cloth.moved);
+  work.rate.waited = false;
+}
+
+void diffusion(const Constants& constants, const NeighborLists& lists, Cloth& cloth, DiffusionWork& work,
+               ContactWork& contacts, ReservoirWork& reservoirs, Accounts& accounts, const StepInfo& info,
+               StepReport& report) {
+  if (cloth.samples.count == 0 || !(info.dt > 0)) return;
+  launch_diffusion_rate(constants, cloth, work);
+  if (!work.rate.waited) ExecSpace().fence("drench::diffusion::rate");
+  work.rate.waited = true;
+  const int substeps = diffusion_substeps_within_limit(std::max(0.0, work.rate.largest()), info, report);
+  const double dt = info.dt / substeps;
+  const bool layers = constants.model.has_contact_wicking(), with_momentum = carries_momentum(constants.model);
+  if (layers) find_contacts(constants, lists, cloth, contacts, dt, with_momentum);
+  if (with_momentum) make_room_for_velocities(cloth, work);
+  for (int k = 0; k < substeps; ++k) {
+    const bool last = k + 1 == substeps;
+    limit(constants, cloth, work, dt, with_momentum && k == 0);
+    transfer(constants, cloth, work, with_momentum, last && !layers);
+    if (layers) wick_through_contacts(constants, cloth, work, contacts, dt, with_momentum);
+    if (!last && constants.model.has_reservoirs()) reservoir(constants, cloth, reservoirs, accounts);
+  }
+  if (with_momentum && layers) give_velocities(cloth, work);
+  report.diffusion_substeps = substeps;
+}
+
+}  // namespace drench::kokkos_backend

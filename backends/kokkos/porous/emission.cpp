@@ -1,0 +1,386 @@
+// Stage emission (src/stages/emission.hpp). The letters (a) to (e) are those of its law; (d) is in emission_particles.cpp.
+// The host waits once: for the number of new particles, or, as long as nothing is buffered, for that news.
+
+#include "porous/emission_law.hpp"
+
+#include "porous/emission_particles.hpp"
+#include "porous/transfer.hpp"
+#include "porous/virtual_pressure.hpp"
+#include "porous/stages.hpp"
+
+namespace drench::kokkos_backend {
+namespace {
+
+void prepare(const Constants& constants, const Bodies& bodies, Cloth& cloth, TransferWork& transfers, EmissionWork& work) {
+  const auto samples = static_cast<std::size_t>(cloth.samples.count);
+  make_room(work.share, "drench::emission::share", 3 * samples);
+  make_room(work.total, "drench::emission::total", samples);
+  make_room(work.rest, "drench::emission::rest", samples);
+  make_room(work.room, "drench::emission::room", samples);
+  make_room(work.velocity, "drench::emission::velocity", samples);
+  make_room(work.blocked, "drench::emission::blocked", samples);
+  make_room(work.layers, "drench::emission::layers", samples);
+  if (bodies.boundary.count > 0 && constants.model.has_direction())
+    make_room(work.direction, "drench::emission::direction", samples);
+  if (work.any.extent(0) == 0) {
+    allocate_zeros(work.any, "drench::emission::any", 2);
+    work.counts = decltype(work.counts)(Kokkos::ViewAllocateWithoutInitializing("drench::emission::counts"));
+    work.new_particles =
+        decltype(work.new_particles)(Kokkos::ViewAllocateWithoutInitializing("drench::emission::new_particles"));
+  }
+  prepare_transfers(cloth, transfers);
+}
+
+/// What of a node's liquid is buffered now, and the shares of its samples in that.
+struct Maturing {
+  Entries<const Quanta> capacity;
+  Entries<Quanta> liquid, buffered;
+  Entries<const Index> cloth;
+  Entries<const Material> materials;
+  double dt, spacing;
+
+  Maturing(const Constants& constants, Cloth& fabric, double step)
+      : capacity(fabric.nodes.capacity_quanta),
+        liquid(fabric.nodes.liquid),
+        buffered(fabric.nodes.buffered),
+        cloth(fabric.nodes.cloth),
+        materials(fabric.materials),
+        dt(step),
+        spacing(constants.spacing) {}
+
+  /// May there be any?
+  KOKKOS_INLINE_FUNCTION bool any(Index n) const { return buffered(n) > 0 || liquid(n) > capacity(n); }
+  KOKKOS_INLINE_FUNCTION Quanta operator()(Index n) const {
+    const Quanta excess = liquid(n) > capacity(n) ? liquid(n) - capacity(n) : 0;
+    const Quanta kept = buffered(n) < excess ? buffered(n) : excess;
+    if (kept == excess) return kept;
+    const double part = laws::maturing(materials(cloth(n)).emission_velocity, dt, spacing);
+    return kept + static_cast<Quanta>(Kokkos::floor(part * double(excess - kept)));
+  }
+};
+
+/// Whether anything may be buffered, and how many particles are empty.
+EmissionCounts look(const Constants& constants, const Fluid& fluid, Cloth& cloth, const EmissionWork& work) {
+  const Maturing maturing(constants, cloth, 0);
+  const Entries<const Quanta> mass = fluid.particles.mass;
+  const Index nodes = cloth.nodes.count, particles = fluid.particles.count;
+  const auto counts = work.counts;
+  Kokkos::parallel_reduce(
+      "drench::emission::buffered", Range(0, nodes > particles ? nodes : particles),
+      KOKKOS_LAMBDA(const Index k, EmissionCounts& sum) {
+        if (k < nodes && maturing.any(k)) ++sum.buffered;
+        if (k < particles && mass(k) == 0) ++sum.empty;
+      },
+      counts);
+  ExecSpace().fence("drench::emission::buffered");
+  return counts();
+}
+
+/// e_p, where liquid leaves.
+struct Direction {
+  Entries<const Real3> flow;
+  Real3 gravity;
+  Real gravity_size;
+
+  explicit Direction(const Constants& constants, const Cloth& cloth)
+      : flow(cloth.samples.flow_direction), gravity(constants.gravity), gravity_size(norm(constants.gravity)) {}
+  KOKKOS_INLINE_FUNCTION Real3 operator()(Index p, const VirtualPressure& pressure) const {
+    if (pressure.count(p) == 0 || !(dot(flow(p), flow(p)) > 0)) return flow(p);
+    const Real epsilon =
+        laws::flow_regularisation(gravity_size, pressure.materials(pressure.cloth(p)).virtual_pressure);
+    return laws::flow_direction(pressure(p) + gravity, epsilon);
+  }
+};
+
+/// e_p, E_pk, E_p and v^e_p; nothing is on its way.
+void shares(const Constants& constants, const NeighborLists& lists, const Bodies& bodies, Cloth& cloth, TransferWork& transfers, EmissionWork& work, double dt) {
+  const Entries<Quanta> share = work.share, total = work.total, rest = work.rest, room = work.room;
+  const Entries<Real3> leaving_velocity = work.velocity, direction = work.direction;
+  const Entries<const Real3> node_velocity = cloth.nodes.velocity, flow = cloth.samples.flow_direction;
+  const Entries<const double> weight_sum = cloth.nodes.weight_sum;
+  const Entries<int> any = work.any;
+  const Maturing matured(constants, cloth, dt);
+  const Transfers exchange(cloth, transfers);
+  const bool directed = constants.model.has_direction(), solids = directed && bodies.boundary.count > 0;
+  const Direction outward(constants, cloth);
+  const VirtualPressure pressure(constants, lists, bodies, cloth);
+  const Entries<const Index> cloth_of = cloth.samples.cloth;
+  parallel(
+      "drench::emission::share", cloth.samples.count, KOKKOS_LAMBDA(const Index p) {
+        exchange.clear(p);
+        room(p) = 0;
+        const bool emits = matured.materials(cloth_of(p)).porous && (!directed || dot(flow(p), flow(p)) > 0);
+        Quanta sum = 0;
+        double vx = 0, vy = 0, vz = 0;
+        bool ready = false;
+        for (int k = 0; k < 3; ++k) {
+          const Index n = exchange.node(3 * p + k);
+          ready = ready || matured.any(n);
+          const Quanta e = emits ? laws::buffered_share(exchange.weight(3 * p + k), matured(n), weight_sum(n)) : 0;
+          share(3 * p + k) = e;
+          sum += e;
+          vx += double(e) * double(node_velocity(n).x);
+          vy += double(e) * double(node_velocity(n).y);
+          vz += double(e) * double(node_velocity(n).z);
+        }
+        total(p) = sum;
+        rest(p) = sum;
+        const double inverse = sum > 0 ? 1 / double(sum) : 0;
+        leaving_velocity(p) = {Real(inverse * vx), Real(inverse * vy), Real(inverse * vz)};
+        if (ready && any(0) == 0) Kokkos::atomic_store(&any(0), 1);
+        if (sum > 0 && solids) direction(p) = outward(p, pressure);
+      });
+}
+
+/// What (a) asks about a liquid particle and a sample near it.
+struct Reach {
+  Neighbors list;
+  Entries<const Real3> sample, flow;
+  Entries<Real3> liquid;
+  Entries<const Index> cloth;
+  Entries<const Material> materials;
+  Entries<Quanta> mass, total;
+  Entries<int> any;
+  Real support;
+  Quanta full;
+
+  explicit Reach(const Constants& constants, Fluid& fluid, const NeighborLists& lists, const Cloth& fabric, EmissionWork& work)
+      : list(lists.fluid_sample),
+        sample(fabric.samples.position),
+        flow(leaving_directions(fabric, work)),
+        liquid(fluid.particles.position),
+        cloth(fabric.samples.cloth),
+        materials(fabric.materials),
+        mass(fluid.particles.mass),
+        total(work.total),
+        any(work.any),
+        support(constants.support),
+        full(constants.model.max_quanta) {}
+  KOKKOS_INLINE_FUNCTION bool takes(Index j) const { return any(0) != 0 && mass(j) > 0 && mass(j) < full; }
+  /// Does sample p offer to particle j?
+  KOKKOS_INLINE_FUNCTION bool offers(Index p, Index j) const {
+    return total(p) > 0 && laws::in_cone(liquid(j) - sample(p), flow(p), materials(cloth(p)).emission_cosine, support);
+  }
+};
+
+/// Which places of a particle's list offer to it: those beyond 64 are asked again.
+struct Offering {
+  std::uint64_t first = 0;
+  KOKKOS_INLINE_FUNCTION void add(Index k) {
+    if (k < 64) first |= std::uint64_t{1} << k;
+  }
+  /// May place k be one?
+  KOKKOS_INLINE_FUNCTION bool at(Index k) const { return k >= 64 || (first >> k & 1) != 0; }
+};
+
+/// (a): the room that each sample sees, then what each particle accepts; rest becomes E′_p.
+void give_to_liquid(const Constants& constants, Fluid& fluid, const NeighborLists& lists, const Cloth& cloth, EmissionWork& work) {
+  const Reach reach(constants, fluid, lists, cloth, work);
+  const Entries<Quanta> room = work.room, rest = work.rest;
+  const Entries<const Real3> leaving_velocity = work.velocity;
+  const Entries<Real3> velocity = fluid.particles.velocity;
+  parallel(
+      "drench::emission::room", fluid.particles.count, KOKKOS_LAMBDA(const Index j) {
+        if (!reach.takes(j)) return;
+        const Quanta own_room = reach.full - reach.mass(j);
+        const NeighborRow near = reach.list.row(j);
+        for (Index k = 0; k < near.count; ++k) {
+          const Index p = near(k);
+          if (reach.offers(p, j)) Kokkos::atomic_add(&room(p), own_room);
+        }
+      });
+  parallel(
+      "drench::emission::give_to_liquid", fluid.particles.count, KOKKOS_LAMBDA(const Index j) {
+        if (!reach.takes(j)) return;
+        const Quanta mass = reach.mass(j), own_room = reach.full - mass;
+        const NeighborRow near = reach.list.row(j);
+        Offering offering;
+        Quanta offered = 0;
+        for (Index k = 0; k < near.count; ++k) {
+          const Index p = near(k);
+          if (!reach.offers(p, j)) continue;
+          offering.add(k);
+          offered += floor_ratio(reach.total(p), own_room, room(p));
+        }
+        if (offered == 0) return;
+        Quanta gained = 0;
+        std::int64_t px = 0, py = 0, pz = 0;
+        for (Index k = 0; k < near.count; ++k) {
+          if (!offering.at(k)) continue;
+          const Index p = near(k);
+          if (k >= 64 && !reach.offers(p, j)) continue;
+          const Quanta t = laws::accepted_offer(floor_ratio(reach.total(p), own_room, room(p)), offered, own_room);
+          if (t == 0) continue;
+          gained += t;
+          const Real3 v = leaving_velocity(p);
+          px += fixed_momentum(t, v.x);
+          py += fixed_momentum(t, v.y);
+          pz += fixed_momentum(t, v.z);
+          Kokkos::atomic_add(&rest(p), -t);
+        }
+        if (gained == 0) return;
+        const double before = double(mass), after = before + double(gained), unit = 1 / momentum_steps;
+        const Real3 v = velocity(j);
+        velocity(j) = {Real((before * double(v.x) + unit * double(px)) / after),
+                       Real((before * double(v.y) + unit * double(py)) / after),
+                       Real((before * double(v.z) + unit * double(pz)) / after)};
+        reach.mass(j) = mass + gained;
+      });
+}
+
+/// For the host: how many particles are empty, and whether anything is buffered. By itself: within a reduction of Kokkos loops over
+/// neighbours run at half the speed.
+void count(const Fluid& fluid, const EmissionWork& work) {
+  const Entries<const Quanta> mass = fluid.particles.mass;
+  const Entries<const int> any = work.any;
+  const Index particles = fluid.particles.count;
+  Kokkos::parallel_reduce(
+      "drench::emission::count", Range(0, particles > 0 ? particles : 1),
+      KOKKOS_LAMBDA(const Index j, EmissionCounts& counts) {
+        if (j == 0) counts.buffered = any(0);
+        if (j < particles && mass(j) == 0) ++counts.empty;
+      },
+      work.counts);
+}
+
+/// (b) and the first pass of (c). blocked: 1 for samples that see a solid in their cone, 2 for others that see their own layer
+/// ahead (d); what the samples of other layers are offered.
+void block(const Constants& constants, const NeighborLists& lists, const Bodies& bodies, const Cloth& cloth, TransferWork& transfers, EmissionWork& work) {
+  const Entries<const Quanta> rest = work.rest;
+  const Entries<Quanta> offered = transfers.offered;
+  const Entries<std::uint8_t> blocked = work.blocked;
+  const Entries<Index> receivers = work.layers;
+  const Entries<const Index> cloth_of = cloth.samples.cloth;
+  const Neighbors solid(lists.sample_boundary), fabric(lists.sample_sample);
+  const Entries<const Real3> x = cloth.samples.position, xb = bodies.boundary.position, flow = leaving_directions(cloth, work);
+  const Entries<const Material> materials = cloth.materials;
+  const Real h = constants.support;
+  const bool solids = bodies.boundary.count > 0 && constants.model.has_direction();  // else nothing blocks
+  const Layers layers = layers_of(constants, cloth);
+  parallel(
+      "drench::emission::block", cloth.samples.count, KOKKOS_LAMBDA(const Index p) {
+        blocked(p) = 0;
+        receivers(p) = 0;
+        if (rest(p) == 0) return;
+        const Real cosine = materials(cloth_of(p)).emission_cosine;
+        const Real3 here = x(p), along = flow(p);
+        // Rows in folds are long: no store and no way out between the loads.
+        if (solids) {
+          const NeighborRow walls = solid.row(p);
+          bool ahead = false;
+          DRENCH_UNROLL
+          for (Index k = 0; k < walls.count; ++k) ahead |= laws::in_cone(xb(walls(k)) - here, along, cosine, h);
+          if (ahead) {
+            blocked(p) = 1;
+            return;
+          }
+        }
+        Index others = 0;
+        bool steep = false;
+        const NeighborRow near = fabric.row(p);
+        DRENCH_UNROLL
+        for (Index k = 0; k < near.count; ++k) {
+          const Index q = near(k);
+          const Real3 apart = x(q) - here;
+          const bool same = layers.same(p, q);
+          if (!laws::in_cone(apart, along, same ? laws::ahead_cosine : cosine, h)) continue;
+          if (same)
+            steep = true;
+          else if (materials(cloth_of(q)).porous)
+            ++others;
+        }
+        if (steep) blocked(p) = 2;
+        receivers(p) = others;
+        if (others == 0 || rest(p) / others == 0) return;
+        for (Index k = 0; k < near.count; ++k) {
+          const Index q = near(k);
+          if (!layers.same(p, q) && materials(cloth_of(q)).porous && laws::in_cone(x(q) - x(p), flow(p), cosine, h))
+            Kokkos::atomic_add(&offered(q), rest(p) / others);
+        }
+      });
+}
+
+/// (c), second pass: with the nodes' φ known, what the layers get. rest becomes E″_p.
+void give_to_layers(const Constants& constants, const NeighborLists& lists, const Cloth& cloth, TransferWork& transfers, EmissionWork& work) {
+  const Entries<Quanta> rest = work.rest;
+  const Entries<const Index> receivers = work.layers, cloth_of = cloth.samples.cloth;
+  const Neighbors list(lists.sample_sample);
+  const Entries<const Real3> leaving_velocity = work.velocity, x = cloth.samples.position, flow = leaving_directions(cloth, work);
+  const Transfers exchange(cloth, transfers);
+  const Entries<const Material> materials = cloth.materials;
+  const Layers layers = layers_of(constants, cloth);
+  const Real h = constants.support;
+  parallel(
+      "drench::emission::give_to_layers", cloth.samples.count, KOKKOS_LAMBDA(const Index p) {
+        if (receivers(p) == 0) return;
+        const Real cosine = materials(cloth_of(p)).emission_cosine;
+        const Quanta offer = rest(p) / receivers(p);
+        if (offer == 0) return;
+        const NeighborRow near = list.row(p);
+        for (Index k = 0; k < near.count; ++k) {
+          const Index q = near(k);
+          if (layers.same(p, q) || !materials(cloth_of(q)).porous || !laws::in_cone(x(q) - x(p), flow(p), cosine, h))
+            continue;
+          const Quanta t = limited(offer, exchange.share(q));
+          exchange.give(q, offer, t, leaving_velocity(p));
+          rest(p) -= t;
+        }
+      });
+}
+
+/// What leaves a node and what comes to it.
+struct Exchange {
+  Quanta out = 0;
+  Arrival in;
+  KOKKOS_INLINE_FUNCTION Exchange& operator+=(const Exchange& o) {
+    out += o.out;
+    in += o.in;
+    return *this;
+  }
+};
+
+/// (e): what each sample gave leaves its nodes; then what reaches them from other layers (c) arrives.
+void leave(const Constants& constants, Cloth& cloth, TransferWork& transfers, EmissionWork& work, double dt) {
+  const Entries<const Quanta> share = work.share;
+  const Maturing matured(constants, cloth, dt);
+  const Delivery deliver(constants, transfers, cloth);
+  const Entries<int> any = work.any;
+  gather_rows<Exchange>(
+      "drench::emission::leave", cloth.nodes.count, cloth.nodes.sample_start,
+      KOKKOS_LAMBDA(const Index e) {
+        return Exchange{share(3 * (deliver.item(e) / 4) + deliver.item(e) % 4), deliver(e)};
+      },
+      KOKKOS_LAMBDA(const Index n, const Exchange& sum) {
+        if (n == 0) any(0) = any(1) = 0;
+        const Quanta before = matured(n);
+        deliver.liquid(n) -= sum.out;
+        matured.buffered(n) = before > sum.out ? before - sum.out : 0;
+        deliver(n, sum.in);
+      });
+}
+
+}  // namespace
+
+void emission(const Constants& constants, Fluid& fluid, const NeighborLists& lists, const Bodies& bodies, Cloth& cloth,
+              TransferWork& transfers, EmissionWork& work, const StepInfo& info) {
+  if (cloth.samples.count == 0) return;
+  prepare(constants, bodies, cloth, transfers, work);
+  if (work.idle) {
+    const EmissionCounts counts = look(constants, fluid, cloth, work);
+    if (counts.buffered == 0) {
+      if (counts.empty > 0) fluid.particles.compact({}, fluid.particles.count - counts.empty);
+      return;
+    }
+  }
+  place_samples(cloth);
+  shares(constants, lists, bodies, cloth, transfers, work, info.dt);
+  give_to_liquid(constants, fluid, lists, cloth, work);
+  count(fluid, work);
+  block(constants, lists, bodies, cloth, transfers, work);
+  limit_inflow(cloth, transfers);
+  give_to_layers(constants, lists, cloth, transfers, work);
+  create_particles(constants, fluid, lists, cloth, work);  // and removes what absorption took whole
+  leave(constants, cloth, transfers, work, info.dt);
+}
+
+}  // namespace drench::kokkos_backend

@@ -1,0 +1,75 @@
+#pragma once
+// Stage emission (src/stages/emission.hpp), part (d): new particles. Also what (c) and (d) share.
+
+#include "porous/flow_law.hpp"
+#include "porous/transfer.hpp"
+#include "porous/stages.hpp"
+
+namespace drench::kokkos_backend {
+
+/// Which samples see which: what (c) and (d) ask about a pair of samples.
+struct Layers {
+  Entries<const Index> cloth;
+  Entries<const Real3> rest;
+  Real support;
+
+  KOKKOS_INLINE_FUNCTION bool same(Index p, Index q) const {
+    return cloth(p) == cloth(q) && !laws::folded_apart(rest(p) - rest(q), support);
+  }
+};
+
+/// e_p, where liquid leaves the samples: their flow direction itself in scenes without solids.
+inline Entries<const Real3> leaving_directions(const Cloth& cloth, const EmissionWork& work) {
+  if (work.direction.exists()) return work.direction;
+  return cloth.samples.flow_direction;
+}
+
+inline Layers layers_of(const Constants& constants, const Cloth& cloth) { return {cloth.samples.cloth, cloth.samples.rest_position, constants.support}; }
+
+/// Quanta that a giver puts into a collector's pool of `sum`: all that it has left, cut if the pool is more than a full
+/// particle.
+KOKKOS_INLINE_FUNCTION Quanta pooled_part(Quanta rest, Quanta sum, Quanta full) {
+  return sum <= full ? rest : floor_ratio(rest, full, sum);
+}
+
+/// Candidates by the cells of samples: a list a cell, in no particular order. A candidate or a place beyond the samples' bounds
+/// counts to the cell at their boundary.
+struct CandidateCells {
+  CellGeometry cells;
+  Entries<Index> head, next;
+  Entries<const Real3> position;
+
+  explicit CandidateCells(const Cloth& cloth, EmissionWork& work)
+      : cells(static_cast<const CellGeometry&>(cloth.sample_cells.view())),
+        head(work.head),
+        next(work.next),
+        position(work.position) {}
+
+  KOKKOS_INLINE_FUNCTION static int within(int c, int dim) { return c < 0 ? 0 : c >= dim ? dim - 1 : c; }
+  KOKKOS_INLINE_FUNCTION CellCoord inside(const CellCoord& c) const {
+    if (cells.hashed) return c;
+    return {within(c.x, cells.dims.x), within(c.y, cells.dims.y), within(c.z, cells.dims.z)};
+  }
+  KOKKOS_INLINE_FUNCTION Index bucket_of(const Real3& x) const { return cells.bucket_of(inside(cells.cell_of(x))); }
+  KOKKOS_INLINE_FUNCTION void insert(Index c) const {
+    next(c) = Kokkos::atomic_exchange(&head(bucket_of(position(c))), c);
+  }
+  KOKKOS_INLINE_FUNCTION void clear_cell_of(Index c) const { head(bucket_of(position(c))) = -1; }
+  /// Calls visit(c) for every candidate in the 27 cells around x: all within h are among them.
+  template <class Visit>
+  KOKKOS_INLINE_FUNCTION void for_near(const Real3& x, Visit&& visit) const {
+    const CellCoord at = cells.cell_of(x);
+    const CellCoord lo = inside({at.x - 1, at.y - 1, at.z - 1}), hi = inside({at.x + 1, at.y + 1, at.z + 1});
+    for (int cz = lo.z; cz <= hi.z; ++cz)
+      for (int cy = lo.y; cy <= hi.y; ++cy)
+        for (int cx = lo.x; cx <= hi.x; ++cx)
+          for (Index c = head(cells.bucket_of({cx, cy, cz})); c >= 0; c = next(c))
+            if (!cells.hashed || cells.cell_of(position(c)) == CellCoord{cx, cy, cz}) visit(c);
+  }
+};
+
+/// (d): pools what is left (emission_work.rest), removes liquid without mass, and appends a particle for each pool that is large
+/// enough and has space; emission_work.share becomes what leaves each sample's nodes. The host waits for the number of both.
+void create_particles(const Constants& constants, Fluid& fluid, const NeighborLists& lists, const Cloth& cloth, EmissionWork& work);
+
+}  // namespace drench::kokkos_backend

@@ -1,0 +1,96 @@
+#pragma once
+// Scratch arrays of the porous stages. They are allocated when first used, grow with the liquid and are never read
+// across stages.
+
+#include "core/cached.hpp"
+#include "core/double3.hpp"
+#include "core/types.hpp"
+
+namespace drench::kokkos_backend {
+
+/// Transfers on their way between liquid, samples and nodes: shared by absorption and emission.
+struct TransferWork {
+  Field<Quanta> offered, entering;  // per sample, quanta: what it may get; what it gets, less that without a limit
+  Field<std::int64_t> momentum;     // 3 per sample, q · 2^-8 m/s: of what it gets
+  Field<double> node_inflow_share;  // φ per node
+  Field<int> limited;               // per sample: is φ < 1 at one of its nodes with w > 0?
+};
+
+struct AbsorptionWork {
+  Field<Quanta> offer;                                       // o_ij beside the entries of fluid_sample, quanta
+  Field<Real4> position_saturation, flow_capacity;                                // per sample: x_j, m, and s_j; v_j and C_j, kg
+  Kokkos::View<Index, Kokkos::SharedHostPinnedSpace> taken;  // particles taken whole; where there is no emission
+};
+
+struct EmissionCounts {
+  Index empty = 0;  // particles that absorption took whole
+  Index buffered = 0;   // not 0: something is buffered, or may become so
+  KOKKOS_INLINE_FUNCTION EmissionCounts& operator+=(const EmissionCounts& o) {
+    empty += o.empty;
+    buffered += o.buffered;
+    return *this;
+  }
+};
+
+struct EmissionWork {
+  // per sample
+  Field<Quanta> share;        // 3 per sample: E_pk, in the end what leaves node k
+  Field<Quanta> total, rest;  // E_p, and what is left of it: E′_p, E″_p
+  Field<Quanta> room;         // Σ_j R_j of the liquid in its cone
+  Field<Real3> velocity;      // v^e_p, m/s
+  Field<Real3> direction;     // e_p; only with solids (leaving_directions)
+  Field<std::uint8_t> blocked;
+  Field<Index> layers;  // number of receiving samples of other layers
+  Field<Index> target;  // the sample that it points to, −1: none
+  Field<Quanta> pool;   // S of a collector that is a candidate, otherwise 0
+  // of those that are candidates
+  Field<Real3> position;        // of the new particle, m
+  Field<std::int64_t> liquid;   // Σ_j V_j W there, 2^-40
+  Field<std::uint8_t> created;  // has space
+  Field<Index> rank;            // among those that have space
+  Field<Index> next;            // the next candidate of the same cell, −1: none
+  Field<Index> head;            // per bucket of sample_cells: a candidate; −1 between steps
+  Field<int> any;               // 0: something is buffered; 1: there are candidates. Zero between steps
+  // for the host
+  Kokkos::View<EmissionCounts, Kokkos::SharedHostPinnedSpace> counts;
+  Kokkos::View<Index, Kokkos::SharedHostPinnedSpace> new_particles;
+  bool idle = true;  // nothing was buffered when last looked
+};
+
+/// The largest rate of an explicit step, where a kernel leaves it for the host.
+struct DiffusionRate {
+  Kokkos::View<double, Kokkos::SharedHostPinnedSpace> largest;  // 1/s
+  bool waited = false;                                          // may the host read it?
+};
+
+struct DiffusionWork {
+  Index pairs = 0;                                           // of nodes
+  Field<Index> pair;                                         // 2 each
+  Field<Index> node_start, node_item;                        // node → items 2·pair + side
+  Field<double> conductance;                                 // G_ij, kg/s
+  Field<double> drop;                                        // (x_i − x_j)·ĝ/ℓ, 1
+  Field<Quanta> flow;                                        // to the pair's first node, quanta
+  Field<double> out_share, in_share;                         // φ per node
+  Cached<DiffusionRate> rate;                                // of the nodes' positions
+  // per node, m/s: in double between sub-steps; empty unless liquid diffuses in cloth that moves
+  Field<Double3> velocity, next_velocity;
+};
+
+/// Two a sample, one for each side of its triangle; only with contact_wicking.
+struct ContactWork {
+  Field<Index> triangle;            // that the sample touches, −1: none
+  Field<double> weight;             // 3 each: b_k of the point that it touches
+  Field<double> conductance, drop;  // G, kg/s; gravity term, 1
+  Field<Quanta> flow;               // to the sample, quanta
+  Field<Quanta> entering, leaving;  // per node, quanta
+  // of what enters, 3 per node; empty unless liquid diffuses in cloth that moves
+  Field<std::int64_t> momentum;  // units of q/momentum_scale · 1 m/s
+  double momentum_scale = 1;     // a power of two
+};
+
+struct ReservoirWork {
+  Field<Index> node;
+  Field<Quanta> target;
+};
+
+}  // namespace drench::kokkos_backend

@@ -1,0 +1,48 @@
+// Stage reservoir (src/stages/reservoir.hpp).
+
+#include <map>
+
+#include "core/host_copy.hpp"
+#include "porous/stages.hpp"
+
+namespace drench::kokkos_backend {
+namespace {
+
+/// Targets by node; where boxes overlap the last one holds, as if they were applied one after the other.
+void upload_targets(const Constants& constants, ReservoirWork& work) {
+  std::map<Index, Quanta> targets;
+  for (const auto& r : constants.model.reservoirs)
+    for (std::size_t k = 0; k < r.nodes.size(); ++k) targets[r.nodes[k]] = r.target[k];
+  std::vector<Index> node;
+  std::vector<Quanta> target;
+  for (const auto& entry : targets) {
+    node.push_back(entry.first);
+    target.push_back(entry.second);
+  }
+  work.node = to_device<Index>("drench::reservoir::node", node);
+  work.target = to_device<Quanta>("drench::reservoir::target", target);
+}
+
+Quanta hold(Cloth& cloth, const ReservoirWork& work) {
+  const Slice<const Index> node = work.node;
+  const Entries<const Quanta> target = work.target;
+  const Entries<Quanta> liquid = cloth.nodes.liquid;
+  Quanta supplied = 0;
+  Kokkos::parallel_reduce(
+      "drench::reservoir::hold", Range(0, static_cast<Index>(node.extent(0))),
+      KOKKOS_LAMBDA(const Index k, Quanta& sum) {
+        sum += target(k) - liquid(node(k));
+        liquid(node(k)) = target(k);
+      },
+      supplied);
+  return supplied;
+}
+
+}  // namespace
+
+void reservoir(const Constants& constants, Cloth& cloth, ReservoirWork& work, Accounts& accounts) {
+  if (work.node.extent(0) == 0) upload_targets(constants, work);
+  if (work.node.extent(0) > 0) accounts.supplied += hold(cloth, work);
+}
+
+}  // namespace drench::kokkos_backend

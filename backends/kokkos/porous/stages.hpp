@@ -1,0 +1,28 @@
+#pragma once
+// The stages of porous cloth: what each reads and writes. Laws: docs/theory/porous.md.
+
+#include "cloth/cloth.hpp"
+#include "particles/accounts.hpp"
+#include "particles/fluid.hpp"
+#include "porous/porous_work.hpp"
+
+namespace drench::kokkos_backend {
+
+/// Lists of samples near liquid, samples and solids, where everything is after advection.
+void porous_neighbors(const Constants& constants, const Fluid& fluid, NeighborLists& lists, Bodies& bodies,
+                      Cloth& cloth, DiffusionWork& diffusion);
+/// samples.flow_direction.
+void flow_direction(const Constants& constants, const NeighborLists& lists, const Bodies& bodies, Cloth& cloth);
+/// Liquid goes from particles to nodes.
+void absorption(const Constants& constants, Fluid& fluid, const NeighborLists& lists, Cloth& cloth,
+                TransferWork& transfers, AbsorptionWork& work, const StepInfo& info);
+/// Liquid goes from nodes to particles, other layers and new particles.
+void emission(const Constants& constants, Fluid& fluid, const NeighborLists& lists, const Bodies& bodies, Cloth& cloth,
+              TransferWork& transfers, EmissionWork& work, const StepInfo& info);
+/// Liquid goes from node to node; reservoirs hold theirs in between.
+void diffusion(const Constants& constants, const NeighborLists& lists, Cloth& cloth, DiffusionWork& work,
+               ContactWork& contacts, ReservoirWork& reservoirs, Accounts& accounts, const StepInfo& info,
+               StepReport& report);
+void reservoir(const Constants& constants, Cloth& cloth, ReservoirWork& work, Accounts& accounts);
+
+}  // namespace drench::kokkos_backend

@@ -1,0 +1,160 @@
+// Stage ledger (src/stages/ledger.hpp).
+
+#include "step/ledger.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "particles/viscosity.hpp"
+#include "step/stages.hpp"
+
+namespace drench::kokkos_backend {
+namespace {
+
+template <class Vector>
+KOKKOS_INLINE_FUNCTION bool finite(const Vector& a) {
+  return Kokkos::isfinite(a.x) && Kokkos::isfinite(a.y) && Kokkos::isfinite(a.z);
+}
+
+struct OfLiquid {
+  Entries<const Real3> x, v;
+  Entries<const Quanta> mass;
+  double q, rho, step;
+  Real3 gravity, center, square;
+  bool speed, field;
+  Tunnelled* tunnelled;  // null without cloth
+
+  explicit OfLiquid(const Constants& constants, const Fluid& fluid)
+      : x(fluid.particles.position),
+        v(fluid.particles.velocity),
+        mass(fluid.particles.mass),
+        q(constants.quantum),
+        rho(double(constants.rest_density)),
+        step(constants.model.scene.time.step),
+        gravity(constants.gravity),
+        center(constants.field_center),
+        square(constants.field_square),
+        speed(constants.model.scene.time.mode == TimeMode::cfl),
+        field(constants.model.scene.field.present),
+        tunnelled(fluid.tunnelled.data()) {}
+  KOKKOS_INLINE_FUNCTION LedgerSums operator()(const Index i) const {
+    LedgerSums own;
+    own.mass = mass(i);
+    own.nonfinite = finite(x(i)) && finite(v(i)) ? 0 : 1;
+    own.square = double(dot(v(i), v(i)));
+    own.energy = 0.5 * q * double(mass(i)) * own.square;
+    own.mass_float += rho * double(Real(double(mass(i)) * q / rho));
+    own.bounds.add(x(i));
+    if (speed) {
+      const Real3 a = field ? gravity + central_field(x(i), center, square) : gravity;
+      own.speed = double(norm(v(i))) + double(norm(a)) * step;
+    }
+    if (i == 0 && tunnelled != nullptr) {
+      own.tunnelled = *tunnelled;
+      *tunnelled = {};
+    }
+    return own;
+  }
+};
+
+/// Nodes, edges and bodies, each for itself: one range serves them all.
+struct OfNodes {
+  Index nodes, edges, bodies;
+  Entries<const Real3> x, v;
+  Entries<const Quanta> liquid;
+  Entries<const double> capacity;
+  Entries<const Real> solid, length;
+  Entries<const Index> edge;
+  Entries<const RigidState> body;
+  double q;
+
+  explicit OfNodes(const Constants& constants, const Bodies& solids, const Cloth& cloth)
+      : nodes(cloth.nodes.count),
+        edges(constants.model.has_moving_cloth() ? cloth.mesh.edges : 0),
+        bodies(constants.model.has_moving_body() ? solids.count : 0),
+        x(cloth.nodes.position),
+        v(cloth.nodes.velocity),
+        liquid(cloth.nodes.liquid),
+        capacity(cloth.nodes.capacity),
+        solid(cloth.nodes.solid_mass),
+        length(cloth.mesh.edge_length),
+        edge(cloth.mesh.edge),
+        body(solids.state),
+        q(constants.quantum) {}
+  Index count() const { return std::max({nodes, edges, bodies}); }
+  KOKKOS_INLINE_FUNCTION LedgerSums operator()(const Index n) const {
+    LedgerSums own;
+    if (n < bodies) {
+      const RigidState& s = body(n);
+      const Quaternion& q4 = s.orientation;
+      own.nonfinite =
+          finite(s.position) && finite(s.velocity) && finite(s.spin) && Kokkos::isfinite(q4.w + q4.x + q4.y + q4.z) ? 0
+                                                                                                                    : 1;
+    }
+    if (n < edges) {
+      const Real3 way = x(edge(2 * n + 1)) - x(edge(2 * n));
+      own.stretch = double(dot(way, way)) / (double(length(n)) * double(length(n)));
+    }
+    if (n >= nodes) return own;
+    own.mass = liquid(n);
+    own.nonfinite += finite(x(n)) && finite(v(n)) ? 0 : 1;
+    own.square = double(dot(v(n), v(n)));
+    own.energy = 0.5 * (double(solid(n)) + q * double(liquid(n))) * own.square;
+    own.mass_float += double(Real(double(liquid(n)) * q));
+    own.saturation = capacity(n) > 0 ? double(liquid(n)) * q / capacity(n) : 0;
+    own.speed = double(norm(v(n)));
+    return own;
+  }
+};
+
+void add(StepReport& report, const LedgerSums& sums) {
+  report.nonfinite += sums.nonfinite;
+  report.kinetic_energy += sums.energy;
+  report.mass_float += sums.mass_float.sum + sums.mass_float.lost;
+}
+
+}  // namespace
+
+SumPair<LedgerSums> measure(const Constants& constants, const Fluid& fluid, const Bodies& bodies, const Cloth& cloth,
+                            Cached<StateMeasures>& measured) {
+  const OfNodes others(constants, bodies, cloth);
+  const auto sums = ordered_pair<LedgerSums>("drench::ledger::sums", fluid.particles.count, OfLiquid(constants, fluid),
+                                             others.count(), others);
+  measured.fluid = sums.first.bounds;
+  measured.fluid_speed = sums.first.speed;
+  measured.node_speed = sums.second.speed;
+  measured.set_made_from(fluid.particles.moved);
+  return sums;
+}
+
+void ledger(const Constants& constants, const Fluid& fluid, const Bodies& bodies, const Cloth& cloth,
+            Cached<StateMeasures>& measured, Accounts& accounts, const StepInfo& info, StepReport& report) {
+  report.particles = fluid.particles.count;
+  report.mass_drained = accounts.drained;
+  report.mass_supplied = accounts.supplied;
+  report.mass_float = 0;
+  report.kinetic_energy = 0;
+  report.nonfinite = 0;
+  report.tunnelled = 0;
+  report.lowest_tunnelled = -1;
+  report.fluid_speed = report.cloth_speed = report.cloth_stretch = 0;
+  const SumPair<LedgerSums> sums = measure(constants, fluid, bodies, cloth, measured);
+  if (fluid.particles.count > 0) {
+    report.mass_fluid = sums.first.mass;
+    report.fluid_speed = std::sqrt(sums.first.square);
+    report.tunnelled = sums.first.tunnelled.count;
+    report.lowest_tunnelled = report.tunnelled > 0 ? sums.first.tunnelled.lowest : -1;
+    add(report, sums.first);
+  }
+  if (cloth.nodes.count > 0 || constants.model.has_moving_body()) {
+    report.mass_cloth = sums.second.mass;
+    report.cloth_speed = std::sqrt(sums.second.square);
+    report.cloth_stretch = std::sqrt(sums.second.stretch);
+    if (constants.model.has_porous()) report.saturation_max = sums.second.saturation;
+    add(report, sums.second);
+  }
+  accounts.step = info.step + 1;
+  accounts.time = info.time + info.dt;
+}
+
+}  // namespace drench::kokkos_backend

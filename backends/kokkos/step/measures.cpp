@@ -1,0 +1,121 @@
+// Stage measures (src/stages/measures.hpp).
+
+#include "step/measures.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/host_copy.hpp"
+#include "core/reduce.hpp"
+
+namespace drench::kokkos_backend {
+namespace {
+
+/// Per particle: the distance to the nearest one within h, m (2 h if there is none), and whether any is too close, 1 or 0.
+void find_nearest(const Constants& constants, const Fluid& fluid, MeasuresWork& work) {
+  make_room(work.nearest, "drench::measures::nearest", 2 * static_cast<std::size_t>(fluid.particles.count));
+  work.cells.build(fluid.particles.position, fluid.particles.count, constants.support, fluid.particles.id);
+  const CellTableView cells = work.cells.view();
+  const Entries<const Real3> x = fluid.particles.position;
+  const Entries<Real> nearest = work.nearest;
+  const Entries<const Quanta> mass = fluid.particles.mass;
+  const Real h = constants.support, half = constants.spacing / 4;  // of a full particle's radius
+  parallel(
+      "drench::measures::nearest", fluid.particles.count, KOKKOS_LAMBDA(const Index i) {
+        Real least = h * h;
+        bool close = false;
+        const Real own = half * Kokkos::cbrt(Real(double(mass(i)) / double(quanta_per_particle)));
+        cells.for_near(x(i), [&](const Index j) {
+          if (j == i) return;
+          const Real3 r = x(j) - x(i);
+          const Real r2 = dot(r, r),
+                     near = own + half * Kokkos::cbrt(Real(double(mass(j)) / double(quanta_per_particle)));
+          if (r2 < near * near) close = true;
+          if (r2 < least) least = r2;
+        });
+        nearest(2 * i) = least < h * h ? Kokkos::sqrt(least) : 2 * h;
+        nearest(2 * i + 1) = close ? 1 : 0;
+      });
+}
+
+void clumping(const Constants& constants, const Fluid& fluid, MeasuresWork& work, StepReport& report) {
+  find_nearest(constants, fluid, work);
+  const Entries<const Real> nearest = work.nearest;
+  const Real h = constants.support, spacing = constants.spacing;
+  const ThreeSums sums = ordered<ThreeSums>(
+      "drench::measures::nearest_sums", fluid.particles.count, KOKKOS_LAMBDA(const Index i) {
+        const Real r = nearest(2 * i);
+        const double q = double(r) / double(spacing);
+        return r < h ? ThreeSums{1, q, q * q} : ThreeSums{};
+      });
+  const std::int64_t close = integer_sum(
+      "drench::measures::close", fluid.particles.count,
+      KOKKOS_LAMBDA(const Index i) { return std::int64_t(nearest(2 * i + 1)); });
+  report.close_share = double(close) / double(fluid.particles.count);
+  if (!(sums.first > 0)) return;
+  const double mean = sums.second / sums.first;
+  report.nearest_variance = std::max(0.0, sums.third / sums.first - mean * mean);
+}
+
+/// (u, v) of every node, m.
+void place_nodes(const Constants& constants, MeasuresWork& work) {
+  const ClothMesh& mesh = constants.model.mesh;
+  std::vector<double> place;
+  for (std::size_t n = 0; n < mesh.rest_position.size(); ++n) {
+    const ClothMaterial& material = constants.model.cloths[static_cast<std::size_t>(mesh.node_cloth[n])];
+    for (const Vec3& axis : material.rest_plane) {
+      double sum = 0;
+      for (std::size_t a = 0; a < 3; ++a) sum += axis[a] * (mesh.rest_position[n][a] - material.rest_center[a]);
+      place.push_back(sum);
+    }
+  }
+  work.place = to_device<double>("drench::measures::place", place);
+}
+
+/// λ_min/λ_max of M = [uu, uv; uv, vv].
+double eigenvalue_ratio(double uu, double uv, double vv, double size) {
+  const double middle = (uu + vv) / 2, radius = std::hypot((uu - vv) / 2, uv);
+  return middle + radius > 1e-12 * size ? std::max(0.0, (middle - radius) / (middle + radius)) : 0;
+}
+
+double isotropy(const Cloth& cloth, const MeasuresWork& work, const ClothMaterial& material, double& mass) {
+  const Entries<const double> place = work.place;
+  const Entries<const Quanta> liquid = cloth.nodes.liquid;
+  const Index first = material.first_node;
+  const ThreeSums mean = ordered<ThreeSums>(
+      "drench::measures::patch_mean", material.node_count, KOKKOS_LAMBDA(const Index k) {
+        const Index n = first + k;
+        const double m = double(liquid(n));
+        return ThreeSums{m, m * place(2 * n), m * place(2 * n + 1)};
+      });
+  mass = mean.first;
+  if (!(mass > 0)) return 0;
+  const double u = mean.second / mass, v = mean.third / mass;
+  const ThreeSums moment = ordered<ThreeSums>(
+      "drench::measures::patch_moment", material.node_count, KOKKOS_LAMBDA(const Index k) {
+        const Index n = first + k;
+        const double m = double(liquid(n)), a = place(2 * n) - u, b = place(2 * n + 1) - v;
+        return ThreeSums{m * a * a, m * a * b, m * b * b};
+      });
+  const double uu = moment.first / mass, vv = moment.third / mass;
+  return eigenvalue_ratio(uu, moment.second / mass, vv, uu + vv + u * u + v * v);
+}
+
+}  // namespace
+
+void measures(const Constants& constants, const Fluid& fluid, const Cloth& cloth, MeasuresWork& work,
+              StepReport& report) {
+  if (fluid.particles.count > 0) clumping(constants, fluid, work, report);
+  if (!constants.model.has_porous()) return;
+  if (work.place.extent(0) == 0) place_nodes(constants, work);
+  double all = 0, sum = 0;
+  for (const ClothMaterial& material : constants.model.cloths) {
+    if (!material.porous) continue;
+    double mass = 0;
+    sum += isotropy(cloth, work, material, mass) * mass;
+    all += mass;
+  }
+  if (all > 0) report.wet_isotropy = sum / all;
+}
+
+}  // namespace drench::kokkos_backend

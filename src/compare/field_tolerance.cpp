@@ -1,0 +1,126 @@
+#include "compare/field_tolerance.hpp"
+
+#include <algorithm>
+
+namespace drench {
+namespace {
+
+/// The largest sum of spring constants and strain limits that meet at a node, N/m.
+double stiffest_node(const ClothMesh& mesh) {
+  std::vector<double> sum(mesh.rest_position.size(), 0);
+  const auto add = [&](Index n, double stiffness) { sum[static_cast<std::size_t>(n)] += stiffness; };
+  for (std::size_t e = 0; e < mesh.edge.size(); ++e)
+    for (const Index n : mesh.edge[e]) add(n, mesh.edge_stiffness[e]);
+  for (std::size_t t = 0; t < mesh.limit_stiffness.size(); ++t) {
+    const auto [xx, xy, yy] = mesh.limit_shape[t];
+    for (const Index n : mesh.triangle[t]) add(n, mesh.limit_stiffness[t] * (xx * xx + xy * xy + yy * yy));
+  }
+  return sum.empty() ? 0 : *std::max_element(sum.begin(), sum.end());
+}
+
+}  // namespace
+
+FieldTolerances::FieldTolerances(const Model& model, Stage stage, double dt, const HostState& expected,
+                                 const Precision& precision, const std::vector<FieldDifference>& fields)
+    : model_(model), expected_(expected), stage_(stage), dt_(dt), precision_(precision) {
+  for (const FieldDifference& d : fields) largest_[d.field] = d.largest;
+}
+
+double FieldTolerances::of(const FieldDifference& d) const {
+  const Allowed allowed = (this->*rule_for(d))(d);
+  return precision_.tolerance * allowed.scale + allowed.slack;
+}
+
+FieldTolerances::Rule FieldTolerances::rule_for(const FieldDifference& d) {
+  static const std::map<std::string, Rule> rules{
+      {"fluid_id", &FieldTolerances::exact},
+      {"fluid_origin", &FieldTolerances::exact},
+      {"sample_flow_direction", &FieldTolerances::unit_vector},
+      {"fluid_velocity", &FieldTolerances::fluid_velocity},
+      {"fluid_kappa_density", &FieldTolerances::kappa_density},
+      {"fluid_kappa_divergence", &FieldTolerances::kappa_divergence},
+      {"node_velocity", &FieldTolerances::node_velocity},
+      {"node_contact_force", &FieldTolerances::contact_force},
+      {"node_friction_force", &FieldTolerances::contact_force},
+      {"node_pin_force", &FieldTolerances::pin_force},
+  };
+  if (const auto found = rules.find(d.field); found != rules.end()) return found->second;
+  return d.unit == "quanta" ? &FieldTolerances::mass : &FieldTolerances::share_of_largest;
+}
+
+FieldTolerances::Allowed FieldTolerances::share_of_largest(const FieldDifference& d) const { return {d.largest}; }
+FieldTolerances::Allowed FieldTolerances::exact(const FieldDifference&) const { return {0}; }
+FieldTolerances::Allowed FieldTolerances::unit_vector(const FieldDifference&) const { return {1}; }
+
+FieldTolerances::Allowed FieldTolerances::mass(const FieldDifference&) const {
+  return {static_cast<double>(quanta_per_particle), mass_slack};
+}
+
+FieldTolerances::Allowed FieldTolerances::fluid_velocity(const FieldDifference& d) const {
+  // a quantum more or less at twice the fastest speed in the particle that differs most
+  if (stage_ == Stage::emission && d.index < expected_.fluid_mass.size())
+    return {d.largest,
+            2 * std::max(d.largest, largest("node_velocity")) / static_cast<double>(expected_.fluid_mass[d.index])};
+  if (stage_ == Stage::pressure)
+    return {d.largest, precision_.solve_roundings * precision_.rounding * (model_.spacing / dt_ / 4)};
+  return {d.largest};
+}
+
+FieldTolerances::Allowed FieldTolerances::kappa_density(const FieldDifference& d) const {
+  if (stage_ != Stage::pressure) return {d.largest};
+  const double speed = model_.spacing / dt_;
+  return {d.largest, precision_.solve_roundings * precision_.rounding * (speed * speed)};
+}
+
+FieldTolerances::Allowed FieldTolerances::kappa_divergence(const FieldDifference& d) const {
+  // one rounding of the velocities, over a spacing: in free fall κ is nothing else
+  return {d.largest, precision_.rounding * largest("fluid_velocity") * model_.spacing / dt_};
+}
+
+FieldTolerances::Allowed FieldTolerances::node_velocity(const FieldDifference& d) const {
+  if (stage_ == Stage::absorption || stage_ == Stage::emission)  // of the fastest liquid
+    return {d.largest, two_quanta_in_the_lightest_node() * largest("fluid_velocity")};
+  if (stage_ == Stage::diffusion)  // of the fastest node's liquid
+    return {d.largest, two_quanta_in_the_lightest_node() * d.largest};
+  // displacements over Δt: one rounding of a node's position
+  if (stage_ == Stage::pressure && precision_.solve_roundings > 0)
+    return {d.largest, precision_.rounding * largest("node_position") / dt_};
+  if (moves_cloth()) return {std::max(d.largest, largest("node_position") / dt_)};
+  return {d.largest};
+}
+
+FieldTolerances::Allowed FieldTolerances::contact_force(const FieldDifference& d) const {
+  if (!moves_cloth()) return {d.largest};
+  return {d.largest, roundings_of_springs()};
+}
+
+FieldTolerances::Allowed FieldTolerances::pin_force(const FieldDifference& d) const {
+  const ClothMesh& mesh = model_.mesh;
+  if (stage_ == Stage::pressure) return {d.largest, roundings_of_springs()};
+  if (!moves_cloth() || mesh.edge_stiffness.empty()) return {d.largest};
+  // a sum of spring forces k |x| that cancel
+  const double stiffest = *std::max_element(mesh.edge_stiffness.begin(), mesh.edge_stiffness.end());
+  return {std::max(d.largest, 6 * stiffest * mesh.edge_length.front())};
+}
+
+bool FieldTolerances::moves_cloth() const {
+  return stage_ == Stage::cloth || stage_ == Stage::self_collision || stage_ == Stage::advection;
+}
+
+double FieldTolerances::largest(const char* field) const {
+  const auto found = largest_.find(field);
+  return found == largest_.end() ? 0 : found->second;
+}
+
+/// The share of the lightest node's velocity that two quanta make, 1.
+double FieldTolerances::two_quanta_in_the_lightest_node() const {
+  const auto& solid = model_.mesh.solid_mass;
+  return solid.empty() ? 0 : 2 * model_.quantum / *std::min_element(solid.begin(), solid.end());
+}
+
+/// Of spring forces that cancel: the stiffness of a node times one rounding of its position, N.
+double FieldTolerances::roundings_of_springs() const {
+  return precision_.rounding * stiffest_node(model_.mesh) * largest("node_position");
+}
+
+}  // namespace drench

@@ -1,0 +1,46 @@
+#pragma once
+// The descriptions of a scene's sections (scene/section.hpp). A key of a scene is a line in one of these functions and a member of
+// the struct.
+
+#include "scene/scene.hpp"
+#include "scene/section.hpp"
+
+namespace drench {
+
+inline constexpr const char* coordinate_range = "[-10000, 10000]";  // m: far beyond any scene, near enough for float
+inline constexpr const char* speed_range = "[-1000, 1000]";         // m/s: below the speed of sound in water
+inline constexpr const char* direction_range = "[-1e6, 1e6]";       // 1
+
+/// A vector that is to give a direction: one of 1e-9 is not told from none.
+inline void check_not_zero(Section& s, const char* key, const Vec3& v) {
+  const double square = v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
+  s.check(square >= 1e-18, key, "has length 0; allowed: a vector that points somewhere");
+}
+
+// describe_scene.cpp
+void describe(Section& s, Scene& scene);
+void describe(Section& s, TimeScene& time);
+void describe(Section& s, FieldScene& field);
+void describe(Section& s, OutputScene& output);
+void describe(Section& s, ProcessScene& processes);
+void describe(Section& s, Box& box);
+void describe(Section& s, SpinScene& spin);
+
+// describe_fluid.cpp
+void describe(Section& s, FluidScene& fluid);
+void describe(Section& s, MicropolarScene& micropolar);
+void describe(Section& s, FluidSolverScene& solver);
+void describe(Section& s, BlockScene& block);
+void describe(Section& s, JetScene& jet);
+
+// describe_cloth.cpp
+void describe(Section& s, ClothSolverScene& solver);
+void describe(Section& s, ClothScene& cloth);
+void describe(Section& s, GridScene& grid);
+void describe(Section& s, PinScene& pin);
+void describe(Section& s, SaturationScene& saturation);
+
+// describe_bodies.cpp
+void describe(Section& s, BodyScene& body);
+
+}  // namespace drench

@@ -1,0 +1,71 @@
+// The solid bodies of a scene.
+
+#include "scene/describe.hpp"
+
+namespace drench {
+namespace {
+
+using Kind = BodyScene::Kind;
+
+/// Of every body: how it moves, and how the liquid sticks to it.
+void describe_motion(Section& s, BodyScene& body) {
+  s.numbers("velocity", body.velocity, speed_range, "m/s",
+            "prescribed and without end; of a dynamic body only how it starts");
+  s.section("spin", body.spin,
+            "about the centre of box, sphere or the mesh's bounding box, or the plane's point; as `velocity`");
+  s.boolean("dynamic", body.dynamic,
+            "floats and sinks, pushed by liquid and gravity: spheres and boxes that are no container; only with "
+            "`fluid`");
+  s.saved_if(body.dynamic)
+      .number("density", body.density, "[1, 30000]", "kg/m³", "of a dynamic body, and only beside `dynamic: true`");
+  s.number("adhesion", body.adhesion, "[0, 10]", "N/m",
+           "work per area that separates the liquid from the body; 0 where it floats");
+  s.check(body.dynamic || !s.has("density"), "density",
+          "is for a body that floats; allowed: only beside dynamic: true");
+  const bool can_float = body.kind == Kind::sphere || (body.kind == Kind::box && !body.inside);
+  s.not_available(body.dynamic && !can_float, "dynamic", "a plane, mesh or container that the liquid moves",
+                  "false, or a sphere or a box that is not a container");
+  s.not_available(body.dynamic && body.adhesion > 0, "adhesion", "adhesion to a body that floats", "0 N/m");
+}
+
+void describe_box(Section& s, BodyScene& body) {
+  describe(s, body.box);
+  s.boolean("inside", body.inside, "a container: the box's inside is free and its outside solid");
+  describe_motion(s, body);
+}
+
+void describe_sphere(Section& s, BodyScene& body) {
+  s.one_line();
+  s.required().numbers("center", body.center, coordinate_range, "m", "at the start");
+  s.required().number("radius", body.radius, "[1e-6, 10000]", "m", "of the ball");
+  describe_motion(s, body);
+}
+
+void describe_plane(Section& s, BodyScene& body) {
+  s.one_line();
+  s.required().numbers("point", body.point, coordinate_range, "m", "any point of its surface");
+  s.required().numbers("normal", body.normal, direction_range, "1",
+                       "points to the free side; its length does not matter; not 0");
+  check_not_zero(s, "normal", body.normal);
+  describe_motion(s, body);
+}
+
+void describe_mesh(Section& s, BodyScene& body) {
+  s.one_line();
+  s.required().mesh_file("file", body.file, "a relative name starts at the scene's folder");
+  s.number("scale", body.scale, "[1e-9, 1e6]", "1", "factor on the file's coordinates, which are then in m");
+  s.numbers("position", body.position, coordinate_range, "m", "added to the scaled mesh");
+  describe_motion(s, body);
+}
+
+}  // namespace
+
+void describe(Section& s, BodyScene& body) {
+  s.one_of(body.kind, Kind::box).section("box", body, describe_box, "a box along the axes");
+  s.one_of(body.kind, Kind::sphere).section("sphere", body, describe_sphere, "a ball");
+  s.one_of(body.kind, Kind::plane).section("plane", body, describe_plane, "a half-space");
+  s.one_of(body.kind, Kind::mesh)
+      .section("mesh", body, describe_mesh, "a triangle mesh; one that is not closed holds liquid only");
+}
+
+}  // namespace drench

@@ -1,0 +1,194 @@
+// The cloths of a scene, and how they are solved.
+
+#include <fmt/format.h>
+
+#include "scene/describe.hpp"
+
+namespace drench {
+namespace {
+
+void describe_mesh(Section& s, ClothScene& cloth) {
+  s.one_line();
+  s.section("grid", cloth.grid, "a rectangle in x and z, centred on the origin");
+  s.saved_if(!cloth.grid)
+      .mesh_file("file", cloth.file, "a triangle mesh; a relative name starts at the scene's folder");
+  s.saved_if(!cloth.grid)
+      .number("scale", cloth.scale, "[1e-9, 1e6]", "1",
+              "factor on the file's coordinates, which are then in m; not for a grid");
+  s.check(s.has("grid") || s.has("file"), "grid", "neither grid nor file stands here; allowed: exactly one of them");
+  s.check(!s.has("grid") || !s.has("file"), "file", "stands beside grid; allowed: exactly one of them");
+  s.check(!s.has("grid") || !s.has("scale"), "scale", "is for mesh files; allowed: the size of the grid, in m");
+}
+
+void describe_rotate(Section& s, ClothScene& cloth) {
+  s.numbers("axis", cloth.rotate_axis, direction_range, "1", "not 0; its length does not matter");
+  s.number("degrees", cloth.rotate_degrees, "[-3600, 3600]", "degrees", "by the right-hand rule");
+  check_not_zero(s, "axis", cloth.rotate_axis);
+}
+
+void describe_place(Section& s, ClothScene& cloth) {
+  s.one_line();
+  s.numbers("position", cloth.position, coordinate_range, "m", "how far it is moved");
+  s.section("rotate", cloth, describe_rotate, "how it is turned, about the origin of its mesh");
+}
+
+void describe_pin_spin(Section& s, PinScene& pin) {
+  describe(s, pin.spin);
+  s.numbers("center", pin.center, coordinate_range, "m", "what they turn about; it moves with `velocity`");
+}
+
+/// A resolved scene has the motion of pins that differ from such as stand still.
+bool has_motion(const PinScene& pin) {
+  const PinScene still;
+  return pin.velocity != still.velocity || pin.spin != still.spin || pin.center != still.center ||
+         pin.start != still.start || pin.end != still.end;
+}
+
+void describe_porous(Section& s, MaterialScene& fabric) {
+  s.number("solid_fraction", fabric.solid_fraction, "[0, 1)", "1", "Φ, the part of the fabric's volume that is fibre");
+  s.number("absorption", fabric.absorption, "[0, 100]", "m²/s", "k_a, how fast dry fabric takes up liquid");
+  s.number("uptake_velocity", fabric.uptake_velocity, "[0, 100]", "m/s",
+           "u_a, the same in the fabric's own terms: above 0 it replaces `absorption` by u_a h² / (7.5 (1 − Φ) τ)");
+  s.remark("m/s; above 0 it replaces absorption");
+  s.number("max_saturation", fabric.max_saturation, "[1, 10]", "1",
+           "s_max, the most that it holds; above 1 it is excess that drips");
+  s.number("virtual_pressure", fabric.virtual_pressure, "[0, 1e5]", "m/s²", "k^p, pushes excess liquid out");
+  s.number("emission_angle", fabric.emission_angle, "[1, 179]", "degrees",
+           "θ^e: liquid leaves within this angle of the flow direction");
+  s.number("emission_velocity", fabric.emission_velocity, "[0, 100]", "m/s",
+           "u_e; excess is buffered for emission at the rate u_e / d");
+  s.number("emission_ramp", fabric.emission_ramp, "[0, 100]", "s",
+           "time over which a fresh particle's pressure and speed are ramped in");
+  s.number("diffusivity", fabric.diffusivity, "[0, 1]", "m²/s",
+           "D, how fast liquid spreads within the fabric; 0: it does not");
+  s.choice("diffusion", fabric.diffusion, {{"linear", DiffusionLaw::linear}, {"degenerate", DiffusionLaw::degenerate}},
+           "`linear`: D as it is; `degenerate`: D grows with the saturation (sharp wet fronts)");
+  s.number("capillary_height", fabric.capillary_height, "[1e-6, 1000]", "m",
+           "ℓ: at rest the saturation falls by 1 over this height");
+  s.number("adhesion", fabric.wet_adhesion, "[0, 10]", "N/m",
+           "work per area that parts wet fabric from wet fabric or a solid; with water 0.14 at most");
+  s.boolean("contact_wicking", fabric.contact_wicking,
+            "liquid passes between layers that touch and both have this; needs `diffusivity` above 0");
+  s.check(!fabric.contact_wicking || fabric.diffusivity > 0, "contact_wicking",
+          "passes liquid on as well as the fabric conducts it, and its diffusivity is 0; allowed: diffusivity above 0");
+}
+
+void check_pins(Section& s, const ClothScene& cloth) {
+  for (std::size_t i = 0; i < cloth.pins.size(); ++i) {
+    s.check(cloth.dynamics || !moves(cloth.pins[i]), fmt::format("pin.{}", i),
+            "moves pins of a cloth that does not move; allowed: only with dynamics: true");
+  }
+  if (!cloth.grid) return;
+  const Index count = cloth.grid->nodes[0] * cloth.grid->nodes[1];
+  for (std::size_t i = 0; i < cloth.pins.size(); ++i) {
+    for (std::size_t k = 0; k < cloth.pins[i].nodes.size(); ++k) {
+      s.check(cloth.pins[i].nodes[k] < count, fmt::format("pin.{}.nodes.{}", i, k),
+              fmt::format("{} is not a node of the grid; allowed: [0, {}]", cloth.pins[i].nodes[k], count - 1));
+    }
+  }
+}
+
+void check_saturations(Section& s, const char* key, const std::vector<SaturationScene>& boxes,
+                       const MaterialScene& fabric) {
+  s.check(boxes.empty() || fabric.porous, key,
+          "is for a cloth that takes up liquid; allowed: only beside the key porous");
+  for (std::size_t i = 0; i < boxes.size(); ++i) {
+    s.check(boxes[i].value <= fabric.max_saturation, fmt::format("{}.{}.value", key, i),
+            fmt::format("{} is above porous.max_saturation; allowed: [0, {}] (no unit)", boxes[i].value,
+                        fabric.max_saturation));
+  }
+}
+
+void check_cloth(Section& s, const ClothScene& cloth) {
+  for (const char* key : {"friction_wet", "damping_wet"})
+    s.check(!s.has(key) || cloth.material.porous, key,
+            "is for a cloth that takes up liquid; allowed: only beside the key porous");
+  check_pins(s, cloth);
+  check_saturations(s, "initial_saturation", cloth.initial_saturation, cloth.material);
+  check_saturations(s, "hold_saturation", cloth.hold_saturation, cloth.material);
+}
+
+}  // namespace
+
+void describe(Section& s, ClothSolverScene& solver) {
+  s.one_line();
+  s.choice("method", solver.method, {{"pd", ClothMethod::pd}, {"xpbd", ClothMethod::xpbd}},
+           "`pd`: Projective Dynamics; `xpbd`: XPBD on the same step, slower and independent");
+  s.number("tolerance", solver.tolerance, "[1e-15, 0.5]", "1",
+           "ends the solve: unbalanced forces over the forces that move the cloth");
+  s.integer("max_iterations", solver.max_iterations, "[1, 100000]", "iterations",
+            "most iterations of stage cloth; a third of it, but 100 at least, in each iteration of the density solve");
+}
+
+void describe(Section& s, GridScene& grid) {
+  s.numbers("size", grid.size, "[1e-6, 1000]", "m", "its sides in x and z");
+  s.integers("nodes", grid.nodes, "[2, 4096]", "nodes", "nodes along these sides");
+}
+
+void describe(Section& s, PinScene& pin) {
+  using Kind = PinScene::Kind;
+  s.one_line();
+  s.one_of(pin.kind, Kind::corners).flag("corners", "the grid's four corners");
+  s.one_of(pin.kind, Kind::edges).flag("edges", "all nodes on its boundary");
+  s.one_of(pin.kind, Kind::box).section("box", pin.box, "nodes inside this box, after placing");
+  s.one_of(pin.kind, Kind::nodes)
+      .integer_list("nodes", pin.nodes, "[0, 2147483646]", "(the number of a node)",
+                    "nodes by their number in this cloth");
+  const bool motion = has_motion(pin);
+  s.saved_if(motion).numbers("velocity", pin.velocity, speed_range, "m/s",
+                             "of the pins, between `start` and `end`; a cloth with `dynamics: false` has none");
+  s.saved_if(motion).section("spin", pin, describe_pin_spin, "how the pins turn, between `start` and `end`");
+  s.saved_if(motion).number("start", pin.start, "[0, 1e6]", "s", "before it the pins stand still");
+  s.saved_if(motion).number("end", pin.end, "[0, inf]", "s", "after it the pins stand still; after `start`");
+  s.check(
+      pin.start < pin.end, s.has("end") ? "end" : "start",
+      fmt::format("the motion ends at {} s and starts at {} s; allowed: an end after the start", pin.end, pin.start));
+}
+
+void describe(Section& s, SaturationScene& saturation) {
+  s.one_line();
+  s.required().section("box", saturation.box,
+                       "of the nodes in it, after placing; the last box that holds a node counts");
+  s.required().number("value", saturation.value, "[0, 10]", "1",
+                      "saturation: liquid over what the pores hold; at most `porous.max_saturation`");
+}
+
+void describe(Section& s, ClothScene& cloth) {
+  MaterialScene& fabric = cloth.material;
+  s.text("name", cloth.name, "its name in messages and frames; no two alike");
+  s.required().section("mesh", cloth, describe_mesh, "its shape at rest: either `grid` or `file`");
+  s.section("place", cloth, describe_place, "where it is at the start: turned first, then moved");
+  s.number("areal_density", fabric.areal_density, "[1e-4, 1000]", "kg/m²", "mass of the dry fabric per area");
+  s.number("thickness", fabric.thickness, "[1e-6, 1]", "m",
+           "of the fabric; with `solid_fraction` what it can hold, and how far layers stay apart");
+  s.number("stretch", fabric.stretch, "[0.001, 1e9]", "N/m", "membrane stiffness: Young's modulus times thickness");
+  s.number("bend", fabric.bend, "[0, 1e6]", "N·m", "flexural rigidity");
+  s.number("damping", fabric.damping, "[0, 1e6]", "1/s", "of the nodes' velocity, as by air");
+  s.number("strain_damping", fabric.strain_damping, "[0, 100]", "s",
+           "a spring's force grows by this time × its rate of stretching (Kelvin–Voigt)");
+  s.number("friction", fabric.friction, "[0, 10]", "1",
+           "Coulomb friction of the dry fabric on solids and on cloth; usual 0.3–0.5");
+  s.number("friction_wet", fabric.friction_wet, "[0, 10]", "1",
+           "the same at saturation 1, usual 0.9–1.3; without it as `friction`; only with `porous`");
+  s.number("damping_wet", fabric.damping_wet, "[0, 1e6]", "1/s",
+           "`damping` at saturation 1; without it as `damping`; only with `porous`");
+  s.number("strain_limit", fabric.strain_limit, "[0, 0.99]", "1",
+           "ε: triangles keep their stretches within [1 − ε, 1 + ε]; 0: no limit");
+  s.number("adhesion", fabric.adhesion, "[0, 10]", "N/m", "work per area that separates the liquid from the cloth");
+  s.number("sample_spacing", cloth.sample_spacing, "[1e-6, 1000]", "m",
+           "the largest distance, at rest, between the samples of the cloth that liquid meets; without it "
+           "`fluid.spacing`. Cloth that is stretched to λ times its length holds liquid with `fluid.spacing`/λ");
+  s.list("pin", cloth.pins, "nodes that do not move, or move as prescribed");
+  s.boolean("self_collision", cloth.self_collision,
+            "it collides with itself and with other cloths that have this; costly, for cloth that folds");
+  s.boolean("dynamics", cloth.dynamics, "false: a cloth that does not move (wicking, filters); no cloth solver runs");
+  s.list("initial_saturation", cloth.initial_saturation,
+         "how wet it is at the start, box by box; 0 elsewhere; only with `porous`");
+  s.list("hold_saturation", cloth.hold_saturation,
+         "reservoirs: what they supply is accounted for as a source; only with `porous`");
+  s.optional(fabric.porous)
+      .section("porous", fabric, describe_porous, "the fabric takes up liquid; without it, it is a dry wall");
+  check_cloth(s, cloth);
+}
+
+}  // namespace drench

@@ -1,0 +1,165 @@
+// The scene as a whole, and its small sections.
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <set>
+
+#include "scene/describe.hpp"
+#include "scene/load.hpp"
+
+namespace drench {
+namespace {
+
+bool has_porous(const Scene& scene) {
+  return std::any_of(scene.cloths.begin(), scene.cloths.end(),
+                     [](const ClothScene& cloth) { return cloth.material.porous; });
+}
+
+/// A preset says where the switches stand that `processes` leaves alone. A resolved scene has the switches.
+void describe_preset(Section& s, ProcessScene& processes) {
+  enum class Preset { none, baseline } preset = Preset::none;
+  s.saved_if(false).choice("preset", preset, {{"none", Preset::none}, {"baseline", Preset::baseline}},
+                           "`baseline`: no direction and no saturation control, as the paper's previous method, where "
+                           "`processes` does not say otherwise; only with porous cloth");
+  if (preset == Preset::baseline) processes.direction = processes.saturation_control = false;
+}
+
+void describe_neighbors(Section& s, Scene& scene) {
+  s.one_line();
+  s.choice("sort", scene.sort,
+           {{"auto", SortMethod::automatic},
+            {"counting", SortMethod::counting},
+            {"radix", SortMethod::radix},
+            {"bitonic", SortMethod::bitonic},
+            {"bitonic_naive", SortMethod::bitonic_naive}},
+           "how particles are sorted by cell; changes the speed and not one bit of the results");
+  s.boolean("through_cloth", scene.through_cloth, "liquid feels liquid on the other side of a cloth");
+}
+
+/// Relations between sections.
+void check_sections(Section& s, const Scene& scene) {
+  s.check(scene.fluid.present || !scene.cloths.empty(), "fluid",
+          "neither fluid nor cloth stands in the scene; allowed: at least one of them");
+  s.check(scene.fluid.present || !scene.field.present, "field",
+          "acts on liquid, and the scene has none; allowed: only beside the key fluid");
+  s.check(scene.fluid.present || !scene.output.surface, "output.surface",
+          "is that of the liquid, and the scene has none; allowed: true only beside the key fluid");
+  s.check(!s.has("cloth_solver") || !scene.cloths.empty(), "cloth_solver",
+          "moves cloth, and the scene has none; allowed: only beside the key cloth");
+  const bool porous = has_porous(scene);
+  s.check(!scene.fluid.present || !scene.fluid.blocks.empty() || !scene.fluid.jets.empty() || porous, "fluid.sources",
+          "is missing; allowed: a list of maps; only a scene with porous cloth, which can drip, does without");
+  for (const char* key : {"preset", "processes"})
+    s.check(!s.has(key) || porous, key,
+            "is for cloth that takes up liquid, and the scene has none; allowed: only beside a cloth's key porous");
+  if (const auto often = too_often(scene)) s.check(false, often->first, often->second);
+}
+
+void check_parts(Section& s, const Scene& scene) {
+  std::set<std::string> names;
+  for (std::size_t i = 0; i < scene.cloths.size(); ++i) {
+    const ClothScene& cloth = scene.cloths[i];
+    s.check(!cloth.sample_spacing || !scene.fluid.present || *cloth.sample_spacing <= scene.fluid.spacing,
+            fmt::format("cloth.{}.sample_spacing", i),
+            fmt::format("{} is more than fluid.spacing; allowed: at most {} (m)", cloth.sample_spacing.value_or(0),
+                        scene.fluid.spacing));
+    s.check(names.insert(cloth.name).second, fmt::format("cloth.{}.name", i),
+            fmt::format("a cloth before it is named '{}' too; allowed: a name of its own for each", cloth.name));
+  }
+  for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
+    const char* kind = scene.bodies[i].kind == BodyScene::Kind::sphere ? "sphere" : "box";
+    s.not_available(scene.bodies[i].dynamic && !scene.fluid.present, fmt::format("bodies.{}.{}.dynamic", i, kind),
+                    "a dynamic body in a scene without fluid", "false, or a scene with fluid");
+  }
+}
+
+}  // namespace
+
+void describe(Section& s, TimeScene& time) {
+  s.one_line();
+  s.number("step", time.step, "[1e-9, 1]", "s", "time step Δt; with `mode: cfl` the longest; at most 10⁹ until `end`");
+  s.number("end", time.end, "[1e-9, 1e6]", "s", "simulated time at which the run ends");
+  s.choice("mode", time.mode, {{"fixed", TimeMode::fixed}, {"cfl", TimeMode::cfl}},
+           "`fixed`: every step is `step` long (but for one before a frame); `cfl`: as long as `cfl` allows");
+  s.number("cfl", time.cfl, "[0.001, 1]", "1",
+           "with `mode: cfl`, the part of a spacing that the fastest particle moves in a step");
+}
+
+void describe(Section& s, FieldScene& field) {
+  s.one_line();
+  s.numbers("center", field.center, coordinate_range, "m", "c");
+  s.required().numbers("rate", field.rate, "[0, 1000]", "1/s", "Ω, axis by axis; not all of them 0");
+  check_not_zero(s, "rate", field.rate);
+}
+
+void describe(Section& s, OutputScene& output) {
+  s.one_line();
+  s.number("every", output.every, "[0, 1e6]", "s", "time between two frames; 0: none; at most 10⁹ until `time.end`");
+  s.number("checkpoint_every", output.checkpoint_every, "[0, 1e6]", "s",
+           "time between two checkpoints; 0: none; at most 10⁹ until `time.end`");
+  s.boolean("measures", output.measures,
+            "columns of clumping and of the wet patch's shape in `stats.csv`; they cost time");
+  s.boolean("surface", output.surface, "the liquid's surface as a mesh with every frame; only with `fluid`");
+  s.number("surface_spacing", output.surface_spacing, "[0.25, 1]", "spacings",
+           "of the lattice that the surface is made on; time and triangles go with 1/its square or faster");
+}
+
+void describe(Section& s, ProcessScene& processes) {
+  s.one_line();
+  s.on_off("direction", processes.direction,
+           "flow directions (Eqs. 4–6); off: cloth absorbs and emits to all sides alike");
+  s.on_off("saturation_control", processes.saturation_control,
+           "absorption slows down as the cloth fills; off: a fixed rate, whatever it holds");
+  s.on_off("absorption", processes.absorption, "cloth takes up liquid");
+  s.on_off("emission", processes.emission, "cloth gives excess liquid back");
+  s.on_off("diffusion", processes.diffusion, "liquid spreads within cloth");
+}
+
+void describe(Section& s, Box& box) {
+  s.one_line();
+  s.required().numbers("min", box.min, coordinate_range, "m", "the corner with the smallest x, y, z");
+  s.required().numbers("max", box.max, coordinate_range, "m", "the opposite corner, above `min` on each axis");
+  for (std::size_t i = 0; i < 3; ++i) {
+    s.check(box.min[i] < box.max[i], fmt::format("max.{}", i),
+            fmt::format("{} is not above min ({}); allowed: more than min, in m", box.max[i], box.min[i]));
+  }
+}
+
+void describe(Section& s, SpinScene& spin) {
+  s.one_line();
+  s.numbers("axis", spin.axis, direction_range, "1", "not 0; its length does not matter");
+  s.number("degrees_per_second", spin.degrees_per_second, "[-1e5, 1e5]", "degrees/s", "by the right-hand rule");
+  check_not_zero(s, "axis", spin.axis);
+}
+
+void describe(Section& s, Scene& scene) {
+  s.required().integer("drench", scene.version, "[1, 1]", "(the format's version)", "version of the format");
+  s.section("time", scene.time, "how time goes on");
+  s.remark("s");
+  s.numbers("gravity", scene.gravity, "[-1000, 1000]", "m/s²", "acceleration of everything that moves");
+  s.optional(scene.field.present)
+      .section("field", scene.field,
+               "an acceleration of the liquid towards a centre, −Ω² (x − c) along each axis; only with `fluid`");
+  s.remark("m, 1/s");
+  s.section("domain", scene.domain,
+            "where the liquid may be: a particle that leaves it is drained, its mass is accounted for");
+  s.remark("m");
+  s.section("output", scene.output, "what is written, and when");
+  s.remark("s");
+  describe_preset(s, scene.processes);
+  s.saved_if(has_porous(scene))
+      .section("processes", scene.processes,
+               "what porous cloth and liquid do to each other, each to be left out; only with porous cloth");
+  s.section("neighbors", scene, describe_neighbors, "the search for neighbours");
+  s.optional(scene.fluid.present).section("fluid", scene.fluid, "the liquid; without it there are no particles");
+  s.saved_if(!scene.cloths.empty())
+      .section("cloth_solver", scene.cloth_solver,
+               "how the cloths' implicit step is solved, one for all of them; only with `cloth`");
+  s.list("cloth", scene.cloths, "the cloths, each a list entry of its own");
+  s.list("bodies", scene.bodies, "solid bodies, each a list entry of its own");
+  check_sections(s, scene);
+  check_parts(s, scene);
+}
+
+}  // namespace drench

@@ -1,0 +1,87 @@
+#pragma once
+// A cloth's material: one struct for the scene, the model and the backends.
+
+namespace drench {
+
+/// Diffusion within the fabric: at the rate D, or at a rate that grows with the saturation (sharp wet fronts).
+enum class DiffusionLaw { linear, degenerate };
+
+/// A fabric as the scene gives it and the stages use it. Number is double in the scene and the model, and a backend's own type
+/// on its device. These defaults are those of a scene's cloth.
+template <class Number>
+struct BasicMaterial {
+  Number thickness = Number(0.001);  // τ, m
+  Number damping = Number(1.0);      // 1/s, of the nodes' velocity; dry
+  Number strain_damping = Number(0);  // s: a spring's force grows by this time × its rate of stretching (Kelvin–Voigt)
+  Number friction = Number(0.3);      // 1; dry fabric on solids 0.3–0.5
+  Number strain_limit = Number(0);    // ε, 1: triangles keep their stretches within [1 − ε, 1 + ε]; 0: no limit
+  Number adhesion = Number(0);        // w, N/m; work per area that separates the liquid from the cloth
+  // of fabric that takes up liquid
+  Number solid_fraction = Number(0.4);     // Φ, 1
+  Number absorption = Number(0.01);        // k_a, m²/s
+  Number max_saturation = Number(1.18);    // s_max, 1
+  Number virtual_pressure = Number(16.8);  // k^p, m/s²
+  Number emission_velocity = Number(0.5);  // u_e, m/s; excess is buffered for emission at the rate u_e / d
+  Number emission_ramp = Number(0.02);     // s; over which a fresh particle's pressure and speed are ramped in
+  Number diffusivity = Number(1.0e-4);     // D, m²/s
+  Number capillary_height = Number(1.0);   // ℓ, m
+  Number wet_adhesion = Number(0);  // w, N/m; parts wet fabric from wet fabric or a solid; 0.14 with water at most
+  DiffusionLaw diffusion = DiffusionLaw::linear;  // of liquid within the fabric
+  bool contact_wicking = false;                   // liquid passes between layers that touch and both have this
+  bool porous = false;                            // takes up liquid; else it is a dry wall
+
+  /// Does liquid spread within the fabric?
+  constexpr bool wicks() const { return porous && diffusivity > 0; }
+  /// Does it pass into layers that touch?
+  constexpr bool wicks_through_contact() const { return wicks() && contact_wicking; }
+
+  bool operator==(const BasicMaterial&) const = default;
+};
+
+/// The same as the stages use it: with what follows from other keys when a scene is set up (setup/cloth_material.hpp).
+template <class Number>
+struct ResolvedMaterial : BasicMaterial<Number> {
+  Number friction_wet{};        // 1, at saturation 1
+  Number damping_wet{};         // 1/s, at saturation 1
+  Number emission_cosine{};     // cos θ^e; −2, below all cosines, where there is no direction and so no cone
+  bool dynamics = true;         // false: it does not move
+  bool self_collision = false;  // with itself and with other cloths that have this
+};
+
+/// Calls visit(of a, of b) for every member: the one list of them. tests/app/material_test.cpp sees that none is missing.
+template <class A, class B, class Visit>
+constexpr void visit_members(ResolvedMaterial<A>& a, const ResolvedMaterial<B>& b, Visit visit) {
+  visit(a.thickness, b.thickness);
+  visit(a.damping, b.damping);
+  visit(a.strain_damping, b.strain_damping);
+  visit(a.friction, b.friction);
+  visit(a.strain_limit, b.strain_limit);
+  visit(a.adhesion, b.adhesion);
+  visit(a.solid_fraction, b.solid_fraction);
+  visit(a.absorption, b.absorption);
+  visit(a.max_saturation, b.max_saturation);
+  visit(a.virtual_pressure, b.virtual_pressure);
+  visit(a.emission_velocity, b.emission_velocity);
+  visit(a.emission_ramp, b.emission_ramp);
+  visit(a.diffusivity, b.diffusivity);
+  visit(a.capillary_height, b.capillary_height);
+  visit(a.wet_adhesion, b.wet_adhesion);
+  visit(a.diffusion, b.diffusion);
+  visit(a.contact_wicking, b.contact_wicking);
+  visit(a.porous, b.porous);
+  visit(a.friction_wet, b.friction_wet);
+  visit(a.damping_wet, b.damping_wet);
+  visit(a.emission_cosine, b.emission_cosine);
+  visit(a.dynamics, b.dynamics);
+  visit(a.self_collision, b.self_collision);
+}
+
+/// The same material in another type of numbers, each rounded once.
+template <class To, class From>
+constexpr ResolvedMaterial<To> material_in(const ResolvedMaterial<From>& material) {
+  ResolvedMaterial<To> result;
+  visit_members(result, material, []<class T>(T& to, const auto& from) { to = static_cast<T>(from); });
+  return result;
+}
+
+}  // namespace drench

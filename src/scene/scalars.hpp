@@ -1,0 +1,33 @@
+#pragma once
+// Values of a scene file: how numbers are read, and what is allowed.
+
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "scene/yaml_tree.hpp"
+
+namespace drench {
+
+inline constexpr std::size_t text_max_length = 100;
+inline constexpr const char* text_allowed = "1 to 100 bytes without control characters";
+inline constexpr const char* mesh_file_allowed = ".obj, .ply, .stl";
+inline constexpr const char* switch_allowed = "true, false, on, off";
+
+struct Range {
+  double low = 0, high = 0;
+  bool low_open = false, high_open = false;
+  bool contains(double x) const { return (low_open ? x > low : x >= low) && (high_open ? x < high : x <= high); }
+};
+
+/// "(0, 1]" as numbers. Throws std::logic_error for any other text.
+Range parse_range(std::string_view text);
+
+/// A plain scalar as a number: NaN if no double can hold it, none if it is no number.
+std::optional<double> to_double(const yaml::Value& value);
+
+/// None if it is no whole number, or one that no int can hold; `whole` tells the two apart.
+std::optional<int> to_int(const yaml::Value& value, bool& whole);
+
+}  // namespace drench

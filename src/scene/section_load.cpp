@@ -1,0 +1,283 @@
+// Loading: a Section that reads a map of the scene file, checks every value, and says where a bad one stands.
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+
+#include "scene/nearest_word.hpp"
+#include "scene/scalars.hpp"
+#include "scene/scene_error.hpp"
+#include "scene/section_modes.hpp"
+
+namespace drench {
+
+using yaml::Value;
+
+namespace {
+
+std::string with_unit(const std::string& range, const std::string& unit) {
+  return unit == "1" ? range + " (no unit)" : range + " " + unit;
+}
+
+class LoadSection : public Section {
+ public:
+  /// `path` is the map's key path, "" for the root.
+  LoadSection(const Value& map, std::string path, const std::string& folder);
+
+  void number(const char* key, double& value, const char* range, const char* unit, const char*) override {
+    if (const Value* found = take(key, "a number in " + with_unit(range, unit)))
+      value = read_number(*found, key, range, unit);
+  }
+  void number(const char* key, std::optional<double>& value, const char* range, const char* unit,
+              const char*) override {
+    if (const Value* found = take(key, "a number in " + with_unit(range, unit)))
+      value = read_number(*found, key, range, unit);
+  }
+  void integer(const char* key, int& value, const char* range, const char* unit, const char*) override {
+    if (const Value* found = take(key, "a whole number in " + with_unit(range, unit)))
+      value = read_integer(*found, key, range, unit);
+  }
+  void numbers(const char* key, std::span<double> values, const char* range, const char* unit, const char*) override {
+    const std::string expected = fmt::format("a list of {} numbers in {}", values.size(), with_unit(range, unit));
+    if (const Value* found = take_array(key, values.size(), expected))
+      for (std::size_t i = 0; i < values.size(); ++i)
+        values[i] = read_number(found->items[i], fmt::format("{}.{}", key, i), range, unit);
+  }
+  void integers(const char* key, std::span<int> values, const char* range, const char* unit, const char*) override {
+    const std::string expected = fmt::format("a list of {} whole numbers in {}", values.size(), with_unit(range, unit));
+    if (const Value* found = take_array(key, values.size(), expected))
+      for (std::size_t i = 0; i < values.size(); ++i)
+        values[i] = read_integer(found->items[i], fmt::format("{}.{}", key, i), range, unit);
+  }
+  void integer_list(const char* key, std::vector<Index>& values, const char* range, const char* unit,
+                    const char*) override;
+  void boolean(const char* key, bool& value, const char*) override;
+  void on_off(const char* key, bool& value, const char* meaning) override { boolean(key, value, meaning); }
+  void flag(const char* key, const char* meaning) override {
+    bool on = true;
+    boolean(key, on, meaning);
+    check(on, key, "is false; allowed: true, or leave it out");
+  }
+  void text(const char* key, std::string& value, const char*) override;
+  void mesh_file(const char* key, std::string& value, const char*) override;
+
+  bool has(const char* key) const override { return map_.find(key) != nullptr; }
+  void check(bool good, const std::string& key, const std::string& message) override {
+    if (good || !failed_.empty()) return;
+    failed_key_ = key;
+    failed_ = message;
+  }
+
+  /// Reads the whole map. Which of several keys stands there is settled first: a wrong value may be one too many.
+  void read(const Describe& inside) {
+    const Schema schema = document_section(inside, false);
+    for (const SchemaKey& key : schema.keys) {
+      known_.push_back(key.path);
+      if (key.need == SchemaKey::Need::one_of) one_of_.push_back(key.path);
+    }
+    if (!one_of_.empty()) check_one_of();
+    inside(*this);
+    done();
+  }
+
+ protected:
+  std::size_t word_index(const char* key, const std::vector<const char*>& words, std::size_t index,
+                         const char*) override;
+  void map(const char* key, const char*, const Describe& inside) override;
+  void maps(const char* key, std::size_t, const char*,
+            const std::function<void(Section&, std::size_t)>& entry) override;
+
+ private:
+  std::string path_of(const std::string& key) const { return path_.empty() ? key : path_ + "." + key; }
+  [[noreturn]] void fail(const Value& value, const std::string& key, const std::string& message) const {
+    throw SceneError(value.place.text(), path_of(key) + ": " + message);
+  }
+  const Value* take(const char* key, const std::string& expected);
+  const Value* take_array(const char* key, std::size_t size, const std::string& expected);
+  double read_number(const Value& value, const std::string& key, const char* range, const char* unit) const;
+  int read_integer(const Value& value, const std::string& key, const char* range, const char* unit) const;
+  void check_list(const char* key, const Value& value) const;
+  void check_known() const;
+  void check_one_of() const;
+  void done() const;
+
+  const Value& map_;
+  std::string path_;
+  const std::string& folder_;
+  std::vector<std::string> known_;     // its keys
+  std::vector<std::string> one_of_;    // of these, exactly one
+  std::string missing_key_, missing_;  // the first required key that is absent
+  std::string failed_key_, failed_;    // the first failed check
+};
+
+LoadSection::LoadSection(const Value& map, std::string path, const std::string& folder)
+    : map_(map), path_(std::move(path)), folder_(folder) {
+  if (map.kind == Value::Kind::map) return;
+  throw SceneError(map.place.text(), fmt::format("{}: is {}; allowed: a map of keys and values",
+                                                 path_.empty() ? "scene" : path_, map.shown()));
+}
+
+const Value* LoadSection::take(const char* key, const std::string& expected) {
+  const Said said = take_said();
+  const Value* value = map_.find(key);
+  if (value && said.on_found) said.on_found();
+  if (!value && said.required && missing_key_.empty()) {
+    missing_key_ = key;
+    missing_ = expected;
+  }
+  return value;
+}
+
+const Value* LoadSection::take_array(const char* key, std::size_t size, const std::string& expected) {
+  const Value* value = take(key, expected);
+  if (value && (value->kind != Value::Kind::list || value->items.size() != size))
+    fail(*value, key, fmt::format("is {}; allowed: {}", value->shown(), expected));
+  return value;
+}
+
+double LoadSection::read_number(const Value& value, const std::string& key, const char* range, const char* unit) const {
+  const std::string allowed = with_unit(range, unit);
+  const std::optional<double> number = to_double(value);
+  if (!number) fail(value, key, fmt::format("{} is not a number; allowed: {}", value.shown(), allowed));
+  if (parse_range(range).contains(*number)) return *number;  // never true of NaN
+  const char* wrong = std::isfinite(*number) ? "is out of range" : "is not a finite double";
+  fail(value, key, fmt::format("{} {}; allowed: {}", value.shown(), wrong, allowed));
+}
+
+int LoadSection::read_integer(const Value& value, const std::string& key, const char* range, const char* unit) const {
+  const std::string allowed = with_unit(range, unit);
+  bool whole = false;
+  const std::optional<int> number = to_int(value, whole);
+  if (!whole) fail(value, key, fmt::format("{} is not a whole number; allowed: {}", value.shown(), allowed));
+  if (number && parse_range(range).contains(*number)) return *number;
+  fail(value, key, fmt::format("{} is out of range; allowed: {}", value.shown(), allowed));
+}
+
+void LoadSection::integer_list(const char* key, std::vector<Index>& values, const char* range, const char* unit,
+                               const char*) {
+  const Value* found = take(key, "a list of whole numbers in " + with_unit(range, unit));
+  if (!found) return;
+  check_list(key, *found);
+  values.clear();
+  for (std::size_t i = 0; i < found->items.size(); ++i)
+    values.push_back(read_integer(found->items[i], fmt::format("{}.{}", key, i), range, unit));
+}
+
+void LoadSection::boolean(const char* key, bool& value, const char*) {
+  const Value* found = take(key, "true or false");
+  if (!found) return;
+  const bool plain = found->kind == Value::Kind::scalar && !found->quoted;
+  const bool yes = plain && (found->text == "true" || found->text == "on");
+  if (!yes && !(plain && (found->text == "false" || found->text == "off")))
+    fail(*found, key, fmt::format("{} is not a truth value; allowed: {}", found->shown(), switch_allowed));
+  value = yes;
+}
+
+void LoadSection::text(const char* key, std::string& value, const char*) {
+  const std::string expected = fmt::format("a text of {}", text_allowed);
+  const Value* found = take(key, expected);
+  if (!found) return;
+  const bool clean = std::none_of(found->text.begin(), found->text.end(),
+                                  [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7f; });
+  if (found->kind != Value::Kind::scalar || found->text.empty() || found->text.size() > text_max_length || !clean)
+    fail(*found, key, fmt::format("is {}; allowed: {}", found->shown(), expected));
+  value = found->text;
+}
+
+void LoadSection::mesh_file(const char* key, std::string& value, const char*) {
+  namespace fs = std::filesystem;
+  const std::string expected = "the name of an .obj, .ply or .stl file";
+  const Value* found = take(key, expected);
+  if (!found) return;
+  const bool named = found->kind == Value::Kind::scalar && !found->text.empty();
+  // a NUL byte would cut the name short in the system call
+  if (!named || found->text.find('\0') != std::string::npos)
+    fail(*found, key, fmt::format("is {}; allowed: {}", found->shown(), expected));
+  std::string extension = fs::path(found->text).extension().string();
+  for (char& c : extension) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+  if (extension != ".obj" && extension != ".ply" && extension != ".stl")
+    fail(*found, key,
+         fmt::format("{} is not a mesh file that can be read; allowed: {}", found->shown(), mesh_file_allowed));
+  std::error_code error;
+  const fs::path file = fs::absolute(fs::path(folder_) / found->text, error).lexically_normal();
+  if (error || !fs::exists(file, error)) fail(*found, key, fmt::format("there is no file '{}'", file.string()));
+  if (!fs::is_regular_file(file, error)) fail(*found, key, fmt::format("'{}' is not a file", file.string()));
+  value = file.string();
+}
+
+std::size_t LoadSection::word_index(const char* key, const std::vector<const char*>& words, std::size_t index,
+                                    const char*) {
+  const std::string allowed = fmt::format("{}", fmt::join(words, ", "));
+  const Value* found = take(key, "one of " + allowed);
+  if (!found) return index;
+  const bool scalar = found->kind == Value::Kind::scalar;
+  for (std::size_t i = 0; i < words.size(); ++i)
+    if (scalar && found->text == words[i]) return i;
+  const std::string guess = scalar ? nearest_word(found->text, {words.begin(), words.end()}) : "";
+  const std::string hint = guess.empty() ? "" : fmt::format(" did you mean '{}'?", guess);
+  fail(*found, key, fmt::format("{} is not known;{} allowed: {}", found->shown(), hint, allowed));
+}
+
+void LoadSection::map(const char* key, const char*, const Describe& inside) {
+  const Value* found = take(key, "a map");
+  if (!found) return;
+  LoadSection(*found, path_of(key), folder_).read(inside);
+}
+
+void LoadSection::maps(const char* key, std::size_t, const char*,
+                       const std::function<void(Section&, std::size_t)>& entry) {
+  const Value* found = take(key, "a list of maps");
+  if (!found) return;
+  check_list(key, *found);
+  for (std::size_t i = 0; i < found->items.size(); ++i) {
+    LoadSection item(found->items[i], path_of(key) + "." + std::to_string(i), folder_);
+    item.read([&](Section& s) { entry(s, i); });
+  }
+}
+
+void LoadSection::check_list(const char* key, const Value& value) const {
+  if (value.kind != Value::Kind::list) fail(value, key, fmt::format("is {}; allowed: a list", value.shown()));
+  if (value.items.empty()) fail(value, key, "is an empty list; allowed: at least one entry, or leave the key out");
+}
+
+void LoadSection::check_known() const {
+  for (const yaml::Entry& entry : map_.entries) {
+    if (std::find(known_.begin(), known_.end(), entry.key) != known_.end()) continue;
+    Value shown_key;
+    shown_key.kind = Value::Kind::scalar;
+    shown_key.text = entry.key;
+    const std::string guess = nearest_word(entry.key, known_);
+    const std::string hint =
+        guess.empty() ? fmt::format("allowed: {}", fmt::join(known_, ", ")) : fmt::format("did you mean '{}'?", guess);
+    throw SceneError(entry.place.text(), fmt::format("{}: unknown key {} in {}; {}", path_of(entry.key.substr(0, 64)),
+                                                     shown_key.shown(), path_.empty() ? "the scene" : path_, hint));
+  }
+}
+
+void LoadSection::check_one_of() const {
+  check_known();
+  const auto found = std::count_if(one_of_.begin(), one_of_.end(), [&](const auto& key) { return map_.find(key); });
+  if (found == 1) return;
+  throw SceneError(
+      map_.place.text(),
+      fmt::format("{}: has {} of the keys {}; allowed: exactly one of them", path_.empty() ? "scene" : path_,
+                  found == 0 ? "none" : std::to_string(found), fmt::join(one_of_, ", ")));
+}
+
+/// Throws the first complaint that waited.
+void LoadSection::done() const {
+  check_known();
+  if (!missing_key_.empty())
+    throw SceneError(map_.place.text(), fmt::format("{}: is missing; allowed: {}", path_of(missing_key_), missing_));
+  if (!failed_.empty()) throw SceneError(map_.place_of(failed_key_).text(), path_of(failed_key_) + ": " + failed_);
+}
+
+}  // namespace
+
+void load_section(const Value& map, const std::string& folder, const Describe& describe) {
+  LoadSection(map, "", folder).read(describe);
+}
+
+}  // namespace drench

@@ -1,0 +1,33 @@
+#pragma once
+// One layer of samples at spacing d, half a spacing below the surface of each body (after Akinci et al. 2012).
+
+#include <array>
+#include <vector>
+
+#include "state/model.hpp"
+
+namespace drench {
+
+inline constexpr double max_body_samples = 20e6;
+
+/// How many samples sample_body() makes, found without making them: exact for boxes and planes, of the whole surface
+/// for spheres, an estimate on the high side for meshes.
+double expected_body_samples(const Body& body, double spacing, const Box& region, int layer = 0);
+
+/// The steps of the lattice that a plane is sampled on, m.
+std::array<Vec3, 2> plane_lattice(const Body& body, double spacing);
+
+/// Where samples of the body can be at t = 0 that reach `region` (the domain extended by h) within `duration` (s): the
+/// region itself, swept against the body's velocity (of planes along the normal, and by a step of the lattice); for bodies
+/// that turn or float everything (planes: as much about the domain's middle as the region is wide, in that layer).
+Box sampled_region(const Body& body, const Box& region, double duration, int layer = 0);
+
+/// The samples of one body within `region`, in an order that depends on the arguments alone: d/2 inside the solid (dynamic bodies
+/// 0.67 d), on the surface of meshes that are not closed. Each shape has a pattern of its own (body_sampling.cpp).
+std::vector<Vec3> sample_body(const Body& body, double spacing, const Box& region, int layer = 0);
+
+/// How many layers of samples, spacing apart, a wall needs so that no liquid before it sees its end: one up to h = 2 d, two
+/// up to 3 d, …; fewer where the solid has no room for them, one for meshes.
+int body_layers(const Body& body, double spacing, double support);
+
+}  // namespace drench

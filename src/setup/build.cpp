@@ -1,0 +1,288 @@
+#include "setup/build.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "setup/body_geometry.hpp"
+#include "setup/body_sampling.hpp"
+#include "setup/cloth_boundary.hpp"
+#include "setup/cloth_material.hpp"
+#include "setup/cloth_mesh.hpp"
+#include "setup/cloth_sampling.hpp"
+#include "setup/distance_field.hpp"
+#include "setup/fabric_pairs.hpp"
+#include "setup/fluid_sampling.hpp"
+#include "setup/memory_estimate.hpp"
+#include "setup/point_grid.hpp"
+#include "setup/rest_plane.hpp"
+#include "setup/self_intersection.hpp"
+#include "setup/smoothing_kernel.hpp"
+#include "setup/surface_mesh.hpp"
+#include "setup/warnings.hpp"
+#include "state/needed_fields.hpp"
+
+namespace drench {
+namespace {
+
+void set_numbers(Model& m) {
+  const FluidScene& fluid = m.scene.fluid;
+  m.spacing = fluid.spacing;
+  // Without liquid particles nothing fixes d, and the scene's default knows nothing of the cloth's size. Its samples
+  // should be about as fine as its mesh: then wicking costs and resolves what the mesh does.
+  if (!m.has_fluid() && m.has_cloth()) m.spacing = mean_edge_length(m);
+  m.support = fluid.support * m.spacing;
+  m.layer_share = layer_share(m.spacing, m.support, fluid.kernel);
+  if (fluid.present) m.relaxation = jacobi_relaxation(fluid.kernel, fluid.support);
+  m.rest_density = fluid.density;
+  m.particle_mass = m.rest_density * m.spacing * m.spacing * m.spacing;
+  m.quantum = m.particle_mass / static_cast<double>(quanta_per_particle);
+  m.min_quanta = std::llround(0.05 * static_cast<double>(quanta_per_particle));
+  m.max_quanta = quanta_per_particle;
+  set_absorption(m);
+}
+
+/// The domain and a support radius around it: samples beyond cannot touch a particle.
+Box wetted_region(const Model& m) {
+  Box region = m.scene.domain;
+  for (int a = 0; a < 3; ++a) {
+    region.min[a] -= m.support;
+    region.max[a] += m.support;
+  }
+  return region;
+}
+
+/// m
+double farthest_corner(const Box& box, const Vec3& x) {
+  double square = 0;
+  for (int a = 0; a < 3; ++a) square += std::pow(std::max(x[a] - box.min[a], box.max[a] - x[a]), 2);
+  return std::sqrt(square);
+}
+
+SetupSize grid_size(const Scene& scene) {
+  SetupSize size;
+  for (const ClothScene& c : scene.cloths) {
+    if (c.grid) size.nodes += static_cast<double>(c.grid->nodes[0]) * c.grid->nodes[1];
+  }
+  return size;
+}
+
+/// Lattices for the distance fields of closed meshes; they reach as far as cloth is thick.
+void lay_fields(Setup& setup) {
+  Model& m = setup.model;
+  double margin = m.spacing;
+  for (const ClothMaterial& c : m.cloths) margin = std::max(margin, 1.1 * c.thickness + m.spacing);
+  for (std::size_t b = 0; b < m.bodies.size(); ++b) {
+    Body& body = m.bodies[b];
+    if (body.kind != BodyScene::Kind::mesh) continue;
+    if (is_closed({body.mesh_points, body.mesh_triangles}))
+      body.field = lay_field(body, m.spacing, margin);
+    else
+      setup.warnings.push_back(
+          fmt::format("body {} ({}): the mesh is not closed; it holds liquid back by samples on its surface alone",
+                      b + 1, m.scene.bodies[b].file));
+  }
+}
+
+SetupSize expected_size(const Model& m) {
+  SetupSize size = kinds_of(m);
+  size.nodes = m.mesh.nodes();
+  if (m.has_fluid() || m.has_porous()) {
+    size.samples = expected_cloth_samples(m);
+    size.area = cloth_area(m) / (m.spacing * m.spacing);
+  }
+  if (!m.has_fluid()) return size;
+  size.fluid = expected_block_particles(m.scene.fluid);
+  const Box region = wetted_region(m);
+  for (std::size_t b = 0; b < m.bodies.size(); ++b) {
+    double samples = 0;
+    for (int layer = 0; layer < body_layers(m.bodies[b], m.spacing, m.support); ++layer)
+      samples += expected_body_samples(m.bodies[b], m.spacing,
+                                       sampled_region(m.bodies[b], region, m.scene.time.end, layer), layer);
+    if (samples > max_body_samples) {
+      throw SetupError(
+          fmt::format("body {}: its surface needs more than {:.0f} samples at spacing {} m; use a smaller domain "
+                      "or body, or a larger spacing",
+                      b + 1, max_body_samples, m.spacing),
+          fmt::format("bodies.{}", b));
+    }
+    size.boundary += samples;
+  }
+  return size;
+}
+
+void sample_bodies(Setup& setup) {
+  Model& m = setup.model;
+  const Box region = wetted_region(m);
+  for (std::size_t b = 0; b < m.bodies.size(); ++b) {
+    Body& body = m.bodies[b];
+    std::vector<Vec3> samples;
+    std::vector<double> volumes;
+    for (int layer = 0; layer < body_layers(body, m.spacing, m.support); ++layer) {
+      const std::vector<Vec3> more =
+          sample_body(body, m.spacing, sampled_region(body, region, m.scene.time.end, layer), layer);
+      // Each layer counts for one layer of liquid, and only its own samples share it.
+      for (const double volume : akinci_volumes(more, m.support, m.scene.fluid.kernel))
+        volumes.push_back(volume * m.layer_share);
+      samples.insert(samples.end(), more.begin(), more.end());
+    }
+    body.first_sample = m.boundary.count();
+    body.sample_count = static_cast<Index>(samples.size());
+    if (samples.empty() && !body.moves())
+      setup.warnings.push_back(fmt::format(
+          "body {}: it lies outside the domain, and no liquid meets it; make domain larger or move it", b + 1));
+    m.boundary.position.insert(m.boundary.position.end(), samples.begin(), samples.end());
+    m.boundary.body.insert(m.boundary.body.end(), samples.size(), static_cast<Index>(b));
+    setup.state.boundary_volume.insert(setup.state.boundary_volume.end(), volumes.begin(), volumes.end());
+    for (const Vec3& x : samples) setup.state.boundary_velocity.push_back(body_velocity(body, x));
+  }
+  setup.state.boundary_position = m.boundary.position;
+}
+
+void warn_of_nodes_in_solids(Setup& setup) {
+  const Model& m = setup.model;
+  for (const ClothMaterial& c : m.cloths) {
+    std::size_t inside = 0;
+    for (auto n = static_cast<std::size_t>(c.first_node); n < static_cast<std::size_t>(c.first_node + c.node_count);
+         ++n) {
+      if (m.mesh.pinned[n]) continue;
+      for (const Body& body : m.bodies) {
+        Vec3 normal;
+        if (signed_distance(body, m.mesh.rest_position[n], normal) >= 0) continue;
+        ++inside;
+        break;
+      }
+    }
+    if (inside > 0) {
+      setup.warnings.push_back(
+          fmt::format("{}: {} free nodes start inside a solid body and are pushed out at once; move one of them",
+                      cloth_label(c.name), inside));
+    }
+  }
+}
+
+/// Only a closed mesh has an inside that cloth can be kept out of.
+void refuse_cloth_on_open_meshes(const Model& m) {
+  for (std::size_t b = 0; b < m.bodies.size(); ++b) {
+    if (m.has_moving_cloth() && m.bodies[b].kind == BodyScene::Kind::mesh && m.bodies[b].field.empty())
+      throw SetupError(fmt::format("body {} ({}): contact of a moving cloth with a mesh that is not closed is not "
+                                   "available in this version; "
+                                   "allowed: a closed mesh, a box, sphere or plane, or cloths with dynamics: false",
+                                   b + 1, m.scene.bodies[b].file),
+                       fmt::format("bodies.{}.mesh.file", b));
+  }
+}
+
+void init_nodes(const Model& m, HostState& s) {
+  const std::size_t nodes = m.mesh.rest_position.size();
+  s.node_position = m.mesh.rest_position;
+  s.node_velocity.assign(nodes, Vec3{0, 0, 0});
+  s.node_liquid.assign(nodes, 0);
+  s.node_buffered.assign(nodes, 0);
+  s.node_contact_force.assign(nodes, Vec3{0, 0, 0});
+  s.node_friction_force.assign(nodes, Vec3{0, 0, 0});
+  s.node_pin_force.assign(nodes, Vec3{0, 0, 0});
+  s.sample_volume.assign(m.samples.rest_position.size(), 0);
+  if (m.has_fluid()) s.sample_volume = akinci_volumes(m.samples.rest_position, m.support, m.scene.fluid.kernel);
+  for (double& volume : s.sample_volume) volume *= m.layer_share;
+  s.sample_flow_direction.assign(s.sample_volume.size(), Vec3{0, 0, 0});
+}
+
+/// A block starts as a lattice; one that counts as compressed bursts in the first steps.
+void warn_of_dense_lattice(Setup& setup) {
+  const FluidScene& fluid = setup.model.scene.fluid;
+  const double density = lattice_density(fluid.kernel, fluid.support);
+  if (fluid.blocks.empty() || density <= 1.02) return;
+  double enough = fluid.support;
+  while (lattice_density(fluid.kernel, enough) > 1.02) enough += 0.1;
+  setup.warnings.push_back(
+      fmt::format("fluid: with this kernel and support a block starts at {:.3f} of the liquid's density and bursts; "
+                  "support {:.1f} is enough",
+                  density, enough));
+}
+
+/// A fixed step that capillary waves outrun makes the liquid burst.
+void warn_of_capillary_step(Setup& setup) {
+  const TimeScene& time = setup.model.scene.time;
+  const double longest = setup.model.capillary_step();
+  if (time.mode != TimeMode::fixed || time.step <= longest) return;
+  setup.warnings.push_back(
+      fmt::format("time.step {:.2g} s is longer than surface tension or adhesion allows at this spacing: at most "
+                  "{:.2g} s, or time.mode cfl",
+                  time.step, longest));
+}
+
+void init_fluid(Setup& setup) {
+  HostState& s = setup.state;
+  BlockParticles particles = blaming("fluid.sources", [&] { return fill_blocks(setup.model, setup.warnings); });
+  const std::size_t count = particles.position.size();
+  resize_liquid(s, setup.model, count);
+  s.fluid_position = std::move(particles.position);
+  s.fluid_velocity = std::move(particles.velocity);
+  std::fill(s.fluid_mass.begin(), s.fluid_mass.end(), quanta_per_particle);
+  std::iota(s.fluid_id.begin(), s.fluid_id.end(), std::int64_t{0});
+  s.next_id = static_cast<std::int64_t>(count);
+  s.jet_particles.assign(setup.model.jets.size(), 0);
+}
+
+/// The ledger adds quanta in 64 bits: far more liquid than fits would wrap around.
+void check_ledger_range(const Setup& setup) {
+  double quanta = static_cast<double>(setup.state.fluid_count()) * static_cast<double>(quanta_per_particle);
+  for (const double capacity : setup.model.samples.node_capacity) quanta += 2 * capacity / setup.model.quantum;
+  if (!(quanta < 0x1p62)) {
+    throw SetupError(
+        "the cloth can hold more than 2^30 particles' mass, too much for the mass ledger: use a larger spacing",
+        "fluid.spacing");
+  }
+}
+
+}  // namespace
+
+Setup build(const Scene& scene, const MemoryBudget& budget) {
+  Setup setup;
+  Model& m = setup.model;
+  m.scene = scene;
+  refuse_too_large(grid_size(scene), budget);
+  build_cloths(scene, m, setup.warnings);
+  lay_rest_planes(m);
+  set_numbers(m);
+  for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
+    m.bodies.push_back(blaming(fmt::format("bodies.{}", b),
+                               [&] { return make_body(scene.bodies[b], scene.path, fmt::format("body {}", b + 1)); }));
+  }
+  for (Body& body : m.bodies)
+    if (body.kind == BodyScene::Kind::plane) {
+      body.reach = farthest_corner(scene.domain, body.point);
+      body.slides = body.moves();
+      if (body.slides) body.lattice = plane_lattice(body, m.spacing);
+      for (std::size_t a = 0; a < 3; ++a) body.middle[a] = 0.5 * (scene.domain.min[a] + scene.domain.max[a]);
+    }
+  start_bodies(m, setup.state);
+  lay_fields(setup);
+  refuse_too_large(expected_size(m), budget);
+  for (Body& body : m.bodies)
+    if (body.field.spacing > 0) fill_field(body, body.field);
+  if (m.has_fluid() || m.has_porous()) build_samples(m);
+  if (m.has_fluid() && !m.scene.through_cloth) find_boundary_edges(m);
+  if (m.has_diffusion()) build_fabric_pairs(m);
+  init_nodes(m, setup.state);
+  check_ledger_range(setup);
+  fill_cloths(m, setup.state, setup.warnings);
+  refuse_cloth_on_open_meshes(m);
+  refuse_self_intersections(m);
+  warn_of_nodes_in_solids(setup);
+  if (m.has_fluid()) {
+    m.jets = blaming("fluid.sources", [&] { return make_jets(m, setup.warnings); });
+    sample_bodies(setup);
+    warn_of_dense_lattice(setup);
+    warn_of_capillary_step(setup);
+    init_fluid(setup);
+    check_ledger_range(setup);
+  }
+  for (std::string& line : plan_warnings(m, setup.state, budget.real_bytes)) setup.warnings.push_back(std::move(line));
+  return setup;
+}
+
+}  // namespace drench

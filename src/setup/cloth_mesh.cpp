@@ -1,0 +1,306 @@
+#include "setup/cloth_mesh.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "base/eigen_vec.hpp"
+#include "setup/cloth_material.hpp"
+#include "setup/mesh_io.hpp"
+#include "setup/setup_error.hpp"
+
+namespace drench {
+namespace {
+
+using Eigen::Vector3d;
+
+double cotangent(const Vector3d& a, const Vector3d& b) { return a.dot(b) / a.cross(b).norm(); }
+
+/// c_h of a hinge, N/m, such that `bend` (N·m) is the flexural rigidity: a sheet rolled to curvature κ takes ½ bend κ²
+/// per area. The factor 3 of Bergou et al. 2006 is left out: it is right on a sphere and three times too much on a
+/// cylinder (docs/design-notes/cloth.md, "Bending").
+double bending_stiffness(double bend, double around) { return bend / around; }
+
+SurfaceMesh placed_mesh(const ClothScene& cloth, const std::string& scene_path) {
+  const std::string label = cloth_label(cloth.name);
+  SurfaceMesh mesh;
+  if (cloth.grid) {
+    if (cloth.grid->nodes[0] < 2 || cloth.grid->nodes[1] < 2)
+      throw SetupError(label + ": a grid has 2 nodes or more each way");
+    mesh = grid_mesh(*cloth.grid);
+  } else {
+    mesh = read_mesh(cloth.file, scene_path);
+    for (Vec3& x : mesh.points) x = to_vec3(cloth.scale * to_eigen(x));
+  }
+  Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
+  if (cloth.rotate_degrees != 0) {
+    const Vector3d axis = to_eigen(cloth.rotate_axis);
+    if (!(axis.norm() > 0)) throw SetupError(label + ": the axis of rotation must not be zero");
+    rotation = Eigen::AngleAxisd(cloth.rotate_degrees * std::numbers::pi / 180, axis.normalized()).toRotationMatrix();
+  }
+  for (Vec3& x : mesh.points) x = to_vec3(rotation * to_eigen(x) + to_eigen(cloth.position));
+  check_mesh(mesh, cloth.grid ? label : label + " (" + cloth.file + ")", cloth_min_area_ratio);
+  return mesh;
+}
+
+/// Pins of one cloth, on its own node numbers.
+struct Pins {
+  std::vector<std::uint8_t> pinned;
+  std::vector<Index> entry;  // of ClothScene::pins that holds the node: the last one; −1: none
+};
+
+/// `edges` are the mesh's.
+Pins pinned_nodes(const ClothScene& cloth, const SurfaceMesh& mesh, const std::vector<MeshEdge>& edges,
+                  std::vector<std::string>& warnings) {
+  const std::string label = cloth_label(cloth.name);
+  Pins pins{std::vector<std::uint8_t>(mesh.points.size(), cloth.dynamics ? 0 : 1),
+            std::vector<Index>(mesh.points.size(), -1)};
+  Index entry = -1;
+  const auto pin = [&](Index i) {
+    pins.pinned[static_cast<std::size_t>(i)] = 1;
+    pins.entry[static_cast<std::size_t>(i)] = entry;
+  };
+  for (const PinScene& p : cloth.pins) {
+    ++entry;
+    bool any = false;
+    switch (p.kind) {
+      case PinScene::Kind::corners: {
+        if (!cloth.grid) throw SetupError(label + ": pin: a mesh file has no corners; allowed: edges, box, nodes");
+        const auto [nx, nz] = cloth.grid->nodes;
+        for (const Index i : {0, nx - 1, nx * (nz - 1), nx * nz - 1}) pin(i);
+        any = true;
+        break;
+      }
+      case PinScene::Kind::edges:
+        for (const MeshEdge& e : edges) {
+          if (e.triangles != 1) continue;
+          pin(e.a);
+          pin(e.b);
+          any = true;
+        }
+        break;
+      case PinScene::Kind::box:
+        for (std::size_t i = 0; i < mesh.points.size(); ++i) {
+          if (!contains(p.box.min, p.box.max, mesh.points[i])) continue;
+          pin(static_cast<Index>(i));
+          any = true;
+        }
+        break;
+      case PinScene::Kind::nodes:
+        for (const Index i : p.nodes) {
+          if (i < 0 || i >= static_cast<Index>(mesh.points.size())) {
+            throw SetupError(
+                fmt::format("{}: pin: there is no node {}; allowed: 0 to {}", label, i, mesh.points.size() - 1));
+          }
+          pin(i);
+          any = true;
+        }
+        break;
+    }
+    if (!any) warnings.push_back(label + ": a pin catches no node");
+  }
+  return pins;
+}
+
+/// The motions of a cloth's pins, and which of them each node has. Its mesh is the last that was appended.
+void set_pins_in_motion(Model& model, const ClothScene& cloth, const Pins& pins) {
+  if (std::none_of(cloth.pins.begin(), cloth.pins.end(), [](const PinScene& p) { return moves(p); })) return;
+  std::vector<Index> motion;  // of each entry
+  for (const PinScene& p : cloth.pins) {
+    motion.push_back(moves(p) ? static_cast<Index>(model.pin_motions.size()) : -1);
+    if (!moves(p)) continue;
+    model.pin_motions.push_back({p.velocity, to_vec3(to_eigen(p.spin.axis).normalized()),
+                                 p.spin.degrees_per_second * std::numbers::pi / 180, p.center, p.start, p.end});
+  }
+  std::vector<Index>& of_node = model.mesh.pin_motion;
+  of_node.resize(model.mesh.rest_position.size() - pins.entry.size(), -1);  // cloths before this one
+  for (const Index entry : pins.entry) of_node.push_back(entry < 0 ? -1 : motion[static_cast<std::size_t>(entry)]);
+}
+
+/// w of strain limiting over `stretch`: once its yarns are straight, woven fabric is some ten to fifty times stiffer than
+/// at the start of its curve (src/stages/cloth.hpp).
+constexpr double straight_yarns = 20;
+
+/// Rest shapes and weights for strain limiting, if a cloth asks for it.
+void set_strain_limits(Model& model) {
+  ClothMesh& mesh = model.mesh;
+  if (!model.any_cloth([](const ClothMaterial& c) { return c.strain_limit > 0; })) return;
+  std::vector<std::array<Index, 2>> entries;
+  for (Index t = 0; t < mesh.triangles(); ++t) {
+    const auto& corner = mesh.triangle[static_cast<std::size_t>(t)];
+    const auto at = [&](std::size_t c) { return to_eigen(mesh.rest_position[static_cast<std::size_t>(corner[c])]); };
+    Eigen::Matrix<double, 3, 2> edges;
+    edges << at(1) - at(0), at(2) - at(0);
+    const Eigen::Matrix2d r = (edges.transpose() * edges).llt().matrixU();
+    const Eigen::Matrix2d inverse = r.inverse();
+    mesh.limit_shape.push_back({inverse(0, 0), inverse(0, 1), inverse(1, 1)});
+    const auto cloth = static_cast<std::size_t>(mesh.triangle_cloth[static_cast<std::size_t>(t)]);
+    const double stretch = model.scene.cloths[cloth].material.stretch;
+    const double weight = model.cloths[cloth].strain_limit > 0 ? straight_yarns * stretch : 0;
+    mesh.limit_stiffness.push_back(weight * 0.5 * r(0, 0) * r(1, 1));
+    if (weight <= 0) continue;
+    for (Index c = 0; c < 3; ++c) entries.push_back({corner[static_cast<std::size_t>(c)], 4 * t + c});
+  }
+  mesh.node_triangles = rows_of(mesh.nodes(), entries);
+}
+
+/// Bending of a rectangular grid: the thin plate ½ bend (z_xx² + z_zz² + 2 z_xz²) by second differences along the lines at every
+/// node, and the twist of every cell. Hinges of the triangles are a fifth too soft there: their alternating diagonals bend each
+/// line at every second node only.
+void add_grid_bending(ClothMesh& mesh, const GridScene& grid, double bend, Index first) {
+  const auto [nx, nz] = grid.nodes;
+  const double lx = grid.size[0] / (nx - 1), lz = grid.size[1] / (nz - 1);
+  const auto node = [&, columns = nx](int i, int j) { return first + i + j * columns; };
+  const auto add = [&](const std::array<Index, 4>& nodes, const std::array<double, 4>& weight, double stiffness) {
+    mesh.hinge.push_back(nodes);
+    mesh.hinge_weight.push_back(weight);
+    mesh.hinge_stiffness.push_back(stiffness);
+  };
+  const std::array<double, 4> line{2, 0, -1, -1}, twist{1, 1, -1, -1};
+  for (int j = 0; j < nz; ++j) {
+    for (int i = 0; i < nx; ++i) {
+      const bool end_x = i == 0 || i == nx - 1, end_z = j == 0 || j == nz - 1;
+      // The second of the four nodes has no weight.
+      if (!end_x)
+        add({node(i, j), node(i, j), node(i - 1, j), node(i + 1, j)}, line,
+            (end_z ? 0.5 : 1) * bend * lz / (lx * lx * lx));
+      if (!end_z)
+        add({node(i, j), node(i, j), node(i, j - 1), node(i, j + 1)}, line,
+            (end_x ? 0.5 : 1) * bend * lx / (lz * lz * lz));
+      if (i + 1 < nx && j + 1 < nz)
+        add({node(i, j), node(i + 1, j + 1), node(i + 1, j), node(i, j + 1)}, twist, 2 * bend / (lx * lz));
+    }
+  }
+}
+
+/// Appends one cloth's mesh; the model's index of it is `cloth`.
+void append(ClothMesh& mesh, const SurfaceMesh& own, const ClothScene& scene, const std::vector<MeshEdge>& edges,
+            const std::vector<std::uint8_t>& pinned, Index cloth) {
+  const MaterialScene& fabric = scene.material;
+  const Index first_node = mesh.nodes();
+  mesh.rest_position.insert(mesh.rest_position.end(), own.points.begin(), own.points.end());
+  mesh.pinned.insert(mesh.pinned.end(), pinned.begin(), pinned.end());
+  mesh.node_cloth.insert(mesh.node_cloth.end(), own.points.size(), cloth);
+  mesh.solid_mass.resize(mesh.rest_position.size(), 0.0);
+  std::vector<double> area;
+  for (const auto& t : own.triangles) {
+    const std::array<Index, 3> n{first_node + t[0], first_node + t[1], first_node + t[2]};
+    mesh.triangle.push_back(n);
+    mesh.triangle_cloth.push_back(cloth);
+    const auto& x = mesh.rest_position;
+    area.push_back(triangle_area(x[static_cast<std::size_t>(n[0])], x[static_cast<std::size_t>(n[1])],
+                                 x[static_cast<std::size_t>(n[2])]));
+    for (const Index i : n) mesh.solid_mass[static_cast<std::size_t>(i)] += fabric.areal_density * area.back() / 3;
+  }
+  const auto position = [&](Index i) -> const Vec3& { return mesh.rest_position[static_cast<std::size_t>(i)]; };
+  for (const MeshEdge& e : edges) {
+    const Index a = first_node + e.a, b = first_node + e.b;
+    double around = 0;  // A0 + A1
+    for (int s = 0; s < e.triangles; ++s) around += area[static_cast<std::size_t>(e.triangle[s])];
+    const double length = (to_eigen(position(b)) - to_eigen(position(a))).norm();
+    mesh.edge.push_back({a, b});
+    mesh.edge_length.push_back(length);
+    mesh.edge_stiffness.push_back(fabric.stretch * around / (length * length));  // Van Gelder 1998
+    if (e.triangles != 2 || scene.grid) continue;
+    const Index c = first_node + e.opposite[0], d = first_node + e.opposite[1];
+    mesh.hinge.push_back({a, b, c, d});
+    mesh.hinge_weight.push_back(hinge_cotangents(position(a), position(b), position(c), position(d)));
+    mesh.hinge_stiffness.push_back(bending_stiffness(fabric.bend, around));
+  }
+  if (scene.grid) add_grid_bending(mesh, *scene.grid, fabric.bend, first_node);
+}
+
+}  // namespace
+
+std::string cloth_label(const std::string& name) { return "cloth '" + name + "'"; }
+
+Rows rows_of(Index nodes, const std::vector<std::array<Index, 2>>& entries) {
+  Rows rows;
+  rows.start.assign(static_cast<std::size_t>(nodes) + 1, 0);
+  for (const auto& [node, item] : entries) ++rows.start[static_cast<std::size_t>(node) + 1];
+  for (std::size_t i = 1; i < rows.start.size(); ++i) rows.start[i] += rows.start[i - 1];
+  std::vector<Index> next(rows.start.begin(), rows.start.end() - 1);
+  rows.item.resize(entries.size());
+  for (const auto& [node, item] : entries)
+    rows.item[static_cast<std::size_t>(next[static_cast<std::size_t>(node)]++)] = item;
+  return rows;
+}
+
+SurfaceMesh grid_mesh(const GridScene& grid) {
+  const auto [nx, nz] = grid.nodes;
+  SurfaceMesh mesh;
+  for (int j = 0; j < nz; ++j) {
+    for (int i = 0; i < nx; ++i) {
+      mesh.points.push_back({grid.size[0] * (static_cast<double>(i) / (nx - 1) - 0.5), 0,
+                             grid.size[1] * (static_cast<double>(j) / (nz - 1) - 0.5)});
+    }
+  }
+  for (int j = 0; j + 1 < nz; ++j) {
+    for (int i = 0; i + 1 < nx; ++i) {
+      const Index a = i + j * nx, b = a + 1, c = a + nx, d = c + 1;  // a b at z, c d at z + Δz
+      if ((i + j) % 2 == 0) {
+        mesh.triangles.push_back({a, c, d});
+        mesh.triangles.push_back({a, d, b});
+      } else {
+        mesh.triangles.push_back({a, c, b});
+        mesh.triangles.push_back({b, c, d});
+      }
+    }
+  }
+  return mesh;
+}
+
+std::array<double, 4> hinge_cotangents(const Vec3& x0, const Vec3& x1, const Vec3& x2, const Vec3& x3) {
+  const Vector3d a = to_eigen(x0), b = to_eigen(x1), c = to_eigen(x2), d = to_eigen(x3);
+  const double c01 = cotangent(b - a, c - a), c02 = cotangent(b - a, d - a);  // angles at x0
+  const double c03 = cotangent(a - b, c - b), c04 = cotangent(a - b, d - b);  // angles at x1
+  return {c03 + c04, c01 + c02, -(c01 + c03), -(c02 + c04)};
+}
+
+void build_cloths(const Scene& scene, Model& model, std::vector<std::string>& warnings) {
+  ClothMesh& mesh = model.mesh;
+  for (const ClothScene& c : scene.cloths) {
+    const std::string key = fmt::format("cloth.{}", model.cloths.size());
+    const SurfaceMesh own = blaming(key + ".mesh", [&] { return placed_mesh(c, scene.path); });
+    const auto edges = mesh_edges(own.triangles);
+    ClothMaterial material = resolve_material(c, scene.processes);
+    material.first_node = mesh.nodes();
+    material.node_count = static_cast<Index>(own.points.size());
+    material.first_triangle = mesh.triangles();
+    material.triangle_count = static_cast<Index>(own.triangles.size());
+    const Pins pins = blaming(key + ".pin", [&] { return pinned_nodes(c, own, edges, warnings); });
+    append(mesh, own, c, edges, pins.pinned, static_cast<Index>(model.cloths.size()));
+    set_pins_in_motion(model, c, pins);
+    model.cloths.push_back(material);
+  }
+  if (model.has_moving_pins()) mesh.pin_motion.resize(mesh.rest_position.size(), -1);
+  if (model.cloths.empty()) return;
+  set_strain_limits(model);
+  std::vector<std::array<Index, 2>> entries;
+  for (std::size_t e = 0; e < mesh.edge.size(); ++e) {
+    for (const Index n : mesh.edge[e]) entries.push_back({n, static_cast<Index>(e)});
+  }
+  mesh.node_edges = rows_of(mesh.nodes(), entries);
+  entries.clear();
+  for (std::size_t h = 0; h < mesh.hinge.size(); ++h) {
+    for (int c = 0; c < 4; ++c) entries.push_back({mesh.hinge[h][c], static_cast<Index>(4 * h) + c});
+  }
+  mesh.node_hinges = rows_of(mesh.nodes(), entries);
+}
+
+double mean_edge_length(const Model& model) {
+  double sum = 0, count = 0;
+  for (std::size_t e = 0; e < model.mesh.edge.size(); ++e) {
+    const Index cloth = model.mesh.node_cloth[static_cast<std::size_t>(model.mesh.edge[e][0])];
+    if (model.has_porous() && !model.cloths[static_cast<std::size_t>(cloth)].porous) continue;
+    sum += model.mesh.edge_length[e];
+    ++count;
+  }
+  return count > 0 ? sum / count : 0;
+}
+
+}  // namespace drench

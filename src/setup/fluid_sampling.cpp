@@ -1,0 +1,299 @@
+#include "setup/fluid_sampling.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <set>
+
+#include "base/eigen_vec.hpp"
+#include "setup/body_geometry.hpp"
+#include "setup/mesh_io.hpp"
+#include "setup/point_grid.hpp"
+#include "setup/setup_error.hpp"
+
+namespace drench {
+namespace {
+
+using Eigen::Vector3d;
+
+struct Lattice {
+  std::array<double, 3> n;  // whole numbers; doubles, since they may be too large for an integer
+  Vec3 first;
+  Lattice(const Box& box, double d) {
+    for (int a = 0; a < 3; ++a) {
+      const double extent = box.max[a] - box.min[a];
+      n[a] = std::max(1.0, std::round(extent / d));
+      first[a] = box.min[a] + 0.5 * d + 0.5 * (extent - n[a] * d);
+    }
+  }
+};
+
+/// For each point the number, from 1, of the first solid that it is inside of, or 0; meshes that are not closed have no
+/// inside.
+std::vector<std::size_t> inside_solid(const Model& model, const std::vector<Vec3>& points) {
+  std::vector<std::size_t> inside(points.size(), 0);
+  for (std::size_t b = 0; b < model.bodies.size(); ++b) {
+    const Body& body = model.bodies[b];
+    if (body.kind == BodyScene::Kind::mesh) {
+      const SurfaceMesh mesh{body.mesh_points, body.mesh_triangles};
+      if (!is_closed(mesh)) continue;
+      const auto in_mesh = points_inside(mesh, points);
+      for (std::size_t i = 0; i < points.size(); ++i)
+        if (inside[i] == 0 && in_mesh[i]) inside[i] = b + 1;
+      continue;
+    }
+    Vec3 normal;
+    for (std::size_t i = 0; i < points.size(); ++i)
+      if (inside[i] == 0 && signed_distance(body, points[i], normal) < 0) inside[i] = b + 1;
+  }
+  return inside;
+}
+
+/// Squared distance of p to a triangle: the nearest point of its plane if that lies inside, else of its sides.
+double distance_squared(const Vector3d& p, const std::array<Vector3d, 3>& t) {
+  const Vector3d normal = (t[1] - t[0]).cross(t[2] - t[0]);
+  bool inside = true;
+  double nearest = std::numeric_limits<double>::infinity();
+  for (int c = 0; c < 3; ++c) {
+    const Vector3d side = t[(c + 1) % 3] - t[c], from = p - t[c];
+    if (normal.dot(side.cross(from)) < 0) inside = false;
+    const double s = std::clamp(from.dot(side) / side.squaredNorm(), 0.0, 1.0);
+    nearest = std::min(nearest, (from - s * side).squaredNorm());
+  }
+  if (!inside) return nearest;
+  const double height = normal.dot(p - t[0]);
+  return height * height / normal.squaredNorm();
+}
+
+/// "block 2", "blocks 1, 2, 5 and 7 more"
+std::string named(const std::string& one, const std::string& many, const std::set<std::size_t>& numbers) {
+  constexpr std::size_t most = 4;
+  std::string text = numbers.size() > 1 ? many : one;
+  std::size_t k = 0;
+  for (const std::size_t number : numbers) {
+    if (k == most) return text + fmt::format(" and {} more", numbers.size() - most);
+    text += fmt::format("{} {}", k > 0 ? "," : "", number);
+    ++k;
+  }
+  return text;
+}
+
+}  // namespace
+
+std::vector<std::uint8_t> near_cloth(const Model& model, const std::vector<Vec3>& points, double distance) {
+  std::vector<std::uint8_t> near(points.size(), 0);
+  if (points.empty() || !model.has_cloth()) return near;
+  PointGrid grid(2 * model.spacing);
+  Eigen::AlignedBox3d bounds;
+  for (const Vec3& x : points) {
+    grid.add(x);
+    bounds.extend(to_eigen(x));
+  }
+  for (const auto& n : model.mesh.triangle) {
+    std::array<Vector3d, 3> t;
+    Eigen::AlignedBox3d box;
+    for (int c = 0; c < 3; ++c) {
+      t[c] = to_eigen(model.mesh.rest_position[static_cast<std::size_t>(n[c])]);
+      box.extend(t[c]);
+    }
+    box.min().array() -= distance;
+    box.max().array() += distance;
+    box.clamp(bounds);
+    if (box.isEmpty()) continue;
+    grid.for_box(to_vec3(box.min()), to_vec3(box.max()), [&](Index p) {
+      const auto i = static_cast<std::size_t>(p);
+      if (!near[i] && distance_squared(to_eigen(points[i]), t) < distance * distance) near[i] = 1;
+    });
+  }
+  return near;
+}
+
+double expected_block_particles(const FluidScene& fluid) {
+  double count = 0;
+  for (const BlockScene& block : fluid.blocks) {
+    const Lattice lattice(block.box, fluid.spacing);
+    count += lattice.n[0] * lattice.n[1] * lattice.n[2];
+  }
+  return count;
+}
+
+namespace {
+
+/// Particles of all blocks, and the number of each one's block, from 1.
+struct LaidBlocks {
+  BlockParticles particles;
+  std::vector<std::size_t> block;
+
+  void add(const Vec3& position, const Vec3& velocity, std::size_t number) {
+    particles.position.push_back(position);
+    particles.velocity.push_back(velocity);
+    block.push_back(number);
+  }
+};
+
+/// Calls visit(x) for every point of a block's lattice, x fastest.
+template <class Visit>
+void for_lattice(const Lattice& lattice, double d, Visit visit) {
+  for (double k = 0; k < lattice.n[2]; ++k)
+    for (double j = 0; j < lattice.n[1]; ++j)
+      for (double i = 0; i < lattice.n[0]; ++i)
+        visit(Vec3{lattice.first[0] + i * d, lattice.first[1] + j * d, lattice.first[2] + k * d});
+}
+
+/// The blocks' lattices without what overlaps an earlier block. Throws SetupError if a particle lies outside the domain.
+LaidBlocks lay_blocks(const Model& model, std::vector<std::string>& warnings) {
+  const double d = model.spacing;
+  const auto& blocks = model.scene.fluid.blocks;
+  LaidBlocks laid;
+  const std::vector<Vec3>& positions = laid.particles.position;
+  PointGrid placed(d);
+  std::size_t overlaps = 0, outside = 0, close = 0;
+  std::set<std::size_t> overlapping, squeezed;
+  for (std::size_t b = 0; b < blocks.size(); ++b) {
+    const std::size_t begin = positions.size();
+    for_lattice(Lattice(blocks[b].box, d), d, [&](const Vec3& x) {
+      if (b > 0 && placed.any_within(x, 0.5 * d)) {
+        ++overlaps;
+        overlapping.insert(b + 1);
+        return;
+      }
+      if (b > 0 && placed.any_within(x, 0.9 * d)) {
+        ++close;
+        squeezed.insert(b + 1);
+      }
+      if (!contains(model.scene.domain.min, model.scene.domain.max, x)) ++outside;
+      laid.add(x, blocks[b].velocity, b + 1);
+    });
+    if (b + 1 == blocks.size()) break;
+    for (std::size_t i = begin; i < positions.size(); ++i) placed.add(positions[i]);
+  }
+  if (outside > 0)
+    throw SetupError(
+        fmt::format("fluid: {} of the blocks' {} particles are outside the domain", outside, positions.size()));
+  if (overlaps > 0)
+    warnings.push_back(
+        fmt::format("fluid: {} particles left out where blocks overlap ({} with an earlier one): move or "
+                    "shrink one of them",
+                    overlaps, named("block", "blocks", overlapping)));
+  if (close > 0)
+    warnings.push_back(fmt::format(
+        "fluid: {} particles start closer than 0.9 spacings to an earlier block's ({}): there the liquid is "
+        "compressed and bursts; leave a spacing between the blocks, or make their distance a multiple of it",
+        close, named("block", "blocks", squeezed)));
+  return laid;
+}
+
+/// Those of them that are in no solid.
+LaidBlocks outside_solids(const Model& model, const LaidBlocks& all, std::vector<std::string>& warnings) {
+  const auto solid = inside_solid(model, all.particles.position);
+  LaidBlocks kept;
+  std::set<std::size_t> cut, cutting;
+  for (std::size_t i = 0; i < solid.size(); ++i) {
+    if (solid[i] == 0) {
+      kept.add(all.particles.position[i], all.particles.velocity[i], all.block[i]);
+      continue;
+    }
+    cut.insert(all.block[i]);
+    cutting.insert(solid[i]);
+  }
+  if (const std::size_t removed = all.block.size() - kept.block.size())
+    warnings.push_back(
+        fmt::format("fluid: {} of the blocks' {} particles removed: they start inside a solid body ({} in {}); "
+                    "move or shrink one of them",
+                    removed, all.block.size(), named("block", "blocks", cut), named("body", "bodies", cutting)));
+  return kept;
+}
+
+void warn_of_particles_at_cloth(const Model& model, const LaidBlocks& laid, std::vector<std::string>& warnings) {
+  const double d = model.spacing;
+  const auto near = near_cloth(model, laid.particles.position, nearest_to_cloth * d);
+  std::set<std::size_t> touching;
+  for (std::size_t i = 0; i < near.size(); ++i)
+    if (near[i]) touching.insert(laid.block[i]);
+  if (const auto count = std::count(near.begin(), near.end(), 1))
+    warnings.push_back(
+        fmt::format("fluid: {} of the blocks' particles start within {:.3g} m of a cloth, half a spacing ({}), and are "
+                    "pushed out at once; keep {:.3g} m between the block and the cloth",
+                    count, 0.5 * d, named("block", "blocks", touching), d));
+}
+
+}  // namespace
+
+BlockParticles fill_blocks(const Model& model, std::vector<std::string>& warnings) {
+  LaidBlocks laid = outside_solids(model, lay_blocks(model, warnings), warnings);
+  warn_of_particles_at_cloth(model, laid, warnings);
+  return std::move(laid.particles);
+}
+
+namespace {
+
+/// The points of a square lattice (unit spacing) nearest to 0, in whole shells of equal distance, at least `area` of
+/// them: layers of so many particles lie no closer than the spacing, so that a jet does not start compressed. In order
+/// of their first coordinate (src/stages/jets.hpp).
+std::vector<std::pair<int, int>> layer_points(double area) {
+  const int reach = static_cast<int>(std::sqrt(area)) + 2;
+  std::vector<std::pair<int, int>> points;
+  for (int a = -reach; a <= reach; ++a)
+    for (int b = -reach; b <= reach; ++b) points.emplace_back(a, b);
+  const auto square = [](const std::pair<int, int>& p) { return p.first * p.first + p.second * p.second; };
+  std::stable_sort(points.begin(), points.end(), [&](const auto& p, const auto& q) { return square(p) < square(q); });
+  constexpr double rounding = 1e-9;
+  std::size_t count = 0;
+  while (count < points.size() &&
+         (static_cast<double>(count) < area * (1 - rounding) || square(points[count]) == square(points[count - 1])))
+    ++count;
+  points.resize(count);
+  std::sort(points.begin(), points.end());
+  return points;
+}
+
+}  // namespace
+
+std::vector<Jet> make_jets(const Model& model, std::vector<std::string>& warnings) {
+  const double d = model.spacing;
+  std::vector<Jet> jets;
+  for (std::size_t j = 0; j < model.scene.fluid.jets.size(); ++j) {
+    Jet jet;
+    jet.scene = model.scene.fluid.jets[j];
+    const std::string name = fmt::format("fluid: jet {}", j + 1);
+    const Vector3d velocity = to_eigen(jet.scene.velocity);
+    const double radius = jet.scene.radius, speed = velocity.norm();
+    if (!(radius >= 0.5 * d)) {
+      throw SetupError(fmt::format("{}: the radius {} m is below half the spacing, {} m", name, radius, 0.5 * d));
+    }
+    if (!(speed > 0)) throw SetupError(name + ": the velocity must not be zero");
+    if (!contains(model.scene.domain.min, model.scene.domain.max, jet.scene.center)) {
+      throw SetupError(name + ": the centre is outside the domain");
+    }
+    const Vector3d axis = velocity / speed;
+    int smallest = 0;
+    axis.cwiseAbs().minCoeff(&smallest);
+    const Vector3d u = axis.cross(Vector3d::Unit(smallest)).normalized(), v = axis.cross(u);
+    if (const double points = std::numbers::pi * radius * radius / (d * d); points > max_mouth_points)
+      throw SetupError(
+          fmt::format("{}: its mouth needs {:.3g} particles at spacing {} m; allowed: at most {:.0e}, so a "
+                      "smaller radius or a larger spacing",
+                      name, points, d, max_mouth_points));
+    std::vector<Vec3> mouth;
+    for (const auto& [a, b] : layer_points(std::numbers::pi * radius * radius / (d * d))) {
+      jet.offsets.push_back(to_vec3(d * (a * u + b * v)));
+      mouth.push_back(to_vec3(to_eigen(jet.scene.center) + d * (a * u + b * v)));
+    }
+    jet.interval = d * d * d / (std::numbers::pi * radius * radius * speed);
+    const auto solid = inside_solid(model, mouth);
+    if (const auto free = std::count(solid.begin(), solid.end(), 0); free < std::ssize(solid)) {
+      std::set<std::size_t> bodies(solid.begin(), solid.end());
+      bodies.erase(0);
+      warnings.push_back(
+          fmt::format("{}: {} of the {} points of its mouth are inside a solid body ({}); move one of them", name,
+                      std::ssize(solid) - free, mouth.size(), named("body", "bodies", bodies)));
+    }
+    jets.push_back(std::move(jet));
+  }
+  return jets;
+}
+
+}  // namespace drench

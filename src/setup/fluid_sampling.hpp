@@ -1,0 +1,36 @@
+#pragma once
+// The liquid's sources: particles of the blocks at the start, lattices of the jets.
+
+#include <string>
+#include <vector>
+
+#include "state/model.hpp"
+
+namespace drench {
+
+/// Particles that the blocks hold, before overlaps and solids take some away.
+double expected_block_particles(const FluidScene& fluid);
+
+struct BlockParticles {
+  std::vector<Vec3> position;  // m
+  std::vector<Vec3> velocity;  // m/s
+};
+
+/// Fills the blocks with lattices of spacing d. Particles closer than d/2 to one of an earlier block and those inside a solid are
+/// left out; a warning counts them, and those closer than 0.9 d to an earlier block's or than d/2 to a cloth. Needs model.bodies,
+/// model.mesh, model.spacing. SetupError: particles outside the domain.
+BlockParticles fill_blocks(const Model& model, std::vector<std::string>& warnings);
+
+/// In spacings: a particle that starts nearer to a cloth is pushed away from it at once.
+inline constexpr double nearest_to_cloth = 0.5 - 1e-6;
+
+/// 1 for each point within `distance` (m) of a cloth's rest shape.
+std::vector<std::uint8_t> near_cloth(const Model& model, const std::vector<Vec3>& points, double distance);
+
+inline constexpr double max_mouth_points = 1e6;
+
+/// Lattices and intervals of the jets. Needs model.bodies and model.spacing. SetupError: a radius below d/2, a mouth of too many
+/// points, no velocity, a centre outside the domain.
+std::vector<Jet> make_jets(const Model& model, std::vector<std::string>& warnings);
+
+}  // namespace drench

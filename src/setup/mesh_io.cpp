@@ -1,0 +1,223 @@
+#include "setup/mesh_io.hpp"
+
+#include <fmt/format.h>
+#include <vtkCallbackCommand.h>
+#include <vtkCellArray.h>
+#include <vtkCommand.h>
+#include <vtkExecutive.h>
+#include <vtkIdList.h>
+#include <vtkNew.h>
+#include <vtkOBJReader.h>
+#include <vtkPLYReader.h>
+#include <vtkPointData.h>
+#include <vtkPoints.h>
+#include <vtkPolyData.h>
+#include <vtkSTLReader.h>
+#include <vtkSelectEnclosedPoints.h>
+#include <vtkTriangleFilter.h>
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <sstream>
+
+#include "base/eigen_vec.hpp"
+#include "setup/setup_error.hpp"
+
+namespace drench {
+namespace {
+
+std::string find_file(const std::string& file, const std::string& scene_path) {
+  namespace fs = std::filesystem;
+  std::error_code ignored;
+  if (!fs::path(file).is_absolute() && !scene_path.empty()) {
+    const fs::path beside = fs::path(scene_path).parent_path() / file;
+    if (fs::is_regular_file(beside, ignored)) return beside.string();
+  }
+  if (!fs::is_regular_file(file, ignored)) throw SetupError("mesh file '" + file + "': no such file");
+  return file;
+}
+
+/// VTK's readers print their messages and return an empty mesh: collect the text instead.
+struct Messages {
+  std::string warning, error;
+  static void collect(vtkObject*, unsigned long event, void* self, void* text) {
+    auto& messages = *static_cast<Messages*>(self);
+    std::string& out = event == vtkCommand::ErrorEvent ? messages.error : messages.warning;
+    if (out.empty() && text) out = static_cast<const char*>(text);
+  }
+};
+
+[[noreturn]] void unreadable(const std::string& path, std::string why) {
+  // VTK begins with its own file, line, class and address.
+  if (const auto prefix = why.find("): "); why.starts_with("ERROR: In ") || why.starts_with("Warning: In ")) {
+    if (prefix != std::string::npos) why.erase(0, prefix + 3);
+  }
+  why = why.substr(0, why.find_last_not_of(" \n") + 1);
+  std::replace(why.begin(), why.end(), '\n', ' ');
+  throw SetupError(fmt::format("mesh file '{}': cannot be read: {}", path, why.empty() ? "bad contents" : why));
+}
+
+/// VTK's OBJ reader follows any index and takes what is not a number for 0, so the text is checked before.
+void check_obj(const std::string& path) {
+  std::ifstream file(path);
+  std::string line, word;
+  long points = 0, number = 0;
+  while (std::getline(file, line)) {
+    ++number;
+    std::string rest;
+    while (line.ends_with('\\') && std::getline(file, rest)) {  // a face may go on in the next line
+      line.back() = ' ';
+      line += rest;
+      ++number;
+    }
+    std::istringstream words(line);
+    if (!(words >> word)) continue;
+    if (word == "v") {
+      for (int a = 0; a < 3; ++a) {
+        char* end = nullptr;
+        word.clear();
+        words >> word;
+        const double value = std::strtod(word.c_str(), &end);
+        if (word.empty() || *end || !std::isfinite(value)) {
+          unreadable(path, fmt::format("line {}: a point needs three finite numbers", number));
+        }
+      }
+      ++points;
+    } else if (word == "f") {
+      while (words >> word && word[0] != '#') {
+        const long index = std::strtol(word.c_str(), nullptr, 10);
+        if (index == 0 || index > points || index < -points) {
+          unreadable(path, fmt::format("line {}: there is no point {}, {} are defined so far", number, word, points));
+        }
+      }
+    }
+  }
+}
+
+template <class Reader>
+vtkSmartPointer<vtkPolyData> triangles_of(const std::string& path) {
+  Messages messages;
+  vtkNew<vtkCallbackCommand> observer;
+  observer->SetCallback(Messages::collect);
+  observer->SetClientData(&messages);
+  vtkNew<Reader> reader;
+  for (vtkObject* source : std::initializer_list<vtkObject*>{reader, reader->GetExecutive()}) {
+    source->AddObserver(vtkCommand::ErrorEvent, observer);
+    source->AddObserver(vtkCommand::WarningEvent, observer);
+  }
+  reader->SetFileName(path.c_str());
+  reader->Update();
+  if (!messages.error.empty()) unreadable(path, messages.warning.empty() ? messages.error : messages.warning);
+  vtkPolyData* read = reader->GetOutput();
+  vtkNew<vtkIdList> ids;
+  for (vtkIdType c = 0; c < read->GetNumberOfPolys(); ++c) {
+    read->GetPolys()->GetCellAtId(c, ids);
+    for (vtkIdType k = 0; k < ids->GetNumberOfIds(); ++k) {
+      if (ids->GetId(k) >= 0 && ids->GetId(k) < read->GetNumberOfPoints()) continue;
+      unreadable(path, fmt::format("face {}: there is no point {}, allowed: 0 to {}", c, ids->GetId(k),
+                                   read->GetNumberOfPoints() - 1));
+    }
+  }
+  vtkNew<vtkTriangleFilter> triangles;
+  triangles->PassLinesOff();
+  triangles->PassVertsOff();
+  triangles->SetInputData(read);
+  triangles->Update();
+  return triangles->GetOutput();
+}
+
+/// Merges exact copies if asked to, keeps the used points in their order.
+SurfaceMesh compact(vtkPolyData* data, bool merge) {
+  SurfaceMesh mesh;
+  const vtkIdType points = data->GetNumberOfPoints();
+  std::vector<vtkIdType> first(static_cast<std::size_t>(points));  // the first copy of each point
+  std::map<Vec3, vtkIdType> seen;
+  const auto point = [&](vtkIdType p) {
+    Vec3 x;
+    data->GetPoint(p, x.data());
+    return x;
+  };
+  for (vtkIdType p = 0; p < points; ++p) {
+    first[static_cast<std::size_t>(p)] = merge ? seen.try_emplace(point(p), p).first->second : p;
+  }
+  std::vector<std::array<vtkIdType, 3>> corners;
+  std::vector<std::uint8_t> used(first.size(), 0);
+  vtkNew<vtkIdList> ids;
+  vtkCellArray* polys = data->GetPolys();
+  for (vtkIdType c = 0; c < polys->GetNumberOfCells(); ++c) {
+    polys->GetCellAtId(c, ids);
+    std::array<vtkIdType, 3> t{};
+    for (int k = 0; k < 3; ++k) t[k] = first[static_cast<std::size_t>(ids->GetId(k))];
+    for (const vtkIdType p : t) used[static_cast<std::size_t>(p)] = 1;
+    corners.push_back(t);
+  }
+  std::vector<Index> number(first.size(), -1);
+  for (vtkIdType p = 0; p < points; ++p) {
+    if (!used[static_cast<std::size_t>(p)]) continue;
+    number[static_cast<std::size_t>(p)] = static_cast<Index>(mesh.points.size());
+    mesh.points.push_back(point(p));
+  }
+  for (const auto& t : corners) {
+    mesh.triangles.push_back({number[static_cast<std::size_t>(t[0])], number[static_cast<std::size_t>(t[1])],
+                              number[static_cast<std::size_t>(t[2])]});
+  }
+  return mesh;
+}
+
+}  // namespace
+
+SurfaceMesh read_mesh(const std::string& file, const std::string& scene_path) {
+  const std::string path = find_file(file, scene_path);
+  std::string ending = std::filesystem::path(path).extension().string();
+  std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return std::tolower(c); });
+  vtkSmartPointer<vtkPolyData> data;
+  bool merge = false;
+  if (ending == ".obj") {
+    check_obj(path);
+    data = triangles_of<vtkOBJReader>(path);
+    // The reader copies points where texture coordinates or normals differ, which would cut the cloth open.
+    merge = data->GetPointData()->GetTCoords() || data->GetPointData()->GetNormals();
+  } else if (ending == ".ply") {
+    data = triangles_of<vtkPLYReader>(path);
+  } else if (ending == ".stl") {
+    data = triangles_of<vtkSTLReader>(path);
+    merge = true;
+  } else {
+    throw SetupError("mesh file '" + file + "': unknown ending, known are .obj, .ply and .stl");
+  }
+  SurfaceMesh mesh = compact(data, merge);
+  if (mesh.triangles.empty()) throw SetupError("mesh file '" + file + "': it holds no triangles");
+  return mesh;
+}
+
+std::vector<std::uint8_t> points_inside(const SurfaceMesh& mesh, const std::vector<Vec3>& points) {
+  vtkNew<vtkPoints> nodes;
+  nodes->SetDataTypeToDouble();
+  Eigen::AlignedBox3d bounds;
+  for (const Vec3& x : mesh.points) {
+    nodes->InsertNextPoint(x.data());
+    bounds.extend(to_eigen(x));
+  }
+  vtkNew<vtkCellArray> cells;
+  for (const auto& t : mesh.triangles) cells->InsertNextCell({t[0], t[1], t[2]});
+  vtkNew<vtkPolyData> surface;
+  surface->SetPoints(nodes);
+  surface->SetPolys(cells);
+  vtkNew<vtkSelectEnclosedPoints> test;
+  test->Initialize(surface);
+  std::vector<std::uint8_t> inside(points.size(), 0);
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    if (!bounds.contains(to_eigen(points[i]))) continue;
+    inside[i] = test->IsInsideSurface(points[i][0], points[i][1], points[i][2]) != 0;
+  }
+  test->Complete();
+  return inside;
+}
+
+}  // namespace drench

@@ -1,0 +1,43 @@
+#pragma once
+// A triangle mesh as it comes from a file or a grid, its edges, and the checks that it must pass.
+
+#include <array>
+#include <string>
+#include <vector>
+
+#include "base/types.hpp"
+
+namespace drench {
+
+struct SurfaceMesh {
+  std::vector<Vec3> points;  // m
+  std::vector<std::array<Index, 3>> triangles;
+};
+
+/// An edge a < b with the first two triangles on it and the node opposite to it in each; −1 where there is none.
+struct MeshEdge {
+  Index a = 0, b = 0;
+  std::array<Index, 2> triangle{-1, -1};
+  std::array<Index, 2> opposite{-1, -1};
+  int triangles = 0;  // how many triangles have this edge
+};
+
+/// Every edge once, ordered by (a, b).
+std::vector<MeshEdge> mesh_edges(const std::vector<std::array<Index, 3>>& triangles);
+
+/// m²
+double triangle_area(const Vec3& a, const Vec3& b, const Vec3& c);
+
+/// A mesh is refused when a triangle's area is below this fraction of its longest edge squared. Cloth needs finite
+/// cotangents; the slivers of a body's mesh do no harm.
+inline constexpr double cloth_min_area_ratio = 1e-6;
+inline constexpr double body_min_area_ratio = 1e-12;
+
+/// Throws SetupError, beginning with `name`, for a mesh that is empty, has points that are not finite, triangles
+/// without area, the same triangle twice, or an edge with more than two triangles.
+void check_mesh(const SurfaceMesh& mesh, const std::string& name, double min_area_ratio);
+
+/// True when every edge has exactly two triangles, so that the mesh has an inside.
+bool is_closed(const SurfaceMesh& mesh);
+
+}  // namespace drench

@@ -1,0 +1,300 @@
+#include "setup/warnings.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "base/eigen_vec.hpp"
+#include "setup/body_geometry.hpp"
+#include "setup/cloth_mesh.hpp"
+#include "setup/fluid_sampling.hpp"
+#include "setup/forecast.hpp"
+#include "setup/point_grid.hpp"
+#include "stages/substeps.hpp"
+
+namespace drench {
+namespace {
+
+using Lines = std::vector<std::string>;
+
+constexpr double many_passes = 50;  // of a stage in a step
+
+void warn_of_step(const Model& m, const HostState& state, Lines& lines) {
+  const TimeScene& time = m.scene.time;
+  if (m.has_fluid() && time.mode == TimeMode::fixed) {
+    const double speed = expected_speeds(m, state).impact, moved = speed * time.step / m.spacing;
+    if (moved > 1)
+      lines.push_back(
+          fmt::format("time.step: particles that hit something, come from a source or are pushed have up to {:.3g} m/s "
+                      "and move {:.3g} "
+                      "spacings in a step (CFL number; at most 1, better {}): a time.step of {:.2g} s or time.mode cfl "
+                      "would be safer",
+                      speed, moved, time.cfl, time.cfl * m.spacing / speed));
+  }
+  const double parts = m.scene.output.every / time.step;
+  if (time.mode == TimeMode::fixed && parts > 0 && std::abs(parts - std::round(parts)) > 1e-6)
+    lines.push_back(
+        fmt::format("output.every is {:.4g} times time.step: the step before each frame is a shorter one; "
+                    "a whole number avoids that",
+                    parts));
+}
+
+/// m: of a closed mesh twice its volume over its surface, which is a plate's thickness and two thirds of a ball's radius.
+double mean_thickness(const Body& body) {
+  double volume = 0, area = 0;
+  for (const auto& t : body.mesh_triangles) {
+    const Eigen::Vector3d a = to_eigen(body.mesh_points[static_cast<std::size_t>(t[0])]) - to_eigen(body.center),
+                          b = to_eigen(body.mesh_points[static_cast<std::size_t>(t[1])]) - to_eigen(body.center),
+                          c = to_eigen(body.mesh_points[static_cast<std::size_t>(t[2])]) - to_eigen(body.center);
+    volume += a.dot(b.cross(c)) / 6;
+    area += 0.5 * (b - a).cross(c - a).norm();
+  }
+  return area > 0 ? 2 * std::abs(volume) / area : 0;
+}
+
+void warn_of_coarse_bodies(const Model& m, Lines& lines) {
+  const double d = m.spacing;
+  for (std::size_t b = 0; b < m.bodies.size(); ++b) {
+    const Body& body = m.bodies[b];
+    const auto warn = [&](const char* what, double size, const char* why, double enough) {
+      lines.push_back(
+          fmt::format("body {}: {} {:.3g} m is {:.2g} spacings: {}; fluid.spacing of at most {:.2g} m, or a "
+                      "larger body",
+                      b + 1, what, size, size / d, why, enough));
+    };
+    const Eigen::Vector3d size = to_eigen(body.box.max) - to_eigen(body.box.min);
+    constexpr const char* through = "liquid on one side of it feels the other side's";
+    if (body.kind == BodyScene::Kind::box && body.inside && size.minCoeff() < 3 * d)
+      warn("its inside's least width", size.minCoeff(), "too few particles fit in to flow", size.minCoeff() / 3);
+    else if (body.kind == BodyScene::Kind::box && !body.inside && size.minCoeff() < 2 * d)
+      warn("its thickness", size.minCoeff(), through, size.minCoeff() / 2);
+    else if (body.kind == BodyScene::Kind::sphere && body.radius < 2 * d)
+      warn("its radius", body.radius, "its samples do not make a ball", body.radius / 2);
+    else if (body.kind == BodyScene::Kind::mesh && !body.field.empty() && mean_thickness(body) < d)
+      warn("its mean thickness", mean_thickness(body), through, mean_thickness(body));
+  }
+}
+
+/// A floating body that starts in a solid (its centre, or a box's corners: src/stages/bodies.hpp, law 2) is stopped at once, and
+/// lifted by the energy (J) that the message names.
+void warn_of_bodies_in_solids(const Model& m, Lines& lines) {
+  for (std::size_t b = 0; b < m.bodies.size(); ++b) {
+    const Body& body = m.bodies[b];
+    if (!body.dynamic) continue;
+    const bool ball = body.kind == BodyScene::Kind::sphere;
+    for (std::size_t other = 0; other < m.bodies.size(); ++other) {
+      const Body& solid = m.bodies[other];
+      if (solid.dynamic || (solid.kind == BodyScene::Kind::mesh && solid.field.empty())) continue;
+      double depth = 0;
+      Vec3 deepest{0, 0, 0};  // the normal there
+      for (std::size_t corner = 0; corner < (ball ? 1 : 8); ++corner) {
+        Vec3 x = body.center, normal;
+        if (!ball)
+          for (std::size_t a = 0; a < 3; ++a) x[a] = (corner >> a & 1 ? body.box.max : body.box.min)[a];
+        const double inside = (ball ? body.radius : 0) - signed_distance(solid, x, normal);
+        if (inside > depth) {
+          depth = inside;
+          deepest = normal;
+        }
+      }
+      if (depth <= 1e-6 * body.reach) continue;
+      lines.push_back(
+          fmt::format("body {}: it starts {:.2g} m inside body {}, is put out at once and has {:.2g} J more; move one "
+                      "of them",
+                      b + 1, depth, other + 1,
+                      std::max(0.0, -body.mass * depth * to_eigen(m.scene.gravity).dot(to_eigen(deepest)))));
+    }
+  }
+}
+
+/// m: mean rest length of this cloth's edges.
+double mean_edge(const Model& m, const ClothMaterial& cloth) {
+  double sum = 0, count = 0;
+  for (std::size_t e = 0; e < m.mesh.edge.size(); ++e) {
+    const Index n = m.mesh.edge[e][0] - cloth.first_node;
+    if (n < 0 || n >= cloth.node_count) continue;
+    sum += m.mesh.edge_length[e];
+    count += 1;
+  }
+  return count > 0 ? sum / count : 0;
+}
+
+void warn_of_cloth_meshes(const Model& m, Lines& lines) {
+  constexpr double coarsest = 6, finest = 0.25;  // spacings
+  for (const ClothMaterial& cloth : m.cloths) {
+    const double edge = mean_edge(m, cloth), d = m.spacing;
+    if (edge > coarsest * d)
+      lines.push_back(
+          fmt::format("{}: its mean edge of {:.3g} m is {:.2g} spacings: it bends and wets far coarser than the liquid "
+                      "lies on it; edges of at most {:.2g} m, or a larger fluid.spacing",
+                      cloth_label(cloth.name), edge, edge / d, coarsest * d));
+    if (edge > 0 && edge < finest * d)
+      lines.push_back(fmt::format(
+          "{}: its mean edge of {:.3g} m is {:.2g} of a spacing: {} samples, at least one a triangle, make lists "
+          "long and steps slow; edges of {:.2g} m or more, or a smaller fluid.spacing",
+          cloth_label(cloth.name), edge, edge / d, cloth.sample_count, finest * d));
+  }
+}
+
+/// Does a container keep all the liquid in?
+bool is_confined(const Model& m) {
+  for (const Body& body : m.bodies) {
+    if (body.kind != BodyScene::Kind::box || !body.inside) continue;
+    bool all = m.jets.empty() || std::all_of(m.jets.begin(), m.jets.end(), [&](const Jet& jet) {
+                 return contains(body.box.min, body.box.max, jet.scene.center);
+               });
+    for (const BlockScene& block : m.scene.fluid.blocks)
+      all = all && contains(body.box.min, body.box.max, block.box.min) &&
+            contains(body.box.min, body.box.max, block.box.max);
+    if (all) return true;
+  }
+  return false;
+}
+
+void warn_of_domain(const Model& m, const HostState& state, int real_bytes, Lines& lines) {
+  const Eigen::Vector3d size = to_eigen(m.scene.domain.max) - to_eigen(m.scene.domain.min);
+  const double h = m.support, cells = (size / h).prod();
+  int axis = 0;
+  if (const double least = size.minCoeff(&axis); least < 2 * h)
+    lines.push_back(
+        fmt::format("domain: {:.3g} m in {} are {:.2g} support radii ({:.3g} m): particles leave it before they have "
+                    "neighbours; make it wider than {:.2g} m",
+                    least, "xyz"[axis], least / h, h, 4 * h));
+  if (cells > 0x1p31 && !is_confined(m))
+    lines.push_back(fmt::format(
+        "domain: it has {:.2g} cells of the support radius {:.3g} m, above 2^31: where liquid spreads in it the "
+        "neighbour search hashes its cells and is slower, and what falls is drained late; make it as large as the "
+        "scene needs",
+        cells, h));
+  double farthest = 0;
+  const auto extend = [&](const Vec3& x) {
+    for (const double axis_value : x) farthest = std::max(farthest, std::abs(axis_value));
+  };
+  for (const Vec3& x : state.fluid_position) extend(x);
+  for (const Jet& jet : m.jets) extend(jet.scene.center);
+  const double rounding = farthest * (real_bytes == 4 ? 0x1p-24 : 0x1p-53);
+  if (rounding > 1e-3 * m.spacing)
+    lines.push_back(fmt::format(
+        "fluid: places {:.3g} m from the origin are rounded to {:.2g} m, {:.2g} of a spacing; move the scene to "
+        "the origin, or build in double precision",
+        farthest, 2 * rounding, 2 * rounding / m.spacing));
+}
+
+void warn_of_jets(const Model& m, const HostState& state, Lines& lines) {
+  const double d = m.spacing;
+  PointGrid at_start(d);
+  if (m.has_jets())
+    for (const Vec3& x : state.fluid_position) at_start.add(x);
+  for (std::size_t j = 0; j < m.jets.size(); ++j) {
+    const Jet& jet = m.jets[j];
+    if (jet.scene.start >= m.scene.time.end) {
+      lines.push_back(
+          fmt::format("fluid: jet {}: it starts at {:.4g} s and the scene ends at {:.4g} s: it never flows; lower "
+                      "its start or raise time.end",
+                      j + 1, jet.scene.start, m.scene.time.end));
+      continue;
+    }
+    std::vector<Vec3> mouth;
+    for (const Vec3& offset : jet.offsets) mouth.push_back(to_vec3(to_eigen(jet.scene.center) + to_eigen(offset)));
+    const auto outside = std::count_if(mouth.begin(), mouth.end(), [&](const Vec3& x) {
+      return !contains(m.scene.domain.min, m.scene.domain.max, x);
+    });
+    if (outside > 0)
+      lines.push_back(
+          fmt::format("fluid: jet {}: {} of the {} points of its mouth are outside the domain and drained at "
+                      "once; make domain larger or move the jet",
+                      j + 1, outside, mouth.size()));
+    const auto near = near_cloth(m, mouth, nearest_to_cloth * d);
+    if (const auto count = std::count(near.begin(), near.end(), 1))
+      lines.push_back(
+          fmt::format("fluid: jet {}: {} of the {} points of its mouth are within {:.3g} m, half a spacing, of a "
+                      "cloth; move it {:.2g} m away",
+                      j + 1, count, mouth.size(), 0.5 * d, 2 * d));
+    const auto filled =
+        std::count_if(mouth.begin(), mouth.end(), [&](const Vec3& x) { return at_start.any_within(x, 0.9 * d); });
+    if (filled > 0 && jet.scene.start == 0)
+      lines.push_back(
+          fmt::format("fluid: jet {}: {} of the {} points of its mouth are in a block's liquid, which it "
+                      "compresses at once; move one of them",
+                      j + 1, filled, mouth.size()));
+  }
+}
+
+void warn_of_falling_cloths(const Model& m, Lines& lines) {
+  for (const ClothMaterial& cloth : m.cloths) {
+    if (!falls_freely(m, cloth)) continue;
+    // With the damping c it falls g (t − (1 − e^−ct)/c)/c.
+    const double g = to_eigen(m.scene.gravity).norm(), c = std::max(cloth.damping, 1e-6),
+                 height = height_in_domain(m, cloth);
+    const auto fallen = [&](double t) { return g / c * (t + std::expm1(-c * t) / c); };
+    if (fallen(m.scene.time.end) < height) continue;
+    double low = 0, high = m.scene.time.end;
+    for (int k = 0; k < 60; ++k) (fallen(0.5 * (low + high)) < height ? low : high) = 0.5 * (low + high);
+    lines.push_back(fmt::format(
+        "{}: it has no pins and nothing lies under it: it has fallen out of the domain at about {:.2g} s; pin it, "
+        "or put a body under it",
+        cloth_label(cloth.name), high));
+  }
+}
+
+void warn_of_stiff_cloths(const Model& m, Lines& lines) {
+  const double cap = m.scene.cloth_solver.max_iterations;
+  for (const ClothMaterial& cloth : m.cloths) {
+    const ClothIterations needed = cloth_iterations(m, cloth, m.scene.time.step);
+    if (!(needed.count > cap)) continue;
+    double low = 0, high = m.scene.time.step;
+    for (int k = 0; k < 60; ++k)
+      (cloth_iterations(m, cloth, 0.5 * (low + high)).count > cap ? high : low) = 0.5 * (low + high);
+    const double unit = std::pow(10, std::floor(std::log10(low)) - 1);  // two digits, rounded down
+    lines.push_back(fmt::format(
+        "{}: its solve needs some {:.0f} iterations a step and ends at cloth_solver.max_iterations, {:.0f}: it moves "
+        "sluggishly, and liquid at it may gain energy; more iterations, a time.step of {:.2g} s, or less {}",
+        cloth_label(cloth.name), needed.count, cap, std::floor(low / unit) * unit, needed.cause));
+  }
+}
+
+void warn_of_wet_cloths(const Model& m, Lines& lines) {
+  const double dt = m.scene.time.step;
+  for (std::size_t c = 0; c < m.cloths.size(); ++c) {
+    const ClothMaterial& cloth = m.cloths[c];
+    const bool spreads = m.has_diffusion() && cloth.wicks();
+    if (!m.scene.cloths[c].hold_saturation.empty() && !spreads && !m.has_emission())
+      lines.push_back(fmt::format(
+          "{}: hold_saturation feeds nothing: {}", cloth_label(cloth.name),
+          cloth.diffusivity > 0 ? "processes.diffusion is off; turn it on" : "porous.diffusivity is 0; give it one"));
+    if (!spreads) continue;
+    if (const double passes = substeps_for(diffusion_rate(m, cloth), dt); passes > many_passes)
+      lines.push_back(fmt::format(
+          "{}: diffusion needs about {:.0f} sub-steps a step; {:.0f} would be left with a diffusivity of {:.2g} "
+          "m²/s, a time.step of {:.2g} s, or edges {:.2g} times as long",
+          cloth_label(cloth.name), passes, many_passes, cloth.diffusivity * many_passes / passes,
+          dt * many_passes / passes, std::sqrt(passes / many_passes)));
+  }
+  if (const double passes = m.has_fluid() ? viscous_passes(m, dt) : 0; passes > many_passes)
+    lines.push_back(
+        fmt::format("fluid: viscosity needs about {:.0f} passes a step; a smaller viscosity, a shorter time.step or "
+                    "a larger spacing needs fewer",
+                    passes));
+}
+
+}  // namespace
+
+std::vector<std::string> plan_warnings(const Model& model, const HostState& state, int real_bytes) {
+  Lines lines;
+  if (model.has_fluid()) {
+    warn_of_domain(model, state, real_bytes, lines);
+    warn_of_coarse_bodies(model, lines);
+    warn_of_cloth_meshes(model, lines);
+    warn_of_jets(model, state, lines);
+  }
+  warn_of_bodies_in_solids(model, lines);
+  warn_of_falling_cloths(model, lines);
+  warn_of_stiff_cloths(model, lines);
+  warn_of_wet_cloths(model, lines);
+  warn_of_step(model, state, lines);
+  return lines;
+}
+
+}  // namespace drench

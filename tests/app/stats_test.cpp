@@ -1,0 +1,116 @@
+// stats.csv, its columns, and what a run says of its steps. Frames: output_test.cpp.
+
+#include <gtest/gtest.h>
+
+#include "output/run_log.hpp"
+#include "output/stats_csv.hpp"
+#include "output_example.hpp"
+#include "pipeline/pipeline.hpp"
+#include "run_program.hpp"
+
+namespace drench::test {
+namespace {
+
+TEST(Output, StatisticsHaveTheirColumns) {
+  const TempFolder folder;
+  const Example e;
+  const auto stages = stages_for(e.model);
+  const Quanta total = 3 * quanta_per_particle;
+  StatsCsv stats(folder.path() / "stats.csv", stages, e.model.quantum, total);
+  StepReport report;
+  report.mass_fluid = quanta_per_particle;
+  report.mass_cloth = quanta_per_particle;
+  report.mass_drained = 2 * quanta_per_particle;
+  report.mass_supplied = quanta_per_particle;
+  report.density_iterations = 17;
+  std::array<double, stage_count> ms{};
+  ms[static_cast<std::size_t>(Stage::pressure)] = 2.5;
+  stats.write(1, 0.004, 0.004, report, ms, 4.5);
+  report.mass_fluid += 1;
+  stats.write(2, 0.008, 0.004, report, ms, 4.5);
+
+  const Table table = read_table(folder.path() / "stats.csv");
+  const std::vector<std::string> first{"step",
+                                       "time",
+                                       "dt",
+                                       "particles",
+                                       "density_iterations",
+                                       "divergence_iterations",
+                                       "density_error",
+                                       "density_error_max",
+                                       "mass_fluid",
+                                       "mass_cloth",
+                                       "mass_drained",
+                                       "mass_supplied",
+                                       "mass_total",
+                                       "mass_error",
+                                       "saturation_max",
+                                       "kinetic_energy"};
+  ASSERT_GE(table.header.size(), first.size() + stages.size());
+  EXPECT_TRUE(std::equal(first.begin(), first.end(), table.header.begin()));
+  for (std::size_t s = 0; s < stages.size(); ++s)
+    EXPECT_EQ(table.header[table.header.size() - stages.size() + s], "ms_" + std::string(name_of(stages[s])));
+  ASSERT_EQ(table.rows.size(), 2U);
+  EXPECT_EQ(table.rows[0].size(), table.header.size());
+  EXPECT_DOUBLE_EQ(table.number(0, "mass_total"), 2.4);
+  EXPECT_EQ(table.text(0, "mass_error"), "0");
+  EXPECT_EQ(table.text(0, "density_iterations"), "17");
+  EXPECT_DOUBLE_EQ(table.number(0, "ms_pressure"), 2.5);
+  EXPECT_DOUBLE_EQ(table.number(0, "ms_step"), 4.5);
+  EXPECT_EQ(table.number(1, "mass_error"), e.model.quantum) << "one quantum too many shows";
+}
+
+TEST(Output, StatisticsOfTheClothSolveStandWhereClothMoves) {
+  const TempFolder folder;
+  StepReport report;
+  report.cloth_iterations = 30;
+  report.cloth_residual = 0.25;
+  const std::array<double, stage_count> ms{};
+  const auto table = [&](const std::vector<Stage>& stages) {
+    StatsCsv(folder.path() / "stats.csv", stages, 1, 0).write(1, 0.004, 0.004, report, ms, 0);
+    return read_table(folder.path() / "stats.csv");
+  };
+  const Table moving = table({Stage::time_step, Stage::cloth, Stage::ledger});
+  EXPECT_EQ(moving.text(0, "cloth_iterations"), "30");
+  EXPECT_EQ(moving.text(0, "cloth_residual"), "0.25");
+  const Table still = table({Stage::time_step, Stage::pressure, Stage::ledger});
+  for (const std::string& column : still.header) EXPECT_EQ(column.find("cloth_"), std::string::npos) << column;
+}
+
+TEST(Output, StatsHaveMeasuresWhereTheyAreAskedFor) {
+  const TempFolder folder;
+  StepReport report;
+  report.nearest_variance = 0.5;
+  report.close_share = 0.25;
+  report.wet_isotropy = 0.75;
+  const auto table = [&](const std::vector<Stage>& stages) {
+    StatsCsv(folder.path() / "stats.csv", stages, 1, 0).write(1, 0.004, 0.004, report, {}, 0);
+    return read_table(folder.path() / "stats.csv");
+  };
+  const Table with = table({Stage::time_step, Stage::measures, Stage::ledger});
+  EXPECT_EQ(with.text(0, "nearest_variance"), "0.5");
+  EXPECT_EQ(with.text(0, "close_share"), "0.25");
+  EXPECT_EQ(with.text(0, "wet_isotropy"), "0.75");
+  const Table without = table({Stage::time_step, Stage::ledger});
+  for (const char* column : {"nearest_variance", "close_share", "wet_isotropy", "ms_measures"})
+    EXPECT_EQ(std::count(without.header.begin(), without.header.end(), column), 0) << column;
+}
+
+TEST(Output, ARunSaysOnceThatClothIsStretchedTooFar) {
+  RunTotals totals(1.6);
+  StepReport report;
+  report.cloth_stretch = 1.6;
+  EXPECT_EQ(totals.add(1, 0.1, report, {}), "");
+  EXPECT_EQ(totals.warnings(), "");
+  report.cloth_stretch = 1.7;
+  EXPECT_TRUE(
+      totals.add(2, 0.2, report, {}).starts_with("warning: step 2 (t = 0.2 s): cloth is stretched to 1.70 times"));
+  report.cloth_stretch = 1.9;
+  EXPECT_EQ(totals.add(3, 0.3, report, {}), "");
+  report.cloth_stretch = 1;
+  totals.add(4, 0.4, report, {});
+  EXPECT_TRUE(totals.warnings().starts_with("cloth was stretched to 1.90 times its length at most; beyond 1.60 "));
+}
+
+}  // namespace
+}  // namespace drench::test

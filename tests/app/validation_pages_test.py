@@ -1,0 +1,193 @@
+#!/usr/bin/env python3
+"""validation_pages_test.py SOURCE BUILD: tools/validate makes pages of logs: columns, counts, worst cases and reasons; every
+validation test has a theme; the test program prints what the tool reads."""
+
+import re
+import subprocess
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+
+sys.dont_write_bytecode = True
+SOURCE, BUILD = Path(sys.argv[1]).resolve(), Path(sys.argv[2]).resolve()
+sys.path.insert(0, str(SOURCE / "tools"))
+import validation_pages  # noqa: E402
+
+FLOAT = """[ RUN      ] hydrostatic.a_column_comes_to_rest
+VALIDATION2-RUN|float|2026-01-02|abc123|OpenMP, 2 threads
+12: VALIDATION2|hydrostatic.a_column_comes_to_rest|column: pressure|p = ρ g z|0.02|0.03|1|no|float|Walls.
+VALIDATION2|hydrostatic.a_column_comes_to_rest|column: load|weight|0.002|0.001|1|yes|float|\r
+VALIDATION2|hydrostatic.the_three_kernels|column: speed|0|1e-6|3e-6|m/s|no|float|Floats round.
+VALIDATION2|ccd.no_hit_is_missed_and_none_is_invented|hits that are missed|referee|0|7|pairs|yes|float|
+VALIDATION2|ccd.no_hit_is_missed_and_none_is_invented|hits that are missed|referee|0|2|pairs|no|float|Too fast.
+VALIDATION2|drop.spreads_on_a_plate_that_it_adheres_to|angle|theory|0.2|0.15|1|yes|float|
+VALIDATION2|drop.conserves_momentum_and_angular_momentum|momentum|conserved|1e-06|-3e-8|1|yes|float|
+VALIDATION2|jet.carries_its_mass_and_does_not_burst|mass|ρ A v t|1|0.5|1|yes|float|
+[       OK ] a line that mentions VALIDATION2| without being a row
+"""
+DOUBLE = """VALIDATION2-RUN|double|2026-01-03|abc123|OpenMP, 2 threads
+VALIDATION2|hydrostatic.the_three_kernels|column: speed|0|1e-12|5e-13|m/s|yes|double|
+VALIDATION2|hydrostatic.a_column_comes_to_rest|column: pressure|p = ρ g z|0.02|0.05|1|no|double|Walls.
+VALIDATION2|drop.spreads_on_a_plate_that_it_adheres_to|angle|theory|0.2|0.05|1|yes|double|
+VALIDATION2|drop.conserves_momentum_and_angular_momentum|momentum|conserved|1e-12|0|1|yes|double|
+"""
+
+
+class Case(unittest.TestCase):
+    def setUp(self):
+        scratch = tempfile.TemporaryDirectory()
+        self.addCleanup(scratch.cleanup)
+        self.folder = Path(scratch.name)
+        self.docs = self.folder / "docs"
+
+    def validate(self, *logs):
+        """tools/validate on logs of these texts."""
+        arguments = []
+        for k, text in enumerate(logs):
+            log = self.folder / f"{k}.log"
+            log.write_bytes(text.encode())
+            arguments += ["--log", log]
+        return subprocess.run([SOURCE / "tools/validate", "--docs", self.docs, *arguments], capture_output=True, text=True)
+
+    def path(self, name):
+        return self.docs / "validation" / f"{name}.md"
+
+    def page(self, name):
+        return self.path(name).read_text()
+
+
+class Pages(Case):
+    def setUp(self):
+        super().setUp()
+        done = self.validate(FLOAT, DOUBLE)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertEqual(done.stderr, "")
+        self.assertIn("7 cases", done.stdout)
+        self.assertIn("3 not met", done.stdout)
+
+    def test_precisions_are_columns_of_one_row(self):
+        page = self.page("liquid_at_rest")
+        self.assertIn("3 cases, 2 not met.", page)
+        for row in ("| case | reference | target | float | double | unit | met |",
+                    "| column: pressure | p = ρ g z | 0.02 | **0.03** | **0.05** | 1 | **no**<sup>1</sup> |",
+                    "| column: load | weight | 0.002 | 0.001 | – | 1 | yes |",
+                    "| column: speed | 0 | 1e-6 (float), 1e-12 (double) | **3e-6** | 5e-13 | m/s | **no** (float)<sup>2</sup> |"):
+            self.assertEqual(page.count(row), 1, row)
+        self.assertRegex(page, r"## Why not\n\n1\. Walls\.\n2\. Floats round\.\n")
+        self.assertTrue(page.startswith(validation_pages.MARK))
+
+    def test_a_row_that_comes_again_replaces_the_one_before(self):
+        self.assertEqual(self.page("collision").count("hits that are missed"), 1)
+        self.assertIn("| 0 | **2** | – | pairs | **no**<sup>1</sup> |", self.page("collision"))
+
+    def test_an_exact_pattern_decides_over_a_wide_one(self):
+        self.assertIn("| angle |", self.page("surface_tension"))
+        self.assertNotIn("momentum |", self.page("surface_tension"))
+        self.assertIn("| momentum | conserved | 1e-06 (float), 1e-12 (double) |", self.page("conservation"))
+
+    def test_scorecard(self):
+        page = self.page("README")
+        for row in ("| [Liquid at rest, between walls](liquid_at_rest.md) | 3 | 1 | **2** | 3 (float) | column: speed "
+                    "| Floats round. |",
+                    "| [Collision](collision.md) | 1 | 0 | **1** | target is 0 (float) | hits that are missed | Too fast. |",
+                    "| [Surface tension](surface_tension.md) | 1 | 1 | 0 | 0.75 (float) | angle |  |",
+                    "| [Conservation](conservation.md) | 1 | 1 | 0 | 0 | all |  |",
+                    "| [Whole scenes](whole_scenes.md) | 0 | 0 | 0 | – | – |  |",
+                    "| **all** | **7** | **4** | **3** |  |  |  |",
+                    "- float: OpenMP, 2 threads; 2026-01-02; commit abc123",
+                    "- double: OpenMP, 2 threads; 2026-01-03; commit abc123"):
+            self.assertEqual(page.count(row), 1, row)
+
+    def test_pages_of_themes_that_are_no_more_go(self):
+        stale, own = self.path("stale"), self.path("own")
+        stale.write_text(validation_pages.MARK + "\n# Stale\n")
+        own.write_text("# By hand\n")
+        self.assertEqual(self.validate(FLOAT).returncode, 0)
+        self.assertFalse(stale.exists())
+        self.assertTrue(own.exists())
+
+
+class Logs(Case):
+    def test_a_test_without_a_theme_is_named(self):
+        done = self.validate(FLOAT.replace("drop.spreads", "drip.spreads"))
+        self.assertEqual(done.returncode, 0)
+        self.assertIn("no theme for drip.spreads_on_a_plate", done.stderr)
+        self.assertIn("| angle |", self.page("other"))
+        self.assertIn("| [Other cases](other", self.page("README"))
+
+    def test_a_reason_that_is_missing_shows(self):
+        self.assertEqual(self.validate(FLOAT.replace("Floats round.", "")).returncode, 0)
+        self.assertIn("2. The test gives no reason.", self.page("liquid_at_rest"))
+
+    def test_what_is_no_log_changes_no_page(self):
+        self.assertEqual(self.validate(FLOAT, DOUBLE).returncode, 0)
+        before = self.page("README")
+        for text, message in (("nothing\n", "have no row"),
+                              ("VALIDATION|case|ref|1|2|1|no|float\n", "a row of version 1 of the format"),
+                              ("VALIDATION3|a.b|case|ref|1|2|1|no|float|\n", "a row of version 3 of the format"),
+                              (FLOAT[:FLOAT.index("|weight")] + "\n", "0.log:4: not a whole row")):
+            done = self.validate(text)
+            self.assertEqual(done.returncode, 1)
+            self.assertIn(message, done.stderr)
+            self.assertEqual(self.page("README"), before)
+        done = subprocess.run([SOURCE / "tools/validate", "--docs", self.docs, "--log", self.folder / "none"],
+                              capture_output=True, text=True)
+        self.assertEqual(done.returncode, 1)
+        self.assertIn("none is no file", done.stderr)
+
+
+class Themes(unittest.TestCase):
+    def test_every_test_has_a_theme(self):
+        introduction, themes = validation_pages.read_themes(SOURCE / "tests/validation/themes.txt")
+        self.assertIn("met", introduction)
+        self.assertEqual(len({theme.name for theme in themes}), len(themes))
+        self.assertTrue(all(theme.introduction and theme.tests for theme in themes))
+        seen = set()
+        for file in sorted((SOURCE / "tests/validation").glob("*_test.cpp")):
+            text = file.read_text()
+            suites = dict((suite, f"{prefix}/{suite}") for prefix, suite in
+                          re.findall(r"INSTANTIATE_TEST_SUITE_P\((\w+), (\w+)", text))
+            for kind, suite, name in re.findall(r"^TEST(_P|)\((\w+), (\w+)\)", text, re.M):
+                test = f"{suites[suite]}.{name}/0" if kind else f"{suite}.{name}"
+                theme = validation_pages.theme_of(test, themes)
+                self.assertIsNotNone(theme, f"{file.name}: tests/validation/themes.txt has no theme for {test}")
+                seen.add(theme.name)
+        self.assertEqual(seen, {theme.name for theme in themes}, "a theme without tests")
+
+
+class Benchmarks(Case):
+    def test_a_tool_s_table_replaces_the_one_before(self):
+        for tool, name in validation_pages.BENCH_PAGES.items():
+            page = SOURCE / "docs/benchmarks" / name
+            copy = self.folder / name
+            copy.write_text(page.read_text())
+            validation_pages.put_bench(self.folder, tool, "| new |\n", "today, here")
+            old, new = page.read_text(), copy.read_text()
+            begin, end = f"<!-- begin tools/{tool} -->\n", f"<!-- end tools/{tool} -->"
+            self.assertIn(f"{begin}Measured: today, here.\n\n| new |\n{end}", new)
+            self.assertEqual(new.split(begin)[0], old.split(begin)[0])
+            self.assertEqual(new.split(end)[1], old.split(end)[1])
+            copy.write_text(old.replace(end, ""))
+            with self.assertRaises(SystemExit):
+                validation_pages.put_bench(self.folder, tool, "| new |\n", "")
+
+
+class Printed(Case):
+    def test_the_test_program_prints_what_the_tool_reads(self):
+        program = BUILD / "drench_tests_validation"
+        if not program.exists():
+            self.skipTest("no drench_tests_validation")
+        test = "micropolar_liquid.waves_change_at_the_rates_of_the_continuum"  # a tenth of a second, and a target missed
+        ran = subprocess.run([program, f"--gtest_filter={test}"], capture_output=True, text=True)
+        self.assertEqual(ran.returncode, 0, ran.stdout)
+        done = self.validate(ran.stdout)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertIn("5 cases, 1 not met.", self.page("viscosity"))
+        self.assertRegex(self.page("viscosity"), r"\| spins, waves of 16 d: spin that spreads \| [^|]+ \| 0\.05 \| .*\*\*no\*\*<sup>1")
+        self.assertIn("1. Along the rows of a lattice", self.page("viscosity"))
+        self.assertRegex(self.page("README"), r"- (float|double): \w+, .+; 20\d\d-\d\d-\d\d; commit \w+")
+
+
+if __name__ == "__main__":
+    unittest.main(argv=[sys.argv[0], *sys.argv[3:]], verbosity=2)
