@@ -63,8 +63,7 @@ void place_samples(Cloth& cloth) {
 }
 
 void refresh_samples_and_bounds(Cloth& cloth) {
-  if (cloth.sample_bounds.box.data() == nullptr)
-    cloth.sample_bounds.box = HostBounds(Kokkos::ViewAllocateWithoutInitializing("drench::sample_bounds"));
+  make_room_for_one(cloth.sample_bounds.box, "drench::sample_bounds");
   Kokkos::parallel_reduce("drench::samples::position", Range(0, cloth.samples.count),
                           SampleAndBounds{SampleFromNodes(cloth)}, cloth.sample_bounds.box);
   cloth.samples_placed = cloth.moved;

@@ -181,8 +181,7 @@ class BitonicSort final : public BucketSort {
   void make_keys(CellTableView& table, const Array<Real3>& points, Index count) override {
     padded_ = naive_ ? 1 : 1 << lot_bits;
     while (padded_ < count) padded_ *= 2;  // a table has at most 2^28 particles (setup/memory_estimate.cpp)
-    if (static_cast<Index>(key_.extent(0)) < padded_)
-      key_ = Array<Key>(Kokkos::ViewAllocateWithoutInitializing("drench::cell_bitonic_key"), padded_);
+    make_room(key_, "drench::cell_bitonic_key", static_cast<std::size_t>(padded_));
     write_keys(table, points, count, key_, padded_);
   }
   void sort(CellTableView&, Index) override { naive_ ? sort_naively(key_, padded_) : sort_fused(key_, padded_); }

@@ -18,7 +18,7 @@ struct FindBounds {
 };
 
 PointBounds bounds_of(const Array<Real3>& points, Index count, HostBounds& result) {
-  if (result.data() == nullptr) result = HostBounds(Kokkos::ViewAllocateWithoutInitializing("drench::cell_bounds"));
+  make_room_for_one(result, "drench::cell_bounds");
   Kokkos::parallel_reduce("drench::cell_table::bounds", Range(0, count), FindBounds{points}, result);
   ExecSpace().fence("drench::cell_table::bounds");
   return result();
@@ -102,7 +102,7 @@ void CellTable::make_keys(const Array<Real3>& points, Index count, Real edge, co
   count_ = count;
   if (count > capacity_) {
     capacity_ = count + count / 4;
-    view_.item = Array<Index>(Kokkos::ViewAllocateWithoutInitializing("drench::cell_item"), capacity_);
+    make_room(view_.item, "drench::cell_item", static_cast<std::size_t>(capacity_));
     view_.point.allocate(capacity_);
   }
   view_.buckets = 0;
@@ -117,8 +117,7 @@ void CellTable::make_keys(const Array<Real3>& points, Index count, Real edge, co
   const double dense_limit = std::fmax(65536.0, 8.0 * count);
   view_.hashed = nx * ny * nz > dense_limit ? 1 : 0;
   if (view_.hashed) {
-    if (static_cast<Index>(view_.coord.extent(0)) < capacity_)
-      view_.coord = Array<CellCoord>(Kokkos::ViewAllocateWithoutInitializing("drench::cell_coord"), capacity_);
+    make_room(view_.coord, "drench::cell_coord", static_cast<std::size_t>(capacity_));
     view_.buckets = 1024;
     while (view_.buckets < 2 * static_cast<std::int64_t>(count) && view_.buckets < (1 << 29)) view_.buckets *= 2;
     view_.dims = {0, 0, 0};
@@ -128,7 +127,7 @@ void CellTable::make_keys(const Array<Real3>& points, Index count, Real edge, co
   }
   if (view_.buckets > bucket_capacity_) {
     bucket_capacity_ = view_.buckets + view_.buckets / 4;
-    view_.start = Array<Index>(Kokkos::ViewAllocateWithoutInitializing("drench::cell_start"), bucket_capacity_ + 1);
+    make_room(view_.start, "drench::cell_start", static_cast<std::size_t>(bucket_capacity_) + 1);
   }
   if (!sort_) sort_ = make_bucket_sort(method_);
   sort_->make_keys(view_, points, count);
@@ -146,8 +145,7 @@ void CellTable::make_table(const Array<Real3>& points, const Array<std::int64_t>
     copy_points(view_, points, count_);
     return;
   }
-  if (ordered_.extent(0) < view_.item.extent(0))
-    ordered_ = Array<Index>(Kokkos::ViewAllocateWithoutInitializing("drench::cell_ordered"), view_.item.extent(0));
+  make_room(ordered_, "drench::cell_ordered", view_.item.extent(0));
   order_entries({view_, points, key}, count_, ordered_);
   std::swap(view_.item, ordered_);
 }

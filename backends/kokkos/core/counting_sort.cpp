@@ -40,8 +40,7 @@ void scatter(const CellTableView& t, Index count, const Array<Index>& bucket) {
 class CountingSort final : public BucketSort {
  public:
   void make_keys(CellTableView& table, const Array<Real3>& points, Index count) override {
-    if (bucket_.extent(0) < table.item.extent(0))
-      bucket_ = Array<Index>(Kokkos::ViewAllocateWithoutInitializing("drench::cell_bucket"), table.item.extent(0));
+    make_room(bucket_, "drench::cell_bucket", table.item.extent(0));
     count_buckets(table, points, count, bucket_);
   }
   void sort(CellTableView& table, Index count) override {

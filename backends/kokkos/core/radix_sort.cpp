@@ -4,23 +4,14 @@
 
 #include <algorithm>
 
-#include "core/bucket_sort.hpp"
+#include "core/radix_keys.hpp"
 
 #ifndef KOKKOS_ENABLE_CUDA
 namespace drench::kokkos_backend {
 namespace {
 
-using Key = std::uint32_t;
+using Key = RadixKeys::Key;
 constexpr int most_bits = 11;  // of a digit: a chunk's counters and the lines that it writes to stay in a core's caches
-
-void write_keys(const CellTableView& t, const Array<Real3>& points, Index count, const Array<Key>& key) {
-  const auto item = t.item;
-  parallel(
-      "drench::cell_table::radix_keys", count, KOKKOS_LAMBDA(const Index i) {
-        key(i) = static_cast<Key>(bucket_of_point(t, points(i)));
-        item(i) = i;
-      });
-}
 
 /// One digit: from (key, item) to (next_key, next_item).
 void sort_by_digit(Index count, int low_bit, int bits, Index chunks, const Array<Index>& place, const Array<Key>& key,
@@ -52,36 +43,24 @@ void sort_by_digit(Index count, int low_bit, int bits, Index chunks, const Array
       });
 }
 
-class RadixSort final : public BucketSort {
+class RadixSort final : public RadixKeys {
  public:
-  void make_keys(CellTableView& table, const Array<Real3>& points, Index count) override {
-    const auto n = table.item.extent(0);
-    if (key_.extent(0) < n) {
-      key_ = Array<Key>(Kokkos::ViewAllocateWithoutInitializing("drench::cell_radix_key"), n);
-      next_key_ = Array<Key>(Kokkos::ViewAllocateWithoutInitializing("drench::cell_radix_next_key"), n);
-      next_item_ = Array<Index>(Kokkos::ViewAllocateWithoutInitializing("drench::cell_radix_next_item"), n);
-    }
-    write_keys(table, points, count, key_);
-  }
   void sort(CellTableView& table, Index count) override {
     const int all = bits_of_buckets(table.buckets), passes = (all + most_bits - 1) / most_bits;
     const int bits = (all + passes - 1) / passes;
     // More chunks than threads only cost counters; a chunk of a few particles would be all counters.
     const Index chunks = std::max<Index>(1, std::min<Index>(ExecSpace().concurrency(), count >> bits));
     const auto places = static_cast<std::size_t>(chunks) << most_bits;
-    if (place_.extent(0) < places)
-      place_ = Array<Index>(Kokkos::ViewAllocateWithoutInitializing("drench::cell_radix_place"), places);
+    make_room(place_, "drench::cell_radix_place", places);
     for (int low = 0; low < all; low += bits) {
       sort_by_digit(count, low, bits, chunks, place_, key_, table.item, next_key_, next_item_);
       std::swap(key_, next_key_);
       std::swap(table.item, next_item_);
     }
   }
-  void read_out(CellTableView& table, Index count) override { find_starts(table, key_, count); }
 
  private:
-  Array<Key> key_, next_key_;
-  Array<Index> next_item_, place_;
+  Array<Index> place_;
 };
 
 }  // namespace

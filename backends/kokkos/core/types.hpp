@@ -123,10 +123,22 @@ void allocate_zeros(Field<T>& a, const char* label, std::size_t n) {
 }
 /// Makes room for `n` entries; contents are undefined after growth.
 template <class T>
-void make_room(Field<T>& a, const char* label, std::size_t n) {
+void make_room(Array<T>& a, const char* label, std::size_t n) {
   if (a.extent(0) >= n) return;
-  a = Field<T>();  // free before allocating
-  a = Field<T>(Kokkos::ViewAllocateWithoutInitializing(label), n);
+  a = Array<T>();  // free before allocating
+  a = Array<T>(Kokkos::ViewAllocateWithoutInitializing(label), n);
+}
+/// The same with a quarter more, for what grows often. Has the array grown?
+template <class T>
+bool make_ample_room(Array<T>& a, const char* label, std::size_t n) {
+  if (a.extent(0) >= n) return false;
+  make_room(a, label, n + n / 4);
+  return true;
+}
+/// Room for the one value of a view without extents; the first call makes it.
+template <class One>
+void make_room_for_one(One& a, const char* label) {
+  if (a.data() == nullptr) a = One(Kokkos::ViewAllocateWithoutInitializing(label));
 }
 
 using Range = Kokkos::RangePolicy<ExecSpace, Kokkos::IndexType<Index>>;

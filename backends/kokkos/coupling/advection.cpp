@@ -22,7 +22,7 @@ KOKKOS_INLINE_FUNCTION void add_momentum(const Entries<std::int64_t>& momentum, 
 
 void allocate_work(Fluid& fluid, const Cloth& cloth, AdvectionWork& work) {
   if (work.counts.data() == nullptr) {
-    work.counts = decltype(work.counts)(Kokkos::ViewAllocateWithoutInitializing("drench::advection::counts"));
+    make_room_for_one(work.counts, "drench::advection::counts");
     work.motion = Kokkos::View<ClothMotion, MemSpace>("drench::advection::motion");
     work.near_count = Kokkos::View<Index, MemSpace>("drench::advection::near_count");
   }

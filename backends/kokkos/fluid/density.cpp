@@ -39,15 +39,6 @@ void sample_volumes(const Constants& constants, const NeighborLists& lists, Clot
       });
 }
 
-/// Room beside each of a list's entries; what was there is lost if it grows.
-template <class T>
-void make_room_beside(const NeighborList& list, Field<T>& kept, const char* label) {
-  const std::size_t entries = list.entry.extent(0);
-  if (kept.extent(0) == entries) return;
-  kept = Field<T>();  // free before allocating
-  kept = Field<T>(Kokkos::ViewAllocateWithoutInitializing(label), entries);
-}
-
 /// c_b of the Jacobi diagonal (src/stages/density.hpp), in samples.row_bound.
 void sample_row_bounds(const Constants& constants, const Fluid& fluid, const NeighborLists& lists, Cloth& cloth) {
   const Kernel kernel = constants.kernel;
@@ -170,8 +161,8 @@ void density_and_alpha(const Constants& constants, Fluid& fluid, NeighborLists& 
   const Real smallest = Real(1e-6) / (constants.spacing * constants.spacing);
   const bool solids = bodies.boundary.count > 0, sheets = cloth.samples.count > 0,
              touching = has_sheet_contact(constants, cloth);
-  make_room_beside(lists.fluid_fluid, lists.fluid_fluid.grad_factor, "drench::pair_grad_factor");
-  if (sheets) make_room_beside(lists.fluid_sample, lists.fluid_sample.gradient, "drench::sample_gradient");
+  make_room(lists.fluid_fluid.grad_factor, "drench::pair_grad_factor", lists.fluid_fluid.entry.extent(0));
+  if (sheets) make_room(lists.fluid_sample.gradient, "drench::sample_gradient", lists.fluid_sample.entry.extent(0));
   const DensityPairs pairs{constants.kernel,
                            CoincidentPairs(constants.spacing),
                            fluid.position_volume,

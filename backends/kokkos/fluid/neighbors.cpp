@@ -21,8 +21,7 @@ KOKKOS_INLINE_FUNCTION bool sheet_between(const Real3& xi, const Real3& xj, cons
 /// fluid.nearest_sample: the sample nearest to each particle.
 void find_nearest_samples(const NeighborLists& lists, const Cloth& cloth, Fluid& fluid) {
   const Index n = fluid.particles.count;
-  if (static_cast<Index>(fluid.nearest_sample.extent(0)) < n)
-    make_room(fluid.nearest_sample, "drench::nearest_sample", static_cast<std::size_t>(n + n / 4));
+  make_ample_room(fluid.nearest_sample, "drench::nearest_sample", static_cast<std::size_t>(n));
   const Entries<Index> nearest = fluid.nearest_sample;
   const Entries<const Real3> x = fluid.particles.position, xs = cloth.samples.position;
   const Neighbors samples(lists.fluid_sample);

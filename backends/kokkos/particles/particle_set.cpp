@@ -110,11 +110,7 @@ void ParticleSet::reserve(Index n) {
 
 void ParticleSet::gather(const Array<Index>& source, Index n) {
   const std::size_t room = capacity();
-  if (spare_position.extent(0) != room)
-    visit_needed([room](const char* label, auto&, auto& spare) {
-      spare = std::decay_t<decltype(spare)>();  // free before allocating
-      spare = std::decay_t<decltype(spare)>(Kokkos::ViewAllocateWithoutInitializing(label), room);
-    });
+  visit_needed([room](const char* label, auto&, auto& spare) { make_room(spare, label, room); });
   const ParticleView from = view();
   visit_needed([](const char*, auto& a, auto& spare) { std::swap(a, spare); });
   copy_from(from, source, n, view());

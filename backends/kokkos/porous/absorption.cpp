@@ -160,15 +160,13 @@ void transfer(const Constants& constants, Fluid& fluid, const NeighborLists& lis
 
 /// Removes what was taken whole.
 void remove_taken(Fluid& fluid, AbsorptionWork& work) {
-  auto& taken = work.taken;
-  if (taken.data() == nullptr)
-    taken = std::decay_t<decltype(taken)>(Kokkos::ViewAllocateWithoutInitializing("drench::absorption::taken"));
+  make_room_for_one(work.taken, "drench::absorption::taken");
   const Entries<const Quanta> mass = fluid.particles.mass;
   Kokkos::parallel_reduce(
       "drench::absorption::taken", Range(0, fluid.particles.count),
-      KOKKOS_LAMBDA(const Index i, Index& sum) { sum += mass(i) > 0 ? 0 : 1; }, taken);
+      KOKKOS_LAMBDA(const Index i, Index& sum) { sum += mass(i) > 0 ? 0 : 1; }, work.taken);
   ExecSpace().fence("drench::absorption::taken");
-  fluid.particles.compact({}, fluid.particles.count - taken());
+  fluid.particles.compact({}, fluid.particles.count - work.taken());
 }
 
 }  // namespace

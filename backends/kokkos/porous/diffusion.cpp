@@ -158,10 +158,7 @@ void launch_diffusion_rate(const Constants& constants, Cloth& cloth, DiffusionWo
   if (cloth.samples.count == 0) return;
   upload_pairs(constants, cloth, work);
   if (work.rate.is_of(cloth.moved)) return;
-  auto& rate_on_host = work.rate.largest;
-  if (rate_on_host.data() == nullptr)
-    rate_on_host =
-        std::decay_t<decltype(rate_on_host)>(Kokkos::ViewAllocateWithoutInitializing("drench::diffusion::largest_rate"));
+  make_room_for_one(work.rate.largest, "drench::diffusion::largest_rate");
   const NodePairs pairs(cloth, work);
   const Entries<const Real3> x = cloth.nodes.position;
   const Real gravity = norm(constants.gravity);
@@ -181,7 +178,7 @@ void launch_diffusion_rate(const Constants& constants, Cloth& cloth, DiffusionWo
         rate = pairs.capacity(n) > 0 ? rate / pairs.capacity(n) : 0.0;
         if (rate > largest) largest = rate;
       },
-      Kokkos::Max<double, Kokkos::SharedHostPinnedSpace>(rate_on_host));
+      Kokkos::Max<double, Kokkos::SharedHostPinnedSpace>(work.rate.largest));
   work.rate.set_made_from(cloth.moved);
   work.rate.waited = false;
 }

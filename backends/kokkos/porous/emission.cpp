@@ -22,12 +22,9 @@ void prepare(const Constants& constants, const Bodies& bodies, Cloth& cloth, Tra
   make_room(work.layers, "drench::emission::layers", samples);
   if (bodies.boundary.count > 0 && constants.model.has_direction())
     make_room(work.direction, "drench::emission::direction", samples);
-  if (work.any.extent(0) == 0) {
-    allocate_zeros(work.any, "drench::emission::any", 2);
-    work.counts = decltype(work.counts)(Kokkos::ViewAllocateWithoutInitializing("drench::emission::counts"));
-    work.new_particles =
-        decltype(work.new_particles)(Kokkos::ViewAllocateWithoutInitializing("drench::emission::new_particles"));
-  }
+  allocate_zeros(work.any, "drench::emission::any", 2);
+  make_room_for_one(work.counts, "drench::emission::counts");
+  make_room_for_one(work.new_particles, "drench::emission::new_particles");
   prepare_transfers(cloth, transfers);
 }
 

@@ -19,10 +19,8 @@ void prepare(const Cloth& cloth, EmissionWork& work) {
   make_room(work.rank, "drench::emission::rank", samples);
   make_room(work.next, "drench::emission::next", samples);
   const auto buckets = static_cast<std::size_t>(cloth.sample_cells.view().buckets);
-  if (work.head.extent(0) < buckets) {
-    make_room(work.head, "drench::emission::head", buckets + buckets / 4);
+  if (make_ample_room(work.head, "drench::emission::head", buckets))
     Kokkos::deep_copy(ExecSpace(), work.head, Index(-1));
-  }
 }
 
 /// Who points to whom; nobody to anyone where liquid has nowhere to go.
@@ -106,7 +104,7 @@ void measure_space(const Constants& constants, const Fluid& fluid, const Cloth& 
           const Real r2 = dot(r, r);
           if (!(r2 < h2)) return;
           const double share = volume * double(mass(j)) * double(kernel.value(Kokkos::sqrt(r2))) + (r2 < near2 ? 1 : 0);
-          Kokkos::atomic_add(&liquid(c), static_cast<std::int64_t>(Kokkos::round(share_units * share)));
+          Kokkos::atomic_add(&liquid(c), fixed_point(share_units * share));
         });
       });
 }

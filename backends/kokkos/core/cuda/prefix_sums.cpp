@@ -19,9 +19,7 @@ void PrefixSums::sum(const Array<Index>& a, Index n) {
   const cudaStream_t stream = ExecSpace().cuda_stream();
   std::size_t wanted = 0;  // asked every time, on the host alone
   check(cub::DeviceScan::ExclusiveSum(nullptr, wanted, a.data(), a.data(), n, stream));
-  if (scratch_.extent(0) < wanted)
-    scratch_ =
-        Array<std::uint8_t>(Kokkos::ViewAllocateWithoutInitializing("drench::cell_scan_scratch"), wanted + wanted / 4);
+  make_ample_room(scratch_, "drench::cell_scan_scratch", wanted);
   check(cub::DeviceScan::ExclusiveSum(scratch_.data(), wanted, a.data(), a.data(), n, stream));
 }
 
