@@ -13,14 +13,11 @@ namespace {
 void aim(const Constants& constants, const Cloth& cloth, ClothSolverWork& solver, const ClothSystem& s, Real dt, bool loaded) {
   const Entries<const Real3> velocity = cloth.nodes.velocity, force = cloth.nodes.force;
   const Entries<Real3> shift = solver.displacement, last_shift = solver.last_displacement;
-  const Entries<const Quanta> liquid = cloth.nodes.liquid;
-  const Entries<const double> capacity = cloth.nodes.capacity;
-  const double quantum = constants.quantum;
+  const NodeLiquid wet(constants, cloth);
   const Real3 gravity = constants.gravity;
   parallel(
       "drench::cloth::target", cloth.nodes.count, KOKKOS_LAMBDA(const Index n) {
-        const Material& m = s.materials(s.cloth(n));
-        const Real damping = at_saturation(m.damping, m.damping_wet, node_saturation(liquid(n), quantum, capacity(n)));
+        const Real damping = damping_at(s.materials(n), wet, n);
         const Real3 free = (dt * Kokkos::exp(-damping * dt)) * velocity(n);
         Real3 pull = gravity;
         if (loaded) pull += (1 / s.mass(n)) * force(n);

@@ -118,6 +118,15 @@ struct Cloth {
   Version samples_placed = Version::none();  // that samples.position and .normal are of
 };
 
+/// The material of each node or of each sample, as a kernel sees it.
+struct Materials {
+  Entries<const Index> cloth;
+  Entries<const Material> of_cloth;
+  KOKKOS_INLINE_FUNCTION const Material& operator()(Index i) const { return of_cloth(cloth(i)); }
+};
+inline Materials node_materials(const Cloth& cloth) { return {cloth.nodes.cloth, cloth.materials}; }
+inline Materials sample_materials(const Cloth& cloth) { return {cloth.samples.cloth, cloth.materials}; }
+
 // samples.cpp: derived quantities that several stages share
 void refresh_samples(Cloth& cloth);             // samples.position, .normal and .velocity from the nodes
 void place_samples(Cloth& cloth);               // the same, if the nodes have moved since

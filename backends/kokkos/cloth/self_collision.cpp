@@ -66,8 +66,7 @@ struct Placing {
   Entries<Real3> end;
   Entries<double> velocity;
   Slice<const std::uint8_t> pinned, member;
-  Entries<const Index> cloth;
-  Entries<const Material> materials;
+  Materials materials;
   Slice<const Solid> solids;
   PinMotions pins;
   Real dt;
@@ -78,8 +77,7 @@ struct Placing {
         velocity(work.velocity),
         pinned(fabric.nodes.pinned),
         member(work.member),
-        cloth(fabric.nodes.cloth),
-        materials(fabric.materials),
+        materials(node_materials(fabric)),
         solids(bodies.solids),
         pins(fabric),
         dt(step) {}
@@ -91,7 +89,7 @@ struct Placing {
       w = times(1 / double(dt), minus(widen(end(n)), widen(x)));
     } else {
       Real3 shift = dt * narrow(w);
-      const Real3 out = project_out(solids, x, shift, materials(cloth(n)).thickness);
+      const Real3 out = project_out(solids, x, shift, materials(n).thickness);
       if (out.x != shift.x || out.y != shift.y || out.z != shift.z) {
         const Real3 v = (1 / dt) * out;
         w = widen(v);
@@ -123,11 +121,9 @@ struct Pairs {
   Entries<std::uint8_t> contact;
   Entries<std::int64_t> impulse;
   Entries<const Real> inverse_mass;
-  Entries<const Index> cloth;
-  Entries<const Material> materials;
-  Entries<const Quanta> liquid;
-  Entries<const double> capacity;
-  double quantum, dt, momentum_unit;  // kg; s; kg m/s
+  Materials materials;
+  NodeLiquid wet;
+  double dt, momentum_unit;  // s; kg m/s
 
   Pairs(const Constants& constants, const Cloth& fabric, SelfCollisionWork& work, double step)
       : pair(work.pair),
@@ -145,11 +141,8 @@ struct Pairs {
         contact(work.contact),
         impulse(work.impulse),
         inverse_mass(fabric.nodes.inverse_mass),
-        cloth(fabric.nodes.cloth),
-        materials(fabric.materials),
-        liquid(fabric.nodes.liquid),
-        capacity(fabric.nodes.capacity),
-        quantum(constants.quantum),
+        materials(node_materials(fabric)),
+        wet(constants, fabric),
         dt(step),
         momentum_unit(constants.quantum / impulse_steps) {}
 
@@ -180,10 +173,7 @@ struct Pairs {
     return sum;
   }
   /// μ of the cloth at node n, as wet as it is there.
-  KOKKOS_INLINE_FUNCTION double friction(Index n) const {
-    const Material& m = materials(cloth(n));
-    return double(at_saturation(m.friction, m.friction_wet, node_saturation(liquid(n), quantum, capacity(n))));
-  }
+  KOKKOS_INLINE_FUNCTION double friction(Index n) const { return double(friction_at(materials(n), wet, n)); }
   KOKKOS_INLINE_FUNCTION void count_in(Index p) const {
     for (int k = 0; k < 4; ++k)
       if (weight(4 * p + k) != 0) Kokkos::atomic_add(&share(pair(5 * p + k)), Index{1});

@@ -41,10 +41,10 @@ struct Window {
 struct Search {
   Entries<const Real3> position;
   Entries<Real3> seen;
-  Entries<const Index> node, triangle, edge, cloth;
+  Entries<const Index> node, triangle, edge;
   Entries<Index> pair;
   Entries<Real3> node_lo, node_hi, edge_lo, edge_hi;  // the paths' boxes, rounded
-  Entries<const Material> materials;
+  Materials materials;
   Slice<double> distance, thickness_of;
   Kokkos::View<Index, MemSpace> count;
   CellTableView cells;
@@ -101,7 +101,7 @@ struct Search {
       x[k] = widen(position(n[k]));
       u[k] = minus(widen(seen(n[k])), x[k]);
     }
-    const double tau = 0.5 * (double(materials(cloth(n[0])).thickness) + double(materials(cloth(n[3])).thickness));
+    const double tau = 0.5 * (double(materials(n[0]).thickness) + double(materials(n[3]).thickness));
     // Every displacement, and with it their mean, may still change by the margin.
     const double delta = proximity(edges, x).distance;
     if (delta - relative_travel(edges, u) - 4 * margin > tau) return;
@@ -247,8 +247,7 @@ bool search(const Cloth& cloth, SelfCollisionWork& work, double margin, bool all
   s.node = work.node;
   s.triangle = work.triangle;
   s.edge = work.edge;
-  s.cloth = cloth.nodes.cloth;
-  s.materials = cloth.materials;
+  s.materials = node_materials(cloth);
   s.node_lo = work.node_lo;
   s.node_hi = work.node_hi;
   s.edge_lo = work.edge_lo;

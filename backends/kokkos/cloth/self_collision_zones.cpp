@@ -169,14 +169,14 @@ KOKKOS_INLINE_FUNCTION Double3 zone_velocity(const Entries<const std::int64_t>& 
 void move_zones(const Constants& constants, const Bodies& bodies, const Cloth& cloth, SelfCollisionWork& work, Real dt) {
   const Entries<const Real3> position = cloth.nodes.position;
   const Entries<Real3> end = work.end;
-  const Entries<const Index> zone = work.zone, holder = work.holder, cloth_of = cloth.nodes.cloth;
+  const Entries<const Index> zone = work.zone, holder = work.holder;
   const Entries<Index> stopped = work.stopped;
   const Entries<const std::uint8_t> joined = work.joined, pinned = cloth.nodes.pinned;
   const Entries<const std::int64_t> sum = work.zone_sum;
   const Entries<std::int64_t> push = work.zone_push;
   const Entries<double> velocity = work.velocity;
   const Slice<const Solid> solids = bodies.solids;
-  const Entries<const Material> materials = cloth.materials;
+  const Materials materials = node_materials(cloth);
   const double way = double(constants.spacing) / way_units;
   if (solids.extent(0) > 0)
     parallel(
@@ -184,7 +184,7 @@ void move_zones(const Constants& constants, const Bodies& bodies, const Cloth& c
           const Index z = zone(n);
           if (!joined(n) || stopped(z) || holder(z) != no_node) return;
           const Real3 shift = dt * narrow(zone_velocity(sum, z));
-          const Real3 out = project_out(solids, position(n), shift, materials(cloth_of(n)).thickness) - shift;
+          const Real3 out = project_out(solids, position(n), shift, materials(n).thickness) - shift;
           const double by[3] = {double(out.x), double(out.y), double(out.z)};
           for (int a = 0; a < 3; ++a) {
             const auto size = fixed_point(Kokkos::abs(by[a]) / way);

@@ -25,16 +25,14 @@ void allocate(const Cloth& cloth, ClothSolverWork& solver) {
 }
 
 void masses_and_diagonals(const Constants& constants, const Cloth& cloth, const ClothSystem& s) {
-  const Entries<const Quanta> liquid = cloth.nodes.liquid;
+  const NodeLiquid wet(constants, cloth);
   const Entries<const Real> solid_mass = cloth.nodes.solid_mass;
-  const double quantum = constants.quantum;
-  const Entries<const double> capacity = cloth.nodes.capacity;
   const Entries<const Index> hinge_start = cloth.nodes.hinge_start, hinge_item = cloth.nodes.hinge_item;
   const Entries<const Real> hinge_weight = cloth.mesh.hinge_weight, hinge_stiffness = cloth.mesh.hinge_stiffness;
   parallel(
       "drench::cloth::diagonal", cloth.nodes.count, KOKKOS_LAMBDA(const Index n) {
         const Real mass =
-            static_cast<Real>(static_cast<double>(solid_mass(n)) + quantum * static_cast<double>(liquid(n)));
+            static_cast<Real>(static_cast<double>(solid_mass(n)) + wet.quantum * static_cast<double>(wet.liquid(n)));
         Real diagonal = mass * s.inverse_dt2;
         for (Index r = s.edge_start(n); r < s.edge_start(n + 1); ++r)
           diagonal += (1 + s.strain_damping_rate(n)) * s.edge_stiffness(s.edge_item(r));
@@ -49,8 +47,7 @@ void masses_and_diagonals(const Constants& constants, const Cloth& cloth, const 
             const Index t = s.limit_item(r) / 4;
             diagonal += strain_limit_diagonal(s.triangle_shape(t), s.limit_stiffness(t), s.limit_item(r) % 4);
           }
-        const Material& m = s.materials(s.cloth(n));
-        s.friction(n) = at_saturation(m.friction, m.friction_wet, node_saturation(liquid(n), quantum, capacity(n)));
+        s.friction(n) = friction_at(s.materials(n), wet, n);
         s.mass(n) = mass;
         s.diagonal(n) = diagonal;
       });
@@ -106,7 +103,6 @@ ClothSystem::ClothSystem(const Bodies& bodies, const Cloth& fabric, ClothSolverW
       diagonal(solver.diagonal),
       friction(solver.friction),
       pinned(fabric.nodes.pinned),
-      cloth(fabric.nodes.cloth),
       link_start(fabric.nodes.link_start),
       edge_start(fabric.nodes.edge_start),
       edge_item(fabric.nodes.edge_item),
@@ -119,7 +115,7 @@ ClothSystem::ClothSystem(const Bodies& bodies, const Cloth& fabric, ClothSolverW
       limit_item(fabric.nodes.limit_item),
       limit_shape(fabric.mesh.limit_shape),
       limit_stiffness(fabric.mesh.limit_stiffness),
-      materials(fabric.materials),
+      materials(node_materials(fabric)),
       solids(bodies.solids),
       dt(step),
       inverse_dt(1 / step),

@@ -80,12 +80,12 @@ struct ClothSystem {
   Entries<Real3> target;
   Entries<Real> mass, diagonal, friction;  // friction: μ, as wet as the node is
   Entries<const std::uint8_t> pinned;
-  Entries<const Index> cloth, link_start, edge_start, edge_item, edge;
+  Entries<const Index> link_start, edge_start, edge_item, edge;
   Entries<const Link> link;
   Entries<const Real> edge_length, edge_stiffness;
   Entries<const Index> triangle, limit_start, limit_item;
   Entries<const Real> limit_shape, limit_stiffness;
-  Entries<const Material> materials;
+  Materials materials;
   Slice<const Solid> solids;
   Real dt, inverse_dt, inverse_dt2;
 
@@ -136,7 +136,7 @@ struct ClothSystem {
     const Index a = triangle(3 * t), b = triangle(3 * t + 1), c = triangle(3 * t + 2);
     return strain_limit_stress(separation(start(b), shift(b), start(a), shift(a)),
                                separation(start(c), shift(c), start(a), shift(a)), triangle_shape(t),
-                               materials(cloth(a)).strain_limit, limit_stiffness(t));
+                               materials(a).strain_limit, limit_stiffness(t));
   }
   KOKKOS_INLINE_FUNCTION TriangleShape triangle_shape(Index t) const {
     return {limit_shape(3 * t), limit_shape(3 * t + 1), limit_shape(3 * t + 2)};
@@ -223,10 +223,8 @@ struct ClothSystem {
   }
 
   /// τ/Δt of the node's cloth.
-  KOKKOS_INLINE_FUNCTION Real strain_damping_rate(Index n) const {
-    return materials(cloth(n)).strain_damping * inverse_dt;
-  }
-  KOKKOS_INLINE_FUNCTION Real thickness(Index n) const { return materials(cloth(n)).thickness; }
+  KOKKOS_INLINE_FUNCTION Real strain_damping_rate(Index n) const { return materials(n).strain_damping * inverse_dt; }
+  KOKKOS_INLINE_FUNCTION Real thickness(Index n) const { return materials(n).thickness; }
 };
 #ifndef DRENCH_CHECK_BOUNDS
 static_assert(sizeof(ClothSystem) <= 240);

@@ -43,40 +43,33 @@ struct Pull {
 /// What the kernel over nodes sees.
 struct Sticking {
   Entries<const Real3> position;
-  Entries<const Index> cloth, triangle, edge, edge_start, edge_item;
-  Entries<const Material> materials;
+  Entries<const Index> triangle, edge, edge_start, edge_item;
+  Materials material;
   Slice<const Solid> solids;
-  Entries<const Quanta> liquid;
-  Entries<const double> capacity;
+  NodeLiquid wet;
   Slice<const Real> area;
   Entries<std::int64_t> impulse;
   CellTableView cells;
-  double quantum, dt, impulse_unit;  // kg; s; kg m/s
-  Real mesh_range;                   // L̄/2, m
+  double dt, impulse_unit;  // s; kg m/s
+  Real mesh_range;          // L̄/2, m
 
   Sticking(const Constants& constants, const Bodies& bodies, const Cloth& fabric, WetAdhesionWork& work, double step)
       : position(fabric.nodes.position),
-        cloth(fabric.nodes.cloth),
         triangle(work.triangle),
         edge(fabric.mesh.edge),
         edge_start(fabric.nodes.edge_start),
         edge_item(fabric.nodes.edge_item),
-        materials(fabric.materials),
+        material(node_materials(fabric)),
         solids(bodies.solids),
-        liquid(fabric.nodes.liquid),
-        capacity(fabric.nodes.capacity),
+        wet(constants, fabric),
         area(work.area),
         impulse(work.impulse),
         cells(work.cells.view()),
-        quantum(constants.quantum),
         dt(step),
         impulse_unit(constants.quantum / impulse_steps),
         mesh_range(fabric.mesh.mean_edge / 2) {}
 
-  KOKKOS_INLINE_FUNCTION const Material& material(Index n) const { return materials(cloth(n)); }
-  KOKKOS_INLINE_FUNCTION double saturation(Index n) const {
-    return double(node_saturation(liquid(n), quantum, capacity(n)));
-  }
+  KOKKOS_INLINE_FUNCTION double saturation(Index n) const { return double(wet.saturation(n)); }
   KOKKOS_INLINE_FUNCTION double range(double thickness) const { return Kokkos::fmax(thickness, double(mesh_range)); }
 
   /// `p`: the impulse on node n, kg m/s.
@@ -136,10 +129,10 @@ struct Sticking {
 
   KOKKOS_INLINE_FUNCTION void stick_to(Index n, const Pull& pull) const {
     const Index t = pull.triangle;
-    double wet = 0;
-    for (Index c = 0; c < 3; ++c) wet -= pull.near.b[c + 1] * saturation(triangle(3 * t + c));
+    double there = 0;  // the saturation of the point that it sticks to
+    for (Index c = 0; c < 3; ++c) there -= pull.near.b[c + 1] * saturation(triangle(3 * t + c));
     const double work =
-        0.5 * (double(material(n).wet_adhesion) * saturation(n) + double(material(triangle(3 * t)).wet_adhesion) * wet);
+        0.5 * (double(material(n).wet_adhesion) * saturation(n) + double(material(triangle(3 * t)).wet_adhesion) * there);
     if (!(work > 0)) return;
     const double strength = work / range(pair_thickness(n, t)) * 0.5 * double(area(n)) * dt;
     const Double3 p = times(-strength / pull.near.distance, pull.near.apart);

@@ -1,18 +1,36 @@
 #pragma once
 // What wetness does to the fabric's own numbers.
 
-#include "core/types.hpp"
+#include "cloth/cloth.hpp"
 
 namespace drench::kokkos_backend {
 
-/// s_n = min(1, m_f/C_n), 1: liquid in quanta of `quantum` kg, capacity in kg; dry where it holds none.
-KOKKOS_INLINE_FUNCTION Real node_saturation(Quanta liquid, double quantum, double capacity) {
-  return capacity > 0 ? Real(Kokkos::fmin(1.0, quantum * static_cast<double>(liquid) / capacity)) : Real(0);
-}
+/// The nodes' liquid beside what they can hold, as a kernel sees it.
+struct NodeLiquid {
+  Entries<const Quanta> liquid;
+  Entries<const double> capacity;  // kg
+  double quantum;                  // kg
+
+  NodeLiquid(const Constants& constants, const Cloth& cloth)
+      : liquid(cloth.nodes.liquid), capacity(cloth.nodes.capacity), quantum(constants.quantum) {}
+  /// m_f/C_n, 1, of a node that can hold some; above 1 it is overfull.
+  KOKKOS_INLINE_FUNCTION double filling(Index n) const { return double(liquid(n)) * quantum / capacity(n); }
+  /// s_n = min(1, m_f/C_n), 1; dry where it holds none.
+  KOKKOS_INLINE_FUNCTION Real saturation(Index n) const {
+    return capacity(n) > 0 ? Real(Kokkos::fmin(1.0, filling(n))) : Real(0);
+  }
+};
 
 /// Friction (1) or damping (1/s) at saturation s, linear between its dry value and that at s = 1.
 KOKKOS_INLINE_FUNCTION Real at_saturation(Real dry, Real wet, Real saturation) {
   return dry + saturation * (wet - dry);
+}
+/// Friction, 1, and damping, 1/s, of the material at node n.
+KOKKOS_INLINE_FUNCTION Real friction_at(const Material& m, const NodeLiquid& wet, Index n) {
+  return at_saturation(m.friction, m.friction_wet, wet.saturation(n));
+}
+KOKKOS_INLINE_FUNCTION Real damping_at(const Material& m, const NodeLiquid& wet, Index n) {
+  return at_saturation(m.damping, m.damping_wet, wet.saturation(n));
 }
 
 }  // namespace drench::kokkos_backend

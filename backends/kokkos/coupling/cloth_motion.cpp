@@ -18,11 +18,11 @@ struct MoveCloth {
   Entries<const Real3> start;
   Entries<Real3> position, velocity;
   Entries<const std::uint8_t> pinned;
-  Entries<const Index> cloth, triangle;
+  Entries<const Index> triangle;
   Entries<const Real> rest, solid_mass;
   Entries<Real> inverse_mass;
   Entries<const Quanta> liquid;
-  Entries<const Material> materials;
+  Materials materials;
   Slice<const Solid> solids;
   PinMotions pins;
   double quantum;
@@ -73,9 +73,9 @@ struct MoveCloth {
       position(n) = pins.position(n);
       return position(n) - x;
     }
-    const Real thickness = materials(cloth(n)).thickness;
+    const Real thickness = materials(n).thickness;
     Real3 v = velocity(n), shift = dt * v;
-    const std::size_t bodies = materials(cloth(n)).self_collision ? 0 : solids.extent(0);
+    const std::size_t bodies = materials(n).self_collision ? 0 : solids.extent(0);
     for (std::size_t b = 0; b < bodies; ++b) {
       const SolidDistance contact = solid_distance(solids(static_cast<std::int64_t>(b)), x, shift);
       if (!(contact.phi < thickness)) continue;
@@ -97,13 +97,12 @@ void move_cloth(const Constants& constants, const Fluid& fluid, const Bodies& bo
                        cloth.nodes.position,
                        cloth.nodes.velocity,
                        cloth.nodes.pinned,
-                       cloth.nodes.cloth,
                        cloth.mesh.triangle,
                        cloth.mesh.rest_metric,
                        cloth.nodes.solid_mass,
                        cloth.nodes.inverse_mass,
                        cloth.nodes.liquid,
-                       cloth.materials,
+                       node_materials(cloth),
                        bodies.solids,
                        PinMotions(cloth),
                        constants.quantum,

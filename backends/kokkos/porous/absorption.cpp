@@ -3,9 +3,10 @@
 
 #include "porous/absorption_law.hpp"
 
+#include "cloth/wet_cloth.hpp"
 #include "porous/flow_law.hpp"
-#include "porous/transfer.hpp"
 #include "porous/stages.hpp"
+#include "porous/transfer.hpp"
 
 namespace drench::kokkos_backend {
 namespace {
@@ -19,16 +20,14 @@ void prepare(const Constants& constants, Cloth& cloth, TransferWork& transfers, 
   const Entries<const Real3> x = cloth.samples.position, flow = cloth.samples.flow_direction;
   const Entries<const Index> node = cloth.samples.node;
   const Entries<const Real> weight = cloth.samples.weight, capacity = cloth.samples.capacity;
-  const Entries<const Quanta> liquid = cloth.nodes.liquid;
-  const Entries<const double> node_capacity = cloth.nodes.capacity;
-  const double q = constants.quantum;
+  const NodeLiquid wet(constants, cloth);
   const Transfers exchange(cloth, transfers);
   parallel(
       "drench::absorption::saturation", cloth.samples.count, KOKKOS_LAMBDA(const Index p) {
         double sum = 0;
         for (int k = 0; k < 3; ++k) {
           const Index n = node(3 * p + k);
-          if (node_capacity(n) > 0) sum += double(weight(3 * p + k)) * (double(liquid(n)) * q / node_capacity(n));
+          if (wet.capacity(n) > 0) sum += double(weight(3 * p + k)) * wet.filling(n);
         }
         place(p) = {x(p), Real(sum)};
         flow_capacity(p) = {flow(p), capacity(p)};
@@ -39,8 +38,7 @@ void prepare(const Constants& constants, Cloth& cloth, TransferWork& transfers, 
 /// Demands of one particle.
 struct Demands {
   Entries<Real4> place, flow_capacity;
-  Entries<const Index> cloth;
-  Entries<const Material> materials;
+  Materials materials;
   double dt, q;
   Real h;
   bool controlled, single;  // one cloth
@@ -48,8 +46,7 @@ struct Demands {
   Demands(const Constants& constants, const Cloth& fabric, AbsorptionWork& work, double step)
       : place(work.position_saturation),
         flow_capacity(work.flow_capacity),
-        cloth(fabric.samples.cloth),
-        materials(fabric.materials),
+        materials(sample_materials(fabric)),
         dt(step),
         q(constants.quantum),
         h(constants.support),
@@ -58,15 +55,15 @@ struct Demands {
 
   /// w_ij, quanta, of liquid at x with the volume V_i, m³.
   KOKKOS_INLINE_FUNCTION double operator()(const Real3& x, double volume, Index j) const {
-    const Index c = single ? 0 : cloth(j);
-    if (!materials(c).porous) return 0;
+    const Material& m = single ? materials.of_cloth(0) : materials(j);
+    if (!m.porous) return 0;
     const Real4 at = place(j), flow_at = flow_capacity(j);
     const Real3 separation = at.xyz() - x;
     const Real cap =
-        laws::saturation_cap(materials(c).max_saturation, laws::flow_cosine(separation, flow_at.xyz(), h));
+        laws::saturation_cap(m.max_saturation, laws::flow_cosine(separation, flow_at.xyz(), h));
     const Real deficit = controlled ? cap - at.w : Real(1);
     if (!(deficit > 0)) return 0;
-    return laws::absorption_demand(dt, materials(c).absorption, flow_at.w / q, deficit, volume,
+    return laws::absorption_demand(dt, m.absorption, flow_at.w / q, deficit, volume,
                                  laws::viscosity_laplacian(norm(separation), h));
   }
 };

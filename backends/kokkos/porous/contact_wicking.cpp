@@ -5,8 +5,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "porous/diffusion_law.hpp"
 #include "cloth/proximity.hpp"
+#include "cloth/wet_cloth.hpp"
+#include "porous/diffusion_law.hpp"
 #include "porous/transfer.hpp"
 
 namespace drench::kokkos_backend {
@@ -22,12 +23,12 @@ struct Touch {
 
 /// What the kernel over samples sees.
 struct ContactSearch {
-  Entries<const Index> node, sample_triangle, sample_cloth, triangle, node_cloth;
+  Entries<const Index> node, sample_triangle, triangle;
   Entries<Index> found;
   Neighbors list;
   Entries<const Real3> sample_position, normal, position;
   Entries<const Real> area;
-  Entries<const Material> materials;
+  Materials of_sample, of_node;
   Entries<double> weight, conductance, drop;
   double dt, density;  // s, kg/m³
   Double3 down;        // ĝ, 0 without gravity
@@ -35,16 +36,15 @@ struct ContactSearch {
   ContactSearch(const Constants& constants, const NeighborLists& lists, const Cloth& cloth, ContactWork& work, double step)
       : node(cloth.samples.node),
         sample_triangle(cloth.samples.triangle),
-        sample_cloth(cloth.samples.cloth),
         triangle(cloth.mesh.triangle),
-        node_cloth(cloth.nodes.cloth),
         found(work.triangle),
         list(lists.sample_sample),
         sample_position(cloth.samples.position),
         normal(cloth.samples.normal),
         position(cloth.nodes.position),
         area(cloth.samples.area),
-        materials(cloth.materials),
+        of_sample(sample_materials(cloth)),
+        of_node(node_materials(cloth)),
         weight(work.weight),
         conductance(work.conductance),
         drop(work.drop),
@@ -70,13 +70,13 @@ struct ContactSearch {
 
   /// Law 4; side 0: d·n > 0.
   KOKKOS_INLINE_FUNCTION void nearest(Index p, Touch* best) const {
-    const Material& own = materials(sample_cloth(p));
+    const Material& own = of_sample(p);
     const Double3 n = widen(normal(p));
     Index last = none;
     const NeighborRow row = list.row(p);
     for (Index k = 0; k < row.count; ++k) {
       const Index other = row(k), t = sample_triangle(other);
-      const Material& m = materials(sample_cloth(other));
+      const Material& m = of_sample(other);
       if (t == last || !wicks(m) || share_a_node(sample_triangle(p), t)) continue;
       last = t;
       Double3 x[4] = {widen(sample_position(p)), {}, {}, {}};
@@ -93,14 +93,14 @@ struct ContactSearch {
   }
 
   KOKKOS_INLINE_FUNCTION void operator()(const Index p) const {
-    const Material& own = materials(sample_cloth(p));
+    const Material& own = of_sample(p);
     Touch best[2];
     if (wicks(own)) nearest(p, best);
     for (Index side = 0; side < 2; ++side) {
       const Index c = 2 * p + side, t = best[side].triangle;
       found(c) = t;
       if (t == none) continue;
-      const Material& m = materials(node_cloth(triangle(3 * t)));
+      const Material& m = of_node(triangle(3 * t));
       conductance(c) = 0.5 * double(area(p)) *
                        laws::contact_conductance(load(own), double(own.thickness), double(own.diffusivity), load(m),
                                                  double(m.thickness), double(m.diffusivity), dt);
@@ -138,12 +138,10 @@ struct Ends {
 void offer(const Constants& constants, const Cloth& cloth, ContactWork& work, double dt, bool with_momentum) {
   const Ends ends(cloth, work);
   const Entries<Quanta> flow = work.flow, in = work.entering, out = work.leaving;
-  const Entries<const Quanta> liquid = cloth.nodes.liquid;
   const Entries<const double> g = work.conductance, drop = work.drop;
-  const Entries<const double> capacity = cloth.nodes.capacity;
-  const Entries<const Index> cloth_of = cloth.nodes.cloth;
-  const Entries<const Material> materials = cloth.materials;
-  const double q = constants.quantum, scale = dt / constants.quantum;
+  const NodeLiquid wet(constants, cloth);
+  const Materials materials = node_materials(cloth);
+  const double scale = dt / constants.quantum;
   const Entries<std::int64_t> momentum = work.momentum;
   parallel(
       "drench::contact_wicking::clear", cloth.nodes.count, KOKKOS_LAMBDA(const Index n) {
@@ -159,10 +157,10 @@ void offer(const Constants& constants, const Cloth& cloth, ContactWork& work, do
         for (int far = 0; far < 2; ++far)
           for (int k = 0; k < 3; ++k) {
             const Index n = ends.node(c, far != 0, k);
-            if (capacity(n) > 0) s[far] += ends.weight(c, far != 0, k) * (double(liquid(n)) * q / capacity(n));
+            if (wet.capacity(n) > 0) s[far] += ends.weight(c, far != 0, k) * wet.filling(n);
           }
-        const bool degenerate = materials(cloth_of(ends.node(c, false, 0))).degenerate != 0 ||
-                                materials(cloth_of(ends.node(c, true, 0))).degenerate != 0;
+        const bool degenerate = materials(ends.node(c, false, 0)).degenerate != 0 ||
+                                materials(ends.node(c, true, 0)).degenerate != 0;
         const double flux = laws::diffusion_flux(g(c), s[0], s[1], drop(c), degenerate);
         const Quanta o = static_cast<Quanta>(Kokkos::floor(Kokkos::abs(flux) * scale));
         if (o == 0) return;

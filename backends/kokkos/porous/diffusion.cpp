@@ -7,12 +7,13 @@
 #include <cmath>
 #include <utility>
 
-#include "porous/contact_wicking.hpp"
+#include "cloth/wet_cloth.hpp"
 #include "core/host_copy.hpp"
-#include "porous/diffusion.hpp"
 #include "pipeline/substeps.hpp"
-#include "porous/transfer.hpp"
+#include "porous/contact_wicking.hpp"
+#include "porous/diffusion.hpp"
 #include "porous/stages.hpp"
+#include "porous/transfer.hpp"
 
 namespace drench::kokkos_backend {
 namespace {
@@ -43,29 +44,27 @@ void upload_pairs(const Constants& constants, const Cloth& cloth, DiffusionWork&
 
 /// What the kernels see of the pairs.
 struct NodePairs {
-  Entries<const Index> pair, start, item, cloth;
-  Entries<const double> conductance, capacity;
+  Entries<const Index> pair, start, item;
+  Entries<const double> conductance;
   Entries<double> drop;
-  Entries<Quanta> liquid;
-  Entries<const Material> material;
+  NodeLiquid wet;
+  Materials materials;
 
-  explicit NodePairs(Cloth& fabric, DiffusionWork& work)
+  NodePairs(const Constants& constants, const Cloth& fabric, DiffusionWork& work)
       : pair(work.pair),
         start(work.node_start),
         item(work.node_item),
-        cloth(fabric.nodes.cloth),
         conductance(work.conductance),
-        capacity(fabric.nodes.capacity),
         drop(work.drop),
-        liquid(fabric.nodes.liquid),
-        material(fabric.materials) {}
+        wet(constants, fabric),
+        materials(node_materials(fabric)) {}
 
   /// Of pair e, quanta, > 0 to its first node: what the law wants to flow, `scale` = Δt/q.
-  KOKKOS_INLINE_FUNCTION Quanta offer(Index e, double q, double scale) const {
+  KOKKOS_INLINE_FUNCTION Quanta offer(Index e, double scale) const {
     if (!(conductance(e) > 0)) return 0;
     const Index i = pair(2 * e), j = pair(2 * e + 1);
-    const double si = double(liquid(i)) * q / capacity(i), sj = double(liquid(j)) * q / capacity(j);
-    const double flux = laws::diffusion_flux(conductance(e), si, sj, drop(e), material(cloth(i)).degenerate != 0);
+    const double flux =
+        laws::diffusion_flux(conductance(e), wet.filling(i), wet.filling(j), drop(e), materials(i).degenerate != 0);
     const Quanta o = static_cast<Quanta>(Kokkos::floor(Kokkos::abs(flux) * scale));
     return flux > 0 ? o : -o;
   }
@@ -74,33 +73,32 @@ struct NodePairs {
 /// φ of every node; the offers in `flow`. In the first sub-step also the velocities in double: they are rounded once a step
 /// and not once a sub-step.
 void limit(const Constants& constants, Cloth& cloth, DiffusionWork& work, double dt, bool take_velocity) {
-  const NodePairs pairs(cloth, work);
+  const NodePairs pairs(constants, cloth, work);
   const Entries<Quanta> flow = work.flow;
   const Entries<const Quanta> ceiling = cloth.nodes.max_quanta;
   const Entries<double> out_share = work.out_share, in_share = work.in_share;
   const Entries<const Real3> v = cloth.nodes.velocity;
   const Entries<Double3> wide = work.velocity;
-  const double q = constants.quantum, scale = dt / constants.quantum;
+  const double scale = dt / constants.quantum;
   parallel(
       "drench::diffusion::limit", cloth.nodes.count, KOKKOS_LAMBDA(const Index n) {
         Quanta out = 0, in = 0;
         for (Index k = pairs.start(n); k < pairs.start(n + 1); ++k) {
           const bool first = pairs.item(k) % 2 == 0;
-          const Quanta o = pairs.offer(pairs.item(k) / 2, q, scale);
+          const Quanta o = pairs.offer(pairs.item(k) / 2, scale);
           if (first) flow(pairs.item(k) / 2) = o;
           const Quanta gain = first ? o : -o;
           (gain > 0 ? in : out) += gain > 0 ? gain : -gain;
         }
-        out_share(n) = outflow_fraction(pairs.liquid(n), out);
-        in_share(n) = inflow_fraction(ceiling(n), pairs.liquid(n), in);
+        out_share(n) = outflow_fraction(pairs.wet.liquid(n), out);
+        in_share(n) = inflow_fraction(ceiling(n), pairs.wet.liquid(n), in);
         if (take_velocity) wide(n) = widen(v(n));
       });
 }
 
 /// Does liquid diffuse in cloth that moves? If not, no velocity is touched.
 bool carries_momentum(const Model& m) {
-  return std::any_of(m.cloths.begin(), m.cloths.end(),
-                     [](const ClothMaterial& c) { return c.dynamics && c.porous && c.diffusivity > 0; });
+  return m.any_cloth([](const ClothMaterial& c) { return c.dynamics && c.wicks(); });
 }
 
 void make_room_for_velocities(const Cloth& cloth, DiffusionWork& work) {
@@ -159,23 +157,23 @@ void launch_diffusion_rate(const Constants& constants, Cloth& cloth, DiffusionWo
   upload_pairs(constants, cloth, work);
   if (work.rate.is_of(cloth.moved)) return;
   make_room_for_one(work.rate.largest, "drench::diffusion::largest_rate");
-  const NodePairs pairs(cloth, work);
+  const NodePairs pairs(constants, cloth, work);
   const Entries<const Real3> x = cloth.nodes.position;
   const Real gravity = norm(constants.gravity);
   const Real3 down = gravity > 0 ? (1 / gravity) * constants.gravity : Real3{};
   Kokkos::parallel_reduce(
       "drench::diffusion::rate", Range(0, cloth.nodes.count),
       KOKKOS_LAMBDA(const Index n, double& largest) {
-        const Material& m = pairs.material(pairs.cloth(n));
+        const Material& m = pairs.materials(n);
         const double most = m.degenerate ? double(m.max_saturation) : 1;
         double rate = 0;
         for (Index k = pairs.start(n); k < pairs.start(n + 1); ++k) {
           const Index e = pairs.item(k) / 2, i = pairs.pair(2 * e), j = pairs.pair(2 * e + 1);
-          const double drop = double(dot(x(i) - x(j), down) / pairs.material(pairs.cloth(i)).capillary_height);
+          const double drop = double(dot(x(i) - x(j), down) / pairs.materials(i).capillary_height);
           if (i == n) pairs.drop(e) = drop;
           rate += pairs.conductance(e) * (most + Kokkos::abs(drop));
         }
-        rate = pairs.capacity(n) > 0 ? rate / pairs.capacity(n) : 0.0;
+        rate = pairs.wet.capacity(n) > 0 ? rate / pairs.wet.capacity(n) : 0.0;
         if (rate > largest) largest = rate;
       },
       Kokkos::Max<double, Kokkos::SharedHostPinnedSpace>(work.rate.largest));

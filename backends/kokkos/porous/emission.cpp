@@ -32,16 +32,14 @@ void prepare(const Constants& constants, const Bodies& bodies, Cloth& cloth, Tra
 struct Maturing {
   Entries<const Quanta> capacity;
   Entries<Quanta> liquid, buffered;
-  Entries<const Index> cloth;
-  Entries<const Material> materials;
+  Materials materials;
   double dt, spacing;
 
   Maturing(const Constants& constants, Cloth& fabric, double step)
       : capacity(fabric.nodes.capacity_quanta),
         liquid(fabric.nodes.liquid),
         buffered(fabric.nodes.buffered),
-        cloth(fabric.nodes.cloth),
-        materials(fabric.materials),
+        materials(node_materials(fabric)),
         dt(step),
         spacing(constants.spacing) {}
 
@@ -51,7 +49,7 @@ struct Maturing {
     const Quanta excess = liquid(n) > capacity(n) ? liquid(n) - capacity(n) : 0;
     const Quanta kept = buffered(n) < excess ? buffered(n) : excess;
     if (kept == excess) return kept;
-    const double part = laws::maturing(materials(cloth(n)).emission_velocity, dt, spacing);
+    const double part = laws::maturing(materials(n).emission_velocity, dt, spacing);
     return kept + static_cast<Quanta>(Kokkos::floor(part * double(excess - kept)));
   }
 };
@@ -83,8 +81,7 @@ struct Direction {
       : flow(cloth.samples.flow_direction), gravity(constants.gravity), gravity_size(norm(constants.gravity)) {}
   KOKKOS_INLINE_FUNCTION Real3 operator()(Index p, const VirtualPressure& pressure) const {
     if (pressure.count(p) == 0 || !(dot(flow(p), flow(p)) > 0)) return flow(p);
-    const Real epsilon =
-        laws::flow_regularisation(gravity_size, pressure.materials(pressure.cloth(p)).virtual_pressure);
+    const Real epsilon = laws::flow_regularisation(gravity_size, pressure.materials(p).virtual_pressure);
     return laws::flow_direction(pressure(p) + gravity, epsilon);
   }
 };
@@ -101,12 +98,11 @@ void shares(const Constants& constants, const NeighborLists& lists, const Bodies
   const bool directed = constants.model.has_direction(), solids = directed && bodies.boundary.count > 0;
   const Direction outward(constants, cloth);
   const VirtualPressure pressure(constants, lists, bodies, cloth);
-  const Entries<const Index> cloth_of = cloth.samples.cloth;
   parallel(
       "drench::emission::share", cloth.samples.count, KOKKOS_LAMBDA(const Index p) {
         exchange.clear(p);
         room(p) = 0;
-        const bool emits = matured.materials(cloth_of(p)).porous && (!directed || dot(flow(p), flow(p)) > 0);
+        const bool emits = pressure.materials(p).porous && (!directed || dot(flow(p), flow(p)) > 0);
         Quanta sum = 0;
         double vx = 0, vy = 0, vz = 0;
         bool ready = false;
@@ -134,8 +130,7 @@ struct Reach {
   Neighbors list;
   Entries<const Real3> sample, flow;
   Entries<Real3> liquid;
-  Entries<const Index> cloth;
-  Entries<const Material> materials;
+  Materials materials;
   Entries<Quanta> mass, total;
   Entries<int> any;
   Real support;
@@ -146,8 +141,7 @@ struct Reach {
         sample(fabric.samples.position),
         flow(leaving_directions(fabric, work)),
         liquid(fluid.particles.position),
-        cloth(fabric.samples.cloth),
-        materials(fabric.materials),
+        materials(sample_materials(fabric)),
         mass(fluid.particles.mass),
         total(work.total),
         any(work.any),
@@ -156,7 +150,7 @@ struct Reach {
   KOKKOS_INLINE_FUNCTION bool takes(Index j) const { return any(0) != 0 && mass(j) > 0 && mass(j) < full; }
   /// Does sample p offer to particle j?
   KOKKOS_INLINE_FUNCTION bool offers(Index p, Index j) const {
-    return total(p) > 0 && laws::in_cone(liquid(j) - sample(p), flow(p), materials(cloth(p)).emission_cosine, support);
+    return total(p) > 0 && laws::in_cone(liquid(j) - sample(p), flow(p), materials(p).emission_cosine, support);
   }
 };
 
@@ -247,10 +241,9 @@ void block(const Constants& constants, const NeighborLists& lists, const Bodies&
   const Entries<Quanta> offered = transfers.offered;
   const Entries<std::uint8_t> blocked = work.blocked;
   const Entries<Index> receivers = work.layers;
-  const Entries<const Index> cloth_of = cloth.samples.cloth;
   const Neighbors solid(lists.sample_boundary), fabric(lists.sample_sample);
   const Entries<const Real3> x = cloth.samples.position, xb = bodies.boundary.position, flow = leaving_directions(cloth, work);
-  const Entries<const Material> materials = cloth.materials;
+  const Materials materials = sample_materials(cloth);
   const Real h = constants.support;
   const bool solids = bodies.boundary.count > 0 && constants.model.has_direction();  // else nothing blocks
   const Layers layers = layers_of(constants, cloth);
@@ -259,7 +252,7 @@ void block(const Constants& constants, const NeighborLists& lists, const Bodies&
         blocked(p) = 0;
         receivers(p) = 0;
         if (rest(p) == 0) return;
-        const Real cosine = materials(cloth_of(p)).emission_cosine;
+        const Real cosine = materials(p).emission_cosine;
         const Real3 here = x(p), along = flow(p);
         // Rows in folds are long: no store and no way out between the loads.
         if (solids) {
@@ -283,7 +276,7 @@ void block(const Constants& constants, const NeighborLists& lists, const Bodies&
           if (!laws::in_cone(apart, along, same ? laws::ahead_cosine : cosine, h)) continue;
           if (same)
             steep = true;
-          else if (materials(cloth_of(q)).porous)
+          else if (materials(q).porous)
             ++others;
         }
         if (steep) blocked(p) = 2;
@@ -291,7 +284,7 @@ void block(const Constants& constants, const NeighborLists& lists, const Bodies&
         if (others == 0 || rest(p) / others == 0) return;
         for (Index k = 0; k < near.count; ++k) {
           const Index q = near(k);
-          if (!layers.same(p, q) && materials(cloth_of(q)).porous && laws::in_cone(x(q) - x(p), flow(p), cosine, h))
+          if (!layers.same(p, q) && materials(q).porous && laws::in_cone(x(q) - x(p), flow(p), cosine, h))
             Kokkos::atomic_add(&offered(q), rest(p) / others);
         }
       });
@@ -300,23 +293,23 @@ void block(const Constants& constants, const NeighborLists& lists, const Bodies&
 /// (c), second pass: with the nodes' φ known, what the layers get. rest becomes E″_p.
 void give_to_layers(const Constants& constants, const NeighborLists& lists, const Cloth& cloth, TransferWork& transfers, EmissionWork& work) {
   const Entries<Quanta> rest = work.rest;
-  const Entries<const Index> receivers = work.layers, cloth_of = cloth.samples.cloth;
+  const Entries<const Index> receivers = work.layers;
   const Neighbors list(lists.sample_sample);
   const Entries<const Real3> leaving_velocity = work.velocity, x = cloth.samples.position, flow = leaving_directions(cloth, work);
   const Transfers exchange(cloth, transfers);
-  const Entries<const Material> materials = cloth.materials;
+  const Materials materials = sample_materials(cloth);
   const Layers layers = layers_of(constants, cloth);
   const Real h = constants.support;
   parallel(
       "drench::emission::give_to_layers", cloth.samples.count, KOKKOS_LAMBDA(const Index p) {
         if (receivers(p) == 0) return;
-        const Real cosine = materials(cloth_of(p)).emission_cosine;
+        const Real cosine = materials(p).emission_cosine;
         const Quanta offer = rest(p) / receivers(p);
         if (offer == 0) return;
         const NeighborRow near = list.row(p);
         for (Index k = 0; k < near.count; ++k) {
           const Index q = near(k);
-          if (layers.same(p, q) || !materials(cloth_of(q)).porous || !laws::in_cone(x(q) - x(p), flow(p), cosine, h))
+          if (layers.same(p, q) || !materials(q).porous || !laws::in_cone(x(q) - x(p), flow(p), cosine, h))
             continue;
           const Quanta t = limited(offer, exchange.share(q));
           exchange.give(q, offer, t, leaving_velocity(p));

@@ -10,8 +10,7 @@ namespace drench::kokkos_backend {
 struct VirtualPressure {
   Entries<const Real3> sample, solid;
   Entries<const Real> volume;
-  Entries<const Index> cloth;
-  Entries<const Material> materials;
+  Materials materials;
   Neighbors list;
   Kernel kernel;
   Real support;
@@ -21,8 +20,7 @@ struct VirtualPressure {
       : sample(fabric.samples.position),
         solid(bodies.boundary.position),
         volume(bodies.boundary.volume),
-        cloth(fabric.samples.cloth),
-        materials(fabric.materials),
+        materials(sample_materials(fabric)),
         list(lists.sample_boundary),
         kernel(constants.kernel),
         support(constants.support),
@@ -32,7 +30,7 @@ struct VirtualPressure {
   KOKKOS_INLINE_FUNCTION Index count(Index p) const { return solids ? list.count(p) : 0; }
   KOKKOS_INLINE_FUNCTION Real3 operator()(Index p) const {
     Real3 sum{};
-    const Real strength = materials(cloth(p)).virtual_pressure * support;
+    const Real strength = materials(p).virtual_pressure * support;
     if (!solids) return sum;
     const NeighborRow near = list.row(p);
     for (Index k = 0; k < near.count; ++k) {

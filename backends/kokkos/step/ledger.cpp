@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "cloth/wet_cloth.hpp"
 #include "particles/viscosity.hpp"
 #include "step/stages.hpp"
 
@@ -61,12 +62,10 @@ struct OfLiquid {
 struct OfNodes {
   Index nodes, edges, bodies;
   Entries<const Real3> x, v;
-  Entries<const Quanta> liquid;
-  Entries<const double> capacity;
+  NodeLiquid wet;
   Entries<const Real> solid, length;
   Entries<const Index> edge;
   Entries<const RigidState> body;
-  double q;
 
   explicit OfNodes(const Constants& constants, const Bodies& solids, const Cloth& cloth)
       : nodes(cloth.nodes.count),
@@ -74,13 +73,11 @@ struct OfNodes {
         bodies(constants.model.has_moving_body() ? solids.count : 0),
         x(cloth.nodes.position),
         v(cloth.nodes.velocity),
-        liquid(cloth.nodes.liquid),
-        capacity(cloth.nodes.capacity),
+        wet(constants, cloth),
         solid(cloth.nodes.solid_mass),
         length(cloth.mesh.edge_length),
         edge(cloth.mesh.edge),
-        body(solids.state),
-        q(constants.quantum) {}
+        body(solids.state) {}
   Index count() const { return std::max({nodes, edges, bodies}); }
   KOKKOS_INLINE_FUNCTION LedgerSums operator()(const Index n) const {
     LedgerSums own;
@@ -96,12 +93,12 @@ struct OfNodes {
       own.stretch = double(dot(way, way)) / (double(length(n)) * double(length(n)));
     }
     if (n >= nodes) return own;
-    own.mass = liquid(n);
+    own.mass = wet.liquid(n);
     own.nonfinite += finite(x(n)) && finite(v(n)) ? 0 : 1;
     own.square = double(dot(v(n), v(n)));
-    own.energy = 0.5 * (double(solid(n)) + q * double(liquid(n))) * own.square;
-    own.mass_float += double(Real(double(liquid(n)) * q));
-    own.saturation = capacity(n) > 0 ? double(liquid(n)) * q / capacity(n) : 0;
+    own.energy = 0.5 * (double(solid(n)) + wet.quantum * double(wet.liquid(n))) * own.square;
+    own.mass_float += double(Real(double(wet.liquid(n)) * wet.quantum));
+    own.saturation = wet.capacity(n) > 0 ? wet.filling(n) : 0;
     own.speed = double(norm(v(n)));
     return own;
   }
