@@ -56,6 +56,17 @@ KOKKOS_INLINE_FUNCTION Real3 relaxed(const Real3& f, const Real3& before, const 
   return omega == 1 ? next : omega * (next - before) + before;
 }
 
+/// One Jacobi step of multipliers towards law(i): the newest ones replace the last.
+template <class Law>
+void relax(const char* label, Index count, const Field<Real3>& multiplier, Field<Real3>& last_multiplier,
+           const Field<Real>& rates, Real omega, const Law& law) {
+  const Entries<const Real3> f = multiplier;
+  const Entries<Real3> last = last_multiplier;
+  const Entries<const Real> rate = rates;
+  parallel(
+      label, count, KOKKOS_LAMBDA(const Index i) { last(i) = relaxed(f(i), last(i), law(i), rate(i), omega); });
+}
+
 /// Π: `free` moved out of the planes that touch the solids next to x + anchor, then what is left of a curved solid. Out of
 /// the solid itself would be wrong: without the contact's own force a pressed node lies deep in it, maybe beyond its centre.
 KOKKOS_INLINE_FUNCTION Real3 held_out(const Slice<const Solid>& solids, const Real3& x, const Real3& anchor, Real3 free,
@@ -170,23 +181,11 @@ void swap_multipliers(ClothSolverWork& solver) {
 
 void iterate_multipliers(const Constants& constants, const Cloth& cloth, ClothSolverWork& solver, const ClothSystem& s, Real omega) {
   const Entries<const Real3> shift = solver.displacement;
-  {
-    const Entries<const Real3> force = solver.edge_force;
-    const Entries<Real3> last = solver.last_edge_force;
-    const Entries<const Real> rate = solver.edge_rate;
-    parallel(
-        "drench::cloth::spring_multipliers", cloth.mesh.edges,
-        KOKKOS_LAMBDA(const Index e) { last(e) = relaxed(force(e), last(e), s.edge_force(e, shift), rate(e), omega); });
-  }
+  relax("drench::cloth::spring_multipliers", cloth.mesh.edges, solver.edge_force, solver.last_edge_force,
+        solver.edge_rate, omega, KOKKOS_LAMBDA(const Index e) { return s.edge_force(e, shift); });
   const Hinges hinges = hinges_of(cloth);
-  {
-    const Entries<const Real3> force = solver.hinge_force;
-    const Entries<Real3> last = solver.last_hinge_force;
-    const Entries<const Real> rate = solver.hinge_rate;
-    parallel(
-        "drench::cloth::hinge_multipliers", cloth.mesh.hinges,
-        KOKKOS_LAMBDA(const Index h) { last(h) = relaxed(force(h), last(h), hinges.force(h, shift), rate(h), omega); });
-  }
+  relax("drench::cloth::hinge_multipliers", cloth.mesh.hinges, solver.hinge_force, solver.last_hinge_force,
+        solver.hinge_rate, omega, KOKKOS_LAMBDA(const Index h) { return hinges.force(h, shift); });
   if (constants.model.has_strain_limit()) {
     const Entries<const Real3> stress = solver.limit_stress;
     const Entries<Real3> last = solver.last_limit_stress;

@@ -22,32 +22,52 @@ void list_body_neighbors(const Constants& constants, const Fluid& fluid, Bodies&
 
 namespace {
 
+/// What the kernels over the samples of dynamic bodies see of them and of the liquid near them.
+struct WetSamples {
+  Neighbors list;
+  Kernel kernel;
+  Entries<const Index> sample;  // of bodies.boundary
+  Entries<const Real3> position, liquid;
+  Entries<const Real> own_volume, liquid_volume;
+
+  WetSamples(const Constants& constants, const Fluid& fluid, const NeighborLists& lists, const Bodies& bodies)
+      : list(lists.boundary_fluid),
+        kernel(constants.kernel),
+        sample(bodies.dynamic.sample),
+        position(bodies.dynamic.position),
+        liquid(fluid.particles.position),
+        own_volume(bodies.boundary.volume),
+        liquid_volume(fluid.volume) {}
+  KOKKOS_INLINE_FUNCTION Real volume(Index s) const { return own_volume(sample(s)); }
+  /// From the body's centre, m.
+  KOKKOS_INLINE_FUNCTION Double3 arm(Index s, const RigidState& body) const {
+    return minus(widen(position(s)), body.position);
+  }
+};
+
 /// g_b of each sample of a dynamic body, and G/M and H ‖I⁻¹‖ of each body.
 void find_body_rows(const Constants& constants, const Fluid& fluid, const NeighborLists& lists, Bodies& bodies) {
-  const Kernel kernel = constants.kernel;
+  const WetSamples samples(constants, fluid, lists, bodies);
   const Real rho = constants.rest_density;
   const Bodies& b = bodies;
   const Entries<const RigidBody> constant = b.constant;
   const Entries<const RigidState> state = b.state;
-  const Entries<const Index> sample = b.dynamic.sample, owner = b.dynamic.owner;
-  const Entries<const Real3> xs = b.dynamic.position, xf = fluid.particles.position;
-  const Entries<const Real> vb = b.boundary.volume, vf = fluid.volume;
+  const Entries<const Index> owner = b.dynamic.owner;
   const Entries<Real> load = bodies.dynamic.row_load, arm_load = bodies.dynamic.row_arm,
                       bound = bodies.dynamic.row_bound;
-  const Neighbors list(lists.boundary_fluid);
   parallel(
       "drench::bodies::row_load", b.dynamic.count, KOKKOS_LAMBDA(const Index s) {
-        const Real3 arm = narrow(minus(widen(xs(s)), state(owner(s)).position));
+        const Real3 arm = narrow(samples.arm(s, state(owner(s))));
         Real push = 0, turn = 0;
-        const NeighborRow near = list.row(s);
+        const NeighborRow near = samples.list.row(s);
         for (Index k = 0; k < near.count; ++k) {
-          const Real3 r = xf(near(k)) - xs(s);
-          const Real length = norm(r), factor = kernel.grad_factor(length);
-          push -= vf(near(k)) * factor * length;
-          turn -= vf(near(k)) * factor * norm(cross(arm, r));
+          const Real3 r = samples.liquid(near(k)) - samples.position(s);
+          const Real length = norm(r), factor = samples.kernel.grad_factor(length);
+          push -= samples.liquid_volume(near(k)) * factor * length;
+          turn -= samples.liquid_volume(near(k)) * factor * norm(cross(arm, r));
         }
-        load(s) = rho * vb(sample(s)) * push;
-        arm_load(s) = rho * vb(sample(s)) * turn;
+        load(s) = rho * samples.volume(s) * push;
+        arm_load(s) = rho * samples.volume(s) * turn;
       });
   sum_over_samples(
       bodies, KOKKOS_LAMBDA(const Index s) {
@@ -97,29 +117,26 @@ void add_body_rows(const Constants& constants, const NeighborLists& lists, Bodie
 void viscous_body_forces(const Constants& constants, const Fluid& fluid, const NeighborLists& lists,
                          Bodies& bodies) {
   if (bodies.dynamic.count == 0) return;
-  const Kernel kernel = constants.kernel;
+  const WetSamples samples(constants, fluid, lists, bodies);
   const Real strength = solid_friction * viscous_strength(constants) * constants.rest_density;
-  const Bodies& b = bodies;
-  const Entries<const Index> sample = b.dynamic.sample;
-  const Entries<const Real3> xs = b.dynamic.position, xf = fluid.particles.position, us = b.boundary.velocity,
-                             v = fluid.particles.velocity;
-  const Entries<const Real> vb = b.boundary.volume, volume = fluid.volume, ratio = fluid.particles.density_ratio;
+  const Entries<const Real3> us = std::as_const(bodies).boundary.velocity, v = fluid.particles.velocity;
+  const Entries<const Real> ratio = fluid.particles.density_ratio;
   const Entries<Real3> force = bodies.dynamic.force;
   const Entries<Real> bound = bodies.dynamic.viscous_bound;
-  const Neighbors list(lists.boundary_fluid);
   parallel(
-      "drench::bodies::viscous_force", b.dynamic.count, KOKKOS_LAMBDA(const Index s) {
+      "drench::bodies::viscous_force", bodies.dynamic.count, KOKKOS_LAMBDA(const Index s) {
         ViscousSum sum;
         if (strength > 0) {
-          const NeighborRow near = list.row(s);
+          const NeighborRow near = samples.list.row(s);
           for (Index k = 0; k < near.count; ++k) {
             const Index i = near(k);
-            const Real3 r = xs(s) - xf(i);
-            sum.add(volume(i) / bounded_ratio(ratio(i)), us(sample(s)) - v(i), r, kernel.gradient(r));
+            const Real3 r = samples.position(s) - samples.liquid(i);
+            sum.add(samples.liquid_volume(i) / bounded_ratio(ratio(i)), us(samples.sample(s)) - v(i), r,
+                    samples.kernel.gradient(r));
           }
         }
-        force(s) = (strength * vb(sample(s))) * sum.pull;
-        bound(s) = strength * vb(sample(s)) * sum.bound;
+        force(s) = (strength * samples.volume(s)) * sum.pull;
+        bound(s) = strength * samples.volume(s) * sum.bound;
       });
 }
 
@@ -150,27 +167,26 @@ void find_viscous_body_bound(Bodies& bodies, MaximaUnderWay& maxima) {
 void predict_bodies(const Constants& constants, const Fluid& fluid, const NeighborLists& lists,
                     const Field<Real>& pressure, double dt, Bodies& bodies) {
   if (bodies.dynamic.count == 0) return;
-  const Kernel kernel = constants.kernel;
+  const WetSamples samples(constants, fluid, lists, bodies);
   const Real rho = constants.rest_density;
   const Bodies& b = bodies;
   const Entries<const RigidBody> constant = b.constant;
   const Entries<const RigidState> state = b.state;
-  const Entries<const Index> sample = b.dynamic.sample, owner = b.dynamic.owner;
-  const Entries<const Real3> xs = b.dynamic.position, xf = fluid.particles.position, v = b.boundary.velocity;
-  const Entries<const Real> vb = b.boundary.volume, vf = fluid.volume, kappa = pressure;
+  const Entries<const Index> owner = b.dynamic.owner;
+  const Entries<const Real3> v = b.boundary.velocity;
+  const Entries<const Real> kappa = pressure;
   const Entries<Real3> force = bodies.dynamic.force, predicted = bodies.dynamic.predicted;
-  const Neighbors list(lists.boundary_fluid);
   parallel(
       "drench::bodies::pressure_force", b.dynamic.count, KOKKOS_LAMBDA(const Index s) {
         Real3 f;
-        const NeighborRow near = list.row(s);
+        const NeighborRow near = samples.list.row(s);
         for (Index k = 0; k < near.count; ++k) {
           const Index i = near(k);
           if (kappa(i) == 0) continue;
-          const Real3 r = xf(i) - xs(s);
-          f += vf(i) * kappa(i) * kernel.grad_factor(norm(r)) * r;
+          const Real3 r = samples.liquid(i) - samples.position(s);
+          f += samples.liquid_volume(i) * kappa(i) * samples.kernel.grad_factor(norm(r)) * r;
         }
-        force(s) = mirrored * rho * vb(sample(s)) * f;
+        force(s) = mirrored * rho * samples.volume(s) * f;
       });
   sum_sample_forces(bodies);
   const Entries<const Wrench> load = b.dynamic.load;
@@ -179,8 +195,9 @@ void predict_bodies(const Constants& constants, const Fluid& fluid, const Neighb
         const Index k = owner(s);
         const Double3 a = times(constant(k).inverse_mass, load(k).force);
         const Double3 turn = over_inertia(constant(k), state(k).orientation, load(k).torque);
-        const Double3 arm = minus(widen(xs(s)), state(k).position);
-        predicted(sample(s)) = v(sample(s)) + narrow(times(dt, add(a, outer(turn, arm))));
+        const Double3 arm = samples.arm(s, state(k));
+        const Index at = samples.sample(s);
+        predicted(at) = v(at) + narrow(times(dt, add(a, outer(turn, arm))));
       });
 }
 
