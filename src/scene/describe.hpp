@@ -2,6 +2,8 @@
 // The descriptions of a scene's sections (scene/section.hpp). A key of a scene is a line in one of these functions and a member of
 // the struct.
 
+#include <fmt/format.h>
+
 #include "scene/scene.hpp"
 #include "scene/section.hpp"
 
@@ -15,6 +17,12 @@ inline constexpr const char* direction_range = "[-1e6, 1e6]";       // 1
 inline void check_not_zero(Section& s, const char* key, const Vec3& v) {
   const double square = v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
   s.check(square >= 1e-18, key, "has length 0; allowed: a vector that points somewhere");
+}
+
+/// The times between which something lasts, keys `start` and `end`.
+inline void check_end_after_start(Section& s, const char* what, double start, double end) {
+  s.check(start < end, s.has("end") ? "end" : "start",
+          fmt::format("{} ends at {} s and starts at {} s; allowed: an end after the start", what, end, start));
 }
 
 // describe_scene.cpp

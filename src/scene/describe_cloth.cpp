@@ -140,9 +140,7 @@ void describe(Section& s, PinScene& pin) {
   s.saved_if(motion).section("spin", pin, describe_pin_spin, "how the pins turn, between `start` and `end`");
   s.saved_if(motion).number("start", pin.start, "[0, 1e6]", "s", "before it the pins stand still");
   s.saved_if(motion).number("end", pin.end, "[0, inf]", "s", "after it the pins stand still; after `start`");
-  s.check(
-      pin.start < pin.end, s.has("end") ? "end" : "start",
-      fmt::format("the motion ends at {} s and starts at {} s; allowed: an end after the start", pin.end, pin.start));
+  check_end_after_start(s, "the motion", pin.start, pin.end);
 }
 
 void describe(Section& s, SaturationScene& saturation) {

@@ -55,8 +55,7 @@ void describe(Section& s, JetScene& jet) {
   s.number("start", jet.start, "[0, 1e6]", "s", "when it starts to flow");
   s.number("end", jet.end, "[0, inf]", "s", "when it stops; after `start`");
   check_not_zero(s, "velocity", jet.velocity);
-  s.check(jet.start < jet.end, s.has("end") ? "end" : "start",
-          fmt::format("the jet ends at {} s and starts at {} s; allowed: an end after the start", jet.end, jet.start));
+  check_end_after_start(s, "the jet", jet.start, jet.end);
 }
 
 void describe(Section& s, FluidScene& fluid) {

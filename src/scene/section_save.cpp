@@ -7,19 +7,7 @@
 namespace drench {
 namespace {
 
-std::string quoted(const std::string& words) {
-  std::string all;
-  for (const char c : words) {
-    const auto byte = static_cast<unsigned char>(c);
-    if (c == '"' || c == '\\') all += '\\';
-    if (byte < 0x20 || byte == 0x7f) {
-      all += fmt::format("\\x{:02x}", byte);
-    } else {
-      all += c;
-    }
-  }
-  return "\"" + all + "\"";
-}
+std::string quoted(const std::string& words) { return "\"" + yaml::escaped(words, "\"\\") + "\""; }
 
 std::string comment_of(const std::string& unit) { return unit == "1" || unit.starts_with('(') ? "" : unit; }
 

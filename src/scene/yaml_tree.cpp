@@ -10,25 +10,8 @@
 
 namespace drench {
 
-namespace {
-
-std::string one_line(const std::string& text) {
-  std::string line;
-  for (const char c : text) {
-    const auto byte = static_cast<unsigned char>(c);
-    if (byte < 0x20 || byte == 0x7f) {
-      line += fmt::format("\\x{:02x}", byte);
-    } else {
-      line += c;
-    }
-  }
-  return line;
-}
-
-}  // namespace
-
 SceneError::SceneError(const std::string& where, const std::string& message)
-    : std::runtime_error(one_line(where + ": " + message)) {}
+    : std::runtime_error(yaml::escaped(where + ": " + message)) {}
 
 namespace yaml {
 
@@ -74,6 +57,20 @@ Value& step_into(Value& value, const std::string& segment, const std::string& wa
 }
 
 }  // namespace
+
+std::string escaped(const std::string& text, std::string_view also) {
+  std::string all;
+  for (const char c : text) {
+    const auto byte = static_cast<unsigned char>(c);
+    if (also.find(c) != std::string_view::npos) all += '\\';
+    if (byte < 0x20 || byte == 0x7f) {
+      all += fmt::format("\\x{:02x}", byte);
+    } else {
+      all += c;
+    }
+  }
+  return all;
+}
 
 std::string text(double x) { return std::isinf(x) ? (x > 0 ? ".inf" : "-.inf") : fmt::format("{}", x); }
 

@@ -5,6 +5,7 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace drench::yaml {
@@ -43,6 +44,9 @@ std::string text(double x);
 
 /// The same for a list of them.
 std::string text(std::span<const double> values);
+
+/// Its control characters as \xNN, and a backslash before each character of `also`.
+std::string escaped(const std::string& text, std::string_view also = {});
 
 /// The first 40 bytes of it or so, for messages.
 std::string shortened(const std::string& text);
