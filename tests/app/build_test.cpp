@@ -13,6 +13,7 @@
 
 #include "base/eigen_vec.hpp"
 #include "build_scenes.hpp"
+#include "rolled_sheet.hpp"
 #include "setup/cloth_mesh.hpp"
 #include "setup/surface_mesh.hpp"
 
@@ -184,24 +185,10 @@ TEST(BuildCloth, HingeOfAnIrregularFlatQuadAnnihilatesAffineMapsToo) {
   EXPECT_NEAR(sum.norm(), 2 * length * std::sin(theta / 2), 1e-13);
 }
 
-/// Energy Σ ½ c |Kᵀx|² of the 1 m square sheet with n × n nodes, rolled on a cylinder of curvature κ whose axis is
-/// turned by `degrees` in the sheet's plane, over ½ bend κ² A.
+/// Energy of the rolled 1 m square sheet with n × n nodes over ½ bend κ² A.
 double bending_ratio(int n, double curvature, double degrees) {
   const Scene scene = cloth_scene({1, 1}, {n, n});
-  const ClothMesh mesh = build(scene).model.mesh;
-  const double turn = degrees * std::numbers::pi / 180;
-  double energy = 0;
-  for (std::size_t h = 0; h < mesh.hinge.size(); ++h) {
-    Eigen::Vector3d bend = Eigen::Vector3d::Zero();
-    for (int c = 0; c < 4; ++c) {
-      const Vec3& x = mesh.rest_position[static_cast<std::size_t>(mesh.hinge[h][c])];
-      const double across = x[0] * std::cos(turn) + x[2] * std::sin(turn);
-      const double along = -x[0] * std::sin(turn) + x[2] * std::cos(turn);
-      const double phi = across * curvature;
-      bend += mesh.hinge_weight[h][c] * Eigen::Vector3d(std::sin(phi) / curvature, std::cos(phi) / curvature, along);
-    }
-    energy += 0.5 * mesh.hinge_stiffness[h] * bend.squaredNorm();
-  }
+  const double energy = test::rolled_energy(build(scene).model.mesh, curvature, degrees);
   return energy / (0.5 * scene.cloths[0].material.bend * curvature * curvature);
 }
 

@@ -62,6 +62,15 @@ struct PipelineTest : testing::Test {
     backend.ledger.mass_drained = 17;
     backend.ledger.mass_supplied = 3;
   }
+  RunFailure failure_of_a_step() {
+    Pipeline pipeline(model, backend, initial);
+    try {
+      pipeline.step(1);
+    } catch (const RunFailure& failure) {
+      return failure;
+    }
+    throw std::logic_error("the step did not fail");
+  }
   double step_for(double wanted, double left) {
     backend.dt_wanted = wanted;
     Pipeline pipeline(model, backend, initial);
@@ -127,15 +136,10 @@ TEST_F(PipelineTest, CflStepsAreSplitEvenlyBeforeAnOutput) {
 
 TEST_F(PipelineTest, OneLostQuantumStopsTheRun) {
   backend.ledger.mass_fluid -= 1;
-  Pipeline pipeline(model, backend, initial);
-  try {
-    pipeline.step(1);
-    FAIL() << "not noticed";
-  } catch (const RunFailure& failure) {
-    EXPECT_EQ(failure.stage, Stage::ledger);
-    EXPECT_EQ(failure.info.step, 0);
-    EXPECT_NE(std::string(failure.what()).find("-1 quanta"), std::string::npos) << failure.what();
-  }
+  const RunFailure failure = failure_of_a_step();
+  EXPECT_EQ(failure.stage, Stage::ledger);
+  EXPECT_EQ(failure.info.step, 0);
+  EXPECT_NE(std::string(failure.what()).find("-1 quanta"), std::string::npos) << failure.what();
 }
 
 TEST_F(PipelineTest, ParticlesThatAreNotFiniteStopTheRun) {
@@ -146,14 +150,8 @@ TEST_F(PipelineTest, ParticlesThatAreNotFiniteStopTheRun) {
 
 TEST_F(PipelineTest, AStageWithANonFiniteErrorIsNamedAtOnce) {
   backend.divergence_error = std::nan("");
-  Pipeline pipeline(model, backend, initial);
-  try {
-    pipeline.step(1);
-    FAIL() << "not noticed";
-  } catch (const RunFailure& failure) {
-    EXPECT_EQ(failure.stage, Stage::divergence);
-    EXPECT_EQ(backend.ran.back(), Stage::divergence);
-  }
+  EXPECT_EQ(failure_of_a_step().stage, Stage::divergence);
+  EXPECT_EQ(backend.ran.back(), Stage::divergence);
 }
 
 TEST_F(PipelineTest, OnlyALastingCollapseStopsTheRun) {

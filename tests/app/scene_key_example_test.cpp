@@ -5,8 +5,7 @@
 #include <sstream>
 
 #include "run_program.hpp"
-#include "scene/scene_error.hpp"
-#include "scene/section_modes.hpp"
+#include "section_text.hpp"
 
 namespace drench {
 
@@ -62,24 +61,8 @@ std::vector<std::string> blocks(const std::string& language) {
   return all;
 }
 
-RoomScene room_of(const std::string& yaml_text) {
-  RoomScene room;
-  load_section(yaml::parse(yaml_text, "room.yaml"), "", [&](Section& s) { describe(s, room); });
-  return room;
-}
-
-std::string saved(RoomScene room) {
-  return save_section([&](Section& s) { describe(s, room); });
-}
-
-std::string refusal(const std::string& yaml_text) {
-  try {
-    room_of(yaml_text);
-  } catch (const SceneError& error) {
-    return std::string(error.what()) + "\n";
-  }
-  return "none\n";
-}
+RoomScene room_of(const std::string& yaml_text) { return loaded<RoomScene>(yaml_text, "room.yaml"); }
+std::string refusal_line(const std::string& yaml_text) { return refusal<RoomScene>(yaml_text, "room.yaml") + "\n"; }
 
 TEST(SceneKeyExample, IsOnThePage) {
   const std::string source = read_text(scenes_folder() + "/../tests/app/scene_key_example_test.cpp");
@@ -109,10 +92,10 @@ TEST(SceneKeyExample, LoadsAndSavesAsThePageSays) {
 TEST(SceneKeyExample, RefusesAsThePageSays) {
   const std::vector<std::string> messages = blocks("");
   ASSERT_EQ(messages.size(), 1u);
-  EXPECT_EQ(messages.front(), refusal("lamp:\n  power: 2000\n  position: [0, 1, 0]\n") +
-                                  refusal("lamp:\n  position: [0, 1, 0]\n  shad: clear\n") +
-                                  refusal("lamp: {power: 20}\n") +
-                                  refusal("lamp:\n  position: [0, 1, 0]\n  power: 0\n  warm_up: 5\n"));
+  EXPECT_EQ(messages.front(), refusal_line("lamp:\n  power: 2000\n  position: [0, 1, 0]\n") +
+                                  refusal_line("lamp:\n  position: [0, 1, 0]\n  shad: clear\n") +
+                                  refusal_line("lamp: {power: 20}\n") +
+                                  refusal_line("lamp:\n  position: [0, 1, 0]\n  power: 0\n  warm_up: 5\n"));
 }
 
 TEST(SceneKeyExample, IsDocumentedAsThePageSays) {

@@ -2,8 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "scene/scene_error.hpp"
-#include "scene/section_modes.hpp"
+#include "section_text.hpp"
 
 namespace drench {
 
@@ -38,24 +37,8 @@ void describe(Section& s, Tool& tool) {
 namespace testing {
 namespace {
 
-Tool loaded(const std::string& yaml_text) {
-  Tool tool;
-  load_section(yaml::parse(yaml_text, "t.yaml"), "", [&](Section& s) { describe(s, tool); });
-  return tool;
-}
-
-std::string saved(Tool tool) {
-  return save_section([&](Section& s) { describe(s, tool); });
-}
-
-std::string refusal(const std::string& yaml_text) {
-  try {
-    loaded(yaml_text);
-  } catch (const SceneError& error) {
-    return error.what();
-  }
-  return "";
-}
+Tool loaded(const std::string& yaml_text) { return test::loaded<Tool>(yaml_text, "t.yaml"); }
+std::string refusal(const std::string& yaml_text) { return test::refusal<Tool>(yaml_text, "t.yaml"); }
 
 TEST(SceneSection, SavesListsWithinOneLine) {
   const std::string text = "box: {size: [3, 2], nails: [{length: 2}, {length: 0.5, bent: on}]}  # heavy\n";
@@ -64,8 +47,8 @@ TEST(SceneSection, SavesListsWithinOneLine) {
   ASSERT_EQ(tool.nails.size(), 2u);
   EXPECT_EQ(tool.nails[1].length, 0.5);
   EXPECT_TRUE(tool.nails[1].bent);
-  EXPECT_EQ(saved(tool), text);
-  EXPECT_EQ(saved(Tool{}), "hammer: true\n") << "a remark is for the key before it, and that is not saved";
+  EXPECT_EQ(test::saved(tool), text);
+  EXPECT_EQ(test::saved(Tool{}), "hammer: true\n") << "a remark is for the key before it, and that is not saved";
 }
 
 TEST(SceneSection, ExactlyOneOfSeveralKeysStands) {

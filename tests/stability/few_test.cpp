@@ -63,14 +63,9 @@ TEST(few, no_particle_at_all) {
 }
 
 TEST(few, no_cloth) {
-  WatchedRun run(R"(drench: 1
-time: {step: 0.002, end: 10}
-fluid:
-  spacing: 0.015
-  viscosity: 1.0e-4
-  sources: [{block: {min: [-0.06, 0, -0.06], max: [0, 0.12, 0.06]}}]
-bodies: [{box: {min: [-0.06, 0, -0.06], max: [0.06, 0.3, 0.06], inside: true}}]
-)");
+  WatchedRun run(water_in_a_box(R"(
+    - block: {min: [-0.06, 0, -0.06], max: [0, 0.12, 0.06]}
+)"));
   run.steps(150);
   EXPECT_EQ(run.state().fluid_position.size(), run.run().initial().fluid_position.size());
   run.print("no cloth");

@@ -20,6 +20,7 @@
 #include <cmath>
 
 #include "hard_scene.hpp"
+#include "states.hpp"
 
 namespace drench::test {
 namespace {
@@ -37,18 +38,13 @@ double share_held(const WatchedRun& run) {
 TEST(full, a_dry_free_sheet_in_a_pool) {
   // Target: no energy from nothing, as in the other cases; it is missed by half a slack. What is there is the simmering of this
   // water alone (0.03 J, docs/design-notes/liquid.md).
-  WatchedRun run(R"(drench: 1
-time: {step: 0.002, end: 10}
-fluid:
-  spacing: 0.015
-  viscosity: 1.0e-4
-  sources: [{block: {min: [-0.06, 0, -0.06], max: [0.06, 0.12, 0.06]}}]
+  WatchedRun run(water_in_a_box(R"(
+    - block: {min: [-0.06, 0, -0.06], max: [0.06, 0.12, 0.06]}
 cloth:
   - mesh: {grid: {size: [0.09, 0.09], nodes: [7, 7]}}
     place: {position: [0.002, 0.0751, 0.001], rotate: {axis: [1, 0, 0.3], degrees: 10}}
     porous: {uptake_velocity: 0.02}
-bodies: [{box: {min: [-0.06, 0, -0.06], max: [0.06, 0.3, 0.06], inside: true}}]
-)",
+)"),
                  {.energy = 2});
   run.steps(250);
   run.print("dry sheet in a pool");
@@ -165,12 +161,7 @@ TEST(full, blocked_all_round) {
 
 TEST(full, emission_into_a_crowd) {
   // An overfull sheet within liquid that touches it on both sides: no room for a drop anywhere.
-  WatchedRun run(R"(drench: 1
-time: {step: 0.002, end: 10}
-fluid:
-  spacing: 0.015
-  viscosity: 1.0e-4
-  sources:
+  WatchedRun run(water_in_a_box(R"(
     - block: {min: [-0.06, 0, -0.06], max: [0.06, 0.06, 0.06]}
     - block: {min: [-0.06, 0.075, -0.06], max: [0.06, 0.12, 0.06]}
 cloth:
@@ -179,19 +170,11 @@ cloth:
     thickness: 0.003
     pin: [{edges: true}]
     porous: {max_saturation: 2}
-bodies: [{box: {min: [-0.06, 0, -0.06], max: [0.06, 0.3, 0.06], inside: true}}]
-)",
+)"),
                  {}, [](const Model& m, HostState& s) { soak(m, s, 2); });
   run.steps(150);
   run.print("into a crowd");
-  int close = 0;
-  const HostState& s = run.state();
-  for (std::size_t i = 0; i < s.fluid_position.size(); ++i)
-    for (std::size_t j = 0; j < i; ++j)
-      close +=
-          std::hypot(s.fluid_position[i][0] - s.fluid_position[j][0], s.fluid_position[i][1] - s.fluid_position[j][1],
-                     s.fluid_position[i][2] - s.fluid_position[j][2]) < 0.1 * 0.015;
-  EXPECT_EQ(close, 0) << "pairs within a tenth of a spacing";
+  EXPECT_EQ(close_pairs(run.state(), 0.1 * 0.015), 0) << "pairs within a tenth of a spacing";
 }
 
 TEST(full, almost_solid) {

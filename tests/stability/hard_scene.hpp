@@ -3,6 +3,7 @@
 
 #include <string>
 
+#include "quanta_sum.hpp"
 #include "stage_compare.hpp"
 #include "watch.hpp"
 
@@ -34,10 +35,16 @@ inline std::string water_over(std::initializer_list<std::pair<const char*, std::
   return scene;
 }
 
-inline Quanta sum(const std::vector<Quanta>& masses) {
-  Quanta all = 0;
-  for (const Quanta m : masses) all += m;
-  return all;
+/// Water in a container of 0.12 m × 0.3 m × 0.12 m: `rest` begins with the sources.
+inline std::string water_in_a_box(const std::string& rest) {
+  return R"(drench: 1
+time: {step: 0.002, end: 10}
+bodies: [{box: {min: [-0.06, 0, -0.06], max: [0.06, 0.3, 0.06], inside: true}}]
+fluid:
+  spacing: 0.015
+  viscosity: 1.0e-4
+  sources:)" +
+         rest;
 }
 
 }  // namespace drench::test

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "stage_compare.hpp"
+#include "state/needed_fields.hpp"
 #include "states.hpp"
 #include "validation.hpp"
 
@@ -32,24 +33,9 @@ bodies: [{{box: {{min: [0, 0, 0], max: [{1}, 0.4, {1}], inside: true}}}}]
 
 double distance(const Vec3& a, const Vec3& b) { return std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]); }
 
-/// Appends a particle at `position` with `share` of a full mass.
-void add(HostState& s, const Vec3& position, double share) {
-  s.fluid_position.push_back(position);
-  s.fluid_velocity.push_back({0, 0, 0});
-  s.fluid_mass.push_back(static_cast<Quanta>(share * quanta_per_particle));
-  s.fluid_id.push_back(s.next_id++);
-  s.fluid_age.push_back(0);
-  s.fluid_origin.push_back(static_cast<std::uint8_t>(Origin::block));
-  s.fluid_density_ratio.push_back(0);
-  s.fluid_kappa_density.push_back(0);
-  s.fluid_kappa_divergence.push_back(0);
-}
-
-int close_pairs(const HostState& s, double near) {
-  int close = 0;
-  for (std::size_t i = 0; i < s.fluid_position.size(); ++i)
-    for (std::size_t j = 0; j < i; ++j) close += distance(s.fluid_position[i], s.fluid_position[j]) < near;
-  return close;
+/// Appends a particle at rest with `share` of a full mass.
+void add(const SceneRun& run, HostState& s, const Vec3& position, double share) {
+  append_particle(s, run.model(), {position, {0, 0, 0}, static_cast<Quanta>(share * quanta_per_particle)});
 }
 
 struct Outcome {
@@ -114,7 +100,7 @@ TEST(odd_liquid, coincident_particles_part) {
   HostState s = run.initial();
   constexpr std::size_t pairs = 16;
   const std::size_t n = s.fluid_position.size();
-  for (std::size_t k = 0; k < pairs; ++k) add(s, s.fluid_position[k * (n / pairs)], 1);
+  for (std::size_t k = 0; k < pairs; ++k) add(run, s, s.fluid_position[k * (n / pairs)], 1);
   const Outcome o = run_from(run, s, 2, 0.2 * d);
   EXPECT_EQ(o.close, 0);
   EXPECT_LE(o.compression, 2e-3);
@@ -129,7 +115,7 @@ TEST(odd_liquid, many_on_one_point_part) {
                       all ? "viscosity: 0.001\n  solver: {density_correction: 1}" : "viscosity: 0.001"));
     HostState s = run.initial();
     const Vec3 middle = s.fluid_position[s.fluid_position.size() / 2];
-    for (int k = 0; k < 7; ++k) add(s, middle, 1);
+    for (int k = 0; k < 7; ++k) add(run, s, middle, 1);
     const Outcome o = run_from(run, s, 1, 0.2 * d);
     EXPECT_EQ(o.close, 0);
     fastest[all] = o.speed;
@@ -153,7 +139,8 @@ TEST(odd_liquid, small_particles_among_full_ones) {
   }
   keep_liquid(s, which);
   for (const Vec3& c : cells)
-    for (int k = 0; k < 20; ++k) add(s, {c[0] + within(random), c[1] + within(random), c[2] + within(random)}, 0.05);
+    for (int k = 0; k < 20; ++k)
+      add(run, s, {c[0] + within(random), c[1] + within(random), c[2] + within(random)}, 0.05);
   const Outcome o = run_from(run, s, 1, 0.1 * d);
   EXPECT_LT(o.close, static_cast<int>(2 * cells.size())) << "a tenth of the small particles: they heap up";
   EXPECT_LE(o.late, 0.2) << "m/s rms";

@@ -39,17 +39,12 @@ TEST(advection, coincident_particles_part_as_in_the_reference) {
 TEST(advection, no_particle_passes_an_unbroken_cloth) {
   const auto setup =
       setup_from(with(wet_scene(), "pin: [{edges: true}]", "pin: [{box: {min: [-1, -1, -1], max: [1, 1, 1]}}]"));
-  for (const auto& backend : {make_reference_backend(setup.model), make_kokkos_backend(setup.model)}) {
-    HostState state = setup.state;
-    for (Vec3& v : state.fluid_velocity) v = {0, -40, 0};  // four spacings a step
-    StepReport report;
-    backend->upload(state);
-    backend->run(Stage::neighbors, {0, 0, 0.002}, report);
-    backend->run(Stage::density, {0, 0, 0.002}, report);
-    backend->run(Stage::advection, {0, 0, 0.002}, report);
-    EXPECT_GT(report.collisions, 50) << backend->name();
-    for (const Vec3& x : backend->download().fluid_position) EXPECT_GT(x[1], 0) << backend->name();
-  }
+  HostState state = setup.state;
+  for (Vec3& v : state.fluid_velocity) v = {0, -40, 0};  // four spacings a step
+  run_on_both(setup.model, state, until_advection, {0, 0, 0.002}, [](const Backend& backend, const StepReport& report) {
+    EXPECT_GT(report.collisions, 50);
+    for (const Vec3& x : backend.download().fluid_position) EXPECT_GT(x[1], 0);
+  });
 }
 
 TEST(advection, what_a_sheet_stops_slides_on_along_it) {
@@ -86,20 +81,15 @@ cloth:
     s.fluid_position[i] = cases[i].start;
     s.fluid_velocity[i] = cases[i].velocity;
   }
-  for (const auto& backend : {make_reference_backend(setup.model), make_kokkos_backend(setup.model)}) {
-    SCOPED_TRACE(backend->name());
-    backend->upload(s);
-    StepReport report;
-    for (const Stage stage : {Stage::neighbors, Stage::density, Stage::advection})
-      backend->run(stage, {0, 0, dt}, report);
+  run_on_both(setup.model, s, until_advection, {0, 0, dt}, [&](const Backend& backend, const StepReport& report) {
     EXPECT_EQ(report.collisions, 4);
-    const HostState end = backend->download();
+    const HostState end = backend.download();
     for (std::size_t i = 0; i < 4; ++i)
       for (std::size_t a = 0; a < 3; ++a) {
         EXPECT_NEAR(end.fluid_position[i][a], cases[i].end[a], 1e-7) << cases[i].name << ", axis " << a;
         EXPECT_NEAR(end.fluid_velocity[i][a], cases[i].left[a], 1e-5) << cases[i].name << ", axis " << a;
       }
-  }
+  });
 }
 
 TEST(advection, what_leaves_the_domain_enters_the_account_of_drained_liquid) {
@@ -217,28 +207,23 @@ cloth:
     pin: [{edges: true}]
 )");
   for (const double stretch : {1.0, 1.3, 2.0}) {
-    for (const bool reference : {false, true}) {
-      HostState s = setup.state;
-      std::vector<Vec3> over;
-      for (std::size_t n = 0; n < s.node_position.size(); ++n) {
-        if (!setup.model.mesh.pinned[n]) over.push_back(s.node_position[n]);
-      }
-      ASSERT_EQ(over.size(), 81u);
-      ASSERT_EQ(s.fluid_count(), 81);
-      for (Vec3& x : s.node_position) x = {stretch * x[0], x[1], stretch * x[2]};
-      for (std::size_t i = 0; i < over.size(); ++i) {
-        s.fluid_position[i] = {stretch * over[i][0], 1e-4, stretch * over[i][2]};
-        s.fluid_velocity[i] = {0, -2, 0};
-      }
-      const auto backend = reference ? make_reference_backend(setup.model) : make_kokkos_backend(setup.model);
-      backend->upload(s);
-      const StepInfo info{0, 0, 0.002};
-      StepReport report;
-      for (const Stage stage : {Stage::neighbors, Stage::density, Stage::advection}) backend->run(stage, info, report);
-      const HostState end = backend->download();
-      EXPECT_EQ(report.collisions, 81) << "stretch " << stretch;
-      for (const Vec3& x : end.fluid_position) EXPECT_GT(x[1], 0) << "stretch " << stretch;
+    SCOPED_TRACE(stretch);
+    HostState s = setup.state;
+    std::vector<Vec3> over;
+    for (std::size_t n = 0; n < s.node_position.size(); ++n) {
+      if (!setup.model.mesh.pinned[n]) over.push_back(s.node_position[n]);
     }
+    ASSERT_EQ(over.size(), 81u);
+    ASSERT_EQ(s.fluid_count(), 81);
+    for (Vec3& x : s.node_position) x = {stretch * x[0], x[1], stretch * x[2]};
+    for (std::size_t i = 0; i < over.size(); ++i) {
+      s.fluid_position[i] = {stretch * over[i][0], 1e-4, stretch * over[i][2]};
+      s.fluid_velocity[i] = {0, -2, 0};
+    }
+    run_on_both(setup.model, s, until_advection, {0, 0, 0.002}, [](const Backend& backend, const StepReport& report) {
+      EXPECT_EQ(report.collisions, 81);
+      for (const Vec3& x : backend.download().fluid_position) EXPECT_GT(x[1], 0);
+    });
   }
 }
 

@@ -13,11 +13,7 @@ TEST(emission, new_particles_agree_with_the_reference) {
                  .steps_before = 2,
                  .prepare =
                      [](const Model& m, HostState& s) {
-                       for (std::size_t n = 0; n < s.node_liquid.size(); ++n) {
-                         s.node_liquid[n] = static_cast<Quanta>((1.02 + 0.1 * double(n % 7) / 7) *
-                                                                m.samples.node_capacity[n] / m.quantum);
-                         s.node_buffered[n] = s.node_liquid[n] / 8;
-                       }
+                       overfill(m, s, 8);
                        for (Vec3& x : s.fluid_position) x[1] += 0.2;  // room below the sheet
                      },
                  .changes = "fluid_id"});
@@ -31,14 +27,7 @@ TEST(emission, of_steep_fabric_agrees_with_the_reference) {
                                "hold_saturation: [{box: {min: [-0.2, -1, 0.12]",
                                "hold_saturation: [{box: {min: [-0.2, -1, 0.03]"),
                  .steps_before = 2,
-                 .prepare =
-                     [](const Model& m, HostState& s) {
-                       for (std::size_t n = 0; n < s.node_liquid.size(); ++n) {
-                         s.node_liquid[n] = static_cast<Quanta>((1.02 + 0.1 * double(n % 7) / 7) *
-                                                                m.samples.node_capacity[n] / m.quantum);
-                         s.node_buffered[n] = s.node_liquid[n] / 50;
-                       }
-                     },
+                 .prepare = [](const Model& m, HostState& s) { overfill(m, s, 50); },
                  .changes = "fluid_id"});
 }
 

@@ -89,24 +89,20 @@ TEST(forces, a_step_of_any_viscosity_keeps_momentum_and_adds_no_energy) {
     }
     // Away from the solids, which take momentum.
     for (Vec3& x : state.boundary_position) x[1] -= 0.5;
-    StepInfo info{0, 0, 0.004};
-    for (const auto& backend : {make_reference_backend(setup.model), make_kokkos_backend(setup.model)}) {
-      StepReport report;
-      backend->upload(state);
-      backend->run(Stage::neighbors, info, report);
-      backend->run(Stage::density, info, report);
-      backend->run(Stage::forces, info, report);
-      const HostState after = backend->download();
+    const StepInfo info{0, 0, 0.004};
+    const std::vector<Stage> stages{Stage::neighbors, Stage::density, Stage::forces};
+    run_on_both(setup.model, state, stages, info, [&](const Backend& backend, const StepReport&) {
+      const HostState after = backend.download();
       const Motion a = motion(setup.model, state, info.dt), b = motion(setup.model, after, info.dt);
-      const double tolerance = allowed(*backend, 1e-12, 2e-6);
-      EXPECT_LE(difference(a.momentum, b.momentum), tolerance * b.scale) << backend->name();
-      EXPECT_LE(difference(a.angular, b.angular), tolerance * b.scale) << backend->name();  // arms are below 1 m
-      EXPECT_LT(b.energy, a.energy) << backend->name();
+      const double tolerance = allowed(backend, 1e-12, 2e-6);
+      EXPECT_LE(difference(a.momentum, b.momentum), tolerance * b.scale);
+      EXPECT_LE(difference(a.angular, b.angular), tolerance * b.scale);  // arms are below 1 m
+      EXPECT_LT(b.energy, a.energy);
       double change = 0;
       for (std::size_t n = 0; n < state.node_position.size(); ++n)
         change = std::max(change, difference(state.node_velocity[n], after.node_velocity[n]));
       EXPECT_GT(change, 0) << "the cloth feels nothing";
-    }
+    });
   }
 }
 

@@ -30,13 +30,7 @@ std::size_t node_of(const Model& m, std::size_t cloth, Index i, Index j) {
 
 template <class Check>
 void on_both(const Model& model, const HostState& state, Check check) {
-  for (const auto& backend : {make_reference_backend(model), make_kokkos_backend(model)}) {
-    SCOPED_TRACE(backend->name());
-    StepReport report;
-    backend->upload(state);
-    backend->run(Stage::measures, {}, report);
-    check(report);
-  }
+  run_on_both(model, state, {Stage::measures}, {}, [&](const Backend&, const StepReport& report) { check(report); });
 }
 
 }  // namespace

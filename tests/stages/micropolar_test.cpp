@@ -62,14 +62,8 @@ double accuracy(const Backend& backend) { return allowed(backend, 1e-13, 2e-6); 
 /// The stage from `state` on both backends: check(backend, state after it).
 template <class Check>
 void after_stage(const Model& model, const HostState& state, double dt, const Check& check) {
-  for (const auto& backend : {make_reference_backend(model), make_kokkos_backend(model)}) {
-    SCOPED_TRACE(backend->name());
-    StepReport report;
-    backend->upload(state);
-    for (const Stage stage : {Stage::neighbors, Stage::density, Stage::micropolar})
-      backend->run(stage, {0, 0, dt}, report);
-    check(*backend, backend->download());
-  }
+  run_on_both(model, state, {Stage::neighbors, Stage::density, Stage::micropolar}, {0, 0, dt},
+              [&](const Backend& backend, const StepReport&) { check(backend, backend.download()); });
 }
 
 }  // namespace

@@ -27,11 +27,9 @@ bodies: [{plane: {point: [0, 0, 0], normal: [0, 1, 0], velocity: VELOCITY}}]
   EXPECT_LT(setup.model.boundary.count(), 1.15 * still.model.boundary.count());
   const double time = 7.3, d = 0.02, reach = 0.333;  // m: no lattice point is there
   const double way[3] = {2 * time, 0.01 * time, -1.3 * time};
-  for (const auto& backend : {make_reference_backend(setup.model), make_kokkos_backend(setup.model)}) {
-    backend->upload(setup.state);
-    StepReport report;
-    backend->run(Stage::bodies, {0, time - 0.01, 0.01}, report);
-    const HostState s = backend->download();
+  const StepInfo info{0, time - 0.01, 0.01};
+  run_on_both(setup.model, setup.state, {Stage::bodies}, info, [&](const Backend& backend, const StepReport&) {
+    const HostState s = backend.download();
     std::set<std::pair<long, long>> places;  // on the lattice that has moved
     for (std::size_t b = 0; b < s.boundary_position.size(); ++b) {
       const Vec3 &x = s.boundary_position[b], &rest = setup.state.boundary_position[b];
@@ -47,7 +45,7 @@ bodies: [{plane: {point: [0, 0, 0], normal: [0, 1, 0], velocity: VELOCITY}}]
       return std::floor((reach - offset) / d) - std::ceil((-reach - offset) / d) + 1;
     };
     EXPECT_EQ(static_cast<double>(places.size()), lattice(way[0]) * lattice(way[2]));
-  }
+  });
 }
 
 /// A floor that flies and turns for long, with a support of three spacings, so two layers of samples.
@@ -85,11 +83,9 @@ bodies: [{plane: {point: [0.4, 0.1, 0.1], normal: [1, 2, -1], velocity: [VELOCIT
                            (static_cast<double>(layer) + 0.5) * d * to_eigen(body.normal))))
           expected.insert({layer, i, j});
   ASSERT_GT(expected.size(), 1000u);
-  for (const auto& backend : {make_reference_backend(setup.model), make_kokkos_backend(setup.model)}) {
-    backend->upload(setup.state);
-    StepReport report;
-    backend->run(Stage::bodies, {0, time - 0.01, 0.01}, report);
-    const HostState s = backend->download();
+  const StepInfo info{0, time - 0.01, 0.01};
+  run_on_both(setup.model, setup.state, {Stage::bodies}, info, [&](const Backend& backend, const StepReport&) {
+    const HostState s = backend.download();
     std::set<Place> places;
     for (std::size_t b = 0; b < s.boundary_position.size(); ++b) {
       const Eigen::Vector3d x = to_eigen(s.boundary_position[b]), own = turn.conjugate() * (x - center);
@@ -103,7 +99,7 @@ bodies: [{plane: {point: [0.4, 0.1, 0.1], normal: [1, 2, -1], velocity: [VELOCIT
       EXPECT_TRUE(places.insert({std::lround(depth), std::lround(u), std::lround(v)}).second);
     }
     EXPECT_EQ(places, expected);
-  }
+  });
 }
 
 }  // namespace drench::test

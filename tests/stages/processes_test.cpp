@@ -14,11 +14,8 @@ namespace {
 std::string with_switches(const std::string& switches) { return with(wet_scene(), "output:", switches + "\noutput:"); }
 
 /// An overfull sheet with room below for what it lets go; some of the liquid stays at it and is half full.
-void overfill(const Model& m, HostState& s) {
-  for (std::size_t n = 0; n < s.node_liquid.size(); ++n) {
-    s.node_liquid[n] = static_cast<Quanta>((1.02 + 0.1 * double(n % 7) / 7) * m.samples.node_capacity[n] / m.quantum);
-    s.node_buffered[n] = s.node_liquid[n] / 8;
-  }
+void overfill_over_room(const Model& m, HostState& s) {
+  overfill(m, s, 8);
   for (std::size_t i = 0; i < s.fluid_position.size(); ++i) {
     if (i % 4 != 0) s.fluid_position[i][1] += 0.2;
     if (i % 4 == 0) s.fluid_mass[i] /= 2;
@@ -35,7 +32,7 @@ TEST(processes, absorption_without_direction_agrees_with_the_reference) {
 TEST(processes, absorption_without_saturation_control_agrees_with_the_reference) {
   compare_stage({.stage = Stage::absorption,
                  .scene = with_switches("processes: {saturation_control: off}"),
-                 .prepare = overfill,
+                 .prepare = overfill_over_room,
                  .changes = "node_liquid"});
 }
 
@@ -57,7 +54,7 @@ TEST(processes, emission_without_direction_agrees_with_the_reference) {
     compare_stage({.stage = Stage::emission,
                    .scene = with_switches(switches),
                    .steps_before = 2,
-                   .prepare = overfill,
+                   .prepare = overfill_over_room,
                    .changes = "fluid_id"});
   }
 }
@@ -83,19 +80,16 @@ bodies: [{plane: {point: [0, -0.012, 0], normal: [0, 1, 0]}}]
       state.node_liquid[n] = static_cast<Quanta>(1.15 * setup.model.samples.node_capacity[n] / setup.model.quantum);
       state.node_buffered[n] = state.node_liquid[n] / 10;
     }
-    for (const auto& backend : {make_reference_backend(setup.model), make_kokkos_backend(setup.model)}) {
-      StepReport report;
-      backend->upload(state);
-      backend->run(Stage::porous_neighbors, {0, 0, 0.002}, report);
-      if (directed) backend->run(Stage::flow_direction, {0, 0, 0.002}, report);
-      backend->run(Stage::emission, {0, 0, 0.002}, report);
-      const HostState after = backend->download();
+    std::vector<Stage> stages{Stage::porous_neighbors, Stage::emission};
+    if (directed) stages.insert(stages.begin() + 1, Stage::flow_direction);
+    run_on_both(setup.model, state, stages, {0, 0, 0.002}, [&](const Backend& backend, const StepReport&) {
+      const HostState after = backend.download();
       bool gained = false;
       for (std::size_t i = 0; i < state.fluid_mass.size(); ++i)
         gained = gained || after.fluid_mass[i] > state.fluid_mass[i];
-      EXPECT_EQ(gained, !directed) << backend->name() << ": what lies above";
-      EXPECT_EQ(after.next_id > state.next_id, !directed) << backend->name() << ": new particles";
-    }
+      EXPECT_EQ(gained, !directed) << "what lies above";
+      EXPECT_EQ(after.next_id > state.next_id, !directed) << "new particles";
+    });
   }
 }
 

@@ -7,6 +7,7 @@
 #include "pipeline/backend.hpp"
 #include "precision.hpp"
 #include "stage_compare.hpp"
+#include "states.hpp"
 
 namespace drench::test {
 namespace {
@@ -31,8 +32,6 @@ cloth:
 bodies:
   - plane: {point: [0, -0.03, 0], normal: [0, 1, 0]}
 )";
-
-double noise(std::size_t n, int a) { return std::sin(12.9898 * double(n) + 78.233 * a + 1); }
 
 /// Waves in both sheets, so that nearest points are isolated; the upper falls on the lower at `speed`; above 20 m/s the
 /// sheets crumple, too. Coordinates are floats, so that both precisions start from the same.
@@ -82,15 +81,12 @@ TEST(self_collision, with_moving_pins_agrees_with_the_reference) {
 
 TEST(self_collision, impact_zones_are_needed_and_agree_with_the_reference) {
   const auto setup = setup_from(two_sheets);
-  for (const auto& backend : {make_reference_backend(setup.model), make_kokkos_backend(setup.model)}) {
-    HostState s = setup.state;
-    throw_sheets(setup.model, s, 30);
-    StepReport report;
-    backend->upload(s);
-    backend->run(Stage::self_collision, {0, 0, 0.004}, report);
-    EXPECT_GT(report.cloth_contacts, 100) << backend->name();
-    EXPECT_GT(report.cloth_zone_nodes, 4) << backend->name();
-  }
+  HostState s = setup.state;
+  throw_sheets(setup.model, s, 30);
+  run_on_both(setup.model, s, {Stage::self_collision}, {0, 0, 0.004}, [](const Backend&, const StepReport& report) {
+    EXPECT_GT(report.cloth_contacts, 100);
+    EXPECT_GT(report.cloth_zone_nodes, 4);
+  });
 }
 
 // Zones of many nodes that several pairs join at once: each must end up whole.
@@ -118,14 +114,11 @@ TEST(self_collision, leaves_alone_what_does_not_touch) {
 TEST(self_collision, conserves_momentum) {
   const auto setup = setup_from(with(two_sheets, "point: [0, -0.03, 0]", "point: [0, -0.9, 0]"));
   for (const double speed : {1.2, 30.0}) {  // contacts alone; impact zones
-    for (const bool reference : {true, false}) {
-      const auto backend = reference ? make_reference_backend(setup.model) : make_kokkos_backend(setup.model);
-      HostState s = setup.state;
-      throw_sheets(setup.model, s, speed);
-      StepReport report;
-      backend->upload(s);
-      backend->run(Stage::self_collision, {0, 0, 0.004}, report);
-      const HostState after = backend->download();
+    SCOPED_TRACE(speed);
+    HostState s = setup.state;
+    throw_sheets(setup.model, s, speed);
+    run_on_both(setup.model, s, {Stage::self_collision}, {0, 0, 0.004}, [&](const Backend& backend, const StepReport&) {
+      const HostState after = backend.download();
       double size = 0;
       Vec3 change{0, 0, 0};
       for (std::size_t n = 0; n < s.node_velocity.size(); ++n) {
@@ -134,9 +127,8 @@ TEST(self_collision, conserves_momentum) {
           change[a] += setup.model.mesh.solid_mass[n] * (after.node_velocity[n][a] - s.node_velocity[n][a]);
         }
       }
-      for (int a = 0; a < 3; ++a)
-        EXPECT_LE(std::abs(change[a]), allowed(*backend, 1e-12, 1e-6) * size) << backend->name() << ", " << speed;
-    }
+      for (int a = 0; a < 3; ++a) EXPECT_LE(std::abs(change[a]), allowed(backend, 1e-12, 1e-6) * size);
+    });
   }
 }
 

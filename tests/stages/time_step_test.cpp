@@ -13,24 +13,17 @@ namespace drench::test {
 
 TEST(time_step, fixed_mode_wants_the_step_of_the_scene) {
   const auto setup = setup_from(wet_scene());
-  for (const auto& backend : {make_reference_backend(setup.model), make_kokkos_backend(setup.model)}) {
-    StepReport report;
-    backend->upload(setup.state);
-    backend->run(Stage::time_step, {}, report);
-    EXPECT_DOUBLE_EQ(report.dt_wanted, 0.002);
-  }
+  run_on_both(setup.model, setup.state, {Stage::time_step}, {},
+              [&](const Backend&, const StepReport& report) { EXPECT_DOUBLE_EQ(report.dt_wanted, 0.002); });
 }
 
 TEST(time_step, cfl_mode_bounds_the_distance_of_the_fastest_particle) {
   const auto setup = setup_from(with(wet_scene(), "{step: 0.002, end: 1.0}", "{step: 0.1, end: 1.0, mode: cfl}"));
   HostState state = setup.state;
   state.fluid_velocity[3] = {0, -8, 0};
-  for (const auto& backend : {make_reference_backend(setup.model), make_kokkos_backend(setup.model)}) {
-    StepReport report;
-    backend->upload(state);
-    backend->run(Stage::time_step, {}, report);
-    EXPECT_NEAR(report.dt_wanted, 0.4 * 0.02 / (8 + 9.81 * 0.1), 1e-8) << backend->name();
-  }
+  run_on_both(setup.model, state, {Stage::time_step}, {}, [&](const Backend&, const StepReport& report) {
+    EXPECT_NEAR(report.dt_wanted, 0.4 * 0.02 / (8 + 9.81 * 0.1), 1e-8);
+  });
 }
 
 TEST(time_step, the_field_counts_as_gravity_does) {
@@ -40,24 +33,18 @@ TEST(time_step, the_field_counts_as_gravity_does) {
   HostState state = setup.state;
   for (Vec3& v : state.fluid_velocity) v = {0, 0, 0};
   state.fluid_position[3] = {-0.9, 0.1, 0};
-  for (const auto& backend : {make_reference_backend(setup.model), make_kokkos_backend(setup.model)}) {
-    StepReport report;
-    backend->upload(state);
-    backend->run(Stage::time_step, {}, report);
-    EXPECT_NEAR(report.dt_wanted, 0.4 * 0.02 / (16 * 1.9 * 0.1), 1e-8) << backend->name();
-  }
+  run_on_both(setup.model, state, {Stage::time_step}, {}, [&](const Backend&, const StepReport& report) {
+    EXPECT_NEAR(report.dt_wanted, 0.4 * 0.02 / (16 * 1.9 * 0.1), 1e-8);
+  });
 }
 
 TEST(time_step, node_speed_counts_and_the_step_has_a_floor) {
   const auto setup = setup_from(with(wet_scene(), "{step: 0.002, end: 1.0}", "{step: 0.1, end: 1.0, mode: cfl}"));
   HostState state = setup.state;
   state.node_velocity[40] = {300, 0, 0};
-  for (const auto& backend : {make_reference_backend(setup.model), make_kokkos_backend(setup.model)}) {
-    StepReport report;
-    backend->upload(state);
-    backend->run(Stage::time_step, {}, report);
-    EXPECT_NEAR(report.dt_wanted, 1e-4, 1e-10) << backend->name();  // 0.4 d / 300 m/s is below step / 1000
-  }
+  run_on_both(setup.model, state, {Stage::time_step}, {}, [&](const Backend&, const StepReport& report) {
+    EXPECT_NEAR(report.dt_wanted, 1e-4, 1e-10);  // 0.4 d / 300 m/s is below step / 1000
+  });
 }
 
 TEST(time_step, capillary_waves_bound_the_step_in_cfl_mode) {
@@ -69,13 +56,9 @@ TEST(time_step, capillary_waves_bound_the_step_in_cfl_mode) {
     const auto setup = setup_from(with(scene, "domain:", "gravity: [0, 0, 0]\ndomain:"));
     HostState state = setup.state;
     std::fill(state.fluid_velocity.begin(), state.fluid_velocity.end(), Vec3{0, 0, 0});
-    for (const auto& backend : {make_reference_backend(setup.model), make_kokkos_backend(setup.model)}) {
-      StepReport report;
-      backend->upload(state);
-      backend->run(Stage::time_step, {}, report);
-      EXPECT_NEAR(report.dt_wanted, 0.7 * std::sqrt(1000 * d * d * d / (2 * 3.14159265358979 * strongest)), 1e-9)
-          << backend->name();
-    }
+    run_on_both(setup.model, state, {Stage::time_step}, {}, [&](const Backend&, const StepReport& report) {
+      EXPECT_NEAR(report.dt_wanted, 0.7 * std::sqrt(1000 * d * d * d / (2 * 3.14159265358979 * strongest)), 1e-9);
+    });
   }
 }
 
@@ -83,12 +66,9 @@ TEST(time_step, resets_the_pin_forces) {
   const auto setup = setup_from(wet_scene());
   HostState state = setup.state;
   std::fill(state.node_pin_force.begin(), state.node_pin_force.end(), Vec3{1, 2, 3});
-  for (const auto& backend : {make_reference_backend(setup.model), make_kokkos_backend(setup.model)}) {
-    StepReport report;
-    backend->upload(state);
-    backend->run(Stage::time_step, {}, report);
-    for (const Vec3& f : backend->download().node_pin_force) EXPECT_EQ(f, (Vec3{0, 0, 0}));
-  }
+  run_on_both(setup.model, state, {Stage::time_step}, {}, [&](const Backend& backend, const StepReport&) {
+    for (const Vec3& f : backend.download().node_pin_force) EXPECT_EQ(f, (Vec3{0, 0, 0}));
+  });
 }
 
 }  // namespace drench::test

@@ -7,6 +7,7 @@
 #include "pipeline/backend.hpp"
 #include "precision.hpp"
 #include "stage_compare.hpp"
+#include "states.hpp"
 
 namespace drench::test {
 namespace {
@@ -37,8 +38,6 @@ bodies:
   - plane: {point: [0, -0.01, 0], normal: [0.02, 1, 0]}
   - sphere: {center: [0.02, 0.06, 0], radius: 0.049, velocity: [0.1, -0.4, 0], spin: {axis: [0, 0, 1], degrees_per_second: 90}}
 )";
-
-double noise(std::size_t n, int a) { return std::sin(12.9898 * double(n) + 78.233 * a + 1); }
 
 void soak(const Model& m, HostState& s) {
   for (std::size_t n = 0; n < s.node_position.size(); ++n) {
@@ -81,13 +80,10 @@ TEST(wet_adhesion, conserves_momentum_between_fabrics_and_pulls_them_together) {
   std::string scene = with(three_sheets, "    pin: [{corners: true}]\n", "");
   scene = scene.substr(0, scene.find("bodies:"));
   const auto setup = setup_from(scene);
-  for (const auto& backend : {make_reference_backend(setup.model), make_kokkos_backend(setup.model)}) {
-    HostState s = setup.state;
-    soak(setup.model, s);
-    StepReport report;
-    backend->upload(s);
-    backend->run(Stage::wet_adhesion, {0, 0, 0.004}, report);
-    const HostState after = backend->download();
+  HostState s = setup.state;
+  soak(setup.model, s);
+  run_on_both(setup.model, s, {Stage::wet_adhesion}, {0, 0, 0.004}, [&](const Backend& backend, const StepReport&) {
+    const HostState after = backend.download();
     double size = 0, upper = 0, lower = 0;
     Vec3 sum{0, 0, 0};
     for (std::size_t n = 0; n < s.node_velocity.size(); ++n) {
@@ -99,10 +95,10 @@ TEST(wet_adhesion, conserves_momentum_between_fabrics_and_pulls_them_together) {
       if (setup.model.mesh.node_cloth[n] == 0) upper += mass * after.node_velocity[n][1];
       if (setup.model.mesh.node_cloth[n] == 2) lower += mass * after.node_velocity[n][1];
     }
-    EXPECT_LT(upper, -0.05 * size) << backend->name();
-    EXPECT_GT(lower, 0.05 * size) << backend->name();
-    for (int a = 0; a < 3; ++a) EXPECT_LE(std::abs(sum[a]), allowed(*backend, 1e-12, 1e-6) * size) << backend->name();
-  }
+    EXPECT_LT(upper, -0.05 * size);
+    EXPECT_GT(lower, 0.05 * size);
+    for (int a = 0; a < 3; ++a) EXPECT_LE(std::abs(sum[a]), allowed(backend, 1e-12, 1e-6) * size);
+  });
 }
 
 }  // namespace drench::test

@@ -16,15 +16,7 @@ namespace drench::test {
 Precision backend_precision() { return precision_named(double_precision ? "double" : "float"); }
 
 std::string wet_scene() {
-  return R"(drench: 1
-time: {step: 0.002, end: 1.0}
-domain: {min: [-1, -1, -1], max: [1, 1, 1]}
-output: {every: 0}
-fluid:
-  spacing: 0.02
-  viscosity: 1.0e-3
-  solver: {max_iterations: 6, min_iterations: 6}
-  sources:
+  return std::string(few_iterations) + R"(
     - block: {min: [-0.07, 0.012, -0.06], max: [0.07, 0.15, 0.06], velocity: [0.1, -0.6, 0.05]}
     - jet: {center: [0.06, 0.25, 0.0], radius: 0.025, velocity: [0, -1.5, 0.1]}
 cloth:
@@ -48,6 +40,13 @@ std::string with(std::string text, const std::string& from, const std::string& t
 }
 
 drench::Setup setup_from(const std::string& yaml) { return build(parse_scene(yaml, "test.yaml")); }
+
+void overfill(const Model& m, HostState& s, Quanta parts) {
+  for (std::size_t n = 0; n < s.node_liquid.size(); ++n) {
+    s.node_liquid[n] = static_cast<Quanta>((1.02 + 0.1 * double(n % 7) / 7) * m.samples.node_capacity[n] / m.quantum);
+    s.node_buffered[n] = s.node_liquid[n] / parts;
+  }
+}
 
 void crowd(const Model& model, HostState& s) {
   for (std::size_t i = 1; i < s.fluid_position.size(); ++i) {

@@ -1,5 +1,6 @@
 #include "states.hpp"
 
+#include <cmath>
 #include <cstring>
 #include <utility>
 
@@ -21,6 +22,18 @@ std::string different_bits(const HostState& a, const HostState& b) {
   if (a.next_id != b.next_id || a.jet_particles != b.jet_particles) names += " counters";
   if (a.step != b.step || a.time != b.time) names += " time";
   return names;
+}
+
+double noise(std::size_t n, int a) { return std::sin(12.9898 * double(n) + 78.233 * a + 1); }
+
+int close_pairs(const HostState& s, double near) {
+  int close = 0;
+  for (std::size_t i = 0; i < s.fluid_position.size(); ++i)
+    for (std::size_t j = 0; j < i; ++j) {
+      const Vec3 &a = s.fluid_position[i], &b = s.fluid_position[j];
+      close += std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]) < near;
+    }
+  return close;
 }
 
 void keep_liquid(HostState& s, const std::vector<std::size_t>& which) {

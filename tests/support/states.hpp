@@ -9,6 +9,12 @@
 
 namespace drench::test {
 
+/// A number in [−1, 1] that has nothing to do with its neighbours': for axis `a` of entry `n`.
+double noise(std::size_t n, int a);
+
+/// Pairs of particles nearer to each other than `near`, m.
+int close_pairs(const HostState& s, double near);
+
 /// The names of the fields in which two states are not the same bits; "" if there is none.
 std::string different_bits(const HostState& a, const HostState& b);
 

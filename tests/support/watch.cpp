@@ -291,18 +291,6 @@ void WatchedRun::print(const char* name) const {
   std::fflush(stdout);
 }
 
-void add_particle(HostState& s, const Vec3& position, double share, const Vec3& velocity) {
-  s.fluid_position.push_back(position);
-  s.fluid_velocity.push_back(velocity);
-  s.fluid_mass.push_back(static_cast<Quanta>(std::llround(share * static_cast<double>(quanta_per_particle))));
-  s.fluid_id.push_back(s.next_id++);
-  s.fluid_age.push_back(0);
-  s.fluid_origin.push_back(static_cast<std::uint8_t>(Origin::block));
-  s.fluid_density_ratio.push_back(0);
-  s.fluid_kappa_density.push_back(0);
-  s.fluid_kappa_divergence.push_back(0);
-}
-
 void keep_particles(HostState& s, std::size_t count) {
   visit_fields(s, [&](std::string_view name, auto& array) {
     if (name.starts_with("fluid_")) array.resize(std::min(count, array.size()));

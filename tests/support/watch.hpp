@@ -88,8 +88,6 @@ class WatchedRun {
   std::size_t most_particles_ = 0;
 };
 
-/// Appends a particle with a share of the full mass.
-void add_particle(HostState& s, const Vec3& position, double share = 1, const Vec3& velocity = {0, 0, 0});
 /// Leaves the first `count` particles.
 void keep_particles(HostState& s, std::size_t count);
 /// Fills all porous nodes to saturation × capacity.

@@ -17,6 +17,7 @@
 
 #include "app/run_program.hpp"
 #include "base/eigen_vec.hpp"
+#include "rolled_sheet.hpp"
 #include "setup/build.hpp"
 #include "setup/cloth_mesh.hpp"
 
@@ -39,24 +40,6 @@ ClothMesh built(const SurfaceMesh& mesh) {
 
 constexpr double curvature = 0.1;  // 1/m
 
-/// Energy (J) of the sheet rolled to curvature κ across the direction `degrees`.
-double energy(const ClothMesh& mesh, double degrees) {
-  const double turn = degrees * std::numbers::pi / 180;
-  double energy = 0;
-  for (std::size_t h = 0; h < mesh.hinge.size(); ++h) {
-    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-    for (std::size_t c = 0; c < 4; ++c) {
-      const Vec3& rest = mesh.rest_position[static_cast<std::size_t>(mesh.hinge[h][c])];
-      const double across = rest[0] * std::cos(turn) + rest[2] * std::sin(turn);
-      const double along = -rest[0] * std::sin(turn) + rest[2] * std::cos(turn);
-      const double phi = across * curvature;
-      sum += mesh.hinge_weight[h][c] * Eigen::Vector3d(std::sin(phi) / curvature, std::cos(phi) / curvature, along);
-    }
-    energy += 0.5 * mesh.hinge_stiffness[h] * sum.squaredNorm();
-  }
-  return energy;
-}
-
 /// The energy over ½ κ² A. A is what the hinges stand for: a third of both their triangles; what the rim's triangles lack
 /// vanishes with their size.
 double rigidity(const ClothMesh& mesh, double degrees) {
@@ -66,7 +49,7 @@ double rigidity(const ClothMesh& mesh, double degrees) {
     for (std::size_t c = 0; c < 4; ++c) rest[c] = mesh.rest_position[static_cast<std::size_t>(hinge[c])];
     area += (triangle_area(rest[0], rest[1], rest[2]) + triangle_area(rest[0], rest[1], rest[3])) / 3;
   }
-  return energy(mesh, degrees) / (0.5 * curvature * curvature * area);
+  return rolled_energy(mesh, curvature, degrees) / (0.5 * curvature * curvature * area);
 }
 
 struct Rigidity {
@@ -195,7 +178,7 @@ TEST(bending, grid_of_a_scene_has_the_rigidity_bend_in_every_direction) {
   scene.cloths[0].material.bend = 1;
   const ClothMesh mesh = build(scene).model.mesh;
   for (int k = 0; k < 36; ++k)
-    EXPECT_NEAR(energy(mesh, 5.0 * k) / (0.5 * 0.1 * 0.1 * 0.7), 1, 0.02) << 5 * k << " degrees";
+    EXPECT_NEAR(rolled_energy(mesh, curvature, 5.0 * k) / (0.5 * 0.1 * 0.1 * 0.7), 1, 0.02) << 5 * k << " degrees";
 }
 
 }  // namespace drench::test

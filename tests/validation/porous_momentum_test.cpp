@@ -151,20 +151,12 @@ cloth:
   EXPECT_GT(spread, 1e-6);
   EXPECT_GT(taken, 5);
   EXPECT_GT(given, 1);
-  report(
-      {"free sheet that takes up and gives back, no gravity: change of Σmv by stage absorption, over its magnitudes' "
-       "sum",
-       "0", absorption, bound});
-  report(
-      {"free sheet that takes up and gives back, no gravity: change of Σmv by stage emission, over its magnitudes' sum",
-       "0", emission, bound, "1", reached, rounded});
-  report(
-      {"free sheet that takes up and gives back, no gravity: change of Σmv by stage diffusion, over its magnitudes' "
-       "sum",
-       "0", diffusion, bound});
-  report(
-      {"free sheet that takes up and gives back, no gravity: change of Σmv in a step (xpbd), over its magnitudes' sum",
-       "0", step, bound, "1", reached, rounded});
+  const std::string what = "free sheet that takes up and gives back, no gravity: change of Σmv ",
+                    over = ", over its magnitudes' sum";
+  report({what + "by stage absorption" + over, "0", absorption, bound});
+  report({what + "by stage emission" + over, "0", emission, bound, "1", reached, rounded});
+  report({what + "by stage diffusion" + over, "0", diffusion, bound});
+  report({what + "in a step (xpbd)" + over, "0", step, bound, "1", reached, rounded});
 }
 
 }  // namespace drench::test
