@@ -64,9 +64,10 @@ std::string ball_file(double radius) {
   return path.string();
 }
 
-/// A scene with a sphere of 0.1 m, and the same with a mesh in its place.
-std::array<std::string, 2> as_sphere_and_mesh(const std::string& scene) {
-  return {scene, with(scene, "sphere: {center: [0, 0, 0], radius: 0.1}", "mesh: {file: " + ball_file(0.1) + "}")};
+/// A scene with a sphere of 0.1 m, and with a mesh in its place.
+std::array<std::string, 2> with_sphere_and_mesh(const std::string& scene) {
+  return {scene + "bodies: [{sphere: {center: [0, 0, 0], radius: 0.1}}]\n",
+          scene + "bodies: [{mesh: {file: " + ball_file(0.1) + "}}]\n"};
 }
 
 /// The moving scene with a mesh in the sphere's place.
@@ -144,14 +145,12 @@ TEST(bodies, meshes_stop_cloth_and_liquid_as_in_the_reference) {
 }
 
 TEST(bodies, cloth_drapes_over_a_mesh_ball_as_over_a_sphere) {
-  const auto scenes = as_sphere_and_mesh(R"(drench: 1
+  const auto scenes = with_sphere_and_mesh(R"(drench: 1
 time: {step: 0.004, end: 1}
 cloth:
   - mesh: {grid: {size: [0.3, 0.3], nodes: [21, 21]}}
     place: {position: [0, 0.105, 0]}
     thickness: 0.002
-bodies:
-  - sphere: {center: [0, 0, 0], radius: 0.1}
 )");
   HostState end[2];
   for (std::size_t k = 0; k < 2; ++k) {
@@ -179,11 +178,9 @@ bodies:
 }
 
 TEST(bodies, a_mesh_ball_puts_liquid_back_as_a_sphere_does) {
-  const auto scenes = as_sphere_and_mesh(R"(drench: 1
+  const auto scenes = with_sphere_and_mesh(R"(drench: 1
 time: {step: 0.002, end: 1}
 fluid: {spacing: 0.02, sources: [{block: {min: [0.2, 0.1, -0.1], max: [0.4, 0.2, 0.1]}}]}
-bodies:
-  - sphere: {center: [0, 0, 0], radius: 0.1}
 )");
   HostState end[2];
   for (std::size_t k = 0; k < 2; ++k) {

@@ -26,7 +26,8 @@ namespace {
 struct WetSamples {
   Neighbors list;
   Kernel kernel;
-  Entries<const Index> sample;  // of bodies.boundary
+  Entries<const Index> sample, owner;  // of bodies.boundary; the body
+  Entries<const RigidState> state;     // of the bodies
   Entries<const Real3> position, liquid;
   Entries<const Real> own_volume, liquid_volume;
 
@@ -34,14 +35,16 @@ struct WetSamples {
       : list(lists.boundary_fluid),
         kernel(constants.kernel),
         sample(bodies.dynamic.sample),
+        owner(bodies.dynamic.owner),
+        state(bodies.state),
         position(bodies.dynamic.position),
         liquid(fluid.particles.position),
         own_volume(bodies.boundary.volume),
         liquid_volume(fluid.volume) {}
   KOKKOS_INLINE_FUNCTION Real volume(Index s) const { return own_volume(sample(s)); }
   /// From the body's centre, m.
-  KOKKOS_INLINE_FUNCTION Double3 arm(Index s, const RigidState& body) const {
-    return minus(widen(position(s)), body.position);
+  KOKKOS_INLINE_FUNCTION Double3 arm(Index s) const {
+    return minus(widen(position(s)), state(owner(s)).position);
   }
 };
 
@@ -51,13 +54,11 @@ void find_body_rows(const Constants& constants, const Fluid& fluid, const Neighb
   const Real rho = constants.rest_density;
   const Bodies& b = bodies;
   const Entries<const RigidBody> constant = b.constant;
-  const Entries<const RigidState> state = b.state;
-  const Entries<const Index> owner = b.dynamic.owner;
   const Entries<Real> load = bodies.dynamic.row_load, arm_load = bodies.dynamic.row_arm,
                       bound = bodies.dynamic.row_bound;
   parallel(
       "drench::bodies::row_load", b.dynamic.count, KOKKOS_LAMBDA(const Index s) {
-        const Real3 arm = narrow(samples.arm(s, state(owner(s))));
+        const Real3 arm = narrow(samples.arm(s));
         Real push = 0, turn = 0;
         const NeighborRow near = samples.list.row(s);
         for (Index k = 0; k < near.count; ++k) {
@@ -171,8 +172,6 @@ void predict_bodies(const Constants& constants, const Fluid& fluid, const Neighb
   const Real rho = constants.rest_density;
   const Bodies& b = bodies;
   const Entries<const RigidBody> constant = b.constant;
-  const Entries<const RigidState> state = b.state;
-  const Entries<const Index> owner = b.dynamic.owner;
   const Entries<const Real3> v = b.boundary.velocity;
   const Entries<const Real> kappa = pressure;
   const Entries<Real3> force = bodies.dynamic.force, predicted = bodies.dynamic.predicted;
@@ -192,12 +191,11 @@ void predict_bodies(const Constants& constants, const Fluid& fluid, const Neighb
   const Entries<const Wrench> load = b.dynamic.load;
   parallel(
       "drench::bodies::predicted", b.dynamic.count, KOKKOS_LAMBDA(const Index s) {
-        const Index k = owner(s);
+        const Index k = samples.owner(s);
         const Double3 a = times(constant(k).inverse_mass, load(k).force);
-        const Double3 turn = over_inertia(constant(k), state(k).orientation, load(k).torque);
-        const Double3 arm = samples.arm(s, state(k));
+        const Double3 turn = over_inertia(constant(k), samples.state(k).orientation, load(k).torque);
         const Index at = samples.sample(s);
-        predicted(at) = v(at) + narrow(times(dt, add(a, outer(turn, arm))));
+        predicted(at) = v(at) + narrow(times(dt, add(a, outer(turn, samples.arm(s)))));
       });
 }
 
