@@ -190,8 +190,8 @@ Collision stop_at_cloth(const Model& m, const MovingCloth& cloth, const Vector3d
     }
     collision.triangle = found->triangle;
     collision.weight = found->hit.weight;
-    const Vector3d turned = x1 - free;
-    collision.normal = turned.norm() > 0 ? turned.normalized() : normal;
+    const Vector3d change = x1 - free;
+    collision.normal = change.norm() > 0 ? change.normalized() : normal;
   }
   return collision;
 }
@@ -218,9 +218,9 @@ void exchange_impulses(ReferenceState& state, const std::vector<Collision>& coll
     }
     const double approach = (vec(state.s.fluid_velocity[i]) - v_hit).dot(c.normal);
     if (!(approach < 0)) continue;
-    const double strength = -approach / inverse_mass;  // kg m/s
-    state.s.fluid_velocity[i] = arr(vec(state.s.fluid_velocity[i]) + strength / mass * c.normal);
-    for (int k = 0; k < 3; ++k) add_impulse(state, impulse, nodes[k], -c.weight[k] * strength * c.normal);
+    const double lambda = -approach / inverse_mass;  // the impulse, kg m/s
+    state.s.fluid_velocity[i] = arr(vec(state.s.fluid_velocity[i]) + lambda / mass * c.normal);
+    for (int k = 0; k < 3; ++k) add_impulse(state, impulse, nodes[k], -c.weight[k] * lambda * c.normal);
   }
 }
 

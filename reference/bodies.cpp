@@ -24,7 +24,7 @@ Feelers feelers_of(const Body& body, const Pose& pose) {
   const Vector3d half = 0.5 * (vec(body.box.max) - vec(body.box.min));
   for (int corner = 0; corner < 8; ++corner) {
     const Vector3d sign(corner & 1 ? 1 : -1, corner & 2 ? 1 : -1, corner & 4 ? 1 : -1);
-    feelers.points.push_back(pose.turn * half.cwiseProduct(sign));
+    feelers.points.push_back(pose.orientation * half.cwiseProduct(sign));
   }
   return feelers;
 }
@@ -69,7 +69,7 @@ void bodies(ReferenceState& state, const StepInfo& info, StepReport&) {
       stop_at_solids(body, solids, pose);
     } else {
       pose.position = vec(body.center) + time * vec(body.velocity);
-      pose.turn = Eigen::AngleAxisd(std::remainder(body.spin_rate * time, 4 * std::numbers::pi), vec(body.spin_axis));
+      pose.orientation = Eigen::AngleAxisd(std::remainder(body.spin_rate * time, 4 * std::numbers::pi), vec(body.spin_axis));
       pose.velocity = vec(body.velocity);
       pose.spin = body.spin_rate * vec(body.spin_axis);
     }
@@ -82,11 +82,11 @@ void bodies(ReferenceState& state, const StepInfo& info, StepReport&) {
     Vector3d own = vec(m.boundary.position[b]) - vec(body.center);
     if (body.slides) {
       const Vector3d middle = vec(body.middle),
-                     way = middle - vec(body.center) - pose.turn.conjugate() * (middle - pose.position);
+                     way = middle - vec(body.center) - pose.orientation.conjugate() * (middle - pose.position);
       for (const Vec3& step : body.lattice)
         own -= std::floor(way.dot(vec(step)) / vec(step).squaredNorm() + slide_offset) * vec(step);
     }
-    const Vector3d x = pose.position + pose.turn * own;
+    const Vector3d x = pose.position + pose.orientation * own;
     s.boundary_position[b] = arr(x);
     s.boundary_velocity[b] = arr(pose.velocity_at(x));
   }

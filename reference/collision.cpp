@@ -173,15 +173,15 @@ std::optional<double> distance_to(const PlacedBody& placed, const Vector3d& x, V
 std::optional<double> distance_to(const PlacedBody& placed, const Vector3d& x, Vector3d& normal, double& slope) {
   slope = 1;
   const Body& body = *placed.body;
-  const Vector3d own = vec(body.center) + placed.pose.turn.conjugate() * (x - placed.pose.position);
+  const Vector3d own = vec(body.center) + placed.pose.orientation.conjugate() * (x - placed.pose.position);
   if (body.kind == BodyScene::Kind::mesh) {
     const std::optional<double> distance = field_distance(body.field, own, normal, slope);
-    normal = placed.pose.turn * normal;
+    normal = placed.pose.orientation * normal;
     return distance;
   }
   Vec3 n;
   const double distance = signed_distance(body, arr(own), n);
-  normal = placed.pose.turn * vec(n);
+  normal = placed.pose.orientation * vec(n);
   return distance;
 }
 

@@ -11,7 +11,7 @@ using Eigen::Vector3d;
 namespace {
 
 /// dW/dr of r > 0, 1/m⁴.
-double slope(KernelKind kind, double r, double h) {
+double kernel_derivative(KernelKind kind, double r, double h) {
   const double pi = std::numbers::pi;
   const double q = r / h;
   if (kind == KernelKind::wendland) return -210 / (pi * std::pow(h, 4)) * q * std::pow(1 - q, 3);
@@ -36,14 +36,14 @@ double Smoothing::value(double r) const {
 Vector3d Smoothing::gradient(const Vector3d& xij) const {
   const double r = xij.norm();
   if (r <= 1e-9 * h_ || r >= h_) return Vector3d::Zero();
-  return slope(kind_, r, h_) / r * xij;
+  return kernel_derivative(kind_, r, h_) / r * xij;
 }
 
 Vector3d Smoothing::pair_gradient(const Vector3d& xij) const {
   const double r = xij.norm();
   const double steepest = kind_ == KernelKind::cubic ? h_ / 3 : kind_ == KernelKind::wendland ? h_ / 4 : 0;
   if (r <= 1e-9 * h_ || r >= steepest) return gradient(xij);
-  return slope(kind_, steepest, h_) / r * xij;
+  return kernel_derivative(kind_, steepest, h_) / r * xij;
 }
 
 double fluid_mass(const ReferenceState& state, Index i) {

@@ -124,19 +124,19 @@ inline double image_density(double ratio) { return std::max(1.0, ratio - 0.1); }
 /// One kind of pressure in a solve and its iterates, m²/s².
 struct Iterates {
   std::vector<double> pressure, last, next;  // where the iteration is; the last Jacobi update and this one
-  double sum = 0, excess = 0;                // of the residuals, and of pressure that one update can still take back
-  double turned = 0;                         // > 0: the update goes against the momentum
+  double residual_sum = 0, complementarity = 0;  // Σ max(0, residual); pressure that one update can still remove
+  double restart = 0;                            // > 0: the update goes against the momentum
 
   explicit Iterates(std::vector<double> start)
       : pressure(std::move(start)), last(pressure), next(pressure.size(), 0.0) {}
 
-  void begin() { sum = excess = turned = 0; }
+  void begin() { residual_sum = complementarity = restart = 0; }
   /// The Jacobi update of pressure i for its residual; `gain` = ω α/Δt².
   void update(Index i, double residual, double gain, double alpha) {
-    sum += std::max(residual, 0.0);
-    if (residual < 0) excess += std::min(-residual, pressure[i] / gain);
+    residual_sum += std::max(residual, 0.0);
+    if (residual < 0) complementarity += std::min(-residual, pressure[i] / gain);
     next[i] = std::max(0.0, pressure[i] + gain * residual);
-    turned += (pressure[i] - next[i]) * (next[i] - last[i]) / alpha;
+    restart += (pressure[i] - next[i]) * (next[i] - last[i]) / alpha;
   }
   void extrapolate(double momentum) {
     for (std::size_t i = 0; i < pressure.size(); ++i)

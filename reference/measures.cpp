@@ -38,7 +38,7 @@ void clumping(const ReferenceState& state, StepReport& report) {
 double isotropy(const ReferenceState& state, const ClothMaterial& cloth, double& mass) {
   Eigen::Matrix<double, 2, 3> plane;
   for (int a = 0; a < 2; ++a) plane.row(a) = vec(cloth.rest_plane[a]);
-  const auto place = [&](Index n) -> Eigen::Vector2d {
+  const auto rest_uv = [&](Index n) -> Eigen::Vector2d {
     return plane * (vec(state.model.mesh.rest_position[n]) - vec(cloth.rest_center));
   };
   Eigen::Vector2d mean = Eigen::Vector2d::Zero();
@@ -48,14 +48,14 @@ double isotropy(const ReferenceState& state, const ClothMaterial& cloth, double&
   for (Index n = cloth.first_node; n < last; ++n) {
     const auto m = static_cast<double>(state.s.node_liquid[n]);
     mass += m;
-    mean += m * place(n);
-    size += m * place(n).squaredNorm();
+    mean += m * rest_uv(n);
+    size += m * rest_uv(n).squaredNorm();
   }
   if (!(mass > 0)) return 0;
   mean /= mass;
   Eigen::Matrix2d moment = Eigen::Matrix2d::Zero();
   for (Index n = cloth.first_node; n < last; ++n) {
-    const Eigen::Vector2d away = place(n) - mean;
+    const Eigen::Vector2d away = rest_uv(n) - mean;
     moment += static_cast<double>(state.s.node_liquid[n]) / mass * away * away.transpose();
   }
   const Eigen::Vector2d lambda = Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(moment).eigenvalues();

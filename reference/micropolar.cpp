@@ -42,13 +42,13 @@ SpinRates spin_rates(const ReferenceState& state, const Vectors& v, const Vector
   Vectors driving(v.size());  // s′
   SpinRates out{Vectors(v.size(), Vector3d::Zero()), Vectors(v.size(), Vector3d::Zero())};
   for (Index i = 0; i < count; ++i) {
-    Vector3d curl = Vector3d::Zero(), turned = Vector3d::Zero();  // of the flow; of a rigid rotation with ω_i
+    Vector3d curl = Vector3d::Zero(), rigid = Vector3d::Zero();  // of the flow; of a rigid rotation with ω_i
     for_neighbors(state, i, [&](Index j, double volume, const Vector3d& x, const Vector3d& gradient) {
       curl += volume * (v[i] - v[j]).cross(gradient);
-      turned += volume * omega[i].cross(x).cross(gradient);
+      rigid += volume * omega[i].cross(x).cross(gradient);
       out.spin[i] += spread * volume * gradient.norm() * x.norm() * (omega[j] - omega[i]);
     });
-    const Vector3d slip = curl - turned;
+    const Vector3d slip = curl - rigid;
     for_neighbors(state, i, [&](Index, double volume, const Vector3d& x, const Vector3d& gradient) {
       out.spin[i] += law.transfer / (2 * inertia) * volume * slip.cross(x).cross(gradient);
     });
@@ -70,12 +70,12 @@ double rate_bound(const ReferenceState& state) {
   const double spread = laplacian_share(m.scene.fluid.kernel) * law.viscosity / (m.support * m.support);
   double steepest = 0, widest = 0;
   for (Index i = 0; i < state.s.fluid_count(); ++i) {
-    double slopes = 0, moment = 0;
+    double gradients = 0, moment = 0;
     for_neighbors(state, i, [&](Index, double volume, const Vector3d& x, const Vector3d& gradient) {
-      slopes += volume * gradient.norm();
+      gradients += volume * gradient.norm();
       moment += volume * gradient.norm() * x.norm();
     });
-    steepest = std::max(steepest, slopes);
+    steepest = std::max(steepest, gradients);
     widest = std::max(widest, moment);
   }
   return law.transfer / 2 * (4 * steepest * steepest + widest * widest / inertia) + 2 * spread * widest;

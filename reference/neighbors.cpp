@@ -21,12 +21,12 @@ bool sheet_between(const ReferenceState& state, Index p, const Vector3d& sample,
 
 /// Pairs on different sides of a cloth are no neighbours.
 void cull_pairs_across_cloth(ReferenceState& state, const Vectors& fluid, const Vectors& samples) {
-  const auto parted = [&](Index i, Index j) {
+  const auto apart = [&](Index i, Index j) {
     const Index p = nearest_sample(state, i);
     return p >= 0 && sheet_between(state, p, samples[p], sample_normal(state, p), fluid[i], fluid[j]);
   };
   for (Index i = 0; i < static_cast<Index>(fluid.size()); ++i) {
-    std::erase_if(state.fluid_fluid[i], [&](Index j) { return parted(i, j) || parted(j, i); });
+    std::erase_if(state.fluid_fluid[i], [&](Index j) { return apart(i, j) || apart(j, i); });
   }
 }
 

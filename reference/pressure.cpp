@@ -12,10 +12,10 @@ namespace {
 
 using Eigen::Vector3d;
 
-/// t(o): what a step takes back of a compression o > 0; share: density_correction.
-double corrected(double over, double share) {
+/// t(o): the part of a compression o > 0 that a step corrects; factor: density_correction.
+double corrected(double over, double factor) {
   constexpr double most = 0.1;
-  return std::max(over / 2, std::min(share * over, most));
+  return std::max(over / 2, std::min(factor * over, most));
 }
 
 /// β_i: how much of a fresh particle's compression counts yet.
@@ -91,7 +91,7 @@ class ElasticCloth : public ClothResponse {
 
 void pressure(ReferenceState& state, const StepInfo& info, StepReport& report) {
   const HostState& s = state.s;
-  const double ramp = emission_ramp(state.model), share = state.model.scene.fluid.solver.density_correction;
+  const double ramp = emission_ramp(state.model), correction = state.model.scene.fluid.solver.density_correction;
   std::vector<bool> active(state.alpha.size());
   for (std::size_t i = 0; i < active.size(); ++i) active[i] = state.alpha[i] != 0;
   std::vector<double> compressed(active.size(), 0.0);  // β max(0, δ_adv − 1) of the last iteration
@@ -100,12 +100,12 @@ void pressure(ReferenceState& state, const StepInfo& info, StepReport& report) {
     double over = s.fluid_density_ratio[i] - 1;
     if (state.contact_alpha[i] > 0) over = std::max(0.0, over);
     compressed[i] = beta * std::max(0.0, s.fluid_density_ratio[i] - 1 + info.dt * rate);
-    return beta * ((over > 0 ? corrected(over, share) : over) + info.dt * rate);
+    return beta * ((over > 0 ? corrected(over, correction) : over) + info.dt * rate);
   };
   const auto approach = [&](Index i, double rate) { return active[i] ? source_ramp(s, i, ramp) * info.dt * rate : 0; };
   const Residuals residuals{compression, approach};
   clear_inactive(state);
-  const double tolerance = share * state.model.scene.fluid.solver.density_error;
+  const double tolerance = correction * state.model.scene.fluid.solver.density_error;
   std::vector<double>& kappa = state.s.fluid_kappa_density;
   SolveResult result;
   if (state.model.has_moving_cloth()) {

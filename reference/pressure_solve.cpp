@@ -42,9 +42,10 @@ SolveResult solve_pressure(ReferenceState& state, std::vector<double>& kappa, co
         contact.update(i, residuals.approach(i, approach[i] - yielded), factor * alpha, alpha);
       }
     }
-    const double sum = volume.sum + contact.sum, excess = volume.excess + contact.excess;
-    result.error = sum / count;
-    result.converged = result.error <= tolerance && excess / count <= tolerance && cloth.converged();
+    const double residual = volume.residual_sum + contact.residual_sum,
+                 complementarity = volume.complementarity + contact.complementarity;
+    result.error = residual / count;
+    result.converged = result.error <= tolerance && complementarity / count <= tolerance && cloth.converged();
     if ((result.converged && result.iterations >= solver.min_iterations) ||
         result.iterations >= solver.max_iterations) {
       kappa = volume.pressure;
@@ -53,9 +54,9 @@ SolveResult solve_pressure(ReferenceState& state, std::vector<double>& kappa, co
       accept_bodies(state, kappa, dt);
       return result;
     }
-    const double size = (sum + excess) / count;
+    const double size = (residual + complementarity) / count;
     if (size > 4 * best) relaxation /= 2;
-    if (volume.turned + contact.turned > 0 || size > before) theta = 1;
+    if (volume.restart + contact.restart > 0 || size > before) theta = 1;
     best = size > 4 * best ? size : std::min(best, size);
     before = size;
     const double next_theta = (1 + std::sqrt(1 + 4 * theta * theta)) / 2, momentum = (theta - 1) / next_theta;

@@ -48,20 +48,20 @@ void set_pose(HostState& s, Index body, const Pose& pose) {
   s.body_position[body] = arr(pose.position);
   s.body_velocity[body] = arr(pose.velocity);
   s.body_angular_velocity[body] = arr(pose.spin);
-  s.body_orientation[body] = {pose.turn.w(), pose.turn.x(), pose.turn.y(), pose.turn.z()};
+  s.body_orientation[body] = {pose.orientation.w(), pose.orientation.x(), pose.orientation.y(), pose.orientation.z()};
 }
 
 Pose advanced(const Pose& pose, double dt) {
   Pose end = pose;
   end.position += dt * pose.velocity;
   const double angle = dt * pose.spin.norm();
-  if (angle > 0) end.turn = Eigen::AngleAxisd(angle, pose.spin.normalized()) * pose.turn;
-  end.turn.normalize();
+  if (angle > 0) end.orientation = Eigen::AngleAxisd(angle, pose.spin.normalized()) * pose.orientation;
+  end.orientation.normalize();
   return end;
 }
 
 Matrix3d inertia(const Body& body, const Pose& pose) {
-  const Matrix3d r = pose.turn.toRotationMatrix();
+  const Matrix3d r = pose.orientation.toRotationMatrix();
   return r * vec(body.inertia).asDiagonal() * r.transpose();
 }
 

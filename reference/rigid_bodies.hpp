@@ -8,7 +8,7 @@ namespace drench::reference {
 /// m, m/s, rad/s.
 struct Pose {
   Eigen::Vector3d position, velocity, spin;
-  Eigen::Quaterniond turn;
+  Eigen::Quaterniond orientation;
 
   Eigen::Vector3d velocity_at(const Eigen::Vector3d& x) const { return velocity + spin.cross(x - position); }
 };

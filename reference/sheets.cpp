@@ -9,8 +9,8 @@ using Eigen::Vector3d;
 
 namespace {
 
-/// Whether c, in the plane of sample p, is beyond the rim of its sheet.
-bool beyond_rim(const ReferenceState& state, Index p, const Vector3d& c) {
+/// Whether c, in the plane of sample p, is beyond the boundary of its sheet.
+bool beyond_boundary(const ReferenceState& state, Index p, const Vector3d& c) {
   if (state.model.samples.boundary_edges.empty()) return false;
   struct Near {
     double distance, side;
@@ -55,7 +55,7 @@ Vector3d sample_normal(const ReferenceState& state, Index p) {
 }
 
 bool on_sheet(const ReferenceState& state, Index p, const Vector3d& c) {
-  return (c - sample_position(state, p)).norm() < 1.25 * state.model.spacing && !beyond_rim(state, p, c);
+  return (c - sample_position(state, p)).norm() < 1.25 * state.model.spacing && !beyond_boundary(state, p, c);
 }
 
 bool touches_sheet(const ReferenceState& state, Index i) {

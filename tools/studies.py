@@ -106,7 +106,7 @@ def wick_error(folder, settings, _):
 
 
 def sheet_series(folder, settings):
-    """Height of the middle, and the mean over the sheet: a node at the rim stands for half of one inside."""
+    """Height of the middle, and the mean over the sheet: a node on the boundary stands for half of one inside."""
     n = settings["nodes"]
     weight = [(0.5 if i in (0, n - 1) else 1) for i in range(n)]
     middle, mean = [], []

@@ -18,7 +18,7 @@ using Eigen::Vector3d;
 double largest_coordinate(const Vec3& x) { return std::max({std::fabs(x[0]), std::fabs(x[1]), std::fabs(x[2])}); }
 
 /// The decision of stage neighbors on a pair.
-enum class Parted { no, yes, by_rounding };
+enum class Culled { no, yes, by_rounding };
 
 /// The cloths' samples as the liquid meets them.
 class Sheet {
@@ -39,13 +39,13 @@ class Sheet {
       const double u = precision.rounding, ratio = n.norm() > 0 ? e.norm() * f.norm() / n.norm() : 0;
       position_.push_back(x);
       normal_.push_back(n.norm() > 0 ? Vector3d(n / n.norm()) : Vector3d::Zero());
-      // of the plane's place, and of its normal over the length of a pair beyond h
+      // of the plane's position, and of its normal over the length of a pair beyond h
       rounding_.push_back(separation_rounding(model, precision, farthest) + 2 * h_ * u * (6 * ratio + 4));
       grid_.add(to_vec3(x));
     }
     for (const auto& edge : model.mesh.boundary_edge)
-      rim_.push_back({place(state, edge[0]), place(state, edge[1]), place(state, edge[2])});
-    near_rim_ = model.samples.boundary_edges;
+      boundary_.push_back({position_of(state, edge[0]), position_of(state, edge[1]), position_of(state, edge[2])});
+    near_edges_ = model.samples.boundary_edges;
   }
 
   /// Those that a particle at x may have for its nearest one within h; `none`: perhaps it has none.
@@ -79,11 +79,11 @@ class Sheet {
   }
 
   /// Whether the nearest sample of xi parts it from xj.
-  Parted between(const Nearest& nearest_of_i, const Vec3& xi, const Vec3& xj) const {
-    std::set<Parted> answers;
-    if (nearest_of_i.none) answers.insert(Parted::no);
+  Culled between(const Nearest& nearest_of_i, const Vec3& xi, const Vec3& xj) const {
+    std::set<Culled> answers;
+    if (nearest_of_i.none) answers.insert(Culled::no);
     for (const Index p : nearest_of_i.samples) answers.insert(crosses(p, to_eigen(xi), to_eigen(xj)));
-    return answers.size() == 1 ? *answers.begin() : Parted::by_rounding;
+    return answers.size() == 1 ? *answers.begin() : Culled::by_rounding;
   }
 
  private:
@@ -99,35 +99,35 @@ class Sheet {
     grid_.for_box(low, high, [&](Index p) { f((to_eigen(x) - at(position_, p)).norm(), p); });
   }
 
-  Parted crosses(Index p, const Vector3d& xi, const Vector3d& xj) const {
+  Culled crosses(Index p, const Vector3d& xi, const Vector3d& xj) const {
     const Vector3d n = at(normal_, p), ri = xi - at(position_, p), rj = xj - at(position_, p);
-    if (n.isZero(0)) return Parted::no;
+    if (n.isZero(0)) return Culled::no;
     const double si = ri.dot(n), sj = rj.dot(n), rounding = at(rounding_, p), apart = std::fabs(si - sj);
     const bool known = std::fabs(si) > rounding && std::fabs(sj) > rounding;
-    if (known && (si < 0) == (sj < 0)) return Parted::no;
+    if (known && (si < 0) == (sj < 0)) return Culled::no;
     // How far the crossing, if there is one, can be from where it seems to be.
     const double slack = rounding + (apart > rounding ? std::min(1.0, 2 * rounding / apart) : 1) * (ri - rj).norm();
     const double along = apart > 0 ? std::clamp(si / (si - sj), 0.0, 1.0) : 0;
     const Vector3d c = ri + along * (rj - ri);
-    if (c.norm() > reach_ + slack) return Parted::no;
-    const bool beyond = beyond_rim(p, at(position_, p) + c);
-    for (int corner = 0; corner < 8 && !near_rim_.empty(); ++corner) {  // of a cube that holds the slack
+    if (c.norm() > reach_ + slack) return Culled::no;
+    const bool beyond = beyond_boundary(p, at(position_, p) + c);
+    for (int corner = 0; corner < 8 && !near_edges_.empty(); ++corner) {  // of a cube that holds the slack
       const Vector3d to(corner & 1 ? slack : -slack, corner & 2 ? slack : -slack, corner & 4 ? slack : -slack);
-      if (beyond_rim(p, at(position_, p) + c + to) != beyond) return Parted::by_rounding;
+      if (beyond_boundary(p, at(position_, p) + c + to) != beyond) return Culled::by_rounding;
     }
-    if (beyond) return Parted::no;
-    return known && c.norm() < reach_ - slack ? Parted::yes : Parted::by_rounding;
+    if (beyond) return Culled::no;
+    return known && c.norm() < reach_ - slack ? Culled::yes : Culled::by_rounding;
   }
 
-  /// Whether c is beyond the rim of sample p's sheet.
-  bool beyond_rim(Index p, const Vector3d& c) const {
-    if (near_rim_.empty()) return false;
+  /// Whether c is beyond the boundary of sample p's sheet.
+  bool beyond_boundary(Index p, const Vector3d& c) const {
+    if (near_edges_.empty()) return false;
     double least = 0, side = 0;
     Vector3d last_foot = Vector3d::Zero(), last_outward = Vector3d::Zero();
     bool any = false;
-    for (const Index e : at(near_rim_, p)) {
+    for (const Index e : at(near_edges_, p)) {
       if (e < 0) continue;
-      const auto& [a, b, o] = at(rim_, e);
+      const auto& [a, b, o] = at(boundary_, e);
       const Vector3d along = b - a, inward = o - a;
       const double where = std::clamp((c - a).dot(along) / along.squaredNorm(), 0.0, 1.0);
       const Vector3d outward = (inward.dot(along) / along.squaredNorm() * along - inward).normalized(),
@@ -145,27 +145,27 @@ class Sheet {
     return side > 0;
   }
 
-  static Vector3d place(const HostState& state, Index node) {
+  static Vector3d position_of(const HostState& state, Index node) {
     return to_eigen(state.node_position[static_cast<std::size_t>(node)]);
   }
 
   double h_, reach_, touch_;
   std::vector<Vector3d> position_, normal_;
   std::vector<double> rounding_;
-  std::vector<std::array<Vector3d, 3>> rim_;  // m
-  std::vector<std::array<Index, 2>> near_rim_;
+  std::vector<std::array<Vector3d, 3>> boundary_;  // m
+  std::vector<std::array<Index, 2>> near_edges_;
   PointGrid grid_;
 };
 
-Parted parted(const Sheet& sheet, const std::vector<Sheet::Nearest>& nearest, const HostState& s, Index i, Index j) {
+Culled culled(const Sheet& sheet, const std::vector<Sheet::Nearest>& nearest, const HostState& s, Index i, Index j) {
   const auto a = static_cast<std::size_t>(i), b = static_cast<std::size_t>(j);
-  const Parted one = sheet.between(nearest[a], s.fluid_position[a], s.fluid_position[b]);
-  const Parted other = sheet.between(nearest[b], s.fluid_position[b], s.fluid_position[a]);
-  if (one == Parted::yes || other == Parted::yes) return Parted::yes;
-  return one == Parted::no && other == Parted::no ? Parted::no : Parted::by_rounding;
+  const Culled one = sheet.between(nearest[a], s.fluid_position[a], s.fluid_position[b]);
+  const Culled other = sheet.between(nearest[b], s.fluid_position[b], s.fluid_position[a]);
+  if (one == Culled::yes || other == Culled::yes) return Culled::yes;
+  return one == Culled::no && other == Culled::no ? Culled::no : Culled::by_rounding;
 }
 
-/// Particles near the cloth for which a rounding decides on which side of it they are, or whether it parts a pair.
+/// Particles near the cloth for which a rounding decides on which side of it they are, or whether it culls a pair.
 std::set<Index> sided_by_rounding(const Model& model, const HostState& s, const Sheet& sheet) {
   std::set<Index> found;
   std::vector<Sheet::Nearest> nearest;
@@ -186,7 +186,7 @@ std::set<Index> sided_by_rounding(const Model& model, const HostState& s, const 
       if (j == i || (j < i && !nearest[static_cast<std::size_t>(j)].samples.empty())) return;  // seen from j
       const Vec3& y = s.fluid_position[static_cast<std::size_t>(j)];
       if ((to_eigen(x) - to_eigen(y)).norm() > 1.001 * model.support) return;
-      if (parted(sheet, nearest, s, i, j) == Parted::by_rounding) found.insert({i, j});
+      if (culled(sheet, nearest, s, i, j) == Culled::by_rounding) found.insert({i, j});
     });
   }
   return found;

@@ -47,7 +47,7 @@ struct FieldDifference {
 /// - node velocities after cloth, self_collision and advection: of |x|/Δt, for they are differences of positions;
 ///   after absorption, emission and diffusion two quanta of the fastest liquid in the lightest node besides;
 /// - velocities of liquid after emission: a quantum at twice the fastest speed besides;
-/// - forces on nodes after these, and the pins' after pressure: the stiffness of a node times the rounding of its place
+/// - forces on nodes after these, and the pins' after pressure: the stiffness of a node times the rounding of its position
 ///   besides; the pins' after these on the scale of the spring forces that cancel in them.
 /// - what reservoirs supply during diffusion: of what they hold, and 64 quanta besides, for it replaces what flowed away in
 ///   every sub-step, each flow rounded to quanta.

@@ -99,17 +99,17 @@ TEST(BuildCloth, MassesAndStiffnesses) {
   for (std::size_t e = 0; e < m.mesh.edge.size(); ++e) {
     EXPECT_LT(m.mesh.edge[e][0], m.mesh.edge[e][1]);
   }
-  // Cells are 0.05 m squares: an inner axis-aligned edge has A0 + A1 = L², one on the rim half of that.
-  std::size_t inner = 0, rim = 0, diagonal = 0;
+  // Cells are 0.05 m squares: an inner axis-aligned edge has A0 + A1 = L², one on the boundary half of that.
+  std::size_t inner = 0, boundary = 0, diagonal = 0;
   for (std::size_t e = 0; e < m.mesh.edge.size(); ++e) {
     const double k = m.mesh.edge_stiffness[e] / 500;
     if (std::abs(k - 1) < 1e-12) ++inner;
-    if (std::abs(k - 0.5) < 1e-12) (m.mesh.edge_length[e] > 0.06 ? diagonal : rim) += 1;
+    if (std::abs(k - 0.5) < 1e-12) (m.mesh.edge_length[e] > 0.06 ? diagonal : boundary) += 1;
   }
   EXPECT_EQ(inner, 10u * 5 + 6 * 9);
-  EXPECT_EQ(rim, 2u * (10 + 6));
+  EXPECT_EQ(boundary, 2u * (10 + 6));
   EXPECT_EQ(diagonal, 60u);
-  // Differences within the sheet, along its rim, and twists: bend/L², half and twice that.
+  // Differences within the sheet, along its boundary, and twists: bend/L², half and twice that.
   std::array<std::size_t, 3> bends{};
   for (const double k : m.mesh.hinge_stiffness) {
     const double share = k * 0.0025 / 1e-4;
@@ -202,7 +202,7 @@ TEST(BuildCloth, BendingEnergyOfARolledSheetConverges) {
       // n − 2 nodes of n − 1 cells in a line have a difference; each |Kᵀx| is (4/κ) sin²(κ a / 2).
       const double exact = (n - 2.0) / (n - 1.0) * std::pow(std::sin(0.25 * a) / (0.25 * a), 4);
       EXPECT_NEAR(ratio, exact, 1e-8) << n;
-      EXPECT_LT(std::abs(ratio - 1), 0.51 * last + 1e-6) << n;  // first order in a, from the missing rim
+      EXPECT_LT(std::abs(ratio - 1), 0.51 * last + 1e-6) << n;  // first order in a, from the missing boundary
       last = std::abs(ratio - 1);
     }
     RecordProperty("ratio_rolled_along_grid", std::to_string(bending_ratio(81, 0.5, degrees)));

@@ -119,7 +119,7 @@ TEST(driven, four_times_the_step) {
   EXPECT_GT(sum(run.state().node_liquid), 0);
 }
 
-TEST(driven, long_steps_that_take_back_all_of_a_compression) {
+TEST(driven, long_steps_that_correct_all_of_a_compression) {
   // What density_correction is for: as many iterations, and less is left of what the steps' length compresses.
   double left[2], iterations[2];
   for (int all = 0; all < 2; ++all) {

@@ -108,7 +108,7 @@ TEST(odd_liquid, coincident_particles_part) {
 }
 
 TEST(odd_liquid, many_on_one_point_part) {
-  // Of a compression beyond 0.2 a step takes back half, whatever density_correction is: all of it would shoot them away.
+  // Of a compression beyond 0.2 a step corrects half, whatever density_correction is: all of it would shoot them away.
   double fastest[2];
   for (int all = 0; all < 2; ++all) {
     SceneRun run(with(pool(), "viscosity: 0.001",

@@ -41,7 +41,7 @@ std::size_t into_the_plane(const Model& model, HostState& s) {
     const NearestSample sample = nearest_sample(model, s, s.fluid_position[i], 0.7 * model.support);
     if (sample.normal == Vec3{0, 0, 0}) continue;
     Vector3d x = to_eigen(s.fluid_position[i]);
-    x -= (x - to_eigen(sample.place)).dot(to_eigen(sample.normal)) * to_eigen(sample.normal);
+    x -= (x - to_eigen(sample.position)).dot(to_eigen(sample.normal)) * to_eigen(sample.normal);
     for (int a = 0; a < 3; ++a) x[a] += (static_cast<int>(random() % 3) - 1) * rounding_at(x[a]);
     s.fluid_position[i] = to_vec3(x);
     ++moved;
@@ -183,7 +183,7 @@ std::string landing_scene() {
   return with(scene, "domain: {min: [-1, -1, -1], max: [1, 1, 1]}", "domain: {min: [-1, -1, -1], max: [1, 0.4, 1]}");
 }
 
-/// The velocity with which x gets to `end` in Δt, give or take a rounding or two of the place.
+/// The velocity with which x gets to `end` in Δt, give or take a rounding or two of the position.
 Vec3 velocity_to(const Vec3& x, const Vector3d& end, double dt, std::mt19937& random) {
   Vector3d v = (end - to_eigen(x)) / dt;
   for (int a = 0; a < 3; ++a) v[a] += (static_cast<int>(random() % 5) - 2) * rounding_at(end[a]) / dt;

@@ -287,8 +287,8 @@ TEST(only_what_is_needed, measures_only_where_asked_for) {
   }
   {
     const Watch watch(with(wet_scene(), "every: 0", "every: 0, measures: true"));
-    EXPECT_EQ(containing(launched, label), 5);   // nearest, crowding, close; patch_mean, patch_moment
-    EXPECT_EQ(containing(allocated, label), 2);  // nearest, place
+    EXPECT_EQ(containing(launched, label), 5);   // nearest, nearest_sums, close; patch_mean, patch_moment
+    EXPECT_EQ(containing(allocated, label), 2);  // nearest, rest_uv
   }
   const Watch watch(with(no_cloth, "end: 1}", "end: 1}\noutput: {measures: true}"));
   EXPECT_EQ(containing(launched, label), 3);

@@ -43,7 +43,7 @@ TEST(pressure, of_particles_that_touch_the_sheet_agrees_with_the_reference) {
       const NearestSample sample = nearest_sample(m, s, s.fluid_position[i], m.support);
       if (!sample.found) continue;
       const Eigen::Vector3d x = to_eigen(s.fluid_position[i]), normal = to_eigen(sample.normal);
-      const double height = (x - to_eigen(sample.place)).dot(normal), share = 0.02 + 0.16 * double(i % 16) / 12;
+      const double height = (x - to_eigen(sample.position)).dot(normal), share = 0.02 + 0.16 * double(i % 16) / 12;
       s.fluid_position[i] = to_vec3(x + ((height < 0 ? -share : share) * m.spacing - height) * normal);
       touching += share < 0.1 ? 1 : 0;
       thin += s.fluid_density_ratio[i] < 1 ? 1 : 0;
@@ -123,7 +123,7 @@ fluid:
         }
         left /= double(found.fluid_count());
         if (c == 1 && squeezed == 0.01) {
-          EXPECT_EQ(left, 0) << "all is taken back";
+          EXPECT_EQ(left, 0) << "all is corrected";
         }
         EXPECT_GT(report.density_error, 0.95 * left - 1e-9) << "where liquid pushes out, its neighbours may lose more";
         EXPECT_LT(report.density_error, left + 1e-5);

@@ -50,16 +50,16 @@ NearestSample nearest_sample(const Model& model, const HostState& s, const Vec3&
   NearestSample nearest;
   double least = reach;
   for (std::size_t p = 0; p < model.samples.triangle.size(); ++p) {
-    Vector3d corner[3], place = Vector3d::Zero();
+    Vector3d corner[3], position = Vector3d::Zero();
     for (std::size_t k = 0; k < 3; ++k) {
       const auto n = static_cast<std::size_t>(model.mesh.triangle[std::size_t(model.samples.triangle[p])][k]);
       corner[k] = to_eigen(s.node_position[n]);
-      place += model.samples.weight[p][k] * corner[k];
+      position += model.samples.weight[p][k] * corner[k];
     }
-    const double distance = (to_eigen(x) - place).norm();
+    const double distance = (to_eigen(x) - position).norm();
     if (distance >= least) continue;
     least = distance;
-    nearest = {to_vec3(place), to_vec3((corner[1] - corner[0]).cross(corner[2] - corner[0]).normalized()), true};
+    nearest = {to_vec3(position), to_vec3((corner[1] - corner[0]).cross(corner[2] - corner[0]).normalized()), true};
   }
   return nearest;
 }

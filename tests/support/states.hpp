@@ -23,7 +23,7 @@ void keep_liquid(HostState& s, const std::vector<std::size_t>& which);
 
 /// The sample of the cloths that is nearest to x (m) and nearer than `reach`, and its triangle's unit normal; 0 if none is.
 struct NearestSample {
-  Vec3 place{0, 0, 0}, normal{0, 0, 0};
+  Vec3 position{0, 0, 0}, normal{0, 0, 0};
   bool found = false;
 };
 NearestSample nearest_sample(const Model& model, const HostState& s, const Vec3& x, double reach);

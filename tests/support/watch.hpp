@@ -29,7 +29,7 @@ struct Rules {
 double mechanical_energy(const Model& m, const HostState& s);
 
 /// How often the point that goes straight from `from` to `to` passes through the triangle, whose corners meanwhile go
-/// straight from `a` to `b`; the rim does not count.
+/// straight from `a` to `b`; its boundary does not count.
 int crossings(const Vec3& from, const Vec3& to, const std::array<Vec3, 3>& a, const std::array<Vec3, 3>& b);
 
 class Watch {

@@ -40,7 +40,7 @@ ClothMesh built(const SurfaceMesh& mesh) {
 
 constexpr double curvature = 0.1;  // 1/m
 
-/// The energy over ½ κ² A. A is what the hinges stand for: a third of both their triangles; what the rim's triangles lack
+/// The energy over ½ κ² A. A is what the hinges stand for: a third of both their triangles; what the boundary's triangles lack
 /// vanishes with their size.
 double rigidity(const ClothMesh& mesh, double degrees) {
   double area = 0;
@@ -110,11 +110,11 @@ std::vector<std::array<Index, 3>> delaunay(const std::vector<Vec3>& points) {
 /// its triangles, and Delaunay's triangles.
 SurfaceMesh irregular_mesh(int n, int passes) {
   SurfaceMesh mesh;
-  for (int k = 0; k < n; ++k) {  // the rim
+  for (int k = 0; k < n; ++k) {  // the boundary
     const double s = static_cast<double>(k) / n;
     for (const Vec3& x : {Vec3{s, 0, 0}, Vec3{1, 0, s}, Vec3{1 - s, 0, 1}, Vec3{0, 0, 1 - s}}) mesh.points.push_back(x);
   }
-  const std::size_t rim = mesh.points.size();
+  const std::size_t boundary = mesh.points.size();
   std::mt19937 random(1);
   std::uniform_real_distribution<double> inside(0.5 / n, 1 - 0.5 / n);
   for (int k = 0; k < n * n; ++k) mesh.points.push_back({inside(random), 0, inside(random)});
@@ -131,7 +131,7 @@ SurfaceMesh irregular_mesh(int n, int passes) {
         weight[static_cast<std::size_t>(c)] += area;
       }
     }
-    for (std::size_t i = rim; i < mesh.points.size(); ++i) mesh.points[i] = to_vec3(moment[i] / weight[i]);
+    for (std::size_t i = boundary; i < mesh.points.size(); ++i) mesh.points[i] = to_vec3(moment[i] / weight[i]);
   }
   mesh.triangles = delaunay(mesh.points);
   return mesh;
@@ -142,7 +142,7 @@ SurfaceMesh irregular_mesh(int n, int passes) {
 TEST(bending, equilateral_mesh_has_the_rigidity_bend_in_every_direction) {
   const Rigidity r = over_all_directions(built(equilateral_mesh(80)));
   EXPECT_NEAR(r.mean, 1, 0.005);
-  EXPECT_GT(r.least, 0.99);  // the rim's rows of hinges
+  EXPECT_GT(r.least, 0.99);  // the boundary's rows of hinges
   EXPECT_LT(r.most, 1.01);
 }
 
@@ -169,7 +169,7 @@ TEST(bending, grid_has_it_along_its_lines_and_is_stiffer_along_its_diagonals) {
   EXPECT_NEAR(r.mean, 1.25, 0.0125);
 }
 
-/// The scene's own grids bend by differences on the grid: the energy of a cylinder is right in every direction, the rim's
+/// The scene's own grids bend by differences on the grid: the energy of a cylinder is right in every direction, the boundary's
 /// halves counted.
 TEST(bending, grid_of_a_scene_has_the_rigidity_bend_in_every_direction) {
   Scene scene;

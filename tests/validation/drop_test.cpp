@@ -72,7 +72,7 @@ Vec3 centre(const HostState& s) {
 }
 
 /// (dW/dr)/r of the cubic spline, 1/m⁵ (src/stages/kernel.hpp).
-double slope(double r, double h) {
+double kernel_derivative(double r, double h) {
   const double q = r / h, sigma = 8 / (pi * std::pow(h, 5));
   if (q >= 1) return 0;
   return q <= 0.5 ? sigma * 6 * (3 * q - 2) : -sigma * 6 * (1 - q) * (1 - q) / q;
@@ -94,7 +94,7 @@ double core_pressure(const HostState& s, double h) {
       if (j == i || r >= h) continue;
       const double kappa = s.fluid_kappa_density[i] + s.fluid_kappa_density[j] + s.fluid_kappa_divergence[i] +
                            s.fluid_kappa_divergence[j];
-      virial += volume * volume * (cohesion - density * kappa) * slope(r, h) * r * r;
+      virial += volume * volume * (cohesion - density * kappa) * kernel_derivative(r, h) * r * r;
     }
   }
   return virial / (6 * volume * count);

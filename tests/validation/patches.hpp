@@ -61,8 +61,8 @@ inline Patch sleeve() {
   for (int j = 0; j < along; ++j)
     for (int i = 0; i < around; ++i) {
       const int n = 2 * (i + around * j);
-      const bool rim = j == 0 || j == along - 1;
-      const double s = (j + (rim ? 0 : 0.25 * noise(n))) / (along - 1),
+      const bool boundary = j == 0 || j == along - 1;
+      const double s = (j + (boundary ? 0 : 0.25 * noise(n))) / (along - 1),
                    angle = 2 * std::numbers::pi * (i + 0.25 * noise(n + 1)) / around;
       const double radius = 0.08 - 0.03 * s;
       const bool opening = j > 7 && j < 12 && i > 7 && i < 20;

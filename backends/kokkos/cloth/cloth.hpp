@@ -89,10 +89,10 @@ struct Samples {
   Field<Real> row_load, row_bound;  // g_b, c_b of the Jacobi diagonal (stage density)
 };
 
-/// One motion of pins in a step: a node moves from x⁰ by move + change (X0 − C), to offset + turn (X0 − C).
+/// One motion of pins in a step: a node moves from x⁰ by move + change (X0 − C), to offset + rotation (X0 − C).
 struct PinStep {
   Real3 center, offset, move;  // m
-  Real3 turn[3], change[3];    // rows; 1
+  Real3 rotation[3], change[3];  // rows; 1
 };
 
 /// Bounds of the samples on the host, which has to wait for them.

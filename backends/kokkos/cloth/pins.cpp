@@ -36,7 +36,7 @@ PinStep step_of(const PinMotion& m, double from, double to) {
     move[a] = m.velocity[a] * (done - begun);
     Vec3 change;
     for (std::size_t b = 0; b < 3; ++b) change[b] = after[a][b] - before[a][b];
-    step.turn[a] = to_real(after[a]);
+    step.rotation[a] = to_real(after[a]);
     step.change[a] = to_real(change);
   }
   step.offset = to_real(offset);

@@ -27,7 +27,7 @@ struct PinMotions {
   KOKKOS_INLINE_FUNCTION Real3 position(Index n) const {
     const PinStep& s = steps(motion(n));
     const Real3 arm = rest(n) - s.center;
-    return s.offset + Real3{dot(s.turn[0], arm), dot(s.turn[1], arm), dot(s.turn[2], arm)};
+    return s.offset + Real3{dot(s.rotation[0], arm), dot(s.rotation[1], arm), dot(s.rotation[2], arm)};
   }
 };
 

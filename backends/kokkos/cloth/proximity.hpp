@@ -103,8 +103,8 @@ KOKKOS_INLINE_FUNCTION double relative_travel(bool edges, Double3* u) {
   return largest[0] + largest[1];
 }
 
-/// Law 2: does the pair come as near as `goal` within the step? Then `near` is how it stands at that time.
-KOKKOS_INLINE_FUNCTION bool reaches(bool edges, const Double3* start, const Double3* displacement, double goal,
+/// Law 2: does the pair come as near as `gap` within the step? Then `near` is how it stands at that time.
+KOKKOS_INLINE_FUNCTION bool reaches(bool edges, const Double3* start, const Double3* displacement, double gap,
                                     Proximity& near) {
   constexpr int most_advances = 200;
   Double3 u[4], x[4];
@@ -114,8 +114,8 @@ KOKKOS_INLINE_FUNCTION bool reaches(bool edges, const Double3* start, const Doub
   for (int advance = 0;; ++advance) {
     for (int k = 0; k < 4; ++k) x[k] = add(start[k], times(t, u[k]));
     near = proximity(edges, x);
-    const double left = near.distance - goal;
-    if (left <= 0.01 * goal || advance == most_advances) return true;
+    const double left = near.distance - gap;
+    if (left <= 0.01 * gap || advance == most_advances) return true;
     if (left >= (1 - t) * l) return false;
     t += left / l;
   }

@@ -134,8 +134,8 @@ struct Sticking {
     const double work =
         0.5 * (double(material(n).wet_adhesion) * saturation(n) + double(material(triangle(3 * t)).wet_adhesion) * there);
     if (!(work > 0)) return;
-    const double strength = work / range(pair_thickness(n, t)) * 0.5 * double(area(n)) * dt;
-    const Double3 p = times(-strength / pull.near.distance, pull.near.apart);
+    const double size = work / range(pair_thickness(n, t)) * 0.5 * double(area(n)) * dt;  // kg m/s
+    const Double3 p = times(-size / pull.near.distance, pull.near.apart);
     push(n, p);
     for (Index c = 0; c < 3; ++c) push(triangle(3 * t + c), times(pull.near.b[c + 1], p));
   }

@@ -25,37 +25,37 @@ PointBounds bounds_of(const Array<Real3>& points, Index count, HostBounds& resul
 }
 
 /// What a bucket is ordered by: the cell, which is one cell unless the table is hashed, and the key.
-struct Place {
+struct SortKey {
   CellCoord cell;
   std::int64_t key;
-  KOKKOS_INLINE_FUNCTION bool operator<(const Place& o) const {
+  KOKKOS_INLINE_FUNCTION bool operator<(const SortKey& o) const {
     if (cell.z != o.cell.z) return cell.z < o.cell.z;
     if (cell.y != o.cell.y) return cell.y < o.cell.y;
     return cell.x != o.cell.x ? cell.x < o.cell.x : key < o.key;
   }
 };
-struct Places {
+struct SortKeys {
   CellTableView table;
   Array<Real3> points;
   Array<std::int64_t> key;
 
-  KOKKOS_INLINE_FUNCTION Place operator()(const Index i) const {
+  KOKKOS_INLINE_FUNCTION SortKey operator()(const Index i) const {
     return {table.hashed ? table.cell_of(points(i)) : CellCoord{0, 0, 0}, key.extent(0) > 0 ? key(i) : i};
   }
 };
 
 /// The sort leaves the order within a bucket open: by (cell, key) it is the same in every run and for every sort. A CPU thread
 /// sorts a bucket.
-void order_buckets(const Places& place) {
+void order_buckets(const SortKeys& keys) {
   parallel(
-      "drench::cell_table::order", place.table.buckets, KOKKOS_LAMBDA(const Index k) {
-        const CellTableView& t = place.table;
+      "drench::cell_table::order", keys.table.buckets, KOKKOS_LAMBDA(const Index k) {
+        const CellTableView& t = keys.table;
         const Index first = t.start(k), last = t.start(k + 1);
         for (Index e = first; e < last; ++e) {
           const Index i = t.item(e);
-          const Place at = place(i);
+          const SortKey at = keys(i);
           Index slot = e;
-          for (; slot > first && at < place(t.item(slot - 1)); --slot) t.item(slot) = t.item(slot - 1);
+          for (; slot > first && at < keys(t.item(slot - 1)); --slot) t.item(slot) = t.item(slot - 1);
           t.item(slot) = i;
         }
       });
@@ -63,17 +63,17 @@ void order_buckets(const Places& place) {
 
 /// The same on a GPU, where most buckets would be threads with nothing to do: a thread counts what of its bucket is before its
 /// entry, and copies the point where it belongs.
-void order_entries(const Places& place, Index count, const Array<Index>& ordered) {
+void order_entries(const SortKeys& keys, Index count, const Array<Index>& ordered) {
   parallel(
       "drench::cell_table::order", count, KOKKOS_LAMBDA(const Index e) {
-        const CellTableView& t = place.table;
+        const CellTableView& t = keys.table;
         const Index i = t.item(e);
-        const Real3 x = place.points(i);
+        const Real3 x = keys.points(i);
         const Index k = bucket_of_point(t, x);
-        const Place at = place(i);
+        const SortKey at = keys(i);
         const Index first = t.start(k), last = t.start(k + 1);
         Index slot = first;
-        for (Index f = first; f < last; ++f) slot += place(t.item(f)) < at ? 1 : 0;
+        for (Index f = first; f < last; ++f) slot += keys(t.item(f)) < at ? 1 : 0;
         ordered(slot) = i;
         t.point.set(slot, x);
         if (t.hashed) t.coord(slot) = at.cell;

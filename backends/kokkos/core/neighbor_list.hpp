@@ -30,7 +30,7 @@ inline constexpr Index rows_per_bundle = 32;  // the threads of a warp
 inline constexpr Index rows_per_bundle = 1;
 #endif
 
-/// One row as kernels see it. `place(k)` says where entry k is in arrays beside the entries.
+/// One row as kernels see it. `index_of(k)` says where entry k is in arrays beside the entries.
 template <class Item, class Factor>
 struct BasicNeighborRow {
   Item* item;
@@ -38,10 +38,10 @@ struct BasicNeighborRow {
   std::int64_t first;
   Index count;
 
-  KOKKOS_INLINE_FUNCTION std::int64_t place(Index k) const { return first + std::int64_t{k} * rows_per_bundle; }
-  KOKKOS_INLINE_FUNCTION Item& operator()(Index k) const { return item[place(k)]; }
+  KOKKOS_INLINE_FUNCTION std::int64_t index_of(Index k) const { return first + std::int64_t{k} * rows_per_bundle; }
+  KOKKOS_INLINE_FUNCTION Item& operator()(Index k) const { return item[index_of(k)]; }
   /// V_j (dW/dr)/r of the pair, 1/m².
-  KOKKOS_INLINE_FUNCTION Factor& grad_factor(Index k) const { return factor[place(k)]; }
+  KOKKOS_INLINE_FUNCTION Factor& grad_factor(Index k) const { return factor[index_of(k)]; }
 };
 
 /// A list as kernels see it.

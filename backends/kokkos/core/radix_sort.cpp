@@ -14,29 +14,29 @@ using Key = RadixKeys::Key;
 constexpr int most_bits = 11;  // of a digit: a chunk's counters and the lines that it writes to stay in a core's caches
 
 /// One digit: from (key, item) to (next_key, next_item).
-void sort_by_digit(Index count, int low_bit, int bits, Index chunks, const Array<Index>& place, const Array<Key>& key,
+void sort_by_digit(Index count, int low_bit, int bits, Index chunks, const Array<Index>& offset, const Array<Key>& key,
                    const Array<Index>& item, const Array<Key>& next_key, const Array<Index>& next_item) {
   const Index digits = Index(1) << bits;
   const Key mask = static_cast<Key>(digits - 1);
   const Index length = (count + chunks - 1) / chunks;
   parallel(
       "drench::cell_table::radix_count", chunks, KOKKOS_LAMBDA(const Index c) {
-        for (Index d = 0; d < digits; ++d) place(d * chunks + c) = 0;
+        for (Index d = 0; d < digits; ++d) offset(d * chunks + c) = 0;
         const Index last = count - c * length < length ? count : (c + 1) * length;
-        for (Index e = c * length; e < last; ++e) ++place(static_cast<Index>(key(e) >> low_bit & mask) * chunks + c);
+        for (Index e = c * length; e < last; ++e) ++offset(static_cast<Index>(key(e) >> low_bit & mask) * chunks + c);
       });
   Kokkos::parallel_scan(
       "drench::cell_table::radix_scan", Range(0, digits * chunks),
       KOKKOS_LAMBDA(const Index k, Index& sum, const bool last) {
-        const Index n = place(k);
-        if (last) place(k) = sum;
+        const Index n = offset(k);
+        if (last) offset(k) = sum;
         sum += n;
       });
   parallel(
       "drench::cell_table::radix_scatter", chunks, KOKKOS_LAMBDA(const Index c) {
         const Index last = count - c * length < length ? count : (c + 1) * length;
         for (Index e = c * length; e < last; ++e) {
-          const Index slot = place(static_cast<Index>(key(e) >> low_bit & mask) * chunks + c)++;
+          const Index slot = offset(static_cast<Index>(key(e) >> low_bit & mask) * chunks + c)++;
           next_key(slot) = key(e);
           next_item(slot) = item(e);
         }
@@ -51,16 +51,16 @@ class RadixSort final : public RadixKeys {
     // More chunks than threads only cost counters; a chunk of a few particles would be all counters.
     const Index chunks = std::max<Index>(1, std::min<Index>(ExecSpace().concurrency(), count >> bits));
     const auto places = static_cast<std::size_t>(chunks) << most_bits;
-    make_room(place_, "drench::cell_radix_place", places);
+    make_room(offset_, "drench::cell_radix_place", places);
     for (int low = 0; low < all; low += bits) {
-      sort_by_digit(count, low, bits, chunks, place_, key_, table.item, next_key_, next_item_);
+      sort_by_digit(count, low, bits, chunks, offset_, key_, table.item, next_key_, next_item_);
       std::swap(key_, next_key_);
       std::swap(table.item, next_item_);
     }
   }
 
  private:
-  Array<Index> place_;
+  Array<Index> offset_;
 };
 
 }  // namespace

@@ -200,7 +200,7 @@ struct Sweep {
     const Double3 x0 = widen(from_point), free = widen(path_end(i));
     Hit last;
     Real3 to_point = path_end(i);
-    Double3 turned, normal;  // what the cloth changes of the way
+    Double3 change, normal;  // what the cloth changes of the way
     for (int test = 0; test <= max_repeats; ++test) {
       const Hit hit = earliest(i, Path(from_point, to_point), who);
       if (hit.triangle < 0) break;
@@ -228,15 +228,15 @@ struct Sweep {
         }
         target = add(to.at(carried), times(lift, normal));
       }
-      turned = minus(target, free);
+      change = minus(target, free);
       to_point = narrow(target);  // rounded as it is stored, so that what is tested is what stays
     }
     if (last.triangle < 0 || who.lane > 0) return;
-    const double length = Kokkos::sqrt(inner(turned, turned));
+    const double length = Kokkos::sqrt(inner(change, change));
     path_end(i) = to_point;
     hit_triangle(i) = last.triangle;
     hit_weight(i) = {Real(last.weight[0]), Real(last.weight[1]), Real(last.weight[2])};
-    hit_normal(i) = narrow(length > 0 ? times(1 / length, turned) : normal);
+    hit_normal(i) = narrow(length > 0 ? times(1 / length, change) : normal);
     for (Index k = 0; k < 3; ++k) Kokkos::atomic_add(&hits(triangle(3 * last.triangle + k)), Index{1});
   }
 };

@@ -22,7 +22,7 @@ void sample_volumes(const Constants& constants, const NeighborLists& lists, Clot
   const Kernel kernel = constants.kernel;
   const Real half = Real(0.5) * constants.spacing;
   const Entries<const Real3> x = cloth.samples.position, normal = cloth.samples.normal;
-  const Entries<Real4> place = cloth.samples.position_volume, back = cloth.samples.normal_offset;
+  const Entries<Real4> position = cloth.samples.position_volume, offset = cloth.samples.normal_offset;
   const Entries<Real> volume = cloth.samples.volume;
   const Neighbors list(lists.sample_sample);
   const Real share = Real(constants.model.layer_share);
@@ -34,8 +34,8 @@ void sample_volumes(const Constants& constants, const NeighborLists& lists, Clot
         DRENCH_UNROLL
         for (Index k = 0; k < near.count; ++k) sum += kernel.value(norm(here - x(near(k))));
         volume(b) = share / sum;
-        place(b) = {x(b), volume(b)};
-        back(b) = {half * normal(b), Real(0)};
+        position(b) = {x(b), volume(b)};
+        offset(b) = {half * normal(b), Real(0)};
       });
 }
 
@@ -43,14 +43,14 @@ void sample_volumes(const Constants& constants, const NeighborLists& lists, Clot
 void sample_row_bounds(const Constants& constants, const Fluid& fluid, const NeighborLists& lists, Cloth& cloth) {
   const Kernel kernel = constants.kernel;
   const Real rho = constants.rest_density;
-  const Entries<const Real4> xs = cloth.samples.position_volume, back = cloth.samples.normal_offset, xf = fluid.position_volume;
+  const Entries<const Real4> xs = cloth.samples.position_volume, offset = cloth.samples.normal_offset, xf = fluid.position_volume;
   const Neighbors list(lists.sample_fluid);
   const Entries<Real> load = cloth.samples.row_load, bound = cloth.samples.row_bound;
   parallel(
       "drench::density::row_load", cloth.samples.count, KOKKOS_LAMBDA(const Index b) {
         Real g = 0;
         const Real4 at = xs(b);
-        const Real3 behind = back(b).xyz();
+        const Real3 behind = offset(b).xyz();
         const NeighborRow near = list.row(b);
         DRENCH_UNROLL
         for (Index k = 0; k < near.count; ++k) {
@@ -84,7 +84,7 @@ struct DensitySum {
 struct DensityPairs {
   Kernel kernel;
   CoincidentPairs coincident;
-  Entries<const Real4> place, xs, offset;  // x_i and V_i; x_b and V_b; ½ d n_b
+  Entries<const Real4> position, xs, offset;  // x_i and V_i; x_b and V_b; ½ d n_b
   Entries<const Real3> xb;
   Entries<const Real> vb, bound;
   Entries<const std::int64_t> id;
@@ -93,14 +93,14 @@ struct DensityPairs {
   Neighbors lb, ls;
 
   KOKKOS_INLINE_FUNCTION void add_liquid(Index i, DensitySum& sum) const {
-    const Real3 xi = place(i).xyz();
-    const Real vi = place(i).w;
+    const Real3 xi = position(i).xyz();
+    const Real vi = position(i).w;
     sum.delta = vi * kernel.value(0);
     const WritableRow near = lf.row(i);
     DRENCH_UNROLL
     for (Index k = 0; k < near.count; ++k) {
       const Index j = near(k);
-      const Real4 at = place(j);
+      const Real4 at = position(j);
       const Real3 r = xi - at.xyz();
       const Real square = dot(r, r);
       const Kernel::Pair pair = kernel.pair(square);
@@ -117,7 +117,7 @@ struct DensityPairs {
     sum.squares *= vi;
   }
   KOKKOS_INLINE_FUNCTION void add_walls(Index i, DensitySum& sum) const {
-    const Real3 xi = place(i).xyz();
+    const Real3 xi = position(i).xyz();
     const NeighborRow walls = lb.row(i);
     for (Index k = 0; k < walls.count; ++k) {
       const Index b = walls(k);
@@ -128,7 +128,7 @@ struct DensityPairs {
     }
   }
   KOKKOS_INLINE_FUNCTION void add_sheets(Index i, bool touching, DensitySum& sum) const {
-    const Real3 xi = place(i).xyz();
+    const Real3 xi = position(i).xyz();
     Real3 sheet;
     Real lengths = 0;  // of what `sheet` sums up
     const NeighborRow sheets = ls.row(i);
@@ -138,7 +138,7 @@ struct DensityPairs {
       const Real3 r = from_behind(xi - at.xyz(), offset(b).xyz());
       const Real length = norm(r), factor = at.w * kernel.grad_factor(length);
       const Real3 g = factor * r;
-      sheet_gradient(sheets.place(k)) = g;
+      sheet_gradient(sheets.index_of(k)) = g;
       sum.delta += at.w * kernel.value(length);
       sheet += mirrored * g;
       lengths -= mirrored * factor * length;
@@ -181,7 +181,7 @@ void density_and_alpha(const Constants& constants, Fluid& fluid, NeighborLists& 
   const Entries<Real3> separation = fluid.separation;
   parallel(
       "drench::density::ratio_alpha", fluid.particles.count, KOKKOS_LAMBDA(const Index i) {
-        const Real vi = pairs.place(i).w;
+        const Real vi = pairs.position(i).w;
         DensitySum sum;
         pairs.add_liquid(i, sum);
         if (solids) pairs.add_walls(i, sum);
@@ -237,12 +237,12 @@ void density(const Constants& constants, Fluid& fluid, NeighborLists& lists, Bod
   const Entries<Real> volume = fluid.volume;
   const Entries<const Quanta> mass = fluid.particles.mass;
   const Entries<const Real3> x = fluid.particles.position;
-  const Entries<Real4> place = fluid.position_volume;
+  const Entries<Real4> position = fluid.position_volume;
   const double scale = constants.quantum / double(constants.rest_density);
   parallel(
       "drench::density::volume", fluid.particles.count, KOKKOS_LAMBDA(const Index i) {
         volume(i) = Real(double(mass(i)) * scale);
-        place(i) = {x(i), volume(i)};
+        position(i) = {x(i), volume(i)};
       });
   if (cloth.samples.count > 0) {
     refresh_inverse_mass(constants, cloth);

@@ -30,7 +30,7 @@ struct DivergenceProblem {
   const FluidSolverScene& limits;
   StepReport& report;
 
-  SumUnderWay<IterationNorms> begin(Real relaxation, int place) const {
+  SumUnderWay<IterationNorms> begin(Real relaxation, int slot) const {
     const Entries<const std::uint8_t> active = std::as_const(system.work).active;
     const Entries<const Real> alpha = std::as_const(system.fluid).alpha, kappa = std::as_const(system.kappa),
                               rate = std::as_const(system.work).density_rate,
@@ -46,7 +46,7 @@ struct DivergenceProblem {
           next(i) = k;
           return norms_of(rate(i), kappa(i), gain, k, last(i), alpha(i));
         },
-        place);
+        slot);
   }
   IterationNorms norms(const IterationNorms& sums) const { return sums; }
   double scaled(const IterationNorms& n) const {

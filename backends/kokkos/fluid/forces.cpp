@@ -45,7 +45,7 @@ void liquid_change(const Constants& constants, const Fluid& fluid, const Neighbo
   const bool field = constants.model.scene.field.present;
   const bool solids = bodies.boundary.count > 0, sheets = cloth.samples.count > 0;
   const Entries<const Real3> xb = bodies.boundary.position, ub = bodies.boundary.velocity, us = cloth.samples.velocity;
-  const Entries<const Real4> place = fluid.position_volume, moving = work.velocity_and_weight, xs = cloth.samples.position_volume;
+  const Entries<const Real4> position = fluid.position_volume, moving = work.velocity_and_weight, xs = cloth.samples.position_volume;
   const Entries<Real4> change = work.change;
   const Entries<const Real> vb = bodies.boundary.volume;
   const Entries<Real> bound = work.bound;
@@ -53,7 +53,7 @@ void liquid_change(const Constants& constants, const Fluid& fluid, const Neighbo
   // The bounds by themselves: a reduction's blocks have fewer threads at once than the neighbours' loads need.
   parallel(
       "drench::forces::liquid", fluid.particles.count, KOKKOS_LAMBDA(const Index i) {
-        const Real3 xi = place(i).xyz(), vi = moving(i).xyz();
+        const Real3 xi = position(i).xyz(), vi = moving(i).xyz();
         const Real share = moving(i).w;
         ViscousSum sum;
         const NeighborRow near = lf.row(i);
@@ -61,7 +61,7 @@ void liquid_change(const Constants& constants, const Fluid& fluid, const Neighbo
         for (Index k = 0; k < near.count; ++k) {
           const Index j = near(k);
           const Real4 other = moving(j);
-          const Real3 r = xi - place(j).xyz();
+          const Real3 r = xi - position(j).xyz();
           sum.add(other.w, vi - other.xyz(), r, near.grad_factor(k) * r);
         }
         if (solids) {

@@ -28,26 +28,26 @@ void allocate(Fluid& fluid, MicropolarWork& work) {
 /// s′_i and dω_i/dt of the flow and the spins as they are, with g_i and k_i.
 void measure_slip(const Fluid& fluid, const NeighborLists& lists, MicropolarWork& work, const SpinLaw& law) {
   const Entries<const Real3> v = fluid.particles.velocity, spin = fluid.particles.spin;
-  const Entries<const Real4> place = fluid.position_volume;
+  const Entries<const Real4> position = fluid.position_volume;
   const Entries<Real4> slip = work.slip, rate = work.rate;
   const Neighbors list(lists.fluid_fluid);
   const bool spreads = law.spread > 0;
   parallel(
       "drench::micropolar::slip", fluid.particles.count, KOKKOS_LAMBDA(const Index i) {
-        const Real3 xi = place(i).xyz(), vi = v(i), wi = spin(i);
+        const Real3 xi = position(i).xyz(), vi = v(i), wi = spin(i);
         SpinSum sum;
         const NeighborRow near = list.row(i);
         DRENCH_UNROLL
         for (Index k = 0; k < near.count; ++k) {
           const Index j = near(k);
-          const Real3 x = xi - place(j).xyz();
+          const Real3 x = xi - position(j).xyz();
           const Real b = -near.grad_factor(k);
           sum.add(b, x, vi - v(j));
           if (spreads) sum.spread += (b * dot(x, x)) * (spin(j) - wi);
         }
-        const Real3 s = sum.curl - sum.turned(wi);
+        const Real3 s = sum.curl - sum.rigid_curl(wi);
         slip(i) = {s - law.free * sum.curl, sum.steepness};
-        rate(i) = {(law.half_transfer * law.per_inertia) * sum.turned(s) + law.spread * sum.spread, sum.trace()};
+        rate(i) = {(law.half_transfer * law.per_inertia) * sum.rigid_curl(s) + law.spread * sum.spread, sum.trace()};
       });
 }
 
@@ -65,17 +65,17 @@ double rate_bound(const Fluid& fluid, const MicropolarWork& work, const SpinLaw&
 /// A stage: v_i and ω_i change by their D_k, which the next one needs where there are `several`.
 void turn(Fluid& fluid, const NeighborLists& lists, MicropolarWork& work, const SpinLaw& law, const LegendreStage& stage, bool several) {
   const Entries<Real3> v = fluid.particles.velocity, spin = fluid.particles.spin, flow_change = work.velocity_change, spin_change = work.spin_change;
-  const Entries<const Real4> place = fluid.position_volume, slip = work.slip, rate = work.rate;
+  const Entries<const Real4> position = fluid.position_volume, slip = work.slip, rate = work.rate;
   const Neighbors list(lists.fluid_fluid);
   parallel(
       "drench::micropolar::turn", fluid.particles.count, KOKKOS_LAMBDA(const Index i) {
-        const Real3 xi = place(i).xyz(), si = slip(i).xyz();
+        const Real3 xi = position(i).xyz(), si = slip(i).xyz();
         Real3 sum;
         const NeighborRow near = list.row(i);
         DRENCH_UNROLL
         for (Index k = 0; k < near.count; ++k) {
           const Index j = near(k);
-          sum += near.grad_factor(k) * cross(si + slip(j).xyz(), xi - place(j).xyz());
+          sum += near.grad_factor(k) * cross(si + slip(j).xyz(), xi - position(j).xyz());
         }
         Real3 flow = (stage.weight * law.half_transfer) * sum, spin_up = stage.weight * rate(i).xyz();
         if (several) {

@@ -36,8 +36,8 @@ struct SpinSum {
   }
   /// k = Σ b r², 1.
   KOKKOS_INLINE_FUNCTION Real trace() const { return diagonal.x + diagonal.y + diagonal.z; }
-  /// Σ b x × (w × x) = k w − T w.
-  KOKKOS_INLINE_FUNCTION Real3 turned(const Real3& w) const {
+  /// Σ b x × (w × x) = k w − T w: c of a rigid rotation with w.
+  KOKKOS_INLINE_FUNCTION Real3 rigid_curl(const Real3& w) const {
     const Real k = trace();
     return {(k - diagonal.x) * w.x - off.z * w.y - off.y * w.z, (k - diagonal.y) * w.y - off.x * w.z - off.z * w.x,
             (k - diagonal.z) * w.z - off.y * w.x - off.x * w.y};

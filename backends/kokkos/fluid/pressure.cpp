@@ -8,9 +8,9 @@ namespace drench::kokkos_backend {
 namespace {
 
 /// t(o): the part of the density error o that a step corrects, o/2 ≤ t(o) ≤ o. Below rest density, o < 0, t(o) = o.
-KOKKOS_INLINE_FUNCTION Real corrected(Real over, Real share) {
+KOKKOS_INLINE_FUNCTION Real corrected(Real over, Real factor) {
   constexpr Real most = Real(0.1);
-  return Kokkos::fmin(over, Kokkos::fmax(Real(0.5) * over, Kokkos::fmin(share * over, most)));
+  return Kokkos::fmin(over, Kokkos::fmax(Real(0.5) * over, Kokkos::fmin(factor * over, most)));
 }
 
 /// The norms of the iteration, and the density error that is left: its sum and maximum.
@@ -33,7 +33,7 @@ struct DensityUpdate {
   // of liquid that can touch sheets
   Entries<const Real> contact_alpha, contact_compliance, contact, last_contact, approach;
   Entries<Real> next_contact;
-  Real dt, ramp, share, factor;
+  Real dt, ramp, correction, factor;
   bool touching;
 
   /// What counts of a particle that cloth has just given out, 1.
@@ -41,22 +41,22 @@ struct DensityUpdate {
     const bool fresh = origin(i) == static_cast<std::uint8_t>(Origin::cloth) && age(i) < ramp;
     return alpha(i) == 0 ? Real(0) : fresh ? age(i) / ramp : Real(1);
   }
-  KOKKOS_INLINE_FUNCTION IterationNorms update_contact(Index i, Real beta, Real push_alpha) const {
-    const Real push = contact(i), gain = factor * push_alpha;
-    const Real nearer = beta * dt * (approach(i) - dt * contact_compliance(i) * push);
-    const Real p = updated(push, gain, nearer);
+  KOKKOS_INLINE_FUNCTION IterationNorms update_contact(Index i, Real beta, Real lambda_alpha) const {
+    const Real lambda = contact(i), gain = factor * lambda_alpha;
+    const Real nearer = beta * dt * (approach(i) - dt * contact_compliance(i) * lambda);
+    const Real p = updated(lambda, gain, nearer);
     next_contact(i) = p;
-    return push_alpha > 0 ? norms_of(nearer, push, gain, p, last_contact(i), push_alpha) : IterationNorms{};
+    return lambda_alpha > 0 ? norms_of(nearer, lambda, gain, p, last_contact(i), lambda_alpha) : IterationNorms{};
   }
   KOKKOS_INLINE_FUNCTION DensitySums operator()(const Index i) const {
-    const Real beta = weight(i), push_alpha = touching ? contact_alpha(i) : Real(0);
-    const Real over = push_alpha > 0 ? Kokkos::fmax(ratio(i) - 1, Real(0)) : ratio(i) - 1, change = dt * rate(i);
-    const Real left = beta * (corrected(over, share) + change);
+    const Real beta = weight(i), lambda_alpha = touching ? contact_alpha(i) : Real(0);
+    const Real over = lambda_alpha > 0 ? Kokkos::fmax(ratio(i) - 1, Real(0)) : ratio(i) - 1, change = dt * rate(i);
+    const Real left = beta * (corrected(over, correction) + change);
     const double error = Kokkos::fmax(double(beta * (ratio(i) - 1 + change)), 0.0);
     const Real gain = factor * alpha(i), k = updated(kappa(i), gain, left);
     next(i) = k;
     IterationNorms norms = norms_of(left, kappa(i), gain, k, last(i), alpha(i));
-    if (touching) norms += update_contact(i, beta, push_alpha);
+    if (touching) norms += update_contact(i, beta, lambda_alpha);
     return {norms, error, error};
   }
 };
@@ -67,7 +67,7 @@ struct DensityProblem {
   const FluidSolverScene& limits;
   StepReport& report;
 
-  SumUnderWay<DensitySums> begin(Real relaxation, int place) const {
+  SumUnderWay<DensitySums> begin(Real relaxation, int slot) const {
     const Fluid& fluid = system.fluid;
     const PressureWork& work = system.work;
     const ParticleSet& particles = fluid.particles;
@@ -91,7 +91,7 @@ struct DensityProblem {
                                Real(limits.density_correction),
                                relaxation / (dt * dt),
                                system.touching};
-    return begin_ordered<DensitySums>("drench::pressure::residual", system.count(), update, place);
+    return begin_ordered<DensitySums>("drench::pressure::residual", system.count(), update, slot);
   }
   IterationNorms norms(const DensitySums& sums) const { return sums.norms; }
   double scaled(const IterationNorms& n) const { return (n.residual + n.complementarity) / system.count(); }

@@ -48,7 +48,7 @@ void predict_liquid(PressureSystem& system) {
             const Real dense = image_density(ratio(i)) * mirrored * at_sheet;
             const NeighborRow sheets = ls.row(i);
             DRENCH_UNROLL
-            for (Index k = 0; k < sheets.count; ++k) a -= dense * gradient(sheets.place(k));
+            for (Index k = 0; k < sheets.count; ++k) a -= dense * gradient(sheets.index_of(k));
           }
         }
         predicted(i) = {v(i) + dt * a, cloth ? sheet_load(ratio(i), volume(i), at_sheet) : Real(0)};
@@ -92,7 +92,7 @@ void measure_density_rate(PressureSystem& system) {
           Real sheet = 0;
           const NeighborRow sheets = ls.row(i);
           DRENCH_UNROLL
-          for (Index k = 0; k < sheets.count; ++k) sheet += dot(vi - us(sheets(k)).xyz(), gradient(sheets.place(k)));
+          for (Index k = 0; k < sheets.count; ++k) sheet += dot(vi - us(sheets(k)).xyz(), gradient(sheets.index_of(k)));
           sheet *= mirrored * image_density(ratio(i));
           if (touching) approach(i) = sheet;
           sum += sheet;

@@ -49,7 +49,7 @@ KOKKOS_INLINE_FUNCTION Real updated(Real kappa, Real gain, Real residual) {
 }
 
 /// The complementarity residual: how much too high a particle's pressure is, in units of the residual. It is −residual
-/// where that is negative, at most what lowering κ to 0 in one update can take back, and 0 elsewhere.
+/// where that is negative, at most what lowering κ to 0 in one update can remove, and 0 elsewhere.
 KOKKOS_INLINE_FUNCTION double complementarity(double residual, double kappa, double gain) {
   if (residual >= 0 || kappa <= 0 || gain <= 0) return 0;
   const double most = kappa / gain;
@@ -88,7 +88,7 @@ class PressureIteration {
 };
 
 /// Solves for κ. A `Problem` has
-///   begin(relaxation, place) → SumUnderWay<Sums>: launches the update and the sums that judge it;
+///   begin(relaxation, slot) → SumUnderWay<Sums>: launches the update and the sums that judge it;
 ///   norms(sums) → IterationNorms; scaled(norms) → residual + complementarity as the iteration compares them;
 ///   converged(iteration, sums): judges, and writes the report.
 template <class Problem>

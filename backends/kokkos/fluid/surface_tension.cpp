@@ -77,7 +77,7 @@ void pull_liquid(const Constants& constants, Fluid& fluid, const NeighborLists& 
 void stick_to_walls(const Constants& constants, Fluid& fluid, const NeighborLists& lists, const Bodies& bodies, const Cloth& cloth, const SurfaceTensionWork& work, const Adhesion& law, Real dt) {
   const Entries<const Real3> x = fluid.particles.position, xb = bodies.boundary.position;
   const Entries<Real3> v = fluid.particles.velocity;
-  const Entries<const Real4> xs = cloth.samples.position_volume, back = cloth.samples.normal_offset;
+  const Entries<const Real4> xs = cloth.samples.position_volume, offset = cloth.samples.normal_offset;
   const Entries<const Real> vb = bodies.boundary.volume;
   const Entries<const Index> body = bodies.boundary.body, cloth_of = cloth.samples.cloth;
   const Slice<const Real> of_body = work.body_adhesion, of_cloth = work.cloth_adhesion;
@@ -103,7 +103,7 @@ void stick_to_walls(const Constants& constants, Fluid& fluid, const NeighborList
           for (Index k = 0; k < cloths.count; ++k) {
             const Index b = cloths(k);
             const Real4 at = xs(b);
-            const Real3 r = from_behind(xi - at.xyz(), back(b).xyz());
+            const Real3 r = from_behind(xi - at.xyz(), offset(b).xyz());
             const Real length = norm(r), pull = law.value(length);
             if (pull > 0) f -= (of_cloth(cloth_of(b)) * at.w * pull / length) * r;
           }
@@ -116,7 +116,7 @@ void stick_to_walls(const Constants& constants, Fluid& fluid, const NeighborList
 void pull_cloth(const Constants& constants, const Fluid& fluid, const NeighborLists& lists, Cloth& cloth, const SurfaceTensionWork& work, const Adhesion& law, Real dt) {
   const Entries<const Real3> x = fluid.particles.position;
   const Entries<Real3> force = cloth.samples.force;
-  const Entries<const Real4> xs = cloth.samples.position_volume, back = cloth.samples.normal_offset;
+  const Entries<const Real4> xs = cloth.samples.position_volume, offset = cloth.samples.normal_offset;
   const Entries<const Real> volume = fluid.volume, of_cloth = work.cloth_adhesion;
   const Entries<const Index> cloth_of = cloth.samples.cloth;
   const Neighbors list(lists.sample_fluid);
@@ -124,7 +124,7 @@ void pull_cloth(const Constants& constants, const Fluid& fluid, const NeighborLi
       "drench::surface_tension::sample_force", cloth.samples.count, KOKKOS_LAMBDA(const Index b) {
         Real3 f;
         const Real4 at = xs(b);
-        const Real3 behind = back(b).xyz();
+        const Real3 behind = offset(b).xyz();
         const NeighborRow near = list.row(b);
         for (Index k = 0; k < near.count; ++k) {
           const Index i = near(k);

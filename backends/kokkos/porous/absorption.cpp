@@ -16,7 +16,7 @@ void prepare(const Constants& constants, Cloth& cloth, TransferWork& transfers, 
   const auto samples = static_cast<std::size_t>(cloth.samples.count);
   make_room(work.position_saturation, "drench::absorption::position_saturation", samples);
   make_room(work.flow_capacity, "drench::absorption::flow_capacity", samples);
-  const Entries<Real4> place = work.position_saturation, flow_capacity = work.flow_capacity;
+  const Entries<Real4> position_saturation = work.position_saturation, flow_capacity = work.flow_capacity;
   const Entries<const Real3> x = cloth.samples.position, flow = cloth.samples.flow_direction;
   const Entries<const Index> node = cloth.samples.node;
   const Entries<const Real> weight = cloth.samples.weight, capacity = cloth.samples.capacity;
@@ -29,7 +29,7 @@ void prepare(const Constants& constants, Cloth& cloth, TransferWork& transfers, 
           const Index n = node(3 * p + k);
           if (wet.capacity(n) > 0) sum += double(weight(3 * p + k)) * wet.filling(n);
         }
-        place(p) = {x(p), Real(sum)};
+        position_saturation(p) = {x(p), Real(sum)};
         flow_capacity(p) = {flow(p), capacity(p)};
         exchange.clear(p);
       });
@@ -37,14 +37,14 @@ void prepare(const Constants& constants, Cloth& cloth, TransferWork& transfers, 
 
 /// Demands of one particle.
 struct Demands {
-  Entries<Real4> place, flow_capacity;
+  Entries<Real4> position_saturation, flow_capacity;
   Materials materials;
   double dt, q;
   Real h;
   bool controlled, single;  // one cloth
 
   Demands(const Constants& constants, const Cloth& fabric, AbsorptionWork& work, double step)
-      : place(work.position_saturation),
+      : position_saturation(work.position_saturation),
         flow_capacity(work.flow_capacity),
         materials(sample_materials(fabric)),
         dt(step),
@@ -57,7 +57,7 @@ struct Demands {
   KOKKOS_INLINE_FUNCTION double operator()(const Real3& x, double volume, Index j) const {
     const Material& m = single ? materials.of_cloth(0) : materials(j);
     if (!m.porous) return 0;
-    const Real4 at = place(j), flow_at = flow_capacity(j);
+    const Real4 at = position_saturation(j), flow_at = flow_capacity(j);
     const Real3 separation = at.xyz() - x;
     const Real cap =
         laws::saturation_cap(m.max_saturation, laws::flow_cosine(separation, flow_at.xyz(), h));
@@ -88,20 +88,20 @@ void offer(const Constants& constants, const Fluid& fluid, const NeighborLists& 
         double all = 0;
         for (Index k = 0; k < near.count; ++k) {
           const double w = demand(at, volume, near(k));
-          offers(near.place(k)) = Kokkos::bit_cast<Quanta>(w);  // kept there until it is an offer
+          offers(near.index_of(k)) = Kokkos::bit_cast<Quanta>(w);  // kept there until it is an offer
           all += w;
         }
         const double total = all > 0 ? laws::absorption_total(double(m), all) : 0;
         Quanta rest = m, most = 0;
         Index largest = 0;
         for (Index k = 0; k < near.count; ++k) {
-          const double w = Kokkos::bit_cast<double>(offers(near.place(k)));
+          const double w = Kokkos::bit_cast<double>(offers(near.index_of(k)));
           Quanta o = 0;
           if (w > 0) {
             const auto wanted = static_cast<Quanta>(Kokkos::floor(total * (w / all)));
             o = wanted < rest ? wanted : rest;
           }
-          offers(near.place(k)) = o;
+          offers(near.index_of(k)) = o;
           if (o == 0) continue;
           rest -= o;
           Kokkos::atomic_add(&offered(near(k)), o);
@@ -110,7 +110,7 @@ void offer(const Constants& constants, const Fluid& fluid, const NeighborLists& 
           largest = k;
         }
         if (rest == m || rest == 0 || rest >= min_quanta) return;
-        offers(near.place(largest)) = most + rest;
+        offers(near.index_of(largest)) = most + rest;
         Kokkos::atomic_add(&offered(near(largest)), rest);
       });
 }
@@ -132,7 +132,7 @@ void transfer(const Constants& constants, Fluid& fluid, const NeighborLists& lis
         Quanta rest = m;
         bool was_limited = false;
         for (Index k = 0; k < near.count; ++k) {
-          const Quanta o = offers(near.place(k));
+          const Quanta o = offers(near.index_of(k));
           if (o == 0) continue;
           const Index p = near(k);
           const double phi = exchange.share(p);
@@ -143,7 +143,7 @@ void transfer(const Constants& constants, Fluid& fluid, const NeighborLists& lis
         }
         Quanta back = was_limited && rest > 0 && rest < min_quanta ? min_quanta - rest : 0;
         for (Index k = 0; k < near.count && back > 0; ++k) {
-          const Quanta o = offers(near.place(k));
+          const Quanta o = offers(near.index_of(k));
           if (o == 0) continue;
           const Index p = near(k);
           const Quanta t = limited(o, exchange.share(p)), cut = t < back ? t : back;

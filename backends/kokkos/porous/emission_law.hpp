@@ -11,7 +11,7 @@ KOKKOS_INLINE_FUNCTION double maturing(double emission_velocity, double dt, doub
   return -Kokkos::expm1(-emission_velocity * dt / spacing);
 }
 
-/// E_pk, quanta: the share of sample p in the buffered liquid of its node k, floor(w_pk ripe_k/w′_k) (Eq. 9).
+/// E_pk, quanta: the share of sample p in the buffered liquid of its node k, floor(w_pk m^b_k/w′_k) (Eq. 9).
 KOKKOS_INLINE_FUNCTION Quanta buffered_share(double weight, Quanta buffered, double weight_sum) {
   return weight > 0 && weight_sum > 0 && buffered > 0
              ? static_cast<Quanta>(Kokkos::floor(weight * double(buffered) / weight_sum))

@@ -60,16 +60,16 @@ void clumping(const Constants& constants, const Fluid& fluid, MeasuresWork& work
 /// (u, v) of every node, m.
 void place_nodes(const Constants& constants, MeasuresWork& work) {
   const ClothMesh& mesh = constants.model.mesh;
-  std::vector<double> place;
+  std::vector<double> rest_uv;
   for (std::size_t n = 0; n < mesh.rest_position.size(); ++n) {
     const ClothMaterial& material = constants.model.cloths[static_cast<std::size_t>(mesh.node_cloth[n])];
     for (const Vec3& axis : material.rest_plane) {
       double sum = 0;
       for (std::size_t a = 0; a < 3; ++a) sum += axis[a] * (mesh.rest_position[n][a] - material.rest_center[a]);
-      place.push_back(sum);
+      rest_uv.push_back(sum);
     }
   }
-  work.place = to_device<double>("drench::measures::place", place);
+  work.rest_uv = to_device<double>("drench::measures::rest_uv", rest_uv);
 }
 
 /// λ_min/λ_max of M = [uu, uv; uv, vv].
@@ -79,14 +79,14 @@ double eigenvalue_ratio(double uu, double uv, double vv, double size) {
 }
 
 double isotropy(const Cloth& cloth, const MeasuresWork& work, const ClothMaterial& material, double& mass) {
-  const Entries<const double> place = work.place;
+  const Entries<const double> rest_uv = work.rest_uv;
   const Entries<const Quanta> liquid = cloth.nodes.liquid;
   const Index first = material.first_node;
   const ThreeSums mean = ordered<ThreeSums>(
       "drench::measures::patch_mean", material.node_count, KOKKOS_LAMBDA(const Index k) {
         const Index n = first + k;
         const double m = double(liquid(n));
-        return ThreeSums{m, m * place(2 * n), m * place(2 * n + 1)};
+        return ThreeSums{m, m * rest_uv(2 * n), m * rest_uv(2 * n + 1)};
       });
   mass = mean.first;
   if (!(mass > 0)) return 0;
@@ -94,7 +94,7 @@ double isotropy(const Cloth& cloth, const MeasuresWork& work, const ClothMateria
   const ThreeSums moment = ordered<ThreeSums>(
       "drench::measures::patch_moment", material.node_count, KOKKOS_LAMBDA(const Index k) {
         const Index n = first + k;
-        const double m = double(liquid(n)), a = place(2 * n) - u, b = place(2 * n + 1) - v;
+        const double m = double(liquid(n)), a = rest_uv(2 * n) - u, b = rest_uv(2 * n + 1) - v;
         return ThreeSums{m * a * a, m * a * b, m * b * b};
       });
   const double uu = moment.first / mass, vv = moment.third / mass;
@@ -107,7 +107,7 @@ void measures(const Constants& constants, const Fluid& fluid, const Cloth& cloth
               StepReport& report) {
   if (fluid.particles.count > 0) clumping(constants, fluid, work, report);
   if (!constants.model.has_porous()) return;
-  if (work.place.extent(0) == 0) place_nodes(constants, work);
+  if (work.rest_uv.extent(0) == 0) place_nodes(constants, work);
   double all = 0, sum = 0;
   for (const ClothMaterial& material : constants.model.cloths) {
     if (!material.porous) continue;

@@ -9,7 +9,7 @@ namespace drench::kokkos_backend {
 struct MeasuresWork {
   CellTable cells;      // of the liquid
   Field<Real> nearest;  // 2 per liquid particle: m; 1
-  Field<double> place;  // 2 per node: (u, v), m
+  Field<double> rest_uv;  // 2 per node: (u, v), m
 };
 
 void measures(const Constants& constants, const Fluid& fluid, const Cloth& cloth, MeasuresWork& work,

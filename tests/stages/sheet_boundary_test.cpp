@@ -1,4 +1,4 @@
-// Stage neighbors at the rims of sheets: of pairs across a sheet those whose segment meets a triangle are parted, and no
+// Stage neighbors at the boundaries of sheets: of pairs across a sheet those whose segment meets a triangle are culled, and no
 // others.
 
 #include <fmt/format.h>
@@ -63,7 +63,7 @@ bool meets(const Model& model, const HostState& s, const Vector3d& a, const Vect
 
 }  // namespace
 
-TEST(rim, parts_what_it_is_between_and_nothing_else) {
+TEST(sheet_boundary, culls_the_pairs_that_it_is_between_and_no_others) {
   const TempFolder folder;
   write_text(folder.path() / "sheet.obj", notched_sheet());
   for (const double spacing : {0.01, 0.02}) {  // finer and coarser than the mesh
@@ -98,7 +98,7 @@ cloth:
       b.run(Stage::neighbors, {}, report);
       for (const auto& pair : b.neighbor_pairs("fluid_fluid")) found[k].insert(pair);
     }
-    int parted = 0, kept_across = 0, wrong[2] = {0, 0};
+    int culled = 0, kept_across = 0, wrong[2] = {0, 0};
     const auto count = static_cast<Index>(s.fluid_position.size());
     for (Index i = 0; i < count; ++i)
       for (Index j = 0; j < count; ++j) {
@@ -108,16 +108,16 @@ cloth:
         const bool between = meets(setup.model, s, a, b, 1e-5, close);
         if (close) continue;
         const double ya = (turn.transpose() * (a - origin))[1], yb = (turn.transpose() * (b - origin))[1];
-        parted += between ? 1 : 0;
+        culled += between ? 1 : 0;
         kept_across += !between && (ya < 0) != (yb < 0) ? 1 : 0;
         for (int k = 0; k < 2; ++k) wrong[k] += found[k].contains({i, j}) == between ? 1 : 0;
       }
-    std::printf("%d pairs parted, %d across the plane beside the sheet kept; wrong: %d, %d\n", parted, kept_across,
+    std::printf("%d pairs culled, %d across the plane beside the sheet kept; wrong: %d, %d\n", culled, kept_across,
                 wrong[0], wrong[1]);
-    EXPECT_GT(parted, 1000);
+    EXPECT_GT(culled, 1000);
     EXPECT_GT(kept_across, 1000);
     // Two edges a sample do not describe a hole or a notch of a spacing's width: there some pairs are taken wrongly.
-    const int allowed = spacing < 0.015 ? 0 : (parted + kept_across) / 400;
+    const int allowed = spacing < 0.015 ? 0 : (culled + kept_across) / 400;
     EXPECT_LE(wrong[0], allowed) << "the reference";
     EXPECT_LE(wrong[1], allowed) << "the backend";
   }
