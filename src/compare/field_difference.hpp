@@ -14,10 +14,8 @@ namespace drench {
 struct Precision {
   double tolerance;  // 1: of a field's largest magnitude
   double rounding;   // 1: half the distance of neighbouring numbers at 1
-  // How many roundings of δ − 1 the density solve may pass on to κ (and a quarter of them to velocities), where that is more
-  // than the share of the largest: at rest κ may be small, α/Δt² is not. With full surroundings α is about d² to 2 d², so
-  // one rounding u makes u (d/Δt)² in κ and u d/Δt in velocity. Nodes: one rounding of |x|/Δt.
-  // 0 leaves it out.
+  // Roundings of δ − 1 that the density solve may pass on to κ, and a quarter of them to velocities (docs/manual/compare.md);
+  // 0: none.
   double solve_roundings = 0;
 };
 
@@ -40,18 +38,8 @@ struct FieldDifference {
   double relative() const { return largest > 0 ? absolute / largest : absolute; }
 };
 
-/// Every field of the state after `stage` with Δt = `dt` (s). The tolerance is `Precision::tolerance` of the field's
-/// largest magnitude, but
-/// - masses: of a full particle, and 64 quanta of rounding besides; ids and origins: none;
-/// - directions and normals: of 1;
-/// - node velocities after cloth, self_collision and advection: of |x|/Δt, for they are differences of positions;
-///   after absorption, emission and diffusion two quanta of the fastest liquid in the lightest node besides;
-/// - velocities of liquid after emission: a quantum at twice the fastest speed besides;
-/// - forces on nodes after these, and the pins' after pressure: the stiffness of a node times the rounding of its position
-///   besides; the pins' after these on the scale of the spring forces that cancel in them.
-/// - what reservoirs supply during diffusion: of what they hold, and 64 quanta besides, for it replaces what flowed away in
-///   every sub-step, each flow rounded to quanta.
-/// What a rounding may decide is to be left before (compare/decisions.hpp).
+/// Every field of the state after `stage` with Δt = `dt` (s), by the tolerances of docs/manual/compare.md. What a rounding
+/// may decide is to be left before (compare/decisions.hpp).
 std::vector<FieldDifference> compare_fields(const Model& model, Stage stage, double dt, const HostState& expected,
                                             const HostState& actual, const Precision& precision);
 

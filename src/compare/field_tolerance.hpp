@@ -1,5 +1,5 @@
 #pragma once
-// How far a field may be from the reference's, field by field. field_difference.hpp has the rules in words.
+// How far a field may be from the reference's, field by field. docs/manual/compare.md has the rules in words.
 
 #include <map>
 #include <string>

@@ -1,16 +1,6 @@
 #pragma once
-// How much of the space is liquid: the field whose level ½ is the liquid's surface, block by block.
-//
-// Field.   c(x) = Σ_j V_j W(|x − x_j|, h_j), W(r, h) = 315/(64 π h³) (1 − r²/h²)³ (Müller et al. 2003, Eq. 20): 1 in the
-//          liquid, ½ on a plane that bounds it, half a spacing beyond the outermost particles.
-// Volume.  V_j = m_j/ρ0 / min(1, δ_j/0.677), δ_j = Σ_k m_k/ρ0 W(|x_j − x_k|, h_k): particles with few others around
-//          count for more, so that the level ½ gives a lone particle its own volume (0.677 = ½ / (1 − 0.31²)³, with the
-//          ball's radius 0.62 d = 0.31 h) and a single layer one of thickness d; both would vanish otherwise.
-// Width.   h_j = 2 max(d_j, 1.4 Δ), d_j = d (m_j/m0)^⅓, Δ the lattice's spacing: the smallest ball is as large as the lattice
-//          can show (radius 0.87 Δ, half the diagonal of a cell).
-//
-// Positive kernels leave no sheets between separate drops, as an averaged position does (Zhu & Bridson 2005; Solenthaler
-// et al. 2007 say why), and need no decomposition a particle, as anisotropic ones do (Yu & Turk 2013).
+// How much of the space is liquid: the field whose level ½ is the liquid's surface, block by block
+// (docs/design-notes/liquid_surface.md).
 
 #include <functional>
 #include <vector>

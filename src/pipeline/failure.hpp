@@ -30,18 +30,9 @@ struct RunFailure : std::runtime_error {
   double limit;       // what was exceeded, in the kind's unit
 };
 
-/// Bounds that a run passes only when it diverges. They are wide on purpose: a false alarm ends a good run, and a
-/// divergence grows by orders of magnitude within a few steps.
-///   Liquid: |v| ≤ 10 (u + d/Δt), u = fastest source, pin or point of a prescribed body + min(|g| t, √(2 |g| D)) + max Ω · D
-///     + √(2 s/(ρ0 d)), D the domain's diagonal: nothing in it falls or is drawn farther; s the largest of surface tension and
-///     adhesion, whose root is the speed of a film of one particle that retracts (Culick 1960). Splashes are a few times as
-///     fast as what makes them, not ten times. d/Δt, with Δt = time.step, is what a solver makes of particles that overlap.
-///   Cloth: |v| ≤ 10 (u + |g| t + ℓ/Δt), ℓ the longest edge: cloth is not removed at the domain's border and falls on.
-///   Stretch: an edge of stiffness k and length L holds ½ k s² at an elongation of s. All liquid and cloth together (M,
-///     kg, what jets have brought and dynamic bodies included) have no more than ½ M (u + |g| t)², and what pins pull and
-///     bodies push goes no farther than they do: length/L ≤ 10 (1 + ((u + |g| t) √(M/k) + 2 u t)/L). Reservoirs supply
-///     without end, so with them there is no bound.
-/// t is the run's time, so that the bounds are narrow where a run that starts badly needs them.
+/// Bounds that a run passes only when it diverges (docs/manual/failures.md has the formulas). They are wide on purpose: a
+/// false alarm ends a good run, and a divergence grows by orders of magnitude within a few steps. They grow with the run's
+/// time, so that they are narrow where a run that starts badly needs them.
 struct Limits {
   double prescribed = 0;             // m/s: the fastest source, pin or body
   double scale = 0;                  // m/s: u without what gravity adds
@@ -61,8 +52,8 @@ struct Limits {
 };
 
 /// The liquid collapses: its mean compression stays above this, 1, for so many steps in a row while the density solve
-/// does not converge. It then fills less than half of the volume that it should: more than any start that overlaps (the
-/// solver parts it in a few steps) or any cap on the iterations leaves.
+/// does not converge. It then fills less than half of the volume that it should. No start that overlaps and no cap on the
+/// iterations leaves that much: the solver separates overlapping particles in a few steps.
 constexpr double collapse = 1;
 constexpr int collapse_steps = 10;
 

@@ -17,11 +17,9 @@ enum class Origin : std::uint8_t {
   cloth = 2,  ///< emitted by a cloth
 };
 
-/// Everything that changes during a run, as named arrays in double precision.
-///
-/// It is the one exchange format between set-up, both backends, output and tests. A stage's inputs and outputs are fields of
-/// it, so that any stage can be run alone from identical input on any backend. Masses are counts of quanta; Simulation::quantum()
-/// is the size of one in kg. The arrays of a kind are equally long.
+/// Everything that changes during a run, as named arrays in double precision: the one exchange format between set-up, both
+/// backends, output and tests, so that any stage runs alone from identical input on any backend. Masses are counts of quanta;
+/// Simulation::quantum() is the size of one in kg. The arrays of a kind are equally long.
 struct HostState {
   // fluid_position, fluid_velocity, …, node_position, …: a vector for each field of the lists
 #define DRENCH_ARRAY(owner, name, type, unit, needed) std::vector<type> owner##_##name;

@@ -1,14 +1,6 @@
 // Times the search for neighbours with every sort (tools/bench_neighbors); prints tables in Markdown. Needs the backend and
-// no file, so that the program runs alone on a machine with nothing but a GPU.
-//
-// A block of particles at a spacing of 1, jittered by a quarter of it, h = 2. They lie in memory in the order of their cells a
-// step ago (or in none: --shuffle) and have moved a tenth of the spacing since. A step's parts:
-//   keys     bounds, the bucket of every particle (counting: and the histogram),
-//   sort     of (bucket, particle),
-//   table    the first entry of every bucket, order by id within it, coordinates of the cells, a copy of the positions,
-//   list     the neighbour lists,   density  Σ W over them.
-// Each part is timed between two fences, so that on a GPU it includes the time of a launch and of a fence; `all` is what keys,
-// sort and table take one after the other.
+// no file, so that the program runs alone on a machine with nothing but a GPU. docs/benchmarks/neighbor_search.md says what
+// the columns are.
 
 #include <Kokkos_Sort.hpp>
 #include <algorithm>

@@ -1,15 +1,5 @@
-// Much weight, much speed, large steps, or none of gravity. Every step is watched (tests/support/watch.hpp).
-//
-// | case                          | here                              | elsewhere                                               |
-// |-------------------------------|-----------------------------------|---------------------------------------------------------|
-// | zero gravity                  | no_gravity                        |                                                         |
-// | 10 × diffusivity              | ten_times_the_diffusivity         | validation/porous_diffusion_test: cloth alone           |
-// | 4 × Δt of a shipped scene     | four_times_the_step               | validation/coupling_test: tight cloth                   |
-// | a pool filled beyond cfl      | pool_filled_beyond_cfl            | validation/cloth_pool_test: at rest                     |
-// | jet of 20 m/s at thin cloth   | jet_at_thin_cloth                 | validation/jet_test: free                               |
-// | mass ratio 100:1              | hundred_times_the_cloths_mass     | validation/coupling_test: tight cloth, 5 s              |
-// | soaked sheet in free fall     | soaked_sheet_falls_and_drips      | validation/cloth_solver_test: without liquid            |
-// | 10 × the mass in water, pinned | ten_times_its_mass_in_water      | validation/cloth_solver_test: without liquid            |
+// Much weight, much speed, large steps, or none of gravity. Every step is watched (tests/support/watch.hpp); README.md lists
+// the cases.
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>

@@ -1,15 +1,4 @@
-// Few of something, or suddenly many. Every step is watched (tests/support/watch.hpp).
-//
-// | case                        | here                                   | elsewhere                                             |
-// |-----------------------------|----------------------------------------|-------------------------------------------------------|
-// | no liquid                   | no_particle_at_all                     | stages/only_what_is_needed_test: what it costs        |
-// | no cloth                    | no_cloth                               | stability/liquid_test, validation/dam_break_test      |
-// | a cloth of two triangles    | the_smallest_cloth                     |                                                       |
-// | one particle                | one_particle                           | stability/liquid_test: in a box                       |
-// | coincident particles        | coincident_particles_on_a_sheet        | stability/liquid_test: in a pool; stages/neighbors_test |
-// | arrays and lists that grow  | lists_and_arrays_that_grow             | stages/bucket_sort_test: the cell table               |
-// | particles leave the domain  | all_leave_the_domain                   | stages/advection_test: the account                    |
-// | a rerun                     | a_rerun_has_the_same_bits              | validation/scene_run_test; app/threads_test           |
+// Few of something, or suddenly many. Every step is watched (tests/support/watch.hpp); README.md lists the cases.
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>

@@ -1,17 +1,5 @@
 // What cloth holds, at its bounds. Every step is watched (tests/support/watch.hpp): above all that saturation stays within
-// its bound, or only falls where it starts above.
-//
-// | case                                | here                              | elsewhere                                             |
-// |-------------------------------------|-----------------------------------|-------------------------------------------------------|
-// | dry cloth in a deep pool            | a_dry_free_sheet_in_a_pool        | validation/porous_exchange_test: a held one, 10 s     |
-// | saturated at the start              | saturated_at_the_start            |                                                       |
-// | one particle over 100 samples, 100 particles on one sample | the_same names  | stages/porous_extremes_test: against the reference |
-// | a particle of m_min, no room        | a_small_particle_that_finds_no_room |                                                     |
-// | all nodes overfull                  | overfull_everywhere               | validation/porous_emission_test: sphere, bowl, strip  |
-// | emission blocked all round          | blocked_all_round                 | validation/porous_emission_test: held between two boxes |
-// | emission into a crowd               | emission_into_a_crowd             |                                                       |
-// | solid fraction → 1                  | almost_solid                      | stages/porous_extremes_test: against the reference    |
-// | everything as fast as it may be     | the_fastest_exchange              |                                                       |
+// its bound, or only falls where it starts above. README.md lists the cases.
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>

@@ -41,6 +41,7 @@ void report(const Finding& f) {
   static_cast<void>(said_where);
   const testing::TestInfo& test = *testing::UnitTest::GetInstance()->current_test_info();
   const bool met = f.measured <= f.target;
+  // VALIDATION2|suite.test|case|reference|target|measured|unit|yes or no|precision|reason: version 2 of the format
   std::printf("VALIDATION2|%s.%s|%s|%s|%.3g|%.3g|%s|%s|%s|%s\n", test.test_suite_name(), test.name(), f.what.c_str(),
               f.reference.c_str(), f.target, f.measured, f.unit.c_str(), met ? "yes" : "no",
               double_precision ? "double" : "float", met ? "" : f.reason.c_str());

@@ -24,11 +24,8 @@ struct Finding {
   std::string reason{};  ///< why it is missed: one short sentence, printed only then
 };
 
-/// Prints a row of version 2 of the format, after one line a program that says where it was measured:
-///   VALIDATION2-RUN|precision|date|commit|machine
-///   VALIDATION2|suite.test|case|reference|target|measured|unit|yes or no|precision|reason
+/// Prints a row for tools/validate (tests/validation/themes.txt has the suite's page).
 /// Expects measured ≤ target, or measured ≤ reached where that is set; a target may be missed only with a reason.
-/// tests/validation/themes.txt has the suite's page.
 void report(const Finding& finding);
 
 /// A scene on the Kokkos backend, stepped by hand.

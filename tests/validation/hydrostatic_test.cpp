@@ -23,10 +23,9 @@ Cell cell_of(const Vec3& x, double h) {
   return {int(std::floor(x[0] / h)), int(std::floor(x[1] / h)), int(std::floor(x[2] / h))};
 }
 
-/// Load on the box (N, downward) in a step, from its pressures and the positions and velocities at its beginning: the
-/// reactions of src/stages/divergence.hpp (both solves) and src/stages/forces.hpp over all samples. The floor's samples
-/// alone do not carry the weight: the walls' lowest ones push the lowest layer down, those in the corner push it up, and
-/// liquid that creeps along the walls hangs on them.
+/// Load on the box (N, downward) in a step: the reactions of src/stages/divergence.hpp (both solves) and forces.hpp over all
+/// samples, from the pressures, positions and velocities at its beginning. The floor's samples alone do not carry the weight:
+/// the walls' lowest ones and those in the corner push the lowest layer too.
 double load_on_box(const Model& model, const HostState& start, const HostState& end) {
   double load = 0;
   const double h = model.support, viscous = 80.0 / 3 * model.scene.fluid.viscosity / (h * h);  // χ of the cubic spline

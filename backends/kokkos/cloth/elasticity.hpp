@@ -63,10 +63,9 @@ struct Columns {
   Real3 first, second;
 };
 
-/// P = −K (F − F*), N·m, of a triangle with edges a = x1 − x0, b = x2 − x0 (m): what keeps the singular values of its
-/// deformation F = [a b] R⁻¹ within [1 − ε, 1 + ε], by the energy (K/2) |F − F*|², K = w A in N·m. F* = Σ_i σ*_i u_i v_iᵀ
-/// is the nearest deformation within the limits; v_i are the axes of the 2 × 2 matrix FᵀF, so that F − F* = F M,
-/// M = Σ_i (1 − σ*_i/σ_i) v_i v_iᵀ. A triangle without length along v_i pushes nowhere.
+/// P = −K (F − F*) = −K F M, N·m, of a triangle with edges a = x1 − x0, b = x2 − x0 (m): it keeps the singular values σ_i of
+/// F = [a b] R⁻¹ within [1 − ε, 1 + ε]. M = Σ_i (1 − σ*_i/σ_i) v_i v_iᵀ with the axes v_i of FᵀF and the limited σ*_i; K = w A.
+/// A triangle without length along v_i pushes nowhere. (docs/theory/cloth.md, section 5.)
 KOKKOS_INLINE_FUNCTION Columns strain_limit_stress(const Real3& a, const Real3& b, const TriangleShape& shape,
                                                    Real limit, Real stiffness) {
   const Real3 f1 = shape.xx * a, f2 = shape.xy * a + shape.yy * b;

@@ -1,9 +1,7 @@
 #pragma once
 // Cell table: cells of edge h over the occupied bounds, particles ordered by (cell, key), by one of the sorts in
-// bucket_sort.hpp, which all make the same table.
-// Dense while the bounds hold few cells; otherwise hashed, and then cell coordinates are compared, so that two cells
-// that share a bucket are never mixed up. A hashed table's buckets are those of bricks of cells (Brick), one
-// after the other: what lies near lies near in memory too, and a search has fewer places to look at.
+// bucket_sort.hpp, which all make the same table. Dense while the bounds hold few cells; otherwise hashed by bricks of cells
+// (Brick), and cell coordinates are compared, so that two cells that share a bucket are never mixed up.
 
 #include <memory>
 #include <type_traits>
@@ -24,7 +22,8 @@ struct CellRun {
   KOKKOS_INLINE_FUNCTION bool holds(const CellCoord& c) const { return c.y == y && c.z == z && c.x >= x && c.x <= end; }
 };
 
-/// Cells of a hashed table that have buckets one after the other, x first: long in x, for a search reads runs along x.
+/// Cells of a hashed table that have buckets one after the other, x first: near cells lie near in memory, and a search has
+/// fewer buckets to look at. Long in x, for a search reads runs along x.
 struct Brick {
   static constexpr int x_bits = 4, y_bits = 1, z_bits = 1, bits = x_bits + y_bits + z_bits, cells = 1 << bits;
 

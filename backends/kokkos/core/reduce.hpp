@@ -140,11 +140,10 @@ struct SumUnderWay {
 
 /// Begins with Σ term(i), i < n, n > 0, always in the same order. Two may be under way at once, with a different `slot` (0 or 1);
 /// until the first is read the room must not grow: no sums of a larger kind in between.
-/// On CUDA it is a reduction of Kokkos, whose blocks and order depend on n and the kernel alone. On a CPU their number would
-/// depend on the threads: there as many partial sums as keep a GPU busy, then fewer and fewer; the last few are added by the
-/// host.
 template <class Sum, class Term>
 SumUnderWay<Sum> begin_ordered(const char* label, Index n, const Term& term, int slot = 0) {
+  // On CUDA the blocks and the order of Kokkos' reduction depend on n and the kernel alone, on a CPU on the threads too. There
+  // are many partial sums, then fewer and fewer; the host adds the last few.
   constexpr Index most_parts = 32;
   SumRoom& room = sum_room();
   Sum* const at = sums_in<Sum>(room.few, 2 * most_parts).data() + (slot == 0 ? 0 : most_parts);

@@ -14,10 +14,9 @@ inline constexpr Real sheet_row_share = Real(0.16), body_row_share = Real(0.3);
 /// γ of a particle before a cloth: how dense the mirrored liquid is, of its density ratio (src/stages/divergence.hpp).
 KOKKOS_INLINE_FUNCTION Real image_density(Real ratio) { return ratio > Real(1.1) ? ratio - Real(0.1) : Real(1); }
 
-/// Vector (m) to a particle from a cloth sample as the particle's pressure sees it: r + ½ d n sign(r·n), with
-/// r = x_i − x_b and the sample's unit normal n, `offset` = ½ d n: the sample lies half a spacing behind the sheet's
-/// surface, as those of solids do. On the surface itself a sheet's kernel sum has no gradient, so that what has come close
-/// would not be pushed back.
+/// Vector (m) to a particle from a cloth sample as the particle's pressure sees it: r + ½ d n sign(r·n), r = x_i − x_b,
+/// `offset` = ½ d n with the unit normal n. The sample lies half a spacing behind the sheet's surface, as those of solids do:
+/// on the surface a sheet's kernel sum has no gradient, and would not push particles back.
 KOKKOS_INLINE_FUNCTION Real3 from_behind(const Real3& r, const Real3& offset) {
   return dot(r, offset) < 0 ? r - offset : r + offset;
 }

@@ -87,10 +87,9 @@ class PressureIteration {
   double weight_ = 1, smallest_ = 1e300, last_ = 1e300;
 };
 
-/// Solves for κ. A `Problem` has
-///   begin(relaxation, slot) → SumUnderWay<Sums>: launches the update and the sums that judge it;
-///   norms(sums) → IterationNorms; scaled(norms) → residual + complementarity as the iteration compares them;
-///   converged(iteration, sums): judges, and writes the report.
+/// Solves for κ. A `Problem` launches the update and the sums that judge it in begin(relaxation, slot) → SumUnderWay<Sums>.
+/// It makes norms(sums) → IterationNorms of them and scaled(norms), the residual + complementarity that iterations compare.
+/// converged(iteration, sums) judges, and writes the report.
 template <class Problem>
 void solve_pressure(PressureSystem& system, const FluidSolverScene& limits, Problem& problem) {
   PressureIteration iterate(system);
