@@ -197,7 +197,9 @@ void expect_of_the_program(const std::filesystem::path& folder, const std::strin
   test::write_text(path, bad);
   const test::Outcome o = test::run_drench(folder, {"check", path});
   EXPECT_TRUE(o.code == 2 || (o.code == 0 && line.empty()) || line.find("does not fit") != line.npos) << o.code << o.err;
-  if (o.code == 2) EXPECT_EQ(wrong_form(o.err.substr(0, o.err.size() - 1), path, bad), "") << o.err;
+  if (o.code == 2) {
+    EXPECT_EQ(wrong_form(o.err.substr(0, o.err.size() - 1), path, bad), "") << o.err;
+  }
 }
 
 TEST(SceneMutations, EndInOneLocatedLineOrAnotherValidScene) {
