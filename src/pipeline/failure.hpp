@@ -32,7 +32,7 @@ struct RunFailure : std::runtime_error {
 
 /// Bounds that a run passes only when it diverges. They are wide on purpose: a false alarm ends a good run, and a
 /// divergence grows by orders of magnitude within a few steps.
-///   Liquid: |v| ≤ 10 (u + d/Δt), u = fastest source, pin or point of a prescribed body + min(|g| t, √(2 |g| D)) + max Ω · D
+///   Liquid: |v| ≤ 10 (u + d/Δt), u = the fastest that the scene prescribes + min(|g| t, √(2 |g| D)) + max Ω · D
 ///     + √(2 s/(ρ0 d)), D the domain's diagonal: nothing in it falls or is drawn farther; s the largest of surface tension and
 ///     adhesion, whose root is the speed of a film of one particle that retracts (Culick 1960). Splashes are a few times as
 ///     fast as what makes them, not ten times. d/Δt, with Δt = time.step, is what a solver makes of particles that overlap.
@@ -43,7 +43,7 @@ struct RunFailure : std::runtime_error {
 ///     without end, so with them there is no bound.
 /// t is the run's time, so that the bounds are narrow where a run that starts badly needs them.
 struct Limits {
-  double prescribed = 0;             // m/s: the fastest source, pin or body
+  double prescribed = 0;             // m/s: the fastest that the scene prescribes: a source, a pin, a point of a body
   double scale = 0;                  // m/s: u without what gravity adds
   double gravity = 0;                // m/s²
   double longest_fall = 0;           // m/s: √(2 |g| D)
