@@ -68,7 +68,10 @@ std::set<std::string> keys_of_test_scenes() {
     const std::string text = test::read_text(file.path()), begin = "R\"(drench: 1\n", end = ")\"";
     for (std::size_t at = text.find(begin); at != text.npos; at = text.find(begin, at + 1)) {
       const std::size_t first = at + 3, last = text.find(end, first);
-      keys.merge(paths_of(text.substr(first, last - first)));
+      try {
+        keys.merge(paths_of(text.substr(first, last - first)));
+      } catch (const SceneError&) {  // a pattern that its test fills in
+      }
     }
   }
   return keys;
