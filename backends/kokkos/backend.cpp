@@ -7,6 +7,7 @@
 #include "core/host_copy.hpp"
 #include "core/neighbor_search.hpp"
 #include "coupling/advection.hpp"
+#include "coupling/wind.hpp"
 #include "fluid/stages.hpp"
 #include "pipeline/runtime.hpp"
 #include "porous/stages.hpp"
@@ -72,6 +73,8 @@ class KokkosBackend final : public Backend {
         return surface_tension(constants_, fluid_, lists_, bodies_, cloth_, surface_tension_, info);
       case Stage::wet_adhesion:
         return wet_adhesion(constants_, bodies_, cloth_, wet_adhesion_, info);
+      case Stage::wind:
+        return wind(constants_, fluid_, lists_, bodies_, cloth_, wind_, info);
       case Stage::cloth:
         return cloth(constants_, bodies_, cloth_, solver_, load_cloth_with_last_pressure(), info, report);
       case Stage::pressure:
@@ -150,6 +153,7 @@ class KokkosBackend final : public Backend {
   MicropolarWork micropolar_;
   SurfaceTensionWork surface_tension_;
   WetAdhesionWork wet_adhesion_;
+  WindWork wind_;
   ClothSolverWork solver_;
   SelfCollisionWork self_collision_;
   AdvectionWork advection_;
