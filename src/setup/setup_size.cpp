@@ -11,7 +11,7 @@
 namespace drench {
 namespace {
 
-/// Cells of edge h of a table over the points (backends/kokkos/primitives/cell_table.cpp).
+/// Cells of edge h of a table over the points (CellTable::make_keys of the Kokkos backend).
 double cells_over(const std::vector<Vec3>& points, double h) {
   if (points.empty()) return 0;
   double cells = 1;

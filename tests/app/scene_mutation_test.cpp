@@ -20,6 +20,7 @@
 #include <sstream>
 
 #include "good_scenes.hpp"
+#include "pipeline/backend.hpp"
 #include "run_program.hpp"
 #include "scene/load.hpp"
 #include "scene/schema.hpp"
@@ -127,6 +128,7 @@ Verdict judge(const std::string& text, const std::string& path) {
     if (!same_scene(again, scene)) verdict.objection += "; the resolved scene reads as another one";
     MemoryBudget small;
     small.host = 256.0 * (1 << 20);
+    small.arrays = [](const SetupSize& size) { return kokkos_array_bytes(size, 4, false); };
     try {
       build(scene, small);
     } catch (const SetupError& error) {

@@ -118,6 +118,8 @@ struct Cloth {
   Version samples_placed = Version::none();  // that samples.position and .normal are of
 };
 
+MemoryEstimate cloth_bytes(const Sizing& s);
+
 // samples.cpp: derived quantities that several stages share
 void refresh_samples(Cloth& cloth);             // samples.position, .normal and .velocity from the nodes
 void place_samples(Cloth& cloth);               // the same, if the nodes have moved since

@@ -20,6 +20,13 @@ void list_body_neighbors(const Constants& constants, const Fluid& fluid, Bodies&
                       constants.support);
 }
 
+MemoryEstimate body_neighbor_bytes(const Sizing& s) {
+  MemoryEstimate sum;
+  if (s.size.fluid > 0 && s.size.dynamic_samples > 0)
+    sum.lists = list_bytes(s.size.dynamic_samples, s.entries.boundary_fluid, s);
+  return sum;
+}
+
 namespace {
 
 /// g_b of each sample of a dynamic body, and G/M and H ‖I⁻¹‖ of each body.
