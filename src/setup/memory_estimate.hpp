@@ -5,6 +5,8 @@
 #include <functional>
 #include <string>
 
+#include "scene/scene.hpp"
+
 namespace drench {
 
 /// How many rows of a list a GPU bundles, as wide as the longest of them: the rows that RowEntries::bundled is counted over.
@@ -27,6 +29,7 @@ struct SetupSize {
   double fabric_pairs = 0;                      // of nodes, that diffusion goes between
   double area = 0;                              // of the cloths that are sampled, in d²
   double dynamic_samples = 0;                   // of the boundary: those of dynamic bodies
+  Scene scene;                                  // for the keys of a stage that no count here tells of
   double field = 0;                             // lattice points of the meshes' distance fields
   double fluid_cells = 0, boundary_cells = 0, sample_cells = 0;  // of their cell tables
   double support = 2;                                            // h / d: how wide neighbour lists are

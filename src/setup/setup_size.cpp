@@ -122,6 +122,7 @@ std::vector<Vec3> sample_places(const Model& m, const HostState& s) {
 
 SetupSize kinds_of(const Model& m) {
   SetupSize size;
+  size.scene = m.scene;
   for (const Body& b : m.bodies)
     size.field += static_cast<double>(b.field.points[0]) * b.field.points[1] * b.field.points[2];
   size.support = m.support / m.spacing;
