@@ -186,6 +186,7 @@ MemoryEstimate kokkos_array_bytes(const SetupSize& size, int real_bytes, bool gp
   sum += forces_bytes(sizing);
   sum += micropolar_bytes(sizing);
   sum += wet_adhesion_bytes(sizing);
+  sum += wind_bytes(sizing);
   sum += cloth_solver_bytes(sizing);
   sum += pressure_bytes(sizing);
   sum += self_collision_bytes(sizing);

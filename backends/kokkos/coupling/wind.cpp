@@ -138,6 +138,12 @@ void drag_liquid(const Constants& constants, Fluid& fluid, const NeighborLists& 
 
 }  // namespace
 
+MemoryEstimate wind_bytes(const Sizing& s) {
+  MemoryEstimate sum;
+  if (s.size.scene.wind.present && s.size.moving_cloth) sum.cloth = (s.size.nodes + 3 * s.size.triangles) * index_bytes;
+  return sum;
+}
+
 void wind(const Constants& constants, Fluid& fluid, const NeighborLists& lists, const Bodies& bodies, Cloth& cloth,
           WindWork& work, const StepInfo& info) {
   if (constants.model.has_moving_cloth()) push_cloth(constants, cloth, work, info);

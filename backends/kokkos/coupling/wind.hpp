@@ -14,6 +14,8 @@ struct WindWork {
   Field<Index> start, item;   // node → its triangles
 };
 
+MemoryEstimate wind_bytes(const Sizing& s);
+
 void wind(const Constants& constants, Fluid& fluid, const NeighborLists& lists, const Bodies& bodies, Cloth& cloth,
           WindWork& work, const StepInfo& info);
 
