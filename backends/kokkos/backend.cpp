@@ -7,9 +7,13 @@
 #include "core/host_copy.hpp"
 #include "core/neighbor_search.hpp"
 #include "coupling/advection.hpp"
+#include "coupling/body_response.hpp"
+#include "coupling/wind.hpp"
 #include "fluid/stages.hpp"
 #include "pipeline/runtime.hpp"
+#include "porous/contact_wicking.hpp"
 #include "porous/stages.hpp"
+#include "porous/transfer.hpp"
 #include "step/stages.hpp"
 
 namespace drench {
@@ -72,6 +76,8 @@ class KokkosBackend final : public Backend {
         return surface_tension(constants_, fluid_, lists_, bodies_, cloth_, surface_tension_, info);
       case Stage::wet_adhesion:
         return wet_adhesion(constants_, bodies_, cloth_, wet_adhesion_, info);
+      case Stage::wind:
+        return wind(constants_, fluid_, lists_, bodies_, cloth_, wind_, info);
       case Stage::cloth:
         return cloth(constants_, bodies_, cloth_, solver_, load_cloth_with_last_pressure(), info, report);
       case Stage::pressure:
@@ -150,6 +156,7 @@ class KokkosBackend final : public Backend {
   MicropolarWork micropolar_;
   SurfaceTensionWork surface_tension_;
   WetAdhesionWork wet_adhesion_;
+  WindWork wind_;
   ClothSolverWork solver_;
   SelfCollisionWork self_collision_;
   AdvectionWork advection_;
@@ -164,6 +171,36 @@ class KokkosBackend final : public Backend {
 
 }  // namespace
 }  // namespace kokkos_backend
+
+MemoryEstimate kokkos_array_bytes(const SetupSize& size, int real_bytes, bool gpu) {
+  using namespace kokkos_backend;
+  const Sizing sizing(size, real_bytes, gpu);
+  MemoryEstimate sum;
+  sum += particle_bytes(sizing);
+  sum += body_bytes(sizing);
+  sum += cloth_bytes(sizing);
+  sum += neighbor_bytes(sizing);
+  sum += body_neighbor_bytes(sizing);
+  sum += density_bytes(sizing);
+  sum += divergence_bytes(sizing);
+  sum += forces_bytes(sizing);
+  sum += micropolar_bytes(sizing);
+  sum += wet_adhesion_bytes(sizing);
+  sum += wind_bytes(sizing);
+  sum += cloth_solver_bytes(sizing);
+  sum += pressure_bytes(sizing);
+  sum += self_collision_bytes(sizing);
+  sum += advection_bytes(sizing);
+  sum += porous_neighbor_bytes(sizing);
+  sum += transfer_bytes(sizing);
+  sum += absorption_bytes(sizing);
+  sum += emission_bytes(sizing);
+  sum += diffusion_bytes(sizing);
+  sum += contact_wicking_bytes(sizing);
+  sum += measures_bytes(sizing);
+  sum += ledger_bytes(sizing);
+  return sum;
+}
 
 std::unique_ptr<Backend> make_kokkos_backend(const Model& model) {
   return std::make_unique<kokkos_backend::KokkosBackend>(model);

@@ -80,7 +80,7 @@ void print_step(const Model& model, const HostState& state) {
 
 int check_command(const std::string& path, const std::vector<std::string>& overrides) {
   const Scene scene = load_scene(path, overrides);
-  MemoryBudget budget;
+  MemoryBudget budget = host_memory_budget(4);
   std::string no_device;
   try {
     budget = memory_budget();

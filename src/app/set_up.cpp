@@ -3,35 +3,42 @@
 #include <fmt/format.h>
 
 #include "drench_version.hpp"
+#include "pipeline/backend.hpp"
 #include "pipeline/runtime.hpp"
 
 namespace drench {
 
-MemoryBudget memory_budget(bool reference) {
+namespace {
+
+MemoryBudget budget_with(int real_bytes, const DeviceMemory& memory) {
   MemoryBudget budget;
-  if (reference) {
-    budget.real_bytes = 8;
-    return budget;
-  }
-  budget.real_bytes = precision_name == "double" ? 8 : 4;
-  require_device();
-  const DeviceMemory memory = device_memory();
+  budget.real_bytes = real_bytes;
   budget.device = memory.device;
   budget.device_free = memory.free;
+  const bool gpu = !memory.device.empty();
+  budget.arrays = [=](const SetupSize& size) { return kokkos_array_bytes(size, real_bytes, gpu); };
   return budget;
 }
 
+}  // namespace
+
+MemoryBudget memory_budget(bool reference) {
+  if (reference) return host_memory_budget(8);
+  require_device();
+  return budget_with(precision_name == "double" ? 8 : 4, device_memory());
+}
+
+MemoryBudget host_memory_budget(int real_bytes) { return budget_with(real_bytes, {}); }
+
 ForeseenMemory foresee_memory(const Setup& setup, const MemoryBudget& budget) {
-  const int real_bytes = budget.real_bytes;
-  const bool gpu = !budget.device.empty();
   ForeseenMemory memory;
   memory.size = size_of(setup);
-  memory.start = estimate_memory(memory.size, real_bytes, gpu);
+  memory.start = estimate_memory(memory.size, budget.arrays);
   const SetupSize later = with_sources(setup, memory.size);
   memory.added = jet_particles(setup.model) + dripping_particles(setup);
   const SetupSize end = at_work(later);
-  memory.end = estimate_memory(end, real_bytes, gpu).backend();
-  memory.folded = estimate_memory(in_folds(end), real_bytes, gpu).backend();
+  memory.end = estimate_memory(end, budget.arrays).backend();
+  memory.folded = estimate_memory(in_folds(end), budget.arrays).backend();
   return memory;
 }
 

@@ -11,6 +11,9 @@ namespace drench {
 /// its device's. Throws DeviceError without a device.
 MemoryBudget memory_budget(bool reference = false);
 
+/// What a run may take in the host's memory. The arrays are the Kokkos backend's, also for the reference, which tells none.
+MemoryBudget host_memory_budget(int real_bytes);
+
 /// Bytes that the backend's arrays take: at the start, with all particles that jets and cloths add, and where liquid crowds
 /// and cloth folds besides.
 struct ForeseenMemory {

@@ -14,6 +14,9 @@
 
 namespace drench {
 
+struct SetupSize;
+struct MemoryEstimate;
+
 /// What a stage is told about the step.
 struct StepInfo {
   std::int64_t step = 0;
@@ -89,5 +92,9 @@ class Backend {
 
 std::unique_ptr<Backend> make_reference_backend(const Model& model);
 std::unique_ptr<Backend> make_kokkos_backend(const Model& model);
+
+/// What the Kokkos backend's arrays take, in bytes, for a scene of this size (setup/memory_estimate.hpp): with numbers of
+/// `real_bytes`, 4 or 8, and in a GPU's memory or the host's, whatever this build is for. Needs no BackendRuntime.
+MemoryEstimate kokkos_array_bytes(const SetupSize& size, int real_bytes, bool gpu);
 
 }  // namespace drench

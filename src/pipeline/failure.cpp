@@ -8,6 +8,8 @@
 #include <limits>
 #include <numbers>
 
+#include "stages/wind.hpp"
+
 namespace drench {
 namespace {
 
@@ -17,7 +19,7 @@ double largest(const Vec3& v) { return std::max({v[0], v[1], v[2]}); }
 
 /// m/s: of all that moves as the scene says.
 double fastest_prescribed(const Model& m) {
-  double fastest = 0;
+  double fastest = m.scene.wind.present ? fastest_air(m.scene.wind) : 0;
   for (const BlockScene& block : m.scene.fluid.blocks) fastest = std::max(fastest, norm(block.velocity));
   for (const Jet& jet : m.jets) fastest = std::max(fastest, norm(jet.scene.velocity));
   for (const Body& body : m.bodies)

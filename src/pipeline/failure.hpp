@@ -34,7 +34,7 @@ struct RunFailure : std::runtime_error {
 /// false alarm ends a good run, and a divergence grows by orders of magnitude within a few steps. They grow with the run's
 /// time, so that they are narrow where a run that starts badly needs them.
 struct Limits {
-  double prescribed = 0;             // m/s: the fastest source, pin or body
+  double prescribed = 0;             // m/s: the fastest that the scene prescribes: a source, a pin, a point of a body
   double scale = 0;                  // m/s: u without what gravity adds
   double gravity = 0;                // m/s²
   double longest_fall = 0;           // m/s: √(2 |g| D)

@@ -16,6 +16,7 @@
   STAGE(micropolar,        m.has_micropolar())                                                \
   STAGE(surface_tension,   m.has_surface_forces())                                            \
   STAGE(wet_adhesion,      m.has_wet_adhesion())                                              \
+  STAGE(wind,              m.scene.wind.blows(m.has_moving_cloth(), m.has_fluid()))           \
   STAGE(cloth,             m.has_moving_cloth())                                              \
   STAGE(pressure,          m.has_fluid())                                                     \
   STAGE(self_collision,    m.has_self_collision())                                            \

@@ -11,6 +11,8 @@
 namespace drench {
 namespace {
 
+constexpr const char* air_speed_range = "[-200, 200]";  // m/s: beyond any storm, below the speed of sound
+
 bool has_porous(const Scene& scene) {
   return std::any_of(scene.cloths.begin(), scene.cloths.end(),
                      [](const ClothScene& cloth) { return cloth.material.porous; });
@@ -93,6 +95,27 @@ void describe(Section& s, FieldScene& field) {
   check_not_zero(s, "rate", field.rate);
 }
 
+void describe(Section& s, GustScene& gust) {
+  s.one_line();
+  s.required().number("time", gust.time, "[0, 1e6]", "s", "when; later than the entry before");
+  s.required().numbers("velocity", gust.velocity, air_speed_range, "m/s",
+                       "what is added to the wind's `velocity` then");
+}
+
+void describe(Section& s, WindScene& wind) {
+  s.numbers("velocity", wind.velocity, air_speed_range, "m/s", "of undisturbed air");
+  s.list("gusts", wind.gusts,
+         "the air's velocity over time, linear between entries; the first holds before, the last after");
+  s.number("density", wind.density, "[0, 100]", "kg/m³", "ρ_a of the air");
+  s.number("normal_drag", wind.normal_drag, "[0, 10]", "1", "C_n of cloth across the wind, both sides together");
+  s.number("tangential_drag", wind.tangential_drag, "[0, 10]", "1", "C_t of cloth along the wind, both sides together");
+  s.number("liquid_drag", wind.liquid_drag, "[0, 10]", "1", "C_l of free liquid, 0.47 for round drops; 0: none");
+  for (std::size_t i = 1; i < wind.gusts.size(); ++i)
+    s.check(wind.gusts[i - 1].time < wind.gusts[i].time, fmt::format("gusts.{}.time", i),
+            fmt::format("{} is not after the entry before ({}); allowed: more than that, in s", wind.gusts[i].time,
+                        wind.gusts[i - 1].time));
+}
+
 void describe(Section& s, OutputScene& output) {
   s.one_line();
   s.number("every", output.every, "[0, 1e6]", "s", "time between two frames; 0: none; at most 10⁹ until `time.end`");
@@ -142,6 +165,8 @@ void describe(Section& s, Scene& scene) {
       .section("field", scene.field,
                "an acceleration of the liquid towards a centre, −Ω² (x − c) along each axis; only with `fluid`");
   s.remark("m, 1/s");
+  s.optional(scene.wind.present)
+      .section("wind", scene.wind, "moving air: its drag on cloth and, where asked for, on free liquid");
   s.section("domain", scene.domain,
             "where the liquid may be: a particle that leaves it is drained, its mass is accounted for");
   s.remark("m");

@@ -241,6 +241,30 @@ struct FieldScene {
   bool operator==(const FieldScene&) const = default;
 };
 
+/// An entry of `wind.gusts`: what is added to the air's velocity at a time.
+struct GustScene {
+  double time = 0;         // s
+  Vec3 velocity{0, 0, 0};  // m/s
+
+  bool operator==(const GustScene&) const = default;
+};
+
+/// Moving air (stages/wind.hpp).
+struct WindScene {
+  bool present = false;           // does the scene have the section?
+  Vec3 velocity{0, 0, 0};         // m/s; of undisturbed air
+  std::vector<GustScene> gusts;   // linear in between, the first before them and the last after them
+  double density = 1.2;           // ρ_a, kg/m³
+  double normal_drag = 1.17;      // C_n, 1; of both sides of the cloth together
+  double tangential_drag = 0.02;  // C_t, 1; likewise
+  double liquid_drag = 0;         // C_l, 1; of free drops; 0: none
+
+  /// Does it act on anything in a scene with moving cloth, or with liquid?
+  bool blows(bool cloth, bool fluid) const { return present && (cloth || (fluid && liquid_drag > 0)); }
+
+  bool operator==(const WindScene&) const = default;
+};
+
 /// A whole scene. Mesh files are absolute paths, all other values as in the file.
 struct Scene {
   std::string path;                           // the file that it came from, "" when built in memory
@@ -248,6 +272,7 @@ struct Scene {
   TimeScene time;                             // how time goes on
   Vec3 gravity{0, -9.81, 0};                  // m/s²
   FieldScene field;                           // draws liquid to a centre
+  WindScene wind;                             // drags at cloth and liquid
   Box domain{{-10, -10, -10}, {10, 10, 10}};  // m
   OutputScene output;                         // files and their times
   ProcessScene processes;                     // of porous cloth

@@ -2,11 +2,14 @@
 // How much memory a scene will take, counted before anything of its size is allocated.
 
 #include <cstdint>
+#include <functional>
 #include <string>
+
+#include "scene/scene.hpp"
 
 namespace drench {
 
-/// How many rows of a list lie together on a GPU, as wide as the longest of them (NeighborList of backends/kokkos/device.hpp).
+/// How many rows of a list a GPU bundles, as wide as the longest of them: the rows that RowEntries::bundled is counted over.
 inline constexpr std::size_t list_bundle = 32;
 
 /// Entries of a list a row, on average: as many as it has neighbours, and as many as the longest row of its bundle. Below 0: not
@@ -26,6 +29,7 @@ struct SetupSize {
   double fabric_pairs = 0;                      // of nodes, that diffusion goes between
   double area = 0;                              // of the cloths that are sampled, in d²
   double dynamic_samples = 0;                   // of the boundary: those of dynamic bodies
+  Scene scene;                                  // for the keys of a stage that no count here tells of
   double field = 0;                             // lattice points of the meshes' distance fields
   double fluid_cells = 0, boundary_cells = 0, sample_cells = 0;  // of their cell tables
   double support = 2;                                            // h / d: how wide neighbour lists are
@@ -48,6 +52,18 @@ struct SetupSize {
   bool micropolar = false;
 };
 
+/// Entries of each neighbour list in all; boundary_fluid's rows are the samples of dynamic bodies.
+struct ListTotals {
+  double fluid_fluid = 0, fluid_boundary = 0, fluid_sample = 0, sample_fluid = 0, sample_sample = 0,
+         sample_boundary = 0, boundary_fluid = 0;
+};
+/// As counted; a list that was not counted is taken as full: liquid all around, on one side of a wall, at a sheet. `bundled`:
+/// with rows as wide as the longest of their bundle.
+ListTotals expected_entries(const SetupSize& size, bool bundled);
+
+/// The same with the parts of cloth meshes that are not counted yet: as many as a grid of these nodes has.
+SetupSize with_expected_mesh(SetupSize size);
+
 /// Bytes. All but `host` is the backend's: on a GPU in its own memory.
 struct MemoryEstimate {
   double particles = 0;  // arrays of the liquid and of its stages
@@ -58,24 +74,36 @@ struct MemoryEstimate {
   double host = 0;       // the set-up, and the frame that is being written
   double backend() const { return particles + lists + cells + bodies + cloth; }
   double total() const { return backend() + host; }
+  MemoryEstimate& operator+=(const MemoryEstimate& o) {
+    particles += o.particles;
+    lists += o.lists;
+    cells += o.cells;
+    bodies += o.bodies;
+    cloth += o.cloth;
+    host += o.host;
+    return *this;
+  }
 };
 
-/// The memory of a run with numbers of `real_bytes` (4 or 8), array by array as backends/kokkos allocates them. A list that was not
-/// counted is taken as full: liquid all around, on one side of a wall, at a sheet. Growth during the run is left out: with_sources,
-/// at_work and in_folds add it.
-MemoryEstimate estimate_memory(const SetupSize& size, int real_bytes, bool gpu = false);
+/// What a backend's arrays take for a scene of this size; `host` stays 0. The backend tells it (pipeline/backend.hpp).
+using ArrayBytes = std::function<MemoryEstimate(const SetupSize&)>;
+
+/// The memory of a run: the arrays, if there is who tells them, and what the host holds beside them. Growth during the run is
+/// left out: with_sources, at_work and in_folds add it.
+MemoryEstimate estimate_memory(const SetupSize& size, const ArrayBytes& arrays);
 
 /// Bytes of memory of this machine, or of the part of it that this program may use (control groups).
 double machine_memory();
 /// Of these, what is free now.
 double machine_memory_free();
 
-/// The memory that a run may take. By default: a backend in single precision in the memory of this machine.
+/// The memory that a run may take. By default: the memory of this machine, for the set-up alone.
 struct MemoryBudget {
-  int real_bytes = 4;
+  int real_bytes = 4;              // of the backend's numbers
   double host = machine_memory();  // bytes
   std::string device;              // the name of a device that has memory of its own; "" if the host's is used
   double device_free = 0;          // bytes
+  ArrayBytes arrays;               // of the backend; empty: none is counted
 };
 
 /// SetupError when the estimate is above the budget, or a count above what an Index can number (2^28 of each kind: four

@@ -11,7 +11,7 @@
 namespace drench {
 namespace {
 
-/// Cells of edge h of a table over the points (backends/kokkos/primitives/cell_table.cpp).
+/// Cells of edge h of a table over the points (CellTable::make_keys of the Kokkos backend).
 double cells_over(const std::vector<Vec3>& points, double h) {
   if (points.empty()) return 0;
   double cells = 1;
@@ -122,6 +122,7 @@ std::vector<Vec3> sample_places(const Model& m, const HostState& s) {
 
 SetupSize kinds_of(const Model& m) {
   SetupSize size;
+  size.scene = m.scene;
   for (const Body& b : m.bodies)
     size.field += static_cast<double>(b.field.points[0]) * b.field.points[1] * b.field.points[2];
   size.support = m.support / m.spacing;

@@ -8,6 +8,7 @@
 #include <set>
 
 #include "build_scenes.hpp"
+#include "pipeline/backend.hpp"
 #include "setup/memory_estimate.hpp"
 #include "setup/smoothing_kernel.hpp"
 
@@ -142,25 +143,32 @@ std::string refusal(const SetupSize& size, const MemoryBudget& budget) {
   return "";
 }
 
+ArrayBytes arrays_with(int real_bytes, bool gpu = false) {
+  return [=](const SetupSize& size) { return kokkos_array_bytes(size, real_bytes, gpu); };
+}
+
 TEST(MemoryEstimate, RefusesWhatTheMachineOrTheDeviceCannotHold) {
   EXPECT_GT(machine_memory(), 1e8);
   EXPECT_GT(machine_memory_free(), 1e7);
   EXPECT_LE(machine_memory_free(), machine_memory());
   SetupSize size;
   size.fluid = 1e6;
-  const MemoryEstimate estimate = estimate_memory(size, 4);
+  const ArrayBytes on_host = arrays_with(4), on_device = arrays_with(4, true);
+  const MemoryEstimate estimate = estimate_memory(size, on_host);
   EXPECT_GT(estimate.backend(), 0.5e9);
   EXPECT_LT(estimate.backend(), 1.5e9);
-  EXPECT_GT(estimate_memory(size, 8).lists, 1.4 * estimate.lists);
-  EXPECT_EQ(refusal(size, {4, 1.01 * estimate.total(), "", 0}), "");
-  EXPECT_NE(refusal(size, {4, 0.99 * estimate.total(), "", 0}).find("the machine has"), std::string::npos);
+  EXPECT_GT(estimate_memory(size, arrays_with(8)).lists, 1.4 * estimate.lists);
+  EXPECT_EQ(refusal(size, {4, 1.01 * estimate.total(), "", 0, on_host}), "");
+  EXPECT_NE(refusal(size, {4, 0.99 * estimate.total(), "", 0, on_host}).find("the machine has"), std::string::npos);
+  EXPECT_EQ(refusal(size, {4, 1.01 * estimate.host, "", 0, {}}), "") << "nobody tells the arrays";
   // A device has the backend's part, the host the rest.
-  const double on_gpu = estimate_memory(size, 4, true).backend();
+  const double on_gpu = estimate_memory(size, on_device).backend();
   EXPECT_GT(on_gpu, estimate.backend()) << "bundles of a list are as wide as their longest row";
-  EXPECT_EQ(refusal(size, {4, 1.01 * estimate.host, "GPU", 1.01 * on_gpu}), "");
-  EXPECT_NE(refusal(size, {4, 0.99 * estimate.host, "GPU", 1e12}).find("the machine has"), std::string::npos);
+  EXPECT_EQ(refusal(size, {4, 1.01 * estimate.host, "GPU", 1.01 * on_gpu, on_device}), "");
+  EXPECT_NE(refusal(size, {4, 0.99 * estimate.host, "GPU", 1e12, on_device}).find("the machine has"),
+            std::string::npos);
   EXPECT_EQ(
-      refusal(size, {4, 1e12, "GPU", 0.5 * 1073741824}),
+      refusal(size, {4, 1e12, "GPU", 0.5 * 1073741824, on_device}),
       fmt::format(
           "the scene does not fit in the device's memory: 1000000 liquid particles, 0 samples of bodies, 0 cloth nodes "
           "and 0 samples of cloth need about {:.1f} GiB, GPU has 0.5 GiB free",

@@ -25,6 +25,11 @@ what stands in a block of code is left out too, and it may be as long as anybody
 ```
 $$ a = \\text{formulas are left out, with as many words as anybody likes to put into their text, one two three four five six} $$
 
+<!-- source: docs/code.cpp -->
+```cpp
+// as docs/good.md has it
+```
+
 ## Twice
 ## Twice
 [this page](#good-page), [again](good.md#twice-1), [a line](code.cpp#L2), ![picture](../picture.png), `[no](link.txt)`
@@ -46,6 +51,9 @@ BAD = {
     "past": ("[a line](code.cpp#L9)", "docs/past.md:1: link code.cpp#L9 is longer than the file"),
     "out": ("[a page](../../README.md)", "docs/out.md:1: link ../../README.md leads out of the tree"),
     "definition": ("See [it][1].\n\n[1]: absent.md", "docs/definition.md:3: link absent.md leads nowhere"),
+    "excerpt": ("<!-- source: docs/code.cpp -->\n```cpp\n// as it is not\n```",
+                "docs/excerpt.md:1: excerpt is not in docs/code.cpp"),
+    "excerpt_of": ("<!-- source: absent.cpp -->\n```cpp\n```", "docs/excerpt_of.md:1: excerpt of absent.cpp"),
     "named": ("See `absent_page.md`.", "docs/named.md:1: names absent_page.md, which is not in the tree"),
 }
 
@@ -67,13 +75,13 @@ def check_the_checks():
         (root / "picture.png").touch()
         (root / "docs/code.cpp").write_text("// as docs/good.md has it\n\n")
         (root / "docs/good.md").write_text(GOOD)
-        code, said = docs(root, "prose", "links")
-        expect(code == 0 and "4 links" in said, f"a good page is not:\n{said}")
+        code, said = docs(root, "prose", "links", "excerpts")
+        expect(code == 0 and "4 links" in said and "1 blocks" in said, f"a good page is not:\n{said}")
         for name, (text, message) in BAD.items():
             page = root / "docs" / f"{name}.md"
             page.write_text(text + "\n")
-            code, said = docs(root, "prose", "links")
-            offenders = [line for line in said.splitlines() if not line.startswith(("prose:", "links:"))]
+            code, said = docs(root, "prose", "links", "excerpts")
+            offenders = [line for line in said.splitlines() if not line.startswith(("prose:", "links:", "excerpts:"))]
             expect(code == 1, f"{name}.md passes")
             expect(any(line.startswith(message) for line in offenders), f"'{message}' is not said of {name}.md:\n{said}")
             page.unlink()

@@ -20,6 +20,7 @@
 #include <sstream>
 
 #include "good_scenes.hpp"
+#include "pipeline/backend.hpp"
 #include "run_program.hpp"
 #include "scene/load.hpp"
 #include "scene/schema.hpp"
@@ -127,6 +128,7 @@ Verdict judge(const std::string& text, const std::string& path) {
     if (!same_scene(again, scene)) verdict.objection += "; the resolved scene reads as another one";
     MemoryBudget small;
     small.host = 256.0 * (1 << 20);
+    small.arrays = [](const SetupSize& size) { return kokkos_array_bytes(size, 4, false); };
     try {
       build(scene, small);
     } catch (const SetupError& error) {
@@ -197,7 +199,9 @@ void expect_of_the_program(const std::filesystem::path& folder, const std::strin
   test::write_text(path, bad);
   const test::Outcome o = test::run_drench(folder, {"check", path});
   EXPECT_TRUE(o.code == 2 || (o.code == 0 && line.empty()) || line.find("does not fit") != line.npos) << o.code << o.err;
-  if (o.code == 2) EXPECT_EQ(wrong_form(o.err.substr(0, o.err.size() - 1), path, bad), "") << o.err;
+  if (o.code == 2) {
+    EXPECT_EQ(wrong_form(o.err.substr(0, o.err.size() - 1), path, bad), "") << o.err;
+  }
 }
 
 TEST(SceneMutations, EndInOneLocatedLineOrAnotherValidScene) {

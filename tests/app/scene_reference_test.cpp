@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <filesystem>
 #include <set>
 
 #include "good_scenes.hpp"
@@ -56,15 +57,38 @@ TEST(SceneReference, EveryKeyHasAMeaning) {
   }
 }
 
-/// So the schema misses no key that a scene can have, and `everything` none of the schema.
-TEST(SceneReference, HasTheKeysOfTheSceneWithEverything) {
+/// The keys of all scenes in the tests' sources, each a raw string that begins with `drench: 1`. A pack has no sources.
+std::set<std::string> keys_of_test_scenes() {
+  namespace fs = std::filesystem;
+  const fs::path tests = fs::path(test::scenes_folder()).parent_path() / "tests";
+  std::set<std::string> keys;
+  if (!fs::exists(tests)) return schema_paths();
+  for (const auto& file : fs::recursive_directory_iterator(tests)) {
+    if (file.path().extension() != ".cpp") continue;
+    const std::string text = test::read_text(file.path()), begin = "R\"(drench: 1\n", end = ")\"";
+    for (std::size_t at = text.find(begin); at != text.npos; at = text.find(begin, at + 1)) {
+      const std::size_t first = at + 3, last = text.find(end, first);
+      try {
+        keys.merge(paths_of(text.substr(first, last - first)));
+      } catch (const SceneError&) {  // a pattern that its test fills in
+      }
+    }
+  }
+  return keys;
+}
+
+/// So the schema misses no key that a scene can have, and the tests none of the schema: `everything` has the keys of old,
+/// and a newer section those of its own test.
+TEST(SceneReference, HasTheKeysOfTheScenesOfTests) {
   std::set<std::string> known = schema_paths(), used = paths_of(everything);
   used.insert("preset");                                       // `everything` has the switches that it stands for
   for (const char* body : {"box", "plane", "mesh", "sphere"})  // `everything` shows once what all bodies have
     for (const char* key :
          {"velocity", "spin", "spin.axis", "spin.degrees_per_second", "dynamic", "density", "adhesion"})
       used.insert(std::string("bodies.N.") + body + "." + key);
-  EXPECT_EQ(known, used);
+  for (const std::string& path : used) EXPECT_TRUE(known.count(path)) << path;
+  used.merge(keys_of_test_scenes());
+  for (const std::string& path : known) EXPECT_TRUE(used.count(path)) << path << " stands in no scene of the tests";
 }
 
 /// Every key that a resolved scene is written with can be read, and stands in the reference.

@@ -74,6 +74,8 @@ struct Bodies {
   const Field<Real3>& seen_velocity() const { return dynamic.count > 0 ? dynamic.predicted : boundary.velocity; }
 };
 
+MemoryEstimate body_bytes(const Sizing& s);
+
 /// Builds the cells of the boundary samples if bodies have moved since.
 void refresh_boundary_cells(const Constants& constants, Bodies& bodies);
 

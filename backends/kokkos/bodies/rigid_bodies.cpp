@@ -163,6 +163,22 @@ void Bodies::upload(const Constants& constants, const HostState& s) {
   if (dynamic.count > 0) dynamic.predicted = to_device3("drench::body_predicted", s.boundary_velocity);
 }
 
+MemoryEstimate body_bytes(const Sizing& m) {
+  const double r = m.real;
+  double sample = 3 * r + index_bytes;  // rest_position, body
+#define DRENCH_BYTES(owner, name, host_type, unit, needed) \
+  if (needed) sample += m.entry<host_type>();
+  DRENCH_BOUNDARY_FIELDS(DRENCH_BYTES)
+#undef DRENCH_BYTES
+  if (m.size.dynamic_samples > 0) sample += 3 * r;  // dynamic.predicted
+  MemoryEstimate sum;
+  sum.bodies = m.size.boundary * sample + m.size.field * r;
+  // sample, owner; position, force, row_load and row_arm
+  sum.bodies += m.size.dynamic_samples * (2 * index_bytes + 8 * r);
+  sum.cells = cell_table_bytes(m.size.boundary, m.size.boundary_cells, m);
+  return sum;
+}
+
 void Bodies::download(const Constants& constants, HostState& s) const {
   s.boundary_position = to_host<Vec3>(boundary.position, boundary.count);
   s.boundary_velocity = to_host<Vec3>(boundary.velocity, boundary.count);

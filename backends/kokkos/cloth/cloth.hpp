@@ -118,6 +118,8 @@ struct Cloth {
   Version samples_placed = Version::none();  // that samples.position and .normal are of
 };
 
+MemoryEstimate cloth_bytes(const Sizing& s);
+
 /// The material of each node or of each sample, as a kernel sees it.
 struct Materials {
   Entries<const Index> cloth;

@@ -93,6 +93,24 @@ void make_nodes(const Model& m, Nodes& n) {
   allocate_zeros(n.row_bound, "drench::node_row_bound", static_cast<std::size_t>(n.count));
 }
 
+/// With the mesh's parts that each node lists.
+double node_bytes(const Sizing& m) {
+  const double r = m.real;
+  double node = 0;
+#define DRENCH_BYTES(owner, name, host_type, unit, needed) \
+  if (needed) node += m.entry<host_type>();
+  DRENCH_NODE_FIELDS(DRENCH_BYTES)
+#undef DRENCH_BYTES
+  node += r + 1 + index_bytes + double_bytes;  // solid_mass, pinned, cloth, capacity
+  node += 3 * index_bytes + 7 * r;             // edge_start, hinge_start, link_start; inverse_mass, force, acceleration
+  // capacity_quanta, max_quanta, weight_sum, sample_start, row_bound
+  if (m.size.samples > 0) node += 2 * quanta_bytes + double_bytes + index_bytes + r;
+  double bytes = m.size.nodes * node + m.size.links * 4 * r;
+  bytes += m.size.edges * 2 * index_bytes + m.size.hinges * 4 * index_bytes;  // edge_item, hinge_item
+  if (m.size.strain_limit) bytes += m.size.triangles * 3 * index_bytes;       // limit_item
+  return bytes + m.size.samples * 3 * index_bytes;                            // sample_item
+}
+
 /// Of each triangle the inverse of its edges' Gram matrix at rest (xx, xy, yy), 1/m².
 std::vector<double> rest_metrics(const ClothMesh& mesh) {
   std::vector<double> metric;
@@ -134,6 +152,12 @@ void make_mesh(const Model& model, Mesh& m) {
   m.mean_edge = mesh.edge_length.empty() ? Real(0) : Real(sum / static_cast<double>(mesh.edge_length.size()));
 }
 
+double mesh_bytes(const Sizing& s) {
+  const double r = s.real, limit = s.size.strain_limit ? 4 * r : 0;
+  return s.size.triangles * (3 * index_bytes + 3 * r + limit) + s.size.edges * (2 * index_bytes + 2 * r) +
+         s.size.hinges * (4 * index_bytes + 5 * r);
+}
+
 void make_samples(const Model& m, Samples& s) {
   const SampleSet& set = m.samples;
   s.count = set.count();
@@ -168,7 +192,28 @@ void make_samples(const Model& m, Samples& s) {
   }
 }
 
+double sample_bytes(const Sizing& m) {
+  const double r = m.real;
+  double sample = 5 * index_bytes + 3 * r + 3 * double_bytes;  // node, triangle, cloth; weight, weight_exact
+  sample += 9 * r;                                             // position, velocity, normal
+#define DRENCH_BYTES(owner, name, host_type, unit, needed) \
+  if (needed) sample += m.entry<host_type>();
+  DRENCH_SAMPLE_FIELDS(DRENCH_BYTES)
+#undef DRENCH_BYTES
+  // force, position_volume, normal_offset, predicted, row_load, row_bound; boundary_edge
+  if (m.size.liquid) sample += 17 * r + 2 * index_bytes;
+  if (m.size.porous) sample += 5 * r;  // area, capacity, rest_position
+  return m.size.samples * sample;
+}
+
 }  // namespace
+
+MemoryEstimate cloth_bytes(const Sizing& s) {
+  MemoryEstimate sum;
+  sum.cloth = node_bytes(s) + mesh_bytes(s) + sample_bytes(s);
+  if (s.size.searches_samples) sum.cells = cell_table_bytes(s.size.samples, s.size.sample_cells, s);
+  return sum;
+}
 
 Cloth::Cloth(const Constants& constants) : sample_cells(constants.model.scene.sort) {
   const Model& m = constants.model;

@@ -60,6 +60,21 @@ void allocate(const Constants& constants, const Cloth& cloth, SelfCollisionWork&
   work.count = Kokkos::View<Index, MemSpace>("drench::self_collision::count");
 }
 
+}  // namespace
+
+MemoryEstimate self_collision_bytes(const Sizing& s) {
+  MemoryEstimate sum;
+  if (!s.size.self_collision || s.size.nodes <= 0) return sum;
+  // As if all cloth took part. A node: velocity, end and seen, impulse, share and node, changed, node_box
+  const double r = s.real, momentum = 3 * sizeof(std::int64_t);
+  sum.cloth = s.size.nodes * (3 * double_bytes + 6 * r + momentum + 2 * index_bytes + 1 + 9 * r) +
+              s.size.edges * (9 * r + 2 * index_bytes) + s.size.triangles * 3 * index_bytes + close_pair_bytes(s);
+  sum.cells = cell_table_bytes(s.size.nodes, 0, s) + cell_table_bytes(s.size.edges, 0, s);
+  return sum;
+}
+
+namespace {
+
 /// Law 1, and x¹ exactly as stage advection will round it.
 struct Placing {
   Entries<const Real3> position;

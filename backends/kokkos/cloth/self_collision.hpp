@@ -41,6 +41,10 @@ struct SelfCollisionWork {
   Kokkos::View<Index, MemSpace> count;
 };
 
+MemoryEstimate self_collision_bytes(const Sizing& s);
+/// Of the candidates' part (self_collision_pairs.cpp).
+double close_pair_bytes(const Sizing& s);
+
 /// All pairs that can come nearer than τ while no end moves by more than `margin` (m).
 void find_close_pairs(const Cloth& cloth, SelfCollisionWork& work, double margin);
 /// The same where ends have moved since: finds the pairs of those nodes again that have by more than `margin`, if these are

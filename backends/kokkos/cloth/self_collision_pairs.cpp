@@ -239,6 +239,15 @@ void make_room(SelfCollisionWork& w, Index pairs) {
   kokkos_backend::make_room(w.contact, "drench::self_collision::contact", n);
 }
 
+}  // namespace
+
+double close_pair_bytes(const Sizing& s) {
+  const double pair = 5 * index_bytes + (2 + 4 + 3 + 3) * double_bytes + 1;
+  return (s.size.fold_pairs * s.size.nodes + 1024) * pair;
+}
+
+namespace {
+
 /// Adds pairs to those that there are. False: there is no room for them.
 bool search(const Cloth& cloth, SelfCollisionWork& work, double margin, bool all) {
   Search s;

@@ -24,6 +24,24 @@ void allocate(const Cloth& cloth, ClothSolverWork& solver) {
   allocate_zeros(solver.last_displacement, "drench::cloth::last_displacement", nodes);
 }
 
+/// Of cuda/resident_cloth.cpp, which other builds do not compile: two iterates and the patches.
+double resident_cloth_bytes(const Sizing& s) {
+  return s.size.nodes * (8 * s.real + 3 * index_bytes) + s.size.links * sizeof(std::uint16_t);
+}
+
+}  // namespace
+
+MemoryEstimate cloth_solver_bytes(const Sizing& s) {
+  MemoryEstimate sum;
+  if (!s.size.moving_cloth) return sum;
+  sum.cloth = s.size.nodes * 15 * s.real;
+  if (s.size.xpbd) sum.cloth += multiplier_bytes(s);
+  if (s.gpu && !s.size.xpbd) sum.cloth += resident_cloth_bytes(s);
+  return sum;
+}
+
+namespace {
+
 void masses_and_diagonals(const Constants& constants, const Cloth& cloth, const ClothSystem& s) {
   const NodeLiquid wet(constants, cloth);
   const Entries<const Real> solid_mass = cloth.nodes.solid_mass;

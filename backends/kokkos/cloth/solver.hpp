@@ -28,6 +28,8 @@ struct ClothSolverWork {
   std::shared_ptr<struct ResidentCloth> resident;  // of CUDA (cloth/cuda/resident_cloth.cpp)
 };
 
+MemoryEstimate cloth_solver_bytes(const Sizing& s);
+
 /// The solids that a node touches: the last one's normal and how far its surface moves in the step (m), and what presses
 /// the node into all of them, as a force or a way.
 struct NodeContact {
@@ -275,6 +277,8 @@ void run_resident_cloth(ClothSolverWork& solver, const ClothSystem& s, Index nod
 ClothProgress resident_progress(const ClothSolverWork& solver);
 
 // xpbd.cpp
+/// Of the multipliers and their rates.
+double multiplier_bytes(const Sizing& s);
 /// Multipliers of the iterate as it is, the last ones 0, and their rates θ, from the masses and diagonals.
 void start_multipliers(const Constants& constants, const Cloth& cloth, ClothSolverWork& solver, const ClothSystem& s);
 /// The last multipliers become the newest and the other way round.

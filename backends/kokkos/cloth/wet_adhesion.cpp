@@ -34,6 +34,18 @@ void allocate(const Constants& constants, WetAdhesionWork& work) {
   allocate_zeros(work.impulse, "drench::wet_adhesion::impulse", 3 * area.size());
 }
 
+}  // namespace
+
+MemoryEstimate wet_adhesion_bytes(const Sizing& s) {
+  MemoryEstimate sum;
+  if (!s.size.wet_adhesion) return sum;
+  sum.cloth = s.size.nodes * (s.real + 3 * sizeof(std::int64_t)) + s.size.triangles * (3 * index_bytes + 3 * s.real);
+  sum.cells = cell_table_bytes(s.size.triangles, 0, s);
+  return sum;
+}
+
+namespace {
+
 /// What node n sees of triangle t.
 struct Pull {
   Index triangle = none;

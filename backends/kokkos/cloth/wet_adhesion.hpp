@@ -16,6 +16,8 @@ struct WetAdhesionWork {
   Field<std::int64_t> impulse;  // 3 per node, units of q · 2^-20 m/s
 };
 
+MemoryEstimate wet_adhesion_bytes(const Sizing& s);
+
 void wet_adhesion(const Constants& constants, Bodies& bodies, Cloth& cloth, WetAdhesionWork& work,
                   const StepInfo& info);
 

@@ -23,6 +23,15 @@ void allocate(const Constants& constants, const Cloth& cloth, ClothSolverWork& s
   allocate_zeros(solver.last_limit_stress, "drench::cloth::last_limit_stress", columns);
 }
 
+}  // namespace
+
+double multiplier_bytes(const Sizing& s) {
+  const double limits = s.size.strain_limit ? 2 * s.size.triangles : 0;
+  return (s.size.edges + s.size.hinges + limits) * 7 * s.real;
+}
+
+namespace {
+
 /// q_n = Δt² D_n/m_n: how much softer than its inertia alone a node's neighbourhood lets it answer; 1 if pinned.
 KOKKOS_INLINE_FUNCTION Real slowness(const ClothSystem& s, Index n) {
   return s.pinned(n) ? Real(1) : s.diagonal(n) / (s.mass(n) * s.inverse_dt2);

@@ -40,6 +40,9 @@ std::shared_ptr<BucketSort> make_counting_sort();
 std::shared_ptr<BucketSort> make_radix_sort();  // for CUDA in core/cuda/
 std::shared_ptr<BucketSort> make_bitonic_sort(bool naive);
 
+/// Of the sort that `sort: auto` takes, in a table with room for so many points.
+double sort_bytes(double room);
+
 /// The bucket of a point, in a kernel of make_keys.
 KOKKOS_INLINE_FUNCTION Index bucket_of_point(const CellTableView& table, const Real3& point) {
   const Index k = table.bucket_of(table.cell_of(point));

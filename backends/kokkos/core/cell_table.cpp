@@ -133,6 +133,15 @@ void CellTable::make_keys(const Array<Real3>& points, Index count, Real edge, co
   sort_->make_keys(view_, points, count);
 }
 
+double cell_table_bytes(double points, double cells, const Sizing& s) {
+  if (points <= 0) return 0;
+  const bool hashed = !(cells > 0);
+  const double point = (s.gpu ? 4 : 3) * s.real, coord = hashed ? sizeof(CellCoord) : 0;
+  double bytes = 1.25 * points * (2 * index_bytes + point + coord);  // item and ordered_, also where that stays empty
+  bytes += 1.25 * index_bytes * (hashed ? 2 * points : cells);       // start
+  return bytes + sort_bytes(1.25 * points);
+}
+
 void CellTable::sort() {
   if (count_ > 0) sort_->sort(view_, count_);
 }

@@ -6,8 +6,9 @@
 #include <memory>
 #include <type_traits>
 
-#include "scene/scene.hpp"
+#include "core/sizing.hpp"
 #include "core/types.hpp"
+#include "scene/scene.hpp"
 
 namespace drench::kokkos_backend {
 
@@ -192,5 +193,8 @@ class CellTable {
   HostBounds bounds_;
   Index count_ = 0, capacity_ = 0, bucket_capacity_ = 0;
 };
+
+/// Of a table of so many points in so many cells; no cells: a hashed table.
+double cell_table_bytes(double points, double cells, const Sizing& s);
 
 }  // namespace drench::kokkos_backend

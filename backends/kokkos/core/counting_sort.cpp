@@ -56,6 +56,8 @@ class CountingSort final : public BucketSort {
 
 }  // namespace
 
+double sort_bytes(double room) { return room * index_bytes; }  // bucket
+
 #ifndef KOKKOS_ENABLE_CUDA
 void PrefixSums::sum(const Array<Index>& a, Index n) {
   Kokkos::parallel_scan(

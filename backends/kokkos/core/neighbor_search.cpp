@@ -329,6 +329,19 @@ void make_row_room(NeighborList& list, Index rows) {
   make_room(list.start, "drench::neighbor_start", capacity / rows_per_bundle + 1);
 }
 
+}  // namespace
+
+static_assert(rows_per_bundle == 1 || rows_per_bundle == static_cast<Index>(list_bundle));
+
+double room_for_entries(double entries) { return 1.25 * entries; }
+
+double list_bytes(double rows, double entries, const Sizing& s) {
+  const double start = s.gpu ? double(sizeof(std::int64_t)) / list_bundle : sizeof(std::int64_t);
+  return 1.25 * rows * (index_bytes + start) + room_for_entries(entries) * index_bytes;
+}
+
+namespace {
+
 Search search_for(const ListRequest& request, Real support) {
   NeighborList& list = *request.list;
   list.needed() = 0;

@@ -23,6 +23,11 @@ void build_neighbor_list(const ListRequest& request, Real support);
 /// Several at once: the host waits once, to see whether there was room. Returns whether it did: there may be no rows.
 bool build_neighbor_lists(const std::vector<ListRequest>& requests, Real support);
 
+/// Of a list with so many rows and entries, without what stages keep beside its entries.
+double list_bytes(double rows, double entries, const Sizing& s);
+/// How many entries a list has room for that has so many.
+double room_for_entries(double entries);
+
 /// Each row's entries.
 std::vector<std::vector<Index>> rows_on_host(const NeighborList& list);
 

@@ -1,8 +1,10 @@
 #pragma once
 // Sums whose result does not depend on the number of threads: fixed partial sums, added in a fixed order.
 
+#include <algorithm>
 #include <type_traits>
 
+#include "core/sizing.hpp"
 #include "core/types.hpp"
 
 #ifdef KOKKOS_ENABLE_CUDA
@@ -235,6 +237,13 @@ SumPair<Sum> ordered_pair(const char* label, Index n_first, const First& first, 
   return total;
 #endif
 }
+
+/// How many partial sums ordered_pair keeps of one of its ranges, with n terms, and what they take if one has `sum` bytes.
+inline double partial_sums(double n, const Sizing& s) {
+  if (s.gpu) return std::min(512.0, n / 128 + 1);  // TeamSums::teams
+  return std::min(65536.0, n) + std::min(1024.0, n) + std::min(32.0, n);
+}
+inline double sum_room_bytes(double sums, double sum) { return 1.25 * sum * sums; }
 
 /// Two sums at once, in double.
 template <class Term>

@@ -44,6 +44,22 @@ void allocate_work(Fluid& fluid, const Cloth& cloth, AdvectionWork& work) {
     fluid.tunnelled = Kokkos::View<Tunnelled, MemSpace>("drench::advection::tunnelled");
 }
 
+}  // namespace
+
+MemoryEstimate advection_bytes(const Sizing& s) {
+  const double r = s.real;
+  double particle = 3 * r + 1;                               // end, gone
+  if (s.size.samples > 0) particle += 6 * r + index_bytes;   // hit_weight, hit_normal, hit_triangle
+  if (s.size.samples > 0 && s.gpu) particle += index_bytes;  // near
+  MemoryEstimate sum;
+  sum.particles = particle_room(s) * particle;
+  if (s.size.moving_cloth || s.size.liquid)
+    sum.cloth = s.size.nodes * (3 * r + 3 * sizeof(std::int64_t) + index_bytes);  // start, momentum, hits
+  return sum;
+}
+
+namespace {
+
 /// Law 1: limits the speed of fresh particles relative to the cloth; the cloth gets the momentum.
 void limit_fresh(const Constants& constants, Fluid& fluid, const NeighborLists& lists, const Cloth& cloth, AdvectionWork& work) {
   const Entries<const Real3> position = fluid.particles.position, sample_position = cloth.samples.position, node_velocity = cloth.nodes.velocity;

@@ -48,6 +48,8 @@ struct AdvectionWork {
   Field<std::uint8_t> gone;
 };
 
+MemoryEstimate advection_bytes(const Sizing& s);
+
 void advection(const Constants& constants, Fluid& fluid, const NeighborLists& lists, Bodies& bodies, Cloth& cloth,
                AdvectionWork& work, Accounts& accounts, const StepInfo& info, StepReport& report);
 

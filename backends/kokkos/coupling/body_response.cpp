@@ -20,6 +20,13 @@ void list_body_neighbors(const Constants& constants, const Fluid& fluid, Bodies&
                       constants.support);
 }
 
+MemoryEstimate body_neighbor_bytes(const Sizing& s) {
+  MemoryEstimate sum;
+  if (s.size.fluid > 0 && s.size.dynamic_samples > 0)
+    sum.lists = list_bytes(s.size.dynamic_samples, s.entries.boundary_fluid, s);
+  return sum;
+}
+
 namespace {
 
 /// What the kernels over the samples of dynamic bodies see of them and of the liquid near them.

@@ -11,6 +11,9 @@ namespace drench::kokkos_backend {
 /// lists.boundary_fluid: the liquid near the samples of dynamic bodies.
 void list_body_neighbors(const Constants& constants, const Fluid& fluid, Bodies& bodies, NeighborLists& lists);
 
+/// Of this list.
+MemoryEstimate body_neighbor_bytes(const Sizing& s);
+
 /// The dynamic bodies' share of the Jacobi diagonal, added to fluid.alpha.
 void add_body_rows(const Constants& constants, const NeighborLists& lists, Bodies& bodies, Fluid& fluid);
 

@@ -25,4 +25,7 @@ inline void allocate_pressure_work(PressureWork& work, const Fluid& fluid) {
   make_room(work.last_kappa, "drench::pressure::last_kappa", n);
 }
 
+/// A particle's, of allocate_pressure_work.
+inline double pressure_work_bytes(const Sizing& s) { return 11 * s.real; }
+
 }  // namespace drench::kokkos_backend

@@ -1,6 +1,7 @@
 // Stage density (src/stages/density.hpp).
 
 #include "cloth/boundary_edges.hpp"
+#include "core/neighbor_search.hpp"
 #include "coupling/body_response.hpp"
 #include "coupling/wall.hpp"
 #include "fluid/stages.hpp"
@@ -230,6 +231,18 @@ void allocate(Fluid& fluid, bool touching) {
 }
 
 }  // namespace
+
+MemoryEstimate density_bytes(const Sizing& s) {
+  const double r = s.real;
+  double particle = 10 * r;
+  if (s.size.samples > 0) particle += 2 * r;  // contact
+  MemoryEstimate sum;
+  sum.particles = particle_room(s) * particle;
+  if (!(s.size.fluid > 0)) return sum;
+  sum.lists = room_for_entries(s.entries.fluid_fluid) * r;                                // grad_factor
+  if (s.size.samples > 0) sum.lists += room_for_entries(s.entries.fluid_sample) * 3 * r;  // gradient
+  return sum;
+}
 
 void density(const Constants& constants, Fluid& fluid, NeighborLists& lists, Bodies& bodies, Cloth& cloth) {
   const bool touching = has_sheet_contact(constants, cloth);

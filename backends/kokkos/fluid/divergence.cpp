@@ -63,6 +63,12 @@ struct DivergenceProblem {
 
 }  // namespace
 
+MemoryEstimate divergence_bytes(const Sizing& s) {
+  MemoryEstimate sum;
+  sum.particles = particle_room(s) * (pressure_work_bytes(s) + 1);  // active
+  return sum;
+}
+
 void divergence(const Constants& constants, Fluid& fluid, const NeighborLists& lists, Bodies& bodies, Cloth& cloth,
                 PressureWork& work, const StepInfo& info, StepReport& report) {
   if (fluid.particles.count == 0) return;

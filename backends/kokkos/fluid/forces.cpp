@@ -135,6 +135,17 @@ void cloth_forces(const Constants& constants, const Fluid& fluid, const Neighbor
   node_forces_from_samples(cloth);
 }
 
+}  // namespace
+
+/// Only sample_bound: the particles' arrays and impulse_change are not counted (docs/design-notes/memory_estimate.md).
+MemoryEstimate forces_bytes(const Sizing& s) {
+  MemoryEstimate sum;
+  if (s.size.liquid) sum.cloth = s.size.samples * s.real;
+  return sum;
+}
+
+namespace {
+
 /// Adds the largest u_n Σ_b w_bn K_b, 1/s.
 void find_node_bound(Cloth& cloth, const ForcesWork& work, MaximaUnderWay& maxima) {
   node_bounds_from_samples("drench::forces::node_row", cloth, std::as_const(work).sample_bound);

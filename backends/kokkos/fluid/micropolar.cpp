@@ -25,6 +25,16 @@ void allocate(Fluid& fluid, MicropolarWork& work) {
   make_room(work.rate, "drench::micropolar::rate", fluid.particles.position.extent(0));
 }
 
+}  // namespace
+
+MemoryEstimate micropolar_bytes(const Sizing& s) {
+  MemoryEstimate sum;
+  if (s.size.micropolar) sum.particles = particle_room(s) * 8 * s.real;
+  return sum;
+}
+
+namespace {
+
 /// s′_i and dω_i/dt of the flow and the spins as they are, with g_i and k_i.
 void measure_slip(const Fluid& fluid, const NeighborLists& lists, MicropolarWork& work, const SpinLaw& law) {
   const Entries<const Real3> v = fluid.particles.velocity, spin = fluid.particles.spin;

@@ -41,6 +41,9 @@ void find_nearest_samples(const NeighborLists& lists, const Cloth& cloth, Fluid&
       });
 }
 
+/// fluid.nearest_sample: an Index, counted as a Real.
+double nearest_sample_bytes(const Sizing& s) { return s.size.samples > 0 ? particle_room(s) * s.real : 0; }
+
 /// Culls the pairs across a cloth from fluid_fluid.
 void cull_pairs_across_cloth(const Constants& constants, const Fluid& fluid, const Cloth& cloth, NeighborLists& lists) {
   const Entries<const Index> nearest = fluid.nearest_sample;
@@ -106,6 +109,21 @@ void neighbors(const Constants& constants, Fluid& fluid, NeighborLists& lists, B
   if (!has_sheet_contact(constants, cloth)) return;
   find_nearest_samples(lists, cloth, fluid);
   cull_pairs_across_cloth(constants, fluid, cloth, lists);
+}
+
+MemoryEstimate neighbor_bytes(const Sizing& s) {
+  MemoryEstimate sum;
+  if (!s.size.liquid) return sum;
+  const SetupSize& size = s.size;
+  sum.particles = nearest_sample_bytes(s);
+  sum.cells = cell_table_bytes(size.fluid, size.fluid_cells, s);
+  if (size.fluid > 0) sum.lists += list_bytes(size.fluid, s.entries.fluid_fluid, s);
+  if (size.fluid > 0 && size.boundary > 0) sum.lists += list_bytes(size.fluid, s.entries.fluid_boundary, s);
+  if (!(size.samples > 0)) return sum;
+  sum.lists += list_bytes(size.samples, s.entries.sample_sample, s);
+  sum.lists += list_bytes(size.samples, s.entries.sample_fluid, s);
+  if (size.fluid > 0) sum.lists += list_bytes(size.fluid, s.entries.fluid_sample, s);
+  return sum;
 }
 
 }  // namespace drench::kokkos_backend

@@ -117,6 +117,12 @@ void allocate_contact(PressureWork& work, const Fluid& fluid) {
 
 }  // namespace
 
+MemoryEstimate pressure_bytes(const Sizing& s) {
+  MemoryEstimate sum;
+  if (s.size.samples > 0) sum.particles = particle_room(s) * 4 * s.real;
+  return sum;
+}
+
 void pressure(const Constants& constants, Fluid& fluid, const NeighborLists& lists, Bodies& bodies, Cloth& cloth,
               PressureWork& work, ClothSolverWork& solver, const StepInfo& info, StepReport& report) {
   if (fluid.particles.count == 0) return;

@@ -11,15 +11,20 @@ namespace drench::kokkos_backend {
 /// Lists of all that is near the liquid, and its order in memory. `bounds`: around the liquid, if the host knows them.
 void neighbors(const Constants& constants, Fluid& fluid, NeighborLists& lists, Bodies& bodies, Cloth& cloth,
                const PointBounds* bounds);
+MemoryEstimate neighbor_bytes(const Sizing& s);
 
 /// δ_i, α_i and what else the pairs of this step need.
 void density(const Constants& constants, Fluid& fluid, NeighborLists& lists, Bodies& bodies, Cloth& cloth);
+MemoryEstimate density_bytes(const Sizing& s);
 
 void divergence(const Constants& constants, Fluid& fluid, const NeighborLists& lists, Bodies& bodies, Cloth& cloth,
                 PressureWork& work, const StepInfo& info, StepReport& report);
+MemoryEstimate divergence_bytes(const Sizing& s);
 
 void pressure(const Constants& constants, Fluid& fluid, const NeighborLists& lists, Bodies& bodies, Cloth& cloth,
               PressureWork& work, ClothSolverWork& solver, const StepInfo& info, StepReport& report);
+/// Beside those of stage divergence.
+MemoryEstimate pressure_bytes(const Sizing& s);
 
 struct ForcesWork {
   Field<Real4> velocity_and_weight;  // v_i, m/s, and 1/√δ_i
@@ -31,6 +36,7 @@ struct ForcesWork {
 /// Gravity, the field and viscosity, with what they do to cloth and bodies.
 void forces(const Constants& constants, Fluid& fluid, const NeighborLists& lists, Bodies& bodies, Cloth& cloth,
             ForcesWork& work, const StepInfo& info);
+MemoryEstimate forces_bytes(const Sizing& s);
 
 struct MicropolarWork {
   Field<Real4> slip;                          // s′_i, 1/s, and g_i, 1/m
@@ -39,6 +45,7 @@ struct MicropolarWork {
 };
 void micropolar(const Constants& constants, Fluid& fluid, const NeighborLists& lists, MicropolarWork& work,
                 const StepInfo& info);
+MemoryEstimate micropolar_bytes(const Sizing& s);
 
 struct SurfaceTensionWork {
   Field<Real3> normal;                        // n_i, 1

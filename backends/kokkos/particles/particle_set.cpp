@@ -117,6 +117,20 @@ void ParticleSet::gather(const Array<Index>& source, Index n) {
   count = n;
 }
 
+double particle_room(const Sizing& s) { return s.size.fluid > 0 ? 1.25 * s.size.fluid + 64 : 0; }
+
+MemoryEstimate particle_bytes(const Sizing& m) {
+  double each = 0;
+#define DRENCH_BYTES(owner, name, host_type, unit, needed) \
+  if (needed) each += 2 * m.entry<host_type>();  // and the spare one
+  DRENCH_PARTICLE_FIELDS(DRENCH_BYTES)
+#undef DRENCH_BYTES
+  if (m.size.absorption || m.size.emission) each += index_bytes;  // source_
+  MemoryEstimate sum;
+  sum.particles = particle_room(m) * each;
+  return sum;
+}
+
 void ParticleSet::compact(Slice<const std::uint8_t> gone, Index kept) {
   const Index n = count;
   if (n == 0) return;

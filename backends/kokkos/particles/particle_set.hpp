@@ -2,6 +2,7 @@
 // The liquid's particles on the device, made from the table of their fields (src/state/fields.hpp).
 
 #include "core/cached.hpp"
+#include "core/sizing.hpp"
 #include "core/types.hpp"
 #include "state/needed_fields.hpp"
 
@@ -78,5 +79,9 @@ class ParticleSet {
   DRENCH_PARTICLE_FIELDS(DRENCH_SPARE)  // what `gather` writes to, kept between steps
 #undef DRENCH_SPARE
 };
+
+/// Entries of an array that is as long as the particles' own.
+double particle_room(const Sizing& s);
+MemoryEstimate particle_bytes(const Sizing& s);
 
 }  // namespace drench::kokkos_backend

@@ -1,9 +1,9 @@
 // Stage absorption (src/stages/absorption.hpp). Particles that are taken whole stay in the arrays with mass 0, because
 // the neighbour lists name them; stage emission removes them, or this one at its end where there is none.
 
-#include "porous/absorption_law.hpp"
-
 #include "cloth/wet_cloth.hpp"
+#include "core/neighbor_search.hpp"
+#include "porous/absorption_law.hpp"
 #include "porous/flow_law.hpp"
 #include "porous/stages.hpp"
 #include "porous/transfer.hpp"
@@ -34,6 +34,19 @@ void prepare(const Constants& constants, Cloth& cloth, TransferWork& transfers, 
         exchange.clear(p);
       });
 }
+
+}  // namespace
+
+/// Of a sample one Real of eight (docs/design-notes/memory_estimate.md), and the offers.
+MemoryEstimate absorption_bytes(const Sizing& s) {
+  MemoryEstimate sum;
+  if (s.size.porous) sum.cloth = s.size.samples * s.real;
+  if (s.size.absorption && s.size.liquid && s.size.fluid > 0 && s.size.samples > 0)
+    sum.lists = room_for_entries(s.entries.fluid_sample) * quanta_bytes;
+  return sum;
+}
+
+namespace {
 
 /// Demands of one particle.
 struct Demands {

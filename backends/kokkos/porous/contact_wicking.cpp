@@ -267,6 +267,14 @@ void find_contacts(const Constants& constants, const NeighborLists& lists, const
   parallel("drench::contact_wicking::find", cloth.samples.count, ContactSearch(constants, lists, cloth, work, dt));
 }
 
+MemoryEstimate contact_wicking_bytes(const Sizing& s) {
+  MemoryEstimate sum;
+  if (!s.size.contact_wicking) return sum;
+  sum.cloth = 2 * s.size.samples * (index_bytes + 5 * double_bytes + quanta_bytes) + s.size.nodes * 2 * quanta_bytes;
+  if (s.size.moving_cloth) sum.cloth += s.size.nodes * 3 * sizeof(std::int64_t);
+  return sum;
+}
+
 void wick_through_contacts(const Constants& constants, Cloth& cloth, DiffusionWork& diffusion, ContactWork& work, double dt, bool with_momentum) {
   offer(constants, cloth, work, dt, with_momentum);
   transfer(cloth, diffusion, work, with_momentum);

@@ -42,6 +42,19 @@ void upload_pairs(const Constants& constants, const Cloth& cloth, DiffusionWork&
   allocate_zeros(work.in_share, "drench::diffusion::in_share", nodes);
 }
 
+}  // namespace
+
+MemoryEstimate diffusion_bytes(const Sizing& s) {
+  MemoryEstimate sum;
+  if (!s.size.diffusion) return sum;
+  sum.cloth = s.size.fabric_pairs * (4 * index_bytes + 2 * double_bytes + quanta_bytes);  // and node_item
+  sum.cloth += s.size.nodes * (2 * double_bytes + index_bytes);                           // shares, node_start
+  if (s.size.moving_cloth) sum.cloth += s.size.nodes * 2 * sizeof(Double3);               // velocities
+  return sum;
+}
+
+namespace {
+
 /// What the kernels see of the pairs.
 struct NodePairs {
   Entries<const Index> pair, start, item;

@@ -28,6 +28,19 @@ void prepare(const Constants& constants, const Bodies& bodies, Cloth& cloth, Tra
   prepare_transfers(cloth, transfers);
 }
 
+}  // namespace
+
+MemoryEstimate emission_bytes(const Sizing& s) {
+  if (!s.size.emission) return {};
+  const double r = s.real, direction = s.size.direction && s.size.boundary > 0 ? 3 * r : 0;
+  MemoryEstimate sum = candidate_bytes(s);
+  // share, total, rest, room; velocity, blocked, layers
+  sum.cloth += s.size.samples * (6 * quanta_bytes + 3 * r + 1 + index_bytes + direction);
+  return sum;
+}
+
+namespace {
+
 /// What of a node's liquid is buffered now, and the shares of its samples in that.
 struct Maturing {
   Entries<const Quanta> capacity;

@@ -23,6 +23,18 @@ void prepare(const Cloth& cloth, EmissionWork& work) {
     Kokkos::deep_copy(ExecSpace(), work.head, Index(-1));
 }
 
+}  // namespace
+
+/// Two numbers a sample, and five a particle that no array has (docs/design-notes/memory_estimate.md).
+MemoryEstimate candidate_bytes(const Sizing& s) {
+  MemoryEstimate sum;
+  sum.cloth = s.size.samples * 2 * index_bytes;
+  sum.particles = particle_room(s) * 5 * quanta_bytes;
+  return sum;
+}
+
+namespace {
+
 /// Who points to whom; nobody to anyone where liquid has nowhere to go.
 void target(const Constants& constants, const NeighborLists& lists, const Cloth& cloth, EmissionWork& work) {
   const Entries<const Quanta> rest = work.rest;

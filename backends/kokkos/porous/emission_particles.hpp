@@ -68,6 +68,9 @@ struct CandidateCells {
   }
 };
 
+/// Of the candidates' part.
+MemoryEstimate candidate_bytes(const Sizing& s);
+
 /// (d): pools what is left (emission_work.rest), removes liquid without mass, and appends a particle for each pool that is large
 /// enough and has space; emission_work.share becomes what leaves each sample's nodes. The host waits for the number of both.
 void create_particles(const Constants& constants, Fluid& fluid, const NeighborLists& lists, const Cloth& cloth, EmissionWork& work);

@@ -33,4 +33,15 @@ void porous_neighbors(const Constants& constants, const Fluid& fluid, NeighborLi
   if (build_neighbor_lists(wanted, constants.support)) diffusion.rate.waited = true;
 }
 
+/// Beside the lists that stage neighbors has made.
+MemoryEstimate porous_neighbor_bytes(const Sizing& s) {
+  const SetupSize& size = s.size;
+  MemoryEstimate sum;
+  if (!(size.samples > 0)) return sum;
+  if (!size.liquid && size.contact_wicking) sum.lists += list_bytes(size.samples, s.entries.sample_sample, s);
+  if (size.liquid && (size.absorption || size.emission) && size.direction && size.boundary > 0)
+    sum.lists += list_bytes(size.samples, s.entries.sample_boundary, s);
+  return sum;
+}
+
 }  // namespace drench::kokkos_backend

@@ -11,6 +11,13 @@ void prepare_transfers(const Cloth& cloth, TransferWork& transfers) {
   make_room(transfers.node_inflow_share, "drench::transfer::node_inflow_share", static_cast<std::size_t>(cloth.nodes.count));
 }
 
+MemoryEstimate transfer_bytes(const Sizing& s) {
+  MemoryEstimate sum;
+  if (s.size.absorption || s.size.emission)
+    sum.cloth = s.size.samples * (2 * quanta_bytes + 3 * sizeof(std::int64_t)) + s.size.nodes * double_bytes;
+  return sum;
+}
+
 void limit_inflow(const Cloth& cloth, TransferWork& transfers, bool limited) {
   const Entries<const Index> start = cloth.nodes.sample_start, item = cloth.nodes.sample_item;
   const Entries<const double> weight = cloth.samples.weight_exact;

@@ -100,6 +100,7 @@ struct Split {
 
 /// Makes room.
 void prepare_transfers(const Cloth& cloth, TransferWork& transfers);
+MemoryEstimate transfer_bytes(const Sizing& s);
 /// φ of each node, node_inflow_share, from `offered` and its room, or 1 where not `limited`; marks
 /// the samples of nodes with less than 1.
 void limit_inflow(const Cloth& cloth, TransferWork& transfers, bool limited = true);

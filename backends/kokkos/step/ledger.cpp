@@ -112,6 +112,16 @@ void add(StepReport& report, const LedgerSums& sums) {
 
 }  // namespace
 
+static_assert(sizeof(LedgerSums) == 11 * sizeof(double) + 6 * sizeof(Real));
+
+MemoryEstimate ledger_bytes(const Sizing& s) {
+  const double edges = s.size.moving_cloth ? s.size.edges : 0, others = std::max(s.size.nodes, edges);
+  MemoryEstimate sum;
+  sum.particles =
+      sum_room_bytes(partial_sums(s.size.fluid, s) + partial_sums(others, s), 11 * double_bytes + 6 * s.real);
+  return sum;
+}
+
 SumPair<LedgerSums> measure(const Constants& constants, const Fluid& fluid, const Bodies& bodies, const Cloth& cloth,
                             Cached<StateMeasures>& measured) {
   const OfNodes others(constants, bodies, cloth);

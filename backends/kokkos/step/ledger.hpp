@@ -35,6 +35,9 @@ struct LedgerSums {
   }
 };
 
+/// Of the partial sums, of which the ledger's are the largest.
+MemoryEstimate ledger_bytes(const Sizing& s);
+
 /// What the pass has found beside its sums, of the liquid's positions.
 struct StateMeasures {
   PointBounds fluid;                       // around the liquid

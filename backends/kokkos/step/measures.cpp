@@ -103,6 +103,15 @@ double isotropy(const Cloth& cloth, const MeasuresWork& work, const ClothMateria
 
 }  // namespace
 
+MemoryEstimate measures_bytes(const Sizing& s) {
+  MemoryEstimate sum;
+  if (!s.size.measures) return sum;
+  sum.particles = particle_room(s) * 2 * s.real;
+  sum.cells = cell_table_bytes(s.size.fluid, s.size.fluid_cells, s);
+  sum.cloth = s.size.nodes * 2 * double_bytes;
+  return sum;
+}
+
 void measures(const Constants& constants, const Fluid& fluid, const Cloth& cloth, MeasuresWork& work,
               StepReport& report) {
   if (fluid.particles.count > 0) clumping(constants, fluid, work, report);

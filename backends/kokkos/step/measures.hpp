@@ -12,6 +12,8 @@ struct MeasuresWork {
   Field<double> rest_uv;  // 2 per node: (u, v), m
 };
 
+MemoryEstimate measures_bytes(const Sizing& s);
+
 void measures(const Constants& constants, const Fluid& fluid, const Cloth& cloth, MeasuresWork& work,
               StepReport& report);
 

@@ -1,0 +1,41 @@
+#pragma once
+// What arrays are sized by, before any is made: each subsystem tells the bytes of its own beside the code that allocates them,
+// and backend.cpp adds them up.
+
+#include <type_traits>
+
+#include "base/types.hpp"
+#include "setup/memory_estimate.hpp"
+
+namespace drench::kokkos_backend {
+
+inline constexpr double index_bytes = sizeof(Index), quanta_bytes = sizeof(Quanta), double_bytes = sizeof(double);
+
+/// `real`, the bytes of a Real, and `gpu` need not be this build's: the reference is judged in double, and tests ask for a GPU.
+struct Sizing {
+  Sizing(const SetupSize& scene, int real_bytes, bool on_gpu)
+      : size(with_expected_mesh(scene)), entries(expected_entries(scene, on_gpu)), real(real_bytes), gpu(on_gpu) {}
+
+  SetupSize size;
+  ListTotals entries;
+  double real;
+  bool gpu;
+
+  // As Model has them, for the conditions in the table of fields (src/state/fields.hpp).
+  bool has_fluid() const { return size.liquid; }
+  bool has_porous() const { return size.porous; }
+  bool has_micropolar() const { return size.micropolar; }
+
+  /// Of an entry of a field that has this type on the host.
+  template <class T>
+  double entry() const {
+    if constexpr (std::is_same_v<T, Vec3>)
+      return 3 * real;
+    else if constexpr (std::is_same_v<T, double>)
+      return real;
+    else
+      return sizeof(T);
+  }
+};
+
+}  // namespace drench::kokkos_backend
