@@ -29,7 +29,8 @@ std::string garment() {
   for (int j = 0; j < along; ++j)
     for (int i = 0; i < around; ++i) {
       const bool boundary = j == 0 || j == along - 1;
-      const double angle = (i + (boundary ? 0 : noise(2 * count))) * arc, y = 0.15 - (j + (boundary ? 0 : noise(2 * count + 1))) * step;
+      const double angle = (i + (boundary ? 0 : noise(2 * count))) * arc,
+                   y = 0.15 - (j + (boundary ? 0 : noise(2 * count + 1))) * step;
       const bool opening = j > 5 && j < 9 && i > 5 && i < 18;
       node.push_back(opening ? 0 : point(radius * std::cos(angle), y, radius * std::sin(angle)));
     }

@@ -143,8 +143,8 @@ struct Sticking {
     const Index t = pull.triangle;
     double there = 0;  // the saturation of the point that it sticks to
     for (Index c = 0; c < 3; ++c) there -= pull.near.b[c + 1] * saturation(triangle(3 * t + c));
-    const double work =
-        0.5 * (double(material(n).wet_adhesion) * saturation(n) + double(material(triangle(3 * t)).wet_adhesion) * there);
+    const double work = 0.5 * (double(material(n).wet_adhesion) * saturation(n) +
+                               double(material(triangle(3 * t)).wet_adhesion) * there);
     if (!(work > 0)) return;
     const double size = work / range(pair_thickness(n, t)) * 0.5 * double(area(n)) * dt;  // kg m/s
     const Double3 p = times(-size / pull.near.distance, pull.near.apart);

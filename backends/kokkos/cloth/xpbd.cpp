@@ -190,11 +190,13 @@ void swap_multipliers(ClothSolverWork& solver) {
 
 void iterate_multipliers(const Constants& constants, const Cloth& cloth, ClothSolverWork& solver, const ClothSystem& s, Real omega) {
   const Entries<const Real3> shift = solver.displacement;
-  relax("drench::cloth::spring_multipliers", cloth.mesh.edges, solver.edge_force, solver.last_edge_force,
-        solver.edge_rate, omega, KOKKOS_LAMBDA(const Index e) { return s.edge_force(e, shift); });
+  relax(
+      "drench::cloth::spring_multipliers", cloth.mesh.edges, solver.edge_force, solver.last_edge_force,
+      solver.edge_rate, omega, KOKKOS_LAMBDA(const Index e) { return s.edge_force(e, shift); });
   const Hinges hinges = hinges_of(cloth);
-  relax("drench::cloth::hinge_multipliers", cloth.mesh.hinges, solver.hinge_force, solver.last_hinge_force,
-        solver.hinge_rate, omega, KOKKOS_LAMBDA(const Index h) { return hinges.force(h, shift); });
+  relax(
+      "drench::cloth::hinge_multipliers", cloth.mesh.hinges, solver.hinge_force, solver.last_hinge_force,
+      solver.hinge_rate, omega, KOKKOS_LAMBDA(const Index h) { return hinges.force(h, shift); });
   if (constants.model.has_strain_limit()) {
     const Entries<const Real3> stress = solver.limit_stress;
     const Entries<Real3> last = solver.last_limit_stress;

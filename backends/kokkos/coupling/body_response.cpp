@@ -50,9 +50,7 @@ struct WetSamples {
         liquid_volume(fluid.volume) {}
   KOKKOS_INLINE_FUNCTION Real volume(Index s) const { return own_volume(sample(s)); }
   /// From the body's centre, m.
-  KOKKOS_INLINE_FUNCTION Double3 arm(Index s) const {
-    return minus(widen(position(s)), state(owner(s)).position);
-  }
+  KOKKOS_INLINE_FUNCTION Double3 arm(Index s) const { return minus(widen(position(s)), state(owner(s)).position); }
 };
 
 /// g_b of each sample of a dynamic body, and G/M and H ‖I⁻¹‖ of each body.

@@ -44,7 +44,8 @@ void sample_volumes(const Constants& constants, const NeighborLists& lists, Clot
 void sample_row_bounds(const Constants& constants, const Fluid& fluid, const NeighborLists& lists, Cloth& cloth) {
   const Kernel kernel = constants.kernel;
   const Real rho = constants.rest_density;
-  const Entries<const Real4> xs = cloth.samples.position_volume, offset = cloth.samples.normal_offset, xf = fluid.position_volume;
+  const Entries<const Real4> xs = cloth.samples.position_volume, offset = cloth.samples.normal_offset,
+                             xf = fluid.position_volume;
   const Neighbors list(lists.sample_fluid);
   const Entries<Real> load = cloth.samples.row_load, bound = cloth.samples.row_bound;
   parallel(

@@ -45,7 +45,8 @@ void liquid_change(const Constants& constants, const Fluid& fluid, const Neighbo
   const bool field = constants.model.scene.field.present;
   const bool solids = bodies.boundary.count > 0, sheets = cloth.samples.count > 0;
   const Entries<const Real3> xb = bodies.boundary.position, ub = bodies.boundary.velocity, us = cloth.samples.velocity;
-  const Entries<const Real4> position = fluid.position_volume, moving = work.velocity_and_weight, xs = cloth.samples.position_volume;
+  const Entries<const Real4> position = fluid.position_volume, moving = work.velocity_and_weight,
+                             xs = cloth.samples.position_volume;
   const Entries<Real4> change = work.change;
   const Entries<const Real> vb = bodies.boundary.volume;
   const Entries<Real> bound = work.bound;

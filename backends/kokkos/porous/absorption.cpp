@@ -72,12 +72,11 @@ struct Demands {
     if (!m.porous) return 0;
     const Real4 at = position_saturation(j), flow_at = flow_capacity(j);
     const Real3 separation = at.xyz() - x;
-    const Real cap =
-        laws::saturation_cap(m.max_saturation, laws::flow_cosine(separation, flow_at.xyz(), h));
+    const Real cap = laws::saturation_cap(m.max_saturation, laws::flow_cosine(separation, flow_at.xyz(), h));
     const Real deficit = controlled ? cap - at.w : Real(1);
     if (!(deficit > 0)) return 0;
     return laws::absorption_demand(dt, m.absorption, flow_at.w / q, deficit, volume,
-                                 laws::viscosity_laplacian(norm(separation), h));
+                                   laws::viscosity_laplacian(norm(separation), h));
   }
 };
 

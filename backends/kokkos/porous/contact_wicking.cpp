@@ -33,7 +33,8 @@ struct ContactSearch {
   double dt, density;  // s, kg/m³
   Double3 down;        // ĝ, 0 without gravity
 
-  ContactSearch(const Constants& constants, const NeighborLists& lists, const Cloth& cloth, ContactWork& work, double step)
+  ContactSearch(const Constants& constants, const NeighborLists& lists, const Cloth& cloth, ContactWork& work,
+                double step)
       : node(cloth.samples.node),
         sample_triangle(cloth.samples.triangle),
         triangle(cloth.mesh.triangle),
@@ -159,8 +160,8 @@ void offer(const Constants& constants, const Cloth& cloth, ContactWork& work, do
             const Index n = ends.node(c, far != 0, k);
             if (wet.capacity(n) > 0) s[far] += ends.weight(c, far != 0, k) * wet.filling(n);
           }
-        const bool degenerate = materials(ends.node(c, false, 0)).degenerate != 0 ||
-                                materials(ends.node(c, true, 0)).degenerate != 0;
+        const bool degenerate =
+            materials(ends.node(c, false, 0)).degenerate != 0 || materials(ends.node(c, true, 0)).degenerate != 0;
         const double flux = laws::diffusion_flux(g(c), s[0], s[1], drop(c), degenerate);
         const Quanta o = static_cast<Quanta>(Kokkos::floor(Kokkos::abs(flux) * scale));
         if (o == 0) return;

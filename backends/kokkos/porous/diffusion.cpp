@@ -1,7 +1,7 @@
 // Stage diffusion (src/stages/diffusion.hpp). Two kernels over the nodes a sub-step: each node computes the flows of its own
 // pairs, so that both of a pair's come to the same number.
 
-#include "porous/diffusion_law.hpp"
+#include "porous/diffusion.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -11,7 +11,7 @@
 #include "core/host_copy.hpp"
 #include "pipeline/substeps.hpp"
 #include "porous/contact_wicking.hpp"
-#include "porous/diffusion.hpp"
+#include "porous/diffusion_law.hpp"
 #include "porous/stages.hpp"
 #include "porous/transfer.hpp"
 

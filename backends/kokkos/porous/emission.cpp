@@ -149,7 +149,8 @@ struct Reach {
   Real support;
   Quanta full;
 
-  explicit Reach(const Constants& constants, Fluid& fluid, const NeighborLists& lists, const Cloth& fabric, EmissionWork& work)
+  explicit Reach(const Constants& constants, Fluid& fluid, const NeighborLists& lists, const Cloth& fabric,
+                 EmissionWork& work)
       : list(lists.fluid_sample),
         sample(fabric.samples.position),
         flow(leaving_directions(fabric, work)),
@@ -322,8 +323,7 @@ void give_to_layers(const Constants& constants, const NeighborLists& lists, cons
         const NeighborRow near = list.row(p);
         for (Index k = 0; k < near.count; ++k) {
           const Index q = near(k);
-          if (layers.same(p, q) || !materials(q).porous || !laws::in_cone(x(q) - x(p), flow(p), cosine, h))
-            continue;
+          if (layers.same(p, q) || !materials(q).porous || !laws::in_cone(x(q) - x(p), flow(p), cosine, h)) continue;
           const Quanta t = limited(offer, exchange.share(q));
           exchange.give(q, offer, t, leaving_velocity(p));
           rest(p) -= t;

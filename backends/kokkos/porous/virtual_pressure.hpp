@@ -16,7 +16,8 @@ struct VirtualPressure {
   Real support;
   bool solids;
 
-  explicit VirtualPressure(const Constants& constants, const NeighborLists& lists, const Bodies& bodies, const Cloth& fabric)
+  explicit VirtualPressure(const Constants& constants, const NeighborLists& lists, const Bodies& bodies,
+                           const Cloth& fabric)
       : sample(fabric.samples.position),
         solid(bodies.boundary.position),
         volume(bodies.boundary.volume),
