@@ -60,7 +60,9 @@ struct Plain {
 struct Gapped {
   Key* data;
   KOKKOS_INLINE_FUNCTION Key& operator[](Index i) const { return data[i + (i >> 4)]; }
-  KOKKOS_INLINE_FUNCTION static std::size_t size(Index keys) { return static_cast<std::size_t>(keys + (keys >> 4)); }
+  KOKKOS_INLINE_FUNCTION static constexpr std::size_t size(Index keys) {
+    return static_cast<std::size_t>(keys + (keys >> 4));
+  }
 };
 
 KOKKOS_INLINE_FUNCTION void order(Key& a, Key& b, bool descending) {
@@ -101,6 +103,7 @@ KOKKOS_INLINE_FUNCTION void sort_lot(const Keys& keys, Index set, Index first) {
 }
 
 using Team = Kokkos::TeamPolicy<ExecSpace>::member_type;
+static_assert(on_host || Gapped::size(1 << block_bits) * sizeof(Key) <= most_scratch(1 << (block_bits - lot_bits)));
 using Scratch = Kokkos::View<Key*, ExecSpace::scratch_memory_space, Kokkos::MemoryTraits<Kokkos::Unmanaged>>;
 
 /// All passes of a stage over distances below 2^high, in scratch memory.

@@ -14,15 +14,20 @@ inline constexpr Index row_lanes = 8;
 #else
 inline constexpr Index row_lanes = 1;
 #endif
+static_assert(row_lanes < warp_size && warp_size % row_lanes == 0, "a warp has whole rows");
+static_assert(!on_host || row_lanes == 1, "a thread of the host has a row to itself");
 
 /// What the lane has that is `apart` from this one, among those that share a row. (Ranges of Kokkos lie along threadIdx.y, and
-/// begin at 0: the lanes of a row are neighbours in a warp.)
+/// begin at 0: the lanes of a row are neighbours in a warp. core/thread_mapping.hpp checks it.)
 template <class Value>
 KOKKOS_INLINE_FUNCTION Value of_other_lane(const Value& mine, [[maybe_unused]] int apart) {
 #ifdef __CUDA_ARCH__
   static_assert(std::is_trivially_copyable_v<Value> && sizeof(Value) % sizeof(unsigned) == 0);
+#ifdef DRENCH_CHECK_BOUNDS  // Kokkos chooses each kernel's block
+  if (blockDim.x != 1 || blockDim.y % row_lanes != 0) Kokkos::abort("drench: a row's lanes lie in two blocks");
+#endif
   constexpr int words = sizeof(Value) / sizeof(unsigned);
-  const unsigned together = ((1u << row_lanes) - 1) << (threadIdx.y % 32 / row_lanes * row_lanes);
+  const unsigned together = ((1u << row_lanes) - 1) << (threadIdx.y % warp_size / row_lanes * row_lanes);
   unsigned word[words];
   memcpy(word, &mine, sizeof(Value));
   for (int w = 0; w < words; ++w) word[w] = __shfl_xor_sync(together, word[w], apart, row_lanes);

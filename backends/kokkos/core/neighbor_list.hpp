@@ -25,10 +25,11 @@ struct NeighborList {
 };
 
 #ifdef KOKKOS_ENABLE_CUDA
-inline constexpr Index rows_per_bundle = 32;  // the threads of a warp
+inline constexpr Index rows_per_bundle = warp_size;
 #else
 inline constexpr Index rows_per_bundle = 1;
 #endif
+static_assert(!on_host || rows_per_bundle == 1, "a thread of the host fills rows of its own");
 
 /// One row as kernels see it. `index_of(k)` says where entry k is in arrays beside the entries.
 template <class Item, class Factor>

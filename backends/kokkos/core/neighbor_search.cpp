@@ -142,10 +142,12 @@ struct Lot32 {
 /// second pass writes what the bits say: the threads of a warp their k-th entries, which lie side by side, at the same time.
 template <class Points>
 struct BundleSearch {
-  using Policy = Kokkos::TeamPolicy<ExecSpace, Kokkos::LaunchBounds<128, 1>>;
-  using Team = typename Policy::member_type;
-  static constexpr Index threads = 128, lots = 12;  // of a team; that a thread keeps: more than nine runs of cells need
+  using Team = Teams::member_type;
+  static constexpr Index threads = team_threads;  // of a team
+  static constexpr Index lots = 12;               // that a thread keeps: more than nine runs of cells need
   using Scratch = Kokkos::View<Lot32*, ExecSpace::scratch_memory_space, Kokkos::MemoryTraits<Kokkos::Unmanaged>>;
+
+  static_assert(threads % rows_per_bundle == 0 && threads * lots * sizeof(Lot32) <= most_scratch(threads));
 
   const Search& search;
 
@@ -220,7 +222,7 @@ struct BundleSearch {
   /// The largest of a warp's numbers, in all its threads.
   KOKKOS_INLINE_FUNCTION static Index most_of_warp(Index n) {
 #ifdef __CUDA_ARCH__
-    for (int apart = 16; apart > 0; apart /= 2) {
+    for (int apart = warp_size / 2; apart > 0; apart /= 2) {
       const Index other = __shfl_xor_sync(~0u, n, apart);
       n = other > n ? other : n;
     }
@@ -306,7 +308,7 @@ void launch(const std::vector<Search>& searches) {
         teams += (search.rows + One::threads - 1) / One::threads;
         fill.list[k] = {search, teams};
       }
-      typename One::Policy policy(teams, One::threads);
+      Teams policy(teams, One::threads);
       policy.set_scratch_size(0, Kokkos::PerTeam(One::Scratch::shmem_size(One::threads * One::lots)));
       Kokkos::parallel_for("drench::neighbors::list", policy, fill);
     }

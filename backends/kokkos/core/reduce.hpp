@@ -144,8 +144,8 @@ struct SumUnderWay {
 /// until the first is read the room must not grow: no sums of a larger kind in between.
 template <class Sum, class Term>
 SumUnderWay<Sum> begin_ordered(const char* label, Index n, const Term& term, int slot = 0) {
-  // On CUDA the blocks and the order of Kokkos' reduction depend on n and the kernel alone, on a CPU on the threads too. There
-  // are many partial sums, then fewer and fewer; the host adds the last few.
+  // On CUDA the blocks and the order of Kokkos' reduction depend on n and the kernel alone (core/thread_mapping.hpp looks), on a
+  // CPU on the threads too. There are many partial sums, then fewer and fewer; the host adds the last few.
   constexpr Index most_parts = 32;
   SumRoom& room = sum_room();
   Sum* const at = sums_in<Sum>(room.few, 2 * most_parts).data() + (slot == 0 ? 0 : most_parts);
@@ -211,7 +211,7 @@ SumPair<Sum> ordered_pair(const char* label, Index n_first, const First& first, 
   const Index a = Sums::teams(n_first), b = Sums::teams(n_second);
   const auto part = sums_in<Sum>(room.many, a + b);
   const auto both = sums_in<Sum>(room.few, 2);
-  typename Sums::Policy policy(a + b, Sums::threads);
+  Teams policy(a + b, Sums::threads);
   policy.set_scratch_size(0, Kokkos::PerTeam(Sums::Scratch::shmem_size(Sums::threads)));
   const Sums sums{n_first, n_second, a, b, first, second, part.data(), both.data(), room.finished.data()};
   Kokkos::parallel_for(label, policy, sums);

@@ -7,6 +7,7 @@
 #include <atomic>
 #include <cstring>
 
+#include "core/thread_mapping.hpp"
 #include "core/types.hpp"
 #include "setup/memory_estimate.hpp"
 
@@ -89,7 +90,8 @@ DeviceMemory device_memory() {
 ArrayMemory array_memory() { return {bytes_now, bytes_peak}; }
 
 BackendRuntime::BackendRuntime(int threads, bool quiet) {
-  if (!Kokkos::is_initialized()) {
+  [[maybe_unused]] const bool starts = !Kokkos::is_initialized();
+  if (starts) {
     require_device();
     Kokkos::InitializationSettings settings;
     if (threads > 0) settings.set_num_threads(threads);
@@ -97,6 +99,12 @@ BackendRuntime::BackendRuntime(int threads, bool quiet) {
     Kokkos::initialize(settings);
   }
   count_allocations();
+#ifdef KOKKOS_ENABLE_CUDA
+  if (const std::string fault = kokkos_backend::thread_mapping_fault(); !fault.empty()) {
+    if (starts) Kokkos::finalize();  // a constructor that throws has no destructor
+    throw DeviceError(fault);
+  }
+#endif
 }
 
 BackendRuntime::~BackendRuntime() {

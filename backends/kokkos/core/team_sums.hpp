@@ -11,10 +11,11 @@ namespace drench::kokkos_backend {
 /// order.
 template <class Sum, class First, class Second>
 struct TeamSums {
-  using Policy = Kokkos::TeamPolicy<ExecSpace, Kokkos::LaunchBounds<128, 1>>;
-  using Team = typename Policy::member_type;
-  static constexpr Index threads = 128, most_teams = 512;
+  using Team = Teams::member_type;
+  static constexpr Index threads = team_threads, most_teams = 512;
   using Scratch = Kokkos::View<Sum*, ExecSpace::scratch_memory_space, Kokkos::MemoryTraits<Kokkos::Unmanaged>>;
+  static_assert((threads & (threads - 1)) == 0, "over_team halves them");
+  static_assert(threads * sizeof(Sum) <= most_scratch(threads));
 
   Index n_first, n_second, first_teams, second_teams;
   First first;

@@ -145,6 +145,18 @@ using Range = Kokkos::RangePolicy<ExecSpace, Kokkos::IndexType<Index>>;
 /// Blocks of 128 threads on a GPU, so that also a cloth's nodes lie on all of its processors; on an H200 that made no kernel
 /// measurably faster.
 using LoopRange = Kokkos::RangePolicy<ExecSpace, Kokkos::IndexType<Index>, Kokkos::LaunchBounds<128, 1>>;
+/// Teams of four warps on a GPU. That ranks, like a loop's indexes, lie along the lanes of warps is checked when the backend
+/// starts (core/thread_mapping.hpp).
+inline constexpr Index warp_size = 32, team_threads = 128;
+using Teams = Kokkos::TeamPolicy<ExecSpace, Kokkos::LaunchBounds<team_threads, 1>>;
+static_assert(team_threads % warp_size == 0);
+#ifdef KOKKOS_ENABLE_CUDA
+static_assert(std::is_same_v<ExecSpace, Kokkos::Cuda>, "a Kokkos with CUDA runs kernels there by default");
+#endif
+/// Scratch memory for a team on any GPU, bytes: of 48 KiB Kokkos keeps a double for each thread, and a few more.
+constexpr std::size_t most_scratch(Index threads) {
+  return 47 * 1024 - static_cast<std::size_t>(threads) * sizeof(double);
+}
 
 struct Real3 {
   Real x = 0, y = 0, z = 0;

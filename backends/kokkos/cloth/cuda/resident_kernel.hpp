@@ -15,7 +15,9 @@ namespace drench::kokkos_backend::resident {
 
 namespace groups = cooperative_groups;
 
-inline constexpr int warp = 32, most_threads = 512, fewer_threads = 384, lanes = 2;
+inline constexpr int warp = warp_size, most_threads = 512, fewer_threads = 384, lanes = 2;
+static_assert(most_threads % warp == 0 && fewer_threads % warp == 0, "sums run over whole warps");
+static_assert(lanes == 2 && warp % lanes == 0, "residual() asks the one other lane");
 inline constexpr unsigned all_lanes = 0xffffffff;
 // A shift says itself of which iterate it is, in the same 16 bytes (as in NCCL's LL protocol): a block waits for those that
 // it reads, not for the grid. That takes loads of 128 bits that nothing can come between: PTX ISA 8.3, compute capability 7.
@@ -27,6 +29,8 @@ inline constexpr bool dated_shifts = true;
 inline constexpr bool dated_shifts = false;
 #endif
 inline constexpr int most_around = 1024;  // nodes that a patch may have around it
+static_assert(!dated_shifts || (sizeof(Real4) == 16 && alignof(Real4) == 16), "a shift and its date are 128 bits");
+static_assert(most_threads / lanes + most_around <= 1 << 16, "PatchView::local has 16 bits");
 
 /// What the kernel reads and writes beside a ClothSystem.
 struct ResidentArrays {
