@@ -54,13 +54,13 @@ StatsCsv::StatsCsv(const std::filesystem::path& path, const std::vector<Stage>& 
   if (!out_) throw std::runtime_error(fmt::format("{}: cannot be written", path_.string()));
 }
 
-void StatsCsv::write(std::int64_t step, double time, double dt, const StepReport& r,
-                     const std::array<double, stage_count>& milliseconds, double step_milliseconds) {
+void StatsCsv::write(const StepReport& r, const std::array<double, stage_count>& milliseconds,
+                     double step_milliseconds) {
   const auto kg = [&](Quanta m) { return static_cast<double>(m) * quantum_; };
   fmt::memory_buffer row;
   auto end = std::back_inserter(row);
-  fmt::format_to(end, "{},{:.10g},{:.10g},{},{},{},{:.6g},{:.6g},", step, time, dt, r.particles, r.density_iterations,
-                 r.divergence_iterations, r.density_error, r.density_error_max);
+  fmt::format_to(end, "{},{:.10g},{:.10g},{},{},{},{:.6g},{:.6g},", r.step, r.time, r.dt, r.particles,
+                 r.density_iterations, r.divergence_iterations, r.density_error, r.density_error_max);
   fmt::format_to(end, "{:.17g},{:.17g},{:.17g},{:.17g},{:.17g},{:.17g},{:.9g},{:.9g},", kg(r.mass_fluid),
                  kg(r.mass_cloth), kg(r.mass_drained), kg(r.mass_supplied), kg(r.mass_total()),
                  kg(r.mass_total() - initial_total_), r.saturation_max, r.kinetic_energy);

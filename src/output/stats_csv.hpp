@@ -23,9 +23,8 @@ class StatsCsv {
   /// cut off, and the next ones follow. Throws std::runtime_error when the file cannot be written.
   StatsCsv(const std::filesystem::path& path, const std::vector<Stage>& stages, double quantum, Quanta initial_total,
            std::int64_t after = -1);
-  /// `step` and `time` as after the step; the row is in the file when this returns.
-  void write(std::int64_t step, double time, double dt, const StepReport& report,
-             const std::array<double, stage_count>& milliseconds, double step_milliseconds);
+  /// The row is in the file when this returns.
+  void write(const StepReport& report, const std::array<double, stage_count>& milliseconds, double step_milliseconds);
 
   /// Puts the rows onto the disk itself. Throws std::runtime_error.
   void sync() const;

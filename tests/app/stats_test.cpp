@@ -17,7 +17,7 @@ TEST(Output, StatisticsHaveTheirColumns) {
   const auto stages = stages_for(e.model);
   const Quanta total = 3 * quanta_per_particle;
   StatsCsv stats(folder.path() / "stats.csv", stages, e.model.quantum, total);
-  StepReport report;
+  StepReport report{.step = 1, .time = 0.004, .dt = 0.004};
   report.mass_fluid = quanta_per_particle;
   report.mass_cloth = quanta_per_particle;
   report.mass_drained = 2 * quanta_per_particle;
@@ -25,9 +25,10 @@ TEST(Output, StatisticsHaveTheirColumns) {
   report.density_iterations = 17;
   std::array<double, stage_count> ms{};
   ms[static_cast<std::size_t>(Stage::pressure)] = 2.5;
-  stats.write(1, 0.004, 0.004, report, ms, 4.5);
+  stats.write(report, ms, 4.5);
+  report.step = 2;
   report.mass_fluid += 1;
-  stats.write(2, 0.008, 0.004, report, ms, 4.5);
+  stats.write(report, ms, 4.5);
 
   const Table table = read_table(folder.path() / "stats.csv");
   const std::vector<std::string> first{"step",
@@ -52,6 +53,9 @@ TEST(Output, StatisticsHaveTheirColumns) {
     EXPECT_EQ(table.header[table.header.size() - stages.size() + s], "ms_" + std::string(name_of(stages[s])));
   ASSERT_EQ(table.rows.size(), 2U);
   EXPECT_EQ(table.rows[0].size(), table.header.size());
+  EXPECT_EQ(table.text(1, "step"), "2");
+  EXPECT_DOUBLE_EQ(table.number(1, "time"), 0.004);
+  EXPECT_DOUBLE_EQ(table.number(1, "dt"), 0.004);
   EXPECT_DOUBLE_EQ(table.number(0, "mass_total"), 2.4);
   EXPECT_EQ(table.text(0, "mass_error"), "0");
   EXPECT_EQ(table.text(0, "density_iterations"), "17");
@@ -67,7 +71,7 @@ TEST(Output, StatisticsOfTheClothSolveStandWhereClothMoves) {
   report.cloth_residual = 0.25;
   const std::array<double, stage_count> ms{};
   const auto table = [&](const std::vector<Stage>& stages) {
-    StatsCsv(folder.path() / "stats.csv", stages, 1, 0).write(1, 0.004, 0.004, report, ms, 0);
+    StatsCsv(folder.path() / "stats.csv", stages, 1, 0).write(report, ms, 0);
     return read_table(folder.path() / "stats.csv");
   };
   const Table moving = table({Stage::time_step, Stage::cloth, Stage::ledger});
@@ -84,7 +88,7 @@ TEST(Output, StatsHaveMeasuresWhereTheyAreAskedFor) {
   report.close_share = 0.25;
   report.wet_isotropy = 0.75;
   const auto table = [&](const std::vector<Stage>& stages) {
-    StatsCsv(folder.path() / "stats.csv", stages, 1, 0).write(1, 0.004, 0.004, report, {}, 0);
+    StatsCsv(folder.path() / "stats.csv", stages, 1, 0).write(report, {}, 0);
     return read_table(folder.path() / "stats.csv");
   };
   const Table with = table({Stage::time_step, Stage::measures, Stage::ledger});
