@@ -33,6 +33,8 @@ struct StepReport {
   double density_error = 0;           ///< 1: mean of max(0, δ − 1) that it leaves
   double density_error_max = 0;       ///< 1: the same of the worst particle
   bool density_converged = true;      ///< false: it ended at its cap
+  int viscosity_stages = 0;           ///< of the viscous solve (docs/theory/viscosity.md); 0 without viscosity
+  int micropolar_stages = 0;          ///< of the solve for spins (docs/theory/micropolar.md)
   int cloth_iterations = 0;           ///< of the cloth's solve, also within the density solve
   double cloth_residual = 0;          ///< 1: unbalanced forces over their goal (stages/cloth.hpp); converged at ≤ 1
   bool cloth_converged = true;        ///< false: stage cloth's solve ended at its cap

@@ -100,6 +100,45 @@ TEST(Output, StatsHaveMeasuresWhereTheyAreAskedFor) {
     EXPECT_EQ(std::count(without.header.begin(), without.header.end(), column), 0) << column;
 }
 
+TEST(Output, StatisticsOfAStageStandWhereItRuns) {
+  const TempFolder folder;
+  const StepReport report{.viscosity_stages = 3,
+                          .micropolar_stages = 4,
+                          .cloth_contacts = 5,
+                          .cloth_zone_nodes = 6,
+                          .fluid_speed = 1.5,
+                          .cloth_speed = 2.5,
+                          .cloth_stretch = 1.25};
+  const auto table = [&](const std::vector<Stage>& stages) {
+    StatsCsv(folder.path() / "stats.csv", stages, 1, 0).write(report, {}, 0);
+    return read_table(folder.path() / "stats.csv");
+  };
+  const std::pair<Stage, std::vector<std::pair<std::string, std::string>>> columns[] = {
+      {Stage::forces, {{"viscosity_stages", "3"}, {"fluid_speed", "1.5"}}},
+      {Stage::micropolar, {{"micropolar_stages", "4"}}},
+      {Stage::cloth, {{"cloth_speed", "2.5"}, {"cloth_stretch", "1.25"}}},
+      {Stage::self_collision, {{"cloth_contacts", "5"}, {"cloth_zone_nodes", "6"}}}};
+  const Table without = table({Stage::time_step, Stage::ledger});
+  for (const auto& [stage, its_own] : columns) {
+    const Table with = table({Stage::time_step, stage, Stage::ledger});
+    for (const auto& [column, text] : its_own) {
+      EXPECT_EQ(with.text(0, column), text);
+      EXPECT_EQ(std::count(without.header.begin(), without.header.end(), column), 0) << column;
+    }
+  }
+}
+
+TEST(Output, StatisticsGoOnWithTheColumnsOfTheirFile) {
+  const TempFolder folder;
+  const fs::path path = folder.path() / "stats.csv";
+  const StepReport report{.step = 3, .time = 0.3, .density_iterations = 7};
+  write_text(path, "step,density_iterations,time\n1,5,0.1\n2,6,0.2\n3,9,0.9\n");
+  StatsCsv(path, {Stage::forces}, 1, 0, 2).write(report, {}, 0);
+  EXPECT_EQ(read_text(path), "step,density_iterations,time\n1,5,0.1\n2,6,0.2\n3,7,0.3\n");
+  write_text(path, "step,of_a_later_drench\n1,5\n");
+  EXPECT_THROW(StatsCsv(path, {Stage::forces}, 1, 0, 1), std::runtime_error);
+}
+
 TEST(Output, ARunSaysOnceThatClothIsStretchedTooFar) {
   RunTotals totals(1.6);
   StepReport report;
