@@ -115,7 +115,7 @@ double largest_bound(const ReferenceState& state, const Rates& rates) {
 
 }  // namespace
 
-void forces(ReferenceState& state, const StepInfo& info, StepReport&) {
+void forces(ReferenceState& state, const StepInfo& info, StepReport& report) {
   HostState& s = state.s;
   const std::size_t particles = s.fluid_velocity.size(), nodes = s.node_velocity.size();
   // Y_{k−1} and D_{k−1} of the particles, the same of the nodes' impulses
@@ -137,6 +137,7 @@ void forces(ReferenceState& state, const StepInfo& info, StepReport&) {
     const Rates r = rates(state, v);
     if (k == 1) {
       while (stages * (stages + 1.0) < 2 * info.dt * largest_bound(state, r)) ++stages;
+      if (state.model.scene.fluid.viscosity > 0) report.viscosity_stages = stages;
     }
     const double keep = (k - 1.0) / k, weight = (2 * k - 1.0) / k * info.dt * 2 / (stages * (stages + 1.0));
     for (std::size_t i = 0; i < particles; ++i) {

@@ -83,8 +83,9 @@ double rate_bound(const ReferenceState& state) {
 
 }  // namespace
 
-void micropolar(ReferenceState& state, const StepInfo& info, StepReport&) {
+void micropolar(ReferenceState& state, const StepInfo& info, StepReport& report) {
   HostState& s = state.s;
+  if (s.fluid_count() == 0) return;
   Vectors v, omega;
   for (const Vec3& one : s.fluid_velocity) v.push_back(vec(one));
   for (const Vec3& one : s.fluid_spin) omega.push_back(vec(one));
@@ -94,6 +95,7 @@ void micropolar(ReferenceState& state, const StepInfo& info, StepReport&) {
   const double bound = rate_bound(state);
   int stages = 1;
   while (stages * (stages + 1.0) < info.dt * bound) ++stages;
+  report.micropolar_stages = stages;
   for (int k = 1; k <= stages; ++k) {
     const SpinRates rates = spin_rates(state, v, omega);
     const double keep = (k - 1.0) / k, weight = (2 * k - 1.0) / k * info.dt * 2 / (stages * (stages + 1.0));

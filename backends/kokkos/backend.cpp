@@ -69,9 +69,9 @@ class KokkosBackend final : public Backend {
       case Stage::divergence:
         return divergence(constants_, fluid_, lists_, bodies_, cloth_, pressure_, info, report);
       case Stage::forces:
-        return forces(constants_, fluid_, lists_, bodies_, cloth_, forces_, info);
+        return forces(constants_, fluid_, lists_, bodies_, cloth_, forces_, info, report);
       case Stage::micropolar:
-        return micropolar(constants_, fluid_, lists_, micropolar_, info);
+        return micropolar(constants_, fluid_, lists_, micropolar_, info, report);
       case Stage::surface_tension:
         return surface_tension(constants_, fluid_, lists_, bodies_, cloth_, surface_tension_, info);
       case Stage::wet_adhesion:

@@ -1,5 +1,5 @@
 // drench in a program of one's own: a block of water over a pinned cloth, made in code; every tenth of a second where the
-// water is and how wet the cloth. Exit code 0 if the cloth has taken up liquid and none was lost.
+// water is, how wet the cloth, and what the steps took. Exit code 0 if the cloth has taken up liquid and none was lost.
 
 #include <algorithm>
 #include <cstdio>
@@ -28,6 +28,20 @@ double kilograms(const drench::Simulation& run, const std::vector<drench::Quanta
   return run.quantum() * static_cast<double>(std::accumulate(masses.begin(), masses.end(), drench::Quanta{0}));
 }
 
+/// Steps to `time`, s. Prints how long the steps were and how many iterations the density solve took.
+void step_until(drench::Simulation& run, double time) {
+  double longest = 0, compression = 0;
+  int iterations = 0, steps = 0;
+  for (; run.time() < time - 1e-9; ++steps) {
+    const drench::StepReport report = run.step(time - run.time());
+    longest = std::max(longest, report.dt);
+    iterations += report.density_iterations;
+    compression = std::max(compression, report.density_error);
+  }
+  std::printf("%d steps of up to %.4f s, %.1f iterations each, mean compression up to %.2g\n", steps, longest,
+              static_cast<double>(iterations) / std::max(steps, 1), compression);
+}
+
 void print(const drench::Simulation& run, const drench::HostState& now) {
   double height = 0;
   for (const drench::Vec3& x : now.fluid_position) height += x[1] / static_cast<double>(now.fluid_position.size());
@@ -45,7 +59,7 @@ int main() try {
   for (const std::string& warning : run.warnings()) std::printf("warning: %s\n", warning.c_str());
   const drench::HostState start = run.state();
   for (double t = 0.1; t < scene.time.end + 0.05; t += 0.1) {
-    run.run_until(t);
+    step_until(run, t);
     print(run, run.state());
   }
   const drench::HostState end = run.state();

@@ -81,9 +81,7 @@ class Run {
         const StepReport report = step();
         log_.write(totals_.add(pipeline_.step_index(), pipeline_.time(), report, pipeline_.milliseconds()));
         hear_frames();
-        if (stats_)
-          stats_->write(pipeline_.step_index(), pipeline_.time(), pipeline_.last_dt(), report, pipeline_.milliseconds(),
-                        pipeline_.step_milliseconds());
+        if (stats_) stats_->write(report, pipeline_.milliseconds(), pipeline_.step_milliseconds());
         mass_error_ = static_cast<double>(report.mass_total() - pipeline_.initial_total()) * model_.quantum;
         progress.update(pipeline_.time(), pipeline_.step_index(), totals_.steps(), report, mass_error_);
         if (every() > 0 && pipeline_.time() >= next_frame_time() - rounding()) frame();
@@ -134,8 +132,7 @@ class Run {
     const double to_end = end_ - pipeline_.time(), to_frame = every() > 0 ? next_frame_time() - pipeline_.time()
                                                                           : std::numeric_limits<double>::infinity();
     const StepReport report = pipeline_.step(std::min(to_frame, to_end));
-    const double dt = pipeline_.last_dt();
-    if (to_end < to_frame && (dt == to_end || dt == 0.5 * to_end)) shortened_ = true;
+    if (to_end < to_frame && (report.dt == to_end || report.dt == 0.5 * to_end)) shortened_ = true;
     return report;
   }
 

@@ -43,7 +43,8 @@ struct FieldDifference {
 std::vector<FieldDifference> compare_fields(const Model& model, Stage stage, double dt, const HostState& expected,
                                             const HostState& actual, const Precision& precision);
 
-/// What `stage` reports: Δt, errors of the solves (not their iterations), ledger, measures. Quanta and counts must be equal.
+/// What `stage` reports: Δt, errors of the solves (not their iterations), stages and sub-steps, ledger, measures. Quanta and
+/// counts must be equal.
 std::vector<FieldDifference> compare_reports(Stage stage, const StepReport& expected, const StepReport& actual,
                                              const Precision& precision);
 

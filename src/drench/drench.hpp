@@ -11,6 +11,7 @@
 
 #include "base/types.hpp"
 #include "pipeline/runtime.hpp"
+#include "pipeline/step_report.hpp"
 #include "scene/load.hpp"
 #include "scene/scene.hpp"
 #include "setup/setup_error.hpp"
@@ -33,22 +34,25 @@ class Simulation {
 
   /// One step.
   /// @param longest the step is not longer than this, s
-  /// @returns the length of the step, s
-  /// @throws std::runtime_error when the run cannot go on; its text says why
-  double step(double longest = std::numeric_limits<double>::infinity());
-  /// Steps until the run's time is exactly `time`, s; none if it is there already. Throws as step() does.
+  /// @returns what the step did: its length, iterations and errors of its solves, masses, speeds. Each is one number for all
+  ///   of the scene; reading them costs nothing
+  /// @throws std::invalid_argument unless `longest` is above 0
+  /// @throws std::runtime_error when the run cannot go on; its text says why. The state is then that of half a step
+  StepReport step(double longest = std::numeric_limits<double>::infinity());
+  /// Steps until the run's time is `time`, s; none if it is there already, or past it. Throws as step() does.
   void run_until(double time);
 
   double time() const;         ///< s, simulated since the start
   std::int64_t steps() const;  ///< number of steps since the start
 
-  /// Everything that changes, as it is now: particles, cloth nodes, bodies. Each call copies it from the device.
+  /// Everything that changes, as it is now: arrays with an entry for each particle, cloth node, sample and body, in SI units
+  /// but for masses (quanta). Particles are in the order of their ids. Each call copies it from the device.
   HostState state() const;
   /// Saturation of each cloth node of `state`, 1: liquid over what the node's pores hold, and 0 where the cloth is not
   /// porous. As long as HostState::node_position.
   std::vector<double> saturation(const HostState& state) const;
-  /// Triangles of all cloths, each as the indices of its three nodes. The triangles of one cloth follow each other, and so
-  /// do its nodes.
+  /// Triangles of all cloths, each as the indices of its three nodes in HostState::node_position. The triangles of one cloth
+  /// follow each other, and so do its nodes. They stay the same during a run.
   const std::vector<std::array<Index, 3>>& triangles() const;
   double quantum() const;  ///< kg; masses in HostState are multiples of it
   /// The warnings that `drench check` prints for this scene, a line each.

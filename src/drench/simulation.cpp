@@ -1,3 +1,5 @@
+#include <stdexcept>
+
 #include "app/set_up.hpp"
 #include "drench/drench.hpp"
 #include "pipeline/pipeline.hpp"
@@ -31,9 +33,9 @@ struct Simulation::Parts {
 Simulation::Simulation(const Scene& scene) : parts_(std::make_unique<Parts>(scene)) {}
 Simulation::~Simulation() = default;
 
-double Simulation::step(double longest) {
-  parts_->pipeline.step(longest);
-  return parts_->pipeline.last_dt();
+StepReport Simulation::step(double longest) {
+  if (!(longest > 0)) throw std::invalid_argument("Simulation::step: a step has to be longer than 0 s");
+  return parts_->pipeline.step(longest);
 }
 
 void Simulation::run_until(double time) {

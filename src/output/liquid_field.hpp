@@ -34,7 +34,6 @@ class LiquidField {
   /// `step` is Δ, m. Particles that are not finite are left out.
   LiquidField(const Model& model, const HostState& state, double step);
   double step() const { return step_; }
-  const std::vector<Blob>& blobs() const { return blobs_; }
 
   /// Calls f(block) for all blocks in which c is not 0, in a fixed order. Vertices that blocks share have the same bits
   /// in each. Only one block is in memory at a time.

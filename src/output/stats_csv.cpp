@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <iterator>
 #include <stdexcept>
+#include <utility>
 
 #include "output/text_file.hpp"
 
@@ -26,52 +27,146 @@ std::optional<std::string> StatsCsv::rows_until(const std::filesystem::path& pat
   return text.substr(0, end + 1);
 }
 
+namespace {
+
+/// "a,b,c" → a, b, c
+std::vector<std::string> names_in(const std::string& header) {
+  std::vector<std::string> names(1);
+  for (const char c : header)
+    if (c == ',')
+      names.emplace_back();
+    else
+      names.back() += c;
+  return names;
+}
+
+/// The columns under construction: a name, a format, and what stands there.
+class Columns {
+ public:
+  /// `value` is a member of StepReport, or a function of one.
+  template <class Value>
+  void of_report(const char* name, const char* format, Value value) {
+    of_row(name, format, [value](const StatsRow& row) { return std::invoke(value, row.report); });
+  }
+  template <class Value>
+  void of_row(const std::string& name, const char* format, Value value) {
+    all_.push_back(
+        {name, [format, value](const StatsRow& row) { return fmt::format(fmt::runtime(format), value(row)); }});
+  }
+  std::vector<StatsColumn> take() { return std::move(all_); }
+
+ private:
+  std::vector<StatsColumn> all_;
+};
+
+using Report = StepReport;
+
+void add_masses(Columns& columns, double quantum, Quanta initial_total) {
+  const auto kilograms = [&](const char* name, auto quanta) {
+    columns.of_report(name, "{:.17g}",
+                      [=](const Report& r) { return static_cast<double>(std::invoke(quanta, r)) * quantum; });
+  };
+  kilograms("mass_fluid", &Report::mass_fluid);
+  kilograms("mass_cloth", &Report::mass_cloth);
+  kilograms("mass_drained", &Report::mass_drained);
+  kilograms("mass_supplied", &Report::mass_supplied);
+  kilograms("mass_total", &Report::mass_total);
+  kilograms("mass_error", [=](const Report& r) { return r.mass_total() - initial_total; });
+}
+
+/// Columns of every scene. docs/tutorial/4_wetting.md reads the first of them by their numbers.
+void add_common(Columns& columns, double quantum, Quanta initial_total) {
+  columns.of_report("step", "{}", &Report::step);
+  columns.of_report("time", "{:.10g}", &Report::time);
+  columns.of_report("dt", "{:.10g}", &Report::dt);
+  columns.of_report("particles", "{}", &Report::particles);
+  columns.of_report("density_iterations", "{}", &Report::density_iterations);
+  columns.of_report("divergence_iterations", "{}", &Report::divergence_iterations);
+  columns.of_report("density_error", "{:.6g}", &Report::density_error);
+  columns.of_report("density_error_max", "{:.6g}", &Report::density_error_max);
+  add_masses(columns, quantum, initial_total);
+  columns.of_report("saturation_max", "{:.9g}", &Report::saturation_max);
+  columns.of_report("kinetic_energy", "{:.9g}", &Report::kinetic_energy);
+  columns.of_report("divergence_error", "{:.6g}", &Report::divergence_error);
+  columns.of_report("diffusion_substeps", "{}", &Report::diffusion_substeps);
+  columns.of_report("collisions", "{}", &Report::collisions);
+  columns.of_report("clamped", "{}", &Report::clamped);
+  columns.of_report("mass_float", "{:.17g}", &Report::mass_float);
+}
+
+/// Columns of a stage, where it runs.
+void add_of_stages(Columns& columns, const std::vector<Stage>& stages) {
+  const auto runs = [&](Stage stage) { return std::find(stages.begin(), stages.end(), stage) != stages.end(); };
+  if (runs(Stage::cloth)) {
+    columns.of_report("cloth_iterations", "{}", &Report::cloth_iterations);
+    columns.of_report("cloth_residual", "{:.6g}", &Report::cloth_residual);
+  }
+  if (runs(Stage::measures)) {
+    columns.of_report("nearest_variance", "{:.6g}", &Report::nearest_variance);
+    columns.of_report("close_share", "{:.6g}", &Report::close_share);
+    columns.of_report("wet_isotropy", "{:.6g}", &Report::wet_isotropy);
+  }
+  if (runs(Stage::forces)) {
+    columns.of_report("viscosity_stages", "{}", &Report::viscosity_stages);
+    columns.of_report("fluid_speed", "{:.6g}", &Report::fluid_speed);
+  }
+  if (runs(Stage::micropolar)) columns.of_report("micropolar_stages", "{}", &Report::micropolar_stages);
+  if (runs(Stage::cloth)) {
+    columns.of_report("cloth_speed", "{:.6g}", &Report::cloth_speed);
+    columns.of_report("cloth_stretch", "{:.6g}", &Report::cloth_stretch);
+  }
+  if (runs(Stage::self_collision)) {
+    columns.of_report("cloth_contacts", "{}", &Report::cloth_contacts);
+    columns.of_report("cloth_zone_nodes", "{}", &Report::cloth_zone_nodes);
+  }
+}
+
+}  // namespace
+
 StatsCsv::StatsCsv(const std::filesystem::path& path, const std::vector<Stage>& stages, double quantum,
                    Quanta initial_total, std::int64_t after)
-    : path_(path),
-      stages_(stages),
-      moving_cloth_(std::find(stages.begin(), stages.end(), Stage::cloth) != stages.end()),
-      measures_(std::find(stages.begin(), stages.end(), Stage::measures) != stages.end()),
-      quantum_(quantum),
-      initial_total_(initial_total) {
+    : path_(path) {
+  Columns columns;
+  add_common(columns, quantum, initial_total);
+  add_of_stages(columns, stages);
+  columns.of_row("ms_step", "{:.4f}", [](const StatsRow& row) { return row.step_milliseconds; });
+  for (const Stage s : stages)
+    columns.of_row("ms_" + std::string(name_of(s)), "{:.4f}",
+                   [s](const StatsRow& row) { return row.milliseconds[static_cast<std::size_t>(s)]; });
+  columns_ = columns.take();
   if (after >= 0 && std::filesystem::exists(path)) {
-    const auto rows = rows_until(path, after);
-    if (!rows) throw std::runtime_error(fmt::format("{}: has no row of step {}", path_.string(), after));
-    if (rows->size() != std::filesystem::file_size(path)) write_atomically(path, *rows);
-    out_.open(path, std::ios::app);
-    if (!out_) throw std::runtime_error(fmt::format("{}: cannot be written", path_.string()));
+    go_on(after);
     return;
   }
   out_.open(path);
-  out_ << "step,time,dt,particles,density_iterations,divergence_iterations,density_error,density_error_max,"
-          "mass_fluid,mass_cloth,mass_drained,mass_supplied,mass_total,mass_error,saturation_max,kinetic_energy,"
-          "divergence_error,diffusion_substeps,collisions,clamped,mass_float";
-  if (moving_cloth_) out_ << ",cloth_iterations,cloth_residual";
-  if (measures_) out_ << ",nearest_variance,close_share,wet_isotropy";
-  out_ << ",ms_step";
-  for (const Stage s : stages_) out_ << ",ms_" << name_of(s);
+  for (const StatsColumn& c : columns_) out_ << (&c == columns_.data() ? "" : ",") << c.name;
   out_ << std::endl;
   if (!out_) throw std::runtime_error(fmt::format("{}: cannot be written", path_.string()));
 }
 
-void StatsCsv::write(std::int64_t step, double time, double dt, const StepReport& r,
-                     const std::array<double, stage_count>& milliseconds, double step_milliseconds) {
-  const auto kg = [&](Quanta m) { return static_cast<double>(m) * quantum_; };
-  fmt::memory_buffer row;
-  auto end = std::back_inserter(row);
-  fmt::format_to(end, "{},{:.10g},{:.10g},{},{},{},{:.6g},{:.6g},", step, time, dt, r.particles, r.density_iterations,
-                 r.divergence_iterations, r.density_error, r.density_error_max);
-  fmt::format_to(end, "{:.17g},{:.17g},{:.17g},{:.17g},{:.17g},{:.17g},{:.9g},{:.9g},", kg(r.mass_fluid),
-                 kg(r.mass_cloth), kg(r.mass_drained), kg(r.mass_supplied), kg(r.mass_total()),
-                 kg(r.mass_total() - initial_total_), r.saturation_max, r.kinetic_energy);
-  fmt::format_to(end, "{:.6g},{},{},{},{:.17g}", r.divergence_error, r.diffusion_substeps, r.collisions, r.clamped,
-                 r.mass_float);
-  if (moving_cloth_) fmt::format_to(end, ",{},{:.6g}", r.cloth_iterations, r.cloth_residual);
-  if (measures_) fmt::format_to(end, ",{:.6g},{:.6g},{:.6g}", r.nearest_variance, r.close_share, r.wet_isotropy);
-  fmt::format_to(end, ",{:.4f}", step_milliseconds);
-  for (const Stage s : stages_) fmt::format_to(end, ",{:.4f}", milliseconds[static_cast<std::size_t>(s)]);
-  out_.write(row.data(), static_cast<std::streamsize>(row.size()));
-  out_ << std::endl;  // flushed, so that the file can be followed
+void StatsCsv::go_on(std::int64_t after) {
+  const auto rows = rows_until(path_, after);
+  if (!rows) throw std::runtime_error(fmt::format("{}: has no row of step {}", path_.string(), after));
+  std::vector<StatsColumn> kept;
+  for (const std::string& name : names_in(rows->substr(0, rows->find('\n')))) {
+    const auto same = [&](const StatsColumn& c) { return c.name == name; };
+    const auto at = std::find_if(columns_.begin(), columns_.end(), same);
+    if (at == columns_.end())
+      throw std::runtime_error(fmt::format("{}: has a column {} that this drench does not know", path_.string(), name));
+    kept.push_back(*at);
+  }
+  columns_ = std::move(kept);
+  if (rows->size() != std::filesystem::file_size(path_)) write_atomically(path_, *rows);
+  out_.open(path_, std::ios::app);
+  if (!out_) throw std::runtime_error(fmt::format("{}: cannot be written", path_.string()));
+}
+
+void StatsCsv::write(const StepReport& report, const std::array<double, stage_count>& milliseconds,
+                     double step_milliseconds) {
+  const StatsRow row{report, milliseconds, step_milliseconds};
+  std::string line;
+  for (const StatsColumn& c : columns_) line += (line.empty() ? "" : ",") + c.text(row);
+  out_ << line << std::endl;  // flushed, so that the file can be followed
   if (!out_) throw std::runtime_error(fmt::format("{}: cannot be written (disk full?)", path_.string()));
 }
 

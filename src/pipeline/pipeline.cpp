@@ -91,8 +91,10 @@ StepReport Pipeline::step(double time_left) {
   }
   check(info, report);
   time_ += info.dt;
-  last_dt_ = info.dt;
   ++step_;
+  report.step = step_;
+  report.time = time_;
+  report.dt = info.dt;
   step_milliseconds_ = std::chrono::duration<double, std::milli>(Clock::now() - step_begin).count();
   return report;
 }

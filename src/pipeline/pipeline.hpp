@@ -23,7 +23,6 @@ class Pipeline {
   const std::vector<Stage>& stages() const { return stages_; }
   double time() const { return time_; }
   std::int64_t step_index() const { return step_; }
-  double last_dt() const { return last_dt_; }
   /// Sets what a state knows of the run beside what the backend downloads.
   void mark(HostState& state) const;
   Quanta initial_total() const { return initial_total_; }
@@ -40,7 +39,7 @@ class Pipeline {
   Backend& backend_;
   std::vector<Stage> stages_;
   std::array<double, stage_count> milliseconds_{};
-  double time_ = 0, last_dt_ = 0, step_milliseconds_ = 0;
+  double time_ = 0, step_milliseconds_ = 0;
   std::int64_t step_ = 0;
   Quanta initial_total_ = 0;
   Limits limits_;

@@ -6,5 +6,6 @@
 //         docs/theory/bodies.md: gravity and viscous reaction (7, 8). Gravity of the cloth belongs to stage cloth.
 // Reads:  positions (m), masses (quanta), velocities (m/s), fluid_density_ratio (1), boundary_volume, sample_volume
 //         (m³), lists; the scene's gravity (m/s²), field, `fluid.viscosity` (m²/s).
-// Writes: fluid_velocity, node_velocity, body velocities (m/s, rad/s), node_pin_force (N).
+// Writes: fluid_velocity, node_velocity, body velocities (m/s, rad/s), node_pin_force (N);
+//         StepReport::viscosity_stages (0 without viscosity).
 // Errors: none. Neither viscosity nor the cloth's mass limits Δt.

@@ -5,5 +5,5 @@
 // Law:    docs/theory/micropolar.md: continuum (Eq. 1), sums (2 to 4), balances (5 to 7), stages of RKL1 (8).
 // Reads:  fluid_position (m), fluid_mass (quanta), list fluid→fluid, fluid_velocity (m/s), fluid_spin (1/s); the
 //         scene's `fluid.micropolar`: transfer, viscosity (m²/s), inertia (Θ/d², 1), reaction (1).
-// Writes: fluid_velocity (m/s), fluid_spin (1/s).
+// Writes: fluid_velocity (m/s), fluid_spin (1/s); StepReport::micropolar_stages.
 // Errors: none. There is no limit on Δt.

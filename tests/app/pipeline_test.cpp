@@ -74,10 +74,13 @@ struct PipelineTest : testing::Test {
   double step_for(double wanted, double left) {
     backend.dt_wanted = wanted;
     Pipeline pipeline(model, backend, initial);
-    pipeline.step(left);
-    EXPECT_EQ(backend.infos.back().dt, pipeline.last_dt());
-    EXPECT_EQ(pipeline.time(), pipeline.last_dt());
-    return pipeline.last_dt();
+    const StepReport report = pipeline.step(left);
+    EXPECT_EQ(backend.infos.back().dt, report.dt);
+    EXPECT_EQ(pipeline.time(), report.time);
+    EXPECT_EQ(report.time, report.dt);
+    EXPECT_EQ(report.step, pipeline.step_index());
+    EXPECT_EQ(report.dt_wanted, wanted);
+    return report.dt;
   }
 };
 

@@ -17,7 +17,7 @@ TEST(Output, StatisticsHaveTheirColumns) {
   const auto stages = stages_for(e.model);
   const Quanta total = 3 * quanta_per_particle;
   StatsCsv stats(folder.path() / "stats.csv", stages, e.model.quantum, total);
-  StepReport report;
+  StepReport report{.step = 1, .time = 0.004, .dt = 0.004};
   report.mass_fluid = quanta_per_particle;
   report.mass_cloth = quanta_per_particle;
   report.mass_drained = 2 * quanta_per_particle;
@@ -25,9 +25,10 @@ TEST(Output, StatisticsHaveTheirColumns) {
   report.density_iterations = 17;
   std::array<double, stage_count> ms{};
   ms[static_cast<std::size_t>(Stage::pressure)] = 2.5;
-  stats.write(1, 0.004, 0.004, report, ms, 4.5);
+  stats.write(report, ms, 4.5);
+  report.step = 2;
   report.mass_fluid += 1;
-  stats.write(2, 0.008, 0.004, report, ms, 4.5);
+  stats.write(report, ms, 4.5);
 
   const Table table = read_table(folder.path() / "stats.csv");
   const std::vector<std::string> first{"step",
@@ -52,6 +53,9 @@ TEST(Output, StatisticsHaveTheirColumns) {
     EXPECT_EQ(table.header[table.header.size() - stages.size() + s], "ms_" + std::string(name_of(stages[s])));
   ASSERT_EQ(table.rows.size(), 2U);
   EXPECT_EQ(table.rows[0].size(), table.header.size());
+  EXPECT_EQ(table.text(1, "step"), "2");
+  EXPECT_DOUBLE_EQ(table.number(1, "time"), 0.004);
+  EXPECT_DOUBLE_EQ(table.number(1, "dt"), 0.004);
   EXPECT_DOUBLE_EQ(table.number(0, "mass_total"), 2.4);
   EXPECT_EQ(table.text(0, "mass_error"), "0");
   EXPECT_EQ(table.text(0, "density_iterations"), "17");
@@ -67,7 +71,7 @@ TEST(Output, StatisticsOfTheClothSolveStandWhereClothMoves) {
   report.cloth_residual = 0.25;
   const std::array<double, stage_count> ms{};
   const auto table = [&](const std::vector<Stage>& stages) {
-    StatsCsv(folder.path() / "stats.csv", stages, 1, 0).write(1, 0.004, 0.004, report, ms, 0);
+    StatsCsv(folder.path() / "stats.csv", stages, 1, 0).write(report, ms, 0);
     return read_table(folder.path() / "stats.csv");
   };
   const Table moving = table({Stage::time_step, Stage::cloth, Stage::ledger});
@@ -84,7 +88,7 @@ TEST(Output, StatsHaveMeasuresWhereTheyAreAskedFor) {
   report.close_share = 0.25;
   report.wet_isotropy = 0.75;
   const auto table = [&](const std::vector<Stage>& stages) {
-    StatsCsv(folder.path() / "stats.csv", stages, 1, 0).write(1, 0.004, 0.004, report, {}, 0);
+    StatsCsv(folder.path() / "stats.csv", stages, 1, 0).write(report, {}, 0);
     return read_table(folder.path() / "stats.csv");
   };
   const Table with = table({Stage::time_step, Stage::measures, Stage::ledger});
@@ -94,6 +98,45 @@ TEST(Output, StatsHaveMeasuresWhereTheyAreAskedFor) {
   const Table without = table({Stage::time_step, Stage::ledger});
   for (const char* column : {"nearest_variance", "close_share", "wet_isotropy", "ms_measures"})
     EXPECT_EQ(std::count(without.header.begin(), without.header.end(), column), 0) << column;
+}
+
+TEST(Output, StatisticsOfAStageStandWhereItRuns) {
+  const TempFolder folder;
+  const StepReport report{.viscosity_stages = 3,
+                          .micropolar_stages = 4,
+                          .cloth_contacts = 5,
+                          .cloth_zone_nodes = 6,
+                          .fluid_speed = 1.5,
+                          .cloth_speed = 2.5,
+                          .cloth_stretch = 1.25};
+  const auto table = [&](const std::vector<Stage>& stages) {
+    StatsCsv(folder.path() / "stats.csv", stages, 1, 0).write(report, {}, 0);
+    return read_table(folder.path() / "stats.csv");
+  };
+  const std::pair<Stage, std::vector<std::pair<std::string, std::string>>> columns[] = {
+      {Stage::forces, {{"viscosity_stages", "3"}, {"fluid_speed", "1.5"}}},
+      {Stage::micropolar, {{"micropolar_stages", "4"}}},
+      {Stage::cloth, {{"cloth_speed", "2.5"}, {"cloth_stretch", "1.25"}}},
+      {Stage::self_collision, {{"cloth_contacts", "5"}, {"cloth_zone_nodes", "6"}}}};
+  const Table without = table({Stage::time_step, Stage::ledger});
+  for (const auto& [stage, its_own] : columns) {
+    const Table with = table({Stage::time_step, stage, Stage::ledger});
+    for (const auto& [column, text] : its_own) {
+      EXPECT_EQ(with.text(0, column), text);
+      EXPECT_EQ(std::count(without.header.begin(), without.header.end(), column), 0) << column;
+    }
+  }
+}
+
+TEST(Output, StatisticsGoOnWithTheColumnsOfTheirFile) {
+  const TempFolder folder;
+  const fs::path path = folder.path() / "stats.csv";
+  const StepReport report{.step = 3, .time = 0.3, .density_iterations = 7};
+  write_text(path, "step,density_iterations,time\n1,5,0.1\n2,6,0.2\n3,9,0.9\n");
+  StatsCsv(path, {Stage::forces}, 1, 0, 2).write(report, {}, 0);
+  EXPECT_EQ(read_text(path), "step,density_iterations,time\n1,5,0.1\n2,6,0.2\n3,7,0.3\n");
+  write_text(path, "step,of_a_later_drench\n1,5\n");
+  EXPECT_THROW(StatsCsv(path, {Stage::forces}, 1, 0, 1), std::runtime_error);
 }
 
 TEST(Output, ARunSaysOnceThatClothIsStretchedTooFar) {

@@ -74,8 +74,10 @@ TEST(forces, agrees_with_the_reference_in_a_central_field) {
 
 TEST(forces, a_step_of_any_viscosity_keeps_momentum_and_adds_no_energy) {
   // 5 g/m² of cloth under water: one explicit step would turn the nodes' velocity over many times.
+  int most_stages = 0;
   for (const std::string viscosity : {"1.0e-6", "1.0e-3", "0.1", "10"}) {
     SCOPED_TRACE(viscosity);
+    std::vector<int> stages;
     std::string scene = with(wet_scene(), thin, "viscosity: " + viscosity);
     scene = with(scene, "domain:", "gravity: [0, 0, 0]\ndomain:");
     scene = with(scene, "thickness: 0.002", "thickness: 0.002\n    areal_density: 0.005");
@@ -90,9 +92,10 @@ TEST(forces, a_step_of_any_viscosity_keeps_momentum_and_adds_no_energy) {
     // Away from the solids, which take momentum.
     for (Vec3& x : state.boundary_position) x[1] -= 0.5;
     const StepInfo info{0, 0, 0.004};
-    const std::vector<Stage> stages{Stage::neighbors, Stage::density, Stage::forces};
-    run_on_both(setup.model, state, stages, info, [&](const Backend& backend, const StepReport&) {
+    const std::vector<Stage> run{Stage::neighbors, Stage::density, Stage::forces};
+    run_on_both(setup.model, state, run, info, [&](const Backend& backend, const StepReport& report) {
       const HostState after = backend.download();
+      stages.push_back(report.viscosity_stages);
       const Motion a = motion(setup.model, state, info.dt), b = motion(setup.model, after, info.dt);
       const double tolerance = allowed(backend, 1e-12, 2e-6);
       EXPECT_LE(difference(a.momentum, b.momentum), tolerance * b.scale);
@@ -103,7 +106,11 @@ TEST(forces, a_step_of_any_viscosity_keeps_momentum_and_adds_no_energy) {
         change = std::max(change, difference(state.node_velocity[n], after.node_velocity[n]));
       EXPECT_GT(change, 0) << "the cloth feels nothing";
     });
+    EXPECT_EQ(stages.front(), stages.back());
+    EXPECT_GE(stages.front(), std::max(1, most_stages));
+    most_stages = stages.front();
   }
+  EXPECT_GT(most_stages, 10);
 }
 
 TEST(forces, of_crowded_and_light_particles_agrees_with_the_reference) {

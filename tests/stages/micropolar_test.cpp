@@ -94,6 +94,25 @@ TEST(micropolar, of_crowded_and_light_particles_agrees_with_the_reference) {
                  .changes = "fluid_velocity fluid_spin"});
 }
 
+TEST(micropolar, reports_its_stages) {
+  int fewer = 0;
+  for (const char* keys : {"transfer: 1.0e-4, viscosity: 1.0e-4", "transfer: 10, inertia: 100, viscosity: 1"}) {
+    const auto setup = setup_from(spinning_scene(keys));
+    std::vector<int> stages;
+    for (const auto& backend : {make_reference_backend(setup.model), make_kokkos_backend(setup.model)}) {
+      StepReport report;
+      backend->upload(setup.state);
+      for (const Stage stage : {Stage::neighbors, Stage::density, Stage::micropolar})
+        backend->run(stage, {0, 0, 0.004}, report);
+      stages.push_back(report.micropolar_stages);
+    }
+    EXPECT_EQ(stages.front(), stages.back());
+    EXPECT_GT(stages.front(), fewer);
+    fewer = stages.front();
+  }
+  EXPECT_GT(fewer, 10);
+}
+
 TEST(micropolar, with_the_whole_reaction_both_momenta_are_kept_and_no_energy_is_added) {
   // From one stage to dozens.
   for (const char* keys : {"transfer: 1.0e-4, viscosity: 1.0e-4", "transfer: 1.0e-2, inertia: 0.05",

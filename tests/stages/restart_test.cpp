@@ -25,6 +25,8 @@ std::vector<double> numbers(const StepReport& r) {
           double(r.density_iterations),
           r.density_error,
           r.density_error_max,
+          double(r.viscosity_stages),
+          double(r.micropolar_stages),
           double(r.cloth_iterations),
           r.cloth_residual,
           double(r.cloth_contacts),

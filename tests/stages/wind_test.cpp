@@ -46,15 +46,10 @@ std::string in_wind(const std::string& scene, const std::string& wind) { return 
 /// What the stage does to a state in a step of `dt`, by both backends.
 template <class See>
 void run_stage(const drench::Setup& setup, const HostState& start, double dt, See see) {
-  for (const auto& backend : {make_reference_backend(setup.model), make_kokkos_backend(setup.model)}) {
-    SCOPED_TRACE(backend->name());
-    StepReport report;
-    backend->upload(start);
-    const StepInfo info{0, 0, dt};
-    if (setup.model.has_fluid()) backend->run(Stage::neighbors, info, report);
-    backend->run(Stage::wind, info, report);
-    see(*backend, backend->download());
-  }
+  std::vector<Stage> stages{Stage::wind};
+  if (setup.model.has_fluid()) stages.insert(stages.begin(), Stage::neighbors);
+  run_on_both(setup.model, start, stages, {0, 0, dt},
+              [&](const Backend& backend, const StepReport&) { see(backend, backend.download()); });
 }
 
 bool has_stage(const std::string& scene) {

@@ -32,10 +32,10 @@ void report(const Finding& finding);
 class SceneRun {
  public:
   explicit SceneRun(const std::string& yaml);
-  StepReport step(double time_left = 1e9) { return pipeline_->step(time_left); }
+  StepReport step(double time_left = 1e9) { return last_ = pipeline_->step(time_left); }
   HostState state() const { return backend_->download(); }
   double time() const { return pipeline_->time(); }
-  double dt() const { return pipeline_->last_dt(); }
+  double dt() const { return last_.dt; }  ///< s, of the last step
   const Model& model() const { return setup_.model; }
   const HostState& initial() const { return setup_.state; }
   /// Goes on from a state that the test has edited.
@@ -45,6 +45,7 @@ class SceneRun {
   drench::Setup setup_;
   std::unique_ptr<Backend> backend_;
   std::unique_ptr<Pipeline> pipeline_;
+  StepReport last_;
 };
 
 /// The particle's mass in kg.

@@ -28,7 +28,6 @@ struct Cached : T {
 
   bool is_of(Version source) const { return source_ == source; }
   void set_made_from(Version source) { source_ = source; }
-  void invalidate() { source_ = Version::none(); }
 
  private:
   Version source_ = Version::none();

@@ -202,7 +202,7 @@ void many_stages(const Constants& constants, Fluid& fluid, const NeighborLists& 
 }  // namespace
 
 void forces(const Constants& constants, Fluid& fluid, const NeighborLists& lists, Bodies& bodies, Cloth& cloth,
-            ForcesWork& work, const StepInfo& info) {
+            ForcesWork& work, const StepInfo& info, StepReport& report) {
   if (viscous_strength(constants) == 0) {
     viscous_body_forces(constants, fluid, lists, bodies);  // none
     body_stage(bodies, 0, info.dt, constants.gravity);
@@ -225,6 +225,7 @@ void forces(const Constants& constants, Fluid& fluid, const NeighborLists& lists
   const double bound = maxima.wait("drench::forces::bound");
   int stages = 1;
   while (stages * (stages + 1.0) < 2 * info.dt * bound) ++stages;
+  report.viscosity_stages = stages;
   if (stages > 1) {
     many_stages(constants, fluid, lists, bodies, cloth, work, stages, info.dt);
     return;

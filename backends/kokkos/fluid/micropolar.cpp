@@ -104,7 +104,7 @@ void turn(Fluid& fluid, const NeighborLists& lists, MicropolarWork& work, const 
 }  // namespace
 
 void micropolar(const Constants& constants, Fluid& fluid, const NeighborLists& lists, MicropolarWork& work,
-                const StepInfo& info) {
+                const StepInfo& info, StepReport& report) {
   if (fluid.particles.count == 0) return;
   allocate(fluid, work);
   const SpinLaw law(constants.model.scene.fluid.micropolar, constants.model.scene.fluid.kernel, constants.model.spacing, constants.model.support);
@@ -112,6 +112,7 @@ void micropolar(const Constants& constants, Fluid& fluid, const NeighborLists& l
   const double bound = rate_bound(fluid, work, law);
   int stages = 1;
   while (stages * (stages + 1.0) < info.dt * bound) ++stages;
+  report.micropolar_stages = stages;
   if (stages > 1) {
     make_room(work.velocity_change, "drench::micropolar::velocity_change", fluid.particles.position.extent(0));
     make_room(work.spin_change, "drench::micropolar::spin_change", fluid.particles.position.extent(0));

@@ -35,7 +35,7 @@ struct ForcesWork {
 };
 /// Gravity, the field and viscosity, with what they do to cloth and bodies.
 void forces(const Constants& constants, Fluid& fluid, const NeighborLists& lists, Bodies& bodies, Cloth& cloth,
-            ForcesWork& work, const StepInfo& info);
+            ForcesWork& work, const StepInfo& info, StepReport& report);
 MemoryEstimate forces_bytes(const Sizing& s);
 
 struct MicropolarWork {
@@ -44,7 +44,7 @@ struct MicropolarWork {
   Field<Real3> velocity_change, spin_change;  // D_k, m/s and 1/s (with more than one stage)
 };
 void micropolar(const Constants& constants, Fluid& fluid, const NeighborLists& lists, MicropolarWork& work,
-                const StepInfo& info);
+                const StepInfo& info, StepReport& report);
 MemoryEstimate micropolar_bytes(const Sizing& s);
 
 struct SurfaceTensionWork {

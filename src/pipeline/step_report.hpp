@@ -1,0 +1,79 @@
+#pragma once
+// The numbers that a step tells of itself: for the pipeline, stats.csv, the run log, and programs that use the library.
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <string>
+
+#include "base/types.hpp"
+
+namespace drench {
+
+/// Particles that something happened to: how many, and the lowest of their ids.
+struct SomeParticles {
+  std::int64_t count = 0;                ///< how many
+  std::array<std::int64_t, 8> lowest{};  ///< ids, rising; only the first min(count, 8) entries are any
+  /// "3 17", or the first eight and "…".
+  std::string names() const;
+};
+
+/// What a step has done, in numbers. Each stage fills in its own part, and the pipeline `step`, `time` and `dt`. Where a stage
+/// does not run its part stays as it is here. Masses are counts of quanta; Simulation::quantum() is the size of one in kg.
+struct StepReport {
+  std::int64_t step = 0;  ///< number of the step, from 1
+  double time = 0;        ///< s, at the step's end
+  double dt = 0;          ///< s, the step's length
+  double dt_wanted = 0;   ///< s: what the scene allows; a step may be shorter, to end where it is asked to
+
+  int divergence_iterations = 0;      ///< of the divergence solve
+  double divergence_error = 0;        ///< 1: mean of max(0, Dδ/Dt) Δt that it leaves
+  bool divergence_converged = true;   ///< false: it ended at its cap
+  int density_iterations = 0;         ///< of the density solve
+  double density_error = 0;           ///< 1: mean of max(0, δ − 1) that it leaves
+  double density_error_max = 0;       ///< 1: the same of the worst particle
+  bool density_converged = true;      ///< false: it ended at its cap
+  int viscosity_stages = 0;           ///< of the viscous solve (docs/theory/viscosity.md); 0 without viscosity
+  int micropolar_stages = 0;          ///< of the solve for spins (docs/theory/micropolar.md)
+  int cloth_iterations = 0;           ///< of the cloth's solve, also within the density solve
+  double cloth_residual = 0;          ///< 1: unbalanced forces over their goal (stages/cloth.hpp); converged at ≤ 1
+  bool cloth_converged = true;        ///< false: stage cloth's solve ended at its cap
+  std::int64_t cloth_contacts = 0;    ///< pairs of the cloth with itself in contact
+  std::int64_t cloth_zone_nodes = 0;  ///< cloth nodes in impact zones, the failsafe of self_collision
+  int diffusion_substeps = 0;         ///< of the diffusion in the cloth
+  std::int64_t collisions = 0;        ///< particles stopped at a cloth triangle
+  std::int64_t clamped = 0;           ///< particles put back by a solid's failsafe
+
+  Quanta mass_fluid = 0;       ///< quanta: in particles
+  Quanta mass_cloth = 0;       ///< quanta: in cloth
+  Quanta mass_drained = 0;     ///< quanta: left the domain so far
+  Quanta mass_supplied = 0;    ///< quanta: from jets and reservoirs so far
+  double mass_float = 0;       ///< kg: compensated sum of the floating-point masses of particles and nodes
+  double saturation_max = 0;   ///< 1: of the wettest node
+  double kinetic_energy = 0;   ///< J: liquid particles and wet cloth nodes
+  std::int64_t particles = 0;  ///< liquid particles
+  std::int64_t nonfinite = 0;  ///< particles, nodes and bodies with a NaN or infinity; a step that returns has none
+
+  double nearest_variance = 0;  ///< 1: how clumped the liquid is (stages/measures.hpp)
+  double close_share = 0;       ///< 1: share of particles with another one close by
+  double wet_isotropy = 0;      ///< 1: how round the wet patch is
+
+  // what a run is watched by (pipeline/failure.hpp)
+  double fluid_speed = 0;              ///< m/s: of the fastest particle
+  double cloth_speed = 0;              ///< m/s: of the fastest node
+  double cloth_stretch = 0;            ///< 1: the largest length of an edge over that at rest
+  std::int64_t tunnelled = 0;          ///< particles that went through a cloth that is whole
+  std::int64_t lowest_tunnelled = -1;  ///< the lowest of their ids, −1: none
+  SomeParticles escaped{};             ///< left the domain in this step, if suspiciously many or fast
+  double escaped_speed = 0;            ///< m/s: of the fastest particle that left the domain
+
+  /// quanta: particles + cloth + drained − supplied, the same after every step
+  Quanta mass_total() const { return mass_fluid + mass_cloth + mass_drained - mass_supplied; }
+  /// Takes up the residual of the solve that the density solve has gone on with (stages/pressure.hpp). That one begins where
+  /// stage cloth's ended, as if it had converged: what was left there is left.
+  void note_cloth_residual(double coupled) {
+    cloth_residual = cloth_converged ? coupled : std::max(cloth_residual, coupled);
+  }
+};
+
+}  // namespace drench
