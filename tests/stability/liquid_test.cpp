@@ -31,8 +31,6 @@ bodies: [{{box: {{min: [0, 0, 0], max: [{1}, 0.4, {1}], inside: true}}}}]
                      d, side);
 }
 
-double distance(const Vec3& a, const Vec3& b) { return std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]); }
-
 /// Appends a particle at rest with `share` of a full mass.
 void add(const SceneRun& run, HostState& s, const Vec3& position, double share) {
   append_particle(s, run.model(), {position, {0, 0, 0}, static_cast<Quanta>(share * quanta_per_particle)});
