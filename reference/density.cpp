@@ -107,7 +107,7 @@ void density(ReferenceState& state, const StepInfo&, StepReport&) {
     const double image = image_density(ratio);
     sheet *= image;
     sum += sheet;
-    cloth *= 0.16 * image * image;
+    cloth *= state.model.row_share() * image * image;
     s.fluid_density_ratio[i] = ratio;
     state.alpha[i] = inverse(sum.squaredNorm() + squares + state.compliance[i] + cloth, volume);
     if (!state.model.scene.through_cloth && touches_sheet(state, i)) {

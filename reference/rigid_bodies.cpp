@@ -138,7 +138,7 @@ void add_body_rows(ReferenceState& state) {
              (gradient_at(i, b).norm() * push[k] / m.bodies[k].mass +
               arm_of(state, b).cross(gradient_at(i, b)).norm() * turn[k] / vec(m.bodies[k].inertia).minCoeff());
     }
-    state.alpha[i] = 1 / (1 / state.alpha[i] + 0.3 * wall_share * wall_share * row);
+    state.alpha[i] = 1 / (1 / state.alpha[i] + state.model.row_share() * wall_share * wall_share * row);
   }
 }
 

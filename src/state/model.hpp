@@ -181,6 +181,8 @@ struct Model {
   std::vector<Jet> jets;
   std::vector<Reservoir> reservoirs;
 
+  /// ω_C: the part of the row sums of cloth and dynamic bodies in the Jacobi diagonal (docs/theory/walls_and_sheets.md).
+  double row_share() const { return 0.5 * relaxation; }
   bool has_fluid() const { return scene.fluid.present; }
   bool has_cloth() const { return !cloths.empty(); }
   /// Is there a cloth that it is true of?

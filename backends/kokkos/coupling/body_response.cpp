@@ -102,6 +102,7 @@ void add_body_rows(const Constants& constants, const NeighborLists& lists, Bodie
   const Entries<const Real> vb = b.boundary.volume, bound = b.dynamic.row_bound;
   const Entries<const Index> of = b.boundary.body;
   const Entries<Real> alpha = fluid.alpha;
+  const Real row_share = Real(constants.model.row_share());
   const Neighbors lb(lists.fluid_boundary);
   parallel(
       "drench::bodies::alpha", fluid.particles.count, KOKKOS_LAMBDA(const Index i) {
@@ -116,7 +117,7 @@ void add_body_rows(const Constants& constants, const NeighborLists& lists, Bodie
           coupling -= vb(s) * kernel.grad_factor(length) *
                       (length * bound(2 * body) + norm(cross(arm, r)) * bound(2 * body + 1));
         }
-        if (coupling > 0) alpha(i) = 1 / (1 / alpha(i) + mirrored * mirrored * body_row_share * coupling);
+        if (coupling > 0) alpha(i) = 1 / (1 / alpha(i) + mirrored * mirrored * row_share * coupling);
       });
 }
 

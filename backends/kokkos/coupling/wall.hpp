@@ -8,9 +8,6 @@ namespace drench::kokkos_backend {
 /// A wall stands for the mirrored liquid: pressure κ_i + κ_i, velocity v_i − v_b twice (src/stages/divergence.hpp).
 inline constexpr Real mirrored = 2;
 
-/// The part of the absolute row sum that stands in the Jacobi diagonal for sheets and for dynamic bodies (Gershgorin).
-inline constexpr Real sheet_row_share = Real(0.16), body_row_share = Real(0.3);
-
 /// γ of a particle before a cloth: how dense the mirrored liquid is, of its density ratio (src/stages/divergence.hpp).
 KOKKOS_INLINE_FUNCTION Real image_density(Real ratio) { return ratio > Real(1.1) ? ratio - Real(0.1) : Real(1); }
 

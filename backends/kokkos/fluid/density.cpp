@@ -85,6 +85,7 @@ struct DensitySum {
 /// δ_i, the Jacobi diagonal, and what the pairs keep for the step.
 struct DensityPairs {
   Kernel kernel;
+  Real row_share;  // of the absolute row sums of cloth, in the Jacobi diagonal
   CoincidentPairs coincident;
   Entries<const Real4> position, xs, offset;  // x_i and V_i; x_b and V_b; ½ d n_b
   Entries<const Real3> xb;
@@ -144,7 +145,7 @@ struct DensityPairs {
       sum.delta += at.w * kernel.value(length);
       sheet += mirrored * g;
       lengths -= mirrored * factor * length;
-      sum.coupling -= mirrored * mirrored * sheet_row_share * factor * length * bound(b);
+      sum.coupling -= mirrored * mirrored * row_share * factor * length * bound(b);
     }
     const Real dense = image_density(sum.delta);
     sheet = dense * sheet;
@@ -166,6 +167,7 @@ void density_and_alpha(const Constants& constants, Fluid& fluid, NeighborLists& 
   make_room(lists.fluid_fluid.grad_factor, "drench::pair_grad_factor", lists.fluid_fluid.entry.extent(0));
   if (sheets) make_room(lists.fluid_sample.gradient, "drench::sample_gradient", lists.fluid_sample.entry.extent(0));
   const DensityPairs pairs{constants.kernel,
+                           Real(constants.model.row_share()),
                            CoincidentPairs(constants.spacing),
                            fluid.position_volume,
                            cloth.samples.position_volume,
