@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "app/commands.hpp"
+#include "app/threads.hpp"
 #include "drench_version.hpp"
 #include "output/checkpoint.hpp"
 #include "output/run_folder.hpp"
@@ -119,7 +120,7 @@ class CommandLine {
   /// Reads the program's arguments. Returns an exit code where they end the program: --help, --version, wrong words.
   std::optional<int> parse(int argc, char** argv);
   /// Runs the command that was given and returns the exit code.
-  int run();
+  int run(char** argv);
   /// Where a key of the command's scene stands; the scene could be read a moment ago.
   std::string place_of(const std::string& key) const;
 
@@ -170,13 +171,18 @@ std::optional<int> CommandLine::parse(int argc, char** argv) {
   return std::nullopt;
 }
 
-int CommandLine::run() {
+int CommandLine::run(char** argv) {
   if (*schema_) {
     fmt::print("{}", drench::scene_reference());
     return drench::exit_done;
   }
-  if (*info_) return drench::info_command(info_threads_);
   if (*check_) return drench::check_command(check_scene_, check_overrides_);
+  if (drench::computes_on_host()) {
+    const bool runs = *run_;
+    drench::settle_threads(argv, runs ? run_options_.threads : *compare_ ? compare_options_.threads : info_threads_,
+                           !runs || run_options_.quiet);
+  }
+  if (*info_) return drench::info_command(info_threads_);
   if (*compare_) return drench::compare_command(compare_options_);
   return drench::run_command(run_options_);
 }
@@ -195,7 +201,7 @@ int main(int argc, char** argv) {
   CommandLine command;
   if (const auto code = command.parse(argc, argv)) return *code;
   try {
-    return command.run();
+    return command.run(argv);
   } catch (const drench::SceneError& e) {
     return fail(drench::exit_usage, e.what());
   } catch (const drench::SetupError& e) {

@@ -16,6 +16,9 @@ struct DeviceError : std::runtime_error {
 /// Throws DeviceError unless there is a device for this build. Quick, and before anything else: needs no BackendRuntime.
 void require_device();
 
+/// Do the kernels of this build run on the host's cores?
+bool computes_on_host();
+
 /// The memory that the backend's arrays lie in.
 struct DeviceMemory {
   std::string device;  ///< its name; "" when the arrays lie in the host's own memory

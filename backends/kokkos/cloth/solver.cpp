@@ -152,6 +152,7 @@ ClothIteration::ClothIteration(const Constants& constants, const Bodies& bodies,
              static_cast<double>(cloth.mesh.mean_edge)),
       resident_(method_ == ClothMethod::pd && prepare_resident_cloth(constants, cloth, solver, system_)) {
   masses_and_diagonals(constants, cloth, system_);
+  factored_ = method_ == ClothMethod::pd && prepare_factored_cloth(cloth, solver, system_);
   progress_.rho = reachable_radius(constants.model.scene.cloth_solver.max_iterations);
   const SpectralBound bound(system_);
   if (resident_)
@@ -168,6 +169,10 @@ void ClothIteration::run(int most) {
     return;
   }
   const int end = progress_.iterations + most;
+  if (factored_) {
+    factored_ = run_factored_cloth(cloth_, solver_, system_, progress_, most, tolerance_, floor_);
+    if (factored_ || progress_.iterations >= end) return;
+  }
   do {
     advance(std::min(check_interval, end - progress_.iterations));
     progress_.judge(residual());

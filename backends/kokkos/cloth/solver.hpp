@@ -26,6 +26,7 @@ struct ClothSolverWork {
   Field<Real3> limit_stress, last_limit_stress;    // 2 per triangle with a strain limit: the columns of P, N·m
   Field<Real> limit_rate;                          // 2 per triangle: θ, 1
   std::shared_ptr<struct ResidentCloth> resident;  // of CUDA (cloth/cuda/resident_cloth.cpp)
+  std::shared_ptr<class FactoredCloth> factored;   // of a host (cloth/factored.hpp)
 };
 
 MemoryEstimate cloth_solver_bytes(const Sizing& s);
@@ -261,6 +262,7 @@ class ClothIteration {
   double tolerance_, floor_;
   ClothProgress progress_;
   bool resident_, under_way_ = false;  // resident: see below
+  bool factored_;                      // as long as no node is at a solid
 };
 
 // cuda/resident_cloth.cpp: all iterations of a call in one kernel that stays on the device, several times as fast as
@@ -275,6 +277,13 @@ void run_resident_cloth(ClothSolverWork& solver, const ClothSystem& s, Index nod
                         double tolerance, double floor);
 /// Waits for it.
 ClothProgress resident_progress(const ClothSolverWork& solver);
+
+// factored.cpp: on a host the matrix of Projective Dynamics is factored, and few iterations are needed.
+/// Can it be done: on a host. (Then it makes its arrays, and the factor for these masses and this time step.)
+bool prepare_factored_cloth(const Cloth& cloth, ClothSolverWork& solver, const ClothSystem& s);
+/// FactoredCloth::run.
+bool run_factored_cloth(const Cloth& cloth, ClothSolverWork& solver, const ClothSystem& s, ClothProgress& progress, int most,
+                        double tolerance, double floor);
 
 // xpbd.cpp
 /// Of the multipliers and their rates.

@@ -73,6 +73,8 @@ void require_device() {
 #endif
 }
 
+bool computes_on_host() { return kokkos_backend::on_host; }
+
 DeviceMemory device_memory() {
 #ifdef KOKKOS_ENABLE_CUDA
   std::size_t free = 0, total = 0;

@@ -17,7 +17,7 @@ KOKKOS_INLINE_FUNCTION double viscosity_laplacian(double r, double h) {
   return r < h ? 45 * (h - r) / (pi * h * h * h * h * h * h) : 0;
 }
 
-/// Wish w_ij in the unit of `capacity` (Eq. 7): Δt k_a C_j deficit V_i L with k_a in m²/s, C_j in kg or quanta, V_i in
+/// Demand w_ij in the unit of `capacity` (Eq. 7): Δt k_a C_j deficit V_i L with k_a in m²/s, C_j in kg or quanta, V_i in
 /// m³.
 KOKKOS_INLINE_FUNCTION double absorption_demand(double dt, double absorption, double capacity, double deficit,
                                               double volume, double laplacian) {
