@@ -85,7 +85,7 @@ struct MemoryEstimate {
   }
 };
 
-/// What a backend's arrays take for a scene of this size; `host` stays 0. The backend tells it (pipeline/backend.hpp).
+/// What a backend's arrays take for a scene of this size; `host`: what it keeps beside them. The backend tells it (pipeline/backend.hpp).
 using ArrayBytes = std::function<MemoryEstimate(const SetupSize&)>;
 
 /// The memory of a run: the arrays, if there is who tells them, and what the host holds beside them. Growth during the run is

@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "precision.hpp"
 #include "stage_compare.hpp"
 
 namespace drench::test {
@@ -38,6 +39,18 @@ void stretch_and_compress(const Model& m, HostState& s) {
   }
 }
 
+void stretch_and_compress_on_the_sphere(const Model& m, HostState& s) {
+  for (Vec3& x : s.node_position) x[1] -= 0.0095;
+  stretch_and_compress(m, s);
+}
+
+/// Without solids, so that a host factors the cloth's matrix, and solved until only rounding is left.
+std::string free_of_solids() {
+  const std::string scene = wet_scene().substr(0, wet_scene().find("bodies:"));
+  const std::string tolerance = double_precision ? "1.0e-12" : "1.0e-6";
+  return with(scene, "cloth:\n", "cloth_solver: {tolerance: " + tolerance + ", max_iterations: 20000}\ncloth:\n");
+}
+
 }  // namespace
 
 TEST(cloth, agrees_with_the_reference) { compare_stage({.stage = Stage::cloth, .changes = "node_velocity"}); }
@@ -65,8 +78,23 @@ TEST(cloth, by_xpbd_in_contact_with_a_sphere_agrees_with_the_reference) {
 TEST(cloth, stretched_and_compressed_beyond_its_strain_limit_agrees_with_the_reference) {
   compare_stage({.stage = Stage::cloth,
                  .scene = limited(wet_scene()),
-                 .prepare = stretch_and_compress,
+                 .prepare = stretch_and_compress_on_the_sphere,
                  .changes = "node_velocity"});
+}
+
+TEST(cloth, free_of_solids_agrees_with_the_reference) {
+  const std::string plain = free_of_solids(), pin = "    pin: [{edges: true}]", thin = "thickness: 0.002";
+  const std::string moving = "{edges: true, velocity: [0.1, 0.3, -0.2], start: 0.003, end: 0.0251, "
+                             "spin: {axis: [1, 2, 0], degrees_per_second: 200, center: [0.1, 0, 0]}}";
+  for (const std::string& scene :
+       {plain, with(plain, pin, "    strain_damping: 0.003\n" + pin), with(plain, thin, thin + "\n    strain_limit: 0.2"),
+        with(plain, thin, thin + "\n    bend: 0.01\n    stretch: 50")})
+    compare_stage({.stage = Stage::cloth, .scene = scene, .changes = "node_velocity"});
+  for (const Stage stage : {Stage::cloth, Stage::pressure})  // pins that rise into the liquid
+    compare_stage({.stage = stage,
+                   .scene = with(plain, "{edges: true}", moving),
+                   .steps_before = 30,
+                   .changes = "node_velocity"});
 }
 
 TEST(cloth, wet_in_contact_agrees_with_the_reference) {

@@ -25,16 +25,18 @@ void copy(const Field<Real3>& from, Field<Real3>& to) {
   std::copy_n(from.data(), to.extent(0), to.data());
 }
 
-/// The residual's forces, and their imbalance over its goal; nodes within reach of a solid are counted.
+/// The residual's forces, and their imbalance over its goal; nodes within reach of a solid are counted. `known`: the elastic
+/// forces are there, for they do not depend on the target.
 ThreeSums measure(const Cloth& cloth, const ClothSolverWork& solver, const ClothSystem& s, double tolerance, double floor,
-                  const Entries<Real3>& out) {
+                  bool known, const Entries<Real3>& elastic, const Entries<Real3>& out) {
   const Entries<const Real3> shift = solver.displacement;
   const bool solids = s.solids.count > 0;
   return ordered<ThreeSums>(
-      "drench::cloth::residual", cloth.nodes.count, KOKKOS_LAMBDA(const Index n) {
+      "drench::cloth::factored", cloth.nodes.count, KOKKOS_LAMBDA(const Index n) {
         if (s.pinned(n)) return ThreeSums{};
         const NodeTerms t = s.terms(n);
-        const Real3 r = s.residual(n, shift);
+        if (!known) elastic(n) = s.elastic_force(n, shift);
+        const Real3 r = t.inertia * (t.target - shift(n)) + elastic(n);
         out(n) = r;
         Real3 left = r;
         const double touches = solids && s.contact(t, shift(n), left).touches ? 1 : 0;
@@ -45,17 +47,18 @@ ThreeSums measure(const Cloth& cloth, const ClothSolverWork& solver, const Cloth
 
 }  // namespace
 
-FactoredCloth::FactoredCloth(const Cloth& cloth, const ClothSystem& system) : factor_(cloth, system) {
+FactoredCloth::FactoredCloth(const Cloth& cloth, const ClothSystem& system) : preconditioner_(cloth, system) {
   const auto nodes = static_cast<std::size_t>(cloth.nodes.count);
-  for (Field<Real3>* a : {&residual_, &descent_, &last_shift_, &last_residual_, &last_descent_})
-    allocate_zeros(*a, "drench::cloth::factored", nodes);
+  for (Field<Real3>* a : {&elastic_, &residual_, &descent_, &last_shift_, &last_residual_, &last_descent_})
+    allocate_zeros(*a, "drench::cloth::factored_iterate", nodes);
   for (auto* kind : {&shift_change_, &residual_change_, &descent_change_})
     for (Field<Real3>& a : *kind) allocate_zeros(a, "drench::cloth::factored_history", nodes);
 }
 
 void FactoredCloth::prepare(const Cloth& cloth, const ClothSystem& system) {
-  factor_.update(cloth, system);
+  preconditioner_.update(cloth, system);
   kept_ = next_ = 0;
+  elastic_known_ = false;
 }
 
 bool FactoredCloth::run(const Cloth& cloth, ClothSolverWork& solver, const ClothSystem& system, ClothProgress& progress,
@@ -64,13 +67,15 @@ bool FactoredCloth::run(const Cloth& cloth, ClothSolverWork& solver, const Cloth
   double before = std::numeric_limits<double>::max();
   has_last_ = false;  // its residual may be of another target
   for (int done = 0;; ++done) {
-    const ThreeSums sums = measure(cloth, solver, system, tolerance, floor, residual_);
+    const ThreeSums sums = measure(cloth, solver, system, tolerance, floor, elastic_known_, elastic_, residual_);
+    elastic_known_ = true;
     if (sums.third > 0) return false;
     progress.residual = over_goal({sums.first, sums.second});
     if ((progress.residual <= 1 && done > 0) || progress.iterations >= end) return true;
     const bool plain = progress.residual > most_growth * before;
     if (!plain) before = progress.residual;
     step(solver, plain);
+    elastic_known_ = false;
     ++progress.iterations;
   }
 }
@@ -85,7 +90,7 @@ void FactoredCloth::step(ClothSolverWork& solver, bool plain) {
     for (std::size_t n = 0; n < nodes; ++n) shift(n) = last_shift_(n) + last_descent_(n);
     return;
   }
-  factor_.solve(std::as_const(residual_), descent_);
+  preconditioner_.apply(std::as_const(residual_), descent_);
   if (has_last_) keep_difference(solver);
   copy(shift, last_shift_);
   copy(residual_, last_residual_);

@@ -2,7 +2,7 @@
 // The cloth's iterations on the host: Anderson's acceleration of Projective Dynamics with its matrix factored.
 // Law: docs/theory/cloth.md, section 9.
 
-#include "cloth/pd_factor.hpp"
+#include "cloth/pd_preconditioner.hpp"
 #include "cloth/solver.hpp"
 
 namespace drench::kokkos_backend {
@@ -26,13 +26,13 @@ class FactoredCloth {
   void keep_difference(const ClothSolverWork& solver);
   int weights(double* weight) const;
 
-  PdFactor factor_;
-  Field<Real3> residual_, descent_;                // r, N, and z = A⁻¹ r, m
+  PdPreconditioner preconditioner_;
+  Field<Real3> elastic_, residual_, descent_;      // elastic forces and r, N; z, m
   Field<Real3> last_shift_, last_residual_, last_descent_;
   Field<Real3> shift_change_[most_kept], residual_change_[most_kept], descent_change_[most_kept];
   double product_[most_kept][most_kept] = {};      // ⟨Δz_i, Δr_j⟩, J
   int kept_ = 0, next_ = 0;                        // differences, and the slot of the next one
-  bool has_last_ = false;
+  bool has_last_ = false, elastic_known_ = false;
 };
 
 }  // namespace drench::kokkos_backend
