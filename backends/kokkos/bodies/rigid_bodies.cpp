@@ -238,6 +238,18 @@ double fastest_body(const Bodies& bodies, double fall) {
       });
 }
 
+void sum_sample_forces(Bodies& bodies) {
+  const Bodies& b = bodies;
+  const Entries<const RigidState> state = b.state;
+  const Entries<const Index> owner = b.dynamic.owner;
+  const Entries<const Real3> position = b.dynamic.position, force = b.dynamic.force;
+  sum_over_samples(
+      bodies, KOKKOS_LAMBDA(const Index s) {
+        const Double3 f = widen(force(s));
+        return Wrench{f, outer(minus(widen(position(s)), state(owner(s)).position), f)};
+      });
+}
+
 void body_stage(Bodies& bodies, double keep, double weight, const Real3& gravity) {
   if (bodies.dynamic.count == 0) return;
   sum_sample_forces(bodies);

@@ -29,17 +29,7 @@ void sum_over_samples(Bodies& bodies, const Term& term) {
       });
 }
 
-/// Forces on the samples → forces and torques of the bodies.
-inline void sum_sample_forces(Bodies& bodies) {
-  const Bodies& b = bodies;
-  const Entries<const RigidState> state = b.state;
-  const Entries<const Index> owner = b.dynamic.owner;
-  const Entries<const Real3> position = b.dynamic.position, force = b.dynamic.force;
-  sum_over_samples(
-      bodies, KOKKOS_LAMBDA(const Index s) {
-        const Double3 f = widen(force(s));
-        return Wrench{f, outer(minus(widen(position(s)), state(owner(s)).position), f)};
-      });
-}
+/// Forces on the samples → forces and torques of the bodies. (Not inline: nvcc's lambdas belong to one file.)
+void sum_sample_forces(Bodies& bodies);
 
 }  // namespace drench::kokkos_backend
