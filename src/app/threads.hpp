@@ -3,15 +3,9 @@
 
 namespace drench {
 
-/// What this process gets of the cores that it may use, in cores: a thread on each spins for 30 ms and tells how long it ran.
-double free_cores();
-
-/// Threads for so many free cores, of `cores`; at least 1.
-int threads_for(double free, int cores);
-
 /// For a build that computes on the host: unless the environment says so, threads are as many as there are free cores
-/// (`asked` > 0: as many as that) and wait by spinning where each has a core, by sleeping otherwise. OpenMP's runtime reads that from
-/// the environment when a program starts, so the program is started anew, with the same arguments. Returns where nothing is
+/// (`asked` > 0: as many as that) and wait by spinning where each has a core, by sleeping otherwise. OpenMP's runtime reads that
+/// from the environment when a program starts, so the program is started anew, with the same arguments. Returns where nothing is
 /// to be changed, or cannot be.
 /// @param quiet without a line on stderr where other programs keep cores busy
 void settle_threads(char** argv, int asked, bool quiet);

@@ -3,8 +3,11 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cstdlib>
 #include <map>
 
+#include "base/free_cores.hpp"
+#include "pipeline/runtime.hpp"
 #include "run_program.hpp"
 
 namespace drench::test {
@@ -76,6 +79,47 @@ TEST(threads, one_two_and_three_threads_write_the_same_bytes) {
     ASSERT_EQ(one.size(), files.size()) << other;
     for (const auto& [name, bytes] : one) EXPECT_TRUE(files.at(name) == bytes) << other << ": " << name << " differs";
   }
+}
+
+TEST(threads, are_as_many_as_there_are_free_cores) {
+  EXPECT_EQ(threads_for(2.0, 2), 2);
+  EXPECT_EQ(threads_for(1.8, 2), 2);
+  EXPECT_EQ(threads_for(1.5, 2), 1);  // another program on one of them
+  EXPECT_EQ(threads_for(0.3, 2), 1);
+  EXPECT_EQ(threads_for(6.9, 8), 7);
+  EXPECT_EQ(threads_for(9.0, 8), 8);
+  const double free = free_cores();
+  EXPECT_GT(free, 0);
+  EXPECT_LE(free, allowed_cores() + 0.1);
+}
+
+/// OpenMP's runtime tells what it was given each time that the program starts.
+TEST(threads, settle_in_a_program_that_starts_itself_anew_once) {
+  if (!computes_on_host() || allowed_cores() == 1) GTEST_SKIP() << "there is nothing to settle";
+  const TempFolder folder;
+  const auto started = [&](const std::vector<std::string>& arguments) {
+    const Outcome o = run_drench(folder.path(), arguments);
+    EXPECT_EQ(o.code, 0) << o.err;
+    EXPECT_NE(o.out.find("version: "), std::string::npos);
+    int times = 0;
+    for (std::size_t at = o.err.find("OMP_WAIT_POLICY"); at != std::string::npos; at = o.err.find("OMP_WAIT_POLICY", at + 1))
+      ++times;
+    return std::pair(times, o.err.substr(std::max(std::size_t{1}, o.err.rfind("DISPLAY ENVIRONMENT BEGIN")) - 1));
+  };
+  const std::string policy = std::getenv("OMP_WAIT_POLICY") ? std::getenv("OMP_WAIT_POLICY") : "";
+  setenv("OMP_DISPLAY_ENV", "true", 1);
+  unsetenv("OMP_WAIT_POLICY");
+  const auto [twice, settled] = started({"info", "--threads", "2"});
+  const auto [once, single] = started({"info", "--threads", "1"});
+  setenv("OMP_WAIT_POLICY", "passive", 1);
+  const auto [as_given, given] = started({"info", "--threads", "2"});
+  unsetenv("OMP_DISPLAY_ENV");
+  if (policy.empty()) unsetenv("OMP_WAIT_POLICY");
+  if (once == 0) GTEST_SKIP() << "this OpenMP tells nothing";
+  EXPECT_EQ(twice, 2);
+  EXPECT_NE(settled.find("OMP_NUM_THREADS = '2'"), std::string::npos) << settled;
+  EXPECT_EQ(once, 1);
+  EXPECT_EQ(as_given, 1);
 }
 
 TEST(reference, runs_the_small_scenes_through_the_same_pipeline) {
