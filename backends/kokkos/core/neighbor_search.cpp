@@ -1,8 +1,11 @@
 #include "core/neighbor_search.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cstring>
 #include <type_traits>
+
+#include "core/isa.hpp"
 
 namespace drench::kokkos_backend {
 namespace {
@@ -84,6 +87,48 @@ struct HostRow {
   row.count = n;
 }
 
+/// A row's runs of cells in a dense table: entries [first, last) of each.
+struct RowRuns {
+  const Real *x, *y, *z;  // of the table's points
+  const Index* item;
+  Real3 at;
+  Real h2;
+  Index self;
+  int runs = 0;
+  Index first[9], last[9];
+};
+using NearOfRow = Index (*)(const RowRuns&, Index*, Index);
+
+#ifdef DRENCH_SEVERAL_ISAS
+/// Where the lanes that a mask of 8 bits takes lie, a byte each, the first lowest.
+constexpr std::array<std::uint64_t, 256> pack_lanes() {
+  std::array<std::uint64_t, 256> lanes{};
+  for (unsigned mask = 0; mask < 256; ++mask)
+    for (unsigned lane = 0, to = 0; lane < 8; ++lane)
+      if (mask >> lane & 1) lanes[mask] |= std::uint64_t{lane} << (8 * to++);
+  return lanes;
+}
+constexpr std::array<std::uint64_t, 256> packed_lanes = pack_lanes();
+#endif
+
+}  // namespace
+}  // namespace drench::kokkos_backend
+
+#define DRENCH_ISA_FILE "core/near_of_row.inl"
+#include "core/for_each_isa.hpp"
+
+namespace drench::kokkos_backend {
+namespace {
+
+/// For this processor; null: append_near does it.
+NearOfRow near_of_row() {
+#if defined(DRENCH_SEVERAL_ISAS) && !defined(DRENCH_DOUBLE)
+  if (best_isa() == Isa::avx512) return isa_avx512::near_of_row;
+  if (best_isa() == Isa::avx2) return isa_avx2::near_of_row;
+#endif
+  return nullptr;
+}
+
 /// A CPU thread's work: some rows, found into its own memory and then put where there is room for them together. (Templates,
 /// so that only what a backend launches is compiled.)
 template <class Points>
@@ -91,6 +136,7 @@ struct FillRows {
   static constexpr Index rows_at_once = 16, width = 511;  // a longer row is searched twice
 
   Search search;
+  NearOfRow near = near_of_row();
 
   Index find(Index i, Index* item, Index most) const {
     const CellTableView& table = search.table;
@@ -101,6 +147,14 @@ struct FillRows {
       CellCoord lo, hi;
       search.cells_around(x, lo, hi);
       const Points& points = table.point;
+      if (near != nullptr && !table.hashed && most == width) {
+        RowRuns runs{points.x.data(), points.y.data(), points.z.data(), table.item.data(), x, search.h2, self, 0, {}, {}};
+        table.for_runs(lo, hi, [&](const Index first, const Index last, const CellRun&) {
+          runs.first[runs.runs] = first;
+          runs.last[runs.runs++] = last;
+        });
+        return near(runs, item, most);
+      }
       table.for_runs(lo, hi, [&](const Index first, const Index last, const CellRun& run) {
         append_near(row, table, points, first, last, run, x, search.h2, self);
       });
@@ -108,7 +162,7 @@ struct FillRows {
     return row.count;
   }
   KOKKOS_INLINE_FUNCTION void operator()(const Index lot) const {
-    Index found[rows_at_once][width + 1];
+    Index found[rows_at_once][width + 17];
     const Index first = lot * rows_at_once,
                 here = search.rows - first < rows_at_once ? search.rows - first : rows_at_once;
     std::int64_t entries = 0;

@@ -1,6 +1,10 @@
 // Stage density (src/stages/density.hpp).
 
+#include <cmath>
+#include <cstring>
+
 #include "cloth/boundary_edges.hpp"
+#include "core/isa.hpp"
 #include "core/neighbor_search.hpp"
 #include "coupling/body_response.hpp"
 #include "coupling/wall.hpp"
@@ -91,10 +95,23 @@ struct DensityPairs {
   Entries<const Real3> xb;
   Entries<const Real> vb, bound;
   Entries<const std::int64_t> id;
-  Entries<Real3> sheet_gradient;
+  Entries<Real3> wall_gradient, sheet_gradient;
   WritableNeighbors lf;
   Neighbors lb, ls;
 
+  /// Moves coincident particles apart; few rows have any.
+  KOKKOS_INLINE_FUNCTION void add_separation(Index i, DensitySum& sum) const {
+    const Real4 own = position(i);
+    const WritableRow near = lf.row(i);
+    for (Index k = 0; k < near.count; ++k) {
+      const Index j = near(k);
+      const Real3 r = own.xyz() - position(j).xyz();
+      const Real length = kernel.pair(dot(r, r)).length;
+      if (length < coincident.least)
+        sum.separation += coincident.displacement(r, length, own.w, position(j).w, id(i), id(j));
+    }
+  }
+  /// A host takes 16 pairs at once instead (density_rows.inl).
   KOKKOS_INLINE_FUNCTION void add_liquid(Index i, DensitySum& sum) const {
     const Real3 xi = position(i).xyz();
     const Real vi = position(i).w;
@@ -126,8 +143,10 @@ struct DensityPairs {
       const Index b = walls(k);
       const Real3 r = xi - xb(b);
       const Real length = norm(r);
+      const Real3 g = (vb(b) * kernel.grad_factor(length)) * r;
+      wall_gradient(walls.index_of(k)) = g;
       sum.delta += vb(b) * kernel.value(length);
-      sum.gradient += mirrored * vb(b) * kernel.grad_factor(length) * r;
+      sum.gradient += mirrored * g;
     }
   }
   KOKKOS_INLINE_FUNCTION void add_sheets(Index i, bool touching, DensitySum& sum) const {
@@ -159,12 +178,24 @@ struct DensityPairs {
   }
 };
 
+}  // namespace
+}  // namespace drench::kokkos_backend
+
+#define DRENCH_ISA_FILE "fluid/density_rows.inl"
+#include "core/for_each_isa.hpp"
+
+namespace drench::kokkos_backend {
+namespace {
+
+using AddLiquid = void (*)(const DensityPairs&, Index, DensitySum&);
+
 void density_and_alpha(const Constants& constants, Fluid& fluid, NeighborLists& lists, const Bodies& bodies,
                        const Cloth& cloth) {
   const Real smallest = Real(1e-6) / (constants.spacing * constants.spacing);
   const bool solids = bodies.boundary.count > 0, sheets = cloth.samples.count > 0,
              touching = has_sheet_contact(constants, cloth);
-  make_room(lists.fluid_fluid.grad_factor, "drench::pair_grad_factor", lists.fluid_fluid.entry.extent(0));
+  make_room(lists.fluid_fluid.grad_factor, "drench::pair_grad_factor", lists.fluid_fluid.entry.extent(0) + spare_lanes);
+  if (solids) make_room(lists.fluid_boundary.gradient, "drench::wall_gradient", lists.fluid_boundary.entry.extent(0));
   if (sheets) make_room(lists.fluid_sample.gradient, "drench::sample_gradient", lists.fluid_sample.entry.extent(0));
   const DensityPairs pairs{constants.kernel,
                            Real(constants.model.row_share()),
@@ -176,6 +207,7 @@ void density_and_alpha(const Constants& constants, Fluid& fluid, NeighborLists& 
                            bodies.boundary.volume,
                            cloth.samples.row_bound,
                            fluid.particles.id,
+                           lists.fluid_boundary.gradient,
                            lists.fluid_sample.gradient,
                            WritableNeighbors(lists.fluid_fluid),
                            Neighbors(lists.fluid_boundary),
@@ -183,11 +215,15 @@ void density_and_alpha(const Constants& constants, Fluid& fluid, NeighborLists& 
   const Entries<Real> ratio = fluid.particles.density_ratio, alpha = fluid.alpha, compliance = fluid.compliance,
                       contact = fluid.contact.alpha, contact_yields = fluid.contact.compliance;
   const Entries<Real3> separation = fluid.separation;
+  const AddLiquid add_lanes = on_host ? DRENCH_BY_ISA(add_liquid_lanes) : nullptr;
   parallel(
       "drench::density::ratio_alpha", fluid.particles.count, KOKKOS_LAMBDA(const Index i) {
         const Real vi = pairs.position(i).w;
         DensitySum sum;
-        pairs.add_liquid(i, sum);
+        if constexpr (on_host)
+          add_lanes(pairs, i, sum);
+        else
+          pairs.add_liquid(i, sum);
         if (solids) pairs.add_walls(i, sum);
         if (sheets) pairs.add_sheets(i, touching, sum);
         if (touching) {
@@ -244,6 +280,7 @@ MemoryEstimate density_bytes(const Sizing& s) {
   if (!(s.size.fluid > 0)) return sum;
   sum.lists = room_for_entries(s.entries.fluid_fluid) * r;                                // grad_factor
   if (s.size.samples > 0) sum.lists += room_for_entries(s.entries.fluid_sample) * 3 * r;  // gradient
+  if (s.size.boundary > 0) sum.lists += room_for_entries(s.entries.fluid_boundary) * 3 * r;
   return sum;
 }
 

@@ -1,12 +1,18 @@
 // Stage forces (src/stages/forces.hpp).
 
 #include <algorithm>
+#include <cmath>
+#include <cstring>
 
+#include "core/isa.hpp"
 #include "core/runge_kutta_legendre.hpp"
 #include "particles/viscosity.hpp"
 #include "core/reduce.hpp"
 #include "coupling/body_response.hpp"
 #include "fluid/stages.hpp"
+
+#define DRENCH_ISA_FILE "fluid/forces_rows.inl"
+#include "core/for_each_isa.hpp"
 
 namespace drench::kokkos_backend {
 namespace {
@@ -44,13 +50,14 @@ void liquid_change(const Constants& constants, const Fluid& fluid, const Neighbo
   const Real3 g = constants.gravity, center = constants.field_center, square = constants.field_square;
   const bool field = constants.model.scene.field.present;
   const bool solids = bodies.boundary.count > 0, sheets = cloth.samples.count > 0;
-  const Entries<const Real3> xb = bodies.boundary.position, ub = bodies.boundary.velocity, us = cloth.samples.velocity;
+  const Entries<const Real3> xb = bodies.boundary.position, ub = bodies.boundary.velocity, us = cloth.samples.velocity,
+                             wall_gradient = lists.fluid_boundary.gradient;
   const Entries<const Real4> position = fluid.position_volume, moving = work.velocity_and_weight,
                              xs = cloth.samples.position_volume;
   const Entries<Real4> change = work.change;
-  const Entries<const Real> vb = bodies.boundary.volume;
   const Entries<Real> bound = work.bound;
   const Neighbors lf(lists.fluid_fluid), lb(lists.fluid_boundary), ls(lists.fluid_sample);
+  const auto add_liquid = on_host ? DRENCH_BY_ISA(add_liquid_friction) : nullptr;
   // The bounds by themselves: a reduction's blocks have fewer threads at once than the neighbours' loads need.
   parallel(
       "drench::forces::liquid", fluid.particles.count, KOKKOS_LAMBDA(const Index i) {
@@ -58,19 +65,23 @@ void liquid_change(const Constants& constants, const Fluid& fluid, const Neighbo
         const Real share = moving(i).w;
         ViscousSum sum;
         const NeighborRow near = lf.row(i);
-        DRENCH_UNROLL
-        for (Index k = 0; k < near.count; ++k) {
-          const Index j = near(k);
-          const Real4 other = moving(j);
-          const Real3 r = xi - position(j).xyz();
-          sum.add(other.w, vi - other.xyz(), r, near.grad_factor(k) * r);
+        if constexpr (on_host) {
+          add_liquid(position.data, moving.data, near, i, sum);
+        } else {
+          DRENCH_UNROLL
+          for (Index k = 0; k < near.count; ++k) {
+            const Index j = near(k);
+            const Real4 other = moving(j);
+            const Real3 r = xi - position(j).xyz();
+            sum.add(other.w, vi - other.xyz(), r, near.grad_factor(k) * r);
+          }
         }
         if (solids) {
           const NeighborRow walls = lb.row(i);
           for (Index k = 0; k < walls.count; ++k) {
             const Index b = walls(k);
             const Real3 r = xi - xb(b);
-            sum.add(solid_friction * share * vb(b), vi - ub(b), r, kernel.gradient(r));
+            sum.add(solid_friction * share, vi - ub(b), r, wall_gradient(walls.index_of(k)));
           }
         }
         if (sheets) {

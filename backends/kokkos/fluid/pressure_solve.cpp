@@ -13,17 +13,15 @@ namespace {
 /// work.predicted = v_i + Δt a_i(κ, λ) and the load on sheets.
 void predict_liquid(PressureSystem& system) {
   const Fluid& fluid = system.fluid;
-  const BoundarySamples& boundary = system.bodies.boundary;
-  const Kernel kernel = system.constants.kernel;
   const Real dt = Real(system.dt);
-  const Entries<const Real3> xb = boundary.position, v = fluid.particles.velocity,
+  const Entries<const Real3> v = fluid.particles.velocity, wall_gradient = system.lists.fluid_boundary.gradient,
                              gradient = system.lists.fluid_sample.gradient;
   const Entries<const Real4> position_kappa = std::as_const(system.work).position_kappa;
   const Entries<Real4> predicted = system.work.predicted;
-  const Entries<const Real> vb = boundary.volume, ratio = fluid.particles.density_ratio, volume = fluid.volume,
+  const Entries<const Real> ratio = fluid.particles.density_ratio, volume = fluid.volume,
                             contact = std::as_const(system.work).contact_pressure;
   const Neighbors lf(system.lists.fluid_fluid), lb(system.lists.fluid_boundary), ls(system.lists.fluid_sample);
-  const bool solids = boundary.count > 0, cloth = system.has_cloth(), touching = system.touching;
+  const bool solids = system.bodies.boundary.count > 0, cloth = system.has_cloth(), touching = system.touching;
   parallel(
       "drench::pressure::acceleration", system.count(), KOKKOS_LAMBDA(const Index i) {
         const Real4 here = position_kappa(i);
@@ -40,10 +38,7 @@ void predict_liquid(PressureSystem& system) {
         if (at_sheet != 0) {
           if (solids) {
             const NeighborRow walls = lb.row(i);
-            for (Index k = 0; k < walls.count; ++k) {
-              const Index b = walls(k);
-              a -= (mirrored * ki * vb(b)) * kernel.gradient(xi - xb(b));
-            }
+            for (Index k = 0; k < walls.count; ++k) a -= (mirrored * ki) * wall_gradient(walls.index_of(k));
           }
           if (cloth) {
             const Real dense = image_density(ratio(i)) * mirrored * at_sheet;
@@ -60,14 +55,13 @@ void predict_liquid(PressureSystem& system) {
 void measure_density_rate(PressureSystem& system) {
   const Fluid& fluid = system.fluid;
   const Bodies& bodies = system.bodies;
-  const Kernel kernel = system.constants.kernel;
   const Real dt = Real(system.dt);
   const PressureWork& work = system.work;
-  const Entries<const Real3> xb = bodies.boundary.position, ub = bodies.seen_velocity(),
+  const Entries<const Real3> ub = bodies.seen_velocity(), wall_gradient = system.lists.fluid_boundary.gradient,
                              gradient = system.lists.fluid_sample.gradient;
   const Entries<const Real4> position_kappa = work.position_kappa, v = work.predicted,
                              us = std::as_const(system.cloth).samples.predicted;
-  const Entries<const Real> vb = bodies.boundary.volume, compliance = fluid.compliance,
+  const Entries<const Real> compliance = fluid.compliance,
                             ratio = fluid.particles.density_ratio, kappa = std::as_const(system.kappa);
   const Entries<Real> rate = system.work.density_rate, approach = system.work.approach_rate;
   const Neighbors lf(system.lists.fluid_fluid), lb(system.lists.fluid_boundary), ls(system.lists.fluid_sample);
@@ -85,8 +79,7 @@ void measure_density_rate(PressureSystem& system) {
         if (solids) {
           const NeighborRow walls = lb.row(i);
           for (Index k = 0; k < walls.count; ++k) {
-            const Index b = walls(k);
-            sum += mirrored * vb(b) * dot(vi - ub(b), kernel.gradient(xi - xb(b)));
+            sum += mirrored * dot(vi - ub(walls(k)), wall_gradient(walls.index_of(k)));
           }
         }
         if (cloth) {

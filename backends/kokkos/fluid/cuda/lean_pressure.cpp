@@ -168,17 +168,14 @@ struct StartingRate {
 
 /// What both kernels see of walls and sheets.
 struct WallsAndSheets {
-  Kernel kernel;
-  Entries<const Real3> xb, gradient;
-  Entries<const Real> vb, ratio;
+  Entries<const Real3> wall_gradient, gradient;
+  Entries<const Real> ratio;
   Neighbors solids, sheets;
   bool has_solids, has_sheets, touching;
 
   WallsAndSheets(const PressureSystem& s)
-      : kernel(s.constants.kernel),
-        xb(s.bodies.boundary.position),
+      : wall_gradient(s.lists.fluid_boundary.gradient),
         gradient(s.lists.fluid_sample.gradient),
-        vb(s.bodies.boundary.volume),
         ratio(s.fluid.particles.density_ratio),
         solids(s.lists.fluid_boundary),
         sheets(s.lists.fluid_sample),
@@ -224,10 +221,7 @@ struct LeanAcceleration {
     const Real at_sheet = walls.touching ? kappa + contact(i) : kappa;
     if (walls.has_solids && kappa != 0) {
       const NeighborRow near = walls.solids.row(i);
-      for (Index k = 0; k < near.count; ++k) {
-        const Index b = near(k);
-        a -= (mirrored * kappa * walls.vb(b)) * walls.kernel.gradient(x - walls.xb(b));
-      }
+      for (Index k = 0; k < near.count; ++k) a -= (mirrored * kappa) * walls.wall_gradient(near.index_of(k));
     }
     if (walls.has_sheets) {
       const NeighborRow near = walls.sheets.row(i);
@@ -276,11 +270,8 @@ struct LeanRate {
       const Real3 v = velocity(i) + dt * Real3{difference.ax, difference.ay, difference.az};
       if (walls.has_solids) {
         const NeighborRow near = walls.solids.row(i);
-        const Real3 x = near.count > 0 ? position_kappa(i).xyz() : Real3{};
-        for (Index k = 0; k < near.count; ++k) {
-          const Index b = near(k);
-          sum += mirrored * walls.vb(b) * dot(v - ub(b), walls.kernel.gradient(x - walls.xb(b)));
-        }
+        for (Index k = 0; k < near.count; ++k)
+          sum += mirrored * dot(v - ub(near(k)), walls.wall_gradient(near.index_of(k)));
       }
       if (walls.has_sheets) {
         Real sheet = 0;
