@@ -72,7 +72,6 @@ using WritableNeighbors = BasicNeighbors<Index, Real>;
 /// Every list of a run, named `row_neighbour`. Liquid: its particles; boundary: samples of solids; sample: of cloths.
 struct NeighborLists {
   NeighborList fluid_fluid, fluid_boundary, fluid_sample, sample_fluid;
-  Version made;                          // of fluid_fluid with its factors (stage density)
   Cached<NeighborList> sample_sample;    // of the nodes' positions
   Cached<NeighborList> sample_boundary;  // of the nodes' and the bodies' positions
   NeighborList boundary_fluid;           // rows: the samples of dynamic bodies

@@ -1,8 +1,6 @@
 #pragma once
 // Arrays of the pressure solves (stages divergence and pressure); scratch between stages.
 
-#include <memory>
-
 #include "particles/fluid.hpp"
 
 namespace drench::kokkos_backend {
@@ -16,7 +14,6 @@ struct PressureWork {
   Field<Real> contact_pressure;            // λ_i, m²/s²; these four only where liquid can touch sheets
   Field<Real> next_contact_pressure, last_contact_pressure;
   Field<Real> approach_rate;               // R'_i, 1/s
-  std::shared_ptr<struct LeanPressure> lean;  // of CUDA (fluid/lean_pressure.hpp)
 };
 
 inline void allocate_pressure_work(PressureWork& work, const Fluid& fluid) {

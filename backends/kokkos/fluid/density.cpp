@@ -303,7 +303,6 @@ void density(const Constants& constants, Fluid& fluid, NeighborLists& lists, Bod
     sample_row_bounds(constants, fluid, lists, cloth);
   }
   density_and_alpha(constants, fluid, lists, bodies, cloth);
-  lists.made.advance();
   if (touching) find_contact(constants, cloth, fluid);
   add_body_rows(constants, lists, bodies, fluid);
 }

@@ -130,7 +130,6 @@ void pressure(const Constants& constants, Fluid& fluid, const NeighborLists& lis
   warm_start_density(fluid, cloth, work);
   PressureSystem system{constants, fluid, lists, bodies, cloth, work, fluid.particles.kappa_density, info.dt};
   system.touching = has_sheet_contact(constants, cloth);
-  system.many_iterations = true;
   if (system.touching) allocate_contact(work, fluid);
   std::optional<ElasticSheets> elastic;
   if (system.has_cloth()) {

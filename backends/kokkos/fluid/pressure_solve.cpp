@@ -5,7 +5,6 @@
 
 #include "coupling/body_response.hpp"
 #include "coupling/wall.hpp"
-#include "fluid/lean_pressure.hpp"
 
 namespace drench::kokkos_backend {
 namespace {
@@ -97,14 +96,9 @@ void measure_density_rate(PressureSystem& system) {
 
 }  // namespace
 
-void begin_pressure(PressureSystem& system) { system.lean = system.many_iterations && begin_lean_pressure(system); }
-
 void apply_pressure(PressureSystem& system) {
   const Real dt = Real(system.dt);
-  if (system.lean)
-    predict_lean_liquid(system);
-  else
-    predict_liquid(system);
+  predict_liquid(system);
   if (system.has_cloth()) {
     load_cloth(system.constants, system.fluid, system.lists, system.work, system.cloth);
     if (system.elastic)
@@ -113,20 +107,10 @@ void apply_pressure(PressureSystem& system) {
       predict_free_cloth(system.cloth, dt);
   }
   predict_bodies(system.constants, system.fluid, system.lists, system.kappa, system.dt, system.bodies);
-  if (system.lean)
-    measure_lean_density_rate(system);
-  else
-    measure_density_rate(system);
+  measure_density_rate(system);
 }
 
-#ifndef KOKKOS_ENABLE_CUDA
-bool begin_lean_pressure(PressureSystem&) { return false; }
-void predict_lean_liquid(PressureSystem&) {}
-void measure_lean_density_rate(PressureSystem&) {}
-#endif
-
 void accept_pressure(PressureSystem& system) {
-  if (system.lean) predict_liquid(system);  // with every bit of the pairs, so that momentum is kept
   const Entries<Real3> v = system.fluid.particles.velocity;
   const Entries<const Real4> predicted = std::as_const(system.work).predicted;
   parallel(

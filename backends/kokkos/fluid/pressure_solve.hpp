@@ -20,8 +20,6 @@ struct PressureSystem {
   double dt;                         // s
   bool touching = false;             // with the contact pressure λ of liquid that touches sheets
   ElasticSheets* elastic = nullptr;  // the cloth inside the solve; null: nodes answer with their inertia alone
-  bool many_iterations = false;      // worth the lean lists (lean_pressure.hpp)
-  bool lean = false;                 // iterates with them
 
   Index count() const { return fluid.particles.count; }
   bool has_cloth() const { return cloth.samples.count > 0; }
@@ -29,8 +27,6 @@ struct PressureSystem {
 
 /// One evaluation: κ and λ → the velocities that they leave, what cloth and bodies answer, and the density rates.
 void apply_pressure(PressureSystem& system);
-/// What a solve makes before its first evaluation.
-void begin_pressure(PressureSystem& system);
 /// The liquid and the bodies take the predicted velocities; so does cloth that answers with its inertia alone.
 void accept_pressure(PressureSystem& system);
 
@@ -98,7 +94,6 @@ template <class Problem>
 void solve_pressure(PressureSystem& system, const FluidSolverScene& limits, Problem& problem) {
   PressureIteration iterate(system);
   iterate.start();
-  begin_pressure(system);
   // Iteration 1 cannot be the last then: the host does not wait for its sums.
   const bool first_unseen = limits.min_iterations > 1;
   decltype(problem.begin(iterate.relaxation(), 0)) first;
