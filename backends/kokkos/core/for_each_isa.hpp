@@ -1,14 +1,16 @@
-// Compiles DRENCH_ISA_FILE for each instruction set that a host's processor may have, each in a namespace of its own:
-// isa_portable, isa_avx2, isa_avx512, with DRENCH_ISA_BITS 128, 256 and 512. (No pragma once: it is included once a file of code.) `best_isa()` tells which one this
-// processor can run. Without contraction to fused multiply-adds all of them compute the same bits.
+// Compiles DRENCH_ISA_FILE for each instruction set of a host: namespaces isa_portable, isa_avx2 and isa_avx512, with
+// DRENCH_ISA_BITS 128, 256 and 512. best_isa() tells which one runs. Nothing is contracted to fused multiply-adds, so all of
+// them compute the same bits. (No pragma once: a file of code may include it several times.)
 
 #include "core/isa.hpp"
 
+#ifdef DRENCH_LANES
 #define DRENCH_ISA_BITS 128
 namespace drench::kokkos_backend::isa_portable {
 #include DRENCH_ISA_FILE
 }
 #undef DRENCH_ISA_BITS
+#endif
 #ifdef DRENCH_SEVERAL_ISAS
 #pragma GCC push_options
 #pragma GCC target("avx2")

@@ -1,8 +1,14 @@
 #pragma once
 // Which instruction sets the host's code is compiled for (core/for_each_isa.hpp), and which of them is run.
 
+#include "core/types.hpp"
+
+// Rows in vectors are a host's; a GPU's kernels have a thread a row.
+#if !defined(KOKKOS_ENABLE_CUDA) && !defined(KOKKOS_ENABLE_HIP) && !defined(KOKKOS_ENABLE_SYCL)
+#define DRENCH_LANES
+#endif
 // g++ compiles parts of a file for other processors by a pragma; nvcc and clang have none that does.
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(__NVCC__)
+#if defined(DRENCH_LANES) && defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__)
 #define DRENCH_SEVERAL_ISAS
 #include <immintrin.h>
 #endif

@@ -99,6 +99,7 @@ struct DensityPairs {
   WritableNeighbors lf;
   Neighbors lb, ls;
 
+#ifdef DRENCH_LANES
   /// Moves coincident particles apart; few rows have any.
   KOKKOS_INLINE_FUNCTION void add_separation(Index i, DensitySum& sum) const {
     const Real4 own = position(i);
@@ -111,7 +112,8 @@ struct DensityPairs {
         sum.separation += coincident.displacement(r, length, own.w, position(j).w, id(i), id(j));
     }
   }
-  /// A host takes 16 pairs at once instead (density_rows.inl).
+#else
+  /// The liquid's pairs; a host takes several at once (density_rows.inl).
   KOKKOS_INLINE_FUNCTION void add_liquid(Index i, DensitySum& sum) const {
     const Real3 xi = position(i).xyz();
     const Real vi = position(i).w;
@@ -136,6 +138,7 @@ struct DensityPairs {
     }
     sum.squares *= vi;
   }
+#endif
   KOKKOS_INLINE_FUNCTION void add_walls(Index i, DensitySum& sum) const {
     const Real3 xi = position(i).xyz();
     const NeighborRow walls = lb.row(i);
@@ -187,8 +190,6 @@ struct DensityPairs {
 namespace drench::kokkos_backend {
 namespace {
 
-using AddLiquid = void (*)(const DensityPairs&, Index, DensitySum&);
-
 void density_and_alpha(const Constants& constants, Fluid& fluid, NeighborLists& lists, const Bodies& bodies,
                        const Cloth& cloth) {
   const Real smallest = Real(1e-6) / (constants.spacing * constants.spacing);
@@ -215,15 +216,18 @@ void density_and_alpha(const Constants& constants, Fluid& fluid, NeighborLists& 
   const Entries<Real> ratio = fluid.particles.density_ratio, alpha = fluid.alpha, compliance = fluid.compliance,
                       contact = fluid.contact.alpha, contact_yields = fluid.contact.compliance;
   const Entries<Real3> separation = fluid.separation;
-  const AddLiquid add_lanes = on_host ? DRENCH_BY_ISA(add_liquid_lanes) : nullptr;
+#ifdef DRENCH_LANES
+  const auto add_liquid = DRENCH_BY_ISA(add_liquid_lanes);
+#endif
   parallel(
       "drench::density::ratio_alpha", fluid.particles.count, KOKKOS_LAMBDA(const Index i) {
         const Real vi = pairs.position(i).w;
         DensitySum sum;
-        if constexpr (on_host)
-          add_lanes(pairs, i, sum);
-        else
-          pairs.add_liquid(i, sum);
+#ifdef DRENCH_LANES
+        add_liquid(pairs, i, sum);
+#else
+        pairs.add_liquid(i, sum);
+#endif
         if (solids) pairs.add_walls(i, sum);
         if (sheets) pairs.add_sheets(i, touching, sum);
         if (touching) {

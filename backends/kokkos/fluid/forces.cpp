@@ -57,7 +57,9 @@ void liquid_change(const Constants& constants, const Fluid& fluid, const Neighbo
   const Entries<Real4> change = work.change;
   const Entries<Real> bound = work.bound;
   const Neighbors lf(lists.fluid_fluid), lb(lists.fluid_boundary), ls(lists.fluid_sample);
-  const auto add_liquid = on_host ? DRENCH_BY_ISA(add_liquid_friction) : nullptr;
+#ifdef DRENCH_LANES
+  const auto add_liquid = DRENCH_BY_ISA(add_liquid_friction);
+#endif
   // The bounds by themselves: a reduction's blocks have fewer threads at once than the neighbours' loads need.
   parallel(
       "drench::forces::liquid", fluid.particles.count, KOKKOS_LAMBDA(const Index i) {
@@ -65,17 +67,17 @@ void liquid_change(const Constants& constants, const Fluid& fluid, const Neighbo
         const Real share = moving(i).w;
         ViscousSum sum;
         const NeighborRow near = lf.row(i);
-        if constexpr (on_host) {
-          add_liquid(position.data, moving.data, near, i, sum);
-        } else {
-          DRENCH_UNROLL
-          for (Index k = 0; k < near.count; ++k) {
-            const Index j = near(k);
-            const Real4 other = moving(j);
-            const Real3 r = xi - position(j).xyz();
-            sum.add(other.w, vi - other.xyz(), r, near.grad_factor(k) * r);
-          }
+#ifdef DRENCH_LANES
+        add_liquid(position.data, moving.data, near, i, sum);
+#else
+        DRENCH_UNROLL
+        for (Index k = 0; k < near.count; ++k) {
+          const Index j = near(k);
+          const Real4 other = moving(j);
+          const Real3 r = xi - position(j).xyz();
+          sum.add(other.w, vi - other.xyz(), r, near.grad_factor(k) * r);
         }
+#endif
         if (solids) {
           const NeighborRow walls = lb.row(i);
           for (Index k = 0; k < walls.count; ++k) {
