@@ -59,38 +59,46 @@ void FactoredCloth::prepare(const Cloth& cloth, const ClothSystem& system) {
   preconditioner_.update(cloth, system);
   kept_ = next_ = 0;
   elastic_known_ = false;
+  mode_ = Mode::none;
 }
 
 bool FactoredCloth::run(const Cloth& cloth, ClothSolverWork& solver, const ClothSystem& system, ClothProgress& progress,
                         int most, double tolerance, double floor) {
   const int end = progress.iterations + most;
-  double before = std::numeric_limits<double>::max();
+  double smallest = std::numeric_limits<double>::max();
   has_last_ = false;  // its residual may be of another target
   for (int done = 0;; ++done) {
-    const ThreeSums sums = measure(cloth, solver, system, tolerance, floor, elastic_known_, elastic_, residual_);
+    const ThreeSums sums =
+        measure(cloth, solver, system, tolerance, floor, elastic_known_, elastic_, residual_);
     elastic_known_ = true;
     if (sums.third > 0) return false;
     progress.residual = over_goal({sums.first, sums.second});
     if ((progress.residual <= 1 && done > 0) || progress.iterations >= end) return true;
-    const bool plain = progress.residual > most_growth * before;
-    if (!plain) before = progress.residual;
-    step(solver, plain);
+    if (!(progress.residual <= most_growth * smallest)) {
+      kept_ = next_ = 0;
+      if (mode_ != Mode::safe && has_last_) {  // back to where it was led astray from
+        mode_ = mode_ == Mode::begun ? Mode::again : Mode::safe;
+        copy(last_shift_, solver.displacement);
+        if (mode_ == Mode::again) preconditioner_.update_across(cloth, system, solver.displacement);
+        has_last_ = elastic_known_ = false;
+        continue;
+      }
+    }
+    if (mode_ == Mode::none) {
+      preconditioner_.update_across(cloth, system, solver.displacement);
+      mode_ = Mode::begun;
+    }
+    smallest = std::min(smallest, progress.residual);
+    step(solver);
     elastic_known_ = false;
     ++progress.iterations;
   }
 }
 
-/// One iteration. `plain`: the last one led astray; the next is the plain one from where that began.
-void FactoredCloth::step(ClothSolverWork& solver, bool plain) {
+void FactoredCloth::step(ClothSolverWork& solver) {
   Field<Real3>& shift = solver.displacement;
   const std::size_t nodes = shift.extent(0);
-  if (plain && has_last_) {
-    kept_ = next_ = 0;
-    has_last_ = false;
-    for (std::size_t n = 0; n < nodes; ++n) shift(n) = last_shift_(n) + last_descent_(n);
-    return;
-  }
-  preconditioner_.apply(std::as_const(residual_), descent_);
+  preconditioner_.apply(std::as_const(residual_), descent_, mode_ == Mode::safe);
   if (has_last_) keep_difference(solver);
   copy(shift, last_shift_);
   copy(residual_, last_residual_);

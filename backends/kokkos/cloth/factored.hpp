@@ -19,10 +19,10 @@ class FactoredCloth {
            double tolerance, double floor);
 
  private:
-  static constexpr int most_kept = 5;  // differences
-  static constexpr double most_growth = 2;
+  static constexpr int most_kept = 20;  // differences
+  static constexpr double most_growth = 4;  // of the residual over the smallest so far
 
-  void step(ClothSolverWork& solver, bool plain);
+  void step(ClothSolverWork& solver);
   void keep_difference(const ClothSolverWork& solver);
   int weights(double* weight) const;
 
@@ -33,6 +33,8 @@ class FactoredCloth {
   double product_[most_kept][most_kept] = {};      // ⟨Δz_i, Δr_j⟩, J
   int kept_ = 0, next_ = 0;                        // differences, and the slot of the next one
   bool has_last_ = false, elastic_known_ = false;
+  // C is made at a solve's first iterate, made again where the residual grows, and done without where that did not help
+  enum class Mode { none, begun, again, safe } mode_ = Mode::none;
 };
 
 }  // namespace drench::kokkos_backend

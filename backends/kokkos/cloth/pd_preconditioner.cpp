@@ -34,15 +34,16 @@ struct AlongSheet {
   double aligned(Index, Index) const { return 1; }
 };
 
-/// C: what the normals see of the Hessian at x⁰. A spring that is shorter than at rest resists along itself alone.
+/// C: what the normals see of the Hessian at x⁰ + shift. A spring that is shorter than at rest resists along itself alone.
 struct AcrossSheet {
   const ClothSystem& s;
+  const Entries<const Real3>& shift;
   const std::vector<Real3>& normal;
 
   double inertia(Index n, int) const { return double(s.mass(n)) * double(s.inverse_dt2); }
   double spring(Index e, Index a, Index b) const {
     const Index i = s.edge(2 * e), j = s.edge(2 * e + 1);
-    const Real3 x = s.start(i) - s.start(j);
+    const Real3 x = separation(s.start(i), shift(i), s.start(j), shift(j));
     const double square = double(dot(x, x)), stiffness = double(s.edge_stiffness(e));
     if (!(square > 0)) return stiffness * aligned(a, b);
     const double taut = std::max(0.0, 1 - double(s.edge_length(e)) / std::sqrt(square));
@@ -115,8 +116,8 @@ PdPreconditioner::PdPreconditioner(const Cloth& cloth, const ClothSystem& system
   for (Index n = 0; n < cloth.nodes.count; ++n) a.row_of.push_back(system.pinned(n) ? -1 : size++);
   normal_.resize(a.row_of.size());
   if (size == 0) return;
-  find_normals(cloth, system);
-  const AcrossSheet any{system, normal_};  // any weights do: of interest is which entries there are
+  inertia_step_.assign(static_cast<std::size_t>(size) + 1, 0);
+  const AlongSheet any{system, inertia_step_};  // any weights do: of interest is which entries there are
   std::vector<Eigen::Triplet<double, int>> parts;
   const auto entry_of = [&](Index i, Index j) {
     const int one = a.row_of[at(i)], other = a.row_of[at(j)];
@@ -136,16 +137,18 @@ PdPreconditioner::PdPreconditioner(const Cloth& cloth, const ClothSystem& system
     a.slot.push_back(static_cast<int>(std::lower_bound(first, last, row) - a.matrix.innerIndexPtr()));
   });
   a.cholesky.analyzePattern(a.matrix);
+  inertia_step_.clear();
 }
 
 PdPreconditioner::~PdPreconditioner() = default;
 
-void PdPreconditioner::find_normals(const Cloth& cloth, const ClothSystem& s) {
+void PdPreconditioner::find_normals(const Cloth& cloth, const ClothSystem& s, const Entries<const Real3>& shift) {
   std::fill(normal_.begin(), normal_.end(), Real3{});
   for (Index t = 0; t < cloth.mesh.triangles; ++t) {
-    const Real3 a = s.start(s.triangle(3 * t)), b = s.start(s.triangle(3 * t + 1)), c = s.start(s.triangle(3 * t + 2));
-    const Real3 twice_area = cross(b - a, c - a);
-    for (Index k = 0; k < 3; ++k) normal_[at(s.triangle(3 * t + k))] += twice_area;
+    const Index a = s.triangle(3 * t), b = s.triangle(3 * t + 1), c = s.triangle(3 * t + 2);
+    const Real3 twice_area = cross(separation(s.start(b), shift(b), s.start(a), shift(a)),
+                                   separation(s.start(c), shift(c), s.start(a), shift(a)));
+    for (const Index n : {a, b, c}) normal_[at(n)] += twice_area;
   }
   for (Real3& n : normal_) {
     const Real length = norm(n);
@@ -161,17 +164,16 @@ void PdPreconditioner::update(const Cloth& cloth, const ClothSystem& system) {
   for (Index n = 0; n < cloth.nodes.count; ++n)
     if (!system.pinned(n)) step.push_back(step_of(double(system.mass(n)) * double(system.inverse_dt2)));
   step.push_back(step_of(double(system.inverse_dt)));
-  if (step != inertia_step_) {
-    inertia_step_ = std::move(step);
-    a.assemble(cloth, system, AlongSheet{system, inertia_step_});
-    keep_factor(0, 3);
-  }
-  // The masses change between steps, and so do positions.
-  if (of_positions_ == cloth.moved && of_dt_ == double(system.dt)) return;
-  of_positions_ = cloth.moved;
-  of_dt_ = double(system.dt);
-  find_normals(cloth, system);
-  a.assemble(cloth, system, AcrossSheet{system, normal_});
+  if (step == inertia_step_) return;
+  inertia_step_ = std::move(step);
+  a.assemble(cloth, system, AlongSheet{system, inertia_step_});
+  keep_factor(0, 3);
+}
+
+void PdPreconditioner::update_across(const Cloth& cloth, const ClothSystem& system, const Entries<const Real3>& shift) {
+  if (assembly_->matrix.rows() == 0) return;
+  find_normals(cloth, system, shift);
+  assembly_->assemble(cloth, system, AcrossSheet{system, shift, normal_});
   keep_factor(3, 4);
 }
 
@@ -203,11 +205,11 @@ void PdPreconditioner::keep_factor(int first, int last) {
   }
 }
 
-void PdPreconditioner::apply(const Entries<const Real3>& r, const Entries<Real3>& z) {
+void PdPreconditioner::apply(const Entries<const Real3>& r, const Entries<Real3>& z, bool safe) {
   const std::size_t size = node_.size();
   Lanes* const x = solution_.data();
   for (std::size_t k = 0; k < size; ++k) {
-    const Real3 force = r(node_[k]), n = normal_[at(node_[k])];
+    const Real3 force = r(node_[k]), n = safe ? Real3{} : normal_[at(node_[k])];
     const Real across = dot(force, n);
     x[k] = Lanes{force.x - across * n.x, force.y - across * n.y, force.z - across * n.z, across};
   }
@@ -222,7 +224,7 @@ void PdPreconditioner::apply(const Entries<const Real3>& r, const Entries<Real3>
     Lanes own = x[k];
     for (Index e = start[k]; e < start[k + 1]; ++e) own -= factor[e] * x[row[e]];
     x[k] = own;
-    const Real3 n = normal_[at(node_[k])], along{own[0], own[1], own[2]};
+    const Real3 n = safe ? Real3{} : normal_[at(node_[k])], along{own[0], own[1], own[2]};
     z(node_[k]) = along + (own[3] - dot(along, n)) * n;
   }
 }

@@ -5,7 +5,6 @@
 #include <memory>
 #include <vector>
 
-#include "core/cached.hpp"
 #include "core/types.hpp"
 
 namespace drench::kokkos_backend {
@@ -13,9 +12,9 @@ namespace drench::kokkos_backend {
 struct Cloth;
 struct ClothSystem;
 
-/// z = n C⁻¹ nᵀr + (1 − n nᵀ) A⁻¹ (1 − n nᵀ) r with the nodes' normals n at x⁰, over the free nodes.
+/// z = n C⁻¹ nᵀr + (1 − n nᵀ) A⁻¹ (1 − n nᵀ) r with the nodes' normals n, over the free nodes.
 /// A = M/Δt² + Σ_c w_c A_cᵀA_c, N/m, bounds the Hessian along the sheet; in it M/Δt² and the strain damping are rounded up to
-/// half powers of two, so that it stays for many steps. C is the Hessian at x⁰ across the sheet, made once a step.
+/// half powers of two, so that it stays for many steps. C is the Hessian across the sheet at an iterate.
 /// Both depend on the state alone, so that a run that is resumed computes the same bits.
 class PdPreconditioner {
  public:
@@ -24,10 +23,12 @@ class PdPreconditioner {
   PdPreconditioner(const PdPreconditioner&) = delete;
   PdPreconditioner& operator=(const PdPreconditioner&) = delete;
 
-  /// For the masses, the positions and the time step of `system`.
+  /// A for the masses and the time step of `system`.
   void update(const Cloth& cloth, const ClothSystem& system);
-  /// r in N, z in m, both per node; pinned nodes keep their z.
-  void apply(const Entries<const Real3>& r, const Entries<Real3>& z);
+  /// n and C at x⁰ + `shift`, m.
+  void update_across(const Cloth& cloth, const ClothSystem& system, const Entries<const Real3>& shift);
+  /// r in N, z in m, both per node; pinned nodes keep their z. `safe`: z = A⁻¹ r, with which a plain step always descends.
+  void apply(const Entries<const Real3>& r, const Entries<Real3>& z, bool safe);
   /// Entries of a factor below its diagonal.
   std::size_t entries() const { return row_.size(); }
 
@@ -36,15 +37,13 @@ class PdPreconditioner {
   using Lanes [[gnu::vector_size(4 * sizeof(Real))]] = Real;
   struct Assembly;
 
-  void find_normals(const Cloth& cloth, const ClothSystem& system);
+  void find_normals(const Cloth& cloth, const ClothSystem& system, const Entries<const Real3>& shift);
   void keep_pattern();
   /// Factors what was assembled and puts the numbers into lanes [first, last).
   void keep_factor(int first, int last);
 
   std::unique_ptr<Assembly> assembly_;
   std::vector<int> inertia_step_;  // of each free node, and of the strain damping: half powers of two
-  Version of_positions_ = Version::none();
-  double of_dt_ = 0;
   std::vector<Real3> normal_;  // of each node
   // the factors by columns in the order of elimination, and which node that is
   std::vector<Index> node_, column_start_, row_;

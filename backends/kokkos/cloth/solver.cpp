@@ -28,7 +28,7 @@ void allocate(const Cloth& cloth, ClothSolverWork& solver) {
 MemoryEstimate factored_cloth_bytes(const Sizing& s) {
   const double n = s.size.nodes, entries = 3.3 * n * std::log2(std::max(2.0, n));
   MemoryEstimate sum;
-  sum.cloth = n * 21 * 3 * s.real;
+  sum.cloth = n * 66 * 3 * s.real;
   sum.host = entries * (4 * s.real + 3 * index_bytes + double_bytes) + 12 * n * (double_bytes + 2 * index_bytes);
   return sum;
 }
