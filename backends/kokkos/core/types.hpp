@@ -212,10 +212,23 @@ struct OnDevice<Vec3> {
   using type = Real3;
 };
 
+/// Loops of a host that are no longer than this have one thread: waking others, and waiting for them, takes as long.
+inline constexpr Index short_loop = 1536;
+
 /// Runs `body(i)` for i in [0, n) under a label that Kokkos Tools and profilers show, e.g. "drench::density::alpha".
 template <class Body>
 void parallel(const char* label, Index n, const Body& body) {
-  if (n > 0) Kokkos::parallel_for(label, LoopRange(0, n), body);
+  if (n <= 0) return;
+  if constexpr (on_host) {
+    if (n <= short_loop) {
+      std::uint64_t id = 0;
+      Kokkos::Tools::beginParallelFor(label, Kokkos::Tools::Experimental::device_id(ExecSpace()), &id);
+      for (Index i = 0; i < n; ++i) body(i);
+      Kokkos::Tools::endParallelFor(id);
+      return;
+    }
+  }
+  Kokkos::parallel_for(label, LoopRange(0, n), body);
 }
 
 }  // namespace drench::kokkos_backend
