@@ -1,6 +1,6 @@
 #pragma once
 // The cloth's iterations on the host: Anderson's acceleration of Projective Dynamics with its matrix factored.
-// Law: docs/theory/cloth.md, section 9.
+// Law: docs/theory/cloth.md, section 8.
 
 #include "cloth/pd_preconditioner.hpp"
 #include "cloth/solver.hpp"
