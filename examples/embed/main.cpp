@@ -18,7 +18,7 @@ drench::Scene water_over_cloth() {
   scene.fluid.blocks.push_back({.box = {{-0.08, 0.03, -0.08}, {0.08, 0.15, 0.08}}});
   drench::ClothScene cloth;
   cloth.grid = drench::GridScene{.size = {0.4, 0.4}, .nodes = {17, 17}};
-  cloth.pins.push_back({.kind = drench::PinScene::Kind::edges});
+  cloth.pins.emplace_back().kind = drench::PinScene::Kind::edges;
   cloth.material.porous = true;  // with every default
   scene.cloths.push_back(cloth);
   return scene;
