@@ -164,6 +164,7 @@ int compare_command(const CompareOptions& options) {
   }
   Setup setup = asked;
   fix_iterations(setup.model.scene);
+  setup.model.jacobi_cloth = true;
   leave_the_lattice(setup.model, options.seed, state);
   const auto backend = make_kokkos_backend(setup.model), reference = make_reference_backend(setup.model);
   fmt::print(

@@ -169,6 +169,7 @@ struct Model {
   double quantum = 0;                       // q = m0 / 2^32, kg
   double layer_share = 1;                   // d³ S of density.hpp: a plane of wall samples counts for one layer
   double relaxation = 0.3;                  // ω of both pressure solves (setup/smoothing_kernel.hpp)
+  bool jacobi_cloth = false;                // the cloth iterates as the reference does, also on a host (drench compare)
   Quanta min_quanta = 0;                    // m_min = 0.05 m0
   Quanta max_quanta = quanta_per_particle;  // m_max = m0
   std::vector<ClothMaterial> cloths;

@@ -156,7 +156,7 @@ TEST_F(Commands, ProfilePrintsATableOfTheStages) {
 TEST_F(Commands, AClothSolveThatEndsAtItsCapIsLogged) {
   write_text(here() / "sheet.yaml",
              "drench: 1\noutput: {every: 0}\ncloth_solver: {max_iterations: 2}\n"
-             "cloth: [{mesh: {grid: {}}, pin: [{corners: true}]}]\n");
+             "cloth: [{mesh: {grid: {}}, pin: [{corners: true, velocity: [3, 2, 0]}]}]\n");
   ASSERT_EQ(drench({"run", "sheet.yaml", "-o", "o", "--steps", "3"}).code, 0);
   const std::string log = read_text(here() / "o/run.log");
   EXPECT_NE(log.find("warning: step 1 (t = 0.004 s): the cloth solve did not converge in 2 iterations"),
@@ -170,7 +170,7 @@ TEST_F(Commands, AClothSolveThatEndsAtItsCapIsLogged) {
 TEST_F(Commands, AClothSolveThatEndsAtItsCapBesideLiquidIsLoggedWithWhatItLeft) {
   for (const char* backend : {"kokkos", "reference"}) {
     std::vector<std::string> run{"run", "tiny.yaml", "-o", backend, "--steps", "3"};
-    for (const char* key : {"cloth_solver.max_iterations=2", "cloth_solver.tolerance=1e-4"}) {
+    for (const char* key : {"cloth_solver.max_iterations=2", "cloth_solver.tolerance=1e-4", "cloth.0.pin.0.velocity=[3,2,0]"}) {
       run.push_back("--set");
       run.push_back(key);
     }

@@ -211,6 +211,7 @@ TEST(SceneMutations, EndInOneLocatedLineOrAnotherValidScene) {
   const test::TempFolder here;
   const std::string path = here.path() / "bad.yaml";
   write_meshes(here.path());
+  std::filesystem::copy_file(std::filesystem::path(test::scenes_folder()) / "bowl.obj", here.path() / "bowl.obj");
   const auto good = good_ones();
   for (const auto& [name, text] : good) {
     const Verdict whole = judge(text, path);

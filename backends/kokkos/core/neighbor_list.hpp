@@ -13,8 +13,8 @@ struct NeighborList {
   Field<Index> count;
   Field<std::int64_t> start;  // where a bundle's entries begin
   Field<Index> entry;
-  // Beside `entry`, kept by stage density for the step: V_j (dW/dr)/r, 1/m², between particles; V_b ∇W of a particle, 1/m, with
-  // a solid's sample, and with a cloth's as the pressure sees it (coupling/wall.hpp).
+  // Beside `entry`, kept by stage density for the step: V_j (dW/dr)/r, 1/m², of a particle with another and with a solid's
+  // sample; V_b ∇W of a particle, 1/m, with a cloth's sample as the pressure sees it (coupling/wall.hpp).
   Field<Real> grad_factor;
   Field<Real3> gradient;
   Index rows = 0;

@@ -95,9 +95,9 @@ struct DensityPairs {
   Entries<const Real3> xb;
   Entries<const Real> vb, bound;
   Entries<const std::int64_t> id;
-  Entries<Real3> wall_gradient, sheet_gradient;
-  WritableNeighbors lf;
-  Neighbors lb, ls;
+  Entries<Real3> sheet_gradient;
+  WritableNeighbors lf, lb;
+  Neighbors ls;
 
 #ifdef DRENCH_LANES
   /// Moves coincident particles apart; few rows have any.
@@ -141,15 +141,15 @@ struct DensityPairs {
 #endif
   KOKKOS_INLINE_FUNCTION void add_walls(Index i, DensitySum& sum) const {
     const Real3 xi = position(i).xyz();
-    const NeighborRow walls = lb.row(i);
+    const WritableRow walls = lb.row(i);
     for (Index k = 0; k < walls.count; ++k) {
       const Index b = walls(k);
       const Real3 r = xi - xb(b);
       const Real length = norm(r);
-      const Real3 g = (vb(b) * kernel.grad_factor(length)) * r;
-      wall_gradient(walls.index_of(k)) = g;
+      const Real factor = vb(b) * kernel.grad_factor(length);
+      walls.grad_factor(k) = factor;
       sum.delta += vb(b) * kernel.value(length);
-      sum.gradient += mirrored * g;
+      sum.gradient += mirrored * factor * r;
     }
   }
   KOKKOS_INLINE_FUNCTION void add_sheets(Index i, bool touching, DensitySum& sum) const {
@@ -196,7 +196,7 @@ void density_and_alpha(const Constants& constants, Fluid& fluid, NeighborLists& 
   const bool solids = bodies.boundary.count > 0, sheets = cloth.samples.count > 0,
              touching = has_sheet_contact(constants, cloth);
   make_room(lists.fluid_fluid.grad_factor, "drench::pair_grad_factor", lists.fluid_fluid.entry.extent(0) + spare_lanes);
-  if (solids) make_room(lists.fluid_boundary.gradient, "drench::wall_gradient", lists.fluid_boundary.entry.extent(0));
+  if (solids) make_room(lists.fluid_boundary.grad_factor, "drench::wall_grad_factor", lists.fluid_boundary.entry.extent(0));
   if (sheets) make_room(lists.fluid_sample.gradient, "drench::sample_gradient", lists.fluid_sample.entry.extent(0));
   const DensityPairs pairs{constants.kernel,
                            Real(constants.model.row_share()),
@@ -208,10 +208,9 @@ void density_and_alpha(const Constants& constants, Fluid& fluid, NeighborLists& 
                            bodies.boundary.volume,
                            cloth.samples.row_bound,
                            fluid.particles.id,
-                           lists.fluid_boundary.gradient,
                            lists.fluid_sample.gradient,
                            WritableNeighbors(lists.fluid_fluid),
-                           Neighbors(lists.fluid_boundary),
+                           WritableNeighbors(lists.fluid_boundary),
                            Neighbors(lists.fluid_sample)};
   const Entries<Real> ratio = fluid.particles.density_ratio, alpha = fluid.alpha, compliance = fluid.compliance,
                       contact = fluid.contact.alpha, contact_yields = fluid.contact.compliance;
@@ -284,7 +283,7 @@ MemoryEstimate density_bytes(const Sizing& s) {
   if (!(s.size.fluid > 0)) return sum;
   sum.lists = room_for_entries(s.entries.fluid_fluid) * r;                                // grad_factor
   if (s.size.samples > 0) sum.lists += room_for_entries(s.entries.fluid_sample) * 3 * r;  // gradient
-  if (s.size.boundary > 0) sum.lists += room_for_entries(s.entries.fluid_boundary) * 3 * r;
+  if (s.size.boundary > 0) sum.lists += room_for_entries(s.entries.fluid_boundary) * r;
   return sum;
 }
 

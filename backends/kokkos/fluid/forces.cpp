@@ -50,8 +50,7 @@ void liquid_change(const Constants& constants, const Fluid& fluid, const Neighbo
   const Real3 g = constants.gravity, center = constants.field_center, square = constants.field_square;
   const bool field = constants.model.scene.field.present;
   const bool solids = bodies.boundary.count > 0, sheets = cloth.samples.count > 0;
-  const Entries<const Real3> xb = bodies.boundary.position, ub = bodies.boundary.velocity, us = cloth.samples.velocity,
-                             wall_gradient = lists.fluid_boundary.gradient;
+  const Entries<const Real3> xb = bodies.boundary.position, ub = bodies.boundary.velocity, us = cloth.samples.velocity;
   const Entries<const Real4> position = fluid.position_volume, moving = work.velocity_and_weight,
                              xs = cloth.samples.position_volume;
   const Entries<Real4> change = work.change;
@@ -83,7 +82,7 @@ void liquid_change(const Constants& constants, const Fluid& fluid, const Neighbo
           for (Index k = 0; k < walls.count; ++k) {
             const Index b = walls(k);
             const Real3 r = xi - xb(b);
-            sum.add(solid_friction * share, vi - ub(b), r, wall_gradient(walls.index_of(k)));
+            sum.add(solid_friction * share, vi - ub(b), r, walls.grad_factor(k) * r);
           }
         }
         if (sheets) {

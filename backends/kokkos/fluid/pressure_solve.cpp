@@ -13,7 +13,7 @@ namespace {
 void predict_liquid(PressureSystem& system) {
   const Fluid& fluid = system.fluid;
   const Real dt = Real(system.dt);
-  const Entries<const Real3> v = fluid.particles.velocity, wall_gradient = system.lists.fluid_boundary.gradient,
+  const Entries<const Real3> v = fluid.particles.velocity, xb = system.bodies.boundary.position,
                              gradient = system.lists.fluid_sample.gradient;
   const Entries<const Real4> position_kappa = std::as_const(system.work).position_kappa;
   const Entries<Real4> predicted = system.work.predicted;
@@ -37,7 +37,7 @@ void predict_liquid(PressureSystem& system) {
         if (at_sheet != 0) {
           if (solids) {
             const NeighborRow walls = lb.row(i);
-            for (Index k = 0; k < walls.count; ++k) a -= (mirrored * ki) * wall_gradient(walls.index_of(k));
+            for (Index k = 0; k < walls.count; ++k) a -= (mirrored * ki * walls.grad_factor(k)) * (xi - xb(walls(k)));
           }
           if (cloth) {
             const Real dense = image_density(ratio(i)) * mirrored * at_sheet;
@@ -56,7 +56,7 @@ void measure_density_rate(PressureSystem& system) {
   const Bodies& bodies = system.bodies;
   const Real dt = Real(system.dt);
   const PressureWork& work = system.work;
-  const Entries<const Real3> ub = bodies.seen_velocity(), wall_gradient = system.lists.fluid_boundary.gradient,
+  const Entries<const Real3> ub = bodies.seen_velocity(), xb = bodies.boundary.position,
                              gradient = system.lists.fluid_sample.gradient;
   const Entries<const Real4> position_kappa = work.position_kappa, v = work.predicted,
                              us = std::as_const(system.cloth).samples.predicted;
@@ -78,7 +78,8 @@ void measure_density_rate(PressureSystem& system) {
         if (solids) {
           const NeighborRow walls = lb.row(i);
           for (Index k = 0; k < walls.count; ++k) {
-            sum += mirrored * dot(vi - ub(walls(k)), wall_gradient(walls.index_of(k)));
+            const Index b = walls(k);
+            sum += mirrored * walls.grad_factor(k) * dot(vi - ub(b), xi - xb(b));
           }
         }
         if (cloth) {
