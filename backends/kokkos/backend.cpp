@@ -126,8 +126,8 @@ class KokkosBackend final : public Backend {
   /// nodes.force of the pressure that the last density solve found; whether there is any.
   bool load_cloth_with_last_pressure() {
     if (fluid_.particles.count == 0 || cloth_.samples.count == 0) return false;
-    warm_start_density(fluid_, cloth_, pressure_);
-    load_cloth(constants_, fluid_, lists_, pressure_, cloth_);
+    warm_start_density(fluid_, pressure_);
+    load_cloth(lists_.sheet_rows, fluid_.particles.kappa_density, nullptr, cloth_);
     return true;
   }
 

@@ -44,7 +44,7 @@ struct Nodes {
   // derived
   Field<Real> inverse_mass;  // u_n, 1/kg; 0 if pinned (refresh_inverse_mass)
   Field<Real3> force;        // f_n, N: what the stage that runs does to the node
-  Field<Real3> acceleration;
+  Field<Real3> predicted;    // v_n + Δt a_n, m/s, in the pressure solves
   Field<Real> row_bound;  // u_n Σ_b w_bn c_b (node_bounds_from_samples)
 };
 
@@ -85,7 +85,6 @@ struct Samples {
   Field<Real3> force;               // F_b, N
   Field<Real4> position_volume;     // x_b, m, and V_b, m³ (stage density)
   Field<Real4> normal_offset;       // ½ d n_b, m (stage density)
-  Field<Real4> predicted;           // v_b + Δt a_b, m/s, in the pressure solves
   Field<Real> row_load, row_bound;  // g_b, c_b of the Jacobi diagonal (stage density)
 };
 

@@ -81,7 +81,7 @@ void make_nodes(const Model& m, Nodes& n) {
   }
   allocate_zeros(n.inverse_mass, "drench::node_inverse_mass", static_cast<std::size_t>(n.count));
   allocate_zeros(n.force, "drench::node_force", static_cast<std::size_t>(n.count));
-  allocate_zeros(n.acceleration, "drench::node_acceleration", static_cast<std::size_t>(n.count));
+  allocate_zeros(n.predicted, "drench::node_predicted", static_cast<std::size_t>(n.count));
   std::vector<double> capacity(mesh.rest_position.size(), 0.0);
   std::copy_n(samples.node_capacity.begin(), std::min(capacity.size(), samples.node_capacity.size()), capacity.begin());
   n.capacity = to_device<double>("drench::node_capacity", capacity);
@@ -102,7 +102,7 @@ double node_bytes(const Sizing& m) {
   DRENCH_NODE_FIELDS(DRENCH_BYTES)
 #undef DRENCH_BYTES
   node += r + 1 + index_bytes + double_bytes;  // solid_mass, pinned, cloth, capacity
-  node += 3 * index_bytes + 7 * r;             // edge_start, hinge_start, link_start; inverse_mass, force, acceleration
+  node += 3 * index_bytes + 7 * r;             // edge_start, hinge_start, link_start; inverse_mass, force, predicted
   // capacity_quanta, max_quanta, weight_sum, sample_start, row_bound
   if (m.size.samples > 0) node += 2 * quanta_bytes + double_bytes + index_bytes + r;
   double bytes = m.size.nodes * node + m.size.links * 4 * r;
@@ -180,7 +180,6 @@ void make_samples(const Model& m, Samples& s) {
     allocate_zeros(s.force, "drench::sample_force", samples);
     allocate_zeros(s.position_volume, "drench::sample_position_volume", samples);
     allocate_zeros(s.normal_offset, "drench::sample_normal_offset", samples);
-    allocate_zeros(s.predicted, "drench::sample_predicted", samples);
     allocate_zeros(s.row_load, "drench::sample_row_load", samples);
     allocate_zeros(s.row_bound, "drench::sample_row_bound", samples);
   }
@@ -200,8 +199,8 @@ double sample_bytes(const Sizing& m) {
   if (needed) sample += m.entry<host_type>();
   DRENCH_SAMPLE_FIELDS(DRENCH_BYTES)
 #undef DRENCH_BYTES
-  // force, position_volume, normal_offset, predicted, row_load, row_bound; boundary_edge
-  if (m.size.liquid) sample += 17 * r + 2 * index_bytes;
+  // force, position_volume, normal_offset, row_load, row_bound; boundary_edge
+  if (m.size.liquid) sample += 13 * r + 2 * index_bytes;
   if (m.size.porous) sample += 5 * r;  // area, capacity, rest_position
   return m.size.samples * sample;
 }

@@ -5,6 +5,7 @@
 #include <memory>
 
 #include "core/cell_table.hpp"
+#include "core/pair_sort.hpp"
 #include "scene/scene.hpp"
 
 namespace drench::kokkos_backend {
@@ -22,16 +23,6 @@ class BucketSort {
   virtual void sort(CellTableView& table, Index count) = 0;
   /// Leaves in `table` the arrays `start` and `item`, as long as they were; may exchange `item` for an array of its own.
   virtual void read_out(CellTableView& table, Index count) = 0;
-};
-
-/// Exclusive sums of integers, in place; what it needs beside them is kept. (On CUDA CUB's, which reads and writes each once.)
-class PrefixSums {
- public:
-  /// a(k) becomes Σ_{l<k} a(l), k < n.
-  void sum(const Array<Index>& a, Index n);
-
- private:
-  Array<std::uint8_t> scratch_;
 };
 
 /// Makes the sort; its work arrays are allocated when the first particles come.

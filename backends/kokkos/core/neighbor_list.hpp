@@ -2,7 +2,7 @@
 // Neighbour lists and how kernels read them.
 
 #include "core/cached.hpp"
-#include "core/types.hpp"
+#include "core/pair_sort.hpp"
 
 namespace drench::kokkos_backend {
 
@@ -14,9 +14,8 @@ struct NeighborList {
   Field<std::int64_t> start;  // where a bundle's entries begin
   Field<Index> entry;
   // Beside `entry`, kept by stage density for the step: V_j (dW/dr)/r, 1/m², of a particle with another and with a solid's
-  // sample; V_b ∇W of a particle, 1/m, with a cloth's sample as the pressure sees it (coupling/wall.hpp).
+  // sample.
   Field<Real> grad_factor;
-  Field<Real3> gradient;
   Index rows = 0;
   // While it is filled: entries given out by this filling and by the next one; how many were asked for, if too many.
   Kokkos::View<std::int64_t[2], MemSpace> used;
@@ -69,12 +68,30 @@ using Neighbors = BasicNeighbors<const Index, const Real>;
 using WritableRow = BasicNeighborRow<Index, Real>;
 using WritableNeighbors = BasicNeighbors<Index, Real>;
 
+/// A particle beside a sheet with one of its nodes, in one load of 16 bytes in float.
+struct alignas(4 * sizeof(Real)) SheetPair {
+  Real3 gradient;  // p_in, 1/m, beside a particle; ρ0 V_i p_in, kg/m, beside a node
+  Index other;
+};
+
+/// The pairs of the liquid with sheets as the pressure solves read them, from stage density (coupling/sheet_rows.hpp).
+struct SheetRows {
+  Field<Index> of_particle, of_node;  // where a row begins
+  Field<SheetPair> particle_pair, node_pair;
+  Index count = 0;
+  Field<Index> owner;  // of particle_pair
+  PairSort sort;
+  PrefixSums sums;
+};
+
 /// Every list of a run, named `row_neighbour`. Liquid: its particles; boundary: samples of solids; sample: of cloths.
 struct NeighborLists {
   NeighborList fluid_fluid, fluid_boundary, fluid_sample, sample_fluid;
+  Version made;                          // of fluid_fluid with its factors (stage density)
   Cached<NeighborList> sample_sample;    // of the nodes' positions
   Cached<NeighborList> sample_boundary;  // of the nodes' and the bodies' positions
   NeighborList boundary_fluid;           // rows: the samples of dynamic bodies
+  SheetRows sheet_rows;
 };
 
 }  // namespace drench::kokkos_backend

@@ -128,7 +128,9 @@ struct BundleSearch {
     std::int64_t first = 0;
     if (lane == 0) {
       if (i == 0) *search.next_used = 0;
-      if (width > 0) first = search.take(std::int64_t{width} * rows_per_bundle);
+      // Whole groups of four for the liquid's own list, as the pressure's lean lists lie beside it.
+      const Index room = search.in_order ? (width + 3) / 4 * 4 : width;
+      if (width > 0) first = search.take(std::int64_t{room} * rows_per_bundle);
       if (i < search.rows) search.start(i / rows_per_bundle) = first;
     }
     first = from_first_of_warp(first);

@@ -37,23 +37,12 @@ void ElasticSheets::start() {
 void ElasticSheets::respond() {
   const ClothSystem s = iteration_.system();
   const Real dt = dt_;
-  const Samples& samples = cloth_.samples;
   const Entries<const Real3> base = std::as_const(solver_).base, f = std::as_const(cloth_).nodes.force;
   parallel(
       "drench::pressure::cloth_target", cloth_.nodes.count, KOKKOS_LAMBDA(const Index n) {
         if (!s.pinned(n)) s.target(n) = base(n) + (dt * dt / s.mass(n)) * f(n);
       });
   iteration_.run(most_iterations_);
-  const Entries<const Real3> shift = std::as_const(solver_).displacement;
-  const Entries<Real4> predicted = cloth_.samples.predicted;
-  const Entries<const Index> node = samples.node;
-  const Entries<const Real> weight = samples.weight;
-  parallel(
-      "drench::pressure::sample_velocity", samples.count, KOKKOS_LAMBDA(const Index b) {
-        Real3 p;
-        for (int k = 0; k < 3; ++k) p += weight(3 * b + k) * shift(node(3 * b + k));
-        predicted(b) = {(1 / dt) * p, Real(0)};
-      });
 }
 
 void ElasticSheets::accept() {

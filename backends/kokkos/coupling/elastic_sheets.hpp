@@ -13,8 +13,10 @@ class ElasticSheets {
   /// The displacement of the velocity as it is, and the target without the pressure's part. Not in the constructor: nvcc
   /// wants kernels in functions that have an address.
   void start();
-  /// Node forces → target → some iterations → samples.predicted.
+  /// Node forces → target → some iterations.
   void respond();
+  /// The nodes' displacements in the step, m.
+  const Field<Real3>& displacement() const { return solver_.displacement; }
   const ClothProgress& progress() { return iteration_.progress(); }
   /// Velocities and the pins' forces of what was found.
   void accept();

@@ -13,20 +13,13 @@ inline bool has_sheet_contact(const Constants& constants, const Cloth& cloth) {
   return cloth.samples.count > 0 && !constants.model.scene.through_cloth;
 }
 
-/// A particle's load on the sheets near it, m⁵/s²: as dense as its image there, V_i κ_i.
-KOKKOS_INLINE_FUNCTION Real sheet_load(Real ratio, Real volume, Real kappa) {
-  return image_density(ratio) * volume * kappa;
-}
-
-/// Particles with α = 0 carry no pressure: their κ of the density solve becomes 0. The others' load on sheets goes to
-/// work.predicted.
-void warm_start_density(Fluid& fluid, const Cloth& cloth, PressureWork& work);
-/// nodes.force = f_n, N, of the loads in work.predicted.
-void load_cloth(const Constants& constants, const Fluid& fluid, const NeighborLists& lists, const PressureWork& work,
-                Cloth& cloth);
-/// Nodes with their inertia alone: nodes.acceleration = a_n, samples.predicted = v_b + Δt a_b.
+/// Particles with α = 0 carry no pressure: their κ of the density solve becomes 0.
+void warm_start_density(Fluid& fluid, PressureWork& work);
+/// nodes.force = f_n = Σ_i ρ0 V_i (κ_i + λ_i) p_in, N. `contact_pressure`: null without λ.
+void load_cloth(const SheetRows& rows, const Field<Real>& pressure, const Field<Real>* contact_pressure, Cloth& cloth);
+/// Nodes with their inertia alone: nodes.predicted = v_n + Δt a_n.
 void predict_free_cloth(Cloth& cloth, Real dt);
-/// v_n += Δt a_n, pin_force −= f_n on pinned nodes.
-void accept_free_cloth(Cloth& cloth, Real dt);
+/// v_n = nodes.predicted, pin_force −= f_n on pinned nodes.
+void accept_free_cloth(Cloth& cloth);
 
 }  // namespace drench::kokkos_backend

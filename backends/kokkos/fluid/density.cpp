@@ -7,6 +7,7 @@
 #include "core/isa.hpp"
 #include "core/neighbor_search.hpp"
 #include "coupling/body_response.hpp"
+#include "coupling/sheet_rows.hpp"
 #include "coupling/wall.hpp"
 #include "fluid/stages.hpp"
 #include "particles/coincident_pairs.hpp"
@@ -83,6 +84,7 @@ struct DensitySum {
   Real squares = 0, yielded = 0;            // of the Jacobi diagonal, 1/m²
   Real coupling = 0;                        // the sheets' share of it
   Real3 gradient, separation;               // Σ V ∇W, 1/m; m
+  Real3 walls, sheets;                      // of the gradient, 1/m: what solids and sheets have in it
   Real contact_diagonal = 0, contact_compliance = 0;  // of liquid that can touch sheets
 };
 
@@ -95,7 +97,6 @@ struct DensityPairs {
   Entries<const Real3> xb;
   Entries<const Real> vb, bound;
   Entries<const std::int64_t> id;
-  Entries<Real3> sheet_gradient;
   WritableNeighbors lf, lb;
   Neighbors ls;
 
@@ -149,29 +150,29 @@ struct DensityPairs {
       const Real factor = vb(b) * kernel.grad_factor(length);
       walls.grad_factor(k) = factor;
       sum.delta += vb(b) * kernel.value(length);
-      sum.gradient += mirrored * factor * r;
+      sum.walls += mirrored * factor * r;
     }
+    sum.gradient += sum.walls;
   }
   KOKKOS_INLINE_FUNCTION void add_sheets(Index i, bool touching, DensitySum& sum) const {
     const Real3 xi = position(i).xyz();
     Real3 sheet;
-    Real lengths = 0;  // of what `sheet` sums up
+    Real lengths = 0;  // of what `sheet` sums up, with `mirrored`
     const NeighborRow sheets = ls.row(i);
     for (Index k = 0; k < sheets.count; ++k) {
       const Index b = sheets(k);
       const Real4 at = xs(b);
       const Real3 r = from_behind(xi - at.xyz(), offset(b).xyz());
       const Real length = norm(r), factor = at.w * kernel.grad_factor(length);
-      const Real3 g = factor * r;
-      sheet_gradient(sheets.index_of(k)) = g;
       sum.delta += at.w * kernel.value(length);
-      sheet += mirrored * g;
+      sheet += (mirrored * factor) * r;
       lengths -= mirrored * factor * length;
       sum.coupling -= mirrored * mirrored * row_share * factor * length * bound(b);
     }
     const Real dense = image_density(sum.delta);
     sheet = dense * sheet;
     lengths *= dense;
+    sum.sheets = sheet;
     sum.gradient += sheet;
     sum.coupling *= dense * dense;
     if (!touching) return;
@@ -197,7 +198,6 @@ void density_and_alpha(const Constants& constants, Fluid& fluid, NeighborLists& 
              touching = has_sheet_contact(constants, cloth);
   make_room(lists.fluid_fluid.grad_factor, "drench::pair_grad_factor", lists.fluid_fluid.entry.extent(0) + spare_lanes);
   if (solids) make_room(lists.fluid_boundary.grad_factor, "drench::wall_grad_factor", lists.fluid_boundary.entry.extent(0));
-  if (sheets) make_room(lists.fluid_sample.gradient, "drench::sample_gradient", lists.fluid_sample.entry.extent(0));
   const DensityPairs pairs{constants.kernel,
                            Real(constants.model.row_share()),
                            CoincidentPairs(constants.spacing),
@@ -208,13 +208,13 @@ void density_and_alpha(const Constants& constants, Fluid& fluid, NeighborLists& 
                            bodies.boundary.volume,
                            cloth.samples.row_bound,
                            fluid.particles.id,
-                           lists.fluid_sample.gradient,
                            WritableNeighbors(lists.fluid_fluid),
                            WritableNeighbors(lists.fluid_boundary),
                            Neighbors(lists.fluid_sample)};
   const Entries<Real> ratio = fluid.particles.density_ratio, alpha = fluid.alpha, compliance = fluid.compliance,
                       contact = fluid.contact.alpha, contact_yields = fluid.contact.compliance;
-  const Entries<Real3> separation = fluid.separation;
+  const Entries<Real3> separation = fluid.separation, boundary = fluid.boundary_gradient,
+                       sheet = fluid.contact.gradient;
 #ifdef DRENCH_LANES
   const auto add_liquid = DRENCH_BY_ISA(add_liquid_lanes);
 #endif
@@ -229,7 +229,9 @@ void density_and_alpha(const Constants& constants, Fluid& fluid, NeighborLists& 
 #endif
         if (solids) pairs.add_walls(i, sum);
         if (sheets) pairs.add_sheets(i, touching, sum);
+        if (solids || sheets) boundary(i) = sum.walls + sum.sheets;
         if (touching) {
+          sheet(i) = sum.sheets;
           contact_yields(i) = sum.contact_compliance;
           contact(i) = inverse(sum.contact_diagonal, smallest, vi);
         }
@@ -260,14 +262,16 @@ void find_contact(const Constants& constants, const Cloth& cloth, Fluid& fluid) 
       });
 }
 
-void allocate(Fluid& fluid, bool touching) {
+void allocate(Fluid& fluid, bool boundary, bool touching) {
   const std::size_t n = fluid.particles.capacity();
   make_room(fluid.volume, "drench::fluid_volume", n);
   make_room(fluid.position_volume, "drench::fluid_position_volume", n);
   make_room(fluid.alpha, "drench::fluid_alpha", n);
   make_room(fluid.compliance, "drench::fluid_compliance", n);
   make_room(fluid.separation, "drench::fluid_separation", n);
+  if (boundary) make_room(fluid.boundary_gradient, "drench::fluid_boundary_gradient", n);
   if (!touching) return;
+  make_room(fluid.contact.gradient, "drench::contact_gradient", n);
   make_room(fluid.contact.alpha, "drench::contact_alpha", n);
   make_room(fluid.contact.compliance, "drench::contact_compliance", n);
 }
@@ -277,19 +281,20 @@ void allocate(Fluid& fluid, bool touching) {
 MemoryEstimate density_bytes(const Sizing& s) {
   const double r = s.real;
   double particle = 10 * r;
-  if (s.size.samples > 0) particle += 2 * r;  // contact
+  if (s.size.samples > 0 || s.size.boundary > 0) particle += 3 * r;  // boundary_gradient
+  if (s.size.samples > 0) particle += 5 * r;                         // contact
   MemoryEstimate sum;
   sum.particles = particle_room(s) * particle;
   if (!(s.size.fluid > 0)) return sum;
   sum.lists = room_for_entries(s.entries.fluid_fluid) * r;                                // grad_factor
-  if (s.size.samples > 0) sum.lists += room_for_entries(s.entries.fluid_sample) * 3 * r;  // gradient
+  if (s.size.samples > 0) sum.lists += sheet_row_bytes(s);
   if (s.size.boundary > 0) sum.lists += room_for_entries(s.entries.fluid_boundary) * r;
   return sum;
 }
 
 void density(const Constants& constants, Fluid& fluid, NeighborLists& lists, Bodies& bodies, Cloth& cloth) {
   const bool touching = has_sheet_contact(constants, cloth);
-  allocate(fluid, touching);
+  allocate(fluid, bodies.boundary.count > 0 || cloth.samples.count > 0, touching);
   const Entries<Real> volume = fluid.volume;
   const Entries<const Quanta> mass = fluid.particles.mass;
   const Entries<const Real3> x = fluid.particles.position;
@@ -306,7 +311,9 @@ void density(const Constants& constants, Fluid& fluid, NeighborLists& lists, Bod
     sample_row_bounds(constants, fluid, lists, cloth);
   }
   density_and_alpha(constants, fluid, lists, bodies, cloth);
+  lists.made.advance();
   if (touching) find_contact(constants, cloth, fluid);
+  if (cloth.samples.count > 0) make_sheet_rows(constants, fluid, cloth, lists);
   add_body_rows(constants, lists, bodies, fluid);
 }
 

@@ -1,5 +1,7 @@
 // Stage divergence (src/stages/divergence.hpp).
 
+#include "core/neighbor_search.hpp"
+#include "fluid/solve.hpp"
 #include "fluid/stages.hpp"
 
 namespace drench::kokkos_backend {
@@ -30,23 +32,10 @@ struct DivergenceProblem {
   const FluidSolverScene& limits;
   StepReport& report;
 
-  SumUnderWay<IterationNorms> begin(Real relaxation, int slot) const {
-    const Entries<const std::uint8_t> active = std::as_const(system.work).active;
-    const Entries<const Real> alpha = std::as_const(system.fluid).alpha, kappa = std::as_const(system.kappa),
-                              rate = std::as_const(system.work).density_rate,
-                              last = std::as_const(system.work).last_kappa;
-    const Entries<Real> next = system.work.next_kappa;
-    const Real factor = relaxation / Real(system.dt);
-    return begin_ordered<IterationNorms>(
-        "drench::divergence::error", system.count(),
-        KOKKOS_LAMBDA(const Index i) {
-          next(i) = 0;
-          if (!active(i)) return IterationNorms{};
-          const Real gain = factor * alpha(i), k = updated(kappa(i), gain, rate(i));
-          next(i) = k;
-          return norms_of(rate(i), kappa(i), gain, k, last(i), alpha(i));
-        },
-        slot);
+  DivergenceUpdate update(Real relaxation) const {
+    const PressureWork& work = system.work;
+    return {work.active, std::as_const(system.fluid).alpha, std::as_const(system.kappa), work.last_kappa,
+            system.work.next_kappa, relaxation / Real(system.dt)};
   }
   IterationNorms norms(const IterationNorms& sums) const { return sums; }
   double scaled(const IterationNorms& n) const {
@@ -66,6 +55,10 @@ struct DivergenceProblem {
 MemoryEstimate divergence_bytes(const Sizing& s) {
   MemoryEstimate sum;
   sum.particles = particle_room(s) * (pressure_work_bytes(s) + 1);  // active
+  if (!s.gpu || s.real != sizeof(float)) return sum;
+  // of the lean iterations: words; packed, liquid_rate, other_kappa, groups; base_contact, other_contact_pressure
+  sum.lists = room_for_entries(s.entries.fluid_fluid) * sizeof(std::uint32_t);
+  sum.particles += particle_room(s) * (6 * s.real + 1 + (s.size.samples > 0 ? 2 * s.real : 0));
   return sum;
 }
 

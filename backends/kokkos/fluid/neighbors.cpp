@@ -117,7 +117,8 @@ MemoryEstimate neighbor_bytes(const Sizing& s) {
   const SetupSize& size = s.size;
   sum.particles = nearest_sample_bytes(s);
   sum.cells = cell_table_bytes(size.fluid, size.fluid_cells, s);
-  if (size.fluid > 0) sum.lists += list_bytes(size.fluid, s.entries.fluid_fluid, s);
+  // On a GPU bundles are whole groups of four wide.
+  if (size.fluid > 0) sum.lists += list_bytes(size.fluid, s.entries.fluid_fluid + (s.gpu ? 1.5 * size.fluid : 0), s);
   if (size.fluid > 0 && size.boundary > 0) sum.lists += list_bytes(size.fluid, s.entries.fluid_boundary, s);
   if (!(size.samples > 0)) return sum;
   sum.lists += list_bytes(size.samples, s.entries.sample_sample, s);

@@ -5,22 +5,22 @@
 
 #include "coupling/body_response.hpp"
 #include "coupling/wall.hpp"
+#include "fluid/lean_pressure.hpp"
 
 namespace drench::kokkos_backend {
 namespace {
 
-/// work.predicted = v_i + Δt a_i(κ, λ) and the load on sheets.
+/// work.predicted = v_i + Δt a_i(κ, λ).
 void predict_liquid(PressureSystem& system) {
   const Fluid& fluid = system.fluid;
   const Real dt = Real(system.dt);
-  const Entries<const Real3> v = fluid.particles.velocity, xb = system.bodies.boundary.position,
-                             gradient = system.lists.fluid_sample.gradient;
+  const Entries<const Real3> v = fluid.particles.velocity, boundary = fluid.boundary_gradient,
+                             sheet = fluid.contact.gradient;
   const Entries<const Real4> position_kappa = std::as_const(system.work).position_kappa;
   const Entries<Real4> predicted = system.work.predicted;
-  const Entries<const Real> ratio = fluid.particles.density_ratio, volume = fluid.volume,
-                            contact = std::as_const(system.work).contact_pressure;
-  const Neighbors lf(system.lists.fluid_fluid), lb(system.lists.fluid_boundary), ls(system.lists.fluid_sample);
-  const bool solids = system.bodies.boundary.count > 0, cloth = system.has_cloth(), touching = system.touching;
+  const Entries<const Real> contact = std::as_const(system.work).contact_pressure;
+  const Neighbors lf(system.lists.fluid_fluid);
+  const bool bounded = system.bodies.boundary.count > 0 || system.has_cloth(), touching = system.touching;
   parallel(
       "drench::pressure::acceleration", system.count(), KOKKOS_LAMBDA(const Index i) {
         const Real4 here = position_kappa(i);
@@ -33,20 +33,9 @@ void predict_liquid(PressureSystem& system) {
           const Real4 at = position_kappa(near(k));
           a -= (near.grad_factor(k) * (ki + at.w)) * (xi - at.xyz());
         }
-        const Real at_sheet = touching ? ki + contact(i) : ki;
-        if (at_sheet != 0) {
-          if (solids) {
-            const NeighborRow walls = lb.row(i);
-            for (Index k = 0; k < walls.count; ++k) a -= (mirrored * ki * walls.grad_factor(k)) * (xi - xb(walls(k)));
-          }
-          if (cloth) {
-            const Real dense = image_density(ratio(i)) * mirrored * at_sheet;
-            const NeighborRow sheets = ls.row(i);
-            DRENCH_UNROLL
-            for (Index k = 0; k < sheets.count; ++k) a -= dense * gradient(sheets.index_of(k));
-          }
-        }
-        predicted(i) = {v(i) + dt * a, cloth ? sheet_load(ratio(i), volume(i), at_sheet) : Real(0)};
+        if (bounded) a -= ki * boundary(i);
+        if (touching) a -= contact(i) * sheet(i);
+        predicted(i) = {v(i) + dt * a, ki};
       });
 }
 
@@ -56,15 +45,16 @@ void measure_density_rate(PressureSystem& system) {
   const Bodies& bodies = system.bodies;
   const Real dt = Real(system.dt);
   const PressureWork& work = system.work;
-  const Entries<const Real3> ub = bodies.seen_velocity(), xb = bodies.boundary.position,
-                             gradient = system.lists.fluid_sample.gradient;
-  const Entries<const Real4> position_kappa = work.position_kappa, v = work.predicted,
-                             us = std::as_const(system.cloth).samples.predicted;
-  const Entries<const Real> compliance = fluid.compliance,
-                            ratio = fluid.particles.density_ratio, kappa = std::as_const(system.kappa);
-  const Entries<Real> rate = system.work.density_rate, approach = system.work.approach_rate;
-  const Neighbors lf(system.lists.fluid_fluid), lb(system.lists.fluid_boundary), ls(system.lists.fluid_sample);
-  const bool solids = bodies.boundary.count > 0, cloth = system.has_cloth(), touching = system.touching;
+  const Entries<const Real3> ub = bodies.seen_velocity(), xb = bodies.boundary.position;
+  const Entries<const Real4> position_kappa = work.position_kappa, v = work.predicted;
+  const Entries<const Real> compliance = fluid.compliance, kappa = std::as_const(system.kappa);
+  const Entries<Real> rate = system.work.density_rate, approach = system.work.approach_rate,
+                      liquid_rate = system.work.liquid_rate;
+  const bool keep_liquid_rate = system.keep_liquid_rate;
+  const Neighbors lf(system.lists.fluid_fluid), lb(system.lists.fluid_boundary);
+  const bool solids = bodies.boundary.count > 0, touching = system.touching;
+  const bool cloth = system.has_cloth() && system.lists.sheet_rows.count > 0;
+  const SheetsOfParticles sheets = system.sheets_of_particles();
   parallel(
       "drench::pressure::density_rate", system.count(), KOKKOS_LAMBDA(const Index i) {
         const Real3 xi = position_kappa(i).xyz(), vi = v(i).xyz();
@@ -75,6 +65,7 @@ void measure_density_rate(PressureSystem& system) {
           const Index j = near(k);
           sum += near.grad_factor(k) * dot(vi - v(j).xyz(), xi - position_kappa(j).xyz());
         }
+        if (keep_liquid_rate) liquid_rate(i) = sum;
         if (solids) {
           const NeighborRow walls = lb.row(i);
           for (Index k = 0; k < walls.count; ++k) {
@@ -83,13 +74,11 @@ void measure_density_rate(PressureSystem& system) {
           }
         }
         if (cloth) {
-          Real sheet = 0;
-          const NeighborRow sheets = ls.row(i);
-          DRENCH_UNROLL
-          for (Index k = 0; k < sheets.count; ++k) sheet += dot(vi - us(sheets(k)).xyz(), gradient(sheets.index_of(k)));
-          sheet *= mirrored * image_density(ratio(i));
+          const Real sheet = sheets.approach(i, vi);
           if (touching) approach(i) = sheet;
           sum += sheet;
+        } else if (touching) {
+          approach(i) = 0;
         }
         rate(i) = sum - dt * compliance(i) * kappa(i);
       });
@@ -97,21 +86,48 @@ void measure_density_rate(PressureSystem& system) {
 
 }  // namespace
 
+SheetsOfParticles PressureSystem::sheets_of_particles() const {
+  const SheetRows& rows = lists.sheet_rows;
+  if (elastic) return {rows.of_particle, rows.particle_pair, elastic->displacement(), Real(1) / Real(dt)};
+  return {rows.of_particle, rows.particle_pair, std::as_const(cloth).nodes.predicted, Real(1)};
+}
+
 void apply_pressure(PressureSystem& system) {
-  const Real dt = Real(system.dt);
-  predict_liquid(system);
+  if constexpr (has_lean_pressure)
+    if (system.lean) predict_lean_liquid(system);
+  if (!system.lean) predict_liquid(system);
   if (system.has_cloth()) {
-    load_cloth(system.constants, system.fluid, system.lists, system.work, system.cloth);
+    load_cloth(system.lists.sheet_rows, system.kappa, system.touching ? &system.work.contact_pressure : nullptr, system.cloth);
     if (system.elastic)
       system.elastic->respond();
     else
-      predict_free_cloth(system.cloth, dt);
+      predict_free_cloth(system.cloth, Real(system.dt));
   }
   predict_bodies(system.constants, system.fluid, system.lists, system.kappa, system.dt, system.bodies);
+  if (system.lean) return;  // its update finds the rates itself
+  if (system.keep_liquid_rate)
+    make_room(system.work.liquid_rate, "drench::pressure::liquid_rate", system.fluid.particles.capacity());
   measure_density_rate(system);
 }
 
+SumUnderWay<DensitySums> begin_full_update(const PressureSystem& system, const DensityUpdate& update, int slot) {
+  const Entries<const Real> rate = std::as_const(system.work).density_rate, approach = std::as_const(system.work).approach_rate;
+  const bool touching = system.touching;
+  return begin_ordered<DensitySums>(
+      "drench::pressure::residual", system.count(),
+      KOKKOS_LAMBDA(const Index i) { return update(i, rate(i), touching ? approach(i) : Real(0)).widened(); }, slot);
+}
+
+SumUnderWay<IterationNorms> begin_full_update(const PressureSystem& system, const DivergenceUpdate& update, int slot) {
+  const Entries<const Real> rate = std::as_const(system.work).density_rate;
+  return begin_ordered<IterationNorms>(
+      "drench::divergence::error", system.count(),
+      KOKKOS_LAMBDA(const Index i) { return update(i, rate(i), Real(0)).widened(); }, slot);
+}
+
 void accept_pressure(PressureSystem& system) {
+  if constexpr (has_lean_pressure)
+    if (system.lean) finish_lean_pressure(system);
   const Entries<Real3> v = system.fluid.particles.velocity;
   const Entries<const Real4> predicted = std::as_const(system.work).predicted;
   parallel(
@@ -121,7 +137,7 @@ void accept_pressure(PressureSystem& system) {
   if (system.elastic)
     system.elastic->accept();
   else
-    accept_free_cloth(system.cloth, Real(system.dt));
+    accept_free_cloth(system.cloth);
 }
 
 void PressureIteration::start() {
@@ -139,36 +155,67 @@ void PressureIteration::start() {
       });
 }
 
-void PressureIteration::advance(double residual, double restart) {
+double PressureIteration::next(double weight) { return 0.5 * (1 + std::sqrt(1 + 4 * weight * weight)); }
+
+Real PressureIteration::momentum() const { return Real((weight_ - 1) / next(weight_)); }
+
+void PressureIteration::advance(double residual, double restart, bool stepped) {
   if (residual > most_growth * smallest_) {
     relaxation_ *= Real(0.5);
     smallest_ = residual;
   }
   smallest_ = std::min(residual, smallest_);
-  if (residual > last_ || restart > 0) weight_ = 1;
+  const bool restarts = residual > last_ || restart > 0;
   last_ = residual;
-  move_on();
+  const bool differs = restarts && weight_ > 1;
+  if (restarts) weight_ = 1;
+  if (!stepped) return step();
+  weight_ = next(weight_);
+  take_step(differs);
 }
 
-void PressureIteration::move_on() {
-  const double next_weight = 0.5 * (1 + std::sqrt(1 + 4 * weight_ * weight_));
-  const Real momentum = Real((weight_ - 1) / next_weight);
-  weight_ = next_weight;
+void PressureIteration::step() {
+  const Real weight = momentum();
+  weight_ = next(weight_);
   PressureWork& work = system_.work;
-  const Entries<Real> kappa = system_.kappa, next = work.next_kappa, last = work.last_kappa,
-                      contact = work.contact_pressure, next_contact = work.next_contact_pressure,
-                      last_contact = work.last_contact_pressure;
+  const Entries<Real> kappa = system_.kappa, contact = work.contact_pressure;
+  const Entries<const Real> next = std::as_const(work).next_kappa, last = std::as_const(work).last_kappa,
+                            next_contact = std::as_const(work).next_contact_pressure,
+                            last_contact = std::as_const(work).last_contact_pressure;
+  const Entries<const Real4> base = std::as_const(work).predicted;
+  const Entries<Real4> position_kappa = work.position_kappa;
+  const bool touching = system_.touching, lean = system_.lean;
+  parallel(
+      "drench::pressure::update", system_.count(), KOKKOS_LAMBDA(const Index i) {
+        const Real y = next(i) + weight * (next(i) - last(i)), k = y > 0 ? y : Real(0);
+        kappa(i) = k;
+        position_kappa(i).w = lean ? k - base(i).w : k;
+        if (!touching) return;
+        const Real c = next_contact(i) + weight * (next_contact(i) - last_contact(i));
+        contact(i) = c > 0 ? c : Real(0);
+      });
+  std::swap(work.next_kappa, work.last_kappa);
+  std::swap(work.next_contact_pressure, work.last_contact_pressure);
+}
+
+void PressureIteration::take_step(bool restarts) {
+  PressureWork& work = system_.work;
+  std::swap(work.next_kappa, work.last_kappa);
+  std::swap(work.next_contact_pressure, work.last_contact_pressure);
+  std::swap(system_.kappa, work.other_kappa);
+  std::swap(work.contact_pressure, work.other_contact_pressure);
+  if (!restarts) return;
+  const Entries<Real> kappa = system_.kappa, contact = work.contact_pressure;
+  const Entries<const Real> last = std::as_const(work).last_kappa,
+                            last_contact = std::as_const(work).last_contact_pressure;
+  const Entries<const Real4> base = std::as_const(work).predicted;
   const Entries<Real4> position_kappa = work.position_kappa;
   const bool touching = system_.touching;
   parallel(
-      "drench::pressure::update", system_.count(), KOKKOS_LAMBDA(const Index i) {
-        const Real k = next(i) + momentum * (next(i) - last(i));
-        last(i) = next(i);
-        position_kappa(i).w = kappa(i) = k > 0 ? k : Real(0);
-        if (!touching) return;
-        const Real c = next_contact(i) + momentum * (next_contact(i) - last_contact(i));
-        last_contact(i) = next_contact(i);
-        contact(i) = c > 0 ? c : Real(0);
+      "drench::pressure::restart", system_.count(), KOKKOS_LAMBDA(const Index i) {
+        kappa(i) = last(i);
+        position_kappa(i).w = last(i) - base(i).w;
+        if (touching) contact(i) = last_contact(i);
       });
 }
 

@@ -5,6 +5,7 @@
 #include "core/reduce.hpp"
 #include "coupling/elastic_sheets.hpp"
 #include "coupling/pressure_work.hpp"
+#include "coupling/sheet_rows.hpp"
 
 namespace drench::kokkos_backend {
 
@@ -20,9 +21,13 @@ struct PressureSystem {
   double dt;                         // s
   bool touching = false;             // with the contact pressure λ of liquid that touches sheets
   ElasticSheets* elastic = nullptr;  // the cloth inside the solve; null: nodes answer with their inertia alone
+  bool lean = false;                 // iterates on what has changed since a full evaluation (fluid/lean_pressure.hpp)
+  bool keep_liquid_rate = false;     // that evaluation is the next one
 
   Index count() const { return fluid.particles.count; }
   bool has_cloth() const { return cloth.samples.count > 0; }
+  /// The sheets beside the liquid, with the nodes' velocities as the cloth has answered.
+  SheetsOfParticles sheets_of_particles() const;
 };
 
 /// One evaluation: κ and λ → the velocities that they leave, what cloth and bodies answer, and the density rates.
@@ -31,16 +36,19 @@ void apply_pressure(PressureSystem& system);
 void accept_pressure(PressureSystem& system);
 
 /// What an iteration is judged by, summed over the particles: max(0, residual); how much pressure is too high
-/// (complementarity); the scalar product that decides about a restart.
-struct IterationNorms {
-  double residual = 0, complementarity = 0, restart = 0;
-  KOKKOS_INLINE_FUNCTION IterationNorms& operator+=(const IterationNorms& o) {
+/// (complementarity); the scalar product that decides about a restart. A particle has them in Real, sums are of double.
+template <class Number>
+struct NormsIn {
+  Number residual = 0, complementarity = 0, restart = 0;
+  KOKKOS_INLINE_FUNCTION NormsIn& operator+=(const NormsIn& o) {
     residual += o.residual;
     complementarity += o.complementarity;
     restart += o.restart;
     return *this;
   }
+  KOKKOS_INLINE_FUNCTION NormsIn<double> widened() const { return {residual, complementarity, restart}; }
 };
+using IterationNorms = NormsIn<double>;
 
 /// One projected Jacobi update, max(0, κ + gain · residual) with gain = ω α/Δt^k.
 KOKKOS_INLINE_FUNCTION Real updated(Real kappa, Real gain, Real residual) {
@@ -50,16 +58,16 @@ KOKKOS_INLINE_FUNCTION Real updated(Real kappa, Real gain, Real residual) {
 
 /// The complementarity residual: how much too high a particle's pressure is, in units of the residual. It is −residual
 /// where that is negative, at most what lowering κ to 0 in one update can remove, and 0 elsewhere.
-KOKKOS_INLINE_FUNCTION double complementarity(double residual, double kappa, double gain) {
+KOKKOS_INLINE_FUNCTION Real complementarity(Real residual, Real kappa, Real gain) {
   if (residual >= 0 || kappa <= 0 || gain <= 0) return 0;
-  const double most = kappa / gain;
+  const Real most = kappa / gain;
   return -residual < most ? -residual : most;
 }
 
 /// The norms of one unknown: `alpha` its Jacobi factor, `next` its update, `last` the update before.
-KOKKOS_INLINE_FUNCTION IterationNorms norms_of(Real residual, Real kappa, Real gain, Real next, Real last, Real alpha) {
-  return {residual > 0 ? double(residual) : 0.0, complementarity(double(residual), double(kappa), double(gain)),
-          alpha > 0 ? double(kappa - next) * double(next - last) / double(alpha) : 0.0};
+KOKKOS_INLINE_FUNCTION NormsIn<Real> norms_of(Real residual, Real kappa, Real gain, Real next, Real last, Real alpha) {
+  return {residual > 0 ? residual : Real(0), complementarity(residual, kappa, gain),
+          alpha > 0 ? (kappa - next) * (next - last) / alpha : Real(0)};
 }
 
 /// The iterates κ and λ.
@@ -71,48 +79,27 @@ class PressureIteration {
   void start();
   /// ω of the next update.
   Real relaxation() const { return relaxation_; }
+  /// Nesterov's weight of the step after the next update, unless that restarts.
+  Real momentum() const;
   /// κ := the next point, from work.next_kappa and work.last_kappa; λ likewise. `residual`: residual + complementarity of
-  /// the κ that is left, `restart`: of the norms.
-  void advance(double residual, double restart);
+  /// the κ that is left, `restart`: of the norms. `stepped`: the update has left the next point, without a restart, in
+  /// work.other_kappa and work.other_contact_pressure.
+  void advance(double residual, double restart, bool stepped);
   /// The first advance does not depend on the residual; `saw_first` hands that in before the second.
-  void advance_first() { move_on(); }
+  void advance_first() { step(); }
   void saw_first(double residual) { smallest_ = last_ = residual; }
-  /// The next of Nesterov's weights, and κ and λ with it. (Public for nvcc's sake.)
-  void move_on();
+  /// Nesterov's step with his next weight. (Public for nvcc's sake, as take_step.)
+  void step();
+  /// The step that an update has left, or one with a weight of 0 in its place.
+  void take_step(bool restarts);
 
  private:
   static constexpr double most_growth = 4;
+  static double next(double weight);
+
   PressureSystem& system_;
   Real relaxation_;
   double weight_ = 1, smallest_ = 1e300, last_ = 1e300;
 };
-
-/// Solves for κ. A `Problem` launches the update and the sums that judge it in begin(relaxation, slot) → SumUnderWay<Sums>.
-/// It makes norms(sums) → IterationNorms of them and scaled(norms), the residual + complementarity that iterations compare.
-/// converged(iteration, sums) judges, and writes the report.
-template <class Problem>
-void solve_pressure(PressureSystem& system, const FluidSolverScene& limits, Problem& problem) {
-  PressureIteration iterate(system);
-  iterate.start();
-  // Iteration 1 cannot be the last then: the host does not wait for its sums.
-  const bool first_unseen = limits.min_iterations > 1;
-  decltype(problem.begin(iterate.relaxation(), 0)) first;
-  for (int iteration = 1;; ++iteration) {
-    apply_pressure(system);
-    const auto under_way = problem.begin(iterate.relaxation(), iteration % 2);
-    if (iteration == 1 && first_unseen) {
-      first = under_way;
-      iterate.advance_first();
-      continue;
-    }
-    const auto sums = under_way.wait();
-    if (iteration == 2 && first_unseen) iterate.saw_first(problem.scaled(problem.norms(first.arrived())));
-    const bool converged = problem.converged(iteration, sums);
-    if ((converged && iteration >= limits.min_iterations) || iteration >= limits.max_iterations) break;
-    const IterationNorms norms = problem.norms(sums);
-    iterate.advance(problem.scaled(norms), norms.restart);
-  }
-  accept_pressure(system);
-}
 
 }  // namespace drench::kokkos_backend

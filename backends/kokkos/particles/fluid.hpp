@@ -19,6 +19,7 @@ struct Tunnelled {
 
 /// Liquid that touches a sheet (src/stages/pressure.hpp): from stage density, where there are sheets.
 struct SheetContact {
+  Field<Real3> gradient;   // Σ_b 2 γ_i V_b ∇W_ib, 1/m
   Field<Real> alpha;       // α'_i, m²; 0: does not touch
   Field<Real> compliance;  // C'_i, 1/m²
 };
@@ -36,6 +37,7 @@ struct Fluid {
   Field<Real> alpha;             // α_i, m²
   Field<Real> compliance;        // C_i, 1/m²
   Field<Real3> separation;       // m: moves coincident particles apart
+  Field<Real3> boundary_gradient;  // 1/m: what solids and sheets have in the gradient of δ_i, where there are any
   SheetContact contact;
   Kokkos::View<Tunnelled, MemSpace> tunnelled;  // since advection, until the ledger takes it; only with cloth
 };

@@ -1,0 +1,92 @@
+#pragma once
+// What a particle does at the end of a pressure iteration: its update and its share of the sums that judge the solve.
+// Laws: docs/theory/liquid.md.
+
+#include "fluid/pressure_solve.hpp"
+
+namespace drench::kokkos_backend {
+
+/// t(o): the part of the density error o that a step corrects, o/2 ≤ t(o) ≤ o. Below rest density, o < 0, t(o) = o.
+KOKKOS_INLINE_FUNCTION Real corrected(Real over, Real factor) {
+  constexpr Real most = Real(0.1);
+  return Kokkos::fmin(over, Kokkos::fmax(Real(0.5) * over, Kokkos::fmin(factor * over, most)));
+}
+
+/// The norms of the iteration, and the density error that is left: its sum and maximum.
+template <class Number>
+struct DensitySumsIn {
+  NormsIn<Number> norms;
+  Number error = 0, error_max = 0;
+  KOKKOS_INLINE_FUNCTION DensitySumsIn& operator+=(const DensitySumsIn& o) {
+    norms += o.norms;
+    error += o.error;
+    if (o.error_max > error_max) error_max = o.error_max;
+    return *this;
+  }
+  KOKKOS_INLINE_FUNCTION DensitySumsIn<double> widened() const { return {norms.widened(), error, error_max}; }
+};
+using DensitySums = DensitySumsIn<double>;
+
+/// An update of stage pressure: of a particle's κ and, where it touches a sheet, of its contact pressure λ.
+struct DensityUpdate {
+  using Sums = DensitySums;
+
+  Entries<const std::uint8_t> origin;
+  Entries<const Real> age, alpha, ratio, kappa, last;
+  Entries<Real> next;
+  // of liquid that can touch sheets
+  Entries<const Real> contact_alpha, contact_compliance, contact, last_contact;
+  Entries<Real> next_contact;
+  Real dt, ramp, correction, factor;
+  bool touching;
+
+  /// What counts of a particle that cloth has just given out, 1.
+  KOKKOS_INLINE_FUNCTION Real weight(Index i) const {
+    const bool fresh = origin(i) == static_cast<std::uint8_t>(Origin::cloth) && age(i) < ramp;
+    return alpha(i) == 0 ? Real(0) : fresh ? age(i) / ramp : Real(1);
+  }
+  KOKKOS_INLINE_FUNCTION NormsIn<Real> update_contact(Index i, Real beta, Real lambda_alpha, Real approach) const {
+    const Real lambda = contact(i), gain = factor * lambda_alpha;
+    const Real nearer = beta * dt * (approach - dt * contact_compliance(i) * lambda), before = last_contact(i);
+    const Real p = updated(lambda, gain, nearer);
+    next_contact(i) = p;
+    return lambda_alpha > 0 ? norms_of(nearer, lambda, gain, p, before, lambda_alpha) : NormsIn<Real>{};
+  }
+  /// Of the density's rate of change and of how fast the liquid nears sheets, 1/s.
+  KOKKOS_INLINE_FUNCTION DensitySumsIn<Real> operator()(const Index i, Real rate, Real approach) const {
+    const Real beta = weight(i), lambda_alpha = touching ? contact_alpha(i) : Real(0);
+    const Real over = lambda_alpha > 0 ? Kokkos::fmax(ratio(i) - 1, Real(0)) : ratio(i) - 1, change = dt * rate;
+    const Real left = beta * (corrected(over, correction) + change);
+    const Real error = Kokkos::fmax(beta * (ratio(i) - 1 + change), Real(0));
+    const Real gain = factor * alpha(i), own = kappa(i), before = last(i), k = updated(own, gain, left);
+    next(i) = k;
+    NormsIn<Real> norms = norms_of(left, own, gain, k, before, alpha(i));
+    if (touching) norms += update_contact(i, beta, lambda_alpha, approach);
+    return {norms, error, error};
+  }
+};
+
+/// An update of stage divergence.
+struct DivergenceUpdate {
+  using Sums = IterationNorms;
+
+  Entries<const std::uint8_t> active;
+  Entries<const Real> alpha, kappa, last;
+  Entries<Real> next;
+  Real factor;
+
+  KOKKOS_INLINE_FUNCTION NormsIn<Real> operator()(const Index i, Real rate, Real) const {
+    const Real own = kappa(i), before = last(i);
+    next(i) = 0;
+    if (!active(i)) return {};
+    const Real gain = factor * alpha(i), k = updated(own, gain, rate);
+    next(i) = k;
+    return norms_of(rate, own, gain, k, before, alpha(i));
+  }
+};
+
+/// The update at work.density_rate and work.approach_rate.
+SumUnderWay<DensitySums> begin_full_update(const PressureSystem& system, const DensityUpdate& update, int slot);
+SumUnderWay<IterationNorms> begin_full_update(const PressureSystem& system, const DivergenceUpdate& update, int slot);
+
+}  // namespace drench::kokkos_backend
