@@ -20,11 +20,6 @@ struct Box3 {
   KOKKOS_INLINE_FUNCTION double half() const {
     return 0.5 * Kokkos::fmax(Kokkos::fmax(hi.x - lo.x, hi.y - lo.y), hi.z - lo.z);
   }
-  KOKKOS_INLINE_FUNCTION double farthest() const {
-    return Kokkos::fmax(Kokkos::fmax(Kokkos::fmax(Kokkos::abs(lo.x), Kokkos::abs(hi.x)),
-                                     Kokkos::fmax(Kokkos::abs(lo.y), Kokkos::abs(hi.y))),
-                        Kokkos::fmax(Kokkos::abs(lo.z), Kokkos::abs(hi.z)));
-  }
 };
 
 /// A box that is compared with many.
@@ -46,7 +41,7 @@ struct Search {
   Entries<Real3> node_lo, node_hi, edge_lo, edge_hi;  // the paths' boxes, rounded
   Materials materials;
   Slice<double> distance, thickness_of;
-  Kokkos::View<Index, MemSpace> count;
+  Entries<Index> counter;
   CellTableView cells;
   Slice<std::uint8_t> changed, marked;  // SelfCollisionWork
   double margin = 0, reach = 0;         // m
@@ -102,10 +97,10 @@ struct Search {
       u[k] = minus(widen(seen(n[k])), x[k]);
     }
     const double tau = 0.5 * (double(materials(n[0]).thickness) + double(materials(n[3]).thickness));
-    // Every displacement, and with it their mean, may still change by the margin.
+    // Every displacement may still change by the margin: relative to the mean by 3/4 of it and 3/4 more for the other three.
     const double delta = proximity(edges, x).distance;
-    if (delta - relative_travel(edges, u) - 4 * margin > tau) return;
-    const Index at = Kokkos::atomic_fetch_add(&count(), Index{1});
+    if (delta - relative_travel(edges, u) - 3.001 * margin > tau) return;
+    const Index at = Kokkos::atomic_fetch_add(&counter(count_pairs), Index{1});
     if (at >= capacity) return;
     for (int k = 0; k < 4; ++k) pair(5 * at + k) = n[k];
     pair(5 * at + 4) = edges ? pair_of_edges : pair_of_node;
@@ -147,36 +142,47 @@ struct EdgeVisitor {
   }
 };
 
-struct Sizes {
-  double half_node = 0, half_edge = 0, farthest = 0;  // m
+/// The paths' boxes, their centres and how far they reach, of nodes or of edges.
+template <int corners>
+struct FindPaths {
+  using value_type = PathSizes;
+  Search s;
+  Entries<const Index> list;
+  Entries<Real3> center, lo, hi;
+
+  KOKKOS_INLINE_FUNCTION void init(PathSizes& sizes) const {
+    sizes.half = 0;
+    sizes.bounds.clear();
+  }
+  KOKKOS_INLINE_FUNCTION void join(PathSizes& sizes, const PathSizes& o) const {
+    sizes.half = Kokkos::fmax(sizes.half, o.half);
+    sizes.bounds.add(o.bounds);
+  }
+  KOKKOS_INLINE_FUNCTION void operator()(const Index i, PathSizes& sizes) const {
+    const Box3 box = s.path(list, i, corners);
+    center(i) = narrow(box.center());
+    lo(i) = narrow(box.lo);
+    hi(i) = narrow(box.hi);
+    sizes.half = Kokkos::fmax(sizes.half, box.half());
+    sizes.bounds.add(lo(i));
+    sizes.bounds.add(hi(i));
+  }
 };
 
-/// Centres of the paths of nodes and edges, and how far these reach from them.
-Sizes center_paths(const Search& s, SelfCollisionWork& w) {
-  const Entries<Real3> node_center = w.node_center, edge_center = w.edge_center;
-  Sizes sizes;
-  Kokkos::parallel_reduce(
-      "drench::self_collision::node_paths", Range(0, w.nodes),
-      KOKKOS_LAMBDA(const Index i, double& half, double& far) {
-        const Box3 box = s.path(s.node, i, 1);
-        node_center(i) = narrow(box.center());
-        s.node_lo(i) = narrow(box.lo);
-        s.node_hi(i) = narrow(box.hi);
-        half = Kokkos::fmax(half, box.half());
-        far = Kokkos::fmax(far, box.farthest());
-      },
-      Kokkos::Max<double>(sizes.half_node), Kokkos::Max<double>(sizes.farthest));
-  Kokkos::parallel_reduce(
-      "drench::self_collision::edge_paths", Range(0, w.edges),
-      KOKKOS_LAMBDA(const Index i, double& half) {
-        const Box3 box = s.path(s.edge, i, 2);
-        edge_center(i) = narrow(box.center());
-        s.edge_lo(i) = narrow(box.lo);
-        s.edge_hi(i) = narrow(box.hi);
-        half = Kokkos::fmax(half, box.half());
-      },
-      Kokkos::Max<double>(sizes.half_edge));
-  return sizes;
+void find_paths(const Search& s, SelfCollisionWork& w) {
+  make_room_for_one(w.node_sizes, "drench::self_collision::node_sizes");
+  make_room_for_one(w.edge_sizes, "drench::self_collision::edge_sizes");
+  Kokkos::parallel_reduce("drench::self_collision::node_paths", Range(0, w.nodes),
+                          FindPaths<1>{s, s.node, w.node_center, w.node_lo, w.node_hi}, w.node_sizes);
+  Kokkos::parallel_reduce("drench::self_collision::edge_paths", Range(0, w.edges),
+                          FindPaths<2>{s, s.edge, w.edge_center, w.edge_lo, w.edge_hi}, w.edge_sizes);
+  ExecSpace().fence("drench::self_collision::paths");
+}
+
+double farthest(const PointBounds& b) {
+  return Kokkos::fmax(Kokkos::fmax(Kokkos::fmax(Kokkos::abs(double(b.min_x)), Kokkos::abs(double(b.max_x))),
+                                   Kokkos::fmax(Kokkos::abs(double(b.min_y)), Kokkos::abs(double(b.max_y)))),
+                      Kokkos::fmax(Kokkos::abs(double(b.min_z)), Kokkos::abs(double(b.max_z))));
 }
 
 void search_nodes(const Search& s, Index triangles, double grow) {
@@ -225,31 +231,31 @@ void search_edges(const Search& s, Index edges, double grow) {
       });
 }
 
-void make_room(SelfCollisionWork& w, Index pairs) {
-  if (pairs <= static_cast<Index>(w.distance.extent(0))) return;
-  const auto n = static_cast<std::size_t>(pairs) + static_cast<std::size_t>(pairs) / 4 + 1024;
-  kokkos_backend::make_room(w.pair, "drench::self_collision::pair", 5 * n);
-  kokkos_backend::make_room(w.distance, "drench::self_collision::distance", n);
-  kokkos_backend::make_room(w.thickness_of, "drench::self_collision::thickness", n);
-  kokkos_backend::make_room(w.weight, "drench::self_collision::weight", 4 * n);
-  kokkos_backend::make_room(w.normal, "drench::self_collision::normal", 3 * n);
-  kokkos_backend::make_room(w.target_gap, "drench::self_collision::target_gap", n);
-  kokkos_backend::make_room(w.pair_impulse, "drench::self_collision::pair_impulse", n);
-  kokkos_backend::make_room(w.change, "drench::self_collision::change", n);
-  kokkos_backend::make_room(w.contact, "drench::self_collision::contact", n);
-}
-
 }  // namespace
 
+void make_room_for_pairs(SelfCollisionWork& w, Index pairs) {
+  if (pairs <= static_cast<Index>(w.distance.extent(0))) return;
+  const auto n = static_cast<std::size_t>(pairs) + static_cast<std::size_t>(pairs) / 4 + 1024;
+  make_room(w.pair, "drench::self_collision::pair", 5 * n);
+  make_room(w.distance, "drench::self_collision::distance", n);
+  make_room(w.thickness_of, "drench::self_collision::thickness", n);
+  make_room(w.contact_node, "drench::self_collision::contact_node", 4 * n);
+  make_room(w.weight, "drench::self_collision::weight", 4 * n);
+  make_room(w.normal, "drench::self_collision::normal", 3 * n);
+  make_room(w.target_gap, "drench::self_collision::target_gap", n);
+  make_room(w.pair_impulse, "drench::self_collision::pair_impulse", n);
+  make_room(w.change, "drench::self_collision::change", n);
+}
+
 double close_pair_bytes(const Sizing& s) {
-  const double pair = 5 * index_bytes + (2 + 4 + 3 + 3) * double_bytes + 1;
+  const double pair = (5 + 4) * index_bytes + (2 + 4 + 3 + 3) * double_bytes;
   return (s.size.fold_pairs * s.size.nodes + 1024) * pair;
 }
 
 namespace {
 
-/// Adds pairs to those that there are. False: there is no room for them.
-bool search(const Cloth& cloth, SelfCollisionWork& work, double margin, bool all) {
+/// Adds pairs to those that there are. Synchronises with the host for the paths' sizes.
+void search(const Cloth& cloth, SelfCollisionWork& work, bool all) {
   Search s;
   s.position = cloth.nodes.position;
   s.seen = work.seen;
@@ -264,31 +270,33 @@ bool search(const Cloth& cloth, SelfCollisionWork& work, double margin, bool all
   s.pair = work.pair;
   s.distance = work.distance;
   s.thickness_of = work.thickness_of;
-  s.count = work.count;
+  s.counter = work.counter;
   s.changed = work.changed;
-  s.margin = margin;
+  s.margin = work.margin;
   s.capacity = static_cast<Index>(work.distance.extent(0));
   s.all = all;
-  const Sizes sizes = center_paths(s, work);
+  find_paths(s, work);
+  const PathSizes nodes = work.node_sizes(), edges = work.edge_sizes();
+  const double mean_edge = double(cloth.mesh.mean_edge);
   // Centres and boxes are rounded to the backend's precision.
-  const double slack = 1e-6 * Kokkos::fmax(sizes.farthest, double(cloth.mesh.mean_edge));
-  s.reach = work.thickness + 2 * margin + slack;
-  const double node_reach = s.reach + sizes.half_node, edge_reach = s.reach + sizes.half_edge;
-  work.node_cells.build(work.node_center, work.nodes, static_cast<Real>(Kokkos::fmax(double(cloth.mesh.mean_edge), node_reach)));
-  work.edge_cells.build(work.edge_center, work.edges, static_cast<Real>(Kokkos::fmax(double(cloth.mesh.mean_edge), edge_reach)));
+  const double slack = 1e-6 * Kokkos::fmax(farthest(nodes.bounds), mean_edge);
+  s.reach = work.thickness + 2 * work.margin + slack;
+  const double node_reach = s.reach + nodes.half, edge_reach = s.reach + edges.half;
+  work.node_cells.build(work.node_center, work.nodes, static_cast<Real>(Kokkos::fmax(mean_edge, node_reach)), {}, &nodes.bounds);
+  work.edge_cells.build(work.edge_center, work.edges, static_cast<Real>(Kokkos::fmax(mean_edge, edge_reach)), {}, &edges.bounds);
   s.cells = work.node_cells.view();
   if (!all) mark_cells(work, s.cells);
   s.marked = work.marked;
   search_nodes(s, work.triangles, node_reach);
   s.cells = work.edge_cells.view();
   search_edges(s, work.edges, edge_reach);
-  Kokkos::deep_copy(work.pairs, work.count);
-  return work.pairs <= s.capacity;
 }
 
-/// Which ends have moved by more than `margin` since they were seen: they are seen anew. Returns how many; synchronises with
+/// Which ends have moved by more than the margin since they were seen: they are seen anew. Returns how many; synchronises with
 /// the host.
-Index see_changes(const Cloth& cloth, SelfCollisionWork& work, double margin) {
+Index see_changes(const Cloth& cloth, SelfCollisionWork& work) {
+  const double margin = work.margin;
+  const Entries<Index> counter = work.counter;
   const Entries<Real3> seen = work.seen;
   const Entries<const Real3> end = work.end;
   const Entries<std::uint8_t> changed = work.changed;
@@ -296,6 +304,7 @@ Index see_changes(const Cloth& cloth, SelfCollisionWork& work, double margin) {
   Kokkos::parallel_reduce(
       "drench::self_collision::moved", Range(0, cloth.nodes.count),
       KOKKOS_LAMBDA(const Index n, Index& sum) {
+        if (n == 0) counter(ends_moved) = 0;
         const Double3 by = minus(widen(end(n)), widen(seen(n)));
         const bool moved = inner(by, by) > margin * margin;
         changed(n) = moved ? 1 : 0;
@@ -320,23 +329,18 @@ void drop_changed(SelfCollisionWork& w) {
 
 }  // namespace
 
-void find_close_pairs(const Cloth& cloth, SelfCollisionWork& work, double margin) {
-  make_room(work, 8 * work.nodes);
+void find_close_pairs(const Cloth& cloth, SelfCollisionWork& work) {
+  make_room_for_pairs(work, 8 * work.nodes);
   Kokkos::deep_copy(ExecSpace(), work.seen, work.end);
-  do {
-    make_room(work, work.pairs);
-    Kokkos::deep_copy(ExecSpace(), work.count, Index{0});
-  } while (!search(cloth, work, margin, true));
+  Kokkos::deep_copy(ExecSpace(), Kokkos::subview(work.counter, Kokkos::make_pair(Index{count_pairs}, count_pairs + 1)), Index{0});
+  search(cloth, work, true);
 }
 
-void renew_close_pairs(const Cloth& cloth, SelfCollisionWork& work, double margin) {
-  const Index changed = see_changes(cloth, work, margin);
-  if (changed == 0) return;
-  if (few_changed * changed <= cloth.nodes.count) {
-    drop_changed(work);
-    if (search(cloth, work, margin, false)) return;
-  }
-  find_close_pairs(cloth, work, margin);
+void renew_close_pairs(const Cloth& cloth, SelfCollisionWork& work) {
+  const Index changed = see_changes(cloth, work);
+  if (few_changed * changed > cloth.nodes.count) return find_close_pairs(cloth, work);
+  drop_changed(work);
+  search(cloth, work, false);
 }
 
 }  // namespace drench::kokkos_backend
