@@ -1,6 +1,7 @@
 #pragma once
 // The order of stage self_collision's laws, once its pairs are found: on the device in one kernel, or a kernel a law.
 
+#include "cloth/self_collision_search.hpp"
 #include "cloth/self_collision_zones.hpp"
 
 namespace drench::kokkos_backend {
@@ -8,12 +9,11 @@ namespace drench::kokkos_backend {
 /// How far the stage has come.
 struct CollisionProgress {
   static constexpr int rounds = 3, passes = 8;
-  enum Stop : int { done, ends_moved_on, no_room };  // the pairs are to be found again; there was no room for them
 
-  Index pairs = 0;
-  int round = 0;      // of law 3, the next
-  bool zones = false;
-  Stop stop = done;
+  bool begun = false, found = false, zones = false, done = false;  // not done: there was no room for what was found
+  int round = 0;                                                   // of law 3, the next
+  int searches = 0, zone_moves = 0;
+  Index close_clusters = 0, candidates = 0, pairs = 0;
   Index contacts = 0;  // of the first round
   Index zone_nodes = 0;
 };
@@ -34,55 +34,86 @@ KOKKOS_INLINE_FUNCTION void push_apart(const Grid& grid, const Collision& s, Ind
   grid.template each<EndRound>(s, s.nodes);
 }
 
-/// Law 4. False: ends have moved on.
+/// Finds the pairs of the paths as they are. False: there is no room.
+#ifdef __NVCC__
+#pragma nv_exec_check_disable
+#endif
+template <class Grid>
+KOKKOS_INLINE_FUNCTION bool find_pairs(const Grid& grid, const Collision& s, CollisionProgress& at) {
+  constexpr Index a_lane = CollisionItems::width / cluster_lanes;  // items that a lane has
+  ++at.searches;
+  at.found = false;
+  grid.template each<BoxItems>(s, s.items / a_lane);
+  grid.template each<BoxGroups>(s, s.clusters / a_lane);
+  grid.template each<CompareGroups>(s, s.group_pairs * cluster_lanes);
+  at.close_clusters = grid.value(s, count_close_clusters);
+  if (at.close_clusters > s.cluster_room) return false;
+  grid.template each<CompareClusters>(s, at.close_clusters * cluster_lanes);
+  at.candidates = grid.value(s, count_candidates);
+  if (at.candidates > s.candidate_room) return false;
+  grid.template each<FindPair>(s, at.candidates);
+  at.pairs = grid.value(s, count_pairs);
+  at.found = at.pairs <= s.pair_room;
+  return at.found;
+}
+/// The same if they are not those of the paths any more.
+#ifdef __NVCC__
+#pragma nv_exec_check_disable
+#endif
+template <class Grid>
+KOKKOS_INLINE_FUNCTION bool renew_pairs(const Grid& grid, const Collision& s, CollisionProgress& at) {
+  if (at.found && grid.value(s, ends_moved) == 0) return true;
+  return find_pairs(grid, s, at);
+}
+
+/// Law 4. False: there is no room.
 #ifdef __NVCC__
 #pragma nv_exec_check_disable
 #endif
 template <class Grid>
 KOKKOS_INLINE_FUNCTION bool join_zones(const Grid& grid, const Collision& s, CollisionProgress& at) {
   while (true) {
+    if (!renew_pairs(grid, s, at)) return false;
     if (at.zones)
       grid.template each<FindViolation>(s, at.pairs);
     else
       grid.template each<FindFirstViolation>(s, at.pairs);
-    const Index violations = grid.value(s, count_contacts);
+    const Index violations = at.pairs > 0 ? grid.value(s, count_contacts) : 0;
     if (violations == 0) return true;
     if (!at.zones) grid.template each<BeginZones>(s, s.nodes);
     at.zones = true;
+    ++at.zone_moves;
     grid.template each<JoinZones>(s, violations);
     grid.template each<NameZones>(s, s.nodes);
     grid.template each<SumZones>(s, s.nodes);
     if (s.solids.count > 0) grid.template each<PushZones>(s, s.nodes);
     grid.template each<MoveZones>(s, s.nodes);
-    if (grid.value(s, ends_moved) != 0) return false;
   }
 }
 
-/// Goes on until the stage is done, or until pairs must be found again.
+/// Goes on until the stage is done, or until there is no room.
 #ifdef __NVCC__
 #pragma nv_exec_check_disable
 #endif
 template <class Grid>
 KOKKOS_INLINE_FUNCTION CollisionProgress keep_apart(const Grid& grid, const Collision& s, CollisionProgress at) {
-  at.pairs = grid.value(s, count_pairs);
-  at.stop = CollisionProgress::no_room;
-  if (at.pairs > s.capacity) return at;
-  at.stop = CollisionProgress::ends_moved_on;
-  while (at.round < CollisionProgress::rounds) {
-    if (at.pairs > 0) grid.template each<FindContact>(s, at.pairs);
-    const Index contacts = at.pairs > 0 ? grid.value(s, count_contacts) : 0;
+  if (!at.begun) grid.template each<Begin>(s, s.nodes);
+  at.begun = true;
+  for (; at.round < CollisionProgress::rounds; ++at.round) {
+    if (!renew_pairs(grid, s, at)) return at;
+    if (at.pairs == 0) break;
+    grid.template each<FindContact>(s, at.pairs);
+    const Index contacts = grid.value(s, count_contacts);
     if (contacts == 0) break;
     if (at.round == 0) at.contacts = contacts;
     push_apart(grid, s, contacts);
-    ++at.round;
-    if (grid.value(s, ends_moved) != 0) return at;
   }
   at.round = CollisionProgress::rounds;
   if (at.contacts > 0 && !join_zones(grid, s, at)) return at;
   if (at.zones) grid.template each<CountZoneNodes>(s, s.nodes);
   grid.template each<Finish>(s, s.nodes);
   if (at.zones) at.zone_nodes = grid.value(s, count_zone_nodes);
-  at.stop = CollisionProgress::done;
+  at.done = true;
   return at;
 }
 

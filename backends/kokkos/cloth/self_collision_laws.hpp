@@ -11,12 +11,33 @@
 
 namespace drench::kokkos_backend {
 
+#ifdef __CUDA_ARCH__
+__device__ inline unsigned lane_of_thread() {
+  unsigned lane;
+  asm("mov.u32 %0, %%laneid;" : "=r"(lane));
+  return lane;
+}
+#endif
+
+/// A counter's value, which grows by 1. On a GPU lanes that ask together do so once.
+KOKKOS_INLINE_FUNCTION Index add_one(Index& counter) {
+#ifdef __CUDA_ARCH__
+  const unsigned together = __activemask(), lane = lane_of_thread();
+  const int leader = __ffs(static_cast<int>(together)) - 1;
+  Index first = 0;
+  if (lane == static_cast<unsigned>(leader)) first = atomicAdd(&counter, __popc(together));
+  return __shfl_sync(together, first, leader) + __popc(together & ((1u << lane) - 1));
+#else
+  return Kokkos::atomic_fetch_add(&counter, Index{1});
+#endif
+}
+
 /// What the kernels see.
 struct Collision {
   // nodes
-  Entries<const Real3> position, seen;
-  Entries<Real3> end, node_velocity;
-  Entries<double> velocity;
+  Entries<const Real3> position;
+  Entries<Real3> seen, end, node_velocity;
+  Entries<NodeVelocity> velocity;
   Entries<const std::uint8_t> pinned, member;
   Entries<const Real> inverse_mass;
   Materials materials;
@@ -29,25 +50,26 @@ struct Collision {
   Entries<Index> zone, stopped, holder;
   Entries<std::uint8_t> joined;
   Entries<std::int64_t> zone_sum, zone_push;
+  // search
+  Entries<const Index> corner, rank;
+  Entries<const Couple> group_pair;
+  Entries<PathBox> box;
+  Entries<Couple> close_clusters, candidate;
+  Index items, clusters, groups, group_pairs, first_triangle;
+  Index cluster_room, candidate_room, pair_room;
   // pairs and contacts
-  Entries<const Index> pair;
-  Entries<const double> distance, thickness_of;
-  Entries<Index> contact_node;
-  Entries<double> weight, normal, target_gap, pair_impulse, change;
+  Entries<ClosePair> pair;
+  Entries<Contact> contact;
   Entries<Index> counter;
   double momentum_unit, way_unit, margin;  // kg m/s; m; m
-  Real dt;
-  Index nodes, capacity;  // of pairs
+  Real dt, half_reach;                     // s; m
+  Index nodes;
 
   Collision(const Constants& constants, const Bodies& bodies, Cloth& cloth, SelfCollisionWork& work, Real step);
 
   KOKKOS_INLINE_FUNCTION Double3 velocity_of(Index n) const {
-    return {velocity(3 * n), velocity(3 * n + 1), velocity(3 * n + 2)};
-  }
-  KOKKOS_INLINE_FUNCTION void set_velocity(Index n, const Double3& v) const {
-    velocity(3 * n) = v.x;
-    velocity(3 * n + 1) = v.y;
-    velocity(3 * n + 2) = v.z;
+    const NodeVelocity v = velocity(n);
+    return v;
   }
   /// Law 1 for a node with velocity w, and x¹ exactly as stage advection will round it.
   KOKKOS_INLINE_FUNCTION void place(Index n, Double3 w) const {
@@ -65,7 +87,7 @@ struct Collision {
       }
       end(n) = x + shift;
     }
-    set_velocity(n, w);
+    velocity(n) = {w};
   }
   /// Raises `ends_moved` if the node's pairs would have to be found again.
   KOKKOS_INLINE_FUNCTION void watch_end(Index n) const {
@@ -74,54 +96,35 @@ struct Collision {
   }
   KOKKOS_INLINE_FUNCTION void no_contacts() const { Kokkos::atomic_store(&counter(count_contacts), Index{0}); }
   /// x⁰ and the displacements of a pair's nodes.
-  KOKKOS_INLINE_FUNCTION void paths(Index p, Double3* x, Double3* u) const {
+  KOKKOS_INLINE_FUNCTION void paths(const ClosePair& p, Double3* x, Double3* u) const {
     for (int k = 0; k < 4; ++k) {
-      const Index n = pair(5 * p + k);
-      x[k] = widen(position(n));
-      u[k] = minus(widen(end(n)), x[k]);
+      x[k] = widen(position(p.node[k]));
+      u[k] = minus(widen(end(p.node[k])), x[k]);
     }
-  }
-  /// A new entry of the list of contacts with the nodes of a pair.
-  KOKKOS_INLINE_FUNCTION Index add_contact(Index p) const {
-    const Index c = Kokkos::atomic_fetch_add(&counter(count_contacts), Index{1});
-    for (int k = 0; k < 4; ++k) contact_node(4 * c + k) = pair(5 * p + k);
-    return c;
-  }
-  KOKKOS_INLINE_FUNCTION Double3 normal_of(Index c) const {
-    return {normal(3 * c), normal(3 * c + 1), normal(3 * c + 2)};
-  }
-  /// n·Σ b x¹ with x¹ not yet rounded, m.
-  KOKKOS_INLINE_FUNCTION double gap(Index c) const {
-    const Double3 n = normal_of(c), origin = widen(position(contact_node(4 * c)));
-    double sum = 0;
-    for (int k = 0; k < 4; ++k) {
-      const Index node = contact_node(4 * c + k);
-      sum += weight(4 * c + k) *
-             inner(n, add(minus(widen(position(node)), origin), times(double(dt), velocity_of(node))));
-    }
-    return sum;
   }
   /// Σ b² N/m, 1/kg.
-  KOKKOS_INLINE_FUNCTION double inverse(Index c) const {
+  KOKKOS_INLINE_FUNCTION double inverse(const Contact& c) const {
     double sum = 0;
-    for (int k = 0; k < 4; ++k) {
-      const Index node = contact_node(4 * c + k);
-      const double b = weight(4 * c + k);
-      sum += b * b * double(share(node)) * double(inverse_mass(node));
-    }
+    for (int k = 0; k < 4; ++k) sum += c.mobility[k] * double(share(c.node[k]));
     return sum;
+  }
+  /// Σ b v, m/s.
+  KOKKOS_INLINE_FUNCTION Double3 relative_velocity(const Contact& c) const {
+    Double3 v;
+    for (int k = 0; k < 4; ++k) v = add(v, times(c.b[k], velocity_of(c.node[k])));
+    return v;
   }
   /// μ of the cloth at node n, as wet as it is there.
   KOKKOS_INLINE_FUNCTION double friction(Index n) const { return double(friction_at(materials(n), wet, n)); }
-  KOKKOS_INLINE_FUNCTION void count_in(Index c) const {
+  KOKKOS_INLINE_FUNCTION void count_in(const Contact& c) const {
     for (int k = 0; k < 4; ++k)
-      if (weight(4 * c + k) != 0) Kokkos::atomic_add(&share(contact_node(4 * c + k)), Index{1});
+      if (c.b[k] != 0) Kokkos::atomic_add(&share(c.node[k]), Index{1});
   }
-  KOKKOS_INLINE_FUNCTION void push(Index c, const Double3& j) const {
+  KOKKOS_INLINE_FUNCTION void push(const Contact& c, const Double3& j) const {
     for (int k = 0; k < 4; ++k) {
-      const double scale = weight(4 * c + k) / momentum_unit;
+      const double scale = c.b[k] / momentum_unit;
       if (scale == 0) continue;
-      add_fixed(impulse, contact_node(4 * c + k), times(scale, j));
+      add_fixed(impulse, c.node[k], times(scale, j));
     }
   }
   /// Adds a node's impulses to its velocity and clears the sums.
@@ -135,15 +138,13 @@ struct Collision {
   }
 };
 
-/// Law 1, of all nodes; the counters but that of pairs begin at 0.
+/// Law 1, of all nodes.
 struct Begin {
   static constexpr const char* label = "drench::self_collision::begin";
   KOKKOS_INLINE_FUNCTION static void act(const Collision& s, Index n) {
     s.place(n, widen(s.node_velocity(n)));
-    if (n > 0) return;
-    s.counter(count_contacts) = 0;
-    s.counter(ends_moved) = 0;
-    s.counter(count_zone_nodes) = 0;
+    s.seen(n) = s.end(n);
+    if (n == 0) s.counter(count_zone_nodes) = 0;
   }
 };
 
@@ -151,48 +152,50 @@ struct Begin {
 struct FindContact {
   static constexpr const char* label = "drench::self_collision::contacts";
   KOKKOS_INLINE_FUNCTION static void act(const Collision& s, Index p) {
-    const Index kind = s.pair(5 * p + 4);
-    if (kind == dropped_pair) return;
+    const ClosePair pair = s.pair(p);
     Double3 x[4], u[4];
-    s.paths(p, x, u);
-    const bool edges = kind == pair_of_edges;
-    const double tau = s.thickness_of(p), start = s.distance(p);
+    s.paths(pair, x, u);
+    const double tau = pair.thickness, start = pair.distance;
     Proximity near;
     if (start <= tau)
-      near = proximity(edges, x);
-    else if (!reaches(edges, x, u, tau, near))
+      near = proximity(pair.edges != 0, x);
+    else if (!reaches(pair.edges != 0, x, u, tau, near))
       return;
     if (!(near.distance > 0)) return;
-    const Index c = s.add_contact(p);
-    for (int k = 0; k < 4; ++k) s.weight(4 * c + k) = near.b[k];
-    s.normal(3 * c) = near.apart.x / near.distance;
-    s.normal(3 * c + 1) = near.apart.y / near.distance;
-    s.normal(3 * c + 2) = near.apart.z / near.distance;
-    s.target_gap(c) = Kokkos::fmin(tau, start < tau ? start + 0.1 * tau : tau);
-    s.pair_impulse(c) = 0;
+    Contact c{};
+    c.normal = {near.apart.x / near.distance, near.apart.y / near.distance, near.apart.z / near.distance};
+    c.short_of = Kokkos::fmin(tau, start < tau ? start + 0.1 * tau : tau);
+    for (int k = 0; k < 4; ++k) {
+      c.node[k] = pair.node[k];
+      c.b[k] = near.b[k];
+      c.mobility[k] = c.b[k] * c.b[k] * double(s.inverse_mass(c.node[k]));
+      c.short_of -= c.b[k] * inner(c.normal, minus(x[k], x[0]));
+    }
+    s.contact(add_one(s.counter(count_contacts))) = c;
   }
 };
 
 // Law 3, one pass over the contacts: gaps, pushes, impulses.
 struct FindGap {
   static constexpr const char* label = "drench::self_collision::gap";
-  KOKKOS_INLINE_FUNCTION static void act(const Collision& s, Index c) {
-    const double missing = s.target_gap(c) - s.gap(c);
-    const bool acts = missing > 0 || s.pair_impulse(c) > 0;
-    s.change(c) = acts ? missing : 0;
+  KOKKOS_INLINE_FUNCTION static void act(const Collision& s, Index k) {
+    Contact& c = s.contact(k);
+    const double missing = c.short_of - double(s.dt) * inner(c.normal, s.relative_velocity(c));
+    const bool acts = missing > 0 || c.impulse > 0;
+    c.change = acts ? missing : 0;
     if (acts) s.count_in(c);
   }
 };
 struct Push {
   static constexpr const char* label = "drench::self_collision::push";
-  KOKKOS_INLINE_FUNCTION static void act(const Collision& s, Index c) {
-    const double missing = s.change(c);
-    if (missing == 0) return;
+  KOKKOS_INLINE_FUNCTION static void act(const Collision& s, Index k) {
+    Contact& c = s.contact(k);
+    if (c.change == 0) return;
     const double inverse = s.inverse(c);
     if (!(inverse > 0)) return;
-    const double before = s.pair_impulse(c), after = Kokkos::fmax(0.0, before + missing / (double(s.dt) * inverse));
-    s.pair_impulse(c) = after;
-    s.push(c, times(after - before, s.normal_of(c)));
+    const double before = c.impulse, after = Kokkos::fmax(0.0, before + c.change / (double(s.dt) * inverse));
+    c.impulse = after;
+    s.push(c, times(after - before, c.normal));
   }
 };
 struct ApplyImpulses {
@@ -203,23 +206,22 @@ struct ApplyImpulses {
 // Law 3, friction.
 struct CountPressed {
   static constexpr const char* label = "drench::self_collision::pressed";
-  KOKKOS_INLINE_FUNCTION static void act(const Collision& s, Index c) {
-    if (s.pair_impulse(c) > 0) s.count_in(c);
+  KOKKOS_INLINE_FUNCTION static void act(const Collision& s, Index k) {
+    if (s.contact(k).impulse > 0) s.count_in(s.contact(k));
   }
 };
 struct ApplyFriction {
   static constexpr const char* label = "drench::self_collision::friction";
-  KOKKOS_INLINE_FUNCTION static void act(const Collision& s, Index c) {
-    if (!(s.pair_impulse(c) > 0)) return;
-    const double mu = 0.5 * (s.friction(s.contact_node(4 * c)) + s.friction(s.contact_node(4 * c + 3)));
+  KOKKOS_INLINE_FUNCTION static void act(const Collision& s, Index k) {
+    const Contact& c = s.contact(k);
+    if (!(c.impulse > 0)) return;
+    const double mu = 0.5 * (s.friction(c.node[0]) + s.friction(c.node[3]));
     const double inverse = s.inverse(c);
-    Double3 u;
-    for (int k = 0; k < 4; ++k) u = add(u, times(s.weight(4 * c + k), s.velocity_of(s.contact_node(4 * c + k))));
-    const Double3 n = s.normal_of(c);
-    u = minus(u, times(inner(u, n), n));
+    Double3 u = s.relative_velocity(c);
+    u = minus(u, times(inner(u, c.normal), c.normal));
     const double speed = Kokkos::sqrt(inner(u, u));
     if (!(speed > 0) || !(inverse > 0)) return;
-    s.push(c, times(-Kokkos::fmin(mu * s.pair_impulse(c), speed / inverse) / speed, u));
+    s.push(c, times(-Kokkos::fmin(mu * c.impulse, speed / inverse) / speed, u));
   }
 };
 /// The round's last impulses: its contacts are done with.

@@ -35,12 +35,15 @@ KOKKOS_INLINE_FUNCTION Double3 velocity(const Collision& s, Index z) {
           scale * double(s.zone_sum(4 * z + 3))};
 }
 /// Does a pair come too near?
-KOKKOS_INLINE_FUNCTION bool violates(const Collision& s, Index p) {
+KOKKOS_INLINE_FUNCTION bool violates(const Collision& s, const ClosePair& pair) {
   Double3 x[4], u[4];
-  s.paths(p, x, u);
+  s.paths(pair, x, u);
   Proximity near;
-  const double target_gap = Kokkos::fmin(0.25 * s.thickness_of(p), 0.8 * s.distance(p));
-  return reaches(s.pair(5 * p + 4) == pair_of_edges, x, u, target_gap, near);
+  return reaches(pair.edges != 0, x, u, Kokkos::fmin(0.25 * pair.thickness, 0.8 * pair.distance), near);
+}
+KOKKOS_INLINE_FUNCTION void list(const Collision& s, const ClosePair& pair) {
+  Contact& c = s.contact(add_one(s.counter(count_contacts)));
+  for (int k = 0; k < 4; ++k) c.node[k] = pair.node[k];
 }
 
 }  // namespace zones
@@ -49,7 +52,8 @@ KOKKOS_INLINE_FUNCTION bool violates(const Collision& s, Index p) {
 struct FindFirstViolation {
   static constexpr const char* label = "drench::self_collision::violations";
   KOKKOS_INLINE_FUNCTION static void act(const Collision& s, Index p) {
-    if (s.pair(5 * p + 4) != dropped_pair && zones::violates(s, p)) s.add_contact(p);
+    const ClosePair pair = s.pair(p);
+    if (zones::violates(s, pair)) zones::list(s, pair);
   }
 };
 /// The same later: only pairs with a node in a zone can, for no other nodes have been moved. A zone with a pair of its own that
@@ -57,16 +61,16 @@ struct FindFirstViolation {
 struct FindViolation {
   static constexpr const char* label = "drench::self_collision::zone_violations";
   KOKKOS_INLINE_FUNCTION static void act(const Collision& s, Index p) {
-    if (s.pair(5 * p + 4) == dropped_pair) return;
-    const Index z = s.zone(s.pair(5 * p));
+    const ClosePair pair = s.pair(p);
+    const Index z = s.zone(pair.node[0]);
     bool one = true, moved = false;
     for (int k = 0; k < 4; ++k) {
-      const Index n = s.pair(5 * p + k);
-      one = one && s.zone(n) == z && s.joined(n) != 0;
-      moved = moved || s.joined(n) != 0;
+      const bool joined = s.joined(pair.node[k]) != 0;
+      one = one && joined && s.zone(pair.node[k]) == z;
+      moved = moved || joined;
     }
-    if (!moved || (one && Kokkos::atomic_load(&s.stopped(z)) == 2) || !zones::violates(s, p)) return;
-    s.add_contact(p);
+    if (!moved || (one && Kokkos::atomic_load(&s.stopped(z)) == 2) || !zones::violates(s, pair)) return;
+    zones::list(s, pair);
     if (one) Kokkos::atomic_max(&s.stopped(z), Index{1});
   }
 };
@@ -82,8 +86,9 @@ struct BeginZones {
 struct JoinZones {
   static constexpr const char* label = "drench::self_collision::zone_join";
   KOKKOS_INLINE_FUNCTION static void act(const Collision& s, Index c) {
-    for (int k = 0; k < 4; ++k) Kokkos::atomic_store(&s.joined(s.contact_node(4 * c + k)), std::uint8_t{1});
-    for (int k = 1; k < 4; ++k) zones::unite(s, s.contact_node(4 * c), s.contact_node(4 * c + k));
+    const Index* const node = s.contact(c).node;
+    for (int k = 0; k < 4; ++k) Kokkos::atomic_store(&s.joined(node[k]), std::uint8_t{1});
+    for (int k = 1; k < 4; ++k) zones::unite(s, node[0], node[k]);
   }
 };
 /// Every node knows its zone's least node; the zones' sums begin.
@@ -110,9 +115,10 @@ struct SumZones {
     }
     const double quanta = 1 / (double(s.inverse_mass(n)) * s.wet.quantum);
     Kokkos::atomic_add(&s.zone_sum(4 * z), fixed_point(zones::mass_units * quanta));
+    const Double3 v = s.velocity_of(n);
+    const double part[3] = {v.x, v.y, v.z};
     for (int a = 0; a < 3; ++a)
-      Kokkos::atomic_add(&s.zone_sum(4 * z + 1 + a),
-                         fixed_point(zones::momentum_units * quanta * s.velocity(3 * n + a)));
+      Kokkos::atomic_add(&s.zone_sum(4 * z + 1 + a), fixed_point(zones::momentum_units * quanta * part[a]));
   }
 };
 /// The largest ways out of bodies.
@@ -141,7 +147,7 @@ struct MoveZones {
       Double3 v;
       if (!still && s.holder(z) != no_node) v = s.velocity_of(s.holder(z));
       if (!still && s.holder(z) == no_node) v = add(zones::velocity(s, z), out_of_bodies(s, z));
-      s.set_velocity(n, v);
+      s.velocity(n) = {v};
       s.end(n) = s.position(n) + s.dt * narrow(v);
       s.watch_end(n);
     }
@@ -156,7 +162,7 @@ struct MoveZones {
 struct CountZoneNodes {
   static constexpr const char* label = "drench::self_collision::zone_nodes";
   KOKKOS_INLINE_FUNCTION static void act(const Collision& s, Index n) {
-    if (s.joined(n)) Kokkos::atomic_add(&s.counter(count_zone_nodes), Index{1});
+    if (s.joined(n)) add_one(s.counter(count_zone_nodes));
   }
 };
 

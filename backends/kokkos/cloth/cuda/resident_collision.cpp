@@ -68,8 +68,7 @@ bool prepare_resident_collision(SelfCollisionWork& work) {
 
 CollisionProgress keep_apart_resident(SelfCollisionWork& work, const Collision& s, const CollisionProgress& at) {
   ResidentCollision& r = *work.resident;
-  // As many threads as there are pairs in folds, if the device has them.
-  const int blocks = std::clamp(8 * s.nodes / block_threads, 1, r.most_blocks);
+  const int blocks = std::clamp(s.items / block_threads, 1, r.most_blocks);
   Collision collision = s;
   CollisionProgress progress = at;
   CollisionProgress* seen = r.seen.data();
