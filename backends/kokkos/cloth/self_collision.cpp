@@ -25,7 +25,7 @@ void make_room_for_pairs(SelfCollisionWork& work, Index close_clusters, Index ca
 /// The margin of the next step: a larger one finds more pairs, a smaller one finds them more often.
 void choose_margin(const Cloth& cloth, SelfCollisionWork& work, bool was_enough) {
   const double least = 0.25 * work.thickness;
-  const double most = Kokkos::fmax(least, Kokkos::fmin(3 * least, 0.1 * double(cloth.mesh.mean_edge)));
+  const double most = on_host ? least : Kokkos::fmax(least, Kokkos::fmin(3 * least, 0.1 * double(cloth.mesh.mean_edge)));
   work.margin = Kokkos::fmin(most, Kokkos::fmax(least, (was_enough ? 0.9 : 2) * work.margin));
 }
 
@@ -36,6 +36,7 @@ void allocate(const Constants& constants, const Cloth& cloth, SelfCollisionWork&
   make_room(work.velocity, "drench::self_collision::velocity", n);
   allocate_zeros(work.end, "drench::self_collision::end", n);
   allocate_zeros(work.seen, "drench::self_collision::seen_end", n);
+  make_room(work.changed, "drench::self_collision::changed", n);
   allocate_zeros(work.impulse, "drench::self_collision::impulse", 3 * n);
   allocate_zeros(work.share, "drench::self_collision::share", n);
   make_room(work.zone, "drench::self_collision::zone", n);
@@ -54,9 +55,9 @@ void allocate(const Constants& constants, const Cloth& cloth, SelfCollisionWork&
 MemoryEstimate self_collision_bytes(const Sizing& s) {
   MemoryEstimate sum;
   if (!s.size.self_collision || s.size.nodes <= 0) return sum;
-  // As if all cloth took part. A node: velocity, end and seen, impulse, share; zone, stopped and holder, joined, zone_sum and
+  // As if all cloth took part. A node: velocity, end and seen, changed, impulse, share; zone, stopped and holder, joined, zone_sum and
   // zone_push
-  const double sums = (3 + 10) * sizeof(std::int64_t), node = sizeof(NodeVelocity) + 6 * s.real + 4 * index_bytes + 1 + sums;
+  const double sums = (3 + 10) * sizeof(std::int64_t), node = sizeof(NodeVelocity) + 6 * s.real + 4 * index_bytes + 2 + sums;
   const double items = s.size.nodes + s.size.triangles + s.size.edges;
   sum.cloth = s.size.nodes * (node + 1.25 * s.size.fold_pairs * (sizeof(ClosePair) + sizeof(Contact))) +
               1.25 * items * 9 * sizeof(Couple) + item_bytes(s);
@@ -71,6 +72,7 @@ Collision::Collision(const Constants& constants, const Bodies& bodies, Cloth& cl
       velocity(work.velocity),
       pinned(cloth.nodes.pinned),
       member(work.member),
+      changed(work.changed),
       inverse_mass(cloth.nodes.inverse_mass),
       materials(node_materials(cloth)),
       solids(bodies.solids),

@@ -8,10 +8,11 @@
 
 namespace drench::kokkos_backend {
 
-constexpr Index no_node = 2147483647;
+constexpr Index no_node = 2147483647, dropped_pair = 2;
 
 /// What SelfCollisionWork::counter counts. `ends_moved` is a flag: an end has moved by more than the search's margin.
 enum CollisionCounter : Index {
+  count_changed,
   count_close_clusters,
   count_candidates,
   count_pairs,
@@ -24,17 +25,18 @@ enum CollisionCounter : Index {
 /// A velocity, m/s, in two loads.
 struct alignas(4 * sizeof(double)) NodeVelocity : Double3 {};
 
-/// A box of paths, m, in two loads; empty as it is made.
+/// A box of paths, m, in two loads; empty as it is made. lo.w: 1 if one of the paths is to be searched for, else 0.
 struct PathBox {
   static constexpr Real far = Kokkos::Experimental::finite_max_v<Real>;
   Real4 lo{{far, far, far}, 0}, hi{{-far, -far, -far}, 0};
 
   KOKKOS_INLINE_FUNCTION void add(const PathBox& o) {
-    lo = {{Kokkos::fmin(lo.x, o.lo.x), Kokkos::fmin(lo.y, o.lo.y), Kokkos::fmin(lo.z, o.lo.z)}, 0};
+    lo = {{Kokkos::fmin(lo.x, o.lo.x), Kokkos::fmin(lo.y, o.lo.y), Kokkos::fmin(lo.z, o.lo.z)}, Kokkos::fmax(lo.w, o.lo.w)};
     hi = {{Kokkos::fmax(hi.x, o.hi.x), Kokkos::fmax(hi.y, o.hi.y), Kokkos::fmax(hi.z, o.hi.z)}, 0};
   }
+  /// Do they meet, and is one of them searched for?
   KOKKOS_INLINE_FUNCTION bool meets(const PathBox& o) const {
-    return lo.x <= o.hi.x && o.lo.x <= hi.x && lo.y <= o.hi.y && o.lo.y <= hi.y && lo.z <= o.hi.z && o.lo.z <= hi.z;
+    return (lo.w > 0 || o.lo.w > 0) && lo.x <= o.hi.x && o.lo.x <= hi.x && lo.y <= o.hi.y && o.lo.y <= hi.y && lo.z <= o.hi.z && o.lo.z <= hi.z;
   }
 };
 
@@ -46,7 +48,7 @@ struct alignas(2 * sizeof(Index)) Couple {
 /// A node and a triangle, or two edges.
 struct alignas(16) ClosePair {
   Index node[4];
-  Index edges;       // 1, or 0
+  Index edges;       // 1, or 0; dropped_pair: none any more
   Index spare[3];
   double distance;   // δ⁰, m
   double thickness;  // τ, m
@@ -83,7 +85,8 @@ struct SelfCollisionWork {
   double thickness = 0;        // m: the largest
   // per node of all cloths
   Field<NodeVelocity> velocity;
-  Field<Real3> end, seen;         // x¹, m; the same when the pairs were found
+  Field<Real3> end, seen;         // x¹, m; the same when the node's pairs were found
+  Field<std::uint8_t> changed;    // its pairs are to be found again
   Field<std::int64_t> impulse;    // 3 each, units of q · 2^-20 m/s; 0 between passes
   Field<Index> share;             // N_k; 0 between passes
   // per node of all cloths, of law 4: meaningless before the first zone of a step

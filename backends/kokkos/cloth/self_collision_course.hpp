@@ -11,7 +11,7 @@ struct CollisionProgress {
   static constexpr int rounds = 3, passes = 8;
 
   bool begun = false, found = false, zones = false, done = false;  // not done: there was no room for what was found
-  int round = 0;                                                   // of law 3, the next
+  int next_round = 0;                                              // of law 3
   int searches = 0, zone_moves = 0;
   Index close_clusters = 0, candidates = 0, pairs = 0;
   Index contacts = 0;  // of the first round
@@ -34,16 +34,16 @@ KOKKOS_INLINE_FUNCTION void push_apart(const Grid& grid, const Collision& s, Ind
   grid.template each<EndRound>(s, s.nodes);
 }
 
-/// Finds the pairs of the paths as they are. False: there is no room.
+/// Finds the pairs of the paths as they are, or those of nodes that have changed. False: there is no room.
 #ifdef __NVCC__
 #pragma nv_exec_check_disable
 #endif
-template <class Grid>
+template <bool all, class Grid>
 KOKKOS_INLINE_FUNCTION bool find_pairs(const Grid& grid, const Collision& s, CollisionProgress& at) {
   constexpr Index a_lane = CollisionItems::width / cluster_lanes;  // items that a lane has
   ++at.searches;
   at.found = false;
-  grid.template each<BoxItems>(s, s.items / a_lane);
+  grid.template each<BoxItems<all>>(s, s.items / a_lane);
   grid.template each<BoxGroups>(s, s.clusters / a_lane);
   grid.template each<CompareGroups>(s, s.group_pairs * cluster_lanes);
   at.close_clusters = grid.value(s, count_close_clusters);
@@ -56,14 +56,19 @@ KOKKOS_INLINE_FUNCTION bool find_pairs(const Grid& grid, const Collision& s, Col
   at.found = at.pairs <= s.pair_room;
   return at.found;
 }
-/// The same if they are not those of the paths any more.
+/// The same if those that there are are not all; if few nodes have changed, theirs alone.
 #ifdef __NVCC__
 #pragma nv_exec_check_disable
 #endif
 template <class Grid>
 KOKKOS_INLINE_FUNCTION bool renew_pairs(const Grid& grid, const Collision& s, CollisionProgress& at) {
-  if (at.found && grid.value(s, ends_moved) == 0) return true;
-  return find_pairs(grid, s, at);
+  constexpr Index few = 4;  // at most one in so many
+  if (!at.found) return find_pairs<true>(grid, s, at);
+  if (grid.value(s, ends_moved) == 0) return true;
+  grid.template each<SeeChanges>(s, s.nodes);
+  if (few * grid.value(s, count_changed) > s.nodes) return find_pairs<true>(grid, s, at);
+  grid.template each<DropPair>(s, at.pairs);
+  return find_pairs<false>(grid, s, at);
 }
 
 /// Law 4. False: there is no room.
@@ -99,16 +104,17 @@ template <class Grid>
 KOKKOS_INLINE_FUNCTION CollisionProgress keep_apart(const Grid& grid, const Collision& s, CollisionProgress at) {
   if (!at.begun) grid.template each<Begin>(s, s.nodes);
   at.begun = true;
-  for (; at.round < CollisionProgress::rounds; ++at.round) {
+  while (CollisionProgress::rounds > at.next_round) {
     if (!renew_pairs(grid, s, at)) return at;
     if (at.pairs == 0) break;
     grid.template each<FindContact>(s, at.pairs);
     const Index contacts = grid.value(s, count_contacts);
     if (contacts == 0) break;
-    if (at.round == 0) at.contacts = contacts;
+    if (at.next_round == 0) at.contacts = contacts;
     push_apart(grid, s, contacts);
+    ++at.next_round;
   }
-  at.round = CollisionProgress::rounds;
+  at.next_round = CollisionProgress::rounds;
   if (at.contacts > 0 && !join_zones(grid, s, at)) return at;
   if (at.zones) grid.template each<CountZoneNodes>(s, s.nodes);
   grid.template each<Finish>(s, s.nodes);

@@ -39,6 +39,7 @@ struct Collision {
   Entries<Real3> seen, end, node_velocity;
   Entries<NodeVelocity> velocity;
   Entries<const std::uint8_t> pinned, member;
+  Entries<std::uint8_t> changed;
   Entries<const Real> inverse_mass;
   Materials materials;
   Slice<const Solid> solids;
@@ -89,17 +90,20 @@ struct Collision {
     }
     velocity(n) = {w};
   }
-  /// Raises `ends_moved` if the node's pairs would have to be found again.
-  KOKKOS_INLINE_FUNCTION void watch_end(Index n) const {
+  /// Must the node's pairs be found again?
+  KOKKOS_INLINE_FUNCTION bool has_moved(Index n) const {
     const Double3 by = minus(widen(end(n)), widen(seen(n)));
-    if (inner(by, by) > margin * margin) Kokkos::atomic_store(&counter(ends_moved), Index{1});
+    return inner(by, by) > margin * margin;
+  }
+  KOKKOS_INLINE_FUNCTION void watch_end(Index n) const {
+    if (has_moved(n)) Kokkos::atomic_store(&counter(ends_moved), Index{1});
   }
   KOKKOS_INLINE_FUNCTION void no_contacts() const { Kokkos::atomic_store(&counter(count_contacts), Index{0}); }
-  /// x⁰ and the displacements of a pair's nodes.
-  KOKKOS_INLINE_FUNCTION void paths(const ClosePair& p, Double3* x, Double3* u) const {
+  /// x⁰ of a pair's nodes and their displacements to `ends`, m.
+  KOKKOS_INLINE_FUNCTION void paths(const ClosePair& p, const Entries<Real3>& ends, Double3* x, Double3* u) const {
     for (int k = 0; k < 4; ++k) {
       x[k] = widen(position(p.node[k]));
-      u[k] = minus(widen(end(p.node[k])), x[k]);
+      u[k] = minus(widen(ends(p.node[k])), x[k]);
     }
   }
   /// Σ b² N/m, 1/kg.
@@ -144,7 +148,8 @@ struct Begin {
   KOKKOS_INLINE_FUNCTION static void act(const Collision& s, Index n) {
     s.place(n, widen(s.node_velocity(n)));
     s.seen(n) = s.end(n);
-    if (n == 0) s.counter(count_zone_nodes) = 0;
+    if (n > 0) return;
+    for (Index c = 0; c < collision_counters; ++c) s.counter(c) = 0;
   }
 };
 
@@ -153,8 +158,9 @@ struct FindContact {
   static constexpr const char* label = "drench::self_collision::contacts";
   KOKKOS_INLINE_FUNCTION static void act(const Collision& s, Index p) {
     const ClosePair pair = s.pair(p);
+    if (pair.edges == dropped_pair) return;
     Double3 x[4], u[4];
-    s.paths(pair, x, u);
+    s.paths(pair, s.end, x, u);
     const double tau = pair.thickness, start = pair.distance;
     Proximity near;
     if (start <= tau)

@@ -17,12 +17,15 @@ inline constexpr Index cluster_lanes = 1;
 namespace boxes {
 
 /// Around the path of an item, grown by half of what may lie between two, and by what rounding may take.
+template <bool all>
 KOKKOS_INLINE_FUNCTION PathBox of_item(const Collision& s, Index item) {
   PathBox box;
+  bool searched = all;
   for (Index k = 0; k < 3; ++k) {
     const Index n = s.corner(3 * item + k);
     if (n < 0) break;
-    const Real4 from{s.position(n), 0}, to{s.end(n), 0};
+    if (!all) searched = searched || s.changed(n) != 0;
+    const Real4 from{s.position(n), 0}, to{all ? s.end(n) : s.seen(n), 0};
     box.add({from, from});
     box.add({to, to});
   }
@@ -30,7 +33,8 @@ KOKKOS_INLINE_FUNCTION PathBox of_item(const Collision& s, Index item) {
                                 Kokkos::fmax(-box.lo.z, box.hi.z));
   const Real grow = s.half_reach + Real(1e-6) * far;
   if (!(box.lo.x <= box.hi.x)) return {};
-  return {{{box.lo.x - grow, box.lo.y - grow, box.lo.z - grow}, 0}, {{box.hi.x + grow, box.hi.y + grow, box.hi.z + grow}, 0}};
+  return {{{box.lo.x - grow, box.lo.y - grow, box.lo.z - grow}, Real(searched ? 1 : 0)},
+          {{box.hi.x + grow, box.hi.y + grow, box.hi.z + grow}, 0}};
 }
 
 #ifdef __CUDA_ARCH__
@@ -39,7 +43,7 @@ __device__ inline PathBox around_warp(PathBox box) {
   for (int apart = warp_size / 2; apart > 0; apart /= 2) {
     PathBox o;
     o.lo = {{__shfl_xor_sync(whole_warp, box.lo.x, apart), __shfl_xor_sync(whole_warp, box.lo.y, apart),
-             __shfl_xor_sync(whole_warp, box.lo.z, apart)}, 0};
+             __shfl_xor_sync(whole_warp, box.lo.z, apart)}, __shfl_xor_sync(whole_warp, box.lo.w, apart)};
     o.hi = {{__shfl_xor_sync(whole_warp, box.hi.x, apart), __shfl_xor_sync(whole_warp, box.hi.y, apart),
              __shfl_xor_sync(whole_warp, box.hi.z, apart)}, 0};
     box.add(o);
@@ -48,9 +52,9 @@ __device__ inline PathBox around_warp(PathBox box) {
 }
 #endif
 
-/// box(into + c) = around box(from + k) of the cluster's lanes; `make(k)` tells each. `k`: a lane's number.
+/// box(into + c): around what `make` tells of the members of cluster c. `k`: a lane's number.
 template <class Make>
-KOKKOS_INLINE_FUNCTION void gather_cluster(const Collision& s, Index k, Index from, Index into, const Make& make) {
+KOKKOS_INLINE_FUNCTION void gather_cluster(const Collision& s, Index k, Index into, const Make& make) {
 #ifdef __CUDA_ARCH__
   const PathBox all = around_warp(make(k));
   if (k % warp_size == 0) s.box(into + k / warp_size) = all;
@@ -59,7 +63,6 @@ KOKKOS_INLINE_FUNCTION void gather_cluster(const Collision& s, Index k, Index fr
   for (Index i = CollisionItems::width * k; i < CollisionItems::width * (k + 1); ++i) all.add(make(i));
   s.box(into + k) = all;
 #endif
-  (void)from;
 }
 
 /// Lists the couples of what is in two clusters whose boxes meet; of one with itself each but once. `first`: of the boxes
@@ -106,22 +109,45 @@ KOKKOS_INLINE_FUNCTION void compare(const Collision& s, const Couple& clusters, 
 
 }  // namespace boxes
 
-/// Of the paths as they are now, by lanes of clusters; they are seen.
+/// The nodes whose pairs are to be found again; they are seen anew.
+struct SeeChanges {
+  static constexpr const char* label = "drench::self_collision::changes";
+  KOKKOS_INLINE_FUNCTION static void act(const Collision& s, Index n) {
+    const bool changed = s.has_moved(n);
+    s.changed(n) = changed ? 1 : 0;
+    if (!changed) return;
+    s.seen(n) = s.end(n);
+    add_one(s.counter(count_changed));
+  }
+};
+struct DropPair {
+  static constexpr const char* label = "drench::self_collision::drop";
+  KOKKOS_INLINE_FUNCTION static void act(const Collision& s, Index p) {
+    for (const Index n : s.pair(p).node)
+      if (s.changed(n) != 0) s.pair(p).edges = dropped_pair;
+  }
+};
+
+/// Of all paths, which are seen, or of the nodes that have changed; by lanes of clusters.
+template <bool all>
 struct BoxItems {
   static constexpr const char* label = "drench::self_collision::boxes";
   KOKKOS_INLINE_FUNCTION static void act(const Collision& s, Index k) {
-    if (k == 0)
-      for (Index c = count_close_clusters; c <= ends_moved; ++c) s.counter(c) = 0;
-    boxes::gather_cluster(s, k, 0, s.items, [&](Index item) {
-      if (item < s.first_triangle && s.corner(3 * item) >= 0) s.seen(s.corner(3 * item)) = s.end(s.corner(3 * item));
-      return s.box(item) = boxes::of_item(s, item);
+    if (k == 0) {
+      s.counter(count_changed) = s.counter(count_close_clusters) = s.counter(count_candidates) = s.counter(ends_moved) = 0;
+      if (all) s.counter(count_pairs) = 0;
+    }
+    boxes::gather_cluster(s, k, s.items, [&](Index item) {
+      if (all && item < s.first_triangle && s.corner(3 * item) >= 0)
+        s.seen(s.corner(3 * item)) = s.end(s.corner(3 * item));
+      return s.box(item) = boxes::of_item<all>(s, item);
     });
   }
 };
 struct BoxGroups {
   static constexpr const char* label = "drench::self_collision::group_boxes";
   KOKKOS_INLINE_FUNCTION static void act(const Collision& s, Index k) {
-    boxes::gather_cluster(s, k, s.items, s.items + s.clusters, [&](Index cluster) { return s.box(s.items + cluster); });
+    boxes::gather_cluster(s, k, s.items + s.clusters, [&](Index cluster) { return s.box(s.items + cluster); });
   }
 };
 struct CompareGroups {
@@ -146,7 +172,7 @@ struct FindPair {
     ClosePair pair{};
     if (!nodes_of(s, s.candidate(k), pair)) return;
     Double3 x[4], u[4];
-    s.paths(pair, x, u);
+    s.paths(pair, s.seen, x, u);
     pair.thickness = 0.5 * (double(s.materials(pair.node[0]).thickness) + double(s.materials(pair.node[3]).thickness));
     pair.distance = proximity(pair.edges != 0, x).distance;
     // Every displacement may still change by the margin: relative to the mean by 3/4 of it and 3/4 more for the other three.

@@ -37,7 +37,7 @@ KOKKOS_INLINE_FUNCTION Double3 velocity(const Collision& s, Index z) {
 /// Does a pair come too near?
 KOKKOS_INLINE_FUNCTION bool violates(const Collision& s, const ClosePair& pair) {
   Double3 x[4], u[4];
-  s.paths(pair, x, u);
+  s.paths(pair, s.end, x, u);
   Proximity near;
   return reaches(pair.edges != 0, x, u, Kokkos::fmin(0.25 * pair.thickness, 0.8 * pair.distance), near);
 }
@@ -53,7 +53,7 @@ struct FindFirstViolation {
   static constexpr const char* label = "drench::self_collision::violations";
   KOKKOS_INLINE_FUNCTION static void act(const Collision& s, Index p) {
     const ClosePair pair = s.pair(p);
-    if (zones::violates(s, pair)) zones::list(s, pair);
+    if (pair.edges != dropped_pair && zones::violates(s, pair)) zones::list(s, pair);
   }
 };
 /// The same later: only pairs with a node in a zone can, for no other nodes have been moved. A zone with a pair of its own that
@@ -62,6 +62,7 @@ struct FindViolation {
   static constexpr const char* label = "drench::self_collision::zone_violations";
   KOKKOS_INLINE_FUNCTION static void act(const Collision& s, Index p) {
     const ClosePair pair = s.pair(p);
+    if (pair.edges == dropped_pair) return;
     const Index z = s.zone(pair.node[0]);
     bool one = true, moved = false;
     for (int k = 0; k < 4; ++k) {
