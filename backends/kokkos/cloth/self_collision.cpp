@@ -19,6 +19,7 @@ void make_room_for_pairs(SelfCollisionWork& work, Index close_clusters, Index ca
   make_room_for(work.close_clusters, "drench::self_collision::close_clusters", close_clusters);
   make_room_for(work.candidate, "drench::self_collision::candidate", candidates);
   make_room_for(work.pair, "drench::self_collision::pair", pairs);
+  make_room_for(work.hole, "drench::self_collision::hole", pairs);
   make_room_for(work.contact, "drench::self_collision::contact", pairs);
 }
 
@@ -57,9 +58,9 @@ MemoryEstimate self_collision_bytes(const Sizing& s) {
   if (!s.size.self_collision || s.size.nodes <= 0) return sum;
   // As if all cloth took part. A node: velocity, end and seen, changed, impulse, share; zone, stopped and holder, joined, zone_sum and
   // zone_push
-  const double sums = (3 + 10) * sizeof(std::int64_t), node = sizeof(NodeVelocity) + 6 * s.real + 4 * index_bytes + 2 + sums;
+  const double sums = (3 + 10) * sizeof(std::int64_t), node = sizeof(NodeVelocity) + 6 * s.real + 5 * index_bytes + 1 + sums;
   const double items = s.size.nodes + s.size.triangles + s.size.edges;
-  sum.cloth = s.size.nodes * (node + 1.25 * s.size.fold_pairs * (sizeof(ClosePair) + sizeof(Contact))) +
+  sum.cloth = s.size.nodes * (node + 1.25 * s.size.fold_pairs * (sizeof(ClosePair) + sizeof(Contact) + index_bytes)) +
               1.25 * items * 9 * sizeof(Couple) + item_bytes(s);
   return sum;
 }
@@ -101,6 +102,7 @@ Collision::Collision(const Constants& constants, const Bodies& bodies, Cloth& cl
       candidate_room(static_cast<Index>(work.candidate.extent(0))),
       pair_room(static_cast<Index>(work.pair.extent(0))),
       pair(work.pair),
+      hole(work.hole),
       contact(work.contact),
       counter(work.counter),
       momentum_unit(constants.quantum / impulse_steps),

@@ -10,11 +10,14 @@ namespace drench::kokkos_backend {
 
 constexpr Index no_node = 2147483647, dropped_pair = 2;
 
-/// What SelfCollisionWork::counter counts. `ends_moved` is a flag: an end has moved by more than the search's margin.
+/// What SelfCollisionWork::counter counts. New pairs fill the holes that dropped ones leave and then follow the others, which
+/// count_pairs has not. `ends_moved` is a flag: an end has moved by more than the search's margin.
 enum CollisionCounter : Index {
   count_changed,
   count_close_clusters,
   count_candidates,
+  count_holes,
+  count_new,
   count_pairs,
   count_contacts,
   ends_moved,
@@ -91,7 +94,7 @@ struct SelfCollisionWork {
   Field<Index> share;             // N_k; 0 between passes
   // per node of all cloths, of law 4: meaningless before the first zone of a step
   Field<Index> zone;              // the zone's least node
-  Field<std::uint8_t> joined;     // is in a zone
+  Field<Index> joined;            // 1: is in a zone (a word, for CUDA has no atomic store of less)
   Field<Index> stopped;           // at a zone's least node: 1 is to stop, 2 has stopped
   Field<Index> holder;            // at a zone's least node: the first pinned node of the zone, or no_node
   Field<std::int64_t> zone_sum;   // 4 each, at the least node: mass, q · 2^-16; momentum, q · 2^-12 m/s
@@ -101,6 +104,7 @@ struct SelfCollisionWork {
   Field<Couple> close_clusters;   // whose boxes meet
   Field<Couple> candidate;        // items whose boxes meet
   Field<ClosePair> pair;          // that can come nearer than τ
+  Field<Index> hole;              // places of dropped pairs
   Field<Contact> contact;
   Field<Index> counter;           // CollisionCounter
   std::shared_ptr<struct ResidentCollision> resident;  // of CUDA (cloth/cuda/resident_collision.cpp)

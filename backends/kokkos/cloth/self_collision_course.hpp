@@ -52,7 +52,7 @@ KOKKOS_INLINE_FUNCTION bool find_pairs(const Grid& grid, const Collision& s, Col
   at.candidates = grid.value(s, count_candidates);
   if (at.candidates > s.candidate_room) return false;
   grid.template each<FindPair>(s, at.candidates);
-  at.pairs = grid.value(s, count_pairs);
+  at.pairs = SeeChanges::pairs(all ? 0 : at.pairs, grid.value(s, count_new), grid.value(s, count_holes));
   at.found = at.pairs <= s.pair_room;
   return at.found;
 }

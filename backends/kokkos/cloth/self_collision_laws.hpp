@@ -48,8 +48,7 @@ struct Collision {
   Entries<std::int64_t> impulse;
   Entries<Index> share;
   // zones
-  Entries<Index> zone, stopped, holder;
-  Entries<std::uint8_t> joined;
+  Entries<Index> zone, stopped, holder, joined;
   Entries<std::int64_t> zone_sum, zone_push;
   // search
   Entries<const Index> corner, rank;
@@ -60,6 +59,7 @@ struct Collision {
   Index cluster_room, candidate_room, pair_room;
   // pairs and contacts
   Entries<ClosePair> pair;
+  Entries<Index> hole;
   Entries<Contact> contact;
   Entries<Index> counter;
   double momentum_unit, way_unit, margin;  // kg m/s; m; m

@@ -113,18 +113,30 @@ KOKKOS_INLINE_FUNCTION void compare(const Collision& s, const Couple& clusters, 
 struct SeeChanges {
   static constexpr const char* label = "drench::self_collision::changes";
   KOKKOS_INLINE_FUNCTION static void act(const Collision& s, Index n) {
+    if (n == 0) {
+      s.counter(count_pairs) = pairs(s.counter(count_pairs), s.counter(count_new), s.counter(count_holes));
+      s.counter(count_new) = s.counter(count_holes) = 0;
+    }
     const bool changed = s.has_moved(n);
     s.changed(n) = changed ? 1 : 0;
     if (!changed) return;
     s.seen(n) = s.end(n);
     add_one(s.counter(count_changed));
   }
+  /// All, with those that are no more.
+  KOKKOS_INLINE_FUNCTION static Index pairs(Index before, Index added, Index holes) {
+    return added > holes ? before + (added - holes) : before;
+  }
 };
 struct DropPair {
   static constexpr const char* label = "drench::self_collision::drop";
   KOKKOS_INLINE_FUNCTION static void act(const Collision& s, Index p) {
-    for (const Index n : s.pair(p).node)
-      if (s.changed(n) != 0) s.pair(p).edges = dropped_pair;
+    const ClosePair pair = s.pair(p);
+    bool drop = pair.edges == dropped_pair;
+    for (int k = 0; k < 4; ++k) drop = drop || s.changed(pair.node[k]) != 0;
+    if (!drop) return;
+    s.pair(p).edges = dropped_pair;
+    s.hole(add_one(s.counter(count_holes))) = p;
   }
 };
 
@@ -135,7 +147,7 @@ struct BoxItems {
   KOKKOS_INLINE_FUNCTION static void act(const Collision& s, Index k) {
     if (k == 0) {
       s.counter(count_changed) = s.counter(count_close_clusters) = s.counter(count_candidates) = s.counter(ends_moved) = 0;
-      if (all) s.counter(count_pairs) = 0;
+      if (all) s.counter(count_pairs) = s.counter(count_new) = s.counter(count_holes) = 0;
     }
     boxes::gather_cluster(s, k, s.items, [&](Index item) {
       if (all && item < s.first_triangle && s.corner(3 * item) >= 0)
@@ -177,7 +189,8 @@ struct FindPair {
     pair.distance = proximity(pair.edges != 0, x).distance;
     // Every displacement may still change by the margin: relative to the mean by 3/4 of it and 3/4 more for the other three.
     if (pair.distance - relative_travel(pair.edges != 0, u) - 3.001 * s.margin > pair.thickness) return;
-    const Index at = add_one(s.counter(count_pairs));
+    const Index number = add_one(s.counter(count_new)), holes = s.counter(count_holes);
+    const Index at = number < holes ? s.hole(number) : s.counter(count_pairs) + (number - holes);
     if (at < s.pair_room) s.pair(at) = pair;
   }
   /// False: they share a node.

@@ -88,7 +88,7 @@ struct JoinZones {
   static constexpr const char* label = "drench::self_collision::zone_join";
   KOKKOS_INLINE_FUNCTION static void act(const Collision& s, Index c) {
     const Index* const node = s.contact(c).node;
-    for (int k = 0; k < 4; ++k) Kokkos::atomic_store(&s.joined(node[k]), std::uint8_t{1});
+    for (int k = 0; k < 4; ++k) Kokkos::atomic_store(&s.joined(node[k]), Index{1});
     for (int k = 1; k < 4; ++k) zones::unite(s, node[0], node[k]);
   }
 };
