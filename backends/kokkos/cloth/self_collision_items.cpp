@@ -4,9 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 #include "core/host_copy.hpp"
+#include "core/z_curve.hpp"
 
 namespace drench::kokkos_backend {
 namespace {
@@ -34,30 +34,9 @@ struct Sort {
   }
 };
 
-/// Where each lies along a Z-curve, a cloth after the other.
-std::vector<Index> along_z_curve(const Sort& sort, double cell) {
-  Vec3 lo{1e300, 1e300, 1e300};
-  for (const Vec3& x : sort.middle)
-    for (std::size_t a = 0; a < 3; ++a) lo[a] = std::min(lo[a], x[a]);
-  std::vector<std::pair<Index, std::uint64_t>> code(sort.middle.size());
-  for (std::size_t i = 0; i < code.size(); ++i) {
-    code[i] = {sort.cloth[i], 0};
-    for (std::size_t a = 0; a < 3; ++a) {
-      const auto at = static_cast<std::uint64_t>(std::min((sort.middle[i][a] - lo[a]) / cell, 2097151.0));
-      for (std::size_t bit = 0; bit < 21; ++bit) code[i].second |= (at >> bit & 1) << (3 * bit + a);
-    }
-  }
-  std::vector<Index> order(code.size());
-  std::iota(order.begin(), order.end(), Index{0});
-  std::stable_sort(order.begin(), order.end(), [&](Index a, Index b) {
-    return code[static_cast<std::size_t>(a)] < code[static_cast<std::size_t>(b)];
-  });
-  return order;
-}
-
 /// Appends a sort, filled up to whole groups.
 void append(const Sort& sort, double cell, std::vector<Index>& corner, std::vector<Index>& rank) {
-  for (const Index i : along_z_curve(sort, cell)) {
+  for (const Index i : along_z_curve(sort.middle, sort.cloth, cell)) {
     for (Index k = 0; k < 3; ++k) corner.push_back(sort.corner[static_cast<std::size_t>(3 * i + k)]);
     rank.push_back(sort.rank[static_cast<std::size_t>(i)]);
   }
