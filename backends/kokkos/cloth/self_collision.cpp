@@ -23,13 +23,6 @@ void make_room_for_pairs(SelfCollisionWork& work, Index close_clusters, Index ca
   make_room_for(work.contact, "drench::self_collision::contact", pairs);
 }
 
-/// The margin of the next step: a larger one finds more pairs, a smaller one finds them more often.
-void choose_margin(const Cloth& cloth, SelfCollisionWork& work, bool was_enough) {
-  const double least = 0.25 * work.thickness;
-  const double most = on_host ? least : Kokkos::fmax(least, Kokkos::fmin(3 * least, 0.1 * double(cloth.mesh.mean_edge)));
-  work.margin = Kokkos::fmin(most, Kokkos::fmax(least, (was_enough ? 0.9 : 2) * work.margin));
-}
-
 void allocate(const Constants& constants, const Cloth& cloth, SelfCollisionWork& work) {
   if (work.member.extent(0) > 0) return;
   list_items(constants, work);
@@ -47,7 +40,7 @@ void allocate(const Constants& constants, const Cloth& cloth, SelfCollisionWork&
   make_room(work.zone_sum, "drench::self_collision::zone_sum", 4 * n);
   make_room(work.zone_push, "drench::self_collision::zone_push", 6 * n);
   allocate_zeros(work.counter, "drench::self_collision::counter", collision_counters);
-  choose_margin(cloth, work, true);
+  work.margin = 0.25 * work.thickness;
   make_room_for_pairs(work, 32 * work.items.clusters(), 8 * work.items.count, 8 * work.nodes);
 }
 
@@ -139,7 +132,6 @@ void self_collision(const Constants& constants, Bodies& bodies, Cloth& cloth, Se
     const Collision s(constants, bodies, cloth, work, dt);
     at = resident ? keep_apart_resident(work, s, at) : keep_apart(Launches{}, s, at);
   }
-  choose_margin(cloth, work, at.searches == 1);
   report.cloth_contacts = at.contacts;
   report.cloth_zone_nodes = at.zone_nodes;
 }

@@ -39,13 +39,19 @@ KOKKOS_INLINE_FUNCTION PathBox of_item(const Collision& s, Index item) {
 
 #ifdef __CUDA_ARCH__
 inline constexpr unsigned whole_warp = 0xffffffff;
+__device__ inline PathBox of_lane(const PathBox& box, int lane) {
+  const auto from = [&](Real v) { return __shfl_sync(whole_warp, v, lane); };
+  PathBox o;
+  o.lo = {{from(box.lo.x), from(box.lo.y), from(box.lo.z)}, from(box.lo.w)};
+  o.hi = {{from(box.hi.x), from(box.hi.y), from(box.hi.z)}, 0};
+  return o;
+}
 __device__ inline PathBox around_warp(PathBox box) {
   for (int apart = warp_size / 2; apart > 0; apart /= 2) {
+    const auto of_other = [&](Real v) { return __shfl_xor_sync(whole_warp, v, apart); };
     PathBox o;
-    o.lo = {{__shfl_xor_sync(whole_warp, box.lo.x, apart), __shfl_xor_sync(whole_warp, box.lo.y, apart),
-             __shfl_xor_sync(whole_warp, box.lo.z, apart)}, __shfl_xor_sync(whole_warp, box.lo.w, apart)};
-    o.hi = {{__shfl_xor_sync(whole_warp, box.hi.x, apart), __shfl_xor_sync(whole_warp, box.hi.y, apart),
-             __shfl_xor_sync(whole_warp, box.hi.z, apart)}, 0};
+    o.lo = {{of_other(box.lo.x), of_other(box.lo.y), of_other(box.lo.z)}, of_other(box.lo.w)};
+    o.hi = {{of_other(box.hi.x), of_other(box.hi.y), of_other(box.hi.z)}, 0};
     box.add(o);
   }
   return box;
@@ -76,11 +82,13 @@ KOKKOS_INLINE_FUNCTION void compare(const Collision& s, const Couple& clusters, 
   const PathBox own = s.box(first + a + lane);
   const bool mine = own.meets(s.box(around + clusters.second));
   if (!__any_sync(whole_warp, mine)) return;
-  const bool theirs = s.box(first + b + lane).meets(s.box(around + clusters.first));
+  const PathBox other = s.box(first + b + lane);
+  const bool theirs = other.meets(s.box(around + clusters.first));
   unsigned found = 0;
   for (unsigned left = __ballot_sync(whole_warp, theirs); left != 0; left &= left - 1) {
     const int j = __ffs(static_cast<int>(left)) - 1;
-    if (mine && (!one || lane < j || (same && lane == j)) && own.meets(s.box(first + b + j))) found |= 1u << j;
+    const PathBox box = of_lane(other, j);
+    if (mine && (!one || lane < j || (same && lane == j)) && own.meets(box)) found |= 1u << j;
   }
   const int count = __popc(found);
   int before = count;
