@@ -24,8 +24,7 @@ class KokkosBackend final : public Backend {
  public:
   explicit KokkosBackend(const Model& model)
       : constants_(model), fluid_(constants_), bodies_(constants_), cloth_(constants_) {
-    for (CellTable* table : {&self_collision_.node_cells, &self_collision_.edge_cells, &wet_adhesion_.cells,
-                             &measures_.cells})
+    for (CellTable* table : {&wet_adhesion_.cells, &measures_.cells})
       *table = CellTable(model.scene.sort);
     for (const Jet& j : model.jets) jets_.offsets.push_back(to_device3("drench::jet_offsets", j.offsets));
   }

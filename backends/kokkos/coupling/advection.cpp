@@ -20,7 +20,7 @@ KOKKOS_INLINE_FUNCTION void add_momentum(const Entries<std::int64_t>& momentum, 
   add_fixed(momentum, node, times(momentum_steps * quanta, dv));
 }
 
-void allocate_work(Fluid& fluid, const Cloth& cloth, AdvectionWork& work) {
+void allocate_work(const Constants& constants, Fluid& fluid, const Cloth& cloth, AdvectionWork& work) {
   if (work.counts.data() == nullptr) {
     make_room_for_one(work.counts, "drench::advection::counts");
     work.motion = Kokkos::View<ClothMotion, MemSpace>("drench::advection::motion");
@@ -36,6 +36,7 @@ void allocate_work(Fluid& fluid, const Cloth& cloth, AdvectionWork& work) {
   make_room(work.gone, "drench::advection::gone", capacity);
   make_room(work.end, "drench::advection::end", capacity);
   if (cloth.samples.count == 0) return;
+  order_triangles(constants, work);
   make_room(work.hit_triangle, "drench::advection::hit_triangle", capacity);
   make_room(work.hit_weight, "drench::advection::hit_weight", capacity);
   make_room(work.hit_normal, "drench::advection::hit_normal", capacity);
@@ -218,7 +219,7 @@ void advection(const Constants& constants, Fluid& fluid, const NeighborLists& li
   const Real dt = static_cast<Real>(info.dt);
   const bool liquid = fluid.particles.count > 0, sheets = cloth.samples.count > 0,
              moving_cloth = constants.model.has_moving_cloth();
-  allocate_work(fluid, cloth, work);
+  allocate_work(constants, fluid, cloth, work);
   fluid.particles.moved.advance();
   place_solids(constants, bodies, info.dt);
   if (liquid && sheets && cloth.emission_ramp > 0) limit_fresh(constants, fluid, lists, cloth, work);

@@ -39,6 +39,8 @@ struct AdvectionWork {
   Field<std::int64_t> momentum;  // 3 per node (core/fixed_point.hpp)
   Field<Index> hits;             // per node: c_k
   Field<Box> box;                // per triangle: of its way in the step
+  Field<Index> ordered;          // triangles as they lie together on the cloth, −1 up to whole groups
+  Field<Box> cluster_box;        // around each 32 of these, then around each 32 of those
   Kokkos::View<ClothMotion, MemSpace> motion;
   Kokkos::View<AdvectionCounts, Kokkos::SharedHostPinnedSpace> counts;
   Field<Real3> end, hit_weight, hit_normal;  // per liquid particle: x1, m; barycentric; towards x0

@@ -3,9 +3,13 @@
 
 #include "coupling/sweep.hpp"
 
+#include <cmath>
+
 #include "coupling/collision.hpp"
 #include "coupling/collision_filter.hpp"
 #include "core/gather.hpp"
+#include "core/host_copy.hpp"
+#include "core/z_curve.hpp"
 
 namespace drench::kokkos_backend {
 namespace {
@@ -44,16 +48,19 @@ struct Path {
   }
 };
 
-/// Paths and the triangles near them. The samples are where they were at the start, as their table has them.
+constexpr Index cluster_width = 32;  // triangles of a cluster, clusters of a group
+
+/// Paths and the triangles near them.
 struct Sweep {
-  CellTableView cells;
   Neighbors list;  // fluid→sample, from the step's start
   Entries<const Real3> start, end;
   Entries<const Index> sample_triangle, triangle;
   Entries<Box> box;  // of each triangle's way
+  Entries<const Index> ordered;
+  Entries<Box> cluster_box;
+  Index clusters = 0, groups = 0;
   Kokkos::View<ClothMotion, MemSpace> motion;
   double cover = 0, margin = 0, touch = 0, support = 0, gap = 0;  // m
-  Index samples = 0;
   bool listed = false;  // are the particles those of the list?
   // of each particle, and the nodes' hits
   Entries<Real3> path_end, hit_weight, hit_normal;
@@ -75,7 +82,8 @@ struct Sweep {
     return !passes_by(way, Real(margin)) && !stays_on_its_side(way, Real(touch));
   }
 
-  /// Visits the triangle of each sample near the path, if its box is: each that can be hit, some of them often.
+  /// Visits the triangle of each sample near the path, if its box is: each that can be hit, some of them often. Where some of
+  /// the cloth is too fast or too stretched to be found by samples, the triangles of clusters whose boxes are near.
   template <class Who, class Visitor>
   KOKKOS_INLINE_FUNCTION void visit_near(Index i, const Path& path, const Who& who, Visitor& visitor) const {
     const ClothMotion moved = motion();
@@ -102,27 +110,15 @@ struct Sweep {
       }
       return;
     }
-    const Real3 least_point = narrow(minus(add(x0, lo), {grow, grow, grow})),
-                most_point = narrow(add(add(x0, hi), {grow, grow, grow}));
-    const auto visit = [&](const Index entry) {
-      const Real3 p = cells.point(entry);
-      if (p.x < least_point.x || p.y < least_point.y || p.z < least_point.z || p.x > most_point.x ||
-          p.y > most_point.y || p.z > most_point.z)
-        return;
-      const Index t = sample_triangle(cells.item(entry));
-      if (!path.box.apart(box(t))) visitor(t);
-    };
-    CellCoord a = cells.cell_of(least_point), b = cells.cell_of(most_point);
-    // A runaway particle may sweep more cells than there are samples.
-    const double box_cells = (double(b.x) - a.x + 1) * (double(b.y) - a.y + 1) * (double(b.z) - a.z + 1);
-    if (box_cells <= static_cast<double>(samples)) {
-      cells.clip(a, b);
-      cells.for_runs(a, b, [&](const Index first, const Index end_of_run, const CellRun& run) {
-        for (Index e = first + who.lane; e < end_of_run; e += Who::count)
-          if (!cells.hashed || run.holds(cells.coord(e))) visit(e);
-      });
-    } else {
-      for (Index e = who.lane; e < samples; e += Who::count) visit(e);
+    for (Index group = 0; group < groups; ++group) {
+      if (path.box.apart(cluster_box(clusters + group))) continue;
+      for (Index c = cluster_width * group; c < cluster_width * (group + 1); ++c) {
+        if (path.box.apart(cluster_box(c))) continue;
+        for (Index k = cluster_width * c + who.lane; k < cluster_width * (c + 1); k += Who::count) {
+          const Index t = ordered(k);
+          if (t >= 0 && !path.box.apart(box(t))) visitor(t);
+        }
+      }
     }
   }
 
@@ -241,11 +237,37 @@ struct Sweep {
   }
 };
 
-/// The boxes of the triangles' ways.
-void place_boxes(const Sweep& sweep, Index triangles) {
+/// A box around none.
+KOKKOS_INLINE_FUNCTION Box no_box() {
+  constexpr Real far = Kokkos::Experimental::finite_max_v<Real>;
+  return {{far, far, far}, {-far, -far, -far}};
+}
+KOKKOS_INLINE_FUNCTION void enclose(Box& box, const Box& o) {
+  box.lo = {Kokkos::fmin(box.lo.x, o.lo.x), Kokkos::fmin(box.lo.y, o.lo.y), Kokkos::fmin(box.lo.z, o.lo.z)};
+  box.hi = {Kokkos::fmax(box.hi.x, o.hi.x), Kokkos::fmax(box.hi.y, o.hi.y), Kokkos::fmax(box.hi.z, o.hi.z)};
+}
+
+/// The boxes of the triangles' ways, of clusters and of groups.
+void place_boxes(const Sweep& sweep) {
   parallel(
-      "drench::advection::boxes", triangles, KOKKOS_LAMBDA(const Index t) {
-        sweep.box(t) = box_of_way(sweep.corners(sweep.start, t), sweep.corners(sweep.end, t), sweep.margin);
+      "drench::advection::boxes", sweep.clusters * cluster_width, KOKKOS_LAMBDA(const Index k) {
+        const Index t = sweep.ordered(k);
+        if (t >= 0) sweep.box(t) = box_of_way(sweep.corners(sweep.start, t), sweep.corners(sweep.end, t), sweep.margin);
+      });
+  parallel(
+      "drench::advection::cluster_boxes", sweep.clusters, KOKKOS_LAMBDA(const Index c) {
+        Box box = no_box();
+        DRENCH_UNROLL
+        for (Index k = cluster_width * c; k < cluster_width * (c + 1); ++k)
+          if (sweep.ordered(k) >= 0) enclose(box, sweep.box(sweep.ordered(k)));
+        sweep.cluster_box(c) = box;
+      });
+  parallel(
+      "drench::advection::group_boxes", sweep.groups, KOKKOS_LAMBDA(const Index g) {
+        Box box = no_box();
+        DRENCH_UNROLL
+        for (Index c = cluster_width * g; c < cluster_width * (g + 1); ++c) enclose(box, sweep.cluster_box(c));
+        sweep.cluster_box(sweep.clusters + g) = box;
       });
 }
 
@@ -265,7 +287,6 @@ void stop_near(const Fluid& fluid, const AdvectionWork& work, const Sweep& sweep
 
 Sweep sweep_of(const Constants& constants, const Fluid& fluid, const NeighborLists& lists, const Cloth& cloth, AdvectionWork& work) {
   Sweep sweep(lists);
-  sweep.cells = cloth.sample_cells.view();
   sweep.start = constants.model.has_moving_cloth() ? std::as_const(work).start : cloth.nodes.position;
   sweep.end = cloth.nodes.position;
   sweep.sample_triangle = cloth.samples.triangle;
@@ -276,9 +297,12 @@ Sweep sweep_of(const Constants& constants, const Fluid& fluid, const NeighborLis
   sweep.touch = 1e-6 * constants.model.spacing;
   sweep.gap = 1e-2 * constants.model.spacing;
   sweep.support = 0.999 * constants.support;  // the list's distances are rounded
-  sweep.samples = cloth.samples.count;
   sweep.listed = lists.fluid_sample.rows == fluid.particles.count;
   sweep.box = work.box;
+  sweep.ordered = work.ordered;
+  sweep.cluster_box = work.cluster_box;
+  sweep.clusters = static_cast<Index>(work.ordered.extent(0)) / cluster_width;
+  sweep.groups = sweep.clusters / cluster_width;
   sweep.path_end = work.end;
   sweep.hit_weight = work.hit_weight;
   sweep.hit_normal = work.hit_normal;
@@ -291,9 +315,27 @@ Sweep sweep_of(const Constants& constants, const Fluid& fluid, const NeighborLis
 
 }  // namespace
 
+void order_triangles(const Constants& constants, AdvectionWork& work) {
+  const ClothMesh& mesh = constants.model.mesh;
+  if (work.ordered.exists() || mesh.triangle.empty()) return;
+  std::vector<Vec3> middle;
+  double length = 0;
+  for (const auto& t : mesh.triangle) {
+    const auto at = [&](std::size_t k) { return mesh.rest_position[static_cast<std::size_t>(t[k])]; };
+    const Vec3 a = at(0), b = at(1), c = at(2);
+    middle.push_back({(a[0] + b[0] + c[0]) / 3, (a[1] + b[1] + c[1]) / 3, (a[2] + b[2] + c[2]) / 3});
+    length += std::hypot(b[0] - a[0], b[1] - a[1], b[2] - a[2]) / static_cast<double>(mesh.triangle.size());
+  }
+  std::vector<Index> order = along_z_curve(middle, mesh.triangle_cloth, length);
+  constexpr std::size_t group = cluster_width * cluster_width;
+  order.resize((order.size() + group - 1) / group * group, -1);
+  work.ordered = to_device<Index>("drench::advection::ordered", order);
+  make_room(work.cluster_box, "drench::advection::cluster_box", order.size() / cluster_width + order.size() / group);
+}
+
 void sweep_paths(const Constants& constants, const Fluid& fluid, const NeighborLists& lists, const Cloth& cloth, AdvectionWork& work, Real dt) {
   const Sweep sweep = sweep_of(constants, fluid, lists, cloth, work);
-  place_boxes(sweep, cloth.mesh.triangles);
+  place_boxes(sweep);
   const Entries<const Real3> position = fluid.particles.position, velocity = fluid.particles.velocity, shift = fluid.separation;
   const Entries<Index> near = work.near;
   const auto near_count = work.near_count;

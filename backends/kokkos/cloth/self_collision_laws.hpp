@@ -1,0 +1,251 @@
+#pragma once
+// Laws 1 to 3 of stage self_collision (src/stages/self_collision.hpp) for one node, pair or contact each. A law is a struct
+// with a label and `act`; self_collision_course.hpp has their order.
+
+#include "bodies/contact.hpp"
+#include "cloth/pins.hpp"
+#include "cloth/proximity.hpp"
+#include "cloth/self_collision.hpp"
+#include "cloth/wet_cloth.hpp"
+#include "core/fixed_point.hpp"
+
+namespace drench::kokkos_backend {
+
+#ifdef __CUDA_ARCH__
+__device__ inline unsigned lane_of_thread() {
+  unsigned lane;
+  asm("mov.u32 %0, %%laneid;" : "=r"(lane));
+  return lane;
+}
+#endif
+
+/// A counter's value, which grows by 1. On a GPU lanes that ask together do so once.
+KOKKOS_INLINE_FUNCTION Index add_one(Index& counter) {
+#ifdef __CUDA_ARCH__
+  const unsigned together = __activemask(), lane = lane_of_thread();
+  const int leader = __ffs(static_cast<int>(together)) - 1;
+  Index first = 0;
+  if (lane == static_cast<unsigned>(leader)) first = atomicAdd(&counter, __popc(together));
+  return __shfl_sync(together, first, leader) + __popc(together & ((1u << lane) - 1));
+#else
+  return Kokkos::atomic_fetch_add(&counter, Index{1});
+#endif
+}
+
+/// What the kernels see.
+struct Collision {
+  // nodes
+  Entries<const Real3> position;
+  Entries<Real3> seen, end, node_velocity;
+  Entries<NodeVelocity> velocity;
+  Entries<const std::uint8_t> pinned, member;
+  Entries<std::uint8_t> changed;
+  Entries<const Real> inverse_mass;
+  Materials materials;
+  Slice<const Solid> solids;
+  PinMotions pins;
+  NodeLiquid wet;
+  Entries<std::int64_t> impulse;
+  Entries<Index> share;
+  // zones
+  Entries<Index> zone, stopped, holder, joined;
+  Entries<std::int64_t> zone_sum, zone_push;
+  // search
+  Entries<const Index> corner, rank;
+  Entries<const Couple> group_pair;
+  Entries<PathBox> box;
+  Entries<Couple> close_clusters, candidate;
+  Index items, clusters, groups, group_pairs, first_triangle;
+  Index cluster_room, candidate_room, pair_room;
+  // pairs and contacts
+  Entries<ClosePair> pair;
+  Entries<Index> hole;
+  Entries<Contact> contact;
+  Entries<Index> counter;
+  double momentum_unit, way_unit, margin;  // kg m/s; m; m
+  Real dt, half_reach;                     // s; m
+  Index nodes;
+
+  Collision(const Constants& constants, const Bodies& bodies, Cloth& cloth, SelfCollisionWork& work, Real step);
+
+  KOKKOS_INLINE_FUNCTION Double3 velocity_of(Index n) const {
+    const NodeVelocity v = velocity(n);
+    return v;
+  }
+  /// Law 1 for a node with velocity w, and x¹ exactly as stage advection will round it.
+  KOKKOS_INLINE_FUNCTION void place(Index n, Double3 w) const {
+    const Real3 x = position(n);
+    if (pinned(n) || !member(n)) {
+      end(n) = pinned(n) && pins.moves(n) ? pins.position(n) : x;
+      w = times(1 / double(dt), minus(widen(end(n)), widen(x)));
+    } else {
+      Real3 shift = dt * narrow(w);
+      const Real3 out = project_out(solids, x, shift, materials(n).thickness);
+      if (out.x != shift.x || out.y != shift.y || out.z != shift.z) {
+        const Real3 v = (1 / dt) * out;
+        w = widen(v);
+        shift = dt * v;
+      }
+      end(n) = x + shift;
+    }
+    velocity(n) = {w};
+  }
+  /// Must the node's pairs be found again?
+  KOKKOS_INLINE_FUNCTION bool has_moved(Index n) const {
+    const Double3 by = minus(widen(end(n)), widen(seen(n)));
+    return inner(by, by) > margin * margin;
+  }
+  KOKKOS_INLINE_FUNCTION void watch_end(Index n) const {
+    if (has_moved(n)) Kokkos::atomic_store(&counter(ends_moved), Index{1});
+  }
+  KOKKOS_INLINE_FUNCTION void no_contacts() const { Kokkos::atomic_store(&counter(count_contacts), Index{0}); }
+  /// x⁰ of a pair's nodes and their displacements to `ends`, m.
+  KOKKOS_INLINE_FUNCTION void paths(const ClosePair& p, const Entries<Real3>& ends, Double3* x, Double3* u) const {
+    for (int k = 0; k < 4; ++k) {
+      x[k] = widen(position(p.node[k]));
+      u[k] = minus(widen(ends(p.node[k])), x[k]);
+    }
+  }
+  /// Σ b² N/m, 1/kg.
+  KOKKOS_INLINE_FUNCTION double inverse(const Contact& c) const {
+    double sum = 0;
+    for (int k = 0; k < 4; ++k) sum += c.mobility[k] * double(share(c.node[k]));
+    return sum;
+  }
+  /// Σ b v, m/s.
+  KOKKOS_INLINE_FUNCTION Double3 relative_velocity(const Contact& c) const {
+    Double3 v;
+    for (int k = 0; k < 4; ++k) v = add(v, times(c.b[k], velocity_of(c.node[k])));
+    return v;
+  }
+  /// μ of the cloth at node n, as wet as it is there.
+  KOKKOS_INLINE_FUNCTION double friction(Index n) const { return double(friction_at(materials(n), wet, n)); }
+  KOKKOS_INLINE_FUNCTION void count_in(const Contact& c) const {
+    for (int k = 0; k < 4; ++k)
+      if (c.b[k] != 0) Kokkos::atomic_add(&share(c.node[k]), Index{1});
+  }
+  KOKKOS_INLINE_FUNCTION void push(const Contact& c, const Double3& j) const {
+    for (int k = 0; k < 4; ++k) {
+      const double scale = c.b[k] / momentum_unit;
+      if (scale == 0) continue;
+      add_fixed(impulse, c.node[k], times(scale, j));
+    }
+  }
+  /// Adds a node's impulses to its velocity and clears the sums.
+  KOKKOS_INLINE_FUNCTION void apply_impulses(Index n) const {
+    if (share(n) == 0) return;
+    const double unit = momentum_unit * double(inverse_mass(n));
+    const Double3 p{double(impulse(3 * n)), double(impulse(3 * n + 1)), double(impulse(3 * n + 2))};
+    place(n, add(velocity_of(n), times(unit, p)));
+    for (int a = 0; a < 3; ++a) impulse(3 * n + a) = 0;
+    share(n) = 0;
+  }
+};
+
+/// Law 1, of all nodes.
+struct Begin {
+  static constexpr const char* label = "drench::self_collision::begin";
+  KOKKOS_INLINE_FUNCTION static void act(const Collision& s, Index n) {
+    s.place(n, widen(s.node_velocity(n)));
+    s.seen(n) = s.end(n);
+    if (n > 0) return;
+    for (Index c = 0; c < collision_counters; ++c) s.counter(c) = 0;
+  }
+};
+
+/// Law 3: is a pair in contact, and how?
+struct FindContact {
+  static constexpr const char* label = "drench::self_collision::contacts";
+  KOKKOS_INLINE_FUNCTION static void act(const Collision& s, Index p) {
+    const ClosePair pair = s.pair(p);
+    if (pair.edges == dropped_pair) return;
+    Double3 x[4], u[4];
+    s.paths(pair, s.end, x, u);
+    const double tau = pair.thickness, start = pair.distance;
+    Proximity near;
+    if (start <= tau)
+      near = proximity(pair.edges != 0, x);
+    else if (!reaches(pair.edges != 0, x, u, tau, near))
+      return;
+    if (!(near.distance > 0)) return;
+    Contact c{};
+    c.normal = {near.apart.x / near.distance, near.apart.y / near.distance, near.apart.z / near.distance};
+    c.short_of = Kokkos::fmin(tau, start < tau ? start + 0.1 * tau : tau);
+    for (int k = 0; k < 4; ++k) {
+      c.node[k] = pair.node[k];
+      c.b[k] = near.b[k];
+      c.mobility[k] = c.b[k] * c.b[k] * double(s.inverse_mass(c.node[k]));
+      c.short_of -= c.b[k] * inner(c.normal, minus(x[k], x[0]));
+    }
+    s.contact(add_one(s.counter(count_contacts))) = c;
+  }
+};
+
+// Law 3, one pass over the contacts: gaps, pushes, impulses.
+struct FindGap {
+  static constexpr const char* label = "drench::self_collision::gap";
+  KOKKOS_INLINE_FUNCTION static void act(const Collision& s, Index k) {
+    Contact& c = s.contact(k);
+    const double missing = c.short_of - double(s.dt) * inner(c.normal, s.relative_velocity(c));
+    const bool acts = missing > 0 || c.impulse > 0;
+    c.change = acts ? missing : 0;
+    if (acts) s.count_in(c);
+  }
+};
+struct Push {
+  static constexpr const char* label = "drench::self_collision::push";
+  KOKKOS_INLINE_FUNCTION static void act(const Collision& s, Index k) {
+    Contact& c = s.contact(k);
+    if (c.change == 0) return;
+    const double inverse = s.inverse(c);
+    if (!(inverse > 0)) return;
+    const double before = c.impulse, after = Kokkos::fmax(0.0, before + c.change / (double(s.dt) * inverse));
+    c.impulse = after;
+    s.push(c, times(after - before, c.normal));
+  }
+};
+struct ApplyImpulses {
+  static constexpr const char* label = "drench::self_collision::apply";
+  KOKKOS_INLINE_FUNCTION static void act(const Collision& s, Index n) { s.apply_impulses(n); }
+};
+
+// Law 3, friction.
+struct CountPressed {
+  static constexpr const char* label = "drench::self_collision::pressed";
+  KOKKOS_INLINE_FUNCTION static void act(const Collision& s, Index k) {
+    if (s.contact(k).impulse > 0) s.count_in(s.contact(k));
+  }
+};
+struct ApplyFriction {
+  static constexpr const char* label = "drench::self_collision::friction";
+  KOKKOS_INLINE_FUNCTION static void act(const Collision& s, Index k) {
+    const Contact& c = s.contact(k);
+    if (!(c.impulse > 0)) return;
+    const double mu = 0.5 * (s.friction(c.node[0]) + s.friction(c.node[3]));
+    const double inverse = s.inverse(c);
+    Double3 u = s.relative_velocity(c);
+    u = minus(u, times(inner(u, c.normal), c.normal));
+    const double speed = Kokkos::sqrt(inner(u, u));
+    if (!(speed > 0) || !(inverse > 0)) return;
+    s.push(c, times(-Kokkos::fmin(mu * c.impulse, speed / inverse) / speed, u));
+  }
+};
+/// The round's last impulses: its contacts are done with.
+struct EndRound {
+  static constexpr const char* label = "drench::self_collision::end_round";
+  KOKKOS_INLINE_FUNCTION static void act(const Collision& s, Index n) {
+    s.apply_impulses(n);
+    s.watch_end(n);
+    if (n == 0) s.no_contacts();
+  }
+};
+
+/// Hands the velocities on.
+struct Finish {
+  static constexpr const char* label = "drench::self_collision::velocity";
+  KOKKOS_INLINE_FUNCTION static void act(const Collision& s, Index n) {
+    if (s.member(n) && !s.pinned(n)) s.node_velocity(n) = narrow(s.velocity_of(n));
+  }
+};
+
+}  // namespace drench::kokkos_backend

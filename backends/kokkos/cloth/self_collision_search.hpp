@@ -1,0 +1,220 @@
+#pragma once
+// Which pairs of the cloth with itself can come near in a step: boxes of paths, from groups to clusters to items. Law 2 of
+// src/stages/self_collision.hpp then tells which of these pairs can.
+
+#include "cloth/self_collision_laws.hpp"
+#include "core/gather.hpp"
+
+namespace drench::kokkos_backend {
+
+#ifdef KOKKOS_ENABLE_CUDA
+inline constexpr Index cluster_lanes = CollisionItems::width;  // a warp has a cluster
+static_assert(cluster_lanes == warp_size);
+#else
+inline constexpr Index cluster_lanes = 1;
+#endif
+
+namespace boxes {
+
+/// Around the path of an item, grown by half of what may lie between two, and by what rounding may take.
+template <bool all>
+KOKKOS_INLINE_FUNCTION PathBox of_item(const Collision& s, Index item) {
+  PathBox box;
+  bool searched = all;
+  for (Index k = 0; k < 3; ++k) {
+    const Index n = s.corner(3 * item + k);
+    if (n < 0) break;
+    if (!all) searched = searched || s.changed(n) != 0;
+    const Real4 from{s.position(n), 0}, to{all ? s.end(n) : s.seen(n), 0};
+    box.add({from, from});
+    box.add({to, to});
+  }
+  const Real far = Kokkos::fmax(Kokkos::fmax(Kokkos::fmax(-box.lo.x, box.hi.x), Kokkos::fmax(-box.lo.y, box.hi.y)),
+                                Kokkos::fmax(-box.lo.z, box.hi.z));
+  const Real grow = s.half_reach + Real(1e-6) * far;
+  if (!(box.lo.x <= box.hi.x)) return {};
+  return {{{box.lo.x - grow, box.lo.y - grow, box.lo.z - grow}, Real(searched ? 1 : 0)},
+          {{box.hi.x + grow, box.hi.y + grow, box.hi.z + grow}, 0}};
+}
+
+#ifdef __CUDA_ARCH__
+inline constexpr unsigned whole_warp = 0xffffffff;
+__device__ inline PathBox of_lane(const PathBox& box, int lane) {
+  const auto from = [&](Real v) { return __shfl_sync(whole_warp, v, lane); };
+  PathBox o;
+  o.lo = {{from(box.lo.x), from(box.lo.y), from(box.lo.z)}, from(box.lo.w)};
+  o.hi = {{from(box.hi.x), from(box.hi.y), from(box.hi.z)}, 0};
+  return o;
+}
+__device__ inline PathBox around_warp(PathBox box) {
+  for (int apart = warp_size / 2; apart > 0; apart /= 2) {
+    const auto of_other = [&](Real v) { return __shfl_xor_sync(whole_warp, v, apart); };
+    PathBox o;
+    o.lo = {{of_other(box.lo.x), of_other(box.lo.y), of_other(box.lo.z)}, of_other(box.lo.w)};
+    o.hi = {{of_other(box.hi.x), of_other(box.hi.y), of_other(box.hi.z)}, 0};
+    box.add(o);
+  }
+  return box;
+}
+#endif
+
+/// box(into + c): around what `make` tells of the members of cluster c. `k`: a lane's number.
+template <class Make>
+KOKKOS_INLINE_FUNCTION void gather_cluster(const Collision& s, Index k, Index into, const Make& make) {
+#ifdef __CUDA_ARCH__
+  const PathBox all = around_warp(make(k));
+  if (k % warp_size == 0) s.box(into + k / warp_size) = all;
+#else
+  PathBox all;
+  for (Index i = CollisionItems::width * k; i < CollisionItems::width * (k + 1); ++i) all.add(make(i));
+  s.box(into + k) = all;
+#endif
+}
+
+/// Lists the couples of what is in two clusters whose boxes meet; of one with itself each but once. `first`: of the boxes
+/// within, `around`: of the clusters' own. `k`: a lane's number; `same`: also each with itself.
+KOKKOS_INLINE_FUNCTION void compare(const Collision& s, const Couple& clusters, Index lane, Index first, Index around,
+                                    bool same, CollisionCounter counter, const Entries<Couple>& list, Index room) {
+  constexpr Index width = CollisionItems::width;
+  const Index a = width * clusters.first, b = width * clusters.second;
+  const bool one = a == b;
+#ifdef __CUDA_ARCH__
+  const PathBox own = s.box(first + a + lane);
+  const bool mine = own.meets(s.box(around + clusters.second));
+  if (!__any_sync(whole_warp, mine)) return;
+  const PathBox other = s.box(first + b + lane);
+  const bool theirs = other.meets(s.box(around + clusters.first));
+  unsigned found = 0;
+  for (unsigned left = __ballot_sync(whole_warp, theirs); left != 0; left &= left - 1) {
+    const int j = __ffs(static_cast<int>(left)) - 1;
+    const PathBox box = of_lane(other, j);
+    if (mine && (!one || lane < j || (same && lane == j)) && own.meets(box)) found |= 1u << j;
+  }
+  const int count = __popc(found);
+  int before = count;
+  for (int apart = 1; apart < warp_size; apart *= 2) {
+    const int other = __shfl_up_sync(whole_warp, before, static_cast<unsigned>(apart));
+    if (lane >= apart) before += other;
+  }
+  Index at = 0;
+  if (lane == warp_size - 1 && before > 0) at = atomicAdd(&s.counter(counter), before);
+  at = __shfl_sync(whole_warp, at, warp_size - 1) + before - count;
+  for (; found != 0; found &= found - 1, ++at)
+    if (at < room) list(at) = {a + lane, b + __ffs(static_cast<int>(found)) - 1};
+#else
+  (void)lane;
+  for (Index i = a; i < a + width; ++i) {
+    const PathBox own = s.box(first + i);
+    if (!own.meets(s.box(around + clusters.second))) continue;
+    for (Index j = !one ? b : same ? i : i + 1; j < b + width; ++j) {
+      if (!own.meets(s.box(first + j))) continue;
+      const Index at = Kokkos::atomic_fetch_add(&s.counter(counter), Index{1});
+      if (at < room) list(at) = {i, j};
+    }
+  }
+#endif
+}
+
+}  // namespace boxes
+
+/// The nodes whose pairs are to be found again; they are seen anew.
+struct SeeChanges {
+  static constexpr const char* label = "drench::self_collision::changes";
+  KOKKOS_INLINE_FUNCTION static void act(const Collision& s, Index n) {
+    if (n == 0) {
+      s.counter(count_pairs) = pairs(s.counter(count_pairs), s.counter(count_new), s.counter(count_holes));
+      s.counter(count_new) = s.counter(count_holes) = 0;
+    }
+    const bool changed = s.has_moved(n);
+    s.changed(n) = changed ? 1 : 0;
+    if (!changed) return;
+    s.seen(n) = s.end(n);
+    add_one(s.counter(count_changed));
+  }
+  /// All, with those that are no more.
+  KOKKOS_INLINE_FUNCTION static Index pairs(Index before, Index added, Index holes) {
+    return added > holes ? before + (added - holes) : before;
+  }
+};
+struct DropPair {
+  static constexpr const char* label = "drench::self_collision::drop";
+  KOKKOS_INLINE_FUNCTION static void act(const Collision& s, Index p) {
+    const ClosePair pair = s.pair(p);
+    bool drop = pair.edges == dropped_pair;
+    for (int k = 0; k < 4; ++k) drop = drop || s.changed(pair.node[k]) != 0;
+    if (!drop) return;
+    s.pair(p).edges = dropped_pair;
+    s.hole(add_one(s.counter(count_holes))) = p;
+  }
+};
+
+/// Of all paths, which are seen, or of the nodes that have changed; by lanes of clusters.
+template <bool all>
+struct BoxItems {
+  static constexpr const char* label = "drench::self_collision::boxes";
+  KOKKOS_INLINE_FUNCTION static void act(const Collision& s, Index k) {
+    if (k == 0) {
+      s.counter(count_changed) = s.counter(count_close_clusters) = s.counter(count_candidates) = s.counter(ends_moved) = 0;
+      if (all) s.counter(count_pairs) = s.counter(count_new) = s.counter(count_holes) = 0;
+    }
+    boxes::gather_cluster(s, k, s.items, [&](Index item) {
+      if (all && item < s.first_triangle && s.corner(3 * item) >= 0)
+        s.seen(s.corner(3 * item)) = s.end(s.corner(3 * item));
+      return s.box(item) = boxes::of_item<all>(s, item);
+    });
+  }
+};
+struct BoxGroups {
+  static constexpr const char* label = "drench::self_collision::group_boxes";
+  KOKKOS_INLINE_FUNCTION static void act(const Collision& s, Index k) {
+    boxes::gather_cluster(s, k, s.items + s.clusters, [&](Index cluster) { return s.box(s.items + cluster); });
+  }
+};
+struct CompareGroups {
+  static constexpr const char* label = "drench::self_collision::close_clusters";
+  KOKKOS_INLINE_FUNCTION static void act(const Collision& s, Index k) {
+    boxes::compare(s, s.group_pair(k / cluster_lanes), k % cluster_lanes, s.items, s.items + s.clusters, true,
+                   count_close_clusters, s.close_clusters, s.cluster_room);
+  }
+};
+struct CompareClusters {
+  static constexpr const char* label = "drench::self_collision::candidates";
+  KOKKOS_INLINE_FUNCTION static void act(const Collision& s, Index k) {
+    boxes::compare(s, s.close_clusters(k / cluster_lanes), k % cluster_lanes, 0, s.items, false, count_candidates,
+                   s.candidate, s.candidate_room);
+  }
+};
+
+/// Lists a candidate if it is a pair and can come nearer than τ, whatever ends do within the margin.
+struct FindPair {
+  static constexpr const char* label = "drench::self_collision::pairs";
+  KOKKOS_INLINE_FUNCTION static void act(const Collision& s, Index k) {
+    ClosePair pair{};
+    if (!nodes_of(s, s.candidate(k), pair)) return;
+    Double3 x[4], u[4];
+    s.paths(pair, s.seen, x, u);
+    pair.thickness = 0.5 * (double(s.materials(pair.node[0]).thickness) + double(s.materials(pair.node[3]).thickness));
+    pair.distance = proximity(pair.edges != 0, x).distance;
+    // Every displacement may still change by the margin: relative to the mean by 3/4 of it and 3/4 more for the other three.
+    if (pair.distance - relative_travel(pair.edges != 0, u) - 3.001 * s.margin > pair.thickness) return;
+    const Index number = add_one(s.counter(count_new)), holes = s.counter(count_holes);
+    const Index at = number < holes ? s.hole(number) : s.counter(count_pairs) + (number - holes);
+    if (at < s.pair_room) s.pair(at) = pair;
+  }
+  /// False: they share a node.
+  KOKKOS_INLINE_FUNCTION static bool nodes_of(const Collision& s, const Couple& c, ClosePair& pair) {
+    const bool edges = c.first >= s.first_triangle;
+    const bool turned = edges && s.rank(c.second) < s.rank(c.first);
+    const Index first = 3 * (turned ? c.second : c.first), second = 3 * (turned ? c.first : c.second);
+    pair.edges = edges ? 1 : 0;
+    pair.node[0] = s.corner(first);
+    for (Index k = 1; k < 4; ++k) pair.node[k] = edges ? (k == 1 ? s.corner(first + 1) : s.corner(second + k - 2)) : s.corner(second + k - 1);
+    const Index own = edges ? 2 : 1;
+    for (Index i = 0; i < own; ++i)
+      for (Index j = own; j < 4; ++j)
+        if (pair.node[i] == pair.node[j]) return false;
+    return true;
+  }
+};
+
+}  // namespace drench::kokkos_backend
