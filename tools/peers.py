@@ -20,18 +20,21 @@ DRIVERS = measure.ROOT / "tools" / "bench_peers"
 
 @dataclass(frozen=True)
 class Peer:
-    name: str
+    program: str  # its driver is drive_PROGRAM.py
     packages: tuple  # for pip
     imports: str  # what has to be there
-    repository: str = ""  # of a peer that is no package, and its commit
+    repository: str = ""  # of a program that is no package, and its commit
     commit: str = ""
+    walls: str = ""  # where its driver knows more than one kind
 
 
-PEERS = {peer.name: peer for peer in (
-    Peer("splishsplash", ("pysplishsplash==2.19.0", "numpy"), "numpy"),  # its own import needs its driver's preparation
-    Peer("genesis", ("genesis-world==1.4.5", "torch"), "genesis"),
-    Peer("sph_taichi", ("taichi==1.7.4", "numpy", "trimesh", "matplotlib"), "taichi, trimesh, matplotlib",
-         "https://github.com/erizmr/SPH_Taichi", "4a701fdbabd8d88f17a8146b6e4d0a6cb55ae7ab"))}
+SPLISHSPLASH = ("splishsplash", ("pysplishsplash==2.19.0", "numpy"), "numpy")  # not itself: drive_splishsplash.load
+PEERS = {
+    "splishsplash": Peer(*SPLISHSPLASH, walls="volume maps"),
+    "splishsplash_akinci": Peer(*SPLISHSPLASH, walls="Akinci"),
+    "genesis": Peer("genesis", ("genesis-world==1.4.5", "torch"), "genesis"),
+    "sph_taichi": Peer("sph_taichi", ("taichi==1.7.4", "numpy", "trimesh", "matplotlib"), "taichi, trimesh, matplotlib",
+                       "https://github.com/erizmr/SPH_Taichi", "4a701fdbabd8d88f17a8146b6e4d0a6cb55ae7ab")}
 
 
 class Unavailable(Exception):
@@ -61,7 +64,7 @@ def interpreter(peer, given, home):
     ready = home / "venv" / "ready"
     wanted = "\n".join(peer.packages)
     if not ready.exists() or ready.read_text() != wanted:
-        print(f"{peer.name}: pip installs {' '.join(peer.packages)} in {home / 'venv'} ...", file=sys.stderr, flush=True)
+        print(f"{peer.program}: pip installs {' '.join(peer.packages)} in {home / 'venv'} ...", file=sys.stderr, flush=True)
         ran([sys.executable, "-m", "venv", home / "venv"])
         ran([python, "-m", "pip", "install", "--quiet", "--disable-pip-version-check", *peer.packages])
         ran([python, "-c", f"import {peer.imports}"])
@@ -86,8 +89,8 @@ def source(peer, given, home):
 
 class PeerProgram:
     def __init__(self, name, python=None, checkout=None):
-        self.peer = PEERS[name]
-        home = measure.ROOT / "build" / "peers" / name
+        self.name, self.peer = name, PEERS[name]
+        home = measure.ROOT / "build" / "peers" / self.peer.program
         try:
             self.python = interpreter(self.peer, python, home)
             self.source = source(self.peer, checkout, home)
@@ -98,14 +101,14 @@ class PeerProgram:
         """Steps, and samples where sample_every is not 0."""
         folder.mkdir()
         description = {**block.description(), "steps": steps, "sample_every": sample_every, "threads": threads,
-                       "device": "gpu" if gpu else "cpu", "source": self.source}
+                       "device": "gpu" if gpu else "cpu", "source": self.source, "walls": self.peer.walls}
         (folder / "block.json").write_text(json.dumps(description))
         try:
-            ran([self.python, DRIVERS / f"drive_{self.peer.name}.py", folder / "block.json", folder], cwd=folder,
+            ran([self.python, DRIVERS / f"drive_{self.peer.program}.py", folder / "block.json", folder], cwd=folder,
                 env={**os.environ, "OMP_NUM_THREADS": str(threads), "PYTHONDONTWRITEBYTECODE": "1"})
             result = json.loads((folder / "result.json").read_text())
         except (Unavailable, OSError, ValueError) as reason:
-            raise Unavailable(f"peer {self.peer.name}: {reason}") from None
+            raise Unavailable(f"peer {self.name}: {reason}") from None
         for sample in result["samples"]:
             sample["positions"] = array.array("f", (folder / f"positions_{sample['step']}").read_bytes())
         return result

@@ -1,7 +1,8 @@
 """SPlisHSPlasH's DFSPH (PyPI: pysplishsplash) on the block: see driving.py.
 
-Its own block sampler, cubic lattice; particles of volume d³, support 2 d. Walls by Akinci et al. 2012: one
-layer of particles on the faces of a box that is larger by d on each side. Nearer, its first steps burst from the corners."""
+Its own block sampler, cubic lattice; particles of volume d³, support 2 d. Walls are volume maps (Bender et al. 2019), as in
+its own scenes, or a layer of particles (Akinci et al. 2012), of a box that is larger by d on each side: nearer, the block
+bursts from the corners in its first steps."""
 
 import ctypes
 import importlib.util
@@ -30,20 +31,24 @@ def write_box(path):
                     "".join(f"f {a} {b} {c}\nf {a} {c} {d}\n" for a, b, c, d in faces))
 
 
+METHODS = {"Akinci": 0, "volume maps": 2}
+
+
 def scene(block):
     d = block.spacing
     percent = 100 * block.tolerance
     return {
         "Configuration": {
             "particleRadius": d / 2, "gravitation": [0, -block.gravity, 0], "timeStepSize": block.step, "cflMethod": 0,
-            "simulationMethod": 4, "boundaryHandlingMethod": 0, "pause": False,
+            "simulationMethod": 4, "boundaryHandlingMethod": METHODS[block.walls], "pause": False,
             "stopAt": (block.steps - 0.5) * block.step,
             "DFSPH": {"minIterations": 2, "maxIterations": 100, "maxError": percent, "maxIterationsV": 100,
                       "maxErrorV": percent, "enableDivergenceSolver": True}},
         "Materials": [{"id": "Fluid", "density0": block.density, "viscosityMethod": 1,
-                       "Standard viscosity": {"viscosity": block.viscosity, "viscosityBoundary": 0}}],
+                       "Standard viscosity": {"viscosity": block.viscosity, "viscosityBoundary": block.viscosity}}],
         "RigidBodies": [{"geometryFile": "box.obj", "translation": [side / 2 for side in block.box],
-                         "scale": [side + 2 * d for side in block.box], "isDynamic": False, "isWall": True}],
+                         "scale": [side + 2 * d for side in block.box], "isDynamic": False, "isWall": True,
+                         "mapInvert": True, "mapThickness": 0.0, "mapResolution": [25, 25, 25]}],
         # Its sampler leaves a particle free on either side, and has its first one at start + d.
         "FluidBlocks": [{"denseMode": 0, "start": [-d / 2] * 3, "end": [(n + 0.5) * d for n in block.counts]}]}
 
@@ -76,7 +81,7 @@ def main():
     base.setTimeStepCB(after_step)
     base.runSimulation()
     liquid = simulation.getFluidModel(0)
-    block.finish(f"SPlisHSPlasH {version('pysplishsplash')}", liquid.numActiveParticles(), liquid.getVolume(0))
+    block.finish(f"SPlisHSPlasH {version('pysplishsplash')}, {block.walls}", liquid.numActiveParticles(), liquid.getVolume(0))
     base.cleanup()
 
 

@@ -3,8 +3,9 @@
     PYTHON driver.py BLOCK.json FOLDER
 
 by the interpreter that has the peer's packages. BLOCK.json holds tools/block.py's description and how to run it: `steps`,
-`sample_every`, `threads`, `device` (cpu or gpu) and the `source` of a peer that is no package. The driver writes
-FOLDER/result.json and, of every step that is sampled, the liquid's positions as float32: FOLDER/positions_STEP."""
+`sample_every`, `threads`, `device` (cpu or gpu), the `source` of a peer that is no package, and the kind of `walls` of one
+that has several. The driver writes FOLDER/result.json and, of every step that is sampled, the liquid's positions as float32:
+FOLDER/positions_STEP."""
 
 import json
 import os
