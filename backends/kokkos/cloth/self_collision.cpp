@@ -206,7 +206,7 @@ struct Pairs {
 std::int64_t find_contacts(const Pairs& s, Index pairs) {
   std::int64_t contacts = 0;
   Kokkos::parallel_reduce(
-      "drench::self_collision::contacts", Range(0, pairs),
+      "drench::self_collision::contacts", range(pairs),
       KOKKOS_LAMBDA(const Index p, std::int64_t& sum) {
         s.contact(p) = 0;
         const Index kind = s.pair(5 * p + 4);

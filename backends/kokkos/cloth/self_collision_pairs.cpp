@@ -156,7 +156,7 @@ Sizes center_paths(const Search& s, SelfCollisionWork& w) {
   const Entries<Real3> node_center = w.node_center, edge_center = w.edge_center;
   Sizes sizes;
   Kokkos::parallel_reduce(
-      "drench::self_collision::node_paths", Range(0, w.nodes),
+      "drench::self_collision::node_paths", range(w.nodes),
       KOKKOS_LAMBDA(const Index i, double& half, double& far) {
         const Box3 box = s.path(s.node, i, 1);
         node_center(i) = narrow(box.center());
@@ -167,7 +167,7 @@ Sizes center_paths(const Search& s, SelfCollisionWork& w) {
       },
       Kokkos::Max<double>(sizes.half_node), Kokkos::Max<double>(sizes.farthest));
   Kokkos::parallel_reduce(
-      "drench::self_collision::edge_paths", Range(0, w.edges),
+      "drench::self_collision::edge_paths", range(w.edges),
       KOKKOS_LAMBDA(const Index i, double& half) {
         const Box3 box = s.path(s.edge, i, 2);
         edge_center(i) = narrow(box.center());
@@ -294,7 +294,7 @@ Index see_changes(const Cloth& cloth, SelfCollisionWork& work, double margin) {
   const Entries<std::uint8_t> changed = work.changed;
   Index count = 0;
   Kokkos::parallel_reduce(
-      "drench::self_collision::moved", Range(0, cloth.nodes.count),
+      "drench::self_collision::moved", range(cloth.nodes.count),
       KOKKOS_LAMBDA(const Index n, Index& sum) {
         const Double3 by = minus(widen(end(n)), widen(seen(n)));
         const bool moved = inner(by, by) > margin * margin;

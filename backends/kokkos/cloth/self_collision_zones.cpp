@@ -43,7 +43,7 @@ std::int64_t find_violations(const Cloth& cloth, SelfCollisionWork& work, bool f
   const Entries<std::uint8_t> bound = work.contact;  // law 3 is done with its marks
   std::int64_t violations = 0;
   Kokkos::parallel_reduce(
-      "drench::self_collision::violations", Range(0, work.pairs),
+      "drench::self_collision::violations", range(work.pairs),
       KOKKOS_LAMBDA(const Index p, std::int64_t& sum) {
         bound(p) = 0;
         const Index kind = pair(5 * p + 4);
@@ -83,7 +83,7 @@ std::int64_t hook(const Cloth& cloth, SelfCollisionWork& work) {
   const Entries<const std::uint8_t> bound = work.contact;
   std::int64_t open = 0;
   Kokkos::parallel_reduce(
-      "drench::self_collision::hook", Range(0, work.pairs),
+      "drench::self_collision::hook", range(work.pairs),
       KOKKOS_LAMBDA(const Index p, std::int64_t& sum) {
         if (!bound(p)) return;
         Index root[4], least = pair(5 * p);
@@ -220,7 +220,7 @@ std::int64_t joined_nodes(const Cloth& cloth, const SelfCollisionWork& work) {
   const Entries<const std::uint8_t> joined = work.joined;
   std::int64_t nodes = 0;
   Kokkos::parallel_reduce(
-      "drench::self_collision::zone_nodes", Range(0, cloth.nodes.count),
+      "drench::self_collision::zone_nodes", range(cloth.nodes.count),
       KOKKOS_LAMBDA(const Index n, std::int64_t& sum) { sum += joined(n); }, nodes);
   return nodes;
 }
