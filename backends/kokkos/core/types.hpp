@@ -235,7 +235,15 @@ void parallel(const char* label, Index n, const Body& body) {
           for (Index i = 0; i < n; ++i) body(i);
           Kokkos::Tools::endParallelFor(id);
         },
-        [&] { Kokkos::parallel_for(label, LoopRange(space_of(HostLoops::threads), 0, n), body); });
+        [&] {  // each thread takes pieces from all over the range, for what takes long lies side by side
+          const Index threads = HostLoops::threads, length = (n - 1) / (16 * threads) + 1;
+          Kokkos::parallel_for(label, LoopRange(space_of(threads), 0, threads), [&, threads, length](const Index t) {
+            for (Index first = t * length; first < n; first += threads * length) {
+              const Index end = first + length < n ? first + length : n;
+              for (Index i = first; i < end; ++i) body(i);
+            }
+          });
+        });
   } else {
     Kokkos::parallel_for(label, LoopRange(0, n), body);
   }
