@@ -13,6 +13,7 @@
 #include "app/failure_report.hpp"
 #include "app/resume.hpp"
 #include "app/set_up.hpp"
+#include "app/threads.hpp"
 #include "drench_version.hpp"
 #include "output/frame_queue.hpp"
 #include "output/lost.hpp"
@@ -78,6 +79,7 @@ class Run {
       if (!resume_) frame();
       while (!finished() && !interrupted) {
         if (frames_) frames_->check();
+        threads_.look();
         const StepReport report = step();
         log_.write(totals_.add(pipeline_.step_index(), pipeline_.time(), report, pipeline_.milliseconds()));
         hear_frames();
@@ -322,6 +324,7 @@ class Run {
   const Model& model_;
   Backend& backend_;
   Pipeline pipeline_;
+  ThreadWatch threads_;
   double end_;
   std::int64_t last_state_step_;
   const ForeseenMemory& memory_;

@@ -10,4 +10,21 @@ namespace drench {
 /// @param quiet without a line on stderr where other programs keep cores busy
 void settle_threads(char** argv, int asked, bool quiet);
 
+/// Looks between the steps of a run whether its threads still have a core each. Where other programs have come, fewer threads
+/// work until they have gone: threads that wait for one that has no core are slower than one alone. Where the environment says how
+/// threads wait, they stay as they are.
+class ThreadWatch {
+ public:
+  ThreadWatch();
+  /// To be called between two steps.
+  void look();
+
+ private:
+  void judge(double now);
+
+  int all_, threads_;
+  double begin_ = 0, next_ = 0, pause_;  // s: when it last looked, when it looks again, and what lies between
+  long interrupted_ = 0;                 // times that a thread lost its core to another program
+};
+
 }  // namespace drench

@@ -23,18 +23,20 @@ int allowed_cores() {
   return sched_getaffinity(0, sizeof(set), &set) == 0 ? CPU_COUNT(&set) : 1;
 }
 
-double free_cores() {
+double share_of_core() {
   constexpr double probe = 0.03;  // s
+  const double start = seconds(CLOCK_MONOTONIC), spent = seconds(CLOCK_THREAD_CPUTIME_ID);
+  double now = start;
+  while (now < start + probe) now = seconds(CLOCK_MONOTONIC);
+  return (seconds(CLOCK_THREAD_CPUTIME_ID) - spent) / (now - start);
+}
+
+double free_cores() {
   const int cores = allowed_cores();
   std::vector<double> share(static_cast<std::size_t>(cores), 0.0);
   std::vector<std::thread> threads;
   for (double& own : share)
-    threads.emplace_back([&own] {
-      const double start = seconds(CLOCK_MONOTONIC), spent = seconds(CLOCK_THREAD_CPUTIME_ID);
-      double now = start;
-      while (now < start + probe) now = seconds(CLOCK_MONOTONIC);
-      own = (seconds(CLOCK_THREAD_CPUTIME_ID) - spent) / (now - start);
-    });
+    threads.emplace_back([&own] { own = share_of_core(); });
   for (std::thread& t : threads) t.join();
   double sum = 0;
   for (const double own : share) sum += own;

@@ -46,6 +46,13 @@ struct BackendRuntime {
   BackendRuntime& operator=(const BackendRuntime&) = delete;
 };
 
+/// The threads of a build for the host; 1 for a GPU's.
+int loop_threads();
+/// How many of them share loops. It may change between any two steps, for results do not depend on it.
+void share_loops(int threads);
+/// What all of them get of the cores now, in cores; takes 30 ms (base/free_cores.hpp).
+double loop_cores();
+
 /// Bytes of all arrays in the backend's own memory. Every allocation of the runtime counts, scratch included.
 struct ArrayMemory {
   std::int64_t now = 0;   ///< bytes

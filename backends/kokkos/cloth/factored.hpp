@@ -1,17 +1,22 @@
 #pragma once
-// The cloth's iterations on the host: Anderson's acceleration of Projective Dynamics with its matrix factored.
+// The cloth's iterations on a host: Newton's steps with a factored Hessian, and Anderson's acceleration of them.
 // Law: docs/theory/cloth.md, section 8.
 
+#include <memory>
+#include <vector>
+
+#include "cloth/cloth_hessian.hpp"
+#include "cloth/differences.hpp"
 #include "cloth/pd_preconditioner.hpp"
 #include "cloth/solver.hpp"
 
 namespace drench::kokkos_backend {
 
-/// What the iterations keep from solve to solve: the factor and arrays, none of which hands anything on.
+/// What the iterations keep from solve to solve: factors and arrays. Nothing is handed from one time step to the next.
 class FactoredCloth {
  public:
   FactoredCloth(const Cloth& cloth, const ClothSystem& system);
-  /// Begins a solve with these masses and this time step.
+  /// Begins a solve with these masses and this time step. Factors and differences stay as long as the nodes do.
   void prepare(const Cloth& cloth, const ClothSystem& system);
   /// Iterates from solver.displacement until the residual is within its goal, at least once and `most` times at most. False
   /// where a node is at a solid: then the iterations of the other kind have to go on.
@@ -19,21 +24,24 @@ class FactoredCloth {
            double tolerance, double floor);
 
  private:
-  static constexpr int most_kept = 20;  // differences
   static constexpr double most_growth = 4;  // of the residual over the smallest so far
 
-  void step(ClothSolverWork& solver);
-  void keep_difference(const ClothSolverWork& solver);
-  int weights(double* weight) const;
+  /// What is left of the residual over its goal (sums), and nodes within reach of a solid.
+  ThreeSums measure(const Cloth& cloth, const ClothSolverWork& solver, const ClothSystem& s, double tolerance, double floor);
+  /// Makes what preconditions, at this iterate.
+  void factor(const Cloth& cloth, const ClothSystem& system, const Entries<const Real3>& shift);
+  void make_safe(const Cloth& cloth, const ClothSystem& system);
+  PdPreconditioner& projective(const Cloth& cloth, const ClothSystem& system);
 
-  PdPreconditioner preconditioner_;
-  Field<Real3> elastic_, residual_, descent_;      // elastic forces and r, N; z, m
-  Field<Real3> last_shift_, last_residual_, last_descent_;
-  Field<Real3> shift_change_[most_kept], residual_change_[most_kept], descent_change_[most_kept];
-  double product_[most_kept][most_kept] = {};      // ⟨Δz_i, Δr_j⟩, J
-  int kept_ = 0, next_ = 0;                        // differences, and the slot of the next one
-  bool has_last_ = false, elastic_known_ = false;
-  // C is made at a solve's first iterate, made again where the residual grows, and done without where that did not help
+  ClothHessian hessian_;
+  std::unique_ptr<PdPreconditioner> projective_;  // made where it is wanted
+  Differences differences_;
+  Field<Real3> elastic_, residual_, descent_;  // elastic forces and r, N; z, m
+  std::vector<ThreeSums> parts_;
+  Version placed_ = Version::none();  // of the nodes that factors and differences are of
+  Real dt_ = 0;
+  bool elastic_known_ = false;
+  // The matrix is made at the first iterate, made again where the residual grows, and done without where that did not help.
   enum class Mode { none, begun, again, safe } mode_ = Mode::none;
 };
 

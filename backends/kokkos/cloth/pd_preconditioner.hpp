@@ -29,8 +29,6 @@ class PdPreconditioner {
   void update_across(const Cloth& cloth, const ClothSystem& system, const Entries<const Real3>& shift);
   /// r in N, z in m, both per node; pinned nodes keep their z. `safe`: z = A⁻¹ r, with which a plain step always descends.
   void apply(const Entries<const Real3>& r, const Entries<Real3>& z, bool safe);
-  /// Entries of a factor below its diagonal.
-  std::size_t entries() const { return row_.size(); }
 
  private:
   // a number for each of x, y, z along the sheet, and one across it

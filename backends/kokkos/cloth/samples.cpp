@@ -64,7 +64,7 @@ void place_samples(Cloth& cloth) {
 
 void refresh_samples_and_bounds(Cloth& cloth) {
   make_room_for_one(cloth.sample_bounds.box, "drench::sample_bounds");
-  Kokkos::parallel_reduce("drench::samples::position", Range(0, cloth.samples.count),
+  Kokkos::parallel_reduce("drench::samples::position", range(cloth.samples.count),
                           SampleAndBounds{SampleFromNodes(cloth)}, cloth.sample_bounds.box);
   cloth.samples_placed = cloth.moved;
 }

@@ -24,12 +24,15 @@ void allocate(const Cloth& cloth, ClothSolverWork& solver) {
   allocate_zeros(solver.last_displacement, "drench::cloth::last_displacement", nodes);
 }
 
-/// Of factored.cpp: iterates and differences in arrays of Kokkos, and two factors of some 3.3 n log₂ n entries beside them.
+/// Of factored.cpp: an iterate in arrays of Kokkos, and beside them differences and the factor of the Hessian, which has some
+/// 50 n log₂ n numbers; where that is large, two factors of 3.3 n log₂ n in its place.
 MemoryEstimate factored_cloth_bytes(const Sizing& s) {
-  const double n = s.size.nodes, entries = 3.3 * n * std::log2(std::max(2.0, n));
+  const double n = s.size.nodes, entries = n * std::log2(std::max(2.0, n));
+  constexpr double many = 7000;  // nodes
   MemoryEstimate sum;
-  sum.cloth = n * 66 * 3 * s.real;
-  sum.host = entries * (4 * s.real + 3 * index_bytes + double_bytes) + 12 * n * (double_bytes + 2 * index_bytes);
+  sum.cloth = n * 9 * s.real;
+  sum.host = n * 46 * 3 * s.real + (n < many ? 50 * s.real * entries : 3.3 * (4 * s.real + 3 * index_bytes + double_bytes) * entries) +
+             12 * n * (double_bytes + 2 * index_bytes);
   return sum;
 }
 

@@ -160,7 +160,7 @@ void sort_triangles(const Cloth& cloth, WetAdhesionWork& work) {
   const Entries<const Index> triangle = work.triangle;
   double radius = 0;
   Kokkos::parallel_reduce(
-      "drench::wet_adhesion::centers", Range(0, work.triangles),
+      "drench::wet_adhesion::centers", range(work.triangles),
       KOKKOS_LAMBDA(const Index t, double& largest) {
         const Real3 a = position(triangle(3 * t)), b = position(triangle(3 * t + 1)), c = position(triangle(3 * t + 2));
         const Real3 middle = (Real(1) / 3) * (a + b + c);

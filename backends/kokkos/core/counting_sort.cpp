@@ -61,7 +61,7 @@ double sort_bytes(double room) { return room * index_bytes; }  // bucket
 #ifndef KOKKOS_ENABLE_CUDA
 void PrefixSums::sum(const Array<Index>& a, Index n) {
   Kokkos::parallel_scan(
-      "drench::cell_table::scan", Range(0, n), KOKKOS_LAMBDA(const Index k, Index& sum, const bool last) {
+      "drench::cell_table::scan", range(n), KOKKOS_LAMBDA(const Index k, Index& sum, const bool last) {
         const Index here = a(k);
         if (last) a(k) = sum;
         sum += here;

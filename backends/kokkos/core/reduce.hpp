@@ -101,7 +101,7 @@ struct Added {
 template <class Sum, class Add>
 void reduce_into(const char* label, Index n, const Add& add, Sum* result) {
   Kokkos::parallel_reduce(
-      label, Range(0, n), add,
+      label, range(n), add,
       Kokkos::View<Sum, Kokkos::SharedHostPinnedSpace, Kokkos::MemoryTraits<Kokkos::Unmanaged>>(result));
 }
 /// The same. Synchronises with the host.
@@ -255,7 +255,7 @@ TwoSums ordered_sums(const char* label, Index n, const Term& term) {
 template <class Term, class Space>
 void find_maximum(const char* label, Index n, const Term& term, const Kokkos::View<double, Space>& result) {
   Kokkos::parallel_reduce(
-      label, Range(0, n),
+      label, range(n),
       KOKKOS_LAMBDA(const Index i, double& m) {
         const double t = term(i);
         if (t > m) m = t;
@@ -300,7 +300,7 @@ std::int64_t integer_sum(const char* label, Index n, const Term& term) {
   std::int64_t result = 0;
   if (n > 0)
     Kokkos::parallel_reduce(
-        label, Range(0, n), KOKKOS_LAMBDA(const Index i, std::int64_t& s) { s += term(i); }, result);
+        label, range(n), KOKKOS_LAMBDA(const Index i, std::int64_t& s) { s += term(i); }, result);
   return result;
 }
 

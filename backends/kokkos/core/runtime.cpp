@@ -4,9 +4,14 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <atomic>
+#include <cstdlib>
 #include <cstring>
+#include <optional>
+#include <vector>
 
+#include "base/free_cores.hpp"
 #include "core/thread_mapping.hpp"
 #include "core/types.hpp"
 #include "setup/memory_estimate.hpp"
@@ -47,6 +52,15 @@ void count_allocations() {
   next_deallocate = callbacks.deallocate_data;
   Tools::set_allocate_data_callback(on_allocate);
   Tools::set_deallocate_data_callback(on_deallocate);
+}
+
+/// Threads of a host, and whether they sleep while they wait.
+void settle_loops() {
+  using kokkos_backend::HostLoops;
+  if constexpr (!kokkos_backend::on_host) return;
+  HostLoops::threads = HostLoops::all = kokkos_backend::ExecSpace().concurrency();
+  const char* const policy = std::getenv("OMP_WAIT_POLICY");
+  if (policy != nullptr && (policy[0] == 'p' || policy[0] == 'P')) HostLoops::worth = 2e5F;
 }
 
 std::string gibibytes(double bytes) { return fmt::format("{:.1f} GiB", bytes / (1 << 30)); }
@@ -101,6 +115,7 @@ BackendRuntime::BackendRuntime(int threads, bool quiet) {
     Kokkos::initialize(settings);
   }
   count_allocations();
+  settle_loops();
 #ifdef KOKKOS_ENABLE_CUDA
   if (const std::string fault = kokkos_backend::thread_mapping_fault(); !fault.empty()) {
     if (starts) Kokkos::finalize();  // a constructor that throws has no destructor
@@ -112,6 +127,41 @@ BackendRuntime::BackendRuntime(int threads, bool quiet) {
 BackendRuntime::~BackendRuntime() {
   if (Kokkos::is_initialized() && !Kokkos::is_finalized()) Kokkos::finalize();
 }
+
+int loop_threads() { return kokkos_backend::on_host ? kokkos_backend::HostLoops::all : 1; }
+
+void share_loops(int threads) { kokkos_backend::HostLoops::threads = std::clamp(threads, 1, loop_threads()); }
+
+double loop_cores() {
+  double cores = 1;
+#ifndef KOKKOS_ENABLE_CUDA
+  using kokkos_backend::Range;
+  Kokkos::parallel_reduce(
+      "drench::threads::cores", Range(kokkos_backend::space_of(loop_threads()), 0, loop_threads(), Kokkos::ChunkSize(1)),
+      [](const Index, double& sum) { sum += share_of_core(); }, cores);
+#endif
+  return cores;
+}
+
+namespace kokkos_backend {
+
+const ExecSpace& space_of(int threads) {
+  static std::vector<std::optional<ExecSpace>> spaces;
+  if (spaces.empty()) {
+    spaces.resize(static_cast<std::size_t>(ExecSpace().concurrency()) + 1);
+    Kokkos::push_finalize_hook([] { spaces.clear(); });
+  }
+  std::optional<ExecSpace>& space = spaces[static_cast<std::size_t>(threads)];
+  if (!space) {
+#if defined(KOKKOS_ENABLE_OPENMP) && !defined(KOKKOS_ENABLE_CUDA)
+    if (threads < ExecSpace().concurrency()) space.emplace(threads);
+#endif
+    if (!space) space.emplace();
+  }
+  return *space;
+}
+
+}  // namespace kokkos_backend
 
 std::string runtime_description() {
   std::string text = fmt::format("backend: {}\n", kokkos_backend::ExecSpace::name());

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "base/types.hpp"
+#include "core/host_loops.hpp"
 
 namespace drench::kokkos_backend {
 
@@ -212,23 +213,40 @@ struct OnDevice<Vec3> {
   using type = Real3;
 };
 
-/// Loops of a host that are no longer than this have one thread: waking others, and waiting for them, takes as long.
-inline constexpr Index short_loop = 1536;
+/// The space with as many of a host's threads (core/runtime.cpp).
+const ExecSpace& space_of(int threads);
+/// The range of a reduction or scan over n items.
+inline Range range(Index n) {
+  if constexpr (on_host) return Range(space_of(n > 1024 ? HostLoops::threads : 1), 0, n);
+  return Range(0, n);
+}
 
 /// Runs `body(i)` for i in [0, n) under a label that Kokkos Tools and profilers show, e.g. "drench::density::alpha".
 template <class Body>
 void parallel(const char* label, Index n, const Body& body) {
   if (n <= 0) return;
   if constexpr (on_host) {
-    if (n <= short_loop) {
-      std::uint64_t id = 0;
-      Kokkos::Tools::beginParallelFor(label, Kokkos::Tools::Experimental::device_id(ExecSpace()), &id);
-      for (Index i = 0; i < n; ++i) body(i);
-      Kokkos::Tools::endParallelFor(id);
-      return;
-    }
+    static LoopTime time;
+    run_timed(
+        time, n,
+        [&] {
+          std::uint64_t id = 0;
+          Kokkos::Tools::beginParallelFor(label, Kokkos::Tools::Experimental::device_id(ExecSpace()), &id);
+          for (Index i = 0; i < n; ++i) body(i);
+          Kokkos::Tools::endParallelFor(id);
+        },
+        [&] {  // each thread takes pieces from all over the range, for what takes long lies side by side
+          const Index threads = HostLoops::threads, length = (n - 1) / (16 * threads) + 1;
+          Kokkos::parallel_for(label, LoopRange(space_of(threads), 0, threads), [&, threads, length](const Index t) {
+            for (Index first = t * length; first < n; first += threads * length) {
+              const Index end = first + length < n ? first + length : n;
+              for (Index i = first; i < end; ++i) body(i);
+            }
+          });
+        });
+  } else {
+    Kokkos::parallel_for(label, LoopRange(0, n), body);
   }
-  Kokkos::parallel_for(label, LoopRange(0, n), body);
 }
 
 }  // namespace drench::kokkos_backend

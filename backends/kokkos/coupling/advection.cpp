@@ -167,7 +167,7 @@ void finish_fluid(const Constants& constants, Fluid& fluid, const NeighborLists&
   const Vec3 &min = constants.model.scene.domain.min, &max = constants.model.scene.domain.max;
   const Double3 lo{min[0], min[1], min[2]}, hi{max[0], max[1], max[2]};
   Kokkos::parallel_reduce(
-      "drench::advection::finish", Range(0, fluid.particles.count),
+      "drench::advection::finish", range(fluid.particles.count),
       KOKKOS_LAMBDA(const Index i, AdvectionCounts& counts) {
         Real3 v = velocity(i), x = swept ? end(i) : position(i) + dt * v + shift(i);
         if (swept && hit_triangle(i) >= 0) ++counts.collisions;

@@ -109,7 +109,7 @@ void move_cloth(const Constants& constants, const Fluid& fluid, const Bodies& bo
                        dt,
                        nodes,
                        triangles};
-  Kokkos::parallel_reduce("drench::advection::cloth", Range(0, std::max(nodes, triangles)), move, work.motion);
+  Kokkos::parallel_reduce("drench::advection::cloth", range(std::max(nodes, triangles)), move, work.motion);
   cloth.moved.advance();
 }
 

@@ -144,9 +144,9 @@ void ParticleSet::compact(Slice<const std::uint8_t> gone, Index kept) {
     rank += stays ? 1 : 0;
   };
   if (kept < 0)
-    Kokkos::parallel_scan("drench::compact::scan", Range(0, n), number, kept);
+    Kokkos::parallel_scan("drench::compact::scan", range(n), number, kept);
   else if (kept < n)
-    Kokkos::parallel_scan("drench::compact::scan", Range(0, n), number);
+    Kokkos::parallel_scan("drench::compact::scan", range(n), number);
   if (kept == n) return;
   gather(source_, kept);
 }

@@ -172,7 +172,7 @@ void remove_taken(Fluid& fluid, AbsorptionWork& work) {
   make_room_for_one(work.taken, "drench::absorption::taken");
   const Entries<const Quanta> mass = fluid.particles.mass;
   Kokkos::parallel_reduce(
-      "drench::absorption::taken", Range(0, fluid.particles.count),
+      "drench::absorption::taken", range(fluid.particles.count),
       KOKKOS_LAMBDA(const Index i, Index& sum) { sum += mass(i) > 0 ? 0 : 1; }, work.taken);
   ExecSpace().fence("drench::absorption::taken");
   fluid.particles.compact({}, fluid.particles.count - work.taken());

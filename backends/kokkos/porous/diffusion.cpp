@@ -175,7 +175,7 @@ void launch_diffusion_rate(const Constants& constants, Cloth& cloth, DiffusionWo
   const Real gravity = norm(constants.gravity);
   const Real3 down = gravity > 0 ? (1 / gravity) * constants.gravity : Real3{};
   Kokkos::parallel_reduce(
-      "drench::diffusion::rate", Range(0, cloth.nodes.count),
+      "drench::diffusion::rate", range(cloth.nodes.count),
       KOKKOS_LAMBDA(const Index n, double& largest) {
         const Material& m = pairs.materials(n);
         const double most = m.degenerate ? double(m.max_saturation) : 1;

@@ -74,7 +74,7 @@ EmissionCounts look(const Constants& constants, const Fluid& fluid, Cloth& cloth
   const Index nodes = cloth.nodes.count, particles = fluid.particles.count;
   const auto counts = work.counts;
   Kokkos::parallel_reduce(
-      "drench::emission::buffered", Range(0, nodes > particles ? nodes : particles),
+      "drench::emission::buffered", range(nodes > particles ? nodes : particles),
       KOKKOS_LAMBDA(const Index k, EmissionCounts& sum) {
         if (k < nodes && maturing.any(k)) ++sum.buffered;
         if (k < particles && mass(k) == 0) ++sum.empty;
@@ -240,7 +240,7 @@ void count(const Fluid& fluid, const EmissionWork& work) {
   const Entries<const int> any = work.any;
   const Index particles = fluid.particles.count;
   Kokkos::parallel_reduce(
-      "drench::emission::count", Range(0, particles > 0 ? particles : 1),
+      "drench::emission::count", range(particles > 0 ? particles : 1),
       KOKKOS_LAMBDA(const Index j, EmissionCounts& counts) {
         if (j == 0) counts.buffered = any(0);
         if (j < particles && mass(j) == 0) ++counts.empty;

@@ -134,7 +134,7 @@ void rank(const Constants& constants, const Cloth& cloth, EmissionWork& work) {
   const auto most = static_cast<std::int64_t>(share_units * laws::surface_share);
   auto n = work.new_particles;
   Kokkos::parallel_scan(
-      "drench::emission::rank", Range(0, cloth.samples.count),
+      "drench::emission::rank", range(cloth.samples.count),
       KOKKOS_LAMBDA(const Index c, Index& number, const bool last) {
         if (pools(c) == 0 || liquid(c) > most) return;
         const Real3 at = position(c);

@@ -29,7 +29,7 @@ Quanta hold(Cloth& cloth, const ReservoirWork& work) {
   const Entries<Quanta> liquid = cloth.nodes.liquid;
   Quanta supplied = 0;
   Kokkos::parallel_reduce(
-      "drench::reservoir::hold", Range(0, static_cast<Index>(node.extent(0))),
+      "drench::reservoir::hold", range(static_cast<Index>(node.extent(0))),
       KOKKOS_LAMBDA(const Index k, Quanta& sum) {
         sum += target(k) - liquid(node(k));
         liquid(node(k)) = target(k);

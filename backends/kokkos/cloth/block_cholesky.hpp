@@ -1,0 +1,91 @@
+#pragma once
+// A host's Cholesky factor of a sparse symmetric positive matrix of 3 × 3 blocks: the cloth's Hessian
+// (docs/theory/cloth.md, section 8). Columns that share their rows are dense panels, so loops run in vector registers.
+
+#include <vector>
+
+#include "cloth/dissection.hpp"
+#include "core/types.hpp"
+
+namespace drench::kokkos_backend {
+
+/// H = L Lᵀ. Each block is symmetric itself. Threads share the parts of a dissection; the order of all sums depends on the
+/// pattern alone.
+class BlockCholesky {
+ public:
+  /// Where a block lies: entry (r, c) at values()[at + c · stride + r].
+  struct Place {
+    std::size_t at;
+    Index stride;
+  };
+
+  /// `near[i]`: the nodes whose block with i is not 0, without i.
+  explicit BlockCholesky(const NodeGraph& near);
+
+  Index size() const { return static_cast<Index>(place_.size()); }
+  /// Multiplications of a factorisation.
+  double work() const;
+  /// Memory for the factor; without it there is the pattern only.
+  void make_room();
+
+  /// Does L have block (i, j), or (j, i)? One of the two orders of a pair does.
+  bool is_below(Index i, Index j) const { return place_[at(i)] >= place_[at(j)]; }
+  Place block(Index i, Index j) const;
+  /// Where node i comes in the order of elimination.
+  Index place(Index i) const { return place_[at(i)]; }
+  Real* values() { return values_.data(); }
+
+  /// H = 0.
+  void clear();
+  /// L in place of H.
+  void factor();
+  /// x := H⁻¹ x, 3 numbers a node in the order of elimination.
+  void solve(Real* x);
+
+ private:
+  /// Columns [first, first + nodes) with the rows below them; a column has `top` numbers for the columns' own rows, of
+  /// which 3 · nodes are used, and then those below, `stride` in all. The first `inner` rows are of its own part.
+  struct Panel {
+    Index first, nodes, part, row_begin, rows, inner, top, stride;
+    std::size_t at, inverse_at;
+    Index update_begin, update_end;
+    Index columns() const { return 3 * nodes; }
+    Index below() const { return stride - top; }
+  };
+  /// What rows [from, to) of a panel, columns of `target`, subtract from it: runs of numbers.
+  struct Update {
+    Index source, target, from, to, run_begin, run_end;
+  };
+  struct Run {
+    Index source, target, length;
+  };
+
+  static std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+  NodeGraph eliminate(const NodeGraph& near);
+  void make_panels(const NodeGraph& below);
+  void add_panels(Index first, Index last, const std::vector<Index>& rows);
+  void make_updates();
+  void add_update(Panel& panel, Index from, Index to);
+  Index row_in(const Panel& panel, Index node) const;
+  void factor_panel(const Panel& panel);
+  /// Factors the panels of a part, and subtracts what they do to its own, or to all.
+  void factor_part(Index part);
+  void subtract(const Update& update);
+  /// The first half of a solution, L⁻¹ x; what the rows between parts lose goes to `between`, or to x where that is null.
+  void forward(Index part, Real* x, Real* between) const;
+  /// The second half, L⁻ᵀ x.
+  void backward(Index part, Real* x) const;
+
+  Index parts_ = 1;
+  std::vector<Index> place_, part_;    // of each node; of each place
+  std::vector<Index> row_, panel_of_;  // places; the panel of each place
+  std::vector<Panel> panels_;
+  std::vector<std::vector<Index>> panels_of_, updates_of_;  // of each part; of each panel between them, from the parts
+  std::vector<Update> updates_;
+  std::vector<Run> runs_;
+  std::vector<Index> between_;  // places between the parts
+  std::vector<Index> number_;   // of each place among those
+  std::vector<Real> values_, inverse_, lost_;
+};
+
+}  // namespace drench::kokkos_backend

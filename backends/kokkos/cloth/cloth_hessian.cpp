@@ -1,0 +1,201 @@
+#include "cloth/cloth_hessian.hpp"
+
+#ifndef KOKKOS_ENABLE_CUDA
+
+#include <algorithm>
+
+#include "cloth/solver.hpp"
+
+namespace drench::kokkos_backend {
+namespace {
+
+std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+
+std::vector<Index> free_nodes(const Cloth& cloth) {
+  std::vector<Index> nodes;
+  for (Index n = 0; n < cloth.nodes.count; ++n)
+    if (!cloth.nodes.pinned(at(n))) nodes.push_back(n);
+  return nodes;
+}
+
+std::vector<Index> rows_of(const std::vector<Index>& free, Index nodes) {
+  std::vector<Index> row(at(nodes), -1);
+  for (std::size_t k = 0; k < free.size(); ++k) row[at(free[k])] = static_cast<Index>(k);
+  return row;
+}
+
+/// The free nodes that share a link.
+std::vector<std::vector<Index>> pattern_of(const ClothSystem& s, const std::vector<Index>& free,
+                                           const std::vector<Index>& row_of) {
+  std::vector<std::vector<Index>> near(free.size());
+  for (std::size_t k = 0; k < free.size(); ++k)
+    for (Index l = s.link_start(free[k]); l < s.link_start(free[k] + 1); ++l)
+      if (const Index other = row_of[at(s.link(l).other)]; other >= 0) near[k].push_back(other);
+  return near;
+}
+
+/// A symmetric 3 × 3 matrix a I + Σ b v vᵀ.
+struct Block {
+  Real xx = 0, yy = 0, zz = 0, xy = 0, xz = 0, yz = 0;
+
+  void add(Real a) {
+    xx += a;
+    yy += a;
+    zz += a;
+  }
+  void add(Real b, const Real3& v) {
+    xx += b * v.x * v.x;
+    yy += b * v.y * v.y;
+    zz += b * v.z * v.z;
+    xy += b * v.x * v.y;
+    xz += b * v.x * v.z;
+    yz += b * v.y * v.z;
+  }
+  void add(const Block& o, Real times) {
+    xx += times * o.xx;
+    yy += times * o.yy;
+    zz += times * o.zz;
+    xy += times * o.xy;
+    xz += times * o.xz;
+    yz += times * o.yz;
+  }
+  void add_to(Real* to, Index stride) const {
+    to[0] += xx;
+    to[1] += xy;
+    to[2] += xz;
+    to[stride] += xy;
+    to[stride + 1] += yy;
+    to[stride + 2] += yz;
+    to[2 * stride] += xz;
+    to[2 * stride + 1] += yz;
+    to[2 * stride + 2] += zz;
+  }
+};
+
+/// What a link resists with, N/m. A spring that is shorter than at rest resists along itself alone.
+Block stiffness(const ClothSystem& s, Index n, const Link& l, const Entries<const Real3>& shift, Real rate) {
+  Block k;
+  k.add(-l.bend);
+  const Real3 apart = s.start(n) - s.start(l.other), x = apart + (shift(n) - shift(l.other));
+  const Real square = dot(x, x);
+  if (!(l.stiffness > 0) || !(square > 0)) return k;
+  const Real taut = Kokkos::fmax(Real(0), 1 - l.length / Kokkos::sqrt(square));
+  k.add(l.stiffness * taut);
+  k.add(l.stiffness * (1 - taut) / square, x);
+  if (rate > 0) k.add(strain_damping(apart, l.stiffness, rate), apart);
+  return k;
+}
+
+/// What a triangle's strain limit resists with between corner gradients: of each stretch beyond the limit.
+struct LimitStiffness {
+  Block along[2];
+  CornerGradient axis[2];
+
+  Block between(const CornerGradient& a, const CornerGradient& b) const {
+    Block k;
+    for (int i = 0; i < 2; ++i)
+      k.add(along[i], (a.x * axis[i].x + a.y * axis[i].y) * (b.x * axis[i].x + b.y * axis[i].y));
+    return k;
+  }
+};
+
+/// Of triangle t; false: it is within its limit.
+bool limit_stiffness(const ClothSystem& s, Index t, const Entries<const Real3>& shift, LimitStiffness& out) {
+  const Index a = s.triangle(3 * t), b = s.triangle(3 * t + 1), c = s.triangle(3 * t + 2);
+  const TriangleShape shape = s.triangle_shape(t);
+  const Real3 e1 = separation(s.start(b), shift(b), s.start(a), shift(a)),
+              e2 = separation(s.start(c), shift(c), s.start(a), shift(a));
+  const Real3 f1 = shape.xx * e1, f2 = shape.xy * e1 + shape.yy * e2;
+  const Real p = dot(f1, f1), q = dot(f1, f2), r = dot(f2, f2);
+  const Real middle = Real(0.5) * (p + r), apart = Real(0.5) * (p - r), radius = Kokkos::sqrt(apart * apart + q * q);
+  const Real cosine = radius > 0 ? apart / radius : Real(1);  // of twice the first axis' angle
+  const Real x = Kokkos::sqrt(Kokkos::fmax(Real(0), Real(0.5) * (1 + cosine))),
+             y = Kokkos::sqrt(Kokkos::fmax(Real(0), Real(0.5) * (1 - cosine))) * (q < 0 ? Real(-1) : Real(1));
+  out.axis[0] = {x, y};
+  out.axis[1] = {-y, x};
+  const Real square[2] = {middle + radius, Kokkos::fmax(Real(0), middle - radius)};
+  bool any = false;
+  for (int i = 0; i < 2; ++i) {
+    out.along[i] = {};
+    const Real beyond = beyond_limit(square[i], s.materials(a).strain_limit);
+    if (beyond == 0) continue;
+    any = true;
+    const Real taut = Kokkos::fmax(Real(0), beyond), stiff = s.limit_stiffness(t);
+    out.along[i].add(stiff * taut);
+    out.along[i].add(stiff * (1 - taut) / square[i], out.axis[i].x * f1 + out.axis[i].y * f2);
+  }
+  return any;
+}
+
+}  // namespace
+
+ClothHessian::ClothHessian(const Cloth& cloth, const ClothSystem& s, double most_work)
+    : free_(free_nodes(cloth)), row_of_(rows_of(free_, cloth.nodes.count)), factor_(pattern_of(s, free_, row_of_)) {
+  if (factor_.work() > most_work) return;
+  factor_.make_room();
+  solution_.resize(3 * free_.size());
+  for (Index n = 0; n < cloth.nodes.count; ++n) {
+    own_.push_back(target(n, n));
+    for (Index l = s.link_start(n); l < s.link_start(n + 1); ++l) shared_.push_back(target(n, s.link(l).other));
+    if (!s.limit_start.exist()) continue;
+    for (Index r = s.limit_start(n); r < s.limit_start(n + 1); ++r)
+      for (Index c = 0; c < 3; ++c) limited_.push_back(target(n, s.triangle(3 * (s.limit_item(r) / 4) + c)));
+  }
+}
+
+ClothHessian::Target ClothHessian::target(Index row, Index column) const {
+  const Index i = row_of_[at(row)], j = row_of_[at(column)];
+  if (i < 0 || j < 0 || !factor_.is_below(i, j)) return {};
+  const BlockCholesky::Place place = factor_.block(i, j);
+  return {static_cast<std::uint32_t>(place.at), place.stride};
+}
+
+void ClothHessian::update(const Cloth& cloth, const ClothSystem& s, const Entries<const Real3>& shift) {
+  factor_.clear();
+  Real* const values = factor_.values();
+  const Target *const own = own_.data(), *const shared = shared_.data(), *const limited = limited_.data();
+  parallel("drench::cloth::hessian", cloth.nodes.count, [=](const Index n) {
+    if (own[n].stride == 0) return;
+    const Real rate = s.strain_damping_rate(n);
+    Block diagonal;
+    diagonal.add(s.mass(n) * s.inverse_dt2);
+    for (Index l = s.link_start(n); l < s.link_start(n + 1); ++l) {
+      const Block k = stiffness(s, n, s.link(l), shift, rate);
+      diagonal.add(k, 1);
+      Block less;
+      less.add(k, -1);
+      if (shared[l].stride > 0) less.add_to(values + shared[l].at, shared[l].stride);
+    }
+    if (s.limit_start.exist())
+      for (Index r = s.limit_start(n); r < s.limit_start(n + 1); ++r) {
+        const Index t = s.limit_item(r) / 4;
+        LimitStiffness limit;
+        if (!limit_stiffness(s, t, shift, limit)) continue;
+        const CornerGradient here = corner_gradient(s.triangle_shape(t), s.limit_item(r) % 4);
+        for (Index c = 0; c < 3; ++c)
+          if (const Target to = limited[3 * r + c]; to.stride > 0)
+            limit.between(here, corner_gradient(s.triangle_shape(t), c)).add_to(values + to.at, to.stride);
+      }
+    diagonal.add_to(values + own[n].at, own[n].stride);
+  });
+  factor_.factor();
+}
+
+void ClothHessian::apply(const Entries<const Real3>& r, const Entries<Real3>& z) {
+  for (std::size_t k = 0; k < free_.size(); ++k) {
+    const Real3 force = r(free_[k]);
+    Real* const x = solution_.data() + 3 * at(factor_.place(static_cast<Index>(k)));
+    x[0] = force.x;
+    x[1] = force.y;
+    x[2] = force.z;
+  }
+  factor_.solve(solution_.data());
+  for (std::size_t k = 0; k < free_.size(); ++k) {
+    const Real* const x = solution_.data() + 3 * at(factor_.place(static_cast<Index>(k)));
+    z(free_[k]) = {x[0], x[1], x[2]};
+  }
+}
+
+}  // namespace drench::kokkos_backend
+
+#endif
