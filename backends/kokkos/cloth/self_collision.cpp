@@ -1,11 +1,11 @@
 // Stage self_collision (law: src/stages/self_collision.hpp).
 
-#include "cloth/stages.hpp"
+#include "stages/self_collision.hpp"
 
-#include "core/host_copy.hpp"
 #include "cloth/self_collision_course.hpp"
 #include "cloth/self_collision_items.hpp"
-#include "stages/self_collision.hpp"
+#include "cloth/stages.hpp"
+#include "core/host_copy.hpp"
 
 namespace drench::kokkos_backend {
 namespace {
@@ -51,7 +51,8 @@ MemoryEstimate self_collision_bytes(const Sizing& s) {
   if (!s.size.self_collision || s.size.nodes <= 0) return sum;
   // As if all cloth took part. A node: velocity, end and seen, changed, impulse, share; zone, stopped and holder, joined, zone_sum and
   // zone_push
-  const double sums = (3 + 10) * sizeof(std::int64_t), node = sizeof(NodeVelocity) + 6 * s.real + 5 * index_bytes + 1 + sums;
+  const double sums = (3 + 10) * sizeof(std::int64_t),
+               node = sizeof(NodeVelocity) + 6 * s.real + 5 * index_bytes + 1 + sums;
   const double items = s.size.nodes + s.size.triangles + s.size.edges;
   sum.cloth = s.size.nodes * (node + 1.25 * s.size.fold_pairs * (sizeof(ClosePair) + sizeof(Contact) + index_bytes)) +
               1.25 * items * 9 * sizeof(Couple) + item_bytes(s);

@@ -34,12 +34,14 @@ struct PathBox {
   Real4 lo{{far, far, far}, 0}, hi{{-far, -far, -far}, 0};
 
   KOKKOS_INLINE_FUNCTION void add(const PathBox& o) {
-    lo = {{Kokkos::fmin(lo.x, o.lo.x), Kokkos::fmin(lo.y, o.lo.y), Kokkos::fmin(lo.z, o.lo.z)}, Kokkos::fmax(lo.w, o.lo.w)};
+    lo = {{Kokkos::fmin(lo.x, o.lo.x), Kokkos::fmin(lo.y, o.lo.y), Kokkos::fmin(lo.z, o.lo.z)},
+          Kokkos::fmax(lo.w, o.lo.w)};
     hi = {{Kokkos::fmax(hi.x, o.hi.x), Kokkos::fmax(hi.y, o.hi.y), Kokkos::fmax(hi.z, o.hi.z)}, 0};
   }
   /// Do they meet, and is one of them searched for?
   KOKKOS_INLINE_FUNCTION bool meets(const PathBox& o) const {
-    return (lo.w > 0 || o.lo.w > 0) && lo.x <= o.hi.x && o.lo.x <= hi.x && lo.y <= o.hi.y && o.lo.y <= hi.y && lo.z <= o.hi.z && o.lo.z <= hi.z;
+    return (lo.w > 0 || o.lo.w > 0) && lo.x <= o.hi.x && o.lo.x <= hi.x && lo.y <= o.hi.y && o.lo.y <= hi.y &&
+           lo.z <= o.hi.z && o.lo.z <= hi.z;
   }
 };
 
@@ -51,7 +53,7 @@ struct alignas(2 * sizeof(Index)) Couple {
 /// A node and a triangle, or two edges.
 struct alignas(16) ClosePair {
   Index node[4];
-  Index edges;       // 1, or 0; dropped_pair: none any more
+  Index edges;  // 1, or 0; dropped_pair: none any more
   Index spare[3];
   double distance;   // δ⁰, m
   double thickness;  // τ, m
@@ -73,8 +75,8 @@ struct alignas(16) Contact {
 struct CollisionItems {
   static constexpr Index width = 32;  // items of a cluster, clusters of a group
   Index count = 0, first_triangle = 0, first_edge = 0;
-  Field<Index> corner;  // 3 an item: nodes, or −1
-  Field<Index> rank;    // among those of its sort in the mesh
+  Field<Index> corner;       // 3 an item: nodes, or −1
+  Field<Index> rank;         // among those of its sort in the mesh
   Field<Couple> group_pair;  // all that may hold a pair
   Field<PathBox> box;        // of the items, of the clusters, of the groups
   Index clusters() const { return count / width; }
@@ -88,10 +90,10 @@ struct SelfCollisionWork {
   double thickness = 0;        // m: the largest
   // per node of all cloths
   Field<NodeVelocity> velocity;
-  Field<Real3> end, seen;         // x¹, m; the same when the node's pairs were found
-  Field<std::uint8_t> changed;    // its pairs are to be found again
-  Field<std::int64_t> impulse;    // 3 each, units of q · 2^-20 m/s; 0 between passes
-  Field<Index> share;             // N_k; 0 between passes
+  Field<Real3> end, seen;       // x¹, m; the same when the node's pairs were found
+  Field<std::uint8_t> changed;  // its pairs are to be found again
+  Field<std::int64_t> impulse;  // 3 each, units of q · 2^-20 m/s; 0 between passes
+  Field<Index> share;           // N_k; 0 between passes
   // per node of all cloths, of law 4: meaningless before the first zone of a step
   Field<Index> zone;              // the zone's least node
   Field<Index> joined;            // 1: is in a zone (a word, for CUDA has no atomic store of less)
@@ -100,13 +102,13 @@ struct SelfCollisionWork {
   Field<std::int64_t> zone_sum;   // 4 each, at the least node: mass, q · 2^-16; momentum, q · 2^-12 m/s
   Field<std::int64_t> zone_push;  // 6 each: the largest way out of bodies along +x −x +y …, d · 2^-40
   // pairs
-  double margin = 0;              // m: by how much an end may move before pairs are found again
-  Field<Couple> close_clusters;   // whose boxes meet
-  Field<Couple> candidate;        // items whose boxes meet
-  Field<ClosePair> pair;          // that can come nearer than τ
-  Field<Index> hole;              // places of dropped pairs
+  double margin = 0;             // m: by how much an end may move before pairs are found again
+  Field<Couple> close_clusters;  // whose boxes meet
+  Field<Couple> candidate;       // items whose boxes meet
+  Field<ClosePair> pair;         // that can come nearer than τ
+  Field<Index> hole;             // places of dropped pairs
   Field<Contact> contact;
-  Field<Index> counter;           // CollisionCounter
+  Field<Index> counter;                                // CollisionCounter
   std::shared_ptr<struct ResidentCollision> resident;  // of CUDA (cloth/cuda/resident_collision.cpp)
 };
 

@@ -17,7 +17,7 @@ constexpr Index width = CollisionItems::width, group = width * width;
 struct Sort {
   std::vector<Index> corner;  // 3 each
   std::vector<Index> rank;
-  std::vector<Vec3> middle;   // at rest, m
+  std::vector<Vec3> middle;  // at rest, m
   std::vector<Index> cloth;
 
   Index count() const { return static_cast<Index>(rank.size()); }
@@ -82,7 +82,8 @@ void list_items(const Constants& constants, SelfCollisionWork& work) {
   for (const auto& e : mesh.edge) {
     if (takes_part(e[0])) edges.add(mesh, number, {e[0], e[1]});
     ++number;
-    const Vec3 &a = mesh.rest_position[static_cast<std::size_t>(e[0])], &b = mesh.rest_position[static_cast<std::size_t>(e[1])];
+    const Vec3 &a = mesh.rest_position[static_cast<std::size_t>(e[0])],
+               &b = mesh.rest_position[static_cast<std::size_t>(e[1])];
     length += std::hypot(b[0] - a[0], b[1] - a[1], b[2] - a[2]) / static_cast<double>(mesh.edge.size());
   }
   for (const ClothMaterial& c : constants.model.cloths)
@@ -100,11 +101,13 @@ void list_items(const Constants& constants, SelfCollisionWork& work) {
   items.corner = to_device<Index>("drench::self_collision::corner", corner);
   items.rank = to_device<Index>("drench::self_collision::rank", rank);
   items.group_pair = to_device<Couple>("drench::self_collision::group_pair", pairs_of_groups(items));
-  make_room(items.box, "drench::self_collision::box", static_cast<std::size_t>(items.count + items.clusters() + items.groups()));
+  make_room(items.box, "drench::self_collision::box",
+            static_cast<std::size_t>(items.count + items.clusters() + items.groups()));
 }
 
 double item_bytes(const Sizing& s) {
-  const double nodes = whole_groups(s.size.nodes), triangles = whole_groups(s.size.triangles), edges = whole_groups(s.size.edges);
+  const double nodes = whole_groups(s.size.nodes), triangles = whole_groups(s.size.triangles),
+               edges = whole_groups(s.size.edges);
   const double items = nodes + triangles + edges, boxes = items + items / width + items / group;
   const double pairs = nodes / group * triangles / group + edges / group * (edges / group + 1) / 2;
   return items * 4 * index_bytes + boxes * 8 * s.real + pairs * 2 * index_bytes;

@@ -154,7 +154,8 @@ struct BoxItems {
   static constexpr const char* label = "drench::self_collision::boxes";
   KOKKOS_INLINE_FUNCTION static void act(const Collision& s, Index k) {
     if (k == 0) {
-      s.counter(count_changed) = s.counter(count_close_clusters) = s.counter(count_candidates) = s.counter(ends_moved) = 0;
+      s.counter(count_changed) = s.counter(count_close_clusters) = s.counter(count_candidates) = s.counter(ends_moved) =
+          0;
       if (all) s.counter(count_pairs) = s.counter(count_new) = s.counter(count_holes) = 0;
     }
     boxes::gather_cluster(s, k, s.items, [&](Index item) {
@@ -208,7 +209,8 @@ struct FindPair {
     const Index first = 3 * (turned ? c.second : c.first), second = 3 * (turned ? c.first : c.second);
     pair.edges = edges ? 1 : 0;
     pair.node[0] = s.corner(first);
-    for (Index k = 1; k < 4; ++k) pair.node[k] = edges ? (k == 1 ? s.corner(first + 1) : s.corner(second + k - 2)) : s.corner(second + k - 1);
+    for (Index k = 1; k < 4; ++k)
+      pair.node[k] = s.corner(!edges ? second + k - 1 : k == 1 ? first + 1 : second + k - 2);
     const Index own = edges ? 2 : 1;
     for (Index i = 0; i < own; ++i)
       for (Index j = own; j < 4; ++j)

@@ -42,7 +42,8 @@ struct WholeDevice {
   }
 };
 
-__global__ void __launch_bounds__(block_threads, 1) run(const Collision s, CollisionProgress at, CollisionProgress* seen) {
+__global__ void __launch_bounds__(block_threads, 1)
+    run(const Collision s, CollisionProgress at, CollisionProgress* seen) {
   at = keep_apart(WholeDevice{groups::this_grid()}, s, at);
   if (blockIdx.x == 0 && threadIdx.x == 0) *seen = at;
 }
@@ -75,7 +76,8 @@ CollisionProgress keep_apart_resident(SelfCollisionWork& work, const Collision& 
   void* arguments[] = {&collision, &progress, &seen};
   const ExecSpace space;
   std::uint64_t id = 0;
-  Kokkos::Tools::beginParallelFor("drench::self_collision::resident", Kokkos::Tools::Experimental::device_id(space), &id);
+  Kokkos::Tools::beginParallelFor("drench::self_collision::resident", Kokkos::Tools::Experimental::device_id(space),
+                                  &id);
   check(cudaLaunchCooperativeKernel(reinterpret_cast<const void*>(&run), dim3(static_cast<unsigned>(blocks)),
                                     dim3(block_threads), arguments, 0, space.cuda_stream()));
   Kokkos::Tools::endParallelFor(id);
