@@ -134,16 +134,7 @@ class SelfCollision {
       const double left = near.apart.norm() - target_gap;
       if (left <= 0.01 * target_gap || advance == most_advances) return near;
       if (left >= (1 - t) * (l[0] + l[1])) return std::nullopt;
-      double along = 2;  // the part of the step in which points meet along the normal
-      const Vector3d n = near.apart.normalized();
-      for (int i = 0; i < first; ++i) {
-        for (int j = first; j < 4; ++j) {
-          const double closing = n.dot(u[j] - u[i]);
-          if (closing > 0) along = std::min(along, (n.dot(at[i] - at[j]) - target_gap) / closing);
-        }
-      }
-      t += std::max(left / (l[0] + l[1]), along);
-      if (t >= 1) return std::nullopt;
+      t += left / (l[0] + l[1]);
     }
   }
 

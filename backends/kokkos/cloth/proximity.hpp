@@ -103,24 +103,6 @@ KOKKOS_INLINE_FUNCTION double relative_travel(bool edges, Double3* u) {
   return largest[0] + largest[1];
 }
 
-/// The least part of a step in which any point of the first primitive comes within `gap` of any of the second along the
-/// direction between their nearest points; 2 if none does in the step.
-KOKKOS_INLINE_FUNCTION double time_along_normal(bool edges, const Double3* x, const Double3* u, const Proximity& near,
-                                                double gap) {
-  const int first = edges ? 2 : 1;
-  double place[4], way[4], least = 2;
-  for (int k = 0; k < 4; ++k) {
-    place[k] = inner(near.apart, minus(x[k], x[0])) / near.distance;
-    way[k] = inner(near.apart, u[k]) / near.distance;
-  }
-  for (int i = 0; i < first; ++i)
-    for (int j = first; j < 4; ++j) {
-      const double closing = way[j] - way[i], left = place[i] - place[j] - gap;
-      if (closing > 0 && left < least * closing) least = left / closing;
-    }
-  return least;
-}
-
 /// Law 2: does the pair come as near as `gap` within the step? Then `near` is how it stands at that time.
 KOKKOS_INLINE_FUNCTION bool reaches(bool edges, const Double3* start, const Double3* displacement, double gap,
                                     Proximity& near) {
@@ -135,9 +117,7 @@ KOKKOS_INLINE_FUNCTION bool reaches(bool edges, const Double3* start, const Doub
     const double left = near.distance - gap;
     if (left <= 0.01 * gap || advance == most_advances) return true;
     if (left >= (1 - t) * l) return false;
-    const double step = Kokkos::fmax(left / l, time_along_normal(edges, x, u, near, gap));
-    if (step >= 1 - t) return false;
-    t += step;
+    t += left / l;
   }
 }
 

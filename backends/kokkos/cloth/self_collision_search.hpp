@@ -39,19 +39,13 @@ KOKKOS_INLINE_FUNCTION PathBox of_item(const Collision& s, Index item) {
 
 #ifdef __CUDA_ARCH__
 inline constexpr unsigned whole_warp = 0xffffffff;
-__device__ inline PathBox of_lane(const PathBox& box, int lane) {
-  const auto from = [&](Real v) { return __shfl_sync(whole_warp, v, lane); };
-  PathBox o;
-  o.lo = {{from(box.lo.x), from(box.lo.y), from(box.lo.z)}, from(box.lo.w)};
-  o.hi = {{from(box.hi.x), from(box.hi.y), from(box.hi.z)}, 0};
-  return o;
-}
 __device__ inline PathBox around_warp(PathBox box) {
   for (int apart = warp_size / 2; apart > 0; apart /= 2) {
-    const auto of_other = [&](Real v) { return __shfl_xor_sync(whole_warp, v, apart); };
     PathBox o;
-    o.lo = {{of_other(box.lo.x), of_other(box.lo.y), of_other(box.lo.z)}, of_other(box.lo.w)};
-    o.hi = {{of_other(box.hi.x), of_other(box.hi.y), of_other(box.hi.z)}, 0};
+    o.lo = {{__shfl_xor_sync(whole_warp, box.lo.x, apart), __shfl_xor_sync(whole_warp, box.lo.y, apart),
+             __shfl_xor_sync(whole_warp, box.lo.z, apart)}, __shfl_xor_sync(whole_warp, box.lo.w, apart)};
+    o.hi = {{__shfl_xor_sync(whole_warp, box.hi.x, apart), __shfl_xor_sync(whole_warp, box.hi.y, apart),
+             __shfl_xor_sync(whole_warp, box.hi.z, apart)}, 0};
     box.add(o);
   }
   return box;
@@ -82,13 +76,11 @@ KOKKOS_INLINE_FUNCTION void compare(const Collision& s, const Couple& clusters, 
   const PathBox own = s.box(first + a + lane);
   const bool mine = own.meets(s.box(around + clusters.second));
   if (!__any_sync(whole_warp, mine)) return;
-  const PathBox other = s.box(first + b + lane);
-  const bool theirs = other.meets(s.box(around + clusters.first));
+  const bool theirs = s.box(first + b + lane).meets(s.box(around + clusters.first));
   unsigned found = 0;
   for (unsigned left = __ballot_sync(whole_warp, theirs); left != 0; left &= left - 1) {
     const int j = __ffs(static_cast<int>(left)) - 1;
-    const PathBox box = of_lane(other, j);
-    if (mine && (!one || lane < j || (same && lane == j)) && own.meets(box)) found |= 1u << j;
+    if (mine && (!one || lane < j || (same && lane == j)) && own.meets(s.box(first + b + j))) found |= 1u << j;
   }
   const int count = __popc(found);
   int before = count;
@@ -154,8 +146,7 @@ struct BoxItems {
   static constexpr const char* label = "drench::self_collision::boxes";
   KOKKOS_INLINE_FUNCTION static void act(const Collision& s, Index k) {
     if (k == 0) {
-      s.counter(count_changed) = s.counter(count_close_clusters) = s.counter(count_candidates) = s.counter(ends_moved) =
-          0;
+      s.counter(count_changed) = s.counter(count_close_clusters) = s.counter(count_candidates) = s.counter(ends_moved) = 0;
       if (all) s.counter(count_pairs) = s.counter(count_new) = s.counter(count_holes) = 0;
     }
     boxes::gather_cluster(s, k, s.items, [&](Index item) {
@@ -209,8 +200,7 @@ struct FindPair {
     const Index first = 3 * (turned ? c.second : c.first), second = 3 * (turned ? c.first : c.second);
     pair.edges = edges ? 1 : 0;
     pair.node[0] = s.corner(first);
-    for (Index k = 1; k < 4; ++k)
-      pair.node[k] = s.corner(!edges ? second + k - 1 : k == 1 ? first + 1 : second + k - 2);
+    for (Index k = 1; k < 4; ++k) pair.node[k] = edges ? (k == 1 ? s.corner(first + 1) : s.corner(second + k - 2)) : s.corner(second + k - 1);
     const Index own = edges ? 2 : 1;
     for (Index i = 0; i < own; ++i)
       for (Index j = own; j < 4; ++j)

@@ -10,13 +10,12 @@ namespace zones {
 constexpr double mass_units = 65536, momentum_units = 4096;  // per quantum; per quantum · m/s
 constexpr double way_units = 1099511627776.0;                // per spacing
 
-/// The least node of n's zone as far as it is joined: no zone's number is above its nodes'. Shortens the way to it.
+/// The least node of n's zone as far as it is joined: no zone's number is above its nodes'.
 KOKKOS_INLINE_FUNCTION Index root_of(const Collision& s, Index n) {
   while (true) {
-    const Index next = Kokkos::atomic_load(&s.zone(n)), after = Kokkos::atomic_load(&s.zone(next));
-    if (after == next) return next;
-    Kokkos::atomic_store(&s.zone(n), after);
-    n = after;
+    const Index next = Kokkos::atomic_load(&s.zone(n));
+    if (next == n) return n;
+    n = next;
   }
 }
 /// Makes one zone of two: the one with the larger number is hooked to the other, at its root, so that all its nodes go along.

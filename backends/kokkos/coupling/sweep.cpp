@@ -50,15 +50,17 @@ struct Path {
 
 constexpr Index cluster_width = 32;  // triangles of a cluster, clusters of a group
 
-/// Paths and the triangles near them.
+/// Paths and the triangles near them. The samples are where they were at the start, as their table has them.
 struct Sweep {
+  CellTableView cells;  // of the samples; not used with clusters
   Neighbors list;  // fluid→sample, from the step's start
   Entries<const Real3> start, end;
   Entries<const Index> sample_triangle, triangle;
   Entries<Box> box;  // of each triangle's way
   Entries<const Index> ordered;
   Entries<Box> cluster_box;
-  Index clusters = 0, groups = 0;
+  Index clusters = 0, groups = 0;  // 0: none
+  Index samples = 0;
   Kokkos::View<ClothMotion, MemSpace> motion;
   double cover = 0, margin = 0, touch = 0, support = 0, gap = 0;  // m
   bool listed = false;  // are the particles those of the list?
@@ -82,8 +84,8 @@ struct Sweep {
     return !passes_by(way, Real(margin)) && !stays_on_its_side(way, Real(touch));
   }
 
-  /// Visits the triangle of each sample near the path, if its box is: each that can be hit, some of them often. Where some of
-  /// the cloth is too fast or too stretched to be found by samples, the triangles of clusters whose boxes are near.
+  /// Visits the triangle of each sample near the path, if its box is: each that can be hit, some of them often. Cloth that
+  /// collides with itself may be stretched too far for samples: then the triangles of clusters whose boxes are near.
   template <class Who, class Visitor>
   KOKKOS_INLINE_FUNCTION void visit_near(Index i, const Path& path, const Who& who, Visitor& visitor) const {
     const ClothMotion moved = motion();
@@ -110,6 +112,38 @@ struct Sweep {
       }
       return;
     }
+    if (clusters > 0)
+      visit_clusters(path, who, visitor);
+    else
+      visit_cells(narrow(minus(add(x0, lo), {grow, grow, grow})), narrow(add(add(x0, hi), {grow, grow, grow})), path, who,
+                  visitor);
+  }
+  template <class Who, class Visitor>
+  KOKKOS_INLINE_FUNCTION void visit_cells(const Real3& least_point, const Real3& most_point, const Path& path, const Who& who,
+                                          Visitor& visitor) const {
+    const auto visit = [&](const Index entry) {
+      const Real3 p = cells.point(entry);
+      if (p.x < least_point.x || p.y < least_point.y || p.z < least_point.z || p.x > most_point.x ||
+          p.y > most_point.y || p.z > most_point.z)
+        return;
+      const Index t = sample_triangle(cells.item(entry));
+      if (!path.box.apart(box(t))) visitor(t);
+    };
+    CellCoord a = cells.cell_of(least_point), b = cells.cell_of(most_point);
+    // A runaway particle may sweep more cells than there are samples.
+    const double box_cells = (double(b.x) - a.x + 1) * (double(b.y) - a.y + 1) * (double(b.z) - a.z + 1);
+    if (box_cells <= static_cast<double>(samples)) {
+      cells.clip(a, b);
+      cells.for_runs(a, b, [&](const Index first, const Index end_of_run, const CellRun& run) {
+        for (Index e = first + who.lane; e < end_of_run; e += Who::count)
+          if (!cells.hashed || run.holds(cells.coord(e))) visit(e);
+      });
+    } else {
+      for (Index e = who.lane; e < samples; e += Who::count) visit(e);
+    }
+  }
+  template <class Who, class Visitor>
+  KOKKOS_INLINE_FUNCTION void visit_clusters(const Path& path, const Who& who, Visitor& visitor) const {
     for (Index group = 0; group < groups; ++group) {
       if (path.box.apart(cluster_box(clusters + group))) continue;
       for (Index c = cluster_width * group; c < cluster_width * (group + 1); ++c) {
@@ -248,10 +282,11 @@ KOKKOS_INLINE_FUNCTION void enclose(Box& box, const Box& o) {
 }
 
 /// The boxes of the triangles' ways, of clusters and of groups.
-void place_boxes(const Sweep& sweep) {
+void place_boxes(const Sweep& sweep, Index triangles) {
+  const bool ordered = sweep.clusters > 0;
   parallel(
-      "drench::advection::boxes", sweep.clusters * cluster_width, KOKKOS_LAMBDA(const Index k) {
-        const Index t = sweep.ordered(k);
+      "drench::advection::boxes", ordered ? sweep.clusters * cluster_width : triangles, KOKKOS_LAMBDA(const Index k) {
+        const Index t = ordered ? sweep.ordered(k) : k;
         if (t >= 0) sweep.box(t) = box_of_way(sweep.corners(sweep.start, t), sweep.corners(sweep.end, t), sweep.margin);
       });
   parallel(
@@ -287,6 +322,8 @@ void stop_near(const Fluid& fluid, const AdvectionWork& work, const Sweep& sweep
 
 Sweep sweep_of(const Constants& constants, const Fluid& fluid, const NeighborLists& lists, const Cloth& cloth, AdvectionWork& work) {
   Sweep sweep(lists);
+  sweep.cells = cloth.sample_cells.view();
+  sweep.samples = cloth.samples.count;
   sweep.start = constants.model.has_moving_cloth() ? std::as_const(work).start : cloth.nodes.position;
   sweep.end = cloth.nodes.position;
   sweep.sample_triangle = cloth.samples.triangle;
@@ -317,7 +354,7 @@ Sweep sweep_of(const Constants& constants, const Fluid& fluid, const NeighborLis
 
 void order_triangles(const Constants& constants, AdvectionWork& work) {
   const ClothMesh& mesh = constants.model.mesh;
-  if (work.ordered.exists() || mesh.triangle.empty()) return;
+  if (work.ordered.exists() || mesh.triangle.empty() || !constants.model.has_self_collision()) return;
   std::vector<Vec3> middle;
   double length = 0;
   for (const auto& t : mesh.triangle) {
@@ -335,7 +372,7 @@ void order_triangles(const Constants& constants, AdvectionWork& work) {
 
 void sweep_paths(const Constants& constants, const Fluid& fluid, const NeighborLists& lists, const Cloth& cloth, AdvectionWork& work, Real dt) {
   const Sweep sweep = sweep_of(constants, fluid, lists, cloth, work);
-  place_boxes(sweep);
+  place_boxes(sweep, cloth.mesh.triangles);
   const Entries<const Real3> position = fluid.particles.position, velocity = fluid.particles.velocity, shift = fluid.separation;
   const Entries<Index> near = work.near;
   const auto near_count = work.near_count;
