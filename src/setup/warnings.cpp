@@ -249,8 +249,9 @@ void warn_of_stiff_cloths(const Model& m, Lines& lines) {
       (cloth_iterations(m, cloth, 0.5 * (low + high)).count > cap ? high : low) = 0.5 * (low + high);
     const double unit = std::pow(10, std::floor(std::log10(low)) - 1);  // two digits, rounded down
     lines.push_back(fmt::format(
-        "{}: where it iterates by Jacobi (on a GPU, at solids, by xpbd) its solve needs some {:.0f} iterations a step and "
-        "ends at cloth_solver.max_iterations, {:.0f}: it moves sluggishly, and liquid at it may gain energy; more iterations, a time.step of {:.2g} s, or less {}",
+        "{}: where it iterates by Jacobi (on a GPU, at solids, by xpbd) its solve needs some {:.0f} "
+        "iterations a step and ends at cloth_solver.max_iterations, {:.0f}: it moves sluggishly, and liquid at it may "
+        "gain energy; more iterations, a time.step of {:.2g} s, or less {}",
         cloth_label(cloth.name), needed.count, cap, std::floor(low / unit) * unit, needed.cause));
   }
 }

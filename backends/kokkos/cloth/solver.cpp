@@ -31,8 +31,8 @@ MemoryEstimate factored_cloth_bytes(const Sizing& s) {
   constexpr double many = 7000;  // nodes
   MemoryEstimate sum;
   sum.cloth = n * 9 * s.real;
-  sum.host = n * 46 * 3 * s.real + (n < many ? 50 * s.real * entries : 3.3 * (4 * s.real + 3 * index_bytes + double_bytes) * entries) +
-             12 * n * (double_bytes + 2 * index_bytes);
+  const double hessian = 50 * s.real * entries, two = 3.3 * (4 * s.real + 3 * index_bytes + double_bytes) * entries;
+  sum.host = n * 46 * 3 * s.real + (n < many ? hessian : two) + 12 * n * (double_bytes + 2 * index_bytes);
   return sum;
 }
 
