@@ -8,7 +8,9 @@
 #include <string>
 #include <utility>
 
+#include "core/cuda/block_sums.hpp"
 #include "coupling/wall.hpp"
+#include "fluid/cuda/packed_acceleration.hpp"
 
 namespace drench::kokkos_backend {
 
@@ -30,7 +32,6 @@ constexpr float lattice = 16384;  // steps a support
 
 /// The largest factor, over that of (dW/dr)/r: what lies closer has a bundle that is read in full.
 float most_factor(KernelKind kind) { return kind == KernelKind::wendland ? 1 : 4; }
-constexpr unsigned all_lanes = 0xffffffff;
 
 void check(cudaError_t status) {
   if (status != cudaSuccess) throw std::runtime_error(std::string("pressure: ") + cudaGetErrorString(status));
@@ -91,37 +92,6 @@ struct LeanRows {
       pair(w.z);
       pair(w.w);
     }
-  }
-};
-
-/// a in 24, 24 and 32 bits, x in steps of h/16384 in 16 bits each, which wrap: neighbours are closer than 32768 of them.
-__device__ __forceinline__ uint4 pack(const Real3& a, const Real3& x, float steps) {
-  const auto on_lattice = [=](float coordinate) { return static_cast<unsigned>(__float2int_rn(coordinate * steps)); };
-  const unsigned px = on_lattice(x.x), py = on_lattice(x.y), pz = on_lattice(x.z);
-  return {(__float_as_uint(a.x) & ~0xffu) | (pz & 0xffu), (__float_as_uint(a.y) & ~0xffu) | (pz >> 8 & 0xffu),
-          __float_as_uint(a.z), (px & 0xffffu) | py << 16};
-}
-/// The acceleration that was packed. The low bits of a_x and a_y are left as they are.
-__device__ __forceinline__ Real3 acceleration_of(const uint4& q) {
-  return {__uint_as_float(q.x), __uint_as_float(q.y), __uint_as_float(q.z)};
-}
-
-/// (a_j − a_i)·(x_j − x_i), the positions in steps of the lattice.
-struct PackedDifference {
-  Real3 a;
-  unsigned x, y, z;  // 2^15 − own, in the low half, the high half, the low half
-
-  __device__ __forceinline__ explicit PackedDifference(const uint4& own)
-      : a(acceleration_of(own)),
-        x(0x8000u - (own.w & 0xffffu)),
-        y(0x80000000u - (own.w & 0xffff0000u)),
-        z(0x8000u - ((own.x & 0xffu) | (own.y & 0xffu) << 8)) {}
-  __device__ __forceinline__ float operator()(const uint4& q) const {
-    constexpr float zero = 8388608.0f + 32768.0f;  // 2^23 + 2^15
-    const float dx = __uint_as_float(__byte_perm(q.w + x, 0x4b000000u, 0x7610)) - zero,
-                dy = __uint_as_float(__byte_perm(q.w + y, 0x4b000000u, 0x7632)) - zero,
-                dz = __uint_as_float(__byte_perm(__byte_perm(q.x, q.y, 0x5540) + z, 0x4b000000u, 0x7610)) - zero;
-    return (__uint_as_float(q.x) - a.x) * dx + (__uint_as_float(q.y) - a.y) * dy + (__uint_as_float(q.z) - a.z) * dz;
   }
 };
 
@@ -211,69 +181,6 @@ struct LeanAcceleration {
   }
 };
 
-/// The sum over a warp, in its first lane.
-template <class Sums>
-__device__ __forceinline__ Sums sum_of_warp(Sums s) {
-  constexpr int words = sizeof(Sums) / sizeof(unsigned);
-  for (int apart = warp_size / 2; apart > 0; apart /= 2) {
-    unsigned word[words];
-    memcpy(word, &s, sizeof(Sums));
-#pragma unroll
-    for (int k = 0; k < words; ++k) word[k] = __shfl_down_sync(all_lanes, word[k], apart);
-    Sums other;
-    memcpy(&other, word, sizeof(Sums));
-    s += other;
-  }
-  return s;
-}
-
-/// Adds up what the blocks of a kernel have, always in the same order.
-template <class Sums>
-struct BlockSums {
-  Sums* part;   // of each block
-  Sums* total;  // where the host reads it
-  unsigned* finished;
-
-  /// The sum over a block, in its first thread; `own` is that of a warp, in its first lane.
-  __device__ Sums over_block(Sums s) const {
-    __shared__ Sums room[threads / warp_size];
-    if (threadIdx.x % warp_size == 0) room[threadIdx.x / warp_size] = s;
-    __syncthreads();
-    if (threadIdx.x == 0)
-      for (int w = 1; w < threads / warp_size; ++w) s += room[w];
-    __syncthreads();
-    return s;
-  }
-  __device__ Sums seen(unsigned block) const {
-    constexpr int words = sizeof(Sums) / sizeof(double);
-    double word[words];
-#pragma unroll
-    for (int k = 0; k < words; ++k) word[k] = __ldcg(reinterpret_cast<const double*>(part + block) + k);
-    Sums s;
-    memcpy(&s, word, sizeof(Sums));
-    return s;
-  }
-  template <class Few>
-  __device__ void add(const Few& own) const {
-    __shared__ bool last;
-    const Sums mine = over_block(sum_of_warp(own).widened());
-    if (threadIdx.x == 0) {
-      part[blockIdx.x] = mine;
-      __threadfence();
-      last = atomicAdd(finished, 1u) == gridDim.x - 1;
-    }
-    __syncthreads();
-    if (!last) return;
-    __threadfence();
-    Sums all{};
-    for (unsigned b = threadIdx.x; b < gridDim.x; b += threads) all += seen(b);
-    all = over_block(sum_of_warp(all));
-    if (threadIdx.x != 0) return;
-    *total = all;
-    *finished = 0;
-  }
-};
-
 /// Nesterov's step after an update.
 struct Momentum {
   Entries<const Real> next, last, next_contact, last_contact;
@@ -337,7 +244,7 @@ struct LeanUpdate {
   SheetsOfParticles sheets;
   Update update;
   Momentum momentum;
-  BlockSums<typename Update::Sums> sums;
+  BlockSums<typename Update::Sums, threads> sums;
   Index count;
   bool has_walls, has_sheets;
 
