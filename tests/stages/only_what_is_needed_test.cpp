@@ -7,6 +7,7 @@
 #include <string>
 
 #include "pipeline/pipeline.hpp"
+#include "pipeline/runtime.hpp"
 #include "stage_compare.hpp"
 #include "watched_scenes.hpp"
 
@@ -152,7 +153,7 @@ TEST(only_what_is_needed, cloth_collides_with_itself_only_where_asked_for) {
   }
   {
     const Watch watch(with(no_fluid, "pin: [{corners: true}]", "pin: [{corners: true}], self_collision: true"));
-    EXPECT_GT(containing(launched, label), 0);
+    EXPECT_GT(containing(launched, label), computes_on_host() ? 5 : 0);  // a GPU may have one kernel for all laws
     EXPECT_EQ(containing(launched, {"::zone", "::hook", "::push"}), 0) << "nothing touches";
   }
   const Watch still(with(no_fluid, "pin: [{corners: true}]", "dynamics: false, self_collision: true"));
