@@ -17,7 +17,7 @@
 namespace drench {
 namespace {
 
-constexpr const char* watched = "DRENCH_WATCHES_THREADS";  // set where the choice of threads was the program's own
+constexpr const char* watched = "DRENCH_WATCHES_THREADS";  // how many threads begin, where the choice was the program's own
 
 /// Was the program started by itself, and not as an argument of the dynamic loader?
 bool can_start_anew() {
@@ -36,17 +36,19 @@ void settle_threads(char** argv, int asked, bool quiet) {
   if (asked <= 0)
     if (const char* given = std::getenv("OMP_NUM_THREADS")) asked = std::atoi(given);
   if (cores == 1 || asked == 1) return;
-  const double free = free_cores();
-  const int threads = asked > 0 ? asked : threads_for(free, cores);
-  if (asked <= 0 && threads < cores && !quiet)
-    fmt::print(stderr, "other programs keep {} of {} cores busy: {} {} (--threads N asks for more)\n", cores - threads, cores,
-               threads, threads == 1 ? "thread" : "threads");
+  int free = 0;
+  // A program that has just ended may have had a core for a part of the first look.
+  for (int look = 0; look < 3 && free < cores; ++look) free = std::max(free, threads_for(free_cores(), cores));
+  const int threads = asked > 0 ? asked : cores;
+  if (asked <= 0 && free < cores && !quiet)
+    fmt::print(stderr, "other programs keep {} of {} cores busy: {} {} until they are gone (--threads N asks for more)\n",
+               cores - free, cores, free, free == 1 ? "thread" : "threads");
   setenv("OMP_NUM_THREADS", std::to_string(threads).c_str(), 1);
-  const bool active = threads <= threads_for(free, cores);
+  const bool active = asked <= free;
   setenv("OMP_WAIT_POLICY", active ? "active" : "passive", 1);
   // Some milliseconds, then they sleep: what one thread does alone may take long, and its core may be another program's.
   if (active) setenv("GOMP_SPINCOUNT", "200000", 1);
-  setenv(watched, "1", 1);
+  setenv(watched, std::to_string(asked > 0 ? asked : free).c_str(), 1);
   std::fflush(nullptr);
   execv("/proc/self/exe", argv);
 }
@@ -67,9 +69,13 @@ long interruptions() {
 
 }  // namespace
 
-ThreadWatch::ThreadWatch()
-    : all_(std::getenv(watched) != nullptr ? loop_threads() : 1), threads_(all_), pause_(seldom), interrupted_(interruptions()) {
-  begin_ = seconds_now();
+ThreadWatch::ThreadWatch() : all_(loop_threads()), threads_(all_), begin_(seconds_now()), pause_(seldom) {
+  const char* begin = std::getenv(watched);
+  if (begin == nullptr) all_ = threads_ = 1;
+  if (all_ == 1) return;
+  threads_ = std::clamp(std::atoi(begin), 1, all_);
+  share_loops(threads_);
+  interrupted_ = interruptions();
   next_ = begin_ + often;
 }
 
@@ -78,17 +84,28 @@ void ThreadWatch::look() {
   if (const double now = seconds_now(); now >= next_) judge(now);
 }
 
+/// The kernel's accounts tell of a free core at no cost. A program that would give way to us shows only where threads spin.
+int ThreadWatch::threads_with_cores(double now) {
+  const std::optional<double> busy = others_.busy_cores();
+  const int threads = busy ? threads_for(all_ - *busy, all_) : 1;
+  if (threads == all_ || now < next_probe_) return threads;
+  const int probed = std::max(threads, threads_for(loop_cores(), all_));
+  pause_ = probed == threads_ ? std::min(1.5 * pause_, most_seldom) : seldom;
+  next_probe_ = seconds_now() + pause_;
+  return probed;
+}
+
 void ThreadWatch::judge(double now) {
   const auto interrupted = static_cast<double>(interruptions() - interrupted_);
   if (threads_ < all_ || interrupted > most_interrupted * (now - begin_)) {
-    const int threads = threads_for(loop_cores(), all_);
-    pause_ = threads == threads_ ? std::min(1.5 * pause_, most_seldom) : seldom;
-    threads_ = threads;
+    threads_ = threads_with_cores(now);
     share_loops(threads_);
+  } else {
+    others_.busy_cores();  // a look begins where the last one ended
   }
   begin_ = seconds_now();
   interrupted_ = interruptions();
-  next_ = begin_ + (threads_ == all_ ? often : pause_);
+  next_ = begin_ + (threads_ == all_ ? often : seldom);
 }
 
 }  // namespace drench

@@ -1,12 +1,14 @@
 #pragma once
 // How many threads a run on the host's cores has, and how they wait for each other.
 
+#include "base/free_cores.hpp"
+
 namespace drench {
 
-/// For a build that computes on the host: unless the environment says so, threads are as many as there are free cores
-/// (`asked` > 0: as many as that) and wait by spinning where each has a core, by sleeping otherwise. OpenMP's runtime reads that
-/// from the environment when a program starts, so the program is started anew, with the same arguments. Returns where nothing is
-/// to be changed, or cannot be.
+/// For a build that computes on the host: unless the environment says so, threads are as many as there are cores (`asked` > 0:
+/// as many as that). Those that have no core at the start wait until one is free. Threads that have one wait by spinning. OpenMP's
+/// runtime reads that from the environment when a program starts, so the program is started anew, with the same arguments. Returns
+/// where nothing is to be changed, or cannot be.
 /// @param quiet without a line on stderr where other programs keep cores busy
 void settle_threads(char** argv, int asked, bool quiet);
 
@@ -21,10 +23,13 @@ class ThreadWatch {
 
  private:
   void judge(double now);
+  int threads_with_cores(double now);
 
   int all_, threads_;
-  double begin_ = 0, next_ = 0, pause_;  // s: when it last looked, when it looks again, and what lies between
-  long interrupted_ = 0;                 // times that a thread lost its core to another program
+  OtherPrograms others_;
+  double begin_ = 0, next_ = 0;         // s: when it last looked, when it looks again
+  double next_probe_ = 0, pause_ = 0;   // s: when threads may spin again to find free cores, and what lies between
+  long interrupted_ = 0;                // times that a thread lost its core, to another program or to one of its own
 };
 
 }  // namespace drench

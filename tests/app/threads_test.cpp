@@ -1,8 +1,11 @@
 // The same scene with one, two and three threads, and scenes on the reference: the program as a user starts it.
 
 #include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cstdlib>
 #include <map>
 
@@ -91,6 +94,35 @@ TEST(threads, are_as_many_as_there_are_free_cores) {
   const double free = free_cores();
   EXPECT_GT(free, 0);
   EXPECT_LE(free, allowed_cores() + 0.1);
+}
+
+TEST(threads, keep_to_the_quota_of_a_control_group) {
+  EXPECT_EQ(quota_cores("150000 100000"), 1.5);
+  EXPECT_EQ(quota_cores("max 100000"), 0);
+  EXPECT_EQ(quota_cores(""), 0);
+}
+
+TEST(threads, tell_another_program_from_their_own_work) {
+  using namespace std::chrono;
+  const auto spin = [](milliseconds span) {
+    for (const auto begin = steady_clock::now(); steady_clock::now() < begin + span;) {
+    }
+  };
+  OtherPrograms others;
+  spin(milliseconds(300));
+  const std::optional<double> beside_own = others.busy_cores();
+  if (!beside_own) GTEST_SKIP() << "this machine does not tell";
+  const pid_t child = fork();
+  ASSERT_GE(child, 0);
+  if (child == 0) {
+    spin(milliseconds(600));
+    _exit(0);
+  }
+  usleep(300000);
+  const std::optional<double> beside_child = others.busy_cores();
+  waitpid(child, nullptr, 0);
+  EXPECT_LE(*beside_own, allowed_cores() - 0.3);
+  EXPECT_GE(*beside_child, 0.3);
 }
 
 /// OpenMP's runtime tells what it was given each time that the program starts.
