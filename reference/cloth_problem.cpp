@@ -12,7 +12,8 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr int plain_iterations = 10;    // without acceleration
+constexpr int plain_iterations = 10;    // without acceleration, at a solve's start
+constexpr int plain_later = 2;          // after its target has moved
 constexpr double contact_range = 1.01;  // of the thickness
 
 double mean_length(const ClothMesh& mesh) {
@@ -202,7 +203,8 @@ ClothIteration::ClothIteration(const ClothProblem& problem, const Vectors& first
       solver_(problem.model().scene.cloth_solver),
       x_(first),
       previous_(first),
-      smallest_(std::numeric_limits<double>::infinity()) {
+      smallest_(std::numeric_limits<double>::infinity()),
+      plain_(plain_iterations) {
   // A bound for the spectral radius of the Jacobi iteration's linear part.
   std::vector<double> slowness;  // Δt² D/m
   for (std::size_t n = 0; n < first.size(); ++n) {
@@ -261,9 +263,9 @@ void ClothIteration::advance(int count) {
   for (int k = 0; k < count; ++k) {
     ++iterations_;
     ++since_restart_;
-    if (since_restart_ <= plain_iterations)
+    if (since_restart_ <= plain_)
       omega_ = 1;
-    else if (since_restart_ == plain_iterations + 1)
+    else if (since_restart_ == plain_ + 1)
       omega_ = 2 / (2 - rho_ * rho_);
     else
       omega_ = 4 / (4 - rho_ * rho_ * omega_);
@@ -272,6 +274,13 @@ void ClothIteration::advance(int count) {
     else
       iterate_multipliers();
   }
+}
+
+void ClothIteration::move_on() {
+  if (iterations_ == 0) return;
+  since_restart_ = 0;
+  plain_ = plain_later;
+  smallest_ = std::numeric_limits<double>::infinity();
 }
 
 void ClothIteration::iterate_positions() {
@@ -349,6 +358,7 @@ double ClothIteration::check() {
   if (residual > 10 * smallest_) {
     rho_ = std::max(0.0, 1 - 2 * (1 - rho_));
     since_restart_ = 0;
+    plain_ = plain_iterations;
   }
   smallest_ = std::min(smallest_, residual);
   return residual;

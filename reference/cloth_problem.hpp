@@ -63,12 +63,14 @@ double node_saturation(const ReferenceState& state, Index n);
 Eigen::Vector3d pin_position(const ReferenceState& state, Index n, double time);
 
 /// Jacobi, on positions (pd) or on multipliers (xpbd), with Chebyshev's weights, which go on over several calls of
-/// `advance`.
+/// `advance` until the target moves.
 class ClothIteration {
  public:
   /// Begins at x = first.
   ClothIteration(const ClothProblem& problem, const Vectors& first);
   void advance(int count);
+  /// Of a solve that has begun: the target has moved, and the weights start again.
+  void move_on();
   /// Residual of the newest iterate over its goal; lowers ρ if it has grown tenfold.
   double check();
   /// For a solve that ended at its cap: shortens the step of each cloth that it has led uphill.
@@ -92,7 +94,7 @@ class ClothIteration {
   std::vector<double> spring_rate_, hinge_rate_;
   std::vector<Eigen::Vector2d> limit_rate_;  // of each column
   double rho_ = 0, omega_ = 1, smallest_;
-  int since_restart_ = 0, iterations_ = 0;
+  int since_restart_ = 0, iterations_ = 0, plain_;
 };
 
 }  // namespace drench::reference

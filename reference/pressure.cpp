@@ -50,6 +50,7 @@ class ElasticCloth : public ClothResponse {
       const Vector3d change = node_force[n] - load_[n] - internal_[n] - contact;
       problem_.target[n] = began_[n] + problem_.dt * problem_.dt / problem_.mass[n] * change;
     }
+    iteration_.move_on();
     int count = 0;
     do {
       iteration_.advance(10);

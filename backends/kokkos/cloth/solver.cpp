@@ -181,6 +181,7 @@ void ClothIteration::run(int most) {
     under_way_ = true;
     return;
   }
+  if (progress_.iterations > 0) progress_.move_on();
   const int end = progress_.iterations + most;
   if (factored_) {
     factored_ = run_factored_cloth(cloth_, solver_, system_, progress_, most, tolerance_, floor_);

@@ -45,8 +45,8 @@ struct NodeTerms {
   Real inertia, diagonal, friction, thickness;  // m_n/Δt² and D_n, N/m; μ, 1; m
 };
 
-// cloth.hpp: iterations before Chebyshev's weights begin, and from check to check.
-inline constexpr int plain_iterations = 10, check_interval = 10;
+// Iterations before Chebyshev's weights begin, at a solve's start and after its target has moved; and from check to check.
+inline constexpr int plain_iterations = 10, plain_iterations_later = 2, check_interval = 10;
 
 /// The residual in units of its goal, of the nodes' shares (ClothSystem::imbalance).
 KOKKOS_INLINE_FUNCTION double over_goal(const TwoSums& sums) { return sums.first > 0 ? sums.first / sums.second : 0; }
@@ -54,25 +54,34 @@ KOKKOS_INLINE_FUNCTION double over_goal(const TwoSums& sums) { return sums.first
 /// Chebyshev's weights (Wang 2015) and what the checks have found.
 struct ClothProgress {
   double rho = 0, omega = 1, smallest = 1e300, residual = 1e300;
-  int since_restart = 0, iterations = 0;
+  int since_restart = 0, iterations = 0, plain = plain_iterations;
 
   /// ω of the next iteration.
   KOKKOS_INLINE_FUNCTION Real next_weight() {
-    if (since_restart == plain_iterations) omega = 2 / (2 - rho * rho);
-    if (since_restart > plain_iterations) omega = 4 / (4 - rho * rho * omega);
+    if (since_restart == plain) omega = 2 / (2 - rho * rho);
+    if (since_restart > plain) omega = 4 / (4 - rho * rho * omega);
     ++since_restart;
     ++iterations;
     return static_cast<Real>(omega);
+  }
+  /// The target has moved: the weights start again.
+  KOKKOS_INLINE_FUNCTION void move_on() {
+    restart(plain_iterations_later);
+    smallest = 1e300;
   }
   /// If the residual has grown tenfold over the smallest so far, ρ is lowered and the weights start again.
   KOKKOS_INLINE_FUNCTION void judge(double found) {
     residual = found;
     if (found > 10 * smallest) {
       rho = Kokkos::fmax(0.0, 1 - 2 * (1 - rho));
-      omega = 1;
-      since_restart = 0;
+      restart(plain_iterations);
     }
     smallest = Kokkos::fmin(smallest, found);
+  }
+  KOKKOS_INLINE_FUNCTION void restart(int before_weights) {
+    omega = 1;
+    since_restart = 0;
+    plain = before_weights;
   }
 };
 

@@ -271,7 +271,10 @@ struct NodeIterates {
 /// Chebyshev's weights where a call begins.
 inline __device__ ClothProgress progress_at_start(const ResidentArrays& a, const ResidentRun& run) {
   ClothProgress progress = run.first ? run.begin : *a.progress;
-  if (run.first) progress.rho = Kokkos::fmin(progress.rho, *a.spectral_bound);
+  if (run.first)
+    progress.rho = Kokkos::fmin(progress.rho, *a.spectral_bound);
+  else
+    progress.move_on();
   return progress;
 }
 
