@@ -13,7 +13,7 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr int plain_iterations = 10;    // without acceleration, at a solve's start
-constexpr int plain_later = 2;          // after its target has moved
+constexpr int plain_later = 2;          // after its target has moved, where there are no solids
 constexpr double contact_range = 1.01;  // of the thickness
 
 double mean_length(const ClothMesh& mesh) {
@@ -279,7 +279,7 @@ void ClothIteration::advance(int count) {
 void ClothIteration::move_on() {
   if (iterations_ == 0) return;
   since_restart_ = 0;
-  plain_ = plain_later;
+  plain_ = problem_.bodies.empty() ? plain_later : plain_iterations;
   smallest_ = std::numeric_limits<double>::infinity();
 }
 

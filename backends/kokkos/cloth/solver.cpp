@@ -181,7 +181,7 @@ void ClothIteration::run(int most) {
     under_way_ = true;
     return;
   }
-  if (progress_.iterations > 0) progress_.move_on();
+  if (progress_.iterations > 0) progress_.move_on(system_.solids.extent(0) > 0);
   const int end = progress_.iterations + most;
   if (factored_) {
     factored_ = run_factored_cloth(cloth_, solver_, system_, progress_, most, tolerance_, floor_);

@@ -45,7 +45,8 @@ struct NodeTerms {
   Real inertia, diagonal, friction, thickness;  // m_n/Δt² and D_n, N/m; μ, 1; m
 };
 
-// Iterations before Chebyshev's weights begin, at a solve's start and after its target has moved; and from check to check.
+// Iterations before Chebyshev's weights begin; the same after the target has moved, where there are no solids; from check to
+// check.
 inline constexpr int plain_iterations = 10, plain_iterations_later = 2, check_interval = 10;
 
 /// The residual in units of its goal, of the nodes' shares (ClothSystem::imbalance).
@@ -65,8 +66,8 @@ struct ClothProgress {
     return static_cast<Real>(omega);
   }
   /// The target has moved: the weights start again.
-  KOKKOS_INLINE_FUNCTION void move_on() {
-    restart(plain_iterations_later);
+  KOKKOS_INLINE_FUNCTION void move_on(bool solids) {
+    restart(solids ? plain_iterations : plain_iterations_later);
     smallest = 1e300;
   }
   /// If the residual has grown tenfold over the smallest so far, ρ is lowered and the weights start again.

@@ -269,12 +269,12 @@ struct NodeIterates {
 };
 
 /// Chebyshev's weights where a call begins.
-inline __device__ ClothProgress progress_at_start(const ResidentArrays& a, const ResidentRun& run) {
+inline __device__ ClothProgress progress_at_start(const ClothSystem& s, const ResidentArrays& a, const ResidentRun& run) {
   ClothProgress progress = run.first ? run.begin : *a.progress;
   if (run.first)
     progress.rho = Kokkos::fmin(progress.rho, *a.spectral_bound);
   else
-    progress.move_on();
+    progress.move_on(s.solids.extent(0) > 0);
   return progress;
 }
 
@@ -297,7 +297,7 @@ __global__ void __launch_bounds__(threads)
     iterate(ClothSystem s, ResidentArrays a, PatchView patch, ResidentRun run, Index nodes) {
   const groups::grid_group grid = groups::this_grid();
   NodeIterates<kept, plain, dated> node(s, a, patch, nodes);
-  ClothProgress progress = progress_at_start(a, run);
+  ClothProgress progress = progress_at_start(s, a, run);
   node.begin();
   grid.sync();
   const int end = progress.iterations + run.most;
