@@ -179,8 +179,7 @@ int CommandLine::run(char** argv) {
   if (*check_) return drench::check_command(check_scene_, check_overrides_);
   if (drench::computes_on_host()) {
     const bool runs = run_->parsed();
-    drench::settle_threads(argv, runs ? run_options_.threads : *compare_ ? compare_options_.threads : info_threads_,
-                           !runs || run_options_.quiet);
+    drench::settle_threads(argv, runs ? run_options_.threads : *compare_ ? compare_options_.threads : info_threads_);
   }
   if (*info_) return drench::info_command(info_threads_);
   if (*compare_) return drench::compare_command(compare_options_);

@@ -65,6 +65,7 @@ class Run {
     if (resume_) go_on();
     if (!options.no_output) open_folder();
     for (const std::string& w : setup.warnings) warn(w);
+    if (const std::string waiting = threads_.waiting(); !waiting.empty()) say(waiting);
     if (!resume_) return;
     for (const std::string& w : resume_->warnings) warn(w);
     say(fmt::format("going on from {} at step {}, t = {:.6g} s", resume_->path.string(), pipeline_.step_index(),

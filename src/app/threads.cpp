@@ -28,7 +28,7 @@ bool can_start_anew() {
 
 }  // namespace
 
-void settle_threads(char** argv, int asked, bool quiet) {
+void settle_threads(char** argv, int asked) {
   // The warning of Kokkos asks for binding, which helps no run of ours and harms where cores are shared.
   setenv("OMP_PROC_BIND", "false", 0);
   if (std::getenv("OMP_WAIT_POLICY") != nullptr || std::getenv("GOMP_SPINCOUNT") != nullptr || !can_start_anew()) return;
@@ -40,9 +40,6 @@ void settle_threads(char** argv, int asked, bool quiet) {
   // A program that has just ended may have had a core for a part of the first look.
   for (int look = 0; look < 3 && free < cores; ++look) free = std::max(free, threads_for(free_cores(), cores));
   const int threads = asked > 0 ? asked : cores;
-  if (asked <= 0 && free < cores && !quiet)
-    fmt::print(stderr, "other programs keep {} of {} cores busy: {} {} until they are gone (--threads N asks for more)\n",
-               cores - free, cores, free, free == 1 ? "thread" : "threads");
   setenv("OMP_NUM_THREADS", std::to_string(threads).c_str(), 1);
   const bool active = asked <= free;
   setenv("OMP_WAIT_POLICY", active ? "active" : "passive", 1);
@@ -77,6 +74,12 @@ ThreadWatch::ThreadWatch() : all_(loop_threads()), threads_(all_), begin_(second
   share_loops(threads_);
   interrupted_ = interruptions();
   next_ = begin_ + often;
+}
+
+std::string ThreadWatch::waiting() const {
+  if (threads_ == all_) return "";
+  return fmt::format("other programs keep {} of {} cores busy: {} {} until they are gone", all_ - threads_, all_, threads_,
+                     threads_ == 1 ? "thread" : "threads");
 }
 
 void ThreadWatch::look() {

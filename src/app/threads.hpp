@@ -1,6 +1,8 @@
 #pragma once
 // How many threads a run on the host's cores has, and how they wait for each other.
 
+#include <string>
+
 #include "base/free_cores.hpp"
 
 namespace drench {
@@ -9,8 +11,7 @@ namespace drench {
 /// as many as that). Those that have no core at the start wait until one is free. Threads that have one wait by spinning. OpenMP's
 /// runtime reads that from the environment when a program starts, so the program is started anew, with the same arguments. Returns
 /// where nothing is to be changed, or cannot be.
-/// @param quiet without a line on stderr where other programs keep cores busy
-void settle_threads(char** argv, int asked, bool quiet);
+void settle_threads(char** argv, int asked);
 
 /// Looks between the steps of a run whether its threads still have a core each. Where other programs have come, fewer threads
 /// work until they have gone: threads that wait for one that has no core are slower than one alone. Where the environment says how
@@ -18,6 +19,8 @@ void settle_threads(char** argv, int asked, bool quiet);
 class ThreadWatch {
  public:
   ThreadWatch();
+  /// A line for the user where threads wait for a core now; empty where all have one.
+  std::string waiting() const;
   /// To be called between two steps.
   void look();
 

@@ -58,15 +58,30 @@ inline void append_near(HostRow& row, const CellTableView& table, const PointLan
   row.count = n;
 }
 
-/// A row's runs of cells in a dense table: entries [first, last) of each.
+/// The runs of cells around a row, entries [first, last) of each, and what is looked for in them.
 struct RowRuns {
-  const Real *x, *y, *z;  // of the table's points
-  const Index* item;
-  Real3 at;
-  Real h2;
-  Index self;
+  static constexpr int most = 18;  // a brick of a hashed table may end within each of nine
+
+  const Real *x = nullptr, *y = nullptr, *z = nullptr;  // of the table's points
+  const Index* item = nullptr;
+  Real3 at{};
+  Real h2 = 0;
+  Index self = -1;
+  CellCoord lo{0, 0, 0}, hi{-1, -1, -1};
   int runs = 0;
-  Index first[9], last[9];
+  Index first[most] = {}, last[most] = {};
+  bool distinct = true;  // no entry stands in two of them: in a hashed table two cells may share a bucket
+
+  void add(Index from, Index to) {
+    first[runs] = from;
+    last[runs++] = to;
+  }
+  bool are_distinct() const {
+    for (int k = 1; k < runs; ++k)
+      for (int other = 0; other < k; ++other)
+        if (first[k] < last[other] && first[other] < last[k]) return false;
+    return true;
+  }
 };
 using NearOfRow = Index (*)(const RowRuns&, Index*, Index);
 
@@ -107,36 +122,49 @@ struct FillRows {
   Search search;
   NearOfRow near = near_of_row();
 
-  Index find(Index i, Index* item, Index most) const {
+  /// The runs of the cells [lo, hi], which are often those of the row before.
+  void find_runs(const CellCoord& lo, const CellCoord& hi, RowRuns& runs) const {
+    if (lo == runs.lo && hi == runs.hi) return;
+    runs.lo = lo;
+    runs.hi = hi;
+    runs.runs = 0;
+    search.table.for_runs(lo, hi, [&](const Index first, const Index last, const CellRun&) {
+      if (first != last) runs.add(first, last);
+    });
+    runs.distinct = !search.table.hashed || runs.are_distinct();
+  }
+  Index find(Index i, Index* item, Index most, RowRuns& runs) const {
     const CellTableView& table = search.table;
+    if (table.buckets == 0) return 0;
     const Real3 x = search.row_points(i);
     const Index self = search.same_set ? i : Index(-1);
-    HostRow row{item, most, 0};
-    if (table.buckets > 0) {
-      CellCoord lo, hi;
-      search.cells_around(x, lo, hi);
-      const Points& points = table.point;
-      if (near != nullptr && !table.hashed && most == width) {
-        RowRuns runs{points.x.data(), points.y.data(), points.z.data(), table.item.data(), x, search.h2, self, 0, {}, {}};
-        table.for_runs(lo, hi, [&](const Index first, const Index last, const CellRun&) {
-          runs.first[runs.runs] = first;
-          runs.last[runs.runs++] = last;
-        });
+    CellCoord lo, hi;
+    search.cells_around(x, lo, hi);
+    if (near != nullptr && most == width) {
+      find_runs(lo, hi, runs);
+      if (runs.distinct) {
+        runs.at = x;
+        runs.self = self;
         return near(runs, item, most);
       }
-      table.for_runs(lo, hi, [&](const Index first, const Index last, const CellRun& run) {
-        append_near(row, table, points, first, last, run, x, search.h2, self);
-      });
     }
+    const Points& points = table.point;
+    HostRow row{item, most, 0};
+    table.for_runs(lo, hi, [&](const Index first, const Index last, const CellRun& run) {
+      append_near(row, table, points, first, last, run, x, search.h2, self);
+    });
     return row.count;
   }
   KOKKOS_INLINE_FUNCTION void operator()(const Index lot) const {
     Index found[rows_at_once][width + 17];
     const Index first = lot * rows_at_once,
                 here = search.rows - first < rows_at_once ? search.rows - first : rows_at_once;
+    const Points& points = search.table.point;
+    RowRuns runs{.x = points.x.data(), .y = points.y.data(), .z = points.z.data(), .item = search.table.item.data(),
+                 .h2 = search.h2};
     std::int64_t entries = 0;
     for (Index r = 0; r < here; ++r) {
-      const Index n = search.count(first + r) = find(first + r, found[r], width);
+      const Index n = search.count(first + r) = find(first + r, found[r], width, runs);
       entries += n <= width ? n : n + 1;
     }
     if (lot == 0) *search.next_used = 0;
@@ -148,7 +176,7 @@ struct FillRows {
       if (n <= width)
         std::copy_n(found[r], n, search.entry.data + at);
       else
-        find(first + r, search.entry.data + at, n);
+        find(first + r, search.entry.data + at, n, runs);
       at += n <= width ? n : n + 1;
     }
   }
