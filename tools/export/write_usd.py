@@ -89,8 +89,8 @@ class Scene:
 
 
 def time_code(time, rate):
-    code = time * rate
-    return float(round(code)) if abs(code - round(code)) < 1e-4 else code
+    """Rounded, so that a frame of the run is met where a picture asks for it."""
+    return round(time * rate, 5)
 
 
 def export(options, temporary):
