@@ -110,9 +110,11 @@ class Frame:
         header_text = 4 * -(-(3 + blocks) * size // 3)
         sizes = np.frombuffer(binascii.a2b_base64(text[:header_text]), self._wide, blocks, 3 * size).tolist()
         raw = memoryview(binascii.a2b_base64(text[header_text:]))
-        out, at = bytearray(full * blocks if not last else full * (blocks - 1) + last), 0
-        for k, packed in enumerate(sizes):
-            plain = zlib.decompress(raw[at:at + packed])
-            out[k * full:k * full + len(plain)] = plain
+        plain, at = [], 0
+        for packed in sizes:
+            plain.append(zlib.decompress(raw[at:at + packed]))
             at += packed
-        return out
+        whole = b"".join(plain)
+        if len(whole) != (full * (blocks - 1) + last if last else full * blocks):
+            raise ValueError("its length is not as its header says")
+        return whole
