@@ -129,7 +129,8 @@ void add_export_options(CLI::App& command, drench::ExportOptions& options) {
   command.footer(
       "Examples:\n"
       "  drench export out/scene --to usd\n"
-      "  drench export out/scene --to bgeo --fps 50");
+      "  drench export out/scene --to bgeo --fps 50\n"
+      "  drench export out/scene --to ply -o particles");
 }
 
 /// The seven commands and what is given to them.
