@@ -93,7 +93,8 @@ void choose_jet(Suggestion& s) {
     flight = (std::sqrt(speed * speed + 2 * gravity * reach) - speed) / gravity;
   } else {
     const auto front = static_cast<std::size_t>(front_axis(g));
-    const Vec3 target = front_point(g, g.box.min[1] + 0.65 * (top - g.box.min[1]));
+    Vec3 target = front_point(g, g.box.min[1] + 0.45 * (top - g.box.min[1]));
+    target[front] -= 0.3 * (g.box.max[front] - g.box.min[front]);  // the front falls back as the garment begins to hang
     s.nozzle = target;
     s.nozzle[1] = top + 0.05 * g.size;
     s.nozzle[front] = g.box.max[front] + reach;
@@ -180,9 +181,9 @@ std::string text_of(const Suggestion& s) {
       "  density: 1000                       # kg/m³; water\n"
       "  viscosity: 1.0e-4                   # m²/s; water has 1e-6, more calms splashes of particles this large\n"
       "  sources:\n"
-      "    - jet: {{center: {}, radius: {}, velocity: {}, end: {}}}   # m, m, m/s, s; {}\n",
+      "    - jet: {{center: {}, radius: {}, velocity: {}, end: {}}}   # m, m, m/s, s; {:.1f} times what the pores hold\n",
       s.spacing, s.garment.edge / s.spacing, list(s.nozzle), s.radius, list(s.velocity), s.jet_end,
-      s.jet_mass > 1.2 * s.capacity ? "more than the pores hold, so that it drips" : "about what the pores hold");
+      s.jet_mass / s.capacity);
   text += "cloth:\n  - name: " + std::string(s.mesh.empty() ? "sheet" : "garment") + "\n" + mesh_lines(s);
   text += fmt::format(
       "    areal_density: 0.2                # kg/m²; dry cotton shirt 0.15, towel 0.4\n"

@@ -236,7 +236,7 @@ def check_usd_frame(run, k, prims):
         expect(distance(sheet["extent"], [low, high]) < 1e-6, f"extent of {name}")
         for s, colour, roughness in zip(saturation, sheet["primvar:displayColor"], sheet["primvar:roughness"]):
             wet = min(1, max(0, s))
-            expect(abs(colour[0] - 0.8 * (1 - 0.55 * wet)) < 1e-5, "wet cloth is not darker")
+            expect(abs(colour[0] - 0.8 * (1 - 0.7 * wet)) < 1e-5, "wet cloth is not darker")
             expect(abs(roughness - (0.9 - 0.6 * wet)) < 1e-5, "wet cloth is not glossier")
     bodies = parts_of_bodies(run, k)
     expect(sorted(bodies) == [0, 1, 2, 3], f"bodies {sorted(bodies)}")

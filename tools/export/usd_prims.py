@@ -4,7 +4,7 @@ import numpy as np
 from pxr import Gf, Sdf, Tf, UsdGeom, UsdShade, Vt
 
 DRY_COLOUR = np.array([0.80, 0.74, 0.64], np.float32)  # linear; of fabric at saturation 0
-WET_COLOUR = 0.45 * DRY_COLOUR  # soaked fabric reflects a bit less than half of what dry fabric does
+WET_COLOUR = 0.3 * DRY_COLOUR  # a look: soaked cotton reflects a third to a half of what dry cotton does
 DRY_ROUGHNESS, WET_ROUGHNESS = 0.90, 0.30
 RIGID = 1e-5  # of a body's size: how far points may be from a turned and shifted copy
 
