@@ -38,8 +38,8 @@ SceneFacts read_scene(const fs::path& folder) {
     if (std::abs(g[2]) > std::abs(g[1]) && std::abs(g[2]) >= std::abs(g[0])) facts.up = 'Z';
     const double along = facts.up == 'Z' ? g[2] : g[1];
     if (along > 0 || std::hypot(g[0], g[1], g[2]) - std::abs(along) > 1e-3 * std::abs(along))
-      facts.warning = fmt::format("gravity [{}, {}, {}] is not along −y or −z; the stage says that {} is up", g[0], g[1],
-                                  g[2], facts.up);
+      facts.warning = fmt::format("gravity [{}, {}, {}] is not along −y or −z; the stage says that {} is up", g[0],
+                                  g[1], g[2], facts.up);
   } catch (const YAML::Exception& e) {
     facts.warning = fmt::format("{}: cannot be read ({}): cloths have no names, and y is up",
                                 (folder / "scene.yaml").string(), e.msg);
@@ -51,6 +51,7 @@ void warn(const std::string& line) { fmt::print(stderr, "warning: {}\n", line); 
 
 std::vector<double> times_of(const std::vector<RecordedFrame>& frames) {
   std::vector<double> times;
+  times.reserve(frames.size());
   for (const RecordedFrame& frame : frames) times.push_back(frame.time);
   return times;
 }
@@ -82,8 +83,8 @@ int export_particles(const ExportOptions& options) {
   const fs::path folder = options.folder;
   const std::vector<RecordedFrame> frames = recorded_frames(folder, "fluid");
   if (frames.empty())
-    throw ExportError(fmt::format("{}: holds no particles (fluid.pvd); --to {} writes nothing else", folder.string(),
-                                  options.to));
+    throw ExportError(
+        fmt::format("{}: holds no particles (fluid.pvd); --to {} writes nothing else", folder.string(), options.to));
   std::vector<std::size_t> pictures;
   if (options.fps) {
     const std::vector<double> times = times_of(frames);
@@ -139,18 +140,28 @@ int export_usd(const ExportOptions& options) {
   const fs::path absolute = fs::weakly_canonical(folder);
   const std::string file = options.output.value_or((folder / (absolute.filename().string() + ".usdc")).string());
   const fs::path script = find_above_program({"share/drench/export/write_usd.py", "tools/export/write_usd.py"});
-  if (script.empty()) throw ExportError("share/drench/export/write_usd.py is not in a folder above the program: install drench anew");
-  std::vector<std::string> words{python(), "-B", script.string(), folder.string(), file, "--rate",
-                                 fmt::format("{:.17g}", rate), "--up", std::string(1, scene.up)};
-  for (const std::string& name : scene.cloths) words.insert(words.end(), {"--cloth", name});
+  if (script.empty())
+    throw ExportError("share/drench/export/write_usd.py is not in a folder above the program: install drench anew");
+  std::vector<std::string> words{python(),
+                                 "-B",
+                                 script.string(),
+                                 folder.string(),
+                                 file,
+                                 "--rate",
+                                 fmt::format("{:.17g}", rate),
+                                 "--up",
+                                 std::string(1, scene.up)};
+  for (const std::string& name : scene.cloths) words.push_back("--cloth=" + name);
   std::vector<char*> argv;
+  argv.reserve(words.size() + 1);
   for (std::string& word : words) argv.push_back(word.data());
   argv.push_back(nullptr);
   std::fflush(nullptr);
   execvp(argv[0], argv.data());
-  throw ExportError(fmt::format("{}: cannot be started: {}; run tools/setup export, or name a Python that has usd-core in "
-                                "DRENCH_PYTHON",
-                                words[0], std::strerror(errno)));
+  throw ExportError(
+      fmt::format("{}: cannot be started: {}; run tools/setup export, or name a Python that has usd-core in "
+                  "DRENCH_PYTHON",
+                  words[0], std::strerror(errno)));
 }
 
 }  // namespace

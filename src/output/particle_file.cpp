@@ -59,8 +59,8 @@ void append_value(std::string& out, const Column& column, Kind kind, vtkIdType r
   if (kind == Kind::real64) return append<order>(out, value);
   if (kind == Kind::real32) return append<order>(out, static_cast<float>(value));
   if (std::abs(value) > std::numeric_limits<std::int32_t>::max())
-    throw std::runtime_error(fmt::format("{} {:.0f} does not fit into the 4 bytes that such a file has for it",
-                                         column.name, value));
+    throw std::runtime_error(
+        fmt::format("{} {:.0f} does not fit into the 4 bytes that such a file has for it", column.name, value));
   append<order>(out, static_cast<std::int32_t>(value));
 }
 
@@ -81,9 +81,7 @@ std::vector<std::string> ply_names(const Column& column) {
   return names;
 }
 
-const char* ply_type(Kind kind) {
-  return kind == Kind::integer ? "int" : kind == Kind::real64 ? "double" : "float";
-}
+const char* ply_type(Kind kind) { return kind == Kind::integer ? "int" : kind == Kind::real64 ? "double" : "float"; }
 
 void append_bgeo_attribute(std::string& out, const Column& column) {
   constexpr auto big = std::endian::big;
@@ -133,7 +131,8 @@ void write_ply(const fs::path& path, vtkUnstructuredGrid* particles, double time
       "property float x\nproperty float y\nproperty float z\n",
       time, count);
   for (const Column& column : columns)
-    for (const std::string& name : ply_names(column)) out += fmt::format("property {} {}\n", ply_type(column.kind), name);
+    for (const std::string& name : ply_names(column))
+      out += fmt::format("property {} {}\n", ply_type(column.kind), name);
   out += "end_header\n";
   for (vtkIdType i = 0; i < count; ++i) {
     std::array<double, 3> x{};

@@ -72,6 +72,7 @@ std::vector<RecordedFrame> recorded_frames(const fs::path& folder, const std::st
     frame.files.push_back(folder / (*it)[2].str());
   }
   std::vector<RecordedFrame> list;
+  list.reserve(frames.size());
   for (auto& [time, frame] : frames) list.push_back(std::move(frame));
   return list;
 }
@@ -117,7 +118,8 @@ std::optional<std::string> rate_misfit(const std::vector<double>& times, double 
   const double natural = frame_rate(times);
   if (without > 0)
     return fmt::format(
-        "{} of {} pictures at {:.6g} a second have no frame at their time, up to {:.3g} ms off; the run's frames fit {} "
+        "{} of {} pictures at {:.6g} a second have no frame at their time, up to {:.3g} ms off; the run's frames fit "
+        "{} "
         "a second, and a run with output.every: {:.6g} fits {:.6g}",
         without, last - first + 1, rate, 1e3 * farthest, fitting_rates(natural), 1 / rate, rate);
   const auto between = std::count_if(times.begin(), times.end(), [&](double time) {

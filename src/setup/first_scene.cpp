@@ -22,8 +22,8 @@ using Eigen::Vector3d;
 
 constexpr double gravity = 9.81;  // m/s²
 constexpr GridScene grid{{0.6, 0.6}, {31, 31}};
-constexpr double solid_fraction = 0.6, water = 1000;  // 1, kg/m³
-constexpr double bends[] = {1e-4, 1e-5, 1e-6, 0};           // N·m
+constexpr double solid_fraction = 0.6, water = 1000;       // 1, kg/m³
+constexpr double bends[] = {1e-4, 1e-5, 1e-6, 0};          // N·m
 constexpr double longest_steps[] = {0.004, 0.002, 0.001};  // s
 
 /// Everything that the text below has a number for. SI units.
@@ -70,10 +70,10 @@ void choose_fabric(Suggestion& s, std::vector<std::string>& warnings) {
       s.thickness = thinner;
     } else {
       s.self_collision = false;
-      warnings.push_back(
-          fmt::format("{}: its smallest triangle is {:.2g} m high, too small for cloth of {} m that collides with itself: "
-                      "self_collision is off; a mesh with more even triangles can have it",
-                      s.mesh, s.garment.least_height, s.thickness));
+      warnings.push_back(fmt::format(
+          "{}: its smallest triangle is {:.2g} m high, too small for cloth of {} m that collides with itself: "
+          "self_collision is off; a mesh with more even triangles can have it",
+          s.mesh, s.garment.least_height, s.thickness));
     }
   }
   s.capacity = s.garment.area * s.thickness * (1 - solid_fraction) * water;
@@ -124,7 +124,8 @@ void choose_domain(Suggestion& s) {
 
 std::string pin_line(const Suggestion& s) {
   const Garment& g = s.garment;
-  if (g.flat && g.open) return "    pin: [{edges: true}]              # it is held where it ends; without a pin it falls\n";
+  if (g.flat && g.open)
+    return "    pin: [{edges: true}]              # it is held where it ends; without a pin it falls\n";
   const Box band = top_band(g);
   const double unit = std::pow(10, std::floor(std::log10(g.size)) - 3);
   Box box = band;
@@ -139,9 +140,8 @@ std::string pin_line(const Suggestion& s) {
 std::string mesh_lines(const Suggestion& s) {
   const Garment& g = s.garment;
   if (s.mesh.empty())
-    return fmt::format(
-        "    mesh: {{grid: {{size: [{}, {}], nodes: [{}, {}]}}}}   # m; or {{file: garment.obj}}\n", grid.size[0],
-        grid.size[1], grid.nodes[0], grid.nodes[1]);
+    return fmt::format("    mesh: {{grid: {{size: [{}, {}], nodes: [{}, {}]}}}}   # m; or {{file: garment.obj}}\n",
+                       grid.size[0], grid.size[1], grid.nodes[0], grid.nodes[1]);
   std::string lines = fmt::format("    mesh: {{file: {}", quoted(s.mesh));
   if (g.scale != 1) lines += fmt::format(", scale: {}", g.scale);
   lines += fmt::format("}}   # beside this file, or in the folder that drench starts in{}\n",
@@ -155,11 +155,13 @@ std::string mesh_lines(const Suggestion& s) {
 std::string head(const Suggestion& s) {
   const Garment& g = s.garment;
   const Vector3d sides = to_eigen(g.box.max) - to_eigen(g.box.min);
-  std::string text = fmt::format("# A first scene for {}, by drench new. SI units: m, s, kg. Every key: drench schema\n#\n",
-                                 s.mesh.empty() ? "a square cloth" : s.mesh);
+  std::string text =
+      fmt::format("# A first scene for {}, by drench new. SI units: m, s, kg. Every key: drench schema\n#\n",
+                  s.mesh.empty() ? "a square cloth" : s.mesh);
   if (!g.unit_warning.empty()) text += fmt::format("# {}.\n#\n", g.unit_warning);
   return text + fmt::format(
-                    "# {:.3g} × {:.3g} × {:.3g} m, {} points, {} triangles, edges of {:.2g} m. Its pores hold {:.2g} kg of water.\n"
+                    "# {:.3g} × {:.3g} × {:.3g} m, {} points, {} triangles, edges of {:.2g} m. Its pores hold {:.2g} "
+                    "kg of water.\n"
                     "# What to expect: a jet of {:.2g} kg {}; the cloth darkens where it is wet, and drips.\n"
                     "# drench check says what a run costs; half the spacing takes about 16 times as long.\n",
                     sides[0], sides[1], sides[2], g.mesh.points.size(), g.mesh.triangles.size(), g.edge, s.capacity,
@@ -170,18 +172,21 @@ std::string text_of(const Suggestion& s) {
   std::string text = head(s);
   text += fmt::format(
       "drench: 1                             # version of the format\n"
-      "time: {{step: {}, end: {:.6g}, mode: cfl}}   # s; the longest step that the cloth solves well; fast water shortens it\n"
+      "time: {{step: {}, end: {:.6g}, mode: cfl}}   # s; the longest step that the cloth solves well; fast water "
+      "shortens it\n"
       "gravity: [0, -9.81, 0]                # m/s²; y is up\n"
       "domain: {{min: {}, max: {}}}   # m; water that leaves it is drained\n"
       "output: {{every: {}, surface: true}}   # s between frames; the liquid's surface beside its particles\n",
       s.step, s.end, list(s.domain.min), list(s.domain.max), s.every);
   text += fmt::format(
       "fluid:\n"
-      "  spacing: {}                      # m; a particle's diameter: the cloth's edges are {:.1f} of it, 1 to 2 is best\n"
+      "  spacing: {}                      # m; a particle's diameter: the cloth's edges are {:.1f} of it, 1 to 2 is "
+      "best\n"
       "  density: 1000                       # kg/m³; water\n"
       "  viscosity: 1.0e-4                   # m²/s; water has 1e-6, more calms splashes of particles this large\n"
       "  sources:\n"
-      "    - jet: {{center: {}, radius: {}, velocity: {}, end: {}}}   # m, m, m/s, s; {:.1f} times what the pores hold\n",
+      "    - jet: {{center: {}, radius: {}, velocity: {}, end: {}}}   # m, m, m/s, s; {:.1f} times what the pores "
+      "hold\n",
       s.spacing, s.garment.edge / s.spacing, list(s.nozzle), s.radius, list(s.velocity), s.jet_end,
       s.jet_mass / s.capacity);
   text += "cloth:\n  - name: " + std::string(s.mesh.empty() ? "sheet" : "garment") + "\n" + mesh_lines(s);
@@ -249,18 +254,18 @@ FirstScene first_scene(const std::string& mesh) {
   FirstScene result;
   Suggestion s;
   s.mesh = mesh;
-  s.garment = measure_garment(mesh.empty() ? grid_mesh(grid) : read_mesh(mesh, scene_path),
-                              mesh.empty() ? "the grid" : mesh);
+  s.garment =
+      measure_garment(mesh.empty() ? grid_mesh(grid) : read_mesh(mesh, scene_path), mesh.empty() ? "the grid" : mesh);
   if (!s.garment.unit_warning.empty()) result.warnings.push_back(s.garment.unit_warning);
   choose_fabric(s, result.warnings);
   choose_jet(s);
   choose_domain(s);
   choose_step(s, result.warnings);
   if (s.bend < bends[0])
-    result.warnings.push_back(
-        fmt::format("{}: its smallest triangle is {:.2g} m high and its edges are {:.2g} m: bend is {}, for a stiffer fabric's "
-                    "solve may not converge on such triangles; a mesh with more even ones can have more",
-                    mesh, s.garment.least_height, s.garment.edge, s.bend));
+    result.warnings.push_back(fmt::format(
+        "{}: its smallest triangle is {:.2g} m high and its edges are {:.2g} m: bend is {}, for a stiffer fabric's "
+        "solve may not converge on such triangles; a mesh with more even ones can have more",
+        mesh, s.garment.least_height, s.garment.edge, s.bend));
   result.yaml = text_of(s);
   const Setup setup = build(parse_scene(result.yaml, scene_path));
   result.warnings.insert(result.warnings.end(), setup.warnings.begin(), setup.warnings.end());

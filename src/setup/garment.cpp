@@ -42,9 +42,9 @@ void guess_unit(Garment& garment, const std::string& label) {
     unit = "centimetres";
   }
   if (garment.scale != 1)
-    garment.unit_warning =
-        fmt::format("{} is {:.3g} units long: taken as {}, so its scale is {}; change the scale if it is in another unit",
-                    label, size, unit, garment.scale);
+    garment.unit_warning = fmt::format(
+        "{} is {:.3g} units long: taken as {}, so its scale is {}; change the scale if it is in another unit", label,
+        size, unit, garment.scale);
   else if (size < smallest)
     garment.unit_warning = fmt::format(
         "{} is {:.3g} units long: taken as metres; give it a scale in the scene if it is in another unit", label, size);

@@ -19,8 +19,8 @@ class NewScene : public Commands {
     for (int j = 0; j < rows; ++j)
       for (int i = 0; i < around; ++i) {
         const double angle = 2 * std::numbers::pi * i / around, radius = 0.25 * height;
-        obj += fmt::format("v {:.9g} {:.9g} {:.9g}\n", (far + radius * std::cos(angle)) / unit, height * j / (rows - 1) / unit,
-                           0.6 * radius * std::sin(angle) / unit);
+        obj += fmt::format("v {:.9g} {:.9g} {:.9g}\n", (far + radius * std::cos(angle)) / unit,
+                           height * j / (rows - 1) / unit, 0.6 * radius * std::sin(angle) / unit);
       }
     for (int j = 0; j + 1 < rows; ++j)
       for (int i = 0; i < around; ++i) {
