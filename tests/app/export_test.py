@@ -256,6 +256,8 @@ def check_usd(run, folder):
         check_usd_frame(run, k, prims)
     counts = {len(prims["/World/surface"]["points"]) for prims in stage["frames"]}
     expect(len(counts) > 1, "the surface has the same points in all frames: nothing is tried")
+    first, last = (stage["frames"][k]["/World/cloth/left_sheet"]["primvar:saturation"] for k in (0, -1))
+    expect(distance(first, last) > 1e-3, "saturation is the same in all frames: nothing is tried")
     purposes = {path: prim["purpose"] for path, prim in stage["frames"][0].items()}
     expect(purposes["/World/liquid"] == "proxy" and purposes["/World/surface"] == "render" and
            purposes["/World/bodies/body_0"] == "guide" and purposes["/World/bodies/body_1"] == "default", str(purposes))
@@ -310,6 +312,8 @@ def check_blender(run, _):
         for body, points in parts_of_bodies(run, k).items():
             near_in_place(things[f"body_{body}"]["points"], points, f"body {body} of frame {k}", 3e-6)
     expect(len(counts) > 1, "the surface has the same points in all frames: nothing is tried")
+    first, last = (read["frames"][k]["left_sheet"]["saturation"] for k in (0, -1))
+    expect(distance(first, last) > 1e-3, "saturation is the same in all frames: nothing is tried")
 
 
 def main():
