@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -41,6 +42,25 @@ int compare_command(const CompareOptions& options);
 
 /// Loads and sets up a scene and prints what a run of it would be; runs nothing.
 int check_command(const std::string& scene, const std::vector<std::string>& overrides);
+
+/// A run that cannot be exported as it was asked for. One line.
+struct ExportError : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+struct ExportOptions {
+  std::string folder;                 // of a run
+  std::string to;                     // usd, bgeo or ply
+  std::optional<std::string> output;  // usd: a file; else a folder
+  std::optional<double> fps;          // pictures a second; else as the frames come
+};
+
+/// Writes a run's frames in the format of another tool. Throws ExportError: nothing there to export, or damaged. For usd the
+/// process becomes Python with tools/export/write_usd.py.
+int export_command(const ExportOptions& options);
+
+/// Prints a first scene for a garment's mesh, or for a square cloth where `mesh` is "". Throws SetupError.
+int new_command(const std::string& mesh);
 
 /// Prints version, precision, device and libraries.
 int info_command(int threads);

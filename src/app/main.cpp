@@ -113,7 +113,27 @@ void add_check_options(CLI::App& check, std::string& scene, std::vector<std::str
       "  drench check scene.yaml --set fluid.spacing=0.01");
 }
 
-/// The five commands and what is given to them.
+void add_export_options(CLI::App& command, drench::ExportOptions& options) {
+  command.add_option("OUT", options.folder, "output folder of a run")->required();
+  command.add_option("--to", options.to, "usd: one stage with all; bgeo, ply: a file of particles each frame")
+      ->required()
+      ->check(CLI::IsMember({"usd", "bgeo", "ply"}));
+  command.add_option("-o,--output", options.output,
+                     "the file, for usd (default: OUT/<name of OUT>.usdc), else the folder (default: OUT/bgeo, OUT/ply)");
+  command.add_option("--fps", options.fps, "pictures a second (default: as the frames come)")
+      ->check([](const std::string& text) {
+        double value = 0;
+        const bool good = CLI::detail::lexical_cast(text, value) && value >= 0.1 && value <= 10000;
+        return good ? std::string() : fmt::format("{} is not a rate; allowed: 0.1 to 10000 pictures a second", text);
+      });
+  command.footer(
+      "Examples:\n"
+      "  drench export out/scene --to usd\n"
+      "  drench export out/scene --to bgeo --fps 50\n"
+      "  drench export out/scene --to ply -o particles");
+}
+
+/// The seven commands and what is given to them.
 class CommandLine {
  public:
   CommandLine();
@@ -126,9 +146,11 @@ class CommandLine {
 
  private:
   CLI::App app_{"drench: water meets porous cloth"};
-  CLI::App *run_, *check_, *compare_, *info_, *schema_;
+  CLI::App *run_, *check_, *compare_, *export_, *new_, *info_, *schema_;
   drench::RunOptions run_options_;
   drench::CompareOptions compare_options_;
+  drench::ExportOptions export_options_;
+  std::string new_mesh_;
   std::string check_scene_;
   std::vector<std::string> check_overrides_;
   int info_threads_ = 0;
@@ -146,11 +168,16 @@ CommandLine::CommandLine() {
   run_ = app_.add_subcommand("run", "run a scene");
   check_ = app_.add_subcommand("check", "load and validate a scene, print what a run of it would be");
   compare_ = app_.add_subcommand("compare", "backend against reference, stage by stage from identical input");
+  export_ = app_.add_subcommand("export", "write a run's frames for another tool: USD, BGEO or PLY");
+  new_ = app_.add_subcommand("new", "print a first scene for a garment's mesh, ready to run");
   info_ = app_.add_subcommand("info", "version, precision, device, libraries");
   schema_ = app_.add_subcommand("schema", "every key of a scene with range, unit, default and meaning (Markdown)");
   add_run_options(*run_, run_options_);
   add_check_options(*check_, check_scene_, check_overrides_);
   add_compare_options(*compare_, compare_options_);
+  add_export_options(*export_, export_options_);
+  new_->add_option("MESH", new_mesh_, "a garment: .obj, .ply or .stl (default: a square cloth)");
+  new_->footer("Examples:\n  drench new\n  drench new garment.obj | tee scene.yaml");
   info_->add_option("--threads", info_threads_, "number of threads")->check(at_least(1));
   info_->footer("Examples:\n  drench info\n  drench info --threads 2");
   schema_->footer("Examples:\n  drench schema\n  drench schema | grep spacing");
@@ -161,7 +188,7 @@ std::optional<int> CommandLine::parse(int argc, char** argv) {
   const bool known = !app_.get_subcommands([&](CLI::App* command) { return command->get_name() == first; }).empty();
   if (!first.empty() && first[0] != '-' && !known)
     return fail(drench::exit_usage,
-                fmt::format("drench: there is no command {}; allowed: run, check, compare, info, schema", first));
+                fmt::format("drench: there is no command {}; allowed: run, check, compare, export, new, info, schema", first));
   try {
     app_.parse(argc, argv);
   } catch (const CLI::ParseError& e) {
@@ -177,6 +204,8 @@ int CommandLine::run(char** argv) {
     return drench::exit_done;
   }
   if (*check_) return drench::check_command(check_scene_, check_overrides_);
+  if (*export_) return drench::export_command(export_options_);
+  if (*new_) return drench::new_command(new_mesh_);
   if (drench::computes_on_host()) {
     const bool runs = run_->parsed();
     drench::settle_threads(argv, runs ? run_options_.threads : *compare_ ? compare_options_.threads : info_threads_);
@@ -187,6 +216,7 @@ int CommandLine::run(char** argv) {
 }
 
 std::string CommandLine::place_of(const std::string& key) const {
+  if (*new_) return "drench";
   if (*check_) return where(check_scene_, check_overrides_, key);
   if (*compare_) return where(compare_options_.scene, compare_options_.overrides, key);
   return where(run_options_.scene, run_options_.overrides, key);
@@ -205,6 +235,8 @@ int main(int argc, char** argv) {
     return fail(drench::exit_usage, e.what());
   } catch (const drench::SetupError& e) {
     return fail(drench::exit_usage, fmt::format("{}: {}", command.place_of(e.key), e.what()));
+  } catch (const drench::ExportError& e) {
+    return fail(drench::exit_usage, fmt::format("drench: {}", e.what()));
   } catch (const drench::DeviceError& e) {
     return fail(drench::exit_usage, fmt::format("drench: {}", e.what()));
   } catch (const drench::FolderError& e) {

@@ -16,4 +16,9 @@ expect '--until' "$2/drench" run water_on_cloth.yaml --un
 expect '--tolerance-scale' "$2/drench" compare --tol
 expect 'reference' "$2/drench" run --backend ref
 expect 'wring.yaml' "$2/drench" run wri
+expect 'export' "$2/drench" ex
+expect '--fps' "$2/drench" export gallery --f
+expect 'bgeo' "$2/drench" export gallery --to bg
+expect 'gallery' "$2/drench" export gal
+expect 'bowl.obj' "$2/drench" new bo
 echo "all completed"

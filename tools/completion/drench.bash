@@ -8,11 +8,18 @@ _drench() {
     words="--help --version $("$program" --help 2>/dev/null | sed -n '/^Subcommands:/,/^$/s/^  \([a-z]\{1,\}\) .*/\1/p')"
   elif [[ $before == --backend ]]; then
     words='kokkos reference'
+  elif [[ $before == --to ]]; then
+    words='usd bgeo ply'
   elif [[ $word == -* ]]; then
     words=$("$program" "$command" --help 2>/dev/null | grep -oE '^ +(-[a-z],)?--[a-z-]+' | grep -oE -- '--[a-z-]+')
   else
     compopt -o default 2>/dev/null || true  # files and folders
-    [[ $before == "$command" ]] && mapfile -t COMPREPLY < <(compgen -f -X '!*.yaml' -- "$word")
+    [[ $before == "$command" ]] || return 0
+    case $command in
+      new) mapfile -t COMPREPLY < <(for kind in obj ply stl; do compgen -f -X "!*.$kind" -- "$word"; done) ;;
+      export) mapfile -t COMPREPLY < <(compgen -d -- "$word") ;;
+      *) mapfile -t COMPREPLY < <(compgen -f -X '!*.yaml' -- "$word") ;;
+    esac
     return
   fi
   mapfile -t COMPREPLY < <(compgen -W "$words" -- "$word")

@@ -1,0 +1,182 @@
+#include <fmt/format.h>
+#include <unistd.h>
+#include <yaml-cpp/yaml.h>
+
+#include <cerrno>
+#include <cmath>
+#include <cstdlib>
+#include <cstring>
+#include <filesystem>
+#include <functional>
+#include <regex>
+#include <vector>
+
+#include "app/commands.hpp"
+#include "output/particle_file.hpp"
+#include "output/recorded_frames.hpp"
+
+namespace drench {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+/// What of the resolved scene the frames do not say.
+struct SceneFacts {
+  std::vector<std::string> cloths;  // names, in the order of the frames' field `cloth`
+  char up = 'Y';                    // the axis against gravity; USD allows Y and Z
+  std::string warning;              // one line, "" for none
+};
+
+SceneFacts read_scene(const fs::path& folder) {
+  SceneFacts facts;
+  try {
+    const YAML::Node scene = YAML::LoadFile((folder / "scene.yaml").string());
+    for (const YAML::Node& cloth : scene["cloth"]) facts.cloths.push_back(cloth["name"].as<std::string>());
+    const auto g = scene["gravity"].as<std::vector<double>>();
+    if (g.size() != 3) return facts;
+    if (std::abs(g[2]) > std::abs(g[1]) && std::abs(g[2]) >= std::abs(g[0])) facts.up = 'Z';
+    const double along = facts.up == 'Z' ? g[2] : g[1];
+    if (along > 0 || std::hypot(g[0], g[1], g[2]) - std::abs(along) > 1e-3 * std::abs(along))
+      facts.warning = fmt::format("gravity [{}, {}, {}] is not along −y or −z; the stage says that {} is up", g[0],
+                                  g[1], g[2], facts.up);
+  } catch (const YAML::Exception& e) {
+    facts.warning = fmt::format("{}: cannot be read ({}): cloths have no names, and y is up",
+                                (folder / "scene.yaml").string(), e.msg);
+  }
+  return facts;
+}
+
+void warn(const std::string& line) { fmt::print(stderr, "warning: {}\n", line); }
+
+std::vector<double> times_of(const std::vector<RecordedFrame>& frames) {
+  std::vector<double> times;
+  times.reserve(frames.size());
+  for (const RecordedFrame& frame : frames) times.push_back(frame.time);
+  return times;
+}
+
+/// The series of the run that has the most frames: bodies that stand still have only one.
+std::vector<RecordedFrame> leading_series(const fs::path& folder) {
+  std::vector<RecordedFrame> most;
+  for (const char* name : {"fluid", "cloth", "surface", "bodies"})
+    if (auto frames = recorded_frames(folder, name); frames.size() > most.size()) most = std::move(frames);
+  if (most.empty())
+    throw ExportError(
+        fmt::format("{}: holds no frames of a run (fluid.pvd, cloth.pvd, surface.pvd or bodies.pvd)", folder.string()));
+  return most;
+}
+
+/// Files of an earlier export to this folder that come after the last of this one: a player would go on with them.
+void remove_later(const fs::path& folder, const std::string& ending, std::size_t count) {
+  const std::regex ours(fmt::format(R"(fluid_(\d{{6,9}})\.{})", ending));
+  std::vector<fs::path> later;
+  std::smatch match;
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    const std::string name = entry.path().filename().string();
+    if (std::regex_match(name, match, ours) && std::stoull(match[1].str()) >= count) later.push_back(entry.path());
+  }
+  for (const fs::path& path : later) fs::remove(path);
+}
+
+int export_particles(const ExportOptions& options) {
+  const fs::path folder = options.folder;
+  const std::vector<RecordedFrame> frames = recorded_frames(folder, "fluid");
+  if (frames.empty())
+    throw ExportError(
+        fmt::format("{}: holds no particles (fluid.pvd); --to {} writes nothing else", folder.string(), options.to));
+  std::vector<std::size_t> pictures;
+  if (options.fps) {
+    const std::vector<double> times = times_of(frames);
+    if (const auto misfit = rate_misfit(times, *options.fps)) warn("--fps: " + *misfit);
+    pictures = frames_of_pictures(times, *options.fps);
+  } else {
+    for (std::size_t i = 0; i < frames.size(); ++i) pictures.push_back(i);
+  }
+  const fs::path target = options.output ? fs::path(*options.output) : folder / options.to;
+  if (fs::exists(target) && !fs::is_directory(target))
+    throw ExportError(fmt::format("{}: is not a folder; choose another with -o", target.string()));
+  fs::create_directories(target);
+  vtkIdType particles = 0;
+  for (std::size_t k = 0; k < pictures.size(); ++k) {
+    const RecordedFrame& frame = frames[pictures[k]];
+    const auto grid = read_vtu(frame.files.back());
+    const fs::path file = target / fmt::format("fluid_{:06}.{}", k, options.to);
+    if (options.to == "bgeo")
+      write_bgeo(file, grid);
+    else
+      write_ply(file, grid, frame.time);
+    particles = grid->GetNumberOfPoints();
+  }
+  remove_later(target, options.to, pictures.size());
+  fmt::print("{}: {} files, fluid_000000.{} to fluid_{:06}.{}, {} particles in the last\n", target.string(),
+             pictures.size(), options.to, pictures.size() - 1, options.to, particles);
+  return exit_done;
+}
+
+/// The first of `names` that there is in a folder above the program: a build tree's, an installation's or a pack's.
+fs::path find_above_program(const std::vector<std::string>& names) {
+  std::error_code ignored;
+  fs::path folder = fs::read_symlink("/proc/self/exe", ignored).parent_path();
+  for (int level = 0; level < 5 && folder != folder.parent_path(); ++level, folder = folder.parent_path())
+    for (const std::string& name : names)
+      if (fs::exists(folder / name, ignored)) return folder / name;
+  return {};
+}
+
+std::string python() {
+  if (const char* named = std::getenv("DRENCH_PYTHON"); named && *named) return named;
+  const fs::path own = find_above_program({".deps/export-venv/bin/python"});
+  return own.empty() ? "python3" : own.string();
+}
+
+int export_usd(const ExportOptions& options) {
+  fs::path folder = fs::path(options.folder).lexically_normal();
+  const std::vector<double> times = times_of(leading_series(folder));
+  const double rate = options.fps.value_or(frame_rate(times));
+  if (const auto misfit = rate_misfit(times, rate)) warn(options.fps ? "--fps: " + *misfit : *misfit);
+  const SceneFacts scene = read_scene(folder);
+  if (!scene.warning.empty()) warn(scene.warning);
+  const fs::path absolute = fs::weakly_canonical(folder);
+  const std::string file = options.output.value_or((folder / (absolute.filename().string() + ".usdc")).string());
+  const fs::path script = find_above_program({"share/drench/export/write_usd.py", "tools/export/write_usd.py"});
+  if (script.empty())
+    throw ExportError("share/drench/export/write_usd.py is not in a folder above the program: install drench anew");
+  std::vector<std::string> words{python(),
+                                 "-B",
+                                 script.string(),
+                                 folder.string(),
+                                 file,
+                                 "--rate",
+                                 fmt::format("{:.17g}", rate),
+                                 "--up",
+                                 std::string(1, scene.up)};
+  for (const std::string& name : scene.cloths) words.push_back("--cloth=" + name);
+  std::vector<char*> argv;
+  argv.reserve(words.size() + 1);
+  for (std::string& word : words) argv.push_back(word.data());
+  argv.push_back(nullptr);
+  std::fflush(nullptr);
+  execvp(argv[0], argv.data());
+  throw ExportError(
+      fmt::format("{}: cannot be started: {}; run tools/setup export, or name a Python that has usd-core in "
+                  "DRENCH_PYTHON",
+                  words[0], std::strerror(errno)));
+}
+
+}  // namespace
+
+int export_command(const ExportOptions& options) {
+  if (!fs::is_directory(options.folder)) throw ExportError(fmt::format("{}: no such folder", options.folder));
+  try {
+    return options.to == "usd" ? export_usd(options) : export_particles(options);
+  } catch (const fs::filesystem_error& e) {
+    throw ExportError(fmt::format("{}: {}", e.path1().string(), e.code().message()));
+  } catch (const ExportError&) {
+    throw;
+  } catch (const std::runtime_error& e) {  // frames that cannot be read, files that cannot be written
+    throw ExportError(e.what());
+  }
+}
+
+}  // namespace drench

@@ -1,0 +1,275 @@
+#include "setup/first_scene.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "base/eigen_vec.hpp"
+#include "scene/load.hpp"
+#include "setup/build.hpp"
+#include "setup/cloth_mesh.hpp"
+#include "setup/forecast.hpp"
+#include "setup/garment.hpp"
+#include "setup/mesh_io.hpp"
+#include "stages/substeps.hpp"
+
+namespace drench {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr double gravity = 9.81;  // m/s²
+constexpr GridScene grid{{0.6, 0.6}, {31, 31}};
+constexpr double solid_fraction = 0.6, water = 1000;       // 1, kg/m³
+constexpr double bends[] = {1e-4, 1e-5, 1e-6, 0};          // N·m
+constexpr double longest_steps[] = {0.004, 0.002, 0.001};  // s
+
+/// Everything that the text below has a number for. SI units.
+struct Suggestion {
+  std::string mesh;  // "" for the grid
+  Garment garment;
+  double spacing = 0, thickness = 0.001, bend = bends[0], step = longest_steps[0], every = 0.02, end = 1;
+  bool self_collision = false;
+  Box domain;
+  double radius = 0, jet_end = 0, jet_mass = 0, capacity = 0;
+  Vec3 nozzle{0, 0, 0}, velocity{0, 0, 0};
+};
+
+/// To so many significant digits.
+double neat(double x, int digits = 2) {
+  if (x == 0) return 0;
+  const double unit = std::pow(10, std::floor(std::log10(std::abs(x))) - digits + 1);
+  return std::stod(fmt::format("{:.{}g}", std::round(x / unit) * unit, digits + 2));
+}
+
+double outward(double x, double unit, bool up) {
+  return (up ? std::ceil(x / unit - 1e-9) : std::floor(x / unit + 1e-9)) * unit;
+}
+
+std::string list(const Vec3& v) { return fmt::format("[{:.6g}, {:.6g}, {:.6g}]", v[0] + 0.0, v[1] + 0.0, v[2] + 0.0); }
+
+std::string quoted(const std::string& text) {
+  std::string out = "\"";
+  for (const char c : text) {
+    if (c == '"' || c == '\\') out += '\\';
+    out += c;
+  }
+  return out + '"';
+}
+
+void choose_fabric(Suggestion& s, std::vector<std::string>& warnings) {
+  s.spacing = neat(std::clamp(0.5 * s.garment.edge, s.garment.size / 150, s.garment.size / 40));
+  s.capacity = s.garment.area * s.thickness * (1 - solid_fraction) * water;
+  if (s.garment.flat) return;  // it does not fold onto itself at first
+  s.self_collision = true;
+  if (const double thickest = 0.45 * s.garment.least_height; thickest < s.thickness) {
+    const double thinner = neat(0.95 * thickest);
+    if (thinner >= 2e-4) {
+      s.thickness = thinner;
+    } else {
+      s.self_collision = false;
+      warnings.push_back(fmt::format(
+          "{}: its smallest triangle is {:.2g} m high, too small for cloth of {} m that collides with itself: "
+          "self_collision is off; a mesh with more even triangles can have it",
+          s.mesh, s.garment.least_height, s.thickness));
+    }
+  }
+  s.capacity = s.garment.area * s.thickness * (1 - solid_fraction) * water;
+}
+
+/// A nozzle above a garment that lies, or above and before one that hangs; its jet meets the front.
+void choose_jet(Suggestion& s) {
+  const Garment& g = s.garment;
+  const double top = g.box.max[1], reach = 0.25 * g.size;
+  s.radius = neat(std::max(2.5 * s.spacing, 0.04 * g.size));
+  double flight = 0;  // s, until the water is there
+  if (g.flat) {
+    const double speed = neat(std::sqrt(gravity * g.size) / 3);
+    const Vec3 middle = to_vec3(0.5 * (to_eigen(g.box.min) + to_eigen(g.box.max)));
+    s.nozzle = {neat(middle[0], 3), neat(top + reach, 3), neat(middle[2], 3)};
+    s.velocity = {0, -speed, 0};
+    flight = (std::sqrt(speed * speed + 2 * gravity * reach) - speed) / gravity;
+  } else {
+    const auto front = static_cast<std::size_t>(front_axis(g));
+    Vec3 target = front_point(g, g.box.min[1] + 0.45 * (top - g.box.min[1]));
+    target[front] -= 0.3 * (g.box.max[front] - g.box.min[front]);  // the front falls back as the garment begins to hang
+    s.nozzle = target;
+    s.nozzle[1] = top + 0.05 * g.size;
+    s.nozzle[front] = g.box.max[front] + reach;
+    for (double& x : s.nozzle) x = neat(x, 3);
+    // In 0.7 of the time of free fall, so that the jet does not fall apart on its way.
+    const double height = s.nozzle[1] - target[1];
+    flight = 0.7 * std::sqrt(2 * height / gravity);
+    s.velocity[1] = -neat(height / flight - 0.5 * gravity * flight);
+    s.velocity[front] = -neat((s.nozzle[front] - target[front]) / flight);
+  }
+  const double speed = to_eigen(s.velocity).norm(), rate = std::numbers::pi * s.radius * s.radius * speed * water;
+  s.jet_end = neat(std::clamp(2 * s.capacity / rate, 0.3, 1.0));
+  s.jet_mass = rate * s.jet_end;
+  s.end = outward(s.jet_end + flight + 0.5, 0.1, true);
+  s.every = g.size < 0.4 ? 0.01 : 0.02;
+}
+
+void choose_domain(Suggestion& s) {
+  const Garment& g = s.garment;
+  const double margin = 0.4 * g.size, unit = std::pow(10, std::floor(std::log10(g.size)) - 1);
+  for (std::size_t a = 0; a < 3; ++a) {
+    const double room = s.radius + 4 * s.spacing;
+    s.domain.min[a] = outward(std::min(g.box.min[a] - margin, s.nozzle[a] - room), unit, false);
+    s.domain.max[a] = outward(std::max(g.box.max[a] + (a == 1 ? 0 : margin), s.nozzle[a] + room), unit, true);
+  }
+}
+
+std::string pin_line(const Suggestion& s) {
+  const Garment& g = s.garment;
+  if (g.flat && g.open)
+    return "    pin: [{edges: true}]              # it is held where it ends; without a pin it falls\n";
+  const Box band = top_band(g);
+  const double unit = std::pow(10, std::floor(std::log10(g.size)) - 3);
+  Box box = band;
+  for (std::size_t a = 0; a < 3; ++a) {
+    box.min[a] = outward(band.min[a], unit, false);
+    box.max[a] = outward(band.max[a], unit, true);
+  }
+  return fmt::format("    pin: [{{box: {{min: {}, max: {}}}}}]   # m; it hangs by its highest points\n", list(box.min),
+                     list(box.max));
+}
+
+std::string mesh_lines(const Suggestion& s) {
+  const Garment& g = s.garment;
+  if (s.mesh.empty())
+    return fmt::format("    mesh: {{grid: {{size: [{}, {}], nodes: [{}, {}]}}}}   # m; or {{file: garment.obj}}\n",
+                       grid.size[0], grid.size[1], grid.nodes[0], grid.nodes[1]);
+  std::string lines = fmt::format("    mesh: {{file: {}", quoted(s.mesh));
+  if (g.scale != 1) lines += fmt::format(", scale: {}", g.scale);
+  lines += fmt::format("}}   # beside this file, or in the folder that drench starts in{}\n",
+                       g.scale != 1 ? "; scale: m in its unit" : "");
+  if (g.shift != Vec3{0, 0, 0})
+    lines += fmt::format("    place: {{position: {}}}   # m; brings it to the origin, where numbers are most exact\n",
+                         list(g.shift));
+  return lines;
+}
+
+std::string head(const Suggestion& s) {
+  const Garment& g = s.garment;
+  const Vector3d sides = to_eigen(g.box.max) - to_eigen(g.box.min);
+  std::string text =
+      fmt::format("# A first scene for {}, by drench new. SI units: m, s, kg. Every key: drench schema\n#\n",
+                  s.mesh.empty() ? "a square cloth" : s.mesh);
+  if (!g.unit_warning.empty()) text += fmt::format("# {}.\n#\n", g.unit_warning);
+  return text + fmt::format(
+                    "# {:.3g} × {:.3g} × {:.3g} m, {} points, {} triangles, edges of {:.2g} m. Its pores hold {:.2g} "
+                    "kg of water.\n"
+                    "# What to expect: a jet of {:.2g} kg {}; the cloth darkens where it is wet, and drips.\n"
+                    "# drench check says what a run costs; half the spacing takes about 16 times as long.\n",
+                    sides[0], sides[1], sides[2], g.mesh.points.size(), g.mesh.triangles.size(), g.edge, s.capacity,
+                    s.jet_mass, g.flat ? "falls on its middle" : "meets its front");
+}
+
+std::string text_of(const Suggestion& s) {
+  std::string text = head(s);
+  text += fmt::format(
+      "drench: 1                             # version of the format\n"
+      "time: {{step: {}, end: {:.6g}, mode: cfl}}   # s; the longest step that the cloth solves well; fast water "
+      "shortens it\n"
+      "gravity: [0, -9.81, 0]                # m/s²; y is up\n"
+      "domain: {{min: {}, max: {}}}   # m; water that leaves it is drained\n"
+      "output: {{every: {}, surface: true}}   # s between frames; the liquid's surface beside its particles\n",
+      s.step, s.end, list(s.domain.min), list(s.domain.max), s.every);
+  text += fmt::format(
+      "fluid:\n"
+      "  spacing: {}                      # m; a particle's diameter: the cloth's edges are {:.1f} of it, 1 to 2 is "
+      "best\n"
+      "  density: 1000                       # kg/m³; water\n"
+      "  viscosity: 1.0e-4                   # m²/s; water has 1e-6, more calms splashes of particles this large\n"
+      "  sources:\n"
+      "    - jet: {{center: {}, radius: {}, velocity: {}, end: {}}}   # m, m, m/s, s; {:.1f} times what the pores "
+      "hold\n",
+      s.spacing, s.garment.edge / s.spacing, list(s.nozzle), s.radius, list(s.velocity), s.jet_end,
+      s.jet_mass / s.capacity);
+  text += "cloth:\n  - name: " + std::string(s.mesh.empty() ? "sheet" : "garment") + "\n" + mesh_lines(s);
+  text += fmt::format(
+      "    areal_density: 0.2                # kg/m²; dry cotton shirt 0.15, towel 0.4\n"
+      "    thickness: {}                  # m; with the solid fraction it says how much water the fabric holds\n"
+      "    stretch: 500                      # N/m; against stretching\n"
+      "    bend: {:<28} # N·m; against bending: limp fabric 1e-5, stiff 1e-3\n"
+      "    damping: 1.0                      # 1/s; of its motion, as by air\n"
+      "    friction: 0.4                     # 1; dry, on bodies and on itself\n"
+      "    friction_wet: 1.0                 # 1; wet fabric clings\n",
+      s.thickness, s.bend > 0 ? fmt::format("{:.1e}", s.bend) : "0");
+  text += pin_line(s);
+  text += fmt::format("    self_collision: {}\n",
+                      s.self_collision ? "true              # front and back do not pass through each other; costs time"
+                                       : "false             # true for cloth that folds onto itself; costs time");
+  text += fmt::format(
+      "    porous:                           # without this section the cloth is a dry wall\n"
+      "      solid_fraction: {}             # 1; part of the fabric that is fibre, the rest holds water\n"
+      "      absorption: 0.02                # m²/s; how fast dry fabric takes water up\n"
+      "      max_saturation: 1.18            # 1; above 1 the excess drips\n"
+      "      diffusivity: 1.0e-4             # m²/s; how fast water spreads within the fabric\n"
+      "      capillary_height: 0.3           # m; height over which the saturation at rest falls by 1\n"
+      "# bodies:                             # a floor, if it should not fall out of the domain\n"
+      "#   - plane: {{point: [0, {:.6g}, 0], normal: [0, 1, 0]}}   # m\n",
+      solid_fraction, s.domain.min[1] + 0.1 * s.garment.size);
+  return text;
+}
+
+/// The path that a scene in the working folder would have: meshes are looked for beside it.
+constexpr const char* scene_path = "scene.yaml";
+
+/// Sets the scene up. Without self-collision where the mesh passes through itself, which it must not at the start.
+Setup set_up(Suggestion& s, std::vector<std::string>& warnings) {
+  try {
+    return build(parse_scene(text_of(s), scene_path));
+  } catch (const SetupError& error) {
+    if (!s.self_collision) throw;
+    s.self_collision = false;
+    Setup setup = build(parse_scene(text_of(s), scene_path));
+    warnings.push_back(fmt::format("self_collision is off: {}", error.what()));
+    return setup;
+  }
+}
+
+/// The longest step, and the limper fabric where that is not enough, that the cloth's solver and its diffusion take well. A
+/// mesh with slivers has none; then the set-up's own warning says so.
+void choose_step(Suggestion& s, std::vector<std::string>& warnings) {
+  for (const double bend : bends) {
+    s.bend = bend;
+    const Setup setup = set_up(s, warnings);
+    const Model& m = setup.model;
+    for (const double step : longest_steps) {
+      s.step = step;
+      const double passes = substeps_for(diffusion_rate(m, m.cloths[0]), step),
+                   most = m.scene.cloth_solver.max_iterations;
+      if (cloth_iterations(m, m.cloths[0], step).count <= 0.9 * most && passes <= 20) return;
+    }
+  }
+}
+
+}  // namespace
+
+FirstScene first_scene(const std::string& mesh) {
+  FirstScene result;
+  Suggestion s;
+  s.mesh = mesh;
+  s.garment =
+      measure_garment(mesh.empty() ? grid_mesh(grid) : read_mesh(mesh, scene_path), mesh.empty() ? "the grid" : mesh);
+  if (!s.garment.unit_warning.empty()) result.warnings.push_back(s.garment.unit_warning);
+  choose_fabric(s, result.warnings);
+  choose_jet(s);
+  choose_domain(s);
+  choose_step(s, result.warnings);
+  if (s.bend < bends[0])
+    result.warnings.push_back(fmt::format(
+        "{}: its smallest triangle is {:.2g} m high and its edges are {:.2g} m: bend is {}, for a stiffer fabric's "
+        "solve may not converge on such triangles; a mesh with more even ones can have more",
+        mesh, s.garment.least_height, s.garment.edge, s.bend));
+  result.yaml = text_of(s);
+  const Setup setup = build(parse_scene(result.yaml, scene_path));
+  result.warnings.insert(result.warnings.end(), setup.warnings.begin(), setup.warnings.end());
+  return result;
+}
+
+}  // namespace drench

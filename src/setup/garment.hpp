@@ -1,0 +1,41 @@
+#pragma once
+// How large a garment's mesh is, how fine, and where water would meet it.
+
+#include <string>
+#include <vector>
+
+#include "scene/scene.hpp"
+#include "setup/surface_mesh.hpp"
+
+namespace drench {
+
+/// A mesh as cloth: in metres, with what suggestions follow from.
+struct Garment {
+  SurfaceMesh mesh;          // scaled and shifted
+  double scale = 1;          // metres in the file's unit
+  Vec3 shift{0, 0, 0};       // m, added after scaling
+  std::string unit_warning;  // one line where the unit is a guess, else ""
+  Box box;                   // m
+  double size = 0;           // m; the longest side of the box
+  double edge = 0;           // m; mean length of the edges
+  double least_height = 0;   // m; of all its triangles
+  double area = 0;           // m²
+  bool open = false;         // it has boundary edges
+  bool flat = false;         // it lies, rather than hangs: its height is below a tenth of its longest side
+};
+
+/// Guesses the unit from the size: beyond 5 it is centimetres, beyond 300 millimetres. A mesh far from the origin is shifted
+/// there. SetupError: not fit for cloth.
+Garment measure_garment(SurfaceMesh mesh, const std::string& label);
+
+/// The horizontal axis (0 or 2) along which a garment is thinner: its front looks that way.
+int front_axis(const Garment& garment);
+
+/// The frontmost point of the garment at this height (m), in the middle of its width; of its nodes the nearest to there, where
+/// it has a hole.
+Vec3 front_point(const Garment& garment, double height);
+
+/// A box that holds the garment's topmost nodes: four at least, where it has so many.
+Box top_band(const Garment& garment);
+
+}  // namespace drench

@@ -1,0 +1,337 @@
+#!/usr/bin/python3 -I
+"""export_test.py SOURCE BUILD PART: what `drench export` writes of a small run is what its frames hold, as VTK reads them.
+
+particles  BGEO and PLY, read back here; --fps; refusals
+usd        read back by usd-core; needs tools/setup export
+blender    read back by Blender; needs tools/setup blender besides
+Exit code 77, skipped, without what a part needs."""
+
+import json
+import math
+import os
+import struct
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+SOURCE, BINARY, PART = Path(sys.argv[1]).resolve(), Path(sys.argv[2]).resolve() / "drench", sys.argv[3]
+ENVIRONMENTS = {"usd": ("export", SOURCE / ".deps/export-venv/bin/python"),
+                "blender": ("blender", SOURCE / ".deps/blender-venv/bin/python")}
+SCENE = """drench: 1
+time: {step: 0.002, end: 0.2, mode: cfl}
+domain: {min: [-0.5, -0.2, -0.5], max: [0.5, 0.8, 0.5]}
+output: {every: 0.02, surface: true}
+fluid:
+  spacing: 0.04
+  sources: [{block: {min: [-0.24, 0, -0.24], max: [0.24, 0.16, 0.24]}}]
+cloth:
+  - name: "left sheet"
+    mesh: {grid: {size: [0.2, 0.3], nodes: [9, 13]}}
+    place: {position: [-0.15, 0.5, 0]}
+    initial_saturation: [{box: {min: [-1, -1, -1], max: [-0.1, 1, 1]}, value: 0.8}]
+    porous: {}
+    pin: [{corners: true}]
+  - name: sheet2
+    mesh: {grid: {size: [0.2, 0.3], nodes: [9, 13]}}
+    place: {position: [0.15, 0.4, 0]}
+bodies:
+  - box: {min: [-0.25, 0, -0.25], max: [0.25, 0.6, 0.25], inside: true}
+  - sphere: {center: [0.1, 0.26, 0], radius: 0.09, dynamic: true, density: 400}
+  - box: {min: [0, 0.3, 0.1], max: [0.2, 0.36, 0.16], spin: {axis: [0, 1, 0], degrees_per_second: 720}}
+  - plane: {point: [0, -0.15, 0], normal: [0, 1, 0], spin: {axis: [0, 0, 1], degrees_per_second: 60}}
+"""
+FRAMES = 11
+LOOKED_AT = (0, 5, 10)
+
+
+def expect(good, message):
+    if not good:
+        sys.exit(f"export_test: {message}")
+
+
+def skip(reason):
+    print(f"SKIPPED: {reason}")
+    sys.exit(77)
+
+
+def drench(*words, code=0, python=None):
+    environment = dict(os.environ, **({"DRENCH_PYTHON": str(python)} if python else {}))
+    ran = subprocess.run([str(BINARY), *map(str, words)], capture_output=True, text=True, env=environment)
+    expect(ran.returncode == code, f"{words} ended with {ran.returncode}:\n{ran.stdout}{ran.stderr}")
+    return ran
+
+
+def refused(fragment, *words, **options):
+    ran = drench(*words, code=2, **options)
+    expect(ran.stderr.count("\n") == 1 and fragment in ran.stderr and not ran.stdout, f"{words}: {ran.stderr}")
+
+
+def read_vtu(path):
+    """{field: values}, with points, cells of corners, and cell fields as "cell:NAME"."""
+    from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridReader
+    reader = vtkXMLUnstructuredGridReader()
+    reader.SetFileName(str(path))
+    reader.Update()
+    grid = reader.GetOutput()
+    found = {"points": [grid.GetPoint(i) for i in range(grid.GetNumberOfPoints())]}
+    cells = map(grid.GetCell, range(grid.GetNumberOfCells()))
+    found["cells"] = [[cell.GetPointId(k) for k in range(cell.GetNumberOfPoints())] for cell in cells]
+    for prefix, fields in (("", grid.GetPointData()), ("cell:", grid.GetCellData())):
+        for a in range(fields.GetNumberOfArrays()):
+            array = fields.GetArray(a)
+            rows = [array.GetTuple(i) for i in range(array.GetNumberOfTuples())]
+            found[prefix + array.GetName()] = [r[0] if len(r) == 1 else r for r in rows]
+    return found
+
+
+def distance(a, b):
+    """The largest difference of two lists of numbers or of rows."""
+    if len(a) != len(b):
+        return math.inf
+    flat = [[x for row in rows for x in (row if hasattr(row, "__len__") else [row])] for rows in (a, b)]
+    return max((abs(x - y) for x, y in zip(*flat)), default=0) if len(flat[0]) == len(flat[1]) else math.inf
+
+
+def as_float(values):
+    return [struct.unpack("f", struct.pack("f", x))[0] for x in values]
+
+
+def read_bgeo(path):
+    data, at = path.read_bytes(), 0
+
+    def take(form):
+        nonlocal at
+        values = struct.unpack_from(">" + form, data, at)
+        at += struct.calcsize(">" + form)
+        return values
+
+    expect(take("4sci") == (b"Bgeo", b"V", 5), f"{path}: is no classic BGEO")
+    count, prims, point_groups, prim_groups, attributes, vertex, of_prims, of_all = take("8i")
+    expect((prims, point_groups, prim_groups, vertex, of_prims, of_all) == (0,) * 6, f"{path}: holds more than points")
+    names, form = [], "4f"
+    for _ in range(attributes):
+        name = take(f"{take('H')[0]}s")[0].decode()
+        size, kind = take("Hi")
+        expect(kind in (0, 1, 5) and (kind == 5) == (size == 3), f"{name} is of kind {kind}")
+        take(f"{size}i")
+        names.append((name, size))
+        form += f"{size}{'i' if kind == 1 else 'f'}"
+    found = {"points": [], **{name: [] for name, _ in names}}
+    for _ in range(count):
+        row = take(form)
+        expect(row[3] == 1, "a point's fourth coordinate is not 1")
+        found["points"].append(row[:3])
+        k = 4
+        for name, size in names:
+            found[name].append(row[k] if size == 1 else row[k:k + size])
+            k += size
+    expect(data[at:] == b"\x00\xff", f"{path}: does not end as it should")
+    return found
+
+
+def read_ply(path):
+    head, _, body = path.read_bytes().partition(b"end_header\n")
+    lines = head.decode().splitlines()
+    expect(lines[:2] == ["ply", "format binary_little_endian 1.0"], f"{path}: is no binary PLY")
+    count = int(next(line for line in lines if line.startswith("element vertex")).split()[2])
+    names = [line.split()[1:] for line in lines if line.startswith("property")]
+    form = "<" + "".join({"float": "f", "double": "d", "int": "i"}[kind] for kind, _ in names)
+    expect(len(body) == count * struct.calcsize(form), f"{path}: {len(body)} bytes of {count} particles")
+    rows = list(struct.iter_unpack(form, body))
+    return {name: [row[k] for row in rows] for k, (_, name) in enumerate(names)}
+
+
+def check_particles(run, folder):
+    said = drench("export", run, "--to", "bgeo").stdout + drench("export", run, "--to", "ply").stdout
+    expect(said.count(f"{FRAMES} files") == 2, said)
+    for k in LOOKED_AT:
+        vtu = read_vtu(run / f"frames/fluid_{k:06}.vtu")
+        bgeo, ply = read_bgeo(run / f"bgeo/fluid_{k:06}.bgeo"), read_ply(run / f"ply/fluid_{k:06}.ply")
+        expect(len(vtu["points"]) > 500, "too few particles to look at")
+        expect(set(bgeo) == {"points", "v", "pscale", "density", "pressure", "mass", "id", "age"}, str(set(bgeo)))
+        for name, field in (("points", "points"), ("v", "velocity"), ("pscale", "radius"), ("density", "density"),
+                            ("pressure", "pressure"), ("id", "id"), ("age", "age")):
+            expect(distance(bgeo[name], vtu[field]) == 0, f"BGEO: {name} of frame {k} is not the run's")
+        expect(distance(bgeo["mass"], as_float(vtu["mass"])) == 0, "BGEO: mass")
+        for names, field in (("xyz", "points"), (("vx", "vy", "vz"), "velocity")):
+            expect(distance(list(zip(*(ply[n] for n in names))), vtu[field]) == 0, f"PLY: {names} of frame {k}")
+        for name in ("radius", "density", "pressure", "mass", "id", "age"):
+            expect(distance(ply[name], vtu[name]) == 0, f"PLY: {name} of frame {k}")
+    check_rates(run, folder)
+    check_refusals(run, folder)
+
+
+def check_rates(run, folder):
+    every_second = drench("export", run, "--to", "bgeo", "--fps", 25)
+    expect(not every_second.stderr, every_second.stderr)
+    kept = sorted(path.name for path in (run / "bgeo").iterdir())
+    expect(kept == [f"fluid_{k:06}.bgeo" for k in range(6)], f"25 a second: {kept}")  # those of the first export are gone
+    vtu = read_vtu(run / "frames/fluid_000004.vtu")
+    expect(distance(read_bgeo(run / "bgeo/fluid_000002.bgeo")["points"], vtu["points"]) == 0, "picture 2 is not frame 4")
+    for fps, pictures in ((24, 5), (100, 21)):
+        other = drench("export", run, "--to", "ply", "--fps", fps, "-o", folder / f"ply{fps}")
+        expect("warning: --fps" in other.stderr and "fit 50, 25, 10 or 5" in other.stderr, other.stderr)
+        expect(len(list((folder / f"ply{fps}").iterdir())) == pictures, f"{fps} a second")
+
+
+def check_refusals(run, folder):
+    refused("no such folder", "export", folder / "nowhere", "--to", "ply")
+    refused("holds no frames", "export", folder, "--to", "usd")
+    refused("holds no particles", "export", folder, "--to", "bgeo")
+    refused("not in {usd,bgeo,ply}", "export", run, "--to", "abc")
+    refused("--to is required", "export", run)
+    refused("is not a rate", "export", run, "--to", "ply", "--fps", 0)
+    refused("is not a folder", "export", run, "--to", "ply", "-o", run / "stats.csv")
+    refused("tools/setup export", "export", run, "--to", "usd", python=folder / "no_python")
+    frame = run / "frames/fluid_000003.vtu"
+    whole = frame.read_bytes()
+    frame.write_bytes(whole[:len(whole) // 2])
+    refused("fluid_000003.vtu: is not a whole frame", "export", run, "--to", "ply")
+    frame.unlink()
+    refused("fluid_000003.vtu: no such file", "export", run, "--to", "bgeo")
+    frame.write_bytes(whole)
+
+
+def near_in_place(found, points, what, tolerance=1e-6):
+    off = distance(found, points)
+    expect(off <= tolerance, f"{what}: {len(found)} of {len(points)} points, up to {off} m off")
+
+
+def parts_of_cloth(vtu):
+    """The node numbers of each cloth."""
+    owner = {}
+    for cell, cloth in zip(vtu["cells"], vtu["cell:cloth"]):
+        owner.setdefault(int(cloth), set()).update(cell)
+    return [sorted(owner[cloth]) for cloth in sorted(owner)]
+
+
+def parts_of_bodies(run, k):
+    parts = {}
+    for name in ("static", f"{k:06}"):
+        vtu = read_vtu(run / f"frames/bodies_{name}.vtu")
+        for cell, body in zip(vtu["cells"], vtu["cell:body"]):
+            parts.setdefault(int(body), {}).update({i: vtu["points"][i] for i in cell})
+    return {body: [points[i] for i in sorted(points)] for body, points in parts.items()}
+
+
+def check_usd_frame(run, k, prims):
+    fluid, surface, cloth = (read_vtu(run / f"frames/{name}_{k:06}.vtu") for name in ("fluid", "surface", "cloth"))
+    liquid, skin = prims["/World/liquid"], prims["/World/surface"]
+    near_in_place(liquid["points"], fluid["points"], "liquid")
+    expect(distance(liquid["velocity"], fluid["velocity"]) == 0, "velocity of the liquid")
+    expect(distance(liquid["ids"], fluid["id"]) == 0, "ids of the liquid")
+    expect(distance(liquid["widths"], [2 * r for r in fluid["radius"]]) < 1e-9, "widths of the liquid")
+    near_in_place(skin["points"], surface["points"], "surface")
+    expect(skin["corners"] == [i for cell in surface["cells"] for i in cell], "triangles of the surface")
+    expect(skin["counts"] == [3] * len(surface["cells"]), "corners of the surface's triangles")
+    expect(distance(skin["normals"], surface["normal"]) == 0, "normals of the surface")
+    for name, nodes in zip(("left_sheet", "sheet2"), parts_of_cloth(cloth)):
+        sheet = prims[f"/World/cloth/{name}"]
+        near_in_place(sheet["points"], [cloth["points"][i] for i in nodes], name)
+        saturation = [cloth["saturation"][i] for i in nodes]
+        expect(distance(sheet["primvar:saturation"], saturation) == 0, f"saturation of {name}")
+        expect(distance(sheet["velocity"], [cloth["velocity"][i] for i in nodes]) == 0, f"velocity of {name}")
+        low, high = ([f(p[a] for p in sheet["points"]) for a in range(3)] for f in (min, max))
+        expect(distance(sheet["extent"], [low, high]) < 1e-6, f"extent of {name}")
+        for s, colour, roughness in zip(saturation, sheet["primvar:displayColor"], sheet["primvar:roughness"]):
+            wet = min(1, max(0, s))
+            expect(abs(colour[0] - 0.8 * (1 - 0.7 * wet)) < 1e-5, "wet cloth is not darker")
+            expect(abs(roughness - (0.9 - 0.6 * wet)) < 1e-5, "wet cloth is not glossier")
+    bodies = parts_of_bodies(run, k)
+    expect(sorted(bodies) == [0, 1, 2, 3], f"bodies {sorted(bodies)}")
+    for body, points in bodies.items():
+        near_in_place(prims[f"/World/bodies/body_{body}"]["points"], points, f"body {body} of frame {k}", 3e-6)
+
+
+def check_usd(run, folder):
+    said = drench("export", run, "--to", "usd")
+    expect("11 frames at 50 a second" in said.stdout and not said.stderr, said.stdout + said.stderr)
+    file = run / "run.usdc"
+    reader = [str(ENVIRONMENTS["usd"][1]), str(SOURCE / "tests/app/export_usd_reader.py")]
+    stage = json.loads(subprocess.run([*reader, str(file), *map(str, LOOKED_AT)], capture_output=True, check=True).stdout)
+    expect({key: stage[key] for key in ("rate", "up", "metres", "root", "start", "end")} ==
+           {"rate": 50, "up": "Y", "metres": 1, "root": "/World", "start": 0, "end": 10}, str(stage)[:300])
+    for k, prims in zip(LOOKED_AT, stage["frames"]):
+        check_usd_frame(run, k, prims)
+    counts = {len(prims["/World/surface"]["points"]) for prims in stage["frames"]}
+    expect(len(counts) > 1, "the surface has the same points in all frames: nothing is tried")
+    first, last = (stage["frames"][k]["/World/cloth/left_sheet"]["primvar:saturation"] for k in (0, -1))
+    expect(distance(first, last) > 1e-3, "saturation is the same in all frames: nothing is tried")
+    purposes = {path: prim["purpose"] for path, prim in stage["frames"][0].items()}
+    expect(purposes["/World/liquid"] == "proxy" and purposes["/World/surface"] == "render" and
+           purposes["/World/bodies/body_0"] == "guide" and purposes["/World/bodies/body_1"] == "default", str(purposes))
+    cloth = stage["materials"]["/World/cloth/left_sheet"]
+    expect((cloth["diffuseColor"], cloth["roughness"]) == ("displayColor", "roughness"), str(cloth))
+    check_usd_variants(run, folder, reader)
+
+
+def check_usd_variants(run, folder, reader):
+    text = folder / "deeper/run.usda"
+    other = drench("export", run, "--to", "usd", "--fps", 24, "-o", text)
+    expect("warning: --fps" in other.stderr, other.stderr)
+    stage = json.loads(subprocess.run([*reader, str(text), "4.8"], capture_output=True, check=True).stdout)
+    expect(stage["rate"] == 24 and abs(stage["end"] - 4.8) < 1e-9, "24 a second")
+    check_usd_frame(run, 10, stage["frames"][0])  # 0.2 s × 24
+    scene, plain = run / "scene.yaml", (run / "scene.yaml").read_text()
+    scene.write_text(plain.replace("gravity: [0, -9.81, 0]", "gravity: [0, 0, -9.81]"))
+    drench("export", run, "--to", "usd", "-o", folder / "z.usdc")
+    up = json.loads(subprocess.run([*reader, str(folder / "z.usdc"), "0"], capture_output=True, check=True).stdout)["up"]
+    expect(up == "Z", f"{up} is up")
+    scene.write_text(plain)
+    refused("must end in", "export", run, "--to", "usd", "-o", folder / "a.abc")
+    frame = run / "frames/cloth_000002.vtu"
+    whole = frame.read_bytes()
+    frame.write_bytes(whole[:len(whole) // 2])
+    refused("cloth_000002.vtu", "export", run, "--to", "usd", "-o", folder / "half.usdc")
+    frame.write_bytes(whole.replace(b"eAH", b"AAA", 1))
+    refused("cloth_000002.vtu", "export", run, "--to", "usd", "-o", folder / "half.usdc")
+    frame.write_bytes(whole)
+    expect(not (folder / "half.usdc").exists() and not list(folder.glob(".half*")), "a file that is not whole is left")
+
+
+def check_blender(run, _):
+    drench("export", run, "--to", "usd")
+    reader = [str(ENVIRONMENTS["blender"][1]), str(SOURCE / "tests/app/export_blender_reader.py"), str(run / "run.usdc")]
+    ran = subprocess.run([*reader, *map(str, LOOKED_AT)], capture_output=True, text=True)
+    lines = [line for line in ran.stdout.splitlines() if line.startswith("JSON")]
+    expect(ran.returncode == 0 and lines, ran.stdout[-500:] + ran.stderr[-500:])
+    read = json.loads(lines[0][4:])
+    expect(read["links"]["cloth"] == ["displayColor -> Base Color", "roughness -> Roughness"], str(read["links"]))
+    counts = set()
+    for k, things in zip(LOOKED_AT, read["frames"]):
+        fluid, surface, cloth = (read_vtu(run / f"frames/{name}_{k:06}.vtu") for name in ("fluid", "surface", "cloth"))
+        near_in_place(things["liquid"]["points"], fluid["points"], f"liquid of frame {k}")
+        expect(distance(things["liquid"]["radius"], fluid["radius"]) < 1e-8, "radius of the liquid")
+        near_in_place(things["surface"]["points"], surface["points"], f"surface of frame {k}")
+        expect(things["surface"]["triangles"] == len(surface["cells"]), f"triangles of frame {k}")
+        counts.add(len(surface["points"]))
+        for name, nodes in zip(("left_sheet", "sheet2"), parts_of_cloth(cloth)):
+            near_in_place(things[name]["points"], [cloth["points"][i] for i in nodes], f"{name} of frame {k}")
+            expect(distance(things[name]["saturation"], [cloth["saturation"][i] for i in nodes]) == 0, f"saturation of {name}")
+        for body, points in parts_of_bodies(run, k).items():
+            near_in_place(things[f"body_{body}"]["points"], points, f"body {body} of frame {k}", 3e-6)
+    expect(len(counts) > 1, "the surface has the same points in all frames: nothing is tried")
+    first, last = (read["frames"][k]["left_sheet"]["saturation"] for k in (0, -1))
+    expect(distance(first, last) > 1e-3, "saturation is the same in all frames: nothing is tried")
+
+
+def main():
+    try:
+        import vtkmodules.vtkIOXML  # noqa: F401
+    except ImportError as error:
+        skip(f"{error} (python3-vtk9)")
+    for part in ("usd", "blender")[:{"particles": 0, "usd": 1, "blender": 2}[PART]]:
+        name, python = ENVIRONMENTS[part]
+        if not python.exists():
+            skip(f"run tools/setup {name}")
+    with tempfile.TemporaryDirectory() as scratch:
+        folder = Path(scratch)
+        (folder / "scene.yaml").write_text(SCENE)
+        run = folder / "run"
+        drench("run", folder / "scene.yaml", "-o", run, "--quiet")
+        {"particles": check_particles, "usd": check_usd, "blender": check_blender}[PART](run, folder)
+    print(f"{PART}: passed")
+
+
+main()

@@ -1,0 +1,144 @@
+// drench new: a first scene for a garment's mesh loads, warns of nothing that it should not, and runs.
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "commands_fixture.hpp"
+#include "scene/load.hpp"
+
+namespace drench::test {
+namespace {
+
+class NewScene : public Commands {
+ protected:
+  /// A tube with a hem and a neck, as wide as half its height, in `unit` metres: OBJ text.
+  static std::string tube(double height, double unit, int around = 24, int rows = 21, double far = 0) {
+    std::string obj;
+    for (int j = 0; j < rows; ++j)
+      for (int i = 0; i < around; ++i) {
+        const double angle = 2 * std::numbers::pi * i / around, radius = 0.25 * height;
+        obj += fmt::format("v {:.9g} {:.9g} {:.9g}\n", (far + radius * std::cos(angle)) / unit,
+                           height * j / (rows - 1) / unit, 0.6 * radius * std::sin(angle) / unit);
+      }
+    for (int j = 0; j + 1 < rows; ++j)
+      for (int i = 0; i < around; ++i) {
+        const int a = j * around + i + 1, b = j * around + (i + 1) % around + 1;
+        obj += fmt::format("f {} {} {}\nf {} {} {}\n", a, b, a + around, b, b + around, a + around);
+      }
+    return obj;
+  }
+
+  /// The scene that `drench new` prints for this mesh, as it stands in scene.yaml after a run of a few steps.
+  Scene scene_for(const std::string& obj, const std::string& warning = "") const {
+    if (!obj.empty()) write_text(here() / "garment.obj", obj);
+    const Outcome made = obj.empty() ? drench({"new"}) : drench({"new", "garment.obj"});
+    EXPECT_EQ(made.code, 0) << made.err;
+    if (warning.empty())
+      EXPECT_EQ(made.err, "");
+    else
+      EXPECT_NE(made.err.find(warning), std::string::npos) << made.err;
+    write_text(here() / "scene.yaml", made.out);
+    const Outcome check = drench({"check", "scene.yaml"});
+    EXPECT_EQ(check.code, 0) << check.err;
+    EXPECT_EQ(check.out.find("warning"), std::string::npos) << check.out;
+    const Outcome run = drench({"run", "scene.yaml", "-o", "out", "--overwrite", "--steps", "12", "--quiet"});
+    EXPECT_EQ(run.code, 0) << run.err;
+    const Table stats = read_table(here() / "out/stats.csv");
+    EXPECT_EQ(stats.rows.size(), 12U);
+    EXPECT_GT(stats.number(11, "particles"), 10) << "no water";
+    EXPECT_EQ(stats.number(11, "mass_error"), 0);
+    expect_units(made.out);
+    return load_scene((here() / "scene.yaml").string());
+  }
+
+  /// Every line with a number has a comment that says why, and a unit or a count.
+  static void expect_units(const std::string& yaml) {
+    for (const std::string& line : split(yaml, '\n')) {
+      const auto hash = line.find('#');
+      if (line.substr(0, hash).find_first_of("0123456789") == std::string::npos) continue;
+      ASSERT_NE(hash, std::string::npos) << line;
+      EXPECT_GT(line.size() - hash, 8U) << line;
+    }
+  }
+};
+
+TEST_F(NewScene, WithoutAMeshIsAPinnedSheet) {
+  const Scene scene = scene_for("");
+  ASSERT_EQ(scene.cloths.size(), 1U);
+  EXPECT_TRUE(scene.cloths[0].grid);
+  ASSERT_EQ(scene.cloths[0].pins.size(), 1U);
+  EXPECT_EQ(scene.cloths[0].pins[0].kind, PinScene::Kind::edges);
+}
+
+TEST_F(NewScene, OfAMetreHangsByItsTopUnderAJetThatMeetsIt) {
+  const Scene scene = scene_for(tube(1, 1));
+  const ClothScene& cloth = scene.cloths[0];
+  EXPECT_EQ(cloth.scale, 1);
+  EXPECT_TRUE(cloth.self_collision);
+  ASSERT_EQ(cloth.pins.size(), 1U);
+  EXPECT_GT(cloth.pins[0].box.min[1], 0.9);
+  EXPECT_GE(cloth.pins[0].box.max[1], 1);
+  EXPECT_GT(scene.fluid.spacing, 0.0249);  // a fortieth of its size at most, half an edge of 6 cm otherwise
+  EXPECT_LT(scene.fluid.spacing, 0.0351);
+  const JetScene& jet = scene.fluid.jets.at(0);
+  EXPECT_GT(jet.center[1], 1) << "the nozzle is above it";
+  // By the law of free fall: where the jet is 6 cm before the axis; the front, 15 cm before it, falls back at first.
+  const double t = (0.06 - jet.center[2]) / jet.velocity[2];
+  const double height = jet.center[1] + jet.velocity[1] * t - 0.5 * 9.81 * t * t;
+  EXPECT_NEAR(height, 0.45, 0.05);
+  for (std::size_t a = 0; a < 3; ++a) {
+    EXPECT_LT(scene.domain.min[a], std::min(-0.1, jet.center[a]));
+    EXPECT_GT(scene.domain.max[a], jet.center[a] + jet.radius);
+  }
+}
+
+TEST_F(NewScene, AsSmallAsABunnyHasFinerWaterAndThinnerCloth) {
+  const Scene scene = scene_for(tube(0.15, 1, 48, 41));
+  EXPECT_EQ(scene.cloths[0].scale, 1);
+  EXPECT_LT(scene.fluid.spacing, 0.004);
+  EXPECT_GT(scene.fluid.spacing, 0.001 - 1e-9);
+  EXPECT_LT(scene.domain.max[1], 0.4);
+}
+
+TEST_F(NewScene, OfCentimetresIsScaledAndSaysSo) {
+  const Scene scene = scene_for(tube(0.9, 0.01), "90 units long: taken as centimetres, so its scale is 0.01");
+  EXPECT_EQ(scene.cloths[0].scale, 0.01);
+  EXPECT_GT(scene.domain.max[1], 0.9);
+  EXPECT_LT(scene.domain.max[1], 2);
+  EXPECT_NE(read_text(here() / "scene.yaml").find("# garment.obj is 90 units long"), std::string::npos);
+}
+
+TEST_F(NewScene, OfMillimetresIsScaledAndSaysSo) {
+  EXPECT_EQ(scene_for(tube(0.9, 0.001), "taken as millimetres").cloths[0].scale, 0.001);
+}
+
+TEST_F(NewScene, FarFromTheOriginIsBroughtThere) {
+  const Scene scene = scene_for(tube(1, 1, 24, 21, 40));
+  EXPECT_NEAR(scene.cloths[0].position[0], -40, 0.01);
+}
+
+TEST_F(NewScene, WithSliversWarnsAndRuns) {
+  const std::string obj = tube(1, 1) + "v 0.5 1 0\nv 0.6 1 0\nv 0.55 1.000005 0\nf -3 -2 -1\n";
+  write_text(here() / "garment.obj", obj);
+  const Outcome made = drench({"new", "garment.obj"});
+  EXPECT_EQ(made.code, 0) << made.err;
+  EXPECT_NE(made.err.find("self_collision is off"), std::string::npos) << made.err;
+  write_text(here() / "scene.yaml", made.out);
+  EXPECT_EQ(drench({"run", "scene.yaml", "--steps", "5", "--quiet", "--no-output"}).code, 0);
+}
+
+TEST_F(NewScene, RefusesWhatIsNoClothInOneLine) {
+  expect_refusal({"new", "nothing.obj"}, "nothing.obj': no such file");
+  write_text(here() / "empty.obj", "v 0 0 0\n");
+  expect_refusal({"new", "empty.obj"}, "it holds no triangles");
+  write_text(here() / "three.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nv 0 -1 0\nf 1 2 3\nf 1 2 4\nf 1 2 5\n");
+  expect_refusal({"new", "three.obj"}, "three.obj");
+  write_text(here() / "garment.txt", "v 0 0 0\n");
+  expect_refusal({"new", "garment.txt"}, "unknown ending");
+  expect_refusal({"new", "a.obj", "b.obj"}, "b.obj");
+}
+
+}  // namespace
+}  // namespace drench::test

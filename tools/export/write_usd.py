@@ -1,0 +1,140 @@
+"""Writes the frames of a run as one USD file. `drench export OUT --to usd` starts it; `tools/setup export` makes the Python
+that it needs, with usd-core and numpy."""
+
+import argparse
+import os
+import re
+import sys
+from pathlib import Path
+
+sys.dont_write_bytecode = True
+sys.path.insert(0, str(Path(__file__).resolve().parent))
+
+ENDINGS = (".usdc", ".usda", ".usd")
+SAVE_EVERY = 256e6  # bytes of arrays that wait in memory
+
+
+def fail(message):
+    print(f"drench: {message}", file=sys.stderr)
+    sys.exit(2)
+
+
+try:
+    from pxr import Tf, Usd, UsdGeom
+    from usd_prims import Bodies, Liquid, Surface, define_cloths
+    from vtu_reader import Frame, FrameError, read_collection
+except ImportError as error:
+    fail(f"USD needs Python's {error.name}: run tools/setup export, or name a Python that has usd-core and numpy in DRENCH_PYTHON")
+
+
+def parse_arguments():
+    parser = argparse.ArgumentParser(prog="write_usd.py", description=__doc__)
+    parser.add_argument("folder", type=Path, help="of the run")
+    parser.add_argument("file", type=Path, help="ends in .usdc, .usda or .usd")
+    parser.add_argument("--rate", type=float, required=True, help="time codes a second")
+    parser.add_argument("--up", choices=("Y", "Z"), default="Y")
+    parser.add_argument("--cloth", action="append", default=[], metavar="NAME", help="names, in the frames' order")
+    options = parser.parse_args()
+    if options.file.suffix not in ENDINGS:
+        fail(f"{options.file}: must end in {', '.join(ENDINGS)}")
+    return options
+
+
+def new_stage(path, options):
+    stage = Usd.Stage.CreateNew(str(path))
+    UsdGeom.SetStageUpAxis(stage, options.up)
+    UsdGeom.SetStageMetersPerUnit(stage, 1.0)
+    stage.SetTimeCodesPerSecond(options.rate)
+    stage.SetFramesPerSecond(options.rate)
+    stage.SetDefaultPrim(UsdGeom.Xform.Define(stage, "/World").GetPrim())
+    UsdGeom.Scope.Define(stage, "/World/materials")
+    stage.GetRootLayer().comment = "A run of drench: SI units; velocities in m/s, saturation 1 where the pores are full"
+    return stage
+
+
+class Scene:
+    """The prims of a run, made when their first frame comes."""
+
+    def __init__(self, stage, has_surface, cloth_names):
+        self.stage, self.has_surface, self.cloth_names = stage, has_surface, cloth_names
+        self.liquid = self.surface = self.cloths = self.bodies = None
+
+    def write(self, series, code, path):
+        """Returns about how many bytes of arrays it wrote."""
+        with Frame(path) as frame:
+            if series == "fluid":
+                self.liquid = self.liquid or Liquid(self.stage, self.has_surface)
+                return self.liquid.write(code, frame)
+            if series == "surface":
+                self.surface = self.surface or Surface(self.stage)
+                return self.surface.write(code, frame)
+            if series == "cloth":
+                self.cloths = self.cloths or define_cloths(self.stage, frame, self.cloth_names)
+                return sum(cloth.write(code, frame) for cloth in self.cloths)
+            self.bodies = self.bodies or Bodies(self.stage)
+            self.bodies.write(code, path, frame)
+            return 0
+
+    def summary(self):
+        parts = []
+        if self.liquid:
+            parts.append(f"{self.liquid.count} particles in the last")
+        if self.surface:
+            parts.append("their surface")
+        if self.cloths:
+            parts.append("cloth " + ", ".join(cloth.prim.GetPrim().GetName() for cloth in self.cloths))
+        if self.bodies:
+            parts.append(f"{len(self.bodies.bodies)} bodies")
+        return ", ".join(parts)
+
+
+def time_code(time, rate):
+    """Rounded, so that a frame of the run is met where a picture asks for it."""
+    return round(time * rate, 5)
+
+
+def export(options, temporary):
+    series = {name: read_collection(options.folder, name) for name in ("fluid", "surface", "cloth", "bodies")}
+    stage = new_stage(temporary, options)
+    scene, waiting, codes = Scene(stage, bool(series["surface"]), options.cloth), 0, []
+    for time in sorted({time for frames in series.values() for time in frames}):
+        code = time_code(time, options.rate)
+        for name, frames in series.items():
+            for path in frames.get(time, []):
+                waiting += scene.write(name, code, path)
+        codes.append(code)
+        if waiting > SAVE_EVERY:
+            stage.GetRootLayer().Save()
+            waiting = 0
+    stage.SetStartTimeCode(codes[0])
+    stage.SetEndTimeCode(codes[-1])
+    stage.GetRootLayer().Save()
+    return len(codes), scene.summary()
+
+
+def reason_of(error):
+    """USD's errors name its own files and lines; the reason is what stands in quotes."""
+    found = re.search(r" : '(.*?)'(?: Error in |\s*$)", " ".join(str(error).split()))
+    return found[1] if found else getattr(error, "strerror", None) or str(error)
+
+
+def main():
+    options = parse_arguments()
+    temporary = options.file.with_name(f".{options.file.stem}.part{options.file.suffix}")
+    try:
+        options.file.parent.mkdir(parents=True, exist_ok=True)
+        temporary.unlink(missing_ok=True)
+        frames, summary = export(options, temporary)
+        os.replace(temporary, options.file)
+    except FrameError as error:
+        fail(str(error))
+    except (OSError, Tf.ErrorException) as error:
+        fail(f"{options.file}: cannot be written: {reason_of(error)}")
+    finally:
+        temporary.unlink(missing_ok=True)
+    size = options.file.stat().st_size / 2**20
+    print(f"{options.file}: {frames} frames at {options.rate:.6g} a second, {summary}; {size:.1f} MiB")
+
+
+if __name__ == "__main__":
+    main()
