@@ -70,6 +70,11 @@ class Simulation {
   /// @throws std::invalid_argument for a cloth or an entry that there is not, an entry that holds no node, a number that is not
   ///   finite
   void set_pin_velocity(Index cloth, Index pin, const Vec3& velocity);
+  /// The nodes that an entry of `cloth.N.pin` holds, as rows of the node fields. Throws as set_pin_velocity() does.
+  std::vector<Index> pin_nodes(Index cloth, Index pin) const;
+  /// A cloth's rows of the node fields: the first, and how many.
+  /// @throws std::invalid_argument for a cloth that there is not
+  std::pair<Index, Index> cloth_nodes(Index cloth) const;
   /// From now on a jet flows like this, and goes on from what it has let go.
   /// @param jet its number among the scene's jets, from 0
   /// @param velocity m/s; 0 closes the jet until another velocity opens it

@@ -36,34 +36,11 @@ PinMotion continued(const PinMotion& m, const Vec3& velocity, double time) {
   return next;
 }
 
-/// Of the nodes of an entry, all of which have the same motion.
-struct Entry {
-  std::vector<std::size_t> nodes;
-  Index motion = -1;
-};
-
-Entry entry_of(const Model& m, Index cloth, Index number) {
-  if (cloth < 0 || cloth >= std::ssize(m.cloths))
-    throw std::invalid_argument(fmt::format("there is no cloth {}; allowed: 0 to {}", cloth, std::ssize(m.cloths) - 1));
-  const ClothScene& scene = m.scene.cloths[static_cast<std::size_t>(cloth)];
-  if (number < 0 || number >= std::ssize(scene.pins))
-    throw std::invalid_argument(fmt::format("cloth {} has no pin {}; it has {}", cloth, number, scene.pins.size()));
-  if (!scene.dynamics) throw std::invalid_argument(fmt::format("cloth {} does not move: its dynamics is false", cloth));
-  const ClothMaterial& range = m.cloths[static_cast<std::size_t>(cloth)];
-  Entry entry;
-  for (Index n = range.first_node; n < range.first_node + range.node_count; ++n)
-    if (m.mesh.pin_entry[static_cast<std::size_t>(n)] == number) entry.nodes.push_back(static_cast<std::size_t>(n));
-  if (entry.nodes.empty())
-    throw std::invalid_argument(fmt::format("pin {} of cloth {} holds no node of its own", number, cloth));
-  if (!m.mesh.pin_motion.empty()) entry.motion = m.mesh.pin_motion[entry.nodes.front()];
-  return entry;
-}
-
 /// Adds a motion that has not moved yet.
-Index add_motion(Model& m, const Entry& entry) {
+Index add_motion(Model& m, const std::vector<Index>& nodes) {
   m.mesh.pin_motion.resize(m.mesh.rest_position.size(), -1);
   const auto motion = static_cast<Index>(m.pin_motions.size());
-  for (const std::size_t n : entry.nodes) m.mesh.pin_motion[n] = motion;
+  for (const Index n : nodes) m.mesh.pin_motion[static_cast<std::size_t>(n)] = motion;
   m.pin_motions.emplace_back();
   return motion;
 }
@@ -107,11 +84,33 @@ void prescribe(Model& m, const Prescribed& p) {
   m.fastest_before = p.fastest_before;
 }
 
+const ClothMaterial& cloth_numbered(const Model& m, Index cloth) {
+  if (cloth < 0 || cloth >= std::ssize(m.cloths))
+    throw std::invalid_argument(fmt::format("there is no cloth {}; the scene has {}", cloth, m.cloths.size()));
+  return m.cloths[static_cast<std::size_t>(cloth)];
+}
+
+std::vector<Index> nodes_of_pin(const Model& m, Index cloth, Index number) {
+  const ClothMaterial& range = cloth_numbered(m, cloth);
+  const std::vector<PinScene>& pins = m.scene.cloths[static_cast<std::size_t>(cloth)].pins;
+  if (number < 0 || number >= std::ssize(pins))
+    throw std::invalid_argument(fmt::format("cloth {} has no pin {}; it has {}", cloth, number, pins.size()));
+  std::vector<Index> nodes;
+  for (Index n = range.first_node; n < range.first_node + range.node_count; ++n)
+    if (m.mesh.pin_entry[static_cast<std::size_t>(n)] == number) nodes.push_back(n);
+  if (nodes.empty())
+    throw std::invalid_argument(fmt::format("pin {} of cloth {} holds no node of its own", number, cloth));
+  return nodes;
+}
+
 void change_pin_velocity(Model& m, Index cloth, Index number, const Vec3& velocity, double time) {
   require_finite("the velocity of a pin", velocity);
-  const Entry entry = entry_of(m, cloth, number);
+  const std::vector<Index> nodes = nodes_of_pin(m, cloth, number);
+  if (!cloth_numbered(m, cloth).dynamics)
+    throw std::invalid_argument(fmt::format("cloth {} does not move: its dynamics is false", cloth));
   m.fastest_before = fastest_prescribed(m);
-  const Index motion = entry.motion >= 0 ? entry.motion : add_motion(m, entry);
+  Index motion = m.mesh.pin_motion.empty() ? -1 : m.mesh.pin_motion[static_cast<std::size_t>(nodes.front())];
+  if (motion < 0) motion = add_motion(m, nodes);
   PinMotion& pin = m.pin_motions[static_cast<std::size_t>(motion)];
   pin = continued(pin, velocity, time);
 }

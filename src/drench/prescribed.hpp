@@ -21,6 +21,11 @@ struct Prescribed {
 Prescribed prescribed_of(const Model& model);
 void prescribe(Model& model, const Prescribed& prescribed);
 
+/// std::invalid_argument: there is no such cloth.
+const ClothMaterial& cloth_numbered(const Model& model, Index cloth);
+/// The nodes of entry `entry` in `cloth.N.pin`. std::invalid_argument: there is no such cloth or entry, or it holds no node.
+std::vector<Index> nodes_of_pin(const Model& model, Index cloth, Index entry);
+
 /// From `time` (s) on the pins of entry `entry` in `cloth.N.pin` move at `velocity`, m/s, and do not turn.
 /// std::invalid_argument: no such cloth or entry, an entry that holds no node, a cloth that does not move, no finite number.
 void change_pin_velocity(Model& model, Index cloth, Index entry, const Vec3& velocity, double time);

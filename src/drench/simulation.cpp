@@ -98,6 +98,15 @@ void Simulation::set_pin_velocity(Index cloth, Index pin, const Vec3& velocity) 
   parts_->change_model([&](Model& model) { change_pin_velocity(model, cloth, pin, velocity, time()); });
 }
 
+std::vector<Index> Simulation::pin_nodes(Index cloth, Index pin) const {
+  return nodes_of_pin(parts_->setup.model, cloth, pin);
+}
+
+std::pair<Index, Index> Simulation::cloth_nodes(Index cloth) const {
+  const ClothMaterial& range = cloth_numbered(parts_->setup.model, cloth);
+  return {range.first_node, range.node_count};
+}
+
 void Simulation::set_jet(Index jet, const Vec3& velocity, const std::optional<Vec3>& center) {
   parts_->change_model([&](Model& model) { change_jet(model, jet, velocity, center, time()); });
 }

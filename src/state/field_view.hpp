@@ -31,4 +31,9 @@ struct FieldView {
   std::shared_ptr<const void> memory;  ///< keeps the array alive
 };
 
+/// Copies a view's values, row by row without gaps, into `to` on the host.
+/// @param view of a Simulation; it may be stale, and what it shows is then any step's
+/// @param to room for rows × columns numbers of the view's type
+void copy_to_host(const FieldView& view, void* to);
+
 }  // namespace drench

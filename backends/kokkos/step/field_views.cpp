@@ -1,5 +1,6 @@
 #include "step/field_views.hpp"
 
+#include <algorithm>
 #include <cstddef>
 
 #include "state/needed_fields.hpp"
@@ -117,3 +118,26 @@ std::vector<FieldView> field_views(const Model& model, const Fluid& fluid, const
 }
 
 }  // namespace drench::kokkos_backend
+
+namespace drench {
+
+void copy_to_host(const FieldView& view, void* to) {
+  using kokkos_backend::MemSpace;
+  using Bytes = Kokkos::View<const std::byte*, Kokkos::HostSpace, Kokkos::MemoryUnmanaged>;
+  using DeviceBytes = Kokkos::View<const std::byte*, MemSpace, Kokkos::MemoryUnmanaged>;
+  if (view.rows == 0) return;
+  const std::size_t number = view.type == FieldView::Type::uint8 ? 1 : view.type == FieldView::Type::float32 ? 4 : 8;
+  const std::size_t row = number * static_cast<std::size_t>(view.columns), step = static_cast<std::size_t>(view.row_bytes);
+  const std::size_t size = static_cast<std::size_t>(view.rows - 1) * step + row;
+  std::vector<std::byte> span(size);
+  const auto* data = static_cast<const std::byte*>(view.data);
+  Kokkos::View<std::byte*, Kokkos::HostSpace, Kokkos::MemoryUnmanaged> host(span.data(), size);
+  if (view.where == FieldView::Memory::host)
+    Kokkos::deep_copy(host, Bytes(data, size));
+  else
+    Kokkos::deep_copy(host, DeviceBytes(data, size));
+  for (std::size_t k = 0; k < static_cast<std::size_t>(view.rows); ++k)
+    std::copy_n(span.data() + k * step, row, static_cast<std::byte*>(to) + k * row);
+}
+
+}  // namespace drench
