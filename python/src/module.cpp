@@ -3,6 +3,7 @@
 #include "module.hpp"
 
 NB_MODULE(_core, m) {
+  nanobind::set_leak_warnings(false);  // a run that a notebook still has when Python ends is no leak
   m.doc() = "The compiled part of drench. Use the package drench.";
   drench::python::bind_errors(m);
   drench::python::bind_runtime(m);

@@ -7,6 +7,7 @@
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/string_view.h>
 #include <nanobind/stl/vector.h>
+#include <vtkObject.h>
 
 #include <atomic>
 #include <limits>
@@ -30,10 +31,47 @@ nb::object owned(std::vector<T>&& values) {
   }
 }
 
+/// VTK's warnings come back as error codes, which the set-up reports in a line.
+class QuietVtk {
+ public:
+  QuietVtk() { vtkObject::GlobalWarningDisplayOff(); }
+  ~QuietVtk() { vtkObject::SetGlobalWarningDisplay(before_); }
+  QuietVtk(const QuietVtk&) = delete;
+  QuietVtk& operator=(const QuietVtk&) = delete;
+
+ private:
+  int before_ = vtkObject::GetGlobalWarningDisplay();
+};
+
 class Run {
+  void note() {
+    *generation_ = run_->generation();
+    time_ = run_->time();
+    steps_ = run_->steps();
+  }
+
+  /// Calls `work` without Python's lock, while no other thread is at this run.
+  template <class Work>
+  auto alone(Work&& work) {
+    bool idle = false;
+    if (!busy_.compare_exchange_strong(idle, true))
+      throw std::runtime_error("the run computes a step in another thread");
+    const Idle at_the_end{*this};
+    const nb::gil_scoped_release free;
+    return work();
+  }
+  struct Idle {
+    Run& run;
+    ~Idle() {
+      run.note();
+      run.busy_ = false;
+    }
+  };
+
  public:
   explicit Run(const LoadedScene& scene) {
     start_runtime();
+    const QuietVtk quiet;
     try {
       const nb::gil_scoped_release free;
       run_ = std::make_unique<Simulation>(scene.scene);
@@ -111,30 +149,6 @@ class Run {
   }
 
  private:
-  void note() {
-    *generation_ = run_->generation();
-    time_ = run_->time();
-    steps_ = run_->steps();
-  }
-
-  /// Calls `work` without Python's lock, while no other thread is at this run.
-  template <class Work>
-  auto alone(Work&& work) {
-    bool idle = false;
-    if (!busy_.compare_exchange_strong(idle, true))
-      throw std::runtime_error("the run computes a step in another thread");
-    const Idle at_the_end{*this};
-    const nb::gil_scoped_release free;
-    return work();
-  }
-  struct Idle {
-    Run& run;
-    ~Idle() {
-      run.note();
-      run.busy_ = false;
-    }
-  };
-
   ArrayHolder holder_;
   std::unique_ptr<Simulation> run_;
   std::shared_ptr<std::uint64_t> generation_ = std::make_shared<std::uint64_t>(0);

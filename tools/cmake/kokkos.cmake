@@ -74,13 +74,12 @@ endif()
 if(kokkos_from STREQUAL source)
   include(FetchContent)
   set(Kokkos_ENABLE_SERIAL ON CACHE BOOL "")
+  # With the [[no_unique_address]] members of mdspan g++ 12 leaves static Views zero, and from CUDA 12.9 on nvcc and g++ lay
+  # them out differently: kernels get wrong pointers.
+  set(Kokkos_ENABLE_IMPL_MDSPAN OFF CACHE BOOL "")
   set(Kokkos_ENABLE_${kokkos_device} ON CACHE BOOL "")
   if(DRENCH_BACKEND STREQUAL cuda)
     set(Kokkos_ENABLE_OPENMP ON CACHE BOOL "")
-    # From 12.9 on nvcc and g++ lay [[no_unique_address]] members of mdspan out differently: kernels get wrong pointers.
-    if(CUDAToolkit_VERSION VERSION_GREATER_EQUAL 12.9)
-      set(Kokkos_ENABLE_IMPL_MDSPAN OFF CACHE BOOL "")
-    endif()
     set(kokkos_archs 61 PASCAL61 75 TURING75 80 AMPERE80 86 AMPERE86 89 ADA89 90 HOPPER90)
     list(FIND kokkos_archs ${DRENCH_CUDA_ARCH} at)
     math(EXPR at "${at} + 1")
