@@ -14,6 +14,9 @@ from .fields import FieldView
 from .scene import Scene
 from .simulation import Frame, Simulation, Step
 
+for _error in (Error, CheckpointError, DeviceError, RunFailure, SceneError, SetupError, StaleView):
+    _error.__module__ = "drench"  # as users name them
+
 #: The folder of the scenes that come with drench.
 scenes = Path(__file__).parent / "scenes"
 

@@ -97,10 +97,11 @@ class FieldView(NDArrayOperatorsMixin):
         return getattr(ufunc, method)(*(x.numpy() if isinstance(x, FieldView) else x for x in inputs), **kwargs)
 
     def __dlpack__(self, **kwargs: Any) -> Any:
-        return self._core.exchange().__dlpack__(**kwargs)
+        # Older libraries ask without a version, and know no read-only memory.
+        return self._core.exchange(kwargs.get("max_version") is not None).__dlpack__(**kwargs)
 
     def __dlpack_device__(self) -> tuple[int, int]:
-        return self._core.exchange().__dlpack_device__()
+        return (1, 0) if self.memory == "host" else (2, 0)  # kDLCPU, kDLCUDA
 
     def __getitem__(self, key: Any) -> Any:
         return self.numpy()[key]

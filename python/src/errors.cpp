@@ -11,7 +11,7 @@ namespace {
 PyObject *base, *scene_error, *setup_error, *device_error, *run_failure, *checkpoint_error;
 
 PyObject* new_class(nb::module_& m, const char* name, const char* doc, nb::handle bases) {
-  PyObject* made = PyErr_NewExceptionWithDoc((std::string("drench.") + name).c_str(), doc, bases.ptr(), nullptr);
+  PyObject* made = PyErr_NewExceptionWithDoc((std::string("drench._core.") + name).c_str(), doc, bases.ptr(), nullptr);
   if (made == nullptr) throw nb::python_error();
   m.attr(name) = nb::handle(made);
   return made;

@@ -29,10 +29,11 @@ void require_current(const Field& field) {
   throw nb::python_error();
 }
 
-/// Keeps the array alive for as long as somebody has a NumPy array or a capsule of it.
+/// Keeps the array alive for as long as somebody has a view, a NumPy array or a capsule of it.
 struct Keep {
-  std::shared_ptr<const void> memory;
+  explicit Keep(std::shared_ptr<const void> array) : memory(std::move(array)) {}
   ArrayHolder holder;
+  std::shared_ptr<const void> memory;
 };
 
 nb::dlpack::dtype type_of(const FieldView& view) {
@@ -64,18 +65,17 @@ Array array_of(const FieldView& view) {
   const nb::dlpack::dtype type = type_of(view);
   const std::size_t shape[2] = {static_cast<std::size_t>(view.rows), static_cast<std::size_t>(view.columns)};
   const std::int64_t strides[2] = {view.row_bytes / (type.bits / 8), 1};
-  nb::capsule owner(new Keep{view.memory, {}}, [](void* keep) noexcept { delete static_cast<Keep*>(keep); });
+  using Memory = std::shared_ptr<const void>;
+  nb::capsule owner(new Memory(view.memory), [](void* memory) noexcept { delete static_cast<Memory*>(memory); });
   const bool host = view.where == FieldView::Memory::host;
   return Array(const_cast<void*>(view.data), view.columns == 1 ? 1 : 2, shape, owner, strides, type,
                host ? nb::device::cpu::value : nb::device::cuda::value, 0);
 }
 
-/// The array itself: NumPy's on a host; on a GPU an object with __dlpack__.
+/// The array itself, as NumPy's; only of one on a host.
 nb::object array(const Field& field) {
   require_current(field);
-  if (field.view.where == FieldView::Memory::host)
-    return nb::cast(array_of<nb::ndarray<nb::numpy, nb::ro>>(field.view));
-  return nb::cast(array_of<nb::ndarray<nb::ro>>(field.view));
+  return nb::cast(array_of<nb::ndarray<nb::numpy, nb::ro>>(field.view));
 }
 
 /// A NumPy array of its own.
@@ -90,20 +90,23 @@ nb::object copy(const Field& field) {
   return nb::cast(nb::ndarray<nb::numpy>(bytes, view.columns == 1 ? 1 : 2, shape, owner, nullptr, type));
 }
 
-/// An array for DLPack. It knows no read-only memory in its first version, which all libraries read.
-nb::object exchange(const Field& field) {
+/// An object with __dlpack__. The first version of DLPack, which all libraries read, knows no read-only memory.
+nb::object exchange(const Field& field, bool read_only) {
   require_current(field);
-  return nb::cast(array_of<nb::ndarray<>>(field.view));
+  if (read_only) return nb::cast(array_of<nb::ndarray<nb::array_api, nb::ro>>(field.view));
+  return nb::cast(array_of<nb::ndarray<nb::array_api>>(field.view));
 }
 
 }  // namespace
 
 nb::object to_python(FieldView view, std::shared_ptr<const std::uint64_t> now) {
+  const auto keep = std::make_shared<const Keep>(std::move(view.memory));
+  view.memory = std::shared_ptr<const void>(keep, keep->memory.get());
   return nb::cast(Field{std::move(view), std::move(now)});
 }
 
 void bind_fields(nb::module_& m) {
-  stale_view = PyErr_NewExceptionWithDoc("drench.StaleView", "A view of a field from before the run's last step.",
+  stale_view = PyErr_NewExceptionWithDoc("drench._core.StaleView", "A view of a field from before the run's last step.",
                                          m.attr("Error").ptr(), nullptr);
   if (stale_view == nullptr) throw nb::python_error();
   m.attr("StaleView") = nb::handle(stale_view);
@@ -118,7 +121,7 @@ void bind_fields(nb::module_& m) {
       .def_prop_ro("current", &Field::current)
       .def("array", &array, nb::sig("def array(self) -> object"))
       .def("copy", &copy, nb::sig("def copy(self) -> object"))
-      .def("exchange", &exchange, nb::sig("def exchange(self) -> object"))
+      .def("exchange", &exchange, nb::arg("read_only"), nb::sig("def exchange(self, read_only: bool) -> object"))
       .def("require_current", &require_current);
 }
 

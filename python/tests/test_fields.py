@@ -124,6 +124,15 @@ def test_arrays_stay_readable_while_particles_come_and_go(scene):
     assert all(np.isfinite(array).all() for array in old)
 
 
+def test_a_run_without_particles_has_empty_fields():
+    from test_controls import jet_scene
+    run = drench.Simulation(jet_scene())
+    assert run.fields["fluid_position"].shape == (0, 3) and len(run.fields["fluid_id"]) == 0
+    assert run.fields["fluid_position"].copy().shape == (0, 3)
+    run.run_until(0.05)
+    assert len(run.fields["fluid_id"]) > 0
+
+
 def test_an_unknown_field_names_those_that_there_are(run):
     with pytest.raises(KeyError, match="fluid_position"):
         run.fields["fluid_positions"]

@@ -41,7 +41,7 @@ def test_every_scene_of_the_package_loads():
 
 @pytest.mark.parametrize("key, value, words", [
     ("spacing", -1, "fluid.spacing: "),
-    ("spacin", 0.01, "did you mean spacing"),
+    ("spacin", 0.01, "did you mean 'spacing'?"),
     ("spacing", "wide", "fluid.spacing: "),
     ("spacing", float("nan"), "fluid.spacing: "),
 ])
