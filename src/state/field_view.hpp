@@ -20,7 +20,8 @@ struct FieldView {
   /// Where the numbers lie.
   enum class Memory : std::uint8_t { host, cuda };
 
-  std::string_view name, unit;         ///< "fluid_position", "m"
+  std::string_view name;               ///< "fluid_position"
+  std::string_view unit;               ///< of the table of fields: "m"
   const void* data = nullptr;          ///< of the first number; null if there are no rows
   Type type = Type::float32;           ///< of a number
   Index rows = 0;                      ///< particles, nodes, samples or bodies
