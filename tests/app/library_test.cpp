@@ -43,7 +43,9 @@ void expect_same(const HostState& a, const HostState& b) {
   visit_fields(a, [&](std::string_view name, const auto& values) {
     visit_fields(other, [&](std::string_view same, auto& theirs) {
       if constexpr (std::is_same_v<std::decay_t<decltype(values)>, std::decay_t<decltype(theirs)>>)
-        if (name == same) EXPECT_TRUE(values == theirs) << name;
+        if (name == same) {
+          EXPECT_TRUE(values == theirs) << name;
+        }
     });
   });
   EXPECT_EQ(a.time, b.time);
