@@ -82,55 +82,56 @@ class Scene:
     """
 
     def __init__(self, source: SceneLike, overrides: Mapping[str, Any] | None = None, *, name: str = "scene"):
+        self._loaded: _core.Scene
         changes = [f"{key}={_flow(value)}" for key, value in (overrides or {}).items()]
         if isinstance(source, Scene):
-            self._core = source._core if not changes else _core.Scene.from_text(source.to_yaml(), source.path, changes)
+            self._loaded = source._loaded if not changes else _core.Scene.from_text(source.to_yaml(), source.path, changes)
         elif isinstance(source, Mapping):
             whole = source if "drench" in source else {"drench": 1, **source}
-            self._core = _core.Scene.from_text(to_text(whole), name, changes)
+            self._loaded = _core.Scene.from_text(to_text(whole), name, changes)
         else:
-            self._core = _core.Scene.from_file(os.fspath(source), changes)
+            self._loaded = _core.Scene.from_file(os.fspath(source), changes)
 
     @classmethod
     def from_yaml(cls, text: str, name: str = "scene") -> Scene:
         """A scene from the text of a scene file. Errors call it `name`; mesh files are looked up beside that path."""
         scene = cls.__new__(cls)
-        scene._core = _core.Scene.from_text(text, name, [])
+        scene._loaded = _core.Scene.from_text(text, name, [])
         return scene
 
     def to_yaml(self) -> str:
         """The scene with every default written out."""
-        return self._core.to_yaml()
+        return self._loaded.to_yaml()
 
     @property
     def path(self) -> str:
         """The file that it came from, or its name in errors."""
-        return self._core.path
+        return self._loaded.path
 
     @property
     def time_step(self) -> float:
         """time.step, s"""
-        return self._core.step
+        return self._loaded.step
 
     @property
     def particle_diameter(self) -> float:
         """fluid.spacing, m"""
-        return self._core.particle_diameter
+        return self._loaded.particle_diameter
 
     @property
     def end(self) -> float:
         """time.end, s"""
-        return self._core.end
+        return self._loaded.end
 
     @property
     def output_every(self) -> float:
         """output.every, s; 0: no frames"""
-        return self._core.output_every
+        return self._loaded.output_every
 
     @property
     def cloth_names(self) -> list[str]:
         """The names of the cloths, in order."""
-        return self._core.cloth_names
+        return self._loaded.cloth_names
 
     def __repr__(self) -> str:
         return f"<drench.Scene {self.path}: {self.end:g} s>"

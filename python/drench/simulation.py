@@ -65,7 +65,7 @@ class Simulation:
         self.scene = Scene(scene, overrides)
         if threads is not None:
             _core.set_threads(int(threads))
-        self._run = _core.Run(self.scene._core)
+        self._run = _core.Run(self.scene._loaded)
         #: The fields by name, without a copy. Each access gives the view of now.
         self.fields = Fields(self._run)
         #: The last step, None before the first.

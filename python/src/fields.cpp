@@ -119,9 +119,9 @@ void bind_fields(nb::module_& m) {
       .def_prop_ro("address", [](const Field& f) { return reinterpret_cast<std::uintptr_t>(f.view.data); })
       .def_prop_ro("generation", [](const Field& f) { return f.view.generation; })
       .def_prop_ro("current", &Field::current)
-      .def("array", &array, nb::sig("def array(self) -> object"))
-      .def("copy", &copy, nb::sig("def copy(self) -> object"))
-      .def("exchange", &exchange, nb::arg("read_only"), nb::sig("def exchange(self, read_only: bool) -> object"))
+      .def("array", &array, nb::sig("def array(self) -> numpy.typing.NDArray[typing.Any]"))
+      .def("copy", &copy, nb::sig("def copy(self) -> numpy.typing.NDArray[typing.Any]"))
+      .def("exchange", &exchange, nb::arg("read_only"), nb::sig("def exchange(self, read_only: bool) -> typing.Any"))
       .def("require_current", &require_current);
 }
 
