@@ -54,7 +54,9 @@ Vector3d pin_position(const ReferenceState& state, Index n, double time) {
   const PinMotion& p = m.pin_motions[motion];
   const double since = std::min(std::max(time, p.start), p.end) - p.start;
   const Eigen::AngleAxisd turn(p.rate * since, vec(p.axis));
-  return vec(p.center) + since * vec(p.velocity) + turn * (vec(m.mesh.rest_position[n]) - vec(p.center));
+  const Eigen::Quaterniond before(p.rotated[0], p.rotated[1], p.rotated[2], p.rotated[3]);
+  return vec(p.center) + vec(p.offset) + since * vec(p.velocity) +
+         turn * (before * (vec(m.mesh.rest_position[n]) - vec(p.center)));
 }
 
 ClothProblem::ClothProblem(const ReferenceState& s, double step) : state(s), dt(step), bodies(placed_bodies(s, step)) {

@@ -3,6 +3,7 @@
 #include <Kokkos_Profiling_ScopedRegion.hpp>
 #include <stdexcept>
 
+#include "cloth/pins.hpp"
 #include "cloth/stages.hpp"
 #include "core/host_copy.hpp"
 #include "core/neighbor_search.hpp"
@@ -14,6 +15,7 @@
 #include "porous/contact_wicking.hpp"
 #include "porous/stages.hpp"
 #include "porous/transfer.hpp"
+#include "step/field_views.hpp"
 #include "step/stages.hpp"
 
 namespace drench {
@@ -26,7 +28,7 @@ class KokkosBackend final : public Backend {
       : constants_(model), fluid_(constants_), bodies_(constants_), cloth_(constants_) {
     for (CellTable* table : {&wet_adhesion_.cells, &measures_.cells})
       *table = CellTable(model.scene.sort);
-    for (const Jet& j : model.jets) jets_.offsets.push_back(to_device3("drench::jet_offsets", j.offsets));
+    aim_jets();
   }
 
   std::string name() const override { return "kokkos"; }
@@ -53,6 +55,16 @@ class KokkosBackend final : public Backend {
     state.step = accounts_.step;
     state.time = accounts_.time;
     return state;
+  }
+
+  std::vector<FieldView> fields() const override {
+    Kokkos::fence("drench::fields");
+    return field_views(constants_.model, fluid_, bodies_, cloth_);
+  }
+
+  void model_changed() override {
+    find_moving_pins(constants_.model, cloth_.nodes);
+    aim_jets();
   }
 
   void run(Stage stage, const StepInfo& info, StepReport& report) override {
@@ -122,6 +134,11 @@ class KokkosBackend final : public Backend {
   }
 
  private:
+  void aim_jets() {
+    jets_.offsets.clear();
+    for (const Jet& j : constants_.model.jets) jets_.offsets.push_back(to_device3("drench::jet_offsets", j.offsets));
+  }
+
   /// nodes.force of the pressure that the last density solve found; whether there is any.
   bool load_cloth_with_last_pressure() {
     if (fluid_.particles.count == 0 || cloth_.samples.count == 0) return false;

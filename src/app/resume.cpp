@@ -78,7 +78,7 @@ Checkpoint checkpoint_header(const Model& model, const Backend& backend) {
   return c;
 }
 
-Resume find_checkpoint(const std::string& wanted, const Model& model, const Backend& backend) {
+Resume find_checkpoint(const std::string& wanted, const Model& model, const Backend& backend, For whom) {
   const bool any = fs::is_directory(wanted);
   const std::vector<fs::path> candidates = any ? checkpoints_in(wanted) : std::vector<fs::path>{wanted};
   if (candidates.empty()) throw CheckpointError(fmt::format("{}: holds no checkpoint", wanted));
@@ -91,7 +91,11 @@ Resume find_checkpoint(const std::string& wanted, const Model& model, const Back
     try {
       found.checkpoint = read_checkpoint(path);
       check(found, now, model);
-      const std::string missing = found.folder.empty() ? "" : missing_output(found, model);
+      if (whom == For::command && !found.checkpoint.changes.empty())
+        throw CheckpointError(fmt::format(
+            "{}: its pins, jets or wind were changed by a program: go on with drench.Simulation.resume", path.string()));
+      const bool no_folder = found.folder.empty() || whom == For::library;
+      const std::string missing = no_folder ? "" : missing_output(found, model);
       if (!missing.empty())
         throw DamagedCheckpoint(fmt::format("{}: cannot be gone on from: {}", path.string(), missing));
       break;

@@ -17,10 +17,13 @@ struct Resume {
   std::vector<std::string> warnings;  // one line each
 };
 
+/// Who goes on: the command, which also needs the run's output up to there, or a program around the library.
+enum class For { command, library };
+
 /// The checkpoint `wanted`, or the newest one of the folder `wanted` that is whole (a warning tells of those that are
 /// not). Throws CheckpointError: there is none, or it is not one of this scene, mesh files, version, precision and
-/// backend; the first difference is named.
-Resume find_checkpoint(const std::string& wanted, const Model& model, const Backend& backend);
+/// backend; the first difference is named. The command takes none of a run whose pins, jets or wind a program changed.
+Resume find_checkpoint(const std::string& wanted, const Model& model, const Backend& backend, For whom = For::command);
 
 /// A checkpoint to be of a run of this model on this backend, but for its state.
 Checkpoint checkpoint_header(const Model& model, const Backend& backend);

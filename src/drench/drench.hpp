@@ -6,7 +6,10 @@
 #include <cstdint>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <string>
+#include <string_view>
+#include <utility>
 #include <vector>
 
 #include "base/types.hpp"
@@ -15,6 +18,7 @@
 #include "scene/load.hpp"
 #include "scene/scene.hpp"
 #include "setup/setup_error.hpp"
+#include "state/field_view.hpp"
 #include "state/host_state.hpp"
 
 /// Water meeting porous cloth. All quantities are in SI units.
@@ -48,6 +52,54 @@ class Simulation {
   /// Everything that changes, as it is now: arrays with an entry for each particle, cloth node, sample and body, in SI units
   /// but for masses (quanta). Particles are in the order of their ids. Each call copies it from the device.
   HostState state() const;
+  /// The backend's own arrays, without a copy: each field that this scene needs. Waits until they are computed. Each step
+  /// makes the views before it stale.
+  std::vector<FieldView> fields() const;
+  /// One of them.
+  /// @throws std::out_of_range for a name that this scene has no field of
+  FieldView field(std::string_view name) const;
+  /// Rises with each step() and resume().
+  std::uint64_t generation() const;
+  /// Does the view show the run as it is now?
+  bool is_current(const FieldView& view) const { return view.generation == generation(); }
+
+  /// From now on the pins of an entry of `cloth.N.pin` move at this velocity, from where they are, and do not turn.
+  /// @param cloth N, from 0
+  /// @param pin the entry, from 0
+  /// @param velocity m/s
+  /// @throws std::invalid_argument for a cloth or an entry that there is not, an entry that holds no node, a number that is not
+  ///   finite
+  void set_pin_velocity(Index cloth, Index pin, const Vec3& velocity);
+  /// The nodes that an entry of `cloth.N.pin` holds, as rows of the node fields. Throws as set_pin_velocity() does.
+  std::vector<Index> pin_nodes(Index cloth, Index pin) const;
+  /// A cloth's rows of the node fields: the first, and how many.
+  /// @throws std::invalid_argument for a cloth that there is not
+  std::pair<Index, Index> cloth_nodes(Index cloth) const;
+  /// From now on a jet flows like this, and goes on from what it has let go.
+  /// @param jet its number among the scene's jets, from 0
+  /// @param velocity m/s; 0 closes the jet until another velocity opens it
+  /// @param center m; without one it stays where it is
+  /// @throws std::invalid_argument for a jet that there is not, or a number that is not finite
+  /// @throws SetupError for a centre outside the domain
+  void set_jet(Index jet, const Vec3& velocity, const std::optional<Vec3>& center = std::nullopt);
+  /// From now on the air moves at this velocity, m/s, without gusts. Its density and the drags are the scene's.
+  /// @throws std::invalid_argument for a number that is not finite
+  void set_wind(const Vec3& velocity);
+
+  /// Writes what it takes to go on, bit for bit; with changed pins, jets and wind.
+  /// @throws std::runtime_error when the disk refuses
+  void save_checkpoint(const std::string& path) const;
+  /// Goes on from a checkpoint of the same scene, in place of where the run is.
+  /// @param path a checkpoint, or a folder: its newest one that is whole
+  /// @returns warnings, a line each
+  /// @throws std::runtime_error for one that cannot be read, or is of another scene, precision, backend or version
+  std::vector<std::string> resume(const std::string& path);
+
+  /// The scene, checked, as it was at the start.
+  const Scene& scene() const;
+  /// The pairs (name of the stage, milliseconds) of the last step, in order.
+  std::vector<std::pair<std::string_view, double>> stage_milliseconds() const;
+
   /// Saturation of each cloth node of `state`, 1: liquid over what the node's pores hold, and 0 where the cloth is not
   /// porous. As long as HostState::node_position.
   std::vector<double> saturation(const HostState& state) const;

@@ -1,7 +1,11 @@
+#include <fmt/format.h>
+
 #include <stdexcept>
 
+#include "app/resume.hpp"
 #include "app/set_up.hpp"
 #include "drench/drench.hpp"
+#include "drench/prescribed.hpp"
 #include "pipeline/pipeline.hpp"
 #include "state/saturation.hpp"
 
@@ -19,15 +23,35 @@ Scene checked(const Scene& scene) {
 }  // namespace
 
 struct Simulation::Parts {
-  explicit Parts(const Scene& scene)
-      : setup(build(checked(scene), memory_budget())),
+  explicit Parts(const Scene& given)
+      : scene(checked(given)),
+        setup(build(scene, memory_budget())),
+        at_start(prescribed_of(setup.model)),
         backend(make_kokkos_backend(setup.model)),
         pipeline(setup.model, *backend, setup.state) {
     setup.state = HostState();  // the backend has it
   }
+  /// Changes the model by `change`, and tells those that it concerns; all or nothing.
+  template <class Change>
+  void change_model(Change&& change) {
+    const Prescribed before = prescribed_of(setup.model);
+    try {
+      change(setup.model);
+    } catch (...) {
+      prescribe(setup.model, before);
+      throw;
+    }
+    changed = true;
+    pipeline.model_changed();
+  }
+
+  Scene scene;
   Setup setup;
+  Prescribed at_start;
   std::unique_ptr<Backend> backend;
   Pipeline pipeline;
+  std::uint64_t generation = 1;
+  bool changed = false;  // from what the scene prescribes
 };
 
 Simulation::Simulation(const Scene& scene) : parts_(std::make_unique<Parts>(scene)) {}
@@ -35,6 +59,7 @@ Simulation::~Simulation() = default;
 
 StepReport Simulation::step(double longest) {
   if (!(longest > 0)) throw std::invalid_argument("Simulation::step: a step has to be longer than 0 s");
+  ++parts_->generation;  // also of a step that fails
   return parts_->pipeline.step(longest);
 }
 
@@ -50,6 +75,81 @@ HostState Simulation::state() const {
   HostState state = parts_->backend->download();
   parts_->pipeline.mark(state);
   return state;
+}
+
+std::vector<FieldView> Simulation::fields() const {
+  std::vector<FieldView> views = parts_->backend->fields();
+  for (FieldView& view : views) view.generation = parts_->generation;
+  return views;
+}
+
+FieldView Simulation::field(std::string_view name) const {
+  std::string names;
+  for (FieldView& view : fields()) {
+    if (view.name == name) return view;
+    names += fmt::format("{}{}", names.empty() ? "" : ", ", view.name);
+  }
+  throw std::out_of_range(fmt::format("this scene has no field {}; it has {}", name, names));
+}
+
+std::uint64_t Simulation::generation() const { return parts_->generation; }
+
+void Simulation::set_pin_velocity(Index cloth, Index pin, const Vec3& velocity) {
+  parts_->change_model([&](Model& model) { change_pin_velocity(model, cloth, pin, velocity, time()); });
+}
+
+std::vector<Index> Simulation::pin_nodes(Index cloth, Index pin) const {
+  return nodes_of_pin(parts_->setup.model, cloth, pin);
+}
+
+std::pair<Index, Index> Simulation::cloth_nodes(Index cloth) const {
+  const ClothMaterial& range = cloth_numbered(parts_->setup.model, cloth);
+  return {range.first_node, range.node_count};
+}
+
+void Simulation::set_jet(Index jet, const Vec3& velocity, const std::optional<Vec3>& center) {
+  parts_->change_model([&](Model& model) { change_jet(model, jet, velocity, center, time()); });
+}
+
+void Simulation::set_wind(const Vec3& velocity) {
+  parts_->change_model([&](Model& model) { change_wind(model, velocity); });
+}
+
+void Simulation::save_checkpoint(const std::string& path) const {
+  Checkpoint checkpoint = checkpoint_header(parts_->setup.model, *parts_->backend);
+  checkpoint.scene = to_yaml(parts_->scene);
+  if (parts_->changed) checkpoint.changes = to_numbers(parts_->setup.model);
+  checkpoint.state = state();
+  write_checkpoint(path, checkpoint);
+}
+
+std::vector<std::string> Simulation::resume(const std::string& path) {
+  Model& model = parts_->setup.model;
+  const Prescribed before = prescribed_of(model);
+  try {
+    prescribe(model, parts_->at_start);
+    const Resume found = find_checkpoint(path, model, *parts_->backend, For::library);
+    if (!found.checkpoint.changes.empty()) take_numbers(model, found.checkpoint.changes);
+    ++parts_->generation;
+    parts_->pipeline.go_on_from(found.checkpoint.state);
+    parts_->changed = !found.checkpoint.changes.empty();
+    return found.warnings;
+  } catch (const std::invalid_argument& e) {
+    prescribe(model, before);
+    throw CheckpointError(fmt::format("{}: {}", path, e.what()));
+  } catch (...) {
+    prescribe(model, before);
+    throw;
+  }
+}
+
+const Scene& Simulation::scene() const { return parts_->scene; }
+
+std::vector<std::pair<std::string_view, double>> Simulation::stage_milliseconds() const {
+  std::vector<std::pair<std::string_view, double>> times;
+  for (const Stage stage : parts_->pipeline.stages())
+    times.emplace_back(name_of(stage), parts_->pipeline.milliseconds()[static_cast<std::size_t>(stage)]);
+  return times;
 }
 
 std::vector<double> Simulation::saturation(const HostState& state) const {

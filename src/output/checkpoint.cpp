@@ -58,6 +58,7 @@ void visit_checkpoint(C& c, Visitor&& visit) {
   visit("geometry", c.geometry);
   visit("frames", c.frames);
   visit("shortened", c.shortened);
+  visit("changes", c.changes);
   visit("step", c.state.step);
   visit("time", c.state.time);
   visit("collapsing", c.state.collapsing);
@@ -216,6 +217,7 @@ Checkpoint read_checkpoint(const fs::path& path) {
   Checkpoint checkpoint;
   visit_checkpoint(checkpoint, [&]<class T>(std::string_view name, T& field) {
     const auto found = records.find(name);
+    if (found == records.end() && name == "changes") return;  // as older ones, whose run nobody changed
     if (found == records.end()) throw CheckpointError(fmt::format("{}: has no {}", path.string(), name));
     const Record& record = found->second;
     bool fits = record.bytes == sizeof(T) && record.count == 1;

@@ -5,9 +5,11 @@
 #include <limits>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "pipeline/stage_list.hpp"
 #include "pipeline/step_report.hpp"
+#include "state/field_view.hpp"
 #include "state/host_state.hpp"
 #include "state/model.hpp"
 
@@ -35,6 +37,10 @@ class Backend {
   /// Waits for all work that was launched; for timers.
   virtual void fence() = 0;
   virtual HostState download() const = 0;
+  /// The arrays themselves, each field that the model needs; none where a backend does not show them. All work is done.
+  virtual std::vector<FieldView> fields() const { return {}; }
+  /// The model's pins, jets or wind have changed since the last step (drench/prescribed.hpp).
+  virtual void model_changed() {}
   /// Neighbour lists as sets, for tests: pairs (a, b) of the named list, sorted by a; "fluid_fluid",
   /// "fluid_boundary", "fluid_sample", "sample_fluid", "sample_sample", "sample_boundary".
   virtual std::vector<std::pair<Index, Index>> neighbor_pairs(const std::string& list) const = 0;

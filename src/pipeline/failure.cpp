@@ -17,9 +17,10 @@ double norm(const Vec3& v) { return std::hypot(v[0], v[1], v[2]); }
 
 double largest(const Vec3& v) { return std::max({v[0], v[1], v[2]}); }
 
-/// m/s: of all that moves as the scene says.
+}  // namespace
+
 double fastest_prescribed(const Model& m) {
-  double fastest = m.scene.wind.present ? fastest_air(m.scene.wind) : 0;
+  double fastest = std::max(m.fastest_before, m.scene.wind.present ? fastest_air(m.scene.wind) : 0);
   for (const BlockScene& block : m.scene.fluid.blocks) fastest = std::max(fastest, norm(block.velocity));
   for (const Jet& jet : m.jets) fastest = std::max(fastest, norm(jet.scene.velocity));
   for (const Body& body : m.bodies)
@@ -33,8 +34,6 @@ double fastest_prescribed(const Model& m) {
   }
   return fastest;
 }
-
-}  // namespace
 
 std::string SomeParticles::names() const {
   const auto named = std::min(count, static_cast<std::int64_t>(lowest.size()));

@@ -30,6 +30,9 @@ struct RunFailure : std::runtime_error {
   double limit;       // what was exceeded, in the kind's unit
 };
 
+/// m/s: the fastest that the scene prescribes, or did: wind, a source, a pin, a point of a body.
+double fastest_prescribed(const Model& model);
+
 /// Bounds that a run passes only when it diverges (docs/manual/failures.md has the formulas). They are wide on purpose: a
 /// false alarm ends a good run, and a divergence grows by orders of magnitude within a few steps. They grow with the run's
 /// time, so that they are narrow where a run that starts badly needs them.

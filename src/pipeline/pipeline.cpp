@@ -60,6 +60,21 @@ Pipeline::Pipeline(const Model& model, Backend& backend, const HostState& initia
   backend_.upload(initial);
 }
 
+void Pipeline::model_changed() {
+  stages_ = stages_for(model_);
+  limits_ = Limits(model_, static_cast<double>(initial_total_) * model_.quantum);
+  backend_.model_changed();
+}
+
+void Pipeline::go_on_from(const HostState& state) {
+  time_ = state.time;
+  step_ = state.step;
+  collapsing_ = state.collapsing;
+  initial_total_ = total_of(state);
+  model_changed();
+  backend_.upload(state);
+}
+
 void Pipeline::mark(HostState& state) const {
   state.time = time_;
   state.step = step_;

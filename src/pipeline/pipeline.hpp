@@ -23,6 +23,10 @@ class Pipeline {
   const std::vector<Stage>& stages() const { return stages_; }
   double time() const { return time_; }
   std::int64_t step_index() const { return step_; }
+  /// The model's pins, jets or wind have changed: finds anew which stages it needs, and what is too fast.
+  void model_changed();
+  /// Goes on from another state of the same model.
+  void go_on_from(const HostState& state);
   /// Sets what a state knows of the run beside what the backend downloads.
   void mark(HostState& state) const;
   Quanta initial_total() const { return initial_total_; }

@@ -114,7 +114,7 @@ void set_pins_in_motion(Model& model, const ClothScene& cloth, const Pins& pins)
     motion.push_back(moves(p) ? static_cast<Index>(model.pin_motions.size()) : -1);
     if (!moves(p)) continue;
     model.pin_motions.push_back({p.velocity, to_vec3(to_eigen(p.spin.axis).normalized()),
-                                 p.spin.degrees_per_second * std::numbers::pi / 180, p.center, p.start, p.end});
+                                 p.spin.degrees_per_second * std::numbers::pi / 180, p.center, p.start, p.end, {}, {1, 0, 0, 0}});
   }
   std::vector<Index>& of_node = model.mesh.pin_motion;
   of_node.resize(model.mesh.rest_position.size() - pins.entry.size(), -1);  // cloths before this one
@@ -275,6 +275,7 @@ void build_cloths(const Scene& scene, Model& model, std::vector<std::string>& wa
     const Pins pins = blaming(key + ".pin", [&] { return pinned_nodes(c, own, edges, warnings); });
     append(mesh, own, c, edges, pins.pinned, static_cast<Index>(model.cloths.size()));
     set_pins_in_motion(model, c, pins);
+    mesh.pin_entry.insert(mesh.pin_entry.end(), pins.entry.begin(), pins.entry.end());
     model.cloths.push_back(material);
   }
   if (model.has_moving_pins()) mesh.pin_motion.resize(mesh.rest_position.size(), -1);

@@ -252,37 +252,41 @@ std::vector<std::pair<int, int>> layer_points(double area) {
 
 }  // namespace
 
-std::vector<Jet> make_jets(const Model& model, std::vector<std::string>& warnings) {
+Jet make_jet(const Model& model, const JetScene& scene, const std::string& name) {
   const double d = model.spacing;
+  Jet jet;
+  jet.scene = scene;
+  const Vector3d velocity = to_eigen(scene.velocity);
+  const double radius = scene.radius, speed = velocity.norm();
+  if (!(radius >= 0.5 * d)) {
+    throw SetupError(fmt::format("{}: the radius {} m is below half the spacing, {} m", name, radius, 0.5 * d));
+  }
+  if (!(speed > 0)) throw SetupError(name + ": the velocity must not be zero");
+  if (!contains(model.scene.domain.min, model.scene.domain.max, scene.center)) {
+    throw SetupError(name + ": the centre is outside the domain");
+  }
+  const Vector3d axis = velocity / speed;
+  int smallest = 0;
+  axis.cwiseAbs().minCoeff(&smallest);
+  const Vector3d u = axis.cross(Vector3d::Unit(smallest)).normalized(), v = axis.cross(u);
+  if (const double points = std::numbers::pi * radius * radius / (d * d); points > max_mouth_points)
+    throw SetupError(
+        fmt::format("{}: its mouth needs {:.3g} particles at spacing {} m; allowed: at most {:.0e}, so a "
+                    "smaller radius or a larger spacing",
+                    name, points, d, max_mouth_points));
+  for (const auto& [a, b] : layer_points(std::numbers::pi * radius * radius / (d * d)))
+    jet.offsets.push_back(to_vec3(d * (a * u + b * v)));
+  jet.interval = d * d * d / (std::numbers::pi * radius * radius * speed);
+  return jet;
+}
+
+std::vector<Jet> make_jets(const Model& model, std::vector<std::string>& warnings) {
   std::vector<Jet> jets;
   for (std::size_t j = 0; j < model.scene.fluid.jets.size(); ++j) {
-    Jet jet;
-    jet.scene = model.scene.fluid.jets[j];
     const std::string name = fmt::format("fluid: jet {}", j + 1);
-    const Vector3d velocity = to_eigen(jet.scene.velocity);
-    const double radius = jet.scene.radius, speed = velocity.norm();
-    if (!(radius >= 0.5 * d)) {
-      throw SetupError(fmt::format("{}: the radius {} m is below half the spacing, {} m", name, radius, 0.5 * d));
-    }
-    if (!(speed > 0)) throw SetupError(name + ": the velocity must not be zero");
-    if (!contains(model.scene.domain.min, model.scene.domain.max, jet.scene.center)) {
-      throw SetupError(name + ": the centre is outside the domain");
-    }
-    const Vector3d axis = velocity / speed;
-    int smallest = 0;
-    axis.cwiseAbs().minCoeff(&smallest);
-    const Vector3d u = axis.cross(Vector3d::Unit(smallest)).normalized(), v = axis.cross(u);
-    if (const double points = std::numbers::pi * radius * radius / (d * d); points > max_mouth_points)
-      throw SetupError(
-          fmt::format("{}: its mouth needs {:.3g} particles at spacing {} m; allowed: at most {:.0e}, so a "
-                      "smaller radius or a larger spacing",
-                      name, points, d, max_mouth_points));
+    Jet jet = make_jet(model, model.scene.fluid.jets[j], name);
     std::vector<Vec3> mouth;
-    for (const auto& [a, b] : layer_points(std::numbers::pi * radius * radius / (d * d))) {
-      jet.offsets.push_back(to_vec3(d * (a * u + b * v)));
-      mouth.push_back(to_vec3(to_eigen(jet.scene.center) + d * (a * u + b * v)));
-    }
-    jet.interval = d * d * d / (std::numbers::pi * radius * radius * speed);
+    for (const Vec3& offset : jet.offsets) mouth.push_back(to_vec3(to_eigen(jet.scene.center) + to_eigen(offset)));
     const auto solid = inside_solid(model, mouth);
     if (const auto free = std::count(solid.begin(), solid.end(), 0); free < std::ssize(solid)) {
       std::set<std::size_t> bodies(solid.begin(), solid.end());

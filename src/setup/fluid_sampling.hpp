@@ -29,8 +29,11 @@ std::vector<std::uint8_t> near_cloth(const Model& model, const std::vector<Vec3>
 
 inline constexpr double max_mouth_points = 1e6;
 
-/// Lattices and intervals of the jets. Needs model.bodies and model.spacing. SetupError: a radius below d/2, a mouth of too many
-/// points, no velocity, a centre outside the domain.
+/// Lattice and interval of a jet, which a SetupError calls `name`. Needs model.spacing. SetupError: a radius below d/2, a mouth
+/// of too many points, no velocity, a centre outside the domain.
+Jet make_jet(const Model& model, const JetScene& scene, const std::string& name);
+
+/// The same of all jets of the scene. Needs model.bodies. A warning counts the points of a mouth that are in a solid.
 std::vector<Jet> make_jets(const Model& model, std::vector<std::string>& warnings);
 
 }  // namespace drench

@@ -55,6 +55,7 @@ struct ClothMesh {
   std::vector<double> limit_stiffness;             // per triangle: w A, N·m; 0 in cloths without
   Rows node_triangles;                             // node → items 4·triangle + corner
   std::vector<Index> pin_motion;  // per node: index into Model::pin_motions, −1 if it has none; empty if no pin moves
+  std::vector<Index> pin_entry;   // per node: which of its cloth's `pin` entries holds it, −1: none
   // node → constraint rows; an item is edge id, or 4·hinge + corner
   Rows node_edges;
   Rows node_hinges;
@@ -63,14 +64,16 @@ struct ClothMesh {
   Index triangles() const { return static_cast<Index>(triangle.size()); }
 };
 
-/// Prescribed motion of pins: X(t) = C + v s + Rot(axis, rate s)(X0 − C), s = min(max(t, start), end) − start, always
-/// from t = 0.
+/// Prescribed motion of pins: X(t) = C + o + v s + Rot(axis, rate s) R (X0 − C), s = min(max(t, start), end) − start, always
+/// from t = 0. What they did before a program gave them another velocity stands in o and R.
 struct PinMotion {
   Vec3 velocity{0, 0, 0};                                           // v, m/s
   Vec3 axis{0, 1, 0};                                               // unit
   double rate = 0;                                                  // rad/s
   Vec3 center{0, 0, 0};                                             // C, m
   double start = 0, end = std::numeric_limits<double>::infinity();  // s
+  Vec3 offset{0, 0, 0};                                             // o, m
+  Quaternion rotated{1, 0, 0, 0};                                   // R
 };
 
 /// Samples of the cloths: boundary particles for the liquid (all cloths), porous particles (porous cloths).
@@ -175,6 +178,7 @@ struct Model {
   std::vector<ClothMaterial> cloths;
   ClothMesh mesh;
   std::vector<PinMotion> pin_motions;
+  double fastest_before = 0;  // m/s: the fastest that was prescribed before a program changed it (drench/prescribed.hpp)
   SampleSet samples;
   FabricPairs fabric;
   std::vector<Body> bodies;

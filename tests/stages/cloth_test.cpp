@@ -6,6 +6,7 @@
 
 #include "pipeline/runtime.hpp"
 #include "precision.hpp"
+#include "drench/prescribed.hpp"
 #include "stage_compare.hpp"
 
 namespace drench::test {
@@ -128,6 +129,18 @@ TEST(cloth, held_by_moving_pins_agrees_with_the_reference) {
   for (const Stage stage : {Stage::cloth, Stage::pressure, Stage::advection})
     compare_stage(
         {.stage = stage, .scene = scene, .changes = stage == Stage::advection ? "node_position" : "node_velocity"});
+}
+
+/// Pins that turned and rose, and were then told to go another way.
+TEST(cloth, held_by_pins_that_a_program_moves_agrees_with_the_reference) {
+  const std::string scene =
+      with(wet_scene(), "{edges: true}",
+           "{edges: true, velocity: [0.1, 0.3, -0.2], spin: {axis: [1, 2, 0], degrees_per_second: 200, center: [0.1, 0, 0]}}");
+  for (const Stage stage : {Stage::cloth, Stage::pressure, Stage::advection})
+    compare_stage({.stage = stage,
+                   .scene = scene,
+                   .resolve = [](Model& model) { change_pin_velocity(model, 0, 0, {-0.2, 0.1, 0.3}, 0.004); },
+                   .changes = stage == Stage::advection ? "node_position" : "node_velocity"});
 }
 
 }  // namespace drench::test

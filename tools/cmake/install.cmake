@@ -3,7 +3,7 @@ include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
 
 file(GLOB drench_sources CONFIGURE_DEPENDS src/drench/*.cpp)
-add_library(drench_embed STATIC ${drench_sources} src/app/set_up.cpp)
+add_library(drench_embed STATIC ${drench_sources} src/app/set_up.cpp src/app/resume.cpp)
 set_target_properties(drench_embed PROPERTIES OUTPUT_NAME drench EXPORT_NAME drench)
 target_include_directories(drench_embed PUBLIC $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/src>
   $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}> $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}/drench>)
@@ -28,7 +28,7 @@ install(TARGETS drench_embed drench_core drench_reference drench_kokkos EXPORT d
 # What <drench/drench.hpp> includes: no more of src/ is public.
 install(FILES src/drench/drench.hpp DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/drench)
 foreach(header base/types pipeline/runtime pipeline/step_report scene/load scene/material scene/scene scene/scene_error setup/setup_error
-    state/fields state/host_state)
+    state/field_view state/fields state/host_state)
   cmake_path(GET header PARENT_PATH folder)
   install(FILES src/${header}.hpp DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/drench/${folder})
 endforeach()

@@ -1,7 +1,8 @@
 # Finds or fetches Kokkos; sets DRENCH_LINK_OPTIONS for executables. In this order:
 # 1. an installed Kokkos >= 4.6 that has the backend (name its prefix in CMAKE_PREFIX_PATH),
 # 2. the source in FETCHCONTENT_SOURCE_DIR_KOKKOS, or the release below if GitHub answers,
-# 3. Debian unstable's package (OpenMP only), unpacked into .deps by tools/setup.
+# 3. Debian unstable's package (OpenMP only), unpacked into .deps by tools/setup. It brings a C library, which a Python that
+#    is already running cannot take up: the Python package needs one of the first two.
 set(DRENCH_LINK_OPTIONS "")
 # The first release for CUDA 13 too; the checksum is that of Spack's and Homebrew's recipes.
 set(kokkos_release 4.7.01)
@@ -24,6 +25,9 @@ if(DRENCH_BACKEND STREQUAL cuda)
 endif()
 
 set(kokkos_from "")
+if(DRENCH_PYTHON AND NOT FETCHCONTENT_SOURCE_DIR_KOKKOS AND DEFINED ENV{FETCHCONTENT_SOURCE_DIR_KOKKOS})
+  set(FETCHCONTENT_SOURCE_DIR_KOKKOS $ENV{FETCHCONTENT_SOURCE_DIR_KOKKOS})
+endif()
 find_package(Kokkos 4.6 CONFIG QUIET)
 if(Kokkos_FOUND)
   # A Kokkos with CUDA would run on the GPU, whatever else it has.
@@ -42,7 +46,7 @@ if(Kokkos_FOUND)
   set(kokkos_from ${Kokkos_DIR})
 elseif(FETCHCONTENT_SOURCE_DIR_KOKKOS)
   set(kokkos_from source)
-elseif(DRENCH_BACKEND STREQUAL openmp AND EXISTS ${kokkos_debian})
+elseif(DRENCH_BACKEND STREQUAL openmp AND EXISTS ${kokkos_debian} AND NOT DRENCH_PYTHON)
   set(kokkos_from debian)
 else()
   # Asked once per build tree; the answer stays in the cache if it is yes.
@@ -55,7 +59,7 @@ else()
   endif()
   if(DRENCH_KOKKOS_GITHUB)
     set(kokkos_from source)
-  elseif(DRENCH_BACKEND STREQUAL openmp)
+  elseif(DRENCH_BACKEND STREQUAL openmp AND NOT DRENCH_PYTHON)
     execute_process(COMMAND ${PROJECT_SOURCE_DIR}/tools/setup kokkos RESULT_VARIABLE failed)
     if(failed)
       message(FATAL_ERROR "No Kokkos >= 4.6: none installed, GitHub out of reach, and Debian's package not to be had")
@@ -70,13 +74,12 @@ endif()
 if(kokkos_from STREQUAL source)
   include(FetchContent)
   set(Kokkos_ENABLE_SERIAL ON CACHE BOOL "")
+  # With the [[no_unique_address]] members of mdspan g++ 12 left static Views zero, and from CUDA 12.9 on nvcc and g++ lay
+  # them out differently: kernels get wrong pointers (docs/design-notes/portability.md).
+  set(Kokkos_ENABLE_IMPL_MDSPAN OFF CACHE BOOL "")
   set(Kokkos_ENABLE_${kokkos_device} ON CACHE BOOL "")
   if(DRENCH_BACKEND STREQUAL cuda)
     set(Kokkos_ENABLE_OPENMP ON CACHE BOOL "")
-    # From 12.9 on nvcc and g++ lay [[no_unique_address]] members of mdspan out differently: kernels get wrong pointers.
-    if(CUDAToolkit_VERSION VERSION_GREATER_EQUAL 12.9)
-      set(Kokkos_ENABLE_IMPL_MDSPAN OFF CACHE BOOL "")
-    endif()
     set(kokkos_archs 61 PASCAL61 75 TURING75 80 AMPERE80 86 AMPERE86 89 ADA89 90 HOPPER90)
     list(FIND kokkos_archs ${DRENCH_CUDA_ARCH} at)
     math(EXPR at "${at} + 1")

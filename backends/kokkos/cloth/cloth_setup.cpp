@@ -5,6 +5,7 @@
 #include <map>
 
 #include "cloth/cloth.hpp"
+#include "cloth/pins.hpp"
 #include "core/host_copy.hpp"
 
 namespace drench::kokkos_backend {
@@ -75,10 +76,7 @@ void make_nodes(const Model& m, Nodes& n) {
     n.limit_start = to_device<Index>("drench::node_limit_start", mesh.node_triangles.start);
     n.limit_item = to_device<Index>("drench::node_limit_item", mesh.node_triangles.item);
   }
-  if (m.has_moving_pins()) {
-    n.pin_motion = to_device<Index>("drench::node_pin_motion", mesh.pin_motion);
-    n.rest_position = to_device3("drench::node_rest_position", mesh.rest_position);
-  }
+  find_moving_pins(m, n);
   allocate_zeros(n.inverse_mass, "drench::node_inverse_mass", static_cast<std::size_t>(n.count));
   allocate_zeros(n.force, "drench::node_force", static_cast<std::size_t>(n.count));
   allocate_zeros(n.predicted, "drench::node_predicted", static_cast<std::size_t>(n.count));

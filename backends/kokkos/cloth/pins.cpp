@@ -25,18 +25,33 @@ Matrix rotation(const Vec3& k, double angle) {
   return m;
 }
 
+/// `a` after the rotation by q; exactly `a` where q is none.
+Matrix after(const Matrix& a, const drench::Quaternion& q) {
+  if (q == drench::Quaternion{1, 0, 0, 0}) return a;
+  const auto [w, x, y, z] = q;
+  const Matrix b{{{1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)},
+                  {2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)},
+                  {2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)}}};
+  Matrix product{};
+  for (std::size_t i = 0; i < 3; ++i)
+    for (std::size_t j = 0; j < 3; ++j)
+      for (std::size_t k = 0; k < 3; ++k) product[i][j] += a[i][k] * b[k][j];
+  return product;
+}
+
 PinStep step_of(const PinMotion& m, double from, double to) {
   const double begun = std::clamp(from, m.start, m.end) - m.start, done = std::clamp(to, m.start, m.end) - m.start;
-  const Matrix before = rotation(m.axis, m.rate * begun), after = rotation(m.axis, m.rate * done);
+  const Matrix first = after(rotation(m.axis, m.rate * begun), m.rotated);
+  const Matrix last = after(rotation(m.axis, m.rate * done), m.rotated);
   PinStep step{};
   step.center = to_real(m.center);
   Vec3 offset, move;
   for (std::size_t a = 0; a < 3; ++a) {
-    offset[a] = m.center[a] + m.velocity[a] * done;
+    offset[a] = m.center[a] + m.offset[a] + m.velocity[a] * done;
     move[a] = m.velocity[a] * (done - begun);
     Vec3 change;
-    for (std::size_t b = 0; b < 3; ++b) change[b] = after[a][b] - before[a][b];
-    step.rotation[a] = to_real(after[a]);
+    for (std::size_t b = 0; b < 3; ++b) change[b] = last[a][b] - first[a][b];
+    step.rotation[a] = to_real(last[a]);
     step.change[a] = to_real(change);
   }
   step.offset = to_real(offset);
@@ -46,11 +61,19 @@ PinStep step_of(const PinMotion& m, double from, double to) {
 
 }  // namespace
 
+void find_moving_pins(const Model& model, Nodes& nodes) {
+  nodes.pin_motion = Array<Index>();
+  if (!model.has_moving_pins()) return;
+  nodes.pin_motion = to_device<Index>("drench::node_pin_motion", model.mesh.pin_motion);
+  if (!nodes.rest_position.exists())
+    nodes.rest_position = to_device3("drench::node_rest_position", model.mesh.rest_position);
+}
+
 void place_pins(const Constants& constants, Cloth& cloth, const StepInfo& info) {
   if (!constants.model.has_moving_pins()) return;
   std::vector<PinStep> steps;
   for (const PinMotion& m : constants.model.pin_motions) steps.push_back(step_of(m, info.time, info.time + info.dt));
-  if (cloth.pin_steps.extent(0) == 0) cloth.pin_steps = Array<PinStep>("drench::pin_steps", steps.size());
+  if (cloth.pin_steps.extent(0) != steps.size()) cloth.pin_steps = Array<PinStep>("drench::pin_steps", steps.size());
   Kokkos::deep_copy(cloth.pin_steps,
                     Kokkos::View<PinStep*, Kokkos::HostSpace, Kokkos::MemoryUnmanaged>(steps.data(), steps.size()));
 }

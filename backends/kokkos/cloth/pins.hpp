@@ -5,6 +5,9 @@
 
 namespace drench::kokkos_backend {
 
+/// nodes.pin_motion and .rest_position, if any pin moves: at set-up, and when the model has changed.
+void find_moving_pins(const Model& model, Nodes& nodes);
+
 /// cloth.pin_steps for this step. Does nothing if no pin moves.
 void place_pins(const Constants& constants, Cloth& cloth, const StepInfo& info);
 

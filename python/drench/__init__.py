@@ -1,0 +1,25 @@
+"""Water meeting porous cloth: a particle liquid coupled with cloth that absorbs, wicks and drips. All in SI units.
+
+    import drench
+    run = drench.Simulation("scene.yaml")
+    for step in run:
+        print(step.time, step.particles, run.fields["fluid_position"].numpy().mean(axis=0))
+"""
+
+from pathlib import Path
+
+from ._core import (CheckpointError, DeviceError, Error, RunFailure, SceneError, SetupError, StaleView, __version__, info,
+                    precision, schema, set_threads)
+from .fields import FieldView
+from .scene import Scene
+from .simulation import Frame, Simulation, Step
+
+for _error in (Error, CheckpointError, DeviceError, RunFailure, SceneError, SetupError, StaleView):
+    _error.__module__ = "drench"  # as users name them
+
+#: The folder of the scenes that come with drench.
+scenes = Path(__file__).parent / "scenes"
+
+__all__ = ["CheckpointError", "DeviceError", "Error", "FieldView", "Frame", "RunFailure", "Scene", "SceneError",
+           "SetupError", "Simulation", "StaleView", "Step", "__version__", "info", "precision", "scenes", "schema",
+           "set_threads"]

@@ -1,0 +1,48 @@
+#pragma once
+// The parts of the module drench._core, a file each.
+
+#include <nanobind/nanobind.h>
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "drench/drench.hpp"
+
+namespace drench::python {
+
+namespace nb = nanobind;
+
+/// A scene with the text that it was read from, so that errors of the set-up name a line too.
+struct LoadedScene {
+  Scene scene;
+  std::string text, path;
+  std::vector<std::string> overrides;
+  /// `file:line:column: key`, or less of it.
+  std::string place_of(const std::string& key) const;
+};
+
+/// The runtime of the whole process, started by the first call. Python ends it, unless arrays of the backend live on.
+/// DeviceError.
+void start_runtime(int threads = 0);
+/// Counts who holds arrays of the backend, as long as it lives.
+struct ArrayHolder {
+  ArrayHolder();
+  ~ArrayHolder();
+  ArrayHolder(const ArrayHolder&) = delete;
+  ArrayHolder& operator=(const ArrayHolder&) = delete;
+};
+
+/// The numbers of a step: a dict with the names of StepReport's members.
+nb::dict to_dict(const StepReport& report);
+
+void bind_errors(nb::module_& m);
+void bind_runtime(nb::module_& m);
+void bind_scene(nb::module_& m);
+void bind_fields(nb::module_& m);
+void bind_run(nb::module_& m);
+
+/// A FieldView for Python. `now` is the generation that its run has come to, and outlives the run.
+nb::object to_python(FieldView view, std::shared_ptr<const std::uint64_t> now);
+
+}  // namespace drench::python

@@ -1,0 +1,188 @@
+// A run of a scene. Python's lock is free while it computes; a second thread that calls meanwhile gets an error.
+
+#include <nanobind/ndarray.h>
+#include <nanobind/stl/array.h>
+#include <nanobind/stl/optional.h>
+#include <nanobind/stl/pair.h>
+#include <nanobind/stl/string.h>
+#include <nanobind/stl/string_view.h>
+#include <nanobind/stl/vector.h>
+#include <vtkObject.h>
+
+#include <atomic>
+#include <limits>
+
+#include "module.hpp"
+
+namespace drench::python {
+namespace {
+
+/// A NumPy array that owns the values.
+template <class T>
+nb::object owned(std::vector<T>&& values) {
+  auto* kept = new std::vector<T>(std::move(values));
+  nb::capsule owner(kept, [](void* p) noexcept { delete static_cast<std::vector<T>*>(p); });
+  if constexpr (std::is_arithmetic_v<T>) {
+    return nb::cast(nb::ndarray<nb::numpy, T>(kept->data(), {kept->size()}, owner));
+  } else {
+    using Number = typename T::value_type;
+    return nb::cast(nb::ndarray<nb::numpy, Number>(reinterpret_cast<Number*>(kept->data()),
+                                                   {kept->size(), std::tuple_size_v<T>}, owner));
+  }
+}
+
+/// VTK's warnings come back as error codes, which the set-up reports in a line.
+class QuietVtk {
+ public:
+  QuietVtk() { vtkObject::GlobalWarningDisplayOff(); }
+  ~QuietVtk() { vtkObject::SetGlobalWarningDisplay(before_); }
+  QuietVtk(const QuietVtk&) = delete;
+  QuietVtk& operator=(const QuietVtk&) = delete;
+
+ private:
+  int before_ = vtkObject::GetGlobalWarningDisplay();
+};
+
+class Run {
+  void note() {
+    *generation_ = run_->generation();
+    time_ = run_->time();
+    steps_ = run_->steps();
+  }
+
+  /// Calls `work` without Python's lock, while no other thread is at this run.
+  template <class Work>
+  auto alone(Work&& work) {
+    bool idle = false;
+    if (!busy_.compare_exchange_strong(idle, true))
+      throw std::runtime_error("the run computes a step in another thread");
+    const Idle at_the_end{*this};
+    const nb::gil_scoped_release free;
+    return work();
+  }
+  struct Idle {
+    Run& run;
+    ~Idle() {
+      run.note();
+      run.busy_ = false;
+    }
+  };
+
+ public:
+  explicit Run(const LoadedScene& scene) {
+    start_runtime();
+    const QuietVtk quiet;
+    try {
+      const nb::gil_scoped_release free;
+      run_ = std::make_unique<Simulation>(scene.scene);
+    } catch (const SetupError& e) {
+      throw SetupError(scene.place_of(e.key) + ": " + e.what(), e.key);
+    }
+    note();
+  }
+
+  nb::dict step(double longest) {
+    if (!busy_) ++*generation_;  // whoever looks while it computes sees that the views are stale
+    return to_dict(alone([&] { return run_->step(longest); }));
+  }
+  nb::object field(const std::string& name) {
+    try {
+      return to_python(alone([&] { return run_->field(name); }), generation_);
+    } catch (const std::out_of_range& e) {
+      PyErr_SetString(PyExc_KeyError, e.what());
+      throw nb::python_error();
+    }
+  }
+  nb::list fields() {
+    nb::list list;
+    for (FieldView& view : alone([&] { return run_->fields(); })) list.append(to_python(std::move(view), generation_));
+    return list;
+  }
+  nb::dict state() {
+    HostState state = alone([&] { return run_->state(); });
+    nb::dict d;
+    visit_fields(state, [&](std::string_view name, auto& values) { d[nb::str(name.data(), name.size())] = owned(std::move(values)); });
+    d["drained"] = state.drained;
+    d["supplied"] = state.supplied;
+    d["next_id"] = state.next_id;
+    d["jet_particles"] = owned(std::move(state.jet_particles));
+    d["step"] = state.step;
+    d["time"] = state.time;
+    return d;
+  }
+  std::pair<Index, Index> cloth_nodes(Index cloth) {
+    return alone([&] { return run_->cloth_nodes(cloth); });
+  }
+  nb::object pin_nodes(Index cloth, Index pin) {
+    return owned(alone([&] { return run_->pin_nodes(cloth, pin); }));
+  }
+  nb::object saturation() {
+    return owned(alone([&] { return run_->saturation(run_->state()); }));
+  }
+  nb::object triangles() {
+    return owned(std::vector<std::array<Index, 3>>(run_->triangles()));
+  }
+  void set_pin_velocity(Index cloth, Index pin, const Vec3& velocity) {
+    alone([&] { run_->set_pin_velocity(cloth, pin, velocity); });
+  }
+  void set_jet(Index jet, const Vec3& velocity, const std::optional<Vec3>& center) {
+    alone([&] { run_->set_jet(jet, velocity, center); });
+  }
+  void set_wind(const Vec3& velocity) {
+    alone([&] { run_->set_wind(velocity); });
+  }
+  void save_checkpoint(const std::string& path) {
+    alone([&] { run_->save_checkpoint(path); });
+  }
+  std::vector<std::string> resume(const std::string& path) {
+    return alone([&] { return run_->resume(path); });
+  }
+  double time() const { return time_; }
+  std::int64_t steps() const { return steps_; }
+  double quantum() const { return run_->quantum(); }
+  std::uint64_t generation() const { return *generation_; }
+  std::vector<std::string> warnings() const { return run_->warnings(); }
+  nb::dict stage_milliseconds() {
+    nb::dict d;
+    for (const auto& [name, ms] : run_->stage_milliseconds()) d[nb::str(name.data(), name.size())] = ms;
+    return d;
+  }
+
+ private:
+  ArrayHolder holder_;
+  std::unique_ptr<Simulation> run_;
+  std::shared_ptr<std::uint64_t> generation_ = std::make_shared<std::uint64_t>(0);
+  std::atomic<bool> busy_{false};
+  // as the last call left them: other threads may ask meanwhile
+  double time_ = 0;
+  std::int64_t steps_ = 0;
+};
+
+}  // namespace
+
+void bind_run(nb::module_& m) {
+  nb::class_<Run>(m, "Run", "A run of a scene, step by step.")
+      .def(nb::init<const LoadedScene&>(), nb::arg("scene"))
+      .def("step", &Run::step, nb::arg("longest") = std::numeric_limits<double>::infinity())
+      .def("field", &Run::field, nb::arg("name"), nb::sig("def field(self, name: str) -> Field"))
+      .def("fields", &Run::fields, nb::sig("def fields(self) -> list[Field]"))
+      .def("state", &Run::state, nb::sig("def state(self) -> dict[str, typing.Any]"))
+      .def("saturation", &Run::saturation, nb::sig("def saturation(self) -> numpy.typing.NDArray[numpy.float64]"))
+      .def("triangles", &Run::triangles, nb::sig("def triangles(self) -> numpy.typing.NDArray[numpy.int32]"))
+      .def("cloth_nodes", &Run::cloth_nodes, nb::arg("cloth"))
+      .def("pin_nodes", &Run::pin_nodes, nb::arg("cloth"), nb::arg("pin"),
+           nb::sig("def pin_nodes(self, cloth: int, pin: int) -> numpy.typing.NDArray[numpy.int32]"))
+      .def("set_pin_velocity", &Run::set_pin_velocity, nb::arg("cloth"), nb::arg("pin"), nb::arg("velocity"))
+      .def("set_jet", &Run::set_jet, nb::arg("jet"), nb::arg("velocity"), nb::arg("center") = nb::none())
+      .def("set_wind", &Run::set_wind, nb::arg("velocity"))
+      .def("save_checkpoint", &Run::save_checkpoint, nb::arg("path"))
+      .def("resume", &Run::resume, nb::arg("path"))
+      .def("stage_milliseconds", &Run::stage_milliseconds)
+      .def_prop_ro("time", &Run::time)
+      .def_prop_ro("steps", &Run::steps)
+      .def_prop_ro("quantum", &Run::quantum)
+      .def_prop_ro("generation", &Run::generation)
+      .def_prop_ro("warnings", &Run::warnings);
+}
+
+}  // namespace drench::python

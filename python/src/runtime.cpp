@@ -1,0 +1,67 @@
+// Start and end of the backend's runtime within Python.
+
+#include <nanobind/stl/string.h>
+#include <nanobind/stl/string_view.h>
+
+#include <atomic>
+#include <cstdlib>
+
+#include "drench_version.hpp"
+#include "module.hpp"
+
+namespace drench::python {
+namespace {
+
+BackendRuntime* runtime = nullptr;
+std::atomic<int> holders{0};
+
+/// Arrays that outlive the runtime would end the process with an error; the system frees them with the process.
+void end_runtime() {
+  if (holders > 0) return;
+  delete runtime;
+  runtime = nullptr;
+}
+
+int started_threads(int threads) {
+  start_runtime(threads);
+  if (threads > 0) share_loops(threads);
+  return loop_threads();
+}
+
+nb::dict info() {
+  start_runtime();
+  nb::dict d;
+  d["version"] = std::string(version_string);
+  d["commit"] = std::string(git_commit);
+  d["precision"] = std::string(precision_name);
+  const std::string text = runtime_description();
+  for (std::size_t at = 0; at < text.size();) {
+    const std::size_t end = std::min(text.find('\n', at), text.size()), colon = text.find(": ", at);
+    if (colon < end) d[text.substr(at, colon - at).c_str()] = text.substr(colon + 2, end - colon - 2);
+    at = end + 1;
+  }
+  return d;
+}
+
+}  // namespace
+
+void start_runtime(int threads) {
+  if (runtime != nullptr) return;
+  setenv("OMP_PROC_BIND", "false", 0);  // Kokkos asks for binding, which harms where cores are shared
+  runtime = new BackendRuntime(threads, true);
+}
+
+ArrayHolder::ArrayHolder() { ++holders; }
+ArrayHolder::~ArrayHolder() { --holders; }
+
+void bind_runtime(nb::module_& m) {
+  m.attr("__version__") = std::string(version_string);
+  m.attr("precision") = std::string(precision_name);
+  m.def("info", &info, "Version, commit, precision, backend, device, memory, threads and Kokkos' version, as strings.");
+  m.def("set_threads", &started_threads, nb::arg("threads"),
+        "How many threads share the loops from now on: at most as many as the first call, or the first run, started. Returns "
+        "that number. Results do not depend on it.");
+  nb::module_::import_("atexit").attr("register")(nb::cpp_function(&end_runtime));
+}
+
+}  // namespace drench::python

@@ -1,0 +1,29 @@
+"""The examples of the package run, and show what they say."""
+
+import runpy
+import sys
+from pathlib import Path
+
+import pytest
+
+EXAMPLES = Path(__file__).parents[1] / "examples"
+
+
+def test_the_script_shakes_a_wet_cloth(tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(sys, "argv", ["shake_cloth.py", "--until", "0.5", "--csv", str(tmp_path / "force.csv")])
+    runpy.run_path(str(EXAMPLES / "shake_cloth.py"), run_name="__main__")
+    rows = (tmp_path / "force.csv").read_text().splitlines()
+    assert rows[0] == "time,height,force_x,force_y,force_z" and len(rows) > 100
+    assert "largest force" in capsys.readouterr().out
+
+
+def test_the_notebook_runs(tmp_path):
+    nbformat, nbclient = pytest.importorskip("nbformat"), pytest.importorskip("nbclient")
+    pytest.importorskip("ipykernel")
+    pytest.importorskip("matplotlib")
+    notebook = nbformat.read(EXAMPLES / "sweep.ipynb", as_version=4)
+    nbclient.NotebookClient(notebook, timeout=600, resources={"metadata": {"path": tmp_path}}).execute()
+    outputs = [output for cell in notebook.cells for output in cell.get("outputs", [])]
+    assert not [output for output in outputs if output.output_type == "error"]
+    assert [output for output in outputs if "image/png" in output.get("data", {})]
+    assert [output for output in outputs if "drench" in output.get("data", {}).get("text/html", "")]

@@ -1,0 +1,178 @@
+#include "drench/prescribed.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <type_traits>
+
+#include "base/eigen_vec.hpp"
+#include "pipeline/failure.hpp"
+#include "setup/fluid_sampling.hpp"
+
+namespace drench {
+namespace {
+
+void require_finite(const char* name, const Vec3& v) {
+  if (!std::all_of(v.begin(), v.end(), [](double x) { return std::isfinite(x); }))
+    throw std::invalid_argument(fmt::format("{}: ({}, {}, {}) are no finite numbers", name, v[0], v[1], v[2]));
+}
+
+/// The motion as it has come by `time`, as the beginning of another one.
+PinMotion continued(const PinMotion& m, const Vec3& velocity, double time) {
+  const double since = std::clamp(time, m.start, m.end) - m.start;
+  const auto& q = m.rotated;
+  const Eigen::Quaterniond before(q[0], q[1], q[2], q[3]);
+  const Eigen::Quaterniond now = (Eigen::AngleAxisd(m.rate * since, to_eigen(m.axis)) * before).normalized();
+  PinMotion next = m;
+  next.offset = to_vec3(to_eigen(m.offset) + since * to_eigen(m.velocity));
+  next.rotated = {now.w(), now.x(), now.y(), now.z()};
+  if (m.rate == 0) next.rotated = m.rotated;
+  next.velocity = velocity;
+  next.rate = 0;
+  next.start = time;
+  next.end = std::numeric_limits<double>::infinity();
+  return next;
+}
+
+/// Adds a motion that has not moved yet.
+Index add_motion(Model& m, const std::vector<Index>& nodes) {
+  m.mesh.pin_motion.resize(m.mesh.rest_position.size(), -1);
+  const auto motion = static_cast<Index>(m.pin_motions.size());
+  for (const Index n : nodes) m.mesh.pin_motion[static_cast<std::size_t>(n)] = motion;
+  m.pin_motions.emplace_back();
+  return motion;
+}
+
+/// The jet with another scene, going on from what it has let go by `time`.
+Jet continued(const Model& m, Jet jet, JetScene next, double time, const std::string& name) {
+  const double let_go = std::max(0.0, (std::min(time, jet.scene.end) - jet.scene.start) / jet.interval);
+  jet = make_jet(m, next, name);
+  if (time > next.start) jet.scene.start = time - let_go * jet.interval;
+  return jet;
+}
+
+/// Calls visit(number) for every number of what can have changed, in one order, for both directions.
+template <class P, class Visitor>
+void visit_numbers(P& p, Visitor&& visit) {
+  const auto all = [&](auto& values) {
+    for (auto& value : values) visit(value);
+  };
+  for (auto& m : p.pin_motions) {
+    for (auto* v : {&m.velocity, &m.axis, &m.center, &m.offset}) all(*v);
+    all(m.rotated);
+    for (auto* v : {&m.rate, &m.start, &m.end}) visit(*v);
+  }
+  for (auto& j : p.jets) {
+    for (auto* v : {&j.scene.center, &j.scene.velocity}) all(*v);
+    for (auto* v : {&j.scene.start, &j.scene.end}) visit(*v);
+  }
+  all(p.wind.velocity);
+  visit(p.fastest_before);
+}
+
+}  // namespace
+
+Prescribed prescribed_of(const Model& m) { return {m.pin_motions, m.mesh.pin_motion, m.jets, m.scene.wind, m.fastest_before}; }
+
+void prescribe(Model& m, const Prescribed& p) {
+  m.pin_motions = p.pin_motions;
+  m.mesh.pin_motion = p.pin_motion;
+  m.jets = p.jets;
+  m.scene.wind = p.wind;
+  m.fastest_before = p.fastest_before;
+}
+
+const ClothMaterial& cloth_numbered(const Model& m, Index cloth) {
+  if (cloth < 0 || cloth >= std::ssize(m.cloths))
+    throw std::invalid_argument(fmt::format("there is no cloth {}; the scene has {}", cloth, m.cloths.size()));
+  return m.cloths[static_cast<std::size_t>(cloth)];
+}
+
+std::vector<Index> nodes_of_pin(const Model& m, Index cloth, Index number) {
+  const ClothMaterial& range = cloth_numbered(m, cloth);
+  const std::vector<PinScene>& pins = m.scene.cloths[static_cast<std::size_t>(cloth)].pins;
+  if (number < 0 || number >= std::ssize(pins))
+    throw std::invalid_argument(fmt::format("cloth {} has no pin {}; it has {}", cloth, number, pins.size()));
+  std::vector<Index> nodes;
+  for (Index n = range.first_node; n < range.first_node + range.node_count; ++n)
+    if (m.mesh.pin_entry[static_cast<std::size_t>(n)] == number) nodes.push_back(n);
+  if (nodes.empty())
+    throw std::invalid_argument(fmt::format("pin {} of cloth {} holds no node of its own", number, cloth));
+  return nodes;
+}
+
+void change_pin_velocity(Model& m, Index cloth, Index number, const Vec3& velocity, double time) {
+  require_finite("the velocity of a pin", velocity);
+  const std::vector<Index> nodes = nodes_of_pin(m, cloth, number);
+  if (!cloth_numbered(m, cloth).dynamics)
+    throw std::invalid_argument(fmt::format("cloth {} does not move: its dynamics is false", cloth));
+  m.fastest_before = fastest_prescribed(m);
+  Index motion = m.mesh.pin_motion.empty() ? -1 : m.mesh.pin_motion[static_cast<std::size_t>(nodes.front())];
+  if (motion < 0) motion = add_motion(m, nodes);
+  PinMotion& pin = m.pin_motions[static_cast<std::size_t>(motion)];
+  pin = continued(pin, velocity, time);
+}
+
+void change_jet(Model& m, Index number, const Vec3& velocity, const std::optional<Vec3>& center, double time) {
+  if (number < 0 || number >= std::ssize(m.jets))
+    throw std::invalid_argument(fmt::format("there is no jet {}; the scene has {}", number, m.jets.size()));
+  require_finite("the velocity of a jet", velocity);
+  require_finite("the centre of a jet", center.value_or(Vec3{}));
+  const double before = fastest_prescribed(m);
+  Jet& jet = m.jets[static_cast<std::size_t>(number)];
+  if (velocity == Vec3{0, 0, 0}) {
+    jet.scene.end = std::min(jet.scene.end, std::max(time, jet.scene.start));
+    return;
+  }
+  JetScene next = m.scene.fluid.jets[static_cast<std::size_t>(number)];
+  next.velocity = velocity;
+  next.center = center.value_or(jet.scene.center);
+  jet = continued(m, jet, next, time, fmt::format("jet {}", number));
+  m.fastest_before = before;
+}
+
+void change_wind(Model& m, const Vec3& velocity) {
+  require_finite("the velocity of the wind", velocity);
+  m.fastest_before = fastest_prescribed(m);
+  m.scene.wind.present = true;
+  m.scene.wind.velocity = velocity;
+  m.scene.wind.gusts.clear();
+}
+
+std::vector<double> to_numbers(const Model& m) {
+  const Prescribed p = prescribed_of(m);
+  std::vector<double> numbers{static_cast<double>(p.pin_motions.size()), static_cast<double>(p.pin_motion.size()),
+                              static_cast<double>(p.jets.size()), p.wind.present ? 1.0 : 0.0, p.wind.gusts.empty() ? 0.0 : 1.0};
+  for (const Index motion : p.pin_motion) numbers.push_back(motion);
+  visit_numbers(p, [&](const double& value) { numbers.push_back(value); });
+  return numbers;
+}
+
+void take_numbers(Model& m, const std::vector<double>& numbers) {
+  const auto refuse = [] { throw std::invalid_argument("the changed pins, jets and wind are of another scene"); };
+  if (numbers.size() < 5) refuse();
+  Prescribed p = prescribed_of(m);
+  const double nodes = numbers[1];
+  if (numbers[2] != static_cast<double>(p.jets.size())) refuse();
+  if (nodes != 0 && nodes != static_cast<double>(m.mesh.rest_position.size())) refuse();
+  if (!(numbers[0] >= 0 && numbers[0] <= static_cast<double>(m.mesh.rest_position.size()))) refuse();
+  p.pin_motions.resize(static_cast<std::size_t>(numbers[0]));
+  p.pin_motion.resize(static_cast<std::size_t>(nodes));
+  p.wind.present = numbers[3] != 0;
+  if (numbers[4] == 0) p.wind.gusts.clear();
+  std::size_t expected = 5 + p.pin_motion.size();
+  visit_numbers(p, [&](double&) { ++expected; });
+  if (numbers.size() != expected) refuse();
+  auto next = numbers.begin() + 5;
+  for (Index& motion : p.pin_motion) {
+    motion = static_cast<Index>(*next++);
+    if (motion < -1 || motion >= std::ssize(p.pin_motions)) refuse();
+  }
+  visit_numbers(p, [&](double& value) { value = *next++; });
+  for (Jet& jet : p.jets) jet = make_jet(m, jet.scene, "a jet of the checkpoint");
+  prescribe(m, p);
+}
+
+}  // namespace drench

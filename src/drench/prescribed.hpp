@@ -1,0 +1,45 @@
+#pragma once
+// What a scene prescribes and a program may change between two steps: the velocity of pins, jets and wind.
+// Each change is continuous: pins go on from where they are, a jet from the liquid that it has let go.
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "state/model.hpp"
+
+namespace drench {
+
+/// All that these changes change. A copy of it brings a model back.
+struct Prescribed {
+  std::vector<PinMotion> pin_motions;
+  std::vector<Index> pin_motion;
+  std::vector<Jet> jets;
+  WindScene wind;
+  double fastest_before = 0;  // m/s
+};
+Prescribed prescribed_of(const Model& model);
+void prescribe(Model& model, const Prescribed& prescribed);
+
+/// std::invalid_argument: there is no such cloth.
+const ClothMaterial& cloth_numbered(const Model& model, Index cloth);
+/// The nodes of entry `entry` in `cloth.N.pin`. std::invalid_argument: there is no such cloth or entry, or it holds no node.
+std::vector<Index> nodes_of_pin(const Model& model, Index cloth, Index entry);
+
+/// From `time` (s) on the pins of entry `entry` in `cloth.N.pin` move at `velocity`, m/s, and do not turn.
+/// std::invalid_argument: no such cloth or entry, an entry that holds no node, a cloth that does not move, no finite number.
+void change_pin_velocity(Model& model, Index cloth, Index entry, const Vec3& velocity, double time);
+
+/// From `time` (s) on jet `jet` flows at `velocity`, m/s, from `center`, m, which stays where it is without a value. A velocity
+/// of 0 closes it. std::invalid_argument: no such jet, no finite number; SetupError: a centre outside the domain.
+void change_jet(Model& model, Index jet, const Vec3& velocity, const std::optional<Vec3>& center, double time);
+
+/// The air moves at `velocity`, m/s, from now on, without gusts. std::invalid_argument: no finite number.
+void change_wind(Model& model, const Vec3& velocity);
+
+/// The numbers that bring a model of the same scene to where this one is; for checkpoints.
+std::vector<double> to_numbers(const Model& model);
+/// Takes them. std::invalid_argument: they are of another scene.
+void take_numbers(Model& model, const std::vector<double>& numbers);
+
+}  // namespace drench

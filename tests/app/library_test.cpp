@@ -1,0 +1,187 @@
+// The library for other programs: views of fields, what a program may change, checkpoints.
+
+#include <gtest/gtest.h>
+
+#include <unistd.h>
+
+#include <cmath>
+#include <cstring>
+#include <filesystem>
+#include <limits>
+#include <memory>
+
+#include "drench/drench.hpp"
+#include "drench/prescribed.hpp"
+#include "setup/build.hpp"
+#include "state/needed_fields.hpp"
+
+namespace drench::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+const char* const text = R"(drench: 1
+time: {step: 0.002, end: 1.0}
+domain: {min: [-0.5, -0.5, -0.5], max: [0.5, 0.5, 0.5]}
+fluid:
+  spacing: 0.02
+  sources:
+    - block: {min: [-0.08, 0.03, -0.08], max: [0.08, 0.11, 0.08]}
+    - jet: {center: [0, 0.3, 0], radius: 0.03, velocity: [0, -1, 0]}
+cloth:
+  - mesh: {grid: {size: [0.4, 0.4], nodes: [11, 11]}}
+    pin: [{edges: true}, {nodes: [60]}]
+    porous: {}
+bodies:
+  - sphere: {center: [0, -0.2, 0], radius: 0.05, dynamic: true, density: 500}
+)";
+
+Scene scene() { return parse_scene(text, "library.yaml"); }
+
+void expect_same(const HostState& a, const HostState& b) {
+  HostState other = b;
+  visit_fields(a, [&](std::string_view name, const auto& values) {
+    visit_fields(other, [&](std::string_view same, auto& theirs) {
+      if constexpr (std::is_same_v<std::decay_t<decltype(values)>, std::decay_t<decltype(theirs)>>)
+        if (name == same) {
+          EXPECT_TRUE(values == theirs) << name;
+        }
+    });
+  });
+  EXPECT_EQ(a.time, b.time);
+  EXPECT_EQ(a.supplied, b.supplied);
+}
+
+/// Row `row`, column `column` of a view, wherever it lies.
+double number(const FieldView& view, Index row, int column) {
+  const std::size_t at = static_cast<std::size_t>(row) * static_cast<std::size_t>(view.columns) + static_cast<std::size_t>(column);
+  const auto read = [&]<class T>(T) {
+    std::vector<T> values(static_cast<std::size_t>(view.rows) * static_cast<std::size_t>(view.columns));
+    copy_to_host(view, values.data());
+    return static_cast<double>(values[at]);
+  };
+  switch (view.type) {
+    case FieldView::Type::float32: return read(float{});
+    case FieldView::Type::float64: return read(double{});
+    case FieldView::Type::int64: return read(std::int64_t{});
+    default: return read(std::uint8_t{});
+  }
+}
+
+TEST(library, views_show_every_field_that_the_scene_needs) {
+  Simulation run(scene());
+  for (int k = 0; k < 3; ++k) run.step();
+  const HostState state = run.state();
+  std::size_t seen = 0;
+  visit_fields(state, [&](std::string_view name, const auto& values) {
+    if (values.empty()) return;
+    ++seen;
+    const FieldView view = run.field(name);
+    EXPECT_EQ(static_cast<std::size_t>(view.rows), values.size()) << name;
+    EXPECT_EQ(view.unit, unit_of_field(name));
+    EXPECT_NE(view.data, nullptr);
+    EXPECT_EQ(view.where == FieldView::Memory::host || name.starts_with("body_"), computes_on_host() || name.starts_with("body_"));
+  });
+  EXPECT_EQ(seen, run.fields().size());
+  for (Index n = 0; n < state.node_count(); ++n)
+    for (int a = 0; a < 3; ++a)
+      EXPECT_EQ(number(run.field("node_position"), n, a), state.node_position[static_cast<std::size_t>(n)][static_cast<std::size_t>(a)]);
+  EXPECT_EQ(number(run.field("body_position"), 0, 1), state.body_position[0][1]);
+  EXPECT_EQ(number(run.field("body_orientation"), 0, 0), state.body_orientation[0][0]);
+  EXPECT_THROW(run.field("fluid_colour"), std::out_of_range);
+}
+
+TEST(library, views_are_no_copies_and_outlive_the_run) {
+  auto run = std::make_unique<Simulation>(scene());
+  run->step();
+  const FieldView first = run->field("node_velocity"), again = run->field("node_velocity");
+  EXPECT_EQ(first.data, again.data);
+  EXPECT_TRUE(run->is_current(first));
+  const double before = number(first, 60, 1);
+  EXPECT_EQ(before, number(again, 60, 1));
+  run->step();
+  EXPECT_FALSE(run->is_current(first));
+  EXPECT_TRUE(run->is_current(run->field("node_velocity")));
+  const FieldView last = run->field("fluid_position");
+  const double height = number(last, 0, 1);
+  run.reset();
+  EXPECT_EQ(number(last, 0, 1), height);
+}
+
+TEST(library, a_view_keeps_its_memory_while_particles_come) {
+  Simulation run(scene());
+  const FieldView first = run.field("fluid_position");
+  const std::weak_ptr<const void> memory = first.memory;
+  run.set_jet(0, {0, -20, 0});
+  run.run_until(0.2);
+  EXPECT_GT(run.field("fluid_position").rows, 2 * first.rows);
+  EXPECT_NE(run.field("fluid_position").data, first.data);
+  EXPECT_FALSE(memory.expired());
+  EXPECT_TRUE(std::isfinite(number(first, first.rows - 1, 2)));
+}
+
+TEST(library, goes_on_from_a_checkpoint_with_what_a_program_changed) {
+  const fs::path file = fs::temp_directory_path() / ("drench_library_" + std::to_string(getpid()) + ".drench");
+  Simulation run(scene());
+  run.run_until(0.01);
+  run.set_pin_velocity(0, 1, {0, 0.5, 0});
+  run.set_jet(0, {0.2, -2, 0});
+  run.set_wind({3, 0, 0});
+  run.run_until(0.02);
+  run.set_jet(0, {0, 0, 0});
+  run.run_until(0.03);
+  run.save_checkpoint(file.string());
+  run.run_until(0.05);
+  Simulation other(scene());
+  EXPECT_TRUE(other.resume(file.string()).empty());
+  other.run_until(0.05);
+  expect_same(other.state(), run.state());
+  fs::remove(file);
+}
+
+TEST(library, a_change_to_the_same_velocity_changes_nothing_to_speak_of) {
+  Simulation run(scene()), same(scene());
+  run.run_until(0.02);
+  same.run_until(0.02);
+  same.set_pin_velocity(0, 0, {0, 0, 0});
+  same.set_jet(0, {0, -1, 0});
+  run.run_until(0.1);
+  same.run_until(0.1);
+  const HostState a = run.state(), b = same.state();
+  EXPECT_LE(std::abs(a.supplied - b.supplied), quanta_per_particle);  // a particle may leave a step earlier, by rounding
+  for (std::size_t n = 0; n < 11; ++n) EXPECT_EQ(a.node_position[n], b.node_position[n]);
+}
+
+TEST(library, refuses_what_the_scene_does_not_have) {
+  Simulation run(scene());
+  const double infinite = std::numeric_limits<double>::infinity();
+  EXPECT_THROW(run.set_pin_velocity(1, 0, {0, 0, 0}), std::invalid_argument);
+  EXPECT_THROW(run.set_pin_velocity(0, 2, {0, 0, 0}), std::invalid_argument);
+  EXPECT_THROW(run.set_pin_velocity(0, 0, {infinite, 0, 0}), std::invalid_argument);
+  EXPECT_THROW(run.set_jet(1, {0, -1, 0}), std::invalid_argument);
+  EXPECT_THROW(run.set_jet(0, {0, -1, 0}, Vec3{9, 0, 0}), SetupError);
+  EXPECT_THROW(run.set_wind({0, infinite, 0}), std::invalid_argument);
+  EXPECT_THROW(run.resume("/nowhere/at_all.drench"), std::runtime_error);
+  Simulation untouched(scene());
+  run.run_until(0.03);
+  untouched.run_until(0.03);
+  expect_same(run.state(), untouched.state());
+}
+
+TEST(library, numbers_of_another_scene_are_refused) {
+  const drench::Setup setup = build(scene());
+  Model model = setup.model;
+  change_pin_velocity(model, 0, 1, {1, 0, 0}, 0.1);
+  const std::vector<double> numbers = to_numbers(model);
+  Model other = setup.model;
+  take_numbers(other, numbers);
+  EXPECT_EQ(to_numbers(other), numbers);
+  for (std::size_t length = 0; length < numbers.size(); ++length) {
+    Model third = setup.model;
+    EXPECT_THROW(take_numbers(third, {numbers.begin(), numbers.begin() + static_cast<std::ptrdiff_t>(length)}), std::invalid_argument);
+    EXPECT_EQ(to_numbers(third), to_numbers(setup.model));
+  }
+}
+
+}  // namespace
+}  // namespace drench::test
