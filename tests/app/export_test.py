@@ -316,6 +316,21 @@ def check_blender(run, _):
     expect(distance(first, last) > 1e-3, "saturation is the same in all frames: nothing is tried")
 
 
+def check_cycles(run, folder):
+    """tools/render --cycles: one picture, which is not of one colour."""
+    from vtkmodules.vtkIOImage import vtkPNGReader
+    ran = subprocess.run([SOURCE / "tools/render", run, "--cycles", "-o", folder / "pictures", "--frames", "1", "--size", "48x32",
+                          "--samples", "2"], capture_output=True, text=True, env={**os.environ, "DRENCH": str(BINARY)})
+    expect(ran.returncode == 0, ran.stderr[-500:])
+    pictures = list((folder / "pictures").glob("*.png"))
+    expect(len(pictures) == 1 and ran.stdout.split() == [str(pictures[0])], ran.stdout)
+    reader = vtkPNGReader()
+    reader.SetFileName(str(pictures[0]))
+    reader.Update()
+    low, high = reader.GetOutput().GetScalarRange()
+    expect(reader.GetOutput().GetDimensions() == (48, 32, 1) and high - low > 30, f"values from {low} to {high}")
+
+
 def main():
     try:
         import vtkmodules.vtkIOXML  # noqa: F401
@@ -331,6 +346,8 @@ def main():
         run = folder / "run"
         drench("run", folder / "scene.yaml", "-o", run, "--quiet")
         {"particles": check_particles, "usd": check_usd, "blender": check_blender}[PART](run, folder)
+        if PART == "blender":
+            check_cycles(run, folder)
     print(f"{PART}: passed")
 
 

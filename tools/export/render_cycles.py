@@ -1,0 +1,134 @@
+"""render_cycles.py FILE.usdc PNGDIR: pictures of an exported run by Blender's Cycles. `tools/render OUT --cycles` starts it;
+`tools/setup blender` makes the Python that it needs. Water is glass, cloth looks as its saturation says, on a grey floor."""
+
+import argparse
+import math
+import os
+import sys
+
+import bpy
+from mathutils import Vector
+
+NAMED_VIEWS = {"auto": (32, 24), "below": (32, -22), "front": (0, 8), "top": (0, 80)}  # azimuth, elevation, degrees
+DRY = ("liquid", "surface")  # what is not cloth or body
+
+
+def fail(message):
+    print(f"tools/render: {message}", file=sys.stderr)
+    sys.exit(2)
+
+
+def parse_arguments():
+    parser = argparse.ArgumentParser(prog="tools/render --cycles", description=__doc__)
+    parser.add_argument("file")
+    parser.add_argument("pngdir")
+    parser.add_argument("--frames", type=int, metavar="N", help="N frames, evenly spread (default: all)")
+    parser.add_argument("--size", default="900x600", metavar="WxH")
+    parser.add_argument("--samples", type=int, default=64, help="paths a pixel (64)")
+    parser.add_argument("--camera", choices=NAMED_VIEWS, default="auto")
+    options = parser.parse_args()
+    try:
+        options.size = [int(n) for n in options.size.split("x")]
+        width, height = options.size
+        if min(width, height) < 16:
+            raise ValueError
+    except ValueError:
+        fail(f"--size {options.size}: must be like 900x600")
+    if options.samples < 1 or (options.frames is not None and options.frames < 1):
+        fail("--samples and --frames must be at least 1")
+    return options
+
+
+def load(file):
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    bpy.ops.wm.usd_import(filepath=file, import_render=True, import_proxy=False, import_guide=False)
+    return bpy.context.scene
+
+
+def make_material(name, **inputs):
+    material = bpy.data.materials.new(name)
+    material.use_nodes = True
+    set_inputs(material, **inputs)
+    return material
+
+
+def set_inputs(material, **inputs):
+    shader = material.node_tree.nodes["Principled BSDF"]
+    for name, value in inputs.items():
+        shader.inputs[name.replace("_", " ")].default_value = value
+
+
+def make_water_glass():
+    for material in bpy.data.materials:
+        if material.name.startswith(DRY) and material.node_tree:
+            set_inputs(material, Transmission_Weight=0.95, Alpha=1, IOR=1.33, Roughness=0.02, Base_Color=(0.75, 0.9, 1, 1))
+
+
+def bounds(scene, frames):
+    """The box around all that does not flow, over some frames; around the water where there is nothing else."""
+    points = {True: [], False: []}
+    for frame in frames[:: max(1, len(frames) // 4)]:
+        scene.frame_set(frame)
+        graph = bpy.context.evaluated_depsgraph_get()
+        for thing in bpy.data.objects:
+            if thing.type in ("MESH", "POINTCLOUD"):
+                seen = thing.evaluated_get(graph)
+                items = seen.data.vertices if thing.type == "MESH" else seen.data.points
+                points[thing.name.startswith(DRY)] += [seen.matrix_world @ item.co for item in items]
+    found = points[False] or points[True]
+    if not found:
+        fail("there is nothing to draw in these frames")
+    low, high = (Vector([f(p[axis] for p in found) for axis in range(3)]) for f in (min, max))
+    return low, high
+
+
+def add(scene, data, name, location, target):
+    thing = bpy.data.objects.new(name, data)
+    thing.location = location
+    thing.rotation_euler = (target - location).to_track_quat("-Z", "Y").to_euler()
+    scene.collection.objects.link(thing)
+    return thing
+
+
+def light_and_frame(scene, box, camera, aspect):
+    low, high = box
+    center, size = (low + high) / 2, (high - low).length
+    bpy.ops.mesh.primitive_plane_add(size=40 * size, location=(center.x, center.y, low.z - 0.2 * size))
+    bpy.context.object.data.materials.append(make_material("floor", Base_Color=(0.55, 0.55, 0.57, 1), Roughness=0.7))
+    azimuth, elevation = (math.radians(a) for a in NAMED_VIEWS[camera])
+    way = Vector((math.sin(azimuth) * math.cos(elevation), -math.cos(azimuth) * math.cos(elevation), math.sin(elevation)))
+    lens = bpy.data.cameras.new("camera")
+    lens.angle = math.radians(34)
+    lens.clip_end = 200 * size
+    narrow = 2 * math.atan(math.tan(lens.angle / 2) * min(1, 1 / aspect))
+    scene.camera = add(scene, lens, "camera", center + way * (0.47 * size / math.sin(narrow / 2)), center)
+    key = bpy.data.lights.new("key", "AREA")
+    key.size, key.energy = size, 90 * size**2
+    add(scene, key, "key", center + Vector((-1.2, -1.2, 1.8)) * size, center)
+    scene.world = bpy.data.worlds.new("sky")
+    scene.world.use_nodes = True
+    sky = scene.world.node_tree.nodes["Background"].inputs
+    sky[0].default_value, sky[1].default_value = (0.85, 0.9, 1, 1), 0.55
+
+
+def main():
+    options = parse_arguments()
+    scene = load(options.file)
+    make_water_glass()
+    frames = list(range(scene.frame_start, scene.frame_end + 1))
+    last, wanted = len(frames) - 1, min(options.frames or len(frames), len(frames))
+    chosen = [frames[last]] if wanted == 1 else [frames[round(k * last / (wanted - 1))] for k in range(wanted)]
+    width, height = options.size
+    light_and_frame(scene, bounds(scene, frames), options.camera, width / height)
+    scene.render.engine = "CYCLES"
+    scene.cycles.samples, scene.cycles.use_denoising = options.samples, True
+    scene.render.resolution_x, scene.render.resolution_y = width, height
+    os.makedirs(options.pngdir, exist_ok=True)
+    for frame in chosen:
+        scene.frame_set(frame)
+        scene.render.filepath = os.path.join(os.path.abspath(options.pngdir), f"cycles_{frame:06d}.png")
+        bpy.ops.render.render(write_still=True)
+        print(scene.render.filepath)
+
+
+main()
