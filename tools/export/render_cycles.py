@@ -25,7 +25,8 @@ def parse_arguments():
     parser.add_argument("--frames", type=int, metavar="N", help="N frames, evenly spread (default: all)")
     parser.add_argument("--size", default="900x600", metavar="WxH")
     parser.add_argument("--samples", type=int, default=64, help="paths a pixel (64)")
-    parser.add_argument("--camera", choices=NAMED_VIEWS, default="auto")
+    parser.add_argument("--camera", default="auto",
+                        help="auto, below, front, top, or px,py,pz,fx,fy,fz: position and focal point in m, in the file's axes")
     options = parser.parse_args()
     try:
         options.size = [int(n) for n in options.size.split("x")]
@@ -34,6 +35,14 @@ def parse_arguments():
             raise ValueError
     except ValueError:
         fail(f"--size {options.size}: must be like 900x600")
+    if options.camera not in NAMED_VIEWS:
+        try:
+            numbers = [float(x) for x in options.camera.split(",")]
+            options.camera = Vector(numbers[:3]), Vector(numbers[3:])
+        except ValueError:
+            numbers = []
+        if len(numbers) != 6:
+            fail(f"--camera: must be one of {', '.join(NAMED_VIEWS)}, or six numbers")
     if options.samples < 1 or (options.frames is not None and options.frames < 1):
         fail("--samples and --frames must be at least 1")
     return options
@@ -90,18 +99,33 @@ def add(scene, data, name, location, target):
     return thing
 
 
-def light_and_frame(scene, box, camera, aspect):
+def to_blender(point):
+    """The import turns the file's root, World, so that up is Blender's z."""
+    return bpy.data.objects["World"].matrix_world @ point
+
+
+def view(camera, box, half_angle):
+    """Where the camera stands, and where it looks."""
+    if isinstance(camera, tuple):
+        return [to_blender(point) for point in camera]
     low, high = box
-    center, size = (low + high) / 2, (high - low).length
-    bpy.ops.mesh.primitive_plane_add(size=40 * size, location=(center.x, center.y, low.z - 0.2 * size))
-    bpy.context.object.data.materials.append(make_material("floor", Base_Color=(0.55, 0.55, 0.57, 1), Roughness=0.7))
     azimuth, elevation = (math.radians(a) for a in NAMED_VIEWS[camera])
     way = Vector((math.sin(azimuth) * math.cos(elevation), -math.cos(azimuth) * math.cos(elevation), math.sin(elevation)))
+    center = (low + high) / 2
+    return center + way * (0.47 * (high - low).length / math.sin(half_angle)), center
+
+
+def light_and_frame(scene, box, options):
+    low, high = box
+    center, size = (low + high) / 2, (high - low).length
+    bpy.ops.mesh.primitive_plane_add(size=400 * size, location=(center.x, center.y, low.z - 0.2 * size))
+    bpy.context.object.data.materials.append(make_material("floor", Base_Color=(0.55, 0.55, 0.57, 1), Roughness=0.7))
     lens = bpy.data.cameras.new("camera")
     lens.angle = math.radians(34)
-    lens.clip_end = 200 * size
-    narrow = 2 * math.atan(math.tan(lens.angle / 2) * min(1, 1 / aspect))
-    scene.camera = add(scene, lens, "camera", center + way * (0.47 * size / math.sin(narrow / 2)), center)
+    lens.clip_end = 1000 * size
+    width, height = options.size
+    half_angle = math.atan(math.tan(lens.angle / 2) * min(1, height / width))
+    scene.camera = add(scene, lens, "camera", *view(options.camera, box, half_angle))
     key = bpy.data.lights.new("key", "AREA")
     key.size, key.energy = size, 90 * size**2
     add(scene, key, "key", center + Vector((-1.2, -1.2, 1.8)) * size, center)
@@ -119,7 +143,7 @@ def main():
     last, wanted = len(frames) - 1, min(options.frames or len(frames), len(frames))
     chosen = [frames[last]] if wanted == 1 else [frames[round(k * last / (wanted - 1))] for k in range(wanted)]
     width, height = options.size
-    light_and_frame(scene, bounds(scene, frames), options.camera, width / height)
+    light_and_frame(scene, bounds(scene, frames), options)
     scene.render.engine = "CYCLES"
     scene.cycles.samples, scene.cycles.use_denoising = options.samples, True
     scene.render.resolution_x, scene.render.resolution_y = width, height
