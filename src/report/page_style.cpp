@@ -22,9 +22,9 @@ nav{font-size:.88rem;margin:.6rem 0 1rem;line-height:2}nav a{margin-right:.9rem;
 .box{border-left:4px solid;border-radius:4px;padding:.7rem 1rem;margin:1rem 0;overflow-wrap:anywhere}
 .box.bad{border-color:var(--bad);background:var(--badbg)}.box.warn{border-color:var(--warn);background:var(--warnbg)}
 .box h2{border:0;margin:0 0 .3rem;padding:0;font-size:1.1rem}.box dl{margin:.4rem 0 0;display:grid;grid-template-columns:max-content 1fr;gap:.15rem .9rem}.box dt{font-weight:600}.box dd{margin:0}
-.cards{display:grid;grid-template-columns:repeat(auto-fill,minmax(9.2rem,1fr));gap:.6rem;margin:1rem 0;padding:0}
+.cards{display:grid;grid-template-columns:repeat(auto-fill,minmax(10.5rem,1fr));gap:.6rem;margin:1rem 0;padding:0}
 .cards div{background:var(--card);border-radius:8px;padding:.5rem .75rem}.cards dt{color:var(--soft);font-size:.8rem}.cards dd{margin:0;font-weight:600;font-size:1.06rem;overflow-wrap:anywhere}
-.charts{display:grid;grid-template-columns:repeat(auto-fit,minmax(min(100%,26rem),1fr));gap:1rem 1.4rem;margin:.6rem 0}
+.charts{display:grid;grid-template-columns:repeat(auto-fill,minmax(min(100%,26rem),1fr));gap:1rem 1.4rem;margin:.6rem 0}
 figure{margin:0;break-inside:avoid}figcaption{font-weight:600;font-size:.95rem;margin-bottom:.2rem}
 svg.chart{display:block;width:100%;height:auto;max-width:40rem}svg text{font-size:13px;fill:var(--soft);font-family:inherit}
 svg .m{text-anchor:middle}svg .e{text-anchor:end}
@@ -34,8 +34,10 @@ svg .m{text-anchor:middle}svg .e{text-anchor:end}
 .scroll{overflow-x:auto;margin:.7rem 0}table{border-collapse:collapse;font-size:.9rem;min-width:20rem}
 th,td{padding:.25rem .8rem .25rem 0;text-align:left;border-bottom:1px solid var(--line);vertical-align:top}tbody th{font-weight:400}thead th{color:var(--soft);font-weight:600;vertical-align:bottom}
 .n{text-align:right;font-variant-numeric:tabular-nums;white-space:nowrap}
+.n:is(thead *){white-space:normal}tbody th{min-width:7.5rem}
 .swatch{display:inline-block;width:.8em;height:.8em;border-radius:2px;margin-right:.45em;vertical-align:-.05em}
 .pictures{display:grid;grid-template-columns:repeat(auto-fill,minmax(min(46%,17rem),1fr));gap:.8rem}
+.pictures.four{grid-template-columns:repeat(auto-fill,minmax(min(46%,13.5rem),1fr))}
 .pictures figcaption{font-weight:400;font-size:.85rem;color:var(--soft);margin-top:.2rem}
 .pictures img{display:block;width:100%;height:auto;border-radius:6px;background:#eef1f5}
 .bar{height:.8rem;border-radius:4px;max-width:17rem;background:linear-gradient(90deg,#f2ebd9,#948c8f 42%,#292b40 83%,#212333)}
@@ -46,7 +48,7 @@ pre{background:var(--card);border-radius:8px;padding:.8rem 1rem;overflow-x:auto;
 .f0{fill:var(--a0);background:var(--a0)}.f1{fill:var(--a1);background:var(--a1)}.f2{fill:var(--a2);background:var(--a2)}.f3{fill:var(--a3);background:var(--a3)}.f4{fill:var(--a4);background:var(--a4)}.f5{fill:var(--a5);background:var(--a5)}.f6{fill:var(--a6);background:var(--a6)}.f7{fill:var(--a7);background:var(--a7)}
 svg .t0{fill:var(--c0)}svg .t1{fill:var(--c1)}svg .t2{fill:var(--c2)}svg .t3{fill:var(--c3)}svg .t4{fill:var(--c4)}svg .t5{fill:var(--c5)}svg .t6{fill:var(--c6)}svg .t7{fill:var(--c7)}
 @media print{:root{color-scheme:light}body{max-width:none;padding:0;font-size:10pt}nav,#tip{display:none!important}h2{break-after:avoid}.charts{grid-template-columns:1fr 1fr}.pictures{grid-template-columns:repeat(3,1fr)}tr,.cards div,.box{break-inside:avoid}*{print-color-adjust:exact;-webkit-print-color-adjust:exact}details>*{display:block}pre{white-space:pre-wrap;overflow-wrap:anywhere}}
-@media (max-width:32rem){body{padding:.8rem .8rem 2rem}svg text{font-size:14.5px}.pictures{grid-template-columns:1fr 1fr}}
+@media (max-width:32rem){body{padding:.8rem .8rem 2rem}svg text{font-size:13.5px}.pictures{grid-template-columns:1fr 1fr}}
 )";
 }
 

@@ -9,7 +9,7 @@ namespace {
 
 constexpr Colour ground{0.933F, 0.945F, 0.961F};  // style_sheet() has it behind pictures, too
 constexpr double margin = 0.05;                   // of the picture
-const Vec3 light{-0.35, 0.72, 0.6};               // to the right, up and back; of length 1 or so
+const Vec3 light{-0.36, 0.6, 0.71};               // to the right, up and back; of length 1
 
 double dot(const Vec3& a, const Vec3& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 Vec3 cross(const Vec3& a, const Vec3& b) {
@@ -23,11 +23,11 @@ Vec3 difference(const Vec3& a, const Vec3& b) { return {a[0] - b[0], a[1] - b[1]
 
 bool finite(const Vec3& p) { return std::isfinite(p[0]) && std::isfinite(p[1]) && std::isfinite(p[2]); }
 
-/// Of a surface with this normal in the picture's axes.
-Colour lit(const Colour& colour, const Vec3& normal, double gloss) {
+/// Of a surface with this normal in the picture's axes. `shade`: how dark it is where no light falls.
+Colour lit(const Colour& colour, const Vec3& normal, double shade, double gloss) {
   const double diffuse = std::max(0.0, dot(normal, light));
   const double shine = gloss * std::pow(std::max(0.0, dot(normal, unit({light[0], light[1], light[2] + 1}))), 40);
-  const auto strength = static_cast<float>(0.48 + 0.56 * diffuse);
+  const auto strength = static_cast<float>(1.04 - shade + shade * diffuse);
   Colour out;
   for (std::size_t c = 0; c < 3; ++c) out[c] = std::min(1.0F, colour[c] * strength + static_cast<float>(shine));
   return out;
@@ -96,7 +96,7 @@ void Painter::ball(const Vec3& center, double radius, const Colour& colour) {
       const double dx = (x + 0.5 - c[0]) / r, dy = (y + 0.5 - c[1]) / r, rest = 1 - dx * dx - dy * dy;
       if (rest < 0) continue;
       const Vec3 normal{dx, dy, std::sqrt(rest)};
-      put(x, y, c[2] + r * normal[2], lit(colour, normal, 0.35));
+      put(x, y, c[2] + r * normal[2], lit(colour, normal, 0.56, 0.35));
     }
 }
 
@@ -119,7 +119,7 @@ void Painter::triangle(const std::array<Vec3, 3>& corners, const std::array<Colo
       Colour mixed;
       for (std::size_t k = 0; k < 3; ++k)
         mixed[k] = static_cast<float>(u * colours[0][k] + v * colours[1][k] + w * colours[2][k]);
-      put(x, y, u * a[2] + v * b[2] + w * c[2], lit(mixed, normal, 0));
+      put(x, y, u * a[2] + v * b[2] + w * c[2], lit(mixed, normal, 0.46, 0));
     }
 }
 

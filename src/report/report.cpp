@@ -19,9 +19,9 @@ namespace {
 
 constexpr int frames_of_one = 6, frames_of_two = 4;  // thumbnails of each run: the page stays below 2 MB
 
-std::string figures(const std::vector<Thumbnail>& pictures) {
+std::string figures(const std::vector<Thumbnail>& pictures, bool four = false) {
   if (pictures.empty()) return "";
-  std::string out = "<div class=\"pictures\">\n";
+  std::string out = fmt::format("<div class=\"pictures{}\">\n", four ? " four" : "");
   for (const Thumbnail& p : pictures)
     out += fmt::format("<figure><img src=\"{}\" alt=\"{}\"><figcaption>{}</figcaption></figure>\n", p.url,
                        html::escaped(p.caption), html::escaped(p.caption));
@@ -67,7 +67,8 @@ std::string picture_section(const Runs& runs) {
   for (std::size_t k = 0; k < runs.size(); ++k) {
     const Thumbnails pictures = thumbnails(runs[k], runs.size() > 1 ? frames_of_two : frames_of_one, runs.size() == 1);
     cloth = cloth || pictures.cloth;
-    out += run_heading(runs, k) + figures(pictures.rendered) + figures(pictures.frames);
+    out +=
+        run_heading(runs, k) + figures(pictures.rendered, runs.size() > 1) + figures(pictures.frames, runs.size() > 1);
     if (!pictures.views.empty()) out += "<h3>The last frame</h3>\n" + figures(pictures.views);
     for (const std::string& line : pictures.notes) out += html::note(line);
   }

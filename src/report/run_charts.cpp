@@ -18,7 +18,7 @@ LineChart chart_of(const Runs& runs, const std::string& title, const std::string
       if (!stats.has(c.column) || stats.rows() == 0) continue;
       const std::string label = by_run ? (k == 0 ? "A" : "B") : k == 0 ? c.label : "";
       chart.series.push_back(
-          {label, &stats.column("time"), &stats.column(c.column), by_run && k > 0 ? 1 : c.colour, k > 0});
+          {label, &stats.column("time"), &stats.column(c.column), by_run ? static_cast<int>(k) : c.colour, k > 0});
     }
   return chart;
 }

@@ -40,7 +40,11 @@ class Reader {
     if (after(text, "warning: ", rest)) return add_once(history_.warnings, rest);
     if (after(text, "remedy: ", rest)) history_.failure.remedy = rest;
     if (after(text, "peak memory of the backend's arrays ", rest)) history_.memory = rest.substr(0, rest.find(','));
-    if (is_total(text)) add_once(history_.totals, text);
+    if (!is_total(text)) return;
+    add_once(history_.totals, text);
+    static const std::regex solve(R"(the (\w+) solve did not converge in (\d+) of .*)");
+    if (std::smatch match; std::regex_match(text, match, solve))
+      history_.not_converged[match[1]] = std::stoll(match[2]);
   }
   RunHistory take() {
     split_failure(history_.failure);
@@ -53,6 +57,7 @@ class Reader {
     history_.ending = Ending::unfinished;
     history_.failure = {};
     history_.totals.clear();
+    history_.not_converged.clear();
   }
   bool ended_well(const std::string& text) {
     static const std::regex done(R"(\d+ steps to t = .* s in .* s, mass error .* kg)");

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -33,7 +34,9 @@ struct RunHistory {
   std::string memory;                 // "7.9 MiB": peak of the backend's arrays; "" when the run did not come to say it
   std::vector<std::string> warnings;  // each once, in their order
   std::vector<std::string> totals;    // of warnings, from the end of the run
-  int sessions = 0;                   // 1, and 1 more for each time that the run was gone on with in its folder
+  std::map<std::string, std::int64_t>
+      not_converged;  // "density": steps of the last session; only once the run has ended
+  int sessions = 0;   // 1, and 1 more for each time that the run was gone on with in its folder
 };
 
 /// Reads a log. One that is not there gives an unfinished run without sessions.

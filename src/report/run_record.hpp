@@ -30,7 +30,8 @@ struct RunRecord {
   std::vector<std::string> stages() const;
 };
 
-/// Reads a run's folder. Throws FolderError when it holds no run, std::runtime_error when a file there is damaged.
+/// Reads a run's folder. Throws FolderError when it holds no run or a damaged table, SceneError when its scene is
+/// no YAML.
 RunRecord read_run(const std::filesystem::path& folder);
 
 }  // namespace drench

@@ -12,16 +12,17 @@
 namespace drench {
 namespace {
 
+/// "+3 %", or "× 12" where percents would have too many digits.
+std::string relative(double a, double b) {
+  if (a == b) return "equal";
+  if (!std::isfinite(a) || !std::isfinite(b) || a == 0) return "–";
+  if (b / a > 10) return fmt::format("× {:.3g}", b / a);
+  return fmt::format("{:+.3g} %", 100 * (b - a) / std::abs(a));
+}
+
 std::vector<html::Cell> difference_row(const std::string& name, double a, double b) {
-  const double change = b - a;
-  std::string relative = "–";
-  if (std::isfinite(change) && a != 0) relative = fmt::format("{:+.3g} %", 100 * change / std::abs(a));
-  if (change == 0) relative = "equal";
-  return {html::text(name),
-          html::number(a, 7),
-          html::number(b, 7),
-          {std::isfinite(change) ? fmt::format("{:+.3g}", change) : "–", true},
-          {relative, true}};
+  const std::string change = a == b ? "0" : std::isfinite(b - a) ? fmt::format("{:+.4g}", b - a) : "–";
+  return {html::text(name), html::number(a, 7), html::number(b, 7), {change, true}, {relative(a, b), true}};
 }
 
 /// The number of the last row that is not later; time ascends. `rows` of it are not 0.
@@ -30,6 +31,8 @@ std::size_t row_at(const StatsTable& stats, double time) {
   const auto after = std::upper_bound(times.begin(), times.end(), time * (1 + 1e-9) + 1e-12);
   return after == times.begin() ? 0 : static_cast<std::size_t>(after - times.begin()) - 1;
 }
+
+constexpr std::size_t most_keys = 300;  // of the scenes' differences
 
 struct Quantity {
   const char *column, *name;
@@ -48,7 +51,7 @@ std::string states(const RunRecord& a, const RunRecord& b) {
                                             {"cloth_speed", "fastest cloth node, m/s"},
                                             {"cloth_stretch", "stretch of the cloth"}};
   const double time = std::min(a.stats.column("time").back(), b.stats.column("time").back());
-  html::Table table{{fmt::format("at t = {:.6g} s", time), "A", "B", "B − A", "of A"}, {}, "state-differences"};
+  html::Table table{{fmt::format("at t = {:.6g} s", time), "A", "B", "B − A", "against A"}, {}, "state-differences"};
   const std::size_t in_a = row_at(a.stats, time), in_b = row_at(b.stats, time);
   for (const Quantity& q : quantities)
     if (a.stats.has(q.column) && b.stats.has(q.column))
@@ -57,7 +60,7 @@ std::string states(const RunRecord& a, const RunRecord& b) {
 }
 
 std::string whole_runs(const RunRecord& a, const RunRecord& b) {
-  html::Table table{{"over the whole run", "A", "B", "B − A", "of A"}, {}, "run-differences"};
+  html::Table table{{"over the whole run", "A", "B", "B − A", "against A"}, {}, "run-differences"};
   const auto row = [&](const std::string& name, const std::string& column, auto value) {
     if (a.stats.has(column) && b.stats.has(column))
       table.rows.push_back(
@@ -83,7 +86,7 @@ std::string whole_runs(const RunRecord& a, const RunRecord& b) {
 }
 
 std::string facts(const RunRecord& a, const RunRecord& b) {
-  html::Table table{{"other than in the other run", "A", "B"}, {}, "fact-differences"};
+  html::Table table{{"program and machine", "A", "B"}, {}, "fact-differences"};
   const auto row = [&](const std::string& name, const std::string& x, const std::string& y) {
     if (x != y) table.rows.push_back({html::text(name), html::text(x), html::text(y)});
   };
@@ -96,13 +99,25 @@ std::string facts(const RunRecord& a, const RunRecord& b) {
   return html::table(table);
 }
 
+html::Cell value_cell(const std::optional<std::string>& value) {
+  constexpr std::size_t longest = 300;
+  if (!value) return html::text("–");
+  return html::text(value->size() <= longest ? *value : value->substr(0, longest) + " …");
+}
+
 std::string scenes(const RunRecord& a, const RunRecord& b) {
   html::Table table{{"key", "A", "B"}, {}, "scene-differences"};
-  for (const KeyDifference& d : scene_differences(a.scene_text, b.scene_text, {}))
-    table.rows.push_back({html::text(d.key), html::text(d.before.value_or("–")), html::text(d.now.value_or("–"))});
+  const auto differences = scene_differences(a.scene_text, b.scene_text, {});
+  const std::size_t shown = std::min(differences.size(), most_keys);
+  for (std::size_t k = 0; k < shown; ++k) {
+    const KeyDifference& d = differences[k];
+    table.rows.push_back({html::text(d.key), value_cell(d.before), value_cell(d.now)});
+  }
   const std::string heading = "<h3>Scenes</h3>\n";
-  if (table.rows.empty()) return heading + html::paragraph("The resolved scenes are equal.");
-  return heading + html::table(table);
+  if (differences.empty()) return heading + html::paragraph("The resolved scenes are equal.");
+  const std::string rest =
+      shown == differences.size() ? "" : html::note(fmt::format("The first {} of {} keys.", shown, differences.size()));
+  return heading + html::table(table) + rest;
 }
 
 }  // namespace

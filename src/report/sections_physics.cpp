@@ -79,20 +79,26 @@ double tolerance(const RunRecord& run, const Solve& s) {
   return *s.tolerance_key ? run.number(s.tolerance_key).value_or(NAN) : 1;
 }
 
+/// Steps by run.log, which says it when the run ends; NaN before.
+double not_converged(const RunRecord& run, const Solve& s) {
+  if (run.history.ending == Ending::unfinished || run.history.ending == Ending::stopped) return NAN;
+  const auto found = run.history.not_converged.find(s.name);
+  return found == run.history.not_converged.end() ? 0 : static_cast<double>(found->second);
+}
+
 std::string solve_table(const RunRecord& run, const std::string& id) {
   html::Table table{{"solve", "iterations a step, mean", "median", "most", "allowed in a solve", "error, mean", "worst",
-                     "tolerance", "steps over it"},
+                     "tolerance", "solves not converged"},
                     {},
                     id};
   for (const Solve& s : solves) {
-    if (!run.stats.has(s.iterations) || run.stats.rows() == 0) continue;
+    const bool runs_here = run.stats.has(*s.tolerance_key ? "ms_pressure" : s.iterations);
+    if (!runs_here || run.stats.rows() == 0) continue;
     const Summary n = summary_of(run.stats.column(s.iterations)), e = summary_of(run.stats.column(s.error));
     const double goal = tolerance(run, s);
-    const auto& errors = run.stats.column(s.error);
-    const auto over = std::count_if(errors.begin(), errors.end(), [&](double v) { return v > goal; });
     table.rows.push_back({html::text(s.name), html::number(n.mean, 4), html::whole(n.median), html::whole(n.most),
                           html::whole(run.number(s.cap_key).value_or(NAN)), html::number(e.mean, 3),
-                          html::number(e.most, 3), html::number(goal, 3), html::whole(static_cast<double>(over))});
+                          html::number(e.most, 3), html::number(goal, 3), html::whole(not_converged(run, s))});
   }
   return html::table(table);
 }
@@ -123,12 +129,14 @@ std::string mass_section(const Runs& runs) {
   };
   if (moves("mass_supplied")) curves.push_back({"mass_supplied", "supplied", 2});
   if (moves("mass_drained")) curves.push_back({"mass_drained", "drained", 3});
+  if (!moves("mass_fluid") && !moves("mass_cloth") && !moves("mass_supplied") && !moves("mass_drained"))
+    return html::section("mass", "Mass", html::paragraph("There is no liquid, neither in particles nor in cloth."));
   std::string out = line_key(runs);
   std::string error = moves("mass_error") ? single(runs, "Error of the account", "kg", "mass_error", "error", 1) : "";
   out += charts({figure(chart_of(runs, "Where the liquid is", "kg", curves)),
-                 moves("saturation_max")
-                     ? single(runs, "Saturation of the wettest node", "1", "saturation_max", "largest", 1)
-                     : "",
+                 moves("saturation_max") ? single(runs, "Saturation of the wettest node", "liquid / capacity, 1",
+                                                  "saturation_max", "largest", 1)
+                                         : "",
                  error});
   for (std::size_t k = 0; k < runs.size(); ++k)
     out += run_heading(runs, k) + mass_table(runs[k], k == 0 ? "mass-table" : "mass-table-b") + float_check(runs[k]);
@@ -136,22 +144,32 @@ std::string mass_section(const Runs& runs) {
 }
 
 std::string solve_section(const Runs& runs) {
-  std::vector<Curve> curves;
-  for (const Solve& s : solves)
-    if (any_has(runs, s.iterations) && (s.colour < 2 ? any_has(runs, "fluid_speed") : true))
-      curves.push_back({s.iterations, s.name, s.colour});
-  if (curves.empty()) return "";
-  std::string out = line_key(runs) +
-                    charts({figure(chart_of(runs, "Iterations", "a step", curves)),
-                            error_chart(runs, solves[0], "Error of the density solve", "mean compression"),
-                            error_chart(runs, solves[1], "Error of the divergence solve", "mean compression rate × Δt"),
-                            error_chart(runs, solves[2], "Residual of the cloth solve", "over its goal")});
+  std::vector<Curve> pressure;
+  if (any_has(runs, "ms_pressure"))
+    pressure = {{"density_iterations", "density", 0}, {"divergence_iterations", "divergence", 1}};
+  const std::string figures =
+      charts({pressure.empty() ? "" : figure(chart_of(runs, "Iterations of the pressure solves", "a step", pressure)),
+              single(runs, "Iterations of the cloth solve", "a step", "cloth_iterations", "cloth", 2),
+              error_chart(runs, solves[0], "Error of the density solve", "mean compression, 1"),
+              error_chart(runs, solves[1], "Error of the divergence solve", "mean compression rate × Δt, 1"),
+              error_chart(runs, solves[2], "Residual of the cloth solve", "over its goal, 1")});
+  if (figures.empty()) return "";
+  std::string out = line_key(runs) + figures;
   for (std::size_t k = 0; k < runs.size(); ++k)
     out += run_heading(runs, k) + solve_table(runs[k], k == 0 ? "solve-table" : "solve-table-b");
-  out += html::note(
-      "Errors of 0 stand on the lower edge of their chart. The cloth's iterations count those within the density "
-      "solve, too, so "
-      "they may be more than one solve is allowed.");
+  out += html::note("Errors of 0 stand on the lower edge of their chart.");
+  if (!pressure.empty())
+    out += html::note(
+        "A step corrects only a part of the compression, fluid.solver.density_correction. The compression that is left "
+        "may so lie "
+        "above the tolerance although the solve has converged. The last column, from run.log, says in how many steps "
+        "one has not.");
+  if (any_has(runs, "cloth_iterations"))
+    out += html::note(
+        "The cloth's iterations count those within the density solve, too. They may be more than one solve is "
+        "allowed.");
+  if (std::any_of(runs.begin(), runs.end(), [](const RunRecord& r) { return r.history.sessions > 1; }))
+    out += html::note("Of a run that was gone on with, that column counts the steps since then.");
   return html::section("solves", "Solves", out);
 }
 
@@ -210,12 +228,12 @@ std::string motion_section(const Runs& runs) {
   std::vector<Curve> speeds;
   if (any_has(runs, "fluid_speed")) speeds.push_back({"fluid_speed", "particle", 0});
   if (any_has(runs, "cloth_speed")) speeds.push_back({"cloth_speed", "cloth node", 1});
-  const bool liquid = any_has(runs, "fluid_speed");
+  const bool liquid = any_has(runs, "ms_pressure");
   const std::string body =
       charts({speeds.empty() ? "" : figure(chart_of(runs, "Fastest", "m/s", speeds)),
-              single(runs, "Stretch of the cloth", "length / rest length", "cloth_stretch", "longest edge", 1),
+              single(runs, "Stretch of the cloth", "length / rest length, 1", "cloth_stretch", "longest edge", 1),
               single(runs, "Length of a step", "s", "dt", "Δt", 3),
-              liquid ? single(runs, "Particles", "1", "particles", "liquid", 0) : ""}) +
+              liquid ? single(runs, "Particles", "number", "particles", "liquid", 0) : ""}) +
       motion_table(runs);
   return runs.empty() || body.empty() ? "" : html::section("motion", "Motion", line_key(runs) + body);
 }

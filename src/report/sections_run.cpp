@@ -12,6 +12,8 @@ namespace {
 
 using html::escaped;
 
+constexpr std::size_t longest_scene = 200'000;  // bytes that the page has of it
+
 struct EndingWords {
   const char *style, *words;
 };
@@ -62,12 +64,12 @@ std::string cards_of(const RunRecord& run) {
   const StatsTable& stats = run.stats;
   const Summary time = summary_of(stats.column("time")), step = summary_of(stats.column("step"));
   const double seconds = wall_seconds(run), rows = static_cast<double>(stats.rows());
-  cards.add("scene", run.history.scene);
+  cards.add("scene", std::filesystem::path(run.history.scene).stem().string());
   cards.add("simulated time", fmt::format("{:.6g} s of {:.6g} s", time.last, run.number("time.end").value_or(0)));
   cards.add("steps", fmt::format("{:.0f}", step.last));
   cards.add("wall time of the steps", duration(seconds));
   if (rows > 0) cards.add("wall time a step", fmt::format("{:.4g} ms", 1000 * seconds / rows));
-  if (stats.has("particles"))
+  if (stats.has("ms_pressure"))
     cards.add("particles at the end", fmt::format("{:.0f}", summary_of(stats.column("particles")).last));
   cards.add("peak memory of the arrays", run.history.memory.empty() ? "not recorded" : run.history.memory);
   cards.add("device", device_line(run));
@@ -145,10 +147,16 @@ std::string warning_section(const Runs& runs) {
 
 std::string scene_section(const Runs& runs) {
   std::string out;
-  for (std::size_t k = 0; k < runs.size(); ++k)
+  for (std::size_t k = 0; k < runs.size(); ++k) {
+    const std::string& text = runs[k].scene_text;
+    const std::size_t end = text.size() <= longest_scene ? text.size() : text.rfind('\n', longest_scene) + 1;
     out += run_heading(runs, k) +
            fmt::format("<details><summary>scene.yaml with every default</summary>\n<pre>{}</pre>\n</details>\n",
-                       escaped(runs[k].scene_text));
+                       escaped(std::string_view(text).substr(0, end)));
+    if (end < text.size())
+      out +=
+          html::note(fmt::format("The page has the first {} of {} bytes; scene.yaml has the rest.", end, text.size()));
+  }
   return html::section("scene", "Resolved scene", out);
 }
 
@@ -165,6 +173,7 @@ std::string version_section(const Runs& runs) {
     row("precision", r.precision);
     row("computes", r.backend);
     for (const auto& [name, value] : r.device) row(name, value);
+    row("scene", r.history.scene);
     row("folder", r.folder.string());
     row("log", r.history.begun.empty() ? "" : r.history.begun + " to " + r.history.ended);
     out += run_heading(runs, k) + html::table(table);

@@ -6,7 +6,9 @@
 #include <cmath>
 #include <cstdlib>
 #include <fstream>
-#include <stdexcept>
+#include <iterator>
+
+#include "output/run_folder.hpp"
 
 namespace drench {
 
@@ -21,7 +23,7 @@ StatsTable::StatsTable(const std::filesystem::path& path) {
   }
   for (const std::string& name : names_) in_order_.push_back(&columns_[name]);
   if (!has("step") || !has("time") || columns_.size() != names_.size())
-    throw std::runtime_error(fmt::format("{}: its first line does not name the columns of a run", path.string()));
+    throw FolderError(fmt::format("{}: its first line does not name the columns of a run", path.string()));
   for (std::size_t number = 2; std::getline(in, line); ++number) {
     if (in.eof()) break;  // no end of line: the run was killed while it wrote
     add_row(path, line.c_str(), number);
@@ -35,7 +37,7 @@ void StatsTable::add_row(const std::filesystem::path& path, const char* line, st
     const double value = std::strtod(at, &end);
     const bool last = k + 1 == in_order_.size();
     if (end == at || *end != (last ? '\0' : ','))
-      throw std::runtime_error(fmt::format("{}:{}: is not a row of {} numbers", path.string(), number, names_.size()));
+      throw FolderError(fmt::format("{}:{}: is not a row of {} numbers", path.string(), number, names_.size()));
     in_order_[k]->push_back(value);
     at = end + 1;
   }

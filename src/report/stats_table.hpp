@@ -12,7 +12,7 @@ namespace drench {
 class StatsTable {
  public:
   StatsTable() = default;  ///< no columns, no rows
-  /// Throws std::runtime_error when the file is there but is no table of numbers. Without the file the table is empty.
+  /// Throws FolderError when the file is there but is no table of numbers. Without the file the table is empty.
   explicit StatsTable(const std::filesystem::path& path);
   std::size_t rows() const { return rows_; }
   const std::vector<std::string>& names() const { return names_; }

@@ -15,7 +15,7 @@ namespace {
 using html::escaped;
 
 // In the units of the SVG, which are pixels at its natural size.
-constexpr double width = 480, height = 262, left = 58, right = 104, top = 26, bottom = 40;
+constexpr double width = 500, height = 262, left = 58, right = 124, top = 26, bottom = 40;
 constexpr double plot_width = width - left - right, plot_height = height - top - bottom;
 constexpr double line_height = 15;
 

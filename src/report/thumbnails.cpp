@@ -21,7 +21,7 @@ namespace {
 
 constexpr int width = 400, height = 320;  // pixels
 constexpr int finer = 2;                  // painted so much larger, then reduced: smooth edges
-constexpr Colour liquid{0.20F, 0.52F, 0.86F}, solid{0.72F, 0.74F, 0.76F}, outline{0.62F, 0.66F, 0.71F};
+constexpr Colour liquid{0.20F, 0.52F, 0.86F}, solid{0.82F, 0.84F, 0.86F}, outline{0.62F, 0.66F, 0.71F};
 
 using Grid = vtkSmartPointer<vtkUnstructuredGrid>;
 
