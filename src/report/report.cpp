@@ -64,11 +64,11 @@ std::string page(const Runs& runs) {
 std::string picture_section(const Runs& runs) {
   std::string out;
   bool cloth = false;
+  const bool two = runs.size() > 1;
   for (std::size_t k = 0; k < runs.size(); ++k) {
-    const Thumbnails pictures = thumbnails(runs[k], runs.size() > 1 ? frames_of_two : frames_of_one, runs.size() == 1);
+    const Thumbnails pictures = thumbnails(runs[k], two ? frames_of_two : frames_of_one, !two);
     cloth = cloth || pictures.cloth;
-    out +=
-        run_heading(runs, k) + figures(pictures.rendered, runs.size() > 1) + figures(pictures.frames, runs.size() > 1);
+    out += run_heading(runs, k) + figures(pictures.rendered.empty() ? pictures.frames : pictures.rendered, two);
     if (!pictures.views.empty()) out += "<h3>The last frame</h3>\n" + figures(pictures.views);
     for (const std::string& line : pictures.notes) out += html::note(line);
   }

@@ -237,12 +237,14 @@ Vec3 mix(const Vec3& a, double s, const Vec3& b, double t, const Vec3& c, double
 
 Vec3 unit_of(const Vec3& v) { return view_from(v, {v[1], v[2], v[0] + 1}).back; }
 
+/// Pictures of an earlier run in the same folder are older than this one's scene.yaml.
 void take_rendered(const RunRecord& run, int count, Thumbnails& out) {
   const fs::path folder = run.folder / "pictures";
   if (!fs::is_directory(folder)) return;
+  const auto begun = fs::last_write_time(run.folder / "scene.yaml");
   std::vector<fs::path> files;
   for (const auto& entry : fs::directory_iterator(folder))
-    if (entry.path().extension() == ".png") files.push_back(entry.path());
+    if (entry.path().extension() == ".png" && entry.last_write_time() >= begun) files.push_back(entry.path());
   std::sort(files.begin(), files.end());
   if (files.empty()) return;
   for (const std::size_t k : spread(files.size(), count)) {

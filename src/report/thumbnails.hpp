@@ -16,7 +16,7 @@ struct Thumbnail {
 struct Thumbnails {
   std::vector<Thumbnail> frames;    // over the run
   std::vector<Thumbnail> views;     // of the last frame: from the front, the side and above
-  std::vector<Thumbnail> rendered;  // tools/render's pictures, where the run's folder has them
+  std::vector<Thumbnail> rendered;  // tools/render's pictures of this run, where its folder has them
   std::vector<std::string> notes;   // lines: why there is none, and what they do not show
   bool cloth = false;               // there is cloth in them, so that its colours want a key
 };

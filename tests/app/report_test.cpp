@@ -105,6 +105,25 @@ TEST_F(Report, NeedsNothingButItself) {
   EXPECT_NE(page.find("This is no closed balance"), std::string::npos);
 }
 
+/// A PNG of one red pixel.
+const std::string red_png(
+    "\211\120\116\107\015\012\032\012\000\000\000\015\111\110\104\122\000\000\000\001\000\000\000\001\010"
+    "\002\000\000\000\220\167\123\336\000\000\000\014\111\104\101\124\170\234\143\370\317\300\000\000\003"
+    "\001\001\000\311\376\222\357\000\000\000\000\111\105\116\104\256\102\140\202",
+    69);
+
+TEST_F(Report, TakesRenderedPicturesOfThisRun) {
+  run("o");
+  fs::create_directory(here() / "o/pictures");
+  write_text(here() / "o/pictures/frame_0000.png", red_png);
+  EXPECT_NE(report({"o"}).find("<figcaption>frame_0000.png</figcaption>"), std::string::npos);
+  fs::last_write_time(here() / "o/pictures/frame_0000.png",
+                      fs::last_write_time(here() / "o/scene.yaml") - std::chrono::seconds(5));
+  EXPECT_EQ(report({"o"}).find("frame_0000.png"), std::string::npos) << "of an earlier run";
+  write_text(here() / "o/pictures/frame_0000.png", "no picture");
+  EXPECT_NE(report({"o"}).find("Rendered pictures are missing: o/pictures/frame_0000.png"), std::string::npos);
+}
+
 TEST_F(Report, SetsTwoRunsSideBySide) {
   run("a");
   run("b", {"--set", "fluid.viscosity=0.01", "--until", "0.03"});
