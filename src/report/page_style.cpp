@@ -7,7 +7,7 @@ std::string_view style_sheet() {
 :root{color-scheme:light dark;--page:#fff;--ink:#1b2430;--soft:#5b6675;--line:#d9dfe6;--card:#f5f7f9;--bad:#b3261e;--badbg:#fdecea;--warn:#8a5a00;--warnbg:#fff5e0;--good:#00664b;
 --c0:#0072b2;--c1:#c65300;--c2:#00805d;--c3:#b0588f;--c4:#a86f00;--c5:#2b8fc4;--c6:#7a6a00;--c7:#737b85;
 --a0:#0072b2;--a1:#d55e00;--a2:#009e73;--a3:#cc79a7;--a4:#e69f00;--a5:#56b4e9;--a6:#f0e442;--a7:#b4bac2}
-@media (prefers-color-scheme:dark){:root{--page:#12171d;--ink:#e4e9ef;--soft:#9aa6b4;--line:#333d48;--card:#1b222a;--bad:#ff8a80;--badbg:#3a1a18;--warn:#ffc560;--warnbg:#33270f;--good:#4fd1a5;
+@media screen and (prefers-color-scheme:dark){:root{--page:#12171d;--ink:#e4e9ef;--soft:#9aa6b4;--line:#333d48;--card:#1b222a;--bad:#ff8a80;--badbg:#3a1a18;--warn:#ffc560;--warnbg:#33270f;--good:#4fd1a5;
 --c0:#56b4e9;--c1:#ff8a4c;--c2:#2fc79a;--c3:#e09cc3;--c4:#f0b53c;--c5:#8fd0f5;--c6:#f0e442;--c7:#a5adb7;
 --a0:#2d86bd;--a1:#c9601c;--a2:#119a73;--a3:#b56d96;--a4:#c98d14;--a5:#5fb0dd;--a6:#cfc53a;--a7:#666f79}}
 *{box-sizing:border-box}
@@ -47,7 +47,7 @@ pre{background:var(--card);border-radius:8px;padding:.8rem 1rem;overflow-x:auto;
 .s0{stroke:var(--c0)}.s1{stroke:var(--c1)}.s2{stroke:var(--c2)}.s3{stroke:var(--c3)}.s4{stroke:var(--c4)}.s5{stroke:var(--c5)}.s6{stroke:var(--c6)}.s7{stroke:var(--c7)}
 .f0{fill:var(--a0);background:var(--a0)}.f1{fill:var(--a1);background:var(--a1)}.f2{fill:var(--a2);background:var(--a2)}.f3{fill:var(--a3);background:var(--a3)}.f4{fill:var(--a4);background:var(--a4)}.f5{fill:var(--a5);background:var(--a5)}.f6{fill:var(--a6);background:var(--a6)}.f7{fill:var(--a7);background:var(--a7)}
 svg .t0{fill:var(--c0)}svg .t1{fill:var(--c1)}svg .t2{fill:var(--c2)}svg .t3{fill:var(--c3)}svg .t4{fill:var(--c4)}svg .t5{fill:var(--c5)}svg .t6{fill:var(--c6)}svg .t7{fill:var(--c7)}
-@media print{:root{color-scheme:light}body{max-width:none;padding:0;font-size:10pt}nav,#tip{display:none!important}h2{break-after:avoid}.charts{grid-template-columns:1fr 1fr}.pictures{grid-template-columns:repeat(3,1fr)}tr,.cards div,.box{break-inside:avoid}*{print-color-adjust:exact;-webkit-print-color-adjust:exact}details>*{display:block}pre{white-space:pre-wrap;overflow-wrap:anywhere}}
+@media print{.scroll{overflow:visible}table{font-size:8pt}th,td{padding-right:.45rem}tbody th{min-width:4rem}body{max-width:none;padding:0;font-size:10pt}nav,#tip{display:none!important}h2{break-after:avoid}.charts{grid-template-columns:1fr 1fr}.pictures{grid-template-columns:repeat(3,1fr)}tr,.cards div,.box{break-inside:avoid}*{print-color-adjust:exact;-webkit-print-color-adjust:exact}details>*{display:block}pre{white-space:pre-wrap;overflow-wrap:anywhere}}
 @media (max-width:32rem){body{padding:.8rem .8rem 2rem}svg text{font-size:13.5px}.pictures{grid-template-columns:1fr 1fr}}
 )";
 }
