@@ -61,14 +61,14 @@ Colour wet_colour(double saturation) {
 
 class Series {
  public:
-  explicit Series(const fs::path& folder) {
-    for (std::size_t k = 0; k < all_.size(); ++k) all_[k] = recorded_frames(folder, names[k]);
-  }
+  explicit Series(const fs::path& folder)
+      : all_{recorded_frames(folder, "fluid"), recorded_frames(folder, "cloth"), recorded_frames(folder, "bodies")} {}
   /// Times of the series with the most frames: bodies that stand still have only one.
   std::vector<double> times() const {
     const auto& most =
         *std::max_element(all_.begin(), all_.end(), [](const auto& a, const auto& b) { return a.size() < b.size(); });
     std::vector<double> times;
+    times.reserve(most.size());
     for (const RecordedFrame& f : most) times.push_back(f.time);
     return times;
   }
@@ -83,7 +83,6 @@ class Series {
   }
 
  private:
-  static constexpr const char* names[] = {"fluid", "cloth", "bodies"};
   /// The last frame that is not later.
   static const RecordedFrame* at(const std::vector<RecordedFrame>& frames, double time) {
     const RecordedFrame* found = frames.empty() ? nullptr : &frames.front();
@@ -91,7 +90,7 @@ class Series {
       if (f.time <= time * (1 + 1e-9)) found = &f;
     return found;
   }
-  std::array<std::vector<RecordedFrame>, 3> all_;
+  std::array<std::vector<RecordedFrame>, 3> all_;  // of the liquid, the cloths and the bodies
 };
 
 double cell_value(vtkUnstructuredGrid* grid, const char* field, vtkIdType cell) {
