@@ -59,6 +59,15 @@ struct ExportOptions {
 /// process becomes Python with tools/export/write_usd.py.
 int export_command(const ExportOptions& options);
 
+struct ReportOptions {
+  std::string folder;                 // of a run
+  std::optional<std::string> other;   // of a second run, beside it
+  std::optional<std::string> output;  // a file; else report.html in the folder
+};
+
+/// Writes a run, or two beside each other, as a page. Throws FolderError: no run there, or no folder for the page.
+int report_command(const ReportOptions& options);
+
 /// Prints a first scene for a garment's mesh, or for a square cloth where `mesh` is "". Throws SetupError.
 int new_command(const std::string& mesh);
 

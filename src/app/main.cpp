@@ -118,8 +118,9 @@ void add_export_options(CLI::App& command, drench::ExportOptions& options) {
   command.add_option("--to", options.to, "usd: one stage with all; bgeo, ply: a file of particles each frame")
       ->required()
       ->check(CLI::IsMember({"usd", "bgeo", "ply"}));
-  command.add_option("-o,--output", options.output,
-                     "the file, for usd (default: OUT/<name of OUT>.usdc), else the folder (default: OUT/bgeo, OUT/ply)");
+  command.add_option(
+      "-o,--output", options.output,
+      "the file, for usd (default: OUT/<name of OUT>.usdc), else the folder (default: OUT/bgeo, OUT/ply)");
   command.add_option("--fps", options.fps, "pictures a second (default: as the frames come)")
       ->check([](const std::string& text) {
         double value = 0;
@@ -133,7 +134,17 @@ void add_export_options(CLI::App& command, drench::ExportOptions& options) {
       "  drench export out/scene --to ply -o particles");
 }
 
-/// The seven commands and what is given to them.
+void add_report_options(CLI::App& command, drench::ReportOptions& options) {
+  command.add_option("OUT", options.folder, "output folder of a run")->required();
+  command.add_option("OTHER", options.other, "output folder of a second run, to set beside it");
+  command.add_option("-o,--output", options.output, "the file (default: OUT/report.html)");
+  command.footer(
+      "Examples:\n"
+      "  drench report out/scene\n"
+      "  drench report out/scene out/scene-2 -o both.html");
+}
+
+/// The eight commands and what is given to them.
 class CommandLine {
  public:
   CommandLine();
@@ -146,10 +157,11 @@ class CommandLine {
 
  private:
   CLI::App app_{"drench: water meets porous cloth"};
-  CLI::App *run_, *check_, *compare_, *export_, *new_, *info_, *schema_;
+  CLI::App *run_, *check_, *compare_, *export_, *report_, *new_, *info_, *schema_;
   drench::RunOptions run_options_;
   drench::CompareOptions compare_options_;
   drench::ExportOptions export_options_;
+  drench::ReportOptions report_options_;
   std::string new_mesh_;
   std::string check_scene_;
   std::vector<std::string> check_overrides_;
@@ -169,6 +181,7 @@ CommandLine::CommandLine() {
   check_ = app_.add_subcommand("check", "load and validate a scene, print what a run of it would be");
   compare_ = app_.add_subcommand("compare", "backend against reference, stage by stage from identical input");
   export_ = app_.add_subcommand("export", "write a run's frames for another tool: USD, BGEO or PLY");
+  report_ = app_.add_subcommand("report", "write a run, or two beside each other, as one page of curves and tables");
   new_ = app_.add_subcommand("new", "print a first scene for a garment's mesh, ready to run");
   info_ = app_.add_subcommand("info", "version, precision, device, libraries");
   schema_ = app_.add_subcommand("schema", "every key of a scene with range, unit, default and meaning (Markdown)");
@@ -176,6 +189,7 @@ CommandLine::CommandLine() {
   add_check_options(*check_, check_scene_, check_overrides_);
   add_compare_options(*compare_, compare_options_);
   add_export_options(*export_, export_options_);
+  add_report_options(*report_, report_options_);
   new_->add_option("MESH", new_mesh_, "a garment: .obj, .ply or .stl (default: a square cloth)");
   new_->footer("Examples:\n  drench new\n  drench new garment.obj | tee scene.yaml");
   info_->add_option("--threads", info_threads_, "number of threads")->check(at_least(1));
@@ -187,8 +201,10 @@ std::optional<int> CommandLine::parse(int argc, char** argv) {
   const std::string first = argc > 1 ? argv[1] : "";
   const bool known = !app_.get_subcommands([&](CLI::App* command) { return command->get_name() == first; }).empty();
   if (!first.empty() && first[0] != '-' && !known)
-    return fail(drench::exit_usage,
-                fmt::format("drench: there is no command {}; allowed: run, check, compare, export, new, info, schema", first));
+    return fail(
+        drench::exit_usage,
+        fmt::format("drench: there is no command {}; allowed: run, check, compare, export, report, new, info, schema",
+                    first));
   try {
     app_.parse(argc, argv);
   } catch (const CLI::ParseError& e) {
@@ -205,6 +221,7 @@ int CommandLine::run(char** argv) {
   }
   if (*check_) return drench::check_command(check_scene_, check_overrides_);
   if (*export_) return drench::export_command(export_options_);
+  if (*report_) return drench::report_command(report_options_);
   if (*new_) return drench::new_command(new_mesh_);
   if (drench::computes_on_host()) {
     const bool runs = run_->parsed();

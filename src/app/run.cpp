@@ -24,6 +24,7 @@
 #include "output/text_file.hpp"
 #include "pipeline/pipeline.hpp"
 #include "pipeline/runtime.hpp"
+#include "report/report.hpp"
 #include "scene/load.hpp"
 #include "setup/build.hpp"
 
@@ -102,11 +103,13 @@ class Run {
       progress.finish();
       const std::string kept = last_checkpoint();
       log_.write(fmt::format("stopped at step {}: {}{}", pipeline_.step_index(), e.what(), kept));
+      report();
       if (kept.empty() || dynamic_cast<const std::bad_alloc*>(&e) != nullptr) throw;
       throw std::runtime_error(e.what() + kept);
     }
     progress.finish();
     summary(std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count(), stopped);
+    report();
     return stopped ? exit_interrupted : exit_done;
   }
 
@@ -157,6 +160,7 @@ class Run {
     for (const auto& path : checkpoints_in(folder_))
       if (checkpoint_step(path) > pipeline_.step_index()) std::filesystem::remove(path);
     std::filesystem::remove(folder_ / "failure.vtu");
+    std::filesystem::remove(folder_ / report_name);
     remove_unfinished(folder_);
     keep_two();
     if (every() <= 0 && frames_written_ > 0) FrameWriter(folder_, model_, static_cast<int>(frames_written_));
@@ -270,7 +274,8 @@ class Run {
     std::string text = fmt::format("drench: the run failed in stage {} at step {} (t = {:.6g} s): {}",
                                    name_of(failure.stage), failure.info.step, failure.info.time, failure.what());
     if (!offenders.empty()) text += "; " + describe(offenders, state);
-    text += "; " + advice(failure, model_, state);
+    const std::string remedy = advice(failure, model_, state);
+    text += "; " + remedy;
     if (!offenders.empty() && !folder_.empty()) {
       try {
         write_vtu(folder_ / "failure.vtu", offender_grid(model_, state, offenders));
@@ -281,9 +286,33 @@ class Run {
     }
     text += last_checkpoint();  // the state of half a step is nothing to go on from
     log_.write(text);
+    log_.write("remedy: " + remedy);
     log_.write(warnings());
+    write_memory();
     fmt::print(stderr, "{}\n", text);
+    report();
     return exit_failed;
+  }
+
+  std::string memory_line() const {
+    return fmt::format("peak memory of the backend's arrays {}, {} estimated at the start{}",
+                       mebibytes(static_cast<double>(array_memory().peak)), mebibytes(memory_.start.backend()),
+                       memory_.later());
+  }
+
+  void write_memory() {
+    if (options_.backend != "reference") log_.write(memory_line());
+  }
+
+  /// The run is over: a report that cannot be written is a warning, and the exit code stays.
+  void report() {
+    if (folder_.empty() || !model_.scene.output.report) return;
+    try {
+      write_report(folder_, std::nullopt, folder_ / report_name);
+      if (!options_.quiet) fmt::print("report in {}\n", (folder_ / report_name).string());
+    } catch (const std::exception& e) {
+      warn(fmt::format("no report: {}", e.what()));
+    }
   }
 
   /// Lines; "" for none.
@@ -302,10 +331,7 @@ class Run {
       say(fmt::format("to go on: drench run {} --resume {}", options_.scene, folder_.string()));
     say(fmt::format("{} steps to t = {:.6g} s in {:.1f} s, mass error {:.3g} kg", totals_.steps(), pipeline_.time(),
                     seconds, mass_error_));
-    if (options_.backend != "reference")
-      say(fmt::format("peak memory of the backend's arrays {}, {} estimated at the start{}",
-                      mebibytes(static_cast<double>(array_memory().peak)), mebibytes(memory_.start.backend()),
-                      memory_.later()));
+    if (options_.backend != "reference") say(memory_line());
     if (frames_ && frames_->waited() >= 0.05)
       say(fmt::format("waited {:.1f} s for frames to be written", frames_->waited()));
     const std::string table = totals_.stage_table(pipeline_.stages());

@@ -41,7 +41,7 @@ bool holds_beginning_only(const fs::path& folder) {
 
 void remove_run(const fs::path& folder) {
   static const std::regex top(
-      R"((fluid|surface|cloth|bodies)\.pvd|stats\.csv|run\.log|scene\.yaml|failure\.vtu|checkpoint_\d{6,}\.drench)");
+      R"((fluid|surface|cloth|bodies)\.pvd|stats\.csv|run\.log|scene\.yaml|failure\.vtu|report\.html|checkpoint_\d{6,}\.drench)");
   static const std::regex frame(R"((fluid|surface|cloth|bodies)_(\d{6,}|static)\.vtu)");
   remove_unfinished(folder);
   remove_matching(folder, top);
@@ -88,7 +88,7 @@ bool holds_run(const fs::path& folder) {
 
 void remove_unfinished(const fs::path& folder) {
   static const std::regex part(
-      R"(\.(((fluid|surface|cloth|bodies)(_\w+\.vtu|\.pvd))|(\w+\.(csv|yaml|vtu|drench)))\.part)");
+      R"(\.(((fluid|surface|cloth|bodies)(_\w+\.vtu|\.pvd))|(\w+\.(csv|yaml|vtu|drench|html)))\.part)");
   remove_matching(folder, part);
   if (fs::is_directory(folder / "frames")) remove_matching(folder / "frames", part);
 }

@@ -46,6 +46,7 @@ struct OutputScene {
   bool measures = false;          // columns of stage measures in stats.csv
   bool surface = false;           // the liquid's surface as a mesh with every frame
   double surface_spacing = 0.5;   // 1; of the lattice that the surface is made on, over the particles'
+  bool report = false;            // report.html at the end of the run, also of one that fails
 
   bool operator==(const OutputScene&) const = default;
 };

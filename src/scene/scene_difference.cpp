@@ -39,19 +39,32 @@ Keys keys_of(const std::string& text, const std::vector<std::string>& allowed) {
 
 }  // namespace
 
-std::optional<std::string> scene_difference(const std::string& before, const std::string& now,
-                                            const std::vector<std::string>& allowed) {
+std::vector<KeyDifference> scene_differences(const std::string& before, const std::string& now,
+                                             const std::vector<std::string>& allowed) {
   const Keys old_keys = keys_of(before, allowed), new_keys = keys_of(now, allowed);
   const std::map<std::string, std::string> old_values(old_keys.begin(), old_keys.end()),
       new_values(new_keys.begin(), new_keys.end());
+  std::vector<KeyDifference> found;
   for (const auto& [key, value] : old_keys) {
-    const auto found = new_values.find(key);
-    if (found == new_values.end()) return fmt::format("{} was {}, is no more", key, value);
-    if (found->second != value) return fmt::format("{} was {}, is {}", key, value, found->second);
+    const auto at = new_values.find(key);
+    if (at == new_values.end())
+      found.push_back({key, value, std::nullopt});
+    else if (at->second != value)
+      found.push_back({key, value, at->second});
   }
   for (const auto& [key, value] : new_keys)
-    if (!old_values.contains(key)) return fmt::format("{} was not there, is {}", key, value);
-  return std::nullopt;
+    if (!old_values.contains(key)) found.push_back({key, std::nullopt, value});
+  return found;
+}
+
+std::optional<std::string> scene_difference(const std::string& before, const std::string& now,
+                                            const std::vector<std::string>& allowed) {
+  const auto all = scene_differences(before, now, allowed);
+  if (all.empty()) return std::nullopt;
+  const KeyDifference& first = all.front();
+  if (!first.now) return fmt::format("{} was {}, is no more", first.key, *first.before);
+  if (!first.before) return fmt::format("{} was not there, is {}", first.key, *first.now);
+  return fmt::format("{} was {}, is {}", first.key, *first.before, *first.now);
 }
 
 }  // namespace drench

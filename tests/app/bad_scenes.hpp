@@ -220,6 +220,7 @@ inline constexpr BadScene bad_scenes[] = {
     {"MeasuresIsAWord", CLOTH "output: {measures: all}\n", 4, 20, "output.measures", "is not a truth value"},
     {"SurfaceWithoutLiquid", CLOTH "output: {surface: true}\n", 4, 19, "output.surface",
      "the scene has none; allowed: true only beside the key fluid"},
+    {"ReportIsAFile", FLUID "output: {report: page.html}\n", 4, 18, "output.report", "is not a truth value"},
     {"SurfaceTooFine", FLUID "output: {surface_spacing: 0.1}\n", 4, 27, "output.surface_spacing",
      "allowed: [0.25, 1] spacings"},
     {"ClothMethodMisspelt", CLOTH "cloth_solver: {method: xpdb}\n", 4, 24, "cloth_solver.method",

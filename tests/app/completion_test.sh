@@ -20,5 +20,8 @@ expect 'export' "$2/drench" ex
 expect '--fps' "$2/drench" export gallery --f
 expect 'bgeo' "$2/drench" export gallery --to bg
 expect 'gallery' "$2/drench" export gal
+expect 'report' "$2/drench" rep
+expect 'gallery' "$2/drench" report gal
+expect 'gallery' "$2/drench" report paper gal
 expect 'bowl.obj' "$2/drench" new bo
 echo "all completed"

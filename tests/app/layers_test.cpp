@@ -11,8 +11,8 @@
 namespace drench::test {
 namespace {
 
-const std::vector<std::string> layers{"base",     "scene",  "state",   "stages", "setup",
-                                      "pipeline", "output", "compare", "app",    "drench"};
+const std::vector<std::string> layers{"base",     "scene",  "state",  "stages",  "setup", "pipeline",
+                                      "output", "report", "compare", "app", "drench"};
 
 TEST(Layers, NoFileOfSrcIncludesUp) {
   const fs::path src = fs::path(scenes_folder()).parent_path() / "src";

@@ -228,7 +228,7 @@ TEST_F(Restart, OtherRunsAreRefusedWithTheDifference) {
   expect_refusal(resumed({"--set", "fluid.viscosity=2.0e-6"}),
                  ".drench: is of another scene: fluid.viscosity was 1e-06, "
                  "is 2e-06; only time.end, output.every, "
-                 "output.checkpoint_every may change");
+                 "output.checkpoint_every, output.report may change");
   expect_refusal(resumed({"--set", "cloth.0.porous.diffusivity=0.5"}), "cloth.0.porous.diffusivity was 0.001, is 0.5");
   expect_refusal(resumed({"--set", "fluid.sources.1.block.min=[3, 2.98, 3]"}),
                  "fluid.sources.1.block.min was [3, 3, 3], is [3, 2.98, 3]");

@@ -14,10 +14,10 @@ _drench() {
     words=$("$program" "$command" --help 2>/dev/null | grep -oE '^ +(-[a-z],)?--[a-z-]+' | grep -oE -- '--[a-z-]+')
   else
     compopt -o default 2>/dev/null || true  # files and folders
-    [[ $before == "$command" ]] || return 0
+    [[ $before == "$command" || $command == report ]] || return 0  # report takes two folders
     case $command in
       new) mapfile -t COMPREPLY < <(for kind in obj ply stl; do compgen -f -X "!*.$kind" -- "$word"; done) ;;
-      export) mapfile -t COMPREPLY < <(compgen -d -- "$word") ;;
+      export | report) mapfile -t COMPREPLY < <(compgen -d -- "$word") ;;
       *) mapfile -t COMPREPLY < <(compgen -f -X '!*.yaml' -- "$word") ;;
     esac
     return
