@@ -32,7 +32,11 @@ void require_current(const Field& field) {
 /// Keeps the array alive for as long as somebody has a view, a NumPy array or a capsule of it.
 struct Keep {
   explicit Keep(std::shared_ptr<const void> array) : memory(std::move(array)) {}
-  ArrayHolder holder;
+  ~Keep() {
+    if (runtime_has_ended()) new std::shared_ptr<const void>(std::move(memory));  // for ever
+  }
+  Keep(const Keep&) = delete;
+  Keep& operator=(const Keep&) = delete;
   std::shared_ptr<const void> memory;
 };
 
@@ -80,6 +84,7 @@ nb::object array(const Field& field) {
 
 /// A NumPy array of its own.
 nb::object copy(const Field& field) {
+  require_runtime();
   require_current(field);
   const FieldView& view = field.view;
   const nb::dlpack::dtype type = type_of(view);

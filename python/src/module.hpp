@@ -22,16 +22,13 @@ struct LoadedScene {
   std::string place_of(const std::string& key) const;
 };
 
-/// The runtime of the whole process, started by the first call. Python ends it, unless arrays of the backend live on.
+/// The runtime of the whole process, started by the first call. Python ends it when it exits.
 /// DeviceError.
 void start_runtime(int threads = 0);
-/// Counts who holds arrays of the backend, as long as it lives.
-struct ArrayHolder {
-  ArrayHolder();
-  ~ArrayHolder();
-  ArrayHolder(const ArrayHolder&) = delete;
-  ArrayHolder& operator=(const ArrayHolder&) = delete;
-};
+/// Has it ended? Arrays of the backend that live on then must not be freed any more: the process takes them along.
+bool runtime_has_ended();
+/// Throws std::runtime_error if it has.
+void require_runtime();
 
 /// The numbers of a step: a dict with the names of StepReport's members.
 nb::dict to_dict(const StepReport& report);

@@ -53,6 +53,7 @@ class Run {
   /// Calls `work` without Python's lock, while no other thread is at this run.
   template <class Work>
   auto alone(Work&& work) {
+    require_runtime();
     bool idle = false;
     if (!busy_.compare_exchange_strong(idle, true))
       throw std::runtime_error("the run computes a step in another thread");
@@ -69,6 +70,11 @@ class Run {
   };
 
  public:
+  ~Run() {
+    if (runtime_has_ended()) static_cast<void>(run_.release());  // for ever
+  }
+  Run(const Run&) = delete;
+  Run& operator=(const Run&) = delete;
   explicit Run(const LoadedScene& scene) {
     start_runtime();
     const QuietVtk quiet;
@@ -149,7 +155,6 @@ class Run {
   }
 
  private:
-  ArrayHolder holder_;
   std::unique_ptr<Simulation> run_;
   std::shared_ptr<std::uint64_t> generation_ = std::make_shared<std::uint64_t>(0);
   std::atomic<bool> busy_{false};

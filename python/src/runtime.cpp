@@ -5,6 +5,7 @@
 
 #include <atomic>
 #include <cstdlib>
+#include <stdexcept>
 
 #include "drench_version.hpp"
 #include "module.hpp"
@@ -13,11 +14,10 @@ namespace drench::python {
 namespace {
 
 BackendRuntime* runtime = nullptr;
-std::atomic<int> holders{0};
+std::atomic<bool> ended{false};
 
-/// Arrays that outlive the runtime would end the process with an error; the system frees them with the process.
 void end_runtime() {
-  if (holders > 0) return;
+  ended = true;
   delete runtime;
   runtime = nullptr;
 }
@@ -46,13 +46,17 @@ nb::dict info() {
 }  // namespace
 
 void start_runtime(int threads) {
+  require_runtime();
   if (runtime != nullptr) return;
   setenv("OMP_PROC_BIND", "false", 0);  // Kokkos asks for binding, which harms where cores are shared
   runtime = new BackendRuntime(threads, true);
 }
 
-ArrayHolder::ArrayHolder() { ++holders; }
-ArrayHolder::~ArrayHolder() { --holders; }
+bool runtime_has_ended() { return ended; }
+
+void require_runtime() {
+  if (ended) throw std::runtime_error("Python is exiting: drench computes no more");
+}
 
 void bind_runtime(nb::module_& m) {
   m.attr("__version__") = std::string(version_string);

@@ -10,6 +10,17 @@ import sys
 sys.path.insert(0, {tests!r})
 import drench
 from conftest import SCENE
+def ARRAY(view):
+    if view.memory == "host":
+        import numpy
+        return view.numpy(), numpy.from_dlpack(view)
+    return torch_or_end().from_dlpack(view)
+def torch_or_end():
+    try:
+        import torch
+        return torch
+    except ImportError:
+        sys.exit(0)
 run = drench.Simulation(SCENE)
 run.step()
 """
@@ -17,12 +28,14 @@ run.step()
 ENDS = {
     "a run": "",
     "nothing": "del run",
-    "an array": "array = run.fields['fluid_position'].numpy(); del run",
+    "an array": "array = ARRAY(run.fields['fluid_position']); del run",
     "a view": "view = run.fields['fluid_position']; del run",
-    "a view that NumPy has": "import numpy; array = numpy.from_dlpack(run.fields['node_position']); run.step()",
+    "a view that NumPy has": "array = ARRAY(run.fields['node_position']); run.step()",
     "a cycle": "run.on_step(lambda r, s: run); run.me = run",
-    "a callback at the end": "import atexit; atexit.register(lambda: print(run.fields['fluid_position'][0, 0], run.step()))",
+    "a callback at the end": "import atexit; atexit.register(lambda: print(run.fields['fluid_position'].copy()[0, 0], run.step()))",
     "a thread": "import threading; t = threading.Thread(target=lambda: [run.step() for _ in range(20)]); t.start()",
+    "a step after the end": "import atexit, drench._core; r = run._run\natexit._run_exitfuncs()\n"
+                            "try: r.step()\nexcept RuntimeError: pass\nelse: sys.exit(1)",
     "an exit in a callback": "run.on_step(lambda r, s: sys.exit(0)); run.step()",
 }
 
