@@ -63,7 +63,7 @@ def main():
             if kind == "restart":
                 after = steps(here / "out/water_on_cloth")
                 assert after[:len(before)] == before and after[-1] > 0.0999, "does not go on"
-    assert done == ["run", "picture", "change", "restart", "compare"], done
+    assert done == ["run", "picture", "report", "change", "restart", "compare"], done
     print(", ".join(done))
 
 
