@@ -21,12 +21,12 @@ void require_finite(const char* name, const Vec3& v) {
 
 /// The motion as it has come by `time`, as the beginning of another one.
 PinMotion continued(const PinMotion& m, const Vec3& velocity, double time) {
-  const double now = std::clamp(time, m.start, m.end);
+  const double until = std::clamp(time, m.start, m.end);
   const auto& q = m.rotated;
   const Eigen::Quaterniond before(q[0], q[1], q[2], q[3]);
-  const Eigen::Quaterniond now = (Eigen::AngleAxisd(m.rate.integral(m.start, now), to_eigen(m.axis)) * before).normalized();
+  const Eigen::Quaterniond now = (Eigen::AngleAxisd(m.rate.integral(m.start, until), to_eigen(m.axis)) * before).normalized();
   PinMotion next = m;
-  next.offset = to_vec3(to_eigen(m.offset) + to_eigen(m.velocity.integral(m.start, now)) + to_eigen(m.path.at(now)));
+  next.offset = to_vec3(to_eigen(m.offset) + to_eigen(m.velocity.integral(m.start, until)) + to_eigen(m.path.at(until)));
   next.rotated = {now.w(), now.x(), now.y(), now.z()};
   if (m.rate.is_zero()) next.rotated = m.rotated;
   next.velocity = velocity;
@@ -57,16 +57,17 @@ Jet continued(const Model& m, Jet jet, JetScene next, double time, const std::st
 }
 
 /// A plain value's numbers; keys are the scene's, and only whether they still hold is told.
-template <class T, class Visitor>
-void visit_keyed(Keyed<T>& value, Visitor&& visit) {
+template <class Value, class Visitor>
+void visit_keyed(Value& value, Visitor&& visit) {
   double keys = value.has_keys() ? 1 : 0;
-  T plain = value.plain();
+  auto plain = value.plain();
   visit(keys);
-  if constexpr (std::is_same_v<T, double>)
+  if constexpr (std::is_same_v<decltype(plain), double>)
     visit(plain);
   else
     for (double& x : plain) visit(x);
-  if (keys == 0) value = Keyed<T>(plain);
+  if constexpr (!std::is_const_v<Value>)
+    if (keys == 0) value = plain;
 }
 
 /// Calls visit(number) for every number of what can have changed, in one order, for both directions.

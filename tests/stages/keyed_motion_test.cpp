@@ -86,7 +86,7 @@ TEST(prescribed_motion, the_time_step_looks_ahead_along_the_keys) {
   }
 }
 
-/// Steps of uneven length: all points of the mesh are those of the files at their times.
+/// Steps of uneven length: all points of the mesh are those of the files at their times. VTK reads 0.1 m to 4e-9 m, in floats.
 TEST(keyed_body, follows_its_files_to_rounding) {
   const auto setup = setup_from(keyed_scene());
   const Body& body = setup.model.bodies[3];
@@ -100,7 +100,7 @@ TEST(keyed_body, follows_its_files_to_rounding) {
       const Vector3d half(0.04, 0.025, 0.03), corner((c & 1 ? 1 : -1) * half[0], (c & 2 ? 1 : -1) * half[1], (c & 4 ? 1 : -1) * half[2]);
       const Vector3d at = to_eigen(s.body_position[3]) +
                           Eigen::Quaterniond(q[0], q[1], q[2], q[3]) * (wandering(0, corner) - to_eigen(body.center));
-      EXPECT_LT((at - wandering(file, corner)).norm(), 1e-12) << file << " " << c;
+      EXPECT_LT((at - wandering(file, corner)).norm(), 1e-8) << file << " " << c;
     }
   }
 }
