@@ -68,11 +68,7 @@ void bodies(ReferenceState& state, const StepInfo& info, StepReport&) {
       pose.spin = inertia(body, pose).inverse() * momentum;
       stop_at_solids(body, solids, pose);
     } else {
-      pose.position = vec(body.center) + time * vec(body.velocity);
-      pose.orientation =
-          Eigen::AngleAxisd(std::remainder(body.spin_rate * time, 4 * std::numbers::pi), vec(body.spin_axis));
-      pose.velocity = vec(body.velocity);
-      pose.spin = body.spin_rate * vec(body.spin_axis);
+      pose = prescribed_pose(body, time);
     }
     set_pose(s, k, pose);
   }

@@ -52,10 +52,10 @@ Vector3d pin_position(const ReferenceState& state, Index n, double time) {
   const Index motion = m.mesh.pin_motion.empty() ? -1 : m.mesh.pin_motion[n];
   if (motion < 0) return vec(state.s.node_position[n]);
   const PinMotion& p = m.pin_motions[motion];
-  const double since = std::min(std::max(time, p.start), p.end) - p.start;
-  const Eigen::AngleAxisd turn(p.rate * since, vec(p.axis));
+  const double now = std::min(std::max(time, p.start), p.end);
+  const Eigen::AngleAxisd turn(p.rate.integral(p.start, now), vec(p.axis));
   const Eigen::Quaterniond before(p.rotated[0], p.rotated[1], p.rotated[2], p.rotated[3]);
-  return vec(p.center) + vec(p.offset) + since * vec(p.velocity) +
+  return vec(p.center) + vec(p.offset) + vec(p.velocity.integral(p.start, now)) + vec(p.path.at(now)) +
          turn * (before * (vec(m.mesh.rest_position[n]) - vec(p.center)));
 }
 

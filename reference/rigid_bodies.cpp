@@ -1,6 +1,8 @@
 #include "rigid_bodies.hpp"
 
 #include <Eigen/Dense>
+#include <cmath>
+#include <numbers>
 
 namespace drench::reference {
 namespace {
@@ -49,6 +51,46 @@ void set_pose(HostState& s, Index body, const Pose& pose) {
   s.body_velocity[body] = arr(pose.velocity);
   s.body_angular_velocity[body] = arr(pose.spin);
   s.body_orientation[body] = {pose.orientation.w(), pose.orientation.x(), pose.orientation.y(), pose.orientation.z()};
+}
+
+namespace {
+
+Eigen::Quaterniond quaternion(const Quaternion& q) { return {q[0], q[1], q[2], q[3]}; }
+
+/// Between two orientations it turns evenly about one axis.
+Eigen::Quaterniond turned_by(const Body& body, double time) {
+  if (time <= body.turns.front().time) return quaternion(body.turns.front().value);
+  for (std::size_t k = 1; k < body.turns.size(); ++k) {
+    const Key<Quaternion>&first = body.turns[k - 1], &last = body.turns[k];
+    if (time >= last.time) continue;
+    const Eigen::AngleAxisd turn(quaternion(last.value) * quaternion(first.value).conjugate());
+    const double part = (time - first.time) / (last.time - first.time);
+    return Eigen::AngleAxisd(part * turn.angle(), turn.axis()) * quaternion(first.value);
+  }
+  return quaternion(body.turns.back().value);
+}
+
+}  // namespace
+
+Vector3d angular_velocity(const Eigen::Quaterniond& first, const Eigen::Quaterniond& last, double time) {
+  const Eigen::AngleAxisd turn(last * first.conjugate());
+  return turn.angle() / time * turn.axis();
+}
+
+Pose prescribed_pose(const Body& body, double time) {
+  Pose pose;
+  const double angle = body.spin_rate.integral(0, time);
+  pose.position = vec(body.center) + vec(body.velocity.integral(0, time)) + vec(body.path.at(time));
+  pose.orientation = Eigen::AngleAxisd(std::remainder(angle, 4 * std::numbers::pi), vec(body.spin_axis));
+  if (!body.turns.empty()) pose.orientation = turned_by(body, time);
+  pose.velocity = vec(body.velocity.at(time)) + vec(body.path.derivative(time));
+  pose.spin = body.spin_rate.at(time) * vec(body.spin_axis);
+  for (std::size_t k = 1; k < body.turns.size(); ++k) {
+    const Key<Quaternion>&first = body.turns[k - 1], &last = body.turns[k];
+    if (time >= first.time && time < last.time)
+      pose.spin = angular_velocity(quaternion(first.value), quaternion(last.value), last.time - first.time);
+  }
+  return pose;
 }
 
 Pose advanced(const Pose& pose, double dt) {

@@ -15,6 +15,10 @@ struct Pose {
 
 Pose pose_of(const HostState& s, Index body);
 void set_pose(HostState& s, Index body, const Pose& pose);
+/// Of a body that is not dynamic, at a time (s).
+Pose prescribed_pose(const Body& body, double time);
+/// The steady turning that takes one orientation to another in `time`, s: rad/s.
+Eigen::Vector3d angular_velocity(const Eigen::Quaterniond& first, const Eigen::Quaterniond& last, double time);
 /// After dt of steady motion.
 Pose advanced(const Pose& pose, double dt);
 /// Inertia in the world's axes, kg m².

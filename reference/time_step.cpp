@@ -5,10 +5,11 @@
 #include <numbers>
 
 #include "common.hpp"
+#include "state/keyed_motion.hpp"
 
 namespace drench::reference {
 
-void time_step(ReferenceState& state, const StepInfo&, StepReport& report) {
+void time_step(ReferenceState& state, const StepInfo& info, StepReport& report) {
   const TimeScene& time = state.model.scene.time;
   state.s.node_pin_force.assign(state.s.node_position.size(), Vec3{0, 0, 0});
   report.dt_wanted = time.step;
@@ -31,6 +32,7 @@ void time_step(ReferenceState& state, const StepInfo&, StepReport& report) {
     const double fall = body.dynamic ? vec(state.model.scene.gravity).norm() * time.step : 0;
     fastest = std::max(fastest, vec(state.s.body_velocity[k]).norm() + turning + fall);
   }
+  fastest = std::max(fastest, fastest_by_keys(state.model, info.time, info.time + time.step));
   if (fastest > 0) report.dt_wanted = std::min(time.step, time.cfl * state.model.spacing / fastest);
   double sigma = state.model.scene.fluid.surface_tension;
   for (const Body& b : state.model.bodies) sigma = std::max(sigma, b.adhesion);

@@ -71,7 +71,9 @@ class KokkosBackend final : public Backend {
     Kokkos::Profiling::ScopedRegion region(std::string("drench::") + std::string(name_of(stage)));
     switch (stage) {
       case Stage::time_step:
-        return time_step(constants_, fluid_, bodies_, cloth_, measured_, report);
+        return time_step(constants_, fluid_, bodies_, cloth_, measured_, info, report);
+      case Stage::prescribed_motion:
+        return prescribed_motion(constants_, bodies_, info);
       case Stage::neighbors:
         return neighbors(constants_, fluid_, lists_, bodies_, cloth_,
                          measured_.is_of(fluid_.particles.moved) ? &measured_.fluid : nullptr);

@@ -21,16 +21,17 @@ void require_finite(const char* name, const Vec3& v) {
 
 /// The motion as it has come by `time`, as the beginning of another one.
 PinMotion continued(const PinMotion& m, const Vec3& velocity, double time) {
-  const double since = std::clamp(time, m.start, m.end) - m.start;
+  const double until = std::clamp(time, m.start, m.end);
   const auto& q = m.rotated;
   const Eigen::Quaterniond before(q[0], q[1], q[2], q[3]);
-  const Eigen::Quaterniond now = (Eigen::AngleAxisd(m.rate * since, to_eigen(m.axis)) * before).normalized();
+  const Eigen::Quaterniond now = (Eigen::AngleAxisd(m.rate.integral(m.start, until), to_eigen(m.axis)) * before).normalized();
   PinMotion next = m;
-  next.offset = to_vec3(to_eigen(m.offset) + since * to_eigen(m.velocity));
+  next.offset = to_vec3(to_eigen(m.offset) + to_eigen(m.velocity.integral(m.start, until)) + to_eigen(m.path.at(until)));
   next.rotated = {now.w(), now.x(), now.y(), now.z()};
-  if (m.rate == 0) next.rotated = m.rotated;
+  if (m.rate.is_zero()) next.rotated = m.rotated;
   next.velocity = velocity;
-  next.rate = 0;
+  next.rate = 0.0;
+  next.path = Vec3{0, 0, 0};
   next.start = time;
   next.end = std::numeric_limits<double>::infinity();
   return next;
@@ -47,10 +48,26 @@ Index add_motion(Model& m, const std::vector<Index>& nodes) {
 
 /// The jet with another scene, going on from what it has let go by `time`.
 Jet continued(const Model& m, Jet jet, JetScene next, double time, const std::string& name) {
-  const double let_go = std::max(0.0, (std::min(time, jet.scene.end) - jet.scene.start) / jet.interval);
+  const double let_go = jet.has_keys()
+                            ? jet.out(time) / jet.advance
+                            : std::max(0.0, (std::min(time, jet.scene.end) - jet.scene.start) / jet.interval);
   jet = make_jet(m, next, name);
   if (time > next.start) jet.scene.start = time - let_go * jet.interval;
   return jet;
+}
+
+/// A plain value's numbers; keys are the scene's, and only whether they still hold is told.
+template <class Value, class Visitor>
+void visit_keyed(Value& value, Visitor&& visit) {
+  double keys = value.has_keys() ? 1 : 0;
+  auto plain = value.plain();
+  visit(keys);
+  if constexpr (std::is_same_v<decltype(plain), double>)
+    visit(plain);
+  else
+    for (double& x : plain) visit(x);
+  if constexpr (!std::is_const_v<Value>)
+    if (keys == 0) value = plain;
 }
 
 /// Calls visit(number) for every number of what can have changed, in one order, for both directions.
@@ -60,15 +77,19 @@ void visit_numbers(P& p, Visitor&& visit) {
     for (auto& value : values) visit(value);
   };
   for (auto& m : p.pin_motions) {
-    for (auto* v : {&m.velocity, &m.axis, &m.center, &m.offset}) all(*v);
+    for (auto* v : {&m.axis, &m.center, &m.offset}) all(*v);
     all(m.rotated);
-    for (auto* v : {&m.rate, &m.start, &m.end}) visit(*v);
+    for (auto* v : {&m.start, &m.end}) visit(*v);
+    visit_keyed(m.velocity, visit);
+    visit_keyed(m.path, visit);
+    visit_keyed(m.rate, visit);
   }
   for (auto& j : p.jets) {
-    for (auto* v : {&j.scene.center, &j.scene.velocity}) all(*v);
+    all(j.scene.center);
+    visit_keyed(j.scene.velocity, visit);
     for (auto* v : {&j.scene.start, &j.scene.end}) visit(*v);
   }
-  all(p.wind.velocity);
+  visit_keyed(p.wind.velocity, visit);
   visit(p.fastest_before);
 }
 
@@ -108,6 +129,8 @@ void change_pin_velocity(Model& m, Index cloth, Index number, const Vec3& veloci
   const std::vector<Index> nodes = nodes_of_pin(m, cloth, number);
   if (!cloth_numbered(m, cloth).dynamics)
     throw std::invalid_argument(fmt::format("cloth {} does not move: its dynamics is false", cloth));
+  if (!m.scene.cloths[static_cast<std::size_t>(cloth)].pins[static_cast<std::size_t>(number)].sequence.files.empty())
+    throw std::invalid_argument(fmt::format("pin {} of cloth {} follows a sequence of files", number, cloth));
   m.fastest_before = fastest_prescribed(m);
   Index motion = m.mesh.pin_motion.empty() ? -1 : m.mesh.pin_motion[static_cast<std::size_t>(nodes.front())];
   if (motion < 0) motion = add_motion(m, nodes);

@@ -22,15 +22,16 @@ double largest(const Vec3& v) { return std::max({v[0], v[1], v[2]}); }
 double fastest_prescribed(const Model& m) {
   double fastest = std::max(m.fastest_before, m.scene.wind.present ? fastest_air(m.scene.wind) : 0);
   for (const BlockScene& block : m.scene.fluid.blocks) fastest = std::max(fastest, norm(block.velocity));
-  for (const Jet& jet : m.jets) fastest = std::max(fastest, norm(jet.scene.velocity));
+  for (const Jet& jet : m.jets) fastest = std::max(fastest, jet.scene.velocity.largest());
   for (const Body& body : m.bodies)
-    fastest = std::max(fastest, norm(body.velocity) + std::abs(body.spin_rate) * body.reach);
+    fastest = std::max(fastest, body.velocity.largest() + body.path.largest_derivative() +
+                                    std::max(body.spin_rate.largest(), body.turn_rate) * body.reach);
   for (std::size_t n = 0; n < m.mesh.pin_motion.size(); ++n) {
     if (m.mesh.pin_motion[n] < 0) continue;
     const PinMotion& pin = m.pin_motions[static_cast<std::size_t>(m.mesh.pin_motion[n])];
     const Vec3& x = m.mesh.rest_position[n];
     const Vec3 arm{x[0] - pin.center[0], x[1] - pin.center[1], x[2] - pin.center[2]};
-    fastest = std::max(fastest, norm(pin.velocity) + std::abs(pin.rate) * norm(arm));
+    fastest = std::max(fastest, pin.velocity.largest() + pin.path.largest_derivative() + pin.rate.largest() * norm(arm));
   }
   return fastest;
 }
@@ -69,7 +70,7 @@ Limits::Limits(const Model& m, double liquid)
   for (const double solid : m.mesh.solid_mass) mass += solid;
   for (const Body& body : m.bodies) mass += body.mass;
   for (const Jet& jet : m.jets)
-    supply += m.rest_density * std::numbers::pi * jet.scene.radius * jet.scene.radius * norm(jet.scene.velocity);
+    supply += m.rest_density * std::numbers::pi * jet.scene.radius * jet.scene.radius * jet.scene.velocity.largest();
   if (m.has_reservoirs()) mass = std::numeric_limits<double>::infinity();
 }
 

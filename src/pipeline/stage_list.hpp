@@ -9,6 +9,7 @@
 // clang-format off
 #define DRENCH_STAGES(STAGE)                                                                  \
   STAGE(time_step,         true)                                                              \
+  STAGE(prescribed_motion, m.has_keyed_body())                                                \
   STAGE(neighbors,         m.has_fluid())                                                     \
   STAGE(density,           m.has_fluid())                                                     \
   STAGE(divergence,        m.has_fluid())                                                     \

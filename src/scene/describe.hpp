@@ -19,6 +19,20 @@ inline void check_not_zero(Section& s, const char* key, const Vec3& v) {
   s.check(square >= 1e-18, key, "has length 0; allowed: a vector that points somewhere");
 }
 
+/// The same of a vector that may be 0 at times.
+inline void check_not_zero(Section& s, const char* key, const Keyed<Vec3>& v) {
+  if (!v.has_keys()) return check_not_zero(s, key, v.plain());
+  s.check(v.largest() >= 1e-9, key, "has length 0 in all keys; allowed: one at least that points somewhere");
+}
+
+/// How far something is from where it starts at time `start`, s.
+inline void check_offset(Section& s, const Keyed<Vec3>& offset, double start) {
+  s.check(offset.interpolation() != Interpolation::step, "offset.interpolation",
+          "would move it at once; allowed: linear, smooth");
+  s.check(offset.at(start) == Vec3{0, 0, 0}, "offset",
+          fmt::format("is not 0 at {} s, where it starts; allowed: [0, 0, 0] there", start));
+}
+
 /// The times between which something lasts, keys `start` and `end`.
 inline void check_end_after_start(Section& s, const char* what, double start, double end) {
   s.check(start < end, s.has("end") ? "end" : "start",
@@ -33,6 +47,9 @@ void describe(Section& s, OutputScene& output);
 void describe(Section& s, ProcessScene& processes);
 void describe(Section& s, Box& box);
 void describe(Section& s, SpinScene& spin);
+
+/// Keys `sequence` and `fps`; saved where there is one.
+void describe_sequence(Section& s, SequenceScene& sequence, const char* meaning);
 
 // describe_fluid.cpp
 void describe(Section& s, FluidScene& fluid);

@@ -10,7 +10,9 @@ using Kind = BodyScene::Kind;
 /// Of every body: how it moves, and how the liquid sticks to it.
 void describe_motion(Section& s, BodyScene& body) {
   s.numbers("velocity", body.velocity, speed_range, "m/s",
-            "prescribed and without end; of a dynamic body only how it starts");
+            "prescribed and without end; of a dynamic body only how it starts, and plain");
+  s.numbers("offset", body.offset, coordinate_range, "m",
+            "keys of how far the body is from where it starts; added to what `velocity` does");
   s.section("spin", body.spin,
             "about the centre of box, sphere or the mesh's bounding box, or the plane's point; as `velocity`");
   s.boolean("dynamic", body.dynamic,
@@ -25,6 +27,9 @@ void describe_motion(Section& s, BodyScene& body) {
   const bool can_float = body.kind == Kind::sphere || (body.kind == Kind::box && !body.inside);
   s.not_available(body.dynamic && !can_float, "dynamic", "a plane, mesh or container that the liquid moves",
                   "false, or a sphere or a box that is not a container");
+  check_offset(s, body.offset, 0);
+  const bool keys = body.velocity.has_keys() || body.offset.has_keys() || body.spin.degrees_per_second.has_keys();
+  s.not_available(body.dynamic && keys, "dynamic", "a body that liquid moves and keys move", "false, or plain values");
   s.not_available(body.dynamic && body.adhesion > 0, "adhesion", "adhesion to a body that floats", "0 N/m");
 }
 
@@ -52,10 +57,19 @@ void describe_plane(Section& s, BodyScene& body) {
 
 void describe_mesh(Section& s, BodyScene& body) {
   s.one_line();
-  s.required().mesh_file("file", body.file, "a relative name starts at the scene's folder");
+  const bool moving = !body.sequence.files.empty();
+  s.saved_if(!moving).mesh_file("file", body.file, "a relative name starts at the scene's folder");
+  describe_sequence(s, body.sequence,
+                    "files of a mesh that moves without changing its shape; each has the same triangles");
+  if (!body.sequence.files.empty()) body.file = body.sequence.files.front();
+  s.check(s.has("file") != s.has("sequence"), s.has("file") ? "sequence" : "file",
+          s.has("file") ? "stands beside file; allowed: exactly one of them"
+                        : "neither file nor sequence stands here; allowed: exactly one of them");
   s.number("scale", body.scale, "[1e-9, 1e6]", "1", "factor on the file's coordinates, which are then in m");
   s.numbers("position", body.position, coordinate_range, "m", "added to the scaled mesh");
   describe_motion(s, body);
+  for (const char* key : {"velocity", "offset", "spin"})
+    s.check(!s.has("sequence") || !s.has(key), key, "stands beside sequence, which says how the mesh moves; allowed: one");
 }
 
 }  // namespace

@@ -34,13 +34,13 @@ void describe_place(Section& s, ClothScene& cloth) {
 
 void describe_pin_spin(Section& s, PinScene& pin) {
   describe(s, pin.spin);
-  s.numbers("center", pin.center, coordinate_range, "m", "what they turn about; it moves with `velocity`");
+  s.numbers("center", pin.center, coordinate_range, "m", "what they turn about; it moves with them");
 }
 
 /// A resolved scene has the motion of pins that differ from such as stand still.
 bool has_motion(const PinScene& pin) {
   const PinScene still;
-  return pin.velocity != still.velocity || pin.spin != still.spin || pin.center != still.center ||
+  return pin.velocity != still.velocity || pin.offset != still.offset || pin.sequence != still.sequence || pin.spin != still.spin || pin.center != still.center ||
          pin.start != still.start || pin.end != still.end;
 }
 
@@ -137,10 +137,17 @@ void describe(Section& s, PinScene& pin) {
   const bool motion = has_motion(pin);
   s.saved_if(motion).numbers("velocity", pin.velocity, speed_range, "m/s",
                              "of the pins, between `start` and `end`; a cloth with `dynamics: false` has none");
+  s.saved_if(motion).numbers("offset", pin.offset, coordinate_range, "m",
+                             "keys of how far the pins are from where they start; added to what `velocity` does");
+  describe_sequence(s, pin.sequence,
+                    "files of the cloth's mesh, placed as it is: the pins go where their nodes are in them");
   s.saved_if(motion).section("spin", pin, describe_pin_spin, "how the pins turn, between `start` and `end`");
   s.saved_if(motion).number("start", pin.start, "[0, 1e6]", "s", "before it the pins stand still");
   s.saved_if(motion).number("end", pin.end, "[0, inf]", "s", "after it the pins stand still; after `start`");
   check_end_after_start(s, "the motion", pin.start, pin.end);
+  check_offset(s, pin.offset, pin.start);
+  for (const char* key : {"velocity", "offset", "spin", "start"})
+    s.check(!s.has("sequence") || !s.has(key), key, "stands beside sequence, which says how the pins move; allowed: one");
 }
 
 void describe(Section& s, SaturationScene& saturation) {

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
+
 #include "scene/describe.hpp"
 
 namespace drench {
@@ -47,14 +49,34 @@ void describe(Section& s, BlockScene& block) {
   s.numbers("velocity", block.velocity, speed_range, "m/s", "of its particles at the start");
 }
 
+/// Between two keys the axis turns the short way, which opposite directions do not have.
+void check_turns(Section& s, const Keyed<Vec3>& velocity) {
+  const Vec3* before = nullptr;
+  for (std::size_t k = 0; k < velocity.keys().size(); ++k) {
+    const Vec3& v = velocity.keys()[k].value;
+    const double square = v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
+    if (square == 0) continue;
+    if (before) {
+      const Vec3& u = *before;
+      const double cosine = (u[0] * v[0] + u[1] * v[1] + u[2] * v[2]) /
+                            std::sqrt(square * (u[0] * u[0] + u[1] * u[1] + u[2] * u[2]));
+      s.check(cosine > -0.9, fmt::format("velocity.{}", k),
+              "points back against the entry before; allowed: angles below 154 degrees, or a jet for each direction");
+    }
+    before = &v;
+  }
+}
+
 void describe(Section& s, JetScene& jet) {
   s.one_line();
   s.required().numbers("center", jet.center, coordinate_range, "m", "of the nozzle, inside the domain");
   s.required().number("radius", jet.radius, "[1e-6, 100]", "m", "of the nozzle; at least half a spacing");
-  s.required().numbers("velocity", jet.velocity, speed_range, "m/s", "of the liquid, along the nozzle's axis; not 0");
+  s.required().numbers("velocity", jet.velocity, speed_range, "m/s", "of the liquid, along the nozzle's axis; not 0 but in keys, "
+                                                                "where 0 closes it");
   s.number("start", jet.start, "[0, 1e6]", "s", "when it starts to flow");
   s.number("end", jet.end, "[0, inf]", "s", "when it stops; after `start`");
   check_not_zero(s, "velocity", jet.velocity);
+  check_turns(s, jet.velocity);
   check_end_after_start(s, "the jet", jet.start, jet.end);
 }
 

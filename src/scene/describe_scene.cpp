@@ -150,6 +150,13 @@ void describe(Section& s, Box& box) {
   }
 }
 
+void describe_sequence(Section& s, SequenceScene& sequence, const char* meaning) {
+  const bool saved = !sequence.files.empty();
+  s.saved_if(saved).mesh_files("sequence", sequence.files, meaning);
+  s.saved_if(saved).number("fps", sequence.fps, "[0.001, 1e5]", "1/s", "files of the `sequence` a second, the first at 0 s");
+  s.check(s.has("sequence") || !s.has("fps"), "fps", "is for a sequence of files; allowed: only beside sequence");
+}
+
 void describe(Section& s, SpinScene& spin) {
   s.one_line();
   s.numbers("axis", spin.axis, direction_range, "1", "not 0; its length does not matter");

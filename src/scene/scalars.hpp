@@ -6,6 +6,7 @@
 #include <string>
 #include <string_view>
 
+#include "scene/section.hpp"
 #include "scene/yaml_tree.hpp"
 
 namespace drench {
@@ -13,6 +14,13 @@ namespace drench {
 inline constexpr std::size_t text_max_length = 100;
 inline constexpr const char* text_allowed = "1 to 100 bytes without control characters";
 inline constexpr const char* mesh_file_allowed = ".obj, .ply, .stl";
+inline constexpr const char* key_time_range = "[0, 1e6]";  // s
+inline constexpr const char* keys_allowed = "a list of keys [time, value]";
+/// How a scene calls what is between two keys.
+inline const std::initializer_list<Word<Interpolation>> interpolation_words{
+    {"linear", Interpolation::linear}, {"smooth", Interpolation::smooth}, {"step", Interpolation::step}};
+inline constexpr const char* mesh_files_allowed = "a list of .obj, .ply, .stl; a name with {} or {:04d}, or with *";
+inline constexpr std::size_t most_files = 100'000;  // of a sequence
 inline constexpr const char* switch_allowed = "true, false, on, off";
 
 struct Range {

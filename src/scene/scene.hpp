@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "base/keyed.hpp"
 #include "base/types.hpp"
 #include "scene/material.hpp"
 
@@ -86,7 +87,7 @@ struct BlockScene {
 struct JetScene {
   Vec3 center{0, 0, 0};                                  // m
   double radius = 0.05;                                  // m
-  Vec3 velocity{0, 0, 0};                                // m/s; the nozzle's axis
+  Keyed<Vec3> velocity;                                  // m/s; the nozzle's axis
   double start = 0.0;                                    // s
   double end = std::numeric_limits<double>::infinity();  // s
 
@@ -129,12 +130,20 @@ struct GridScene {
   bool operator==(const GridScene&) const = default;
 };
 
-/// A rotation at a steady rate, by the right-hand rule.
+/// A rotation about a fixed axis, by the right-hand rule.
 struct SpinScene {
-  Vec3 axis{0, 1, 0};               // its length does not matter
-  double degrees_per_second = 0.0;  // °/s
+  Vec3 axis{0, 1, 0};                // its length does not matter
+  Keyed<double> degrees_per_second;  // °/s
 
   bool operator==(const SpinScene&) const = default;
+};
+
+/// A shape that moves from file to file, each with the same triangles.
+struct SequenceScene {
+  std::vector<std::string> files;  // the first at 0 s
+  double fps = 24;                 // files a second
+
+  bool operator==(const SequenceScene&) const = default;
 };
 
 /// An entry of `cloth.N.pin`: nodes that stand still or move as prescribed.
@@ -145,9 +154,11 @@ struct PinScene {
   Box box;                    // for Kind::box, after placing
   std::vector<Index> nodes;   // for Kind::nodes, numbered within this cloth
   // Prescribed motion from `start` to `end`; before and after it the pins stand still.
-  Vec3 velocity{0, 0, 0};                                // m/s
+  Keyed<Vec3> velocity;                                  // m/s
+  Keyed<Vec3> offset;                                    // m; added to where `velocity` brings them; 0 at `start`
+  SequenceScene sequence;                                // of the cloth's mesh, in place of `velocity`, `offset`, `spin`
   SpinScene spin;                                        // about `center`
-  Vec3 center{0, 0, 0};                                  // m; what the pins turn about, moves with `velocity`
+  Vec3 center{0, 0, 0};                                  // m; what the pins turn about, moves with them
   double start = 0.0;                                    // s
   double end = std::numeric_limits<double>::infinity();  // s
 
@@ -155,7 +166,10 @@ struct PinScene {
 };
 
 /// Do these pins move?
-inline bool moves(const PinScene& pin) { return pin.velocity != Vec3{0, 0, 0} || pin.spin.degrees_per_second != 0; }
+inline bool moves(const PinScene& pin) {
+  return !pin.velocity.is_zero() || !pin.offset.is_zero() || !pin.sequence.files.empty() ||
+         !pin.spin.degrees_per_second.is_zero();
+}
 
 /// An entry of `initial_saturation` or `hold_saturation`.
 struct SaturationScene {
@@ -220,11 +234,13 @@ struct BodyScene {
   double radius = 0.1;     // m, sphere
   Vec3 point{0, 0, 0};     // plane
   Vec3 normal{0, 1, 0};    // plane; points to the free side
-  std::string file;        // mesh
+  std::string file;        // mesh; of a sequence, its first
+  SequenceScene sequence;  // mesh that moves as its files say
   double scale = 1.0;      // 1, of the mesh file
   Vec3 position{0, 0, 0};  // m, added to the scaled mesh
   // Prescribed motion, without end; of a dynamic body, how it starts.
-  Vec3 velocity{0, 0, 0};  // m/s
+  Keyed<Vec3> velocity;    // m/s
+  Keyed<Vec3> offset;      // m; added to where `velocity` brings it; 0 at the start
   SpinScene spin;          // about the centre: of the box, the sphere or the mesh's bounding box; a plane's point
   bool dynamic = false;    // sphere and box (not inside): floats and sinks, pushed by the liquid and by gravity
   double density = 500.0;  // kg/m³, of a dynamic body
@@ -253,7 +269,7 @@ struct GustScene {
 /// Moving air (stages/wind.hpp).
 struct WindScene {
   bool present = false;           // does the scene have the section?
-  Vec3 velocity{0, 0, 0};         // m/s; of undisturbed air
+  Keyed<Vec3> velocity;           // m/s; of undisturbed air
   std::vector<GustScene> gusts;   // linear in between, the first before them and the last after them
   double density = 1.2;           // ρ_a, kg/m³
   double normal_drag = 1.17;      // C_n, 1; of both sides of the cloth together

@@ -13,6 +13,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/keyed.hpp"
 #include "base/types.hpp"
 
 namespace drench {
@@ -41,6 +42,11 @@ class Section {
                       const char* meaning) = 0;
   virtual void numbers(const char* key, std::span<double> values, const char* range, const char* unit,
                        const char* meaning) = 0;
+  /// One that may move with time: as a plain value, as keys [[time, value], …], or as {keys: …, interpolation: …}.
+  virtual void number(const char* key, Keyed<double>& value, const char* range, const char* unit,
+                      const char* meaning) = 0;
+  virtual void numbers(const char* key, Keyed<Vec3>& value, const char* range, const char* unit,
+                       const char* meaning) = 0;
   virtual void integer(const char* key, int& value, const char* range, const char* unit, const char* meaning) = 0;
   virtual void integers(const char* key, std::span<int> values, const char* range, const char* unit,
                         const char* meaning) = 0;
@@ -56,6 +62,9 @@ class Section {
   virtual void text(const char* key, std::string& value, const char* meaning) = 0;
   /// A mesh file that exists; becomes an absolute path.
   virtual void mesh_file(const char* key, std::string& value, const char* meaning) = 0;
+
+  /// Mesh files that exist, in their order: a list of names, a name with {} or {:04d} for 0, 1, … or 1, 2, …, or one with a *.
+  virtual void mesh_files(const char* key, std::vector<std::string>& values, const char* meaning) = 0;
 
   template <class T>
   void choice(const char* key, T& value, std::initializer_list<Word<std::type_identity_t<T>>> words,

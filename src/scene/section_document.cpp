@@ -24,6 +24,14 @@ class DocumentSection : public Section {
     note(key, fmt::format("{} numbers", values.size()), range, unit, yaml::text(std::span<const double>(values)),
          meaning);
   }
+  void number(const char* key, Keyed<double>& value, const char* range, const char* unit,
+              const char* meaning) override {
+    note(key, "number or keys", range, unit, yaml::text(value.plain()), meaning);
+  }
+  void numbers(const char* key, Keyed<Vec3>& value, const char* range, const char* unit,
+               const char* meaning) override {
+    note(key, "3 numbers or keys", range, unit, yaml::text(std::span<const double>(value.plain())), meaning);
+  }
   void integer(const char* key, int& value, const char* range, const char* unit, const char* meaning) override {
     note(key, "whole number", range, unit, std::to_string(value), meaning);
   }
@@ -46,6 +54,10 @@ class DocumentSection : public Section {
   }
   void mesh_file(const char* key, std::string&, const char* meaning) override {
     note(key, "file", mesh_file_allowed, "", "", meaning);
+  }
+
+  void mesh_files(const char* key, std::vector<std::string>&, const char* meaning) override {
+    note(key, "files", mesh_files_allowed, "", "", meaning);
   }
 
  protected:

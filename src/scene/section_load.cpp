@@ -10,6 +10,7 @@
 #include "scene/scalars.hpp"
 #include "scene/scene_error.hpp"
 #include "scene/section_modes.hpp"
+#include "scene/sequence_names.hpp"
 
 namespace drench {
 
@@ -20,6 +21,8 @@ namespace {
 std::string with_unit(const std::string& range, const std::string& unit) {
   return unit == "1" ? range + " (no unit)" : range + " " + unit;
 }
+
+constexpr const char* mesh_name_expected = "the name of an .obj, .ply or .stl file";
 
 class LoadSection : public Section {
  public:
@@ -35,6 +38,8 @@ class LoadSection : public Section {
     if (const Value* found = take(key, "a number in " + with_unit(range, unit)))
       value = read_number(*found, key, range, unit);
   }
+  void number(const char* key, Keyed<double>& value, const char* range, const char* unit, const char*) override;
+  void numbers(const char* key, Keyed<Vec3>& value, const char* range, const char* unit, const char*) override;
   void integer(const char* key, int& value, const char* range, const char* unit, const char*) override {
     if (const Value* found = take(key, "a whole number in " + with_unit(range, unit)))
       value = read_integer(*found, key, range, unit);
@@ -62,6 +67,7 @@ class LoadSection : public Section {
   }
   void text(const char* key, std::string& value, const char*) override;
   void mesh_file(const char* key, std::string& value, const char*) override;
+  void mesh_files(const char* key, std::vector<std::string>& values, const char*) override;
 
   bool has(const char* key) const override { return map_.find(key) != nullptr; }
   void check(bool good, const std::string& key, const std::string& message) override {
@@ -98,7 +104,14 @@ class LoadSection : public Section {
   const Value* take_array(const char* key, std::size_t size, const std::string& expected);
   double read_number(const Value& value, const std::string& key, const char* range, const char* unit) const;
   int read_integer(const Value& value, const std::string& key, const char* range, const char* unit) const;
-  void check_list(const char* key, const Value& value) const;
+  std::string read_mesh_name(const Value& value, const std::string& key) const;
+  Vec3 read_vector(const Value& value, const std::string& key, const char* range, const char* unit) const;
+  template <class T, class Read>
+  void read_keyed(const char* key, Keyed<T>& value, const std::string& expected, Read read);
+  template <class T, class Read>
+  Keyed<T> read_keys(const Value& list, const std::string& key, Interpolation interpolation,
+                     const std::string& expected, Read read) const;
+  void check_list(const std::string& key, const Value& value) const;
   void check_known() const;
   void check_one_of() const;
   void done() const;
@@ -155,6 +168,69 @@ int LoadSection::read_integer(const Value& value, const std::string& key, const 
   fail(value, key, fmt::format("{} is out of range; allowed: {}", value.shown(), allowed));
 }
 
+Vec3 LoadSection::read_vector(const Value& value, const std::string& key, const char* range, const char* unit) const {
+  if (value.kind != Value::Kind::list || value.items.size() != 3)
+    fail(value, key, fmt::format("is {}; allowed: {}", value.shown(), "a list of 3 numbers in " + with_unit(range, unit)));
+  Vec3 vector;
+  for (std::size_t a = 0; a < 3; ++a)
+    vector[a] = read_number(value.items[a], fmt::format("{}.{}", key, a), range, unit);
+  return vector;
+}
+
+/// `read(section, value, key)` reads a plain value. Only keys are a list of lists, or a map.
+template <class T, class Read>
+void LoadSection::read_keyed(const char* key, Keyed<T>& value, const std::string& expected, Read read) {
+  const Value* found = take(key, expected);
+  if (!found) return;
+  if (found->kind == Value::Kind::map) {
+    LoadSection sub(*found, path_of(key), folder_);
+    sub.known_ = {"keys", "interpolation"};
+    Interpolation between = Interpolation::linear;
+    sub.choice("interpolation", between, interpolation_words, "");
+    sub.required();
+    const Value* keys = sub.take("keys", keys_allowed);
+    sub.done();
+    value = sub.read_keys<T>(*keys, "keys", between, expected, read);
+  } else if (found->kind == Value::Kind::list && !found->items.empty() && found->items[0].kind == Value::Kind::list) {
+    value = read_keys<T>(*found, key, Interpolation::linear, expected, read);
+  } else {
+    value = read(*this, *found, key);
+  }
+}
+
+template <class T, class Read>
+Keyed<T> LoadSection::read_keys(const Value& list, const std::string& key, Interpolation interpolation,
+                                const std::string& expected, Read read) const {
+  check_list(key, list);
+  std::vector<Key<T>> keys;
+  for (std::size_t i = 0; i < list.items.size(); ++i) {
+    const Value& item = list.items[i];
+    const std::string name = fmt::format("{}.{}", key, i), time = name + ".0";
+    if (item.kind != Value::Kind::list || item.items.size() != 2)
+      fail(item, name, fmt::format("is {}; allowed: [time, value], the value {}", item.shown(), expected));
+    Key<T> next{read_number(item.items[0], time, key_time_range, "s"), read(*this, item.items[1], name + ".1")};
+    if (!keys.empty() && !(keys.back().time < next.time))
+      fail(item.items[0], time, fmt::format("{} is not after the entry before ({}); allowed: more than that, in s",
+                                            item.items[0].shown(), keys.back().time));
+    keys.push_back(std::move(next));
+  }
+  return Keyed<T>(std::move(keys), interpolation);
+}
+
+void LoadSection::number(const char* key, Keyed<double>& value, const char* range, const char* unit, const char*) {
+  read_keyed(key, value, "a number in " + with_unit(range, unit),
+             [=](const LoadSection& s, const Value& found, const std::string& name) {
+               return s.read_number(found, name, range, unit);
+             });
+}
+
+void LoadSection::numbers(const char* key, Keyed<Vec3>& value, const char* range, const char* unit, const char*) {
+  read_keyed(key, value, "a list of 3 numbers in " + with_unit(range, unit),
+             [=](const LoadSection& s, const Value& found, const std::string& name) {
+               return s.read_vector(found, name, range, unit);
+             });
+}
+
 void LoadSection::integer_list(const char* key, std::vector<Index>& values, const char* range, const char* unit,
                                const char*) {
   const Value* found = take(key, "a list of whole numbers in " + with_unit(range, unit));
@@ -187,14 +263,37 @@ void LoadSection::text(const char* key, std::string& value, const char*) {
 }
 
 void LoadSection::mesh_file(const char* key, std::string& value, const char*) {
-  namespace fs = std::filesystem;
-  const std::string expected = "the name of an .obj, .ply or .stl file";
-  const Value* found = take(key, expected);
+  if (const Value* found = take(key, mesh_name_expected)) value = read_mesh_name(*found, key);
+}
+
+void LoadSection::mesh_files(const char* key, std::vector<std::string>& values, const char*) {
+  const Value* found = take(key, mesh_files_allowed);
   if (!found) return;
+  values.clear();
+  if (found->kind == Value::Kind::list) {
+    check_list(key, *found);
+    for (std::size_t i = 0; i < found->items.size(); ++i)
+      values.push_back(read_mesh_name(found->items[i], fmt::format("{}.{}", key, i)));
+    return;
+  }
+  if (found->kind != Value::Kind::scalar || found->text.find('\0') != std::string::npos)
+    fail(*found, key, fmt::format("is {}; allowed: {}", found->shown(), mesh_files_allowed));
+  Value name = *found;
+  for (const std::string& file : sequence_names(found->text, folder_)) {
+    name.text = file;
+    values.push_back(read_mesh_name(name, key));
+  }
+  if (values.empty())
+    fail(*found, key, fmt::format("{} names no file that there is; allowed: {}", found->shown(), mesh_files_allowed));
+}
+
+std::string LoadSection::read_mesh_name(const Value& value, const std::string& key) const {
+  namespace fs = std::filesystem;
+  const Value* found = &value;
   const bool named = found->kind == Value::Kind::scalar && !found->text.empty();
   // a NUL byte would cut the name short in the system call
   if (!named || found->text.find('\0') != std::string::npos)
-    fail(*found, key, fmt::format("is {}; allowed: {}", found->shown(), expected));
+    fail(*found, key, fmt::format("is {}; allowed: {}", found->shown(), mesh_name_expected));
   std::string extension = fs::path(found->text).extension().string();
   for (char& c : extension) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
   if (extension != ".obj" && extension != ".ply" && extension != ".stl")
@@ -204,7 +303,7 @@ void LoadSection::mesh_file(const char* key, std::string& value, const char*) {
   const fs::path file = fs::absolute(fs::path(folder_) / found->text, error).lexically_normal();
   if (error || !fs::exists(file, error)) fail(*found, key, fmt::format("there is no file '{}'", file.string()));
   if (!fs::is_regular_file(file, error)) fail(*found, key, fmt::format("'{}' is not a file", file.string()));
-  value = file.string();
+  return file.string();
 }
 
 std::size_t LoadSection::word_index(const char* key, const std::vector<const char*>& words, std::size_t index,
@@ -237,7 +336,7 @@ void LoadSection::maps(const char* key, std::size_t, const char*,
   }
 }
 
-void LoadSection::check_list(const char* key, const Value& value) const {
+void LoadSection::check_list(const std::string& key, const Value& value) const {
   if (value.kind != Value::Kind::list) fail(value, key, fmt::format("is {}; allowed: a list", value.shown()));
   if (value.items.empty()) fail(value, key, "is an empty list; allowed: at least one entry, or leave the key out");
 }

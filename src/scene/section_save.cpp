@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "scene/scalars.hpp"
 #include "scene/section_modes.hpp"
 
 namespace drench {
@@ -10,6 +11,22 @@ namespace {
 std::string quoted(const std::string& words) { return "\"" + yaml::escaped(words, "\"\\") + "\""; }
 
 std::string comment_of(const std::string& unit) { return unit == "1" || unit.starts_with('(') ? "" : unit; }
+
+std::string text_of(double value) { return yaml::text(value); }
+std::string text_of(const Vec3& value) { return yaml::text(std::span<const double>(value)); }
+
+/// A plain value, or [[time, value], …]; with the interpolation unless it is linear.
+template <class T>
+std::string text_of(const Keyed<T>& value) {
+  if (!value.has_keys()) return text_of(value.plain());
+  std::string keys;
+  for (const Key<T>& key : value.keys())
+    keys += fmt::format("{}[{}, {}]", keys.empty() ? "" : ", ", yaml::text(key.time), text_of(key.value));
+  for (const auto& [word, between] : interpolation_words)
+    if (between == value.interpolation() && between != Interpolation::linear)
+      return fmt::format("{{keys: [{}], interpolation: {}}}", keys, word);
+  return "[" + keys + "]";
+}
 
 class SaveSection : public Section {
  public:
@@ -25,6 +42,12 @@ class SaveSection : public Section {
   void numbers(const char* key, std::span<double> values, const char*, const char* unit, const char*) override {
     write(key, yaml::text(std::span<const double>(values)), comment_of(unit));
   }
+  void number(const char* key, Keyed<double>& value, const char*, const char* unit, const char*) override {
+    write(key, text_of(value), comment_of(unit));
+  }
+  void numbers(const char* key, Keyed<Vec3>& value, const char*, const char* unit, const char*) override {
+    write(key, text_of(value), comment_of(unit));
+  }
   void integer(const char* key, int& value, const char*, const char* unit, const char*) override {
     write(key, std::to_string(value), comment_of(unit));
   }
@@ -39,6 +62,12 @@ class SaveSection : public Section {
   void flag(const char* key, const char*) override { write(key, "true"); }
   void text(const char* key, std::string& value, const char*) override { write(key, quoted(value)); }
   void mesh_file(const char* key, std::string& value, const char*) override { write(key, quoted(value)); }
+
+  void mesh_files(const char* key, std::vector<std::string>& values, const char*) override {
+    std::string all;
+    for (const std::string& value : values) all += (all.empty() ? "" : ", ") + quoted(value);
+    write(key, "[" + all + "]");
+  }
 
   void one_line() override { one_line_ = true; }
   void remark(const char* text) override {

@@ -9,7 +9,9 @@
 #include "base/eigen_vec.hpp"
 #include "setup/distance_field.hpp"
 #include "setup/mesh_io.hpp"
+#include "setup/mesh_sequence.hpp"
 #include "setup/setup_error.hpp"
+#include "state/keyed_motion.hpp"
 
 namespace drench {
 namespace {
@@ -127,10 +129,12 @@ Body make_body(const BodyScene& scene, const std::string& scene_path, const std:
     }
   }
   body.velocity = scene.velocity;
-  if (scene.spin.degrees_per_second != 0) {
+  body.path = scene.offset;
+  if (!scene.spin.degrees_per_second.is_zero()) {
     body.spin_axis = unit(scene.spin.axis, name + ": the axis of spin");
-    body.spin_rate = scene.spin.degrees_per_second * std::numbers::pi / 180;
+    body.spin_rate = scene.spin.degrees_per_second.scaled(std::numbers::pi / 180);
   }
+  if (!scene.sequence.files.empty()) follow_sequence(body, scene, scene_path, name);
   body.dynamic = scene.dynamic;
   if (scene.dynamic) weigh(body, scene.density);
   return body;
@@ -138,7 +142,7 @@ Body make_body(const BodyScene& scene, const std::string& scene_path, const std:
 
 Vec3 body_velocity(const Body& body, const Vec3& x) {
   const Eigen::Vector3d arm = to_eigen(x) - to_eigen(body.center);
-  return to_vec3(to_eigen(body.velocity) + body.spin_rate * to_eigen(body.spin_axis).cross(arm));
+  return to_vec3(to_eigen(velocity_at(body, 0)) + to_eigen(spin_between(body, 0, 0)).cross(arm));
 }
 
 void start_bodies(const Model& model, HostState& state) {
@@ -147,8 +151,8 @@ void start_bodies(const Model& model, HostState& state) {
   state.body_angular_velocity.clear();
   for (const Body& body : model.bodies) {
     state.body_position.push_back(body.center);
-    state.body_velocity.push_back(body.velocity);
-    state.body_angular_velocity.push_back(to_vec3(body.spin_rate * to_eigen(body.spin_axis)));
+    state.body_velocity.push_back(velocity_at(body, 0));
+    state.body_angular_velocity.push_back(spin_between(body, 0, 0));
   }
   state.body_orientation.assign(model.bodies.size(), Quaternion{1, 0, 0, 0});
 }

@@ -11,6 +11,7 @@
 #include "setup/distance_field.hpp"
 #include "setup/point_grid.hpp"
 #include "setup/surface_mesh.hpp"
+#include "state/keyed_motion.hpp"
 
 namespace drench {
 namespace {
@@ -244,9 +245,40 @@ std::array<Vec3, 2> plane_lattice(const Body& body, double spacing) {
   return {to_vec3(spacing * u), to_vec3(spacing * v)};
 }
 
+namespace {
+
+/// The least and the most, along each axis, of how far a body comes within `duration` (s), m; of a plane, across its surface.
+std::array<Vec3, 2> way_of(const Body& body, double duration) {
+  if (body.has_keys()) {
+    std::array<Vec3, 2> way = bounds_of_way(body, duration);
+    if (!body.slides) return way;
+    double least = 0, most = 0;
+    for (std::size_t a = 0; a < 3; ++a) {
+      least += std::min(way[0][a] * body.normal[a], way[1][a] * body.normal[a]);
+      most += std::max(way[0][a] * body.normal[a], way[1][a] * body.normal[a]);
+    }
+    for (std::size_t a = 0; a < 3; ++a) {
+      way[0][a] = std::min(least * body.normal[a], most * body.normal[a]);
+      way[1][a] = std::max(least * body.normal[a], most * body.normal[a]);
+    }
+    return way;
+  }
+  std::array<Vec3, 2> way{};
+  const Vec3& v = body.velocity.plain();
+  for (std::size_t a = 0; a < 3; ++a) {
+    const double along = to_eigen(v).dot(to_eigen(body.normal)) * body.normal[a],
+                 path = (body.slides ? along : v[a]) * duration;
+    way[0][a] = std::min(path, 0.0);
+    way[1][a] = std::max(path, 0.0);
+  }
+  return way;
+}
+
+}  // namespace
+
 Box sampled_region(const Body& body, const Box& region, double duration, int layer) {
   Box swept = region;
-  if (body.slides && body.spin_rate != 0) {
+  if (body.slides && body.spins()) {
     const Vector3d normal = to_eigen(body.normal), middle = to_eigen(body.middle),
                    below = middle - normal * normal.dot(middle - to_eigen(body.point)),
                    half = 0.5 * (to_eigen(region.max) - to_eigen(region.min));
@@ -259,7 +291,8 @@ Box sampled_region(const Body& body, const Box& region, double duration, int lay
     }
     return swept;
   }
-  const bool turns = body.dynamic || body.spin_rate != 0;
+  const bool turns = body.dynamic || body.spins();
+  const std::array<Vec3, 2> way = way_of(body, duration);
   constexpr double all = 1e9;  // m: far beyond any scene's coordinates
   for (std::size_t a = 0; a < 3; ++a) {
     if (turns) {
@@ -267,11 +300,9 @@ Box sampled_region(const Body& body, const Box& region, double duration, int lay
       swept.max[a] = body.center[a] + all;
       continue;
     }
-    const double along = to_eigen(body.velocity).dot(to_eigen(body.normal)) * body.normal[a],
-                 path = (body.slides ? along : body.velocity[a]) * duration,
-                 step = (1 - slide_offset) * (std::abs(body.lattice[0][a]) + std::abs(body.lattice[1][a]));
-    swept.min[a] -= std::max(path, 0.0) + step;
-    swept.max[a] -= std::min(path, 0.0) - step;
+    const double step = (1 - slide_offset) * (std::abs(body.lattice[0][a]) + std::abs(body.lattice[1][a]));
+    swept.min[a] -= way[1][a] + step;
+    swept.max[a] -= way[0][a] - step;
   }
   return swept;
 }

@@ -11,6 +11,7 @@
 #include "base/eigen_vec.hpp"
 #include "setup/cloth_material.hpp"
 #include "setup/mesh_io.hpp"
+#include "setup/mesh_sequence.hpp"
 #include "setup/setup_error.hpp"
 
 namespace drench {
@@ -25,6 +26,23 @@ double cotangent(const Vector3d& a, const Vector3d& b) { return a.dot(b) / a.cro
 /// cylinder (docs/design-notes/cloth.md, "Bending").
 double bending_stiffness(double bend, double around) { return bend / around; }
 
+/// Turns and moves points of the cloth's own mesh to where the cloth starts.
+void place_points(const ClothScene& cloth, std::vector<Vec3>& points) {
+  Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
+  if (cloth.rotate_degrees != 0) {
+    const Vector3d axis = to_eigen(cloth.rotate_axis);
+    if (!(axis.norm() > 0)) throw SetupError(cloth_label(cloth.name) + ": the axis of rotation must not be zero");
+    rotation = Eigen::AngleAxisd(cloth.rotate_degrees * std::numbers::pi / 180, axis.normalized()).toRotationMatrix();
+  }
+  for (Vec3& x : points) x = to_vec3(rotation * to_eigen(x) + to_eigen(cloth.position));
+}
+
+/// The same of a mesh file's points.
+void place_file_points(const ClothScene& cloth, std::vector<Vec3>& points) {
+  for (Vec3& x : points) x = to_vec3(cloth.scale * to_eigen(x));
+  place_points(cloth, points);
+}
+
 SurfaceMesh placed_mesh(const ClothScene& cloth, const std::string& scene_path) {
   const std::string label = cloth_label(cloth.name);
   SurfaceMesh mesh;
@@ -36,13 +54,7 @@ SurfaceMesh placed_mesh(const ClothScene& cloth, const std::string& scene_path) 
     mesh = read_mesh(cloth.file, scene_path);
     for (Vec3& x : mesh.points) x = to_vec3(cloth.scale * to_eigen(x));
   }
-  Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
-  if (cloth.rotate_degrees != 0) {
-    const Vector3d axis = to_eigen(cloth.rotate_axis);
-    if (!(axis.norm() > 0)) throw SetupError(label + ": the axis of rotation must not be zero");
-    rotation = Eigen::AngleAxisd(cloth.rotate_degrees * std::numbers::pi / 180, axis.normalized()).toRotationMatrix();
-  }
-  for (Vec3& x : mesh.points) x = to_vec3(rotation * to_eigen(x) + to_eigen(cloth.position));
+  place_points(cloth, mesh.points);
   check_mesh(mesh, cloth.grid ? label : label + " (" + cloth.file + ")", cloth_min_area_ratio);
   return mesh;
 }
@@ -106,19 +118,48 @@ Pins pinned_nodes(const ClothScene& cloth, const SurfaceMesh& mesh, const std::v
   return pins;
 }
 
+/// A motion of its own for each node whose pin follows a sequence of files.
+void follow_sequences(Model& model, const ClothScene& cloth, const Pins& pins) {
+  const std::size_t first = model.mesh.rest_position.size() - pins.entry.size();
+  const std::vector<Vec3> rest(model.mesh.rest_position.begin() + static_cast<std::ptrdiff_t>(first),
+                               model.mesh.rest_position.end());
+  for (std::size_t entry = 0; entry < cloth.pins.size(); ++entry) {
+    const PinScene& p = cloth.pins[entry];
+    if (p.sequence.files.empty()) continue;
+    const auto paths = node_paths(p.sequence, model.scene.path, rest, place_file_points, cloth, cloth_label(cloth.name));
+    for (std::size_t n = 0; n < rest.size(); ++n) {
+      if (pins.entry[n] != static_cast<Index>(entry)) continue;
+      model.mesh.pin_motion[first + n] = static_cast<Index>(model.pin_motions.size());
+      PinMotion motion;
+      motion.center = rest[n];
+      motion.path = paths[n];
+      motion.end = p.end;
+      model.pin_motions.push_back(std::move(motion));
+    }
+  }
+}
+
 /// The motions of a cloth's pins, and which of them each node has. Its mesh is the last that was appended.
 void set_pins_in_motion(Model& model, const ClothScene& cloth, const Pins& pins) {
   if (std::none_of(cloth.pins.begin(), cloth.pins.end(), [](const PinScene& p) { return moves(p); })) return;
   std::vector<Index> motion;  // of each entry
   for (const PinScene& p : cloth.pins) {
-    motion.push_back(moves(p) ? static_cast<Index>(model.pin_motions.size()) : -1);
-    if (!moves(p)) continue;
+    const bool together = moves(p) && p.sequence.files.empty();
+    motion.push_back(together ? static_cast<Index>(model.pin_motions.size()) : -1);
+    if (!together) continue;
     model.pin_motions.push_back({p.velocity, to_vec3(to_eigen(p.spin.axis).normalized()),
-                                 p.spin.degrees_per_second * std::numbers::pi / 180, p.center, p.start, p.end, {}, {1, 0, 0, 0}});
+                                 p.spin.degrees_per_second.scaled(std::numbers::pi / 180), p.center, p.start, p.end, {},
+                                 {1, 0, 0, 0}, p.offset});
   }
   std::vector<Index>& of_node = model.mesh.pin_motion;
   of_node.resize(model.mesh.rest_position.size() - pins.entry.size(), -1);  // cloths before this one
   for (const Index entry : pins.entry) of_node.push_back(entry < 0 ? -1 : motion[static_cast<std::size_t>(entry)]);
+  follow_sequences(model, cloth, pins);
+  for (std::size_t n = 0; n < of_node.size(); ++n) {
+    if (of_node[n] < 0) continue;
+    PinMotion& m = model.pin_motions[static_cast<std::size_t>(of_node[n])];
+    m.reach = std::max(m.reach, (to_eigen(model.mesh.rest_position[n]) - to_eigen(m.center)).norm());
+  }
 }
 
 /// w of strain limiting over `stretch`: once its yarns are straight, woven fabric is some ten to fifty times stiffer than

@@ -250,13 +250,35 @@ std::vector<std::pair<int, int>> layer_points(double area) {
   return points;
 }
 
+/// Speeds and directions at the keys apart, so that a jet that turns does not slow down, and one that closes keeps its axis.
+void aim_by_keys(Jet& jet) {
+  const Keyed<Vec3>& velocity = jet.scene.velocity;
+  std::vector<Key<double>> speed;
+  std::vector<Key<Vec3>> aim;
+  for (const Key<Vec3>& key : velocity.keys()) {
+    const double length = to_eigen(key.value).norm();
+    speed.push_back({key.time, length});
+    Vec3 unit{0, 0, 0};
+    if (length > 0)
+      unit = to_vec3(to_eigen(key.value) / length);
+    else if (!aim.empty())
+      unit = aim.back().value;
+    aim.push_back({key.time, unit});
+  }
+  for (std::size_t k = aim.size() - 1; k-- > 0;)  // those before the first that has a direction
+    if (aim[k].value == Vec3{0, 0, 0}) aim[k].value = aim[k + 1].value;
+  jet.speed = Keyed<double>(std::move(speed), velocity.interpolation());
+  jet.aim = Keyed<Vec3>(std::move(aim), velocity.interpolation());
+}
+
 }  // namespace
 
 Jet make_jet(const Model& model, const JetScene& scene, const std::string& name) {
   const double d = model.spacing;
   Jet jet;
   jet.scene = scene;
-  const Vector3d velocity = to_eigen(scene.velocity);
+  if (scene.velocity.has_keys()) aim_by_keys(jet);
+  const Vector3d velocity = to_eigen(scene.velocity.has_keys() ? jet.aim.plain() : scene.velocity.plain());
   const double radius = scene.radius, speed = velocity.norm();
   if (!(radius >= 0.5 * d)) {
     throw SetupError(fmt::format("{}: the radius {} m is below half the spacing, {} m", name, radius, 0.5 * d));
@@ -276,7 +298,8 @@ Jet make_jet(const Model& model, const JetScene& scene, const std::string& name)
                     name, points, d, max_mouth_points));
   for (const auto& [a, b] : layer_points(std::numbers::pi * radius * radius / (d * d)))
     jet.offsets.push_back(to_vec3(d * (a * u + b * v)));
-  jet.interval = d * d * d / (std::numbers::pi * radius * radius * speed);
+  if (!jet.has_keys()) jet.interval = d * d * d / (std::numbers::pi * radius * radius * speed);
+  jet.advance = d * d * d / (std::numbers::pi * radius * radius);
   return jet;
 }
 

@@ -111,13 +111,14 @@ class Paths {
 double driven_speed(const Model& model) {
   double fastest = 0;
   for (const Body& body : model.bodies)
-    fastest = std::max(fastest, to_eigen(body.velocity).norm() + std::abs(body.spin_rate) * body.reach);
+    fastest = std::max(fastest, body.velocity.largest() + body.path.largest_derivative() +
+                                    std::max(body.spin_rate.largest(), body.turn_rate) * body.reach);
   for (std::size_t n = 0; n < model.mesh.pin_motion.size(); ++n) {
     if (model.mesh.pin_motion[n] < 0) continue;
     const PinMotion& motion = model.pin_motions[static_cast<std::size_t>(model.mesh.pin_motion[n])];
     const Vector3d arm = to_eigen(model.mesh.rest_position[n]) - to_eigen(motion.center);
-    fastest = std::max(
-        fastest, to_eigen(motion.velocity).norm() + std::abs(motion.rate) * to_eigen(motion.axis).cross(arm).norm());
+    fastest = std::max(fastest, motion.velocity.largest() + motion.path.largest_derivative() +
+                                    motion.rate.largest() * to_eigen(motion.axis).cross(arm).norm());
   }
   return fastest;
 }
@@ -149,8 +150,10 @@ ExpectedSpeeds expected_speeds(const Model& model, const HostState& state) {
   for (std::size_t j = 0; j < model.jets.size(); j += stride(model.jets.size(), 50)) {
     const JetScene& jet = model.jets[j].scene;
     if (jet.start >= end) continue;
-    paths.follow(jet.center, jet.velocity, end - jet.start, false);
-    paths.speeds.impact = std::max(paths.speeds.impact, to_eigen(jet.velocity).norm());
+    if (!jet.velocity.has_keys()) paths.follow(jet.center, jet.velocity.plain(), end - jet.start, false);
+    for (const Key<Vec3>& key : jet.velocity.keys())
+      paths.follow(jet.center, key.value, std::max(0.0, end - std::max(jet.start, key.time)), false);
+    paths.speeds.impact = std::max(paths.speeds.impact, jet.velocity.largest());
   }
   if (model.has_emission())
     for (const ClothMaterial& cloth : model.cloths)

@@ -148,8 +148,13 @@ SetupSize kinds_of(const Model& m) {
 
 double jet_particles(const Model& model) {
   double count = 0;
-  for (const Jet& jet : model.jets)
+  for (const Jet& jet : model.jets) {
+    if (jet.has_keys()) {
+      count += jet.out(model.scene.time.end) / jet.advance;
+      continue;
+    }
     count += std::max(0.0, std::min(jet.scene.end, model.scene.time.end) - jet.scene.start) / jet.interval;
+  }
   return count;
 }
 

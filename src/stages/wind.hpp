@@ -16,7 +16,7 @@ namespace drench {
 
 /// Eq. 1: the velocity of undisturbed air at a time (s), m/s.
 inline Vec3 air_velocity(const WindScene& wind, double time) {
-  Vec3 u = wind.velocity;
+  Vec3 u = wind.velocity.at(time);
   const auto& gusts = wind.gusts;
   if (gusts.empty()) return u;
   const auto after = std::find_if(gusts.begin(), gusts.end(), [&](const GustScene& gust) { return gust.time > time; });
@@ -27,10 +27,15 @@ inline Vec3 air_velocity(const WindScene& wind, double time) {
   return u;
 }
 
-/// The fastest that the air ever is, m/s.
+/// The fastest that the air ever is, m/s; with keys and gusts, no more than this.
 inline double fastest_air(const WindScene& wind) {
   const auto speed = [](const Vec3& u) { return std::hypot(u[0], u[1], u[2]); };
-  double fastest = wind.gusts.empty() ? speed(wind.velocity) : 0;
+  if (wind.velocity.has_keys()) {
+    double gust = 0;
+    for (const GustScene& g : wind.gusts) gust = std::max(gust, speed(g.velocity));
+    return wind.velocity.largest() + gust;
+  }
+  double fastest = wind.gusts.empty() ? wind.velocity.largest() : 0;
   for (const GustScene& gust : wind.gusts) fastest = std::max(fastest, speed(air_velocity(wind, gust.time)));
   return fastest;
 }

@@ -64,16 +64,20 @@ struct ClothMesh {
   Index triangles() const { return static_cast<Index>(triangle.size()); }
 };
 
-/// Prescribed motion of pins: X(t) = C + o + v s + Rot(axis, rate s) R (X0 − C), s = min(max(t, start), end) − start, always
-/// from t = 0. What they did before a program gave them another velocity stands in o and R.
+/// Prescribed motion of pins: X(t) = C + o + ∫v + p(s) + Rot(axis, ∫rate) R (X0 − C), from start to s = min(max(t, start), end).
+/// What they did before a program gave them another velocity stands in o and R.
 struct PinMotion {
-  Vec3 velocity{0, 0, 0};                                           // v, m/s
+  Keyed<Vec3> velocity;                                             // v, m/s
   Vec3 axis{0, 1, 0};                                               // unit
-  double rate = 0;                                                  // rad/s
+  Keyed<double> rate;                                               // rad/s
   Vec3 center{0, 0, 0};                                             // C, m
   double start = 0, end = std::numeric_limits<double>::infinity();  // s
   Vec3 offset{0, 0, 0};                                             // o, m
   Quaternion rotated{1, 0, 0, 0};                                   // R
+  Keyed<Vec3> path;                                                 // p, m; 0 at `start`
+  double reach = 0;                                                 // m: the farthest of its nodes from C at rest
+
+  bool has_keys() const { return velocity.has_keys() || rate.has_keys() || path.has_keys(); }
 };
 
 /// Samples of the cloths: boundary particles for the liquid (all cloths), porous particles (porous cloths).
@@ -122,9 +126,12 @@ struct Body {
   Vec3 normal{0, 1, 0};
   double reach = 0;  // m: no point of the surface (of a plane: within the domain) is farther from the centre
   // prescribed motion; of a dynamic body, how it starts
-  Vec3 velocity{0, 0, 0};   // m/s
+  Keyed<Vec3> velocity;     // m/s
+  Keyed<Vec3> path;         // m; 0 at t = 0; added to what the velocity does
   Vec3 spin_axis{0, 1, 0};  // unit
-  double spin_rate = 0;     // rad/s
+  Keyed<double> spin_rate;  // rad/s
+  std::vector<Key<Quaternion>> turns;  // of a sequence, in place of these two: orientations at its files; evenly between
+  double turn_rate = 0;     // rad/s: the fastest of them
   double adhesion = 0;      // w, N/m
   // of a plane that moves: the steps of its samples' lattice and what they stay beside, m (src/stages/bodies.hpp, law 1)
   std::array<Vec3, 2> lattice{};
@@ -138,7 +145,12 @@ struct Body {
   std::vector<std::array<Index, 3>> mesh_triangles;
   DistanceField field;  // of a closed mesh
 
-  bool moves() const { return dynamic || spin_rate != 0 || velocity != Vec3{0, 0, 0}; }
+  bool spins() const { return !spin_rate.is_zero() || !turns.empty(); }
+  bool moves() const { return dynamic || spins() || !velocity.is_zero() || !path.is_zero(); }
+  /// Does its motion change with time by prescription (src/stages/prescribed_motion.hpp)?
+  bool has_keys() const {
+    return velocity.has_keys() || spin_rate.has_keys() || path.has_keys() || !turns.empty();
+  }
 };
 
 /// Of a step of the lattice: how far back the samples of a plane that moves are at most (src/stages/bodies.hpp, law 1).
@@ -154,7 +166,17 @@ struct BoundarySet {
 struct Jet {
   JetScene scene;
   std::vector<Vec3> offsets;  // m: lattice points of the mouth, relative to the centre, normal to the axis
-  double interval = 0;        // s, between two particles: d³/(π R² |v|)
+  double interval = 0;        // s, between two particles: d³/(π R² |v|); 0 with keys
+  double advance = 0;         // m, of the liquid between two particles: d³/(π R²)
+  // of a velocity with keys, what it is between them (src/stages/jets.hpp)
+  Keyed<double> speed;        // m/s
+  Keyed<Vec3> aim;            // unit at each key; the axis is along it
+
+  bool has_keys() const { return speed.has_keys(); }
+  /// How much liquid has come out by `time` (s), as a length of the jet, m.
+  double out(double time) const {
+    return speed.integral(scene.start, std::max(scene.start, std::min(time, scene.end)));
+  }
 };
 
 /// One box of `hold_saturation`, resolved to nodes.
@@ -237,6 +259,9 @@ struct Model {
   }
   bool has_moving_body() const {
     return any_body([](const Body& b) { return b.moves(); });
+  }
+  bool has_keyed_body() const {
+    return any_body([](const Body& b) { return b.has_keys(); });
   }
   bool has_dynamic_body() const {
     return any_body([](const Body& b) { return b.dynamic; });

@@ -97,16 +97,23 @@ ClothScene cloth_with_moved_pins() {
   ClothScene moved;
   moved.name = "moved";
   moved.grid = GridScene{{1, 1}, {5, 5}};
-  moved.pins.resize(2);
+  moved.pins.resize(4);
   moved.pins[0].kind = PinScene::Kind::nodes;
   moved.pins[0].nodes = {0, 1};
   moved.pins[0].velocity = {0.1, 0, 0.2};
   moved.pins[0].start = 0.5;
   moved.pins[0].end = 2.5;
-  moved.pins[1].kind = PinScene::Kind::box;
-  moved.pins[1].box = {{0, -1, 0}, {1, 1, 1}};
-  moved.pins[1].spin = {{0, 0, 1}, 90};
-  moved.pins[1].center = {0, 1, 0};
+  moved.pins[1].kind = PinScene::Kind::nodes;
+  moved.pins[1].nodes = {3};
+  moved.pins[1].velocity = {{{0, {0, 0, 0}}, {1, {0, 1, 0}}}, Interpolation::step};
+  moved.pins[1].offset = {{{0, {0, 0, 0}}, {2, {0.1, 0.2, 0.3}}}, Interpolation::smooth};
+  moved.pins[2].kind = PinScene::Kind::nodes;
+  moved.pins[2].nodes = {4};
+  moved.pins[2].sequence = {{folder().file("exists.obj")}, 30};
+  moved.pins[3].kind = PinScene::Kind::box;
+  moved.pins[3].box = {{0, -1, 0}, {1, 1, 1}};
+  moved.pins[3].spin = {{0, 0, 1}, 90};
+  moved.pins[3].center = {0, 1, 0};
   return moved;
 }
 
@@ -132,7 +139,8 @@ std::vector<BodyScene> every_body_key() {
   bodies[2].kind = BodyScene::Kind::plane;
   bodies[2].point = {0, -0.5, 0};
   bodies[2].normal = {0, 2, 0};
-  bodies[2].spin = {{1, 0, 0}, 5};
+  bodies[2].offset = {{{0, {0, 0, 0}}, {1, {0, 0.5, 0}}}, Interpolation::linear};
+  bodies[2].spin = {{1, 0, 0}, {{{0, 5}, {0.5, -5.5}, {2, 0}}, Interpolation::linear}};
   bodies[3].kind = BodyScene::Kind::mesh;
   bodies[3].file = folder().file("mesh.PLY");
   bodies[3].scale = 1.5;
@@ -142,6 +150,11 @@ std::vector<BodyScene> every_body_key() {
   bodies[0].adhesion = 0.02;
   bodies[2].adhesion = 0.04;
   bodies[3].adhesion = 0.06;
+  BodyScene moving;
+  moving.kind = BodyScene::Kind::mesh;
+  moving.file = folder().file("exists.obj");
+  moving.sequence = {{moving.file, moving.file}, 12};
+  bodies.insert(bodies.begin(), moving);
   return bodies;
 }
 

@@ -131,6 +131,21 @@ TEST(cloth, held_by_moving_pins_agrees_with_the_reference) {
         {.stage = stage, .scene = scene, .changes = stage == Stage::advection ? "node_position" : "node_velocity"});
 }
 
+/// Keys of all that moves pins, one of them within the step under test.
+TEST(cloth, held_by_pins_with_keys_agrees_with_the_reference) {
+  for (const std::string between : {"linear", "smooth"}) {
+    const std::string scene =
+        with(wet_scene(), "{edges: true}",
+             "{edges: true, velocity: {keys: [[0, [0, 0, 0]], [0.0235, [0.3, 0.4, -0.2]], [0.04, [0, 0, 0]]], interpolation: " +
+                 between + "}, offset: {keys: [[0, [0, 0, 0]], [0.0235, [0, 0.002, 0.003]], [0.05, [0, 0, 0]]], interpolation: " +
+                 between + "}, end: 0.0251, spin: {axis: [1, 2, 0], center: [0.1, 0, 0], "
+                 "degrees_per_second: {keys: [[0, 0], [0.03, 400]], interpolation: " + between + "}}}");
+    for (const Stage stage : {Stage::cloth, Stage::pressure, Stage::advection})
+      compare_stage(
+          {.stage = stage, .scene = scene, .changes = stage == Stage::advection ? "node_position" : "node_velocity"});
+  }
+}
+
 /// Pins that turned and rose, and were then told to go another way.
 TEST(cloth, held_by_pins_that_a_program_moves_agrees_with_the_reference) {
   const std::string scene =

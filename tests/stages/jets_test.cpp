@@ -16,4 +16,16 @@ TEST(jets, that_a_program_changes_agree_with_the_reference) {
                  .changes = "fluid_position"});
 }
 
+/// Its axis turns, its flow grows, and both keys lie within the steps.
+TEST(jets, with_keys_agree_with_the_reference) {
+  for (const std::string between : {"linear", "smooth", "step"})
+    compare_stage({.stage = Stage::jets,
+                   .scene = with(wet_scene(), "velocity: [0, -1.5, 0.1]}",
+                                 "velocity: {keys: [[0, [0, 0, 0]], [0.01, [0, -2, 0]], [0.02, [1.5, -2, 1]], "
+                                 "[0.05, [0, -4, 0]]], interpolation: " +
+                                     between + "}}"),
+                   .steps_before = 11,
+                   .changes = "fluid_position"});
+}
+
 }  // namespace drench::test

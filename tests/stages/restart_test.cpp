@@ -121,6 +121,8 @@ TEST_P(Restart, PorousCloth) {
 
 TEST_P(Restart, ClothAlone) { expect(run(cloth_scene, 40).contacts, "contacts"); }
 
+TEST_P(Restart, WhatKeysMove) { expect(run(keyed_scene, 60).jets, "jet"); }
+
 TEST_P(Restart, StillCloth) {
   const Happened h = run(filter_scene, 100);
   expect(h.absorbed, "absorption");

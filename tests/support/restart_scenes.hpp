@@ -89,6 +89,25 @@ bodies:
   - plane: {point: [0, 0, 0], normal: [0, 1, 0]}
 )";
 
+/// All that keys move: a jet, a wind, pins, a ball and a floor, each with keys between which the first steps end.
+inline constexpr const char* keyed_scene = R"(drench: 1
+time: {step: 0.004, end: 1, mode: cfl}
+domain: {min: [-0.4, -0.1, -0.4], max: [0.4, 0.5, 0.4]}
+output: {every: 0.01}
+wind: {velocity: {keys: [[0, [0, 0, 0]], [0.05, [6, 0, 0]], [0.1, [0, 0, 3]]], interpolation: smooth}, liquid_drag: 0.47}
+fluid:
+  spacing: 0.02
+  sources:
+    - jet: {center: [0, 0.3, 0], radius: 0.03, velocity: [[0, [0, 0, 0]], [0.02, [0, -3, 0]], [0.06, [1, -3, 0]]], start: 0.002, end: 0.07}
+cloth:
+  - mesh: {grid: {size: [0.2, 0.2], nodes: [9, 9]}}
+    place: {position: [0, 0.2, 0]}
+    pin: [{corners: true, velocity: {keys: [[0, [0, 0, 0]], [0.03, [0, 0.5, 0]], [0.06, [0, 0, 0]]], interpolation: smooth}, offset: [[0, [0, 0, 0]], [0.05, [0.01, 0, 0]]], spin: {axis: [0, 1, 0], degrees_per_second: [[0, 0], [0.05, 200]]}}]
+bodies:
+  - sphere: {center: [0, 0.08, 0], radius: 0.05, offset: {keys: [[0, [0, 0, 0]], [0.1, [0, 0.05, 0.02]]], interpolation: smooth}, spin: {degrees_per_second: [[0, 0], [0.05, 500]]}}
+  - plane: {point: [0, 0, 0], normal: [0, 1, 0], velocity: [[0, [0, 0, 0]], [0.05, [0, 0.2, 0]]]}
+)";
+
 /// A still sheet that wicks from a reservoir, with liquid on it, in poly6, with liquid that feels through cloth.
 inline constexpr const char* filter_scene = R"(drench: 1
 time: {step: 0.002, end: 1, mode: cfl}

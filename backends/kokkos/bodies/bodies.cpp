@@ -42,6 +42,7 @@ KOKKOS_INLINE_FUNCTION void stop_at_solid(RigidState& s, const RigidBody& body, 
 void move_bodies(Bodies& bodies, double t, double dt) {
   const Entries<const RigidBody> constant = std::as_const(bodies).constant;
   const Entries<const Solid> solids = std::as_const(bodies).solids;
+  const Entries<const RigidState> keyed = bodies.keyed;
   const Entries<RigidState> state = bodies.state;
   const Index count = bodies.count;
   parallel(
@@ -49,6 +50,10 @@ void move_bodies(Bodies& bodies, double t, double dt) {
         const RigidBody& body = constant(b);
         RigidState s = state(b);
         if (!body.moves) return;
+        if (body.keyed) {
+          state(b) = keyed(b);
+          return;
+        }
         if (!body.dynamic) {
           s.position = add(body.rest_center, times(t, body.rest_velocity));
           s.orientation = rotation_by(times(t, body.rest_spin));
@@ -71,6 +76,7 @@ void move_bodies(Bodies& bodies, double t, double dt) {
 
 void bodies(const Constants& constants, Bodies& bodies, const StepInfo& info) {
   place_solids(constants, bodies, info.dt);
+  place_keyed(constants, bodies, info.time + info.dt, 0);
   move_bodies(bodies, info.time + info.dt, info.dt);
   const Bodies& all = bodies;
   const Entries<const RigidBody> constant = all.constant;

@@ -63,6 +63,7 @@ struct Bodies {
   // poses: on the device only if a body moves, else kept for the download
   Field<RigidBody> constant;
   Field<RigidState> state;
+  Array<RigidState> keyed;  // where keys put bodies; no memory without such a body
   std::vector<Vec3> static_position, static_velocity, static_spin;
   std::vector<drench::Quaternion> static_orientation;
   BoundarySamples boundary;
@@ -87,6 +88,12 @@ double fastest_body(const Bodies& bodies, double fall);
 
 /// The bodies' momenta change by keep · the last change + weight (s) · (dynamic.force and `gravity`, m/s²).
 void body_stage(Bodies& bodies, double keep, double weight, const Real3& gravity);
+
+/// bodies.keyed: the poses of bodies with keys at a time (s) and their velocities over the step from it, or at it if `dt` is 0.
+void place_keyed(const Constants& constants, Bodies& bodies, double time, double dt);
+
+/// Stage prescribed_motion.
+void prescribed_motion(const Constants& constants, Bodies& bodies, const StepInfo& info);
 
 /// Stage bodies.
 void bodies(const Constants& constants, Bodies& bodies, const StepInfo& info);

@@ -10,6 +10,8 @@ struct Quaternion {
   double w = 1, x = 0, y = 0, z = 0;
 };
 
+inline Double3 to_double(const Vec3& a) { return {a[0], a[1], a[2]}; }
+
 /// v rotate by q.
 KOKKOS_INLINE_FUNCTION Double3 rotate(const Quaternion& q, const Double3& v) {
   const Double3 u{q.x, q.y, q.z};
@@ -42,7 +44,7 @@ struct RigidState {
 
 /// What stays the same of a body.
 struct RigidBody {
-  int kind, moves, dynamic, slides;
+  int kind, moves, dynamic, slides, keyed;  // keyed: its motion changes with time by prescription
   Double3 rest_center;               // m
   Double3 rest_velocity, rest_spin;  // m/s, rad/s: the prescribed ones
   double inverse_mass;               // 1/kg; 0 unless dynamic

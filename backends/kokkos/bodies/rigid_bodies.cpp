@@ -11,7 +11,6 @@
 namespace drench::kokkos_backend {
 namespace {
 
-Double3 to_double(const Vec3& a) { return {a[0], a[1], a[2]}; }
 Vec3 to_vec(const Double3& a) { return {a.x, a.y, a.z}; }
 Double3 inverse(const Vec3& a) { return a[0] > 0 ? Double3{1 / a[0], 1 / a[1], 1 / a[2]} : Double3{}; }
 
@@ -58,8 +57,9 @@ RigidBody constant_of(const Body& b) {
   c.lattice[1] = to_double(b.lattice[1]);
   c.middle = to_double(b.middle);
   c.rest_center = to_double(b.center);
-  c.rest_velocity = to_double(b.velocity);
-  c.rest_spin = times(b.spin_rate, to_double(b.spin_axis));
+  c.keyed = b.has_keys() ? 1 : 0;
+  c.rest_velocity = to_double(b.velocity.plain());
+  c.rest_spin = times(b.spin_rate.plain(), to_double(b.spin_axis));
   c.inverse_mass = b.dynamic ? 1 / b.mass : 0;
   c.inertia = to_double(b.inertia);
   c.inverse_inertia = inverse(b.inertia);

@@ -41,14 +41,22 @@ Matrix after(const Matrix& a, const drench::Quaternion& q) {
 
 PinStep step_of(const PinMotion& m, double from, double to) {
   const double begun = std::clamp(from, m.start, m.end) - m.start, done = std::clamp(to, m.start, m.end) - m.start;
-  const Matrix first = after(rotation(m.axis, m.rate * begun), m.rotated);
-  const Matrix last = after(rotation(m.axis, m.rate * done), m.rotated);
+  const auto turned = [&](double since) {
+    const double angle = m.rate.has_keys() ? m.rate.integral(m.start, m.start + since) : m.rate.plain() * since;
+    return after(rotation(m.axis, angle), m.rotated);
+  };
+  const Matrix first = turned(begun), last = turned(done);
+  const Vec3 way = m.has_keys() ? m.velocity.integral(m.start, m.start + done) : Vec3{};
+  const Vec3 part = m.has_keys() ? m.velocity.integral(m.start + begun, m.start + done) : Vec3{};
+  const Vec3 path = m.path.at(m.start + done), path_before = m.path.at(m.start + begun);
+  const Vec3& v = m.velocity.plain();
   PinStep step{};
   step.center = to_real(m.center);
   Vec3 offset, move;
   for (std::size_t a = 0; a < 3; ++a) {
-    offset[a] = m.center[a] + m.offset[a] + m.velocity[a] * done;
-    move[a] = m.velocity[a] * (done - begun);
+    const bool keys = m.has_keys();
+    offset[a] = m.center[a] + m.offset[a] + (keys ? way[a] + path[a] : v[a] * done);
+    move[a] = keys ? part[a] + (path[a] - path_before[a]) : v[a] * (done - begun);
     Vec3 change;
     for (std::size_t b = 0; b < 3; ++b) change[b] = last[a][b] - first[a][b];
     step.rotation[a] = to_real(last[a]);

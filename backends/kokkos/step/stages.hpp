@@ -7,7 +7,7 @@
 namespace drench::kokkos_backend {
 
 void time_step(const Constants& constants, const Fluid& fluid, const Bodies& bodies, Cloth& cloth,
-               Cached<StateMeasures>& measured, StepReport& report);
+               Cached<StateMeasures>& measured, const StepInfo& info, StepReport& report);
 void ledger(const Constants& constants, const Fluid& fluid, const Bodies& bodies, const Cloth& cloth,
             Cached<StateMeasures>& measured, Accounts& accounts, const StepInfo& info, StepReport& report);
 

@@ -2,12 +2,13 @@
 
 #include <algorithm>
 
+#include "state/keyed_motion.hpp"
 #include "step/stages.hpp"
 
 namespace drench::kokkos_backend {
 
 void time_step(const Constants& constants, const Fluid& fluid, const Bodies& bodies, Cloth& cloth,
-               Cached<StateMeasures>& measured, StepReport& report) {
+               Cached<StateMeasures>& measured, const StepInfo& info, StepReport& report) {
   const TimeScene& time = constants.model.scene.time;
   const Entries<Real3> pin = cloth.nodes.pin_force;
   parallel(
@@ -18,6 +19,7 @@ void time_step(const Constants& constants, const Fluid& fluid, const Bodies& bod
   if (!measured.is_of(fluid.particles.moved)) measure(constants, fluid, bodies, cloth, measured);
   double fastest = std::max(measured.fluid_speed, measured.node_speed);
   if (constants.model.has_moving_body()) fastest = std::max(fastest, fastest_body(bodies, double(norm(constants.gravity)) * time.step));
+  fastest = std::max(fastest, fastest_by_keys(constants.model, info.time, info.time + time.step));
   double longest = constants.model.capillary_step();
   if (fastest > 0) longest = std::min(longest, time.cfl * double(constants.spacing) / fastest);
   report.dt_wanted = std::clamp(longest, time.step / 1000, time.step);

@@ -1,0 +1,99 @@
+#include "setup/mesh_sequence.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <filesystem>
+
+#include "base/eigen_vec.hpp"
+#include "setup/mesh_io.hpp"
+#include "setup/setup_error.hpp"
+
+namespace drench {
+namespace {
+
+using Points = Eigen::Matrix3Xd;
+
+Points columns(const std::vector<Vec3>& points) {
+  Points columns(3, static_cast<Eigen::Index>(points.size()));
+  for (std::size_t i = 0; i < points.size(); ++i) columns.col(static_cast<Eigen::Index>(i)) = to_eigen(points[i]);
+  return columns;
+}
+
+double size_of(const Points& points) { return (points.rowwise().maxCoeff() - points.rowwise().minCoeff()).norm(); }
+
+std::string short_name(const std::string& file) { return std::filesystem::path(file).filename().string(); }
+
+}  // namespace
+
+void follow_sequence(Body& body, const BodyScene& scene, const std::string& scene_path, const std::string& name) {
+  const Points first = columns(body.mesh_points);
+  const double size = size_of(first);
+  const Eigen::Vector3d center = to_eigen(body.center);
+  std::vector<Key<Vec3>> path;
+  std::vector<Key<Quaternion>> turns;
+  bool turned = false;
+  Eigen::Quaterniond before = Eigen::Quaterniond::Identity();
+  for (std::size_t k = 0; k < scene.sequence.files.size(); ++k) {
+    const std::string label = fmt::format("{} ({})", name, short_name(scene.sequence.files[k]));
+    SurfaceMesh mesh = read_mesh(scene.sequence.files[k], scene_path);
+    if (mesh.triangles != body.mesh_triangles || mesh.points.size() != body.mesh_points.size())
+      throw SetupError(label + ": its triangles are not those of the first file; allowed: points that move, nothing else");
+    for (Vec3& x : mesh.points) x = to_vec3(scene.scale * to_eigen(x) + to_eigen(scene.position));
+    const Points now = columns(mesh.points);
+    const Eigen::Matrix4d fit = Eigen::umeyama(first, now, false);
+    const Eigen::Matrix3d rotation = fit.topLeftCorner<3, 3>();
+    const Eigen::Vector3d shift = fit.topRightCorner<3, 1>();
+    const double off = ((rotation * first).colwise() + shift - now).colwise().norm().maxCoeff();
+    if (!(off <= rigid_tolerance * size))
+      throw SetupError(fmt::format(
+          "{}: its points have moved against each other by {:.2g} m since the first file; a body that changes its shape is "
+          "not available in this version; allowed: rigid motion, to {:.0e} of the mesh's size, {:.2g} m",
+          label, off, rigid_tolerance, rigid_tolerance * size));
+    Eigen::Quaterniond turn(rotation);
+    if (turn.dot(before) < 0) turn.coeffs() *= -1;
+    const double time = static_cast<double>(k) / scene.sequence.fps, angle = before.angularDistance(turn);
+    body.turn_rate = std::max(body.turn_rate, angle * scene.sequence.fps);
+    turned = turned || turn.angularDistance(Eigen::Quaterniond::Identity()) > 1e-7;
+    path.push_back({time, k == 0 ? Vec3{0, 0, 0} : to_vec3(rotation * center + shift - center)});
+    if (k == 0) turn = Eigen::Quaterniond::Identity();
+    turns.push_back({time, {turn.w(), turn.x(), turn.y(), turn.z()}});
+    before = turn;
+  }
+  body.path = Keyed<Vec3>(std::move(path), Interpolation::linear);
+  if (turned)
+    body.turns = std::move(turns);
+  else
+    body.turn_rate = 0;
+}
+
+std::vector<Keyed<Vec3>> node_paths(const SequenceScene& sequence, const std::string& scene_path,
+                                    const std::vector<Vec3>& rest, void (*place)(const ClothScene&, std::vector<Vec3>&),
+                                    const ClothScene& cloth, const std::string& name) {
+  const double size = size_of(columns(rest));
+  std::vector<std::vector<Key<Vec3>>> keys(rest.size());
+  std::vector<Vec3> first;
+  for (std::size_t k = 0; k < sequence.files.size(); ++k) {
+    const std::string label = fmt::format("{}: pin ({})", name, short_name(sequence.files[k]));
+    std::vector<Vec3> points = read_mesh(sequence.files[k], scene_path).points;
+    if (points.size() != rest.size())
+      throw SetupError(
+          fmt::format("{}: it has {} points and the cloth has {}; allowed: as many", label, points.size(), rest.size()));
+    place(cloth, points);
+    if (k == 0) {
+      first = points;
+      const double off = (columns(first) - columns(rest)).colwise().norm().maxCoeff();
+      if (!(off <= 1e-4 * size))
+        throw SetupError(fmt::format("{}: its points are up to {:.2g} m from the cloth's; allowed: a first file that is the "
+                                     "cloth's mesh, to 1e-4 of its size", label, off));
+    }
+    for (std::size_t n = 0; n < rest.size(); ++n)
+      keys[n].push_back({static_cast<double>(k) / sequence.fps, to_vec3(to_eigen(points[n]) - to_eigen(first[n]))});
+  }
+  std::vector<Keyed<Vec3>> paths;
+  for (auto& of_node : keys) paths.emplace_back(std::move(of_node), Interpolation::linear);
+  return paths;
+}
+
+}  // namespace drench

@@ -1,0 +1,26 @@
+#pragma once
+// Meshes that move from file to file.
+
+#include <string>
+
+#include "setup/surface_mesh.hpp"
+#include "state/model.hpp"
+
+namespace drench {
+
+/// How far a sequence's points may move against each other, over the size of the mesh.
+inline constexpr double rigid_tolerance = 1e-5;
+
+/// body.path, .turns and .turn_rate, from the files of scene.sequence: the rigid motion of least squares (Kabsch 1976; Umeyama
+/// 1991) that takes the points of the first to those of each. `body` has the mesh of the first. SetupError, beginning with
+/// `name`: other triangles, or points that move against each other by more than rigid_tolerance.
+void follow_sequence(Body& body, const BodyScene& scene, const std::string& scene_path, const std::string& name);
+
+/// Where the nodes of a cloth are in the files of a sequence, as keys of their distance from the first: one Keyed a node. `place`
+/// puts a file's points where the cloth is; `rest` are the cloth's own. SetupError: another number of points, or a first
+/// file that is not the cloth.
+std::vector<Keyed<Vec3>> node_paths(const SequenceScene& sequence, const std::string& scene_path,
+                                    const std::vector<Vec3>& rest, void (*place)(const ClothScene&, std::vector<Vec3>&),
+                                    const ClothScene& cloth, const std::string& name);
+
+}  // namespace drench
