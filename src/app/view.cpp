@@ -2,6 +2,7 @@
 
 #ifdef DRENCH_HAS_VIEW
 
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <spawn.h>
 #include <sys/wait.h>
@@ -28,7 +29,8 @@ std::string viewer() {
   throw ViewError(fmt::format("{}: cannot be started: {}", viewer(), std::strerror(error)));
 }
 
-pid_t spawn(std::initializer_list<std::string> arguments) {
+/// `silent`: it keeps no hold on the terminal or the pipe that drench writes to.
+pid_t spawn(std::initializer_list<std::string> arguments, bool silent) {
   std::vector<std::string> words(arguments);
   words.insert(words.begin(), viewer());
   std::vector<char*> argv;
@@ -37,8 +39,13 @@ pid_t spawn(std::initializer_list<std::string> arguments) {
   posix_spawnattr_t attributes;
   posix_spawnattr_init(&attributes);
   posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETPGROUP);  // Ctrl-C is for the run
+  posix_spawn_file_actions_t files;
+  posix_spawn_file_actions_init(&files);
+  for (int file = 0; silent && file < 3; ++file)
+    posix_spawn_file_actions_addopen(&files, file, "/dev/null", O_RDWR, 0);
   pid_t child = 0;
-  const int error = posix_spawn(&child, argv[0], nullptr, &attributes, argv.data(), environ);
+  const int error = posix_spawn(&child, argv[0], &files, &attributes, argv.data(), environ);
+  posix_spawn_file_actions_destroy(&files);
   posix_spawnattr_destroy(&attributes);
   if (error != 0) cannot_start(error);
   return child;
@@ -58,11 +65,11 @@ void become_viewer(char** arguments) {
 
 bool viewer_can_open() {
   int status = 0;
-  const pid_t child = spawn({"--probe"});
+  const pid_t child = spawn({"--probe"}, false);
   return waitpid(child, &status, 0) == child && WIFEXITED(status) && WEXITSTATUS(status) == 0;
 }
 
-void start_viewer(const fs::path& folder) { spawn({"--follow", folder.string()}); }
+void start_viewer(const fs::path& folder) { spawn({"--follow", folder.string()}, true); }
 
 }  // namespace drench
 

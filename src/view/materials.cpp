@@ -77,7 +77,7 @@ void make_water(vtkActor* hull, vtkActor* skin) {
     plain(actor, water_color[0], water_color[1], water_color[2]);
     actor->ForceOpaqueOn();  // in the order of the actors, and mixed with what is there
   }
-  after_lights(hull, "gl_FragData[0] = vec4(0.0);");
+  after_lights(hull, "gl_FragData[0] = vec4(0.0, 0.0, 0.0, 1e-3);");  // VTK throws away what is wholly clear
   after_lights(skin, R"(
   float mirror = pow(1.0 - facing, 3.0);
   vec3 lit = gl_FragData[0].rgb + 0.75 * pow(glint, 70.0) + 0.25 * grazing;

@@ -63,6 +63,17 @@ void add_view_options(CLI::App& command, ViewOptions& options) {
   command.add_option("--frames", options.frames, "with --pictures: so many frames, evenly spread")
       ->check(check_count)
       ->needs(many);
+  command.add_option("--animation", options.animation, "with --pictures: a film of them too (.ogv)")
+      ->check([](const std::string& text) {
+        return text.ends_with(".ogv") ? std::string() : fmt::format("{} is no film's file; allowed: NAME.ogv", text);
+      })
+      ->needs(many);
+  command.add_option("--fps", options.fps, "pictures a second of the film (default: as time went, at most 50)")
+      ->check([](const std::string& text) {
+        double value = 0;
+        const bool good = CLI::detail::lexical_cast(text, value) && value >= 0.1 && value <= 100;
+        return good ? std::string() : fmt::format("{} is not a rate; allowed: 0.1 to 100 pictures a second", text);
+      });
   command.footer(
       "Keys: space plays and pauses; left and right step; Home and End; c colours by the next field, C by the one before;\n"
       "l particles or surface; r shows all; 1 to 4 auto, below, front, top; < and > slower and faster; s saves a picture;\n"

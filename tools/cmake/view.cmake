@@ -3,8 +3,8 @@
 option(DRENCH_VIEW "Build drench view where VTK can draw" ON)
 set(DRENCH_HAS_VIEW FALSE)
 if(DRENCH_VIEW)
-  set(view_components FiltersGeometry FiltersModeling InteractionStyle InteractionWidgets IOImage RenderingAnnotation RenderingCore
-      RenderingFreeType RenderingOpenGL2)
+  set(view_components FiltersGeometry FiltersModeling InteractionStyle InteractionWidgets IOImage IOOggTheora
+      RenderingAnnotation RenderingCore RenderingFreeType RenderingOpenGL2)
   find_package(VTK 9.1 QUIET COMPONENTS ${view_components} HINTS ${VTK_DIR})
   find_package(X11 QUIET)
   if(VTK_FOUND AND X11_FOUND)
