@@ -10,12 +10,31 @@
 namespace drench {
 namespace {
 
+constexpr double beyond = 0.005;  // share of the values at each end that do not widen the range
+
+/// Finite values; lengths of vectors.
+std::vector<double> numbers_of(vtkDataArray* values) {
+  std::vector<double> numbers;
+  const int components = values->GetNumberOfComponents();
+  for (vtkIdType i = 0; i < values->GetNumberOfTuples(); ++i) {
+    double square = 0;
+    for (int c = 0; c < components; ++c) square += values->GetComponent(i, c) * values->GetComponent(i, c);
+    const double number = components == 1 ? values->GetComponent(i, 0) : std::sqrt(square);
+    if (std::isfinite(number)) numbers.push_back(number);
+  }
+  return numbers;
+}
+
+/// A few particles that are struck hard do not make all others look alike.
 void widen(FieldRange& range, vtkDataArray* values) {
-  double found[2];
-  values->GetFiniteRange(found, values->GetNumberOfComponents() == 1 ? 0 : -1);
-  if (!(found[0] <= found[1])) return;  // no values
-  range.low = range.low <= range.high ? std::min(range.low, found[0]) : found[0];
-  range.high = std::max(range.high, found[1]);
+  std::vector<double> numbers = numbers_of(values);
+  if (numbers.empty()) return;
+  std::sort(numbers.begin(), numbers.end());
+  const auto cut = static_cast<std::size_t>(beyond * static_cast<double>(numbers.size()));
+  const double low = numbers[cut], high = numbers[numbers.size() - 1 - cut];
+  const bool first = range.low > range.high;
+  range.low = first ? low : std::min(range.low, low);
+  range.high = first ? high : std::max(range.high, high);
 }
 
 }  // namespace

@@ -13,7 +13,7 @@ inline constexpr const char* plain_look = "look";
 
 struct FieldRange {
   std::string name;
-  double low = 0, high = 0;  // of finite values; of the length, where it is a vector
+  double low = 0, high = 0;  // of all but the outermost finite values; of the length, where it is a vector
 };
 
 /// "m/s", or "" for a number without a unit or a field that drench does not write.

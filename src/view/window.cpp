@@ -148,7 +148,7 @@ class Window {
     const std::string color = show_.color() == plain_look ? "" : fmt::format(", {}", show_.color());
     line_->SetInput(fmt::format("frame {} of 0 to {}{}{}{}    {}", show_.at(), show_.last(), color, speed,
                                 options_.follow && show_.at() == show_.last() ? ", newest" : "",
-                                said_.empty() ? "h: keys" : said_)
+                                said_.empty() ? "space plays, arrows step, h shows all keys" : said_)
                         .c_str());
     show_.picture().renderer()->ResetCameraClippingRange();
     window_->Render();

@@ -20,5 +20,12 @@ expect 'export' "$2/drench" ex
 expect '--fps' "$2/drench" export gallery --f
 expect 'bgeo' "$2/drench" export gallery --to bg
 expect 'gallery' "$2/drench" export gal
+if [[ -x $2/drench-view ]]; then
+  expect 'view' "$2/drench" vi
+  expect '--screenshot' "$2/drench" view gallery --scr
+  expect 'surface' "$2/drench" view gallery --liquid su
+  expect 'gallery' "$2/drench" view gal
+  expect '--view' "$2/drench" run --vi
+fi
 expect 'bowl.obj' "$2/drench" new bo
 echo "all completed"
