@@ -8,9 +8,9 @@
 #include <string>
 #include <vector>
 
-namespace drench {
+#include "app/exit_codes.hpp"
 
-inline constexpr int exit_done = 0, exit_failed = 1, exit_usage = 2, exit_interrupted = 130;
+namespace drench {
 
 struct RunOptions {
   std::string scene;
@@ -22,6 +22,7 @@ struct RunOptions {
   std::vector<std::string> overrides;  // key.path=value
   int threads = 0;                     // 0: the runtime chooses
   bool quiet = false, profile = false, no_output = false, overwrite = false;
+  bool view = false;  // only where drench-view is built
 };
 
 int run_command(const RunOptions& options);

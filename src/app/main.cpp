@@ -1,7 +1,9 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <vtkObject.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cmath>
 #include <csignal>
 #include <cstdint>
@@ -14,6 +16,7 @@
 
 #include "app/commands.hpp"
 #include "app/threads.hpp"
+#include "app/view.hpp"
 #include "drench_version.hpp"
 #include "output/checkpoint.hpp"
 #include "output/run_folder.hpp"
@@ -21,6 +24,9 @@
 #include "scene/load.hpp"
 #include "scene/schema.hpp"
 #include "setup/setup_error.hpp"
+#ifdef DRENCH_HAS_VIEW
+#include "view/options.hpp"
+#endif
 
 namespace {
 
@@ -71,6 +77,9 @@ void add_run_options(CLI::App& run, drench::RunOptions& options) {
   run.add_flag("--profile", options.profile, "print the time of each stage at the end");
   run.add_flag("--no-output", options.no_output, "write no files");
   run.add_flag("--overwrite", options.overwrite, "replace the files of an earlier run in the output folder");
+#ifdef DRENCH_HAS_VIEW
+  run.add_flag("--view", options.view, "open a window that shows each frame as it is written");
+#endif
   run.footer(
       "Examples:\n"
       "  drench run scene.yaml\n"
@@ -144,7 +153,7 @@ void add_report_options(CLI::App& command, drench::ReportOptions& options) {
       "  drench report out/scene out/scene-2 -o both.html");
 }
 
-/// The eight commands and what is given to them.
+/// The commands and what is given to them.
 class CommandLine {
  public:
   CommandLine();
@@ -166,6 +175,10 @@ class CommandLine {
   std::string check_scene_;
   std::vector<std::string> check_overrides_;
   int info_threads_ = 0;
+#ifdef DRENCH_HAS_VIEW
+  CLI::App* view_ = nullptr;
+  drench::ViewOptions view_options_;
+#endif
 };
 
 CommandLine::CommandLine() {
@@ -182,6 +195,10 @@ CommandLine::CommandLine() {
   compare_ = app_.add_subcommand("compare", "backend against reference, stage by stage from identical input");
   export_ = app_.add_subcommand("export", "write a run's frames for another tool: USD, BGEO or PLY");
   report_ = app_.add_subcommand("report", "write a run, or two beside each other, as one page of curves and tables");
+#ifdef DRENCH_HAS_VIEW
+  view_ = app_.add_subcommand("view", "look at a run in a window, or write pictures of it");
+  drench::add_view_options(*view_, view_options_);
+#endif
   new_ = app_.add_subcommand("new", "print a first scene for a garment's mesh, ready to run");
   info_ = app_.add_subcommand("info", "version, precision, device, libraries");
   schema_ = app_.add_subcommand("schema", "every key of a scene with range, unit, default and meaning (Markdown)");
@@ -199,12 +216,12 @@ CommandLine::CommandLine() {
 
 std::optional<int> CommandLine::parse(int argc, char** argv) {
   const std::string first = argc > 1 ? argv[1] : "";
-  const bool known = !app_.get_subcommands([&](CLI::App* command) { return command->get_name() == first; }).empty();
+  std::vector<std::string> names;
+  for (const CLI::App* command : app_.get_subcommands([](CLI::App*) { return true; })) names.push_back(command->get_name());
+  const bool known = std::find(names.begin(), names.end(), first) != names.end();
   if (!first.empty() && first[0] != '-' && !known)
-    return fail(
-        drench::exit_usage,
-        fmt::format("drench: there is no command {}; allowed: run, check, compare, export, report, new, info, schema",
-                    first));
+    return fail(drench::exit_usage,
+                fmt::format("drench: there is no command {}; allowed: {}", first, fmt::join(names, ", ")));
   try {
     app_.parse(argc, argv);
   } catch (const CLI::ParseError& e) {
@@ -222,6 +239,9 @@ int CommandLine::run(char** argv) {
   if (*check_) return drench::check_command(check_scene_, check_overrides_);
   if (*export_) return drench::export_command(export_options_);
   if (*report_) return drench::report_command(report_options_);
+#ifdef DRENCH_HAS_VIEW
+  if (*view_) drench::become_viewer(argv + 2);
+#endif
   if (*new_) return drench::new_command(new_mesh_);
   if (drench::computes_on_host()) {
     const bool runs = run_->parsed();
@@ -253,6 +273,8 @@ int main(int argc, char** argv) {
   } catch (const drench::SetupError& e) {
     return fail(drench::exit_usage, fmt::format("{}: {}", command.place_of(e.key), e.what()));
   } catch (const drench::ExportError& e) {
+    return fail(drench::exit_usage, fmt::format("drench: {}", e.what()));
+  } catch (const drench::ViewError& e) {
     return fail(drench::exit_usage, fmt::format("drench: {}", e.what()));
   } catch (const drench::DeviceError& e) {
     return fail(drench::exit_usage, fmt::format("drench: {}", e.what()));

@@ -14,6 +14,7 @@
 #include "app/resume.hpp"
 #include "app/set_up.hpp"
 #include "app/threads.hpp"
+#include "app/view.hpp"
 #include "drench_version.hpp"
 #include "output/frame_queue.hpp"
 #include "output/lost.hpp"
@@ -187,6 +188,9 @@ class Run {
                       [this](const HostState& state) { return describe_lost(model_, state, model_.scene.time.step); });
     if (!folder.note.empty()) say(folder.note);
     plan_checkpoint();
+#ifdef DRENCH_HAS_VIEW
+    if (options_.view) start_viewer(folder_);
+#endif
   }
 
   void plan_checkpoint() {
@@ -380,6 +384,11 @@ int run_command(const RunOptions& options) {
     if (const auto often = too_often(scene))
       throw SceneError(fmt::format("--until {}", scene.time.end), often->first + ": " + often->second);
   }
+#ifdef DRENCH_HAS_VIEW
+  if (options.view && (options.no_output || scene.output.every <= 0))
+    throw ViewError("--view shows the frames that a run writes: it needs output.every above 0, and no --no-output");
+  if (options.view && !viewer_can_open()) return exit_usage;
+#endif
   const bool reference = options.backend == "reference";
   const MemoryBudget budget = memory_budget(reference);
   Setup setup = build(scene, budget);

@@ -23,5 +23,12 @@ expect 'gallery' "$2/drench" export gal
 expect 'report' "$2/drench" rep
 expect 'gallery' "$2/drench" report gal
 expect 'gallery' "$2/drench" report paper gal
+if [[ -x $2/drench-view ]]; then
+  expect 'view' "$2/drench" vi
+  expect '--screenshot' "$2/drench" view gallery --scr
+  expect 'surface' "$2/drench" view gallery --liquid su
+  expect 'gallery' "$2/drench" view gal
+  expect '--view' "$2/drench" run --vi
+fi
 expect 'bowl.obj' "$2/drench" new bo
 echo "all completed"

@@ -24,6 +24,9 @@ if(kokkos_is_debian)  # in .deps: CMake leaves folders of the project out of tha
   set_target_properties(drench PROPERTIES INSTALL_RPATH "${Kokkos_DIR}/../..")
 endif()
 install(TARGETS drench RUNTIME)
+if(TARGET drench_view)
+  install(TARGETS drench_view RUNTIME)
+endif()
 install(TARGETS drench_embed drench_core drench_reference drench_kokkos EXPORT drench-targets ARCHIVE)
 # What <drench/drench.hpp> includes: no more of src/ is public.
 install(FILES src/drench/drench.hpp DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/drench)

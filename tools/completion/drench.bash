@@ -10,6 +10,10 @@ _drench() {
     words='kokkos reference'
   elif [[ $before == --to ]]; then
     words='usd bgeo ply'
+  elif [[ $before == --liquid ]]; then
+    words='auto particles surface'
+  elif [[ $before == --camera ]]; then
+    words='auto below front top'
   elif [[ $word == -* ]]; then
     words=$("$program" "$command" --help 2>/dev/null | grep -oE '^ +(-[a-z],)?--[a-z-]+' | grep -oE -- '--[a-z-]+')
   else
@@ -17,7 +21,7 @@ _drench() {
     [[ $before == "$command" || $command == report ]] || return 0  # report takes two folders
     case $command in
       new) mapfile -t COMPREPLY < <(for kind in obj ply stl; do compgen -f -X "!*.$kind" -- "$word"; done) ;;
-      export | report) mapfile -t COMPREPLY < <(compgen -d -- "$word") ;;
+      export | report | view) mapfile -t COMPREPLY < <(compgen -d -- "$word") ;;
       *) mapfile -t COMPREPLY < <(compgen -f -X '!*.yaml' -- "$word") ;;
     esac
     return

@@ -1,0 +1,192 @@
+#!/usr/bin/env python3
+"""`drench view` and `drench run --view` as a user sees them: view_test.py SOURCE_DIR BUILD_DIR. On a virtual display keys are
+pressed and the screen is looked at. Exit code 77, skipped, without what draws."""
+
+import csv
+import hashlib
+import os
+import subprocess
+import sys
+import tempfile
+import time
+
+sys.dont_write_bytecode = True
+sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+import x_display  # noqa: E402
+from png_pixels import read_png, share  # noqa: E402
+
+SCENE = """drench: 1
+time: {step: 0.004, end: 0.08}
+output: {every: 0.01, surface: true}
+fluid: {spacing: 0.02, sources: [{block: {min: [-0.06, 0.03, -0.06], max: [0.06, 0.15, 0.06]}}]}
+cloth:
+  - mesh: {grid: {size: [0.4, 0.4], nodes: [11, 11]}}
+    dynamics: false
+    initial_saturation: [{box: {min: [-1, -1, -1], max: [-0.1, 1, 1]}, value: 1.0}]
+    porous: {}
+"""
+LAST = 8
+
+
+def expect(good, message):
+    if not good:
+        sys.exit("view_test: " + message)
+
+
+def read_file(path):
+    with open(path, "rb") as file:
+        return file.read()
+
+
+def is_water(red, green, blue):
+    return blue > red + 60 and blue > green + 25 and blue > 120
+
+
+def is_dark(red, green, blue):
+    return max(red, green, blue) < 110 and blue < red + 60
+
+
+class Viewer:
+    """The program without a display of its own, and the folder that it works in."""
+
+    def __init__(self, build, folder):
+        self.drench, self.folder = os.path.join(build, "drench"), folder
+        self.run = self.path("run")
+        with open(self.path("scene.yaml"), "w", encoding="utf-8") as file:
+            file.write(SCENE)
+        self.call("run", self.path("scene.yaml"), "-o", self.run, "--quiet", code=0)
+
+    def path(self, name):
+        return os.path.join(self.folder, name)
+
+    def call(self, *arguments, code, environment=None):
+        bare = {name: value for name, value in os.environ.items() if name != "DISPLAY"}
+        done = subprocess.run([self.drench, *arguments], capture_output=True, text=True, env=environment or bare, timeout=120,
+                              check=False)
+        expect(done.returncode == code, "%s: exit code %d: %s" % (arguments, done.returncode, done.stdout + done.stderr))
+        if code:
+            expect(done.stderr.count("\n") == 1, "%s: not one line: %s" % (arguments, done.stderr))
+        return done.stderr if code else done.stdout
+
+    def picture(self, name, *options):
+        self.call("view", self.run, "--screenshot", self.path(name), "--size", "240x180", *options, code=0)
+        return self.path(name)
+
+
+def test_screenshots(viewer):
+    last = viewer.picture("last.png")
+    expect(read_png(last)[:2] == (240, 180), "the size is not that which was asked for")
+    expect(share(last, is_water) > 0.02, "no water: %.4f" % share(last, is_water))
+    expect(share(last, is_dark) > 0.02, "wet cloth is not dark: %.4f" % share(last, is_dark))
+    expect(share(last, lambda *c: min(c) > 250) > 0.3, "no background")
+    expect(read_file(last) == read_file(viewer.picture("again.png", "--frame", str(LAST))), "the last frame has two pictures")
+    different = [last] + [viewer.picture(name + ".png", *options) for name, options in (
+        ("first", ["--frame", "0"]), ("particles", ["--liquid", "particles"]), ("speed", ["--color", "velocity"]),
+        ("density", ["--color", "density"]), ("top", ["--camera", "top"]), ("own", ["--camera", "0,1,1,0,0,0"]))]
+    expect(len({read_file(name) for name in different}) == len(different), "two of the pictures are the same")
+    expect(share(viewer.path("speed.png"), is_water) < 0.005, "coloured water is blue")
+    viewer.call("view", viewer.run, "--pictures", viewer.path("many"), "--frames", "3", "--size", "240x180", code=0)
+    expect(sorted(os.listdir(viewer.path("many"))) == ["frame_000%d.png" % i for i in range(3)], "not three pictures")
+    expect(read_file(viewer.path("many/frame_0002.png")) == read_file(last), "a picture of many is another one")
+
+
+def test_errors(viewer):
+    shot = ["--screenshot", viewer.path("no.png")]
+    for arguments, part in ((["--frame", str(LAST + 1)], "has frames 0 to %d" % LAST), (["--color", "wetness"], "allowed: look, velocity"),
+                            (["--camera", "left"], "allowed: auto"), (["--size", "9x9"], "allowed: WIDTHxHEIGHT"),
+                            (["--frame", "-1"], "a number from 0")):
+        expect(part in viewer.call("view", viewer.run, *shot, *arguments, code=2), "%s: no '%s'" % (arguments, part))
+    expect("no such folder" in viewer.call("view", viewer.path("nowhere"), *shot, code=2), "a folder that is not there")
+    expect("holds no frames" in viewer.call("view", viewer.folder, *shot, code=2), "a folder without frames")
+    expect("no display" in viewer.call("view", viewer.run, code=2), "a window without a display")
+    unseen = ["run", viewer.path("scene.yaml"), "-o", viewer.path("unseen"), "--view"]
+    expect("no display" in viewer.call(*unseen, code=2), "a run with a window without a display")
+    expect(not os.path.exists(viewer.path("unseen")), "it ran all the same")
+    expect("--no-output" in viewer.call(*unseen[:2], "--view", "--no-output", code=2), "a view of no frames")
+    broken = viewer.path("run/frames/fluid_000004.vtu")
+    whole = read_file(broken)
+    with open(broken, "wb") as file:
+        file.write(whole[:200])
+    expect("is not a whole frame" in viewer.call("view", viewer.run, *shot, code=2), "half a frame")
+    with open(broken, "wb") as file:
+        file.write(whole)
+
+
+def test_window(viewer, display):
+    window = subprocess.Popen([viewer.drench, "view", viewer.run, "--size", "480x360"], env=display.environment())
+    try:
+        first = display.wait_until(lambda screen: screen.count(b"\xff\xff\xff\x00") + screen.count(b"\xff\xff\xff\xff") > 20000)
+        expect(first, "no window")
+        seen = [first]
+        for keys in (["Left"], ["Home"], ["c"], ["l"], ["h"], ["3"]):
+            display.press(*keys)
+            changed = display.wait_until(lambda screen: screen not in seen)
+            expect(changed, "nothing new to see after %s" % keys)
+            seen.append(changed)
+        display.drag((240, 150), (300, 120))  # turns the camera
+        expect(display.wait_until(lambda screen: screen not in seen), "the mouse turns nothing")
+        display.press("End", "s")
+        saved = viewer.path("run/pictures/view_%06d.png" % LAST)
+        display.wait_until(lambda screen: os.path.exists(saved))
+        expect(os.path.exists(saved) and read_png(saved)[:2] == (480, 360), "no picture saved")
+        before = display.screen()
+        display.press("Home", "space")
+        display.wait_until(lambda screen: screen != before)
+        display.press("s")
+        expect(display.wait_until(lambda screen: len(os.listdir(viewer.path("run/pictures"))) == 1), "it does not play to the end")
+        display.press("q")
+        expect(window.wait(timeout=30) == 0, "it ends with an error")
+    finally:
+        window.kill()
+
+
+def outputs(folder):
+    """Hashes of all frames, and stats.csv without times."""
+    frames = os.path.join(folder, "frames")
+    hashes = {name: hashlib.sha256(read_file(os.path.join(frames, name))).hexdigest() for name in sorted(os.listdir(frames))}
+    with open(os.path.join(folder, "stats.csv"), encoding="utf-8") as file:
+        rows = [{key: value for key, value in row.items() if not key.startswith("ms_")} for row in csv.DictReader(file)]
+    return hashes, rows
+
+
+def test_follow(viewer, display):
+    folder = viewer.path("watched")
+    before = display.screen()
+    viewer.call("run", viewer.path("scene.yaml"), "-o", folder, "--quiet", "--view", code=0, environment=display.environment())
+    expect(outputs(folder) == outputs(viewer.run), "a run that is watched has other results")
+    expect(display.wait_until(lambda screen: screen != before), "no window")
+    display.press("s")  # of the newest frame
+    saved = os.path.join(folder, "pictures", "view_%06d.png" % LAST)
+    for _ in range(40):
+        if os.path.exists(saved):
+            break
+        time.sleep(0.5)
+        display.press("s")
+    expect(os.path.exists(saved), "the window does not come to the last frame")
+    gone = display.screen()
+    display.press("q")
+    expect(display.wait_until(lambda screen: screen != gone), "q does not close the window")
+
+
+def main():
+    build = sys.argv[2]
+    if not os.path.exists(os.path.join(build, "drench-view")):
+        print("skipped: drench view is not built")
+        sys.exit(77)
+    if reason := x_display.missing():
+        print("skipped: " + reason)
+        sys.exit(77)
+    display = x_display.Display(640, 480)
+    with tempfile.TemporaryDirectory() as folder:
+        viewer = Viewer(build, folder)
+        try:
+            for test in (test_screenshots, test_errors):
+                test(viewer)
+            for test in (test_window, test_follow):
+                test(viewer, display)
+        finally:
+            display.close()
+    print("all seen")
+
+
+main()
