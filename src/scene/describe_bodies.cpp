@@ -9,11 +9,12 @@ using Kind = BodyScene::Kind;
 
 /// Of every body: how it moves, and how the liquid sticks to it.
 void describe_motion(Section& s, BodyScene& body) {
-  s.numbers("velocity", body.velocity, speed_range, "m/s",
+  const bool free = body.sequence.files.empty();  // else its files say how it moves
+  s.saved_if(free).numbers("velocity", body.velocity, speed_range, "m/s",
             "prescribed and without end; of a dynamic body only how it starts, and plain");
-  s.numbers("offset", body.offset, coordinate_range, "m",
+  s.saved_if(free).numbers("offset", body.offset, coordinate_range, "m",
             "keys of how far the body is from where it starts; added to what `velocity` does");
-  s.section("spin", body.spin,
+  s.saved_if(free).section("spin", body.spin,
             "about the centre of box, sphere or the mesh's bounding box, or the plane's point; as `velocity`");
   s.boolean("dynamic", body.dynamic,
             "floats and sinks, pushed by liquid and gravity: spheres and boxes that are no container; only with "

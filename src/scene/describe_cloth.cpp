@@ -134,15 +134,15 @@ void describe(Section& s, PinScene& pin) {
   s.one_of(pin.kind, Kind::nodes)
       .integer_list("nodes", pin.nodes, "[0, 2147483646]", "(the number of a node)",
                     "nodes by their number in this cloth");
-  const bool motion = has_motion(pin);
-  s.saved_if(motion).numbers("velocity", pin.velocity, speed_range, "m/s",
+  const bool motion = has_motion(pin), free = motion && pin.sequence.files.empty();
+  s.saved_if(free).numbers("velocity", pin.velocity, speed_range, "m/s",
                              "of the pins, between `start` and `end`; a cloth with `dynamics: false` has none");
-  s.saved_if(motion).numbers("offset", pin.offset, coordinate_range, "m",
+  s.saved_if(free).numbers("offset", pin.offset, coordinate_range, "m",
                              "keys of how far the pins are from where they start; added to what `velocity` does");
   describe_sequence(s, pin.sequence,
                     "files of the cloth's mesh, placed as it is: the pins go where their nodes are in them");
-  s.saved_if(motion).section("spin", pin, describe_pin_spin, "how the pins turn, between `start` and `end`");
-  s.saved_if(motion).number("start", pin.start, "[0, 1e6]", "s", "before it the pins stand still");
+  s.saved_if(free).section("spin", pin, describe_pin_spin, "how the pins turn, between `start` and `end`");
+  s.saved_if(free).number("start", pin.start, "[0, 1e6]", "s", "before it the pins stand still");
   s.saved_if(motion).number("end", pin.end, "[0, inf]", "s", "after it the pins stand still; after `start`");
   check_end_after_start(s, "the motion", pin.start, pin.end);
   check_offset(s, pin.offset, pin.start);

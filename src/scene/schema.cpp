@@ -39,6 +39,9 @@ number or out of their range, empty lists and missing files are refused with one
 Ranges are written as in mathematics: `[0, 1]` is from 0 to 1, both of them allowed. Infinity is `.inf`. A scene has at most {} MB, {} levels of lists and maps,
 {} values and {} keys in a map; anchors and aliases may be used, tags may not.
 
+A value `or keys` may move with time: `[[time, value], …]`, straight between the keys, or `{{keys: [[time, value], …], interpolation: smooth}}`. Times are in
+`[0, 1e6]` s and rise. `interpolation` is `linear`, `smooth` (a monotone cubic) or `step` (each value holds until the next). The first value holds before its time.
+
 `--set key.path=value` replaces a value from the command line; `N` is the entry's number in its list, from 0: `--set cloth.0.stretch=300`.
 `scene.yaml` in the folder of any run has every key with the value that was used.
 )";

@@ -138,7 +138,7 @@ inline constexpr BadScene bad_scenes[] = {
     {"JetTurnsBack", SOURCES "    - jet: {center: [0, 0, 0], radius: 1, velocity: [[0, [0, 1, 0]], [1, [0, -1, 0]]]}\n",
      4, 70, "fluid.sources.0.jet.velocity.1", "points back against the entry before"},
     {"KeysAreNotInOrder", SOURCES "    - jet: {center: [0, 0, 0], radius: 1, velocity: [[1, [0, 1, 0]], [1, [0, 2, 0]]]}\n",
-     4, 71, "fluid.sources.0.jet.velocity.1.0", "1 is not after the entry before (1); allowed: more than that, in s"},
+     4, 71, "fluid.sources.0.jet.velocity.1.0", "'1' is not after the entry before (1); allowed: more than that, in s"},
     {"KeyWithoutValue", SOURCES "    - jet: {center: [0, 0, 0], radius: 1, velocity: [[1, [0, 1, 0]], [2]]}\n", 4, 70,
      "fluid.sources.0.jet.velocity.1", "allowed: [time, value], the value a list of 3 numbers in [-1000, 1000] m/s"},
     {"KeyBeyondItsRange", SOURCES "    - jet: {center: [0, 0, 0], radius: 1, velocity: [[1, [0, 2000, 0]]]}\n", 4, 62,

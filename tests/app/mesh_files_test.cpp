@@ -133,13 +133,13 @@ TEST_F(MeshFiles, RoundTripsThroughEveryFormat) {
   const drench::Setup setup = build(scene);
   const Body& made = setup.model.bodies[0];
   EXPECT_NEAR(to_eigen(made.center).x(), 0.1, 1e-6);
-  EXPECT_NEAR(made.spin_rate, std::numbers::pi / 2, 1e-15);
+  EXPECT_NEAR(made.spin_rate.plain(), std::numbers::pi / 2, 1e-15);
   const auto& x = setup.model.boundary.position;
   expect_even_samples(x, made);
   expect_inside_told_from_outside(setup, made);
   for (std::size_t i = 0; i < x.size(); ++i) {
     const Eigen::Vector3d expected =
-        made.spin_rate * Eigen::Vector3d(0, 1, 0).cross(to_eigen(x[i]) - to_eigen(made.center));
+        made.spin_rate.plain() * Eigen::Vector3d(0, 1, 0).cross(to_eigen(x[i]) - to_eigen(made.center));
     EXPECT_LT((to_eigen(setup.state.boundary_velocity[i]) - expected).norm(), 1e-12);
   }
 }

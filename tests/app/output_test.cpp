@@ -152,7 +152,7 @@ TEST(Output, StillBodiesAreWrittenOnceAndMovingOnesTurn) {
   start_bodies(e.model, e.state);
   for (const double time : {0.0, 1.0, 1.5}) {
     e.state.time = time;
-    const double half = 0.5 * e.model.bodies[2].spin_rate * time;
+    const double half = 0.5 * e.model.bodies[2].spin_rate.plain() * time;
     e.state.body_orientation[2] = {std::cos(half), 0, 0, std::sin(half)};
     writer.write(e.state);
   }

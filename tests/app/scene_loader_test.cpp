@@ -42,7 +42,8 @@ FluidScene every_liquid_key() {
   f.solver = {2.0e-3, 3.0e-3, 50, 1, 0.75};
   f.blocks = {{{{0, 0.1, 0}, {0.3, 0.4, 0.5}}, {1, 2, 3}}};
   f.jets = {{{1, 1, 1}, 0.07, {0, -2, 0}, 0.5, 1.5},
-            {{1, 2, 1}, 0.08, {0, -3, 0}, 0, std::numeric_limits<double>::infinity()}};
+            {{1, 2, 1}, 0.08, {{{0, {0, -3, 0}}, {0.5, {1, -2, 0.5}}}, Interpolation::linear}, 0,
+             std::numeric_limits<double>::infinity()}};
   return f;
 }
 

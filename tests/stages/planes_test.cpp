@@ -64,8 +64,8 @@ bodies: [{plane: {point: [0.4, 0.1, 0.1], normal: [1, 2, -1], velocity: [VELOCIT
   const Body& body = setup.model.bodies[0];
   const auto [first, second] = body.lattice;
   const Eigen::Vector3d center = to_eigen(body.center) + time * Eigen::Vector3d(velocity, 0.1, 0.2),
-                        spin = body.spin_rate * to_eigen(body.spin_axis);
-  const Eigen::Quaterniond turn(Eigen::AngleAxisd(body.spin_rate * time, to_eigen(body.spin_axis)));
+                        spin = body.spin_rate.plain() * to_eigen(body.spin_axis);
+  const Eigen::Quaterniond turn(Eigen::AngleAxisd(body.spin_rate.plain() * time, to_eigen(body.spin_axis)));
   const auto inside = [&](const Eigen::Vector3d& x) {
     bool all = true;
     for (int a = 0; a < 3; ++a)
