@@ -127,8 +127,9 @@ void add_export_options(CLI::App& command, drench::ExportOptions& options) {
   command.add_option("--to", options.to, "usd: one stage with all; bgeo, ply: a file of particles each frame")
       ->required()
       ->check(CLI::IsMember({"usd", "bgeo", "ply"}));
-  command.add_option("-o,--output", options.output,
-                     "the file, for usd (default: OUT/<name of OUT>.usdc), else the folder (default: OUT/bgeo, OUT/ply)");
+  command.add_option(
+      "-o,--output", options.output,
+      "the file, for usd (default: OUT/<name of OUT>.usdc), else the folder (default: OUT/bgeo, OUT/ply)");
   command.add_option("--fps", options.fps, "pictures a second (default: as the frames come)")
       ->check([](const std::string& text) {
         double value = 0;
@@ -203,7 +204,8 @@ CommandLine::CommandLine() {
 std::optional<int> CommandLine::parse(int argc, char** argv) {
   const std::string first = argc > 1 ? argv[1] : "";
   std::vector<std::string> names;
-  for (const CLI::App* command : app_.get_subcommands([](CLI::App*) { return true; })) names.push_back(command->get_name());
+  for (const CLI::App* command : app_.get_subcommands([](CLI::App*) { return true; }))
+    names.push_back(command->get_name());
   const bool known = std::find(names.begin(), names.end(), first) != names.end();
   if (!first.empty() && first[0] != '-' && !known)
     return fail(drench::exit_usage,
