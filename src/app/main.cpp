@@ -217,7 +217,8 @@ CommandLine::CommandLine() {
 std::optional<int> CommandLine::parse(int argc, char** argv) {
   const std::string first = argc > 1 ? argv[1] : "";
   std::vector<std::string> names;
-  for (const CLI::App* command : app_.get_subcommands([](CLI::App*) { return true; })) names.push_back(command->get_name());
+  for (const CLI::App* command : app_.get_subcommands([](CLI::App*) { return true; }))
+    names.push_back(command->get_name());
   const bool known = std::find(names.begin(), names.end(), first) != names.end();
   if (!first.empty() && first[0] != '-' && !known)
     return fail(drench::exit_usage,

@@ -41,8 +41,7 @@ pid_t spawn(std::initializer_list<std::string> arguments, bool silent) {
   posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETPGROUP);  // Ctrl-C is for the run
   posix_spawn_file_actions_t files;
   posix_spawn_file_actions_init(&files);
-  for (int file = 0; silent && file < 3; ++file)
-    posix_spawn_file_actions_addopen(&files, file, "/dev/null", O_RDWR, 0);
+  for (int file = 0; silent && file < 3; ++file) posix_spawn_file_actions_addopen(&files, file, "/dev/null", O_RDWR, 0);
   pid_t child = 0;
   const int error = posix_spawn(&child, argv[0], &files, &attributes, argv.data(), environ);
   posix_spawn_file_actions_destroy(&files);

@@ -25,8 +25,8 @@ std::array<Vector3d, 3> axes_of(const View& view, const Vector3d& up) {
   const Vector3d other = std::abs(up.z()) < 0.9 ? Vector3d::UnitZ() : Vector3d::UnitY();
   const Vector3d side = up.cross(other).normalized(), front = side.cross(up);
   const double azimuth = radians(view.azimuth), elevation = radians(view.elevation);
-  const Vector3d toward = std::cos(elevation) * (std::sin(azimuth) * side + std::cos(azimuth) * front) +
-                          std::sin(elevation) * up;
+  const Vector3d toward =
+      std::cos(elevation) * (std::sin(azimuth) * side + std::cos(azimuth) * front) + std::sin(elevation) * up;
   const Vector3d right = up.cross(toward).normalized();
   return {right, toward.cross(right), toward};
 }
@@ -39,7 +39,8 @@ void set(vtkCamera* camera, const Vector3d& position, const Vector3d& focus, con
 
 }  // namespace
 
-void place_camera(vtkRenderer* renderer, const View& view, const Vec3& up, const std::vector<Vec3>& points, double aspect) {
+void place_camera(vtkRenderer* renderer, const View& view, const Vec3& up, const std::vector<Vec3>& points,
+                  double aspect) {
   vtkCamera* camera = renderer->GetActiveCamera();
   camera->SetViewAngle(2 * half_angle);
   if (view.fixed) {

@@ -54,8 +54,7 @@ bool wait_for_frames(const std::string& folder) {
 int view(const drench::ViewOptions& options) {
   if (!std::filesystem::is_directory(options.folder)) return fail(options.folder + ": no such folder");
   const bool window = options.screenshot.empty() && options.pictures.empty();
-  if (window && !drench::has_display())
-    return fail(no_display);
+  if (window && !drench::has_display()) return fail(no_display);
   std::optional<drench::VirtualDisplay> display;
   if (!drench::has_display()) display.emplace();
   if (options.follow) {

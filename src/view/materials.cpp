@@ -38,7 +38,8 @@ void after_lights(vtkActor* actor, const std::string& code) {
 vtkSmartPointer<vtkColorTransferFunction> cloth_colors() {
   auto colors = vtkSmartPointer<vtkColorTransferFunction>::New();
   for (std::size_t i = 0; i + 3 < std::size(saturation_points); i += 4)
-    colors->AddRGBPoint(saturation_points[i], saturation_points[i + 1], saturation_points[i + 2], saturation_points[i + 3]);
+    colors->AddRGBPoint(saturation_points[i], saturation_points[i + 1], saturation_points[i + 2],
+                        saturation_points[i + 3]);
   return colors;
 }
 
@@ -50,7 +51,8 @@ vtkSmartPointer<vtkColorTransferFunction> field_colors(double low, double high) 
   const double last = static_cast<double>(std::size(viridis)) - 1;
   if (!(high > low)) high = low + (low != 0 ? 1e-6 * std::abs(low) : 1);
   for (std::size_t i = 0; i < std::size(viridis); ++i)
-    colors->AddRGBPoint(low + (high - low) * static_cast<double>(i) / last, viridis[i][0], viridis[i][1], viridis[i][2]);
+    colors->AddRGBPoint(low + (high - low) * static_cast<double>(i) / last, viridis[i][0], viridis[i][1],
+                        viridis[i][2]);
   return colors;
 }
 

@@ -48,7 +48,8 @@ void add_view_options(CLI::App& command, ViewOptions& options) {
   command.add_option("OUT", options.folder, "output folder of a run")->required();
   command.add_flag("--follow", options.follow, "show each new frame of a run that goes on");
   command.add_option("--frame", options.frame, "frame to begin with, from 0 (default: the last)")->check(check_frame);
-  command.add_option("--color", options.color, "a field of the frames, or look: water, and cloth that darkens when wet");
+  command.add_option("--color", options.color,
+                     "a field of the frames, or look: water, and cloth that darkens when wet");
   command.add_option("--liquid", options.liquid, "particles or surface (default: the surface where the run has one)")
       ->check(CLI::IsMember({"auto", "particles", "surface"}));
   command
@@ -58,8 +59,9 @@ void add_view_options(CLI::App& command, ViewOptions& options) {
   command.add_option("--size", options.size, "of the window or picture, pixels (default: 1280x960)")->check(check_size);
   auto* one = command.add_option("--screenshot", options.screenshot, "write this PNG file of one frame; no window")
                   ->check(check_png);
-  auto* many = command.add_option("--pictures", options.pictures, "write a PNG file of each frame into this folder; no window")
-                   ->excludes(one);
+  auto* many =
+      command.add_option("--pictures", options.pictures, "write a PNG file of each frame into this folder; no window")
+          ->excludes(one);
   command.add_option("--frames", options.frames, "with --pictures: so many frames, evenly spread")
       ->check(check_count)
       ->needs(many);
@@ -75,8 +77,10 @@ void add_view_options(CLI::App& command, ViewOptions& options) {
         return good ? std::string() : fmt::format("{} is not a rate; allowed: 0.1 to 100 pictures a second", text);
       });
   command.footer(
-      "Keys: space plays and pauses; left and right step; Home and End; c colours by the next field, C by the one before;\n"
-      "l particles or surface; r shows all; 1 to 4 auto, below, front, top; < and > slower and faster; s saves a picture;\n"
+      "Keys: space plays and pauses; left and right step; Home and End; c colours by the next field, C by the one "
+      "before;\n"
+      "l particles or surface; r shows all; 1 to 4 auto, below, front, top; < and > slower and faster; s saves a "
+      "picture;\n"
       "h shows the keys; q ends.\n"
       "Examples:\n"
       "  drench view out/scene\n"

@@ -7,14 +7,14 @@
 namespace drench {
 
 struct ViewOptions {
-  std::string folder;           // of a run
-  bool follow = false;          // show each new frame of a run that goes on
-  std::string frame = "last";   // a number from 0, or last
-  std::string screenshot;       // a PNG file; no window then
-  std::string pictures;         // a folder for PNG files of many frames; no window then
-  int frames = 0;               // how many of them, evenly spread; 0: all
-  std::string animation;        // with pictures: an Ogg Theora film of them too
-  double fps = 0;               // its pictures a second; 0: as time went, at most 50
+  std::string folder;          // of a run
+  bool follow = false;         // show each new frame of a run that goes on
+  std::string frame = "last";  // a number from 0, or last
+  std::string screenshot;      // a PNG file; no window then
+  std::string pictures;        // a folder for PNG files of many frames; no window then
+  int frames = 0;              // how many of them, evenly spread; 0: all
+  std::string animation;       // with pictures: an Ogg Theora film of them too
+  double fps = 0;              // its pictures a second; 0: as time went, at most 50
   std::string size = "1280x960";
   std::string color = "look";   // or a field of the frames
   std::string liquid = "auto";  // particles or surface; auto: the surface where the run has one

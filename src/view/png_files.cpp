@@ -37,8 +37,8 @@ std::vector<std::size_t> chosen_frames(int wanted, std::size_t last) {
   if (count == 1) return {last};
   std::vector<std::size_t> chosen;
   for (std::size_t k = 0; k < count; ++k)
-    chosen.push_back(static_cast<std::size_t>(
-        std::lround(static_cast<double>(k * last) / static_cast<double>(count - 1))));
+    chosen.push_back(
+        static_cast<std::size_t>(std::lround(static_cast<double>(k * last) / static_cast<double>(count - 1))));
   return chosen;
 }
 
@@ -61,7 +61,7 @@ void write_png(vtkImageData* image, const fs::path& file) {
   if (!bytes || bytes->GetNumberOfValues() == 0)
     throw std::runtime_error(fmt::format("{}: the picture cannot be read back from the display", file.string()));
   write_atomically(file, std::string(reinterpret_cast<const char*>(bytes->GetPointer(0)),
-                                          static_cast<std::size_t>(bytes->GetNumberOfValues())));
+                                     static_cast<std::size_t>(bytes->GetNumberOfValues())));
 }
 
 /// An Ogg Theora film; the file is there once this ends.

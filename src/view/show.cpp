@@ -11,9 +11,9 @@
 namespace drench {
 namespace {
 
-constexpr std::size_t looked_at = 9;           // frames that settle the camera and the range of colours
-constexpr vtkIdType most_points = 5000;        // of a grid, for the camera
-constexpr std::size_t stray = 50;              // the farthest 1/50 of a grid on each side is not framed
+constexpr std::size_t looked_at = 9;     // frames that settle the camera and the range of colours
+constexpr vtkIdType most_points = 5000;  // of a grid, for the camera
+constexpr std::size_t stray = 50;        // the farthest 1/50 of a grid on each side is not framed
 
 /// All but the farthest points of a grid: a stray drop does not count.
 void add_seen(vtkUnstructuredGrid* grid, std::vector<Vec3>& seen) {
@@ -55,8 +55,8 @@ Show::Show(const ViewOptions& options) : frames_(options.folder), up_(upward(opt
     throw std::runtime_error(
         fmt::format("{}: holds no frames of a run (fluid.pvd, cloth.pvd, surface.pvd or bodies.pvd)", options.folder));
   if (options.liquid == "surface" && !frames_.has("surface"))
-    throw std::runtime_error(fmt::format("--liquid surface: {} has no surface.pvd; run with output.surface: true",
-                                         options.folder));
+    throw std::runtime_error(
+        fmt::format("--liquid surface: {} has no surface.pvd; run with output.surface: true", options.folder));
   if (options.liquid == "particles" && !frames_.has("fluid"))
     throw std::runtime_error(fmt::format("--liquid particles: {} has no fluid.pvd", options.folder));
   surface_ = options.liquid != "particles";
@@ -107,7 +107,8 @@ bool Show::follow() {
   at_ = last();
   moment_ = frames_.read(at_);
   for (const FieldRange& found : field_ranges({moment_})) {
-    const auto known = std::find_if(ranges_.begin(), ranges_.end(), [&](const auto& r) { return r.name == found.name; });
+    const auto known =
+        std::find_if(ranges_.begin(), ranges_.end(), [&](const auto& r) { return r.name == found.name; });
     if (known == ranges_.end()) {
       ranges_.push_back(found);
     } else {

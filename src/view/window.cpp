@@ -17,7 +17,9 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <ctime>
 #include <filesystem>
+#include <memory>
 
 #include "view/png_files.hpp"
 #include "view/show.hpp"
@@ -28,8 +30,9 @@ namespace {
 namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
 
-constexpr int tick = 20;             // ms between looks at what there is to do
-constexpr double look_every = 0.25;  // s between looks for new frames
+constexpr int tick = 20;               // ms between looks at what there is to do
+constexpr double look_every = 0.25;    // s between looks for new frames
+constexpr double follow_share = 0.02;  // of a core's time for the frames of a run that is followed
 constexpr const char* help =
     "space  play, pause\n<- ->  a frame back, on\nHome End  first, last\n< >  slower, faster\nc C  colour by next, "
     "previous field\nl  particles or surface\nr  show all\n1 2 3 4  auto, below, front, top\ns  save a picture\n"
@@ -39,8 +42,7 @@ constexpr const char* help =
 class MouseOnly : public vtkInteractorStyleTrackballCamera {
  public:
   static MouseOnly* New();
-  vtkTypeMacro(MouseOnly, vtkInteractorStyleTrackballCamera)
-  void OnChar() override {}
+  vtkTypeMacro(MouseOnly, vtkInteractorStyleTrackballCamera) void OnChar() override {}
 };
 vtkStandardNewMacro(MouseOnly);
 
@@ -179,7 +181,8 @@ class Window {
     said_.clear();
     if (name == "c" || name == "C") show_.next_color(name == "c" ? 1 : -1);
     if (name == "l") show_.switch_liquid();
-    if (name == "less" || name == "greater") speed_ = std::clamp(name == "less" ? speed_ / 2 : speed_ * 2, 1. / 64, 64.);
+    if (name == "less" || name == "greater")
+      speed_ = std::clamp(name == "less" ? speed_ / 2 : speed_ * 2, 1. / 64, 64.);
     if (name == "h") help_->SetVisibility(!help_->GetVisibility());
     if (name == "r") frame(view_);
     for (const auto& [digit, view] : {std::pair{"1", "auto"}, {"2", "below"}, {"3", "front"}, {"4", "top"}})
@@ -214,18 +217,21 @@ class Window {
   void on_tick() {
     if (playing_) advance();
     const auto now = Clock::now();
-    if (!options_.follow || std::chrono::duration<double>(now - looked_).count() < look_every) return;
-    looked_ = now;
-    if (!show_.follow()) return;
-    if (!moved_camera_) frame(view_);
-    refresh();
+    if (!options_.follow || now < next_look_) return;
+    const std::clock_t begin = std::clock();
+    if (show_.follow()) {
+      if (!moved_camera_) frame(view_);
+      refresh();
+    }
+    const double cost = static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;
+    next_look_ = now + std::chrono::duration_cast<Clock::duration>(
+                           std::chrono::duration<double>(std::max(look_every, cost / follow_share)));
   }
 
   /// To the frame that the clock has come to: frames that cannot be drawn in time are left out.
   void advance() {
     const std::vector<double>& times = show_.frames().times();
-    const double now =
-        played_from_ + speed_ * std::chrono::duration<double>(Clock::now() - play_began_).count();
+    const double now = played_from_ + speed_ * std::chrono::duration<double>(Clock::now() - play_began_).count();
     const auto after = std::upper_bound(times.begin(), times.end(), now + 1e-9);
     const auto due = static_cast<std::size_t>(std::max<std::ptrdiff_t>(1, after - times.begin()) - 1);
     if (due == show_.at()) return;
@@ -246,7 +252,7 @@ class Window {
   std::string said_;
   bool playing_ = false, moved_camera_ = false;
   double speed_ = 1, played_from_ = 0;  // s of the run
-  Clock::time_point play_began_, looked_;
+  Clock::time_point play_began_, next_look_;
 };
 
 }  // namespace
