@@ -64,6 +64,7 @@ class Restart : public ::testing::Test {
     write_text(here() / "porous.yaml", porous_scene);
     write_text(here() / "cloth.yaml", cloth_scene);
     write_text(here() / "filter.yaml", filter_scene);
+    write_text(here() / "keyed.yaml", keyed_scene);
   }
   const fs::path& here() const { return folder_.path(); }
   static Words words(const std::string& scene, const Words& more) {
@@ -91,7 +92,7 @@ class Restart : public ::testing::Test {
 
 TEST_F(Restart, GoingOnEqualsNotHavingStopped) {
   const std::pair<const char*, const char*> scenes[] = {
-      {"liquid", "0.1"}, {"porous", "0.05"}, {"cloth", "0.08"}, {"filter", "0.05"}};
+      {"liquid", "0.1"}, {"porous", "0.05"}, {"cloth", "0.08"}, {"filter", "0.05"}, {"keyed", "0.08"}};
   for (const auto& [scene, end] : scenes) {
     SCOPED_TRACE(scene);
     const std::string whole = std::string(scene) + "_whole", part = std::string(scene) + "_part";

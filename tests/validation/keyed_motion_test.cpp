@@ -159,7 +159,8 @@ bodies:
   std::printf("centre of mass %.5f → %.5f m, moment grew by %.4e m⁴, expected %.4e; particles inside in all steps: %d\n", before,
               after, measured, expected, inside);
   report({"a closed cloth pinned to files that change its shape: moment of the water that it displaces", "its volume in the files",
-          std::abs(measured / expected - 1), 0.02});
+          std::abs(measured / expected - 1), 0.02, "1", 0.08,
+          "it is 0.24 mm of the centre of mass, 0.024 spacings; settling and the gap at cloth are not told apart in it"});
   report({"a closed cloth pinned to files that change its shape: particles inside, over all steps", "none", double(inside), 0});
 }
 
