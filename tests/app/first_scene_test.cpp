@@ -85,8 +85,9 @@ TEST_F(NewScene, OfAMetreHangsByItsTopUnderAJetThatMeetsIt) {
   const JetScene& jet = scene.fluid.jets.at(0);
   EXPECT_GT(jet.center[1], 1) << "the nozzle is above it";
   // By the law of free fall: where the jet is 6 cm before the axis; the front, 15 cm before it, falls back at first.
-  const double t = (0.06 - jet.center[2]) / jet.velocity[2];
-  const double height = jet.center[1] + jet.velocity[1] * t - 0.5 * 9.81 * t * t;
+  const Vec3& velocity = jet.velocity.plain();
+  const double t = (0.06 - jet.center[2]) / velocity[2];
+  const double height = jet.center[1] + velocity[1] * t - 0.5 * 9.81 * t * t;
   EXPECT_NEAR(height, 0.45, 0.05);
   for (std::size_t a = 0; a < 3; ++a) {
     EXPECT_LT(scene.domain.min[a], std::min(-0.1, jet.center[a]));
