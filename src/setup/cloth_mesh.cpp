@@ -315,7 +315,7 @@ void build_cloths(const Scene& scene, Model& model, std::vector<std::string>& wa
     material.triangle_count = static_cast<Index>(own.triangles.size());
     const Pins pins = blaming(key + ".pin", [&] { return pinned_nodes(c, own, edges, warnings); });
     append(mesh, own, c, edges, pins.pinned, static_cast<Index>(model.cloths.size()));
-    set_pins_in_motion(model, c, pins);
+    blaming(key + ".pin", [&] { set_pins_in_motion(model, c, pins); });
     mesh.pin_entry.insert(mesh.pin_entry.end(), pins.entry.begin(), pins.entry.end());
     model.cloths.push_back(material);
   }

@@ -62,13 +62,15 @@ cloth:
     pin:
       - {nodes: [0, 1], velocity: [0.1, 0, 0.2], start: 0.5, end: 2.5}
       - {nodes: [3], velocity: {keys: [[0, [0, 0, 0]], [1, [0, 1, 0]]], interpolation: step}, offset: {keys: [[0, [0, 0, 0]], [2, [0.1, 0.2, 0.3]]], interpolation: smooth}}
-      - {nodes: [4], sequence: exists.obj, fps: 30}
       - {box: {min: [0, -1, 0], max: [1, 1, 1]}, spin: {axis: [0, 0, 1], degrees_per_second: 90, center: [0, 1, 0]}}
   - name: second
     mesh: {file: exists.obj, scale: 0.01}
     dynamics: false
+  - name: followed
+    mesh: {file: exists.obj}
+    pin: [{nodes: [1], sequence: exists.obj, fps: 30}]
 bodies:
-  - mesh: {sequence: [exists.obj, exists.obj], fps: 12}
+  - mesh: {sequence: [mesh.PLY, mesh.PLY], fps: 12}
   - box: {min: [-1, -1, -1], max: [1, 2, 1], inside: true, velocity: [0.1, 0, -0.2], adhesion: 0.02}
   - sphere: {center: [0, 0.2, 0], radius: 0.25, dynamic: true, density: 400}
   - plane: {point: [0, -0.5, 0], normal: [0, 2, 0], offset: [[0, [0, 0, 0]], [1, [0, 0.5, 0]]], spin: {axis: [1, 0, 0], degrees_per_second: [[0, 5], [0.5, -5.5], [2, 0]]}, adhesion: 0.04}

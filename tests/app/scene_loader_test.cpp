@@ -98,7 +98,7 @@ ClothScene cloth_with_moved_pins() {
   ClothScene moved;
   moved.name = "moved";
   moved.grid = GridScene{{1, 1}, {5, 5}};
-  moved.pins.resize(4);
+  moved.pins.resize(3);
   moved.pins[0].kind = PinScene::Kind::nodes;
   moved.pins[0].nodes = {0, 1};
   moved.pins[0].velocity = {0.1, 0, 0.2};
@@ -108,13 +108,10 @@ ClothScene cloth_with_moved_pins() {
   moved.pins[1].nodes = {3};
   moved.pins[1].velocity = {{{0, {0, 0, 0}}, {1, {0, 1, 0}}}, Interpolation::step};
   moved.pins[1].offset = {{{0, {0, 0, 0}}, {2, {0.1, 0.2, 0.3}}}, Interpolation::smooth};
-  moved.pins[2].kind = PinScene::Kind::nodes;
-  moved.pins[2].nodes = {4};
-  moved.pins[2].sequence = {{folder().file("exists.obj")}, 30};
-  moved.pins[3].kind = PinScene::Kind::box;
-  moved.pins[3].box = {{0, -1, 0}, {1, 1, 1}};
-  moved.pins[3].spin = {{0, 0, 1}, 90};
-  moved.pins[3].center = {0, 1, 0};
+  moved.pins[2].kind = PinScene::Kind::box;
+  moved.pins[2].box = {{0, -1, 0}, {1, 1, 1}};
+  moved.pins[2].spin = {{0, 0, 1}, 90};
+  moved.pins[2].center = {0, 1, 0};
   return moved;
 }
 
@@ -125,6 +122,17 @@ ClothScene cloth_from_a_file() {
   second.scale = 0.01;
   second.dynamics = false;
   return second;
+}
+
+ClothScene cloth_that_follows_files() {
+  ClothScene followed;
+  followed.name = "followed";
+  followed.file = folder().file("exists.obj");
+  followed.pins.resize(1);
+  followed.pins[0].kind = PinScene::Kind::nodes;
+  followed.pins[0].nodes = {1};
+  followed.pins[0].sequence = {{folder().file("exists.obj")}, 30};
+  return followed;
 }
 
 std::vector<BodyScene> every_body_key() {
@@ -153,7 +161,7 @@ std::vector<BodyScene> every_body_key() {
   bodies[3].adhesion = 0.06;
   BodyScene moving;
   moving.kind = BodyScene::Kind::mesh;
-  moving.file = folder().file("exists.obj");
+  moving.file = folder().file("mesh.PLY");
   moving.sequence = {{moving.file, moving.file}, 12};
   bodies.insert(bodies.begin(), moving);
   return bodies;
@@ -171,7 +179,7 @@ TEST(SceneLoader, ReadsEveryKey) {
   s.through_cloth = true;
   s.cloth_solver = {ClothMethod::xpbd, 2.0e-3, 500};
   s.fluid = every_liquid_key();
-  s.cloths = {every_cloth_key(), cloth_with_moved_pins(), cloth_from_a_file()};
+  s.cloths = {every_cloth_key(), cloth_with_moved_pins(), cloth_from_a_file(), cloth_that_follows_files()};
   s.bodies = every_body_key();
 
   const Scene loaded = parse(everything);

@@ -64,6 +64,20 @@ bool in_range(double x, const std::string& range) {
   return (range.front() == '(' ? x > low : x >= low) && (range.back() == ')' ? x < high : x <= high);
 }
 
+/// The same of a time or a value among the keys of one that moves with time; "no key" if the leaf is no part of such a value.
+std::string objection_to_key(const Leaf& leaf, const std::map<std::string, const SchemaKey*>& keys) {
+  for (std::size_t dot = leaf.general.rfind('.'); dot != std::string::npos && dot > 0; dot = leaf.general.rfind('.', dot - 1)) {
+    const auto key = keys.find(leaf.general.substr(0, dot));
+    if (key == keys.end() || !key->second->type.ends_with("or keys")) continue;
+    const std::string rest = leaf.general.substr(dot + 1), text = leaf.value->text;
+    if (rest == "interpolation") return text == "linear" || text == "smooth" || text == "step" ? "" : leaf.path + " is " + text;
+    const bool time = (rest == "N.N" || rest == "keys.N.N") && leaf.path.ends_with(".0");
+    const std::string range = time ? "[0, 1e6]" : key->second->allowed;
+    return in_range(as_number(text), range) ? "" : leaf.path + " is " + text + ", not in " + range;
+  }
+  return leaf.path + " is no key";
+}
+
 /// Looks at a scene that was accepted with nothing but the schema: "" if each of its values may stand where it stands, and
 /// comes back out of the scene that was made of it.
 std::string objection(const std::string& text, const Scene& scene) {
@@ -81,7 +95,10 @@ std::string objection(const std::string& text, const Scene& scene) {
     const bool in_list = leaf.general.ends_with(".N");
     const std::string name = in_list ? leaf.general.substr(0, leaf.general.size() - 2) : leaf.general;
     const auto key = keys.find(name);
-    if (key == keys.end()) return leaf.path + " is no key";
+    if (key == keys.end()) {
+      if (const std::string wrong = objection_to_key(leaf, keys); !wrong.empty()) return wrong;
+      continue;
+    }
     const bool number = key->second->type.find("number") != std::string::npos;
     if (number && !in_range(as_number(leaf.value->text), key->second->allowed))
       return leaf.path + " is " + leaf.value->text + ", not in " + key->second->allowed;
@@ -90,7 +107,7 @@ std::string objection(const std::string& text, const Scene& scene) {
         (", " + key->second->allowed + ",").find(", " + leaf.value->text + ",") == std::string::npos)
       return leaf.path + " is none of " + key->second->allowed;
     // What a resolved scene leaves out or says in other words.
-    if (name == "preset" || key->second->type == "file" || key->second->type == "switch") continue;
+    if (name == "preset" || key->second->type.starts_with("file") || key->second->type == "switch") continue;
     // The sources come out blocks first; pins without motion come out without it.
     if (name.starts_with("fluid.sources") || name.starts_with("cloth.N.pin")) continue;
     const auto same = out.find(leaf.path);
