@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "app/exit_codes.hpp"
+#include "base/exit_codes.hpp"
 
 namespace drench {
 

@@ -14,8 +14,8 @@ enum class Interpolation { linear, smooth, step };
 /// A value at a time, s.
 template <class T>
 struct Key {
-  double time = 0;
-  T value{};
+  double time = 0;  ///< s
+  T value{};        ///< from then on, or at that time
 
   bool operator==(const Key&) const = default;
 };
@@ -25,20 +25,24 @@ struct Key {
 template <class T>
 class Keyed {
  public:
+  /// A plain value.
   Keyed(const T& value = T{}) : plain_(value) {}  // NOLINT(google-explicit-constructor): a plain value stays one
+  /// A plain vector.
   Keyed(double x, double y, double z)
     requires std::is_same_v<T, Vec3>
       : plain_{x, y, z} {}
   /// At least one key, their times rising. std::invalid_argument if they are not.
   Keyed(std::vector<Key<T>> keys, Interpolation interpolation);
 
+  /// Is it no plain value?
   bool has_keys() const { return !keys_.empty(); }
   /// The value for all times; of one with keys, the first.
   const T& plain() const { return has_keys() ? keys_.front().value : plain_; }
-  const std::vector<Key<T>>& keys() const { return keys_; }
-  Interpolation interpolation() const { return interpolation_; }
+  const std::vector<Key<T>>& keys() const { return keys_; }              ///< none of a plain value
+  Interpolation interpolation() const { return interpolation_; }         ///< between its keys
   bool is_zero() const;  ///< at all times
 
+  /// The value at a time, s.
   T at(double time) const;
   /// The rate of change; at a corner, that towards later times.
   T derivative(double time) const;
@@ -46,10 +50,10 @@ class Keyed {
   T integral(double from, double to) const;
   /// No value (length of a vector) between the two times is above it; exact where only one component changes.
   double largest(double from, double to) const;
-  double largest() const;
+  double largest() const;  ///< at all times
   /// The same of the derivative, over the whole of each stretch between keys that they touch; infinite across a step.
   double largest_derivative(double from, double to) const;
-  double largest_derivative() const;
+  double largest_derivative() const;  ///< at all times
   /// The same times with values `factor` times as large.
   Keyed scaled(double factor) const;
 

@@ -15,7 +15,7 @@
 #include <string_view>
 #include <thread>
 
-#include "app/exit_codes.hpp"
+#include "base/exit_codes.hpp"
 #include "view/display.hpp"
 #include "view/options.hpp"
 #include "view/png_files.hpp"

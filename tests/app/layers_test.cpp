@@ -12,7 +12,7 @@ namespace drench::test {
 namespace {
 
 const std::vector<std::string> layers{"base",     "scene",  "state",  "stages",  "setup", "pipeline",
-                                      "output", "report", "compare", "app", "drench"};
+                                      "output", "report", "compare", "view", "app", "drench"};
 
 TEST(Layers, NoFileOfSrcIncludesUp) {
   const fs::path src = fs::path(scenes_folder()).parent_path() / "src";
