@@ -28,9 +28,9 @@ class Keyed {
   /// A plain value.
   Keyed(const T& value = T{}) : plain_(value) {}  // NOLINT(google-explicit-constructor): a plain value stays one
   /// A plain vector.
-  Keyed(double x, double y, double z)
-    requires std::is_same_v<T, Vec3>
-      : plain_{x, y, z} {}
+  template <class Vector = T>  // a template of its own for clang 14, which instantiates others with the class
+    requires std::is_same_v<Vector, Vec3>
+  Keyed(double x, double y, double z) : plain_(Vector{x, y, z}) {}
   /// At least one key, their times rising. std::invalid_argument if they are not.
   Keyed(std::vector<Key<T>> keys, Interpolation interpolation);
 
