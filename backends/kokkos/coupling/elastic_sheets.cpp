@@ -20,30 +20,25 @@ void ElasticSheets::start() {
                              friction = nodes.friction_force;
   const Entries<Real3> pin = cloth_.nodes.pin_force, base = solver_.base, shift = solver_.displacement,
                        last = solver_.last_displacement;
-  parallel(
-      "drench::pressure::cloth_start", nodes.count, KOKKOS_LAMBDA(const Index n) { shift(n) = dt * v(n); });
+  const auto start = KOKKOS_LAMBDA(const Index n) { return dt * v(n); };
   parallel(
       "drench::pressure::cloth_base", nodes.count, KOKKOS_LAMBDA(const Index n) {
-        last(n) = shift(n);
-        const Real3 elastic = s.elastic_force(n, shift);
+        shift(n) = last(n) = start(n);
+        const Real3 elastic = s.elastic_force(n, start);
         if (s.pinned(n)) {
           pin(n) += elastic + f(n);
           return;
         }
-        base(n) = shift(n) - (dt * dt / s.mass(n)) * (elastic + f(n) + contact(n) + friction(n));
+        base(n) = start(n) - (dt * dt / s.mass(n)) * (elastic + f(n) + contact(n) + friction(n));
       });
 }
 
-void ElasticSheets::respond() {
+NodeTargets ElasticSheets::targets() {
   const ClothSystem s = iteration_.system();
-  const Real dt = dt_;
-  const Entries<const Real3> base = std::as_const(solver_).base, f = std::as_const(cloth_).nodes.force;
-  parallel(
-      "drench::pressure::cloth_target", cloth_.nodes.count, KOKKOS_LAMBDA(const Index n) {
-        if (!s.pinned(n)) s.target(n) = base(n) + (dt * dt / s.mass(n)) * f(n);
-      });
-  iteration_.run(most_iterations_);
+  return {s.target, std::as_const(solver_).base, s.mass, s.pinned, dt_};
 }
+
+void ElasticSheets::respond() { iteration_.run(most_iterations_); }
 
 void ElasticSheets::accept() {
   iteration_.line_search();

@@ -13,7 +13,9 @@ class ElasticSheets {
   /// The displacement of the velocity as it is, and the target without the pressure's part. Not in the constructor: nvcc
   /// wants kernels in functions that have an address.
   void start();
-  /// Node forces → target → some iterations.
+  /// What node forces do to the targets.
+  NodeTargets targets();
+  /// Some iterations.
   void respond();
   /// The nodes' displacements in the step, m.
   const Field<Real3>& displacement() const { return solver_.displacement; }

@@ -3,6 +3,60 @@
 #include "core/gather.hpp"
 
 namespace drench::kokkos_backend {
+namespace {
+
+/// Nodes that do no more than note what loads them.
+struct NoAnswer {
+  KOKKOS_INLINE_FUNCTION void operator()(Index, const Real3&) const {}
+};
+struct FreeNodes {
+  Entries<Real3> predicted;
+  Entries<const Real3> contact, velocity;
+  Entries<const Real> inverse_mass;
+  Real dt;
+
+  FreeNodes(Cloth& cloth, Real step)
+      : predicted(cloth.nodes.predicted),
+        contact(std::as_const(cloth).nodes.contact_force),
+        velocity(std::as_const(cloth).nodes.velocity),
+        inverse_mass(std::as_const(cloth).nodes.inverse_mass),
+        dt(step) {}
+  KOKKOS_INLINE_FUNCTION void operator()(Index n, const Real3& f) const {
+    const Real square = dot(contact(n), contact(n)), into = dot(f, contact(n));
+    predicted(n) = velocity(n) + (dt * inverse_mass(n)) * (into < 0 ? f - (into / square) * contact(n) : f);
+  }
+};
+
+/// nodes.force = f_n, and answer(n, f_n), in one kernel.
+template <class Answer>
+void load_nodes(const SheetRows& rows, const Field<Real>& pressure, const Field<Real>* contact_pressure, Cloth& cloth,
+                const Answer& answer) {
+  constexpr const char* label = "drench::pressure::node_force";
+  const Entries<Real3> f = cloth.nodes.force;
+  if (rows.count == 0)
+    return parallel(
+        label, cloth.nodes.count, KOKKOS_LAMBDA(const Index n) {
+          f(n) = Real3{};
+          answer(n, Real3{});
+        });
+  const Entries<const SheetPair> pair = rows.node_pair;
+  const Entries<const Real> kappa = pressure;
+  const bool touching = contact_pressure != nullptr;
+  const Entries<const Real> contact = touching ? Entries<const Real>(*contact_pressure) : Entries<const Real>();
+  gather_rows<Real3>(
+      label, cloth.nodes.count, rows.of_node,
+      KOKKOS_LAMBDA(const Index e) {
+        const SheetPair near = pair(e);
+        const Real k = touching ? kappa(near.other) + contact(near.other) : kappa(near.other);
+        return k * near.gradient;
+      },
+      KOKKOS_LAMBDA(const Index n, const Real3& sum) {
+        f(n) = sum;
+        answer(n, sum);
+      });
+}
+
+}  // namespace
 
 void warm_start_density(Fluid& fluid, PressureWork& work) {
   allocate_pressure_work(work, fluid);
@@ -15,35 +69,15 @@ void warm_start_density(Fluid& fluid, PressureWork& work) {
 }
 
 void load_cloth(const SheetRows& rows, const Field<Real>& pressure, const Field<Real>* contact_pressure, Cloth& cloth) {
-  const Entries<Real3> f = cloth.nodes.force;
-  if (rows.count == 0) {
-    Kokkos::deep_copy(ExecSpace(), cloth.nodes.force, Real3{});
-    return;
-  }
-  const Entries<const SheetPair> pair = rows.node_pair;
-  const Entries<const Real> kappa = pressure;
-  const bool touching = contact_pressure != nullptr;
-  const Entries<const Real> contact = touching ? Entries<const Real>(*contact_pressure) : Entries<const Real>();
-  gather_rows<Real3>(
-      "drench::pressure::node_force", cloth.nodes.count, rows.of_node,
-      KOKKOS_LAMBDA(const Index e) {
-        const SheetPair near = pair(e);
-        const Real k = touching ? kappa(near.other) + contact(near.other) : kappa(near.other);
-        return k * near.gradient;
-      },
-      KOKKOS_LAMBDA(const Index n, const Real3& sum) { f(n) = sum; });
+  load_nodes(rows, pressure, contact_pressure, cloth, NoAnswer{});
 }
-
-void predict_free_cloth(Cloth& cloth, Real dt) {
-  const Entries<Real3> predicted = cloth.nodes.predicted;
-  const Nodes& nodes = cloth.nodes;
-  const Entries<const Real3> f = nodes.force, contact = nodes.contact_force, v = nodes.velocity;
-  const Entries<const Real> u = nodes.inverse_mass;
-  parallel(
-      "drench::pressure::node_velocity", nodes.count, KOKKOS_LAMBDA(const Index n) {
-        const Real square = dot(contact(n), contact(n)), into = dot(f(n), contact(n));
-        predicted(n) = v(n) + (dt * u(n)) * (into < 0 ? f(n) - (into / square) * contact(n) : f(n));
-      });
+void load_free_cloth(const SheetRows& rows, const Field<Real>& pressure, const Field<Real>* contact_pressure,
+                     Cloth& cloth, Real dt) {
+  load_nodes(rows, pressure, contact_pressure, cloth, FreeNodes(cloth, dt));
+}
+void load_elastic_cloth(const SheetRows& rows, const Field<Real>& pressure, const Field<Real>* contact_pressure,
+                        Cloth& cloth, const NodeTargets& targets) {
+  load_nodes(rows, pressure, contact_pressure, cloth, targets);
 }
 
 void accept_free_cloth(Cloth& cloth) {

@@ -17,8 +17,23 @@ inline bool has_sheet_contact(const Constants& constants, const Cloth& cloth) {
 void warm_start_density(Fluid& fluid, PressureWork& work);
 /// nodes.force = f_n = Σ_i ρ0 V_i (κ_i + λ_i) p_in, N. `contact_pressure`: null without λ.
 void load_cloth(const SheetRows& rows, const Field<Real>& pressure, const Field<Real>* contact_pressure, Cloth& cloth);
-/// Nodes with their inertia alone: nodes.predicted = v_n + Δt a_n.
-void predict_free_cloth(Cloth& cloth, Real dt);
+/// The same, with what nodes with their inertia alone answer: nodes.predicted = v_n + Δt a_n.
+void load_free_cloth(const SheetRows& rows, const Field<Real>& pressure, const Field<Real>* contact_pressure,
+                     Cloth& cloth, Real dt);
+/// What an elastic cloth takes from its loads: the targets of free nodes, base + Δt² f_n/m_n, m.
+struct NodeTargets {
+  Entries<Real3> target;
+  Entries<const Real3> base;
+  Entries<const Real> mass;
+  Entries<const std::uint8_t> pinned;
+  Real dt;
+
+  KOKKOS_INLINE_FUNCTION void operator()(Index n, const Real3& f) const {
+    if (!pinned(n)) target(n) = base(n) + (dt * dt / mass(n)) * f;
+  }
+};
+void load_elastic_cloth(const SheetRows& rows, const Field<Real>& pressure, const Field<Real>* contact_pressure,
+                        Cloth& cloth, const NodeTargets& targets);
 /// v_n = nodes.predicted, pin_force −= f_n on pinned nodes.
 void accept_free_cloth(Cloth& cloth);
 

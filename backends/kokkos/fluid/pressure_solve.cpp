@@ -97,11 +97,14 @@ void apply_pressure(PressureSystem& system) {
     if (system.lean) predict_lean_liquid(system);
   if (!system.lean) predict_liquid(system);
   if (system.has_cloth()) {
-    load_cloth(system.lists.sheet_rows, system.kappa, system.touching ? &system.work.contact_pressure : nullptr, system.cloth);
-    if (system.elastic)
+    const Field<Real>* const contact = system.touching ? &system.work.contact_pressure : nullptr;
+    const SheetRows& rows = system.lists.sheet_rows;
+    if (system.elastic) {
+      load_elastic_cloth(rows, system.kappa, contact, system.cloth, system.elastic->targets());
       system.elastic->respond();
-    else
-      predict_free_cloth(system.cloth, Real(system.dt));
+    } else {
+      load_free_cloth(rows, system.kappa, contact, system.cloth, Real(system.dt));
+    }
   }
   predict_bodies(system.constants, system.fluid, system.lists, system.kappa, system.dt, system.bodies);
   if (system.lean) return;  // its update finds the rates itself
@@ -111,7 +114,8 @@ void apply_pressure(PressureSystem& system) {
 }
 
 SumUnderWay<DensitySums> begin_full_update(const PressureSystem& system, const DensityUpdate& update, int slot) {
-  const Entries<const Real> rate = std::as_const(system.work).density_rate, approach = std::as_const(system.work).approach_rate;
+  const Entries<const Real> rate = std::as_const(system.work).density_rate,
+                            approach = std::as_const(system.work).approach_rate;
   const bool touching = system.touching;
   return begin_ordered<DensitySums>(
       "drench::pressure::residual", system.count(),

@@ -1,12 +1,12 @@
 // Launches the cloth's resident iterations (resident_kernel.hpp; cloth/solver.hpp).
 
-#include "cloth/cuda/resident_kernel.hpp"
-
 #include <algorithm>
 #include <memory>
 #include <stdexcept>
 #include <string>
 #include <utility>
+
+#include "cloth/cuda/resident_kernel.hpp"
 
 namespace drench::kokkos_backend {
 
@@ -22,34 +22,38 @@ void check(cudaError_t status) {
 struct Plan {
   const void* kernel = nullptr;  // null: the cloth does not fit
   int threads = 0, blocks = 0, shared_bytes = 0;
+  bool cluster = false;
 };
 
 /// The kernel for nodes with `links` a lane at most in blocks of `block` threads, or null.
-template <bool plain, int threads, bool dated>
+template <bool plain, int threads, Exchange exchange>
 const void* kernel_with(int links) {
-  return links <= 6    ? reinterpret_cast<const void*>(&iterate<6, plain, threads, dated>)
-         : links <= 9  ? reinterpret_cast<const void*>(&iterate<9, plain, threads, dated>)
-         : links <= 14 ? reinterpret_cast<const void*>(&iterate<14, plain, threads, dated>)
+  return links <= 6    ? reinterpret_cast<const void*>(&iterate<6, plain, threads, exchange>)
+         : links <= 9  ? reinterpret_cast<const void*>(&iterate<9, plain, threads, exchange>)
+         : links <= 14 ? reinterpret_cast<const void*>(&iterate<14, plain, threads, exchange>)
                        : nullptr;
 }
-template <bool dated>
+template <Exchange exchange>
 const void* kernel_for(int links, bool plain, int block) {
   if (block <= fewer_threads)
-    return plain ? kernel_with<true, fewer_threads, dated>(links) : kernel_with<false, fewer_threads, dated>(links);
-  return plain ? kernel_with<true, most_threads, dated>(links) : kernel_with<false, most_threads, dated>(links);
+    return plain ? kernel_with<true, fewer_threads, exchange>(links)
+                 : kernel_with<false, fewer_threads, exchange>(links);
+  return plain ? kernel_with<true, most_threads, exchange>(links) : kernel_with<false, most_threads, exchange>(links);
 }
+int links_of_lane(int rows) { return (rows + lanes - 1) / lanes; }
 
 /// Blocks of as few threads as spread the nodes over all processors; a node with `rows` links at most.
-template <bool dated>
+template <Exchange exchange>
 Plan make_plan(Index nodes, int rows, bool plain, int room) {
+  constexpr bool dated = exchange == Exchange::dated;
   const cudaDeviceProp& device = ExecSpace().cuda_device_prop();
-  const int processors = device.multiProcessorCount, each = (rows + lanes - 1) / lanes;
+  const int processors = device.multiProcessorCount, each = links_of_lane(rows);
   if (!device.cooperativeLaunch) return {};
   for (int blocks_each = 1; blocks_each <= 8; ++blocks_each) {
     const int share = (lanes * nodes + processors * blocks_each - 1) / (processors * blocks_each);
     const int threads = std::clamp((share + warp - 1) / warp * warp, 2 * warp, most_threads);
     const int blocks = (lanes * nodes + threads - 1) / threads;
-    const void* const kernel = kernel_for<dated>(each, plain, threads);
+    const void* const kernel = kernel_for<exchange>(each, plain, threads);
     if (kernel == nullptr) return {};
     const int shared_bytes = dated ? 2 * (threads / lanes + room) * static_cast<int>(sizeof(Real4)) : 0;
     int at_once = 0;  // a processor
@@ -58,6 +62,49 @@ Plan make_plan(Index nodes, int rows, bool plain, int room) {
   }
   return {};
 }
+
+#ifdef DRENCH_CLUSTERS
+cudaLaunchConfig_t launch_of(const Plan& plan, cudaLaunchAttribute& room) {
+  room.id = cudaLaunchAttributeClusterDimension;
+  room.val.clusterDim.x = static_cast<unsigned>(plan.blocks);
+  room.val.clusterDim.y = room.val.clusterDim.z = 1;
+  cudaLaunchConfig_t launch{};
+  launch.gridDim = static_cast<unsigned>(plan.blocks);
+  launch.blockDim = static_cast<unsigned>(plan.threads);
+  launch.dynamicSmemBytes = static_cast<std::size_t>(plan.shared_bytes);
+  launch.stream = ExecSpace().cuda_stream();
+  launch.attrs = &room;
+  launch.numAttrs = 1;
+  return launch;
+}
+
+/// All nodes in one cluster, or no kernel.
+Plan make_cluster_plan(Index nodes, int rows, bool plain) {
+  for (const int blocks : {most_in_cluster, 8}) {
+    const int share = (lanes * nodes + blocks - 1) / blocks, threads = (share + warp - 1) / warp * warp;
+    if (threads > most_threads) continue;
+    Plan plan{kernel_for<Exchange::cluster>(links_of_lane(rows), plain, threads), threads, blocks,
+              2 * threads / lanes * static_cast<int>(sizeof(Real4)), true};
+    if (plan.kernel == nullptr) return {};
+    if (blocks > 8) check(cudaFuncSetAttribute(plan.kernel, cudaFuncAttributeNonPortableClusterSizeAllowed, 1));
+    cudaLaunchAttribute room;
+    const cudaLaunchConfig_t launch = launch_of(plan, room);
+    int at_once = 0;
+    if (cudaOccupancyMaxActiveClusters(&at_once, plan.kernel, &launch) == cudaSuccess && at_once > 0) return plan;
+    cudaGetLastError();  // a device that cannot
+  }
+  return {};
+}
+
+void launch_cluster(const Plan& plan, void** arguments) {
+  cudaLaunchAttribute room;
+  const cudaLaunchConfig_t launch = launch_of(plan, room);
+  check(cudaLaunchKernelExC(&launch, plan.kernel, arguments));
+}
+#else
+Plan make_cluster_plan(Index, int, bool) { return {}; }
+void launch_cluster(const Plan&, void**) {}
+#endif
 
 }  // namespace
 
@@ -73,10 +120,19 @@ struct ResidentCloth {
 
 namespace {
 
+/// Goes in one cluster, if the cloth is small enough: of a link's other node the kernel wants its place in the order of all.
+bool use_cluster(const Constants& constants, const Cloth& cloth, int rows, bool plain, ResidentCloth& r) {
+  const Plan plan = make_cluster_plan(cloth.nodes.count, rows, plain);
+  if (plan.kernel == nullptr) return false;
+  r.plan = plan;
+  r.patches = make_patches(constants, cloth, cloth.nodes.count);
+  return true;
+}
+
 /// Goes without barriers, if the patches have few enough nodes around them.
 void use_patches(const Constants& constants, const Cloth& cloth, int rows, bool plain, ResidentCloth& r) {
   // With room for the most that may lie around a patch, for that is known only once the patches are.
-  const Plan dated = make_plan<true>(cloth.nodes.count, rows, plain, most_around);
+  const Plan dated = make_plan<Exchange::dated>(cloth.nodes.count, rows, plain, most_around);
   if (dated.kernel == nullptr) return;
   Patches patches = make_patches(constants, cloth, dated.threads / lanes);
   if (patches.most > most_around) return;
@@ -94,9 +150,10 @@ std::shared_ptr<ResidentCloth> make_resident_cloth(const Constants& constants, c
       "drench::cloth::most_links", nodes,
       KOKKOS_LAMBDA(const Index n) { return static_cast<double>(s.link_start(n + 1) - s.link_start(n)); }));
   const bool limits = s.limit_start.exist(), plain = s.solids.count == 0 && !limits;
-  r->plan = make_plan<false>(nodes, rows, plain, 0);
+  r->plan = make_plan<Exchange::barrier>(nodes, rows, plain, 0);
   if (r->plan.kernel == nullptr) return r;
-  if (dated_shifts && !limits) use_patches(constants, cloth, rows, plain, *r);
+  const bool clustered = !limits && use_cluster(constants, cloth, rows, plain, *r);
+  if (dated_shifts && !limits && !clustered) use_patches(constants, cloth, rows, plain, *r);
   for (Array<Real4>& i : r->iterate) i = Array<Real4>("drench::cloth::iterate", static_cast<std::size_t>(nodes));
   r->part = Array<TwoSums>("drench::cloth::part", static_cast<std::size_t>(r->plan.blocks));
   r->spectral_bound = Kokkos::View<double, MemSpace>("drench::cloth::spectral_bound");
@@ -117,8 +174,8 @@ Kokkos::View<double, MemSpace> resident_spectral_bound(const ClothSolverWork& so
   return solver.resident->spectral_bound;
 }
 
-void run_resident_cloth(ClothSolverWork& solver, const ClothSystem& s, Index nodes, const ClothProgress* begin, int most,
-                        double tolerance, double floor) {
+void run_resident_cloth(ClothSolverWork& solver, const ClothSystem& s, Index nodes, const ClothProgress* begin,
+                        int most, double tolerance, double floor) {
   ResidentCloth& r = *solver.resident;
   ClothSystem system = s;
   ResidentArrays arrays{solver.displacement.data(),
@@ -134,9 +191,12 @@ void run_resident_cloth(ClothSolverWork& solver, const ClothSystem& s, Index nod
   const ExecSpace space;
   std::uint64_t id = 0;
   Kokkos::Tools::beginParallelFor("drench::cloth::resident", Kokkos::Tools::Experimental::device_id(space), &id);
-  check(cudaLaunchCooperativeKernel(r.plan.kernel, dim3(static_cast<unsigned>(r.plan.blocks)),
-                                    dim3(static_cast<unsigned>(r.plan.threads)), arguments,
-                                    static_cast<std::size_t>(r.plan.shared_bytes), space.cuda_stream()));
+  if (r.plan.cluster)
+    launch_cluster(r.plan, arguments);
+  else
+    check(cudaLaunchCooperativeKernel(r.plan.kernel, dim3(static_cast<unsigned>(r.plan.blocks)),
+                                      dim3(static_cast<unsigned>(r.plan.threads)), arguments,
+                                      static_cast<std::size_t>(r.plan.shared_bytes), space.cuda_stream()));
   Kokkos::Tools::endParallelFor(id);
 }
 

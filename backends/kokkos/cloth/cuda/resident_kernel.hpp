@@ -28,6 +28,17 @@ inline constexpr bool dated_shifts = true;
 #else
 inline constexpr bool dated_shifts = false;
 #endif
+// One cluster of blocks reads each other's shared memory: compute capability 9.
+#if CUDART_VERSION >= 12000 && (defined(KOKKOS_ARCH_HOPPER90) || defined(KOKKOS_ARCH_BLACKWELL))
+#define DRENCH_CLUSTERS
+inline constexpr bool has_clusters = true;
+#else
+inline constexpr bool has_clusters = false;
+#endif
+inline constexpr int most_in_cluster = 16;  // blocks; more than 8 must be asked for
+/// How nodes see the shifts of others: in global memory, with a barrier of the grid an iteration; in patches, by dates;
+/// in the shared memory of one cluster of blocks.
+enum class Exchange { barrier, dated, cluster };
 inline constexpr int most_around = 1024;  // nodes that a patch may have around it
 static_assert(!dated_shifts || (sizeof(Real4) == 16 && alignof(Real4) == 16), "a shift and its date are 128 bits");
 static_assert(most_threads / lanes + most_around <= 1 << 16, "PatchView::local has 16 bits");
@@ -97,27 +108,80 @@ inline __device__ TwoSums sum_of_warp(TwoSums s) {
   return s;
 }
 
-/// The sum over the grid, the same in all threads; always in the same order.
-inline __device__ TwoSums sum_of_grid(const groups::grid_group& grid, TwoSums s, TwoSums* part) {
+/// The sum over a block, in its first thread; always in the same order.
+inline __device__ TwoSums sum_of_block(TwoSums s) {
   __shared__ TwoSums room[most_threads / warp];
-  __shared__ TwoSums total;
   s = sum_of_warp(s);
   if (threadIdx.x % warp == 0) room[threadIdx.x / warp] = s;
   __syncthreads();
-  if (threadIdx.x == 0) {
+  if (threadIdx.x == 0)
     for (unsigned w = 1; w < blockDim.x / warp; ++w) s += room[w];
-    part[blockIdx.x] = s;
-  }
-  grid.sync();
-  if (threadIdx.x < warp) {
-    TwoSums all;
-    for (unsigned b = threadIdx.x; b < gridDim.x; b += warp) all += {__ldcg(&part[b].first), __ldcg(&part[b].second)};
-    all = sum_of_warp(all);
-    if (threadIdx.x == 0) total = all;
-  }
-  __syncthreads();
-  return total;
+  return s;
 }
+
+/// All blocks, which meet at barriers.
+template <Exchange exchange>
+struct Meeting {
+  groups::grid_group all = groups::this_grid();
+
+  __device__ void sync() { all.sync(); }
+  /// Does `work` while the others arrive.
+  template <class Work>
+  __device__ void sync_beside(const Work& work) {
+#if CUDART_VERSION >= 12020
+    auto arrived = all.barrier_arrive();
+    work();
+    all.barrier_wait(std::move(arrived));
+#else
+    all.sync();
+    work();
+#endif
+  }
+  /// The sum over all blocks, the same in all threads; always in the same order.
+  __device__ TwoSums sum(TwoSums s, TwoSums* part) {
+    __shared__ TwoSums total;
+    s = sum_of_block(s);
+    if (threadIdx.x == 0) part[blockIdx.x] = s;
+    all.sync();
+    if (threadIdx.x < warp) {
+      TwoSums every;
+      for (unsigned b = threadIdx.x; b < gridDim.x; b += warp)
+        every += {__ldcg(&part[b].first), __ldcg(&part[b].second)};
+      every = sum_of_warp(every);
+      if (threadIdx.x == 0) total = every;
+    }
+    __syncthreads();
+    return total;
+  }
+};
+
+#ifdef DRENCH_CLUSTERS
+template <>
+struct Meeting<Exchange::cluster> {
+  groups::cluster_group all = groups::this_cluster();
+  int turn = 0;
+
+  __device__ void sync() { all.sync(); }
+  template <class Work>
+  __device__ void sync_beside(const Work& work) {
+    auto arrived = all.barrier_arrive();
+    work();
+    all.barrier_wait(std::move(arrived));
+  }
+  /// Each block gets the parts of all. Two sums may follow each other with one barrier between: they have room each.
+  __device__ TwoSums sum(TwoSums s, TwoSums*) {
+    __shared__ TwoSums part[2][most_in_cluster];
+    turn ^= 1;
+    s = sum_of_block(s);
+    if (threadIdx.x == 0)
+      for (unsigned b = 0; b < gridDim.x; ++b) *all.map_shared_rank(&part[turn][blockIdx.x], b) = s;
+    all.sync();
+    TwoSums total = part[turn][0];
+    for (unsigned b = 1; b < gridDim.x; ++b) total += part[turn][b];
+    return total;
+  }
+};
+#endif
 
 /// A link with all that stays the same: x⁰_n − x⁰_m (m) and its strain damping (cloth/elasticity.hpp).
 struct NearLink {
@@ -128,9 +192,11 @@ struct NearLink {
 
 /// A lane's half of a node: what it keeps in registers, and the iterate that is there.
 /// `kept`: the most links of a lane. `plain`: without solids and strain limits, whose registers the links then have.
-/// `dated`: without barriers, in patches.
-template <int kept, bool plain, bool dated>
+template <int kept, bool plain, Exchange exchange>
 struct NodeIterates {
+  static constexpr bool dated = exchange == Exchange::dated, clustered = exchange == Exchange::cluster,
+                        in_patches = dated || clustered;
+
   const ClothSystem& s;
   const ResidentArrays& a;
   const PatchView& patch;
@@ -143,10 +209,11 @@ struct NodeIterates {
   const Index node_around;
   const bool free;
   NodeTerms terms{};
-  Real3 moved, before;         // u_n of this iterate and of the last one, m
-  NearLink link[kept];         // `other`: a node, or its place in the patch
-  Real3 other[kept];           // u of the links' other nodes, m
-  int current = 0, date = 1;  // of the iterate that is there
+  Real3 moved, before;                      // u_n of this iterate and of the last one, m
+  NearLink link[kept];                      // `other`: a node, or its place in the patch
+  Real3 other[kept];                        // u of the links' other nodes, m
+  const Real4* seen[clustered ? kept : 1];  // where they are in the first of two iterates
+  int current = 0, date = 1;                // of the iterate that is there
 
   __device__ NodeIterates(const ClothSystem& system, const ResidentArrays& arrays, const PatchView& view, Index count)
       : s(system),
@@ -155,7 +222,7 @@ struct NodeIterates {
         nodes(count),
         thread(static_cast<int>(blockIdx.x * blockDim.x + threadIdx.x)),
         lane(thread % lanes),
-        n(dated && thread / lanes < nodes ? patch.order[thread / lanes] : thread / lanes),
+        n(in_patches && thread / lanes < nodes ? patch.order[thread / lanes] : thread / lanes),
         own(static_cast<int>(threadIdx.x) / lanes),
         own_nodes(static_cast<int>(blockDim.x) / lanes),
         around_first(dated ? patch.around_start[blockIdx.x] : 0),
@@ -175,7 +242,7 @@ struct NodeIterates {
     if (n < nodes) {
       moved = a.shift[n];
       before = a.last_shift[n];
-      if (lane == 0) {
+      if (lane == 0 && !clustered) {
         if constexpr (dated) {
           store_dated(a.iterate[0] + n, moved, 1);
           store_dated(a.iterate[1] + n, moved, 0);
@@ -184,14 +251,14 @@ struct NodeIterates {
         }
       }
     }
-    if (dated && lane == 0) patch_shifts(0)[own] = patch_shifts(1)[own] = Real4(moved, 0);
+    if (in_patches && lane == 0) patch_shifts(0)[own] = patch_shifts(1)[own] = Real4(moved, 0);
     keep_links();
   }
   /// A link that a lane lacks leads to the node itself with a force of 0: without branches between them all loads of an
   /// iteration are under way at once.
   __device__ void keep_links() {
 #pragma unroll
-    for (int k = 0; k < kept; ++k) link[k].link.other = dated ? own : n < nodes ? n : 0;
+    for (int k = 0; k < kept; ++k) set_other(k, dated ? own : clustered ? thread / lanes : n < nodes ? n : 0);
     if (!free) return;
     terms = s.terms(n);
     const Real rate = s.strain_damping_rate(n);
@@ -202,8 +269,17 @@ struct NodeIterates {
         const Link l = s.link(first + lanes * k);
         const Real3 apart = terms.start - s.start(l.other);
         link[k] = {l, apart, rate > 0 ? strain_damping(apart, l.stiffness, rate) : Real(0)};
-        if constexpr (dated) link[k].link.other = patch.local[first + lanes * k];
+        if constexpr (in_patches) set_other(k, patch.local[first + lanes * k]);
       }
+  }
+  /// `place`: of a node, in the patch, or in the order of all patches.
+  __device__ void set_other(int k, Index place) {
+    link[k].link.other = place;
+#ifdef DRENCH_CLUSTERS
+    if constexpr (clustered)
+      seen[k] = groups::this_cluster().map_shared_rank(patch_shifts(0) + place % own_nodes,
+                                                       static_cast<unsigned>(place / own_nodes));
+#endif
   }
 
   /// The shifts of the links' other nodes.
@@ -219,6 +295,10 @@ struct NodeIterates {
       __syncthreads();
 #pragma unroll
       for (int k = 0; k < kept; ++k) other[k] = room[link[k].link.other].xyz();
+    } else if constexpr (clustered) {
+      const int which = current * patch.room;
+#pragma unroll
+      for (int k = 0; k < kept; ++k) other[k] = seen[k][which].xyz();
     } else {
       const Iterate shift{a.iterate[current]};
 #pragma unroll
@@ -246,6 +326,8 @@ struct NodeIterates {
         store_dated(a.iterate[current ^ 1] + n, next, date + 1);
         patch_shifts(current ^ 1)[own] = Real4(next, 0);
       }
+    } else if constexpr (clustered) {
+      if (lane == 0) patch_shifts(current ^ 1)[own] = Real4(next, 0);
     } else if (free && lane == 0) {
       a.iterate[current ^ 1][n] = Real4(next, 0);
     }
@@ -269,7 +351,8 @@ struct NodeIterates {
 };
 
 /// Chebyshev's weights where a call begins.
-inline __device__ ClothProgress progress_at_start(const ClothSystem& s, const ResidentArrays& a, const ResidentRun& run) {
+inline __device__ ClothProgress progress_at_start(const ClothSystem& s, const ResidentArrays& a,
+                                                  const ResidentRun& run) {
   ClothProgress progress = run.first ? run.begin : *a.progress;
   if (run.first)
     progress.rho = Kokkos::fmin(progress.rho, *a.spectral_bound);
@@ -278,28 +361,15 @@ inline __device__ ClothProgress progress_at_start(const ClothSystem& s, const Re
   return progress;
 }
 
-/// A barrier of the grid; does `work` while the others arrive.
-template <class Work>
-__device__ void sync_beside(const groups::grid_group& grid, const Work& work) {
-#if CUDART_VERSION >= 12020
-  auto arrived = grid.barrier_arrive();
-  work();
-  grid.barrier_wait(std::move(arrived));
-#else
-  grid.sync();
-  work();
-#endif
-}
-
 /// `threads`: of a block at most; the fewer, the more registers a lane has.
-template <int kept, bool plain, int threads, bool dated>
+template <int kept, bool plain, int threads, Exchange exchange>
 __global__ void __launch_bounds__(threads)
     iterate(ClothSystem s, ResidentArrays a, PatchView patch, ResidentRun run, Index nodes) {
-  const groups::grid_group grid = groups::this_grid();
-  NodeIterates<kept, plain, dated> node(s, a, patch, nodes);
+  Meeting<exchange> meeting;
+  NodeIterates<kept, plain, exchange> node(s, a, patch, nodes);
   ClothProgress progress = progress_at_start(s, a, run);
   node.begin();
-  grid.sync();
+  meeting.sync();
   const int end = progress.iterations + run.most;
   const auto next_check = [&] {
     return progress.iterations + check_interval < end ? progress.iterations + check_interval : end;
@@ -316,7 +386,7 @@ __global__ void __launch_bounds__(threads)
     Real3 next = node.step(r, omega);
     if (progress.iterations == check) {
       // The next iterate is on its way already: one barrier serves it and the sum.
-      progress.judge(over_goal(sum_of_grid(grid, node.imbalance(r, run), a.part)));
+      progress.judge(over_goal(meeting.sum(node.imbalance(r, run), a.part)));
       if (progress.residual <= 1 || progress.iterations >= end) break;
       check = next_check();
       const bool restarts = progress.since_restart == 0;
@@ -324,13 +394,13 @@ __global__ void __launch_bounds__(threads)
       omega = ahead.next_weight();
       if (restarts) {
         next = node.step(r, omega);
-        grid.sync();
+        meeting.sync();
       }
       go_ahead();
-    } else if (dated) {
+    } else if constexpr (exchange == Exchange::dated) {
       go_ahead();
     } else {
-      sync_beside(grid, go_ahead);
+      meeting.sync_beside(go_ahead);
     }
     node.advance(next);
   }
