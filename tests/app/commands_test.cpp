@@ -93,6 +93,9 @@ TEST_F(Commands, BadCommandLinesAreRefusedInOneLine) {
   expect_refusal({"export", "out", "--to", "ply"}, "out: no such folder");
   expect_refusal({"export", "out", "--to", "abc"}, "abc");
   expect_refusal({"export", "out", "--to", "ply", "--fps", "fast"}, "fast");
+  expect_refusal({"import"}, "FILE");
+  expect_refusal({"import", "away.usdc"}, "away.usdc: no such file");
+  expect_refusal({"import", "tiny.yaml", "--fps", "0"}, "--fps");
   expect_refusal({"compare"}, "SCENE");
   expect_refusal({"compare", "tiny.yaml", "--steps", "0"}, "--steps");
   expect_refusal({"compare", "tiny.yaml", "--tolerance-scale", "-1"}, "--tolerance-scale");
