@@ -120,8 +120,8 @@ int export_particles(const ExportOptions& options) {
   if (!scene.warning.empty()) warn(scene.warning);
   const fs::path absolute = fs::weakly_canonical(folder);
   const std::string file = options.output.value_or((folder / (absolute.filename().string() + ".usdc")).string());
-  std::vector<std::string> words{folder.string(), file,  "--rate", fmt::format("{:.17g}", rate),
-                                 "--up",          std::string(1, scene.up)};
+  std::vector<std::string> words{folder.string(),         file, "--rate", fmt::format("{:.17g}", rate), "--up",
+                                 std::string(1, scene.up)};
   for (const std::string& name : scene.cloths) words.push_back("--cloth=" + name);
   become_python("write_usd.py", words);
 }

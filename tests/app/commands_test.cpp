@@ -38,7 +38,7 @@ TEST_F(Commands, TheExamplesOfTheHelpRun) {
       if (line.rfind("  drench ", 0) != 0) continue;
       std::vector<std::string> words = split(line.substr(9, line.find(" |") - 9), ' ');
       if (words == std::vector<std::string>{"run", "scene.yaml"})
-        words.push_back("--overwrite");  // it stands there twice
+        words.push_back("--overwrite");     // it stands there twice
       if (words.back() == "usd") continue;  // needs usd-core: export_test.py
       const Outcome o = drench(words);
       EXPECT_EQ(o.code, 0) << line << "\n" << o.err;
