@@ -33,7 +33,7 @@ void require_current(const Field& field) {
 struct Keep {
   explicit Keep(std::shared_ptr<const void> array) : memory(std::move(array)) {}
   ~Keep() {
-    if (runtime_has_ended()) new std::shared_ptr<const void>(std::move(memory));  // for ever
+    if (runtime_has_ended()) keep_for_ever(std::move(memory));
   }
   Keep(const Keep&) = delete;
   Keep& operator=(const Keep&) = delete;

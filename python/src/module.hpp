@@ -27,6 +27,8 @@ struct LoadedScene {
 void start_runtime(int threads = 0);
 /// Has it ended? Arrays of the backend that live on then must not be freed any more: the process takes them along.
 bool runtime_has_ended();
+/// Never frees it. It stays reachable, so that a search for leaks does not take it for one.
+void keep_for_ever(std::shared_ptr<const void> memory);
 /// Throws std::runtime_error if it has.
 void require_runtime();
 

@@ -71,7 +71,7 @@ class Run {
 
  public:
   ~Run() {
-    if (runtime_has_ended()) static_cast<void>(run_.release());  // for ever
+    if (runtime_has_ended()) keep_for_ever(std::move(run_));
   }
   Run(const Run&) = delete;
   Run& operator=(const Run&) = delete;

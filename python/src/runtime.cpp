@@ -6,6 +6,8 @@
 #include <atomic>
 #include <cstdlib>
 #include <stdexcept>
+#include <utility>
+#include <vector>
 
 #include "drench_version.hpp"
 #include "module.hpp"
@@ -53,6 +55,11 @@ void start_runtime(int threads) {
 }
 
 bool runtime_has_ended() { return ended; }
+
+void keep_for_ever(std::shared_ptr<const void> memory) {
+  static auto& kept = *new std::vector<std::shared_ptr<const void>>;  // no destructor: it would free them
+  kept.push_back(std::move(memory));
+}
 
 void require_runtime() {
   if (ended) throw std::runtime_error("Python is exiting: drench computes no more");

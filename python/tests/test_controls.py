@@ -174,3 +174,25 @@ def test_a_jet_outside_the_domain_is_refused_and_nothing_changes():
     run.run_until(0.05)
     same.run_until(0.05)
     assert same_state(run.state(), same.state())
+
+
+def test_keys_of_a_dict_move_pins_bodies_and_the_wind():
+    import copy
+    scene = copy.deepcopy(CLOTH)
+    scene["cloth"][0]["pin"][0]["offset"] = {"keys": [[0, [0, 0, 0]], [0.2, [0, 0.04, 0]], [0.4, [0, 0, 0]]], "interpolation": "smooth"}
+    scene["bodies"] = [{"sphere": {"center": [0, -1, 0], "radius": 0.1, "velocity": [[0.0, [0, 0, 0]], [0.2, [1, 0, 0]]]}}]
+    scene["wind"] = {"velocity": [[0, [0, 0, 0]], [0.1, [0, 0, np.float32(4)]]]}
+    run = drench.Simulation(scene)
+    start = pinned(run, 0)
+    run.run_until(0.2)
+    assert np.allclose(pinned(run, 0), start + [0, 0.04, 0], atol=1e-6)
+    assert np.allclose(run.fields["body_position"].copy()[0], [0.1, -1, 0], atol=1e-6)  # ∫ 5 t dt
+    calm = drench.Simulation(scene, {"wind.velocity": [0, 0, 0]})
+    calm.run_until(0.2)
+    assert (run.fields["node_position"].copy() - calm.fields["node_position"].copy())[:, 2].max() > 1e-3  # pushed along
+    run.run_until(0.4)
+    assert np.allclose(pinned(run, 0), start, atol=1e-6)
+    assert np.allclose(run.fields["body_position"].copy()[0], [0.3, -1, 0], atol=1e-6)
+    scene["bodies"][0]["sphere"]["velocity"] = [[0.2, [0, 0, 0]], [0.1, [1, 0, 0]]]
+    with pytest.raises(drench.SceneError, match="is not after the entry before"):
+        drench.Simulation(scene)

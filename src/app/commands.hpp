@@ -44,7 +44,7 @@ int compare_command(const CompareOptions& options);
 /// Loads and sets up a scene and prints what a run of it would be; runs nothing.
 int check_command(const std::string& scene, const std::vector<std::string>& overrides);
 
-/// A run that cannot be exported as it was asked for. One line.
+/// What cannot be exported or imported as it was asked for. One line.
 struct ExportError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
@@ -59,6 +59,17 @@ struct ExportOptions {
 /// Writes a run's frames in the format of another tool. Throws ExportError: nothing there to export, or damaged. For usd the
 /// process becomes Python with tools/export/write_usd.py.
 int export_command(const ExportOptions& options);
+
+struct ImportOptions {
+  std::string file;                   // .usd, .usda, .usdc or .usdz
+  std::optional<std::string> prim;    // the mesh; else the only one
+  std::optional<std::string> output;  // a folder; else the file's name without its ending
+  std::optional<double> fps;          // files a second; else the stage's time codes
+};
+
+/// Writes a mesh of a USD file as PLY files for a scene's `sequence`, and prints what the scene says to use them. Throws
+/// ExportError: no such file. The process becomes Python with tools/export/read_usd.py.
+int import_command(const ImportOptions& options);
 
 struct ReportOptions {
   std::string folder;                 // of a run

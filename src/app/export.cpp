@@ -1,17 +1,14 @@
 #include <fmt/format.h>
-#include <unistd.h>
 #include <yaml-cpp/yaml.h>
 
-#include <cerrno>
 #include <cmath>
-#include <cstdlib>
-#include <cstring>
 #include <filesystem>
 #include <functional>
 #include <regex>
 #include <vector>
 
 #include "app/commands.hpp"
+#include "app/python.hpp"
 #include "output/particle_file.hpp"
 #include "output/recorded_frames.hpp"
 
@@ -114,23 +111,7 @@ int export_particles(const ExportOptions& options) {
   return exit_done;
 }
 
-/// The first of `names` that there is in a folder above the program: a build tree's, an installation's or a pack's.
-fs::path find_above_program(const std::vector<std::string>& names) {
-  std::error_code ignored;
-  fs::path folder = fs::read_symlink("/proc/self/exe", ignored).parent_path();
-  for (int level = 0; level < 5 && folder != folder.parent_path(); ++level, folder = folder.parent_path())
-    for (const std::string& name : names)
-      if (fs::exists(folder / name, ignored)) return folder / name;
-  return {};
-}
-
-std::string python() {
-  if (const char* named = std::getenv("DRENCH_PYTHON"); named && *named) return named;
-  const fs::path own = find_above_program({".deps/export-venv/bin/python"});
-  return own.empty() ? "python3" : own.string();
-}
-
-int export_usd(const ExportOptions& options) {
+[[noreturn]] void export_usd(const ExportOptions& options) {
   fs::path folder = fs::path(options.folder).lexically_normal();
   const std::vector<double> times = times_of(leading_series(folder));
   const double rate = options.fps.value_or(frame_rate(times));
@@ -139,29 +120,10 @@ int export_usd(const ExportOptions& options) {
   if (!scene.warning.empty()) warn(scene.warning);
   const fs::path absolute = fs::weakly_canonical(folder);
   const std::string file = options.output.value_or((folder / (absolute.filename().string() + ".usdc")).string());
-  const fs::path script = find_above_program({"share/drench/export/write_usd.py", "tools/export/write_usd.py"});
-  if (script.empty())
-    throw ExportError("share/drench/export/write_usd.py is not in a folder above the program: install drench anew");
-  std::vector<std::string> words{python(),
-                                 "-B",
-                                 script.string(),
-                                 folder.string(),
-                                 file,
-                                 "--rate",
-                                 fmt::format("{:.17g}", rate),
-                                 "--up",
+  std::vector<std::string> words{folder.string(),         file, "--rate", fmt::format("{:.17g}", rate), "--up",
                                  std::string(1, scene.up)};
   for (const std::string& name : scene.cloths) words.push_back("--cloth=" + name);
-  std::vector<char*> argv;
-  argv.reserve(words.size() + 1);
-  for (std::string& word : words) argv.push_back(word.data());
-  argv.push_back(nullptr);
-  std::fflush(nullptr);
-  execvp(argv[0], argv.data());
-  throw ExportError(
-      fmt::format("{}: cannot be started: {}; run tools/setup export, or name a Python that has usd-core in "
-                  "DRENCH_PYTHON",
-                  words[0], std::strerror(errno)));
+  become_python("write_usd.py", words);
 }
 
 }  // namespace
@@ -169,7 +131,8 @@ int export_usd(const ExportOptions& options) {
 int export_command(const ExportOptions& options) {
   if (!fs::is_directory(options.folder)) throw ExportError(fmt::format("{}: no such folder", options.folder));
   try {
-    return options.to == "usd" ? export_usd(options) : export_particles(options);
+    if (options.to == "usd") export_usd(options);
+    return export_particles(options);
   } catch (const fs::filesystem_error& e) {
     throw ExportError(fmt::format("{}: {}", e.path1().string(), e.code().message()));
   } catch (const ExportError&) {

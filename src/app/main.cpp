@@ -143,6 +143,22 @@ void add_export_options(CLI::App& command, drench::ExportOptions& options) {
       "  drench export out/scene --to ply -o particles");
 }
 
+void add_import_options(CLI::App& command, drench::ImportOptions& options) {
+  command.add_option("FILE", options.file, "a USD file: .usd, .usda, .usdc or .usdz")->required();
+  command.add_option("--prim", options.prim, "the mesh, or what it is the only mesh of (default: the only one)");
+  command.add_option("-o,--output", options.output, "the folder (default: FILE without its ending)");
+  command.add_option("--fps", options.fps, "files a second (default: the file's time codes)")
+      ->check([](const std::string& text) {
+        double value = 0;
+        const bool good = CLI::detail::lexical_cast(text, value) && value >= 0.001 && value <= 1e5;
+        return good ? std::string() : fmt::format("{} is not a rate; allowed: 0.001 to 1e5 files a second", text);
+      });
+  command.footer(
+      "Examples:\n"
+      "  drench import ladle.usdc\n"
+      "  drench import shot.usda --prim /World/flag --fps 48 -o flag");
+}
+
 void add_report_options(CLI::App& command, drench::ReportOptions& options) {
   command.add_option("OUT", options.folder, "output folder of a run")->required();
   command.add_option("OTHER", options.other, "output folder of a second run, to set beside it");
@@ -166,10 +182,11 @@ class CommandLine {
 
  private:
   CLI::App app_{"drench: water meets porous cloth"};
-  CLI::App *run_, *check_, *compare_, *export_, *report_, *new_, *info_, *schema_;
+  CLI::App *run_, *check_, *compare_, *export_, *import_, *report_, *new_, *info_, *schema_;
   drench::RunOptions run_options_;
   drench::CompareOptions compare_options_;
   drench::ExportOptions export_options_;
+  drench::ImportOptions import_options_;
   drench::ReportOptions report_options_;
   std::string new_mesh_;
   std::string check_scene_;
@@ -194,6 +211,7 @@ CommandLine::CommandLine() {
   check_ = app_.add_subcommand("check", "load and validate a scene, print what a run of it would be");
   compare_ = app_.add_subcommand("compare", "backend against reference, stage by stage from identical input");
   export_ = app_.add_subcommand("export", "write a run's frames for another tool: USD, BGEO or PLY");
+  import_ = app_.add_subcommand("import", "write a mesh of a USD file as files that a scene's sequence reads");
   report_ = app_.add_subcommand("report", "write a run, or two beside each other, as one page of curves and tables");
 #ifdef DRENCH_HAS_VIEW
   view_ = app_.add_subcommand("view", "look at a run in a window, or write pictures of it");
@@ -206,6 +224,7 @@ CommandLine::CommandLine() {
   add_check_options(*check_, check_scene_, check_overrides_);
   add_compare_options(*compare_, compare_options_);
   add_export_options(*export_, export_options_);
+  add_import_options(*import_, import_options_);
   add_report_options(*report_, report_options_);
   new_->add_option("MESH", new_mesh_, "a garment: .obj, .ply or .stl (default: a square cloth)");
   new_->footer("Examples:\n  drench new\n  drench new garment.obj | tee scene.yaml");
@@ -239,6 +258,7 @@ int CommandLine::run(char** argv) {
   }
   if (*check_) return drench::check_command(check_scene_, check_overrides_);
   if (*export_) return drench::export_command(export_options_);
+  if (*import_) return drench::import_command(import_options_);
   if (*report_) return drench::report_command(report_options_);
 #ifdef DRENCH_HAS_VIEW
   if (*view_) drench::become_viewer(argv + 2);

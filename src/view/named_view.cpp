@@ -4,16 +4,15 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <sstream>
-#include <utility>
+
+#include "named_views.hpp"
 
 namespace drench {
 
 std::optional<View> parse_view(const std::string& text) {
-  static const std::map<std::string, std::pair<double, double>> named{
-      {"auto", {32, 24}}, {"below", {32, -22}}, {"front", {0, 8}}, {"top", {0, 80}}};
-  if (const auto it = named.find(text); it != named.end()) return View{it->second.first, it->second.second, {}};
+  for (const NamedView& named : named_views)
+    if (named.name == text) return View{named.azimuth, named.elevation, {}};
   std::istringstream in(text);
   std::array<double, 6> numbers{};
   for (std::size_t i = 0; i < 6; ++i) {
@@ -27,7 +26,9 @@ std::optional<View> parse_view(const std::string& text) {
 }
 
 std::string camera_choices(const std::string& text) {
-  return fmt::format("{} is not a view; allowed: auto, below, front, top, or px,py,pz,fx,fy,fz, in m", text);
+  std::string names;
+  for (const NamedView& named : named_views) names += fmt::format("{}, ", named.name);
+  return fmt::format("{} is not a view; allowed: {}or px,py,pz,fx,fy,fz, in m", text, names);
 }
 
 }  // namespace drench

@@ -5,12 +5,11 @@
 #include <charconv>
 #include <regex>
 
+#include "named_views.hpp"
 #include "view/named_view.hpp"
 
 namespace drench {
 namespace {
-
-constexpr int least_side = 16, most_side = 8192;  // pixels
 
 std::string check_size(const std::string& text) {
   const auto [width, height] = picture_size(text);

@@ -38,7 +38,7 @@ TEST_F(Commands, TheExamplesOfTheHelpRun) {
       if (line.rfind("  drench ", 0) != 0) continue;
       std::vector<std::string> words = split(line.substr(9, line.find(" |") - 9), ' ');
       if (words == std::vector<std::string>{"run", "scene.yaml"})
-        words.push_back("--overwrite");  // it stands there twice
+        words.push_back("--overwrite");     // it stands there twice
       if (words.back() == "usd") continue;  // needs usd-core: export_test.py
       const Outcome o = drench(words);
       EXPECT_EQ(o.code, 0) << line << "\n" << o.err;
@@ -93,6 +93,9 @@ TEST_F(Commands, BadCommandLinesAreRefusedInOneLine) {
   expect_refusal({"export", "out", "--to", "ply"}, "out: no such folder");
   expect_refusal({"export", "out", "--to", "abc"}, "abc");
   expect_refusal({"export", "out", "--to", "ply", "--fps", "fast"}, "fast");
+  expect_refusal({"import"}, "FILE");
+  expect_refusal({"import", "away.usdc"}, "away.usdc: no such file");
+  expect_refusal({"import", "tiny.yaml", "--fps", "0"}, "--fps");
   expect_refusal({"compare"}, "SCENE");
   expect_refusal({"compare", "tiny.yaml", "--steps", "0"}, "--steps");
   expect_refusal({"compare", "tiny.yaml", "--tolerance-scale", "-1"}, "--tolerance-scale");

@@ -18,6 +18,7 @@ expect 'reference' "$2/drench" run --backend ref
 expect 'wring.yaml' "$2/drench" run wri
 expect 'export' "$2/drench" ex
 expect '--fps' "$2/drench" export gallery --f
+expect '--prim' "$2/drench" import ladle.usdc --pr
 expect 'bgeo' "$2/drench" export gallery --to bg
 expect 'gallery' "$2/drench" export gal
 expect 'report' "$2/drench" rep

@@ -2,7 +2,7 @@
 """export_test.py SOURCE BUILD PART: what `drench export` writes of a small run is what its frames hold, as VTK reads them.
 
 particles  BGEO and PLY, read back here; --fps; refusals
-usd        read back by usd-core; needs tools/setup export
+usd        read back by usd-core, and a mesh of it imported; needs tools/setup export
 blender    read back by Blender; needs tools/setup blender besides
 Exit code 77, skipped, without what a part needs."""
 
@@ -209,7 +209,9 @@ def parts_of_cloth(vtu):
 def parts_of_bodies(run, k):
     parts = {}
     for name in ("static", f"{k:06}"):
-        vtu = read_vtu(run / f"frames/bodies_{name}.vtu")
+        if not (path := run / f"frames/bodies_{name}.vtu").exists():  # no body stands still
+            continue
+        vtu = read_vtu(path)
         for cell, body in zip(vtu["cells"], vtu["cell:body"]):
             parts.setdefault(int(body), {}).update({i: vtu["points"][i] for i in cell})
     return {body: [points[i] for i in sorted(points)] for body, points in parts.items()}
@@ -264,6 +266,7 @@ def check_usd(run, folder):
     cloth = stage["materials"]["/World/cloth/left_sheet"]
     expect((cloth["diffuseColor"], cloth["roughness"]) == ("displayColor", "roughness"), str(cloth))
     check_usd_variants(run, folder, reader)
+    check_import(run, folder)
 
 
 def check_usd_variants(run, folder, reader):
@@ -288,6 +291,74 @@ def check_usd_variants(run, folder, reader):
     refused("cloth_000002.vtu", "export", run, "--to", "usd", "-o", folder / "half.usdc")
     frame.write_bytes(whole)
     expect(not (folder / "half.usdc").exists() and not list(folder.glob(".half*")), "a file that is not whole is left")
+
+
+def read_mesh(path):
+    """(points, triangles) of a binary PLY file as `drench import` writes it."""
+    head, _, body = path.read_bytes().partition(b"end_header\n")
+    points, faces = (int(line.split()[2]) for line in head.decode().splitlines() if line.startswith("element"))
+    expect(len(body) == 12 * points + 13 * faces, f"{path}: {len(body)} bytes of {points} points and {faces} triangles")
+    rows = list(struct.iter_unpack("<B3i", body[12 * points:]))
+    expect({row[0] for row in rows} == {3}, f"{path}: not all faces are triangles")
+    return list(struct.iter_unpack("<3f", body[:12 * points])), [row[1:] for row in rows]
+
+
+def lines_of_scene(said):
+    return said[said.index("\n") + 1:]
+
+
+def check_import(run, folder):
+    """Cloth and body of the run come back as files that are its frames, and the lines that are printed make a scene."""
+    file = run / "run.usdc"
+    sheet = folder / "sheet"
+    said = drench("import", file, "--prim", "/World/cloth/left_sheet", "-o", sheet).stdout
+    expect("11 files at 50 a second, 0.2 s, 117 points, 192 triangles" in said and "pin: " in said, said)
+    names = sorted(path.name for path in sheet.iterdir())
+    expect(names == [f"left_sheet_{k:04}.ply" for k in range(FRAMES)], str(names))
+    for k in LOOKED_AT:
+        cloth = read_vtu(run / f"frames/cloth_{k:06}.vtu")
+        nodes = parts_of_cloth(cloth)[0]
+        points, triangles = read_mesh(sheet / f"left_sheet_{k:04}.ply")
+        near_in_place(points, [cloth["points"][i] for i in nodes], f"imported sheet of frame {k}")
+        expect([list(t) for t in triangles] == [c for c, owner in zip(cloth["cells"], cloth["cell:cloth"]) if owner == 0],
+               "triangles of the imported sheet")
+    head = "drench: 1\ntime: {step: 0.002, end: 0.1}\n" \
+           "fluid: {spacing: 0.04, sources: [{block: {min: [0.6, 0, 0.6], max: [0.8, 0.2, 0.8]}}]}\n"
+    scene = folder / "imported.yaml"
+    scene.write_text(head + lines_of_scene(said))
+    expect("117 nodes, 117 pinned" in drench("check", scene).stdout, "the printed lines pin other nodes")
+    drench("run", scene, "-o", folder / "imported", "--quiet", "--set", "output.every=0.02")
+    for k in range(6):
+        mine, theirs = (read_vtu(where / f"frames/cloth_{k:06}.vtu")["points"] for where in (folder / "imported", run))
+        near_in_place(mine, theirs[:117], f"pinned sheet of frame {k}", 2e-5)
+    check_import_body(run, folder, file, scene, head)
+    check_import_refusals(folder, file)
+
+
+def check_import_body(run, folder, file, scene, head):
+    said = drench("import", file, "--prim", "/World/bodies/body_2", "--fps", 100, "-o", folder / "beam").stdout
+    expect("21 files at 100 a second" in said and "changes its shape" in said, said)  # between its matrices
+    said = drench("import", file, "--prim", "/World/bodies/body_2", "-o", folder / "beam").stdout
+    names = sorted(path.name for path in (folder / "beam").iterdir())
+    expect(names == [f"body_2_{k:04}.ply" for k in range(FRAMES)], f"files of the longer import are left: {names}")
+    scene.write_text(head + lines_of_scene(said))
+    drench("run", scene, "-o", folder / "imported", "--quiet", "--overwrite", "--set", "output.every=0.02")
+    for k in range(6):
+        mine, theirs = (parts_of_bodies(where, k) for where in (folder / "imported", run))
+        low_high = [[[f(p[a] for p in points) for a in range(3)] for f in (min, max)] for points in (mine[0], theirs[2])]
+        expect(distance(*low_high) < 1e-5, f"beam of frame {k} spans {low_high}")
+    still = drench("import", file, "--prim", "/World/bodies/body_0", "-o", folder / "still").stdout
+    expect("1 file, " in still and "sequence" not in still, still)
+
+
+def check_import_refusals(folder, file):
+    refused("holds 7 meshes: choose one with --prim: /World/surface", "import", file)
+    refused("there is no /World/flag; the meshes are", "import", file, "--prim", "/World/flag")
+    refused("there is no not a path", "import", file, "--prim", "not a path")
+    refused("/World/materials is no mesh", "import", file, "--prim", "/World/materials")
+    refused("/World/surface has other faces at time code", "import", file, "--prim", "/World/surface")
+    refused("is not a USD file", "import", folder / "scene.yaml")
+    refused("tools/setup export", "import", file, python=folder / "no_python")
 
 
 def check_blender(run, _):

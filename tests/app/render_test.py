@@ -9,28 +9,8 @@ import tempfile
 
 sys.dont_write_bytecode = True
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+from drawn_run import SCENE, expect, is_water, read_file  # noqa: E402
 from png_pixels import share  # noqa: E402
-
-SCENE = """drench: 1
-time: {step: 0.004, end: 0.04}
-output: {every: 0.02, surface: true}
-fluid: {spacing: 0.02, sources: [{block: {min: [-0.06, 0.03, -0.06], max: [0.06, 0.15, 0.06]}}]}
-cloth:
-  - mesh: {grid: {size: [0.4, 0.4], nodes: [11, 11]}}
-    dynamics: false
-    initial_saturation: [{box: {min: [-1, -1, -1], max: [-0.1, 1, 1]}, value: 1.0}]
-    porous: {}
-"""
-
-
-def expect(good, message):
-    if not good:
-        sys.exit("render_test: " + message)
-
-
-def read_file(path):
-    with open(path, "rb") as file:
-        return file.read()
 
 
 def render(source, *arguments):
@@ -42,17 +22,13 @@ def pictures_of(folder):
     return {name: read_file(os.path.join(folder, name)) for name in sorted(os.listdir(folder))}
 
 
-def is_water(red, green, blue):
-    return blue > red + 60 and blue > green + 25 and blue > 120
-
-
 def main():
     source, build = sys.argv[1:3]
     with tempfile.TemporaryDirectory() as folder:
         scene, run = os.path.join(folder, "scene.yaml"), os.path.join(folder, "run")
         with open(scene, "w", encoding="utf-8") as file:
             file.write(SCENE)
-        subprocess.run([os.path.join(build, "drench"), "run", scene, "-o", run, "--quiet"], check=True)
+        subprocess.run([os.path.join(build, "drench"), "run", scene, "-o", run, "--quiet", "--set", "output.every=0.04"], check=True)
         one, again, balls, moving = (os.path.join(folder, name) for name in ("one", "again", "balls", "moving.ogv"))
         first = render(source, run, "-o", one, "--animation", moving)
         expect(first.returncode == 0, first.stdout + first.stderr)

@@ -13,37 +13,8 @@ import time
 sys.dont_write_bytecode = True
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 import x_display  # noqa: E402
+from drawn_run import LAST, SCENE, expect, is_dark, is_water, read_file  # noqa: E402
 from png_pixels import read_png, share  # noqa: E402
-
-SCENE = """drench: 1
-time: {step: 0.004, end: 0.08}
-output: {every: 0.01, surface: true}
-fluid: {spacing: 0.02, sources: [{block: {min: [-0.06, 0.03, -0.06], max: [0.06, 0.15, 0.06]}}]}
-cloth:
-  - mesh: {grid: {size: [0.4, 0.4], nodes: [11, 11]}}
-    dynamics: false
-    initial_saturation: [{box: {min: [-1, -1, -1], max: [-0.1, 1, 1]}, value: 1.0}]
-    porous: {}
-"""
-LAST = 8
-
-
-def expect(good, message):
-    if not good:
-        sys.exit("view_test: " + message)
-
-
-def read_file(path):
-    with open(path, "rb") as file:
-        return file.read()
-
-
-def is_water(red, green, blue):
-    return blue > red + 60 and blue > green + 25 and blue > 120
-
-
-def is_dark(red, green, blue):
-    return max(red, green, blue) < 110 and blue < red + 60
 
 
 class Viewer:
@@ -110,6 +81,32 @@ def test_errors(viewer):
     expect("is not a whole frame" in viewer.call("view", viewer.run, *shot, code=2), "half a frame")
     with open(broken, "wb") as file:
         file.write(whole)
+
+
+def test_options_of_cycles(viewer):
+    """tools/render --cycles takes and refuses the sizes and views that drench view does, with the same words."""
+    sys.path.insert(0, os.path.join(sys.argv[1], "tools/export"))
+    import picture_options
+    sizes = ("240x180", "16x16", "8192x16", "15x16", "8193x16", "9x9", "0240x180", "240", "240x", "x240", "240X180", "240x180x3",
+             "-240x180", " 240x180", "1e2x200", "999999x16")
+    views = ("auto", "below", "front", "top", "left", "Top", "0,1,1,0,0,0", "0.5,-1e-1,+2,.5,0,1.", "0, 1 , 1,0,0,0", "0,1,1,0,0", "-1,2,3,0,0,0",
+             "0,1,1,0,0,0,0", "1,1,1,1,1,1", "0,1,1,0,0,nan", "0,1,1,0,0,inf", "0,1,1,0,0,1e999", "0,1,1,0,0,1e", "0,1,1,0,0,0x1",
+             "0,1,1,0,0,0 ", "0;1;1;0;0;0", "1_0,1,1,0,0,0", ",,,,,", "0,1,1,0,0,")
+    taken = 0
+    for option, read, texts in (("--size", picture_options.picture_size, sizes), ("--camera", picture_options.camera, views)):
+        for text in texts:
+            said = None
+            try:
+                read(text)
+                taken += 1
+            except picture_options.OptionError as wrong:
+                said = str(wrong)
+            words = ["view", viewer.run, "--screenshot", viewer.path("option.png"), "%s=%s" % (option, text)]
+            if option == "--camera":
+                words += ["--size", "32x32"]
+            answer = viewer.call(*words, code=2 if said else 0)
+            expect(not said or said in answer, "%s %r: '%s', and in Cycles '%s'" % (option, text, answer, said))
+    expect(taken == 12, "%d of the sizes and views are taken" % taken)
 
 
 def test_window(viewer, display):
@@ -180,7 +177,7 @@ def main():
     with tempfile.TemporaryDirectory() as folder:
         viewer = Viewer(build, folder)
         try:
-            for test in (test_screenshots, test_errors):
+            for test in (test_screenshots, test_errors, test_options_of_cycles):
                 test(viewer)
             for test in (test_window, test_follow):
                 test(viewer, display)

@@ -36,7 +36,7 @@ foreach(header base/types base/keyed pipeline/runtime pipeline/step_report scene
   install(FILES src/${header}.hpp DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/drench/${folder})
 endforeach()
 install(DIRECTORY scenes/ DESTINATION ${CMAKE_INSTALL_DATADIR}/drench/scenes PATTERN gallery EXCLUDE)
-install(DIRECTORY tools/export/ DESTINATION ${CMAKE_INSTALL_DATADIR}/drench/export FILES_MATCHING PATTERN *.py)
+install(DIRECTORY tools/export/ DESTINATION ${CMAKE_INSTALL_DATADIR}/drench/export FILES_MATCHING PATTERN *.py PATTERN *.json)
 install(FILES tools/completion/drench.bash DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions RENAME drench)
 install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR})
 

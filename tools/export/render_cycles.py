@@ -9,7 +9,8 @@ import sys
 import bpy
 from mathutils import Vector
 
-NAMED_VIEWS = {"auto": (32, 24), "below": (32, -22), "front": (0, 8), "top": (0, 80)}  # azimuth, elevation, degrees
+from picture_options import NAMED_VIEWS, OptionError, camera, picture_size
+
 DRY = ("liquid", "surface")  # what is not cloth or body
 
 
@@ -28,21 +29,11 @@ def parse_arguments():
     parser.add_argument("--camera", default="auto",
                         help="auto, below, front, top, or px,py,pz,fx,fy,fz: position and focal point in m, in the file's axes")
     options = parser.parse_args()
-    try:
-        options.size = [int(n) for n in options.size.split("x")]
-        width, height = options.size
-        if min(width, height) < 16:
-            raise ValueError
-    except ValueError:
-        fail(f"--size {options.size}: must be like 900x600")
-    if options.camera not in NAMED_VIEWS:
+    for name, read in (("size", picture_size), ("camera", camera)):
         try:
-            numbers = [float(x) for x in options.camera.split(",")]
-            options.camera = Vector(numbers[:3]), Vector(numbers[3:])
-        except ValueError:
-            numbers = []
-        if len(numbers) != 6:
-            fail(f"--camera: must be one of {', '.join(NAMED_VIEWS)}, or six numbers")
+            setattr(options, name, read(getattr(options, name)))
+        except OptionError as wrong:
+            fail(f"--{name}: {wrong}")
     if options.samples < 1 or (options.frames is not None and options.frames < 1):
         fail("--samples and --frames must be at least 1")
     return options
@@ -107,7 +98,7 @@ def to_blender(point):
 def view(camera, box, half_angle):
     """Where the camera stands, and where it looks."""
     if isinstance(camera, tuple):
-        return [to_blender(point) for point in camera]
+        return [to_blender(Vector(point)) for point in (camera[:3], camera[3:])]
     low, high = box
     azimuth, elevation = (math.radians(a) for a in NAMED_VIEWS[camera])
     way = Vector((math.sin(azimuth) * math.cos(elevation), -math.cos(azimuth) * math.cos(elevation), math.sin(elevation)))
