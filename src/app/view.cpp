@@ -5,12 +5,14 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <spawn.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
+#include <future>
 #include <initializer_list>
 #include <string>
 #include <vector>
@@ -68,7 +70,13 @@ bool viewer_can_open() {
   return waitpid(child, &status, 0) == child && WIFEXITED(status) && WEXITSTATUS(status) == 0;
 }
 
-void start_viewer(const fs::path& folder) { spawn({"--follow", folder.string()}, true); }
+void start_viewer(const fs::path& folder) {
+  // A thread's priority is its child's: the viewer gives way to the run while its libraries are still being loaded.
+  std::async(std::launch::async, [&] {
+    setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), 19);
+    spawn({"--follow", folder.string()}, true);
+  }).get();
+}
 
 }  // namespace drench
 

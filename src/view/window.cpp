@@ -30,7 +30,7 @@ namespace {
 namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
 
-constexpr int tick = 20;               // ms between looks at what there is to do
+constexpr int tick = 20, idle_tick = 250;  // ms between looks at what there is to do: while it plays, else
 constexpr double look_every = 0.25;    // s between looks for new frames
 constexpr double follow_share = 0.02;  // of a core's time for the frames of a run that is followed
 constexpr const char* help =
@@ -66,7 +66,7 @@ class Window {
     fit();
     frame(view_);
     refresh();
-    interactor_->CreateRepeatingTimer(tick);
+    timer_ = interactor_->CreateRepeatingTimer(idle_tick);
   }
   Window(const Window&) = delete;
   Window& operator=(const Window&) = delete;
@@ -194,6 +194,9 @@ class Window {
   /// From the beginning where it has come to the end.
   void play() {
     playing_ = !playing_;
+    // Each look interrupts a thread of the run that is followed.
+    interactor_->DestroyTimer(timer_);
+    timer_ = interactor_->CreateRepeatingTimer(playing_ ? tick : idle_tick);
     if (playing_ && show_.at() == show_.last()) show_.go_to(0);
     played_from_ = show_.frames().times()[show_.at()];
     play_began_ = Clock::now();
@@ -250,6 +253,7 @@ class Window {
   vtkNew<vtkTextActor> help_, line_;
   std::vector<std::unique_ptr<std::pair<Window*, Action>>> actions_;
   std::string said_;
+  int timer_ = 0;
   bool playing_ = false, moved_camera_ = false;
   double speed_ = 1, played_from_ = 0;  // s of the run
   Clock::time_point play_began_, next_look_;
