@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pysplashsurf
 
-FIELDS = "frame | particles | surface | time, 1 thread | 2 threads | triangles | roughness | height | volume | drops"
+FIELDS = "frame | particles | surface | time, 1 thread | 2 threads | triangles | angle, median | RMS | height | volume | drops"
 
 
 def spacing_of(run):
@@ -53,7 +53,7 @@ def volume_of(points, triangles):
 
 
 def roughness_of(points, triangles):
-    """Degrees: RMS angle between the normals of triangles that share an edge."""
+    """Degrees: median and RMS angle between the normals of triangles that share an edge."""
     normals = normals_of(points, triangles)
     length = np.linalg.norm(normals, axis=1)
     good = length > 1e-12 * length.max()
@@ -65,7 +65,8 @@ def roughness_of(points, triangles):
     edges, owner = edges[order], owner[order]
     pair = np.nonzero((edges[1:] == edges[:-1]).all(axis=1))[0]
     cosine = np.einsum("ij,ij->i", normals[owner[pair]], normals[owner[pair + 1]])
-    return float(np.degrees(np.sqrt(np.mean(np.arccos(np.clip(cosine, -1, 1)) ** 2))))
+    angle = np.degrees(np.arccos(np.clip(cosine, -1, 1)))
+    return float(np.median(angle)), float(np.sqrt(np.mean(angle ** 2)))
 
 
 def height_of(points, particles, d):
@@ -101,9 +102,10 @@ def kept(drops, points, d):
 
 def row(name, count, method, times, points, triangles, particles, drops, d):
     height = height_of(points, particles, d)
+    median, rms = roughness_of(points, triangles)
     error = 100 * (volume_of(points, triangles) / particles[:, 3].sum() - 1)
     print("|", " | ".join([name, str(count), method, *(f"{t:.2f} s" for t in times), str(len(triangles)),
-                           f"{roughness_of(points, triangles):.1f}°", "" if height is None else f"{height:.3f} d",
+                           f"{median:.1f}°", f"{rms:.1f}°", "" if height is None else f"{height:.3f} d",
                            f"{error:+.1f} %", f"{kept(drops, points, d)} of {len(drops)}"]), "|", flush=True)
 
 

@@ -9,8 +9,7 @@
 namespace drench {
 namespace {
 
-constexpr double lone_density = 0.677;  // 1; liquid_field.hpp
-constexpr double farthest = 1e9;        // m; beyond it a lattice's indices mean nothing
+constexpr double farthest = 1e9;  // m; beyond it a lattice's indices mean nothing
 
 bool usable(const Vec3& x) {
   return std::all_of(x.begin(), x.end(), [](double c) { return std::abs(c) < farthest; });  // not if it is not a number
@@ -79,7 +78,7 @@ LiquidField::LiquidField(const Model& model, const HostState& state, double step
     for_near(blobs_[b].x, [&](const Blob&, double weight) { sum += weight; });
     blobs_[b].density = sum;
   });
-  for (Blob& blob : blobs_) blob.share /= std::min(1.0, blob.density / lone_density);
+  for (Blob& blob : blobs_) blob.share /= std::min(1.0, blob.density / blob.enough);
 }
 
 void LiquidField::for_blocks(const std::function<void(const Block&)>& f) const {

@@ -16,11 +16,12 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
 constexpr double ball_radius = 2;            // d_j
-constexpr double ellipsoid_radius = 2.5;     // d_j, of the ball with the ellipsoid's volume
+constexpr double ellipsoid_radius = 2.4;           // d_j, of the ball with the ellipsoid's volume
 constexpr double neighborhood = 3;           // d
 constexpr double ratio = 4;                  // k_r: of the largest variance to the least
 constexpr double smoothing = 0.9;            // λ
-constexpr double few = 15, many = 25;        // N_ε: balls below, ellipsoids above
+constexpr double few[] = {35, 15}, many[] = {50, 25};  // N_ε, thick and flat: balls below, ellipsoids above
+constexpr double thick = 0.2, flat = 0.05;             // 1; the least variance over the largest
 constexpr double deep_count = 85, deep = 0.1;  // of 113 neighbors; d: nothing of the surface is near
 
 /// The surroundings of a particle, and the ellipsoid that they make.
@@ -30,6 +31,13 @@ struct Neighborhood {
   Vector3d stretch{1, 1, 1};  // 1, of each axis; their product is 1
   double shaped = 0;          // 1; 0: a ball at the particle's place
 };
+
+/// A sheet has few neighbors, and so has a small drop, which stays a sum of balls: it would lose volume.
+double shaped_by(double count, double flatness) {
+  const double f = std::clamp((thick - flatness) / (thick - flat), 0.0, 1.0);
+  const double least = std::lerp(few[0], few[1], f), enough = std::lerp(many[0], many[1], f);
+  return std::clamp((count - least) / (enough - least), 0.0, 1.0);
+}
 
 class Neighborhoods {
  public:
@@ -41,20 +49,24 @@ class Neighborhoods {
 
   const Neighborhood& operator[](std::size_t i) const { return all_[i]; }
 
-  /// Yu and Turk's shift, less its average along the surface: a flat surface stays where it is, m.
+  /// Yu and Turk's shift along the shortest axis, less its average around: a flat surface stays where it is, as does the rim
+  /// of a sheet, m.
   Vector3d shift(std::size_t i) const {
     const Neighborhood& n = all_[i];
     if (n.shaped == 0) return Vector3d::Zero();
-    const Matrix3d flat = n.axes * (n.stretch.maxCoeff() / radius_ * n.stretch.cwiseInverse()).asDiagonal();
+    Vector3d inverse = n.stretch.maxCoeff() / radius_ * n.stretch.cwiseInverse();
+    inverse[0] = 1 / (1.25 * d_);  // little of the next layer, or of a sheet's other side
+    const Matrix3d layer = n.axes * inverse.asDiagonal();
     double sum = 0;
     Vector3d average = Vector3d::Zero();
     for_near(i, [&](std::size_t j, const Vector3d& r, double) {
-      const double t = 1 - (flat.transpose() * r).squaredNorm();
+      const double t = 1 - (layer.transpose() * r).squaredNorm();
       if (t <= 0) return;
       sum += particles_[j].full * t * t;
       average += particles_[j].full * t * t * all_[j].shift;
     });
-    return n.shaped * smoothing * (n.shift - average / sum);
+    const Vector3d normal = n.axes.col(0);  // of the least variance
+    return n.shaped * smoothing * normal.dot(n.shift - average / sum) * normal;
   }
 
  private:
@@ -82,14 +94,14 @@ class Neighborhoods {
       second += weight * r * r.transpose();
     });
     Neighborhood n;
-    if (count <= few) return n;
+    if (count <= few[1]) return n;
     n.shift = first / sum;
     if (count > deep_count && n.shift.squaredNorm() < deep * deep * d_ * d_) return n;
-    n.shaped = std::min(1.0, (count - few) / (many - few));
     const Matrix3d covariance = second / sum - n.shift * n.shift.transpose();
     Eigen::SelfAdjointEigenSolver<Matrix3d> solver;
     solver.computeDirect(covariance);
     n.axes = solver.eigenvectors();
+    n.shaped = shaped_by(count, solver.eigenvalues()[0] / solver.eigenvalues()[2]);
     const Vector3d variance = solver.eigenvalues().cwiseMax(solver.eigenvalues()[2] / ratio);
     n.stretch = (variance / std::cbrt(variance.prod())).array().pow(0.5 * n.shaped);
     return n;
@@ -101,6 +113,12 @@ class Neighborhoods {
   std::vector<Neighborhood> all_;
 };
 
+/// The c in a kernel's middle, by which the ball where it is above ½ has 0.62 d_j; h in d_j.
+double enough_of(double h) {
+  const double t = 1 - 0.62 * 0.62 / (h * h);
+  return 0.5 / (t * t * t);
+}
+
 /// V_j · 315/(64 π h³), h the radius of the ball with the kernel's volume.
 double share_of(const SurfaceParticle& p, double spacing, double h) {
   return p.full * spacing * spacing * spacing * 315 / (64 * std::numbers::pi * h * h * h);
@@ -108,15 +126,15 @@ double share_of(const SurfaceParticle& p, double spacing, double h) {
 
 Blob round_kernel(const SurfaceParticle& p, double spacing) {
   const double h = ball_radius * p.size, square = 1 / (h * h);
-  return {p.x, share_of(p, spacing, h), 0, {square, square, square, 0, 0, 0}, {h, h, h}, true, p.particle};
+  return {p.x, share_of(p, spacing, h), 0, enough_of(ball_radius), {square, square, square, 0, 0, 0}, {h, h, h}, true, p.particle};
 }
 
 Blob ellipsoid(const SurfaceParticle& p, double spacing, const Neighborhood& n, const Vector3d& shift) {
-  const double h = (ball_radius + n.shaped * (ellipsoid_radius - ball_radius)) * p.size;
+  const double radius = ball_radius + n.shaped * (ellipsoid_radius - ball_radius), h = radius * p.size;
   const Vector3d square = (h * n.stretch).array().square();
   const Matrix3d m = n.axes * square.cwiseInverse().asDiagonal() * n.axes.transpose();
   const Matrix3d inverse = n.axes * square.asDiagonal() * n.axes.transpose();
-  Blob blob{to_vec3(to_eigen(p.x) + shift), share_of(p, spacing, h), 0, {}, {}, false, p.particle};
+  Blob blob{to_vec3(to_eigen(p.x) + shift), share_of(p, spacing, h), 0, enough_of(radius), {}, {}, false, p.particle};
   blob.metric = {m(0, 0), m(1, 1), m(2, 2), m(1, 2), m(0, 2), m(0, 1)};
   blob.reach = to_vec3(inverse.diagonal().cwiseSqrt());
   return blob;

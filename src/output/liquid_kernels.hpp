@@ -12,6 +12,7 @@ struct Blob {
   Vec3 x;                        // m, of the kernel's middle
   double share;                  // V_j · 315/(64 π a b c), 1
   double density;                // δ_j, 1
+  double enough;                 // δ_j from which V_j is m_j/ρ₀ and no more, 1
   std::array<double, 6> metric;  // 1/m², of M: xx yy zz yz xz xy
   Vec3 reach;                    // m, half of the box around it
   bool round;                    // a ball
