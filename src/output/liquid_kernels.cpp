@@ -15,14 +15,14 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-constexpr double ball_radius = 2;            // d_j
-constexpr double ellipsoid_radius = 2.4;           // d_j, of the ball with the ellipsoid's volume
-constexpr double neighborhood = 3;           // d
-constexpr double ratio = 4;                  // k_r: of the largest variance to the least
-constexpr double smoothing = 0.9;            // λ
+constexpr double ball_radius = 2;                      // d_j
+constexpr double ellipsoid_radius = 2.4;               // d_j, of the ball with the ellipsoid's volume
+constexpr double neighborhood = 3;                     // d
+constexpr double ratio = 4;                            // k_r: of the largest variance to the least
+constexpr double smoothing = 0.9;                      // λ
 constexpr double few[] = {35, 15}, many[] = {50, 25};  // N_ε, thick and flat: balls below, ellipsoids above
 constexpr double thick = 0.2, flat = 0.05;             // 1; the least variance over the largest
-constexpr double deep_count = 85, deep = 0.1;  // of 113 neighbors; d: nothing of the surface is near
+constexpr double deep_count = 85, deep = 0.1;          // of 113 neighbors; d: nothing of the surface is near
 
 /// The surroundings of a particle, and the ellipsoid that they make.
 struct Neighborhood {
@@ -126,7 +126,9 @@ double share_of(const SurfaceParticle& p, double spacing, double h) {
 
 Blob round_kernel(const SurfaceParticle& p, double spacing) {
   const double h = ball_radius * p.size, square = 1 / (h * h);
-  return {p.x, share_of(p, spacing, h), 0, enough_of(ball_radius), {square, square, square, 0, 0, 0}, {h, h, h}, true, p.particle};
+  return {
+      p.x,       share_of(p, spacing, h), 0, enough_of(ball_radius), {square, square, square, 0, 0, 0}, {h, h, h}, true,
+      p.particle};
 }
 
 Blob ellipsoid(const SurfaceParticle& p, double spacing, const Neighborhood& n, const Vector3d& shift) {

@@ -243,7 +243,8 @@ TEST(Surface, OfAThinSheetIsClosedWithoutHolesAndAsThick) {
         ++count;
       }
       EXPECT_GT(count, 500);
-      EXPECT_NEAR(thickness / count / (layers * d), 1, 0.06) << layers << " layers, kernel " << static_cast<int>(kernel);
+      EXPECT_NEAR(thickness / count / (layers * d), 1, 0.06)
+          << layers << " layers, kernel " << static_cast<int>(kernel);
       EXPECT_NEAR(s.volume / liquid.volume(), 1, 0.12) << "a rim lies further in";
     }
 }

@@ -45,7 +45,8 @@ HostState state_of(const Setup& setup, const fs::path& run, std::size_t frame) {
   vtkDataArray* mass = grid->GetPointData()->GetArray("mass");
   for (vtkIdType i = 0; i < mass->GetNumberOfTuples(); ++i)
     state.fluid_mass.push_back(static_cast<Quanta>(mass->GetTuple1(i) / setup.model.quantum));
-  if (setup.model.has_cloth()) state.node_position = points_of(read_vtu(recorded_frames(run, "cloth").at(frame).files.front()));
+  if (setup.model.has_cloth())
+    state.node_position = points_of(read_vtu(recorded_frames(run, "cloth").at(frame).files.front()));
   return state;
 }
 
@@ -66,8 +67,8 @@ void write_mesh(const fs::path& folder, const Model& model, const HostState& sta
 
 int run(const std::vector<std::string>& words) {
   const fs::path folder = words[0];
-  Setup setup = build(load_scene((folder / "scene.yaml").string(),
-                                 {"output.surface=true", "output.surface_kernel=" + words[2]}));
+  Setup setup =
+      build(load_scene((folder / "scene.yaml").string(), {"output.surface=true", "output.surface_kernel=" + words[2]}));
   const HostState state = state_of(setup, folder, std::stoul(words[1]));
   double best = 1e9;
   Grid grid;
