@@ -99,7 +99,7 @@ def follow(here, line):
     name, rest = words[0], words[1:]
     for word in rest:
         finished = TUTORIAL / "scenes" / Path(word).name
-        if word.startswith("mine/") and word.endswith(".yaml") and not (here / word).exists():
+        if word.startswith("mine/") and word.endswith(".yaml") and not (here / word).exists() and finished.exists():
             shutil.copy(finished, here / word)
     if name in LEFT_OUT:
         return False
