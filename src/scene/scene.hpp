@@ -50,7 +50,7 @@ struct OutputScene {
   bool measures = false;          // columns of stage measures in stats.csv
   bool surface = false;           // the liquid's surface as a mesh with every frame
   double surface_spacing = 0.5;   // 1; of the lattice that the surface is made on, over the particles'
-  SurfaceKernel surface_kernel = SurfaceKernel::anisotropic;  // a particle's shape in the field that it is a level of
+  SurfaceKernel surface_kernel = SurfaceKernel::anisotropic;  // a particle's shape
   bool report = false;            // report.html at the end of the run, also of one that fails
 
   bool operator==(const OutputScene&) const = default;
