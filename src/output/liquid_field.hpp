@@ -5,20 +5,12 @@
 #include <functional>
 #include <vector>
 
+#include "output/liquid_kernels.hpp"
 #include "setup/point_grid.hpp"
 #include "state/host_state.hpp"
 #include "state/model.hpp"
 
 namespace drench {
-
-/// A particle as the surface sees it.
-struct Blob {
-  Vec3 x;          // m
-  double h;        // m, radius of its kernel
-  double share;    // V_j · 315/(64 π h³), 1
-  double density;  // δ_j, 1
-  Index particle;  // index into the state
-};
 
 class LiquidField {
  public:
@@ -31,34 +23,31 @@ class LiquidField {
     const std::vector<double>& value;   // vertices³, x fastest
   };
 
-  /// `step` is Δ, m. Particles that are not finite are left out.
-  LiquidField(const Model& model, const HostState& state, double step);
+  /// `step` is Δ, m. Particles that are not finite are left out. Kernels as `output.surface_kernel` says.
+  LiquidField(const Model& model, const HostState& state, double step, int threads = 1);
   double step() const { return step_; }
 
   /// Calls f(block) for all blocks in which c is not 0, in a fixed order. Vertices that blocks share have the same bits
   /// in each. Only one block is in memory at a time.
   void for_blocks(const std::function<void(const Block&)>& f) const;
 
-  /// Calls f(blob, weight) for every blob with a part in c(x): V_j W(|x − x_j|, h_j).
+  /// Calls f(blob, weight) for every blob with a part in c(x): V_j W_j(x − x_j).
   template <class F>
   void for_near(const Vec3& x, F&& f) const {
     const Vec3 low{x[0] - widest_, x[1] - widest_, x[2] - widest_},
         high{x[0] + widest_, x[1] + widest_, x[2] + widest_};
     grid_.for_box(low, high, [&](Index b) {
       const Blob& blob = blobs_[static_cast<std::size_t>(b)];
-      const double t = 1 - distance2(blob.x, x) / (blob.h * blob.h);
+      const double t = 1 - blob.square({x[0] - blob.x[0], x[1] - blob.x[1], x[2] - blob.x[2]});
       if (t > 0) f(blob, blob.share * t * t * t);
     });
   }
 
  private:
-  static double distance2(const Vec3& a, const Vec3& b) {
-    return (a[0] - b[0]) * (a[0] - b[0]) + (a[1] - b[1]) * (a[1] - b[1]) + (a[2] - b[2]) * (a[2] - b[2]);
-  }
-
-  double step_, widest_;  // m; the largest h
+  double step_;  // m
   std::vector<Blob> blobs_;
-  PointGrid grid_;
+  double widest_;   // m; the farthest that a kernel reaches
+  PointGrid grid_;  // of the kernels' middles
 };
 
 }  // namespace drench

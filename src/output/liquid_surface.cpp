@@ -11,6 +11,7 @@
 #include <unordered_map>
 
 #include "base/eigen_vec.hpp"
+#include "output/for_ranges.hpp"
 #include "output/grid_tools.hpp"
 #include "output/liquid_field.hpp"
 #include "setup/body_geometry.hpp"
@@ -116,22 +117,21 @@ struct Surroundings {
   std::vector<Vec3> velocity;   // m/s
 };
 
-Surroundings look_around(const LiquidField& field, const HostState& state, const std::vector<Vec3>& points) {
-  Surroundings s;
-  for (const Vec3& x : points) {
+Surroundings look_around(const LiquidField& field, const HostState& state, const std::vector<Vec3>& points,
+                         int threads) {
+  const std::size_t n = points.size();
+  Surroundings s{std::vector<double>(n), std::vector<Index>(n, -1), std::vector<Vec3>(n)};
+  for_ranges(n, threads, [&](std::size_t i) {
     double sum = 0, density = 0, most = 0;
-    Index nearest = -1;
     Vector3d velocity = Vector3d::Zero();
-    field.for_near(x, [&](const Blob& blob, double weight) {
+    field.for_near(points[i], [&](const Blob& blob, double weight) {
       sum += weight;
       density += weight * std::min(1.0, blob.density);
       velocity += weight * to_eigen(state.fluid_velocity[static_cast<std::size_t>(blob.particle)]);
-      if (weight > most) most = weight, nearest = blob.particle;
+      if (weight > most) most = weight, s.nearest[i] = blob.particle;
     });
-    s.density.push_back(sum > 0 ? density / sum : 0);
-    s.nearest.push_back(nearest);
-    s.velocity.push_back(sum > 0 ? to_vec3(velocity / sum) : Vec3{0, 0, 0});
-  }
+    if (sum > 0) s.density[i] = density / sum, s.velocity[i] = to_vec3(velocity / sum);
+  });
   return s;
 }
 
@@ -211,10 +211,10 @@ std::vector<Vec3> normals_of(const SurfaceMesh& mesh) {
 
 }  // namespace
 
-Grid surface_grid(const Model& model, const HostState& state) {
-  const LiquidField field(model, state, model.scene.output.surface_spacing * model.spacing);
+Grid surface_grid(const Model& model, const HostState& state, int threads) {
+  const LiquidField field(model, state, model.scene.output.surface_spacing * model.spacing, threads);
   SurfaceMesh mesh = Contour(field).mesh;
-  const Surroundings around = look_around(field, state, mesh.points);
+  const Surroundings around = look_around(field, state, mesh.points, threads);
   smooth(mesh, around.density);
   const double gap = 0.02 * model.spacing;
   if (model.has_cloth()) keep_on_side_of_cloth(model, state, gap, around.nearest, mesh.points);

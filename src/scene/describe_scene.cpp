@@ -126,6 +126,9 @@ void describe(Section& s, OutputScene& output) {
   s.boolean("surface", output.surface, "the liquid's surface as a mesh with every frame; only with `fluid`");
   s.number("surface_spacing", output.surface_spacing, "[0.25, 1]", "spacings",
            "of the lattice that the surface is made on; time and triangles go with 1/its square or faster");
+  s.choice("surface_kernel", output.surface_kernel,
+           {{"isotropic", SurfaceKernel::isotropic}, {"anisotropic", SurfaceKernel::anisotropic}},
+           "a particle's shape in it: a ball, or an ellipsoid along the surface, which is smoother");
   s.boolean("report", output.report, "`report.html` in the output folder when the run ends, also one that fails");
 }
 

@@ -40,6 +40,9 @@ struct TimeScene {
   bool operator==(const TimeScene&) const = default;
 };
 
+/// The particles' shapes in the liquid's field that the surface is a level of (output/liquid_kernels.hpp).
+enum class SurfaceKernel { isotropic, anisotropic };
+
 /// Section `output`.
 struct OutputScene {
   double every = 0.02;            // s; 0 writes no frames
@@ -47,6 +50,7 @@ struct OutputScene {
   bool measures = false;          // columns of stage measures in stats.csv
   bool surface = false;           // the liquid's surface as a mesh with every frame
   double surface_spacing = 0.5;   // 1; of the lattice that the surface is made on, over the particles'
+  SurfaceKernel surface_kernel = SurfaceKernel::anisotropic;  // a particle's shape
   bool report = false;            // report.html at the end of the run, also of one that fails
 
   bool operator==(const OutputScene&) const = default;

@@ -144,7 +144,7 @@ std::string mesh_lines(const Suggestion& s) {
                        grid.size[0], grid.size[1], grid.nodes[0], grid.nodes[1]);
   std::string lines = fmt::format("    mesh: {{file: {}", quoted(s.mesh));
   if (g.scale != 1) lines += fmt::format(", scale: {}", g.scale);
-  lines += fmt::format("}}   # beside this file, or in the folder that drench starts in{}\n",
+  lines += fmt::format("}}   # from the folder of this file{}\n",
                        g.scale != 1 ? "; scale: m in its unit" : "");
   if (g.shift != Vec3{0, 0, 0})
     lines += fmt::format("    place: {{position: {}}}   # m; brings it to the origin, where numbers are most exact\n",

@@ -247,6 +247,8 @@ inline constexpr BadScene bad_scenes[] = {
     {"ReportIsAFile", FLUID "output: {report: page.html}\n", 4, 18, "output.report", "is not a truth value"},
     {"SurfaceTooFine", FLUID "output: {surface_spacing: 0.1}\n", 4, 27, "output.surface_spacing",
      "allowed: [0.25, 1] spacings"},
+    {"SurfaceKernelMisspelt", FLUID "output: {surface_kernel: anisotrop}\n", 4, 26, "output.surface_kernel",
+     "did you mean 'anisotropic'? allowed: isotropic, anisotropic"},
     {"ClothMethodMisspelt", CLOTH "cloth_solver: {method: xpdb}\n", 4, 24, "cloth_solver.method",
      "did you mean 'xpbd'? allowed: pd, xpbd"},
     {"ClothToleranceIsZero", CLOTH "cloth_solver: {tolerance: 0}\n", 4, 27, "cloth_solver.tolerance",

@@ -20,11 +20,13 @@ namespace drench::test {
 namespace {
 
 constexpr double d = 0.01;  // m, spacing
+constexpr SurfaceKernel both[] = {SurfaceKernel::isotropic, SurfaceKernel::anisotropic};
 
 struct Liquid {
   Model model;
   HostState state;
-  Liquid() {
+  explicit Liquid(SurfaceKernel kernel = OutputScene{}.surface_kernel) {
+    model.scene.output.surface_kernel = kernel;
     model.scene.fluid.present = true;
     model.scene.output.surface = true;
     model.spacing = d;
@@ -108,8 +110,9 @@ Shape shape_of(const Grid& grid) {
 }
 
 TEST(Surface, OfABallIsClosedWithItsVolumeAndArea) {
-  for (const double disorder : {0.0, 0.15}) {
-    Liquid liquid;
+  for (int k = 0; k < 4; ++k) {
+    const double disorder = k / 2 == 0 ? 0 : 0.15;
+    Liquid liquid(both[k % 2]);
     liquid.add_ball({0.3, -0.2, 0.1}, 10 * d, disorder);  // of 4 to 5 blocks along each axis
     const Shape s = shape_of(surface_grid(liquid.model, liquid.state));
     EXPECT_TRUE(s.closed);
@@ -158,8 +161,9 @@ TEST(Surface, DropsFarApartAreSeparateAndTheSpaceBetweenCostsNothing) {
 }
 
 TEST(Surface, OfAPoolIsLevelAndWithinItsWalls) {
-  for (const double disorder : {0.0, 0.1}) {
-    Liquid liquid;
+  for (int k = 0; k < 4; ++k) {
+    const double disorder = k / 2 == 0 ? 0 : 0.1;
+    Liquid liquid(both[k % 2]);
     Body tank;
     tank.box = {{0, 0, 0}, {24 * d, 20 * d, 24 * d}};
     tank.inside = true;
@@ -196,6 +200,81 @@ TEST(Surface, OfALoneParticleIsAClosedBlobAroundIt) {
       EXPECT_GT(s.volume / liquid.volume(), 0.2);
       EXPECT_LT(s.volume / liquid.volume(), full < 0.1 ? 2.5 : 1.0) << "the smallest are as large as the lattice shows";
     }
+}
+
+/// A level pool of noisy particles: RMS height of its middle about its mean, m.
+double unevenness(SurfaceKernel kernel) {
+  Liquid liquid(kernel);
+  liquid.fill({0, 0, 0}, {30 * d, 6 * d, 30 * d}, 0.25, [](const Vec3&) { return true; });
+  double sum = 0, squares = 0;
+  int count = 0;
+  for (const Vec3& x : shape_of(surface_grid(liquid.model, liquid.state)).mesh.points) {
+    if (x[1] < 4 * d || std::min(x[0], x[2]) < 5 * d || std::max(x[0], x[2]) > 25 * d) continue;
+    sum += x[1];
+    squares += x[1] * x[1];
+    ++count;
+  }
+  EXPECT_GT(count, 1000);
+  EXPECT_NEAR(sum / count, 6 * d, 0.06 * d);
+  return std::sqrt(squares / count - sum / count * sum / count);
+}
+
+TEST(Surface, OfANoisyPoolIsFlatterByAnisotropicKernels) {
+  const double isotropic = unevenness(SurfaceKernel::isotropic), anisotropic = unevenness(SurfaceKernel::anisotropic);
+  EXPECT_LT(isotropic, 0.08 * d);
+  EXPECT_LT(anisotropic, 0.8 * isotropic);
+}
+
+TEST(Surface, OfAThinSheetIsClosedWithoutHolesAndAsThick) {
+  for (const SurfaceKernel kernel : both)
+    for (const int layers : {1, 2, 3}) {
+      Liquid liquid(kernel);
+      liquid.fill({0, 0, 0}, {24 * d, layers * d, 24 * d}, 0.1, [](const Vec3&) { return true; });
+      const Shape s = shape_of(surface_grid(liquid.model, liquid.state));
+      EXPECT_TRUE(s.closed);
+      EXPECT_EQ(s.parts, 1);
+      const auto edges = s.mesh.triangles.size() * 3 / 2;
+      EXPECT_EQ(s.mesh.points.size() + s.mesh.triangles.size() - edges, 2U) << "a hole in it";
+      double thickness = 0;  // m, in the middle
+      int count = 0;
+      for (const Vec3& x : s.mesh.points) {
+        if (std::min(x[0], x[2]) < 5 * d || std::max(x[0], x[2]) > 19 * d) continue;
+        thickness += 2 * std::abs(x[1] - 0.5 * layers * d);
+        ++count;
+      }
+      EXPECT_GT(count, 500);
+      EXPECT_NEAR(thickness / count / (layers * d), 1, 0.06)
+          << layers << " layers, kernel " << static_cast<int>(kernel);
+      EXPECT_NEAR(s.volume / liquid.volume(), 1, 0.12) << "a rim lies further in";
+    }
+}
+
+TEST(Surface, OfASmallDropIsRoundWithItsVolume) {
+  for (const double radius : {2.0, 3.0, 5.0}) {
+    Liquid liquid(SurfaceKernel::anisotropic);
+    liquid.add_ball({0.003, 0.001, -0.002}, radius * d, 0.1);
+    const Shape s = shape_of(surface_grid(liquid.model, liquid.state));
+    EXPECT_TRUE(s.closed);
+    EXPECT_EQ(s.parts, 1);
+    EXPECT_NEAR(s.volume / liquid.volume(), 1, radius < 3 ? 0.2 : 0.05) << radius << "; the least has 32 particles";
+    const double sphere = std::cbrt(36 * std::numbers::pi * s.volume * s.volume);  // m², the least area
+    EXPECT_LT(s.area / sphere, 1.05) << radius;
+  }
+}
+
+TEST(Surface, HasTheSameBitsForAnyNumberOfThreads) {
+  for (const SurfaceKernel kernel : both) {
+    Liquid liquid(kernel);
+    liquid.add_ball({0, 0, 0}, 5 * d, 0.2);
+    liquid.fill({10 * d, 0, 0}, {25 * d, d, 20 * d}, 0.2, [](const Vec3&) { return true; });
+    liquid.add({1, 0, 0}, 0.3);
+    const Shape one = shape_of(surface_grid(liquid.model, liquid.state));
+    for (const int threads : {2, 3, 7}) {
+      const Shape more = shape_of(surface_grid(liquid.model, liquid.state, threads));
+      EXPECT_EQ(one.mesh.points, more.mesh.points);
+      EXPECT_EQ(one.mesh.triangles, more.mesh.triangles);
+    }
+  }
 }
 
 TEST(Surface, DoesNotGoThroughASheetThatTheLiquidLiesOn) {
