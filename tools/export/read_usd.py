@@ -8,20 +8,19 @@ import sys
 from pathlib import Path
 
 sys.dont_write_bytecode = True
+sys.path.insert(0, str(Path(__file__).resolve().parent))
+
+from refusal import fail, fail_without
+
 MOST_FILES = 100_000  # of a sequence
 RIGID = 1e-5  # of a mesh's size: how far the points of a body's sequence may be from a turned and shifted copy
-
-
-def fail(message):
-    print(f"drench: {message}", file=sys.stderr)
-    sys.exit(2)
 
 
 try:
     import numpy as np
     from pxr import Sdf, Tf, Usd, UsdGeom
 except ImportError as error:
-    fail(f"USD needs Python's {error.name}: run tools/setup export, or name a Python that has usd-core and numpy in DRENCH_PYTHON")
+    fail_without(error.name)
 
 
 def parse_arguments():

@@ -10,13 +10,10 @@ from pathlib import Path
 sys.dont_write_bytecode = True
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 
+from refusal import fail, fail_without
+
 ENDINGS = (".usdc", ".usda", ".usd")
 SAVE_EVERY = 256e6  # bytes of arrays that wait in memory
-
-
-def fail(message):
-    print(f"drench: {message}", file=sys.stderr)
-    sys.exit(2)
 
 
 try:
@@ -24,7 +21,7 @@ try:
     from usd_prims import Bodies, Liquid, Surface, define_cloths
     from vtu_reader import Frame, FrameError, read_collection
 except ImportError as error:
-    fail(f"USD needs Python's {error.name}: run tools/setup export, or name a Python that has usd-core and numpy in DRENCH_PYTHON")
+    fail_without(error.name)
 
 
 def parse_arguments():
