@@ -306,15 +306,14 @@ TEST(cloth_solver, a_soaked_sheet_falls_at_g) {
     std::printf("%s: largest error %.3g m after a fall of %.3g m, at most %d iterations\n", method.c_str(), error,
                 0.5 * gravity * dt * dt * steps * (steps + 1), most);
     // The multipliers of xpbd cancel exactly; Jacobi's steps r/D of pd push by 2.5e-5 of the fall in float, 1e-12 in double.
+    // They are a GPU's: a host solves by a factored matrix.
     // A node's position is rounded by ½ ε |x| a step, its velocity by ½ ε |v|, which is carried on.
     const double bound = steps * 0.5 * rounding * (1 + 0.5 * steps * dt * 4);
     report(
         {"cloth by " + method +
              ": soaked sheet in free fall, 100 steps: centre of mass (target: the rounding of n additions)",
          "x0 + n dt v0 − g dt² n(n+1)/2", error, bound, "m",
-         method == "xpbd"   ? 0
-         : double_precision ? 2e-12
-                            : 4e-5,
+         method == "xpbd" || computes_on_host() ? Reached{} : Reached{1.68e-5, 3.2e-13},
          "The steps of Jacobi's method do not sum to zero as the internal forces do: the remaining residual pushes the "
          "whole sheet."});
   }
