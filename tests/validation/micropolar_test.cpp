@@ -145,7 +145,8 @@ TEST(micropolar_liquid, waves_change_at_the_rates_of_the_continuum) {
   const WaveRates by_spin = wave_rates(wavelength, 0, 50, keys), by_flow = wave_rates(wavelength, 0.5, 0, keys);
   const WaveRates pays = wave_rates(wavelength, 0.5, 0, keys + ", reaction: 1");
   const WaveRates spreads = wave_rates(wavelength, 0, 50, keys + fmt::format(", viscosity: {}", spread));
-  const auto row = [](const char* what, const char* theory, double measured, double expected, const Reached& reached = {}) {
+  const auto row = [](const char* what, const char* theory, double measured, double expected,
+                      const Reached& reached = {}) {
     std::printf("%s: %.5g, expected %.5g\n", what, measured, expected);
     report({fmt::format("spins, waves of 16 d: {}", what), theory, std::fabs(measured / expected - 1), 0.05, "1",
             reached,
