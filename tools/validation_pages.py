@@ -4,7 +4,8 @@
 Writes docs/validation/ from the rows that the validation tests print (report in tests/support/validation.hpp): a scorecard
 and a page a theme, float and double as columns of one row. tests/validation/themes.txt says which test belongs to which
 theme, and introduces it. --bench and --cloth-bench put what those tools print into their pages of docs/benchmarks/; WHERE is
-the date, commit and machine of the times. tools/validate calls this."""
+the date, commit and machine of the times. Exit code 1, with the pages written, where the bound of a case that is not met is
+more than a tenth above the worst number of all logs, or where all of them meet its target. tools/validate calls this."""
 
 import argparse
 import fnmatch
@@ -15,7 +16,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
-VERSION = "2"
+VERSION = "3"
+SLACK = 0.1  # allowed_slack of tests/support/validation.hpp
 PRECISIONS = ("float", "double")
 MARK = "<!-- Written by tools/validate: not edited by hand. -->"
 BENCH_PAGES = {"bench": "liquid.md", "cloth_bench": "cloth.md"}
@@ -32,6 +34,8 @@ class Row:
     unit: str
     met: bool
     precision: str
+    bound: float  # today's, of a target that is missed; 0 if there is none
+    scatter: float  # the worst that is known of other backends; 0 where they agree
     reason: str
 
     def over(self):
@@ -45,6 +49,16 @@ class Row:
 @dataclass
 class Case:
     rows: dict = field(default_factory=dict)  # by precision
+    most: dict = field(default_factory=dict)  # by precision: the largest number of all logs, known scatter included
+    hosts: set = field(default_factory=set)  # precisions in which a host has run it: bounds are set from these
+
+    def add(self, row, host):
+        self.rows[row.precision] = row
+        if host:
+            self.hosts.add(row.precision)
+        number = float(row.measured)
+        seen = self.most.get(row.precision, -math.inf)
+        self.most[row.precision] = math.nan if math.isnan(number) else max(seen, number, row.scatter or -math.inf)
 
     def any(self):
         return next(iter(self.rows.values()))
@@ -75,6 +89,7 @@ def fail(text):
 
 def read_log(path, cases, runs):
     """Adds a log's rows to cases and its runs to runs; a row that comes again replaces the one before."""
+    host = True
     for number, line in enumerate(path.read_text(encoding="utf-8", errors="replace").splitlines(), 1):
         found = re.match(r"(?:\d+: )?VALIDATION(\d*)(-RUN)?\|(.*)", line)
         if not found:
@@ -84,15 +99,33 @@ def read_log(path, cases, runs):
             fail(f"{path}:{number}: a row of version {version or 1} of the format, {VERSION} is known: "
                  "build drench_tests_validation anew")
         fields = rest.split("|")
-        precision = fields[0] if is_run else fields[-2]
-        if len(fields) != (4 if is_run else 9) or precision not in PRECISIONS:
+        if len(fields) != (4 if is_run else 11) or (precision := fields[0 if is_run else 7]) not in PRECISIONS:
             fail(f"{path}:{number}: not a whole row: {line}")
         if is_run:
+            host = bool(re.search(r", \d+ threads?$", fields[3]))
             runs.setdefault(precision, set()).add(tuple(fields[1:]))
             continue
-        test, case, reference, target, measured, unit, met, precision, reason = fields
-        row = Row(test, case, reference, target, measured, unit, met == "yes", precision, reason)
-        cases.setdefault((test, case, reference, unit), Case()).rows[precision] = row
+        test, case, reference, target, measured, unit, met, precision, bound, scatter, reason = fields
+        row = Row(test, case, reference, target, measured, unit, met == "yes", precision, float(bound), float(scatter), reason)
+        cases.setdefault((test, case, reference, unit), Case()).add(row, host)
+
+
+def slack(cases):
+    """(the largest slack of a bound, [an objection a row]): bounds against the worst numbers of all logs."""
+    largest, wrong = 0, []
+    for case in cases.values():
+        for precision, row in case.rows.items():
+            worst, target = case.most[precision], float(row.target)
+            if row.bound <= 0 or precision not in case.hosts:
+                continue
+            if worst <= target:
+                wrong.append(f"{row.case} ({precision}): {worst:.3g} meets the target {row.target}: take the bound away")
+                continue
+            here = row.bound / worst - 1
+            largest = max(largest, here)
+            if here > SLACK + 0.006:  # rows are printed to three digits
+                wrong.append(f"{row.case} ({precision}): the bound {row.bound:.4g} is {100 * here:.0f} % above {worst:.3g}")
+    return largest, wrong
 
 
 def read_themes(path):
@@ -282,6 +315,12 @@ def main():
             put_bench(o.docs / "benchmarks", tool, printed.read_text(encoding="utf-8"), o.where)
     missed = sum(len(theme.missed()) for theme in themes)
     print(f"== {count(len(cases), 'case')} in {o.docs / 'validation'}, {missed} not met")
+    largest, wrong = slack(cases)
+    bounds = sum(row.bound > 0 for case in cases.values() for row in case.rows.values())
+    print(f"== {count(bounds, 'bound')} of targets not met, {100 * largest:.0f} % above the worst number at most")
+    if wrong:
+        sys.exit("\n".join([*wrong, f"tools/validation_pages.py: bounds must be at most {100 * SLACK:.0f} % above what is "
+                            "measured"]))
 
 
 if __name__ == "__main__":

@@ -1,5 +1,5 @@
-// Bodies that float and sink: Archimedes' draught of a sphere and of a box, and the first acceleration of a heavy sphere,
-// which has to set the water around it in motion too.
+// Bodies that float and sink: Archimedes' draught of spheres and boxes, the first acceleration of a heavy sphere, which has to
+// set the water around it in motion too, and the angles at which boxes float.
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <vector>
 
 #include "validation.hpp"
 
@@ -95,6 +96,92 @@ TEST(buoyancy, a_box_floats_at_its_share_of_the_density) {
           std::abs(draught / (0.5 * height) - 1), 0.05});
 }
 
+/// Draught of a floating sphere over its radius, h²(3 − h)/4 = the density's ratio.
+double sphere_draught(double ratio) {
+  double low = 0, high = 2;
+  while (high - low > 1e-9) {
+    const double h = 0.5 * (low + high);
+    (h * h * (3 - h) < 4 * ratio ? low : high) = h;
+  }
+  return low;
+}
+
+// Both begin half immersed, so that they have to find their draught: the light ones rise, the heavy ones sink.
+TEST(buoyancy, light_and_heavy_bodies_find_their_draught) {
+  const double half = 0.2, depth = 0.2, R = 0.1, height = 0.16, duration = 1.6;
+  for (const double ratio : {0.25, 0.75}) {
+    const std::string dynamic = fmt::format("dynamic: true, density: {}", 1000 * ratio);
+    SceneRun sphere(pool(half, depth, 0.002, 5e-4,
+                         fmt::format("sphere: {{center: [0, {}, 0], radius: {}, {}}}", depth, R, dynamic)));
+    SceneRun box(pool(half, depth, 0.002, 5e-4,
+                      fmt::format("box: {{min: [-0.1, {}, -0.1], max: [0.1, {}, 0.1], {}}}", depth - 0.5 * height,
+                                  depth + 0.5 * height, dynamic)));
+    report({fmt::format("floating sphere of density {}, d = R/5: draught over Archimedes', distance from 1", ratio),
+            "Archimedes", std::abs(mean_draught(sphere, half, {R, R, 0}, duration) / (R * sphere_draught(ratio)) - 1),
+            0.05});
+    report({fmt::format("floating box of density {}, 10 × 8 × 10 d: draught over Archimedes', distance from 1", ratio),
+            "Archimedes", std::abs(mean_draught(box, half, {0.5 * height, 0, 0.04}, duration) / (ratio * height) - 1),
+            0.05});
+  }
+}
+
+/// How far a box has turned about z, rad: the slope of its x axis.
+double slope(const HostState& s) {
+  const auto& [w, x, y, z] = s.body_orientation[1];
+  return std::asin(2 * (x * y + w * z));
+}
+
+/// A box of a half-width and half-height (m) and of 16 d along z floats, upright at first, is pushed, and comes to rest.
+struct Tilt {
+  double largest = 0, mean = 0, swing = 0;  // rad; mean and largest distance from it over the last 0.75 s
+};
+Tilt push(double half_width, double half_height, double ratio, double turn, double duration) {
+  const double half = 0.2, depth = 0.2, bottom = depth - 2 * half_height * ratio;
+  SceneRun run(pool(half, depth, 0.002, 5e-4,
+                    fmt::format("box: {{min: [-{0}, {1}, -0.16], max: [{0}, {2}, 0.16], dynamic: true, density: {3}}}",
+                                half_width, bottom, bottom + 2 * half_height, 1000 * ratio)));
+  HostState start = run.initial();
+  start.body_angular_velocity[1] = {0, 0, turn};
+  run.restart(start);
+  Tilt tilt;
+  std::vector<double> slopes;
+  while (run.time() < duration) {
+    run.step();
+    const double now = slope(run.state());
+    tilt.largest = std::max(tilt.largest, now);
+    if (run.time() > duration - 0.75) slopes.push_back(now);
+  }
+  for (const double one : slopes) tilt.mean += one / double(slopes.size());
+  for (const double one : slopes) tilt.swing = std::max(tilt.swing, std::abs(one - tilt.mean));
+  const double degrees = 180 / pi;
+  std::printf("box of %g x %g m, density %g: turned %.1f degrees, at rest %.2f +- %.2f\n", 2 * half_width,
+              2 * half_height, ratio, tilt.largest * degrees, tilt.mean * degrees, tilt.swing * degrees);
+  return tilt;
+}
+
+// Erdős, Schibler and Herndon 1992: a long square beam floats level up to a density of 0.211. Up to 9/32 it floats at
+// tan²θ = 12 s (1 − s) − 2, and from there to 23/32 on an edge.
+TEST(buoyancy, beams_float_at_the_angle_of_their_section) {
+  const std::string beam = "beam, 8 × 8 × 16 d, pushed while level, ";
+  const Tilt half = push(0.08, 0.08, 0.5, 2, 2.5), quarter = push(0.08, 0.08, 0.25, 2, 2.5);
+  report({beam + "density ½: angle at rest over 45°, distance from 1", "Erdős et al. 1992",
+          std::abs(half.mean / (pi / 4) - 1), 0.05});
+  report({beam + "density ¼: angle at rest over arctan ½, distance from 1",
+          "Erdős et al. 1992",
+          std::abs(quarter.mean / std::atan(0.5) - 1),
+          0.05,
+          "1",
+          {0.193, 0.193, 0.176},
+          "The arm that tilts it on is at most 0.8 % of its width, a sixteenth of a spacing."});
+}
+
+TEST(buoyancy, a_flat_box_rights_itself) {
+  const Tilt flat = push(0.12, 0.04, 0.5, 8, 2.5);
+  EXPECT_GT(flat.largest, 0.1) << "rad: the push has hardly tilted it";
+  report({"box, 12 × 4 × 16 d, density ½, pushed while level: mean angle after 2 s over the largest", "rights itself",
+          std::abs(flat.mean) / flat.largest, 0.05});
+}
+
 /// Mean vertical acceleration over the first 0.02 s from a state, m/s². Later the drag of the rough sphere is felt.
 double first_acceleration(SceneRun& run, const HostState& start) {
   run.restart(start);
@@ -125,8 +212,9 @@ TEST(buoyancy, spheres_set_out_with_their_added_mass) {
     report(
         {fmt::format("sphere of density {} in deep water, d = R/4: first acceleration, relative error", density / 1000),
          "(ρs − ρ) g/(ρs + ½ ρ)", std::abs((acceleration(density) - neutral) / theory - 1), 0.1, "1",
-         density < 1000 ? 0.13 : 0,
-         "Not understood: the error is 0.001 without the viscous stages and the solves' limits, 0.105 with them."});
+         density < 1000 ? Reached{0.185, 0.185, 0.169} : Reached{0.172, 0.172, 0.157},
+         "Not understood: rounding alone makes the error 0.03 to 0.17, and the water is not yet quite at rest when it "
+         "begins."});
   }
 }
 

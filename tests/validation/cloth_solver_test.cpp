@@ -262,7 +262,8 @@ TEST(cloth_solver, a_low_cap_makes_cloth_sluggish_and_not_wild) {
         run.step();
         largest = std::max(largest, energy_of_motion(run.model(), run.state()));
       }
-      report({fmt::format("cloth by {}: sheet without damping, {} iterations a step, 1 s: motion and weight gain over a fall of 1 m",
+      report({fmt::format("cloth by {}: sheet without damping, {} iterations a step, 1 s: motion and weight gain over "
+                          "a fall of 1 m",
                           method, cap),
               "none", largest / (0.2 * gravity * 1), 1e-2});
     }
@@ -306,15 +307,14 @@ TEST(cloth_solver, a_soaked_sheet_falls_at_g) {
     std::printf("%s: largest error %.3g m after a fall of %.3g m, at most %d iterations\n", method.c_str(), error,
                 0.5 * gravity * dt * dt * steps * (steps + 1), most);
     // The multipliers of xpbd cancel exactly; Jacobi's steps r/D of pd push by 2.5e-5 of the fall in float, 1e-12 in double.
+    // They are a GPU's: a host solves by a factored matrix.
     // A node's position is rounded by ½ ε |x| a step, its velocity by ½ ε |v|, which is carried on.
     const double bound = steps * 0.5 * rounding * (1 + 0.5 * steps * dt * 4);
     report(
         {"cloth by " + method +
              ": soaked sheet in free fall, 100 steps: centre of mass (target: the rounding of n additions)",
          "x0 + n dt v0 − g dt² n(n+1)/2", error, bound, "m",
-         method == "xpbd"   ? 0
-         : double_precision ? 2e-12
-                            : 4e-5,
+         method == "xpbd" || computes_on_host() ? Reached{} : Reached{1.68e-5, 3.2e-13},
          "The steps of Jacobi's method do not sum to zero as the internal forces do: the remaining residual pushes the "
          "whole sheet."});
   }
