@@ -15,6 +15,7 @@
 #include "app/set_up.hpp"
 #include "app/threads.hpp"
 #include "app/view.hpp"
+#include "base/free_cores.hpp"
 #include "drench_version.hpp"
 #include "output/frame_queue.hpp"
 #include "output/lost.hpp"
@@ -184,8 +185,10 @@ class Run {
     stats_.emplace(folder_ / "stats.csv", pipeline_.stages(), model_.quantum, pipeline_.initial_total(),
                    same ? pipeline_.step_index() : -1);
     if (every() > 0)
-      frames_.emplace(folder_, model_, static_cast<int>(frames_written_),
-                      [this](const HostState& state) { return describe_lost(model_, state, model_.scene.time.step); });
+      frames_.emplace(
+          folder_, model_, static_cast<int>(frames_written_),
+          [this](const HostState& state) { return describe_lost(model_, state, model_.scene.time.step); },
+          std::max(1, allowed_cores() - loop_threads()));
     if (!folder.note.empty()) say(folder.note);
     plan_checkpoint();
 #ifdef DRENCH_HAS_VIEW
