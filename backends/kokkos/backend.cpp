@@ -73,6 +73,7 @@ class KokkosBackend final : public Backend {
 
   void run(Stage stage, const StepInfo& info, StepReport& report) override {
     Kokkos::Profiling::ScopedRegion region(std::string("drench::") + std::string(name_of(stage)));
+    if (stage >= Stage::absorption && stage <= Stage::reservoir) cloth_.soaked.advance();
     switch (stage) {
       case Stage::time_step:
         return time_step(constants_, fluid_, bodies_, cloth_, measured_, info, report);

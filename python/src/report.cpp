@@ -51,6 +51,7 @@ nb::dict to_dict(const StepReport& r) {
   DRENCH_NUMBER(mass_supplied)
   DRENCH_NUMBER(mass_float)
   DRENCH_NUMBER(saturation_max)
+  DRENCH_NUMBER(saturation_error)
   DRENCH_NUMBER(kinetic_energy)
   DRENCH_NUMBER(particles)
   DRENCH_NUMBER(nonfinite)

@@ -63,6 +63,7 @@ void visit_checkpoint(C& c, Visitor&& visit) {
   visit("time", c.state.time);
   visit("collapsing", c.state.collapsing);
   visit("next_step", c.state.next_step);
+  visit("uptake_rate", c.state.uptake_rate);
   visit("drained", c.state.drained);
   visit("supplied", c.state.supplied);
   visit("next_id", c.state.next_id);

@@ -28,6 +28,7 @@ std::string RunTotals::add(std::int64_t step, double time, const StepReport& r,
   clamped_ += r.clamped;
   density_.add(std::max(r.density_error, r.density_found));
   cloth_.add(r.cloth_residual);
+  saturation_.add(r.saturation_error);
   for (std::size_t i = 0; i < milliseconds_.size(); ++i) milliseconds_[i] += milliseconds[i];
   const std::array<bool, 3> converged{r.divergence_converged, r.density_converged, r.cloth_converged};
   const std::array<double, 3> errors{r.divergence_error, r.density_error, r.cloth_residual};
@@ -93,6 +94,9 @@ std::string RunTotals::errors(const Model& model) const {
   if (model.has_moving_cloth())
     text += fmt::format("{}cloth residual {:.2g} of its goal, {:.2g} at worst", text.empty() ? "" : "; ",
                         cloth_.sum / steps, cloth_.most);
+  if (model.has_exchange())
+    text += fmt::format("{}saturation step {:.2g} %, {:.2g} % at worst", text.empty() ? "" : "; ",
+                        100 * saturation_.sum / steps, 100 * saturation_.most);
   return text.empty() ? "" : "errors: " + text;
 }
 

@@ -39,7 +39,8 @@ class RunTotals {
   /// Lines about solvers that did not converge, cloth that was stretched too far and particles that were put back, went through
   /// cloth or escaped; "" when there is nothing to say.
   std::string warnings() const;
-  /// One line: what the density solve and the motion left, and the cloth's residual, on average and at worst; "" without both.
+  /// One line: what the density solve and the motion left, the cloth's residual, and the saturation's step error, on average and
+  /// at worst; "" for a scene without all of them.
   std::string errors(const Model& model) const;
   /// Table of the stages' total times, one line each.
   std::string stage_table(const std::vector<Stage>& stages) const;
@@ -60,7 +61,7 @@ class RunTotals {
       most = std::max(most, value);
     }
   };
-  Mean density_, cloth_;  // 1
+  Mean density_, cloth_, saturation_;  // 1
   std::int64_t steps_ = 0, clamped_ = 0, tunnelled_ = 0, escaped_ = 0;
   std::array<double, stage_count> milliseconds_{};
 };

@@ -101,6 +101,7 @@ void add_of_stages(Columns& columns, const std::vector<Stage>& stages) {
     columns.of_report("cloth_iterations", "{}", &Report::cloth_iterations);
     columns.of_report("cloth_residual", "{:.6g}", &Report::cloth_residual);
   }
+  if (runs(Stage::porous_neighbors)) columns.of_report("error_saturation", "{:.6g}", &Report::saturation_error);
   if (runs(Stage::measures)) {
     columns.of_report("nearest_variance", "{:.6g}", &Report::nearest_variance);
     columns.of_report("close_share", "{:.6g}", &Report::close_share);
@@ -130,7 +131,7 @@ StatsCsv::StatsCsv(const std::filesystem::path& path, const std::vector<Stage>& 
   add_common(columns, quantum, initial_total);
   add_of_stages(columns, stages);
   if (by_error) {
-    columns.of_report("density_found", "{:.6g}", &Report::density_found);
+    columns.of_report("error_density", "{:.6g}", &Report::density_found);
     columns.of_report("rejected", "{}", &Report::rejected);
   }
   columns.of_row("ms_step", "{:.4f}", [](const StatsRow& row) { return row.step_milliseconds; });

@@ -31,7 +31,8 @@ double fastest_prescribed(const Model& m) {
     const PinMotion& pin = m.pin_motions[static_cast<std::size_t>(m.mesh.pin_motion[n])];
     const Vec3& x = m.mesh.rest_position[n];
     const Vec3 arm{x[0] - pin.center[0], x[1] - pin.center[1], x[2] - pin.center[2]};
-    fastest = std::max(fastest, pin.velocity.largest() + pin.path.largest_derivative() + pin.rate.largest() * norm(arm));
+    fastest =
+        std::max(fastest, pin.velocity.largest() + pin.path.largest_derivative() + pin.rate.largest() * norm(arm));
   }
   return fastest;
 }

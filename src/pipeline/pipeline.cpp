@@ -12,10 +12,11 @@
 namespace drench {
 namespace {
 
+Quanta in_cloth(const HostState& s) { return std::accumulate(s.node_liquid.begin(), s.node_liquid.end(), Quanta{0}); }
+
 Quanta total_of(const HostState& s) {
   const Quanta fluid = std::accumulate(s.fluid_mass.begin(), s.fluid_mass.end(), Quanta{0});
-  const Quanta cloth = std::accumulate(s.node_liquid.begin(), s.node_liquid.end(), Quanta{0});
-  return fluid + cloth + s.drained - s.supplied;
+  return fluid + in_cloth(s) + s.drained - s.supplied;
 }
 
 /// The step that is taken when the stages allow `wanted` and the next output is `left` away.
@@ -70,7 +71,10 @@ Pipeline::Pipeline(const Model& model, Backend& backend, const HostState& initia
       initial_total_(total_of(initial)),
       limits_(model, static_cast<double>(initial_total_) * model.quantum),
       collapsing_(initial.collapsing),
-      next_step_(initial.next_step) {
+      next_step_(initial.next_step),
+      in_cloth_(in_cloth(initial)),
+      uptake_rate_(initial.uptake_rate),
+      capacity_(std::accumulate(model.samples.node_capacity.begin(), model.samples.node_capacity.end(), 0.0)) {
   backend_.upload(initial);
 }
 
@@ -86,6 +90,8 @@ void Pipeline::go_on_from(const HostState& state) {
   step_ = state.step;
   collapsing_ = state.collapsing;
   next_step_ = state.next_step;
+  in_cloth_ = in_cloth(state);
+  uptake_rate_ = state.uptake_rate;
   initial_total_ = total_of(state);
   model_changed();
   backend_.upload(state);
@@ -96,6 +102,7 @@ void Pipeline::mark(HostState& state) const {
   state.step = step_;
   state.collapsing = collapsing_;
   state.next_step = next_step_;
+  state.uptake_rate = uptake_rate_;
 }
 
 StepReport Pipeline::step(double time_left) {
@@ -106,6 +113,7 @@ StepReport Pipeline::step(double time_left) {
                           ? step_by_error(time_left)
                           : attempt(time_left, std::numeric_limits<double>::infinity());
   collapsing_ = report.density_error > collapse && !report.density_converged ? collapsing_ + 1 : 0;
+  report.saturation_error = saturation_error(report);
   time_ += report.dt;
   ++step_;
   report.step = step_;
@@ -143,6 +151,13 @@ StepReport Pipeline::step_by_error(double time_left) {
     looked_ = false;
     longest = std::max(shortest, 0.5 * tried);
   }
+}
+
+double Pipeline::saturation_error(const StepReport& r) {
+  const double rate = static_cast<double>(r.mass_cloth - in_cloth_) / r.dt, change = std::abs(rate - uptake_rate_);
+  in_cloth_ = r.mass_cloth;
+  uptake_rate_ = rate;
+  return capacity_ > 0 && step_ > 0 ? 0.5 * r.dt * change * model_.quantum / capacity_ : 0;
 }
 
 bool Pipeline::have_looked(Stage stage) const {

@@ -44,6 +44,8 @@ class Pipeline {
   void run(Stage stage, const StepInfo& info, StepReport& report);
   bool have_looked(Stage stage) const;
   void check(const StepInfo& info, const StepReport& report);
+  /// ½ Δt times the change of the rate at which cloth takes up liquid, over what all of it holds when full, 1.
+  double saturation_error(const StepReport& report);
 
   const Model& model_;
   Backend& backend_;
@@ -55,6 +57,9 @@ class Pipeline {
   Limits limits_;
   std::int64_t collapsing_ = 0;  // steps in a row
   double next_step_ = 0;         // s; 0: nothing is known
+  Quanta in_cloth_ = 0;          // after the last step
+  double uptake_rate_ = 0;       // quanta/s, of the last step
+  double capacity_ = 0;          // kg, of all cloth
   bool looked_ = false;          // lists and densities are of the state as it is
   bool profiling_ = false;
 };

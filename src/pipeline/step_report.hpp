@@ -46,15 +46,16 @@ struct StepReport {
   std::int64_t collisions = 0;        ///< particles stopped at a cloth triangle
   std::int64_t clamped = 0;           ///< particles put back by a solid's failsafe
 
-  Quanta mass_fluid = 0;       ///< quanta: in particles
-  Quanta mass_cloth = 0;       ///< quanta: in cloth
-  Quanta mass_drained = 0;     ///< quanta: left the domain so far
-  Quanta mass_supplied = 0;    ///< quanta: from jets and reservoirs so far
-  double mass_float = 0;       ///< kg: compensated sum of the floating-point masses of particles and nodes
-  double saturation_max = 0;   ///< 1: of the wettest node
-  double kinetic_energy = 0;   ///< J: liquid particles and wet cloth nodes
-  std::int64_t particles = 0;  ///< liquid particles
-  std::int64_t nonfinite = 0;  ///< particles, nodes and bodies with a NaN or infinity; a step that returns has none
+  Quanta mass_fluid = 0;        ///< quanta: in particles
+  Quanta mass_cloth = 0;        ///< quanta: in cloth
+  Quanta mass_drained = 0;      ///< quanta: left the domain so far
+  Quanta mass_supplied = 0;     ///< quanta: from jets and reservoirs so far
+  double mass_float = 0;        ///< kg: compensated sum of the floating-point masses of particles and nodes
+  double saturation_max = 0;    ///< 1: of the wettest node
+  double saturation_error = 0;  ///< 1: estimate of what the step's length costs the cloth's mean saturation (Pipeline)
+  double kinetic_energy = 0;    ///< J: liquid particles and wet cloth nodes
+  std::int64_t particles = 0;   ///< liquid particles
+  std::int64_t nonfinite = 0;   ///< particles, nodes and bodies with a NaN or infinity; a step that returns has none
 
   double nearest_variance = 0;  ///< 1: how clumped the liquid is (stages/measures.hpp)
   double close_share = 0;       ///< 1: share of particles with another one close by

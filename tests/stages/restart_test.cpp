@@ -42,6 +42,7 @@ std::vector<double> numbers(const StepReport& r) {
           double(r.mass_supplied),
           r.mass_float,
           r.saturation_max,
+          r.saturation_error,
           r.kinetic_energy,
           double(r.particles),
           r.nearest_variance,

@@ -45,7 +45,7 @@ struct Nodes {
   Field<Real> inverse_mass;  // u_n, 1/kg; 0 if pinned (refresh_inverse_mass)
   Field<Real3> force;        // f_n, N: what the stage that runs does to the node
   Field<Real3> predicted;    // v_n + Δt a_n, m/s, in the pressure solves
-  Field<Real> row_bound;  // u_n Σ_b w_bn c_b (node_bounds_from_samples)
+  Field<Real> row_bound;     // u_n Σ_b w_bn c_b (node_bounds_from_samples)
 };
 
 struct Mesh {
@@ -90,7 +90,7 @@ struct Samples {
 
 /// One motion of pins in a step: a node moves from x⁰ by move + change (X0 − C), to offset + rotation (X0 − C).
 struct PinStep {
-  Real3 center, offset, move;  // m
+  Real3 center, offset, move;    // m
   Real3 rotation[3], change[3];  // rows; 1
 };
 
@@ -109,11 +109,13 @@ struct Cloth {
   Mesh mesh;
   Samples samples;
   Field<Material> materials;
-  Field<PinStep> pin_steps;  // empty unless pins move (place_pins)
-  Real emission_ramp = 0;    // s, the largest of the cloths
-  Version moved;             // of the nodes' positions
+  Field<PinStep> pin_steps;           // empty unless pins move (place_pins)
+  Real emission_ramp = 0;             // s, the largest of the cloths
+  Version moved;                      // of the nodes' positions
+  Version soaked;                     // of the liquid in them
+  Version weighed = Version::none();  // that nodes.inverse_mass is of
   Cached<SampleBounds> sample_bounds;
-  Cached<CellTable> sample_cells;  // their edge is h
+  Cached<CellTable> sample_cells;            // their edge is h
   Version samples_placed = Version::none();  // that samples.position and .normal are of
 };
 
@@ -134,8 +136,9 @@ void place_samples(Cloth& cloth);               // the same, if the nodes have m
 void refresh_samples_and_bounds(Cloth& cloth);  // refresh_samples, and the bounds' box: to be waited for
 /// cloth.sample_cells, if the nodes have moved since.
 void refresh_sample_cells(const Constants& constants, Cloth& cloth);
-void refresh_inverse_mass(const Constants& constants, Cloth& cloth);  // nodes.inverse_mass
-void node_forces_from_samples(Cloth& cloth);                          // nodes.force = Σ w F_b from samples.force
+void refresh_inverse_mass(const Constants& constants,
+                          Cloth& cloth);      // nodes.inverse_mass, if their liquid has changed since
+void node_forces_from_samples(Cloth& cloth);  // nodes.force = Σ w F_b from samples.force
 /// nodes.row_bound = u_n Σ_b w_bn c_b from a number c_b of each sample.
 void node_bounds_from_samples(const char* label, Cloth& cloth, const Entries<const Real>& of_sample);
 /// v_n += Δt u_n f_n, and pin_force −= f_n on pinned nodes.

@@ -228,6 +228,7 @@ Cloth::Cloth(const Constants& constants) : sample_cells(constants.model.scene.so
 
 void Cloth::upload(const HostState& s) {
   moved.advance();
+  soaked.advance();
   if (nodes.count > 0) {
 #define DRENCH_UPLOAD(owner, name, host_type, unit, needed) \
   nodes.name = to_device<OnDevice<host_type>::type>("drench::" #owner "_" #name, s.owner##_##name);

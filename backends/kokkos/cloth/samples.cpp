@@ -77,6 +77,8 @@ void refresh_sample_cells(const Constants& constants, Cloth& cloth) {
 }
 
 void refresh_inverse_mass(const Constants& constants, Cloth& cloth) {
+  if (cloth.weighed == cloth.soaked) return;
+  cloth.weighed = cloth.soaked;
   const Entries<Real> u = cloth.nodes.inverse_mass;
   const Entries<const Real> solid = cloth.nodes.solid_mass;
   const Entries<const Quanta> liquid = cloth.nodes.liquid;

@@ -62,6 +62,7 @@ void KeptState::go_back(Fluid& fluid, Bodies& bodies, Cloth& cloth, Accounts& ac
   if (bodies.dynamic.count > 0) Kokkos::deep_copy(ExecSpace(), bodies.dynamic.predicted, bodies.boundary.velocity);
   fluid.particles.moved.advance();
   cloth.moved.advance();
+  cloth.soaked.advance();
   bodies.moved.advance();
 }
 
