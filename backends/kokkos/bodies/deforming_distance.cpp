@@ -1,0 +1,275 @@
+// Bodies that change their shape: distances to their surface at the end of a step.
+
+#include "bodies/deforming_body.hpp"
+#include "bodies/nearest_point.hpp"
+#include "state/deforming_body.hpp"
+
+namespace drench::kokkos_backend {
+namespace {
+
+/// Which lattice points are block b, and how they lie in memory.
+struct Lattice {
+  Index points[3], blocks[3];
+  Real step;  // m
+
+  explicit Lattice(const DeformingBody& d)
+      : points{d.lattice[0], d.lattice[1], d.lattice[2]}, blocks{d.blocks[0], d.blocks[1], d.blocks[2]}, step(d.step) {}
+  KOKKOS_INLINE_FUNCTION Index count() const { return points[0] * points[1] * points[2]; }
+  KOKKOS_INLINE_FUNCTION Index block_of(Index i, Index j, Index k) const {
+    constexpr Index edge = DeformingBody::block_edge;
+    return (k / edge * blocks[1] + j / edge) * blocks[0] + i / edge;
+  }
+};
+
+void move_points(DeformingBody& d, const StepInfo& info) {
+  const PointsOfStep points = points_of_step(d, info.time, info.dt);
+  const Vec3 corner = lattice_origin(d.body, info.time + info.dt);
+  const Double3 origin{corner[0], corner[1], corner[2]};
+  const double rate = 1 / info.dt;
+  allocate_zeros(d.position, "drench::deforming_position", static_cast<std::size_t>(d.points));
+  allocate_zeros(d.velocity, "drench::deforming_velocity", static_cast<std::size_t>(d.points));
+  const Entries<Real3> x = d.position, v = d.velocity;
+  parallel(
+      "drench::deforming_body::points", d.points, KOKKOS_LAMBDA(const Index n) {
+        const Double3 end = points.end(n);
+        x(n) = narrow(minus(end, origin));
+        v(n) = narrow(times(rate, minus(end, points.begin(n))));
+      });
+}
+
+/// Normals of the triangles, and of the points, weighted by angles (Bærentzen and Aanæs 2005).
+void turn_normals(DeformingBody& d) {
+  allocate_zeros(d.face_normal, "drench::deforming_face_normal", static_cast<std::size_t>(d.triangles));
+  allocate_zeros(d.point_normal, "drench::deforming_point_normal", static_cast<std::size_t>(d.points));
+  allocate_zeros(d.ball, "drench::deforming_ball", static_cast<std::size_t>(d.triangles));
+  const Entries<const Index> corner = std::as_const(d).corner, start = std::as_const(d).point_start,
+                             item = std::as_const(d).item;
+  const Entries<const Real3> x = std::as_const(d).position;
+  const Entries<Real3> face = d.face_normal, normal = d.point_normal;
+  const Entries<Real4> ball = d.ball;
+  parallel(
+      "drench::deforming_body::faces", d.triangles, KOKKOS_LAMBDA(const Index t) {
+        const Real3 a = x(corner(3 * t)), b = x(corner(3 * t + 1)), c = x(corner(3 * t + 2));
+        const Real3 across = cross(b - a, c - a), middle = Real(1.0 / 3) * (a + b + c);
+        const Real length = norm(across);
+        face(t) = length > 0 ? (1 / length) * across : Real3{};
+        ball(t) = {middle, Kokkos::fmax(norm(a - middle), Kokkos::fmax(norm(b - middle), norm(c - middle)))};
+      });
+  parallel(
+      "drench::deforming_body::point_normals", d.points, KOKKOS_LAMBDA(const Index n) {
+        Real3 sum;
+        for (Index e = start(n); e < start(n + 1); ++e) {
+          const Index t = item(e) / 4, c = item(e) % 4;
+          const Real3 u = x(corner(3 * t + (c + 1) % 3)) - x(n), v = x(corner(3 * t + (c + 2) % 3)) - x(n);
+          const Real lengths = norm(u) * norm(v);
+          if (!(lengths > 0)) continue;
+          const Real cosine = dot(u, v) / lengths;
+          sum += Kokkos::acos(cosine > 1 ? Real(1) : cosine < -1 ? Real(-1) : cosine) * face(t);
+        }
+        normal(n) = sum;
+      });
+}
+
+/// Counts the triangles that are near each block, or writes them down: one kernel for both, so that both find the same.
+struct NearBlocks {
+  bool write;
+  Lattice lattice;
+  Real band;
+  Entries<const Index> corner, start;
+  Entries<const Real3> x, face;
+  Entries<Index> count, entry;
+
+  KOKKOS_INLINE_FUNCTION void range_of(Real lo, Real hi, int axis, Index& first, Index& last) const {
+    constexpr Index edge = DeformingBody::block_edge;
+    const Index from = static_cast<Index>(Kokkos::fmax(Kokkos::ceil((lo - band) / lattice.step), Real(0))),
+                to = static_cast<Index>(Kokkos::fmax(Kokkos::floor((hi + band) / lattice.step), Real(-1)));
+    first = from / edge;
+    last = (to < lattice.points[axis] ? to : lattice.points[axis] - 1) / edge;
+  }
+  KOKKOS_INLINE_FUNCTION void operator()(const Index t) const {
+    constexpr Index edge = DeformingBody::block_edge;
+    if (!(dot(face(t), face(t)) > 0)) return;  // its edges are those of others
+    const Real3 a = x(corner(3 * t)), b = x(corner(3 * t + 1)), c = x(corner(3 * t + 2));
+    Index lo[3], hi[3];
+    range_of(Kokkos::fmin(a.x, Kokkos::fmin(b.x, c.x)), Kokkos::fmax(a.x, Kokkos::fmax(b.x, c.x)), 0, lo[0], hi[0]);
+    range_of(Kokkos::fmin(a.y, Kokkos::fmin(b.y, c.y)), Kokkos::fmax(a.y, Kokkos::fmax(b.y, c.y)), 1, lo[1], hi[1]);
+    range_of(Kokkos::fmin(a.z, Kokkos::fmin(b.z, c.z)), Kokkos::fmax(a.z, Kokkos::fmax(b.z, c.z)), 2, lo[2], hi[2]);
+    const Real half = Real(0.5) * (edge - 1), reach = band + Real(1.7321 * 1.001) * half * lattice.step;
+    for (Index k = lo[2]; k <= hi[2]; ++k)
+      for (Index j = lo[1]; j <= hi[1]; ++j)
+        for (Index i = lo[0]; i <= hi[0]; ++i) {
+          const Real3 middle = lattice.step * Real3{edge * i + half, edge * j + half, edge * k + half};
+          const NearestPoint at = nearest_point(a, b, c, middle);
+          const Real3 apart = middle - (at.weight[0] * a + at.weight[1] * b + at.weight[2] * c);
+          if (dot(apart, apart) > reach * reach) continue;
+          const Index block = (k * lattice.blocks[1] + j) * lattice.blocks[0] + i;
+          const Index place = Kokkos::atomic_fetch_add(&count(block), 1);
+          if (write) entry(start(block) + place) = t;
+        }
+  }
+};
+
+/// block_start and near_triangle. The order of a block's triangles is not determined; nothing depends on it.
+void list_triangles(DeformingBody& d) {
+  const Index blocks = d.blocks[0] * d.blocks[1] * d.blocks[2];
+  allocate_zeros(d.block_count, "drench::deforming_block_count", static_cast<std::size_t>(blocks));
+  allocate_zeros(d.block_start, "drench::deforming_block_start", static_cast<std::size_t>(blocks) + 1);
+  const Entries<Index> count = d.block_count, start = d.block_start;
+  parallel(
+      "drench::deforming_body::reset", blocks, KOKKOS_LAMBDA(const Index b) { count(b) = 0; });
+  NearBlocks near{false, Lattice(d), d.band, std::as_const(d).corner, std::as_const(d).block_start,
+                  std::as_const(d).position, std::as_const(d).face_normal, d.block_count, {}};
+  parallel("drench::deforming_body::count", d.triangles, near);
+  Index total = 0;
+  Kokkos::parallel_scan(
+      "drench::deforming_body::start", range(blocks + 1),
+      KOKKOS_LAMBDA(const Index b, Index& sum, const bool final) {
+        const Index own = b < blocks ? count(b) : 0;
+        if (final) {
+          start(b) = sum;
+          if (b < blocks) count(b) = 0;
+        }
+        sum += own;
+      },
+      total);
+  make_ample_room(d.near_triangle, "drench::deforming_near_triangle", static_cast<std::size_t>(total));
+  near.write = true;
+  near.entry = d.near_triangle;
+  parallel("drench::deforming_body::list", d.triangles, near);
+}
+
+/// The nearest triangle of a lattice point, and where it is nearest.
+struct Nearest {
+  Index triangle = -1;
+  Real square = 0;  // m²
+  NearestPoint at{};
+};
+
+struct Distances {
+  Lattice lattice;
+  Real band;
+  Entries<const Index> start, entry, corner, neighbor;
+  Entries<const Real3> x, face, normal;
+  Entries<const Real4> ball;
+  Entries<Real> distance;
+  Entries<Index> nearest;
+
+  explicit Distances(DeformingBody& d)
+      : lattice(d),
+        band(d.band),
+        start(std::as_const(d).block_start),
+        entry(std::as_const(d).near_triangle),
+        corner(std::as_const(d).corner),
+        neighbor(std::as_const(d).neighbor),
+        x(std::as_const(d).position),
+        face(std::as_const(d).face_normal),
+        normal(std::as_const(d).point_normal),
+        ball(std::as_const(d).ball),
+        distance(d.distance),
+        nearest(d.nearest) {}
+
+  KOKKOS_INLINE_FUNCTION Nearest nearest_of(Index block, const Real3& p) const {
+    constexpr Real wider = Real(1.00001);  // than rounding can be
+    Nearest found;
+    Real least = band * wider;
+    found.square = least * least;
+    for (Index e = start(block); e < start(block + 1); ++e) {
+      const Index t = entry(e);
+      const Real4 around = ball(t);
+      const Real3 way = p - around.xyz();
+      const Real within = (least + around.w) * wider;
+      if (dot(way, way) > within * within) continue;
+      const Real3 a = x(corner(3 * t)), b = x(corner(3 * t + 1)), c = x(corner(3 * t + 2));
+      const NearestPoint at = nearest_point(a, b, c, p);
+      const Real3 apart = p - (at.weight[0] * a + at.weight[1] * b + at.weight[2] * c);
+      const Real square = dot(apart, apart);
+      if (square > found.square || (square == found.square && found.triangle >= 0 && t > found.triangle)) continue;
+      found = {t, square, at};
+      least = Kokkos::sqrt(square);
+    }
+    return found;
+  }
+  /// On which side of the surface p is.
+  KOKKOS_INLINE_FUNCTION Real side(const Nearest& found, const Real3& p) const {
+    const std::int64_t t = 3 * static_cast<std::int64_t>(found.triangle);
+    const NearestPoint& at = found.at;
+    Real3 out = face(found.triangle);
+    if (at.part < 3)
+      out = normal(corner(t + at.part));
+    else if (at.part < 6)
+      out += face(neighbor(t + at.part - 3));
+    const Real3 foot = at.weight[0] * x(corner(t)) + at.weight[1] * x(corner(t + 1)) + at.weight[2] * x(corner(t + 2));
+    return dot(p - foot, out) < 0 ? Real(-1) : Real(1);
+  }
+  KOKKOS_INLINE_FUNCTION void operator()(const Index e) const {
+    const Index i = e % lattice.points[0], row = e / lattice.points[0], j = row % lattice.points[1],
+                k = row / lattice.points[1];
+    const Real3 p = lattice.step * Real3{Real(i), Real(j), Real(k)};
+    const Nearest found = nearest_of(lattice.block_of(i, j, k), p);
+    nearest(e) = found.triangle;
+    distance(e) = found.triangle < 0 ? band : side(found, p) * Kokkos::fmin(Kokkos::sqrt(found.square), band);
+  }
+};
+
+/// Beyond the band a point is on the side of the one before it in its row: the band is wider than a step.
+void fill_sides(DeformingBody& d) {
+  const Entries<Real> distance = d.distance;
+  const Entries<const Index> nearest = std::as_const(d).nearest;
+  const Index length = d.lattice[0];
+  const Real band = d.band;
+  parallel(
+      "drench::deforming_body::sides", d.lattice[1] * d.lattice[2], KOKKOS_LAMBDA(const Index row) {
+        Real side = 1;
+        for (Index e = row * length; e < (row + 1) * length; ++e) {
+          if (nearest(e) < 0)
+            distance(e) = side * band;
+          else
+            side = distance(e) < 0 ? Real(-1) : Real(1);
+        }
+      });
+}
+
+/// The body's entry of the solids: the lattice is centred at where its own is at the end of the step.
+void place_solid(Bodies& bodies, DeformingBody& d, double time) {
+  const Vec3 origin = lattice_origin(d.body, time);
+  Double3 half;
+  half.x = 0.5 * d.body.field.spacing * (d.lattice[0] - 1);
+  half.y = 0.5 * d.body.field.spacing * (d.lattice[1] - 1);
+  half.z = 0.5 * d.body.field.spacing * (d.lattice[2] - 1);
+  const Real3 center = narrow(add({origin[0], origin[1], origin[2]}, half)), corner = narrow(times(-1, half));
+  const Entries<Solid> solids = bodies.solids;
+  const MovingSurface surface{d.nearest.data(), d.corner.data(), d.position.data(), d.velocity.data()};
+  const Real* const field = d.distance.data();
+  const Index index = d.index;
+  parallel(
+      "drench::deforming_body::solid", 1, KOKKOS_LAMBDA(const Index) {
+        Solid& s = solids(index);
+        s.center = s.point = center;
+        s.field_origin = corner;
+        s.field = field;
+        s.surface = surface;
+      });
+}
+
+}  // namespace
+
+void place_surfaces(Bodies& bodies, const StepInfo& info) {
+  for (const auto& shared : bodies.deforming) {
+    DeformingBody& d = *shared;
+    if (d.time != info.time || d.dt != info.dt) {
+      const auto count = static_cast<std::size_t>(Lattice(d).count());
+      allocate_zeros(d.distance, "drench::deforming_distance", count);
+      allocate_zeros(d.nearest, "drench::deforming_nearest", count);
+      move_points(d, info);
+      turn_normals(d);
+      list_triangles(d);
+      parallel("drench::deforming_body::distances", Lattice(d).count(), Distances(d));
+      fill_sides(d);
+      d.time = info.time;
+      d.dt = info.dt;
+    }
+    place_solid(bodies, d, info.time + info.dt);
+  }
+}
+
+}  // namespace drench::kokkos_backend
