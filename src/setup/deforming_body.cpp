@@ -192,7 +192,7 @@ std::array<double, 3> weights_of(const Corners& x, const Vector3d& q) {
 }
 
 /// Binds the sample x, which lies below the point p of the triangle.
-void bind(Body& body, const Corners& corners, Index triangle, const Vector3d& p, const Vector3d& x) {
+void bind_to(Body& body, const Corners& corners, Index triangle, const Vector3d& p, const Vector3d& x) {
   std::array<double, 3> weight = weights_of(corners, x);
   double depth = (corners[0] - x).dot(across(corners).normalized());
   const auto large = [](double w) { return !(std::abs(w) <= farthest); };
@@ -244,7 +244,7 @@ std::vector<Vec3> bind_samples(Body& body, double d) {
       if (triangle < 0) return;
       const Vec3 x = sunk(now, d, p);
       if (kept.any_within(x, least)) return;
-      bind(body, corners_of(body, points, static_cast<std::size_t>(triangle)), triangle, p, to_eigen(x));
+      bind_to(body, corners_of(body, points, static_cast<std::size_t>(triangle)), triangle, p, to_eigen(x));
       kept.add(placed(body, points, body.shape.triangle.size() - 1));
     });
   }
