@@ -35,7 +35,7 @@ std::vector<Vec3> first_velocities(const Body& body);
 /// Of each triangle the largest area in any file, m².
 std::vector<double> largest_areas(const Body& body);
 
-/// About how many pairs of a triangle and a block of 4³ lattice points are within the band.
+/// About how many pairs of a triangle and a block of 2³ lattice points are listed.
 double near_pairs(const Body& body);
 
 }  // namespace drench

@@ -99,7 +99,7 @@ MemoryEstimate deforming_bytes(const Sizing& s) {
   const SetupSize& n = s.size;
   MemoryEstimate sum;
   // nearest, blocks and their triangles; distances are counted with all fields (body_bytes)
-  sum.bodies += n.deforming_field * index_bytes * (1 + 2 / block) + n.deforming_pairs * 1.25 * index_bytes;
+  sum.bodies += n.deforming_field * (index_bytes * (1 + 2 / block) + s.real / block) + n.deforming_pairs * 1.25 * index_bytes;
   sum.bodies += n.deforming_points * (4 * 3 * double_bytes + 9 * s.real + index_bytes);      // files, position, …
   sum.bodies += n.deforming_triangles * (9 * index_bytes + 7 * s.real);                      // corner, …, ball
   if (n.deforming_points > 0) sum.bodies += n.boundary * (index_bytes + 4 * double_bytes);   // where samples are

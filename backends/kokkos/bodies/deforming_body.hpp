@@ -10,7 +10,7 @@ namespace drench::kokkos_backend {
 
 /// One of them. The lattice of distances is divided into blocks of block_edge³ points.
 struct DeformingBody {
-  static constexpr Index block_edge = 4;
+  static constexpr Index block_edge = 2;
 
   DeformingBody(const Body& body, Index index);
 
@@ -31,7 +31,8 @@ struct DeformingBody {
   Field<Real3> position, velocity;           // m, m/s: velocities are means over the step
   Field<Real3> face_normal, point_normal;    // unit, 0 of a triangle without area; any length
   Field<Real4> ball;                         // around each triangle: centre and radius, m
-  Field<Index> block_count, block_start, near_triangle;  // triangles near a block
+  Field<Real> block_bound;                               // m: no block's centre is farther from the surface
+  Field<Index> block_count, block_start, near_triangle;  // triangles that may be the nearest of a point of a block
   Field<Real> distance;                      // m
   Field<Index> nearest;
 };

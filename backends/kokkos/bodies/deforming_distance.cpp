@@ -1,7 +1,7 @@
 // Bodies that change their shape: distances to their surface at the end of a step.
 
+#include "bodies/contact.hpp"
 #include "bodies/deforming_body.hpp"
-#include "bodies/nearest_point.hpp"
 #include "state/deforming_body.hpp"
 
 namespace drench::kokkos_backend {
@@ -70,41 +70,65 @@ void turn_normals(DeformingBody& d) {
       });
 }
 
-/// Counts the triangles that are near each block, or writes them down: one kernel for both, so that both find the same.
+enum class Pass { bound, count, write };
+
+/// Which triangles may be the nearest of a point of a block: those no farther from its centre than block_bound and twice the way
+/// to its corners, within the band. Passes: the bounds, the numbers of triangles, and the triangles themselves.
 struct NearBlocks {
-  bool write;
+  Pass pass;
   Lattice lattice;
   Real band;
   Entries<const Index> corner, start;
   Entries<const Real3> x, face;
+  Entries<const Real4> ball;
+  Entries<Real> bound;
   Entries<Index> count, entry;
 
   KOKKOS_INLINE_FUNCTION void range_of(Real lo, Real hi, int axis, Index& first, Index& last) const {
     constexpr Index edge = DeformingBody::block_edge;
     const Index from = static_cast<Index>(Kokkos::fmax(Kokkos::ceil((lo - band) / lattice.step), Real(0))),
-                to = static_cast<Index>(Kokkos::fmax(Kokkos::floor((hi + band) / lattice.step), Real(-1)));
+                to = static_cast<Index>(Kokkos::fmax(Kokkos::floor((hi + band) / lattice.step), Real(0)));
     first = from / edge;
     last = (to < lattice.points[axis] ? to : lattice.points[axis] - 1) / edge;
+  }
+  /// Bounds of the distance of p to a triangle; the distance itself where the triangle is larger than blocks.
+  KOKKOS_INLINE_FUNCTION void distances(const Real3 (&at)[3], const Real4& around, const Real3& p, Real& low, Real& high) const {
+    if (around.w > 2 * lattice.step) {
+      const NearestPoint near = nearest_point(at[0], at[1], at[2], p);
+      low = high = norm(p - (near.weight[0] * at[0] + near.weight[1] * at[1] + near.weight[2] * at[2]));
+      return;
+    }
+    high = norm(p - around.xyz());
+    low = high - around.w;
+  }
+  KOKKOS_INLINE_FUNCTION void visit(Index t, Index block, Real low, Real high, Real half) const {
+    const Real reach = band + half;
+    if (low > reach) return;
+    if (pass == Pass::bound) {
+      Kokkos::atomic_min(&bound(block), high);
+      return;
+    }
+    if (low > bound(block) + 2 * half) return;
+    const Index place = Kokkos::atomic_fetch_add(&count(block), 1);
+    if (pass == Pass::write) entry(start(block) + place) = t;
   }
   KOKKOS_INLINE_FUNCTION void operator()(const Index t) const {
     constexpr Index edge = DeformingBody::block_edge;
     if (!(dot(face(t), face(t)) > 0)) return;  // its edges are those of others
-    const Real3 a = x(corner(3 * t)), b = x(corner(3 * t + 1)), c = x(corner(3 * t + 2));
+    const Real3 at[3] = {x(corner(3 * t)), x(corner(3 * t + 1)), x(corner(3 * t + 2))};
+    const Real4 around = ball(t);
     Index lo[3], hi[3];
-    range_of(Kokkos::fmin(a.x, Kokkos::fmin(b.x, c.x)), Kokkos::fmax(a.x, Kokkos::fmax(b.x, c.x)), 0, lo[0], hi[0]);
-    range_of(Kokkos::fmin(a.y, Kokkos::fmin(b.y, c.y)), Kokkos::fmax(a.y, Kokkos::fmax(b.y, c.y)), 1, lo[1], hi[1]);
-    range_of(Kokkos::fmin(a.z, Kokkos::fmin(b.z, c.z)), Kokkos::fmax(a.z, Kokkos::fmax(b.z, c.z)), 2, lo[2], hi[2]);
-    const Real half = Real(0.5) * (edge - 1), reach = band + Real(1.7321 * 1.001) * half * lattice.step;
+    range_of(Kokkos::fmin(at[0].x, Kokkos::fmin(at[1].x, at[2].x)), Kokkos::fmax(at[0].x, Kokkos::fmax(at[1].x, at[2].x)), 0, lo[0], hi[0]);
+    range_of(Kokkos::fmin(at[0].y, Kokkos::fmin(at[1].y, at[2].y)), Kokkos::fmax(at[0].y, Kokkos::fmax(at[1].y, at[2].y)), 1, lo[1], hi[1]);
+    range_of(Kokkos::fmin(at[0].z, Kokkos::fmin(at[1].z, at[2].z)), Kokkos::fmax(at[0].z, Kokkos::fmax(at[1].z, at[2].z)), 2, lo[2], hi[2]);
+    // A little farther than a block's corners are from its centre, so that rounding decides nothing.
+    const Real middle = Real(0.5) * (edge - 1), half = Real(1.7321 * 1.001) * middle * lattice.step;
     for (Index k = lo[2]; k <= hi[2]; ++k)
       for (Index j = lo[1]; j <= hi[1]; ++j)
         for (Index i = lo[0]; i <= hi[0]; ++i) {
-          const Real3 middle = lattice.step * Real3{edge * i + half, edge * j + half, edge * k + half};
-          const NearestPoint at = nearest_point(a, b, c, middle);
-          const Real3 apart = middle - (at.weight[0] * a + at.weight[1] * b + at.weight[2] * c);
-          if (dot(apart, apart) > reach * reach) continue;
-          const Index block = (k * lattice.blocks[1] + j) * lattice.blocks[0] + i;
-          const Index place = Kokkos::atomic_fetch_add(&count(block), 1);
-          if (write) entry(start(block) + place) = t;
+          Real low, high;
+          distances(at, around, lattice.step * Real3{edge * i + middle, edge * j + middle, edge * k + middle}, low, high);
+          visit(t, (k * lattice.blocks[1] + j) * lattice.blocks[0] + i, low, high, half);
         }
   }
 };
@@ -112,13 +136,21 @@ struct NearBlocks {
 /// block_start and near_triangle. The order of a block's triangles is not determined; nothing depends on it.
 void list_triangles(DeformingBody& d) {
   const Index blocks = d.blocks[0] * d.blocks[1] * d.blocks[2];
+  allocate_zeros(d.block_bound, "drench::deforming_block_bound", static_cast<std::size_t>(blocks));
   allocate_zeros(d.block_count, "drench::deforming_block_count", static_cast<std::size_t>(blocks));
   allocate_zeros(d.block_start, "drench::deforming_block_start", static_cast<std::size_t>(blocks) + 1);
   const Entries<Index> count = d.block_count, start = d.block_start;
+  const Entries<Real> bound = d.block_bound;
   parallel(
-      "drench::deforming_body::reset", blocks, KOKKOS_LAMBDA(const Index b) { count(b) = 0; });
-  NearBlocks near{false, Lattice(d), d.band, std::as_const(d).corner, std::as_const(d).block_start,
-                  std::as_const(d).position, std::as_const(d).face_normal, d.block_count, {}};
+      "drench::deforming_body::reset", blocks, KOKKOS_LAMBDA(const Index b) {
+        count(b) = 0;
+        bound(b) = far_away;
+      });
+  NearBlocks near{Pass::bound, Lattice(d), d.band, std::as_const(d).corner, std::as_const(d).block_start,
+                  std::as_const(d).position, std::as_const(d).face_normal, std::as_const(d).ball, d.block_bound,
+                  d.block_count, {}};
+  parallel("drench::deforming_body::bound", d.triangles, near);
+  near.pass = Pass::count;
   parallel("drench::deforming_body::count", d.triangles, near);
   Index total = 0;
   Kokkos::parallel_scan(
@@ -133,7 +165,7 @@ void list_triangles(DeformingBody& d) {
       },
       total);
   make_ample_room(d.near_triangle, "drench::deforming_near_triangle", static_cast<std::size_t>(total));
-  near.write = true;
+  near.pass = Pass::write;
   near.entry = d.near_triangle;
   parallel("drench::deforming_body::list", d.triangles, near);
 }
