@@ -173,7 +173,7 @@ Body shape_with_field_at(const Body& body, double time) {
 
 namespace {
 
-constexpr double much = 1.25;   // an edge that is as many times as long as in all files before needs more samples
+constexpr double much = 1.1;    // an edge that is as many times as long as in all files before needs more samples
 constexpr double farthest = 8;  // weights are not larger: of a sliver they would say nothing
 
 /// Where sample s is when the mesh's points are at `points`.
@@ -210,23 +210,40 @@ std::array<double, 3> squares(const Corners& x) {
   return {(x[1] - x[0]).squaredNorm(), (x[2] - x[1]).squaredNorm(), (x[0] - x[2]).squaredNorm()};
 }
 
-/// Which files to lay samples in: the first, and those where an edge is longer by much than in all of these before.
+double area_of(const Body& body, const Points& points) {
+  double area = 0;
+  for (std::size_t t = 0; t < body.mesh_triangles.size(); ++t) area += 0.5 * across(corners_of(body, points, t)).norm();
+  return area;
+}
+
+/// The first file, or the one with the largest surface if that is larger by much: samples lie evenly there, and crowd elsewhere.
+std::size_t evenly_sampled(const Body& body) {
+  std::size_t largest = 0;
+  const double first = area_of(body, body.shape.points.front());
+  double most = much * much * first;
+  for (std::size_t k = 1; k < body.shape.points.size(); ++k)
+    if (const double area = area_of(body, body.shape.points[k]); area > most) most = area, largest = k;
+  return largest;
+}
+
+/// Which files to lay samples in: that one, and those where an edge is longer by much than in all before it.
 std::vector<std::size_t> stretched_files(const Body& body) {
   std::vector<std::array<double, 3>> longest(body.mesh_triangles.size());
   std::vector<std::size_t> files;
-  for (std::size_t k = 0; k < body.shape.points.size(); ++k) {
+  const auto look_at = [&](std::size_t k) {
     bool longer = false;
-    for (std::size_t t = 0; t < longest.size() && !longer; ++t) {
-      const auto now = squares(corners_of(body, body.shape.points[k], t));
-      for (std::size_t c = 0; c < 3; ++c) longer = longer || now[c] > much * much * longest[t][c];
-    }
-    if (!longer) continue;
-    files.push_back(k);
+    std::vector<std::array<double, 3>> now;
     for (std::size_t t = 0; t < longest.size(); ++t) {
-      const auto now = squares(corners_of(body, body.shape.points[k], t));
-      for (std::size_t c = 0; c < 3; ++c) longest[t][c] = std::max(longest[t][c], now[c]);
+      now.push_back(squares(corners_of(body, body.shape.points[k], t)));
+      for (std::size_t c = 0; c < 3; ++c) longer = longer || now[t][c] > much * much * longest[t][c];
     }
-  }
+    if (!longer) return;
+    files.push_back(k);
+    for (std::size_t t = 0; t < longest.size(); ++t)
+      for (std::size_t c = 0; c < 3; ++c) longest[t][c] = std::max(longest[t][c], now[t][c]);
+  };
+  look_at(evenly_sampled(body));
+  for (std::size_t k = 0; k < body.shape.points.size(); ++k) look_at(k);
   return files;
 }
 

@@ -170,7 +170,7 @@ TEST(deforming_body, a_body_that_grows_stays_covered_by_its_samples) {
       for (const Vector3d& sample : samples) nearest = std::min(nearest, (sample - to_eigen(x)).norm());
       farthest = std::max(farthest, nearest);
     }
-    EXPECT_LT(farthest, 1.35 * setup.model.spacing) << "file " << k;  // √(1.25² + 0.5²)
+    EXPECT_LT(farthest, 1.21 * setup.model.spacing) << "file " << k;  // √(1.1² + 0.5²)
   }
 }
 
