@@ -32,6 +32,8 @@ class ReferenceBackend : public Backend {
 
   void fence() override {}
   HostState download() const override { return state_.s; }
+  void keep() override { kept_ = state_.s; }
+  void go_back() override { state_.s = kept_; }
 
   std::vector<std::pair<Index, Index>> neighbor_pairs(const std::string& list) const override {
     const NeighborLists& rows = list_named(list);
@@ -55,6 +57,7 @@ class ReferenceBackend : public Backend {
   }
 
   ReferenceState state_;
+  HostState kept_;
 };
 
 }  // namespace

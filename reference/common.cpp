@@ -66,6 +66,11 @@ double emission_ramp(const Model& model) {
   return ramp;
 }
 
+double source_ramp(const HostState& s, Index i, double ramp) {
+  if (s.fluid_origin[i] != static_cast<std::uint8_t>(Origin::cloth) || ramp <= 0) return 1;
+  return std::min(1.0, s.fluid_age[i] / ramp);
+}
+
 Index sample_node(const ReferenceState& state, Index p, int k) {
   return state.model.mesh.triangle[state.model.samples.triangle[p]][k];
 }

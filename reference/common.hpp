@@ -44,6 +44,8 @@ double inverse_node_mass(const ReferenceState& state, Index n);
 
 /// T of the ramp of fresh particles: the largest emission_ramp of the cloths, s; 0 without cloth.
 double emission_ramp(const Model& model);
+/// β_i: how much of a fresh particle's compression counts yet.
+double source_ramp(const HostState& s, Index i, double ramp);
 
 /// The node that carries corner k (0..2) of sample p.
 Index sample_node(const ReferenceState& state, Index p, int k);

@@ -59,9 +59,18 @@ std::vector<double> row_bounds(const ReferenceState& state, const Vectors& sampl
   return bound;
 }
 
+/// Mean of β_i max(0, δ_i − 1) over the liquid.
+double mean_compression(const ReferenceState& state) {
+  const double ramp = emission_ramp(state.model);
+  double sum = 0;
+  for (Index i = 0; i < state.s.fluid_count(); ++i)
+    if (state.alpha[i] > 0) sum += source_ramp(state.s, i, ramp) * std::max(0.0, state.s.fluid_density_ratio[i] - 1);
+  return state.s.fluid_count() > 0 ? sum / state.s.fluid_count() : 0;
+}
+
 }  // namespace
 
-void density(ReferenceState& state, const StepInfo&, StepReport&) {
+void density(ReferenceState& state, const StepInfo&, StepReport& report) {
   HostState& s = state.s;
   const Smoothing w(state.model);
   const double spacing = state.model.spacing;
@@ -116,6 +125,7 @@ void density(ReferenceState& state, const StepInfo&, StepReport&) {
     }
   }
   add_body_rows(state);
+  if (state.model.scene.time.mode == TimeMode::error) report.density_found = mean_compression(state);
 }
 
 }  // namespace drench::reference

@@ -18,12 +18,6 @@ double corrected(double over, double factor) {
   return std::max(over / 2, std::min(factor * over, most));
 }
 
-/// β_i: how much of a fresh particle's compression counts yet.
-double source_ramp(const HostState& s, Index i, double ramp) {
-  if (s.fluid_origin[i] != static_cast<std::uint8_t>(Origin::cloth) || ramp <= 0) return 1;
-  return std::min(1.0, s.fluid_age[i] / ramp);
-}
-
 /// Where stage cloth has left the nodes: x⁰ + Δt v, m.
 Vectors end_of_step(const ReferenceState& state, double dt) {
   Vectors x;
@@ -106,7 +100,7 @@ void pressure(ReferenceState& state, const StepInfo& info, StepReport& report) {
   const auto approach = [&](Index i, double rate) { return active[i] ? source_ramp(s, i, ramp) * info.dt * rate : 0; };
   const Residuals residuals{compression, approach};
   clear_inactive(state);
-  const double tolerance = correction * state.model.scene.fluid.solver.density_error;
+  const double tolerance = correction * state.model.density_tolerance();
   std::vector<double>& kappa = state.s.fluid_kappa_density;
   SolveResult result;
   if (state.model.has_moving_cloth()) {

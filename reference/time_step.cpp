@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include "common.hpp"
@@ -9,11 +10,25 @@
 
 namespace drench::reference {
 
+namespace {
+
+/// s: the period of the shortest capillary waves over 2π; infinite without tension and adhesion.
+double capillary_step(const Model& model) {
+  double sigma = model.scene.fluid.surface_tension;
+  for (const Body& b : model.bodies) sigma = std::max(sigma, b.adhesion);
+  for (const ClothMaterial& c : model.cloths) sigma = std::max(sigma, c.adhesion);
+  if (!model.has_fluid() || sigma <= 0) return std::numeric_limits<double>::infinity();
+  return std::sqrt(model.scene.fluid.density * std::pow(model.spacing, 3) / (2 * std::numbers::pi * sigma));
+}
+
+}  // namespace
+
 void time_step(ReferenceState& state, const StepInfo& info, StepReport& report) {
   const TimeScene& time = state.model.scene.time;
   state.s.node_pin_force.assign(state.s.node_position.size(), Vec3{0, 0, 0});
   report.dt_wanted = time.step;
-  if (time.mode == TimeMode::fixed) return;
+  if (time.mode == TimeMode::error) report.dt_wanted = std::min(time.step, 0.7 * capillary_step(state.model));
+  if (time.mode != TimeMode::cfl) return;
 
   const FieldScene& field = state.model.scene.field;
   double fastest = 0;
@@ -34,14 +49,7 @@ void time_step(ReferenceState& state, const StepInfo& info, StepReport& report) 
   }
   fastest = std::max(fastest, fastest_by_keys(state.model, info.time, info.time + time.step));
   if (fastest > 0) report.dt_wanted = std::min(time.step, time.cfl * state.model.spacing / fastest);
-  double sigma = state.model.scene.fluid.surface_tension;
-  for (const Body& b : state.model.bodies) sigma = std::max(sigma, b.adhesion);
-  for (const ClothMaterial& c : state.model.cloths) sigma = std::max(sigma, c.adhesion);
-  if (state.model.has_fluid() && sigma > 0) {
-    const double capillary =
-        std::sqrt(state.model.scene.fluid.density * std::pow(state.model.spacing, 3) / (2 * std::numbers::pi * sigma));
-    report.dt_wanted = std::min(report.dt_wanted, 0.7 * capillary);
-  }
+  report.dt_wanted = std::min(report.dt_wanted, 0.7 * capillary_step(state.model));
   report.dt_wanted = std::max(report.dt_wanted, time.step / 1000);
 }
 

@@ -16,6 +16,7 @@
 #include "porous/stages.hpp"
 #include "porous/transfer.hpp"
 #include "step/field_views.hpp"
+#include "step/kept_state.hpp"
 #include "step/stages.hpp"
 
 namespace drench {
@@ -57,6 +58,9 @@ class KokkosBackend final : public Backend {
     return state;
   }
 
+  void keep() override { kept_.keep(fluid_, bodies_, cloth_, accounts_, jets_); }
+  void go_back() override { kept_.go_back(fluid_, bodies_, cloth_, accounts_, jets_); }
+
   std::vector<FieldView> fields() const override {
     Kokkos::fence("drench::fields");
     return field_views(constants_.model, fluid_, bodies_, cloth_);
@@ -78,7 +82,7 @@ class KokkosBackend final : public Backend {
         return neighbors(constants_, fluid_, lists_, bodies_, cloth_,
                          measured_.is_of(fluid_.particles.moved) ? &measured_.fluid : nullptr);
       case Stage::density:
-        return density(constants_, fluid_, lists_, bodies_, cloth_);
+        return density(constants_, fluid_, lists_, bodies_, cloth_, report);
       case Stage::divergence:
         return divergence(constants_, fluid_, lists_, bodies_, cloth_, pressure_, info, report);
       case Stage::forces:
@@ -168,6 +172,7 @@ class KokkosBackend final : public Backend {
   Jets jets_;
   Accounts accounts_;
   Cached<StateMeasures> measured_;
+  KeptState kept_;
   // the stages' own work arrays, made on first use
   PressureWork pressure_;
   ForcesWork forces_;
@@ -217,6 +222,7 @@ MemoryEstimate kokkos_array_bytes(const SetupSize& size, int real_bytes, bool gp
   sum += contact_wicking_bytes(sizing);
   sum += measures_bytes(sizing);
   sum += ledger_bytes(sizing);
+  sum += kept_state_bytes(sizing);
   return sum;
 }
 

@@ -33,6 +33,8 @@ nb::dict to_dict(const StepReport& r) {
   DRENCH_NUMBER(density_error)
   DRENCH_NUMBER(density_error_max)
   DRENCH_NUMBER(density_converged)
+  DRENCH_NUMBER(density_found)
+  DRENCH_NUMBER(rejected)
   DRENCH_NUMBER(viscosity_stages)
   DRENCH_NUMBER(micropolar_stages)
   DRENCH_NUMBER(cloth_iterations)

@@ -70,6 +70,11 @@ void print_step(const Model& model, const HostState& state) {
                std::min(dt, model.capillary_step()), fastest, time.cfl);
     return;
   }
+  if (time.mode == TimeMode::error) {
+    fmt::print("time step: {:.4g} s, down to {:.4g} s where a step would leave more than {:.3g} % compression\n",
+               std::min(time.step, model.capillary_step()), time.step / 100, 100 * time.tolerance);
+    return;
+  }
   const double spacings = time.step / model.spacing;
   fmt::print(
       "time step: {:.4g} s; at {:.3g} m/s (free fall) {:.2g} spacings a step, at {:.3g} m/s (where it hits, enters or "
@@ -102,7 +107,7 @@ int check_command(const std::string& path, const std::vector<std::string>& overr
   print_memory(memory, budget);
 
   print_step(model, setup.state);
-  fmt::print("steps: {}{:.0f} to {:.4g} s\n", scene.time.mode == TimeMode::cfl ? "at least " : "",
+  fmt::print("steps: {}{:.0f} to {:.4g} s\n", scene.time.mode != TimeMode::fixed ? "at least " : "",
              std::ceil(scene.time.end / scene.time.step - 1e-9), scene.time.end);
   if (const double passes = model.has_fluid() ? viscous_passes(model, scene.time.step) : 0; passes > 1)
     fmt::print("viscosity: about {:.0f} passes a step\n", passes);

@@ -21,9 +21,11 @@ double fastest(const std::vector<Vec3>& velocities) {
 double distance(const Vec3& a, const Vec3& b) { return norm({a[0] - b[0], a[1] - b[1], a[2] - b[2]}); }
 
 std::string halve(const Model& m) {
-  return fmt::format("halve time.step ({:.3g} s){}", m.scene.time.step,
-                     m.scene.time.mode == TimeMode::cfl ? fmt::format(" or time.cfl ({:.3g})", m.scene.time.cfl)
-                                                        : " or set time.mode: cfl");
+  const TimeScene& time = m.scene.time;
+  const std::string other = time.mode == TimeMode::cfl     ? fmt::format(" or time.cfl ({:.3g})", time.cfl)
+                            : time.mode == TimeMode::error ? fmt::format(" or time.tolerance ({:.3g})", time.tolerance)
+                                                           : " or set time.mode: cfl";
+  return fmt::format("halve time.step ({:.3g} s){}", time.step, other);
 }
 
 std::string ended_at(const char* solver, const char* key, int most, double error, const Model& m) {

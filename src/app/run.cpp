@@ -15,6 +15,7 @@
 #include "app/set_up.hpp"
 #include "app/threads.hpp"
 #include "app/view.hpp"
+#include "base/free_cores.hpp"
 #include "drench_version.hpp"
 #include "output/frame_queue.hpp"
 #include "output/lost.hpp"
@@ -182,10 +183,12 @@ class Run {
                            backend_.name(), backend_.description()));
     log_.write(fmt::format("scene {}", options_.scene));
     stats_.emplace(folder_ / "stats.csv", pipeline_.stages(), model_.quantum, pipeline_.initial_total(),
-                   same ? pipeline_.step_index() : -1);
+                   same ? pipeline_.step_index() : -1, model_.scene.time.mode == TimeMode::error);
     if (every() > 0)
-      frames_.emplace(folder_, model_, static_cast<int>(frames_written_),
-                      [this](const HostState& state) { return describe_lost(model_, state, model_.scene.time.step); });
+      frames_.emplace(
+          folder_, model_, static_cast<int>(frames_written_),
+          [this](const HostState& state) { return describe_lost(model_, state, model_.scene.time.step); },
+          std::max(1, allowed_cores() - loop_threads()));
     if (!folder.note.empty()) say(folder.note);
     plan_checkpoint();
 #ifdef DRENCH_HAS_VIEW
@@ -335,6 +338,7 @@ class Run {
       say(fmt::format("to go on: drench run {} --resume {}", options_.scene, folder_.string()));
     say(fmt::format("{} steps to t = {:.6g} s in {:.1f} s, mass error {:.3g} kg", totals_.steps(), pipeline_.time(),
                     seconds, mass_error_));
+    if (const std::string errors = totals_.errors(model_); !errors.empty()) say(errors);
     if (options_.backend != "reference") say(memory_line());
     if (frames_ && frames_->waited() >= 0.05)
       say(fmt::format("waited {:.1f} s for frames to be written", frames_->waited()));

@@ -62,6 +62,7 @@ void visit_checkpoint(C& c, Visitor&& visit) {
   visit("step", c.state.step);
   visit("time", c.state.time);
   visit("collapsing", c.state.collapsing);
+  visit("next_step", c.state.next_step);
   visit("drained", c.state.drained);
   visit("supplied", c.state.supplied);
   visit("next_id", c.state.next_id);

@@ -5,8 +5,9 @@
 
 namespace drench {
 
-FrameQueue::FrameQueue(const std::filesystem::path& folder, const Model& model, int frames, Inspect inspect)
-    : writer_(folder, model, frames), inspect_(std::move(inspect)) {}
+FrameQueue::FrameQueue(const std::filesystem::path& folder, const Model& model, int frames, Inspect inspect,
+                       int threads)
+    : writer_(folder, model, frames, threads), inspect_(std::move(inspect)) {}
 
 FrameQueue::~FrameQueue() { join(); }
 

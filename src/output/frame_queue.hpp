@@ -21,8 +21,9 @@ class FrameQueue {
  public:
   using Inspect = std::function<std::string(const HostState&)>;
   /// Writes what never changes, here and now. The thread starts with the first frame.
-  /// `inspect` looks at each frame's state in that thread; what it says is kept for said().
-  FrameQueue(const std::filesystem::path& folder, const Model& model, int frames = 0, Inspect inspect = {});
+  /// `inspect` looks at each frame's state in that thread; what it says is kept for said(). `threads` as FrameWriter's.
+  FrameQueue(const std::filesystem::path& folder, const Model& model, int frames = 0, Inspect inspect = {},
+             int threads = 1);
   /// Writes what was handed over; its errors are lost (call finish for them).
   ~FrameQueue();
   FrameQueue(const FrameQueue&) = delete;

@@ -71,7 +71,11 @@ void add(const Blob& blob, double step, LiquidField::Block& block, std::vector<d
 }  // namespace
 
 LiquidField::LiquidField(const Model& model, const HostState& state, double step, int threads)
-    : step_(step), blobs_(kernels(model, state, step, threads)), widest_(widest(blobs_, step)), grid_(widest_) {
+    : step_(step),
+      threads_(threads),
+      blobs_(kernels(model, state, step, threads)),
+      widest_(widest(blobs_, step)),
+      grid_(widest_) {
   for (const Blob& blob : blobs_) grid_.add(blob.x);
   for_ranges(blobs_.size(), threads, [this](std::size_t b) {
     double sum = 0;
@@ -96,16 +100,27 @@ void LiquidField::for_blocks(const std::function<void(const Block&)>& f) const {
   }
   std::sort(reaches.begin(), reaches.end());
 
-  std::vector<double> value(std::size_t{vertices} * vertices * vertices);
-  for (auto begin = reaches.begin(), end = begin; begin != reaches.end(); begin = end) {
-    std::fill(value.begin(), value.end(), 0.0);
-    Block block{{begin->block[2] * cells, begin->block[1] * cells, begin->block[0] * cells},
-                {vertices, vertices, vertices},
-                {-1, -1, -1},
-                value};
-    for (; end != reaches.end() && end->block == begin->block; ++end)
-      add(blobs_[static_cast<std::size_t>(end->blob)], step_, block, value);
-    f(block);
+  std::vector<std::size_t> begins;  // of the blocks, and the end
+  for (std::size_t k = 0; k < reaches.size(); ++k)
+    if (k == 0 || reaches[k].block != reaches[k - 1].block) begins.push_back(k);
+  const std::size_t blocks = begins.size(), at_once = threads_ > 1 ? 8 * static_cast<std::size_t>(threads_) : 1;
+  begins.push_back(reaches.size());
+
+  std::vector<std::vector<double>> values(std::min(at_once, blocks));
+  std::vector<Block> made;
+  for (std::size_t first = 0; first < blocks; first += at_once) {
+    made.clear();
+    for (std::size_t b = first; b < std::min(first + at_once, blocks); ++b) {
+      const auto& [z, y, x] = reaches[begins[b]].block;
+      made.push_back(
+          {{x * cells, y * cells, z * cells}, {vertices, vertices, vertices}, {-1, -1, -1}, values[b - first]});
+    }
+    for_ranges(made.size(), threads_, [&](std::size_t k) {
+      values[k].assign(std::size_t{vertices} * vertices * vertices, 0.0);
+      for (std::size_t r = begins[first + k]; r < begins[first + k + 1]; ++r)
+        add(blobs_[static_cast<std::size_t>(reaches[r].blob)], step_, made[k], values[k]);
+    });
+    for (const Block& block : made) f(block);
   }
 }
 

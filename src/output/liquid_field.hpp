@@ -28,7 +28,7 @@ class LiquidField {
   double step() const { return step_; }
 
   /// Calls f(block) for all blocks in which c is not 0, in a fixed order. Vertices that blocks share have the same bits
-  /// in each. Only one block is in memory at a time.
+  /// in each. Only some blocks a thread are in memory at a time.
   void for_blocks(const std::function<void(const Block&)>& f) const;
 
   /// Calls f(blob, weight) for every blob with a part in c(x): V_j W_j(x − x_j).
@@ -45,6 +45,7 @@ class LiquidField {
 
  private:
   double step_;  // m
+  int threads_;
   std::vector<Blob> blobs_;
   double widest_;   // m; the farthest that a kernel reaches
   PointGrid grid_;  // of the kernels' middles

@@ -1,6 +1,7 @@
 #include "output/liquid_surface.hpp"
 
 #include <vtkFloatArray.h>
+#include <vtkGenericCell.h>
 #include <vtkMarchingCubesTriangleCases.h>
 #include <vtkPointData.h>
 #include <vtkPolyData.h>
@@ -8,6 +9,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <unordered_map>
 
 #include "base/eigen_vec.hpp"
@@ -135,45 +137,58 @@ Surroundings look_around(const LiquidField& field, const HostState& state, const
   return s;
 }
 
-/// Taubin's filter. In a closed mesh every point meets each of its neighbours once as the next corner of a triangle.
-void smooth(SurfaceMesh& mesh, const std::vector<double>& density) {
-  std::vector<Vector3d> sum(mesh.points.size());
-  std::vector<int> count(mesh.points.size());
+/// Of each point, in a closed mesh: each of its neighbours once, as the next corner of the triangles in their order.
+Rows next_corners(const SurfaceMesh& mesh) {
+  Rows next;
+  next.start.assign(mesh.points.size() + 1, 0);
+  for (const auto& t : mesh.triangles)
+    for (const Index p : t) ++next.start[static_cast<std::size_t>(p) + 1];
+  std::partial_sum(next.start.begin(), next.start.end(), next.start.begin());
+  next.item.resize(3 * mesh.triangles.size());
+  std::vector<Index> free(next.start.begin(), next.start.end() - 1);
+  for (const auto& t : mesh.triangles)
+    for (std::size_t c = 0; c < 3; ++c)
+      next.item[static_cast<std::size_t>(free[static_cast<std::size_t>(t[c])]++)] = t[(c + 1) % 3];
+  return next;
+}
+
+/// Taubin's filter.
+void smooth(SurfaceMesh& mesh, const std::vector<double>& density, int threads) {
+  const Rows next = next_corners(mesh);
+  std::vector<Vec3> moved(mesh.points.size());
   for (int pass = 0; pass < 20; ++pass) {
-    std::fill(sum.begin(), sum.end(), Vector3d::Zero());
-    std::fill(count.begin(), count.end(), 0);
-    for (const auto& t : mesh.triangles)
-      for (std::size_t c = 0; c < 3; ++c) {
-        const auto here = static_cast<std::size_t>(t[c]), next = static_cast<std::size_t>(t[(c + 1) % 3]);
-        sum[here] += to_eigen(mesh.points[next]);
-        ++count[here];
-      }
     const double factor = pass % 2 == 0 ? 0.5 : -0.53;
-    for (std::size_t i = 0; i < mesh.points.size(); ++i) {
+    for_ranges(mesh.points.size(), threads, [&](std::size_t i) {
+      Vector3d sum = Vector3d::Zero();
+      for (Index k = next.start[i]; k < next.start[i + 1]; ++k)
+        sum += to_eigen(mesh.points[static_cast<std::size_t>(next.item[static_cast<std::size_t>(k)])]);
       const double share = std::clamp((density[i] - 0.3) / 0.3, 0.0, 1.0);  // 0.2: a lone particle
       const Vector3d x = to_eigen(mesh.points[i]);
-      mesh.points[i] = to_vec3(x + factor * share * (sum[i] / count[i] - x));
-    }
+      moved[i] = to_vec3(x + factor * share * (sum / (next.start[i + 1] - next.start[i]) - x));
+    });
+    mesh.points.swap(moved);
   }
 }
 
-void keep_out_of_bodies(const Model& model, const HostState& state, double gap, std::vector<Vec3>& points) {
+void keep_out_of_bodies(const Model& model, const HostState& state, double gap, std::vector<Vec3>& points,
+                        int threads) {
   for (std::size_t b = 0; b < model.bodies.size(); ++b) {
     const Body& body = model.bodies[b];
     const auto& q = state.body_orientation[b];
     const Eigen::Quaterniond turn(q[0], q[1], q[2], q[3]);
     const Vector3d center = to_eigen(body.center), now = to_eigen(state.body_position[b]);
-    for (Vec3& x : points) {
+    for_ranges(points.size(), threads, [&](std::size_t i) {
       Vec3 normal;
-      const Vector3d before = turn.conjugate() * (to_eigen(x) - now) + center;  // as the body lies at t = 0
+      const Vector3d x = to_eigen(points[i]),
+                     before = turn.conjugate() * (x - now) + center;  // as the body lies at t = 0
       const double distance = signed_distance(body, to_vec3(before), normal);
-      if (distance < gap) x = to_vec3(to_eigen(x) + (gap - distance) * (turn * to_eigen(normal)));
-    }
+      if (distance < gap) points[i] = to_vec3(x + (gap - distance) * (turn * to_eigen(normal)));
+    });
   }
 }
 
 void keep_on_side_of_cloth(const Model& model, const HostState& state, double gap, const std::vector<Index>& nearest,
-                           std::vector<Vec3>& points) {
+                           std::vector<Vec3>& points, int threads) {
   vtkNew<vtkCellArray> triangles;
   for (const auto& t : model.mesh.triangle) triangles->InsertNextCell({t[0], t[1], t[2]});
   vtkNew<vtkPolyData> cloth;
@@ -182,17 +197,23 @@ void keep_on_side_of_cloth(const Model& model, const HostState& state, double ga
   vtkNew<vtkStaticCellLocator> locator;
   locator->SetDataSet(cloth);
   locator->BuildLocator();
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    if (nearest[i] < 0) continue;
-    const Vec3& from = state.fluid_position[static_cast<std::size_t>(nearest[i])];
-    double t = 0, coordinates[3];
-    Vec3 hit;
-    int part = 0;
-    if (locator->IntersectWithLine(from.data(), points[i].data(), 0, t, hit.data(), coordinates, part) == 0) continue;
-    const Vector3d way = to_eigen(hit) - to_eigen(from);
-    const double length = way.norm();
-    points[i] = to_vec3(to_eigen(from) + way * (length > gap ? 1 - gap / length : 0));
-  }
+  cloth->BuildCells();
+  for_parts(points.size(), threads, [&](std::size_t begin, std::size_t end) {
+    vtkNew<vtkGenericCell> cell;  // a thread's own
+    for (std::size_t i = begin; i < end; ++i) {
+      if (nearest[i] < 0) continue;
+      const Vec3& from = state.fluid_position[static_cast<std::size_t>(nearest[i])];
+      double t = 0, coordinates[3];
+      Vec3 hit;
+      int part = 0;
+      vtkIdType id = -1;
+      if (locator->IntersectWithLine(from.data(), points[i].data(), 0, t, hit.data(), coordinates, part, id, cell) == 0)
+        continue;
+      const Vector3d way = to_eigen(hit) - to_eigen(from);
+      const double length = way.norm();
+      points[i] = to_vec3(to_eigen(from) + way * (length > gap ? 1 - gap / length : 0));
+    }
+  });
 }
 
 /// Of the triangles around each point, by their areas.
@@ -215,10 +236,10 @@ Grid surface_grid(const Model& model, const HostState& state, int threads) {
   const LiquidField field(model, state, model.scene.output.surface_spacing * model.spacing, threads);
   SurfaceMesh mesh = Contour(field).mesh;
   const Surroundings around = look_around(field, state, mesh.points, threads);
-  smooth(mesh, around.density);
+  smooth(mesh, around.density, threads);
   const double gap = 0.02 * model.spacing;
-  if (model.has_cloth()) keep_on_side_of_cloth(model, state, gap, around.nearest, mesh.points);
-  keep_out_of_bodies(model, state, gap, mesh.points);
+  if (model.has_cloth()) keep_on_side_of_cloth(model, state, gap, around.nearest, mesh.points, threads);
+  keep_out_of_bodies(model, state, gap, mesh.points, threads);
   const std::vector<Vec3> normals = normals_of(mesh);
 
   auto grid = Grid::New();

@@ -26,6 +26,8 @@ std::string RunTotals::add(std::int64_t step, double time, const StepReport& r,
                            const std::array<double, stage_count>& milliseconds) {
   ++steps_;
   clamped_ += r.clamped;
+  density_.add(std::max(r.density_error, r.density_found));
+  cloth_.add(r.cloth_residual);
   for (std::size_t i = 0; i < milliseconds_.size(); ++i) milliseconds_[i] += milliseconds[i];
   const std::array<bool, 3> converged{r.divergence_converged, r.density_converged, r.cloth_converged};
   const std::array<double, 3> errors{r.divergence_error, r.density_error, r.cloth_residual};
@@ -78,6 +80,20 @@ std::string RunTotals::warnings() const {
     text += fmt::format("{} particles left the domain in steps that lost a quarter of all at once\n", escaped_);
   if (clamped_ > 0) text += fmt::format("particles were put back out of bodies {} times\n", clamped_);
   return text;
+}
+
+std::string RunTotals::errors(const Model& model) const {
+  if (steps_ == 0) return "";
+  const auto steps = static_cast<double>(steps_);
+  std::string text;
+  if (model.has_fluid())
+    text +=
+        fmt::format("density {:.2g} % on average, {:.2g} % in the worst step{}", 100 * density_.sum / steps,
+                    100 * density_.most, model.scene.time.mode == TimeMode::error ? "" : " (as the solve predicts)");
+  if (model.has_moving_cloth())
+    text += fmt::format("{}cloth residual {:.2g} of its goal, {:.2g} at worst", text.empty() ? "" : "; ",
+                        cloth_.sum / steps, cloth_.most);
+  return text.empty() ? "" : "errors: " + text;
 }
 
 std::string RunTotals::stage_table(const std::vector<Stage>& stages) const {

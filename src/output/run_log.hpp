@@ -1,6 +1,7 @@
 #pragma once
 // run.log and the run's totals: what was said, when, and what it came to.
 
+#include <algorithm>
 #include <array>
 #include <chrono>
 #include <filesystem>
@@ -38,6 +39,8 @@ class RunTotals {
   /// Lines about solvers that did not converge, cloth that was stretched too far and particles that were put back, went through
   /// cloth or escaped; "" when there is nothing to say.
   std::string warnings() const;
+  /// One line: what the density solve and the motion left, and the cloth's residual, on average and at worst; "" without both.
+  std::string errors(const Model& model) const;
   /// Table of the stages' total times, one line each.
   std::string stage_table(const std::vector<Stage>& stages) const;
   std::int64_t steps() const { return steps_; }
@@ -50,6 +53,14 @@ class RunTotals {
   };
   std::array<Solver, 3> solvers_{Solver{"divergence solve"}, Solver{"density solve"}, Solver{"cloth solve"}};
   double most_stretch_, stretch_ = 0;
+  struct Mean {
+    double sum = 0, most = 0;
+    void add(double value) {
+      sum += value;
+      most = std::max(most, value);
+    }
+  };
+  Mean density_, cloth_;  // 1
   std::int64_t steps_ = 0, clamped_ = 0, tunnelled_ = 0, escaped_ = 0;
   std::array<double, stage_count> milliseconds_{};
 };

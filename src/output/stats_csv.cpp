@@ -124,11 +124,15 @@ void add_of_stages(Columns& columns, const std::vector<Stage>& stages) {
 }  // namespace
 
 StatsCsv::StatsCsv(const std::filesystem::path& path, const std::vector<Stage>& stages, double quantum,
-                   Quanta initial_total, std::int64_t after)
+                   Quanta initial_total, std::int64_t after, bool by_error)
     : path_(path) {
   Columns columns;
   add_common(columns, quantum, initial_total);
   add_of_stages(columns, stages);
+  if (by_error) {
+    columns.of_report("density_found", "{:.6g}", &Report::density_found);
+    columns.of_report("rejected", "{}", &Report::rejected);
+  }
   columns.of_row("ms_step", "{:.4f}", [](const StatsRow& row) { return row.step_milliseconds; });
   for (const Stage s : stages)
     columns.of_row("ms_" + std::string(name_of(s)), "{:.4f}",

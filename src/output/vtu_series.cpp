@@ -106,12 +106,14 @@ void VtuSeries::write_collection() const {
                        entries_ + "  </Collection>\n</VTKFile>\n");
 }
 
-FrameWriter::FrameWriter(const fs::path& folder, const Model& model, int frames)
+FrameWriter::FrameWriter(const fs::path& folder, const Model& model, int frames, int threads)
     : model_(model),
       fluid_(folder, "fluid"),
       surface_(folder, "surface"),
       cloth_(folder, "cloth"),
       bodies_(folder, "bodies"),
+      energy_(folder, model, frames),
+      threads_(threads),
       frames_(frames) {
   if (frames > 0)
     for (VtuSeries* series : {&fluid_, &surface_, &cloth_, &bodies_}) series->resume(frames);
@@ -120,8 +122,9 @@ FrameWriter::FrameWriter(const fs::path& folder, const Model& model, int frames)
 }
 
 void FrameWriter::write(const HostState& state) {
+  energy_.write(state);
   if (model_.has_fluid()) fluid_.write(state.time, fluid_grid(model_, state));
-  if (model_.has_surface()) surface_.write(state.time, surface_grid(model_, state));
+  if (model_.has_surface()) surface_.write(state.time, surface_grid(model_, state, threads_));
   if (model_.has_cloth()) cloth_.write(state.time, cloth_grid(model_, state));
   if (model_.has_moving_body())
     bodies_.write(state.time, bodies_grid(model_, &state));
@@ -131,7 +134,8 @@ void FrameWriter::write(const HostState& state) {
 }
 
 void FrameWriter::sync() {
-  for (VtuSeries* series : {&fluid_, &cloth_, &bodies_}) series->sync();
+  for (VtuSeries* series : {&fluid_, &surface_, &cloth_, &bodies_}) series->sync();
+  energy_.sync();
 }
 
 std::vector<std::string> FrameWriter::collections() const {

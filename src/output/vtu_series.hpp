@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "output/energy.hpp"
 #include "output/grids.hpp"
 
 namespace drench {
@@ -39,11 +40,12 @@ class VtuSeries {
   std::vector<std::string> unsynced_;  // relative to folder_
 };
 
-/// The series that a model needs: fluid, its surface, cloth and bodies, each only when the scene has it.
+/// The series that a model needs: fluid, its surface, cloth and bodies, each only when the scene has it; and their energy.
 class FrameWriter {
  public:
-  /// `frames` > 0 goes on after so many frames of an earlier run; in its folder later ones are removed.
-  FrameWriter(const std::filesystem::path& folder, const Model& model, int frames = 0);
+  /// `frames` > 0 goes on after so many frames of an earlier run; in its folder later ones are removed. `threads` make the
+  /// surface; the files do not depend on them.
+  FrameWriter(const std::filesystem::path& folder, const Model& model, int frames = 0, int threads = 1);
   /// Adds a frame at state.time.
   void write(const HostState& state);
   /// Puts the frames that were written since the last call, and the collections, onto the disk itself.
@@ -55,6 +57,8 @@ class FrameWriter {
  private:
   const Model& model_;
   VtuSeries fluid_, surface_, cloth_, bodies_;
+  EnergyCsv energy_;
+  int threads_;
   int frames_ = 0;
 };
 

@@ -37,6 +37,10 @@ class Backend {
   /// Waits for all work that was launched; for timers.
   virtual void fence() = 0;
   virtual HostState download() const = 0;
+  /// Keeps a copy of the state, for go_back.
+  virtual void keep() = 0;
+  /// The state is again as keep found it.
+  virtual void go_back() = 0;
   /// The arrays themselves, each field that the model needs; none where a backend does not show them. All work is done.
   virtual std::vector<FieldView> fields() const { return {}; }
   /// The model's pins, jets or wind have changed since the last step (drench/prescribed.hpp).

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <limits>
 #include <numeric>
 #include <utility>
 
@@ -21,17 +22,29 @@ Quanta total_of(const HostState& s) {
 double clip_step(double wanted, double left, TimeMode mode) {
   constexpr double rounding = 1e-9;  // a remainder below this share of a step is rounding, not time
   if (left <= wanted * (1 + rounding)) return left;
-  if (mode == TimeMode::cfl && left < 1.5 * wanted) return 0.5 * left;  // two even steps instead of a sliver
+  if (mode != TimeMode::fixed && left < 1.5 * wanted) return 0.5 * left;  // two even steps instead of a sliver
   return wanted;
+}
+
+// time.mode error, in units of time.tolerance: what steps leave aims at the first, and none leaves more than the second.
+constexpr double aim_of_error = 0.7, worst_of_error = 2.5;
+
+/// How long the next step may be, s, after one of `tried` that might have been as long as `longest`. What the solve left lies
+/// within its own tolerance; the rest is the step's own error and goes with its square, or more steeply. Of that a part `corrected`
+/// goes in each step.
+double step_after(double tried, double longest, const StepReport& r, double tolerance, double corrected) {
+  const double own = std::max(r.density_found - r.density_error, 1e-3 * tolerance);
+  const double fits = tried * std::sqrt(aim_of_error * corrected * tolerance / own);
+  return std::clamp(fits, 0.5 * tried,
+                    std::max(tried, 1.2 * longest));  // one that ends at a frame says little of a longer one
 }
 
 /// Names the first of the report's numbers that is not finite, "" if all are.
 std::string_view nonfinite_number(const StepReport& r) {
-  const std::pair<std::string_view, double> numbers[] = {{"the divergence error", r.divergence_error},
-                                                         {"the density error", r.density_error},
-                                                         {"the largest density error", r.density_error_max},
-                                                         {"the cloth residual", r.cloth_residual},
-                                                         {"the largest saturation", r.saturation_max}};
+  const std::pair<std::string_view, double> numbers[] = {
+      {"the divergence error", r.divergence_error},      {"the density error", r.density_error},
+      {"the compression that is left", r.density_found}, {"the largest density error", r.density_error_max},
+      {"the cloth residual", r.cloth_residual},          {"the largest saturation", r.saturation_max}};
   for (const auto& [name, value] : numbers)
     if (!std::isfinite(value)) return name;
   return {};
@@ -56,11 +69,13 @@ Pipeline::Pipeline(const Model& model, Backend& backend, const HostState& initia
       step_(initial.step),
       initial_total_(total_of(initial)),
       limits_(model, static_cast<double>(initial_total_) * model.quantum),
-      collapsing_(initial.collapsing) {
+      collapsing_(initial.collapsing),
+      next_step_(initial.next_step) {
   backend_.upload(initial);
 }
 
 void Pipeline::model_changed() {
+  looked_ = false;
   stages_ = stages_for(model_);
   limits_ = Limits(model_, static_cast<double>(initial_total_) * model_.quantum);
   backend_.model_changed();
@@ -70,6 +85,7 @@ void Pipeline::go_on_from(const HostState& state) {
   time_ = state.time;
   step_ = state.step;
   collapsing_ = state.collapsing;
+  next_step_ = state.next_step;
   initial_total_ = total_of(state);
   model_changed();
   backend_.upload(state);
@@ -79,38 +95,88 @@ void Pipeline::mark(HostState& state) const {
   state.time = time_;
   state.step = step_;
   state.collapsing = collapsing_;
+  state.next_step = next_step_;
 }
 
 StepReport Pipeline::step(double time_left) {
   using Clock = std::chrono::steady_clock;
   const auto step_begin = Clock::now();
+  milliseconds_.fill(0);
+  StepReport report = model_.scene.time.mode == TimeMode::error && model_.has_fluid()
+                          ? step_by_error(time_left)
+                          : attempt(time_left, std::numeric_limits<double>::infinity());
+  collapsing_ = report.density_error > collapse && !report.density_converged ? collapsing_ + 1 : 0;
+  time_ += report.dt;
+  ++step_;
+  report.step = step_;
+  report.time = time_;
+  step_milliseconds_ = std::chrono::duration<double, std::milli>(Clock::now() - step_begin).count();
+  return report;
+}
+
+StepReport Pipeline::step_by_error(double time_left) {
+  const TimeScene& time = model_.scene.time;
+  const double shortest = time.step / 100;
+  double longest = next_step_ > 0 ? next_step_ : time.step;
+  backend_.keep();
+  for (int rejected = 0;; ++rejected) {
+    double tried = 0;
+    try {
+      StepReport report = attempt(time_left, longest);
+      tried = report.dt;
+      const StepInfo after{step_ + 1, time_ + report.dt, report.dt};
+      run(Stage::neighbors, after, report);
+      run(Stage::density, after, report);
+      looked_ = true;
+      report.rejected = rejected;
+      if (report.density_found <= worst_of_error * time.tolerance || tried <= shortest) {
+        next_step_ =
+            std::clamp(step_after(tried, longest, report, time.tolerance, model_.scene.fluid.solver.density_correction),
+                       shortest, time.step);
+        return report;
+      }
+    } catch (const RunFailure& failure) {  // a shorter step may not fail
+      tried = failure.info.dt;
+      if (failure.kind == FailureKind::mass || tried <= shortest) throw;
+    }
+    backend_.go_back();
+    looked_ = false;
+    longest = std::max(shortest, 0.5 * tried);
+  }
+}
+
+bool Pipeline::have_looked(Stage stage) const {
+  return looked_ && (stage == Stage::neighbors || stage == Stage::density);
+}
+
+void Pipeline::run(Stage stage, const StepInfo& info, StepReport& report) {
+  using Clock = std::chrono::steady_clock;
+  const auto begin = Clock::now();
+  backend_.run(stage, info, report);
+  if (profiling_) backend_.fence();
+  milliseconds_[static_cast<std::size_t>(stage)] +=
+      std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
+  // Caught here, the failure still has the name of its stage; the ledger alone would only say that it happened.
+  if (const auto bad = nonfinite_number(report); !bad.empty())
+    throw RunFailure(FailureKind::not_finite, stage, info, report, fmt::format("{} is not a finite number", bad));
+}
+
+StepReport Pipeline::attempt(double time_left, double longest) {
   StepReport report;
   StepInfo info{step_, time_, model_.scene.time.step};
-  milliseconds_.fill(0);
   for (const Stage stage : stages_) {
-    const auto begin = Clock::now();
-    backend_.run(stage, info, report);
-    if (profiling_) backend_.fence();
-    milliseconds_[static_cast<std::size_t>(stage)] =
-        std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
-    // Caught here, the failure still has the name of its stage; the ledger alone would only say that it happened.
-    if (const auto bad = nonfinite_number(report); !bad.empty())
-      throw RunFailure(FailureKind::not_finite, stage, info, report, fmt::format("{} is not a finite number", bad));
+    if (!have_looked(stage)) run(stage, info, report);
     if (stage == Stage::time_step) {
       if (!(report.dt_wanted > 0) || !std::isfinite(report.dt_wanted))
         throw RunFailure(FailureKind::time_step, stage, info, report,
                          fmt::format("the time step would be {} s", report.dt_wanted));
-      info.dt = clip_step(report.dt_wanted, time_left, model_.scene.time.mode);
+      info.dt = clip_step(std::min(report.dt_wanted, longest), time_left, model_.scene.time.mode);
       info.fluid_speed_limit = limits_.fluid_speed(time_ + info.dt);
     }
   }
-  check(info, report);
-  time_ += info.dt;
-  ++step_;
-  report.step = step_;
-  report.time = time_;
+  looked_ = false;
   report.dt = info.dt;
-  step_milliseconds_ = std::chrono::duration<double, std::milli>(Clock::now() - step_begin).count();
+  check(info, report);
   return report;
 }
 
@@ -144,11 +210,10 @@ void Pipeline::check(const StepInfo& info, const StepReport& r) {
   if (const double limit = limits_.cloth_speed(time); r.cloth_speed > limit)
     fail(FailureKind::cloth_speed, Stage::ledger,
          fmt::format(fmt::runtime(too_fast), "the cloth moves", r.cloth_speed, limit), limit);
-  collapsing_ = r.density_error > collapse && !r.density_converged ? collapsing_ + 1 : 0;
-  if (collapsing_ >= collapse_steps)
+  if (collapsing_ + 1 >= collapse_steps && r.density_error > collapse && !r.density_converged)
     fail(FailureKind::density, Stage::pressure,
          fmt::format("the liquid collapses: its density is {:.0f} % too high on average, for {} steps in a row",
-                     100 * r.density_error, collapsing_),
+                     100 * r.density_error, collapsing_ + 1),
          collapse);
 }
 

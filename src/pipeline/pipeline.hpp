@@ -37,6 +37,12 @@ class Pipeline {
   void set_profiling(bool on) { profiling_ = on; }
 
  private:
+  /// All stages, in a step that is at most so long; nothing of the pipeline's own changes but the timers.
+  StepReport attempt(double time_left, double longest);
+  /// time.mode error: the longest step that leaves little enough, and how long the next one may be.
+  StepReport step_by_error(double time_left);
+  void run(Stage stage, const StepInfo& info, StepReport& report);
+  bool have_looked(Stage stage) const;
   void check(const StepInfo& info, const StepReport& report);
 
   const Model& model_;
@@ -48,6 +54,8 @@ class Pipeline {
   Quanta initial_total_ = 0;
   Limits limits_;
   std::int64_t collapsing_ = 0;  // steps in a row
+  double next_step_ = 0;         // s; 0: nothing is known
+  bool looked_ = false;          // lists and densities are of the state as it is
   bool profiling_ = false;
 };
 

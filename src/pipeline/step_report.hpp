@@ -33,6 +33,8 @@ struct StepReport {
   double density_error = 0;           ///< 1: mean of max(0, δ − 1) that it leaves
   double density_error_max = 0;       ///< 1: the same of the worst particle
   bool density_converged = true;      ///< false: it ended at its cap
+  double density_found = 0;           ///< 1: mean of max(0, δ − 1) at the step's end (time.mode error)
+  int rejected = 0;                   ///< longer steps that were tried before this one (time.mode error)
   int viscosity_stages = 0;           ///< of the viscous solve (docs/theory/viscosity.md); 0 without viscosity
   int micropolar_stages = 0;          ///< of the solve for spins (docs/theory/micropolar.md)
   int cloth_iterations = 0;           ///< of the cloth's solve, also within the density solve

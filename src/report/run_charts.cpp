@@ -9,12 +9,12 @@
 namespace drench {
 
 LineChart chart_of(const Runs& runs, const std::string& title, const std::string& y_label,
-                   const std::vector<Curve>& curves) {
+                   const std::vector<Curve>& curves, StatsTable RunRecord::*table) {
   LineChart chart{title, "time, s", y_label, {}, {}, false, ""};
   const bool by_run = curves.size() == 1 && runs.size() > 1;
   for (std::size_t k = 0; k < runs.size(); ++k)
     for (const Curve& c : curves) {
-      const StatsTable& stats = runs[k].stats;
+      const StatsTable& stats = runs[k].*table;
       if (!stats.has(c.column) || stats.rows() == 0) continue;
       const std::string label = by_run ? (k == 0 ? "A" : "B") : k == 0 ? c.label : "";
       chart.series.push_back(

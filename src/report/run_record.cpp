@@ -100,6 +100,7 @@ RunRecord read_run(const fs::path& folder) {
   read_scene(run);
   run.history = read_history(folder / "run.log");
   run.stats = StatsTable(folder / "stats.csv");
+  run.energy = StatsTable(folder / "energy.csv", "time");
   return run;
 }
 

@@ -22,6 +22,7 @@ struct RunRecord {
   yaml::Value scene;
   RunHistory history;
   StatsTable stats;
+  StatsTable energy;  // energy.csv: a row a frame; of an older run none
 
   const yaml::Value* find(const std::string& dotted) const;       ///< a value of the scene, or null
   std::optional<double> number(const std::string& dotted) const;  ///< of the scene

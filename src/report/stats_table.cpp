@@ -12,7 +12,7 @@
 
 namespace drench {
 
-StatsTable::StatsTable(const std::filesystem::path& path) {
+StatsTable::StatsTable(const std::filesystem::path& path, const std::string& first) {
   std::ifstream in(path, std::ios::binary);
   std::string line;
   if (!in || !std::getline(in, line)) return;
@@ -22,7 +22,7 @@ StatsTable::StatsTable(const std::filesystem::path& path) {
     names_.push_back(line.substr(begin, end - begin));
   }
   for (const std::string& name : names_) in_order_.push_back(&columns_[name]);
-  if (!has("step") || !has("time") || columns_.size() != names_.size())
+  if (names_.front() != first || !has("time") || columns_.size() != names_.size())
     throw FolderError(fmt::format("{}: its first line does not name the columns of a run", path.string()));
   for (std::size_t number = 2; std::getline(in, line); ++number) {
     if (in.eof()) break;  // no end of line: the run was killed while it wrote

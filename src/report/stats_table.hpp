@@ -1,5 +1,5 @@
 #pragma once
-// stats.csv in memory: columns of numbers by name.
+// stats.csv or energy.csv in memory: columns of numbers by name.
 
 #include <filesystem>
 #include <string>
@@ -8,12 +8,13 @@
 
 namespace drench {
 
-/// A row a step. A last row that a killed run left unfinished is not there.
+/// A row a step or a frame. A last row that a killed run left unfinished is not there.
 class StatsTable {
  public:
   StatsTable() = default;  ///< no columns, no rows
-  /// Throws FolderError when the file is there but is no table of numbers. Without the file the table is empty.
-  explicit StatsTable(const std::filesystem::path& path);
+  /// Throws FolderError when the file is there but is no table of numbers that begins with the column `first` and has one
+  /// named time. Without the file the table is empty.
+  explicit StatsTable(const std::filesystem::path& path, const std::string& first = "step");
   std::size_t rows() const { return rows_; }
   const std::vector<std::string>& names() const { return names_; }
   bool has(const std::string& name) const { return columns_.contains(name); }

@@ -80,12 +80,15 @@ void check_parts(Section& s, const Scene& scene) {
 
 void describe(Section& s, TimeScene& time) {
   s.one_line();
-  s.number("step", time.step, "[1e-9, 1]", "s", "time step Δt; with `mode: cfl` the longest; at most 10⁹ until `end`");
+  s.number("step", time.step, "[1e-9, 1]", "s", "time step Δt; with `mode: cfl` or `error` the longest; at most 10⁹ until `end`");
   s.number("end", time.end, "[1e-9, 1e6]", "s", "simulated time at which the run ends");
-  s.choice("mode", time.mode, {{"fixed", TimeMode::fixed}, {"cfl", TimeMode::cfl}},
-           "`fixed`: every step is `step` long (but for one before a frame); `cfl`: as long as `cfl` allows");
+  s.choice("mode", time.mode, {{"fixed", TimeMode::fixed}, {"cfl", TimeMode::cfl}, {"error", TimeMode::error}},
+           "`fixed`: every step is `step` long (but for one before a frame); `cfl`: as long as `cfl` allows; `error`: as "
+           "long as the density's error stays within `tolerance`");
   s.number("cfl", time.cfl, "[0.001, 1]", "1",
            "with `mode: cfl`, the part of a spacing that the fastest particle moves in a step");
+  s.number("tolerance", time.tolerance, "[1e-5, 0.1]", "1",
+           "with `mode: error`, the mean compression that a step may leave; a step that leaves 2.5 times that is done again");
 }
 
 void describe(Section& s, FieldScene& field) {

@@ -21,8 +21,8 @@ struct Box {
   bool operator==(const Box&) const = default;
 };
 
-/// Fixed steps, or steps as long as the CFL number allows.
-enum class TimeMode { fixed, cfl };
+/// Fixed steps, or steps as long as the CFL number or the density's error allows.
+enum class TimeMode { fixed, cfl, error };
 /// The sort of the neighbour search. It changes the speed and no bit of the results.
 enum class SortMethod { automatic, counting, radix, bitonic, bitonic_naive };
 /// The smoothing kernel.
@@ -36,6 +36,7 @@ struct TimeScene {
   double end = 2.0;                 // s
   TimeMode mode = TimeMode::fixed;  // how the length of a step is chosen
   double cfl = 0.4;                 // 1; Δt = cfl · d / max|v|
+  double tolerance = 1e-3;          // 1; of mode error: mean of max(0, δ − 1) that a step leaves
 
   bool operator==(const TimeScene&) const = default;
 };

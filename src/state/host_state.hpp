@@ -35,6 +35,7 @@ struct HostState {
   std::int64_t step = 0;        // steps so far
   double time = 0;              // s
   std::int64_t collapsing = 0;  // steps in a row at whose end the liquid collapsed (pipeline/failure.hpp)
+  double next_step = 0;         // s: what the last step's error allows (time.mode error); 0: nothing is known
 
   /// Number of liquid particles.
   Index fluid_count() const { return static_cast<Index>(fluid_position.size()); }

@@ -146,9 +146,10 @@ struct Body {
   Keyed<Vec3> path;         // m; 0 at t = 0; added to what the velocity does
   Vec3 spin_axis{0, 1, 0};  // unit
   Keyed<double> spin_rate;  // rad/s
-  std::vector<Key<Quaternion>> turns;  // of a sequence, in place of these two: orientations at its files; evenly between
-  double turn_rate = 0;     // rad/s: the fastest of them
-  double adhesion = 0;      // w, N/m
+  std::vector<Key<Quaternion>>
+      turns;             // of a sequence, in place of these two: orientations at its files; evenly between
+  double turn_rate = 0;  // rad/s: the fastest of them
+  double adhesion = 0;   // w, N/m
   // of a plane that moves: the steps of its samples' lattice and what they stay beside, m (src/stages/bodies.hpp, law 1)
   std::array<Vec3, 2> lattice{};
   Vec3 middle{0, 0, 0};
@@ -187,8 +188,8 @@ struct Jet {
   double interval = 0;        // s, between two particles: d³/(π R² |v|); 0 with keys
   double advance = 0;         // m, of the liquid between two particles: d³/(π R²)
   // of a velocity with keys, what it is between them (src/stages/jets.hpp)
-  Keyed<double> speed;        // m/s
-  Keyed<Vec3> aim;            // unit at each key; the axis is along it
+  Keyed<double> speed;  // m/s
+  Keyed<Vec3> aim;      // unit at each key; the axis is along it
 
   bool has_keys() const { return speed.has_keys(); }
   /// How much liquid has come out by `time` (s), as a length of the jet, m.
@@ -218,7 +219,8 @@ struct Model {
   std::vector<ClothMaterial> cloths;
   ClothMesh mesh;
   std::vector<PinMotion> pin_motions;
-  double fastest_before = 0;  // m/s: the fastest that was prescribed before a program changed it (drench/prescribed.hpp)
+  double fastest_before =
+      0;  // m/s: the fastest that was prescribed before a program changed it (drench/prescribed.hpp)
   SampleSet samples;
   FabricPairs fabric;
   std::vector<Body> bodies;
@@ -301,6 +303,11 @@ struct Model {
     for (const auto& c : cloths) strongest = std::max(strongest, c.adhesion);
     if (!has_fluid() || strongest <= 0) return std::numeric_limits<double>::infinity();
     return 0.7 * std::sqrt(scene.fluid.density * spacing * spacing * spacing / (2 * std::numbers::pi * strongest));
+  }
+  /// 1: mean compression that ends the density solve. Steps of mode error share their tolerance between it and the motion.
+  double density_tolerance() const {
+    const double asked = scene.fluid.solver.density_error;
+    return scene.time.mode == TimeMode::error ? std::min(asked, 0.5 * scene.time.tolerance) : asked;
   }
   bool has_surface_forces() const { return has_fluid() && (scene.fluid.surface_tension > 0 || has_adhesion()); }
   bool has_micropolar() const { return has_fluid() && scene.fluid.micropolar.present; }

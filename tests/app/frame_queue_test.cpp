@@ -53,7 +53,7 @@ TEST(FrameQueue, WritesTheSameBytesAsTheWriterAlone) {
   EXPECT_EQ(queue.frames(), 6);
   EXPECT_EQ(queue.collections(), writer.collections());
   const auto files = files_in(with.path());
-  EXPECT_EQ(files.size(), 2 * 6 + 1 + 3u) << "frames of liquid and cloth, the sphere, three collections";
+  EXPECT_EQ(files.size(), 2 * 6 + 1 + 3 + 1u) << "frames of liquid and cloth, the sphere, three collections, energies";
   EXPECT_TRUE(files == files_in(without.path()));
 }
 

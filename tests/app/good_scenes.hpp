@@ -9,7 +9,7 @@ inline constexpr const char* fluid_and_cloth =
 
 /// Every key of the format, with a value that is not the default wherever this version takes another.
 inline constexpr const char* everything = R"(drench: 1
-time: {step: 0.002, end: 3.5, mode: cfl, cfl: 0.3}
+time: {step: 0.002, end: 3.5, mode: cfl, cfl: 0.3, tolerance: 2.0e-3}
 gravity: [0.1, -1.62, 0.2]
 field: {center: [0.5, 0, -0.5], rate: [1, 2, 0]}
 domain: {min: [-2, -3, -4], max: [5, 6, 7]}

@@ -22,6 +22,7 @@ struct Example {
     cloth.name = "sheet";
     cloth.porous = true;
     model.mesh.rest_position = {{0, 0, 0}, {1, 0, 0}, {0, 0, 1}};
+    model.mesh.solid_mass = {0.1, 0.1, 0.1};
     model.mesh.triangle = {{0, 1, 2}};
     model.mesh.triangle_cloth = {0};
     model.samples.triangle = {0, 0};

@@ -114,7 +114,7 @@ TEST(Output, CollectionsHaveRealTimesAndRelativePathsAfterEveryFrame) {
       }
     }
   }
-  EXPECT_EQ(names_in(folder.path()), (std::vector<std::string>{"cloth.pvd", "fluid.pvd", "frames"}))
+  EXPECT_EQ(names_in(folder.path()), (std::vector<std::string>{"cloth.pvd", "energy.csv", "fluid.pvd", "frames"}))
       << "no bodies, and no temporary file is left";
   EXPECT_EQ(names_in(folder.path() / "frames").size(), 6U);
 }
@@ -125,7 +125,7 @@ TEST(Output, OnlyWhatTheSceneHasIsWritten) {
   e.model.cloths.clear();
   FrameWriter writer(folder.path(), e.model);
   writer.write(e.state);
-  EXPECT_EQ(names_in(folder.path()), (std::vector<std::string>{"fluid.pvd", "frames"}));
+  EXPECT_EQ(names_in(folder.path()), (std::vector<std::string>{"energy.csv", "fluid.pvd", "frames"}));
   EXPECT_EQ(writer.collections(), std::vector<std::string>{"fluid.pvd"});
 }
 

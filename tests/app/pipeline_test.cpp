@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <numbers>
 #include <tuple>
@@ -19,6 +20,8 @@ struct RecordingBackend : Backend {
   StepReport ledger;
   double dt_wanted = 0.01;
   double divergence_error = 0;
+  std::function<double(double dt)> found = [](double) { return 0.0; };  // density_found after a step of that length
+  int kept = 0, gone_back = 0;
   HostState state;
 
   std::string name() const override { return "recording"; }
@@ -28,6 +31,7 @@ struct RecordingBackend : Backend {
     ran.push_back(stage);
     infos.push_back(info);
     if (stage == Stage::time_step) report.dt_wanted = dt_wanted;
+    if (stage == Stage::density) report.density_found = found(info.dt);
     if (stage == Stage::divergence) report.divergence_error = divergence_error;
     if (stage == Stage::pressure) {
       report.density_error = ledger.density_error;
@@ -45,6 +49,8 @@ struct RecordingBackend : Backend {
   }
   void fence() override {}
   HostState download() const override { return state; }
+  void keep() override { ++kept; }
+  void go_back() override { ++gone_back; }
   std::vector<std::pair<Index, Index>> neighbor_pairs(const std::string&) const override { return {}; }
 };
 
@@ -135,6 +141,88 @@ TEST_F(PipelineTest, CflStepsAreSplitEvenlyBeforeAnOutput) {
   EXPECT_EQ(step_for(0.01, 0.012), 0.006);
   EXPECT_EQ(step_for(0.01, 0.016), 0.01);
   EXPECT_EQ(step_for(0.01, 0.009), 0.009);
+}
+
+/// Steps of mode error: `found` is asked for after each.
+struct ErrorSteps : PipelineTest {
+  ErrorSteps() {
+    model.scene.time.mode = TimeMode::error;
+    model.scene.time.tolerance = 1e-3;
+  }
+};
+
+TEST_F(ErrorSteps, AStepThatLeavesTooMuchIsDoneAgainAtHalfItsLength) {
+  backend.found = [](double dt) { return dt > 0.003 ? 2.6e-3 : 2.4e-3; };
+  Pipeline pipeline(model, backend, initial);
+  const StepReport report = pipeline.step(1);
+  EXPECT_EQ(report.dt, 0.0025);
+  EXPECT_EQ(report.rejected, 2);
+  EXPECT_EQ(report.density_found, 2.4e-3);
+  EXPECT_EQ(backend.kept, 1);
+  EXPECT_EQ(backend.gone_back, 2);
+  EXPECT_EQ(pipeline.time(), 0.0025);
+  EXPECT_EQ(pipeline.step_index(), 1);
+}
+
+TEST_F(ErrorSteps, ItsLengthSettlesWhereItsOwnErrorIsTheAim) {
+  backend.found = [](double dt) { return 50 * dt * dt; };  // ½ of 0.7e-3 at 2.65 ms
+  Pipeline pipeline(model, backend, initial);
+  double dt = 0;
+  for (int k = 0; k < 30; ++k) dt = pipeline.step(1).dt;
+  EXPECT_NEAR(dt, std::sqrt(0.35e-3 / 50), 1e-5);
+  backend.found = [](double) { return 0.0; };
+  for (int k = 0; k < 30; ++k) dt = pipeline.step(1).dt;
+  EXPECT_EQ(dt, 0.01) << "no longer than time.step";
+}
+
+TEST_F(ErrorSteps, WhatTheSolveHasLeftDoesNotShortenSteps) {
+  backend.ledger.density_error = 2e-3;
+  backend.found = [](double) { return 2e-3; };
+  Pipeline pipeline(model, backend, initial);
+  for (int k = 0; k < 10; ++k) EXPECT_EQ(pipeline.step(1).dt, 0.01);
+}
+
+TEST_F(ErrorSteps, NoStepIsShorterThanAHundredth) {
+  backend.found = [](double) { return 1.0; };
+  Pipeline pipeline(model, backend, initial);
+  for (int k = 0; k < 3; ++k) EXPECT_EQ(pipeline.step(1).dt, 0.01 / 100) << "and it is taken as it is";
+}
+
+TEST_F(ErrorSteps, AStepThatFailsIsTriedAgain) {
+  backend.ledger.fluid_speed = 1e9;
+  EXPECT_EQ(failure_of_a_step().kind, FailureKind::fluid_speed);
+  EXPECT_EQ(backend.gone_back, 7);
+  backend.gone_back = 0;
+  backend.ledger.mass_fluid -= 1;  // no length of a step is to blame
+  EXPECT_EQ(failure_of_a_step().kind, FailureKind::mass);
+  EXPECT_EQ(backend.gone_back, 0);
+}
+
+TEST_F(ErrorSteps, ListsAndDensitiesThatAreThereAreNotMadeAgain) {
+  Pipeline pipeline(model, backend, initial);
+  pipeline.step(1);
+  const auto first = backend.ran;
+  backend.ran.clear();
+  pipeline.step(1);
+  EXPECT_EQ(first,
+            (std::vector<Stage>{Stage::time_step, Stage::neighbors, Stage::density, Stage::divergence, Stage::forces,
+                                Stage::pressure, Stage::advection, Stage::ledger, Stage::neighbors, Stage::density}));
+  EXPECT_EQ(backend.ran, (std::vector<Stage>{Stage::time_step, Stage::divergence, Stage::forces, Stage::pressure,
+                                             Stage::advection, Stage::ledger, Stage::neighbors, Stage::density}));
+}
+
+TEST_F(ErrorSteps, ARunThatGoesOnHasTheSameNextStep) {
+  backend.found = [](double dt) { return 50 * dt * dt; };
+  HostState half = initial;
+  double next = 0;
+  {
+    Pipeline pipeline(model, backend, initial);
+    for (int k = 0; k < 4; ++k) pipeline.step(1);
+    pipeline.mark(half);
+    next = pipeline.step(1).dt;
+  }
+  Pipeline pipeline(model, backend, half);
+  EXPECT_EQ(pipeline.step(1).dt, next);
 }
 
 TEST_F(PipelineTest, OneLostQuantumStopsTheRun) {

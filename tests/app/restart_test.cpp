@@ -65,6 +65,8 @@ class Restart : public ::testing::Test {
     write_text(here() / "cloth.yaml", cloth_scene);
     write_text(here() / "filter.yaml", filter_scene);
     write_text(here() / "keyed.yaml", keyed_scene);
+    std::string error(porous_scene);
+    write_text(here() / "error.yaml", error.replace(error.find("end: 1}"), 7, "end: 1, mode: error}"));
   }
   const fs::path& here() const { return folder_.path(); }
   static Words words(const std::string& scene, const Words& more) {
@@ -91,8 +93,8 @@ class Restart : public ::testing::Test {
 };
 
 TEST_F(Restart, GoingOnEqualsNotHavingStopped) {
-  const std::pair<const char*, const char*> scenes[] = {
-      {"liquid", "0.1"}, {"porous", "0.05"}, {"cloth", "0.08"}, {"filter", "0.05"}, {"keyed", "0.08"}};
+  const std::pair<const char*, const char*> scenes[] = {{"liquid", "0.1"},  {"porous", "0.05"}, {"cloth", "0.08"},
+                                                        {"filter", "0.05"}, {"keyed", "0.08"},  {"error", "0.06"}};
   for (const auto& [scene, end] : scenes) {
     SCOPED_TRACE(scene);
     const std::string whole = std::string(scene) + "_whole", part = std::string(scene) + "_part";

@@ -13,8 +13,8 @@ TEST_F(Commands, RunWritesEverythingAndKeepsTheLedger) {
   ASSERT_EQ(o.code, 0) << o.err;
   EXPECT_NE(o.out.find("output in out/tiny"), std::string::npos) << o.out;
   const fs::path out = here() / "out" / "tiny";
-  EXPECT_EQ(names_in(out), (std::vector<std::string>{"bodies.pvd", "cloth.pvd", "fluid.pvd", "frames", "run.log",
-                                                     "scene.yaml", "stats.csv"}));
+  EXPECT_EQ(names_in(out), (std::vector<std::string>{"bodies.pvd", "cloth.pvd", "energy.csv", "fluid.pvd", "frames",
+                                                     "run.log", "scene.yaml", "stats.csv"}));
   const Table stats = read_table(out / "stats.csv");
   ASSERT_EQ(stats.rows.size(), 20U);
   for (std::size_t r = 0; r < stats.rows.size(); ++r) {
@@ -172,7 +172,8 @@ TEST_F(Commands, AClothSolveThatEndsAtItsCapIsLogged) {
 TEST_F(Commands, AClothSolveThatEndsAtItsCapBesideLiquidIsLoggedWithWhatItLeft) {
   for (const char* backend : {"kokkos", "reference"}) {
     std::vector<std::string> run{"run", "tiny.yaml", "-o", backend, "--steps", "3"};
-    for (const char* key : {"cloth_solver.max_iterations=2", "cloth_solver.tolerance=1e-4", "cloth.0.pin.0.velocity=[3,2,0]"}) {
+    for (const char* key :
+         {"cloth_solver.max_iterations=2", "cloth_solver.tolerance=1e-4", "cloth.0.pin.0.velocity=[3,2,0]"}) {
       run.push_back("--set");
       run.push_back(key);
     }

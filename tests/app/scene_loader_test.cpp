@@ -169,7 +169,7 @@ std::vector<BodyScene> every_body_key() {
 
 TEST(SceneLoader, ReadsEveryKey) {
   Scene s;
-  s.time = {0.002, 3.5, TimeMode::cfl, 0.3};
+  s.time = {0.002, 3.5, TimeMode::cfl, 0.3, 2e-3};
   s.gravity = {0.1, -1.62, 0.2};
   s.field = {true, {0.5, 0, -0.5}, {1, 2, 0}};
   s.domain = {{-2, -3, -4}, {5, 6, 7}};

@@ -55,6 +55,15 @@ struct Liquid {
     fill(at(-1), at(1), disorder,
          [&](const Vec3& x) { return std::hypot(x[0] - c[0], x[1] - c[1], x[2] - c[2]) < radius; });
   }
+  /// A sheet of 80 spacings' side at this height.
+  void lay_sheet(double height) {
+    const double side = 40 * d;
+    model.cloths.emplace_back().name = "sheet";
+    model.mesh.triangle = {{0, 2, 1}, {0, 3, 2}};
+    model.mesh.rest_position = {
+        {-side, height, -side}, {side, height, -side}, {side, height, side}, {-side, height, side}};
+    state.node_position = model.mesh.rest_position;
+  }
   double volume() const {  // m³
     const double quanta =
         static_cast<double>(std::accumulate(state.fluid_mass.begin(), state.fluid_mass.end(), Quanta{0}));
@@ -268,6 +277,13 @@ TEST(Surface, HasTheSameBitsForAnyNumberOfThreads) {
     liquid.add_ball({0, 0, 0}, 5 * d, 0.2);
     liquid.fill({10 * d, 0, 0}, {25 * d, d, 20 * d}, 0.2, [](const Vec3&) { return true; });
     liquid.add({1, 0, 0}, 0.3);
+    liquid.lay_sheet(-0.8 * d);  // cuts the ball and the pool
+    Body& ball = liquid.model.bodies.emplace_back();
+    ball.kind = BodyScene::Kind::sphere;
+    ball.center = {10 * d, 0, 0};
+    ball.radius = 4 * d;
+    liquid.state.body_position = {{10 * d, 0, 0}};
+    liquid.state.body_orientation = {{1, 0, 0, 0}};
     const Shape one = shape_of(surface_grid(liquid.model, liquid.state));
     for (const int threads : {2, 3, 7}) {
       const Shape more = shape_of(surface_grid(liquid.model, liquid.state, threads));
@@ -279,11 +295,7 @@ TEST(Surface, HasTheSameBitsForAnyNumberOfThreads) {
 
 TEST(Surface, DoesNotGoThroughASheetThatTheLiquidLiesOn) {
   Liquid liquid;
-  liquid.model.cloths.emplace_back().name = "sheet";
-  liquid.model.mesh.triangle = {{0, 2, 1}, {0, 3, 2}};
-  const double side = 40 * d;
-  liquid.state.node_position = {{-side, 0, -side}, {side, 0, -side}, {side, 0, side}, {-side, 0, side}};
-  liquid.model.mesh.rest_position = liquid.state.node_position;
+  liquid.lay_sheet(0);
   // Pressed against it: the outermost particles lie a third of a spacing above.
   liquid.fill({0, -d / 6, 0}, {16 * d, 4 * d, 16 * d}, 0.1, [](const Vec3&) { return true; });
   const auto lowest = [&] {

@@ -138,6 +138,8 @@ TEST(decisions, a_pair_that_is_missing_is_found_whatever_lies_in_the_plane) {
     void run(Stage stage, const StepInfo& info, StepReport& report) override { b_.run(stage, info, report); }
     void fence() override { b_.fence(); }
     HostState download() const override { return b_.download(); }
+    void keep() override { b_.keep(); }
+    void go_back() override { b_.go_back(); }
     std::vector<std::pair<Index, Index>> neighbor_pairs(const std::string& list) const override {
       auto pairs = b_.neighbor_pairs(list);
       if (list == "fluid_fluid") {

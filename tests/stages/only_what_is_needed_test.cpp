@@ -316,6 +316,15 @@ TEST(only_what_is_needed, measures_only_where_asked_for) {
   EXPECT_EQ(containing(launched, label), 3);
 }
 
+TEST(only_what_is_needed, only_steps_of_mode_error_look_back) {
+  {
+    const Watch watch(wet_scene());
+    EXPECT_EQ(containing(launched, {"density::found"}) + containing(allocated, {"kept_state"}), 0);
+  }
+  const Watch watch(with(wet_scene(), "end: 1.0", "end: 1.0, mode: error"));
+  EXPECT_GT(containing(launched, {"density::found"}), 0);
+}
+
 TEST(only_what_is_needed, multipliers_only_with_xpbd) {
   const std::initializer_list<const char*> parts = {"multiplier", "cloth::edge_", "cloth::last_edge", "cloth::hinge_",
                                                     "cloth::last_hinge"};

@@ -262,6 +262,19 @@ void find_contact(const Constants& constants, const Cloth& cloth, Fluid& fluid) 
       });
 }
 
+/// Mean of β_i max(0, δ_i − 1) over the liquid. Waits for the device.
+double mean_compression(const Fluid& fluid, Real ramp) {
+  if (fluid.particles.count == 0) return 0;
+  const Entries<const std::uint8_t> origin = fluid.particles.origin;
+  const Entries<const Real> age = fluid.particles.age, alpha = fluid.alpha, ratio = fluid.particles.density_ratio;
+  const auto term = KOKKOS_LAMBDA(const Index i) {
+    if (alpha(i) == 0) return 0.0;
+    const bool fresh = origin(i) == static_cast<std::uint8_t>(Origin::cloth) && age(i) < ramp;
+    return double((fresh ? age(i) / ramp : Real(1)) * Kokkos::fmax(ratio(i) - 1, Real(0)));
+  };
+  return ordered<double>("drench::density::found", fluid.particles.count, term) / fluid.particles.count;
+}
+
 void allocate(Fluid& fluid, bool boundary, bool touching) {
   const std::size_t n = fluid.particles.capacity();
   make_room(fluid.volume, "drench::fluid_volume", n);
@@ -292,7 +305,8 @@ MemoryEstimate density_bytes(const Sizing& s) {
   return sum;
 }
 
-void density(const Constants& constants, Fluid& fluid, NeighborLists& lists, Bodies& bodies, Cloth& cloth) {
+void density(const Constants& constants, Fluid& fluid, NeighborLists& lists, Bodies& bodies, Cloth& cloth,
+             StepReport& report) {
   const bool touching = has_sheet_contact(constants, cloth);
   allocate(fluid, bodies.boundary.count > 0 || cloth.samples.count > 0, touching);
   const Entries<Real> volume = fluid.volume;
@@ -315,6 +329,7 @@ void density(const Constants& constants, Fluid& fluid, NeighborLists& lists, Bod
   if (touching) find_contact(constants, cloth, fluid);
   if (cloth.samples.count > 0) make_sheet_rows(constants, fluid, cloth, lists);
   add_body_rows(constants, lists, bodies, fluid);
+  if (constants.model.scene.time.mode == TimeMode::error) report.density_found = mean_compression(fluid, cloth.emission_ramp);
 }
 
 }  // namespace drench::kokkos_backend

@@ -41,7 +41,7 @@ struct DensityProblem {
   double scaled(const IterationNorms& n) const { return (n.residual + n.complementarity) / system.count(); }
   bool converged(int iteration, const DensitySums& sums) const {
     const Index n = system.count();
-    const double tolerance = limits.density_correction * limits.density_error;
+    const double tolerance = limits.density_correction * system.constants.model.density_tolerance();
     report.density_iterations = iteration;
     report.density_error = sums.error / n;
     report.density_error_max = sums.error_max;

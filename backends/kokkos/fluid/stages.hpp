@@ -14,7 +14,8 @@ void neighbors(const Constants& constants, Fluid& fluid, NeighborLists& lists, B
 MemoryEstimate neighbor_bytes(const Sizing& s);
 
 /// δ_i, α_i and what else the pairs of this step need.
-void density(const Constants& constants, Fluid& fluid, NeighborLists& lists, Bodies& bodies, Cloth& cloth);
+void density(const Constants& constants, Fluid& fluid, NeighborLists& lists, Bodies& bodies, Cloth& cloth,
+             StepReport& report);
 MemoryEstimate density_bytes(const Sizing& s);
 
 void divergence(const Constants& constants, Fluid& fluid, const NeighborLists& lists, Bodies& bodies, Cloth& cloth,

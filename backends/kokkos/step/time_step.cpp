@@ -14,6 +14,7 @@ void time_step(const Constants& constants, const Fluid& fluid, const Bodies& bod
   parallel(
       "drench::time_step::reset", cloth.nodes.count, KOKKOS_LAMBDA(const Index n) { pin(n) = Real3{}; });
   report.dt_wanted = time.step;
+  if (time.mode == TimeMode::error) report.dt_wanted = std::min(time.step, constants.model.capillary_step());
   if (time.mode != TimeMode::cfl) return;
   // The last step's ledger has looked; before the first step nobody has.
   if (!measured.is_of(fluid.particles.moved)) measure(constants, fluid, bodies, cloth, measured);
