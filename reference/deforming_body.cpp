@@ -77,7 +77,11 @@ Vectors shape_velocities(const Body& body, double time) {
 }
 
 DeformedSurface::DeformedSurface(const Body& body, double time, double dt)
-    : body_(body), points_(shape_points(body, time + dt)), velocities_(points_), origin_(vec(lattice_origin(body, time + dt))), spacing_(body.field.spacing) {
+    : body_(body),
+      points_(shape_points(body, time + dt)),
+      velocities_(points_),
+      origin_(vec(lattice_origin(body, time + dt))),
+      spacing_(body.field.spacing) {
   const Vectors before = shape_points(body, time);
   for (std::size_t n = 0; n < before.size(); ++n) velocities_[n] = (points_[n] - before[n]) / dt;
 }

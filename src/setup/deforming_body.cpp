@@ -61,7 +61,8 @@ std::vector<Index> agree(std::vector<std::array<Index, 3>>& triangles, const std
       open.pop_back();
       for (const std::size_t e : edges_of[t]) {
         const MeshEdge& edge = edges[e];
-        const auto other = static_cast<std::size_t>(edge.triangle[0] == static_cast<Index>(t) ? edge.triangle[1] : edge.triangle[0]);
+        const bool first_of_two = edge.triangle[0] == static_cast<Index>(t);
+        const auto other = static_cast<std::size_t>(edge.triangle[first_of_two ? 1 : 0]);
         const bool agrees = goes(triangles[t], edge.a, edge.b) != goes(triangles[other], edge.a, edge.b);
         if (shell[other] < 0) {
           if (!agrees) std::swap(triangles[other][1], triangles[other][2]);
@@ -187,7 +188,8 @@ Vec3 placed(const Body& body, const Points& points, std::size_t s) {
 /// Affine weights of the foot of q in the plane of a triangle.
 std::array<double, 3> weights_of(const Corners& x, const Vector3d& q) {
   const Vector3d n = across(x);
-  const double b = (q - x[0]).cross(x[2] - x[0]).dot(n) / n.squaredNorm(), c = (x[1] - x[0]).cross(q - x[0]).dot(n) / n.squaredNorm();
+  const double b = (q - x[0]).cross(x[2] - x[0]).dot(n) / n.squaredNorm(),
+               c = (x[1] - x[0]).cross(q - x[0]).dot(n) / n.squaredNorm();
   return {1 - b - c, b, c};
 }
 

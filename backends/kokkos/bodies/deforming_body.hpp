@@ -28,6 +28,7 @@ struct DeformingBody {
   std::array<std::int64_t, 4> held{-1, -1, -1, -1};
   // at the end of the step from `time` that lasts `dt`; relative to the lattice's origin then
   double time = std::numeric_limits<double>::quiet_NaN(), dt = 0;
+  bool stands = false;  // it stood still in that step
   Field<Real3> position, velocity;           // m, m/s: velocities are means over the step
   Field<Real3> face_normal, point_normal;    // unit, 0 of a triangle without area; any length
   Field<Real4> ball;                         // around each triangle: centre and radius, m

@@ -7,6 +7,9 @@
 namespace drench::kokkos_backend {
 namespace {
 
+KOKKOS_INLINE_FUNCTION Real least(Real a, Real b, Real c) { return Kokkos::fmin(a, Kokkos::fmin(b, c)); }
+KOKKOS_INLINE_FUNCTION Real most(Real a, Real b, Real c) { return Kokkos::fmax(a, Kokkos::fmax(b, c)); }
+
 /// Which lattice points are block b, and how they lie in memory.
 struct Lattice {
   Index points[3], blocks[3];
@@ -53,7 +56,7 @@ void turn_normals(DeformingBody& d) {
         const Real3 across = cross(b - a, c - a), middle = Real(1.0 / 3) * (a + b + c);
         const Real length = norm(across);
         face(t) = length > 0 ? (1 / length) * across : Real3{};
-        ball(t) = {middle, Kokkos::fmax(norm(a - middle), Kokkos::fmax(norm(b - middle), norm(c - middle)))};
+        ball(t) = {middle, most(norm(a - middle), norm(b - middle), norm(c - middle))};
       });
   parallel(
       "drench::deforming_body::point_normals", d.points, KOKKOS_LAMBDA(const Index n) {
@@ -118,9 +121,9 @@ struct NearBlocks {
     const Real3 at[3] = {x(corner(3 * t)), x(corner(3 * t + 1)), x(corner(3 * t + 2))};
     const Real4 around = ball(t);
     Index lo[3], hi[3];
-    range_of(Kokkos::fmin(at[0].x, Kokkos::fmin(at[1].x, at[2].x)), Kokkos::fmax(at[0].x, Kokkos::fmax(at[1].x, at[2].x)), 0, lo[0], hi[0]);
-    range_of(Kokkos::fmin(at[0].y, Kokkos::fmin(at[1].y, at[2].y)), Kokkos::fmax(at[0].y, Kokkos::fmax(at[1].y, at[2].y)), 1, lo[1], hi[1]);
-    range_of(Kokkos::fmin(at[0].z, Kokkos::fmin(at[1].z, at[2].z)), Kokkos::fmax(at[0].z, Kokkos::fmax(at[1].z, at[2].z)), 2, lo[2], hi[2]);
+    range_of(least(at[0].x, at[1].x, at[2].x), most(at[0].x, at[1].x, at[2].x), 0, lo[0], hi[0]);
+    range_of(least(at[0].y, at[1].y, at[2].y), most(at[0].y, at[1].y, at[2].y), 1, lo[1], hi[1]);
+    range_of(least(at[0].z, at[1].z, at[2].z), most(at[0].z, at[1].z, at[2].z), 2, lo[2], hi[2]);
     // A little farther than a block's corners are from its centre, so that rounding decides nothing.
     const Real middle = Real(0.5) * (edge - 1), half = Real(1.7321 * 1.001) * middle * lattice.step;
     for (Index k = lo[2]; k <= hi[2]; ++k)
@@ -203,13 +206,13 @@ struct Distances {
   KOKKOS_INLINE_FUNCTION Nearest nearest_of(Index block, const Real3& p) const {
     constexpr Real wider = Real(1.00001);  // than rounding can be
     Nearest found;
-    Real least = band * wider;
-    found.square = least * least;
+    Real nearest_yet = band * wider;
+    found.square = nearest_yet * nearest_yet;
     for (Index e = start(block); e < start(block + 1); ++e) {
       const Index t = entry(e);
       const Real4 around = ball(t);
       const Real3 way = p - around.xyz();
-      const Real within = (least + around.w) * wider;
+      const Real within = (nearest_yet + around.w) * wider;
       if (dot(way, way) > within * within) continue;
       const Real3 a = x(corner(3 * t)), b = x(corner(3 * t + 1)), c = x(corner(3 * t + 2));
       const NearestPoint at = nearest_point(a, b, c, p);
@@ -217,7 +220,7 @@ struct Distances {
       const Real square = dot(apart, apart);
       if (square > found.square || (square == found.square && found.triangle >= 0 && t > found.triangle)) continue;
       found = {t, square, at};
-      least = Kokkos::sqrt(square);
+      nearest_yet = Kokkos::sqrt(square);
     }
     return found;
   }
@@ -288,7 +291,8 @@ void place_solid(Bodies& bodies, DeformingBody& d, double time) {
 void place_surfaces(Bodies& bodies, const StepInfo& info) {
   for (const auto& shared : bodies.deforming) {
     DeformingBody& d = *shared;
-    if (d.time != info.time || d.dt != info.dt) {
+    const bool stands = rate_after(d.body.shape, info.time) == 0;  // after its last file: every step is the same
+    if (!(stands && d.stands) && (d.time != info.time || d.dt != info.dt)) {
       const auto count = static_cast<std::size_t>(Lattice(d).count());
       allocate_zeros(d.distance, "drench::deforming_distance", count);
       allocate_zeros(d.nearest, "drench::deforming_nearest", count);
@@ -299,6 +303,7 @@ void place_surfaces(Bodies& bodies, const StepInfo& info) {
       fill_sides(d);
       d.time = info.time;
       d.dt = info.dt;
+      d.stands = stands;
     }
     place_solid(bodies, d, info.time + info.dt);
   }
