@@ -276,7 +276,7 @@ void advection(ReferenceState& state, const StepInfo& info, StepReport& report) 
   for (Index i = 0; i < particles; ++i) shift.push_back(shift_apart(state, i));
   const std::vector<Vec3> start = s.node_position;
   const Vectors start_samples = sample_positions(state);
-  const std::vector<PlacedBody> bodies = placed_bodies(state, info.dt);
+  const std::vector<PlacedBody> bodies = placed_bodies(state, info);
   move_cloth(state, bodies, info);
   const MovingCloth cloth = moving_cloth(state, start, start_samples);
 

@@ -40,7 +40,7 @@ void stop_at_solids(const Body& body, const std::vector<PlacedBody>& solids, Pos
         if (!distance || *distance >= feelers.radius) continue;
         const Vector3d touching = pose.position + point - feelers.radius * n, arm = touching - pose.position;
         pose.position += (feelers.radius - *distance) * n;
-        const double approach = (pose.velocity + pose.spin.cross(arm) - solid.pose.velocity_at(touching)).dot(n);
+        const double approach = (pose.velocity + pose.spin.cross(arm) - solid.velocity_at(touching)).dot(n);
         if (approach >= 0) continue;
         const Eigen::Matrix3d answer = inertia(body, pose).inverse();
         const double impulse = -approach / (1 / body.mass + arm.cross(n).dot(answer * arm.cross(n)));
@@ -57,7 +57,7 @@ void bodies(ReferenceState& state, const StepInfo& info, StepReport&) {
   const Model& m = state.model;
   HostState& s = state.s;
   const double time = info.time + info.dt;
-  const std::vector<PlacedBody> solids = placed_bodies(state, info.dt);
+  const std::vector<PlacedBody> solids = placed_bodies(state, info);
   for (Index k = 0; k < s.body_count(); ++k) {
     const Body& body = m.bodies[k];
     if (!body.moves()) continue;
@@ -87,6 +87,7 @@ void bodies(ReferenceState& state, const StepInfo& info, StepReport&) {
     s.boundary_position[b] = arr(x);
     s.boundary_velocity[b] = arr(pose.velocity_at(x));
   }
+  if (m.has_deforming_body()) place_shape_samples(state, time);
 }
 
 }  // namespace drench::reference

@@ -20,7 +20,7 @@ void cloth(ReferenceState& state, const StepInfo& info, StepReport& report) {
   clear_inactive(state);
   const Vectors load = pressure_response(state, state.s.fluid_kappa_density).node_force;
 
-  ClothProblem problem(state, dt);
+  ClothProblem problem(state, info);
   Vectors first = problem.start;
   for (Index n = 0; n < state.s.node_count(); ++n) {
     if (!problem.is_free(n)) {

@@ -59,7 +59,8 @@ Vector3d pin_position(const ReferenceState& state, Index n, double time) {
          turn * (before * (vec(m.mesh.rest_position[n]) - vec(p.center)));
 }
 
-ClothProblem::ClothProblem(const ReferenceState& s, double step) : state(s), dt(step), bodies(placed_bodies(s, step)) {
+ClothProblem::ClothProblem(const ReferenceState& s, const StepInfo& info)
+    : state(s), dt(info.dt), bodies(placed_bodies(s, info)) {
   const ClothMesh& mesh = model().mesh;
   for (const Vec3& x : state.s.node_position) start.push_back(vec(x));
   target = start;
@@ -174,7 +175,7 @@ NodeContact ClothProblem::contact(Index n, const Vector3d& x, Vector3d& push) co
     const std::optional<double> distance = distance_to(body, x, normal);
     if (!is_free(n) || !distance || *distance >= contact_range * material(n).thickness) continue;
     const double press = std::max(0.0, -push.dot(normal));
-    found = {normal, body.pose.velocity_at(x), found.press + press};
+    found = {normal, body.velocity_at(x), found.press + press};
     push += press * normal;
   }
   return found;

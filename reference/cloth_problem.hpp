@@ -25,7 +25,7 @@ struct ClothProblem {
   std::vector<double> diagonal;  // D, N/m
   std::vector<PlacedBody> bodies;
 
-  ClothProblem(const ReferenceState& state, double dt);
+  ClothProblem(const ReferenceState& state, const StepInfo& info);
 
   const Model& model() const { return state.model; }
   const ClothMaterial& material(Index n) const { return model().cloths[model().mesh.node_cloth[n]]; }

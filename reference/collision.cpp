@@ -155,12 +155,13 @@ std::optional<Hit> first_hit(const MovingTriangle& triangle, const Vector3d& x0,
   return std::nullopt;
 }
 
-std::vector<PlacedBody> placed_bodies(const ReferenceState& state, double dt) {
+std::vector<PlacedBody> placed_bodies(const ReferenceState& state, const StepInfo& info) {
   std::vector<PlacedBody> placed;
   for (Index k = 0; k < static_cast<Index>(state.model.bodies.size()); ++k) {
     const Body& body = state.model.bodies[k];
     const Pose pose = pose_of(state.s, k);
-    placed.push_back({&body, body.moves() ? advanced(pose, dt) : pose});
+    placed.push_back({&body, body.moves() ? advanced(pose, info.dt) : pose});
+    if (body.deforms()) placed.back().surface = std::make_shared<DeformedSurface>(body, info.time, info.dt);
   }
   return placed;
 }
@@ -172,6 +173,7 @@ std::optional<double> distance_to(const PlacedBody& placed, const Vector3d& x, V
 
 std::optional<double> distance_to(const PlacedBody& placed, const Vector3d& x, Vector3d& normal, double& slope) {
   slope = 1;
+  if (placed.surface) return placed.surface->distance(x, normal, slope);
   const Body& body = *placed.body;
   const Vector3d own = vec(body.center) + placed.pose.orientation.conjugate() * (x - placed.pose.position);
   if (body.kind == BodyScene::Kind::mesh) {
@@ -192,7 +194,7 @@ std::vector<BodyContact> project_out(const std::vector<PlacedBody>& bodies, doub
     double slope;
     std::optional<double> distance = distance_to(body, x, normal, slope);
     if (!distance || *distance >= clearance) continue;
-    contacts.push_back({normal, body.pose.velocity_at(x)});
+    contacts.push_back({normal, body.velocity_at(x)});
     const int steps = body.body->kind == BodyScene::Kind::mesh ? 3 : 1;  // of Newton, where φ is interpolated
     for (int k = 0; k < steps && distance; ++k) {
       x += (clearance - *distance) / slope * normal;

@@ -5,9 +5,11 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <array>
+#include <memory>
 #include <optional>
 #include <vector>
 
+#include "deforming_body.hpp"
 #include "rigid_bodies.hpp"
 
 namespace drench::reference {
@@ -44,8 +46,12 @@ std::optional<Hit> first_hit(const MovingTriangle& triangle, const Eigen::Vector
 struct PlacedBody {
   const Body* body;
   Pose pose;
+  std::shared_ptr<const DeformedSurface> surface = {};  // of one that changes its shape
+
+  /// Of its surface at x, m/s.
+  Eigen::Vector3d velocity_at(const Eigen::Vector3d& x) const { return surface ? surface->velocity(x) : pose.velocity_at(x); }
 };
-std::vector<PlacedBody> placed_bodies(const ReferenceState& state, double dt);
+std::vector<PlacedBody> placed_bodies(const ReferenceState& state, const StepInfo& info);
 
 /// Distance of x to a body, and its normal; none for a mesh that is not closed.
 std::optional<double> distance_to(const PlacedBody& body, const Eigen::Vector3d& x, Eigen::Vector3d& normal);

@@ -1,5 +1,6 @@
 // Stage prescribed_motion (src/stages/prescribed_motion.hpp).
 
+#include "deforming_body.hpp"
 #include "rigid_bodies.hpp"
 
 namespace drench::reference {
@@ -21,6 +22,7 @@ void prescribed_motion(ReferenceState& state, const StepInfo& info, StepReport&)
     const Pose pose = pose_of(state.s, m.boundary.body[b]);
     state.s.boundary_velocity[b] = arr(pose.velocity_at(vec(state.s.boundary_position[b])));
   }
+  move_shape_samples(state, info);
 }
 
 }  // namespace drench::reference

@@ -31,8 +31,8 @@ Vectors end_of_step(const ReferenceState& state, double dt) {
 class ElasticCloth : public ClothResponse {
  public:
   /// `load`: the node forces that stage cloth has seen, N.
-  ElasticCloth(const ReferenceState& state, double dt, const Vectors& load)
-      : problem_(state, dt), began_(end_of_step(state, dt)), load_(load), iteration_(problem_, began_) {
+  ElasticCloth(const ReferenceState& state, const StepInfo& info, const Vectors& load)
+      : problem_(state, info), began_(end_of_step(state, info.dt)), load_(load), iteration_(problem_, began_) {
     internal_ = problem_.internal_force(began_);
   }
 
@@ -104,7 +104,7 @@ void pressure(ReferenceState& state, const StepInfo& info, StepReport& report) {
   std::vector<double>& kappa = state.s.fluid_kappa_density;
   SolveResult result;
   if (state.model.has_moving_cloth()) {
-    ElasticCloth cloth(state, info.dt, pressure_response(state, kappa).node_force);
+    ElasticCloth cloth(state, info, pressure_response(state, kappa).node_force);
     result = solve_pressure(state, kappa, active, tolerance, info.dt, cloth, residuals);
     report.cloth_iterations += cloth.iterations();
     if (cloth.iterations() > 0) report.note_cloth_residual(cloth.residual());

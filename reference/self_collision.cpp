@@ -41,7 +41,7 @@ Near nearest(const Four& x, bool edges) { return edges ? near_edges(x) : near_tr
 class SelfCollision {
  public:
   SelfCollision(ReferenceState& state, const StepInfo& info)
-      : state_(state), mesh_(state.model.mesh), dt_(info.dt), bodies_(placed_bodies(state, info.dt)) {
+      : state_(state), mesh_(state.model.mesh), dt_(info.dt), bodies_(placed_bodies(state, info)) {
     for (Index n = 0; n < mesh_.nodes(); ++n) {
       velocity_.push_back(vec(state.s.node_velocity[n]));
       if (mesh_.pinned[n]) velocity_[n] = (pin_position(state, n, info.time + dt_) - start(n)) / dt_;

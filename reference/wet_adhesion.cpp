@@ -22,7 +22,8 @@ struct Pull {
 
 class WetAdhesion {
  public:
-  WetAdhesion(ReferenceState& state, double dt) : state_(state), mesh_(state.model.mesh), dt_(dt) {
+  WetAdhesion(ReferenceState& state, const StepInfo& info)
+      : state_(state), mesh_(state.model.mesh), info_(info), dt_(info.dt) {
     force_.assign(static_cast<std::size_t>(mesh_.nodes()), Vector3d::Zero());
     area_.assign(force_.size(), 0);
     for (const auto& t : mesh_.triangle) {
@@ -38,7 +39,7 @@ class WetAdhesion {
   }
 
   void run() {
-    const std::vector<PlacedBody> bodies = placed_bodies(state_, dt_);
+    const std::vector<PlacedBody> bodies = placed_bodies(state_, info_);
     for (Index n = 0; n < mesh_.nodes(); ++n) {
       for (const PlacedBody& body : bodies) stick_to(body, n);
       if (!material(n).self_collision) continue;
@@ -58,6 +59,7 @@ class WetAdhesion {
  private:
   ReferenceState& state_;
   const ClothMesh& mesh_;
+  StepInfo info_;
   double dt_, mean_edge_ = 0;
   Vectors force_;
   std::vector<double> area_;
@@ -71,7 +73,7 @@ class WetAdhesion {
   // 1.
   void stick_to(const PlacedBody& body, Index n) {
     const Vector3d x = vec(state_.s.node_position[n]);
-    const Vector3d ahead = body.body->moves() ? Vector3d(x + dt_ * body.pose.velocity_at(x)) : x;
+    const Vector3d ahead = body.body->moves() ? Vector3d(x + dt_ * body.velocity_at(x)) : x;
     Vector3d normal;
     const std::optional<double> distance = distance_to(body, ahead, normal);
     const double thickness = material(n).thickness, a = range(thickness);
@@ -118,6 +120,6 @@ class WetAdhesion {
 
 }  // namespace
 
-void wet_adhesion(ReferenceState& state, const StepInfo& info, StepReport&) { WetAdhesion(state, info.dt).run(); }
+void wet_adhesion(ReferenceState& state, const StepInfo& info, StepReport&) { WetAdhesion(state, info).run(); }
 
 }  // namespace drench::reference

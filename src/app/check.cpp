@@ -30,11 +30,12 @@ void print_parts(const Model& model, const HostState& state) {
     fmt::print("cloth in all: {} nodes, {} pinned, {} edges, {} hinges, holds {:.4g} kg of liquid at saturation 1\n",
                model.mesh.nodes(), pinned, model.mesh.edge.size(), model.mesh.hinge.size(), capacity);
   }
+  const auto deforming = std::count_if(model.bodies.begin(), model.bodies.end(), [](const Body& b) { return b.deforms(); });
   if (!model.bodies.empty())
-    fmt::print("bodies: {} ({} moving, {} floating), {} boundary samples\n", model.bodies.size(),
+    fmt::print("bodies: {} ({} moving, {} floating{}), {} boundary samples\n", model.bodies.size(),
                std::count_if(model.bodies.begin(), model.bodies.end(), [](const Body& b) { return b.moves(); }),
                std::count_if(model.bodies.begin(), model.bodies.end(), [](const Body& b) { return b.dynamic; }),
-               model.boundary.count());
+               deforming > 0 ? fmt::format(", {} changing their shape", deforming) : "", model.boundary.count());
 }
 
 void print_memory(const ForeseenMemory& memory, const MemoryBudget& budget) {

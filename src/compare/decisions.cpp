@@ -3,11 +3,13 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <optional>
 #include <random>
 #include <set>
 
 #include "base/eigen_vec.hpp"
 #include "setup/body_geometry.hpp"
+#include "setup/deforming_body.hpp"
 #include "setup/point_grid.hpp"
 
 namespace drench {
@@ -215,10 +217,12 @@ struct PlacedBody {
   const Body& body;
   Vector3d position;
   Eigen::Quaterniond turn;
+  std::optional<Body> shape = {};  // of one that changes it
 
   PlacedBody(const Body& b, const HostState& s, std::size_t k, double dt)
       : body(b), position(to_eigen(s.body_position[k])), turn(Eigen::Quaterniond::Identity()) {
     if (!b.moves()) return;
+    if (b.deforms()) shape = shape_with_field_at(b, s.time + dt);
     const auto& q = s.body_orientation[k];
     const Vector3d angle = dt * to_eigen(s.body_angular_velocity[k]);
     position += dt * to_eigen(s.body_velocity[k]);
@@ -229,8 +233,8 @@ struct PlacedBody {
   /// Distance (m) of x and its gradient; 1e30 where there is none.
   double distance(const Vector3d& x, Vector3d& normal) const {
     Vec3 n{0, 0, 0};
-    if (!body.moves()) {
-      const double phi = signed_distance(body, to_vec3(x), n);
+    if (!body.moves() || shape) {
+      const double phi = signed_distance(shape ? *shape : body, to_vec3(x), n);
       normal = to_eigen(n);
       return phi;
     }

@@ -11,6 +11,7 @@
 
 #include "output/grid_tools.hpp"
 #include "setup/body_geometry.hpp"
+#include "state/deforming_body.hpp"
 
 namespace drench {
 namespace {
@@ -44,6 +45,7 @@ struct Placing {
   const HostState* state;  // none: at t = 0
   Index index;
   std::vector<Vec3> operator()(std::vector<Vec3> points) const {
+    if (state && body.deforms()) return points_at(body.shape, state->time);
     if (state)
       for (Vec3& x : points) x = placed_point(body, *state, index, x);
     return points;

@@ -264,6 +264,7 @@ std::uint64_t geometry_of(const Model& model) {
   for (const Body& body : model.bodies) {
     sum.add(body.mesh_points);
     sum.add(body.mesh_triangles);
+    for (const std::vector<Vec3>& points : body.shape.points) sum.add(points);
   }
   return sum.value();
 }

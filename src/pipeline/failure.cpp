@@ -9,6 +9,7 @@
 #include <numbers>
 
 #include "stages/wind.hpp"
+#include "state/deforming_body.hpp"
 
 namespace drench {
 namespace {
@@ -25,7 +26,8 @@ double fastest_prescribed(const Model& m) {
   for (const Jet& jet : m.jets) fastest = std::max(fastest, jet.scene.velocity.largest());
   for (const Body& body : m.bodies)
     fastest = std::max(fastest, body.velocity.largest() + body.path.largest_derivative() +
-                                    std::max(body.spin_rate.largest(), body.turn_rate) * body.reach);
+                                    std::max(body.spin_rate.largest(), body.turn_rate) * body.reach +
+                                    fastest_point(body.shape));
   for (std::size_t n = 0; n < m.mesh.pin_motion.size(); ++n) {
     if (m.mesh.pin_motion[n] < 0) continue;
     const PinMotion& pin = m.pin_motions[static_cast<std::size_t>(m.mesh.pin_motion[n])];

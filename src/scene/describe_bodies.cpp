@@ -61,7 +61,7 @@ void describe_mesh(Section& s, BodyScene& body) {
   const bool moving = !body.sequence.files.empty();
   s.saved_if(!moving).mesh_file("file", body.file, "a relative name starts at the scene's folder");
   describe_sequence(s, body.sequence,
-                    "files of a mesh that moves without changing its shape; each has the same triangles");
+                    "files of a mesh that moves, and may change its shape if it is closed; each has the same polygons");
   if (!body.sequence.files.empty()) body.file = body.sequence.files.front();
   s.check(s.has("file") != s.has("sequence"), s.has("file") ? "sequence" : "file",
           s.has("file") ? "stands beside file; allowed: exactly one of them"

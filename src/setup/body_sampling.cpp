@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "base/eigen_vec.hpp"
+#include "setup/deforming_body.hpp"
 #include "setup/distance_field.hpp"
 #include "setup/point_grid.hpp"
 #include "setup/surface_mesh.hpp"
@@ -135,12 +136,14 @@ std::vector<Vec3> sample_plane(const Body& body, double d, const Box& region) {
   return samples;
 }
 
-constexpr double mesh_min_distance = 0.75;  // of d
 constexpr double mesh_candidates = 0.3;     // of d: candidates' distance in a face; 0.75 + 0.3/√2 < 1 gives the cover
 
 double expected_mesh_samples(const Body& body, double d) {
   double area = 0;
-  for (const auto& t : body.mesh_triangles) {
+  if (body.deforms())
+    for (const double of_triangle : largest_areas(body)) area += of_triangle;
+  else
+    for (const auto& t : body.mesh_triangles) {
     area += triangle_area(body.mesh_points[static_cast<std::size_t>(t[0])],
                           body.mesh_points[static_cast<std::size_t>(t[1])],
                           body.mesh_points[static_cast<std::size_t>(t[2])]);
@@ -156,9 +159,9 @@ double expected_mesh_samples(const Body& body, double d) {
   return packed + boundary / (mesh_min_distance * d) + 4;
 }
 
-/// A point of the surface moved half a spacing inside along the distance field's gradient; where the solid is too thin for
-/// that, a quarter, or not at all.
-Vec3 sunk(const Body& body, double d, const Vector3d& p) {
+}  // namespace
+
+Vec3 sunk(const Body& body, double d, const Eigen::Vector3d& p) {
   if (body.field.empty()) return to_vec3(p);
   for (const double depth : {d / 2, d / 4}) {
     Vec3 normal, x = to_vec3(p);
@@ -172,28 +175,24 @@ Vec3 sunk(const Body& body, double d, const Vector3d& p) {
   return to_vec3(p);
 }
 
-/// Vertices, then edges, then faces: none closer than 0.75 d to an earlier one, no point of the surface farther than d from one.
-std::vector<Vec3> sample_mesh(const Body& body, double d, const Box& region) {
-  const double least = mesh_min_distance * d;
-  PointGrid kept(least);
-  const auto offer = [&](const Vector3d& p) {
-    const Vec3 x = sunk(body, d, p);
-    if (!contains(region.min, region.max, x)) return;
-    if (!kept.any_within(x, least)) kept.add(x);
-  };
+void for_surface_points(const Body& body, double d, const std::function<void(const Eigen::Vector3d&, Index)>& offer) {
   const auto point = [&](Index i) { return to_eigen(body.mesh_points[static_cast<std::size_t>(i)]); };
-  const auto between = [&](const Vector3d& a, const Vector3d& b, double step, bool ends) {
+  const auto between = [&](Index triangle, const Vector3d& a, const Vector3d& b, double step, bool ends) {
     const double n = std::max(1.0, std::ceil((b - a).norm() / step - 1e-9));
-    for (double i = ends ? 0 : 1; i <= (ends ? n : n - 1); ++i) offer(a + i / n * (b - a));
+    for (double i = ends ? 0 : 1; i <= (ends ? n : n - 1); ++i) offer(a + i / n * (b - a), triangle);
   };
-  for (std::size_t i = 0; i < body.mesh_points.size(); ++i) offer(point(static_cast<Index>(i)));
+  std::vector<Index> carrier(body.mesh_points.size(), -1);  // a triangle of each vertex
+  for (std::size_t t = 0; t < body.mesh_triangles.size(); ++t)
+    for (const Index n : body.mesh_triangles[t]) carrier[static_cast<std::size_t>(n)] = static_cast<Index>(t);
+  for (std::size_t i = 0; i < body.mesh_points.size(); ++i) offer(point(static_cast<Index>(i)), carrier[i]);
   for (const MeshEdge& e : mesh_edges(body.mesh_triangles)) {
     const Vector3d a = point(e.a), b = point(e.b);
     // First at even steps near d, which fit between the ends; then finer, into gaps that thinning has left.
-    between(a, b, (b - a).norm() / std::max(1.0, std::round((b - a).norm() / d)), false);
-    between(a, b, mesh_candidates * d, false);
+    between(e.triangle[0], a, b, (b - a).norm() / std::max(1.0, std::round((b - a).norm() / d)), false);
+    between(e.triangle[0], a, b, mesh_candidates * d, false);
   }
-  for (const auto& t : body.mesh_triangles) {
+  for (std::size_t k = 0; k < body.mesh_triangles.size(); ++k) {
+    const auto& t = body.mesh_triangles[k];
     // Rows parallel to the longest side: few candidates also in a sliver.
     int longest = 0;
     for (int c = 1; c < 3; ++c) {
@@ -204,9 +203,22 @@ std::vector<Vec3> sample_mesh(const Body& body, double d, const Box& region) {
     const double height = (b - a).cross(top - a).norm() / (b - a).norm();
     const double rows = std::max(1.0, std::ceil(height / (mesh_candidates * d)));
     for (double r = 0; r < rows; ++r) {
-      between(a + r / rows * (top - a), b + r / rows * (top - b), mesh_candidates * d, true);
+      between(static_cast<Index>(k), a + r / rows * (top - a), b + r / rows * (top - b), mesh_candidates * d, true);
     }
   }
+}
+
+namespace {
+
+/// Vertices, then edges, then faces: none closer than 0.75 d to an earlier one, no point of the surface farther than d from one.
+std::vector<Vec3> sample_mesh(const Body& body, double d, const Box& region) {
+  const double least = mesh_min_distance * d;
+  PointGrid kept(least);
+  for_surface_points(body, d, [&](const Vector3d& p, Index) {
+    const Vec3 x = sunk(body, d, p);
+    if (!contains(region.min, region.max, x)) return;
+    if (!kept.any_within(x, least)) kept.add(x);
+  });
   return kept.points();
 }
 

@@ -1,7 +1,9 @@
 #pragma once
 // One layer of samples at spacing d, half a spacing below the surface of each body (after Akinci et al. 2012).
 
+#include <Eigen/Core>
 #include <array>
+#include <functional>
 #include <vector>
 
 #include "state/model.hpp"
@@ -25,6 +27,17 @@ Box sampled_region(const Body& body, const Box& region, double duration, int lay
 /// The samples of one body within `region`, in an order that depends on the arguments alone: d/2 inside the solid (dynamic bodies
 /// 0.67 d), on the surface of meshes that are not closed. Each shape has a pattern of its own (body_sampling.cpp).
 std::vector<Vec3> sample_body(const Body& body, double spacing, const Box& region, int layer = 0);
+
+/// A point of a mesh's surface moved d/2 inside along the distance field's gradient; where the solid is too thin for that, d/4,
+/// or not at all (m).
+Vec3 sunk(const Body& body, double d, const Eigen::Vector3d& p);
+
+/// Calls offer(point, triangle that it lies in) for points of a mesh's surface: vertices (the triangle is −1 at one without),
+/// then edges, then faces, at most 0.3 d apart in each.
+void for_surface_points(const Body& body, double d, const std::function<void(const Eigen::Vector3d&, Index)>& offer);
+
+/// No two samples of a mesh are closer, in d.
+inline constexpr double mesh_min_distance = 0.75;
 
 /// How many layers of samples, spacing apart, a wall needs so that no liquid before it sees its end: one up to h = 2 d, two
 /// up to 3 d, …; fewer where the solid has no room for them, one for meshes.

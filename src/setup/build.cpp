@@ -12,6 +12,7 @@
 #include "setup/cloth_material.hpp"
 #include "setup/cloth_mesh.hpp"
 #include "setup/cloth_sampling.hpp"
+#include "setup/deforming_body.hpp"
 #include "setup/distance_field.hpp"
 #include "setup/fabric_pairs.hpp"
 #include "setup/fluid_sampling.hpp"
@@ -77,7 +78,12 @@ void lay_fields(Setup& setup) {
   for (std::size_t b = 0; b < m.bodies.size(); ++b) {
     Body& body = m.bodies[b];
     if (body.kind != BodyScene::Kind::mesh) continue;
-    if (is_closed({body.mesh_points, body.mesh_triangles}))
+    if (body.deforms()) {
+      const TimeScene& time = m.scene.time;
+      blaming(fmt::format("bodies.{}.mesh", b), [&] {
+        lay_deforming_field(body, m.spacing, margin, time.step, time.mode == TimeMode::cfl ? time.cfl * m.spacing : INFINITY);
+      });
+    } else if (is_closed({body.mesh_points, body.mesh_triangles}))
       body.field = lay_field(body, m.spacing, margin);
     else
       setup.warnings.push_back(
@@ -120,7 +126,12 @@ void sample_bodies(Setup& setup) {
     Body& body = m.bodies[b];
     std::vector<Vec3> samples;
     std::vector<double> volumes;
-    for (int layer = 0; layer < body_layers(body, m.spacing, m.support); ++layer) {
+    if (body.deforms()) {
+      samples = bind_samples(body, m.spacing);
+      for (const double volume : akinci_volumes(samples, m.support, m.scene.fluid.kernel))
+        volumes.push_back(volume * m.layer_share);
+    }
+    for (int layer = 0; layer < body_layers(body, m.spacing, m.support) && !body.deforms(); ++layer) {
       const std::vector<Vec3> more =
           sample_body(body, m.spacing, sampled_region(body, region, m.scene.time.end, layer), layer);
       // Each layer counts for one layer of liquid, and only its own samples share it.
@@ -136,7 +147,10 @@ void sample_bodies(Setup& setup) {
     m.boundary.position.insert(m.boundary.position.end(), samples.begin(), samples.end());
     m.boundary.body.insert(m.boundary.body.end(), samples.size(), static_cast<Index>(b));
     setup.state.boundary_volume.insert(setup.state.boundary_volume.end(), volumes.begin(), volumes.end());
-    for (const Vec3& x : samples) setup.state.boundary_velocity.push_back(body_velocity(body, x));
+    if (body.deforms())
+      for (const Vec3& v : first_velocities(body)) setup.state.boundary_velocity.push_back(v);
+    else
+      for (const Vec3& x : samples) setup.state.boundary_velocity.push_back(body_velocity(body, x));
   }
   setup.state.boundary_position = m.boundary.position;
 }
@@ -259,6 +273,9 @@ Setup build(const Scene& scene, const MemoryBudget& budget) {
       if (body.slides) body.lattice = plane_lattice(body, m.spacing);
       for (std::size_t a = 0; a < 3; ++a) body.middle[a] = 0.5 * (scene.domain.min[a] + scene.domain.max[a]);
     }
+  for (std::size_t b = 0; b < m.bodies.size(); ++b)
+    for (std::string& line : deformation_warnings(m.bodies[b], fmt::format("body {}", b + 1)))
+      setup.warnings.push_back(std::move(line));
   start_bodies(m, setup.state);
   lay_fields(setup);
   refuse_too_large(expected_size(m), budget);

@@ -52,6 +52,11 @@ vtkSmartPointer<vtkPolyData> oriented(const Body& body) {
 DistanceField lay_field(const Body& body, double spacing, double margin) {
   Eigen::AlignedBox3d bounds;
   for (const Vec3& x : body.mesh_points) bounds.extend(to_eigen(x));
+  return lay_field(to_vec3(bounds.min()), to_vec3(bounds.max()), spacing, margin);
+}
+
+DistanceField lay_field(const Vec3& min, const Vec3& max, double spacing, double margin) {
+  const Eigen::AlignedBox3d bounds(to_eigen(min), to_eigen(max));
   DistanceField field;
   field.spacing = 0.5 * spacing;
   for (int a = 0; a < 3; ++a) {
@@ -102,6 +107,15 @@ void fill_field(const Body& body, DistanceField& field) {
       }
     }
   }
+}
+
+std::function<double(const Vec3&)> exact_distance(const Body& body) {
+  const auto distance = vtkSmartPointer<vtkImplicitPolyDataDistance>::New();
+  distance->SetInput(oriented(body));
+  return [distance](const Vec3& x) {
+    double at[3] = {x[0], x[1], x[2]};
+    return distance->EvaluateFunction(at);
+  };
 }
 
 double field_distance(const DistanceField& field, const Vec3& x, Vec3& normal) {

@@ -1,6 +1,7 @@
 #pragma once
 // Signed distance fields of closed meshes, made at set-up.
 
+#include <functional>
 #include <string>
 
 #include "state/model.hpp"
@@ -10,6 +11,11 @@ namespace drench {
 /// How the lattice lies around the mesh: spacing half of `spacing` (m), `margin` (m) beyond its bounding box, and at
 /// least one cell more. Without the values.
 DistanceField lay_field(const Body& body, double spacing, double margin);
+/// The same around the box [min, max], m.
+DistanceField lay_field(const Vec3& min, const Vec3& max, double spacing, double margin);
+
+/// The signed distance (m) to the body's mesh, exact to its triangles (VTK).
+std::function<double(const Vec3&)> exact_distance(const Body& body);
 
 /// The distances, exact to the triangles (VTK) at all points nearer to the surface than about eight steps of the lattice;
 /// farther away between exact ones four steps apart. The sign is negative inside, whichever way the triangles are

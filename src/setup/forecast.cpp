@@ -7,6 +7,7 @@
 #include "setup/body_geometry.hpp"
 #include "setup/cloth_mesh.hpp"
 #include "setup/point_grid.hpp"
+#include "state/deforming_body.hpp"
 
 namespace drench {
 namespace {
@@ -112,7 +113,8 @@ double driven_speed(const Model& model) {
   double fastest = 0;
   for (const Body& body : model.bodies)
     fastest = std::max(fastest, body.velocity.largest() + body.path.largest_derivative() +
-                                    std::max(body.spin_rate.largest(), body.turn_rate) * body.reach);
+                                    std::max(body.spin_rate.largest(), body.turn_rate) * body.reach +
+                                    fastest_point(body.shape));
   for (std::size_t n = 0; n < model.mesh.pin_motion.size(); ++n) {
     if (model.mesh.pin_motion[n] < 0) continue;
     const PinMotion& motion = model.pin_motions[static_cast<std::size_t>(model.mesh.pin_motion[n])];

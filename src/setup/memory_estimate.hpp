@@ -31,6 +31,9 @@ struct SetupSize {
   double dynamic_samples = 0;                   // of the boundary: those of dynamic bodies
   Scene scene;                                  // for the keys of a stage that no count here tells of
   double field = 0;                             // lattice points of the meshes' distance fields
+  // of bodies that change their shape: points of their lattices, of a mesh and of all files, triangles, and pairs of a triangle
+  // with a block of a lattice that it is near
+  double deforming_field = 0, deforming_points = 0, deforming_files = 0, deforming_triangles = 0, deforming_pairs = 0;
   double fluid_cells = 0, boundary_cells = 0, sample_cells = 0;  // of their cell tables
   double support = 2;                                            // h / d: how wide neighbour lists are
   ListEntries entries;                                           // as it begins

@@ -101,7 +101,7 @@ void check_obj(const std::string& path) {
 }
 
 template <class Reader>
-vtkSmartPointer<vtkPolyData> triangles_of(const std::string& path) {
+vtkSmartPointer<vtkPolyData> polygons_of(const std::string& path) {
   Messages messages;
   vtkNew<vtkCallbackCommand> observer;
   observer->SetCallback(Messages::collect);
@@ -124,16 +124,20 @@ vtkSmartPointer<vtkPolyData> triangles_of(const std::string& path) {
                                    read->GetNumberOfPoints() - 1));
     }
   }
+  return read;
+}
+
+vtkSmartPointer<vtkPolyData> triangles_of(vtkPolyData* polygons) {
   vtkNew<vtkTriangleFilter> triangles;
   triangles->PassLinesOff();
   triangles->PassVertsOff();
-  triangles->SetInputData(read);
+  triangles->SetInputData(polygons);
   triangles->Update();
   return triangles->GetOutput();
 }
 
-/// Merges exact copies if asked to, keeps the used points in their order.
-SurfaceMesh compact(vtkPolyData* data, bool merge) {
+/// Merges exact copies if asked to, keeps the used points in their order. `kept`, if given, gets their numbers in `data`.
+SurfaceMesh compact(vtkPolyData* data, bool merge, std::vector<vtkIdType>* kept = nullptr) {
   SurfaceMesh mesh;
   const vtkIdType points = data->GetNumberOfPoints();
   std::vector<vtkIdType> first(static_cast<std::size_t>(points));  // the first copy of each point
@@ -161,6 +165,7 @@ SurfaceMesh compact(vtkPolyData* data, bool merge) {
   for (vtkIdType p = 0; p < points; ++p) {
     if (!used[static_cast<std::size_t>(p)]) continue;
     number[static_cast<std::size_t>(p)] = static_cast<Index>(mesh.points.size());
+    if (kept) kept->push_back(p);
     mesh.points.push_back(point(p));
   }
   for (const auto& t : corners) {
@@ -170,29 +175,72 @@ SurfaceMesh compact(vtkPolyData* data, bool merge) {
   return mesh;
 }
 
-}  // namespace
+/// A file as it is, and whether exact copies of its points are one point.
+struct RawMesh {
+  vtkSmartPointer<vtkPolyData> polygons;
+  bool merge = false;
+};
 
-SurfaceMesh read_mesh(const std::string& file, const std::string& scene_path) {
+RawMesh read_raw(const std::string& file, const std::string& scene_path) {
   const std::string path = find_file(file, scene_path);
   std::string ending = std::filesystem::path(path).extension().string();
   std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return std::tolower(c); });
-  vtkSmartPointer<vtkPolyData> data;
-  bool merge = false;
   if (ending == ".obj") {
     check_obj(path);
-    data = triangles_of<vtkOBJReader>(path);
+    const auto data = polygons_of<vtkOBJReader>(path);
     // The reader copies points where texture coordinates or normals differ, which would cut the cloth open.
-    merge = data->GetPointData()->GetTCoords() || data->GetPointData()->GetNormals();
-  } else if (ending == ".ply") {
-    data = triangles_of<vtkPLYReader>(path);
-  } else if (ending == ".stl") {
-    data = triangles_of<vtkSTLReader>(path);
-    merge = true;
-  } else {
-    throw SetupError("mesh file '" + file + "': unknown ending, known are .obj, .ply and .stl");
+    return {data, data->GetPointData()->GetTCoords() || data->GetPointData()->GetNormals()};
   }
-  SurfaceMesh mesh = compact(data, merge);
+  if (ending == ".ply") return {polygons_of<vtkPLYReader>(path), false};
+  if (ending == ".stl") return {polygons_of<vtkSTLReader>(path), true};
+  throw SetupError("mesh file '" + file + "': unknown ending, known are .obj, .ply and .stl");
+}
+
+SurfaceMesh mesh_of(const RawMesh& raw, const std::string& file, std::vector<vtkIdType>* kept = nullptr) {
+  SurfaceMesh mesh = compact(triangles_of(raw.polygons), raw.merge, kept);
   if (mesh.triangles.empty()) throw SetupError("mesh file '" + file + "': it holds no triangles");
+  return mesh;
+}
+
+/// The corners of all polygons, each polygon after their number.
+std::vector<vtkIdType> corners_of(vtkPolyData* data) {
+  std::vector<vtkIdType> corners;
+  vtkNew<vtkIdList> ids;
+  for (vtkIdType c = 0; c < data->GetNumberOfPolys(); ++c) {
+    data->GetPolys()->GetCellAtId(c, ids);
+    corners.push_back(ids->GetNumberOfIds());
+    for (vtkIdType k = 0; k < ids->GetNumberOfIds(); ++k) corners.push_back(ids->GetId(k));
+  }
+  return corners;
+}
+
+}  // namespace
+
+SurfaceMesh read_mesh(const std::string& file, const std::string& scene_path) {
+  return mesh_of(read_raw(file, scene_path), file);
+}
+
+struct MeshSequenceReader::First {
+  std::vector<vtkIdType> corners, kept;
+  vtkIdType points = 0;
+};
+
+MeshSequenceReader::MeshSequenceReader(const std::string& file, const std::string& scene_path)
+    : path_(scene_path), first_(std::make_unique<First>()) {
+  const RawMesh raw = read_raw(file, scene_path);
+  mesh_ = mesh_of(raw, file, &first_->kept);
+  first_->corners = corners_of(raw.polygons);
+  first_->points = raw.polygons->GetNumberOfPoints();
+}
+
+MeshSequenceReader::~MeshSequenceReader() = default;
+
+SurfaceMesh MeshSequenceReader::read(const std::string& file) const {
+  const RawMesh raw = read_raw(file, path_);
+  if (raw.polygons->GetNumberOfPoints() != first_->points || corners_of(raw.polygons) != first_->corners)
+    return mesh_of(raw, file);  // copies of points may be others
+  SurfaceMesh mesh = mesh_;
+  for (std::size_t i = 0; i < mesh.points.size(); ++i) raw.polygons->GetPoint(first_->kept[i], mesh.points[i].data());
   return mesh;
 }
 

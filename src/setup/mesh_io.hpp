@@ -2,6 +2,7 @@
 // Mesh files, through VTK.
 
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -13,6 +14,23 @@ namespace drench {
 /// dropped; the others keep their order. A relative `file` is looked for beside `scene_path`, then in the working folder.
 /// SetupError: no such file, unknown ending, unreadable or empty.
 SurfaceMesh read_mesh(const std::string& file, const std::string& scene_path);
+
+/// Reads files that have the same polygons one after the other. Those of more than three corners are divided into triangles as
+/// in the first file, and points that are one there are one in all.
+class MeshSequenceReader {
+ public:
+  MeshSequenceReader(const std::string& file, const std::string& scene_path);
+  ~MeshSequenceReader();
+  const SurfaceMesh& first() const { return mesh_; }
+  /// As read_mesh where a file has other polygons.
+  SurfaceMesh read(const std::string& file) const;
+
+ private:
+  struct First;
+  std::string path_;
+  SurfaceMesh mesh_;
+  std::unique_ptr<First> first_;
+};
 
 /// 1 for each point inside the closed mesh, whichever way its triangles are turned.
 std::vector<std::uint8_t> points_inside(const SurfaceMesh& mesh, const std::vector<Vec3>& points);

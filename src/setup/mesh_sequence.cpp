@@ -7,6 +7,7 @@
 #include <filesystem>
 
 #include "base/eigen_vec.hpp"
+#include "setup/deforming_body.hpp"
 #include "setup/mesh_io.hpp"
 #include "setup/setup_error.hpp"
 
@@ -33,11 +34,14 @@ void follow_sequence(Body& body, const BodyScene& scene, const std::string& scen
   const Eigen::Vector3d center = to_eigen(body.center);
   std::vector<Key<Vec3>> path;
   std::vector<Key<Quaternion>> turns;
-  bool turned = false;
+  bool turned = false, rigid = true;
+  std::vector<std::vector<Vec3>> files;
+  std::vector<std::string> labels;
   Eigen::Quaterniond before = Eigen::Quaterniond::Identity();
+  const MeshSequenceReader reader(scene.sequence.files.front(), scene_path);
   for (std::size_t k = 0; k < scene.sequence.files.size(); ++k) {
     const std::string label = fmt::format("{} ({})", name, short_name(scene.sequence.files[k]));
-    SurfaceMesh mesh = read_mesh(scene.sequence.files[k], scene_path);
+    SurfaceMesh mesh = k == 0 ? reader.first() : reader.read(scene.sequence.files[k]);
     if (mesh.triangles != body.mesh_triangles || mesh.points.size() != body.mesh_points.size())
       throw SetupError(label + ": its triangles are not those of the first file; allowed: points that move, nothing else");
     for (Vec3& x : mesh.points) x = to_vec3(scene.scale * to_eigen(x) + to_eigen(scene.position));
@@ -46,11 +50,10 @@ void follow_sequence(Body& body, const BodyScene& scene, const std::string& scen
     const Eigen::Matrix3d rotation = fit.topLeftCorner<3, 3>();
     const Eigen::Vector3d shift = fit.topRightCorner<3, 1>();
     const double off = ((rotation * first).colwise() + shift - now).colwise().norm().maxCoeff();
-    if (!(off <= rigid_tolerance * size))
-      throw SetupError(fmt::format(
-          "{}: its points have moved against each other by {:.2g} m since the first file; a body that changes its shape is "
-          "not available in this version; allowed: rigid motion, to {:.0e} of the mesh's size, {:.2g} m",
-          label, off, rigid_tolerance, rigid_tolerance * size));
+    if (!now.allFinite()) throw SetupError(label + ": a point of the mesh is not a finite number");
+    rigid = rigid && off <= rigid_tolerance * size;
+    files.push_back(std::move(mesh.points));
+    labels.push_back(label);
     Eigen::Quaterniond turn(rotation);
     if (turn.dot(before) < 0) turn.coeffs() *= -1;
     const double time = static_cast<double>(k) / scene.sequence.fps, angle = before.angularDistance(turn);
@@ -60,6 +63,10 @@ void follow_sequence(Body& body, const BodyScene& scene, const std::string& scen
     if (k == 0) turn = Eigen::Quaterniond::Identity();
     turns.push_back({time, {turn.w(), turn.x(), turn.y(), turn.z()}});
     before = turn;
+  }
+  if (!rigid) {
+    body.turn_rate = 0;
+    return deform(body, std::move(files), scene.sequence.fps, labels);
   }
   body.path = Keyed<Vec3>(std::move(path), Interpolation::linear);
   if (turned)

@@ -8,12 +8,13 @@
 
 namespace drench {
 
-/// How far a sequence's points may move against each other, over the size of the mesh.
+/// How far points of a rigid body move against each other at most, over the size of the mesh.
 inline constexpr double rigid_tolerance = 1e-5;
 
 /// body.path, .turns and .turn_rate, from the files of scene.sequence: the rigid motion of least squares (Kabsch 1976; Umeyama
-/// 1991) that takes the points of the first to those of each. `body` has the mesh of the first. SetupError, beginning with
-/// `name`: other triangles, or points that move against each other by more than rigid_tolerance.
+/// 1991) that takes the points of the first to those of each. Where points move against each other by more than
+/// rigid_tolerance, body.shape instead (setup/deforming_body.hpp). `body` has the mesh of the first. SetupError, beginning with
+/// `name`: other triangles, points that are not finite, and those of deform().
 void follow_sequence(Body& body, const BodyScene& scene, const std::string& scene_path, const std::string& name);
 
 /// Where the nodes of a cloth are in the files of a sequence, as keys of their distance from the first: one Keyed a node. `place`

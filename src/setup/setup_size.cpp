@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "setup/build.hpp"
+#include "setup/deforming_body.hpp"
 #include "setup/point_grid.hpp"
 
 namespace drench {
@@ -125,6 +126,15 @@ SetupSize kinds_of(const Model& m) {
   size.scene = m.scene;
   for (const Body& b : m.bodies)
     size.field += static_cast<double>(b.field.points[0]) * b.field.points[1] * b.field.points[2];
+  for (const Body& b : m.bodies) {
+    if (!b.deforms()) continue;
+    const auto points = static_cast<double>(b.mesh_points.size());
+    size.deforming_field += static_cast<double>(b.field.points[0]) * b.field.points[1] * b.field.points[2];
+    size.deforming_points += points;
+    size.deforming_files += points * static_cast<double>(b.shape.points.size());
+    size.deforming_triangles += static_cast<double>(b.mesh_triangles.size());
+    size.deforming_pairs += near_pairs(b);
+  }
   size.support = m.support / m.spacing;
   size.searches_samples = m.has_fluid() || m.has_contact_wicking();
   size.moving_cloth = m.has_moving_cloth();

@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "base/eigen_vec.hpp"
+#include "state/deforming_body.hpp"
 
 namespace drench {
 namespace {
@@ -96,7 +97,8 @@ double fastest_by_keys(const Model& model, double from, double to) {
   for (const Body& body : model.bodies)
     if (body.has_keys())
       fastest = std::max(fastest, body.velocity.largest(from, to) + body.path.largest_derivative(from, to) +
-                                      fastest_turn(body, from, to) * body.reach);
+                                      (body.deforms() ? fastest_point(body.shape, from, to)
+                                                      : fastest_turn(body, from, to) * body.reach));
   for (const PinMotion& pin : model.pin_motions) {
     const double begin = std::clamp(from, pin.start, pin.end), end = std::clamp(to, pin.start, pin.end);
     if (pin.has_keys() && begin < end)

@@ -115,6 +115,22 @@ struct DistanceField {
   bool empty() const { return value.empty(); }
 };
 
+/// A closed mesh whose points move from file to file, linearly in between: docs/theory/deforming_bodies.md. The triangles are
+/// Body::mesh_triangles, turned outwards.
+struct Deformation {
+  std::vector<std::vector<Vec3>> points;  // m: of each file
+  double fps = 24;                        // files a second; the first stands at t = 0
+  std::vector<Vec3> center;               // m: of each file's bounding box, which the lattice of distances follows
+  std::vector<double> speed;              // m/s: of the fastest point from each file to the next
+  double band = 0;                        // m: distances are cut off beyond it
+  // of each sample: its triangle, and where it is in that, in affine weights (Σ = 1) and a depth below its plane, m
+  std::vector<Index> triangle;
+  std::vector<std::array<double, 3>> weight;
+  std::vector<double> depth;
+
+  bool empty() const { return points.empty(); }
+};
+
 struct Body {
   BodyScene::Kind kind = BodyScene::Kind::box;
   // the shape at t = 0
@@ -145,11 +161,15 @@ struct Body {
   std::vector<Vec3> mesh_points;  // m, at t = 0, for the picture; empty but for meshes
   std::vector<std::array<Index, 3>> mesh_triangles;
   DistanceField field;  // of a closed mesh
+  Deformation shape;    // of one that changes its shape, whose pose stands still; else empty
 
   bool spins() const { return !spin_rate.is_zero() || !turns.empty(); }
-  bool moves() const { return dynamic || spins() || !velocity.is_zero() || !path.is_zero(); }
+  bool deforms() const { return !shape.empty(); }
+  bool moves() const { return dynamic || deforms() || spins() || !velocity.is_zero() || !path.is_zero(); }
   /// Does its motion change with time by prescription (src/stages/prescribed_motion.hpp)?
-  bool has_keys() const { return velocity.has_keys() || spin_rate.has_keys() || path.has_keys() || !turns.empty(); }
+  bool has_keys() const {
+    return velocity.has_keys() || spin_rate.has_keys() || path.has_keys() || !turns.empty() || deforms();
+  }
 };
 
 /// Of a step of the lattice: how far back the samples of a plane that moves are at most (src/stages/bodies.hpp, law 1).
@@ -262,6 +282,9 @@ struct Model {
   }
   bool has_keyed_body() const {
     return any_body([](const Body& b) { return b.has_keys(); });
+  }
+  bool has_deforming_body() const {
+    return any_body([](const Body& b) { return b.deforms(); });
   }
   bool has_dynamic_body() const {
     return any_body([](const Body& b) { return b.dynamic; });

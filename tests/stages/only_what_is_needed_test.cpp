@@ -6,6 +6,7 @@
 #include <set>
 #include <string>
 
+#include "mesh_sequence.hpp"
 #include "pipeline/pipeline.hpp"
 #include "pipeline/runtime.hpp"
 #include "stage_compare.hpp"
@@ -109,6 +110,26 @@ TEST(only_what_is_needed, bodies_at_rest_cost_no_kernel_of_moving_ones) {
   {
     const Watch watch(spinning);
     EXPECT_EQ(containing(launched, {"drench::bodies"}), 3) << "solids, motion, samples";
+  }
+}
+
+TEST(only_what_is_needed, only_bodies_that_change_their_shape_have_kernels_for_it) {
+  const auto sphere = [](const std::string& files) {
+    return with(wet_scene(), "  - sphere: {center: [0, -0.06, 0], radius: 0.05}", "  - mesh: {sequence: \"" + files + "\", fps: 100}");
+  };
+  const auto moving = [](double growth) {
+    return [growth](int k, const Eigen::Vector3d& x) {
+      return Eigen::Vector3d((1 + growth * k) * x + Eigen::Vector3d(0.01 * k, -0.06, 0));
+    };
+  };
+  const std::initializer_list<const char*> labels = {"deforming"};
+  {
+    const Watch watch(sphere(write_boxes("watched_rigid", 3, {0.03, 0.03, 0.03}, moving(0))));
+    EXPECT_EQ(containing(launched, labels) + containing(allocated, labels), 0);
+  }
+  {
+    const Watch watch(sphere(write_boxes("watched_soft", 3, {0.03, 0.03, 0.03}, moving(0.01))));
+    EXPECT_EQ(containing(launched, {"drench::deforming_body"}), 14) << "surface 3, lists 5, distances 3, samples 3";
   }
 }
 

@@ -7,6 +7,7 @@
 #include <cstring>
 #include <numeric>
 
+#include "ball_mesh.hpp"
 #include "pipeline/pipeline.hpp"
 #include "restart_scenes.hpp"
 #include "stage_compare.hpp"
@@ -156,6 +157,15 @@ TEST_P(Restart, PorousCloth) {
 TEST_P(Restart, ClothAlone) { expect(run(cloth_scene, 40).contacts, "contacts"); }
 
 TEST_P(Restart, WhatKeysMove) { expect(run(keyed_scene, 60).jets, "jet"); }
+
+TEST_P(Restart, BodiesThatChangeTheirShape) {
+  const std::string files = write_shapes("restarted", 6, ball_mesh(2), [](int k, const Eigen::Vector3d& x) {
+    return Eigen::Vector3d((0.03 + 0.004 * k) * Eigen::Vector3d(x[0], x[1], x[2] + 0.1 * k * x[1]) + Eigen::Vector3d(0.03, 0.06 + 0.003 * k, 0));
+  });
+  const auto last = std::string(liquid_scene).rfind("  - sphere:");
+  const std::string scene = std::string(liquid_scene).substr(0, last) + "  - mesh: {sequence: \"" + files + "\", fps: 80}\n";
+  expect(run(scene, 60).jets, "jet");
+}
 
 TEST_P(Restart, StillCloth) {
   const Happened h = run(filter_scene, 100);

@@ -172,17 +172,24 @@ def write_files(mesh, codes, folder, name):
     return first, off / size if size > 0 else 0.0, digits
 
 
-def scene_lines(folder, name, digits, count, fps, points, off):
+def is_closed(triangles):
+    """Does every edge have two triangles?"""
+    edges = np.sort(np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]]), axis=1)
+    return bool((np.unique(edges, axis=0, return_counts=True)[1] == 2).all())
+
+
+def scene_lines(folder, name, digits, count, fps, points, off, closed):
     """What a scene says to use the files."""
     first = f'"{folder / name}_{0:0{digits}d}.ply"'
     if count == 1:
         return ["bodies:", f"  - mesh: {{file: {first}}}", "# or, for a cloth:", "cloth:", f"  - mesh: {{file: {first}}}"]
     files = f'sequence: "{folder / name}_{{:0{digits}d}}.ply", fps: {fps:.9g}'
-    if off <= RIGID:
-        return ["bodies:", f"  - mesh: {{{files}}}"]
+    if off <= RIGID or closed:
+        changes = [] if off <= RIGID else ["# It changes its shape."]
+        return [*changes, "bodies:", f"  - mesh: {{{files}}}"]
     margin = 0.01 * np.linalg.norm(np.ptp(points, axis=0))
     low, high = (", ".join(f"{x:.6g}" for x in corner) for corner in (points.min(0) - margin, points.max(0) + margin))
-    return ["# It changes its shape: a cloth whose nodes in the box, here all, go where the files have them.", "cloth:",
+    return ["# It changes its shape and is not closed: a cloth whose nodes in the box, here all, go where the files have them.", "cloth:",
             f"  - mesh: {{file: {first}}}", f"    pin: [{{box: {{min: [{low}], max: [{high}]}}, {files}}}]"]
 
 
@@ -201,7 +208,7 @@ def import_mesh(options):
         print("warning: the mesh is a cage to be subdivided; its own faces were written", file=sys.stderr)
     if UsdGeom.GetStageUpAxis(stage) == UsdGeom.Tokens.z:
         print("gravity: [0, 0, -9.81]  # the stage says that z is up")
-    print("\n".join(scene_lines(options.folder, name, digits, len(codes), fps, points, off)))
+    print("\n".join(scene_lines(options.folder, name, digits, len(codes), fps, points, off, is_closed(np.asarray(mesh.triangles)))))
 
 
 def main():

@@ -2,6 +2,7 @@
 
 #include "bodies/contact.hpp"
 #include "bodies/bodies.hpp"
+#include "bodies/deforming_body.hpp"
 
 namespace drench::kokkos_backend {
 namespace {
@@ -75,7 +76,7 @@ void move_bodies(Bodies& bodies, double t, double dt) {
 }  // namespace
 
 void bodies(const Constants& constants, Bodies& bodies, const StepInfo& info) {
-  place_solids(constants, bodies, info.dt);
+  place_solids(constants, bodies, info);
   place_keyed(constants, bodies, info.time + info.dt, 0);
   move_bodies(bodies, info.time + info.dt, info.dt);
   const Bodies& all = bodies;
@@ -103,7 +104,9 @@ void bodies(const Constants& constants, Bodies& bodies, const StepInfo& info) {
         v(b) = narrow(add(s.velocity, outer(s.spin, arm)));
         if (dynamic) predicted(b) = v(b);
       });
+  place_deforming_samples(bodies, info.time + info.dt);
   bodies.moved.advance();
+  refresh_sample_volumes(constants, bodies);
 }
 
 }  // namespace drench::kokkos_backend

@@ -2,6 +2,7 @@
 // Solid bodies: where their surfaces are, their poses, and their boundary samples. Laws: src/stages/bodies.hpp.
 
 #include "bodies/rigid.hpp"
+#include <memory>
 #include <vector>
 
 #include "core/cell_table.hpp"
@@ -10,6 +11,14 @@
 #include "pipeline/backend.hpp"
 
 namespace drench::kokkos_backend {
+
+/// The surface of a body that changes its shape, at the end of the step; device memory. Without one all are null.
+struct MovingSurface {
+  const Index* nearest = nullptr;    // per lattice point: the nearest triangle, −1 beyond the band
+  const Index* corner = nullptr;     // three a triangle
+  const Real3* position = nullptr;   // per point of the mesh, relative to the lattice's origin, m
+  const Real3* velocity = nullptr;   // mean over the step, m/s
+};
 
 /// A solid as plain numbers, where it is at the end of the step (place_solids).
 struct Solid {
@@ -28,6 +37,7 @@ struct Solid {
   Index field_points[3];
   Real field_spacing;
   Real3 field_origin;  // m
+  MovingSurface surface;
 };
 
 /// Samples of all solids, as the liquid meets them (Akinci et al. 2012).
@@ -51,6 +61,8 @@ struct DynamicSamples {
   Field<Real> viscous_bound;      // K_b, kg/s (stage forces)
 };
 
+struct DeformingBody;
+
 struct Bodies {
   explicit Bodies(const Constants& constants);
 
@@ -68,6 +80,7 @@ struct Bodies {
   std::vector<drench::Quaternion> static_orientation;
   BoundarySamples boundary;
   DynamicSamples dynamic;
+  std::vector<std::shared_ptr<DeformingBody>> deforming;  // those that change their shape (deforming_body.hpp)
   Version moved;
   Cached<CellTable> cells;  // of the boundary samples
 
@@ -81,7 +94,7 @@ MemoryEstimate body_bytes(const Sizing& s);
 void refresh_boundary_cells(const Constants& constants, Bodies& bodies);
 
 /// bodies.solids: the moving ones where they will be at the end of the step.
-void place_solids(const Constants& constants, Bodies& bodies, double dt);
+void place_solids(const Constants& constants, Bodies& bodies, const StepInfo& info);
 
 /// The largest speed of a moving body's surface, m/s; of a dynamic one with `fall` (m/s) added.
 double fastest_body(const Bodies& bodies, double fall);

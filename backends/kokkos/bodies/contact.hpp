@@ -3,6 +3,7 @@
 // through its samples only.
 
 #include "bodies/bodies.hpp"
+#include "bodies/nearest_point.hpp"
 
 namespace drench::kokkos_backend {
 
@@ -76,9 +77,30 @@ KOKKOS_INLINE_FUNCTION Real3 to_world(const Solid& solid, const Real3& own) {
   return own.x * solid.axis[0] + own.y * solid.axis[1] + own.z * solid.axis[2];
 }
 
+/// Velocity (m/s) of the nearest point of a surface that changes its shape, from the triangle that the nearest lattice point
+/// names; 0 beyond the band.
+KOKKOS_INLINE_FUNCTION Real3 deforming_velocity(const Solid& s, const Real3& x) {
+  const Real3 own = x - s.field_origin;
+  const Real at[3] = {own.x / s.field_spacing, own.y / s.field_spacing, own.z / s.field_spacing};
+  Index point[3];
+  for (int a = 0; a < 3; ++a) {
+    if (!(at[a] >= 0 && at[a] <= Real(s.field_points[a] - 1))) return {0, 0, 0};
+    point[a] = static_cast<Index>(at[a] + Real(0.5));
+  }
+  const Index t = s.surface.nearest[(static_cast<std::int64_t>(point[2]) * s.field_points[1] + point[1]) *
+                                        s.field_points[0] + point[0]];
+  if (t < 0) return {0, 0, 0};
+  const Index* const n = s.surface.corner + 3 * static_cast<std::int64_t>(t);
+  const Real3* const p = s.surface.position;
+  const Real3* const v = s.surface.velocity;
+  const NearestPoint near = nearest_point(p[n[0]], p[n[1]], p[n[2]], own);
+  return near.weight[0] * v[n[0]] + near.weight[1] * v[n[1]] + near.weight[2] * v[n[2]];
+}
+
 /// Velocity (m/s) of a solid's surface at x + shift.
 KOKKOS_INLINE_FUNCTION Real3 surface_velocity(const Solid& solid, const Real3& x, const Real3& shift) {
   if (!solid.moves) return {0, 0, 0};
+  if (solid.surface.nearest != nullptr) return deforming_velocity(solid, (x - solid.center) + shift);
   return solid.velocity + cross(solid.spin, (x - solid.center) + shift);
 }
 

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "bodies/bodies.hpp"
+#include "bodies/deforming_body.hpp"
 #include "core/host_copy.hpp"
 #include "state/keyed_motion.hpp"
 
@@ -55,6 +55,7 @@ void prescribed_motion(const Constants& constants, Bodies& bodies, const StepInf
         v(b) = narrow(add(s.velocity, outer(s.spin, minus(widen(x(b)), s.position))));
         if (dynamic) predicted(b) = v(b);
       });
+  set_sample_velocities(bodies, info);
 }
 
 }  // namespace drench::kokkos_backend

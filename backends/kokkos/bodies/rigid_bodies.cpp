@@ -4,6 +4,7 @@
 
 #include "bodies/bodies.hpp"
 #include "bodies/contact.hpp"
+#include "bodies/deforming_body.hpp"
 #include "bodies/sample_sums.hpp"
 #include "core/host_copy.hpp"
 #include "core/reduce.hpp"
@@ -35,13 +36,15 @@ Solid solid_of(const Body& b) {
 
 void make_solids(const Model& m, Bodies& bodies) {
   std::vector<double> values;
-  for (const Body& b : m.bodies) values.insert(values.end(), b.field.value.begin(), b.field.value.end());
+  for (const Body& b : m.bodies)
+    if (!b.deforms()) values.insert(values.end(), b.field.value.begin(), b.field.value.end());
   if (!values.empty()) bodies.distance_fields = to_device<Real>("drench::distance_fields", values);
   std::vector<Solid> list;
   std::size_t first = 0;
   for (const Body& b : m.bodies) {
     list.push_back(solid_of(b));
-    if (!b.field.empty()) list.back().field = bodies.distance_fields.data() + first;
+    if (b.field.empty() || b.deforms()) continue;
+    list.back().field = bodies.distance_fields.data() + first;
     first += b.field.value.size();
   }
   bodies.solids = to_device<Solid>("drench::solids", list);
@@ -124,6 +127,7 @@ void refresh_dynamic_samples(Bodies& bodies) {
 Bodies::Bodies(const Constants& constants) : cells(constants.model.scene.sort) {
   const BoundarySet& set = constants.model.boundary;
   make_solids(constants.model, *this);
+  make_deforming(constants, *this);
   boundary.count = set.count();
   if (boundary.count == 0) return;
   boundary.rest_position = to_device3("drench::boundary_rest_position", set.position);
@@ -172,7 +176,8 @@ MemoryEstimate body_bytes(const Sizing& m) {
 #undef DRENCH_BYTES
   if (m.size.dynamic_samples > 0) sample += 3 * r;  // dynamic.predicted
   MemoryEstimate sum;
-  sum.bodies = m.size.boundary * sample + m.size.field * r;
+  sum += deforming_bytes(m);
+  sum.bodies += m.size.boundary * sample + m.size.field * r;
   // sample, owner; position, force, row_load and row_arm
   sum.bodies += m.size.dynamic_samples * (2 * index_bytes + 8 * r);
   sum.cells = cell_table_bytes(m.size.boundary, m.size.boundary_cells, m);
@@ -202,11 +207,12 @@ void refresh_boundary_cells(const Constants& constants, Bodies& bodies) {
   bodies.cells.set_made_from(bodies.moved);
 }
 
-void place_solids(const Constants& constants, Bodies& bodies, double dt) {
+void place_solids(const Constants& constants, Bodies& bodies, const StepInfo& info) {
   if (!constants.model.has_moving_body()) return;
   const Entries<const RigidBody> constant = std::as_const(bodies).constant;
   const Entries<const RigidState> state = std::as_const(bodies).state;
   const Entries<Solid> solids = bodies.solids;
+  const double dt = info.dt;
   parallel(
       "drench::bodies::solids", bodies.count, KOKKOS_LAMBDA(const Index b) {
         const RigidBody& body = constant(b);
@@ -224,6 +230,7 @@ void place_solids(const Constants& constants, Bodies& bodies, double dt) {
         s.normal = to_world(s, s.rest_normal);
         solids(b) = s;
       });
+  place_surfaces(bodies, info);
 }
 
 double fastest_body(const Bodies& bodies, double fall) {

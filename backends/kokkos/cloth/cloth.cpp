@@ -67,7 +67,7 @@ void finish(const Constants& constants, Cloth& cloth, const ClothSolverWork& sol
 void cloth(const Constants& constants, Bodies& bodies, Cloth& cloth, ClothSolverWork& solver, bool loaded,
            const StepInfo& info, StepReport& report) {
   const Real dt = static_cast<Real>(info.dt);
-  place_solids(constants, bodies, info.dt);
+  place_solids(constants, bodies, info);
   place_pins(constants, cloth, info);
   ClothIteration iteration(constants, bodies, cloth, solver, dt);
   aim(constants, cloth, solver, iteration.system(), dt, loaded);

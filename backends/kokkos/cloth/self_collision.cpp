@@ -123,7 +123,7 @@ void self_collision(const Constants& constants, Bodies& bodies, Cloth& cloth, Se
                     const StepInfo& info, StepReport& report) {
   const Real dt = static_cast<Real>(info.dt);
   allocate(constants, cloth, work);
-  place_solids(constants, bodies, info.dt);
+  place_solids(constants, bodies, info);
   place_pins(constants, cloth, info);
   refresh_inverse_mass(constants, cloth);
   const bool resident = prepare_resident_collision(work);

@@ -178,7 +178,7 @@ void sort_triangles(const Cloth& cloth, WetAdhesionWork& work) {
 void wet_adhesion(const Constants& constants, Bodies& bodies, Cloth& cloth, WetAdhesionWork& work,
                   const StepInfo& info) {
   allocate(constants, work);
-  place_solids(constants, bodies, info.dt);
+  place_solids(constants, bodies, info);
   const bool fabric = work.triangles > 0;
   if (fabric) sort_triangles(cloth, work);
   const Sticking s(constants, bodies, cloth, work, info.dt);

@@ -221,7 +221,7 @@ void advection(const Constants& constants, Fluid& fluid, const NeighborLists& li
              moving_cloth = constants.model.has_moving_cloth();
   allocate_work(constants, fluid, cloth, work);
   fluid.particles.moved.advance();
-  place_solids(constants, bodies, info.dt);
+  place_solids(constants, bodies, info);
   if (liquid && sheets && cloth.emission_ramp > 0) limit_fresh(constants, fluid, lists, cloth, work);
   if (moving_cloth) {
     place_pins(constants, cloth, info);

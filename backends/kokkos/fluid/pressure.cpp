@@ -70,7 +70,7 @@ MemoryEstimate pressure_bytes(const Sizing& s) {
 void pressure(const Constants& constants, Fluid& fluid, const NeighborLists& lists, Bodies& bodies, Cloth& cloth,
               PressureWork& work, ClothSolverWork& solver, const StepInfo& info, StepReport& report) {
   if (fluid.particles.count == 0) return;
-  place_solids(constants, bodies, info.dt);
+  place_solids(constants, bodies, info);
   warm_start_density(fluid, work);
   PressureSystem system{constants, fluid, lists, bodies, cloth, work, fluid.particles.kappa_density, info.dt};
   system.touching = has_sheet_contact(constants, cloth);

@@ -1,0 +1,63 @@
+#pragma once
+// A ball of triangles for tests, and sequences of mesh files whose points go where a function says.
+
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
+#include <array>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "paths.hpp"
+
+namespace drench::test {
+
+struct TestMesh {
+  std::vector<Eigen::Vector3d> points;
+  std::vector<std::array<int, 3>> triangles;
+};
+
+/// A unit ball: an octahedron whose triangles are divided into four `levels` times, 8·4^levels of them.
+inline TestMesh ball_mesh(int levels) {
+  using Eigen::Vector3d;
+  TestMesh mesh{{Vector3d::UnitX(), Vector3d::UnitY(), Vector3d::UnitZ(), -Vector3d::UnitX(), -Vector3d::UnitY(), -Vector3d::UnitZ()},
+                {{0, 1, 2}, {1, 3, 2}, {3, 4, 2}, {4, 0, 2}, {1, 0, 5}, {3, 1, 5}, {4, 3, 5}, {0, 4, 5}}};
+  for (int level = 0; level < levels; ++level) {
+    std::map<std::pair<int, int>, int> middles;
+    const auto middle = [&](int a, int b) {
+      const auto [at, fresh] = middles.try_emplace(std::minmax(a, b), static_cast<int>(mesh.points.size()));
+      const Vector3d between = mesh.points[static_cast<std::size_t>(a)] + mesh.points[static_cast<std::size_t>(b)];
+      if (fresh) mesh.points.push_back(between.normalized());
+      return at->second;
+    };
+    std::vector<std::array<int, 3>> finer;
+    for (const auto& [a, b, c] : mesh.triangles) {
+      const int ab = middle(a, b), bc = middle(b, c), ca = middle(c, a);
+      for (const std::array<int, 3>& t : {std::array{a, ab, ca}, {ab, b, bc}, {ca, bc, c}, {ab, bc, ca}}) finer.push_back(t);
+    }
+    mesh.triangles = std::move(finer);
+  }
+  return mesh;
+}
+
+/// Files 0000.obj, … of a mesh, `count` of them; place(k, x) says where a point is in file k. Returns the pattern.
+inline std::string write_shapes(const std::string& name, int count, const TestMesh& mesh,
+                                const std::function<Eigen::Vector3d(int, const Eigen::Vector3d&)>& place) {
+  const std::filesystem::path folder = own_file(name);
+  std::filesystem::create_directories(folder);
+  for (int k = 0; k < count; ++k) {
+    std::ofstream out(folder / fmt::format("{:04d}.obj", k));
+    for (const Eigen::Vector3d& at : mesh.points) {
+      const Eigen::Vector3d x = place(k, at);
+      out << fmt::format("v {:.17g} {:.17g} {:.17g}\n", x[0], x[1], x[2]);
+    }
+    for (const auto& t : mesh.triangles) out << fmt::format("f {} {} {}\n", t[0] + 1, t[1] + 1, t[2] + 1);
+  }
+  return (folder / "{:04d}.obj").string();
+}
+
+}  // namespace drench::test
