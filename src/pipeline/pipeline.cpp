@@ -23,11 +23,13 @@ Quanta total_of(const HostState& s) {
 double clip_step(double wanted, double left, TimeMode mode) {
   constexpr double rounding = 1e-9;  // a remainder below this share of a step is rounding, not time
   if (left <= wanted * (1 + rounding)) return left;
-  if (mode != TimeMode::fixed && left < 1.5 * wanted) return 0.5 * left;  // two even steps instead of a sliver
+  // Two even steps instead of a sliver, in which the correction of a density error would become a great velocity.
+  if (left < (mode == TimeMode::fixed ? 1.1 : 1.5) * wanted) return 0.5 * left;
   return wanted;
 }
 
-// time.mode error, in units of time.tolerance: what steps leave aims at the first, and none leaves more than the second.
+// time.mode error, in units of time.tolerance: what steps leave aims at the first, and none adds more than the second to what
+// the solve has left. What it cannot correct at once, as in crowded liquid at the start, no shorter step would.
 constexpr double aim_of_error = 0.7, worst_of_error = 2.5;
 
 /// How long the next step may be, s, after one of `tried` that might have been as long as `longest`. What the solve left lies
@@ -137,7 +139,7 @@ StepReport Pipeline::step_by_error(double time_left) {
       run(Stage::density, after, report);
       looked_ = true;
       report.rejected = rejected;
-      if (report.density_found <= worst_of_error * time.tolerance || tried <= shortest) {
+      if (report.density_found - report.density_error <= worst_of_error * time.tolerance || tried <= shortest) {
         next_step_ =
             std::clamp(step_after(tried, longest, report, time.tolerance, model_.scene.fluid.solver.density_correction),
                        shortest, time.step);

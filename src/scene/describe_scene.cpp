@@ -88,7 +88,7 @@ void describe(Section& s, TimeScene& time) {
   s.number("cfl", time.cfl, "[0.001, 1]", "1",
            "with `mode: cfl`, the part of a spacing that the fastest particle moves in a step");
   s.number("tolerance", time.tolerance, "[1e-5, 0.1]", "1",
-           "with `mode: error`, the mean compression that a step may leave; a step that leaves 2.5 times that is done again");
+           "with `mode: error`, the mean compression that a step may leave; a step that adds 2.5 times that is done again");
 }
 
 void describe(Section& s, FieldScene& field) {

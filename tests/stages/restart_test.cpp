@@ -165,6 +165,7 @@ TEST_P(Restart, BodiesThatChangeTheirShape) {
   const auto last = std::string(liquid_scene).rfind("  - sphere:");
   const std::string scene = std::string(liquid_scene).substr(0, last) + "  - mesh: {sequence: \"" + files + "\", fps: 80}\n";
   expect(run(scene, 60).jets, "jet");
+  run(with(scene, "mode: cfl", "mode: error"), 30);
 }
 
 TEST_P(Restart, StillCloth) {
