@@ -11,6 +11,7 @@
 #include "coupling/wall.hpp"
 #include "fluid/stages.hpp"
 #include "particles/coincident_pairs.hpp"
+#include "particles/source_ramp.hpp"
 
 namespace drench::kokkos_backend {
 namespace {
@@ -269,8 +270,7 @@ double mean_compression(const Fluid& fluid, Real ramp) {
   const Entries<const Real> age = fluid.particles.age, alpha = fluid.alpha, ratio = fluid.particles.density_ratio;
   const auto term = KOKKOS_LAMBDA(const Index i) {
     if (alpha(i) == 0) return 0.0;
-    const bool fresh = origin(i) == static_cast<std::uint8_t>(Origin::cloth) && age(i) < ramp;
-    return double((fresh ? age(i) / ramp : Real(1)) * Kokkos::fmax(ratio(i) - 1, Real(0)));
+    return double(source_ramp(origin(i), age(i), ramp) * Kokkos::fmax(ratio(i) - 1, Real(0)));
   };
   return ordered<double>("drench::density::found", fluid.particles.count, term) / fluid.particles.count;
 }
@@ -329,7 +329,8 @@ void density(const Constants& constants, Fluid& fluid, NeighborLists& lists, Bod
   if (touching) find_contact(constants, cloth, fluid);
   if (cloth.samples.count > 0) make_sheet_rows(constants, fluid, cloth, lists);
   add_body_rows(constants, lists, bodies, fluid);
-  if (constants.model.scene.time.mode == TimeMode::error) report.density_found = mean_compression(fluid, cloth.emission_ramp);
+  if (constants.model.scene.time.mode == TimeMode::error)
+    report.density_found = mean_compression(fluid, cloth.emission_ramp);
 }
 
 }  // namespace drench::kokkos_backend

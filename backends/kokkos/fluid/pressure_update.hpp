@@ -3,6 +3,7 @@
 // Laws: docs/theory/liquid.md.
 
 #include "fluid/pressure_solve.hpp"
+#include "particles/source_ramp.hpp"
 
 namespace drench::kokkos_backend {
 
@@ -42,8 +43,7 @@ struct DensityUpdate {
 
   /// What counts of a particle that cloth has just given out, 1.
   KOKKOS_INLINE_FUNCTION Real weight(Index i) const {
-    const bool fresh = origin(i) == static_cast<std::uint8_t>(Origin::cloth) && age(i) < ramp;
-    return alpha(i) == 0 ? Real(0) : fresh ? age(i) / ramp : Real(1);
+    return alpha(i) == 0 ? Real(0) : source_ramp(origin(i), age(i), ramp);
   }
   KOKKOS_INLINE_FUNCTION NormsIn<Real> update_contact(Index i, Real beta, Real lambda_alpha, Real approach) const {
     const Real lambda = contact(i), gain = factor * lambda_alpha;

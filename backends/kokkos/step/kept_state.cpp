@@ -60,6 +60,8 @@ void KeptState::go_back(Fluid& fluid, Bodies& bodies, Cloth& cloth, Accounts& ac
     ++k;
   });
   if (bodies.dynamic.count > 0) Kokkos::deep_copy(ExecSpace(), bodies.dynamic.predicted, bodies.boundary.velocity);
+  // A step that failed between advection and the ledger leaves what it has counted.
+  if (fluid.tunnelled.data() != nullptr) Kokkos::deep_copy(ExecSpace(), fluid.tunnelled, Tunnelled{});
   fluid.particles.moved.advance();
   cloth.moved.advance();
   cloth.soaked.advance();
