@@ -29,8 +29,8 @@ struct StatsColumn {
 /// runs. mass_error is the change of mass_total since the start, from integers: 0 means exactly 0.
 class StatsCsv {
  public:
-  /// `quantum` in kg; `by_error`: time.mode is error. With `after`, the rows of a file that is there stay up to this step, whatever comes after them is
-  /// cut off, and the next ones follow with its columns, which an older drench may have written. Throws std::runtime_error
+  /// `quantum` in kg; `by_error`: time.mode is error. With `after`, the rows of a file that is there stay up to this step,
+  /// whatever comes after them is cut off, and the next ones follow with its columns, which an older drench may have written. Throws std::runtime_error
   /// when the file cannot be written, or has a column that is not known.
   StatsCsv(const std::filesystem::path& path, const std::vector<Stage>& stages, double quantum, Quanta initial_total,
            std::int64_t after = -1, bool by_error = false);

@@ -184,8 +184,6 @@ const Curve energy_parts[] = {{"liquid_kinetic", "liquid, kinetic", 0}, {"liquid
                               {"stretch", "cloth, stretched", 2},       {"bend", "cloth, bent", 6},
                               {"body_kinetic", "bodies, kinetic", 3},   {"body_potential", "bodies, height", 7}};
 
-std::string energy_row_name(const Runs& runs, std::size_t k, const char* name) { return letter(runs, k) + name; }
-
 /// Of one run: each part at its first frame and at its last.
 void add_energy_rows(const Runs& runs, std::size_t k, html::Table& table) {
   const StatsTable& energy = runs[k].energy;
@@ -194,7 +192,7 @@ void add_energy_rows(const Runs& runs, std::size_t k, html::Table& table) {
     if (values.empty()) return;
     double rise = 0;
     for (std::size_t i = 1; i < values.size(); ++i) rise = std::max(rise, values[i] - values[i - 1]);
-    table.rows.push_back({html::text(energy_row_name(runs, k, name)), html::number(values.front()),
+    table.rows.push_back({html::text(letter(runs, k) + name), html::number(values.front()),
                           html::number(values.back()), html::number(values.back() - values.front()),
                           html::number(rise)});
   };
@@ -229,7 +227,7 @@ std::string kinetic_energy_of_each_step(const Runs& runs) {
     const auto &energy = runs[k].stats.column("kinetic_energy"), &time = runs[k].stats.column("time");
     if (energy.empty()) continue;
     const auto most = std::max_element(energy.begin(), energy.end());
-    table.rows.push_back({html::text(energy_row_name(runs, k, "of liquid and moving cloth")),
+    table.rows.push_back({html::text(letter(runs, k) + "of liquid and moving cloth"),
                           html::number(energy.front()), html::number(energy.back()), html::number(*most),
                           html::number(time[static_cast<std::size_t>(most - energy.begin())])});
   }

@@ -83,7 +83,7 @@ void describe(Section& s, TimeScene& time) {
   s.number("step", time.step, "[1e-9, 1]", "s", "time step Δt; with `mode: cfl` or `error` the longest; at most 10⁹ until `end`");
   s.number("end", time.end, "[1e-9, 1e6]", "s", "simulated time at which the run ends");
   s.choice("mode", time.mode, {{"fixed", TimeMode::fixed}, {"cfl", TimeMode::cfl}, {"error", TimeMode::error}},
-           "`fixed`: every step is `step` long (but for one before a frame); `cfl`: as long as `cfl` allows; `error`: as "
+           "`fixed`: every step is `step` long (but for one or two before a frame); `cfl`: as long as `cfl` allows; `error`: as "
            "long as the density's error stays within `tolerance`");
   s.number("cfl", time.cfl, "[0.001, 1]", "1",
            "with `mode: cfl`, the part of a spacing that the fastest particle moves in a step");

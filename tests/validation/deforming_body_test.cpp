@@ -10,6 +10,7 @@
 
 #include "ball_mesh.hpp"
 #include "base/eigen_vec.hpp"
+#include "piston_pool.hpp"
 #include "setup/deforming_body.hpp"
 #include "setup/distance_field.hpp"
 #include "state/deforming_body.hpp"
@@ -25,12 +26,6 @@ constexpr double fps = 20;
 double smooth(double s) {
   s = std::clamp(s, 0.0, 1.0);
   return s * s * (3 - 2 * s);
-}
-
-double mean_height(const HostState& s) {
-  double sum = 0;
-  for (const Vec3& x : s.fluid_position) sum += x[1];
-  return sum / s.fluid_count();
 }
 
 /// How deep the deepest particle is in the mesh, m; exact to its triangles.
@@ -79,42 +74,23 @@ TestMesh piston_mesh(int n) {
 
 /// The piston's back stays, its sides become longer, and its face bulges by 3 cm between the side walls.
 TEST(deforming_body, a_piston_that_bulges_displaces_the_water_that_it_sweeps) {
-  constexpr double d = 0.01, length = 0.3, width = 0.08, way = 0.08, bulge = 0.03;  // m
+  constexpr PistonPool pool;
+  constexpr double width = pool.width, way = 0.08, bulge = 0.03;  // m
   const auto bulging = [](double z) { return 0.5 * (1 + std::cos(2 * std::numbers::pi * z / width)); };
   const std::string files = write_shapes("bulging_piston", 50, piston_mesh(12), [&](int k, const Vector3d& x) {
     const double s = smooth(k / fps - 1), z = 0.6 * width * x[2];  // 8 mm beyond the walls on both sides
     const double face = s * (way + bulge * (std::abs(z) < width / 2 ? bulging(z) : 0));
     return Vector3d(x[0] > 0 ? face : -0.1, 0.15 + 0.2 * x[1], z);
   });
-  SceneRun run(fmt::format(R"(drench: 1
-time: {{step: 0.004, end: 10, mode: cfl}}
-domain: {{min: [-0.3, -0.1, -0.2], max: [0.5, 1, 0.2]}}
-output: {{every: 0}}
-fluid:
-  spacing: {0}
-  viscosity: 2.0e-3
-  solver: {{density_error: 1.0e-4, divergence_error: 1.0e-4}}
-  sources: [{{block: {{min: [0, 0, -{1}], max: [{2}, 0.1, {1}]}}}}]
-bodies:
-  - box: {{min: [-0.2, 0, -{1}], max: [{2}, 0.6, {1}], inside: true}}
-  - mesh: {{sequence: "{3}", fps: {4}}}
-)",
-                           d, width / 2, length, files, fps));
-  const Body& piston = run.model().bodies[1];
-  ASSERT_TRUE(piston.deforms());
-  double inside = 0, before = 0, after = 0;
-  int samples_before = 0, samples_after = 0, steps = 0;
-  while (run.time() < 4) {
-    run.step();
-    const HostState s = run.state();
+  double inside = 0;
+  int steps = 0;
+  Index samples = 0;
+  const double swept = pool.floor_taken(files, fps, [&](const SceneRun& run, const HostState& s) {
+    const Body& piston = run.model().bodies[1];
+    EXPECT_TRUE(piston.deforms());
+    samples = piston.sample_count;
     if (++steps % 3 == 0) inside = std::max(inside, deepest(piston, s, run.time()));
-    if (run.time() > 0.6 && run.time() < 1) before += mean_height(s), ++samples_before;
-    if (run.time() > 3.5) after += mean_height(s), ++samples_after;
-  }
-  before /= samples_before;
-  after /= samples_after;
-  // The level is twice the height of the centre of mass, at any shape of the face in z: volume = level · (area of the floor).
-  const double volume = run.initial().fluid_count() * d * d * d, swept = volume / 2 * (1 / before - 1 / after);
+  });
   double expected = 0;  // m²: of the floor, from the triangles' straight sides
   for (int j = 0; j < 1200; ++j) {
     const double z = width * ((j + 0.5) / 1200 - 0.5), column = (z / (0.6 * width) + 1) * 6, low = std::floor(column);
@@ -124,10 +100,10 @@ bodies:
     };
     expected += width / 1200 * std::lerp(at(low), at(low + 1), column - low);
   }
-  std::printf("floor covered: %.6f m², expected %.6f; deepest %.2e m; %d samples\n", swept, expected, inside, piston.sample_count);
+  std::printf("floor covered: %.6f m², expected %.6f; deepest %.2e m; %d samples\n", swept, expected, inside, samples);
   report({"a piston of mesh files whose face bulges: displaced volume, from the centre of mass", "what it swept",
           std::abs(swept / expected - 1), 0.02});
-  report({"a piston of mesh files whose face bulges: how deep a particle is in it over d", "none inside", inside / d, 0.02});
+  report({"a piston of mesh files whose face bulges: how deep a particle is in it over d", "none inside", inside / pool.spacing, 0.02});
 }
 
 /// The ball becomes a larger ellipsoid. Its distances are off by some 0.02 d at a radius of 5 d, because they are interpolated.
