@@ -13,13 +13,12 @@ namespace {
 
 using Points = std::vector<Vec3>;
 
-/// Double3 has the layout of Vec3.
-Field<Double3> upload_doubles(const char* label, const std::vector<std::array<double, 3>>& values) {
+/// Into an array that is as long already, or is made so. Double3 has the layout of Vec3.
+void upload_doubles(Field<Double3>& a, const char* label, const std::vector<std::array<double, 3>>& values) {
   static_assert(sizeof(Double3) == sizeof(Vec3));
-  Field<Double3> a(Kokkos::ViewAllocateWithoutInitializing(label), values.size());
+  make_room(a, label, values.size());
   Kokkos::deep_copy(a, Kokkos::View<const Double3*, Kokkos::HostSpace, Kokkos::MemoryUnmanaged>(
                            reinterpret_cast<const Double3*>(values.data()), values.size()));
-  return a;
 }
 
 /// Of each triangle and corner: the triangle on the other side of the opposite edge.
@@ -44,7 +43,7 @@ const Field<Double3>& hold(DeformingBody& d, std::size_t wanted, const std::arra
   };
   std::size_t slot = 0;
   while (is_needed(d.held[slot])) ++slot;
-  d.file[slot] = upload_doubles("drench::deforming_file", d.body.shape.points[wanted]);
+  upload_doubles(d.file[slot], "drench::deforming_file", d.body.shape.points[wanted]);  // a stage allocates nothing
   d.held[slot] = number;
   return d.file[slot];
 }
@@ -84,7 +83,7 @@ DeformingBody::DeformingBody(const Body& of, Index number)
   item = to_device<Index>("drench::deforming_point_triangles", items);
   if (samples == 0) return;
   sample_triangle = to_device<Index>("drench::deforming_sample_triangle", of.shape.triangle);
-  sample_weight = upload_doubles("drench::deforming_sample_weight", of.shape.weight);
+  upload_doubles(sample_weight, "drench::deforming_sample_weight", of.shape.weight);
   sample_depth = to_device<double>("drench::deforming_sample_depth", of.shape.depth);
 }
 
