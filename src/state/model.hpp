@@ -240,6 +240,8 @@ struct Model {
   bool has_moving_cloth() const {
     return any_cloth([](const ClothMaterial& c) { return c.dynamics; });
   }
+  /// Does nothing but the liquid itself answer to its pressure? Its solves then start scaled (docs/theory/liquid.md).
+  bool only_liquid_answers() const { return samples.count() == 0 && !has_dynamic_body(); }
   bool has_moving_pins() const { return !pin_motions.empty(); }
   bool has_strain_limit() const { return !mesh.limit_stiffness.empty(); }
   /// How far cloth can be stretched (length over rest length) before its samples are 1.5 d apart and liquid gets between

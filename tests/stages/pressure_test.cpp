@@ -6,6 +6,8 @@
 #include <algorithm>
 
 #include "base/eigen_vec.hpp"
+#include "pipeline/pipeline.hpp"
+#include "precision.hpp"
 #include "stage_compare.hpp"
 #include "states.hpp"
 
@@ -20,6 +22,18 @@ StepReport press(Backend& backend, const HostState& state) {
     backend.run(stage, {0, 0, 0.001}, report);
   EXPECT_TRUE(report.density_converged);
   return report;
+}
+
+const std::string box_scene = std::string(few_iterations) + R"(
+    - block: {min: [0, 0, 0], max: [0.2, 0.24, 0.16]}
+bodies: [{box: {min: [0, 0, 0], max: [0.24, 0.4, 0.16], inside: true}}]
+)";
+
+HostState after_steps(const drench::Setup& setup) {
+  const auto reference = make_reference_backend(setup.model);
+  Pipeline pipeline(setup.model, *reference, setup.state);
+  for (int s = 0; s < 12; ++s) pipeline.step(1.0);
+  return reference->download();
 }
 
 }  // namespace
@@ -139,6 +153,44 @@ TEST(pressure, that_takes_back_all_of_a_compression_agrees_with_the_reference) {
                  .steps_before = 41,
                  .prepare = crowd,
                  .changes = "fluid_velocity"});
+}
+
+// Liquid alone starts at a scaled κ: in a box with a wall that moves, with crowds, and as a divergence.
+TEST(pressure, that_starts_scaled_agrees_with_the_reference) {
+  const std::string scene = with(box_scene, "inside: true", "inside: true, velocity: [0.3, 0, 0]");
+  for (const Stage stage : {Stage::pressure, Stage::divergence}) {
+    compare_stage({.stage = stage, .scene = scene, .changes = "fluid_velocity"});
+    compare_stage({.stage = stage, .scene = scene, .prepare = crowd, .changes = "fluid_velocity"});
+  }
+}
+
+// The scale fits, so the size of what a solve starts with does not count.
+TEST(pressure, does_not_depend_on_the_size_of_its_start) {
+  const drench::Setup setup = setup_from(box_scene);
+  const HostState before = after_steps(setup);
+  for (const auto& backend : {make_reference_backend(setup.model), make_kokkos_backend(setup.model)}) {
+    SCOPED_TRACE(backend->name());
+    const auto velocities = [&](double size) {
+      HostState s = before;
+      for (double& kappa : s.fluid_kappa_density) kappa *= size;
+      for (double& kappa : s.fluid_kappa_divergence) kappa *= size;
+      backend->upload(s);
+      StepReport report;
+      for (const Stage stage : {Stage::neighbors, Stage::density, Stage::divergence, Stage::pressure})
+        backend->run(stage, {0, 0, 0.002}, report);
+      EXPECT_EQ(report.density_iterations, 6);
+      return backend->download().fluid_velocity;
+    };
+    const std::vector<Vec3> as_it_was = velocities(1);
+    const double rounding = double_precision || backend->name() == std::string("reference") ? 1e-11 : 2e-5;  // m/s
+    for (const double size : {0.5, 2.0, 3.0}) {
+      const std::vector<Vec3> scaled = velocities(size);
+      double most = 0;
+      for (std::size_t i = 0; i < scaled.size(); ++i)
+        most = std::max(most, (to_eigen(scaled[i]) - to_eigen(as_it_was[i])).norm());
+      EXPECT_LT(most, rounding) << "a start " << size << " times as high";
+    }
+  }
 }
 
 TEST(pressure, with_cloth_by_xpbd_agrees_with_the_reference) {

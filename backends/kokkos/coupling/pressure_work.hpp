@@ -10,6 +10,7 @@ namespace drench::kokkos_backend {
 struct PressureWork {
   Field<Real4> position_kappa;             // x_i, m, and κ_i, m²/s²: one load for the pairs
   Field<Real4> predicted;                  // v_i + Δt a_i, m/s, and κ_i: one load for the pairs
+  Field<Real> free_rate;                   // Dδ_i/Dt, 1/s, without any pressure; only where solves start scaled
   Field<Real> density_rate;                // Dδ_i/Dt, 1/s, of the predicted velocities, less what yields
   Field<Real> next_kappa, last_kappa;      // the iterates beside κ, m²/s²
   Field<std::uint8_t> active;              // takes part in the divergence solve
@@ -32,6 +33,9 @@ inline void allocate_pressure_work(PressureWork& work, const Fluid& fluid) {
 }
 
 /// A particle's, of allocate_pressure_work.
-inline double pressure_work_bytes(const Sizing& s) { return 11 * s.real; }
+inline double pressure_work_bytes(const Sizing& s) {
+  const bool scaled = s.size.samples == 0 && s.size.dynamic_samples == 0;  // free_rate
+  return (scaled ? 12 : 11) * s.real;
+}
 
 }  // namespace drench::kokkos_backend

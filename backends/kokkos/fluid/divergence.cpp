@@ -34,13 +34,16 @@ struct DivergenceProblem {
 
   DivergenceUpdate update(Real relaxation) const {
     const PressureWork& work = system.work;
-    return {work.active, std::as_const(system.fluid).alpha, std::as_const(system.kappa), work.last_kappa,
-            system.work.next_kappa, relaxation / Real(system.dt)};
+    return {work.active,
+            std::as_const(system.fluid).alpha,
+            std::as_const(system.kappa),
+            work.last_kappa,
+            system.work.next_kappa,
+            relaxation / Real(system.dt)};
   }
+  StartResidual start_residual() const { return {{}, 0, Real(system.dt), false}; }
   IterationNorms norms(const IterationNorms& sums) const { return sums; }
-  double scaled(const IterationNorms& n) const {
-    return system.dt / system.count() * (n.residual + n.complementarity);
-  }
+  double scaled(const IterationNorms& n) const { return system.dt / system.count() * (n.residual + n.complementarity); }
   bool converged(int iteration, const IterationNorms& sums) const {
     report.divergence_iterations = iteration;
     report.divergence_error = system.dt / system.count() * sums.residual;

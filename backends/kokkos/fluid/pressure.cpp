@@ -37,6 +37,9 @@ struct DensityProblem {
             relaxation / (dt * dt),
             system.touching};
   }
+  StartResidual start_residual() const {
+    return {system.fluid.particles.density_ratio, Real(limits.density_correction), Real(system.dt), true};
+  }
   IterationNorms norms(const DensitySums& sums) const { return sums.norms; }
   double scaled(const IterationNorms& n) const { return (n.residual + n.complementarity) / system.count(); }
   bool converged(int iteration, const DensitySums& sums) const {

@@ -10,35 +10,6 @@
 namespace drench::kokkos_backend {
 namespace {
 
-/// work.predicted = v_i + Δt a_i(κ, λ).
-void predict_liquid(PressureSystem& system) {
-  const Fluid& fluid = system.fluid;
-  const Real dt = Real(system.dt);
-  const Entries<const Real3> v = fluid.particles.velocity, boundary = fluid.boundary_gradient,
-                             sheet = fluid.contact.gradient;
-  const Entries<const Real4> position_kappa = std::as_const(system.work).position_kappa;
-  const Entries<Real4> predicted = system.work.predicted;
-  const Entries<const Real> contact = std::as_const(system.work).contact_pressure;
-  const Neighbors lf(system.lists.fluid_fluid);
-  const bool bounded = system.bodies.boundary.count > 0 || system.has_cloth(), touching = system.touching;
-  parallel(
-      "drench::pressure::acceleration", system.count(), KOKKOS_LAMBDA(const Index i) {
-        const Real4 here = position_kappa(i);
-        const Real3 xi = here.xyz();
-        const Real ki = here.w;
-        Real3 a;
-        const NeighborRow near = lf.row(i);
-        DRENCH_UNROLL
-        for (Index k = 0; k < near.count; ++k) {
-          const Real4 at = position_kappa(near(k));
-          a -= (near.grad_factor(k) * (ki + at.w)) * (xi - at.xyz());
-        }
-        if (bounded) a -= ki * boundary(i);
-        if (touching) a -= contact(i) * sheet(i);
-        predicted(i) = {v(i) + dt * a, ki};
-      });
-}
-
 /// work.density_rate = R_i of the predicted velocities − Δt C_i κ_i, 1/s; touching sheets: work.approach_rate = R'_i too.
 void measure_density_rate(PressureSystem& system) {
   const Fluid& fluid = system.fluid;
@@ -90,6 +61,34 @@ SheetsOfParticles PressureSystem::sheets_of_particles() const {
   const SheetRows& rows = lists.sheet_rows;
   if (elastic) return {rows.of_particle, rows.particle_pair, elastic->displacement(), Real(1) / Real(dt)};
   return {rows.of_particle, rows.particle_pair, std::as_const(cloth).nodes.predicted, Real(1)};
+}
+
+void predict_liquid(PressureSystem& system) {
+  const Fluid& fluid = system.fluid;
+  const Real dt = Real(system.dt);
+  const Entries<const Real3> v = fluid.particles.velocity, boundary = fluid.boundary_gradient,
+                             sheet = fluid.contact.gradient;
+  const Entries<const Real4> position_kappa = std::as_const(system.work).position_kappa;
+  const Entries<Real4> predicted = system.work.predicted;
+  const Entries<const Real> contact = std::as_const(system.work).contact_pressure;
+  const Neighbors lf(system.lists.fluid_fluid);
+  const bool bounded = system.bodies.boundary.count > 0 || system.has_cloth(), touching = system.touching;
+  parallel(
+      "drench::pressure::acceleration", system.count(), KOKKOS_LAMBDA(const Index i) {
+        const Real4 here = position_kappa(i);
+        const Real3 xi = here.xyz();
+        const Real ki = here.w;
+        Real3 a;
+        const NeighborRow near = lf.row(i);
+        DRENCH_UNROLL
+        for (Index k = 0; k < near.count; ++k) {
+          const Real4 at = position_kappa(near(k));
+          a -= (near.grad_factor(k) * (ki + at.w)) * (xi - at.xyz());
+        }
+        if (bounded) a -= ki * boundary(i);
+        if (touching) a -= contact(i) * sheet(i);
+        predicted(i) = {v(i) + dt * a, ki};
+      });
 }
 
 void apply_pressure(PressureSystem& system) {

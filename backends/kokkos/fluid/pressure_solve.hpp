@@ -30,6 +30,8 @@ struct PressureSystem {
   SheetsOfParticles sheets_of_particles() const;
 };
 
+/// work.predicted = v_i + Δt a_i(κ, λ), and κ_i.
+void predict_liquid(PressureSystem& system);
 /// One evaluation: κ and λ → the velocities that they leave, what cloth and bodies answer, and the density rates.
 void apply_pressure(PressureSystem& system);
 /// The liquid and the bodies take the predicted velocities; so does cloth that answers with its inertia alone.

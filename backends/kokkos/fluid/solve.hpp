@@ -2,6 +2,7 @@
 // The loop of a pressure solve.
 
 #include "fluid/lean_pressure.hpp"
+#include "fluid/scaled_start.hpp"
 
 namespace drench::kokkos_backend {
 
@@ -16,6 +17,7 @@ SumUnderWay<typename Update::Sums> begin_update(PressureSystem& system, const Up
 
 /// Solves for κ. A `Problem` makes the update(relaxation), norms(sums) → IterationNorms of its sums and scaled(norms), the
 /// residual + complementarity that iterations compare. converged(iteration, sums) judges, and writes the report.
+/// start_residual() is the residual that its start is scaled by.
 template <class Problem>
 void solve_pressure(PressureSystem& system, const FluidSolverScene& limits, Problem& problem) {
   constexpr int last_full = 2;
@@ -26,7 +28,10 @@ void solve_pressure(PressureSystem& system, const FluidSolverScene& limits, Prob
   decltype(begin_update(system, problem.update(iterate.relaxation()), iterate, 0)) first;
   for (int iteration = 1;; ++iteration) {
     system.keep_liquid_rate = has_lean_pressure && iteration == last_full;
-    apply_pressure(system);
+    if (iteration == 1 && system.constants.model.only_liquid_answers())
+      apply_scaled_start(system, problem.start_residual());
+    else
+      apply_pressure(system);
     const auto under_way = begin_update(system, problem.update(iterate.relaxation()), iterate, iteration % 2);
     if (iteration == 1 && first_unseen) {
       first = under_way;
