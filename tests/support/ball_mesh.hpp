@@ -37,7 +37,7 @@ inline TestMesh ball_mesh(int levels) {
     std::vector<std::array<int, 3>> finer;
     for (const auto& [a, b, c] : mesh.triangles) {
       const int ab = middle(a, b), bc = middle(b, c), ca = middle(c, a);
-      for (const std::array<int, 3>& t : {std::array{a, ab, ca}, {ab, b, bc}, {ca, bc, c}, {ab, bc, ca}}) finer.push_back(t);
+      finer.insert(finer.end(), {{a, ab, ca}, {ab, b, bc}, {ca, bc, c}, {ab, bc, ca}});
     }
     mesh.triangles = std::move(finer);
   }
