@@ -116,6 +116,7 @@ struct SolveResult {
   int iterations = 0;
   double error = 0;
   bool converged = true;
+  double start = 0;  // residual and complementarity over the tolerance that it began with
 };
 
 /// A wall stands for the mirrored liquid (src/stages/divergence.hpp).
@@ -125,7 +126,7 @@ inline double image_density(double ratio) { return std::max(1.0, ratio - 0.1); }
 
 /// One kind of pressure in a solve and its iterates, m²/s².
 struct Iterates {
-  std::vector<double> pressure, last, next;  // where the iteration is; the last Jacobi update and this one
+  std::vector<double> pressure, last, next;      // where the iteration is; the last Jacobi update and this one
   double residual_sum = 0, complementarity = 0;  // Σ max(0, residual); pressure that one update can still remove
   double restart = 0;                            // > 0: the update goes against the momentum
 
@@ -155,8 +156,9 @@ struct Residuals {
 };
 
 /// The loop that both solves share. A Jacobi update raises κ_i by ω α_i residual/Δt², λ_i likewise. Particles without
-/// `active` keep κ = 0 and do not count in the error.
+/// `active` keep κ = 0 and do not count in the error. `last_start` is the SolveResult::start of the step before.
 SolveResult solve_pressure(ReferenceState& state, std::vector<double>& kappa, const std::vector<bool>& active,
-                           double tolerance, double dt, ClothResponse& cloth, const Residuals& residuals);
+                           double tolerance, double dt, ClothResponse& cloth, const Residuals& residuals,
+                           double last_start);
 
 }  // namespace drench::reference

@@ -105,14 +105,15 @@ void pressure(ReferenceState& state, const StepInfo& info, StepReport& report) {
   SolveResult result;
   if (state.model.has_moving_cloth()) {
     ElasticCloth cloth(state, info, pressure_response(state, kappa).node_force);
-    result = solve_pressure(state, kappa, active, tolerance, info.dt, cloth, residuals);
+    result = solve_pressure(state, kappa, active, tolerance, info.dt, cloth, residuals, info.density_start);
     report.cloth_iterations += cloth.iterations();
     if (cloth.iterations() > 0) report.note_cloth_residual(cloth.residual());
   } else {
     FreeCloth cloth(state, info.dt);
-    result = solve_pressure(state, kappa, active, tolerance, info.dt, cloth, residuals);
+    result = solve_pressure(state, kappa, active, tolerance, info.dt, cloth, residuals, info.density_start);
   }
   report.density_iterations = result.iterations;
+  if (state.model.only_liquid_answers()) report.density_start = result.start;
   report.density_error = 0;
   report.density_error_max = 0;
   for (const double c : compressed) {

@@ -9,37 +9,23 @@ namespace drench::reference {
 
 namespace {
 
-/// Σ_i V_i κ_i r_i: half of how fast the solve's energy falls as κ grows (docs/theory/liquid.md, Eq. 20a).
-double start_work(ReferenceState& state, const std::vector<double>& kappa, const std::vector<double>& applied,
-                  const std::vector<bool>& active, double dt, ClothResponse& cloth, const Residuals& residuals) {
-  const PressureResponse response = pressure_response(state, applied);
-  Vectors fluid;
-  for (Index i = 0; i < state.s.fluid_count(); ++i)
-    fluid.push_back(vec(state.s.fluid_velocity[i]) + dt * response.fluid[i]);
-  respond_bodies(state, applied, dt);
-  const std::vector<double> rate = density_rate(state, fluid, cloth.velocities(response.node_force));
-  double work = 0;
-  for (Index i = 0; i < state.s.fluid_count(); ++i)
-    if (active[i])
-      work +=
-          fluid_volume(state, i) * kappa[i] * residuals.compression(i, rate[i] - dt * state.compliance[i] * applied[i]);
-  return work;
-}
-
-/// κ := s κ with the s that leaves no work along κ.
-void scale_start(ReferenceState& state, std::vector<double>& kappa, const std::vector<bool>& active, double dt,
-                 ClothResponse& cloth, const Residuals& residuals) {
-  const double none = start_work(state, kappa, std::vector<double>(kappa.size(), 0.0), active, dt, cloth, residuals);
-  const double whole = start_work(state, kappa, kappa, active, dt, cloth, residuals);
-  if (!(none - whole > 0)) return;
-  const double scale = std::clamp(none / (none - whole), 0.0, 4.0);
-  for (double& k : kappa) k *= scale;
+/// s of docs/theory/liquid.md, Eq. 20a; `change` is what κ does to the liquid's velocities.
+double start_scale(const ReferenceState& state, const std::vector<double>& kappa, const std::vector<bool>& active,
+                   const Vectors& change, const std::vector<double>& rate, double dt, const Residuals& residuals) {
+  double work = 0, energy = 0;
+  for (Index i = 0; i < state.s.fluid_count(); ++i) {
+    const double volume = fluid_volume(state, i), yielded = dt * state.compliance[i] * kappa[i];
+    if (active[i]) work += volume * kappa[i] * residuals.compression(i, rate[i] - yielded);
+    energy += volume * (change[i].squaredNorm() + dt * yielded * kappa[i]);
+  }
+  return energy > 0 ? std::clamp(1 + work / energy, 0.0, 4.0) : 1;
 }
 
 }  // namespace
 
 SolveResult solve_pressure(ReferenceState& state, std::vector<double>& kappa, const std::vector<bool>& active,
-                           double tolerance, double dt, ClothResponse& cloth, const Residuals& residuals) {
+                           double tolerance, double dt, ClothResponse& cloth, const Residuals& residuals,
+                           double last_start) {
   const auto& solver = state.model.scene.fluid.solver;
   const Index count = state.s.fluid_count();
   SolveResult result;
@@ -47,7 +33,7 @@ SolveResult solve_pressure(ReferenceState& state, std::vector<double>& kappa, co
   for (Index i = 0; i < count; ++i) {
     if (!active[i]) kappa[i] = 0;
   }
-  if (state.model.only_liquid_answers()) scale_start(state, kappa, active, dt, cloth, residuals);
+  bool judged = false;
   double relaxation = state.model.relaxation, theta = 1, best = 1e300, before = 1e300;
   Iterates volume(kappa), contact(std::vector<double>(count, 0.0));  // κ and λ
   while (true) {
@@ -77,6 +63,19 @@ SolveResult solve_pressure(ReferenceState& state, std::vector<double>& kappa, co
     }
     const double residual = volume.residual_sum + contact.residual_sum,
                  complementarity = volume.complementarity + contact.complementarity;
+    if (!judged) {
+      judged = true;
+      result.start = (residual + complementarity) / count / tolerance;
+      if (state.model.scales_start(last_start)) {
+        Vectors change;
+        for (const Eigen::Vector3d& a : response.fluid) change.push_back(dt * a);
+        const double scale = start_scale(state, volume.pressure, active, change, rate, dt, residuals);
+        for (double& k : volume.pressure) k *= scale;
+        volume.last = volume.pressure;
+        result.iterations = 0;
+        continue;
+      }
+    }
     result.error = residual / count;
     result.converged = result.error <= tolerance && complementarity / count <= tolerance && cloth.converged();
     if ((result.converged && result.iterations >= solver.min_iterations) ||

@@ -62,6 +62,8 @@ void visit_checkpoint(C& c, Visitor&& visit) {
   visit("step", c.state.step);
   visit("time", c.state.time);
   visit("collapsing", c.state.collapsing);
+  visit("divergence_start", c.state.divergence_start);
+  visit("density_start", c.state.density_start);
   visit("next_step", c.state.next_step);
   visit("uptake_rate", c.state.uptake_rate);
   visit("drained", c.state.drained);
@@ -167,8 +169,7 @@ std::string whole_file(const fs::path& path) {
   std::string text(static_cast<std::size_t>(std::max<std::streamoff>(end, 0)), '\0');
   in.seekg(0);
   in.read(text.data(), end);
-  if (end < 0 || !in)
-    throw CheckpointError(fmt::format("{}: cannot be read: {}", path.string(), std::strerror(errno)));
+  if (end < 0 || !in) throw CheckpointError(fmt::format("{}: cannot be read: {}", path.string(), std::strerror(errno)));
   return text;
 }
 

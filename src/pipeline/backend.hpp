@@ -24,6 +24,7 @@ struct StepInfo {
   double time = 0;                                                     // s, at the step's beginning
   double dt = 0;                                                       // s
   double fluid_speed_limit = std::numeric_limits<double>::infinity();  // m/s (failure.hpp)
+  double divergence_start = 0, density_start = 0;                      // StepReport's, of the step before
 };
 
 /// A backend owns a copy of the state. Calls come from one thread. Errors are std::runtime_error.

@@ -30,7 +30,7 @@ double clip_step(double wanted, double left, TimeMode mode) {
 
 // time.mode error, in units of time.tolerance: what steps leave aims at the first, and none adds more than the second to what
 // the solve has left. What it cannot correct at once, as in crowded liquid at the start, no shorter step would.
-constexpr double aim_of_error = 0.7, worst_of_error = 2.5;
+constexpr double aim_of_error = 0.6, worst_of_error = 2.5;
 
 /// How long the next step may be, s, after one of `tried` that might have been as long as `longest`. What the solve left lies
 /// within its own tolerance; the rest is the step's own error and goes with its square, or more steeply. Of that a part `corrected`
@@ -73,6 +73,8 @@ Pipeline::Pipeline(const Model& model, Backend& backend, const HostState& initia
       initial_total_(total_of(initial)),
       limits_(model, static_cast<double>(initial_total_) * model.quantum),
       collapsing_(initial.collapsing),
+      divergence_start_(initial.divergence_start),
+      density_start_(initial.density_start),
       next_step_(initial.next_step),
       in_cloth_(in_cloth(initial)),
       uptake_rate_(initial.uptake_rate),
@@ -91,6 +93,8 @@ void Pipeline::go_on_from(const HostState& state) {
   time_ = state.time;
   step_ = state.step;
   collapsing_ = state.collapsing;
+  divergence_start_ = state.divergence_start;
+  density_start_ = state.density_start;
   next_step_ = state.next_step;
   in_cloth_ = in_cloth(state);
   uptake_rate_ = state.uptake_rate;
@@ -103,6 +107,8 @@ void Pipeline::mark(HostState& state) const {
   state.time = time_;
   state.step = step_;
   state.collapsing = collapsing_;
+  state.divergence_start = divergence_start_;
+  state.density_start = density_start_;
   state.next_step = next_step_;
   state.uptake_rate = uptake_rate_;
 }
@@ -115,6 +121,8 @@ StepReport Pipeline::step(double time_left) {
                           ? step_by_error(time_left)
                           : attempt(time_left, std::numeric_limits<double>::infinity());
   collapsing_ = report.density_error > collapse && !report.density_converged ? collapsing_ + 1 : 0;
+  divergence_start_ = report.divergence_start;
+  density_start_ = report.density_start;
   report.saturation_error = saturation_error(report);
   time_ += report.dt;
   ++step_;
@@ -181,6 +189,8 @@ void Pipeline::run(Stage stage, const StepInfo& info, StepReport& report) {
 StepReport Pipeline::attempt(double time_left, double longest) {
   StepReport report;
   StepInfo info{step_, time_, model_.scene.time.step};
+  info.divergence_start = divergence_start_;
+  info.density_start = density_start_;
   for (const Stage stage : stages_) {
     if (!have_looked(stage)) run(stage, info, report);
     if (stage == Stage::time_step) {

@@ -55,12 +55,13 @@ class Pipeline {
   std::int64_t step_ = 0;
   Quanta initial_total_ = 0;
   Limits limits_;
-  std::int64_t collapsing_ = 0;  // steps in a row
-  double next_step_ = 0;         // s; 0: nothing is known
-  Quanta in_cloth_ = 0;          // after the last step
-  double uptake_rate_ = 0;       // quanta/s, of the last step
-  double capacity_ = 0;          // kg, of all cloth
-  bool looked_ = false;          // lists and densities are of the state as it is
+  std::int64_t collapsing_ = 0;                      // steps in a row
+  double divergence_start_ = 0, density_start_ = 0;  // of the last step's report
+  double next_step_ = 0;                             // s; 0: nothing is known
+  Quanta in_cloth_ = 0;                              // after the last step
+  double uptake_rate_ = 0;                           // quanta/s, of the last step
+  double capacity_ = 0;                              // kg, of all cloth
+  bool looked_ = false;                              // lists and densities are of the state as it is
   bool profiling_ = false;
 };
 

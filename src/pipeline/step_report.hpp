@@ -26,16 +26,19 @@ struct StepReport {
   double dt = 0;          ///< s, the step's length
   double dt_wanted = 0;   ///< s: what the scene allows; a step may be shorter, to end where it is asked to
 
-  int divergence_iterations = 0;      ///< of the divergence solve
-  double divergence_error = 0;        ///< 1: mean of max(0, Dδ/Dt) Δt that it leaves
-  bool divergence_converged = true;   ///< false: it ended at its cap
-  int density_iterations = 0;         ///< of the density solve
-  double density_error = 0;           ///< 1: mean of max(0, δ − 1) that it leaves
-  double density_error_max = 0;       ///< 1: the same of the worst particle
-  bool density_converged = true;      ///< false: it ended at its cap
-  double density_found = 0;           ///< 1: mean of max(0, δ − 1) at the step's end (time.mode error)
-  int rejected = 0;                   ///< longer steps that were tried before this one (time.mode error)
-  int viscosity_stages = 0;           ///< of the viscous solve (docs/theory/viscosity.md); 0 without viscosity
+  int divergence_iterations = 0;     ///< of the divergence solve
+  double divergence_error = 0;       ///< 1: mean of max(0, Dδ/Dt) Δt that it leaves
+  bool divergence_converged = true;  ///< false: it ended at its cap
+  int density_iterations = 0;        ///< of the density solve
+  double density_error = 0;          ///< 1: mean of max(0, δ − 1) that it leaves
+  double density_error_max = 0;      ///< 1: the same of the worst particle
+  bool density_converged = true;     ///< false: it ended at its cap
+  double density_found = 0;          ///< 1: mean of max(0, δ − 1) at the step's end (time.mode error)
+  int rejected = 0;                  ///< longer steps that were tried before this one (time.mode error)
+  double divergence_start =
+      0;                     ///< 1: residual over tolerance that the divergence solve began with, where liquid is alone
+  double density_start = 0;  ///< 1: the same of the density solve (docs/theory/liquid.md, Scaled start)
+  int viscosity_stages = 0;  ///< of the viscous solve (docs/theory/viscosity.md); 0 without viscosity
   int micropolar_stages = 0;          ///< of the solve for spins (docs/theory/micropolar.md)
   int cloth_iterations = 0;           ///< of the cloth's solve, also within the density solve
   double cloth_residual = 0;          ///< 1: unbalanced forces over their goal (stages/cloth.hpp); converged at ≤ 1

@@ -36,6 +36,8 @@ struct HostState {
   double time = 0;              // s
   std::int64_t collapsing = 0;  // steps in a row at whose end the liquid collapsed (pipeline/failure.hpp)
   double uptake_rate = 0;       // quanta/s: at which cloth took up liquid in the last step
+  double divergence_start = 0;  // 1: residual over tolerance that the last step's divergence solve began with
+  double density_start = 0;     // 1: the same of its density solve
   double next_step = 0;         // s: what the last step's error allows (time.mode error); 0: nothing is known
 
   /// Number of liquid particles.

@@ -240,8 +240,10 @@ struct Model {
   bool has_moving_cloth() const {
     return any_cloth([](const ClothMaterial& c) { return c.dynamics; });
   }
-  /// Does nothing but the liquid itself answer to its pressure? Its solves then start scaled (docs/theory/liquid.md).
+  /// Does nothing but the liquid itself answer to its pressure?
   bool only_liquid_answers() const { return samples.count() == 0 && !has_dynamic_body(); }
+  /// Is a solve's start scaled, if the last step's began with `start` tolerances (docs/theory/liquid.md, Scaled start)?
+  bool scales_start(double start) const { return only_liquid_answers() && start > 2; }
   bool has_moving_pins() const { return !pin_motions.empty(); }
   bool has_strain_limit() const { return !mesh.limit_stiffness.empty(); }
   /// How far cloth can be stretched (length over rest length) before its samples are 1.5 d apart and liquid gets between

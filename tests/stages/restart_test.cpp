@@ -58,7 +58,7 @@ Quanta before_cloth(const HostState& s) {
 /// What happened in a run, so that no test compares steps in which nothing does.
 struct Happened {
   bool fresh = false, jets = false, drained = false, absorbed = false, supplied = false, contacts = false,
-       substeps = false;
+       substeps = false, scaled = false;
   int steps = 0;
 };
 
@@ -90,6 +90,7 @@ Happened expect_the_same_bits(MakeBackend make, const std::string& scene, int st
     happened.supplied = happened.supplied || state.supplied > setup.state.supplied;
     happened.absorbed = happened.absorbed || went_on.mass_cloth > before_cloth(last);
     happened.contacts = happened.contacts || went_on.cloth_contacts > 0;
+    happened.scaled = happened.scaled || last.density_start > 2;
     happened.substeps = happened.substeps || went_on.diffusion_substeps > 0;
     last = std::move(state);
   }
@@ -142,6 +143,20 @@ TEST_P(Restart, GoingBackIsExact) {
 TEST_P(Restart, StepsThatKnowTheirError) {
   run(with(liquid_scene, "mode: cfl", "mode: error, tolerance: 2.0e-3"), 100);
   run(with(porous_scene, "end: 1}", "end: 1, mode: error}"), 30);
+}
+
+TEST_P(Restart, StartsThatAreScaled) {
+  const Happened h = run(R"(drench: 1
+time: {step: 0.004, end: 1}
+fluid:
+  spacing: 0.05
+  viscosity: 1.0e-3
+  solver: {density_error: 1.0e-4, divergence_error: 1.0e-4}
+  sources: [{block: {min: [0, 0, 0], max: [0.5, 0.5, 0.5]}}]
+bodies: [{box: {min: [0, 0, 0], max: [0.5, 1, 0.5], inside: true}}]
+)",
+                         60);
+  expect(h.scaled, "scaled start");
 }
 
 TEST_P(Restart, PorousCloth) {

@@ -67,6 +67,7 @@ void compare_stage(const Comparison& c) {
   for (int s = 0; s < c.steps_before; ++s) pipeline.step(1.0);
 
   StepInfo info{pipeline.step_index(), pipeline.time(), setup.model.scene.time.step};
+  info.divergence_start = info.density_start = c.last_start;
   StepReport so_far, reference_report, backend_report;
   for (Stage s : pipeline.stages()) {
     if (s == c.stage) break;

@@ -40,6 +40,7 @@ struct Comparison {
   std::function<void(Model&)> resolve = {};
   /// Edits the state just before the stage under test (both sides get the edited one).
   std::function<void(const Model&, HostState&)> prepare = {};
+  double last_start = 0;  ///< StepInfo's divergence_start and density_start
   /// The stage must change this field, or the test would compare nothing.
   std::string changes = {};
 };

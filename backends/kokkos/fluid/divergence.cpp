@@ -31,6 +31,7 @@ struct DivergenceProblem {
   PressureSystem& system;
   const FluidSolverScene& limits;
   StepReport& report;
+  double last_start;  // of the step before
 
   DivergenceUpdate update(Real relaxation) const {
     const PressureWork& work = system.work;
@@ -41,7 +42,14 @@ struct DivergenceProblem {
             system.work.next_kappa,
             relaxation / Real(system.dt)};
   }
-  StartResidual start_residual() const { return {{}, 0, Real(system.dt), false}; }
+  bool scales_start() const { return system.constants.model.scales_start(last_start); }
+  StartResidual start_residual(Real relaxation) const {
+    const Real dt = Real(system.dt);
+    return {{}, system.fluid.alpha, system.work.active, 0, dt, relaxation / (dt * dt), false};
+  }
+  void note_start(double mean) const {
+    if (system.constants.model.only_liquid_answers()) report.divergence_start = mean / limits.divergence_error;
+  }
   IterationNorms norms(const IterationNorms& sums) const { return sums; }
   double scaled(const IterationNorms& n) const { return system.dt / system.count() * (n.residual + n.complementarity); }
   bool converged(int iteration, const IterationNorms& sums) const {
@@ -74,7 +82,7 @@ void divergence(const Constants& constants, Fluid& fluid, const NeighborLists& l
   warm_start(system);
   if (system.has_cloth()) refresh_inverse_mass(constants, cloth);
   const FluidSolverScene& limits = constants.model.scene.fluid.solver;
-  DivergenceProblem problem{system, limits, report};
+  DivergenceProblem problem{system, limits, report, info.divergence_start};
   solve_pressure(system, limits, problem);
 }
 

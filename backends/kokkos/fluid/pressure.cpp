@@ -13,6 +13,7 @@ struct DensityProblem {
   PressureSystem& system;
   const FluidSolverScene& limits;
   StepReport& report;
+  double last_start;  // of the step before
 
   DensityUpdate update(Real relaxation) const {
     const Fluid& fluid = system.fluid;
@@ -37,18 +38,29 @@ struct DensityProblem {
             relaxation / (dt * dt),
             system.touching};
   }
-  StartResidual start_residual() const {
-    return {system.fluid.particles.density_ratio, Real(limits.density_correction), Real(system.dt), true};
+  double tolerance() const { return limits.density_correction * system.constants.model.density_tolerance(); }
+  bool scales_start() const { return system.constants.model.scales_start(last_start); }
+  StartResidual start_residual(Real relaxation) const {
+    const Real dt = Real(system.dt);
+    return {system.fluid.particles.density_ratio,
+            system.fluid.alpha,
+            {},
+            Real(limits.density_correction),
+            dt,
+            relaxation / (dt * dt),
+            true};
+  }
+  void note_start(double mean) const {
+    if (system.constants.model.only_liquid_answers()) report.density_start = mean / tolerance();
   }
   IterationNorms norms(const DensitySums& sums) const { return sums.norms; }
   double scaled(const IterationNorms& n) const { return (n.residual + n.complementarity) / system.count(); }
   bool converged(int iteration, const DensitySums& sums) const {
     const Index n = system.count();
-    const double tolerance = limits.density_correction * system.constants.model.density_tolerance();
     report.density_iterations = iteration;
     report.density_error = sums.error / n;
     report.density_error_max = sums.error_max;
-    report.density_converged = sums.norms.residual / n <= tolerance && sums.norms.complementarity / n <= tolerance;
+    report.density_converged = sums.norms.residual / n <= tolerance() && sums.norms.complementarity / n <= tolerance();
     if (system.elastic && report.density_converged) report.density_converged = system.elastic->progress().residual <= 1;
     return report.density_converged;
   }
@@ -88,7 +100,7 @@ void pressure(const Constants& constants, Fluid& fluid, const NeighborLists& lis
     }
   }
   const FluidSolverScene& limits = constants.model.scene.fluid.solver;
-  DensityProblem problem{system, limits, report};
+  DensityProblem problem{system, limits, report, info.density_start};
   solve_pressure(system, limits, problem);
   if (!elastic) return;
   const ClothProgress& progress = elastic->progress();

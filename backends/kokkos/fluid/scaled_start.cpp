@@ -48,17 +48,29 @@ void measure_rates(PressureSystem& system) {
       });
 }
 
-/// s of Eq. 20a.
-double best_scale(const PressureSystem& system, const StartResidual& residual) {
+/// Of Eq. 20a; residual and complementarity.
+struct StartSums {
+  double work = 0, answer = 0, left = 0;
+  KOKKOS_INLINE_FUNCTION StartSums& operator+=(const StartSums& o) {
+    work += o.work;
+    answer += o.answer;
+    left += o.left;
+    return *this;
+  }
+};
+
+StartSums judge_start(const PressureSystem& system, const StartResidual& residual) {
   const Entries<const Real> volume = system.fluid.volume, kappa = std::as_const(system.kappa),
                             rate = std::as_const(system.work).density_rate,
                             free_rate = std::as_const(system.work).free_rate;
-  const TwoSums sums = ordered<TwoSums>(
+  return ordered<StartSums>(
       "drench::pressure::start_work", system.count(), KOKKOS_LAMBDA(const Index i) {
-        const double weight = double(volume(i)) * kappa(i);
-        return TwoSums{weight * residual(i, rate(i)), weight * (residual.dt * (free_rate(i) - rate(i)))};
+        if (!residual.counts(i)) return StartSums{};
+        const Real r = residual(i, rate(i)), k = kappa(i);
+        const double weight = double(volume(i)) * k;
+        return StartSums{weight * r, weight * (residual.dt * (free_rate(i) - rate(i))),
+                         r > 0 ? r : complementarity(r, k, residual.factor * residual.alpha(i))};
       });
-  return sums.second > 0 ? std::clamp(1 + sums.first / sums.second, 0.0, most_scale) : 1.0;
 }
 
 /// κ := scale · κ, and what an evaluation finds with it.
@@ -79,11 +91,13 @@ void scale_start(PressureSystem& system, Real scale) {
 
 }  // namespace
 
-void apply_scaled_start(PressureSystem& system, const StartResidual& residual) {
+double apply_scaled_start(PressureSystem& system, const StartResidual& residual) {
   make_room(system.work.free_rate, "drench::pressure::free_rate", system.fluid.particles.capacity());
   predict_liquid(system);
   measure_rates(system);
-  scale_start(system, Real(best_scale(system, residual)));
+  const StartSums sums = judge_start(system, residual);
+  if (sums.answer > 0) scale_start(system, Real(std::clamp(1 + sums.work / sums.answer, 0.0, most_scale)));
+  return sums.left / system.count();
 }
 
 }  // namespace drench::kokkos_backend

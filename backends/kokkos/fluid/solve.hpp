@@ -8,8 +8,8 @@ namespace drench::kokkos_backend {
 
 /// Begins with an update of all particles and the sums that judge it.
 template <class Update>
-SumUnderWay<typename Update::Sums> begin_update(PressureSystem& system, const Update& update, const PressureIteration& iterate,
-                                                int slot) {
+SumUnderWay<typename Update::Sums> begin_update(PressureSystem& system, const Update& update,
+                                                const PressureIteration& iterate, int slot) {
   if constexpr (has_lean_pressure)
     if (system.lean) return begin_lean_update(system, update, iterate.momentum(), slot);
   return begin_full_update(system, update, slot);
@@ -17,7 +17,7 @@ SumUnderWay<typename Update::Sums> begin_update(PressureSystem& system, const Up
 
 /// Solves for κ. A `Problem` makes the update(relaxation), norms(sums) → IterationNorms of its sums and scaled(norms), the
 /// residual + complementarity that iterations compare. converged(iteration, sums) judges, and writes the report.
-/// start_residual() is the residual that its start is scaled by.
+/// Where scales_start(), start_residual(relaxation) is what the start is scaled by; note_start(mean) takes what it leaves.
 template <class Problem>
 void solve_pressure(PressureSystem& system, const FluidSolverScene& limits, Problem& problem) {
   constexpr int last_full = 2;
@@ -28,8 +28,9 @@ void solve_pressure(PressureSystem& system, const FluidSolverScene& limits, Prob
   decltype(begin_update(system, problem.update(iterate.relaxation()), iterate, 0)) first;
   for (int iteration = 1;; ++iteration) {
     system.keep_liquid_rate = has_lean_pressure && iteration == last_full;
-    if (iteration == 1 && system.constants.model.only_liquid_answers())
-      apply_scaled_start(system, problem.start_residual());
+    const bool scaled = iteration == 1 && problem.scales_start();
+    if (scaled)
+      problem.note_start(apply_scaled_start(system, problem.start_residual(iterate.relaxation())));
     else
       apply_pressure(system);
     const auto under_way = begin_update(system, problem.update(iterate.relaxation()), iterate, iteration % 2);
@@ -39,10 +40,15 @@ void solve_pressure(PressureSystem& system, const FluidSolverScene& limits, Prob
       continue;
     }
     const auto sums = under_way.wait();
-    if (iteration == 2 && first_unseen) iterate.saw_first(problem.scaled(problem.norms(first.arrived())));
+    if (iteration == 2 && first_unseen) {
+      const double start = problem.scaled(problem.norms(first.arrived()));
+      iterate.saw_first(start);
+      if (!problem.scales_start()) problem.note_start(start);
+    }
     const bool converged = problem.converged(iteration, sums);
     if ((converged && iteration >= limits.min_iterations) || iteration >= limits.max_iterations) break;
     const IterationNorms norms = problem.norms(sums);
+    if (iteration == 1 && !scaled) problem.note_start(problem.scaled(norms));
     const bool stepped = system.lean;
     if constexpr (has_lean_pressure)
       if (iteration == last_full) begin_lean_pressure(system);
