@@ -13,7 +13,7 @@ from picture_options import NAMED_VIEWS, OptionError, camera, picture_size
 
 DRY = ("liquid", "surface")  # what is not cloth or body
 BACKDROPS = {"light": dict(floor=(0.55, 0.55, 0.57), sky=0.55, key=90, look="None"),
-             "dark": dict(floor=(0.10, 0.11, 0.13), sky=0.5, key=75, look="AgX - Medium High Contrast")}
+             "dark": dict(floor=(0.10, 0.11, 0.13), sky=0.5, key=60, look="AgX - High Contrast")}
 SKY = (0.85, 0.9, 1)
 
 
