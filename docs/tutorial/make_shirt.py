@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""make_shirt.py [FOLDER]: writes shirt.obj, a sleeveless shirt with a V-neck, and form.obj, the dress form that wears it.
+"""make_shirt.py [FOLDER [ROWS]]: writes shirt.obj, a sleeveless shirt with a V-neck, and form.obj, the dress form that wears it.
 
 The shirt is open where a shirt is: two sheets of ROWS x COLUMNS squares, front and back. Below the armholes they share
 their side edges, so that they make a tube; at the shoulders they share the tops of the straps. The form is closed, as a
@@ -9,11 +9,12 @@ import math
 import sys
 from pathlib import Path
 
-ROWS, COLUMNS = 30, 24                    # squares of a sheet
+ROWS = int(sys.argv[2]) if len(sys.argv) > 2 else 30  # of squares in a sheet; a multiple of 5
+COLUMNS = ROWS * 4 // 5
 HEIGHT = 0.60                             # from hem to shoulder
 HEM, CHEST, SHOULDER = 0.25, 0.22, 0.155  # half the width
 DEPTH = 0.11                              # half the depth of the tube
-ARMPIT = 18                               # the row at which the armholes begin
+ARMPIT = ROWS * 3 // 5                    # the row at which the armholes begin
 NECK = {+1: 0.16, -1: 0.06}               # depth of the neckline: front, back
 STRAP = 0.60                              # the straps begin at this part of half the width
 

@@ -2,11 +2,13 @@
 
 #include <X11/Xlib.h>
 #include <fcntl.h>
+#include <poll.h>
 #include <signal.h>
 #include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <cmath>
 #include <cstdlib>
 #include <stdexcept>
 #include <string>
@@ -41,6 +43,12 @@ bool has_display() {
   Display* display = XOpenDisplay(nullptr);
   if (display) XCloseDisplay(display);
   return display != nullptr;
+}
+
+void wait_for_event(Display* display, double seconds) {
+  if (XPending(display) > 0) return;
+  pollfd server{ConnectionNumber(display), POLLIN, 0};
+  poll(&server, 1, seconds < 0 ? -1 : static_cast<int>(std::ceil(1000 * seconds)));
 }
 
 VirtualDisplay::VirtualDisplay() {

@@ -21,6 +21,7 @@
 #include <filesystem>
 #include <memory>
 
+#include "view/display.hpp"
 #include "view/png_files.hpp"
 #include "view/show.hpp"
 
@@ -30,8 +31,9 @@ namespace {
 namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
 
-constexpr int tick = 20, idle_tick = 250;  // ms between looks at what there is to do: while it plays, else
+constexpr double tick = 0.02;          // s between looks at the clock while it plays
 constexpr double look_every = 0.25;    // s between looks for new frames
+constexpr double look_at_least = 2;    // the same where none have come for a while
 constexpr double follow_share = 0.02;  // of a core's time for the frames of a run that is followed
 constexpr const char* help =
     "space  play, pause\n<- ->  a frame back, on\nHome End  first, last\n< >  slower, faster\nc C  colour by next, "
@@ -60,18 +62,26 @@ class Window {
     make_slider();
     make_texts();
     listen(interactor_, vtkCommand::KeyPressEvent, [](Window& w) { w.key(); });
-    listen(interactor_, vtkCommand::TimerEvent, [](Window& w) { w.on_tick(); });
     listen(interactor_, vtkCommand::ConfigureEvent, [](Window& w) { w.fit(); });
     listen(style_, vtkCommand::StartInteractionEvent, [](Window& w) { w.moved_camera_ = true; });
     fit();
     frame(view_);
     refresh();
-    timer_ = interactor_->CreateRepeatingTimer(idle_tick);
   }
   Window(const Window&) = delete;
   Window& operator=(const Window&) = delete;
 
-  void run() { interactor_->Start(); }
+  /// VTK's own loop wakes a thousand times a second while it has a timer. This one sleeps until there is something to do.
+  void run() {
+    interactor_->SetDone(false);
+    auto* display = static_cast<Display*>(window_->GetGenericDisplayId());
+    while (true) {
+      interactor_->ProcessEvents();
+      if (interactor_->GetDone()) return;
+      attempt([](Window& w) { w.on_tick(); });
+      wait_for_event(display, next_tick());
+    }
+  }
 
  private:
   using Action = void (*)(Window&);
@@ -83,14 +93,18 @@ class Window {
     command->SetClientData(actions_.back().get());
     command->SetCallback([](vtkObject*, unsigned long, void* data, void*) {
       auto& [self, what] = *static_cast<std::pair<Window*, Action>*>(data);
-      try {
-        what(*self);
-      } catch (const std::exception& e) {
-        self->playing_ = false;
-        self->say(e.what());
-      }
+      self->attempt(what);
     });
     object->AddObserver(event, command);
+  }
+
+  void attempt(Action action) {
+    try {
+      action(*this);
+    } catch (const std::exception& e) {
+      playing_ = false;
+      say(e.what());
+    }
   }
 
   void make_slider() {
@@ -194,9 +208,6 @@ class Window {
   /// From the beginning where it has come to the end.
   void play() {
     playing_ = !playing_;
-    // Each look interrupts a thread of the run that is followed.
-    interactor_->DestroyTimer(timer_);
-    timer_ = interactor_->CreateRepeatingTimer(playing_ ? tick : idle_tick);
     if (playing_ && show_.at() == show_.last()) show_.go_to(0);
     played_from_ = show_.frames().times()[show_.at()];
     play_began_ = Clock::now();
@@ -222,13 +233,22 @@ class Window {
     const auto now = Clock::now();
     if (!options_.follow || now < next_look_) return;
     const std::clock_t begin = std::clock();
-    if (show_.follow()) {
+    next_look_ = now + std::chrono::seconds(1);  // where a frame cannot be read
+    const bool more = show_.follow();
+    if (more) {
       if (!moved_camera_) frame(view_);
       refresh();
     }
     const double cost = static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;
+    look_pause_ = more ? look_every : std::min(2 * look_pause_, look_at_least);
     next_look_ = now + std::chrono::duration_cast<Clock::duration>(
-                           std::chrono::duration<double>(std::max(look_every, cost / follow_share)));
+                           std::chrono::duration<double>(std::max(look_pause_, cost / follow_share)));
+  }
+
+  /// s until there is something to do; negative: until the user does something. Each waking interrupts a thread of the run.
+  double next_tick() const {
+    if (playing_) return tick;
+    return options_.follow ? std::max(0.0, std::chrono::duration<double>(next_look_ - Clock::now()).count()) : -1;
   }
 
   /// To the frame that the clock has come to: frames that cannot be drawn in time are left out.
@@ -237,8 +257,7 @@ class Window {
     const double now = played_from_ + speed_ * std::chrono::duration<double>(Clock::now() - play_began_).count();
     const auto after = std::upper_bound(times.begin(), times.end(), now + 1e-9);
     const auto due = static_cast<std::size_t>(std::max<std::ptrdiff_t>(1, after - times.begin()) - 1);
-    if (due == show_.at()) return;
-    go_to(due);
+    if (due != show_.at()) go_to(due);
     if (due == show_.last()) playing_ = false;
   }
 
@@ -253,9 +272,9 @@ class Window {
   vtkNew<vtkTextActor> help_, line_;
   std::vector<std::unique_ptr<std::pair<Window*, Action>>> actions_;
   std::string said_;
-  int timer_ = 0;
   bool playing_ = false, moved_camera_ = false;
   double speed_ = 1, played_from_ = 0;  // s of the run
+  double look_pause_ = look_every;      // s
   Clock::time_point play_began_, next_look_;
 };
 

@@ -389,16 +389,27 @@ def check_blender(run, _):
     expect(distance(first, last) > 1e-3, "saturation is the same in all frames: nothing is tried")
 
 
+def has_pil():
+    """Has the Python that tools/render joins pictures with what it needs?"""
+    return subprocess.run(["/usr/bin/python3", "-c", "import PIL.Image"], capture_output=True).returncode == 0
+
+
 def check_cycles(run, folder):
-    """tools/render --cycles: one picture, which is not of one colour."""
+    """tools/render --cycles: two pictures that are not of one colour, and a film of them."""
     from vtkmodules.vtkIOImage import vtkPNGReader
-    ran = subprocess.run([SOURCE / "tools/render", run, "--cycles", "-o", folder / "pictures", "--frames", "1", "--size", "48x32",
-                          "--samples", "2"], capture_output=True, text=True, env={**os.environ, "DRENCH": str(BINARY)})
+    film = folder / "film.webp"
+    more = ["--animation", film, "--backdrop", "dark"] if has_pil() else []
+    ran = subprocess.run([SOURCE / "tools/render", run, "--cycles", "-o", folder / "pictures", "--frames", "2", "--size", "48x32",
+                          "--samples", "2", *more], capture_output=True, text=True, env={**os.environ, "DRENCH": str(BINARY)})
     expect(ran.returncode == 0, ran.stderr[-500:])
-    pictures = list((folder / "pictures").glob("*.png"))
-    expect(len(pictures) == 1 and ran.stdout.split() == [str(pictures[0])], ran.stdout)
+    pictures = sorted((folder / "pictures").glob("*.png"))
+    said = [*map(str, pictures), f"2 pictures, {1 / 0.2:.6g} a second", *([f"animation: {film}"] if more else [])]
+    expect(len(pictures) == 2 and ran.stdout.splitlines() == said, ran.stdout)
+    expect(not more or film.read_bytes().count(b"ANMF") == 2, "the film has not two pictures")
+    wrong = subprocess.run([SOURCE / "tools/render", run, "--cycles", "--animation", "film.avi"], capture_output=True, text=True)
+    expect(wrong.returncode == 2 and ".webp" in wrong.stderr, f"{wrong.returncode}: {wrong.stderr}")
     reader = vtkPNGReader()
-    reader.SetFileName(str(pictures[0]))
+    reader.SetFileName(str(pictures[-1]))
     reader.Update()
     low, high = reader.GetOutput().GetScalarRange()
     expect(reader.GetOutput().GetDimensions() == (48, 32, 1) and high - low > 30, f"values from {low} to {high}")

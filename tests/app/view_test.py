@@ -109,6 +109,16 @@ def test_options_of_cycles(viewer):
     expect(taken == 12, "%d of the sizes and views are taken" % taken)
 
 
+def wakes(process, seconds):
+    """How often the process's main thread wakes up in that time."""
+    def so_far():
+        with open("/proc/%d/status" % process, encoding="utf-8") as file:
+            return next(int(line.split()[1]) for line in file if line.startswith("voluntary_ctxt_switches"))
+    before = so_far()
+    time.sleep(seconds)
+    return so_far() - before
+
+
 def test_window(viewer, display):
     window = subprocess.Popen([viewer.drench, "view", viewer.run, "--size", "480x360"], env=display.environment())
     try:
@@ -131,10 +141,26 @@ def test_window(viewer, display):
         display.wait_until(lambda screen: screen != before)
         display.press("s")
         expect(display.wait_until(lambda screen: len(os.listdir(viewer.path("run/pictures"))) == 1), "it does not play to the end")
+        idle = wakes(window.pid, 2)
+        expect(idle <= 10, "%d times in 2 s it looks whether there is something to play" % idle)
         display.press("q")
-        expect(window.wait(timeout=30) == 0, "it ends with an error")
+        expect(window.wait(timeout=30) == 0, "it ends with an error: %s" % window.returncode)
     finally:
         window.kill()
+
+
+def process_of(program, folder):
+    """The number of the process that runs this program on this folder."""
+    for number in filter(str.isdigit, os.listdir("/proc")):
+        try:
+            with open("/proc/%s/cmdline" % number, "rb") as file:
+                words = file.read().decode().split("\0")
+        except OSError:  # it ended meanwhile
+            continue
+        if os.path.basename(words[0]) == program and folder in words:
+            return int(number)
+    expect(False, "no %s is at work on %s" % (program, folder))
+    return None
 
 
 def outputs(folder):
@@ -160,6 +186,9 @@ def test_follow(viewer, display):
         time.sleep(0.5)
         display.press("s")
     expect(os.path.exists(saved), "the window does not come to the last frame")
+    time.sleep(4)
+    idle = wakes(process_of("drench-view", folder), 6)
+    expect(idle <= 20, "%d times in 6 s it looks for frames of a run that has ended" % idle)
     gone = display.screen()
     display.press("q")
     expect(display.wait_until(lambda screen: screen != gone), "q does not close the window")

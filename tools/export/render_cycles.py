@@ -1,4 +1,4 @@
-"""render_cycles.py FILE.usdc PNGDIR: pictures of an exported run by Blender's Cycles. `tools/render OUT --cycles` starts it;
+"""render_cycles.py FILE.usdc PNGDIR RATE: pictures of an exported run by Blender's Cycles. `tools/render OUT --cycles` starts it;
 `tools/setup blender` makes the Python that it needs. Water is glass, cloth looks as its saturation says, on a grey floor."""
 
 import argparse
@@ -12,6 +12,9 @@ from mathutils import Vector
 from picture_options import NAMED_VIEWS, OptionError, camera, picture_size
 
 DRY = ("liquid", "surface")  # what is not cloth or body
+BACKDROPS = {"light": dict(floor=(0.55, 0.55, 0.57), sky=0.55, key=90, look="None"),
+             "dark": dict(floor=(0.10, 0.11, 0.13), sky=0.5, key=60, look="AgX - High Contrast")}
+SKY = (0.85, 0.9, 1)
 
 
 def fail(message):
@@ -23,11 +26,15 @@ def parse_arguments():
     parser = argparse.ArgumentParser(prog="tools/render --cycles", description=__doc__)
     parser.add_argument("file")
     parser.add_argument("pngdir")
+    parser.add_argument("rate", type=float, help="frames a second of the file, which its import does not tell")
     parser.add_argument("--frames", type=int, metavar="N", help="N frames, evenly spread (default: all)")
     parser.add_argument("--size", default="900x600", metavar="WxH")
     parser.add_argument("--samples", type=int, default=64, help="paths a pixel (64)")
     parser.add_argument("--camera", default="auto",
                         help="auto, below, front, top, or px,py,pz,fx,fy,fz: position and focal point in m, in the file's axes")
+    parser.add_argument("--backdrop", choices=BACKDROPS, default="light",
+                        help="light: a floor under a sky; dark: without a horizon, for drops and films")
+    parser.add_argument("--fps", type=float, help="pictures a second of a film (default: as time went)")
     options = parser.parse_args()
     for name, read in (("size", picture_size), ("camera", camera)):
         try:
@@ -36,6 +43,8 @@ def parse_arguments():
             fail(f"--{name}: {wrong}")
     if options.samples < 1 or (options.frames is not None and options.frames < 1):
         fail("--samples and --frames must be at least 1")
+    if options.fps is not None and not 0.1 <= options.fps <= 100:
+        fail(f"--fps: {options.fps:g} is not a rate; allowed: 0.1 to 100 pictures a second")
     return options
 
 
@@ -106,11 +115,32 @@ def view(camera, box, half_angle):
     return center + way * (0.47 * (high - low).length / math.sin(half_angle)), center
 
 
+def make_floor(low, center, size, backdrop):
+    bpy.ops.mesh.primitive_plane_add(size=400 * size, location=(center.x, center.y, low.z - 0.2 * size))
+    material = make_material("floor", Base_Color=(*backdrop["floor"], 1), Roughness=0.7)
+    bpy.context.object.data.materials.append(material)
+    return material
+
+
+def hide_horizon(scene, floor, backdrop):
+    """The floor only scatters, and the camera sees the sky as the far floor looks: lit by the sky alone."""
+    floor.node_tree.nodes["Principled BSDF"].inputs["Specular IOR Level"].default_value = 0
+    tree = scene.world.node_tree
+    new, link = tree.nodes.new, tree.links.new
+    seen, mix, path = new("ShaderNodeBackground"), new("ShaderNodeMixShader"), new("ShaderNodeLightPath")
+    seen.inputs[0].default_value = (*(a * b for a, b in zip(backdrop["floor"], SKY)), 1)
+    seen.inputs[1].default_value = backdrop["sky"]
+    link(path.outputs["Is Camera Ray"], mix.inputs[0])
+    link(tree.nodes["Background"].outputs[0], mix.inputs[1])
+    link(seen.outputs[0], mix.inputs[2])
+    link(mix.outputs[0], tree.nodes["World Output"].inputs["Surface"])
+
+
 def light_and_frame(scene, box, options):
+    backdrop = BACKDROPS[options.backdrop]
     low, high = box
     center, size = (low + high) / 2, (high - low).length
-    bpy.ops.mesh.primitive_plane_add(size=400 * size, location=(center.x, center.y, low.z - 0.2 * size))
-    bpy.context.object.data.materials.append(make_material("floor", Base_Color=(0.55, 0.55, 0.57, 1), Roughness=0.7))
+    floor = make_floor(low, center, size, backdrop)
     lens = bpy.data.cameras.new("camera")
     lens.angle = math.radians(34)
     lens.clip_end = 1000 * size
@@ -118,12 +148,15 @@ def light_and_frame(scene, box, options):
     half_angle = math.atan(math.tan(lens.angle / 2) * min(1, height / width))
     scene.camera = add(scene, lens, "camera", *view(options.camera, box, half_angle))
     key = bpy.data.lights.new("key", "AREA")
-    key.size, key.energy = size, 90 * size**2
+    key.size, key.energy = size, backdrop["key"] * size**2
     add(scene, key, "key", center + Vector((-1.2, -1.2, 1.8)) * size, center)
     scene.world = bpy.data.worlds.new("sky")
     scene.world.use_nodes = True
     sky = scene.world.node_tree.nodes["Background"].inputs
-    sky[0].default_value, sky[1].default_value = (0.85, 0.9, 1, 1), 0.55
+    sky[0].default_value, sky[1].default_value = (*SKY, 1), backdrop["sky"]
+    if options.backdrop == "dark":
+        hide_horizon(scene, floor, backdrop)
+    scene.view_settings.look = backdrop["look"]
 
 
 def main():
@@ -144,6 +177,9 @@ def main():
         scene.render.filepath = os.path.join(os.path.abspath(options.pngdir), f"cycles_{frame:06d}.png")
         bpy.ops.render.render(write_still=True)
         print(scene.render.filepath)
+    passed = (chosen[-1] - chosen[0]) / options.rate  # s
+    rate = options.fps or (min(50, (len(chosen) - 1) / passed) if passed > 0 else 1)
+    print(f"{len(chosen)} pictures, {rate:.6g} a second")
 
 
 main()
