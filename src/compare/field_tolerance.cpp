@@ -1,7 +1,8 @@
 #include "compare/field_tolerance.hpp"
 
-#include <limits>
 #include <algorithm>
+#include <limits>
+
 
 namespace drench {
 namespace {
