@@ -26,6 +26,7 @@ struct Wall {
   double depth = 0;    // m: of the sample below it
   bool sides = false;  // two of them: of sheets and open meshes
   double slip = 0;     // b, m
+  double nearest = 0;  // m: no particle counts as nearer
 
   /// What a pair at x = x_i − x_b (m) with v = v_i − v_b (m/s) does to particle i, m/s²; `factor`: all but v, x and ∇W.
   Vector3d pull(double factor, const Vector3d& v, const Vector3d& x, const Vector3d& gradient) const {
@@ -45,7 +46,7 @@ struct Wall {
  private:
   /// f: the share of the force without slip that is left.
   double stick(const Vector3d& x) const {
-    const double along = x.dot(normal), distance = std::max(0.0, (sides ? std::abs(along) : along) - depth);
+    const double along = x.dot(normal), distance = std::max(nearest, (sides ? std::abs(along) : along) - depth);
     return std::isinf(slip) ? 0.0 : distance / (distance + slip);
   }
 };
@@ -80,11 +81,11 @@ Walls walls_of(const ReferenceState& state, double time) {
     for (Index s = 0; s < m.bodies[k].sample_count; ++s) {
       const Index b = m.bodies[k].first_sample + s;
       const double depth = m.boundary.wall_depth[b];
-      walls.boundary[b] = {normals[s], depth, depth == 0, m.bodies[k].slip};
+      walls.boundary[b] = {normals[s], depth, depth == 0, m.bodies[k].slip, m.spacing / 4};
     }
   }
   for (Index p = 0; p < state.s.sample_count(); ++p)
-    walls.sample[p] = {sample_normal(state, p), 0, true, m.cloths[m.samples.cloth[p]].slip};
+    walls.sample[p] = {sample_normal(state, p), 0, true, m.cloths[m.samples.cloth[p]].slip, m.spacing / 4};
   return walls;
 }
 

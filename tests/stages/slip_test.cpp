@@ -150,8 +150,9 @@ TEST(slip, its_limits_are_no_slip_and_free_slip) {
   }
 }
 
+/// In float the hundreds of stages of 10 m²/s round off 2e-6, with slip and without.
 TEST(slip, a_step_of_any_viscosity_keeps_momentum_and_adds_no_energy) {
-  for (const double slip : {0.003, 0.05, inf}) {
+  for (const double slip : {0.0, 0.003, 0.05, inf}) {
     int most_stages = 0;
     for (const std::string viscosity : {"1.0e-6", "1.0e-3", "0.1", "10"}) {
       SCOPED_TRACE(viscosity);
@@ -179,7 +180,7 @@ TEST(slip, a_step_of_any_viscosity_keeps_momentum_and_adds_no_energy) {
         stages.push_back(report.viscosity_stages);
         const Motion a = motion(setup.model, state, info.dt), b = motion(setup.model, after, info.dt);
         for (std::size_t k = 0; k < 3; ++k)
-          EXPECT_NEAR(a.momentum[k], b.momentum[k], allowed(backend, 1e-12, 2e-6) * b.scale);
+          EXPECT_NEAR(a.momentum[k], b.momentum[k], allowed(backend, 1e-12, 4e-6) * b.scale) << "slip " << slip;
         EXPECT_LT(b.energy, a.energy);
         EXPECT_GT(largest_difference(state.node_velocity, after.node_velocity), 0) << "the cloth feels nothing";
         EXPECT_GT(largest_difference(state.body_velocity, after.body_velocity), 0) << "the ball feels nothing";

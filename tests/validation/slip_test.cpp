@@ -26,22 +26,22 @@ std::string named(double slip) {
 }
 
 /// A slab between plates at x = 0 and W, as in channel_test.cpp: its sides are free, and its ends are left out of comparisons.
-/// Speeds are so small that nothing moves by a spacing.
-std::string slab(int across, double gravity, const std::string& first, const std::string& second, const std::string& more = "") {
+/// Speeds are so small that nothing moves by a spacing. A step lasts `step_share` d²/ν.
+std::string slab(int across, double step_share, double gravity, const std::string& first, const std::string& second, const std::string& more = "") {
   const double d = width / across;
   return fmt::format(R"(drench: 1
 time: {{step: {0}, end: 1000}}
 gravity: [0, {1}, 0]
-domain: {{min: [-0.05, -0.4, -0.2], max: [0.15, 0.4, 0.2]}}
+domain: {{min: [-0.05, -0.3, -0.2], max: [0.15, 0.3, 0.2]}}
 fluid:
   spacing: {2}
   viscosity: {3}
-  sources: [{{block: {{min: [0, -0.2, {4}], max: [{5}, 0.2, {6}]}}}}]
+  sources: [{{block: {{min: [0, -0.15, {4}], max: [{5}, 0.15, {6}]}}}}]
 bodies:
   - plane: {{point: [0, 0, 0], normal: [1, 0, 0], {7}}}
   - plane: {{point: [{5}, 0, 0], normal: [-1, 0, 0], {8}}}
 {9})",
-                     d * d / viscosity, gravity, d, viscosity, -3 * d, width, 3 * d, first, second, more);
+                     step_share * d * d / viscosity, gravity, d, viscosity, -3 * d, width, 3 * d, first, second, more);
 }
 
 void run_for(SceneRun& run, double duration) {
@@ -56,7 +56,7 @@ double rms(const SceneRun& run, double scale, const std::function<double(double)
   int count = 0;
   for (std::size_t i = 0; i < s.fluid_position.size(); ++i) {
     const Vec3& x = s.fluid_position[i];
-    if (std::abs(x[1]) > 0.06) continue;
+    if (std::abs(x[1]) > 0.04) continue;
     square += std::pow((s.fluid_velocity[i][1] - exact(x[0])) / scale, 2);
     ++count;
   }
@@ -67,8 +67,8 @@ double rms(const SceneRun& run, double scale, const std::function<double(double)
 void couette(int across, double b0, double b1, bool keyed, double target) {
   constexpr double speed = 1e-4;  // m/s
   const std::string along = keyed ? fmt::format("[[0, [0, {0}, 0]], [100, [0, {0}, 0]]]", speed) : fmt::format("[0, {}, 0]", speed);
-  SceneRun run(slab(across, 0, fmt::format("velocity: {}, slip: {}", along, word(b0)), "slip: " + word(b1)));
-  run_for(run, 4 * width * width / viscosity);
+  SceneRun run(slab(across, 4, 0, fmt::format("velocity: {}, slip: {}", along, word(b0)), "slip: " + word(b1)));
+  run_for(run, 3 * width * width / viscosity);
   const auto exact = [&](double x) { return std::isinf(b1) ? speed : speed * (width + b1 - x) / (width + b0 + b1); };
   const std::string at = b0 == 0 ? named(b1) + " at the plate that stands" : named(b0) + " at both plates";
   report({fmt::format("plane Couette flow, d = W/{}, {}: rms of u over U", across, at), source, rms(run, speed, exact), target});
@@ -92,7 +92,7 @@ double poiseuille(double xi, double tau, double beta) {
 
 void poiseuille_flow(int across, double slip, double target) {
   constexpr double force = 1e-5, tau = 0.3;  // m/s², 1
-  SceneRun run(slab(across, force, "slip: " + word(slip), "slip: " + word(slip)));
+  SceneRun run(slab(across, 0.25, force, "slip: " + word(slip), "slip: " + word(slip)));
   run_for(run, tau * width * width / viscosity);
   const double unit = force * width * width / viscosity, beta = slip / width;
   const double error = rms(run, unit * poiseuille(0, tau, beta), [&](double x) { return unit * poiseuille(x / width - 0.5, tau, beta); });
@@ -102,7 +102,7 @@ void poiseuille_flow(int across, double slip, double target) {
 }  // namespace
 
 TEST(slip_flow, shear_between_plates_has_navier_s_profile) {
-  for (const int across : {8, 12, 16}) {
+  for (const int across : {8, 12}) {
     couette(across, 0, 0, false, 0.02);
     couette(across, 0, width / 4, false, 0.02);
     couette(across, width / 2, width / 2, across == 12, 0.02);
@@ -111,14 +111,14 @@ TEST(slip_flow, shear_between_plates_has_navier_s_profile) {
 }
 
 TEST(slip_flow, flow_under_a_force_has_navier_s_profile) {
-  for (const int across : {8, 12, 16})
+  for (const int across : {8, 12})
     for (const double slip : {0.0, width / 4, width}) poiseuille_flow(across, slip, 0.02);
 }
 
 TEST(slip_flow, a_plug_between_free_walls_falls_freely) {
   for (const int across : {8, 12}) {
     constexpr double force = 1e-3;
-    SceneRun run(slab(across, -force, "slip: free", "slip: free"));
+    SceneRun run(slab(across, 1, -force, "slip: free", "slip: free"));
     run_for(run, 0.3 * width * width / viscosity);
     double worst = 0;
     for (const Vec3& v : run.state().fluid_velocity)
@@ -136,9 +136,9 @@ struct Drag {
 
 Drag drag(int across, double slip) {
   constexpr double speed = 1e-4;
-  SceneRun run(slab(across, 0, "slip: no", "slip: no", fmt::format(R"(
+  SceneRun run(slab(across, 4, 0, "slip: no", "slip: no", fmt::format(R"(
 cloth:
-  - mesh: {{grid: {{size: [0.7, 0.3], nodes: [57, 25]}}}}
+  - mesh: {{grid: {{size: [0.5, 0.3], nodes: [41, 25]}}}}
     place: {{position: [{0}, 0, 0], rotate: {{axis: [0, 0, 1], degrees: 90}}}}
     pin: [{{box: {{min: [-1, -1, -1], max: [1, 1, 1]}}, velocity: [0, {1}, 0]}}]
     slip: {2}
@@ -157,7 +157,7 @@ cloth:
 }  // namespace
 
 TEST(slip_flow, a_sheet_is_dragged_with_its_slip_on_both_sides) {
-  for (const int across : {8, 16}) {
+  for (const int across : {8, 12}) {
     const Drag held = drag(across, 0);
     report({fmt::format("sheet drawn through a slab, d = W/{}, no slip: rms of u over U", across), source, held.rms, 0.02});
     for (const double slip : {width / 8, width / 2}) {
@@ -175,12 +175,12 @@ TEST(slip_flow, a_sheet_is_dragged_with_its_slip_on_both_sides) {
 namespace {
 
 /// A block of W² that slides down a plane tilted by 30°, between two walls with free slip: how far its middle comes along the plane in
-/// 0.3 s, over the way of free sliding.
+/// 0.3 s, over the way of free sliding, which steps add up to ½ g sin α t (t + Δt).
 double slide(int across, double nu, double slip) {
-  constexpr double tilt = pi / 6, duration = 0.3, g = 9.81;
+  constexpr double tilt = pi / 6, duration = 0.3, step = 0.002, g = 9.81;
   const double d = width / across, gx = g * std::sin(tilt), gy = -g * std::cos(tilt);
   SceneRun run(fmt::format(R"(drench: 1
-time: {{step: 0.002, end: 1}}
+time: {{step: {8}, end: 1}}
 gravity: [{0}, {1}, 0]
 domain: {{min: [-1, -0.1, -0.3], max: [2, 0.5, 0.3]}}
 fluid:
@@ -192,12 +192,12 @@ bodies:
   - plane: {{point: [0, 0, {4}], normal: [0, 0, 1], slip: free}}
   - plane: {{point: [0, 0, {6}], normal: [0, 0, -1], slip: free}}
 )",
-                           gx, gy, d, nu, -3 * d, width, 3 * d, word(slip)));
+                           gx, gy, d, nu, -3 * d, width, 3 * d, word(slip), step));
   run_for(run, duration);
   double middle = 0;
   const HostState s = run.state();
   for (const Vec3& x : s.fluid_position) middle += x[0] / static_cast<double>(s.fluid_position.size());
-  return (middle - width / 2) / (0.5 * gx * duration * duration);
+  return (middle - width / 2) / (0.5 * gx * duration * (duration + step));
 }
 
 }  // namespace
@@ -207,7 +207,7 @@ TEST(slip_flow, a_block_slides_freely_down_a_plane_with_free_slip) {
     for (const double nu : {1e-3, 0.01}) {
       const double way = slide(across, nu, free_slip), held = slide(across, nu, 0);
       std::printf("block on a plane of 30 degrees, d = W/%d, nu = %g: %.4f of free sliding with free slip, %.4f without slip\n", across, nu, way, held);
-      report({fmt::format("block of ν = {} m²/s on a plane tilted by 30°, d = W/{}, free slip: way of its middle over ½ g sin α t², error", nu, across), "Newton", std::abs(way - 1), 0.01});
+      report({fmt::format("block of ν = {} m²/s on a plane tilted by 30°, d = W/{}, free slip: way of its middle over ½ g sin α t (t + Δt), error", nu, across), "Newton", std::abs(way - 1), 0.005});
       EXPECT_LT(held, 0.9);
     }
 }

@@ -40,20 +40,25 @@ struct Slip {
   Entries<const Real4> plane;
   Entries<const Index> body, cloth;
   Entries<const Real3> normal;  // of the cloth's samples
+  Real nearest;  // m: no particle counts as nearer to a wall
   bool bodies_slip, cloths_slip;
 
-  Slip(const WallSlip& slip, const BoundarySamples& boundary, const Samples& samples)
+  Slip(const Constants& constants, const WallSlip& slip, const BoundarySamples& boundary, const Samples& samples)
       : of_body(slip.of_body),
         of_cloth(slip.of_cloth),
         plane(slip.plane),
         body(boundary.body),
         cloth(samples.cloth),
         normal(samples.normal),
+        nearest(Real(0.25) * constants.spacing),
         bodies_slip(slip.of_body.extent(0) > 0),
         cloths_slip(slip.of_cloth.extent(0) > 0) {}
 
-  /// f: the share of the friction without slip that is left at a distance z ≥ 0 (m) from a wall with a slip length b > 0 (m).
-  KOKKOS_INLINE_FUNCTION static Real left(Real z, Real b) { return z / (z + b); }
+  /// f: the share of the friction without slip that is left at a distance z (m) from a wall with a slip length b (m).
+  KOKKOS_INLINE_FUNCTION Real left(Real z, Real b) const {
+    const Real from = z > nearest ? z : nearest;
+    return from / (from + b);
+  }
 
   /// A pair at a wall with unit normal n: the share f as without slip, the rest along n alone.
   KOKKOS_INLINE_FUNCTION static void add(ViscousSum& sum, Real f, const Real3& n, Real share, const Real3& v, const Real3& r, const Real3& gradient) {
@@ -68,7 +73,7 @@ struct Slip {
     const Real4 wall = plane(b);
     const Real3 n = wall.xyz();
     const Real along = side * dot(r, n), distance = (wall.w == 0 ? Kokkos::fabs(along) : along) - wall.w;
-    add(sum, left(distance > 0 ? distance : Real(0), length), n, share, v, r, gradient);
+    add(sum, left(distance, length), n, share, v, r, gradient);
   }
   KOKKOS_INLINE_FUNCTION void at_body(ViscousSum& sum, Index b, Real share, const Real3& v, const Real3& r, const Real3& gradient) const {
     solid(sum, b, 1, share, v, r, gradient);
@@ -86,9 +91,9 @@ struct Slip {
 
 /// Calls run(NoSlip or Slip).
 template <class Run>
-void with_slip(const WallSlip& slip, const Bodies& bodies, const Cloth& cloth, const Run& run) {
+void with_slip(const Constants& constants, const WallSlip& slip, const Bodies& bodies, const Cloth& cloth, const Run& run) {
   if (slip.exists())
-    run(Slip(slip, bodies.boundary, cloth.samples));
+    run(Slip(constants, slip, bodies.boundary, cloth.samples));
   else
     run(NoSlip{});
 }

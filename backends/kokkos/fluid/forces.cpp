@@ -105,7 +105,7 @@ void find_liquid_change(const Constants& constants, const Fluid& fluid, const Ne
 }
 
 void liquid_change(const Constants& constants, const Fluid& fluid, const NeighborLists& lists, const Bodies& bodies, const Cloth& cloth, ForcesWork& work, const LegendreStage& stage) {
-  with_slip(work.slip, bodies, cloth, [&](const auto& friction) {
+  with_slip(constants, work.slip, bodies, cloth, [&](const auto& friction) {
     find_liquid_change(constants, fluid, lists, bodies, cloth, work, stage, friction);
   });
 }
@@ -157,7 +157,7 @@ void find_sample_forces(const Constants& constants, const Fluid& fluid, const Ne
 
 /// The same on the nodes, in nodes.force.
 void cloth_forces(const Constants& constants, const Fluid& fluid, const NeighborLists& lists, const Bodies& bodies, Cloth& cloth, ForcesWork& work) {
-  with_slip(work.slip, bodies, cloth, [&](const auto& friction) {
+  with_slip(constants, work.slip, bodies, cloth, [&](const auto& friction) {
     find_sample_forces(constants, fluid, lists, cloth, work, friction);
   });
   node_forces_from_samples(cloth);
