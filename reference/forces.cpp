@@ -141,14 +141,16 @@ Rates rates(const ReferenceState& state, const Walls& walls, const Velocities& v
     for (const Index b : state.fluid_boundary[i]) {
       const double before = bound;
       const Vector3d x = xi - vec(s.boundary_position[b]);
-      const Vector3d term = add(walls.boundary[b], 2 * s.boundary_volume[b] / ratio(i), vi - v.boundary[b], x, w.gradient(x));
+      const Vector3d term =
+          add(walls.boundary[b], 2 * s.boundary_volume[b] / ratio(i), vi - v.boundary[b], x, w.gradient(x));
       out.body_force[b] -= fluid_mass(state, i) * term;
       out.body_bound[b] += fluid_mass(state, i) * (bound - before);
     }
     for (const Index b : state.fluid_sample[i]) {
       const double before = bound;
       const Vector3d x = xi - sample[b];
-      const Vector3d term = add(walls.sample[b], 0.57 * s.sample_volume[b] / ratio(i), vi - v.sample[b], x, w.gradient(x));
+      const Vector3d term =
+          add(walls.sample[b], 0.57 * s.sample_volume[b] / ratio(i), vi - v.sample[b], x, w.gradient(x));
       out.sample_force[b] -= fluid_mass(state, i) * term;
       out.sample_bound[b] += fluid_mass(state, i) * (bound - before);
     }

@@ -17,7 +17,8 @@ inline constexpr const char* speed_range = "[-1000, 1000]";         // m/s: belo
 inline constexpr const char* direction_range = "[-1e6, 1e6]";       // 1
 
 /// Of a wall or a cloth: slip lengths with a word of their own.
-inline constexpr std::array<Word<double>, 2> slip_words{{{"no", 0.0}, {"free", std::numeric_limits<double>::infinity()}}};
+inline constexpr std::array<Word<double>, 2> slip_words{
+    {{"no", 0.0}, {"free", std::numeric_limits<double>::infinity()}}};
 inline constexpr const char* slip_range = "[0, 10000]";  // m
 
 /// A vector that is to give a direction: one of 1e-9 is not told from none.

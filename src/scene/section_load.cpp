@@ -182,7 +182,8 @@ void LoadSection::number(const char* key, double& value, std::span<const Word<do
     return;
   }
   const std::optional<double> number = to_double(*found);
-  if (!number) fail(*found, key, fmt::format("{} is neither a word of it nor a number; allowed: {}", found->shown(), allowed));
+  if (!number)
+    fail(*found, key, fmt::format("{} is neither a word of it nor a number; allowed: {}", found->shown(), allowed));
   if (!parse_range(range).contains(*number))
     fail(*found, key, fmt::format("{} is out of range; allowed: {}", found->shown(), allowed));
   value = *number;

@@ -49,7 +49,7 @@ double square(const Vec3& v) { return v[0] * v[0] + v[1] * v[1] + v[2] * v[2]; }
 
 /// Of what the liquid does not hold fast: liquid, nodes, dynamic bodies. The pins' impulse is included.
 struct Motion {
-  Vec3 momentum{0, 0, 0};       // kg m/s
+  Vec3 momentum{0, 0, 0};        // kg m/s
   double energy = 0, scale = 0;  // J; Σ m v, kg m/s
 };
 
@@ -99,9 +99,14 @@ double largest_difference(const std::vector<Vec3>& a, const std::vector<Vec3>& b
 }  // namespace
 
 TEST(slip, agrees_with_the_reference) {
-  compare_stage_with_every_kernel({.stage = Stage::forces, .scene = slipping_scene("0.02", "0.01"), .prepare = stir, .changes = "fluid_velocity node_velocity"});
-  compare_stage({.stage = Stage::forces, .scene = slipping_scene("free", "free"), .prepare = stir, .changes = "fluid_velocity"});
-  compare_stage({.stage = Stage::forces, .scene = slipping_scene("no", "0.03"), .prepare = crowd, .changes = "fluid_velocity"});
+  compare_stage_with_every_kernel({.stage = Stage::forces,
+                                   .scene = slipping_scene("0.02", "0.01"),
+                                   .prepare = stir,
+                                   .changes = "fluid_velocity node_velocity"});
+  compare_stage(
+      {.stage = Stage::forces, .scene = slipping_scene("free", "free"), .prepare = stir, .changes = "fluid_velocity"});
+  compare_stage(
+      {.stage = Stage::forces, .scene = slipping_scene("no", "0.03"), .prepare = crowd, .changes = "fluid_velocity"});
 }
 
 TEST(slip, agrees_with_the_reference_in_many_stages) {
@@ -111,8 +116,12 @@ TEST(slip, agrees_with_the_reference_in_many_stages) {
 
 TEST(slip, agrees_with_the_reference_at_bodies_that_stand_move_and_float) {
   for (const std::string viscosity : {"1.0e-3", "0.1"}) {
-    const std::string scene = with(std::string(few_iterations) + many_bodies, "viscosity: 1.0e-3", "viscosity: " + viscosity);
-    compare_stage({.stage = Stage::forces, .scene = scene, .prepare = stir, .changes = "fluid_velocity body_velocity body_angular_velocity"});
+    const std::string scene =
+        with(std::string(few_iterations) + many_bodies, "viscosity: 1.0e-3", "viscosity: " + viscosity);
+    compare_stage({.stage = Stage::forces,
+                   .scene = scene,
+                   .prepare = stir,
+                   .changes = "fluid_velocity body_velocity body_angular_velocity"});
   }
 }
 
@@ -123,7 +132,10 @@ TEST(slip, agrees_with_the_reference_at_meshes) {
   };
   const std::string shapes = write_shapes("slip_shapes", 6, ball_mesh(2), wobbling);
   const std::string scene = slipping_scene("no", "0.01"), ball = "sphere: {center: [0, -0.06, 0], radius: 0.05, ";
-  compare_stage({.stage = Stage::forces, .scene = with(scene, ball, "mesh: {sequence: \"" + shapes + "\", fps: 100, "), .prepare = stir, .changes = "fluid_velocity"});
+  compare_stage({.stage = Stage::forces,
+                 .scene = with(scene, ball, "mesh: {sequence: \"" + shapes + "\", fps: 100, "),
+                 .prepare = stir,
+                 .changes = "fluid_velocity"});
 
   const std::filesystem::path sheet = own_file("slip_open.obj");
   std::ofstream(sheet) << "v -0.1 -0.02 -0.1\nv 0.1 -0.02 -0.1\nv 0.1 -0.03 0.1\nv -0.1 -0.01 0.1\nf 1 2 3\nf 1 3 4\n";
@@ -172,19 +184,22 @@ TEST(slip, a_step_of_any_viscosity_keeps_momentum_and_adds_no_energy) {
         state.fluid_mass[i] = quanta_per_particle / static_cast<Quanta>(1 + i % 3);
       }
       // Away from the ball that stands still, which takes momentum.
-      for (Index b = 0; b < setup.model.bodies[0].sample_count; ++b) state.boundary_position[static_cast<std::size_t>(b)][1] -= 0.5;
+      for (Index b = 0; b < setup.model.bodies[0].sample_count; ++b)
+        state.boundary_position[static_cast<std::size_t>(b)][1] -= 0.5;
       std::vector<int> stages;
       const StepInfo info{0, 0, 0.004};
-      run_on_both(setup.model, state, {Stage::neighbors, Stage::density, Stage::forces}, info, [&](const Backend& backend, const StepReport& report) {
-        const HostState after = backend.download();
-        stages.push_back(report.viscosity_stages);
-        const Motion a = motion(setup.model, state, info.dt), b = motion(setup.model, after, info.dt);
-        for (std::size_t k = 0; k < 3; ++k)
-          EXPECT_NEAR(a.momentum[k], b.momentum[k], allowed(backend, 1e-12, 4e-6) * b.scale) << "slip " << slip;
-        EXPECT_LT(b.energy, a.energy);
-        EXPECT_GT(largest_difference(state.node_velocity, after.node_velocity), 0) << "the cloth feels nothing";
-        EXPECT_GT(largest_difference(state.body_velocity, after.body_velocity), 0) << "the ball feels nothing";
-      });
+      run_on_both(
+          setup.model, state, {Stage::neighbors, Stage::density, Stage::forces}, info,
+          [&](const Backend& backend, const StepReport& report) {
+            const HostState after = backend.download();
+            stages.push_back(report.viscosity_stages);
+            const Motion a = motion(setup.model, state, info.dt), b = motion(setup.model, after, info.dt);
+            for (std::size_t k = 0; k < 3; ++k)
+              EXPECT_NEAR(a.momentum[k], b.momentum[k], allowed(backend, 1e-12, 4e-6) * b.scale) << "slip " << slip;
+            EXPECT_LT(b.energy, a.energy);
+            EXPECT_GT(largest_difference(state.node_velocity, after.node_velocity), 0) << "the cloth feels nothing";
+            EXPECT_GT(largest_difference(state.body_velocity, after.body_velocity), 0) << "the ball feels nothing";
+          });
       EXPECT_EQ(stages.front(), stages.back());
       EXPECT_GE(stages.front(), std::max(1, most_stages));
       most_stages = stages.front();
@@ -208,15 +223,16 @@ bodies:
   for (std::size_t i = 0; i < state.fluid_position.size(); ++i)
     for (int a = 0; a < 3; ++a) state.fluid_position[i][static_cast<std::size_t>(a)] += 0.005 * noise(i, a);
   for (Vec3& v : state.node_velocity) v = {-3, 0, 2};
-  run_on_both(setup.model, state, {Stage::neighbors, Stage::density, Stage::forces}, {0, 0, 0.004}, [&](const Backend& backend, const StepReport& report) {
-    EXPECT_GT(report.viscosity_stages, 3);
-    const HostState after = backend.download();
-    // Only the ball's samples are not on its surface to the last bit.
-    const double rounding = allowed(backend, 1e-13, 1e-5);
-    EXPECT_LT(largest_difference(after.fluid_velocity, state.fluid_velocity), rounding);
-    EXPECT_LT(largest_difference(after.body_angular_velocity, state.body_angular_velocity), rounding);
-    for (const Vec3& f : after.node_pin_force) EXPECT_LT(std::sqrt(square(f)), rounding);
-  });
+  run_on_both(setup.model, state, {Stage::neighbors, Stage::density, Stage::forces}, {0, 0, 0.004},
+              [&](const Backend& backend, const StepReport& report) {
+                EXPECT_GT(report.viscosity_stages, 3);
+                const HostState after = backend.download();
+                // Only the ball's samples are not on its surface to the last bit.
+                const double rounding = allowed(backend, 1e-13, 1e-5);
+                EXPECT_LT(largest_difference(after.fluid_velocity, state.fluid_velocity), rounding);
+                EXPECT_LT(largest_difference(after.body_angular_velocity, state.body_angular_velocity), rounding);
+                for (const Vec3& f : after.node_pin_force) EXPECT_LT(std::sqrt(square(f)), rounding);
+              });
   for (const auto& backend : {make_reference_backend(setup.model), make_kokkos_backend(setup.model)}) {
     const HostState held = after_forces(setup.model, state, 0, *backend);
     EXPECT_GT(largest_difference(held.fluid_velocity, state.fluid_velocity), 0.1);

@@ -27,7 +27,8 @@ std::string named(double slip) {
 
 /// A slab between plates at x = 0 and W, as in channel_test.cpp: its sides are free, and its ends are left out of comparisons.
 /// Speeds are so small that nothing moves by a spacing. A step lasts `step_share` d²/ν.
-std::string slab(int across, double step_share, double gravity, const std::string& first, const std::string& second, const std::string& more = "") {
+std::string slab(int across, double step_share, double gravity, const std::string& first, const std::string& second,
+                 const std::string& more = "") {
   const double d = width / across;
   return fmt::format(R"(drench: 1
 time: {{step: {0}, end: 1000}}
@@ -66,12 +67,14 @@ double rms(const SceneRun& run, double scale, const std::function<double(double)
 /// Steady flow between a plate that moves and one that stands, with the slip lengths b0 and b1.
 void couette(int across, double b0, double b1, bool keyed, double target) {
   constexpr double speed = 1e-4;  // m/s
-  const std::string along = keyed ? fmt::format("[[0, [0, {0}, 0]], [100, [0, {0}, 0]]]", speed) : fmt::format("[0, {}, 0]", speed);
+  const std::string along =
+      keyed ? fmt::format("[[0, [0, {0}, 0]], [100, [0, {0}, 0]]]", speed) : fmt::format("[0, {}, 0]", speed);
   SceneRun run(slab(across, 4, 0, fmt::format("velocity: {}, slip: {}", along, word(b0)), "slip: " + word(b1)));
   run_for(run, 3 * width * width / viscosity);
   const auto exact = [&](double x) { return std::isinf(b1) ? speed : speed * (width + b1 - x) / (width + b0 + b1); };
   const std::string at = b0 == 0 ? named(b1) + " at the plate that stands" : named(b0) + " at both plates";
-  report({fmt::format("plane Couette flow, d = W/{}, {}: rms of u over U", across, at), source, rms(run, speed, exact), target});
+  report({fmt::format("plane Couette flow, d = W/{}, {}: rms of u over U", across, at), source, rms(run, speed, exact),
+          target});
 }
 
 /// Speed over g W²/ν at x/W = ξ from the middle, and at t ν/W² = τ, from rest, with slip b/W = β at both plates.
@@ -85,7 +88,8 @@ double poiseuille(double xi, double tau, double beta) {
       (2 * beta * k * std::abs(std::sin(k)) < std::abs(std::cos(k)) ? low : high) = k;
     }
     const double k = 0.5 * (low + high);
-    u -= 0.5 * std::sin(k) / (k * k * k * (1 + std::sin(k) * std::cos(k) / k)) * std::cos(2 * k * xi) * std::exp(-4 * k * k * tau);
+    u -= 0.5 * std::sin(k) / (k * k * k * (1 + std::sin(k) * std::cos(k) / k)) * std::cos(2 * k * xi) *
+         std::exp(-4 * k * k * tau);
   }
   return u;
 }
@@ -95,8 +99,11 @@ void poiseuille_flow(int across, double slip, double target) {
   SceneRun run(slab(across, 0.25, force, "slip: " + word(slip), "slip: " + word(slip)));
   run_for(run, tau * width * width / viscosity);
   const double unit = force * width * width / viscosity, beta = slip / width;
-  const double error = rms(run, unit * poiseuille(0, tau, beta), [&](double x) { return unit * poiseuille(x / width - 0.5, tau, beta); });
-  report({fmt::format("plane Poiseuille flow from rest, d = W/{}, {}: rms of u over its largest at t = 0.3 W²/ν", across, named(slip)), source, error, target});
+  const double error = rms(run, unit * poiseuille(0, tau, beta),
+                           [&](double x) { return unit * poiseuille(x / width - 0.5, tau, beta); });
+  report({fmt::format("plane Poiseuille flow from rest, d = W/{}, {}: rms of u over its largest at t = 0.3 W²/ν",
+                      across, named(slip)),
+          source, error, target});
 }
 
 }  // namespace
@@ -123,7 +130,8 @@ TEST(slip_flow, a_plug_between_free_walls_falls_freely) {
     double worst = 0;
     for (const Vec3& v : run.state().fluid_velocity)
       worst = std::max({worst, std::abs(v[0]), std::abs(v[1] + force * run.time()), std::abs(v[2])});
-    report({fmt::format("plug between two plates with free slip, d = W/{}: largest error of v over g t", across), "free fall", worst / (force * run.time()), double_precision ? 1e-12 : 1e-5});
+    report({fmt::format("plug between two plates with free slip, d = W/{}: largest error of v over g t", across),
+            "free fall", worst / (force * run.time()), double_precision ? 1e-12 : 1e-5});
   }
 }
 
@@ -136,20 +144,20 @@ struct Drag {
 
 Drag drag(int across, double slip) {
   constexpr double speed = 1e-4;
-  SceneRun run(slab(across, 4, 0, "slip: no", "slip: no", fmt::format(R"(
+  SceneRun run(slab(across, 4, 0, "slip: no", "slip: no",
+                    fmt::format(R"(
 cloth:
   - mesh: {{grid: {{size: [0.5, 0.3], nodes: [41, 25]}}}}
     place: {{position: [{0}, 0, 0], rotate: {{axis: [0, 0, 1], degrees: 90}}}}
     pin: [{{box: {{min: [-1, -1, -1], max: [1, 1, 1]}}, velocity: [0, {1}, 0]}}]
     slip: {2}
 )",
-                                                                  width / 2, speed, word(slip))));
+                                width / 2, speed, word(slip))));
   run_for(run, width * width / viscosity);
   Drag out;
   const double half = width / 2;
-  out.rms = rms(run, speed, [&](double x) {
-    return std::isinf(slip) ? 0 : speed * (half - std::abs(x - half)) / (half + slip);
-  });
+  out.rms = rms(run, speed,
+                [&](double x) { return std::isinf(slip) ? 0 : speed * (half - std::abs(x - half)) / (half + slip); });
   for (const Vec3& f : run.state().node_pin_force) out.force += f[1];
   return out;
 }
@@ -159,16 +167,19 @@ cloth:
 TEST(slip_flow, a_sheet_is_dragged_with_its_slip_on_both_sides) {
   for (const int across : {8, 12}) {
     const Drag held = drag(across, 0);
-    report({fmt::format("sheet drawn through a slab, d = W/{}, no slip: rms of u over U", across), source, held.rms, 0.02});
+    report({fmt::format("sheet drawn through a slab, d = W/{}, no slip: rms of u over U", across), source, held.rms,
+            0.02});
     for (const double slip : {width / 8, width / 2}) {
       const Drag some = drag(across, slip);
       const double expected = (width / 2) / (width / 2 + slip);
-      report({fmt::format("sheet drawn through a slab, d = W/{}, {}: rms of u over U", across, named(slip)), source, some.rms, 0.02});
-      report({fmt::format("sheet drawn through a slab, d = W/{}, {}: its drag over that without slip, error", across, named(slip)), source,
-              std::abs(some.force / held.force / expected - 1), 0.02});
+      report({fmt::format("sheet drawn through a slab, d = W/{}, {}: rms of u over U", across, named(slip)), source,
+              some.rms, 0.02});
+      report({fmt::format("sheet drawn through a slab, d = W/{}, {}: its drag over that without slip, error", across,
+                          named(slip)),
+              source, std::abs(some.force / held.force / expected - 1), 0.02});
     }
-    report({fmt::format("sheet drawn through a slab, d = W/{}, free slip: its drag over that without slip", across), "0",
-            std::abs(drag(across, free_slip).force / held.force), double_precision ? 1e-12 : 1e-5});
+    report({fmt::format("sheet drawn through a slab, d = W/{}, free slip: its drag over that without slip", across),
+            "0", std::abs(drag(across, free_slip).force / held.force), double_precision ? 1e-12 : 1e-5});
   }
 }
 
@@ -206,8 +217,13 @@ TEST(slip_flow, a_block_slides_freely_down_a_plane_with_free_slip) {
   for (const int across : {8, 12})
     for (const double nu : {1e-3, 0.01}) {
       const double way = slide(across, nu, free_slip), held = slide(across, nu, 0);
-      std::printf("block on a plane of 30 degrees, d = W/%d, nu = %g: %.4f of free sliding with free slip, %.4f without slip\n", across, nu, way, held);
-      report({fmt::format("block of ν = {} m²/s on a plane tilted by 30°, d = W/{}, free slip: way of its middle over ½ g sin α t (t + Δt), error", nu, across), "Newton", std::abs(way - 1), 0.005});
+      std::printf(
+          "block on a plane of 30 degrees, d = W/%d, nu = %g: %.4f of free sliding with free slip, %.4f without slip\n",
+          across, nu, way, held);
+      report({fmt::format("block of ν = {} m²/s on a plane tilted by 30°, d = W/{}, free slip: way of its middle over "
+                          "½ g sin α t (t + Δt), error",
+                          nu, across),
+              "Newton", std::abs(way - 1), 0.005});
       EXPECT_LT(held, 0.9);
     }
 }

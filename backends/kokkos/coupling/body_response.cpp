@@ -154,9 +154,8 @@ void find_viscous_forces(const Constants& constants, const Fluid& fluid, const N
 void viscous_body_forces(const Constants& constants, const Fluid& fluid, const NeighborLists& lists, Bodies& bodies,
                          const Cloth& cloth, const WallSlip& slip) {
   if (bodies.dynamic.count == 0) return;
-  with_slip(constants, slip, bodies, cloth, [&](const auto& friction) {
-    find_viscous_forces(constants, fluid, lists, bodies, friction);
-  });
+  with_slip(constants, slip, bodies, cloth,
+            [&](const auto& friction) { find_viscous_forces(constants, fluid, lists, bodies, friction); });
 }
 
 void find_viscous_body_bound(Bodies& bodies, MaximaUnderWay& maxima) {

@@ -9,9 +9,10 @@ namespace drench::kokkos_backend {
 
 /// What slip adds to bodies and cloths; without any all is empty.
 struct WallSlip {
-  Field<Real> of_body, of_cloth;         // b, m, of each body and each cloth; inf: free
-  Field<Real4> rest_plane, plane;        // per boundary sample: unit normal, and its depth below the wall, m; at t = 0 and now
-  Version placed = Version::none();      // of the bodies that `plane` is of
+  Field<Real> of_body, of_cloth;  // b, m, of each body and each cloth; inf: free
+  Field<Real4> rest_plane,
+      plane;  // per boundary sample: unit normal, and its depth below the wall, m; at t = 0 and now
+  Version placed = Version::none();  // of the bodies that `plane` is of
   bool exists() const { return of_body.extent(0) > 0 || of_cloth.extent(0) > 0; }
 };
 
@@ -23,13 +24,16 @@ MemoryEstimate slip_bytes(const Sizing& s);
 struct NoSlip {
   /// Adds what sample b does to a particle at r = x_i − x_b, or the particle to the sample; the latter have r and the velocity
   /// the other way round.
-  KOKKOS_INLINE_FUNCTION void at_body(ViscousSum& sum, Index, Real share, const Real3& v, const Real3& r, const Real3& gradient) const {
+  KOKKOS_INLINE_FUNCTION void at_body(ViscousSum& sum, Index, Real share, const Real3& v, const Real3& r,
+                                      const Real3& gradient) const {
     sum.add(share, v, r, gradient);
   }
-  KOKKOS_INLINE_FUNCTION void on_body(ViscousSum& sum, Index, Real share, const Real3& v, const Real3& r, const Real3& gradient) const {
+  KOKKOS_INLINE_FUNCTION void on_body(ViscousSum& sum, Index, Real share, const Real3& v, const Real3& r,
+                                      const Real3& gradient) const {
     sum.add(share, v, r, gradient);
   }
-  KOKKOS_INLINE_FUNCTION void at_sheet(ViscousSum& sum, Index, Real share, const Real3& v, const Real3& r, const Real3& gradient) const {
+  KOKKOS_INLINE_FUNCTION void at_sheet(ViscousSum& sum, Index, Real share, const Real3& v, const Real3& r,
+                                       const Real3& gradient) const {
     sum.add(share, v, r, gradient);
   }
 };
@@ -40,7 +44,7 @@ struct Slip {
   Entries<const Real4> plane;
   Entries<const Index> body, cloth;
   Entries<const Real3> normal;  // of the cloth's samples
-  Real nearest;  // m: no particle counts as nearer to a wall
+  Real nearest;                 // m: no particle counts as nearer to a wall
   bool bodies_slip, cloths_slip;
 
   Slip(const Constants& constants, const WallSlip& slip, const BoundarySamples& boundary, const Samples& samples)
@@ -61,13 +65,15 @@ struct Slip {
   }
 
   /// A pair at a wall with unit normal n: the share f as without slip, the rest along n alone.
-  KOKKOS_INLINE_FUNCTION static void add(ViscousSum& sum, Real f, const Real3& n, Real share, const Real3& v, const Real3& r, const Real3& gradient) {
+  KOKKOS_INLINE_FUNCTION static void add(ViscousSum& sum, Real f, const Real3& n, Real share, const Real3& v,
+                                         const Real3& r, const Real3& gradient) {
     sum.add(f * share, v, r, gradient);
     const Real along = (1 - f) * share * dot(r, n) * dot(gradient, n);
     sum.pull += (along * dot(v, n)) * n;
     sum.bound -= along;
   }
-  KOKKOS_INLINE_FUNCTION void solid(ViscousSum& sum, Index b, Real side, Real share, const Real3& v, const Real3& r, const Real3& gradient) const {
+  KOKKOS_INLINE_FUNCTION void solid(ViscousSum& sum, Index b, Real side, Real share, const Real3& v, const Real3& r,
+                                    const Real3& gradient) const {
     const Real length = bodies_slip ? of_body(body(b)) : Real(0);
     if (length == 0) return sum.add(share, v, r, gradient);
     const Real4 wall = plane(b);
@@ -75,13 +81,16 @@ struct Slip {
     const Real along = side * dot(r, n), distance = (wall.w == 0 ? Kokkos::fabs(along) : along) - wall.w;
     add(sum, left(distance, length), n, share, v, r, gradient);
   }
-  KOKKOS_INLINE_FUNCTION void at_body(ViscousSum& sum, Index b, Real share, const Real3& v, const Real3& r, const Real3& gradient) const {
+  KOKKOS_INLINE_FUNCTION void at_body(ViscousSum& sum, Index b, Real share, const Real3& v, const Real3& r,
+                                      const Real3& gradient) const {
     solid(sum, b, 1, share, v, r, gradient);
   }
-  KOKKOS_INLINE_FUNCTION void on_body(ViscousSum& sum, Index b, Real share, const Real3& v, const Real3& r, const Real3& gradient) const {
+  KOKKOS_INLINE_FUNCTION void on_body(ViscousSum& sum, Index b, Real share, const Real3& v, const Real3& r,
+                                      const Real3& gradient) const {
     solid(sum, b, -1, share, v, r, gradient);
   }
-  KOKKOS_INLINE_FUNCTION void at_sheet(ViscousSum& sum, Index b, Real share, const Real3& v, const Real3& r, const Real3& gradient) const {
+  KOKKOS_INLINE_FUNCTION void at_sheet(ViscousSum& sum, Index b, Real share, const Real3& v, const Real3& r,
+                                       const Real3& gradient) const {
     const Real length = cloths_slip ? of_cloth(cloth(b)) : Real(0);
     if (length == 0) return sum.add(share, v, r, gradient);
     const Real3 n = normal(b);
@@ -91,7 +100,8 @@ struct Slip {
 
 /// Calls run(NoSlip or Slip).
 template <class Run>
-void with_slip(const Constants& constants, const WallSlip& slip, const Bodies& bodies, const Cloth& cloth, const Run& run) {
+void with_slip(const Constants& constants, const WallSlip& slip, const Bodies& bodies, const Cloth& cloth,
+               const Run& run) {
   if (slip.exists())
     run(Slip(constants, slip, bodies.boundary, cloth.samples));
   else

@@ -45,7 +45,9 @@ void pair_shares(const Fluid& fluid, ForcesWork& work) {
 
 /// The liquid's change in a stage, in work.change, and C_i, 1/s, in work.bound.
 template <class Friction>
-void find_liquid_change(const Constants& constants, const Fluid& fluid, const NeighborLists& lists, const Bodies& bodies, const Cloth& cloth, ForcesWork& work, const LegendreStage& stage, const Friction& friction) {
+void find_liquid_change(const Constants& constants, const Fluid& fluid, const NeighborLists& lists,
+                        const Bodies& bodies, const Cloth& cloth, ForcesWork& work, const LegendreStage& stage,
+                        const Friction& friction) {
   const Kernel kernel = constants.kernel;
   const Real strength = viscous_strength(constants);
   const Real3 g = constants.gravity, center = constants.field_center, square = constants.field_square;
@@ -104,7 +106,8 @@ void find_liquid_change(const Constants& constants, const Fluid& fluid, const Ne
       });
 }
 
-void liquid_change(const Constants& constants, const Fluid& fluid, const NeighborLists& lists, const Bodies& bodies, const Cloth& cloth, ForcesWork& work, const LegendreStage& stage) {
+void liquid_change(const Constants& constants, const Fluid& fluid, const NeighborLists& lists, const Bodies& bodies,
+                   const Cloth& cloth, ForcesWork& work, const LegendreStage& stage) {
   with_slip(constants, work.slip, bodies, cloth, [&](const auto& friction) {
     find_liquid_change(constants, fluid, lists, bodies, cloth, work, stage, friction);
   });
@@ -130,7 +133,8 @@ void add_change(Fluid& fluid, ForcesWork& work) {
 
 /// The reaction on samples, in samples.force.
 template <class Friction>
-void find_sample_forces(const Constants& constants, const Fluid& fluid, const NeighborLists& lists, Cloth& cloth, ForcesWork& work, const Friction& friction) {
+void find_sample_forces(const Constants& constants, const Fluid& fluid, const NeighborLists& lists, Cloth& cloth,
+                        ForcesWork& work, const Friction& friction) {
   allocate_zeros(work.sample_bound, "drench::forces::sample_bound", static_cast<std::size_t>(cloth.samples.count));
   const Kernel kernel = constants.kernel;
   const Real strength = sheet_friction * viscous_strength(constants) * constants.rest_density;
@@ -156,10 +160,10 @@ void find_sample_forces(const Constants& constants, const Fluid& fluid, const Ne
 }
 
 /// The same on the nodes, in nodes.force.
-void cloth_forces(const Constants& constants, const Fluid& fluid, const NeighborLists& lists, const Bodies& bodies, Cloth& cloth, ForcesWork& work) {
-  with_slip(constants, work.slip, bodies, cloth, [&](const auto& friction) {
-    find_sample_forces(constants, fluid, lists, cloth, work, friction);
-  });
+void cloth_forces(const Constants& constants, const Fluid& fluid, const NeighborLists& lists, const Bodies& bodies,
+                  Cloth& cloth, ForcesWork& work) {
+  with_slip(constants, work.slip, bodies, cloth,
+            [&](const auto& friction) { find_sample_forces(constants, fluid, lists, cloth, work, friction); });
   node_forces_from_samples(cloth);
 }
 
