@@ -33,11 +33,11 @@ std::string slab(int across, double step_share, double gravity, const std::strin
   return fmt::format(R"(drench: 1
 time: {{step: {0}, end: 1000}}
 gravity: [0, {1}, 0]
-domain: {{min: [-0.05, -0.3, -0.2], max: [0.15, 0.3, 0.2]}}
+domain: {{min: [-0.05, -0.4, -0.2], max: [0.15, 0.4, 0.2]}}
 fluid:
   spacing: {2}
   viscosity: {3}
-  sources: [{{block: {{min: [0, -0.15, {4}], max: [{5}, 0.15, {6}]}}}}]
+  sources: [{{block: {{min: [0, -0.25, {4}], max: [{5}, 0.25, {6}]}}}}]
 bodies:
   - plane: {{point: [0, 0, 0], normal: [1, 0, 0], {7}}}
   - plane: {{point: [{5}, 0, 0], normal: [-1, 0, 0], {8}}}
@@ -57,7 +57,7 @@ double rms(const SceneRun& run, double scale, const std::function<double(double)
   int count = 0;
   for (std::size_t i = 0; i < s.fluid_position.size(); ++i) {
     const Vec3& x = s.fluid_position[i];
-    if (std::abs(x[1]) > 0.04) continue;
+    if (std::abs(x[1]) > 0.03) continue;
     square += std::pow((s.fluid_velocity[i][1] - exact(x[0])) / scale, 2);
     ++count;
   }
@@ -96,7 +96,7 @@ double poiseuille(double xi, double tau, double beta) {
 
 void poiseuille_flow(int across, double slip, double target) {
   constexpr double force = 1e-5, tau = 0.3;  // m/s², 1
-  SceneRun run(slab(across, 0.25, force, "slip: " + word(slip), "slip: " + word(slip)));
+  SceneRun run(slab(across, 0.1, force, "slip: " + word(slip), "slip: " + word(slip)));
   run_for(run, tau * width * width / viscosity);
   const double unit = force * width * width / viscosity, beta = slip / width;
   const double error = rms(run, unit * poiseuille(0, tau, beta),
@@ -110,28 +110,26 @@ void poiseuille_flow(int across, double slip, double target) {
 
 TEST(slip_flow, shear_between_plates_has_navier_s_profile) {
   for (const int across : {8, 12}) {
-    couette(across, 0, 0, false, 0.02);
-    couette(across, 0, width / 4, false, 0.02);
-    couette(across, width / 2, width / 2, across == 12, 0.02);
-    couette(across, 0, free_slip, across == 12, 0.02);
+    couette(across, 0, 0, false, 0.005);
+    couette(across, 0, width / 4, false, 0.005);
+    couette(across, width / 2, width / 2, across == 12, 0.005);
+    couette(across, 0, free_slip, across == 12, 0.005);
   }
 }
 
 TEST(slip_flow, flow_under_a_force_has_navier_s_profile) {
   for (const int across : {8, 12})
-    for (const double slip : {0.0, width / 4, width}) poiseuille_flow(across, slip, 0.02);
+    for (const double slip : {width / 4, width}) poiseuille_flow(across, slip, 0.02);  // no slip: channel_test.cpp
 }
 
 TEST(slip_flow, a_plug_between_free_walls_falls_freely) {
   for (const int across : {8, 12}) {
-    constexpr double force = 1e-3;
+    constexpr double force = 1e-2;
     SceneRun run(slab(across, 1, -force, "slip: free", "slip: free"));
     run_for(run, 0.3 * width * width / viscosity);
-    double worst = 0;
-    for (const Vec3& v : run.state().fluid_velocity)
-      worst = std::max({worst, std::abs(v[0]), std::abs(v[1] + force * run.time()), std::abs(v[2])});
-    report({fmt::format("plug between two plates with free slip, d = W/{}: largest error of v over g t", across),
-            "free fall", worst / (force * run.time()), double_precision ? 1e-12 : 1e-5});
+    const double speed = force * run.time();
+    report({fmt::format("plug between two plates with free slip, d = W/{}: rms of u over g t", across), "free fall",
+            rms(run, speed, [&](double) { return -speed; }), 1e-4});
   }
 }
 
@@ -147,7 +145,7 @@ Drag drag(int across, double slip) {
   SceneRun run(slab(across, 4, 0, "slip: no", "slip: no",
                     fmt::format(R"(
 cloth:
-  - mesh: {{grid: {{size: [0.5, 0.3], nodes: [41, 25]}}}}
+  - mesh: {{grid: {{size: [0.7, 0.3], nodes: [57, 25]}}}}
     place: {{position: [{0}, 0, 0], rotate: {{axis: [0, 0, 1], degrees: 90}}}}
     pin: [{{box: {{min: [-1, -1, -1], max: [1, 1, 1]}}, velocity: [0, {1}, 0]}}]
     slip: {2}
@@ -179,7 +177,7 @@ TEST(slip_flow, a_sheet_is_dragged_with_its_slip_on_both_sides) {
               source, std::abs(some.force / held.force / expected - 1), 0.02});
     }
     report({fmt::format("sheet drawn through a slab, d = W/{}, free slip: its drag over that without slip", across),
-            "0", std::abs(drag(across, free_slip).force / held.force), double_precision ? 1e-12 : 1e-5});
+            "0", std::abs(drag(across, free_slip).force / held.force), 0.005});  // of the pressure
   }
 }
 
