@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "deforming_body.hpp"
 #include "rigid_bodies.hpp"
+#include "sheets.hpp"
 
 namespace drench::reference {
 
@@ -16,6 +18,75 @@ double normalisation(KernelKind kind) {
   if (kind == KernelKind::wendland) return 30;
   if (kind == KernelKind::poly6) return 28;
   return 80.0 / 3;
+}
+
+/// The planes that samples stand for where a wall slips.
+struct Wall {
+  Vector3d normal = Vector3d::Zero();
+  double depth = 0;    // m: of the sample below it
+  bool sides = false;  // two of them: of sheets and open meshes
+  double slip = 0;     // b, m
+  double nearest = 0;  // m: no particle counts as nearer
+
+  /// What a pair at x = x_i − x_b (m) with v = v_i − v_b (m/s) does to particle i, m/s²; `factor`: all but v, x and ∇W.
+  Vector3d pull(double factor, const Vector3d& v, const Vector3d& x, const Vector3d& gradient) const {
+    const Vector3d held = factor * v.dot(x) * gradient;
+    if (slip == 0) return held;
+    const double f = stick(x);
+    return f * held + (1 - f) * factor * v.dot(normal) * x.dot(normal) * gradient.dot(normal) * normal;
+  }
+  /// How fast it can slow particle i at most, 1/s.
+  double bound(double factor, const Vector3d& x, const Vector3d& gradient) const {
+    const double held = factor * gradient.norm() * x.norm();
+    if (slip == 0) return held;
+    const double f = stick(x);
+    return f * held + (1 - f) * factor * std::abs(x.dot(normal) * gradient.dot(normal));
+  }
+
+ private:
+  /// f: the share of the force without slip that is left.
+  double stick(const Vector3d& x) const {
+    const double along = x.dot(normal), distance = std::max(nearest, (sides ? std::abs(along) : along) - depth);
+    return std::isinf(slip) ? 0.0 : distance / (distance + slip);
+  }
+};
+
+struct Walls {
+  std::vector<Wall> boundary, sample;
+};
+
+/// Unit normals of a body's samples at a time, s.
+Vectors wall_normals(const ReferenceState& state, Index body, double time) {
+  const Body& b = state.model.bodies[body];
+  Vectors normals;
+  if (b.deforms()) {
+    const Vectors points = shape_points(b, time);
+    for (Index s = 0; s < b.sample_count; ++s) {
+      const auto& t = b.mesh_triangles[b.shape.triangle[s]];
+      normals.push_back((points[t[1]] - points[t[0]]).cross(points[t[2]] - points[t[0]]).normalized());
+    }
+    return normals;
+  }
+  const Eigen::Quaterniond turned = pose_of(state.s, body).orientation;
+  for (Index s = 0; s < b.sample_count; ++s)
+    normals.push_back(turned * vec(state.model.boundary.wall_normal[b.first_sample + s]));
+  return normals;
+}
+
+Walls walls_of(const ReferenceState& state, double time) {
+  const Model& m = state.model;
+  Walls walls{std::vector<Wall>(state.s.boundary_position.size()), std::vector<Wall>(state.s.sample_count())};
+  for (Index k = 0; k < state.s.body_count() && m.has_slipping_body(); ++k) {
+    const Vectors normals = wall_normals(state, k, time);
+    for (Index s = 0; s < m.bodies[k].sample_count; ++s) {
+      const Index b = m.bodies[k].first_sample + s;
+      const double depth = m.boundary.wall_depth[b];
+      walls.boundary[b] = {normals[s], depth, depth == 0, m.bodies[k].slip, m.spacing / 4};
+    }
+  }
+  for (Index p = 0; p < state.s.sample_count(); ++p)
+    walls.sample[p] = {sample_normal(state, p), 0, true, m.cloths[m.samples.cloth[p]].slip, m.spacing / 4};
+  return walls;
 }
 
 struct Velocities {
@@ -40,7 +111,7 @@ Vector3d given_acceleration(const ReferenceState& state, Index i) {
   return a;
 }
 
-Rates rates(const ReferenceState& state, const Velocities& v) {
+Rates rates(const ReferenceState& state, const Walls& walls, const Velocities& v) {
   const HostState& s = state.s;
   const double h = state.model.support;
   const Smoothing w(state.model);
@@ -56,27 +127,30 @@ Rates rates(const ReferenceState& state, const Velocities& v) {
     Vector3d a = given_acceleration(state, i);
     double bound = 0;
     const Vector3d xi = vec(s.fluid_position[i]), vi = v.fluid[i];
-    const auto add = [&](double factor, const Vector3d& velocity, const Vector3d& x, const Vector3d& gradient) {
-      const Vector3d term = strength * factor * velocity.dot(x) * gradient;
+    const auto add = [&](const Wall& wall, double factor, const Vector3d& velocity, const Vector3d& x,
+                         const Vector3d& gradient) {
+      const Vector3d term = wall.pull(strength * factor, velocity, x, gradient);
       a += term;
-      bound += strength * factor * gradient.norm() * x.norm();
+      bound += wall.bound(strength * factor, x, gradient);
       return term;
     };
     for (const Index j : state.fluid_fluid[i]) {
       const Vector3d x = xi - vec(s.fluid_position[j]);
-      add(fluid_volume(state, j) / std::sqrt(ratio(i) * ratio(j)), vi - v.fluid[j], x, w.pair_gradient(x));
+      add({}, fluid_volume(state, j) / std::sqrt(ratio(i) * ratio(j)), vi - v.fluid[j], x, w.pair_gradient(x));
     }
     for (const Index b : state.fluid_boundary[i]) {
       const double before = bound;
       const Vector3d x = xi - vec(s.boundary_position[b]);
-      const Vector3d term = add(2 * s.boundary_volume[b] / ratio(i), vi - v.boundary[b], x, w.gradient(x));
+      const Vector3d term =
+          add(walls.boundary[b], 2 * s.boundary_volume[b] / ratio(i), vi - v.boundary[b], x, w.gradient(x));
       out.body_force[b] -= fluid_mass(state, i) * term;
       out.body_bound[b] += fluid_mass(state, i) * (bound - before);
     }
     for (const Index b : state.fluid_sample[i]) {
       const double before = bound;
       const Vector3d x = xi - sample[b];
-      const Vector3d term = add(0.57 * s.sample_volume[b] / ratio(i), vi - v.sample[b], x, w.gradient(x));
+      const Vector3d term =
+          add(walls.sample[b], 0.57 * s.sample_volume[b] / ratio(i), vi - v.sample[b], x, w.gradient(x));
       out.sample_force[b] -= fluid_mass(state, i) * term;
       out.sample_bound[b] += fluid_mass(state, i) * (bound - before);
     }
@@ -124,6 +198,7 @@ void forces(ReferenceState& state, const StepInfo& info, StepReport& report) {
   Vectors body_change(s.boundary_position.size(), Vector3d::Zero());  // impulses on the samples of bodies, N s
   Vector3d fall = Vector3d::Zero();
   for (const Vec3& v : s.fluid_velocity) now.push_back(vec(v));
+  const Walls walls = walls_of(state, info.time);
 
   int stages = 1;
   for (int k = 1; k <= stages; ++k) {
@@ -134,7 +209,7 @@ void forces(ReferenceState& state, const StepInfo& info, StepReport& report) {
     Velocities v{now, {}, {}};
     for (const Vec3& u : s.boundary_velocity) v.boundary.push_back(vec(u));
     for (Index b = 0; b < s.sample_count(); ++b) v.sample.push_back(sample_value(state, b, node_velocity));
-    const Rates r = rates(state, v);
+    const Rates r = rates(state, walls, v);
     if (k == 1) {
       while (stages * (stages + 1.0) < 2 * info.dt * largest_bound(state, r)) ++stages;
       if (state.model.scene.fluid.viscosity > 0) report.viscosity_stages = stages;

@@ -4,6 +4,9 @@
 
 #include <fmt/format.h>
 
+#include <array>
+#include <limits>
+
 #include "scene/scene.hpp"
 #include "scene/section.hpp"
 
@@ -12,6 +15,11 @@ namespace drench {
 inline constexpr const char* coordinate_range = "[-10000, 10000]";  // m: far beyond any scene, near enough for float
 inline constexpr const char* speed_range = "[-1000, 1000]";         // m/s: below the speed of sound in water
 inline constexpr const char* direction_range = "[-1e6, 1e6]";       // 1
+
+/// Of a wall or a cloth: slip lengths with a word of their own.
+inline constexpr std::array<Word<double>, 2> slip_words{
+    {{"no", 0.0}, {"free", std::numeric_limits<double>::infinity()}}};
+inline constexpr const char* slip_range = "[0, 10000]";  // m
 
 /// A vector that is to give a direction: one of 1e-9 is not told from none.
 inline void check_not_zero(Section& s, const char* key, const Vec3& v) {

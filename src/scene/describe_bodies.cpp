@@ -23,6 +23,9 @@ void describe_motion(Section& s, BodyScene& body) {
       .number("density", body.density, "[1, 30000]", "kg/m³", "of a dynamic body, and only beside `dynamic: true`");
   s.number("adhesion", body.adhesion, "[0, 10]", "N/m",
            "work per area that separates the liquid from the body; 0 where it floats");
+  s.number(
+      "slip", body.slip, slip_words, slip_range, "m",
+      "`no`: viscous liquid moves with the surface; `free`: it feels no friction there; between them a slip length");
   s.check(body.dynamic || !s.has("density"), "density",
           "is for a body that floats; allowed: only beside dynamic: true");
   const bool can_float = body.kind == Kind::sphere || (body.kind == Kind::box && !body.inside);

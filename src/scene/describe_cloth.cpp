@@ -180,6 +180,7 @@ void describe(Section& s, ClothScene& cloth) {
   s.number("strain_limit", fabric.strain_limit, "[0, 0.99]", "1",
            "ε: triangles keep their stretches within [1 − ε, 1 + ε]; 0: no limit");
   s.number("adhesion", fabric.adhesion, "[0, 10]", "N/m", "work per area that separates the liquid from the cloth");
+  s.number("slip", cloth.slip, slip_words, slip_range, "m", "of viscous liquid on both sides of it, as that of bodies");
   s.number("sample_spacing", cloth.sample_spacing, "[1e-6, 1000]", "m",
            "the largest distance, at rest, between the samples of the cloth that liquid meets; without it "
            "`fluid.spacing`. Cloth that is stretched to λ times its length holds liquid with `fluid.spacing`/λ");

@@ -26,6 +26,12 @@ Range parse_range(std::string_view text) {
           text.back() == ')'};
 }
 
+std::string words_or(std::span<const Word<double>> words, const std::string& range) {
+  std::string all;
+  for (const Word<double>& word : words) all += std::string(word.word) + ", ";
+  return all + range;
+}
+
 std::optional<double> to_double(const Value& value) {
   if (value.kind != Value::Kind::scalar || value.quoted) return {};
   std::string_view text = value.text;

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 
@@ -31,6 +32,9 @@ struct Range {
 
 /// "(0, 1]" as numbers. Throws std::logic_error for any other text.
 Range parse_range(std::string_view text);
+
+/// What is allowed where words stand for some numbers: "no, free, [0, 1]".
+std::string words_or(std::span<const Word<double>> words, const std::string& range);
 
 /// A plain scalar as a number: NaN if no double can hold it, none if it is no number.
 std::optional<double> to_double(const yaml::Value& value);

@@ -208,6 +208,7 @@ struct ClothScene {
   Vec3 rotate_axis{1, 0, 0};             // it is turned first, about its mesh's origin, then moved
   double rotate_degrees = 0.0;           // °
   MaterialScene material;                // the fabric
+  double slip = 0;                       // m; slip length b of the liquid on both sides, 0: none, inf: free
   std::optional<double> sample_spacing;  // m; at most, between the samples that liquid meets; else fluid.spacing
   std::vector<PinScene> pins;            // where two catch a node, the last one counts
   bool self_collision = false;           // with itself and with other cloths that have this
@@ -250,6 +251,7 @@ struct BodyScene {
   bool dynamic = false;    // sphere and box (not inside): floats and sinks, pushed by the liquid and by gravity
   double density = 500.0;  // kg/m³, of a dynamic body
   double adhesion = 0;     // N/m; work per area that separates the liquid from the body
+  double slip = 0;         // m; slip length b, 0: none, inf: free
 
   bool operator==(const BodyScene&) const = default;
 };

@@ -40,6 +40,9 @@ class Section {
   /// A number without a default: absent, it stays empty.
   virtual void number(const char* key, std::optional<double>& value, const char* range, const char* unit,
                       const char* meaning) = 0;
+  /// A number, or one of the words for some of its values.
+  virtual void number(const char* key, double& value, std::span<const Word<double>> words, const char* range,
+                      const char* unit, const char* meaning) = 0;
   virtual void numbers(const char* key, std::span<double> values, const char* range, const char* unit,
                        const char* meaning) = 0;
   /// One that may move with time: as a plain value, as keys [[time, value], …], or as {keys: …, interpolation: …}.

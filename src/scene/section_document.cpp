@@ -19,6 +19,13 @@ class DocumentSection : public Section {
               const char* meaning) override {
     note(key, "number", range, unit, "", meaning);
   }
+  void number(const char* key, double& value, std::span<const Word<double>> words, const char* range, const char* unit,
+              const char* meaning) override {
+    std::string standard = yaml::text(value);
+    for (const Word<double>& word : words)
+      if (word.value == value) standard = word.word;
+    note(key, "word or number", words_or(words, range), unit, standard, meaning);
+  }
   void numbers(const char* key, std::span<double> values, const char* range, const char* unit,
                const char* meaning) override {
     note(key, fmt::format("{} numbers", values.size()), range, unit, yaml::text(std::span<const double>(values)),

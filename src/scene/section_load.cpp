@@ -38,6 +38,8 @@ class LoadSection : public Section {
     if (const Value* found = take(key, "a number in " + with_unit(range, unit)))
       value = read_number(*found, key, range, unit);
   }
+  void number(const char* key, double& value, std::span<const Word<double>> words, const char* range, const char* unit,
+              const char*) override;
   void number(const char* key, Keyed<double>& value, const char* range, const char* unit, const char*) override;
   void numbers(const char* key, Keyed<Vec3>& value, const char* range, const char* unit, const char*) override;
   void integer(const char* key, int& value, const char* range, const char* unit, const char*) override {
@@ -166,6 +168,25 @@ int LoadSection::read_integer(const Value& value, const std::string& key, const 
   if (!whole) fail(value, key, fmt::format("{} is not a whole number; allowed: {}", value.shown(), allowed));
   if (number && parse_range(range).contains(*number)) return *number;
   fail(value, key, fmt::format("{} is out of range; allowed: {}", value.shown(), allowed));
+}
+
+void LoadSection::number(const char* key, double& value, std::span<const Word<double>> words, const char* range,
+                         const char* unit, const char*) {
+  const std::string allowed = with_unit(words_or(words, range), unit);
+  const Value* found = take(key, allowed);
+  if (!found) return;
+  const bool scalar = found->kind == Value::Kind::scalar;
+  for (const Word<double>& word : words) {
+    if (!scalar || found->text != word.word) continue;
+    value = word.value;
+    return;
+  }
+  const std::optional<double> number = to_double(*found);
+  if (!number)
+    fail(*found, key, fmt::format("{} is neither a word of it nor a number; allowed: {}", found->shown(), allowed));
+  if (!parse_range(range).contains(*number))
+    fail(*found, key, fmt::format("{} is out of range; allowed: {}", found->shown(), allowed));
+  value = *number;
 }
 
 Vec3 LoadSection::read_vector(const Value& value, const std::string& key, const char* range, const char* unit) const {

@@ -39,6 +39,12 @@ class SaveSection : public Section {
     saved_if(value.has_value());
     write(key, yaml::text(value.value_or(0)), comment_of(unit));
   }
+  void number(const char* key, double& value, std::span<const Word<double>> words, const char*, const char* unit,
+              const char*) override {
+    for (const Word<double>& word : words)
+      if (word.value == value) return write(key, word.word);
+    write(key, yaml::text(value), comment_of(unit));
+  }
   void numbers(const char* key, std::span<double> values, const char*, const char* unit, const char*) override {
     write(key, yaml::text(std::span<const double>(values)), comment_of(unit));
   }

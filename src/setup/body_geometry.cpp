@@ -96,6 +96,7 @@ Body make_body(const BodyScene& scene, const std::string& scene_path, const std:
   body.radius = scene.radius;
   body.point = scene.point;
   body.adhesion = scene.adhesion;
+  body.slip = scene.slip;
   switch (scene.kind) {
     case BodyScene::Kind::box:
       for (int a = 0; a < 3; ++a) {

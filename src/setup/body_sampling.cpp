@@ -211,13 +211,14 @@ void for_surface_points(const Body& body, double d, const std::function<void(con
 namespace {
 
 /// Vertices, then edges, then faces: none closer than 0.75 d to an earlier one, no point of the surface farther than d from one.
-std::vector<Vec3> sample_mesh(const Body& body, double d, const Box& region) {
+std::vector<Vec3> sample_mesh(const Body& body, double d, const Box& region, std::vector<Index>* triangles = nullptr) {
   const double least = mesh_min_distance * d;
   PointGrid kept(least);
-  for_surface_points(body, d, [&](const Vector3d& p, Index) {
+  for_surface_points(body, d, [&](const Vector3d& p, Index triangle) {
     const Vec3 x = sunk(body, d, p);
-    if (!contains(region.min, region.max, x)) return;
-    if (!kept.any_within(x, least)) kept.add(x);
+    if (!contains(region.min, region.max, x) || kept.any_within(x, least)) return;
+    kept.add(x);
+    if (triangles) triangles->push_back(triangle);
   });
   return kept.points();
 }
@@ -226,8 +227,9 @@ std::vector<Vec3> sample_mesh(const Body& body, double d, const Box& region) {
 /// that much deeper, so that it displaces its own volume (measured: tests/validation/buoyancy_test.cpp).
 constexpr double dynamic_depth = 0.67;  // of d
 
-/// The body whose surface the samples lie on: half a spacing inside the solid, each further layer d deeper. Liquid of radius d/2
-/// that touches the solid is then one spacing away from them. Closed meshes sink each sample instead (sample_mesh).
+}  // namespace
+
+/// Liquid of radius d/2 that touches the solid is one spacing away from the samples half a spacing inside it.
 Body sampled_surface(Body body, double d, int layer) {
   const double depth = ((body.dynamic ? dynamic_depth : 0.5) + layer) * d;
   switch (body.kind) {
@@ -250,7 +252,11 @@ Body sampled_surface(Body body, double d, int layer) {
   return body;
 }
 
-}  // namespace
+std::vector<Index> triangles_of_samples(const Body& body, double spacing, const Box& region) {
+  std::vector<Index> triangles;
+  sample_mesh(body, spacing, region, &triangles);
+  return triangles;
+}
 
 std::array<Vec3, 2> plane_lattice(const Body& body, double spacing) {
   const auto [u, v] = plane_tangents(body);

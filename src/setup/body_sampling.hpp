@@ -28,6 +28,13 @@ Box sampled_region(const Body& body, const Box& region, double duration, int lay
 /// 0.67 d), on the surface of meshes that are not closed. Each shape has a pattern of its own (body_sampling.cpp).
 std::vector<Vec3> sample_body(const Body& body, double spacing, const Box& region, int layer = 0);
 
+/// The body whose surface the samples of a layer lie on: half a spacing inside the solid (dynamic bodies 0.67 d), each further layer
+/// d deeper. Closed meshes sink each sample instead.
+Body sampled_surface(Body body, double d, int layer);
+
+/// Of a mesh's samples: the triangles that they lie in; −1 of a vertex without one.
+std::vector<Index> triangles_of_samples(const Body& body, double spacing, const Box& region);
+
 /// A point of a mesh's surface moved d/2 inside along the distance field's gradient; where the solid is too thin for that, d/4,
 /// or not at all (m).
 Vec3 sunk(const Body& body, double d, const Eigen::Vector3d& p);

@@ -22,6 +22,7 @@
 #include "setup/self_intersection.hpp"
 #include "setup/smoothing_kernel.hpp"
 #include "setup/surface_mesh.hpp"
+#include "setup/wall_planes.hpp"
 #include "setup/warnings.hpp"
 #include "state/needed_fields.hpp"
 
@@ -130,10 +131,12 @@ void sample_bodies(Setup& setup) {
       samples = bind_samples(body, m.spacing);
       for (const double volume : akinci_volumes(samples, m.support, m.scene.fluid.kernel))
         volumes.push_back(volume * m.layer_share);
+      if (m.has_slipping_body()) add_wall_planes(body, m.spacing, region, 0, samples, m.boundary);
     }
     for (int layer = 0; layer < body_layers(body, m.spacing, m.support) && !body.deforms(); ++layer) {
-      const std::vector<Vec3> more =
-          sample_body(body, m.spacing, sampled_region(body, region, m.scene.time.end, layer), layer);
+      const Box within = sampled_region(body, region, m.scene.time.end, layer);
+      const std::vector<Vec3> more = sample_body(body, m.spacing, within, layer);
+      if (m.has_slipping_body()) add_wall_planes(body, m.spacing, within, layer, more, m.boundary);
       // Each layer counts for one layer of liquid, and only its own samples share it.
       for (const double volume : akinci_volumes(more, m.support, m.scene.fluid.kernel))
         volumes.push_back(volume * m.layer_share);

@@ -10,6 +10,7 @@ ClothMaterial resolve_material(const ClothScene& cloth, const ProcessScene& proc
   ClothMaterial m;
   static_cast<BasicMaterial<double>&>(m) = given;
   m.name = cloth.name;
+  m.slip = cloth.slip;
   m.dynamics = cloth.dynamics;
   m.self_collision = cloth.self_collision;
   m.friction_wet = given.friction_wet.value_or(given.friction);

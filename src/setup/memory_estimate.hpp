@@ -53,6 +53,7 @@ struct SetupSize {
   bool frames = false;   // one is kept on the host while it is written
   bool surface = false;  // with the liquid's surface
   bool micropolar = false;
+  double wall_planes = 0;  // of each sample of the boundary: where a body slips 1, and 2 if one moves
 };
 
 /// Entries of each neighbour list in all; boundary_fluid's rows are the samples of dynamic bodies.

@@ -151,6 +151,7 @@ SetupSize kinds_of(const Model& m) {
   size.wet_adhesion = m.has_wet_adhesion();
   size.measures = m.has_measures();
   size.micropolar = m.has_micropolar();
+  if (m.has_slipping_body()) size.wall_planes = m.has_moving_body() ? 2 : 1;
   size.frames = m.scene.output.every > 0;
   size.surface = size.frames && m.has_surface();
   return size;

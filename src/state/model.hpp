@@ -24,6 +24,7 @@ struct Rows {
 /// One cloth: its material, and which nodes, triangles and samples of the model are its own.
 struct ClothMaterial : ResolvedMaterial<double> {
   std::string name;
+  double slip = 0;                   // b, m; inf: free
   std::array<Vec3, 2> rest_plane{};  // of stage measures: two unit vectors at right angles; 0 without it
   Vec3 rest_center{0, 0, 0};         // m
   Index first_node = 0, node_count = 0;
@@ -150,6 +151,7 @@ struct Body {
       turns;             // of a sequence, in place of these two: orientations at its files; evenly between
   double turn_rate = 0;  // rad/s: the fastest of them
   double adhesion = 0;   // w, N/m
+  double slip = 0;       // b, m; inf: free
   // of a plane that moves: the steps of its samples' lattice and what they stay beside, m (src/stages/bodies.hpp, law 1)
   std::array<Vec3, 2> lattice{};
   Vec3 middle{0, 0, 0};
@@ -179,6 +181,9 @@ inline constexpr double slide_offset = 0.38196601125010515;
 struct BoundarySet {
   std::vector<Vec3> position;  // m
   std::vector<Index> body;
+  // only where a body slips (docs/theory/viscosity.md): the wall that a sample stands for, at t = 0
+  std::vector<Vec3> wall_normal;   // unit, towards the liquid
+  std::vector<double> wall_depth;  // m: how far the sample lies below it; 0 in an open mesh, which has two sides
   Index count() const { return static_cast<Index>(position.size()); }
 };
 
@@ -292,6 +297,13 @@ struct Model {
   }
   bool has_dynamic_body() const {
     return any_body([](const Body& b) { return b.dynamic; });
+  }
+  // Slip is a matter of viscosity: without that there is none.
+  bool has_slipping_body() const {
+    return has_fluid() && scene.fluid.viscosity > 0 && any_body([](const Body& b) { return b.slip > 0; });
+  }
+  bool has_slipping_cloth() const {
+    return has_fluid() && scene.fluid.viscosity > 0 && any_cloth([](const ClothMaterial& c) { return c.slip > 0; });
   }
   bool has_sticky_cloth() const {
     return any_cloth([](const ClothMaterial& c) { return c.adhesion > 0; });

@@ -65,6 +65,7 @@ ClothScene every_cloth_key() {
   c.material.damping_wet = 3;
   c.material.strain_limit = 0.05;
   c.material.adhesion = 0.01;
+  c.slip = 0.002;
   c.sample_spacing = 0.009;
   const Box corner{{-1, 0, -1}, {0, 1, 0}};
   c.pins.resize(4);
@@ -156,6 +157,8 @@ std::vector<BodyScene> every_body_key() {
   bodies[3].position = {1, 0, 0};
   bodies[3].velocity = {0, 0, 1};
   bodies[3].spin = {{0, 0, 1}, -90};
+  bodies[0].slip = std::numeric_limits<double>::infinity();
+  bodies[1].slip = 0.05;
   bodies[0].adhesion = 0.02;
   bodies[2].adhesion = 0.04;
   bodies[3].adhesion = 0.06;

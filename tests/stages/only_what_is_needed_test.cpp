@@ -247,6 +247,34 @@ TEST(only_what_is_needed, surface_tension_takes_only_what_tension_or_adhesion_as
   }
 }
 
+TEST(only_what_is_needed, slip_only_where_a_wall_slips_and_the_liquid_is_viscous) {
+  const std::initializer_list<const char*> parts = {"_slip", "wall_plane"};
+  for (const std::string& scene : {wet_scene(), std::string(no_cloth)}) {
+    const bool sheet = scene.find("cloth:") != scene.npos;
+    const auto slipping = [&](const std::string& slip) {
+      const std::string body = sheet ? "radius: 0.05" : "inside: true";
+      const std::string changed = with(scene, body, body + ", slip: " + slip);
+      return sheet ? with(changed, "    thickness", "    slip: " + slip + "\n    thickness") : changed;
+    };
+    const Watch plain(scene);
+    const std::set<std::string> kernels = launched, arrays = allocated;
+    EXPECT_EQ(containing(launched, parts) + containing(allocated, parts), 0);
+    const Watch none(slipping("no"));
+    EXPECT_EQ(launched, kernels);
+    EXPECT_EQ(allocated, arrays);
+    const Watch some(slipping("free"));
+    EXPECT_EQ(launched, kernels);  // the walls of bodies that stand are placed when their arrays are made
+    EXPECT_EQ(containing(allocated, parts), sheet ? 3 : 2);
+    const std::string dry = sheet ? with(slipping("free"), "viscosity: 1.0e-3", "viscosity: 0")
+                                  : with(slipping("free"), "spacing: 0.02", "spacing: 0.02, viscosity: 0");
+    const Watch inviscid(dry);
+    EXPECT_EQ(containing(launched, parts) + containing(allocated, parts), 0);
+  }
+  const Watch moving(with(wet_scene(), "radius: 0.05", "radius: 0.05, slip: 0.01, spin: {degrees_per_second: 20}"));
+  EXPECT_EQ(containing(launched, parts), 1);
+  EXPECT_EQ(containing(allocated, parts), 3);  // lengths, walls, walls at t = 0
+}
+
 TEST(only_what_is_needed, spins_only_where_asked_for) {
   const auto count = [](const std::set<std::string>& labels) { return containing(labels, {"micropolar", "spin"}); };
   for (const std::string& scene : {wet_scene(), std::string(no_cloth)}) {

@@ -20,8 +20,8 @@ fluid:
     - jet: {center: [0, 0.3, 0], radius: 0.03, velocity: [0, -2, 0.3], start: 0.004, end: 0.06}
 bodies:
   - box: {min: [-0.1, 0, -0.1], max: [0.1, 0.2, 0.1], inside: true}
-  - box: {min: [-0.06, 0.13, -0.03], max: [0, 0.17, 0.03], dynamic: true, density: 400}
-  - sphere: {center: [0.05, 0.05, 0], radius: 0.03, velocity: [0, 0.2, 0], spin: {axis: [0, 0, 1], degrees_per_second: 400}}
+  - box: {min: [-0.06, 0.13, -0.03], max: [0, 0.17, 0.03], dynamic: true, density: 400, slip: free}
+  - sphere: {center: [0.05, 0.05, 0], radius: 0.03, velocity: [0, 0.2, 0], spin: {axis: [0, 0, 1], degrees_per_second: 400}, slip: 0.01}
 )";
 
 /// An overfull sheet drips on a second one that moves by its pins, over a floating sphere, under a jet: all of the

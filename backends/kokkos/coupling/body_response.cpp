@@ -121,9 +121,11 @@ void add_body_rows(const Constants& constants, const NeighborLists& lists, Bodie
       });
 }
 
-void viscous_body_forces(const Constants& constants, const Fluid& fluid, const NeighborLists& lists,
-                         Bodies& bodies) {
-  if (bodies.dynamic.count == 0) return;
+namespace {
+
+template <class Friction>
+void find_viscous_forces(const Constants& constants, const Fluid& fluid, const NeighborLists& lists, Bodies& bodies,
+                         const Friction& friction) {
   const WetSamples samples(constants, fluid, lists, bodies);
   const Real strength = solid_friction * viscous_strength(constants) * constants.rest_density;
   const Entries<const Real3> us = std::as_const(bodies).boundary.velocity, v = fluid.particles.velocity;
@@ -138,13 +140,22 @@ void viscous_body_forces(const Constants& constants, const Fluid& fluid, const N
           for (Index k = 0; k < near.count; ++k) {
             const Index i = near(k);
             const Real3 r = samples.position(s) - samples.liquid(i);
-            sum.add(samples.liquid_volume(i) / bounded_ratio(ratio(i)), us(samples.sample(s)) - v(i), r,
-                    samples.kernel.gradient(r));
+            friction.on_body(sum, samples.sample(s), samples.liquid_volume(i) / bounded_ratio(ratio(i)),
+                             us(samples.sample(s)) - v(i), r, samples.kernel.gradient(r));
           }
         }
         force(s) = (strength * samples.volume(s)) * sum.pull;
         bound(s) = strength * samples.volume(s) * sum.bound;
       });
+}
+
+}  // namespace
+
+void viscous_body_forces(const Constants& constants, const Fluid& fluid, const NeighborLists& lists, Bodies& bodies,
+                         const Cloth& cloth, const WallSlip& slip) {
+  if (bodies.dynamic.count == 0) return;
+  with_slip(constants, slip, bodies, cloth,
+            [&](const auto& friction) { find_viscous_forces(constants, fluid, lists, bodies, friction); });
 }
 
 void find_viscous_body_bound(Bodies& bodies, MaximaUnderWay& maxima) {

@@ -44,7 +44,10 @@ void pair_shares(const Fluid& fluid, ForcesWork& work) {
 }
 
 /// The liquid's change in a stage, in work.change, and C_i, 1/s, in work.bound.
-void liquid_change(const Constants& constants, const Fluid& fluid, const NeighborLists& lists, const Bodies& bodies, const Cloth& cloth, ForcesWork& work, const LegendreStage& stage) {
+template <class Friction>
+void find_liquid_change(const Constants& constants, const Fluid& fluid, const NeighborLists& lists,
+                        const Bodies& bodies, const Cloth& cloth, ForcesWork& work, const LegendreStage& stage,
+                        const Friction& friction) {
   const Kernel kernel = constants.kernel;
   const Real strength = viscous_strength(constants);
   const Real3 g = constants.gravity, center = constants.field_center, square = constants.field_square;
@@ -82,7 +85,7 @@ void liquid_change(const Constants& constants, const Fluid& fluid, const Neighbo
           for (Index k = 0; k < walls.count; ++k) {
             const Index b = walls(k);
             const Real3 r = xi - xb(b);
-            sum.add(solid_friction * share, vi - ub(b), r, walls.grad_factor(k) * r);
+            friction.at_body(sum, b, solid_friction * share, vi - ub(b), r, walls.grad_factor(k) * r);
           }
         }
         if (sheets) {
@@ -91,7 +94,7 @@ void liquid_change(const Constants& constants, const Fluid& fluid, const Neighbo
             const Index b = cloths(k);
             const Real4 at = xs(b);
             const Real3 r = xi - at.xyz();
-            sum.add(sheet_friction * share * at.w, vi - us(b), r, kernel.gradient(r));
+            friction.at_sheet(sum, b, sheet_friction * share * at.w, vi - us(b), r, kernel.gradient(r));
           }
         }
         Real3 rate = g + (strength * share) * sum.pull;
@@ -101,6 +104,13 @@ void liquid_change(const Constants& constants, const Fluid& fluid, const Neighbo
         change(i) = {next, Real(0)};
         bound(i) = strength * share * sum.bound;
       });
+}
+
+void liquid_change(const Constants& constants, const Fluid& fluid, const NeighborLists& lists, const Bodies& bodies,
+                   const Cloth& cloth, ForcesWork& work, const LegendreStage& stage) {
+  with_slip(constants, work.slip, bodies, cloth, [&](const auto& friction) {
+    find_liquid_change(constants, fluid, lists, bodies, cloth, work, stage, friction);
+  });
 }
 
 /// Adds the largest C_i, 1/s.
@@ -121,8 +131,10 @@ void add_change(Fluid& fluid, ForcesWork& work) {
       });
 }
 
-/// The reaction on samples and nodes (cloth.nodes.force).
-void cloth_forces(const Constants& constants, const Fluid& fluid, const NeighborLists& lists, Cloth& cloth, ForcesWork& work) {
+/// The reaction on samples, in samples.force.
+template <class Friction>
+void find_sample_forces(const Constants& constants, const Fluid& fluid, const NeighborLists& lists, Cloth& cloth,
+                        ForcesWork& work, const Friction& friction) {
   allocate_zeros(work.sample_bound, "drench::forces::sample_bound", static_cast<std::size_t>(cloth.samples.count));
   const Kernel kernel = constants.kernel;
   const Real strength = sheet_friction * viscous_strength(constants) * constants.rest_density;
@@ -140,11 +152,18 @@ void cloth_forces(const Constants& constants, const Fluid& fluid, const Neighbor
         for (Index k = 0; k < near.count; ++k) {
           const Index i = near(k);
           const Real3 r = here - xf(i);
-          sum.add(volume(i) / bounded_ratio(ratio(i)), moves - v(i), r, kernel.gradient(r));
+          friction.at_sheet(sum, b, volume(i) / bounded_ratio(ratio(i)), moves - v(i), r, kernel.gradient(r));
         }
         force(b) = (strength * vs(b)) * sum.pull;
         bound(b) = strength * vs(b) * sum.bound;
       });
+}
+
+/// The same on the nodes, in nodes.force.
+void cloth_forces(const Constants& constants, const Fluid& fluid, const NeighborLists& lists, const Bodies& bodies,
+                  Cloth& cloth, ForcesWork& work) {
+  with_slip(constants, work.slip, bodies, cloth,
+            [&](const auto& friction) { find_sample_forces(constants, fluid, lists, cloth, work, friction); });
   node_forces_from_samples(cloth);
 }
 
@@ -152,7 +171,7 @@ void cloth_forces(const Constants& constants, const Fluid& fluid, const Neighbor
 
 /// Only sample_bound: the particles' arrays and impulse_change are not counted (docs/design-notes/memory_estimate.md).
 MemoryEstimate forces_bytes(const Sizing& s) {
-  MemoryEstimate sum;
+  MemoryEstimate sum = slip_bytes(s);
   if (s.size.liquid) sum.cloth = s.size.samples * s.real;
   return sum;
 }
@@ -198,10 +217,10 @@ void many_stages(const Constants& constants, Fluid& fluid, const NeighborLists& 
   for (int k = 1; k <= stages; ++k) {
     const LegendreStage stage = legendre(k, stages, dt);
     if (k > 1) {
-      viscous_body_forces(constants, fluid, lists, bodies);
+      viscous_body_forces(constants, fluid, lists, bodies, cloth, work.slip);
       if (sheets) {
         refresh_samples(cloth);
-        cloth_forces(constants, fluid, lists, cloth, work);
+        cloth_forces(constants, fluid, lists, bodies, cloth, work);
       }
       liquid_change(constants, fluid, lists, bodies, cloth, work, stage);
     }
@@ -216,19 +235,20 @@ void many_stages(const Constants& constants, Fluid& fluid, const NeighborLists& 
 void forces(const Constants& constants, Fluid& fluid, const NeighborLists& lists, Bodies& bodies, Cloth& cloth,
             ForcesWork& work, const StepInfo& info, StepReport& report) {
   if (viscous_strength(constants) == 0) {
-    viscous_body_forces(constants, fluid, lists, bodies);  // none
+    viscous_body_forces(constants, fluid, lists, bodies, cloth, work.slip);  // none
     body_stage(bodies, 0, info.dt, constants.gravity);
     inviscid(constants, fluid, Real(info.dt));
     return;
   }
   const bool sheets = cloth.samples.count > 0;
+  refresh_slip(constants, bodies, info, work.slip);
   pair_shares(fluid, work);
   if (sheets) {
     refresh_samples(cloth);  // the divergence solve has changed the nodes' velocities
     refresh_inverse_mass(constants, cloth);
-    cloth_forces(constants, fluid, lists, cloth, work);
+    cloth_forces(constants, fluid, lists, bodies, cloth, work);
   }
-  viscous_body_forces(constants, fluid, lists, bodies);
+  viscous_body_forces(constants, fluid, lists, bodies, cloth, work.slip);
   liquid_change(constants, fluid, lists, bodies, cloth, work, legendre(1, 1, info.dt));
   MaximaUnderWay maxima;
   find_liquid_bound(fluid, work, maxima);

@@ -3,6 +3,7 @@
 
 #include "core/cached.hpp"
 #include "coupling/pressure_work.hpp"
+#include "coupling/wall_slip.hpp"
 #include "fluid/pressure_solve.hpp"
 #include "particles/accounts.hpp"
 
@@ -33,6 +34,7 @@ struct ForcesWork {
   Field<Real> bound;                 // C_i, 1/s
   Field<Real> sample_bound;          // K_b, kg/s
   Field<Real3> impulse_change;       // per node: D_k of its impulse, N s (with more than one stage)
+  WallSlip slip;                     // of walls that slip
 };
 /// Gravity, the field and viscosity, with what they do to cloth and bodies.
 void forces(const Constants& constants, Fluid& fluid, const NeighborLists& lists, Bodies& bodies, Cloth& cloth,
