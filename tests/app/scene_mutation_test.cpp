@@ -99,8 +99,14 @@ std::string objection(const std::string& text, const Scene& scene) {
       if (const std::string wrong = objection_to_key(leaf, keys); !wrong.empty()) return wrong;
       continue;
     }
+    std::string allowed = key->second->allowed;
+    if (key->second->type == "word or number") {  // the words, then the range
+      const std::size_t range = allowed.find_first_of("[(");
+      if ((", " + allowed.substr(0, range)).find(", " + leaf.value->text + ",") != std::string::npos) continue;
+      allowed = allowed.substr(range);
+    }
     const bool number = key->second->type.find("number") != std::string::npos;
-    if (number && !in_range(as_number(leaf.value->text), key->second->allowed))
+    if (number && !in_range(as_number(leaf.value->text), allowed))
       return leaf.path + " is " + leaf.value->text + ", not in " + key->second->allowed;
     if (number && leaf.value->quoted) return leaf.path + " is text";
     if (key->second->type == "word" &&

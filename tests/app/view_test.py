@@ -119,6 +119,11 @@ def wakes(process, seconds):
     return so_far() - before
 
 
+def comes_to_rest(process, seconds, most):
+    """Whether there comes a time of so many seconds in which it wakes up at most so often; drawing may go on for a while."""
+    return any(wakes(process, seconds) <= most for _ in range(10))
+
+
 def test_window(viewer, display):
     window = subprocess.Popen([viewer.drench, "view", viewer.run, "--size", "480x360"], env=display.environment())
     try:
@@ -141,8 +146,7 @@ def test_window(viewer, display):
         display.wait_until(lambda screen: screen != before)
         display.press("s")
         expect(display.wait_until(lambda screen: len(os.listdir(viewer.path("run/pictures"))) == 1), "it does not play to the end")
-        idle = wakes(window.pid, 2)
-        expect(idle <= 10, "%d times in 2 s it looks whether there is something to play" % idle)
+        expect(comes_to_rest(window.pid, 2, 10), "it goes on looking whether there is something to play")
         display.press("q")
         expect(window.wait(timeout=30) == 0, "it ends with an error: %s" % window.returncode)
     finally:
@@ -177,18 +181,17 @@ def test_follow(viewer, display):
     before = display.screen()
     viewer.call("run", viewer.path("scene.yaml"), "-o", folder, "--quiet", "--view", code=0, environment=display.environment())
     expect(outputs(folder) == outputs(viewer.run), "a run that is watched has other results")
-    expect(display.wait_until(lambda screen: screen != before), "no window")
+    expect(display.wait_until(lambda screen: screen != before, 240), "no window")
     display.press("s")  # of the newest frame
     saved = os.path.join(folder, "pictures", "view_%06d.png" % LAST)
-    for _ in range(40):
+    for _ in range(240):  # a busy machine draws slowly, and looks for frames as seldom as drawing them costs
         if os.path.exists(saved):
             break
         time.sleep(0.5)
         display.press("s")
     expect(os.path.exists(saved), "the window does not come to the last frame")
-    time.sleep(4)
-    idle = wakes(process_of("drench-view", folder), 6)
-    expect(idle <= 20, "%d times in 6 s it looks for frames of a run that has ended" % idle)
+    watcher = process_of("drench-view", folder)
+    expect(comes_to_rest(watcher, 6, 20), "it goes on looking for frames of a run that has ended")
     gone = display.screen()
     display.press("q")
     expect(display.wait_until(lambda screen: screen != gone), "q does not close the window")

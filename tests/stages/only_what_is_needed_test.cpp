@@ -115,7 +115,8 @@ TEST(only_what_is_needed, bodies_at_rest_cost_no_kernel_of_moving_ones) {
 
 TEST(only_what_is_needed, only_bodies_that_change_their_shape_have_kernels_for_it) {
   const auto sphere = [](const std::string& files) {
-    return with(wet_scene(), "  - sphere: {center: [0, -0.06, 0], radius: 0.05}", "  - mesh: {sequence: \"" + files + "\", fps: 100}");
+    return with(wet_scene(), "  - sphere: {center: [0, -0.06, 0], radius: 0.05}",
+                "  - mesh: {sequence: \"" + files + "\", fps: 100}");
   };
   const auto moving = [](double growth) {
     return [growth](int k, const Eigen::Vector3d& x) {
@@ -249,6 +250,7 @@ TEST(only_what_is_needed, surface_tension_takes_only_what_tension_or_adhesion_as
 
 TEST(only_what_is_needed, slip_only_where_a_wall_slips_and_the_liquid_is_viscous) {
   const std::initializer_list<const char*> parts = {"_slip", "wall_plane"};
+  { const Watch first(wet_scene()); }  // what a process makes once is there then
   for (const std::string& scene : {wet_scene(), std::string(no_cloth)}) {
     const bool sheet = scene.find("cloth:") != scene.npos;
     const auto slipping = [&](const std::string& slip) {
