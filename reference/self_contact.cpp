@@ -1,0 +1,73 @@
+#include "self_contact.hpp"
+
+#include "cloth_problem.hpp"
+
+namespace drench::reference {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr double kappa = 30, seen_within = 1.5;
+
+/// Where the nodes' velocities take them, out of bodies; pins go where they are led.
+Vectors ends(const ReferenceState& state, const StepInfo& info, const std::vector<PlacedBody>& bodies) {
+  const ClothMesh& mesh = state.model.mesh;
+  Vectors end;
+  for (Index n = 0; n < mesh.nodes(); ++n) {
+    end.push_back(mesh.pinned[n] ? pin_position(state, n, info.time + info.dt)
+                                 : vec(state.s.node_position[n]) + info.dt * vec(state.s.node_velocity[n]));
+    if (!mesh.pinned[n]) project_out(bodies, state.model.cloths[mesh.node_cloth[n]].thickness, end[n]);
+  }
+  return end;
+}
+
+}  // namespace
+
+Vector3d SelfContact::force(const Four& moved) const {
+  Vector3d u = Vector3d::Zero();
+  for (int k = 0; k < 4; ++k) u += b[k] * moved[k];
+  const double pressed = missing - normal.dot(u);
+  if (pressed <= 0) return Vector3d::Zero();
+  Vector3d slip = u - normal * normal.dot(u);
+  if (slip.norm() > pair.friction * pressed) slip *= pair.friction * pressed / slip.norm();
+  return stiffness * (pressed * normal - slip);
+}
+
+std::vector<SelfContact> self_contacts(const ReferenceState& state, const StepInfo& info,
+                                       const std::vector<PlacedBody>& bodies) {
+  std::vector<SelfContact> contacts;
+  if (!state.model.has_self_collision() || state.model.scene.cloth_solver.method != ClothMethod::pd) return contacts;
+  const Vectors end = ends(state, info, bodies);
+  std::vector<int> share(end.size(), 0);
+  for (const Pair& pair : all_pairs(state)) {
+    Four x, u;
+    for (int k = 0; k < 4; ++k) {
+      x[k] = vec(state.s.node_position[pair.node[k]]);
+      u[k] = end[pair.node[k]] - x[k];
+    }
+    std::optional<Near> near;
+    if (pair.distance <= seen_within * pair.thickness)
+      near = nearest(x, pair.edges);
+    else
+      near = reaches(pair, x, u, pair.thickness);
+    if (!near || !(near->apart.norm() > 0)) continue;
+    SelfContact c{pair, near->b, near->apart.normalized(),
+                  std::min(pair.thickness, pair.distance + 0.1 * pair.thickness), 0};
+    for (int k = 0; k < 4; ++k) {
+      c.missing -= c.b[k] * c.normal.dot(x[k] - x[0]);
+      share[pair.node[k]] += c.b[k] != 0;
+    }
+    contacts.push_back(c);
+  }
+  for (SelfContact& c : contacts) {
+    double mobility = 0;
+    for (int k = 0; k < 4; ++k) {
+      const Index n = c.pair.node[k];
+      mobility += c.b[k] * c.b[k] * share[n] * inverse_node_mass(state, n);
+    }
+    c.stiffness = mobility > 0 ? kappa / (info.dt * info.dt * mobility) : 0;
+  }
+  return contacts;
+}
+
+}  // namespace drench::reference
