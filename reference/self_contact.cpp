@@ -7,7 +7,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kappa = 30, seen_within = 1.5;
+constexpr double kappa = 30, near_end = 1.5;
 
 /// Where the nodes' velocities take them, out of bodies; pins go where they are led.
 Vectors ends(const ReferenceState& state, const StepInfo& info, const std::vector<PlacedBody>& bodies) {
@@ -19,6 +19,17 @@ Vectors ends(const ReferenceState& state, const StepInfo& info, const std::vecto
     if (!mesh.pinned[n]) project_out(bodies, state.model.cloths[mesh.node_cloth[n]].thickness, end[n]);
   }
   return end;
+}
+
+/// How a pair lies where it touches; none: it does not.
+std::optional<Near> touching(const Pair& pair, const Four& x, const Four& u) {
+  if (!reaches(pair, x, u, 0.5 * std::min(pair.thickness, pair.distance))) {
+    Four end;
+    for (int k = 0; k < 4; ++k) end[k] = x[k] + u[k];
+    const Near near = nearest(end, pair.edges);
+    return near.apart.norm() <= near_end * pair.thickness ? std::optional(near) : std::nullopt;
+  }
+  return pair.distance > pair.thickness ? reaches(pair, x, u, pair.thickness) : nearest(x, pair.edges);
 }
 
 }  // namespace
@@ -45,11 +56,7 @@ std::vector<SelfContact> self_contacts(const ReferenceState& state, const StepIn
       x[k] = vec(state.s.node_position[pair.node[k]]);
       u[k] = end[pair.node[k]] - x[k];
     }
-    std::optional<Near> near;
-    if (pair.distance <= seen_within * pair.thickness)
-      near = nearest(x, pair.edges);
-    else
-      near = reaches(pair, x, u, pair.thickness);
+    const std::optional<Near> near = touching(pair, x, u);
     if (!near || !(near->apart.norm() > 0)) continue;
     SelfContact c{pair, near->b, near->apart.normalized(),
                   std::min(pair.thickness, pair.distance + 0.1 * pair.thickness), 0};

@@ -1,5 +1,5 @@
 #pragma once
-// Contacts of the cloth with itself inside its implicit step (docs/theory/contacts.md, section 4).
+// Contacts of the cloth with itself inside its implicit step (docs/theory/contacts.md, section 8).
 
 #include "collision.hpp"
 #include "proximity.hpp"

@@ -120,7 +120,8 @@ bool prepare_resident_collision(SelfCollisionWork&) { return false; }
 CollisionProgress keep_apart_resident(SelfCollisionWork&, const Collision&, const CollisionProgress& at) { return at; }
 #endif
 
-Index find_near_pairs(const Constants& constants, Bodies& bodies, Cloth& cloth, SelfCollisionWork& work, const StepInfo& info) {
+Index find_near_pairs(const Constants& constants, Bodies& bodies, Cloth& cloth, SelfCollisionWork& work,
+                      const StepInfo& info) {
   allocate(constants, cloth, work);
   place_solids(constants, bodies, info);
   place_pins(constants, cloth, info);

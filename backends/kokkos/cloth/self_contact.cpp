@@ -1,7 +1,5 @@
 #include "cloth/self_contact.hpp"
 
-#include <cstdlib>
-
 #include "cloth/proximity.hpp"
 #include "cloth/self_collision.hpp"
 #include "cloth/wet_cloth.hpp"
@@ -9,7 +7,20 @@
 namespace drench::kokkos_backend {
 namespace {
 
-constexpr double seen_within = 1.5;  // of τ: pairs so near at the start are contacts, with the normal they have there
+/// Is a pair with these paths (m) a contact, and how does it lie? That is as at the end of the paths, unless these may cross.
+KOKKOS_INLINE_FUNCTION bool touches(const ClosePair& pair, const Double3* x, const Double3* u, Proximity& at) {
+  constexpr double near_end = 1.5;  // of τ
+  const bool edges = pair.edges != 0;
+  if (reaches(edges, x, u, 0.5 * Kokkos::fmin(pair.thickness, pair.distance), at)) {
+    if (pair.distance > pair.thickness) return reaches(edges, x, u, pair.thickness, at);
+    at = proximity(edges, x);
+    return true;
+  }
+  Double3 end[4];
+  for (int k = 0; k < 4; ++k) end[k] = add(x[k], u[k]);
+  at = proximity(edges, end);
+  return at.distance <= near_end * pair.thickness;
+}
 
 /// Appends the contacts among the pairs, in any order, and counts them at their nodes.
 Index list_contacts(const Constants& constants, const Cloth& cloth, const SelfCollisionWork& work,
@@ -32,10 +43,7 @@ Index list_contacts(const Constants& constants, const Cloth& cloth, const SelfCo
           u[k] = minus(widen(end(near.node[k])), x[k]);
         }
         Proximity at;
-        if (near.distance <= seen_within * near.thickness)
-          at = proximity(near.edges != 0, x);
-        else if (!reaches(near.edges != 0, x, u, near.thickness, at))
-          return;
+        if (!touches(near, x, u, at)) return;
         if (!(at.distance > 0)) return;
         const Double3 normal = times(1 / at.distance, at.apart);
         double missing = Kokkos::fmin(near.thickness, near.distance + 0.1 * near.thickness);
@@ -62,8 +70,7 @@ void find_stiffness(const Cloth& cloth, SelfContacts& contacts, Real dt) {
   const Entries<SelfContact> list = contacts.contact;
   const Entries<const Index> share = contacts.share;
   const Entries<const Real> inverse_mass = cloth.nodes.inverse_mass;
-  static const double kappa = std::getenv("XK") ? std::atof(std::getenv("XK")) : contact_stiffness;
-  const Real scale = static_cast<Real>(kappa) / (dt * dt);
+  const Real scale = static_cast<Real>(contact_stiffness) / (dt * dt);
   parallel(
       "drench::cloth::self_contact_stiffness", contacts.count, KOKKOS_LAMBDA(const Index i) {
         SelfContact& c = list(i);

@@ -1,5 +1,5 @@
 #pragma once
-// Contacts of the cloth with itself inside its implicit step. Law: docs/theory/cloth.md, section 12.
+// Contacts of the cloth with itself inside its implicit step. Law: docs/theory/contacts.md, section 8.
 
 #include "cloth/cloth.hpp"
 
@@ -7,7 +7,7 @@ namespace drench::kokkos_backend {
 
 struct SelfCollisionWork;
 
-constexpr double contact_stiffness = 30;  // κ
+constexpr double contact_stiffness = 30;  // κ, 1: of a contact over the inertia of its nodes
 
 /// A node and a triangle, or two edges, that may touch in this step: a spring that only presses, and its friction.
 struct alignas(16) SelfContact {

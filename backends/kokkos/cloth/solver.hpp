@@ -134,7 +134,7 @@ struct ClothSystem {
       add_link(force, l, apart, moved - shift(l.other), rate > 0 ? strain_damping(apart, l.stiffness, rate) : Real(0));
     }
     if (limit_start.exist()) force += limit_force(n, shift, 0, 1);
-    if (contact_start.exist()) force += contact_force(n, shift);
+    if (contact_start.exist()) force += contact_force(n, shift, 0, 1);
     return force;
   }
 
@@ -160,11 +160,11 @@ struct ClothSystem {
     return {limit_shape(3 * t), limit_shape(3 * t + 1), limit_shape(3 * t + 2)};
   }
 
-  /// Of the cloth's contacts with itself, N.
+  /// Contacts of the cloth with itself, N: every `step`-th of the node's, from `from` on.
   template <class Shift>
-  KOKKOS_INLINE_FUNCTION Real3 contact_force(Index n, const Shift& shift) const {
+  KOKKOS_INLINE_FUNCTION Real3 contact_force(Index n, const Shift& shift, Index from, Index step) const {
     Real3 force;
-    for (Index r = contact_start(n); r < contact_start(n + 1); ++r) {
+    for (Index r = contact_start(n) + from; r < contact_start(n + 1); r += step) {
       const SelfContact c = self_contact(contact_item(r) / 4);
       force += c.b[contact_item(r) % 4] * c.force(shift);
     }
@@ -308,8 +308,8 @@ bool prepare_resident_cloth(const Constants& constants, const Cloth& cloth, Clot
 /// Where it expects a bound of the spectral radius at the first call of a solve.
 Kokkos::View<double, MemSpace> resident_spectral_bound(const ClothSolverWork& solver);
 /// ClothIteration::run; `begin` for the first call of a solve, with the largest ρ that it may use; null to go on.
-void run_resident_cloth(ClothSolverWork& solver, const ClothSystem& s, Index nodes, const ClothProgress* begin, int most,
-                        double tolerance, double floor);
+void run_resident_cloth(ClothSolverWork& solver, const ClothSystem& s, Index nodes, const ClothProgress* begin,
+                        int most, double tolerance, double floor);
 /// Waits for it.
 ClothProgress resident_progress(const ClothSolverWork& solver);
 
@@ -317,8 +317,8 @@ ClothProgress resident_progress(const ClothSolverWork& solver);
 /// Can it be done: on a host. (Then it makes its arrays, and the factor for these masses and this time step.)
 bool prepare_factored_cloth(const Cloth& cloth, ClothSolverWork& solver, const ClothSystem& s);
 /// FactoredCloth::run.
-bool run_factored_cloth(const Cloth& cloth, ClothSolverWork& solver, const ClothSystem& s, ClothProgress& progress, int most,
-                        double tolerance, double floor);
+bool run_factored_cloth(const Cloth& cloth, ClothSolverWork& solver, const ClothSystem& s, ClothProgress& progress,
+                        int most, double tolerance, double floor);
 
 // xpbd.cpp
 /// Of the multipliers and their rates.
