@@ -150,6 +150,24 @@ TEST(self_collision, within_the_cloths_solve_agrees_with_the_reference) {
   }
 }
 
+/// The same under the pressure of liquid, which goes on with the solve: a second sheet under the wet one. Few iterations, so
+/// that both make equally many.
+TEST(self_collision, within_the_liquids_solve_agrees_with_the_reference) {
+  const std::string second = R"(  - name: lower
+    mesh: {grid: {size: [0.28, 0.26], nodes: [8, 9]}}
+    place: {position: [0.003, -0.00201, 0.002], rotate: {axis: [0, 1, 0], degrees: 17}}
+    thickness: 0.002
+    self_collision: true
+    pin: [{corners: true}]
+bodies:
+)";
+  const std::string sheets = with(
+      with(wet_scene(), "thickness: 0.002\n", "thickness: 0.002\n    self_collision: true\n"), "bodies:\n", second);
+  const std::string scene = with(sheets, "cloth:\n", "cloth_solver: {tolerance: 0.02}\ncloth:\n");
+  for (const Stage stage : {Stage::cloth, Stage::pressure})
+    compare_stage({.stage = stage, .scene = scene, .steps_before = 20, .changes = "node_velocity"});
+}
+
 TEST(self_collision, within_the_cloths_solve_conserves_momentum) {
   const auto setup = setup_from(with(two_sheets, "point: [0, -0.03, 0]", "point: [0, -0.9, 0]"));
   HostState s = setup.state;

@@ -54,7 +54,8 @@ MemoryEstimate self_collision_bytes(const Sizing& s) {
   const double sums = (3 + 10) * sizeof(std::int64_t),
                node = sizeof(NodeVelocity) + 6 * s.real + 5 * index_bytes + 1 + sums;
   const double items = s.size.nodes + s.size.triangles + s.size.edges;
-  sum.cloth = s.size.nodes * (node + 1.25 * s.size.fold_pairs * (sizeof(ClosePair) + sizeof(Contact) + index_bytes)) +
+  sum.cloth = s.size.nodes * (node + 1.25 * s.size.fold_pairs * (sizeof(ClosePair) + sizeof(Contact) + index_bytes) +
+                              self_contact_bytes(s)) +
               1.25 * items * 9 * sizeof(Couple) + item_bytes(s);
   return sum;
 }

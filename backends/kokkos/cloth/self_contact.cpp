@@ -3,8 +3,12 @@
 #include "cloth/proximity.hpp"
 #include "cloth/self_collision.hpp"
 #include "cloth/wet_cloth.hpp"
+#include "core/sizing.hpp"
 
 namespace drench::kokkos_backend {
+
+static_assert(sizeof(SelfContact) == (sizeof(Real) > 4 ? 96 : 64), "self_contact_bytes");
+
 namespace {
 
 /// Is a pair with these paths (m) a contact, and how does it lie? That is as at the end of the paths, unless these may cross.
@@ -116,6 +120,12 @@ void list_rows(SelfContacts& contacts, Index nodes) {
 }
 
 }  // namespace
+
+double self_contact_bytes(const Sizing& s) {
+  if (s.size.xpbd) return 0;
+  // Half of the pairs are contacts, each in the rows of four nodes.
+  return 2 * index_bytes + 1.25 * s.size.fold_pairs * ((s.real > 4 ? 96 : 64) + 2 * index_bytes);
+}
 
 void find_self_contacts(const Constants& constants, Bodies& bodies, Cloth& cloth, SelfCollisionWork& work,
                         SelfContacts& contacts, const StepInfo& info) {

@@ -43,7 +43,7 @@ struct SelfContacts {
 /// Finds the contacts of the paths by the nodes' velocities as they are; none without self_collision, or with xpbd.
 void find_self_contacts(const Constants& constants, Bodies& bodies, Cloth& cloth, SelfCollisionWork& work,
                         SelfContacts& contacts, const StepInfo& info);
-/// Of n contacts.
-double self_contact_bytes(double nodes, double contacts, int real_bytes);
+/// A node's.
+double self_contact_bytes(const Sizing& s);
 
 }  // namespace drench::kokkos_backend
