@@ -75,6 +75,8 @@ bool FactoredCloth::run(const Cloth& cloth, ClothSolverWork& solver, const Cloth
       if (mode_ == Mode::begun) {
         factor(cloth, system, solver.displacement);
         mode_ = Mode::again;
+      } else if (system.contact_start.exist()) {
+        return false;  // A does not bound what contacts of the cloth with itself add
       } else {
         make_safe(cloth, system);
       }
