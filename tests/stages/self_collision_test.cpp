@@ -168,8 +168,10 @@ bodies:
     compare_stage({.stage = stage, .scene = scene, .steps_before = 20, .changes = "node_velocity"});
 }
 
+/// To what the solve leaves: 1e-9 of the moving forces in double, the rounding of the forces in float.
 TEST(self_collision, within_the_cloths_solve_conserves_momentum) {
-  const auto setup = setup_from(with(two_sheets, "point: [0, -0.03, 0]", "point: [0, -0.9, 0]"));
+  const auto setup = setup_from(with(with(two_sheets, "point: [0, -0.03, 0]", "point: [0, -0.9, 0]"), "cloth:\n",
+                                     "cloth_solver: {tolerance: 1.0e-9, max_iterations: 20000}\ncloth:\n"));
   HostState s = setup.state;
   throw_sheets(setup.model, s, 1.2);
   run_on_both(setup.model, s, {Stage::cloth}, {0, 0, 0.004}, [&](const Backend& backend, const StepReport& report) {
@@ -186,7 +188,7 @@ TEST(self_collision, within_the_cloths_solve_conserves_momentum) {
       }
       change += std::abs(sum);
     }
-    EXPECT_LE(change, 1e-3 * size) << "the solve's tolerance";
+    EXPECT_LE(change, allowed(backend, 1e-8, 2e-4) * size);
     double slowed = 0;  // and yet the sheets did act on each other
     for (std::size_t n = 0; n < s.node_velocity.size(); ++n)
       slowed += setup.model.mesh.solid_mass[n] * std::abs(after.node_velocity[n][1] - s.node_velocity[n][1]);

@@ -179,8 +179,8 @@ cloth:
     HostState s = run.initial();
     for (std::size_t n = 0; n < s.node_velocity.size(); ++n)
       s.node_velocity[n] = m.mesh.node_cloth[n] == 0 ? Vec3{0.3, -2, 0.1} : Vec3{-0.1, 0.5, 0};
-    // 50 times on the way of the sheets; with xpbd of the stage alone, for pd's solver conserves what its
-    // tolerance and the rounding of its forces let it.
+    // 50 times on the way of the sheets; with xpbd of the stage alone. The solve of pd leaves its goal: 1e-6 of the moving
+    // forces, and in float ½ ε D L of a node, 4e-5 of m v/Δt (3 kN/m, 20 mm, 80 mg, 2 m/s), in each step.
     const auto backend = make_kokkos_backend(m);
     double drift = 0, size = 0;
     std::int64_t contacts = 0, zones = 0;
