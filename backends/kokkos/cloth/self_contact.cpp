@@ -7,7 +7,7 @@
 
 namespace drench::kokkos_backend {
 
-static_assert(sizeof(SelfContact) == (sizeof(Real) > 4 ? 96 : 64), "self_contact_bytes");
+static_assert(sizeof(SelfContact) == (sizeof(Real) > 4 ? 112 : 64), "self_contact_bytes");
 
 namespace {
 
@@ -124,7 +124,7 @@ void list_rows(SelfContacts& contacts, Index nodes) {
 double self_contact_bytes(const Sizing& s) {
   if (s.size.xpbd) return 0;
   // Half of the pairs are contacts, each in the rows of four nodes.
-  return 2 * index_bytes + 1.25 * s.size.fold_pairs * ((s.real > 4 ? 96 : 64) + 2 * index_bytes);
+  return 2 * index_bytes + 1.25 * s.size.fold_pairs * ((s.real > 4 ? 112 : 64) + 2 * index_bytes);
 }
 
 void find_self_contacts(const Constants& constants, Bodies& bodies, Cloth& cloth, SelfCollisionWork& work,
