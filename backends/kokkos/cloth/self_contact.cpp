@@ -122,9 +122,11 @@ void list_rows(SelfContacts& contacts, Index nodes) {
 }  // namespace
 
 double self_contact_bytes(const Sizing& s) {
-  if (s.size.xpbd) return 0;
-  // Half of the pairs are contacts, each in the rows of four nodes.
-  return 2 * index_bytes + 1.25 * s.size.fold_pairs * ((s.real > 4 ? 112 : 64) + 2 * index_bytes);
+  // Made once cloth touches: of the pairs beyond those that there is room for at the start half are contacts, each in the rows
+  // of four nodes.
+  const double pairs = s.size.fold_pairs - SetupSize().fold_pairs;
+  if (s.size.xpbd || !(pairs > 0)) return 0;
+  return 2 * index_bytes + 1.25 * pairs * ((s.real > 4 ? 112 : 64) + 2 * index_bytes);
 }
 
 void find_self_contacts(const Constants& constants, Bodies& bodies, Cloth& cloth, SelfCollisionWork& work,
