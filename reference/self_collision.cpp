@@ -87,8 +87,7 @@ class SelfCollision {
 
   // 3.
   std::vector<Contact> find_contacts() const {
-    const bool solved = state_.model.scene.cloth_solver.method == ClothMethod::pd;
-    const double least = solved ? failsafe_gap : 1;
+    const double least = state_.model.has_contacts_in_solve() ? failsafe_gap : 1;
     std::vector<Contact> contacts;
     for (const Pair& pair : pairs_) {
       std::optional<Near> near;

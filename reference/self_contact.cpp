@@ -47,7 +47,7 @@ Vector3d SelfContact::force(const Four& moved) const {
 std::vector<SelfContact> self_contacts(const ReferenceState& state, const StepInfo& info,
                                        const std::vector<PlacedBody>& bodies) {
   std::vector<SelfContact> contacts;
-  if (!state.model.has_self_collision() || state.model.scene.cloth_solver.method != ClothMethod::pd) return contacts;
+  if (!state.model.has_contacts_in_solve()) return contacts;
   const Vectors end = ends(state, info, bodies);
   std::vector<int> share(end.size(), 0);
   for (const Pair& pair : all_pairs(state)) {

@@ -18,7 +18,7 @@ struct SelfContact {
   Eigen::Vector3d force(const Four& moved) const;
 };
 
-/// Those of the paths by the nodes' velocities; none without self_collision, or with xpbd.
+/// Those of the paths by the nodes' velocities; none unless the scene asks for them.
 std::vector<SelfContact> self_contacts(const ReferenceState& state, const StepInfo& info,
                                        const std::vector<PlacedBody>& bodies);
 

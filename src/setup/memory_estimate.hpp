@@ -48,7 +48,7 @@ struct SetupSize {
   bool absorption = false, emission = false;
   bool direction = false;  // the cloth looks for solids
   bool diffusion = false, contact_wicking = false;
-  bool self_collision = false, xpbd = false, strain_limit = false, wet_adhesion = false;
+  bool self_collision = false, contacts_in_solve = false, xpbd = false, strain_limit = false, wet_adhesion = false;
   bool measures = false;
   bool frames = false;   // one is kept on the host while it is written
   bool surface = false;  // with the liquid's surface

@@ -115,8 +115,7 @@ TEST(only_what_is_needed, bodies_at_rest_cost_no_kernel_of_moving_ones) {
 
 TEST(only_what_is_needed, only_bodies_that_change_their_shape_have_kernels_for_it) {
   const auto sphere = [](const std::string& files) {
-    return with(wet_scene(), "  - sphere: {center: [0, -0.06, 0], radius: 0.05}",
-                "  - mesh: {sequence: \"" + files + "\", fps: 100}");
+    return with(wet_scene(), "  - sphere: {center: [0, -0.06, 0], radius: 0.05}", "  - mesh: {sequence: \"" + files + "\", fps: 100}");
   };
   const auto moving = [](double growth) {
     return [growth](int k, const Eigen::Vector3d& x) {
@@ -168,7 +167,7 @@ TEST(only_what_is_needed, cloth_that_is_not_porous_runs_no_porous_stage) {
 }
 
 TEST(only_what_is_needed, cloth_collides_with_itself_only_where_asked_for) {
-  const std::initializer_list<const char*> label = {"self_collision", "self_contact"};
+  const std::initializer_list<const char*> label = {"self_collision"};
   for (const std::string& scene : {wet_scene(), std::string(no_fluid)}) {
     const Watch watch(scene);
     EXPECT_EQ(containing(launched, label) + containing(allocated, label), 0);
@@ -177,17 +176,6 @@ TEST(only_what_is_needed, cloth_collides_with_itself_only_where_asked_for) {
     const Watch watch(with(no_fluid, "pin: [{corners: true}]", "pin: [{corners: true}], self_collision: true"));
     EXPECT_GT(containing(launched, label), computes_on_host() ? 5 : 0);  // a GPU may have one kernel for all laws
     EXPECT_EQ(containing(launched, {"::zone", "::hook", "::push"}), 0) << "nothing touches";
-    EXPECT_EQ(containing(launched, {"self_contact_order"}) + containing(allocated, {"self_contact_item"}), 0);
-  }
-  {
-    const std::string folded =
-        with(no_fluid, "pin: [{corners: true}]",
-             "thickness: 0.002, self_collision: true}, {mesh: {grid: {size: [0.2, 0.2], nodes: [5, 5]}}, "
-             "name: lower, place: {position: [0.003, -0.002, 0]}, thickness: 0.002, self_collision: true");
-    const Watch touches(folded);
-    EXPECT_GT(containing(launched, {"self_contact_order"}), 0);
-    const Watch after(with(folded, "cloth:", "cloth_solver: {method: xpbd}\ncloth:"));
-    EXPECT_EQ(containing(launched, {"self_contact"}) + containing(allocated, {"self_contact"}), 0) << "xpbd has none";
   }
   const Watch still(with(no_fluid, "pin: [{corners: true}]", "dynamics: false, self_collision: true"));
   EXPECT_EQ(containing(launched, label) + containing(allocated, label), 0);

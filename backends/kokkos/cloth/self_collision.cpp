@@ -103,7 +103,7 @@ Collision::Collision(const Constants& constants, const Bodies& bodies, Cloth& cl
       momentum_unit(constants.quantum / impulse_steps),
       way_unit(double(constants.spacing) / zones::way_units),
       margin(work.margin),
-      gap_share(constants.model.scene.cloth_solver.method == ClothMethod::pd ? failsafe_gap : 1),
+      gap_share(constants.model.has_contacts_in_solve() ? failsafe_gap : 1),
       dt(step),
       half_reach(static_cast<Real>(0.50001 * (work.thickness + 2 * work.margin))),
       nodes(cloth.nodes.count) {}

@@ -115,7 +115,8 @@ struct SelfCollisionWork {
 constexpr double failsafe_gap = 0.5;  // of τ: what law 3 keeps where the cloth's solve has contacts
 
 /// work.pair := those that can come near on the nodes' paths by their velocities as they are, and their number.
-Index find_near_pairs(const Constants& constants, Bodies& bodies, Cloth& cloth, SelfCollisionWork& work, const StepInfo& info);
+Index find_near_pairs(const Constants& constants, Bodies& bodies, Cloth& cloth, SelfCollisionWork& work,
+                      const StepInfo& info);
 
 MemoryEstimate self_collision_bytes(const Sizing& s);
 

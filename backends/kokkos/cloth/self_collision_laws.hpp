@@ -63,7 +63,7 @@ struct Collision {
   Entries<Contact> contact;
   Entries<Index> counter;
   double momentum_unit, way_unit, margin, gap_share;  // kg m/s; m; m; 1: law 3 keeps so much of τ
-  Real dt, half_reach;                     // s; m
+  Real dt, half_reach;                                // s; m
   Index nodes;
 
   Collision(const Constants& constants, const Bodies& bodies, Cloth& cloth, SelfCollisionWork& work, Real step);

@@ -125,14 +125,14 @@ double self_contact_bytes(const Sizing& s) {
   // Made once cloth touches: of the pairs beyond those that there is room for at the start half are contacts, each in the rows
   // of four nodes.
   const double pairs = s.size.fold_pairs - SetupSize().fold_pairs;
-  if (s.size.xpbd || !(pairs > 0)) return 0;
+  if (!s.size.contacts_in_solve || !(pairs > 0)) return 0;
   return 2 * index_bytes + 1.25 * pairs * ((s.real > 4 ? 112 : 64) + 2 * index_bytes);
 }
 
 void find_self_contacts(const Constants& constants, Bodies& bodies, Cloth& cloth, SelfCollisionWork& work,
                         SelfContacts& contacts, const StepInfo& info) {
   contacts.count = 0;
-  if (!constants.model.has_self_collision() || constants.model.scene.cloth_solver.method != ClothMethod::pd) return;
+  if (!constants.model.has_contacts_in_solve()) return;
   const Index pairs = find_near_pairs(constants, bodies, cloth, work, info);
   if (pairs == 0) return;
   const Index nodes = cloth.nodes.count;

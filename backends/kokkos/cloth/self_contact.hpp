@@ -40,7 +40,7 @@ struct SelfContacts {
   Index count = 0;
 };
 
-/// Finds the contacts of the paths by the nodes' velocities as they are; none without self_collision, or with xpbd.
+/// Finds the contacts of the paths by the nodes' velocities as they are; none unless the scene asks for them.
 void find_self_contacts(const Constants& constants, Bodies& bodies, Cloth& cloth, SelfCollisionWork& work,
                         SelfContacts& contacts, const StepInfo& info);
 /// A node's.

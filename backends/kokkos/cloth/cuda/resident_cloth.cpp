@@ -150,7 +150,7 @@ std::shared_ptr<ResidentCloth> make_resident_cloth(const Constants& constants, c
       "drench::cloth::most_links", nodes,
       KOKKOS_LAMBDA(const Index n) { return static_cast<double>(s.link_start(n + 1) - s.link_start(n)); }));
   const bool afar =
-      s.limit_start.exist() || constants.model.has_self_collision();  // forces between nodes without a link
+      s.limit_start.exist() || constants.model.has_contacts_in_solve();  // forces between nodes without a link
   const bool plain = s.solids.count == 0 && !afar;
   r->plan = make_plan<Exchange::barrier>(nodes, rows, plain, 0);
   if (r->plan.kernel == nullptr) return r;
