@@ -40,8 +40,8 @@ void describe_pin_spin(Section& s, PinScene& pin) {
 /// A resolved scene has the motion of pins that differ from such as stand still.
 bool has_motion(const PinScene& pin) {
   const PinScene still;
-  return pin.velocity != still.velocity || pin.offset != still.offset || pin.sequence != still.sequence ||
-         pin.spin != still.spin || pin.center != still.center || pin.start != still.start || pin.end != still.end;
+  return pin.velocity != still.velocity || pin.offset != still.offset || pin.sequence != still.sequence || pin.spin != still.spin || pin.center != still.center ||
+         pin.start != still.start || pin.end != still.end;
 }
 
 void describe_porous(Section& s, MaterialScene& fabric) {
@@ -121,9 +121,8 @@ void describe(Section& s, ClothSolverScene& solver) {
   s.saved_if(solver.self_collision != SelfCollisionSolve::after)
       .choice("self_collision", solver.self_collision,
               {{"after", SelfCollisionSolve::after}, {"inside", SelfCollisionSolve::inside}},
-              "where cloths with `self_collision` touch: `after` the solve, by impulses that keep momentum; `inside` "
-              "it, by "
-              "forces with friction, for cloth that lies in folds");
+              "where cloths with `self_collision` touch: `after` the solve, by impulses that keep momentum; `inside` it, by "
+              "springs with friction, for cloth that lies in folds");
   s.check(solver.self_collision == SelfCollisionSolve::after || solver.method == ClothMethod::pd, "self_collision",
           "is for Projective Dynamics; allowed: inside only with method pd");
 }
@@ -144,9 +143,9 @@ void describe(Section& s, PinScene& pin) {
                     "nodes by their number in this cloth");
   const bool motion = has_motion(pin), free = motion && pin.sequence.files.empty();
   s.saved_if(free).numbers("velocity", pin.velocity, speed_range, "m/s",
-                           "of the pins, between `start` and `end`; a cloth with `dynamics: false` has none");
+                             "of the pins, between `start` and `end`; a cloth with `dynamics: false` has none");
   s.saved_if(free).numbers("offset", pin.offset, coordinate_range, "m",
-                           "keys of how far the pins are from where they start; added to what `velocity` does");
+                             "keys of how far the pins are from where they start; added to what `velocity` does");
   describe_sequence(s, pin.sequence,
                     "files of the cloth's mesh, placed as it is: the pins go where their nodes are in them");
   s.saved_if(free).section("spin", pin, describe_pin_spin, "how the pins turn, between `start` and `end`");
@@ -155,8 +154,7 @@ void describe(Section& s, PinScene& pin) {
   check_end_after_start(s, "the motion", pin.start, pin.end);
   check_offset(s, pin.offset, pin.start);
   for (const char* key : {"velocity", "offset", "spin", "start"})
-    s.check(!s.has("sequence") || !s.has(key), key,
-            "stands beside sequence, which says how the pins move; allowed: one");
+    s.check(!s.has("sequence") || !s.has(key), key, "stands beside sequence, which says how the pins move; allowed: one");
 }
 
 void describe(Section& s, SaturationScene& saturation) {

@@ -54,7 +54,7 @@ struct OutputScene {
   bool surface = false;           // the liquid's surface as a mesh with every frame
   double surface_spacing = 0.5;   // 1; of the lattice that the surface is made on, over the particles'
   SurfaceKernel surface_kernel = SurfaceKernel::anisotropic;  // a particle's shape
-  bool report = false;  // report.html at the end of the run, also of one that fails
+  bool report = false;            // report.html at the end of the run, also of one that fails
 
   bool operator==(const OutputScene&) const = default;
 };
@@ -161,12 +161,12 @@ struct PinScene {
   Box box;                    // for Kind::box, after placing
   std::vector<Index> nodes;   // for Kind::nodes, numbered within this cloth
   // Prescribed motion from `start` to `end`; before and after it the pins stand still.
-  Keyed<Vec3> velocity;    // m/s
-  Keyed<Vec3> offset;      // m; added to where `velocity` brings them; 0 at `start`
-  SequenceScene sequence;  // of the cloth's mesh, in place of `velocity`, `offset`, `spin`
-  SpinScene spin;          // about `center`
-  Vec3 center{0, 0, 0};    // m; what the pins turn about, moves with them
-  double start = 0.0;      // s
+  Keyed<Vec3> velocity;                                  // m/s
+  Keyed<Vec3> offset;                                    // m; added to where `velocity` brings them; 0 at `start`
+  SequenceScene sequence;                                // of the cloth's mesh, in place of `velocity`, `offset`, `spin`
+  SpinScene spin;                                        // about `center`
+  Vec3 center{0, 0, 0};                                  // m; what the pins turn about, moves with them
+  double start = 0.0;                                    // s
   double end = std::numeric_limits<double>::infinity();  // s
 
   bool operator==(const PinScene&) const = default;
@@ -227,7 +227,7 @@ struct ClothSolverScene {
   ClothMethod method = ClothMethod::pd;  // the same step, solved in another way
   double tolerance = 1e-3;               // 1; unbalanced forces over the forces that move the cloth
   int max_iterations = 300;              // in stage cloth
-  SelfCollisionSolve self_collision = SelfCollisionSolve::after;  // inside: contacts are forces of the step, with pd
+  SelfCollisionSolve self_collision = SelfCollisionSolve::after;
 
   bool operator==(const ClothSolverScene&) const = default;
 };
