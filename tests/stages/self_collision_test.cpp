@@ -134,7 +134,7 @@ TEST(self_collision, conserves_momentum) {
 
 /// Contacts inside the solve of the cloth: two sheets near each other with a floor, and with the liquid's solve.
 TEST(self_collision, within_the_cloths_solve_agrees_with_the_reference) {
-  const std::string tight = std::string("cloth_solver: {tolerance: ") + (double_precision ? "1.0e-12" : "1.0e-6") +
+  const std::string tight = std::string("cloth_solver: {self_collision: inside, tolerance: ") + (double_precision ? "1.0e-12" : "1.0e-6") +
                             ", max_iterations: 20000}\ncloth:\n";
   const std::string scene = with(two_sheets, "cloth:\n", tight);
   const std::string free = scene.substr(0, scene.find("bodies:"));
@@ -150,7 +150,13 @@ TEST(self_collision, within_the_cloths_solve_agrees_with_the_reference) {
   }
 }
 
-/// The same under the pressure of liquid, which goes on with the solve: a second sheet under the wet one. Few iterations, so
+/// The failsafe behind such a solve keeps half the thickness.
+TEST(self_collision, behind_contacts_in_the_solve_agrees_with_the_reference) {
+  for (const double speed : {0.1, 1.2, 30.0})
+    compare_stage(thrown(speed, with(two_sheets, "cloth:\n", "cloth_solver: {self_collision: inside}\ncloth:\n")));
+}
+
+/// Contacts under the pressure of liquid, which goes on with the solve: a second sheet under the wet one. Few iterations, so
 /// that both make equally many.
 TEST(self_collision, within_the_liquids_solve_agrees_with_the_reference) {
   const std::string second = R"(  - name: lower
@@ -163,7 +169,7 @@ bodies:
 )";
   const std::string sheets = with(
       with(wet_scene(), "thickness: 0.002\n", "thickness: 0.002\n    self_collision: true\n"), "bodies:\n", second);
-  const std::string scene = with(sheets, "cloth:\n", "cloth_solver: {tolerance: 0.02}\ncloth:\n");
+  const std::string scene = with(sheets, "cloth:\n", "cloth_solver: {self_collision: inside, tolerance: 0.02}\ncloth:\n");
   for (const Stage stage : {Stage::cloth, Stage::pressure})
     compare_stage({.stage = stage, .scene = scene, .steps_before = 20, .changes = "node_velocity"});
 }
@@ -171,7 +177,7 @@ bodies:
 /// To what the solve leaves: 1e-9 of the moving forces in double, the rounding of the forces in float.
 TEST(self_collision, within_the_cloths_solve_conserves_momentum) {
   const auto setup = setup_from(with(with(two_sheets, "point: [0, -0.03, 0]", "point: [0, -0.9, 0]"), "cloth:\n",
-                                     "cloth_solver: {tolerance: 1.0e-9, max_iterations: 20000}\ncloth:\n"));
+                                     "cloth_solver: {self_collision: inside, tolerance: 1.0e-9, max_iterations: 20000}\ncloth:\n"));
   HostState s = setup.state;
   throw_sheets(setup.model, s, 1.2);
   run_on_both(setup.model, s, {Stage::cloth}, {0, 0, 0.004}, [&](const Backend& backend, const StepReport& report) {
