@@ -48,11 +48,12 @@ struct SetupSize {
   bool absorption = false, emission = false;
   bool direction = false;  // the cloth looks for solids
   bool diffusion = false, contact_wicking = false;
-  bool self_collision = false, contacts_in_solve = false, xpbd = false, strain_limit = false, wet_adhesion = false;
+  bool self_collision = false, xpbd = false, strain_limit = false, wet_adhesion = false;
   bool measures = false;
   bool frames = false;   // one is kept on the host while it is written
   bool surface = false;  // with the liquid's surface
   bool micropolar = false;
+  bool contacts_in_solve = false;  // of the cloth with itself
   double wall_planes = 0;  // of each sample of the boundary: where a body slips 1, and 2 if one moves
 };
 
