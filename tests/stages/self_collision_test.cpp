@@ -134,8 +134,8 @@ TEST(self_collision, conserves_momentum) {
 
 /// Contacts inside the solve of the cloth: two sheets near each other with a floor, and with the liquid's solve.
 TEST(self_collision, within_the_cloths_solve_agrees_with_the_reference) {
-  const std::string tight = std::string("cloth_solver: {self_collision: inside, tolerance: ") + (double_precision ? "1.0e-12" : "1.0e-6") +
-                            ", max_iterations: 20000}\ncloth:\n";
+  const std::string tight = std::string("cloth_solver: {self_collision: inside, tolerance: ") +
+                            (double_precision ? "1.0e-12" : "1.0e-6") + ", max_iterations: 20000}\ncloth:\n";
   const std::string scene = with(two_sheets, "cloth:\n", tight);
   const std::string free = scene.substr(0, scene.find("bodies:"));
   const std::string wet =
@@ -169,15 +169,17 @@ bodies:
 )";
   const std::string sheets = with(
       with(wet_scene(), "thickness: 0.002\n", "thickness: 0.002\n    self_collision: true\n"), "bodies:\n", second);
-  const std::string scene = with(sheets, "cloth:\n", "cloth_solver: {self_collision: inside, tolerance: 0.02}\ncloth:\n");
+  const std::string scene =
+      with(sheets, "cloth:\n", "cloth_solver: {self_collision: inside, tolerance: 0.02}\ncloth:\n");
   for (const Stage stage : {Stage::cloth, Stage::pressure})
     compare_stage({.stage = stage, .scene = scene, .steps_before = 20, .changes = "node_velocity"});
 }
 
 /// To what the solve leaves: 1e-9 of the moving forces in double, the rounding of the forces in float.
 TEST(self_collision, within_the_cloths_solve_conserves_momentum) {
-  const auto setup = setup_from(with(with(two_sheets, "point: [0, -0.03, 0]", "point: [0, -0.9, 0]"), "cloth:\n",
-                                     "cloth_solver: {self_collision: inside, tolerance: 1.0e-9, max_iterations: 20000}\ncloth:\n"));
+  const auto setup =
+      setup_from(with(with(two_sheets, "point: [0, -0.03, 0]", "point: [0, -0.9, 0]"), "cloth:\n",
+                      "cloth_solver: {self_collision: inside, tolerance: 1.0e-9, max_iterations: 20000}\ncloth:\n"));
   HostState s = setup.state;
   throw_sheets(setup.model, s, 1.2);
   run_on_both(setup.model, s, {Stage::cloth}, {0, 0, 0.004}, [&](const Backend& backend, const StepReport& report) {
