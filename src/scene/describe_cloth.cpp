@@ -121,8 +121,8 @@ void describe(Section& s, ClothSolverScene& solver) {
   s.saved_if(solver.self_collision != SelfCollisionSolve::after)
       .choice("self_collision", solver.self_collision,
               {{"after", SelfCollisionSolve::after}, {"inside", SelfCollisionSolve::inside}},
-              "where cloths with `self_collision` touch: `after` the solve, by impulses that keep momentum; `inside` it, by "
-              "springs with friction, for cloth that lies in folds");
+              "where cloths with `self_collision` touch: `after` the solve, by impulses that keep momentum; `inside` it, "
+              "by springs with friction, for cloth that lies in folds");
   s.check(solver.self_collision == SelfCollisionSolve::after || solver.method == ClothMethod::pd, "self_collision",
           "is for Projective Dynamics; allowed: inside only with method pd");
 }
