@@ -48,27 +48,17 @@ void measure_rates(PressureSystem& system) {
       });
 }
 
-/// Of Eq. 20a; residual and complementarity.
-struct StartSums {
-  double work = 0, answer = 0, left = 0;
-  KOKKOS_INLINE_FUNCTION StartSums& operator+=(const StartSums& o) {
-    work += o.work;
-    answer += o.answer;
-    left += o.left;
-    return *this;
-  }
-};
-
-StartSums judge_start(const PressureSystem& system, const StartResidual& residual) {
+/// The work and the answer of Eq. 20a; residual and complementarity.
+ThreeSums judge_start(const PressureSystem& system, const StartResidual& residual) {
   const Entries<const Real> volume = system.fluid.volume, kappa = std::as_const(system.kappa),
                             rate = std::as_const(system.work).density_rate,
                             free_rate = std::as_const(system.work).free_rate;
-  return ordered<StartSums>(
+  return ordered<ThreeSums>(
       "drench::pressure::start_work", system.count(), KOKKOS_LAMBDA(const Index i) {
-        if (!residual.counts(i)) return StartSums{};
+        if (!residual.counts(i)) return ThreeSums{};
         const Real r = residual(i, rate(i)), k = kappa(i);
         const double weight = double(volume(i)) * k;
-        return StartSums{weight * r, weight * (residual.dt * (free_rate(i) - rate(i))),
+        return ThreeSums{weight * r, weight * (residual.dt * (free_rate(i) - rate(i))),
                          r > 0 ? r : complementarity(r, k, residual.factor * residual.alpha(i))};
       });
 }
@@ -95,9 +85,9 @@ double apply_scaled_start(PressureSystem& system, const StartResidual& residual)
   make_room(system.work.free_rate, "drench::pressure::free_rate", system.fluid.particles.capacity());
   predict_liquid(system);
   measure_rates(system);
-  const StartSums sums = judge_start(system, residual);
-  if (sums.answer > 0) scale_start(system, Real(std::clamp(1 + sums.work / sums.answer, 0.0, most_scale)));
-  return sums.left / system.count();
+  const ThreeSums sums = judge_start(system, residual);
+  if (sums.second > 0) scale_start(system, Real(std::clamp(1 + sums.first / sums.second, 0.0, most_scale)));
+  return sums.third / system.count();
 }
 
 }  // namespace drench::kokkos_backend
