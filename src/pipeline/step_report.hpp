@@ -35,9 +35,8 @@ struct StepReport {
   bool density_converged = true;     ///< false: it ended at its cap
   double density_found = 0;          ///< 1: mean of max(0, δ − 1) at the step's end (time.mode error)
   int rejected = 0;                  ///< longer steps that were tried before this one (time.mode error)
-  double divergence_start =
-      0;                     ///< 1: residual over tolerance that the divergence solve began with, where liquid is alone
-  double density_start = 0;  ///< 1: the same of the density solve (docs/theory/liquid.md, Scaled start)
+  double divergence_start = 0;       ///< 1: residual over tolerance that its solve began with, where liquid is alone
+  double density_start = 0;          ///< 1: the same of the density solve (docs/theory/liquid.md, Scaled start)
   int viscosity_stages = 0;  ///< of the viscous solve (docs/theory/viscosity.md); 0 without viscosity
   int micropolar_stages = 0;          ///< of the solve for spins (docs/theory/micropolar.md)
   int cloth_iterations = 0;           ///< of the cloth's solve, also within the density solve

@@ -10,8 +10,7 @@ namespace drench::kokkos_backend {
 /// What slip adds to bodies and cloths; without any all is empty.
 struct WallSlip {
   Field<Real> of_body, of_cloth;  // b, m, of each body and each cloth; inf: free
-  Field<Real4> rest_plane,
-      plane;  // per boundary sample: unit normal, and its depth below the wall, m; at t = 0 and now
+  Field<Real4> rest_plane, plane;  // of boundary samples at t = 0 and now: unit normal, depth below the wall, m
   Version placed = Version::none();  // of the bodies that `plane` is of
   bool exists() const { return of_body.extent(0) > 0 || of_cloth.extent(0) > 0; }
 };
