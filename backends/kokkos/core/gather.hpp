@@ -14,23 +14,24 @@ inline constexpr Index row_lanes = 8;
 #else
 inline constexpr Index row_lanes = 1;
 #endif
+inline constexpr Index rows_at_once = 1 << 15;  // that lanes of their own fill a large GPU with
 static_assert(row_lanes < warp_size && warp_size % row_lanes == 0, "a warp has whole rows");
 static_assert(!on_host || row_lanes == 1, "a thread of the host has a row to itself");
 
-/// What the lane has that is `apart` from this one, among those that share a row. (Ranges of Kokkos lie along threadIdx.y, and
+/// What the lane has that is `apart` from this one, among the `lanes` that share a row. (Ranges of Kokkos lie along threadIdx.y, and
 /// begin at 0: the lanes of a row are neighbours in a warp. core/thread_mapping.hpp checks it.)
-template <class Value>
+template <Index lanes = row_lanes, class Value>
 KOKKOS_INLINE_FUNCTION Value of_other_lane(const Value& mine, [[maybe_unused]] int apart) {
 #ifdef __CUDA_ARCH__
   static_assert(std::is_trivially_copyable_v<Value> && sizeof(Value) % sizeof(unsigned) == 0);
 #ifdef DRENCH_CHECK_BOUNDS  // Kokkos chooses each kernel's block
-  if (blockDim.x != 1 || blockDim.y % row_lanes != 0) Kokkos::abort("drench: a row's lanes lie in two blocks");
+  if (blockDim.x != 1 || blockDim.y % lanes != 0) Kokkos::abort("drench: a row's lanes lie in two blocks");
 #endif
   constexpr int words = sizeof(Value) / sizeof(unsigned);
-  const unsigned together = ((1u << row_lanes) - 1) << (threadIdx.y % warp_size / row_lanes * row_lanes);
+  const unsigned together = 0xffffffffu >> (warp_size - lanes) << (threadIdx.y % warp_size / lanes * lanes);
   unsigned word[words];
   memcpy(word, &mine, sizeof(Value));
-  for (int w = 0; w < words; ++w) word[w] = __shfl_xor_sync(together, word[w], apart, row_lanes);
+  for (int w = 0; w < words; ++w) word[w] = __shfl_xor_sync(together, word[w], apart, lanes);
   Value other;
   memcpy(&other, word, sizeof(Value));
   return other;
@@ -39,11 +40,49 @@ KOKKOS_INLINE_FUNCTION Value of_other_lane(const Value& mine, [[maybe_unused]] i
 #endif
 }
 
+/// What a row's lane has, in all of them.
+KOKKOS_INLINE_FUNCTION Index of_lane([[maybe_unused]] Index lane, Index mine) {
+#ifdef __CUDA_ARCH__
+  const unsigned first = threadIdx.y % warp_size / row_lanes * row_lanes;
+  return __shfl_sync(0xffffffffu >> (warp_size - row_lanes) << first, mine, lane, row_lanes);
+#else
+  return mine;
+#endif
+}
+
+/// The first of a row's lanes that has it so, `row_lanes` if none has.
+KOKKOS_INLINE_FUNCTION Index first_lane(bool mine) {
+#ifdef __CUDA_ARCH__
+  const unsigned first = threadIdx.y % warp_size / row_lanes * row_lanes, together = 0xffffffffu >> (warp_size - row_lanes) << first;
+  const unsigned such = __ballot_sync(together, mine) & together;
+  return such == 0 ? row_lanes : __ffs(static_cast<int>(such >> first)) - 1;
+#else
+  return mine ? 0 : row_lanes;
+#endif
+}
+
 /// The sum over a row's lanes, in all of them, always in the same order.
 template <class Sum>
 KOKKOS_INLINE_FUNCTION Sum sum_of_lanes(Sum s) {
   for (int apart = row_lanes / 2; apart > 0; apart /= 2) s += of_other_lane(s, apart);
   return s;
+}
+
+/// Whether it is so in any of a row's lanes.
+KOKKOS_INLINE_FUNCTION bool any_of_lanes(bool mine) { return first_lane(mine) < row_lanes; }
+
+/// body(n, lane) for each row n < rows by all of its lanes; each takes every row_lanes-th of the row's entries from `lane` on.
+template <class Body>
+void parallel_rows(const char* label, Index rows, const Body& body) {
+  if constexpr (on_host) {
+    parallel(label, rows, KOKKOS_LAMBDA(const Index n) { body(n, 0); });
+  } else {
+    const Index groups = rows < rows_at_once ? rows : rows_at_once;
+    parallel(
+        label, groups * row_lanes, KOKKOS_LAMBDA(const Index thread) {
+          for (Index n = thread / row_lanes; n < rows; n += groups) body(n, thread % row_lanes);
+        });
+  }
 }
 
 /// finish(n, Σ term(e)) for each row n < rows, e from start(n) to start(n + 1).

@@ -68,6 +68,12 @@ using Neighbors = BasicNeighbors<const Index, const Real>;
 using WritableRow = BasicNeighborRow<Index, Real>;
 using WritableNeighbors = BasicNeighbors<Index, Real>;
 
+/// Which rows of a list have any entries (core/filled_rows.hpp).
+struct FilledRows {
+  Field<Index> row;
+  Kokkos::View<Index, MemSpace> count;
+};
+
 /// A particle beside a sheet with one of its nodes, in one load of 16 bytes in float.
 struct alignas(4 * sizeof(Real)) SheetPair {
   Real3 gradient;  // p_in, 1/m, beside a particle; ρ0 V_i p_in, kg/m, beside a node
@@ -87,6 +93,7 @@ struct SheetRows {
 /// Every list of a run, named `row_neighbour`. Liquid: its particles; boundary: samples of solids; sample: of cloths.
 struct NeighborLists {
   NeighborList fluid_fluid, fluid_boundary, fluid_sample, sample_fluid;
+  FilledRows near_sheet;                 // of fluid_sample; on a GPU
   Version made;                          // of fluid_fluid with its factors (stage density)
   Cached<NeighborList> sample_sample;    // of the nodes' positions
   Cached<NeighborList> sample_boundary;  // of the nodes' and the bodies' positions

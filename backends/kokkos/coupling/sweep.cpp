@@ -7,33 +7,31 @@
 
 #include "coupling/collision.hpp"
 #include "coupling/collision_filter.hpp"
-#include "core/gather.hpp"
+#include "core/filled_rows.hpp"
 #include "core/host_copy.hpp"
 #include "core/z_curve.hpp"
 
 namespace drench::kokkos_backend {
 namespace {
 
-/// Who looks at a particle: a thread alone, or on a GPU `count` lanes of a warp that go through the same tests, each with its
-/// share of what is near.
-struct Alone {
-  static constexpr Index count = 1;
-  Index lane = 0;
-  KOKKOS_INLINE_FUNCTION Hit earliest(const Hit& own) const { return own; }
-};
+/// Who looks at a particle: lanes of a warp that go through the same tests, each with its share of what is near.
+template <Index lanes>
 struct Lanes {
-  static constexpr Index count = row_lanes;
+  static constexpr Index count = lanes;
   Index lane;
 
   /// The earliest of all lanes' hits, in all of them.
   KOKKOS_INLINE_FUNCTION Hit earliest(Hit hit) const {
     for (int apart = count / 2; apart > 0; apart /= 2) {
-      const Hit other = of_other_lane(hit, apart);
+      const Hit other = of_other_lane<count>(hit, apart);
       if (other.before(hit)) hit = other;
     }
     return hit;
   }
 };
+using Alone = Lanes<1>;
+using LanesOfRow = Lanes<row_lanes>;
+using LanesOfWarp = Lanes<on_host ? 1 : warp_size>;  // few particles hit, and some of them many times
 
 constexpr int max_slides = 3, max_carries = 3, max_squeezes = 6, max_repeats = max_slides + max_carries + max_squeezes;
 
@@ -84,22 +82,33 @@ struct Sweep {
     return !passes_by(way, Real(margin)) && !stays_on_its_side(way, Real(touch));
   }
 
-  /// Visits the triangle of each sample near the path, if its box is: each that can be hit, some of them often. Cloth that
-  /// collides with itself may be stretched too far for samples: then the triangles of clusters whose boxes are near.
-  template <class Who, class Visitor>
-  KOKKOS_INLINE_FUNCTION void visit_near(Index i, const Path& path, const Who& who, Visitor& visitor) const {
+  /// Where what a path can hit was at the start, relative to x0, and how far from samples.
+  struct Reach {
+    Double3 lo, hi;
+    double grow;
+    bool listed;  // does the list have all samples there?
+  };
+  KOKKOS_INLINE_FUNCTION Reach reach_of(const Path& path) const {
     const ClothMotion moved = motion();
     const Double3 x0 = widen(path.x0), way = minus(widen(path.x1), x0);
     const double grow = cover * Kokkos::fmax(1.0, moved.stretch) + margin;
-    // Where what is hit was at the start, relative to x0: τ (way − its displacement).
+    // τ (way − its displacement)
     const Double3 lo{Kokkos::fmin(0.0, way.x - moved.most.x), Kokkos::fmin(0.0, way.y - moved.most.y),
                      Kokkos::fmin(0.0, way.z - moved.most.z)};
     const Double3 hi{Kokkos::fmax(0.0, way.x - moved.least.x), Kokkos::fmax(0.0, way.y - moved.least.y),
                      Kokkos::fmax(0.0, way.z - moved.least.z)};
     const Double3 most{Kokkos::fmax(-lo.x, hi.x), Kokkos::fmax(-lo.y, hi.y), Kokkos::fmax(-lo.z, hi.z)};
-    if (listed && Kokkos::sqrt(inner(most, most)) + grow < support) {
+    return {lo, hi, grow, listed && Kokkos::sqrt(inner(most, most)) + grow < support};
+  }
+
+  /// Visits the triangle of each sample near the path, if its box is: each that can be hit, some of them often. Cloth that
+  /// collides with itself may be stretched too far for samples: then the triangles of clusters whose boxes are near.
+  template <class Who, class Visitor>
+  KOKKOS_INLINE_FUNCTION void visit_near(Index i, const Path& path, const Who& who, Visitor& visitor) const {
+    const Reach reach = reach_of(path);
+    if (reach.listed) {
       // Rows in folds have hundreds of samples: some at once, whose loads do not wait for each other.
-      constexpr Index lot = on_host ? 1 : Who::count == 1 ? 8 : 4;
+      constexpr Index lot = on_host ? 1 : 4;
       const NeighborRow near = list.row(i);
       for (Index first = who.lane; first < near.count; first += lot * Who::count) {
         Index candidate[lot];
@@ -112,11 +121,12 @@ struct Sweep {
       }
       return;
     }
-    if (clusters > 0)
+    if (clusters > 0) {
       visit_clusters(path, who, visitor);
-    else
-      visit_cells(narrow(minus(add(x0, lo), {grow, grow, grow})), narrow(add(add(x0, hi), {grow, grow, grow})), path, who,
-                  visitor);
+      return;
+    }
+    const Double3 x0 = widen(path.x0), grow{reach.grow, reach.grow, reach.grow};
+    visit_cells(narrow(minus(add(x0, reach.lo), grow)), narrow(add(add(x0, reach.hi), grow)), path, who, visitor);
   }
   template <class Who, class Visitor>
   KOKKOS_INLINE_FUNCTION void visit_cells(const Real3& least_point, const Real3& most_point, const Path& path, const Who& who,
@@ -206,10 +216,12 @@ struct Sweep {
     }
   };
 
-  KOKKOS_INLINE_FUNCTION bool may_hit(Index i, const Path& path) const {
+  /// In any of a row's lanes, which look each at a share.
+  template <class Who>
+  KOKKOS_INLINE_FUNCTION bool may_hit(Index i, const Path& path, const Who& who) const {
     Look look{*this, path};
-    visit_near(i, path, Alone{}, look);
-    return look.found;
+    visit_near(i, path, who, look);
+    return Who::count == 1 ? look.found : any_of_lanes(look.found);
   }
   template <class Who>
   KOKKOS_INLINE_FUNCTION Hit earliest(Index i, const Path& path, const Who& who) const {
@@ -306,17 +318,30 @@ void place_boxes(const Sweep& sweep, Index triangles) {
       });
 }
 
-/// Stops the particles that kernel sweep has found.
+/// Looks for what particles may hit whose list has all of it.
+void look_near(const Fluid& fluid, const NeighborLists& lists, AdvectionWork& work, const Sweep& sweep) {
+  const Entries<const Real3> position = fluid.particles.position;
+  const Entries<Index> near = work.near;
+  const auto near_count = work.near_count;
+  parallel_filled_rows(
+      "drench::advection::look", lists.fluid_sample, lists.near_sheet, KOKKOS_LAMBDA(const Index i, const Index lane) {
+        const Path path(position(i), sweep.path_end(i));
+        if (!sweep.reach_of(path).listed || !sweep.may_hit(i, path, LanesOfRow{lane}) || lane > 0) return;
+        near(Kokkos::atomic_fetch_add(&near_count(), Index{1})) = i;
+      });
+}
+
+/// Stops the particles that kernels sweep and look have found.
 void stop_near(const Fluid& fluid, const AdvectionWork& work, const Sweep& sweep) {
   const Entries<const Real3> position = fluid.particles.position;
   const Entries<const Index> near = work.near;
   const auto near_count = work.near_count;
-  const Index groups = (fluid.particles.count + Lanes::count - 1) / Lanes::count;
+  constexpr Index lanes = LanesOfWarp::count;
+  const Index groups = (fluid.particles.count + lanes - 1) / lanes;
   parallel(
-      "drench::advection::stop", groups * Lanes::count, KOKKOS_LAMBDA(const Index thread) {
-        const Lanes lanes{thread % Lanes::count};
-        for (Index k = thread / Lanes::count; k < near_count(); k += groups)
-          sweep.stop(near(k), position(near(k)), lanes);
+      "drench::advection::stop", groups * lanes, KOKKOS_LAMBDA(const Index thread) {
+        for (Index k = thread / lanes; k < near_count(); k += groups)
+          sweep.stop(near(k), position(near(k)), LanesOfWarp{thread % lanes});
       });
 }
 
@@ -379,35 +404,37 @@ void sweep_paths(const Constants& constants, const Fluid& fluid, const NeighborL
   parallel(
       "drench::advection::sweep", fluid.particles.count, KOKKOS_LAMBDA(const Index i) {
         const Real3 x0 = position(i), x1 = x0 + dt * velocity(i) + shift(i);
+        const Path path(x0, x1);
         sweep.path_end(i) = x1;
         sweep.hit_triangle(i) = -1;
-        if (!sweep.may_hit(i, Path(x0, x1))) return;
+        if ((!on_host && sweep.reach_of(path).listed) || !sweep.may_hit(i, path, Alone{0})) return;
         if (on_host)
-          sweep.stop(i, x0, Alone{});
+          sweep.stop(i, x0, Alone{0});
         else
           near(Kokkos::atomic_fetch_add(&near_count(), Index{1})) = i;
       });
+  if (!on_host) look_near(fluid, lists, work, sweep);
   if (!on_host) stop_near(fluid, work, sweep);
 }
 
 void check_put_back(const Constants& constants, const Fluid& fluid, const NeighborLists& lists, const Cloth& cloth, AdvectionWork& work) {
   const Sweep sweep = sweep_of(constants, fluid, lists, cloth, work);
   const Entries<const Real3> position = fluid.particles.position;
-  parallel(
-      "drench::advection::put_back", fluid.particles.count, KOKKOS_LAMBDA(const Index i) {
+  parallel_filled_rows(
+      "drench::advection::put_back", lists.fluid_sample, lists.near_sheet, KOKKOS_LAMBDA(const Index i, const Index lane) {
         const Path path(sweep.path_end(i), position(i));
         const Real3 way = path.x1 - path.x0;
         if (!(dot(way, way) > 0)) return;
         const NeighborRow near = sweep.list.row(i);
-        for (Index k = 0; k < near.count; ++k) {
+        bool crossed = false;
+        for (Index k = lane; k < near.count && !crossed; k += row_lanes) {
           const Index t = sweep.sample_triangle(near(k));
           if (path.box.apart(sweep.box(t))) continue;
           const Corners there = sweep.corners(sweep.end, t);
           Hit hit;
-          if (!first_hit(widen(path.x0), widen(path.x1), there, there, 0, hit)) continue;
-          sweep.note_crossing(i);
-          return;
+          crossed = first_hit(widen(path.x0), widen(path.x1), there, there, 0, hit);
         }
+        if (any_of_lanes(crossed) && lane == 0) sweep.note_crossing(i);
       });
 }
 

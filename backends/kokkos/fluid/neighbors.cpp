@@ -1,6 +1,7 @@
 // Stage neighbors (src/stages/neighbors.hpp).
 
 #include "cloth/boundary_edges.hpp"
+#include "core/filled_rows.hpp"
 #include "core/neighbor_search.hpp"
 #include "coupling/body_response.hpp"
 #include "fluid/stages.hpp"
@@ -106,6 +107,7 @@ void neighbors(const Constants& constants, Fluid& fluid, NeighborLists& lists, B
     lists.sample_sample.set_made_from(cloth.moved);
   }
   build_neighbor_lists(wanted, h);
+  if (samples.count > 0) find_filled_rows(lists.fluid_sample, lists.near_sheet);
   if (!has_sheet_contact(constants, cloth)) return;
   find_nearest_samples(lists, cloth, fluid);
   cull_pairs_across_cloth(constants, fluid, cloth, lists);
@@ -123,7 +125,7 @@ MemoryEstimate neighbor_bytes(const Sizing& s) {
   if (!(size.samples > 0)) return sum;
   sum.lists += list_bytes(size.samples, s.entries.sample_sample, s);
   sum.lists += list_bytes(size.samples, s.entries.sample_fluid, s);
-  if (size.fluid > 0) sum.lists += list_bytes(size.fluid, s.entries.fluid_sample, s);
+  if (size.fluid > 0) sum.lists += list_bytes(size.fluid, s.entries.fluid_sample, s) + filled_rows_bytes(size.fluid, s);
   return sum;
 }
 

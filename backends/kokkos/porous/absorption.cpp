@@ -2,6 +2,7 @@
 // the neighbour lists name them; stage emission removes them, or this one at its end where there is none.
 
 #include "cloth/wet_cloth.hpp"
+#include "core/filled_rows.hpp"
 #include "core/neighbor_search.hpp"
 #include "porous/absorption_law.hpp"
 #include "porous/flow_law.hpp"
@@ -80,6 +81,20 @@ struct Demands {
   }
 };
 
+/// The offers of a particle: their sum, and the first of the largest with its place in the list.
+struct Offers {
+  Quanta sum = 0, most = 0;
+  Index largest = 0;
+  KOKKOS_INLINE_FUNCTION Offers& operator+=(const Offers& o) {
+    sum += o.sum;
+    if (o.most > most || (o.most == most && o.largest < largest)) {
+      most = o.most;
+      largest = o.largest;
+    }
+    return *this;
+  }
+};
+
 /// o_ij of every pair, and Σ_i o_ij in `offered`.
 void offer(const Constants& constants, const Fluid& fluid, const NeighborLists& lists, const Cloth& cloth, TransferWork& transfers, AbsorptionWork& work, double dt) {
   const Neighbors list(lists.fluid_sample);
@@ -90,40 +105,35 @@ void offer(const Constants& constants, const Fluid& fluid, const NeighborLists& 
   const double q = constants.quantum, rho = constants.rest_density;
   const Quanta min_quanta = constants.model.min_quanta;
   const Demands demand(constants, cloth, work, dt);
-  parallel(
-      "drench::absorption::offer", fluid.particles.count, KOKKOS_LAMBDA(const Index i) {
+  parallel_filled_rows(
+      "drench::absorption::offer", lists.fluid_sample, lists.near_sheet, KOKKOS_LAMBDA(const Index i, const Index lane) {
         const NeighborRow near = list.row(i);
         const Quanta m = near.count > 0 ? mass(i) : 0;
         if (m <= 0) return;
         const Real3 at = x(i);
         const double volume = double(m) * q / rho;
         double all = 0;
-        for (Index k = 0; k < near.count; ++k) {
+        for (Index k = lane; k < near.count; k += row_lanes) {
           const double w = demand(at, volume, near(k));
           offers(near.index_of(k)) = Kokkos::bit_cast<Quanta>(w);  // kept there until it is an offer
           all += w;
         }
+        all = sum_of_lanes(all);
         const double total = all > 0 ? laws::absorption_total(double(m), all) : 0;
-        Quanta rest = m, most = 0;
-        Index largest = 0;
-        for (Index k = 0; k < near.count; ++k) {
+        Offers own;
+        for (Index k = lane; k < near.count; k += row_lanes) {
           const double w = Kokkos::bit_cast<double>(offers(near.index_of(k)));
-          Quanta o = 0;
-          if (w > 0) {
-            const auto wanted = static_cast<Quanta>(Kokkos::floor(total * (w / all)));
-            o = wanted < rest ? wanted : rest;
-          }
+          const Quanta o = w > 0 ? static_cast<Quanta>(Kokkos::floor(total * (w / all))) : 0;
           offers(near.index_of(k)) = o;
           if (o == 0) continue;
-          rest -= o;
+          own += Offers{o, o, k};
           Kokkos::atomic_add(&offered(near(k)), o);
-          if (o <= most) continue;
-          most = o;
-          largest = k;
         }
-        if (rest == m || rest == 0 || rest >= min_quanta) return;
-        offers(near.index_of(largest)) = most + rest;
-        Kokkos::atomic_add(&offered(near(largest)), rest);
+        const Offers made = sum_of_lanes(own);
+        const Quanta rest = m - made.sum;  // below 0 where rounding offers a quantum too many
+        if (made.sum == 0 || rest == 0 || rest >= min_quanta || made.largest % row_lanes != lane) return;
+        offers(near.index_of(made.largest)) = made.most + rest;
+        Kokkos::atomic_add(&offered(near(made.largest)), rest);
       });
 }
 
@@ -135,15 +145,15 @@ void transfer(const Constants& constants, Fluid& fluid, const NeighborLists& lis
   const Entries<const Real3> velocity = fluid.particles.velocity;
   const Transfers exchange(cloth, transfers);
   const Quanta min_quanta = constants.model.min_quanta;
-  parallel(
-      "drench::absorption::transfer", fluid.particles.count, KOKKOS_LAMBDA(const Index i) {
+  parallel_filled_rows(
+      "drench::absorption::transfer", lists.fluid_sample, lists.near_sheet, KOKKOS_LAMBDA(const Index i, const Index lane) {
         const NeighborRow near = list.row(i);
         const Quanta m = near.count > 0 ? mass(i) : 0;
         if (m <= 0) return;
         const Real3 v = velocity(i);
-        Quanta rest = m;
+        Quanta given = 0;
         bool was_limited = false;
-        for (Index k = 0; k < near.count; ++k) {
+        for (Index k = lane; k < near.count; k += row_lanes) {
           const Quanta o = offers(near.index_of(k));
           if (o == 0) continue;
           const Index p = near(k);
@@ -151,8 +161,11 @@ void transfer(const Constants& constants, Fluid& fluid, const NeighborLists& lis
           if (phi < 1) was_limited = true;
           const Quanta t = limited(o, phi);
           exchange.give(p, o, t, v);
-          rest -= t;
+          given += t;
         }
+        Quanta rest = m - sum_of_lanes(given);
+        was_limited = any_of_lanes(was_limited);
+        if (lane > 0) return;
         Quanta back = was_limited && rest > 0 && rest < min_quanta ? min_quanta - rest : 0;
         for (Index k = 0; k < near.count && back > 0; ++k) {
           const Quanta o = offers(near.index_of(k));

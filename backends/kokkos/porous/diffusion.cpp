@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "cloth/wet_cloth.hpp"
+#include "core/gather.hpp"
 #include "core/host_copy.hpp"
 #include "pipeline/substeps.hpp"
 #include "porous/contact_wicking.hpp"
@@ -83,6 +84,16 @@ struct NodePairs {
   }
 };
 
+/// Of a node, quanta.
+struct Flows {
+  Quanta in = 0, out = 0;
+  KOKKOS_INLINE_FUNCTION Flows& operator+=(const Flows& o) {
+    in += o.in;
+    out += o.out;
+    return *this;
+  }
+};
+
 /// φ of every node; the offers in `flow`. In the first sub-step also the velocities in double: they are rounded once a step
 /// and not once a sub-step.
 void limit(const Constants& constants, Cloth& cloth, DiffusionWork& work, double dt, bool take_velocity) {
@@ -93,18 +104,18 @@ void limit(const Constants& constants, Cloth& cloth, DiffusionWork& work, double
   const Entries<const Real3> v = cloth.nodes.velocity;
   const Entries<Double3> wide = work.velocity;
   const double scale = dt / constants.quantum;
-  parallel(
-      "drench::diffusion::limit", cloth.nodes.count, KOKKOS_LAMBDA(const Index n) {
-        Quanta out = 0, in = 0;
-        for (Index k = pairs.start(n); k < pairs.start(n + 1); ++k) {
-          const bool first = pairs.item(k) % 2 == 0;
-          const Quanta o = pairs.offer(pairs.item(k) / 2, scale);
-          if (first) flow(pairs.item(k) / 2) = o;
-          const Quanta gain = first ? o : -o;
-          (gain > 0 ? in : out) += gain > 0 ? gain : -gain;
-        }
-        out_share(n) = outflow_fraction(pairs.wet.liquid(n), out);
-        in_share(n) = inflow_fraction(ceiling(n), pairs.wet.liquid(n), in);
+  gather_rows<Flows>(
+      "drench::diffusion::limit", cloth.nodes.count, pairs.start,
+      KOKKOS_LAMBDA(const Index k) {
+        const bool first = pairs.item(k) % 2 == 0;
+        const Quanta o = pairs.offer(pairs.item(k) / 2, scale);
+        if (first) flow(pairs.item(k) / 2) = o;
+        const Quanta gain = first ? o : -o;
+        return gain > 0 ? Flows{gain, 0} : Flows{0, -gain};
+      },
+      KOKKOS_LAMBDA(const Index n, const Flows& sum) {
+        out_share(n) = outflow_fraction(pairs.wet.liquid(n), sum.out);
+        in_share(n) = inflow_fraction(ceiling(n), pairs.wet.liquid(n), sum.in);
         if (take_velocity) wide(n) = widen(v(n));
       });
 }
@@ -126,6 +137,17 @@ void give_velocities(Cloth& cloth, const DiffusionWork& work) {
       "drench::diffusion::give_velocity", cloth.nodes.count, KOKKOS_LAMBDA(const Index n) { v(n) = narrow(wide(n)); });
 }
 
+/// By a node in a sub-step.
+struct Received {
+  Quanta gain = 0;
+  Double3 push;  // Σ_in t (v_donor − v_n), quanta · m/s
+  KOKKOS_INLINE_FUNCTION Received& operator+=(const Received& o) {
+    gain += o.gain;
+    push = add(push, o.push);
+    return *this;
+  }
+};
+
 /// `give_velocity`: the new velocities are the step's last, and go to the nodes.
 void transfer(const Constants& constants, Cloth& cloth, DiffusionWork& work, bool with_momentum, bool give_velocity) {
   const Entries<const Index> pair = work.pair, start = work.node_start, item = work.node_item;
@@ -138,23 +160,22 @@ void transfer(const Constants& constants, Cloth& cloth, DiffusionWork& work, boo
   const Entries<const Real> solid = cloth.nodes.solid_mass;
   const Entries<const std::uint8_t> pinned = cloth.nodes.pinned;
   const double q = constants.quantum;
-  parallel(
-      "drench::diffusion::transfer", cloth.nodes.count, KOKKOS_LAMBDA(const Index n) {
-        Quanta gain = 0;
-        Double3 push;  // Σ_in t (v_donor − v_n), quanta · m/s
-        for (Index k = start(n); k < start(n + 1); ++k) {
-          const Index e = item(k) / 2, other = pair(item(k) ^ 1);
-          const Quanta o = item(k) % 2 == 0 ? flow(e) : -flow(e);
-          if (o == 0) continue;
-          const Quanta t = limited(o > 0 ? o : -o, o > 0 ? Kokkos::fmin(out_share(other), in_share(n))
-                                                         : Kokkos::fmin(out_share(n), in_share(other)));
-          gain += o > 0 ? t : -t;
-          if (with_momentum && o > 0 && t > 0) push = add(push, times(double(t), minus(v(other), v(n))));
-        }
-        liquid(n) += gain;
+  gather_rows<Received>(
+      "drench::diffusion::transfer", cloth.nodes.count, start,
+      KOKKOS_LAMBDA(const Index k) {
+        const Index e = item(k) / 2, n = pair(item(k)), other = pair(item(k) ^ 1);
+        const Quanta o = item(k) % 2 == 0 ? flow(e) : -flow(e);
+        if (o == 0) return Received{};
+        const Quanta t = limited(o > 0 ? o : -o, o > 0 ? Kokkos::fmin(out_share(other), in_share(n))
+                                                       : Kokkos::fmin(out_share(n), in_share(other)));
+        if (!with_momentum || o < 0 || t == 0) return Received{o > 0 ? t : -t, {}};
+        return Received{t, times(double(t), minus(v(other), v(n)))};
+      },
+      KOKKOS_LAMBDA(const Index n, const Received& sum) {
+        liquid(n) += sum.gain;
         if (!with_momentum) return;
         const double mass = double(solid(n)) + q * double(liquid(n));
-        const Double3 after = pinned(n) || !(mass > 0) ? v(n) : add(v(n), times(q / mass, push));
+        const Double3 after = pinned(n) || !(mass > 0) ? v(n) : add(v(n), times(q / mass, sum.push));
         if (give_velocity)
           velocity(n) = narrow(after);
         else

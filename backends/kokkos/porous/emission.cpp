@@ -3,6 +3,7 @@
 
 #include "porous/emission_law.hpp"
 
+#include "core/filled_rows.hpp"
 #include "porous/emission_particles.hpp"
 #include "porous/transfer.hpp"
 #include "porous/virtual_pressure.hpp"
@@ -168,7 +169,7 @@ struct Reach {
   }
 };
 
-/// Which places of a particle's list offer to it: those beyond 64 are asked again.
+/// Which of a lane's places in a particle's list offer to it: those beyond 64 are asked again.
 struct Offering {
   std::uint64_t first = 0;
   KOKKOS_INLINE_FUNCTION void add(Index k) {
@@ -178,58 +179,74 @@ struct Offering {
   KOKKOS_INLINE_FUNCTION bool at(Index k) const { return k >= 64 || (first >> k & 1) != 0; }
 };
 
+/// What a particle gets; in whole numbers, so that their sum does not depend on its order.
+struct Gain {
+  Quanta mass = 0;
+  std::int64_t px = 0, py = 0, pz = 0;
+  KOKKOS_INLINE_FUNCTION void add(Quanta t, const Real3& v) {
+    mass += t;
+    px += fixed_momentum(t, v.x);
+    py += fixed_momentum(t, v.y);
+    pz += fixed_momentum(t, v.z);
+  }
+  KOKKOS_INLINE_FUNCTION Gain& operator+=(const Gain& o) {
+    mass += o.mass;
+    px += o.px;
+    py += o.py;
+    pz += o.pz;
+    return *this;
+  }
+};
+
 /// (a): the room that each sample sees, then what each particle accepts; rest becomes E′_p.
 void give_to_liquid(const Constants& constants, Fluid& fluid, const NeighborLists& lists, const Cloth& cloth, EmissionWork& work) {
   const Reach reach(constants, fluid, lists, cloth, work);
   const Entries<Quanta> room = work.room, rest = work.rest;
   const Entries<const Real3> leaving_velocity = work.velocity;
   const Entries<Real3> velocity = fluid.particles.velocity;
-  parallel(
-      "drench::emission::room", fluid.particles.count, KOKKOS_LAMBDA(const Index j) {
-        if (!reach.takes(j)) return;
-        const Quanta own_room = reach.full - reach.mass(j);
+  parallel_filled_rows(
+      "drench::emission::room", lists.fluid_sample, lists.near_sheet, KOKKOS_LAMBDA(const Index j, const Index lane) {
         const NeighborRow near = reach.list.row(j);
-        for (Index k = 0; k < near.count; ++k) {
+        if (near.count == 0 || !reach.takes(j)) return;
+        const Quanta own_room = reach.full - reach.mass(j);
+        for (Index k = lane; k < near.count; k += row_lanes) {
           const Index p = near(k);
           if (reach.offers(p, j)) Kokkos::atomic_add(&room(p), own_room);
         }
       });
-  parallel(
-      "drench::emission::give_to_liquid", fluid.particles.count, KOKKOS_LAMBDA(const Index j) {
-        if (!reach.takes(j)) return;
-        const Quanta mass = reach.mass(j), own_room = reach.full - mass;
+  parallel_filled_rows(
+      "drench::emission::give_to_liquid", lists.fluid_sample, lists.near_sheet, KOKKOS_LAMBDA(const Index j, const Index lane) {
         const NeighborRow near = reach.list.row(j);
+        if (near.count == 0 || !reach.takes(j)) return;
+        const Quanta mass = reach.mass(j), own_room = reach.full - mass;
         Offering offering;
         Quanta offered = 0;
-        for (Index k = 0; k < near.count; ++k) {
+        for (Index k = lane; k < near.count; k += row_lanes) {
           const Index p = near(k);
           if (!reach.offers(p, j)) continue;
-          offering.add(k);
+          offering.add(k / row_lanes);
           offered += floor_ratio(reach.total(p), own_room, room(p));
         }
+        offered = sum_of_lanes(offered);
         if (offered == 0) return;
-        Quanta gained = 0;
-        std::int64_t px = 0, py = 0, pz = 0;
-        for (Index k = 0; k < near.count; ++k) {
-          if (!offering.at(k)) continue;
+        Gain gain;
+        for (Index k = lane; k < near.count; k += row_lanes) {
+          if (!offering.at(k / row_lanes)) continue;
           const Index p = near(k);
-          if (k >= 64 && !reach.offers(p, j)) continue;
+          if (k / row_lanes >= 64 && !reach.offers(p, j)) continue;
           const Quanta t = laws::accepted_offer(floor_ratio(reach.total(p), own_room, room(p)), offered, own_room);
           if (t == 0) continue;
-          gained += t;
-          const Real3 v = leaving_velocity(p);
-          px += fixed_momentum(t, v.x);
-          py += fixed_momentum(t, v.y);
-          pz += fixed_momentum(t, v.z);
+          gain.add(t, leaving_velocity(p));
           Kokkos::atomic_add(&rest(p), -t);
         }
-        if (gained == 0) return;
-        const double before = double(mass), after = before + double(gained), unit = 1 / momentum_steps;
+        gain = sum_of_lanes(gain);
+        if (gain.mass == 0 || lane > 0) return;
+        const double before = double(mass), after = before + double(gain.mass), unit = 1 / momentum_steps;
         const Real3 v = velocity(j);
-        velocity(j) = {Real((before * double(v.x) + unit * double(px)) / after),
-                       Real((before * double(v.y) + unit * double(py)) / after),
-                       Real((before * double(v.z) + unit * double(pz)) / after)};
-        reach.mass(j) = mass + gained;
+        velocity(j) = {Real((before * double(v.x) + unit * double(gain.px)) / after),
+                       Real((before * double(v.y) + unit * double(gain.py)) / after),
+                       Real((before * double(v.z) + unit * double(gain.pz)) / after)};
+        reach.mass(j) = mass + gain.mass;
       });
 }
 
@@ -261,10 +278,10 @@ void block(const Constants& constants, const NeighborLists& lists, const Bodies&
   const Real h = constants.support;
   const bool solids = bodies.boundary.count > 0 && constants.model.has_direction();  // else nothing blocks
   const Layers layers = layers_of(constants, cloth);
-  parallel(
-      "drench::emission::block", cloth.samples.count, KOKKOS_LAMBDA(const Index p) {
-        blocked(p) = 0;
-        receivers(p) = 0;
+  parallel_rows(
+      "drench::emission::block", cloth.samples.count, KOKKOS_LAMBDA(const Index p, const Index lane) {
+        if (lane == 0) blocked(p) = 0;
+        if (lane == 0) receivers(p) = 0;
         if (rest(p) == 0) return;
         const Real cosine = materials(p).emission_cosine;
         const Real3 here = x(p), along = flow(p);
@@ -273,9 +290,9 @@ void block(const Constants& constants, const NeighborLists& lists, const Bodies&
           const NeighborRow walls = solid.row(p);
           bool ahead = false;
           DRENCH_UNROLL
-          for (Index k = 0; k < walls.count; ++k) ahead |= laws::in_cone(xb(walls(k)) - here, along, cosine, h);
-          if (ahead) {
-            blocked(p) = 1;
+          for (Index k = lane; k < walls.count; k += row_lanes) ahead |= laws::in_cone(xb(walls(k)) - here, along, cosine, h);
+          if (any_of_lanes(ahead)) {
+            if (lane == 0) blocked(p) = 1;
             return;
           }
         }
@@ -283,7 +300,7 @@ void block(const Constants& constants, const NeighborLists& lists, const Bodies&
         bool steep = false;
         const NeighborRow near = fabric.row(p);
         DRENCH_UNROLL
-        for (Index k = 0; k < near.count; ++k) {
+        for (Index k = lane; k < near.count; k += row_lanes) {
           const Index q = near(k);
           const Real3 apart = x(q) - here;
           const bool same = layers.same(p, q);
@@ -293,10 +310,12 @@ void block(const Constants& constants, const NeighborLists& lists, const Bodies&
           else if (materials(q).porous)
             ++others;
         }
-        if (steep) blocked(p) = 2;
-        receivers(p) = others;
+        steep = any_of_lanes(steep);
+        others = sum_of_lanes(others);
+        if (lane == 0 && steep) blocked(p) = 2;
+        if (lane == 0) receivers(p) = others;
         if (others == 0 || rest(p) / others == 0) return;
-        for (Index k = 0; k < near.count; ++k) {
+        for (Index k = lane; k < near.count; k += row_lanes) {
           const Index q = near(k);
           if (!layers.same(p, q) && materials(q).porous && laws::in_cone(x(q) - x(p), flow(p), cosine, h))
             Kokkos::atomic_add(&offered(q), rest(p) / others);
@@ -314,20 +333,23 @@ void give_to_layers(const Constants& constants, const NeighborLists& lists, cons
   const Materials materials = sample_materials(cloth);
   const Layers layers = layers_of(constants, cloth);
   const Real h = constants.support;
-  parallel(
-      "drench::emission::give_to_layers", cloth.samples.count, KOKKOS_LAMBDA(const Index p) {
+  parallel_rows(
+      "drench::emission::give_to_layers", cloth.samples.count, KOKKOS_LAMBDA(const Index p, const Index lane) {
         if (receivers(p) == 0) return;
         const Real cosine = materials(p).emission_cosine;
         const Quanta offer = rest(p) / receivers(p);
         if (offer == 0) return;
         const NeighborRow near = list.row(p);
-        for (Index k = 0; k < near.count; ++k) {
+        Quanta given = 0;
+        for (Index k = lane; k < near.count; k += row_lanes) {
           const Index q = near(k);
           if (layers.same(p, q) || !materials(q).porous || !laws::in_cone(x(q) - x(p), flow(p), cosine, h)) continue;
           const Quanta t = limited(offer, exchange.share(q));
           exchange.give(q, offer, t, leaving_velocity(p));
-          rest(p) -= t;
+          given += t;
         }
+        given = sum_of_lanes(given);
+        if (lane == 0) rest(p) -= given;
       });
 }
 
