@@ -184,7 +184,7 @@ def test_failed_run(folder):
 
 
 if not BROWSER:
-    print("SKIPPED: no Chromium")
+    print("SKIPPED: no Chromium; tools/setup browser")
     sys.exit(77)
 with tempfile.TemporaryDirectory(prefix="drench_report_") as name:
     here = Path(name)
