@@ -10,7 +10,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double area_share = 0.78, wall_share = 0.85;  // β_σ, β_w
+constexpr double area_share = 0.78, wall_share = 0.88;  // β_σ, β_w
 
 struct Integrals {
   double c, k;

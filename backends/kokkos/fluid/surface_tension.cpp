@@ -83,7 +83,7 @@ struct StickyWalls {
   }
 };
 
-/// n_i = h (Σ_j V_j ∇W_ij + Σ_b s_b V_b ∇W_ib), s_b = A_b/A, at most 2.
+/// n_i = h (Σ_j V_j ∇W_ij + Σ_b η_b V_b ∇W_ib), η_b = A_b/A, at most 2.
 void surface_normals(const Constants& constants, const Fluid& fluid, const NeighborLists& lists,
                      const StickyWalls& walls, SurfaceTensionWork& work) {
   const Kernel kernel = constants.kernel;

@@ -41,7 +41,7 @@ struct Cohesion {
 
 /// A_b, Pa, of a wall with `work` of adhesion w, N/m.
 inline double wall_cohesion(KernelKind kind, double work, double sigma, double h) {
-  constexpr double wall_share = 0.85;  // β_w
+  constexpr double wall_share = 0.88;  // β_w
   const double all = work / (tension_integrals(kind).cohesion * h);
   return sigma > 0 ? wall_share * (1 - area_share) * all : all / 2;
 }
