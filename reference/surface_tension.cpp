@@ -1,7 +1,7 @@
 // Stage surface_tension (src/stages/surface_tension.hpp).
 
+#include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "common.hpp"
 
@@ -9,21 +9,59 @@ namespace drench::reference {
 namespace {
 
 using Eigen::Vector3d;
-using std::numbers::pi;
 
-/// Akinci, Akinci & Teschner 2013, Eq. 7: a(r), 1/m³.
-double adhesion_kernel(double r, double h) {
-  if (r <= h / 2 || r >= h) return 0;
-  return 0.007 / std::pow(h, 3.25) * std::pow(-4 * r * r / h + 6 * r - 2 * h, 0.25);
+constexpr double area_share = 0.78, wall_share = 0.88;  // β_σ, β_w
+
+struct Integrals {
+  double c, k;
+};
+
+/// c_W and k_W of the scene's kernel.
+Integrals integrals(const Model& m) {
+  switch (m.scene.fluid.kernel) {
+    case KernelKind::cubic:
+      return {0.0553571428571, 0.0181070051840};
+    case KernelKind::wendland:
+      return {0.0520833333333, 0.0181120409795};
+    case KernelKind::poly6:
+      break;
+  }
+  return {0.0535714285714, 0.0180559193159};
 }
 
-/// D, N/m³, for work of adhesion w (N/m).
-double adhesion_strength(const Model& m, double work) {
-  const double d = m.spacing, h = m.support;
-  const double m0 = std::pow(4.0, -1.25) * std::tgamma(0.5) * std::tgamma(1.25) / std::tgamma(1.75);
-  const double m2 = m0 * 65 / 112, m3 = m0 * 207 / 448;
-  const double j = h * m3 / 3 - d * m2 / 4 + d * d * d * m0 / (48 * h * h);
-  return work / (0.007 * 2 * pi * j * d);
+/// A of the liquid, Pa.
+double liquid_cohesion(const Model& m) {
+  return (1 - area_share) * m.scene.fluid.surface_tension / (integrals(m).c * m.support);
+}
+
+/// A_b of a wall with work of adhesion w (N/m), Pa.
+double wall_cohesion(const Model& m, double work) {
+  const double sigma = m.scene.fluid.surface_tension;
+  return sigma > 0 ? wall_share * work / sigma * liquid_cohesion(m) : work / (2 * integrals(m).c * m.support);
+}
+
+/// One sample that liquid particle i sticks to.
+struct Sticky {
+  double cohesion;  // A_b, Pa
+  Vector3d pull;    // V_b ∇W_ib, 1/m
+  Index sheet;      // of a cloth's sample; −1 of a solid's
+};
+
+std::vector<Sticky> sticky_samples(const ReferenceState& state, Index i) {
+  const HostState& s = state.s;
+  const Model& m = state.model;
+  const Smoothing w(m);
+  std::vector<Sticky> all;
+  for (const Index b : state.fluid_boundary[i]) {
+    const double work = m.bodies[m.boundary.body[b]].adhesion;
+    const Vector3d x = vec(s.fluid_position[i]) - vec(s.boundary_position[b]);
+    if (work > 0) all.push_back({wall_cohesion(m, work), s.boundary_volume[b] * w.gradient(x), -1});
+  }
+  for (const Index b : state.fluid_sample[i]) {
+    const double work = m.cloths[m.samples.cloth[b]].adhesion;
+    if (work > 0) all.push_back({wall_cohesion(m, work), s.sample_volume[b] * w.gradient(from_behind(state, i, b)), b});
+  }
+  return all;
 }
 
 /// Forces of the liquid on itself, N.
@@ -37,24 +75,10 @@ void add_liquid_forces(const ReferenceState& state, Vectors& force) {
     for (const Index j : state.fluid_fluid[i]) {
       normal[i] += h * fluid_volume(state, j) * w.gradient(vec(s.fluid_position[i]) - vec(s.fluid_position[j]));
     }
+    for (const Sticky& b : sticky_samples(state, i))
+      normal[i] += h * std::min(2.0, b.cohesion / liquid_cohesion(m)) * b.pull;
   }
-  double c = 0, k = 0;
-  switch (m.scene.fluid.kernel) {
-    case KernelKind::cubic:
-      c = 0.0553571428571;
-      k = 0.0181070051840;
-      break;
-    case KernelKind::wendland:
-      c = 0.0520833333333;
-      k = 0.0181120409795;
-      break;
-    case KernelKind::poly6:
-      c = 0.0535714285714;
-      k = 0.0180559193159;
-      break;
-  }
-  constexpr double share = 0.78;
-  const double a = (1 - share) * sigma / (c * h), b = share * sigma / (k * std::pow(h, 5));
+  const double a = liquid_cohesion(m), b = area_share * sigma / (integrals(m).k * std::pow(h, 5));
   for (Index i = 0; i < s.fluid_count(); ++i) {
     for (const Index j : state.fluid_fluid[i]) {
       const Vector3d x = vec(s.fluid_position[i]) - vec(s.fluid_position[j]);
@@ -75,21 +99,10 @@ void surface_tension(ReferenceState& state, const StepInfo& info, StepReport&) {
   if (m.scene.fluid.surface_tension > 0) add_liquid_forces(state, force);
   for (Index i = 0; i < s.fluid_count(); ++i) {
     const double volume = fluid_volume(state, i);
-    const auto pull = [&](double strength, double sample_volume, const Vector3d& x) -> Vector3d {
-      return -strength * volume * sample_volume * adhesion_kernel(x.norm(), m.support) * x.normalized();
-    };
-    for (const Index b : state.fluid_boundary[i]) {
-      const double work = m.bodies[m.boundary.body[b]].adhesion;
-      if (work == 0) continue;
-      const double strength = adhesion_strength(m, work);
-      force[i] += pull(strength, s.boundary_volume[b], vec(s.fluid_position[i]) - vec(s.boundary_position[b]));
-    }
-    for (const Index b : state.fluid_sample[i]) {
-      const double work = m.cloths[m.samples.cloth[b]].adhesion;
-      if (work == 0) continue;
-      const Vector3d f = pull(adhesion_strength(m, work), s.sample_volume[b], from_behind(state, i, b));
+    for (const Sticky& b : sticky_samples(state, i)) {
+      const Vector3d f = volume * b.cohesion * b.pull;
       force[i] += f;
-      sample_force[b] -= f;
+      if (b.sheet >= 0) sample_force[b.sheet] -= f;
     }
   }
   for (Index i = 0; i < s.fluid_count(); ++i) {

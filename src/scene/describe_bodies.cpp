@@ -11,18 +11,20 @@ using Kind = BodyScene::Kind;
 void describe_motion(Section& s, BodyScene& body) {
   const bool free = body.sequence.files.empty();  // else its files say how it moves
   s.saved_if(free).numbers("velocity", body.velocity, speed_range, "m/s",
-            "prescribed and without end; of a dynamic body only how it starts, and plain");
+                           "prescribed and without end; of a dynamic body only how it starts, and plain");
   s.saved_if(free).numbers("offset", body.offset, coordinate_range, "m",
-            "keys of how far the body is from where it starts; added to what `velocity` does");
-  s.saved_if(free).section("spin", body.spin,
-            "about the centre of box, sphere or the mesh's bounding box, or the plane's point; as `velocity`");
+                           "keys of how far the body is from where it starts; added to what `velocity` does");
+  s.saved_if(free).section(
+      "spin", body.spin,
+      "about the centre of box, sphere or the mesh's bounding box, or the plane's point; as `velocity`");
   s.boolean("dynamic", body.dynamic,
             "floats and sinks, pushed by liquid and gravity: spheres and boxes that are no container; only with "
             "`fluid`");
   s.saved_if(body.dynamic)
       .number("density", body.density, "[1, 30000]", "kg/m³", "of a dynamic body, and only beside `dynamic: true`");
-  s.number("adhesion", body.adhesion, "[0, 10]", "N/m",
-           "work per area that separates the liquid from the body; 0 where it floats");
+  s.number(
+      "adhesion", body.adhesion, "[0, 10]", "N/m",
+      "work per area that separates the liquid from the body, σ (1 + cos θ) for a contact angle θ; 0 where it floats");
   s.number(
       "slip", body.slip, slip_words, slip_range, "m",
       "`no`: viscous liquid moves with the surface; `free`: it feels no friction there; between them a slip length");
@@ -73,7 +75,8 @@ void describe_mesh(Section& s, BodyScene& body) {
   s.numbers("position", body.position, coordinate_range, "m", "added to the scaled mesh");
   describe_motion(s, body);
   for (const char* key : {"velocity", "offset", "spin"})
-    s.check(!s.has("sequence") || !s.has(key), key, "stands beside sequence, which says how the mesh moves; allowed: one");
+    s.check(!s.has("sequence") || !s.has(key), key,
+            "stands beside sequence, which says how the mesh moves; allowed: one");
 }
 
 }  // namespace

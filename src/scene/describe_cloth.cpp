@@ -40,8 +40,8 @@ void describe_pin_spin(Section& s, PinScene& pin) {
 /// A resolved scene has the motion of pins that differ from such as stand still.
 bool has_motion(const PinScene& pin) {
   const PinScene still;
-  return pin.velocity != still.velocity || pin.offset != still.offset || pin.sequence != still.sequence || pin.spin != still.spin || pin.center != still.center ||
-         pin.start != still.start || pin.end != still.end;
+  return pin.velocity != still.velocity || pin.offset != still.offset || pin.sequence != still.sequence ||
+         pin.spin != still.spin || pin.center != still.center || pin.start != still.start || pin.end != still.end;
 }
 
 void describe_porous(Section& s, MaterialScene& fabric) {
@@ -136,9 +136,9 @@ void describe(Section& s, PinScene& pin) {
                     "nodes by their number in this cloth");
   const bool motion = has_motion(pin), free = motion && pin.sequence.files.empty();
   s.saved_if(free).numbers("velocity", pin.velocity, speed_range, "m/s",
-                             "of the pins, between `start` and `end`; a cloth with `dynamics: false` has none");
+                           "of the pins, between `start` and `end`; a cloth with `dynamics: false` has none");
   s.saved_if(free).numbers("offset", pin.offset, coordinate_range, "m",
-                             "keys of how far the pins are from where they start; added to what `velocity` does");
+                           "keys of how far the pins are from where they start; added to what `velocity` does");
   describe_sequence(s, pin.sequence,
                     "files of the cloth's mesh, placed as it is: the pins go where their nodes are in them");
   s.saved_if(free).section("spin", pin, describe_pin_spin, "how the pins turn, between `start` and `end`");
@@ -147,7 +147,8 @@ void describe(Section& s, PinScene& pin) {
   check_end_after_start(s, "the motion", pin.start, pin.end);
   check_offset(s, pin.offset, pin.start);
   for (const char* key : {"velocity", "offset", "spin", "start"})
-    s.check(!s.has("sequence") || !s.has(key), key, "stands beside sequence, which says how the pins move; allowed: one");
+    s.check(!s.has("sequence") || !s.has(key), key,
+            "stands beside sequence, which says how the pins move; allowed: one");
 }
 
 void describe(Section& s, SaturationScene& saturation) {
@@ -179,7 +180,8 @@ void describe(Section& s, ClothScene& cloth) {
            "`damping` at saturation 1; without it as `damping`; only with `porous`");
   s.number("strain_limit", fabric.strain_limit, "[0, 0.99]", "1",
            "ε: triangles keep their stretches within [1 − ε, 1 + ε]; 0: no limit");
-  s.number("adhesion", fabric.adhesion, "[0, 10]", "N/m", "work per area that separates the liquid from the cloth");
+  s.number("adhesion", fabric.adhesion, "[0, 10]", "N/m",
+           "work per area that separates the liquid from the cloth, σ (1 + cos θ)");
   s.number("slip", cloth.slip, slip_words, slip_range, "m", "of viscous liquid on both sides of it, as that of bodies");
   s.number("sample_spacing", cloth.sample_spacing, "[1e-6, 1000]", "m",
            "the largest distance, at rest, between the samples of the cloth that liquid meets; without it "

@@ -88,6 +88,13 @@ TEST(surface_tension, agrees_with_the_reference) {
                                      .changes = field});
 }
 
+TEST(surface_tension, agrees_with_the_reference_where_walls_wet_completely) {
+  compare_stage({.stage = Stage::surface_tension,
+                 .scene = with(with(sticky_scene(), "adhesion: 0.5", "adhesion: 3"), "adhesion: 0.3", "adhesion: 2.5"),
+                 .prepare = still_with_unequal_masses,
+                 .changes = "fluid_velocity"});
+}
+
 TEST(surface_tension, agrees_with_the_reference_where_only_cloth_or_only_solids_are_sticky) {
   const std::string no_tension = with(sticky_scene(), "surface_tension: 0.8", "surface_tension: 0");
   compare_stage({.stage = Stage::surface_tension,
@@ -149,6 +156,29 @@ TEST(surface_tension, liquid_is_drawn_to_a_sticky_wall_only) {
       EXPECT_NEAR(p.linear[1], 0, rounding * p.size);
     }
   }
+}
+
+// A wall with η_b = 1 completes the lattice: what touches it feels neither a pull nor a surface. With η_b = 2 both are reversed.
+TEST(surface_tension, a_wall_that_pulls_like_liquid_is_like_liquid) {
+  const auto rise = [](double adhesion) {  // m/s, of the first layer's middle
+    const auto setup = setup_from(floor_scene(0.1, adhesion));
+    const HostState end = after_stage(setup.model, setup.state, 0.001);
+    double sum = 0, count = 0;
+    for (std::size_t i = 0; i < end.fluid_position.size(); ++i) {
+      const Vec3& x = end.fluid_position[i];
+      if (x[1] > 0.02 || std::abs(x[0] - 0.1) > 0.02 || std::abs(x[2] - 0.1) > 0.02) continue;
+      sum += end.fluid_velocity[i][1];
+      ++count;
+    }
+    EXPECT_GE(count, 4);
+    return sum / count;
+  };
+  constexpr double wall_share = 0.88;  // β_w of docs/theory/surface_tension.md
+  const double alone = rise(0);
+  EXPECT_GT(std::abs(alone), 1e-6);
+  // The samples lie half a spacing beside the lattice: the kernel's sum is 3 % smaller there.
+  EXPECT_LT(std::abs(rise(0.1 / wall_share)), 0.06 * std::abs(alone));
+  EXPECT_NEAR(rise(0.2 / wall_share), -alone, 0.12 * std::abs(alone));
 }
 
 }  // namespace drench::test

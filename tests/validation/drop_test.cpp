@@ -1,5 +1,5 @@
 // Drops without gravity: the pressure inside (Laplace), the period in which they oscillate (Rayleigh), what the forces
-// conserve; and a drop on a plate that it sticks to (Young and Dupré).
+// conserve; and drops on a plate and on cloth that they stick to (Young and Dupré).
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -195,45 +195,80 @@ double cap_height(double theta) {
   return (0.75 * (2 - h) * (2 - h) / (3 - h) - c) / scale;
 }
 
-/// The liquid that a drop on a plate begins as, in spacings: half its sides and its height; `ball`, if above 0, is the radius of
-/// a ball on the plate that is cut from it.
+/// The liquid that a drop on a wall begins as, in spacings: half its sides and its height; `ball`, if above 0, is the radius of
+/// a ball around the height `centre` that is cut from it.
 struct Start {
-  double half_x = 6, height = 8, half_z = 6;
-  double ball = 0;
+  double half = 6, height = 8;
+  double ball = 0, centre = 0;
 };
 
-/// cos θ of the drop of some 1100 particles on a plate, from the height of its centre of mass.
-double contact_cosine(double adhesion, const Start& from = {}) {
+std::string plate(double adhesion) {
+  return fmt::format("bodies: [{{plane: {{point: [0, 0, 0], normal: [0, 1, 0], adhesion: {}}}}}]\n", adhesion);
+}
+
+/// A level sheet: a dry one that stands still, or a wet one, full of liquid, that moves between its pinned edges and is too
+/// stiff to wrap the drop.
+std::string sheet(double adhesion, bool wet) {
+  const char* const still = "    dynamics: false\n";
+  const char* const soaked =
+      "    pin: [{edges: true}]\n    bend: 0.1\n    stretch: 5000\n    porous: {}\n"
+      "    initial_saturation: [{box: {min: [-9, -9, -9], max: [9, 9, 9]}, value: 1}]\n";
+  return fmt::format(
+      "cloth:\n  - mesh: {{grid: {{size: [0.5, 0.5], nodes: [26, 26]}}}}\n    thickness: 0.002\n    adhesion: {}\n{}",
+      adhesion, wet ? soaked : still);
+}
+
+/// cos θ of a drop of some 1100 particles on a wall, from the height of its centre of mass.
+double contact_cosine(const std::string& wall, const Start& from) {
   SceneRun run(fmt::format(R"(drench: 1
 time: {{step: {0}, end: 100}}
 gravity: [0, 0, 0]
 domain: {{min: [-1, -1, -1], max: [1, 1, 1]}}
 fluid:
   spacing: {1}
-  viscosity: 2.0e-4
+  viscosity: 4.0e-4
   surface_tension: {2}
   solver: {{density_error: 1.0e-4, divergence_error: 1.0e-4, max_iterations: 500}}
-  sources: [{{block: {{min: [-{4}, 0, -{6}], max: [{4}, {5}, {6}]}}}}]
-bodies: [{{plane: {{point: [0, 0, 0], normal: [0, 1, 0], adhesion: {3}}}}}]
-)",
-                           0.5 * step, spacing, tension, adhesion, from.half_x * spacing, from.height * spacing,
-                           from.half_z * spacing));
-  const double ball = from.ball * spacing;
-  const HostState start =
-      cut(run.initial(), [&](const Vec3& x) { return ball <= 0 || std::hypot(x[0], x[1] - ball, x[2]) < ball; });
+  sources: [{{block: {{min: [-{3}, 0, -{3}], max: [{3}, {4}, {3}]}}}}]
+{5})",
+                           step, spacing, tension, from.half * spacing, from.height * spacing, wall));
+  const double ball = from.ball * spacing, centre_height = from.centre * spacing;
+  const HostState start = cut(
+      run.initial(), [&](const Vec3& x) { return ball <= 0 || std::hypot(x[0], x[1] - centre_height, x[2]) < ball; });
   run.restart(start);
   const double radius = radius_of(start), period = rayleigh_period(radius);
   double height = 0, samples = 0;
-  while (run.time() < 2 * period) {
+  while (run.time() < 4 * period) {
     run.step();
-    if (run.time() < 1.5 * period) continue;
-    height += centre(run.state())[1] / radius;
+    if (run.time() < 3 * period) continue;
+    const HostState s = run.state();
+    EXPECT_EQ(s.fluid_position.size(), start.fluid_position.size());
+    height += centre(s)[1] / radius;
     ++samples;
   }
   height /= samples;
   double low = 0.05, high = pi - 1e-3;
   while (high - low > 1e-4) (cap_height(0.5 * (low + high)) < height ? low : high) = 0.5 * (low + high);
   return std::cos(low);
+}
+
+struct Work {
+  double share;  // of σ
+  const char* letters;
+};
+
+/// From a ball that touches the wall the contact line advances, from a film it recedes. Both should end at the same angle.
+/// A film would jump off a wall with w = σ/4, as drops do; there a cap with an angle of 120° recedes.
+void compare_sides(const std::string& what, const Work& w, const std::string& wall) {
+  const Start ball{7, 13, 6.5, 6.5}, film{9.5, 3}, cap{9, 13, 6.83, 3.41};
+  const double expected = w.share - 1;
+  const std::string drop = fmt::format("drop on {}, w = {}: ", what, w.letters);
+  const double advanced = contact_cosine(wall, ball), receded = contact_cosine(wall, w.share < 0.5 ? cap : film);
+  std::printf("%s, w = %g sigma: cos theta %.3f advancing, %.3f receding (Young and Dupre %g)\n", what.c_str(), w.share,
+              advanced, receded, expected);
+  report({drop + "cos θ of a ball that spreads, error", "Young–Dupré w/σ − 1", std::abs(advanced - expected), 0.1});
+  report({drop + "cos θ of a film that recedes, error", "Young–Dupré w/σ − 1", std::abs(receded - expected), 0.1});
+  report({drop + "cos θ from the two sides, difference", "0, the wall is smooth", std::abs(advanced - receded), 0.1});
 }
 
 }  // namespace
@@ -243,41 +278,15 @@ TEST(drop, of_six_spacings_has_the_pressure_and_the_period_of_its_tension) {
 }
 TEST(drop, of_eight_spacings_has_the_pressure_and_the_period_of_its_tension) { compare_with_theory(8, {}); }
 
-TEST(drop, spreads_on_a_plate_that_it_adheres_to) {
-  const double weak = contact_cosine(0.5 * tension), strong = contact_cosine(tension);
-  std::printf("cos theta %.3f with w = sigma/2 (Young and Dupre -0.5), %.3f with w = sigma (0)\n", weak, strong);
-  report({"drop on a plate, w = σ/2: cos θ, error", "Young–Dupré w/σ − 1", std::abs(weak + 0.5), 0.2});
-  // Twice the work spreads the drop further, but not as far as it should.
-  report({"drop on a plate, w = σ: cos θ, error",
-          "Young–Dupré w/σ − 1",
-          std::abs(strong),
-          0.2,
-          "1",
-          {0.57, 0.57, 0.519},
-          "The pull ends at h from samples d/2 behind the plate: one layer of particles feels it and holds the contact "
-          "line."});
-  EXPECT_GT(strong, weak + 0.05);
+TEST(drop, finds_its_angle_from_both_sides) {
+  for (const Work& w : {Work{0.25, "σ/4"}, Work{0.5, "σ/2"}, Work{1, "σ"}, Work{1.5, "3σ/2"}})
+    compare_sides("a plate", w, plate(w.share * tension));
 }
 
-// From a ball that touches the plate the contact line advances, from a film it recedes. Both should end at the same angle.
-TEST(drop, finds_its_angle_from_both_sides) {
-  const std::string held =
-      "One layer of particles feels the pull and holds the contact line: a film recedes too little, and a ball spreads "
-      "too "
-      "little.";
-  const Start ball{7, 13, 7, 6.5}, film{9.5, 3, 9.5, 0};
-  for (const double adhesion : {0.5, 1.0}) {
-    const std::string drop = fmt::format("drop on a plate, w = {}: ", adhesion < 1 ? "σ/2" : "σ");
-    const double advanced = contact_cosine(adhesion * tension, ball),
-                 receded = contact_cosine(adhesion * tension, film);
-    std::printf("w = %g sigma: cos theta %.3f from a ball, %.3f from a film (Young and Dupre %g)\n", adhesion, advanced,
-                receded, adhesion - 1);
-    report({drop + "cos θ of a ball that spreads, error", "Young–Dupré w/σ − 1", std::abs(advanced - (adhesion - 1)),
-            0.2, "1", adhesion < 1 ? Reached{0.246, 0.246, 0.224} : Reached{0.725, 0.725, 0.66}, held});
-    report({drop + "cos θ of a film that recedes, error", "Young–Dupré w/σ − 1", std::abs(receded - (adhesion - 1)),
-            0.2, "1", adhesion < 1 ? Reached{0.49, 0.49, 0.449} : Reached{0.232, 0.232, 0.211}, held});
-    report({drop + "cos θ from the two sides, difference", "0, the plate is smooth", std::abs(advanced - receded), 0.2,
-            "1", adhesion < 1 ? Reached{0.73, 0.73, 0.666} : Reached{0.935, 0.935, 0.852}, held});
+TEST(drop, finds_its_angle_on_cloth) {
+  for (const Work& w : {Work{0.5, "σ/2"}, Work{1.5, "3σ/2"}}) {
+    compare_sides("dry cloth", w, sheet(w.share * tension, false));
+    compare_sides("wet cloth that moves", w, sheet(w.share * tension, true));
   }
 }
 

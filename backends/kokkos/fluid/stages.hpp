@@ -52,7 +52,7 @@ MemoryEstimate micropolar_bytes(const Sizing& s);
 
 struct SurfaceTensionWork {
   Field<Real3> normal;                        // n_i, 1
-  Field<Real> body_adhesion, cloth_adhesion;  // D, N/m³, per body and per cloth
+  Field<Real> body_adhesion, cloth_adhesion;  // A_b, Pa, per body and per cloth
 };
 void surface_tension(const Constants& constants, Fluid& fluid, const NeighborLists& lists, const Bodies& bodies,
                      Cloth& cloth, SurfaceTensionWork& work, const StepInfo& info);

@@ -1,22 +1,24 @@
 // Stage surface_tension (src/stages/surface_tension.hpp).
 
-#include "fluid/surface_tension_law.hpp"
+#include <limits>
 
 #include "core/host_copy.hpp"
 #include "coupling/wall.hpp"
 #include "fluid/stages.hpp"
+#include "fluid/surface_tension_law.hpp"
 
 namespace drench::kokkos_backend {
 namespace {
 
-/// D of every body or cloth, on first use; stays empty where none is sticky.
+/// A_b of every body or cloth, on first use; stays empty where none is sticky.
 template <class Parts>
 void allocate_strengths(Field<Real>& strength, const char* label, const Parts& parts, const Constants& constants) {
   if (strength.extent(0) > 0) return;
   std::vector<double> values;
   bool any = false;
   for (const auto& part : parts) {
-    values.push_back(adhesion_strength(part.adhesion, constants.model.spacing, constants.model.support));
+    values.push_back(wall_cohesion(constants.kernel.kind, part.adhesion, constants.model.scene.fluid.surface_tension,
+                                   constants.model.support));
     any = any || part.adhesion > 0;
   }
   if (any) strength = to_device<Real>(label, values);
@@ -30,17 +32,71 @@ void allocate(const Constants& constants, const Fluid& fluid, SurfaceTensionWork
     make_room(work.normal, "drench::surface_tension::normal", fluid.particles.capacity());
 }
 
-/// n_i = h Σ_j V_j ∇W_ij.
-void surface_normals(const Constants& constants, const Fluid& fluid, const NeighborLists& lists, SurfaceTensionWork& work) {
+/// Samples of solids and cloths that the liquid sticks to.
+struct StickyWalls {
+  Kernel kernel;
+  Entries<const Real3> solid;          // m
+  Entries<const Real4> sheet, offset;  // m and m³; ½ d n, m
+  Entries<const Real> solid_volume;    // m³
+  Entries<const Index> body, cloth;
+  Slice<const Real> of_body, of_cloth;  // A_b, Pa
+  Neighbors near_solids, near_sheets;
+  bool solids, sheets;
+
+  StickyWalls(const Constants& constants, const NeighborLists& lists, const Bodies& bodies, const Cloth& cloths,
+              const SurfaceTensionWork& work)
+      : kernel(constants.kernel),
+        solid(bodies.boundary.position),
+        sheet(cloths.samples.position_volume),
+        offset(cloths.samples.normal_offset),
+        solid_volume(bodies.boundary.volume),
+        body(bodies.boundary.body),
+        cloth(cloths.samples.cloth),
+        of_body(work.body_adhesion),
+        of_cloth(work.cloth_adhesion),
+        near_solids(lists.fluid_boundary),
+        near_sheets(lists.fluid_sample),
+        solids(of_body.extent(0) > 0 && bodies.boundary.count > 0),
+        sheets(of_cloth.extent(0) > 0 && cloths.samples.count > 0) {}
+
+  /// Σ_b min(A_b, most) V_b ∇W_ib, Pa/m.
+  KOKKOS_INLINE_FUNCTION Real3 pull(Index i, const Real3& xi, Real most) const {
+    Real3 sum;
+    if (solids) {
+      const NeighborRow near = near_solids.row(i);
+      for (Index k = 0; k < near.count; ++k) {
+        const Index b = near(k);
+        const Real3 r = xi - solid(b);
+        sum += Kokkos::min(of_body(body(b)), most) * solid_volume(b) * kernel.grad_factor(norm(r)) * r;
+      }
+    }
+    if (sheets) {
+      const NeighborRow near = near_sheets.row(i);
+      for (Index k = 0; k < near.count; ++k) {
+        const Index b = near(k);
+        const Real4 at = sheet(b);
+        const Real3 r = from_behind(xi - at.xyz(), offset(b).xyz());
+        sum += Kokkos::min(of_cloth(cloth(b)), most) * at.w * kernel.grad_factor(norm(r)) * r;
+      }
+    }
+    return sum;
+  }
+};
+
+/// n_i = h (Σ_j V_j ∇W_ij + Σ_b η_b V_b ∇W_ib), η_b = A_b/A, at most 2.
+void surface_normals(const Constants& constants, const Fluid& fluid, const NeighborLists& lists,
+                     const StickyWalls& walls, SurfaceTensionWork& work) {
   const Kernel kernel = constants.kernel;
+  const Cohesion law(kernel, constants.model.scene.fluid.surface_tension, constants.model.support);
   const Entries<const Real3> x = fluid.particles.position;
   const Entries<Real3> normal = work.normal;
   const Entries<const Real> volume = fluid.volume;
   const Neighbors list(lists.fluid_fluid);
+  const Real inverse_pressure = 1 / law.pressure, most = 2 * law.pressure;
   parallel(
       "drench::surface_tension::normal", fluid.particles.count, KOKKOS_LAMBDA(const Index i) {
         const Real3 xi = x(i);
-        Real3 sum;
+        Real3 sum = inverse_pressure * walls.pull(i, xi, most);
         const NeighborRow near = list.row(i);
         for (Index k = 0; k < near.count; ++k) {
           const Index j = near(k);
@@ -52,7 +108,8 @@ void surface_normals(const Constants& constants, const Fluid& fluid, const Neigh
 }
 
 /// v_i += Δt Σ_j F_ij/m_i.
-void pull_liquid(const Constants& constants, Fluid& fluid, const NeighborLists& lists, const SurfaceTensionWork& work, Real dt) {
+void pull_liquid(const Constants& constants, Fluid& fluid, const NeighborLists& lists, const SurfaceTensionWork& work,
+                 Real dt) {
   const Cohesion law(constants.kernel, constants.model.scene.fluid.surface_tension, constants.model.support);
   const Entries<const Real3> x = fluid.particles.position, normal = work.normal;
   const Entries<Real3> v = fluid.particles.velocity;
@@ -74,46 +131,20 @@ void pull_liquid(const Constants& constants, Fluid& fluid, const NeighborLists& 
 }
 
 /// v_i += Δt Σ_b F_ib/m_i.
-void stick_to_walls(const Constants& constants, Fluid& fluid, const NeighborLists& lists, const Bodies& bodies, const Cloth& cloth, const SurfaceTensionWork& work, const Adhesion& law, Real dt) {
-  const Entries<const Real3> x = fluid.particles.position, xb = bodies.boundary.position;
+void stick_to_walls(const Constants& constants, Fluid& fluid, const StickyWalls& walls, Real dt) {
+  const Entries<const Real3> x = fluid.particles.position;
   const Entries<Real3> v = fluid.particles.velocity;
-  const Entries<const Real4> xs = cloth.samples.position_volume, offset = cloth.samples.normal_offset;
-  const Entries<const Real> vb = bodies.boundary.volume;
-  const Entries<const Index> body = bodies.boundary.body, cloth_of = cloth.samples.cloth;
-  const Slice<const Real> of_body = work.body_adhesion, of_cloth = work.cloth_adhesion;
-  const Neighbors lb(lists.fluid_boundary), ls(lists.fluid_sample);
-  const bool solids = of_body.extent(0) > 0 && bodies.boundary.count > 0;
-  const bool sheets = of_cloth.extent(0) > 0 && cloth.samples.count > 0;
   const Real factor = dt / constants.rest_density;
+  constexpr Real all = std::numeric_limits<Real>::max();
   parallel(
-      "drench::surface_tension::adhesion", fluid.particles.count, KOKKOS_LAMBDA(const Index i) {
-        const Real3 xi = x(i);
-        Real3 f;
-        if (solids) {
-          const NeighborRow walls = lb.row(i);
-          for (Index k = 0; k < walls.count; ++k) {
-            const Index b = walls(k);
-            const Real3 r = xi - xb(b);
-            const Real length = norm(r), pull = law.value(length);
-            if (pull > 0) f -= (of_body(body(b)) * vb(b) * pull / length) * r;
-          }
-        }
-        if (sheets) {
-          const NeighborRow cloths = ls.row(i);
-          for (Index k = 0; k < cloths.count; ++k) {
-            const Index b = cloths(k);
-            const Real4 at = xs(b);
-            const Real3 r = from_behind(xi - at.xyz(), offset(b).xyz());
-            const Real length = norm(r), pull = law.value(length);
-            if (pull > 0) f -= (of_cloth(cloth_of(b)) * at.w * pull / length) * r;
-          }
-        }
-        v(i) += factor * f;
-      });
+      "drench::surface_tension::adhesion", fluid.particles.count,
+      KOKKOS_LAMBDA(const Index i) { v(i) += factor * walls.pull(i, x(i), all); });
 }
 
 /// The reaction on the cloth's nodes.
-void pull_cloth(const Constants& constants, const Fluid& fluid, const NeighborLists& lists, Cloth& cloth, const SurfaceTensionWork& work, const Adhesion& law, Real dt) {
+void pull_cloth(const Constants& constants, const Fluid& fluid, const NeighborLists& lists, Cloth& cloth,
+                const SurfaceTensionWork& work, Real dt) {
+  const Kernel kernel = constants.kernel;
   const Entries<const Real3> x = fluid.particles.position;
   const Entries<Real3> force = cloth.samples.force;
   const Entries<const Real4> xs = cloth.samples.position_volume, offset = cloth.samples.normal_offset;
@@ -129,8 +160,7 @@ void pull_cloth(const Constants& constants, const Fluid& fluid, const NeighborLi
         for (Index k = 0; k < near.count; ++k) {
           const Index i = near(k);
           const Real3 r = from_behind(x(i) - at.xyz(), behind);
-          const Real length = norm(r), pull = law.value(length);
-          if (pull > 0) f += (volume(i) * pull / length) * r;
+          f -= volume(i) * kernel.grad_factor(norm(r)) * r;
         }
         force(b) = of_cloth(cloth_of(b)) * at.w * f;
       });
@@ -146,14 +176,14 @@ void surface_tension(const Constants& constants, Fluid& fluid, const NeighborLis
   if (fluid.particles.count == 0) return;
   allocate(constants, fluid, work);
   const Real dt = Real(info.dt);
+  const StickyWalls walls(constants, lists, bodies, cloth, work);
   if (constants.model.scene.fluid.surface_tension > 0) {
-    surface_normals(constants, fluid, lists, work);
+    surface_normals(constants, fluid, lists, walls, work);
     pull_liquid(constants, fluid, lists, work, dt);
   }
   if (!constants.model.has_adhesion()) return;
-  const Adhesion law(constants.model.support);
-  stick_to_walls(constants, fluid, lists, bodies, cloth, work, law, dt);
-  if (constants.model.has_sticky_cloth()) pull_cloth(constants, fluid, lists, cloth, work, law, dt);
+  stick_to_walls(constants, fluid, walls, dt);
+  if (constants.model.has_sticky_cloth()) pull_cloth(constants, fluid, lists, cloth, work, dt);
 }
 
 }  // namespace drench::kokkos_backend

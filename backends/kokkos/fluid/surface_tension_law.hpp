@@ -5,6 +5,19 @@
 
 namespace drench::kokkos_backend {
 
+inline constexpr double area_share = 0.78;  // β_σ
+
+/// Kernel integrals c_W and k_W.
+struct TensionIntegrals {
+  double cohesion, area;
+};
+inline TensionIntegrals tension_integrals(KernelKind kind) {
+  constexpr double pi = 3.14159265358979323846;
+  if (kind == KernelKind::wendland) return {5.0 / 96, 2557 * pi / 443520};
+  if (kind == KernelKind::poly6) return {3.0 / 56, 263 * pi / 45760};
+  return {31.0 / 560, 65441 * pi / 11354112};
+}
+
 /// Cohesion and area term of liquid of tension σ.
 struct Cohesion {
   Kernel kernel;
@@ -13,16 +26,7 @@ struct Cohesion {
   Real inverse_h2;  // 1/m²
 
   Cohesion(const Kernel& of_scene, double sigma, double h) : kernel(of_scene) {
-    constexpr double pi = 3.14159265358979323846;
-    double c = 31.0 / 560, k = 65441 * pi / 11354112;  // cubic
-    if (kernel.kind == KernelKind::wendland) {
-      c = 5.0 / 96;
-      k = 2557 * pi / 443520;
-    } else if (kernel.kind == KernelKind::poly6) {
-      c = 3.0 / 56;
-      k = 263 * pi / 45760;
-    }
-    constexpr double area_share = 0.78;  // β
+    const auto [c, k] = tension_integrals(kernel.kind);
     pressure = Real((1 - area_share) * sigma / (c * h));
     area = Real(area_share * sigma / (k * h * h * h * h * h * h * h));
     inverse_h2 = Real(1 / (h * h));
@@ -35,26 +39,11 @@ struct Cohesion {
   }
 };
 
-/// Akinci's adhesion kernel a(r), 1/m³.
-struct Adhesion {
-  Real inverse_h;
-  Real factor;  // 0.007/h³, 1/m³
-
-  explicit Adhesion(double h) : inverse_h(Real(1 / h)), factor(Real(0.007 / (h * h * h))) {}
-
-  KOKKOS_INLINE_FUNCTION Real value(Real r) const {
-    const Real q = r * inverse_h;
-    const Real inside = (4 * q - 2) * (1 - q);
-    return q > Real(0.5) && inside > 0 ? factor * Kokkos::sqrt(Kokkos::sqrt(inside)) : Real(0);
-  }
-};
-
-/// D, N/m³, of a wall with `work` of adhesion w, N/m, whose samples stand for a layer of liquid (density.hpp).
-inline double adhesion_strength(double work, double d, double h) {
-  constexpr double pi = 3.14159265358979323846;
-  constexpr double m0 = 0.3090124462168954;
-  const double j = m0 * (207 * h / 1344 - 65 * d / 448 + d * d * d / (48 * h * h));
-  return work / (0.007 * 2 * pi * j * d);
+/// A_b, Pa, of a wall with `work` of adhesion w, N/m.
+inline double wall_cohesion(KernelKind kind, double work, double sigma, double h) {
+  constexpr double wall_share = 0.88;  // β_w
+  const double all = work / (tension_integrals(kind).cohesion * h);
+  return sigma > 0 ? wall_share * (1 - area_share) * all : all / 2;
 }
 
 }  // namespace drench::kokkos_backend
