@@ -40,24 +40,13 @@ KOKKOS_INLINE_FUNCTION Value of_other_lane(const Value& mine, [[maybe_unused]] i
 #endif
 }
 
-/// What a row's lane has, in all of them.
-KOKKOS_INLINE_FUNCTION Index of_lane([[maybe_unused]] Index lane, Index mine) {
+/// Whether it is so in any of a row's lanes.
+KOKKOS_INLINE_FUNCTION bool any_of_lanes(bool mine) {
 #ifdef __CUDA_ARCH__
   const unsigned first = threadIdx.y % warp_size / row_lanes * row_lanes;
-  return __shfl_sync(0xffffffffu >> (warp_size - row_lanes) << first, mine, lane, row_lanes);
+  return __any_sync(0xffffffffu >> (warp_size - row_lanes) << first, mine);
 #else
   return mine;
-#endif
-}
-
-/// The first of a row's lanes that has it so, `row_lanes` if none has.
-KOKKOS_INLINE_FUNCTION Index first_lane(bool mine) {
-#ifdef __CUDA_ARCH__
-  const unsigned first = threadIdx.y % warp_size / row_lanes * row_lanes, together = 0xffffffffu >> (warp_size - row_lanes) << first;
-  const unsigned such = __ballot_sync(together, mine) & together;
-  return such == 0 ? row_lanes : __ffs(static_cast<int>(such >> first)) - 1;
-#else
-  return mine ? 0 : row_lanes;
 #endif
 }
 
@@ -67,9 +56,6 @@ KOKKOS_INLINE_FUNCTION Sum sum_of_lanes(Sum s) {
   for (int apart = row_lanes / 2; apart > 0; apart /= 2) s += of_other_lane(s, apart);
   return s;
 }
-
-/// Whether it is so in any of a row's lanes.
-KOKKOS_INLINE_FUNCTION bool any_of_lanes(bool mine) { return first_lane(mine) < row_lanes; }
 
 /// body(n, lane) for each row n < rows by all of its lanes; each takes every row_lanes-th of the row's entries from `lane` on.
 template <class Body>

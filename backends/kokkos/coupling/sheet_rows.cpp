@@ -2,57 +2,33 @@
 
 #include <cmath>
 
-#include "core/filled_rows.hpp"
 #include "core/neighbor_search.hpp"
 #include "coupling/wall.hpp"
 
 namespace drench::kokkos_backend {
 namespace {
 
-/// The nodes around a particle, in the order of its samples, with what is added up for each; a row's lanes share them. A node
-/// that comes when it is full is a pair of its own every time: the sums stay right.
+/// The nodes around a particle, in the order of its samples, with what is added up for each. A node that comes when it is full
+/// is a pair of its own every time: the sums stay right.
 template <class Sum>
 struct NodeTable {
-  static constexpr int own = on_host ? 12 : 2, room = own * row_lanes;
+  static constexpr int room = 12;
 
-  Index lane, node[own];
-  Sum sum[own];
+  Index node[room];
+  Sum sum[room];
   int count = 0;
 
-  KOKKOS_INLINE_FUNCTION explicit NodeTable(Index of_row) : lane(of_row) {}
-  /// The place of this lane's k-th entry.
-  KOKKOS_INLINE_FUNCTION int place(int k) const { return k * row_lanes + lane; }
-  /// Adds to a node; returns whether there was room.
-  KOKKOS_INLINE_FUNCTION bool add(Index n, const Sum& more) {
-    int mine = own;
-    for (int k = 0; k < own && place(k) < count && mine == own; ++k)
-      if (node[k] == n) mine = k;
-    if (!any_of_lanes(mine < own)) {
-      if (count == room) return false;
-      for (int k = 0; k < own; ++k) {
-        if (place(k) != count) continue;
-        mine = k;
-        node[k] = n;
-        sum[k] = Sum{};
-      }
-      ++count;
-    }
-    for (int k = 0; k < own; ++k)
-      if (k == mine) sum[k] += more;
-    return true;
+  /// Where the node is, or `room`.
+  KOKKOS_INLINE_FUNCTION int find(Index n) {
+    for (int k = 0; k < count; ++k)
+      if (node[k] == n) return k;
+    if (count == room) return room;
+    node[count] = n;
+    sum[count] = Sum{};
+    return count++;
   }
 };
-struct Nothing {
-  KOKKOS_INLINE_FUNCTION Nothing& operator+=(const Nothing&) { return *this; }
-};
-/// What the corners of a triangle have of its samples, 1/m.
-struct AtCorners {
-  Real3 corner[3];
-  KOKKOS_INLINE_FUNCTION AtCorners& operator+=(const AtCorners& o) {
-    for (int c = 0; c < 3; ++c) corner[c] += o.corner[c];
-    return *this;
-  }
-};
+struct Nothing {};
 
 /// Visits the samples near a particle, a triangle after the other: most of a triangle's samples stand together.
 struct SheetPairs {
@@ -63,72 +39,77 @@ struct SheetPairs {
   Entries<const Index> node, triangle;
   Real rest_density;
 
-  /// Σ_b w_bn g over the row's lanes whose sample b lies in triangle t.
-  KOKKOS_INLINE_FUNCTION AtCorners part_of(bool mine, Index b, const Real3& g) const {
-    AtCorners part;
-    if (mine)
-      for (int c = 0; c < 3; ++c) part.corner[c] = weight(3 * b + c) * g;
-    return sum_of_lanes(part);
-  }
-  /// The gradient of sample b at x, 1/m.
-  KOKKOS_INLINE_FUNCTION Real3 gradient(const Real3& x, Real scale, Index b) const {
-    const Real4 at = xs(b);
-    return (scale * at.w) * kernel.gradient(from_behind(x - at.xyz(), offset(b).xyz()));
+  /// What is read of a sample.
+  struct Seen {
+    Index triangle = -1, corner[3] = {};
+    Real4 at, behind;
+    Real weight[3] = {};
+  };
+  /// Calls each(seen), with the loads of some samples under way at once.
+  template <bool all, class Each>
+  KOKKOS_INLINE_FUNCTION void visit_samples(const NeighborRow& row, const Each& each) const {
+    constexpr Index ahead = on_host ? 1 : 4;
+    for (Index k = 0; k < row.count; k += ahead) {
+      Index sample[ahead];
+      Seen seen[ahead];
+      for (Index a = 0; a < ahead; ++a) sample[a] = row(k + a < row.count ? k + a : k);
+      for (Index a = 0; a < ahead; ++a) {
+        const Index b = sample[a];
+        seen[a].triangle = triangle(b);
+        for (int c = 0; c < 3; ++c) seen[a].corner[c] = node(3 * b + c);
+        if constexpr (all) {
+          seen[a].at = xs(b);
+          seen[a].behind = offset(b);
+          for (int c = 0; c < 3; ++c) seen[a].weight[c] = weight(3 * b + c);
+        }
+      }
+      for (Index a = 0; a < ahead && k + a < row.count; ++a) each(seen[a]);
+    }
   }
   /// How many pairs with nodes it has.
-  KOKKOS_INLINE_FUNCTION Index count(Index i, Index lane) const {
+  KOKKOS_INLINE_FUNCTION Index count(Index i) const {
     const NeighborRow row = near.row(i);
-    NodeTable<Nothing> table(lane);
+    if (row.count == 0) return 0;
+    NodeTable<Nothing> table;
     Index single = 0, here = -1;
-    for (Index first = 0; first < row.count; first += row_lanes) {
-      const Index b = first + lane < row.count ? row(first + lane) : -1;
-      Index of = b >= 0 ? triangle(b) : -1;
-      for (Index next = first_lane(of >= 0); next < row_lanes; next = first_lane(of >= 0)) {
-        const Index t = of_lane(next, of), sample = of_lane(next, b);
-        if (of == t) of = -1;
-        if (t == here) continue;
-        here = t;
-        for (int c = 0; c < 3; ++c) single += table.add(node(3 * sample + c), {}) ? 0 : 1;
-      }
-    }
+    visit_samples<false>(row, [&](const Seen& b) {
+      if (b.triangle == here) return;
+      here = b.triangle;
+      for (int c = 0; c < 3; ++c) single += table.find(b.corner[c]) == table.room ? 1 : 0;
+    });
     return table.count + single;
   }
   /// write(place in the row, node, p_in) for each of them.
   template <class Write>
-  KOKKOS_INLINE_FUNCTION void visit(Index i, Index lane, const Write& write) const {
+  KOKKOS_INLINE_FUNCTION void visit(Index i, const Write& write) const {
     const NeighborRow row = near.row(i);
     if (row.count == 0) return;
-    NodeTable<Real3> table(lane);
-    Index single = 0, here = -1, corner[3];
-    AtCorners part;
+    NodeTable<Real3> table;
+    Index single = 0;
+    Seen here;
+    Real3 part[3];
     const auto take = [&] {
-      for (int c = 0; c < 3; ++c) {
-        if (table.add(corner[c], part.corner[c])) continue;
-        if (lane == 0) write(table.room + single, corner[c], part.corner[c]);
-        ++single;
+      for (int c = 0; c < 3 && here.triangle >= 0; ++c) {
+        const int place = table.find(here.corner[c]);
+        if (place < table.room)
+          table.sum[place] += part[c];
+        else
+          write(table.room + single++, here.corner[c], part[c]);
+        part[c] = {};
       }
     };
     const Real scale = mirrored * image_density(ratio(i));
     const Real3 x = position(i).xyz();
-    for (Index first = 0; first < row.count; first += row_lanes) {
-      const Index b = first + lane < row.count ? row(first + lane) : -1;
-      Index of = b >= 0 ? triangle(b) : -1;
-      const Real3 g = b >= 0 ? gradient(x, scale, b) : Real3{};
-      for (Index next = first_lane(of >= 0); next < row_lanes; next = first_lane(of >= 0)) {
-        const Index t = of_lane(next, of), sample = of_lane(next, b);
-        if (t != here) {
-          if (here >= 0) take();
-          here = t;
-          part = {};
-          for (int c = 0; c < 3; ++c) corner[c] = node(3 * sample + c);
-        }
-        part += part_of(of == t, b, g);
-        if (of == t) of = -1;
+    visit_samples<true>(row, [&](const Seen& b) {
+      if (b.triangle != here.triangle) {
+        take();
+        here = b;
       }
-    }
+      const Real3 g = (scale * b.at.w) * kernel.gradient(from_behind(x - b.at.xyz(), b.behind.xyz()));
+      for (int c = 0; c < 3; ++c) part[c] += b.weight[c] * g;
+    });
     take();
-    for (int k = 0; k < table.own; ++k)
-      if (table.place(k) < table.count) write(table.place(k), table.node[k], table.sum[k]);
+    for (int k = 0; k < table.count; ++k) write(k, table.node[k], table.sum[k]);
   }
 };
 
@@ -146,32 +127,26 @@ void make_pair_room(SheetRows& rows, Index pairs) {
 }
 
 /// Counts, and where each particle's pairs begin.
-Index count_pairs(const SheetPairs& pairs, NeighborLists& lists) {
-  SheetRows& rows = lists.sheet_rows;
-  const Index particles = lists.fluid_sample.rows;
+Index count_pairs(const SheetPairs& pairs, SheetRows& rows, Index particles) {
   const Entries<Index> start = rows.of_particle;
-  Kokkos::deep_copy(ExecSpace(), Kokkos::subview(rows.of_particle, std::pair(Index{0}, particles + 1)), Index{0});
-  parallel_filled_rows(
-      "drench::sheet_rows::count", lists.fluid_sample, lists.near_sheet, KOKKOS_LAMBDA(const Index i, const Index lane) {
-        const Index count = pairs.count(i, lane);
-        if (lane == 0) start(i) = count;
-      });
+  parallel(
+      "drench::sheet_rows::count", particles + 1,
+      KOKKOS_LAMBDA(const Index i) { start(i) = i < particles ? pairs.count(i) : 0; });
   rows.sums.sum(rows.of_particle, particles + 1);
   Index all = 0;
   Kokkos::deep_copy(all, Kokkos::subview(rows.of_particle, particles));
   return all;
 }
 
-void write_pairs(const SheetPairs& pairs, NeighborLists& lists) {
-  SheetRows& rows = lists.sheet_rows;
+void write_pairs(const SheetPairs& pairs, SheetRows& rows, Index particles) {
   const Entries<const Index> start = rows.of_particle;
   const Entries<SheetPair> pair = rows.particle_pair;
   const Entries<Index> owner = rows.owner, item = rows.sort.item;
   const Entries<PairSort::Key> key = rows.sort.key;
-  parallel_filled_rows(
-      "drench::sheet_rows::pairs", lists.fluid_sample, lists.near_sheet, KOKKOS_LAMBDA(const Index i, const Index lane) {
+  parallel(
+      "drench::sheet_rows::pairs", particles, KOKKOS_LAMBDA(const Index i) {
         const Index first = start(i);
-        pairs.visit(i, lane, [&](const Index place, const Index n, const Real3& gradient) {
+        pairs.visit(i, [&](const Index place, const Index n, const Real3& gradient) {
           const Index e = first + place;
           pair(e) = {gradient, n};
           item(e) = e;
@@ -230,10 +205,10 @@ void make_sheet_rows(const Constants& constants, const Fluid& fluid, const Cloth
                          cloth.samples.node,
                          cloth.samples.triangle,
                          constants.rest_density};
-  rows.count = count_pairs(pairs, lists);
+  rows.count = count_pairs(pairs, rows, particles);
   if (rows.count == 0) return;
   make_pair_room(rows, rows.count);
-  write_pairs(pairs, lists);
+  write_pairs(pairs, rows, particles);
   turn(pairs, rows, nodes);
 }
 

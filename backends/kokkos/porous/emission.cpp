@@ -278,10 +278,10 @@ void block(const Constants& constants, const NeighborLists& lists, const Bodies&
   const Real h = constants.support;
   const bool solids = bodies.boundary.count > 0 && constants.model.has_direction();  // else nothing blocks
   const Layers layers = layers_of(constants, cloth);
-  parallel_rows(
-      "drench::emission::block", cloth.samples.count, KOKKOS_LAMBDA(const Index p, const Index lane) {
-        if (lane == 0) blocked(p) = 0;
-        if (lane == 0) receivers(p) = 0;
+  parallel(
+      "drench::emission::block", cloth.samples.count, KOKKOS_LAMBDA(const Index p) {
+        blocked(p) = 0;
+        receivers(p) = 0;
         if (rest(p) == 0) return;
         const Real cosine = materials(p).emission_cosine;
         const Real3 here = x(p), along = flow(p);
@@ -290,9 +290,9 @@ void block(const Constants& constants, const NeighborLists& lists, const Bodies&
           const NeighborRow walls = solid.row(p);
           bool ahead = false;
           DRENCH_UNROLL
-          for (Index k = lane; k < walls.count; k += row_lanes) ahead |= laws::in_cone(xb(walls(k)) - here, along, cosine, h);
-          if (any_of_lanes(ahead)) {
-            if (lane == 0) blocked(p) = 1;
+          for (Index k = 0; k < walls.count; ++k) ahead |= laws::in_cone(xb(walls(k)) - here, along, cosine, h);
+          if (ahead) {
+            blocked(p) = 1;
             return;
           }
         }
@@ -300,7 +300,7 @@ void block(const Constants& constants, const NeighborLists& lists, const Bodies&
         bool steep = false;
         const NeighborRow near = fabric.row(p);
         DRENCH_UNROLL
-        for (Index k = lane; k < near.count; k += row_lanes) {
+        for (Index k = 0; k < near.count; ++k) {
           const Index q = near(k);
           const Real3 apart = x(q) - here;
           const bool same = layers.same(p, q);
@@ -310,12 +310,10 @@ void block(const Constants& constants, const NeighborLists& lists, const Bodies&
           else if (materials(q).porous)
             ++others;
         }
-        steep = any_of_lanes(steep);
-        others = sum_of_lanes(others);
-        if (lane == 0 && steep) blocked(p) = 2;
-        if (lane == 0) receivers(p) = others;
+        if (steep) blocked(p) = 2;
+        receivers(p) = others;
         if (others == 0 || rest(p) / others == 0) return;
-        for (Index k = lane; k < near.count; k += row_lanes) {
+        for (Index k = 0; k < near.count; ++k) {
           const Index q = near(k);
           if (!layers.same(p, q) && materials(q).porous && laws::in_cone(x(q) - x(p), flow(p), cosine, h))
             Kokkos::atomic_add(&offered(q), rest(p) / others);

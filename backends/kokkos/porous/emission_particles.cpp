@@ -35,15 +35,6 @@ MemoryEstimate candidate_bytes(const Sizing& s) {
 
 namespace {
 
-/// The sample with the most left, the lowest of equals.
-struct Fullest {
-  Quanta rest;
-  Index sample;
-  KOKKOS_INLINE_FUNCTION bool before(const Fullest& o) const {
-    return rest > o.rest || (rest == o.rest && sample < o.sample);
-  }
-};
-
 /// Who points to whom; nobody to anyone where liquid has nowhere to go.
 void target(const Constants& constants, const NeighborLists& lists, const Cloth& cloth, EmissionWork& work) {
   const Entries<const Quanta> rest = work.rest;
@@ -52,26 +43,20 @@ void target(const Constants& constants, const NeighborLists& lists, const Cloth&
   const Neighbors list(lists.sample_sample);
   const Layers layers = layers_of(constants, cloth);
   const bool leaves = constants.model.has_direction() || norm(constants.gravity) > 0;
-  parallel_rows(
-      "drench::emission::target", cloth.samples.count, KOKKOS_LAMBDA(const Index p, const Index lane) {
+  parallel(
+      "drench::emission::target", cloth.samples.count, KOKKOS_LAMBDA(const Index p) {
         if (!leaves || rest(p) == 0 || blocked(p)) {
-          if (lane == 0) target(p) = -1;
+          target(p) = -1;
           return;
         }
-        Fullest best{rest(p), p};
+        Index best = p;
         const NeighborRow near = list.row(p);
-        DRENCH_UNROLL
-        for (Index k = lane; k < near.count; k += row_lanes) {
-          const Fullest other{rest(near(k)), near(k)};
-          // All loads under way at once.
-          const bool points = (other.rest != 0) & (blocked(other.sample) == 0) & layers.same(p, other.sample);
-          if (points && other.before(best)) best = other;
+        for (Index k = 0; k < near.count; ++k) {
+          const Index q = near(k);
+          if (rest(q) == 0 || blocked(q) || !layers.same(p, q)) continue;
+          if (rest(q) > rest(best) || (rest(q) == rest(best) && q < best)) best = q;
         }
-        for (int apart = row_lanes / 2; apart > 0; apart /= 2) {
-          const Fullest other = of_other_lane(best, apart);
-          if (other.before(best)) best = other;
-        }
-        if (lane == 0) target(p) = best.sample;
+        target(p) = best;
       });
 }
 
