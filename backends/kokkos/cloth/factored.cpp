@@ -16,12 +16,14 @@ constexpr double most_work = 1e9;  // multiplications of a factorisation that pa
 FactoredCloth::FactoredCloth(const Cloth& cloth, const ClothSystem& system)
     : hessian_(cloth, system, most_work), differences_(cloth.nodes.count) {
   const auto nodes = static_cast<std::size_t>(cloth.nodes.count);
-  for (Field<Real3>* a : {&elastic_, &residual_, &descent_}) allocate_zeros(*a, "drench::cloth::factored_iterate", nodes);
+  for (Field<Real3>* a : {&elastic_, &residual_, &descent_})
+    allocate_zeros(*a, "drench::cloth::factored_iterate", nodes);
   parts_.resize((nodes + chunk - 1) / chunk);
 }
 
 void FactoredCloth::prepare(const Cloth& cloth, const ClothSystem& system) {
   elastic_known_ = false;
+  if (system.contact_start.exist()) differences_.clear();  // of other contacts
   if (placed_ == cloth.moved && dt_ == system.dt) return;
   placed_ = cloth.moved;
   dt_ = system.dt;
@@ -29,8 +31,8 @@ void FactoredCloth::prepare(const Cloth& cloth, const ClothSystem& system) {
   mode_ = Mode::none;
 }
 
-ThreeSums FactoredCloth::measure(const Cloth& cloth, const ClothSolverWork& solver, const ClothSystem& s, double tolerance,
-                                 double floor) {
+ThreeSums FactoredCloth::measure(const Cloth& cloth, const ClothSolverWork& solver, const ClothSystem& s,
+                                 double tolerance, double floor) {
   const Entries<const Real3> shift = solver.displacement;
   const Entries<Real3> elastic = elastic_, residual = residual_;
   const bool solids = s.solids.count > 0, known = elastic_known_;
@@ -73,6 +75,8 @@ bool FactoredCloth::run(const Cloth& cloth, ClothSolverWork& solver, const Cloth
       if (mode_ == Mode::begun) {
         factor(cloth, system, solver.displacement);
         mode_ = Mode::again;
+      } else if (system.contact_start.exist()) {
+        return false;  // A does not bound what contacts of the cloth with itself add
       } else {
         make_safe(cloth, system);
       }
@@ -116,11 +120,11 @@ PdPreconditioner& FactoredCloth::projective(const Cloth& cloth, const ClothSyste
 bool prepare_factored_cloth(const Cloth& cloth, ClothSolverWork& solver, const ClothSystem& s) {
   if (!solver.factored) solver.factored = std::make_shared<FactoredCloth>(cloth, s);
   solver.factored->prepare(cloth, s);
-  return true;
+  return solver.factored->has_hessian() || !s.contact_start.exist();
 }
 
-bool run_factored_cloth(const Cloth& cloth, ClothSolverWork& solver, const ClothSystem& s, ClothProgress& progress, int most,
-                        double tolerance, double floor) {
+bool run_factored_cloth(const Cloth& cloth, ClothSolverWork& solver, const ClothSystem& s, ClothProgress& progress,
+                        int most, double tolerance, double floor) {
   return solver.factored->run(cloth, solver, s, progress, most, tolerance, floor);
 }
 

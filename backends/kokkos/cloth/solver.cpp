@@ -78,6 +78,7 @@ void masses_and_diagonals(const Constants& constants, const Cloth& cloth, const 
             const Index t = s.limit_item(r) / 4;
             diagonal += strain_limit_diagonal(s.triangle_shape(t), s.limit_stiffness(t), s.limit_item(r) % 4);
           }
+        if (s.contact_start.exist()) diagonal += s.contact_diagonal(n);
         s.friction(n) = friction_at(s.materials(n), wet, n);
         s.mass(n) = mass;
         s.diagonal(n) = diagonal;
@@ -116,7 +117,8 @@ void iterate(const Cloth& cloth, ClothSolverWork& solver, const ClothSystem& s, 
 }
 
 /// The residual of the newest iterate in units of its goal. Synchronises with the host.
-double imbalance(const Cloth& cloth, const ClothSolverWork& solver, const ClothSystem& s, double tolerance, double floor) {
+double imbalance(const Cloth& cloth, const ClothSolverWork& solver, const ClothSystem& s, double tolerance,
+                 double floor) {
   const Entries<const Real3> shift = solver.displacement;
   return over_goal(ordered_sums(
       "drench::cloth::residual", cloth.nodes.count, KOKKOS_LAMBDA(const Index n) {
@@ -148,6 +150,9 @@ ClothSystem::ClothSystem(const Bodies& bodies, const Cloth& fabric, ClothSolverW
       limit_stiffness(fabric.mesh.limit_stiffness),
       materials(node_materials(fabric)),
       solids(bodies.solids),
+      contact_start(solver.contacts.count > 0 ? Entries<const Index>(solver.contacts.start) : Entries<const Index>()),
+      contact_item(solver.contacts.item),
+      self_contact(solver.contacts.contact),
       dt(step),
       inverse_dt(1 / step),
       inverse_dt2(1 / (step * step)) {}
@@ -165,7 +170,8 @@ ClothIteration::ClothIteration(const Constants& constants, const Bodies& bodies,
              static_cast<double>(cloth.mesh.mean_edge)),
       resident_(method_ == ClothMethod::pd && prepare_resident_cloth(constants, cloth, solver, system_)) {
   masses_and_diagonals(constants, cloth, system_);
-  factored_ = method_ == ClothMethod::pd && !constants.model.jacobi_cloth && prepare_factored_cloth(cloth, solver, system_);
+  factored_ =
+      method_ == ClothMethod::pd && !constants.model.jacobi_cloth && prepare_factored_cloth(cloth, solver, system_);
   progress_.rho = reachable_radius(constants.model.scene.cloth_solver.max_iterations);
   const SpectralBound bound(system_);
   if (resident_)
