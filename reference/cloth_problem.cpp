@@ -147,8 +147,7 @@ Vectors ClothProblem::internal_force(const Vectors& x) const {
   for (Index e = 0; e < static_cast<Index>(model().mesh.edge.size()); ++e) spring.push_back(spring_force(e, x));
   for (Index h = 0; h < static_cast<Index>(model().mesh.hinge.size()); ++h) hinge.push_back(hinge_force(h, x));
   std::vector<Stress> limit;
-  for (Index t = 0; model().has_strain_limit() && t < model().mesh.triangles(); ++t)
-    limit.push_back(limit_stress(t, x));
+  for (Index t = 0; model().has_strain_limit() && t < model().mesh.triangles(); ++t) limit.push_back(limit_stress(t, x));
   Vectors force = gathered(spring, hinge, limit);
   for (const SelfContact& c : contacts) {
     Four moved;

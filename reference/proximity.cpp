@@ -64,6 +64,8 @@ Near near_edges(const Four& x) {
 
 Near nearest(const Four& x, bool edges) { return edges ? near_edges(x) : near_triangle(x); }
 
+double Pair::target_gap(double least) const { return std::min(least, distance + 0.1 * thickness); }
+
 std::vector<Pair> all_pairs(const ReferenceState& state) {
   const ClothMesh& mesh = state.model.mesh;
   const auto material = [&](Index n) -> const ClothMaterial& { return state.model.cloths[mesh.node_cloth[n]]; };

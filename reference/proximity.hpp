@@ -31,6 +31,9 @@ struct Pair {
   double distance;   // δ⁰, m
   double thickness;  // τ, m
   double friction;   // μ
+
+  /// γ, m: `least`, but pairs that start too near part slowly.
+  double target_gap(double least) const;
 };
 /// All of them.
 std::vector<Pair> all_pairs(const ReferenceState& state);

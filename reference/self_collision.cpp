@@ -99,8 +99,7 @@ class SelfCollision {
         near = reaches(pair, pair.thickness);
       }
       if (!near || !(near->apart.norm() > 0)) continue;
-      const double target_gap = std::min(least * pair.thickness, pair.distance + 0.1 * pair.thickness);
-      contacts.push_back({&pair, near->b, near->apart.normalized(), target_gap});
+      contacts.push_back({&pair, near->b, near->apart.normalized(), pair.target_gap(least * pair.thickness)});
     }
     return contacts;
   }

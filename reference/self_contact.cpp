@@ -37,7 +37,7 @@ std::optional<Near> touching(const Pair& pair, const Four& x, const Four& u) {
 Vector3d SelfContact::force(const Four& moved) const {
   Vector3d u = Vector3d::Zero();
   for (int k = 0; k < 4; ++k) u += b[k] * moved[k];
-  const double pressed = missing - normal.dot(u);
+  const double pressed = short_of - normal.dot(u);
   if (pressed <= 0) return Vector3d::Zero();
   Vector3d slip = u - normal * normal.dot(u);
   if (slip.norm() > pair.friction * pressed) slip *= pair.friction * pressed / slip.norm();
@@ -58,10 +58,9 @@ std::vector<SelfContact> self_contacts(const ReferenceState& state, const StepIn
     }
     const std::optional<Near> near = touching(pair, x, u);
     if (!near || !(near->apart.norm() > 0)) continue;
-    SelfContact c{pair, near->b, near->apart.normalized(),
-                  std::min(pair.thickness, pair.distance + 0.1 * pair.thickness), 0};
+    SelfContact c{pair, near->b, near->apart.normalized(), pair.target_gap(pair.thickness), 0};
     for (int k = 0; k < 4; ++k) {
-      c.missing -= c.b[k] * c.normal.dot(x[k] - x[0]);
+      c.short_of -= c.b[k] * c.normal.dot(x[k] - x[0]);
       share[pair.node[k]] += c.b[k] != 0;
     }
     contacts.push_back(c);

@@ -11,7 +11,7 @@ struct SelfContact {
   Pair pair;
   std::array<double, 4> b;
   Eigen::Vector3d normal;
-  double missing;    // γ less n·Σ b x⁰, m
+  double short_of;   // γ less n·Σ b x⁰, m
   double stiffness;  // k_c, N/m
 
   /// Of the nodes' displacements (m): what acts on the first of the two; b_k times this acts on node k, N.

@@ -10,8 +10,7 @@ namespace drench::kokkos_backend {
 namespace {
 
 /// Target y − x⁰ with gravity and the last pressure; the iteration starts where the cloth goes by itself.
-void aim(const Constants& constants, const Cloth& cloth, ClothSolverWork& solver, const ClothSystem& s, Real dt,
-         bool loaded) {
+void aim(const Constants& constants, const Cloth& cloth, ClothSolverWork& solver, const ClothSystem& s, Real dt, bool loaded) {
   const Entries<const Real3> velocity = cloth.nodes.velocity, force = cloth.nodes.force;
   const Entries<Real3> shift = solver.displacement, last_shift = solver.last_displacement;
   const NodeLiquid wet(constants, cloth);
@@ -35,8 +34,7 @@ void aim(const Constants& constants, const Cloth& cloth, ClothSolverWork& solver
 }
 
 /// Velocities from the shifts, forces of contact, and the pins' reaction.
-void finish(const Constants& constants, Cloth& cloth, const ClothSolverWork& solver, const ClothSystem& s, Real dt,
-            bool loaded) {
+void finish(const Constants& constants, Cloth& cloth, const ClothSolverWork& solver, const ClothSystem& s, Real dt, bool loaded) {
   const Entries<const Real3> shift = solver.displacement;
   const Entries<Real3> velocity = cloth.nodes.velocity, pin_force = cloth.nodes.pin_force;
   const Entries<Real3> contact_force = cloth.nodes.contact_force, friction_force = cloth.nodes.friction_force;

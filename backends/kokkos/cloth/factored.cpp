@@ -16,8 +16,7 @@ constexpr double most_work = 1e9;  // multiplications of a factorisation that pa
 FactoredCloth::FactoredCloth(const Cloth& cloth, const ClothSystem& system)
     : hessian_(cloth, system, most_work), differences_(cloth.nodes.count) {
   const auto nodes = static_cast<std::size_t>(cloth.nodes.count);
-  for (Field<Real3>* a : {&elastic_, &residual_, &descent_})
-    allocate_zeros(*a, "drench::cloth::factored_iterate", nodes);
+  for (Field<Real3>* a : {&elastic_, &residual_, &descent_}) allocate_zeros(*a, "drench::cloth::factored_iterate", nodes);
   parts_.resize((nodes + chunk - 1) / chunk);
 }
 
@@ -31,8 +30,8 @@ void FactoredCloth::prepare(const Cloth& cloth, const ClothSystem& system) {
   mode_ = Mode::none;
 }
 
-ThreeSums FactoredCloth::measure(const Cloth& cloth, const ClothSolverWork& solver, const ClothSystem& s,
-                                 double tolerance, double floor) {
+ThreeSums FactoredCloth::measure(const Cloth& cloth, const ClothSolverWork& solver, const ClothSystem& s, double tolerance,
+                                 double floor) {
   const Entries<const Real3> shift = solver.displacement;
   const Entries<Real3> elastic = elastic_, residual = residual_;
   const bool solids = s.solids.count > 0, known = elastic_known_;
@@ -123,8 +122,8 @@ bool prepare_factored_cloth(const Cloth& cloth, ClothSolverWork& solver, const C
   return solver.factored->has_hessian() || !s.contact_start.exist();
 }
 
-bool run_factored_cloth(const Cloth& cloth, ClothSolverWork& solver, const ClothSystem& s, ClothProgress& progress,
-                        int most, double tolerance, double floor) {
+bool run_factored_cloth(const Cloth& cloth, ClothSolverWork& solver, const ClothSystem& s, ClothProgress& progress, int most,
+                        double tolerance, double floor) {
   return solver.factored->run(cloth, solver, s, progress, most, tolerance, floor);
 }
 

@@ -29,8 +29,7 @@ class FactoredCloth {
   static constexpr double most_growth = 4;  // of the residual over the smallest so far
 
   /// What is left of the residual over its goal (sums), and nodes within reach of a solid.
-  ThreeSums measure(const Cloth& cloth, const ClothSolverWork& solver, const ClothSystem& s, double tolerance,
-                    double floor);
+  ThreeSums measure(const Cloth& cloth, const ClothSolverWork& solver, const ClothSystem& s, double tolerance, double floor);
   /// Makes what preconditions, at this iterate.
   void factor(const Cloth& cloth, const ClothSystem& system, const Entries<const Real3>& shift);
   void make_safe(const Cloth& cloth, const ClothSystem& system);

@@ -170,8 +170,7 @@ struct FindContact {
     if (!(near.distance > 0)) return;
     Contact c{};
     c.normal = {near.apart.x / near.distance, near.apart.y / near.distance, near.apart.z / near.distance};
-    const double least = s.gap_share * tau;
-    c.short_of = Kokkos::fmin(least, start + 0.1 * tau);
+    c.short_of = target_gap(s.gap_share * tau, start, tau);
     for (int k = 0; k < 4; ++k) {
       c.node[k] = pair.node[k];
       c.b[k] = near.b[k];

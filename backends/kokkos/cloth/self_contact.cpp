@@ -7,9 +7,11 @@
 
 namespace drench::kokkos_backend {
 
-static_assert(sizeof(SelfContact) == (sizeof(Real) > 4 ? 112 : 64), "self_contact_bytes");
-
 namespace {
+
+/// Of a SelfContact, for a Real of so many bytes.
+constexpr double contact_bytes(double real) { return real > 4 ? 112 : 64; }
+static_assert(sizeof(SelfContact) == contact_bytes(sizeof(Real)));
 
 /// Is a pair with these paths (m) a contact, and how does it lie? That is as at the end of the paths, unless these may cross.
 KOKKOS_INLINE_FUNCTION bool touches(const ClosePair& pair, const Double3* x, const Double3* u, Proximity& at) {
@@ -47,20 +49,19 @@ Index list_contacts(const Constants& constants, const Cloth& cloth, const SelfCo
           u[k] = minus(widen(end(near.node[k])), x[k]);
         }
         Proximity at;
-        if (!touches(near, x, u, at)) return;
-        if (!(at.distance > 0)) return;
+        if (!touches(near, x, u, at) || !(at.distance > 0)) return;
         const Double3 normal = times(1 / at.distance, at.apart);
-        double missing = Kokkos::fmin(near.thickness, near.distance + 0.1 * near.thickness);
+        double short_of = target_gap(near.thickness, near.distance, near.thickness);
         SelfContact c{};
         c.edges = near.edges;
         for (int k = 0; k < 4; ++k) {
           c.node[k] = near.node[k];
           c.b[k] = static_cast<Real>(at.b[k]);
-          missing -= at.b[k] * inner(normal, minus(x[k], x[0]));
+          short_of -= at.b[k] * inner(normal, minus(x[k], x[0]));
           if (c.b[k] != 0) Kokkos::atomic_add(&share(c.node[k]), Index{1});
         }
         c.normal = narrow(normal);
-        c.missing = static_cast<Real>(missing);
+        c.short_of = static_cast<Real>(short_of);
         c.friction = Real(0.5) * (friction_at(materials(c.node[0]), wet, c.node[0]) +
                                   friction_at(materials(c.node[3]), wet, c.node[3]));
         list(Kokkos::atomic_fetch_add(&number(), Index{1})) = c;
@@ -126,7 +127,7 @@ double self_contact_bytes(const Sizing& s) {
   // of four nodes.
   const double pairs = s.size.fold_pairs - SetupSize().fold_pairs;
   if (!s.size.contacts_in_solve || !(pairs > 0)) return 0;
-  return 2 * index_bytes + 1.25 * pairs * ((s.real > 4 ? 112 : 64) + 2 * index_bytes);
+  return 2 * index_bytes + 1.25 * pairs * (contact_bytes(s.real) + 2 * index_bytes);
 }
 
 void find_self_contacts(const Constants& constants, Bodies& bodies, Cloth& cloth, SelfCollisionWork& work,

@@ -14,7 +14,7 @@ struct alignas(16) SelfContact {
   Index node[4], edges;  // edges: 1 or 0
   Real b[4];
   Real3 normal;
-  Real missing;    // γ less n·Σ b x⁰, m
+  Real short_of;   // γ less n·Σ b x⁰, m
   Real stiffness;  // k_c, N/m
   Real friction;   // μ
 
@@ -23,7 +23,7 @@ struct alignas(16) SelfContact {
   KOKKOS_INLINE_FUNCTION Real3 force(const Shift& shift) const {
     Real3 u;
     for (int k = 0; k < 4; ++k) u += b[k] * shift(node[k]);
-    const Real along = dot(normal, u), pressed = missing - along;
+    const Real along = dot(normal, u), pressed = short_of - along;
     if (!(pressed > 0)) return {};
     const Real3 slip = u - along * normal;
     const Real length = norm(slip), most = friction * pressed;

@@ -117,8 +117,7 @@ void iterate(const Cloth& cloth, ClothSolverWork& solver, const ClothSystem& s, 
 }
 
 /// The residual of the newest iterate in units of its goal. Synchronises with the host.
-double imbalance(const Cloth& cloth, const ClothSolverWork& solver, const ClothSystem& s, double tolerance,
-                 double floor) {
+double imbalance(const Cloth& cloth, const ClothSolverWork& solver, const ClothSystem& s, double tolerance, double floor) {
   const Entries<const Real3> shift = solver.displacement;
   return over_goal(ordered_sums(
       "drench::cloth::residual", cloth.nodes.count, KOKKOS_LAMBDA(const Index n) {
@@ -170,8 +169,7 @@ ClothIteration::ClothIteration(const Constants& constants, const Bodies& bodies,
              static_cast<double>(cloth.mesh.mean_edge)),
       resident_(method_ == ClothMethod::pd && prepare_resident_cloth(constants, cloth, solver, system_)) {
   masses_and_diagonals(constants, cloth, system_);
-  factored_ =
-      method_ == ClothMethod::pd && !constants.model.jacobi_cloth && prepare_factored_cloth(cloth, solver, system_);
+  factored_ = method_ == ClothMethod::pd && !constants.model.jacobi_cloth && prepare_factored_cloth(cloth, solver, system_);
   progress_.rho = reachable_radius(constants.model.scene.cloth_solver.max_iterations);
   const SpectralBound bound(system_);
   if (resident_)

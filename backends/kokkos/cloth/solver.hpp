@@ -308,8 +308,8 @@ bool prepare_resident_cloth(const Constants& constants, const Cloth& cloth, Clot
 /// Where it expects a bound of the spectral radius at the first call of a solve.
 Kokkos::View<double, MemSpace> resident_spectral_bound(const ClothSolverWork& solver);
 /// ClothIteration::run; `begin` for the first call of a solve, with the largest ρ that it may use; null to go on.
-void run_resident_cloth(ClothSolverWork& solver, const ClothSystem& s, Index nodes, const ClothProgress* begin,
-                        int most, double tolerance, double floor);
+void run_resident_cloth(ClothSolverWork& solver, const ClothSystem& s, Index nodes, const ClothProgress* begin, int most,
+                        double tolerance, double floor);
 /// Waits for it.
 ClothProgress resident_progress(const ClothSolverWork& solver);
 
@@ -317,8 +317,8 @@ ClothProgress resident_progress(const ClothSolverWork& solver);
 /// Can it be done: on a host. (Then it makes its arrays, and the factor for these masses and this time step.)
 bool prepare_factored_cloth(const Cloth& cloth, ClothSolverWork& solver, const ClothSystem& s);
 /// FactoredCloth::run.
-bool run_factored_cloth(const Cloth& cloth, ClothSolverWork& solver, const ClothSystem& s, ClothProgress& progress,
-                        int most, double tolerance, double floor);
+bool run_factored_cloth(const Cloth& cloth, ClothSolverWork& solver, const ClothSystem& s, ClothProgress& progress, int most,
+                        double tolerance, double floor);
 
 // xpbd.cpp
 /// Of the multipliers and their rates.

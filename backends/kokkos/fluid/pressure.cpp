@@ -83,8 +83,8 @@ MemoryEstimate pressure_bytes(const Sizing& s) {
 }
 
 void pressure(const Constants& constants, Fluid& fluid, const NeighborLists& lists, Bodies& bodies, Cloth& cloth,
-              PressureWork& work, ClothSolverWork& solver, SelfCollisionWork& collision,
-              const StepInfo& info, StepReport& report) {
+              PressureWork& work, ClothSolverWork& solver, SelfCollisionWork& collision, const StepInfo& info,
+              StepReport& report) {
   if (fluid.particles.count == 0) return;
   place_solids(constants, bodies, info);
   warm_start_density(fluid, work);

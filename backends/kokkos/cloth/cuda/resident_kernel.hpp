@@ -21,7 +21,7 @@ static_assert(lanes == 2 && warp % lanes == 0, "residual() asks the one other la
 inline constexpr unsigned all_lanes = 0xffffffff;
 // A shift says itself of which iterate it is, in the same 16 bytes (as in NCCL's LL protocol): a block waits for those that
 // it reads, not for the grid. That takes loads of 128 bits that nothing can come between: PTX ISA 8.3, compute capability 7.
-// In double, with strain limits or contacts of the cloth with itself, or with too many nodes around a patch the grid has a barrier an iteration instead.
+// In double, with strain limits or self-contacts, or with too many nodes around a patch the grid has a barrier an iteration.
 #if !defined(DRENCH_DOUBLE) && CUDART_VERSION >= 12030 && !defined(KOKKOS_ARCH_PASCAL)
 #define DRENCH_DATED_SHIFTS
 inline constexpr bool dated_shifts = true;
@@ -191,7 +191,8 @@ struct NearLink {
 };
 
 /// A lane's half of a node: what it keeps in registers, and the iterate that is there.
-/// `kept`: the most links of a lane. `plain`: without solids, strain limits and contacts of the cloth with itself, whose registers the links then have.
+/// `kept`: the most links of a lane. `plain`: without solids, strain limits and self-contacts, whose registers the links then
+/// have.
 template <int kept, bool plain, Exchange exchange>
 struct NodeIterates {
   static constexpr bool dated = exchange == Exchange::dated, clustered = exchange == Exchange::cluster,
