@@ -132,4 +132,76 @@ TEST(self_collision, conserves_momentum) {
   }
 }
 
+/// Contacts inside the solve of the cloth: two sheets near each other with a floor, and with the liquid's solve.
+TEST(self_collision, within_the_cloths_solve_agrees_with_the_reference) {
+  const std::string tight = std::string("cloth_solver: {self_collision: inside, tolerance: ") +
+                            (double_precision ? "1.0e-12" : "1.0e-6") + ", max_iterations: 20000}\ncloth:\n";
+  const std::string scene = with(two_sheets, "cloth:\n", tight);
+  const std::string free = scene.substr(0, scene.find("bodies:"));
+  const std::string wet =
+      with(with(scene, "    friction: 0.4\n", "    friction: 0.4\n    porous: {}\n    friction_wet: 1.2\n"),
+           "thickness: 0.002", "thickness: 0.002\n    pin: [{corners: true, velocity: [0, 0.5, 0.2]}]");
+  for (const std::string& each : {scene, free, wet}) {
+    for (const double speed : {0.1, 1.2}) {
+      Comparison compared = thrown(speed, each);
+      compared.stage = Stage::cloth;
+      compare_stage(compared);
+    }
+  }
+}
+
+/// The failsafe behind such a solve keeps half the thickness.
+TEST(self_collision, behind_contacts_in_the_solve_agrees_with_the_reference) {
+  for (const double speed : {0.1, 1.2, 30.0})
+    compare_stage(thrown(speed, with(two_sheets, "cloth:\n", "cloth_solver: {self_collision: inside}\ncloth:\n")));
+}
+
+/// Contacts under the pressure of liquid, which goes on with the solve: a second sheet under the wet one. Few iterations, so
+/// that both make equally many.
+TEST(self_collision, within_the_liquids_solve_agrees_with_the_reference) {
+  const std::string second = R"(  - name: lower
+    mesh: {grid: {size: [0.28, 0.26], nodes: [8, 9]}}
+    place: {position: [0.003, -0.00201, 0.002], rotate: {axis: [0, 1, 0], degrees: 17}}
+    thickness: 0.002
+    self_collision: true
+    pin: [{corners: true}]
+bodies:
+)";
+  const std::string sheets = with(
+      with(wet_scene(), "thickness: 0.002\n", "thickness: 0.002\n    self_collision: true\n"), "bodies:\n", second);
+  const std::string scene =
+      with(sheets, "cloth:\n", "cloth_solver: {self_collision: inside, tolerance: 0.02}\ncloth:\n");
+  for (const Stage stage : {Stage::cloth, Stage::pressure})
+    compare_stage({.stage = stage, .scene = scene, .steps_before = 20, .changes = "node_velocity"});
+}
+
+/// To what the solve leaves: 1e-9 of the moving forces in double, the rounding of the forces in float.
+TEST(self_collision, within_the_cloths_solve_conserves_momentum) {
+  const auto setup =
+      setup_from(with(with(two_sheets, "point: [0, -0.03, 0]", "point: [0, -0.9, 0]"), "cloth:\n",
+                      "cloth_solver: {self_collision: inside, tolerance: 1.0e-9, max_iterations: 20000}\ncloth:\n"));
+  HostState s = setup.state;
+  throw_sheets(setup.model, s, 1.2);
+  run_on_both(setup.model, s, {Stage::cloth}, {0, 0, 0.004}, [&](const Backend& backend, const StepReport& report) {
+    EXPECT_TRUE(report.cloth_converged);
+    const HostState after = backend.download();
+    double size = 0, change = 0;
+    for (int a = 0; a < 3; ++a) {
+      double sum = 0;
+      for (std::size_t n = 0; n < s.node_velocity.size(); ++n) {
+        const double damped =
+            std::exp(-0.004 * setup.model.cloths[static_cast<std::size_t>(setup.model.mesh.node_cloth[n])].damping);
+        sum += setup.model.mesh.solid_mass[n] * (after.node_velocity[n][a] - damped * s.node_velocity[n][a]);
+        size += setup.model.mesh.solid_mass[n] * std::abs(s.node_velocity[n][a]);
+      }
+      change += std::abs(sum);
+    }
+    EXPECT_LE(change, allowed(backend, 1e-8, 2e-4) * size);
+    double slowed = 0;  // and yet the sheets did act on each other
+    for (std::size_t n = 0; n < s.node_velocity.size(); ++n)
+      slowed += setup.model.mesh.solid_mass[n] * std::abs(after.node_velocity[n][1] - s.node_velocity[n][1]);
+    EXPECT_GT(slowed, 0.1 * size);
+  });
+}
+
 }  // namespace drench::test
