@@ -78,10 +78,6 @@ ClothProblem::ClothProblem(const ReferenceState& s, const StepInfo& info)
       diagonal[mesh.hinge[h][a]] += 0.5 * mesh.hinge_stiffness[h] * std::abs(mesh.hinge_weight[h][a]) * sum;
     }
   }
-  contacts = self_contacts(s, info, bodies);
-  for (const SelfContact& c : contacts) {
-    for (int k = 0; k < 4; ++k) diagonal[c.pair.node[k]] += c.stiffness * std::abs(c.b[k]);
-  }
   if (!model().has_strain_limit()) return;
   for (Index t = 0; t < mesh.triangles(); ++t) {
     const Eigen::Matrix<double, 3, 2> rows = corner_gradients(rest_frame(mesh, t));
@@ -148,14 +144,7 @@ Vectors ClothProblem::internal_force(const Vectors& x) const {
   for (Index h = 0; h < static_cast<Index>(model().mesh.hinge.size()); ++h) hinge.push_back(hinge_force(h, x));
   std::vector<Stress> limit;
   for (Index t = 0; model().has_strain_limit() && t < model().mesh.triangles(); ++t) limit.push_back(limit_stress(t, x));
-  Vectors force = gathered(spring, hinge, limit);
-  for (const SelfContact& c : contacts) {
-    Four moved;
-    for (int k = 0; k < 4; ++k) moved[k] = x[c.pair.node[k]] - start[c.pair.node[k]];
-    const Vector3d pull = c.force(moved);
-    for (int k = 0; k < 4; ++k) force[c.pair.node[k]] += c.b[k] * pull;
-  }
-  return force;
+  return gathered(spring, hinge, limit);
 }
 
 Vectors ClothProblem::residual(const Vectors& x) const {

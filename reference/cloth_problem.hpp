@@ -3,7 +3,6 @@
 // (src/stages/cloth.hpp).
 
 #include "collision.hpp"
-#include "self_contact.hpp"
 
 namespace drench::reference {
 
@@ -25,7 +24,6 @@ struct ClothProblem {
   std::vector<double> mass;      // wet, kg
   std::vector<double> diagonal;  // D, N/m
   std::vector<PlacedBody> bodies;
-  std::vector<SelfContact> contacts;  // of the cloth with itself
 
   ClothProblem(const ReferenceState& state, const StepInfo& info);
 

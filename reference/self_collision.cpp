@@ -16,16 +16,26 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr int rounds = 3, passes = 8;
-constexpr double failsafe_gap = 0.5;  // of τ, where the cloth's solve has contacts
+constexpr int rounds = 3, passes = 8, most_advances = 200;
+
+/// A node and a triangle, or two edges.
+struct Pair {
+  std::array<Index, 4> node;
+  bool edges;
+  double distance;   // δ⁰, m
+  double thickness;  // τ, m
+  double friction;   // μ
+};
 
 struct Contact {
   const Pair* pair;
   std::array<double, 4> b;
   Vector3d normal;
-  double target_gap;        // θ, m
+  double target_gap;          // θ, m
   double pair_impulse = 0;  // λ, kg m/s
 };
+
+Near nearest(const Four& x, bool edges) { return edges ? near_edges(x) : near_triangle(x); }
 
 /// The stage's work on one state.
 class SelfCollision {
@@ -37,7 +47,7 @@ class SelfCollision {
       if (mesh_.pinned[n]) velocity_[n] = (pin_position(state, n, info.time + dt_) - start(n)) / dt_;
       if (member(n)) keep_out(n);
     }
-    pairs_ = all_pairs(state);
+    list_pairs();
   }
 
   void run(StepReport& report) {
@@ -65,6 +75,9 @@ class SelfCollision {
 
   const ClothMaterial& material(Index n) const { return state_.model.cloths[mesh_.node_cloth[n]]; }
   bool member(Index n) const { return material(n).self_collision; }
+  double friction(Index n) const {
+    return material(n).friction + node_saturation(state_, n) * (material(n).friction_wet - material(n).friction);
+  }
   Vector3d start(Index n) const { return vec(state_.s.node_position[n]); }
   Vector3d end(Index n) const { return start(n) + dt_ * velocity_[n]; }
 
@@ -75,19 +88,58 @@ class SelfCollision {
     if (!project_out(bodies_, material(n).thickness, x).empty()) velocity_[n] = (x - start(n)) / dt_;
   }
 
+  void list_pairs() {
+    const auto add = [&](const std::array<Index, 4>& n, bool edges) {
+      Four x;
+      for (int k = 0; k < 4; ++k) x[k] = start(n[k]);
+      pairs_.push_back({n, edges, nearest(x, edges).apart.norm(),
+                        (material(n[0]).thickness + material(n[3]).thickness) / 2, (friction(n[0]) + friction(n[3])) / 2});
+    };
+    for (const auto& t : mesh_.triangle) {
+      for (Index n = 0; n < mesh_.nodes(); ++n) {
+        if (member(n) && member(t[0]) && n != t[0] && n != t[1] && n != t[2]) add({n, t[0], t[1], t[2]}, false);
+      }
+    }
+    for (std::size_t i = 0; i < mesh_.edge.size(); ++i) {
+      for (std::size_t j = i + 1; j < mesh_.edge.size(); ++j) {
+        const auto &a = mesh_.edge[i], &b = mesh_.edge[j];
+        if (!member(a[0]) || !member(b[0])) continue;
+        if (a[0] != b[0] && a[0] != b[1] && a[1] != b[0] && a[1] != b[1]) add({a[0], a[1], b[0], b[1]}, true);
+      }
+    }
+  }
+
   // 2.
-  std::optional<Near> reaches(const Pair& pair, double gap) const {
+  std::optional<Near> reaches(const Pair& pair, double target_gap) const {
     Four x, u;
+    Vector3d mean = Vector3d::Zero();
     for (int k = 0; k < 4; ++k) {
       x[k] = start(pair.node[k]);
       u[k] = end(pair.node[k]) - x[k];
+      mean += u[k] / 4;
     }
-    return reference::reaches(pair, x, u, gap);
+    const int first = pair.edges ? 2 : 1;
+    double l[2] = {0, 0};
+    for (int k = 0; k < 4; ++k) {
+      u[k] -= mean;
+      l[k < first ? 0 : 1] = std::max(l[k < first ? 0 : 1], u[k].norm());
+    }
+    // Most pairs are far apart.
+    if (pair.distance - target_gap >= l[0] + l[1] && pair.distance > 1.01 * target_gap) return std::nullopt;
+    double t = 0;
+    for (int advance = 0;; ++advance) {
+      Four at;
+      for (int k = 0; k < 4; ++k) at[k] = x[k] + t * u[k];
+      const Near near = nearest(at, pair.edges);
+      const double left = near.apart.norm() - target_gap;
+      if (left <= 0.01 * target_gap || advance == most_advances) return near;
+      if (left >= (1 - t) * (l[0] + l[1])) return std::nullopt;
+      t += left / (l[0] + l[1]);
+    }
   }
 
   // 3.
   std::vector<Contact> find_contacts() const {
-    const double least = state_.model.has_contacts_in_solve() ? failsafe_gap : 1;
     std::vector<Contact> contacts;
     for (const Pair& pair : pairs_) {
       std::optional<Near> near;
@@ -99,7 +151,10 @@ class SelfCollision {
         near = reaches(pair, pair.thickness);
       }
       if (!near || !(near->apart.norm() > 0)) continue;
-      contacts.push_back({&pair, near->b, near->apart.normalized(), pair.target_gap(least * pair.thickness)});
+      const double target_gap = pair.distance < pair.thickness
+                              ? std::min(pair.thickness, pair.distance + 0.1 * pair.thickness)
+                              : pair.thickness;
+      contacts.push_back({&pair, near->b, near->apart.normalized(), target_gap});
     }
     return contacts;
   }

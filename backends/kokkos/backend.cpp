@@ -97,9 +97,9 @@ class KokkosBackend final : public Backend {
       case Stage::wind:
         return wind(constants_, fluid_, lists_, bodies_, cloth_, wind_, info);
       case Stage::cloth:
-        return cloth(constants_, bodies_, cloth_, solver_, self_collision_, load_cloth_with_last_pressure(), info, report);
+        return cloth(constants_, bodies_, cloth_, solver_, load_cloth_with_last_pressure(), info, report);
       case Stage::pressure:
-        return pressure(constants_, fluid_, lists_, bodies_, cloth_, pressure_, solver_, self_collision_, info, report);
+        return pressure(constants_, fluid_, lists_, bodies_, cloth_, pressure_, solver_, info, report);
       case Stage::self_collision:
         return self_collision(constants_, bodies_, cloth_, self_collision_, info, report);
       case Stage::advection:

@@ -118,13 +118,6 @@ void describe(Section& s, ClothSolverScene& solver) {
            "ends the solve: unbalanced forces over the forces that move the cloth");
   s.integer("max_iterations", solver.max_iterations, "[1, 100000]", "iterations",
             "most iterations of stage cloth; a third of it, but 100 at least, in each iteration of the density solve");
-  s.saved_if(solver.self_collision != SelfCollisionSolve::after)
-      .choice("self_collision", solver.self_collision,
-              {{"after", SelfCollisionSolve::after}, {"inside", SelfCollisionSolve::inside}},
-              "where cloths with `self_collision` touch: `after` the solve, by impulses that keep momentum; `inside` it, "
-              "by springs with friction, for cloth that lies in folds");
-  s.check(solver.self_collision == SelfCollisionSolve::after || solver.method == ClothMethod::pd, "self_collision",
-          "is for Projective Dynamics; allowed: inside only with method pd");
 }
 
 void describe(Section& s, GridScene& grid) {

@@ -29,8 +29,6 @@ enum class SortMethod { automatic, counting, radix, bitonic, bitonic_naive };
 enum class KernelKind { cubic, wendland, poly6 };
 /// Projective Dynamics, or XPBD on the same step.
 enum class ClothMethod { pd, xpbd };
-/// Cloth touches cloth after the solve, or inside it.
-enum class SelfCollisionSolve { after, inside };
 
 /// Section `time`.
 struct TimeScene {
@@ -227,7 +225,6 @@ struct ClothSolverScene {
   ClothMethod method = ClothMethod::pd;  // the same step, solved in another way
   double tolerance = 1e-3;               // 1; unbalanced forces over the forces that move the cloth
   int max_iterations = 300;              // in stage cloth
-  SelfCollisionSolve self_collision = SelfCollisionSolve::after;
 
   bool operator==(const ClothSolverScene&) const = default;
 };

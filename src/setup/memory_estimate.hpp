@@ -53,7 +53,6 @@ struct SetupSize {
   bool frames = false;   // one is kept on the host while it is written
   bool surface = false;  // with the liquid's surface
   bool micropolar = false;
-  bool contacts_in_solve = false;  // of the cloth with itself
   double wall_planes = 0;  // of each sample of the boundary: where a body slips 1, and 2 if one moves
 };
 

@@ -146,7 +146,6 @@ SetupSize kinds_of(const Model& m) {
   size.diffusion = m.has_diffusion();
   size.contact_wicking = m.has_contact_wicking();
   size.self_collision = m.has_self_collision();
-  size.contacts_in_solve = m.has_contacts_in_solve();
   size.xpbd = m.has_moving_cloth() && m.scene.cloth_solver.method == ClothMethod::xpbd;
   size.strain_limit = m.has_strain_limit();
   size.wet_adhesion = m.has_wet_adhesion();

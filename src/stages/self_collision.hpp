@@ -3,7 +3,7 @@
 // node velocities until the straight paths of this step have no intersection. All arithmetic is in double.
 //
 // Law:    docs/theory/contacts.md, section 3. 1 solids, 2 conservative advancement, 3 contacts (impulses, friction),
-//         4 impact zones, the failsafe. Where stage cloth has contacts: section 8.
+//         4 impact zones, the failsafe.
 // Reads:  node_position (m), node_velocity (m/s), node_liquid (quanta), time (s).
 // Writes: node_velocity (m/s) of free nodes; StepReport::cloth_contacts (pairs), cloth_zone_nodes.
 // Exact:  impulses are 64-bit sums in units of q · 2^-20 m/s, zones' momenta and masses of q · 2^-12 m/s and q · 2^-16.

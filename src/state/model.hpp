@@ -260,10 +260,6 @@ struct Model {
   bool has_self_collision() const {
     return any_cloth([](const ClothMaterial& c) { return c.dynamics && c.self_collision; });
   }
-  /// Cloth touches itself inside its implicit step.
-  bool has_contacts_in_solve() const {
-    return has_self_collision() && scene.cloth_solver.self_collision == SelfCollisionSolve::inside;
-  }
   bool has_wet_adhesion() const {
     return any_cloth([](const ClothMaterial& c) { return c.dynamics && c.wet_adhesion > 0; });
   }

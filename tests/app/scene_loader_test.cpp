@@ -190,15 +190,6 @@ TEST(SceneLoader, ReadsEveryKey) {
   EXPECT_EQ(loaded.path, folder().file("test.yaml"));
 }
 
-TEST(SceneLoader, ReadsAndSavesContactsInsideTheClothsSolve) {
-  const std::string scene = fluid_and_cloth;
-  EXPECT_EQ(parse(scene).cloth_solver.self_collision, SelfCollisionSolve::after);
-  EXPECT_EQ(to_yaml(parse(scene)).find("self_collision: after"), std::string::npos) << "a resolved scene of old";
-  const Scene inside = parse(scene + "cloth_solver: {self_collision: inside}\n");
-  EXPECT_EQ(inside.cloth_solver.self_collision, SelfCollisionSolve::inside);
-  EXPECT_EQ(parse(to_yaml(inside)).cloth_solver.self_collision, SelfCollisionSolve::inside);
-}
-
 TEST(SceneLoader, ThePresetSetsWhatTheSwitchesLeaveAlone) {
   const auto processes = [](const std::vector<std::string>& overrides) {
     std::vector<std::string> all{"cloth.0.porous={}"};

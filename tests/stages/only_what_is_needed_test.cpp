@@ -182,31 +182,6 @@ TEST(only_what_is_needed, cloth_collides_with_itself_only_where_asked_for) {
   EXPECT_EQ(containing(launched, label) + containing(allocated, label), 0);
 }
 
-TEST(only_what_is_needed, cloth_touches_itself_inside_its_solve_only_where_asked_for) {
-  const std::initializer_list<const char*> label = {"self_contact"};
-  const std::string folded =
-      with(no_fluid, "pin: [{corners: true}]",
-           "thickness: 0.002, self_collision: true}, {mesh: {grid: {size: [0.2, 0.2], nodes: [5, 5]}}, "
-           "name: lower, place: {position: [0.003, -0.002, 0]}, thickness: 0.002, self_collision: true");
-  for (const char* solver : {"", "cloth_solver: {method: xpbd}\n"}) {
-    const Watch after(with(folded, "cloth:", std::string(solver) + "cloth:"));
-    EXPECT_GT(containing(launched, {"self_collision"}), computes_on_host() ? 5 : 0);
-    EXPECT_EQ(containing(launched, label) + containing(allocated, label), 0);
-  }
-  const std::string inside = "cloth_solver: {self_collision: inside}\ncloth:";
-  {
-    const Watch touches(with(folded, "cloth:", inside));
-    EXPECT_GT(containing(launched, {"self_contact_order"}), 0);
-  }
-  {
-    const Watch free(with(no_fluid, "cloth:", inside));
-    EXPECT_EQ(containing(launched, label) + containing(allocated, label), 0) << "no cloth has self_collision";
-  }
-  const Watch apart(with(with(no_fluid, "pin: [{corners: true}]", "pin: [{corners: true}], self_collision: true"),
-                         "cloth:", inside));
-  EXPECT_EQ(containing(launched, {"self_contact_order"}) + containing(allocated, {"self_contact_item"}), 0);
-}
-
 TEST(only_what_is_needed, wet_cloth_sticks_only_where_asked_for) {
   const std::initializer_list<const char*> label = {"wet_adhesion"};
   {

@@ -170,9 +170,6 @@ TEST_P(Restart, PorousCloth) {
 }
 
 TEST_P(Restart, ClothAlone) { expect(run(cloth_scene, 40).contacts, "contacts"); }
-TEST_P(Restart, ClothThatTouchesItselfInsideItsSolve) {
-  expect(run(with(cloth_scene, "method: xpbd", "self_collision: inside"), 40).contacts, "contacts");
-}
 
 TEST_P(Restart, WhatKeysMove) { expect(run(keyed_scene, 60).jets, "jet"); }
 

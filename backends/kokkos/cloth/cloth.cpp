@@ -64,12 +64,11 @@ void finish(const Constants& constants, Cloth& cloth, const ClothSolverWork& sol
 
 }  // namespace
 
-void cloth(const Constants& constants, Bodies& bodies, Cloth& cloth, ClothSolverWork& solver,
-           SelfCollisionWork& collision, bool loaded, const StepInfo& info, StepReport& report) {
+void cloth(const Constants& constants, Bodies& bodies, Cloth& cloth, ClothSolverWork& solver, bool loaded,
+           const StepInfo& info, StepReport& report) {
   const Real dt = static_cast<Real>(info.dt);
   place_solids(constants, bodies, info);
   place_pins(constants, cloth, info);
-  find_self_contacts(constants, bodies, cloth, collision, solver.contacts, info);
   ClothIteration iteration(constants, bodies, cloth, solver, dt);
   aim(constants, cloth, solver, iteration.system(), dt, loaded);
   iteration.run(constants.model.scene.cloth_solver.max_iterations);

@@ -159,7 +159,6 @@ void ClothHessian::update(const Cloth& cloth, const ClothSystem& s, const Entrie
     const Real rate = s.strain_damping_rate(n);
     Block diagonal;
     diagonal.add(s.mass(n) * s.inverse_dt2);
-    if (s.contact_start.exist()) diagonal.add(s.contact_diagonal(n));
     for (Index l = s.link_start(n); l < s.link_start(n + 1); ++l) {
       const Block k = stiffness(s, n, s.link(l), shift, rate);
       diagonal.add(k, 1);

@@ -22,7 +22,6 @@ FactoredCloth::FactoredCloth(const Cloth& cloth, const ClothSystem& system)
 
 void FactoredCloth::prepare(const Cloth& cloth, const ClothSystem& system) {
   elastic_known_ = false;
-  if (system.contact_start.exist()) differences_.clear();  // of other contacts
   if (placed_ == cloth.moved && dt_ == system.dt) return;
   placed_ = cloth.moved;
   dt_ = system.dt;
@@ -74,8 +73,6 @@ bool FactoredCloth::run(const Cloth& cloth, ClothSolverWork& solver, const Cloth
       if (mode_ == Mode::begun) {
         factor(cloth, system, solver.displacement);
         mode_ = Mode::again;
-      } else if (system.contact_start.exist()) {
-        return false;  // A does not bound what contacts of the cloth with itself add
       } else {
         make_safe(cloth, system);
       }
@@ -119,7 +116,7 @@ PdPreconditioner& FactoredCloth::projective(const Cloth& cloth, const ClothSyste
 bool prepare_factored_cloth(const Cloth& cloth, ClothSolverWork& solver, const ClothSystem& s) {
   if (!solver.factored) solver.factored = std::make_shared<FactoredCloth>(cloth, s);
   solver.factored->prepare(cloth, s);
-  return solver.factored->has_hessian() || !s.contact_start.exist();
+  return true;
 }
 
 bool run_factored_cloth(const Cloth& cloth, ClothSolverWork& solver, const ClothSystem& s, ClothProgress& progress, int most,

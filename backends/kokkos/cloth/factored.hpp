@@ -18,10 +18,8 @@ class FactoredCloth {
   FactoredCloth(const Cloth& cloth, const ClothSystem& system);
   /// Begins a solve with these masses and this time step. Factors and differences stay as long as the nodes do.
   void prepare(const Cloth& cloth, const ClothSystem& system);
-  bool has_hessian() const { return hessian_.exists(); }
   /// Iterates from solver.displacement until the residual is within its goal, at least once and `most` times at most. False
-  /// where a node is at a solid, or where contacts of the cloth with itself lead astray: then the iterations of the other kind
-  /// have to go on.
+  /// where a node is at a solid: then the iterations of the other kind have to go on.
   bool run(const Cloth& cloth, ClothSolverWork& solver, const ClothSystem& system, ClothProgress& progress, int most,
            double tolerance, double floor);
 

@@ -103,11 +103,6 @@ KOKKOS_INLINE_FUNCTION double relative_travel(bool edges, Double3* u) {
   return largest[0] + largest[1];
 }
 
-/// γ of law 3 (m) for a pair that starts `distance` apart: `least`, but pairs that start too near part slowly.
-KOKKOS_INLINE_FUNCTION double target_gap(double least, double distance, double thickness) {
-  return Kokkos::fmin(least, distance + 0.1 * thickness);
-}
-
 /// Law 2: does the pair come as near as `gap` within the step? Then `near` is how it stands at that time.
 KOKKOS_INLINE_FUNCTION bool reaches(bool edges, const Double3* start, const Double3* displacement, double gap,
                                     Proximity& near) {

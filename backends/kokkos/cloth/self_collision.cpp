@@ -54,8 +54,7 @@ MemoryEstimate self_collision_bytes(const Sizing& s) {
   const double sums = (3 + 10) * sizeof(std::int64_t),
                node = sizeof(NodeVelocity) + 6 * s.real + 5 * index_bytes + 1 + sums;
   const double items = s.size.nodes + s.size.triangles + s.size.edges;
-  sum.cloth = s.size.nodes * (node + 1.25 * s.size.fold_pairs * (sizeof(ClosePair) + sizeof(Contact) + index_bytes) +
-                              self_contact_bytes(s)) +
+  sum.cloth = s.size.nodes * (node + 1.25 * s.size.fold_pairs * (sizeof(ClosePair) + sizeof(Contact) + index_bytes)) +
               1.25 * items * 9 * sizeof(Couple) + item_bytes(s);
   return sum;
 }
@@ -103,7 +102,6 @@ Collision::Collision(const Constants& constants, const Bodies& bodies, Cloth& cl
       momentum_unit(constants.quantum / impulse_steps),
       way_unit(double(constants.spacing) / zones::way_units),
       margin(work.margin),
-      gap_share(constants.model.has_contacts_in_solve() ? failsafe_gap : 1),
       dt(step),
       half_reach(static_cast<Real>(0.50001 * (work.thickness + 2 * work.margin))),
       nodes(cloth.nodes.count) {}
@@ -120,22 +118,6 @@ Index Launches::value(const Collision& s, CollisionCounter which) const {
 bool prepare_resident_collision(SelfCollisionWork&) { return false; }
 CollisionProgress keep_apart_resident(SelfCollisionWork&, const Collision&, const CollisionProgress& at) { return at; }
 #endif
-
-Index find_near_pairs(const Constants& constants, Bodies& bodies, Cloth& cloth, SelfCollisionWork& work,
-                      const StepInfo& info) {
-  allocate(constants, cloth, work);
-  place_solids(constants, bodies, info);
-  place_pins(constants, cloth, info);
-  refresh_inverse_mass(constants, cloth);
-  CollisionProgress at;
-  do {
-    make_room_for_pairs(work, at.close_clusters, at.candidates, at.pairs);
-    const Collision s(constants, bodies, cloth, work, static_cast<Real>(info.dt));
-    Launches().each<Begin>(s, s.nodes);
-    at.found = find_pairs<true>(Launches{}, s, at);
-  } while (!at.found);
-  return at.pairs;
-}
 
 void self_collision(const Constants& constants, Bodies& bodies, Cloth& cloth, SelfCollisionWork& work,
                     const StepInfo& info, StepReport& report) {

@@ -112,12 +112,6 @@ struct SelfCollisionWork {
   std::shared_ptr<struct ResidentCollision> resident;  // of CUDA (cloth/cuda/resident_collision.cpp)
 };
 
-constexpr double failsafe_gap = 0.5;  // of τ: what law 3 keeps where the cloth's solve has contacts
-
-/// work.pair := those that can come near on the nodes' paths by their velocities as they are, and their number.
-Index find_near_pairs(const Constants& constants, Bodies& bodies, Cloth& cloth, SelfCollisionWork& work,
-                      const StepInfo& info);
-
 MemoryEstimate self_collision_bytes(const Sizing& s);
 
 }  // namespace drench::kokkos_backend

@@ -62,8 +62,8 @@ struct Collision {
   Entries<Index> hole;
   Entries<Contact> contact;
   Entries<Index> counter;
-  double momentum_unit, way_unit, margin, gap_share;  // kg m/s; m; m; 1: law 3 keeps so much of τ
-  Real dt, half_reach;                                // s; m
+  double momentum_unit, way_unit, margin;  // kg m/s; m; m
+  Real dt, half_reach;                     // s; m
   Index nodes;
 
   Collision(const Constants& constants, const Bodies& bodies, Cloth& cloth, SelfCollisionWork& work, Real step);
@@ -170,7 +170,7 @@ struct FindContact {
     if (!(near.distance > 0)) return;
     Contact c{};
     c.normal = {near.apart.x / near.distance, near.apart.y / near.distance, near.apart.z / near.distance};
-    c.short_of = target_gap(s.gap_share * tau, start, tau);
+    c.short_of = Kokkos::fmin(tau, start < tau ? start + 0.1 * tau : tau);
     for (int k = 0; k < 4; ++k) {
       c.node[k] = pair.node[k];
       c.b[k] = near.b[k];

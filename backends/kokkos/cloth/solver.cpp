@@ -78,7 +78,6 @@ void masses_and_diagonals(const Constants& constants, const Cloth& cloth, const 
             const Index t = s.limit_item(r) / 4;
             diagonal += strain_limit_diagonal(s.triangle_shape(t), s.limit_stiffness(t), s.limit_item(r) % 4);
           }
-        if (s.contact_start.exist()) diagonal += s.contact_diagonal(n);
         s.friction(n) = friction_at(s.materials(n), wet, n);
         s.mass(n) = mass;
         s.diagonal(n) = diagonal;
@@ -149,9 +148,6 @@ ClothSystem::ClothSystem(const Bodies& bodies, const Cloth& fabric, ClothSolverW
       limit_stiffness(fabric.mesh.limit_stiffness),
       materials(node_materials(fabric)),
       solids(bodies.solids),
-      contact_start(solver.contacts.count > 0 ? Entries<const Index>(solver.contacts.start) : Entries<const Index>()),
-      contact_item(solver.contacts.item),
-      self_contact(solver.contacts.contact),
       dt(step),
       inverse_dt(1 / step),
       inverse_dt2(1 / (step * step)) {}

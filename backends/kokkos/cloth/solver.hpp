@@ -8,7 +8,6 @@
 #include "bodies/contact.hpp"
 #include "cloth/cloth.hpp"
 #include "cloth/elasticity.hpp"
-#include "cloth/self_contact.hpp"
 #include "core/reduce.hpp"
 
 namespace drench::kokkos_backend {
@@ -26,7 +25,6 @@ struct ClothSolverWork {
   Field<Real> edge_rate, hinge_rate;               // θ, 1
   Field<Real3> limit_stress, last_limit_stress;    // 2 per triangle with a strain limit: the columns of P, N·m
   Field<Real> limit_rate;                          // 2 per triangle: θ, 1
-  SelfContacts contacts;                           // of this step (self_contact.cpp)
   std::shared_ptr<struct ResidentCloth> resident;  // of CUDA (cloth/cuda/resident_cloth.cpp)
   std::shared_ptr<class FactoredCloth> factored;   // of a host (cloth/factored.hpp)
 };
@@ -102,8 +100,6 @@ struct ClothSystem {
   Entries<const Real> limit_shape, limit_stiffness;
   Materials materials;
   Slice<const Solid> solids;
-  Entries<const Index> contact_start, contact_item;  // null: no contacts of the cloth with itself
-  Entries<const SelfContact> self_contact;
   Real dt, inverse_dt, inverse_dt2;
 
   ClothSystem(const Bodies& bodies, const Cloth& fabric, ClothSolverWork& solver, Real step);
@@ -134,7 +130,6 @@ struct ClothSystem {
       add_link(force, l, apart, moved - shift(l.other), rate > 0 ? strain_damping(apart, l.stiffness, rate) : Real(0));
     }
     if (limit_start.exist()) force += limit_force(n, shift, 0, 1);
-    if (contact_start.exist()) force += contact_force(n, shift, 0, 1);
     return force;
   }
 
@@ -158,26 +153,6 @@ struct ClothSystem {
   }
   KOKKOS_INLINE_FUNCTION TriangleShape triangle_shape(Index t) const {
     return {limit_shape(3 * t), limit_shape(3 * t + 1), limit_shape(3 * t + 2)};
-  }
-
-  /// Contacts of the cloth with itself, N: every `step`-th of the node's, from `from` on.
-  template <class Shift>
-  KOKKOS_INLINE_FUNCTION Real3 contact_force(Index n, const Shift& shift, Index from, Index step) const {
-    Real3 force;
-    for (Index r = contact_start(n) + from; r < contact_start(n + 1); r += step) {
-      const SelfContact c = self_contact(contact_item(r) / 4);
-      force += c.b[contact_item(r) % 4] * c.force(shift);
-    }
-    return force;
-  }
-  /// What these add to D_n, N/m.
-  KOKKOS_INLINE_FUNCTION Real contact_diagonal(Index n) const {
-    Real sum = 0;
-    for (Index r = contact_start(n); r < contact_start(n + 1); ++r) {
-      const SelfContact& c = self_contact(contact_item(r) / 4);
-      sum += c.stiffness * Kokkos::abs(c.b[contact_item(r) % 4]);
-    }
-    return sum;
   }
 
   /// What the spring of edge e does to its first node, its damping with it, N.
@@ -265,7 +240,7 @@ struct ClothSystem {
   KOKKOS_INLINE_FUNCTION Real thickness(Index n) const { return materials(n).thickness; }
 };
 #ifndef DRENCH_CHECK_BOUNDS
-static_assert(sizeof(ClothSystem) <= 264);
+static_assert(sizeof(ClothSystem) <= 240);
 #endif
 
 /// The iterations of one implicit step, in as many calls as the caller likes.

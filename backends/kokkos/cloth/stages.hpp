@@ -8,8 +8,8 @@
 namespace drench::kokkos_backend {
 
 /// The implicit step. `loaded`: nodes.force holds what the liquid's last pressure does to the nodes.
-void cloth(const Constants& constants, Bodies& bodies, Cloth& cloth, ClothSolverWork& solver,
-           SelfCollisionWork& collision, bool loaded, const StepInfo& info, StepReport& report);
+void cloth(const Constants& constants, Bodies& bodies, Cloth& cloth, ClothSolverWork& solver, bool loaded,
+           const StepInfo& info, StepReport& report);
 
 void self_collision(const Constants& constants, Bodies& bodies, Cloth& cloth, SelfCollisionWork& work,
                     const StepInfo& info, StepReport& report);

@@ -83,8 +83,7 @@ MemoryEstimate pressure_bytes(const Sizing& s) {
 }
 
 void pressure(const Constants& constants, Fluid& fluid, const NeighborLists& lists, Bodies& bodies, Cloth& cloth,
-              PressureWork& work, ClothSolverWork& solver, SelfCollisionWork& collision, const StepInfo& info,
-              StepReport& report) {
+              PressureWork& work, ClothSolverWork& solver, const StepInfo& info, StepReport& report) {
   if (fluid.particles.count == 0) return;
   place_solids(constants, bodies, info);
   warm_start_density(fluid, work);
@@ -96,7 +95,6 @@ void pressure(const Constants& constants, Fluid& fluid, const NeighborLists& lis
     refresh_inverse_mass(constants, cloth);
     if (constants.model.has_moving_cloth()) {
       load_cloth(lists.sheet_rows, system.kappa, nullptr, cloth);
-      find_self_contacts(constants, bodies, cloth, collision, solver.contacts, info);
       system.elastic = &elastic.emplace(constants, bodies, cloth, solver, Real(info.dt));
       elastic->start();
     }

@@ -24,8 +24,7 @@ void divergence(const Constants& constants, Fluid& fluid, const NeighborLists& l
 MemoryEstimate divergence_bytes(const Sizing& s);
 
 void pressure(const Constants& constants, Fluid& fluid, const NeighborLists& lists, Bodies& bodies, Cloth& cloth,
-              PressureWork& work, ClothSolverWork& solver, SelfCollisionWork& collision, const StepInfo& info,
-              StepReport& report);
+              PressureWork& work, ClothSolverWork& solver, const StepInfo& info, StepReport& report);
 /// Beside those of stage divergence.
 MemoryEstimate pressure_bytes(const Sizing& s);
 
