@@ -1,6 +1,5 @@
 #include "core/filled_rows.hpp"
 
-
 namespace drench::kokkos_backend {
 
 double filled_rows_bytes(double rows, const Sizing& s) { return s.gpu ? 1.25 * rows * index_bytes : 0; }
@@ -9,7 +8,8 @@ void find_filled_rows(const NeighborList& list, FilledRows& filled) {
   if (on_host || list.rows == 0) return;
   make_ample_room(filled.row, "drench::neighbors::filled", static_cast<std::size_t>(list.rows));
   if (filled.count.data() == nullptr)
-    filled.count = Kokkos::View<Index, MemSpace>(Kokkos::ViewAllocateWithoutInitializing("drench::neighbors::filled_count"));
+    filled.count =
+        Kokkos::View<Index, MemSpace>(Kokkos::ViewAllocateWithoutInitializing("drench::neighbors::filled_count"));
   const Entries<const Index> count = list.count;
   const Entries<Index> row = filled.row;
   Kokkos::parallel_scan(
