@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""measuring_tools_test.py SOURCE BUILD: tools/scaling, tools/speed_error and tools/paper_tables measure what they say,
+"""measuring_tools_test.py SOURCE BUILD: tools/scaling, speed_error, paper_tables and paper_figures measure what they say,
 on scenes of a few hundred particles, and their reader of frames agrees with stats.csv."""
 
 import importlib.machinery
@@ -28,7 +28,7 @@ def module(name):
     return loaded
 
 
-scaling, speed_error = module("scaling"), module("speed_error")
+scaling, speed_error, paper_figures = module("scaling"), module("speed_error"), module("paper_figures")
 
 
 def tool(name, *arguments):
@@ -55,6 +55,43 @@ class Case(unittest.TestCase):
             return
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertTrue(plot.read_bytes().startswith(b"\x89PNG"))
+
+
+class PaperFigures(Case):
+    """tools/paper_figures on a few hundred particles."""
+
+    def test_frames_by_every_sort_are_equal(self):
+        done = tool("paper_figures", "--binary", BINARY, "--figure", "sorts", "--spacing", "0.03", "--steps", "40", "--threads", "1")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        rows = re.findall(r"^\| (\w+) \| [\d,]+ \| [\d.]+ \| [\d.]+ \| (\w+ \(\d+\)) \| (\w+ \(\d+\)) \|$", done.stdout, re.M)
+        self.assertEqual([row[0] for row in rows], list(paper_figures.SORTS))
+        self.assertEqual(len({row[1:] for row in rows}), 1)
+        self.assertNotIn("(0)", rows[0][1])
+
+    def test_frames_that_differ_are_told_apart(self):
+        for folder, text in (("one", "a"), ("two", "b")):
+            (self.folder / folder / "frames").mkdir(parents=True)
+            (self.folder / folder / "frames" / "fluid_000000.vtu").write_text(text)
+        one, two = (paper_figures.digest(self.folder / name, "fluid") for name in ("one", "two"))
+        self.assertEqual((one[1], two[1]), (1, 1))
+        self.assertNotEqual(one[0], two[0])
+
+    def test_the_ball_starts_with_the_energy_that_its_share_is_of(self):
+        spacing = 0.04
+        scene = self.scene(paper_figures.ball(spacing, paper_figures.TURN, None))
+        done = measure.Run(BINARY, scene, self.folder / "out", 1, settings=["output.every=1", "time.end=0.0001", "time.step=0.0001"])
+        self.assertEqual(done.problem, "")
+        frame = measure.read_frame(measure.frames(self.folder / "out", "fluid")[0][1], ("mass", "velocity"))
+        energy = sum(0.5 * m * sum(v * v for v in frame["velocity"][3 * i:3 * i + 3]) for i, m in enumerate(frame["mass"]))
+        self.assertAlmostEqual(energy / paper_figures.energy_of_start(spacing), 1, delta=1e-5)
+        table = self.folder / "kept.csv"
+        done = tool("paper_figures", "--binary", BINARY, "--figure", "turbulence", "--spacing", "0.08", "--steps", "30", "--threads", "1",
+                    "--table", table)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        rows = measure.read_csv(table)
+        self.assertEqual({(r["finer"], r["spins"]) for r in rows}, {(f, s) for f in "124" for s in ("none", "0.0005", "0.001")})
+        self.assertTrue(all(0 < float(r["kept"]) < 2 for r in rows))
+        self.png("paper_figures", table)
 
 
 class Frames(Case):
@@ -266,10 +303,10 @@ class SpeedError(Case):
 
 class Help(Case):
     def test_help(self):
-        for name in ("scaling", "speed_error", "paper_tables"):
+        for name in ("scaling", "speed_error", "paper_tables", "paper_figures"):
             done = tool(name, "--help")
             self.assertEqual(done.returncode, 0, done.stderr)
-            self.assertIn(f"tools/{name} [--backend", done.stdout)
+            self.assertRegex(done.stdout, rf"tools/{name} .*\[--backend")
 
 
 class PaperTables(Case):
