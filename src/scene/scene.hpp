@@ -224,7 +224,7 @@ struct ClothScene {
 struct ClothSolverScene {
   ClothMethod method = ClothMethod::pd;  // the same step, solved in another way
   double tolerance = 1e-3;               // 1; unbalanced forces over the forces that move the cloth
-  int max_iterations = 300;              // in stage cloth
+  int max_iterations = 1000;             // in stage cloth
 
   bool operator==(const ClothSolverScene&) const = default;
 };
