@@ -257,7 +257,8 @@ void create_particles(ReferenceState& state, std::vector<Share>& shares) {
   }
 }
 
-/// Takes what sample p gave from its nodes.
+/// Takes what sample p gave from its nodes. It left with the mean velocity of unrounded parts; what a whole part is more
+/// leaves its momentum behind.
 void take_from_nodes(ReferenceState& state, Index p, const Share& share) {
   const Quanta given = share.total - share.left;
   if (given == 0) return;
@@ -271,8 +272,13 @@ void take_from_nodes(ReferenceState& state, Index p, const Share& share) {
   for (int k = 0; k < 3; ++k) {
     const Quanta more = std::min(rest, share.of_node[k] - part[k]);
     rest -= more;
-    state.s.node_liquid[sample_node(state, p, k)] -= part[k] + more;
-    state.s.node_buffered[sample_node(state, p, k)] -= part[k] + more;
+    const Index n = sample_node(state, p, k);
+    state.s.node_liquid[n] -= part[k] + more;
+    state.s.node_buffered[n] -= part[k] + more;
+    if (state.model.mesh.pinned[n]) continue;
+    const double unrounded = static_cast<double>(given) * static_cast<double>(share.of_node[k]) / static_cast<double>(share.total);
+    const double behind = (static_cast<double>(part[k] + more) - unrounded) * state.model.quantum;  // kg
+    state.s.node_velocity[n] = arr(vec(state.s.node_velocity[n]) * (1 + behind / node_mass(state, n)));
   }
 }
 

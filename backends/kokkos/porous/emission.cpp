@@ -35,8 +35,8 @@ MemoryEstimate emission_bytes(const Sizing& s) {
   if (!s.size.emission) return {};
   const double r = s.real, direction = s.size.direction && s.size.boundary > 0 ? 3 * r : 0;
   MemoryEstimate sum = candidate_bytes(s);
-  // share, total, rest, room; velocity, blocked, layers
-  sum.cloth += s.size.samples * (6 * quanta_bytes + 3 * r + 1 + index_bytes + direction);
+  // share, total, rest, room, given; velocity, blocked, layers
+  sum.cloth += s.size.samples * (7 * quanta_bytes + 3 * r + 1 + index_bytes + direction);
   return sum;
 }
 
@@ -354,30 +354,57 @@ void give_to_layers(const Constants& constants, const NeighborLists& lists, cons
 /// What leaves a node and what comes to it.
 struct Exchange {
   Quanta out = 0;
+  double rounded = 0;  // quanta: `out` less the part of its node in the liquid that took the mean velocity along
   Arrival in;
   KOKKOS_INLINE_FUNCTION Exchange& operator+=(const Exchange& o) {
     out += o.out;
+    rounded += o.rounded;
     in += o.in;
     return *this;
   }
 };
 
+/// What samples gave, from their nodes.
+struct Leaving {
+  Entries<const Quanta> share, total, given;
+
+  explicit Leaving(const EmissionWork& work) : share(work.share), total(work.total), given(work.given) {}
+  KOKKOS_INLINE_FUNCTION Exchange operator()(Index p, int corner) const {
+    const Quanta all = given(p);
+    if (all == 0) return {};
+    Quanta part[3], left = all;
+    for (int k = 0; k < 3; ++k) {
+      part[k] = floor_ratio(all, share(3 * p + k), total(p));
+      left -= part[k];
+    }
+    for (int k = 0; k < corner; ++k) {
+      const Quanta room = share(3 * p + k) - part[k];
+      left -= left < room ? left : room;
+    }
+    const Quanta own = share(3 * p + corner), room = own - part[corner], out = part[corner] + (left < room ? left : room);
+    return {out, double(out) - double(all) * double(own) / double(total(p)), {}};
+  }
+};
+
 /// (e): what each sample gave leaves its nodes; then what reaches them from other layers (c) arrives.
 void leave(const Constants& constants, Cloth& cloth, TransferWork& transfers, EmissionWork& work, double dt) {
-  const Entries<const Quanta> share = work.share;
+  const Leaving leaving(work);
   const Maturing matured(constants, cloth, dt);
   const Delivery deliver(constants, transfers, cloth);
   const Entries<int> any = work.any;
   gather_rows<Exchange>(
       "drench::emission::leave", cloth.nodes.count, cloth.nodes.sample_start,
       KOKKOS_LAMBDA(const Index e) {
-        return Exchange{share(3 * (deliver.item(e) / 4) + deliver.item(e) % 4), deliver(e)};
+        Exchange exchange = leaving(deliver.item(e) / 4, deliver.item(e) % 4);
+        exchange.in = deliver(e);
+        return exchange;
       },
       KOKKOS_LAMBDA(const Index n, const Exchange& sum) {
         if (n == 0) any(0) = any(1) = 0;
         const Quanta before = matured(n);
         deliver.liquid(n) -= sum.out;
         matured.buffered(n) = before > sum.out ? before - sum.out : 0;
+        deliver.keep_momentum(n, sum.rounded);
         deliver(n, sum.in);
       });
 }

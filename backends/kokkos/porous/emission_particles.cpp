@@ -13,6 +13,7 @@ void prepare(const Cloth& cloth, EmissionWork& work) {
   const auto samples = static_cast<std::size_t>(cloth.samples.count);
   make_room(work.target, "drench::emission::target", samples);
   make_room(work.pool, "drench::emission::pool", samples);
+  make_room(work.given, "drench::emission::given", samples);
   make_room(work.position, "drench::emission::position", samples);
   make_room(work.liquid, "drench::emission::liquid", samples);
   make_room(work.created, "drench::emission::created", samples);
@@ -156,7 +157,6 @@ void rank(const Constants& constants, const Cloth& cloth, EmissionWork& work) {
 /// What a sample gives out: to the particle of its own pool, if it is a collector, and to its target's.
 struct GiveOut {
   Entries<const Real3> position, leaving_velocity;
-  Entries<Quanta> share;
   Entries<const Quanta> total, rest, pools;
   Entries<const std::uint8_t> created;
   Entries<const Index> ranks, target;
@@ -166,7 +166,6 @@ struct GiveOut {
   GiveOut(const NeighborLists& lists, EmissionWork& work, Quanta full_particle)
       : position(work.position),
         leaving_velocity(work.velocity),
-        share(work.share),
         total(work.total),
         rest(work.rest),
         pools(work.pool),
@@ -200,28 +199,14 @@ struct GiveOut {
     made.origin = static_cast<std::uint8_t>(Origin::cloth);
     return made;
   }
-  /// (e): what leaves each of p's nodes, of all that p gave.
-  KOKKOS_INLINE_FUNCTION void split(Index p) const {
-    if (total(p) == 0) return;
-    Quanta given = total(p) - rest(p);
+  /// All that p gave.
+  KOKKOS_INLINE_FUNCTION Quanta given_by(Index p) const {
     const Index q = target(p);
-    if (q >= 0 && created(q)) given += pooled_part(rest(p), pools(q), full);
-    Quanta left = given;
-    Quanta part[3];
-    for (int k = 0; k < 3; ++k) {
-      part[k] = floor_ratio(given, share(3 * p + k), total(p));
-      left -= part[k];
-    }
-    for (int k = 0; k < 3; ++k) {
-      const Quanta room = share(3 * p + k) - part[k];
-      const Quanta more = left < room ? left : room;
-      share(3 * p + k) = part[k] + more;
-      left -= more;
-    }
+    return total(p) - rest(p) + (q >= 0 && created(q) ? pooled_part(rest(p), pools(q), full) : 0);
   }
 };
 
-/// Appends the new particles (d), and finds out what each sample's nodes lose (e). The candidates' cells are empty again.
+/// Appends the new particles (d), and finds out what each sample gave (e). The candidates' cells are empty again.
 void give_out(const Constants& constants, Fluid& fluid, const NeighborLists& lists, const Cloth& cloth,
               EmissionWork& work, Index new_particles) {
   ParticleSet& particles = fluid.particles;
@@ -230,12 +215,13 @@ void give_out(const Constants& constants, Fluid& fluid, const NeighborLists& lis
   const ParticleView all = particles.view();
   const std::int64_t id = particles.next_id;
   const CandidateCells cells(cloth, work);
+  const Entries<Quanta> given = work.given;
   const GiveOut give(lists, work, constants.model.max_quanta);
   parallel(
       "drench::emission::give_out", cloth.samples.count, KOKKOS_LAMBDA(const Index p) {
         if (give.pools(p) > 0) cells.clear_cell_of(p);
         if (give.created(p)) all.store(first + give.ranks(p), give.particle_of(p, id));
-        give.split(p);
+        given(p) = give.given_by(p);
       });
   particles.count = first + new_particles;
   particles.next_id += new_particles;

@@ -34,7 +34,7 @@ struct EmissionCounts {
 
 struct EmissionWork {
   // per sample
-  Field<Quanta> share;        // 3 per sample: E_pk, in the end what leaves node k
+  Field<Quanta> share;        // 3 per sample: E_pk
   Field<Quanta> total, rest;  // E_p, and what is left of it: E′_p, E″_p
   Field<Quanta> room;         // Σ_j R_j of the liquid in its cone
   Field<Real3> velocity;      // v^e_p, m/s
@@ -43,6 +43,7 @@ struct EmissionWork {
   Field<Index> layers;  // number of receiving samples of other layers
   Field<Index> target;  // the sample that it points to, −1: none
   Field<Quanta> pool;   // S of a collector that is a candidate, otherwise 0
+  Field<Quanta> given;  // what left it in all
   // of those that are candidates
   Field<Real3> position;        // of the new particle, m
   Field<std::int64_t> liquid;   // Σ_j V_j W there, 2^-40

@@ -202,6 +202,14 @@ struct Delivery {
             w * double(transfers.momentum(3 * p)), w * double(transfers.momentum(3 * p + 1)),
             w * double(transfers.momentum(3 * p + 2))};
   }
+  /// Node n has lost `more` quanta beyond those whose momentum went along: it keeps their momentum.
+  KOKKOS_INLINE_FUNCTION void keep_momentum(const Index n, double more) const {
+    const double mass = double(solid(n)) + q * double(liquid(n));
+    if (more == 0 || pinned(n) || !(mass > 0)) return;
+    const double factor = 1 + q * more / mass;
+    const Real3 v = velocity(n);
+    velocity(n) = {Real(factor * double(v.x)), Real(factor * double(v.y)), Real(factor * double(v.z))};
+  }
   KOKKOS_INLINE_FUNCTION void operator()(const Index n, const Arrival& in) const {
     const double before = double(solid(n)) + q * double(liquid(n)), after = before + q * double(in.gain);
     if (!pinned(n) && after > 0 && (in.px != 0 || in.py != 0 || in.pz != 0 || in.gain != 0)) {
