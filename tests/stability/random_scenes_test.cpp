@@ -66,6 +66,22 @@ std::string SceneDraw::vector(double low, double high) {
   return fmt::format("[{:.4g}, {:.4g}, {:.4g}]", x, y, z);
 }
 
+std::string SceneDraw::keys(double low, double high, bool three) {
+  const auto value = [&] { return three ? vector(low, high) : fmt::format("{:.4g}", uniform(low, high)); };
+  const double middle = uniform(1, 20) * dt_, last = middle + uniform(1, 30) * dt_;
+  const std::string a = value(), b = value(), c = value(), how = word({"linear", "smooth", "step"});
+  return fmt::format("{{keys: [[0, {}], [{:.4g}, {}], [{:.4g}, {}]], interpolation: {}}}", a, middle, b, last, c, how);
+}
+
+template <class Text>
+std::string SceneDraw::sometimes(double share, const Text& text) {
+  if (narrow_) return "";
+  std::swap(random_, more_);
+  const std::string drawn = chance(share) ? text() : std::string();
+  std::swap(random_, more_);
+  return drawn;
+}
+
 void SceneDraw::begin() {
   dt_ = usually(0.001, 0.004, 1e-5, 0.1);
   drawn_.yaml = fmt::format("drench: 1\ntime: {{step: {:.4g}, end: 10, mode: {}, cfl: {:.3g}}}\n", dt_,
@@ -75,6 +91,25 @@ void SceneDraw::begin() {
   drawn_.yaml += fmt::format("neighbors: {{sort: {}, through_cloth: {}}}\n",
                              word({"auto", "counting", "radix", "bitonic", "bitonic_naive"}), chance(0.2));
   if (chance(0.3)) drawn_.yaml += "output: {measures: true}\n";
+  const std::string error =
+      sometimes(0.12, [&] { return fmt::format("mode: error, tolerance: {:.3g}", usually(3e-4, 3e-3, 1e-5, 0.1)); });
+  if (!error.empty()) {
+    const std::size_t at = drawn_.yaml.find("mode: ");
+    drawn_.yaml.replace(at, drawn_.yaml.find(',', at) - at, error);
+  }
+  const std::string wind = sometimes(0.15, [&] {
+    const bool gusts = chance(0.4);
+    const std::string velocity = !gusts && chance(0.5) ? keys(-8, 8, true) : vector(-8, 8);
+    const double drag = uniform(0, 2), along = uniform(0, 0.1), liquid = chance(0.5) ? uniform(0, 1) : 0;
+    return fmt::format("wind: {{velocity: {}, normal_drag: {:.3g}, tangential_drag: {:.3g}, liquid_drag: {:.3g}{}}}\n",
+                       velocity, drag, along, liquid,
+                       gusts
+                           ? fmt::format(", gusts: [{{time: 0, velocity: {}}}, {{time: {:.3g}, velocity: [0, 0, 0]}}]",
+                                         vector(-8, 8), 30 * dt_)
+                           : "");
+  });
+  if (!wind.empty()) drawn_.closed = false;
+  drawn_.yaml += wind;
 }
 
 void SceneDraw::fluid() {
@@ -89,11 +124,20 @@ void SceneDraw::fluid() {
   const std::string kernel = word({"cubic", "cubic", "wendland", "poly6"});
   yaml += fmt::format("  kernel: {}\n  support: {:.3g}\n", kernel,
                       kernel == "wendland" ? uniform(2.4, 3) : uniform(1.8, 2.6));
+  yaml += sometimes(0.2, [&] {
+    const bool pays = chance(0.5);
+    if (!pays) drawn_.closed = false;
+    const double transfer = usually(1e-4, 1e-2, 1e-6, 10), inertia = usually(0.3, 3, 0.01, 1e4);
+    return fmt::format("  micropolar: {{transfer: {:.3g}, inertia: {:.3g}, viscosity: {:.3g}, reaction: {:.3g}}}\n",
+                       transfer, inertia, uniform(0, 1e-3), pays ? 1 : uniform(0, 1));
+  });
   if (chance(0.4)) {
     const int most = whole(1, 200);
     yaml += fmt::format(
         "  solver: {{density_error: {:.3g}, divergence_error: {:.3g}, max_iterations: {}, min_iterations: {}}}\n",
         usually(1e-4, 1e-2, 1e-6, 0.5), usually(1e-4, 1e-2, 1e-6, 0.5), most, whole(0, std::min(most, 3)));
+  } else {
+    yaml += sometimes(0.2, [&] { return fmt::format("  solver: {{density_correction: {:.3g}}}\n", uniform(0.5, 1)); });
   }
   yaml += "  sources:\n";
   const double x = uniform(-0.1, 0.05), y = 0.02 + height_ + 0.5 * d_, z = uniform(-0.1, 0.05);
@@ -106,6 +150,14 @@ void SceneDraw::fluid() {
         "    - jet: {{center: [{:.4g}, 0.4, {:.4g}], radius: {:.4g}, velocity: [{:.4g}, {:.4g}, 0], start: {:.3g}}}\n",
         uniform(-0.1, 0.1), uniform(-0.1, 0.1), radius, 0.3 * speed, -speed, uniform(0, 20 * dt_));
   }
+  yaml += sometimes(0.15, [&] {  // one that opens, closes and opens
+    const double radius = uniform(0.6, 1.5) * d_;
+    const std::string center = fmt::format("[{:.4g}, 0.3, {:.4g}]", uniform(-0.1, 0.1), uniform(-0.1, 0.1));
+    return fmt::format(
+        "    - jet: {{center: {}, radius: {:.4g}, velocity: {{keys: [[0, [0, {:.3g}, 0]], [{:.3g}, [0, 0, 0]], "
+        "[{:.3g}, [0, {:.3g}, 0]]], interpolation: {}}}}}\n",
+        center, radius, -uniform(0.5, 4), 10 * dt_, 25 * dt_, -uniform(0.5, 4), word({"step", "linear"}));
+  });
 }
 
 std::string SceneDraw::pins(int nx, int nz) {
@@ -127,7 +179,13 @@ std::string SceneDraw::pins(int nx, int nz) {
       break;
   }
   if (chance(0.25)) {
-    list += fmt::format(", velocity: {}", vector(-1, 1));
+    moving_pins_ = true;
+    const std::string plain = vector(-1, 1), moving = sometimes(0.3, [&] { return keys(-1, 1, true); });
+    list += ", velocity: " + (moving.empty() ? plain : moving);
+    list += sometimes(0.3, [&] {
+      return fmt::format(", offset: {{keys: [[0, [0, 0, 0]], [{:.3g}, {}]], interpolation: smooth}}", 25 * dt_,
+                         vector(-0.05, 0.05));
+    });
     if (chance(0.5))
       list += fmt::format(", spin: {{axis: {}, degrees_per_second: {:.3g}}}", "[0.3, 1, 0.2]", uniform(-360, 360));
     list += fmt::format(", end: {:.3g}", 30 * dt_);
@@ -190,6 +248,11 @@ void SceneDraw::cloth(int number, int count) {
   if (chance(0.3)) yaml += fmt::format("    strain_limit: {:.3g}\n", uniform(0.005, 0.2));
   if (chance(0.4)) yaml += fmt::format("    friction: {:.3g}\n", uniform(0, 2));
   if (chance(0.2)) yaml += fmt::format("    adhesion: {:.3g}\n", uniform(0, 0.1));
+  yaml += sometimes(0.3, [&] {
+    return chance(0.5) ? std::string("    slip: free\n")
+                       : fmt::format("    slip: {:.3g}\n", usually(1e-4, 1e-2, 1e-6, 1));
+  });
+  yaml += sometimes(0.1, [&] { return fmt::format("    sample_spacing: {:.4g}\n", uniform(0.5, 1) * d_); });
   const bool still = chance(0.15);
   if (still) yaml += "    dynamics: false\n";
   if (chance(0.4)) yaml += "    self_collision: true\n";
@@ -210,7 +273,14 @@ std::string SceneDraw::motion() {
   if (chance(0.2)) text += ", velocity: " + vector(-1, 1);
   if (chance(0.2))
     text += fmt::format(", spin: {{axis: {}, degrees_per_second: {:.4g}}}", vector(0.1, 1), uniform(-720, 720));
+  if (text.empty())
+    text += sometimes(0.15, [&] {
+      return chance(0.5) ? ", velocity: " + keys(-1, 1, true)
+                         : ", spin: {axis: [0.2, 1, 0.3], degrees_per_second: " + keys(-720, 720, false) + "}";
+    });
   if (!text.empty()) drawn_.closed = false;
+  text += sometimes(0.2, [&] { return fmt::format(", adhesion: {:.3g}", uniform(0, 0.1)); });
+  text += sometimes(0.3, [&] { return chance(0.5) ? std::string(", slip: free") : std::string(", slip: 0.001"); });
   return text;
 }
 
@@ -236,12 +306,17 @@ void SceneDraw::bodies() {
 RandomScene SceneDraw::scene() {
   drawn_ = {};
   drawn_.closed = drawn_.ordinary = drawn_.bounded = true;
+  drawn_.folds = false;
+  moving_pins_ = false;
   wild_ = chance(0.5);
   begin();
   fluid();
   const bool cloth = chance(0.9);
   if (cloth) cloths();
   bodies();
+  drawn_.folds = drawn_.yaml.find("self_collision") != std::string::npos;
+  // The force of pins is without that of contacts of cloth with itself.
+  if (drawn_.folds && moving_pins_) drawn_.closed = false;
   // Switches are for porous cloth alone.
   if (drawn_.yaml.find("porous:") != std::string::npos && chance(0.4)) {
     const bool control = chance(0.7);
@@ -262,27 +337,53 @@ bool starts_inside(const std::string& yaml) {
                      [](const std::string& l) { return l.find("out at once") != std::string::npos; });
 }
 
-/// Runs the scenes of these seeds; returns how often the energy was watched, and sets its largest excess in slacks.
-int watch_scenes(const std::vector<std::uint64_t>& seeds, double& worst) {
-  int closed = 0;
+/// What holds in the worst of 9,000 scenes, where the pressure and the cloth in it are not solved
+/// (docs/design-notes/known_limits.md).
+constexpr double capped_energy = 100;
+
+struct Outcome {
+  int energies = 0;              // scenes in which it is watched
+  double worst = 0, capped = 0;  // its largest excess in slacks, where all pressure solves converge and where not
+  int capped_energies = 0, told = 0, stopped = 0;  // scenes
+  void print(std::size_t scenes) const {
+    std::printf(
+        "%zu scenes, energy watched in %d of them: at most %.2g slacks above its bound, %.2g in %d whose pressure "
+        "solves "
+        "end at their cap; %d tell of passages, %d end with a failure\n",
+        scenes, energies, worst, capped, capped_energies, told, stopped);
+  }
+};
+
+Outcome watch_scenes(const std::vector<std::uint64_t>& seeds, bool narrow = false) {
+  Outcome all;
   for (const std::uint64_t n : seeds) {
-    const RandomScene drawn = SceneDraw(n).scene();
+    const RandomScene drawn = SceneDraw(n, narrow).scene();
     SCOPED_TRACE(fmt::format("seed {}\n{}", n, drawn.yaml));
     try {
       const bool energy = drawn.closed && drawn.ordinary && !starts_inside(drawn.yaml);
-      WatchedRun run(drawn.yaml, {.bounded_saturation = drawn.bounded, .energy = energy ? 1 : HUGE_VAL});
+      WatchedRun run(drawn.yaml, {.told_passages = true,
+                                  .may_stop = !drawn.ordinary,
+                                  .bounded_saturation = drawn.bounded,
+                                  .energy = energy ? 1 : HUGE_VAL,
+                                  .capped_energy = capped_energy,
+                                  .springs = !drawn.folds});
       run.steps(50);
       run.print(fmt::format("seed {}{}", n, drawn.ordinary ? "" : ", extreme").c_str());
+      all.told += run.watch().told() > 0;
+      all.stopped += !run.stopped().empty();
       if (!energy) continue;
-      ++closed;
-      worst = std::max(worst, run.watch().energy_excess());
+      ++all.energies;
+      all.capped_energies += run.watch().capped();
+      double& most = run.watch().capped() ? all.capped : all.worst;
+      most = std::max(most, run.watch().energy_excess());
     } catch (const SceneError& error) {
       ADD_FAILURE() << "refused: " << error.what();
     } catch (const SetupError& error) {
       ADD_FAILURE() << "refused at set-up: " << error.key << ": " << error.what();
     }
   }
-  return closed;
+  all.print(seeds.size());
+  return all;
 }
 
 }  // namespace
@@ -292,17 +393,17 @@ TEST(random_scenes, hold_what_must_hold) {
                       count = from_environment_number("DRENCH_RANDOM_COUNT", 10);
   std::vector<std::uint64_t> seeds(count);
   std::iota(seeds.begin(), seeds.end(), seed);
-  double worst = 0;
-  const int closed = watch_scenes(seeds, worst);
-  std::printf("%llu scenes, energy watched in %d of them: at most %.2g slacks above its bound\n",
-              static_cast<unsigned long long>(count), closed, worst);
+  const Outcome all = watch_scenes(seeds);
+  if (count < 300) return;  // shares
+  EXPECT_LE(all.told, 0.01 * static_cast<double>(count));
+  EXPECT_LE(all.stopped, 0.01 * static_cast<double>(count));
 }
 
 TEST(random_scenes, that_broke_a_rule_once_hold_it) {
-  double worst = 0;
   // Two sheets that pass each other; a fold that closes on three particles; cloth whose solves end at their cap; a plane
   // that flies and turns, which took 2.8 s a step; a ball that starts inside the floor; liquid that swings in a field.
-  watch_scenes({1019, 1025, 1027, 2008, 2042, 2087, 6016, 7024}, worst);
+  // A reservoir whose cloth held buffered liquid; pins that throw the cloth between them by a lever, to 55 J and to 343 m/s.
+  watch_scenes({1019, 1025, 1027, 2008, 2042, 2087, 6016, 7024, 10634, 11751, 11401}, true);
 }
 
 }  // namespace drench::test

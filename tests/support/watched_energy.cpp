@@ -48,21 +48,6 @@ double limit_energy(const Model& m, const HostState& s) {
   return energy;
 }
 
-double elastic_energy(const Model& m, const HostState& s) {
-  const ClothMesh& mesh = m.mesh;
-  double energy = limit_energy(m, s);
-  for (std::size_t e = 0; e < mesh.edge.size(); ++e) {
-    const double stretch = (node(s, mesh.edge[e][0]) - node(s, mesh.edge[e][1])).norm() - mesh.edge_length[e];
-    energy += 0.5 * mesh.edge_stiffness[e] * stretch * stretch;
-  }
-  for (std::size_t h = 0; h < mesh.hinge.size(); ++h) {
-    Vector3d bend = Vector3d::Zero();
-    for (std::size_t a = 0; a < 4; ++a) bend += mesh.hinge_weight[h][a] * node(s, mesh.hinge[h][a]);
-    energy += 0.5 * mesh.hinge_stiffness[h] * bend.squaredNorm();
-  }
-  return energy;
-}
-
 double body_energy(const Model& m, const HostState& s, std::size_t b) {
   const Body& body = m.bodies[b];
   const auto& q = s.body_orientation[b];
@@ -94,6 +79,22 @@ bool leaves(const Model& m, const HostState& s, std::size_t i, double dt) {
 
 }  // namespace
 
+double elastic_energy(const Model& m, const HostState& s) {
+  if (!m.has_moving_cloth()) return 0;
+  const ClothMesh& mesh = m.mesh;
+  double energy = limit_energy(m, s);
+  for (std::size_t e = 0; e < mesh.edge.size(); ++e) {
+    const double stretch = (node(s, mesh.edge[e][0]) - node(s, mesh.edge[e][1])).norm() - mesh.edge_length[e];
+    energy += 0.5 * mesh.edge_stiffness[e] * stretch * stretch;
+  }
+  for (std::size_t h = 0; h < mesh.hinge.size(); ++h) {
+    Vector3d bend = Vector3d::Zero();
+    for (std::size_t a = 0; a < 4; ++a) bend += mesh.hinge_weight[h][a] * node(s, mesh.hinge[h][a]);
+    energy += 0.5 * mesh.hinge_stiffness[h] * bend.squaredNorm();
+  }
+  return energy;
+}
+
 double mechanical_energy(const Model& m, const HostState& s) {
   double energy = 0;
   for (std::size_t i = 0; i < s.fluid_position.size(); ++i) energy += particle_energy(m, s, i);
@@ -102,7 +103,7 @@ double mechanical_energy(const Model& m, const HostState& s) {
               (0.5 * to_eigen(s.node_velocity[n]).squaredNorm() + height_energy(m, to_eigen(s.node_position[n])));
   for (std::size_t b = 0; b < m.bodies.size(); ++b)
     if (m.bodies[b].dynamic) energy += body_energy(m, s, b);
-  return m.has_moving_cloth() ? energy + elastic_energy(m, s) : energy;
+  return energy + elastic_energy(m, s);
 }
 
 EnergyInput energy_input(const Model& m, const HostState& before, const HostState& now, double dt) {
@@ -139,6 +140,14 @@ double motion_energy(const Model& m, const HostState& s) {
   for (std::size_t n = 0; n < s.node_position.size(); ++n)
     energy += 0.5 * node_mass(m, s, n) * to_eigen(s.node_velocity[n]).squaredNorm();
   return energy;
+}
+
+double correction(const Model& m, const HostState& s, double dt) {
+  const auto& solver = m.scene.fluid.solver;
+  double mass = 0;
+  for (const Quanta q : s.fluid_mass) mass += kilograms(m, q);
+  const double speed = std::max(solver.density_error, solver.divergence_error) * m.support / dt;
+  return 0.5 * mass * speed * speed;
 }
 
 double sway(const Model& m, const HostState& s, double dt) {

@@ -19,6 +19,10 @@ struct EnergyInput {
 double motion_energy(const Model& m, const HostState& s);
 /// How far energy may lie from what symplectic Euler keeps in a field, E − ½ Δt Σ m Σ_a ω_a² (x_a − c_a) v_a; J.
 double sway(const Model& m, const HostState& s, double dt);
+/// Of springs, hinges and strain limits, J; 0 of cloth that does not move.
+double elastic_energy(const Model& m, const HostState& s);
+/// A solve may leave the density off by its tolerance η, and the next step of `dt` s takes it back: ½ M (η h / Δt)², J.
+double correction(const Model& m, const HostState& s, double dt);
 /// Of particles and wet nodes, N.
 double weight(const Model& m, const HostState& s);
 EnergyInput energy_input(const Model& m, const HostState& before, const HostState& now, double dt);
