@@ -51,7 +51,7 @@ class SceneDraw {
   bool narrow_;
   RandomScene drawn_;
   bool wild_ = false;  // values anywhere in their ranges
-  bool moving_pins_ = false;
+  bool moving_pins_ = false, drips_ = false;  // has a cloth more than it holds?
   double d_ = 0.01, dt_ = 0.004, height_ = 0;
 };
 
