@@ -57,9 +57,9 @@ Outcome watch_scenes(const std::vector<std::uint64_t>& seeds, bool narrow = fals
     const RandomScene drawn = SceneDraw(n, narrow).scene();
     SCOPED_TRACE(fmt::format("seed {}\n{}", n, drawn.yaml));
     try {
-      const bool energy = drawn.closed && drawn.ordinary && !warns_of_energy(drawn.yaml);
+      const bool energy = drawn.closed && drawn.ordinary && !drawn.crowded && !warns_of_energy(drawn.yaml);
       WatchedRun run(drawn.yaml, {.told_passages = true,
-                                  .may_stop = !drawn.ordinary,
+                                  .may_stop = !drawn.ordinary || drawn.crowded,
                                   .bounded_saturation = drawn.bounded,
                                   .energy = energy ? 1 : HUGE_VAL,
                                   .capped_energy = capped_energy(drawn),

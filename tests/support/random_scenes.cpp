@@ -8,7 +8,7 @@
 namespace drench::test {
 namespace {
 
-constexpr double gravity_part = 0.25, between_sheets = 0.02;  // m
+constexpr double gravity_part = 0.25, between_sheets = 0.02;  // 1, m
 
 std::string list_of(std::initializer_list<std::string> parts) {
   std::string all;
@@ -184,10 +184,17 @@ std::string SceneDraw::porous() {
     yaml +=
         fmt::format("    initial_saturation: [{{box: {{min: [-1, -1, -1], max: [{:.3g}, 1, 1]}}, value: {:.4g}}}]\n",
                     uniform(-0.1, 1), uniform(0, most));
-  drips_ = drips_ || (most > 1 && !yaml.empty());
+  if (!yaml.empty()) {  // rounded up it may be above the most
+    const std::size_t at = yaml.rfind("value: ") + 7;
+    const double value = std::stod(yaml.substr(at));
+    drips_ = drips_ || value > 1;
+    if (value > most) yaml.replace(at, yaml.find('}', at) - at, fmt::format("{:.17g}", most));
+  }
   if (chance(0.15)) {
     yaml += fmt::format("    hold_saturation: [{{box: {{min: [0, -1, -1], max: [1, 1, 1]}}, value: {:.4g}}}]\n",
                         uniform(0, most));
+    const std::size_t at = yaml.rfind("value: ") + 7;
+    if (std::stod(yaml.substr(at)) > most) yaml.replace(at, yaml.find('}', at) - at, fmt::format("{:.17g}", most));
     drawn_.closed = false;
   }
   const std::string diffuse = chance(0.7) ? fmt::format("diffusivity: {:.3g}, contact_wicking: {}",
@@ -252,7 +259,7 @@ void SceneDraw::cloths() {
   const int count = whole(1, 3);
   for (int n = 0; n < count; ++n) cloth(n, count - 1);
   // What drips between sheets finds no room (docs/design-notes/known_limits.md).
-  if (drips_ && count > 1 && d_ > between_sheets) drawn_.ordinary = false;
+  drawn_.crowded = drips_ && count > 1;
 }
 
 std::string SceneDraw::motion() {
@@ -293,7 +300,7 @@ void SceneDraw::bodies() {
 RandomScene SceneDraw::scene() {
   drawn_ = {};
   drawn_.closed = drawn_.ordinary = drawn_.bounded = true;
-  drawn_.folds = false;
+  drawn_.folds = drawn_.crowded = false;
   moving_pins_ = drips_ = false;
   wild_ = chance(0.5);
   begin();

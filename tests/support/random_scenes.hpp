@@ -14,6 +14,7 @@ struct RandomScene {
   bool ordinary = false;  ///< no value is at the far end of its range
   bool bounded = false;   ///< saturation control is on
   bool folds = false;     ///< cloth collides with itself
+  bool crowded = false;   ///< one of several cloths begins with more than it holds, which may find no room to leave
 };
 
 class SceneDraw {
@@ -50,7 +51,7 @@ class SceneDraw {
   std::mt19937_64 random_, more_;
   bool narrow_;
   RandomScene drawn_;
-  bool wild_ = false;  // values anywhere in their ranges
+  bool wild_ = false;                         // values anywhere in their ranges
   bool moving_pins_ = false, drips_ = false;  // has a cloth more than it holds?
   double d_ = 0.01, dt_ = 0.004, height_ = 0;
 };
