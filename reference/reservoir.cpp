@@ -1,5 +1,7 @@
 // Stage reservoir of the oracle; the law stands in src/stages/reservoir.hpp.
 
+#include <algorithm>
+
 #include "reference.hpp"
 
 namespace drench::reference {
@@ -10,6 +12,8 @@ void reservoir(ReferenceState& state, const StepInfo&, StepReport&) {
       Quanta& liquid = state.s.node_liquid[held.nodes[k]];
       state.s.supplied += held.target[k] - liquid;
       liquid = held.target[k];
+      Quanta& buffered = state.s.node_buffered[held.nodes[k]];
+      buffered = std::min(buffered, liquid);
     }
   }
 }

@@ -17,6 +17,7 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr int rounds = 3, passes = 8, most_advances = 200;
+constexpr double longest_lever = 2;
 
 /// A node and a triangle, or two edges.
 struct Pair {
@@ -150,13 +151,24 @@ class SelfCollision {
       } else {
         near = reaches(pair, pair.thickness);
       }
-      if (!near || !(near->apart.norm() > 0)) continue;
+      if (!near || !(near->apart.norm() > 0) || throws(pair, near->b)) continue;
       const double target_gap = pair.distance < pair.thickness
                               ? std::min(pair.thickness, pair.distance + 0.1 * pair.thickness)
                               : pair.thickness;
       contacts.push_back({&pair, near->b, near->apart.normalized(), target_gap});
     }
     return contacts;
+  }
+
+  /// Would an impulse move a node farther than `longest_lever` times the gap that it opens?
+  bool throws(const Pair& pair, const std::array<double, 4>& b) const {
+    double gap = 0, most = 0;
+    for (int k = 0; k < 4; ++k) {
+      const double inverse = inverse_node_mass(state_, pair.node[k]);
+      gap += b[k] * b[k] * inverse;
+      most = std::max(most, std::abs(b[k]) * inverse);
+    }
+    return most > longest_lever * gap;
   }
 
   double gap(const Contact& c) const {

@@ -2,5 +2,6 @@
 // Stage reservoir: nodes inside `hold_saturation` boxes are set to their target mass, Model::reservoirs.
 //
 // Law:    docs/theory/porous.md, section 8.
-// Reads and writes: node_liquid, supplied (quanta; the signed difference).
+// Reads and writes: node_liquid, node_buffered (quanta; at most what the node holds then), supplied (quanta; the signed
+// difference).
 // Errors: none.

@@ -11,8 +11,8 @@
 #include <numbers>
 
 #include "hard_scene.hpp"
-#include "pipeline/runtime.hpp"
 #include "paths.hpp"
+#include "pipeline/runtime.hpp"
 
 namespace drench::test {
 namespace {
@@ -173,14 +173,14 @@ TEST(shapes, folded_over_liquid) {
 
 TEST(shapes, needles_and_dust) {
   // Lines 0.1 mm apart between lines 30 mm apart: needles of 1:300, squares of 0.01 mm² that hold 2 µg; d = 15 mm.
-  // Target: no energy from nothing. xpbd misses it by 4.4 slacks on a CPU and 9.3 on an H200, because neither its solves nor
-  // the density solve converge here (docs/design-notes/known_limits.md).
+  // Target: no energy from nothing. xpbd misses it by 9.3 slacks on an H200, because neither its solves nor the density solve
+  // converge here (docs/design-notes/known_limits.md).
   const MeshFile mesh("drench_needles.obj",
                       tensor_grid({-0.12, -0.09, -0.0601, -0.06, -0.03, 0, 0.0001, 0.0002, 0.03, 0.06, 0.09, 0.12}));
   for (const std::string method : {"pd", "xpbd"}) {
     WatchedRun run(water_over({{"grid: {size: [0.24, 0.24], nodes: [9, 9]}", "file: " + mesh.path.string()},
                                {"cloth:\n", "cloth_solver: {method: " + method + "}\ncloth:\n"}}),
-                   {.energy = method == "pd" ? 1.0 : 15.0});
+                   {.energy = method == "pd" || computes_on_host() ? 1.0 : 10.2});
     int capped = 0;
     run.steps(34, [&](const HostState&, const StepReport& r) { capped += !r.cloth_converged; });
     run.print(("needles, " + method).c_str());

@@ -115,6 +115,44 @@ TEST(watch, excuses_what_is_pinched_between_sheets_that_pass_each_other) {
   EXPECT_EQ(passages(-0.006, -0.009, 0), 1) << "it does not lie on the upper sheet";
 }
 
+TEST(watch, counts_as_many_passages_as_the_run_tells_of_where_it_may) {
+  const auto passages = [](bool may, std::int64_t tunnelled, std::int64_t clamped) {
+    SceneRun run(water_over_sheet);
+    HostState s = run.initial();
+    keep_particles(s, 2);
+    Watch watch(run.model(), s, {.told_passages = may, .energy = HUGE_VAL});
+    for (Vec3& x : s.fluid_position) x = {x[0] + 0.001, -0.001, x[2]};
+    StepReport report;
+    report.tunnelled = tunnelled;
+    report.clamped = clamped;
+    const std::size_t said = watch.look(s, 0.002, report).size();
+    EXPECT_EQ(said + static_cast<std::size_t>(watch.told()), 2u);
+    return said;
+  };
+  EXPECT_EQ(passages(false, 2, 2), 2u);
+  EXPECT_EQ(passages(true, 0, 0), 2u);
+  EXPECT_EQ(passages(true, 1, 0), 1u);
+  EXPECT_EQ(passages(true, 1, 1), 0u);
+}
+
+TEST(watch, knows_where_springs_do_not_count_and_where_no_solve_converged) {
+  const auto said = [](const Rules& rules, bool converged, double stretch, double speed) {
+    SceneRun run(water_over_sheet);
+    HostState s = run.initial();
+    Watch watch(run.model(), s, rules);
+    s.node_position[40][2] += stretch;
+    s.fluid_velocity[5] = {speed, 0, 0};
+    StepReport report;
+    report.density_converged = converged;
+    return watch.look(s, 0.002, report).size();
+  };
+  EXPECT_EQ(said({}, true, 0.02, 0), 1u);
+  EXPECT_EQ(said({.springs = false}, true, 0.02, 0), 0u);
+  EXPECT_EQ(said({.springs = false}, true, 0, 4), 1u);
+  EXPECT_EQ(said({.capped_energy = 1e3}, true, 0, 4), 1u);
+  EXPECT_EQ(said({.capped_energy = 1e3}, false, 0, 4), 0u);
+}
+
 TEST(watch, lets_what_is_above_its_bound_fall_and_not_rise_again) {
   SceneRun run(water_over_sheet);
   HostState s = run.initial();

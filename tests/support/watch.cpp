@@ -164,7 +164,7 @@ void Watch::look_at_masses(const HostState& now, Complaints& wrong) {
   }
 }
 
-void Watch::look_at_passage(const HostState& now, Complaints& wrong) {
+void Watch::look_at_passage(const HostState& now, const StepReport& report, Complaints& wrong) {
   if (!rules_.passage || model_.mesh.triangle.empty()) return;
   std::unordered_map<std::int64_t, std::size_t> before;
   for (std::size_t i = 0; i < last_.fluid_id.size(); ++i) before[last_.fluid_id[i]] = i;
@@ -173,6 +173,7 @@ void Watch::look_at_passage(const HostState& now, Complaints& wrong) {
     for (std::size_t k = 0; k < 3; ++k) x[k] = s.node_position[static_cast<std::size_t>(model_.mesh.triangle[t][k])];
     return x;
   };
+  std::int64_t told = rules_.told_passages ? report.tunnelled + report.clamped : 0;
   std::vector<Bounds> boxes(model_.mesh.triangle.size());
   Bounds all;
   for (std::size_t t = 0; t < boxes.size(); ++t) {
@@ -211,6 +212,10 @@ void Watch::look_at_passage(const HostState& now, Complaints& wrong) {
         ++pinched_;
         continue;
       }
+      if (told-- > 0) {
+        ++told_;
+        break;
+      }
       wrong.push_back(fmt::format("particle {} passes triangle {}, from ({}, {}, {}) to ({}, {}, {})", now.fluid_id[i],
                                   t, from[0], from[1], from[2], to[0], to[1], to[2]));
       break;
@@ -218,31 +223,36 @@ void Watch::look_at_passage(const HostState& now, Complaints& wrong) {
   }
 }
 
-void Watch::look_at_energy(const HostState& now, double dt, Complaints& wrong) {
+void Watch::look_at_energy(const HostState& now, double dt, const StepReport& report, Complaints& wrong) {
   const EnergyInput in = energy_input(model_, last_, now, dt);
   pin_work_ += in.pins;
   absorbed_ += in.absorbed;
   input_ += in.pins + in.jets - in.drained + in.exchanged;
   motion_ += in.jet_motion;
   weight_ = std::max(weight_, weight(model_, now));
+  correction_ = std::max(correction_, correction(model_, now, dt));
   energy_ = mechanical_energy(model_, now);
   if (first_sway_ < 0) first_sway_ = sway(model_, last_, dt);
   const double slack = 0.1 * model_.spacing * weight_ + 1e-3 * motion_ + first_sway_ + sway(model_, now, dt) +
-                       1e-12;  // the last: roundings of what rests
-  const double excess = energy_ - initial_energy_ - input_;
+                       correction_ + 1e-12;  // the last: roundings of what rests
+  const double counted = rules_.springs ? energy_ : energy_ - elastic_energy(model_, now);
+  const double excess = counted - initial_energy_ - input_;
+  capped_ = capped_ || !report.density_converged || !report.divergence_converged;
   if (slack > 0) excess_ = std::max(excess_, excess / slack);
-  if (excess > rules_.energy * slack)
-    wrong.push_back(fmt::format("{:.4g} J, {:.4g} J more than {:.4g} J at the start and {:.4g} J since; slack {:.4g} J",
-                                energy_, excess, initial_energy_, input_, slack));
+  const double allowed = capped_ ? std::max(rules_.energy, rules_.capped_energy) : rules_.energy;
+  if (excess > allowed * slack)
+    wrong.push_back(fmt::format(
+        "{:.4g} J, {:.4g} J more than {:.4g} J at the start and {:.4g} J since; slack {:.4g} J{}", counted, excess,
+        initial_energy_, input_, slack, capped_ ? ", after a pressure solve that ended at its cap" : ""));
 }
 
-std::vector<std::string> Watch::look(const HostState& now, double dt) {
+std::vector<std::string> Watch::look(const HostState& now, double dt, const StepReport& report) {
   Complaints wrong;
   look_at_numbers(now, wrong);
   look_at_masses(now, wrong);
   if (wrong.empty()) {  // paths and energies of broken numbers say nothing
-    look_at_passage(now, wrong);
-    look_at_energy(now, dt, wrong);
+    look_at_passage(now, report, wrong);
+    look_at_energy(now, dt, report, wrong);
   }
   last_ = now;
   return wrong;
@@ -260,12 +270,16 @@ WatchedRun::WatchedRun(const std::string& yaml, const Rules& rules,
 }
 
 void WatchedRun::steps(int count, const std::function<void(const HostState&, const StepReport&)>& each) {
-  for (int n = 0; n < count; ++n, ++steps_) {
+  for (int n = 0; n < count && stopped_.empty(); ++n, ++steps_) {
     std::vector<std::string> wrong;
     try {
       report_ = run_.step();
-      wrong = watch_->look(run_.state(), run_.dt());
+      wrong = watch_->look(run_.state(), run_.dt(), report_);
     } catch (const RunFailure& failure) {
+      if (watch_->rules().may_stop) {
+        stopped_ = failure.what();
+        return;
+      }
       wrong.push_back(fmt::format("stage {}: {}", name_of(failure.stage), failure.what()));
     }
     for (std::size_t k = 0; k < std::min<std::size_t>(wrong.size(), 5); ++k)
@@ -288,6 +302,8 @@ void WatchedRun::print(const char* name) const {
       watch_->largest_saturation(), watch_->initial_energy(), watch_->energy(), watch_->energy_excess());
   if (watch_->pinched() > 0)
     std::printf("  %lld times between two sheets that pass each other\n", static_cast<long long>(watch_->pinched()));
+  if (watch_->told() > 0) std::printf("  %lld passages that the run told of\n", static_cast<long long>(watch_->told()));
+  if (!stopped_.empty()) std::printf("  stopped: %s\n", stopped_.c_str());
   std::fflush(stdout);
 }
 

@@ -3,6 +3,7 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <unordered_set>
 
 #include "base/eigen_vec.hpp"
@@ -48,21 +49,6 @@ double limit_energy(const Model& m, const HostState& s) {
   return energy;
 }
 
-double elastic_energy(const Model& m, const HostState& s) {
-  const ClothMesh& mesh = m.mesh;
-  double energy = limit_energy(m, s);
-  for (std::size_t e = 0; e < mesh.edge.size(); ++e) {
-    const double stretch = (node(s, mesh.edge[e][0]) - node(s, mesh.edge[e][1])).norm() - mesh.edge_length[e];
-    energy += 0.5 * mesh.edge_stiffness[e] * stretch * stretch;
-  }
-  for (std::size_t h = 0; h < mesh.hinge.size(); ++h) {
-    Vector3d bend = Vector3d::Zero();
-    for (std::size_t a = 0; a < 4; ++a) bend += mesh.hinge_weight[h][a] * node(s, mesh.hinge[h][a]);
-    energy += 0.5 * mesh.hinge_stiffness[h] * bend.squaredNorm();
-  }
-  return energy;
-}
-
 double body_energy(const Model& m, const HostState& s, std::size_t b) {
   const Body& body = m.bodies[b];
   const auto& q = s.body_orientation[b];
@@ -92,7 +78,49 @@ bool leaves(const Model& m, const HostState& s, std::size_t i, double dt) {
   return false;
 }
 
+/// W of docs/theory/liquid.md, (3) to (5), at r = ξ h, times h³.
+double kernel(KernelKind kind, double xi) {
+  using std::numbers::pi;
+  if (xi >= 1) return 0;
+  switch (kind) {
+    case KernelKind::cubic:
+      return 8 / pi * (xi <= 0.5 ? 6 * (xi * xi * xi - xi * xi) + 1 : 2 * std::pow(1 - xi, 3));
+    case KernelKind::wendland:
+      return 21 / (2 * pi) * std::pow(1 - xi, 4) * (4 * xi + 1);
+    default:
+      return 315 / (64 * pi) * std::pow(1 - xi * xi, 3);
+  }
+}
+
+/// How much denser than at rest the lattice is that a block starts as; 0 where it is not.
+double lattice_compression(const Model& m) {
+  const double support = m.support / m.spacing;  // spacings
+  const int reach = static_cast<int>(support) + 1;
+  double ratio = 0;
+  for (int x = -reach; x <= reach; ++x)
+    for (int y = -reach; y <= reach; ++y)
+      for (int z = -reach; z <= reach; ++z)
+        ratio += kernel(m.scene.fluid.kernel, std::sqrt(x * x + y * y + z * z) / support) / std::pow(support, 3);
+  return std::max(0.0, ratio - 1);
+}
+
 }  // namespace
+
+double elastic_energy(const Model& m, const HostState& s) {
+  if (!m.has_moving_cloth()) return 0;
+  const ClothMesh& mesh = m.mesh;
+  double energy = limit_energy(m, s);
+  for (std::size_t e = 0; e < mesh.edge.size(); ++e) {
+    const double stretch = (node(s, mesh.edge[e][0]) - node(s, mesh.edge[e][1])).norm() - mesh.edge_length[e];
+    energy += 0.5 * mesh.edge_stiffness[e] * stretch * stretch;
+  }
+  for (std::size_t h = 0; h < mesh.hinge.size(); ++h) {
+    Vector3d bend = Vector3d::Zero();
+    for (std::size_t a = 0; a < 4; ++a) bend += mesh.hinge_weight[h][a] * node(s, mesh.hinge[h][a]);
+    energy += 0.5 * mesh.hinge_stiffness[h] * bend.squaredNorm();
+  }
+  return energy;
+}
 
 double mechanical_energy(const Model& m, const HostState& s) {
   double energy = 0;
@@ -102,7 +130,7 @@ double mechanical_energy(const Model& m, const HostState& s) {
               (0.5 * to_eigen(s.node_velocity[n]).squaredNorm() + height_energy(m, to_eigen(s.node_position[n])));
   for (std::size_t b = 0; b < m.bodies.size(); ++b)
     if (m.bodies[b].dynamic) energy += body_energy(m, s, b);
-  return m.has_moving_cloth() ? energy + elastic_energy(m, s) : energy;
+  return energy + elastic_energy(m, s);
 }
 
 EnergyInput energy_input(const Model& m, const HostState& before, const HostState& now, double dt) {
@@ -139,6 +167,17 @@ double motion_energy(const Model& m, const HostState& s) {
   for (std::size_t n = 0; n < s.node_position.size(); ++n)
     energy += 0.5 * node_mass(m, s, n) * to_eigen(s.node_velocity[n]).squaredNorm();
   return energy;
+}
+
+double correction(const Model& m, const HostState& s, double dt) {
+  const auto& solver = m.scene.fluid.solver;
+  double mass = 0;
+  for (const Quanta q : s.fluid_mass) mass += kilograms(m, q);
+  if (!(mass > 0)) return 0;
+  const double off = std::max(
+                   {solver.density_error, solver.divergence_error, solver.density_correction * lattice_compression(m)}),
+               speed = off * m.support / dt;
+  return 0.5 * mass * speed * speed;
 }
 
 double sway(const Model& m, const HostState& s, double dt) {

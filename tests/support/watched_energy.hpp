@@ -19,6 +19,11 @@ struct EnergyInput {
 double motion_energy(const Model& m, const HostState& s);
 /// How far energy may lie from what symplectic Euler keeps in a field, E − ½ Δt Σ m Σ_a ω_a² (x_a − c_a) v_a; J.
 double sway(const Model& m, const HostState& s, double dt);
+/// Of springs, hinges and strain limits, J; 0 of cloth that does not move.
+double elastic_energy(const Model& m, const HostState& s);
+/// A step of `dt` s takes back what the density is off: at most η, by a solve's tolerance or by the part that it corrects of a
+/// lattice that starts compressed. ½ M (η h / Δt)², J.
+double correction(const Model& m, const HostState& s, double dt);
 /// Of particles and wet nodes, N.
 double weight(const Model& m, const HostState& s);
 EnergyInput energy_input(const Model& m, const HostState& before, const HostState& now, double dt);

@@ -153,6 +153,8 @@ struct Begin {
   }
 };
 
+constexpr double longest_lever = 2;  // a node's way over the gap that it opens: docs/theory/contacts.md, (5a)
+
 /// Law 3: is a pair in contact, and how?
 struct FindContact {
   static constexpr const char* label = "drench::self_collision::contacts";
@@ -171,12 +173,17 @@ struct FindContact {
     Contact c{};
     c.normal = {near.apart.x / near.distance, near.apart.y / near.distance, near.apart.z / near.distance};
     c.short_of = Kokkos::fmin(tau, start < tau ? start + 0.1 * tau : tau);
+    double moves = 0, most = 0;  // of the gap and of a node by an impulse, 1/kg
     for (int k = 0; k < 4; ++k) {
       c.node[k] = pair.node[k];
       c.b[k] = near.b[k];
-      c.mobility[k] = c.b[k] * c.b[k] * double(s.inverse_mass(c.node[k]));
+      const double each = c.b[k] * double(s.inverse_mass(c.node[k]));
+      c.mobility[k] = c.b[k] * each;
+      moves += c.mobility[k];
+      most = Kokkos::fmax(most, Kokkos::abs(each));
       c.short_of -= c.b[k] * inner(c.normal, minus(x[k], x[0]));
     }
+    if (most > longest_lever * moves) return;
     s.contact(add_one(s.counter(count_contacts))) = c;
   }
 };

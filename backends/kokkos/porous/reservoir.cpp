@@ -26,13 +26,14 @@ void upload_targets(const Constants& constants, ReservoirWork& work) {
 Quanta hold(Cloth& cloth, const ReservoirWork& work) {
   const Slice<const Index> node = work.node;
   const Entries<const Quanta> target = work.target;
-  const Entries<Quanta> liquid = cloth.nodes.liquid;
+  const Entries<Quanta> liquid = cloth.nodes.liquid, buffered = cloth.nodes.buffered;
   Quanta supplied = 0;
   Kokkos::parallel_reduce(
       "drench::reservoir::hold", range(static_cast<Index>(node.extent(0))),
       KOKKOS_LAMBDA(const Index k, Quanta& sum) {
         sum += target(k) - liquid(node(k));
         liquid(node(k)) = target(k);
+        if (buffered(node(k)) > target(k)) buffered(node(k)) = target(k);
       },
       supplied);
   return supplied;

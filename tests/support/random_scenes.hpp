@@ -1,6 +1,6 @@
 #pragma once
 // Scenes drawn at random that are valid and small: at most some hundred particles and three cloths of 12 × 12 nodes, with any
-// bodies, processes and keys that the loader allows. Most values are ordinary; some are anywhere in the loader's ranges.
+// bodies, processes and keys that the loader allows but files. Most values are ordinary; some are anywhere in the loader's ranges.
 
 #include <cstdint>
 #include <random>
@@ -13,11 +13,15 @@ struct RandomScene {
   bool closed = false;    ///< nothing moves by prescription and no reservoir supplies: the energy is known from outside
   bool ordinary = false;  ///< no value is at the far end of its range
   bool bounded = false;   ///< saturation control is on
+  bool folds = false;     ///< cloth collides with itself
+  bool crowded = false;   ///< one of several cloths begins with more than it holds, which may find no room to leave
 };
 
 class SceneDraw {
  public:
-  explicit SceneDraw(std::uint64_t seed) : random_(seed) {}
+  /// `narrow`: without wind, spins, slip, adhesion of bodies, keyed values, sample_spacing and time.mode error.
+  explicit SceneDraw(std::uint64_t seed, bool narrow = false)
+      : random_(seed), more_(seed + 0x9e3779b97f4a7c15), narrow_(narrow) {}
   RandomScene scene();
 
  private:
@@ -29,6 +33,11 @@ class SceneDraw {
   int whole(int low, int high);
   std::string word(std::initializer_list<const char*> words);
   std::string vector(double low, double high);
+  /// Keys of a value or three that change within the run.
+  std::string keys(double low, double high, bool three);
+  /// What `text` draws, with that chance: from numbers of its own, so that the rest of the scene stays as it is.
+  template <class Text>
+  std::string sometimes(double share, const Text& text);
 
   void begin();
   void fluid();
@@ -39,9 +48,11 @@ class SceneDraw {
   void bodies();
   std::string motion();
 
-  std::mt19937_64 random_;
+  std::mt19937_64 random_, more_;
+  bool narrow_;
   RandomScene drawn_;
-  bool wild_ = false;  // values anywhere in their ranges
+  bool wild_ = false;                         // values anywhere in their ranges
+  bool moving_pins_ = false, drips_ = false;  // has a cloth more than it holds?
   double d_ = 0.01, dt_ = 0.004, height_ = 0;
 };
 

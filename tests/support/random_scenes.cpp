@@ -1,0 +1,325 @@
+#include "random_scenes.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace drench::test {
+namespace {
+
+constexpr double gravity_part = 0.25, between_sheets = 0.02;  // 1, m
+
+std::string list_of(std::initializer_list<std::string> parts) {
+  std::string all;
+  for (const std::string& part : parts) {
+    if (part.empty()) continue;
+    all += (all.empty() ? "" : ", ") + part;
+  }
+  return all;
+}
+
+}  // namespace
+
+double SceneDraw::uniform(double low, double high) {
+  return low + (high - low) * 0x1p-53 * static_cast<double>(random_() >> 11);
+}
+
+double SceneDraw::logarithmic(double low, double high) { return std::exp(uniform(std::log(low), std::log(high))); }
+
+double SceneDraw::usually(double low, double high, double least, double most) {
+  if (wild_ && chance(0.15)) {
+    drawn_.ordinary = false;
+    return logarithmic(least, most);
+  }
+  return logarithmic(low, high);
+}
+
+bool SceneDraw::chance(double share) { return uniform(0, 1) < share; }
+
+int SceneDraw::whole(int low, int high) {
+  return low + static_cast<int>(random_() % static_cast<std::uint64_t>(high - low + 1));
+}
+
+std::string SceneDraw::word(std::initializer_list<const char*> words) {
+  return words.begin()[random_() % words.size()];
+}
+
+std::string SceneDraw::vector(double low, double high) {
+  const double x = uniform(low, high), y = uniform(low, high), z = uniform(low, high);
+  return fmt::format("[{:.4g}, {:.4g}, {:.4g}]", x, y, z);
+}
+
+std::string SceneDraw::keys(double low, double high, bool three) {
+  const auto value = [&] { return three ? vector(low, high) : fmt::format("{:.4g}", uniform(low, high)); };
+  const double middle = uniform(1, 20) * dt_, last = middle + uniform(1, 30) * dt_;
+  const std::string a = value(), b = value(), c = value(), how = word({"linear", "smooth", "step"});
+  return fmt::format("{{keys: [[0, {}], [{:.4g}, {}], [{:.4g}, {}]], interpolation: {}}}", a, middle, b, last, c, how);
+}
+
+template <class Text>
+std::string SceneDraw::sometimes(double share, const Text& text) {
+  if (narrow_) return "";
+  std::swap(random_, more_);
+  const std::string drawn = chance(share) ? text() : std::string();
+  std::swap(random_, more_);
+  return drawn;
+}
+
+void SceneDraw::begin() {
+  dt_ = usually(0.001, 0.004, 1e-5, 0.1);
+  drawn_.yaml = fmt::format("drench: 1\ntime: {{step: {:.4g}, end: 10, mode: {}, cfl: {:.3g}}}\n", dt_,
+                            word({"fixed", "cfl"}), uniform(0.1, 1));
+  if (chance(gravity_part)) drawn_.yaml += fmt::format("gravity: {}\n", chance(0.3) ? "[0, 0, 0]" : vector(-12, 12));
+  drawn_.yaml += "domain: {min: [-0.4, -0.4, -0.4], max: [0.4, 0.5, 0.4]}\n";
+  drawn_.yaml += fmt::format("neighbors: {{sort: {}, through_cloth: {}}}\n",
+                             word({"auto", "counting", "radix", "bitonic", "bitonic_naive"}), chance(0.2));
+  if (chance(0.3)) drawn_.yaml += "output: {measures: true}\n";
+  const std::string error =
+      sometimes(0.12, [&] { return fmt::format("mode: error, tolerance: {:.3g}", usually(3e-4, 3e-3, 1e-5, 0.1)); });
+  if (!error.empty()) {
+    const std::size_t at = drawn_.yaml.find("mode: ");
+    drawn_.yaml.replace(at, drawn_.yaml.find(',', at) - at, error);
+  }
+  const std::string wind = sometimes(0.15, [&] {
+    const bool gusts = chance(0.4);
+    const std::string velocity = !gusts && chance(0.5) ? keys(-8, 8, true) : vector(-8, 8);
+    const double drag = uniform(0, 2), along = uniform(0, 0.1), liquid = chance(0.5) ? uniform(0, 1) : 0;
+    return fmt::format("wind: {{velocity: {}, normal_drag: {:.3g}, tangential_drag: {:.3g}, liquid_drag: {:.3g}{}}}\n",
+                       velocity, drag, along, liquid,
+                       gusts
+                           ? fmt::format(", gusts: [{{time: 0, velocity: {}}}, {{time: {:.3g}, velocity: [0, 0, 0]}}]",
+                                         vector(-8, 8), 30 * dt_)
+                           : "");
+  });
+  if (!wind.empty()) drawn_.closed = false;
+  drawn_.yaml += wind;
+}
+
+void SceneDraw::fluid() {
+  d_ = logarithmic(0.012, 0.025);
+  std::string& yaml = drawn_.yaml;
+  if (chance(0.2))
+    yaml += fmt::format("field: {{center: {}, rate: [{:.3g}, {:.3g}, 0]}}\n", vector(-0.1, 0.1), uniform(1, 10),
+                        uniform(0, 10));
+  yaml += fmt::format("fluid:\n  spacing: {:.5g}\n  density: {:.5g}\n  viscosity: {:.4g}\n", d_,
+                      usually(700, 1400, 1, 30000), usually(1e-6, 1e-2, 1e-7, 1));
+  if (chance(0.3)) yaml += fmt::format("  surface_tension: {:.3g}\n", usually(0.01, 0.08, 1e-3, 1));
+  const std::string kernel = word({"cubic", "cubic", "wendland", "poly6"});
+  yaml += fmt::format("  kernel: {}\n  support: {:.3g}\n", kernel,
+                      kernel == "wendland" ? uniform(2.4, 3) : uniform(1.8, 2.6));
+  yaml += sometimes(0.2, [&] {
+    const bool pays = chance(0.5);
+    if (!pays) drawn_.closed = false;
+    const double transfer = usually(1e-4, 1e-2, 1e-6, 10), inertia = usually(0.3, 3, 0.01, 1e4);
+    return fmt::format("  micropolar: {{transfer: {:.3g}, inertia: {:.3g}, viscosity: {:.3g}, reaction: {:.3g}}}\n",
+                       transfer, inertia, uniform(0, 1e-3), pays ? 1 : uniform(0, 1));
+  });
+  if (chance(0.4)) {
+    const int most = whole(1, 200);
+    yaml += fmt::format(
+        "  solver: {{density_error: {:.3g}, divergence_error: {:.3g}, max_iterations: {}, min_iterations: {}}}\n",
+        usually(1e-4, 1e-2, 1e-6, 0.5), usually(1e-4, 1e-2, 1e-6, 0.5), most, whole(0, std::min(most, 3)));
+  } else {
+    yaml += sometimes(0.2, [&] { return fmt::format("  solver: {{density_correction: {:.3g}}}\n", uniform(0.5, 1)); });
+  }
+  yaml += "  sources:\n";
+  const double x = uniform(-0.1, 0.05), y = 0.02 + height_ + 0.5 * d_, z = uniform(-0.1, 0.05);
+  const int nx = whole(1, 7), ny = whole(1, 7), nz = whole(1, 7);
+  yaml += fmt::format("    - block: {{min: [{:.6g}, {:.6g}, {:.6g}], max: [{:.6g}, {:.6g}, {:.6g}], velocity: {}}}\n",
+                      x, y, z, x + nx * d_, y + ny * d_, z + nz * d_, chance(0.5) ? "[0, 0, 0]" : vector(-3, 3));
+  if (chance(0.3)) {
+    const double radius = uniform(1, 2.5) * d_, speed = usually(0.5, 4, 0.01, 60);
+    yaml += fmt::format(
+        "    - jet: {{center: [{:.4g}, 0.4, {:.4g}], radius: {:.4g}, velocity: [{:.4g}, {:.4g}, 0], start: {:.3g}}}\n",
+        uniform(-0.1, 0.1), uniform(-0.1, 0.1), radius, 0.3 * speed, -speed, uniform(0, 20 * dt_));
+  }
+  yaml += sometimes(0.15, [&] {  // one that opens, closes and opens
+    const double radius = uniform(0.6, 1.5) * d_;
+    const std::string center = fmt::format("[{:.4g}, 0.3, {:.4g}]", uniform(-0.1, 0.1), uniform(-0.1, 0.1));
+    return fmt::format(
+        "    - jet: {{center: {}, radius: {:.4g}, velocity: {{keys: [[0, [0, {:.3g}, 0]], [{:.3g}, [0, 0, 0]], "
+        "[{:.3g}, [0, {:.3g}, 0]]], interpolation: {}}}}}\n",
+        center, radius, -uniform(0.5, 4), 10 * dt_, 25 * dt_, -uniform(0.5, 4), word({"step", "linear"}));
+  });
+}
+
+std::string SceneDraw::pins(int nx, int nz) {
+  std::string list;
+  switch (whole(0, 4)) {
+    case 0:
+      return "";
+    case 1:
+      list = "{edges: true";
+      break;
+    case 2:
+      list = "{corners: true";
+      break;
+    case 3:
+      list = fmt::format("{{nodes: [{}, {}]", whole(0, nx * nz / 2), whole(nx * nz / 2, nx * nz - 1));
+      break;
+    default:
+      list = "{box: {min: [-1, -1, -1], max: [-0.05, 1, 1]}";
+      break;
+  }
+  if (chance(0.25)) {
+    moving_pins_ = true;
+    const std::string plain = vector(-1, 1), moving = sometimes(0.3, [&] { return keys(-1, 1, true); });
+    list += ", velocity: " + (moving.empty() ? plain : moving);
+    list += sometimes(0.3, [&] {
+      return fmt::format(", offset: {{keys: [[0, [0, 0, 0]], [{:.3g}, {}]], interpolation: smooth}}", 25 * dt_,
+                         vector(-0.05, 0.05));
+    });
+    if (chance(0.5))
+      list += fmt::format(", spin: {{axis: {}, degrees_per_second: {:.3g}}}", "[0.3, 1, 0.2]", uniform(-360, 360));
+    list += fmt::format(", end: {:.3g}", 30 * dt_);
+  }
+  return "    pin: [" + list + "}]\n";
+}
+
+std::string SceneDraw::porous() {
+  const double most = chance(0.5) ? 1.18 : uniform(1, 3);
+  std::string yaml;
+  if (chance(0.6))
+    yaml +=
+        fmt::format("    initial_saturation: [{{box: {{min: [-1, -1, -1], max: [{:.3g}, 1, 1]}}, value: {:.4g}}}]\n",
+                    uniform(-0.1, 1), uniform(0, most));
+  if (!yaml.empty()) {  // rounded up it may be above the most
+    const std::size_t at = yaml.rfind("value: ") + 7;
+    const double value = std::stod(yaml.substr(at));
+    drips_ = drips_ || value > 1;
+    if (value > most) yaml.replace(at, yaml.find('}', at) - at, fmt::format("{:.17g}", most));
+  }
+  if (chance(0.15)) {
+    yaml += fmt::format("    hold_saturation: [{{box: {{min: [0, -1, -1], max: [1, 1, 1]}}, value: {:.4g}}}]\n",
+                        uniform(0, most));
+    const std::size_t at = yaml.rfind("value: ") + 7;
+    if (std::stod(yaml.substr(at)) > most) yaml.replace(at, yaml.find('}', at) - at, fmt::format("{:.17g}", most));
+    drawn_.closed = false;
+  }
+  const std::string diffuse = chance(0.7) ? fmt::format("diffusivity: {:.3g}, contact_wicking: {}",
+                                                        usually(1e-5, 1e-3, 1e-7, 1e-2), chance(0.4))
+                                          : "diffusivity: 0";
+  yaml +=
+      "    porous: {" +
+      list_of({fmt::format("max_saturation: {:.17g}, solid_fraction: {:.10g}", most,
+                           chance(0.1) ? 1 - logarithmic(1e-9, 0.1) : uniform(0, 0.9)),
+               chance(0.5) ? fmt::format("absorption: {:.3g}", usually(1e-3, 0.1, 1e-6, 100))
+                           : fmt::format("uptake_velocity: {:.3g}", usually(1e-3, 0.1, 1e-6, 100)),
+               chance(0.5) ? fmt::format("virtual_pressure: {:.4g}", usually(1, 100, 1e-3, 1e5)) : "",
+               chance(0.5) ? fmt::format("emission_angle: {:.4g}, emission_velocity: {:.4g}, emission_ramp: {:.3g}",
+                                         uniform(1, 179), usually(0.1, 5, 1e-3, 100), chance(0.2) ? 0 : uniform(0, 0.1))
+                           : "",
+               diffuse,
+               fmt::format("diffusion: {}, capillary_height: {:.3g}", word({"linear", "degenerate"}),
+                           usually(0.1, 10, 1e-2, 1000)),
+               chance(0.2) ? fmt::format("adhesion: {:.3g}", uniform(0, 0.14)) : ""}) +
+      "}\n";
+  if (chance(0.3))
+    yaml += fmt::format("    friction_wet: {:.3g}\n    damping_wet: {:.3g}\n", uniform(0, 1.3), uniform(0, 10));
+  return yaml;
+}
+
+void SceneDraw::cloth(int number, int count) {
+  const int nx = whole(2, 12), nz = whole(2, 12);
+  const double width = uniform(0.08, 0.3), depth = uniform(0.08, 0.3),
+               least = std::min(width / (nx - 1), depth / (nz - 1));
+  const double thickness = std::min(usually(0.0005, 0.003, 1e-5, 0.02), 0.3 * least);
+  const double y = between_sheets * (number - count);
+  std::string& yaml = drawn_.yaml;
+  yaml += fmt::format("  - name: sheet {}\n    mesh: {{grid: {{size: [{:.5g}, {:.5g}], nodes: [{}, {}]}}}}\n", number,
+                      width, depth, nx, nz);
+  yaml +=
+      fmt::format("    place: {{position: [{:.4g}, {:.4g}, {:.4g}], rotate: {{axis: [0, 1, 0], degrees: {:.4g}}}}}\n",
+                  uniform(-0.03, 0.03), y, uniform(-0.03, 0.03), uniform(-180, 180));
+  yaml += fmt::format(
+      "    areal_density: {:.4g}\n    thickness: {:.4g}\n    stretch: {:.4g}\n    bend: {:.4g}\n    damping: {:.3g}\n",
+      usually(0.05, 0.5, 1e-3, 100), thickness, usually(50, 5000, 1, 1e6),
+      chance(0.2) ? 0 : usually(1e-6, 1e-3, 1e-9, 1), chance(0.3) ? 0 : usually(0.1, 10, 1e-3, 1000));
+  if (chance(0.3)) yaml += fmt::format("    strain_damping: {:.3g}\n", usually(0.001, 0.05, 1e-5, 10));
+  if (chance(0.3)) yaml += fmt::format("    strain_limit: {:.3g}\n", uniform(0.005, 0.2));
+  if (chance(0.4)) yaml += fmt::format("    friction: {:.3g}\n", uniform(0, 2));
+  if (chance(0.2)) yaml += fmt::format("    adhesion: {:.3g}\n", uniform(0, 0.1));
+  yaml += sometimes(0.3, [&] {
+    return chance(0.5) ? std::string("    slip: free\n")
+                       : fmt::format("    slip: {:.3g}\n", usually(1e-4, 1e-2, 1e-6, 1));
+  });
+  yaml += sometimes(0.1, [&] { return fmt::format("    sample_spacing: {:.4g}\n", uniform(0.5, 1) * d_); });
+  const bool still = chance(0.15);
+  if (still) yaml += "    dynamics: false\n";
+  if (chance(0.4)) yaml += "    self_collision: true\n";
+  if (!still) yaml += pins(nx, nz);
+  if (chance(0.8)) yaml += porous();
+}
+
+void SceneDraw::cloths() {
+  drawn_.yaml += fmt::format("cloth_solver: {{method: {}, tolerance: {:.3g}, max_iterations: {}}}\n",
+                             word({"pd", "pd", "xpbd"}), usually(1e-4, 1e-2, 1e-6, 0.5), whole(1, 300));
+  drawn_.yaml += "cloth:\n";
+  const int count = whole(1, 3);
+  for (int n = 0; n < count; ++n) cloth(n, count - 1);
+  // What drips between sheets finds no room (docs/design-notes/known_limits.md).
+  drawn_.crowded = drips_ && count > 1;
+}
+
+std::string SceneDraw::motion() {
+  std::string text;
+  if (chance(0.2)) text += ", velocity: " + vector(-1, 1);
+  if (chance(0.2))
+    text += fmt::format(", spin: {{axis: {}, degrees_per_second: {:.4g}}}", vector(0.1, 1), uniform(-720, 720));
+  if (text.empty())
+    text += sometimes(0.15, [&] {
+      return chance(0.5) ? ", velocity: " + keys(-1, 1, true)
+                         : ", spin: {axis: [0.2, 1, 0.3], degrees_per_second: " + keys(-720, 720, false) + "}";
+    });
+  if (!text.empty()) drawn_.closed = false;
+  text += sometimes(0.2, [&] { return fmt::format(", adhesion: {:.3g}", uniform(0, 0.1)); });
+  text += sometimes(0.3, [&] { return chance(0.5) ? std::string(", slip: free") : std::string(", slip: 0.001"); });
+  return text;
+}
+
+void SceneDraw::bodies() {
+  std::string list;
+  if (chance(0.5))
+    list += fmt::format("  - plane: {{point: [0, {:.4g}, 0], normal: [{:.3g}, 1, {:.3g}]{}}}\n", uniform(-0.3, -0.15),
+                        uniform(-0.3, 0.3), uniform(-0.3, 0.3), motion());
+  if (chance(0.4)) list += "  - box: {min: [-0.35, -0.35, -0.35], max: [0.35, 0.45, 0.35], inside: true}\n";
+  if (chance(0.5)) {
+    const bool floats = chance(0.4);
+    list +=
+        fmt::format("  - sphere: {{center: [{:.4g}, {:.4g}, 0], radius: {:.4g}{}}}\n", uniform(-0.05, 0.05),
+                    uniform(-0.15, -0.1), uniform(0.02, 0.05),
+                    floats ? fmt::format(", dynamic: true, density: {:.4g}", usually(200, 3000, 1, 30000)) : motion());
+  }
+  if (chance(0.3))
+    list += fmt::format("  - box: {{min: [0.1, -0.14, -0.03], max: [0.16, {:.4g}, 0.03]{}}}\n", uniform(-0.12, -0.08),
+                        chance(0.4) ? ", dynamic: true" : motion());
+  if (!list.empty()) drawn_.yaml += "bodies:\n" + list;
+}
+
+RandomScene SceneDraw::scene() {
+  drawn_ = {};
+  drawn_.closed = drawn_.ordinary = drawn_.bounded = true;
+  drawn_.folds = drawn_.crowded = false;
+  moving_pins_ = drips_ = false;
+  wild_ = chance(0.5);
+  begin();
+  fluid();
+  const bool cloth = chance(0.9);
+  if (cloth) cloths();
+  bodies();
+  drawn_.folds = drawn_.yaml.find("self_collision") != std::string::npos;
+  // The force of pins is without that of contacts of cloth with itself.
+  if (drawn_.folds && moving_pins_) drawn_.closed = false;
+  // Switches are for porous cloth alone.
+  if (drawn_.yaml.find("porous:") != std::string::npos && chance(0.4)) {
+    const bool control = chance(0.7);
+    drawn_.bounded = control;
+    drawn_.yaml += fmt::format(
+        "processes: {{direction: {}, saturation_control: {}, absorption: {}, emission: {}, diffusion: {}}}\n",
+        chance(0.6), control, chance(0.8), chance(0.8), chance(0.8));
+  }
+  return drawn_;
+}
+
+}  // namespace drench::test
