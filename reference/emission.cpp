@@ -16,7 +16,7 @@ struct Share {
   Quanta left = 0;                                     // E_p, then E′_p, then E″_p, then what stays
   Eigen::Vector3d velocity = Eigen::Vector3d::Zero();  // v^e_p, m/s
   bool blocked = false;                                // (b)
-  bool steep = false;                                  // (d): its own layer lies ahead
+  bool steep = false;                                  // (d): its own layer lies ahead, or another one shuts it in
   bool closed() const { return blocked || steep || left == 0; }
 };
 
@@ -129,6 +129,15 @@ void give_to_liquid(ReferenceState& state, std::vector<Share>& shares) {
   }
 }
 
+/// (d) Does sample q leave no room for a new particle before p?
+bool shuts_in(const ReferenceState& state, Index p, Index q) {
+  const Eigen::Vector3d way = way_out(state, p), apart = sample_position(state, q) - sample_position(state, p);
+  if (way.norm() == 0) return false;
+  const double ahead = apart.dot(way.normalized());
+  return ahead > 0 && ahead < 1.5 * state.model.spacing &&
+         (apart - ahead * way.normalized()).norm() < 0.75 * state.model.spacing;
+}
+
 /// (b) A solid in the cone lets nothing more out; a sample's own layer ahead of it, no new particle (d).
 void block(const ReferenceState& state, std::vector<Share>& shares) {
   for (Index p = 0; p < static_cast<Index>(shares.size()); ++p) {
@@ -139,6 +148,7 @@ void block(const ReferenceState& state, std::vector<Share>& shares) {
     for (const Index q : state.sample_sample[p]) {
       const bool ahead = in_cone(state, p, sample_position(state, q), std::sqrt(0.75));  // 30°
       if (is_porous(state, q) && same_layer(state, p, q) && ahead) shares[p].steep = true;
+      if (!same_layer(state, p, q) && shuts_in(state, p, q)) shares[p].steep = true;
     }
   }
 }

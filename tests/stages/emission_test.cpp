@@ -1,5 +1,6 @@
 // Stage emission: backend against reference from identical input, and its momentum.
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -70,6 +71,38 @@ TEST(emission, keeps_momentum_to_rounding) {
                 for (std::size_t a = 0; a < 3; ++a)
                   EXPECT_LE(std::abs(now[a] - before[a]), allowed(backend, 1e-12, 1e-6) * size) << a;
               });
+}
+
+TEST(emission, between_layers_without_room_for_a_particle_agrees_with_the_reference) {
+  // A tight sheet below one half of the wet one, 1 and 2.5 spacings away: only the second leaves room.
+  for (const double below : {0.02, 0.05}) {
+    const std::string scene =
+        with(wet_scene(), "bodies:\n",
+             fmt::format(
+                 "  - name: tight\n    mesh: {{grid: {{size: [0.13, 0.28], nodes: [7, 13]}}}}\n    place: {{position: "
+                 "[-0.08, {}, 0]}}\n    pin: [{{edges: true}}]\nbodies:\n",
+                 -below));
+    const auto prepare = [](const Model& m, HostState& s) {
+      overfill(m, s, 8);
+      for (Vec3& x : s.fluid_position) x[1] += 0.2;  // room below the sheet
+    };
+    compare_stage(
+        {.stage = Stage::emission, .scene = scene, .steps_before = 2, .prepare = prepare, .changes = "fluid_id"});
+    const auto setup = setup_from(scene);
+    HostState s = setup.state;
+    prepare(setup.model, s);
+    const std::size_t old = s.fluid_id.size();
+    run_on_both(setup.model, s, {Stage::neighbors, Stage::porous_neighbors, Stage::flow_direction, Stage::emission},
+                {0, 0, 0.002}, [&](const Backend& backend, const StepReport&) {
+                  const HostState after = backend.download();
+                  int covered = 0, open = 0;
+                  for (std::size_t i = old; i < after.fluid_id.size(); ++i)
+                    if (std::abs(after.fluid_position[i][2]) < 0.12)
+                      ++(after.fluid_position[i][0] < -0.03 && after.fluid_position[i][0] > -0.13 ? covered : open);
+                  EXPECT_GT(open, 0);
+                  EXPECT_EQ(covered > 0, below > 0.03) << covered << " particles";
+                });
+  }
 }
 
 }  // namespace drench::test

@@ -266,7 +266,7 @@ void count(const Fluid& fluid, const EmissionWork& work) {
 }
 
 /// (b) and the first pass of (c). blocked: 1 for samples that see a solid in their cone, 2 for others that see their own layer
-/// ahead (d); what the samples of other layers are offered.
+/// ahead or are shut in by another one (d); what the samples of other layers are offered.
 void block(const Constants& constants, const NeighborLists& lists, const Bodies& bodies, const Cloth& cloth, TransferWork& transfers, EmissionWork& work) {
   const Entries<const Quanta> rest = work.rest;
   const Entries<Quanta> offered = transfers.offered;
@@ -275,8 +275,8 @@ void block(const Constants& constants, const NeighborLists& lists, const Bodies&
   const Neighbors solid(lists.sample_boundary), fabric(lists.sample_sample);
   const Entries<const Real3> x = cloth.samples.position, xb = bodies.boundary.position, flow = leaving_directions(cloth, work);
   const Materials materials = sample_materials(cloth);
-  const Real h = constants.support;
-  const bool solids = bodies.boundary.count > 0 && constants.model.has_direction();  // else nothing blocks
+  const Real h = constants.support, spacing = constants.spacing;
+  const bool directed = constants.model.has_direction(), solids = bodies.boundary.count > 0 && directed;  // else nothing blocks
   const Layers layers = layers_of(constants, cloth);
   parallel(
       "drench::emission::block", cloth.samples.count, KOKKOS_LAMBDA(const Index p) {
@@ -304,6 +304,7 @@ void block(const Constants& constants, const NeighborLists& lists, const Bodies&
           const Index q = near(k);
           const Real3 apart = x(q) - here;
           const bool same = layers.same(p, q);
+          steep |= !same && directed && laws::shuts_in(apart, along, spacing);
           if (!laws::in_cone(apart, along, same ? laws::ahead_cosine : cosine, h)) continue;
           if (same)
             steep = true;

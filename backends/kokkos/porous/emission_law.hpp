@@ -27,6 +27,16 @@ KOKKOS_INLINE_FUNCTION Quanta accepted_offer(Quanta offer, Quanta all_offers, Qu
 /// cos 30°: fabric that lies ahead within this cone is steeper than 60°.
 inline constexpr Real ahead_cosine = Real(0.8660254037844386);
 
+/// Does a sample of another layer, this far from the one that emits (m), leave no room for a new particle? It lies within
+/// 3 d/2 along the way out and 3 d/4 beside it.
+KOKKOS_INLINE_FUNCTION bool shuts_in(const Real3& apart, const Real3& flow, Real spacing) {
+  const Real size = norm(flow);
+  if (!(size > 0)) return false;
+  const Real ahead = dot(apart, flow) / size;
+  const Real3 beside = apart - (ahead / size) * flow;
+  return ahead > 0 && ahead < Real(1.5) * spacing && dot(beside, beside) < Real(0.5625) * spacing * spacing;
+}
+
 /// Σ_j V_j W at a plane surface of the liquid, 1; where it is more a place lies inside.
 inline constexpr double surface_share = 0.5;
 
