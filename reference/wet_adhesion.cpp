@@ -40,8 +40,9 @@ class WetAdhesion {
 
   void run() {
     const std::vector<PlacedBody> bodies = placed_bodies(state_, info_);
+    for (Index p = 0; p < state_.model.samples.count(); ++p)
+      for (const PlacedBody& body : bodies) stick_to(body, p);
     for (Index n = 0; n < mesh_.nodes(); ++n) {
-      for (const PlacedBody& body : bodies) stick_to(body, n);
       if (!material(n).self_collision) continue;
       const std::optional<Pull> first = nearest(n, std::nullopt);
       if (!first) continue;
@@ -66,18 +67,28 @@ class WetAdhesion {
   std::vector<std::vector<Index>> neighbors_;
 
   const ClothMaterial& material(Index n) const { return state_.model.cloths[mesh_.node_cloth[n]]; }
-  double range(double thickness) const { return std::max(thickness, mean_edge_ / 2); }
+  double range(double thickness) const { return std::max(2 * thickness, mean_edge_); }
+  /// p of the work w s at a distance, Pa.
+  double traction(double work, double distance, double thickness) const {
+    const double a = range(thickness), gap = std::max(0.0, distance - thickness);
+    return gap < a ? 2 * work / a * (1 - gap / a) : 0;
+  }
   /// w s of a node.
   double stickiness(Index n) const { return material(n).wet_adhesion * node_saturation(state_, n); }
 
   // 1.
-  void stick_to(const PlacedBody& body, Index n) {
-    const Vector3d x = vec(state_.s.node_position[n]);
+  void stick_to(const PlacedBody& body, Index p) {
+    const SampleSet& samples = state_.model.samples;
+    const Vector3d x = sample_position(state_, p);
     const Vector3d ahead = body.body->moves() ? Vector3d(x + dt_ * body.velocity_at(x)) : x;
     Vector3d normal;
     const std::optional<double> distance = distance_to(body, ahead, normal);
-    const double thickness = material(n).thickness, a = range(thickness);
-    if (distance && *distance < thickness + a) force_[n] -= stickiness(n) * area_[n] / a * normal;
+    if (!distance) return;
+    const auto node = [&](int k) { return sample_node(state_, p, k); };
+    double work = 0;
+    for (int k = 0; k < 3; ++k) work += samples.weight[p][k] * stickiness(node(k));
+    const Vector3d force = -traction(work, *distance, material(node(0)).thickness) * samples.area[p] * normal;
+    for (int k = 0; k < 3; ++k) force_[node(k)] += samples.weight[p][k] * force;
   }
 
   double reach(Index n, Index t) const {
@@ -112,7 +123,7 @@ class WetAdhesion {
     double strength = stickiness(n);
     for (int c = 0; c < 3; ++c) strength -= pull.near.b[c + 1] * stickiness(corner[c]);
     const double thickness = (material(n).thickness + material(corner[0]).thickness) / 2;
-    const Vector3d f = -strength / 2 / range(thickness) * area_[n] / 2 * pull.near.apart.normalized();
+    const Vector3d f = -traction(strength / 2, pull.near.apart.norm(), thickness) * area_[n] / 2 * pull.near.apart.normalized();
     force_[n] += f;
     for (int c = 0; c < 3; ++c) force_[corner[c]] += pull.near.b[c + 1] * f;
   }

@@ -2,6 +2,8 @@
 
 #include "cloth/wet_adhesion.hpp"
 
+#include <algorithm>
+
 #include "bodies/contact.hpp"
 #include "cloth/proximity.hpp"
 #include "cloth/wet_cloth.hpp"
@@ -13,8 +15,10 @@ namespace {
 
 constexpr Index none = -1;
 
+/// What law 2 works with; nothing where no cloth has self_collision.
 void allocate(const Constants& constants, WetAdhesionWork& work) {
-  if (work.area.extent(0) > 0) return;
+  const auto& cloths = constants.model.cloths;
+  if (work.area.exists() || std::none_of(cloths.begin(), cloths.end(), [](const ClothMaterial& c) { return c.self_collision; })) return;
   const ClothMesh& mesh = constants.model.mesh;
   std::vector<Real> area(static_cast<std::size_t>(mesh.nodes()));
   std::vector<Index> corners;
@@ -39,7 +43,9 @@ void allocate(const Constants& constants, WetAdhesionWork& work) {
 MemoryEstimate wet_adhesion_bytes(const Sizing& s) {
   MemoryEstimate sum;
   if (!s.size.wet_adhesion) return sum;
-  sum.cloth = s.size.nodes * (s.real + 3 * sizeof(std::int64_t)) + s.size.triangles * (3 * index_bytes + 3 * s.real);
+  if (!(s.size.fluid > 0)) sum.cloth = s.size.samples * 3 * s.real;  // sample_force, which liquid has too
+  if (!s.size.self_collision) return sum;
+  sum.cloth += s.size.nodes * (s.real + 3 * sizeof(std::int64_t)) + s.size.triangles * (3 * index_bytes + 3 * s.real);
   sum.cells = cell_table_bytes(s.size.triangles, 0, s);
   return sum;
 }
@@ -52,18 +58,33 @@ struct Pull {
   Proximity near;
 };
 
-/// What the kernel over nodes sees.
+/// The traction between wet surfaces: it falls in proportion from contact to its range.
+struct Traction {
+  double thickness, mesh_range;  // m: τ; L̄
+
+  KOKKOS_INLINE_FUNCTION double range() const { return Kokkos::fmax(2 * thickness, mesh_range); }
+  /// Pa, at `distance` for `work` in N/m.
+  KOKKOS_INLINE_FUNCTION double operator()(double work, double distance) const {
+    const double gap = Kokkos::fmax(0.0, distance - thickness), left = 1 - gap / range();
+    return left > 0 ? 2 * work / range() * left : 0;
+  }
+};
+
+/// What the kernels over samples and nodes see.
 struct Sticking {
   Entries<const Real3> position;
   Entries<const Index> triangle, edge, edge_start, edge_item;
-  Materials material;
+  Entries<const Real3> sample;
+  Entries<const Index> sample_node;
+  Entries<const Real> sample_weight, sample_area;
+  Materials material, sample_material;
   Slice<const Solid> solids;
   NodeLiquid wet;
   Slice<const Real> area;
   Entries<std::int64_t> impulse;
   CellTableView cells;
   double dt, impulse_unit;  // s; kg m/s
-  Real mesh_range;          // L̄/2, m
+  double mesh_range;        // L̄, m
 
   Sticking(const Constants& constants, const Bodies& bodies, const Cloth& fabric, WetAdhesionWork& work, double step)
       : position(fabric.nodes.position),
@@ -71,7 +92,12 @@ struct Sticking {
         edge(fabric.mesh.edge),
         edge_start(fabric.nodes.edge_start),
         edge_item(fabric.nodes.edge_item),
+        sample(fabric.samples.position),
+        sample_node(fabric.samples.node),
+        sample_weight(fabric.samples.weight),
+        sample_area(fabric.samples.area),
         material(node_materials(fabric)),
+        sample_material(sample_materials(fabric)),
         solids(bodies.solids),
         wet(constants, fabric),
         area(work.area),
@@ -79,10 +105,10 @@ struct Sticking {
         cells(work.cells.view()),
         dt(step),
         impulse_unit(constants.quantum / impulse_steps),
-        mesh_range(fabric.mesh.mean_edge / 2) {}
+        mesh_range(double(fabric.mesh.mean_edge)) {}
 
   KOKKOS_INLINE_FUNCTION double saturation(Index n) const { return double(wet.saturation(n)); }
-  KOKKOS_INLINE_FUNCTION double range(double thickness) const { return Kokkos::fmax(thickness, double(mesh_range)); }
+  KOKKOS_INLINE_FUNCTION Traction traction(double thickness) const { return {thickness, mesh_range}; }
 
   /// `p`: the impulse on node n, kg m/s.
   KOKKOS_INLINE_FUNCTION void push(Index n, const Double3& p) const {
@@ -93,18 +119,20 @@ struct Sticking {
     }
   }
 
-  /// Law 1.
-  KOKKOS_INLINE_FUNCTION void stick_to_solids(Index n) const {
-    const double work = double(material(n).wet_adhesion) * saturation(n);
-    if (!(work > 0)) return;
-    const Real thickness = material(n).thickness;
-    const double reach = range(double(thickness));
+  /// Law 1: the force on sample p, N.
+  KOKKOS_INLINE_FUNCTION Real3 pull_of_solids(Index p) const {
+    Real3 force;
+    double work = 0;
+    for (Index k = 0; k < 3; ++k) work += double(sample_weight(3 * p + k)) * saturation(sample_node(3 * p + k));
+    work *= double(sample_material(p).wet_adhesion);
+    if (!(work > 0)) return force;
+    const Traction pull = traction(double(sample_material(p).thickness));
     for (std::size_t b = 0; b < solids.extent(0); ++b) {
-      const Real3 shift = Real(dt) * surface_velocity(solids(b), position(n), Real3{});
-      const SolidDistance at = solid_distance(solids(b), position(n), shift);
-      if (!(double(at.phi) < double(thickness) + reach)) continue;
-      push(n, times(-work * double(area(n)) / reach * dt, widen(at.normal)));
+      const Real3 shift = Real(dt) * surface_velocity(solids(b), sample(p), Real3{});
+      const SolidDistance at = solid_distance(solids(b), sample(p), shift);
+      force -= Real(pull(work, double(at.phi)) * double(sample_area(p))) * at.normal;
     }
+    return force;
   }
 
   KOKKOS_INLINE_FUNCTION bool next_to(Index n, Index t) const {
@@ -129,7 +157,7 @@ struct Sticking {
       for (Index c = 0; c < 3; ++c) x[c + 1] = widen(position(triangle(3 * t + c)));
       const Proximity near = proximity(false, x);
       const double thickness = pair_thickness(n, t);
-      if (!(near.distance > 0 && near.distance < thickness + range(thickness))) return;
+      if (!(near.distance > 0 && near.distance < thickness + traction(thickness).range())) return;
       if (first.triangle != none && !(inner(near.apart, first.near.apart) < 0)) return;
       if (best.triangle != none &&
           (near.distance > best.near.distance || (near.distance == best.near.distance && t > best.triangle)))
@@ -146,7 +174,7 @@ struct Sticking {
     const double work = 0.5 * (double(material(n).wet_adhesion) * saturation(n) +
                                double(material(triangle(3 * t)).wet_adhesion) * there);
     if (!(work > 0)) return;
-    const double size = work / range(pair_thickness(n, t)) * 0.5 * double(area(n)) * dt;  // kg m/s
+    const double size = traction(pair_thickness(n, t))(work, pull.near.distance) * 0.5 * double(area(n)) * dt;  // kg m/s
     const Double3 p = times(-size / pull.near.distance, pull.near.apart);
     push(n, p);
     for (Index c = 0; c < 3; ++c) push(triangle(3 * t + c), times(pull.near.b[c + 1], p));
@@ -169,38 +197,62 @@ void sort_triangles(const Cloth& cloth, WetAdhesionWork& work) {
         largest = Kokkos::fmax(largest, double(far));
       },
       Kokkos::Max<double>(radius));
-  const Real reach = work.thickness + Kokkos::fmax(work.thickness, cloth.mesh.mean_edge / 2);
+  const Real reach = work.thickness + Kokkos::fmax(2 * work.thickness, cloth.mesh.mean_edge);
   work.cells.build(work.center, work.triangles, Real(1.0001) * (static_cast<Real>(radius) + reach));
 }
 
-}  // namespace
+/// Law 1, gathered at the nodes: nodes.force.
+void stick_to_solids(const Sticking& s, Cloth& cloth) {
+  allocate_zeros(cloth.samples.force, "drench::sample_force", static_cast<std::size_t>(cloth.samples.count));
+  const Entries<Real3> force = cloth.samples.force;
+  parallel(
+      "drench::wet_adhesion::solids", cloth.samples.count, KOKKOS_LAMBDA(const Index p) { force(p) = s.pull_of_solids(p); });
+  node_forces_from_samples(cloth);
+}
 
-void wet_adhesion(const Constants& constants, Bodies& bodies, Cloth& cloth, WetAdhesionWork& work,
-                  const StepInfo& info) {
-  allocate(constants, work);
-  place_solids(constants, bodies, info);
-  const bool fabric = work.triangles > 0;
-  if (fabric) sort_triangles(cloth, work);
-  const Sticking s(constants, bodies, cloth, work, info.dt);
+/// Law 2, in work.impulse.
+void stick_to_fabric(const Sticking& s, const Cloth& cloth) {
   parallel(
       "drench::wet_adhesion::pull", cloth.nodes.count, KOKKOS_LAMBDA(const Index n) {
-        s.stick_to_solids(n);
-        if (!fabric || !s.material(n).self_collision) return;
+        if (!s.material(n).self_collision) return;
         const Pull first = s.nearest(n, {});
         if (first.triangle == none) return;
         s.stick_to(n, first);
         const Pull second = s.nearest(n, first);
         if (second.triangle != none) s.stick_to(n, second);
       });
+}
+
+/// Adds the impulses to nodes.force, or puts them there where nothing `is_there` yet; they are zero then.
+void add_impulses(Cloth& cloth, WetAdhesionWork& work, double unit, bool is_there) {
   const Entries<std::int64_t> impulse = work.impulse;
   const Entries<Real3> force = cloth.nodes.force;
-  const double unit = s.impulse_unit / info.dt;
   parallel(
       "drench::wet_adhesion::force", cloth.nodes.count, KOKKOS_LAMBDA(const Index n) {
-        force(n) = {Real(unit * double(impulse(3 * n))), Real(unit * double(impulse(3 * n + 1))),
-                    Real(unit * double(impulse(3 * n + 2)))};
+        const Real3 other = is_there ? force(n) : Real3{};
+        force(n) = other + Real3{Real(unit * double(impulse(3 * n))), Real(unit * double(impulse(3 * n + 1))),
+                                 Real(unit * double(impulse(3 * n + 2)))};
         for (int a = 0; a < 3; ++a) impulse(3 * n + a) = 0;
       });
+}
+
+}  // namespace
+
+void wet_adhesion(const Constants& constants, Bodies& bodies, Cloth& cloth, WetAdhesionWork& work,
+                  const StepInfo& info) {
+  const bool solids = bodies.solids.extent(0) > 0;
+  allocate(constants, work);
+  const bool fabric = work.triangles > 0;
+  if (!solids && !fabric) return;
+  place_solids(constants, bodies, info);
+  if (solids) place_samples(cloth);
+  if (fabric) sort_triangles(cloth, work);
+  const Sticking s(constants, bodies, cloth, work, info.dt);
+  if (solids) stick_to_solids(s, cloth);
+  if (fabric) {
+    stick_to_fabric(s, cloth);
+    add_impulses(cloth, work, s.impulse_unit / info.dt, solids);
+  }
   refresh_inverse_mass(constants, cloth);
   apply_node_forces(cloth, static_cast<Real>(info.dt));
 }
