@@ -159,6 +159,7 @@ PressureResponse pressure_response(const ReferenceState& state, const std::vecto
       a -= term;
       sample_force[b] += fluid_mass(state, i) * term;
     }
+    if (!state.wall_gain.empty()) a = state.wall_gain[i] * a;
   }
   response.node_force = spread_to_nodes(state, sample_force);
   return response;

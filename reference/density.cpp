@@ -59,6 +59,28 @@ std::vector<double> row_bounds(const ReferenceState& state, const Vectors& sampl
   return bound;
 }
 
+/// L_i: by how much the liquid's gradient along walls that do not answer adds to its acceleration, 1.
+Eigen::Matrix3d wall_gain(const ReferenceState& state, Index i) {
+  const Smoothing w(state.model);
+  Vector3d sum = Vector3d::Zero();
+  double lengths = 0;
+  Eigen::Matrix3d wall = Eigen::Matrix3d::Zero();  // M
+  for (const Index b : state.fluid_boundary[i]) {
+    if (state.model.bodies[state.model.boundary.body[b]].dynamic) continue;
+    const Vector3d r = vec(state.s.fluid_position[i]) - vec(state.s.boundary_position[b]);
+    const Vector3d term = state.s.boundary_volume[b] * w.gradient(r);
+    sum += wall_share * term;
+    lengths += wall_share * term.norm();
+    wall -= term * r.transpose();
+  }
+  const Eigen::Matrix3d one = Eigen::Matrix3d::Identity();
+  if (sum.squaredNorm() == 0) return one;
+  const Eigen::Matrix3d along = one - sum * sum.transpose() / sum.squaredNorm();
+  const double weight = std::min(1.0, sum.squaredNorm() / (0.1 * lengths * lengths));
+  const Eigen::Matrix3d m = weight * along * wall * along;
+  return one + m * (one + m * (one + m * (one + m)));
+}
+
 /// Mean of β_i max(0, δ_i − 1) over the liquid.
 double mean_compression(const ReferenceState& state) {
   const double ramp = emission_ramp(state.model);
@@ -77,6 +99,7 @@ void density(ReferenceState& state, const StepInfo&, StepReport& report) {
   const Vectors sample = sample_positions(state);
   s.sample_volume = sample_volumes(state, sample);
   const std::vector<double> bound = row_bounds(state, sample);
+  state.wall_gain.clear();
   state.alpha.assign(s.fluid_position.size(), 0.0);
   state.compliance.assign(s.fluid_position.size(), 0.0);
   state.contact_alpha.assign(s.fluid_position.size(), 0.0);
@@ -118,10 +141,15 @@ void density(ReferenceState& state, const StepInfo&, StepReport& report) {
     sum += sheet;
     cloth *= state.model.row_share() * image * image;
     s.fluid_density_ratio[i] = ratio;
-    state.alpha[i] = inverse(sum.squaredNorm() + squares + state.compliance[i] + cloth, volume);
+    double stiffer = 1;
+    if (state.model.extrapolates_walls()) {
+      state.wall_gain.push_back(wall_gain(state, i));
+      stiffer = std::sqrt(std::max(1.0, state.wall_gain.back().squaredNorm() - 2));
+    }
+    state.alpha[i] = inverse(stiffer * (sum.squaredNorm() + squares) + state.compliance[i] + cloth, volume);
     if (!state.model.scene.through_cloth && touches_sheet(state, i)) {
       state.contact_compliance[i] = std::max(0.0, 0.1 * std::pow(image * lengths, 2) - sheet.squaredNorm());
-      state.contact_alpha[i] = inverse(sheet.squaredNorm() + state.contact_compliance[i] + cloth, volume);
+      state.contact_alpha[i] = inverse(stiffer * sheet.squaredNorm() + state.contact_compliance[i] + cloth, volume);
     }
   }
   add_body_rows(state);

@@ -82,6 +82,20 @@ class ElasticCloth : public ClothResponse {
   double residual_ = 0;
 };
 
+/// Mean of max(0, r_i) at the velocities that the solve begins with, 1.
+double mean_source(ReferenceState& state, double dt, const std::vector<bool>& active,
+                   const std::function<double(Index, double)>& compression) {
+  Vectors fluid, nodes;
+  for (const Vec3& v : state.s.fluid_velocity) fluid.push_back(vec(v));
+  for (const Vec3& v : state.s.node_velocity) nodes.push_back(vec(v));
+  respond_bodies(state, std::vector<double>(fluid.size(), 0.0), dt);
+  const std::vector<double> rate = density_rate(state, fluid, nodes);
+  double sum = 0;
+  for (Index i = 0; i < state.s.fluid_count(); ++i)
+    if (active[i]) sum += std::max(0.0, compression(i, rate[i]));
+  return fluid.empty() ? 0 : sum / static_cast<double>(fluid.size());
+}
+
 }  // namespace
 
 void pressure(ReferenceState& state, const StepInfo& info, StepReport& report) {
@@ -100,7 +114,10 @@ void pressure(ReferenceState& state, const StepInfo& info, StepReport& report) {
   const auto approach = [&](Index i, double rate) { return active[i] ? source_ramp(s, i, ramp) * info.dt * rate : 0; };
   const Residuals residuals{compression, approach};
   clear_inactive(state);
-  const double tolerance = correction * state.model.density_tolerance();
+  double tolerance = correction * state.model.density_tolerance();
+  if (const auto part = state.model.scene.fluid.solver.source_error)
+    tolerance =
+        std::min(tolerance, std::max(*part * mean_source(state, info.dt, active, compression), 1e-4 * tolerance));
   std::vector<double>& kappa = state.s.fluid_kappa_density;
   SolveResult result;
   if (state.model.has_moving_cloth()) {

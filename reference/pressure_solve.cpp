@@ -1,5 +1,6 @@
 // The projected Jacobi iteration of both DFSPH solves (src/stages/divergence.hpp, pressure.hpp).
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
@@ -16,7 +17,8 @@ double start_scale(const ReferenceState& state, const std::vector<double>& kappa
   for (Index i = 0; i < state.s.fluid_count(); ++i) {
     const double volume = fluid_volume(state, i), yielded = dt * state.compliance[i] * kappa[i];
     if (active[i]) work += volume * kappa[i] * residuals.compression(i, rate[i] - yielded);
-    energy += volume * (change[i].squaredNorm() + dt * yielded * kappa[i]);
+    const Eigen::Vector3d force = state.wall_gain.empty() ? change[i] : state.wall_gain[i].inverse() * change[i];
+    energy += volume * (change[i].dot(force) + dt * yielded * kappa[i]);
   }
   return energy > 0 ? std::clamp(1 + work / energy, 0.0, 4.0) : 1;
 }

@@ -20,6 +20,7 @@ struct ReferenceState {
   // Per liquid particle (stage density): C_i, 1/m²; the Jacobi diagonal of the pressure solves, m²; those of its contact with
   // sheets, α' = 0 where it touches none.
   std::vector<double> compliance, alpha, contact_compliance, contact_alpha;
+  std::vector<Eigen::Matrix3d> wall_gain;           // L_i, 1; empty where walls mirror (stage density)
   std::vector<Eigen::Vector3d> boundary_predicted;  // m/s, per boundary sample: after a pressure (in-stage)
 };
 

@@ -11,6 +11,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "output/fitted_pressure.hpp"
 #include "output/grid_tools.hpp"
 #include "state/saturation.hpp"
 
@@ -48,7 +49,7 @@ std::string number_list(const char* what, std::size_t count, std::size_t limit, 
 
 }  // namespace
 
-Grid fluid_grid(const Model& model, const HostState& state) {
+Grid fluid_grid(const Model& model, const HostState& state, int threads) {
   const std::size_t n = state.fluid_position.size();
   Grid grid = make_vertices(state.fluid_position);
   vtkDataSetAttributes* fields = grid->GetPointData();
@@ -59,6 +60,10 @@ Grid fluid_grid(const Model& model, const HostState& state) {
                            [&](std::size_t i) { return rho * value_or_zero(state.fluid_density_ratio, i); });
   add_field<vtkFloatArray>(fields, "pressure", n,
                            [&](std::size_t i) { return rho * value_or_zero(state.fluid_kappa_density, i); });
+  if (model.scene.output.fitted_pressure) {
+    const std::vector<double> fitted = fitted_pressure(model, state, threads);
+    add_field<vtkFloatArray>(fields, "fitted_pressure", n, [&](std::size_t i) { return fitted[i]; });
+  }
   add_field<vtkDoubleArray>(fields, "mass", n,
                             [&](std::size_t i) { return static_cast<double>(state.fluid_mass[i]) * model.quantum; });
   add_field<vtkFloatArray>(fields, "radius", n, [&](std::size_t i) {

@@ -15,8 +15,8 @@ namespace drench {
 using Grid = vtkSmartPointer<vtkUnstructuredGrid>;
 
 /// One vertex per particle; point fields velocity (m/s), density (kg/m³), pressure (Pa), mass (kg), radius (m), id,
-/// age (s).
-Grid fluid_grid(const Model& model, const HostState& state);
+/// age (s); where the scene asks for it fitted_pressure (Pa), found by some threads.
+Grid fluid_grid(const Model& model, const HostState& state, int threads = 1);
 
 /// The triangles of all cloths; point fields velocity (m/s), saturation (1), liquid_mass (kg), flow_direction (1),
 /// pin_force (N); cell field cloth (index).

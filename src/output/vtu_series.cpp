@@ -123,7 +123,7 @@ FrameWriter::FrameWriter(const fs::path& folder, const Model& model, int frames,
 
 void FrameWriter::write(const HostState& state) {
   energy_.write(state);
-  if (model_.has_fluid()) fluid_.write(state.time, fluid_grid(model_, state));
+  if (model_.has_fluid()) fluid_.write(state.time, fluid_grid(model_, state, threads_));
   if (model_.has_surface()) surface_.write(state.time, surface_grid(model_, state, threads_));
   if (model_.has_cloth()) cloth_.write(state.time, cloth_grid(model_, state));
   if (model_.has_moving_body())

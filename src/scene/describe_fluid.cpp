@@ -39,6 +39,8 @@ void describe(Section& s, FluidSolverScene& solver) {
             "fewest iterations of either solve; at most `max_iterations`");
   s.number("density_correction", solver.density_correction, "[0.5, 1]", "1",
            "c: correction factor, the part of a density error that a step corrects; 1 for fast flows in long steps");
+  s.number("source_error", solver.source_error, "(0, 1]", "1",
+           "η: the density solve goes on until no more than this part of the step's own compression is left; without it none");
   s.check(solver.min_iterations <= solver.max_iterations, s.has("min_iterations") ? "min_iterations" : "max_iterations",
           fmt::format("min_iterations ({}) is above max_iterations ({}); allowed: at most that", solver.min_iterations,
                       solver.max_iterations));
@@ -92,6 +94,9 @@ void describe(Section& s, FluidScene& fluid) {
   // below 1.8, a full neighbourhood has too few (kernel.hpp)
   s.number("support", fluid.support, "[1.8, 4]", "spacings", "radius h of the kernel over the spacing");
   s.remark("h / spacing");
+  s.choice("wall_pressure", fluid.wall_pressure,
+           {{"mirrored", WallPressure::mirrored}, {"extrapolated", WallPressure::extrapolated}},
+           "of solids that are not dynamic: the particle's own, or extrapolated along the wall by its gradient");
   s.optional(fluid.micropolar.present)
       .section("micropolar", fluid.micropolar,
                "particles spin and drive the flow: livelier swirls; without it there are no spins");

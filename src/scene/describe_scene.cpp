@@ -47,6 +47,8 @@ void check_sections(Section& s, const Scene& scene) {
           "acts on liquid, and the scene has none; allowed: only beside the key fluid");
   s.check(scene.fluid.present || !scene.output.surface, "output.surface",
           "is that of the liquid, and the scene has none; allowed: true only beside the key fluid");
+  s.check(scene.fluid.present || !scene.output.fitted_pressure, "output.fitted_pressure",
+          "is that of the liquid, and the scene has none; allowed: true only beside the key fluid");
   s.check(!s.has("cloth_solver") || !scene.cloths.empty(), "cloth_solver",
           "moves cloth, and the scene has none; allowed: only beside the key cloth");
   const bool porous = has_porous(scene);
@@ -132,6 +134,8 @@ void describe(Section& s, OutputScene& output) {
   s.choice("surface_kernel", output.surface_kernel,
            {{"isotropic", SurfaceKernel::isotropic}, {"anisotropic", SurfaceKernel::anisotropic}},
            "a particle's shape in it: a ball, or an ellipsoid along the surface, which is smoother");
+  s.boolean("fitted_pressure", output.fitted_pressure,
+            "field `fitted_pressure` in the liquid's frames: pressure without the scatter of single particles");
   s.boolean("report", output.report, "`report.html` in the output folder when the run ends, also one that fails");
 }
 

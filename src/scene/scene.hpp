@@ -27,6 +27,8 @@ enum class TimeMode { fixed, cfl, error };
 enum class SortMethod { automatic, counting, radix, bitonic, bitonic_naive };
 /// The smoothing kernel.
 enum class KernelKind { cubic, wendland, poly6 };
+/// What pressure a wall has beside a particle: the particle's, or that plus what its gradient along the wall adds.
+enum class WallPressure { mirrored, extrapolated };
 /// Projective Dynamics, or XPBD on the same step.
 enum class ClothMethod { pd, xpbd };
 
@@ -52,6 +54,7 @@ struct OutputScene {
   bool surface = false;           // the liquid's surface as a mesh with every frame
   double surface_spacing = 0.5;   // 1; of the lattice that the surface is made on, over the particles'
   SurfaceKernel surface_kernel = SurfaceKernel::anisotropic;  // a particle's shape
+  bool fitted_pressure = false;   // field fitted_pressure with every frame
   bool report = false;            // report.html at the end of the run, also of one that fails
 
   bool operator==(const OutputScene&) const = default;
@@ -76,6 +79,7 @@ struct FluidSolverScene {
   int max_iterations = 100;         // most iterations of either solve
   int min_iterations = 2;           // fewest iterations of either solve
   double density_correction = 0.5;  // c, 1; correction factor of a density error (stages/pressure.hpp)
+  std::optional<double> source_error;  // η, 1; part of a step's own compression that ends the density solve
 
   bool operator==(const FluidSolverScene&) const = default;
 };
@@ -119,6 +123,7 @@ struct FluidScene {
   double surface_tension = 0.0;           // N/m
   KernelKind kernel = KernelKind::cubic;  // of liquid, walls and cloth alike
   double support = 2.0;                   // h / d
+  WallPressure wall_pressure = WallPressure::mirrored;  // at solids that do not answer to pressure
   MicropolarScene micropolar;             // spins
   FluidSolverScene solver;                // tolerances and caps
   std::vector<BlockScene> blocks;         // sources that are there at the start

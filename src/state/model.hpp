@@ -278,6 +278,10 @@ struct Model {
   bool has_contact_wicking() const {
     return scene.processes.diffusion && any_cloth([](const ClothMaterial& c) { return c.wicks_through_contact(); });
   }
+  /// Do walls have the pressure that the liquid's gradient along them makes?
+  bool extrapolates_walls() const {
+    return has_fluid() && has_boundary() && scene.fluid.wall_pressure == WallPressure::extrapolated;
+  }
   bool has_surface() const { return has_fluid() && scene.output.surface; }
   bool has_measures() const { return scene.output.measures; }
   bool has_boundary() const { return boundary.count() > 0; }

@@ -13,7 +13,7 @@ time: {step: 0.002, end: 3.5, mode: cfl, cfl: 0.3, tolerance: 2.0e-3}
 gravity: [0.1, -1.62, 0.2]
 field: {center: [0.5, 0, -0.5], rate: [1, 2, 0]}
 domain: {min: [-2, -3, -4], max: [5, 6, 7]}
-output: {every: 0.05, checkpoint_every: 0.7, measures: true, surface: true, surface_spacing: 0.75, surface_kernel: isotropic, report: true}
+output: {every: 0.05, checkpoint_every: 0.7, measures: true, surface: true, surface_spacing: 0.75, surface_kernel: isotropic, fitted_pressure: true, report: true}
 processes: {direction: off, saturation_control: false, absorption: off, emission: off, diffusion: off}
 neighbors: {sort: bitonic_naive, through_cloth: true}
 fluid:
@@ -23,9 +23,10 @@ fluid:
   surface_tension: 0.05
   kernel: wendland
   support: 2.5
+  wall_pressure: extrapolated
   micropolar: {transfer: 2.0e-3, inertia: 3, viscosity: 1.0e-4, reaction: 0.25}
   solver: {density_error: 2.0e-3, divergence_error: 3.0e-3, max_iterations: 50, min_iterations: 1,
-           density_correction: 0.75}
+           density_correction: 0.75, source_error: 0.25}
   sources:
     - block: {min: [0, 0.1, 0], max: [0.3, 0.4, 0.5], velocity: [1, 2, 3]}
     - jet: {center: [1, 1, 1], radius: 0.07, velocity: [0, -2, 0], start: 0.5, end: 1.5}

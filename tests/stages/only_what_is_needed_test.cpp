@@ -331,6 +331,28 @@ TEST(only_what_is_needed, a_sort_has_no_memory_of_the_others) {
   run("bitonic_naive", 0, 0, 1);
 }
 
+TEST(only_what_is_needed, extrapolation_and_a_steps_own_compression_only_where_asked_for) {
+  const std::initializer_list<const char*> walls = {"wall_gain"}, source = {"pressure::free_rate", "pressure::source"};
+  {
+    const Watch watch(wet_scene());
+    for (const auto& labels : {walls, source})
+      EXPECT_EQ(containing(launched, labels) + containing(allocated, labels), 0);
+  }
+  {
+    const Watch watch(with(wet_scene(), "fluid:\n", "fluid:\n  wall_pressure: extrapolated\n"));
+    EXPECT_EQ(containing(launched, walls), 1);
+    EXPECT_EQ(containing(allocated, walls), 2);  // its diagonal, its shear
+  }
+  {
+    const Watch watch(with(wet_scene(), "min_iterations: 6", "min_iterations: 6, source_error: 0.2"));
+    EXPECT_EQ(containing(launched, source), 2);
+    EXPECT_EQ(containing(allocated, source), 1);  // free_rate
+  }
+  const Watch watch(with(with(no_cloth, "spacing: 0.02,", "spacing: 0.02, wall_pressure: extrapolated,"),
+                         "bodies: [{box: {min: [0, 0, 0], max: [0.2, 0.2, 0.1], inside: true}}]\n", ""));
+  EXPECT_EQ(containing(launched, walls) + containing(allocated, walls), 0) << "without walls";
+}
+
 TEST(only_what_is_needed, measures_only_where_asked_for) {
   const std::initializer_list<const char*> label = {"drench::measures"};
   {

@@ -195,6 +195,44 @@ TEST(pressure, does_not_depend_on_the_size_of_its_start) {
   }
 }
 
+// A first iteration without any pressure finds what the step itself brings.
+TEST(pressure, goes_on_until_a_part_of_the_steps_own_compression_is_left) {
+  const auto solved = [](const char* limits) {
+    const drench::Setup setup = setup_from(with(box_scene, "max_iterations: 6, min_iterations: 6", limits));
+    HostState s = setup.state;
+    for (Vec3& v : s.fluid_velocity) v = {0, -0.05, 0};
+    std::vector<StepReport> reports;
+    run_on_both(setup.model, s, {Stage::neighbors, Stage::density, Stage::pressure}, {0, 0, 0.002},
+                [&](Backend&, const StepReport& report) { reports.push_back(report); });
+    EXPECT_EQ(reports[0].density_iterations, reports[1].density_iterations) << limits;
+    EXPECT_TRUE(reports[0].density_converged && reports[1].density_converged) << limits;
+    EXPECT_NEAR(reports[1].density_error, reports[0].density_error, 1e-4 * reports[0].density_error + 1e-7);
+    return reports[1];
+  };
+  const StepReport free = solved("density_error: 0.5, min_iterations: 1");
+  EXPECT_EQ(free.density_iterations, 1);
+  EXPECT_GT(free.density_error, 1e-4);
+  int before = 1;
+  for (const auto& [part, limits] : {std::pair{0.2, "density_error: 0.5, min_iterations: 1, source_error: 0.2"},
+                                     {0.02, "density_error: 0.5, min_iterations: 1, source_error: 0.02"}}) {
+    const StepReport report = solved(limits);
+    EXPECT_LE(report.density_error, 1.02 * part * free.density_error);
+    EXPECT_GT(report.density_iterations, before);
+    before = report.density_iterations;
+  }
+  // A tolerance that is less than that part counts alone.
+  const int alone = solved("density_error: 1.0e-5, min_iterations: 1").density_iterations;
+  EXPECT_EQ(solved("density_error: 1.0e-5, min_iterations: 1, source_error: 0.5").density_iterations, alone);
+}
+
+TEST(pressure, that_ends_by_the_steps_own_compression_agrees_with_the_reference) {
+  compare_stage({.stage = Stage::pressure,
+                 .scene = with(wet_scene(), "max_iterations: 6, min_iterations: 6",
+                               "density_error: 0.5, min_iterations: 1, source_error: 0.2"),
+                 .steps_before = 40,
+                 .changes = "fluid_velocity"});
+}
+
 TEST(pressure, with_cloth_by_xpbd_agrees_with_the_reference) {
   compare_stage({.stage = Stage::pressure,
                  .scene = with(wet_scene(), "cloth:\n", "cloth_solver: {method: xpbd}\ncloth:\n"),

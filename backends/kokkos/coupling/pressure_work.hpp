@@ -34,7 +34,8 @@ inline void allocate_pressure_work(PressureWork& work, const Fluid& fluid) {
 
 /// A particle's, of allocate_pressure_work.
 inline double pressure_work_bytes(const Sizing& s) {
-  const bool scaled = s.size.samples == 0 && s.size.dynamic_samples == 0;  // free_rate
+  const bool scaled = (s.size.samples == 0 && s.size.dynamic_samples == 0) ||
+                      s.size.scene.fluid.solver.source_error.has_value();  // free_rate
   return (scaled ? 12 : 11) * s.real;
 }
 

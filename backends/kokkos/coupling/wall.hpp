@@ -11,6 +11,12 @@ inline constexpr Real mirrored = 2;
 /// γ of a particle before a cloth: how dense the mirrored liquid is, of its density ratio (src/stages/divergence.hpp).
 KOKKOS_INLINE_FUNCTION Real image_density(Real ratio) { return ratio > Real(1.1) ? ratio - Real(0.1) : Real(1); }
 
+/// L a of a symmetric L, xx yy zz and yz xz xy.
+KOKKOS_INLINE_FUNCTION Real3 product(const Real3& diagonal, const Real3& shear, const Real3& a) {
+  return {diagonal.x * a.x + shear.z * a.y + shear.y * a.z, shear.z * a.x + diagonal.y * a.y + shear.x * a.z,
+          shear.y * a.x + shear.x * a.y + diagonal.z * a.z};
+}
+
 /// Vector (m) to a particle from a cloth sample as the particle's pressure sees it: r + ½ d n sign(r·n), r = x_i − x_b,
 /// `offset` = ½ d n with the unit normal n. The sample lies half a spacing behind the sheet's surface, as those of solids do:
 /// on the surface a sheet's kernel sum has no gradient, and would not push particles back.

@@ -10,6 +10,7 @@
 #include "coupling/sheet_rows.hpp"
 #include "coupling/wall.hpp"
 #include "fluid/stages.hpp"
+#include "fluid/wall_gain.hpp"
 #include "particles/coincident_pairs.hpp"
 #include "particles/source_ramp.hpp"
 
@@ -212,6 +213,9 @@ void density_and_alpha(const Constants& constants, Fluid& fluid, NeighborLists& 
                            WritableNeighbors(lists.fluid_fluid),
                            WritableNeighbors(lists.fluid_boundary),
                            Neighbors(lists.fluid_sample)};
+  const bool extrapolates = constants.model.extrapolates_walls();
+  const Entries<const Real3> diagonal = std::as_const(fluid).wall_gain.diagonal,
+                             shear = std::as_const(fluid).wall_gain.shear;
   const Entries<Real> ratio = fluid.particles.density_ratio, alpha = fluid.alpha, compliance = fluid.compliance,
                       contact = fluid.contact.alpha, contact_yields = fluid.contact.compliance;
   const Entries<Real3> separation = fluid.separation, boundary = fluid.boundary_gradient,
@@ -229,18 +233,19 @@ void density_and_alpha(const Constants& constants, Fluid& fluid, NeighborLists& 
         pairs.add_liquid(i, sum);
 #endif
         if (solids) pairs.add_walls(i, sum);
+        const Real stiffer = extrapolates ? largest_gain(diagonal(i), shear(i)) : Real(1);
         if (sheets) pairs.add_sheets(i, touching, sum);
         if (solids || sheets) boundary(i) = sum.walls + sum.sheets;
         if (touching) {
           sheet(i) = sum.sheets;
           contact_yields(i) = sum.contact_compliance;
-          contact(i) = inverse(sum.contact_diagonal, smallest, vi);
+          contact(i) = inverse(sum.contact_diagonal + (stiffer - 1) * dot(sum.sheets, sum.sheets), smallest, vi);
         }
         ratio(i) = sum.delta;
         compliance(i) = sum.yielded;
         separation(i) = sum.separation;
         alpha(i) =
-            inverse(dot(sum.gradient, sum.gradient) + sum.squares + sum.yielded + sum.coupling, smallest, vi);
+            inverse(stiffer * (dot(sum.gradient, sum.gradient) + sum.squares) + sum.yielded + sum.coupling, smallest, vi);
       });
 }
 
@@ -275,7 +280,7 @@ double mean_compression(const Fluid& fluid, Real ramp) {
   return ordered<double>("drench::density::found", fluid.particles.count, term) / fluid.particles.count;
 }
 
-void allocate(Fluid& fluid, bool boundary, bool touching) {
+void allocate(Fluid& fluid, bool boundary, bool extrapolates, bool touching) {
   const std::size_t n = fluid.particles.capacity();
   make_room(fluid.volume, "drench::fluid_volume", n);
   make_room(fluid.position_volume, "drench::fluid_position_volume", n);
@@ -283,6 +288,10 @@ void allocate(Fluid& fluid, bool boundary, bool touching) {
   make_room(fluid.compliance, "drench::fluid_compliance", n);
   make_room(fluid.separation, "drench::fluid_separation", n);
   if (boundary) make_room(fluid.boundary_gradient, "drench::fluid_boundary_gradient", n);
+  if (extrapolates) {
+    make_room(fluid.wall_gain.diagonal, "drench::fluid_wall_gain", n);
+    make_room(fluid.wall_gain.shear, "drench::fluid_wall_gain_shear", n);
+  }
   if (!touching) return;
   make_room(fluid.contact.gradient, "drench::contact_gradient", n);
   make_room(fluid.contact.alpha, "drench::contact_alpha", n);
@@ -295,6 +304,8 @@ MemoryEstimate density_bytes(const Sizing& s) {
   const double r = s.real;
   double particle = 10 * r;
   if (s.size.samples > 0 || s.size.boundary > 0) particle += 3 * r;  // boundary_gradient
+  const bool extrapolates = s.size.scene.fluid.wall_pressure == WallPressure::extrapolated;
+  if (s.size.boundary > 0 && extrapolates) particle += 6 * r;        // wall_gain
   if (s.size.samples > 0) particle += 5 * r;                         // contact
   MemoryEstimate sum;
   sum.particles = particle_room(s) * particle;
@@ -308,7 +319,7 @@ MemoryEstimate density_bytes(const Sizing& s) {
 void density(const Constants& constants, Fluid& fluid, NeighborLists& lists, Bodies& bodies, Cloth& cloth,
              StepReport& report) {
   const bool touching = has_sheet_contact(constants, cloth);
-  allocate(fluid, bodies.boundary.count > 0 || cloth.samples.count > 0, touching);
+  allocate(fluid, bodies.boundary.count > 0 || cloth.samples.count > 0, constants.model.extrapolates_walls(), touching);
   const Entries<Real> volume = fluid.volume;
   const Entries<const Quanta> mass = fluid.particles.mass;
   const Entries<const Real3> x = fluid.particles.position;
@@ -324,6 +335,7 @@ void density(const Constants& constants, Fluid& fluid, NeighborLists& lists, Bod
     sample_volumes(constants, lists, cloth);
     sample_row_bounds(constants, fluid, lists, cloth);
   }
+  if (constants.model.extrapolates_walls()) find_wall_gain(constants, lists, bodies, fluid);
   density_and_alpha(constants, fluid, lists, bodies, cloth);
   lists.made.advance();
   if (touching) find_contact(constants, cloth, fluid);

@@ -1,5 +1,6 @@
 // Stage pressure (src/stages/pressure.hpp).
 
+#include <algorithm>
 #include <optional>
 
 #include "fluid/solve.hpp"
@@ -14,6 +15,7 @@ struct DensityProblem {
   const FluidSolverScene& limits;
   StepReport& report;
   double last_start;  // of the step before
+  double most;        // 1: of the tolerance, where the step's own compression sets it
 
   DensityUpdate update(Real relaxation) const {
     const Fluid& fluid = system.fluid;
@@ -38,7 +40,14 @@ struct DensityProblem {
             relaxation / (dt * dt),
             system.touching};
   }
-  double tolerance() const { return limits.density_correction * system.constants.model.density_tolerance(); }
+  double tolerance() const { return std::min(most, fixed_tolerance()); }
+  double fixed_tolerance() const { return limits.density_correction * system.constants.model.density_tolerance(); }
+  /// No more than a part of the step's own compression is left, as far as rounding lets that be.
+  void limit_by_source() {
+    constexpr double least = 1e-4;
+    if (limits.source_error)
+      most = std::max(*limits.source_error * mean_source(system, update(0)), least * fixed_tolerance());
+  }
   bool scales_start() const { return system.constants.model.scales_start(last_start); }
   StartResidual start_residual(Real relaxation) const {
     const Real dt = Real(system.dt);
@@ -100,7 +109,8 @@ void pressure(const Constants& constants, Fluid& fluid, const NeighborLists& lis
     }
   }
   const FluidSolverScene& limits = constants.model.scene.fluid.solver;
-  DensityProblem problem{system, limits, report, info.density_start};
+  DensityProblem problem{system, limits, report, info.density_start, 1e300};
+  problem.limit_by_source();
   solve_pressure(system, limits, problem);
   if (!elastic) return;
   const ClothProgress& progress = elastic->progress();

@@ -55,6 +55,41 @@ void measure_density_rate(PressureSystem& system) {
       });
 }
 
+/// work.free_rate = R_i of the velocities that a solve begins with, 1/s.
+void measure_free_rate(PressureSystem& system) {
+  const Fluid& fluid = system.fluid;
+  const Bodies& bodies = system.bodies;
+  const SheetRows& rows = system.lists.sheet_rows;
+  const Entries<const Real3> ub = bodies.boundary.velocity, xb = bodies.boundary.position, v = fluid.particles.velocity;
+  const Entries<const Real4> position = fluid.position_volume;
+  make_room(system.work.free_rate, "drench::pressure::free_rate", fluid.particles.capacity());
+  const Entries<Real> rate = system.work.free_rate;
+  const Neighbors lf(system.lists.fluid_fluid), lb(system.lists.fluid_boundary);
+  const bool solids = bodies.boundary.count > 0, cloth = system.has_cloth() && rows.count > 0;
+  const SheetsOfParticles sheets{rows.of_particle, rows.particle_pair, std::as_const(system.cloth).nodes.velocity,
+                                 Real(1)};
+  parallel(
+      "drench::pressure::free_rate", system.count(), KOKKOS_LAMBDA(const Index i) {
+        const Real3 xi = position(i).xyz(), vi = v(i);
+        Real sum = 0;
+        const NeighborRow near = lf.row(i);
+        DRENCH_UNROLL
+        for (Index k = 0; k < near.count; ++k) {
+          const Index j = near(k);
+          sum += near.grad_factor(k) * dot(vi - v(j), xi - position(j).xyz());
+        }
+        if (solids) {
+          const NeighborRow walls = lb.row(i);
+          for (Index k = 0; k < walls.count; ++k) {
+            const Index b = walls(k);
+            sum += mirrored * walls.grad_factor(k) * dot(vi - ub(b), xi - xb(b));
+          }
+        }
+        if (cloth) sum += sheets.approach(i, vi);
+        rate(i) = sum;
+      });
+}
+
 }  // namespace
 
 SheetsOfParticles PressureSystem::sheets_of_particles() const {
@@ -72,7 +107,10 @@ void predict_liquid(PressureSystem& system) {
   const Entries<Real4> predicted = system.work.predicted;
   const Entries<const Real> contact = std::as_const(system.work).contact_pressure;
   const Neighbors lf(system.lists.fluid_fluid);
-  const bool bounded = system.bodies.boundary.count > 0 || system.has_cloth(), touching = system.touching;
+  const Entries<const Real3> diagonal = fluid.wall_gain.diagonal, shear = fluid.wall_gain.shear;
+  const Entries<const Index> walls = system.lists.fluid_boundary.count;
+  const bool bounded = system.bodies.boundary.count > 0 || system.has_cloth(), touching = system.touching,
+             extrapolates = system.constants.model.extrapolates_walls();
   parallel(
       "drench::pressure::acceleration", system.count(), KOKKOS_LAMBDA(const Index i) {
         const Real4 here = position_kappa(i);
@@ -87,6 +125,7 @@ void predict_liquid(PressureSystem& system) {
         }
         if (bounded) a -= ki * boundary(i);
         if (touching) a -= contact(i) * sheet(i);
+        if (extrapolates && walls(i) > 0) a = product(diagonal(i), shear(i), a);
         predicted(i) = {v(i) + dt * a, ki};
       });
 }
@@ -110,6 +149,15 @@ void apply_pressure(PressureSystem& system) {
   if (system.keep_liquid_rate)
     make_room(system.work.liquid_rate, "drench::pressure::liquid_rate", system.fluid.particles.capacity());
   measure_density_rate(system);
+}
+
+double mean_source(PressureSystem& system, const DensityUpdate& update) {
+  measure_free_rate(system);
+  const Entries<const Real> rate = std::as_const(system.work).free_rate;
+  const auto source = KOKKOS_LAMBDA(const Index i) {
+    return double(Kokkos::fmax(update.residual(i, rate(i)), Real(0)));
+  };
+  return ordered<double>("drench::pressure::source", system.count(), source) / system.count();
 }
 
 SumUnderWay<DensitySums> begin_full_update(const PressureSystem& system, const DensityUpdate& update, int slot) {

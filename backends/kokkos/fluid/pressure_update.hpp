@@ -52,6 +52,12 @@ struct DensityUpdate {
     next_contact(i) = p;
     return lambda_alpha > 0 ? norms_of(nearer, lambda, gain, p, before, lambda_alpha) : NormsIn<Real>{};
   }
+  /// r_i, 1, at a density rate, 1/s.
+  KOKKOS_INLINE_FUNCTION Real residual(Index i, Real rate) const {
+    const bool touches = touching && contact_alpha(i) > 0;
+    const Real over = touches ? Kokkos::fmax(ratio(i) - 1, Real(0)) : ratio(i) - 1;
+    return weight(i) * (corrected(over, correction) + dt * rate);
+  }
   /// Of the density's rate of change and of how fast the liquid nears sheets, 1/s.
   KOKKOS_INLINE_FUNCTION DensitySumsIn<Real> operator()(const Index i, Real rate, Real approach) const {
     const Real beta = weight(i), lambda_alpha = touching ? contact_alpha(i) : Real(0);
@@ -85,6 +91,8 @@ struct DivergenceUpdate {
   }
 };
 
+/// Mean of max(0, r_i) at the velocities that a solve begins with, 1. Waits for the device.
+double mean_source(PressureSystem& system, const DensityUpdate& update);
 /// The update at work.density_rate and work.approach_rate.
 SumUnderWay<DensitySums> begin_full_update(const PressureSystem& system, const DensityUpdate& update, int slot);
 SumUnderWay<IterationNorms> begin_full_update(const PressureSystem& system, const DivergenceUpdate& update, int slot);

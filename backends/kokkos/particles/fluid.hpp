@@ -24,6 +24,12 @@ struct SheetContact {
   Field<Real> compliance;  // C'_i, 1/m²
 };
 
+/// L_i, 1, symmetric: what a particle's acceleration is multiplied with beside walls whose pressure is extrapolated
+/// (docs/theory/walls_and_sheets.md); from stage density, only with such walls.
+struct WallGain {
+  Field<Real3> diagonal, shear;  // xx yy zz; yz xz xy
+};
+
 struct Fluid {
   explicit Fluid(const Constants& constants) : particles(constants.model), cells(constants.model.scene.sort) {}
 
@@ -38,6 +44,7 @@ struct Fluid {
   Field<Real> compliance;        // C_i, 1/m²
   Field<Real3> separation;       // m: moves coincident particles apart
   Field<Real3> boundary_gradient;  // 1/m: what solids and sheets have in the gradient of δ_i, where there are any
+  WallGain wall_gain;
   SheetContact contact;
   Kokkos::View<Tunnelled, MemSpace> tunnelled;  // since advection, until the ledger takes it; only with cloth
 };

@@ -143,12 +143,12 @@ struct LeanAcceleration {
   LeanRows rows;
   Neighbors list;
   const float4* position_kappa;  // x_i, and the change of κ_i
-  Entries<const Real3> boundary, sheet;
+  Entries<const Real3> boundary, sheet, gain_diagonal, gain_shear;
   Entries<const Real> contact, base_contact;
   uint4* packed;
   float scale, steps;  // 1/m²: of the factors; 1/m
   Index count;
-  bool touching;
+  bool touching, extrapolates;
 
   __device__ void operator()() const {
     const Index i = own_row();
@@ -176,6 +176,7 @@ struct LeanAcceleration {
     if (rows.is_bounded(i)) {
       a -= here.w * boundary(i);
       if (touching) a -= (contact(i) - base_contact(i)) * sheet(i);
+      if (extrapolates) a = product(gain_diagonal(i), gain_shear(i), a);
     }
     packed[i] = pack(a, {here.x, here.y, here.z}, steps);
   }
@@ -397,13 +398,16 @@ void predict_lean_liquid(PressureSystem& system) {
                           reinterpret_cast<const float4*>(system.work.position_kappa.data()),
                           fluid.boundary_gradient,
                           fluid.contact.gradient,
+                          fluid.wall_gain.diagonal,
+                          fluid.wall_gain.shear,
                           std::as_const(system.work).contact_pressure,
                           std::as_const(lean).base_contact,
                           lean.packed.data(),
                           factor_scale(system),
                           lattice / system.constants.support,
                           system.count(),
-                          system.touching});
+                          system.touching,
+                          system.constants.model.extrapolates_walls()});
 }
 
 SumUnderWay<DensitySums> begin_lean_update(PressureSystem& system, const DensityUpdate& update, Real momentum, int slot) {
