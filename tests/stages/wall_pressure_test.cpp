@@ -22,7 +22,8 @@ const std::string body_scene = std::string(few_iterations) + R"(
     - block: {min: [0, 0, 0], max: [0.2, 0.24, 0.16]}
 bodies:
   - box: {min: [0, 0, 0], max: [0.2, 0.4, 0.16], inside: true}
-  - box: {min: [0.06, 0.1, 0.04], max: [0.13, 0.17, 0.12], dynamic: true, density: 600}
+  - box: {min: [0.04, 0.1, 0.03], max: [0.11, 0.17, 0.12], dynamic: true, density: 600, velocity: [0.1, 0, 0],
+          spin: {axis: [1, 1, 3], degrees_per_second: 60}}
 )";
 
 /// A cube of 12³ particles that fills its box but for the top, for one evaluation of the pressure.
@@ -79,8 +80,7 @@ TEST(wall_pressure, agrees_with_the_reference) {
 }
 
 TEST(wall_pressure, of_a_scaled_start_agrees_with_the_reference) {
-  const std::string scene =
-      with(body_scene, "  - box: {min: [0.06, 0.1, 0.04], max: [0.13, 0.17, 0.12], dynamic: true, density: 600}\n", "");
+  const std::string scene = body_scene.substr(0, body_scene.find("  - box: {min: [0.04"));
   for (const Stage stage : {Stage::divergence, Stage::pressure})
     compare_stage({.stage = stage,
                    .scene = extrapolated(scene),
