@@ -119,6 +119,7 @@ void density(ReferenceState& state, const StepInfo&, StepReport& report) {
     cloth *= state.model.row_share() * image * image;
     s.fluid_density_ratio[i] = ratio;
     state.alpha[i] = inverse(sum.squaredNorm() + squares + state.compliance[i] + cloth, volume);
+    if (ratio > 2) state.alpha[i] *= 2 / ratio;  // a crowd
     if (!state.model.scene.through_cloth && touches_sheet(state, i)) {
       state.contact_compliance[i] = std::max(0.0, 0.1 * std::pow(image * lengths, 2) - sheet.squaredNorm());
       state.contact_alpha[i] = inverse(sheet.squaredNorm() + state.contact_compliance[i] + cloth, volume);
