@@ -122,7 +122,7 @@ TEST(odd_liquid, many_on_one_point_part) {
 }
 
 TEST(odd_liquid, a_squeezed_pool_parts) {
-  // Compressed to 4.6 and 15.6 times water's density. With the lattice's relaxation the solve does not converge: 27 m/s and
+  // Compressed to 4.6 and 15.6 times water's density. With the lattice's relaxation the solve does not converge: 30 m/s and
   // more than 100 m/s.
   for (const double squeeze : {0.6, 0.4}) {
     SceneRun run(pool());
