@@ -49,6 +49,20 @@ TEST(pressure, of_crowded_and_light_particles_agrees_with_the_reference) {
       {.stage = Stage::pressure, .steps_before = 41, .prepare = crowd, .changes = "fluid_velocity"});
 }
 
+TEST(pressure, of_squeezed_liquid_agrees_with_the_reference) {
+  // At 1.6 to 4.6 times water's density, on both sides of the bound from which the relaxation falls.
+  for (const double size : {0.85, 0.6})
+    compare_stage({.stage = Stage::pressure,
+                   .scene = box_scene,
+                   .steps_before = 2,
+                   .prepare =
+                       [size](const Model&, HostState& s) {
+                         for (Vec3& x : s.fluid_position)
+                           for (double& c : x) c = float(0.08 + size * (c - 0.08));
+                       },
+                   .changes = "fluid_velocity"});
+}
+
 TEST(pressure, of_particles_that_touch_the_sheet_agrees_with_the_reference) {
   // Every fourth that has the sheet within h comes to 0.02 to 0.18 d from it, the lists' side kept; some touch, some do not.
   const auto lower = [](const Model& m, HostState& s) {
