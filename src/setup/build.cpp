@@ -71,11 +71,15 @@ SetupSize grid_size(const Scene& scene) {
   return size;
 }
 
-/// Lattices for the distance fields of closed meshes; they reach as far as cloth is thick.
+/// Lattices for the distance fields of closed meshes; they reach as far as cloth is thick, or sticks when wet.
 void lay_fields(Setup& setup) {
   Model& m = setup.model;
   double margin = m.spacing;
-  for (const ClothMaterial& c : m.cloths) margin = std::max(margin, 1.1 * c.thickness + m.spacing);
+  for (const ClothMaterial& c : m.cloths) {
+    margin = std::max(margin, 1.1 * c.thickness + m.spacing);
+    if (c.dynamics && c.wet_adhesion > 0)
+      margin = std::max(margin, c.thickness + std::max(2 * c.thickness, mean_edge_length(m)) + m.spacing);
+  }
   for (std::size_t b = 0; b < m.bodies.size(); ++b) {
     Body& body = m.bodies[b];
     if (body.kind != BodyScene::Kind::mesh) continue;
