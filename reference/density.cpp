@@ -147,7 +147,7 @@ void density(ReferenceState& state, const StepInfo&, StepReport& report) {
       stiffer = std::sqrt(std::max(1.0, state.wall_gain.back().squaredNorm() - 2));
     }
     state.alpha[i] = inverse(stiffer * (sum.squaredNorm() + squares) + state.compliance[i] + cloth, volume);
-    if (ratio > 2) state.alpha[i] *= 2 / ratio;  // a crowd
+    if (ratio > 2 && state.model.samples.count() == 0) state.alpha[i] *= 2 / ratio;  // a crowd
     if (!state.model.scene.through_cloth && touches_sheet(state, i)) {
       state.contact_compliance[i] = std::max(0.0, 0.1 * std::pow(image * lengths, 2) - sheet.squaredNorm());
       state.contact_alpha[i] = inverse(stiffer * sheet.squaredNorm() + state.contact_compliance[i] + cloth, volume);

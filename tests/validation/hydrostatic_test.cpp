@@ -283,7 +283,8 @@ TEST(hydrostatic, a_column_at_default_tolerances) {
     report(
         {row("mean load on the box over the weight, − 1"), "weight", rest.load, 0.002, "1", missed(0.00598), restless});
     report({row("largest kinetic energy of the third 0.75 s over the second"), "decays", rest.growth, 1, "1",
-            missed(1.09), restless});
+            improved ? Reached{0, 1.36, 1.25} : missed(1.09),
+            improved ? "What moves has 0.02 J by then, and rounding decides about it." : restless});
   }
 }
 
@@ -331,14 +332,16 @@ bodies: [{box: {min: [0, 0, 0], max: [0.5, 1.2, 0.5], inside: true}}]
 // At h = 2 d all three have the same neighbours, and a step takes the same time but for the iterations, which the runs
 // print.
 TEST(hydrostatic, the_three_kernels) {
+  using Known = std::map<std::string, double>;  // 0: the target is met
   for (const bool extrapolates : {false, true})
-    for (const auto& [kernel, reached] :
-         std::map<std::string, double>{{"cubic", 0.055}, {"wendland", 0.085}, {"poly6", 0.12}}) {
+    for (const auto& [kernel, reached] : extrapolates ? Known{{"cubic", 0}, {"wendland", 0.0574}, {"poly6", 0.0574}}
+                                                      : Known{{"cubic", 0.0536}, {"wendland", 0.0929}, {"poly6", 0.0882}}) {
       const Column column{.tolerance = 1e-4, .across = 10, .wide = 10, .kernel = kernel, .extrapolates = extrapolates};
       const Rest rest = settle(column);
       report({name(column, kernel + ": " + of_particles), theory, rest.pressure, 0.02, "1",
-              extrapolates ? Reached{} : Reached{1.09 * reached, 1.09 * reached, reached},
-              "At d = H/10 the side walls hold 36 % of the particles, and they mirror across themselves alone."});
+              reached > 0 ? Reached{1.09 * reached, 1.09 * reached, reached} : Reached{},
+              extrapolates ? "With h = 2 d the lattice's own sums of this kernel are off: the column stands 4 % too high or simmers."
+                           : "At d = H/10 the side walls hold 36 % of the particles, and they mirror across themselves alone."});
     }
 }
 

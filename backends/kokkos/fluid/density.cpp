@@ -25,7 +25,7 @@ KOKKOS_INLINE_FUNCTION Real inverse(Real diagonal, Real smallest, Real volume) {
   return diagonal < smallest || volume == 0 ? Real(0) : 1 / diagonal;
 }
 
-/// The part of ω for liquid at this density ratio: eigenvalues grow with it.
+/// The part of ω for liquid at this density ratio, in scenes without cloth: eigenvalues grow with it.
 KOKKOS_INLINE_FUNCTION Real crowd_share(Real ratio) { return Kokkos::fmin(Real(1), 2 / ratio); }
 
 /// Volumes of the cloth samples, V_b = d³ S/Σ_k W_bk, and what the liquid's pairs read of them.
@@ -247,7 +247,7 @@ void density_and_alpha(const Constants& constants, Fluid& fluid, NeighborLists& 
         ratio(i) = sum.delta;
         compliance(i) = sum.yielded;
         separation(i) = sum.separation;
-        alpha(i) = crowd_share(sum.delta) *
+        alpha(i) = (sheets ? Real(1) : crowd_share(sum.delta)) *
                    inverse(stiffer * (dot(sum.gradient, sum.gradient) + sum.squares) + sum.yielded + sum.coupling, smallest, vi);
       });
 }
