@@ -284,7 +284,7 @@ TEST(hydrostatic, a_column_at_default_tolerances) {
         {row("mean load on the box over the weight, − 1"), "weight", rest.load, 0.002, "1", missed(0.00598), restless});
     report({row("largest kinetic energy of the third 0.75 s over the second"), "decays", rest.growth, 1, "1",
             improved ? Reached{0, 1.36, 1.25} : missed(1.09),
-            improved ? "What moves has 0.02 J by then, and rounding decides about it." : restless});
+            improved ? "The motion that is left has 0.02 J, and rounding decides about it." : restless});
   }
 }
 
