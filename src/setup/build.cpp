@@ -74,11 +74,13 @@ SetupSize grid_size(const Scene& scene) {
 /// Lattices for the distance fields of closed meshes; they reach as far as cloth is thick, or sticks when wet.
 void lay_fields(Setup& setup) {
   Model& m = setup.model;
+  const std::vector<double>& edges = m.mesh.edge_length;
+  const double mean_edge = edges.empty() ? 0 : std::accumulate(edges.begin(), edges.end(), 0.0) / static_cast<double>(edges.size());
   double margin = m.spacing;
   for (const ClothMaterial& c : m.cloths) {
     margin = std::max(margin, 1.1 * c.thickness + m.spacing);
-    if (c.dynamics && c.wet_adhesion > 0)
-      margin = std::max(margin, c.thickness + std::max(2 * c.thickness, mean_edge_length(m)) + m.spacing);
+    if (c.dynamics && c.wet_adhesion > 0)  // law 1 of docs/theory/wet_adhesion.md
+      margin = std::max(margin, c.thickness + std::max(2 * c.thickness, mean_edge) + m.spacing);
   }
   for (std::size_t b = 0; b < m.bodies.size(); ++b) {
     Body& body = m.bodies[b];

@@ -3,10 +3,10 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <unordered_set>
 
 #include "base/eigen_vec.hpp"
+#include "setup/smoothing_kernel.hpp"
 
 namespace drench::test {
 namespace {
@@ -76,32 +76,6 @@ bool leaves(const Model& m, const HostState& s, std::size_t i, double dt) {
     if (x - margin < m.scene.domain.min[a] || x + margin > m.scene.domain.max[a]) return true;
   }
   return false;
-}
-
-/// W of docs/theory/liquid.md, (3) to (5), at r = ξ h, times h³.
-double kernel(KernelKind kind, double xi) {
-  using std::numbers::pi;
-  if (xi >= 1) return 0;
-  switch (kind) {
-    case KernelKind::cubic:
-      return 8 / pi * (xi <= 0.5 ? 6 * (xi * xi * xi - xi * xi) + 1 : 2 * std::pow(1 - xi, 3));
-    case KernelKind::wendland:
-      return 21 / (2 * pi) * std::pow(1 - xi, 4) * (4 * xi + 1);
-    default:
-      return 315 / (64 * pi) * std::pow(1 - xi * xi, 3);
-  }
-}
-
-/// How much denser than at rest the lattice is that a block starts as; 0 where it is not.
-double lattice_compression(const Model& m) {
-  const double support = m.support / m.spacing;  // spacings
-  const int reach = static_cast<int>(support) + 1;
-  double ratio = 0;
-  for (int x = -reach; x <= reach; ++x)
-    for (int y = -reach; y <= reach; ++y)
-      for (int z = -reach; z <= reach; ++z)
-        ratio += kernel(m.scene.fluid.kernel, std::sqrt(x * x + y * y + z * z) / support) / std::pow(support, 3);
-  return std::max(0.0, ratio - 1);
 }
 
 }  // namespace
@@ -174,8 +148,9 @@ double correction(const Model& m, const HostState& s, double dt) {
   double mass = 0;
   for (const Quanta q : s.fluid_mass) mass += kilograms(m, q);
   if (!(mass > 0)) return 0;
-  const double off = std::max(
-                   {solver.density_error, solver.divergence_error, solver.density_correction * lattice_compression(m)}),
+  // How much denser than at rest the lattice is that a block starts as.
+  const double lattice = std::max(0.0, lattice_density(m.scene.fluid.kernel, m.support / m.spacing) - 1);
+  const double off = std::max({solver.density_error, solver.divergence_error, solver.density_correction * lattice}),
                speed = off * m.support / dt;
   return 0.5 * mass * speed * speed;
 }

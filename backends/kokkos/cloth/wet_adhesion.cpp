@@ -197,7 +197,7 @@ void sort_triangles(const Cloth& cloth, WetAdhesionWork& work) {
         largest = Kokkos::fmax(largest, double(far));
       },
       Kokkos::Max<double>(radius));
-  const Real reach = work.thickness + Kokkos::fmax(2 * work.thickness, cloth.mesh.mean_edge);
+  const Real reach = work.thickness + static_cast<Real>(Traction{work.thickness, cloth.mesh.mean_edge}.range());
   work.cells.build(work.center, work.triangles, Real(1.0001) * (static_cast<Real>(radius) + reach));
 }
 

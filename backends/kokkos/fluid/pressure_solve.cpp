@@ -155,7 +155,7 @@ double mean_source(PressureSystem& system, const DensityUpdate& update) {
   measure_free_rate(system);
   const Entries<const Real> rate = std::as_const(system.work).free_rate;
   const auto source = KOKKOS_LAMBDA(const Index i) {
-    return double(Kokkos::fmax(update.residual(i, rate(i)), Real(0)));
+    return double(Kokkos::fmax(update.residual(i, update.weight(i), update.touch(i), rate(i)), Real(0)));
   };
   return ordered<double>("drench::pressure::source", system.count(), source) / system.count();
 }

@@ -52,18 +52,17 @@ struct DensityUpdate {
     next_contact(i) = p;
     return lambda_alpha > 0 ? norms_of(nearer, lambda, gain, p, before, lambda_alpha) : NormsIn<Real>{};
   }
+  /// α'_i, m²; 0: touches no sheet.
+  KOKKOS_INLINE_FUNCTION Real touch(Index i) const { return touching ? contact_alpha(i) : Real(0); }
   /// r_i, 1, at a density rate, 1/s.
-  KOKKOS_INLINE_FUNCTION Real residual(Index i, Real rate) const {
-    const bool touches = touching && contact_alpha(i) > 0;
-    const Real over = touches ? Kokkos::fmax(ratio(i) - 1, Real(0)) : ratio(i) - 1;
-    return weight(i) * (corrected(over, correction) + dt * rate);
+  KOKKOS_INLINE_FUNCTION Real residual(Index i, Real beta, Real lambda_alpha, Real rate) const {
+    const Real over = lambda_alpha > 0 ? Kokkos::fmax(ratio(i) - 1, Real(0)) : ratio(i) - 1;
+    return beta * (corrected(over, correction) + dt * rate);
   }
   /// Of the density's rate of change and of how fast the liquid nears sheets, 1/s.
   KOKKOS_INLINE_FUNCTION DensitySumsIn<Real> operator()(const Index i, Real rate, Real approach) const {
-    const Real beta = weight(i), lambda_alpha = touching ? contact_alpha(i) : Real(0);
-    const Real over = lambda_alpha > 0 ? Kokkos::fmax(ratio(i) - 1, Real(0)) : ratio(i) - 1, change = dt * rate;
-    const Real left = beta * (corrected(over, correction) + change);
-    const Real error = Kokkos::fmax(beta * (ratio(i) - 1 + change), Real(0));
+    const Real beta = weight(i), lambda_alpha = touch(i), left = residual(i, beta, lambda_alpha, rate);
+    const Real error = Kokkos::fmax(beta * (ratio(i) - 1 + dt * rate), Real(0));
     const Real gain = factor * alpha(i), own = kappa(i), before = last(i), k = updated(own, gain, left);
     next(i) = k;
     NormsIn<Real> norms = norms_of(left, own, gain, k, before, alpha(i));
