@@ -25,8 +25,8 @@ namespace {
 
 class KokkosBackend final : public Backend {
  public:
-  explicit KokkosBackend(const Model& model)
-      : constants_(model), fluid_(constants_), bodies_(constants_), cloth_(constants_) {
+  KokkosBackend(const Model& model, const Communicator* ranks)
+      : constants_(model, ranks), fluid_(constants_), bodies_(constants_), cloth_(constants_) {
     for (CellTable* table : {&wet_adhesion_.cells, &measures_.cells})
       *table = CellTable(model.scene.sort);
     aim_jets();
@@ -38,6 +38,7 @@ class KokkosBackend final : public Backend {
 
   void upload(const HostState& state) override {
     fluid_.particles.upload(state);
+    fluid_.exchange.keep_own(fluid_.particles);
     bodies_.upload(constants_, state);
     cloth_.upload(state);
     accounts_ = {state.drained, state.supplied, state.step, state.time};
@@ -48,6 +49,7 @@ class KokkosBackend final : public Backend {
   HostState download() const override {
     HostState state;
     fluid_.particles.download(state);
+    fluid_.exchange.gather(state);
     bodies_.download(constants_, state);
     cloth_.download(state);
     state.drained = accounts_.drained;
@@ -148,9 +150,10 @@ class KokkosBackend final : public Backend {
 
   /// nodes.force of the pressure that the last density solve found; whether there is any.
   bool load_cloth_with_last_pressure() {
-    if (fluid_.particles.count == 0 || cloth_.samples.count == 0) return false;
+    if (fluid_.particles.total == 0 || cloth_.samples.count == 0) return false;
     warm_start_density(fluid_, pressure_);
-    load_cloth(lists_.sheet_rows, fluid_.particles.kappa_density, nullptr, cloth_);
+    fluid_.exchange.halo(fluid_.particles.kappa_density);
+    load_cloth({lists_.sheet_rows, fluid_.exchange, fluid_.particles.kappa_density}, cloth_);
     return true;
   }
 
@@ -227,8 +230,10 @@ MemoryEstimate kokkos_array_bytes(const SetupSize& size, int real_bytes, bool gp
   return sum;
 }
 
-std::unique_ptr<Backend> make_kokkos_backend(const Model& model) {
-  return std::make_unique<kokkos_backend::KokkosBackend>(model);
+std::unique_ptr<Backend> make_kokkos_backend(const Model& model) { return make_kokkos_backend_on(nullptr, model); }
+
+std::unique_ptr<Backend> make_kokkos_backend_on(const Communicator* ranks, const Model& model) {
+  return std::make_unique<kokkos_backend::KokkosBackend>(model, ranks);
 }
 
 }  // namespace drench

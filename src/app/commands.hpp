@@ -12,6 +12,8 @@
 
 namespace drench {
 
+class Communicator;
+
 struct RunOptions {
   std::string scene;
   std::optional<std::string> output;   // a folder
@@ -25,7 +27,8 @@ struct RunOptions {
   bool view = false;  // only where drench-view is built
 };
 
-int run_command(const RunOptions& options);
+/// `ranks`: those that run it together, each of which calls this; null: one alone. Throws RanksError: it cannot be spread.
+int run_command(const RunOptions& options, const Communicator* ranks = nullptr);
 
 struct CompareOptions {
   std::string scene;

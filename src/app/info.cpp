@@ -2,6 +2,7 @@
 
 #include "app/commands.hpp"
 #include "drench_version.hpp"
+#include "parallel/communicator.hpp"
 #include "pipeline/runtime.hpp"
 
 namespace drench {
@@ -12,7 +13,7 @@ int info_command(int threads) {
   fmt::print("version: {}\ncommit: {}\nprecision: {}\n", version_string, git_commit, precision_name);
   std::string text = runtime_description();
   if (!text.empty() && text.back() != '\n') text += '\n';
-  fmt::print("{}", text);
+  fmt::print("{}ranks: {}\n", text, transport_description());
   return exit_done;
 }
 

@@ -4,14 +4,17 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <csignal>
 #include <cstdint>
 #include <cstdio>
 #include <functional>
+#include <memory>
 #include <new>
 #include <optional>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "app/commands.hpp"
@@ -20,6 +23,7 @@
 #include "drench_version.hpp"
 #include "output/checkpoint.hpp"
 #include "output/run_folder.hpp"
+#include "parallel/communicator.hpp"
 #include "pipeline/runtime.hpp"
 #include "scene/load.hpp"
 #include "scene/schema.hpp"
@@ -177,6 +181,8 @@ class CommandLine {
   std::optional<int> parse(int argc, char** argv);
   /// Runs the command that was given and returns the exit code.
   int run(char** argv);
+  /// The ranks that run the command together; null: one alone.
+  const drench::Communicator* ranks() const { return ranks_.get(); }
   /// Where a key of the command's scene stands; the scene could be read a moment ago.
   std::string place_of(const std::string& key) const;
 
@@ -192,6 +198,7 @@ class CommandLine {
   std::string check_scene_;
   std::vector<std::string> check_overrides_;
   int info_threads_ = 0;
+  std::unique_ptr<drench::Communicator> ranks_;
 #ifdef DRENCH_HAS_VIEW
   CLI::App* view_ = nullptr;
   drench::ViewOptions view_options_;
@@ -270,7 +277,8 @@ int CommandLine::run(char** argv) {
   }
   if (*info_) return drench::info_command(info_threads_);
   if (*compare_) return drench::compare_command(compare_options_);
-  return drench::run_command(run_options_);
+  ranks_ = drench::join_ranks();
+  return drench::run_command(run_options_, ranks_.get());
 }
 
 std::string CommandLine::place_of(const std::string& key) const {
@@ -280,6 +288,49 @@ std::string CommandLine::place_of(const std::string& key) const {
   return where(run_options_.scene, run_options_.overrides, key);
 }
 
+/// Runs the command; an exception becomes a line of text and an exit code.
+int run_safely(CommandLine& command, char** argv, std::string& text) {
+  const auto says = [&text](int code, const std::string& what) {
+    text = what;
+    return code;
+  };
+  try {
+    return command.run(argv);
+  } catch (const drench::SceneError& e) {
+    return says(drench::exit_usage, e.what());
+  } catch (const drench::SetupError& e) {
+    return says(drench::exit_usage, fmt::format("{}: {}", command.place_of(e.key), e.what()));
+  } catch (const drench::RanksError& e) {
+    return says(drench::exit_usage, fmt::format("drench: {}", e.what()));
+  } catch (const drench::ExportError& e) {
+    return says(drench::exit_usage, fmt::format("drench: {}", e.what()));
+  } catch (const drench::ViewError& e) {
+    return says(drench::exit_usage, fmt::format("drench: {}", e.what()));
+  } catch (const drench::DeviceError& e) {
+    return says(drench::exit_usage, fmt::format("drench: {}", e.what()));
+  } catch (const drench::FolderError& e) {
+    return says(drench::exit_usage, fmt::format("drench: {}", e.what()));
+  } catch (const drench::CheckpointError& e) {
+    return says(drench::exit_usage, fmt::format("drench: {}", e.what()));
+  } catch (const std::bad_alloc&) {
+    return says(drench::exit_failed, "drench: out of memory");
+  } catch (const std::exception& e) {
+    return says(drench::exit_failed, fmt::format("drench: {}", e.what()));
+  }
+}
+
+/// One rank's exception ends all. What all of them have met, the first tells.
+[[noreturn]] void end_ranks(const drench::Communicator& ranks, int code, const std::string& text) {
+  if (ranks.rank() > 0) {
+    std::this_thread::sleep_for(std::chrono::seconds(2));
+    fail(code, fmt::format("rank {}: {}", ranks.rank(), text));
+  } else {
+    fail(code, text);
+  }
+  std::fflush(nullptr);
+  ranks.abort(code);
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -287,25 +338,9 @@ int main(int argc, char** argv) {
   vtkObject::GlobalWarningDisplayOff();  // its warnings come back as error codes, which are reported in one line
   CommandLine command;
   if (const auto code = command.parse(argc, argv)) return *code;
-  try {
-    return command.run(argv);
-  } catch (const drench::SceneError& e) {
-    return fail(drench::exit_usage, e.what());
-  } catch (const drench::SetupError& e) {
-    return fail(drench::exit_usage, fmt::format("{}: {}", command.place_of(e.key), e.what()));
-  } catch (const drench::ExportError& e) {
-    return fail(drench::exit_usage, fmt::format("drench: {}", e.what()));
-  } catch (const drench::ViewError& e) {
-    return fail(drench::exit_usage, fmt::format("drench: {}", e.what()));
-  } catch (const drench::DeviceError& e) {
-    return fail(drench::exit_usage, fmt::format("drench: {}", e.what()));
-  } catch (const drench::FolderError& e) {
-    return fail(drench::exit_usage, fmt::format("drench: {}", e.what()));
-  } catch (const drench::CheckpointError& e) {
-    return fail(drench::exit_usage, fmt::format("drench: {}", e.what()));
-  } catch (const std::bad_alloc&) {
-    return fail(drench::exit_failed, "drench: out of memory");
-  } catch (const std::exception& e) {
-    return fail(drench::exit_failed, fmt::format("drench: {}", e.what()));
-  }
+  std::string text;
+  const int code = run_safely(command, argv, text);
+  if (text.empty()) return code;
+  if (command.ranks()) end_ranks(*command.ranks(), code, text);
+  return fail(code, text);
 }

@@ -24,6 +24,7 @@
 #include "output/run_log.hpp"
 #include "output/stats_csv.hpp"
 #include "output/text_file.hpp"
+#include "parallel/communicator.hpp"
 #include "pipeline/pipeline.hpp"
 #include "pipeline/runtime.hpp"
 #include "report/report.hpp"
@@ -55,9 +56,10 @@ struct InterruptGuard {
 class Run {
  public:
   Run(const RunOptions& options, const Setup& setup, Backend& backend, const ForeseenMemory& memory,
-      const Resume* resume)
+      const Resume* resume, const Communicator* ranks)
       : options_(options),
         resume_(resume),
+        ranks_(ranks),
         model_(setup.model),
         backend_(backend),
         pipeline_(setup.model, backend, setup.state),
@@ -66,7 +68,9 @@ class Run {
         memory_(memory) {
     pipeline_.set_profiling(options.profile);
     if (resume_) go_on();
-    if (!options.no_output) open_folder();
+    if (!options.no_output && first()) open_folder();
+    if (!options.no_output) plan_checkpoint();
+    if (ranks_) say(fmt::format("{} ranks, {}", ranks_->size(), ranks_->description()));
     for (const std::string& w : setup.warnings) warn(w);
     if (const std::string waiting = threads_.waiting(); !waiting.empty()) say(waiting);
     if (!resume_) return;
@@ -77,11 +81,11 @@ class Run {
 
   int execute() {
     const auto begin = std::chrono::steady_clock::now();
-    Progress progress(options_.quiet, pipeline_.time(), end_, options_.steps.value_or(-1));
+    Progress progress(options_.quiet || !first(), pipeline_.time(), end_, options_.steps.value_or(-1));
     bool stopped = false;
     try {
       if (!resume_) frame();
-      while (!finished() && !interrupted) {
+      while (!finished() && !stops()) {
         if (frames_) frames_->check();
         threads_.look();
         const StepReport report = step();
@@ -93,7 +97,7 @@ class Run {
         if (every() > 0 && pipeline_.time() >= next_frame_time() - rounding()) frame();
         if (checkpoints() && pipeline_.time() >= next_checkpoint_time_ - rounding()) checkpoint();
       }
-      stopped = interrupted && !finished();
+      stopped = stops_ && !finished();
       if (stopped || checkpoints()) checkpoint();
       if (frames_wanted() && last_state_step_ != pipeline_.step_index()) frame();
       if (frames_) frames_->finish();
@@ -117,11 +121,20 @@ class Run {
 
  private:
   double every() const { return model_.scene.output.every; }
-  bool frames_wanted() const { return frames_ && every() > 0; }
+  /// Does this rank write files and speak?
+  bool first() const { return !ranks_ || ranks_->rank() == 0; }
+  /// Has somebody asked this rank, or another one, to end?
+  bool stops() {
+    double asked = interrupted;
+    if (ranks_) ranks_->all_reduce({}, {&asked, 1});
+    stops_ = asked > 0;
+    return stops_;
+  }
+  bool frames_wanted() const { return !options_.no_output && every() > 0; }
   double rounding() const { return 1e-6 * model_.scene.time.step; }
   /// Counted, not summed, so that a thousand frames do not drift.
   double next_frame_time() const { return static_cast<double>(frame_count_) * every(); }
-  bool checkpoints() const { return !folder_.empty() && model_.scene.output.checkpoint_every > 0; }
+  bool checkpoints() const { return !options_.no_output && model_.scene.output.checkpoint_every > 0; }
   /// How many multiples of `interval` from 0 on the run has come to.
   std::int64_t passed(double interval) const {
     const double now = pipeline_.time() + rounding();
@@ -190,7 +203,6 @@ class Run {
           [this](const HostState& state) { return describe_lost(model_, state, model_.scene.time.step); },
           std::max(1, allowed_cores() - loop_threads()));
     if (!folder.note.empty()) say(folder.note);
-    plan_checkpoint();
 #ifdef DRENCH_HAS_VIEW
     if (options_.view) start_viewer(folder_);
 #endif
@@ -203,22 +215,27 @@ class Run {
 
   /// Steps do not end at checkpoints' times: whether they are written must not change the result.
   void checkpoint() {
-    if (folder_.empty() || last_checkpoint_step_ == pipeline_.step_index()) return;
+    if (options_.no_output || last_checkpoint_step_ == pipeline_.step_index()) return;
     // A checkpoint is only as good as the output before it: a power cut must not leave it newer than that.
     if (frames_) {
       frames_->wait();
       frames_->sync();
     }
-    stats_->sync();
-    if (last_checkpoint_step_ < 0) sync_to_disk(folder_ / "scene.yaml");
+    if (stats_) stats_->sync();
+    if (first() && last_checkpoint_step_ < 0) sync_to_disk(folder_ / "scene.yaml");
+    HostState state = download();
+    if (first()) write(std::move(state));
+    last_checkpoint_step_ = pipeline_.step_index();
+    plan_checkpoint();
+    if (first()) keep_two();
+  }
+
+  void write(HostState&& state) const {
     Checkpoint c = checkpoint_header(model_, backend_);
     c.frames = frames_written_;
     c.shortened = shortened_ ? 1 : 0;
-    c.state = download();
+    c.state = std::move(state);
     write_checkpoint(folder_ / checkpoint_name(c.state.step), c);
-    last_checkpoint_step_ = c.state.step;
-    plan_checkpoint();
-    keep_two();
   }
 
   void keep_two() const {
@@ -232,8 +249,9 @@ class Run {
     if (on_schedule) ++frame_count_;
     if (!frames_wanted()) return;
     if (on_schedule) ++frames_written_;
-    frames_->wait();
-    frames_->write(download());
+    if (frames_) frames_->wait();
+    HostState state = download();
+    if (frames_) frames_->write(std::move(state));
     last_state_step_ = pipeline_.step_index();
   }
 
@@ -257,7 +275,7 @@ class Run {
   }
 
   void say(const std::string& text) {
-    if (!options_.quiet) {
+    if (!options_.quiet && first()) {
       fmt::print("{}\n", text);
       std::fflush(stdout);
     }
@@ -265,7 +283,7 @@ class Run {
   }
 
   void warn(const std::string& text) {
-    if (!options_.quiet) fmt::print(stderr, "warning: {}\n", text);
+    if (!options_.quiet && first()) fmt::print(stderr, "warning: {}\n", text);
     log_.write("warning: " + text);
   }
 
@@ -296,7 +314,7 @@ class Run {
     log_.write("remedy: " + remedy);
     log_.write(warnings());
     write_memory();
-    fmt::print(stderr, "{}\n", text);
+    if (first()) fmt::print(stderr, "{}\n", text);
     report();
     return exit_failed;
   }
@@ -344,7 +362,7 @@ class Run {
       say(fmt::format("waited {:.1f} s for frames to be written", frames_->waited()));
     const std::string table = totals_.stage_table(pipeline_.stages());
     log_.write(table);
-    if (options_.profile) fmt::print("{}", table);
+    if (options_.profile && first()) fmt::print("{}", table);
     if (folder_.empty() || options_.quiet) return;
     std::string files;
     if (frames_)
@@ -355,7 +373,9 @@ class Run {
   }
 
   const RunOptions& options_;
-  const Resume* resume_;  // null: from the scene's beginning
+  const Resume* resume_;       // null: from the scene's beginning
+  const Communicator* ranks_;  // null: one alone
+  bool stops_ = false;
   const Model& model_;
   Backend& backend_;
   Pipeline pipeline_;
@@ -380,8 +400,9 @@ class Run {
 
 }  // namespace
 
-int run_command(const RunOptions& options) {
+int run_command(const RunOptions& options, const Communicator* ranks) {
   const InterruptGuard guard;
+  if (ranks && options.backend == "reference") throw RanksError("the reference runs on one rank; start it without mpirun");
   Scene scene = load_scene(options.scene, options.overrides);
   if (options.until) {
     scene.time.end = *options.until;
@@ -399,16 +420,16 @@ int run_command(const RunOptions& options) {
   ForeseenMemory memory = foresee_memory(setup, budget);
   refuse_too_large(memory.size, budget);  // now that the lists' entries are counted
   std::optional<BackendRuntime> runtime;  // outlives the backend
-  if (!reference) runtime.emplace(options.threads, options.quiet);
+  if (!reference) runtime.emplace(ranks && options.threads == 0 && allowed_cores() == 1 ? 1 : options.threads, options.quiet);
   const std::unique_ptr<Backend> backend =
-      reference ? make_reference_backend(setup.model) : make_kokkos_backend(setup.model);
+      reference ? make_reference_backend(setup.model) : make_kokkos_backend_on(ranks, setup.model);
   std::optional<Resume> resume;
   if (!options.resume.empty()) {
     resume = find_checkpoint(options.resume, setup.model, *backend);
     setup.state = std::move(resume->checkpoint.state);
     memory = foresee_memory(setup, budget);
   }
-  return Run(options, setup, *backend, memory, resume ? &*resume : nullptr).execute();
+  return Run(options, setup, *backend, memory, resume ? &*resume : nullptr, ranks).execute();
 }
 
 }  // namespace drench

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <cstdlib>
 #include <fstream>
 #include <sstream>
 #include <string>
@@ -57,9 +58,22 @@ double quota_cores(const char* cpu_max) {
   return std::sscanf(cpu_max, "%lf %lf", &quota, &period) == 2 && quota > 0 && period > 0 ? quota / period : 0;
 }
 
+namespace {
+
+/// Ranks of a run on this host, by the environment that mpirun gives.
+int ranks_here() {
+  for (const char* name : {"OMPI_COMM_WORLD_LOCAL_SIZE", "MPI_LOCALNRANKS"})
+    if (const char* value = std::getenv(name)) return std::max(1, std::atoi(value));
+  return 1;
+}
+
+}  // namespace
+
 int allowed_cores() {
   cpu_set_t set;
-  const int cores = sched_getaffinity(0, sizeof(set), &set) == 0 ? CPU_COUNT(&set) : 1;
+  int cores = sched_getaffinity(0, sizeof(set), &set) == 0 ? CPU_COUNT(&set) : 1;
+  // Ranks that are not bound to cores of their own share them all.
+  if (const int ranks = ranks_here(); ranks > 1 && cores == sysconf(_SC_NPROCESSORS_ONLN)) cores = std::max(1, cores / ranks);
   std::ifstream file("/sys/fs/cgroup/cpu.max");
   std::string limit;
   std::getline(file, limit);

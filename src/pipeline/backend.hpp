@@ -17,6 +17,7 @@ namespace drench {
 
 struct SetupSize;
 struct MemoryEstimate;
+class Communicator;
 
 /// What a stage is told about the step.
 struct StepInfo {
@@ -53,6 +54,9 @@ class Backend {
 
 std::unique_ptr<Backend> make_reference_backend(const Model& model);
 std::unique_ptr<Backend> make_kokkos_backend(const Model& model);
+/// The same with the liquid spread over ranks; null: one alone. Every call to the backend is made on all of them, in the same
+/// order. download() has all of the liquid on rank 0, and the rank's own elsewhere.
+std::unique_ptr<Backend> make_kokkos_backend_on(const Communicator* ranks, const Model& model);
 
 /// What the Kokkos backend's arrays take, in bytes, for a scene of this size (setup/memory_estimate.hpp): with numbers of
 /// `real_bytes`, 4 or 8, and in a GPU's memory or the host's, whatever this build is for. Needs no BackendRuntime.

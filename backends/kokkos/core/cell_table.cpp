@@ -91,14 +91,22 @@ void copy_points(const CellTableView& t, const Array<Real3>& points, Index count
 
 }  // namespace
 
+PointBounds find_bounds(const Array<Real3>& points, Index count) {
+  PointBounds b;
+  b.clear();
+  if (count == 0) return b;
+  HostBounds result;
+  return bounds_of(points, count, result);
+}
+
 void CellTable::build(const Array<Real3>& points, Index count, Real edge, const Array<std::int64_t>& key,
-                      const PointBounds* bounds) {
-  make_keys(points, count, edge, bounds);
+                      const PointBounds* bounds, std::int64_t all) {
+  make_keys(points, count, edge, bounds, all);
   sort();
   make_table(points, key);
 }
 
-void CellTable::make_keys(const Array<Real3>& points, Index count, Real edge, const PointBounds* bounds) {
+void CellTable::make_keys(const Array<Real3>& points, Index count, Real edge, const PointBounds* bounds, std::int64_t all) {
   count_ = count;
   if (count > capacity_) {
     capacity_ = count + count / 4;
@@ -114,12 +122,13 @@ void CellTable::make_keys(const Array<Real3>& points, Index count, Real edge, co
   view_.inverse_edge = 1 / edge;
   const auto cells = [&](Real lo, Real hi) { return std::floor((double(hi) - double(lo)) / double(edge)) + 2; };
   const double nx = cells(b.min_x, b.max_x), ny = cells(b.min_y, b.max_y), nz = cells(b.min_z, b.max_z);
-  const double dense_limit = std::fmax(65536.0, 8.0 * count);
+  const std::int64_t sized_for = all > 0 ? all : count;
+  const double dense_limit = std::fmax(65536.0, 8.0 * static_cast<double>(sized_for));
   view_.hashed = nx * ny * nz > dense_limit ? 1 : 0;
   if (view_.hashed) {
     make_room(view_.coord, "drench::cell_coord", static_cast<std::size_t>(capacity_));
     view_.buckets = 1024;
-    while (view_.buckets < 2 * static_cast<std::int64_t>(count) && view_.buckets < (1 << 29)) view_.buckets *= 2;
+    while (view_.buckets < 2 * sized_for && view_.buckets < (1 << 29)) view_.buckets *= 2;
     view_.dims = {0, 0, 0};
   } else {
     view_.dims = {static_cast<int>(nx), static_cast<int>(ny), static_cast<int>(nz)};

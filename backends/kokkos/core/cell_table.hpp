@@ -165,6 +165,8 @@ struct PointBounds {
     max_z = o.max_z > max_z ? o.max_z : max_z;
   }
 };
+/// Around the first `count` points; the host waits.
+PointBounds find_bounds(const Array<Real3>& points, Index count);
 /// Where a kernel leaves bounds for the host, which has to wait for it.
 using HostBounds = Kokkos::View<PointBounds, Kokkos::SharedHostPinnedSpace>;
 
@@ -176,12 +178,14 @@ class CellTable {
   explicit CellTable(SortMethod sort) : method_(sort) {}
   /// Sorts `count` points into cells of edge `edge` (m). Within a cell the order is by `key` (empty: by index).
   /// `bounds`, if given, are the points', and the host has waited for them: else this waits for its own.
+  /// `all`, if given: of how many points these are a part, whose order in memory has to be theirs.
   void build(const Array<Real3>& points, Index count, Real edge, const Array<std::int64_t>& key = {},
-             const PointBounds* bounds = nullptr);
+             const PointBounds* bounds = nullptr, std::int64_t all = 0);
   const CellTableView& view() const { return view_; }
 
   // The parts of `build`, one after the other, for measurements.
-  void make_keys(const Array<Real3>& points, Index count, Real edge, const PointBounds* bounds = nullptr);
+  void make_keys(const Array<Real3>& points, Index count, Real edge, const PointBounds* bounds = nullptr,
+                 std::int64_t all = 0);
   void sort();
   void make_table(const Array<Real3>& points, const Array<std::int64_t>& key);
 

@@ -9,8 +9,9 @@ Vec3 squares(const Vec3& a) { return {a[0] * a[0], a[1] * a[1], a[2] * a[2]}; }
 
 }  // namespace
 
-Constants::Constants(const Model& m)
+Constants::Constants(const Model& m, const Communicator* communicator)
     : model(m),
+      ranks(communicator),
       spacing(Real(m.spacing)),
       support(Real(m.support)),
       rest_density(Real(m.rest_density)),

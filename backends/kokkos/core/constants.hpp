@@ -3,14 +3,16 @@
 
 #include "core/kernel.hpp"
 #include "core/types.hpp"
+#include "parallel/communicator.hpp"
 #include "state/model.hpp"
 
 namespace drench::kokkos_backend {
 
 struct Constants {
-  explicit Constants(const Model& m);
+  explicit Constants(const Model& m, const Communicator* communicator = nullptr);
 
   const Model& model;
+  const Communicator* ranks;            // null: one alone
   Real spacing, support, rest_density;  // d and h, m; ρ0, kg/m³
   Kernel kernel;
   double quantum;                    // q, kg

@@ -7,18 +7,18 @@
 
 namespace drench::kokkos_backend {
 
-/// Finds them, in their order; a host's kernels go over all rows.
-void find_filled_rows(const NeighborList& list, FilledRows& filled);
+/// Finds them among the first `rows`, in their order; a host's kernels go over all of these.
+void find_filled_rows(const NeighborList& list, Index rows, FilledRows& filled);
 /// Of a list with so many rows.
 double filled_rows_bytes(double rows, const Sizing& s);
 
 /// body(n, lane) for each row n that has any, by all of its lanes (parallel_rows); on a host for every row.
 template <class Body>
-void parallel_filled_rows(const char* label, const NeighborList& list, const FilledRows& filled, const Body& body) {
+void parallel_filled_rows(const char* label, const FilledRows& filled, const Body& body) {
   if constexpr (on_host) {
-    parallel_rows(label, list.rows, body);
+    parallel_rows(label, filled.rows, body);
   } else {
-    const Index groups = list.rows < rows_at_once ? list.rows : rows_at_once;
+    const Index groups = filled.rows < rows_at_once ? filled.rows : rows_at_once;
     const Entries<const Index> row = filled.row;
     const auto count = filled.count;
     parallel(

@@ -70,6 +70,7 @@ using WritableNeighbors = BasicNeighbors<Index, Real>;
 
 /// Which rows of a list have any entries (core/filled_rows.hpp).
 struct FilledRows {
+  Index rows = 0;  // that were looked at
   Field<Index> row;
   Kokkos::View<Index, MemSpace> count;
 };
@@ -86,6 +87,7 @@ struct SheetRows {
   Field<SheetPair> particle_pair, node_pair;
   Index count = 0;
   Field<Index> owner;  // of particle_pair
+  Field<Index> in_order, first_in_order;  // of particles beside ghosts: where their pairs are before they are sorted by node
   PairSort sort;
   PrefixSums sums;
 };

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <type_traits>
 
+#include "core/ranks.hpp"
 #include "core/sizing.hpp"
 #include "core/types.hpp"
 
@@ -28,22 +29,6 @@ struct ThreeSums {
     first += o.first;
     second += o.second;
     third += o.third;
-    return *this;
-  }
-};
-
-/// A sum with Neumaier's compensation: `lost` is what rounding took.
-struct CompensatedSum {
-  double sum = 0, lost = 0;
-  KOKKOS_INLINE_FUNCTION CompensatedSum& operator+=(double t) {
-    const double next = sum + t;
-    lost += Kokkos::abs(sum) >= Kokkos::abs(t) ? (sum - next) + t : (t - next) + sum;
-    sum = next;
-    return *this;
-  }
-  KOKKOS_INLINE_FUNCTION CompensatedSum& operator+=(const CompensatedSum& o) {
-    *this += o.sum;
-    lost += o.lost;
     return *this;
   }
 };
@@ -140,13 +125,14 @@ struct SumUnderWay {
   }
 };
 
-/// Begins with Σ term(i), i < n, n > 0, always in the same order. Two may be under way at once, with a different `slot` (0 or 1);
+/// Begins with Σ term(i), i < n, always in the same order. Two may be under way at once, with a different `slot` (0 or 1);
 /// until the first is read the room must not grow: no sums of a larger kind in between.
 template <class Sum, class Term>
 SumUnderWay<Sum> begin_ordered(const char* label, Index n, const Term& term, int slot = 0) {
   // On CUDA the blocks and the order of Kokkos' reduction depend on n and the kernel alone (core/thread_mapping.hpp looks), on a
   // CPU on the threads too. There are many partial sums, then fewer and fewer; the host adds the last few.
   constexpr Index most_parts = 32;
+  if (n == 0) return {label, nullptr, 0};
   SumRoom& room = sum_room();
   Sum* const at = sums_in<Sum>(room.few, 2 * most_parts).data() + (slot == 0 ? 0 : most_parts);
 #ifdef KOKKOS_ENABLE_CUDA
@@ -274,11 +260,12 @@ class MaximaUnderWay {
     if (result.data() == nullptr) result = std::decay_t<decltype(result)>("drench::maximum");
     find_maximum(label, n, term, result);
   }
-  /// The largest of all, 0 if none is larger. Synchronises with the host.
-  double wait(const char* label) const {
+  /// The largest of all, on all ranks; 0 if none is larger. Synchronises with the host.
+  double wait(const char* label, const Communicator* ranks = nullptr) const {
     double most = 0;
     if (count_ > 0) ExecSpace().fence(label);
     for (std::size_t k = 0; k < count_; ++k) most = Kokkos::max(most, sum_room().maximum[k]());
+    OverRanks(ranks).maximum(most).reduce();
     return most;
   }
 
@@ -292,16 +279,6 @@ double maximum(const char* label, Index n, const Term& term) {
   MaximaUnderWay one;
   one.add(label, n, term);
   return one.wait(label);
-}
-
-/// Σ term(i) in 64-bit integers: exact in any order. Synchronises with the host.
-template <class Term>
-std::int64_t integer_sum(const char* label, Index n, const Term& term) {
-  std::int64_t result = 0;
-  if (n > 0)
-    Kokkos::parallel_reduce(
-        label, range(n), KOKKOS_LAMBDA(const Index i, std::int64_t& s) { s += term(i); }, result);
-  return result;
 }
 
 }  // namespace drench::kokkos_backend

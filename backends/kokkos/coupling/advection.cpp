@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <vector>
 
 #include "bodies/contact.hpp"
@@ -162,7 +163,7 @@ void finish_fluid(const Constants& constants, Fluid& fluid, const NeighborLists&
   const Entries<const Quanta> mass = fluid.particles.mass;
   const Entries<std::uint8_t> gone = work.gone;
   const Entries<const Index> hit_triangle = work.hit_triangle, near_cloth = lists.fluid_sample.count;
-  const bool listed = swept && lists.fluid_sample.rows == fluid.particles.count;
+  const bool listed = swept && lists.fluid_sample.rows == fluid.particles.local();
   const Slice<const Solid> solids = bodies.solids;
   const Vec3 &min = constants.model.scene.domain.min, &max = constants.model.scene.domain.max;
   const Double3 lo{min[0], min[1], min[2]}, hi{max[0], max[1], max[2]};
@@ -199,6 +200,18 @@ void finish_fluid(const Constants& constants, Fluid& fluid, const NeighborLists&
       work.counts);
 }
 
+/// The lowest ids of each rank, `most` of them.
+std::vector<std::int64_t> ids_of_all(const Communicator* ranks, std::vector<std::int64_t> ids, std::size_t most) {
+  if (!ranks) return ids;
+  std::sort(ids.begin(), ids.end());
+  ids.resize(most, INT64_MAX);
+  const std::vector<std::byte> bytes = ranks->all_gather(ids.data(), ids.size() * sizeof(std::int64_t));
+  std::vector<std::int64_t> all(bytes.size() / sizeof(std::int64_t));
+  std::memcpy(all.data(), bytes.data(), bytes.size());
+  std::erase(all, INT64_MAX);
+  return all;
+}
+
 /// Among the particles leaving the domain, those faster than `limit`, m/s. Asked for only in steps that are suspicious.
 SomeParticles escaped(const Fluid& fluid, const AdvectionWork& work, double limit) {
   const auto gone = to_host<std::uint8_t>(work.gone, fluid.particles.count);
@@ -208,7 +221,9 @@ SomeParticles escaped(const Fluid& fluid, const AdvectionWork& work, double limi
   for (std::size_t i = 0; i < gone.size(); ++i)
     if (gone[i] != 0 && std::hypot(velocity[i][0], velocity[i][1], velocity[i][2]) > limit) ids.push_back(id[i]);
   SomeParticles some{static_cast<std::int64_t>(ids.size()), {}};
+  ids = ids_of_all(fluid.exchange.ranks(), ids, some.lowest.size());
   std::partial_sort_copy(ids.begin(), ids.end(), some.lowest.begin(), some.lowest.end());
+  OverRanks(fluid.exchange.ranks()).sum(some.count).reduce();
   return some;
 }
 
@@ -217,7 +232,7 @@ SomeParticles escaped(const Fluid& fluid, const AdvectionWork& work, double limi
 void advection(const Constants& constants, Fluid& fluid, const NeighborLists& lists, Bodies& bodies, Cloth& cloth,
                AdvectionWork& work, Accounts& accounts, const StepInfo& info, StepReport& report) {
   const Real dt = static_cast<Real>(info.dt);
-  const bool liquid = fluid.particles.count > 0, sheets = cloth.samples.count > 0,
+  const bool liquid = fluid.particles.total > 0, sheets = cloth.samples.count > 0,
              moving_cloth = constants.model.has_moving_cloth();
   allocate_work(constants, fluid, cloth, work);
   fluid.particles.moved.advance();
@@ -232,7 +247,9 @@ void advection(const Constants& constants, Fluid& fluid, const NeighborLists& li
   if (!liquid) return;
   if (sheets) {
     sweep_paths(constants, fluid, lists, cloth, work, dt);
+    fluid.exchange.add_up(work.hits, cloth.nodes.count);
     exchange_impulses(constants, fluid, cloth, work);
+    fluid.exchange.add_up(work.momentum, 3 * cloth.nodes.count);
     apply_momentum(constants, cloth, work);
     // Here, because the host waits below: who builds the samples' cells need not wait for their bounds.
     if (moving_cloth) refresh_samples_and_bounds(cloth);
@@ -240,7 +257,9 @@ void advection(const Constants& constants, Fluid& fluid, const NeighborLists& li
   finish_fluid(constants, fluid, lists, bodies, work, dt, sheets);
   ExecSpace().fence("drench::advection::counts");
   if (sheets && moving_cloth) cloth.sample_bounds.set_made_from(cloth.moved);
-  const AdvectionCounts counts = work.counts();
+  fluid.particles.ghosts = 0;
+  const AdvectionCounts own = fluid.particles.count > 0 ? work.counts() : AdvectionCounts{};
+  const AdvectionCounts counts = over_ranks(constants.ranks, own);
   report.collisions = counts.collisions;
   report.clamped = counts.clamped;
   if (counts.put_back_near > 0) check_put_back(constants, fluid, lists, cloth, work);
@@ -250,7 +269,7 @@ void advection(const Constants& constants, Fluid& fluid, const NeighborLists& li
   if (fast || (counts.removed >= 100 && 4 * counts.removed > fluid.particles.next_id))
     report.escaped = escaped(fluid, work, fast ? info.fluid_speed_limit : -1);
   accounts.drained += counts.drained;
-  fluid.particles.compact(work.gone, fluid.particles.count - static_cast<Index>(counts.gone));
+  fluid.particles.compact(work.gone, fluid.particles.count - static_cast<Index>(own.gone));
 }
 
 }  // namespace drench::kokkos_backend

@@ -2,6 +2,7 @@
 // Stage advection: liquid and cloth move, and liquid does not pass cloth. Law: src/stages/advection.hpp.
 
 #include "cloth/cloth.hpp"
+#include "core/ranks.hpp"
 #include "coupling/collision.hpp"
 #include "particles/accounts.hpp"
 #include "particles/fluid.hpp"
@@ -24,6 +25,9 @@ struct AdvectionCounts {
     put_back_near += o.put_back_near;
     if (o.square > square) square = o.square;
     return *this;
+  }
+  void visit(OverRanks& all) {
+    all.sum(collisions).sum(clamped).sum(removed).sum(drained).sum(gone).sum(put_back_near).maximum(square);
   }
 };
 

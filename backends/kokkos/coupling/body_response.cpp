@@ -18,6 +18,14 @@ void list_body_neighbors(const Constants& constants, const Fluid& fluid, Bodies&
       KOKKOS_LAMBDA(const Index s) { position(s) = x(sample(s)); });
   build_neighbor_list({&lists.boundary_fluid, &dynamic.position, dynamic.count, fluid.cells.view()},
                       constants.support);
+  if (fluid.exchange.alone()) return;
+  const RankBox own = fluid.exchange.own();
+  const Entries<const Real3> at = std::as_const(dynamic).position;
+  const Entries<Index> count = lists.boundary_fluid.count;
+  parallel(  // the rank that owns a sample's place has all the liquid around it
+      "drench::bodies::own_samples", dynamic.count, KOKKOS_LAMBDA(const Index s) {
+        if (!own.holds(at(s))) count(s) = 0;
+      });
 }
 
 MemoryEstimate body_neighbor_bytes(const Sizing& s) {
@@ -75,6 +83,8 @@ void find_body_rows(const Constants& constants, const Fluid& fluid, const Neighb
         load(s) = rho * samples.volume(s) * push;
         arm_load(s) = rho * samples.volume(s) * turn;
       });
+  fluid.exchange.share(bodies.dynamic.row_load, b.dynamic.count);
+  fluid.exchange.share(bodies.dynamic.row_arm, b.dynamic.count);
   sum_over_samples(
       bodies, KOKKOS_LAMBDA(const Index s) {
         return Wrench{{double(load(s)), 0, 0}, {double(arm_load(s)), 0, 0}};
@@ -147,13 +157,17 @@ void find_viscous_forces(const Constants& constants, const Fluid& fluid, const N
         force(s) = (strength * samples.volume(s)) * sum.pull;
         bound(s) = strength * samples.volume(s) * sum.bound;
       });
+  fluid.exchange.share(bodies.dynamic.force, bodies.dynamic.count);
+  fluid.exchange.share(bodies.dynamic.viscous_bound, bodies.dynamic.count);
 }
 
 }  // namespace
 
-void viscous_body_forces(const Constants& constants, const Fluid& fluid, const NeighborLists& lists, Bodies& bodies,
+void viscous_body_forces(const Constants& constants, Fluid& fluid, const NeighborLists& lists, Bodies& bodies,
                          const Cloth& cloth, const WallSlip& slip) {
   if (bodies.dynamic.count == 0) return;
+  fluid.exchange.halo(fluid.particles.velocity);
+  fluid.exchange.halo(fluid.particles.density_ratio);
   with_slip(constants, slip, bodies, cloth,
             [&](const auto& friction) { find_viscous_forces(constants, fluid, lists, bodies, friction); });
 }
@@ -204,6 +218,7 @@ void predict_bodies(const Constants& constants, const Fluid& fluid, const Neighb
         }
         force(s) = mirrored * rho * samples.volume(s) * f;
       });
+  fluid.exchange.share(bodies.dynamic.force, b.dynamic.count);
   sum_sample_forces(bodies);
   const Entries<const Wrench> load = b.dynamic.load;
   parallel(

@@ -19,7 +19,7 @@ MemoryEstimate body_neighbor_bytes(const Sizing& s);
 void add_body_rows(const Constants& constants, const NeighborLists& lists, Bodies& bodies, Fluid& fluid);
 
 /// dynamic.force: the liquid's viscous pull at the velocities as they are.
-void viscous_body_forces(const Constants& constants, const Fluid& fluid, const NeighborLists& lists, Bodies& bodies,
+void viscous_body_forces(const Constants& constants, Fluid& fluid, const NeighborLists& lists, Bodies& bodies,
                          const Cloth& cloth, const WallSlip& slip);
 /// Adds what these forces do to the bodies at most, 1/s (bodies.hpp, law 4).
 void find_viscous_body_bound(Bodies& bodies, MaximaUnderWay& maxima);

@@ -92,7 +92,7 @@ struct MoveCloth {
 
 void move_cloth(const Constants& constants, const Fluid& fluid, const Bodies& bodies, Cloth& cloth, AdvectionWork& work, Real dt) {
   std::swap(cloth.nodes.position, work.start);
-  const Index nodes = cloth.nodes.count, triangles = fluid.particles.count > 0 ? cloth.mesh.triangles : 0;
+  const Index nodes = cloth.nodes.count, triangles = fluid.particles.total > 0 ? cloth.mesh.triangles : 0;
   const MoveCloth move{work.start,
                        cloth.nodes.position,
                        cloth.nodes.velocity,

@@ -27,22 +27,18 @@ struct FreeNodes {
   }
 };
 
-/// nodes.force = f_n, and answer(n, f_n), in one kernel.
-template <class Answer>
-void load_nodes(const SheetRows& rows, const Field<Real>& pressure, const Field<Real>* contact_pressure, Cloth& cloth,
-                const Answer& answer) {
-  constexpr const char* label = "drench::pressure::node_force";
-  const Entries<Real3> f = cloth.nodes.force;
+/// finish(n, f_n) for each node.
+template <class Finish>
+void gather_forces(const SheetLoad& load, const char* label, const Cloth& cloth, const Finish& finish) {
+  const SheetRows& rows = load.rows;
   if (rows.count == 0)
     return parallel(
-        label, cloth.nodes.count, KOKKOS_LAMBDA(const Index n) {
-          f(n) = Real3{};
-          answer(n, Real3{});
-        });
+        label, cloth.nodes.count, KOKKOS_LAMBDA(const Index n) { finish(n, Real3{}); });
   const Entries<const SheetPair> pair = rows.node_pair;
-  const Entries<const Real> kappa = pressure;
-  const bool touching = contact_pressure != nullptr;
-  const Entries<const Real> contact = touching ? Entries<const Real>(*contact_pressure) : Entries<const Real>();
+  const Entries<const Real> kappa = load.pressure;
+  const bool touching = load.contact_pressure != nullptr;
+  const Entries<const Real> contact =
+      touching ? Entries<const Real>(std::as_const(*load.contact_pressure)) : Entries<const Real>();
   gather_rows<Real3>(
       label, cloth.nodes.count, rows.of_node,
       KOKKOS_LAMBDA(const Index e) {
@@ -50,10 +46,28 @@ void load_nodes(const SheetRows& rows, const Field<Real>& pressure, const Field<
         const Real k = touching ? kappa(near.other) + contact(near.other) : kappa(near.other);
         return k * near.gradient;
       },
-      KOKKOS_LAMBDA(const Index n, const Real3& sum) {
-        f(n) = sum;
-        answer(n, sum);
-      });
+      finish);
+}
+
+/// nodes.force = f_n, and answer(n, f_n); alone in one kernel. Among ranks the one that owns a node's place has all of its pairs.
+template <class Answer>
+void load_nodes(const SheetLoad& load, Cloth& cloth, const Answer& answer) {
+  constexpr const char* label = "drench::pressure::node_force";
+  const Entries<Real3> f = cloth.nodes.force;
+  if (load.exchange.alone())
+    return gather_forces(
+        load, label, cloth, KOKKOS_LAMBDA(const Index n, const Real3& sum) {
+          f(n) = sum;
+          answer(n, sum);
+        });
+  if (load.contact_pressure != nullptr) load.exchange.halo(*load.contact_pressure);
+  const RankBox own = load.exchange.own();
+  const Entries<const Real3> x = std::as_const(cloth).nodes.position;
+  gather_forces(
+      load, label, cloth, KOKKOS_LAMBDA(const Index n, const Real3& sum) { f(n) = own.holds(x(n)) ? sum : Real3{}; });
+  load.exchange.share(cloth.nodes.force, cloth.nodes.count);
+  parallel(
+      "drench::pressure::node_answer", cloth.nodes.count, KOKKOS_LAMBDA(const Index n) { answer(n, f(n)); });
 }
 
 }  // namespace
@@ -68,17 +82,9 @@ void warm_start_density(Fluid& fluid, PressureWork& work) {
       });
 }
 
-void load_cloth(const SheetRows& rows, const Field<Real>& pressure, const Field<Real>* contact_pressure, Cloth& cloth) {
-  load_nodes(rows, pressure, contact_pressure, cloth, NoAnswer{});
-}
-void load_free_cloth(const SheetRows& rows, const Field<Real>& pressure, const Field<Real>* contact_pressure,
-                     Cloth& cloth, Real dt) {
-  load_nodes(rows, pressure, contact_pressure, cloth, FreeNodes(cloth, dt));
-}
-void load_elastic_cloth(const SheetRows& rows, const Field<Real>& pressure, const Field<Real>* contact_pressure,
-                        Cloth& cloth, const NodeTargets& targets) {
-  load_nodes(rows, pressure, contact_pressure, cloth, targets);
-}
+void load_cloth(const SheetLoad& load, Cloth& cloth) { load_nodes(load, cloth, NoAnswer{}); }
+void load_free_cloth(const SheetLoad& load, Cloth& cloth, Real dt) { load_nodes(load, cloth, FreeNodes(cloth, dt)); }
+void load_elastic_cloth(const SheetLoad& load, Cloth& cloth, const NodeTargets& targets) { load_nodes(load, cloth, targets); }
 
 void accept_free_cloth(Cloth& cloth) {
   const Entries<Real3> vn = cloth.nodes.velocity, pin = cloth.nodes.pin_force;

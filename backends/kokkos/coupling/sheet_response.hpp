@@ -15,11 +15,17 @@ inline bool has_sheet_contact(const Constants& constants, const Cloth& cloth) {
 
 /// Particles with α = 0 carry no pressure: their κ of the density solve becomes 0.
 void warm_start_density(Fluid& fluid, PressureWork& work);
-/// nodes.force = f_n = Σ_i ρ0 V_i (κ_i + λ_i) p_in, N. `contact_pressure`: null without λ.
-void load_cloth(const SheetRows& rows, const Field<Real>& pressure, const Field<Real>* contact_pressure, Cloth& cloth);
+/// A pressure on the sheets: κ, with that of ghosts, and λ, null without. The ghosts' λ are fetched.
+struct SheetLoad {
+  const SheetRows& rows;
+  const Exchange& exchange;
+  const Field<Real>& pressure;
+  Field<Real>* contact_pressure = nullptr;
+};
+/// nodes.force = f_n = Σ_i ρ0 V_i (κ_i + λ_i) p_in, N.
+void load_cloth(const SheetLoad& load, Cloth& cloth);
 /// The same, with what nodes with their inertia alone answer: nodes.predicted = v_n + Δt a_n.
-void load_free_cloth(const SheetRows& rows, const Field<Real>& pressure, const Field<Real>* contact_pressure,
-                     Cloth& cloth, Real dt);
+void load_free_cloth(const SheetLoad& load, Cloth& cloth, Real dt);
 /// What an elastic cloth takes from its loads: the targets of free nodes, base + Δt² f_n/m_n, m.
 struct NodeTargets {
   Entries<Real3> target;
@@ -32,8 +38,7 @@ struct NodeTargets {
     if (!pinned(n)) target(n) = base(n) + (dt * dt / mass(n)) * f;
   }
 };
-void load_elastic_cloth(const SheetRows& rows, const Field<Real>& pressure, const Field<Real>* contact_pressure,
-                        Cloth& cloth, const NodeTargets& targets);
+void load_elastic_cloth(const SheetLoad& load, Cloth& cloth, const NodeTargets& targets);
 /// v_n = nodes.predicted, pin_force −= f_n on pinned nodes.
 void accept_free_cloth(Cloth& cloth);
 

@@ -138,20 +138,36 @@ Index count_pairs(const SheetPairs& pairs, SheetRows& rows, Index particles) {
   return all;
 }
 
-void write_pairs(const SheetPairs& pairs, SheetRows& rows, Index particles) {
+/// Where the pairs of each particle stand among those to be sorted by node: beside ghosts in the order of cells, as they are without.
+void place_in_order(const CellTableView& cells, SheetRows& rows, Index particles) {
+  make_ample_room(rows.in_order, "drench::sheet_rows::in_order", static_cast<std::size_t>(particles) + 1);
+  make_ample_room(rows.first_in_order, "drench::sheet_rows::first_in_order", static_cast<std::size_t>(particles));
   const Entries<const Index> start = rows.of_particle;
+  const Entries<Index> place = rows.in_order, first = rows.first_in_order;
+  const Array<Index> item = cells.item;
+  parallel(
+      "drench::sheet_rows::counts_in_order", particles + 1, KOKKOS_LAMBDA(const Index e) {
+        place(e) = e < particles ? start(item(e) + 1) - start(item(e)) : 0;
+      });
+  rows.sums.sum(rows.in_order, particles + 1);
+  parallel(
+      "drench::sheet_rows::first_in_order", particles, KOKKOS_LAMBDA(const Index e) { first(item(e)) = place(e); });
+}
+
+void write_pairs(const SheetPairs& pairs, SheetRows& rows, Index particles, bool alone) {
+  const Entries<const Index> start = rows.of_particle, sorted = alone ? rows.of_particle : rows.first_in_order;
   const Entries<SheetPair> pair = rows.particle_pair;
   const Entries<Index> owner = rows.owner, item = rows.sort.item;
   const Entries<PairSort::Key> key = rows.sort.key;
   parallel(
       "drench::sheet_rows::pairs", particles, KOKKOS_LAMBDA(const Index i) {
-        const Index first = start(i);
+        const Index first = start(i), unsorted = sorted(i);
         pairs.visit(i, [&](const Index place, const Index n, const Real3& gradient) {
           const Index e = first + place;
           pair(e) = {gradient, n};
-          item(e) = e;
           owner(e) = i;
-          key(e) = static_cast<PairSort::Key>(n);
+          item(unsorted + place) = e;
+          key(unsorted + place) = static_cast<PairSort::Key>(n);
         });
       });
 }
@@ -193,7 +209,7 @@ void turn(const SheetPairs& pairs, SheetRows& rows, Index nodes) {
 
 void make_sheet_rows(const Constants& constants, const Fluid& fluid, const Cloth& cloth, NeighborLists& lists) {
   SheetRows& rows = lists.sheet_rows;
-  const Index particles = fluid.particles.count, nodes = cloth.nodes.count;
+  const Index particles = fluid.particles.local(), nodes = cloth.nodes.count;
   make_row_room(rows, particles, nodes);
   const SheetPairs pairs{constants.kernel,
                          Neighbors(lists.fluid_sample),
@@ -208,7 +224,8 @@ void make_sheet_rows(const Constants& constants, const Fluid& fluid, const Cloth
   rows.count = count_pairs(pairs, rows, particles);
   if (rows.count == 0) return;
   make_pair_room(rows, rows.count);
-  write_pairs(pairs, rows, particles);
+  if (!fluid.exchange.alone()) place_in_order(fluid.cells.view(), rows, particles);
+  write_pairs(pairs, rows, particles, fluid.exchange.alone());
   turn(pairs, rows, nodes);
 }
 

@@ -324,7 +324,7 @@ void look_near(const Fluid& fluid, const NeighborLists& lists, AdvectionWork& wo
   const Entries<Index> near = work.near;
   const auto near_count = work.near_count;
   parallel_filled_rows(
-      "drench::advection::look", lists.fluid_sample, lists.near_sheet, KOKKOS_LAMBDA(const Index i, const Index lane) {
+      "drench::advection::look", lists.near_sheet, KOKKOS_LAMBDA(const Index i, const Index lane) {
         const Path path(position(i), sweep.path_end(i));
         if (!sweep.reach_of(path).listed || !sweep.may_hit(i, path, LanesOfRow{lane}) || lane > 0) return;
         near(Kokkos::atomic_fetch_add(&near_count(), Index{1})) = i;
@@ -359,7 +359,7 @@ Sweep sweep_of(const Constants& constants, const Fluid& fluid, const NeighborLis
   sweep.touch = 1e-6 * constants.model.spacing;
   sweep.gap = 1e-2 * constants.model.spacing;
   sweep.support = 0.999 * constants.support;  // the list's distances are rounded
-  sweep.listed = lists.fluid_sample.rows == fluid.particles.count;
+  sweep.listed = lists.fluid_sample.rows == fluid.particles.local();
   sweep.box = work.box;
   sweep.ordered = work.ordered;
   sweep.cluster_box = work.cluster_box;
@@ -421,7 +421,7 @@ void check_put_back(const Constants& constants, const Fluid& fluid, const Neighb
   const Sweep sweep = sweep_of(constants, fluid, lists, cloth, work);
   const Entries<const Real3> position = fluid.particles.position;
   parallel_filled_rows(
-      "drench::advection::put_back", lists.fluid_sample, lists.near_sheet, KOKKOS_LAMBDA(const Index i, const Index lane) {
+      "drench::advection::put_back", lists.near_sheet, KOKKOS_LAMBDA(const Index i, const Index lane) {
         const Path path(sweep.path_end(i), position(i));
         const Real3 way = path.x1 - path.x0;
         if (!(dot(way, way) > 0)) return;

@@ -72,6 +72,7 @@ void sample_row_bounds(const Constants& constants, const Fluid& fluid, const Nei
         }
         load(b) = at.w * g;
       });
+  fluid.exchange.share(cloth.samples.row_load, cloth.samples.count);
   node_bounds_from_samples("drench::density::node_row", cloth, load);
   const Entries<const Real> weight = cloth.samples.weight, node_bound = cloth.nodes.row_bound;
   const Entries<const Index> node = cloth.samples.node;
@@ -272,15 +273,18 @@ void find_contact(const Constants& constants, const Cloth& cloth, Fluid& fluid) 
 }
 
 /// Mean of β_i max(0, δ_i − 1) over the liquid. Waits for the device.
-double mean_compression(const Fluid& fluid, Real ramp) {
-  if (fluid.particles.count == 0) return 0;
+double mean_compression(const Communicator* ranks, const Fluid& fluid, Real ramp) {
+  if (fluid.particles.total == 0) return 0;
+  const ErrorScale scale(static_cast<double>(fluid.particles.total), 1);
   const Entries<const std::uint8_t> origin = fluid.particles.origin;
   const Entries<const Real> age = fluid.particles.age, alpha = fluid.alpha, ratio = fluid.particles.density_ratio;
   const auto term = KOKKOS_LAMBDA(const Index i) {
-    if (alpha(i) == 0) return 0.0;
-    return double(source_ramp(origin(i), age(i), ramp) * Kokkos::fmax(ratio(i) - 1, Real(0)));
+    if (alpha(i) == 0) return std::int64_t{0};
+    return scale(source_ramp(origin(i), age(i), ramp) * Kokkos::fmax(ratio(i) - 1, Real(0)));
   };
-  return ordered<double>("drench::density::found", fluid.particles.count, term) / fluid.particles.count;
+  std::int64_t sum = ordered<std::int64_t>("drench::density::found", fluid.particles.count, term);
+  OverRanks(ranks).sum(sum).reduce();
+  return scale.value(sum) / static_cast<double>(fluid.particles.total);
 }
 
 void allocate(Fluid& fluid, bool boundary, bool extrapolates, bool touching) {
@@ -329,7 +333,7 @@ void density(const Constants& constants, Fluid& fluid, NeighborLists& lists, Bod
   const Entries<Real4> position = fluid.position_volume;
   const double scale = constants.quantum / double(constants.rest_density);
   parallel(
-      "drench::density::volume", fluid.particles.count, KOKKOS_LAMBDA(const Index i) {
+      "drench::density::volume", fluid.particles.local(), KOKKOS_LAMBDA(const Index i) {
         volume(i) = Real(double(mass(i)) * scale);
         position(i) = {x(i), volume(i)};
       });
@@ -342,10 +346,13 @@ void density(const Constants& constants, Fluid& fluid, NeighborLists& lists, Bod
   density_and_alpha(constants, fluid, lists, bodies, cloth);
   lists.made.advance();
   if (touching) find_contact(constants, cloth, fluid);
-  if (cloth.samples.count > 0) make_sheet_rows(constants, fluid, cloth, lists);
+  if (cloth.samples.count > 0) {
+    fluid.exchange.halo(fluid.particles.density_ratio);
+    make_sheet_rows(constants, fluid, cloth, lists);
+  }
   add_body_rows(constants, lists, bodies, fluid);
   if (constants.model.scene.time.mode == TimeMode::error)
-    report.density_found = mean_compression(fluid, cloth.emission_ramp);
+    report.density_found = mean_compression(constants.ranks, fluid, cloth.emission_ramp);
 }
 
 }  // namespace drench::kokkos_backend

@@ -32,6 +32,7 @@ struct DivergenceProblem {
   const FluidSolverScene& limits;
   StepReport& report;
   double last_start;  // of the step before
+  NormScale scale;
 
   DivergenceUpdate update(Real relaxation) const {
     const PressureWork& work = system.work;
@@ -40,7 +41,8 @@ struct DivergenceProblem {
             std::as_const(system.kappa),
             work.last_kappa,
             system.work.next_kappa,
-            relaxation / Real(system.dt)};
+            relaxation / Real(system.dt),
+            scale};
   }
   bool scales_start() const { return system.constants.model.scales_start(last_start); }
   StartResidual start_residual(Real relaxation) const {
@@ -51,12 +53,14 @@ struct DivergenceProblem {
     if (system.constants.model.only_liquid_answers()) report.divergence_start = mean / limits.divergence_error;
   }
   IterationNorms norms(const IterationNorms& sums) const { return sums; }
-  double scaled(const IterationNorms& n) const { return system.dt / system.count() * (n.residual + n.complementarity); }
+  double scaled(const IterationNorms& n) const {
+    return system.dt / system.all() * (scale.residual(n) + scale.complementarity(n));
+  }
   bool converged(int iteration, const IterationNorms& sums) const {
     report.divergence_iterations = iteration;
-    report.divergence_error = system.dt / system.count() * sums.residual;
+    report.divergence_error = system.dt / system.all() * scale.residual(sums);
     report.divergence_converged = report.divergence_error <= limits.divergence_error &&
-                                  system.dt / system.count() * sums.complementarity <= limits.divergence_error;
+                                  system.dt / system.all() * scale.complementarity(sums) <= limits.divergence_error;
     return report.divergence_converged;
   }
 };
@@ -75,14 +79,15 @@ MemoryEstimate divergence_bytes(const Sizing& s) {
 
 void divergence(const Constants& constants, Fluid& fluid, const NeighborLists& lists, Bodies& bodies, Cloth& cloth,
                 PressureWork& work, const StepInfo& info, StepReport& report) {
-  if (fluid.particles.count == 0) return;
+  if (fluid.particles.total == 0) return;
   allocate_pressure_work(work, fluid);
   make_room(work.active, "drench::pressure::active", fluid.particles.capacity());
   PressureSystem system{constants, fluid, lists, bodies, cloth, work, fluid.particles.kappa_divergence, info.dt};
   warm_start(system);
   if (system.has_cloth()) refresh_inverse_mass(constants, cloth);
   const FluidSolverScene& limits = constants.model.scene.fluid.solver;
-  DivergenceProblem problem{system, limits, report, info.divergence_start};
+  DivergenceProblem problem{system, limits, report, info.divergence_start,
+                            NormScale(system.all(), 1 / info.dt, system.restart_unit())};
   solve_pressure(system, limits, problem);
 }
 

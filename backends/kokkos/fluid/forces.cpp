@@ -41,6 +41,7 @@ void pair_shares(const Fluid& fluid, ForcesWork& work) {
       "drench::forces::pair_share", fluid.particles.count, KOKKOS_LAMBDA(const Index i) {
         moving(i) = {v(i), 1 / Kokkos::sqrt(bounded_ratio(ratio(i)))};
       });
+  fluid.exchange.halo(work.velocity_and_weight);
 }
 
 /// The liquid's change in a stage, in work.change, and C_i, 1/s, in work.bound.
@@ -129,6 +130,7 @@ void add_change(Fluid& fluid, ForcesWork& work) {
         v(i) += change(i).xyz();
         moving(i) = {v(i), moving(i).w};
       });
+  fluid.exchange.halo(work.velocity_and_weight);
 }
 
 /// The reaction on samples, in samples.force.
@@ -160,10 +162,14 @@ void find_sample_forces(const Constants& constants, const Fluid& fluid, const Ne
 }
 
 /// The same on the nodes, in nodes.force.
-void cloth_forces(const Constants& constants, const Fluid& fluid, const NeighborLists& lists, const Bodies& bodies,
+void cloth_forces(const Constants& constants, Fluid& fluid, const NeighborLists& lists, const Bodies& bodies,
                   Cloth& cloth, ForcesWork& work) {
+  fluid.exchange.halo(fluid.particles.velocity);
+  fluid.exchange.halo(fluid.particles.density_ratio);
   with_slip(constants, work.slip, bodies, cloth,
             [&](const auto& friction) { find_sample_forces(constants, fluid, lists, cloth, work, friction); });
+  fluid.exchange.share(cloth.samples.force, cloth.samples.count);
+  fluid.exchange.share(work.sample_bound, cloth.samples.count);
   node_forces_from_samples(cloth);
 }
 
@@ -254,7 +260,7 @@ void forces(const Constants& constants, Fluid& fluid, const NeighborLists& lists
   find_liquid_bound(fluid, work, maxima);
   if (sheets) find_node_bound(cloth, work, maxima);
   find_viscous_body_bound(bodies, maxima);
-  const double bound = maxima.wait("drench::forces::bound");
+  const double bound = maxima.wait("drench::forces::bound", constants.ranks);
   int stages = 1;
   while (stages * (stages + 1.0) < 2 * info.dt * bound) ++stages;
   report.viscosity_stages = stages;

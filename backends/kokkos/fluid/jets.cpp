@@ -86,6 +86,13 @@ void jets(const Constants& constants, Fluid& fluid, Jets& jets, Accounts& accoun
     const Real3 turn[3] = {to_real(out.turn[0]), to_real(out.turn[1]), to_real(out.turn[2])};
     const bool turns = jet.has_keys();
     const Index first = particles.count, first_offset = static_cast<Index>(gone % size);
+    const bool here = !constants.ranks || constants.ranks->rank() == 0;  // they go home with the next search
+    particles.total += count;
+    if (!here) {
+      particles.next_id += count;
+      accounts.supplied += static_cast<Quanta>(count) * quanta_per_particle;
+      continue;
+    }
     particles.reserve(first + count);
     const ParticleView all = particles.view();
     const std::int64_t id = particles.next_id;

@@ -36,9 +36,11 @@ MemoryEstimate micropolar_bytes(const Sizing& s) {
 namespace {
 
 /// s′_i and dω_i/dt of the flow and the spins as they are, with g_i and k_i.
-void measure_slip(const Fluid& fluid, const NeighborLists& lists, MicropolarWork& work, const SpinLaw& law) {
-  const Entries<const Real3> v = fluid.particles.velocity, spin = fluid.particles.spin;
-  const Entries<const Real4> position = fluid.position_volume;
+void measure_slip(Fluid& fluid, const NeighborLists& lists, MicropolarWork& work, const SpinLaw& law) {
+  fluid.exchange.halo(fluid.particles.velocity);
+  fluid.exchange.halo(fluid.particles.spin);
+  const Entries<const Real3> v = std::as_const(fluid).particles.velocity, spin = std::as_const(fluid).particles.spin;
+  const Entries<const Real4> position = std::as_const(fluid).position_volume;
   const Entries<Real4> slip = work.slip, rate = work.rate;
   const Neighbors list(lists.fluid_fluid);
   const bool spreads = law.spread > 0;
@@ -59,14 +61,16 @@ void measure_slip(const Fluid& fluid, const NeighborLists& lists, MicropolarWork
         slip(i) = {s - law.free * sum.curl, sum.steepness};
         rate(i) = {(law.half_transfer * law.per_inertia) * sum.rigid_curl(s) + law.spread * sum.spread, sum.trace()};
       });
+  fluid.exchange.halo(work.slip);
 }
 
 /// C, 1/s. The host waits.
 double rate_bound(const Fluid& fluid, const MicropolarWork& work, const SpinLaw& law) {
   const Entries<const Real4> slip = work.slip, rate = work.rate;
   const auto term = KOKKOS_LAMBDA(const Index i) { return SpinBounds{double(slip(i).w), double(rate(i).w)}; };
-  const SpinBounds most = reduced<SpinBounds>("drench::micropolar::bound", fluid.particles.count,
+  SpinBounds most = reduced<SpinBounds>("drench::micropolar::bound", fluid.particles.count,
                                               Added<SpinBounds, std::decay_t<decltype(term)>>{term});
+  OverRanks(fluid.exchange.ranks()).maximum(most.steepness).maximum(most.moment).reduce();
   return double(law.half_transfer) *
              (4 * most.steepness * most.steepness + most.moment * most.moment * double(law.per_inertia)) +
          2 * double(law.spread) * most.moment;
@@ -105,7 +109,7 @@ void turn(Fluid& fluid, const NeighborLists& lists, MicropolarWork& work, const 
 
 void micropolar(const Constants& constants, Fluid& fluid, const NeighborLists& lists, MicropolarWork& work,
                 const StepInfo& info, StepReport& report) {
-  if (fluid.particles.count == 0) return;
+  if (fluid.particles.total == 0) return;
   allocate(fluid, work);
   const SpinLaw law(constants.model.scene.fluid.micropolar, constants.model.scene.fluid.kernel, constants.model.spacing, constants.model.support);
   measure_slip(fluid, lists, work, law);

@@ -3,6 +3,7 @@
 #include "cloth/boundary_edges.hpp"
 #include "core/filled_rows.hpp"
 #include "core/neighbor_search.hpp"
+#include "core/reduce.hpp"
 #include "coupling/body_response.hpp"
 #include "fluid/stages.hpp"
 
@@ -21,7 +22,7 @@ KOKKOS_INLINE_FUNCTION bool sheet_between(const Real3& xi, const Real3& xj, cons
 
 /// fluid.nearest_sample: the sample nearest to each particle.
 void find_nearest_samples(const NeighborLists& lists, const Cloth& cloth, Fluid& fluid) {
-  const Index n = fluid.particles.count;
+  const Index n = fluid.particles.local();
   make_ample_room(fluid.nearest_sample, "drench::nearest_sample", static_cast<std::size_t>(n));
   const Entries<Index> nearest = fluid.nearest_sample;
   const Entries<const Real3> x = fluid.particles.position, xs = cloth.samples.position;
@@ -77,19 +78,71 @@ void cull_pairs_across_cloth(const Constants& constants, const Fluid& fluid, con
       });
 }
 
+/// Around the owned particles of all ranks, as the ledger finds it.
+PointBounds bounds_of_all(const Fluid& fluid) {
+  PointBounds b = find_bounds(fluid.particles.position, fluid.particles.count);
+  double most[6] = {-double(b.min_x), -double(b.min_y), -double(b.min_z), double(b.max_x), double(b.max_y), double(b.max_z)};
+  OverRanks all(fluid.exchange.ranks());
+  for (double& m : most) all.maximum(m);
+  all.reduce();
+  return {Real(-most[0]), Real(-most[1]), Real(-most[2]), Real(most[3]), Real(most[4]), Real(most[5])};
+}
+
+/// m: of a triangle's edges; two nodes of a sample are no farther apart.
+Real longest_edge(const Cloth& cloth) {
+  const Entries<const Real3> x = cloth.nodes.position;
+  const Entries<const Index> triangle = cloth.mesh.triangle;
+  return Real(maximum(
+      "drench::exchange::longest_edge", 3 * cloth.mesh.triangles, KOKKOS_LAMBDA(const Index k) {
+        const Index t = k / 3, a = triangle(k), b = triangle(3 * t + (k + 1) % 3);
+        return double(norm(x(a) - x(b)));
+      }));
+}
+
+/// The rank that owns a sample's place has all the liquid around it.
+void keep_own_rows(const RankBox& own, const Field<Real3>& position, NeighborList& list) {
+  const Entries<const Real3> x = position;
+  const Entries<Index> count = list.count;
+  parallel(
+      "drench::exchange::own_rows", list.rows, KOKKOS_LAMBDA(const Index b) {
+        if (!own.holds(x(b))) count(b) = 0;
+      });
+}
+
+/// The particles of this rank in the order of their cells, and behind them the ghosts; the cells hold both. Cells begin where
+/// they would without ranks, so that rows are in the same order.
+void sort_with_ghosts(const Constants& constants, Fluid& fluid, const Cloth& cloth, const PointBounds* bounds) {
+  ParticleSet& particles = fluid.particles;
+  fluid.exchange.migrate(particles);
+  const PointBounds all = bounds ? *bounds : bounds_of_all(fluid);
+  fluid.cells.build(particles.position, particles.count, constants.support, particles.id, &all);
+  particles.reorder(fluid.cells.view().item);
+  // A node's row takes particles near any sample of its triangles, in the order in which one rank alone has them.
+  const bool sheets = cloth.samples.count > 0;
+  fluid.exchange.find_ghosts(particles, sheets ? longest_edge(cloth) : Real(0));
+  fluid.cells.build(particles.position, particles.local(), constants.support, particles.id, &all, sheets ? particles.total : 0);
+}
+
 }  // namespace
 
 void neighbors(const Constants& constants, Fluid& fluid, NeighborLists& lists, Bodies& bodies, Cloth& cloth,
                const PointBounds* bounds) {
   const Real h = constants.support;
   ParticleSet& particles = fluid.particles;
-  fluid.cells.build(particles.position, particles.count, h, particles.id, bounds);
-  particles.reorder(fluid.cells.view().item);
+  const bool alone = fluid.exchange.alone();
+  if (alone) {
+    fluid.exchange.migrate(particles);
+    fluid.cells.build(particles.position, particles.count, h, particles.id, bounds);
+    particles.reorder(fluid.cells.view().item);
+  } else {
+    sort_with_ghosts(constants, fluid, cloth, bounds);
+  }
   const auto near_liquid = [&](NeighborList& list, const CellTableView& table) {
     return ListRequest{&list, &particles.position, particles.count, table};
   };
   std::vector<ListRequest> wanted{near_liquid(lists.fluid_fluid, fluid.cells.view())};
-  wanted.back().same_set = wanted.back().in_order = true;
+  wanted.back().same_set = true;
+  wanted.back().in_order = alone;  // ghosts lie behind
   if (bodies.boundary.count > 0) {
     refresh_boundary_cells(constants, bodies);
     wanted.push_back(near_liquid(lists.fluid_boundary, bodies.cells.view()));
@@ -101,13 +154,15 @@ void neighbors(const Constants& constants, Fluid& fluid, NeighborLists& lists, B
     place_samples(cloth);
     refresh_sample_cells(constants, cloth);
     wanted.push_back(near_liquid(lists.fluid_sample, cloth.sample_cells.view()));
+    wanted.back().rows = particles.local();
     wanted.push_back({&lists.sample_fluid, &samples.position, samples.count, fluid.cells.view()});
     if (!lists.sample_sample.is_of(cloth.moved))
       wanted.push_back({&lists.sample_sample, &samples.position, samples.count, cloth.sample_cells.view(), true});
     lists.sample_sample.set_made_from(cloth.moved);
   }
   build_neighbor_lists(wanted, h);
-  if (samples.count > 0) find_filled_rows(lists.fluid_sample, lists.near_sheet);
+  if (samples.count > 0) find_filled_rows(lists.fluid_sample, particles.count, lists.near_sheet);
+  if (samples.count > 0 && !alone) keep_own_rows(fluid.exchange.own(), samples.position, lists.sample_fluid);
   if (!has_sheet_contact(constants, cloth)) return;
   find_nearest_samples(lists, cloth, fluid);
   cull_pairs_across_cloth(constants, fluid, cloth, lists);

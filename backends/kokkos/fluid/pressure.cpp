@@ -16,6 +16,7 @@ struct DensityProblem {
   StepReport& report;
   double last_start;  // of the step before
   double most;        // 1: of the tolerance, where the step's own compression sets it
+  NormScale scale;
 
   DensityUpdate update(Real relaxation) const {
     const Fluid& fluid = system.fluid;
@@ -38,7 +39,8 @@ struct DensityProblem {
             system.cloth.emission_ramp,
             Real(limits.density_correction),
             relaxation / (dt * dt),
-            system.touching};
+            system.touching,
+            scale};
   }
   double tolerance() const { return std::min(most, fixed_tolerance()); }
   double fixed_tolerance() const { return limits.density_correction * system.constants.model.density_tolerance(); }
@@ -63,13 +65,15 @@ struct DensityProblem {
     if (system.constants.model.only_liquid_answers()) report.density_start = mean / tolerance();
   }
   IterationNorms norms(const DensitySums& sums) const { return sums.norms; }
-  double scaled(const IterationNorms& n) const { return (n.residual + n.complementarity) / system.count(); }
+  double scaled(const IterationNorms& n) const {
+    return (scale.residual(n) + scale.complementarity(n)) / system.all();
+  }
   bool converged(int iteration, const DensitySums& sums) const {
-    const Index n = system.count();
+    const double n = system.all();
     report.density_iterations = iteration;
-    report.density_error = sums.error / n;
+    report.density_error = sums.norms.largest < INFINITY ? scale.error.value(sums.error) / n : INFINITY;
     report.density_error_max = sums.error_max;
-    report.density_converged = sums.norms.residual / n <= tolerance() && sums.norms.complementarity / n <= tolerance();
+    report.density_converged = scale.residual(sums.norms) / n <= tolerance() && scale.complementarity(sums.norms) / n <= tolerance();
     if (system.elastic && report.density_converged) report.density_converged = system.elastic->progress().residual <= 1;
     return report.density_converged;
   }
@@ -93,7 +97,7 @@ MemoryEstimate pressure_bytes(const Sizing& s) {
 
 void pressure(const Constants& constants, Fluid& fluid, const NeighborLists& lists, Bodies& bodies, Cloth& cloth,
               PressureWork& work, ClothSolverWork& solver, const StepInfo& info, StepReport& report) {
-  if (fluid.particles.count == 0) return;
+  if (fluid.particles.total == 0) return;
   place_solids(constants, bodies, info);
   warm_start_density(fluid, work);
   PressureSystem system{constants, fluid, lists, bodies, cloth, work, fluid.particles.kappa_density, info.dt};
@@ -103,13 +107,15 @@ void pressure(const Constants& constants, Fluid& fluid, const NeighborLists& lis
   if (system.has_cloth()) {
     refresh_inverse_mass(constants, cloth);
     if (constants.model.has_moving_cloth()) {
-      load_cloth(lists.sheet_rows, system.kappa, nullptr, cloth);
+      fluid.exchange.halo(system.kappa);
+      load_cloth({lists.sheet_rows, fluid.exchange, system.kappa}, cloth);
       system.elastic = &elastic.emplace(constants, bodies, cloth, solver, Real(info.dt));
       elastic->start();
     }
   }
   const FluidSolverScene& limits = constants.model.scene.fluid.solver;
-  DensityProblem problem{system, limits, report, info.density_start, 1e300};
+  DensityProblem problem{system, limits, report, info.density_start, 1e300,
+                         NormScale(system.all(), 1, system.restart_unit())};
   problem.limit_by_source();
   solve_pressure(system, limits, problem);
   if (!elastic) return;

@@ -63,6 +63,7 @@ void measure_free_rate(PressureSystem& system) {
   const Entries<const Real3> ub = bodies.boundary.velocity, xb = bodies.boundary.position, v = fluid.particles.velocity;
   const Entries<const Real4> position = fluid.position_volume;
   make_room(system.work.free_rate, "drench::pressure::free_rate", fluid.particles.capacity());
+  system.fluid.exchange.halo(system.fluid.particles.velocity);
   const Entries<Real> rate = system.work.free_rate;
   const Neighbors lf(system.lists.fluid_fluid), lb(system.lists.fluid_boundary);
   const bool solids = bodies.boundary.count > 0, cloth = system.has_cloth() && rows.count > 0;
@@ -98,7 +99,25 @@ SheetsOfParticles PressureSystem::sheets_of_particles() const {
   return {rows.of_particle, rows.particle_pair, std::as_const(cloth).nodes.predicted, Real(1)};
 }
 
+namespace {
+
+/// The κ of ghosts.
+void fetch_kappa(PressureSystem& system) {
+  const Fluid& fluid = system.fluid;
+  if (fluid.exchange.alone()) return;
+  fluid.exchange.halo(system.kappa);
+  const Entries<const Real> kappa = std::as_const(system.kappa);
+  const Entries<Real4> position_kappa = system.work.position_kappa;
+  const Index first = fluid.particles.count;
+  parallel(
+      "drench::pressure::ghost_kappa", fluid.particles.ghosts,
+      KOKKOS_LAMBDA(const Index k) { position_kappa(first + k).w = kappa(first + k); });
+}
+
+}  // namespace
+
 void predict_liquid(PressureSystem& system) {
+  fetch_kappa(system);
   const Fluid& fluid = system.fluid;
   const Real dt = Real(system.dt);
   const Entries<const Real3> v = fluid.particles.velocity, boundary = fluid.boundary_gradient,
@@ -128,6 +147,7 @@ void predict_liquid(PressureSystem& system) {
         if (extrapolates && walls(i) > 0) a = product(diagonal(i), shear(i), a);
         predicted(i) = {v(i) + dt * a, ki};
       });
+  fluid.exchange.halo(system.work.predicted);
 }
 
 void apply_pressure(PressureSystem& system) {
@@ -135,13 +155,13 @@ void apply_pressure(PressureSystem& system) {
     if (system.lean) predict_lean_liquid(system);
   if (!system.lean) predict_liquid(system);
   if (system.has_cloth()) {
-    const Field<Real>* const contact = system.touching ? &system.work.contact_pressure : nullptr;
-    const SheetRows& rows = system.lists.sheet_rows;
+    const SheetLoad load{system.lists.sheet_rows, system.fluid.exchange, system.kappa,
+                         system.touching ? &system.work.contact_pressure : nullptr};
     if (system.elastic) {
-      load_elastic_cloth(rows, system.kappa, contact, system.cloth, system.elastic->targets());
+      load_elastic_cloth(load, system.cloth, system.elastic->targets());
       system.elastic->respond();
     } else {
-      load_free_cloth(rows, system.kappa, contact, system.cloth, Real(system.dt));
+      load_free_cloth(load, system.cloth, Real(system.dt));
     }
   }
   predict_bodies(system.constants, system.fluid, system.lists, system.kappa, system.dt, system.bodies);
@@ -154,10 +174,13 @@ void apply_pressure(PressureSystem& system) {
 double mean_source(PressureSystem& system, const DensityUpdate& update) {
   measure_free_rate(system);
   const Entries<const Real> rate = std::as_const(system.work).free_rate;
+  const ErrorScale scale(system.all(), 1);
   const auto source = KOKKOS_LAMBDA(const Index i) {
-    return double(Kokkos::fmax(update.residual(i, update.weight(i), update.touch(i), rate(i)), Real(0)));
+    return scale(Kokkos::fmax(update.residual(i, update.weight(i), update.touch(i), rate(i)), Real(0)));
   };
-  return ordered<double>("drench::pressure::source", system.count(), source) / system.count();
+  std::int64_t sum = ordered<std::int64_t>("drench::pressure::source", system.count(), source);
+  OverRanks(system.constants.ranks).sum(sum).reduce();
+  return scale.value(sum) / system.all();
 }
 
 SumUnderWay<DensitySums> begin_full_update(const PressureSystem& system, const DensityUpdate& update, int slot) {
@@ -166,14 +189,14 @@ SumUnderWay<DensitySums> begin_full_update(const PressureSystem& system, const D
   const bool touching = system.touching;
   return begin_ordered<DensitySums>(
       "drench::pressure::residual", system.count(),
-      KOKKOS_LAMBDA(const Index i) { return update(i, rate(i), touching ? approach(i) : Real(0)).widened(); }, slot);
+      KOKKOS_LAMBDA(const Index i) { return update.exact(update(i, rate(i), touching ? approach(i) : Real(0))); }, slot);
 }
 
 SumUnderWay<IterationNorms> begin_full_update(const PressureSystem& system, const DivergenceUpdate& update, int slot) {
   const Entries<const Real> rate = std::as_const(system.work).density_rate;
   return begin_ordered<IterationNorms>(
       "drench::divergence::error", system.count(),
-      KOKKOS_LAMBDA(const Index i) { return update(i, rate(i), Real(0)).widened(); }, slot);
+      KOKKOS_LAMBDA(const Index i) { return update.exact(update(i, rate(i), Real(0))); }, slot);
 }
 
 void accept_pressure(PressureSystem& system) {
@@ -199,7 +222,7 @@ void PressureIteration::start() {
   const Entries<const Real4> position = std::as_const(system_.fluid).position_volume;
   const bool touching = system_.touching;
   parallel(
-      "drench::pressure::start", system_.count(), KOKKOS_LAMBDA(const Index i) {
+      "drench::pressure::start", system_.fluid.particles.local(), KOKKOS_LAMBDA(const Index i) {
         last(i) = kappa(i);
         position_kappa(i) = {position(i).xyz(), kappa(i)};
         if (touching) contact(i) = last_contact(i) = 0;

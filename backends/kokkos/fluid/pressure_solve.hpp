@@ -25,6 +25,10 @@ struct PressureSystem {
   bool keep_liquid_rate = false;     // that evaluation is the next one
 
   Index count() const { return fluid.particles.count; }
+  /// Of all ranks.
+  double all() const { return static_cast<double>(fluid.particles.total); }
+  /// m²/s⁴: of the scalar product that decides about a restart, where a residual is a density error of 1.
+  double restart_unit() const { return double(constants.spacing) * double(constants.spacing) / (dt * dt * dt * dt); }
   bool has_cloth() const { return cloth.samples.count > 0; }
   /// The sheets beside the liquid, with the nodes' velocities as the cloth has answered.
   SheetsOfParticles sheets_of_particles() const;
@@ -37,20 +41,51 @@ void apply_pressure(PressureSystem& system);
 /// The liquid and the bodies take the predicted velocities; so does cloth that answers with its inertia alone.
 void accept_pressure(PressureSystem& system);
 
-/// What an iteration is judged by, summed over the particles: max(0, residual); how much pressure is too high
-/// (complementarity); the scalar product that decides about a restart. A particle has them in Real, sums are of double.
-template <class Number>
-struct NormsIn {
-  Number residual = 0, complementarity = 0, restart = 0;
-  KOKKOS_INLINE_FUNCTION NormsIn& operator+=(const NormsIn& o) {
+/// What an iteration is judged by, of one particle: max(0, residual); how much pressure is too high (complementarity); the
+/// scalar product that decides about a restart; the largest residual, infinite for one that is no number.
+struct RowNorms {
+  Real residual = 0, complementarity = 0, restart = 0, largest = 0;
+  KOKKOS_INLINE_FUNCTION RowNorms& operator+=(const RowNorms& o) {
     residual += o.residual;
     complementarity += o.complementarity;
     restart += o.restart;
+    if (o.largest > largest) largest = o.largest;
     return *this;
   }
-  KOKKOS_INLINE_FUNCTION NormsIn<double> widened() const { return {residual, complementarity, restart}; }
 };
-using IterationNorms = NormsIn<double>;
+
+/// The same summed over the particles, the same on any number of threads and of ranks.
+struct IterationNorms {
+  std::int64_t residual = 0, complementarity = 0;
+  ExactSum restart;
+  double largest = 0;
+  KOKKOS_INLINE_FUNCTION IterationNorms& operator+=(const IterationNorms& o) {
+    residual += o.residual;
+    complementarity += o.complementarity;
+    restart += o.restart;
+    if (o.largest > largest) largest = o.largest;
+    return *this;
+  }
+  void visit(OverRanks& all) { all.sum(residual).sum(complementarity).sum(restart).maximum(largest); }
+};
+
+/// How the norms of all particles of a solve add up. A unit is a density error of 1 in a step.
+struct NormScale {
+  ErrorScale error;
+  ExactScale restart;
+
+  NormScale() = default;
+  /// `unit`: a density error of 1 in the solve's residuals; `restart_unit`: PressureSystem's.
+  NormScale(double particles, double unit, double restart_unit) : error(particles, unit), restart(particles, restart_unit) {}
+  KOKKOS_INLINE_FUNCTION IterationNorms exact(const RowNorms& n) const {
+    return {error(n.residual), error(n.complementarity), restart(n.restart), n.largest};
+  }
+  /// In the solve's unit.
+  double residual(const IterationNorms& n) const {
+    return n.largest < INFINITY ? error.value(n.residual) : static_cast<double>(INFINITY);
+  }
+  double complementarity(const IterationNorms& n) const { return error.value(n.complementarity); }
+};
 
 /// One projected Jacobi update, max(0, κ + gain · residual) with gain = ω α/Δt^k.
 KOKKOS_INLINE_FUNCTION Real updated(Real kappa, Real gain, Real residual) {
@@ -67,9 +102,10 @@ KOKKOS_INLINE_FUNCTION Real complementarity(Real residual, Real kappa, Real gain
 }
 
 /// The norms of one unknown: `alpha` its Jacobi factor, `next` its update, `last` the update before.
-KOKKOS_INLINE_FUNCTION NormsIn<Real> norms_of(Real residual, Real kappa, Real gain, Real next, Real last, Real alpha) {
+KOKKOS_INLINE_FUNCTION RowNorms norms_of(Real residual, Real kappa, Real gain, Real next, Real last, Real alpha) {
   return {residual > 0 ? residual : Real(0), complementarity(residual, kappa, gain),
-          alpha > 0 ? (kappa - next) * (next - last) / alpha : Real(0)};
+          alpha > 0 ? (kappa - next) * (next - last) / alpha : Real(0),
+          Kokkos::isfinite(residual) ? residual : Real(INFINITY)};
 }
 
 /// The iterates κ and λ.

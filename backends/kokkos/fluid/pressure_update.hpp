@@ -13,20 +13,32 @@ KOKKOS_INLINE_FUNCTION Real corrected(Real over, Real factor) {
   return Kokkos::fmin(over, Kokkos::fmax(Real(0.5) * over, Kokkos::fmin(factor * over, most)));
 }
 
-/// The norms of the iteration, and the density error that is left: its sum and maximum.
-template <class Number>
-struct DensitySumsIn {
-  NormsIn<Number> norms;
-  Number error = 0, error_max = 0;
-  KOKKOS_INLINE_FUNCTION DensitySumsIn& operator+=(const DensitySumsIn& o) {
+/// The norms of a particle, and the density error that it keeps: for the sum and the maximum.
+struct RowDensityNorms {
+  RowNorms norms;
+  Real error = 0, error_max = 0;
+  KOKKOS_INLINE_FUNCTION RowDensityNorms& operator+=(const RowDensityNorms& o) {
     norms += o.norms;
     error += o.error;
     if (o.error_max > error_max) error_max = o.error_max;
     return *this;
   }
-  KOKKOS_INLINE_FUNCTION DensitySumsIn<double> widened() const { return {norms.widened(), error, error_max}; }
 };
-using DensitySums = DensitySumsIn<double>;
+struct DensitySums {
+  IterationNorms norms;
+  std::int64_t error = 0;
+  double error_max = 0;
+  KOKKOS_INLINE_FUNCTION DensitySums& operator+=(const DensitySums& o) {
+    norms += o.norms;
+    error += o.error;
+    if (o.error_max > error_max) error_max = o.error_max;
+    return *this;
+  }
+  void visit(OverRanks& all) {
+    norms.visit(all);
+    all.sum(error).maximum(error_max);
+  }
+};
 
 /// An update of stage pressure: of a particle's κ and, where it touches a sheet, of its contact pressure λ.
 struct DensityUpdate {
@@ -40,17 +52,22 @@ struct DensityUpdate {
   Entries<Real> next_contact;
   Real dt, ramp, correction, factor;
   bool touching;
+  NormScale scale;
+
+  KOKKOS_INLINE_FUNCTION DensitySums exact(const RowDensityNorms& n) const {
+    return {scale.exact(n.norms), scale.error(n.error), n.error_max};
+  }
 
   /// What counts of a particle that cloth has just given out, 1.
   KOKKOS_INLINE_FUNCTION Real weight(Index i) const {
     return alpha(i) == 0 ? Real(0) : source_ramp(origin(i), age(i), ramp);
   }
-  KOKKOS_INLINE_FUNCTION NormsIn<Real> update_contact(Index i, Real beta, Real lambda_alpha, Real approach) const {
+  KOKKOS_INLINE_FUNCTION RowNorms update_contact(Index i, Real beta, Real lambda_alpha, Real approach) const {
     const Real lambda = contact(i), gain = factor * lambda_alpha;
     const Real nearer = beta * dt * (approach - dt * contact_compliance(i) * lambda), before = last_contact(i);
     const Real p = updated(lambda, gain, nearer);
     next_contact(i) = p;
-    return lambda_alpha > 0 ? norms_of(nearer, lambda, gain, p, before, lambda_alpha) : NormsIn<Real>{};
+    return lambda_alpha > 0 ? norms_of(nearer, lambda, gain, p, before, lambda_alpha) : RowNorms{};
   }
   /// α'_i, m²; 0: touches no sheet.
   KOKKOS_INLINE_FUNCTION Real touch(Index i) const { return touching ? contact_alpha(i) : Real(0); }
@@ -60,12 +77,12 @@ struct DensityUpdate {
     return beta * (corrected(over, correction) + dt * rate);
   }
   /// Of the density's rate of change and of how fast the liquid nears sheets, 1/s.
-  KOKKOS_INLINE_FUNCTION DensitySumsIn<Real> operator()(const Index i, Real rate, Real approach) const {
+  KOKKOS_INLINE_FUNCTION RowDensityNorms operator()(const Index i, Real rate, Real approach) const {
     const Real beta = weight(i), lambda_alpha = touch(i), left = residual(i, beta, lambda_alpha, rate);
     const Real error = Kokkos::fmax(beta * (ratio(i) - 1 + dt * rate), Real(0));
     const Real gain = factor * alpha(i), own = kappa(i), before = last(i), k = updated(own, gain, left);
     next(i) = k;
-    NormsIn<Real> norms = norms_of(left, own, gain, k, before, alpha(i));
+    RowNorms norms = norms_of(left, own, gain, k, before, alpha(i));
     if (touching) norms += update_contact(i, beta, lambda_alpha, approach);
     return {norms, error, error};
   }
@@ -79,8 +96,10 @@ struct DivergenceUpdate {
   Entries<const Real> alpha, kappa, last;
   Entries<Real> next;
   Real factor;
+  NormScale scale;
 
-  KOKKOS_INLINE_FUNCTION NormsIn<Real> operator()(const Index i, Real rate, Real) const {
+  KOKKOS_INLINE_FUNCTION IterationNorms exact(const RowNorms& n) const { return scale.exact(n); }
+  KOKKOS_INLINE_FUNCTION RowNorms operator()(const Index i, Real rate, Real) const {
     const Real own = kappa(i), before = last(i);
     next(i) = 0;
     if (!active(i)) return {};

@@ -49,18 +49,32 @@ void measure_rates(PressureSystem& system) {
 }
 
 /// The work and the answer of Eq. 20a; residual and complementarity.
-ThreeSums judge_start(const PressureSystem& system, const StartResidual& residual) {
+struct StartSums {
+  ExactSum work, answer;
+  std::int64_t residual = 0;
+  KOKKOS_INLINE_FUNCTION StartSums& operator+=(const StartSums& o) {
+    work += o.work;
+    answer += o.answer;
+    residual += o.residual;
+    return *this;
+  }
+  void visit(OverRanks& all) { all.sum(work).sum(answer).sum(residual); }
+};
+
+StartSums judge_start(const PressureSystem& system, const StartResidual& residual, const ExactScale& energy,
+                      const ErrorScale& error) {
   const Entries<const Real> volume = system.fluid.volume, kappa = std::as_const(system.kappa),
                             rate = std::as_const(system.work).density_rate,
                             free_rate = std::as_const(system.work).free_rate;
-  return ordered<ThreeSums>(
+  const StartSums own = ordered<StartSums>(
       "drench::pressure::start_work", system.count(), KOKKOS_LAMBDA(const Index i) {
-        if (!residual.counts(i)) return ThreeSums{};
+        if (!residual.counts(i)) return StartSums{};
         const Real r = residual(i, rate(i)), k = kappa(i);
         const double weight = double(volume(i)) * k;
-        return ThreeSums{weight * r, weight * (residual.dt * (free_rate(i) - rate(i))),
-                         r > 0 ? r : complementarity(r, k, residual.factor * residual.alpha(i))};
+        return StartSums{energy(weight * r), energy(weight * (residual.dt * (free_rate(i) - rate(i)))),
+                         error(r > 0 ? r : complementarity(r, k, residual.factor * residual.alpha(i)))};
       });
+  return over_ranks(system.constants.ranks, own);
 }
 
 /// κ := scale · κ, and what an evaluation finds with it.
@@ -84,10 +98,15 @@ void scale_start(PressureSystem& system, Real scale) {
 double apply_scaled_start(PressureSystem& system, const StartResidual& residual) {
   make_room(system.work.free_rate, "drench::pressure::free_rate", system.fluid.particles.capacity());
   predict_liquid(system);
+  system.fluid.exchange.halo(system.fluid.particles.velocity);
   measure_rates(system);
-  const ThreeSums sums = judge_start(system, residual);
-  if (sums.second > 0) scale_start(system, Real(std::clamp(1 + sums.first / sums.second, 0.0, most_scale)));
-  return sums.third / system.count();
+  const double d = system.constants.spacing;
+  const ExactScale energy(system.all(), d * d * d * d * d / (system.dt * system.dt));  // of a particle that moves d in a step, over ρ0
+  const ErrorScale error(system.all(), 1);
+  const StartSums sums = judge_start(system, residual, energy, error);
+  const double answer = energy.value(sums.answer);
+  if (answer > 0) scale_start(system, Real(std::clamp(1 + energy.value(sums.work) / answer, 0.0, most_scale)));
+  return error.value(sums.residual) / system.all();
 }
 
 }  // namespace drench::kokkos_backend

@@ -105,6 +105,7 @@ void surface_normals(const Constants& constants, const Fluid& fluid, const Neigh
         }
         normal(i) = kernel.h * sum;
       });
+  fluid.exchange.halo(work.normal);
 }
 
 /// v_i += Δt Σ_j F_ij/m_i.
@@ -164,6 +165,7 @@ void pull_cloth(const Constants& constants, const Fluid& fluid, const NeighborLi
         }
         force(b) = of_cloth(cloth_of(b)) * at.w * f;
       });
+  fluid.exchange.share(cloth.samples.force, cloth.samples.count);
   node_forces_from_samples(cloth);
   refresh_inverse_mass(constants, cloth);
   apply_node_forces(cloth, dt);
@@ -173,7 +175,7 @@ void pull_cloth(const Constants& constants, const Fluid& fluid, const NeighborLi
 
 void surface_tension(const Constants& constants, Fluid& fluid, const NeighborLists& lists, const Bodies& bodies,
                      Cloth& cloth, SurfaceTensionWork& work, const StepInfo& info) {
-  if (fluid.particles.count == 0) return;
+  if (fluid.particles.total == 0) return;
   allocate(constants, fluid, work);
   const Real dt = Real(info.dt);
   const StickyWalls walls(constants, lists, bodies, cloth, work);

@@ -3,7 +3,7 @@
 
 #include "core/cell_table.hpp"
 #include "core/constants.hpp"
-#include "particles/particle_set.hpp"
+#include "particles/exchange.hpp"
 
 namespace drench::kokkos_backend {
 
@@ -31,9 +31,11 @@ struct WallGain {
 };
 
 struct Fluid {
-  explicit Fluid(const Constants& constants) : particles(constants.model), cells(constants.model.scene.sort) {}
+  explicit Fluid(const Constants& constants)
+      : particles(constants.model), exchange(constants), cells(constants.model.scene.sort) {}
 
   ParticleSet particles;
+  Exchange exchange;
   CellTable cells;
   // stage neighbors, where cloth parts liquid
   Field<Index> nearest_sample;  // −1: none within h

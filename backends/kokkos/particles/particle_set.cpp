@@ -70,6 +70,8 @@ void ParticleSet::upload(const HostState& s) {
   count = 0;
   reserve(s.fluid_count());
   count = s.fluid_count();
+  ghosts = 0;
+  total = count;
 #define DRENCH_UPLOAD(owner, name, host_type, unit, needed)                               \
   if (needs_field(model_, #owner "_" #name)) {                                            \
     auto values = s.owner##_##name;                                                       \
@@ -88,6 +90,10 @@ void ParticleSet::download(HostState& s) const {
   DRENCH_PARTICLE_FIELDS(DRENCH_DOWNLOAD)
 #undef DRENCH_DOWNLOAD
   s.next_id = next_id;
+  sort_by_id(s);
+}
+
+void sort_by_id(HostState& s) {
   if (std::is_sorted(s.fluid_id.begin(), s.fluid_id.end())) return;
   const std::vector<Index> place = places_by_id(s.fluid_id);
   visit_fields(s, [&](std::string_view field, auto& values) {

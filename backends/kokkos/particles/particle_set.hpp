@@ -48,13 +48,17 @@ class ParticleSet {
   DRENCH_PARTICLE_FIELDS(DRENCH_FIELD)
 #undef DRENCH_FIELD
 
-  Index count = 0;
-  std::int64_t next_id = 0;
+  Index count = 0;           // owned
+  Index ghosts = 0;          // behind them: copies of other ranks' particles, from stage neighbors to advection
+  std::int64_t total = 0;    // owned, of all ranks
+  std::int64_t next_id = 0;  // the same on all ranks
   Version moved;  // of the positions, as steps begin
 
   void upload(const HostState& s);
   void download(HostState& s) const;
 
+  /// Owned and ghosts.
+  Index local() const { return count + ghosts; }
   ParticleView view();
   std::size_t capacity() const { return position.extent(0); }
   /// Makes room for `n` particles, keeping what is there (amortised growth).
@@ -79,6 +83,9 @@ class ParticleSet {
   DRENCH_PARTICLE_FIELDS(DRENCH_SPARE)  // what `gather` writes to, kept between steps
 #undef DRENCH_SPARE
 };
+
+/// The liquid's arrays of a state in the order of ids.
+void sort_by_id(HostState& s);
 
 /// Entries of an array that is as long as the particles' own.
 double particle_room(const Sizing& s);

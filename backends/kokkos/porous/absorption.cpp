@@ -106,7 +106,7 @@ void offer(const Constants& constants, const Fluid& fluid, const NeighborLists& 
   const Quanta min_quanta = constants.model.min_quanta;
   const Demands demand(constants, cloth, work, dt);
   parallel_filled_rows(
-      "drench::absorption::offer", lists.fluid_sample, lists.near_sheet, KOKKOS_LAMBDA(const Index i, const Index lane) {
+      "drench::absorption::offer", lists.near_sheet, KOKKOS_LAMBDA(const Index i, const Index lane) {
         const NeighborRow near = list.row(i);
         const Quanta m = near.count > 0 ? mass(i) : 0;
         if (m <= 0) return;
@@ -146,7 +146,7 @@ void transfer(const Constants& constants, Fluid& fluid, const NeighborLists& lis
   const Transfers exchange(cloth, transfers);
   const Quanta min_quanta = constants.model.min_quanta;
   parallel_filled_rows(
-      "drench::absorption::transfer", lists.fluid_sample, lists.near_sheet, KOKKOS_LAMBDA(const Index i, const Index lane) {
+      "drench::absorption::transfer", lists.near_sheet, KOKKOS_LAMBDA(const Index i, const Index lane) {
         const NeighborRow near = list.row(i);
         const Quanta m = near.count > 0 ? mass(i) : 0;
         if (m <= 0) return;
@@ -195,14 +195,17 @@ void remove_taken(Fluid& fluid, AbsorptionWork& work) {
 
 void absorption(const Constants& constants, Fluid& fluid, const NeighborLists& lists, Cloth& cloth,
                 TransferWork& transfers, AbsorptionWork& work, const StepInfo& info) {
-  if (fluid.particles.count == 0 || cloth.samples.count == 0) return;
+  if (fluid.particles.total == 0 || cloth.samples.count == 0) return;
   make_room(work.offer, "drench::absorption::offer", lists.fluid_sample.entry.extent(0));
   prepare_transfers(cloth, transfers);
   place_samples(cloth);
   prepare(constants, cloth, transfers, work);
   offer(constants, fluid, lists, cloth, transfers, work, info.dt);
+  fluid.exchange.add_up(transfers.offered, cloth.samples.count);
   limit_inflow(cloth, transfers, constants.model.has_saturation_control());
   transfer(constants, fluid, lists, cloth, transfers, work);
+  fluid.exchange.add_up(transfers.entering, cloth.samples.count);
+  fluid.exchange.add_up(transfers.momentum, 3 * cloth.samples.count);
   const Delivery deliver(constants, transfers, cloth);
   gather_rows<Arrival>("drench::absorption::deliver", cloth.nodes.count, cloth.nodes.sample_start, deliver, deliver);
   if (!constants.model.has_emission()) remove_taken(fluid, work);

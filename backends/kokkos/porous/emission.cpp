@@ -205,7 +205,7 @@ void give_to_liquid(const Constants& constants, Fluid& fluid, const NeighborList
   const Entries<const Real3> leaving_velocity = work.velocity;
   const Entries<Real3> velocity = fluid.particles.velocity;
   parallel_filled_rows(
-      "drench::emission::room", lists.fluid_sample, lists.near_sheet, KOKKOS_LAMBDA(const Index j, const Index lane) {
+      "drench::emission::room", lists.near_sheet, KOKKOS_LAMBDA(const Index j, const Index lane) {
         const NeighborRow near = reach.list.row(j);
         if (near.count == 0 || !reach.takes(j)) return;
         const Quanta own_room = reach.full - reach.mass(j);
@@ -214,8 +214,9 @@ void give_to_liquid(const Constants& constants, Fluid& fluid, const NeighborList
           if (reach.offers(p, j)) Kokkos::atomic_add(&room(p), own_room);
         }
       });
+  fluid.exchange.add_up(work.room, cloth.samples.count);
   parallel_filled_rows(
-      "drench::emission::give_to_liquid", lists.fluid_sample, lists.near_sheet, KOKKOS_LAMBDA(const Index j, const Index lane) {
+      "drench::emission::give_to_liquid", lists.near_sheet, KOKKOS_LAMBDA(const Index j, const Index lane) {
         const NeighborRow near = reach.list.row(j);
         if (near.count == 0 || !reach.takes(j)) return;
         const Quanta mass = reach.mass(j), own_room = reach.full - mass;
@@ -248,6 +249,17 @@ void give_to_liquid(const Constants& constants, Fluid& fluid, const NeighborList
                        Real((before * double(v.z) + unit * double(gain.pz)) / after)};
         reach.mass(j) = mass + gain.mass;
       });
+}
+
+/// What all ranks' liquid has left of E_p.
+void add_up_rest(const Exchange& exchange, const Cloth& cloth, EmissionWork& work) {
+  if (exchange.alone()) return;
+  exchange.add_up(work.rest, cloth.samples.count);
+  const Quanta others = exchange.ranks()->size() - 1;
+  const Entries<Quanta> rest = work.rest;
+  const Entries<const Quanta> total = std::as_const(work).total;
+  parallel(
+      "drench::emission::rest", cloth.samples.count, KOKKOS_LAMBDA(const Index p) { rest(p) -= others * total(p); });
 }
 
 /// For the host: how many particles are empty, and whether anything is buffered. By itself: within a reduction of Kokkos loops over
@@ -426,6 +438,7 @@ void emission(const Constants& constants, Fluid& fluid, const NeighborLists& lis
   place_samples(cloth);
   shares(constants, lists, bodies, cloth, transfers, work, info.dt);
   give_to_liquid(constants, fluid, lists, cloth, work);
+  add_up_rest(fluid.exchange, cloth, work);
   count(fluid, work);
   block(constants, lists, bodies, cloth, transfers, work);
   limit_inflow(cloth, transfers);

@@ -211,7 +211,8 @@ void give_out(const Constants& constants, Fluid& fluid, const NeighborLists& lis
               EmissionWork& work, Index new_particles) {
   ParticleSet& particles = fluid.particles;
   const Index first = particles.count;
-  if (new_particles > 0) particles.reserve(first + new_particles);
+  const bool here = fluid.exchange.alone() || fluid.exchange.ranks()->rank() == 0;  // they go home with the next search
+  if (here && new_particles > 0) particles.reserve(first + new_particles);
   const ParticleView all = particles.view();
   const std::int64_t id = particles.next_id;
   const CandidateCells cells(cloth, work);
@@ -220,10 +221,10 @@ void give_out(const Constants& constants, Fluid& fluid, const NeighborLists& lis
   parallel(
       "drench::emission::give_out", cloth.samples.count, KOKKOS_LAMBDA(const Index p) {
         if (give.pools(p) > 0) cells.clear_cell_of(p);
-        if (give.created(p)) all.store(first + give.ranks(p), give.particle_of(p, id));
+        if (here && give.created(p)) all.store(first + give.ranks(p), give.particle_of(p, id));
         given(p) = give.given_by(p);
       });
-  particles.count = first + new_particles;
+  if (here) particles.count = first + new_particles;
   particles.next_id += new_particles;
 }
 
@@ -234,6 +235,7 @@ void create_particles(const Constants& constants, Fluid& fluid, const NeighborLi
   target(constants, lists, cloth, work);
   pool(constants, lists, cloth, work);
   measure_space(constants, fluid, cloth, work);
+  fluid.exchange.add_up(work.liquid, cloth.samples.count);
   rank(constants, cloth, work);
   ExecSpace().fence("drench::emission::counts");
   const EmissionCounts counts = work.counts();

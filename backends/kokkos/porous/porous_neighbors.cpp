@@ -32,7 +32,7 @@ void porous_neighbors(const Constants& constants, const Fluid& fluid, NeighborLi
   // Of the nodes' positions alone: the host has its result after the same wait as the lists'.
   if (m.has_diffusion()) launch_diffusion_rate(constants, cloth, diffusion);
   if (build_neighbor_lists(wanted, constants.support)) diffusion.rate.waited = true;
-  if (m.has_exchange()) find_filled_rows(lists.fluid_sample, lists.near_sheet);
+  if (m.has_exchange()) find_filled_rows(lists.fluid_sample, fluid.particles.count, lists.near_sheet);
 }
 
 /// Beside the lists that stage neighbors has made.

@@ -51,6 +51,7 @@ void KeptState::keep(Fluid& fluid, Bodies& bodies, Cloth& cloth, const Accounts&
 
 void KeptState::go_back(Fluid& fluid, Bodies& bodies, Cloth& cloth, Accounts& accounts, Jets& jets) const {
   fluid.particles.count = particles_;
+  fluid.particles.ghosts = 0;
   fluid.particles.next_id = next_id_;
   accounts = accounts_;
   jets.particles = jet_particles_;

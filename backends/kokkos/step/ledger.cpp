@@ -24,8 +24,9 @@ struct OfLiquid {
   Real3 gravity, center, square;
   bool speed, field;
   Tunnelled* tunnelled;  // null without cloth
+  LedgerScale scale;
 
-  explicit OfLiquid(const Constants& constants, const Fluid& fluid)
+  OfLiquid(const Constants& constants, const Fluid& fluid, const LedgerScale& scales)
       : x(fluid.particles.position),
         v(fluid.particles.velocity),
         mass(fluid.particles.mass),
@@ -37,14 +38,15 @@ struct OfLiquid {
         square(constants.field_square),
         speed(constants.model.scene.time.mode == TimeMode::cfl),
         field(constants.model.scene.field.present),
-        tunnelled(fluid.tunnelled.data()) {}
+        tunnelled(fluid.tunnelled.data()),
+        scale(scales) {}
   KOKKOS_INLINE_FUNCTION LedgerSums operator()(const Index i) const {
     LedgerSums own;
     own.mass = mass(i);
     own.nonfinite = finite(x(i)) && finite(v(i)) ? 0 : 1;
     own.square = double(dot(v(i), v(i)));
-    own.energy = 0.5 * q * double(mass(i)) * own.square;
-    own.mass_float += rho * double(Real(double(mass(i)) * q / rho));
+    own.energy = scale.energy(0.5 * q * double(mass(i)) * own.square);
+    own.mass_float = scale.mass(rho * double(Real(double(mass(i)) * q / rho)));
     own.bounds.add(x(i));
     if (speed) {
       const Real3 a = field ? gravity + central_field(x(i), center, square) : gravity;
@@ -66,8 +68,9 @@ struct OfNodes {
   Entries<const Real> solid, length;
   Entries<const Index> edge;
   Entries<const RigidState> body;
+  LedgerScale scale;
 
-  explicit OfNodes(const Constants& constants, const Bodies& solids, const Cloth& cloth)
+  OfNodes(const Constants& constants, const Bodies& solids, const Cloth& cloth, const LedgerScale& scales)
       : nodes(cloth.nodes.count),
         edges(constants.model.has_moving_cloth() ? cloth.mesh.edges : 0),
         bodies(constants.model.has_moving_body() ? solids.count : 0),
@@ -77,7 +80,8 @@ struct OfNodes {
         solid(cloth.nodes.solid_mass),
         length(cloth.mesh.edge_length),
         edge(cloth.mesh.edge),
-        body(solids.state) {}
+        body(solids.state),
+        scale(scales) {}
   Index count() const { return std::max({nodes, edges, bodies}); }
   KOKKOS_INLINE_FUNCTION LedgerSums operator()(const Index n) const {
     LedgerSums own;
@@ -96,37 +100,58 @@ struct OfNodes {
     own.mass = wet.liquid(n);
     own.nonfinite += finite(x(n)) && finite(v(n)) ? 0 : 1;
     own.square = double(dot(v(n), v(n)));
-    own.energy = 0.5 * (double(solid(n)) + wet.quantum * double(wet.liquid(n))) * own.square;
-    own.mass_float += double(Real(double(wet.liquid(n)) * wet.quantum));
+    own.energy = scale.energy(0.5 * (double(solid(n)) + wet.quantum * double(wet.liquid(n))) * own.square);
+    own.mass_float = scale.mass(double(Real(double(wet.liquid(n)) * wet.quantum)));
     own.saturation = wet.capacity(n) > 0 ? wet.filling(n) : 0;
     own.speed = double(norm(v(n)));
     return own;
   }
 };
 
-void add(StepReport& report, const LedgerSums& sums) {
+void add(StepReport& report, const LedgerSums& sums, const LedgerScale& scale) {
   report.nonfinite += sums.nonfinite;
-  report.kinetic_energy += sums.energy;
-  report.mass_float += sums.mass_float.sum + sums.mass_float.lost;
+  report.kinetic_energy += scale.energy.value(sums.energy);
+  report.mass_float += scale.mass.value(sums.mass_float);
+}
+
+/// Cloth and bodies are the same on all ranks.
+void add_ranks(const Communicator* ranks, LedgerSums& liquid) {
+  if (!ranks) return;
+  const PointBounds& b = liquid.bounds;
+  double most[6] = {-double(b.min_x), -double(b.min_y), -double(b.min_z), double(b.max_x), double(b.max_y), double(b.max_z)};
+  double lowest = -static_cast<double>(liquid.tunnelled.lowest);
+  OverRanks all(ranks);
+  all.sum(liquid.mass).sum(liquid.nonfinite).sum(liquid.energy).sum(liquid.mass_float).sum(liquid.tunnelled.count);
+  all.maximum(liquid.speed).maximum(liquid.square).maximum(lowest);
+  for (double& m : most) all.maximum(m);
+  all.reduce();
+  liquid.tunnelled.lowest = static_cast<std::int64_t>(-lowest);
+  liquid.bounds = {Real(-most[0]), Real(-most[1]), Real(-most[2]), Real(most[3]), Real(most[4]), Real(most[5])};
+}
+
+LedgerScale scale_of(const Constants& constants, const Fluid& fluid, const Cloth& cloth) {
+  return {constants, std::max(static_cast<double>(fluid.particles.total), static_cast<double>(cloth.nodes.count))};
 }
 
 }  // namespace
 
-static_assert(sizeof(LedgerSums) == 11 * sizeof(double) + 6 * sizeof(Real));
+static_assert(sizeof(LedgerSums) == 12 * sizeof(double) + 6 * sizeof(Real));
 
 MemoryEstimate ledger_bytes(const Sizing& s) {
   const double edges = s.size.moving_cloth ? s.size.edges : 0, others = std::max(s.size.nodes, edges);
   MemoryEstimate sum;
   sum.particles =
-      sum_room_bytes(partial_sums(s.size.fluid, s) + partial_sums(others, s), 11 * double_bytes + 6 * s.real);
+      sum_room_bytes(partial_sums(s.size.fluid, s) + partial_sums(others, s), 12 * double_bytes + 6 * s.real);
   return sum;
 }
 
 SumPair<LedgerSums> measure(const Constants& constants, const Fluid& fluid, const Bodies& bodies, const Cloth& cloth,
                             Cached<StateMeasures>& measured) {
-  const OfNodes others(constants, bodies, cloth);
-  const auto sums = ordered_pair<LedgerSums>("drench::ledger::sums", fluid.particles.count, OfLiquid(constants, fluid),
-                                             others.count(), others);
+  const LedgerScale scale = scale_of(constants, fluid, cloth);
+  const OfNodes others(constants, bodies, cloth, scale);
+  auto sums = ordered_pair<LedgerSums>("drench::ledger::sums", fluid.particles.count, OfLiquid(constants, fluid, scale),
+                                       others.count(), others);
+  add_ranks(constants.ranks, sums.first);
   measured.fluid = sums.first.bounds;
   measured.fluid_speed = sums.first.speed;
   measured.node_speed = sums.second.speed;
@@ -136,7 +161,9 @@ SumPair<LedgerSums> measure(const Constants& constants, const Fluid& fluid, cons
 
 void ledger(const Constants& constants, const Fluid& fluid, const Bodies& bodies, const Cloth& cloth,
             Cached<StateMeasures>& measured, Accounts& accounts, const StepInfo& info, StepReport& report) {
-  report.particles = fluid.particles.count;
+  std::int64_t particles = fluid.particles.count;
+  OverRanks(constants.ranks).sum(particles).reduce();
+  report.particles = particles;
   report.mass_drained = accounts.drained;
   report.mass_supplied = accounts.supplied;
   report.mass_float = 0;
@@ -146,19 +173,20 @@ void ledger(const Constants& constants, const Fluid& fluid, const Bodies& bodies
   report.lowest_tunnelled = -1;
   report.fluid_speed = report.cloth_speed = report.cloth_stretch = 0;
   const SumPair<LedgerSums> sums = measure(constants, fluid, bodies, cloth, measured);
-  if (fluid.particles.count > 0) {
+  const LedgerScale scale = scale_of(constants, fluid, cloth);
+  if (particles > 0) {
     report.mass_fluid = sums.first.mass;
     report.fluid_speed = std::sqrt(sums.first.square);
     report.tunnelled = sums.first.tunnelled.count;
     report.lowest_tunnelled = report.tunnelled > 0 ? sums.first.tunnelled.lowest : -1;
-    add(report, sums.first);
+    add(report, sums.first, scale);
   }
   if (cloth.nodes.count > 0 || constants.model.has_moving_body()) {
     report.mass_cloth = sums.second.mass;
     report.cloth_speed = std::sqrt(sums.second.square);
     report.cloth_stretch = std::sqrt(sums.second.stretch);
     if (constants.model.has_porous()) report.saturation_max = sums.second.saturation;
-    add(report, sums.second);
+    add(report, sums.second, scale);
   }
   accounts.step = info.step + 1;
   accounts.time = info.time + info.dt;

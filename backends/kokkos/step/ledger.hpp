@@ -12,8 +12,7 @@ namespace drench::kokkos_backend {
 struct LedgerSums {
   Quanta mass = 0;
   std::int64_t nonfinite = 0;
-  double energy = 0;  // J
-  CompensatedSum mass_float;
+  ExactSum energy, mass_float;       // scaled by LedgerScale
   double saturation = 0, speed = 0;  // 1, m/s
   double square = 0, stretch = 0;    // |v|², m²/s²; of an edge's length over that at rest, squared, 1
   Tunnelled tunnelled;
@@ -35,6 +34,13 @@ struct LedgerSums {
   }
 };
 
+/// Of sums over so many particles or nodes, whose natural sizes are a full particle's mass and its energy at 1 m/s.
+struct LedgerScale {
+  ExactScale energy, mass;
+  LedgerScale(const Constants& constants, double terms)
+      : energy(terms, constants.model.particle_mass), mass(terms, constants.model.particle_mass) {}
+};
+
 /// Of the partial sums, of which the ledger's are the largest.
 MemoryEstimate ledger_bytes(const Sizing& s);
 
@@ -44,7 +50,7 @@ struct StateMeasures {
   double fluid_speed = 0, node_speed = 0;  // m/s: the fastest, as stage time_step asks (with `mode: cfl`)
 };
 
-/// Over the liquid, and over nodes, edges and bodies; also fills `measured`.
+/// Over the liquid of all ranks, and over nodes, edges and bodies; also fills `measured`.
 SumPair<LedgerSums> measure(const Constants& constants, const Fluid& fluid, const Bodies& bodies, const Cloth& cloth,
                             Cached<StateMeasures>& measured);
 

@@ -12,9 +12,12 @@ namespace drench::kokkos_backend {
 namespace {
 
 /// Per particle: the distance to the nearest one within h, m (2 h if there is none), and whether any is too close, 1 or 0.
-void find_nearest(const Constants& constants, const Fluid& fluid, MeasuresWork& work) {
+void find_nearest(const Constants& constants, Fluid& particles, MeasuresWork& work) {
+  particles.exchange.migrate(particles.particles);
+  particles.exchange.find_ghosts(particles.particles);
+  const Fluid& fluid = particles;
   make_room(work.nearest, "drench::measures::nearest", 2 * static_cast<std::size_t>(fluid.particles.count));
-  work.cells.build(fluid.particles.position, fluid.particles.count, constants.support, fluid.particles.id);
+  work.cells.build(fluid.particles.position, fluid.particles.local(), constants.support, fluid.particles.id);
   const CellTableView cells = work.cells.view();
   const Entries<const Real3> x = fluid.particles.position;
   const Entries<Real> nearest = work.nearest;
@@ -38,23 +41,39 @@ void find_nearest(const Constants& constants, const Fluid& fluid, MeasuresWork& 
       });
 }
 
-void clumping(const Constants& constants, const Fluid& fluid, MeasuresWork& work, StepReport& report) {
+/// Particles that have another one too close, and one within h; the distances to the nearest, over d, and their squares.
+struct NearestSums {
+  std::int64_t close = 0, count = 0;
+  ExactSum distance, square;
+  KOKKOS_INLINE_FUNCTION NearestSums& operator+=(const NearestSums& o) {
+    close += o.close;
+    count += o.count;
+    distance += o.distance;
+    square += o.square;
+    return *this;
+  }
+  void visit(OverRanks& all) { all.sum(close).sum(count).sum(distance).sum(square); }
+};
+
+void clumping(const Constants& constants, Fluid& fluid, MeasuresWork& work, StepReport& report) {
   find_nearest(constants, fluid, work);
   const Entries<const Real> nearest = work.nearest;
   const Real h = constants.support, spacing = constants.spacing;
-  const ThreeSums sums = ordered<ThreeSums>(
-      "drench::measures::nearest_sums", fluid.particles.count, KOKKOS_LAMBDA(const Index i) {
-        const Real r = nearest(2 * i);
-        const double q = double(r) / double(spacing);
-        return r < h ? ThreeSums{1, q, q * q} : ThreeSums{};
-      });
-  const std::int64_t close = integer_sum(
-      "drench::measures::close", fluid.particles.count,
-      KOKKOS_LAMBDA(const Index i) { return std::int64_t(nearest(2 * i + 1)); });
-  report.close_share = double(close) / double(fluid.particles.count);
-  if (!(sums.first > 0)) return;
-  const double mean = sums.second / sums.first;
-  report.nearest_variance = std::max(0.0, sums.third / sums.first - mean * mean);
+  const ExactScale scale(static_cast<double>(fluid.particles.total), 1);
+  const NearestSums sums = over_ranks(
+      constants.ranks, ordered<NearestSums>(
+                           "drench::measures::nearest_sums", fluid.particles.count, KOKKOS_LAMBDA(const Index i) {
+                             const Real r = nearest(2 * i);
+                             const double q = double(r) / double(spacing);
+                             NearestSums own;
+                             own.close = std::int64_t(nearest(2 * i + 1));
+                             if (r < h) own = {own.close, 1, scale(q), scale(q * q)};
+                             return own;
+                           }));
+  report.close_share = double(sums.close) / double(fluid.particles.total);
+  if (sums.count == 0) return;
+  const double mean = scale.value(sums.distance) / double(sums.count);
+  report.nearest_variance = std::max(0.0, scale.value(sums.square) / double(sums.count) - mean * mean);
 }
 
 /// (u, v) of every node, m.
@@ -112,9 +131,9 @@ MemoryEstimate measures_bytes(const Sizing& s) {
   return sum;
 }
 
-void measures(const Constants& constants, const Fluid& fluid, const Cloth& cloth, MeasuresWork& work,
+void measures(const Constants& constants, Fluid& fluid, const Cloth& cloth, MeasuresWork& work,
               StepReport& report) {
-  if (fluid.particles.count > 0) clumping(constants, fluid, work, report);
+  if (fluid.particles.total > 0) clumping(constants, fluid, work, report);
   if (!constants.model.has_porous()) return;
   if (work.rest_uv.extent(0) == 0) place_nodes(constants, work);
   double all = 0, sum = 0;

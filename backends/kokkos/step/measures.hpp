@@ -14,7 +14,7 @@ struct MeasuresWork {
 
 MemoryEstimate measures_bytes(const Sizing& s);
 
-void measures(const Constants& constants, const Fluid& fluid, const Cloth& cloth, MeasuresWork& work,
+void measures(const Constants& constants, Fluid& fluid, const Cloth& cloth, MeasuresWork& work,
               StepReport& report);
 
 }  // namespace drench::kokkos_backend

@@ -51,10 +51,11 @@ struct BlockSums {
     memcpy(&s, word, sizeof(Sums));
     return s;
   }
-  template <class Few>
-  __device__ void add(const Few& own) const {
+  /// `exact` makes a warp's sum one of Sums.
+  template <class Few, class Exact>
+  __device__ void add(const Few& own, const Exact& exact) const {
     __shared__ bool last;
-    const Sums mine = over_block(sum_of_warp(own).widened());
+    const Sums mine = over_block(exact(sum_of_warp(own)));
     if (threadIdx.x == 0) {
       part[blockIdx.x] = mine;
       __threadfence();

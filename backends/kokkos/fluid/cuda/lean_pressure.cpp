@@ -280,7 +280,7 @@ struct LeanUpdate {
   }
   __device__ void operator()() const {
     const Index i = own_row();
-    sums.add(i < count ? of_row(i) : Few{});
+    sums.add(i < count ? of_row(i) : Few{}, [this](const Few& few) { return update.exact(few); });
   }
 };
 

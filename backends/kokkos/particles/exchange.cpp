@@ -1,0 +1,351 @@
+#include "particles/exchange.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <numeric>
+
+#include "core/host_copy.hpp"
+#include "core/ranks.hpp"
+
+namespace drench::kokkos_backend {
+namespace {
+
+constexpr double most_imbalance = 1.1;         // of the fullest rank over the mean
+constexpr std::int64_t points_of_rank = 8192;  // that a cut looks at
+
+/// `item` gets the numbers i < n with chosen(i), in order. Returns how many; waits for the device.
+template <class Chosen>
+Index choose(const char* label, Index n, const Chosen& chosen, const Entries<Index>& item) {
+  Index count = 0;
+  if (n == 0) return count;
+  Kokkos::parallel_scan(
+      label, range(n),
+      KOKKOS_LAMBDA(const Index i, Index& rank, const bool last) {
+        const bool takes = chosen(i);
+        if (last && takes) item(rank) = i;
+        rank += takes ? 1 : 0;
+      },
+      count);
+  return count;
+}
+
+std::int64_t sum_of(const std::vector<std::int64_t>& counts) {
+  return std::accumulate(counts.begin(), counts.end(), std::int64_t{0});
+}
+
+using Part = std::vector<WeightedPoint>::iterator;
+
+/// The boxes of `ranks` ranks from `box` on, which hold the points [first, last).
+void bisect(Part first, Part last, int ranks, const RankBox& space, RankBox* box) {
+  *box = space;
+  if (ranks == 1) return;
+  if (first == last) {
+    const Real none = INFINITY;
+    for (int r = 1; r < ranks; ++r) box[r] = {{none, none, none}, {-none, -none, -none}};
+    return;
+  }
+  std::size_t axis = 0;
+  double longest = -1, weight = 0;
+  for (std::size_t a = 0; a < 3; ++a) {
+    const auto [least, most] = std::minmax_element(
+        first, last, [a](const WeightedPoint& p, const WeightedPoint& q) { return p.at[a] < q.at[a]; });
+    if (double(most->at[a]) - double(least->at[a]) <= longest) continue;
+    longest = double(most->at[a]) - double(least->at[a]);
+    axis = a;
+  }
+  std::sort(first, last, [axis](const WeightedPoint& p, const WeightedPoint& q) { return p.at[axis] < q.at[axis]; });
+  for (Part p = first; p != last; ++p) weight += p->weight;
+  const int left = ranks / 2;
+  double wanted = weight * left / ranks;
+  Part middle = first;
+  while (middle + 1 != last && (wanted -= middle->weight) > 0) ++middle;
+  const Real cut = middle->at[axis];
+  RankBox below = space, above = space;
+  (axis == 0 ? below.max.x : axis == 1 ? below.max.y : below.max.z) = cut;
+  (axis == 0 ? above.min.x : axis == 1 ? above.min.y : above.min.z) = cut;
+  middle = std::partition_point(first, last, [=](const WeightedPoint& p) { return p.at[axis] < cut; });
+  bisect(first, middle, left, below, box);
+  bisect(middle, last, ranks - left, above, box + left);
+}
+
+}  // namespace
+
+std::vector<RankBox> bisected(std::vector<WeightedPoint> points, int ranks) {
+  std::erase_if(points, [](const WeightedPoint& p) {
+    return !std::isfinite(p.at[0]) || !std::isfinite(p.at[1]) || !std::isfinite(p.at[2]);
+  });
+  std::vector<RankBox> boxes(static_cast<std::size_t>(ranks));
+  bisect(points.begin(), points.end(), ranks, RankBox{}, boxes.data());
+  return boxes;
+}
+
+void Exchange::take_boxes(const std::vector<RankBox>& boxes) {
+  host_boxes_ = boxes;
+  own_ = boxes[static_cast<std::size_t>(ranks_->rank())];
+  make_room(boxes_, "drench::exchange::boxes", boxes.size());
+  copy_to_device(boxes_, boxes);
+}
+
+void Exchange::keep_own(ParticleSet& particles) {
+  particles.ghosts = 0;
+  particles.total = particles.count;
+  if (alone()) return;
+  const std::int64_t n = particles.count, points = std::min(n, points_of_rank * ranks_->size());
+  const std::vector<Vec3> position = to_host<Vec3>(particles.position, particles.count);
+  std::vector<WeightedPoint> seen;
+  for (std::int64_t k = 0; k < points; ++k) {
+    const Vec3& x = position[static_cast<std::size_t>(k * n / points)];
+    seen.push_back({{Real(x[0]), Real(x[1]), Real(x[2])}, 1});
+  }
+  take_boxes(bisected(std::move(seen), ranks_->size()));
+  make_room(gone_, "drench::exchange::gone", particles.capacity());
+  const Entries<const Real3> x = std::as_const(particles).position;
+  const Entries<const RankBox> box = std::as_const(boxes_);
+  const Entries<std::uint8_t> gone = gone_;
+  const int own = ranks_->rank(), ranks = ranks_->size();
+  parallel(
+      "drench::exchange::keep_own", particles.count, KOKKOS_LAMBDA(const Index i) {
+        int owner = 0;  // of what is no number
+        for (int r = 0; r < ranks; ++r)
+          if (Kokkos::isfinite(x(i).x + x(i).y + x(i).z) && box(r).holds(x(i))) owner = r;
+        gone(i) = owner == own ? 0 : 1;
+      });
+  particles.compact(gone_);
+}
+
+void Exchange::count_all(ParticleSet& particles, double& fullest) const {
+  particles.total = particles.count;
+  fullest = static_cast<double>(particles.count);
+  OverRanks(ranks_).sum(particles.total).maximum(fullest).reduce();
+}
+
+void Exchange::migrate(ParticleSet& particles) {
+  particles.ghosts = 0;
+  if (alone()) {
+    particles.total = particles.count;
+    return;
+  }
+  send_home(particles);
+  double fullest = 0;
+  count_all(particles, fullest);
+  if (fullest * ranks_->size() <= most_imbalance * static_cast<double>(particles.total) + 64 * ranks_->size()) return;
+  cut_anew(particles);
+  send_home(particles);
+}
+
+void Exchange::cut_anew(const ParticleSet& particles) {
+  const std::int64_t n = particles.count, points = std::min(n, points_of_rank);
+  const std::vector<Vec3> position = to_host<Vec3>(particles.position, particles.count);
+  std::vector<WeightedPoint> own(static_cast<std::size_t>(points_of_rank));
+  for (std::int64_t k = 0; k < points; ++k) {
+    const Vec3& x = position[static_cast<std::size_t>(k * n / points)];
+    own[static_cast<std::size_t>(k)] = {{Real(x[0]), Real(x[1]), Real(x[2])}, double(n) / double(points)};
+  }
+  const std::vector<std::byte> bytes = ranks_->all_gather(own.data(), own.size() * sizeof(WeightedPoint));
+  std::vector<WeightedPoint> all(bytes.size() / sizeof(WeightedPoint));
+  std::memcpy(static_cast<void*>(all.data()), bytes.data(), bytes.size());
+  std::erase_if(all, [](const WeightedPoint& p) { return !(p.weight > 0); });
+  take_boxes(bisected(std::move(all), ranks_->size()));
+}
+
+void Exchange::send_home(ParticleSet& particles) {
+  const auto ranks = static_cast<std::size_t>(ranks_->size());
+  const int count = ranks_->size();
+  const std::size_t n = static_cast<std::size_t>(particles.count);
+  make_ample_room(chosen_, "drench::exchange::chosen", n);
+  const RankBox own = own_;
+  const Entries<const Real3> x = std::as_const(particles).position;
+  const Index leave = choose(
+      "drench::exchange::leave", particles.count, KOKKOS_LAMBDA(const Index i) { return !own.holds(x(i)); }, chosen_);
+  make_ample_room(home_, "drench::exchange::home", static_cast<std::size_t>(leave));
+  const Entries<Index> home = home_;
+  const Entries<const Index> chosen = std::as_const(chosen_);
+  const Entries<const RankBox> box = std::as_const(boxes_);
+  parallel(
+      "drench::exchange::home", leave, KOKKOS_LAMBDA(const Index k) {
+        home(k) = 0;
+        for (int r = 0; r < count; ++r)
+          if (box(r).holds(x(chosen(k)))) home(k) = r;
+      });
+  const std::vector<Index> to = to_host<Index>(home_, leave), from = to_host<Index>(chosen_, leave);
+  std::vector<std::int64_t> sent(ranks);
+  for (const Index r : to) ++sent[static_cast<std::size_t>(r)];
+  const std::vector<std::int64_t> received = ranks_->exchange_counts(sent);
+  const auto come = static_cast<Index>(sum_of(received));
+  // in the order of their homes
+  std::vector<Index> place(static_cast<std::size_t>(leave)), order(static_cast<std::size_t>(leave));
+  std::iota(place.begin(), place.end(), Index{0});
+  std::stable_sort(place.begin(), place.end(),
+                   [&](Index a, Index b) { return to[static_cast<std::size_t>(a)] < to[static_cast<std::size_t>(b)]; });
+  for (std::size_t k = 0; k < place.size(); ++k) order[k] = from[static_cast<std::size_t>(place[k])];
+  copy_to_device(chosen_, order);
+  make_ample_room(packed_, "drench::exchange::packed", static_cast<std::size_t>(leave) * sizeof(Particle));
+  Array<std::byte> arrived("drench::exchange::arrived", static_cast<std::size_t>(come) * sizeof(Particle));
+  Particle* const out = reinterpret_cast<Particle*>(packed_.data());
+  const Particle* const in = reinterpret_cast<const Particle*>(arrived.data());
+  const ParticleView leaving = particles.view();
+  parallel(
+      "drench::exchange::pack_particles", leave, KOKKOS_LAMBDA(const Index k) { out[k] = leaving.load(chosen(k)); });
+  travel(packed_, sent, arrived.data(), received, sizeof(Particle));
+  if (leave > 0) {
+    make_ample_room(gone_, "drench::exchange::gone", particles.capacity());
+    const Entries<std::uint8_t> gone = gone_;
+    parallel(
+        "drench::exchange::stay", particles.count, KOKKOS_LAMBDA(const Index i) { gone(i) = own.holds(x(i)) ? 0 : 1; });
+    particles.compact(gone_);
+  }
+  if (come == 0) return;
+  const Index first = particles.count;
+  particles.reserve(first + come);
+  const ParticleView all = particles.view();
+  parallel(
+      "drench::exchange::unpack_particles", come, KOKKOS_LAMBDA(const Index k) { all.store(first + k, in[k]); });
+  ExecSpace().fence("drench::exchange::unpack_particles");  // `arrived` goes
+  particles.count = first + come;
+}
+
+void Exchange::find_ghosts(ParticleSet& particles, Real more) {
+  if (alone()) return;
+  const int own = ranks_->rank(), ranks = ranks_->size();
+  const Real reach = Real(1.0001) * (support_ + more);
+  const Entries<const Real3> x = std::as_const(particles).position;
+  const Entries<const RankBox> box = std::as_const(boxes_);
+  make_ample_room(chosen_, "drench::exchange::chosen", static_cast<std::size_t>(particles.count));
+  const Index candidates = choose(
+      "drench::exchange::near_others", particles.count,
+      KOKKOS_LAMBDA(const Index i) {
+        for (int r = 0; r < ranks; ++r)
+          if (r != own && box(r).near(x(i), reach)) return true;
+        return false;
+      },
+      chosen_);
+  const Entries<const Index> chosen = std::as_const(chosen_);
+  sent_to_.assign(static_cast<std::size_t>(ranks), 0);
+  sent_count_ = 0;
+  std::vector<Field<Index>> parts;
+  for (int r = 0; r < ranks; ++r) {
+    if (r == own || candidates == 0) continue;
+    Field<Index> part(Kokkos::ViewAllocateWithoutInitializing("drench::exchange::part"), static_cast<std::size_t>(candidates));
+    const RankBox other = host_boxes_[static_cast<std::size_t>(r)];
+    const Index n = choose(
+        "drench::exchange::near_other", candidates,
+        KOKKOS_LAMBDA(const Index k) { return other.near(x(chosen(k)), reach); }, part);
+    sent_to_[static_cast<std::size_t>(r)] = n;
+    sent_count_ += n;
+    parts.push_back(std::move(part));
+  }
+  make_ample_room(sent_, "drench::exchange::sent", static_cast<std::size_t>(sent_count_));
+  Index first = 0;
+  std::size_t which = 0;
+  for (int r = 0; r < ranks; ++r) {
+    if (r == own || candidates == 0) continue;
+    const auto n = static_cast<Index>(sent_to_[static_cast<std::size_t>(r)]);
+    const Entries<const Index> part = std::as_const(parts[which++]);
+    const Entries<Index> sent = sent_;
+    parallel(
+        "drench::exchange::sent", n, KOKKOS_LAMBDA(const Index k) { sent(first + k) = chosen(part(k)); });
+    first += n;
+  }
+  from_ = ranks_->exchange_counts(sent_to_);
+  particles.ghosts = static_cast<Index>(sum_of(from_));
+  first_ghost_ = particles.count;
+  particles.reserve(particles.local());
+  halo(particles.position);
+  halo(particles.mass);
+  halo(particles.id);
+}
+
+void Exchange::travel(const Array<std::byte>& sent, const std::vector<std::int64_t>& to, void* received,
+                      const std::vector<std::int64_t>& from, std::size_t each) const {
+  using Bytes = Kokkos::View<std::byte*, MemSpace, Kokkos::MemoryUnmanaged>;
+  const auto out_bytes = static_cast<std::size_t>(sum_of(to)) * each, in_bytes = static_cast<std::size_t>(sum_of(from)) * each;
+  auto* out = sent.data();
+  auto* in = static_cast<std::byte*>(received);
+  if constexpr (!on_host) {
+    const auto room = [](auto& pinned, std::size_t bytes) {
+      if (pinned.extent(0) < bytes)
+        pinned = std::decay_t<decltype(pinned)>(Kokkos::ViewAllocateWithoutInitializing("drench::exchange::pinned"),
+                                                bytes + bytes / 4);
+    };
+    room(out_, out_bytes);
+    room(in_, in_bytes);
+    if (out_bytes > 0)
+      Kokkos::deep_copy(ExecSpace(), Kokkos::subview(out_, Kokkos::make_pair(std::size_t{0}, out_bytes)),
+                        Bytes(sent.data(), out_bytes));
+    out = out_.data();
+    in = in_.data();
+  }
+  ExecSpace().fence("drench::exchange::packed");
+  std::vector<Message> messages, answers;
+  const auto add = [each](std::vector<Message>& list, const std::vector<std::int64_t>& counts, std::byte* at) {
+    for (std::size_t r = 0; r < counts.size(); ++r) {
+      const std::size_t bytes = static_cast<std::size_t>(counts[r]) * each;
+      if (bytes > 0) list.push_back({static_cast<int>(r), at, bytes});
+      at += bytes;
+    }
+  };
+  add(messages, to, out);
+  add(answers, from, in);
+  ranks_->exchange(messages, answers);
+  if constexpr (!on_host) {
+    if (in_bytes > 0)
+      Kokkos::deep_copy(ExecSpace(), Bytes(static_cast<std::byte*>(received), in_bytes),
+                        Kokkos::subview(in_, Kokkos::make_pair(std::size_t{0}, in_bytes)));
+  }
+}
+
+void Exchange::share_bytes(void* data, std::size_t bytes) const {
+  ExecSpace().fence("drench::exchange::share");
+  if constexpr (on_host) {
+    ranks_->all_or(data, bytes);
+  } else {
+    using Bytes = Kokkos::View<std::byte*, MemSpace, Kokkos::MemoryUnmanaged>;
+    const Bytes device(static_cast<std::byte*>(data), bytes);
+    const auto host = Kokkos::create_mirror_view_and_copy(Kokkos::HostSpace(), device);
+    ranks_->all_or(host.data(), bytes);
+    Kokkos::deep_copy(device, host);
+  }
+}
+
+void Exchange::add_up_words(std::int64_t* sums, std::size_t count) const {
+  using Words = Kokkos::View<std::int64_t*, MemSpace, Kokkos::MemoryUnmanaged>;
+  ExecSpace().fence("drench::exchange::add_up");
+  const Words device(sums, count);
+  const auto host = Kokkos::create_mirror_view_and_copy(Kokkos::HostSpace(), device);
+  ranks_->all_reduce({host.data(), count}, {});
+  Kokkos::deep_copy(device, host);
+}
+
+void Exchange::add_up(Field<Index>& sums, Index count) const {
+  if (alone()) return;
+  Field<std::int64_t> wide(Kokkos::ViewAllocateWithoutInitializing("drench::exchange::wide"), static_cast<std::size_t>(count));
+  const Entries<std::int64_t> to = wide;
+  const Entries<Index> from = sums;
+  parallel(
+      "drench::exchange::widen", count, KOKKOS_LAMBDA(const Index k) { to(k) = from(k); });
+  add_up_words(wide.data(), static_cast<std::size_t>(count));
+  parallel(
+      "drench::exchange::narrow", count, KOKKOS_LAMBDA(const Index k) { from(k) = static_cast<Index>(to(k)); });
+  ExecSpace().fence("drench::exchange::narrow");  // `wide` goes
+}
+
+void Exchange::gather(HostState& state) const {
+  if (alone()) return;
+  const bool first = ranks_->rank() == 0;
+  visit_fields(state, [&](std::string_view name, auto& values) {
+    using Value = typename std::decay_t<decltype(values)>::value_type;
+    if (!name.starts_with("fluid_")) return;
+    const auto parts = ranks_->gather(values.data(), values.size() * sizeof(Value));
+    if (!first) return;
+    values.clear();
+    for (const auto& part : parts) {
+      const std::size_t before = values.size();
+      values.resize(before + part.size() / sizeof(Value));
+      if (!part.empty()) std::memcpy(static_cast<void*>(values.data() + before), part.data(), part.size());
+    }
+  });
+  if (first) sort_by_id(state);
+}
+
+}  // namespace drench::kokkos_backend

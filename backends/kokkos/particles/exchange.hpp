@@ -1,0 +1,107 @@
+#pragma once
+// Which rank owns which particles, and what travels between ranks. Alone nothing here allocates, launches or waits.
+// Design: docs/design-notes/distribution.md.
+
+#include <array>
+#include <vector>
+
+#include "core/constants.hpp"
+#include "particles/particle_set.hpp"
+
+namespace drench::kokkos_backend {
+
+/// A rank's part of space: min ≤ x < max on each axis, with infinite sides. Together they fill space.
+struct RankBox {
+  Real3 min{-INFINITY, -INFINITY, -INFINITY}, max{INFINITY, INFINITY, INFINITY};
+
+  KOKKOS_INLINE_FUNCTION bool holds(const Real3& x) const {
+    return !(x.x < min.x || x.y < min.y || x.z < min.z || x.x >= max.x || x.y >= max.y || x.z >= max.z);
+  }
+  /// Is the point within `reach` of it?
+  KOKKOS_INLINE_FUNCTION bool near(const Real3& x, Real reach) const {
+    return beside(x.x, min.x, max.x, reach) && beside(x.y, min.y, max.y, reach) && beside(x.z, min.z, max.z, reach);
+  }
+
+ private:
+  KOKKOS_INLINE_FUNCTION static bool beside(Real x, Real min, Real max, Real reach) {
+    return x - min > -reach && x - max < reach;
+  }
+};
+
+/// A point with what it counts, for cuts.
+struct WeightedPoint {
+  std::array<Real, 3> at{};
+  double weight = 0;
+};
+/// The boxes of so many ranks, which hold about the same weight: recursive bisection along the longest axis (Berger and
+/// Bokhari 1987). A part without points gives all of its space to its first rank.
+std::vector<RankBox> bisected(std::vector<WeightedPoint> points, int ranks);
+
+class Exchange {
+ public:
+  explicit Exchange(const Constants& constants) : ranks_(constants.ranks), support_(constants.support) {}
+
+  bool alone() const { return ranks_ == nullptr; }
+  const Communicator* ranks() const { return ranks_; }
+  /// This rank's part of space; all of it when alone.
+  const RankBox& own() const { return own_; }
+
+  /// From all particles on every rank: cuts space, and each rank keeps its own.
+  void keep_own(ParticleSet& particles);
+  /// Particles go to the ranks that own their places; cuts anew where one rank has a tenth more than the mean.
+  void migrate(ParticleSet& particles);
+  /// Copies of the particles of other ranks within h + `more` (m) come behind the owned ones: positions, masses and ids.
+  void find_ghosts(ParticleSet& particles, Real more = 0);
+  /// The ghosts' values of a field, from their owners.
+  template <class T>
+  void halo(Field<T>& values) const {
+    if (alone()) return;
+    make_ample_room(packed_, "drench::exchange::packed", static_cast<std::size_t>(sent_count_) * sizeof(T));
+    const Entries<const T> from = std::as_const(values);
+    const Entries<const Index> item = sent_;
+    T* const to = reinterpret_cast<T*>(packed_.data());
+    parallel(
+        "drench::exchange::pack", sent_count_, KOKKOS_LAMBDA(const Index k) { to[k] = from(item(k)); });
+    send_packed(sizeof(T), values.data() + first_ghost_);
+  }
+  /// Integers that each rank has summed up for itself become the sums of all.
+  void add_up(Field<std::int64_t>& sums, Index count) const {
+    if (!alone()) add_up_words(sums.data(), static_cast<std::size_t>(count));
+  }
+  void add_up(Field<Index>& sums, Index count) const;
+  /// Results of rows that one rank each has found: the others have zeros there, and get them.
+  template <class T>
+  void share(Field<T>& values, Index count) const {
+    if (!alone()) share_bytes(values.data(), static_cast<std::size_t>(count) * sizeof(T));
+  }
+  /// All ranks' particles in the state of rank 0, in the order of their ids.
+  void gather(HostState& state) const;
+
+ private:
+  /// Bytes from device memory to other ranks and back, `each` an item: those of the first rank first.
+  void travel(const Array<std::byte>& sent, const std::vector<std::int64_t>& to, void* received,
+              const std::vector<std::int64_t>& from, std::size_t each) const;
+  void send_packed(std::size_t each, void* ghosts) const { travel(packed_, sent_to_, ghosts, from_, each); }
+  void share_bytes(void* data, std::size_t bytes) const;
+  void add_up_words(std::int64_t* sums, std::size_t count) const;
+  void take_boxes(const std::vector<RankBox>& boxes);
+  void cut_anew(const ParticleSet& particles);
+  /// Those that are not at home go there; this rank's own count.
+  void send_home(ParticleSet& particles);
+  void count_all(ParticleSet& particles, double& fullest) const;
+
+  const Communicator* ranks_;
+  Real support_;  // h, m
+  RankBox own_;
+  Field<RankBox> boxes_;
+  std::vector<RankBox> host_boxes_;
+  Field<Index> chosen_, home_;                // particles that leave, or may be ghosts; where they belong
+  Field<Index> sent_;                         // those that are ghosts elsewhere, one rank after the other
+  Index sent_count_ = 0, first_ghost_ = 0;
+  std::vector<std::int64_t> sent_to_, from_;  // how many, of each rank
+  Field<std::uint8_t> gone_;
+  mutable Array<std::byte> packed_;
+  mutable Kokkos::View<std::byte*, Kokkos::SharedHostPinnedSpace> out_, in_;  // of a GPU's, on their way
+};
+
+}  // namespace drench::kokkos_backend

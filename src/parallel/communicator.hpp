@@ -1,0 +1,58 @@
+#pragma once
+// The processes ("ranks") of one run and what they tell each other. Which particles travel is the backend's affair
+// (backends/kokkos/particles/exchange.hpp). Design: docs/design-notes/distribution.md.
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace drench {
+
+/// Bytes for or from one rank.
+struct Message {
+  int rank = 0;
+  void* data = nullptr;
+  std::size_t bytes = 0;
+};
+
+/// All ranks of a run. Every call but rank(), size() and abort() is made by all of them, in the same order.
+class Communicator {
+ public:
+  virtual ~Communicator() = default;
+  virtual int rank() const = 0;
+  virtual int size() const = 0;
+  virtual std::string description() const = 0;  ///< the library, in a line
+  /// Each number becomes the sum, or the largest, of all ranks' numbers.
+  virtual void all_reduce(std::span<std::int64_t> sums, std::span<double> maxima) const = 0;
+  /// Each bit becomes 1 where it is 1 on any rank.
+  virtual void all_or(void* data, std::size_t bytes) const = 0;
+  /// `own` bytes of every rank, as many of each, in the order of ranks.
+  virtual std::vector<std::byte> all_gather(const void* own, std::size_t bytes) const = 0;
+  /// The bytes of every rank at rank 0, which may be of different numbers; empty elsewhere.
+  virtual std::vector<std::vector<std::byte>> gather(const void* own, std::size_t bytes) const = 0;
+  /// A number for each rank against one from each rank.
+  virtual std::vector<std::int64_t> exchange_counts(const std::vector<std::int64_t>& counts) const = 0;
+  /// Sends and receives; both sides agree on ranks and sizes.
+  virtual void exchange(const std::vector<Message>& sent, const std::vector<Message>& received) const = 0;
+  /// Ends every rank.
+  [[noreturn]] virtual void abort(int exit_code) const = 0;
+};
+
+/// Ranks that cannot run together. One line.
+struct RanksError : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+/// How many ranks started this program together, by the environment that mpirun and srun give; 1 if none did.
+int started_ranks();
+/// Joins the ranks that were started together; null for one alone. It ends with the program.
+/// @throws RanksError where this build knows no MPI
+std::unique_ptr<Communicator> join_ranks();
+/// What join_ranks() would talk through: "Open MPI v4.1.4", or "none".
+std::string transport_description();
+
+}  // namespace drench
