@@ -361,11 +361,17 @@ TEST(only_what_is_needed, measures_only_where_asked_for) {
   }
   {
     const Watch watch(with(wet_scene(), "every: 0", "every: 0, measures: true"));
-    EXPECT_EQ(containing(launched, label), 5);   // nearest, nearest_sums, close; patch_mean, patch_moment
+    EXPECT_EQ(containing(launched, label), 4);   // nearest, nearest_sums; patch_mean, patch_moment
     EXPECT_EQ(containing(allocated, label), 2);  // nearest, rest_uv
   }
   const Watch watch(with(no_cloth, "end: 1}", "end: 1}\noutput: {measures: true}"));
-  EXPECT_EQ(containing(launched, label), 3);
+  EXPECT_EQ(containing(launched, label), 2);
+}
+
+TEST(only_what_is_needed, one_rank_alone_exchanges_nothing) {
+  const Watch watch(wet_scene());
+  EXPECT_EQ(containing(launched, {"drench::exchange", "::ghost_", "::node_answer", "::in_order"}), 0);
+  EXPECT_EQ(containing(allocated, {"drench::exchange", "in_order"}), 0);
 }
 
 TEST(only_what_is_needed, only_steps_of_mode_error_look_back) {
