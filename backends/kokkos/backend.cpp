@@ -212,6 +212,7 @@ MemoryEstimate kokkos_array_bytes(const SetupSize& size, int real_bytes, bool gp
   sum += divergence_bytes(sizing);
   sum += forces_bytes(sizing);
   sum += micropolar_bytes(sizing);
+  sum += surface_tension_bytes(sizing);
   sum += wet_adhesion_bytes(sizing);
   sum += wind_bytes(sizing);
   sum += cloth_solver_bytes(sizing);

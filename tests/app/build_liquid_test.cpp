@@ -175,6 +175,21 @@ TEST(MemoryEstimate, RefusesWhatTheMachineOrTheDeviceCannotHold) {
           on_gpu / 1073741824));
 }
 
+/// On a GPU the liquid's list, its gradient factors and the words of the lean iterations have the same entries, and each bundle
+/// is whole groups of four wide: some 1.5 a row more than its longest.
+TEST(MemoryEstimate, GivesAGpusListsTheSameEntries) {
+  SetupSize size;
+  size.fluid = 1e6;
+  const auto lists = [&](double bundled, int real_bytes) {
+    size.entries.fluid_fluid = {26, bundled};
+    return estimate_memory(size, arrays_with(real_bytes, true)).lists;
+  };
+  constexpr double room = 1.25;
+  const double rows = room * size.fluid * (4 + 8.0 / 32);  // count, and start of a bundle
+  EXPECT_NEAR(lists(30, 4), rows + room * size.fluid * 31.5 * (4 + 4 + 4), 1);
+  EXPECT_NEAR(lists(30, 8), rows + room * size.fluid * 31.5 * (4 + 8), 1) << "no lean iterations in double";
+}
+
 TEST(Build, IsTheSameTwice) {
   Scene scene = wet_scene();
   scene.bodies = {sphere_body({0, -0.2, 0}, 0.2)};

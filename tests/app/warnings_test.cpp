@@ -85,6 +85,10 @@ TEST(Warnings, NameEachMistakeOnce) {
        "body 2: it starts 0.02 m inside body 1, is put out at once and has 0.031 J more; move one of them"},
       {{"bodies.1={box: {min: [0, 0.05, 0], max: [0.1, 0.13, 0.1], dynamic: true, density: 300}}"},
        "body 2: it starts 0.05 m inside body 1, is put out at once and has 0.12 J more; move one of them"},
+      {{"fluid.wall_pressure=extrapolated", "bodies.1.plane.adhesion=0.05"},
+       "drops spread too far on the solids that they stick to"},
+      {{"fluid.wall_pressure=extrapolated", "bodies.0={sphere: {center: [0, 0, 0], radius: 0.1, dynamic: true, density: 300}}"},
+       "bodies float a fifth of a spacing too deep"},
       {{"cloth.0.mesh.grid.nodes=[4, 4]"}, "spacings: it bends and wets far coarser than the liquid"},
       {{"cloth.0.mesh.grid={size: [0.3, 0.3], nodes: [76, 76]}"},
        "11250 samples, at least one a triangle"},
@@ -118,6 +122,7 @@ TEST(Warnings, NameEachMistakeOnce) {
 
 TEST(Warnings, AreWithheldWhereTheSameIsNoMistake) {
   EXPECT_EQ(warnings_of(sound, {"time.step=0.02", "time.mode=cfl"}), Lines());
+  EXPECT_EQ(warnings_of(sound, {"fluid.wall_pressure=extrapolated"}), Lines());
   EXPECT_EQ(warnings_of(sound, {"cloth.0.hold_saturation=[{box: {min: [-1, 0, -1], max: [0, 1, 1]}, value: 1}]",
                                 "processes={emission: off}"}),
             Lines());

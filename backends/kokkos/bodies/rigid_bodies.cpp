@@ -178,8 +178,8 @@ MemoryEstimate body_bytes(const Sizing& m) {
   MemoryEstimate sum;
   sum += deforming_bytes(m);
   sum.bodies += m.size.boundary * sample + m.size.field * r;
-  // sample, owner; position, force, row_load and row_arm
-  sum.bodies += m.size.dynamic_samples * (2 * index_bytes + 8 * r);
+  // sample, owner; position, force, row_load and row_arm, viscous_bound
+  sum.bodies += m.size.dynamic_samples * (2 * index_bytes + 9 * r);
   sum.cells = cell_table_bytes(m.size.boundary, m.size.boundary_cells, m);
   return sum;
 }

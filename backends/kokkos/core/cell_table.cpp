@@ -146,7 +146,7 @@ double cell_table_bytes(double points, double cells, const Sizing& s) {
   if (points <= 0) return 0;
   const bool hashed = !(cells > 0);
   const double point = (s.gpu ? 4 : 3) * s.real, coord = hashed ? sizeof(CellCoord) : 0;
-  double bytes = 1.25 * points * (2 * index_bytes + point + coord);  // item and ordered_, also where that stays empty
+  double bytes = 1.25 * points * ((s.gpu ? 2 : 1) * index_bytes + point + coord);  // item, and ordered_ on a GPU
   bytes += 1.25 * index_bytes * (hashed ? 2 * points : cells);       // start
   return bytes + sort_bytes(1.25 * points);
 }

@@ -14,7 +14,9 @@ inline constexpr double index_bytes = sizeof(Index), quanta_bytes = sizeof(Quant
 /// `real`, the bytes of a Real, and `gpu` need not be this build's: the reference is judged in double, and tests ask for a GPU.
 struct Sizing {
   Sizing(const SetupSize& scene, int real_bytes, bool on_gpu)
-      : size(with_expected_mesh(scene)), entries(expected_entries(scene, on_gpu)), real(real_bytes), gpu(on_gpu) {}
+      : size(with_expected_mesh(scene)), entries(expected_entries(scene, on_gpu)), real(real_bytes), gpu(on_gpu) {
+    if (gpu) entries.fluid_fluid += 1.5 * size.fluid;  // the liquid's own bundles are whole groups of four wide
+  }
 
   SetupSize size;
   ListTotals entries;

@@ -55,8 +55,10 @@ MemoryEstimate advection_bytes(const Sizing& s) {
   if (s.size.samples > 0 && s.gpu) particle += index_bytes;  // near
   MemoryEstimate sum;
   sum.particles = particle_room(s) * particle;
-  if (s.size.moving_cloth || s.size.liquid)
-    sum.cloth = s.size.nodes * (3 * r + 3 * sizeof(std::int64_t) + index_bytes);  // start, momentum, hits
+  if (s.size.moving_cloth || s.size.liquid)  // start, momentum, hits; box
+    sum.cloth = s.size.nodes * (3 * r + 3 * sizeof(std::int64_t) + index_bytes) + s.size.triangles * 6 * r;
+  if (s.size.self_collision && s.size.samples > 0 && s.size.fluid > 0)  // ordered, and a cluster_box for 32
+    sum.cloth += s.size.triangles * (index_bytes + 6 * r / 32);
   return sum;
 }
 

@@ -175,10 +175,12 @@ void cloth_forces(const Constants& constants, Fluid& fluid, const NeighborLists&
 
 }  // namespace
 
-/// Only sample_bound: the particles' arrays and impulse_change are not counted (docs/design-notes/memory_estimate.md).
+/// Without impulse_change, which comes with several stages (docs/design-notes/memory_estimate.md).
 MemoryEstimate forces_bytes(const Sizing& s) {
   MemoryEstimate sum = slip_bytes(s);
-  if (s.size.liquid) sum.cloth = s.size.samples * s.real;
+  if (!s.size.liquid || !(s.size.scene.fluid.viscosity > 0)) return sum;
+  sum.particles += particle_room(s) * 9 * s.real;  // velocity_and_weight, change, bound
+  sum.cloth += s.size.samples * s.real;            // sample_bound
   return sum;
 }
 

@@ -43,8 +43,8 @@ void find_nearest_samples(const NeighborLists& lists, const Cloth& cloth, Fluid&
       });
 }
 
-/// fluid.nearest_sample: an Index, counted as a Real.
-double nearest_sample_bytes(const Sizing& s) { return s.size.samples > 0 ? particle_room(s) * s.real : 0; }
+/// fluid.nearest_sample.
+double nearest_sample_bytes(const Sizing& s) { return s.size.samples > 0 ? particle_room(s) * index_bytes : 0; }
 
 /// Culls the pairs across a cloth from fluid_fluid.
 void cull_pairs_across_cloth(const Constants& constants, const Fluid& fluid, const Cloth& cloth, NeighborLists& lists) {
@@ -174,8 +174,7 @@ MemoryEstimate neighbor_bytes(const Sizing& s) {
   const SetupSize& size = s.size;
   sum.particles = nearest_sample_bytes(s);
   sum.cells = cell_table_bytes(size.fluid, size.fluid_cells, s);
-  // On a GPU bundles are whole groups of four wide.
-  if (size.fluid > 0) sum.lists += list_bytes(size.fluid, s.entries.fluid_fluid + (s.gpu ? 1.5 * size.fluid : 0), s);
+  if (size.fluid > 0) sum.lists += list_bytes(size.fluid, s.entries.fluid_fluid, s);
   if (size.fluid > 0 && size.boundary > 0) sum.lists += list_bytes(size.fluid, s.entries.fluid_boundary, s);
   if (!(size.samples > 0)) return sum;
   sum.lists += list_bytes(size.samples, s.entries.sample_sample, s);

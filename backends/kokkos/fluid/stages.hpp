@@ -50,6 +50,8 @@ void micropolar(const Constants& constants, Fluid& fluid, const NeighborLists& l
                 const StepInfo& info, StepReport& report);
 MemoryEstimate micropolar_bytes(const Sizing& s);
 
+MemoryEstimate surface_tension_bytes(const Sizing& s);
+
 struct SurfaceTensionWork {
   Field<Real3> normal;                        // n_i, 1
   Field<Real> body_adhesion, cloth_adhesion;  // A_b, Pa, per body and per cloth

@@ -173,6 +173,13 @@ void pull_cloth(const Constants& constants, const Fluid& fluid, const NeighborLi
 
 }  // namespace
 
+/// Without the strengths, a number a body and a cloth.
+MemoryEstimate surface_tension_bytes(const Sizing& s) {
+  MemoryEstimate sum;
+  if (s.size.liquid && s.size.scene.fluid.surface_tension > 0) sum.particles = particle_room(s) * 3 * s.real;  // normal
+  return sum;
+}
+
 void surface_tension(const Constants& constants, Fluid& fluid, const NeighborLists& lists, const Bodies& bodies,
                      Cloth& cloth, SurfaceTensionWork& work, const StepInfo& info) {
   if (fluid.particles.total == 0) return;

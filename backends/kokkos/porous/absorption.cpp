@@ -41,9 +41,9 @@ void prepare(const Constants& constants, Cloth& cloth, TransferWork& transfers, 
 /// Of a sample one Real of eight (docs/design-notes/memory_estimate.md), and the offers.
 MemoryEstimate absorption_bytes(const Sizing& s) {
   MemoryEstimate sum;
-  if (s.size.porous) sum.cloth = s.size.samples * s.real;
-  if (s.size.absorption && s.size.liquid && s.size.fluid > 0 && s.size.samples > 0)
-    sum.lists = room_for_entries(s.entries.fluid_sample) * quanta_bytes;
+  if (!s.size.absorption || !s.size.liquid || !(s.size.fluid > 0)) return sum;
+  sum.cloth = s.size.samples * 8 * s.real;                              // position_saturation, flow_capacity
+  sum.lists = room_for_entries(s.entries.fluid_sample) * quanta_bytes;  // offer
   return sum;
 }
 

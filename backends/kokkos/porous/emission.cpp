@@ -35,8 +35,8 @@ MemoryEstimate emission_bytes(const Sizing& s) {
   if (!s.size.emission) return {};
   const double r = s.real, direction = s.size.direction && s.size.boundary > 0 ? 3 * r : 0;
   MemoryEstimate sum = candidate_bytes(s);
-  // share, total, rest, room, given; velocity, blocked, layers
-  sum.cloth += s.size.samples * (7 * quanta_bytes + 3 * r + 1 + index_bytes + direction);
+  // share, total, rest, room; velocity, blocked, layers
+  sum.cloth += s.size.samples * (6 * quanta_bytes + 3 * r + 1 + index_bytes + direction);
   return sum;
 }
 

@@ -26,11 +26,12 @@ void prepare(const Cloth& cloth, EmissionWork& work) {
 
 }  // namespace
 
-/// Two numbers a sample, and five a particle that no array has (docs/design-notes/memory_estimate.md).
+/// As if something dripped from the first step on.
 MemoryEstimate candidate_bytes(const Sizing& s) {
   MemoryEstimate sum;
-  sum.cloth = s.size.samples * 2 * index_bytes;
-  sum.particles = particle_room(s) * 5 * quanta_bytes;
+  // target, rank, next; pool, given; position; liquid; created
+  sum.cloth = s.size.samples * (3 * index_bytes + 2 * quanta_bytes + 3 * s.real + sizeof(std::int64_t) + 1);
+  sum.cloth += 1.25 * s.size.sample_cells * index_bytes;  // head
   return sum;
 }
 

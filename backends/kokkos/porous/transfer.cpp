@@ -14,7 +14,7 @@ void prepare_transfers(const Cloth& cloth, TransferWork& transfers) {
 MemoryEstimate transfer_bytes(const Sizing& s) {
   MemoryEstimate sum;
   if (s.size.absorption || s.size.emission)
-    sum.cloth = s.size.samples * (2 * quanta_bytes + 3 * sizeof(std::int64_t)) + s.size.nodes * double_bytes;
+    sum.cloth = s.size.samples * (2 * quanta_bytes + 3 * sizeof(std::int64_t) + sizeof(int)) + s.size.nodes * double_bytes;
   return sum;
 }
 
