@@ -82,8 +82,11 @@ class KokkosBackend final : public Backend {
       case Stage::prescribed_motion:
         return prescribed_motion(constants_, bodies_, info);
       case Stage::neighbors:
-        return neighbors(constants_, fluid_, lists_, bodies_, cloth_,
-                         measured_.is_of(fluid_.particles.moved) ? &measured_.fluid : nullptr);
+        neighbors(constants_, fluid_, lists_, bodies_, cloth_,
+                  measured_.is_of(fluid_.particles.moved) ? &measured_.fluid : nullptr);
+        report.imbalance = fluid_.exchange.imbalance();
+        report.cuts = fluid_.exchange.cuts();
+        return;
       case Stage::density:
         return density(constants_, fluid_, lists_, bodies_, cloth_, report);
       case Stage::divergence:

@@ -55,6 +55,8 @@ nb::dict to_dict(const StepReport& r) {
   DRENCH_NUMBER(kinetic_energy)
   DRENCH_NUMBER(particles)
   DRENCH_NUMBER(nonfinite)
+  DRENCH_NUMBER(imbalance)
+  DRENCH_NUMBER(cuts)
   DRENCH_NUMBER(nearest_variance)
   DRENCH_NUMBER(close_share)
   DRENCH_NUMBER(wet_isotropy)

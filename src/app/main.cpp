@@ -9,6 +9,7 @@
 #include <csignal>
 #include <cstdint>
 #include <cstdio>
+#include <cstdlib>
 #include <functional>
 #include <memory>
 #include <new>
@@ -329,6 +330,7 @@ int run_safely(CommandLine& command, char** argv, std::string& text) {
   }
   std::fflush(nullptr);
   ranks.abort(code);
+  std::abort();
 }
 
 }  // namespace

@@ -67,6 +67,7 @@ class Run {
         last_state_step_(-1),
         memory_(memory) {
     pipeline_.set_profiling(options.profile);
+    if (ranks_) ranks_->traffic().fenced = options.profile;
     if (resume_) go_on();
     if (!options.no_output && first()) open_folder();
     if (!options.no_output) plan_checkpoint();
@@ -88,10 +89,17 @@ class Run {
       while (!finished() && !stops()) {
         if (frames_) frames_->check();
         threads_.look();
+        const Traffic before = ranks_ ? ranks_->traffic() : Traffic{};
         const StepReport report = step();
+        const Traffic after = ranks_ ? ranks_->traffic() : Traffic{};
+        imbalance_ += report.imbalance;
+        worst_imbalance_ = std::max(worst_imbalance_, report.imbalance);
+        cuts_ = report.cuts;
         log_.write(totals_.add(pipeline_.step_index(), pipeline_.time(), report, pipeline_.milliseconds()));
         hear_frames();
-        if (stats_) stats_->write(report, pipeline_.milliseconds(), pipeline_.step_milliseconds());
+        if (stats_)
+          stats_->write({report, pipeline_.milliseconds(), pipeline_.step_milliseconds(),
+                         1000 * (after.exchanging - before.exchanging), 1000 * (after.summing - before.summing)});
         mass_error_ = static_cast<double>(report.mass_total() - pipeline_.initial_total()) * model_.quantum;
         progress.update(pipeline_.time(), pipeline_.step_index(), totals_.steps(), report, mass_error_);
         if (every() > 0 && pipeline_.time() >= next_frame_time() - rounding()) frame();
@@ -196,7 +204,7 @@ class Run {
                            backend_.name(), backend_.description()));
     log_.write(fmt::format("scene {}", options_.scene));
     stats_.emplace(folder_ / "stats.csv", pipeline_.stages(), model_.quantum, pipeline_.initial_total(),
-                   same ? pipeline_.step_index() : -1, model_.scene.time.mode == TimeMode::error);
+                   same ? pipeline_.step_index() : -1, model_.scene.time.mode == TimeMode::error, ranks_ != nullptr);
     if (every() > 0)
       frames_.emplace(
           folder_, model_, static_cast<int>(frames_written_),
@@ -319,6 +327,31 @@ class Run {
     return exit_failed;
   }
 
+  /// What the ranks told each other; called by all of them.
+  std::string rank_table() const {
+    const Traffic own = ranks_->traffic();
+    double stages = 0;
+    for (const double ms : totals_.milliseconds()) stages += ms / 1000;
+    const double parts[] = {stages - own.packing - own.exchanging - own.summing, own.packing, own.exchanging, own.summing};
+    const char* const names[] = {"compute", "pack", "exchange, wait", "sums, wait"};
+    std::vector<double> most(std::begin(parts), std::end(parts));
+    std::vector<std::int64_t> sums;  // µs and counts
+    for (const double s : parts) sums.push_back(std::llround(1e6 * s));
+    sums.insert(sums.end(), {own.sums, own.messages, own.bytes});
+    ranks_->all_reduce(sums, most);
+    const double steps = std::max(1.0, static_cast<double>(totals_.steps())), ranks = ranks_->size();
+    std::string text = fmt::format("{} ranks, mean and worst of them\n", ranks_->size());
+    for (std::size_t k = 0; k < std::size(parts); ++k)
+      text += fmt::format("{:<18}{:>10.3f} s {:>10.3f} ms/step, at most {:.3f} ms/step\n", names[k],
+                          1e-6 * static_cast<double>(sums[k]) / ranks, 1e-3 * static_cast<double>(sums[k]) / ranks / steps,
+                          1e3 * most[k] / steps);
+    text += fmt::format("a step and rank: {:.1f} sums, {:.1f} messages, {:.3f} MiB sent\n",
+                        static_cast<double>(sums[4]) / steps / ranks, static_cast<double>(sums[5]) / steps / ranks,
+                        static_cast<double>(sums[6]) / steps / ranks / (1 << 20));
+    return text + fmt::format("imbalance {:.3f} on average, {:.3f} at most; space was cut anew {} times\n",
+                              imbalance_ / steps, worst_imbalance_, cuts_);
+  }
+
   std::string memory_line() const {
     return fmt::format("peak memory of the backend's arrays {}, {} estimated at the start{}",
                        mebibytes(static_cast<double>(array_memory().peak)), mebibytes(memory_.start.backend()),
@@ -360,7 +393,8 @@ class Run {
     if (options_.backend != "reference") say(memory_line());
     if (frames_ && frames_->waited() >= 0.05)
       say(fmt::format("waited {:.1f} s for frames to be written", frames_->waited()));
-    const std::string table = totals_.stage_table(pipeline_.stages());
+    std::string table = totals_.stage_table(pipeline_.stages());
+    if (ranks_) table += rank_table();
     log_.write(table);
     if (options_.profile && first()) fmt::print("{}", table);
     if (folder_.empty() || options_.quiet) return;
@@ -376,6 +410,8 @@ class Run {
   const Resume* resume_;       // null: from the scene's beginning
   const Communicator* ranks_;  // null: one alone
   bool stops_ = false;
+  double imbalance_ = 0, worst_imbalance_ = 1;  // sum over the steps; of a step
+  std::int64_t cuts_ = 0;
   const Model& model_;
   Backend& backend_;
   Pipeline pipeline_;
@@ -423,6 +459,17 @@ int run_command(const RunOptions& options, const Communicator* ranks) {
   if (!reference) runtime.emplace(ranks && options.threads == 0 && allowed_cores() == 1 ? 1 : options.threads, options.quiet);
   const std::unique_ptr<Backend> backend =
       reference ? make_reference_backend(setup.model) : make_kokkos_backend_on(ranks, setup.model);
+  if (ranks) {
+    const Checkpoint own = checkpoint_header(setup.model, *backend);
+    require_agreement(*ranks, {{"version", own.version + own.commit},
+                               {"precision", own.precision},
+                               {"backend", own.backend},
+                               {"scene", own.scene},
+                               {"mesh", fmt::format("{}", own.geometry)},
+                               {"number of steps", fmt::format("{}", options.steps.value_or(-1))},
+                               {"checkpoint", options.resume},
+                               {"output", options.no_output ? "none" : options.output.value_or("")}});
+  }
   std::optional<Resume> resume;
   if (!options.resume.empty()) {
     resume = find_checkpoint(options.resume, setup.model, *backend);

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "base/types.hpp"
+#include "parallel/communicator.hpp"
 #include "pipeline/runtime.hpp"
 #include "pipeline/step_report.hpp"
 #include "scene/load.hpp"
@@ -31,7 +32,11 @@ class Simulation {
   /// @throws SceneError for a value that a scene file may not have either
   /// @throws SetupError for a scene that cannot be set up, or does not fit in memory
   /// @throws DeviceError without a device
-  explicit Simulation(const Scene& scene);
+  /// @throws RanksError for ranks that were given different scenes
+  /// @param ranks those that run the scene together, of join_ranks(), which must outlive it; null: one alone. Each of them calls
+  ///   everything here, in the same order. state() has all of the liquid on rank 0, and the rank's own elsewhere; fields() has the
+  ///   rank's own and, behind it, what it sees of others; save_checkpoint() writes on rank 0
+  explicit Simulation(const Scene& scene, const Communicator* ranks = nullptr);
   ~Simulation();
   Simulation(const Simulation&) = delete;
   Simulation& operator=(const Simulation&) = delete;

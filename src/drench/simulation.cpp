@@ -6,6 +6,7 @@
 #include "app/set_up.hpp"
 #include "drench/drench.hpp"
 #include "drench/prescribed.hpp"
+#include "drench_version.hpp"
 #include "pipeline/pipeline.hpp"
 #include "state/saturation.hpp"
 
@@ -23,13 +24,15 @@ Scene checked(const Scene& scene) {
 }  // namespace
 
 struct Simulation::Parts {
-  explicit Parts(const Scene& given)
-      : scene(checked(given)),
+  Parts(const Scene& given, const Communicator* communicator)
+      : ranks(communicator),
+        scene(checked(given)),
         setup(build(scene, memory_budget())),
         at_start(prescribed_of(setup.model)),
-        backend(make_kokkos_backend(setup.model)),
+        backend(make_kokkos_backend_on(ranks, setup.model)),
         pipeline(setup.model, *backend, setup.state) {
     setup.state = HostState();  // the backend has it
+    if (ranks) require_agreement(*ranks, {{"version", std::string(version_string) + git_commit}, {"scene", to_yaml(scene)}});
   }
   /// Changes the model by `change`, and tells those that it concerns; all or nothing.
   template <class Change>
@@ -45,6 +48,7 @@ struct Simulation::Parts {
     pipeline.model_changed();
   }
 
+  const Communicator* ranks;
   Scene scene;
   Setup setup;
   Prescribed at_start;
@@ -54,7 +58,7 @@ struct Simulation::Parts {
   bool changed = false;  // from what the scene prescribes
 };
 
-Simulation::Simulation(const Scene& scene) : parts_(std::make_unique<Parts>(scene)) {}
+Simulation::Simulation(const Scene& scene, const Communicator* ranks) : parts_(std::make_unique<Parts>(scene, ranks)) {}
 Simulation::~Simulation() = default;
 
 StepReport Simulation::step(double longest) {
@@ -120,7 +124,7 @@ void Simulation::save_checkpoint(const std::string& path) const {
   checkpoint.scene = to_yaml(parts_->scene);
   if (parts_->changed) checkpoint.changes = to_numbers(parts_->setup.model);
   checkpoint.state = state();
-  write_checkpoint(path, checkpoint);
+  if (!parts_->ranks || parts_->ranks->rank() == 0) write_checkpoint(path, checkpoint);
 }
 
 std::vector<std::string> Simulation::resume(const std::string& path) {

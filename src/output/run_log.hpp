@@ -44,6 +44,7 @@ class RunTotals {
   std::string errors(const Model& model) const;
   /// Table of the stages' total times, one line each.
   std::string stage_table(const std::vector<Stage>& stages) const;
+  const std::array<double, stage_count>& milliseconds() const { return milliseconds_; }
   std::int64_t steps() const { return steps_; }
 
  private:

@@ -51,7 +51,7 @@ class Columns {
   template <class Value>
   void of_row(const std::string& name, const char* format, Value value) {
     all_.push_back(
-        {name, [format, value](const StatsRow& row) { return fmt::format(fmt::runtime(format), value(row)); }});
+        {name, [format, value](const StatsRow& row) { return fmt::format(fmt::runtime(format), std::invoke(value, row)); }});
   }
   std::vector<StatsColumn> take() { return std::move(all_); }
 
@@ -125,7 +125,7 @@ void add_of_stages(Columns& columns, const std::vector<Stage>& stages) {
 }  // namespace
 
 StatsCsv::StatsCsv(const std::filesystem::path& path, const std::vector<Stage>& stages, double quantum,
-                   Quanta initial_total, std::int64_t after, bool by_error)
+                   Quanta initial_total, std::int64_t after, bool by_error, bool among_ranks)
     : path_(path) {
   Columns columns;
   add_common(columns, quantum, initial_total);
@@ -138,8 +138,14 @@ StatsCsv::StatsCsv(const std::filesystem::path& path, const std::vector<Stage>& 
   for (const Stage s : stages)
     columns.of_row("ms_" + std::string(name_of(s)), "{:.4f}",
                    [s](const StatsRow& row) { return row.milliseconds[static_cast<std::size_t>(s)]; });
+  const bool goes_on = after >= 0 && std::filesystem::exists(path);
+  if (among_ranks || goes_on) {
+    columns.of_row("ms_exchange", "{:.4f}", &StatsRow::exchange_milliseconds);
+    columns.of_row("ms_sums", "{:.4f}", &StatsRow::sum_milliseconds);
+    columns.of_report("imbalance", "{:.4g}", &Report::imbalance);
+  }
   columns_ = columns.take();
-  if (after >= 0 && std::filesystem::exists(path)) {
+  if (goes_on) {
     go_on(after);
     return;
   }
@@ -166,9 +172,7 @@ void StatsCsv::go_on(std::int64_t after) {
   if (!out_) throw std::runtime_error(fmt::format("{}: cannot be written", path_.string()));
 }
 
-void StatsCsv::write(const StepReport& report, const std::array<double, stage_count>& milliseconds,
-                     double step_milliseconds) {
-  const StatsRow row{report, milliseconds, step_milliseconds};
+void StatsCsv::write(const StatsRow& row) {
   std::string line;
   for (const StatsColumn& c : columns_) line += (line.empty() ? "" : ",") + c.text(row);
   out_ << line << std::endl;  // flushed, so that the file can be followed

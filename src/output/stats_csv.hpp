@@ -18,6 +18,7 @@ struct StatsRow {
   const StepReport& report;
   const std::array<double, stage_count>& milliseconds;
   double step_milliseconds;
+  double exchange_milliseconds = 0, sum_milliseconds = 0;  // of them, what ranks told each other
 };
 
 struct StatsColumn {
@@ -29,13 +30,13 @@ struct StatsColumn {
 /// runs. mass_error is the change of mass_total since the start, from integers: 0 means exactly 0.
 class StatsCsv {
  public:
-  /// `quantum` in kg; `by_error`: time.mode is error. With `after`, the rows of a file that is there stay up to this step,
+  /// `quantum` in kg; `by_error`: time.mode is error; `among_ranks`: with what ranks tell each other. With `after`, the rows of a file that is there stay up to this step,
   /// whatever comes after them is cut off, and the next ones follow with its columns, which an older drench may have written. Throws std::runtime_error
   /// when the file cannot be written, or has a column that is not known.
   StatsCsv(const std::filesystem::path& path, const std::vector<Stage>& stages, double quantum, Quanta initial_total,
-           std::int64_t after = -1, bool by_error = false);
+           std::int64_t after = -1, bool by_error = false, bool among_ranks = false);
   /// The row is in the file when this returns.
-  void write(const StepReport& report, const std::array<double, stage_count>& milliseconds, double step_milliseconds);
+  void write(const StatsRow& row);
 
   /// Puts the rows onto the disk itself. Throws std::runtime_error.
   void sync() const;

@@ -8,6 +8,7 @@
 #include <span>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace drench {
@@ -17,6 +18,13 @@ struct Message {
   int rank = 0;
   void* data = nullptr;
   std::size_t bytes = 0;
+};
+
+/// What a rank has told the others so far, and the wall time that it took, waiting for them included.
+struct Traffic {
+  double summing = 0, exchanging = 0, packing = 0;  // s
+  std::int64_t sums = 0, messages = 0, bytes = 0;   // calls; sent
+  bool fenced = false;                              // profiling: `packing` has no kernels before it
 };
 
 /// All ranks of a run. Every call but rank(), size() and abort() is made by all of them, in the same order.
@@ -38,6 +46,8 @@ class Communicator {
   virtual std::vector<std::int64_t> exchange_counts(const std::vector<std::int64_t>& counts) const = 0;
   /// Sends and receives; both sides agree on ranks and sizes.
   virtual void exchange(const std::vector<Message>& sent, const std::vector<Message>& received) const = 0;
+  /// To read, and for whoever packs.
+  virtual Traffic& traffic() const = 0;
   /// Ends every rank.
   [[noreturn]] virtual void abort(int exit_code) const = 0;
 };
@@ -47,9 +57,14 @@ struct RanksError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+/// Whether all ranks have the same texts, which are named for the error: "scene", what it says.
+/// @throws RanksError on all ranks, with the first rank and the first name that differ from rank 0's
+void require_agreement(const Communicator& ranks, const std::vector<std::pair<std::string, std::string>>& texts);
+
 /// How many ranks started this program together, by the environment that mpirun and srun give; 1 if none did.
 int started_ranks();
-/// Joins the ranks that were started together; null for one alone. It ends with the program.
+/// Joins the ranks that were started together, or all of MPI_COMM_WORLD where the program has initialised MPI; null for one
+/// alone. Where it initialises MPI itself, it ends it with the object.
 /// @throws RanksError where this build knows no MPI
 std::unique_ptr<Communicator> join_ranks();
 /// What join_ranks() would talk through: "Open MPI v4.1.4", or "none".

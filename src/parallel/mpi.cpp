@@ -8,7 +8,9 @@
 #include <mpi.h>
 
 #include <algorithm>
+#include <chrono>
 #include <climits>
+#include <cstdlib>
 #include <cstring>
 #include <map>
 #endif
@@ -48,6 +50,20 @@ void add_and_compare(void* from, void* to, int* length, MPI_Datatype*) {
     }
 }
 
+/// Adds the time that it lives to a sum, s.
+class Stopwatch {
+ public:
+  explicit Stopwatch(double& sum) : sum_(sum) {}
+  ~Stopwatch() { sum_ += std::chrono::duration<double>(Clock::now() - begin_).count(); }
+  Stopwatch(const Stopwatch&) = delete;
+  Stopwatch& operator=(const Stopwatch&) = delete;
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  double& sum_;
+  Clock::time_point begin_ = Clock::now();
+};
+
 class MpiCommunicator final : public Communicator {
  public:
   MpiCommunicator() {
@@ -81,6 +97,8 @@ class MpiCommunicator final : public Communicator {
 
   void all_reduce(std::span<std::int64_t> sums, std::span<double> maxima) const override {
     if (sums.empty() && maxima.empty()) return;
+    const Stopwatch watch(traffic_.summing);
+    ++traffic_.sums;
     if (maxima.empty()) {
       check(MPI_Allreduce(MPI_IN_PLACE, sums.data(), static_cast<int>(sums.size()), MPI_INT64_T, MPI_SUM, all_),
             "MPI_Allreduce");
@@ -97,6 +115,8 @@ class MpiCommunicator final : public Communicator {
     if (!maxima.empty()) std::memcpy(maxima.data(), first_maximum, maxima.size_bytes());
   }
   void all_or(void* data, std::size_t bytes) const override {
+    const Stopwatch watch(traffic_.summing);
+    ++traffic_.sums;
     auto* at = static_cast<std::byte*>(data);
     for (std::size_t done = 0; done < bytes; done += most_bytes)
       check(MPI_Allreduce(MPI_IN_PLACE, at + done, static_cast<int>(std::min(most_bytes, bytes - done)), MPI_BYTE, MPI_BOR,
@@ -131,11 +151,13 @@ class MpiCommunicator final : public Communicator {
     return all;
   }
   std::vector<std::int64_t> exchange_counts(const std::vector<std::int64_t>& counts) const override {
+    const Stopwatch watch(traffic_.exchanging);
     std::vector<std::int64_t> theirs(counts.size());
     check(MPI_Alltoall(counts.data(), 1, MPI_INT64_T, theirs.data(), 1, MPI_INT64_T, all_), "MPI_Alltoall");
     return theirs;
   }
   void exchange(const std::vector<Message>& sent, const std::vector<Message>& received) const override {
+    const Stopwatch watch(traffic_.exchanging);
     std::vector<MPI_Request> under_way;
     const auto post = [&](const Message& m, bool sends) {
       for (std::size_t done = 0; done < m.bytes; done += most_bytes) {
@@ -149,8 +171,11 @@ class MpiCommunicator final : public Communicator {
     };
     for (const Message& m : received) post(m, false);
     for (const Message& m : sent) post(m, true);
+    traffic_.messages += static_cast<std::int64_t>(sent.size());
+    for (const Message& m : sent) traffic_.bytes += static_cast<std::int64_t>(m.bytes);
     check(MPI_Waitall(static_cast<int>(under_way.size()), under_way.data(), MPI_STATUSES_IGNORE), "MPI_Waitall");
   }
+  Traffic& traffic() const override { return traffic_; }
   [[noreturn]] void abort(int exit_code) const override {
     MPI_Abort(all_, exit_code);
     std::abort();
@@ -172,6 +197,7 @@ class MpiCommunicator final : public Communicator {
   };
 
   mutable std::map<std::size_t, Type> types_;
+  mutable Traffic traffic_;
   MPI_Comm all_ = MPI_COMM_NULL;
   MPI_Op both_ = MPI_OP_NULL;
   int rank_ = 0, size_ = 1;
@@ -181,7 +207,10 @@ class MpiCommunicator final : public Communicator {
 }  // namespace
 
 std::unique_ptr<Communicator> join_ranks() {
-  if (started_ranks() < 2) return nullptr;
+  int begun = 0, size = 1;
+  MPI_Initialized(&begun);
+  if (begun) MPI_Comm_size(MPI_COMM_WORLD, &size);
+  if (std::max(size, started_ranks()) < 2) return nullptr;
   return std::make_unique<MpiCommunicator>();
 }
 

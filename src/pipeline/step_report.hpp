@@ -63,6 +63,9 @@ struct StepReport {
   double close_share = 0;       ///< 1: share of particles with another one close by
   double wet_isotropy = 0;      ///< 1: how round the wet patch is
 
+  double imbalance = 1;   ///< 1: particles of the fullest rank over the mean of all ranks
+  std::int64_t cuts = 0;  ///< how often space has been cut anew since the start of the run
+
   // what a run is watched by (pipeline/failure.hpp)
   double fluid_speed = 0;              ///< m/s: of the fastest particle
   double cloth_speed = 0;              ///< m/s: of the fastest node

@@ -25,10 +25,10 @@ TEST(Output, StatisticsHaveTheirColumns) {
   report.density_iterations = 17;
   std::array<double, stage_count> ms{};
   ms[static_cast<std::size_t>(Stage::pressure)] = 2.5;
-  stats.write(report, ms, 4.5);
+  stats.write({report, ms, 4.5});
   report.step = 2;
   report.mass_fluid += 1;
-  stats.write(report, ms, 4.5);
+  stats.write({report, ms, 4.5});
 
   const Table table = read_table(folder.path() / "stats.csv");
   const std::vector<std::string> first{"step",
@@ -71,7 +71,7 @@ TEST(Output, StatisticsOfTheClothSolveStandWhereClothMoves) {
   report.cloth_residual = 0.25;
   const std::array<double, stage_count> ms{};
   const auto table = [&](const std::vector<Stage>& stages) {
-    StatsCsv(folder.path() / "stats.csv", stages, 1, 0).write(report, ms, 0);
+    StatsCsv(folder.path() / "stats.csv", stages, 1, 0).write({report, ms, 0});
     return read_table(folder.path() / "stats.csv");
   };
   const Table moving = table({Stage::time_step, Stage::cloth, Stage::ledger});
@@ -88,7 +88,7 @@ TEST(Output, StatsHaveMeasuresWhereTheyAreAskedFor) {
   report.close_share = 0.25;
   report.wet_isotropy = 0.75;
   const auto table = [&](const std::vector<Stage>& stages) {
-    StatsCsv(folder.path() / "stats.csv", stages, 1, 0).write(report, {}, 0);
+    StatsCsv(folder.path() / "stats.csv", stages, 1, 0).write({report, {}, 0});
     return read_table(folder.path() / "stats.csv");
   };
   const Table with = table({Stage::time_step, Stage::measures, Stage::ledger});
@@ -110,7 +110,7 @@ TEST(Output, StatisticsOfAStageStandWhereItRuns) {
                           .cloth_speed = 2.5,
                           .cloth_stretch = 1.25};
   const auto table = [&](const std::vector<Stage>& stages) {
-    StatsCsv(folder.path() / "stats.csv", stages, 1, 0).write(report, {}, 0);
+    StatsCsv(folder.path() / "stats.csv", stages, 1, 0).write({report, {}, 0});
     return read_table(folder.path() / "stats.csv");
   };
   const std::pair<Stage, std::vector<std::pair<std::string, std::string>>> columns[] = {
@@ -133,7 +133,7 @@ TEST(Output, StatisticsGoOnWithTheColumnsOfTheirFile) {
   const fs::path path = folder.path() / "stats.csv";
   const StepReport report{.step = 3, .time = 0.3, .density_iterations = 7};
   write_text(path, "step,density_iterations,time\n1,5,0.1\n2,6,0.2\n3,9,0.9\n");
-  StatsCsv(path, {Stage::forces}, 1, 0, 2).write(report, {}, 0);
+  StatsCsv(path, {Stage::forces}, 1, 0, 2).write({report, {}, 0});
   EXPECT_EQ(read_text(path), "step,density_iterations,time\n1,5,0.1\n2,6,0.2\n3,7,0.3\n");
   write_text(path, "step,of_a_later_drench\n1,5\n");
   EXPECT_THROW(StatsCsv(path, {Stage::forces}, 1, 0, 1), std::runtime_error);

@@ -1,6 +1,7 @@
 #include "particles/exchange.hpp"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <cstring>
 #include <numeric>
@@ -129,9 +130,13 @@ void Exchange::migrate(ParticleSet& particles) {
   send_home(particles);
   double fullest = 0;
   count_all(particles, fullest);
+  imbalance_ = particles.total > 0 ? fullest * ranks_->size() / static_cast<double>(particles.total) : 1;
   if (fullest * ranks_->size() <= most_imbalance * static_cast<double>(particles.total) + 64 * ranks_->size()) return;
   cut_anew(particles);
+  ++cuts_;
   send_home(particles);
+  count_all(particles, fullest);
+  imbalance_ = fullest * ranks_->size() / static_cast<double>(particles.total);
 }
 
 void Exchange::cut_anew(const ParticleSet& particles) {
@@ -256,6 +261,19 @@ void Exchange::find_ghosts(ParticleSet& particles, Real more) {
   halo(particles.id);
 }
 
+namespace {
+
+double seconds_now() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+}  // namespace
+
+void Exchange::begin_packing() const {
+  if (ranks_->traffic().fenced) ExecSpace().fence("drench::exchange::before");
+  begin_ = seconds_now();
+}
+
 void Exchange::travel(const Array<std::byte>& sent, const std::vector<std::int64_t>& to, void* received,
                       const std::vector<std::int64_t>& from, std::size_t each) const {
   using Bytes = Kokkos::View<std::byte*, MemSpace, Kokkos::MemoryUnmanaged>;
@@ -277,6 +295,8 @@ void Exchange::travel(const Array<std::byte>& sent, const std::vector<std::int64
     in = in_.data();
   }
   ExecSpace().fence("drench::exchange::packed");
+  if (begin_ >= 0) ranks_->traffic().packing += seconds_now() - begin_;
+  begin_ = -1;
   std::vector<Message> messages, answers;
   const auto add = [each](std::vector<Message>& list, const std::vector<std::int64_t>& counts, std::byte* at) {
     for (std::size_t r = 0; r < counts.size(); ++r) {

@@ -46,6 +46,10 @@ class Exchange {
   /// This rank's part of space; all of it when alone.
   const RankBox& own() const { return own_; }
 
+  /// Particles of the fullest rank over the mean, 1; how often space was cut anew.
+  double imbalance() const { return imbalance_; }
+  std::int64_t cuts() const { return cuts_; }
+
   /// From all particles on every rank: cuts space, and each rank keeps its own.
   void keep_own(ParticleSet& particles);
   /// Particles go to the ranks that own their places; cuts anew where one rank has a tenth more than the mean.
@@ -56,6 +60,7 @@ class Exchange {
   template <class T>
   void halo(Field<T>& values) const {
     if (alone()) return;
+    begin_packing();
     make_ample_room(packed_, "drench::exchange::packed", static_cast<std::size_t>(sent_count_) * sizeof(T));
     const Entries<const T> from = std::as_const(values);
     const Entries<const Index> item = sent_;
@@ -74,10 +79,14 @@ class Exchange {
   void share(Field<T>& values, Index count) const {
     if (!alone()) share_bytes(values.data(), static_cast<std::size_t>(count) * sizeof(T));
   }
+  /// Those that are not at home go there. (Public for nvcc's sake.)
+  void send_home(ParticleSet& particles);
   /// All ranks' particles in the state of rank 0, in the order of their ids.
   void gather(HostState& state) const;
 
  private:
+  /// The time until the bytes travel counts as packing.
+  void begin_packing() const;
   /// Bytes from device memory to other ranks and back, `each` an item: those of the first rank first.
   void travel(const Array<std::byte>& sent, const std::vector<std::int64_t>& to, void* received,
               const std::vector<std::int64_t>& from, std::size_t each) const;
@@ -86,8 +95,6 @@ class Exchange {
   void add_up_words(std::int64_t* sums, std::size_t count) const;
   void take_boxes(const std::vector<RankBox>& boxes);
   void cut_anew(const ParticleSet& particles);
-  /// Those that are not at home go there; this rank's own count.
-  void send_home(ParticleSet& particles);
   void count_all(ParticleSet& particles, double& fullest) const;
 
   const Communicator* ranks_;
@@ -100,6 +107,9 @@ class Exchange {
   Index sent_count_ = 0, first_ghost_ = 0;
   std::vector<std::int64_t> sent_to_, from_;  // how many, of each rank
   Field<std::uint8_t> gone_;
+  double imbalance_ = 1;
+  std::int64_t cuts_ = 0;
+  mutable double begin_ = -1;  // s, of the packing under way
   mutable Array<std::byte> packed_;
   mutable Kokkos::View<std::byte*, Kokkos::SharedHostPinnedSpace> out_, in_;  // of a GPU's, on their way
 };
