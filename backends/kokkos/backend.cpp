@@ -33,7 +33,10 @@ class KokkosBackend final : public Backend {
   }
 
   std::string name() const override { return "kokkos"; }
-  std::string description() const override { return runtime_description(); }
+  std::string description() const override {
+    const std::string transport = fluid_.exchange.transport();
+    return runtime_description() + (transport.empty() ? "" : "particles travel by " + transport + "\n");
+  }
   void fence() override { Kokkos::fence("drench::pipeline::timer"); }
 
   void upload(const HostState& state) override {

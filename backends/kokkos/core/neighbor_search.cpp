@@ -128,8 +128,7 @@ struct BundleSearch {
     std::int64_t first = 0;
     if (lane == 0) {
       if (i == 0) *search.next_used = 0;
-      // Whole groups of four for the liquid's own list, as the pressure's lean lists lie beside it.
-      const Index room = search.in_order ? (width + 3) / 4 * 4 : width;
+      const Index room = search.in_fours ? (width + 3) / 4 * 4 : width;
       if (width > 0) first = search.take(std::int64_t{room} * rows_per_bundle);
       if (i < search.rows) search.start(i / rows_per_bundle) = first;
     }
@@ -228,7 +227,7 @@ Search search_for(const ListRequest& request, Real support) {
   std::int64_t* const used = list.used.data() + list.filling;
   std::int64_t* const next_used = list.used.data() + (1 - list.filling);
   list.filling = 1 - list.filling;
-  return {*request.row_points, list.rows,  request.table, request.same_set, request.in_order,
+  return {*request.row_points, list.rows,  request.table, request.same_set, request.in_order, request.in_fours,
           support * support,  list.count, list.start,    list.entry,       used,
           next_used,          list.needed};
 }

@@ -18,6 +18,7 @@ struct ListRequest {
   CellTableView table;
   bool same_set = false;
   bool in_order = false;  // the points lie in the order of the table: its item(e) is e
+  bool in_fours = false;  // rows have room for whole groups of four, as the pressure's lean lists beside them (GPU)
 };
 void build_neighbor_list(const ListRequest& request, Real support);
 /// Several at once: the host waits once, to see whether there was room. Returns whether it did: there may be no rows.

@@ -10,7 +10,7 @@ struct Search {
   Entries<const Real3> row_points;
   Index rows = 0;
   CellTableView table;
-  bool same_set = false, in_order = false;  // ListRequest
+  bool same_set = false, in_order = false, in_fours = false;  // ListRequest
   Real h2 = 0;                              // m²: the support's square
   Entries<Index> count;
   Entries<std::int64_t> start;

@@ -141,7 +141,7 @@ void neighbors(const Constants& constants, Fluid& fluid, NeighborLists& lists, B
     return ListRequest{&list, &particles.position, particles.count, table};
   };
   std::vector<ListRequest> wanted{near_liquid(lists.fluid_fluid, fluid.cells.view())};
-  wanted.back().same_set = true;
+  wanted.back().same_set = wanted.back().in_fours = true;
   wanted.back().in_order = alone;  // ghosts lie behind
   if (bodies.boundary.count > 0) {
     refresh_boundary_cells(constants, bodies);

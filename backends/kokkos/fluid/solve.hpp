@@ -27,9 +27,7 @@ void solve_pressure(PressureSystem& system, const FluidSolverScene& limits, Prob
   const bool first_unseen = limits.min_iterations > 1;
   decltype(begin_update(system, problem.update(iterate.relaxation()), iterate, 0)) first;
   for (int iteration = 1;; ++iteration) {
-    // The lean iterations know nothing of ghosts.
-    const bool lean = has_lean_pressure && !system.constants.ranks;
-    system.keep_liquid_rate = lean && iteration == last_full;
+    system.keep_liquid_rate = has_lean_pressure && iteration == last_full;
     const bool scaled = iteration == 1 && problem.scales_start();
     if (scaled)
       problem.note_start(apply_scaled_start(system, problem.start_residual(iterate.relaxation())));
@@ -53,8 +51,8 @@ void solve_pressure(PressureSystem& system, const FluidSolverScene& limits, Prob
     if (iteration == 1 && !scaled) problem.note_start(problem.scaled(norms));
     const bool stepped = system.lean;
     if constexpr (has_lean_pressure)
-      if (lean && iteration == last_full) begin_lean_pressure(system);
-    system.lean = lean && iteration >= last_full;
+      if (iteration == last_full) begin_lean_pressure(system);
+    system.lean = has_lean_pressure && iteration >= last_full;
     iterate.advance(problem.scaled(norms), problem.scale.restart.value(norms.restart), stepped);
   }
   accept_pressure(system);

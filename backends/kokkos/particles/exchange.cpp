@@ -81,6 +81,18 @@ std::vector<RankBox> bisected(std::vector<WeightedPoint> points, int ranks) {
   return boxes;
 }
 
+Exchange::Exchange(const Constants& constants) : ranks_(constants.ranks), support_(constants.support) {
+#ifdef KOKKOS_ENABLE_CUDA
+  if (ranks_) device_ = make_device_messages(*ranks_);
+#endif
+}
+
+std::string Exchange::transport() const {
+  if (alone()) return "";
+  if (device_) return device_->description();
+  return ranks_->description() + (on_host ? "" : ", by the host's memory");
+}
+
 void Exchange::take_boxes(const std::vector<RankBox>& boxes) {
   host_boxes_ = boxes;
   own_ = boxes[static_cast<std::size_t>(ranks_->rank())];
@@ -280,7 +292,7 @@ void Exchange::travel(const Array<std::byte>& sent, const std::vector<std::int64
   const auto out_bytes = static_cast<std::size_t>(sum_of(to)) * each, in_bytes = static_cast<std::size_t>(sum_of(from)) * each;
   auto* out = sent.data();
   auto* in = static_cast<std::byte*>(received);
-  if constexpr (!on_host) {
+  if (!on_host && !device_) {
     const auto room = [](auto& pinned, std::size_t bytes) {
       if (pinned.extent(0) < bytes)
         pinned = std::decay_t<decltype(pinned)>(Kokkos::ViewAllocateWithoutInitializing("drench::exchange::pinned"),
@@ -294,7 +306,7 @@ void Exchange::travel(const Array<std::byte>& sent, const std::vector<std::int64
     out = out_.data();
     in = in_.data();
   }
-  ExecSpace().fence("drench::exchange::packed");
+  if (!device_ || ranks_->traffic().fenced) ExecSpace().fence("drench::exchange::packed");
   if (begin_ >= 0) ranks_->traffic().packing += seconds_now() - begin_;
   begin_ = -1;
   std::vector<Message> messages, answers;
@@ -307,15 +319,33 @@ void Exchange::travel(const Array<std::byte>& sent, const std::vector<std::int64
   };
   add(messages, to, out);
   add(answers, from, in);
+  if (device_) {
+    exchange_on_device(messages, answers);
+    return;
+  }
   ranks_->exchange(messages, answers);
-  if constexpr (!on_host) {
+  if (!on_host) {
     if (in_bytes > 0)
       Kokkos::deep_copy(ExecSpace(), Bytes(static_cast<std::byte*>(received), in_bytes),
                         Kokkos::subview(in_, Kokkos::make_pair(std::size_t{0}, in_bytes)));
   }
 }
 
+void Exchange::exchange_on_device(const std::vector<Message>& sent, const std::vector<Message>& received) const {
+  Traffic& traffic = ranks_->traffic();
+  const double begin = seconds_now();
+  device_->exchange(sent, received);
+  if (traffic.fenced) ExecSpace().fence("drench::exchange::arrived");
+  traffic.exchanging += seconds_now() - begin;
+  traffic.messages += static_cast<std::int64_t>(sent.size());
+  for (const Message& m : sent) traffic.bytes += static_cast<std::int64_t>(m.bytes);
+}
+
 void Exchange::share_bytes(void* data, std::size_t bytes) const {
+  if (device_ && bytes % sizeof(std::uint32_t) == 0) {
+    device_->add_up(static_cast<std::uint32_t*>(data), bytes / sizeof(std::uint32_t));
+    return;
+  }
   ExecSpace().fence("drench::exchange::share");
   if constexpr (on_host) {
     ranks_->all_or(data, bytes);
@@ -329,6 +359,10 @@ void Exchange::share_bytes(void* data, std::size_t bytes) const {
 }
 
 void Exchange::add_up_words(std::int64_t* sums, std::size_t count) const {
+  if (device_) {
+    device_->add_up(sums, count);
+    return;
+  }
   using Words = Kokkos::View<std::int64_t*, MemSpace, Kokkos::MemoryUnmanaged>;
   ExecSpace().fence("drench::exchange::add_up");
   const Words device(sums, count);

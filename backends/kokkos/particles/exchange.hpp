@@ -3,9 +3,12 @@
 // Design: docs/design-notes/distribution.md.
 
 #include <array>
+#include <memory>
+#include <string>
 #include <vector>
 
 #include "core/constants.hpp"
+#include "particles/device_messages.hpp"
 #include "particles/particle_set.hpp"
 
 namespace drench::kokkos_backend {
@@ -39,13 +42,15 @@ std::vector<RankBox> bisected(std::vector<WeightedPoint> points, int ranks);
 
 class Exchange {
  public:
-  explicit Exchange(const Constants& constants) : ranks_(constants.ranks), support_(constants.support) {}
+  explicit Exchange(const Constants& constants);
 
   bool alone() const { return ranks_ == nullptr; }
   const Communicator* ranks() const { return ranks_; }
   /// This rank's part of space; all of it when alone.
   const RankBox& own() const { return own_; }
 
+  /// What particles travel by, in a line; "" when alone.
+  std::string transport() const;
   /// Particles of the fullest rank over the mean, 1; how often space was cut anew.
   double imbalance() const { return imbalance_; }
   std::int64_t cuts() const { return cuts_; }
@@ -91,6 +96,7 @@ class Exchange {
   void travel(const Array<std::byte>& sent, const std::vector<std::int64_t>& to, void* received,
               const std::vector<std::int64_t>& from, std::size_t each) const;
   void send_packed(std::size_t each, void* ghosts) const { travel(packed_, sent_to_, ghosts, from_, each); }
+  void exchange_on_device(const std::vector<Message>& sent, const std::vector<Message>& received) const;
   void share_bytes(void* data, std::size_t bytes) const;
   void add_up_words(std::int64_t* sums, std::size_t count) const;
   void take_boxes(const std::vector<RankBox>& boxes);
@@ -98,6 +104,7 @@ class Exchange {
   void count_all(ParticleSet& particles, double& fullest) const;
 
   const Communicator* ranks_;
+  std::unique_ptr<DeviceMessages> device_;  // null: by the host's memory
   Real support_;  // h, m
   RankBox own_;
   Field<RankBox> boxes_;

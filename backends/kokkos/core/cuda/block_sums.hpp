@@ -51,11 +51,10 @@ struct BlockSums {
     memcpy(&s, word, sizeof(Sums));
     return s;
   }
-  /// `exact` makes a warp's sum one of Sums.
-  template <class Few, class Exact>
-  __device__ void add(const Few& own, const Exact& exact) const {
+  /// By every thread.
+  __device__ void add(const Sums& own) const {
     __shared__ bool last;
-    const Sums mine = over_block(exact(sum_of_warp(own)));
+    const Sums mine = over_block(sum_of_warp(own));
     if (threadIdx.x == 0) {
       part[blockIdx.x] = mine;
       __threadfence();

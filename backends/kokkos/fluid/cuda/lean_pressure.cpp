@@ -20,7 +20,7 @@ struct LeanPressure {
   Array<uint4> word;            // at a bundle's start / 4: [group][lane]
   Array<Index> base;            // of each bundle; −1: it has an index or a factor that 16 bits do not hold
   Array<std::uint8_t> groups;   // of each row; the highest bit: beside solids or sheets
-  Array<uint4> packed;          // of each particle, see pack()
+  Field<uint4> packed;          // of each particle, see pack()
   Field<Real> base_contact;     // λ of the full evaluation
   Version of_lists = Version::none();
 };
@@ -40,6 +40,16 @@ void check(cudaError_t status) {
 template <class Body>
 __global__ void __launch_bounds__(threads, blocks_a_processor) run(const Body body) {
   body();
+}
+
+/// The root of a pair's factor as words keep it; also where a bundle has no words, so that nobody can tell.
+__device__ __forceinline__ int root_of(float factor, float inverse_scale) {
+  const float square = factor * inverse_scale;
+  return square > 0 ? __float2int_rn(square * inverse_root(square)) : 0;
+}
+__device__ __forceinline__ float rounded_factor(float factor, float inverse_scale) {
+  const auto root = static_cast<float>(root_of(factor, inverse_scale));
+  return root * root;
 }
 
 /// Runs `body` in blocks that have a thread for each of n rows.
@@ -126,8 +136,7 @@ struct MakeRows {
         const Index e = 4 * g + k;
         const bool real = e < row.count;
         const Index from = (real ? row(e) : i) - least;
-        const float square = real ? row.grad_factor(e) * inverse_scale : 0;
-        const int root = square > 0 ? __float2int_rn(square * inverse_root(square)) : 0;
+        const int root = real ? root_of(row.grad_factor(e), inverse_scale) : 0;
         far |= from < 0 || from > 65535 || root > 65535;
         w[k] = static_cast<unsigned>(from) << 16 | (static_cast<unsigned>(root) & 0xffffu);
       }
@@ -146,7 +155,7 @@ struct LeanAcceleration {
   Entries<const Real3> boundary, sheet, gain_diagonal, gain_shear;
   Entries<const Real> contact, base_contact;
   uint4* packed;
-  float scale, steps;  // 1/m²: of the factors; 1/m
+  float scale, inverse_scale, steps;  // 1/m²: of the factors; m², −1 over that; 1/m
   Index count;
   bool touching, extrapolates;
 
@@ -165,14 +174,17 @@ struct LeanAcceleration {
         a.y = fmaf(f, here.y - q.y, a.y);
         a.z = fmaf(f, here.z - q.z, a.z);
       });
-      a = scale * a;
     } else {
       const NeighborRow near = list.row(i);
       for (Index k = 0; k < near.count; ++k) {
         const float4 q = __ldg(position_kappa + near(k));
-        a -= (near.grad_factor(k) * (here.w + q.w)) * Real3{here.x - q.x, here.y - q.y, here.z - q.z};
+        const float f = rounded_factor(near.grad_factor(k), inverse_scale) * (here.w + q.w);
+        a.x = fmaf(f, here.x - q.x, a.x);
+        a.y = fmaf(f, here.y - q.y, a.y);
+        a.z = fmaf(f, here.z - q.z, a.z);
       }
     }
+    a = scale * a;
     if (rows.is_bounded(i)) {
       a -= here.w * boundary(i);
       if (touching) a -= (contact(i) - base_contact(i)) * sheet(i);
@@ -206,9 +218,9 @@ struct LiquidRate {
   LeanRows rows;
   Neighbors list;
   const uint4* packed;
-  const float4* position_kappa;
   Entries<const Real> base;  // 1/s: of the full evaluation
   float dt, scale;           // s; −1/m²: of a factor and a step of the lattice
+  float inverse_scale;       // m²: −1 over a factor's
 
   __device__ __forceinline__ float change(Index i, const PackedDifference& difference) const {
     float sum = 0;
@@ -219,14 +231,9 @@ struct LiquidRate {
       return scale * sum;
     }
     const NeighborRow near = list.row(i);
-    const float4 here = position_kappa[i];
-    for (Index k = 0; k < near.count; ++k) {
-      const Index j = near(k);
-      const float4 at = position_kappa[j];  // another thread may be writing κ beside x
-      sum += near.grad_factor(k) *
-             dot(difference.a - acceleration_of(packed[j]), Real3{here.x - at.x, here.y - at.y, here.z - at.z});
-    }
-    return sum;
+    for (Index k = 0; k < near.count; ++k)
+      sum = fmaf(rounded_factor(near.grad_factor(k), inverse_scale), difference(__ldg(packed + near(k))), sum);
+    return scale * sum;
   }
   __device__ __forceinline__ float operator()(Index i, const PackedDifference& difference) const {
     return base(i) + dt * change(i, difference);
@@ -280,7 +287,7 @@ struct LeanUpdate {
   }
   __device__ void operator()() const {
     const Index i = own_row();
-    sums.add(i < count ? of_row(i) : Few{}, [this](const Few& few) { return update.exact(few); });
+    sums.add(update.exact(i < count ? of_row(i) : Few{}));
   }
 };
 
@@ -334,10 +341,10 @@ LiquidRate liquid_rate(const PressureSystem& system) {
   return {rows_of(system),
           Neighbors(system.lists.fluid_fluid),
           work.lean->packed.data(),
-          reinterpret_cast<const float4*>(work.position_kappa.data()),
           work.liquid_rate,
           float(system.dt),
-          -factor_scale(system) * system.constants.support / lattice};
+          -factor_scale(system) * system.constants.support / lattice,
+          -1 / factor_scale(system)};
 }
 
 template <class Update>
@@ -392,6 +399,9 @@ void begin_lean_pressure(PressureSystem& system) {
 void predict_lean_liquid(PressureSystem& system) {
   LeanPressure& lean = *system.work.lean;
   const Fluid& fluid = system.fluid;
+  fluid.exchange.halo(system.work.position_kappa);
+  // What loads sheets and bodies reads κ itself.
+  if (system.has_cloth() || system.bodies.dynamic.count > 0) fluid.exchange.halo(system.kappa);
   launch("drench::pressure::lean_acceleration", system.count(),
          LeanAcceleration{rows_of(system),
                           Neighbors(system.lists.fluid_fluid),
@@ -404,10 +414,12 @@ void predict_lean_liquid(PressureSystem& system) {
                           std::as_const(lean).base_contact,
                           lean.packed.data(),
                           factor_scale(system),
+                          -1 / factor_scale(system),
                           lattice / system.constants.support,
                           system.count(),
                           system.touching,
                           system.constants.model.extrapolates_walls()});
+  fluid.exchange.halo(lean.packed);
 }
 
 SumUnderWay<DensitySums> begin_lean_update(PressureSystem& system, const DensityUpdate& update, Real momentum, int slot) {
