@@ -198,13 +198,13 @@ void Exchange::send_home(ParticleSet& particles) {
   for (std::size_t k = 0; k < place.size(); ++k) order[k] = from[static_cast<std::size_t>(place[k])];
   copy_to_device(chosen_, order);
   make_ample_room(packed_, "drench::exchange::packed", static_cast<std::size_t>(leave) * sizeof(Particle));
-  Array<std::byte> arrived("drench::exchange::arrived", static_cast<std::size_t>(come) * sizeof(Particle));
+  make_ample_room(arrived_, "drench::exchange::arrived", static_cast<std::size_t>(come) * sizeof(Particle));
   Particle* const out = reinterpret_cast<Particle*>(packed_.data());
-  const Particle* const in = reinterpret_cast<const Particle*>(arrived.data());
+  const Particle* const in = reinterpret_cast<const Particle*>(arrived_.data());
   const ParticleView leaving = particles.view();
   parallel(
       "drench::exchange::pack_particles", leave, KOKKOS_LAMBDA(const Index k) { out[k] = leaving.load(chosen(k)); });
-  travel(packed_, sent, arrived.data(), received, sizeof(Particle));
+  travel(packed_, sent, arrived_.data(), received, sizeof(Particle));
   if (leave > 0) {
     make_ample_room(gone_, "drench::exchange::gone", particles.capacity());
     const Entries<std::uint8_t> gone = gone_;
@@ -218,7 +218,6 @@ void Exchange::send_home(ParticleSet& particles) {
   const ParticleView all = particles.view();
   parallel(
       "drench::exchange::unpack_particles", come, KOKKOS_LAMBDA(const Index k) { all.store(first + k, in[k]); });
-  ExecSpace().fence("drench::exchange::unpack_particles");  // `arrived` goes
   particles.count = first + come;
 }
 
@@ -240,25 +239,24 @@ void Exchange::find_ghosts(ParticleSet& particles, Real more) {
   const Entries<const Index> chosen = std::as_const(chosen_);
   sent_to_.assign(static_cast<std::size_t>(ranks), 0);
   sent_count_ = 0;
-  std::vector<Field<Index>> parts;
+  parts_.resize(static_cast<std::size_t>(ranks));
   for (int r = 0; r < ranks; ++r) {
     if (r == own || candidates == 0) continue;
-    Field<Index> part(Kokkos::ViewAllocateWithoutInitializing("drench::exchange::part"), static_cast<std::size_t>(candidates));
+    Field<Index>& part = parts_[static_cast<std::size_t>(r)];
+    make_ample_room(part, "drench::exchange::part", static_cast<std::size_t>(candidates));
     const RankBox other = host_boxes_[static_cast<std::size_t>(r)];
     const Index n = choose(
         "drench::exchange::near_other", candidates,
         KOKKOS_LAMBDA(const Index k) { return other.near(x(chosen(k)), reach); }, part);
     sent_to_[static_cast<std::size_t>(r)] = n;
     sent_count_ += n;
-    parts.push_back(std::move(part));
   }
   make_ample_room(sent_, "drench::exchange::sent", static_cast<std::size_t>(sent_count_));
   Index first = 0;
-  std::size_t which = 0;
   for (int r = 0; r < ranks; ++r) {
     if (r == own || candidates == 0) continue;
     const auto n = static_cast<Index>(sent_to_[static_cast<std::size_t>(r)]);
-    const Entries<const Index> part = std::as_const(parts[which++]);
+    const Entries<const Index> part = std::as_const(parts_[static_cast<std::size_t>(r)]);
     const Entries<Index> sent = sent_;
     parallel(
         "drench::exchange::sent", n, KOKKOS_LAMBDA(const Index k) { sent(first + k) = chosen(part(k)); });
@@ -373,15 +371,14 @@ void Exchange::add_up_words(std::int64_t* sums, std::size_t count) const {
 
 void Exchange::add_up(Field<Index>& sums, Index count) const {
   if (alone()) return;
-  Field<std::int64_t> wide(Kokkos::ViewAllocateWithoutInitializing("drench::exchange::wide"), static_cast<std::size_t>(count));
-  const Entries<std::int64_t> to = wide;
+  make_room(wide_, "drench::exchange::wide", static_cast<std::size_t>(count));
+  const Entries<std::int64_t> to = wide_;
   const Entries<Index> from = sums;
   parallel(
       "drench::exchange::widen", count, KOKKOS_LAMBDA(const Index k) { to(k) = from(k); });
-  add_up_words(wide.data(), static_cast<std::size_t>(count));
+  add_up_words(wide_.data(), static_cast<std::size_t>(count));
   parallel(
       "drench::exchange::narrow", count, KOKKOS_LAMBDA(const Index k) { from(k) = static_cast<Index>(to(k)); });
-  ExecSpace().fence("drench::exchange::narrow");  // `wide` goes
 }
 
 void Exchange::gather(HostState& state) const {

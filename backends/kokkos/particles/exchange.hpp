@@ -113,7 +113,10 @@ class Exchange {
   Field<Index> sent_;                         // those that are ghosts elsewhere, one rank after the other
   Index sent_count_ = 0, first_ghost_ = 0;
   std::vector<std::int64_t> sent_to_, from_;  // how many, of each rank
+  std::vector<Field<Index>> parts_;           // of `chosen_`, by the rank that they are ghosts on
   Field<std::uint8_t> gone_;
+  Array<std::byte> arrived_;
+  mutable Field<std::int64_t> wide_;
   double imbalance_ = 1;
   std::int64_t cuts_ = 0;
   mutable double begin_ = -1;  // s, of the packing under way
