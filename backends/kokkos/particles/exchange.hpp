@@ -40,6 +40,15 @@ struct WeightedPoint {
 /// Bokhari 1987). A part without points gives all of its space to its first rank.
 std::vector<RankBox> bisected(std::vector<WeightedPoint> points, int ranks);
 
+/// The values that are ghosts elsewhere, side by side. (No lambda: nvcc's belong to one file.)
+template <class T>
+struct PackGhosts {
+  Entries<const T> from;
+  Entries<const Index> item;
+  T* to;
+  KOKKOS_INLINE_FUNCTION void operator()(const Index k) const { to[k] = from(item(k)); }
+};
+
 class Exchange {
  public:
   explicit Exchange(const Constants& constants);
@@ -67,11 +76,8 @@ class Exchange {
     if (alone()) return;
     begin_packing();
     make_ample_room(packed_, "drench::exchange::packed", static_cast<std::size_t>(sent_count_) * sizeof(T));
-    const Entries<const T> from = std::as_const(values);
-    const Entries<const Index> item = sent_;
-    T* const to = reinterpret_cast<T*>(packed_.data());
-    parallel(
-        "drench::exchange::pack", sent_count_, KOKKOS_LAMBDA(const Index k) { to[k] = from(item(k)); });
+    parallel("drench::exchange::pack", sent_count_,
+             PackGhosts<T>{std::as_const(values), sent_, reinterpret_cast<T*>(packed_.data())});
     send_packed(sizeof(T), values.data() + first_ghost_);
   }
   /// Integers that each rank has summed up for itself become the sums of all.
