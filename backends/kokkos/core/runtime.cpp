@@ -14,6 +14,7 @@
 #include "base/free_cores.hpp"
 #include "core/thread_mapping.hpp"
 #include "core/types.hpp"
+#include "parallel/communicator.hpp"
 #include "setup/memory_estimate.hpp"
 
 namespace drench {
@@ -111,7 +112,7 @@ BackendRuntime::BackendRuntime(int threads, bool quiet) {
     require_device();
     Kokkos::InitializationSettings settings;
     if (threads > 0) settings.set_num_threads(threads);
-    settings.set_disable_warnings(quiet);
+    settings.set_disable_warnings(quiet || started_ranks() > 1);  // else each rank gives advice on binding
     Kokkos::initialize(settings);
   }
   count_allocations();
