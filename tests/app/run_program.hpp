@@ -72,15 +72,12 @@ struct Outcome {
   std::string out, err;
 };
 
-/// Runs the program with `arguments` in folder `where`. With `when`, sends `signal` as soon as it returns true. No file
-/// may become longer than `longest_file`, in bytes. A program that takes longer than two minutes is killed (code 1009).
-inline Outcome run_drench(const fs::path& where, const std::vector<std::string>& arguments,
-                          const std::function<bool()>& when = nullptr, int signal = SIGINT,
-                          rlim_t longest_file = RLIM_INFINITY) {
+/// Runs a program, found along PATH, with its arguments in folder `where`. With `when`, sends `signal` as soon as it returns
+/// true. No file may become longer than `longest_file`, in bytes. One that takes longer than two minutes is killed (code 1009).
+inline Outcome run_words(const fs::path& where, std::vector<std::string> words, const std::function<bool()>& when = nullptr,
+                         int signal = SIGINT, rlim_t longest_file = RLIM_INFINITY) {
   const TempFolder log;
   const std::string out = log.path() / "out", err = log.path() / "err";
-  std::vector<std::string> words{program()};
-  words.insert(words.end(), arguments.begin(), arguments.end());
   std::vector<char*> argv;
   argv.reserve(words.size() + 1);
   for (auto& w : words) argv.push_back(w.data());
@@ -95,7 +92,7 @@ inline Outcome run_drench(const fs::path& where, const std::vector<std::string>&
     dup2(to_err, STDERR_FILENO);
     const rlimit limit{longest_file, RLIM_INFINITY};
     if (setrlimit(RLIMIT_FSIZE, &limit) != 0) _exit(126);
-    execv(argv[0], argv.data());
+    execvp(argv[0], argv.data());
     _exit(127);
   }
   const auto begin = std::chrono::steady_clock::now();
@@ -110,6 +107,15 @@ inline Outcome run_drench(const fs::path& where, const std::vector<std::string>&
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
   }
   return {WIFEXITED(status) ? WEXITSTATUS(status) : 1000 + WTERMSIG(status), read_text(out), read_text(err)};
+}
+
+/// Runs the program with `arguments`, as run_words does.
+inline Outcome run_drench(const fs::path& where, const std::vector<std::string>& arguments,
+                          const std::function<bool()>& when = nullptr, int signal = SIGINT,
+                          rlim_t longest_file = RLIM_INFINITY) {
+  std::vector<std::string> words{program()};
+  words.insert(words.end(), arguments.begin(), arguments.end());
+  return run_words(where, std::move(words), when, signal, longest_file);
 }
 
 /// stats.csv as rows of named columns.

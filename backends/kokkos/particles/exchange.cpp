@@ -58,14 +58,21 @@ void bisect(Part first, Part last, int ranks, const RankBox& space, RankBox* box
   std::sort(first, last, [axis](const WeightedPoint& p, const WeightedPoint& q) { return p.at[axis] < q.at[axis]; });
   for (Part p = first; p != last; ++p) weight += p->weight;
   const int left = ranks / 2;
-  double wanted = weight * left / ranks;
+  const double wanted = weight * left / ranks;
+  // Points of one place, as those of a lattice's layer, stay together: the cut is at the layer's side nearer to what is wanted.
   Part middle = first;
-  while (middle + 1 != last && (wanted -= middle->weight) > 0) ++middle;
+  for (double sum = 0;;) {
+    Part next = middle;
+    double layer = 0;
+    for (; next != last && next->at[axis] == middle->at[axis]; ++next) layer += next->weight;
+    if (next == last || sum + layer / 2 > wanted) break;
+    sum += layer;
+    middle = next;
+  }
   const Real cut = middle->at[axis];
   RankBox below = space, above = space;
   (axis == 0 ? below.max.x : axis == 1 ? below.max.y : below.max.z) = cut;
   (axis == 0 ? above.min.x : axis == 1 ? above.min.y : above.min.z) = cut;
-  middle = std::partition_point(first, last, [=](const WeightedPoint& p) { return p.at[axis] < cut; });
   bisect(first, middle, left, below, box);
   bisect(middle, last, ranks - left, above, box + left);
 }
