@@ -2,10 +2,10 @@
 // Which rank owns which particles, and what travels between ranks. Alone nothing here allocates, launches or waits.
 // Design: docs/design-notes/distribution.md.
 
-#include <array>
 #include <vector>
 
 #include "core/constants.hpp"
+#include "parallel/bisection.hpp"
 #include "particles/particle_set.hpp"
 
 namespace drench::kokkos_backend {
@@ -28,15 +28,6 @@ struct RankBox {
   }
 };
 
-/// A point with what it counts, for cuts.
-struct WeightedPoint {
-  std::array<Real, 3> at{};
-  double weight = 0;
-};
-/// The boxes of so many ranks, which hold about the same weight: recursive bisection along the longest axis (Berger and
-/// Bokhari 1987). A part without points gives all of its space to its first rank.
-std::vector<RankBox> bisected(std::vector<WeightedPoint> points, int ranks);
-
 class Exchange {
  public:
   explicit Exchange(const Constants& constants) : ranks_(constants.ranks), support_(constants.support) {}
@@ -46,8 +37,8 @@ class Exchange {
   /// This rank's part of space; all of it when alone.
   const RankBox& own() const { return own_; }
 
-  /// From all particles on every rank: cuts space, and each rank keeps its own.
-  void keep_own(ParticleSet& particles);
+  /// Particles of a state that every rank has whole: cuts space, and uploads this rank's own.
+  void upload_own(const HostState& state, ParticleSet& particles);
   /// Particles go to the ranks that own their places; cuts anew where one rank has a tenth more than the mean.
   void migrate(ParticleSet& particles);
   /// Copies of the particles of other ranks within h + `more` (m) come behind the owned ones: positions, masses and ids.
@@ -84,7 +75,7 @@ class Exchange {
   void send_packed(std::size_t each, void* ghosts) const { travel(packed_, sent_to_, ghosts, from_, each); }
   void share_bytes(void* data, std::size_t bytes) const;
   void add_up_words(std::int64_t* sums, std::size_t count) const;
-  void take_boxes(const std::vector<RankBox>& boxes);
+  void take_boxes(const Bisection& space);
   void cut_anew(const ParticleSet& particles);
   /// Those that are not at home go there; this rank's own count.
   void send_home(ParticleSet& particles);
@@ -103,5 +94,8 @@ class Exchange {
   mutable Array<std::byte> packed_;
   mutable Kokkos::View<std::byte*, Kokkos::SharedHostPinnedSpace> out_, in_;  // of a GPU's, on their way
 };
+
+/// What Exchange takes on a rank with so many particles and ghosts; as many ghosts are sent as come.
+double exchange_bytes(double owned, double ghosts, double real_bytes);
 
 }  // namespace drench::kokkos_backend
