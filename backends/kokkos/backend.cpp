@@ -1,6 +1,8 @@
 // The Kokkos backend behind the pipeline's interface: it owns the subsystems and hands each stage what it reads and writes.
 
 #include <Kokkos_Profiling_ScopedRegion.hpp>
+#include <algorithm>
+#include <cmath>
 #include <stdexcept>
 
 #include "cloth/pins.hpp"
@@ -11,6 +13,7 @@
 #include "coupling/body_response.hpp"
 #include "coupling/wind.hpp"
 #include "fluid/stages.hpp"
+#include "pipeline/rank_memory.hpp"
 #include "pipeline/runtime.hpp"
 #include "porous/contact_wicking.hpp"
 #include "porous/stages.hpp"
@@ -40,8 +43,7 @@ class KokkosBackend final : public Backend {
   void fence() override { Kokkos::fence("drench::pipeline::timer"); }
 
   void upload(const HostState& state) override {
-    fluid_.particles.upload(state);
-    fluid_.exchange.keep_own(fluid_.particles);
+    fluid_.exchange.upload_own(state, fluid_.particles);
     bodies_.upload(constants_, state);
     cloth_.upload(state);
     accounts_ = {state.drained, state.supplied, state.step, state.time};
@@ -234,6 +236,22 @@ MemoryEstimate kokkos_array_bytes(const SetupSize& size, int real_bytes, bool gp
   sum += measures_bytes(sizing);
   sum += ledger_bytes(sizing);
   sum += kept_state_bytes(sizing);
+  return sum;
+}
+
+MemoryEstimate kokkos_rank_bytes(const SetupSize& scene, double owned, double ghosts, int real_bytes, bool gpu) {
+  constexpr double ample = 1.25;  // of ParticleSet::reserve, which a rank's own particles come to first
+  const double local = owned + ghosts;
+  SetupSize size = scene;
+  size.fluid = local > ample * owned ? local : owned;
+  MemoryEstimate sum = kokkos_array_bytes(size, real_bytes, gpu);
+  size.fluid = local;
+  if (scene.samples <= 0 && size.fluid_cells > std::max(65536.0, 8 * local))  // CellTable::make_keys
+    size.fluid_cells = std::max(1024.0, std::exp2(std::ceil(std::log2(2 * local))));
+  sum.cells = kokkos_array_bytes(size, real_bytes, gpu).cells;
+  if (scene.samples <= 0) size.fluid = owned;  // ghosts near cloth have rows
+  sum.lists = kokkos_array_bytes(size, real_bytes, gpu).lists;
+  sum.particles += kokkos_backend::exchange_bytes(owned, ghosts, real_bytes);
   return sum;
 }
 

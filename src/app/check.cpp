@@ -38,13 +38,33 @@ void print_parts(const Model& model, const HostState& state) {
                deforming > 0 ? fmt::format(", {} changing their shape", deforming) : "", model.boundary.count());
 }
 
-void print_memory(const ForeseenMemory& memory, const MemoryBudget& budget) {
+/// The ranks' particles, as the liquid lies at the start.
+void print_ranks(const Setup& setup, int ranks) {
+  const double n = static_cast<double>(setup.state.fluid_count());
+  if (n > 0) {
+    const SpreadLiquid liquid = spread_over_ranks(setup, ranks);
+    const RankShare fullest = liquid.fullest();
+    double ghosts = 0;
+    for (const double g : liquid.ghosts) ghosts += g / ranks;
+    fmt::print("ranks: {}, with {:.0f} particles each on average; the fullest has {:.0f} and {:.0f} ghosts\n", ranks, n / ranks,
+               fullest.part * n, fullest.ghosts(n));
+    fmt::print("ghosts (copies of other ranks' particles): {:.0f} a rank on average, {:.0f} at most\n", ghosts,
+               *std::max_element(liquid.ghosts.begin(), liquid.ghosts.end()));
+  } else {
+    fmt::print("ranks: {}; no liquid is there yet, and shares are those of a compact body\n", ranks);
+  }
+  if (setup.model.has_cloth() || !setup.model.bodies.empty())
+    fmt::print("replicated: cloth and bodies are whole on every rank\n");
+}
+
+/// `ranks`: of how many the memory of the fullest is told.
+void print_memory(const ForeseenMemory& memory, const MemoryBudget& budget, int ranks) {
   const MemoryEstimate& m = memory.start;
   fmt::print(
-      "memory: about {}: liquid {}, neighbour lists {}, cell tables {}, bodies {}, cloth {}; and {} for the set-up "
+      "memory{}: about {}: liquid {}, neighbour lists {}, cell tables {}, bodies {}, cloth {}; and {} for the set-up "
       "and a frame{}\n",
-      mebibytes(m.backend()), mebibytes(m.particles), mebibytes(m.lists), mebibytes(m.cells), mebibytes(m.bodies),
-      mebibytes(m.cloth), mebibytes(m.host),
+      ranks > 1 ? " of the fullest rank" : "", mebibytes(m.backend()), mebibytes(m.particles), mebibytes(m.lists),
+      mebibytes(m.cells), mebibytes(m.bodies), mebibytes(m.cloth), mebibytes(m.host),
       budget.device.empty() ? "" : fmt::format("; {} has {} free", budget.device, mebibytes(budget.device_free)));
   if (memory.grows())
     fmt::print(
@@ -54,6 +74,9 @@ void print_memory(const ForeseenMemory& memory, const MemoryBudget& budget) {
   if (memory.folds())
     fmt::print("memory in folds: about {}, with a hundred pairs of cloth with itself a node\n",
                mebibytes(memory.folded));
+  if (ranks > 1)
+    fmt::print("assumed: liquid keeps the shape it starts with, and a rank gets up to a tenth more than the mean before space "
+               "is cut anew; each rank sets the whole scene up, rank 0 alone gathers frames\n");
 }
 
 void print_step(const Model& model, const HostState& state) {
@@ -84,8 +107,8 @@ void print_step(const Model& model, const HostState& state) {
 
 }  // namespace
 
-int check_command(const std::string& path, const std::vector<std::string>& overrides) {
-  const Scene scene = load_scene(path, overrides);
+int check_command(const CheckOptions& options) {
+  const Scene scene = load_scene(options.scene, options.overrides);
   MemoryBudget budget = host_memory_budget(4);
   std::string no_device;
   try {
@@ -93,18 +116,20 @@ int check_command(const std::string& path, const std::vector<std::string>& overr
   } catch (const DeviceError& e) {  // a scene can be checked without one
     no_device = e.what();
   }
-  const Setup setup = build(scene, budget);
+  const Setup setup = build(scene, memory_budget_of_rank(budget, share_of_rank(scene, options.ranks)));
+  budget = memory_budget_of_rank(budget, share_of_rank(setup, options.ranks));
   const ForeseenMemory memory = foresee_memory(setup, budget);
   refuse_too_large(memory.size, budget);  // now that the lists' entries are counted
   const Model& model = setup.model;
   auto warnings = setup.warnings;
   if (!no_device.empty()) warnings.push_back(no_device);
-  fmt::print("scene: {}\n", path);
+  fmt::print("scene: {}\n", options.scene);
   print_parts(model, setup.state);
   std::string stages;
   for (const Stage s : stages_for(model)) stages += fmt::format(" {}", name_of(s));
   fmt::print("stages:{}\n", stages);
-  print_memory(memory, budget);
+  if (options.ranks > 1 && model.has_fluid()) print_ranks(setup, options.ranks);
+  print_memory(memory, budget, model.has_fluid() ? options.ranks : 1);
 
   print_step(model, setup.state);
   fmt::print("steps: {}{:.0f} to {:.4g} s\n", scene.time.mode != TimeMode::fixed ? "at least " : "",

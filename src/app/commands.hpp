@@ -44,8 +44,14 @@ struct CompareOptions {
 /// Returns 1 if a field is over its tolerance (compare/field_difference.hpp).
 int compare_command(const CompareOptions& options);
 
+struct CheckOptions {
+  std::string scene;
+  std::vector<std::string> overrides;
+  int ranks = 1;  // above 1: also what each of so many has and takes
+};
+
 /// Loads and sets up a scene and prints what a run of it would be; runs nothing.
-int check_command(const std::string& scene, const std::vector<std::string>& overrides);
+int check_command(const CheckOptions& options);
 
 /// What cannot be exported or imported as it was asked for. One line.
 struct ExportError : std::runtime_error {

@@ -52,12 +52,12 @@ std::string where(const std::string& scene, const std::vector<std::string>& over
   }
 }
 
-/// A check for CLI11: a whole number of at least `least`. (Its own range checks print their bounds in 600 digits.)
-std::function<std::string(const std::string&)> at_least(std::int64_t least) {
-  return [least](const std::string& text) {
+/// A check for CLI11: a whole number in a range. (Its own range checks print their bounds in 600 digits.)
+std::function<std::string(const std::string&)> at_least(std::int64_t least, std::int64_t most = 2147483647) {
+  return [=](const std::string& text) {
     std::int64_t value = 0;
-    if (CLI::detail::lexical_cast(text, value) && value >= least && value <= 2147483647) return std::string();
-    return fmt::format("{} is not allowed; allowed: a whole number from {} to 2147483647", text, least);
+    if (CLI::detail::lexical_cast(text, value) && value >= least && value <= most) return std::string();
+    return fmt::format("{} is not allowed; allowed: a whole number from {} to {}", text, least, most);
   };
 }
 
@@ -118,13 +118,15 @@ void add_compare_options(CLI::App& compare, drench::CompareOptions& options) {
       "Exit code 1 if a field is over its tolerance.");
 }
 
-void add_check_options(CLI::App& check, std::string& scene, std::vector<std::string>& overrides) {
-  check.add_option("SCENE", scene, "the scene file")->required();
-  check.add_option("--set", overrides, "key.path=value; may be repeated")->allow_extra_args(false);
+void add_check_options(CLI::App& check, drench::CheckOptions& options) {
+  check.add_option("SCENE", options.scene, "the scene file")->required();
+  check.add_option("--set", options.overrides, "key.path=value; may be repeated")->allow_extra_args(false);
+  check.add_option("--ranks", options.ranks, "what one of so many MPI ranks would have and take")->check(at_least(1, 65536));
   check.footer(
       "Examples:\n"
       "  drench check scene.yaml\n"
-      "  drench check scene.yaml --set fluid.spacing=0.01");
+      "  drench check scene.yaml --set fluid.spacing=0.01\n"
+      "  drench check scene.yaml --ranks 4");
 }
 
 void add_export_options(CLI::App& command, drench::ExportOptions& options) {
@@ -196,8 +198,7 @@ class CommandLine {
   drench::ImportOptions import_options_;
   drench::ReportOptions report_options_;
   std::string new_mesh_;
-  std::string check_scene_;
-  std::vector<std::string> check_overrides_;
+  drench::CheckOptions check_options_;
   int info_threads_ = 0;
   std::unique_ptr<drench::Communicator> ranks_;
 #ifdef DRENCH_HAS_VIEW
@@ -229,7 +230,7 @@ CommandLine::CommandLine() {
   info_ = app_.add_subcommand("info", "version, precision, device, libraries");
   schema_ = app_.add_subcommand("schema", "every key of a scene with range, unit, default and meaning (Markdown)");
   add_run_options(*run_, run_options_);
-  add_check_options(*check_, check_scene_, check_overrides_);
+  add_check_options(*check_, check_options_);
   add_compare_options(*compare_, compare_options_);
   add_export_options(*export_, export_options_);
   add_import_options(*import_, import_options_);
@@ -264,7 +265,7 @@ int CommandLine::run(char** argv) {
     fmt::print("{}", drench::scene_reference());
     return drench::exit_done;
   }
-  if (*check_) return drench::check_command(check_scene_, check_overrides_);
+  if (*check_) return drench::check_command(check_options_);
   if (*export_) return drench::export_command(export_options_);
   if (*import_) return drench::import_command(import_options_);
   if (*report_) return drench::report_command(report_options_);
@@ -284,7 +285,7 @@ int CommandLine::run(char** argv) {
 
 std::string CommandLine::place_of(const std::string& key) const {
   if (*new_) return "drench";
-  if (*check_) return where(check_scene_, check_overrides_, key);
+  if (*check_) return where(check_options_.scene, check_options_.overrides, key);
   if (*compare_) return where(compare_options_.scene, compare_options_.overrides, key);
   return where(run_options_.scene, run_options_.overrides, key);
 }

@@ -451,8 +451,10 @@ int run_command(const RunOptions& options, const Communicator* ranks) {
   if (options.view && !viewer_can_open()) return exit_usage;
 #endif
   const bool reference = options.backend == "reference";
-  const MemoryBudget budget = memory_budget(reference);
-  Setup setup = build(scene, budget);
+  const int rank_count = ranks ? ranks->size() : 1;
+  const MemoryBudget whole = memory_budget(reference);
+  Setup setup = build(scene, memory_budget_of_rank(whole, share_of_rank(scene, rank_count)));
+  const MemoryBudget budget = memory_budget_of_rank(whole, share_of_rank(setup, rank_count));
   ForeseenMemory memory = foresee_memory(setup, budget);
   refuse_too_large(memory.size, budget);  // now that the lists' entries are counted
   std::optional<BackendRuntime> runtime;  // outlives the backend

@@ -2,13 +2,30 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
+
 #include "drench_version.hpp"
 #include "pipeline/backend.hpp"
+#include "pipeline/rank_memory.hpp"
 #include "pipeline/runtime.hpp"
 
 namespace drench {
 
 namespace {
+
+/// Of the layer of ghosts, m: h, and beside cloth the longest edge of its triangles more.
+double halo_width(const Model& model) {
+  double longest = 0;
+  if (model.has_fluid())
+    for (const auto& triangle : model.mesh.triangle)
+      for (std::size_t k = 0; k < 3; ++k) {
+        const Vec3& a = model.mesh.rest_position[static_cast<std::size_t>(triangle[k])];
+        const Vec3& b = model.mesh.rest_position[static_cast<std::size_t>(triangle[(k + 1) % 3])];
+        longest = std::max(longest, std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]));
+      }
+  return 1.0001 * (model.support + longest);  // Exchange::find_ghosts
+}
 
 MemoryBudget budget_with(int real_bytes, const DeviceMemory& memory) {
   MemoryBudget budget;
@@ -29,6 +46,27 @@ MemoryBudget memory_budget(bool reference) {
 }
 
 MemoryBudget host_memory_budget(int real_bytes) { return budget_with(real_bytes, {}); }
+
+MemoryBudget memory_budget_of_rank(MemoryBudget budget, const RankShare& share) {
+  if (share.ranks == 1 || !budget.arrays) return budget;
+  const int real_bytes = budget.real_bytes;
+  const bool gpu = !budget.device.empty();
+  budget.arrays = [=](const SetupSize& size) {
+    return kokkos_rank_bytes(size, share.part * size.fluid, share.ghosts(size.fluid), real_bytes, gpu);
+  };
+  return budget;
+}
+
+SpreadLiquid spread_over_ranks(const Setup& setup, int ranks) {
+  return spread(setup.state.fluid_position, ranks, halo_width(setup.model));
+}
+
+RankShare share_of_rank(const Setup& setup, int ranks) {
+  if (setup.state.fluid_position.empty()) return expected_share(ranks, halo_width(setup.model) / setup.model.spacing);
+  return spread_over_ranks(setup, ranks).fullest();
+}
+
+RankShare share_of_rank(const Scene& scene, int ranks) { return expected_share(ranks, scene.fluid.support); }
 
 ForeseenMemory foresee_memory(const Setup& setup, const MemoryBudget& budget) {
   ForeseenMemory memory;

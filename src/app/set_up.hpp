@@ -4,12 +4,21 @@
 #include <string>
 
 #include "setup/build.hpp"
+#include "setup/rank_share.hpp"
 
 namespace drench {
 
 /// What a run may take here: with the reference double precision in the host's memory, otherwise this build's precision in
 /// its device's. Throws DeviceError without a device.
 MemoryBudget memory_budget(bool reference = false);
+
+/// The same for one of `ranks` that run the scene together, as its liquid will lie (setup/rank_share.hpp).
+MemoryBudget memory_budget_of_rank(MemoryBudget budget, const RankShare& share);
+/// How the liquid of a set-up lies on ranks as it begins; as it is expected to where there is none yet.
+SpreadLiquid spread_over_ranks(const Setup& setup, int ranks);
+RankShare share_of_rank(const Setup& setup, int ranks);
+/// Of a scene that is not set up yet.
+RankShare share_of_rank(const Scene& scene, int ranks);
 
 /// What a run may take in the host's memory. The arrays are the Kokkos backend's, also for the reference, which tells none.
 MemoryBudget host_memory_budget(int real_bytes);

@@ -74,11 +74,43 @@ TEST_F(Commands, CheckWarnsOfStepsThatDoNotFitTheFrames) {
   EXPECT_NE(o.out.find("warning: output.every"), std::string::npos) << o.out;
 }
 
+/// The cut goes along a plane of the block's lattice: two of its layers below it are ghosts above, and three above it are below.
+TEST_F(Commands, CheckTellsWhatARankWouldHave) {
+  write_text(here() / "column.yaml",
+             "drench: 1\nfluid: {spacing: 0.02, sources: [{block: {min: [0, 0, 0], max: [0.2, 0.4, 0.2]}}]}\n"
+             "bodies: [{plane: {point: [0, 0, 0], normal: [0, 1, 0]}}]\n");
+  const Outcome one = drench({"check", "column.yaml"}), same = drench({"check", "column.yaml", "--ranks", "1"}),
+                two = drench({"check", "column.yaml", "--ranks", "2"});
+  EXPECT_EQ(two.code, 0) << two.err;
+  EXPECT_EQ(one.out, same.out);
+  EXPECT_EQ(one.out.find("rank"), std::string::npos) << one.out;
+  for (const char* text : {"ranks: 2, with 1000 particles each on average; the fullest has 1000 and 300 ghosts",
+                           "ghosts (copies of other ranks' particles): 250 a rank on average, 300 at most",
+                           "memory of the fullest rank: about ", "assumed: ", "replicated: cloth and bodies"})
+    EXPECT_NE(two.out.find(text), std::string::npos) << text << " is missing in:\n" << two.out;
+  // Ghosts come from as far beside cloth as a triangle is long more.
+  const Outcome cloth = drench({"check", "tiny.yaml", "--ranks", "2"});
+  EXPECT_NE(cloth.out.find("the fullest has 75 and 50 ghosts"), std::string::npos) << cloth.out;
+}
+
+/// Where all liquid comes later, its shares are those of a compact body.
+TEST_F(Commands, CheckForeseesTheRanksOfAJet) {
+  write_text(here() / "jet.yaml",
+             "drench: 1\ntime: {end: 0.1}\nfluid: {spacing: 0.02, sources: [{jet: {center: [0, 0, 0], radius: 0.1, velocity: "
+             "[0, -1, 0]}}]}\n");
+  const Outcome jet = drench({"check", "jet.yaml", "--ranks", "3"});
+  EXPECT_EQ(jet.code, 0) << jet.err;
+  EXPECT_NE(jet.out.find("ranks: 3; no liquid is there yet"), std::string::npos) << jet.out;
+  EXPECT_NE(jet.out.find("memory in the end"), std::string::npos) << jet.out;
+}
+
 TEST_F(Commands, BadCommandLinesAreRefusedInOneLine) {
   expect_refusal({}, "subcommand");
   expect_refusal({"fly"}, "fly");
   expect_refusal({"run"}, "SCENE");
   expect_refusal({"check"}, "SCENE");
+  for (const char* ranks : {"0", "65537", "two", "1.5"})
+    expect_refusal({"check", "tiny.yaml", "--ranks", ranks}, "allowed: a whole number from 1 to 65536");
   expect_refusal({"run", "tiny.yaml", "--frobnicate"}, "--frobnicate");
   expect_refusal({"run", "tiny.yaml", "--backend", "abacus"}, "abacus");
   expect_refusal({"run", "tiny.yaml", "--until", "soon"}, "soon");

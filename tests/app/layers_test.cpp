@@ -11,7 +11,7 @@
 namespace drench::test {
 namespace {
 
-const std::vector<std::string> layers{"base",     "scene",  "state",  "stages",  "setup", "pipeline",
+const std::vector<std::string> layers{"base",     "parallel", "scene",  "state",  "stages",  "setup", "pipeline",
                                       "output", "report", "compare", "view", "app", "drench"};
 
 TEST(Layers, NoFileOfSrcIncludesUp) {

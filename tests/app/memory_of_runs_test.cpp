@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cstdlib>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -109,6 +110,30 @@ TEST_F(MemoryOfRuns, IsForeseenForTheEnd) {
     EXPECT_GT(end, 1.02 * start) << scene;
     EXPECT_NEAR(end, peak, 0.1 * peak + 0.05) << scene;
     EXPECT_EQ(mebibytes_after(run.out, "estimated at the start, "), end) << run.out;
+  }
+}
+
+/// What `check --ranks` says of the fullest of some ranks, beside what rank 0 takes, which is it here.
+TEST_F(MemoryOfRuns, IsForeseenForARank) {
+  if (drench({"info"}).out.find("ranks: none") != std::string::npos) GTEST_SKIP() << "the program knows no MPI";
+  write_text(here() / "pool.yaml",
+             "drench: 1\ntime: {step: 0.001, end: 1}\noutput: {every: 0}\n"
+             "fluid: {spacing: 0.01, sources: [{block: {min: [0, 0, 0], max: [0.4, 0.2, 0.4]}}]}\n"
+             "bodies: [{box: {min: [0, 0, 0], max: [0.6, 0.6, 0.4], inside: true}}]\n");
+  const double alone = mebibytes_after(drench({"check", "pool.yaml"}).out, "memory: about ");
+  for (const std::string ranks : {"2", "4"}) {
+    const Outcome check = drench({"check", "pool.yaml", "--ranks", ranks});
+    const std::string run = "cd " + here().string() + " && OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 mpirun "
+                            "--oversubscribe --bind-to none -n " + ranks + " " + program() +
+                            " run pool.yaml --no-output --steps 3 > said";
+    if (std::system("mpirun --version > /dev/null") != 0) GTEST_SKIP() << "there is no mpirun";
+    ASSERT_EQ(std::system(run.c_str()), 0);
+    const std::string said = read_text(here() / "said");
+    const double estimate = mebibytes_after(check.out, "memory of the fullest rank: about "),
+                 peak = mebibytes_after(said, "peak memory of the backend's arrays ");
+    EXPECT_NEAR(estimate, peak, 0.05 * peak) << check.out << said;
+    EXPECT_EQ(mebibytes_after(said, "MiB, "), estimate) << said;
+    EXPECT_LT(peak, ranks == "2" ? 0.75 * alone : 0.5 * alone) << "a rank has room for its own particles, not for all";
   }
 }
 

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <random>
@@ -13,11 +14,9 @@
 namespace drench::test {
 namespace {
 
-using kokkos_backend::bisected;
 using kokkos_backend::RankBox;
 using kokkos_backend::Real;
 using kokkos_backend::Real3;
-using kokkos_backend::WeightedPoint;
 
 using Points = std::vector<WeightedPoint>;
 
@@ -42,6 +41,16 @@ Points lattice(int nx, int ny, int nz) {
   return points;
 }
 
+Real3 real(const std::array<double, 3>& x) { return {Real(x[0]), Real(x[1]), Real(x[2])}; }
+
+/// The cuts as the backend takes them.
+std::vector<RankBox> bisected(const Points& points, int ranks) {
+  const Bisection cuts(points, ranks);
+  std::vector<RankBox> boxes;
+  for (const RankPart& part : cuts.parts()) boxes.push_back({real(part.min), real(part.max)});
+  return boxes;
+}
+
 int owners(const std::vector<RankBox>& boxes, const Real3& x) {
   return static_cast<int>(std::count_if(boxes.begin(), boxes.end(), [&](const RankBox& b) { return b.holds(x); }));
 }
@@ -50,7 +59,7 @@ std::vector<double> weights(const std::vector<RankBox>& boxes, const Points& poi
   std::vector<double> sums(boxes.size());
   for (const WeightedPoint& p : points)
     for (std::size_t r = 0; r < boxes.size(); ++r)
-      if (boxes[r].holds({p.at[0], p.at[1], p.at[2]})) sums[r] += p.weight;
+      if (boxes[r].holds(real(p.at))) sums[r] += p.weight;
   return sums;
 }
 
@@ -82,7 +91,7 @@ void expect_one_owner(const std::vector<RankBox>& boxes, const Points& points) {
       for (const Real z : at[2]) ASSERT_EQ(owners(boxes, {x, y, z}), 1) << x << " " << y << " " << z;
   for (const WeightedPoint& p : points)
     if (std::isfinite(p.at[0] + p.at[1] + p.at[2])) {
-      ASSERT_EQ(owners(boxes, {p.at[0], p.at[1], p.at[2]}), 1) << p.at[0] << " " << p.at[1] << " " << p.at[2];
+      ASSERT_EQ(owners(boxes, real(p.at)), 1) << p.at[0] << " " << p.at[1] << " " << p.at[2];
     }
 }
 

@@ -1,6 +1,6 @@
 #pragma once
 // Sums of floating numbers that are the same in any order, and so on any number of threads and of ranks: each term becomes an
-// integer, and integers add up exactly. Law: docs/theory/time_and_mass.md, Sums.
+// integer, and integers add up exactly. Law: docs/theory/mass.md, Sums.
 
 #include <cmath>
 #include <cstdint>

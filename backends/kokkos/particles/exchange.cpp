@@ -12,9 +12,6 @@
 namespace drench::kokkos_backend {
 namespace {
 
-constexpr double most_imbalance = 1.1;         // of the fullest rank over the mean
-constexpr std::int64_t points_of_rank = 8192;  // that a cut looks at
-
 /// `item` gets the numbers i < n with chosen(i), in order. Returns how many; waits for the device.
 template <class Chosen>
 Index choose(const char* label, Index n, const Chosen& chosen, const Entries<Index>& item) {
@@ -35,58 +32,11 @@ std::int64_t sum_of(const std::vector<std::int64_t>& counts) {
   return std::accumulate(counts.begin(), counts.end(), std::int64_t{0});
 }
 
-using Part = std::vector<WeightedPoint>::iterator;
+std::array<double, 3> numbers(const Real3& x) { return {double(x.x), double(x.y), double(x.z)}; }
 
-/// The boxes of `ranks` ranks from `box` on, which hold the points [first, last).
-void bisect(Part first, Part last, int ranks, const RankBox& space, RankBox* box) {
-  *box = space;
-  if (ranks == 1) return;
-  if (first == last) {
-    const Real none = INFINITY;
-    for (int r = 1; r < ranks; ++r) box[r] = {{none, none, none}, {-none, -none, -none}};
-    return;
-  }
-  std::size_t axis = 0;
-  double longest = -1, weight = 0;
-  for (std::size_t a = 0; a < 3; ++a) {
-    const auto [least, most] = std::minmax_element(
-        first, last, [a](const WeightedPoint& p, const WeightedPoint& q) { return p.at[a] < q.at[a]; });
-    if (double(most->at[a]) - double(least->at[a]) <= longest) continue;
-    longest = double(most->at[a]) - double(least->at[a]);
-    axis = a;
-  }
-  std::sort(first, last, [axis](const WeightedPoint& p, const WeightedPoint& q) { return p.at[axis] < q.at[axis]; });
-  for (Part p = first; p != last; ++p) weight += p->weight;
-  const int left = ranks / 2;
-  const double wanted = weight * left / ranks;
-  // Points of one place, as those of a lattice's layer, stay together: the cut is at the layer's side nearer to what is wanted.
-  Part middle = first;
-  for (double sum = 0;;) {
-    Part next = middle;
-    double layer = 0;
-    for (; next != last && next->at[axis] == middle->at[axis]; ++next) layer += next->weight;
-    if (next == last || sum + layer / 2 > wanted) break;
-    sum += layer;
-    middle = next;
-  }
-  const Real cut = middle->at[axis];
-  RankBox below = space, above = space;
-  (axis == 0 ? below.max.x : axis == 1 ? below.max.y : below.max.z) = cut;
-  (axis == 0 ? above.min.x : axis == 1 ? above.min.y : above.min.z) = cut;
-  bisect(first, middle, left, below, box);
-  bisect(middle, last, ranks - left, above, box + left);
-}
+Real3 rounded(const Vec3& x) { return {Real(x[0]), Real(x[1]), Real(x[2])}; }
 
 }  // namespace
-
-std::vector<RankBox> bisected(std::vector<WeightedPoint> points, int ranks) {
-  std::erase_if(points, [](const WeightedPoint& p) {
-    return !std::isfinite(p.at[0]) || !std::isfinite(p.at[1]) || !std::isfinite(p.at[2]);
-  });
-  std::vector<RankBox> boxes(static_cast<std::size_t>(ranks));
-  bisect(points.begin(), points.end(), ranks, RankBox{}, boxes.data());
-  return boxes;
-}
 
 Exchange::Exchange(const Constants& constants) : ranks_(constants.ranks), support_(constants.support) {
 #ifdef KOKKOS_ENABLE_CUDA
@@ -100,38 +50,39 @@ std::string Exchange::transport() const {
   return ranks_->description() + (on_host ? "" : ", by the host's memory");
 }
 
-void Exchange::take_boxes(const std::vector<RankBox>& boxes) {
+void Exchange::take_boxes(const Bisection& space) {
+  std::vector<RankBox> boxes;
+  for (const RankPart& part : space.parts()) boxes.push_back({rounded(part.min), rounded(part.max)});  // cuts are Reals
   host_boxes_ = boxes;
   own_ = boxes[static_cast<std::size_t>(ranks_->rank())];
   make_room(boxes_, "drench::exchange::boxes", boxes.size());
   copy_to_device(boxes_, boxes);
 }
 
-void Exchange::keep_own(ParticleSet& particles) {
-  particles.ghosts = 0;
-  particles.total = particles.count;
-  if (alone()) return;
-  const std::int64_t n = particles.count, points = std::min(n, points_of_rank * ranks_->size());
-  const std::vector<Vec3> position = to_host<Vec3>(particles.position, particles.count);
-  std::vector<WeightedPoint> seen;
-  for (std::int64_t k = 0; k < points; ++k) {
-    const Vec3& x = position[static_cast<std::size_t>(k * n / points)];
-    seen.push_back({{Real(x[0]), Real(x[1]), Real(x[2])}, 1});
+void Exchange::upload_own(const HostState& state, ParticleSet& particles) {
+  if (alone()) {
+    particles.upload(state);
+    return;
   }
-  take_boxes(bisected(std::move(seen), ranks_->size()));
-  make_room(gone_, "drench::exchange::gone", particles.capacity());
-  const Entries<const Real3> x = std::as_const(particles).position;
-  const Entries<const RankBox> box = std::as_const(boxes_);
-  const Entries<std::uint8_t> gone = gone_;
-  const int own = ranks_->rank(), ranks = ranks_->size();
-  parallel(
-      "drench::exchange::keep_own", particles.count, KOKKOS_LAMBDA(const Index i) {
-        int owner = 0;  // of what is no number
-        for (int r = 0; r < ranks; ++r)
-          if (Kokkos::isfinite(x(i).x + x(i).y + x(i).z) && box(r).holds(x(i))) owner = r;
-        gone(i) = owner == own ? 0 : 1;
-      });
-  particles.compact(gone_);
+  const std::int64_t n = state.fluid_count(), points = std::min(n, points_of_rank * ranks_->size());
+  const auto place = [&state](std::int64_t k) { return rounded(state.fluid_position[static_cast<std::size_t>(k)]); };
+  std::vector<WeightedPoint> seen;
+  for (std::int64_t k = 0; k < points; ++k) seen.push_back({numbers(place(k * n / points)), 1});
+  take_boxes(Bisection(std::move(seen), ranks_->size()));
+  std::vector<std::size_t> kept;
+  for (std::int64_t k = 0; k < n; ++k) {
+    const Real3 x = place(k);
+    const bool finite = std::isfinite(x.x + x.y + x.z);  // what is no number lies in every box
+    if (finite ? own_.holds(x) : ranks_->rank() == 0) kept.push_back(static_cast<std::size_t>(k));
+  }
+  HostState own = state;
+  visit_fields(own, [&](std::string_view name, auto& values) {
+    if (!name.starts_with("fluid_") || values.empty()) return;  // a state made by hand may lack it
+    for (std::size_t k = 0; k < kept.size(); ++k) values[k] = values[kept[k]];
+    values.resize(kept.size());
+  });
+  particles.upload(own);
+  particles.total = n;
 }
 
 void Exchange::count_all(ParticleSet& particles, double& fullest) const {
@@ -162,15 +113,14 @@ void Exchange::cut_anew(const ParticleSet& particles) {
   const std::int64_t n = particles.count, points = std::min(n, points_of_rank);
   const std::vector<Vec3> position = to_host<Vec3>(particles.position, particles.count);
   std::vector<WeightedPoint> own(static_cast<std::size_t>(points_of_rank));
-  for (std::int64_t k = 0; k < points; ++k) {
-    const Vec3& x = position[static_cast<std::size_t>(k * n / points)];
-    own[static_cast<std::size_t>(k)] = {{Real(x[0]), Real(x[1]), Real(x[2])}, double(n) / double(points)};
-  }
+  for (std::int64_t k = 0; k < points; ++k)
+    own[static_cast<std::size_t>(k)] = {numbers(rounded(position[static_cast<std::size_t>(k * n / points)])),
+                                        double(n) / double(points)};
   const std::vector<std::byte> bytes = ranks_->all_gather(own.data(), own.size() * sizeof(WeightedPoint));
   std::vector<WeightedPoint> all(bytes.size() / sizeof(WeightedPoint));
   std::memcpy(static_cast<void*>(all.data()), bytes.data(), bytes.size());
   std::erase_if(all, [](const WeightedPoint& p) { return !(p.weight > 0); });
-  take_boxes(bisected(std::move(all), ranks_->size()));
+  take_boxes(Bisection(std::move(all), ranks_->size()));
 }
 
 void Exchange::send_home(ParticleSet& particles) {
@@ -386,6 +336,13 @@ void Exchange::add_up(Field<Index>& sums, Index count) const {
   add_up_words(wide_.data(), static_cast<std::size_t>(count));
   parallel(
       "drench::exchange::narrow", count, KOKKOS_LAMBDA(const Index k) { from(k) = static_cast<Index>(to(k)); });
+}
+
+double exchange_bytes(double owned, double ghosts, double real_bytes) {
+  constexpr double ample = 1.25;
+  const double chosen = owned * index_bytes, gone = owned;
+  const double sent = ghosts * (index_bytes + 4 * real_bytes);  // with `packed_`, of the widest field
+  return ample * (chosen + gone + sent);
 }
 
 void Exchange::gather(HostState& state) const {

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/constants.hpp"
+#include "parallel/bisection.hpp"
 #include "particles/device_messages.hpp"
 #include "particles/particle_set.hpp"
 
@@ -30,15 +31,6 @@ struct RankBox {
     return x - min > -reach && x - max < reach;
   }
 };
-
-/// A point with what it counts, for cuts.
-struct WeightedPoint {
-  std::array<Real, 3> at{};
-  double weight = 0;
-};
-/// The boxes of so many ranks, which hold about the same weight: recursive bisection along the longest axis (Berger and
-/// Bokhari 1987). A part without points gives all of its space to its first rank.
-std::vector<RankBox> bisected(std::vector<WeightedPoint> points, int ranks);
 
 /// The values that are ghosts elsewhere, side by side. (No lambda: nvcc's belong to one file.)
 template <class T>
@@ -64,8 +56,8 @@ class Exchange {
   double imbalance() const { return imbalance_; }
   std::int64_t cuts() const { return cuts_; }
 
-  /// From all particles on every rank: cuts space, and each rank keeps its own.
-  void keep_own(ParticleSet& particles);
+  /// Particles of a state that every rank has whole: cuts space, and uploads this rank's own.
+  void upload_own(const HostState& state, ParticleSet& particles);
   /// Particles go to the ranks that own their places; cuts anew where one rank has a tenth more than the mean.
   void migrate(ParticleSet& particles);
   /// Copies of the particles of other ranks within h + `more` (m) come behind the owned ones: positions, masses and ids.
@@ -105,7 +97,7 @@ class Exchange {
   void exchange_on_device(const std::vector<Message>& sent, const std::vector<Message>& received) const;
   void share_bytes(void* data, std::size_t bytes) const;
   void add_up_words(std::int64_t* sums, std::size_t count) const;
-  void take_boxes(const std::vector<RankBox>& boxes);
+  void take_boxes(const Bisection& space);
   void cut_anew(const ParticleSet& particles);
   void count_all(ParticleSet& particles, double& fullest) const;
 
@@ -129,5 +121,8 @@ class Exchange {
   mutable Array<std::byte> packed_;
   mutable Kokkos::View<std::byte*, Kokkos::SharedHostPinnedSpace> out_, in_;  // of a GPU's, on their way
 };
+
+/// What Exchange takes on a rank with so many particles and ghosts; as many ghosts are sent as come.
+double exchange_bytes(double owned, double ghosts, double real_bytes);
 
 }  // namespace drench::kokkos_backend
