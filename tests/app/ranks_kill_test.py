@@ -55,7 +55,7 @@ def results_in(folder):
     results = {str(path.relative_to(folder)): path.read_bytes() for path in sorted(folder.rglob("*"))
                if path.is_file() and path.name not in ("run.log", "scene.yaml", "stats.csv")}
     with open(folder / "stats.csv", newline="") as file:
-        results["stats.csv"] = [[text for name, text in row.items() if not name.startswith("ms_")]
+        results["stats.csv"] = [[text for name, text in row.items() if not name.startswith("ms_") and name != "imbalance"]
                                 for row in csv.DictReader(file)]
     return results
 

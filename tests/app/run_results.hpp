@@ -7,7 +7,8 @@
 
 namespace drench::test {
 
-/// What a run has computed, by file: frames, collections and checkpoints in bytes, stats.csv without its wall times.
+/// What a run has computed, by file: frames, collections and checkpoints in bytes, stats.csv without its wall times and what
+/// tells of the ranks.
 inline std::map<std::string, std::string> results_in(const fs::path& folder, bool with_checkpoints = true) {
   std::map<std::string, std::string> results;
   for (const auto& entry : fs::recursive_directory_iterator(folder)) {
@@ -21,7 +22,7 @@ inline std::map<std::string, std::string> results_in(const fs::path& folder, boo
   rows.clear();
   for (const auto& row : stats.rows) {
     for (std::size_t c = 0; c < row.size(); ++c)
-      if (!stats.header.at(c).starts_with("ms_")) rows += row[c] + ',';
+      if (!stats.header.at(c).starts_with("ms_") && stats.header.at(c) != "imbalance") rows += row[c] + ',';
     rows += '\n';
   }
   return results;
