@@ -354,6 +354,19 @@ TEST_F(Ranks, WhatCannotBeWrittenEndsAll) {
   expect_line(checkpoint, next + ": cannot be written: ");
 }
 
+TEST_F(Ranks, AFullDiskEndsAllAndKeepsWhatIsThere) {
+  const Words words = run_of(scene(liquid_scene), {"--until", "0.04"});
+  must(1, with(words, {"-o", "whole"}));
+  must(2, with(words, {"-o", "o", "--steps", "6"}));
+  // The limit is the program's alone, in blocks of 512 bytes: mpirun has files of its own.
+  const Words limited{"mpirun", "-n", "2", "sh", "-c", "ulimit -f 15; exec \"$0\" \"$@\"", program()};
+  const Outcome full = run_words(here(), with(limited, with(words, {"--resume", "o"})));
+  EXPECT_EQ(full.code, 1) << full.err;
+  expect_line(full, "cannot be written: File too large; the last checkpoint is o/checkpoint_000006.drench");
+  must(2, with(words, {"--resume", "o"}));
+  EXPECT_EQ(difference(here() / "whole", here() / "o"), "");
+}
+
 /// A state that is no number is met on one rank, and all of them end with one line.
 TEST_F(Ranks, AFailingRunEndsAllWithOneLine) {
   must(2, run_of(scene(liquid_scene), {"-o", "o", "--steps", "4"}));
