@@ -7,6 +7,7 @@ import importlib.util
 import math
 import os
 import re
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -225,6 +226,35 @@ else:
                 self.assertLess(done.stderr.count("5 steps"), 4 if true > free else 14)
                 self.assertIn("does not fit" if true > free else "failed to allocate", found.group(3))
             self.assertGreater(need(over * 1.05), min(free, true))
+
+    @unittest.skipUnless(shutil.which("mpirun"), "there is no mpirun")
+    def test_ranks(self):
+        if "ranks: none" in measure.info(BINARY):
+            self.skipTest("the program knows no MPI")
+        table = self.folder / "table.csv"
+        done = tool("scaling", "--binary", BINARY, "--ranks", "1,2", "--sizes", "1k", "--steps", 5, "--runs", 2, "--table", table)
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        rows = measure.read_csv(table)
+        self.assertEqual([(r["scaling"], r["ranks"]) for r in rows],
+                         [("strong", "1"), ("strong", "2"), ("weak", "1"), ("weak", "2")])
+        particles = [int(r["particles"]) for r in rows]
+        self.assertEqual(particles[:2], [1024, 1024])
+        self.assertEqual(particles[2:], [1024, 2000])
+        for r in rows:
+            self.assertGreater(float(r["ms_step"]), 0)
+            self.assertLessEqual(float(r["ms_best"]), float(r["ms_step"]))
+            self.assertGreater(float(r["iterations"]), 0)
+        # the same steps, so the same iterations: the bits do not depend on ranks
+        self.assertEqual(rows[0]["iterations"], rows[1]["iterations"])
+        best = [float(r["ms_best"]) for r in rows]
+        self.assertAlmostEqual(float(rows[1]["efficiency"]), best[0] / best[1] / 2)
+        self.assertAlmostEqual(float(rows[3]["efficiency"]), best[2] / best[3] * 2000 / 2048)
+        self.assertEqual(done.stderr.count("2 ranks"), 4)
+        for title in ("strong scaling", "weak scaling"):
+            self.assertIn(title, done.stdout)
+        self.png("scaling", table)
+        self.assertEqual(tool("scaling", "--binary", BINARY, "--ranks", "0").returncode, 2)
+        self.assertEqual(tool("scaling", "--binary", BINARY, "--ranks", "1", "--largest").returncode, 2)
 
     def test_failures(self):
         done = tool("scaling", "--binary", BINARY, "--sizes", "500", "--family", "block", "--set", "fluid.bogus=1")
