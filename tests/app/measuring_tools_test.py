@@ -267,6 +267,49 @@ else:
         self.assertEqual(tool("scaling", "--binary", BINARY, "--sizes", "few").returncode, 2)
 
 
+class ScalingModel(Case):
+    def rows(self, *arguments):
+        table = self.folder / "model.csv"
+        done = tool("scaling_model", "--table", table, *arguments)
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        return {kind: [r for r in measure.read_csv(table) if r["scaling"] == kind] for kind in ("weak", "strong")}
+
+    def test_parts_add_up_and_one_rank_sends_nothing(self):
+        rows = self.rows("--ranks", "1,2,64")
+        for r in rows["weak"] + rows["strong"]:
+            parts = [float(r[part]) for part in ("compute", "halos", "sums", "other ranks", "cuts", "replicated")]
+            self.assertAlmostEqual(sum(parts), float(r["ms_step"]))
+            self.assertEqual(float(r["ghosts"]) > 0, r["ranks"] != "1")
+        for kind in rows:
+            self.assertEqual(float(rows[kind][0]["efficiency"]), 1)
+            self.assertTrue(1 > float(rows[kind][1]["efficiency"]) > float(rows[kind][2]["efficiency"]))
+
+    def test_halos_by_hand(self):
+        """An iteration's 20 bytes a ghost at a bandwidth that outlasts all else, and five halos of 60 bytes."""
+        r = self.rows("--ranks", "8", "--particles", "1e6", "--iterations", "10", "--bandwidth", "1e6", "--latency", "0", "--message", "0",
+                      "--staging", "0", "--staging-bandwidth", "1e30")["weak"][0]
+        ghosts = (100 + 2.5) ** 3 - 1e6  # three of a cube's faces are cuts
+        self.assertAlmostEqual(float(r["ghosts"]), ghosts, delta=1e-3)
+        self.assertAlmostEqual(float(r["halos"]), 1000 * ghosts * (10 * 20 + 60) / 1e6, delta=1e-3)
+        self.assertEqual(float(r["cuts"]) > 0, True)
+
+    def test_replicated_work_bounds_the_gain(self):
+        rows = self.rows("--ranks", "1,1000", "--strong", "1e6", "--replicated", "0.01")["strong"]
+        self.assertLess(float(rows[0]["ms_step"]) / float(rows[1]["ms_step"]), float(rows[0]["ms_step"]) / 10)
+
+    @unittest.skipUnless(shutil.which("mpicc") and shutil.which("mpirun"), "there is no MPI to measure")
+    def test_measures_this_machine(self):
+        done = tool("scaling_model", "--measure")
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        found = dict(re.findall(r"^\| (\w[\w-]*).*? \| \S+ \| ([\d.e+]+) \|", done.stdout, re.M))
+        self.assertEqual(set(found), {"latency", "bandwidth", "all-reduce"})
+        self.assertTrue(all(float(value) > 0 for value in found.values()))
+
+    def test_refuses(self):
+        self.assertEqual(tool("scaling_model", "--bandwidth", "-1").returncode, 2)
+        self.assertIn("--staging", tool("scaling_model", "--help").stdout)
+
+
 class SpeedError(Case):
     def sweep(self, *arguments):
         self.table = self.folder / "table.csv"
