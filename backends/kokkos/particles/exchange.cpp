@@ -201,23 +201,23 @@ void Exchange::find_ghosts(ParticleSet& particles, Real more) {
   sent_count_ = 0;
   std::vector<Field<Index>> parts;
   for (int r = 0; r < ranks; ++r) {
-    parts.emplace_back();
-    if (r == own || candidates == 0 || !meet(here, host_boxes_[static_cast<std::size_t>(r)], reach)) continue;
+    if (r == own || candidates == 0) continue;
     Field<Index> part(Kokkos::ViewAllocateWithoutInitializing("drench::exchange::part"), static_cast<std::size_t>(candidates));
     const RankBox other = host_boxes_[static_cast<std::size_t>(r)];
     const Index n = choose(
-        "drench::exchange::near_other", candidates,
+        "drench::exchange::near_other", meet(here, other, reach) ? candidates : 0,
         KOKKOS_LAMBDA(const Index k) { return other.near(x(chosen(k)), reach); }, part);
     sent_to_[static_cast<std::size_t>(r)] = n;
     sent_count_ += n;
-    parts.back() = std::move(part);
+    parts.push_back(std::move(part));
   }
   make_ample_room(sent_, "drench::exchange::sent", static_cast<std::size_t>(sent_count_));
   Index first = 0;
+  std::size_t which = 0;
   for (int r = 0; r < ranks; ++r) {
+    if (r == own || candidates == 0) continue;
     const auto n = static_cast<Index>(sent_to_[static_cast<std::size_t>(r)]);
-    if (n == 0) continue;
-    const Entries<const Index> part = std::as_const(parts[static_cast<std::size_t>(r)]);
+    const Entries<const Index> part = std::as_const(parts[which++]);
     const Entries<Index> sent = sent_;
     parallel(
         "drench::exchange::sent", n, KOKKOS_LAMBDA(const Index k) { sent(first + k) = chosen(part(k)); });
