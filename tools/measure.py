@@ -7,6 +7,7 @@ import csv
 import math
 import os
 import re
+import shutil
 import signal
 import statistics
 import struct
@@ -57,11 +58,12 @@ def overrides(settings):
 
 class Run:
     """One `drench run`. `rows` are those of stats.csv; `problem` is "" or says in a line what went wrong. With
-    `seconds` of wall time it ends, in order, at the step that it is at then: `cut`."""
+    `seconds` of wall time it ends, in order, at the step that it is at then: `cut`. `launcher`: words before the
+    program's own, as `mpi_launcher` has them."""
 
-    def __init__(self, binary, scene, folder, threads=None, steps=None, settings=(), more=(), seconds=None):
+    def __init__(self, binary, scene, folder, threads=None, steps=None, settings=(), more=(), seconds=None, launcher=()):
         self.folder, self.problem, self.cut = Path(folder), "", False
-        command = [str(binary), "run", str(scene), "-o", str(folder), "--overwrite", "--quiet",
+        command = [*launcher, str(binary), "run", str(scene), "-o", str(folder), "--overwrite", "--quiet",
                    *overrides(settings), *more]
         if threads:
             command += ["--threads", str(threads)]
@@ -111,6 +113,20 @@ class Run:
     def at_cap(self):
         """Which solves ended at their limit of iterations, and in how many steps."""
         return re.findall(r"the (.+?) did not converge in (\d+) of", self.log)
+
+
+def mpi_launcher(ranks, bind=True):
+    """The words of `mpirun` for so many ranks, each bound to a core where there are that many. Ranks that share cores
+    give way to each other while they wait."""
+    if not shutil.which("mpirun"):
+        give_up("--ranks needs mpirun: tools/setup installs Open MPI")
+    for name in ("OMPI_ALLOW_RUN_AS_ROOT", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM"):  # a container's user may be root
+        os.environ.setdefault(name, "1")
+    if not bind:
+        return ["mpirun", "-n", str(ranks), "--bind-to", "none"]
+    if ranks <= len(os.sched_getaffinity(0)):
+        return ["mpirun", "-n", str(ranks), "--bind-to", "core"]
+    return ["mpirun", "-n", str(ranks), "--oversubscribe", "--bind-to", "none", "--mca", "mpi_yield_when_idle", "1"]
 
 
 def check(binary, scene, settings=()):

@@ -7,6 +7,7 @@ import importlib.util
 import math
 import os
 import re
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -226,6 +227,35 @@ else:
                 self.assertIn("does not fit" if true > free else "failed to allocate", found.group(3))
             self.assertGreater(need(over * 1.05), min(free, true))
 
+    @unittest.skipUnless(shutil.which("mpirun"), "there is no mpirun")
+    def test_ranks(self):
+        if "ranks: none" in measure.info(BINARY):
+            self.skipTest("the program knows no MPI")
+        table = self.folder / "table.csv"
+        done = tool("scaling", "--binary", BINARY, "--ranks", "1,2", "--sizes", "1k", "--steps", 5, "--runs", 2, "--table", table)
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        rows = measure.read_csv(table)
+        self.assertEqual([(r["scaling"], r["ranks"]) for r in rows],
+                         [("strong", "1"), ("strong", "2"), ("weak", "1"), ("weak", "2")])
+        particles = [int(r["particles"]) for r in rows]
+        self.assertEqual(particles[:2], [1024, 1024])
+        self.assertEqual(particles[2:], [1024, 2000])
+        for r in rows:
+            self.assertGreater(float(r["ms_step"]), 0)
+            self.assertLessEqual(float(r["ms_best"]), float(r["ms_step"]))
+            self.assertGreater(float(r["iterations"]), 0)
+        # the same steps, so the same iterations: the bits do not depend on ranks
+        self.assertEqual(rows[0]["iterations"], rows[1]["iterations"])
+        best = [float(r["ms_best"]) for r in rows]
+        self.assertAlmostEqual(float(rows[1]["efficiency"]), best[0] / best[1] / 2)
+        self.assertAlmostEqual(float(rows[3]["efficiency"]), best[2] / best[3] * 2000 / 2048)
+        self.assertEqual(done.stderr.count("2 ranks"), 4)
+        for title in ("strong scaling", "weak scaling"):
+            self.assertIn(title, done.stdout)
+        self.png("scaling", table)
+        self.assertEqual(tool("scaling", "--binary", BINARY, "--ranks", "0").returncode, 2)
+        self.assertEqual(tool("scaling", "--binary", BINARY, "--ranks", "1", "--largest").returncode, 2)
+
     def test_failures(self):
         done = tool("scaling", "--binary", BINARY, "--sizes", "500", "--family", "block", "--set", "fluid.bogus=1")
         self.assertEqual(done.returncode, 1)
@@ -235,6 +265,49 @@ else:
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
         self.assertIn("cut short", done.stdout)
         self.assertEqual(tool("scaling", "--binary", BINARY, "--sizes", "few").returncode, 2)
+
+
+class ScalingModel(Case):
+    def rows(self, *arguments):
+        table = self.folder / "model.csv"
+        done = tool("scaling_model", "--table", table, *arguments)
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        return {kind: [r for r in measure.read_csv(table) if r["scaling"] == kind] for kind in ("weak", "strong")}
+
+    def test_parts_add_up_and_one_rank_sends_nothing(self):
+        rows = self.rows("--ranks", "1,2,64")
+        for r in rows["weak"] + rows["strong"]:
+            parts = [float(r[part]) for part in ("compute", "halos", "sums", "other ranks", "cuts", "replicated")]
+            self.assertAlmostEqual(sum(parts), float(r["ms_step"]))
+            self.assertEqual(float(r["ghosts"]) > 0, r["ranks"] != "1")
+        for kind in rows:
+            self.assertEqual(float(rows[kind][0]["efficiency"]), 1)
+            self.assertTrue(1 > float(rows[kind][1]["efficiency"]) > float(rows[kind][2]["efficiency"]))
+
+    def test_halos_by_hand(self):
+        """An iteration's 20 bytes a ghost at a bandwidth that outlasts all else, and five halos of 60 bytes."""
+        r = self.rows("--ranks", "8", "--particles", "1e6", "--iterations", "10", "--bandwidth", "1e6", "--latency", "0", "--message", "0",
+                      "--staging", "0", "--staging-bandwidth", "1e30")["weak"][0]
+        ghosts = (100 + 2.5) ** 3 - 1e6  # three of a cube's faces are cuts
+        self.assertAlmostEqual(float(r["ghosts"]), ghosts, delta=1e-3)
+        self.assertAlmostEqual(float(r["halos"]), 1000 * ghosts * (10 * 20 + 60) / 1e6, delta=1e-3)
+        self.assertEqual(float(r["cuts"]) > 0, True)
+
+    def test_replicated_work_bounds_the_gain(self):
+        rows = self.rows("--ranks", "1,1000", "--strong", "1e6", "--replicated", "0.01")["strong"]
+        self.assertLess(float(rows[0]["ms_step"]) / float(rows[1]["ms_step"]), float(rows[0]["ms_step"]) / 10)
+
+    @unittest.skipUnless(shutil.which("mpicc") and shutil.which("mpirun"), "there is no MPI to measure")
+    def test_measures_this_machine(self):
+        done = tool("scaling_model", "--measure")
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        found = dict(re.findall(r"^\| (\w[\w-]*).*? \| \S+ \| ([\d.e+]+) \|", done.stdout, re.M))
+        self.assertEqual(set(found), {"latency", "bandwidth", "all-reduce"})
+        self.assertTrue(all(float(value) > 0 for value in found.values()))
+
+    def test_refuses(self):
+        self.assertEqual(tool("scaling_model", "--bandwidth", "-1").returncode, 2)
+        self.assertIn("--staging", tool("scaling_model", "--help").stdout)
 
 
 class SpeedError(Case):

@@ -36,6 +36,23 @@ std::array<double, 3> numbers(const Real3& x) { return {double(x.x), double(x.y)
 
 Real3 rounded(const Vec3& x) { return {Real(x[0]), Real(x[1]), Real(x[2])}; }
 
+KOKKOS_INLINE_FUNCTION bool well_between(Real x, Real min, Real max, Real reach) {
+  return x - min >= reach && x - max <= -reach;
+}
+
+/// Is a point of the box farther than `reach` from all that lies beyond it?
+KOKKOS_INLINE_FUNCTION bool deep_inside(const RankBox& box, const Real3& x, Real reach) {
+  return well_between(x.x, box.min.x, box.max.x, reach) && well_between(x.y, box.min.y, box.max.y, reach) &&
+         well_between(x.z, box.min.z, box.max.z, reach);
+}
+
+/// May points of `a` be within `reach` of `b`?
+bool meet(const RankBox& a, const RankBox& b, Real reach) {
+  const auto near = [reach](Real min, Real max, Real low, Real high) { return min - high < reach && low - max < reach; };
+  return near(a.min.x, a.max.x, b.min.x, b.max.x) && near(a.min.y, a.max.y, b.min.y, b.max.y) &&
+         near(a.min.z, a.max.z, b.min.z, b.max.z);
+}
+
 }  // namespace
 
 Exchange::Exchange(const Constants& constants) : ranks_(constants.ranks), support_(constants.support) {
@@ -182,12 +199,14 @@ void Exchange::find_ghosts(ParticleSet& particles, Real more) {
   if (alone()) return;
   const int own = ranks_->rank(), ranks = ranks_->size();
   const Real reach = Real(1.0001) * (support_ + more);
+  const RankBox here = own_;
   const Entries<const Real3> x = std::as_const(particles).position;
   const Entries<const RankBox> box = std::as_const(boxes_);
   make_ample_room(chosen_, "drench::exchange::chosen", static_cast<std::size_t>(particles.count));
   const Index candidates = choose(
       "drench::exchange::near_others", particles.count,
       KOKKOS_LAMBDA(const Index i) {
+        if (deep_inside(here, x(i), reach)) return false;
         for (int r = 0; r < ranks; ++r)
           if (r != own && box(r).near(x(i), reach)) return true;
         return false;
@@ -203,7 +222,7 @@ void Exchange::find_ghosts(ParticleSet& particles, Real more) {
     make_ample_room(part, "drench::exchange::part", static_cast<std::size_t>(candidates));
     const RankBox other = host_boxes_[static_cast<std::size_t>(r)];
     const Index n = choose(
-        "drench::exchange::near_other", candidates,
+        "drench::exchange::near_other", meet(here, other, reach) ? candidates : 0,
         KOKKOS_LAMBDA(const Index k) { return other.near(x(chosen(k)), reach); }, part);
     sent_to_[static_cast<std::size_t>(r)] = n;
     sent_count_ += n;
