@@ -21,13 +21,18 @@ Scene checked(const Scene& scene) {
   return same;
 }
 
+MemoryBudget budget_of(const Scene& scene, const Communicator* ranks) {
+  if (!ranks) return memory_budget();
+  return memory_budget_of_rank(memory_budget(), share_of_rank(scene, ranks->size()));
+}
+
 }  // namespace
 
 struct Simulation::Parts {
   Parts(const Scene& given, const Communicator* communicator)
       : ranks(communicator),
         scene(checked(given)),
-        setup(build(scene, memory_budget())),
+        setup(build(scene, budget_of(scene, communicator))),
         at_start(prescribed_of(setup.model)),
         backend(make_kokkos_backend_on(ranks, setup.model)),
         pipeline(setup.model, *backend, setup.state) {

@@ -69,6 +69,13 @@ std::string gibibytes(double bytes) { return fmt::format("{:.1f} GiB", bytes / (
 #ifdef KOKKOS_ENABLE_CUDA
 /// The compute capability that the kernels are compiled for, as 90 for 9.0.
 constexpr int built_for = DRENCH_CUDA_ARCH;
+
+/// Ranks of a host take its GPUs in turns.
+int own_device(int count) { return started_ranks() > 1 ? local_rank() % count : 0; }
+
+void check_device(cudaError_t error) {
+  if (error != cudaSuccess) throw DeviceError(no_device_text(cudaGetErrorString(error), built_for));
+}
 #endif
 
 }  // namespace
@@ -79,8 +86,9 @@ void require_device() {
   if (const cudaError_t error = cudaGetDeviceCount(&count); error != cudaSuccess)
     throw DeviceError(no_device_text(cudaGetErrorString(error), built_for));
   if (count == 0) throw DeviceError(no_device_text("there is none", built_for));
+  if (started_ranks() > 1) check_device(cudaSetDevice(own_device(count)));  // from here on, also for who asks for its memory
   cudaDeviceProp device;
-  if (const cudaError_t error = cudaGetDeviceProperties(&device, 0); error != cudaSuccess)
+  if (const cudaError_t error = cudaGetDeviceProperties(&device, own_device(count)); error != cudaSuccess)
     throw DeviceError(no_device_text(cudaGetErrorString(error), built_for));
   // The driver compiles for newer devices than the kernels were compiled for, never for older ones.
   if (const int has = 10 * device.major + device.minor; has < built_for)
@@ -96,8 +104,9 @@ DeviceMemory device_memory() {
   cudaDeviceProp device;
   if (const cudaError_t error = cudaMemGetInfo(&free, &total); error != cudaSuccess)
     throw DeviceError(no_device_text(cudaGetErrorString(error), built_for));
-  if (const cudaError_t error = cudaGetDeviceProperties(&device, 0); error != cudaSuccess)
-    throw DeviceError(no_device_text(cudaGetErrorString(error), built_for));
+  int own = 0;
+  check_device(cudaGetDevice(&own));
+  check_device(cudaGetDeviceProperties(&device, own));
   return {device.name, double(total), double(free)};
 #else
   return {"", machine_memory(), machine_memory_free()};
@@ -112,6 +121,10 @@ BackendRuntime::BackendRuntime(int threads, bool quiet) {
     require_device();
     Kokkos::InitializationSettings settings;
     if (threads > 0) settings.set_num_threads(threads);
+#ifdef KOKKOS_ENABLE_CUDA
+    int device = 0;
+    if (started_ranks() > 1 && cudaGetDevice(&device) == cudaSuccess) settings.set_device_id(device);
+#endif
     settings.set_disable_warnings(quiet || started_ranks() > 1);  // else each rank gives advice on binding
     Kokkos::initialize(settings);
   }

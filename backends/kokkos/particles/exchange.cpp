@@ -217,12 +217,12 @@ void Exchange::find_ghosts(ParticleSet& particles, Real more) {
   sent_count_ = 0;
   parts_.resize(static_cast<std::size_t>(ranks));
   for (int r = 0; r < ranks; ++r) {
-    if (r == own || candidates == 0) continue;
+    const RankBox other = host_boxes_[static_cast<std::size_t>(r)];
+    if (r == own || candidates == 0 || !meet(here, other, reach)) continue;
     Field<Index>& part = parts_[static_cast<std::size_t>(r)];
     make_ample_room(part, "drench::exchange::part", static_cast<std::size_t>(candidates));
-    const RankBox other = host_boxes_[static_cast<std::size_t>(r)];
     const Index n = choose(
-        "drench::exchange::near_other", meet(here, other, reach) ? candidates : 0,
+        "drench::exchange::near_other", candidates,
         KOKKOS_LAMBDA(const Index k) { return other.near(x(chosen(k)), reach); }, part);
     sent_to_[static_cast<std::size_t>(r)] = n;
     sent_count_ += n;
@@ -230,8 +230,8 @@ void Exchange::find_ghosts(ParticleSet& particles, Real more) {
   make_ample_room(sent_, "drench::exchange::sent", static_cast<std::size_t>(sent_count_));
   Index first = 0;
   for (int r = 0; r < ranks; ++r) {
-    if (r == own || candidates == 0) continue;
     const auto n = static_cast<Index>(sent_to_[static_cast<std::size_t>(r)]);
+    if (n == 0) continue;
     const Entries<const Index> part = std::as_const(parts_[static_cast<std::size_t>(r)]);
     const Entries<Index> sent = sent_;
     parallel(
