@@ -367,20 +367,37 @@ TEST_F(Ranks, AFullDiskEndsAllAndKeepsWhatIsThere) {
   EXPECT_EQ(difference(here() / "whole", here() / "o"), "");
 }
 
-/// A state that is no number is met on one rank, and all of them end with one line.
+/// What goes wrong is met on one rank, and all of them end with the line of one process, once.
 TEST_F(Ranks, AFailingRunEndsAllWithOneLine) {
-  must(2, run_of(scene(liquid_scene), {"-o", "o", "--steps", "4"}));
-  const fs::path newest = checkpoints_in(here() / "o").at(0);
-  Checkpoint c = read_checkpoint(newest);
-  c.state.fluid_velocity.back()[1] = std::nan("");
-  write_checkpoint(newest, c);
-  fs::copy(here() / "o", here() / "n", fs::copy_options::recursive);
-  const Outcome one = on(1, run_of("scene.yaml", {"--resume", "o"})), three = on(3, run_of("scene.yaml", {"--resume", "n"}));
-  EXPECT_EQ(three.code, 1) << three.err;
-  const std::string line = one.err.substr(0, one.err.find("; see o/"));
-  EXPECT_EQ(line.find("drench: the run failed in stage "), 0U) << one.err;
-  expect_line(three, line);
-  EXPECT_EQ(read_text(here() / "o/failure.vtu"), read_text(here() / "n/failure.vtu"));
+  const double nan = std::nan("");
+  const std::pair<const char*, std::function<void(HostState&)>> edits[] = {
+      {"a velocity", [=](HostState& s) { s.fluid_velocity.back()[1] = nan; }},
+      {"a position", [=](HostState& s) { s.fluid_position.front() = {nan, nan, nan}; }},
+      {"one away", [=](HostState& s) { s.fluid_velocity.front() = {0, 0, 1e4}; }},
+      {"a node", [=](HostState& s) { s.node_velocity.at(40)[2] = nan; }},
+      {"torn cloth", [=](HostState& s) { s.node_position.at(40)[1] += 50; }},
+      {"a body", [=](HostState& s) { s.body_velocity.at(0)[0] = nan; }},
+  };
+  must(2, run_of(scene(porous_scene), {"-o", "start", "--steps", "4"}));
+  for (const auto& [what, edit] : edits) {
+    SCOPED_TRACE(what);
+    for (const char* folder : {"1", "n"}) {
+      fs::remove_all(here() / folder);
+      fs::copy(here() / "start", here() / folder, fs::copy_options::recursive);
+      const fs::path newest = checkpoints_in(here() / folder).at(0);
+      Checkpoint c = read_checkpoint(newest);
+      edit(c.state);
+      write_checkpoint(newest, c);
+    }
+    const Words words = run_of("scene.yaml", {"--steps", "4"});
+    const Outcome one = on(1, with(words, {"--resume", "1"})), three = on(3, with(words, {"--resume", "n"}));
+    ASSERT_EQ(one.code, 1) << one.err;
+    EXPECT_EQ(three.code, 1) << three.err;
+    const std::string line = one.err.substr(0, one.err.find("; see 1/"));
+    EXPECT_EQ(line.find("drench: the run failed in stage "), 0U) << one.err;
+    expect_line(three, line.substr(0, line.find("; the last checkpoint is ")));
+    EXPECT_EQ(read_text(here() / "1/failure.vtu"), read_text(here() / "n/failure.vtu"));
+  }
 }
 
 }  // namespace
