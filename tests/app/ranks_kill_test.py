@@ -60,9 +60,18 @@ def results_in(folder):
     return results
 
 
+def describe_difference(one, two):
+    if one is None or two is None:
+        return "not there" if two is None else "too many"
+    place = next((i for i, (a, b) in enumerate(zip(one, two)) if a != b), min(len(one), len(two)))
+    return f"at {place}, {len(one)} and {len(two)} long"
+
+
 def difference(folder, other):
+    """Lines; none if both have computed the same."""
     one, two = results_in(folder), results_in(other)
-    return sorted(name for name in one.keys() | two.keys() if one.get(name) != two.get(name))
+    return [f"{name}: {describe_difference(one.get(name), two.get(name))}"
+            for name in sorted(one.keys() | two.keys()) if one.get(name) != two.get(name)]
 
 
 def rows(folder):
@@ -175,8 +184,8 @@ class Test:
 
     def compare(self):
         self.ended += 1
-        names = difference(self.folder / "whole", self.out)
-        assert not names, f"after {self.kills} kills these differ: {names}"
+        lines = difference(self.folder / "whole", self.out)
+        assert not lines, f"after {self.kills} kills: {lines}"
         shutil.rmtree(self.out)
 
     def run(self, kills):
