@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """ranks_kill_test.py SOURCE BUILD [--kills N] [--ranks N] [--seed N]: SIGKILL of one rank of `mpirun -n 2 drench run` at random
-moments. All ranks end, the newest checkpoint is whole, and what goes on from it ends with the bytes of a run that nobody disturbed."""
+moments. All ranks end, the newest checkpoint is whole, and what goes on from it ends with the bytes of a run that nobody
+disturbed."""
 
 import argparse
 import csv

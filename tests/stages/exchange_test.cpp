@@ -141,7 +141,8 @@ TEST(exchange, points_at_one_place_and_none_at_all_have_one_owner) {
   two.resize(150, {{Real(0.1), Real(0.2), Real(0.3)}, 1});
   for (const int ranks : numbers_of_ranks) {
     SCOPED_TRACE(ranks);
-    for (const Points& points : {same, two, Points{}, Points(1, {{1, 2, 3}, 4})}) expect_one_owner(bisected(points, ranks), points);
+    for (const Points& points : {same, two, Points{}, Points(1, {{1, 2, 3}, 4})})
+      expect_one_owner(bisected(points, ranks), points);
     const std::vector<double> all = weights(bisected(same, ranks), same);
     EXPECT_EQ(*std::max_element(all.begin(), all.end()), 100);
   }
