@@ -36,20 +36,26 @@ namespace {
 
 volatile std::sig_atomic_t interrupted = 0;
 
-/// The first Ctrl-C asks for an orderly end; a second one ends the program at once.
-void on_interrupt(int) {
+/// The first Ctrl-C, or a batch system's notice, asks for an orderly end; a second one ends the program at once.
+void on_interrupt(int signal) {
   interrupted = 1;
-  std::signal(SIGINT, SIG_DFL);
+  std::signal(signal, SIG_DFL);
 }
 
 struct InterruptGuard {
-  InterruptGuard() : before_(std::signal(SIGINT, on_interrupt)) { interrupted = 0; }
-  ~InterruptGuard() { std::signal(SIGINT, before_); }
+  InterruptGuard() : before_(std::signal(SIGINT, on_interrupt)), before_end_(std::signal(SIGTERM, on_interrupt)) {
+    interrupted = 0;
+  }
+  ~InterruptGuard() {
+    std::signal(SIGINT, before_);
+    std::signal(SIGTERM, before_end_);
+  }
   InterruptGuard(const InterruptGuard&) = delete;
   InterruptGuard& operator=(const InterruptGuard&) = delete;
 
  private:
   void (*before_)(int);
+  void (*before_end_)(int);
 };
 
 /// A run from its first frame to its last line.

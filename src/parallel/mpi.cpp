@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <climits>
 #include <cstdlib>
 #include <cstring>
@@ -46,7 +47,7 @@ void add_and_compare(void* from, void* to, int* length, MPI_Datatype*) {
       double a = 0, b = 0;
       std::memcpy(&a, in + k, sizeof a);
       std::memcpy(&b, out + k, sizeof b);
-      if (a > b) std::memcpy(out + k, &a, sizeof a);
+      if (a > b || std::isnan(a)) std::memcpy(out + k, &a, sizeof a);
     }
 }
 

@@ -118,12 +118,15 @@ void Exchange::migrate(ParticleSet& particles) {
   double fullest = 0;
   count_all(particles, fullest);
   imbalance_ = particles.total > 0 ? fullest * ranks_->size() / static_cast<double>(particles.total) : 1;
-  if (fullest * ranks_->size() <= most_imbalance * static_cast<double>(particles.total) + 64 * ranks_->size()) return;
+  // What a cut could not mend, as layers that are not cut, the next one cannot either.
+  left_by_cut_ = std::max(1.0, std::min(left_by_cut_, imbalance_));
+  const double spare = 64.0 * ranks_->size() / std::max(1.0, static_cast<double>(particles.total));
+  if (imbalance_ <= most_imbalance * left_by_cut_ + spare) return;
   cut_anew(particles);
   ++cuts_;
   send_home(particles);
   count_all(particles, fullest);
-  imbalance_ = fullest * ranks_->size() / static_cast<double>(particles.total);
+  imbalance_ = left_by_cut_ = fullest * ranks_->size() / static_cast<double>(particles.total);
 }
 
 void Exchange::cut_anew(const ParticleSet& particles) {

@@ -115,7 +115,7 @@ class Exchange {
   Field<std::uint8_t> gone_;
   Array<std::byte> arrived_;
   mutable Field<std::int64_t> wide_;
-  double imbalance_ = 1;
+  double imbalance_ = 1, left_by_cut_ = 1;
   std::int64_t cuts_ = 0;
   mutable double begin_ = -1;  // s, of the packing under way
   mutable Array<std::byte> packed_;
