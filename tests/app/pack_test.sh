@@ -11,10 +11,10 @@ mkdir "$work/elsewhere"
 tar -xzf "$work/pack.tgz" -C "$work/elsewhere"
 cd "$work/elsewhere/drench-pack"
 
-# A file for each process; that of the shell, which becomes the program, is the one that names it.
+# MPI is the machine's own where it has one. A file for each process; that of the shell, which becomes the program, is the one that names it.
 LD_DEBUG=libs LD_DEBUG_OUTPUT=$work/libraries bin/drench --version >/dev/null
 foreign=$(cat "$(grep -l 'programs/drench' "$work"/libraries.*)" | sed -n 's/.*calling init: //p' | grep -v "^$PWD/" |
-  grep -Ev '/(ld-linux[^/]*|lib(c|m|pthread|dl|rt|cuda)\.so[^/]*)$' || true)
+  grep -Ev '/(ld-linux[^/]*|lib(c|m|pthread|dl|rt|cuda)\.so[^/]*)$' | grep -Ev '/lib(mpi|open-|event|hwloc|pmix)[^/]*$' || true)
 [[ -z $foreign ]] || fail "libraries from outside the pack: $foreign"
 
 cd "$work"
