@@ -11,6 +11,7 @@
 
 #include "app/commands.hpp"
 #include "app/failure_report.hpp"
+#include "app/rank_table.hpp"
 #include "app/resume.hpp"
 #include "app/set_up.hpp"
 #include "app/threads.hpp"
@@ -98,9 +99,7 @@ class Run {
         const Traffic before = ranks_ ? ranks_->traffic() : Traffic{};
         const StepReport report = step();
         const Traffic after = ranks_ ? ranks_->traffic() : Traffic{};
-        imbalance_ += report.imbalance;
-        worst_imbalance_ = std::max(worst_imbalance_, report.imbalance);
-        cuts_ = report.cuts;
+        balance_.add(report);
         log_.write(totals_.add(pipeline_.step_index(), pipeline_.time(), report, pipeline_.milliseconds()));
         hear_frames();
         if (stats_)
@@ -333,31 +332,6 @@ class Run {
     return exit_failed;
   }
 
-  /// What the ranks told each other; called by all of them.
-  std::string rank_table() const {
-    const Traffic own = ranks_->traffic();
-    double stages = 0;
-    for (const double ms : totals_.milliseconds()) stages += ms / 1000;
-    const double parts[] = {stages - own.packing - own.exchanging - own.summing, own.packing, own.exchanging, own.summing};
-    const char* const names[] = {"compute", "pack", "exchange, wait", "sums, wait"};
-    std::vector<double> most(std::begin(parts), std::end(parts));
-    std::vector<std::int64_t> sums;  // µs and counts
-    for (const double s : parts) sums.push_back(std::llround(1e6 * s));
-    sums.insert(sums.end(), {own.sums, own.messages, own.bytes});
-    ranks_->all_reduce(sums, most);
-    const double steps = std::max(1.0, static_cast<double>(totals_.steps())), ranks = ranks_->size();
-    std::string text = fmt::format("{} ranks, mean and worst of them\n", ranks_->size());
-    for (std::size_t k = 0; k < std::size(parts); ++k)
-      text += fmt::format("{:<18}{:>10.3f} s {:>10.3f} ms/step, at most {:.3f} ms/step\n", names[k],
-                          1e-6 * static_cast<double>(sums[k]) / ranks, 1e-3 * static_cast<double>(sums[k]) / ranks / steps,
-                          1e3 * most[k] / steps);
-    text += fmt::format("a step and rank: {:.1f} sums, {:.1f} messages, {:.3f} MiB sent\n",
-                        static_cast<double>(sums[4]) / steps / ranks, static_cast<double>(sums[5]) / steps / ranks,
-                        static_cast<double>(sums[6]) / steps / ranks / (1 << 20));
-    return text + fmt::format("imbalance {:.3f} on average, {:.3f} at most; space was cut anew {} times\n",
-                              imbalance_ / steps, worst_imbalance_, cuts_);
-  }
-
   std::string memory_line() const {
     return fmt::format("peak memory of the backend's arrays {}, {} estimated at the start{}",
                        mebibytes(static_cast<double>(array_memory().peak)), mebibytes(memory_.start.backend()),
@@ -400,7 +374,7 @@ class Run {
     if (frames_ && frames_->waited() >= 0.05)
       say(fmt::format("waited {:.1f} s for frames to be written", frames_->waited()));
     std::string table = totals_.stage_table(pipeline_.stages());
-    if (ranks_) table += rank_table();
+    if (ranks_) table += rank_table(*ranks_, totals_, balance_);
     log_.write(table);
     if (options_.profile && first()) fmt::print("{}", table);
     if (folder_.empty() || options_.quiet) return;
@@ -416,8 +390,7 @@ class Run {
   const Resume* resume_;       // null: from the scene's beginning
   const Communicator* ranks_;  // null: one alone
   bool stops_ = false;
-  double imbalance_ = 0, worst_imbalance_ = 1;  // sum over the steps; of a step
-  std::int64_t cuts_ = 0;
+  RankBalance balance_;
   const Model& model_;
   Backend& backend_;
   Pipeline pipeline_;
