@@ -6,6 +6,7 @@
 #include <memory>
 #include <type_traits>
 
+#include "core/ranks.hpp"
 #include "core/sizing.hpp"
 #include "core/types.hpp"
 #include "scene/scene.hpp"
@@ -163,6 +164,18 @@ struct PointBounds {
     max_x = o.max_x > max_x ? o.max_x : max_x;
     max_y = o.max_y > max_y ? o.max_y : max_y;
     max_z = o.max_z > max_z ? o.max_z : max_z;
+  }
+};
+/// Bounds as maxima, of which all ranks' are found in one message. Exact: a double holds each Real.
+struct BoundsOverRanks {
+  double most[6];
+  explicit BoundsOverRanks(const PointBounds& b)
+      : most{-double(b.min_x), -double(b.min_y), -double(b.min_z), double(b.max_x), double(b.max_y), double(b.max_z)} {}
+  void visit(OverRanks& all) {
+    for (double& m : most) all.maximum(m);
+  }
+  PointBounds bounds() const {
+    return {Real(-most[0]), Real(-most[1]), Real(-most[2]), Real(most[3]), Real(most[4]), Real(most[5])};
   }
 };
 /// Around the first `count` points; the host waits.

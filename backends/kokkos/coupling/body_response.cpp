@@ -18,14 +18,7 @@ void list_body_neighbors(const Constants& constants, const Fluid& fluid, Bodies&
       KOKKOS_LAMBDA(const Index s) { position(s) = x(sample(s)); });
   build_neighbor_list({&lists.boundary_fluid, &dynamic.position, dynamic.count, fluid.cells.view()},
                       constants.support);
-  if (fluid.exchange.alone()) return;
-  const RankBox own = fluid.exchange.own();
-  const Entries<const Real3> at = std::as_const(dynamic).position;
-  const Entries<Index> count = lists.boundary_fluid.count;
-  parallel(  // the rank that owns a sample's place has all the liquid around it
-      "drench::bodies::own_samples", dynamic.count, KOKKOS_LAMBDA(const Index s) {
-        if (!own.holds(at(s))) count(s) = 0;
-      });
+  fluid.exchange.keep_own_rows(dynamic.position, lists.boundary_fluid);
 }
 
 MemoryEstimate body_neighbor_bytes(const Sizing& s) {

@@ -86,16 +86,13 @@ void jets(const Constants& constants, Fluid& fluid, Jets& jets, Accounts& accoun
     const Real3 turn[3] = {to_real(out.turn[0]), to_real(out.turn[1]), to_real(out.turn[2])};
     const bool turns = jet.has_keys();
     const Index first = particles.count, first_offset = static_cast<Index>(gone % size);
-    const bool here = !constants.ranks || constants.ranks->rank() == 0;  // they go home with the next search
+    const std::int64_t id = particles.next_id;
+    particles.next_id += count;
     particles.total += count;
-    if (!here) {
-      particles.next_id += count;
-      accounts.supplied += static_cast<Quanta>(count) * quanta_per_particle;
-      continue;
-    }
+    accounts.supplied += static_cast<Quanta>(count) * quanta_per_particle;
+    if (constants.ranks && constants.ranks->rank() > 0) continue;  // the first has them; they go home with the next search
     particles.reserve(first + count);
     const ParticleView all = particles.view();
-    const std::int64_t id = particles.next_id;
     const double ahead = out.first, between = out.between;
     parallel(
         "drench::jets::particles", count, KOKKOS_LAMBDA(const Index k) {
@@ -110,8 +107,6 @@ void jets(const Constants& constants, Fluid& fluid, Jets& jets, Accounts& accoun
           all.store(first + k, p);
         });
     particles.count = first + count;
-    particles.next_id += count;
-    accounts.supplied += static_cast<Quanta>(count) * quanta_per_particle;
   }
 }
 

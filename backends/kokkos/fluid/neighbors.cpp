@@ -80,12 +80,8 @@ void cull_pairs_across_cloth(const Constants& constants, const Fluid& fluid, con
 
 /// Around the owned particles of all ranks, as the ledger finds it.
 PointBounds bounds_of_all(const Fluid& fluid) {
-  PointBounds b = find_bounds(fluid.particles.position, fluid.particles.count);
-  double most[6] = {-double(b.min_x), -double(b.min_y), -double(b.min_z), double(b.max_x), double(b.max_y), double(b.max_z)};
-  OverRanks all(fluid.exchange.ranks());
-  for (double& m : most) all.maximum(m);
-  all.reduce();
-  return {Real(-most[0]), Real(-most[1]), Real(-most[2]), Real(most[3]), Real(most[4]), Real(most[5])};
+  const BoundsOverRanks own(find_bounds(fluid.particles.position, fluid.particles.count));
+  return over_ranks(fluid.exchange.ranks(), own).bounds();
 }
 
 /// m: of a triangle's edges; two nodes of a sample are no farther apart.
@@ -99,21 +95,10 @@ Real longest_edge(const Cloth& cloth) {
       }));
 }
 
-/// The rank that owns a sample's place has all the liquid around it.
-void keep_own_rows(const RankBox& own, const Field<Real3>& position, NeighborList& list) {
-  const Entries<const Real3> x = position;
-  const Entries<Index> count = list.count;
-  parallel(
-      "drench::exchange::own_rows", list.rows, KOKKOS_LAMBDA(const Index b) {
-        if (!own.holds(x(b))) count(b) = 0;
-      });
-}
-
 /// The particles of this rank in the order of their cells, and behind them the ghosts; the cells hold both. Cells begin where
 /// they would without ranks, so that rows are in the same order.
 void sort_with_ghosts(const Constants& constants, Fluid& fluid, const Cloth& cloth, const PointBounds* bounds) {
   ParticleSet& particles = fluid.particles;
-  fluid.exchange.migrate(particles);
   const PointBounds all = bounds ? *bounds : bounds_of_all(fluid);
   fluid.cells.build(particles.position, particles.count, constants.support, particles.id, &all);
   particles.reorder(fluid.cells.view().item);
@@ -130,8 +115,8 @@ void neighbors(const Constants& constants, Fluid& fluid, NeighborLists& lists, B
   const Real h = constants.support;
   ParticleSet& particles = fluid.particles;
   const bool alone = fluid.exchange.alone();
+  fluid.exchange.migrate(particles);
   if (alone) {
-    fluid.exchange.migrate(particles);
     fluid.cells.build(particles.position, particles.count, h, particles.id, bounds);
     particles.reorder(fluid.cells.view().item);
   } else {
@@ -162,7 +147,7 @@ void neighbors(const Constants& constants, Fluid& fluid, NeighborLists& lists, B
   }
   build_neighbor_lists(wanted, h);
   if (samples.count > 0) find_filled_rows(lists.fluid_sample, particles.count, lists.near_sheet);
-  if (samples.count > 0 && !alone) keep_own_rows(fluid.exchange.own(), samples.position, lists.sample_fluid);
+  if (samples.count > 0) fluid.exchange.keep_own_rows(samples.position, lists.sample_fluid);
   if (!has_sheet_contact(constants, cloth)) return;
   find_nearest_samples(lists, cloth, fluid);
   cull_pairs_across_cloth(constants, fluid, cloth, lists);

@@ -17,12 +17,6 @@ KOKKOS_INLINE_FUNCTION Real corrected(Real over, Real factor) {
 struct RowDensityNorms {
   RowNorms norms;
   Real error = 0, error_max = 0;
-  KOKKOS_INLINE_FUNCTION RowDensityNorms& operator+=(const RowDensityNorms& o) {
-    norms += o.norms;
-    error += o.error;
-    if (o.error_max > error_max) error_max = o.error_max;
-    return *this;
-  }
 };
 struct DensitySums {
   IterationNorms norms;

@@ -335,6 +335,17 @@ void Exchange::share_bytes(void* data, std::size_t bytes) const {
   }
 }
 
+void Exchange::keep_own_rows(const Field<Real3>& position, NeighborList& list) const {
+  if (alone()) return;
+  const RankBox own = own_;
+  const Entries<const Real3> x = position;
+  const Entries<Index> count = list.count;
+  parallel(
+      "drench::exchange::own_rows", list.rows, KOKKOS_LAMBDA(const Index b) {
+        if (!own.holds(x(b))) count(b) = 0;
+      });
+}
+
 void Exchange::add_up_words(std::int64_t* sums, std::size_t count) const {
   if (device_) {
     device_->add_up(sums, count);

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/constants.hpp"
+#include "core/neighbor_list.hpp"
 #include "parallel/bisection.hpp"
 #include "particles/device_messages.hpp"
 #include "particles/particle_set.hpp"
@@ -72,6 +73,8 @@ class Exchange {
              PackGhosts<T>{std::as_const(values), sent_, reinterpret_cast<T*>(packed_.data())});
     send_packed(sizeof(T), values.data() + first_ghost_);
   }
+  /// Empties the rows over liquid of other ranks' samples: the rank that owns a place has all the liquid around it.
+  void keep_own_rows(const Field<Real3>& position, NeighborList& list) const;
   /// Integers that each rank has summed up for itself become the sums of all.
   void add_up(Field<std::int64_t>& sums, Index count) const {
     if (!alone()) add_up_words(sums.data(), static_cast<std::size_t>(count));

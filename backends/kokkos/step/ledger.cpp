@@ -117,16 +117,15 @@ void add(StepReport& report, const LedgerSums& sums, const LedgerScale& scale) {
 /// Cloth and bodies are the same on all ranks.
 void add_ranks(const Communicator* ranks, LedgerSums& liquid) {
   if (!ranks) return;
-  const PointBounds& b = liquid.bounds;
-  double most[6] = {-double(b.min_x), -double(b.min_y), -double(b.min_z), double(b.max_x), double(b.max_y), double(b.max_z)};
+  BoundsOverRanks bounds(liquid.bounds);
   double lowest = -static_cast<double>(liquid.tunnelled.lowest);
   OverRanks all(ranks);
   all.sum(liquid.mass).sum(liquid.nonfinite).sum(liquid.energy).sum(liquid.mass_float).sum(liquid.tunnelled.count);
   all.maximum(liquid.speed).maximum(liquid.square).maximum(lowest);
-  for (double& m : most) all.maximum(m);
+  bounds.visit(all);
   all.reduce();
   liquid.tunnelled.lowest = static_cast<std::int64_t>(-lowest);
-  liquid.bounds = {Real(-most[0]), Real(-most[1]), Real(-most[2]), Real(most[3]), Real(most[4]), Real(most[5])};
+  liquid.bounds = bounds.bounds();
 }
 
 LedgerScale scale_of(const Constants& constants, const Fluid& fluid, const Cloth& cloth) {
