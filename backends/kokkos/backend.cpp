@@ -12,6 +12,7 @@
 #include "coupling/advection.hpp"
 #include "coupling/body_response.hpp"
 #include "coupling/wind.hpp"
+#include "fluid/lean_pressure.hpp"
 #include "fluid/stages.hpp"
 #include "pipeline/rank_memory.hpp"
 #include "pipeline/runtime.hpp"
@@ -40,6 +41,7 @@ class KokkosBackend final : public Backend {
     const std::string transport = fluid_.exchange.transport();
     return runtime_description() + (transport.empty() ? "" : "particles travel by " + transport + "\n");
   }
+  double pair_rounding() const override { return has_lean_pressure ? 0x1p-16 : 0; }
   void fence() override { Kokkos::fence("drench::pipeline::timer"); }
 
   void upload(const HostState& state) override {

@@ -49,6 +49,7 @@ class Comparison {
         reference_(reference),
         precision_(precision_named(precision_name)) {
     precision_.solve_roundings = 64;
+    precision_.pair_rounding = backend.pair_rounding();
   }
 
   void step(HostState& state) {

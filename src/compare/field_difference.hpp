@@ -17,6 +17,7 @@ struct Precision {
   // Roundings of δ − 1 that the density solve may pass on to κ, and a quarter of them to velocities (docs/manual/compare.md);
   // 0: none.
   double solve_roundings = 0;
+  double pair_rounding = 0;  // Backend::pair_rounding()
 };
 
 /// 1e-4 and 6e-8 for "float", 1e-10 and 1.1e-16 for "double" (drench_version.hpp's precision_name).

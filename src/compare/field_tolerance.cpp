@@ -65,7 +65,8 @@ FieldTolerances::Allowed FieldTolerances::fluid_velocity(const FieldDifference& 
     return {d.largest,
             2 * std::max(d.largest, largest("node_velocity")) / static_cast<double>(expected_.fluid_mass[d.index])};
   if (stage_ == Stage::pressure)
-    return {d.largest, precision_.solve_roundings * precision_.rounding * (model_.spacing / dt_ / 4)};
+    return {d.largest, precision_.solve_roundings * precision_.rounding * (model_.spacing / dt_ / 4) +
+                           precision_.pair_rounding * cancelling_velocities()};
   return {d.largest};
 }
 
@@ -119,6 +120,11 @@ double FieldTolerances::largest(const char* field) const {
 double FieldTolerances::two_quanta_in_the_lightest_node() const {
   const auto& solid = model_.mesh.solid_mass;
   return solid.empty() ? 0 : 2 * model_.quantum / *std::min_element(solid.begin(), solid.end());
+}
+
+/// What pairs alone would do to a velocity in a step, m/s: 2κ Δt ∑ V|∇W|, with the sum 3/d of a full neighbourhood.
+double FieldTolerances::cancelling_velocities() const {
+  return 6 * dt_ * largest("fluid_kappa_density") / model_.spacing;
 }
 
 /// Of spring forces that cancel: the stiffness of a node times one rounding of its position, N.

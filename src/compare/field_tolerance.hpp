@@ -40,6 +40,7 @@ class FieldTolerances {
   bool moves_cloth() const;
   double largest(const char* field) const;
   double two_quanta_in_the_lightest_node() const;
+  double cancelling_velocities() const;
   double roundings_of_springs() const;
 
   const Model& model_;

@@ -45,7 +45,13 @@ class Communicator {
   /// A number for each rank against one from each rank.
   virtual std::vector<std::int64_t> exchange_counts(const std::vector<std::int64_t>& counts) const = 0;
   /// Sends and receives; both sides agree on ranks and sizes.
-  virtual void exchange(const std::vector<Message>& sent, const std::vector<Message>& received) const = 0;
+  void exchange(const std::vector<Message>& sent, const std::vector<Message>& received) const {
+    begin_exchange(sent, received);
+    finish_exchange();
+  }
+  /// The same in two parts. Until the second the bytes are on their way, and no other exchange begins.
+  virtual void begin_exchange(const std::vector<Message>& sent, const std::vector<Message>& received) const = 0;
+  virtual void finish_exchange() const = 0;
   /// To read, and for whoever packs.
   virtual Traffic& traffic() const = 0;
   /// Ends every rank.

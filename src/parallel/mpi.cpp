@@ -9,8 +9,8 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cmath>
 #include <climits>
+#include <cmath>
 #include <cstdlib>
 #include <cstring>
 #include <map>
@@ -120,8 +120,8 @@ class MpiCommunicator final : public Communicator {
     ++traffic_.sums;
     auto* at = static_cast<std::byte*>(data);
     for (std::size_t done = 0; done < bytes; done += most_bytes)
-      check(MPI_Allreduce(MPI_IN_PLACE, at + done, static_cast<int>(std::min(most_bytes, bytes - done)), MPI_BYTE, MPI_BOR,
-                          all_),
+      check(MPI_Allreduce(MPI_IN_PLACE, at + done, static_cast<int>(std::min(most_bytes, bytes - done)), MPI_BYTE,
+                          MPI_BOR, all_),
             "MPI_Allreduce");
   }
   std::vector<std::byte> all_gather(const void* own, std::size_t bytes) const override {
@@ -157,14 +157,13 @@ class MpiCommunicator final : public Communicator {
     check(MPI_Alltoall(counts.data(), 1, MPI_INT64_T, theirs.data(), 1, MPI_INT64_T, all_), "MPI_Alltoall");
     return theirs;
   }
-  void exchange(const std::vector<Message>& sent, const std::vector<Message>& received) const override {
+  void begin_exchange(const std::vector<Message>& sent, const std::vector<Message>& received) const override {
     const Stopwatch watch(traffic_.exchanging);
-    std::vector<MPI_Request> under_way;
     const auto post = [&](const Message& m, bool sends) {
       for (std::size_t done = 0; done < m.bytes; done += most_bytes) {
         auto* const at = static_cast<std::byte*>(m.data) + done;
         const int n = static_cast<int>(std::min(most_bytes, m.bytes - done));
-        MPI_Request& request = under_way.emplace_back();
+        MPI_Request& request = under_way_.emplace_back();
         check(sends ? MPI_Isend(at, n, MPI_BYTE, m.rank, tag, all_, &request)
                     : MPI_Irecv(at, n, MPI_BYTE, m.rank, tag, all_, &request),
               sends ? "MPI_Isend" : "MPI_Irecv");
@@ -174,7 +173,11 @@ class MpiCommunicator final : public Communicator {
     for (const Message& m : sent) post(m, true);
     traffic_.messages += static_cast<std::int64_t>(sent.size());
     for (const Message& m : sent) traffic_.bytes += static_cast<std::int64_t>(m.bytes);
-    check(MPI_Waitall(static_cast<int>(under_way.size()), under_way.data(), MPI_STATUSES_IGNORE), "MPI_Waitall");
+  }
+  void finish_exchange() const override {
+    const Stopwatch watch(traffic_.exchanging);
+    check(MPI_Waitall(static_cast<int>(under_way_.size()), under_way_.data(), MPI_STATUSES_IGNORE), "MPI_Waitall");
+    under_way_.clear();
   }
   Traffic& traffic() const override { return traffic_; }
   [[noreturn]] void abort(int exit_code) const override {
@@ -197,6 +200,7 @@ class MpiCommunicator final : public Communicator {
     operator MPI_Datatype&() { return type; }
   };
 
+  mutable std::vector<MPI_Request> under_way_;
   mutable std::map<std::size_t, Type> types_;
   mutable Traffic traffic_;
   MPI_Comm all_ = MPI_COMM_NULL;
@@ -227,7 +231,8 @@ std::string transport_description() {
 
 std::unique_ptr<Communicator> join_ranks() {
   if (const int ranks = started_ranks(); ranks > 1)
-    throw RanksError(fmt::format("{} ranks were started, but this build knows no MPI: install libopenmpi-dev and build it anew", ranks));
+    throw RanksError(fmt::format(
+        "{} ranks were started, but this build knows no MPI: install libopenmpi-dev and build it anew", ranks));
   return nullptr;
 }
 

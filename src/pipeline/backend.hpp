@@ -34,6 +34,8 @@ class Backend {
   virtual ~Backend() = default;
   virtual std::string name() const = 0;         ///< "kokkos" or "reference"
   virtual std::string description() const = 0;  ///< execution space, device, precision
+  /// The share of a pair's force in the density solve that is rounded away, where that is more than the precision's.
+  virtual double pair_rounding() const { return 0; }
   virtual void upload(const HostState& state) = 0;
   virtual void run(Stage stage, const StepInfo& info, StepReport& report) = 0;
   /// Waits for all work that was launched; for timers.

@@ -12,6 +12,7 @@
 #include "drench_version.hpp"
 #include "pipeline/runtime.hpp"
 #include "scene/load.hpp"
+#include "test_ranks.hpp"
 
 namespace drench::test {
 
@@ -104,8 +105,14 @@ SceneRun::SceneRun(const std::string& yaml) : setup_(build(parse_scene(yaml, "va
 }
 
 void SceneRun::restart(const HostState& from) {
-  backend_ = make_kokkos_backend(setup_.model);
+  backend_ = make_kokkos_backend_on(test_ranks(), setup_.model);
   pipeline_ = std::make_unique<Pipeline>(setup_.model, *backend_, from);
+}
+
+HostState SceneRun::state() const {
+  HostState state = backend_->download();
+  share_state(state);
+  return state;
 }
 
 double kilograms(const Model& model, Quanta mass) { return static_cast<double>(mass) * model.quantum; }

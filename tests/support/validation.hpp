@@ -54,7 +54,7 @@ class SceneRun {
  public:
   explicit SceneRun(const std::string& yaml);
   StepReport step(double time_left = 1e9) { return last_ = pipeline_->step(time_left); }
-  HostState state() const { return backend_->download(); }
+  HostState state() const;  ///< all of it, on every rank
   double time() const { return pipeline_->time(); }
   double dt() const { return last_.dt; }  ///< s, of the last step
   const Model& model() const { return setup_.model; }

@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "base/eigen_vec.hpp"
+#include "test_ranks.hpp"
 #include "watched_energy.hpp"
 
 namespace drench::test {
@@ -271,6 +272,13 @@ WatchedRun::WatchedRun(const std::string& yaml, const Rules& rules,
 }
 
 void WatchedRun::steps(int count, const std::function<void(const HostState&, const StepReport&)>& each) {
+  go(count, each);
+  // For tests/app/over_ranks.sh, which compares runs of these tests.
+  static int lots = 0;
+  testing::Test::RecordProperty(fmt::format("bits_{}", lots++), fmt::format("{:016x}", bits_of(state())));
+}
+
+void WatchedRun::go(int count, const std::function<void(const HostState&, const StepReport&)>& each) {
   for (int n = 0; n < count && stopped_.empty(); ++n, ++steps_) {
     std::vector<std::string> wrong;
     try {

@@ -96,6 +96,8 @@ class WatchedRun {
   void print(const char* name) const;
 
  private:
+  void go(int count, const std::function<void(const HostState&, const StepReport&)>& each);
+
   SceneRun run_;
   std::unique_ptr<Watch> watch_;
   StepReport report_;

@@ -100,12 +100,11 @@ Real longest_edge(const Cloth& cloth) {
 void sort_with_ghosts(const Constants& constants, Fluid& fluid, const Cloth& cloth, const PointBounds* bounds) {
   ParticleSet& particles = fluid.particles;
   const PointBounds all = bounds ? *bounds : bounds_of_all(fluid);
-  fluid.cells.build(particles.position, particles.count, constants.support, particles.id, &all);
-  particles.reorder(fluid.cells.view().item);
   // A node's row takes particles near any sample of its triangles, in the order in which one rank alone has them.
   const bool sheets = cloth.samples.count > 0;
   fluid.exchange.find_ghosts(particles, sheets ? longest_edge(cloth) : Real(0));
   fluid.cells.build(particles.position, particles.local(), constants.support, particles.id, &all, sheets ? particles.total : 0);
+  fluid.exchange.sort_owned(particles, fluid.cells.view().item);
 }
 
 }  // namespace

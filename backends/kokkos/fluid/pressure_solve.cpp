@@ -26,33 +26,36 @@ void measure_density_rate(PressureSystem& system) {
   const bool solids = bodies.boundary.count > 0, touching = system.touching;
   const bool cloth = system.has_cloth() && system.lists.sheet_rows.count > 0;
   const SheetsOfParticles sheets = system.sheets_of_particles();
-  parallel(
-      "drench::pressure::density_rate", system.count(), KOKKOS_LAMBDA(const Index i) {
-        const Real3 xi = position_kappa(i).xyz(), vi = v(i).xyz();
-        Real sum = 0;
-        const NeighborRow near = lf.row(i);
-        DRENCH_UNROLL
-        for (Index k = 0; k < near.count; ++k) {
-          const Index j = near(k);
-          sum += near.grad_factor(k) * dot(vi - v(j).xyz(), xi - position_kappa(j).xyz());
-        }
-        if (keep_liquid_rate) liquid_rate(i) = sum;
-        if (solids) {
-          const NeighborRow walls = lb.row(i);
-          for (Index k = 0; k < walls.count; ++k) {
-            const Index b = walls(k);
-            sum += mirrored * walls.grad_factor(k) * dot(vi - ub(b), xi - xb(b));
-          }
-        }
-        if (cloth) {
-          const Real sheet = sheets.approach(i, vi);
-          if (touching) approach(i) = sheet;
-          sum += sheet;
-        } else if (touching) {
-          approach(i) = 0;
-        }
-        rate(i) = sum - dt * compliance(i) * kappa(i);
-      });
+  const auto row = KOKKOS_LAMBDA(const Index i) {
+    const Real3 xi = position_kappa(i).xyz(), vi = v(i).xyz();
+    Real sum = 0;
+    const NeighborRow near = lf.row(i);
+    DRENCH_UNROLL
+    for (Index k = 0; k < near.count; ++k) {
+      const Index j = near(k);
+      sum += near.grad_factor(k) * dot(vi - v(j).xyz(), xi - position_kappa(j).xyz());
+    }
+    if (keep_liquid_rate) liquid_rate(i) = sum;
+    if (solids) {
+      const NeighborRow walls = lb.row(i);
+      for (Index k = 0; k < walls.count; ++k) {
+        const Index b = walls(k);
+        sum += mirrored * walls.grad_factor(k) * dot(vi - ub(b), xi - xb(b));
+      }
+    }
+    if (cloth) {
+      const Real sheet = sheets.approach(i, vi);
+      if (touching) approach(i) = sheet;
+      sum += sheet;
+    } else if (touching) {
+      approach(i) = 0;
+    }
+    rate(i) = sum - dt * compliance(i) * kappa(i);
+  };
+  constexpr const char* label = "drench::pressure::density_rate";
+  fluid.exchange.inner_rows(label, system.count(), row);
+  fluid.exchange.finish_halo();  // of the predicted velocities
+  fluid.exchange.outer_rows(label, system.count(), row);
 }
 
 /// work.free_rate = R_i of the velocities that a solve begins with, 1/s.
@@ -101,11 +104,11 @@ SheetsOfParticles PressureSystem::sheets_of_particles() const {
 
 namespace {
 
-/// The κ of ghosts.
-void fetch_kappa(PressureSystem& system) {
+/// The κ of ghosts, which are on their way, comes to where rows see it.
+void take_kappa(PressureSystem& system) {
   const Fluid& fluid = system.fluid;
   if (fluid.exchange.alone()) return;
-  fluid.exchange.halo(system.kappa);
+  fluid.exchange.finish_halo();
   const Entries<const Real> kappa = std::as_const(system.kappa);
   const Entries<Real4> position_kappa = system.work.position_kappa;
   const Index first = fluid.particles.count;
@@ -117,8 +120,8 @@ void fetch_kappa(PressureSystem& system) {
 }  // namespace
 
 void predict_liquid(PressureSystem& system) {
-  fetch_kappa(system);
   const Fluid& fluid = system.fluid;
+  fluid.exchange.begin_halo(system.kappa);
   const Real dt = Real(system.dt);
   const Entries<const Real3> v = fluid.particles.velocity, boundary = fluid.boundary_gradient,
                              sheet = fluid.contact.gradient;
@@ -130,24 +133,27 @@ void predict_liquid(PressureSystem& system) {
   const Entries<const Index> walls = system.lists.fluid_boundary.count;
   const bool bounded = system.bodies.boundary.count > 0 || system.has_cloth(), touching = system.touching,
              extrapolates = system.constants.model.extrapolates_walls();
-  parallel(
-      "drench::pressure::acceleration", system.count(), KOKKOS_LAMBDA(const Index i) {
-        const Real4 here = position_kappa(i);
-        const Real3 xi = here.xyz();
-        const Real ki = here.w;
-        Real3 a;
-        const NeighborRow near = lf.row(i);
-        DRENCH_UNROLL
-        for (Index k = 0; k < near.count; ++k) {
-          const Real4 at = position_kappa(near(k));
-          a -= (near.grad_factor(k) * (ki + at.w)) * (xi - at.xyz());
-        }
-        if (bounded) a -= ki * boundary(i);
-        if (touching) a -= contact(i) * sheet(i);
-        if (extrapolates && walls(i) > 0) a = product(diagonal(i), shear(i), a);
-        predicted(i) = {v(i) + dt * a, ki};
-      });
-  fluid.exchange.halo(system.work.predicted);
+  const auto row = KOKKOS_LAMBDA(const Index i) {
+    const Real4 here = position_kappa(i);
+    const Real3 xi = here.xyz();
+    const Real ki = here.w;
+    Real3 a;
+    const NeighborRow near = lf.row(i);
+    DRENCH_UNROLL
+    for (Index k = 0; k < near.count; ++k) {
+      const Real4 at = position_kappa(near(k));
+      a -= (near.grad_factor(k) * (ki + at.w)) * (xi - at.xyz());
+    }
+    if (bounded) a -= ki * boundary(i);
+    if (touching) a -= contact(i) * sheet(i);
+    if (extrapolates && walls(i) > 0) a = product(diagonal(i), shear(i), a);
+    predicted(i) = {v(i) + dt * a, ki};
+  };
+  constexpr const char* label = "drench::pressure::acceleration";
+  fluid.exchange.inner_rows(label, system.count(), row);
+  take_kappa(system);
+  fluid.exchange.outer_rows(label, system.count(), row);
+  fluid.exchange.begin_halo(system.work.predicted);
 }
 
 void apply_pressure(PressureSystem& system) {
@@ -189,7 +195,8 @@ SumUnderWay<DensitySums> begin_full_update(const PressureSystem& system, const D
   const bool touching = system.touching;
   return begin_ordered<DensitySums>(
       "drench::pressure::residual", system.count(),
-      KOKKOS_LAMBDA(const Index i) { return update.exact(update(i, rate(i), touching ? approach(i) : Real(0))); }, slot);
+      KOKKOS_LAMBDA(const Index i) { return update.exact(update(i, rate(i), touching ? approach(i) : Real(0))); },
+      slot);
 }
 
 SumUnderWay<IterationNorms> begin_full_update(const PressureSystem& system, const DivergenceUpdate& update, int slot) {

@@ -12,13 +12,15 @@
 
 namespace drench::kokkos_backend {
 
-/// Calls are put on the backend's stream: nobody waits.
+/// Nobody waits: sums are on the backend's stream, and messages on one of their own beside it.
 class DeviceMessages {
  public:
   virtual ~DeviceMessages() = default;
   virtual std::string description() const = 0;
-  /// As Communicator::exchange, of device memory.
-  virtual void exchange(const std::vector<Message>& sent, const std::vector<Message>& received) = 0;
+  /// As Communicator's, of device memory: messages follow what is on the backend's stream, and go on beside it until
+  /// finish_exchange(), after which it waits for them.
+  virtual void begin_exchange(const std::vector<Message>& sent, const std::vector<Message>& received) = 0;
+  virtual void finish_exchange() = 0;
   /// Sums of all ranks, in place. Of words that are 0 on all ranks but one, they are that one's bits.
   virtual void add_up(std::uint32_t* words, std::size_t count) = 0;
   virtual void add_up(std::int64_t* words, std::size_t count) = 0;

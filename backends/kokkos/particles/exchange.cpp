@@ -48,7 +48,9 @@ KOKKOS_INLINE_FUNCTION bool deep_inside(const RankBox& box, const Real3& x, Real
 
 /// May points of `a` be within `reach` of `b`?
 bool meet(const RankBox& a, const RankBox& b, Real reach) {
-  const auto near = [reach](Real min, Real max, Real low, Real high) { return min - high < reach && low - max < reach; };
+  const auto near = [reach](Real min, Real max, Real low, Real high) {
+    return min - high < reach && low - max < reach;
+  };
   return near(a.min.x, a.max.x, b.min.x, b.max.x) && near(a.min.y, a.max.y, b.min.y, b.max.y) &&
          near(a.min.z, a.max.z, b.min.z, b.max.z);
 }
@@ -109,6 +111,7 @@ void Exchange::count_all(ParticleSet& particles, double& fullest) const {
 }
 
 void Exchange::migrate(ParticleSet& particles) {
+  finish_halo();
   particles.ghosts = 0;
   if (alone()) {
     particles.total = particles.count;
@@ -215,6 +218,7 @@ void Exchange::find_ghosts(ParticleSet& particles, Real more) {
         return false;
       },
       chosen_);
+  near_others_ = candidates;
   const Entries<const Index> chosen = std::as_const(chosen_);
   sent_to_.assign(static_cast<std::size_t>(ranks), 0);
   sent_count_ = 0;
@@ -250,6 +254,45 @@ void Exchange::find_ghosts(ParticleSet& particles, Real more) {
   halo(particles.id);
 }
 
+void Exchange::sort_owned(ParticleSet& particles, const Array<Index>& item) {
+  const Index count = particles.count, all = particles.local();
+  inner_ = 0;
+  if (all == 0) return;
+  make_ample_room(home_, "drench::exchange::home", static_cast<std::size_t>(all));
+  make_ample_room(gone_, "drench::exchange::gone", static_cast<std::size_t>(all));
+  // Those that may be ghosts elsewhere have all neighbours that are ghosts here.
+  const Entries<std::uint8_t> outer = gone_;
+  const Entries<const Index> near_others = std::as_const(chosen_);
+  parallel(
+      "drench::exchange::inner", all, KOKKOS_LAMBDA(const Index i) { outer(i) = 0; });
+  parallel(
+      "drench::exchange::outer", near_others_, KOKKOS_LAMBDA(const Index k) { outer(near_others(k)) = 1; });
+  const Index inner = count - near_others_;
+  inner_ = inner / warp_size * warp_size;
+  make_ample_room(order_, "drench::exchange::order", static_cast<std::size_t>(all));
+  const Entries<Index> source = order_, place = home_;
+  constexpr int half = 32;  // ranks among the inner and the outer, side by side
+  Kokkos::parallel_scan(
+      "drench::exchange::owned_first", range(all), KOKKOS_LAMBDA(const Index e, std::int64_t& ranks, const bool last) {
+        const Index i = item(e);
+        const bool owned = i < count, beside = owned && outer(i) != 0;
+        if (last) {
+          const Index to = !owned   ? i
+                           : beside ? inner + static_cast<Index>(ranks >> half)
+                                    : static_cast<Index>(ranks & 0xffffffff);
+          source(to) = i;
+          place(i) = to;
+          item(e) = to;
+        }
+        ranks += beside ? std::int64_t{1} << half : owned ? 1 : 0;
+      });
+  particles.reorder(order_);
+  const Entries<Index> sent = sent_;
+  const Entries<const Index> places = std::as_const(home_);
+  parallel(
+      "drench::exchange::sent_places", sent_count_, KOKKOS_LAMBDA(const Index k) { sent(k) = places(sent(k)); });
+}
+
 namespace {
 
 double seconds_now() {
@@ -259,14 +302,22 @@ double seconds_now() {
 }  // namespace
 
 void Exchange::begin_packing() const {
+  finish_halo();
   if (ranks_->traffic().fenced) ExecSpace().fence("drench::exchange::before");
   begin_ = seconds_now();
 }
 
 void Exchange::travel(const Array<std::byte>& sent, const std::vector<std::int64_t>& to, void* received,
                       const std::vector<std::int64_t>& from, std::size_t each) const {
+  begin_travel(sent, to, received, from, each);
+  finish_halo();
+}
+
+void Exchange::begin_travel(const Array<std::byte>& sent, const std::vector<std::int64_t>& to, void* received,
+                            const std::vector<std::int64_t>& from, std::size_t each) const {
   using Bytes = Kokkos::View<std::byte*, MemSpace, Kokkos::MemoryUnmanaged>;
-  const auto out_bytes = static_cast<std::size_t>(sum_of(to)) * each, in_bytes = static_cast<std::size_t>(sum_of(from)) * each;
+  const auto out_bytes = static_cast<std::size_t>(sum_of(to)) * each,
+             in_bytes = static_cast<std::size_t>(sum_of(from)) * each;
   auto* out = sent.data();
   auto* in = static_cast<std::byte*>(received);
   if (!on_host && !device_) {
@@ -296,29 +347,45 @@ void Exchange::travel(const Array<std::byte>& sent, const std::vector<std::int64
   };
   add(messages, to, out);
   add(answers, from, in);
+  under_way_ = true;
+  arriving_ = received;
+  arriving_bytes_ = in_bytes;
+  if (device_)
+    begin_on_device(messages, answers);
+  else
+    ranks_->begin_exchange(messages, answers);
+  if (ranks_->traffic().fenced) finish_halo();  // else its time would be in other parts of the table
+}
+
+void Exchange::finish_halo() const {
+  if (!under_way_) return;
+  under_way_ = false;
   if (device_) {
-    exchange_on_device(messages, answers);
-    return;
-  }
-  ranks_->exchange(messages, answers);
-  if (!on_host) {
-    if (in_bytes > 0)
-      Kokkos::deep_copy(ExecSpace(), Bytes(static_cast<std::byte*>(received), in_bytes),
-                        Kokkos::subview(in_, Kokkos::make_pair(std::size_t{0}, in_bytes)));
+    const double begin = seconds_now();
+    device_->finish_exchange();
+    if (ranks_->traffic().fenced) ExecSpace().fence("drench::exchange::arrived");
+    ranks_->traffic().exchanging += seconds_now() - begin;
+  } else {
+    ranks_->finish_exchange();
+    if (!on_host && arriving_bytes_ > 0) {
+      using Bytes = Kokkos::View<std::byte*, MemSpace, Kokkos::MemoryUnmanaged>;
+      Kokkos::deep_copy(ExecSpace(), Bytes(static_cast<std::byte*>(arriving_), arriving_bytes_),
+                        Kokkos::subview(in_, Kokkos::make_pair(std::size_t{0}, arriving_bytes_)));
+    }
   }
 }
 
-void Exchange::exchange_on_device(const std::vector<Message>& sent, const std::vector<Message>& received) const {
+void Exchange::begin_on_device(const std::vector<Message>& sent, const std::vector<Message>& received) const {
   Traffic& traffic = ranks_->traffic();
   const double begin = seconds_now();
-  device_->exchange(sent, received);
-  if (traffic.fenced) ExecSpace().fence("drench::exchange::arrived");
+  device_->begin_exchange(sent, received);
   traffic.exchanging += seconds_now() - begin;
   traffic.messages += static_cast<std::int64_t>(sent.size());
   for (const Message& m : sent) traffic.bytes += static_cast<std::int64_t>(m.bytes);
 }
 
 void Exchange::share_bytes(void* data, std::size_t bytes) const {
+  finish_halo();
   if (device_ && bytes % sizeof(std::uint32_t) == 0) {
     device_->add_up(static_cast<std::uint32_t*>(data), bytes / sizeof(std::uint32_t));
     return;
@@ -347,6 +414,7 @@ void Exchange::keep_own_rows(const Field<Real3>& position, NeighborList& list) c
 }
 
 void Exchange::add_up_words(std::int64_t* sums, std::size_t count) const {
+  finish_halo();
   if (device_) {
     device_->add_up(sums, count);
     return;
@@ -373,9 +441,9 @@ void Exchange::add_up(Field<Index>& sums, Index count) const {
 
 double exchange_bytes(double owned, double ghosts, double real_bytes) {
   constexpr double ample = 1.25;
-  const double chosen = owned * index_bytes, gone = owned;
+  const double chosen = owned * index_bytes, places = (owned + ghosts) * (2 * index_bytes + 1);  // order_, home_, gone_
   const double sent = ghosts * (index_bytes + 4 * real_bytes);  // with `packed_`, of the widest field
-  return ample * (chosen + gone + sent);
+  return ample * (chosen + places + sent);
 }
 
 void Exchange::gather(HostState& state) const {

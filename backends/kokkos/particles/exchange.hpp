@@ -42,6 +42,14 @@ struct PackGhosts {
   KOKKOS_INLINE_FUNCTION void operator()(const Index k) const { to[k] = from(item(k)); }
 };
 
+/// Rows from `first` on.
+template <class Body>
+struct RowsFrom {
+  Body body;
+  Index first;
+  KOKKOS_INLINE_FUNCTION void operator()(const Index k) const { body(first + k); }
+};
+
 class Exchange {
  public:
   explicit Exchange(const Constants& constants);
@@ -63,15 +71,37 @@ class Exchange {
   void migrate(ParticleSet& particles);
   /// Copies of the particles of other ranks within h + `more` (m) come behind the owned ones: positions, masses and ids.
   void find_ghosts(ParticleSet& particles, Real more = 0);
+  /// The owned come into the order that they have in `item`, a table's of all: first those that are far from other ranks' parts,
+  /// then the others. The entries of `item` become what they are then.
+  void sort_owned(ParticleSet& particles, const Array<Index>& item);
   /// The ghosts' values of a field, from their owners.
   template <class T>
   void halo(Field<T>& values) const {
+    begin_halo(values);
+    finish_halo();
+  }
+  /// The same in two parts, between which rows without ghosts may be computed. One at a time: what else travels finishes it.
+  template <class T>
+  void begin_halo(Field<T>& values) const {
     if (alone()) return;
     begin_packing();
     make_ample_room(packed_, "drench::exchange::packed", static_cast<std::size_t>(sent_count_) * sizeof(T));
     parallel("drench::exchange::pack", sent_count_,
              PackGhosts<T>{std::as_const(values), sent_, reinterpret_cast<T*>(packed_.data())});
-    send_packed(sizeof(T), values.data() + first_ghost_);
+    begin_travel(packed_, sent_to_, values.data() + first_ghost_, from_, sizeof(T));
+  }
+  void finish_halo() const;
+  /// The owned rows before this have no ghost among their neighbours; a multiple of a warp. Alone: all `count`.
+  Index inner(Index count) const { return alone() ? count : inner_; }
+  /// Runs `body(i)` for the rows up to inner().
+  template <class Body>
+  void inner_rows(const char* label, Index count, const Body& body) const {
+    parallel(label, inner(count), body);
+  }
+  /// Runs `body(i)` for the others.
+  template <class Body>
+  void outer_rows(const char* label, Index count, const Body& body) const {
+    if (!alone()) parallel(label, count - inner_, RowsFrom<Body>{body, inner_});
   }
   /// Empties the rows over liquid of other ranks' samples: the rank that owns a place has all the liquid around it.
   void keep_own_rows(const Field<Real3>& position, NeighborList& list) const;
@@ -96,8 +126,10 @@ class Exchange {
   /// Bytes from device memory to other ranks and back, `each` an item: those of the first rank first.
   void travel(const Array<std::byte>& sent, const std::vector<std::int64_t>& to, void* received,
               const std::vector<std::int64_t>& from, std::size_t each) const;
-  void send_packed(std::size_t each, void* ghosts) const { travel(packed_, sent_to_, ghosts, from_, each); }
-  void exchange_on_device(const std::vector<Message>& sent, const std::vector<Message>& received) const;
+  /// The same in two parts, of which finish_halo() is the second.
+  void begin_travel(const Array<std::byte>& sent, const std::vector<std::int64_t>& to, void* received,
+                    const std::vector<std::int64_t>& from, std::size_t each) const;
+  void begin_on_device(const std::vector<Message>& sent, const std::vector<Message>& received) const;
   void share_bytes(void* data, std::size_t bytes) const;
   void add_up_words(std::int64_t* sums, std::size_t count) const;
   void take_boxes(const Bisection& space);
@@ -106,13 +138,14 @@ class Exchange {
 
   const Communicator* ranks_;
   std::unique_ptr<DeviceMessages> device_;  // null: by the host's memory
-  Real support_;  // h, m
+  Real support_;                            // h, m
   RankBox own_;
   Field<RankBox> boxes_;
   std::vector<RankBox> host_boxes_;
-  Field<Index> chosen_, home_;                // particles that leave, or may be ghosts; where they belong
-  Field<Index> sent_;                         // those that are ghosts elsewhere, one rank after the other
+  Field<Index> chosen_, home_, order_;  // particles that leave, or may be ghosts; where they belong; who come first
+  Field<Index> sent_;                   // those that are ghosts elsewhere, one rank after the other
   Index sent_count_ = 0, first_ghost_ = 0;
+  Index inner_ = 0, near_others_ = 0;         // rows without ghosts; the rest, but for what fills up a warp
   std::vector<std::int64_t> sent_to_, from_;  // how many, of each rank
   std::vector<Field<Index>> parts_;           // of `chosen_`, by the rank that they are ghosts on
   Field<std::uint8_t> gone_;
@@ -121,6 +154,9 @@ class Exchange {
   double imbalance_ = 1, left_by_cut_ = 1;
   std::int64_t cuts_ = 0;
   mutable double begin_ = -1;  // s, of the packing under way
+  mutable bool under_way_ = false;
+  mutable void* arriving_ = nullptr;  // where bytes are on their way to
+  mutable std::size_t arriving_bytes_ = 0;
   mutable Array<std::byte> packed_;
   mutable Kokkos::View<std::byte*, Kokkos::SharedHostPinnedSpace> out_, in_;  // of a GPU's, on their way
 };

@@ -158,7 +158,9 @@ void ParticleSet::compact(Slice<const std::uint8_t> gone, Index kept) {
 }
 
 void ParticleSet::reorder(const Array<Index>& source) {
-  if (count > 0) gather(source, count);
+  const Index owned = count;
+  if (local() > 0) gather(source, local());
+  count = owned;
 }
 
 }  // namespace drench::kokkos_backend

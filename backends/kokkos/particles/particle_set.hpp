@@ -66,7 +66,7 @@ class ParticleSet {
   /// Removes particles with mass 0 or with `gone(i)` ≠ 0 (may be empty), keeping the order. Lists become stale.
   /// `kept`: how many stay, where that is known; else the host waits for their number.
   void compact(Slice<const std::uint8_t> gone, Index kept = -1);
-  /// Particle i becomes what `source(i)` was; `source(i)` becomes i.
+  /// Particle i, owned or ghost, becomes what `source(i)` was; `source(i)` becomes i.
   void reorder(const Array<Index>& source);
   /// The place of each particle, as it lies in memory, among them by id.
   std::vector<Index> ranks_by_id() const;

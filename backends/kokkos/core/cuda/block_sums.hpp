@@ -25,12 +25,13 @@ __device__ __forceinline__ Sums sum_of_warp(Sums s) {
   return s;
 }
 
-/// Adds up what the blocks of a kernel have, always in the same order.
+/// Adds up what the blocks of a kernel, or of several that follow each other, have, always in the same order.
 template <class Sums, int threads>
 struct BlockSums {
   Sums* part;   // of each block
   Sums* total;  // where the host reads it
   unsigned* finished;
+  unsigned first, blocks;  // of this kernel, among all of them; their number
 
   /// The sum over a block, in its first thread; `own` is that of a warp, in its first lane.
   __device__ Sums over_block(Sums s) const {
@@ -56,15 +57,15 @@ struct BlockSums {
     __shared__ bool last;
     const Sums mine = over_block(sum_of_warp(own));
     if (threadIdx.x == 0) {
-      part[blockIdx.x] = mine;
+      part[first + blockIdx.x] = mine;
       __threadfence();
-      last = atomicAdd(finished, 1u) == gridDim.x - 1;
+      last = atomicAdd(finished, 1u) == blocks - 1;
     }
     __syncthreads();
     if (!last) return;
     __threadfence();
     Sums all{};
-    for (unsigned b = threadIdx.x; b < gridDim.x; b += threads) all += seen(b);
+    for (unsigned b = threadIdx.x; b < blocks; b += threads) all += seen(b);
     all = over_block(sum_of_warp(all));
     if (threadIdx.x != 0) return;
     *total = all;

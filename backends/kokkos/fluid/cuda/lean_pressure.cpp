@@ -4,6 +4,7 @@
 
 #ifndef DRENCH_DOUBLE
 
+#include <algorithm>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -17,11 +18,11 @@ namespace drench::kokkos_backend {
 /// A pair is a word: the neighbour's index less the bundle's `base`, and the root of V_j |dW/dr|/r over factor_scale(),
 /// 16 bits each. Four words are one load. A row is padded with factors of 0.
 struct LeanPressure {
-  Array<uint4> word;            // at a bundle's start / 4: [group][lane]
-  Array<Index> base;            // of each bundle; −1: it has an index or a factor that 16 bits do not hold
-  Array<std::uint8_t> groups;   // of each row; the highest bit: beside solids or sheets
-  Field<uint4> packed;          // of each particle, see pack()
-  Field<Real> base_contact;     // λ of the full evaluation
+  Array<uint4> word;           // at a bundle's start / 4: [group][lane]
+  Array<Index> base;           // of each bundle; −1: it has an index or a factor that 16 bits do not hold
+  Array<std::uint8_t> groups;  // of each row; the highest bit: beside solids or sheets
+  Field<uint4> packed;         // of each particle, see pack()
+  Field<Real> base_contact;    // λ of the full evaluation
   Version of_lists = Version::none();
 };
 
@@ -55,14 +56,16 @@ __device__ __forceinline__ float rounded_factor(float factor, float inverse_scal
 /// Runs `body` in blocks that have a thread for each of n rows.
 template <class Body>
 void launch(const char* label, Index n, const Body& body) {
+  if (n <= 0) return;
   const ExecSpace space;
   std::uint64_t id = 0;
   Kokkos::Tools::beginParallelFor(label, Kokkos::Tools::Experimental::device_id(space), &id);
-  run<<<static_cast<unsigned>((n + threads - 1) / threads), threads, 0, space.cuda_stream()>>>(body);
+  run<<<static_cast<unsigned>(blocks_of(n)), threads, 0, space.cuda_stream()>>>(body);
   check(cudaGetLastError());
   Kokkos::Tools::endParallelFor(id);
 }
 __device__ __forceinline__ Index own_row() { return static_cast<Index>(blockIdx.x * threads + threadIdx.x); }
+Index blocks_of(Index rows) { return (rows + threads - 1) / threads; }
 
 /// A load that is not wanted again.
 __device__ __forceinline__ uint4 load_once(const uint4* p) {
@@ -144,7 +147,8 @@ struct MakeRows {
     }
     far = __any_sync(all_lanes, far);
     if (i % bundle == 0) base[b] = far ? -1 : least;
-    if (i < count) groups[i] = static_cast<std::uint8_t>((far ? 0 : own_groups) | (is_bounded(i) ? most_groups + 1 : 0));
+    if (i < count)
+      groups[i] = static_cast<std::uint8_t>((far ? 0 : own_groups) | (is_bounded(i) ? most_groups + 1 : 0));
   }
 };
 
@@ -156,12 +160,12 @@ struct LeanAcceleration {
   Entries<const Real> contact, base_contact;
   uint4* packed;
   float scale, inverse_scale, steps;  // 1/m²: of the factors; m², −1 over that; 1/m
-  Index count;
+  Index first, end;                   // the rows
   bool touching, extrapolates;
 
   __device__ void operator()() const {
-    const Index i = own_row();
-    if (i >= count) return;
+    const Index i = first + own_row();
+    if (i >= end) return;
     const float4 here = __ldg(position_kappa + i);
     Real3 a;
     const Index base = __ldg(rows.base + i / bundle);
@@ -253,7 +257,7 @@ struct LeanUpdate {
   Update update;
   Momentum momentum;
   BlockSums<typename Update::Sums, threads> sums;
-  Index count;
+  Index first, end;  // the rows
   bool has_walls, has_sheets;
 
   using Few = decltype(std::declval<Update>()(0, 0, 0));
@@ -286,8 +290,8 @@ struct LeanUpdate {
     return own;
   }
   __device__ void operator()() const {
-    const Index i = own_row();
-    sums.add(update.exact(i < count ? of_row(i) : Few{}));
+    const Index i = first + own_row();
+    sums.add(update.exact(i < end ? of_row(i) : Few{}));
   }
 };
 
@@ -330,20 +334,17 @@ void make_rows(const PressureSystem& system, LeanPressure& lean) {
   make_ample_room(lean.base, "drench::pressure::lean_base", static_cast<std::size_t>(bundles));
   make_ample_room(lean.groups, "drench::pressure::lean_groups", static_cast<std::size_t>(bundles * bundle));
   launch("drench::pressure::lean_rows", bundles * bundle,
-         MakeRows{Neighbors(list), Neighbors(system.lists.fluid_boundary), system.lists.sheet_rows.of_particle, system.count(),
-                  -1 / factor_scale(system), lean.word.data(), lean.base.data(), lean.groups.data(),
+         MakeRows{Neighbors(list), Neighbors(system.lists.fluid_boundary), system.lists.sheet_rows.of_particle,
+                  system.count(), -1 / factor_scale(system), lean.word.data(), lean.base.data(), lean.groups.data(),
                   system.bodies.boundary.count > 0, has_sheets(system)});
   lean.of_lists = system.lists.made;
 }
 
 LiquidRate liquid_rate(const PressureSystem& system) {
   const PressureWork& work = system.work;
-  return {rows_of(system),
-          Neighbors(system.lists.fluid_fluid),
-          work.lean->packed.data(),
-          work.liquid_rate,
-          float(system.dt),
-          -factor_scale(system) * system.constants.support / lattice,
+  return {rows_of(system),          Neighbors(system.lists.fluid_fluid),
+          work.lean->packed.data(), work.liquid_rate,
+          float(system.dt),         -factor_scale(system) * system.constants.support / lattice,
           -1 / factor_scale(system)};
 }
 
@@ -357,24 +358,30 @@ SumUnderWay<typename Update::Sums> begin_update(PressureSystem& system, const Up
   if (room.finished.data() == nullptr)
     room.finished = Kokkos::View<unsigned, MemSpace>("drench::partial_sums::finished");
   Sums* const total = sums_in<Sums>(room.few, 2).data() + slot;
-  const Index blocks = (system.count() + threads - 1) / threads;
-  launch(label, system.count(),
-         LeanUpdate<Update>{
-             liquid_rate(system),
-             Neighbors(system.lists.fluid_boundary),
-             reinterpret_cast<float4*>(work.position_kappa.data()),
-             reinterpret_cast<const float4*>(work.predicted.data()),
-             system.bodies.seen_velocity(),
-             system.bodies.boundary.position,
-             std::as_const(system.fluid).compliance,
-             system.sheets_of_particles(),
-             update,
-             {seen.next_kappa, seen.last_kappa, seen.next_contact_pressure, seen.last_contact_pressure, work.other_kappa,
-              work.other_contact_pressure, momentum, system.touching},
-             {sums_in<Sums>(room.many, blocks).data(), total, room.finished.data()},
-             system.count(),
-             system.bodies.boundary.count > 0,
-             has_sheets(system)});
+  const Index count = system.count(), inner = system.fluid.exchange.inner(count);
+  const Index before = blocks_of(inner), blocks = std::max(before + blocks_of(count - inner), Index{1});
+  LeanUpdate<Update> rows{liquid_rate(system),
+                          Neighbors(system.lists.fluid_boundary),
+                          reinterpret_cast<float4*>(work.position_kappa.data()),
+                          reinterpret_cast<const float4*>(work.predicted.data()),
+                          system.bodies.seen_velocity(),
+                          system.bodies.boundary.position,
+                          std::as_const(system.fluid).compliance,
+                          system.sheets_of_particles(),
+                          update,
+                          {seen.next_kappa, seen.last_kappa, seen.next_contact_pressure, seen.last_contact_pressure,
+                           work.other_kappa, work.other_contact_pressure, momentum, system.touching},
+                          {sums_in<Sums>(room.many, blocks).data(), total, room.finished.data(), 0, unsigned(blocks)},
+                          0,
+                          inner,
+                          system.bodies.boundary.count > 0,
+                          has_sheets(system)};
+  launch(label, inner, rows);
+  system.fluid.exchange.finish_halo();  // of the packed accelerations
+  rows.first = inner;
+  rows.end = count;
+  rows.sums.first = static_cast<unsigned>(before);
+  launch(label, inner > 0 ? count - inner : std::max(count, Index{1}), rows);
   return {label, total, 1};
 }
 }  // namespace
@@ -399,33 +406,42 @@ void begin_lean_pressure(PressureSystem& system) {
 void predict_lean_liquid(PressureSystem& system) {
   LeanPressure& lean = *system.work.lean;
   const Fluid& fluid = system.fluid;
-  fluid.exchange.halo(system.work.position_kappa);
   // What loads sheets and bodies reads κ itself.
   if (system.has_cloth() || system.bodies.dynamic.count > 0) fluid.exchange.halo(system.kappa);
-  launch("drench::pressure::lean_acceleration", system.count(),
-         LeanAcceleration{rows_of(system),
-                          Neighbors(system.lists.fluid_fluid),
-                          reinterpret_cast<const float4*>(system.work.position_kappa.data()),
-                          fluid.boundary_gradient,
-                          fluid.contact.gradient,
-                          fluid.wall_gain.diagonal,
-                          fluid.wall_gain.shear,
-                          std::as_const(system.work).contact_pressure,
-                          std::as_const(lean).base_contact,
-                          lean.packed.data(),
-                          factor_scale(system),
-                          -1 / factor_scale(system),
-                          lattice / system.constants.support,
-                          system.count(),
-                          system.touching,
-                          system.constants.model.extrapolates_walls()});
-  fluid.exchange.halo(lean.packed);
+  fluid.exchange.begin_halo(system.work.position_kappa);
+  const Index count = system.count(), inner = fluid.exchange.inner(count);
+  LeanAcceleration rows{rows_of(system),
+                        Neighbors(system.lists.fluid_fluid),
+                        reinterpret_cast<const float4*>(system.work.position_kappa.data()),
+                        fluid.boundary_gradient,
+                        fluid.contact.gradient,
+                        fluid.wall_gain.diagonal,
+                        fluid.wall_gain.shear,
+                        std::as_const(system.work).contact_pressure,
+                        std::as_const(lean).base_contact,
+                        lean.packed.data(),
+                        factor_scale(system),
+                        -1 / factor_scale(system),
+                        lattice / system.constants.support,
+                        0,
+                        inner,
+                        system.touching,
+                        system.constants.model.extrapolates_walls()};
+  constexpr const char* label = "drench::pressure::lean_acceleration";
+  launch(label, inner, rows);
+  fluid.exchange.finish_halo();
+  rows.first = inner;
+  rows.end = count;
+  launch(label, count - inner, rows);
+  fluid.exchange.begin_halo(lean.packed);
 }
 
-SumUnderWay<DensitySums> begin_lean_update(PressureSystem& system, const DensityUpdate& update, Real momentum, int slot) {
+SumUnderWay<DensitySums> begin_lean_update(PressureSystem& system, const DensityUpdate& update, Real momentum,
+                                           int slot) {
   return begin_update(system, update, momentum, slot);
 }
-SumUnderWay<IterationNorms> begin_lean_update(PressureSystem& system, const DivergenceUpdate& update, Real momentum, int slot) {
+SumUnderWay<IterationNorms> begin_lean_update(PressureSystem& system, const DivergenceUpdate& update, Real momentum,
+                                              int slot) {
   return begin_update(system, update, momentum, slot);
 }
 

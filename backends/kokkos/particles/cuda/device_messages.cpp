@@ -67,8 +67,17 @@ class Nccl final : public DeviceMessages {
     const std::vector<std::byte> ids = ranks.all_gather(&id, sizeof id);
     std::memcpy(&id, ids.data(), sizeof id);
     check(nccl_.init_rank(&comm_, ranks.size(), id, ranks.rank()), "ncclCommInitRank");
+    int least = 0, greatest = 0;
+    check(cudaDeviceGetStreamPriorityRange(&least, &greatest));
+    check(cudaStreamCreateWithPriority(&beside_, cudaStreamNonBlocking, greatest));
+    for (cudaEvent_t* event : {&before_, &after_}) check(cudaEventCreateWithFlags(event, cudaEventDisableTiming));
   }
-  ~Nccl() override { nccl_.destroy(comm_); }
+  ~Nccl() override {
+    nccl_.destroy(comm_);
+    cudaEventDestroy(before_);
+    cudaEventDestroy(after_);
+    cudaStreamDestroy(beside_);
+  }
   Nccl(const Nccl&) = delete;
   Nccl& operator=(const Nccl&) = delete;
 
@@ -77,12 +86,20 @@ class Nccl final : public DeviceMessages {
     nccl_.get_version(&version);
     return fmt::format("NCCL {}.{}.{}", version / 10000, version / 100 % 100, version % 100);
   }
-  void exchange(const std::vector<Message>& sent, const std::vector<Message>& received) override {
+  void begin_exchange(const std::vector<Message>& sent, const std::vector<Message>& received) override {
     if (sent.empty() && received.empty()) return;
+    check(cudaEventRecord(before_, stream()));
+    check(cudaStreamWaitEvent(beside_, before_, 0));
     check(nccl_.group_start(), "ncclGroupStart");
-    for (const Message& m : received) check(nccl_.receive(m.data, m.bytes, uint8, m.rank, comm_, stream()), "ncclRecv");
-    for (const Message& m : sent) check(nccl_.send(m.data, m.bytes, uint8, m.rank, comm_, stream()), "ncclSend");
+    for (const Message& m : received) check(nccl_.receive(m.data, m.bytes, uint8, m.rank, comm_, beside_), "ncclRecv");
+    for (const Message& m : sent) check(nccl_.send(m.data, m.bytes, uint8, m.rank, comm_, beside_), "ncclSend");
     check(nccl_.group_end(), "ncclGroupEnd");
+    check(cudaEventRecord(after_, beside_));
+    under_way_ = true;
+  }
+  void finish_exchange() override {
+    if (under_way_) check(cudaStreamWaitEvent(stream(), after_, 0));
+    under_way_ = false;
   }
   void add_up(std::uint32_t* words, std::size_t count) override {
     check(nccl_.all_reduce(words, words, count, uint32, sum, comm_, stream()), "ncclAllReduce");
@@ -97,8 +114,15 @@ class Nccl final : public DeviceMessages {
     if (code != 0) throw std::runtime_error(fmt::format("NCCL: {}: {}", what, nccl_.error_string(code)));
   }
 
+  static void check(cudaError_t status) {
+    if (status != cudaSuccess) throw std::runtime_error(fmt::format("messages between GPUs: {}", cudaGetErrorString(status)));
+  }
+
   Library nccl_;
   Comm comm_ = nullptr;
+  cudaStream_t beside_ = nullptr;
+  cudaEvent_t before_ = nullptr, after_ = nullptr;
+  bool under_way_ = false;
 };
 
 /// Which GPU, on which host.
