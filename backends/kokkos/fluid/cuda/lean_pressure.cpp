@@ -53,6 +53,9 @@ __device__ __forceinline__ float rounded_factor(float factor, float inverse_scal
   return root * root;
 }
 
+/// Blocks that have a thread for each row.
+Index blocks_of(Index rows) { return (rows + threads - 1) / threads; }
+
 /// Runs `body` in blocks that have a thread for each of n rows.
 template <class Body>
 void launch(const char* label, Index n, const Body& body) {
@@ -65,7 +68,6 @@ void launch(const char* label, Index n, const Body& body) {
   Kokkos::Tools::endParallelFor(id);
 }
 __device__ __forceinline__ Index own_row() { return static_cast<Index>(blockIdx.x * threads + threadIdx.x); }
-Index blocks_of(Index rows) { return (rows + threads - 1) / threads; }
 
 /// A load that is not wanted again.
 __device__ __forceinline__ uint4 load_once(const uint4* p) {
