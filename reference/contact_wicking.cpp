@@ -42,7 +42,9 @@ double conductance(const Model& m, const ClothMaterial& a, const ClothMaterial& 
   const auto resistance = [&](const ClothMaterial& c) {
     return 0.5 * c.thickness / (m.rest_density * (1 - c.solid_fraction) * c.diffusivity);
   };
-  return std::min(1 / (resistance(a) + resistance(b)), 0.25 * std::min(load(a), load(b)) / dt);
+  const double n = std::max(a.diffusion_exponent, b.diffusion_exponent);
+  const double growth = n > 1 ? std::pow(std::max(a.max_saturation, b.max_saturation), n - 1) : 1;
+  return std::min(1 / (resistance(a) + resistance(b)), 0.25 * std::min(load(a), load(b)) / (dt * growth));
 }
 
 }  // namespace
@@ -78,7 +80,7 @@ std::vector<LayerContact> touching_layers(const ReferenceState& state, double dt
            {-b[1], -b[2], -b[3]},
            0.5 * m.samples.area[p] * conductance(m, own, other, dt),
            touch->near.apart.dot(down(state)) * 0.5 * (1 / own.capillary_height + 1 / other.capillary_height),
-           own.diffusion == DiffusionLaw::degenerate || other.diffusion == DiffusionLaw::degenerate});
+           std::max(own.diffusion_exponent, other.diffusion_exponent)});
     }
   }
   return contacts;
@@ -101,7 +103,7 @@ void wick_through(ReferenceState& state, const std::vector<LayerContact>& contac
     const LayerContact& contact = contacts[c];
     const double flux = contact.conductance * driven(saturation(contact.near_node, contact.near_weight),
                                                      saturation(contact.far_node, contact.far_weight), contact.drop,
-                                                     contact.degenerate);
+                                                     contact.exponent);
     inward[c] = flux > 0;
     offer[c] = floor_quanta(std::abs(flux) * dt / state.model.quantum);
     if (offer[c] == 0) continue;

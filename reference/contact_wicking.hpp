@@ -14,7 +14,7 @@ struct LayerContact {
   std::array<double, 3> near_weight, far_weight;
   double conductance;  // G, kg/s
   double drop;         // 1
-  bool degenerate;
+  double exponent;     // n, 1
 };
 
 std::vector<LayerContact> touching_layers(const ReferenceState& state, double dt);
@@ -27,8 +27,8 @@ Eigen::Vector3d down(const ReferenceState& state);
 Vectors node_velocities(const ReferenceState& state);
 /// Law 8, once the nodes hold what they gained: Σ_in t_k (v_k − v_n), quanta · m/s, spread over their whole mass.
 void change_velocities(ReferenceState& state, const Vectors& gained);
-/// σ b of law 2, 1: > 0 flows from `donor` to `receiver`, which then are what they are called.
-double driven(double receiver, double donor, double drop, bool degenerate);
+/// ψ b of law 2 with the exponent n, 1: > 0 flows from `donor` to `receiver`, which then are what they are called.
+double driven(double receiver, double donor, double drop, double n);
 /// φ^out and φ^in of every node, 1, for what is to leave and to enter it.
 std::vector<double> outflow_limit(const ReferenceState& state, const std::vector<Quanta>& out);
 std::vector<double> room_limit(const ReferenceState& state, const std::vector<Quanta>& in);

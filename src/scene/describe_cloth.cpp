@@ -44,6 +44,20 @@ bool has_motion(const PinScene& pin) {
          pin.spin != still.spin || pin.center != still.center || pin.start != still.start || pin.end != still.end;
 }
 
+/// Rates along warp and weft, and what they are for.
+void check_weave(Section& s, const MaterialScene& fabric) {
+  constexpr double most = 1000;
+  const double weft = fabric.weft_diffusivity.value_or(fabric.diffusivity);
+  s.check(weft <= most * fabric.diffusivity && fabric.diffusivity <= most * weft, "weft_diffusivity",
+          fmt::format("is more than {:.0f} times diffusivity, or less than a {:.0f}th of it; allowed: [{:g}, {:g}] m²/s",
+                      most, most, fabric.diffusivity / most, std::min(1.0, fabric.diffusivity * most)));
+  s.check(!fabric.has_warp || fabric.weft_diffusivity, "warp",
+          "is the direction of fabric that conducts more one way; allowed: only beside weft_diffusivity");
+  if (fabric.has_warp) check_not_zero(s, "warp", fabric.warp);
+  s.check(!s.has("diffusion") || !s.has("diffusion_exponent"), "diffusion_exponent",
+          "stands beside diffusion, which is exponent 0 or 1; allowed: one of them");
+}
+
 void describe_porous(Section& s, MaterialScene& fabric) {
   s.number("solid_fraction", fabric.solid_fraction, "[0, 1)", "1", "Φ, the part of the fabric's volume that is fibre");
   s.number("absorption", fabric.absorption, "[0, 100]", "m²/s", "k_a, how fast dry fabric takes up liquid");
@@ -60,9 +74,19 @@ void describe_porous(Section& s, MaterialScene& fabric) {
   s.number("emission_ramp", fabric.emission_ramp, "[0, 100]", "s",
            "time over which a fresh particle's pressure and speed are ramped in");
   s.number("diffusivity", fabric.diffusivity, "[0, 1]", "m²/s",
-           "D, how fast liquid spreads within the fabric; 0: it does not");
-  s.choice("diffusion", fabric.diffusion, {{"linear", DiffusionLaw::linear}, {"degenerate", DiffusionLaw::degenerate}},
-           "`linear`: D as it is; `degenerate`: D grows with the saturation (sharp wet fronts)");
+           "D, how fast liquid spreads within the fabric; 0: it does not; with `weft_diffusivity` along the warp");
+  s.number("weft_diffusivity", fabric.weft_diffusivity, "(0, 1]", "m²/s",
+           "across the warp; without it as `diffusivity`");
+  s.optional(fabric.has_warp)
+      .numbers("warp", fabric.warp, direction_range, "1",
+               "direction of the warp in the mesh's own axes, before `place` turns it; each triangle takes its part "
+               "within its plane, and its length does not matter. Without it the v of the file's texture coordinates, or z of a grid");
+  s.saved_if(!fabric.diffusion_exponent)
+      .choice("diffusion", fabric.diffusion,
+              {{"linear", DiffusionLaw::linear}, {"degenerate", DiffusionLaw::degenerate}},
+              "`linear`: D as it is; `degenerate`: D grows with the saturation (sharp wet fronts)");
+  s.number("diffusion_exponent", fabric.diffusion_exponent, "[0, 20]", "1",
+           "n of D sⁿ with the saturation s, in place of `diffusion` (0: `linear`, 1: `degenerate`)");
   s.number("capillary_height", fabric.capillary_height, "[1e-6, 1000]", "m",
            "ℓ: at rest the saturation falls by 1 over this height");
   s.number("adhesion", fabric.wet_adhesion, "[0, 10]", "N/m",
@@ -71,6 +95,7 @@ void describe_porous(Section& s, MaterialScene& fabric) {
             "liquid passes between layers that touch and both have this; needs `diffusivity` above 0");
   s.check(!fabric.contact_wicking || fabric.diffusivity > 0, "contact_wicking",
           "passes liquid on as well as the fabric conducts it, and its diffusivity is 0; allowed: diffusivity above 0");
+  check_weave(s, fabric);
 }
 
 void check_pins(Section& s, const ClothScene& cloth) {

@@ -3,9 +3,6 @@
 
 namespace drench {
 
-/// Diffusion within the fabric: at the rate D, or at a rate that grows with the saturation (sharp wet fronts).
-enum class DiffusionLaw { linear, degenerate };
-
 /// A fabric as the scene gives it and the stages use it. Number is double in the scene and the model, and a backend's own type
 /// on its device. These defaults are those of a scene's cloth.
 template <class Number>
@@ -23,12 +20,11 @@ struct BasicMaterial {
   Number virtual_pressure = Number(16.8);  // k^p, m/s²
   Number emission_velocity = Number(0.5);  // u_e, m/s; excess is buffered for emission at the rate u_e / d
   Number emission_ramp = Number(0.02);     // s; over which a fresh particle's pressure and speed are ramped in
-  Number diffusivity = Number(1.0e-4);     // D, m²/s
+  Number diffusivity = Number(1.0e-4);     // D, m²/s; resolved, the geometric mean of warp and weft
   Number capillary_height = Number(1.0);   // ℓ, m
   Number wet_adhesion = Number(0);  // w, N/m; parts wet fabric from wet fabric or a solid; 0.14 with water at most
-  DiffusionLaw diffusion = DiffusionLaw::linear;  // of liquid within the fabric
-  bool contact_wicking = false;                   // liquid passes between layers that touch and both have this
-  bool porous = false;                            // takes up liquid; else it is a dry wall
+  bool contact_wicking = false;     // liquid passes between layers that touch and both have this
+  bool porous = false;              // takes up liquid; else it is a dry wall
 
   /// Does liquid spread within the fabric?
   constexpr bool wicks() const { return porous && diffusivity > 0; }
@@ -44,6 +40,7 @@ struct ResolvedMaterial : BasicMaterial<Number> {
   Number friction_wet{};        // 1, at saturation 1
   Number damping_wet{};         // 1/s, at saturation 1
   Number emission_cosine{};     // cos θ^e; −2, below all cosines, where there is no direction and so no cone
+  Number diffusion_exponent{};  // n, 1: liquid spreads at the rate D sⁿ
   bool dynamics = true;         // false: it does not move
   bool self_collision = false;  // with itself and with other cloths that have this
 };
@@ -66,12 +63,12 @@ constexpr void visit_members(ResolvedMaterial<A>& a, const ResolvedMaterial<B>& 
   visit(a.diffusivity, b.diffusivity);
   visit(a.capillary_height, b.capillary_height);
   visit(a.wet_adhesion, b.wet_adhesion);
-  visit(a.diffusion, b.diffusion);
   visit(a.contact_wicking, b.contact_wicking);
   visit(a.porous, b.porous);
   visit(a.friction_wet, b.friction_wet);
   visit(a.damping_wet, b.damping_wet);
   visit(a.emission_cosine, b.emission_cosine);
+  visit(a.diffusion_exponent, b.diffusion_exponent);
   visit(a.dynamics, b.dynamics);
   visit(a.self_collision, b.self_collision);
 }

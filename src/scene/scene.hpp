@@ -189,6 +189,9 @@ struct SaturationScene {
   bool operator==(const SaturationScene&) const = default;
 };
 
+/// Diffusion within the fabric: at the rate D, or at D s (sharp wet fronts).
+enum class DiffusionLaw { linear, degenerate };
+
 /// A fabric as a scene has it. The numbers below are replaced when the scene is set up (setup/cloth_material.hpp).
 struct MaterialScene : BasicMaterial<double> {
   double areal_density = 0.2;  // kg/m²
@@ -199,6 +202,11 @@ struct MaterialScene : BasicMaterial<double> {
   std::optional<double> damping_wet;   // 1/s
   double uptake_velocity = 0.0;        // u_a, m/s; > 0 replaces `absorption` by k_a = u_a h² / (7.5 (1−Φ) τ)
   double emission_angle = 80.0;        // θ^e, degrees
+  DiffusionLaw diffusion = DiffusionLaw::linear;
+  std::optional<double> diffusion_exponent;  // n, 1: in place of `diffusion`, at the rate D sⁿ
+  std::optional<double> weft_diffusivity;    // m²/s; then `diffusivity` is that along the warp
+  bool has_warp = false;                     // is `warp` given? Else the warp is texture v, or a grid's z
+  Vec3 warp{0, 0, 1};                        // its direction in the mesh's own axes; its length does not matter
 
   bool operator==(const MaterialScene&) const = default;
 };

@@ -10,6 +10,7 @@
 
 #include "base/eigen_vec.hpp"
 #include "setup/cloth_material.hpp"
+#include "setup/cloth_warp.hpp"
 #include "setup/mesh_io.hpp"
 #include "setup/mesh_sequence.hpp"
 #include "setup/setup_error.hpp"
@@ -26,14 +27,17 @@ double cotangent(const Vector3d& a, const Vector3d& b) { return a.dot(b) / a.cro
 /// cylinder (docs/design-notes/cloth.md, "Bending").
 double bending_stiffness(double bend, double around) { return bend / around; }
 
+/// How `place` turns the cloth.
+Eigen::Matrix3d rotation_of(const ClothScene& cloth) {
+  if (cloth.rotate_degrees == 0) return Eigen::Matrix3d::Identity();
+  const Vector3d axis = to_eigen(cloth.rotate_axis);
+  if (!(axis.norm() > 0)) throw SetupError(cloth_label(cloth.name) + ": the axis of rotation must not be zero");
+  return Eigen::AngleAxisd(cloth.rotate_degrees * std::numbers::pi / 180, axis.normalized()).toRotationMatrix();
+}
+
 /// Turns and moves points of the cloth's own mesh to where the cloth starts.
 void place_points(const ClothScene& cloth, std::vector<Vec3>& points) {
-  Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
-  if (cloth.rotate_degrees != 0) {
-    const Vector3d axis = to_eigen(cloth.rotate_axis);
-    if (!(axis.norm() > 0)) throw SetupError(cloth_label(cloth.name) + ": the axis of rotation must not be zero");
-    rotation = Eigen::AngleAxisd(cloth.rotate_degrees * std::numbers::pi / 180, axis.normalized()).toRotationMatrix();
-  }
+  const Eigen::Matrix3d rotation = rotation_of(cloth);
   for (Vec3& x : points) x = to_vec3(rotation * to_eigen(x) + to_eigen(cloth.position));
 }
 
@@ -51,7 +55,7 @@ SurfaceMesh placed_mesh(const ClothScene& cloth, const std::string& scene_path) 
       throw SetupError(label + ": a grid has 2 nodes or more each way");
     mesh = grid_mesh(*cloth.grid);
   } else {
-    mesh = read_mesh(cloth.file, scene_path);
+    mesh = takes_warp_of_file(cloth) ? read_textured_mesh(cloth.file, scene_path) : read_mesh(cloth.file, scene_path);
     for (Vec3& x : mesh.points) x = to_vec3(cloth.scale * to_eigen(x));
   }
   place_points(cloth, mesh.points);
@@ -315,10 +319,12 @@ void build_cloths(const Scene& scene, Model& model, std::vector<std::string>& wa
     material.triangle_count = static_cast<Index>(own.triangles.size());
     const Pins pins = blaming(key + ".pin", [&] { return pinned_nodes(c, own, edges, warnings); });
     append(mesh, own, c, edges, pins.pinned, static_cast<Index>(model.cloths.size()));
+    if (has_warp(c)) blaming(key + ".porous.warp", [&] { append_warp(mesh, own, c, rotation_of(c)); });
     blaming(key + ".pin", [&] { set_pins_in_motion(model, c, pins); });
     mesh.pin_entry.insert(mesh.pin_entry.end(), pins.entry.begin(), pins.entry.end());
     model.cloths.push_back(material);
   }
+  if (!mesh.triangle_warp.empty()) mesh.triangle_warp.resize(mesh.triangle.size(), Vec3{0, 0, 0});
   if (model.has_moving_pins()) mesh.pin_motion.resize(mesh.rest_position.size(), -1);
   if (model.cloths.empty()) return;
   set_strain_limits(model);

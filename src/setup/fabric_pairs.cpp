@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <map>
 
 #include "base/eigen_vec.hpp"
@@ -14,19 +15,30 @@ namespace {
 /// sub-steps.
 constexpr double most_conducting = 100;
 
+/// Sides of an edge may see its length this much apart, over the length; where the warp turns more, it stays a seam.
+constexpr double same_length = 0.1;
+/// A triangle keeps its shape if its area changes by no more than this factor when its edges take their mean lengths.
+constexpr double same_area = 1.25;
+
 /// A triangulation known by the lengths of its edges alone. Half edge 3t + k leads from corner k of triangle t to the next.
 class IntrinsicMesh {
  public:
-  IntrinsicMesh(const ClothMesh& mesh, const std::vector<Index>& triangles) {
+  /// `stretch` = √(D_warp/D_weft): lengths along the warp are divided by its root, those across multiplied.
+  IntrinsicMesh(const ClothMesh& mesh, const std::vector<Index>& triangles, double stretch) {
     std::map<std::array<Index, 2>, Index> open;
     for (const Index t : triangles) {
       const auto& corner = mesh.triangle[static_cast<std::size_t>(t)];
       for (std::size_t k = 0; k < 3; ++k) {
         const Index from = corner[k], to = corner[(k + 1) % 3], half = static_cast<Index>(node_.size());
         node_.push_back(from);
-        length_.push_back((to_eigen(mesh.rest_position[static_cast<std::size_t>(to)]) -
-                           to_eigen(mesh.rest_position[static_cast<std::size_t>(from)]))
-                              .norm());
+        const Eigen::Vector3d edge_vector = to_eigen(mesh.rest_position[static_cast<std::size_t>(to)]) -
+                                            to_eigen(mesh.rest_position[static_cast<std::size_t>(from)]);
+        length_.push_back(edge_vector.norm());
+        if (stretch != 1) {
+          const double along = edge_vector.dot(to_eigen(mesh.triangle_warp[static_cast<std::size_t>(t)]));
+          const double across = std::sqrt(std::max(0.0, edge_vector.squaredNorm() - along * along));
+          length_.back() = std::hypot(along / std::sqrt(stretch), across * std::sqrt(stretch));
+        }
         twin_.push_back(-1);
         const std::array<Index, 2> edge{std::min(from, to), std::max(from, to)};
         if (const auto other = open.find(edge); other != open.end()) {
@@ -37,6 +49,8 @@ class IntrinsicMesh {
         }
       }
     }
+    seam_.assign(node_.size(), 0);
+    if (stretch != 1) agree_on_lengths();
   }
 
   /// Edges whose opposite angles add up to more than 180° are flipped until there is none (Bobenko & Springborn 2007).
@@ -48,7 +62,7 @@ class IntrinsicMesh {
       const Index e = work.back();
       work.pop_back();
       const Index o = twin(e);
-      if (o < 0 || e / 3 == o / 3 || node(e) != node(next(o)) || cotangent(e) + cotangent(o) >= -1e-12) continue;
+      if (o < 0 || seam_[static_cast<std::size_t>(e)] || e / 3 == o / 3 || node(e) != node(next(o)) || cotangent(e) + cotangent(o) >= -1e-12) continue;
       flip(e, o);
       for (Index k = 0; k < 3; ++k) {
         work.push_back(e - e % 3 + k);
@@ -69,7 +83,8 @@ class IntrinsicMesh {
 
  private:
   std::vector<Index> node_, twin_;
-  std::vector<double> length_;  // m
+  std::vector<double> length_;       // m, in the stretched metric
+  std::vector<std::uint8_t> seam_;   // 1: both sides keep lengths of their own, and it is not flipped
 
   static Index next(Index e) { return e % 3 == 2 ? e - 2 : e + 1; }
   Index node(Index e) const { return node_[static_cast<std::size_t>(e)]; }
@@ -79,14 +94,49 @@ class IntrinsicMesh {
     if (a >= 0) twin_[static_cast<std::size_t>(a)] = b;
     if (b >= 0) twin_[static_cast<std::size_t>(b)] = a;
   }
-  void set(Index e, Index from, double size) {
+  void set(Index e, Index from, double size, std::uint8_t seam) {
     node_[static_cast<std::size_t>(e)] = from;
     length_[static_cast<std::size_t>(e)] = size;
+    seam_[static_cast<std::size_t>(e)] = seam;
+  }
+
+  /// Edges whose sides see nearly the same length take the root mean square of both, the metric between them. The others are
+  /// seams, and so are those that would deform a triangle.
+  void agree_on_lengths() {
+    const std::vector<double> own = length_;
+    const auto size = [&](Index e) { return own[static_cast<std::size_t>(e)]; };
+    const Index halves = static_cast<Index>(node_.size());
+    for (Index e = 0; e < halves; ++e) {
+      const Index o = twin(e);
+      if (o < 0) continue;
+      const double mean = std::sqrt((size(e) * size(e) + size(o) * size(o)) / 2);
+      if (std::abs(size(e) - size(o)) <= same_length * mean)
+        length_[static_cast<std::size_t>(e)] = mean;
+      else
+        seam_[static_cast<std::size_t>(e)] = 1;
+    }
+    for (bool changed = true; changed;) {
+      changed = false;
+      for (Index t = 0; t < halves; t += 3) {
+        const double before = area4(size(t), size(t + 1), size(t + 2)), now = area4(t);
+        if (now <= same_area * before && before <= same_area * now) continue;
+        for (const Index e : {t, t + 1, t + 2}) {
+          const Index o = twin(e);
+          if (o < 0 || seam_[static_cast<std::size_t>(e)]) continue;
+          for (const Index side : {e, o}) {
+            seam_[static_cast<std::size_t>(side)] = 1;
+            length_[static_cast<std::size_t>(side)] = size(side);
+          }
+          changed = true;
+        }
+      }
+    }
   }
 
   /// Four times the area (Heron's formula as Kahan orders it), m².
-  double area4(Index e) const {
-    double s[3] = {length(e), length(next(e)), length(next(next(e)))};
+  double area4(Index e) const { return area4(length(e), length(next(e)), length(next(next(e)))); }
+  static double area4(double a, double b, double c) {
+    double s[3] = {a, b, c};
     std::sort(s, s + 3, std::greater<>());
     const double product =
         (s[0] + (s[1] + s[2])) * (s[2] - (s[0] - s[1])) * (s[2] + (s[0] - s[1])) * (s[0] + (s[1] - s[2]));
@@ -109,14 +159,16 @@ class IntrinsicMesh {
     const double across =
         std::sqrt(std::max(0.0, std::pow(l_ca - l_ad, 2) + 4 * l_ca * l_ad * std::pow(std::sin(angle / 2), 2)));
     const Index t_bc = twin(bc), t_ca = twin(ca), t_ad = twin(ad), t_db = twin(db);
+    const auto seam = [&](Index half) { return seam_[static_cast<std::size_t>(half)]; };
+    const std::uint8_t s_bc = seam(bc), s_ca = seam(ca), s_ad = seam(ad), s_db = seam(db);
     // (a, d, c) and (d, b, c)
     const Index first = e - e % 3, second = o - o % 3;
-    set(first, a, l_ad);
-    set(first + 1, d, across);
-    set(first + 2, c, l_ca);
-    set(second, d, l_db);
-    set(second + 1, b, l_bc);
-    set(second + 2, c, across);
+    set(first, a, l_ad, s_ad);
+    set(first + 1, d, across, 0);
+    set(first + 2, c, l_ca, s_ca);
+    set(second, d, l_db, s_db);
+    set(second + 1, b, l_bc, s_bc);
+    set(second + 2, c, across, 0);
     // An outer edge may have been the twin of another one of these four.
     const Index old[4] = {ad, ca, db, bc}, now[4] = {first, first + 2, second, second + 1};
     const Index others[4] = {t_ad, t_ca, t_db, t_bc};
@@ -139,11 +191,14 @@ class IntrinsicMesh {
 void build_fabric_pairs(Model& model) {
   FabricPairs& fabric = model.fabric;
   std::vector<std::array<Index, 2>> entries;
-  for (const ClothMaterial& c : model.cloths) {
+  for (std::size_t cloth = 0; cloth < model.cloths.size(); ++cloth) {
+    const ClothMaterial& c = model.cloths[cloth];
     if (!c.wicks()) continue;
+    const MaterialScene& given = model.scene.cloths[cloth].material;
+    const double stretch = given.weft_diffusivity ? std::sqrt(given.diffusivity / *given.weft_diffusivity) : 1;
     std::vector<Index> triangles;
     for (Index t = c.first_triangle; t < c.first_triangle + c.triangle_count; ++t) triangles.push_back(t);
-    IntrinsicMesh mesh(model.mesh, triangles);
+    IntrinsicMesh mesh(model.mesh, triangles, stretch);
     mesh.make_delaunay();
     for (const auto& [nodes, weight] : mesh.weights()) {
       if (!(weight > 1e-9)) continue;  // a rectangle's diagonal, an obtuse angle at the boundary

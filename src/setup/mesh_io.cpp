@@ -4,6 +4,7 @@
 #include <vtkCallbackCommand.h>
 #include <vtkCellArray.h>
 #include <vtkCommand.h>
+#include <vtkDataArray.h>
 #include <vtkExecutive.h>
 #include <vtkIdList.h>
 #include <vtkNew.h>
@@ -202,6 +203,21 @@ SurfaceMesh mesh_of(const RawMesh& raw, const std::string& file, std::vector<vtk
   return mesh;
 }
 
+/// u, v of the corners of all triangles; empty where the file has none.
+std::vector<std::array<std::array<double, 2>, 3>> texture_of(vtkPolyData* triangles) {
+  std::vector<std::array<std::array<double, 2>, 3>> texture;
+  vtkDataArray* coordinates = triangles->GetPointData()->GetTCoords();
+  if (!coordinates || coordinates->GetNumberOfComponents() < 2) return texture;
+  vtkNew<vtkIdList> ids;
+  for (vtkIdType c = 0; c < triangles->GetPolys()->GetNumberOfCells(); ++c) {
+    triangles->GetPolys()->GetCellAtId(c, ids);
+    texture.emplace_back();
+    for (int k = 0; k < 3; ++k)
+      texture.back()[k] = {coordinates->GetComponent(ids->GetId(k), 0), coordinates->GetComponent(ids->GetId(k), 1)};
+  }
+  return texture;
+}
+
 /// The corners of all polygons, each polygon after their number.
 std::vector<vtkIdType> corners_of(vtkPolyData* data) {
   std::vector<vtkIdType> corners;
@@ -218,6 +234,13 @@ std::vector<vtkIdType> corners_of(vtkPolyData* data) {
 
 SurfaceMesh read_mesh(const std::string& file, const std::string& scene_path) {
   return mesh_of(read_raw(file, scene_path), file);
+}
+
+SurfaceMesh read_textured_mesh(const std::string& file, const std::string& scene_path) {
+  const RawMesh raw = read_raw(file, scene_path);
+  SurfaceMesh mesh = mesh_of(raw, file);
+  mesh.texture = texture_of(triangles_of(raw.polygons));
+  return mesh;
 }
 
 struct MeshSequenceReader::First {

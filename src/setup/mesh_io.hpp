@@ -15,6 +15,9 @@ namespace drench {
 /// SetupError: no such file, unknown ending, unreadable or empty.
 SurfaceMesh read_mesh(const std::string& file, const std::string& scene_path);
 
+/// The same with each triangle's texture coordinates, of an .obj that has them; else none.
+SurfaceMesh read_textured_mesh(const std::string& file, const std::string& scene_path);
+
 /// Reads files that have the same polygons one after the other. Those of more than three corners are divided into triangles as
 /// in the first file, and points that are one there are one in all.
 class MeshSequenceReader {

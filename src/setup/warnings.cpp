@@ -285,7 +285,7 @@ void warn_of_wet_cloths(const Model& m, Lines& lines) {
       lines.push_back(fmt::format(
           "{}: diffusion needs about {:.0f} sub-steps a step; {:.0f} would be left with a diffusivity of {:.2g} "
           "m²/s, a time.step of {:.2g} s, or edges {:.2g} times as long",
-          cloth_label(cloth.name), passes, many_passes, cloth.diffusivity * many_passes / passes,
+          cloth_label(cloth.name), passes, many_passes, m.scene.cloths[c].material.diffusivity * many_passes / passes,
           dt * many_passes / passes, std::sqrt(passes / many_passes)));
   }
   if (const double passes = m.has_fluid() ? viscous_passes(m, dt) : 0; passes > many_passes)

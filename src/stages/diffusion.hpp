@@ -1,6 +1,6 @@
 #pragma once
 // Stage diffusion: liquid spreads within the fabric (in the place of paper Eq. 11), and passes between layers that
-// touch where `porous.contact_wicking` asks for it. Masses in quanta.
+// touch where `porous.contact_wicking` asks for it. Masses in quanta. At the rate D sⁿ, of its own along warp and weft.
 //
 // Law:    docs/theory/porous.md. 1 conductance, 2 flux, 3 sub-steps and limiters (sections 6, 10), 4 contacts, 5 their
 //         flux, 6 their transfer (section 7), 7 reservoirs between sub-steps (section 8), 8 momentum (section 9).

@@ -10,4 +10,15 @@ namespace drench {
 /// the nodes, dt is in s. A double: no int holds 10^10.
 inline double substeps_for(double rate, double dt) { return std::max(1.0, std::ceil(dt * rate / 0.5)); }
 
+/// ψ_max and μ of the rate (law 3), 1: how much of the differences of saturation and height an edge conducts at most, for the
+/// exponent n and the largest saturation.
+struct MobilityBound {
+  double difference, height;
+};
+inline MobilityBound mobility_bound(double n, double max_saturation) {
+  if (n == 0) return {1, 1};
+  if (n == 1) return {max_saturation, 1};
+  return {std::pow(max_saturation, n), std::max(1.0, n * std::pow(max_saturation, n - 1))};
+}
+
 }  // namespace drench

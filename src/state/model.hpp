@@ -42,6 +42,7 @@ struct ClothMesh {
   // triangles
   std::vector<std::array<Index, 3>> triangle;
   std::vector<Index> triangle_cloth;
+  std::vector<Vec3> triangle_warp;  // unit, in its plane; 0 in cloth that conducts alike; empty unless one does not
   std::vector<std::array<Index, 3>> boundary_edge;  // of one triangle alone: nodes, and its third; empty unless needed
   // edge springs, i < j
   std::vector<std::array<Index, 2>> edge;
@@ -103,7 +104,8 @@ struct SampleSet {
 /// Pairs of nodes that pass liquid on within a fabric (stages/diffusion.hpp): of the porous cloths with a diffusivity.
 struct FabricPairs {
   std::vector<std::array<Index, 2>> nodes;  // lower, higher
-  std::vector<double> weight;  // ω_ij = ½ (cot α + cot β) > 0, 1: edges of the intrinsic Delaunay mesh at rest
+  // ω_ij = ½ (cot α + cot β) > 0, 1: edges of the intrinsic Delaunay mesh at rest, stretched where D has two directions
+  std::vector<double> weight;
   Rows of_node;                // node → items 2·pair + side
 };
 

@@ -47,13 +47,13 @@ TEST(Material, IsRoundedMemberByMember) {
   ResolvedMaterial<double> material;
   material.thickness = 0.1;
   material.emission_cosine = 1.0 / 3;
-  material.diffusion = DiffusionLaw::degenerate;
+  material.diffusion_exponent = 2.0 / 3;
   material.porous = true;
   const auto single = material_in<float>(material);
   EXPECT_EQ(single.thickness, 0.1f);
   EXPECT_EQ(single.emission_cosine, static_cast<float>(1.0 / 3));
   EXPECT_EQ(single.friction, 0.3f);
-  EXPECT_EQ(single.diffusion, DiffusionLaw::degenerate);
+  EXPECT_EQ(single.diffusion_exponent, static_cast<float>(2.0 / 3));
   EXPECT_TRUE(single.porous && single.wicks() && !single.wicks_through_contact());
 }
 

@@ -89,6 +89,9 @@ ClothScene every_cloth_key() {
   c.material.emission_velocity = 0.6;
   c.material.emission_ramp = 0.03;
   c.material.diffusivity = 2.0e-4;
+  c.material.weft_diffusivity = 5.0e-5;
+  c.material.has_warp = true;
+  c.material.warp = {1, 0, 2};
   c.material.diffusion = DiffusionLaw::degenerate;
   c.material.capillary_height = 0.8;
   c.material.wet_adhesion = 0.05;
@@ -123,6 +126,8 @@ ClothScene cloth_from_a_file() {
   second.file = folder().file("exists.obj");
   second.scale = 0.01;
   second.dynamics = false;
+  second.material.porous = true;
+  second.material.diffusion_exponent = 2.5;
   return second;
 }
 

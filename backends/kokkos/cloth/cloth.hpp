@@ -10,7 +10,8 @@ namespace drench::kokkos_backend {
 
 /// A cloth's material as plain numbers, indexable on the device.
 struct Material : ResolvedMaterial<Real> {
-  int degenerate = 0;  // DiffusionLaw
+  double mobility_exponent = 0;                    // n of the law of diffusion, unrounded
+  double most_mobility = 1, height_mobility = 1;  // ψ_max, μ of its rate (stages/substeps.hpp)
 };
 
 /// What a node shares with another one: the spring of an edge (stiffness 0: none) and B_nm = Σ_h c_h K_n K_m of their

@@ -7,12 +7,17 @@
 #include "cloth/cloth.hpp"
 #include "cloth/pins.hpp"
 #include "core/host_copy.hpp"
+#include "stages/substeps.hpp"
 
 namespace drench::kokkos_backend {
 namespace {
 
 Material material_of(const ClothMaterial& c) {
-  Material m{material_in<Real>(c), c.diffusion == DiffusionLaw::degenerate ? 1 : 0};
+  Material m{material_in<Real>(c)};
+  const MobilityBound bound = mobility_bound(c.diffusion_exponent, double(m.max_saturation));
+  m.mobility_exponent = c.diffusion_exponent;
+  m.most_mobility = bound.difference;
+  m.height_mobility = bound.height;
   m.contact_wicking = c.wicks_through_contact();
   return m;
 }

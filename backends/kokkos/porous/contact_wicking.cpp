@@ -60,6 +60,12 @@ struct ContactSearch {
   KOKKOS_INLINE_FUNCTION double load(const Material& m) const {
     return density * (1 - double(m.solid_fraction)) * double(m.thickness);
   }
+  /// What a flow through a contact grows by with n > 1, over that with n = 1.
+  KOKKOS_INLINE_FUNCTION double steepest(const Material& a, const Material& b) const {
+    const double n = Kokkos::fmax(a.mobility_exponent, b.mobility_exponent);
+    if (n <= 1) return 1;
+    return Kokkos::pow(Kokkos::fmax(double(a.max_saturation), double(b.max_saturation)), n - 1);
+  }
   KOKKOS_INLINE_FUNCTION bool wicks(const Material& m) const { return m.contact_wicking != 0; }
 
   KOKKOS_INLINE_FUNCTION bool share_a_node(Index s, Index t) const {
@@ -104,7 +110,7 @@ struct ContactSearch {
       const Material& m = of_node(triangle(3 * t));
       conductance(c) = 0.5 * double(area(p)) *
                        laws::contact_conductance(load(own), double(own.thickness), double(own.diffusivity), load(m),
-                                                 double(m.thickness), double(m.diffusivity), dt);
+                                                 double(m.thickness), double(m.diffusivity), dt * steepest(own, m));
       drop(c) = inner(best[side].near.apart, down) * 0.5 *
                 (1 / double(own.capillary_height) + 1 / double(m.capillary_height));
       for (int k = 0; k < 3; ++k) weight(3 * c + k) = -best[side].near.b[k + 1];
@@ -160,9 +166,9 @@ void offer(const Constants& constants, const Cloth& cloth, ContactWork& work, do
             const Index n = ends.node(c, far != 0, k);
             if (wet.capacity(n) > 0) s[far] += ends.weight(c, far != 0, k) * wet.filling(n);
           }
-        const bool degenerate =
-            materials(ends.node(c, false, 0)).degenerate != 0 || materials(ends.node(c, true, 0)).degenerate != 0;
-        const double flux = laws::diffusion_flux(g(c), s[0], s[1], drop(c), degenerate);
+        const double exponent = Kokkos::fmax(materials(ends.node(c, false, 0)).mobility_exponent,
+                                             materials(ends.node(c, true, 0)).mobility_exponent);
+        const double flux = laws::diffusion_flux(g(c), s[0], s[1], drop(c), exponent);
         const Quanta o = static_cast<Quanta>(Kokkos::floor(Kokkos::abs(flux) * scale));
         if (o == 0) return;
         flow(c) = flux > 0 ? o : -o;

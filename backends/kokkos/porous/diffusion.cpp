@@ -78,7 +78,7 @@ struct NodePairs {
     if (!(conductance(e) > 0)) return 0;
     const Index i = pair(2 * e), j = pair(2 * e + 1);
     const double flux =
-        laws::diffusion_flux(conductance(e), wet.filling(i), wet.filling(j), drop(e), materials(i).degenerate != 0);
+        laws::diffusion_flux(conductance(e), wet.filling(i), wet.filling(j), drop(e), materials(i).mobility_exponent);
     const Quanta o = static_cast<Quanta>(Kokkos::floor(Kokkos::abs(flux) * scale));
     return flux > 0 ? o : -o;
   }
@@ -199,13 +199,12 @@ void launch_diffusion_rate(const Constants& constants, Cloth& cloth, DiffusionWo
       "drench::diffusion::rate", range(cloth.nodes.count),
       KOKKOS_LAMBDA(const Index n, double& largest) {
         const Material& m = pairs.materials(n);
-        const double most = m.degenerate ? double(m.max_saturation) : 1;
         double rate = 0;
         for (Index k = pairs.start(n); k < pairs.start(n + 1); ++k) {
           const Index e = pairs.item(k) / 2, i = pairs.pair(2 * e), j = pairs.pair(2 * e + 1);
           const double drop = double(dot(x(i) - x(j), down) / pairs.materials(i).capillary_height);
           if (i == n) pairs.drop(e) = drop;
-          rate += pairs.conductance(e) * (most + Kokkos::abs(drop));
+          rate += pairs.conductance(e) * (m.most_mobility + m.height_mobility * Kokkos::abs(drop));
         }
         rate = pairs.wet.capacity(n) > 0 ? rate / pairs.wet.capacity(n) : 0.0;
         if (rate > largest) largest = rate;

@@ -1,0 +1,20 @@
+#pragma once
+// Which way the warp of a fabric runs at rest, for cloth that conducts more along one of its yarns than along the other.
+
+#include <Eigen/Core>
+
+#include "setup/surface_mesh.hpp"
+#include "state/model.hpp"
+
+namespace drench {
+
+/// Do warp and weft of a cloth conduct differently?
+bool has_warp(const ClothScene& cloth);
+/// Is its direction that of the mesh file's texture coordinates?
+bool takes_warp_of_file(const ClothScene& cloth);
+
+/// Appends a unit vector for each triangle of `own`, the last mesh that was appended, placed by `rotation`. SetupError: the file
+/// has no texture coordinates, a triangle has no area in them, or it lies across the direction of `warp`.
+void append_warp(ClothMesh& mesh, const SurfaceMesh& own, const ClothScene& cloth, const Eigen::Matrix3d& rotation);
+
+}  // namespace drench
