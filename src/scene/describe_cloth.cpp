@@ -99,7 +99,19 @@ void check_saturations(Section& s, const char* key, const std::vector<Saturation
   }
 }
 
+/// Keys of woven cloth beside those whose place they take.
+void check_weave(Section& s, const MaterialScene& fabric) {
+  s.check(!s.has("membrane") || !s.has("stretch"), "stretch", "stands beside membrane; allowed: one of them");
+  s.check(!s.has("bending") || !s.has("bend"), "bend", "stands beside bending; allowed: one of them");
+  s.check(!s.has("warp") || s.has("membrane") || s.has("bending"), "warp",
+          "has nothing that it is the direction of; allowed: only beside membrane or bending");
+  check_not_zero(s, "warp", fabric.warp);
+  s.check(!fabric.membrane || fabric.membrane->wet == 1 || fabric.porous, "membrane.wet",
+          "is for a cloth that takes up liquid; allowed: only beside the key porous");
+}
+
 void check_cloth(Section& s, const ClothScene& cloth) {
+  check_weave(s, cloth.material);
   for (const char* key : {"friction_wet", "damping_wet"})
     s.check(!s.has(key) || cloth.material.porous, key,
             "is for a cloth that takes up liquid; allowed: only beside the key porous");
@@ -159,6 +171,23 @@ void describe(Section& s, SaturationScene& saturation) {
                       "saturation: liquid over what the pores hold; at most `porous.max_saturation`");
 }
 
+void describe(Section& s, MembraneScene& membrane) {
+  s.one_line();
+  s.required().number("warp", membrane.warp, "[0.001, 1e9]", "N/m", "tension along the warp over its strain");
+  s.required().number("weft", membrane.weft, "[0.001, 1e9]", "N/m", "tension along the weft over its strain");
+  s.required().number("shear", membrane.shear, "[0, 1e9]", "N/m",
+                      "shear force per width over the angle between the yarns, in radians");
+  s.number("wet", membrane.wet, "[0.01, 1]", "1", "factor on all three at saturation 1, linear in between; only with `porous`");
+}
+
+void describe(Section& s, PlateScene& plate) {
+  s.one_line();
+  s.required().number("warp", plate.warp, "[0, 1e6]", "N·m", "moment per width over the curvature along the warp");
+  s.required().number("weft", plate.weft, "[0, 1e6]", "N·m", "the same along the weft");
+  s.required().number("twist", plate.twist, "[0, 1e6]", "N·m",
+                      "the same of twisting; of a sheet that bends alike in all directions as along the warp");
+}
+
 void describe(Section& s, ClothScene& cloth) {
   MaterialScene& fabric = cloth.material;
   s.text("name", cloth.name, "its name in messages and frames; no two alike");
@@ -167,8 +196,17 @@ void describe(Section& s, ClothScene& cloth) {
   s.number("areal_density", fabric.areal_density, "[1e-4, 1000]", "kg/m²", "mass of the dry fabric per area");
   s.number("thickness", fabric.thickness, "[1e-6, 1]", "m",
            "of the fabric; with `solid_fraction` what it can hold, and how far layers stay apart");
-  s.number("stretch", fabric.stretch, "[0.001, 1e9]", "N/m", "membrane stiffness: Young's modulus times thickness");
-  s.number("bend", fabric.bend, "[0, 1e6]", "N·m", "flexural rigidity");
+  s.saved_if(!fabric.membrane)
+      .number("stretch", fabric.stretch, "[0.001, 1e9]", "N/m", "membrane stiffness: Young's modulus times thickness");
+  s.section("membrane", fabric.membrane,
+            "woven or knitted cloth: stiffness along warp and weft and in shear apart, on any mesh; in place of `stretch`");
+  s.saved_if(!fabric.bending).number("bend", fabric.bend, "[0, 1e6]", "N·m",
+                                     "flexural rigidity; on a mesh file, where hinges bend, known to a fifth");
+  s.section("bending", fabric.bending,
+            "a thin plate, right on any mesh, with rigidities along warp and weft; in place of `bend`, only with method `pd`");
+  s.saved_if(fabric.membrane || fabric.bending)
+      .numbers("warp", fabric.warp, direction_range, "1",
+               "direction of the warp in the mesh's own axes, before placing, projected onto each triangle");
   s.number("damping", fabric.damping, "[0, 1e6]", "1/s", "of the nodes' velocity, as by air");
   s.number("strain_damping", fabric.strain_damping, "[0, 100]", "s",
            "a spring's force grows by this time × its rate of stretching (Kelvin–Voigt)");

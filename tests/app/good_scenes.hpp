@@ -61,6 +61,8 @@ cloth:
              diffusion: degenerate, capillary_height: 0.8, adhesion: 0.05, contact_wicking: true}
   - name: moved
     mesh: {grid: {size: [1, 1], nodes: [5, 5]}}
+    membrane: {warp: 900, weft: 450, shear: 90}
+    warp: [0, 0.5, 1]
     pin:
       - {nodes: [0, 1], velocity: [0.1, 0, 0.2], start: 0.5, end: 2.5}
       - {nodes: [3], velocity: {keys: [[0, [0, 0, 0]], [1, [0, 1, 0]]], interpolation: step}, offset: {keys: [[0, [0, 0, 0]], [2, [0.1, 0.2, 0.3]]], interpolation: smooth}}
