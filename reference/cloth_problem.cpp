@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 namespace drench::reference {
 namespace {
@@ -37,6 +38,16 @@ Eigen::Matrix<double, 3, 2> corner_gradients(const Eigen::Matrix2d& frame) {
   Eigen::Matrix<double, 3, 2> rows;
   rows << -inverse.row(0) - inverse.row(1), inverse.row(0), inverse.row(1);
   return rows;
+}
+
+/// −Σ_m B_nm x_m = Σ_m B_nm (x_n − x_m) of plates, N.
+void add_plates(const ClothMesh& mesh, const Vectors& x, Vectors& force) {
+  for (std::size_t k = 0; k < mesh.plate_pair.size(); ++k) {
+    const auto [n, m] = mesh.plate_pair[k];
+    const Vector3d pull = mesh.plate_weight[k] * (x[n] - x[m]);
+    force[n] += pull;
+    force[m] -= pull;
+  }
 }
 
 }  // namespace
@@ -78,11 +89,19 @@ ClothProblem::ClothProblem(const ReferenceState& s, const StepInfo& info)
       diagonal[mesh.hinge[h][a]] += 0.5 * mesh.hinge_stiffness[h] * std::abs(mesh.hinge_weight[h][a]) * sum;
     }
   }
-  if (!model().has_strain_limit()) return;
+  for (std::size_t k = 0; k < mesh.plate_pair.size(); ++k) {
+    for (const Index n : mesh.plate_pair[k]) diagonal[n] += std::max(0.0, -mesh.plate_weight[k]);
+  }
+  if (!model().has_triangle_stress()) return;
   for (Index t = 0; t < mesh.triangles(); ++t) {
     const Eigen::Matrix<double, 3, 2> rows = corner_gradients(rest_frame(mesh, t));
     const Eigen::Vector3d share = rows.cwiseAbs() * rows.cwiseAbs().colwise().sum().transpose();
-    for (int c = 0; c < 3; ++c) diagonal[mesh.triangle[t][c]] += 0.5 * mesh.limit_stiffness[t] * share[c];
+    double bound = model().has_strain_limit() ? mesh.limit_stiffness[t] : 0;
+    if (model().has_membrane()) {
+      const Membrane<double>& m = mesh.membrane[t];
+      bound += (1 + material(mesh.triangle[t][0]).strain_damping / dt) * (std::max(m.warp, m.weft) + 2 * m.shear);
+    }
+    for (int c = 0; c < 3; ++c) diagonal[mesh.triangle[t][c]] += 0.5 * bound * share[c];
   }
 }
 
@@ -121,7 +140,53 @@ Stress ClothProblem::limit_stress(Index t, const Vectors& x) const {
   return -mesh.limit_stiffness[t] * (deformation - nearest);
 }
 
-Vectors ClothProblem::gathered(const Vectors& spring, const Vectors& hinge, const std::vector<Stress>& limit) const {
+Stress ClothProblem::membrane_stress(Index t, const Vectors& x) const {
+  const ClothMesh& mesh = model().mesh;
+  const Membrane<double>& m = mesh.membrane[t];
+  if (m.warp == 0) return Stress::Zero();
+  const auto [a, b, c] = mesh.triangle[t];
+  // Columns: along warp and weft, then along the lines halfway between them.
+  Eigen::Matrix2d axes;
+  axes << m.cosine, -m.sine, m.sine, m.cosine;
+  const Eigen::Matrix2d diagonals = axes * Eigen::Rotation2Dd(std::numbers::pi / 4).toRotationMatrix();
+  const auto columns = [&, a = a, b = b, c = c](const Vectors& at, const Eigen::Matrix2d& directions) {
+    Stress edges;
+    edges << at[b] - at[a], at[c] - at[a];
+    return Stress(edges * rest_frame(mesh, t).inverse() * directions);
+  };
+  const Stress yarns = columns(x, axes), lines = columns(x, diagonals);  // a second line of diagonals is −(u − v)/√2
+  const Stress yarns0 = columns(start, axes), lines0 = columns(start, diagonals);
+  const double rate = material(a).strain_damping / dt;
+  // Of a stretch: its direction, that at the start of the step, and what it grows by.
+  const auto growth = [](const Vector3d& now, const Vector3d& before) {
+    return before.stableNormalized().dot(now - before);
+  };
+  const double wet = 1 + (m.wet - 1) * (node_saturation(state, a) + node_saturation(state, b) + node_saturation(state, c)) / 3;
+  Stress along_yarns, along_lines;
+  for (int k = 0; k < 2; ++k) {
+    const double stiffness = k == 0 ? m.warp : m.weft;
+    const Vector3d now = yarns.col(k), before = yarns0.col(k);
+    along_yarns.col(k) =
+        -stiffness * ((now.norm() - 1) * now.stableNormalized() + rate * growth(now, before) * before.stableNormalized());
+  }
+  const double shear = lines.col(0).norm() - lines.col(1).norm();
+  const double shearing = growth(lines.col(0), lines0.col(0)) - growth(lines.col(1), lines0.col(1));
+  for (int k = 0; k < 2; ++k) {
+    const double sign = k == 0 ? 1 : -1;
+    along_lines.col(k) = -m.shear * sign *
+                         (shear * lines.col(k).stableNormalized() + rate * shearing * lines0.col(k).stableNormalized());
+  }
+  return wet * (along_yarns * axes.transpose() + along_lines * diagonals.transpose());
+}
+
+Stress ClothProblem::triangle_stress(Index t, const Vectors& x) const {
+  Stress sum = Stress::Zero();
+  if (model().has_strain_limit()) sum += limit_stress(t, x);
+  if (model().has_membrane()) sum += membrane_stress(t, x);
+  return sum;
+}
+
+Vectors ClothProblem::gathered(const Vectors& spring, const Vectors& hinge, const std::vector<Stress>& triangle) const {
   const ClothMesh& mesh = model().mesh;
   Vectors force(start.size(), Vector3d::Zero());
   for (std::size_t e = 0; e < mesh.edge.size(); ++e) {
@@ -131,8 +196,8 @@ Vectors ClothProblem::gathered(const Vectors& spring, const Vectors& hinge, cons
   for (std::size_t h = 0; h < mesh.hinge.size(); ++h) {
     for (int a = 0; a < 4; ++a) force[mesh.hinge[h][a]] += mesh.hinge_weight[h][a] * hinge[h];
   }
-  for (std::size_t t = 0; t < limit.size(); ++t) {
-    const Eigen::Matrix3d f = limit[t] * corner_gradients(rest_frame(mesh, static_cast<Index>(t))).transpose();
+  for (std::size_t t = 0; t < triangle.size(); ++t) {
+    const Eigen::Matrix3d f = triangle[t] * corner_gradients(rest_frame(mesh, static_cast<Index>(t))).transpose();
     for (int k = 0; k < 3; ++k) force[mesh.triangle[t][k]] += f.col(k);
   }
   return force;
@@ -142,9 +207,12 @@ Vectors ClothProblem::internal_force(const Vectors& x) const {
   Vectors spring, hinge;
   for (Index e = 0; e < static_cast<Index>(model().mesh.edge.size()); ++e) spring.push_back(spring_force(e, x));
   for (Index h = 0; h < static_cast<Index>(model().mesh.hinge.size()); ++h) hinge.push_back(hinge_force(h, x));
-  std::vector<Stress> limit;
-  for (Index t = 0; model().has_strain_limit() && t < model().mesh.triangles(); ++t) limit.push_back(limit_stress(t, x));
-  return gathered(spring, hinge, limit);
+  std::vector<Stress> triangle;
+  for (Index t = 0; model().has_triangle_stress() && t < model().mesh.triangles(); ++t)
+    triangle.push_back(triangle_stress(t, x));
+  Vectors force = gathered(spring, hinge, triangle);
+  add_plates(model().mesh, x, force);
+  return force;
 }
 
 Vectors ClothProblem::residual(const Vectors& x) const {
@@ -232,14 +300,17 @@ ClothIteration::ClothIteration(const ClothProblem& problem, const Vectors& first
     }
     hinge_rate_.push_back(weights > 0 ? weights / weighted : 1);
   }
-  for (Index t = 0; problem.model().has_strain_limit() && t < mesh.triangles(); ++t) {
-    limit_.push_back(problem.limit_stress(t, first));
+  for (Index t = 0; problem.model().has_triangle_stress() && t < mesh.triangles(); ++t) {
+    triangle_.push_back(problem.triangle_stress(t, first));
     const Eigen::Matrix<double, 3, 2> weights = corner_gradients(rest_frame(mesh, t)).cwiseAbs();
     Eigen::Vector3d q;
     for (int c = 0; c < 3; ++c) q[c] = slowness[mesh.triangle[t][c]];
-    limit_rate_.push_back(weights.colwise().sum().transpose().cwiseQuotient(weights.transpose() * q));
+    triangle_rate_.push_back(weights.colwise().sum().transpose().cwiseQuotient(weights.transpose() * q));
+    // A membrane joins the columns: they move alike.
+    if (problem.model().has_membrane() && mesh.membrane[t].warp > 0)
+      triangle_rate_.back().setConstant(triangle_rate_.back().minCoeff());
   }
-  last_limit_.assign(limit_.size(), Stress::Zero());
+  last_triangle_.assign(triangle_.size(), Stress::Zero());
   last_spring_.assign(spring_.size(), Vector3d::Zero());
   last_hinge_.assign(hinge_.size(), Vector3d::Zero());
 }
@@ -249,12 +320,12 @@ void ClothIteration::start() {
   const double own = residual();
   spring_.swap(last_spring_);
   hinge_.swap(last_hinge_);
-  limit_.swap(last_limit_);
+  triangle_.swap(last_triangle_);
   gather();
   if (10 * residual() < own) return;  // they push the cloth about: none
   spring_.swap(last_spring_);
   hinge_.swap(last_hinge_);
-  limit_.swap(last_limit_);
+  triangle_.swap(last_triangle_);
   gather();
 }
 
@@ -314,19 +385,19 @@ void ClothIteration::iterate_multipliers() {
   for (std::size_t h = 0; h < hinge_.size(); ++h) {
     relax(hinge_, last_hinge_, h, problem_.hinge_force(static_cast<Index>(h), x_), hinge_rate_[h]);
   }
-  for (std::size_t t = 0; t < limit_.size(); ++t) {
-    const Stress law = problem_.limit_stress(static_cast<Index>(t), x_);
-    const Stress next = limit_[t] + (law - limit_[t]) * limit_rate_[t].asDiagonal();
-    last_limit_[t] = omega_ * (next - last_limit_[t]) + last_limit_[t];
+  for (std::size_t t = 0; t < triangle_.size(); ++t) {
+    const Stress law = problem_.triangle_stress(static_cast<Index>(t), x_);
+    const Stress next = triangle_[t] + (law - triangle_[t]) * triangle_rate_[t].asDiagonal();
+    last_triangle_[t] = omega_ * (next - last_triangle_[t]) + last_triangle_[t];
   }
   spring_.swap(last_spring_);
   hinge_.swap(last_hinge_);
-  limit_.swap(last_limit_);
+  triangle_.swap(last_triangle_);
   gather();
 }
 
 void ClothIteration::gather() {
-  const Vectors force = problem_.gathered(spring_, hinge_, limit_);
+  const Vectors force = problem_.gathered(spring_, hinge_, triangle_);
   for (std::size_t n = 0; n < x_.size(); ++n) {
     if (!problem_.is_free(static_cast<Index>(n))) continue;
     const Vector3d free = problem_.target[n] + problem_.dt * problem_.dt / problem_.mass[n] * force[n];

@@ -34,11 +34,13 @@ struct ClothProblem {
   Eigen::Vector3d spring_force(Index e, const Vectors& x) const;
   /// −c_h Σ_a K_a x_a: K_a times this acts on corner a of hinge h, N.
   Eigen::Vector3d hinge_force(Index h, const Vectors& x) const;
-  /// −w_t A_t (F_t − F*_t) of triangle t's strain limit: times ∇N this acts on a corner, N·m.
+  /// What the strain limit, −w_t A_t (F_t − F*_t), and the membrane of triangle t do: times ∇N this acts on a corner, N·m.
+  Stress triangle_stress(Index t, const Vectors& x) const;
   Stress limit_stress(Index t, const Vectors& x) const;
-  /// The sum over each node's springs, hinges and triangles of what the three functions above give, N. `limit` is empty
-  /// where no cloth has a strain limit.
-  Vectors gathered(const Vectors& spring, const Vectors& hinge, const std::vector<Stress>& limit) const;
+  Stress membrane_stress(Index t, const Vectors& x) const;
+  /// The sum over each node's springs, hinges and triangles of what the three functions above give, N. `triangle` is
+  /// empty where no cloth has a strain limit or a membrane.
+  Vectors gathered(const Vectors& spring, const Vectors& hinge, const std::vector<Stress>& triangle) const;
   /// −∂(elastic energy)/∂x_n and the strain damping, N.
   Vectors internal_force(const Vectors& x) const;
   /// r, N.
@@ -90,9 +92,9 @@ class ClothIteration {
   Vectors x_, previous_;
   // of xpbd: what each spring, hinge and triangle pulls with in the last two iterates, N and N·m, and θ
   Vectors spring_, last_spring_, hinge_, last_hinge_;
-  std::vector<Stress> limit_, last_limit_;
+  std::vector<Stress> triangle_, last_triangle_;
   std::vector<double> spring_rate_, hinge_rate_;
-  std::vector<Eigen::Vector2d> limit_rate_;  // of each column
+  std::vector<Eigen::Vector2d> triangle_rate_;  // of each column
   double rho_ = 0, omega_ = 1, smallest_;
   int since_restart_ = 0, iterations_ = 0, plain_;
 };

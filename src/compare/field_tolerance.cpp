@@ -6,16 +6,25 @@
 namespace drench {
 namespace {
 
-/// The largest sum of spring constants and strain limits that meet at a node, N/m.
+/// Of a triangle's membrane between two of its corners, at most, N/m.
+double membrane_stiffness(const ClothMesh& mesh, std::size_t t) {
+  const auto [xx, xy, yy] = mesh.triangle_shape[t];
+  const Membrane<double>& m = mesh.membrane[t];
+  return (std::max(m.warp, m.weft) + 2 * m.shear) * (xx * xx + xy * xy + yy * yy);
+}
+
+/// The largest sum of spring constants, membranes and strain limits that meet at a node, N/m.
 double stiffest_node(const ClothMesh& mesh) {
   std::vector<double> sum(mesh.rest_position.size(), 0);
   const auto add = [&](Index n, double stiffness) { sum[static_cast<std::size_t>(n)] += stiffness; };
   for (std::size_t e = 0; e < mesh.edge.size(); ++e)
     for (const Index n : mesh.edge[e]) add(n, mesh.edge_stiffness[e]);
   for (std::size_t t = 0; t < mesh.limit_stiffness.size(); ++t) {
-    const auto [xx, xy, yy] = mesh.limit_shape[t];
+    const auto [xx, xy, yy] = mesh.triangle_shape[t];
     for (const Index n : mesh.triangle[t]) add(n, mesh.limit_stiffness[t] * (xx * xx + xy * xy + yy * yy));
   }
+  for (std::size_t t = 0; t < mesh.membrane.size(); ++t)
+    for (const Index n : mesh.triangle[t]) add(n, membrane_stiffness(mesh, t));
   return sum.empty() ? 0 : *std::max_element(sum.begin(), sum.end());
 }
 
@@ -103,7 +112,8 @@ FieldTolerances::Allowed FieldTolerances::pin_force(const FieldDifference& d) co
   if (stage_ == Stage::pressure) return {d.largest, roundings_of_springs()};
   if (!moves_cloth() || mesh.edge_stiffness.empty()) return {d.largest};
   // a sum of spring forces k |x| that cancel
-  const double stiffest = *std::max_element(mesh.edge_stiffness.begin(), mesh.edge_stiffness.end());
+  double stiffest = *std::max_element(mesh.edge_stiffness.begin(), mesh.edge_stiffness.end());
+  for (std::size_t t = 0; t < mesh.membrane.size(); ++t) stiffest = std::max(stiffest, membrane_stiffness(mesh, t));
   return {std::max(d.largest, 6 * stiffest * mesh.edge_length.front())};
 }
 

@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <fstream>
+#include <numbers>
 #include <vector>
 
 #include "base/eigen_vec.hpp"
@@ -88,6 +89,30 @@ void add_springs_and_hinges(const ClothMesh& mesh, const std::vector<Vec3>& x, E
   }
 }
 
+/// Eqs. 4a and 7a of docs/theory/cloth.md.
+void add_membranes_and_plates(const Model& model, const HostState& state, Energies& e) {
+  const ClothMesh& mesh = model.mesh;
+  const auto at = [&](Index n) { return to_eigen(state.node_position[static_cast<std::size_t>(n)]); };
+  const auto saturation = [&](Index n) {
+    const auto k = static_cast<std::size_t>(n);
+    const double capacity = model.samples.node_capacity.empty() ? 0 : model.samples.node_capacity[k];
+    return capacity > 0 ? std::min(1.0, static_cast<double>(state.node_liquid[k]) * model.quantum / capacity) : 0.0;
+  };
+  for (std::size_t t = 0; t < mesh.membrane.size(); ++t) {
+    const Membrane<double>& m = mesh.membrane[t];
+    const auto& [a, b, c] = mesh.triangle[t];
+    const auto& [xx, xy, yy] = mesh.triangle_shape[t];
+    const Vector3d first = at(b) - at(a), second = at(c) - at(a), f = first * xx, g = first * xy + second * yy;
+    const Vector3d u = m.cosine * f + m.sine * g, v = m.cosine * g - m.sine * f;
+    const double shear = std::numbers::sqrt2 / 2 * ((u + v).norm() - (u - v).norm());
+    const double wet = 1 + (m.wet - 1) * (saturation(a) + saturation(b) + saturation(c)) / 3;
+    e.stretch += 0.5 * wet *
+                 (m.warp * std::pow(u.norm() - 1, 2) + m.weft * std::pow(v.norm() - 1, 2) + m.shear * shear * shear);
+  }
+  for (std::size_t k = 0; k < mesh.plate_pair.size(); ++k)
+    e.bend -= 0.5 * mesh.plate_weight[k] * (at(mesh.plate_pair[k][0]) - at(mesh.plate_pair[k][1])).squaredNorm();
+}
+
 /// Eq. 9 of docs/theory/cloth.md.
 void add_strain_limits(const Model& model, const std::vector<Vec3>& x, Energies& e) {
   const ClothMesh& mesh = model.mesh;
@@ -95,7 +120,7 @@ void add_strain_limits(const Model& model, const std::vector<Vec3>& x, Energies&
   for (std::size_t t = 0; t < mesh.limit_stiffness.size(); ++t) {
     if (mesh.limit_stiffness[t] <= 0) continue;
     const auto& [a, b, c] = mesh.triangle[t];
-    const auto& [xx, xy, yy] = mesh.limit_shape[t];
+    const auto& [xx, xy, yy] = mesh.triangle_shape[t];
     const Vector3d first = at(b) - at(a), second = at(c) - at(a), u = first * xx, v = first * xy + second * yy;
     const double mean = 0.5 * (u.squaredNorm() + v.squaredNorm());
     const double half = std::hypot(0.5 * (u.squaredNorm() - v.squaredNorm()), u.dot(v));
@@ -152,6 +177,7 @@ Energies energies_of(const Model& model, const HostState& state) {
   add_bodies(model, state, gravity, e);
   if (!model.has_moving_cloth()) return e;
   add_springs_and_hinges(model.mesh, state.node_position, e);
+  add_membranes_and_plates(model, state, e);
   add_strain_limits(model, state.node_position, e);
   return e;
 }

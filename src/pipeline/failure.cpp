@@ -67,8 +67,12 @@ Limits::Limits(const Model& m, double liquid)
     const double length = m.mesh.edge_length[e];
     longest = std::max(longest, length);
     shortest = std::max(shortest, 1 / length);
+    if (m.has_membrane() && m.mesh.edge_stiffness[e] == 0) continue;
     softest = std::max(softest, 1 / (length * std::sqrt(m.mesh.edge_stiffness[e])));
   }
+  for (const Membrane<double>& t : m.mesh.membrane)
+    if (t.warp > 0)
+      softest = std::max(softest, (1 / std::sqrt(t.warp) + 1 / std::sqrt(t.weft) + 1 / std::sqrt(t.shear)) / std::sqrt(t.wet));
   edge = longest / m.scene.time.step;
   for (const double solid : m.mesh.solid_mass) mass += solid;
   for (const Body& body : m.bodies) mass += body.mass;

@@ -71,6 +71,8 @@ void describe(Section& s, ClothSolverScene& solver);
 void describe(Section& s, ClothScene& cloth);
 void describe(Section& s, GridScene& grid);
 void describe(Section& s, PinScene& pin);
+void describe(Section& s, MembraneScene& membrane);
+void describe(Section& s, PlateScene& plate);
 void describe(Section& s, SaturationScene& saturation);
 
 // describe_bodies.cpp

@@ -44,16 +44,13 @@ bool has_motion(const PinScene& pin) {
          pin.spin != still.spin || pin.center != still.center || pin.start != still.start || pin.end != still.end;
 }
 
-/// Rates along warp and weft, and what they are for.
-void check_weave(Section& s, const MaterialScene& fabric) {
+/// Rates along warp and weft, and powers of the saturation.
+void check_rates(Section& s, const MaterialScene& fabric) {
   constexpr double most = 1000;
   const double weft = fabric.weft_diffusivity.value_or(fabric.diffusivity);
   s.check(weft <= most * fabric.diffusivity && fabric.diffusivity <= most * weft, "weft_diffusivity",
           fmt::format("is more than {:.0f} times diffusivity, or less than a {:.0f}th of it; allowed: [{:g}, {:g}] m²/s",
                       most, most, fabric.diffusivity / most, std::min(1.0, fabric.diffusivity * most)));
-  s.check(!fabric.has_warp || fabric.weft_diffusivity, "warp",
-          "is the direction of fabric that conducts more one way; allowed: only beside weft_diffusivity");
-  if (fabric.has_warp) check_not_zero(s, "warp", fabric.warp);
   s.check(!s.has("diffusion") || !s.has("diffusion_exponent"), "diffusion_exponent",
           "stands beside diffusion, which is exponent 0 or 1; allowed: one of them");
 }
@@ -77,10 +74,6 @@ void describe_porous(Section& s, MaterialScene& fabric) {
            "D, how fast liquid spreads within the fabric; 0: it does not; with `weft_diffusivity` along the warp");
   s.number("weft_diffusivity", fabric.weft_diffusivity, "(0, 1]", "m²/s",
            "across the warp; without it as `diffusivity`");
-  s.optional(fabric.has_warp)
-      .numbers("warp", fabric.warp, direction_range, "1",
-               "direction of the warp in the mesh's own axes, before `place` turns it; each triangle takes its part "
-               "within its plane, and its length does not matter. Without it the v of the file's texture coordinates, or z of a grid");
   s.saved_if(!fabric.diffusion_exponent)
       .choice("diffusion", fabric.diffusion,
               {{"linear", DiffusionLaw::linear}, {"degenerate", DiffusionLaw::degenerate}},
@@ -95,7 +88,7 @@ void describe_porous(Section& s, MaterialScene& fabric) {
             "liquid passes between layers that touch and both have this; needs `diffusivity` above 0");
   s.check(!fabric.contact_wicking || fabric.diffusivity > 0, "contact_wicking",
           "passes liquid on as well as the fabric conducts it, and its diffusivity is 0; allowed: diffusivity above 0");
-  check_weave(s, fabric);
+  check_rates(s, fabric);
 }
 
 void check_pins(Section& s, const ClothScene& cloth) {
@@ -124,7 +117,19 @@ void check_saturations(Section& s, const char* key, const std::vector<Saturation
   }
 }
 
+/// Keys of woven cloth beside those whose place they take.
+void check_weave(Section& s, const MaterialScene& fabric) {
+  s.check(!s.has("membrane") || !s.has("stretch"), "stretch", "stands beside membrane; allowed: one of them");
+  s.check(!s.has("bending") || !s.has("bend"), "bend", "stands beside bending; allowed: one of them");
+  s.check(!fabric.has_warp || fabric.membrane || fabric.bending || fabric.weft_diffusivity, "warp",
+          "has nothing that it is the direction of; allowed: only beside membrane, bending or porous.weft_diffusivity");
+  if (fabric.has_warp) check_not_zero(s, "warp", fabric.warp);
+  s.check(!fabric.membrane || fabric.membrane->wet == 1 || fabric.porous, "membrane.wet",
+          "is for a cloth that takes up liquid; allowed: only beside the key porous");
+}
+
 void check_cloth(Section& s, const ClothScene& cloth) {
+  check_weave(s, cloth.material);
   for (const char* key : {"friction_wet", "damping_wet"})
     s.check(!s.has(key) || cloth.material.porous, key,
             "is for a cloth that takes up liquid; allowed: only beside the key porous");
@@ -184,6 +189,23 @@ void describe(Section& s, SaturationScene& saturation) {
                       "saturation: liquid over what the pores hold; at most `porous.max_saturation`");
 }
 
+void describe(Section& s, MembraneScene& membrane) {
+  s.one_line();
+  s.required().number("warp", membrane.warp, "[0.001, 1e9]", "N/m", "tension along the warp over its strain");
+  s.required().number("weft", membrane.weft, "[0.001, 1e9]", "N/m", "tension along the weft over its strain");
+  s.required().number("shear", membrane.shear, "[0, 1e9]", "N/m",
+                      "shear force per width over the angle between the yarns, in radians");
+  s.number("wet", membrane.wet, "[0.01, 1]", "1", "factor on all three at saturation 1, linear in between; only with `porous`");
+}
+
+void describe(Section& s, PlateScene& plate) {
+  s.one_line();
+  s.required().number("warp", plate.warp, "[0, 1e6]", "N·m", "moment per width over the curvature along the warp");
+  s.required().number("weft", plate.weft, "[0, 1e6]", "N·m", "the same along the weft");
+  s.required().number("twist", plate.twist, "[0, 1e6]", "N·m",
+                      "the same of twisting; of a sheet that bends alike in all directions as along the warp");
+}
+
 void describe(Section& s, ClothScene& cloth) {
   MaterialScene& fabric = cloth.material;
   s.text("name", cloth.name, "its name in messages and frames; no two alike");
@@ -192,8 +214,18 @@ void describe(Section& s, ClothScene& cloth) {
   s.number("areal_density", fabric.areal_density, "[1e-4, 1000]", "kg/m²", "mass of the dry fabric per area");
   s.number("thickness", fabric.thickness, "[1e-6, 1]", "m",
            "of the fabric; with `solid_fraction` what it can hold, and how far layers stay apart");
-  s.number("stretch", fabric.stretch, "[0.001, 1e9]", "N/m", "membrane stiffness: Young's modulus times thickness");
-  s.number("bend", fabric.bend, "[0, 1e6]", "N·m", "flexural rigidity");
+  s.saved_if(!fabric.membrane)
+      .number("stretch", fabric.stretch, "[0.001, 1e9]", "N/m", "membrane stiffness: Young's modulus times thickness");
+  s.section("membrane", fabric.membrane,
+            "woven or knitted cloth: stiffness along warp and weft and in shear apart, on any mesh; in place of `stretch`");
+  s.saved_if(!fabric.bending).number("bend", fabric.bend, "[0, 1e6]", "N·m",
+                                     "flexural rigidity; on a mesh file, where hinges bend, known to a fifth");
+  s.section("bending", fabric.bending,
+            "a thin plate, right on any mesh, with rigidities along warp and weft; in place of `bend`, only with method `pd`");
+  s.optional(fabric.has_warp)
+      .numbers("warp", fabric.warp, direction_range, "1",
+               "direction of the warp in the mesh's own axes, before `place` turns it; each triangle takes its part "
+               "within its plane, and its length does not matter. Without it the v of the file's texture coordinates, or z of a grid");
   s.number("damping", fabric.damping, "[0, 1e6]", "1/s", "of the nodes' velocity, as by air");
   s.number("strain_damping", fabric.strain_damping, "[0, 100]", "s",
            "a spring's force grows by this time × its rate of stretching (Kelvin–Voigt)");

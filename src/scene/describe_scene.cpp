@@ -68,6 +68,8 @@ void check_parts(Section& s, const Scene& scene) {
             fmt::format("cloth.{}.sample_spacing", i),
             fmt::format("{} is more than fluid.spacing; allowed: at most {} (m)", cloth.sample_spacing.value_or(0),
                         scene.fluid.spacing));
+    s.check(!cloth.material.bending || scene.cloth_solver.method == ClothMethod::pd, fmt::format("cloth.{}.bending", i),
+            "stands beside cloth_solver.method: xpbd; allowed: only with pd");
     s.check(names.insert(cloth.name).second, fmt::format("cloth.{}.name", i),
             fmt::format("a cloth before it is named '{}' too; allowed: a name of its own for each", cloth.name));
   }

@@ -192,11 +192,30 @@ struct SaturationScene {
 /// Diffusion within the fabric: at the rate D, or at D s (sharp wet fronts).
 enum class DiffusionLaw { linear, degenerate };
 
+/// Of woven or knitted cloth, per triangle (docs/theory/cloth.md, section 2); takes the place of MaterialScene::stretch.
+struct MembraneScene {
+  double warp = 0, weft = 0, shear = 0;  // k_u, k_v, k_s, N/m
+  double wet = 1;                        // 1; factor on all three at saturation 1, linear in between
+
+  bool operator==(const MembraneScene&) const = default;
+};
+
+/// A thin plate on any mesh (docs/theory/cloth.md, section 3); takes the place of MaterialScene::bend.
+struct PlateScene {
+  double warp = 0, weft = 0, twist = 0;  // B_u, B_v, B_t, N·m
+
+  bool operator==(const PlateScene&) const = default;
+};
+
 /// A fabric as a scene has it. The numbers below are replaced when the scene is set up (setup/cloth_material.hpp).
 struct MaterialScene : BasicMaterial<double> {
   double areal_density = 0.2;  // kg/m²
   double stretch = 500.0;      // N/m; membrane stiffness (Young's modulus × thickness)
   double bend = 1.0e-4;        // N·m; flexural rigidity
+  std::optional<MembraneScene> membrane;
+  std::optional<PlateScene> bending;
+  bool has_warp = false;  // is `warp` given? Else the warp is texture v, or a grid's z
+  Vec3 warp{0, 0, 1};     // its direction in the mesh's own axes; its length does not matter
   // At saturation 1, between dry and there linear; as when dry where they are not given.
   std::optional<double> friction_wet;  // 1; wet fabric 0.9–1.3
   std::optional<double> damping_wet;   // 1/s
@@ -205,8 +224,6 @@ struct MaterialScene : BasicMaterial<double> {
   DiffusionLaw diffusion = DiffusionLaw::linear;
   std::optional<double> diffusion_exponent;  // n, 1: in place of `diffusion`, at the rate D sⁿ
   std::optional<double> weft_diffusivity;    // m²/s; then `diffusivity` is that along the warp
-  bool has_warp = false;                     // is `warp` given? Else the warp is texture v, or a grid's z
-  Vec3 warp{0, 0, 1};                        // its direction in the mesh's own axes; its length does not matter
 
   bool operator==(const MaterialScene&) const = default;
 };

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Cholesky>
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
@@ -11,8 +10,10 @@
 #include "base/eigen_vec.hpp"
 #include "setup/cloth_material.hpp"
 #include "setup/cloth_warp.hpp"
+#include "setup/membrane.hpp"
 #include "setup/mesh_io.hpp"
 #include "setup/mesh_sequence.hpp"
+#include "setup/plate.hpp"
 #include "setup/setup_error.hpp"
 
 namespace drench {
@@ -166,33 +167,6 @@ void set_pins_in_motion(Model& model, const ClothScene& cloth, const Pins& pins)
   }
 }
 
-/// w of strain limiting over `stretch`: once its yarns are straight, woven fabric is some ten to fifty times stiffer than
-/// at the start of its curve (src/stages/cloth.hpp).
-constexpr double straight_yarns = 20;
-
-/// Rest shapes and weights for strain limiting, if a cloth asks for it.
-void set_strain_limits(Model& model) {
-  ClothMesh& mesh = model.mesh;
-  if (!model.any_cloth([](const ClothMaterial& c) { return c.strain_limit > 0; })) return;
-  std::vector<std::array<Index, 2>> entries;
-  for (Index t = 0; t < mesh.triangles(); ++t) {
-    const auto& corner = mesh.triangle[static_cast<std::size_t>(t)];
-    const auto at = [&](std::size_t c) { return to_eigen(mesh.rest_position[static_cast<std::size_t>(corner[c])]); };
-    Eigen::Matrix<double, 3, 2> edges;
-    edges << at(1) - at(0), at(2) - at(0);
-    const Eigen::Matrix2d r = (edges.transpose() * edges).llt().matrixU();
-    const Eigen::Matrix2d inverse = r.inverse();
-    mesh.limit_shape.push_back({inverse(0, 0), inverse(0, 1), inverse(1, 1)});
-    const auto cloth = static_cast<std::size_t>(mesh.triangle_cloth[static_cast<std::size_t>(t)]);
-    const double stretch = model.scene.cloths[cloth].material.stretch;
-    const double weight = model.cloths[cloth].strain_limit > 0 ? straight_yarns * stretch : 0;
-    mesh.limit_stiffness.push_back(weight * 0.5 * r(0, 0) * r(1, 1));
-    if (weight <= 0) continue;
-    for (Index c = 0; c < 3; ++c) entries.push_back({corner[static_cast<std::size_t>(c)], 4 * t + c});
-  }
-  mesh.node_triangles = rows_of(mesh.nodes(), entries);
-}
-
 /// Bending of a rectangular grid: the thin plate ½ bend (z_xx² + z_zz² + 2 z_xz²) by second differences along the lines at every
 /// node, and the twist of every cell. Hinges of the triangles are a fifth too soft there: their alternating diagonals bend each
 /// line at every second node only.
@@ -249,14 +223,21 @@ void append(ClothMesh& mesh, const SurfaceMesh& own, const ClothScene& scene, co
     const double length = (to_eigen(position(b)) - to_eigen(position(a))).norm();
     mesh.edge.push_back({a, b});
     mesh.edge_length.push_back(length);
-    mesh.edge_stiffness.push_back(fabric.stretch * around / (length * length));  // Van Gelder 1998
-    if (e.triangles != 2 || scene.grid) continue;
+    mesh.edge_stiffness.push_back(fabric.membrane ? 0 : fabric.stretch * around / (length * length));  // Van Gelder 1998
+    if (e.triangles != 2 || scene.grid || fabric.bending) continue;
     const Index c = first_node + e.opposite[0], d = first_node + e.opposite[1];
     mesh.hinge.push_back({a, b, c, d});
     mesh.hinge_weight.push_back(hinge_cotangents(position(a), position(b), position(c), position(d)));
     mesh.hinge_stiffness.push_back(bending_stiffness(fabric.bend, around));
   }
-  if (scene.grid) add_grid_bending(mesh, *scene.grid, fabric.bend, first_node);
+  if (scene.grid && !fabric.bending) add_grid_bending(mesh, *scene.grid, fabric.bend, first_node);
+}
+
+void add_plate(ClothMesh& mesh, const std::vector<PlatePair>& pairs, Index first_node) {
+  for (const PlatePair& p : pairs) {
+    mesh.plate_pair.push_back({first_node + p.first, first_node + p.second});
+    mesh.plate_weight.push_back(p.weight);
+  }
 }
 
 }  // namespace
@@ -308,6 +289,7 @@ std::array<double, 4> hinge_cotangents(const Vec3& x0, const Vec3& x1, const Vec
 
 void build_cloths(const Scene& scene, Model& model, std::vector<std::string>& warnings) {
   ClothMesh& mesh = model.mesh;
+  std::vector<std::vector<std::array<double, 2>>> warp;  // of each cloth's triangles; empty: it has no use for it
   for (const ClothScene& c : scene.cloths) {
     const std::string key = fmt::format("cloth.{}", model.cloths.size());
     const SurfaceMesh own = blaming(key + ".mesh", [&] { return placed_mesh(c, scene.path); });
@@ -319,7 +301,11 @@ void build_cloths(const Scene& scene, Model& model, std::vector<std::string>& wa
     material.triangle_count = static_cast<Index>(own.triangles.size());
     const Pins pins = blaming(key + ".pin", [&] { return pinned_nodes(c, own, edges, warnings); });
     append(mesh, own, c, edges, pins.pinned, static_cast<Index>(model.cloths.size()));
-    if (has_warp(c)) blaming(key + ".porous.warp", [&] { append_warp(mesh, own, c, rotation_of(c)); });
+    if (has_warp(c)) blaming(key + ".warp", [&] { append_warp(mesh, own, c, rotation_of(c)); });
+    warp.emplace_back();
+    if (c.material.membrane || c.material.bending) warp.back() = warp_in_triangles(mesh, own);
+    if (c.material.bending)
+      add_plate(mesh, plate_pairs(own, edges, *c.material.bending, warp.back()), material.first_node);
     blaming(key + ".pin", [&] { set_pins_in_motion(model, c, pins); });
     mesh.pin_entry.insert(mesh.pin_entry.end(), pins.entry.begin(), pins.entry.end());
     model.cloths.push_back(material);
@@ -327,7 +313,7 @@ void build_cloths(const Scene& scene, Model& model, std::vector<std::string>& wa
   if (!mesh.triangle_warp.empty()) mesh.triangle_warp.resize(mesh.triangle.size(), Vec3{0, 0, 0});
   if (model.has_moving_pins()) mesh.pin_motion.resize(mesh.rest_position.size(), -1);
   if (model.cloths.empty()) return;
-  set_strain_limits(model);
+  set_triangle_stiffness(model, warp);
   std::vector<std::array<Index, 2>> entries;
   for (std::size_t e = 0; e < mesh.edge.size(); ++e) {
     for (const Index n : mesh.edge[e]) entries.push_back({n, static_cast<Index>(e)});

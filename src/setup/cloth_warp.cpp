@@ -24,7 +24,10 @@ Vector3d along_v(const Vector3d& a, const Vector3d& b, const std::array<std::arr
 
 }  // namespace
 
-bool has_warp(const ClothScene& cloth) { return cloth.material.porous && cloth.material.weft_diffusivity; }
+bool has_warp(const ClothScene& cloth) {
+  const MaterialScene& fabric = cloth.material;
+  return fabric.membrane || fabric.bending || (fabric.porous && fabric.weft_diffusivity);
+}
 
 bool takes_warp_of_file(const ClothScene& cloth) { return has_warp(cloth) && !cloth.grid && !cloth.material.has_warp; }
 
@@ -32,7 +35,7 @@ void append_warp(ClothMesh& mesh, const SurfaceMesh& own, const ClothScene& clot
   const bool of_file = takes_warp_of_file(cloth);
   if (of_file && own.texture.empty())
     throw SetupError(fmt::format("{}: '{}' has no texture coordinates that say how the warp runs; allowed: an .obj that "
-                                 "has them, or the key porous.warp",
+                                 "has them, or the key warp",
                                  cloth_label(cloth.name), cloth.file));
   const Vector3d given = rotation * to_eigen(cloth.material.warp).normalized();
   mesh.triangle_warp.resize(mesh.triangle.size() - own.triangles.size(), Vec3{0, 0, 0});
@@ -42,8 +45,8 @@ void append_warp(ClothMesh& mesh, const SurfaceMesh& own, const ClothScene& clot
     Vector3d warp = of_file ? along_v(a, b, own.texture[t]) : Vector3d(given - given.dot(normal) * normal);
     if (!(warp.norm() > (of_file ? 0 : 1e-6)))
       throw SetupError(fmt::format("{}: triangle {} {}; allowed: {}", cloth_label(cloth.name), t,
-                                   of_file ? "has no area in the file's texture" : "lies across the direction of porous.warp",
-                                   of_file ? "a texture that covers it, or the key porous.warp"
+                                   of_file ? "has no area in the file's texture" : "lies across the direction of warp",
+                                   of_file ? "a texture that covers it, or the key warp"
                                            : "a direction that lies in no triangle's normal"));
     mesh.triangle_warp.push_back(to_vec3(warp.normalized()));
   }

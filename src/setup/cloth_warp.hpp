@@ -1,5 +1,5 @@
 #pragma once
-// Which way the warp of a fabric runs at rest, for cloth that conducts more along one of its yarns than along the other.
+// Which way the warp of a fabric runs at rest, for cloth that knows its yarns: it conducts along or is as stiff as them.
 
 #include <Eigen/Core>
 
@@ -8,7 +8,7 @@
 
 namespace drench {
 
-/// Do warp and weft of a cloth conduct differently?
+/// Does a cloth know warp from weft: a membrane, a plate, or two rates of wicking?
 bool has_warp(const ClothScene& cloth);
 /// Is its direction that of the mesh file's texture coordinates?
 bool takes_warp_of_file(const ClothScene& cloth);

@@ -242,6 +242,21 @@ ClothIterations cloth_iterations(const Model& model, const ClothMaterial& cloth,
       hinges[static_cast<std::size_t>(mesh.hinge[h][a])] +=
           0.5 * mesh.hinge_stiffness[h] * std::abs(mesh.hinge_weight[h][a]) * sum;
   }
+  for (std::size_t t = 0; t < mesh.membrane.size(); ++t) {  // Eq. 15 of docs/theory/cloth.md
+    const auto [xx, xy, yy] = mesh.triangle_shape[t];
+    const Membrane<double>& m = mesh.membrane[t];
+    const double x[3] = {std::abs(xx), std::abs(xx), 0}, y[3] = {std::abs(xy + yy), std::abs(xy), std::abs(yy)};
+    for (std::size_t a = 0; a < 3; ++a)
+      springs[static_cast<std::size_t>(mesh.triangle[t][a])] +=
+          0.5 * (std::max(m.warp, m.weft) + 2 * m.shear) * (x[a] * (x[0] + x[1]) + y[a] * (y[0] + y[1] + y[2]));
+  }
+  for (std::size_t k = 0; k < mesh.plate_pair.size(); ++k)
+    for (const Index n : mesh.plate_pair[k]) hinges[static_cast<std::size_t>(n)] += std::max(0.0, -mesh.plate_weight[k]);
+  const auto scene = std::find_if(model.scene.cloths.begin(), model.scene.cloths.end(),
+                                  [&](const ClothScene& c) { return c.name == cloth.name; });
+  const bool known = scene != model.scene.cloths.end();
+  const char* const stretching = known && scene->material.membrane ? "membrane" : "stretch";
+  const char* const bending = known && scene->material.bending ? "bending" : "bend";
   const double damped = cloth.strain_damping / dt;
   ClothIterations found;
   double slowest = 0;  // ρ/(1 − ρ) = Δt² (D_n − m_n/Δt²)/m_n at most
@@ -251,7 +266,7 @@ ClothIterations cloth_iterations(const Model& model, const ClothMaterial& cloth,
     const double slow = dt * dt * (springs[at] * (1 + damped) + hinges[at]) / mesh.solid_mass[at];
     if (!(slow > slowest)) continue;
     slowest = slow;
-    found.cause = hinges[at] > springs[at] * (1 + damped) ? "bend" : damped > 1 ? "strain_damping" : "stretch";
+    found.cause = hinges[at] > springs[at] * (1 + damped) ? bending : damped > 1 ? "strain_damping" : stretching;
   }
   if (slowest > 0)
     found.count =

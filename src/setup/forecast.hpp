@@ -29,7 +29,7 @@ double diffusion_rate(const Model& model, const ClothMaterial& cloth);
 /// for its linear part; 0 for a cloth that does not move. Chebyshev's weights leave 1/T_k(1/ρ) of the slowest after k.
 struct ClothIterations {
   double count = 0;
-  const char* cause = "";  // the key that has most of the stiffness: stretch, strain_damping or bend
+  const char* cause = "";  // the key that has most of the stiffness: stretch or membrane, strain_damping, bend or bending
 };
 ClothIterations cloth_iterations(const Model& model, const ClothMaterial& cloth, double dt);
 

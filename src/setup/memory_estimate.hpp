@@ -49,6 +49,7 @@ struct SetupSize {
   bool direction = false;  // the cloth looks for solids
   bool diffusion = false, contact_wicking = false;
   bool self_collision = false, xpbd = false, strain_limit = false, wet_adhesion = false;
+  bool membrane = false, softens = false, plate = false;  // of cloth; softens: where it is wet
   bool measures = false;
   bool frames = false;   // one is kept on the host while it is written
   bool surface = false;  // with the liquid's surface

@@ -101,6 +101,7 @@ double count_links(const ClothMesh& mesh) {
   for (const auto& hinge : mesh.hinge)
     for (std::size_t a = 0; a < 4; ++a)
       for (std::size_t b = a + 1; b < 4; ++b) pairs.push_back(std::minmax(hinge[a], hinge[b]));
+  for (const auto& p : mesh.plate_pair) pairs.emplace_back(p[0], p[1]);
   std::sort(pairs.begin(), pairs.end());
   return 2 * static_cast<double>(std::unique(pairs.begin(), pairs.end()) - pairs.begin());
 }
@@ -148,6 +149,9 @@ SetupSize kinds_of(const Model& m) {
   size.self_collision = m.has_self_collision();
   size.xpbd = m.has_moving_cloth() && m.scene.cloth_solver.method == ClothMethod::xpbd;
   size.strain_limit = m.has_strain_limit();
+  size.membrane = m.has_membrane();
+  size.softens = m.softens_when_wet();
+  size.plate = !m.mesh.plate_pair.empty();
   size.wet_adhesion = m.has_wet_adhesion();
   size.measures = m.has_measures();
   size.micropolar = m.has_micropolar();

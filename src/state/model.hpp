@@ -32,6 +32,15 @@ struct ClothMaterial : ResolvedMaterial<double> {
   Index first_sample = 0, sample_count = 0;
 };
 
+/// Of a triangle of woven or knitted cloth: warp = cosine · (first axis) + sine · (second axis) of its frame, k A of the
+/// stretches along warp and weft and of shear, N·m, and the factor on these at saturation 1. All 0 in other cloths.
+template <class Number>
+struct Membrane {
+  Number cosine, sine;
+  Number warp, weft, shear;
+  Number wet;
+};
+
 /// All cloths' meshes, concatenated; indices are global. Built once from the rest shape.
 struct ClothMesh {
   // nodes
@@ -42,20 +51,24 @@ struct ClothMesh {
   // triangles
   std::vector<std::array<Index, 3>> triangle;
   std::vector<Index> triangle_cloth;
-  std::vector<Vec3> triangle_warp;  // unit, in its plane; 0 in cloth that conducts alike; empty unless one does not
+  std::vector<Vec3> triangle_warp;  // unit, in its plane; 0 in cloth without; empty unless one has it
   std::vector<std::array<Index, 3>> boundary_edge;  // of one triangle alone: nodes, and its third; empty unless needed
   // edge springs, i < j
   std::vector<std::array<Index, 2>> edge;
   std::vector<double> edge_length;     // m, rest
-  std::vector<double> edge_stiffness;  // N/m: stretch · (A0 + A1) / length²   (Van Gelder 1998)
+  std::vector<double> edge_stiffness;  // N/m: stretch · (A0 + A1) / length² (Van Gelder 1998); 0 in membranes
   // hinges: nodes 0 1 on the shared edge, 2 3 opposite; of grids, differences along lines and twists of cells
   std::vector<std::array<Index, 4>> hinge;
   std::vector<std::array<double, 4>> hinge_weight;  // K, 1/m·m = 1: cotangent vector, ΣK = 0 (Bergou 2006)
   std::vector<double> hinge_stiffness;              // bend / (A0 + A1), N/m (setup/cloth_mesh.cpp says why)
-  // strain limiting; empty unless a cloth has it
-  std::vector<std::array<double, 3>> limit_shape;  // per triangle: R⁻¹ of its edges Q R at rest (xx, xy, yy), 1/m
-  std::vector<double> limit_stiffness;             // per triangle: w A, N·m; 0 in cloths without
-  Rows node_triangles;                             // node → items 4·triangle + corner
+  // bending of plates: pairs n < m and B_nm, N/m (setup/plate.hpp); empty unless a cloth has it
+  std::vector<std::array<Index, 2>> plate_pair;
+  std::vector<double> plate_weight;
+  // strain limiting and membranes; empty unless a cloth has one of them
+  std::vector<std::array<double, 3>> triangle_shape;  // per triangle: R⁻¹ of its edges Q R at rest (xx, xy, yy), 1/m
+  std::vector<double> limit_stiffness;                // per triangle: w A, N·m; 0 in cloths without; empty: no limit
+  std::vector<Membrane<double>> membrane;             // per triangle; empty: no membrane
+  Rows node_triangles;                                // node → items 4·triangle + corner
   std::vector<Index> pin_motion;  // per node: index into Model::pin_motions, −1 if it has none; empty if no pin moves
   std::vector<Index> pin_entry;   // per node: which of its cloth's `pin` entries holds it, −1: none
   // node → constraint rows; an item is edge id, or 4·hinge + corner
@@ -253,6 +266,13 @@ struct Model {
   bool scales_start(double start) const { return only_liquid_answers() && start > 2; }
   bool has_moving_pins() const { return !pin_motions.empty(); }
   bool has_strain_limit() const { return !mesh.limit_stiffness.empty(); }
+  bool has_membrane() const { return !mesh.membrane.empty(); }
+  /// Does something act on the deformation of triangles?
+  bool has_triangle_stress() const { return !mesh.triangle_shape.empty(); }
+  bool softens_when_wet() const {
+    return std::any_of(scene.cloths.begin(), scene.cloths.end(),
+                       [](const ClothScene& c) { return c.material.membrane && c.material.membrane->wet != 1; });
+  }
   /// How far cloth can be stretched (length over rest length) before its samples are 1.5 d apart and liquid gets between
   /// them; infinite where liquid meets none.
   double most_stretch() const {

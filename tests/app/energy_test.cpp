@@ -71,6 +71,24 @@ TEST(Energy, OfAStretchedSheet) {
   EXPECT_NEAR(energies_of(setup.model, state).bend, 0, 1e-12) << "it is flat";
 }
 
+TEST(Energy, OfAWovenSheet) {
+  const std::string scene = std::string(sheet_and_ball).replace(std::string(sheet_and_ball).find("    stretch: 100\n    strain_limit: 0.02\n"),
+                                                                std::string("    stretch: 100\n    strain_limit: 0.02\n").size(),
+                                                                "    membrane: {warp: 100, weft: 60, shear: 20}\n    warp: [0, 0, 1]\n");
+  const drench::Setup setup = build(parse_scene(scene, "test.yaml"));
+  HostState state = setup.state;
+  EXPECT_NEAR(energies_of(setup.model, state).stretch, 0, 1e-20);
+  // To 1.05 and 1.02 times its length along weft and warp, and then with the warp leaning by the angle whose tangent is 0.1.
+  for (Vec3& x : state.node_position) x[0] *= 1.05, x[2] *= 1.02;
+  const double area = 0.16, stretched = 0.5 * area * (60 * 0.05 * 0.05 + 100 * 0.02 * 0.02);
+  const double lines = 20 * 0.5 * area;  // the lines between the yarns stretch alike
+  EXPECT_NEAR(energies_of(setup.model, state).stretch, stretched, 1e-9 * stretched);
+  for (Vec3& x : state.node_position) x[0] += 0.1 / 1.02 * x[2];
+  const double warp = std::hypot(0.1, 1.02) - 1, p = std::hypot(1.15, 1.02), q = std::hypot(0.95, 1.02);
+  const double sheared = 0.5 * area * (60 * 0.05 * 0.05 + 100 * warp * warp) + lines * (p - q) * (p - q) / 2;
+  EXPECT_NEAR(energies_of(setup.model, state).stretch, sheared, 1e-9 * sheared);
+}
+
 TEST(Energy, OfABodyThatTurnsAndRises) {
   const drench::Setup setup = build(parse_scene(sheet_and_ball, "test.yaml"));
   HostState state = setup.state;

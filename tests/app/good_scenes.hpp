@@ -58,10 +58,12 @@ cloth:
       - {box: {min: [0, 0, 0], max: [1, 1, 1]}, value: 0}
     porous: {solid_fraction: 0.5, absorption: 0.02, uptake_velocity: 0.03, max_saturation: 1.3, virtual_pressure: 15,
              emission_angle: 70, emission_velocity: 0.6, emission_ramp: 0.03, diffusivity: 2.0e-4,
-             weft_diffusivity: 5.0e-5, warp: [1, 0, 2], diffusion: degenerate, capillary_height: 0.8, adhesion: 0.05,
+             weft_diffusivity: 5.0e-5, diffusion: degenerate, capillary_height: 0.8, adhesion: 0.05,
              contact_wicking: true}
   - name: moved
     mesh: {grid: {size: [1, 1], nodes: [5, 5]}}
+    membrane: {warp: 900, weft: 450, shear: 90}
+    warp: [0, 0.5, 1]
     pin:
       - {nodes: [0, 1], velocity: [0.1, 0, 0.2], start: 0.5, end: 2.5}
       - {nodes: [3], velocity: {keys: [[0, [0, 0, 0]], [1, [0, 1, 0]]], interpolation: step}, offset: {keys: [[0, [0, 0, 0]], [2, [0.1, 0.2, 0.3]]], interpolation: smooth}}

@@ -90,8 +90,6 @@ ClothScene every_cloth_key() {
   c.material.emission_ramp = 0.03;
   c.material.diffusivity = 2.0e-4;
   c.material.weft_diffusivity = 5.0e-5;
-  c.material.has_warp = true;
-  c.material.warp = {1, 0, 2};
   c.material.diffusion = DiffusionLaw::degenerate;
   c.material.capillary_height = 0.8;
   c.material.wet_adhesion = 0.05;
@@ -103,6 +101,9 @@ ClothScene cloth_with_moved_pins() {
   ClothScene moved;
   moved.name = "moved";
   moved.grid = GridScene{{1, 1}, {5, 5}};
+  moved.material.membrane = MembraneScene{900, 450, 90, 1};
+  moved.material.has_warp = true;
+  moved.material.warp = {0, 0.5, 1};
   moved.pins.resize(3);
   moved.pins[0].kind = PinScene::Kind::nodes;
   moved.pins[0].nodes = {0, 1};
@@ -194,6 +195,17 @@ TEST(SceneLoader, ReadsEveryKey) {
   const Scene loaded = parse(everything);
   EXPECT_TRUE(same_scene(loaded, s)) << to_yaml(loaded) << "\nexpected\n" << to_yaml(s);
   EXPECT_EQ(loaded.path, folder().file("test.yaml"));
+}
+
+TEST(SceneLoader, ReadsTheKeysOfWovenCloth) {
+  const Scene scene = parse(
+      "drench: 1\ncloth:\n  - mesh: {grid: {nodes: [5, 5]}}\n    membrane: {warp: 900, weft: 450, shear: 90, wet: 0.6}\n"
+      "    bending: {warp: 2.0e-4, weft: 1.0e-4, twist: 1.4e-4}\n    warp: [0, 0.5, 1]\n    porous: {}\n");
+  const MaterialScene& fabric = scene.cloths[0].material;
+  EXPECT_EQ(fabric.membrane, (MembraneScene{900, 450, 90, 0.6}));
+  EXPECT_EQ(fabric.bending, (PlateScene{2.0e-4, 1.0e-4, 1.4e-4}));
+  EXPECT_EQ(fabric.warp, (Vec3{0, 0.5, 1}));
+  EXPECT_TRUE(same_scene(parse(to_yaml(scene)), scene)) << to_yaml(scene);
 }
 
 TEST(SceneLoader, ThePresetSetsWhatTheSwitchesLeaveAlone) {

@@ -26,6 +26,13 @@ std::string limited(const std::string& scene) {
   return with(tight, "thickness: 0.002", "thickness: 0.002\n    strain_limit: 0.02");
 }
 
+/// With a membrane that softens where it is wet, and as a plate where the method has that.
+std::string woven(const std::string& scene, bool plate = true) {
+  const std::string bending = plate ? "\n    bending: {warp: 2.0e-4, weft: 5.0e-5, twist: 1.0e-4}" : "";
+  return with(scene, "thickness: 0.002",
+              "thickness: 0.002\n    membrane: {warp: 800, weft: 300, shear: 60, wet: 0.5}\n    warp: [1, 0.2, 0.4]" + bending);
+}
+
 /// Onto the sphere's top at y = -0.01.
 void press_on_the_sphere(const Model& m, HostState& s) {
   for (Vec3& x : s.node_position) x[1] -= 0.0095;
@@ -82,6 +89,34 @@ TEST(cloth, stretched_and_compressed_beyond_its_strain_limit_agrees_with_the_ref
                  .scene = limited(wet_scene()),
                  .prepare = stretch_and_compress_on_the_sphere,
                  .changes = "node_velocity"});
+}
+
+TEST(cloth, woven_agrees_with_the_reference) {
+  const std::string damped = with(woven(wet_scene()), "    pin:", "    strain_damping: 0.003\n    pin:");
+  for (const std::string& scene : {woven(wet_scene()), damped, limited(damped)}) {
+    compare_stage({.stage = Stage::cloth, .scene = scene, .changes = "node_velocity"});
+    compare_stage({.stage = Stage::cloth, .scene = scene, .prepare = press_on_the_sphere, .changes = "node_contact_force"});
+  }
+  compare_stage({.stage = Stage::cloth,
+                 .scene = limited(damped),
+                 .prepare = stretch_and_compress_on_the_sphere,
+                 .changes = "node_velocity"});
+  compare_stage({.stage = Stage::pressure, .scene = woven(wet_scene()), .changes = "node_velocity"});
+}
+
+TEST(cloth, woven_by_xpbd_agrees_with_the_reference) {
+  const std::string scene = woven(xpbd_scene(), false);
+  compare_stage({.stage = Stage::cloth, .scene = scene, .changes = "node_velocity"});
+  compare_stage({.stage = Stage::cloth, .scene = limited(scene), .prepare = stretch_and_compress, .changes = "node_velocity"});
+}
+
+/// A host factors the Hessian: of a sheet that is stretched, sheared and pressed together.
+TEST(cloth, woven_and_free_of_solids_agrees_with_the_reference) {
+  const std::string plain = woven(free_of_solids()), damped = with(plain, "    pin:", "    strain_damping: 0.003\n    pin:");
+  for (const std::string& scene : {plain, damped, with(plain, "thickness: 0.002", "thickness: 0.002\n    strain_limit: 0.2")}) {
+    compare_stage({.stage = Stage::cloth, .scene = scene, .changes = "node_velocity"});
+    compare_stage({.stage = Stage::cloth, .scene = scene, .prepare = stretch_and_compress, .changes = "node_velocity"});
+  }
 }
 
 TEST(cloth, free_of_solids_agrees_with_the_reference) {

@@ -142,9 +142,9 @@ TEST(only_what_is_needed, without_fluid_no_fluid_or_porous_kernel) {
       containing(launched, {"::density", "::divergence", "::pressure", "::forces", "::neighbors", "::cell_table"}), 0);
 }
 
-TEST(only_what_is_needed, strain_limits_and_moving_pins_cost_only_scenes_that_have_them) {
+TEST(only_what_is_needed, strain_limits_weaves_and_moving_pins_cost_only_scenes_that_have_them) {
   const auto count = [](const std::set<std::string>& labels) {
-    return containing(labels, {"limit", "pin_motion", "pin_step", "::pins", "rest_position"});
+    return containing(labels, {"limit", "membrane", "plate", "triangle_", "cloth::saturation", "pin_motion", "pin_step", "::pins", "rest_position"});
   };
   {
     const Watch watch(no_fluid);
@@ -152,7 +152,20 @@ TEST(only_what_is_needed, strain_limits_and_moving_pins_cost_only_scenes_that_ha
   }
   {
     const Watch watch(with(no_fluid, "pin: [{corners: true}]", "strain_limit: 0.1, pin: [{corners: true}]"));
-    EXPECT_EQ(containing(allocated, {"limit"}), 4);
+    EXPECT_EQ(containing(allocated, {"limit", "triangle_"}), 4);
+    EXPECT_EQ(containing(allocated, {"membrane", "plate"}), 0);
+  }
+  {
+    const Watch watch(with(no_fluid, "pin: [{corners: true}]",
+                           "membrane: {warp: 500, weft: 400, shear: 100}, pin: [{corners: true}]"));
+    EXPECT_EQ(containing(allocated, {"membrane", "triangle_"}), 4);
+    EXPECT_EQ(containing(allocated, {"limit", "plate", "cloth::saturation"}), 0);
+  }
+  {
+    const Watch watch(with(no_fluid, "pin: [{corners: true}]",
+                           "bending: {warp: 1.0e-4, weft: 1.0e-4, twist: 1.0e-4}, pin: [{corners: true}]"));
+    EXPECT_EQ(containing(allocated, {"plate"}), 1);
+    EXPECT_EQ(containing(allocated, {"limit", "membrane", "triangle_"}), 0);
   }
   {
     const Watch watch(with(no_fluid, "corners: true", "corners: true, velocity: [0, 1, 0]"));

@@ -9,7 +9,7 @@
 
 namespace drench::test {
 
-/// Energy Σ ½ c |Kᵀx|², J, of a sheet in the plane y = 0 rolled to `curvature` (1/m) across the direction that is turned by
+/// Energy of its hinges, Σ ½ c |Kᵀx|², or as a plate, J, of a sheet in the plane y = 0 rolled to `curvature` (1/m) across the direction that is turned by
 /// `degrees` in its plane.
 inline double rolled_energy(const ClothMesh& mesh, double curvature, double degrees) {
   const double turn = degrees * std::numbers::pi / 180;
@@ -25,6 +25,14 @@ inline double rolled_energy(const ClothMesh& mesh, double curvature, double degr
     }
     energy += 0.5 * mesh.hinge_stiffness[h] * bend.squaredNorm();
   }
+  const auto rolled = [&](Index n) {
+    const Vec3& x = mesh.rest_position[static_cast<std::size_t>(n)];
+    const double phi = (x[0] * std::cos(turn) + x[2] * std::sin(turn)) * curvature;
+    return Eigen::Vector3d(std::sin(phi) / curvature, std::cos(phi) / curvature,
+                           -x[0] * std::sin(turn) + x[2] * std::cos(turn));
+  };
+  for (std::size_t k = 0; k < mesh.plate_pair.size(); ++k)
+    energy -= 0.5 * mesh.plate_weight[k] * (rolled(mesh.plate_pair[k][0]) - rolled(mesh.plate_pair[k][1])).squaredNorm();
   return energy;
 }
 

@@ -37,7 +37,7 @@ double limit_energy(const Model& m, const HostState& s) {
     const double limit = m.cloths[static_cast<std::size_t>(m.mesh.triangle_cloth[t])].strain_limit;
     if (limit <= 0) continue;
     const auto& [a, b, c] = m.mesh.triangle[t];
-    const auto& shape = m.mesh.limit_shape[t];
+    const auto& shape = m.mesh.triangle_shape[t];
     Eigen::Matrix<double, 3, 2> edges;
     edges << node(s, b) - node(s, a), node(s, c) - node(s, a);
     Eigen::Matrix2d inverse;
@@ -46,6 +46,29 @@ double limit_energy(const Model& m, const HostState& s) {
     for (const double x : sigma)
       if (x > 0) energy += 0.5 * m.mesh.limit_stiffness[t] * std::pow(x - std::clamp(x, 1 - limit, 1 + limit), 2);
   }
+  return energy;
+}
+
+/// Of membranes, dry: as stretch and shear of each triangle; and of plates, by their pairs.
+double woven_energy(const Model& m, const HostState& s) {
+  double energy = 0;
+  for (std::size_t t = 0; t < m.mesh.membrane.size(); ++t) {
+    const Membrane<double>& k = m.mesh.membrane[t];
+    const auto& [a, b, c] = m.mesh.triangle[t];
+    const auto& shape = m.mesh.triangle_shape[t];
+    Eigen::Matrix<double, 3, 2> edges;
+    edges << node(s, b) - node(s, a), node(s, c) - node(s, a);
+    Eigen::Matrix2d inverse, axes;
+    inverse << shape[0], shape[1], 0, shape[2];
+    axes << k.cosine, -k.sine, k.sine, k.cosine;
+    const Eigen::Matrix<double, 3, 2> yarns = edges * inverse * axes;
+    const double shear = ((yarns.col(0) + yarns.col(1)).norm() - (yarns.col(0) - yarns.col(1)).norm()) / std::sqrt(2.0);
+    energy += 0.5 * (k.warp * std::pow(yarns.col(0).norm() - 1, 2) + k.weft * std::pow(yarns.col(1).norm() - 1, 2) +
+                     k.shear * shear * shear);
+  }
+  for (std::size_t k = 0; k < m.mesh.plate_pair.size(); ++k)
+    energy -= 0.5 * m.mesh.plate_weight[k] *
+              (node(s, m.mesh.plate_pair[k][0]) - node(s, m.mesh.plate_pair[k][1])).squaredNorm();
   return energy;
 }
 
@@ -83,7 +106,7 @@ bool leaves(const Model& m, const HostState& s, std::size_t i, double dt) {
 double elastic_energy(const Model& m, const HostState& s) {
   if (!m.has_moving_cloth()) return 0;
   const ClothMesh& mesh = m.mesh;
-  double energy = limit_energy(m, s);
+  double energy = limit_energy(m, s) + woven_energy(m, s);
   for (std::size_t e = 0; e < mesh.edge.size(); ++e) {
     const double stretch = (node(s, mesh.edge[e][0]) - node(s, mesh.edge[e][1])).norm() - mesh.edge_length[e];
     energy += 0.5 * mesh.edge_stiffness[e] * stretch * stretch;

@@ -4,19 +4,13 @@
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
-#include <vtkCellArray.h>
-#include <vtkDelaunay2D.h>
-#include <vtkIdList.h>
-#include <vtkNew.h>
-#include <vtkPoints.h>
-#include <vtkPolyData.h>
 
 #include <cmath>
 #include <numbers>
+#include <optional>
 #include <random>
 
-#include "app/run_program.hpp"
-#include "base/eigen_vec.hpp"
+#include "irregular_sheet.hpp"
 #include "rolled_sheet.hpp"
 #include "setup/build.hpp"
 #include "setup/cloth_mesh.hpp"
@@ -24,17 +18,14 @@
 namespace drench::test {
 namespace {
 
-/// The mesh as `build` makes it of a scene whose cloth is this mesh file. bend = 1 N·m.
-ClothMesh built(const SurfaceMesh& mesh) {
+/// The mesh as `build` makes it of a scene whose cloth is this mesh file. bend = 1 N·m, or a plate.
+ClothMesh built(const SurfaceMesh& mesh, std::optional<PlateScene> plate = {}) {
   const TempFolder folder;
-  std::string obj;
-  for (const Vec3& x : mesh.points) obj += fmt::format("v {} {} {}\n", x[0], x[1], x[2]);
-  for (const auto& t : mesh.triangles) obj += fmt::format("f {} {} {}\n", t[0] + 1, t[1] + 1, t[2] + 1);
-  write_text(folder.path() / "sheet.obj", obj);
   Scene scene;
   scene.cloths.emplace_back();
-  scene.cloths[0].file = (folder.path() / "sheet.obj").string();
+  scene.cloths[0].file = write_obj(folder, mesh);
   scene.cloths[0].material.bend = 1;
+  scene.cloths[0].material.bending = plate;
   return build(scene).model.mesh;
 }
 
@@ -86,55 +77,18 @@ SurfaceMesh equilateral_mesh(int n) {
   return mesh;
 }
 
-std::vector<std::array<Index, 3>> delaunay(const std::vector<Vec3>& points) {
-  vtkNew<vtkPoints> flat;
-  flat->SetDataTypeToDouble();
-  for (const Vec3& x : points) flat->InsertNextPoint(x[0], x[2], 0);
-  vtkNew<vtkPolyData> input;
-  input->SetPoints(flat);
-  vtkNew<vtkDelaunay2D> filter;
-  filter->SetInputData(input);
-  filter->Update();
-  std::vector<std::array<Index, 3>> triangles;
-  vtkCellArray* cells = filter->GetOutput()->GetPolys();
-  vtkNew<vtkIdList> ids;
-  for (cells->InitTraversal(); cells->GetNextCell(ids);) {
-    std::array<Index, 3> t;
-    for (int c = 0; c < 3; ++c) t[static_cast<std::size_t>(c)] = static_cast<Index>(ids->GetId(c));
-    triangles.push_back(t);
-  }
-  return triangles;
-}
-
 /// An irregular mesh of the unit square as a mesher makes it: random points, each moved `passes` times to the mean of
 /// its triangles, and Delaunay's triangles.
 SurfaceMesh irregular_mesh(int n, int passes) {
-  SurfaceMesh mesh;
-  for (int k = 0; k < n; ++k) {  // the boundary
+  std::vector<Vec3> boundary, free;
+  for (int k = 0; k < n; ++k) {
     const double s = static_cast<double>(k) / n;
-    for (const Vec3& x : {Vec3{s, 0, 0}, Vec3{1, 0, s}, Vec3{1 - s, 0, 1}, Vec3{0, 0, 1 - s}}) mesh.points.push_back(x);
+    for (const Vec3& x : {Vec3{s, 0, 0}, Vec3{1, 0, s}, Vec3{1 - s, 0, 1}, Vec3{0, 0, 1 - s}}) boundary.push_back(x);
   }
-  const std::size_t boundary = mesh.points.size();
   std::mt19937 random(1);
   std::uniform_real_distribution<double> inside(0.5 / n, 1 - 0.5 / n);
-  for (int k = 0; k < n * n; ++k) mesh.points.push_back({inside(random), 0, inside(random)});
-  for (int pass = 0; pass < passes; ++pass) {
-    std::vector<Eigen::Vector3d> moment(mesh.points.size(), Eigen::Vector3d::Zero());
-    std::vector<double> weight(mesh.points.size(), 0);
-    for (const auto& t : delaunay(mesh.points)) {
-      Eigen::Vector3d center = Eigen::Vector3d::Zero();
-      for (const Index c : t) center += to_eigen(mesh.points[static_cast<std::size_t>(c)]) / 3;
-      const double area =
-          triangle_area(mesh.points[std::size_t(t[0])], mesh.points[std::size_t(t[1])], mesh.points[std::size_t(t[2])]);
-      for (const Index c : t) {
-        moment[static_cast<std::size_t>(c)] += area * center;
-        weight[static_cast<std::size_t>(c)] += area;
-      }
-    }
-    for (std::size_t i = boundary; i < mesh.points.size(); ++i) mesh.points[i] = to_vec3(moment[i] / weight[i]);
-  }
-  mesh.triangles = delaunay(mesh.points);
-  return mesh;
+  for (int k = 0; k < n * n; ++k) free.push_back({inside(random), 0, inside(random)});
+  return smoothed_mesh(boundary, free, passes);
 }
 
 }  // namespace
@@ -179,6 +133,42 @@ TEST(bending, grid_of_a_scene_has_the_rigidity_bend_in_every_direction) {
   const ClothMesh mesh = build(scene).model.mesh;
   for (int k = 0; k < 36; ++k)
     EXPECT_NEAR(rolled_energy(mesh, curvature, 5.0 * k) / (0.5 * 0.1 * 0.1 * 0.7), 1, 0.02) << 5 * k << " degrees";
+}
+
+/// Energy of a plate's interior alone: at the boundary a triangle sees the slope of itself only.
+TEST(bending, plate_has_its_rigidity_on_any_mesh_in_every_direction) {
+  const PlateScene plate{1, 1, 1};
+  GridScene grid;
+  grid.nodes = {81, 81};
+  const std::vector<std::pair<const char*, SurfaceMesh>> meshes{{"grid", grid_mesh(grid)},
+                                                                {"equilateral", equilateral_mesh(80)},
+                                                                {"irregular", irregular_mesh(60, 5)},
+                                                                {"rough", irregular_mesh(60, 1)}};
+  for (const auto& [name, mesh] : meshes) {
+    const ClothMesh sheet = built(mesh, plate);
+    double area = 0, most = 0, least = 1e9;
+    for (const auto& t : mesh.triangles)
+      area += triangle_area(mesh.points[std::size_t(t[0])], mesh.points[std::size_t(t[1])], mesh.points[std::size_t(t[2])]);
+    for (int k = 0; k < 36; ++k) {
+      const double value = rolled_energy(sheet, curvature, 5.0 * k) / (0.5 * curvature * curvature * area);
+      most = std::max(most, value);
+      least = std::min(least, value);
+    }
+    std::printf("plate on %s: %.4f to %.4f\n", name, least, most);
+    EXPECT_GT(least, 0.96) << name;  // half a row at two sides
+    EXPECT_LT(most, 1.01) << name;
+  }
+}
+
+/// Rolled along its warp, its weft, or halfway, a plate has what theory says: B_u, B_v, (B_u + B_v + 2 B_t)/4.
+TEST(bending, orthotropic_plate_has_its_rigidities) {
+  const SurfaceMesh mesh = irregular_mesh(60, 5);
+  const ClothMesh sheet = built(mesh, PlateScene{1, 0.25, 0.5});
+  const auto energy = [&](double degrees) { return rolled_energy(sheet, curvature, degrees) / (0.5 * curvature * curvature); };
+  EXPECT_NEAR(energy(0), 1, 0.02);
+  EXPECT_NEAR(energy(90) / 0.25, 1, 0.02);
+  EXPECT_NEAR(energy(45) / ((1 + 0.25 + 2 * 0.5) / 4), 1, 0.03);
+  EXPECT_NEAR(energy(135) / ((1 + 0.25 + 2 * 0.5) / 4), 1, 0.03);
 }
 
 }  // namespace drench::test

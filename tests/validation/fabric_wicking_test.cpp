@@ -246,9 +246,9 @@ TEST(fabric_wicking, a_drop_on_a_weave_wets_an_ellipse) {
     const double sigma = 0.015, time = n == 0 ? 1.6 : exact.time_of_growth(1.8), stretch = std::sqrt(2.0);
     Watched run(still_cloth(fmt::format("{{file: \"{}\"}}", (folder.path() / file).string() + ".obj"), time / 40,
                             fmt::format("diffusivity: {}, weft_diffusivity: {}, diffusion_exponent: {}, max_saturation: 1",
-                                        along_warp, along_weft, n) +
-                                (uses_texture ? "" : fmt::format(", warp: [{}, 0, {}]", in_mesh[0], in_mesh[2])),
-                            "    place: {rotate: {axis: [0, 1, 0], degrees: 20}}\n"),
+                                        along_warp, along_weft, n),
+                            "    place: {rotate: {axis: [0, 1, 0], degrees: 20}}\n" +
+                                (uses_texture ? "" : fmt::format("    warp: [{}, 0, {}]\n", in_mesh[0], in_mesh[2]))),
                 books);
     double most = 0;
     run.start_from([&](const Vec3& x) {
@@ -360,7 +360,7 @@ TEST(fabric_wicking, spreads_over_garments_as_finite_elements_say) {
   constexpr double along_warp = 2e-3, along_weft = 5e-4, time = 1;
   const auto scene = [&](const char* file, const std::string& more) {
     return still_cloth(fmt::format("{{file: \"{}\"}}", (folder.path() / file).string()), time / 100,
-                       fmt::format("diffusivity: {}, weft_diffusivity: {}{}", along_warp, along_weft, more));
+                       fmt::format("diffusivity: {}, weft_diffusivity: {}", along_warp, along_weft), more);
   };
   // A sleeve whose warp winds around it: the direction bends from triangle to triangle.
   const Patch tube = sleeve();
@@ -368,7 +368,7 @@ TEST(fabric_wicking, spreads_over_garments_as_finite_elements_say) {
   write_text(folder.path() / "sleeve.obj", tube.obj());
   compare_with_finite_elements(
       "saturation on a sleeve, D_warp = 4 D_weft, the warp aslant, after 1 s", tube,
-      scene("sleeve.obj", ", warp: [0.5, 1, 0.3]"), time, along_warp, along_weft,
+      scene("sleeve.obj", "    warp: [0.5, 1, 0.3]\n"), time, along_warp, along_weft,
       [](const Vec3& x) { return 0.5 + 0.25 * x[0] / 0.08 + 0.2 * std::cos(pi * x[1] / 0.3); },
       [&](std::size_t) { return winding; }, books);
   // Two pieces of cloth sewn together, their warps 60° apart.

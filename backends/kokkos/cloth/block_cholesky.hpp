@@ -9,7 +9,7 @@
 
 namespace drench::kokkos_backend {
 
-/// H = L Lᵀ. Each block is symmetric itself. Threads share the parts of a dissection; the order of all sums depends on the
+/// H = L Lᵀ. Threads share the parts of a dissection; the order of all sums depends on the
 /// pattern alone.
 class BlockCholesky {
  public:

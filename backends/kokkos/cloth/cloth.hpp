@@ -15,7 +15,7 @@ struct Material : ResolvedMaterial<Real> {
 };
 
 /// What a node shares with another one: the spring of an edge (stiffness 0: none) and B_nm = Σ_h c_h K_n K_m of their
-/// hinges. One load of 16 bytes in float.
+/// hinges, or of a plate. One load of 16 bytes in float.
 struct alignas(4 * sizeof(Real)) Link {
   Index other;
   Real length, stiffness, bend;  // m, N/m, N/m
@@ -37,9 +37,10 @@ struct Nodes {
   Field<double> weight_sum;                // w′_n
   Field<Index> sample_start, sample_item;  // node → items 4·sample + corner
   Field<Index> edge_start, edge_item, hinge_start, hinge_item;
+  Field<Real> plate_diagonal;  // half the absolute row sums of plates, N/m; empty without them
   Field<Index> link_start;  // node → links
   Field<Link> link;
-  Field<Index> limit_start, limit_item;  // node → 4·triangle + corner; empty without strain limiting
+  Field<Index> triangle_start, triangle_item;  // node → 4·triangle + corner; empty without limits and membranes
   Field<Index> pin_motion;               // −1: none; empty unless pins move
   Field<Real3> rest_position;            // m; empty unless pins move
   // derived
@@ -58,7 +59,9 @@ struct Mesh {
   Field<Real> hinge_weight;  // 4 per hinge
   Field<Real> hinge_stiffness;
   Field<Real> rest_metric;  // 3 per triangle: inverse of its edges' Gram matrix at rest (xx, xy, yy), 1/m²
-  Field<Real> limit_shape, limit_stiffness;  // 3 and 1 per triangle; empty without strain limiting
+  Field<Real> triangle_shape;              // 3 per triangle; empty without limits and membranes
+  Field<Real> limit_stiffness;             // per triangle; empty without strain limiting
+  Field<Membrane<Real>> membrane;          // per triangle; empty without membranes
   Index triangles = 0, edges = 0, hinges = 0;
   Real mean_edge = 0;  // m
 };

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "cloth/solver.hpp"
+#include "cloth/membrane_stiffness.hpp"
 
 namespace drench::kokkos_backend {
 namespace {
@@ -33,44 +33,6 @@ std::vector<std::vector<Index>> pattern_of(const ClothSystem& s, const std::vect
       if (const Index other = row_of[at(s.link(l).other)]; other >= 0) near[k].push_back(other);
   return near;
 }
-
-/// A symmetric 3 × 3 matrix a I + Σ b v vᵀ.
-struct Block {
-  Real xx = 0, yy = 0, zz = 0, xy = 0, xz = 0, yz = 0;
-
-  void add(Real a) {
-    xx += a;
-    yy += a;
-    zz += a;
-  }
-  void add(Real b, const Real3& v) {
-    xx += b * v.x * v.x;
-    yy += b * v.y * v.y;
-    zz += b * v.z * v.z;
-    xy += b * v.x * v.y;
-    xz += b * v.x * v.z;
-    yz += b * v.y * v.z;
-  }
-  void add(const Block& o, Real times) {
-    xx += times * o.xx;
-    yy += times * o.yy;
-    zz += times * o.zz;
-    xy += times * o.xy;
-    xz += times * o.xz;
-    yz += times * o.yz;
-  }
-  void add_to(Real* to, Index stride) const {
-    to[0] += xx;
-    to[1] += xy;
-    to[2] += xz;
-    to[stride] += xy;
-    to[stride + 1] += yy;
-    to[stride + 2] += yz;
-    to[2 * stride] += xz;
-    to[2 * stride + 1] += yz;
-    to[2 * stride + 2] += zz;
-  }
-};
 
 /// What a link resists with, N/m. A spring that is shorter than at rest resists along itself alone.
 Block stiffness(const ClothSystem& s, Index n, const Link& l, const Entries<const Real3>& shift, Real rate) {
@@ -137,9 +99,9 @@ ClothHessian::ClothHessian(const Cloth& cloth, const ClothSystem& s, double most
   for (Index n = 0; n < cloth.nodes.count; ++n) {
     own_.push_back(target(n, n));
     for (Index l = s.link_start(n); l < s.link_start(n + 1); ++l) shared_.push_back(target(n, s.link(l).other));
-    if (!s.limit_start.exist()) continue;
-    for (Index r = s.limit_start(n); r < s.limit_start(n + 1); ++r)
-      for (Index c = 0; c < 3; ++c) limited_.push_back(target(n, s.triangle(3 * (s.limit_item(r) / 4) + c)));
+    if (!s.triangle_start.exist()) continue;
+    for (Index r = s.triangle_start(n); r < s.triangle_start(n + 1); ++r)
+      for (Index c = 0; c < 3; ++c) of_triangle_.push_back(target(n, s.triangle(3 * (s.triangle_item(r) / 4) + c)));
   }
 }
 
@@ -153,7 +115,7 @@ ClothHessian::Target ClothHessian::target(Index row, Index column) const {
 void ClothHessian::update(const Cloth& cloth, const ClothSystem& s, const Entries<const Real3>& shift) {
   factor_.clear();
   Real* const values = factor_.values();
-  const Target *const own = own_.data(), *const shared = shared_.data(), *const limited = limited_.data();
+  const Target *const own = own_.data(), *const shared = shared_.data(), *const of_triangle = of_triangle_.data();
   parallel("drench::cloth::hessian", cloth.nodes.count, [=](const Index n) {
     if (own[n].stride == 0) return;
     const Real rate = s.strain_damping_rate(n);
@@ -166,15 +128,20 @@ void ClothHessian::update(const Cloth& cloth, const ClothSystem& s, const Entrie
       less.add(k, -1);
       if (shared[l].stride > 0) less.add_to(values + shared[l].at, shared[l].stride);
     }
-    if (s.limit_start.exist())
-      for (Index r = s.limit_start(n); r < s.limit_start(n + 1); ++r) {
-        const Index t = s.limit_item(r) / 4;
+    if (s.triangle_start.exist())
+      for (Index r = s.triangle_start(n); r < s.triangle_start(n + 1); ++r) {
+        const Index t = s.triangle_item(r) / 4;
+        const CornerGradient here = corner_gradient(s.triangle_shape(t), s.triangle_item(r) % 4);
         LimitStiffness limit;
-        if (!limit_stiffness(s, t, shift, limit)) continue;
-        const CornerGradient here = corner_gradient(s.triangle_shape(t), s.limit_item(r) % 4);
+        if (s.limit_stiffness.exist() && limit_stiffness(s, t, shift, limit))
+          for (Index c = 0; c < 3; ++c)
+            if (const Target to = of_triangle[3 * r + c]; to.stride > 0)
+              limit.between(here, corner_gradient(s.triangle_shape(t), c)).add_to(values + to.at, to.stride);
+        if (!s.membrane.exist()) continue;
+        const MembraneStiffness membrane(s, t, shift);
         for (Index c = 0; c < 3; ++c)
-          if (const Target to = limited[3 * r + c]; to.stride > 0)
-            limit.between(here, corner_gradient(s.triangle_shape(t), c)).add_to(values + to.at, to.stride);
+          if (const Target to = of_triangle[3 * r + c]; to.stride > 0)
+            membrane.between(here, corner_gradient(s.triangle_shape(t), c)).add_to(values + to.at, to.stride);
       }
     diagonal.add_to(values + own[n].at, own[n].stride);
   });

@@ -32,7 +32,7 @@ class ClothHessian {
   std::vector<Index> free_;   // nodes by their rows
   std::vector<Index> row_of_;  // of each node; −1: pinned
   BlockCholesky factor_;
-  std::vector<Target> own_, shared_, limited_;  // of each node; of each link; 3 of each corner with a strain limit
+  std::vector<Target> own_, shared_, of_triangle_;  // of each node; of each link; 3 of each corner with a limit or a membrane
   std::vector<Real> solution_;
 };
 

@@ -22,7 +22,7 @@ Material material_of(const ClothMaterial& c) {
   return m;
 }
 
-/// Springs and hinges as one sparse row a node: a third of the loads of going edge by edge and hinge by hinge.
+/// Springs, hinges and plates as one sparse row a node: a third of the loads of going edge by edge and hinge by hinge.
 void make_links(const ClothMesh& mesh, Nodes& nodes) {
   std::vector<std::map<Index, Link>> rows(mesh.rest_position.size());
   const auto link = [&](Index n, Index other) -> Link& {
@@ -43,6 +43,14 @@ void make_links(const ClothMesh& mesh, Nodes& nodes) {
               mesh.hinge_stiffness[h] * mesh.hinge_weight[h][a] * mesh.hinge_weight[h][b];
   for (std::size_t n = 0; n < bending.size(); ++n)
     for (const auto& [other, weight] : bending[n]) link(static_cast<Index>(n), other).bend = Real(weight);
+  std::vector<double> plate(mesh.plate_pair.empty() ? 0 : rows.size(), 0.0);
+  for (std::size_t k = 0; k < mesh.plate_pair.size(); ++k)
+    for (std::size_t end = 0; end < 2; ++end) {
+      const Index n = mesh.plate_pair[k][end];
+      link(n, mesh.plate_pair[k][1 - end]).bend = Real(mesh.plate_weight[k]);
+      plate[static_cast<std::size_t>(n)] += std::max(0.0, -mesh.plate_weight[k]);  // ½ (|B_nn| + Σ_m |B_nm|)
+    }
+  if (!plate.empty()) nodes.plate_diagonal = to_device<Real>("drench::node_plate_diagonal", plate);
   std::vector<Index> start{0};
   std::vector<Link> links;
   for (const auto& row : rows) {
@@ -77,9 +85,9 @@ void make_nodes(const Model& m, Nodes& n) {
   n.hinge_start = to_device<Index>("drench::node_hinge_start", mesh.node_hinges.start);
   n.hinge_item = to_device<Index>("drench::node_hinge_item", mesh.node_hinges.item);
   make_links(mesh, n);
-  if (m.has_strain_limit()) {
-    n.limit_start = to_device<Index>("drench::node_limit_start", mesh.node_triangles.start);
-    n.limit_item = to_device<Index>("drench::node_limit_item", mesh.node_triangles.item);
+  if (m.has_triangle_stress()) {
+    n.triangle_start = to_device<Index>("drench::node_triangle_start", mesh.node_triangles.start);
+    n.triangle_item = to_device<Index>("drench::node_triangle_item", mesh.node_triangles.item);
   }
   find_moving_pins(m, n);
   allocate_zeros(n.inverse_mass, "drench::node_inverse_mass", static_cast<std::size_t>(n.count));
@@ -110,7 +118,8 @@ double node_bytes(const Sizing& m) {
   if (m.size.samples > 0) node += 2 * quanta_bytes + double_bytes + index_bytes + r;
   double bytes = m.size.nodes * node + m.size.links * 4 * r;
   bytes += m.size.edges * 2 * index_bytes + m.size.hinges * 4 * index_bytes;  // edge_item, hinge_item
-  if (m.size.strain_limit) bytes += m.size.triangles * 3 * index_bytes;       // limit_item
+  if (m.size.strain_limit || m.size.membrane) bytes += m.size.triangles * 3 * index_bytes;  // triangle_item
+  if (m.size.plate) bytes += m.size.nodes * r;                                              // plate_diagonal
   return bytes + m.size.samples * 3 * index_bytes;                            // sample_item
 }
 
@@ -140,9 +149,13 @@ void make_mesh(const Model& model, Mesh& m) {
   m.triangle = to_device<Index>("drench::triangle", flat(mesh.triangle));
   if (!mesh.boundary_edge.empty()) m.boundary_edge = to_device<Index>("drench::boundary_edge", flat(mesh.boundary_edge));
   m.rest_metric = to_device<Real>("drench::rest_metric", rest_metrics(mesh));
-  if (model.has_strain_limit()) {
-    m.limit_shape = to_device<Real>("drench::limit_shape", flat(mesh.limit_shape));
-    m.limit_stiffness = to_device<Real>("drench::limit_stiffness", mesh.limit_stiffness);
+  if (model.has_triangle_stress()) m.triangle_shape = to_device<Real>("drench::triangle_shape", flat(mesh.triangle_shape));
+  if (model.has_strain_limit()) m.limit_stiffness = to_device<Real>("drench::limit_stiffness", mesh.limit_stiffness);
+  if (model.has_membrane()) {
+    std::vector<Membrane<Real>> membrane;
+    for (const Membrane<double>& t : mesh.membrane)
+      membrane.push_back({Real(t.cosine), Real(t.sine), Real(t.warp), Real(t.weft), Real(t.shear), Real(t.wet)});
+    m.membrane = to_device<Membrane<Real>>("drench::membrane", membrane);
   }
   m.edge = to_device<Index>("drench::edge", flat(mesh.edge));
   m.edge_length = to_device<Real>("drench::edge_length", mesh.edge_length);
@@ -156,7 +169,8 @@ void make_mesh(const Model& model, Mesh& m) {
 }
 
 double mesh_bytes(const Sizing& s) {
-  const double r = s.real, limit = s.size.strain_limit ? 4 * r : 0;
+  const double r = s.real, shape = s.size.strain_limit || s.size.membrane ? 3 * r : 0;
+  const double limit = shape + (s.size.strain_limit ? r : 0) + (s.size.membrane ? 6 * r : 0);
   return s.size.triangles * (3 * index_bytes + 3 * r + limit) + s.size.edges * (2 * index_bytes + 2 * r) +
          s.size.hinges * (4 * index_bytes + 5 * r);
 }

@@ -3,6 +3,7 @@
 // the shift u = x − x⁰ apart: with floats, a solve in u keeps the digits that x itself has no room for.
 
 #include "core/types.hpp"
+#include "state/model.hpp"
 
 namespace drench::kokkos_backend {
 
@@ -82,6 +83,50 @@ KOKKOS_INLINE_FUNCTION Columns strain_limit_stress(const Real3& a, const Real3& 
   return {-stiffness * (m11 * f1 + m12 * f2), -stiffness * (m12 * f1 + m22 * f2)};
 }
 
+/// K of a membrane's share of the Jacobi diagonal, N·m: it bounds the second derivative by both columns of F.
+KOKKOS_INLINE_FUNCTION Real membrane_bound(const Membrane<Real>& m) { return Kokkos::fmax(m.warp, m.weft) + 2 * m.shear; }
+
+/// How a triangle is stretched along its warp u and weft v and along the lines p, q halfway between them: F of these directions.
+struct Yarns {
+  Real3 u, v, p, q;
+};
+KOKKOS_INLINE_FUNCTION Yarns yarns_of(const Real3& a, const Real3& b, const TriangleShape& shape, const Membrane<Real>& m) {
+  constexpr Real half_root = Real(0.70710678118654752);
+  const Real3 f1 = shape.xx * a, f2 = shape.xy * a + shape.yy * b;
+  const Real3 u = m.cosine * f1 + m.sine * f2, v = m.cosine * f2 - m.sine * f1;
+  return {u, v, half_root * (u + v), half_root * (u - v)};
+}
+/// v/|v|, or 0; |v| in `length`.
+KOKKOS_INLINE_FUNCTION Real3 direction_of(const Real3& v, Real& length) {
+  const Real square = dot(v, v), inverse = square > 0 ? inverse_root(square) : Real(0);
+  length = square * inverse;
+  return inverse * v;
+}
+
+/// P = −A ∂W/∂F, N·m, of a membrane with W = ½ k_u (|u| − 1)² + ½ k_v (|v| − 1)² + ½ k_s (|p| − |q|)², and of its strain
+/// damping, implicit in the shift; `now` and `before`: at x and at x⁰; rate = t_d/Δt. (docs/theory/cloth.md, sections 2, 4.)
+KOKKOS_INLINE_FUNCTION Columns membrane_stress(const Yarns& now, const Yarns& before, const Membrane<Real>& m, Real rate,
+                                               Real wet) {
+  constexpr Real half_root = Real(0.70710678118654752);
+  Real u, v, p, q;
+  const Real3 along_u = direction_of(now.u, u), along_v = direction_of(now.v, v);
+  const Real3 along_p = direction_of(now.p, p), along_q = direction_of(now.q, q);
+  Real3 of_u = (-m.warp * (u - 1)) * along_u, of_v = (-m.weft * (v - 1)) * along_v;
+  Real3 of_p = (-m.shear * (p - q)) * along_p, of_q = (m.shear * (p - q)) * along_q;
+  if (rate > 0) {
+    const Real3 u0 = direction_of(before.u, u), v0 = direction_of(before.v, v);
+    const Real3 p0 = direction_of(before.p, p), q0 = direction_of(before.q, q);
+    of_u -= (m.warp * rate * dot(u0, now.u - before.u)) * u0;
+    of_v -= (m.weft * rate * dot(v0, now.v - before.v)) * v0;
+    const Real shearing = dot(p0, now.p - before.p) - dot(q0, now.q - before.q);
+    of_p -= (m.shear * rate * shearing) * p0;
+    of_q += (m.shear * rate * shearing) * q0;
+  }
+  of_u = wet * (of_u + half_root * (of_p + of_q));
+  of_v = wet * (of_v + half_root * (of_p - of_q));
+  return {m.cosine * of_u - m.sine * of_v, m.sine * of_u + m.cosine * of_v};
+}
+
 /// ∇N of a corner in the triangle's own plane, 1/m: its row of F = Σ_c x_c (∇N_c)ᵀ.
 struct CornerGradient {
   Real x, y;
@@ -109,7 +154,7 @@ KOKKOS_INLINE_FUNCTION CornerGradient gradient_sums(const TriangleShape& s) {
 }
 
 /// A corner's share of the Jacobi diagonal: ½ K Σ_c |∂_c N_n| Σ_a |∂_c N_a|, N/m, a column c of F a constraint.
-KOKKOS_INLINE_FUNCTION Real strain_limit_diagonal(const TriangleShape& s, Real stiffness, Index corner) {
+KOKKOS_INLINE_FUNCTION Real triangle_diagonal(const TriangleShape& s, Real stiffness, Index corner) {
   const CornerGradient own = corner_gradient(s, corner), sum = gradient_sums(s);
   return Real(0.5) * stiffness * (Kokkos::abs(own.x) * sum.x + Kokkos::abs(own.y) * sum.y);
 }

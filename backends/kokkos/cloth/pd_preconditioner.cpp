@@ -7,7 +7,7 @@
 #include <array>
 #include <cmath>
 
-#include "cloth/solver.hpp"
+#include "cloth/membrane_stiffness.hpp"
 
 namespace drench::kokkos_backend {
 namespace {
@@ -32,6 +32,19 @@ struct AlongSheet {
     return double(s.edge_stiffness(e)) * (1 + damping);
   }
   double aligned(Index, Index) const { return 1; }
+  /// Between corners a and b of triangle t: projections hold, so a yarn weighs with what it has in the shear.
+  auto membrane(Index t) const {
+    const Membrane<Real> m = s.membrane(t);
+    const TriangleShape shape = s.triangle_shape(t);
+    const double damped = 1 + double(s.materials(s.triangle(3 * t)).strain_damping) * value_of(step.back());
+    return [=](Index a, Index b) {
+      const CornerGradient one = corner_gradient(shape, a), other = corner_gradient(shape, b);
+      const auto along = [&](const CornerGradient& g) { return double(m.cosine) * double(g.x) + double(m.sine) * double(g.y); };
+      const auto across = [&](const CornerGradient& g) { return double(m.cosine) * double(g.y) - double(m.sine) * double(g.x); };
+      return damped * ((double(m.warp) + 2 * double(m.shear)) * along(one) * along(other) +
+                       (double(m.weft) + 2 * double(m.shear)) * across(one) * across(other));
+    };
+  }
 };
 
 /// C: what the normals see of the Hessian at x⁰ + shift. A spring that is shorter than at rest resists along itself alone.
@@ -51,6 +64,13 @@ struct AcrossSheet {
     return stiffness * (taut * aligned(a, b) + (1 - taut + double(s.strain_damping_rate(i))) * along);
   }
   double aligned(Index a, Index b) const { return double(dot(normal[at(a)], normal[at(b)])); }
+  auto membrane(Index t) const {
+    return [this, t, stiffness = MembraneStiffness(s, t, shift)](Index a, Index b) {
+      const TriangleShape shape = s.triangle_shape(t);
+      return double(stiffness.between(corner_gradient(shape, a), corner_gradient(shape, b))
+                        .between(normal[at(s.triangle(3 * t + a))], normal[at(s.triangle(3 * t + b))]));
+    };
+  }
 };
 
 }  // namespace
@@ -87,7 +107,22 @@ void PdPreconditioner::Assembly::visit(const Cloth& cloth, const ClothSystem& s,
       for (Index b = 4 * h; b <= a; ++b)
         add(hinge(a), hinge(b),
             double(stiffness(h)) * double(weight(a)) * double(weight(b)) * weights.aligned(hinge(a), hinge(b)));
-  if (!s.limit_start.exist()) return;
+  if (const Entries<const Real> plate = cloth.nodes.plate_diagonal; plate.exist())
+    for (Index n = 0; n < cloth.nodes.count; ++n) {
+      if (!(plate(n) > 0)) continue;
+      for (Index l = s.link_start(n); l < s.link_start(n + 1); ++l) {
+        const double bend = double(s.link(l).bend);
+        add(n, n, -bend);
+        if (s.link(l).other < n) add(n, s.link(l).other, bend * weights.aligned(n, s.link(l).other));
+      }
+    }
+  if (s.membrane.exist())
+    for (Index t = 0; t < cloth.mesh.triangles; ++t) {
+      const auto between = weights.membrane(t);
+      for (Index a = 0; a < 3; ++a)
+        for (Index b = 0; b <= a; ++b) add(s.triangle(3 * t + a), s.triangle(3 * t + b), between(a, b));
+    }
+  if (!s.limit_stiffness.exist()) return;
   for (Index t = 0; t < cloth.mesh.triangles; ++t)
     for (Index a = 0; a < 3; ++a)
       for (Index b = 0; b <= a; ++b) {

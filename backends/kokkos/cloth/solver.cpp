@@ -13,11 +13,12 @@ namespace {
 constexpr double rounding = 0.5;  // of ε Σ D L: what is left of a residual that is summed in this precision
 constexpr double trusted = 10;    // × the residual without multipliers: what xpbd may start from
 
-void allocate(const Cloth& cloth, ClothSolverWork& solver) {
+void allocate(const Constants& constants, const Cloth& cloth, ClothSolverWork& solver) {
   const auto nodes = static_cast<std::size_t>(cloth.nodes.count);
   allocate_zeros(solver.mass, "drench::cloth::mass", nodes);
   allocate_zeros(solver.diagonal, "drench::cloth::diagonal", nodes);
   allocate_zeros(solver.friction, "drench::cloth::friction", nodes);
+  if (constants.model.softens_when_wet()) allocate_zeros(solver.saturation, "drench::cloth::saturation", nodes);
   allocate_zeros(solver.base, "drench::cloth::base", nodes);
   allocate_zeros(solver.target, "drench::cloth::target", nodes);
   allocate_zeros(solver.displacement, "drench::cloth::displacement", nodes);
@@ -46,7 +47,7 @@ double resident_cloth_bytes(const Sizing& s) {
 MemoryEstimate cloth_solver_bytes(const Sizing& s) {
   MemoryEstimate sum;
   if (!s.size.moving_cloth) return sum;
-  sum.cloth = s.size.nodes * 15 * s.real;
+  sum.cloth = s.size.nodes * (s.size.softens ? 16 : 15) * s.real;
   if (s.size.xpbd) sum.cloth += multiplier_bytes(s);
   if (s.gpu && !s.size.xpbd) sum.cloth += resident_cloth_bytes(s);
   if (!s.gpu && !s.size.xpbd) sum += factored_cloth_bytes(s);
@@ -60,6 +61,7 @@ void masses_and_diagonals(const Constants& constants, const Cloth& cloth, const 
   const Entries<const Real> solid_mass = cloth.nodes.solid_mass;
   const Entries<const Index> hinge_start = cloth.nodes.hinge_start, hinge_item = cloth.nodes.hinge_item;
   const Entries<const Real> hinge_weight = cloth.mesh.hinge_weight, hinge_stiffness = cloth.mesh.hinge_stiffness;
+  const Entries<const Real> plate = cloth.nodes.plate_diagonal;
   parallel(
       "drench::cloth::diagonal", cloth.nodes.count, KOKKOS_LAMBDA(const Index n) {
         const Real mass =
@@ -73,12 +75,14 @@ void masses_and_diagonals(const Constants& constants, const Cloth& cloth, const 
           for (Index a = 0; a < 4; ++a) weight_sum += Kokkos::abs(hinge_weight(4 * h + a));
           diagonal += hinge_diagonal(hinge_weight(hinge_item(r)), weight_sum, hinge_stiffness(h));
         }
-        if (s.limit_start.exist())
-          for (Index r = s.limit_start(n); r < s.limit_start(n + 1); ++r) {
-            const Index t = s.limit_item(r) / 4;
-            diagonal += strain_limit_diagonal(s.triangle_shape(t), s.limit_stiffness(t), s.limit_item(r) % 4);
+        if (s.triangle_start.exist())
+          for (Index r = s.triangle_start(n); r < s.triangle_start(n + 1); ++r) {
+            const Index t = s.triangle_item(r) / 4;
+            diagonal += triangle_diagonal(s.triangle_shape(t), s.triangle_bound(t), s.triangle_item(r) % 4);
           }
+        if (plate.exist()) diagonal += plate(n);
         s.friction(n) = friction_at(s.materials(n), wet, n);
+        if (s.saturation.exist()) s.saturation(n) = wet.saturation(n);
         s.mass(n) = mass;
         s.diagonal(n) = diagonal;
       });
@@ -133,6 +137,7 @@ ClothSystem::ClothSystem(const Bodies& bodies, const Cloth& fabric, ClothSolverW
       mass(solver.mass),
       diagonal(solver.diagonal),
       friction(solver.friction),
+      saturation(solver.saturation),
       pinned(fabric.nodes.pinned),
       link_start(fabric.nodes.link_start),
       edge_start(fabric.nodes.edge_start),
@@ -142,10 +147,11 @@ ClothSystem::ClothSystem(const Bodies& bodies, const Cloth& fabric, ClothSolverW
       edge_length(fabric.mesh.edge_length),
       edge_stiffness(fabric.mesh.edge_stiffness),
       triangle(fabric.mesh.triangle),
-      limit_start(fabric.nodes.limit_start),
-      limit_item(fabric.nodes.limit_item),
-      limit_shape(fabric.mesh.limit_shape),
+      triangle_start(fabric.nodes.triangle_start),
+      triangle_item(fabric.nodes.triangle_item),
+      shape(fabric.mesh.triangle_shape),
       limit_stiffness(fabric.mesh.limit_stiffness),
+      membrane(fabric.mesh.membrane),
       materials(node_materials(fabric)),
       solids(bodies.solids),
       dt(step),
@@ -158,7 +164,7 @@ ClothIteration::ClothIteration(const Constants& constants, const Bodies& bodies,
       bodies_(bodies),
       cloth_(cloth),
       solver_(solver),
-      system_((allocate(cloth, solver), ClothSystem(bodies, cloth, solver, dt))),
+      system_((allocate(constants, cloth, solver), ClothSystem(bodies, cloth, solver, dt))),
       method_(constants.model.scene.cloth_solver.method),
       tolerance_(constants.model.scene.cloth_solver.tolerance),
       floor_(rounding * static_cast<double>(std::numeric_limits<Real>::epsilon()) *

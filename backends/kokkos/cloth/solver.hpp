@@ -16,6 +16,7 @@ namespace drench::kokkos_backend {
 struct ClothSolverWork {
   Field<Real> mass, diagonal;  // m_n, kg; D_n, N/m
   Field<Real> friction;        // μ_n, 1
+  Field<Real> saturation;      // s_n, 1; empty unless membranes soften when wet
   Field<Real3> base;           // the target without the pressure's part, m (stage pressure)
   Field<Real3> target;         // y_n − x⁰_n, m
   // x_n − x⁰_n of the last two iterates, m; of xpbd: of this one and of the last that contacts were anchored at
@@ -23,8 +24,8 @@ struct ClothSolverWork {
   // of xpbd: what a spring does to its first node and what a hinge pulls with (cloth.hpp), of the last two iterates, N
   Field<Real3> edge_force, last_edge_force, hinge_force, last_hinge_force;
   Field<Real> edge_rate, hinge_rate;               // θ, 1
-  Field<Real3> limit_stress, last_limit_stress;    // 2 per triangle with a strain limit: the columns of P, N·m
-  Field<Real> limit_rate;                          // 2 per triangle: θ, 1
+  Field<Real3> triangle_stress, last_triangle_stress;    // 2 per triangle with a limit or a membrane: the columns of P, N·m
+  Field<Real> triangle_rate;                          // 2 per triangle: θ, 1
   std::shared_ptr<struct ResidentCloth> resident;  // of CUDA (cloth/cuda/resident_cloth.cpp)
   std::shared_ptr<class FactoredCloth> factored;   // of a host (cloth/factored.hpp)
 };
@@ -92,12 +93,14 @@ struct ClothSystem {
   Entries<const Real3> start;
   Entries<Real3> target;
   Entries<Real> mass, diagonal, friction;  // friction: μ, as wet as the node is
+  Entries<Real> saturation;                // s_n, 1; null unless membranes soften when wet
   Entries<const std::uint8_t> pinned;
   Entries<const Index> link_start, edge_start, edge_item, edge;
   Entries<const Link> link;
   Entries<const Real> edge_length, edge_stiffness;
-  Entries<const Index> triangle, limit_start, limit_item;
-  Entries<const Real> limit_shape, limit_stiffness;
+  Entries<const Index> triangle, triangle_start, triangle_item;
+  Entries<const Real> shape, limit_stiffness;
+  Entries<const Membrane<Real>> membrane;
   Materials materials;
   Slice<const Solid> solids;
   Real dt, inverse_dt, inverse_dt2;
@@ -129,30 +132,52 @@ struct ClothSystem {
       const Real3 apart = here - start(l.other);
       add_link(force, l, apart, moved - shift(l.other), rate > 0 ? strain_damping(apart, l.stiffness, rate) : Real(0));
     }
-    if (limit_start.exist()) force += limit_force(n, shift, 0, 1);
+    if (triangle_start.exist()) force += triangle_force(n, shift, 0, 1);
     return force;
   }
 
-  /// Strain limiting, N: every `step`-th of the node's triangles, from `from` on.
+  /// Strain limits and membranes, N: every `step`-th of the node's triangles, from `from` on.
   template <class Shift>
-  KOKKOS_INLINE_FUNCTION Real3 limit_force(Index n, const Shift& shift, Index from, Index step) const {
+  KOKKOS_INLINE_FUNCTION Real3 triangle_force(Index n, const Shift& shift, Index from, Index step) const {
     Real3 force;
-    for (Index r = limit_start(n) + from; r < limit_start(n + 1); r += step) {
-      const Index t = limit_item(r) / 4;
-      force += corner_force(limit_stress(t, shift), corner_gradient(triangle_shape(t), limit_item(r) % 4));
+    for (Index r = triangle_start(n) + from; r < triangle_start(n + 1); r += step) {
+      const Index t = triangle_item(r) / 4;
+      force += corner_force(triangle_stress(t, shift), corner_gradient(triangle_shape(t), triangle_item(r) % 4));
     }
     return force;
   }
   /// P of triangle t, N·m.
   template <class Shift>
-  KOKKOS_INLINE_FUNCTION Columns limit_stress(Index t, const Shift& shift) const {
+  KOKKOS_INLINE_FUNCTION Columns triangle_stress(Index t, const Shift& shift) const {
     const Index a = triangle(3 * t), b = triangle(3 * t + 1), c = triangle(3 * t + 2);
-    return strain_limit_stress(separation(start(b), shift(b), start(a), shift(a)),
-                               separation(start(c), shift(c), start(a), shift(a)), triangle_shape(t),
-                               materials(a).strain_limit, limit_stiffness(t));
+    const Real3 first = separation(start(b), shift(b), start(a), shift(a)),
+                second = separation(start(c), shift(c), start(a), shift(a));
+    Columns stress;
+    if (limit_stiffness.exist())
+      stress = strain_limit_stress(first, second, triangle_shape(t), materials(a).strain_limit, limit_stiffness(t));
+    if (!membrane.exist()) return stress;
+    const Membrane<Real> m = membrane(t);
+    const Yarns before = yarns_of(start(b) - start(a), start(c) - start(a), triangle_shape(t), m);
+    const Columns own = membrane_stress(yarns_of(first, second, triangle_shape(t), m), before, m, strain_damping_rate(a),
+                                        softening(t, m));
+    stress.first += own.first;
+    stress.second += own.second;
+    return stress;
+  }
+  /// Factor on the stiffness of a triangle's membrane, as wet as it is.
+  KOKKOS_INLINE_FUNCTION Real softening(Index t, const Membrane<Real>& m) const {
+    if (!saturation.exist()) return 1;
+    return 1 + (m.wet - 1) / 3 *
+                   (saturation(triangle(3 * t)) + saturation(triangle(3 * t + 1)) + saturation(triangle(3 * t + 2)));
+  }
+  /// K of a triangle's share of the Jacobi diagonal, N·m.
+  KOKKOS_INLINE_FUNCTION Real triangle_bound(Index t) const {
+    const Real limit = limit_stiffness.exist() ? limit_stiffness(t) : Real(0);
+    if (!membrane.exist()) return limit;
+    return limit + (1 + strain_damping_rate(triangle(3 * t))) * membrane_bound(membrane(t));
   }
   KOKKOS_INLINE_FUNCTION TriangleShape triangle_shape(Index t) const {
-    return {limit_shape(3 * t), limit_shape(3 * t + 1), limit_shape(3 * t + 2)};
+    return {shape(3 * t), shape(3 * t + 1), shape(3 * t + 2)};
   }
 
   /// What the spring of edge e does to its first node, its damping with it, N.

@@ -1,5 +1,5 @@
 // The cloth's implicit step by XPBD (law: src/stages/cloth.hpp): Jacobi iterations on the multipliers of springs and
-// hinges (a force each, N) and strain limits (two columns each, N·m); a node gathers those of its own constraints.
+// hinges (a force each, N) and of strain limits and membranes (two columns a triangle, N·m); a node gathers those of its own constraints.
 
 #include <utility>
 
@@ -16,18 +16,18 @@ void allocate(const Constants& constants, const Cloth& cloth, ClothSolverWork& s
   allocate_zeros(solver.hinge_rate, "drench::cloth::hinge_rate", hinges);
   allocate_zeros(solver.hinge_force, "drench::cloth::hinge_force", hinges);
   allocate_zeros(solver.last_hinge_force, "drench::cloth::last_hinge_force", hinges);
-  if (!constants.model.has_strain_limit()) return;
+  if (!constants.model.has_triangle_stress()) return;
   const auto columns = 2 * static_cast<std::size_t>(cloth.mesh.triangles);
-  allocate_zeros(solver.limit_rate, "drench::cloth::limit_rate", columns);
-  allocate_zeros(solver.limit_stress, "drench::cloth::limit_stress", columns);
-  allocate_zeros(solver.last_limit_stress, "drench::cloth::last_limit_stress", columns);
+  allocate_zeros(solver.triangle_rate, "drench::cloth::triangle_rate", columns);
+  allocate_zeros(solver.triangle_stress, "drench::cloth::triangle_stress", columns);
+  allocate_zeros(solver.last_triangle_stress, "drench::cloth::last_triangle_stress", columns);
 }
 
 }  // namespace
 
 double multiplier_bytes(const Sizing& s) {
-  const double limits = s.size.strain_limit ? 2 * s.size.triangles : 0;
-  return (s.size.edges + s.size.hinges + limits) * 7 * s.real;
+  const double columns = s.size.strain_limit || s.size.membrane ? 2 * s.size.triangles : 0;
+  return (s.size.edges + s.size.hinges + columns) * 7 * s.real;
 }
 
 namespace {
@@ -102,7 +102,7 @@ void gather_multipliers(const Cloth& cloth, ClothSolverWork& solver, const Cloth
   const Entries<Real3> shift = solver.displacement;
   const Entries<const Real3> target = solver.target, anchor = solver.last_displacement;
   const Hinges hinges = hinges_of(cloth);
-  const Entries<const Real3> edge_force = solver.edge_force, force = solver.hinge_force, stress = solver.limit_stress;
+  const Entries<const Real3> edge_force = solver.edge_force, force = solver.hinge_force, stress = solver.triangle_stress;
   const Entries<const Index> hinge_start = cloth.nodes.hinge_start, hinge_item = cloth.nodes.hinge_item;
   parallel(
       "drench::cloth::gather_multipliers", cloth.nodes.count, KOKKOS_LAMBDA(const Index n) {
@@ -117,11 +117,11 @@ void gather_multipliers(const Cloth& cloth, ClothSolverWork& solver, const Cloth
         }
         for (Index r = hinge_start(n); r < hinge_start(n + 1); ++r)
           sum += hinges.weight(hinge_item(r)) * force(hinge_item(r) / 4);
-        if (s.limit_start.exist())
-          for (Index r = s.limit_start(n); r < s.limit_start(n + 1); ++r) {
-            const Index t = s.limit_item(r) / 4;
+        if (s.triangle_start.exist())
+          for (Index r = s.triangle_start(n); r < s.triangle_start(n + 1); ++r) {
+            const Index t = s.triangle_item(r) / 4;
             sum += corner_force({stress(2 * t), stress(2 * t + 1)},
-                                corner_gradient(s.triangle_shape(t), s.limit_item(r) % 4));
+                                corner_gradient(s.triangle_shape(t), s.triangle_item(r) % 4));
           }
         const Real3 free = target(n) + (1 / (s.mass(n) * s.inverse_dt2)) * sum;
         Real3 step = free - anchor(n);
@@ -160,12 +160,12 @@ void start_multipliers(const Constants& constants, const Cloth& cloth, ClothSolv
         }
         hinge_rate(h) = weights > 0 ? weights / weighted : Real(1);
       });
-  if (!constants.model.has_strain_limit()) return;
-  const Entries<Real3> stress = solver.limit_stress, last_stress = solver.last_limit_stress;
-  const Entries<Real> limit_rate = solver.limit_rate;
+  if (!constants.model.has_triangle_stress()) return;
+  const Entries<Real3> stress = solver.triangle_stress, last_stress = solver.last_triangle_stress;
+  const Entries<Real> triangle_rate = solver.triangle_rate;
   parallel(
-      "drench::cloth::limit_multiplier", cloth.mesh.triangles, KOKKOS_LAMBDA(const Index t) {
-        const Columns law = s.limit_stress(t, shift);
+      "drench::cloth::triangle_multiplier", cloth.mesh.triangles, KOKKOS_LAMBDA(const Index t) {
+        const Columns law = s.triangle_stress(t, shift);
         stress(2 * t) = law.first;
         stress(2 * t + 1) = law.second;
         last_stress(2 * t) = last_stress(2 * t + 1) = Real3{};
@@ -177,15 +177,17 @@ void start_multipliers(const Constants& constants, const Cloth& cloth, ClothSolv
           weighted.x += Kokkos::abs(n.x) * q;
           weighted.y += Kokkos::abs(n.y) * q;
         }
-        limit_rate(2 * t) = sum.x / weighted.x;
-        limit_rate(2 * t + 1) = sum.y / weighted.y;
+        const Real along_x = sum.x / weighted.x, along_y = sum.y / weighted.y;
+        const bool joined = s.membrane.exist() && s.membrane(t).warp > 0;  // the columns move alike
+        triangle_rate(2 * t) = joined ? Kokkos::fmin(along_x, along_y) : along_x;
+        triangle_rate(2 * t + 1) = joined ? Kokkos::fmin(along_x, along_y) : along_y;
       });
 }
 
 void swap_multipliers(ClothSolverWork& solver) {
   std::swap(solver.edge_force, solver.last_edge_force);
   std::swap(solver.hinge_force, solver.last_hinge_force);
-  std::swap(solver.limit_stress, solver.last_limit_stress);
+  std::swap(solver.triangle_stress, solver.last_triangle_stress);
 }
 
 void iterate_multipliers(const Constants& constants, const Cloth& cloth, ClothSolverWork& solver, const ClothSystem& s, Real omega) {
@@ -197,13 +199,13 @@ void iterate_multipliers(const Constants& constants, const Cloth& cloth, ClothSo
   relax(
       "drench::cloth::hinge_multipliers", cloth.mesh.hinges, solver.hinge_force, solver.last_hinge_force,
       solver.hinge_rate, omega, KOKKOS_LAMBDA(const Index h) { return hinges.force(h, shift); });
-  if (constants.model.has_strain_limit()) {
-    const Entries<const Real3> stress = solver.limit_stress;
-    const Entries<Real3> last = solver.last_limit_stress;
-    const Entries<const Real> rate = solver.limit_rate;
+  if (constants.model.has_triangle_stress()) {
+    const Entries<const Real3> stress = solver.triangle_stress;
+    const Entries<Real3> last = solver.last_triangle_stress;
+    const Entries<const Real> rate = solver.triangle_rate;
     parallel(
-        "drench::cloth::limit_multipliers", cloth.mesh.triangles, KOKKOS_LAMBDA(const Index t) {
-          const Columns law = s.limit_stress(t, shift);
+        "drench::cloth::triangle_multipliers", cloth.mesh.triangles, KOKKOS_LAMBDA(const Index t) {
+          const Columns law = s.triangle_stress(t, shift);
           const Index c = 2 * t;
           last(c) = relaxed(stress(c), last(c), law.first, rate(c), omega);
           last(c + 1) = relaxed(stress(c + 1), last(c + 1), law.second, rate(c + 1), omega);

@@ -149,11 +149,11 @@ std::shared_ptr<ResidentCloth> make_resident_cloth(const Constants& constants, c
   const int rows = static_cast<int>(maximum(
       "drench::cloth::most_links", nodes,
       KOKKOS_LAMBDA(const Index n) { return static_cast<double>(s.link_start(n + 1) - s.link_start(n)); }));
-  const bool limits = s.limit_start.exist(), plain = s.solids.count == 0 && !limits;
+  const bool by_triangle = s.triangle_start.exist(), plain = s.solids.count == 0 && !by_triangle;
   r->plan = make_plan<Exchange::barrier>(nodes, rows, plain, 0);
   if (r->plan.kernel == nullptr) return r;
-  const bool clustered = !limits && use_cluster(constants, cloth, rows, plain, *r);
-  if (dated_shifts && !limits && !clustered) use_patches(constants, cloth, rows, plain, *r);
+  const bool clustered = !by_triangle && use_cluster(constants, cloth, rows, plain, *r);
+  if (dated_shifts && !by_triangle && !clustered) use_patches(constants, cloth, rows, plain, *r);
   for (Array<Real4>& i : r->iterate) i = Array<Real4>("drench::cloth::iterate", static_cast<std::size_t>(nodes));
   r->part = Array<TwoSums>("drench::cloth::part", static_cast<std::size_t>(r->plan.blocks));
   r->spectral_bound = Kokkos::View<double, MemSpace>("drench::cloth::spectral_bound");

@@ -21,7 +21,7 @@ static_assert(lanes == 2 && warp % lanes == 0, "residual() asks the one other la
 inline constexpr unsigned all_lanes = 0xffffffff;
 // A shift says itself of which iterate it is, in the same 16 bytes (as in NCCL's LL protocol): a block waits for those that
 // it reads, not for the grid. That takes loads of 128 bits that nothing can come between: PTX ISA 8.3, compute capability 7.
-// In double, with strain limits or with too many nodes around a patch the grid has a barrier an iteration instead.
+// In double, with strain limits, with membranes or with too many nodes around a patch the grid has a barrier an iteration instead.
 #if !defined(DRENCH_DOUBLE) && CUDART_VERSION >= 12030 && !defined(KOKKOS_ARCH_PASCAL)
 #define DRENCH_DATED_SHIFTS
 inline constexpr bool dated_shifts = true;
@@ -191,7 +191,7 @@ struct NearLink {
 };
 
 /// A lane's half of a node: what it keeps in registers, and the iterate that is there.
-/// `kept`: the most links of a lane. `plain`: without solids and strain limits, whose registers the links then have.
+/// `kept`: the most links of a lane. `plain`: without solids, strain limits and membranes, whose registers the links then have.
 template <int kept, bool plain, Exchange exchange>
 struct NodeIterates {
   static constexpr bool dated = exchange == Exchange::dated, clustered = exchange == Exchange::cluster,
@@ -312,7 +312,7 @@ struct NodeIterates {
     for (int k = 0; k < kept; ++k)
       ClothSystem::add_link(force, link[k].link, link[k].apart, moved - other[k], link[k].damping);
     if constexpr (!plain)
-      if (free && s.limit_start.exist()) force += s.limit_force(n, Iterate{a.iterate[current]}, lane, lanes);
+      if (free && s.triangle_start.exist()) force += s.triangle_force(n, Iterate{a.iterate[current]}, lane, lanes);
     force += Real3{__shfl_xor_sync(all_lanes, force.x, 1), __shfl_xor_sync(all_lanes, force.y, 1),
                    __shfl_xor_sync(all_lanes, force.z, 1)};
     return terms.inertia * (terms.target - moved) + force;
