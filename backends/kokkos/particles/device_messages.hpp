@@ -17,6 +17,7 @@ class DeviceMessages {
  public:
   virtual ~DeviceMessages() = default;
   virtual std::string description() const = 0;
+  virtual bool on_one_host() const = 0;  ///< are all GPUs?
   /// As Communicator's, of device memory: messages follow what is on the backend's stream, and go on beside it until
   /// finish_exchange(), after which it waits for them.
   virtual void begin_exchange(const std::vector<Message>& sent, const std::vector<Message>& received) = 0;

@@ -61,6 +61,7 @@ Exchange::Exchange(const Constants& constants) : ranks_(constants.ranks), suppor
 #ifdef KOKKOS_ENABLE_CUDA
   if (ranks_) device_ = make_device_messages(*ranks_);
 #endif
+  overlaps_ = ranks_ && (!device_ || !device_->on_one_host());
 }
 
 std::string Exchange::transport() const {
@@ -180,25 +181,42 @@ void Exchange::send_home(ParticleSet& particles) {
   make_ample_room(packed_, "drench::exchange::packed", static_cast<std::size_t>(leave) * sizeof(Particle));
   make_ample_room(arrived_, "drench::exchange::arrived", static_cast<std::size_t>(come) * sizeof(Particle));
   Particle* const out = reinterpret_cast<Particle*>(packed_.data());
-  const Particle* const in = reinterpret_cast<const Particle*>(arrived_.data());
   const ParticleView leaving = particles.view();
   parallel(
       "drench::exchange::pack_particles", leave, KOKKOS_LAMBDA(const Index k) { out[k] = leaving.load(chosen(k)); });
   travel(packed_, sent, arrived_.data(), received, sizeof(Particle));
-  if (leave > 0) {
-    make_ample_room(gone_, "drench::exchange::gone", particles.capacity());
-    const Entries<std::uint8_t> gone = gone_;
-    parallel(
-        "drench::exchange::stay", particles.count, KOKKOS_LAMBDA(const Index i) { gone(i) = own.holds(x(i)) ? 0 : 1; });
-    particles.compact(gone_);
+  settle(particles, from, come);
+}
+
+void Exchange::settle(ParticleSet& particles, const std::vector<Index>& left, Index come) {
+  const Index before = particles.count, after = before - static_cast<Index>(left.size()) + come;
+  std::vector<Index> to, moved;  // free places; those of the last that stay
+  for (const Index i : left)
+    if (i < after) to.push_back(i);
+  for (Index i = before; i < after; ++i) to.push_back(i);
+  auto next = std::lower_bound(left.begin(), left.end(), after);
+  for (Index i = after; i < before; ++i) {
+    if (next != left.end() && *next == i)
+      ++next;
+    else
+      moved.push_back(i);
   }
-  if (come == 0) return;
-  const Index first = particles.count;
-  particles.reserve(first + come);
+  particles.reserve(after);
+  particles.count = after;
+  make_ample_room(home_, "drench::exchange::home", to.size());
+  make_ample_room(chosen_, "drench::exchange::chosen", moved.size());
+  copy_to_device(home_, to);
+  copy_to_device(chosen_, moved);
+  const Particle* const arrived = reinterpret_cast<const Particle*>(arrived_.data());
+  const Entries<const Index> place = std::as_const(home_), last = std::as_const(chosen_);
   const ParticleView all = particles.view();
   parallel(
-      "drench::exchange::unpack_particles", come, KOKKOS_LAMBDA(const Index k) { all.store(first + k, in[k]); });
-  particles.count = first + come;
+      "drench::exchange::settle", static_cast<Index>(to.size()), KOKKOS_LAMBDA(const Index k) {
+        if (k < come)
+          all.store(place(k), arrived[k]);
+        else
+          all.store(place(k), all.load(last(k - come)));
+      });
 }
 
 void Exchange::find_ghosts(ParticleSet& particles, Real more) {
@@ -266,9 +284,10 @@ void Exchange::sort_owned(ParticleSet& particles, const Array<Index>& item) {
   parallel(
       "drench::exchange::inner", all, KOKKOS_LAMBDA(const Index i) { outer(i) = 0; });
   parallel(
-      "drench::exchange::outer", near_others_, KOKKOS_LAMBDA(const Index k) { outer(near_others(k)) = 1; });
-  const Index inner = count - near_others_;
-  inner_ = inner / warp_size * warp_size;
+      "drench::exchange::outer", overlaps_ ? near_others_ : 0,
+      KOKKOS_LAMBDA(const Index k) { outer(near_others(k)) = 1; });
+  const Index inner = overlaps_ ? count - near_others_ : count;
+  inner_ = overlaps_ ? inner / warp_size * warp_size : count;
   make_ample_room(order_, "drench::exchange::order", static_cast<std::size_t>(all));
   const Entries<Index> source = order_, place = home_;
   constexpr int half = 32;  // ranks among the inner and the outer, side by side
@@ -354,7 +373,7 @@ void Exchange::begin_travel(const Array<std::byte>& sent, const std::vector<std:
     begin_on_device(messages, answers);
   else
     ranks_->begin_exchange(messages, answers);
-  if (ranks_->traffic().fenced) finish_halo();  // else its time would be in other parts of the table
+  if (!overlaps_ || ranks_->traffic().fenced) finish_halo();  // fenced: its time is in no other part of the table
 }
 
 void Exchange::finish_halo() const {

@@ -117,6 +117,8 @@ class Exchange {
   }
   /// Those that are not at home go there. (Public for nvcc's sake.)
   void send_home(ParticleSet& particles);
+  /// Those that came take the places of those that `left` (ascending), then the last ones do. (The same.)
+  void settle(ParticleSet& particles, const std::vector<Index>& left, Index come);
   /// All ranks' particles in the state of rank 0, in the order of their ids.
   void gather(HostState& state) const;
 
@@ -138,6 +140,7 @@ class Exchange {
 
   const Communicator* ranks_;
   std::unique_ptr<DeviceMessages> device_;  // null: by the host's memory
+  bool overlaps_ = false;  // do messages take long enough to go beside kernels? Not between the GPUs of one host
   Real support_;                            // h, m
   RankBox own_;
   Field<RankBox> boxes_;

@@ -4,10 +4,13 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cstdlib>
 #include <cstring>
 #include <stdexcept>
+#include <string>
+#include <vector>
 
 #include "core/types.hpp"
 
@@ -61,12 +64,14 @@ struct Library {
 
 class Nccl final : public DeviceMessages {
  public:
-  Nccl(const Library& library, const Communicator& ranks) : nccl_(library) {
+  Nccl(const Library& library, const Communicator& ranks, bool on_one_host)
+      : nccl_(library), on_one_host_(on_one_host) {
     UniqueId id{};
     if (ranks.rank() == 0) check(nccl_.get_unique_id(&id), "ncclGetUniqueId");
     const std::vector<std::byte> ids = ranks.all_gather(&id, sizeof id);
     std::memcpy(&id, ids.data(), sizeof id);
     check(nccl_.init_rank(&comm_, ranks.size(), id, ranks.rank()), "ncclCommInitRank");
+    if (on_one_host_) return;
     int least = 0, greatest = 0;
     check(cudaDeviceGetStreamPriorityRange(&least, &greatest));
     check(cudaStreamCreateWithPriority(&beside_, cudaStreamNonBlocking, greatest));
@@ -74,6 +79,7 @@ class Nccl final : public DeviceMessages {
   }
   ~Nccl() override {
     nccl_.destroy(comm_);
+    if (on_one_host_) return;
     cudaEventDestroy(before_);
     cudaEventDestroy(after_);
     cudaStreamDestroy(beside_);
@@ -86,14 +92,19 @@ class Nccl final : public DeviceMessages {
     nccl_.get_version(&version);
     return fmt::format("NCCL {}.{}.{}", version / 10000, version / 100 % 100, version % 100);
   }
+  bool on_one_host() const override { return on_one_host_; }
   void begin_exchange(const std::vector<Message>& sent, const std::vector<Message>& received) override {
     if (sent.empty() && received.empty()) return;
-    check(cudaEventRecord(before_, stream()));
-    check(cudaStreamWaitEvent(beside_, before_, 0));
+    if (!on_one_host_) {
+      check(cudaEventRecord(before_, stream()));
+      check(cudaStreamWaitEvent(beside_, before_, 0));
+    }
+    const cudaStream_t on = on_one_host_ ? stream() : beside_;
     check(nccl_.group_start(), "ncclGroupStart");
-    for (const Message& m : received) check(nccl_.receive(m.data, m.bytes, uint8, m.rank, comm_, beside_), "ncclRecv");
-    for (const Message& m : sent) check(nccl_.send(m.data, m.bytes, uint8, m.rank, comm_, beside_), "ncclSend");
+    for (const Message& m : received) check(nccl_.receive(m.data, m.bytes, uint8, m.rank, comm_, on), "ncclRecv");
+    for (const Message& m : sent) check(nccl_.send(m.data, m.bytes, uint8, m.rank, comm_, on), "ncclSend");
     check(nccl_.group_end(), "ncclGroupEnd");
+    if (on_one_host_) return;
     check(cudaEventRecord(after_, beside_));
     under_way_ = true;
   }
@@ -115,10 +126,12 @@ class Nccl final : public DeviceMessages {
   }
 
   static void check(cudaError_t status) {
-    if (status != cudaSuccess) throw std::runtime_error(fmt::format("messages between GPUs: {}", cudaGetErrorString(status)));
+    if (status != cudaSuccess)
+      throw std::runtime_error(fmt::format("messages between GPUs: {}", cudaGetErrorString(status)));
   }
 
   Library nccl_;
+  bool on_one_host_;
   Comm comm_ = nullptr;
   cudaStream_t beside_ = nullptr;
   cudaEvent_t before_ = nullptr, after_ = nullptr;
@@ -135,15 +148,13 @@ std::array<char, 128> own_device() {
   return name;
 }
 
-bool devices_differ(const Communicator& ranks) {
+/// The devices of all ranks.
+std::vector<std::array<char, 128>> all_devices(const Communicator& ranks) {
   const std::array<char, 128> own = own_device();
-  const std::vector<std::byte> all = ranks.all_gather(own.data(), own.size());
-  for (int a = 0; a < ranks.size(); ++a)
-    for (int b = 0; b < a; ++b)
-      if (std::memcmp(all.data() + own.size() * static_cast<std::size_t>(a), all.data() + own.size() * static_cast<std::size_t>(b),
-                      own.size()) == 0)
-        return false;
-  return true;
+  const std::vector<std::byte> bytes = ranks.all_gather(own.data(), own.size());
+  std::vector<std::array<char, 128>> all(static_cast<std::size_t>(ranks.size()));
+  std::memcpy(all.data(), bytes.data(), bytes.size());
+  return all;
 }
 
 }  // namespace
@@ -152,8 +163,14 @@ std::unique_ptr<DeviceMessages> make_device_messages(const Communicator& ranks) 
   Library library;
   std::int64_t able = library.load() ? 1 : 0;
   ranks.all_reduce({&able, 1}, {});
-  if (!devices_differ(ranks) || able < ranks.size()) return nullptr;
-  return std::make_unique<Nccl>(library, ranks);
+  std::vector<std::array<char, 128>> devices = all_devices(ranks);
+  const std::string first_host = devices.front().data();
+  const bool on_one_host =
+      std::all_of(devices.begin(), devices.end(), [&](const auto& d) { return first_host == d.data(); });
+  std::sort(devices.begin(), devices.end());
+  const bool differ = std::adjacent_find(devices.begin(), devices.end()) == devices.end();
+  if (!differ || able < ranks.size()) return nullptr;
+  return std::make_unique<Nccl>(library, ranks, on_one_host);
 }
 
 }  // namespace drench::kokkos_backend
