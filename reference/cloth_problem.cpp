@@ -29,7 +29,10 @@ Eigen::Matrix2d rest_frame(const ClothMesh& mesh, Index t) {
   Eigen::Matrix<double, 3, 2> edges;
   edges << vec(mesh.rest_position[b]) - vec(mesh.rest_position[a]),
       vec(mesh.rest_position[c]) - vec(mesh.rest_position[a]);
-  return Eigen::Matrix2d(edges.householderQr().matrixQR().topRows<2>().triangularView<Eigen::Upper>());
+  Eigen::Matrix2d r = edges.householderQr().matrixQR().topRows<2>().triangularView<Eigen::Upper>();
+  for (int k = 0; k < 2; ++k)
+    if (r(k, k) < 0) r.row(k) *= -1;  // the first axis along the first edge, the second towards the third corner
+  return r;
 }
 
 /// Rows: ∇N of the three corners in that plane, 1/m.

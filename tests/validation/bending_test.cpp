@@ -165,8 +165,9 @@ TEST(bending, orthotropic_plate_has_its_rigidities) {
   const SurfaceMesh mesh = irregular_mesh(60, 5);
   const ClothMesh sheet = built(mesh, PlateScene{1, 0.25, 0.5});
   const auto energy = [&](double degrees) { return rolled_energy(sheet, curvature, degrees) / (0.5 * curvature * curvature); };
-  EXPECT_NEAR(energy(0), 1, 0.02);
-  EXPECT_NEAR(energy(90) / 0.25, 1, 0.02);
+  const double rows = 1 - 1.0 / 60;  // half a row is lost at either side
+  EXPECT_NEAR(energy(0), rows, 0.01);
+  EXPECT_NEAR(energy(90) / 0.25, rows, 0.01);
   EXPECT_NEAR(energy(45) / ((1 + 0.25 + 2 * 0.5) / 4), 1, 0.03);
   EXPECT_NEAR(energy(135) / ((1 + 0.25 + 2 * 0.5) / 4), 1, 0.03);
 }

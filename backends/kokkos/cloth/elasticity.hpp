@@ -104,9 +104,9 @@ KOKKOS_INLINE_FUNCTION Real3 direction_of(const Real3& v, Real& length) {
 }
 
 /// P = −A ∂W/∂F, N·m, of a membrane with W = ½ k_u (|u| − 1)² + ½ k_v (|v| − 1)² + ½ k_s (|p| − |q|)², and of its strain
-/// damping, implicit in the shift; `now` and `before`: at x and at x⁰; rate = t_d/Δt. (docs/theory/cloth.md, sections 2, 4.)
-KOKKOS_INLINE_FUNCTION Columns membrane_stress(const Yarns& now, const Yarns& before, const Membrane<Real>& m, Real rate,
-                                               Real wet) {
+/// damping, implicit in the shift; at x, at x⁰, and of the shift u alone; rate = t_d/Δt. (docs/theory/cloth.md, sections 2, 4.)
+KOKKOS_INLINE_FUNCTION Columns membrane_stress(const Yarns& now, const Yarns& before, const Yarns& moved,
+                                               const Membrane<Real>& m, Real rate, Real wet) {
   constexpr Real half_root = Real(0.70710678118654752);
   Real u, v, p, q;
   const Real3 along_u = direction_of(now.u, u), along_v = direction_of(now.v, v);
@@ -116,9 +116,9 @@ KOKKOS_INLINE_FUNCTION Columns membrane_stress(const Yarns& now, const Yarns& be
   if (rate > 0) {
     const Real3 u0 = direction_of(before.u, u), v0 = direction_of(before.v, v);
     const Real3 p0 = direction_of(before.p, p), q0 = direction_of(before.q, q);
-    of_u -= (m.warp * rate * dot(u0, now.u - before.u)) * u0;
-    of_v -= (m.weft * rate * dot(v0, now.v - before.v)) * v0;
-    const Real shearing = dot(p0, now.p - before.p) - dot(q0, now.q - before.q);
+    of_u -= (m.warp * rate * dot(u0, moved.u)) * u0;
+    of_v -= (m.weft * rate * dot(v0, moved.v)) * v0;
+    const Real shearing = dot(p0, moved.p) - dot(q0, moved.q);
     of_p -= (m.shear * rate * shearing) * p0;
     of_q += (m.shear * rate * shearing) * q0;
   }

@@ -158,8 +158,9 @@ struct ClothSystem {
     if (!membrane.exist()) return stress;
     const Membrane<Real> m = membrane(t);
     const Yarns before = yarns_of(start(b) - start(a), start(c) - start(a), triangle_shape(t), m);
-    const Columns own = membrane_stress(yarns_of(first, second, triangle_shape(t), m), before, m, strain_damping_rate(a),
-                                        softening(t, m));
+    const Yarns moved = yarns_of(shift(b) - shift(a), shift(c) - shift(a), triangle_shape(t), m);
+    const Columns own = membrane_stress(yarns_of(first, second, triangle_shape(t), m), before, moved, m,
+                                        strain_damping_rate(a), softening(t, m));
     stress.first += own.first;
     stress.second += own.second;
     return stress;
