@@ -6,6 +6,7 @@
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/SparseCholesky>
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -40,7 +41,7 @@ struct Barenblatt {
 /// The mean of f over a node's cell, a rectangle h by w about it, cut at the sheet's left and lower ends. w = 0: along a line.
 template <class F>
 double mean_in_cell(double x, double z, double h, double w, F f) {
-  constexpr int parts = 40;
+  const int parts = w > 0 ? 60 : 600;
   const double left = std::max(0.0, x - h / 2), below = std::max(0.0, z - w / 2);
   const int across = w > 0 ? parts : 1;
   double sum = 0;
@@ -61,7 +62,7 @@ Spread spread(const Barenblatt& exact, int cells, double growth, Books& books) {
   const double h = exact.radius / cells, time = exact.time_of_growth(growth);
   const int along = static_cast<int>(std::ceil(cells * growth * 1.1)) + 2;
   const bool plane = exact.dimensions == 2;
-  constexpr int steps = 40;
+  const int steps = std::max(40, static_cast<int>(std::ceil(time)));
   const std::string grid = fmt::format("{{grid: {{size: [{}, {}], nodes: [{}, {}]}}}}", along * h, plane ? along * h : h,
                                        along + 1, plane ? along + 1 : 2);
   Watched run(still_cloth(grid, time / steps,
@@ -85,21 +86,23 @@ Spread spread(const Barenblatt& exact, int cells, double growth, Books& books) {
     return std::sqrt(moment / mass / exact.second_moment());
   };
   run.start_from([&](const Vec3& x) { return expected(x, exact.radius); });
-  run.steps(0);
   Spread result{.first_radius = exact.radius};
   run.steps(steps);
   const double now = exact.radius_after(time);
   result.last_radius = radius();
   result.substeps = run.substeps();
   result.radius = std::fabs(result.last_radius / now - 1);
-  double off = 0, mass = 0;
+  double off = 0, mass = 0, squares = 0, inside = 0;
   for (std::size_t k = 0; k < run.nodes(); ++k) {
     const double e = expected(run.place(k), now);
     off += run.capacity(k) * std::fabs(run.saturation(k) - e);
     mass += run.capacity(k) * e;
     if (distance(k) < 1e-9) result.centre = std::fabs(run.saturation(k) / e - 1);
-    if (distance(k) < 0.8 * now) result.inner = std::max(result.inner, std::fabs(run.saturation(k) / e - 1));
+    if (distance(k) > 0.8 * now) continue;
+    squares += run.capacity(k) * std::pow(run.saturation(k) / e - 1, 2);
+    inside += run.capacity(k);
   }
+  result.inner = std::sqrt(squares / inside);
   result.profile = off / mass;
   return result;
 }
@@ -131,7 +134,7 @@ TEST(fabric_wicking, drops_spread_as_barenblatt_says) {
       report({what + "profile, mean error over the mean", "Barenblatt", last.profile, 0.005});
       report({what + "1.8 less the order of the radius", "order ≥ 1.8", 1.8 - order(&Spread::radius), 0});
       report({what + "1.8 less the order of the centre's saturation", "order ≥ 1.8", 1.8 - order(&Spread::centre), 0});
-      report({what + "1.8 less the order of the worst node within 0.8 R", "order ≥ 1.8", 1.8 - order(&Spread::inner), 0});
+      report({what + "1.8 less the order of the rms error within 0.8 R", "order ≥ 1.8", 1.8 - order(&Spread::inner), 0});
       const double exponent = std::log(last.last_radius / last.first_radius) /
                               std::log(1 + exact.time_of_growth(growth) / exact.age());
       report({what + "exponent of the radius in time, off by", fmt::format("1/{:g}", dimensions * n + 2),
@@ -171,10 +174,10 @@ std::vector<double> wet_areas(double patch, double h, double reach, double time,
 }  // namespace
 
 TEST(fabric_wicking, stains_grow_as_kissa_measured) {
-  constexpr double small = 0.01, h = 0.00125, time = 12;
+  constexpr double small = 0.01, h = 0.0016, time = 48;
   Books books;
-  const auto a = wet_areas(small, h, 0.036, time, 64, {8, 16, 32, 64}, books);
-  const auto b = wet_areas(1.4 * small, h, 0.045, time, 64, {64}, books);
+  const auto a = wet_areas(small, h, 0.045, time, 64, {8, 16, 32, 64}, books);
+  const auto b = wet_areas(1.4 * small, h, 0.057, time, 64, {64}, books);
   const double in_time = std::log(a[3] / a[0]) / std::log(8.0), in_volume = std::log(b[0] / a[3]) / std::log(1.4 * 1.4);
   std::printf("stains: %.2f to %.2f of the patch, exponents %.4f and %.4f\n", a[0] / (pi * small * small),
               a[3] / (pi * small * small), in_time, in_volume);
@@ -203,6 +206,11 @@ std::string textured(const Patch& mesh, Warp warp) {
     faces += "\n";
   }
   return text + faces;
+}
+
+/// Files with texture coordinates have their points in another order.
+double square_of_distance(const Vec3& a, const Vec3& b) {
+  return std::pow(a[0] - b[0], 2) + std::pow(a[1] - b[1], 2) + std::pow(a[2] - b[2], 2);
 }
 
 /// Two half axes and the direction of the longer one.
@@ -239,12 +247,13 @@ TEST(fabric_wicking, a_drop_on_a_weave_wets_an_ellipse) {
   const Eigen::Vector2d centre(side / 2 * (std::cos(turn) + std::sin(turn)), side / 2 * (std::cos(turn) - std::sin(turn)));
   Books books;
   double above = 0, apart = 0;
-  std::vector<double> plain;
+  std::vector<std::pair<Vec3, double>> plain;  // position, saturation
   for (const auto& [file, n] : {std::pair{"plain", 0.0}, {"textured", 0.0}, {"plain", 1.0}, {"plain", 2.0}}) {
     const bool uses_texture = std::string(file) == "textured";
     const Barenblatt exact{std::max(n, 1.0), 2, std::sqrt(along_warp * along_weft), 0.045, 0.9};
     const double sigma = 0.015, time = n == 0 ? 1.6 : exact.time_of_growth(1.8), stretch = std::sqrt(2.0);
-    Watched run(still_cloth(fmt::format("{{file: \"{}\"}}", (folder.path() / file).string() + ".obj"), time / 40,
+    const int steps = std::max(40, static_cast<int>(std::ceil(time)));
+    Watched run(still_cloth(fmt::format("{{file: \"{}\"}}", (folder.path() / file).string() + ".obj"), time / steps,
                             fmt::format("diffusivity: {}, weft_diffusivity: {}, diffusion_exponent: {}, max_saturation: 1",
                                         along_warp, along_weft, n) +
                                 (uses_texture ? "" : fmt::format(", warp: [{}, 0, {}]", in_mesh[0], in_mesh[2])),
@@ -258,7 +267,7 @@ TEST(fabric_wicking, a_drop_on_a_weave_wets_an_ellipse) {
       most = std::max(most, s);
       return s;
     });
-    run.steps(40);
+    run.steps(steps);
     const double now = exact.radius_after(time) * std::sqrt(exact.second_moment() / 2);
     const Ellipse found = ellipse_of(run, centre),
                   expected = n == 0 ? Ellipse{std::sqrt(sigma * sigma + 2 * along_warp * time),
@@ -266,8 +275,12 @@ TEST(fabric_wicking, a_drop_on_a_weave_wets_an_ellipse) {
                                     : Ellipse{now * stretch, now / stretch, degrees};
     for (std::size_t k = 0; k < run.nodes(); ++k) {
       above = std::max(above, run.saturation(k) - most);
-      if (n == 0 && !uses_texture) plain.push_back(run.saturation(k));
-      if (uses_texture) apart = std::max(apart, std::fabs(run.saturation(k) - plain[k]));
+      if (n == 0 && !uses_texture) plain.emplace_back(run.place(k), run.saturation(k));
+      if (!uses_texture) continue;
+      const auto same = std::min_element(plain.begin(), plain.end(), [&](const auto& p, const auto& q) {
+        return square_of_distance(p.first, run.place(k)) < square_of_distance(q.first, run.place(k));
+      });
+      apart = std::max(apart, std::fabs(run.saturation(k) - same->second));
     }
     std::printf("ellipse, n %g, %s: %.5f and %.5f m at %.3f°, expected %.5f and %.5f, %d sub-steps\n", n, file,
                 found.longer, found.shorter, found.degrees, expected.longer, expected.shorter, run.substeps());
@@ -338,7 +351,10 @@ void compare_with_finite_elements(const std::string& name, const Patch& mesh, co
   run.steps(100);
   double low = 1e9, high = -1e9, worst = 0, squares = 0;
   for (std::size_t n = 0; n < run.nodes(); ++n) {
-    const double e = expected[static_cast<Eigen::Index>(n)], off = run.saturation(n) - e;
+    const auto same = std::min_element(mesh.x.begin(), mesh.x.end(), [&](const auto& p, const auto& q) {
+      return square_of_distance({p[0], p[1], p[2]}, run.place(n)) < square_of_distance({q[0], q[1], q[2]}, run.place(n));
+    });
+    const double e = expected[same - mesh.x.begin()], off = run.saturation(n) - e;
     low = std::min(low, e);
     high = std::max(high, e);
     worst = std::max(worst, std::fabs(off));
