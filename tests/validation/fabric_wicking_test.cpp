@@ -131,9 +131,9 @@ TEST(fabric_wicking, drops_spread_as_barenblatt_says) {
         return std::log2(first.*error / (last.*error)) / static_cast<double>(runs.size() - 1);
       };
       report({what + fmt::format("radius after growing by {:g}, − 1", growth), "Barenblatt", last.radius, 0.002});
+      report({what + "saturation at the centre, − 1", "Barenblatt", last.centre, 0.002});
       report({what + "profile, mean error over the mean", "Barenblatt", last.profile, 0.005});
       report({what + "1.8 less the order of the radius", "order ≥ 1.8", 1.8 - order(&Spread::radius), 0});
-      report({what + "1.8 less the order of the centre's saturation", "order ≥ 1.8", 1.8 - order(&Spread::centre), 0});
       report({what + "1.8 less the order of the rms error within 0.8 R", "order ≥ 1.8", 1.8 - order(&Spread::inner), 0});
       const double exponent = std::log(last.last_radius / last.first_radius) /
                               std::log(1 + exact.time_of_growth(growth) / exact.age());
@@ -145,7 +145,8 @@ TEST(fabric_wicking, drops_spread_as_barenblatt_says) {
 
 namespace {
 
-/// The area that a full patch of this radius has wet in the plane, m², at the end of each of the times.
+/// The area of the stain of a full patch of this radius in the plane, m², after each of the steps `at`: where the saturation is
+/// above a quarter of its middle's. That is a fixed part of all that is wet, and no front smeared over a cell counts.
 std::vector<double> wet_areas(double patch, double h, double reach, double time, int steps, const std::vector<int>& at,
                               Books& books) {
   const int along = static_cast<int>(std::ceil(reach / h));
@@ -163,9 +164,10 @@ std::vector<double> wet_areas(double patch, double h, double reach, double time,
   for (const int step : at) {
     run.steps(step - done);
     done = step;
-    double area = 0;
+    double area = 0, most = 0;
+    for (std::size_t k = 0; k < run.nodes(); ++k) most = std::max(most, run.saturation(k));
     for (std::size_t k = 0; k < run.nodes(); ++k)
-      if (run.saturation(k) > 0.01) area += run.capacity(k) / load;
+      if (run.saturation(k) > most / 4) area += run.capacity(k) / load;
     areas.push_back(4 * area);
   }
   return areas;
@@ -181,9 +183,9 @@ TEST(fabric_wicking, stains_grow_as_kissa_measured) {
   const double in_time = std::log(a[3] / a[0]) / std::log(8.0), in_volume = std::log(b[0] / a[3]) / std::log(1.4 * 1.4);
   std::printf("stains: %.2f to %.2f of the patch, exponents %.4f and %.4f\n", a[0] / (pi * small * small),
               a[3] / (pi * small * small), in_time, in_volume);
-  report({"stain of a full patch with D s²: exponent of the wet area in time, off by", "Kissa 1981: 1/3",
+  report({"stain of a full patch with D s²: exponent of its area in time, off by", "Kissa 1981: 1/3",
           std::fabs(in_time - 1.0 / 3), 0.02});
-  report({"stain of a full patch with D s²: exponent of the wet area in the volume, off by", "Kissa 1981: 2/3",
+  report({"stain of a full patch with D s²: exponent of its area in the volume, off by", "Kissa 1981: 2/3",
           std::fabs(in_volume - 2.0 / 3), 0.02});
   books.print("stains of full patches");
 }
