@@ -48,9 +48,10 @@ bool has_motion(const PinScene& pin) {
 void check_weave(Section& s, const MaterialScene& fabric) {
   constexpr double most = 1000;
   const double weft = fabric.weft_diffusivity.value_or(fabric.diffusivity);
-  s.check(weft <= most * fabric.diffusivity && fabric.diffusivity <= most * weft, "weft_diffusivity",
-          fmt::format("is more than {:.0f} times diffusivity, or less than a {:.0f}th of it; allowed: [{:g}, {:g}] m²/s",
-                      most, most, fabric.diffusivity / most, std::min(1.0, fabric.diffusivity * most)));
+  s.check(
+      weft <= most * fabric.diffusivity && fabric.diffusivity <= most * weft, "weft_diffusivity",
+      fmt::format("is more than {:.0f} times diffusivity, or less than a {:.0f}th of it; allowed: [{:g}, {:g}] m²/s",
+                  most, most, fabric.diffusivity / most, std::min(1.0, fabric.diffusivity * most)));
   s.check(!fabric.has_warp || fabric.weft_diffusivity, "warp",
           "is the direction of fabric that conducts more one way; allowed: only beside weft_diffusivity");
   if (fabric.has_warp) check_not_zero(s, "warp", fabric.warp);
@@ -80,7 +81,8 @@ void describe_porous(Section& s, MaterialScene& fabric) {
   s.optional(fabric.has_warp)
       .numbers("warp", fabric.warp, direction_range, "1",
                "direction of the warp in the mesh's own axes, before `place` turns it; each triangle takes its part "
-               "within its plane, and its length does not matter. Without it the v of the file's texture coordinates, or z of a grid");
+               "within its plane, and its length does not matter. Without it the v of the file's texture coordinates, "
+               "or z of a grid");
   s.saved_if(!fabric.diffusion_exponent)
       .choice("diffusion", fabric.diffusion,
               {{"linear", DiffusionLaw::linear}, {"degenerate", DiffusionLaw::degenerate}},

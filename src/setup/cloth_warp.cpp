@@ -31,9 +31,10 @@ bool takes_warp_of_file(const ClothScene& cloth) { return has_warp(cloth) && !cl
 void append_warp(ClothMesh& mesh, const SurfaceMesh& own, const ClothScene& cloth, const Eigen::Matrix3d& rotation) {
   const bool of_file = takes_warp_of_file(cloth);
   if (of_file && own.texture.empty())
-    throw SetupError(fmt::format("{}: '{}' has no texture coordinates that say how the warp runs; allowed: an .obj that "
-                                 "has them, or the key porous.warp",
-                                 cloth_label(cloth.name), cloth.file));
+    throw SetupError(
+        fmt::format("{}: '{}' has no texture coordinates that say how the warp runs; allowed: an .obj that "
+                    "has them, or the key porous.warp",
+                    cloth_label(cloth.name), cloth.file));
   const Vector3d given = rotation * to_eigen(cloth.material.warp).normalized();
   mesh.triangle_warp.resize(mesh.triangle.size() - own.triangles.size(), Vec3{0, 0, 0});
   for (std::size_t t = 0; t < own.triangles.size(); ++t) {
@@ -41,10 +42,11 @@ void append_warp(ClothMesh& mesh, const SurfaceMesh& own, const ClothScene& clot
     const Vector3d a = at(1) - at(0), b = at(2) - at(0), normal = a.cross(b).normalized();
     Vector3d warp = of_file ? along_v(a, b, own.texture[t]) : Vector3d(given - given.dot(normal) * normal);
     if (!(warp.norm() > (of_file ? 0 : 1e-6)))
-      throw SetupError(fmt::format("{}: triangle {} {}; allowed: {}", cloth_label(cloth.name), t,
-                                   of_file ? "has no area in the file's texture" : "lies across the direction of porous.warp",
-                                   of_file ? "a texture that covers it, or the key porous.warp"
-                                           : "a direction that lies in no triangle's normal"));
+      throw SetupError(
+          fmt::format("{}: triangle {} {}; allowed: {}", cloth_label(cloth.name), t,
+                      of_file ? "has no area in the file's texture" : "lies across the direction of porous.warp",
+                      of_file ? "a texture that covers it, or the key porous.warp"
+                              : "a direction that lies in no triangle's normal"));
     mesh.triangle_warp.push_back(to_vec3(warp.normalized()));
   }
 }

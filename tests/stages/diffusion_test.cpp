@@ -17,7 +17,7 @@ namespace {
 constexpr double drift_bound = double_precision ? 1e-14 : 1e-8;
 
 const char* const law[] = {"diffusion: linear", "diffusion: degenerate", "diffusion_exponent: 0.4",
-                            "diffusion_exponent: 2", "diffusion_exponent: 3.7"};
+                           "diffusion_exponent: 2", "diffusion_exponent: 3.7"};
 
 /// Two sheets one above the other that touch, turned and displaced against each other, the lower one wet on one side.
 std::string two_layers(const std::string& diffusion) {
@@ -219,7 +219,8 @@ TEST(diffusion, across_a_fold_agrees_with_the_reference) {
 
 TEST(diffusion, between_layers_takes_momentum_along_as_the_reference_does) {
   const TempFolder folder;
-  const std::string layers = two_layers("diffusion: degenerate"), fold = folded(", contact_wicking: true", folder.path());
+  const std::string layers = two_layers("diffusion: degenerate"),
+                    fold = folded(", contact_wicking: true", folder.path());
   const std::string pin = "    pin: [{box: {min: [-1, -1, -1], max: [0, 1, 1]}}]\n    thickness: 0.002\n";
   const std::vector<std::pair<const char*, std::string>> cases = {
       {"both move", moving(layers)},
@@ -331,8 +332,10 @@ std::string distorted_sheet() {
 
 /// The sheet with two rates, its warp 25° from x towards z.
 std::string weave(const std::string& mesh, const std::string& place) {
-  return "drench: 1\ntime: {step: 0.01, end: 1}\ncloth:\n  - mesh: {file: \"" + mesh + "\"}\n    dynamics: false\n" + place +
-         "    porous: {diffusivity: 2.0e-3, weft_diffusivity: 4.0e-4, warp: [0.906307787036650, 0, 0.422618261740699]}\n";
+  return "drench: 1\ntime: {step: 0.01, end: 1}\ncloth:\n  - mesh: {file: \"" + mesh + "\"}\n    dynamics: false\n" +
+         place +
+         "    porous: {diffusivity: 2.0e-3, weft_diffusivity: 4.0e-4, warp: [0.906307787036650, 0, "
+         "0.422618261740699]}\n";
 }
 
 /// The rows of the nodes name each pair of theirs.

@@ -47,12 +47,13 @@ double mean_in_cell(double x, double z, double h, double w, F f) {
   double sum = 0;
   for (int i = 0; i < parts; ++i)
     for (int j = 0; j < across; ++j)
-      sum += f(std::hypot(left + (i + 0.5) / parts * (x + h / 2 - left), below + (j + 0.5) / across * (z + w / 2 - below)));
+      sum += f(
+          std::hypot(left + (i + 0.5) / parts * (x + h / 2 - left), below + (j + 0.5) / across * (z + w / 2 - below)));
   return sum / (parts * across);
 }
 
 struct Spread {
-  double first_radius = 0, last_radius = 0;    // m: from the second moment
+  double first_radius = 0, last_radius = 0;               // m: from the second moment
   double radius = 0, centre = 0, inner = 0, profile = 0;  // errors, 1
   int substeps = 0;
 };
@@ -63,8 +64,8 @@ Spread spread(const Barenblatt& exact, int cells, double growth, Books& books) {
   const int along = static_cast<int>(std::ceil(cells * growth * 1.1)) + 2;
   const bool plane = exact.dimensions == 2;
   const int steps = std::max(40, static_cast<int>(std::ceil(time)));
-  const std::string grid = fmt::format("{{grid: {{size: [{}, {}], nodes: [{}, {}]}}}}", along * h, plane ? along * h : h,
-                                       along + 1, plane ? along + 1 : 2);
+  const std::string grid = fmt::format("{{grid: {{size: [{}, {}], nodes: [{}, {}]}}}}", along * h,
+                                       plane ? along * h : h, along + 1, plane ? along + 1 : 2);
   Watched run(still_cloth(grid, time / steps,
                           fmt::format("diffusivity: {}, diffusion_exponent: {}, max_saturation: 1", exact.diffusivity,
                                       exact.n)),
@@ -121,12 +122,13 @@ TEST(fabric_wicking, drops_spread_as_barenblatt_says) {
       for (const int c : cells) {
         runs.push_back(spread(exact, c, growth, books));
         const Spread& r = runs.back();
-        std::printf("n %g in %d dimensions, %d cells: radius %.3g, centre %.3g, inner %.3g, profile %.3g, %d sub-steps\n", n,
-                    dimensions, c, r.radius, r.centre, r.inner, r.profile, r.substeps);
+        std::printf(
+            "n %g in %d dimensions, %d cells: radius %.3g, centre %.3g, inner %.3g, profile %.3g, %d sub-steps\n", n,
+            dimensions, c, r.radius, r.centre, r.inner, r.profile, r.substeps);
       }
       const Spread &first = runs.front(), &last = runs.back();
-      const std::string what = fmt::format("drop that spreads {} with D sⁿ, n = {:g}: ",
-                                           dimensions == 1 ? "along a line" : "in a plane", n);
+      const std::string what =
+          fmt::format("drop that spreads {} with D sⁿ, n = {:g}: ", dimensions == 1 ? "along a line" : "in a plane", n);
       const auto order = [&](double Spread::*error) {
         return std::log2(first.*error / (last.*error)) / static_cast<double>(runs.size() - 1);
       };
@@ -134,9 +136,10 @@ TEST(fabric_wicking, drops_spread_as_barenblatt_says) {
       report({what + "saturation at the centre, − 1", "Barenblatt", last.centre, 0.002});
       report({what + "profile, mean error over the mean", "Barenblatt", last.profile, 0.005});
       report({what + "1.8 less the order of the radius", "order ≥ 1.8", 1.8 - order(&Spread::radius), 0});
-      report({what + "1.8 less the order of the rms error within 0.8 R", "order ≥ 1.8", 1.8 - order(&Spread::inner), 0});
-      const double exponent = std::log(last.last_radius / last.first_radius) /
-                              std::log(1 + exact.time_of_growth(growth) / exact.age());
+      report(
+          {what + "1.8 less the order of the rms error within 0.8 R", "order ≥ 1.8", 1.8 - order(&Spread::inner), 0});
+      const double exponent =
+          std::log(last.last_radius / last.first_radius) / std::log(1 + exact.time_of_growth(growth) / exact.age());
       report({what + "exponent of the radius in time, off by", fmt::format("1/{:g}", dimensions * n + 2),
               std::fabs(exponent - 1 / (dimensions * n + 2)), 0.02});
     }
@@ -231,7 +234,8 @@ Ellipse ellipse_of(const Watched& run, const Eigen::Vector2d& centre) {
   }
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes(moment / mass);
   const Eigen::Vector2d along = axes.eigenvectors().col(1);
-  return {std::sqrt(axes.eigenvalues()[1]), std::sqrt(axes.eigenvalues()[0]), std::atan(along[1] / along[0]) * 180 / pi};
+  return {std::sqrt(axes.eigenvalues()[1]), std::sqrt(axes.eigenvalues()[0]),
+          std::atan(along[1] / along[0]) * 180 / pi};
 }
 
 }  // namespace
@@ -246,7 +250,8 @@ TEST(fabric_wicking, a_drop_on_a_weave_wets_an_ellipse) {
   write_text(folder.path() / "textured.obj", textured(mesh, [&](std::size_t) { return in_mesh; }));
   const Eigen::Vector2d u(std::cos(degrees * pi / 180), std::sin(degrees * pi / 180)), t(-u[1], u[0]);
   const double turn = 20 * pi / 180;
-  const Eigen::Vector2d centre(side / 2 * (std::cos(turn) + std::sin(turn)), side / 2 * (std::cos(turn) - std::sin(turn)));
+  const Eigen::Vector2d centre(side / 2 * (std::cos(turn) + std::sin(turn)),
+                               side / 2 * (std::cos(turn) - std::sin(turn)));
   Books books;
   double above = 0, apart = 0;
   std::vector<std::pair<Vec3, double>> plain;  // position, saturation
@@ -255,12 +260,13 @@ TEST(fabric_wicking, a_drop_on_a_weave_wets_an_ellipse) {
     const Barenblatt exact{std::max(n, 1.0), 2, std::sqrt(along_warp * along_weft), 0.045, 0.9};
     const double sigma = 0.015, time = n == 0 ? 1.6 : exact.time_of_growth(1.8), stretch = std::sqrt(2.0);
     const int steps = std::max(40, static_cast<int>(std::ceil(time)));
-    Watched run(still_cloth(fmt::format("{{file: \"{}\"}}", (folder.path() / file).string() + ".obj"), time / steps,
-                            fmt::format("diffusivity: {}, weft_diffusivity: {}, diffusion_exponent: {}, max_saturation: 1",
-                                        along_warp, along_weft, n) +
-                                (uses_texture ? "" : fmt::format(", warp: [{}, 0, {}]", in_mesh[0], in_mesh[2])),
-                            "    place: {rotate: {axis: [0, 1, 0], degrees: 20}}\n"),
-                books);
+    Watched run(
+        still_cloth(fmt::format("{{file: \"{}\"}}", (folder.path() / file).string() + ".obj"), time / steps,
+                    fmt::format("diffusivity: {}, weft_diffusivity: {}, diffusion_exponent: {}, max_saturation: 1",
+                                along_warp, along_weft, n) +
+                        (uses_texture ? "" : fmt::format(", warp: [{}, 0, {}]", in_mesh[0], in_mesh[2])),
+                    "    place: {rotate: {axis: [0, 1, 0], degrees: 20}}\n"),
+        books);
     double most = 0;
     run.start_from([&](const Vec3& x) {
       const Eigen::Vector2d r = Eigen::Vector2d(x[0], x[2]) - centre;
@@ -312,7 +318,8 @@ Eigen::VectorXd finite_elements(const Patch& mesh, Eigen::VectorXd s, Tensor ten
     const Eigen::Matrix3d D = tensor(t);
     for (std::size_t k = 0; k < 3; ++k)
       for (std::size_t l = 0; l < 3; ++l) {
-        const Eigen::Vector3d a = normal.cross(x(k + 2) - x(k + 1)) / (2 * area), b = normal.cross(x(l + 2) - x(l + 1)) / (2 * area);
+        const Eigen::Vector3d a = normal.cross(x(k + 2) - x(k + 1)) / (2 * area),
+                              b = normal.cross(x(l + 2) - x(l + 1)) / (2 * area);
         stiffness.emplace_back(mesh.t[t][k], mesh.t[t][l], area * a.dot(D * b));
         mass.emplace_back(mesh.t[t][k], mesh.t[t][l], k == l ? area / 6 : area / 12);
       }
@@ -354,7 +361,8 @@ void compare_with_finite_elements(const std::string& name, const Patch& mesh, co
   double low = 1e9, high = -1e9, worst = 0, squares = 0;
   for (std::size_t n = 0; n < run.nodes(); ++n) {
     const auto same = std::min_element(mesh.x.begin(), mesh.x.end(), [&](const auto& p, const auto& q) {
-      return square_of_distance({p[0], p[1], p[2]}, run.place(n)) < square_of_distance({q[0], q[1], q[2]}, run.place(n));
+      return square_of_distance({p[0], p[1], p[2]}, run.place(n)) <
+             square_of_distance({q[0], q[1], q[2]}, run.place(n));
     });
     const double e = expected[same - mesh.x.begin()], off = run.saturation(n) - e;
     low = std::min(low, e);
@@ -398,8 +406,10 @@ TEST(fabric_wicking, spreads_over_garments_as_finite_elements_say) {
   };
   write_text(folder.path() / "sewn.obj", textured(sheet, warp));
   compare_with_finite_elements(
-      "saturation on two pieces, their warps 60° apart, after 1 s", sheet, scene("sewn.obj", ""), time, along_warp, along_weft,
-      [](const Vec3& x) { return 0.5 + 0.25 * std::cos(pi * x[0] / 0.2) + 0.2 * std::cos(pi * x[2] / 0.1); }, warp, books);
+      "saturation on two pieces, their warps 60° apart, after 1 s", sheet, scene("sewn.obj", ""), time, along_warp,
+      along_weft,
+      [](const Vec3& x) { return 0.5 + 0.25 * std::cos(pi * x[0] / 0.2) + 0.2 * std::cos(pi * x[2] / 0.1); }, warp,
+      books);
   books.print("saturation on garments with warp and weft");
 }
 
