@@ -101,9 +101,9 @@ void wick_through(ReferenceState& state, const std::vector<LayerContact>& contac
   };
   for (std::size_t c = 0; c < contacts.size(); ++c) {
     const LayerContact& contact = contacts[c];
-    const double flux = contact.conductance * driven(saturation(contact.near_node, contact.near_weight),
-                                                     saturation(contact.far_node, contact.far_weight), contact.drop,
-                                                     contact.exponent);
+    const double flux =
+        contact.conductance * driven(saturation(contact.near_node, contact.near_weight),
+                                     saturation(contact.far_node, contact.far_weight), contact.drop, contact.exponent);
     inward[c] = flux > 0;
     offer[c] = floor_quanta(std::abs(flux) * dt / state.model.quantum);
     if (offer[c] == 0) continue;

@@ -62,7 +62,9 @@ class IntrinsicMesh {
       const Index e = work.back();
       work.pop_back();
       const Index o = twin(e);
-      if (o < 0 || seam_[static_cast<std::size_t>(e)] || e / 3 == o / 3 || node(e) != node(next(o)) || cotangent(e) + cotangent(o) >= -1e-12) continue;
+      if (o < 0 || seam_[static_cast<std::size_t>(e)] || e / 3 == o / 3 || node(e) != node(next(o)) ||
+          cotangent(e) + cotangent(o) >= -1e-12)
+        continue;
       flip(e, o);
       for (Index k = 0; k < 3; ++k) {
         work.push_back(e - e % 3 + k);
@@ -83,8 +85,8 @@ class IntrinsicMesh {
 
  private:
   std::vector<Index> node_, twin_;
-  std::vector<double> length_;       // m, in the stretched metric
-  std::vector<std::uint8_t> seam_;   // 1: both sides keep lengths of their own, and it is not flipped
+  std::vector<double> length_;      // m, in the stretched metric
+  std::vector<std::uint8_t> seam_;  // 1: both sides keep lengths of their own, and it is not flipped
 
   static Index next(Index e) { return e % 3 == 2 ? e - 2 : e + 1; }
   Index node(Index e) const { return node_[static_cast<std::size_t>(e)]; }

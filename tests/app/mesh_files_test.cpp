@@ -169,6 +169,43 @@ TEST_F(MeshFiles, ClothFromAFileWithPolygonsAndSeams) {
   EXPECT_NE(error_of(scene).find("a mesh file has no corners"), std::string::npos);
 }
 
+TEST_F(MeshFiles, TheWarpRunsAlongTheTextureOrAsTheSceneSays) {
+  // Two squares, the texture's v along z in the first and along x in the second.
+  const std::string points = "v 0 0 0\nv 1 0 0\nv 2 0 0\nv 0 0 1\nv 1 0 1\nv 2 0 1\nv 0 1 0\n",
+                    texture = "vt 0 0\nvt 1 0\nvt 0 1\nvt 1 1\n";
+  const std::string path = write("pieces.obj", points + texture + "f 1/1 4/3 5/4 2/2\nf 2/1 5/2 6/4 3/3\n");
+  Scene scene;
+  ClothScene cloth;
+  cloth.file = path;
+  cloth.material.porous = true;
+  cloth.material.weft_diffusivity = 2.0e-5;
+  cloth.rotate_axis = {0, 1, 0};
+  cloth.rotate_degrees = 90;  // z to x, x to −z
+  scene.cloths.push_back(cloth);
+  const auto expect_warp = [&](std::size_t triangle, const Vec3& expected) {
+    const Model m = build(scene).model;
+    ASSERT_EQ(m.mesh.triangle_warp.size(), 4u);
+    EXPECT_LT((to_eigen(m.mesh.triangle_warp[triangle]) - to_eigen(expected)).norm(), 1e-12);
+  };
+  for (const std::size_t t : {0u, 1u}) expect_warp(t, {1, 0, 0});
+  for (const std::size_t t : {2u, 3u}) expect_warp(t, {0, 0, -1});
+  MaterialScene& fabric = scene.cloths[0].material;
+  fabric.has_warp = true;
+  fabric.warp = {2, 5, 0};  // its part in the plane y = 0
+  for (std::size_t t = 0; t < 4; ++t) expect_warp(t, {0, 0, -1});
+
+  const auto expect_error = [&](const std::string& part) {
+    EXPECT_NE(error_of(scene).find(part), std::string::npos) << error_of(scene);
+  };
+  fabric.warp = {0, 1, 0};
+  expect_error("triangle 0 lies across the direction of porous.warp");
+  fabric.has_warp = false;
+  scene.cloths[0].file = write("plain.obj", points + "f 1 4 5\nf 1 5 2\n");
+  expect_error("has no texture coordinates that say how the warp runs; allowed: an .obj that has them, or the key");
+  scene.cloths[0].file = write("creased.obj", points + texture + "f 1/1 4/3 5/4\nf 1/1 5/1 2/2\n");
+  expect_error("triangle 1 has no area in the file's texture");
+}
+
 TEST_F(MeshFiles, BadOnesAreRefused) {
   const auto error = [&](const std::string& name, const std::string& text) {
     Scene scene;

@@ -6,6 +6,7 @@
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/SparseCholesky>
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -40,18 +41,19 @@ struct Barenblatt {
 /// The mean of f over a node's cell, a rectangle h by w about it, cut at the sheet's left and lower ends. w = 0: along a line.
 template <class F>
 double mean_in_cell(double x, double z, double h, double w, F f) {
-  constexpr int parts = 40;
+  const int parts = w > 0 ? 60 : 600;
   const double left = std::max(0.0, x - h / 2), below = std::max(0.0, z - w / 2);
   const int across = w > 0 ? parts : 1;
   double sum = 0;
   for (int i = 0; i < parts; ++i)
     for (int j = 0; j < across; ++j)
-      sum += f(std::hypot(left + (i + 0.5) / parts * (x + h / 2 - left), below + (j + 0.5) / across * (z + w / 2 - below)));
+      sum += f(
+          std::hypot(left + (i + 0.5) / parts * (x + h / 2 - left), below + (j + 0.5) / across * (z + w / 2 - below)));
   return sum / (parts * across);
 }
 
 struct Spread {
-  double first_radius = 0, last_radius = 0;    // m: from the second moment
+  double first_radius = 0, last_radius = 0;               // m: from the second moment
   double radius = 0, centre = 0, inner = 0, profile = 0;  // errors, 1
   int substeps = 0;
 };
@@ -61,9 +63,9 @@ Spread spread(const Barenblatt& exact, int cells, double growth, Books& books) {
   const double h = exact.radius / cells, time = exact.time_of_growth(growth);
   const int along = static_cast<int>(std::ceil(cells * growth * 1.1)) + 2;
   const bool plane = exact.dimensions == 2;
-  constexpr int steps = 40;
-  const std::string grid = fmt::format("{{grid: {{size: [{}, {}], nodes: [{}, {}]}}}}", along * h, plane ? along * h : h,
-                                       along + 1, plane ? along + 1 : 2);
+  const int steps = std::max(40, static_cast<int>(std::ceil(time)));
+  const std::string grid = fmt::format("{{grid: {{size: [{}, {}], nodes: [{}, {}]}}}}", along * h,
+                                       plane ? along * h : h, along + 1, plane ? along + 1 : 2);
   Watched run(still_cloth(grid, time / steps,
                           fmt::format("diffusivity: {}, diffusion_exponent: {}, max_saturation: 1", exact.diffusivity,
                                       exact.n)),
@@ -85,21 +87,23 @@ Spread spread(const Barenblatt& exact, int cells, double growth, Books& books) {
     return std::sqrt(moment / mass / exact.second_moment());
   };
   run.start_from([&](const Vec3& x) { return expected(x, exact.radius); });
-  run.steps(0);
   Spread result{.first_radius = exact.radius};
   run.steps(steps);
   const double now = exact.radius_after(time);
   result.last_radius = radius();
   result.substeps = run.substeps();
   result.radius = std::fabs(result.last_radius / now - 1);
-  double off = 0, mass = 0;
+  double off = 0, mass = 0, squares = 0, inside = 0;
   for (std::size_t k = 0; k < run.nodes(); ++k) {
     const double e = expected(run.place(k), now);
     off += run.capacity(k) * std::fabs(run.saturation(k) - e);
     mass += run.capacity(k) * e;
     if (distance(k) < 1e-9) result.centre = std::fabs(run.saturation(k) / e - 1);
-    if (distance(k) < 0.8 * now) result.inner = std::max(result.inner, std::fabs(run.saturation(k) / e - 1));
+    if (distance(k) > 0.8 * now) continue;
+    squares += run.capacity(k) * std::pow(run.saturation(k) / e - 1, 2);
+    inside += run.capacity(k);
   }
+  result.inner = std::sqrt(squares / inside);
   result.profile = off / mass;
   return result;
 }
@@ -118,22 +122,24 @@ TEST(fabric_wicking, drops_spread_as_barenblatt_says) {
       for (const int c : cells) {
         runs.push_back(spread(exact, c, growth, books));
         const Spread& r = runs.back();
-        std::printf("n %g in %d dimensions, %d cells: radius %.3g, centre %.3g, inner %.3g, profile %.3g, %d sub-steps\n", n,
-                    dimensions, c, r.radius, r.centre, r.inner, r.profile, r.substeps);
+        std::printf(
+            "n %g in %d dimensions, %d cells: radius %.3g, centre %.3g, inner %.3g, profile %.3g, %d sub-steps\n", n,
+            dimensions, c, r.radius, r.centre, r.inner, r.profile, r.substeps);
       }
       const Spread &first = runs.front(), &last = runs.back();
-      const std::string what = fmt::format("drop that spreads {} with D sⁿ, n = {:g}: ",
-                                           dimensions == 1 ? "along a line" : "in a plane", n);
+      const std::string what =
+          fmt::format("drop that spreads {} with D sⁿ, n = {:g}: ", dimensions == 1 ? "along a line" : "in a plane", n);
       const auto order = [&](double Spread::*error) {
         return std::log2(first.*error / (last.*error)) / static_cast<double>(runs.size() - 1);
       };
       report({what + fmt::format("radius after growing by {:g}, − 1", growth), "Barenblatt", last.radius, 0.002});
+      report({what + "saturation at the centre, − 1", "Barenblatt", last.centre, 0.002});
       report({what + "profile, mean error over the mean", "Barenblatt", last.profile, 0.005});
       report({what + "1.8 less the order of the radius", "order ≥ 1.8", 1.8 - order(&Spread::radius), 0});
-      report({what + "1.8 less the order of the centre's saturation", "order ≥ 1.8", 1.8 - order(&Spread::centre), 0});
-      report({what + "1.8 less the order of the worst node within 0.8 R", "order ≥ 1.8", 1.8 - order(&Spread::inner), 0});
-      const double exponent = std::log(last.last_radius / last.first_radius) /
-                              std::log(1 + exact.time_of_growth(growth) / exact.age());
+      report(
+          {what + "1.8 less the order of the rms error within 0.8 R", "order ≥ 1.8", 1.8 - order(&Spread::inner), 0});
+      const double exponent =
+          std::log(last.last_radius / last.first_radius) / std::log(1 + exact.time_of_growth(growth) / exact.age());
       report({what + "exponent of the radius in time, off by", fmt::format("1/{:g}", dimensions * n + 2),
               std::fabs(exponent - 1 / (dimensions * n + 2)), 0.02});
     }
@@ -142,7 +148,8 @@ TEST(fabric_wicking, drops_spread_as_barenblatt_says) {
 
 namespace {
 
-/// The area that a full patch of this radius has wet in the plane, m², at the end of each of the times.
+/// The area of the stain of a full patch of this radius in the plane, m², after each of the steps `at`: where the saturation is
+/// above a quarter of its middle's. That is a fixed part of all that is wet, and no front smeared over a cell counts.
 std::vector<double> wet_areas(double patch, double h, double reach, double time, int steps, const std::vector<int>& at,
                               Books& books) {
   const int along = static_cast<int>(std::ceil(reach / h));
@@ -160,9 +167,10 @@ std::vector<double> wet_areas(double patch, double h, double reach, double time,
   for (const int step : at) {
     run.steps(step - done);
     done = step;
-    double area = 0;
+    double area = 0, most = 0;
+    for (std::size_t k = 0; k < run.nodes(); ++k) most = std::max(most, run.saturation(k));
     for (std::size_t k = 0; k < run.nodes(); ++k)
-      if (run.saturation(k) > 0.01) area += run.capacity(k) / load;
+      if (run.saturation(k) > most / 4) area += run.capacity(k) / load;
     areas.push_back(4 * area);
   }
   return areas;
@@ -171,16 +179,16 @@ std::vector<double> wet_areas(double patch, double h, double reach, double time,
 }  // namespace
 
 TEST(fabric_wicking, stains_grow_as_kissa_measured) {
-  constexpr double small = 0.01, h = 0.00125, time = 12;
+  constexpr double small = 0.01, h = 0.0016, time = 48;
   Books books;
-  const auto a = wet_areas(small, h, 0.036, time, 64, {8, 16, 32, 64}, books);
-  const auto b = wet_areas(1.4 * small, h, 0.045, time, 64, {64}, books);
+  const auto a = wet_areas(small, h, 0.045, time, 64, {8, 16, 32, 64}, books);
+  const auto b = wet_areas(1.4 * small, h, 0.057, time, 64, {64}, books);
   const double in_time = std::log(a[3] / a[0]) / std::log(8.0), in_volume = std::log(b[0] / a[3]) / std::log(1.4 * 1.4);
   std::printf("stains: %.2f to %.2f of the patch, exponents %.4f and %.4f\n", a[0] / (pi * small * small),
               a[3] / (pi * small * small), in_time, in_volume);
-  report({"stain of a full patch with D s²: exponent of the wet area in time, off by", "Kissa 1981: 1/3",
+  report({"stain of a full patch with D s²: exponent of its area in time, off by", "Kissa 1981: 1/3",
           std::fabs(in_time - 1.0 / 3), 0.02});
-  report({"stain of a full patch with D s²: exponent of the wet area in the volume, off by", "Kissa 1981: 2/3",
+  report({"stain of a full patch with D s²: exponent of its area in the volume, off by", "Kissa 1981: 2/3",
           std::fabs(in_volume - 2.0 / 3), 0.02});
   books.print("stains of full patches");
 }
@@ -205,6 +213,11 @@ std::string textured(const Patch& mesh, Warp warp) {
   return text + faces;
 }
 
+/// Files with texture coordinates have their points in another order.
+double square_of_distance(const Vec3& a, const Vec3& b) {
+  return std::pow(a[0] - b[0], 2) + std::pow(a[1] - b[1], 2) + std::pow(a[2] - b[2], 2);
+}
+
 /// Two half axes and the direction of the longer one.
 struct Ellipse {
   double longer, shorter, degrees;
@@ -221,7 +234,8 @@ Ellipse ellipse_of(const Watched& run, const Eigen::Vector2d& centre) {
   }
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes(moment / mass);
   const Eigen::Vector2d along = axes.eigenvectors().col(1);
-  return {std::sqrt(axes.eigenvalues()[1]), std::sqrt(axes.eigenvalues()[0]), std::atan(along[1] / along[0]) * 180 / pi};
+  return {std::sqrt(axes.eigenvalues()[1]), std::sqrt(axes.eigenvalues()[0]),
+          std::atan(along[1] / along[0]) * 180 / pi};
 }
 
 }  // namespace
@@ -236,15 +250,17 @@ TEST(fabric_wicking, a_drop_on_a_weave_wets_an_ellipse) {
   write_text(folder.path() / "textured.obj", textured(mesh, [&](std::size_t) { return in_mesh; }));
   const Eigen::Vector2d u(std::cos(degrees * pi / 180), std::sin(degrees * pi / 180)), t(-u[1], u[0]);
   const double turn = 20 * pi / 180;
-  const Eigen::Vector2d centre(side / 2 * (std::cos(turn) + std::sin(turn)), side / 2 * (std::cos(turn) - std::sin(turn)));
+  const Eigen::Vector2d centre(side / 2 * (std::cos(turn) + std::sin(turn)),
+                               side / 2 * (std::cos(turn) - std::sin(turn)));
   Books books;
   double above = 0, apart = 0;
-  std::vector<double> plain;
+  std::vector<std::pair<Vec3, double>> plain;  // position, saturation
   for (const auto& [file, n] : {std::pair{"plain", 0.0}, {"textured", 0.0}, {"plain", 1.0}, {"plain", 2.0}}) {
     const bool uses_texture = std::string(file) == "textured";
     const Barenblatt exact{std::max(n, 1.0), 2, std::sqrt(along_warp * along_weft), 0.045, 0.9};
     const double sigma = 0.015, time = n == 0 ? 1.6 : exact.time_of_growth(1.8), stretch = std::sqrt(2.0);
-    Watched run(still_cloth(fmt::format("{{file: \"{}\"}}", (folder.path() / file).string() + ".obj"), time / 40,
+    const int steps = std::max(40, static_cast<int>(std::ceil(time)));
+    Watched run(still_cloth(fmt::format("{{file: \"{}\"}}", (folder.path() / file).string() + ".obj"), time / steps,
                             fmt::format("diffusivity: {}, weft_diffusivity: {}, diffusion_exponent: {}, max_saturation: 1",
                                         along_warp, along_weft, n),
                             "    place: {rotate: {axis: [0, 1, 0], degrees: 20}}\n" +
@@ -258,7 +274,7 @@ TEST(fabric_wicking, a_drop_on_a_weave_wets_an_ellipse) {
       most = std::max(most, s);
       return s;
     });
-    run.steps(40);
+    run.steps(steps);
     const double now = exact.radius_after(time) * std::sqrt(exact.second_moment() / 2);
     const Ellipse found = ellipse_of(run, centre),
                   expected = n == 0 ? Ellipse{std::sqrt(sigma * sigma + 2 * along_warp * time),
@@ -266,8 +282,12 @@ TEST(fabric_wicking, a_drop_on_a_weave_wets_an_ellipse) {
                                     : Ellipse{now * stretch, now / stretch, degrees};
     for (std::size_t k = 0; k < run.nodes(); ++k) {
       above = std::max(above, run.saturation(k) - most);
-      if (n == 0 && !uses_texture) plain.push_back(run.saturation(k));
-      if (uses_texture) apart = std::max(apart, std::fabs(run.saturation(k) - plain[k]));
+      if (n == 0 && !uses_texture) plain.emplace_back(run.place(k), run.saturation(k));
+      if (!uses_texture) continue;
+      const auto same = std::min_element(plain.begin(), plain.end(), [&](const auto& p, const auto& q) {
+        return square_of_distance(p.first, run.place(k)) < square_of_distance(q.first, run.place(k));
+      });
+      apart = std::max(apart, std::fabs(run.saturation(k) - same->second));
     }
     std::printf("ellipse, n %g, %s: %.5f and %.5f m at %.3f°, expected %.5f and %.5f, %d sub-steps\n", n, file,
                 found.longer, found.shorter, found.degrees, expected.longer, expected.shorter, run.substeps());
@@ -297,7 +317,8 @@ Eigen::VectorXd finite_elements(const Patch& mesh, Eigen::VectorXd s, Tensor ten
     const Eigen::Matrix3d D = tensor(t);
     for (std::size_t k = 0; k < 3; ++k)
       for (std::size_t l = 0; l < 3; ++l) {
-        const Eigen::Vector3d a = normal.cross(x(k + 2) - x(k + 1)) / (2 * area), b = normal.cross(x(l + 2) - x(l + 1)) / (2 * area);
+        const Eigen::Vector3d a = normal.cross(x(k + 2) - x(k + 1)) / (2 * area),
+                              b = normal.cross(x(l + 2) - x(l + 1)) / (2 * area);
         stiffness.emplace_back(mesh.t[t][k], mesh.t[t][l], area * a.dot(D * b));
         mass.emplace_back(mesh.t[t][k], mesh.t[t][l], k == l ? area / 6 : area / 12);
       }
@@ -338,7 +359,11 @@ void compare_with_finite_elements(const std::string& name, const Patch& mesh, co
   run.steps(100);
   double low = 1e9, high = -1e9, worst = 0, squares = 0;
   for (std::size_t n = 0; n < run.nodes(); ++n) {
-    const double e = expected[static_cast<Eigen::Index>(n)], off = run.saturation(n) - e;
+    const auto same = std::min_element(mesh.x.begin(), mesh.x.end(), [&](const auto& p, const auto& q) {
+      return square_of_distance({p[0], p[1], p[2]}, run.place(n)) <
+             square_of_distance({q[0], q[1], q[2]}, run.place(n));
+    });
+    const double e = expected[same - mesh.x.begin()], off = run.saturation(n) - e;
     low = std::min(low, e);
     high = std::max(high, e);
     worst = std::max(worst, std::fabs(off));
@@ -380,8 +405,10 @@ TEST(fabric_wicking, spreads_over_garments_as_finite_elements_say) {
   };
   write_text(folder.path() / "sewn.obj", textured(sheet, warp));
   compare_with_finite_elements(
-      "saturation on two pieces, their warps 60° apart, after 1 s", sheet, scene("sewn.obj", ""), time, along_warp, along_weft,
-      [](const Vec3& x) { return 0.5 + 0.25 * std::cos(pi * x[0] / 0.2) + 0.2 * std::cos(pi * x[2] / 0.1); }, warp, books);
+      "saturation on two pieces, their warps 60° apart, after 1 s", sheet, scene("sewn.obj", ""), time, along_warp,
+      along_weft,
+      [](const Vec3& x) { return 0.5 + 0.25 * std::cos(pi * x[0] / 0.2) + 0.2 * std::cos(pi * x[2] / 0.1); }, warp,
+      books);
   books.print("saturation on garments with warp and weft");
 }
 

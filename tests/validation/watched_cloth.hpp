@@ -77,8 +77,8 @@ class Watched {
   }
 };
 
-inline std::string still_cloth(const std::string& mesh, double step, const std::string& porous, const std::string& more = "",
-                        const std::string& top = "gravity: [0, 0, 0]") {
+inline std::string still_cloth(const std::string& mesh, double step, const std::string& porous,
+                               const std::string& more = "", const std::string& top = "gravity: [0, 0, 0]") {
   return fmt::format(
       "drench: 1\ntime: {{step: {}, end: 1000}}\n{}\ncloth:\n  - mesh: {}\n    dynamics: false\n{}    porous: {{{}}}\n",
       step, top, mesh, more, porous);
