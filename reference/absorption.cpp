@@ -10,6 +10,23 @@
 namespace drench::reference {
 namespace {
 
+/// What liquid at `away` (m) from sample j is asked for: kg, of pressure alone, and whether the fabric takes liquid up by itself.
+struct Passage {
+  double driven = 0;
+  bool wets = true;
+};
+
+Passage passage(const ReferenceState& state, Index i, Index j, double saturation, double dt) {
+  const ClothMaterial& cloth = state.model.cloths[state.model.samples.cloth[j]];
+  const double flux = state.s.sample_flux[j];
+  const Eigen::Vector3d away = vec(state.s.fluid_position[i]) - sample_position(state, j);
+  const bool upstream = flux * away.dot(sample_normal(state, j)) < 0;
+  if (!upstream) return {0, cloth.entry_potential == 0};
+  const double relative = std::pow(std::min(1.0, saturation), 3);
+  const double weight = fluid_volume(state, i) * Smoothing(state.model).value(away.norm()) / state.sample_supply[j];
+  return {dt * state.model.rest_density * state.model.samples.area[j] * std::fabs(flux) * relative * weight, true};
+}
+
 /// w_ij, kg: what sample j would like to take from particle i.
 double demand(const ReferenceState& state, Index i, Index j, double dt) {
   const Model& m = state.model;
@@ -20,11 +37,15 @@ double demand(const ReferenceState& state, Index i, Index j, double dt) {
   const double r = xij.norm();
   double cosine = 0;
   if (direction.norm() > 0 && r > 1e-9 * h) cosine = xij.dot(direction) / (r * direction.norm());
+  if (is_permeable(state, j)) cosine = 0;
   const double cap = 1 + (cloth.max_saturation - 1) * std::max(0.0, cosine);
   const bool controlled = m.scene.processes.saturation_control;
   const double deficit = controlled ? std::max(0.0, cap - sample_saturation(state, j)) : 1;
   const double laplacian = 45 * (h - r) / (std::numbers::pi * std::pow(h, 6));  // 1/m⁵
-  return dt * cloth.absorption * m.samples.capacity[j] * deficit * fluid_volume(state, i) * laplacian;
+  const double wish = dt * cloth.absorption * m.samples.capacity[j] * deficit * fluid_volume(state, i) * laplacian;
+  if (!is_permeable(state, j)) return wish;
+  const Passage through = passage(state, i, j, sample_saturation(state, j), dt);
+  return (through.wets ? wish : 0) + through.driven;
 }
 
 /// o_ij of particle i, in the order of its list of samples.

@@ -68,6 +68,9 @@ void check_parts(Section& s, const Scene& scene) {
             fmt::format("cloth.{}.sample_spacing", i),
             fmt::format("{} is more than fluid.spacing; allowed: at most {} (m)", cloth.sample_spacing.value_or(0),
                         scene.fluid.spacing));
+    const bool passes = cloth.material.porous && cloth.material.permeability > 0;
+    s.check(!passes || scene.fluid.viscosity > 0 || !scene.fluid.present, fmt::format("cloth.{}.porous.permeability", i),
+            "needs a viscous liquid (Darcy's flux is k Δp / (μ τ)), and fluid.viscosity is 0; allowed: fluid.viscosity above 0");
     s.check(names.insert(cloth.name).second, fmt::format("cloth.{}.name", i),
             fmt::format("a cloth before it is named '{}' too; allowed: a name of its own for each", cloth.name));
   }

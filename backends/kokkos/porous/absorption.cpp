@@ -6,6 +6,7 @@
 #include "core/neighbor_search.hpp"
 #include "porous/absorption_law.hpp"
 #include "porous/flow_law.hpp"
+#include "porous/permeation_law.hpp"
 #include "porous/stages.hpp"
 #include "porous/transfer.hpp"
 
@@ -36,6 +37,26 @@ void prepare(const Constants& constants, Cloth& cloth, TransferWork& transfers, 
       });
 }
 
+/// What pressure takes from the liquid upstream of each sample: which way that is, and kg/s for each V W there.
+void prepare_pull(const Constants& constants, const Cloth& cloth, const PermeationWork& permeation, AbsorptionWork& work) {
+  make_room(work.pull, "drench::absorption::pull", static_cast<std::size_t>(cloth.samples.count));
+  const Entries<Real4> pull = work.pull;
+  const Entries<const Real4> position_saturation = std::as_const(work).position_saturation;
+  const Entries<const Real3> normal = cloth.samples.normal;
+  const Entries<const Real> flux = cloth.samples.flux, area = cloth.samples.area, supply = permeation.supply;
+  const Real density = constants.rest_density;
+  parallel(
+      "drench::absorption::pull", cloth.samples.count, KOKKOS_LAMBDA(const Index p) {
+        const Real u = flux(p);
+        if (u == 0) {
+          pull(p) = {Real3{}, 0};
+          return;
+        }
+        const Real part = laws::relative_permeability(position_saturation(p).w) / supply(p);
+        pull(p) = {u < 0 ? normal(p) : Real(-1) * normal(p), density * area(p) * Kokkos::fabs(u) * part};
+      });
+}
+
 }  // namespace
 
 /// Of a sample one Real of eight (docs/design-notes/memory_estimate.md), and the offers.
@@ -51,8 +72,9 @@ namespace {
 
 /// Demands of one particle.
 struct Demands {
-  Entries<Real4> position_saturation, flow_capacity;
+  Entries<Real4> position_saturation, flow_capacity, pull;
   Materials materials;
+  Kernel kernel;
   double dt, q;
   Real h;
   bool controlled, single;  // one cloth
@@ -60,7 +82,9 @@ struct Demands {
   Demands(const Constants& constants, const Cloth& fabric, AbsorptionWork& work, double step)
       : position_saturation(work.position_saturation),
         flow_capacity(work.flow_capacity),
+        pull(work.pull),
         materials(sample_materials(fabric)),
+        kernel(constants.kernel),
         dt(step),
         q(constants.quantum),
         h(constants.support),
@@ -73,11 +97,28 @@ struct Demands {
     if (!m.porous) return 0;
     const Real4 at = position_saturation(j), flow_at = flow_capacity(j);
     const Real3 separation = at.xyz() - x;
+    if (pull.exist() && m.conductance > 0) return of_permeable(m, separation, at.w, flow_at.w, volume, j);
     const Real cap = laws::saturation_cap(m.max_saturation, laws::flow_cosine(separation, flow_at.xyz(), h));
     const Real deficit = controlled ? cap - at.w : Real(1);
     if (!(deficit > 0)) return 0;
     return laws::absorption_demand(dt, m.absorption, flow_at.w / q, deficit, volume,
                                    laws::viscosity_laplacian(norm(separation), h));
+  }
+
+ private:
+  /// The same of a fabric that pressure drives liquid through: it fills up to 1 by itself, unless it repels, and pressure does the
+  /// rest.
+  KOKKOS_INLINE_FUNCTION double of_permeable(const Material& m, const Real3& separation, Real saturation, Real capacity,
+                                             double volume, Index j) const {
+    const Real4 pulled = pull(j);
+    const Real r = norm(separation);
+    const bool upstream = dot(separation, pulled.xyz()) < 0;
+    const Real deficit = controlled ? 1 - saturation : Real(1);
+    double demand = 0;
+    if (deficit > 0 && (upstream || !(m.entry_potential > 0)))
+      demand = laws::absorption_demand(dt, m.absorption, capacity / q, deficit, volume, laws::viscosity_laplacian(r, h));
+    if (upstream) demand += dt / q * double(pulled.w) * volume * double(kernel.value(r));
+    return demand;
   }
 };
 
@@ -193,13 +234,14 @@ void remove_taken(Fluid& fluid, AbsorptionWork& work) {
 
 }  // namespace
 
-void absorption(const Constants& constants, Fluid& fluid, const NeighborLists& lists, Cloth& cloth,
-                TransferWork& transfers, AbsorptionWork& work, const StepInfo& info) {
+void absorption(const Constants& constants, Fluid& fluid, const NeighborLists& lists, Cloth& cloth, TransferWork& transfers,
+                const PermeationWork& permeation, AbsorptionWork& work, const StepInfo& info) {
   if (fluid.particles.total == 0 || cloth.samples.count == 0) return;
   make_room(work.offer, "drench::absorption::offer", lists.fluid_sample.entry.extent(0));
   prepare_transfers(cloth, transfers);
   place_samples(cloth);
   prepare(constants, cloth, transfers, work);
+  if (constants.model.has_permeation()) prepare_pull(constants, cloth, permeation, work);
   offer(constants, fluid, lists, cloth, transfers, work, info.dt);
   fluid.exchange.add_up(transfers.offered, cloth.samples.count);
   limit_inflow(cloth, transfers, constants.model.has_saturation_control());

@@ -24,6 +24,13 @@ inline Entries<const Real3> leaving_directions(const Cloth& cloth, const Emissio
   return cloth.samples.flow_direction;
 }
 
+/// Samples that pressure drives liquid through (stage permeation); none without permeable cloth.
+struct Driven {
+  Entries<const Real> flux;
+  explicit Driven(const Cloth& cloth) : flux(cloth.samples.flux) {}
+  KOKKOS_INLINE_FUNCTION bool operator()(Index p) const { return flux.exist() && flux(p) != 0; }
+};
+
 inline Layers layers_of(const Constants& constants, const Cloth& cloth) { return {cloth.samples.cloth, cloth.samples.rest_position, constants.support}; }
 
 /// Quanta that a giver puts into a collector's pool of `sum`: all that it has left, cut if the pool is more than a full
