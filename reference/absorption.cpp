@@ -48,6 +48,14 @@ double demand(const ReferenceState& state, Index i, Index j, double dt) {
   return (through.wets ? wish : 0) + through.driven;
 }
 
+/// The least quanta that may stay of a particle: pressure drains it farther than the fabric's own uptake.
+Quanta least_rest(const ReferenceState& state, Index i, const std::vector<Quanta>& offer) {
+  const std::vector<Index>& list = state.fluid_sample[i];
+  for (std::size_t k = 0; k < list.size(); ++k)
+    if (offer[k] > 0 && is_permeable(state, list[k])) return state.model.min_quanta / drained_part;
+  return state.model.min_quanta;
+}
+
 /// o_ij of particle i, in the order of its list of samples.
 std::vector<Quanta> offers(const ReferenceState& state, Index i, double dt) {
   const std::vector<Index>& list = state.fluid_sample[i];
@@ -69,7 +77,7 @@ std::vector<Quanta> offers(const ReferenceState& state, Index i, double dt) {
   }
   // Too little would stay for a particle: it is taken whole.
   const auto largest = std::max_element(offer.begin(), offer.end());
-  if (rest > 0 && rest<state.model.min_quanta&& * largest> 0) *largest += rest;
+  if (rest > 0 && rest < least_rest(state, i, offer) && *largest > 0) *largest += rest;
   return offer;
 }
 
@@ -86,8 +94,9 @@ std::vector<Quanta> transfers(const ReferenceState& state, Index i, const std::v
     was_limited = was_limited || phi[list[k]] < 1;
     rest -= transfer[k];
   }
-  if (!was_limited || rest <= 0 || rest >= state.model.min_quanta) return transfer;
-  Quanta missing = state.model.min_quanta - rest;
+  const Quanta least = least_rest(state, i, offer);
+  if (!was_limited || rest <= 0 || rest >= least) return transfer;
+  Quanta missing = least - rest;
   for (Quanta& t : transfer) {
     const Quanta cut = std::min(t, missing);
     t -= cut;

@@ -59,6 +59,9 @@ Eigen::Vector3d normalised_drive(const ReferenceState& state, Index p, const Eig
 /// Σ V W of one side of a sheet, 1: below the first the rest of that side counts as air, above the second it is covered.
 inline constexpr double full_side = 0.1, covered_side = 0.25;
 
+/// A particle that pressure drains is taken whole where less than this part of m_min would remain.
+inline constexpr Quanta drained_part = 16;
+
 /// Does pressure drive liquid through the cloth of sample p?
 bool is_permeable(const ReferenceState& state, Index p);
 

@@ -93,7 +93,7 @@ struct Demands {
 
   /// w_ij, quanta, of liquid at x with the volume V_i, m³.
   KOKKOS_INLINE_FUNCTION double operator()(const Real3& x, double volume, Index j) const {
-    const Material& m = single ? materials.of_cloth(0) : materials(j);
+    const Material& m = material(j);
     if (!m.porous) return 0;
     const Real4 at = position_saturation(j), flow_at = flow_capacity(j);
     const Real3 separation = at.xyz() - x;
@@ -105,7 +105,11 @@ struct Demands {
                                    laws::viscosity_laplacian(norm(separation), h));
   }
 
+  /// Does pressure drain liquid through sample j?
+  KOKKOS_INLINE_FUNCTION bool drains(Index j) const { return pull.exist() && material(j).conductance > 0; }
+
  private:
+  KOKKOS_INLINE_FUNCTION const Material& material(Index j) const { return single ? materials.of_cloth(0) : materials(j); }
   /// The same of a fabric that pressure drives liquid through: it fills up to 1 by itself, unless it repels, and pressure does the
   /// rest.
   KOKKOS_INLINE_FUNCTION double of_permeable(const Material& m, const Real3& separation, Real saturation, Real capacity,
@@ -162,26 +166,30 @@ void offer(const Constants& constants, const Fluid& fluid, const NeighborLists& 
         all = sum_of_lanes(all);
         const double total = all > 0 ? laws::absorption_total(double(m), all) : 0;
         Offers own;
+        bool drained = false;
         for (Index k = lane; k < near.count; k += row_lanes) {
           const double w = Kokkos::bit_cast<double>(offers(near.index_of(k)));
           const Quanta o = w > 0 ? static_cast<Quanta>(Kokkos::floor(total * (w / all))) : 0;
           offers(near.index_of(k)) = o;
           if (o == 0) continue;
           own += Offers{o, o, k};
+          drained = drained || demand.drains(near(k));
           Kokkos::atomic_add(&offered(near(k)), o);
         }
         const Offers made = sum_of_lanes(own);
         const Quanta rest = m - made.sum;  // below 0 where rounding offers a quantum too many
-        if (made.sum == 0 || rest == 0 || rest >= min_quanta || made.largest % row_lanes != lane) return;
+        const Quanta least = any_of_lanes(drained) ? min_quanta / laws::drained_part : min_quanta;
+        if (made.sum == 0 || rest == 0 || rest >= least || made.largest % row_lanes != lane) return;
         offers(near.index_of(made.largest)) = made.most + rest;
         Kokkos::atomic_add(&offered(near(made.largest)), rest);
       });
 }
 
 /// t_ij of every pair: mass leaves the liquid; mass and momentum are on their way in `entering` and `momentum`.
-void transfer(const Constants& constants, Fluid& fluid, const NeighborLists& lists, const Cloth& cloth, TransferWork& transfers, const AbsorptionWork& work) {
+void transfer(const Constants& constants, Fluid& fluid, const NeighborLists& lists, const Cloth& cloth, TransferWork& transfers, AbsorptionWork& work) {
   const Neighbors list(lists.fluid_sample);
-  const Entries<const Quanta> offers = work.offer;
+  const Entries<const Quanta> offers = std::as_const(work).offer;
+  const Demands demand(constants, cloth, work, 0);
   const Entries<Quanta> mass = fluid.particles.mass;
   const Entries<const Real3> velocity = fluid.particles.velocity;
   const Transfers exchange(cloth, transfers);
@@ -193,21 +201,23 @@ void transfer(const Constants& constants, Fluid& fluid, const NeighborLists& lis
         if (m <= 0) return;
         const Real3 v = velocity(i);
         Quanta given = 0;
-        bool was_limited = false;
+        bool was_limited = false, drained = false;
         for (Index k = lane; k < near.count; k += row_lanes) {
           const Quanta o = offers(near.index_of(k));
           if (o == 0) continue;
           const Index p = near(k);
           const double phi = exchange.share(p);
           if (phi < 1) was_limited = true;
+          drained = drained || demand.drains(p);
           const Quanta t = limited(o, phi);
           exchange.give(p, o, t, v);
           given += t;
         }
         Quanta rest = m - sum_of_lanes(given);
         was_limited = any_of_lanes(was_limited);
+        const Quanta least = any_of_lanes(drained) ? min_quanta / laws::drained_part : min_quanta;
         if (lane > 0) return;
-        Quanta back = was_limited && rest > 0 && rest < min_quanta ? min_quanta - rest : 0;
+        Quanta back = was_limited && rest > 0 && rest < least ? least - rest : 0;
         for (Index k = 0; k < near.count && back > 0; ++k) {
           const Quanta o = offers(near.index_of(k));
           if (o == 0) continue;

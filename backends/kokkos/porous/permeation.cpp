@@ -3,6 +3,7 @@
 #include "core/filled_rows.hpp"
 #include "core/fixed_point.hpp"
 #include "core/sizing.hpp"
+#include "coupling/wall.hpp"
 #include "porous/permeation_law.hpp"
 #include "porous/stages.hpp"
 
@@ -10,41 +11,41 @@ namespace drench::kokkos_backend {
 namespace {
 
 constexpr double share_units = 1099511627776.0;   // 2^40, of V W
-constexpr double potential_units = 1073741824.0;  // 2^30, of V W φ in m²/s²
-constexpr double most_potential = 1e8;            // m²/s²: a thousand sums of it fit
+constexpr double load_units = 1073741824.0;       // 2^30, of loads in m²/s²
+constexpr double most_load = 1e8;                 // m²/s² of a pair: sums of a thousand fit
 
-/// Σ V W and Σ V W φ on both sides of each sample: against the normal, then along it.
+/// Σ V W on both sides of each sample, and its load.
 void sum_sides(const Constants& constants, const Fluid& fluid, const NeighborLists& lists, const Cloth& cloth, PermeationWork& work) {
   const Entries<std::int64_t> sides = work.sides;
-  parallel("drench::permeation::clear", 4 * cloth.samples.count, KOKKOS_LAMBDA(const Index k) { sides(k) = 0; });
+  parallel("drench::permeation::clear", 3 * cloth.samples.count, KOKKOS_LAMBDA(const Index k) { sides(k) = 0; });
   const Neighbors list(lists.fluid_sample);
   const Entries<const Real3> x = fluid.particles.position, at = cloth.samples.position, normal = cloth.samples.normal;
-  const Entries<const Real> density = fluid.particles.kappa_density, divergence = fluid.particles.kappa_divergence;
+  const Entries<const Real> density = fluid.particles.kappa_density, divergence = fluid.particles.kappa_divergence,
+                            ratio = fluid.particles.density_ratio, sample_volume = cloth.samples.volume, area = cloth.samples.area;
   const Entries<const Quanta> mass = fluid.particles.mass;
   const Materials materials = sample_materials(cloth);
-  const Real3 gravity = constants.gravity;
   const Kernel kernel = constants.kernel;
+  const Real behind = constants.spacing / 2;
   const double quantum_volume = constants.quantum / constants.rest_density;  // m³
   parallel_filled_rows(
       "drench::permeation::sides", lists.near_sheet, KOKKOS_LAMBDA(const Index i, const Index lane) {
         const NeighborRow near = list.row(i);
         if (near.count == 0) return;
         const double volume = quantum_volume * double(mass(i));
-        const Real kappa = density(i) + divergence(i);
+        const double weight = double(mirrored) * double(image_density(ratio(i))) * volume * double(density(i) + divergence(i));
         const Real3 here = x(i);
         for (Index k = lane; k < near.count; k += row_lanes) {
           const Index p = near(k);
           if (!(materials(p).conductance > 0)) continue;
-          const Real3 away = here - at(p);
-          const double share = volume * double(kernel.value(norm(away)));
-          const double potential = double(laws::carried_potential(kappa, gravity, away));
-          const Index side = 4 * p + (dot(away, normal(p)) >= 0 ? 2 : 0);
-          Kokkos::atomic_add(&sides(side), fixed_point(share_units * share));
-          Kokkos::atomic_add(&sides(side + 1),
-                             fixed_point(potential_units * share * (potential < most_potential ? potential : most_potential)));
+          const Real3 away = here - at(p), n = normal(p);
+          const bool along = dot(away, n) >= 0;
+          Kokkos::atomic_add(&sides(3 * p + (along ? 1 : 0)), fixed_point(share_units * volume * double(kernel.value(norm(away)))));
+          const double load = weight * double(sample_volume(p)) / double(area(p)) *
+                              double(dot(kernel.gradient(away + (along ? behind : -behind) * n), n));
+          Kokkos::atomic_add(&sides(3 * p + 2), fixed_point(load_units * Kokkos::fmax(-most_load, Kokkos::fmin(most_load, load))));
         }
       });
-  fluid.exchange.add_up(work.sides, 4 * cloth.samples.count);
+  fluid.exchange.add_up(work.sides, 3 * cloth.samples.count);
 }
 
 /// u_p, its direction and the supply.
@@ -61,13 +62,9 @@ void drive(const Constants& constants, Cloth& cloth, PermeationWork& work) {
         const Material& m = materials(p);
         if (!(m.conductance > 0)) return;
         const Real3 n = normal(p);
-        double filled[2], potential[2];
-        for (int side = 0; side < 2; ++side) {
-          const double air = (side == 0 ? 0.5 : -0.5) * double(m.thickness) * double(dot(gravity, n));
-          filled[side] = double(sides(4 * p + 2 * side)) / share_units;
-          potential[side] = laws::side_potential(filled[side], double(sides(4 * p + 2 * side + 1)) / potential_units, air);
-        }
-        const double drop = potential[0] - potential[1];
+        const double filled[2] = {double(sides(3 * p)) / share_units, double(sides(3 * p + 1)) / share_units};
+        const double air = laws::air_share(filled[0]) + laws::air_share(filled[1]);
+        const double drop = double(sides(3 * p + 2)) / load_units + 0.5 * air * double(m.thickness) * double(dot(gravity, n));
         const double upstream = filled[drop > 0 ? 0 : 1];
         if (Kokkos::fabs(drop) > double(m.entry_potential) && upstream > 0) {
           flux(p) = Real(double(m.conductance) * drop);
@@ -84,7 +81,7 @@ void drive(const Constants& constants, Cloth& cloth, PermeationWork& work) {
 void permeation(const Constants& constants, const Fluid& fluid, const NeighborLists& lists, Cloth& cloth, PermeationWork& work) {
   const auto samples = static_cast<std::size_t>(cloth.samples.count);
   if (samples == 0) return;
-  make_room(work.sides, "drench::permeation::sides", 4 * samples);
+  make_room(work.sides, "drench::permeation::sides", 3 * samples);
   make_room(work.supply, "drench::permeation::supply", samples);
   place_samples(cloth);
   sum_sides(constants, fluid, lists, cloth, work);
@@ -94,7 +91,7 @@ void permeation(const Constants& constants, const Fluid& fluid, const NeighborLi
 MemoryEstimate permeation_bytes(const Sizing& s) {
   MemoryEstimate sum;
   if (s.size.permeation)  // sides, supply; pull of absorption
-    sum.cloth = s.size.samples * (4 * sizeof(std::int64_t) + 5 * s.real);
+    sum.cloth = s.size.samples * (3 * sizeof(std::int64_t) + 5 * s.real);
   return sum;
 }
 
