@@ -20,7 +20,7 @@ Passage passage(const ReferenceState& state, Index i, Index j, double saturation
   const ClothMaterial& cloth = state.model.cloths[state.model.samples.cloth[j]];
   const double flux = state.s.sample_flux[j];
   const Eigen::Vector3d away = vec(state.s.fluid_position[i]) - sample_position(state, j);
-  const bool upstream = flux * away.dot(sample_normal(state, j)) < 0;
+  const bool upstream = is_driven(state, j) && flux * away.dot(sample_normal(state, j)) < 0;
   if (!upstream) return {0, cloth.entry_potential == 0};
   const double relative = std::pow(std::min(1.0, saturation), 3);
   const double weight = fluid_volume(state, i) * Smoothing(state.model).value(away.norm()) / state.sample_supply[j];

@@ -23,9 +23,6 @@ struct Share {
 /// Is there a direction, and with it a cone?
 bool directed(const ReferenceState& state) { return state.model.scene.processes.direction; }
 
-/// Does pressure drive liquid through sample p?
-bool is_driven(const ReferenceState& state, Index p) { return is_permeable(state, p) && state.s.sample_flux[p] != 0; }
-
 void mature(ReferenceState& state, double dt) {
   const Model& m = state.model;
   for (Index n = 0; n < state.s.node_count(); ++n) {

@@ -62,8 +62,9 @@ inline constexpr double full_side = 0.1, covered_side = 0.25;
 /// A particle that pressure drains is taken whole where less than this part of m_min would remain.
 inline constexpr Quanta drained_part = 16;
 
-/// Does pressure drive liquid through the cloth of sample p?
+/// May pressure drive liquid through the cloth of sample p, and does it?
 bool is_permeable(const ReferenceState& state, Index p);
+bool is_driven(const ReferenceState& state, Index p);
 
 /// Is the cloth of sample p porous?
 bool is_porous(const ReferenceState& state, Index p);

@@ -123,7 +123,7 @@ class KokkosBackend final : public Backend {
       case Stage::flow_direction:
         return flow_direction(constants_, lists_, bodies_, cloth_);
       case Stage::permeation:
-        return permeation(constants_, fluid_, lists_, cloth_, permeation_);
+        return permeation(constants_, fluid_, lists_, cloth_, permeation_, info);
       case Stage::absorption:
         return absorption(constants_, fluid_, lists_, cloth_, transfers_, permeation_, absorption_, info);
       case Stage::emission:

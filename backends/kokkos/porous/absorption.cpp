@@ -44,11 +44,12 @@ void prepare_pull(const Constants& constants, const Cloth& cloth, const Permeati
   const Entries<const Real4> position_saturation = std::as_const(work).position_saturation;
   const Entries<const Real3> normal = cloth.samples.normal;
   const Entries<const Real> flux = cloth.samples.flux, area = cloth.samples.area, supply = permeation.supply;
+  const Materials materials = sample_materials(cloth);
   const Real density = constants.rest_density;
   parallel(
       "drench::absorption::pull", cloth.samples.count, KOKKOS_LAMBDA(const Index p) {
         const Real u = flux(p);
-        if (u == 0) {
+        if (!laws::is_open(u, materials(p).conductance, materials(p).entry_potential)) {
           pull(p) = {Real3{}, 0};
           return;
         }

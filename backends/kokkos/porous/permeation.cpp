@@ -11,13 +11,18 @@ namespace drench::kokkos_backend {
 namespace {
 
 constexpr double share_units = 1099511627776.0;   // 2^40, of V W
-constexpr double load_units = 1073741824.0;       // 2^30, of loads in m²/s²
-constexpr double most_load = 1e8;                 // m²/s² of a pair: sums of a thousand fit
+constexpr double potential_units = 1073741824.0;  // 2^30, of loads and of V W φ in m²/s²
 
-/// Σ V W on both sides of each sample, and its load.
+/// In these units; a thousand of the largest sum up within 64 bits.
+KOKKOS_INLINE_FUNCTION std::int64_t fixed_potential(double value) {
+  constexpr double most = 5e6;  // m²/s²
+  return fixed_point(potential_units * Kokkos::fmax(-most, Kokkos::fmin(most, value)));
+}
+
+/// Σ V W and Σ V W φ on both sides of each sample, and its load.
 void sum_sides(const Constants& constants, const Fluid& fluid, const NeighborLists& lists, const Cloth& cloth, PermeationWork& work) {
   const Entries<std::int64_t> sides = work.sides;
-  parallel("drench::permeation::clear", 3 * cloth.samples.count, KOKKOS_LAMBDA(const Index k) { sides(k) = 0; });
+  parallel("drench::permeation::clear", 5 * cloth.samples.count, KOKKOS_LAMBDA(const Index k) { sides(k) = 0; });
   const Neighbors list(lists.fluid_sample);
   const Entries<const Real3> x = fluid.particles.position, at = cloth.samples.position, normal = cloth.samples.normal;
   const Entries<const Real> density = fluid.particles.kappa_density, divergence = fluid.particles.kappa_divergence,
@@ -25,6 +30,7 @@ void sum_sides(const Constants& constants, const Fluid& fluid, const NeighborLis
   const Entries<const Quanta> mass = fluid.particles.mass;
   const Materials materials = sample_materials(cloth);
   const Kernel kernel = constants.kernel;
+  const Real3 gravity = constants.gravity;
   const Real behind = constants.spacing / 2;
   const double quantum_volume = constants.quantum / constants.rest_density;  // m³
   parallel_filled_rows(
@@ -32,24 +38,28 @@ void sum_sides(const Constants& constants, const Fluid& fluid, const NeighborLis
         const NeighborRow near = list.row(i);
         if (near.count == 0) return;
         const double volume = quantum_volume * double(mass(i));
-        const double weight = double(mirrored) * double(image_density(ratio(i))) * volume * double(density(i) + divergence(i));
+        const Real kappa = density(i) + divergence(i);
+        const double weight = double(mirrored) * double(image_density(ratio(i))) * volume * double(kappa);
         const Real3 here = x(i);
         for (Index k = lane; k < near.count; k += row_lanes) {
           const Index p = near(k);
           if (!(materials(p).conductance > 0)) continue;
           const Real3 away = here - at(p), n = normal(p);
           const bool along = dot(away, n) >= 0;
-          Kokkos::atomic_add(&sides(3 * p + (along ? 1 : 0)), fixed_point(share_units * volume * double(kernel.value(norm(away)))));
+          const Real carried = kappa - dot(gravity, away);
+          const double share = volume * double(kernel.value(norm(away)));
+          Kokkos::atomic_add(&sides(5 * p + (along ? 2 : 0)), fixed_point(share_units * share));
+          if (carried > 0) Kokkos::atomic_add(&sides(5 * p + (along ? 3 : 1)), fixed_potential(share * double(carried)));
           const double load = weight * double(sample_volume(p)) / double(area(p)) *
                               double(dot(kernel.gradient(away + (along ? behind : -behind) * n), n));
-          Kokkos::atomic_add(&sides(3 * p + 2), fixed_point(load_units * Kokkos::fmax(-most_load, Kokkos::fmin(most_load, load))));
+          Kokkos::atomic_add(&sides(5 * p + 4), fixed_potential(load));
         }
       });
-  fluid.exchange.add_up(work.sides, 3 * cloth.samples.count);
+  fluid.exchange.add_up(work.sides, 5 * cloth.samples.count);
 }
 
 /// u_p, its direction and the supply.
-void drive(const Constants& constants, Cloth& cloth, PermeationWork& work) {
+void drive(const Constants& constants, Cloth& cloth, PermeationWork& work, double dt) {
   const Entries<const std::int64_t> sides = std::as_const(work).sides;
   const Entries<Real> flux = cloth.samples.flux, supply = work.supply;
   const Entries<Real3> direction = cloth.samples.flow_direction;
@@ -58,19 +68,24 @@ void drive(const Constants& constants, Cloth& cloth, PermeationWork& work) {
   const Real3 gravity = constants.gravity;
   parallel(
       "drench::permeation::drive", cloth.samples.count, KOKKOS_LAMBDA(const Index p) {
-        flux(p) = 0;
         const Material& m = materials(p);
         if (!(m.conductance > 0)) return;
         const Real3 n = normal(p);
-        const double filled[2] = {double(sides(3 * p)) / share_units, double(sides(3 * p + 1)) / share_units};
-        const double air = laws::air_share(filled[0]) + laws::air_share(filled[1]);
-        const double drop = double(sides(3 * p + 2)) / load_units + 0.5 * air * double(m.thickness) * double(dot(gravity, n));
-        const double upstream = filled[drop > 0 ? 0 : 1];
-        if (Kokkos::fabs(drop) > double(m.entry_potential) && upstream > 0) {
-          flux(p) = Real(double(m.conductance) * drop);
-          direction(p) = Real(drop > 0 ? 1 / 1.001 : -1 / 1.001) * n;
+        laws::Surroundings liquid;
+        for (int side = 0; side < 2; ++side) {
+          liquid.filled[side] = double(sides(5 * p + 2 * side)) / share_units;
+          liquid.potential[side] = double(sides(5 * p + 2 * side + 1)) / potential_units;
+        }
+        liquid.load = double(sides(5 * p + 4)) / potential_units;
+        const double now = double(m.conductance) * liquid.drive(0.5 * double(m.thickness) * double(dot(gravity, n)));
+        const double before = double(flux(p)), mean = before + dt / (dt + double(m.emission_ramp)) * (now - before);
+        const double upstream = liquid.filled[mean > 0 ? 0 : 1];
+        const Real u = upstream > 0 ? Real(mean) : Real(0);
+        flux(p) = u;
+        if (laws::is_open(u, m.conductance, m.entry_potential)) {
+          direction(p) = Real(u > 0 ? 1 / 1.001 : -1 / 1.001) * n;
           supply(p) = Real(upstream > laws::full_side ? upstream : laws::full_side);
-        } else if (filled[0] > laws::covered_side && filled[1] > laws::covered_side) {
+        } else if (liquid.filled[0] > laws::covered_side && liquid.filled[1] > laws::covered_side) {
           direction(p) = Real3{};
         }
       });
@@ -78,20 +93,21 @@ void drive(const Constants& constants, Cloth& cloth, PermeationWork& work) {
 
 }  // namespace
 
-void permeation(const Constants& constants, const Fluid& fluid, const NeighborLists& lists, Cloth& cloth, PermeationWork& work) {
+void permeation(const Constants& constants, const Fluid& fluid, const NeighborLists& lists, Cloth& cloth, PermeationWork& work,
+                const StepInfo& info) {
   const auto samples = static_cast<std::size_t>(cloth.samples.count);
   if (samples == 0) return;
-  make_room(work.sides, "drench::permeation::sides", 3 * samples);
+  make_room(work.sides, "drench::permeation::sides", 5 * samples);
   make_room(work.supply, "drench::permeation::supply", samples);
   place_samples(cloth);
   sum_sides(constants, fluid, lists, cloth, work);
-  drive(constants, cloth, work);
+  drive(constants, cloth, work, info.dt);
 }
 
 MemoryEstimate permeation_bytes(const Sizing& s) {
   MemoryEstimate sum;
   if (s.size.permeation)  // sides, supply; pull of absorption
-    sum.cloth = s.size.samples * (3 * sizeof(std::int64_t) + 5 * s.real);
+    sum.cloth = s.size.samples * (5 * sizeof(std::int64_t) + 5 * s.real);
   return sum;
 }
 

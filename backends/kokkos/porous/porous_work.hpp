@@ -18,7 +18,8 @@ struct TransferWork {
 
 /// Only with cloth that liquid passes through.
 struct PermeationWork {
-  Field<std::int64_t> sides;  // 3 per sample: Σ V W where its normal leaves and where it points, 2^-40; its load, 2^-30 m²/s²
+  // 5 per sample: Σ V W, 2^-40, and Σ V W φ, 2^-30 m²/s², where its normal leaves and where it points; its load, 2^-30 m²/s²
+  Field<std::int64_t> sides;
   Field<Real> supply;         // Σ V W upstream of the sample, 1; where the flux is not 0
 };
 
