@@ -35,13 +35,15 @@ Surroundings around(const ReferenceState& state, Index p) {
 /// How much of a side counts as air, 1.
 double air_share(double filled) { return std::max(0.0, 1 - filled / full_side); }
 
-/// What drives liquid along the normal, m²/s²: the load where one side is free, the difference of potentials where both are covered.
-double drive_of(const Surroundings& liquid, double half_thickness) {
+/// What drives liquid along the normal, m²/s²: the load where one side is free, the difference of potentials, beyond what a spacing
+/// of liquid makes, where both are covered.
+double drive_of(const Surroundings& liquid, double half_thickness, double unresolved) {
   const double less = std::min(liquid.filled[0], liquid.filled[1]);
   const double covered = std::clamp((less - full_side) / (covered_side - full_side), 0.0, 1.0);
   const double load = liquid.load + half_thickness * (air_share(liquid.filled[0]) + air_share(liquid.filled[1]));
   if (covered == 0) return load;
-  return (1 - covered) * load + covered * (liquid.potential[0] / liquid.filled[0] - liquid.potential[1] / liquid.filled[1]);
+  const double drop = liquid.potential[0] / liquid.filled[0] - liquid.potential[1] / liquid.filled[1];
+  return (1 - covered) * load + covered * std::copysign(std::max(0.0, std::fabs(drop) - unresolved), drop);
 }
 
 }  // namespace
@@ -55,7 +57,7 @@ void permeation(ReferenceState& state, const StepInfo& info, StepReport&) {
     if (!(cloth.conductance > 0)) continue;
     const Surroundings liquid = around(state, p);
     const Eigen::Vector3d n = sample_normal(state, p);
-    const double now = cloth.conductance * drive_of(liquid, 0.5 * cloth.thickness * g.dot(n));
+    const double now = cloth.conductance * drive_of(liquid, 0.5 * cloth.thickness * g.dot(n), m.spacing * g.norm());
     double& flux = state.s.sample_flux[p];
     flux += info.dt / (info.dt + cloth.emission_ramp) * (now - flux);
     const double upstream = liquid.filled[flux > 0 ? 0 : 1];

@@ -93,12 +93,13 @@ double downwards(const Model& m, const HostState& s) {
 }  // namespace
 
 TEST(permeation, liquid_on_both_sides_drives_by_the_difference_of_its_pressures) {
-  for (const double low : {10e-3, 49e-3, 60e-3}) {
+  for (const double low : {10e-3, 46e-3, 60e-3}) {
     const Between water(", emission_ramp: 0", low);
     const auto backend = make_kokkos_backend(water.setup.model);
     run_until(*backend, water.setup.state, Stage::permeation);
     const HostState s = backend->download();
-    const double expected = Between::flux(50e-3 - low);
+    const double beyond = std::max(0.0, std::fabs(50e-3 - low) - 0.005);  // m: a spacing of liquid is not resolved
+    const double expected = Between::flux(low < 50e-3 ? beyond : -beyond);
     ASSERT_FALSE(s.sample_flux.empty());
     int covered = 0;
     for (std::size_t p = 0; p < s.sample_flux.size(); ++p) {
@@ -106,8 +107,8 @@ TEST(permeation, liquid_on_both_sides_drives_by_the_difference_of_its_pressures)
       if (std::max(std::fabs(x[0]), std::fabs(x[2])) > 0.01) continue;
       ++covered;
       const double down = (s.sample_flow_direction[p][1] < 0 ? 1 : -1) * std::fabs(s.sample_flux[p]);
-      EXPECT_NEAR(down, expected, 50 * tolerance * std::fabs(expected));
-      EXPECT_NEAR(std::fabs(s.sample_flow_direction[p][1]), 1 / 1.001, 1e-5);
+      EXPECT_NEAR(down, expected, 50 * tolerance * std::fabs(expected) + 1e-12);
+      EXPECT_NEAR(std::fabs(s.sample_flow_direction[p][1]), expected == 0 ? 0 : 1 / 1.001, 1e-5);
     }
     EXPECT_GT(covered, 20);
   }

@@ -66,6 +66,7 @@ void drive(const Constants& constants, Cloth& cloth, PermeationWork& work, doubl
   const Entries<const Real3> normal = cloth.samples.normal;
   const Materials materials = sample_materials(cloth);
   const Real3 gravity = constants.gravity;
+  const double unresolved = double(constants.spacing) * double(norm(gravity));
   parallel(
       "drench::permeation::drive", cloth.samples.count, KOKKOS_LAMBDA(const Index p) {
         const Material& m = materials(p);
@@ -77,7 +78,7 @@ void drive(const Constants& constants, Cloth& cloth, PermeationWork& work, doubl
           liquid.potential[side] = double(sides(5 * p + 2 * side + 1)) / potential_units;
         }
         liquid.load = double(sides(5 * p + 4)) / potential_units;
-        const double now = double(m.conductance) * liquid.drive(0.5 * double(m.thickness) * double(dot(gravity, n)));
+        const double now = double(m.conductance) * liquid.drive(0.5 * double(m.thickness) * double(dot(gravity, n)), unresolved);
         const double before = double(flux(p)), mean = before + dt / (dt + double(m.emission_ramp)) * (now - before);
         const double upstream = liquid.filled[mean > 0 ? 0 : 1];
         const Real u = upstream > 0 ? Real(mean) : Real(0);

@@ -20,13 +20,15 @@ struct Surroundings {
   double load;                     // m²/s², along the normal
 
   /// What drives liquid along the normal, m²/s²: the load where one side is free, the difference of potentials where both are
-  /// covered. `weight` is gravity along the normal times half of the thickness.
-  KOKKOS_INLINE_FUNCTION double drive(double weight) const {
+  /// covered, beyond `unresolved`. `weight` is gravity along the normal times half of the thickness.
+  KOKKOS_INLINE_FUNCTION double drive(double weight, double unresolved) const {
     const double less = filled[0] < filled[1] ? filled[0] : filled[1];
     const double free = load + weight * (air_share(filled[0]) + air_share(filled[1]));
     if (less <= full_side) return free;
     const double covered = less < covered_side ? (less - full_side) / (covered_side - full_side) : 1;
-    return (1 - covered) * free + covered * (potential[0] / filled[0] - potential[1] / filled[1]);
+    const double drop = potential[0] / filled[0] - potential[1] / filled[1];
+    const double beyond = drop > unresolved ? drop - unresolved : drop < -unresolved ? drop + unresolved : 0;
+    return (1 - covered) * free + covered * beyond;
   }
 };
 
