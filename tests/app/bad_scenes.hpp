@@ -238,7 +238,7 @@ inline constexpr BadScene bad_scenes[] = {
     {"WetAdhesionIsHuge", CLOTH "    porous: {adhesion: 11}\n", 4, 24, "cloth.0.porous.adhesion",
      "allowed: [0, 10] N/m"},
     {"PermeabilityInDarcy", CLOTH "    porous: {permeability: 10}\n", 4, 28, "cloth.0.porous.permeability",
-     "allowed: [0, 0.0001] m²"},
+     "allowed: [0, 1e-4] m²"},
     {"BreakthroughWithoutPermeability", CLOTH "    porous: {breakthrough_pressure: 200}\n", 4, 37,
      "cloth.0.porous.breakthrough_pressure", "the permeability is 0; allowed: permeability above 0"},
     {"PermeabilityWithoutViscosity",
