@@ -10,6 +10,23 @@
 namespace drench::reference {
 namespace {
 
+/// What liquid at `away` (m) from sample j is asked for: kg, of pressure alone, and whether the fabric takes liquid up by itself.
+struct Passage {
+  double driven = 0;
+  bool wets = true;
+};
+
+Passage passage(const ReferenceState& state, Index i, Index j, double saturation, double dt) {
+  const ClothMaterial& cloth = state.model.cloths[state.model.samples.cloth[j]];
+  const double flux = state.s.sample_flux[j];
+  const Eigen::Vector3d away = vec(state.s.fluid_position[i]) - sample_position(state, j);
+  const bool upstream = is_driven(state, j) && flux * away.dot(sample_normal(state, j)) < 0;
+  if (!upstream) return {0, cloth.entry_potential == 0};
+  const double relative = std::pow(std::min(1.0, saturation), 3);
+  const double weight = fluid_volume(state, i) * Smoothing(state.model).value(away.norm()) / state.sample_supply[j];
+  return {dt * state.model.rest_density * state.model.samples.area[j] * std::fabs(flux) * relative * weight, true};
+}
+
 /// w_ij, kg: what sample j would like to take from particle i.
 double demand(const ReferenceState& state, Index i, Index j, double dt) {
   const Model& m = state.model;
@@ -20,11 +37,23 @@ double demand(const ReferenceState& state, Index i, Index j, double dt) {
   const double r = xij.norm();
   double cosine = 0;
   if (direction.norm() > 0 && r > 1e-9 * h) cosine = xij.dot(direction) / (r * direction.norm());
+  if (is_permeable(state, j)) cosine = 0;
   const double cap = 1 + (cloth.max_saturation - 1) * std::max(0.0, cosine);
   const bool controlled = m.scene.processes.saturation_control;
   const double deficit = controlled ? std::max(0.0, cap - sample_saturation(state, j)) : 1;
   const double laplacian = 45 * (h - r) / (std::numbers::pi * std::pow(h, 6));  // 1/m⁵
-  return dt * cloth.absorption * m.samples.capacity[j] * deficit * fluid_volume(state, i) * laplacian;
+  const double wish = dt * cloth.absorption * m.samples.capacity[j] * deficit * fluid_volume(state, i) * laplacian;
+  if (!is_permeable(state, j)) return wish;
+  const Passage through = passage(state, i, j, sample_saturation(state, j), dt);
+  return (through.wets ? wish : 0) + through.driven;
+}
+
+/// The least quanta that may stay of a particle: pressure drains it farther than the fabric's own uptake.
+Quanta least_rest(const ReferenceState& state, Index i, const std::vector<Quanta>& offer) {
+  const std::vector<Index>& list = state.fluid_sample[i];
+  for (std::size_t k = 0; k < list.size(); ++k)
+    if (offer[k] > 0 && is_permeable(state, list[k])) return state.model.min_quanta / drained_part;
+  return state.model.min_quanta;
 }
 
 /// o_ij of particle i, in the order of its list of samples.
@@ -48,7 +77,7 @@ std::vector<Quanta> offers(const ReferenceState& state, Index i, double dt) {
   }
   // Too little would stay for a particle: it is taken whole.
   const auto largest = std::max_element(offer.begin(), offer.end());
-  if (rest > 0 && rest<state.model.min_quanta&& * largest> 0) *largest += rest;
+  if (rest > 0 && rest < least_rest(state, i, offer) && *largest > 0) *largest += rest;
   return offer;
 }
 
@@ -65,8 +94,9 @@ std::vector<Quanta> transfers(const ReferenceState& state, Index i, const std::v
     was_limited = was_limited || phi[list[k]] < 1;
     rest -= transfer[k];
   }
-  if (!was_limited || rest <= 0 || rest >= state.model.min_quanta) return transfer;
-  Quanta missing = state.model.min_quanta - rest;
+  const Quanta least = least_rest(state, i, offer);
+  if (!was_limited || rest <= 0 || rest >= least) return transfer;
+  Quanta missing = least - rest;
   for (Quanta& t : transfer) {
     const Quanta cut = std::min(t, missing);
     t -= cut;

@@ -56,7 +56,7 @@ Share share_of(const ReferenceState& state, Index p) {
 /// e_p: where liquid leaves.
 Eigen::Vector3d way_out(const ReferenceState& state, Index p) {
   const Eigen::Vector3d flow = vec(state.s.sample_flow_direction[p]);
-  if (flow.norm() == 0 || state.sample_boundary[p].empty()) return flow;
+  if (flow.norm() == 0 || state.sample_boundary[p].empty() || is_driven(state, p)) return flow;
   return normalised_drive(state, p, virtual_pressure(state, p));
 }
 
@@ -129,9 +129,9 @@ void give_to_liquid(ReferenceState& state, std::vector<Share>& shares) {
   }
 }
 
-/// (d) Does sample q leave no room for a new particle before p?
-bool shuts_in(const ReferenceState& state, Index p, Index q) {
-  const Eigen::Vector3d way = way_out(state, p), apart = sample_position(state, q) - sample_position(state, p);
+/// (d) Does something at x leave no room for a new particle before p?
+bool shuts_in(const ReferenceState& state, Index p, const Eigen::Vector3d& x) {
+  const Eigen::Vector3d way = way_out(state, p), apart = x - sample_position(state, p);
   if (way.norm() == 0) return false;
   const double ahead = apart.dot(way.normalized());
   return ahead > 0 && ahead < 1.5 * state.model.spacing &&
@@ -143,12 +143,14 @@ void block(const ReferenceState& state, std::vector<Share>& shares) {
   for (Index p = 0; p < static_cast<Index>(shares.size()); ++p) {
     if (shares[p].total == 0 || !directed(state)) continue;
     for (const Index b : state.sample_boundary[p]) {
-      if (in_cone(state, p, vec(state.s.boundary_position[b]), cone_cosine(state, p))) shares[p].blocked = true;
+      const Eigen::Vector3d x = vec(state.s.boundary_position[b]);
+      if (is_driven(state, p) ? shuts_in(state, p, x) : in_cone(state, p, x, cone_cosine(state, p)))
+        shares[p].blocked = true;
     }
     for (const Index q : state.sample_sample[p]) {
       const bool ahead = in_cone(state, p, sample_position(state, q), std::sqrt(0.75));  // 30°
       if (is_porous(state, q) && same_layer(state, p, q) && ahead) shares[p].steep = true;
-      if (!same_layer(state, p, q) && shuts_in(state, p, q)) shares[p].steep = true;
+      if (!same_layer(state, p, q) && shuts_in(state, p, sample_position(state, q))) shares[p].steep = true;
     }
   }
 }
@@ -204,6 +206,7 @@ struct Candidate {
   Quanta sum = 0;  // S
   Eigen::Vector3d position = Eigen::Vector3d::Zero();
   std::vector<Index> givers;
+  bool driven = false;  // by pressure, which may push it into liquid
 };
 
 /// (d) Candidates, in the order of their collectors' indices.
@@ -225,6 +228,7 @@ std::vector<Candidate> candidates(const ReferenceState& state, const std::vector
     if (pools[p].givers.empty() || pools[p].sum < m.min_quanta) continue;
     const double fill = static_cast<double>(std::min(pools[p].sum, m.max_quanta)) / quanta_per_particle;
     pools[p].position = sample_position(state, p) + 0.5 * m.spacing * (1 + std::cbrt(fill)) * outward(state, p);
+    pools[p].driven = is_driven(state, p);
     result.push_back(pools[p]);
   }
   return result;
@@ -246,7 +250,7 @@ void create_particles(ReferenceState& state, std::vector<Share>& shares) {
       crowded = crowded || r < 0.5 * m.spacing;
       if (r < m.support) filled += fluid_volume(state, i) * smoothing.value(r);
     }
-    crowded = crowded || filled > 0.5;
+    crowded = crowded || (filled > 0.5 && !found[c].driven);
     for (std::size_t other = 0; other < c; ++other) {
       crowded = crowded || (found[other].position - x).norm() < 0.5 * m.spacing;
     }

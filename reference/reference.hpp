@@ -21,6 +21,7 @@ struct ReferenceState {
   // sheets, α' = 0 where it touches none.
   std::vector<double> compliance, alpha, contact_compliance, contact_alpha;
   std::vector<Eigen::Matrix3d> wall_gain;           // L_i, 1; empty where walls mirror (stage density)
+  std::vector<double> sample_supply;                // Σ V W upstream of each sample, 1 (stage permeation)
   std::vector<Eigen::Vector3d> boundary_predicted;  // m/s, per boundary sample: after a pressure (in-stage)
 };
 

@@ -125,6 +125,16 @@ void remove_particles(HostState& s, const std::vector<bool>& gone) {
 
 bool is_porous(const ReferenceState& state, Index p) { return state.model.cloths[state.model.samples.cloth[p]].porous; }
 
+bool is_permeable(const ReferenceState& state, Index p) {
+  return state.model.has_permeation() && state.model.cloths[state.model.samples.cloth[p]].conductance > 0;
+}
+
+bool is_driven(const ReferenceState& state, Index p) {
+  if (!is_permeable(state, p)) return false;
+  const ClothMaterial& cloth = state.model.cloths[state.model.samples.cloth[p]];
+  return std::fabs(state.s.sample_flux[p]) > cloth.conductance * cloth.entry_potential;
+}
+
 bool same_layer(const ReferenceState& state, Index p, Index q) {
   const SampleSet& samples = state.model.samples;
   if (samples.cloth[p] != samples.cloth[q]) return false;

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "common.hpp"
+#include "sheets.hpp"
 
 namespace drench::reference {
 
@@ -54,6 +55,16 @@ void remove_particles(HostState& s, const std::vector<bool>& gone);
 /// P′ of sample p, m/s², and what becomes of it with gravity: (P + g)/(|P + g| + ε) (src/stages/flow_direction.hpp).
 Eigen::Vector3d virtual_pressure(const ReferenceState& state, Index p);
 Eigen::Vector3d normalised_drive(const ReferenceState& state, Index p, const Eigen::Vector3d& pressure);
+
+/// Σ V W of one side of a sheet, 1: below the first the rest of that side counts as air, above the second it is covered.
+inline constexpr double full_side = 0.1, covered_side = 0.25;
+
+/// A particle that pressure drains is taken whole where less than this part of m_min would remain.
+inline constexpr Quanta drained_part = 16;
+
+/// May pressure drive liquid through the cloth of sample p, and does it?
+bool is_permeable(const ReferenceState& state, Index p);
+bool is_driven(const ReferenceState& state, Index p);
 
 /// Is the cloth of sample p porous?
 bool is_porous(const ReferenceState& state, Index p);

@@ -124,8 +124,10 @@ class KokkosBackend final : public Backend {
         return porous_neighbors(constants_, fluid_, lists_, bodies_, cloth_, diffusion_);
       case Stage::flow_direction:
         return flow_direction(constants_, lists_, bodies_, cloth_);
+      case Stage::permeation:
+        return permeation(constants_, fluid_, lists_, cloth_, permeation_, info);
       case Stage::absorption:
-        return absorption(constants_, fluid_, lists_, cloth_, transfers_, absorption_, info);
+        return absorption(constants_, fluid_, lists_, cloth_, transfers_, permeation_, absorption_, info);
       case Stage::emission:
         return emission(constants_, fluid_, lists_, bodies_, cloth_, transfers_, emission_, info);
       case Stage::diffusion:
@@ -198,6 +200,7 @@ class KokkosBackend final : public Backend {
   SelfCollisionWork self_collision_;
   AdvectionWork advection_;
   TransferWork transfers_;
+  PermeationWork permeation_;
   AbsorptionWork absorption_;
   EmissionWork emission_;
   DiffusionWork diffusion_;
@@ -231,6 +234,7 @@ MemoryEstimate kokkos_array_bytes(const SetupSize& size, int real_bytes, bool gp
   sum += advection_bytes(sizing);
   sum += porous_neighbor_bytes(sizing);
   sum += transfer_bytes(sizing);
+  sum += permeation_bytes(sizing);
   sum += absorption_bytes(sizing);
   sum += emission_bytes(sizing);
   sum += diffusion_bytes(sizing);

@@ -171,6 +171,7 @@ void run_stage_from(Backend& backend, const Model& model, Stage stage, const Hos
   backend.upload(before);
   if (stage > Stage::porous_neighbors) {
     if (model.has_exchange() || model.has_diffusion()) backend.run(Stage::porous_neighbors, info, report);
+    if (stage == Stage::absorption && model.has_permeation()) backend.run(Stage::permeation, info, report);
   } else if (stage > Stage::neighbors && stage <= Stage::advection && model.has_fluid()) {
     backend.run(Stage::neighbors, info, report);
     if (stage > Stage::density) backend.run(Stage::density, info, report);

@@ -26,6 +26,7 @@
   STAGE(jets,              m.has_jets())                                                      \
   STAGE(porous_neighbors,  m.has_exchange() || m.has_diffusion())                             \
   STAGE(flow_direction,    m.has_exchange() && m.has_direction())                             \
+  STAGE(permeation,        m.has_permeation())                                                \
   STAGE(absorption,        m.has_absorption())                                                \
   STAGE(emission,          m.has_emission())                                                  \
   STAGE(diffusion,         m.has_diffusion())                                                 \

@@ -84,6 +84,12 @@ void describe_porous(Section& s, MaterialScene& fabric) {
            "ℓ: at rest the saturation falls by 1 over this height");
   s.number("adhesion", fabric.wet_adhesion, "[0, 10]", "N/m",
            "work per area that parts wet fabric from wet fabric or a solid; with water 0.14 at most");
+  s.number("permeability", fabric.permeability, "[0, 1e-4]", "m²",
+           "k of the wet fabric across it: pressure drives liquid through, by Darcy's law; 0: it is tight to pressure");
+  s.number("breakthrough_pressure", fabric.breakthrough_pressure, "[0, 1e9]", "Pa",
+           "p_b, above 0 the fabric repels: up to this difference of pressure it takes and passes nothing; needs `permeability`");
+  s.check(!(fabric.breakthrough_pressure > 0) || fabric.permeability > 0, "breakthrough_pressure",
+          "says when liquid passes through, and the permeability is 0; allowed: permeability above 0");
   s.boolean("contact_wicking", fabric.contact_wicking,
             "liquid passes between layers that touch and both have this; needs `diffusivity` above 0");
   s.check(!fabric.contact_wicking || fabric.diffusivity > 0, "contact_wicking",

@@ -70,6 +70,9 @@ void check_parts(Section& s, const Scene& scene) {
                         scene.fluid.spacing));
     s.check(!cloth.material.bending || scene.cloth_solver.method == ClothMethod::pd, fmt::format("cloth.{}.bending", i),
             "stands beside cloth_solver.method: xpbd; allowed: only with pd");
+    const bool passes = cloth.material.porous && cloth.material.permeability > 0;
+    s.check(!passes || scene.fluid.viscosity > 0 || !scene.fluid.present, fmt::format("cloth.{}.porous.permeability", i),
+            "needs a viscous liquid (Darcy's flux is k Δp / (μ τ)), and fluid.viscosity is 0; allowed: fluid.viscosity above 0");
     s.check(names.insert(cloth.name).second, fmt::format("cloth.{}.name", i),
             fmt::format("a cloth before it is named '{}' too; allowed: a name of its own for each", cloth.name));
   }

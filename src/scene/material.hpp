@@ -23,11 +23,15 @@ struct BasicMaterial {
   Number diffusivity = Number(1.0e-4);     // D, m²/s; resolved, the geometric mean of warp and weft
   Number capillary_height = Number(1.0);   // ℓ, m
   Number wet_adhesion = Number(0);  // w, N/m; parts wet fabric from wet fabric or a solid; 0.14 with water at most
+  Number permeability = Number(0);           // k, m²: of the wet fabric, across it; 0: tight to pressure
+  Number breakthrough_pressure = Number(0);  // p_b, Pa: below it the fabric repels liquid; 0: it wets by itself
   bool contact_wicking = false;     // liquid passes between layers that touch and both have this
   bool porous = false;              // takes up liquid; else it is a dry wall
 
   /// Does liquid spread within the fabric?
   constexpr bool wicks() const { return porous && diffusivity > 0; }
+  /// Does liquid pass through it?
+  constexpr bool permeable() const { return porous && permeability > 0; }
   /// Does it pass into layers that touch?
   constexpr bool wicks_through_contact() const { return wicks() && contact_wicking; }
 
@@ -41,6 +45,8 @@ struct ResolvedMaterial : BasicMaterial<Number> {
   Number damping_wet{};         // 1/s, at saturation 1
   Number emission_cosine{};     // cos θ^e; −2, below all cosines, where there is no direction and so no cone
   Number diffusion_exponent{};  // n, 1: liquid spreads at the rate D sⁿ
+  Number conductance{};         // k/(ν τ), s/m: flux through the saturated sheet over the difference of p/ρ0
+  Number entry_potential{};     // p_b/ρ0, m²/s²
   bool dynamics = true;         // false: it does not move
   bool self_collision = false;  // with itself and with other cloths that have this
 };
@@ -63,12 +69,16 @@ constexpr void visit_members(ResolvedMaterial<A>& a, const ResolvedMaterial<B>& 
   visit(a.diffusivity, b.diffusivity);
   visit(a.capillary_height, b.capillary_height);
   visit(a.wet_adhesion, b.wet_adhesion);
+  visit(a.permeability, b.permeability);
+  visit(a.breakthrough_pressure, b.breakthrough_pressure);
   visit(a.contact_wicking, b.contact_wicking);
   visit(a.porous, b.porous);
   visit(a.friction_wet, b.friction_wet);
   visit(a.damping_wet, b.damping_wet);
   visit(a.emission_cosine, b.emission_cosine);
   visit(a.diffusion_exponent, b.diffusion_exponent);
+  visit(a.conductance, b.conductance);
+  visit(a.entry_potential, b.entry_potential);
   visit(a.dynamics, b.dynamics);
   visit(a.self_collision, b.self_collision);
 }

@@ -1,6 +1,7 @@
 #include "setup/cloth_material.hpp"
 
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 namespace drench {
@@ -29,6 +30,18 @@ void set_absorption(Model& model) {
     if (uptake > 0)
       cloth.absorption = uptake * model.support * model.support / (7.5 * (1 - cloth.solid_fraction) * cloth.thickness);
   }
+}
+
+void set_permeation(Model& model) {
+  if (!model.has_fluid() || !(model.scene.fluid.viscosity > 0)) return;
+  for (ClothMaterial& cloth : model.cloths) {
+    if (!cloth.permeable()) continue;
+    cloth.conductance = cloth.permeability / (model.scene.fluid.viscosity * cloth.thickness);
+    cloth.entry_potential = cloth.breakthrough_pressure / model.rest_density;
+  }
+  if (!model.has_permeation()) return;
+  for (ClothMaterial& cloth : model.cloths)
+    if (cloth.conductance > 0) cloth.emission_velocity = std::numeric_limits<double>::infinity();
 }
 
 }  // namespace drench

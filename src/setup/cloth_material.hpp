@@ -12,4 +12,7 @@ ClothMaterial resolve_material(const ClothScene& cloth, const ProcessScene& proc
 /// k_a = u_a h² / (7.5 (1−Φ) τ) in the cloths that have an uptake velocity u_a; h is the model's support.
 void set_absorption(Model& model);
 
+/// The conductance k/(ν τ) and the entry potential p_b/ρ0 of the cloths that liquid passes through, whose excess leaves at once.
+void set_permeation(Model& model);
+
 }  // namespace drench

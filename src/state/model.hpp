@@ -292,6 +292,11 @@ struct Model {
   bool has_emission() const { return has_porous() && has_fluid() && scene.processes.emission; }
   /// Does liquid go into the cloth or out of it?
   bool has_exchange() const { return has_absorption() || has_emission(); }
+  /// Does pressure drive liquid through a cloth (stages/permeation.hpp)?
+  bool has_permeation() const {
+    return has_absorption() && has_emission() && has_direction() &&
+           any_cloth([](const ClothMaterial& c) { return c.conductance > 0; });
+  }
   bool has_direction() const { return scene.processes.direction; }
   bool has_saturation_control() const { return scene.processes.saturation_control; }
   bool has_diffusion() const {

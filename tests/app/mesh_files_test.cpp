@@ -198,7 +198,7 @@ TEST_F(MeshFiles, TheWarpRunsAlongTheTextureOrAsTheSceneSays) {
     EXPECT_NE(error_of(scene).find(part), std::string::npos) << error_of(scene);
   };
   fabric.warp = {0, 1, 0};
-  expect_error("triangle 0 lies across the direction of porous.warp");
+  expect_error("triangle 0 lies across the direction of warp");
   fabric.has_warp = false;
   scene.cloths[0].file = write("plain.obj", points + "f 1 4 5\nf 1 5 2\n");
   expect_error("has no texture coordinates that say how the warp runs; allowed: an .obj that has them, or the key");

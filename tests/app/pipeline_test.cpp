@@ -125,6 +125,10 @@ TEST_F(PipelineTest, AProcessThatIsOffHasNoStage) {
   EXPECT_EQ(porous({.diffusion = false}), (std::vector{porous_neighbors, flow_direction, absorption, emission}));
   EXPECT_EQ(porous({.absorption = false, .emission = false}), (std::vector{porous_neighbors, diffusion}));
   EXPECT_EQ(porous({.absorption = false, .emission = false, .diffusion = false}), std::vector<Stage>{});
+  model.cloths.back().conductance = 0.1;
+  EXPECT_EQ(porous({}), (std::vector{porous_neighbors, flow_direction, permeation, absorption, emission, diffusion}));
+  EXPECT_EQ(porous({.direction = false}), (std::vector{porous_neighbors, absorption, emission, diffusion}));
+  EXPECT_EQ(porous({.emission = false}), (std::vector{porous_neighbors, flow_direction, absorption, diffusion}));
   model.scene.output.measures = true;
   EXPECT_EQ(porous({.absorption = false, .emission = false, .diffusion = false}), std::vector{measures});
 }

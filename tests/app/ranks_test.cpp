@@ -224,6 +224,12 @@ TEST_F(Ranks, TheCutGoesThroughEverything) {
   EXPECT_GT(std::abs(last("mass_cloth") - first("mass_cloth")), 0) << "kg";
 }
 
+TEST_F(Ranks, PressureDrivesLiquidThroughClothAtTheCut) {
+  expect_equal(scene(cut_scene), {2}, 14, {"--set", "cloth.0.porous.permeability=1.0e-8"});
+  const HostState end = read_checkpoint(checkpoints_in(here() / "1").back()).state;
+  EXPECT_TRUE(std::any_of(end.sample_flux.begin(), end.sample_flux.end(), [](double u) { return u != 0; }));
+}
+
 TEST_F(Ranks, AllLiquidOnOneRankIsSharedOut) {
   expect_equal(scene(jet_scene), {2, 3}, 15);
   EXPECT_GT(last("particles"), 400) << "at 142 two ranks cut anew, and at 101 three do";

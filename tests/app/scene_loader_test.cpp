@@ -93,6 +93,8 @@ ClothScene every_cloth_key() {
   c.material.diffusion = DiffusionLaw::degenerate;
   c.material.capillary_height = 0.8;
   c.material.wet_adhesion = 0.05;
+  c.material.permeability = 2.0e-10;
+  c.material.breakthrough_pressure = 300;
   c.material.contact_wicking = true;
   return c;
 }

@@ -224,6 +224,24 @@ TEST(only_what_is_needed, layers_pass_liquid_only_where_asked_for) {
   EXPECT_EQ(containing(launched, label) + containing(launched, {"::diffusion"}) + containing(allocated, label), 0);
 }
 
+TEST(only_what_is_needed, pressure_drives_liquid_through_only_where_asked_for) {
+  const std::initializer_list<const char*> label = {"permeation", "absorption::pull", "sample_flux"};
+  const std::string scene = with(wet_scene(), "porous: {", "porous: {permeability: 1.0e-9, ");
+  {
+    const Watch watch(wet_scene());
+    EXPECT_EQ(containing(launched, label) + containing(allocated, label), 0);
+  }
+  {
+    const Watch watch(scene);
+    EXPECT_EQ(containing(launched, {"drench::permeation::", "drench::absorption::pull"}), 4) << "clear, sides, drive, pull";
+    EXPECT_EQ(containing(allocated, label), 4) << "sides, supply, pull, the flux";
+  }
+  for (const char* process : {"direction", "absorption", "emission"}) {
+    const Watch watch(with(scene, "output:", std::string("processes: {") + process + ": off}\noutput:"));
+    EXPECT_EQ(containing(launched, label) + containing(allocated, label), 0) << process;
+  }
+}
+
 TEST(only_what_is_needed, diffusion_carries_momentum_only_in_cloth_that_moves) {
   const std::initializer_list<const char*> launches = {"::give_velocity", "wicking::velocity"};
   const std::initializer_list<const char*> arrays = {"diffusion::velocity", "diffusion::next_velocity",

@@ -206,6 +206,7 @@ void make_samples(const Model& m, Samples& s) {
     s.rest_position = to_device3("drench::sample_rest_position", set.rest_position);
     allocate_zeros(s.flow_direction, "drench::sample_flow_direction", samples);
   }
+  if (m.has_permeation()) allocate_zeros(s.flux, "drench::sample_flux", samples);
 }
 
 double sample_bytes(const Sizing& m) {

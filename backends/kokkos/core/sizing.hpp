@@ -27,6 +27,7 @@ struct Sizing {
   bool has_fluid() const { return size.liquid; }
   bool has_porous() const { return size.porous; }
   bool has_micropolar() const { return size.micropolar; }
+  bool has_permeation() const { return size.permeation; }
 
   /// Of an entry of a field that has this type on the host.
   template <class T>

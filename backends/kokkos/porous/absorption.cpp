@@ -6,6 +6,7 @@
 #include "core/neighbor_search.hpp"
 #include "porous/absorption_law.hpp"
 #include "porous/flow_law.hpp"
+#include "porous/permeation_law.hpp"
 #include "porous/stages.hpp"
 #include "porous/transfer.hpp"
 
@@ -36,6 +37,27 @@ void prepare(const Constants& constants, Cloth& cloth, TransferWork& transfers, 
       });
 }
 
+/// What pressure takes from the liquid upstream of each sample: which way that is, and kg/s for each V W there.
+void prepare_pull(const Constants& constants, const Cloth& cloth, const PermeationWork& permeation, AbsorptionWork& work) {
+  make_room(work.pull, "drench::absorption::pull", static_cast<std::size_t>(cloth.samples.count));
+  const Entries<Real4> pull = work.pull;
+  const Entries<const Real4> position_saturation = std::as_const(work).position_saturation;
+  const Entries<const Real3> normal = cloth.samples.normal;
+  const Entries<const Real> flux = cloth.samples.flux, area = cloth.samples.area, supply = permeation.supply;
+  const Materials materials = sample_materials(cloth);
+  const Real density = constants.rest_density;
+  parallel(
+      "drench::absorption::pull", cloth.samples.count, KOKKOS_LAMBDA(const Index p) {
+        const Real u = flux(p);
+        if (!laws::is_open(u, materials(p).conductance, materials(p).entry_potential)) {
+          pull(p) = {Real3{}, 0};
+          return;
+        }
+        const Real part = laws::relative_permeability(position_saturation(p).w) / supply(p);
+        pull(p) = {u < 0 ? normal(p) : Real(-1) * normal(p), density * area(p) * Kokkos::fabs(u) * part};
+      });
+}
+
 }  // namespace
 
 /// Of a sample one Real of eight (docs/design-notes/memory_estimate.md), and the offers.
@@ -51,8 +73,9 @@ namespace {
 
 /// Demands of one particle.
 struct Demands {
-  Entries<Real4> position_saturation, flow_capacity;
+  Entries<Real4> position_saturation, flow_capacity, pull;
   Materials materials;
+  Kernel kernel;
   double dt, q;
   Real h;
   bool controlled, single;  // one cloth
@@ -60,7 +83,9 @@ struct Demands {
   Demands(const Constants& constants, const Cloth& fabric, AbsorptionWork& work, double step)
       : position_saturation(work.position_saturation),
         flow_capacity(work.flow_capacity),
+        pull(work.pull),
         materials(sample_materials(fabric)),
+        kernel(constants.kernel),
         dt(step),
         q(constants.quantum),
         h(constants.support),
@@ -69,15 +94,36 @@ struct Demands {
 
   /// w_ij, quanta, of liquid at x with the volume V_i, m³.
   KOKKOS_INLINE_FUNCTION double operator()(const Real3& x, double volume, Index j) const {
-    const Material& m = single ? materials.of_cloth(0) : materials(j);
+    const Material& m = material(j);
     if (!m.porous) return 0;
     const Real4 at = position_saturation(j), flow_at = flow_capacity(j);
     const Real3 separation = at.xyz() - x;
+    if (pull.exist() && m.conductance > 0) return of_permeable(m, separation, at.w, flow_at.w, volume, j);
     const Real cap = laws::saturation_cap(m.max_saturation, laws::flow_cosine(separation, flow_at.xyz(), h));
     const Real deficit = controlled ? cap - at.w : Real(1);
     if (!(deficit > 0)) return 0;
     return laws::absorption_demand(dt, m.absorption, flow_at.w / q, deficit, volume,
                                    laws::viscosity_laplacian(norm(separation), h));
+  }
+
+  /// Does pressure drain liquid through sample j?
+  KOKKOS_INLINE_FUNCTION bool drains(Index j) const { return pull.exist() && material(j).conductance > 0; }
+
+ private:
+  KOKKOS_INLINE_FUNCTION const Material& material(Index j) const { return single ? materials.of_cloth(0) : materials(j); }
+  /// The same of a fabric that pressure drives liquid through: it fills up to 1 by itself, unless it repels, and pressure does the
+  /// rest.
+  KOKKOS_INLINE_FUNCTION double of_permeable(const Material& m, const Real3& separation, Real saturation, Real capacity,
+                                             double volume, Index j) const {
+    const Real4 pulled = pull(j);
+    const Real r = norm(separation);
+    const bool upstream = dot(separation, pulled.xyz()) < 0;
+    const Real deficit = controlled ? 1 - saturation : Real(1);
+    double demand = 0;
+    if (deficit > 0 && (upstream || !(m.entry_potential > 0)))
+      demand = laws::absorption_demand(dt, m.absorption, capacity / q, deficit, volume, laws::viscosity_laplacian(r, h));
+    if (upstream) demand += dt / q * double(pulled.w) * volume * double(kernel.value(r));
+    return demand;
   }
 };
 
@@ -121,26 +167,30 @@ void offer(const Constants& constants, const Fluid& fluid, const NeighborLists& 
         all = sum_of_lanes(all);
         const double total = all > 0 ? laws::absorption_total(double(m), all) : 0;
         Offers own;
+        bool drained = false;
         for (Index k = lane; k < near.count; k += row_lanes) {
           const double w = Kokkos::bit_cast<double>(offers(near.index_of(k)));
           const Quanta o = w > 0 ? static_cast<Quanta>(Kokkos::floor(total * (w / all))) : 0;
           offers(near.index_of(k)) = o;
           if (o == 0) continue;
           own += Offers{o, o, k};
+          drained = drained || demand.drains(near(k));
           Kokkos::atomic_add(&offered(near(k)), o);
         }
         const Offers made = sum_of_lanes(own);
         const Quanta rest = m - made.sum;  // below 0 where rounding offers a quantum too many
-        if (made.sum == 0 || rest == 0 || rest >= min_quanta || made.largest % row_lanes != lane) return;
+        const Quanta least = any_of_lanes(drained) ? min_quanta / laws::drained_part : min_quanta;
+        if (made.sum == 0 || rest == 0 || rest >= least || made.largest % row_lanes != lane) return;
         offers(near.index_of(made.largest)) = made.most + rest;
         Kokkos::atomic_add(&offered(near(made.largest)), rest);
       });
 }
 
 /// t_ij of every pair: mass leaves the liquid; mass and momentum are on their way in `entering` and `momentum`.
-void transfer(const Constants& constants, Fluid& fluid, const NeighborLists& lists, const Cloth& cloth, TransferWork& transfers, const AbsorptionWork& work) {
+void transfer(const Constants& constants, Fluid& fluid, const NeighborLists& lists, const Cloth& cloth, TransferWork& transfers, AbsorptionWork& work) {
   const Neighbors list(lists.fluid_sample);
-  const Entries<const Quanta> offers = work.offer;
+  const Entries<const Quanta> offers = std::as_const(work).offer;
+  const Demands demand(constants, cloth, work, 0);
   const Entries<Quanta> mass = fluid.particles.mass;
   const Entries<const Real3> velocity = fluid.particles.velocity;
   const Transfers exchange(cloth, transfers);
@@ -152,21 +202,23 @@ void transfer(const Constants& constants, Fluid& fluid, const NeighborLists& lis
         if (m <= 0) return;
         const Real3 v = velocity(i);
         Quanta given = 0;
-        bool was_limited = false;
+        bool was_limited = false, drained = false;
         for (Index k = lane; k < near.count; k += row_lanes) {
           const Quanta o = offers(near.index_of(k));
           if (o == 0) continue;
           const Index p = near(k);
           const double phi = exchange.share(p);
           if (phi < 1) was_limited = true;
+          drained = drained || demand.drains(p);
           const Quanta t = limited(o, phi);
           exchange.give(p, o, t, v);
           given += t;
         }
         Quanta rest = m - sum_of_lanes(given);
         was_limited = any_of_lanes(was_limited);
+        const Quanta least = any_of_lanes(drained) ? min_quanta / laws::drained_part : min_quanta;
         if (lane > 0) return;
-        Quanta back = was_limited && rest > 0 && rest < min_quanta ? min_quanta - rest : 0;
+        Quanta back = was_limited && rest > 0 && rest < least ? least - rest : 0;
         for (Index k = 0; k < near.count && back > 0; ++k) {
           const Quanta o = offers(near.index_of(k));
           if (o == 0) continue;
@@ -193,13 +245,14 @@ void remove_taken(Fluid& fluid, AbsorptionWork& work) {
 
 }  // namespace
 
-void absorption(const Constants& constants, Fluid& fluid, const NeighborLists& lists, Cloth& cloth,
-                TransferWork& transfers, AbsorptionWork& work, const StepInfo& info) {
+void absorption(const Constants& constants, Fluid& fluid, const NeighborLists& lists, Cloth& cloth, TransferWork& transfers,
+                const PermeationWork& permeation, AbsorptionWork& work, const StepInfo& info) {
   if (fluid.particles.total == 0 || cloth.samples.count == 0) return;
   make_room(work.offer, "drench::absorption::offer", lists.fluid_sample.entry.extent(0));
   prepare_transfers(cloth, transfers);
   place_samples(cloth);
   prepare(constants, cloth, transfers, work);
+  if (constants.model.has_permeation()) prepare_pull(constants, cloth, permeation, work);
   offer(constants, fluid, lists, cloth, transfers, work, info.dt);
   fluid.exchange.add_up(transfers.offered, cloth.samples.count);
   limit_inflow(cloth, transfers, constants.model.has_saturation_control());

@@ -88,13 +88,14 @@ EmissionCounts look(const Constants& constants, const Fluid& fluid, Cloth& cloth
 /// e_p, where liquid leaves.
 struct Direction {
   Entries<const Real3> flow;
+  Driven driven;
   Real3 gravity;
   Real gravity_size;
 
   explicit Direction(const Constants& constants, const Cloth& cloth)
-      : flow(cloth.samples.flow_direction), gravity(constants.gravity), gravity_size(norm(constants.gravity)) {}
+      : flow(cloth.samples.flow_direction), driven(cloth), gravity(constants.gravity), gravity_size(norm(constants.gravity)) {}
   KOKKOS_INLINE_FUNCTION Real3 operator()(Index p, const VirtualPressure& pressure) const {
-    if (pressure.count(p) == 0 || !(dot(flow(p), flow(p)) > 0)) return flow(p);
+    if (pressure.count(p) == 0 || driven(p) || !(dot(flow(p), flow(p)) > 0)) return flow(p);
     const Real epsilon = laws::flow_regularisation(gravity_size, pressure.materials(p).virtual_pressure);
     return laws::flow_direction(pressure(p) + gravity, epsilon);
   }
@@ -290,6 +291,7 @@ void block(const Constants& constants, const NeighborLists& lists, const Bodies&
   const Real h = constants.support, spacing = constants.spacing;
   const bool directed = constants.model.has_direction(), solids = bodies.boundary.count > 0 && directed;  // else nothing blocks
   const Layers layers = layers_of(constants, cloth);
+  const Driven driven(cloth);
   parallel(
       "drench::emission::block", cloth.samples.count, KOKKOS_LAMBDA(const Index p) {
         blocked(p) = 0;
@@ -301,8 +303,12 @@ void block(const Constants& constants, const NeighborLists& lists, const Bodies&
         if (solids) {
           const NeighborRow walls = solid.row(p);
           bool ahead = false;
+          const bool shut = driven(p);
           DRENCH_UNROLL
-          for (Index k = 0; k < walls.count; ++k) ahead |= laws::in_cone(xb(walls(k)) - here, along, cosine, h);
+          for (Index k = 0; k < walls.count; ++k) {
+            const Real3 apart = xb(walls(k)) - here;
+            ahead |= shut ? laws::shuts_in(apart, along, spacing) : laws::in_cone(apart, along, cosine, h);
+          }
           if (ahead) {
             blocked(p) = 1;
             return;

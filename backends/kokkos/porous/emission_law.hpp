@@ -39,6 +39,8 @@ KOKKOS_INLINE_FUNCTION bool shuts_in(const Real3& apart, const Real3& flow, Real
 
 /// Σ_j V_j W at a plane surface of the liquid, 1; where it is more a place lies inside.
 inline constexpr double surface_share = 0.5;
+/// What a particle that is too close adds to that sum: more than any liquid has.
+inline constexpr double crowded_share = 16;
 
 /// Distance from a sample at which its new particle appears, m: r_p + r_new = (d/2)(1 + cbrt(m/m0)).
 KOKKOS_INLINE_FUNCTION Real emission_distance(Real spacing, double mass_fraction) {

@@ -98,7 +98,7 @@ void pool(const Constants& constants, const NeighborLists& lists, const Cloth& c
       });
 }
 
-/// Σ_j V_j W at each candidate, 1 more for liquid that is closer than d/2. The liquid looks for candidates: they are few, and
+/// Σ_j V_j W at each candidate, 16 more for liquid that is closer than d/2. The liquid looks for candidates: they are few, and
 /// one of them alone with all the liquid around it would keep a GPU's thread busy for longer than all the rest.
 void measure_space(const Constants& constants, const Fluid& fluid, const Cloth& cloth, EmissionWork& work) {
   const Entries<std::int64_t> liquid = work.liquid;
@@ -117,14 +117,14 @@ void measure_space(const Constants& constants, const Fluid& fluid, const Cloth& 
           const Real3 r = at - position(c);
           const Real r2 = dot(r, r);
           if (!(r2 < h2)) return;
-          const double share = volume * double(mass(j)) * double(kernel.value(Kokkos::sqrt(r2))) + (r2 < near2 ? 1 : 0);
+          const double share = volume * double(mass(j)) * double(kernel.value(Kokkos::sqrt(r2))) + (r2 < near2 ? laws::crowded_share : 0);
           Kokkos::atomic_add(&liquid(c), fixed_point(share_units * share));
         });
       });
 }
 
 /// Numbers the candidates that have space, in the order of their collectors: no liquid, and no candidate of a lower collector,
-/// closer than d/2, and not inside the liquid.
+/// closer than d/2, and not inside the liquid, which only pressure pushes more into.
 void rank(const Constants& constants, const Cloth& cloth, EmissionWork& work) {
   const Entries<const Quanta> pools = work.pool;
   const Entries<const std::int64_t> liquid = work.liquid;
@@ -134,11 +134,13 @@ void rank(const Constants& constants, const Cloth& cloth, EmissionWork& work) {
   const CandidateCells cells(cloth, work);
   const Real near2 = constants.spacing * constants.spacing / 4;
   const auto most = static_cast<std::int64_t>(share_units * laws::surface_share);
+  const auto most_driven = static_cast<std::int64_t>(share_units * laws::crowded_share) - 1;
+  const Driven driven(cloth);
   auto n = work.new_particles;
   Kokkos::parallel_scan(
       "drench::emission::rank", range(cloth.samples.count),
       KOKKOS_LAMBDA(const Index c, Index& number, const bool last) {
-        if (pools(c) == 0 || liquid(c) > most) return;
+        if (pools(c) == 0 || liquid(c) > (driven(c) ? most_driven : most)) return;
         const Real3 at = position(c);
         bool free = true;
         cells.for_near(at, [&](const Index o) {

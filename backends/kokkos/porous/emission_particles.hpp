@@ -1,6 +1,7 @@
 #pragma once
 // Stage emission (src/stages/emission.hpp), part (d): new particles. Also what (c) and (d) share.
 
+#include "porous/permeation_law.hpp"
 #include "porous/flow_law.hpp"
 #include "porous/transfer.hpp"
 #include "porous/stages.hpp"
@@ -23,6 +24,16 @@ inline Entries<const Real3> leaving_directions(const Cloth& cloth, const Emissio
   if (work.direction.exists()) return work.direction;
   return cloth.samples.flow_direction;
 }
+
+/// Samples that pressure drives liquid through (stage permeation); none without permeable cloth.
+struct Driven {
+  Entries<const Real> flux;
+  Materials materials;
+  explicit Driven(const Cloth& cloth) : flux(cloth.samples.flux), materials(sample_materials(cloth)) {}
+  KOKKOS_INLINE_FUNCTION bool operator()(Index p) const {
+    return flux.exist() && laws::is_open(flux(p), materials(p).conductance, materials(p).entry_potential);
+  }
+};
 
 inline Layers layers_of(const Constants& constants, const Cloth& cloth) { return {cloth.samples.cloth, cloth.samples.rest_position, constants.support}; }
 

@@ -16,9 +16,17 @@ struct TransferWork {
   Field<int> limited;               // per sample: is φ < 1 at one of its nodes with w > 0?
 };
 
+/// Only with cloth that liquid passes through.
+struct PermeationWork {
+  // 5 per sample: Σ V W, 2^-40, and Σ V W φ, 2^-30 m²/s², where its normal leaves and where it points; its load, 2^-30 m²/s²
+  Field<std::int64_t> sides;
+  Field<Real> supply;         // Σ V W upstream of the sample, 1; where the flux is not 0
+};
+
 struct AbsorptionWork {
   Field<Quanta> offer;                                       // o_ij beside the entries of fluid_sample, quanta
   Field<Real4> position_saturation, flow_capacity;                                // per sample: x_j, m, and s_j; v_j and C_j, kg
+  Field<Real4> pull;  // per sample: upstream, 1, and kg/s for each V W there; empty without permeable cloth
   Kokkos::View<Index, Kokkos::SharedHostPinnedSpace> taken;  // particles taken whole; where there is no emission
 };
 

@@ -14,9 +14,13 @@ void porous_neighbors(const Constants& constants, const Fluid& fluid, NeighborLi
 MemoryEstimate porous_neighbor_bytes(const Sizing& s);
 /// samples.flow_direction.
 void flow_direction(const Constants& constants, const NeighborLists& lists, const Bodies& bodies, Cloth& cloth);
+/// samples.flux, and the direction that pressure gives the flow.
+void permeation(const Constants& constants, const Fluid& fluid, const NeighborLists& lists, Cloth& cloth, PermeationWork& work,
+                const StepInfo& info);
+MemoryEstimate permeation_bytes(const Sizing& s);
 /// Liquid goes from particles to nodes.
-void absorption(const Constants& constants, Fluid& fluid, const NeighborLists& lists, Cloth& cloth,
-                TransferWork& transfers, AbsorptionWork& work, const StepInfo& info);
+void absorption(const Constants& constants, Fluid& fluid, const NeighborLists& lists, Cloth& cloth, TransferWork& transfers,
+                const PermeationWork& permeation, AbsorptionWork& work, const StepInfo& info);
 MemoryEstimate absorption_bytes(const Sizing& s);
 /// Liquid goes from nodes to particles, other layers and new particles.
 void emission(const Constants& constants, Fluid& fluid, const NeighborLists& lists, const Bodies& bodies, Cloth& cloth,

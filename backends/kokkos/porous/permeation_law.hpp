@@ -1,0 +1,45 @@
+#pragma once
+// How pressure drives liquid through wet cloth: Darcy's law in the form of src/stages/permeation.hpp.
+
+#include "core/types.hpp"
+
+namespace drench::kokkos_backend::laws {
+
+/// Σ V W of one side of a sheet, 1: below the first the rest of that side counts as air, above the second it is covered.
+inline constexpr double full_side = 0.1, covered_side = 0.25;
+
+/// A particle that pressure drains is taken whole where less than this part of m_min would remain.
+inline constexpr Quanta drained_part = 16;
+
+/// How much of a side counts as air, 1.
+KOKKOS_INLINE_FUNCTION double air_share(double filled) { return filled < full_side ? 1 - filled / full_side : 0; }
+
+/// What a sample feels of the liquid around it: where its normal leaves, and where it points.
+struct Surroundings {
+  double filled[2], potential[2];  // Σ V W, 1; Σ V W φ, m²/s²
+  double load;                     // m²/s², along the normal
+
+  /// What drives liquid along the normal, m²/s²: the load where one side is free, the difference of potentials where both are
+  /// covered, beyond `unresolved`. `weight` is gravity along the normal times half of the thickness.
+  KOKKOS_INLINE_FUNCTION double drive(double weight, double unresolved) const {
+    const double less = filled[0] < filled[1] ? filled[0] : filled[1];
+    const double free = load + weight * (air_share(filled[0]) + air_share(filled[1]));
+    if (less <= full_side) return free;
+    const double covered = less < covered_side ? (less - full_side) / (covered_side - full_side) : 1;
+    const double drop = potential[0] / filled[0] - potential[1] / filled[1];
+    const double beyond = drop > unresolved ? drop - unresolved : drop < -unresolved ? drop + unresolved : 0;
+    return (1 - covered) * free + covered * beyond;
+  }
+};
+
+/// Is a flux (m/s) beyond what the breakthrough pressure holds back?
+KOKKOS_INLINE_FUNCTION bool is_open(Real flux, Real conductance, Real entry_potential) {
+  return Kokkos::fabs(flux) > conductance * entry_potential;
+}
+
+/// k_r, 1: the part of its permeability that a sheet has at a saturation (Brooks and Corey 1964, pores of one size).
+KOKKOS_INLINE_FUNCTION Real relative_permeability(Real saturation) {
+  return saturation < 1 ? saturation * saturation * saturation : Real(1);
+}
+
+}  // namespace drench::kokkos_backend::laws
