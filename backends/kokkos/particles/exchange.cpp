@@ -287,7 +287,7 @@ void Exchange::sort_owned(ParticleSet& particles, const Array<Index>& item) {
       "drench::exchange::outer", overlaps_ ? near_others_ : 0,
       KOKKOS_LAMBDA(const Index k) { outer(near_others(k)) = 1; });
   const Index inner = overlaps_ ? count - near_others_ : count;
-  inner_ = overlaps_ ? inner / warp_size * warp_size : count;
+  inner_ = overlaps_ ? inner / warp_size * warp_size : 0;
   make_ample_room(order_, "drench::exchange::order", static_cast<std::size_t>(all));
   const Entries<Index> source = order_, place = home_;
   constexpr int half = 32;  // ranks among the inner and the outer, side by side

@@ -91,7 +91,8 @@ class Exchange {
     begin_travel(packed_, sent_to_, values.data() + first_ghost_, from_, sizeof(T));
   }
   void finish_halo() const;
-  /// The owned rows before this have no ghost among their neighbours; a multiple of a warp. Alone: all `count`.
+  /// The owned rows before this have no ghost among their neighbours; a multiple of a warp, 0 where messages are not worth it.
+  /// Alone: all `count`.
   Index inner(Index count) const { return alone() ? count : inner_; }
   /// Runs `body(i)` for the rows up to inner().
   template <class Body>
