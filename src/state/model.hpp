@@ -119,7 +119,7 @@ struct FabricPairs {
   std::vector<std::array<Index, 2>> nodes;  // lower, higher
   // ω_ij = ½ (cot α + cot β) > 0, 1: edges of the intrinsic Delaunay mesh at rest, stretched where D has two directions
   std::vector<double> weight;
-  Rows of_node;                // node → items 2·pair + side
+  Rows of_node;  // node → items 2·pair + side
 };
 
 /// Signed distance (m, negative inside) to a closed mesh at t = 0 on a lattice, x fastest; empty for all other bodies.
