@@ -68,8 +68,8 @@ inline SurfaceMesh irregular_strip(double from, double to, double width, double 
   std::vector<Vec3> fixed, free;
   const int across = parts(width), along = parts(to - from);
   for (int j = 0; j <= across; ++j)
-    for (const double x : {from, 0.0, to})
-      if (x != 0 || (from < -0.5 * size && j > 0 && j < across)) fixed.push_back({x, 0, width * j / across});
+    for (const double x : {from, to}) fixed.push_back({x, 0, width * j / across});
+  for (int j = 1; from < -0.5 * size && j < across; ++j) fixed.push_back({0, 0, width * j / across});
   for (int i = 1; i < along; ++i)
     for (const double z : {0.0, width}) fixed.push_back({from + (to - from) * i / along, 0, z});
   std::mt19937 random(1);
