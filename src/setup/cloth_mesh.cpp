@@ -303,7 +303,10 @@ void build_cloths(const Scene& scene, Model& model, std::vector<std::string>& wa
     append(mesh, own, c, edges, pins.pinned, static_cast<Index>(model.cloths.size()));
     if (has_warp(c)) blaming(key + ".warp", [&] { append_warp(mesh, own, c, rotation_of(c)); });
     warp.emplace_back();
-    if (c.material.membrane || c.material.bending) warp.back() = warp_in_triangles(mesh, own);
+    if (has_warp(c))
+      warp.back() = warp_in_triangles(mesh, own);
+    else if (c.material.bending)  // alike in all directions
+      warp.back().assign(own.triangles.size(), {1, 0});
     if (c.material.bending)
       add_plate(mesh, plate_pairs(own, edges, *c.material.bending, warp.back()), material.first_node);
     blaming(key + ".pin", [&] { set_pins_in_motion(model, c, pins); });

@@ -26,7 +26,9 @@ Vector3d along_v(const Vector3d& a, const Vector3d& b, const std::array<std::arr
 
 bool has_warp(const ClothScene& cloth) {
   const MaterialScene& fabric = cloth.material;
-  return fabric.membrane || fabric.bending || (fabric.porous && fabric.weft_diffusivity);
+  const bool bends_apart =
+      fabric.bending && (fabric.bending->warp != fabric.bending->weft || fabric.bending->warp != fabric.bending->twist);
+  return fabric.membrane || bends_apart || (fabric.porous && fabric.weft_diffusivity);
 }
 
 bool takes_warp_of_file(const ClothScene& cloth) { return has_warp(cloth) && !cloth.grid && !cloth.material.has_warp; }

@@ -201,8 +201,14 @@ TEST(SceneLoader, ReadsEveryKey) {
 
 TEST(SceneLoader, ReadsTheKeysOfWovenCloth) {
   const Scene scene = parse(
-      "drench: 1\ncloth:\n  - mesh: {grid: {nodes: [5, 5]}}\n    membrane: {warp: 900, weft: 450, shear: 90, wet: 0.6}\n"
-      "    bending: {warp: 2.0e-4, weft: 1.0e-4, twist: 1.4e-4}\n    warp: [0, 0.5, 1]\n    porous: {}\n");
+      R"(drench: 1
+cloth:
+  - mesh: {grid: {nodes: [5, 5]}}
+    membrane: {warp: 900, weft: 450, shear: 90, wet: 0.6}
+    bending: {warp: 2.0e-4, weft: 1.0e-4, twist: 1.4e-4}
+    warp: [0, 0.5, 1]
+    porous: {}
+)");
   const MaterialScene& fabric = scene.cloths[0].material;
   EXPECT_EQ(fabric.membrane, (MembraneScene{900, 450, 90, 0.6}));
   EXPECT_EQ(fabric.bending, (PlateScene{2.0e-4, 1.0e-4, 1.4e-4}));

@@ -26,6 +26,8 @@ ClothMesh built(const SurfaceMesh& mesh, std::optional<PlateScene> plate = {}) {
   scene.cloths[0].file = write_obj(folder, mesh);
   scene.cloths[0].material.bend = 1;
   scene.cloths[0].material.bending = plate;
+  scene.cloths[0].material.has_warp = plate && plate->warp != plate->weft;
+  scene.cloths[0].material.warp = {1, 0, 0};
   return build(scene).model.mesh;
 }
 
