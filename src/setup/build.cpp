@@ -212,7 +212,7 @@ void init_nodes(const Model& m, HostState& s) {
   if (m.has_fluid()) s.sample_volume = akinci_volumes(m.samples.rest_position, m.support, m.scene.fluid.kernel);
   for (double& volume : s.sample_volume) volume *= m.layer_share;
   s.sample_flow_direction.assign(s.sample_volume.size(), Vec3{0, 0, 0});
-  s.sample_flux.assign(s.sample_volume.size(), 0.0);
+  if (m.has_permeation()) s.sample_flux.assign(s.sample_volume.size(), 0.0);
 }
 
 /// A block starts as a lattice; one that counts as compressed bursts in the first steps.

@@ -270,6 +270,7 @@ void Cloth::download(HostState& s) const {
   s.owner##_##name = to_host<host_type>(samples.name, samples.count);
   DRENCH_SAMPLE_FIELDS(DRENCH_DOWNLOAD)
 #undef DRENCH_DOWNLOAD
+  if (!samples.flux.exists()) s.sample_flux.clear();  // the others are 0 where they are not needed
 }
 
 }  // namespace drench::kokkos_backend
