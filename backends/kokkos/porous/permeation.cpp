@@ -10,12 +10,12 @@
 namespace drench::kokkos_backend {
 namespace {
 
-constexpr double share_units = 1099511627776.0;   // 2^40, of V W
-constexpr double potential_units = 1073741824.0;  // 2^30, of loads and of V W φ in m²/s²
+constexpr double share_units = 1099511627776.0;  // 2^40, of V W
+constexpr double potential_units = share_units;  // of loads and of V W φ in m²/s²
 
 /// In these units; a thousand of the largest sum up within 64 bits.
 KOKKOS_INLINE_FUNCTION std::int64_t fixed_potential(double value) {
-  constexpr double most = 5e6;  // m²/s²
+  constexpr double most = 5e3;  // m²/s²: 50 bar
   return fixed_point(potential_units * Kokkos::fmax(-most, Kokkos::fmin(most, value)));
 }
 
