@@ -4,6 +4,7 @@ that the tools run on a machine that has nothing but the binaries; only plots ne
 import array
 import base64
 import csv
+import importlib.util
 import math
 import os
 import re
@@ -218,16 +219,26 @@ def read_frame(path, fields):
 
 # --- Plots
 
+def has(module):
+    return importlib.util.find_spec(module) is not None
+
+
+def prefer_debian(*modules):
+    """Debian's Python packages belong to Debian's interpreter, whatever else is on the PATH: where this one lacks a module
+    and that one has them all, the tool starts again with that one."""
+    debian = "/usr/bin/python3"
+    if all(map(has, modules)) or not os.access(debian, os.X_OK) or os.path.realpath(debian) == os.path.realpath(sys.executable):
+        return
+    if subprocess.run([debian, "-c", "import " + ", ".join(modules)], stderr=subprocess.DEVNULL).returncode == 0:
+        os.execv(debian, [debian, *sys.argv])
+
+
 def matplotlib():
-    """matplotlib.pyplot, drawing to files. Debian's Python packages belong to Debian's interpreter, whatever else is on
-    the PATH: where this one has none, the tool starts again with that one."""
-    try:
-        import matplotlib
-        matplotlib.use("Agg")
-        from matplotlib import pyplot
-        return pyplot
-    except ImportError:
-        debian = "/usr/bin/python3"
-        if os.access(debian, os.X_OK) and os.path.realpath(debian) != os.path.realpath(sys.executable):
-            os.execv(debian, [debian, *sys.argv])
+    """matplotlib.pyplot, drawing to files."""
+    prefer_debian("matplotlib")
+    if not has("matplotlib"):
         give_up("a plot needs matplotlib: apt-get install python3-matplotlib; the table needs nothing")
+    import matplotlib
+    matplotlib.use("Agg")
+    from matplotlib import pyplot
+    return pyplot

@@ -301,9 +301,9 @@ void build_cloths(const Scene& scene, Model& model, std::vector<std::string>& wa
     material.triangle_count = static_cast<Index>(own.triangles.size());
     const Pins pins = blaming(key + ".pin", [&] { return pinned_nodes(c, own, edges, warnings); });
     append(mesh, own, c, edges, pins.pinned, static_cast<Index>(model.cloths.size()));
-    if (has_warp(c)) blaming(key + ".warp", [&] { append_warp(mesh, own, c, rotation_of(c)); });
+    if (needs_warp(c)) blaming(key + ".warp", [&] { append_warp(mesh, own, c, rotation_of(c)); });
     warp.emplace_back();
-    if (has_warp(c))
+    if (needs_warp(c))
       warp.back() = warp_in_triangles(mesh, own);
     else if (c.material.bending)  // alike in all directions
       warp.back().assign(own.triangles.size(), {1, 0});

@@ -24,14 +24,14 @@ Vector3d along_v(const Vector3d& a, const Vector3d& b, const std::array<std::arr
 
 }  // namespace
 
-bool has_warp(const ClothScene& cloth) {
+bool needs_warp(const ClothScene& cloth) {
   const MaterialScene& fabric = cloth.material;
   const bool bends_apart =
       fabric.bending && (fabric.bending->warp != fabric.bending->weft || fabric.bending->warp != fabric.bending->twist);
   return fabric.membrane || bends_apart || (fabric.porous && fabric.weft_diffusivity);
 }
 
-bool takes_warp_of_file(const ClothScene& cloth) { return has_warp(cloth) && !cloth.grid && !cloth.material.has_warp; }
+bool takes_warp_of_file(const ClothScene& cloth) { return needs_warp(cloth) && !cloth.grid && !cloth.material.has_warp; }
 
 void append_warp(ClothMesh& mesh, const SurfaceMesh& own, const ClothScene& cloth, const Eigen::Matrix3d& rotation) {
   const bool of_file = takes_warp_of_file(cloth);

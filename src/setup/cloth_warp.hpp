@@ -9,7 +9,7 @@
 namespace drench {
 
 /// Does a cloth know warp from weft: a membrane, a plate that bends differently, or two rates of wicking?
-bool has_warp(const ClothScene& cloth);
+bool needs_warp(const ClothScene& cloth);
 /// Is its direction that of the mesh file's texture coordinates?
 bool takes_warp_of_file(const ClothScene& cloth);
 

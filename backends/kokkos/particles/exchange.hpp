@@ -152,7 +152,7 @@ class Exchange {
   Index inner_ = 0, near_others_ = 0;         // rows without ghosts; the rest, but for what fills up a warp
   std::vector<std::int64_t> sent_to_, from_;  // how many, of each rank
   std::vector<Field<Index>> parts_;           // of `chosen_`, by the rank that they are ghosts on
-  Field<std::uint8_t> gone_;
+  Field<std::uint8_t> outer_;                 // whether a particle is near another rank's part
   Array<std::byte> arrived_;
   mutable Field<std::int64_t> wide_;
   double imbalance_ = 1, left_by_cut_ = 1;

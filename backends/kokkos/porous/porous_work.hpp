@@ -18,7 +18,7 @@ struct TransferWork {
 
 /// Only with cloth that liquid passes through.
 struct PermeationWork {
-  // 5 per sample: Σ V W, 2^-40, and Σ V W φ, 2^-30 m²/s², where its normal leaves and where it points; its load, 2^-30 m²/s²
+  // 5 per sample, 2^-40: Σ V W and Σ V W φ (m²/s²) where its normal leaves and where it points; its load (m²/s²)
   Field<std::int64_t> sides;
   Field<Real> supply;         // Σ V W upstream of the sample, 1; where the flux is not 0
 };
