@@ -148,6 +148,7 @@ void absorption(ReferenceState& state, const StepInfo& info, StepReport&) {
     for (std::size_t k = 0; k < transfer.size(); ++k) {
       const Index j = state.fluid_sample[i][k];
       taken[j] += transfer[k];
+      count_on_face(state, j, vec(s.fluid_position[i]), transfer[k], 1);
       add(momentum[j], momentum_of(static_cast<double>(transfer[k]), vec(s.fluid_velocity[i])));
     }
     s.fluid_mass[i] -= std::accumulate(transfer.begin(), transfer.end(), Quanta{0});

@@ -118,6 +118,7 @@ void give_to_liquid(ReferenceState& state, std::vector<Share>& shares) {
       accepted = floor_quanta(static_cast<double>(offer.quanta) * part * (1 - 1e-9));
     }
     shares[offer.from].left -= accepted;
+    count_on_face(state, offer.from, vec(s.fluid_position[j]), accepted, -1);
     gained[j] += accepted;
     momentum[j] += static_cast<double>(accepted) * shares[offer.from].velocity;
   }
@@ -264,6 +265,7 @@ void create_particles(ReferenceState& state, std::vector<Share>& shares) {
                             static_cast<double>(found[c].sum));
       }
       shares[p].left -= part;
+      count_on_face(state, p, x, part, -1);
       mass += part;
       momentum += static_cast<double>(part) * shares[p].velocity;
     }

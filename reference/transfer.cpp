@@ -123,6 +123,15 @@ void remove_particles(HostState& s, const std::vector<bool>& gone) {
   });
 }
 
+void count_on_face(ReferenceState& state, Index p, const Eigen::Vector3d& x, Quanta quanta, int direction) {
+  HostState& s = state.s;
+  if (s.sample_taken_front.empty()) return;
+  const bool front = (x - sample_position(state, p)).dot(sample_normal(state, p)) >= 0;
+  auto& account = direction > 0 ? (front ? s.sample_taken_front : s.sample_taken_back)
+                                : (front ? s.sample_given_front : s.sample_given_back);
+  account[p] += quanta;
+}
+
 bool is_porous(const ReferenceState& state, Index p) { return state.model.cloths[state.model.samples.cloth[p]].porous; }
 
 bool is_permeable(const ReferenceState& state, Index p) {

@@ -66,6 +66,9 @@ inline constexpr Quanta drained_part = 16;
 bool is_permeable(const ReferenceState& state, Index p);
 bool is_driven(const ReferenceState& state, Index p);
 
+/// Sample p takes (1) or gives (-1) quanta from or to liquid at x, where the scene counts what comes and goes on the faces.
+void count_on_face(ReferenceState& state, Index p, const Eigen::Vector3d& x, Quanta quanta, int direction);
+
 /// Is the cloth of sample p porous?
 bool is_porous(const ReferenceState& state, Index p);
 

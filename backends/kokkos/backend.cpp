@@ -136,6 +136,8 @@ class KokkosBackend final : public Backend {
         return reservoir(constants_, cloth_, reservoirs_, accounts_);
       case Stage::measures:
         return measures(constants_, fluid_, cloth_, measures_, report);
+      case Stage::fabric:
+        return fabric(constants_, cloth_, fabric_, report);
       case Stage::ledger:
         return ledger(constants_, fluid_, bodies_, cloth_, measured_, accounts_, info, report);
     }
@@ -207,6 +209,7 @@ class KokkosBackend final : public Backend {
   ContactWork contacts_;
   ReservoirWork reservoirs_;
   MeasuresWork measures_;
+  FabricWork fabric_;
 };
 
 }  // namespace
@@ -240,6 +243,7 @@ MemoryEstimate kokkos_array_bytes(const SetupSize& size, int real_bytes, bool gp
   sum += diffusion_bytes(sizing);
   sum += contact_wicking_bytes(sizing);
   sum += measures_bytes(sizing);
+  sum += fabric_bytes(sizing);
   sum += ledger_bytes(sizing);
   sum += kept_state_bytes(sizing);
   return sum;

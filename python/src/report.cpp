@@ -17,6 +17,24 @@ nb::dict to_dict(const SomeParticles& some) {
   return d;
 }
 
+nb::dict to_dict(const FabricNumbers& f) {
+  nb::dict d;
+#define DRENCH_NUMBER(name) d[#name] = f.name;
+  DRENCH_NUMBER(cloth)
+  DRENCH_NUMBER(liquid)
+  DRENCH_NUMBER(taken_front)
+  DRENCH_NUMBER(taken_back)
+  DRENCH_NUMBER(given_front)
+  DRENCH_NUMBER(given_back)
+  DRENCH_NUMBER(wet_area)
+  DRENCH_NUMBER(wet_warp)
+  DRENCH_NUMBER(wet_weft)
+#undef DRENCH_NUMBER
+  d["through"] = f.through();
+  d["returned"] = f.returned();
+  return d;
+}
+
 }  // namespace
 
 nb::dict to_dict(const StepReport& r) {
@@ -69,6 +87,9 @@ nb::dict to_dict(const StepReport& r) {
 #undef DRENCH_NUMBER
   d["mass_total"] = r.mass_total();
   d["escaped"] = to_dict(r.escaped);
+  nb::list fabrics;
+  for (const FabricNumbers& f : r.fabrics) fabrics.append(to_dict(f));
+  d["fabrics"] = fabrics;
   return d;
 }
 

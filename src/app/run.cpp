@@ -18,6 +18,7 @@
 #include "app/view.hpp"
 #include "base/free_cores.hpp"
 #include "drench_version.hpp"
+#include "output/fabric_summary.hpp"
 #include "output/frame_queue.hpp"
 #include "output/lost.hpp"
 #include "output/progress.hpp"
@@ -102,6 +103,7 @@ class Run {
         balance_.add(report);
         log_.write(totals_.add(pipeline_.step_index(), pipeline_.time(), report, pipeline_.milliseconds()));
         hear_frames();
+        fabrics_.add(pipeline_.time(), report.fabrics);
         if (stats_)
           stats_->write({report, pipeline_.milliseconds(), pipeline_.step_milliseconds(),
                          1000 * (after.exchanging - before.exchanging), 1000 * (after.summing - before.summing)});
@@ -209,7 +211,8 @@ class Run {
                            backend_.name(), backend_.description()));
     log_.write(fmt::format("scene {}", options_.scene));
     stats_.emplace(folder_ / "stats.csv", pipeline_.stages(), model_.quantum, pipeline_.initial_total(),
-                   same ? pipeline_.step_index() : -1, model_.scene.time.mode == TimeMode::error, ranks_ != nullptr);
+                   same ? pipeline_.step_index() : -1, model_.scene.time.mode == TimeMode::error, ranks_ != nullptr,
+                   model_.porous_cloths());
     if (every() > 0)
       frames_.emplace(
           folder_, model_, static_cast<int>(frames_written_),
@@ -370,6 +373,7 @@ class Run {
     say(fmt::format("{} steps to t = {:.6g} s in {:.1f} s, mass error {:.3g} kg", totals_.steps(), pipeline_.time(),
                     seconds, mass_error_));
     if (const std::string errors = totals_.errors(model_); !errors.empty()) say(errors);
+    if (const std::string fabrics = fabrics_.lines(model_); !fabrics.empty()) say(fabrics.substr(0, fabrics.size() - 1));
     if (options_.backend != "reference") say(memory_line());
     if (frames_ && frames_->waited() >= 0.05)
       say(fmt::format("waited {:.1f} s for frames to be written", frames_->waited()));
@@ -409,6 +413,7 @@ class Run {
   std::optional<FolderLock> lock_;
   RunLog log_;
   RunTotals totals_{model_.most_stretch()};
+  FabricSummary fabrics_;
   std::optional<StatsCsv> stats_;
   std::optional<FrameQueue> frames_;
 };

@@ -120,6 +120,15 @@ std::vector<FieldDifference> compare_reports(Stage stage, const StepReport& expe
       close("report.close_share", "1", expected.close_share, actual.close_share, 1);
       close("report.wet_isotropy", "1", expected.wet_isotropy, actual.wet_isotropy, 1);
       break;
+    case Stage::fabric:
+      for (std::size_t k = 0; k < std::min(expected.fabrics.size(), actual.fabrics.size()); ++k) {
+        const FabricNumbers &e = expected.fabrics[k], &a = actual.fabrics[k];
+        equal("report.fabrics.liquid", "quanta", e.liquid, a.liquid);
+        close("report.fabrics.wet_area", "m²", e.wet_area, a.wet_area, e.wet_area);
+        close("report.fabrics.wet_warp", "m", e.wet_warp, a.wet_warp, e.wet_warp);
+        close("report.fabrics.wet_weft", "m", e.wet_weft, a.wet_weft, e.wet_weft);
+      }
+      break;
     case Stage::ledger:
       equal("report.mass_fluid", "quanta", expected.mass_fluid, actual.mass_fluid);
       equal("report.mass_cloth", "quanta", expected.mass_cloth, actual.mass_cloth);

@@ -45,7 +45,7 @@ class Columns {
  public:
   /// `value` is a member of StepReport, or a function of one.
   template <class Value>
-  void of_report(const char* name, const char* format, Value value) {
+  void of_report(const std::string& name, const char* format, Value value) {
     of_row(name, format, [value](const StatsRow& row) { return std::invoke(value, row.report); });
   }
   template <class Value>
@@ -122,14 +122,36 @@ void add_of_stages(Columns& columns, const std::vector<Stage>& stages) {
   }
 }
 
+/// Columns of a porous cloth, entry k of StepReport::fabrics.
+void add_of_fabric(Columns& columns, double quantum, std::size_t k, Index cloth) {
+  const auto add = [&](const char* name, const char* format, auto number) {
+    columns.of_report(fmt::format("{}_{}", name, cloth), format,
+                      [=](const Report& r) { return k < r.fabrics.size() ? number(r.fabrics[k]) : 0; });
+  };
+  const auto kilograms = [&](const char* name, auto quanta) {
+    add(name, "{:.12g}", [=](const FabricNumbers& f) { return static_cast<double>(std::invoke(quanta, f)) * quantum; });
+  };
+  kilograms("liquid", &FabricNumbers::liquid);
+  kilograms("taken_front", &FabricNumbers::taken_front);
+  kilograms("taken_back", &FabricNumbers::taken_back);
+  kilograms("through", &FabricNumbers::through);
+  kilograms("returned", &FabricNumbers::returned);
+  add("wet_area", "{:.9g}", [](const FabricNumbers& f) { return f.wet_area; });
+  add("wet_warp", "{:.9g}", [](const FabricNumbers& f) { return f.wet_warp; });
+  add("wet_weft", "{:.9g}", [](const FabricNumbers& f) { return f.wet_weft; });
+}
+
 }  // namespace
 
 StatsCsv::StatsCsv(const std::filesystem::path& path, const std::vector<Stage>& stages, double quantum,
-                   Quanta initial_total, std::int64_t after, bool by_error, bool among_ranks)
+                   Quanta initial_total, std::int64_t after, bool by_error, bool among_ranks,
+                   const std::vector<Index>& fabrics)
     : path_(path) {
   Columns columns;
   add_common(columns, quantum, initial_total);
   add_of_stages(columns, stages);
+  if (std::find(stages.begin(), stages.end(), Stage::fabric) != stages.end())
+    for (std::size_t k = 0; k < fabrics.size(); ++k) add_of_fabric(columns, quantum, k, fabrics[k]);
   if (by_error) {
     columns.of_report("error_density", "{:.6g}", &Report::density_found);
     columns.of_report("rejected", "{}", &Report::rejected);

@@ -32,6 +32,7 @@
   STAGE(diffusion,         m.has_diffusion())                                                 \
   STAGE(reservoir,         m.has_reservoirs())                                                \
   STAGE(measures,          m.has_measures())                                                  \
+  STAGE(fabric,            m.has_fabric())                                                    \
   STAGE(ledger,            true)
 // clang-format on
 

@@ -5,6 +5,7 @@
 #include <array>
 #include <cstdint>
 #include <string>
+#include <vector>
 
 #include "base/types.hpp"
 
@@ -16,6 +17,23 @@ struct SomeParticles {
   std::array<std::int64_t, 8> lowest{};  ///< ids, rising; only the first min(count, 8) entries are any
   /// "3 17", or the first eight and "…".
   std::string names() const;
+};
+
+/// A porous cloth in numbers (stages/fabric.hpp). What came and went counts from the start; its front is where its triangles'
+/// normals point.
+struct FabricNumbers {
+  Index cloth = 0;                            ///< its number in the scene, from 0
+  Quanta liquid = 0;                          ///< quanta: in it
+  Quanta taken_front = 0, taken_back = 0;     ///< quanta: from liquid on either face
+  Quanta given_front = 0, given_back = 0;     ///< quanta: to liquid on either face
+  double wet_area = 0;                        ///< m², at rest
+  double wet_warp = 0, wet_weft = 0;          ///< m, at rest: extent of what is wet
+  /// Is the front the face that took more?
+  bool wetted_at_front() const { return taken_front >= taken_back; }
+  /// quanta: struck through, to the face across from the one that took more
+  Quanta through() const { return wetted_at_front() ? given_back : given_front; }
+  /// quanta: given back by the face that took more
+  Quanta returned() const { return wetted_at_front() ? given_front : given_back; }
 };
 
 /// What a step has done, in numbers. Each stage fills in its own part, and the pipeline `step`, `time` and `dt`. Where a stage
@@ -62,6 +80,8 @@ struct StepReport {
   double nearest_variance = 0;  ///< 1: how clumped the liquid is (stages/measures.hpp)
   double close_share = 0;       ///< 1: share of particles with another one close by
   double wet_isotropy = 0;      ///< 1: how round the wet patch is
+
+  std::vector<FabricNumbers> fabrics{};  ///< of each porous cloth (output.fabric)
 
   double imbalance = 1;   ///< 1: particles of the fullest rank over the mean of all ranks
   std::int64_t cuts = 0;  ///< how often space has been cut anew since the start of the run

@@ -52,6 +52,8 @@ void check_sections(Section& s, const Scene& scene) {
   s.check(!s.has("cloth_solver") || !scene.cloths.empty(), "cloth_solver",
           "moves cloth, and the scene has none; allowed: only beside the key cloth");
   const bool porous = has_porous(scene);
+  s.check(!scene.output.fabric || porous, "output.fabric",
+          "is about cloth that takes up liquid, and the scene has none; allowed: true only beside a cloth's key porous");
   s.check(!scene.fluid.present || !scene.fluid.blocks.empty() || !scene.fluid.jets.empty() || porous, "fluid.sources",
           "is missing; allowed: a list of maps; only a scene with porous cloth, which can drip, does without");
   for (const char* key : {"preset", "processes"})
@@ -133,6 +135,9 @@ void describe(Section& s, OutputScene& output) {
            "time between two checkpoints; 0: none; at most 10⁹ until `time.end`");
   s.boolean("measures", output.measures,
             "columns of clumping and of the wet patch's shape in `stats.csv`; they cost time");
+  s.boolean("fabric", output.fabric,
+            "columns of each porous cloth in `stats.csv`: its liquid, its wet patch, what came and went on each face");
+  s.number("wet_above", output.wet_above, "[1e-6, 1]", "1", "with `fabric`, the saturation from which on cloth counts as wet");
   s.boolean("surface", output.surface, "the liquid's surface as a mesh with every frame; only with `fluid`");
   s.number("surface_spacing", output.surface_spacing, "[0.25, 1]", "spacings",
            "of the lattice that the surface is made on; time and triangles go with 1/its square or faster");

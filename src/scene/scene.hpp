@@ -51,6 +51,8 @@ struct OutputScene {
   double every = 0.02;            // s; 0 writes no frames
   double checkpoint_every = 0.0;  // s; 0 writes none
   bool measures = false;          // columns of stage measures in stats.csv
+  bool fabric = false;            // columns of stage fabric in stats.csv
+  double wet_above = 0.05;        // 1: the saturation from which on fabric counts as wet
   bool surface = false;           // the liquid's surface as a mesh with every frame
   double surface_spacing = 0.5;   // 1; of the lattice that the surface is made on, over the particles'
   SurfaceKernel surface_kernel = SurfaceKernel::anisotropic;  // a particle's shape

@@ -213,6 +213,9 @@ void init_nodes(const Model& m, HostState& s) {
   for (double& volume : s.sample_volume) volume *= m.layer_share;
   s.sample_flow_direction.assign(s.sample_volume.size(), Vec3{0, 0, 0});
   if (m.has_permeation()) s.sample_flux.assign(s.sample_volume.size(), 0.0);
+  if (!m.counts_faces()) return;
+  for (auto* account : {&s.sample_taken_front, &s.sample_taken_back, &s.sample_given_front, &s.sample_given_back})
+    account->assign(s.sample_volume.size(), 0);
 }
 
 /// A block starts as a lattice; one that counts as compressed bursts in the first steps.

@@ -50,7 +50,7 @@ struct SetupSize {
   bool diffusion = false, contact_wicking = false;
   bool self_collision = false, xpbd = false, strain_limit = false, wet_adhesion = false;
   bool membrane = false, softens = false, plate = false;  // of cloth; softens: where it is wet
-  bool measures = false;
+  bool measures = false, fabric = false;
   bool frames = false;   // one is kept on the host while it is written
   bool surface = false;  // with the liquid's surface
   bool micropolar = false;

@@ -155,6 +155,7 @@ SetupSize kinds_of(const Model& m) {
   size.plate = !m.mesh.plate_pair.empty();
   size.wet_adhesion = m.has_wet_adhesion();
   size.measures = m.has_measures();
+  size.fabric = m.has_fabric();
   size.micropolar = m.has_micropolar();
   if (m.has_slipping_body()) size.wall_planes = m.has_moving_body() ? 2 : 1;
   size.frames = m.scene.output.every > 0;

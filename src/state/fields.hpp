@@ -44,7 +44,11 @@
 #define DRENCH_SAMPLE_FIELDS(FIELD)                                                                                   \
   FIELD(sample,   volume,           double,       "m³",     m.has_fluid())/* Akinci V_b; 0 without liquid */          \
   FIELD(sample,   flow_direction,   Vec3,         "1",      m.has_porous())/* v_p of Eqs. 4–6, |v_p| < 1, or 0 */     \
-  FIELD(sample,   flux,             double,       "m/s",    m.has_permeation())/* u_p, along its normal */
+  FIELD(sample,   flux,             double,       "m/s",    m.has_permeation())/* u_p, along its normal */            \
+  FIELD(sample,   taken_front,      Quanta,       "quanta", m.counts_faces())/* from liquid where its normal points */\
+  FIELD(sample,   taken_back,       Quanta,       "quanta", m.counts_faces())/* from liquid on the other face */      \
+  FIELD(sample,   given_front,      Quanta,       "quanta", m.counts_faces())/* to liquid where its normal points */  \
+  FIELD(sample,   given_back,       Quanta,       "quanta", m.counts_faces())/* to liquid on the other face */
 
 #define DRENCH_STATE_FIELDS(FIELD)                                                                                    \
   DRENCH_PARTICLE_FIELDS(FIELD)                                                                                       \

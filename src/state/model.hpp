@@ -25,7 +25,7 @@ struct Rows {
 struct ClothMaterial : ResolvedMaterial<double> {
   std::string name;
   double slip = 0;                   // b, m; inf: free
-  std::array<Vec3, 2> rest_plane{};  // of stage measures: two unit vectors at right angles; 0 without it
+  std::array<Vec3, 2> rest_plane{};  // of stages measures and fabric: two unit vectors at right angles; 0 without them
   Vec3 rest_center{0, 0, 0};         // m
   Index first_node = 0, node_count = 0;
   Index first_triangle = 0, triangle_count = 0;
@@ -288,6 +288,13 @@ struct Model {
   bool has_porous() const {
     return any_cloth([](const ClothMaterial& c) { return c.porous; });
   }
+  /// Numbers of the porous cloths.
+  std::vector<Index> porous_cloths() const {
+    std::vector<Index> numbers;
+    for (std::size_t k = 0; k < cloths.size(); ++k)
+      if (cloths[k].porous) numbers.push_back(static_cast<Index>(k));
+    return numbers;
+  }
   bool has_absorption() const { return has_porous() && has_fluid() && scene.processes.absorption; }
   bool has_emission() const { return has_porous() && has_fluid() && scene.processes.emission; }
   /// Does liquid go into the cloth or out of it?
@@ -311,6 +318,9 @@ struct Model {
   }
   bool has_surface() const { return has_fluid() && scene.output.surface; }
   bool has_measures() const { return scene.output.measures; }
+  bool has_fabric() const { return scene.output.fabric; }
+  /// Does cloth count what comes and goes on each of its faces (stages/fabric.hpp)?
+  bool counts_faces() const { return has_fabric() && has_exchange(); }
   bool has_boundary() const { return boundary.count() > 0; }
   /// Is there a body that it is true of?
   template <class Predicate>

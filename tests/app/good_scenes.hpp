@@ -13,7 +13,7 @@ time: {step: 0.002, end: 3.5, mode: cfl, cfl: 0.3, tolerance: 2.0e-3}
 gravity: [0.1, -1.62, 0.2]
 field: {center: [0.5, 0, -0.5], rate: [1, 2, 0]}
 domain: {min: [-2, -3, -4], max: [5, 6, 7]}
-output: {every: 0.05, checkpoint_every: 0.7, measures: true, surface: true, surface_spacing: 0.75, surface_kernel: isotropic, fitted_pressure: true, report: true}
+output: {every: 0.05, checkpoint_every: 0.7, measures: true, fabric: true, wet_above: 0.1, surface: true, surface_spacing: 0.75, surface_kernel: isotropic, fitted_pressure: true, report: true}
 processes: {direction: off, saturation_control: false, absorption: off, emission: off, diffusion: off}
 neighbors: {sort: bitonic_naive, through_cloth: true}
 fluid:

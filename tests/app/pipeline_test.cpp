@@ -131,6 +131,8 @@ TEST_F(PipelineTest, AProcessThatIsOffHasNoStage) {
   EXPECT_EQ(porous({.emission = false}), (std::vector{porous_neighbors, flow_direction, absorption, diffusion}));
   model.scene.output.measures = true;
   EXPECT_EQ(porous({.absorption = false, .emission = false, .diffusion = false}), std::vector{measures});
+  model.scene.output.fabric = true;
+  EXPECT_EQ(porous({.absorption = false, .emission = false, .diffusion = false}), (std::vector{measures, fabric}));
 }
 
 TEST_F(PipelineTest, FixedStepsEndAtTheNextOutput) {

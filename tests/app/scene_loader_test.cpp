@@ -185,7 +185,7 @@ TEST(SceneLoader, ReadsEveryKey) {
   s.gravity = {0.1, -1.62, 0.2};
   s.field = {true, {0.5, 0, -0.5}, {1, 2, 0}};
   s.domain = {{-2, -3, -4}, {5, 6, 7}};
-  s.output = {0.05, 0.7, true, true, 0.75, SurfaceKernel::isotropic, true, true};
+  s.output = {0.05, 0.7, true, true, 0.1, true, 0.75, SurfaceKernel::isotropic, true, true};
   s.processes = {false, false, false, false, false};
   s.sort = SortMethod::bitonic_naive;
   s.through_cloth = true;

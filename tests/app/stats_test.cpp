@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "output/fabric_summary.hpp"
 #include "output/run_log.hpp"
 #include "output/stats_csv.hpp"
 #include "output_example.hpp"
@@ -98,6 +99,54 @@ TEST(Output, StatsHaveMeasuresWhereTheyAreAskedFor) {
   const Table without = table({Stage::time_step, Stage::ledger});
   for (const char* column : {"nearest_variance", "close_share", "wet_isotropy", "ms_measures"})
     EXPECT_EQ(std::count(without.header.begin(), without.header.end(), column), 0) << column;
+}
+
+TEST(Output, StatisticsOfEachFabricHaveItsNumber) {
+  const TempFolder folder;
+  StepReport report;
+  report.fabrics.resize(2);
+  report.fabrics[1] = {.cloth = 2, .liquid = 8, .taken_front = 1, .taken_back = 5, .given_front = 2, .given_back = 3,
+                       .wet_area = 0.25, .wet_warp = 0.5, .wet_weft = 0.75};
+  const auto table = [&](const std::vector<Stage>& stages) {
+    StatsCsv(folder.path() / "stats.csv", stages, 2, 0, -1, false, false, {0, 2}).write({report, {}, 0});
+    return read_table(folder.path() / "stats.csv");
+  };
+  const Table with = table({Stage::time_step, Stage::fabric, Stage::ledger});
+  const std::pair<const char*, const char*> expected[] = {
+      {"liquid_2", "16"},  {"taken_front_2", "2"}, {"taken_back_2", "10"}, {"through_2", "4"},
+      {"returned_2", "6"}, {"wet_area_2", "0.25"}, {"wet_warp_2", "0.5"},  {"wet_weft_2", "0.75"}, {"liquid_0", "0"}};
+  const Table without = table({Stage::time_step, Stage::ledger});
+  for (const auto& [column, text] : expected) {
+    EXPECT_EQ(with.text(0, column), text) << column;
+    EXPECT_EQ(std::count(without.header.begin(), without.header.end(), column), 0) << column;
+  }
+}
+
+TEST(Output, ASummaryOfFabricKnowsWhenLiquidStruckThroughAndWhenItWasDry) {
+  const Example e;
+  Model model = e.model;
+  model.cloths.resize(1);
+  model.cloths[0].name = "towel";
+  FabricSummary summary;
+  EXPECT_EQ(summary.lines(model), "");
+  FabricNumbers f{.liquid = 1000, .taken_front = 1000};
+  summary.add(0.1, {f});
+  f.given_back = 10;
+  f.wet_area = 0.02;
+  summary.add(0.2, {f});
+  f.wet_area = 0.01;
+  f.liquid = 20;
+  summary.add(0.3, {f});
+  EXPECT_EQ(summary.lines(model).find("dry at"), std::string::npos);
+  f.liquid = 9;
+  summary.add(0.4, {f});
+  summary.add(0.5, {f});
+  const std::string text = summary.lines(model);
+  for (const char* part : {"towel", "wet at most 200 cm²", "the first at 0.2 s", "; dry at 0.4 s\n"})
+    EXPECT_NE(text.find(part), std::string::npos) << part << " in " << text;
+  FabricSummary goes_on;
+  goes_on.add(0.5, {f});
+  EXPECT_NE(goes_on.lines(model).find("the first before 0.5 s"), std::string::npos);
 }
 
 TEST(Output, StatisticsOfAStageStandWhereItRuns) {

@@ -399,6 +399,23 @@ TEST(only_what_is_needed, measures_only_where_asked_for) {
   EXPECT_EQ(containing(launched, label), 2);
 }
 
+TEST(only_what_is_needed, numbers_of_fabric_only_where_asked_for) {
+  const std::initializer_list<const char*> kernels = {"drench::fabric"}, label = {"drench::fabric", "taken_", "given_"};
+  {
+    const Watch watch(wet_scene());
+    EXPECT_EQ(containing(launched, label) + containing(allocated, label), 0);
+  }
+  const std::string scene = with(wet_scene(), "every: 0", "every: 0, fabric: true");
+  {
+    const Watch watch(scene);
+    EXPECT_EQ(containing(launched, kernels), 6) << "clear, taken, given; liquid, patch, faces";
+    EXPECT_EQ(containing(allocated, label), 7) << "front, four accounts, rest_uv, rest_area";
+  }
+  const Watch watch(with(scene, "output:", "processes: {absorption: off, emission: off}\noutput:"));
+  EXPECT_EQ(containing(launched, kernels), 2) << "liquid, patch";
+  EXPECT_EQ(containing(allocated, label), 2);
+}
+
 TEST(only_what_is_needed, one_rank_alone_exchanges_nothing) {
   const Watch watch(wet_scene());
   EXPECT_EQ(containing(launched, {"drench::exchange", "::ghost_", "::node_answer", "::in_order"}), 0);

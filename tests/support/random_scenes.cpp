@@ -312,6 +312,9 @@ RandomScene SceneDraw::scene() {
   // The force of pins is without that of contacts of cloth with itself.
   if (drawn_.folds && moving_pins_) drawn_.closed = false;
   // Switches are for porous cloth alone.
+  const std::string numbers = sometimes(0.2, [] { return std::string("fabric: true, "); });
+  if (const std::size_t at = drawn_.yaml.find("measures: true"); at != std::string::npos && drawn_.yaml.find("porous:") != std::string::npos)
+    drawn_.yaml.insert(at, numbers);
   if (drawn_.yaml.find("porous:") != std::string::npos && chance(0.4)) {
     const bool control = chance(0.7);
     drawn_.bounded = control;

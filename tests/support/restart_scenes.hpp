@@ -29,7 +29,7 @@ bodies:
 inline constexpr const char* porous_scene = R"(drench: 1
 time: {step: 0.003, end: 1}
 domain: {min: [-0.4, -0.1, -0.4], max: [0.4, 0.5, 0.4]}
-output: {every: 0.01, measures: true}
+output: {every: 0.01, measures: true, fabric: true}
 fluid:
   spacing: 0.015
   viscosity: 1.0e-4
@@ -112,7 +112,7 @@ bodies:
 inline constexpr const char* filter_scene = R"(drench: 1
 time: {step: 0.002, end: 1, mode: cfl}
 domain: {min: [-0.2, -0.05, -0.2], max: [4, 4, 4]}
-output: {every: 0.01, measures: true}
+output: {every: 0.01, measures: true, fabric: true}
 neighbors: {sort: bitonic, through_cloth: true}
 field: {center: [0, 0.1, 0], rate: [3, 0, 3]}
 fluid:

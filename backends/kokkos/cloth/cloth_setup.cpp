@@ -207,6 +207,11 @@ void make_samples(const Model& m, Samples& s) {
     allocate_zeros(s.flow_direction, "drench::sample_flow_direction", samples);
   }
   if (m.has_permeation()) allocate_zeros(s.flux, "drench::sample_flux", samples);
+  if (!m.counts_faces()) return;
+  allocate_zeros(s.taken_front, "drench::sample_taken_front", samples);
+  allocate_zeros(s.taken_back, "drench::sample_taken_back", samples);
+  allocate_zeros(s.given_front, "drench::sample_given_front", samples);
+  allocate_zeros(s.given_back, "drench::sample_given_back", samples);
 }
 
 double sample_bytes(const Sizing& m) {
@@ -271,6 +276,9 @@ void Cloth::download(HostState& s) const {
   DRENCH_SAMPLE_FIELDS(DRENCH_DOWNLOAD)
 #undef DRENCH_DOWNLOAD
   if (!samples.flux.exists()) s.sample_flux.clear();  // the others are 0 where they are not needed
+  if (samples.taken_front.exists()) return;
+  for (auto* account : {&s.sample_taken_front, &s.sample_taken_back, &s.sample_given_front, &s.sample_given_back})
+    account->clear();
 }
 
 }  // namespace drench::kokkos_backend

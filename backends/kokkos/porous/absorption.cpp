@@ -5,6 +5,7 @@
 #include "core/filled_rows.hpp"
 #include "core/neighbor_search.hpp"
 #include "porous/absorption_law.hpp"
+#include "porous/faces.hpp"
 #include "porous/flow_law.hpp"
 #include "porous/permeation_law.hpp"
 #include "porous/stages.hpp"
@@ -192,8 +193,9 @@ void transfer(const Constants& constants, Fluid& fluid, const NeighborLists& lis
   const Entries<const Quanta> offers = std::as_const(work).offer;
   const Demands demand(constants, cloth, work, 0);
   const Entries<Quanta> mass = fluid.particles.mass;
-  const Entries<const Real3> velocity = fluid.particles.velocity;
+  const Entries<const Real3> velocity = fluid.particles.velocity, x = fluid.particles.position, sample = cloth.samples.position;
   const Transfers exchange(cloth, transfers);
+  const Faces faces(cloth, transfers);
   const Quanta min_quanta = constants.model.min_quanta;
   parallel_filled_rows(
       "drench::absorption::transfer", lists.near_sheet, KOKKOS_LAMBDA(const Index i, const Index lane) {
@@ -212,6 +214,7 @@ void transfer(const Constants& constants, Fluid& fluid, const NeighborLists& lis
           drained = drained || demand.drains(p);
           const Quanta t = limited(o, phi);
           exchange.give(p, o, t, v);
+          faces.count(p, x(i) - sample(p), t);
           given += t;
         }
         Quanta rest = m - sum_of_lanes(given);
@@ -225,6 +228,7 @@ void transfer(const Constants& constants, Fluid& fluid, const NeighborLists& lis
           const Index p = near(k);
           const Quanta t = limited(o, exchange.share(p)), cut = t < back ? t : back;
           exchange.take_back(p, t, cut, v);
+          faces.count(p, x(i) - sample(p), -cut);
           rest += cut;
           back -= cut;
         }
@@ -256,9 +260,12 @@ void absorption(const Constants& constants, Fluid& fluid, const NeighborLists& l
   offer(constants, fluid, lists, cloth, transfers, work, info.dt);
   fluid.exchange.add_up(transfers.offered, cloth.samples.count);
   limit_inflow(cloth, transfers, constants.model.has_saturation_control());
+  clear_faces(cloth, transfers);
   transfer(constants, fluid, lists, cloth, transfers, work);
   fluid.exchange.add_up(transfers.entering, cloth.samples.count);
   fluid.exchange.add_up(transfers.momentum, 3 * cloth.samples.count);
+  if (transfers.front.exists()) fluid.exchange.add_up(transfers.front, cloth.samples.count);
+  count_taken(cloth, transfers);
   const Delivery deliver(constants, transfers, cloth);
   gather_rows<Arrival>("drench::absorption::deliver", cloth.nodes.count, cloth.nodes.sample_start, deliver, deliver);
   if (!constants.model.has_emission()) remove_taken(fluid, work);

@@ -5,6 +5,7 @@
 
 #include "core/filled_rows.hpp"
 #include "porous/emission_particles.hpp"
+#include "porous/faces.hpp"
 #include "porous/transfer.hpp"
 #include "porous/virtual_pressure.hpp"
 #include "porous/stages.hpp"
@@ -200,8 +201,9 @@ struct Gain {
 };
 
 /// (a): the room that each sample sees, then what each particle accepts; rest becomes E′_p.
-void give_to_liquid(const Constants& constants, Fluid& fluid, const NeighborLists& lists, const Cloth& cloth, EmissionWork& work) {
+void give_to_liquid(const Constants& constants, Fluid& fluid, const NeighborLists& lists, const Cloth& cloth, TransferWork& transfers, EmissionWork& work) {
   const Reach reach(constants, fluid, lists, cloth, work);
+  const Faces faces(cloth, transfers);
   const Entries<Quanta> room = work.room, rest = work.rest;
   const Entries<const Real3> leaving_velocity = work.velocity;
   const Entries<Real3> velocity = fluid.particles.velocity;
@@ -240,6 +242,7 @@ void give_to_liquid(const Constants& constants, Fluid& fluid, const NeighborList
           if (t == 0) continue;
           gain.add(t, leaving_velocity(p));
           Kokkos::atomic_add(&rest(p), -t);
+          faces.count(p, reach.liquid(j) - reach.sample(p), t);
         }
         gain = sum_of_lanes(gain);
         if (gain.mass == 0 || lane > 0) return;
@@ -443,8 +446,11 @@ void emission(const Constants& constants, Fluid& fluid, const NeighborLists& lis
   }
   place_samples(cloth);
   shares(constants, lists, bodies, cloth, transfers, work, info.dt);
-  give_to_liquid(constants, fluid, lists, cloth, work);
+  clear_faces(cloth, transfers);
+  give_to_liquid(constants, fluid, lists, cloth, transfers, work);
   add_up_rest(fluid.exchange, cloth, work);
+  if (transfers.front.exists()) fluid.exchange.add_up(transfers.front, cloth.samples.count);
+  count_given(cloth, transfers, work.total, work.rest);
   count(fluid, work);
   block(constants, lists, bodies, cloth, transfers, work);
   limit_inflow(cloth, transfers);

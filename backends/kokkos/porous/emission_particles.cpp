@@ -157,6 +157,19 @@ void rank(const Constants& constants, const Cloth& cloth, EmissionWork& work) {
       n);
 }
 
+/// What goes into new particles, on the faces of its samples; nothing where they are not counted.
+struct Given {
+  Entries<Quanta> front, back;
+  Entries<const Real3> position, normal;
+
+  explicit Given(Cloth& cloth)
+      : front(cloth.samples.given_front), back(cloth.samples.given_back), position(cloth.samples.position), normal(cloth.samples.normal) {}
+  KOKKOS_INLINE_FUNCTION void count(Index p, const Real3& particle, Quanta mass) const {
+    if (!front.exist() || mass == 0) return;
+    (dot(particle - position(p), normal(p)) >= 0 ? front : back)(p) += mass;
+  }
+};
+
 /// What a sample gives out: to the particle of its own pool, if it is a collector, and to its target's.
 struct GiveOut {
   Entries<const Real3> position, leaving_velocity;
@@ -202,15 +215,15 @@ struct GiveOut {
     made.origin = static_cast<std::uint8_t>(Origin::cloth);
     return made;
   }
-  /// All that p gave.
-  KOKKOS_INLINE_FUNCTION Quanta given_by(Index p) const {
+  /// What p gave to its target's particle.
+  KOKKOS_INLINE_FUNCTION Quanta pooled_by(Index p) const {
     const Index q = target(p);
-    return total(p) - rest(p) + (q >= 0 && created(q) ? pooled_part(rest(p), pools(q), full) : 0);
+    return q >= 0 && created(q) ? pooled_part(rest(p), pools(q), full) : 0;
   }
 };
 
 /// Appends the new particles (d), and finds out what each sample gave (e). The candidates' cells are empty again.
-void give_out(const Constants& constants, Fluid& fluid, const NeighborLists& lists, const Cloth& cloth,
+void give_out(const Constants& constants, Fluid& fluid, const NeighborLists& lists, Cloth& cloth,
               EmissionWork& work, Index new_particles) {
   ParticleSet& particles = fluid.particles;
   const Index first = particles.count;
@@ -221,11 +234,14 @@ void give_out(const Constants& constants, Fluid& fluid, const NeighborLists& lis
   const CandidateCells cells(cloth, work);
   const Entries<Quanta> given = work.given;
   const GiveOut give(lists, work, constants.model.max_quanta);
+  const Given faces(cloth);
   parallel(
       "drench::emission::give_out", cloth.samples.count, KOKKOS_LAMBDA(const Index p) {
         if (give.pools(p) > 0) cells.clear_cell_of(p);
         if (here && give.created(p)) all.store(first + give.ranks(p), give.particle_of(p, id));
-        given(p) = give.given_by(p);
+        const Quanta pooled = give.pooled_by(p);
+        given(p) = give.total(p) - give.rest(p) + pooled;
+        if (pooled > 0) faces.count(p, give.position(give.target(p)), pooled);
       });
   if (here) particles.count = first + new_particles;
   particles.next_id += new_particles;
@@ -233,7 +249,7 @@ void give_out(const Constants& constants, Fluid& fluid, const NeighborLists& lis
 
 }  // namespace
 
-void create_particles(const Constants& constants, Fluid& fluid, const NeighborLists& lists, const Cloth& cloth, EmissionWork& work) {
+void create_particles(const Constants& constants, Fluid& fluid, const NeighborLists& lists, Cloth& cloth, EmissionWork& work) {
   prepare(cloth, work);
   target(constants, lists, cloth, work);
   pool(constants, lists, cloth, work);

@@ -84,6 +84,6 @@ MemoryEstimate candidate_bytes(const Sizing& s);
 
 /// (d): pools what is left (emission_work.rest), removes liquid without mass, and appends a particle for each pool that is large
 /// enough and has space; emission_work.given becomes what each sample gave in all. The host waits for the number of both.
-void create_particles(const Constants& constants, Fluid& fluid, const NeighborLists& lists, const Cloth& cloth, EmissionWork& work);
+void create_particles(const Constants& constants, Fluid& fluid, const NeighborLists& lists, Cloth& cloth, EmissionWork& work);
 
 }  // namespace drench::kokkos_backend

@@ -14,6 +14,7 @@ struct TransferWork {
   Field<std::int64_t> momentum;     // 3 per sample, q · 2^-8 m/s: of what it gets
   Field<double> node_inflow_share;  // φ per node
   Field<int> limited;               // per sample: is φ < 1 at one of its nodes with w > 0?
+  Field<Quanta> front;  // per sample, quanta: what of it is exchanged with liquid on its front; only where faces are counted
 };
 
 /// Only with cloth that liquid passes through.

@@ -1,6 +1,7 @@
 #pragma once
-// The stages that look at the whole state: the time step, the ledger, measures.
+// The stages that look at the whole state: the time step, the ledger, measures, fabric.
 
+#include "step/fabric.hpp"
 #include "step/ledger.hpp"
 #include "step/measures.hpp"
 
