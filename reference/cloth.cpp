@@ -2,8 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
-#include "cloth_problem.hpp"
+#include "body_reaction.hpp"
 
 namespace drench::reference {
 namespace {
@@ -12,15 +13,11 @@ using Eigen::Vector3d;
 
 constexpr int check_interval = 10;
 
-}  // namespace
-
-void cloth(ReferenceState& state, const StepInfo& info, StepReport& report) {
+/// Positions at the end of the step, from where the solve before has led (`last`) if there was one; iterations and residual.
+Vectors solve(const ReferenceState& state, const StepInfo& info, ClothProblem& problem, const Vectors& load,
+              const std::optional<Vectors>& last, StepReport& report) {
   const Vector3d gravity = vec(state.model.scene.gravity);
   const double dt = info.dt;
-  clear_inactive(state);
-  const Vectors load = pressure_response(state, state.s.fluid_kappa_density).node_force;
-
-  ClothProblem problem(state, info);
   Vectors first = problem.start;
   for (Index n = 0; n < state.s.node_count(); ++n) {
     if (!problem.is_free(n)) {
@@ -32,17 +29,38 @@ void cloth(ReferenceState& state, const StepInfo& info, StepReport& report) {
     first[n] += dt * std::exp(-damping * dt) * vec(state.s.node_velocity[n]);
     problem.target[n] = first[n] + dt * dt * (gravity + load[n] / problem.mass[n]);
   }
-  ClothIteration iteration(problem, first);
+  ClothIteration iteration(problem, last.value_or(first));
   const int max_iterations = state.model.scene.cloth_solver.max_iterations;
   do {
     iteration.advance(std::min(check_interval, max_iterations - iteration.iterations()));
     report.cloth_residual = iteration.check();
   } while (report.cloth_residual > 1 && iteration.iterations() < max_iterations);
-  report.cloth_iterations = iteration.iterations();
-  report.cloth_converged = report.cloth_residual <= 1;
-  if (!report.cloth_converged) iteration.line_search();
+  report.cloth_iterations += iteration.iterations();
+  if (report.cloth_residual > 1) iteration.line_search();
+  return iteration.x();
+}
 
-  const Vectors& x = iteration.x();
+}  // namespace
+
+void cloth(ReferenceState& state, const StepInfo& info, StepReport& report) {
+  const Vector3d gravity = vec(state.model.scene.gravity);
+  const double dt = info.dt;
+  clear_inactive(state);
+  const Vectors load = pressure_response(state, state.s.fluid_kappa_density).node_force;
+
+  BodyReaction reaction(state, dt);
+  std::optional<ClothProblem> solved;
+  std::optional<Vectors> found;
+  report.cloth_iterations = 0;
+  do {
+    solved.emplace(state, info);
+    found = solve(state, info, *solved, load, found, report);
+  } while (reaction.moves_on(*solved, *found));
+  report.cloth_residual = std::max(report.cloth_residual, reaction.disagreement());
+  report.cloth_converged = report.cloth_residual <= 1;
+
+  const ClothProblem& problem = *solved;
+  const Vectors& x = *found;
   const Vectors r = problem.residual(x), internal = problem.internal_force(x);
   for (Index n = 0; n < state.s.node_count(); ++n) {
     state.s.node_contact_force[n] = state.s.node_friction_force[n] = {0, 0, 0};

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <optional>
 
-#include "cloth_problem.hpp"
+#include "body_reaction.hpp"
 #include "common.hpp"
 #include "proximity.hpp"
 
@@ -40,8 +40,11 @@ class WetAdhesion {
 
   void run() {
     const std::vector<PlacedBody> bodies = placed_bodies(state_, info_);
+    std::vector<Six> impulse(bodies.size(), Six::Zero());
     for (Index p = 0; p < state_.model.samples.count(); ++p)
-      for (const PlacedBody& body : bodies) stick_to(body, p);
+      for (std::size_t b = 0; b < bodies.size(); ++b) stick_to(bodies[b], p, impulse[b]);
+    for (Index b = 0; b < state_.s.body_count(); ++b) push_body(state_, b, impulse[b]);
+    refresh_body_samples(state_);
     for (Index n = 0; n < mesh_.nodes(); ++n) {
       if (!material(n).self_collision) continue;
       const std::optional<Pull> first = nearest(n, std::nullopt);
@@ -77,7 +80,8 @@ class WetAdhesion {
   double stickiness(Index n) const { return material(n).wet_adhesion * node_saturation(state_, n); }
 
   // 1.
-  void stick_to(const PlacedBody& body, Index p) {
+  /// `impulse`: what the body gets.
+  void stick_to(const PlacedBody& body, Index p, Six& impulse) {
     const SampleSet& samples = state_.model.samples;
     const Vector3d x = sample_position(state_, p);
     const Vector3d ahead = body.body->moves() ? Vector3d(x + dt_ * body.velocity_at(x)) : x;
@@ -89,6 +93,8 @@ class WetAdhesion {
     for (int k = 0; k < 3; ++k) work += samples.weight[p][k] * stickiness(node(k));
     const Vector3d force = -traction(work, *distance, material(node(0)).thickness) * samples.area[p] * normal;
     for (int k = 0; k < 3; ++k) force_[node(k)] += samples.weight[p][k] * force;
+    impulse.head<3>() -= dt_ * force;
+    impulse.tail<3>() -= dt_ * (ahead - body.pose.position).cross(force);
   }
 
   double reach(Index n, Index t) const {

@@ -55,6 +55,8 @@ FieldTolerances::Rule FieldTolerances::rule_for(const FieldDifference& d) {
       {"node_contact_force", &FieldTolerances::contact_force},
       {"node_friction_force", &FieldTolerances::contact_force},
       {"node_pin_force", &FieldTolerances::pin_force},
+      {"body_velocity", &FieldTolerances::body_velocity},
+      {"body_angular_velocity", &FieldTolerances::body_velocity},
   };
   if (const auto found = rules.find(d.field); found != rules.end()) return found->second;
   return d.unit == "quanta" ? &FieldTolerances::mass : &FieldTolerances::share_of_largest;
@@ -115,6 +117,17 @@ FieldTolerances::Allowed FieldTolerances::pin_force(const FieldDifference& d) co
   double stiffest = *std::max_element(mesh.edge_stiffness.begin(), mesh.edge_stiffness.end());
   for (std::size_t t = 0; t < mesh.membrane.size(); ++t) stiffest = std::max(stiffest, membrane_stiffness(mesh, t));
   return {std::max(d.largest, 6 * stiffest * mesh.edge_length.front())};
+}
+
+FieldTolerances::Allowed FieldTolerances::body_velocity(const FieldDifference& d) const {
+  if (stage_ != Stage::cloth || d.index >= model_.bodies.size() || !model_.bodies[d.index].dynamic) return {d.largest};
+  // roundings of the forces of all nodes that touch, at random
+  const auto touches = [](const Vec3& f) { return f != Vec3{0, 0, 0}; };
+  const auto nodes = std::count_if(expected_.node_contact_force.begin(), expected_.node_contact_force.end(), touches);
+  const Body& b = model_.bodies[d.index];
+  const double impulse = dt_ * std::sqrt(static_cast<double>(nodes)) * roundings_of_springs();
+  const double least = *std::min_element(b.inertia.begin(), b.inertia.end());
+  return {d.largest, d.field == "body_velocity" ? impulse / b.mass : impulse * b.reach / least};
 }
 
 bool FieldTolerances::moves_cloth() const {

@@ -35,6 +35,7 @@ class FieldTolerances {
   Allowed kappa_divergence(const FieldDifference& d) const;
   Allowed node_velocity(const FieldDifference& d) const;
   Allowed contact_force(const FieldDifference& d) const;
+  Allowed body_velocity(const FieldDifference& d) const;
   Allowed pin_force(const FieldDifference& d) const;
 
   bool moves_cloth() const;

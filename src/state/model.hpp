@@ -339,6 +339,8 @@ struct Model {
   bool has_dynamic_body() const {
     return any_body([](const Body& b) { return b.dynamic; });
   }
+  /// Does cloth that moves meet bodies that answer to it?
+  bool cloth_pushes_bodies() const { return has_dynamic_body() && has_moving_cloth(); }
   // Slip is a matter of viscosity: without that there is none.
   bool has_slipping_body() const {
     return has_fluid() && scene.fluid.viscosity > 0 && any_body([](const Body& b) { return b.slip > 0; });

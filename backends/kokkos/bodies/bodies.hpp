@@ -59,6 +59,7 @@ struct DynamicSamples {
   Field<Real> row_load, row_arm;  // g_b of the Jacobi diagonal, N/…: the same with the arm
   Field<Real> row_bound;          // two a body: G/M and H ‖I⁻¹‖
   Field<Real> viscous_bound;      // K_b, kg/s (stage forces)
+  Field<std::int64_t> pushed;     // 6 a body: what cloth does to it (bodies/pushed_bodies.hpp)
 };
 
 struct DeformingBody;
@@ -101,6 +102,9 @@ double fastest_body(const Bodies& bodies, double fall);
 
 /// The bodies' momenta change by keep · the last change + weight (s) · (dynamic.force and `gravity`, m/s²).
 void body_stage(Bodies& bodies, double keep, double weight, const Real3& gravity);
+
+/// boundary.velocity of the samples of dynamic bodies, from the bodies' velocities.
+void refresh_dynamic_samples(Bodies& bodies);
 
 /// bodies.keyed: the poses of bodies with keys at a time (s) and their velocities over the step from it, or at it if `dt` is 0.
 void place_keyed(const Constants& constants, Bodies& bodies, double time, double dt);

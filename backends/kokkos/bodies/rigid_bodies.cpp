@@ -108,20 +108,6 @@ void make_bodies(const Model& m, Bodies& bodies) {
   make_dynamic_samples(bodies.dynamic, sample, owner, constants.size());
 }
 
-/// boundary.velocity of the samples of dynamic bodies, from the bodies' velocities.
-void refresh_dynamic_samples(Bodies& bodies) {
-  const Bodies& b = bodies;
-  const Entries<const Index> sample = b.dynamic.sample, owner = b.dynamic.owner;
-  const Entries<const RigidState> state = b.state;
-  const Entries<const Real3> position = b.dynamic.position;
-  const Entries<Real3> v = bodies.boundary.velocity;
-  parallel(
-      "drench::bodies::sample_velocity", b.dynamic.count, KOKKOS_LAMBDA(const Index s) {
-        const RigidState& body = state(owner(s));
-        v(sample(s)) = narrow(add(body.velocity, outer(body.spin, minus(widen(position(s)), body.position))));
-      });
-}
-
 }  // namespace
 
 Bodies::Bodies(const Constants& constants) : cells(constants.model.scene.sort) {
@@ -254,6 +240,19 @@ void sum_sample_forces(Bodies& bodies) {
       bodies, KOKKOS_LAMBDA(const Index s) {
         const Double3 f = widen(force(s));
         return Wrench{f, outer(minus(widen(position(s)), state(owner(s)).position), f)};
+      });
+}
+
+void refresh_dynamic_samples(Bodies& bodies) {
+  const Bodies& b = bodies;
+  const Entries<const Index> sample = b.dynamic.sample, owner = b.dynamic.owner;
+  const Entries<const RigidState> state = b.state;
+  const Entries<const Real3> position = b.dynamic.position;
+  const Entries<Real3> v = bodies.boundary.velocity;
+  parallel(
+      "drench::bodies::sample_velocity", b.dynamic.count, KOKKOS_LAMBDA(const Index s) {
+        const RigidState& body = state(owner(s));
+        v(sample(s)) = narrow(add(body.velocity, outer(body.spin, minus(widen(position(s)), body.position))));
       });
 }
 

@@ -2,6 +2,10 @@
 
 #include "stages/cloth.hpp"
 
+#include <algorithm>
+#include <optional>
+
+#include "cloth/body_reaction.hpp"
 #include "cloth/pins.hpp"
 #include "cloth/stages.hpp"
 #include "cloth/wet_cloth.hpp"
@@ -9,8 +13,10 @@
 namespace drench::kokkos_backend {
 namespace {
 
-/// Target y − x⁰ with gravity and the last pressure; the iteration starts where the cloth goes by itself.
-void aim(const Constants& constants, const Cloth& cloth, ClothSolverWork& solver, const ClothSystem& s, Real dt, bool loaded) {
+/// Target y − x⁰ with gravity and the last pressure; the iteration starts where the cloth goes by itself, or where the solve
+/// before has led (`again`).
+void aim(const Constants& constants, const Cloth& cloth, ClothSolverWork& solver, const ClothSystem& s, Real dt, bool loaded,
+         bool again) {
   const Entries<const Real3> velocity = cloth.nodes.velocity, force = cloth.nodes.force;
   const Entries<Real3> shift = solver.displacement, last_shift = solver.last_displacement;
   const NodeLiquid wet(constants, cloth);
@@ -22,7 +28,7 @@ void aim(const Constants& constants, const Cloth& cloth, ClothSolverWork& solver
         Real3 pull = gravity;
         if (loaded) pull += (1 / s.mass(n)) * force(n);
         s.target(n) = free + (dt * dt) * pull;
-        shift(n) = s.pinned(n) ? Real3{} : free;
+        if (!again) shift(n) = s.pinned(n) ? Real3{} : free;
         last_shift(n) = shift(n);
       });
   if (!constants.model.has_moving_pins()) return;
@@ -67,17 +73,22 @@ void finish(const Constants& constants, Cloth& cloth, const ClothSolverWork& sol
 void cloth(const Constants& constants, Bodies& bodies, Cloth& cloth, ClothSolverWork& solver, bool loaded,
            const StepInfo& info, StepReport& report) {
   const Real dt = static_cast<Real>(info.dt);
-  place_solids(constants, bodies, info);
   place_pins(constants, cloth, info);
-  ClothIteration iteration(constants, bodies, cloth, solver, dt);
-  aim(constants, cloth, solver, iteration.system(), dt, loaded);
-  iteration.run(constants.model.scene.cloth_solver.max_iterations);
-  iteration.line_search();
-  finish(constants, cloth, solver, iteration.system(), dt, loaded);
-  const ClothProgress& progress = iteration.progress();
-  report.cloth_iterations = progress.iterations;
-  report.cloth_residual = progress.residual;
-  report.cloth_converged = progress.residual <= 1;
+  BodyReaction reaction(constants, bodies, dt);
+  std::optional<ClothIteration> iteration;
+  report.cloth_iterations = 0;
+  do {
+    place_solids(constants, bodies, info);
+    const bool again = iteration.has_value();
+    iteration.emplace(constants, bodies, cloth, solver, dt);
+    aim(constants, cloth, solver, iteration->system(), dt, loaded, again);
+    iteration->run(constants.model.scene.cloth_solver.max_iterations);
+    iteration->line_search();
+    report.cloth_iterations += iteration->progress().iterations;
+  } while (reaction.moves_on(iteration->system(), solver.displacement, cloth.nodes.count));
+  finish(constants, cloth, solver, iteration->system(), dt, loaded);
+  report.cloth_residual = std::max(iteration->progress().residual, reaction.disagreement());
+  report.cloth_converged = report.cloth_residual <= 1;
 }
 
 }  // namespace drench::kokkos_backend

@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "bodies/contact.hpp"
+#include "bodies/pushed_bodies.hpp"
 #include "cloth/proximity.hpp"
 #include "cloth/wet_cloth.hpp"
 #include "core/fixed_point.hpp"
@@ -85,8 +86,9 @@ struct Sticking {
   CellTableView cells;
   double dt, impulse_unit;  // s; kg m/s
   double mesh_range;        // L̄, m
+  PushesOnBodies pushes;
 
-  Sticking(const Constants& constants, const Bodies& bodies, const Cloth& fabric, WetAdhesionWork& work, double step)
+  Sticking(const Constants& constants, Bodies& bodies, const Cloth& fabric, WetAdhesionWork& work, double step)
       : position(fabric.nodes.position),
         triangle(work.triangle),
         edge(fabric.mesh.edge),
@@ -105,7 +107,8 @@ struct Sticking {
         cells(work.cells.view()),
         dt(step),
         impulse_unit(constants.quantum / impulse_steps),
-        mesh_range(double(fabric.mesh.mean_edge)) {}
+        mesh_range(double(fabric.mesh.mean_edge)),
+        pushes(constants, bodies) {}
 
   KOKKOS_INLINE_FUNCTION double saturation(Index n) const { return double(wet.saturation(n)); }
   KOKKOS_INLINE_FUNCTION Traction traction(double thickness) const { return {thickness, mesh_range}; }
@@ -130,7 +133,9 @@ struct Sticking {
     for (std::size_t b = 0; b < solids.extent(0); ++b) {
       const Real3 shift = Real(dt) * surface_velocity(solids(b), sample(p), Real3{});
       const SolidDistance at = solid_distance(solids(b), sample(p), shift);
-      force -= Real(pull(work, double(at.phi)) * double(sample_area(p))) * at.normal;
+      const Real3 own = Real(pull(work, double(at.phi)) * double(sample_area(p))) * at.normal;
+      force -= own;
+      if (pushes.takes(b)) pushes.add(b, widen((sample(p) - solids(b).center) + shift), times(dt, widen(own)));
     }
     return force;
   }
@@ -201,6 +206,15 @@ void sort_triangles(const Cloth& cloth, WetAdhesionWork& work) {
   work.cells.build(work.center, work.triangles, Real(1.0001) * (static_cast<Real>(radius) + reach));
 }
 
+/// Dynamic bodies are pulled back.
+void pull_bodies(const Constants& constants, Bodies& bodies) {
+  const std::vector<Wrench> impulse = pushes_on(constants, bodies);
+  const auto constant = to_host<RigidBody>(bodies.constant, bodies.count);
+  auto states = to_host<RigidState>(bodies.state, bodies.count);
+  for (std::size_t b = 0; b < states.size(); ++b) states[b] = pushed(constant[b], states[b], impulse[b]);
+  set_states(bodies, states);
+}
+
 /// Law 1, gathered at the nodes: nodes.force.
 void stick_to_solids(const Sticking& s, Cloth& cloth) {
   allocate_zeros(cloth.samples.force, "drench::sample_force", static_cast<std::size_t>(cloth.samples.count));
@@ -247,8 +261,10 @@ void wet_adhesion(const Constants& constants, Bodies& bodies, Cloth& cloth, WetA
   place_solids(constants, bodies, info);
   if (solids) place_samples(cloth);
   if (fabric) sort_triangles(cloth, work);
+  if (constants.model.cloth_pushes_bodies()) clear_pushes(bodies);
   const Sticking s(constants, bodies, cloth, work, info.dt);
   if (solids) stick_to_solids(s, cloth);
+  if (constants.model.cloth_pushes_bodies()) pull_bodies(constants, bodies);
   if (fabric) {
     stick_to_fabric(s, cloth);
     add_impulses(cloth, work, s.impulse_unit / info.dt, solids);

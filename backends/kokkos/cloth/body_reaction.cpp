@@ -1,0 +1,110 @@
+// Dynamic bodies and the cloth that they touch (docs/theory/bodies.md, Reaction of cloth).
+
+#include "cloth/body_reaction.hpp"
+
+#include <algorithm>
+
+#include "core/host_copy.hpp"
+
+namespace drench::kokkos_backend {
+namespace {
+
+constexpr int most_solves = 12;
+constexpr double allowed_part = 0.001;  // of the thinnest cloth: a tenth of the width of contact
+
+Wrench difference(const RigidState& a, const RigidState& b) { return {minus(a.velocity, b.velocity), minus(a.spin, b.spin)}; }
+
+/// Its impulses on the solids, of a node that presses on some: what they do to it, the other way round.
+struct NodePushes {
+  ClothSystem system;
+  PushesOnBodies pushes;
+  Entries<const Real3> shift;
+
+  KOKKOS_INLINE_FUNCTION void operator()(const Index n) const {
+    if (system.pinned(n)) return;
+    const NodeTerms t = system.terms(n);
+    const Real3 whole = system.residual(n, shift);
+    Real3 left = whole;
+    std::size_t last = 0;
+    const Real range = Real(1.01) * t.thickness;
+    for (std::size_t b = 0; b < system.solids.extent(0); ++b) {
+      const SolidDistance at = solid_distance(system.solids(b), t.start, shift(n));
+      if (!(at.phi < range)) continue;
+      last = b;
+      const Real inward = dot(left, at.normal);
+      if (!(inward < 0)) continue;
+      left -= inward * at.normal;
+      push(b, n, inward * at.normal);
+    }
+    Real3 pressed = whole;
+    if (system.contact(t, shift(n), pressed).press > 0)  // friction of the solid that it touches last
+      push(last, n, left - system.unbalanced(t, shift(n), whole));
+  }
+  KOKKOS_INLINE_FUNCTION void push(std::size_t b, Index n, const Real3& force) const {
+    if (!pushes.takes(b)) return;
+    const Real3 arm = (system.start(n) - system.solids(b).center) + shift(n);
+    pushes.add(b, widen(arm), times(double(system.dt), widen(force)));
+  }
+};
+
+}  // namespace
+
+BodyReaction::BodyReaction(const Constants& constants, Bodies& bodies, Real dt)
+    : constants_(constants), bodies_(bodies), dt_(dt) {
+  if (!constants.model.cloth_pushes_bodies()) return;
+  constant_ = to_host<RigidBody>(bodies.constant, bodies.count);
+  free_ = tried_ = to_host<RigidState>(bodies.state, bodies.count);
+  answer_.resize(free_.size());
+  allowed_ = 1e300;
+  for (const ClothMaterial& c : constants.model.cloths) allowed_ = std::min(allowed_, allowed_part * c.thickness);
+}
+
+double BodyReaction::size_of(const RigidBody& body, const Wrench& r) const {
+  return dt_ * (std::sqrt(inner(r.force, r.force)) + body.reach * std::sqrt(inner(r.torque, r.torque)));
+}
+
+/// Aitken's relaxation of the fixed point (Küttler and Wall 2008), in the metric of the kinetic energy.
+RigidState BodyReaction::next_try(std::size_t b, const RigidState& found) {
+  const RigidBody& body = constant_[b];
+  Answer& a = answer_[b];
+  const Wrench now = difference(found, tried_[b]);
+  if (a.tried) {
+    const Wrench change{minus(now.force, a.residual.force), minus(now.torque, a.residual.torque)};
+    const Double3 turn = times_inertia(body, found.orientation, change.torque);
+    const double square = inner(change.force, change.force) / body.inverse_mass + inner(change.torque, turn);
+    const double along = inner(a.residual.force, change.force) / body.inverse_mass + inner(a.residual.torque, turn);
+    if (square > 0) a.factor = std::clamp(-a.factor * along / square, 0.001, 1.0);
+  }
+  a.residual = now;
+  a.tried = true;
+  RigidState next = tried_[b];
+  next.velocity = add(next.velocity, times(a.factor, now.force));
+  next.spin = add(next.spin, times(a.factor, now.torque));
+  return next;
+}
+
+bool BodyReaction::moves_on(const ClothSystem& system, const Entries<const Real3>& shift, Index nodes) {
+  if (free_.empty()) return false;
+  clear_pushes(bodies_);
+  const NodePushes pushes{system, PushesOnBodies(constants_, bodies_), shift};
+  parallel(
+      "drench::cloth::pushes", nodes, KOKKOS_LAMBDA(const Index n) { pushes(n); });
+  const std::vector<Wrench> impulse = pushes_on(constants_, bodies_);
+  std::vector<RigidState> found;
+  disagreement_ = 0;
+  for (std::size_t b = 0; b < free_.size(); ++b) {
+    found.push_back(pushed(constant_[b], free_[b], impulse[b]));
+    if (constant_[b].dynamic)
+      disagreement_ = std::max(disagreement_, size_of(constant_[b], difference(found[b], tried_[b])) / allowed_);
+  }
+  if (disagreement_ <= 1 || ++solves_ >= most_solves) {
+    set_states(bodies_, found);
+    return false;
+  }
+  for (std::size_t b = 0; b < free_.size(); ++b)
+    if (constant_[b].dynamic) tried_[b] = next_try(b, found[b]);
+  set_states(bodies_, tried_);
+  return true;
+}
+
+}  // namespace drench::kokkos_backend

@@ -1,0 +1,108 @@
+#include "body_reaction.hpp"
+
+#include <Eigen/Dense>
+#include <algorithm>
+
+namespace drench::reference {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr int most_solves = 12;
+constexpr double contact_range = 1.01, allowed_part = 0.001;  // of the thickness
+
+Six six(const Vector3d& a, const Vector3d& b) {
+  Six both;
+  both << a, b;
+  return both;
+}
+
+void set_velocity(ReferenceState& state, Index body, const Six& velocity) {
+  state.s.body_velocity[body] = arr(velocity.head<3>());
+  state.s.body_angular_velocity[body] = arr(velocity.tail<3>());
+}
+
+}  // namespace
+
+void push_body(ReferenceState& state, Index body, const Six& impulse) {
+  const Body& b = state.model.bodies[body];
+  if (!b.dynamic) return;
+  const Pose pose = pose_of(state.s, body);
+  set_velocity(state, body,
+               six(pose.velocity + impulse.head<3>() / b.mass, pose.spin + inertia(b, pose).inverse() * impulse.tail<3>()));
+}
+
+BodyReaction::BodyReaction(ReferenceState& state, double dt) : state_(state), dt_(dt) {
+  if (!state.model.cloth_pushes_bodies()) return;
+  for (Index k = 0; k < state.s.body_count(); ++k) {
+    const Pose pose = pose_of(state.s, k);
+    tried_.push_back({pose, six(pose.velocity, pose.spin), Six::Zero()});
+  }
+  for (const ClothMaterial& c : state.model.cloths) allowed_ = std::min(allowed_, allowed_part * c.thickness);
+}
+
+std::vector<Six> BodyReaction::impulses(const ClothProblem& problem, const Vectors& x) const {
+  std::vector<Six> sum(problem.bodies.size(), Six::Zero());
+  const Vectors r = problem.residual(x);
+  for (Index n = 0; n < state_.s.node_count(); ++n) {
+    if (!problem.is_free(n)) continue;
+    const auto add = [&](std::size_t b, const Vector3d& force) {
+      sum[b] += dt_ * six(force, (x[n] - problem.bodies[b].pose.position).cross(force));
+    };
+    Vector3d left = r[n];
+    std::size_t last = 0;
+    bool presses = false;
+    for (std::size_t b = 0; b < problem.bodies.size(); ++b) {
+      Vector3d normal;
+      const std::optional<double> distance = distance_to(problem.bodies[b], x[n], normal);
+      if (!distance || *distance >= contact_range * problem.material(n).thickness) continue;
+      last = b;
+      const double press = -left.dot(normal);
+      if (press <= 0) continue;
+      presses = true;
+      left += press * normal;
+      add(b, -press * normal);
+    }
+    if (presses) add(last, left - problem.unbalanced(n, x[n], r[n]));
+  }
+  return sum;
+}
+
+Six BodyReaction::next(Index body, const Six& found) {
+  Tried& t = tried_[body];
+  Eigen::Matrix<double, 6, 6> mass = Eigen::Matrix<double, 6, 6>::Zero();
+  mass.topLeftCorner<3, 3>().diagonal().setConstant(state_.model.bodies[body].mass);
+  mass.bottomRightCorner<3, 3>() = inertia(state_.model.bodies[body], t.free);
+  const Six now = found - t.velocity, change = now - t.residual;
+  const double square = change.dot(mass * change);
+  if (t.times++ > 0 && square > 0)
+    t.factor = std::clamp(-t.factor * t.residual.dot(mass * change) / square, 0.001, 1.0);
+  t.residual = now;
+  return t.velocity + t.factor * now;
+}
+
+bool BodyReaction::moves_on(const ClothProblem& problem, const Vectors& x) {
+  if (tried_.empty()) return false;
+  const std::vector<Six> impulse = impulses(problem, x);
+  disagreement_ = 0;
+  std::vector<Six> found;
+  for (Index b = 0; b < state_.s.body_count(); ++b) {
+    set_velocity(state_, b, six(tried_[b].free.velocity, tried_[b].free.spin));
+    push_body(state_, b, impulse[b]);
+    const Pose pose = pose_of(state_.s, b);
+    found.push_back(six(pose.velocity, pose.spin));
+    const Six apart = found[b] - tried_[b].velocity;
+    if (state_.model.bodies[b].dynamic)
+      disagreement_ = std::max(
+          disagreement_, dt_ * (apart.head<3>().norm() + state_.model.bodies[b].reach * apart.tail<3>().norm()) / allowed_);
+  }
+  const bool again = disagreement_ > 1 && ++solves_ < most_solves;
+  for (Index b = 0; b < state_.s.body_count() && again; ++b) {
+    if (state_.model.bodies[b].dynamic) tried_[b].velocity = next(b, found[b]);
+    set_velocity(state_, b, tried_[b].velocity);
+  }
+  if (!again) refresh_body_samples(state_);
+  return again;
+}
+
+}  // namespace drench::reference
