@@ -45,8 +45,10 @@ double exchange_rate(const ReferenceState& state, const std::vector<Pair>& pairs
   std::vector<double> rate(state.s.node_count(), 0.0);  // 1/s
   for (const Pair& pair : pairs) {
     const ClothMaterial& c = material(state, pair.first);
-    const double e = c.diffusion_exponent;
-    const double most = std::pow(c.max_saturation, e), steep = std::max(1.0, e * std::pow(c.max_saturation, e - 1));
+    const double e = c.diffusion_exponent, beta = c.retention_exponent;
+    const double most = beta * std::pow(c.max_saturation, e + beta - 1);
+    double steep = std::max(1.0, e * std::pow(c.max_saturation, e - 1));
+    if (beta != 1) steep = std::max(1.0, (e + beta) * std::pow(c.max_saturation, std::max(0.0, e - 1)));
     for (const Index n : {pair.first, pair.second})
       rate[n] += pair.conductance * (most + steep * std::abs(pair.drop)) / state.model.samples.node_capacity[n];
   }
@@ -61,9 +63,13 @@ void exchange_once(ReferenceState& state, const std::vector<Pair>& pairs, double
   std::vector<Quanta> out(nodes, 0), in(nodes, 0);
   for (std::size_t k = 0; k < pairs.size(); ++k) {
     const Pair& pair = pairs[k];
-    const double exponent = material(state, pair.first).diffusion_exponent;
-    const double flux =
-        pair.conductance * driven(saturation(state, pair.first), saturation(state, pair.second), pair.drop, exponent);
+    const ClothMaterial& c = material(state, pair.first);
+    const auto held = [&](Index at) {
+      const double s = saturation(state, at);
+      return c.retention_exponent == 1 ? s : std::pow(std::max(0.0, s), c.retention_exponent);
+    };
+    const double flux = pair.conductance * driven(held(pair.first), held(pair.second), pair.drop,
+                                                  c.diffusion_exponent / c.retention_exponent);
     to_first[k] = flux > 0;
     offer[k] = floor_quanta(std::abs(flux) * dt / (n * state.model.quantum));
     out[to_first[k] ? pair.second : pair.first] += offer[k];

@@ -53,6 +53,11 @@ void check_rates(Section& s, const MaterialScene& fabric) {
                       most, most, fabric.diffusivity / most, std::min(1.0, fabric.diffusivity * most)));
   s.check(!s.has("diffusion") || !s.has("diffusion_exponent"), "diffusion_exponent",
           "stands beside diffusion, which is exponent 0 or 1; allowed: one of them");
+  const double n = fabric.diffusion_exponent.value_or(fabric.diffusion == DiffusionLaw::degenerate ? 1 : 0);
+  s.check(n + fabric.retention_exponent >= 1, "retention_exponent",
+          fmt::format("and the exponent of diffusion, {:g}, come to less than 1, and dry fabric would be wetted infinitely fast; "
+                      "allowed: [{:g}, 20]",
+                      n, std::max(0.2, 1 - n)));
 }
 
 void describe_porous(Section& s, MaterialScene& fabric) {
@@ -82,6 +87,8 @@ void describe_porous(Section& s, MaterialScene& fabric) {
            "n of D sⁿ with the saturation s, in place of `diffusion` (0: `linear`, 1: `degenerate`)");
   s.number("capillary_height", fabric.capillary_height, "[1e-6, 1000]", "m",
            "ℓ: at rest the saturation falls by 1 over this height");
+  s.number("retention_exponent", fabric.retention_exponent, "[0.2, 20]", "1",
+           "β: at rest the saturation is (1 − z/ℓ)^(1/β) at the height z; 1: a straight line; above 1 fabric stays full farther up");
   s.number("adhesion", fabric.wet_adhesion, "[0, 10]", "N/m",
            "work per area that parts wet fabric from wet fabric or a solid; with water 0.14 at most");
   s.number("permeability", fabric.permeability, "[0, 1e-4]", "m²",

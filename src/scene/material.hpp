@@ -22,6 +22,7 @@ struct BasicMaterial {
   Number emission_ramp = Number(0.02);     // s; over which a fresh particle's pressure and speed are ramped in
   Number diffusivity = Number(1.0e-4);     // D, m²/s; resolved, the geometric mean of warp and weft
   Number capillary_height = Number(1.0);   // ℓ, m
+  Number retention_exponent = Number(1);   // β, 1: at rest sᵝ falls by 1 over the capillary height
   Number wet_adhesion = Number(0);  // w, N/m; parts wet fabric from wet fabric or a solid; 0.14 with water at most
   Number permeability = Number(0);           // k, m²: of the wet fabric, across it; 0: tight to pressure
   Number breakthrough_pressure = Number(0);  // p_b, Pa: below it the fabric repels liquid; 0: it wets by itself
@@ -68,6 +69,7 @@ constexpr void visit_members(ResolvedMaterial<A>& a, const ResolvedMaterial<B>& 
   visit(a.emission_ramp, b.emission_ramp);
   visit(a.diffusivity, b.diffusivity);
   visit(a.capillary_height, b.capillary_height);
+  visit(a.retention_exponent, b.retention_exponent);
   visit(a.wet_adhesion, b.wet_adhesion);
   visit(a.permeability, b.permeability);
   visit(a.breakthrough_pressure, b.breakthrough_pressure);

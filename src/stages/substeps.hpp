@@ -11,11 +11,14 @@ namespace drench {
 inline double substeps_for(double rate, double dt) { return std::max(1.0, std::ceil(dt * rate / 0.5)); }
 
 /// ψ_max and μ of the rate (law 3), 1: how much of the differences of saturation and height an edge conducts at most, for the
-/// exponent n and the largest saturation.
+/// exponent n, the largest saturation and the exponent β of retention.
 struct MobilityBound {
   double difference, height;
 };
-inline MobilityBound mobility_bound(double n, double max_saturation) {
+inline MobilityBound mobility_bound(double n, double max_saturation, double beta) {
+  if (beta != 1)
+    return {beta * std::pow(max_saturation, n + beta - 1),
+            std::max(1.0, (n + beta) * std::pow(max_saturation, std::max(0.0, n - 1)))};
   if (n == 0) return {1, 1};
   if (n == 1) return {max_saturation, 1};
   return {std::pow(max_saturation, n), std::max(1.0, n * std::pow(max_saturation, n - 1))};

@@ -247,6 +247,8 @@ inline constexpr BadScene bad_scenes[] = {
      "did you mean 'degenerate'? allowed: linear, degenerate"},
     {"DiffusionExponentIsNegative", CLOTH "    porous: {diffusion_exponent: -1}\n", 4, 34,
      "cloth.0.porous.diffusion_exponent", "allowed: [0, 20]"},
+    {"RetentionThatWetsInfinitelyFast", CLOTH "    porous: {diffusion_exponent: 0.2, retention_exponent: 0.5}\n", 4, 59,
+     "cloth.0.porous.retention_exponent", "come to less than 1"},
     {"DiffusionExponentBesideDiffusion", CLOTH "    porous: {diffusion: linear, diffusion_exponent: 2}\n", 4, 53,
      "cloth.0.porous.diffusion_exponent", "stands beside diffusion, which is exponent 0 or 1; allowed: one of them"},
     {"WeftDiffusivityIsZero", CLOTH "    porous: {weft_diffusivity: 0}\n", 4, 32, "cloth.0.porous.weft_diffusivity",

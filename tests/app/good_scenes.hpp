@@ -71,7 +71,7 @@ cloth:
   - name: second
     mesh: {file: exists.obj, scale: 0.01}
     dynamics: false
-    porous: {diffusion_exponent: 2.5}
+    porous: {diffusion_exponent: 2.5, retention_exponent: 1.5}
   - name: followed
     mesh: {file: exists.obj}
     pin: [{nodes: [1], sequence: exists.obj, fps: 30}]

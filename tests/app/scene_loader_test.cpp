@@ -131,6 +131,7 @@ ClothScene cloth_from_a_file() {
   second.dynamics = false;
   second.material.porous = true;
   second.material.diffusion_exponent = 2.5;
+  second.material.retention_exponent = 1.5;
   return second;
 }
 

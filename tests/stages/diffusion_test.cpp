@@ -17,7 +17,8 @@ namespace {
 constexpr double drift_bound = double_precision ? 1e-14 : 1e-8;
 
 const char* const law[] = {"diffusion: linear", "diffusion: degenerate", "diffusion_exponent: 0.4",
-                           "diffusion_exponent: 2", "diffusion_exponent: 3.7"};
+                           "diffusion_exponent: 2", "diffusion_exponent: 3.7",
+                           "diffusion_exponent: 1.5, retention_exponent: 2.5", "diffusion_exponent: 0.7, retention_exponent: 0.4"};
 
 /// Two sheets one above the other that touch, turned and displaced against each other, the lower one wet on one side.
 std::string two_layers(const std::string& diffusion) {

@@ -200,6 +200,10 @@ std::string SceneDraw::porous() {
   const std::string diffuse = chance(0.7) ? fmt::format("diffusivity: {:.3g}, contact_wicking: {}",
                                                         usually(1e-5, 1e-3, 1e-7, 1e-2), chance(0.4))
                                           : "diffusivity: 0";
+  const std::string held = sometimes(0.2, [&] { return fmt::format("retention_exponent: {:.3g}", uniform(1, 4)); });
+  const double along = std::stod(diffuse.substr(diffuse.find(' ')));
+  const std::string weft = sometimes(
+      0.2, [&] { return along > 0 ? fmt::format("weft_diffusivity: {:.3g}", along * logarithmic(0.1, 10)) : std::string(); });
   yaml +=
       "    porous: {" +
       list_of({fmt::format("max_saturation: {:.17g}, solid_fraction: {:.10g}", most,
@@ -210,7 +214,7 @@ std::string SceneDraw::porous() {
                chance(0.5) ? fmt::format("emission_angle: {:.4g}, emission_velocity: {:.4g}, emission_ramp: {:.3g}",
                                          uniform(1, 179), usually(0.1, 5, 1e-3, 100), chance(0.2) ? 0 : uniform(0, 0.1))
                            : "",
-               diffuse,
+               diffuse, held, weft,
                fmt::format("diffusion: {}, capillary_height: {:.3g}", word({"linear", "degenerate"}),
                            usually(0.1, 10, 1e-2, 1000)),
                chance(0.2) ? fmt::format("adhesion: {:.3g}", uniform(0, 0.14)) : ""}) +

@@ -10,7 +10,7 @@ namespace drench::kokkos_backend {
 
 /// A cloth's material as plain numbers, indexable on the device.
 struct Material : ResolvedMaterial<Real> {
-  double mobility_exponent = 0;                   // n of the law of diffusion, unrounded
+  double mobility_exponent = 0, retention = 1;    // n and β of the law of diffusion, unrounded
   double most_mobility = 1, height_mobility = 1;  // ψ_max, μ of its rate (stages/substeps.hpp)
 };
 

@@ -14,8 +14,9 @@ namespace {
 
 Material material_of(const ClothMaterial& c) {
   Material m{material_in<Real>(c)};
-  const MobilityBound bound = mobility_bound(c.diffusion_exponent, double(m.max_saturation));
+  const MobilityBound bound = mobility_bound(c.diffusion_exponent, double(m.max_saturation), c.retention_exponent);
   m.mobility_exponent = c.diffusion_exponent;
+  m.retention = c.retention_exponent;
   m.most_mobility = bound.difference;
   m.height_mobility = bound.height;
   m.contact_wicking = c.wicks_through_contact();

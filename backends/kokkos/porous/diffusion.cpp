@@ -77,8 +77,9 @@ struct NodePairs {
   KOKKOS_INLINE_FUNCTION Quanta offer(Index e, double scale) const {
     if (!(conductance(e) > 0)) return 0;
     const Index i = pair(2 * e), j = pair(2 * e + 1);
+    const Material& m = materials(i);
     const double flux =
-        laws::diffusion_flux(conductance(e), wet.filling(i), wet.filling(j), drop(e), materials(i).mobility_exponent);
+        laws::retained_flux(conductance(e), wet.filling(i), wet.filling(j), drop(e), m.mobility_exponent, m.retention);
     const Quanta o = static_cast<Quanta>(Kokkos::floor(Kokkos::abs(flux) * scale));
     return flux > 0 ? o : -o;
   }

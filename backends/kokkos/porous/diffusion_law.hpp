@@ -28,6 +28,14 @@ KOKKOS_INLINE_FUNCTION double diffusion_flux(double conductance, double saturati
   return conductance * power_mobility(saturation_i, saturation_j, donor, n) * drive;
 }
 
+/// The same for fabric that holds liquid by sᵝ: the drive is a difference of that, and sⁿ a power of it.
+KOKKOS_INLINE_FUNCTION double retained_flux(double conductance, double saturation_i, double saturation_j, double drop, double n,
+                                            double beta) {
+  if (beta == 1) return diffusion_flux(conductance, saturation_i, saturation_j, drop, n);
+  return diffusion_flux(conductance, Kokkos::pow(Kokkos::fmax(0.0, saturation_i), beta),
+                        Kokkos::pow(Kokkos::fmax(0.0, saturation_j), beta), drop, n / beta);
+}
+
 /// K, kg/(m² s): half of each of two layers in series; `load` = ρ0 (1−Φ) τ in kg/m², τ in m, D in m²/s. At most
 /// ¼ min(load)/Δt.
 KOKKOS_INLINE_FUNCTION double contact_conductance(double load_p, double thickness_p, double diffusivity_p,
