@@ -17,6 +17,7 @@ TEST(ledger, counts_every_quantum) {
   for (std::size_t i = 0; i < state.fluid_mass.size(); ++i) state.fluid_mass[i] -= static_cast<Quanta>(i * 7919 + 1);
   state.drained = 12345;
   state.supplied = 54321;
+  state.evaporated = 999;
   const Quanta fluid = std::accumulate(state.fluid_mass.begin(), state.fluid_mass.end(), Quanta{0});
   const Quanta cloth = std::accumulate(state.node_liquid.begin(), state.node_liquid.end(), Quanta{0});
   ASSERT_GT(cloth, 0);
