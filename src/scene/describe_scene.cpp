@@ -139,13 +139,13 @@ void describe(Section& s, AirScene& air) {
   s.saved_if(!given).number("length", air.length, "[0.001, 1000]", "m", "of what is wet, along the air");
   s.number("transfer_coefficient", air.transfer_coefficient, "[0, 10]", "m/s",
            "h_m of the air beside a wet surface; in place of `speed` and `length`");
-  s.number("evaporation_rate", air.evaporation_rate, "[0, 1]", "kg/(m² s)",
+  s.number("evaporation_rate", air.evaporation_rate, "[0, 100]", "kg/(m² s)",
            "j of a wet surface, in place of all the others; 1 kg/(m² h) is 2.8e-4");
   for (const char* key : {"speed", "length"})
     s.check(!s.has(key) || !air.transfer_coefficient, key,
             "stands beside transfer_coefficient, which follows from it; allowed: one of them");
   for (const char* key : {"humidity", "temperature", "speed", "length", "transfer_coefficient"})
-    s.check(!s.has(key) || !direct, key, "stands beside evaporation_rate, which follows from it; allowed: one of them");
+    s.check(!s.has(key) || !air.evaporation_rate, key, "stands beside evaporation_rate, which follows from it; allowed: one of them");
 }
 
 void describe(Section& s, OutputScene& output) {

@@ -73,7 +73,9 @@ TEST(Output, WhatHasEvaporatedStandsWhereItDoes) {
     const Table table = read_table(folder.path() / "stats.csv");
     const bool stands = std::find(table.header.begin(), table.header.end(), "mass_evaporated") != table.header.end();
     EXPECT_EQ(stands, stage != Stage::absorption);
-    if (stands) EXPECT_EQ(table.text(0, "mass_evaporated"), "3");
+    if (stands) {
+      EXPECT_EQ(table.text(0, "mass_evaporated"), "3");
+    }
     EXPECT_EQ(table.text(0, "mass_error"), "0");
   }
 }

@@ -58,7 +58,7 @@ TEST(evaporation, a_drop_alone_is_a_ball) {
   const drench::Setup setup = setup_from(water(block(0.01, 0.01, 0.01)));
   ASSERT_EQ(setup.state.fluid_count(), 1);
   const double volume = 1e-6, expected = std::cbrt(36 * std::numbers::pi * volume * volume);
-  EXPECT_NEAR(areas(setup)[0], expected, 1e-5 * expected);
+  EXPECT_NEAR(areas(setup)[0], expected, 5e-5 * expected);  // of a step's quanta one is 2.5e-5
 }
 
 TEST(evaporation, walls_are_no_surface) {
