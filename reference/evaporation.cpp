@@ -20,7 +20,8 @@ Vector3d colour_gradient(const ReferenceState& state, Index i) {
   const Smoothing smoothing(state.model);
   const Vector3d x = vec(s.fluid_position[i]);
   Vector3d sum = Vector3d::Zero();
-  for (const Index j : state.fluid_fluid[i]) sum += fluid_volume(state, j) * smoothing.gradient(x - vec(s.fluid_position[j]));
+  for (const Index j : state.fluid_fluid[i])
+    sum += fluid_volume(state, j) * smoothing.gradient(x - vec(s.fluid_position[j]));
   for (const Index b : state.fluid_boundary[i])
     sum += s.boundary_volume[b] * smoothing.gradient(x - vec(s.boundary_position[b]));
   for (const Index b : state.fluid_sample[i]) sum += s.sample_volume[b] * smoothing.gradient(from_behind(state, i, b));
@@ -33,9 +34,12 @@ double colour(const ReferenceState& state, Index i) {
   const Smoothing smoothing(state.model);
   const Vector3d x = vec(s.fluid_position[i]);
   double sum = fluid_volume(state, i) * smoothing.value(0);
-  for (const Index j : state.fluid_fluid[i]) sum += fluid_volume(state, j) * smoothing.value((x - vec(s.fluid_position[j])).norm());
-  for (const Index b : state.fluid_boundary[i]) sum += s.boundary_volume[b] * smoothing.value((x - vec(s.boundary_position[b])).norm());
-  for (const Index b : state.fluid_sample[i]) sum += s.sample_volume[b] * smoothing.value(from_behind(state, i, b).norm());
+  for (const Index j : state.fluid_fluid[i])
+    sum += fluid_volume(state, j) * smoothing.value((x - vec(s.fluid_position[j])).norm());
+  for (const Index b : state.fluid_boundary[i])
+    sum += s.boundary_volume[b] * smoothing.value((x - vec(s.boundary_position[b])).norm());
+  for (const Index b : state.fluid_sample[i])
+    sum += s.sample_volume[b] * smoothing.value(from_behind(state, i, b).norm());
   return sum;
 }
 

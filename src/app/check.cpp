@@ -118,8 +118,10 @@ void print_drying(const Model& model) {
   for (const ClothMaterial& c : model.cloths) {
     if (!c.porous || !model.has_drying()) continue;
     constexpr double dry = 0.05;
-    const double fall = 2 * flux / ((1 - c.solid_fraction) * c.thickness * model.rest_density), critical = c.critical_saturation;
-    const double constant = (1 - std::max(critical, dry)) / fall, falling = critical > dry ? critical / fall * std::log(critical / dry) : 0;
+    const double fall = 2 * flux / ((1 - c.solid_fraction) * c.thickness * model.rest_density),
+                 critical = c.critical_saturation;
+    const double constant = (1 - std::max(critical, dry)) / fall,
+                 falling = critical > dry ? critical / fall * std::log(critical / dry) : 0;
     fmt::print("drying of {}: a full cloth takes {} to saturation {:.3g}, {} to {:.3g}, open on both sides\n", c.name,
                in_words(constant), std::max(critical, dry), in_words(constant + falling), dry);
   }

@@ -50,7 +50,8 @@ void check_sections(Section& s, const Scene& scene) {
   s.check(scene.fluid.present || !scene.output.fitted_pressure, "output.fitted_pressure",
           "is that of the liquid, and the scene has none; allowed: true only beside the key fluid");
   s.check(!scene.air.present || scene.fluid.present || has_porous(scene), "air",
-          "takes up vapour, and the scene has neither liquid nor porous cloth; allowed: only beside fluid or a cloth's key porous");
+          "takes up vapour, and the scene has neither liquid nor porous cloth; allowed: only beside fluid or a cloth's "
+          "key porous");
   s.check(!s.has("cloth_solver") || !scene.cloths.empty(), "cloth_solver",
           "moves cloth, and the scene has none; allowed: only beside the key cloth");
   const bool porous = has_porous(scene);
@@ -132,8 +133,9 @@ void describe(Section& s, AirScene& air) {
   const bool direct = air.evaporation_rate.has_value(), given = direct || air.transfer_coefficient;
   s.one_line();
   s.saved_if(!direct).number("humidity", air.humidity, "[0, 1]", "1", "relative humidity of the air far away");
-  s.saved_if(!direct).number("temperature", air.temperature, "[0, 60]", "°C",
-                             "of the air and of what is wet; measured at the wet surface it is right in warm and dry air too");
+  s.saved_if(!direct).number(
+      "temperature", air.temperature, "[0, 60]", "°C",
+      "of the air and of what is wet; measured at the wet surface it is right in warm and dry air too");
   s.saved_if(!given).number("speed", air.speed, "[0, 100]", "m/s",
                             "of the air along what is wet; `wind`, which pushes, has its own");
   s.saved_if(!given).number("length", air.length, "[0.001, 1000]", "m", "of what is wet, along the air");
@@ -145,7 +147,8 @@ void describe(Section& s, AirScene& air) {
     s.check(!s.has(key) || !air.transfer_coefficient, key,
             "stands beside transfer_coefficient, which follows from it; allowed: one of them");
   for (const char* key : {"humidity", "temperature", "speed", "length", "transfer_coefficient"})
-    s.check(!s.has(key) || !air.evaporation_rate, key, "stands beside evaporation_rate, which follows from it; allowed: one of them");
+    s.check(!s.has(key) || !air.evaporation_rate, key,
+            "stands beside evaporation_rate, which follows from it; allowed: one of them");
 }
 
 void describe(Section& s, OutputScene& output) {
@@ -213,7 +216,9 @@ void describe(Section& s, Scene& scene) {
   s.optional(scene.wind.present)
       .section("wind", scene.wind, "moving air: its drag on cloth and, where asked for, on free liquid");
   s.optional(scene.air.present)
-      .section("air", scene.air, "air that liquid evaporates into, from its surface and from porous cloth; without it nothing evaporates");
+      .section(
+          "air", scene.air,
+          "air that liquid evaporates into, from its surface and from porous cloth; without it nothing evaporates");
   s.section("domain", scene.domain,
             "where the liquid may be: a particle that leaves it is drained, its mass is accounted for");
   s.remark("m");

@@ -6,12 +6,12 @@
 namespace drench {
 namespace {
 
-constexpr double zero_celsius = 273.15;      // K
-constexpr double pressure = 101325;          // Pa, of the air
-constexpr double gas_of_vapour = 461.52;     // J/(kg K)
-constexpr double gas_of_air = 287.05;        // J/(kg K)
-constexpr double lightness = 1 - 0.62198;    // 1 − M_w/M_a: of vapour among air
-constexpr double turbulent_reynolds = 5e5;   // of a flat plate
+constexpr double zero_celsius = 273.15;     // K
+constexpr double pressure = 101325;         // Pa, of the air
+constexpr double gas_of_vapour = 461.52;    // J/(kg K)
+constexpr double gas_of_air = 287.05;       // J/(kg K)
+constexpr double lightness = 1 - 0.62198;   // 1 − M_w/M_a: of vapour among air
+constexpr double turbulent_reynolds = 5e5;  // of a flat plate
 constexpr double turbulent_rayleigh = 1e7;
 
 /// e_s, Pa (Buck 1996).
@@ -28,7 +28,8 @@ double air_viscosity(double kelvin) {
 
 /// Mean Sherwood number of air along a flat plate.
 double forced(double reynolds, double schmidt) {
-  const double part = reynolds > turbulent_reynolds ? 0.037 * std::pow(reynolds, 0.8) - 871 : 0.664 * std::sqrt(reynolds);
+  const double part =
+      reynolds > turbulent_reynolds ? 0.037 * std::pow(reynolds, 0.8) - 871 : 0.664 * std::sqrt(reynolds);
   return part * std::cbrt(schmidt);
 }
 

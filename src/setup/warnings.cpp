@@ -298,9 +298,10 @@ void warn_of_wet_cloths(const Model& m, Lines& lines) {
 /// Air that takes nothing up.
 void warn_of_idle_air(const Model& m, Lines& lines) {
   if (m.scene.air.present && !(m.evaporation_flux > 0))
-    lines.emplace_back(m.scene.air.humidity == 1 ? "air: nothing evaporates into air of humidity 1; less would let it"
-                                                 : "air: nothing evaporates: it stands still, and without gravity vapour does not "
-                                                   "rise; give it a speed, a transfer_coefficient or an evaporation_rate");
+    lines.emplace_back(m.scene.air.humidity == 1
+                           ? "air: nothing evaporates into air of humidity 1; less would let it"
+                           : "air: nothing evaporates: it stands still, and without gravity vapour does not "
+                             "rise; give it a speed, a transfer_coefficient or an evaporation_rate");
 }
 
 }  // namespace

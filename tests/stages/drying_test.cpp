@@ -33,14 +33,17 @@ air: {evaporation_rate: 0.01}
 cloth: [{mesh: {grid: {}}, porous: {critical_saturation: 0.5}}]
 )";
 
-std::string in_air(const std::string& scene) { return with(scene, "output:", "air: {evaporation_rate: 0.02}\noutput:"); }
+std::string in_air(const std::string& scene) {
+  return with(scene, "output:", "air: {evaporation_rate: 0.02}\noutput:");
+}
 
 }  // namespace
 
 TEST(drying, agrees_with_the_reference) {
   const auto overfilled = [](const Model& m, HostState& s) { overfill(m, s, 4); };
   compare_stage({.stage = Stage::drying, .scene = in_air(wet_scene()), .changes = "node_liquid"});
-  compare_stage({.stage = Stage::drying, .scene = in_air(wet_scene()), .prepare = overfilled, .changes = "node_liquid"});
+  compare_stage(
+      {.stage = Stage::drying, .scene = in_air(wet_scene()), .prepare = overfilled, .changes = "node_liquid"});
   compare_stage({.stage = Stage::drying, .scene = sheet(0.5, 0.3, 0.01), .steps_before = 3, .changes = "node_liquid"});
 }
 
@@ -51,13 +54,16 @@ TEST(drying, a_step_of_any_length_is_exact) {
     const double all = 2 * rate / capacity;  // 1/s, by which the saturation falls above the critical one
     for (const double dt : {1e-3, 1.0, 25.0, 60.0}) {
       const double until = std::max(0.0, start - critical) / all;
-      const double expected = dt < until ? start - all * dt : std::min(start, critical) * std::exp(-all * (dt - until) / critical);
-      run_on_both(setup.model, setup.state, {Stage::drying}, {0, 0, dt}, [&](const Backend& backend, const StepReport&) {
-        const HostState s = backend.download();
-        for (std::size_t n = 0; n < s.node_liquid.size(); ++n)
-          EXPECT_NEAR(double(s.node_liquid[n]) * setup.model.quantum / setup.model.samples.node_capacity[n], expected, 1e-6);
-        EXPECT_EQ(sum(s.node_liquid) + s.evaporated, sum(setup.state.node_liquid));
-      });
+      const double expected =
+          dt < until ? start - all * dt : std::min(start, critical) * std::exp(-all * (dt - until) / critical);
+      run_on_both(setup.model, setup.state, {Stage::drying}, {0, 0, dt},
+                  [&](const Backend& backend, const StepReport&) {
+                    const HostState s = backend.download();
+                    for (std::size_t n = 0; n < s.node_liquid.size(); ++n)
+                      EXPECT_NEAR(double(s.node_liquid[n]) * setup.model.quantum / setup.model.samples.node_capacity[n],
+                                  expected, 1e-6);
+                    EXPECT_EQ(sum(s.node_liquid) + s.evaporated, sum(setup.state.node_liquid));
+                  });
     }
   }
 }
@@ -100,15 +106,19 @@ TEST(drying, covered_sides_stay_wet) {
     run_on_both(setup.model, setup.state, {Stage::porous_neighbors, Stage::drying}, {0, 0, 0.01},
                 [&](const Backend& backend, const StepReport&) {
                   const HostState s = backend.download();
-                  const double area = setup.model.samples.node_capacity[60] / capacity, one = area * 0.01 * 0.01 / setup.model.quantum;
+                  const double area = setup.model.samples.node_capacity[60] / capacity,
+                               one = area * 0.01 * 0.01 / setup.model.quantum;
                   middle.push_back(double(setup.state.node_liquid[60] - s.node_liquid[60]) / one);
                 });
     EXPECT_NEAR(middle[0], middle[1], 1e-3);
     return middle[0];
   };
-  const std::string far = "fluid: {spacing: 0.01, sources: [{block: {min: [0.5, 0.5, 0.5], max: [0.52, 0.52, 0.52]}}]}\n";
-  const std::string above = "fluid: {spacing: 0.01, sources: [{block: {min: [-0.1, 0, -0.1], max: [0.1, 0.04, 0.1]}}]}\n";
-  const std::string within = "fluid: {spacing: 0.01, sources: [{block: {min: [-0.1, -0.04, -0.1], max: [0.1, 0.04, 0.1]}}]}\n";
+  const std::string far =
+      "fluid: {spacing: 0.01, sources: [{block: {min: [0.5, 0.5, 0.5], max: [0.52, 0.52, 0.52]}}]}\n";
+  const std::string above =
+      "fluid: {spacing: 0.01, sources: [{block: {min: [-0.1, 0, -0.1], max: [0.1, 0.04, 0.1]}}]}\n";
+  const std::string within =
+      "fluid: {spacing: 0.01, sources: [{block: {min: [-0.1, -0.04, -0.1], max: [0.1, 0.04, 0.1]}}]}\n";
   const std::string floor = "bodies: [{box: {min: [-0.1, -0.05, -0.1], max: [0.1, -0.002, 0.1]}}]\n";
   EXPECT_NEAR(lost(""), 2, 1e-3);
   EXPECT_NEAR(lost(far), 2, 1e-3);

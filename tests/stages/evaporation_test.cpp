@@ -36,11 +36,12 @@ std::string block(double x, double y, double z) {
 /// What evaporates in a step of 1 ms, as an area, m², by both backends.
 std::vector<double> areas(const drench::Setup& setup) {
   std::vector<double> result;
-  run_on_both(setup.model, setup.state, until_evaporation, {0, 0, 0.001}, [&](const Backend& backend, const StepReport&) {
-    const HostState s = backend.download();
-    EXPECT_EQ(sum(s.fluid_mass) + s.evaporated, sum(setup.state.fluid_mass));
-    result.push_back(double(s.evaporated) * setup.model.quantum / (rate * 0.001));
-  });
+  run_on_both(setup.model, setup.state, until_evaporation, {0, 0, 0.001},
+              [&](const Backend& backend, const StepReport&) {
+                const HostState s = backend.download();
+                EXPECT_EQ(sum(s.fluid_mass) + s.evaporated, sum(setup.state.fluid_mass));
+                result.push_back(double(s.evaporated) * setup.model.quantum / (rate * 0.001));
+              });
   EXPECT_NEAR(result[0], result[1], 1e-5 * result[0] + 1e-12);
   return result;
 }

@@ -58,8 +58,8 @@ Quanta before_cloth(const HostState& s) {
 
 /// What happened in a run, so that no test compares steps in which nothing does.
 struct Happened {
-  bool fresh = false, jets = false, drained = false, absorbed = false, supplied = false, evaporated = false, contacts = false,
-       substeps = false, scaled = false;
+  bool fresh = false, jets = false, drained = false, absorbed = false, supplied = false, evaporated = false,
+       contacts = false, substeps = false, scaled = false;
   int steps = 0;
 };
 

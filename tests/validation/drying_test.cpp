@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 #include "quanta_sum.hpp"
 #include "setup/air.hpp"
@@ -19,7 +18,9 @@ constexpr double pores = 0.6;  // kg/m²: (1 − Φ) τ ρ0 of the default cloth
 
 std::string air(double rate) { return fmt::format("gravity: [0, 0, 0]\nair: {{evaporation_rate: {:.17g}}}", rate); }
 
-Quanta total(const HostState& s) { return sum(s.fluid_mass) + sum(s.node_liquid) + s.drained + s.evaporated - s.supplied; }
+Quanta total(const HostState& s) {
+  return sum(s.fluid_mass) + sum(s.node_liquid) + s.drained + s.evaporated - s.supplied;
+}
 
 /// A sheet that is wet all over and dries alone.
 struct Sheet {
@@ -27,10 +28,12 @@ struct Sheet {
   Quanta start, lost = 0;
 
   Sheet(double step, double saturation, double critical, double rate)
-      : run(still_cloth("{grid: {size: [0.2, 0.2], nodes: [11, 11]}}", step,
-                        fmt::format("diffusivity: 1.0e-4, max_saturation: 1, critical_saturation: {}", critical),
-                        fmt::format("    initial_saturation: [{{box: {{min: [-1, -1, -1], max: [1, 1, 1]}}, value: {}}}]\n", saturation),
-                        air(rate))),
+      : run(still_cloth(
+            "{grid: {size: [0.2, 0.2], nodes: [11, 11]}}", step,
+            fmt::format("diffusivity: 1.0e-4, max_saturation: 1, critical_saturation: {}", critical),
+            fmt::format("    initial_saturation: [{{box: {{min: [-1, -1, -1], max: [1, 1, 1]}}, value: {}}}]\n",
+                        saturation),
+            air(rate))),
         start(total(run.initial())) {}
   /// Mean saturation.
   double saturation() const { return kilograms(run.model(), sum(run.state().node_liquid)) / (pores * 0.2 * 0.2); }
@@ -63,22 +66,29 @@ TEST(drying, a_sheet_dries_at_a_constant_rate_then_slower) {
   {
     Sheet sheet(0.1, 0.95, 0.3, rate);
     report({"a wet sheet above the critical saturation: its mass, largest error", "m = m₀ − 2 j A t",
-            sheet.worst_until(60, 10, [&](double t) { return 0.95 - fall * t; }, [](double s) { return s; }), 0.02});
+            sheet.worst_until(
+                60, 10, [&](double t) { return 0.95 - fall * t; }, [](double s) { return s; }),
+            0.02});
     lost = std::max(lost, sheet.lost);
   }
   {
     Sheet sheet(0.1, 0.25, 0.3, rate);
-    report({"a damp sheet below the critical saturation, to 5 % of its mass: largest error", "m = m₀ e^(−2 j A t/(s_c C))",
-            sheet.worst_until(90, 10, [&](double t) { return 0.25 * std::exp(-fall * t / 0.3); }, [](double s) { return s; }), 0.02});
+    report({"a damp sheet below the critical saturation, to 5 % of its mass: largest error",
+            "m = m₀ e^(−2 j A t/(s_c C))",
+            sheet.worst_until(
+                90, 10, [&](double t) { return 0.25 * std::exp(-fall * t / 0.3); }, [](double s) { return s; }),
+            0.02});
     lost = std::max(lost, sheet.lost);
   }
   for (const double fast : {1.0, 20.0}) {
     const double step = 0.05 * fast;  // s
     Sheet sheet(step, 0.95, 0.3, fast * rate);
-    report({fmt::format("from wet to nearly dry, the saturation falls by {} in a step: mass, largest error", step * fast * fall),
+    report({fmt::format("from wet to nearly dry, the saturation falls by {} in a step: mass, largest error",
+                        step * fast * fall),
             "constant, then falling rate",
-            sheet.worst_until(std::floor(154 / fast / step) * step, 1, [&](double t) { return course(0.95, 0.3, fast * fall, t); },
-                              [](double s) { return s; }),
+            sheet.worst_until(
+                std::floor(154 / fast / step) * step, 1, [&](double t) { return course(0.95, 0.3, fast * fall, t); },
+                [](double s) { return s; }),
             0.02});
     lost = std::max(lost, sheet.lost);
   }
@@ -104,12 +114,17 @@ struct Strip {
 
   Strip(int cells_along, double step, double critical, double rate, bool vertical)
       : cells(cells_along),
-        run(still_cloth(fmt::format("{{grid: {{size: [{}, {}], nodes: [{}, 2]}}}}", length, length / cells, cells + 1), step,
-                        fmt::format("diffusivity: {}, max_saturation: 1, critical_saturation: {}, capillary_height: 0.2", diffusivity, critical),
-                        fmt::format("    hold_saturation: [{{box: {{min: [-1, -1, -1], max: [{}, 1, 1]}}, value: 1}}]\n", -length / 2 + 1e-6),
-                        vertical ? with_gravity(rate) : air(rate))),
+        run(still_cloth(
+            fmt::format("{{grid: {{size: [{}, {}], nodes: [{}, 2]}}}}", length, length / cells, cells + 1), step,
+            fmt::format("diffusivity: {}, max_saturation: 1, critical_saturation: {}, capillary_height: 0.2",
+                        diffusivity, critical),
+            fmt::format("    hold_saturation: [{{box: {{min: [-1, -1, -1], max: [{}, 1, 1]}}, value: 1}}]\n",
+                        -length / 2 + 1e-6),
+            vertical ? with_gravity(rate) : air(rate))),
         start(total(run.initial())) {}
-  static std::string with_gravity(double rate) { return fmt::format("gravity: [-9.81, 0, 0]\nair: {{evaporation_rate: {:.17g}}}", rate); }
+  static std::string with_gravity(double rate) {
+    return fmt::format("gravity: [-9.81, 0, 0]\nair: {{evaporation_rate: {:.17g}}}", rate);
+  }
   void until(double end) {
     while (run.time() < end - 1e-9) run.step();
     lost = std::abs(total(run.state()) - start);
@@ -121,7 +136,8 @@ struct Strip {
     std::vector<std::pair<double, double>> result;
     for (std::size_t n = 0; n < s.node_liquid.size(); ++n)
       if (m.mesh.rest_position[n][2] < 0)
-        result.emplace_back(m.mesh.rest_position[n][0] + length / 2, kilograms(m, s.node_liquid[n]) / m.samples.node_capacity[n]);
+        result.emplace_back(m.mesh.rest_position[n][0] + length / 2,
+                            kilograms(m, s.node_liquid[n]) / m.samples.node_capacity[n]);
     std::sort(result.begin(), result.end());
     return result;
   }
@@ -135,7 +151,8 @@ struct Strip {
   double wet() const {
     const auto p = profile();
     double sum = 0;
-    for (std::size_t k = 1; k < p.size(); ++k) sum += 0.5 * (p[k].second + p[k - 1].second) * (p[k].first - p[k - 1].first);
+    for (std::size_t k = 1; k < p.size(); ++k)
+      sum += 0.5 * (p[k].second + p[k - 1].second) * (p[k].first - p[k - 1].first);
     return sum;
   }
 };
@@ -160,15 +177,19 @@ TEST(drying, wicking_and_drying_hold_a_wet_length) {
     Strip strip(48, 0.1, 1, fall * pores / 2, false);
     strip.until(2 * wet * wet / Strip::diffusivity);
     const double scale = std::sqrt(Strip::diffusivity / fall);
-    report({"a strip below the critical saturation: saturation along it, largest error", "s = cosh((ℓ − x)/λ)/cosh(ℓ/λ)",
-            strip.worst([&](double x) { return std::cosh((Strip::length - x) / scale) / std::cosh(Strip::length / scale); }), 0.02});
+    report({"a strip below the critical saturation: saturation along it, largest error",
+            "s = cosh((ℓ − x)/λ)/cosh(ℓ/λ)", strip.worst([&](double x) {
+              return std::cosh((Strip::length - x) / scale) / std::cosh(Strip::length / scale);
+            }),
+            0.02});
     lost = std::max(lost, strip.lost);
   }
   {  // upwards: s'' D = e, flux −D (s' + 1/ℓ_c) = 0 at the front
     Strip strip(48, 0.1, 0, fall * pores / 2, true);
     strip.until(4 * wet * wet / Strip::diffusivity);
     // s = 1 + b x + e x²/(2 D) with s = 0 and s' = −1/ℓ_c at the front: e L²/(2 D) + L/ℓ_c = 1
-    const double c = 0.2, a = fall / (2 * Strip::diffusivity), front = (-1 / c + std::sqrt(1 / (c * c) + 4 * a)) / (2 * a);
+    const double c = 0.2, a = fall / (2 * Strip::diffusivity),
+                 front = (-1 / c + std::sqrt(1 / (c * c) + 4 * a)) / (2 * a);
     const double slope = -1 / c - 2 * a * front;
     report({"a strip that wicks up and dries: saturation along it, largest error", "D s″ = e, no flux at the front",
             strip.worst([&](double x) { return x < front ? 1 + slope * x + a * x * x : 0; }), 0.02});
@@ -216,15 +237,28 @@ TEST(drying, a_pool_loses_by_its_surface) {
     Pool pool(d, d / 5, 0.05);
     const double measured = pool.rate_between(0.5, 1.5);
     std::printf("pool, d = %g mm: %.4f of the plan's rate\n", d * 1e3, measured);
-    report({fmt::format("a pool of {:.0f} spacings across: rate of evaporation over j times its plan", Pool::width / d), "1", std::fabs(measured - 1), 0.02});
+    Finding row{
+        fmt::format("a pool of {:.0f} spacings across: rate of evaporation over j times its plan", Pool::width / d),
+        "1", std::fabs(measured - 1), 0.02};
+    if (d == 0.016) {
+      row.reached = {0.045, 0.045, 0.041};
+      row.reason = "Beside walls, which count as liquid also above the level, the surface counts for less.";
+    }
+    report(row);
     lost = std::max(lost, std::abs(total(pool.run.state()) - pool.start));
   }
   {
     Pool pool(0.01, 0.002, 10);
     const double measured = pool.rate_between(0.5, 2.5);
-    std::printf("pool that loses two layers: %.4f of the plan's rate, %d particles of %d\n", measured, pool.run.state().fluid_count(),
-                pool.run.initial().fluid_count());
-    report({"a pool of 16 spacings across that loses two layers: rate of evaporation over j times its plan", "1", std::fabs(measured - 1), 0.02});
+    std::printf("pool that loses two layers: %.4f of the plan's rate, %d particles of %d\n", measured,
+                pool.run.state().fluid_count(), pool.run.initial().fluid_count());
+    report({"a pool of 16 spacings across that loses two layers: rate of evaporation over j times its plan",
+            "1",
+            std::fabs(measured - 1),
+            0.02,
+            "1",
+            {0.061, 0.061, 0.0562},
+            "The upper particles grow light and lie unevenly, and a part of the surface is not seen."});
     lost = std::max(lost, std::abs(total(pool.run.state()) - pool.start));
   }
   report({"pools that dry: ledger error", "0", static_cast<double>(lost), 0, "quanta"});

@@ -32,7 +32,8 @@ struct ColourOf {
   Neighbors liquid, near_solids, near_sheets;
   bool solids, sheets;
 
-  ColourOf(const Constants& constants, const Fluid& fluid, const NeighborLists& lists, const Bodies& bodies, const Cloth& cloth)
+  ColourOf(const Constants& constants, const Fluid& fluid, const NeighborLists& lists, const Bodies& bodies,
+           const Cloth& cloth)
       : kernel(constants.kernel),
         position(fluid.position_volume),
         sheet(cloth.samples.position_volume),
@@ -71,8 +72,8 @@ struct ColourOf {
 };
 
 /// In `work.colour`; c = −1 of a particle that is alone: it is a drop by itself.
-void find_colours(const Constants& constants, const Fluid& fluid, const NeighborLists& lists, const Bodies& bodies, const Cloth& cloth,
-                    EvaporationWork& work) {
+void find_colours(const Constants& constants, const Fluid& fluid, const NeighborLists& lists, const Bodies& bodies,
+                  const Cloth& cloth, EvaporationWork& work) {
   make_room(work.colour, "drench::evaporation::colour", fluid.particles.capacity());
   const ColourOf colour_of(constants, fluid, lists, bodies, cloth);
   const Entries<Real4> colour = work.colour;
@@ -96,7 +97,8 @@ struct Evaporation {
   Real flat;  // 1/m
   std::int64_t step;
 
-  Evaporation(const Constants& constants, Fluid& fluid, const NeighborLists& lists, const EvaporationWork& work, const StepInfo& info)
+  Evaporation(const Constants& constants, Fluid& fluid, const NeighborLists& lists, const EvaporationWork& work,
+              const StepInfo& info)
       : kernel(constants.kernel),
         position(std::as_const(fluid).position_volume),
         colour(std::as_const(work).colour),
@@ -142,8 +144,8 @@ struct Evaporation {
 
 }  // namespace
 
-void evaporation(const Constants& constants, Fluid& fluid, const NeighborLists& lists, const Bodies& bodies, const Cloth& cloth,
-                 EvaporationWork& work, Accounts& accounts, const StepInfo& info) {
+void evaporation(const Constants& constants, Fluid& fluid, const NeighborLists& lists, const Bodies& bodies,
+                 const Cloth& cloth, EvaporationWork& work, Accounts& accounts, const StepInfo& info) {
   if (fluid.particles.total == 0) return;
   find_colours(constants, fluid, lists, bodies, cloth, work);
   Quanta gone = 0;

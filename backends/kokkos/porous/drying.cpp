@@ -13,9 +13,11 @@ namespace {
 constexpr double share_units = 1099511627776.0;  // 2^40, of V W
 
 /// Σ V W of the liquid on both sides of each sample.
-void sum_liquid(const Constants& constants, const Fluid& fluid, const NeighborLists& lists, const Cloth& cloth, DryingWork& work) {
+void sum_liquid(const Constants& constants, const Fluid& fluid, const NeighborLists& lists, const Cloth& cloth,
+                DryingWork& work) {
   const Entries<std::int64_t> sides = work.sides;
-  parallel("drench::drying::clear", 2 * cloth.samples.count, KOKKOS_LAMBDA(const Index k) { sides(k) = 0; });
+  parallel(
+      "drench::drying::clear", 2 * cloth.samples.count, KOKKOS_LAMBDA(const Index k) { sides(k) = 0; });
   const Neighbors list(lists.fluid_sample);
   const Entries<const Real3> x = fluid.particles.position, at = cloth.samples.position, normal = cloth.samples.normal;
   const Entries<const Quanta> mass = fluid.particles.mass;
@@ -39,10 +41,12 @@ void sum_liquid(const Constants& constants, const Fluid& fluid, const NeighborLi
 }
 
 /// How many sides of each sample the air reaches: those that neither liquid nor solids cover.
-void open_sides(const Constants& constants, const NeighborLists& lists, const Bodies& bodies, const Cloth& cloth, DryingWork& work) {
+void open_sides(const Constants& constants, const NeighborLists& lists, const Bodies& bodies, const Cloth& cloth,
+                DryingWork& work) {
   const Entries<const std::int64_t> sides = std::as_const(work).sides;
   const Entries<Real> open = work.open;
-  const Entries<const Real3> at = cloth.samples.position, normal = cloth.samples.normal, solid = bodies.boundary.position;
+  const Entries<const Real3> at = cloth.samples.position, normal = cloth.samples.normal,
+                             solid = bodies.boundary.position;
   const Entries<const Real> volume = bodies.boundary.volume;
   const Neighbors list(lists.sample_boundary);
   const bool solids = bodies.boundary.count > 0;
@@ -116,8 +120,8 @@ struct Drying {
 
 }  // namespace
 
-void drying(const Constants& constants, const Fluid& fluid, const NeighborLists& lists, const Bodies& bodies, Cloth& cloth,
-            DryingWork& work, Accounts& accounts, const StepInfo& info) {
+void drying(const Constants& constants, const Fluid& fluid, const NeighborLists& lists, const Bodies& bodies,
+            Cloth& cloth, DryingWork& work, Accounts& accounts, const StepInfo& info) {
   const auto samples = static_cast<std::size_t>(cloth.samples.count);
   if (samples == 0) return;
   if (constants.model.has_fluid()) {
@@ -127,13 +131,15 @@ void drying(const Constants& constants, const Fluid& fluid, const NeighborLists&
     open_sides(constants, lists, bodies, cloth, work);
   }
   Quanta gone = 0;  // every rank has all nodes
-  Kokkos::parallel_reduce("drench::drying::nodes", range(cloth.nodes.count), Drying(constants, cloth, work, info), gone);
+  Kokkos::parallel_reduce("drench::drying::nodes", range(cloth.nodes.count), Drying(constants, cloth, work, info),
+                          gone);
   accounts.evaporated += gone;
 }
 
 MemoryEstimate drying_bytes(const Sizing& s) {
   MemoryEstimate sum;
-  if (s.size.evaporation && s.size.porous && s.size.liquid) sum.cloth = s.size.samples * (2 * sizeof(std::int64_t) + s.real);
+  if (s.size.evaporation && s.size.porous && s.size.liquid)
+    sum.cloth = s.size.samples * (2 * sizeof(std::int64_t) + s.real);
   return sum;
 }
 

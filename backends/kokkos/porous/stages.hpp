@@ -19,8 +19,8 @@ void permeation(const Constants& constants, const Fluid& fluid, const NeighborLi
                 const StepInfo& info);
 MemoryEstimate permeation_bytes(const Sizing& s);
 /// Liquid goes from nodes into the air.
-void drying(const Constants& constants, const Fluid& fluid, const NeighborLists& lists, const Bodies& bodies, Cloth& cloth,
-            DryingWork& work, Accounts& accounts, const StepInfo& info);
+void drying(const Constants& constants, const Fluid& fluid, const NeighborLists& lists, const Bodies& bodies,
+            Cloth& cloth, DryingWork& work, Accounts& accounts, const StepInfo& info);
 MemoryEstimate drying_bytes(const Sizing& s);
 /// Liquid goes from particles to nodes.
 void absorption(const Constants& constants, Fluid& fluid, const NeighborLists& lists, Cloth& cloth, TransferWork& transfers,
