@@ -210,6 +210,7 @@ void exchange_impulses(ReferenceState& state, const std::vector<Collision>& coll
     if (c.triangle < 0) continue;
     const auto& nodes = m.mesh.triangle[c.triangle];
     const double mass = fluid_mass(state, i);
+    if (!(mass > 0)) continue;
     Vector3d v_hit = Vector3d::Zero();
     double inverse_mass = 1 / mass;
     for (int k = 0; k < 3; ++k) {
@@ -315,6 +316,7 @@ void advection(ReferenceState& state, const StepInfo& info, StepReport& report) 
     s.drained += s.fluid_mass[i];
   }
   report.escaped = escaped(s, gone, info.fluid_speed_limit, report.escaped_speed);
+  for (Index i = 0; i < particles; ++i) gone[i] = gone[i] || s.fluid_mass[i] == 0;  // stage evaporation took them whole
   remove_particles(s, gone);
 }
 

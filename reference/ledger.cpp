@@ -31,6 +31,7 @@ void ledger(ReferenceState& state, const StepInfo& info, StepReport& report) {
   report.mass_cloth = std::accumulate(s.node_liquid.begin(), s.node_liquid.end(), Quanta{0});
   report.mass_drained = s.drained;
   report.mass_supplied = s.supplied;
+  report.mass_evaporated = s.evaporated;
   report.particles = s.fluid_count();
 
   NeumaierSum mass;

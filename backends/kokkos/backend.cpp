@@ -48,7 +48,7 @@ class KokkosBackend final : public Backend {
     fluid_.exchange.upload_own(state, fluid_.particles);
     bodies_.upload(constants_, state);
     cloth_.upload(state);
-    accounts_ = {state.drained, state.supplied, state.step, state.time};
+    accounts_ = {state.drained, state.supplied, state.evaporated, state.step, state.time};
     jets_.particles = state.jet_particles;
     jets_.particles.resize(constants_.model.jets.size(), 0);
   }
@@ -61,6 +61,7 @@ class KokkosBackend final : public Backend {
     cloth_.download(state);
     state.drained = accounts_.drained;
     state.supplied = accounts_.supplied;
+    state.evaporated = accounts_.evaporated;
     state.jet_particles = jets_.particles;
     state.step = accounts_.step;
     state.time = accounts_.time;
@@ -82,7 +83,7 @@ class KokkosBackend final : public Backend {
 
   void run(Stage stage, const StepInfo& info, StepReport& report) override {
     Kokkos::Profiling::ScopedRegion region(std::string("drench::") + std::string(name_of(stage)));
-    if (stage >= Stage::absorption && stage <= Stage::reservoir) cloth_.soaked.advance();
+    if (stage >= Stage::drying && stage <= Stage::reservoir) cloth_.soaked.advance();
     switch (stage) {
       case Stage::time_step:
         return time_step(constants_, fluid_, bodies_, cloth_, measured_, info, report);
@@ -114,6 +115,8 @@ class KokkosBackend final : public Backend {
         return pressure(constants_, fluid_, lists_, bodies_, cloth_, pressure_, solver_, info, report);
       case Stage::self_collision:
         return self_collision(constants_, bodies_, cloth_, self_collision_, info, report);
+      case Stage::evaporation:
+        return evaporation(constants_, fluid_, lists_, bodies_, cloth_, evaporation_, accounts_, info);
       case Stage::advection:
         return advection(constants_, fluid_, lists_, bodies_, cloth_, advection_, accounts_, info, report);
       case Stage::bodies:
@@ -126,6 +129,8 @@ class KokkosBackend final : public Backend {
         return flow_direction(constants_, lists_, bodies_, cloth_);
       case Stage::permeation:
         return permeation(constants_, fluid_, lists_, cloth_, permeation_, info);
+      case Stage::drying:
+        return drying(constants_, fluid_, lists_, bodies_, cloth_, drying_, accounts_, info);
       case Stage::absorption:
         return absorption(constants_, fluid_, lists_, cloth_, transfers_, permeation_, absorption_, info);
       case Stage::emission:
@@ -200,9 +205,11 @@ class KokkosBackend final : public Backend {
   WindWork wind_;
   ClothSolverWork solver_;
   SelfCollisionWork self_collision_;
+  EvaporationWork evaporation_;
   AdvectionWork advection_;
   TransferWork transfers_;
   PermeationWork permeation_;
+  DryingWork drying_;
   AbsorptionWork absorption_;
   EmissionWork emission_;
   DiffusionWork diffusion_;
@@ -234,10 +241,12 @@ MemoryEstimate kokkos_array_bytes(const SetupSize& size, int real_bytes, bool gp
   sum += cloth_solver_bytes(sizing);
   sum += pressure_bytes(sizing);
   sum += self_collision_bytes(sizing);
+  sum += evaporation_bytes(sizing);
   sum += advection_bytes(sizing);
   sum += porous_neighbor_bytes(sizing);
   sum += transfer_bytes(sizing);
   sum += permeation_bytes(sizing);
+  sum += drying_bytes(sizing);
   sum += absorption_bytes(sizing);
   sum += emission_bytes(sizing);
   sum += diffusion_bytes(sizing);

@@ -67,6 +67,7 @@ nb::dict to_dict(const StepReport& r) {
   DRENCH_NUMBER(mass_cloth)
   DRENCH_NUMBER(mass_drained)
   DRENCH_NUMBER(mass_supplied)
+  DRENCH_NUMBER(mass_evaporated)
   DRENCH_NUMBER(mass_float)
   DRENCH_NUMBER(saturation_max)
   DRENCH_NUMBER(saturation_error)

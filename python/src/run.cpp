@@ -110,6 +110,7 @@ class Run {
     visit_fields(state, [&](std::string_view name, auto& values) { d[nb::str(name.data(), name.size())] = owned(std::move(values)); });
     d["drained"] = state.drained;
     d["supplied"] = state.supplied;
+    d["evaporated"] = state.evaporated;
     d["next_id"] = state.next_id;
     d["jet_particles"] = owned(std::move(state.jet_particles));
     d["step"] = state.step;

@@ -50,7 +50,7 @@ def test_a_step_tells_its_numbers(scene):
     step = run.step()
     assert step["step"] == step.step == 1 and run.last is step
     assert step.particles == len(run.fields["fluid_id"])
-    assert step.mass_total == step.mass_fluid + step.mass_cloth + step.mass_drained - step.mass_supplied
+    assert step.mass_total == step.mass_fluid + step.mass_cloth + step.mass_drained + step.mass_evaporated - step.mass_supplied
     assert len(step) > 35 and "density_iterations" in dir(step)
     with pytest.raises(AttributeError, match="density_iterations"):
         step.iterations

@@ -105,6 +105,28 @@ void print_step(const Model& model, const HostState& state) {
       time.step, fastest, fastest * spacings, impact, impact * spacings);
 }
 
+/// 3 s, 2 min, 5 h
+std::string in_words(double seconds) {
+  if (seconds < 120) return fmt::format("{:.3g} s", seconds);
+  return seconds < 7200 ? fmt::format("{:.3g} min", seconds / 60) : fmt::format("{:.3g} h", seconds / 3600);
+}
+
+/// What evaporates, and how long full cloth takes (docs/theory/evaporation.md, Eqs. 1 and 9).
+void print_drying(const Model& model) {
+  const double flux = model.evaporation_flux;
+  fmt::print("air: a wet surface loses {:.3g} kg/(m² h)\n", 3600 * flux);
+  for (const ClothMaterial& c : model.cloths) {
+    if (!c.porous || !model.has_drying()) continue;
+    constexpr double dry = 0.05;
+    const double fall = 2 * flux / ((1 - c.solid_fraction) * c.thickness * model.rest_density),
+                 critical = c.critical_saturation;
+    const double constant = (1 - std::max(critical, dry)) / fall,
+                 falling = critical > dry ? critical / fall * std::log(critical / dry) : 0;
+    fmt::print("drying of {}: a full cloth takes {} to saturation {:.3g}, {} to {:.3g}, open on both sides\n", c.name,
+               in_words(constant), std::max(critical, dry), in_words(constant + falling), dry);
+  }
+}
+
 }  // namespace
 
 int check_command(const CheckOptions& options) {
@@ -142,6 +164,7 @@ int check_command(const CheckOptions& options) {
     if (model.has_diffusion() && c.wicks())
       fmt::print("diffusion in {}: sub-steps a step: about {:.0f}\n", c.name,
                  substeps_for(diffusion_rate(model, c), scene.time.step));
+  if (scene.air.present) print_drying(model);
   for (const std::string& w : warnings) fmt::print("warning: {}\n", w);
   return exit_done;
 }

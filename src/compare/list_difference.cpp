@@ -54,7 +54,7 @@ std::vector<std::string> lists_of(Stage stage, const Model& m) {
   }
   if (stage == Stage::porous_neighbors && samples) {
     if (m.has_exchange()) names.insert(names.end(), {"fluid_sample", "sample_sample"});
-    if (m.has_exchange() && m.has_direction() && boundary) names.push_back("sample_boundary");
+    if (m.porous_meets_solids() && boundary) names.push_back("sample_boundary");
   }
   return names;
 }

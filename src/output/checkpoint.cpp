@@ -68,6 +68,7 @@ void visit_checkpoint(C& c, Visitor&& visit) {
   visit("uptake_rate", c.state.uptake_rate);
   visit("drained", c.state.drained);
   visit("supplied", c.state.supplied);
+  visit("evaporated", c.state.evaporated);
   visit("next_id", c.state.next_id);
   visit("jet_particles", c.state.jet_particles);
   visit_fields(c.state, visit);

@@ -95,13 +95,16 @@ void add_common(Columns& columns, double quantum, Quanta initial_total) {
 }
 
 /// Columns of a stage, where it runs.
-void add_of_stages(Columns& columns, const std::vector<Stage>& stages) {
+void add_of_stages(Columns& columns, const std::vector<Stage>& stages, double quantum) {
   const auto runs = [&](Stage stage) { return std::find(stages.begin(), stages.end(), stage) != stages.end(); };
   if (runs(Stage::cloth)) {
     columns.of_report("cloth_iterations", "{}", &Report::cloth_iterations);
     columns.of_report("cloth_residual", "{:.6g}", &Report::cloth_residual);
   }
   if (runs(Stage::porous_neighbors)) columns.of_report("error_saturation", "{:.6g}", &Report::saturation_error);
+  if (runs(Stage::evaporation) || runs(Stage::drying))
+    columns.of_report("mass_evaporated", "{:.17g}",
+                      [=](const Report& r) { return static_cast<double>(r.mass_evaporated) * quantum; });
   if (runs(Stage::measures)) {
     columns.of_report("nearest_variance", "{:.6g}", &Report::nearest_variance);
     columns.of_report("close_share", "{:.6g}", &Report::close_share);
@@ -149,7 +152,7 @@ StatsCsv::StatsCsv(const std::filesystem::path& path, const std::vector<Stage>& 
     : path_(path) {
   Columns columns;
   add_common(columns, quantum, initial_total);
-  add_of_stages(columns, stages);
+  add_of_stages(columns, stages, quantum);
   if (std::find(stages.begin(), stages.end(), Stage::fabric) != stages.end())
     for (std::size_t k = 0; k < fabrics.size(); ++k) add_of_fabric(columns, quantum, k, fabrics[k]);
   if (by_error) {

@@ -16,7 +16,7 @@ Quanta in_cloth(const HostState& s) { return std::accumulate(s.node_liquid.begin
 
 Quanta total_of(const HostState& s) {
   const Quanta fluid = std::accumulate(s.fluid_mass.begin(), s.fluid_mass.end(), Quanta{0});
-  return fluid + in_cloth(s) + s.drained - s.supplied;
+  return fluid + in_cloth(s) + s.drained + s.evaporated - s.supplied;
 }
 
 /// The step that is taken when the stages allow `wanted` and the next output is `left` away.

@@ -21,12 +21,14 @@
   STAGE(cloth,             m.has_moving_cloth())                                              \
   STAGE(pressure,          m.has_fluid())                                                     \
   STAGE(self_collision,    m.has_self_collision())                                            \
+  STAGE(evaporation,       m.has_evaporation())                                               \
   STAGE(advection,         m.has_fluid() || m.has_moving_cloth())                             \
   STAGE(bodies,            m.has_moving_body())                                               \
   STAGE(jets,              m.has_jets())                                                      \
-  STAGE(porous_neighbors,  m.has_exchange() || m.has_diffusion())                             \
+  STAGE(porous_neighbors,  m.meets_porous() || m.has_diffusion())                             \
   STAGE(flow_direction,    m.has_exchange() && m.has_direction())                             \
   STAGE(permeation,        m.has_permeation())                                                \
+  STAGE(drying,            m.has_drying())                                                    \
   STAGE(absorption,        m.has_absorption())                                                \
   STAGE(emission,          m.has_emission())                                                  \
   STAGE(diffusion,         m.has_diffusion())                                                 \

@@ -70,6 +70,7 @@ struct StepReport {
   Quanta mass_cloth = 0;        ///< quanta: in cloth
   Quanta mass_drained = 0;      ///< quanta: left the domain so far
   Quanta mass_supplied = 0;     ///< quanta: from jets and reservoirs so far
+  Quanta mass_evaporated = 0;   ///< quanta: gone into the air so far
   double mass_float = 0;        ///< kg: compensated sum of the floating-point masses of particles and nodes
   double saturation_max = 0;    ///< 1: of the wettest node
   double saturation_error = 0;  ///< 1: estimate of what the step's length costs the cloth's mean saturation (Pipeline)
@@ -95,8 +96,8 @@ struct StepReport {
   SomeParticles escaped{};             ///< left the domain in this step, if suspiciously many or fast
   double escaped_speed = 0;            ///< m/s: of the fastest particle that left the domain
 
-  /// quanta: particles + cloth + drained − supplied, the same after every step
-  Quanta mass_total() const { return mass_fluid + mass_cloth + mass_drained - mass_supplied; }
+  /// quanta: particles + cloth + drained + evaporated − supplied, the same after every step
+  Quanta mass_total() const { return mass_fluid + mass_cloth + mass_drained + mass_evaporated - mass_supplied; }
   /// Takes up the residual of the solve that the density solve has gone on with (stages/pressure.hpp). That one begins where
   /// stage cloth's ended, as if it had converged: what was left there is left.
   void note_cloth_residual(double coupled) {

@@ -44,6 +44,7 @@ std::string states(const RunRecord& a, const RunRecord& b) {
                                             {"mass_fluid", "liquid, kg"},
                                             {"mass_cloth", "in cloth, kg"},
                                             {"mass_drained", "drained, kg"},
+                                            {"mass_evaporated", "evaporated, kg"},
                                             {"mass_supplied", "supplied, kg"},
                                             {"saturation_max", "largest saturation"},
                                             {"kinetic_energy", "kinetic energy, J"},

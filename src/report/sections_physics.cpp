@@ -35,7 +35,8 @@ constexpr MassRow mass_rows[] = {{"mass_supplied", "supplied by jets and reservo
                                  {"mass_fluid", "in the liquid"},
                                  {"mass_cloth", "in cloth"},
                                  {"mass_drained", "drained: left the domain"},
-                                 {"mass_total", "total: liquid + cloth + drained − supplied"},
+                                 {"mass_evaporated", "evaporated into the air"},
+                                 {"mass_total", "total: liquid + cloth + drained + evaporated − supplied"},
                                  {"mass_error", "error: change of the total"}};
 
 std::string mass_table(const RunRecord& run, const std::string& id) {
@@ -132,6 +133,7 @@ std::string mass_section(const Runs& runs) {
     return std::any_of(runs.begin(), runs.end(), [&](const RunRecord& r) { return !all_zero(r.stats.column(column)); });
   };
   if (moves("mass_supplied")) curves.push_back({"mass_supplied", "supplied", 2});
+  if (moves("mass_evaporated")) curves.push_back({"mass_evaporated", "evaporated", 4});
   if (moves("mass_drained")) curves.push_back({"mass_drained", "drained", 3});
   if (!moves("mass_fluid") && !moves("mass_cloth") && !moves("mass_supplied") && !moves("mass_drained"))
     return html::section("mass", "Mass", html::paragraph("There is no liquid, neither in particles nor in cloth."));

@@ -51,6 +51,7 @@ inline void check_end_after_start(Section& s, const char* what, double start, do
 void describe(Section& s, Scene& scene);
 void describe(Section& s, TimeScene& time);
 void describe(Section& s, FieldScene& field);
+void describe(Section& s, AirScene& air);
 void describe(Section& s, OutputScene& output);
 void describe(Section& s, ProcessScene& processes);
 void describe(Section& s, Box& box);

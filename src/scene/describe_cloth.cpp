@@ -97,6 +97,8 @@ void describe_porous(Section& s, MaterialScene& fabric) {
            "p_b, above 0 the fabric repels: up to this difference of pressure it takes and passes nothing; needs `permeability`");
   s.check(!(fabric.breakthrough_pressure > 0) || fabric.permeability > 0, "breakthrough_pressure",
           "says when liquid passes through, and the permeability is 0; allowed: permeability above 0");
+  s.number("critical_saturation", fabric.critical_saturation, "[0, 1]", "1",
+           "s_c: fabric that is drier than this dries more slowly, in proportion to its saturation; only with `air`");
   s.boolean("contact_wicking", fabric.contact_wicking,
             "liquid passes between layers that touch and both have this; needs `diffusivity` above 0");
   s.check(!fabric.contact_wicking || fabric.diffusivity > 0, "contact_wicking",

@@ -49,6 +49,9 @@ void check_sections(Section& s, const Scene& scene) {
           "is that of the liquid, and the scene has none; allowed: true only beside the key fluid");
   s.check(scene.fluid.present || !scene.output.fitted_pressure, "output.fitted_pressure",
           "is that of the liquid, and the scene has none; allowed: true only beside the key fluid");
+  s.check(!scene.air.present || scene.fluid.present || has_porous(scene), "air",
+          "takes up vapour, and the scene has neither liquid nor porous cloth; allowed: only beside fluid or a cloth's "
+          "key porous");
   s.check(!s.has("cloth_solver") || !scene.cloths.empty(), "cloth_solver",
           "moves cloth, and the scene has none; allowed: only beside the key cloth");
   const bool porous = has_porous(scene);
@@ -128,6 +131,28 @@ void describe(Section& s, WindScene& wind) {
                         wind.gusts[i - 1].time));
 }
 
+void describe(Section& s, AirScene& air) {
+  const bool direct = air.evaporation_rate.has_value(), given = direct || air.transfer_coefficient;
+  s.one_line();
+  s.saved_if(!direct).number("humidity", air.humidity, "[0, 1]", "1", "relative humidity of the air far away");
+  s.saved_if(!direct).number(
+      "temperature", air.temperature, "[0, 60]", "°C",
+      "of the air and of what is wet; measured at the wet surface it is right in warm and dry air too");
+  s.saved_if(!given).number("speed", air.speed, "[0, 100]", "m/s",
+                            "of the air along what is wet; `wind`, which pushes, has its own");
+  s.saved_if(!given).number("length", air.length, "[0.001, 1000]", "m", "of what is wet, along the air");
+  s.number("transfer_coefficient", air.transfer_coefficient, "[0, 10]", "m/s",
+           "h_m of the air beside a wet surface; in place of `speed` and `length`");
+  s.number("evaporation_rate", air.evaporation_rate, "[0, 100]", "kg/(m² s)",
+           "j of a wet surface, in place of all the others; 1 kg/(m² h) is 2.8e-4");
+  for (const char* key : {"speed", "length"})
+    s.check(!s.has(key) || !air.transfer_coefficient, key,
+            "stands beside transfer_coefficient, which follows from it; allowed: one of them");
+  for (const char* key : {"humidity", "temperature", "speed", "length", "transfer_coefficient"})
+    s.check(!s.has(key) || !air.evaporation_rate, key,
+            "stands beside evaporation_rate, which follows from it; allowed: one of them");
+}
+
 void describe(Section& s, OutputScene& output) {
   s.one_line();
   s.number("every", output.every, "[0, 1e6]", "s", "time between two frames; 0: none; at most 10⁹ until `time.end`");
@@ -195,6 +220,10 @@ void describe(Section& s, Scene& scene) {
   s.remark("m, 1/s");
   s.optional(scene.wind.present)
       .section("wind", scene.wind, "moving air: its drag on cloth and, where asked for, on free liquid");
+  s.optional(scene.air.present)
+      .section(
+          "air", scene.air,
+          "air that liquid evaporates into, from its surface and from porous cloth; without it nothing evaporates");
   s.section("domain", scene.domain,
             "where the liquid may be: a particle that leaves it is drained, its mass is accounted for");
   s.remark("m");

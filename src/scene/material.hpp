@@ -26,6 +26,7 @@ struct BasicMaterial {
   Number wet_adhesion = Number(0);  // w, N/m; parts wet fabric from wet fabric or a solid; 0.14 with water at most
   Number permeability = Number(0);           // k, m²: of the wet fabric, across it; 0: tight to pressure
   Number breakthrough_pressure = Number(0);  // p_b, Pa: below it the fabric repels liquid; 0: it wets by itself
+  Number critical_saturation = Number(0.3);  // s_c, 1: below it drying slows down
   bool contact_wicking = false;     // liquid passes between layers that touch and both have this
   bool porous = false;              // takes up liquid; else it is a dry wall
 
@@ -73,6 +74,7 @@ constexpr void visit_members(ResolvedMaterial<A>& a, const ResolvedMaterial<B>& 
   visit(a.wet_adhesion, b.wet_adhesion);
   visit(a.permeability, b.permeability);
   visit(a.breakthrough_pressure, b.breakthrough_pressure);
+  visit(a.critical_saturation, b.critical_saturation);
   visit(a.contact_wicking, b.contact_wicking);
   visit(a.porous, b.porous);
   visit(a.friction_wet, b.friction_wet);

@@ -321,6 +321,19 @@ struct WindScene {
   bool operator==(const WindScene&) const = default;
 };
 
+/// Section `air`: what liquid evaporates into (docs/theory/evaporation.md).
+struct AirScene {
+  bool present = false;                        // does the scene have the section?
+  double humidity = 0.5;                       // RH, 1
+  double temperature = 20;                     // °C; of the air and of what is wet
+  double speed = 0;                            // m/s; along what is wet
+  double length = 0.3;                         // m; of what is wet, along the air
+  std::optional<double> transfer_coefficient;  // h_m, m/s; in place of speed and length
+  std::optional<double> evaporation_rate;      // j, kg/(m² s); in place of all the others
+
+  bool operator==(const AirScene&) const = default;
+};
+
 /// A whole scene. Mesh files are absolute paths, all other values as in the file.
 struct Scene {
   std::string path;                           // the file that it came from, "" when built in memory
@@ -329,6 +342,7 @@ struct Scene {
   Vec3 gravity{0, -9.81, 0};                  // m/s²
   FieldScene field;                           // draws liquid to a centre
   WindScene wind;                             // drags at cloth and liquid
+  AirScene air;                               // takes up vapour
   Box domain{{-10, -10, -10}, {10, 10, 10}};  // m
   OutputScene output;                         // files and their times
   ProcessScene processes;                     // of porous cloth

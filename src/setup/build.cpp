@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "setup/air.hpp"
 #include "setup/body_geometry.hpp"
 #include "setup/body_sampling.hpp"
 #include "setup/cloth_boundary.hpp"
@@ -45,6 +46,7 @@ void set_numbers(Model& m) {
   m.max_quanta = quanta_per_particle;
   set_absorption(m);
   set_permeation(m);
+  if (m.scene.air.present) m.evaporation_flux = evaporation_flux(m.scene);
 }
 
 /// The domain and a support radius around it: samples beyond cannot touch a particle.

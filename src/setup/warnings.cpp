@@ -295,6 +295,15 @@ void warn_of_wet_cloths(const Model& m, Lines& lines) {
                     passes));
 }
 
+/// Air that takes nothing up.
+void warn_of_idle_air(const Model& m, Lines& lines) {
+  if (m.scene.air.present && !(m.evaporation_flux > 0))
+    lines.emplace_back(m.scene.air.humidity == 1
+                           ? "air: nothing evaporates into air of humidity 1; less would let it"
+                           : "air: nothing evaporates: it stands still, and without gravity vapour does not "
+                             "rise; give it a speed, a transfer_coefficient or an evaporation_rate");
+}
+
 }  // namespace
 
 std::vector<std::string> plan_warnings(const Model& model, const HostState& state, int real_bytes) {
@@ -310,6 +319,7 @@ std::vector<std::string> plan_warnings(const Model& model, const HostState& stat
   warn_of_falling_cloths(model, lines);
   warn_of_stiff_cloths(model, lines);
   warn_of_wet_cloths(model, lines);
+  warn_of_idle_air(model, lines);
   warn_of_step(model, state, lines);
   return lines;
 }

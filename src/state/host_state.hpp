@@ -29,6 +29,7 @@ struct HostState {
   // the ledger's other accounts, quanta
   Quanta drained = 0;                       // left the domain
   Quanta supplied = 0;                      // came from jets and reservoirs (net)
+  Quanta evaporated = 0;                    // went into the air
   std::int64_t next_id = 0;                 // fluid_id of the next new particle
   std::vector<std::int64_t> jet_particles;  // that each jet has let go so far
 

@@ -234,6 +234,7 @@ struct Model {
   double layer_share = 1;                   // d³ S of density.hpp: a plane of wall samples counts for one layer
   double relaxation = 0.3;                  // ω of both pressure solves (setup/smoothing_kernel.hpp)
   bool jacobi_cloth = false;                // the cloth iterates as the reference does, also on a host (drench compare)
+  double evaporation_flux = 0;              // j, kg/(m² s): of a wet surface (setup/air.hpp); 0: nothing evaporates
   Quanta min_quanta = 0;                    // m_min = 0.05 m0
   Quanta max_quanta = quanta_per_particle;  // m_max = m0
   std::vector<ClothMaterial> cloths;
@@ -299,6 +300,13 @@ struct Model {
   bool has_emission() const { return has_porous() && has_fluid() && scene.processes.emission; }
   /// Does liquid go into the cloth or out of it?
   bool has_exchange() const { return has_absorption() || has_emission(); }
+  /// Does the liquid's surface lose vapour to the air (stages/evaporation.hpp)? Does wet cloth (stages/drying.hpp)?
+  bool has_evaporation() const { return evaporation_flux > 0 && has_fluid(); }
+  bool has_drying() const { return evaporation_flux > 0 && has_porous(); }
+  /// Does something ask for liquid near porous cloth, after advection?
+  bool meets_porous() const { return has_exchange() || (has_drying() && has_fluid()); }
+  /// And for solids near it?
+  bool porous_meets_solids() const { return (has_exchange() && has_direction()) || (has_drying() && has_fluid()); }
   /// Does pressure drive liquid through a cloth (stages/permeation.hpp)?
   bool has_permeation() const {
     return has_absorption() && has_emission() && has_direction() &&

@@ -12,6 +12,7 @@ inline constexpr const char* everything = R"(drench: 1
 time: {step: 0.002, end: 3.5, mode: cfl, cfl: 0.3, tolerance: 2.0e-3}
 gravity: [0.1, -1.62, 0.2]
 field: {center: [0.5, 0, -0.5], rate: [1, 2, 0]}
+air: {humidity: 0.25, temperature: 35, transfer_coefficient: 0.02}
 domain: {min: [-2, -3, -4], max: [5, 6, 7]}
 output: {every: 0.05, checkpoint_every: 0.7, measures: true, fabric: true, wet_above: 0.1, surface: true, surface_spacing: 0.75, surface_kernel: isotropic, fitted_pressure: true, report: true}
 processes: {direction: off, saturation_control: false, absorption: off, emission: off, diffusion: off}
@@ -59,7 +60,7 @@ cloth:
     porous: {solid_fraction: 0.5, absorption: 0.02, uptake_velocity: 0.03, max_saturation: 1.3, virtual_pressure: 15,
              emission_angle: 70, emission_velocity: 0.6, emission_ramp: 0.03, diffusivity: 2.0e-4,
              weft_diffusivity: 5.0e-5, diffusion: degenerate, capillary_height: 0.8, adhesion: 0.05, permeability: 2.0e-10,
-             breakthrough_pressure: 300, contact_wicking: true}
+             breakthrough_pressure: 300, critical_saturation: 0.4, contact_wicking: true}
   - name: moved
     mesh: {grid: {size: [1, 1], nodes: [5, 5]}}
     membrane: {warp: 900, weft: 450, shear: 90}

@@ -45,6 +45,7 @@ struct RecordingBackend : Backend {
       report.mass_fluid = ledger.mass_fluid;
       report.mass_drained = ledger.mass_drained;
       report.mass_supplied = ledger.mass_supplied;
+      report.mass_evaporated = ledger.mass_evaporated;
     }
   }
   void fence() override {}
@@ -64,9 +65,11 @@ struct PipelineTest : testing::Test {
     initial.fluid_mass = {100, 50};
     initial.drained = 7;
     initial.supplied = 3;
+    initial.evaporated = 2;
     backend.ledger.mass_fluid = 140;
     backend.ledger.mass_drained = 17;
     backend.ledger.mass_supplied = 3;
+    backend.ledger.mass_evaporated = 2;
   }
   RunFailure failure_of_a_step() {
     Pipeline pipeline(model, backend, initial);
@@ -97,7 +100,7 @@ TEST_F(PipelineTest, RunsTheStagesOfTheSceneInOrder) {
   EXPECT_EQ(backend.ran, (std::vector<Stage>{Stage::time_step, Stage::neighbors, Stage::density, Stage::divergence,
                                              Stage::forces, Stage::pressure, Stage::advection, Stage::ledger}));
   EXPECT_EQ(pipeline.step_index(), 1);
-  EXPECT_EQ(pipeline.initial_total(), 154);
+  EXPECT_EQ(pipeline.initial_total(), 156);
 }
 
 TEST_F(PipelineTest, AStillPorousClothNeedsNoClothSolverAndNoFluid) {

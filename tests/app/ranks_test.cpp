@@ -230,6 +230,11 @@ TEST_F(Ranks, PressureDrivesLiquidThroughClothAtTheCut) {
   EXPECT_TRUE(std::any_of(end.sample_flux.begin(), end.sample_flux.end(), [](double u) { return u != 0; }));
 }
 
+TEST_F(Ranks, LiquidAndClothDryAtTheCut) {
+  expect_equal(scene(cut_scene), {2, 3}, 14, {"--set", "air={evaporation_rate: 0.5}"});
+  EXPECT_GT(last("mass_evaporated"), 1e-6);
+}
+
 TEST_F(Ranks, AllLiquidOnOneRankIsSharedOut) {
   expect_equal(scene(jet_scene), {2, 3}, 15);
   EXPECT_GT(last("particles"), 400) << "at 142 two ranks cut anew, and at 101 three do";

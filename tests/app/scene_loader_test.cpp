@@ -95,6 +95,7 @@ ClothScene every_cloth_key() {
   c.material.wet_adhesion = 0.05;
   c.material.permeability = 2.0e-10;
   c.material.breakthrough_pressure = 300;
+  c.material.critical_saturation = 0.4;
   c.material.contact_wicking = true;
   return c;
 }
@@ -185,6 +186,7 @@ TEST(SceneLoader, ReadsEveryKey) {
   s.time = {0.002, 3.5, TimeMode::cfl, 0.3, 2e-3};
   s.gravity = {0.1, -1.62, 0.2};
   s.field = {true, {0.5, 0, -0.5}, {1, 2, 0}};
+  s.air = {true, 0.25, 35, 0, 0.3, 0.02, {}};
   s.domain = {{-2, -3, -4}, {5, 6, 7}};
   s.output = {0.05, 0.7, true, true, 0.1, true, 0.75, SurfaceKernel::isotropic, true, true};
   s.processes = {false, false, false, false, false};

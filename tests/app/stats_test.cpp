@@ -65,6 +65,22 @@ TEST(Output, StatisticsHaveTheirColumns) {
   EXPECT_EQ(table.number(1, "mass_error"), e.model.quantum) << "one quantum too many shows";
 }
 
+TEST(Output, WhatHasEvaporatedStandsWhereItDoes) {
+  const TempFolder folder;
+  StepReport report;
+  report.mass_evaporated = 6;
+  for (const Stage stage : {Stage::evaporation, Stage::drying, Stage::absorption}) {
+    StatsCsv(folder.path() / "stats.csv", {Stage::time_step, stage, Stage::ledger}, 0.5, 6).write({report, {}, 0});
+    const Table table = read_table(folder.path() / "stats.csv");
+    const bool stands = std::find(table.header.begin(), table.header.end(), "mass_evaporated") != table.header.end();
+    EXPECT_EQ(stands, stage != Stage::absorption);
+    if (stands) {
+      EXPECT_EQ(table.text(0, "mass_evaporated"), "3");
+    }
+    EXPECT_EQ(table.text(0, "mass_error"), "0");
+  }
+}
+
 TEST(Output, StatisticsOfTheClothSolveStandWhereClothMoves) {
   const TempFolder folder;
   StepReport report;

@@ -17,13 +17,14 @@ TEST(ledger, counts_every_quantum) {
   for (std::size_t i = 0; i < state.fluid_mass.size(); ++i) state.fluid_mass[i] -= static_cast<Quanta>(i * 7919 + 1);
   state.drained = 12345;
   state.supplied = 54321;
+  state.evaporated = 999;
   const Quanta fluid = std::accumulate(state.fluid_mass.begin(), state.fluid_mass.end(), Quanta{0});
   const Quanta cloth = std::accumulate(state.node_liquid.begin(), state.node_liquid.end(), Quanta{0});
   ASSERT_GT(cloth, 0);
   run_on_both(setup.model, state, {Stage::ledger}, {}, [&](const Backend&, const StepReport& report) {
     EXPECT_EQ(report.mass_fluid, fluid);
     EXPECT_EQ(report.mass_cloth, cloth);
-    EXPECT_EQ(report.mass_total(), fluid + cloth + 12345 - 54321);
+    EXPECT_EQ(report.mass_total(), fluid + cloth + 12345 + 999 - 54321);
     EXPECT_NEAR(report.mass_float, static_cast<double>(fluid + cloth) * setup.model.quantum, 1e-6 * report.mass_float);
     EXPECT_EQ(report.nonfinite, 0);
     EXPECT_EQ(report.particles, static_cast<std::int64_t>(state.fluid_mass.size()));

@@ -242,6 +242,23 @@ TEST(only_what_is_needed, pressure_drives_liquid_through_only_where_asked_for) {
   }
 }
 
+TEST(only_what_is_needed, liquid_and_cloth_dry_only_in_air) {
+  const std::initializer_list<const char*> label = {"drench::evaporation::", "drench::drying::"};
+  {
+    const Watch watch(wet_scene());
+    EXPECT_EQ(containing(launched, label) + containing(allocated, label), 0);
+  }
+  {
+    const Watch watch(with(wet_scene(), "output:", "air: {}\noutput:"));
+    EXPECT_EQ(containing(launched, label), 6) << "colour, loss; clear, sides, open, nodes";
+    EXPECT_EQ(containing(allocated, label), 3) << "colour; sides, open";
+  }
+  {
+    const Watch watch(with(wet_scene(), "output:", "air: {humidity: 1}\noutput:"));
+    EXPECT_EQ(containing(launched, label) + containing(allocated, label), 0);
+  }
+}
+
 TEST(only_what_is_needed, diffusion_carries_momentum_only_in_cloth_that_moves) {
   const std::initializer_list<const char*> launches = {"::give_velocity", "wicking::velocity"};
   const std::initializer_list<const char*> arrays = {"diffusion::velocity", "diffusion::next_velocity",

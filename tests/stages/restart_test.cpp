@@ -41,6 +41,7 @@ std::vector<double> numbers(const StepReport& r) {
           double(r.mass_cloth),
           double(r.mass_drained),
           double(r.mass_supplied),
+          double(r.mass_evaporated),
           r.mass_float,
           r.saturation_max,
           r.saturation_error,
@@ -57,8 +58,8 @@ Quanta before_cloth(const HostState& s) {
 
 /// What happened in a run, so that no test compares steps in which nothing does.
 struct Happened {
-  bool fresh = false, jets = false, drained = false, absorbed = false, supplied = false, contacts = false,
-       substeps = false, scaled = false;
+  bool fresh = false, jets = false, drained = false, absorbed = false, supplied = false, evaporated = false,
+       contacts = false, substeps = false, scaled = false;
   int steps = 0;
 };
 
@@ -88,6 +89,7 @@ Happened expect_the_same_bits(MakeBackend make, const std::string& scene, int st
     }
     happened.drained = happened.drained || state.drained > 0;
     happened.supplied = happened.supplied || state.supplied > setup.state.supplied;
+    happened.evaporated = happened.evaporated || state.evaporated > 0;
     happened.absorbed = happened.absorbed || went_on.mass_cloth > before_cloth(last);
     happened.contacts = happened.contacts || went_on.cloth_contacts > 0;
     happened.scaled = happened.scaled || last.density_start > 2;
@@ -117,7 +119,8 @@ TEST_P(Restart, LiquidWithJetsAndBodies) {
 
 /// After two steps a backend goes back by one and takes it again.
 TEST_P(Restart, GoingBackIsExact) {
-  for (const std::string& scene : {std::string(liquid_scene), std::string(porous_scene), std::string(cloth_scene)}) {
+  const std::string in_air = with(porous_scene, "output:", "air: {evaporation_rate: 0.5}\noutput:");
+  for (const std::string& scene : {std::string(liquid_scene), std::string(porous_scene), in_air, std::string(cloth_scene)}) {
     const auto setup = setup_from(scene);
     const auto backend = GetParam()(setup.model);
     Pipeline pipeline(setup.model, *backend, setup.state);
@@ -167,6 +170,12 @@ TEST_P(Restart, PorousCloth) {
   expect(h.supplied, "supply");
   expect(h.contacts, "contacts");
   expect(h.substeps, "diffusion");
+}
+
+TEST_P(Restart, LiquidAndClothInAir) {
+  const Happened h = run(with(porous_scene, "output:", "air: {evaporation_rate: 0.5}\noutput:"), 40);
+  expect(h.fresh, "fresh particles");
+  expect(h.evaporated, "evaporation");
 }
 
 TEST_P(Restart, ClothAlone) { expect(run(cloth_scene, 40).contacts, "contacts"); }

@@ -301,6 +301,23 @@ void SceneDraw::bodies() {
   if (!list.empty()) drawn_.yaml += "bodies:\n" + list;
 }
 
+void SceneDraw::air() {
+  const std::string air = sometimes(0.12, [&] {
+    const double fast = usually(1e-4, 0.05, 1e-9, 1);
+    return chance(0.3)
+               ? fmt::format("air: {{humidity: {:.3g}, temperature: {:.3g}, speed: {:.3g}, length: {:.3g}}}\n",
+                             uniform(0, 1), uniform(0, 60), usually(0, 10, 0, 100), usually(0.05, 2, 1e-3, 1000))
+               : fmt::format("air: {{evaporation_rate: {:.3g}}}\n", fast);
+  });
+  if (air.empty()) return;
+  drawn_.closed = false;
+  drawn_.yaml += air;
+  const std::string from = "porous: {";
+  const double critical = uniform(0, 1);
+  if (const std::size_t at = drawn_.yaml.find(from); at != std::string::npos)
+    drawn_.yaml.insert(at + from.size(), fmt::format("critical_saturation: {:.3g}, ", critical));
+}
+
 RandomScene SceneDraw::scene() {
   drawn_ = {};
   drawn_.closed = drawn_.ordinary = drawn_.bounded = true;
@@ -326,6 +343,7 @@ RandomScene SceneDraw::scene() {
         "processes: {{direction: {}, saturation_control: {}, absorption: {}, emission: {}, diffusion: {}}}\n",
         chance(0.6), control, chance(0.8), chance(0.8), chance(0.8));
   }
+  air();
   return drawn_;
 }
 

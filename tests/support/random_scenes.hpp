@@ -46,6 +46,7 @@ class SceneDraw {
   std::string pins(int nx, int nz);
   std::string porous();
   void bodies();
+  void air();
   std::string motion();
 
   std::mt19937_64 random_, more_;

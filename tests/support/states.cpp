@@ -18,7 +18,7 @@ std::string different_bits(const HostState& a, const HostState& b) {
     if (size != v.size() * sizeof(v[0]) || (size > 0 && std::memcmp(data, v.data(), size) != 0))
       names += " " + std::string(name);
   });
-  if (a.drained != b.drained || a.supplied != b.supplied) names += " ledger";
+  if (a.drained != b.drained || a.supplied != b.supplied || a.evaporated != b.evaporated) names += " ledger";
   if (a.next_id != b.next_id || a.jet_particles != b.jet_particles) names += " counters";
   if (a.step != b.step || a.time != b.time) names += " time";
   return names;

@@ -29,7 +29,7 @@ double volume(const Vector3d& p, const Vector3d& a, const Vector3d& b, const Vec
 
 Quanta total_of(const HostState& s) {
   return std::accumulate(s.fluid_mass.begin(), s.fluid_mass.end(), Quanta{0}) +
-         std::accumulate(s.node_liquid.begin(), s.node_liquid.end(), Quanta{0}) + s.drained - s.supplied;
+         std::accumulate(s.node_liquid.begin(), s.node_liquid.end(), Quanta{0}) + s.drained + s.evaporated - s.supplied;
 }
 
 double largest(const std::vector<Vec3>& vectors) {

@@ -229,6 +229,16 @@ SomeParticles escaped(const Fluid& fluid, const AdvectionWork& work, double limi
   return some;
 }
 
+/// Those that have left the domain.
+void count_removed(const Fluid& fluid, const AdvectionWork& work, const StepInfo& info, const AdvectionCounts& counts,
+                   Accounts& accounts, StepReport& report) {
+  report.escaped_speed = std::sqrt(counts.square);
+  const bool fast = report.escaped_speed > info.fluid_speed_limit;
+  if (fast || (counts.removed >= 100 && 4 * counts.removed > fluid.particles.next_id))
+    report.escaped = escaped(fluid, work, fast ? info.fluid_speed_limit : -1);
+  accounts.drained += counts.drained;
+}
+
 }  // namespace
 
 void advection(const Constants& constants, Fluid& fluid, const NeighborLists& lists, Bodies& bodies, Cloth& cloth,
@@ -265,12 +275,8 @@ void advection(const Constants& constants, Fluid& fluid, const NeighborLists& li
   report.collisions = counts.collisions;
   report.clamped = counts.clamped;
   if (counts.put_back_near > 0) check_put_back(constants, fluid, lists, cloth, work);
-  if (counts.removed == 0) return;
-  report.escaped_speed = std::sqrt(counts.square);
-  const bool fast = report.escaped_speed > info.fluid_speed_limit;
-  if (fast || (counts.removed >= 100 && 4 * counts.removed > fluid.particles.next_id))
-    report.escaped = escaped(fluid, work, fast ? info.fluid_speed_limit : -1);
-  accounts.drained += counts.drained;
+  if (counts.gone == 0) return;
+  if (counts.removed > 0) count_removed(fluid, work, info, counts, accounts, report);
   fluid.particles.compact(work.gone, fluid.particles.count - static_cast<Index>(own.gone));
 }
 

@@ -59,6 +59,14 @@ struct SurfaceTensionWork {
 void surface_tension(const Constants& constants, Fluid& fluid, const NeighborLists& lists, const Bodies& bodies,
                      Cloth& cloth, SurfaceTensionWork& work, const StepInfo& info);
 
+struct EvaporationWork {
+  Field<Real4> colour;  // ∇c, 1/m, and c, 1; −1: nothing is within h of it
+};
+/// Liquid goes from the free surface into the air; stage advection removes particles that are taken whole.
+void evaporation(const Constants& constants, Fluid& fluid, const NeighborLists& lists, const Bodies& bodies,
+                 const Cloth& cloth, EvaporationWork& work, Accounts& accounts, const StepInfo& info);
+MemoryEstimate evaporation_bytes(const Sizing& s);
+
 /// What the jets have let go so far, and their mouths' points.
 struct Jets {
   std::vector<std::int64_t> particles;

@@ -131,7 +131,7 @@ MemoryEstimate particle_bytes(const Sizing& m) {
   if (needed) each += 2 * m.entry<host_type>();  // and the spare one
   DRENCH_PARTICLE_FIELDS(DRENCH_BYTES)
 #undef DRENCH_BYTES
-  if (m.size.absorption || m.size.emission) each += index_bytes;  // source_
+  if (m.size.absorption || m.size.emission || m.size.evaporation) each += index_bytes;  // source_
   MemoryEstimate sum;
   sum.particles = particle_room(m) * each;
   return sum;

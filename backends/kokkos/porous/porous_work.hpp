@@ -24,6 +24,12 @@ struct PermeationWork {
   Field<Real> supply;         // Σ V W upstream of the sample, 1; where the flux is not 0
 };
 
+/// Only where liquid may cover cloth that dries.
+struct DryingWork {
+  Field<std::int64_t> sides;  // 2 per sample, 2^-40: Σ V W of liquid where its normal leaves and where it points
+  Field<Real> open;           // per sample, 1: how many of its sides the air reaches
+};
+
 struct AbsorptionWork {
   Field<Quanta> offer;                                       // o_ij beside the entries of fluid_sample, quanta
   Field<Real4> position_saturation, flow_capacity;                                // per sample: x_j, m, and s_j; v_j and C_j, kg

@@ -18,6 +18,10 @@ void flow_direction(const Constants& constants, const NeighborLists& lists, cons
 void permeation(const Constants& constants, const Fluid& fluid, const NeighborLists& lists, Cloth& cloth, PermeationWork& work,
                 const StepInfo& info);
 MemoryEstimate permeation_bytes(const Sizing& s);
+/// Liquid goes from nodes into the air.
+void drying(const Constants& constants, const Fluid& fluid, const NeighborLists& lists, const Bodies& bodies,
+            Cloth& cloth, DryingWork& work, Accounts& accounts, const StepInfo& info);
+MemoryEstimate drying_bytes(const Sizing& s);
 /// Liquid goes from particles to nodes.
 void absorption(const Constants& constants, Fluid& fluid, const NeighborLists& lists, Cloth& cloth, TransferWork& transfers,
                 const PermeationWork& permeation, AbsorptionWork& work, const StepInfo& info);

@@ -169,6 +169,7 @@ void ledger(const Constants& constants, const Fluid& fluid, const Bodies& bodies
   report.particles = particles;
   report.mass_drained = accounts.drained;
   report.mass_supplied = accounts.supplied;
+  report.mass_evaporated = accounts.evaporated;
   report.mass_float = 0;
   report.kinetic_energy = 0;
   report.nonfinite = 0;
