@@ -313,6 +313,7 @@ void advection(ReferenceState& state, const StepInfo& info, StepReport& report) 
     gone[i] = true;
     report.escaped_speed = std::max(report.escaped_speed, vec(s.fluid_velocity[i]).norm());
     s.drained += s.fluid_mass[i];
+    if (m.has_solute()) s.solute_drained += s.fluid_solute[i];
   }
   report.escaped = escaped(s, gone, info.fluid_speed_limit, report.escaped_speed);
   remove_particles(s, gone);

@@ -110,6 +110,9 @@ class Run {
     visit_fields(state, [&](std::string_view name, auto& values) { d[nb::str(name.data(), name.size())] = owned(std::move(values)); });
     d["drained"] = state.drained;
     d["supplied"] = state.supplied;
+    d["solute_drained"] = state.solute_drained;
+    d["solute_supplied"] = state.solute_supplied;
+    d["solute_deposited"] = state.solute_deposited;
     d["next_id"] = state.next_id;
     d["jet_particles"] = owned(std::move(state.jet_particles));
     d["step"] = state.step;

@@ -74,6 +74,20 @@ void add_masses(Columns& columns, double quantum, Quanta initial_total) {
   kilograms("mass_error", [=](const Report& r) { return r.mass_total() - initial_total; });
 }
 
+void add_solute(Columns& columns, const SoluteTotal& solute) {
+  const auto kilograms = [&](const char* name, auto quanta) {
+    columns.of_report(name, "{:.17g}",
+                      [=](const Report& r) { return static_cast<double>(std::invoke(quanta, r)) * solute.quantum; });
+  };
+  kilograms("solute_fluid", &Report::solute_fluid);
+  kilograms("solute_cloth", &Report::solute_cloth);
+  kilograms("solute_drained", &Report::solute_drained);
+  kilograms("solute_supplied", &Report::solute_supplied);
+  kilograms("solute_deposited", &Report::solute_deposited);
+  kilograms("solute_total", &Report::solute_total);
+  kilograms("solute_error", [=](const Report& r) { return r.solute_total() - solute.initial; });
+}
+
 /// Columns of every scene. docs/tutorial/4_wetting.md reads the first of them by their numbers.
 void add_common(Columns& columns, double quantum, Quanta initial_total) {
   columns.of_report("step", "{}", &Report::step);
@@ -125,11 +139,13 @@ void add_of_stages(Columns& columns, const std::vector<Stage>& stages) {
 }  // namespace
 
 StatsCsv::StatsCsv(const std::filesystem::path& path, const std::vector<Stage>& stages, double quantum,
-                   Quanta initial_total, std::int64_t after, bool by_error, bool among_ranks)
+                   Quanta initial_total, std::int64_t after, bool by_error, bool among_ranks,
+                   const SoluteTotal& solute)
     : path_(path) {
   Columns columns;
   add_common(columns, quantum, initial_total);
   add_of_stages(columns, stages);
+  if (solute.quantum > 0) add_solute(columns, solute);
   if (by_error) {
     columns.of_report("error_density", "{:.6g}", &Report::density_found);
     columns.of_report("rejected", "{}", &Report::rejected);

@@ -45,7 +45,7 @@ struct SetupSize {
   bool moving_cloth = true;
   bool porous = false;
   bool liquid = true;  // there is, or may come
-  bool absorption = false, emission = false, permeation = false;
+  bool absorption = false, emission = false, permeation = false, solute = false;
   bool direction = false;  // the cloth looks for solids
   bool diffusion = false, contact_wicking = false;
   bool self_collision = false, xpbd = false, strain_limit = false, wet_adhesion = false;

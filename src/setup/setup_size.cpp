@@ -144,6 +144,7 @@ SetupSize kinds_of(const Model& m) {
   size.absorption = m.has_absorption();
   size.emission = m.has_emission();
   size.permeation = m.has_permeation();
+  size.solute = m.has_solute();
   size.direction = m.has_direction();
   size.diffusion = m.has_diffusion();
   size.contact_wicking = m.has_contact_wicking();

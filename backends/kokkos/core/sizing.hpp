@@ -28,6 +28,7 @@ struct Sizing {
   bool has_porous() const { return size.porous; }
   bool has_micropolar() const { return size.micropolar; }
   bool has_permeation() const { return size.permeation; }
+  bool has_solute() const { return size.solute; }
 
   /// Of an entry of a field that has this type on the host.
   template <class T>

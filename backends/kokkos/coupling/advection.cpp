@@ -229,6 +229,19 @@ SomeParticles escaped(const Fluid& fluid, const AdvectionWork& work, double limi
   return some;
 }
 
+/// Quanta of solute in the liquid that leaves the domain.
+Quanta drained_solute(const Constants& constants, const Fluid& fluid, const AdvectionWork& work) {
+  Quanta sum = 0;
+  const Entries<const Quanta> solute = fluid.particles.solute;
+  const Entries<const std::uint8_t> gone = work.gone;
+  if (fluid.particles.count > 0)
+    Kokkos::parallel_reduce(
+        "drench::advection::drained_solute", range(fluid.particles.count),
+        KOKKOS_LAMBDA(const Index i, Quanta& all) { all += gone(i) ? solute(i) : 0; }, sum);
+  OverRanks(constants.ranks).sum(sum).reduce();
+  return sum;
+}
+
 }  // namespace
 
 void advection(const Constants& constants, Fluid& fluid, const NeighborLists& lists, Bodies& bodies, Cloth& cloth,
@@ -271,6 +284,7 @@ void advection(const Constants& constants, Fluid& fluid, const NeighborLists& li
   if (fast || (counts.removed >= 100 && 4 * counts.removed > fluid.particles.next_id))
     report.escaped = escaped(fluid, work, fast ? info.fluid_speed_limit : -1);
   accounts.drained += counts.drained;
+  if (constants.model.has_solute()) accounts.solute_drained += drained_solute(constants, fluid, work);
   fluid.particles.compact(work.gone, fluid.particles.count - static_cast<Index>(own.gone));
 }
 

@@ -12,6 +12,14 @@
 namespace drench::kokkos_backend {
 namespace {
 
+void prepare_solute(const Constants& constants, const Cloth& cloth, EmissionWork& work) {
+  if (!constants.model.has_solute()) return;
+  const auto samples = static_cast<std::size_t>(cloth.samples.count);
+  make_room(work.solute_share, "drench::emission::solute_share", 3 * samples);
+  make_room(work.solute_total, "drench::emission::solute_total", samples);
+  make_room(work.solute_rest, "drench::emission::solute_rest", samples);
+}
+
 void prepare(const Constants& constants, const Bodies& bodies, Cloth& cloth, TransferWork& transfers, EmissionWork& work) {
   const auto samples = static_cast<std::size_t>(cloth.samples.count);
   make_room(work.share, "drench::emission::share", 3 * samples);
@@ -26,7 +34,8 @@ void prepare(const Constants& constants, const Bodies& bodies, Cloth& cloth, Tra
   allocate_zeros(work.any, "drench::emission::any", 2);
   make_room_for_one(work.counts, "drench::emission::counts");
   make_room_for_one(work.new_particles, "drench::emission::new_particles");
-  prepare_transfers(cloth, transfers);
+  prepare_transfers(constants, cloth, transfers);
+  prepare_solute(constants, cloth, work);
 }
 
 }  // namespace
@@ -37,6 +46,7 @@ MemoryEstimate emission_bytes(const Sizing& s) {
   MemoryEstimate sum = candidate_bytes(s);
   // share, total, rest, room; velocity, blocked, layers
   sum.cloth += s.size.samples * (6 * quanta_bytes + 3 * r + 1 + index_bytes + direction);
+  if (s.size.solute) sum.cloth += s.size.samples * 5 * quanta_bytes;  // solute_share, solute_total, solute_rest
   return sum;
 }
 
@@ -140,6 +150,24 @@ void shares(const Constants& constants, const NeighborLists& lists, const Bodies
       });
 }
 
+/// The part of the nodes' solute that goes with E_pk, and of samples with E_p.
+void share_solute(const Cloth& cloth, EmissionWork& work) {
+  const Entries<Quanta> share = work.solute_share, total = work.solute_total, rest = work.solute_rest;
+  const Entries<const Quanta> mass = std::as_const(work).share, liquid = cloth.nodes.liquid, solute = cloth.nodes.solute;
+  const Entries<const Index> node = cloth.samples.node;
+  parallel(
+      "drench::emission::share_solute", cloth.samples.count, KOKKOS_LAMBDA(const Index p) {
+        Quanta sum = 0;
+        for (int k = 0; k < 3; ++k) {
+          const Index n = node(3 * p + k);
+          const Quanta part = solute_part(solute(n), mass(3 * p + k), liquid(n));
+          share(3 * p + k) = part;
+          sum += part;
+        }
+        total(p) = rest(p) = sum;
+      });
+}
+
 /// What (a) asks about a liquid particle and a sample near it.
 struct Reach {
   Neighbors list;
@@ -182,7 +210,7 @@ struct Offering {
 
 /// What a particle gets; in whole numbers, so that their sum does not depend on its order.
 struct Gain {
-  Quanta mass = 0;
+  Quanta mass = 0, solute = 0;
   std::int64_t px = 0, py = 0, pz = 0;
   KOKKOS_INLINE_FUNCTION void add(Quanta t, const Real3& v) {
     mass += t;
@@ -192,6 +220,7 @@ struct Gain {
   }
   KOKKOS_INLINE_FUNCTION Gain& operator+=(const Gain& o) {
     mass += o.mass;
+    solute += o.solute;
     px += o.px;
     py += o.py;
     pz += o.pz;
@@ -205,6 +234,8 @@ void give_to_liquid(const Constants& constants, Fluid& fluid, const NeighborList
   const Entries<Quanta> room = work.room, rest = work.rest;
   const Entries<const Real3> leaving_velocity = work.velocity;
   const Entries<Real3> velocity = fluid.particles.velocity;
+  const Entries<Quanta> dissolved = fluid.particles.solute;
+  const SampleSolute solute(work);
   parallel_filled_rows(
       "drench::emission::room", lists.near_sheet, KOKKOS_LAMBDA(const Index j, const Index lane) {
         const NeighborRow near = reach.list.row(j);
@@ -240,6 +271,7 @@ void give_to_liquid(const Constants& constants, Fluid& fluid, const NeighborList
           if (t == 0) continue;
           gain.add(t, leaving_velocity(p));
           Kokkos::atomic_add(&rest(p), -t);
+          if (solute.exists()) gain.solute += solute.take(p, t);
         }
         gain = sum_of_lanes(gain);
         if (gain.mass == 0 || lane > 0) return;
@@ -249,16 +281,17 @@ void give_to_liquid(const Constants& constants, Fluid& fluid, const NeighborList
                        Real((before * double(v.y) + unit * double(gain.py)) / after),
                        Real((before * double(v.z) + unit * double(gain.pz)) / after)};
         reach.mass(j) = mass + gain.mass;
+        if (solute.exists()) dissolved(j) += gain.solute;
       });
 }
 
-/// What all ranks' liquid has left of E_p.
-void add_up_rest(const Exchange& exchange, const Cloth& cloth, EmissionWork& work) {
+/// What all ranks' liquid has left of a total that each rank began with.
+void add_up_rest(const Exchange& exchange, const Cloth& cloth, Field<Quanta>& left, const Field<Quanta>& of_total) {
   if (exchange.alone()) return;
-  exchange.add_up(work.rest, cloth.samples.count);
+  exchange.add_up(left, cloth.samples.count);
   const Quanta others = exchange.ranks()->size() - 1;
-  const Entries<Quanta> rest = work.rest;
-  const Entries<const Quanta> total = std::as_const(work).total;
+  const Entries<Quanta> rest = left;
+  const Entries<const Quanta> total = of_total;
   parallel(
       "drench::emission::rest", cloth.samples.count, KOKKOS_LAMBDA(const Index p) { rest(p) -= others * total(p); });
 }
@@ -349,6 +382,7 @@ void give_to_layers(const Constants& constants, const NeighborLists& lists, cons
   const Transfers exchange(cloth, transfers);
   const Materials materials = sample_materials(cloth);
   const Layers layers = layers_of(constants, cloth);
+  const SampleSolute solute(work);
   const Real h = constants.support;
   parallel_rows(
       "drench::emission::give_to_layers", cloth.samples.count, KOKKOS_LAMBDA(const Index p, const Index lane) {
@@ -363,6 +397,7 @@ void give_to_layers(const Constants& constants, const NeighborLists& lists, cons
           if (layers.same(p, q) || !materials(q).porous || !laws::in_cone(x(q) - x(p), flow(p), cosine, h)) continue;
           const Quanta t = limited(offer, exchange.share(q));
           exchange.give(q, offer, t, leaving_velocity(p));
+          if (solute.exists() && t > 0) Kokkos::atomic_add(&exchange.solute(q), solute.take(p, t));
           given += t;
         }
         given = sum_of_lanes(given);
@@ -383,6 +418,21 @@ struct Exchange {
   }
 };
 
+/// What a sample gives of `total`, from the node of a corner: by the nodes' shares, the remainder in the order of the corners.
+KOKKOS_INLINE_FUNCTION Quanta given_by_node(Quanta given, const Quanta* share, Quanta total, int corner) {
+  Quanta part[3], left = given;
+  for (int k = 0; k < 3; ++k) {
+    part[k] = floor_ratio(given, share[k], total);
+    left -= part[k];
+  }
+  for (int k = 0; k < corner; ++k) {
+    const Quanta room = share[k] - part[k];
+    left -= left < room ? left : room;
+  }
+  const Quanta room = share[corner] - part[corner];
+  return part[corner] + (left < room ? left : room);
+}
+
 /// What samples gave, from their nodes.
 struct Leaving {
   Entries<const Quanta> share, total, given;
@@ -391,19 +441,26 @@ struct Leaving {
   KOKKOS_INLINE_FUNCTION Exchange operator()(Index p, int corner) const {
     const Quanta all = given(p);
     if (all == 0) return {};
-    Quanta part[3], left = all;
-    for (int k = 0; k < 3; ++k) {
-      part[k] = floor_ratio(all, share(3 * p + k), total(p));
-      left -= part[k];
-    }
-    for (int k = 0; k < corner; ++k) {
-      const Quanta room = share(3 * p + k) - part[k];
-      left -= left < room ? left : room;
-    }
-    const Quanta own = share(3 * p + corner), room = own - part[corner], out = part[corner] + (left < room ? left : room);
+    const Quanta own = share(3 * p + corner), out = given_by_node(all, &share(3 * p), total(p), corner);
     return {out, double(out) - double(all) * double(own) / double(total(p)), {}};
   }
 };
+
+/// (e) of the solute, before the liquid's: what a sample has left of its nodes' solute stays on them.
+void leave_solute(Cloth& cloth, TransferWork& transfers, EmissionWork& work) {
+  const Entries<const Quanta> share = std::as_const(work).solute_share, total = std::as_const(work).solute_total,
+                              rest = std::as_const(work).solute_rest;
+  const SoluteDelivery dissolve(cloth, transfers);
+  gather_rows<SoluteArrival>(
+      "drench::emission::leave_solute", cloth.nodes.count, cloth.nodes.sample_start,
+      KOKKOS_LAMBDA(const Index e) {
+        const Index p = dissolve.item(e) / 4;
+        const Quanta given = total(p) - rest(p);
+        const Quanta out = given == 0 ? 0 : given_by_node(given, &share(3 * p), total(p), dissolve.item(e) % 4);
+        return SoluteArrival{dissolve.part(e) - out};
+      },
+      dissolve);
+}
 
 /// (e): what each sample gave leaves its nodes; then what reaches them from other layers (c) arrives.
 void leave(const Constants& constants, Cloth& cloth, TransferWork& transfers, EmissionWork& work, double dt) {
@@ -443,13 +500,17 @@ void emission(const Constants& constants, Fluid& fluid, const NeighborLists& lis
   }
   place_samples(cloth);
   shares(constants, lists, bodies, cloth, transfers, work, info.dt);
+  const bool dyed = constants.model.has_solute();
+  if (dyed) share_solute(cloth, work);
   give_to_liquid(constants, fluid, lists, cloth, work);
-  add_up_rest(fluid.exchange, cloth, work);
+  add_up_rest(fluid.exchange, cloth, work.rest, work.total);
+  if (dyed) add_up_rest(fluid.exchange, cloth, work.solute_rest, work.solute_total);
   count(fluid, work);
   block(constants, lists, bodies, cloth, transfers, work);
   limit_inflow(cloth, transfers);
   give_to_layers(constants, lists, cloth, transfers, work);
   create_particles(constants, fluid, lists, cloth, work);  // and removes what absorption took whole
+  if (dyed) leave_solute(cloth, transfers, work);
   leave(constants, cloth, transfers, work, info.dt);
 }
 

@@ -165,6 +165,7 @@ struct GiveOut {
   Entries<const Index> ranks, target;
   Neighbors list;
   Quanta full;
+  SampleSolute solute;
 
   GiveOut(const NeighborLists& lists, EmissionWork& work, Quanta full_particle)
       : position(work.position),
@@ -176,15 +177,17 @@ struct GiveOut {
         ranks(work.rank),
         target(work.target),
         list(lists.sample_sample),
-        full(full_particle) {}
+        full(full_particle),
+        solute(work) {}
 
   /// The particle of collector p: the mass of its pool, and its givers' momentum.
   KOKKOS_INLINE_FUNCTION Particle particle_of(Index p, std::int64_t first_id) const {
-    Quanta mass = 0;
+    Quanta mass = 0, dissolved = 0;
     double px = 0, py = 0, pz = 0;
     const auto add = [&](const Index g) {
       const Quanta part = pooled_part(rest(g), pools(p), full);
       mass += part;
+      if (solute.exists()) dissolved += solute.of(g, part);
       px += double(part) * double(leaving_velocity(g).x);
       py += double(part) * double(leaving_velocity(g).y);
       pz += double(part) * double(leaving_velocity(g).z);
@@ -198,15 +201,18 @@ struct GiveOut {
     made.position = position(p);
     made.velocity = {Real(inverse * px), Real(inverse * py), Real(inverse * pz)};
     made.mass = mass;
+    made.solute = dissolved;
     made.id = first_id + ranks(p);
     made.origin = static_cast<std::uint8_t>(Origin::cloth);
     return made;
   }
-  /// All that p gave.
-  KOKKOS_INLINE_FUNCTION Quanta given_by(Index p) const {
+  /// What p gave to a new particle.
+  KOKKOS_INLINE_FUNCTION Quanta given_to_new(Index p) const {
     const Index q = target(p);
-    return total(p) - rest(p) + (q >= 0 && created(q) ? pooled_part(rest(p), pools(q), full) : 0);
+    return q >= 0 && created(q) ? pooled_part(rest(p), pools(q), full) : 0;
   }
+  /// All that p gave.
+  KOKKOS_INLINE_FUNCTION Quanta given_by(Index p) const { return total(p) - rest(p) + given_to_new(p); }
 };
 
 /// Appends the new particles (d), and finds out what each sample gave (e). The candidates' cells are empty again.
@@ -226,6 +232,7 @@ void give_out(const Constants& constants, Fluid& fluid, const NeighborLists& lis
         if (give.pools(p) > 0) cells.clear_cell_of(p);
         if (here && give.created(p)) all.store(first + give.ranks(p), give.particle_of(p, id));
         given(p) = give.given_by(p);
+        if (give.solute.exists()) give.solute.take(p, give.given_to_new(p));
       });
   if (here) particles.count = first + new_particles;
   particles.next_id += new_particles;

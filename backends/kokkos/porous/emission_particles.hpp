@@ -37,6 +37,24 @@ struct Driven {
 
 inline Layers layers_of(const Constants& constants, const Cloth& cloth) { return {cloth.samples.cloth, cloth.samples.rest_position, constants.support}; }
 
+/// The solute of what samples give out; empty without one.
+struct SampleSolute {
+  Entries<const Quanta> mass, total;  // E_p, and its solute
+  Entries<Quanta> rest;
+
+  explicit SampleSolute(EmissionWork& work)
+      : mass(std::as_const(work).total), total(std::as_const(work).solute_total), rest(work.solute_rest) {}
+  KOKKOS_INLINE_FUNCTION bool exists() const { return rest.exist(); }
+  /// Of `liquid` quanta of E_p.
+  KOKKOS_INLINE_FUNCTION Quanta of(Index p, Quanta liquid) const { return solute_part(total(p), liquid, mass(p)); }
+  /// The same, which leaves.
+  KOKKOS_INLINE_FUNCTION Quanta take(Index p, Quanta liquid) const {
+    const Quanta part = of(p, liquid);
+    if (part > 0) Kokkos::atomic_add(&rest(p), -part);
+    return part;
+  }
+};
+
 /// Quanta that a giver puts into a collector's pool of `sum`: all that it has left, cut if the pool is more than a full
 /// particle.
 KOKKOS_INLINE_FUNCTION Quanta pooled_part(Quanta rest, Quanta sum, Quanta full) {
