@@ -77,8 +77,9 @@ ClothScene every_cloth_key() {
   c.pins[3].nodes = {3, 220};
   c.self_collision = true;
   c.dynamics = false;
-  c.initial_saturation = {{corner, 0.5}};
-  c.hold_saturation = {{corner, 1.25}, {{{0, 0, 0}, {1, 1, 1}}, 0}};
+  c.initial_saturation = {{corner, 0.5, 0.01}};
+  c.hold_saturation = {{corner, 1.25, 0}, {{{0, 0, 0}, {1, 1, 1}}, 0, 0.03}};
+  c.initial_stain = {{corner, 0.05}};
   c.material.porous = true;
   c.material.solid_fraction = 0.5;
   c.material.absorption = 0.02;

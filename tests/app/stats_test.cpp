@@ -64,6 +64,26 @@ TEST(Output, StatisticsHaveTheirColumns) {
   EXPECT_EQ(table.number(1, "mass_error"), e.model.quantum) << "one quantum too many shows";
 }
 
+TEST(Output, StatisticsOfASoluteStandWhereThereIsOne) {
+  const TempFolder folder;
+  StepReport report;
+  report.solute_fluid = 7;
+  report.solute_cloth = 5;
+  report.solute_supplied = 2;
+  const std::array<double, stage_count> ms{};
+  const auto table = [&](const SoluteTotal& solute) {
+    StatsCsv(folder.path() / "stats.csv", {Stage::ledger}, 1, 0, -1, false, false, solute).write({report, ms, 0});
+    return read_table(folder.path() / "stats.csv");
+  };
+  const Table dyed = table({0.5, 9});
+  EXPECT_DOUBLE_EQ(dyed.number(0, "solute_fluid"), 3.5);
+  EXPECT_DOUBLE_EQ(dyed.number(0, "solute_cloth"), 2.5);
+  EXPECT_DOUBLE_EQ(dyed.number(0, "solute_total"), 5);
+  EXPECT_DOUBLE_EQ(dyed.number(0, "solute_error"), 0.5);
+  const Table clear = table({});
+  EXPECT_EQ(std::find(clear.header.begin(), clear.header.end(), "solute_total"), clear.header.end());
+}
+
 TEST(Output, StatisticsOfTheClothSolveStandWhereClothMoves) {
   const TempFolder folder;
   StepReport report;

@@ -229,17 +229,29 @@ SomeParticles escaped(const Fluid& fluid, const AdvectionWork& work, double limi
   return some;
 }
 
-/// Quanta of solute in the liquid that leaves the domain.
-Quanta drained_solute(const Constants& constants, const Fluid& fluid, const AdvectionWork& work) {
-  Quanta sum = 0;
-  const Entries<const Quanta> solute = fluid.particles.solute;
+/// Quanta of solute that leave the domain, and of particles whose liquid has gone from around it.
+struct GoneSolute {
+  Quanta drained = 0, deposited = 0;
+  KOKKOS_INLINE_FUNCTION GoneSolute& operator+=(const GoneSolute& o) {
+    drained += o.drained;
+    deposited += o.deposited;
+    return *this;
+  }
+  void visit(OverRanks& all) { all.sum(drained).sum(deposited); }
+};
+
+/// Before the particles that do not stay are removed.
+void account_solute(const Constants& constants, const Fluid& fluid, const AdvectionWork& work, Accounts& accounts) {
+  const Entries<const Quanta> solute = fluid.particles.solute, mass = fluid.particles.mass;
   const Entries<const std::uint8_t> gone = work.gone;
-  if (fluid.particles.count > 0)
-    Kokkos::parallel_reduce(
-        "drench::advection::drained_solute", range(fluid.particles.count),
-        KOKKOS_LAMBDA(const Index i, Quanta& all) { all += gone(i) ? solute(i) : 0; }, sum);
-  OverRanks(constants.ranks).sum(sum).reduce();
-  return sum;
+  const GoneSolute sums = over_ranks(
+      constants.ranks, ordered<GoneSolute>(
+                           "drench::advection::solute", fluid.particles.count, KOKKOS_LAMBDA(const Index i) {
+                             if (gone(i)) return GoneSolute{solute(i), 0};
+                             return GoneSolute{0, mass(i) > 0 ? 0 : solute(i)};
+                           }));
+  accounts.solute_drained += sums.drained;
+  accounts.solute_deposited += sums.deposited;
 }
 
 }  // namespace
@@ -278,13 +290,13 @@ void advection(const Constants& constants, Fluid& fluid, const NeighborLists& li
   report.collisions = counts.collisions;
   report.clamped = counts.clamped;
   if (counts.put_back_near > 0) check_put_back(constants, fluid, lists, cloth, work);
+  if (counts.gone > 0 && constants.model.has_solute()) account_solute(constants, fluid, work, accounts);
   if (counts.removed == 0) return;
   report.escaped_speed = std::sqrt(counts.square);
   const bool fast = report.escaped_speed > info.fluid_speed_limit;
   if (fast || (counts.removed >= 100 && 4 * counts.removed > fluid.particles.next_id))
     report.escaped = escaped(fluid, work, fast ? info.fluid_speed_limit : -1);
   accounts.drained += counts.drained;
-  if (constants.model.has_solute()) accounts.solute_drained += drained_solute(constants, fluid, work);
   fluid.particles.compact(work.gone, fluid.particles.count - static_cast<Index>(own.gone));
 }
 
