@@ -149,6 +149,7 @@ class Run {
   double time() const { return time_; }
   std::int64_t steps() const { return steps_; }
   double quantum() const { return run_->quantum(); }
+  double solute_quantum() const { return run_->solute_quantum(); }
   std::uint64_t generation() const { return *generation_; }
   std::vector<std::string> warnings() const { return run_->warnings(); }
   nb::dict stage_milliseconds() {
@@ -189,6 +190,7 @@ void bind_run(nb::module_& m) {
       .def_prop_ro("time", &Run::time)
       .def_prop_ro("steps", &Run::steps)
       .def_prop_ro("quantum", &Run::quantum)
+      .def_prop_ro("solute_quantum", &Run::solute_quantum)
       .def_prop_ro("generation", &Run::generation)
       .def_prop_ro("warnings", &Run::warnings);
 }

@@ -302,6 +302,7 @@ Setup build(const Scene& scene, const MemoryBudget& budget) {
   init_nodes(m, setup.state);
   check_ledger_range(setup);
   fill_cloths(m, setup.state, setup.warnings);
+  warn_of_thin_solute(m, setup.warnings);
   refuse_cloth_on_open_meshes(m);
   refuse_self_intersections(m);
   warn_of_nodes_in_solids(setup);

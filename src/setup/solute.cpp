@@ -52,6 +52,21 @@ void dissolve_in_blocks(const Model& model, const std::vector<std::size_t>& bloc
     state.fluid_solute[i] = solute_quanta(model, model.scene.fluid.blocks[block[i] - 1].concentration, state.fluid_mass[i]);
 }
 
+void warn_of_thin_solute(const Model& model, std::vector<std::string>& warnings) {
+  const auto look = [&](const char* kind, std::size_t number, double concentration) {
+    const double part = concentration / model.concentration_unit;
+    if (part > 0 && part < 1e-6)
+      warnings.push_back(fmt::format(
+          "fluid: {} {} has a concentration of {:.3g}, and the scene one of {:.3g}: its solute is counted in steps of {:.1g} of a "
+          "particle's; leave out the larger one",
+          kind, number, concentration, model.concentration_unit, 1 / (part * static_cast<double>(quanta_per_particle))));
+  };
+  if (!model.has_solute()) return;
+  const FluidScene& fluid = model.scene.fluid;
+  for (std::size_t b = 0; b < fluid.blocks.size(); ++b) look("block", b + 1, fluid.blocks[b].concentration);
+  for (std::size_t j = 0; j < fluid.jets.size(); ++j) look("jet", j + 1, fluid.jets[j].concentration);
+}
+
 void add_stains(const Model& model, HostState& state, std::vector<std::string>& warnings) {
   if (!model.has_solute()) return;
   const std::vector<double> area = node_area(model);

@@ -21,6 +21,9 @@ std::vector<double> node_area(const Model& model);
 /// Sets the solute of the particles of blocks, whose numbers are `block`, from 1. Nothing without a solute.
 void dissolve_in_blocks(const Model& model, const std::vector<std::size_t>& block, HostState& state);
 
+/// Names sources whose solute is so thin beside the scene's largest that its quanta are few.
+void warn_of_thin_solute(const Model& model, std::vector<std::string>& warnings);
+
 /// Adds the stains of `initial_stain` to state.node_solute. A box without nodes becomes a warning.
 void add_stains(const Model& model, HostState& state, std::vector<std::string>& warnings);
 

@@ -9,6 +9,7 @@
 #include "cloth/pins.hpp"
 #include "core/fixed_point.hpp"
 #include "core/host_copy.hpp"
+#include "core/reduce.hpp"
 #include "coupling/cloth_motion.hpp"
 #include "coupling/sweep.hpp"
 

@@ -1,4 +1,5 @@
-// Stage emission (src/stages/emission.hpp). The letters (a) to (e) are those of its law; (d) is in emission_particles.cpp.
+// Stage emission (src/stages/emission.hpp). The letters (a) to (e) are those of its law; (d) is in emission_particles.cpp,
+// (e) in emission_nodes.cpp.
 // The host waits once: for the number of new particles, or, as long as nothing is buffered, for that news.
 
 #include "porous/emission_law.hpp"
@@ -11,14 +12,6 @@
 
 namespace drench::kokkos_backend {
 namespace {
-
-void prepare_solute(const Constants& constants, const Cloth& cloth, EmissionWork& work) {
-  if (!constants.model.has_solute()) return;
-  const auto samples = static_cast<std::size_t>(cloth.samples.count);
-  make_room(work.solute_share, "drench::emission::solute_share", 3 * samples);
-  make_room(work.solute_total, "drench::emission::solute_total", samples);
-  make_room(work.solute_rest, "drench::emission::solute_rest", samples);
-}
 
 void prepare(const Constants& constants, const Bodies& bodies, Cloth& cloth, TransferWork& transfers, EmissionWork& work) {
   const auto samples = static_cast<std::size_t>(cloth.samples.count);
@@ -35,7 +28,6 @@ void prepare(const Constants& constants, const Bodies& bodies, Cloth& cloth, Tra
   make_room_for_one(work.counts, "drench::emission::counts");
   make_room_for_one(work.new_particles, "drench::emission::new_particles");
   prepare_transfers(constants, cloth, transfers);
-  prepare_solute(constants, cloth, work);
 }
 
 }  // namespace
@@ -51,32 +43,6 @@ MemoryEstimate emission_bytes(const Sizing& s) {
 }
 
 namespace {
-
-/// What of a node's liquid is buffered now, and the shares of its samples in that.
-struct Maturing {
-  Entries<const Quanta> capacity;
-  Entries<Quanta> liquid, buffered;
-  Materials materials;
-  double dt, spacing;
-
-  Maturing(const Constants& constants, Cloth& fabric, double step)
-      : capacity(fabric.nodes.capacity_quanta),
-        liquid(fabric.nodes.liquid),
-        buffered(fabric.nodes.buffered),
-        materials(node_materials(fabric)),
-        dt(step),
-        spacing(constants.spacing) {}
-
-  /// May there be any?
-  KOKKOS_INLINE_FUNCTION bool any(Index n) const { return buffered(n) > 0 || liquid(n) > capacity(n); }
-  KOKKOS_INLINE_FUNCTION Quanta operator()(Index n) const {
-    const Quanta excess = liquid(n) > capacity(n) ? liquid(n) - capacity(n) : 0;
-    const Quanta kept = buffered(n) < excess ? buffered(n) : excess;
-    if (kept == excess) return kept;
-    const double part = laws::maturing(materials(n).emission_velocity, dt, spacing);
-    return kept + static_cast<Quanta>(Kokkos::floor(part * double(excess - kept)));
-  }
-};
 
 /// Whether anything may be buffered, and how many particles are empty.
 EmissionCounts look(const Constants& constants, const Fluid& fluid, Cloth& cloth, const EmissionWork& work) {
@@ -147,24 +113,6 @@ void shares(const Constants& constants, const NeighborLists& lists, const Bodies
         leaving_velocity(p) = {Real(inverse * vx), Real(inverse * vy), Real(inverse * vz)};
         if (ready && any(0) == 0) Kokkos::atomic_store(&any(0), 1);
         if (sum > 0 && solids) direction(p) = outward(p, pressure);
-      });
-}
-
-/// The part of the nodes' solute that goes with E_pk, and of samples with E_p.
-void share_solute(const Cloth& cloth, EmissionWork& work) {
-  const Entries<Quanta> share = work.solute_share, total = work.solute_total, rest = work.solute_rest;
-  const Entries<const Quanta> mass = std::as_const(work).share, liquid = cloth.nodes.liquid, solute = cloth.nodes.solute;
-  const Entries<const Index> node = cloth.samples.node;
-  parallel(
-      "drench::emission::share_solute", cloth.samples.count, KOKKOS_LAMBDA(const Index p) {
-        Quanta sum = 0;
-        for (int k = 0; k < 3; ++k) {
-          const Index n = node(3 * p + k);
-          const Quanta part = solute_part(solute(n), mass(3 * p + k), liquid(n));
-          share(3 * p + k) = part;
-          sum += part;
-        }
-        total(p) = rest(p) = sum;
       });
 }
 
@@ -402,86 +350,6 @@ void give_to_layers(const Constants& constants, const NeighborLists& lists, cons
         }
         given = sum_of_lanes(given);
         if (lane == 0) rest(p) -= given;
-      });
-}
-
-/// What leaves a node and what comes to it.
-struct Exchange {
-  Quanta out = 0;
-  double rounded = 0;  // quanta: `out` less the part of its node in the liquid that took the mean velocity along
-  Arrival in;
-  KOKKOS_INLINE_FUNCTION Exchange& operator+=(const Exchange& o) {
-    out += o.out;
-    rounded += o.rounded;
-    in += o.in;
-    return *this;
-  }
-};
-
-/// What a sample gives of `total`, from the node of a corner: by the nodes' shares, the remainder in the order of the corners.
-KOKKOS_INLINE_FUNCTION Quanta given_by_node(Quanta given, const Quanta* share, Quanta total, int corner) {
-  Quanta part[3], left = given;
-  for (int k = 0; k < 3; ++k) {
-    part[k] = floor_ratio(given, share[k], total);
-    left -= part[k];
-  }
-  for (int k = 0; k < corner; ++k) {
-    const Quanta room = share[k] - part[k];
-    left -= left < room ? left : room;
-  }
-  const Quanta room = share[corner] - part[corner];
-  return part[corner] + (left < room ? left : room);
-}
-
-/// What samples gave, from their nodes.
-struct Leaving {
-  Entries<const Quanta> share, total, given;
-
-  explicit Leaving(const EmissionWork& work) : share(work.share), total(work.total), given(work.given) {}
-  KOKKOS_INLINE_FUNCTION Exchange operator()(Index p, int corner) const {
-    const Quanta all = given(p);
-    if (all == 0) return {};
-    const Quanta own = share(3 * p + corner), out = given_by_node(all, &share(3 * p), total(p), corner);
-    return {out, double(out) - double(all) * double(own) / double(total(p)), {}};
-  }
-};
-
-/// (e) of the solute, before the liquid's: what a sample has left of its nodes' solute stays on them.
-void leave_solute(Cloth& cloth, TransferWork& transfers, EmissionWork& work) {
-  const Entries<const Quanta> share = std::as_const(work).solute_share, total = std::as_const(work).solute_total,
-                              rest = std::as_const(work).solute_rest;
-  const SoluteDelivery dissolve(cloth, transfers);
-  gather_rows<SoluteArrival>(
-      "drench::emission::leave_solute", cloth.nodes.count, cloth.nodes.sample_start,
-      KOKKOS_LAMBDA(const Index e) {
-        const Index p = dissolve.item(e) / 4;
-        const Quanta given = total(p) - rest(p);
-        const Quanta out = given == 0 ? 0 : given_by_node(given, &share(3 * p), total(p), dissolve.item(e) % 4);
-        return SoluteArrival{dissolve.part(e) - out};
-      },
-      dissolve);
-}
-
-/// (e): what each sample gave leaves its nodes; then what reaches them from other layers (c) arrives.
-void leave(const Constants& constants, Cloth& cloth, TransferWork& transfers, EmissionWork& work, double dt) {
-  const Leaving leaving(work);
-  const Maturing matured(constants, cloth, dt);
-  const Delivery deliver(constants, transfers, cloth);
-  const Entries<int> any = work.any;
-  gather_rows<Exchange>(
-      "drench::emission::leave", cloth.nodes.count, cloth.nodes.sample_start,
-      KOKKOS_LAMBDA(const Index e) {
-        Exchange exchange = leaving(deliver.item(e) / 4, deliver.item(e) % 4);
-        exchange.in = deliver(e);
-        return exchange;
-      },
-      KOKKOS_LAMBDA(const Index n, const Exchange& sum) {
-        if (n == 0) any(0) = any(1) = 0;
-        const Quanta before = matured(n);
-        deliver.liquid(n) -= sum.out;
-        matured.buffered(n) = before > sum.out ? before - sum.out : 0;
-        deliver.keep_momentum(n, sum.rounded);
-        deliver(n, sum.in);
       });
 }
 

@@ -14,9 +14,9 @@ void prepare_transfers(const Constants& constants, const Cloth& cloth, TransferW
 
 MemoryEstimate transfer_bytes(const Sizing& s) {
   MemoryEstimate sum;
-  if (s.size.absorption || s.size.emission)
-    sum.cloth = s.size.samples * (2 * quanta_bytes + 3 * sizeof(std::int64_t) + sizeof(int)) + s.size.nodes * double_bytes;
-  if (s.size.solute) sum.cloth += s.size.samples * (s.size.absorption || s.size.emission ? quanta_bytes : 0);
+  if (!s.size.absorption && !s.size.emission) return sum;
+  const double quanta = (s.size.solute ? 3 : 2) * quanta_bytes;
+  sum.cloth = s.size.samples * (quanta + 3 * sizeof(std::int64_t) + sizeof(int)) + s.size.nodes * double_bytes;
   return sum;
 }
 
