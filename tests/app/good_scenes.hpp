@@ -29,7 +29,7 @@ fluid:
            density_correction: 0.75, source_error: 0.25}
   sources:
     - block: {min: [0, 0.1, 0], max: [0.3, 0.4, 0.5], velocity: [1, 2, 3], concentration: 0.02}
-    - jet: {center: [1, 1, 1], radius: 0.07, velocity: [0, -2, 0], start: 0.5, end: 1.5, concentration: 0.04}
+    - jet: {center: [1, 1, 1], radius: 0.07, velocity: [0, -2, 0], concentration: 0.04, start: 0.5, end: 1.5}
     - jet: {center: [1, 2, 1], radius: 0.08, velocity: [[0, [0, -3, 0]], [0.5, [1, -2, 0.5]]], end: .inf}
 cloth_solver: {method: xpbd, tolerance: 2.0e-3, max_iterations: 500}
 cloth:
