@@ -236,4 +236,118 @@ cloth:
   books.print("dyed water that is taken up, spreads and drips");
 }
 
+namespace {
+
+/// A sheet of 6 cm that dries on both sides at a given rate; `fed`: a square of 8 mm in its middle is held full of dyed liquid.
+struct DryingSheet {
+  static constexpr double thickness = 0.001, solid = 0.4, diffusivity = 2.25e-6, exponent = 2, critical = 0.05;
+  static constexpr double rate = 2e-3;                          // kg/(m² s), of both sides
+  static constexpr double load = (1 - solid) * thickness * 1000;  // kg/m² at saturation 1
+  static constexpr double step_length = 0.5;                    // s
+  SceneRun run;
+  HostState state;
+
+  explicit DryingSheet(bool fed)
+      : run(fmt::format(R"(drench: 1
+time: {{step: {}, end: 10000}}
+gravity: [0, 0, 0]
+cloth:
+  - mesh: {{grid: {{size: [0.06, 0.06], nodes: [61, 61]}}}}
+    dynamics: false
+    thickness: {}
+    {}: [{{box: {{min: [-0.00401, -1, -0.00401], max: [0.00401, 1, 0.00401]}}, value: 1, concentration: 0.01}}]
+    porous: {{solid_fraction: {}, diffusivity: {}, diffusion_exponent: {}, max_saturation: 1}}
+)",
+                        step_length, thickness, fed ? "hold_saturation" : "initial_saturation", solid, diffusivity, exponent)),
+        state(run.initial()) {}
+  double capacity(std::size_t n) const { return run.model().samples.node_capacity[n]; }
+  double area(std::size_t n) const { return capacity(n) / load; }
+  /// A step, and what dries in it: at a constant rate down to the critical saturation, in proportion below it. It counts as drained.
+  void step() {
+    run.step();
+    state = run.state();
+    for (std::size_t n = 0; n < state.node_liquid.size(); ++n) {
+      const double held = kilograms(run.model(), state.node_liquid[n]), least = critical * capacity(n);
+      double due = rate * area(n) * step_length;
+      if (held - due < least) {
+        const double above = std::max(0.0, held - least), below = std::min(held, least);
+        due = above + below * (1 - std::exp(-(due - above) / least));
+      }
+      const Quanta gone = std::min(state.node_liquid[n], static_cast<Quanta>(std::ceil(due / run.model().quantum)));
+      state.node_liquid[n] -= gone;
+      state.drained += gone;
+    }
+    run.restart(state);
+  }
+  /// Of the circle as large as what is wetter than a fiftieth, m.
+  double radius() const {
+    double wet = 0;
+    for (std::size_t n = 0; n < state.node_liquid.size(); ++n)
+      if (kilograms(run.model(), state.node_liquid[n]) > 0.02 * capacity(n)) wet += area(n);
+    return std::sqrt(wet / pi);
+  }
+  /// Solute per area by distance from the middle, kg/m², in rings of a millimetre.
+  std::vector<double> stain() const {
+    std::vector<double> mass(30, 0), on(30, 0);
+    for (std::size_t n = 0; n < state.node_solute.size(); ++n) {
+      const Vec3& x = run.model().mesh.rest_position[n];
+      const auto k = static_cast<std::size_t>(std::hypot(x[0], x[2]) / 0.001);
+      if (k >= mass.size()) continue;
+      mass[k] += static_cast<double>(state.node_solute[n]) * run.model().solute_quantum();
+      on[k] += area(n);
+    }
+    for (std::size_t k = 0; k < mass.size(); ++k) mass[k] /= on[k];
+    return mass;
+  }
+  /// R of Eq. 9 of docs/theory/solute.md for a feed that is full up to the radius a.
+  static double steady_radius(double a) {
+    double low = a, high = 10 * a;
+    for (int k = 0; k < 60; ++k) {
+      const double r = 0.5 * (low + high), rise = rate / (2 * load * diffusivity) * (r * r * std::log(r / a) - (r * r - a * a) / 2);
+      (rise < 1 / (exponent + 1) ? low : high) = r;
+    }
+    return low;
+  }
+};
+
+}  // namespace
+
+TEST(solute, the_stain_of_a_patch_that_is_fed_and_dries_has_a_ring) {
+  // Fed for ten minutes, in which its liquid dries four times over; then it dries out.
+  DryingSheet fed(true), left_alone(false);
+  SoluteBooks books;
+  const Quanta at_start = SoluteBooks::total(fed.state);
+  for (int k = 0; k < 1200; ++k) {
+    fed.step();
+    books.look(fed.state, at_start);
+  }
+  const double expected = DryingSheet::steady_radius(0.5902 * 0.008);  // a square is to the logarithm of (9) as a circle of this radius
+  const double radius = fed.radius();
+  HostState s = left_alone.state;
+  s.node_liquid = fed.state.node_liquid;
+  s.node_buffered = fed.state.node_buffered;
+  s.node_solute = fed.state.node_solute;
+  left_alone.run.restart(s);
+  const Quanta all = SoluteBooks::total(s);
+  int steps = 0;
+  do {
+    left_alone.step();
+    books.look(left_alone.state, all);
+  } while (++steps < 4000 && sum(left_alone.state.node_liquid) > 0);
+  const std::vector<double> stain = left_alone.stain();
+  const auto rim = std::max_element(stain.begin() + 8, stain.end());
+  const double place = (static_cast<double>(rim - stain.begin()) + 0.5) * 0.001;
+  double middle = 0;
+  for (std::size_t k = 7; k < 12; ++k) middle += stain[k] / 5;
+  for (std::size_t k = 0; k < stain.size(); ++k) std::printf("%zu mm: %.4g g/m²\n", k, 1000 * stain[k]);
+  std::printf("radius %.4g m, of theory %.4g; ring at %.4g m, over the middle %.3g; dry after %.0f s more\n", radius, expected, place,
+              *rim / middle, steps * DryingSheet::step_length);
+  const std::string what = "patch that is fed with dye in its middle and dries: ";
+  report({what + "radius when it is steady, over theory − 1", "feed = drying", std::fabs(radius / expected - 1), 0.05});
+  report({what + "solute in the middle of the dry stain over that at its rim", "a ring: below 1", middle / *rim, 0.5});
+  report({what + "place of the ring over the steady radius, − 1", "the rim", std::fabs(place / expected - 1), 0.1});
+  report({what + "liquid left", "0", static_cast<double>(sum(left_alone.state.node_liquid)), 0, "quanta"});
+  books.print("stain with a ring");
+}
+
 }  // namespace drench::test
