@@ -191,8 +191,8 @@ Received give_to_other_layers(const ReferenceState& state, std::vector<Share>& s
     offer[p] = shares[p].left / static_cast<Quanta>(takers[p].size());
     for (const Index q : takers[p]) in[q] += offer[p];
   }
-  Received received{std::vector<Quanta>(samples, 0), std::vector<Quanta>(samples, 0), std::vector<Momentum>(samples, Momentum{0, 0, 0}),
-                    inflow_split(state, in, true)};
+  Received received{std::vector<Quanta>(samples, 0), std::vector<Quanta>(samples, 0),
+                    std::vector<Momentum>(samples, Momentum{0, 0, 0}), inflow_split(state, in, true)};
   for (Index p = 0; p < samples; ++p) {
     for (const Index q : takers[p]) {
       const Quanta accepted = limited(offer[p], received.split[q].share);

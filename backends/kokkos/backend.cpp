@@ -48,8 +48,8 @@ class KokkosBackend final : public Backend {
     fluid_.exchange.upload_own(state, fluid_.particles);
     bodies_.upload(constants_, state);
     cloth_.upload(constants_.model, state);
-    accounts_ = {state.drained,        state.supplied,        state.step, state.time,
-                 state.solute_drained, state.solute_supplied, state.solute_deposited};
+    accounts_ = {state.drained,         state.supplied,        state.step, state.time, state.solute_drained,
+                 state.solute_supplied, state.solute_deposited};
     jets_.particles = state.jet_particles;
     jets_.particles.resize(constants_.model.jets.size(), 0);
   }

@@ -81,7 +81,8 @@ std::vector<FieldDifference> compare_fields(const Model& model, Stage stage, dou
     rows.push_back(exact_row("solute_drained", "quanta", expected.solute_drained, actual.solute_drained));
     rows.push_back(exact_row("solute_deposited", "quanta", expected.solute_deposited, actual.solute_deposited));
     FieldDifference supplied = exact_row("solute_supplied", "quanta", expected.solute_supplied, actual.solute_supplied);
-    const auto mass = std::find_if(rows.begin(), rows.end(), [](const FieldDifference& d) { return d.field == "supplied"; });
+    const auto mass =
+        std::find_if(rows.begin(), rows.end(), [](const FieldDifference& d) { return d.field == "supplied"; });
     supplied.tolerance = mass->tolerance;
     rows.push_back(supplied);
   }

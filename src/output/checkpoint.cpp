@@ -224,7 +224,8 @@ Checkpoint read_checkpoint(const fs::path& path) {
   visit_checkpoint(checkpoint, [&]<class T>(std::string_view name, T& field) {
     const auto found = records.find(name);
     if (found == records.end() && name == "changes") return;  // as older ones, whose run nobody changed
-    if (found == records.end() && name.find("solute") != std::string_view::npos) return;  // as those before there were any
+    if (found == records.end() && name.find("solute") != std::string_view::npos)
+      return;  // as those before there were any
     if (found == records.end()) throw CheckpointError(fmt::format("{}: has no {}", path.string(), name));
     const Record& record = found->second;
     bool fits = record.bytes == sizeof(T) && record.count == 1;

@@ -139,8 +139,7 @@ void add_of_stages(Columns& columns, const std::vector<Stage>& stages) {
 }  // namespace
 
 StatsCsv::StatsCsv(const std::filesystem::path& path, const std::vector<Stage>& stages, double quantum,
-                   Quanta initial_total, std::int64_t after, bool by_error, bool among_ranks,
-                   const SoluteTotal& solute)
+                   Quanta initial_total, std::int64_t after, bool by_error, bool among_ranks, const SoluteTotal& solute)
     : path_(path) {
   Columns columns;
   add_common(columns, quantum, initial_total);

@@ -129,7 +129,8 @@ std::string single(const Runs& runs, const char* title, const char* y_label, con
 
 std::string solute_chart(const Runs& runs) {
   if (!any_has(runs, "solute_total")) return "";
-  return figure(chart_of(runs, "Where the solute is", "kg", {{"solute_fluid", "in the liquid", 0}, {"solute_cloth", "on cloth", 1}}));
+  return figure(chart_of(runs, "Where the solute is", "kg",
+                         {{"solute_fluid", "in the liquid", 0}, {"solute_cloth", "on cloth", 1}}));
 }
 
 }  // namespace

@@ -268,7 +268,8 @@ void describe(Section& s, ClothScene& cloth) {
   s.list("hold_saturation", cloth.hold_saturation,
          "reservoirs: what they supply is accounted for as a source; only with `porous`");
   s.list("initial_stain", cloth.initial_stain,
-         "a solute that is on it at the start, box by box, besides that of `initial_saturation`; liquid dissolves it; only with `porous`");
+         "a solute that is on it at the start, box by box, besides that of `initial_saturation`; liquid dissolves it; "
+         "only with `porous`");
   s.optional(fabric.porous)
       .section("porous", fabric, describe_porous, "the fabric takes up liquid; without it, it is a dry wall");
   check_cloth(s, cloth);

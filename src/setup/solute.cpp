@@ -49,17 +49,20 @@ std::vector<double> node_area(const Model& model) {
 void dissolve_in_blocks(const Model& model, const std::vector<std::size_t>& block, HostState& state) {
   if (!model.has_solute()) return;
   for (std::size_t i = 0; i < block.size(); ++i)
-    state.fluid_solute[i] = solute_quanta(model, model.scene.fluid.blocks[block[i] - 1].concentration, state.fluid_mass[i]);
+    state.fluid_solute[i] =
+        solute_quanta(model, model.scene.fluid.blocks[block[i] - 1].concentration, state.fluid_mass[i]);
 }
 
 void warn_of_thin_solute(const Model& model, std::vector<std::string>& warnings) {
   const auto look = [&](const char* kind, std::size_t number, double concentration) {
     const double part = concentration / model.concentration_unit;
     if (part > 0 && part < 1e-6)
-      warnings.push_back(fmt::format(
-          "fluid: {} {} has a concentration of {:.3g}, and the scene one of {:.3g}: its solute is counted in steps of {:.1g} of a "
-          "particle's; leave out the larger one",
-          kind, number, concentration, model.concentration_unit, 1 / (part * static_cast<double>(quanta_per_particle))));
+      warnings.push_back(
+          fmt::format("fluid: {} {} has a concentration of {:.3g}, and the scene one of {:.3g}: its solute is counted "
+                      "in steps of {:.1g} of a "
+                      "particle's; leave out the larger one",
+                      kind, number, concentration, model.concentration_unit,
+                      1 / (part * static_cast<double>(quanta_per_particle))));
   };
   if (!model.has_solute()) return;
   const FluidScene& fluid = model.scene.fluid;
@@ -75,12 +78,14 @@ void add_stains(const Model& model, HostState& state, std::vector<std::string>& 
     const ClothMaterial& cloth = model.cloths[c];
     for (const StainScene& box : model.scene.cloths[c].initial_stain) {
       bool any = false;
-      for (auto n = static_cast<std::size_t>(cloth.first_node); n < static_cast<std::size_t>(cloth.first_node + cloth.node_count); ++n) {
+      for (auto n = static_cast<std::size_t>(cloth.first_node);
+           n < static_cast<std::size_t>(cloth.first_node + cloth.node_count); ++n) {
         if (!contains(box.box.min, box.box.max, model.mesh.rest_position[n])) continue;
         stain[n] = std::llround(box.value * area[n] / model.solute_quantum());
         any = true;
       }
-      if (!any) warnings.push_back(fmt::format("{}: initial_stain: a box holds no node of the cloth", cloth_label(cloth.name)));
+      if (!any)
+        warnings.push_back(fmt::format("{}: initial_stain: a box holds no node of the cloth", cloth_label(cloth.name)));
     }
   }
   for (std::size_t n = 0; n < stain.size(); ++n) state.node_solute[n] += stain[n];

@@ -46,7 +46,8 @@ TEST_F(MemoryOfRuns, IsForeseenForTheStart) {
              " strain_limit: 0.1, porous: {contact_wicking: true}}]\n");
   write_text(here() / "dyed.yaml",
              "drench: 1\ntime: {step: 0.002, end: 1}\noutput: {every: 0}\n"
-             "fluid: {spacing: 0.01, sources: [{block: {min: [-0.1, 0.01, -0.1], max: [0.1, 0.11, 0.1], concentration: 0.01}}]}\n"
+             "fluid: {spacing: 0.01, sources: [{block: {min: [-0.1, 0.01, -0.1], max: [0.1, 0.11, 0.1], concentration: "
+             "0.01}}]}\n"
              "cloth: [{mesh: {grid: {size: [0.4, 0.4], nodes: [33, 33]}}, pin: [{edges: true}], porous: {}}]\n");
   // After 50 steps the liquid has reached the sheet.
   const std::pair<std::string, const char*> scenes[] = {

@@ -43,8 +43,12 @@ FluidScene every_liquid_key() {
   f.wall_pressure = WallPressure::extrapolated;
   f.blocks = {{{{0, 0.1, 0}, {0.3, 0.4, 0.5}}, {1, 2, 3}, 0.02}};
   f.jets = {{{1, 1, 1}, 0.07, {0, -2, 0}, 0.5, 1.5, 0.04},
-            {{1, 2, 1}, 0.08, {{{0, {0, -3, 0}}, {0.5, {1, -2, 0.5}}}, Interpolation::linear}, 0,
-             std::numeric_limits<double>::infinity(), 0}};
+            {{1, 2, 1},
+             0.08,
+             {{{0, {0, -3, 0}}, {0.5, {1, -2, 0.5}}}, Interpolation::linear},
+             0,
+             std::numeric_limits<double>::infinity(),
+             0}};
   return f;
 }
 

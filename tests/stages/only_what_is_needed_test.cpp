@@ -232,8 +232,8 @@ TEST(only_what_is_needed, only_liquid_with_a_solute_has_kernels_and_arrays_for_i
   }
   {
     const Watch watch(with(wet_scene(), "velocity: [0, -1.5, 0.1]}", "velocity: [0, -1.5, 0.1], concentration: 0.01}"));
-    EXPECT_EQ(containing(launched, label), 10)
-        << "absorption 2, emission 2 where it drips, diffusion 2, reservoir 1, ledger 2; and advection where liquid leaves";
+    EXPECT_EQ(containing(launched, label), 10) << "absorption 2, emission 2 where it drips, diffusion 2, reservoir 1, "
+                                                  "ledger 2; and advection where liquid leaves";
     EXPECT_EQ(containing(allocated, label), 8) << "particles, nodes, transfer, emission 3, pairs, reservoir";
   }
 }

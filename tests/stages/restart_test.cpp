@@ -202,8 +202,8 @@ TEST(RestartSees, WhatAStepTakesFromTheOneBefore) {
   const HostState before = backend->download();
   pipeline.step(1);
   const HostState after = backend->download();
-  for (const char* name :
-       {"fluid_kappa_density", "fluid_kappa_divergence", "fluid_age", "fluid_spin", "fluid_solute", "node_solute", "node_buffered", "node_velocity"}) {
+  for (const char* name : {"fluid_kappa_density", "fluid_kappa_divergence", "fluid_age", "fluid_spin", "fluid_solute",
+                           "node_solute", "node_buffered", "node_velocity"}) {
     HostState without = before;
     visit_fields(without, [&](std::string_view field, auto& values) {
       if (field == name) std::fill(values.begin(), values.end(), typename std::decay_t<decltype(values)>::value_type{});

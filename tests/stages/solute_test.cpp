@@ -17,9 +17,12 @@ namespace {
 
 /// The wet scene with a block of a third of the jet's concentration, a dyed reservoir and a stain.
 std::string dyed_scene() {
-  std::string yaml = with(wet_scene(), "velocity: [0.1, -0.6, 0.05]}", "velocity: [0.1, -0.6, 0.05], concentration: 0.01}");
+  std::string yaml =
+      with(wet_scene(), "velocity: [0.1, -0.6, 0.05]}", "velocity: [0.1, -0.6, 0.05], concentration: 0.01}");
   yaml = with(yaml, "velocity: [0, -1.5, 0.1]}", "velocity: [0, -1.5, 0.1], concentration: 0.03}");
-  yaml = with(yaml, "value: 0.6}]", "value: 0.6, concentration: 0.02}]\n    initial_stain: [{box: {min: [0, -1, -1], max: [1, 1, 1]}, value: 2.0e-3}]");
+  yaml = with(yaml, "value: 0.6}]",
+              "value: 0.6, concentration: 0.02}]\n    initial_stain: [{box: {min: [0, -1, -1], max: [1, 1, 1]}, value: "
+              "2.0e-3}]");
   return with(yaml, "max: [0.05, 1, 0.05]}, value: 1.1}", "max: [0.05, 1, 0.05]}, value: 1.1, concentration: 0.007}");
 }
 
@@ -28,7 +31,8 @@ void dye(const Model& m, HostState& s) {
   for (std::size_t i = 0; i < s.fluid_solute.size(); ++i)
     s.fluid_solute[i] = static_cast<Quanta>((1 + noise(i, 0)) * double(s.fluid_mass[i]));
   for (std::size_t n = 0; n < s.node_solute.size(); ++n)
-    s.node_solute[n] = static_cast<Quanta>((1 + noise(n, 1)) * (double(s.node_liquid[n]) + 0.1 * m.samples.node_capacity[n] / m.quantum));
+    s.node_solute[n] = static_cast<Quanta>((1 + noise(n, 1)) *
+                                           (double(s.node_liquid[n]) + 0.1 * m.samples.node_capacity[n] / m.quantum));
 }
 
 Quanta solute_of(const HostState& s) {
@@ -77,7 +81,8 @@ TEST(solute, a_scene_names_it) {
   EXPECT_EQ(m.jets[0].solute, quanta_per_particle);
   double stained = 0, held = 0, expected = 0;
   for (std::size_t n = 0; n < setup.state.node_solute.size(); ++n) {
-    const double kilograms = double(setup.state.node_solute[n]) * m.solute_quantum(), liquid = double(setup.state.node_liquid[n]) * m.quantum;
+    const double kilograms = double(setup.state.node_solute[n]) * m.solute_quantum(),
+                 liquid = double(setup.state.node_liquid[n]) * m.quantum;
     const Vec3& x = m.mesh.rest_position[n];
     (x[0] < 0 ? held : stained) += kilograms;
     if (x[0] < 0) expected += liquid * (x[2] >= 0.12 ? 0.02 : 0.007);
@@ -110,7 +115,8 @@ TEST(solute, where_nodes_are_nearly_full_absorption_takes_what_the_liquid_allows
                  .prepare =
                      [](const Model& m, HostState& s) {
                        for (std::size_t n = 0; n < s.node_liquid.size(); ++n)
-                         s.node_liquid[n] = static_cast<Quanta>((n % 3 == 0 ? 1.1799999 : 0.9) * m.samples.node_capacity[n] / m.quantum);
+                         s.node_liquid[n] = static_cast<Quanta>((n % 3 == 0 ? 1.1799999 : 0.9) *
+                                                                m.samples.node_capacity[n] / m.quantum);
                        crowd(m, s);
                        dye(m, s);
                      },
@@ -127,16 +133,22 @@ TEST(solute, emission_gives_it_to_liquid_layers_and_new_particles_as_the_referen
         s.fluid_mass[i] -= s.fluid_mass[i] / 9;
     dye(m, s);
   };
-  const std::string layers = with(dyed_scene(), "bodies:\n",
-                                  "  - name: below\n    mesh: {grid: {size: [0.13, 0.28], nodes: [7, 13]}}\n    place: {position: [-0.08, "
-                                  "-0.02, 0]}\n    pin: [{edges: true}]\n    porous: {}\nbodies:\n");
+  const std::string layers =
+      with(dyed_scene(), "bodies:\n",
+           "  - name: below\n    mesh: {grid: {size: [0.13, 0.28], nodes: [7, 13]}}\n    place: {position: [-0.08, "
+           "-0.02, 0]}\n    pin: [{edges: true}]\n    porous: {}\nbodies:\n");
   for (const std::string& scene : {dyed_scene(), layers}) {
-    compare_stage({.stage = Stage::emission, .scene = scene, .steps_before = 2, .prepare = drip, .changes = "fluid_solute node_solute fluid_id"});
+    compare_stage({.stage = Stage::emission,
+                   .scene = scene,
+                   .steps_before = 2,
+                   .prepare = drip,
+                   .changes = "fluid_solute node_solute fluid_id"});
     const auto setup = setup_from(scene);
     HostState s = setup.state;
     drip(setup.model, s);
     const Quanta before = solute_of(s);
-    run_on_both(setup.model, s, {Stage::neighbors, Stage::porous_neighbors, Stage::flow_direction, Stage::emission}, {0, 0, 0.002},
+    run_on_both(setup.model, s, {Stage::neighbors, Stage::porous_neighbors, Stage::flow_direction, Stage::emission},
+                {0, 0, 0.002},
                 [&](const Backend& backend, const StepReport&) { EXPECT_EQ(solute_of(backend.download()), before); });
   }
 }
@@ -187,7 +199,8 @@ TEST(solute, its_total_is_exact) {
   EXPECT_GT(wet.solute_supplied, 0);
   run_and_count(with(dyed_scene(), "porous: {", "porous: {permeability: 1.0e-8, "), 60);
   run_and_count(two_sheets, 60);
-  const HostState gone = run_and_count(with(dyed_scene(), "domain: {min: [-1, -1, -1]", "domain: {min: [-1, -0.05, -1]"), 60);
+  const HostState gone =
+      run_and_count(with(dyed_scene(), "domain: {min: [-1, -1, -1]", "domain: {min: [-1, -0.05, -1]"), 60);
   EXPECT_GT(gone.solute_drained, 0);
 }
 
@@ -195,14 +208,18 @@ TEST(solute, uniform_liquid_stays_uniform) {
   // A third of the unit, which only a jet that never flows has. Liquid is taken up, spreads, drips and is taken up again.
   std::string yaml = dyed_scene();
   yaml = with(yaml, "concentration: 0.03}", "concentration: 0.03, start: 100}");
-  yaml = with(yaml, "concentration: 0.02}]\n    initial_stain: [{box: {min: [0, -1, -1], max: [1, 1, 1]}, value: 2.0e-3}]", "concentration: 0.01}]");
+  yaml =
+      with(yaml, "concentration: 0.02}]\n    initial_stain: [{box: {min: [0, -1, -1], max: [1, 1, 1]}, value: 2.0e-3}]",
+           "concentration: 0.01}]");
   yaml = with(yaml, "concentration: 0.007}", "concentration: 0.01}");
   constexpr int steps = 80;
   const HostState s = run_and_count(yaml, steps);
-  ASSERT_TRUE(std::any_of(s.fluid_origin.begin(), s.fluid_origin.end(), [](auto o) { return o == static_cast<std::uint8_t>(Origin::cloth); }));
+  ASSERT_TRUE(std::any_of(s.fluid_origin.begin(), s.fluid_origin.end(),
+                          [](auto o) { return o == static_cast<std::uint8_t>(Origin::cloth); }));
   double most = 0;  // quanta
   const auto look = [&](const std::vector<Quanta>& solute, const std::vector<Quanta>& liquid) {
-    for (std::size_t k = 0; k < solute.size(); ++k) most = std::max(most, std::fabs(double(solute[k]) - double(liquid[k]) / 3));
+    for (std::size_t k = 0; k < solute.size(); ++k)
+      most = std::max(most, std::fabs(double(solute[k]) - double(liquid[k]) / 3));
   };
   look(s.fluid_solute, s.fluid_mass);
   look(s.node_solute, s.node_liquid);

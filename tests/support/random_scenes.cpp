@@ -132,7 +132,8 @@ void SceneDraw::fluid() {
   if (chance(0.3)) {
     const double radius = uniform(1, 2.5) * d_, speed = usually(0.5, 4, 0.01, 60);
     yaml += fmt::format(
-        "    - jet: {{center: [{:.4g}, 0.4, {:.4g}], radius: {:.4g}, velocity: [{:.4g}, {:.4g}, 0], start: {:.3g}{}}}\n",
+        "    - jet: {{center: [{:.4g}, 0.4, {:.4g}], radius: {:.4g}, velocity: [{:.4g}, {:.4g}, 0], start: "
+        "{:.3g}{}}}\n",
         uniform(-0.1, 0.1), uniform(-0.1, 0.1), radius, 0.3 * speed, -speed, uniform(0, 20 * dt_), concentration());
   }
   yaml += sometimes(0.15, [&] {  // one that opens, closes and opens
@@ -213,8 +214,8 @@ std::string SceneDraw::porous() {
     drawn_.closed = false;
   }
   yaml += dyed(0.2, [&] {
-    return fmt::format("    initial_stain: [{{box: {{min: [-1, -1, -1], max: [{:.3g}, 1, 1]}}, value: {:.3g}}}]\n", uniform(-0.1, 0.1),
-                       logarithmic(1e-6, 10));
+    return fmt::format("    initial_stain: [{{box: {{min: [-1, -1, -1], max: [{:.3g}, 1, 1]}}, value: {:.3g}}}]\n",
+                       uniform(-0.1, 0.1), logarithmic(1e-6, 10));
   });
   const std::string diffuse = chance(0.7) ? fmt::format("diffusivity: {:.3g}, contact_wicking: {}",
                                                         usually(1e-5, 1e-3, 1e-7, 1e-2), chance(0.4))

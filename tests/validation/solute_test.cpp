@@ -99,7 +99,8 @@ double front(double before) {
   for (int k = 0; k < 60; ++k) {
     const double x = 0.5 * (low + high);
     // ∫_0^x erfc(ξ/2) dξ = x erfc(x/2) + 2 (1 − e^(−x²/4))/√π
-    const double behind = before * x + (1 - before) * (x * std::erfc(x / 2) + 2 * (1 - std::exp(-x * x / 4)) / std::sqrt(pi));
+    const double behind =
+        before * x + (1 - before) * (x * std::erfc(x / 2) + 2 * (1 - std::exp(-x * x / 4)) / std::sqrt(pi));
     (behind < came ? low : high) = x;
   }
   return low;
@@ -136,16 +137,18 @@ TEST(solute, a_front_of_dye_goes_as_far_as_the_liquid_that_brings_it) {
     // A step that donor cells have spread is normal with the variance h x. A grid's nodes hold a third and two thirds of a row's cell in
     // turn: 10/9 of that.
     profile_error.push_back(off / std::sqrt(2 / pi * 10 / 9 * h * exact));
-    std::printf("front over %d cells: position %.4f, profile %.4f, over donor cells %.4f\n", cells, position.back(), off / exact,
-                profile_error.back());
+    std::printf("front over %d cells: position %.4f, profile %.4f, over donor cells %.4f\n", cells, position.back(),
+                off / exact, profile_error.back());
   }
   const double order = std::log2(position.front() / position.back()) / static_cast<double>(position.size() - 1);
   const std::size_t last = profile_error.size() - 1;  // the rest goes with √h
   const double fine = (std::sqrt(2) * profile_error[last] - profile_error[last - 1]) / (std::sqrt(2) - 1);
   const std::string what = "front of dye in a wet strip that takes up more, 64 cells behind it: ";
-  report({what + "place of half the concentration, − 1", "the liquid that came in lies behind it", position.back(), 0.02});
+  report(
+      {what + "place of half the concentration, − 1", "the liquid that came in lies behind it", position.back(), 0.02});
   report({what + "0.9 less the order of its place", "order ≥ 0.9", 0.9 - order, 0});
-  report({what + "mean error of its profile over theory, on ever finer meshes, − 1", "donor cells: √(h x)", std::fabs(fine - 1), 0.02});
+  report({what + "mean error of its profile over theory, on ever finer meshes, − 1", "donor cells: √(h x)",
+          std::fabs(fine - 1), 0.02});
   books.print("fronts of dye");
 }
 
@@ -159,9 +162,10 @@ TEST(solute, steady_wicking_carries_it_along_characteristics) {
   double spread = 0;
   for (const int cells : {16, 32, 64}) {
     const double h = length / cells, dt = 0.5;
-    Strip strip(cells, length, dt,
-                fmt::format("\n      - {{box: {{min: [{}, -1, -1], max: [1, 1, 1]}}, value: {}}}", length - 0.1 * h, 1 - drop), books,
-                [&](double x) { return 1 - drop * x / length; });
+    Strip strip(
+        cells, length, dt,
+        fmt::format("\n      - {{box: {{min: [{}, -1, -1], max: [1, 1, 1]}}, value: {}}}", length - 0.1 * h, 1 - drop),
+        books, [&](double x) { return 1 - drop * x / length; });
     const auto at = static_cast<std::size_t>(cells * 3 / 4);
     double mean = 0, square = 0, last = 0;  // s, s²: of the time at which dye comes to the station
     for (int k = 0; k < 2.5 * arrival / dt; ++k) {
@@ -177,13 +181,14 @@ TEST(solute, steady_wicking_carries_it_along_characteristics) {
     double row = 0;    // kg: held by a cell of one
     for (const double c : strip.run.model().samples.node_capacity) row += c / (2 * cells);
     for (std::size_t n = 0; n < strip.state.node_liquid.size(); ++n) {
-      const double x = strip.place(n), stay = (1 - drop * x / length) * strip.run.model().samples.node_capacity[n] / row * h / rate;
+      const double x = strip.place(n),
+                   stay = (1 - drop * x / length) * strip.run.model().samples.node_capacity[n] / row * h / rate;
       if (x > 0.5 * h && x < station + 0.5 * h) tanks += stay * stay / 2;
     }
     late.push_back(std::fabs(mean / arrival - 1));
     spread = std::fabs(std::sqrt((square - mean * mean) / tanks) - 1);
-    std::printf("steady flow over %d cells: arrives after %.3f s of %.3f, spread %.3f s, of stirred tanks %.3f\n", cells, mean, arrival,
-                std::sqrt(square - mean * mean), std::sqrt(tanks));
+    std::printf("steady flow over %d cells: arrives after %.3f s of %.3f, spread %.3f s, of stirred tanks %.3f\n",
+                cells, mean, arrival, std::sqrt(square - mean * mean), std::sqrt(tanks));
   }
   const std::string what = "dye in a strip that liquid flows through, 64 cells: ";
   report({what + "mean time to three quarters of its length, − 1", "characteristics", late.back(), 0.02});
@@ -229,7 +234,8 @@ cloth:
   }
   EXPECT_TRUE(dripped);
   EXPECT_GT(sum(s.node_liquid), 0);
-  std::printf("uniform: %.0f quanta apart, drained %.3g, %d particles\n", apart, double(s.drained), int(s.fluid_count()));
+  std::printf("uniform: %.0f quanta apart, drained %.3g, %d particles\n", apart, double(s.drained),
+              int(s.fluid_count()));
   const std::string what = "dyed water that is taken up, spreads and drips: ";
   report({what + "departure from one concentration, over a particle's solute", "0, to rounding",
           apart / static_cast<double>(quanta_per_particle / 3), 1e-5});
@@ -241,9 +247,9 @@ namespace {
 /// A sheet of 6 cm that dries on both sides at a given rate; `fed`: a square of 8 mm in its middle is held full of dyed liquid.
 struct DryingSheet {
   static constexpr double thickness = 0.001, solid = 0.4, diffusivity = 2.25e-6, exponent = 2, critical = 0.05;
-  static constexpr double rate = 2e-3;                          // kg/(m² s), of both sides
+  static constexpr double rate = 2e-3;                            // kg/(m² s), of both sides
   static constexpr double load = (1 - solid) * thickness * 1000;  // kg/m² at saturation 1
-  static constexpr double step_length = 1;                      // s
+  static constexpr double step_length = 1;                        // s
   SceneRun run;
   HostState state;
 
@@ -258,7 +264,8 @@ cloth:
     {}: [{{box: {{min: [-0.00401, -1, -0.00401], max: [0.00401, 1, 0.00401]}}, value: 1, concentration: 0.01}}]
     porous: {{solid_fraction: {}, diffusivity: {}, diffusion_exponent: {}, max_saturation: 1}}
 )",
-                        step_length, thickness, fed ? "hold_saturation" : "initial_saturation", solid, diffusivity, exponent)),
+                        step_length, thickness, fed ? "hold_saturation" : "initial_saturation", solid, diffusivity,
+                        exponent)),
         state(run.initial()) {}
   double capacity(std::size_t n) const { return run.model().samples.node_capacity[n]; }
   double area(std::size_t n) const { return capacity(n) / load; }
@@ -303,7 +310,8 @@ cloth:
   static double steady_radius(double a) {
     double low = a, high = 10 * a;
     for (int k = 0; k < 60; ++k) {
-      const double r = 0.5 * (low + high), rise = rate / (2 * load * diffusivity) * (r * r * std::log(r / a) - (r * r - a * a) / 2);
+      const double r = 0.5 * (low + high),
+                   rise = rate / (2 * load * diffusivity) * (r * r * std::log(r / a) - (r * r - a * a) / 2);
       (rise < 1 / (exponent + 1) ? low : high) = r;
     }
     return low;
@@ -321,7 +329,8 @@ TEST(solute, the_stain_of_a_patch_that_is_fed_and_dries_has_a_ring) {
     fed.step();
     books.look(fed.state, at_start);
   }
-  const double expected = DryingSheet::steady_radius(0.5902 * 0.008);  // a square is to the logarithm of (9) as a circle of this radius
+  const double expected =
+      DryingSheet::steady_radius(0.5902 * 0.008);  // a square is to the logarithm of (9) as a circle of this radius
   const double radius = fed.radius();
   HostState s = left_alone.state;
   s.node_liquid = fed.state.node_liquid;
@@ -340,8 +349,8 @@ TEST(solute, the_stain_of_a_patch_that_is_fed_and_dries_has_a_ring) {
   double middle = 0;
   for (std::size_t k = 7; k < 12; ++k) middle += stain[k] / 5;
   for (std::size_t k = 0; k < stain.size(); ++k) std::printf("%zu mm: %.4g g/m²\n", k, 1000 * stain[k]);
-  std::printf("radius %.4g m, of theory %.4g; ring at %.4g m, over the middle %.3g; dry after %.0f s more\n", radius, expected, place,
-              *rim / middle, steps * DryingSheet::step_length);
+  std::printf("radius %.4g m, of theory %.4g; ring at %.4g m, over the middle %.3g; dry after %.0f s more\n", radius,
+              expected, place, *rim / middle, steps * DryingSheet::step_length);
   const std::string what = "patch that is fed with dye in its middle and dries: ";
   report({what + "radius when it is steady, over theory − 1", "feed = drying", std::fabs(radius / expected - 1), 0.05});
   report({what + "solute in the middle of the dry stain over that at its rim", "a ring: below 1", middle / *rim, 0.5});

@@ -250,11 +250,11 @@ void Cloth::upload([[maybe_unused]] const Model& m, const HostState& s) {
   moved.advance();
   soaked.advance();
   if (nodes.count > 0) {
-#define DRENCH_UPLOAD(owner, name, host_type, unit, needed)                                                 \
-  if (needed) {                                                                                             \
-    auto values = s.owner##_##name;                                                                         \
-    values.resize(static_cast<std::size_t>(nodes.count)); /* a state made by hand may lack it */             \
-    nodes.name = to_device<OnDevice<host_type>::type>("drench::" #owner "_" #name, values);                 \
+#define DRENCH_UPLOAD(owner, name, host_type, unit, needed)                                      \
+  if (needed) {                                                                                  \
+    auto values = s.owner##_##name;                                                              \
+    values.resize(static_cast<std::size_t>(nodes.count)); /* a state made by hand may lack it */ \
+    nodes.name = to_device<OnDevice<host_type>::type>("drench::" #owner "_" #name, values);      \
   }
     DRENCH_NODE_FIELDS(DRENCH_UPLOAD)
 #undef DRENCH_UPLOAD

@@ -245,12 +245,12 @@ struct GoneSolute {
 void account_solute(const Constants& constants, const Fluid& fluid, const AdvectionWork& work, Accounts& accounts) {
   const Entries<const Quanta> solute = fluid.particles.solute, mass = fluid.particles.mass;
   const Entries<const std::uint8_t> gone = work.gone;
-  const GoneSolute sums = over_ranks(
-      constants.ranks, ordered<GoneSolute>(
-                           "drench::advection::solute", fluid.particles.count, KOKKOS_LAMBDA(const Index i) {
-                             if (gone(i)) return GoneSolute{solute(i), 0};
-                             return GoneSolute{0, mass(i) > 0 ? 0 : solute(i)};
-                           }));
+  const GoneSolute sums =
+      over_ranks(constants.ranks, ordered<GoneSolute>(
+                                      "drench::advection::solute", fluid.particles.count, KOKKOS_LAMBDA(const Index i) {
+                                        if (gone(i)) return GoneSolute{solute(i), 0};
+                                        return GoneSolute{0, mass(i) > 0 ? 0 : solute(i)};
+                                      }));
   accounts.solute_drained += sums.drained;
   accounts.solute_deposited += sums.deposited;
 }

@@ -240,7 +240,9 @@ struct Cut {
   Transfers exchange;
   Quanta min_quanta;
 
-  KOKKOS_INLINE_FUNCTION Quanta transferred(Index p, Quanta offer) const { return offer == 0 ? 0 : limited(offer, exchange.share(p)); }
+  KOKKOS_INLINE_FUNCTION Quanta transferred(Index p, Quanta offer) const {
+    return offer == 0 ? 0 : limited(offer, exchange.share(p));
+  }
   KOKKOS_INLINE_FUNCTION Quanta operator()(const NeighborRow& near, Quanta mass) const {
     Quanta rest = mass;
     bool was_limited = false, drained = false;
@@ -257,9 +259,10 @@ struct Cut {
 };
 
 /// The solute of what `transfer` is about to take; of a particle that is taken whole, what rounding leaves goes with the largest part.
-void take_solute(const Constants& constants, Fluid& fluid, const NeighborLists& lists, const Cloth& cloth, TransferWork& transfers, AbsorptionWork& work) {
-  const Cut cut{Neighbors(lists.fluid_sample), std::as_const(work).offer, Demands(constants, cloth, work, 0), Transfers(cloth, transfers),
-                constants.model.min_quanta};
+void take_solute(const Constants& constants, Fluid& fluid, const NeighborLists& lists, const Cloth& cloth,
+                 TransferWork& transfers, AbsorptionWork& work) {
+  const Cut cut{Neighbors(lists.fluid_sample), std::as_const(work).offer, Demands(constants, cloth, work, 0),
+                Transfers(cloth, transfers), constants.model.min_quanta};
   const Entries<const Quanta> mass = std::as_const(fluid).particles.mass;
   const Entries<Quanta> solute = fluid.particles.solute;
   parallel(
@@ -319,7 +322,8 @@ void absorption(const Constants& constants, Fluid& fluid, const NeighborLists& l
   if (constants.model.has_solute()) {
     fluid.exchange.add_up(transfers.solute, cloth.samples.count);
     const SoluteDelivery dissolve(cloth, transfers);
-    gather_rows<SoluteArrival>("drench::absorption::deliver_solute", cloth.nodes.count, cloth.nodes.sample_start, dissolve, dissolve);
+    gather_rows<SoluteArrival>("drench::absorption::deliver_solute", cloth.nodes.count, cloth.nodes.sample_start,
+                               dissolve, dissolve);
   }
   const Delivery deliver(constants, transfers, cloth);
   gather_rows<Arrival>("drench::absorption::deliver", cloth.nodes.count, cloth.nodes.sample_start, deliver, deliver);

@@ -243,7 +243,8 @@ void gain_solute(Cloth& cloth, const DiffusionWork& diffusion, ContactWork& work
   const ContactShare share_of{Ends(cloth, work), diffusion.out_share, diffusion.in_share};
   const Entries<const Quanta> flow = std::as_const(work).flow, liquid = std::as_const(cloth).nodes.liquid;
   const Entries<Quanta> gain = work.solute_gain, solute = cloth.nodes.solute;
-  parallel("drench::contact_wicking::clear_solute", cloth.nodes.count, KOKKOS_LAMBDA(const Index n) { gain(n) = 0; });
+  parallel(
+      "drench::contact_wicking::clear_solute", cloth.nodes.count, KOKKOS_LAMBDA(const Index n) { gain(n) = 0; });
   parallel(
       "drench::contact_wicking::solute", 2 * cloth.samples.count, KOKKOS_LAMBDA(const Index c) {
         const Quanta o = flow(c);
@@ -259,13 +260,17 @@ void gain_solute(Cloth& cloth, const DiffusionWork& diffusion, ContactWork& work
           taken[k] = share_of.ends.part(c, o < 0, k, t);
         }
         if (carried == 0) return;
-        for (int k = 0; k < 3; ++k) Kokkos::atomic_add(&gain(share_of.ends.node(c, o < 0, k)), solute_beside(carried, taken, k));
+        for (int k = 0; k < 3; ++k)
+          Kokkos::atomic_add(&gain(share_of.ends.node(c, o < 0, k)), solute_beside(carried, taken, k));
       });
-  parallel("drench::contact_wicking::solute_gain", cloth.nodes.count, KOKKOS_LAMBDA(const Index n) { solute(n) += gain(n); });
+  parallel(
+      "drench::contact_wicking::solute_gain", cloth.nodes.count,
+      KOKKOS_LAMBDA(const Index n) { solute(n) += gain(n); });
 }
 
 void limit(const Cloth& cloth, DiffusionWork& diffusion, const ContactWork& work) {
-  const Entries<const Quanta> in = work.entering, out = work.leaving, ceiling = cloth.nodes.max_quanta, liquid = cloth.nodes.liquid;
+  const Entries<const Quanta> in = work.entering, out = work.leaving, ceiling = cloth.nodes.max_quanta,
+                              liquid = cloth.nodes.liquid;
   const Entries<double> out_share = diffusion.out_share, in_share = diffusion.in_share;
   parallel(
       "drench::contact_wicking::limit", cloth.nodes.count, KOKKOS_LAMBDA(const Index n) {

@@ -41,7 +41,8 @@ void upload_pairs(const Constants& constants, const Cloth& cloth, DiffusionWork&
   const auto nodes = static_cast<std::size_t>(cloth.nodes.count);
   allocate_zeros(work.out_share, "drench::diffusion::out_share", nodes);
   allocate_zeros(work.in_share, "drench::diffusion::in_share", nodes);
-  if (constants.model.has_solute()) allocate_zeros(work.solute_flow, "drench::diffusion::solute_flow", conductance.size());
+  if (constants.model.has_solute())
+    allocate_zeros(work.solute_flow, "drench::diffusion::solute_flow", conductance.size());
 }
 
 }  // namespace
@@ -159,7 +160,8 @@ void transfer_solute(Cloth& cloth, DiffusionWork& work) {
   parallel(
       "drench::diffusion::solute", work.pairs, KOKKOS_LAMBDA(const Index e) {
         const Quanta o = flow(e);
-        const Index first = pair(2 * e), second = pair(2 * e + 1), donor = o > 0 ? second : first, receiver = o > 0 ? first : second;
+        const Index first = pair(2 * e), second = pair(2 * e + 1), donor = o > 0 ? second : first,
+                    receiver = o > 0 ? first : second;
         const Quanta t = o == 0 ? 0 : limited(o > 0 ? o : -o, Kokkos::fmin(out_share(donor), in_share(receiver)));
         const Quanta part = solute_part(solute(donor), t, liquid(donor));
         solute_flow(e) = o > 0 ? part : -part;

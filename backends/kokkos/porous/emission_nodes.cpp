@@ -10,7 +10,8 @@ void share_solute(const Cloth& cloth, EmissionWork& work) {
   make_room(work.solute_total, "drench::emission::solute_total", samples);
   make_room(work.solute_rest, "drench::emission::solute_rest", samples);
   const Entries<Quanta> share = work.solute_share, total = work.solute_total, rest = work.solute_rest;
-  const Entries<const Quanta> mass = std::as_const(work).share, liquid = cloth.nodes.liquid, solute = cloth.nodes.solute;
+  const Entries<const Quanta> mass = std::as_const(work).share, liquid = cloth.nodes.liquid,
+                              solute = cloth.nodes.solute;
   const Entries<const Index> node = cloth.samples.node;
   parallel(
       "drench::emission::share_solute", cloth.samples.count, KOKKOS_LAMBDA(const Index p) {

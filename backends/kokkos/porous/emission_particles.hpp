@@ -2,10 +2,10 @@
 // Stage emission (src/stages/emission.hpp), parts (d), new particles, and (e), what leaves the nodes. Also what the parts share.
 
 #include "porous/emission_law.hpp"
-#include "porous/permeation_law.hpp"
 #include "porous/flow_law.hpp"
-#include "porous/transfer.hpp"
+#include "porous/permeation_law.hpp"
 #include "porous/stages.hpp"
+#include "porous/transfer.hpp"
 
 namespace drench::kokkos_backend {
 
