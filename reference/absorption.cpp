@@ -105,6 +105,23 @@ std::vector<Quanta> transfers(const ReferenceState& state, Index i, const std::v
   return transfer;
 }
 
+/// What goes along with the transfers of particle i; of one that is taken whole, what rounding leaves goes with the largest.
+void take_solute(ReferenceState& state, Index i, const std::vector<Quanta>& transfer, std::vector<Quanta>& taken) {
+  if (!state.model.has_solute() || transfer.empty()) return;
+  const Quanta mass = state.s.fluid_mass[i], carried = state.s.fluid_solute[i];
+  Quanta left = carried;
+  for (std::size_t k = 0; k < transfer.size(); ++k) {
+    const Quanta part = solute_part(carried, transfer[k], mass);
+    taken[state.fluid_sample[i][k]] += part;
+    left -= part;
+  }
+  if (std::accumulate(transfer.begin(), transfer.end(), Quanta{0}) == mass && left > 0) {
+    taken[state.fluid_sample[i][std::max_element(transfer.begin(), transfer.end()) - transfer.begin()]] += left;
+    left = 0;
+  }
+  state.s.fluid_solute[i] = left;
+}
+
 /// Removes what was taken whole, also from the lists of stage porous_neighbors: emission reads them and they name
 /// particles by their place in the arrays.
 void remove_taken(ReferenceState& state, const std::vector<bool>& gone) {
@@ -140,7 +157,7 @@ void absorption(ReferenceState& state, const StepInfo& info, StepReport&) {
   phi.reserve(split.size());
   for (const Split& part : split) phi.push_back(part.share);
 
-  std::vector<Quanta> taken(samples, 0);
+  std::vector<Quanta> taken(samples, 0), solute(samples, 0);
   std::vector<Momentum> momentum(samples, Momentum{0, 0, 0});
   std::vector<bool> gone(particles, false);
   for (Index i = 0; i < particles; ++i) {
@@ -151,9 +168,11 @@ void absorption(ReferenceState& state, const StepInfo& info, StepReport&) {
       count_on_face(state, j, vec(s.fluid_position[i]), transfer[k], 1);
       add(momentum[j], momentum_of(static_cast<double>(transfer[k]), vec(s.fluid_velocity[i])));
     }
+    take_solute(state, i, transfer, solute);
     s.fluid_mass[i] -= std::accumulate(transfer.begin(), transfer.end(), Quanta{0});
     gone[i] = s.fluid_mass[i] == 0;
   }
+  give_solute_to_nodes(state, solute, taken, split);
   give_to_nodes(state, taken, momentum, split);
   remove_taken(state, gone);
 }

@@ -310,10 +310,13 @@ void advection(ReferenceState& state, const StepInfo& info, StepReport& report) 
     }
     s.fluid_position[i] = arr(x1[i]);
     s.fluid_age[i] += info.dt;
+    if (m.has_solute() && s.fluid_mass[i] == 0 && !outside(m.scene.domain, x1[i]))
+      s.solute_deposited += s.fluid_solute[i];
     if (!outside(m.scene.domain, x1[i])) continue;
     gone[i] = true;
     report.escaped_speed = std::max(report.escaped_speed, vec(s.fluid_velocity[i]).norm());
     s.drained += s.fluid_mass[i];
+    if (m.has_solute()) s.solute_drained += s.fluid_solute[i];
   }
   report.escaped = escaped(s, gone, info.fluid_speed_limit, report.escaped_speed);
   for (Index i = 0; i < particles; ++i) gone[i] = gone[i] || s.fluid_mass[i] == 0;  // stage evaporation took them whole

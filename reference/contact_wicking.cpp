@@ -117,6 +117,7 @@ void wick_through(ReferenceState& state, const std::vector<LayerContact>& contac
   const std::vector<double> phi_out = outflow_limit(state, out), phi_in = room_limit(state, in);
   const Vectors velocity = node_velocities(state);
   Vectors gained(state.s.node_count(), Vector3d::Zero());  // quanta · m/s
+  const std::vector<Quanta> liquid = state.s.node_liquid, solute = state.s.node_solute;
   for (std::size_t c = 0; c < contacts.size(); ++c) {
     if (offer[c] == 0) continue;
     const LayerContact& contact = contacts[c];
@@ -135,6 +136,16 @@ void wick_through(ReferenceState& state, const std::vector<LayerContact>& contac
     const auto& [donor, receiver] =
         inward[c] ? std::tie(contact.far_node, contact.near_node) : std::tie(contact.near_node, contact.far_node);
     const auto& [given, taken] = inward[c] ? std::tie(far, near) : std::tie(near, far);
+    if (state.model.has_solute()) {
+      Quanta sum = 0;
+      for (int k = 0; k < 3; ++k) {
+        const Quanta part = solute_part(solute[donor[k]], given[k], liquid[donor[k]]);
+        state.s.node_solute[donor[k]] -= part;
+        sum += part;
+      }
+      const std::array<Quanta, 3> parts = split_solute(sum, taken);
+      for (int k = 0; k < 3; ++k) state.s.node_solute[receiver[k]] += parts[k];
+    }
     Vector3d carried = Vector3d::Zero();
     for (int k = 0; k < 3; ++k) carried += static_cast<double>(given[k]) * velocity[donor[k]];
     carried /= static_cast<double>(moved);

@@ -78,10 +78,16 @@ void exchange_once(ReferenceState& state, const std::vector<Pair>& pairs, double
   const std::vector<double> phi_out = outflow_limit(state, out), phi_in = room_limit(state, in);
   const Vectors velocity = node_velocities(state);
   Vectors gained(nodes, Eigen::Vector3d::Zero());  // Σ_in t (v_donor − v_n), quanta · m/s
+  const std::vector<Quanta> liquid = state.s.node_liquid, solute = state.s.node_solute;
   for (std::size_t k = 0; k < pairs.size(); ++k) {
     const Index donor = to_first[k] ? pairs[k].second : pairs[k].first;
     const Index receiver = to_first[k] ? pairs[k].first : pairs[k].second;
     const Quanta moved = limited(offer[k], std::min(phi_out[donor], phi_in[receiver]));
+    if (state.model.has_solute()) {
+      const Quanta carried = solute_part(solute[donor], moved, liquid[donor]);
+      state.s.node_solute[donor] -= carried;
+      state.s.node_solute[receiver] += carried;
+    }
     state.s.node_liquid[donor] -= moved;
     state.s.node_liquid[receiver] += moved;
     gained[receiver] += static_cast<double>(moved) * (velocity[donor] - velocity[receiver]);

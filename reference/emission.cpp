@@ -15,9 +15,17 @@ struct Share {
   Quanta total = 0;                                    // E_p
   Quanta left = 0;                                     // E_p, then E′_p, then E″_p, then what stays
   Eigen::Vector3d velocity = Eigen::Vector3d::Zero();  // v^e_p, m/s
+  std::array<Quanta, 3> solute_of_node{0, 0, 0};       // that goes with E_pk
+  Quanta solute = 0, solute_left = 0;                  // that goes with E_p, and what is left of it
   bool blocked = false;                                // (b)
   bool steep = false;                                  // (d): its own layer lies ahead, or another one shuts it in
   bool closed() const { return blocked || steep || left == 0; }
+  /// Of `quanta` of E_p: it leaves.
+  Quanta take_solute(Quanta quanta) {
+    const Quanta part = solute_part(solute, quanta, total);
+    solute_left -= part;
+    return part;
+  }
 };
 
 /// Is there a direction, and with it a cone?
@@ -45,11 +53,15 @@ Share share_of(const ReferenceState& state, Index p) {
     if (samples.node_weight_sum[n] == 0) continue;
     share.of_node[k] =
         floor_quanta(samples.weight[p][k] * static_cast<double>(state.s.node_buffered[n]) / samples.node_weight_sum[n]);
+    if (state.model.has_solute())
+      share.solute_of_node[k] = solute_part(state.s.node_solute[n], share.of_node[k], state.s.node_liquid[n]);
+    share.solute += share.solute_of_node[k];
     share.total += share.of_node[k];
     share.velocity += static_cast<double>(share.of_node[k]) * vec(state.s.node_velocity[n]);
   }
   if (share.total > 0) share.velocity /= static_cast<double>(share.total);
   share.left = share.total;
+  share.solute_left = share.solute;
   return share;
 }
 
@@ -119,6 +131,7 @@ void give_to_liquid(ReferenceState& state, std::vector<Share>& shares) {
     }
     shares[offer.from].left -= accepted;
     count_on_face(state, offer.from, vec(s.fluid_position[j]), accepted, -1);
+    if (state.model.has_solute()) s.fluid_solute[j] += shares[offer.from].take_solute(accepted);
     gained[j] += accepted;
     momentum[j] += static_cast<double>(accepted) * shares[offer.from].velocity;
   }
@@ -158,7 +171,7 @@ void block(const ReferenceState& state, std::vector<Share>& shares) {
 
 /// What the cloth receives, one value a sample.
 struct Received {
-  std::vector<Quanta> quanta;
+  std::vector<Quanta> quanta, solute;
   std::vector<Momentum> momentum;
   std::vector<Split> split;
 };
@@ -179,13 +192,14 @@ Received give_to_other_layers(const ReferenceState& state, std::vector<Share>& s
     offer[p] = shares[p].left / static_cast<Quanta>(takers[p].size());
     for (const Index q : takers[p]) in[q] += offer[p];
   }
-  Received received{std::vector<Quanta>(samples, 0), std::vector<Momentum>(samples, Momentum{0, 0, 0}),
-                    inflow_split(state, in, true)};
+  Received received{std::vector<Quanta>(samples, 0), std::vector<Quanta>(samples, 0),
+                    std::vector<Momentum>(samples, Momentum{0, 0, 0}), inflow_split(state, in, true)};
   for (Index p = 0; p < samples; ++p) {
     for (const Index q : takers[p]) {
       const Quanta accepted = limited(offer[p], received.split[q].share);
       shares[p].left -= accepted;
       received.quanta[q] += accepted;
+      received.solute[q] += shares[p].take_solute(accepted);
       add(received.momentum[q], momentum_of(static_cast<double>(accepted), shares[p].velocity));
     }
   }
@@ -256,7 +270,7 @@ void create_particles(ReferenceState& state, std::vector<Share>& shares) {
       crowded = crowded || (found[other].position - x).norm() < 0.5 * m.spacing;
     }
     if (crowded) continue;
-    Quanta mass = 0;
+    Quanta mass = 0, solute = 0;
     Eigen::Vector3d momentum = Eigen::Vector3d::Zero();  // quanta m/s
     for (const Index p : found[c].givers) {
       Quanta part = shares[p].left;
@@ -267,9 +281,24 @@ void create_particles(ReferenceState& state, std::vector<Share>& shares) {
       shares[p].left -= part;
       count_on_face(state, p, x, part, -1);
       mass += part;
+      solute += shares[p].take_solute(part);
       momentum += static_cast<double>(part) * shares[p].velocity;
     }
-    append_particle(state.s, m, {arr(x), arr(momentum / static_cast<double>(mass)), mass, Origin::cloth});
+    append_particle(state.s, m, {arr(x), arr(momentum / static_cast<double>(mass)), mass, Origin::cloth, solute});
+  }
+}
+
+/// By what goes with E_pk, the remainder in the order of the corners.
+void take_solute_from_nodes(ReferenceState& state, Index p, const Share& share) {
+  const Quanta given = share.solute - share.solute_left;
+  if (given == 0) return;
+  std::array<Quanta, 3> part;
+  Quanta rest = given;
+  for (int k = 0; k < 3; ++k) rest -= part[k] = solute_part(given, share.solute_of_node[k], share.solute);
+  for (int k = 0; k < 3; ++k) {
+    const Quanta more = std::min(rest, share.solute_of_node[k] - part[k]);
+    rest -= more;
+    state.s.node_solute[sample_node(state, p, k)] -= part[k] + more;
   }
 }
 
@@ -278,6 +307,7 @@ void create_particles(ReferenceState& state, std::vector<Share>& shares) {
 void take_from_nodes(ReferenceState& state, Index p, const Share& share) {
   const Quanta given = share.total - share.left;
   if (given == 0) return;
+  take_solute_from_nodes(state, p, share);
   std::array<Quanta, 3> part;
   Quanta rest = given;
   for (int k = 0; k < 3; ++k) {
@@ -311,6 +341,7 @@ void emission(ReferenceState& state, const StepInfo& info, StepReport&) {
   const Received received = give_to_other_layers(state, shares);
   create_particles(state, shares);
   for (Index p = 0; p < samples; ++p) take_from_nodes(state, p, shares[p]);
+  give_solute_to_nodes(state, received.solute, received.quanta, received.split);
   give_to_nodes(state, received.quanta, received.momentum, received.split);
 }
 

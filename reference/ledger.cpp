@@ -29,6 +29,11 @@ void ledger(ReferenceState& state, const StepInfo& info, StepReport& report) {
   HostState& s = state.s;
   report.mass_fluid = std::accumulate(s.fluid_mass.begin(), s.fluid_mass.end(), Quanta{0});
   report.mass_cloth = std::accumulate(s.node_liquid.begin(), s.node_liquid.end(), Quanta{0});
+  report.solute_fluid = std::accumulate(s.fluid_solute.begin(), s.fluid_solute.end(), Quanta{0});
+  report.solute_cloth = std::accumulate(s.node_solute.begin(), s.node_solute.end(), Quanta{0});
+  report.solute_drained = s.solute_drained;
+  report.solute_supplied = s.solute_supplied;
+  report.solute_deposited = s.solute_deposited;
   report.mass_drained = s.drained;
   report.mass_supplied = s.supplied;
   report.mass_evaporated = s.evaporated;

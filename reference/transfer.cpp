@@ -25,6 +25,34 @@ std::array<Quanta, 3> split_over_nodes(const std::array<double, 3>& weight, Quan
   return part;
 }
 
+Quanta solute_part(Quanta solute, Quanta part, Quanta liquid) {
+  if (part <= 0 || solute <= 0) return 0;
+  __extension__ using Wide = __int128;
+  return static_cast<Quanta>(static_cast<Wide>(solute) * part / liquid);
+}
+
+std::array<Quanta, 3> split_solute(Quanta solute, const std::array<Quanta, 3>& part) {
+  const Quanta liquid = part[0] + part[1] + part[2];
+  std::array<Quanta, 3> result;
+  Quanta rest = solute;
+  for (int k = 0; k < 3; ++k) {
+    result[k] = solute_part(solute, part[k], liquid);
+    rest -= result[k];
+  }
+  result[std::max_element(part.begin(), part.end()) - part.begin()] += rest;
+  return result;
+}
+
+void give_solute_to_nodes(ReferenceState& state, const std::vector<Quanta>& solute, const std::vector<Quanta>& quanta,
+                          const std::vector<Split>& split) {
+  if (!state.model.has_solute()) return;
+  for (Index p = 0; p < state.model.samples.count(); ++p) {
+    if (solute[p] == 0) continue;
+    const std::array<Quanta, 3> part = split_solute(solute[p], split_over_nodes(split[p].weight, quanta[p]));
+    for (int k = 0; k < 3; ++k) state.s.node_solute[sample_node(state, p, k)] += part[k];
+  }
+}
+
 std::vector<Quanta> gather_at_nodes(const ReferenceState& state, const std::vector<Quanta>& at_samples) {
   std::vector<Quanta> sum(state.s.node_count(), 0);
   for (Index p = 0; p < state.model.samples.count(); ++p) {

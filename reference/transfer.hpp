@@ -26,6 +26,12 @@ void add(Momentum& sum, const Momentum& part);
 /// A sample's quanta over its three nodes: floor(w_k t) each, the remainder to the largest weight (first of equals).
 std::array<Quanta, 3> split_over_nodes(const std::array<double, 3>& weight, Quanta quanta);
 
+/// The solute of `part` of a holder's liquid: floor(S part / M), exactly; all of it with all.
+Quanta solute_part(Quanta solute, Quanta part, Quanta liquid);
+
+/// A sum of solute over three parts of liquid that bring it: by those, the remainder to the largest (first of equals).
+std::array<Quanta, 3> split_solute(Quanta solute, const std::array<Quanta, 3>& part);
+
 /// Σ_p floor(w_pn a_p), one value a node: what samples offer, seen by the nodes.
 std::vector<Quanta> gather_at_nodes(const ReferenceState& state, const std::vector<Quanta>& at_samples);
 
@@ -45,6 +51,10 @@ std::vector<Split> inflow_split(const ReferenceState& state, const std::vector<Q
 /// Adds quanta and momentum (one value a sample) to the nodes: v_n = (m_n v_n + p_n)/(m_n + Δm_n), pinned nodes keep v.
 void give_to_nodes(ReferenceState& state, const std::vector<Quanta>& quanta, const std::vector<Momentum>& momentum,
                    const std::vector<Split>& split);
+
+/// Adds the solute that comes with `quanta` (one value a sample each) to the nodes.
+void give_solute_to_nodes(ReferenceState& state, const std::vector<Quanta>& solute, const std::vector<Quanta>& quanta,
+                          const std::vector<Split>& split);
 
 /// Applies momentum (one value a node) without mass: v_n += u_n p_n.
 void push_nodes(ReferenceState& state, const std::vector<Momentum>& momentum);

@@ -47,8 +47,9 @@ class KokkosBackend final : public Backend {
   void upload(const HostState& state) override {
     fluid_.exchange.upload_own(state, fluid_.particles);
     bodies_.upload(constants_, state);
-    cloth_.upload(state);
-    accounts_ = {state.drained, state.supplied, state.evaporated, state.step, state.time};
+    cloth_.upload(constants_.model, state);
+    accounts_ = {state.drained, state.supplied, state.evaporated, state.step, state.time, state.solute_drained,
+                 state.solute_supplied, state.solute_deposited};
     jets_.particles = state.jet_particles;
     jets_.particles.resize(constants_.model.jets.size(), 0);
   }
@@ -58,10 +59,13 @@ class KokkosBackend final : public Backend {
     fluid_.particles.download(state);
     fluid_.exchange.gather(state);
     bodies_.download(constants_, state);
-    cloth_.download(state);
+    cloth_.download(constants_.model, state);
     state.drained = accounts_.drained;
     state.supplied = accounts_.supplied;
     state.evaporated = accounts_.evaporated;
+    state.solute_drained = accounts_.solute_drained;
+    state.solute_supplied = accounts_.solute_supplied;
+    state.solute_deposited = accounts_.solute_deposited;
     state.jet_particles = jets_.particles;
     state.step = accounts_.step;
     state.time = accounts_.time;

@@ -181,6 +181,11 @@ class Simulation:
         return self._run.quantum
 
     @property
+    def solute_quantum(self) -> float:
+        """One quantum of solute in kg; 0 in a scene without a solute."""
+        return self._run.solute_quantum
+
+    @property
     def warnings(self) -> list[str]:
         """As `drench check` prints them."""
         return self._run.warnings

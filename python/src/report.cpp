@@ -68,6 +68,11 @@ nb::dict to_dict(const StepReport& r) {
   DRENCH_NUMBER(mass_drained)
   DRENCH_NUMBER(mass_supplied)
   DRENCH_NUMBER(mass_evaporated)
+  DRENCH_NUMBER(solute_fluid)
+  DRENCH_NUMBER(solute_cloth)
+  DRENCH_NUMBER(solute_drained)
+  DRENCH_NUMBER(solute_supplied)
+  DRENCH_NUMBER(solute_deposited)
   DRENCH_NUMBER(mass_float)
   DRENCH_NUMBER(saturation_max)
   DRENCH_NUMBER(saturation_error)
@@ -87,6 +92,7 @@ nb::dict to_dict(const StepReport& r) {
   DRENCH_NUMBER(escaped_speed)
 #undef DRENCH_NUMBER
   d["mass_total"] = r.mass_total();
+  d["solute_total"] = r.solute_total();
   d["escaped"] = to_dict(r.escaped);
   nb::list fabrics;
   for (const FabricNumbers& f : r.fabrics) fabrics.append(to_dict(f));

@@ -111,6 +111,9 @@ class Run {
     d["drained"] = state.drained;
     d["supplied"] = state.supplied;
     d["evaporated"] = state.evaporated;
+    d["solute_drained"] = state.solute_drained;
+    d["solute_supplied"] = state.solute_supplied;
+    d["solute_deposited"] = state.solute_deposited;
     d["next_id"] = state.next_id;
     d["jet_particles"] = owned(std::move(state.jet_particles));
     d["step"] = state.step;
@@ -147,6 +150,7 @@ class Run {
   double time() const { return time_; }
   std::int64_t steps() const { return steps_; }
   double quantum() const { return run_->quantum(); }
+  double solute_quantum() const { return run_->solute_quantum(); }
   std::uint64_t generation() const { return *generation_; }
   std::vector<std::string> warnings() const { return run_->warnings(); }
   nb::dict stage_milliseconds() {
@@ -187,6 +191,7 @@ void bind_run(nb::module_& m) {
       .def_prop_ro("time", &Run::time)
       .def_prop_ro("steps", &Run::steps)
       .def_prop_ro("quantum", &Run::quantum)
+      .def_prop_ro("solute_quantum", &Run::solute_quantum)
       .def_prop_ro("generation", &Run::generation)
       .def_prop_ro("warnings", &Run::warnings);
 }

@@ -30,6 +30,14 @@ void print_parts(const Model& model, const HostState& state) {
     fmt::print("cloth in all: {} nodes, {} pinned, {} edges, {} hinges, holds {:.4g} kg of liquid at saturation 1\n",
                model.mesh.nodes(), pinned, model.mesh.edge.size(), model.mesh.hinge.size(), capacity);
   }
+  if (model.has_solute()) {
+    Quanta fluid = 0, cloth = 0;
+    for (const Quanta q : state.fluid_solute) fluid += q;
+    for (const Quanta q : state.node_solute) cloth += q;
+    fmt::print("solute: {:.4g} kg in the liquid, {:.4g} kg on cloth\n",
+               static_cast<double>(fluid) * model.solute_quantum(),
+               static_cast<double>(cloth) * model.solute_quantum());
+  }
   const auto deforming = std::count_if(model.bodies.begin(), model.bodies.end(), [](const Body& b) { return b.deforms(); });
   if (!model.bodies.empty())
     fmt::print("bodies: {} ({} moving, {} floating{}), {} boundary samples\n", model.bodies.size(),

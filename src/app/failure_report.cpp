@@ -63,6 +63,7 @@ Offenders offenders_of(const RunFailure& failure, const Model& m, const HostStat
     case FailureKind::time_step:
     case FailureKind::sub_steps:
     case FailureKind::mass:
+    case FailureKind::solute:
       break;
   }
   for (auto* list : {&bad.particles, &bad.nodes}) {
@@ -79,7 +80,7 @@ std::string advice(const RunFailure& failure, const Model& m, const HostState& s
     return ended_at("cloth's solve", "cloth_solver.max_iterations", m.scene.cloth_solver.max_iterations,
                     r.cloth_residual, m);
   };
-  if (failure.kind == FailureKind::mass)
+  if (failure.kind == FailureKind::mass || failure.kind == FailureKind::solute)
     return "this is a fault of drench and not of the scene: please report it with the folder's scene.yaml";
   if (failure.kind == FailureKind::cloth_speed || failure.kind == FailureKind::cloth_stretch)
     return r.cloth_converged ? halve(m) : cloth_solve();

@@ -28,7 +28,8 @@ bool fits(const HostState& s, const Model& m) {
   visit_fields(s, [&](std::string_view name, const auto& values) {
     const std::size_t particles = needs_field(m, name) ? s.fluid_position.size() : 0;
     if (name.starts_with("fluid_")) whole = whole && values.size() == particles;
-    if (name.starts_with("node_")) whole = whole && values.size() == m.mesh.rest_position.size();
+    const std::size_t nodes = needs_field(m, name) ? m.mesh.rest_position.size() : 0;
+    if (name.starts_with("node_")) whole = whole && values.size() == nodes;
     if (name.starts_with("body_")) whole = whole && values.size() == m.bodies.size();
     if (name.starts_with("boundary_")) whole = whole && values.size() == m.boundary.position.size();
     if (name.starts_with("sample_")) whole = whole && (values.empty() || values.size() == m.samples.triangle.size());

@@ -212,7 +212,7 @@ class Run {
     log_.write(fmt::format("scene {}", options_.scene));
     stats_.emplace(folder_ / "stats.csv", pipeline_.stages(), model_.quantum, pipeline_.initial_total(),
                    same ? pipeline_.step_index() : -1, model_.scene.time.mode == TimeMode::error, ranks_ != nullptr,
-                   model_.porous_cloths());
+                   SoluteTotal{model_.solute_quantum(), pipeline_.initial_solute()}, model_.porous_cloths());
     if (every() > 0)
       frames_.emplace(
           folder_, model_, static_cast<int>(frames_written_),

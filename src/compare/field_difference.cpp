@@ -81,6 +81,15 @@ std::vector<FieldDifference> compare_fields(const Model& model, Stage stage, dou
       for (const Quanta target : r.target) held += magnitude(target);
     rows.back().tolerance = precision.tolerance * held + mass_slack;
   }
+  if (model.has_solute()) {
+    rows.push_back(exact_row("solute_drained", "quanta", expected.solute_drained, actual.solute_drained));
+    rows.push_back(exact_row("solute_deposited", "quanta", expected.solute_deposited, actual.solute_deposited));
+    FieldDifference supplied = exact_row("solute_supplied", "quanta", expected.solute_supplied, actual.solute_supplied);
+    const auto mass =
+        std::find_if(rows.begin(), rows.end(), [](const FieldDifference& d) { return d.field == "supplied"; });
+    supplied.tolerance = mass->tolerance;
+    rows.push_back(supplied);
+  }
   rows.push_back(exact_row("next_id", "1", expected.next_id, actual.next_id));
   return rows;
 }
@@ -137,6 +146,9 @@ std::vector<FieldDifference> compare_reports(Stage stage, const StepReport& expe
       equal("report.mass_fluid", "quanta", expected.mass_fluid, actual.mass_fluid);
       equal("report.mass_cloth", "quanta", expected.mass_cloth, actual.mass_cloth);
       equal("report.mass_total", "quanta", expected.mass_total(), actual.mass_total());
+      equal("report.solute_fluid", "quanta", expected.solute_fluid, actual.solute_fluid);
+      equal("report.solute_cloth", "quanta", expected.solute_cloth, actual.solute_cloth);
+      equal("report.solute_total", "quanta", expected.solute_total(), actual.solute_total());
       equal("report.particles", "1", expected.particles, actual.particles);
       equal("report.nonfinite", "1", expected.nonfinite, actual.nonfinite);
       close("report.fluid_speed", "m/s", expected.fluid_speed, actual.fluid_speed, expected.fluid_speed);

@@ -47,6 +47,8 @@ FieldTolerances::Rule FieldTolerances::rule_for(const FieldDifference& d) {
   static const std::map<std::string, Rule> rules{
       {"fluid_id", &FieldTolerances::exact},
       {"fluid_origin", &FieldTolerances::exact},
+      {"fluid_solute", &FieldTolerances::solute},
+      {"node_solute", &FieldTolerances::solute},
       {"sample_flow_direction", &FieldTolerances::unit_vector},
       {"fluid_velocity", &FieldTolerances::fluid_velocity},
       {"fluid_kappa_density", &FieldTolerances::kappa_density},
@@ -68,6 +70,11 @@ FieldTolerances::Allowed FieldTolerances::unit_vector(const FieldDifference&) co
 
 FieldTolerances::Allowed FieldTolerances::mass(const FieldDifference&) const {
   return {static_cast<double>(quanta_per_particle), mass_slack};
+}
+
+// What is transferred goes with the concentration, which is above 1 quantum a quantum where liquid has gone.
+FieldTolerances::Allowed FieldTolerances::solute(const FieldDifference& d) const {
+  return {std::max(d.largest, static_cast<double>(quanta_per_particle)), mass_slack};
 }
 
 FieldTolerances::Allowed FieldTolerances::fluid_velocity(const FieldDifference& d) const {

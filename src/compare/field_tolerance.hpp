@@ -28,6 +28,7 @@ class FieldTolerances {
 
   Allowed share_of_largest(const FieldDifference& d) const;
   Allowed mass(const FieldDifference& d) const;
+  Allowed solute(const FieldDifference& d) const;
   Allowed exact(const FieldDifference& d) const;
   Allowed unit_vector(const FieldDifference& d) const;
   Allowed fluid_velocity(const FieldDifference& d) const;

@@ -112,6 +112,7 @@ class Simulation {
   /// follow each other, and so do its nodes. They stay the same during a run.
   const std::vector<std::array<Index, 3>>& triangles() const;
   double quantum() const;  ///< kg; masses in HostState are multiples of it
+  double solute_quantum() const;  ///< kg; of the solute in HostState; 0 in a scene without one
   /// The warnings that `drench check` prints for this scene, a line each.
   const std::vector<std::string>& warnings() const;
 

@@ -166,6 +166,7 @@ std::vector<double> Simulation::saturation(const HostState& state) const {
 }
 
 const std::vector<std::array<Index, 3>>& Simulation::triangles() const { return parts_->setup.model.mesh.triangle; }
+double Simulation::solute_quantum() const { return parts_->setup.model.solute_quantum(); }
 double Simulation::quantum() const { return parts_->setup.model.quantum; }
 const std::vector<std::string>& Simulation::warnings() const { return parts_->setup.warnings; }
 

@@ -69,6 +69,9 @@ void visit_checkpoint(C& c, Visitor&& visit) {
   visit("drained", c.state.drained);
   visit("supplied", c.state.supplied);
   visit("evaporated", c.state.evaporated);
+  visit("solute_drained", c.state.solute_drained);
+  visit("solute_supplied", c.state.solute_supplied);
+  visit("solute_deposited", c.state.solute_deposited);
   visit("next_id", c.state.next_id);
   visit("jet_particles", c.state.jet_particles);
   visit_fields(c.state, visit);
@@ -222,6 +225,8 @@ Checkpoint read_checkpoint(const fs::path& path) {
   visit_checkpoint(checkpoint, [&]<class T>(std::string_view name, T& field) {
     const auto found = records.find(name);
     if (found == records.end() && name == "changes") return;  // as older ones, whose run nobody changed
+    if (found == records.end() && name.find("solute") != std::string_view::npos)
+      return;  // as those before there were any
     if (found == records.end()) throw CheckpointError(fmt::format("{}: has no {}", path.string(), name));
     const Record& record = found->second;
     bool fits = record.bytes == sizeof(T) && record.count == 1;

@@ -13,6 +13,7 @@
 
 #include "output/fitted_pressure.hpp"
 #include "output/grid_tools.hpp"
+#include "setup/solute.hpp"
 #include "state/saturation.hpp"
 
 namespace drench {
@@ -73,6 +74,11 @@ Grid fluid_grid(const Model& model, const HostState& state, int threads) {
   add_field<vtkFloatArray>(fields, "age", n, [&](std::size_t i) { return value_or_zero(state.fluid_age, i); });
   if (model.has_micropolar())
     add_field<vtkFloatArray>(fields, "spin", n, [&](std::size_t i) { return value_or_zero(state.fluid_spin, i); });
+  if (model.has_solute())
+    add_field<vtkFloatArray>(fields, "concentration", n, [&](std::size_t i) {
+      return model.concentration_unit * static_cast<double>(value_or_zero(state.fluid_solute, i)) /
+             static_cast<double>(std::max<Quanta>(1, state.fluid_mass[i]));
+    });
   return grid;
 }
 
@@ -95,6 +101,13 @@ Grid cloth_grid(const Model& model, const HostState& state) {
   add_field<vtkFloatArray>(fields, "flow_direction", n, [&](std::size_t i) { return flow[i]; });
   add_field<vtkFloatArray>(fields, "pin_force", n,
                            [&](std::size_t i) { return value_or_zero(state.node_pin_force, i); });
+  if (model.has_solute()) {
+    const std::vector<double> area = node_area(model);
+    add_field<vtkDoubleArray>(fields, "solute", n, [&](std::size_t i) {
+      const double mass = static_cast<double>(value_or_zero(state.node_solute, i)) * model.solute_quantum();
+      return area[i] > 0 ? mass / area[i] : 0.0;
+    });
+  }
   add_field<vtkIntArray>(grid->GetCellData(), "cloth", model.mesh.triangle.size(),
                          [&](std::size_t t) { return model.mesh.triangle_cloth[t]; });
   return grid;

@@ -74,6 +74,20 @@ void add_masses(Columns& columns, double quantum, Quanta initial_total) {
   kilograms("mass_error", [=](const Report& r) { return r.mass_total() - initial_total; });
 }
 
+void add_solute(Columns& columns, const SoluteTotal& solute) {
+  const auto kilograms = [&](const char* name, auto quanta) {
+    columns.of_report(name, "{:.17g}",
+                      [=](const Report& r) { return static_cast<double>(std::invoke(quanta, r)) * solute.quantum; });
+  };
+  kilograms("solute_fluid", &Report::solute_fluid);
+  kilograms("solute_cloth", &Report::solute_cloth);
+  kilograms("solute_drained", &Report::solute_drained);
+  kilograms("solute_supplied", &Report::solute_supplied);
+  kilograms("solute_deposited", &Report::solute_deposited);
+  kilograms("solute_total", &Report::solute_total);
+  kilograms("solute_error", [=](const Report& r) { return r.solute_total() - solute.initial; });
+}
+
 /// Columns of every scene. docs/tutorial/4_wetting.md reads the first of them by their numbers.
 void add_common(Columns& columns, double quantum, Quanta initial_total) {
   columns.of_report("step", "{}", &Report::step);
@@ -147,12 +161,13 @@ void add_of_fabric(Columns& columns, double quantum, std::size_t k, Index cloth)
 }  // namespace
 
 StatsCsv::StatsCsv(const std::filesystem::path& path, const std::vector<Stage>& stages, double quantum,
-                   Quanta initial_total, std::int64_t after, bool by_error, bool among_ranks,
+                   Quanta initial_total, std::int64_t after, bool by_error, bool among_ranks, const SoluteTotal& solute,
                    const std::vector<Index>& fabrics)
     : path_(path) {
   Columns columns;
   add_common(columns, quantum, initial_total);
   add_of_stages(columns, stages, quantum);
+  if (solute.quantum > 0) add_solute(columns, solute);
   if (std::find(stages.begin(), stages.end(), Stage::fabric) != stages.end())
     for (std::size_t k = 0; k < fabrics.size(); ++k) add_of_fabric(columns, quantum, k, fabrics[k]);
   if (by_error) {

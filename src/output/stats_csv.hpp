@@ -26,16 +26,22 @@ struct StatsColumn {
   std::function<std::string(const StatsRow&)> text;
 };
 
+/// The solute of a run: its quantum in kg, 0 without one, and its quanta at the start.
+struct SoluteTotal {
+  double quantum = 0;
+  Quanta initial = 0;
+};
+
 /// stats.csv: one row per step, with the columns and units of docs/manual/output.md. Those of a stage stand there only if it
 /// runs. mass_error is the change of mass_total since the start, from integers: 0 means exactly 0.
 class StatsCsv {
  public:
-  /// `quantum` in kg; `by_error`: time.mode is error; `among_ranks`: with what ranks tell each other; `fabrics`: numbers of the
-  /// porous cloths, for stage fabric. With `after`, the rows of a file that is there stay up to this step,
-  /// whatever comes after them is cut off, and the next ones follow with its columns, which an older drench may have written. Throws std::runtime_error
-  /// when the file cannot be written, or has a column that is not known.
+  /// `quantum` in kg; `by_error`: time.mode is error; `among_ranks`: with what ranks tell each other; `solute`: of a scene that has
+  /// one; `fabrics`: numbers of the porous cloths, for stage fabric. With `after`, the rows of a file that is there stay up to this
+  /// step, whatever comes after them is cut off, and the next ones follow with its columns, which an older drench may have written.
+  /// Throws std::runtime_error when the file cannot be written, or has a column that is not known.
   StatsCsv(const std::filesystem::path& path, const std::vector<Stage>& stages, double quantum, Quanta initial_total,
-           std::int64_t after = -1, bool by_error = false, bool among_ranks = false,
+           std::int64_t after = -1, bool by_error = false, bool among_ranks = false, const SoluteTotal& solute = {},
            const std::vector<Index>& fabrics = {});
   /// The row is in the file when this returns.
   void write(const StatsRow& row);

@@ -13,6 +13,7 @@ enum class FailureKind {
   time_step,      // no Δt
   sub_steps,      // more of them in a step than a run could wait for
   mass,           // the ledger's total has changed
+  solute,         // the same of the solute
   fluid_speed,    // a particle beyond Limits
   cloth_speed,    // a node beyond Limits
   cloth_stretch,  // an edge beyond Limits

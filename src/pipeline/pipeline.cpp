@@ -19,6 +19,12 @@ Quanta total_of(const HostState& s) {
   return fluid + in_cloth(s) + s.drained + s.evaporated - s.supplied;
 }
 
+Quanta solute_of(const HostState& s) {
+  const Quanta fluid = std::accumulate(s.fluid_solute.begin(), s.fluid_solute.end(), Quanta{0});
+  return std::accumulate(s.node_solute.begin(), s.node_solute.end(), fluid) + s.solute_drained + s.solute_deposited -
+         s.solute_supplied;
+}
+
 /// The step that is taken when the stages allow `wanted` and the next output is `left` away.
 double clip_step(double wanted, double left, TimeMode mode) {
   constexpr double rounding = 1e-9;  // a remainder below this share of a step is rounding, not time
@@ -71,6 +77,7 @@ Pipeline::Pipeline(const Model& model, Backend& backend, const HostState& initia
       time_(initial.time),
       step_(initial.step),
       initial_total_(total_of(initial)),
+      initial_solute_(solute_of(initial)),
       limits_(model, static_cast<double>(initial_total_) * model.quantum),
       collapsing_(initial.collapsing),
       divergence_start_(initial.divergence_start),
@@ -99,6 +106,7 @@ void Pipeline::go_on_from(const HostState& state) {
   in_cloth_ = in_cloth(state);
   uptake_rate_ = state.uptake_rate;
   initial_total_ = total_of(state);
+  initial_solute_ = solute_of(state);
   model_changed();
   backend_.upload(state);
 }
@@ -155,7 +163,7 @@ StepReport Pipeline::step_by_error(double time_left) {
       }
     } catch (const RunFailure& failure) {  // a shorter step may not fail
       tried = failure.info.dt;
-      if (failure.kind == FailureKind::mass || tried <= shortest) throw;
+      if (failure.kind == FailureKind::mass || failure.kind == FailureKind::solute || tried <= shortest) throw;
     }
     backend_.go_back();
     looked_ = false;
@@ -218,6 +226,10 @@ void Pipeline::check(const StepInfo& info, const StepReport& r) {
     fail(
         FailureKind::mass, Stage::ledger,
         fmt::format("the mass ledger is off by {} quanta ({:.3e} kg)", off, static_cast<double>(off) * model_.quantum));
+  if (const Quanta off = r.solute_total() - initial_solute_; off != 0)
+    fail(FailureKind::solute, Stage::ledger,
+         fmt::format("the solute's ledger is off by {} quanta ({:.3e} kg)", off,
+                     static_cast<double>(off) * model_.solute_quantum()));
   const double time = info.time + info.dt, fluid_limit = info.fluid_speed_limit;
   constexpr const char* too_fast = "{} at {:.3g} m/s; in this scene nothing can make it faster than {:.3g} m/s";
   if (r.fluid_speed > fluid_limit)

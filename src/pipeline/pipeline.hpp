@@ -30,6 +30,7 @@ class Pipeline {
   /// Sets what a state knows of the run beside what the backend downloads.
   void mark(HostState& state) const;
   Quanta initial_total() const { return initial_total_; }
+  Quanta initial_solute() const { return initial_solute_; }
   /// Milliseconds that each stage took in the last step, by stage number. A fence ends each stage only when profiling.
   const std::array<double, stage_count>& milliseconds() const { return milliseconds_; }
   /// Milliseconds of wall time that the whole last step took.
@@ -53,7 +54,7 @@ class Pipeline {
   std::array<double, stage_count> milliseconds_{};
   double time_ = 0, step_milliseconds_ = 0;
   std::int64_t step_ = 0;
-  Quanta initial_total_ = 0;
+  Quanta initial_total_ = 0, initial_solute_ = 0;
   Limits limits_;
   std::int64_t collapsing_ = 0;                      // steps in a row
   double divergence_start_ = 0, density_start_ = 0;  // of the last step's report

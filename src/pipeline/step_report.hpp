@@ -71,6 +71,11 @@ struct StepReport {
   Quanta mass_drained = 0;      ///< quanta: left the domain so far
   Quanta mass_supplied = 0;     ///< quanta: from jets and reservoirs so far
   Quanta mass_evaporated = 0;   ///< quanta: gone into the air so far
+  Quanta solute_fluid = 0;      ///< quanta of solute, Simulation::solute_quantum() in kg: in particles
+  Quanta solute_cloth = 0;      ///< the same: on cloth
+  Quanta solute_drained = 0;    ///< the same: left the domain so far
+  Quanta solute_supplied = 0;   ///< the same: from jets and reservoirs so far
+  Quanta solute_deposited = 0;  ///< the same: left behind by particles that vanished so far
   double mass_float = 0;        ///< kg: compensated sum of the floating-point masses of particles and nodes
   double saturation_max = 0;    ///< 1: of the wettest node
   double saturation_error = 0;  ///< 1: estimate of what the step's length costs the cloth's mean saturation (Pipeline)
@@ -98,6 +103,10 @@ struct StepReport {
 
   /// quanta: particles + cloth + drained + evaporated − supplied, the same after every step
   Quanta mass_total() const { return mass_fluid + mass_cloth + mass_drained + mass_evaporated - mass_supplied; }
+  /// quanta of solute: particles + cloth + drained + deposited − supplied, the same after every step
+  Quanta solute_total() const {
+    return solute_fluid + solute_cloth + solute_drained + solute_deposited - solute_supplied;
+  }
   /// Takes up the residual of the solve that the density solve has gone on with (stages/pressure.hpp). That one begins where
   /// stage cloth's ended, as if it had converged: what was left there is left.
   void note_cloth_residual(double coupled) {

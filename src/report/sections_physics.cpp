@@ -37,7 +37,11 @@ constexpr MassRow mass_rows[] = {{"mass_supplied", "supplied by jets and reservo
                                  {"mass_drained", "drained: left the domain"},
                                  {"mass_evaporated", "evaporated into the air"},
                                  {"mass_total", "total: liquid + cloth + drained + evaporated − supplied"},
-                                 {"mass_error", "error: change of the total"}};
+                                 {"mass_error", "error: change of the total"},
+                                 {"solute_fluid", "solute in the liquid"},
+                                 {"solute_cloth", "solute on cloth"},
+                                 {"solute_total", "solute in all: with what was drained and deposited − supplied"},
+                                 {"solute_error", "error of the solute: change of the total"}};
 
 std::string mass_table(const RunRecord& run, const std::string& id) {
   html::Table table{{"mass", "after the first step, kg", "at the end, kg", "largest, kg"}, {}, id};
@@ -124,6 +128,12 @@ std::string single(const Runs& runs, const char* title, const char* y_label, con
   return figure(chart_of(runs, title, y_label, {{column, label, colour}}));
 }
 
+std::string solute_chart(const Runs& runs) {
+  if (!any_has(runs, "solute_total")) return "";
+  return figure(chart_of(runs, "Where the solute is", "kg",
+                         {{"solute_fluid", "in the liquid", 0}, {"solute_cloth", "on cloth", 1}}));
+}
+
 }  // namespace
 
 std::string mass_section(const Runs& runs) {
@@ -143,7 +153,7 @@ std::string mass_section(const Runs& runs) {
                  moves("saturation_max") ? single(runs, "Saturation of the wettest node", "liquid / capacity, 1",
                                                   "saturation_max", "largest", 1)
                                          : "",
-                 error});
+                 error, solute_chart(runs)});
   for (std::size_t k = 0; k < runs.size(); ++k)
     out += run_heading(runs, k) + mass_table(runs[k], k == 0 ? "mass-table" : "mass-table-b") + float_check(runs[k]);
   return html::section("mass", "Mass", out);

@@ -15,6 +15,7 @@ namespace drench {
 inline constexpr const char* coordinate_range = "[-10000, 10000]";  // m: far beyond any scene, near enough for float
 inline constexpr const char* speed_range = "[-1000, 1000]";         // m/s: below the speed of sound in water
 inline constexpr const char* direction_range = "[-1e6, 1e6]";       // 1
+inline constexpr const char* concentration_range = "[0, 1]";        // kg/kg
 
 /// Of a wall or a cloth: slip lengths with a word of their own.
 inline constexpr std::array<Word<double>, 2> slip_words{
@@ -75,6 +76,7 @@ void describe(Section& s, PinScene& pin);
 void describe(Section& s, MembraneScene& membrane);
 void describe(Section& s, PlateScene& plate);
 void describe(Section& s, SaturationScene& saturation);
+void describe(Section& s, StainScene& stain);
 
 // describe_bodies.cpp
 void describe(Section& s, BodyScene& body);

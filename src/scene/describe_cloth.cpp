@@ -151,6 +151,8 @@ void check_cloth(Section& s, const ClothScene& cloth) {
   check_pins(s, cloth);
   check_saturations(s, "initial_saturation", cloth.initial_saturation, cloth.material);
   check_saturations(s, "hold_saturation", cloth.hold_saturation, cloth.material);
+  s.check(cloth.initial_stain.empty() || cloth.material.porous, "initial_stain",
+          "is for a cloth that takes up liquid; allowed: only beside the key porous");
 }
 
 }  // namespace
@@ -202,6 +204,14 @@ void describe(Section& s, SaturationScene& saturation) {
                        "of the nodes in it, after placing; the last box that holds a node counts");
   s.required().number("value", saturation.value, "[0, 10]", "1",
                       "saturation: liquid over what the pores hold; at most `porous.max_saturation`");
+  s.number("concentration", saturation.concentration, concentration_range, "kg/kg",
+           "of a solute in this liquid, or in what a reservoir supplies");
+}
+
+void describe(Section& s, StainScene& stain) {
+  s.one_line();
+  s.required().section("box", stain.box, "of the nodes in it, after placing; the last box that holds a node counts");
+  s.required().number("value", stain.value, "[0, 1000]", "kg/m²", "solute per area of the fabric at rest");
 }
 
 void describe(Section& s, MembraneScene& membrane) {
@@ -266,6 +276,9 @@ void describe(Section& s, ClothScene& cloth) {
          "how wet it is at the start, box by box; 0 elsewhere; only with `porous`");
   s.list("hold_saturation", cloth.hold_saturation,
          "reservoirs: what they supply is accounted for as a source; only with `porous`");
+  s.list("initial_stain", cloth.initial_stain,
+         "a solute that is on it at the start, box by box, besides that of `initial_saturation`; liquid dissolves it; "
+         "only with `porous`");
   s.optional(fabric.porous)
       .section("porous", fabric, describe_porous, "the fabric takes up liquid; without it, it is a dry wall");
   check_cloth(s, cloth);

@@ -49,6 +49,8 @@ void describe(Section& s, FluidSolverScene& solver) {
 void describe(Section& s, BlockScene& block) {
   describe(s, block.box);
   s.numbers("velocity", block.velocity, speed_range, "m/s", "of its particles at the start");
+  s.number("concentration", block.concentration, concentration_range, "kg/kg",
+           "of a solute (dye, detergent) in its liquid");
 }
 
 /// Between two keys the axis turns the short way, which opposite directions do not have.
@@ -77,6 +79,8 @@ void describe(Section& s, JetScene& jet) {
                                                                 "where 0 closes it");
   s.number("start", jet.start, "[0, 1e6]", "s", "when it starts to flow");
   s.number("end", jet.end, "[0, inf]", "s", "when it stops; after `start`");
+  s.number("concentration", jet.concentration, concentration_range, "kg/kg",
+           "of a solute (dye, detergent) in its liquid");
   check_not_zero(s, "velocity", jet.velocity);
   check_turns(s, jet.velocity);
   check_end_after_start(s, "the jet", jet.start, jet.end);

@@ -88,8 +88,9 @@ struct FluidSolverScene {
 
 /// A source of liquid: a box that is full at the start.
 struct BlockScene {
-  Box box;                 // full of liquid
-  Vec3 velocity{0, 0, 0};  // m/s
+  Box box;                   // full of liquid
+  Vec3 velocity{0, 0, 0};    // m/s
+  double concentration = 0;  // kg/kg; of its solute
 
   bool operator==(const BlockScene&) const = default;
 };
@@ -101,6 +102,7 @@ struct JetScene {
   Keyed<Vec3> velocity;                                  // m/s; the nozzle's axis
   double start = 0.0;                                    // s
   double end = std::numeric_limits<double>::infinity();  // s
+  double concentration = 0;                              // kg/kg; of its solute
 
   bool operator==(const JetScene&) const = default;
 };
@@ -185,10 +187,19 @@ inline bool moves(const PinScene& pin) {
 
 /// An entry of `initial_saturation` or `hold_saturation`.
 struct SaturationScene {
-  Box box;           // of the nodes, after placing
-  double value = 0;  // 1
+  Box box;                   // of the nodes, after placing
+  double value = 0;          // 1
+  double concentration = 0;  // kg/kg; of the solute in its liquid
 
   bool operator==(const SaturationScene&) const = default;
+};
+
+/// An entry of `initial_stain`.
+struct StainScene {
+  Box box;           // of the nodes, after placing
+  double value = 0;  // kg/m²
+
+  bool operator==(const StainScene&) const = default;
 };
 
 /// Diffusion within the fabric: at the rate D, or at D s (sharp wet fronts).
@@ -247,6 +258,7 @@ struct ClothScene {
   bool dynamics = true;                  // false: it does not move
   std::vector<SaturationScene> initial_saturation;  // at the start; 0 elsewhere
   std::vector<SaturationScene> hold_saturation;     // reservoirs
+  std::vector<StainScene> initial_stain;            // solute that is dry on it at the start; 0 elsewhere
 
   bool operator==(const ClothScene&) const = default;
 };

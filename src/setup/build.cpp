@@ -22,6 +22,7 @@
 #include "setup/rest_plane.hpp"
 #include "setup/self_intersection.hpp"
 #include "setup/smoothing_kernel.hpp"
+#include "setup/solute.hpp"
 #include "setup/surface_mesh.hpp"
 #include "setup/wall_planes.hpp"
 #include "setup/warnings.hpp"
@@ -47,6 +48,7 @@ void set_numbers(Model& m) {
   set_absorption(m);
   set_permeation(m);
   if (m.scene.air.present) m.evaporation_flux = evaporation_flux(m.scene);
+  set_concentration_unit(m);
 }
 
 /// The domain and a support radius around it: samples beyond cannot touch a particle.
@@ -210,6 +212,7 @@ void init_nodes(const Model& m, HostState& s) {
   s.node_contact_force.assign(nodes, Vec3{0, 0, 0});
   s.node_friction_force.assign(nodes, Vec3{0, 0, 0});
   s.node_pin_force.assign(nodes, Vec3{0, 0, 0});
+  if (m.has_solute()) s.node_solute.assign(nodes, 0);
   s.sample_volume.assign(m.samples.rest_position.size(), 0);
   if (m.has_fluid()) s.sample_volume = akinci_volumes(m.samples.rest_position, m.support, m.scene.fluid.kernel);
   for (double& volume : s.sample_volume) volume *= m.layer_share;
@@ -255,6 +258,7 @@ void init_fluid(Setup& setup) {
   std::iota(s.fluid_id.begin(), s.fluid_id.end(), std::int64_t{0});
   s.next_id = static_cast<std::int64_t>(count);
   s.jet_particles.assign(setup.model.jets.size(), 0);
+  dissolve_in_blocks(setup.model, particles.block, s);
 }
 
 /// The ledger adds quanta in 64 bits: far more liquid than fits would wrap around.
@@ -303,6 +307,7 @@ Setup build(const Scene& scene, const MemoryBudget& budget) {
   init_nodes(m, setup.state);
   check_ledger_range(setup);
   fill_cloths(m, setup.state, setup.warnings);
+  warn_of_thin_solute(m, setup.warnings);
   refuse_cloth_on_open_meshes(m);
   refuse_self_intersections(m);
   warn_of_nodes_in_solids(setup);

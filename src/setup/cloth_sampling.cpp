@@ -8,6 +8,7 @@
 #include "base/eigen_vec.hpp"
 #include "setup/cloth_mesh.hpp"
 #include "setup/setup_error.hpp"
+#include "setup/solute.hpp"
 
 namespace drench {
 namespace {
@@ -130,20 +131,25 @@ void fill_cloths(Model& model, HostState& state, std::vector<std::string>& warni
   for (std::size_t c = 0; c < model.cloths.size(); ++c) {
     const ClothScene& scene = model.scene.cloths[c];
     const ClothMaterial& m = model.cloths[c];
+    const auto hold = [&](Index n, Quanta q, double concentration) {
+      state.node_liquid[static_cast<std::size_t>(n)] = q;
+      if (model.has_solute()) state.node_solute[static_cast<std::size_t>(n)] = solute_quanta(model, concentration, q);
+    };
     for (const SaturationScene& fill : scene.initial_saturation) {
       for_filled(model, m, fill, "initial_saturation", warnings,
-                 [&](Index n, Quanta q) { state.node_liquid[static_cast<std::size_t>(n)] = q; });
+                 [&](Index n, Quanta q) { hold(n, q, fill.concentration); });
     }
     // A node belongs to the last box that holds it, or two reservoirs would pull at it.
     std::vector<Index> owner(static_cast<std::size_t>(m.node_count), -1);
     for (std::size_t r = 0; r < scene.hold_saturation.size(); ++r) {
       for_filled(model, m, scene.hold_saturation[r], "hold_saturation", warnings, [&](Index n, Quanta q) {
         owner[static_cast<std::size_t>(n - m.first_node)] = static_cast<Index>(r);
-        state.node_liquid[static_cast<std::size_t>(n)] = q;
+        hold(n, q, scene.hold_saturation[r].concentration);
       });
     }
     for (std::size_t r = 0; r < scene.hold_saturation.size(); ++r) {
       Reservoir reservoir;
+      if (model.has_solute()) reservoir.solute = scene.hold_saturation[r].concentration / model.concentration_unit;
       for (Index i = 0; i < m.node_count; ++i) {
         if (owner[static_cast<std::size_t>(i)] != static_cast<Index>(r)) continue;
         reservoir.nodes.push_back(m.first_node + i);
@@ -152,6 +158,7 @@ void fill_cloths(Model& model, HostState& state, std::vector<std::string>& warni
       if (!reservoir.nodes.empty()) model.reservoirs.push_back(std::move(reservoir));
     }
   }
+  add_stains(model, state, warnings);
 }
 
 }  // namespace drench

@@ -19,7 +19,7 @@ double cloth_area(const Model& model);
 /// all samples of a triangle have the same area; fills model.samples and the sample ranges of model.cloths.
 void build_samples(Model& model);
 
-/// Sets state.node_liquid from `initial_saturation` and `hold_saturation`, and fills model.reservoirs. Later boxes override earlier
+/// Sets state.node_liquid and node_solute from `initial_stain`, `initial_saturation` and `hold_saturation`, and fills model.reservoirs. Later boxes override earlier
 /// ones. A box without nodes becomes a warning. Needs model.samples and model.quantum. SetupError: the cloth is not porous, a value
 /// above max_saturation.
 void fill_cloths(Model& model, HostState& state, std::vector<std::string>& warnings);

@@ -13,6 +13,7 @@
 #include "setup/mesh_io.hpp"
 #include "setup/point_grid.hpp"
 #include "setup/setup_error.hpp"
+#include "setup/solute.hpp"
 
 namespace drench {
 namespace {
@@ -122,17 +123,11 @@ double expected_block_particles(const FluidScene& fluid) {
 
 namespace {
 
-/// Particles of all blocks, and the number of each one's block, from 1.
-struct LaidBlocks {
-  BlockParticles particles;
-  std::vector<std::size_t> block;
-
-  void add(const Vec3& position, const Vec3& velocity, std::size_t number) {
-    particles.position.push_back(position);
-    particles.velocity.push_back(velocity);
-    block.push_back(number);
-  }
-};
+void add(BlockParticles& particles, const Vec3& position, const Vec3& velocity, std::size_t block) {
+  particles.position.push_back(position);
+  particles.velocity.push_back(velocity);
+  particles.block.push_back(block);
+}
 
 /// Calls visit(x) for every point of a block's lattice, x fastest.
 template <class Visit>
@@ -144,11 +139,11 @@ void for_lattice(const Lattice& lattice, double d, Visit visit) {
 }
 
 /// The blocks' lattices without what overlaps an earlier block. Throws SetupError if a particle lies outside the domain.
-LaidBlocks lay_blocks(const Model& model, std::vector<std::string>& warnings) {
+BlockParticles lay_blocks(const Model& model, std::vector<std::string>& warnings) {
   const double d = model.spacing;
   const auto& blocks = model.scene.fluid.blocks;
-  LaidBlocks laid;
-  const std::vector<Vec3>& positions = laid.particles.position;
+  BlockParticles laid;
+  const std::vector<Vec3>& positions = laid.position;
   PointGrid placed(d);
   std::size_t overlaps = 0, outside = 0, close = 0;
   std::set<std::size_t> overlapping, squeezed;
@@ -165,7 +160,7 @@ LaidBlocks lay_blocks(const Model& model, std::vector<std::string>& warnings) {
         squeezed.insert(b + 1);
       }
       if (!contains(model.scene.domain.min, model.scene.domain.max, x)) ++outside;
-      laid.add(x, blocks[b].velocity, b + 1);
+      add(laid, x, blocks[b].velocity, b + 1);
     });
     if (b + 1 == blocks.size()) break;
     for (std::size_t i = begin; i < positions.size(); ++i) placed.add(positions[i]);
@@ -187,13 +182,13 @@ LaidBlocks lay_blocks(const Model& model, std::vector<std::string>& warnings) {
 }
 
 /// Those of them that are in no solid.
-LaidBlocks outside_solids(const Model& model, const LaidBlocks& all, std::vector<std::string>& warnings) {
-  const auto solid = inside_solid(model, all.particles.position);
-  LaidBlocks kept;
+BlockParticles outside_solids(const Model& model, const BlockParticles& all, std::vector<std::string>& warnings) {
+  const auto solid = inside_solid(model, all.position);
+  BlockParticles kept;
   std::set<std::size_t> cut, cutting;
   for (std::size_t i = 0; i < solid.size(); ++i) {
     if (solid[i] == 0) {
-      kept.add(all.particles.position[i], all.particles.velocity[i], all.block[i]);
+      add(kept, all.position[i], all.velocity[i], all.block[i]);
       continue;
     }
     cut.insert(all.block[i]);
@@ -207,9 +202,9 @@ LaidBlocks outside_solids(const Model& model, const LaidBlocks& all, std::vector
   return kept;
 }
 
-void warn_of_particles_at_cloth(const Model& model, const LaidBlocks& laid, std::vector<std::string>& warnings) {
+void warn_of_particles_at_cloth(const Model& model, const BlockParticles& laid, std::vector<std::string>& warnings) {
   const double d = model.spacing;
-  const auto near = near_cloth(model, laid.particles.position, nearest_to_cloth * d);
+  const auto near = near_cloth(model, laid.position, nearest_to_cloth * d);
   std::set<std::size_t> touching;
   for (std::size_t i = 0; i < near.size(); ++i)
     if (near[i]) touching.insert(laid.block[i]);
@@ -223,9 +218,9 @@ void warn_of_particles_at_cloth(const Model& model, const LaidBlocks& laid, std:
 }  // namespace
 
 BlockParticles fill_blocks(const Model& model, std::vector<std::string>& warnings) {
-  LaidBlocks laid = outside_solids(model, lay_blocks(model, warnings), warnings);
+  BlockParticles laid = outside_solids(model, lay_blocks(model, warnings), warnings);
   warn_of_particles_at_cloth(model, laid, warnings);
-  return std::move(laid.particles);
+  return laid;
 }
 
 namespace {
@@ -277,6 +272,7 @@ Jet make_jet(const Model& model, const JetScene& scene, const std::string& name)
   const double d = model.spacing;
   Jet jet;
   jet.scene = scene;
+  jet.solute = solute_quanta(model, scene.concentration, quanta_per_particle);
   if (scene.velocity.has_keys()) aim_by_keys(jet);
   const Vector3d velocity = to_eigen(scene.velocity.has_keys() ? jet.aim.plain() : scene.velocity.plain());
   const double radius = scene.radius, speed = velocity.norm();

@@ -14,6 +14,7 @@ double expected_block_particles(const FluidScene& fluid);
 struct BlockParticles {
   std::vector<Vec3> position;  // m
   std::vector<Vec3> velocity;  // m/s
+  std::vector<std::size_t> block;  // of each, from 1
 };
 
 /// Fills the blocks with lattices of spacing d. Particles closer than d/2 to one of an earlier block and those inside a solid are

@@ -45,7 +45,7 @@ struct SetupSize {
   bool moving_cloth = true;
   bool porous = false;
   bool liquid = true;  // there is, or may come
-  bool absorption = false, emission = false, permeation = false;
+  bool absorption = false, emission = false, permeation = false, solute = false;
   bool evaporation = false;  // from liquid and from porous cloth
   bool direction = false;  // the cloth looks for solids
   bool diffusion = false, contact_wicking = false;

@@ -145,6 +145,7 @@ SetupSize kinds_of(const Model& m) {
   size.emission = m.has_emission();
   size.permeation = m.has_permeation();
   size.evaporation = m.evaporation_flux > 0;
+  size.solute = m.has_solute();
   size.direction = m.has_direction();
   size.diffusion = m.has_diffusion();
   size.contact_wicking = m.has_contact_wicking();

@@ -9,4 +9,5 @@
 //         removed, order kept: by the reference here, by the Kokkos backend at the end of stage emission, or here if
 //         that is off.
 // Exact:  momentum is a 64-bit sum in units of q · 2^-8 m/s.
+// Solute: goes along with its liquid (docs/theory/solute.md): fluid_solute, node_solute (quanta).
 // Errors: none.

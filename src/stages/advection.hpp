@@ -10,4 +10,5 @@
 // Writes: fluid_* (positions, velocities, ages; removed particles), node_position, node_velocity, drained (quanta);
 //         StepReport::collisions, clamped, tunnelled, lowest_tunnelled, escaped, escaped_speed (m/s).
 // Exact:  momentum for nodes is a 64-bit sum in units of q · 2^-8 m/s, applied once: v_n += p_n u_n.
+// Solute: goes along with its liquid (docs/theory/solute.md): fluid_solute; solute_drained, solute_deposited (quanta).
 // Errors: none here. Tunnelled and escaped particles are counted; pipeline/failure.hpp decides whether the run ends.

@@ -6,4 +6,5 @@
 //         flux, 6 their transfer (section 7), 7 reservoirs between sub-steps (section 8), 8 momentum (section 9).
 // Reads:  node_position (m), node_velocity (m/s), node_liquid (quanta), Model::fabric, list sample→sample.
 // Writes: node_liquid (quanta), node_velocity (m/s), supplied (quanta); StepReport::diffusion_substeps.
+// Solute: goes along with its liquid (docs/theory/solute.md): node_solute, solute_supplied (quanta).
 // Errors: RunFailure (sub_steps) for more than 10^6 sub-steps (src/pipeline/substeps.hpp).

@@ -9,4 +9,5 @@
 // Writes: node_liquid, node_buffered (quanta), node_velocity (c), fluid_mass, fluid_velocity (a), fluid_* appended (d; ids
 //         in the order of the collectors), next_id.
 // Exact:  momentum of (c) is a 64-bit sum in units of q · 2^-8 m/s.
+// Solute: goes along with its liquid (docs/theory/solute.md): fluid_solute, node_solute (quanta).
 // Errors: none.

@@ -5,4 +5,5 @@
 // Reads:  Model::jets, time (s), jet_particles.
 // Writes: fluid_* (appended with ids in order, age 0, Origin::jet, m0 quanta), next_id, jet_particles, supplied
 //         (quanta).
+// Solute: goes along with its liquid (docs/theory/solute.md): fluid_solute, solute_supplied (quanta).
 // Errors: none.

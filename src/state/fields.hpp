@@ -15,7 +15,8 @@
   FIELD(fluid,    density_ratio,    double,       "1",      true)        /* δ */                                      \
   FIELD(fluid,    kappa_density,    double,       "m²/s²",  true)        /* κ of the density solve */                 \
   FIELD(fluid,    kappa_divergence, double,       "m²/s²",  true)        /* κ of the divergence solve */              \
-  FIELD(fluid,    spin,             Vec3,         "1/s",    m.has_micropolar())/* ω */
+  FIELD(fluid,    spin,             Vec3,         "1/s",    m.has_micropolar())/* ω */                                \
+  FIELD(fluid,    solute,           Quanta,       "quanta", m.has_solute())    /* of its own quantum */
 
 /// Samples of solid bodies.
 #define DRENCH_BOUNDARY_FIELDS(FIELD)                                                                                 \
@@ -38,7 +39,8 @@
   FIELD(node,     buffered,         Quanta,       "quanta", true)        /* the excess that is ready to leave */      \
   FIELD(node,     contact_force,    Vec3,         "N",      true)        /* of the touching body, along its normal */ \
   FIELD(node,     friction_force,   Vec3,         "N",      true)        /* the same, along its surface */            \
-  FIELD(node,     pin_force,        Vec3,         "N",      true)        /* reaction of the pin, 0 on free nodes */
+  FIELD(node,     pin_force,        Vec3,         "N",      true)        /* reaction of the pin, 0 on free nodes */   \
+  FIELD(node,     solute,           Quanta,       "quanta", m.has_solute())    /* dissolved or dried on */
 
 /// Samples of the cloths.
 #define DRENCH_SAMPLE_FIELDS(FIELD)                                                                                   \

@@ -30,6 +30,9 @@ struct HostState {
   Quanta drained = 0;                       // left the domain
   Quanta supplied = 0;                      // came from jets and reservoirs (net)
   Quanta evaporated = 0;                    // went into the air
+  // the same of the solute, in its own quanta
+  Quanta solute_drained = 0, solute_supplied = 0;
+  Quanta solute_deposited = 0;              // left behind where a particle vanished from around it
   std::int64_t next_id = 0;                 // fluid_id of the next new particle
   std::vector<std::int64_t> jet_particles;  // that each jet has let go so far
 

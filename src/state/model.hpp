@@ -205,6 +205,7 @@ struct BoundarySet {
 struct Jet {
   JetScene scene;
   std::vector<Vec3> offsets;  // m: lattice points of the mouth, relative to the centre, normal to the axis
+  Quanta solute = 0;          // of each particle
   double interval = 0;        // s, between two particles: d³/(π R² |v|); 0 with keys
   double advance = 0;         // m, of the liquid between two particles: d³/(π R²)
   // of a velocity with keys, what it is between them (src/stages/jets.hpp)
@@ -222,6 +223,7 @@ struct Jet {
 struct Reservoir {
   std::vector<Index> nodes;
   std::vector<Quanta> target;  // the liquid mass that each of them is held at
+  double solute = 0;           // 1: quanta of solute for each of liquid that it supplies
 };
 
 struct Model {
@@ -237,6 +239,8 @@ struct Model {
   double evaporation_flux = 0;              // j, kg/(m² s): of a wet surface (setup/air.hpp); 0: nothing evaporates
   Quanta min_quanta = 0;                    // m_min = 0.05 m0
   Quanta max_quanta = quanta_per_particle;  // m_max = m0
+  // kg/kg: liquid of this concentration has as many quanta of solute as of mass; 0: no solute (setup/solute.hpp)
+  double concentration_unit = 0;
   std::vector<ClothMaterial> cloths;
   ClothMesh mesh;
   std::vector<PinMotion> pin_motions;
@@ -378,6 +382,10 @@ struct Model {
   }
   bool has_surface_forces() const { return has_fluid() && (scene.fluid.surface_tension > 0 || has_adhesion()); }
   bool has_micropolar() const { return has_fluid() && scene.fluid.micropolar.present; }
+  /// Does the liquid carry a solute (docs/theory/solute.md)?
+  bool has_solute() const { return concentration_unit > 0; }
+  /// kg: of a quantum of solute.
+  double solute_quantum() const { return quantum * concentration_unit; }
   bool has_jets() const { return !jets.empty(); }
   bool has_reservoirs() const { return !reservoirs.empty(); }
 };

@@ -29,6 +29,7 @@ struct NewParticle {
   Vec3 position, velocity;  // m, m/s
   Quanta mass = 0;
   Origin origin = Origin::block;
+  Quanta solute = 0;
 };
 
 /// Appends a particle with the next id.
@@ -40,6 +41,7 @@ inline void append_particle(HostState& s, const Model& m, const NewParticle& par
   s.fluid_mass[last] = particle.mass;
   s.fluid_id[last] = s.next_id++;
   s.fluid_origin[last] = static_cast<std::uint8_t>(particle.origin);
+  if (m.has_solute()) s.fluid_solute[last] = particle.solute;
 }
 
 }  // namespace drench

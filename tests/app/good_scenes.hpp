@@ -29,8 +29,8 @@ fluid:
   solver: {density_error: 2.0e-3, divergence_error: 3.0e-3, max_iterations: 50, min_iterations: 1,
            density_correction: 0.75, source_error: 0.25}
   sources:
-    - block: {min: [0, 0.1, 0], max: [0.3, 0.4, 0.5], velocity: [1, 2, 3]}
-    - jet: {center: [1, 1, 1], radius: 0.07, velocity: [0, -2, 0], start: 0.5, end: 1.5}
+    - block: {min: [0, 0.1, 0], max: [0.3, 0.4, 0.5], velocity: [1, 2, 3], concentration: 0.02}
+    - jet: {center: [1, 1, 1], radius: 0.07, velocity: [0, -2, 0], concentration: 0.04, start: 0.5, end: 1.5}
     - jet: {center: [1, 2, 1], radius: 0.08, velocity: [[0, [0, -3, 0]], [0.5, [1, -2, 0.5]]], end: .inf}
 cloth_solver: {method: xpbd, tolerance: 2.0e-3, max_iterations: 500}
 cloth:
@@ -53,10 +53,11 @@ cloth:
     pin: [{corners: true}, {edges: true}, {box: {min: [-1, 0, -1], max: [0, 1, 0]}}, {nodes: [3, 220]}]
     self_collision: true
     dynamics: false
-    initial_saturation: [{box: {min: [-1, 0, -1], max: [0, 1, 0]}, value: 0.5}]
+    initial_saturation: [{box: {min: [-1, 0, -1], max: [0, 1, 0]}, value: 0.5, concentration: 0.01}]
     hold_saturation:
       - {box: {min: [-1, 0, -1], max: [0, 1, 0]}, value: 1.25}
-      - {box: {min: [0, 0, 0], max: [1, 1, 1]}, value: 0}
+      - {box: {min: [0, 0, 0], max: [1, 1, 1]}, value: 0, concentration: 0.03}
+    initial_stain: [{box: {min: [-1, 0, -1], max: [0, 1, 0]}, value: 0.05}]
     porous: {solid_fraction: 0.5, absorption: 0.02, uptake_velocity: 0.03, max_saturation: 1.3, virtual_pressure: 15,
              emission_angle: 70, emission_velocity: 0.6, emission_ramp: 0.03, diffusivity: 2.0e-4,
              weft_diffusivity: 5.0e-5, diffusion: degenerate, capillary_height: 0.8, adhesion: 0.05, permeability: 2.0e-10,

@@ -44,8 +44,14 @@ TEST_F(MemoryOfRuns, IsForeseenForTheStart) {
              "drench: 1\ntime: {step: 0.004, end: 1}\noutput: {every: 0}\n"
              "cloth: [{mesh: {grid: {size: [0.4, 0.4], nodes: [33, 33]}}, pin: [{corners: true}], self_collision: true,"
              " strain_limit: 0.1, porous: {contact_wicking: true}}]\n");
+  write_text(here() / "dyed.yaml",
+             "drench: 1\ntime: {step: 0.002, end: 1}\noutput: {every: 0}\n"
+             "fluid: {spacing: 0.01, sources: [{block: {min: [-0.1, 0.01, -0.1], max: [0.1, 0.11, 0.1], concentration: "
+             "0.01}}]}\n"
+             "cloth: [{mesh: {grid: {size: [0.4, 0.4], nodes: [33, 33]}}, pin: [{edges: true}], porous: {}}]\n");
   // After 50 steps the liquid has reached the sheet.
-  const std::pair<std::string, const char*> scenes[] = {{"pool.yaml", "10"}, {"sheet.yaml", "50"}, {"fold.yaml", "10"}};
+  const std::pair<std::string, const char*> scenes[] = {
+      {"pool.yaml", "10"}, {"sheet.yaml", "50"}, {"dyed.yaml", "50"}, {"fold.yaml", "10"}};
   for (const auto& [scene, steps] : scenes) {
     const Outcome check = drench({"check", scene}), run = drench({"run", scene, "--no-output", "--steps", steps});
     ASSERT_EQ(run.code, 0) << run.err;

@@ -46,6 +46,7 @@ struct RecordingBackend : Backend {
       report.mass_drained = ledger.mass_drained;
       report.mass_supplied = ledger.mass_supplied;
       report.mass_evaporated = ledger.mass_evaporated;
+      report.solute_fluid = ledger.solute_fluid;
     }
   }
   void fence() override {}
@@ -205,6 +206,9 @@ TEST_F(ErrorSteps, AStepThatFailsIsTriedAgain) {
   backend.gone_back = 0;
   backend.ledger.mass_fluid -= 1;  // no length of a step is to blame
   EXPECT_EQ(failure_of_a_step().kind, FailureKind::mass);
+  backend.ledger.mass_fluid += 1;
+  backend.ledger.solute_fluid += 1;
+  EXPECT_EQ(failure_of_a_step().kind, FailureKind::solute);
   EXPECT_EQ(backend.gone_back, 0);
 }
 

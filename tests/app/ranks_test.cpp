@@ -235,6 +235,12 @@ TEST_F(Ranks, LiquidAndClothDryAtTheCut) {
   EXPECT_GT(last("mass_evaporated"), 1e-6);
 }
 
+TEST_F(Ranks, DyeGoesThroughClothAtTheCut) {
+  expect_equal(scene(cut_scene), {2}, 14, {"--set", "fluid.sources.0.block.concentration=0.01"});
+  EXPECT_GT(last("solute_cloth"), 0);
+  EXPECT_EQ(last("solute_error"), 0);
+}
+
 TEST_F(Ranks, AllLiquidOnOneRankIsSharedOut) {
   expect_equal(scene(jet_scene), {2, 3}, 15);
   EXPECT_GT(last("particles"), 400) << "at 142 two ranks cut anew, and at 101 three do";

@@ -41,10 +41,14 @@ FluidScene every_liquid_key() {
   f.micropolar = {true, 2.0e-3, 3, 1.0e-4, 0.25};
   f.solver = {2.0e-3, 3.0e-3, 50, 1, 0.75, 0.25};
   f.wall_pressure = WallPressure::extrapolated;
-  f.blocks = {{{{0, 0.1, 0}, {0.3, 0.4, 0.5}}, {1, 2, 3}}};
-  f.jets = {{{1, 1, 1}, 0.07, {0, -2, 0}, 0.5, 1.5},
-            {{1, 2, 1}, 0.08, {{{0, {0, -3, 0}}, {0.5, {1, -2, 0.5}}}, Interpolation::linear}, 0,
-             std::numeric_limits<double>::infinity()}};
+  f.blocks = {{{{0, 0.1, 0}, {0.3, 0.4, 0.5}}, {1, 2, 3}, 0.02}};
+  f.jets = {{{1, 1, 1}, 0.07, {0, -2, 0}, 0.5, 1.5, 0.04},
+            {{1, 2, 1},
+             0.08,
+             {{{0, {0, -3, 0}}, {0.5, {1, -2, 0.5}}}, Interpolation::linear},
+             0,
+             std::numeric_limits<double>::infinity(),
+             0}};
   return f;
 }
 
@@ -77,8 +81,9 @@ ClothScene every_cloth_key() {
   c.pins[3].nodes = {3, 220};
   c.self_collision = true;
   c.dynamics = false;
-  c.initial_saturation = {{corner, 0.5}};
-  c.hold_saturation = {{corner, 1.25}, {{{0, 0, 0}, {1, 1, 1}}, 0}};
+  c.initial_saturation = {{corner, 0.5, 0.01}};
+  c.hold_saturation = {{corner, 1.25, 0}, {{{0, 0, 0}, {1, 1, 1}}, 0, 0.03}};
+  c.initial_stain = {{corner, 0.05}};
   c.material.porous = true;
   c.material.solid_fraction = 0.5;
   c.material.absorption = 0.02;

@@ -224,6 +224,20 @@ TEST(only_what_is_needed, layers_pass_liquid_only_where_asked_for) {
   EXPECT_EQ(containing(launched, label) + containing(launched, {"::diffusion"}) + containing(allocated, label), 0);
 }
 
+TEST(only_what_is_needed, only_liquid_with_a_solute_has_kernels_and_arrays_for_it) {
+  const std::initializer_list<const char*> label = {"solute"};
+  {
+    const Watch watch(wet_scene());
+    EXPECT_EQ(containing(launched, label) + containing(allocated, label), 0);
+  }
+  {
+    const Watch watch(with(wet_scene(), "velocity: [0, -1.5, 0.1]}", "velocity: [0, -1.5, 0.1], concentration: 0.01}"));
+    EXPECT_EQ(containing(launched, label), 10) << "absorption 2, emission 2 where it drips, diffusion 2, reservoir 1, "
+                                                  "ledger 2; and advection where liquid leaves";
+    EXPECT_EQ(containing(allocated, label), 8) << "particles, nodes, transfer, emission 3, pairs, reservoir";
+  }
+}
+
 TEST(only_what_is_needed, pressure_drives_liquid_through_only_where_asked_for) {
   const std::initializer_list<const char*> label = {"permeation", "absorption::pull", "sample_flux"};
   const std::string scene = with(wet_scene(), "porous: {", "porous: {permeability: 1.0e-9, ");

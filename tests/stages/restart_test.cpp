@@ -42,6 +42,9 @@ std::vector<double> numbers(const StepReport& r) {
           double(r.mass_drained),
           double(r.mass_supplied),
           double(r.mass_evaporated),
+          double(r.solute_fluid),
+          double(r.solute_cloth),
+          double(r.solute_supplied),
           r.mass_float,
           r.saturation_max,
           r.saturation_error,
@@ -208,8 +211,8 @@ TEST(RestartSees, WhatAStepTakesFromTheOneBefore) {
   const HostState before = backend->download();
   pipeline.step(1);
   const HostState after = backend->download();
-  for (const char* name :
-       {"fluid_kappa_density", "fluid_kappa_divergence", "fluid_age", "fluid_spin", "node_buffered", "node_velocity"}) {
+  for (const char* name : {"fluid_kappa_density", "fluid_kappa_divergence", "fluid_age", "fluid_spin", "fluid_solute",
+                           "node_solute", "node_buffered", "node_velocity"}) {
     HostState without = before;
     visit_fields(without, [&](std::string_view field, auto& values) {
       if (field == name) std::fill(values.begin(), values.end(), typename std::decay_t<decltype(values)>::value_type{});

@@ -126,13 +126,15 @@ void SceneDraw::fluid() {
   yaml += "  sources:\n";
   const double x = uniform(-0.1, 0.05), y = 0.02 + height_ + 0.5 * d_, z = uniform(-0.1, 0.05);
   const int nx = whole(1, 7), ny = whole(1, 7), nz = whole(1, 7);
-  yaml += fmt::format("    - block: {{min: [{:.6g}, {:.6g}, {:.6g}], max: [{:.6g}, {:.6g}, {:.6g}], velocity: {}}}\n",
-                      x, y, z, x + nx * d_, y + ny * d_, z + nz * d_, chance(0.5) ? "[0, 0, 0]" : vector(-3, 3));
+  yaml += fmt::format("    - block: {{min: [{:.6g}, {:.6g}, {:.6g}], max: [{:.6g}, {:.6g}, {:.6g}], velocity: {}{}}}\n",
+                      x, y, z, x + nx * d_, y + ny * d_, z + nz * d_, chance(0.5) ? "[0, 0, 0]" : vector(-3, 3),
+                      concentration());
   if (chance(0.3)) {
     const double radius = uniform(1, 2.5) * d_, speed = usually(0.5, 4, 0.01, 60);
     yaml += fmt::format(
-        "    - jet: {{center: [{:.4g}, 0.4, {:.4g}], radius: {:.4g}, velocity: [{:.4g}, {:.4g}, 0], start: {:.3g}}}\n",
-        uniform(-0.1, 0.1), uniform(-0.1, 0.1), radius, 0.3 * speed, -speed, uniform(0, 20 * dt_));
+        "    - jet: {{center: [{:.4g}, 0.4, {:.4g}], radius: {:.4g}, velocity: [{:.4g}, {:.4g}, 0], start: "
+        "{:.3g}{}}}\n",
+        uniform(-0.1, 0.1), uniform(-0.1, 0.1), radius, 0.3 * speed, -speed, uniform(0, 20 * dt_), concentration());
   }
   yaml += sometimes(0.15, [&] {  // one that opens, closes and opens
     const double radius = uniform(0.6, 1.5) * d_;
@@ -142,6 +144,20 @@ void SceneDraw::fluid() {
         "[{:.3g}, [0, {:.3g}, 0]]], interpolation: {}}}}}\n",
         center, radius, -uniform(0.5, 4), 10 * dt_, 25 * dt_, -uniform(0.5, 4), word({"step", "linear"}));
   });
+}
+
+/// With that chance, from numbers of its own too.
+template <class Text>
+std::string SceneDraw::dyed(double share, const Text& text) {
+  if (narrow_) return "";
+  std::swap(random_, dyes_);
+  const std::string drawn = chance(share) ? text() : std::string();
+  std::swap(random_, dyes_);
+  return drawn;
+}
+
+std::string SceneDraw::concentration() {
+  return dyed(0.25, [&] { return fmt::format(", concentration: {:.3g}", logarithmic(1e-6, 1)); });
 }
 
 std::string SceneDraw::pins(int nx, int nz) {
@@ -197,6 +213,10 @@ std::string SceneDraw::porous() {
     if (std::stod(yaml.substr(at)) > most) yaml.replace(at, yaml.find('}', at) - at, fmt::format("{:.17g}", most));
     drawn_.closed = false;
   }
+  yaml += dyed(0.2, [&] {
+    return fmt::format("    initial_stain: [{{box: {{min: [-1, -1, -1], max: [{:.3g}, 1, 1]}}, value: {:.3g}}}]\n",
+                       uniform(-0.1, 0.1), logarithmic(1e-6, 10));
+  });
   const std::string diffuse = chance(0.7) ? fmt::format("diffusivity: {:.3g}, contact_wicking: {}",
                                                         usually(1e-5, 1e-3, 1e-7, 1e-2), chance(0.4))
                                           : "diffusivity: 0";

@@ -21,7 +21,7 @@ class SceneDraw {
  public:
   /// `narrow`: without wind, spins, slip, adhesion of bodies, keyed values, sample_spacing and time.mode error.
   explicit SceneDraw(std::uint64_t seed, bool narrow = false)
-      : random_(seed), more_(seed + 0x9e3779b97f4a7c15), narrow_(narrow) {}
+      : random_(seed), more_(seed + 0x9e3779b97f4a7c15), dyes_(seed + 0x3c6ef372fe94f82a), narrow_(narrow) {}
   RandomScene scene();
 
  private:
@@ -43,13 +43,17 @@ class SceneDraw {
   void fluid();
   void cloths();
   void cloth(int number, int count);
+  template <class Text>
+  std::string dyed(double share, const Text& text);
+  /// Of the solute in a source's liquid.
+  std::string concentration();
   std::string pins(int nx, int nz);
   std::string porous();
   void bodies();
   void air();
   std::string motion();
 
-  std::mt19937_64 random_, more_;
+  std::mt19937_64 random_, more_, dyes_;
   bool narrow_;
   RandomScene drawn_;
   bool wild_ = false;                         // values anywhere in their ranges

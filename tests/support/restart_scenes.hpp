@@ -35,8 +35,8 @@ fluid:
   viscosity: 1.0e-4
   micropolar: {transfer: 2.0e-3, inertia: 0.5, reaction: 0.5}
   sources:
-    - block: {min: [-0.04, 0.21, -0.04], max: [0.04, 0.25, 0.04], velocity: [0, -1.5, 0]}
-    - jet: {center: [0.02, 0.3, 0], radius: 0.02, velocity: [0, -2, 0], end: 0.08}
+    - block: {min: [-0.04, 0.21, -0.04], max: [0.04, 0.25, 0.04], velocity: [0, -1.5, 0], concentration: 0.01}
+    - jet: {center: [0.02, 0.3, 0], radius: 0.02, velocity: [0, -2, 0], end: 0.08, concentration: 0.03}
 cloth:
   - name: upper
     mesh: {grid: {size: [0.2, 0.2], nodes: [9, 9]}}
@@ -48,7 +48,8 @@ cloth:
     adhesion: 0.01
     pin: [{corners: true}]
     initial_saturation: [{box: {min: [-1, -1, -1], max: [0, 1, 1]}, value: 1.4}]
-    hold_saturation: [{box: {min: [0.05, 0, 0.05], max: [1, 1, 1]}, value: 1.2}]
+    hold_saturation: [{box: {min: [0.05, 0, 0.05], max: [1, 1, 1]}, value: 1.2, concentration: 0.02}]
+    initial_stain: [{box: {min: [-1, -1, -1], max: [1, 1, 0]}, value: 1.0e-3}]
     porous: {max_saturation: 1.5, diffusivity: 2.0e-3, diffusion: degenerate, capillary_height: 0.2, emission_velocity: 2,
              adhesion: 0.1, contact_wicking: true}
   - name: lower

@@ -19,6 +19,9 @@ std::string different_bits(const HostState& a, const HostState& b) {
       names += " " + std::string(name);
   });
   if (a.drained != b.drained || a.supplied != b.supplied || a.evaporated != b.evaporated) names += " ledger";
+  if (a.solute_drained != b.solute_drained || a.solute_supplied != b.solute_supplied ||
+      a.solute_deposited != b.solute_deposited)
+    names += " solute_ledger";
   if (a.next_id != b.next_id || a.jet_particles != b.jet_particles) names += " counters";
   if (a.step != b.step || a.time != b.time) names += " time";
   return names;

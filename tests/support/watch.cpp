@@ -32,6 +32,16 @@ Quanta total_of(const HostState& s) {
          std::accumulate(s.node_liquid.begin(), s.node_liquid.end(), Quanta{0}) + s.drained + s.evaporated - s.supplied;
 }
 
+Quanta solute_of(const HostState& s) {
+  return std::accumulate(s.fluid_solute.begin(), s.fluid_solute.end(), Quanta{0}) +
+         std::accumulate(s.node_solute.begin(), s.node_solute.end(), Quanta{0}) + s.solute_drained +
+         s.solute_deposited - s.solute_supplied;
+}
+
+bool any_below_zero(const std::vector<Quanta>& quanta) {
+  return std::any_of(quanta.begin(), quanta.end(), [](Quanta q) { return q < 0; });
+}
+
 double largest(const std::vector<Vec3>& vectors) {
   double most = 0;
   for (const Vec3& v : vectors) most = std::max(most, to_eigen(v).norm());
@@ -106,7 +116,12 @@ int crossings(const Vec3& from, const Vec3& to, const std::array<Vec3, 3>& a, co
 }
 
 Watch::Watch(const Model& model, const HostState& start, const Rules& rules)
-    : model_(model), rules_(rules), last_(start), most_liquid_(start.node_liquid), total_(total_of(start)) {
+    : model_(model),
+      rules_(rules),
+      last_(start),
+      most_liquid_(start.node_liquid),
+      total_(total_of(start)),
+      solute_(solute_of(start)) {
   for (std::size_t n = 0; n < most_liquid_.size(); ++n) {
     if (model.samples.node_capacity.empty()) continue;
     const ClothMaterial& cloth = model.cloths[static_cast<std::size_t>(model.mesh.node_cloth[n])];
@@ -137,6 +152,9 @@ void Watch::look_at_numbers(const HostState& now, Complaints& wrong) {
 
 void Watch::look_at_masses(const HostState& now, Complaints& wrong) {
   if (total_of(now) != total_) wrong.push_back(fmt::format("the ledger is off by {} quanta", total_of(now) - total_));
+  if (solute_of(now) != solute_)
+    wrong.push_back(fmt::format("the solute's ledger is off by {} quanta", solute_of(now) - solute_));
+  if (any_below_zero(now.fluid_solute) || any_below_zero(now.node_solute)) wrong.push_back("some solute is below 0");
   std::unordered_map<std::int64_t, Quanta> before;
   for (std::size_t i = 0; i < last_.fluid_id.size(); ++i) before[last_.fluid_id[i]] = last_.fluid_mass[i];
   for (std::size_t i = 0; i < now.fluid_id.size(); ++i) {

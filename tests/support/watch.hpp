@@ -71,7 +71,7 @@ class Watch {
   Rules rules_;
   HostState last_;
   std::vector<Quanta> most_liquid_;  // per node
-  Quanta total_ = 0;
+  Quanta total_ = 0, solute_ = 0;
   double motion_ = 0, weight_ = 0, first_sway_ = -1;  // J, N and J of the slack; the last not known before a step
   double correction_ = 0;                             // J: motion that takes back what a solve may leave
   double initial_energy_ = 0, energy_ = 0, excess_ = 0, input_ = 0, pin_work_ = 0, speed_ = 0, wet_ = 0;

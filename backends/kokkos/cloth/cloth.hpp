@@ -106,8 +106,8 @@ struct SampleBounds {
 struct Cloth {
   explicit Cloth(const Constants& constants);
 
-  void upload(const HostState& s);
-  void download(HostState& s) const;
+  void upload(const Model& model, const HostState& s);
+  void download(const Model& model, HostState& s) const;
 
   Nodes nodes;
   Mesh mesh;

@@ -252,12 +252,16 @@ Cloth::Cloth(const Constants& constants) : sample_cells(constants.model.scene.so
   materials = to_device<Material>("drench::materials", list);
 }
 
-void Cloth::upload(const HostState& s) {
+void Cloth::upload([[maybe_unused]] const Model& m, const HostState& s) {
   moved.advance();
   soaked.advance();
   if (nodes.count > 0) {
-#define DRENCH_UPLOAD(owner, name, host_type, unit, needed) \
-  nodes.name = to_device<OnDevice<host_type>::type>("drench::" #owner "_" #name, s.owner##_##name);
+#define DRENCH_UPLOAD(owner, name, host_type, unit, needed)                                      \
+  if (needed) {                                                                                  \
+    auto values = s.owner##_##name;                                                              \
+    values.resize(static_cast<std::size_t>(nodes.count)); /* a state made by hand may lack it */ \
+    nodes.name = to_device<OnDevice<host_type>::type>("drench::" #owner "_" #name, values);      \
+  }
     DRENCH_NODE_FIELDS(DRENCH_UPLOAD)
 #undef DRENCH_UPLOAD
   }
@@ -267,9 +271,9 @@ void Cloth::upload(const HostState& s) {
 #undef DRENCH_UPLOAD
 }
 
-void Cloth::download(HostState& s) const {
+void Cloth::download([[maybe_unused]] const Model& m, HostState& s) const {
 #define DRENCH_DOWNLOAD(owner, name, host_type, unit, needed) \
-  s.owner##_##name = to_host<host_type>(nodes.name, nodes.count);
+  if (needed) s.owner##_##name = to_host<host_type>(nodes.name, nodes.count);
   DRENCH_NODE_FIELDS(DRENCH_DOWNLOAD)
 #undef DRENCH_DOWNLOAD
 #define DRENCH_DOWNLOAD(owner, name, host_type, unit, needed) \

@@ -29,6 +29,7 @@ struct Sizing {
   bool has_micropolar() const { return size.micropolar; }
   bool has_permeation() const { return size.permeation; }
   bool counts_faces() const { return size.fabric && (size.absorption || size.emission); }
+  bool has_solute() const { return size.solute; }
 
   /// Of an entry of a field that has this type on the host.
   template <class T>

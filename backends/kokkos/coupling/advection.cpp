@@ -9,6 +9,7 @@
 #include "cloth/pins.hpp"
 #include "core/fixed_point.hpp"
 #include "core/host_copy.hpp"
+#include "core/reduce.hpp"
 #include "coupling/cloth_motion.hpp"
 #include "coupling/sweep.hpp"
 
@@ -239,6 +240,31 @@ void count_removed(const Fluid& fluid, const AdvectionWork& work, const StepInfo
   accounts.drained += counts.drained;
 }
 
+/// Quanta of solute that leave the domain, and of particles whose liquid has gone from around it.
+struct GoneSolute {
+  Quanta drained = 0, deposited = 0;
+  KOKKOS_INLINE_FUNCTION GoneSolute& operator+=(const GoneSolute& o) {
+    drained += o.drained;
+    deposited += o.deposited;
+    return *this;
+  }
+  void visit(OverRanks& all) { all.sum(drained).sum(deposited); }
+};
+
+/// Before the particles that do not stay are removed.
+void account_solute(const Constants& constants, const Fluid& fluid, const AdvectionWork& work, Accounts& accounts) {
+  const Entries<const Quanta> solute = fluid.particles.solute, mass = fluid.particles.mass;
+  const Entries<const std::uint8_t> gone = work.gone;
+  const GoneSolute sums =
+      over_ranks(constants.ranks, ordered<GoneSolute>(
+                                      "drench::advection::solute", fluid.particles.count, KOKKOS_LAMBDA(const Index i) {
+                                        if (gone(i)) return GoneSolute{solute(i), 0};
+                                        return GoneSolute{0, mass(i) > 0 ? 0 : solute(i)};
+                                      }));
+  accounts.solute_drained += sums.drained;
+  accounts.solute_deposited += sums.deposited;
+}
+
 }  // namespace
 
 void advection(const Constants& constants, Fluid& fluid, const NeighborLists& lists, Bodies& bodies, Cloth& cloth,
@@ -276,6 +302,7 @@ void advection(const Constants& constants, Fluid& fluid, const NeighborLists& li
   report.clamped = counts.clamped;
   if (counts.put_back_near > 0) check_put_back(constants, fluid, lists, cloth, work);
   if (counts.gone == 0) return;
+  if (constants.model.has_solute()) account_solute(constants, fluid, work, accounts);
   if (counts.removed > 0) count_removed(fluid, work, info, counts, accounts, report);
   fluid.particles.compact(work.gone, fluid.particles.count - static_cast<Index>(own.gone));
 }

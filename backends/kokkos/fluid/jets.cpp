@@ -90,9 +90,11 @@ void jets(const Constants& constants, Fluid& fluid, Jets& jets, Accounts& accoun
     particles.next_id += count;
     particles.total += count;
     accounts.supplied += static_cast<Quanta>(count) * quanta_per_particle;
+    accounts.solute_supplied += static_cast<Quanta>(count) * jet.solute;
     if (constants.ranks && constants.ranks->rank() > 0) continue;  // the first has them; they go home with the next search
     particles.reserve(first + count);
     const ParticleView all = particles.view();
+    const Quanta solute = jet.solute;
     const double ahead = out.first, between = out.between;
     parallel(
         "drench::jets::particles", count, KOKKOS_LAMBDA(const Index k) {
@@ -102,6 +104,7 @@ void jets(const Constants& constants, Fluid& fluid, Jets& jets, Accounts& accoun
           p.position = center + o + Real(ahead - k * between) * unit;
           p.velocity = velocity;
           p.mass = quanta_per_particle;
+          p.solute = solute;
           p.id = id + k;
           p.origin = static_cast<std::uint8_t>(Origin::jet);
           all.store(first + k, p);

@@ -236,6 +236,65 @@ void transfer(const Constants& constants, Fluid& fluid, const NeighborLists& lis
       });
 }
 
+/// What limits left of particle i's transfers: quanta that are cut from them, in the list's order.
+struct Cut {
+  Neighbors list;
+  Entries<const Quanta> offers;
+  Demands demand;
+  Transfers exchange;
+  Quanta min_quanta;
+
+  KOKKOS_INLINE_FUNCTION Quanta transferred(Index p, Quanta offer) const {
+    return offer == 0 ? 0 : limited(offer, exchange.share(p));
+  }
+  KOKKOS_INLINE_FUNCTION Quanta operator()(const NeighborRow& near, Quanta mass) const {
+    Quanta rest = mass;
+    bool was_limited = false, drained = false;
+    for (Index k = 0; k < near.count; ++k) {
+      const Quanta o = offers(near.index_of(k));
+      if (o == 0) continue;
+      was_limited = was_limited || exchange.share(near(k)) < 1;
+      drained = drained || demand.drains(near(k));
+      rest -= transferred(near(k), o);
+    }
+    const Quanta least = drained ? min_quanta / laws::drained_part : min_quanta;
+    return was_limited && rest > 0 && rest < least ? least - rest : 0;
+  }
+};
+
+/// The solute of what `transfer` is about to take; of a particle that is taken whole, what rounding leaves goes with the largest part.
+void take_solute(const Constants& constants, Fluid& fluid, const NeighborLists& lists, const Cloth& cloth,
+                 TransferWork& transfers, AbsorptionWork& work) {
+  const Cut cut{Neighbors(lists.fluid_sample), std::as_const(work).offer, Demands(constants, cloth, work, 0),
+                Transfers(cloth, transfers), constants.model.min_quanta};
+  const Entries<const Quanta> mass = std::as_const(fluid).particles.mass;
+  const Entries<Quanta> solute = fluid.particles.solute;
+  parallel(
+      "drench::absorption::solute", fluid.particles.count, KOKKOS_LAMBDA(const Index i) {
+        const NeighborRow near = cut.list.row(i);
+        const Quanta m = mass(i), carried = solute(i);
+        if (near.count == 0 || m <= 0 || carried == 0) return;
+        Quanta back = cut(near, m), liquid = 0, left = carried, most = 0;
+        Index largest = 0;
+        for (Index k = 0; k < near.count; ++k) {
+          const Quanta whole = cut.transferred(near(k), cut.offers(near.index_of(k)));
+          const Quanta less = whole < back ? whole : back, t = whole - less;
+          back -= less;
+          if (t == 0) continue;
+          const Quanta part = solute_part(carried, t, m);
+          Kokkos::atomic_add(&cut.exchange.solute(near(k)), part);
+          liquid += t;
+          left -= part;
+          if (t > most) most = t, largest = near(k);
+        }
+        if (liquid == m && left > 0) {
+          Kokkos::atomic_add(&cut.exchange.solute(largest), left);
+          left = 0;
+        }
+        solute(i) = left;
+      });
+}
+
 /// Removes what was taken whole.
 void remove_taken(Fluid& fluid, AbsorptionWork& work) {
   make_room_for_one(work.taken, "drench::absorption::taken");
@@ -253,7 +312,7 @@ void absorption(const Constants& constants, Fluid& fluid, const NeighborLists& l
                 const PermeationWork& permeation, AbsorptionWork& work, const StepInfo& info) {
   if (fluid.particles.total == 0 || cloth.samples.count == 0) return;
   make_room(work.offer, "drench::absorption::offer", lists.fluid_sample.entry.extent(0));
-  prepare_transfers(cloth, transfers);
+  prepare_transfers(constants, cloth, transfers);
   place_samples(cloth);
   prepare(constants, cloth, transfers, work);
   if (constants.model.has_permeation()) prepare_pull(constants, cloth, permeation, work);
@@ -261,11 +320,18 @@ void absorption(const Constants& constants, Fluid& fluid, const NeighborLists& l
   fluid.exchange.add_up(transfers.offered, cloth.samples.count);
   limit_inflow(cloth, transfers, constants.model.has_saturation_control());
   clear_faces(cloth, transfers);
+  if (constants.model.has_solute()) take_solute(constants, fluid, lists, cloth, transfers, work);
   transfer(constants, fluid, lists, cloth, transfers, work);
   fluid.exchange.add_up(transfers.entering, cloth.samples.count);
   fluid.exchange.add_up(transfers.momentum, 3 * cloth.samples.count);
   if (transfers.front.exists()) fluid.exchange.add_up(transfers.front, cloth.samples.count);
   count_taken(cloth, transfers);
+  if (constants.model.has_solute()) {
+    fluid.exchange.add_up(transfers.solute, cloth.samples.count);
+    const SoluteDelivery dissolve(cloth, transfers);
+    gather_rows<SoluteArrival>("drench::absorption::deliver_solute", cloth.nodes.count, cloth.nodes.sample_start,
+                               dissolve, dissolve);
+  }
   const Delivery deliver(constants, transfers, cloth);
   gather_rows<Arrival>("drench::absorption::deliver", cloth.nodes.count, cloth.nodes.sample_start, deliver, deliver);
   if (!constants.model.has_emission()) remove_taken(fluid, work);

@@ -221,31 +221,77 @@ void push_nodes(const Constants& constants, const Cloth& cloth, DiffusionWork& d
       });
 }
 
-void transfer(Cloth& cloth, DiffusionWork& diffusion, ContactWork& work, bool with_momentum) {
-  const Ends ends(cloth, work);
-  const Entries<const Quanta> flow = work.flow, in = work.entering, out = work.leaving, ceiling = cloth.nodes.max_quanta;
-  const Entries<Quanta> liquid = cloth.nodes.liquid;
+/// The share of contact c's offer that all of its nodes allow.
+struct ContactShare {
+  Ends ends;
+  Entries<const double> out_share, in_share;
+
+  KOKKOS_INLINE_FUNCTION double operator()(Index c, bool to_near) const {
+    double share = 1;
+    for (int far = 0; far < 2; ++far)
+      for (int k = 0; k < 3; ++k) {
+        if (!(ends.weight(c, far != 0, k) > 0)) continue;
+        const Index n = ends.node(c, far != 0, k);
+        share = Kokkos::fmin(share, (far != 0) == to_near ? out_share(n) : in_share(n));
+      }
+    return share;
+  }
+};
+
+/// The solute that goes along with what passes, from each node that gives at its own concentration.
+void gain_solute(Cloth& cloth, const DiffusionWork& diffusion, ContactWork& work) {
+  const ContactShare share_of{Ends(cloth, work), diffusion.out_share, diffusion.in_share};
+  const Entries<const Quanta> flow = std::as_const(work).flow, liquid = std::as_const(cloth).nodes.liquid;
+  const Entries<Quanta> gain = work.solute_gain, solute = cloth.nodes.solute;
+  parallel(
+      "drench::contact_wicking::clear_solute", cloth.nodes.count, KOKKOS_LAMBDA(const Index n) { gain(n) = 0; });
+  parallel(
+      "drench::contact_wicking::solute", 2 * cloth.samples.count, KOKKOS_LAMBDA(const Index c) {
+        const Quanta o = flow(c);
+        if (o == 0) return;
+        const Quanta t = limited(o > 0 ? o : -o, share_of(c, o > 0));
+        if (t == 0) return;
+        Quanta carried = 0, taken[3];
+        for (int k = 0; k < 3; ++k) {
+          const Index donor = share_of.ends.node(c, o > 0, k);
+          const Quanta part = solute_part(solute(donor), share_of.ends.part(c, o > 0, k, t), liquid(donor));
+          carried += part;
+          if (part > 0) Kokkos::atomic_add(&gain(donor), -part);
+          taken[k] = share_of.ends.part(c, o < 0, k, t);
+        }
+        if (carried == 0) return;
+        for (int k = 0; k < 3; ++k)
+          Kokkos::atomic_add(&gain(share_of.ends.node(c, o < 0, k)), solute_beside(carried, taken, k));
+      });
+  parallel(
+      "drench::contact_wicking::solute_gain", cloth.nodes.count,
+      KOKKOS_LAMBDA(const Index n) { solute(n) += gain(n); });
+}
+
+void limit(const Cloth& cloth, DiffusionWork& diffusion, const ContactWork& work) {
+  const Entries<const Quanta> in = work.entering, out = work.leaving, ceiling = cloth.nodes.max_quanta,
+                              liquid = cloth.nodes.liquid;
   const Entries<double> out_share = diffusion.out_share, in_share = diffusion.in_share;
-  const Entries<const Double3> velocity = diffusion.velocity;
-  const Entries<std::int64_t> momentum = work.momentum;
-  const double scale = work.momentum_scale;
   parallel(
       "drench::contact_wicking::limit", cloth.nodes.count, KOKKOS_LAMBDA(const Index n) {
         out_share(n) = outflow_fraction(liquid(n), out(n));
         in_share(n) = inflow_fraction(ceiling(n), liquid(n), in(n));
       });
+}
+
+void transfer(Cloth& cloth, DiffusionWork& diffusion, ContactWork& work, bool with_momentum) {
+  const Ends ends(cloth, work);
+  const ContactShare share_of{ends, std::as_const(diffusion).out_share, std::as_const(diffusion).in_share};
+  const Entries<const Quanta> flow = work.flow;
+  const Entries<Quanta> liquid = cloth.nodes.liquid;
+  const Entries<const Double3> velocity = diffusion.velocity;
+  const Entries<std::int64_t> momentum = work.momentum;
+  const double scale = work.momentum_scale;
   parallel(
       "drench::contact_wicking::transfer", 2 * cloth.samples.count, KOKKOS_LAMBDA(const Index c) {
         const Quanta o = flow(c);
         if (o == 0) return;
-        double share = 1;
-        for (int far = 0; far < 2; ++far)
-          for (int k = 0; k < 3; ++k) {
-            if (!(ends.weight(c, far != 0, k) > 0)) continue;
-            const Index n = ends.node(c, far != 0, k);
-            share = Kokkos::fmin(share, (far != 0) == (o > 0) ? out_share(n) : in_share(n));
-          }
-        const Quanta t = limited(o > 0 ? o : -o, share);
+        const Quanta t = limited(o > 0 ? o : -o, share_of(c, o > 0));
         if (t == 0) return;
         if (with_momentum) pass_momentum(ends, velocity, momentum, scale, c, o < 0, t);
         for (int far = 0; far < 2; ++far)
@@ -267,6 +313,7 @@ void find_contacts(const Constants& constants, const NeighborLists& lists, const
   make_room(work.flow, "drench::contact_wicking::flow", both);
   make_room(work.entering, "drench::contact_wicking::entering", nodes);
   make_room(work.leaving, "drench::contact_wicking::leaving", nodes);
+  if (constants.model.has_solute()) make_room(work.solute_gain, "drench::contact_wicking::solute_gain", nodes);
   if (with_momentum && work.momentum.extent(0) == 0) {
     make_room(work.momentum, "drench::contact_wicking::momentum", 3 * nodes);
     work.momentum_scale = momentum_scale(constants.model);
@@ -278,12 +325,15 @@ MemoryEstimate contact_wicking_bytes(const Sizing& s) {
   MemoryEstimate sum;
   if (!s.size.contact_wicking) return sum;
   sum.cloth = 2 * s.size.samples * (index_bytes + 5 * double_bytes + quanta_bytes) + s.size.nodes * 2 * quanta_bytes;
+  if (s.size.solute) sum.cloth += s.size.nodes * quanta_bytes;
   if (s.size.moving_cloth) sum.cloth += s.size.nodes * 3 * sizeof(std::int64_t);
   return sum;
 }
 
 void wick_through_contacts(const Constants& constants, Cloth& cloth, DiffusionWork& diffusion, ContactWork& work, double dt, bool with_momentum) {
   offer(constants, cloth, work, dt, with_momentum);
+  limit(cloth, diffusion, work);
+  if (constants.model.has_solute()) gain_solute(cloth, diffusion, work);
   transfer(cloth, diffusion, work, with_momentum);
   if (with_momentum) push_nodes(constants, cloth, diffusion, work);
 }

@@ -41,6 +41,8 @@ void upload_pairs(const Constants& constants, const Cloth& cloth, DiffusionWork&
   const auto nodes = static_cast<std::size_t>(cloth.nodes.count);
   allocate_zeros(work.out_share, "drench::diffusion::out_share", nodes);
   allocate_zeros(work.in_share, "drench::diffusion::in_share", nodes);
+  if (constants.model.has_solute())
+    allocate_zeros(work.solute_flow, "drench::diffusion::solute_flow", conductance.size());
 }
 
 }  // namespace
@@ -50,6 +52,7 @@ MemoryEstimate diffusion_bytes(const Sizing& s) {
   if (!s.size.diffusion) return sum;
   sum.cloth = s.size.fabric_pairs * (4 * index_bytes + 2 * double_bytes + quanta_bytes);  // and node_item
   sum.cloth += s.size.nodes * (2 * double_bytes + index_bytes);                           // shares, node_start
+  if (s.size.solute) sum.cloth += s.size.fabric_pairs * quanta_bytes;
   if (s.size.moving_cloth) sum.cloth += s.size.nodes * 2 * sizeof(Double3);               // velocities
   return sum;
 }
@@ -149,6 +152,30 @@ struct Received {
   }
 };
 
+/// The solute goes along with what `transfer` is about to move, at the donor's concentration.
+void transfer_solute(Cloth& cloth, DiffusionWork& work) {
+  const Entries<const Index> pair = work.pair, start = work.node_start, item = work.node_item;
+  const Entries<const Quanta> flow = std::as_const(work).flow, liquid = std::as_const(cloth).nodes.liquid;
+  const Entries<const double> out_share = work.out_share, in_share = work.in_share;
+  const Entries<Quanta> solute_flow = work.solute_flow, solute = cloth.nodes.solute;
+  parallel(
+      "drench::diffusion::solute", work.pairs, KOKKOS_LAMBDA(const Index e) {
+        const Quanta o = flow(e);
+        const Index first = pair(2 * e), second = pair(2 * e + 1), donor = o > 0 ? second : first,
+                    receiver = o > 0 ? first : second;
+        const Quanta t = o == 0 ? 0 : limited(o > 0 ? o : -o, Kokkos::fmin(out_share(donor), in_share(receiver)));
+        const Quanta part = solute_part(solute(donor), t, liquid(donor));
+        solute_flow(e) = o > 0 ? part : -part;
+      });
+  gather_rows<SoluteArrival>(
+      "drench::diffusion::solute_gain", cloth.nodes.count, start,
+      KOKKOS_LAMBDA(const Index k) {
+        const Quanta gain = solute_flow(item(k) / 2);
+        return SoluteArrival{item(k) % 2 == 0 ? gain : -gain};
+      },
+      KOKKOS_LAMBDA(const Index n, const SoluteArrival& sum) { solute(n) += sum.gain; });
+}
+
 /// `give_velocity`: the new velocities are the step's last, and go to the nodes.
 void transfer(const Constants& constants, Cloth& cloth, DiffusionWork& work, bool with_momentum, bool give_velocity) {
   const Entries<const Index> pair = work.pair, start = work.node_start, item = work.node_item;
@@ -230,6 +257,7 @@ void diffusion(const Constants& constants, const NeighborLists& lists, Cloth& cl
   for (int k = 0; k < substeps; ++k) {
     const bool last = k + 1 == substeps;
     limit(constants, cloth, work, dt, with_momentum && k == 0);
+    if (constants.model.has_solute()) transfer_solute(cloth, work);
     transfer(constants, cloth, work, with_momentum, last && !layers);
     if (layers) wick_through_contacts(constants, cloth, work, contacts, dt, with_momentum);
     if (!last && constants.model.has_reservoirs()) reservoir(constants, cloth, reservoirs, accounts);

@@ -1,4 +1,5 @@
-// Stage emission (src/stages/emission.hpp). The letters (a) to (e) are those of its law; (d) is in emission_particles.cpp.
+// Stage emission (src/stages/emission.hpp). The letters (a) to (e) are those of its law; (d) is in emission_particles.cpp,
+// (e) in emission_nodes.cpp.
 // The host waits once: for the number of new particles, or, as long as nothing is buffered, for that news.
 
 #include "porous/emission_law.hpp"
@@ -27,7 +28,7 @@ void prepare(const Constants& constants, const Bodies& bodies, Cloth& cloth, Tra
   allocate_zeros(work.any, "drench::emission::any", 2);
   make_room_for_one(work.counts, "drench::emission::counts");
   make_room_for_one(work.new_particles, "drench::emission::new_particles");
-  prepare_transfers(cloth, transfers);
+  prepare_transfers(constants, cloth, transfers);
 }
 
 }  // namespace
@@ -38,36 +39,11 @@ MemoryEstimate emission_bytes(const Sizing& s) {
   MemoryEstimate sum = candidate_bytes(s);
   // share, total, rest, room; velocity, blocked, layers
   sum.cloth += s.size.samples * (6 * quanta_bytes + 3 * r + 1 + index_bytes + direction);
+  if (s.size.solute) sum.cloth += s.size.samples * 5 * quanta_bytes;  // solute_share, solute_total, solute_rest
   return sum;
 }
 
 namespace {
-
-/// What of a node's liquid is buffered now, and the shares of its samples in that.
-struct Maturing {
-  Entries<const Quanta> capacity;
-  Entries<Quanta> liquid, buffered;
-  Materials materials;
-  double dt, spacing;
-
-  Maturing(const Constants& constants, Cloth& fabric, double step)
-      : capacity(fabric.nodes.capacity_quanta),
-        liquid(fabric.nodes.liquid),
-        buffered(fabric.nodes.buffered),
-        materials(node_materials(fabric)),
-        dt(step),
-        spacing(constants.spacing) {}
-
-  /// May there be any?
-  KOKKOS_INLINE_FUNCTION bool any(Index n) const { return buffered(n) > 0 || liquid(n) > capacity(n); }
-  KOKKOS_INLINE_FUNCTION Quanta operator()(Index n) const {
-    const Quanta excess = liquid(n) > capacity(n) ? liquid(n) - capacity(n) : 0;
-    const Quanta kept = buffered(n) < excess ? buffered(n) : excess;
-    if (kept == excess) return kept;
-    const double part = laws::maturing(materials(n).emission_velocity, dt, spacing);
-    return kept + static_cast<Quanta>(Kokkos::floor(part * double(excess - kept)));
-  }
-};
 
 /// Whether anything may be buffered, and how many particles are empty.
 EmissionCounts look(const Constants& constants, const Fluid& fluid, Cloth& cloth, const EmissionWork& work) {
@@ -183,7 +159,7 @@ struct Offering {
 
 /// What a particle gets; in whole numbers, so that their sum does not depend on its order.
 struct Gain {
-  Quanta mass = 0;
+  Quanta mass = 0, solute = 0;
   std::int64_t px = 0, py = 0, pz = 0;
   KOKKOS_INLINE_FUNCTION void add(Quanta t, const Real3& v) {
     mass += t;
@@ -193,6 +169,7 @@ struct Gain {
   }
   KOKKOS_INLINE_FUNCTION Gain& operator+=(const Gain& o) {
     mass += o.mass;
+    solute += o.solute;
     px += o.px;
     py += o.py;
     pz += o.pz;
@@ -207,6 +184,8 @@ void give_to_liquid(const Constants& constants, Fluid& fluid, const NeighborList
   const Entries<Quanta> room = work.room, rest = work.rest;
   const Entries<const Real3> leaving_velocity = work.velocity;
   const Entries<Real3> velocity = fluid.particles.velocity;
+  const Entries<Quanta> dissolved = fluid.particles.solute;
+  const SampleSolute solute(work);
   parallel_filled_rows(
       "drench::emission::room", lists.near_sheet, KOKKOS_LAMBDA(const Index j, const Index lane) {
         const NeighborRow near = reach.list.row(j);
@@ -243,6 +222,7 @@ void give_to_liquid(const Constants& constants, Fluid& fluid, const NeighborList
           gain.add(t, leaving_velocity(p));
           Kokkos::atomic_add(&rest(p), -t);
           faces.count(p, reach.liquid(j) - reach.sample(p), t);
+          if (solute.exists()) gain.solute += solute.take(p, t);
         }
         gain = sum_of_lanes(gain);
         if (gain.mass == 0 || lane > 0) return;
@@ -252,16 +232,17 @@ void give_to_liquid(const Constants& constants, Fluid& fluid, const NeighborList
                        Real((before * double(v.y) + unit * double(gain.py)) / after),
                        Real((before * double(v.z) + unit * double(gain.pz)) / after)};
         reach.mass(j) = mass + gain.mass;
+        if (solute.exists()) dissolved(j) += gain.solute;
       });
 }
 
-/// What all ranks' liquid has left of E_p.
-void add_up_rest(const Exchange& exchange, const Cloth& cloth, EmissionWork& work) {
+/// What all ranks' liquid has left of a total that each rank began with.
+void add_up_rest(const Exchange& exchange, const Cloth& cloth, Field<Quanta>& left, const Field<Quanta>& of_total) {
   if (exchange.alone()) return;
-  exchange.add_up(work.rest, cloth.samples.count);
+  exchange.add_up(left, cloth.samples.count);
   const Quanta others = exchange.ranks()->size() - 1;
-  const Entries<Quanta> rest = work.rest;
-  const Entries<const Quanta> total = std::as_const(work).total;
+  const Entries<Quanta> rest = left;
+  const Entries<const Quanta> total = of_total;
   parallel(
       "drench::emission::rest", cloth.samples.count, KOKKOS_LAMBDA(const Index p) { rest(p) -= others * total(p); });
 }
@@ -352,6 +333,7 @@ void give_to_layers(const Constants& constants, const NeighborLists& lists, cons
   const Transfers exchange(cloth, transfers);
   const Materials materials = sample_materials(cloth);
   const Layers layers = layers_of(constants, cloth);
+  const SampleSolute solute(work);
   const Real h = constants.support;
   parallel_rows(
       "drench::emission::give_to_layers", cloth.samples.count, KOKKOS_LAMBDA(const Index p, const Index lane) {
@@ -366,68 +348,11 @@ void give_to_layers(const Constants& constants, const NeighborLists& lists, cons
           if (layers.same(p, q) || !materials(q).porous || !laws::in_cone(x(q) - x(p), flow(p), cosine, h)) continue;
           const Quanta t = limited(offer, exchange.share(q));
           exchange.give(q, offer, t, leaving_velocity(p));
+          if (solute.exists() && t > 0) Kokkos::atomic_add(&exchange.solute(q), solute.take(p, t));
           given += t;
         }
         given = sum_of_lanes(given);
         if (lane == 0) rest(p) -= given;
-      });
-}
-
-/// What leaves a node and what comes to it.
-struct Exchange {
-  Quanta out = 0;
-  double rounded = 0;  // quanta: `out` less the part of its node in the liquid that took the mean velocity along
-  Arrival in;
-  KOKKOS_INLINE_FUNCTION Exchange& operator+=(const Exchange& o) {
-    out += o.out;
-    rounded += o.rounded;
-    in += o.in;
-    return *this;
-  }
-};
-
-/// What samples gave, from their nodes.
-struct Leaving {
-  Entries<const Quanta> share, total, given;
-
-  explicit Leaving(const EmissionWork& work) : share(work.share), total(work.total), given(work.given) {}
-  KOKKOS_INLINE_FUNCTION Exchange operator()(Index p, int corner) const {
-    const Quanta all = given(p);
-    if (all == 0) return {};
-    Quanta part[3], left = all;
-    for (int k = 0; k < 3; ++k) {
-      part[k] = floor_ratio(all, share(3 * p + k), total(p));
-      left -= part[k];
-    }
-    for (int k = 0; k < corner; ++k) {
-      const Quanta room = share(3 * p + k) - part[k];
-      left -= left < room ? left : room;
-    }
-    const Quanta own = share(3 * p + corner), room = own - part[corner], out = part[corner] + (left < room ? left : room);
-    return {out, double(out) - double(all) * double(own) / double(total(p)), {}};
-  }
-};
-
-/// (e): what each sample gave leaves its nodes; then what reaches them from other layers (c) arrives.
-void leave(const Constants& constants, Cloth& cloth, TransferWork& transfers, EmissionWork& work, double dt) {
-  const Leaving leaving(work);
-  const Maturing matured(constants, cloth, dt);
-  const Delivery deliver(constants, transfers, cloth);
-  const Entries<int> any = work.any;
-  gather_rows<Exchange>(
-      "drench::emission::leave", cloth.nodes.count, cloth.nodes.sample_start,
-      KOKKOS_LAMBDA(const Index e) {
-        Exchange exchange = leaving(deliver.item(e) / 4, deliver.item(e) % 4);
-        exchange.in = deliver(e);
-        return exchange;
-      },
-      KOKKOS_LAMBDA(const Index n, const Exchange& sum) {
-        if (n == 0) any(0) = any(1) = 0;
-        const Quanta before = matured(n);
-        deliver.liquid(n) -= sum.out;
-        matured.buffered(n) = before > sum.out ? before - sum.out : 0;
-        deliver.keep_momentum(n, sum.rounded);
-        deliver(n, sum.in);
       });
 }
 
@@ -446,9 +371,12 @@ void emission(const Constants& constants, Fluid& fluid, const NeighborLists& lis
   }
   place_samples(cloth);
   shares(constants, lists, bodies, cloth, transfers, work, info.dt);
+  const bool dyed = constants.model.has_solute();
+  if (dyed) share_solute(cloth, work);
   clear_faces(cloth, transfers);
   give_to_liquid(constants, fluid, lists, cloth, transfers, work);
-  add_up_rest(fluid.exchange, cloth, work);
+  add_up_rest(fluid.exchange, cloth, work.rest, work.total);
+  if (dyed) add_up_rest(fluid.exchange, cloth, work.solute_rest, work.solute_total);
   if (transfers.front.exists()) fluid.exchange.add_up(transfers.front, cloth.samples.count);
   count_given(cloth, transfers, work.total, work.rest);
   count(fluid, work);
@@ -456,6 +384,7 @@ void emission(const Constants& constants, Fluid& fluid, const NeighborLists& lis
   limit_inflow(cloth, transfers);
   give_to_layers(constants, lists, cloth, transfers, work);
   create_particles(constants, fluid, lists, cloth, work);  // and removes what absorption took whole
+  if (dyed) leave_solute(cloth, transfers, work);
   leave(constants, cloth, transfers, work, info.dt);
 }
 

@@ -178,6 +178,7 @@ struct GiveOut {
   Entries<const Index> ranks, target;
   Neighbors list;
   Quanta full;
+  SampleSolute solute;
 
   GiveOut(const NeighborLists& lists, EmissionWork& work, Quanta full_particle)
       : position(work.position),
@@ -189,15 +190,17 @@ struct GiveOut {
         ranks(work.rank),
         target(work.target),
         list(lists.sample_sample),
-        full(full_particle) {}
+        full(full_particle),
+        solute(work) {}
 
   /// The particle of collector p: the mass of its pool, and its givers' momentum.
   KOKKOS_INLINE_FUNCTION Particle particle_of(Index p, std::int64_t first_id) const {
-    Quanta mass = 0;
+    Quanta mass = 0, dissolved = 0;
     double px = 0, py = 0, pz = 0;
     const auto add = [&](const Index g) {
       const Quanta part = pooled_part(rest(g), pools(p), full);
       mass += part;
+      if (solute.exists()) dissolved += solute.of(g, part);
       px += double(part) * double(leaving_velocity(g).x);
       py += double(part) * double(leaving_velocity(g).y);
       pz += double(part) * double(leaving_velocity(g).z);
@@ -211,12 +214,13 @@ struct GiveOut {
     made.position = position(p);
     made.velocity = {Real(inverse * px), Real(inverse * py), Real(inverse * pz)};
     made.mass = mass;
+    made.solute = dissolved;
     made.id = first_id + ranks(p);
     made.origin = static_cast<std::uint8_t>(Origin::cloth);
     return made;
   }
-  /// What p gave to its target's particle.
-  KOKKOS_INLINE_FUNCTION Quanta pooled_by(Index p) const {
+  /// What p gave to a new particle.
+  KOKKOS_INLINE_FUNCTION Quanta given_to_new(Index p) const {
     const Index q = target(p);
     return q >= 0 && created(q) ? pooled_part(rest(p), pools(q), full) : 0;
   }
@@ -239,9 +243,10 @@ void give_out(const Constants& constants, Fluid& fluid, const NeighborLists& lis
       "drench::emission::give_out", cloth.samples.count, KOKKOS_LAMBDA(const Index p) {
         if (give.pools(p) > 0) cells.clear_cell_of(p);
         if (here && give.created(p)) all.store(first + give.ranks(p), give.particle_of(p, id));
-        const Quanta pooled = give.pooled_by(p);
+        const Quanta pooled = give.given_to_new(p);
         given(p) = give.total(p) - give.rest(p) + pooled;
         if (pooled > 0) faces.count(p, give.position(give.target(p)), pooled);
+        if (give.solute.exists()) give.solute.take(p, pooled);
       });
   if (here) particles.count = first + new_particles;
   particles.next_id += new_particles;

@@ -1,10 +1,11 @@
 #pragma once
-// Stage emission (src/stages/emission.hpp), part (d): new particles. Also what (c) and (d) share.
+// Stage emission (src/stages/emission.hpp), parts (d), new particles, and (e), what leaves the nodes. Also what the parts share.
 
-#include "porous/permeation_law.hpp"
+#include "porous/emission_law.hpp"
 #include "porous/flow_law.hpp"
-#include "porous/transfer.hpp"
+#include "porous/permeation_law.hpp"
 #include "porous/stages.hpp"
+#include "porous/transfer.hpp"
 
 namespace drench::kokkos_backend {
 
@@ -36,6 +37,50 @@ struct Driven {
 };
 
 inline Layers layers_of(const Constants& constants, const Cloth& cloth) { return {cloth.samples.cloth, cloth.samples.rest_position, constants.support}; }
+
+/// What of a node's liquid is buffered now, and the shares of its samples in that.
+struct Maturing {
+  Entries<const Quanta> capacity;
+  Entries<Quanta> liquid, buffered;
+  Materials materials;
+  double dt, spacing;
+
+  Maturing(const Constants& constants, Cloth& fabric, double step)
+      : capacity(fabric.nodes.capacity_quanta),
+        liquid(fabric.nodes.liquid),
+        buffered(fabric.nodes.buffered),
+        materials(node_materials(fabric)),
+        dt(step),
+        spacing(constants.spacing) {}
+
+  /// May there be any?
+  KOKKOS_INLINE_FUNCTION bool any(Index n) const { return buffered(n) > 0 || liquid(n) > capacity(n); }
+  KOKKOS_INLINE_FUNCTION Quanta operator()(Index n) const {
+    const Quanta excess = liquid(n) > capacity(n) ? liquid(n) - capacity(n) : 0;
+    const Quanta kept = buffered(n) < excess ? buffered(n) : excess;
+    if (kept == excess) return kept;
+    const double part = laws::maturing(materials(n).emission_velocity, dt, spacing);
+    return kept + static_cast<Quanta>(Kokkos::floor(part * double(excess - kept)));
+  }
+};
+
+/// The solute of what samples give out; empty without one.
+struct SampleSolute {
+  Entries<const Quanta> mass, total;  // E_p, and its solute
+  Entries<Quanta> rest;
+
+  explicit SampleSolute(EmissionWork& work)
+      : mass(std::as_const(work).total), total(std::as_const(work).solute_total), rest(work.solute_rest) {}
+  KOKKOS_INLINE_FUNCTION bool exists() const { return rest.exist(); }
+  /// Of `liquid` quanta of E_p.
+  KOKKOS_INLINE_FUNCTION Quanta of(Index p, Quanta liquid) const { return solute_part(total(p), liquid, mass(p)); }
+  /// The same, which leaves.
+  KOKKOS_INLINE_FUNCTION Quanta take(Index p, Quanta liquid) const {
+    const Quanta part = of(p, liquid);
+    if (part > 0) Kokkos::atomic_add(&rest(p), -part);
+    return part;
+  }
+};
 
 /// Quanta that a giver puts into a collector's pool of `sum`: all that it has left, cut if the pool is more than a full
 /// particle.
@@ -85,5 +130,12 @@ MemoryEstimate candidate_bytes(const Sizing& s);
 /// (d): pools what is left (emission_work.rest), removes liquid without mass, and appends a particle for each pool that is large
 /// enough and has space; emission_work.given becomes what each sample gave in all. The host waits for the number of both.
 void create_particles(const Constants& constants, Fluid& fluid, const NeighborLists& lists, Cloth& cloth, EmissionWork& work);
+
+/// The part of the nodes' solute that goes with E_pk, and of samples with E_p.
+void share_solute(const Cloth& cloth, EmissionWork& work);
+/// (e) of the solute, before the liquid's: the rest of a sample's stays on its nodes.
+void leave_solute(Cloth& cloth, TransferWork& transfers, EmissionWork& work);
+/// (e): what each sample gave leaves its nodes; then what reaches them from other layers (c) arrives.
+void leave(const Constants& constants, Cloth& cloth, TransferWork& transfers, EmissionWork& work, double dt);
 
 }  // namespace drench::kokkos_backend

@@ -15,6 +15,7 @@ struct TransferWork {
   Field<double> node_inflow_share;  // φ per node
   Field<int> limited;               // per sample: is φ < 1 at one of its nodes with w > 0?
   Field<Quanta> front;  // per sample, quanta: what of it is exchanged with liquid on its front; only where faces are counted
+  Field<Quanta> solute;             // per sample, quanta: of what it gets; empty without a solute
 };
 
 /// Only with cloth that liquid passes through.
@@ -59,6 +60,8 @@ struct EmissionWork {
   Field<Index> target;  // the sample that it points to, −1: none
   Field<Quanta> pool;   // S of a collector that is a candidate, otherwise 0
   Field<Quanta> given;  // what left it in all
+  // of the solute, where there is one: 3 per sample, of E_pk; of E_p, and what is left of it
+  Field<Quanta> solute_share, solute_total, solute_rest;
   // of those that are candidates
   Field<Real3> position;        // of the new particle, m
   Field<std::int64_t> liquid;   // Σ_j V_j W there, 2^-40
@@ -87,6 +90,7 @@ struct DiffusionWork {
   Field<double> drop;                                        // (x_i − x_j)·ĝ/ℓ, 1
   Field<Quanta> flow;                                        // to the pair's first node, quanta
   Field<double> out_share, in_share;                         // φ per node
+  Field<Quanta> solute_flow;                                 // to the pair's first node; empty without a solute
   Cached<DiffusionRate> rate;                                // of the nodes' positions
   // per node, m/s: in double between sub-steps; empty unless liquid diffuses in cloth that moves
   Field<Double3> velocity, next_velocity;
@@ -99,6 +103,7 @@ struct ContactWork {
   Field<double> conductance, drop;  // G, kg/s; gravity term, 1
   Field<Quanta> flow;               // to the sample, quanta
   Field<Quanta> entering, leaving;  // per node, quanta
+  Field<Quanta> solute_gain;        // per node, quanta; empty without a solute
   // of what enters, 3 per node; empty unless liquid diffuses in cloth that moves
   Field<std::int64_t> momentum;  // units of q/momentum_scale · 1 m/s
   double momentum_scale = 1;     // a power of two
@@ -107,6 +112,7 @@ struct ContactWork {
 struct ReservoirWork {
   Field<Index> node;
   Field<Quanta> target;
+  Field<double> solute;  // quanta of solute for each of liquid that is supplied; empty without a solute
 };
 
 }  // namespace drench::kokkos_backend

@@ -2,19 +2,21 @@
 
 namespace drench::kokkos_backend {
 
-void prepare_transfers(const Cloth& cloth, TransferWork& transfers) {
+void prepare_transfers(const Constants& constants, const Cloth& cloth, TransferWork& transfers) {
   const std::size_t n = static_cast<std::size_t>(cloth.samples.count);
   make_room(transfers.offered, "drench::transfer::offered", n);
   make_room(transfers.entering, "drench::transfer::entering", n);
   make_room(transfers.momentum, "drench::transfer::momentum", 3 * n);
   make_room(transfers.limited, "drench::transfer::limited", n);
   make_room(transfers.node_inflow_share, "drench::transfer::node_inflow_share", static_cast<std::size_t>(cloth.nodes.count));
+  if (constants.model.has_solute()) make_room(transfers.solute, "drench::transfer::solute", n);
 }
 
 MemoryEstimate transfer_bytes(const Sizing& s) {
   MemoryEstimate sum;
-  if (s.size.absorption || s.size.emission)
-    sum.cloth = s.size.samples * (2 * quanta_bytes + 3 * sizeof(std::int64_t) + sizeof(int)) + s.size.nodes * double_bytes;
+  if (!s.size.absorption && !s.size.emission) return sum;
+  const double quanta = (s.size.solute ? 3 : 2) * quanta_bytes;
+  sum.cloth = s.size.samples * (quanta + 3 * sizeof(std::int64_t) + sizeof(int)) + s.size.nodes * double_bytes;
   return sum;
 }
 

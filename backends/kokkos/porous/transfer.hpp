@@ -92,6 +92,25 @@ KOKKOS_INLINE_FUNCTION double outflow_fraction(Quanta liquid, Quanta outflow) {
   return have > 0 ? double(have) / double(outflow) : 0;
 }
 
+/// The solute that goes with `part` of a holder's liquid, all of it with all: floor(S part / M), so that several parts of M never ask
+/// for more than S.
+KOKKOS_INLINE_FUNCTION Quanta solute_part(Quanta solute, Quanta part, Quanta liquid) {
+  return part > 0 && solute > 0 ? floor_ratio(solute, part, liquid) : 0;
+}
+
+/// Corner's part of a sum of solute that goes along with three parts of liquid: by those, the remainder to the largest (first of
+/// equals).
+KOKKOS_INLINE_FUNCTION Quanta solute_beside(Quanta solute, const Quanta* part, int corner) {
+  const Quanta liquid = part[0] + part[1] + part[2];
+  Quanta own = solute_part(solute, part[corner], liquid);
+  const int largest = part[1] > part[0] ? (part[2] > part[1] ? 2 : 1) : (part[2] > part[0] ? 2 : 0);
+  if (corner != largest) return own;
+  own = solute;
+  for (int k = 0; k < 3; ++k)
+    if (k != corner) own -= solute_part(solute, part[k], liquid);
+  return own;
+}
+
 /// Node weights of a sample's inflow when each node takes its own part of it, and φ_j.
 struct Split {
   double weight[3];
@@ -99,7 +118,7 @@ struct Split {
 };
 
 /// Makes room.
-void prepare_transfers(const Cloth& cloth, TransferWork& transfers);
+void prepare_transfers(const Constants& constants, const Cloth& cloth, TransferWork& transfers);
 MemoryEstimate transfer_bytes(const Sizing& s);
 /// φ of each node, node_inflow_share, from `offered` and its room, or 1 where not `limited`; marks
 /// the samples of nodes with less than 1.
@@ -112,6 +131,7 @@ struct Transfers {
   Entries<const double> weight, of_node;
   Entries<const Index> node;
   Entries<int> limited;
+  Entries<Quanta> solute;
 
   explicit Transfers(const Cloth& cloth, TransferWork& transfers)
       : offered(transfers.offered),
@@ -120,11 +140,13 @@ struct Transfers {
         weight(cloth.samples.weight_exact),
         of_node(transfers.node_inflow_share),
         node(cloth.samples.node),
-        limited(transfers.limited) {}
+        limited(transfers.limited),
+        solute(transfers.solute) {}
 
   KOKKOS_INLINE_FUNCTION void clear(Index p) const {
     offered(p) = entering(p) = 0;
     limited(p) = 0;
+    if (solute.exist()) solute(p) = 0;
     for (int c = 0; c < 3; ++c) momentum(3 * p + c) = 0;
   }
   /// φ_j = Σ_n w_jn φ_n of a sample, after limit_inflow: a full node does not close its triangles.
@@ -220,6 +242,36 @@ struct Delivery {
     }
     liquid(n) += in.gain;
   }
+};
+
+/// Of a node, quanta.
+struct SoluteArrival {
+  Quanta gain = 0;
+  KOKKOS_INLINE_FUNCTION SoluteArrival& operator+=(const SoluteArrival& o) {
+    gain += o.gain;
+    return *this;
+  }
+};
+
+/// Gives each sample's solute to its nodes, as Delivery gives the liquid that brings it.
+struct SoluteDelivery {
+  Transfers transfers;
+  Entries<const Index> item;
+  Entries<Quanta> solute;
+
+  SoluteDelivery(Cloth& cloth, TransferWork& work)
+      : transfers(cloth, work), item(cloth.nodes.sample_item), solute(cloth.nodes.solute) {}
+  KOKKOS_INLINE_FUNCTION Quanta part(Index e) const {
+    const Index p = item(e) / 4;
+    if (transfers.solute(p) == 0) return 0;
+    const Quanta entering = transfers.arriving(p);
+    const Split split = transfers.split(p);
+    Quanta liquid[3];
+    for (int k = 0; k < 3; ++k) liquid[k] = split_part(entering, split.weight[0], split.weight[1], split.weight[2], k);
+    return solute_beside(transfers.solute(p), liquid, item(e) % 4);
+  }
+  KOKKOS_INLINE_FUNCTION SoluteArrival operator()(const Index e) const { return {part(e)}; }
+  KOKKOS_INLINE_FUNCTION void operator()(const Index n, const SoluteArrival& in) const { solute(n) += in.gain; }
 };
 
 }  // namespace drench::kokkos_backend

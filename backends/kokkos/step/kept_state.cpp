@@ -77,7 +77,8 @@ MemoryEstimate kept_state_bytes(const Sizing& m) {
   if (needed) particle += m.entry<host_type>();
   DRENCH_PARTICLE_FIELDS(DRENCH_PARTICLE)
 #undef DRENCH_PARTICLE
-#define DRENCH_NODE(owner, name, host_type, unit, needed) node += m.entry<host_type>();
+#define DRENCH_NODE(owner, name, host_type, unit, needed) \
+  if (needed) node += m.entry<host_type>();
   DRENCH_NODE_FIELDS(DRENCH_NODE)
 #undef DRENCH_NODE
 #define DRENCH_SAMPLE(owner, name, host_type, unit, needed) sample += m.entry<host_type>();

@@ -132,6 +132,25 @@ LedgerScale scale_of(const Constants& constants, const Fluid& fluid, const Cloth
   return {constants, std::max(static_cast<double>(fluid.particles.total), static_cast<double>(cloth.nodes.count))};
 }
 
+/// The sum of an array of quanta; it waits.
+Quanta sum_of(const char* label, const Entries<const Quanta>& quanta, Index count) {
+  Quanta sum = 0;
+  if (count > 0)
+    Kokkos::parallel_reduce(
+        label, range(count), KOKKOS_LAMBDA(const Index i, Quanta& all) { all += quanta(i); }, sum);
+  return sum;
+}
+
+void count_solute(const Constants& constants, const Fluid& fluid, const Cloth& cloth, const Accounts& accounts,
+                  StepReport& report) {
+  report.solute_fluid = sum_of("drench::ledger::solute_fluid", fluid.particles.solute, fluid.particles.count);
+  OverRanks(constants.ranks).sum(report.solute_fluid).reduce();
+  report.solute_cloth = sum_of("drench::ledger::solute_cloth", cloth.nodes.solute, cloth.nodes.count);
+  report.solute_drained = accounts.solute_drained;
+  report.solute_supplied = accounts.solute_supplied;
+  report.solute_deposited = accounts.solute_deposited;
+}
+
 }  // namespace
 
 static_assert(sizeof(LedgerSums) == 12 * sizeof(double) + 6 * sizeof(Real));
@@ -192,6 +211,7 @@ void ledger(const Constants& constants, const Fluid& fluid, const Bodies& bodies
     if (constants.model.has_porous()) report.saturation_max = sums.second.saturation;
     add(report, sums.second, scale);
   }
+  if (constants.model.has_solute()) count_solute(constants, fluid, cloth, accounts, report);
   accounts.step = info.step + 1;
   accounts.time = info.time + info.dt;
 }
