@@ -105,7 +105,7 @@ void describe_fabric(Section& s) {
   std::string name = "none";
   s.saved_if(false).word("fabric", name, words,
                          "a fabric whose measured values count where this cloth has no key of its own; those of `porous` where it "
-                         "has that key, `porous: {}` will do ([table](../docs/manual/fabrics.md))");
+                         "has that key, `porous: {}` will do (docs/manual/fabrics.md)");
 }
 
 void check_pins(Section& s, const ClothScene& cloth) {

@@ -266,6 +266,8 @@ inline constexpr BadScene bad_scenes[] = {
     {"PermeabilityWithoutViscosity",
      FLUID "  viscosity: 0\ncloth:\n  - mesh: {grid: {nodes: [5, 5]}}\n    porous: {permeability: 1.0e-10}\n", 7, 28,
      "cloth.0.porous.permeability", "fluid.viscosity is 0; allowed: fluid.viscosity above 0"},
+    {"FabricUnknown", CLOTH "    fabric: denim_11ozz\n", 4, 13, "cloth.0.fabric", "did you mean 'denim_11oz'? allowed: none, denim_11oz"},
+    {"FabricIsAMap", CLOTH "    fabric: {name: denim_11oz}\n", 4, 13, "cloth.0.fabric", "allowed: none, denim_11oz"},
     {"PresetUnknown", CLOTH "    porous: {}\npreset: basline\n", 5, 9, "preset",
      "did you mean 'baseline'? allowed: none, baseline"},
     {"PresetWithoutPorousCloth", CLOTH "preset: baseline\n", 4, 9, "preset",
