@@ -58,8 +58,9 @@ void print_fabrics(const std::vector<FabricUse>& uses, const Scene& scene) {
 void warn_of_dry_fabrics(const std::vector<FabricUse>& uses, const Scene& scene, std::vector<std::string>& warnings) {
   for (const FabricUse& use : uses)
     if (use.dry && scene.fluid.present)
-      warnings.push_back(fmt::format("cloth {} takes up no liquid, which its fabric {} would: it has no key porous (porous: {{}} will do)",
-                                     scene.cloths[use.cloth].name, use.fabric));
+      warnings.push_back(fmt::format(
+          "cloth {} takes up no liquid, which its fabric {} would: it has no key porous (porous: {{}} will do)",
+          scene.cloths[use.cloth].name, use.fabric));
 }
 
 /// The ranks' particles, as the liquid lies at the start.

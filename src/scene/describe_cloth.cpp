@@ -103,9 +103,10 @@ void describe_fabric(Section& s) {
   std::vector<const char*> words{"none"};
   for (const Fabric& f : fabrics()) words.push_back(f.name.c_str());
   std::string name = "none";
-  s.saved_if(false).word("fabric", name, words,
-                         "a fabric whose measured values count where this cloth has no key of its own; those of `porous` where it "
-                         "has that key, `porous: {}` will do (docs/manual/fabrics.md)");
+  s.saved_if(false).word(
+      "fabric", name, words,
+      "a fabric whose measured values count where this cloth has no key of its own; those of `porous` where it "
+      "has that key, `porous: {}` will do (docs/manual/fabrics.md)");
 }
 
 void check_pins(Section& s, const ClothScene& cloth) {

@@ -49,9 +49,9 @@ const Data& data() {
 
 /// Keys that take the place of others: whoever has the first has no use for the second.
 constexpr std::array<std::array<std::string_view, 2>, 4> in_place_of{{{"stretch", "membrane."},
-                                                                     {"bend", "bending."},
-                                                                     {"porous.diffusion", "porous.diffusion_exponent"},
-                                                                     {"porous.absorption", "porous.uptake_velocity"}}};
+                                                                      {"bend", "bending."},
+                                                                      {"porous.diffusion", "porous.diffusion_exponent"},
+                                                                      {"porous.absorption", "porous.uptake_velocity"}}};
 
 const Value* at(const Value& map, const std::string& dotted) {
   const Value* value = &map;
@@ -64,9 +64,8 @@ const Value* at(const Value& map, const std::string& dotted) {
 }
 
 bool is_replaced(const Value& cloth, const std::string& key) {
-  return std::any_of(in_place_of.begin(), in_place_of.end(), [&](const auto& pair) {
-    return key.starts_with(pair[1]) && at(cloth, std::string(pair[0]));
-  });
+  return std::any_of(in_place_of.begin(), in_place_of.end(),
+                     [&](const auto& pair) { return key.starts_with(pair[1]) && at(cloth, std::string(pair[0])); });
 }
 
 /// Sets a dotted key that is not there. A value on the way that is no map is left to the loader.
@@ -116,7 +115,8 @@ std::vector<FabricUse> apply_fabrics(Value& scene) {
       Value& cloth = entry.value.items[i];
       const Value* name = cloth.kind == Value::Kind::map ? cloth.find("fabric") : nullptr;
       if (!name || name->kind != Value::Kind::scalar) continue;
-      const auto found = std::find_if(fabrics().begin(), fabrics().end(), [&](const Fabric& f) { return f.name == name->text; });
+      const auto found =
+          std::find_if(fabrics().begin(), fabrics().end(), [&](const Fabric& f) { return f.name == name->text; });
       if (found == fabrics().end()) continue;
       const yaml::Place place = name->place;
       uses.push_back(apply(cloth, *found, place));

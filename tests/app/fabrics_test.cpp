@@ -1,6 +1,8 @@
 // Fabrics with names: every one loads, builds and runs; the scene's own keys go first; the data file is sound, and
 // docs/manual/fabrics.md is made of it.
 
+#include "scene/fabrics.hpp"
+
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -10,7 +12,6 @@
 #include <set>
 
 #include "run_program.hpp"
-#include "scene/fabrics.hpp"
 #include "scene/load.hpp"
 #include "scene_equal.hpp"
 #include "scene_folder.hpp"
@@ -94,7 +95,8 @@ TEST(Fabrics, EveryNumberIsWithinBoundsAndHasASource) {
 /// Dry fabric is lighter than fibre of its thickness: the density that the solid fraction was computed with is a fibre's.
 TEST(Fabrics, AreAsHeavyAsTheirFibres) {
   for (const Fabric& f : fabrics()) {
-    const double fibre = value(f.name, "areal_density") / (value(f.name, "thickness") * value(f.name, "porous.solid_fraction"));
+    const double fibre =
+        value(f.name, "areal_density") / (value(f.name, "thickness") * value(f.name, "porous.solid_fraction"));
     EXPECT_GT(fibre, 1130) << f.name;  // nylon has 1140 kg/m³
     EXPECT_LT(fibre, 1540) << f.name;  // cotton 1520
   }
@@ -166,7 +168,8 @@ TEST(Fabrics, AResolvedSceneHasTheValuesAndNoName) {
 
 TEST(Fabrics, AnUnknownNameIsAnsweredWithTheNearestAndTheList) {
   const std::string what = error_of(wet_scene, {"cloth.0.fabric=denim_11os"});
-  EXPECT_NE(what.find("cloth.0.fabric: 'denim_11os' is not known; did you mean 'denim_11oz'? allowed: none, denim_11oz, cotton_interlock"),
+  EXPECT_NE(what.find("cloth.0.fabric: 'denim_11os' is not known; did you mean 'denim_11oz'? allowed: none, "
+                      "denim_11oz, cotton_interlock"),
             what.npos)
       << what;
   EXPECT_NE(error_of(wet_scene, {"cloth.0.fabric=3"}).find("'3' is not known; allowed: none"), std::string::npos);
@@ -181,14 +184,17 @@ TEST(Fabrics, AConflictIsReportedAtTheName) {
 TEST(Fabrics, CheckSaysWhichValuesAreTheFabrics) {
   const test::TempFolder folder;
   test::write_text(folder.path() / "wet.yaml", wet_scene);
-  const test::Outcome found = test::run_drench(folder.path(), {"check", "wet.yaml", "--set", "cloth.0.thickness=0.001"});
-  EXPECT_NE(found.out.find("fabric cotton_interlock of cloth sheet: areal_density 0.187, membrane.warp 68.95"), std::string::npos)
+  const test::Outcome found =
+      test::run_drench(folder.path(), {"check", "wet.yaml", "--set", "cloth.0.thickness=0.001"});
+  EXPECT_NE(found.out.find("fabric cotton_interlock of cloth sheet: areal_density 0.187, membrane.warp 68.95"),
+            std::string::npos)
       << found.out << found.err;
   EXPECT_NE(found.out.find("; not its thickness\n"), std::string::npos) << found.out;
   std::string dry = wet_scene;
   dry.erase(dry.find("    porous: {}\n"));
   test::write_text(folder.path() / "dry.yaml", dry);
-  EXPECT_NE(test::run_drench(folder.path(), {"check", "dry.yaml"}).out.find("warning: cloth sheet takes up no liquid, which its fabric"),
+  EXPECT_NE(test::run_drench(folder.path(), {"check", "dry.yaml"})
+                .out.find("warning: cloth sheet takes up no liquid, which its fabric"),
             std::string::npos);
 }
 
