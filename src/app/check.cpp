@@ -8,6 +8,7 @@
 #include "app/set_up.hpp"
 #include "pipeline/pipeline.hpp"
 #include "pipeline/runtime.hpp"
+#include "scene/fabrics.hpp"
 #include "scene/load.hpp"
 #include "setup/build.hpp"
 #include "setup/forecast.hpp"
@@ -44,6 +45,30 @@ void print_parts(const Model& model, const HostState& state) {
                std::count_if(model.bodies.begin(), model.bodies.end(), [](const Body& b) { return b.moves(); }),
                std::count_if(model.bodies.begin(), model.bodies.end(), [](const Body& b) { return b.dynamic; }),
                deforming > 0 ? fmt::format(", {} changing their shape", deforming) : "", model.boundary.count());
+}
+
+std::string values_of(const std::vector<FabricValue>& values) {
+  std::string all;
+  for (const FabricValue& v : values) all += fmt::format("{}{} {}", all.empty() ? "" : ", ", v.key, v.value);
+  return all;
+}
+
+/// Which values of a cloth are its fabric's.
+void print_fabrics(const std::vector<FabricUse>& uses, const Scene& scene) {
+  for (const FabricUse& use : uses) {
+    std::string own;
+    for (const FabricValue& v : use.own) own += (own.empty() ? "" : ", ") + v.key;
+    fmt::print("fabric {} of cloth {}: {}{}\n", use.fabric, scene.cloths[use.cloth].name, values_of(use.given),
+               own.empty() ? "" : "; not its " + own);
+  }
+}
+
+void warn_of_dry_fabrics(const std::vector<FabricUse>& uses, const Scene& scene, std::vector<std::string>& warnings) {
+  for (const FabricUse& use : uses)
+    if (use.dry && scene.fluid.present)
+      warnings.push_back(fmt::format(
+          "cloth {} takes up no liquid, which its fabric {} would: it has no key porous (porous: {{}} will do)",
+          scene.cloths[use.cloth].name, use.fabric));
 }
 
 /// The ranks' particles, as the liquid lies at the start.
@@ -155,6 +180,9 @@ int check_command(const CheckOptions& options) {
   if (!no_device.empty()) warnings.push_back(no_device);
   fmt::print("scene: {}\n", options.scene);
   print_parts(model, setup.state);
+  const std::vector<FabricUse> fabrics = fabrics_used(options.scene, options.overrides);
+  print_fabrics(fabrics, scene);
+  warn_of_dry_fabrics(fabrics, scene, warnings);
   std::string stages;
   for (const Stage s : stages_for(model)) stages += fmt::format(" {}", name_of(s));
   fmt::print("stages:{}\n", stages);

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "scene/describe.hpp"
+#include "scene/fabrics.hpp"
 
 namespace drench {
 namespace {
@@ -104,6 +105,17 @@ void describe_porous(Section& s, MaterialScene& fabric) {
   s.check(!fabric.contact_wicking || fabric.diffusivity > 0, "contact_wicking",
           "passes liquid on as well as the fabric conducts it, and its diffusivity is 0; allowed: diffusivity above 0");
   check_rates(s, fabric);
+}
+
+/// What a fabric gives is in the scene's tree by now (scene/fabrics.hpp), and a resolved scene has the values.
+void describe_fabric(Section& s) {
+  std::vector<const char*> words{"none"};
+  for (const Fabric& f : fabrics()) words.push_back(f.name.c_str());
+  std::string name = "none";
+  s.saved_if(false).word(
+      "fabric", name, words,
+      "a fabric whose measured values count where this cloth has no key of its own; those of `porous` where it "
+      "has that key, `porous: {}` will do (docs/manual/fabrics.md)");
 }
 
 void check_pins(Section& s, const ClothScene& cloth) {
@@ -236,6 +248,7 @@ void describe(Section& s, ClothScene& cloth) {
   s.text("name", cloth.name, "its name in messages and frames; no two alike");
   s.required().section("mesh", cloth, describe_mesh, "its shape at rest: either `grid` or `file`");
   s.section("place", cloth, describe_place, "where it is at the start: turned first, then moved");
+  describe_fabric(s);
   s.number("areal_density", fabric.areal_density, "[1e-4, 1000]", "kg/m²", "mass of the dry fabric per area");
   s.number("thickness", fabric.thickness, "[1e-6, 1]", "m",
            "of the fabric; with `solid_fraction` what it can hold, and how far layers stay apart");

@@ -9,6 +9,7 @@
 #include <tuple>
 
 #include "scene/describe.hpp"
+#include "scene/fabrics.hpp"
 #include "scene/section_modes.hpp"
 
 namespace drench {
@@ -55,6 +56,7 @@ Scene parse_scene(const std::string& yaml_text, const std::string& path_for_mess
     throw SceneError(path_for_messages + ":1:1", "scene: is empty; allowed: a map that begins with drench: 1");
   }
   for (const std::string& override_text : overrides) yaml::apply_override(root, override_text);
+  apply_fabrics(root);
   Scene scene;
   scene.path = path_for_messages;
   load_section(root, std::filesystem::path(path_for_messages).parent_path().string(),
@@ -75,7 +77,14 @@ std::string locate_in(const std::string& yaml_text, const std::string& path_for_
                       const std::vector<std::string>& overrides, const std::string& key) {
   yaml::Value root = yaml::parse(yaml_text, path_for_messages);
   for (const std::string& override_text : overrides) yaml::apply_override(root, override_text);
+  apply_fabrics(root);
   return root.place_of(key).text() + ": " + (key.empty() ? "scene" : key);
+}
+
+std::vector<FabricUse> fabrics_used(const std::string& path, const std::vector<std::string>& overrides) {
+  yaml::Value root = yaml::parse(read_text(path), path);
+  for (const std::string& override_text : overrides) yaml::apply_override(root, override_text);
+  return apply_fabrics(root);
 }
 
 std::string locate(const std::string& path, const std::vector<std::string>& overrides, const std::string& key) {

@@ -81,6 +81,14 @@ class Section {
     value = std::data(words)[word_index(key, names, index, meaning)].value;
   }
 
+  /// One of many words, kept as text; the first of them where it is none.
+  void word(const char* key, std::string& value, const std::vector<const char*>& words, const char* meaning) {
+    std::size_t index = 0;
+    for (std::size_t i = 0; i < words.size(); ++i)
+      if (value == words[i]) index = i;
+    value = words[word_index(key, words, index, meaning)];
+  }
+
   // ---- keys with a map
   template <class T>
   void section(const char* key, T& out, const char* meaning) {

@@ -113,7 +113,8 @@ std::string objection(const std::string& text, const Scene& scene) {
         (", " + key->second->allowed + ",").find(", " + leaf.value->text + ",") == std::string::npos)
       return leaf.path + " is none of " + key->second->allowed;
     // What a resolved scene leaves out or says in other words.
-    if (name == "preset" || key->second->type.starts_with("file") || key->second->type == "switch") continue;
+    if (name == "preset" || name == "cloth.N.fabric") continue;
+    if (key->second->type.starts_with("file") || key->second->type == "switch") continue;
     // The sources come out blocks first; pins without motion come out without it.
     if (name.starts_with("fluid.sources") || name.starts_with("cloth.N.pin")) continue;
     const auto same = out.find(leaf.path);

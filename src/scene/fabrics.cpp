@@ -1,0 +1,129 @@
+#include "scene/fabrics.hpp"
+
+#include <algorithm>
+#include <array>
+#include <string_view>
+#include <utility>
+
+namespace drench {
+
+using yaml::Entry;
+using yaml::Value;
+
+namespace {
+
+constexpr std::string_view fabrics_text =
+#include "fabrics_text.inc"
+    ;
+
+std::string text_at(const Value& map, const char* key) {
+  const Value* found = map.find(key);
+  return found ? found->text : "";
+}
+
+Fabric fabric_of(const Entry& entry) {
+  Fabric fabric{entry.key, text_at(entry.value, "about"), {}};
+  for (const Value& v : entry.value.find("values")->items)
+    fabric.values.push_back(
+        {text_at(v, "key"), text_at(v, "value"), text_at(v, "how"), text_at(v, "source"), text_at(v, "note")});
+  return fabric;
+}
+
+struct Data {
+  std::vector<Fabric> fabrics;
+  std::vector<FabricSource> sources;
+};
+
+/// Read once, when the first cloth is.
+const Data& data() {
+  static const Data the_data = [] {
+    const Value root = yaml::parse(std::string(fabrics_text), "fabrics.yaml");
+    Data all;
+    for (const Entry& e : root.find("fabrics")->entries) all.fabrics.push_back(fabric_of(e));
+    for (const Entry& e : root.find("sources")->entries)
+      all.sources.push_back({e.key, text_at(e.value, "title"), text_at(e.value, "link"), text_at(e.value, "read")});
+    return all;
+  }();
+  return the_data;
+}
+
+/// Keys that take the place of others: whoever has the first has no use for the second.
+constexpr std::array<std::array<std::string_view, 2>, 4> in_place_of{{{"stretch", "membrane."},
+                                                                      {"bend", "bending."},
+                                                                      {"porous.diffusion", "porous.diffusion_exponent"},
+                                                                      {"porous.absorption", "porous.uptake_velocity"}}};
+
+const Value* at(const Value& map, const std::string& dotted) {
+  const Value* value = &map;
+  for (std::size_t from = 0; value && from <= dotted.size();) {
+    const std::size_t to = std::min(dotted.find('.', from), dotted.size());
+    value = value->kind == Value::Kind::map ? value->find(dotted.substr(from, to - from)) : nullptr;
+    from = to + 1;
+  }
+  return value;
+}
+
+bool is_replaced(const Value& cloth, const std::string& key) {
+  return std::any_of(in_place_of.begin(), in_place_of.end(),
+                     [&](const auto& pair) { return key.starts_with(pair[1]) && at(cloth, std::string(pair[0])); });
+}
+
+/// Sets a dotted key that is not there. A value on the way that is no map is left to the loader.
+bool give(Value& map, const std::string& dotted, const std::string& text, const yaml::Place& place) {
+  const std::size_t dot = dotted.find('.');
+  const std::string key = dotted.substr(0, dot);
+  auto found = std::find_if(map.entries.begin(), map.entries.end(), [&](const Entry& e) { return e.key == key; });
+  if (found != map.entries.end() && dot == dotted.npos) return false;
+  if (found == map.entries.end()) {
+    Value value;
+    value.kind = dot == dotted.npos ? Value::Kind::scalar : Value::Kind::map;
+    value.place = place;
+    if (dot == dotted.npos) value.text = text;
+    map.entries.push_back({key, place, std::move(value)});
+    found = std::prev(map.entries.end());
+  }
+  if (dot == dotted.npos) return true;
+  return found->value.kind == Value::Kind::map && give(found->value, dotted.substr(dot + 1), text, place);
+}
+
+FabricUse apply(Value& cloth, const Fabric& fabric, const yaml::Place& place) {
+  FabricUse use{0, fabric.name, {}, {}, false};
+  const Value before = cloth;
+  const bool porous = before.find("porous");
+  for (const FabricValue& v : fabric.values) {
+    if (v.key.starts_with("porous.") && !porous) {
+      use.dry = true;
+      continue;
+    }
+    const bool given = !is_replaced(before, v.key) && give(cloth, v.key, v.value, place);
+    (given ? use.given : use.own).push_back(v);
+  }
+  return use;
+}
+
+}  // namespace
+
+const std::vector<Fabric>& fabrics() { return data().fabrics; }
+
+const std::vector<FabricSource>& fabric_sources() { return data().sources; }
+
+std::vector<FabricUse> apply_fabrics(Value& scene) {
+  std::vector<FabricUse> uses;
+  for (Entry& entry : scene.entries) {
+    if (entry.key != "cloth") continue;
+    for (std::size_t i = 0; i < entry.value.items.size(); ++i) {
+      Value& cloth = entry.value.items[i];
+      const Value* name = cloth.kind == Value::Kind::map ? cloth.find("fabric") : nullptr;
+      if (!name || name->kind != Value::Kind::scalar) continue;
+      const auto found =
+          std::find_if(fabrics().begin(), fabrics().end(), [&](const Fabric& f) { return f.name == name->text; });
+      if (found == fabrics().end()) continue;
+      const yaml::Place place = name->place;
+      uses.push_back(apply(cloth, *found, place));
+      uses.back().cloth = i;
+    }
+  }
+  return uses;
+}
+
+}  // namespace drench

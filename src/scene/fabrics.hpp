@@ -1,0 +1,51 @@
+#pragma once
+// Fabrics with names: a cloth's key `fabric` gives it the values of src/scene/fabrics.yaml, which is compiled in.
+// docs/manual/fabrics.md says where each value was measured. Units are those of the scene's keys.
+
+#include <string>
+#include <vector>
+
+#include "scene/yaml_tree.hpp"
+
+namespace drench {
+
+/// A key of a cloth and what a fabric gives it.
+struct FabricValue {
+  std::string key;     // dotted, from the cloth: membrane.warp
+  std::string value;   // as YAML has it
+  std::string how;     // measured, derived, similar or assumed
+  std::string source;  // a name of fabric_sources()
+  std::string note;    // which sample, or how it was derived
+};
+
+struct Fabric {
+  std::string name, about;
+  std::vector<FabricValue> values;
+};
+
+/// Where values come from.
+struct FabricSource {
+  std::string name, title, link, read;  // read: what of it was seen
+};
+
+/// All of them, in the order of the file.
+const std::vector<Fabric>& fabrics();
+const std::vector<FabricSource>& fabric_sources();
+
+/// What a cloth has of its fabric.
+struct FabricUse {
+  std::size_t cloth = 0;           // its number in the scene
+  std::string fabric;              // its name
+  std::vector<FabricValue> given;  // those that count
+  std::vector<FabricValue> own;    // those that the scene gives itself, or gives another key in place of
+  bool dry = false;                // it could take up liquid, and the cloth has no key `porous`
+};
+
+/// Writes the values of each cloth's fabric into the scene's tree, at the place of the key `fabric`. A key that the scene has
+/// stays, and what is under `porous` counts only where the cloth has that key. Unknown names are left to the loader.
+std::vector<FabricUse> apply_fabrics(yaml::Value& scene);
+
+/// The same of a scene file, as load_scene() takes it. Throws SceneError.
+std::vector<FabricUse> fabrics_used(const std::string& path, const std::vector<std::string>& overrides = {});
+
+}  // namespace drench

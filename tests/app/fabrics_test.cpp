@@ -1,0 +1,199 @@
+// Fabrics with names: every one loads, builds and runs; the scene's own keys go first; the data file is sound, and
+// docs/manual/fabrics.md is made of it.
+
+#include "scene/fabrics.hpp"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <set>
+
+#include "run_program.hpp"
+#include "scene/load.hpp"
+#include "scene_equal.hpp"
+#include "scene_folder.hpp"
+#include "validation.hpp"
+
+namespace drench::testing {
+namespace {
+
+constexpr const char* wet_scene = R"(drench: 1
+time: {step: 0.002, end: 1}
+domain: {min: [-1, -1, -1], max: [1, 1, 1]}
+fluid: {spacing: 0.02, sources: [{block: {min: [-0.06, 0.012, -0.06], max: [0.06, 0.072, 0.06]}}]}
+cloth:
+  - name: sheet
+    fabric: cotton_interlock
+    mesh: {grid: {size: [0.3, 0.3], nodes: [13, 13]}}
+    pin: [{corners: true}]
+    porous: {}
+)";
+
+const Fabric& fabric(const std::string& name) {
+  return *std::find_if(fabrics().begin(), fabrics().end(), [&](const Fabric& f) { return f.name == name; });
+}
+
+double value(const std::string& name, const std::string& key) {
+  for (const FabricValue& v : fabric(name).values)
+    if (v.key == key) return std::stod(v.value);
+  return NAN;
+}
+
+MaterialScene material(const std::vector<std::string>& overrides = {}) {
+  return parse(wet_scene, overrides).cloths.at(0).material;
+}
+
+/// What a fabric's number can be, whatever the fabric.
+struct Bound {
+  double low, high;
+};
+const std::map<std::string, Bound> bounds{{"areal_density", {0.03, 1}},
+                                          {"thickness", {5e-5, 0.01}},
+                                          {"membrane.warp", {1, 1e5}},
+                                          {"membrane.weft", {1, 1e5}},
+                                          {"membrane.shear", {0.1, 1e4}},
+                                          {"bending.warp", {1e-7, 1e-3}},
+                                          {"bending.weft", {1e-7, 1e-3}},
+                                          {"bending.twist", {1e-7, 1e-3}},
+                                          {"porous.solid_fraction", {0.05, 0.6}},
+                                          {"porous.permeability", {1e-13, 1e-9}},
+                                          {"porous.diffusivity", {1e-7, 1e-2}},
+                                          {"porous.diffusion_exponent", {0, 10}},
+                                          {"porous.capillary_height", {0.01, 1}}};
+
+}  // namespace
+
+TEST(Fabrics, EveryNumberIsWithinBoundsAndHasASource) {
+  const std::set<std::string> ways{"measured", "derived", "similar", "assumed"};
+  std::set<std::string> sources, names;
+  for (const FabricSource& s : fabric_sources()) {
+    EXPECT_TRUE(sources.insert(s.name).second) << s.name;
+    EXPECT_FALSE(s.title.empty() || s.read.empty()) << s.name;
+    EXPECT_TRUE(s.link.starts_with("http")) << s.name;
+  }
+  EXPECT_GE(fabrics().size(), 8u);
+  for (const Fabric& f : fabrics()) {
+    EXPECT_TRUE(names.insert(f.name).second) << f.name;
+    EXPECT_FALSE(f.about.empty()) << f.name;
+    EXPECT_EQ(f.values.size(), bounds.size()) << f.name;
+    std::set<std::string> keys;
+    for (const FabricValue& v : f.values) {
+      const std::string what = f.name + ": " + v.key;
+      ASSERT_TRUE(bounds.contains(v.key)) << what;
+      EXPECT_TRUE(keys.insert(v.key).second) << what;
+      EXPECT_TRUE(std::stod(v.value) >= bounds.at(v.key).low && std::stod(v.value) <= bounds.at(v.key).high) << what;
+      EXPECT_TRUE(ways.contains(v.how)) << what;
+      EXPECT_TRUE(sources.contains(v.source)) << what << ": " << v.source;
+      EXPECT_FALSE(v.note.empty()) << what;
+    }
+  }
+}
+
+/// Dry fabric is lighter than fibre of its thickness: the density that the solid fraction was computed with is a fibre's.
+TEST(Fabrics, AreAsHeavyAsTheirFibres) {
+  for (const Fabric& f : fabrics()) {
+    const double fibre =
+        value(f.name, "areal_density") / (value(f.name, "thickness") * value(f.name, "porous.solid_fraction"));
+    EXPECT_GT(fibre, 1130) << f.name;  // nylon has 1140 kg/m³
+    EXPECT_LT(fibre, 1540) << f.name;  // cotton 1520
+  }
+}
+
+TEST(Fabrics, EveryOneLoadsBuildsAndSteps) {
+  for (const Fabric& f : fabrics()) {
+    std::string yaml = wet_scene;
+    yaml.replace(yaml.find("cotton_interlock"), std::string("cotton_interlock").size(), f.name);
+    test::SceneRun run(yaml);
+    const auto total = [](const HostState& s) {
+      Quanta sum = s.drained;
+      for (const Quanta m : s.fluid_mass) sum += m;
+      for (const Quanta m : s.node_liquid) sum += m;
+      return sum;
+    };
+    const Quanta before = total(run.initial());
+    for (int k = 0; k < 50; ++k) run.step();
+    const HostState after = run.state();
+    EXPECT_EQ(total(after), before) << f.name;
+    EXPECT_GT(*std::max_element(after.node_liquid.begin(), after.node_liquid.end()), 0) << f.name;
+    for (const Vec3& x : after.node_position)
+      EXPECT_TRUE(std::fabs(x[0]) < 0.2 && std::fabs(x[1]) < 0.2 && std::fabs(x[2]) < 0.2) << f.name;
+    for (const Vec3& v : after.node_velocity) EXPECT_LT(std::hypot(v[0], v[1], v[2]), 5) << f.name;
+  }
+}
+
+TEST(Fabrics, GiveTheirValues) {
+  const MaterialScene m = material();
+  EXPECT_EQ(m.areal_density, value("cotton_interlock", "areal_density"));
+  EXPECT_EQ(m.thickness, value("cotton_interlock", "thickness"));
+  EXPECT_EQ(m.membrane.value(), (MembraneScene{68.95, 33.19, 36.86, 1}));
+  EXPECT_EQ(m.bending.value(), (PlateScene{5.8e-6, 3.57e-6, 7.69e-6}));
+  EXPECT_EQ(m.solid_fraction, value("cotton_interlock", "porous.solid_fraction"));
+  EXPECT_EQ(m.diffusion_exponent, 5);
+  EXPECT_EQ(m.friction, MaterialScene{}.friction);  // of which no fabric says anything
+  EXPECT_TRUE(m.porous);
+}
+
+TEST(Fabrics, TheScenesOwnKeysGoFirst) {
+  EXPECT_EQ(material({"cloth.0.thickness=0.002"}).thickness, 0.002);
+  EXPECT_EQ(material({"cloth.0.membrane.shear=3"}).membrane.value(), (MembraneScene{68.95, 33.19, 3, 1}));
+  const MaterialScene stretch = material({"cloth.0.stretch=300", "cloth.0.bend=1e-5"});
+  EXPECT_EQ(stretch.stretch, 300);
+  EXPECT_FALSE(stretch.membrane || stretch.bending);
+  const MaterialScene linear = material({"cloth.0.porous.diffusion=linear"});
+  EXPECT_FALSE(linear.diffusion_exponent);
+  EXPECT_EQ(linear.capillary_height, value("cotton_interlock", "porous.capillary_height"));
+}
+
+TEST(Fabrics, LeaveClothDryThatHasNoKeyPorous) {
+  std::string dry = wet_scene;
+  dry.erase(dry.find("    porous: {}\n"));
+  EXPECT_FALSE(parse(dry).cloths[0].material.porous);
+  EXPECT_EQ(parse(dry).cloths[0].material.solid_fraction, MaterialScene{}.solid_fraction);
+}
+
+TEST(Fabrics, NoneIsNone) {
+  EXPECT_EQ(material({"cloth.0.fabric=none"}), parse(wet_scene, {"cloth.0.fabric=none"}).cloths[0].material);
+  EXPECT_EQ(material({"cloth.0.fabric=none"}).areal_density, MaterialScene{}.areal_density);
+}
+
+TEST(Fabrics, AResolvedSceneHasTheValuesAndNoName) {
+  const Scene scene = parse(wet_scene);
+  const std::string resolved = to_yaml(scene);
+  EXPECT_EQ(resolved.find("cotton_interlock"), resolved.npos);
+  EXPECT_TRUE(same_scene(parse(resolved), scene));
+}
+
+TEST(Fabrics, AnUnknownNameIsAnsweredWithTheNearestAndTheList) {
+  const std::string what = error_of(wet_scene, {"cloth.0.fabric=denim_11os"});
+  EXPECT_NE(what.find("cloth.0.fabric: 'denim_11os' is not known; did you mean 'denim_11oz'? allowed: none, "), what.npos) << what;
+  for (const Fabric& f : fabrics()) EXPECT_NE(what.find(", " + f.name), what.npos) << what;
+  EXPECT_NE(error_of(wet_scene, {"cloth.0.fabric=3"}).find("'3' is not known; allowed: none"), std::string::npos);
+}
+
+/// What a fabric gives is refused where the fabric is named.
+TEST(Fabrics, AConflictIsReportedAtTheName) {
+  EXPECT_EQ(error_of(wet_scene, {"cloth_solver.method=xpbd"}),
+            "test.yaml:7:13: cloth.0.bending: stands beside cloth_solver.method: xpbd; allowed: only with pd");
+}
+
+TEST(Fabrics, CheckSaysWhichValuesAreTheFabrics) {
+  const test::TempFolder folder;
+  test::write_text(folder.path() / "wet.yaml", wet_scene);
+  const test::Outcome found =
+      test::run_drench(folder.path(), {"check", "wet.yaml", "--set", "cloth.0.thickness=0.001"});
+  EXPECT_NE(found.out.find("fabric cotton_interlock of cloth sheet: areal_density 0.187, membrane.warp 68.95"),
+            std::string::npos)
+      << found.out << found.err;
+  EXPECT_NE(found.out.find("; not its thickness\n"), std::string::npos) << found.out;
+  std::string dry = wet_scene;
+  dry.erase(dry.find("    porous: {}\n"));
+  test::write_text(folder.path() / "dry.yaml", dry);
+  EXPECT_NE(test::run_drench(folder.path(), {"check", "dry.yaml"})
+                .out.find("warning: cloth sheet takes up no liquid, which its fabric"),
+            std::string::npos);
+}
+
+}  // namespace drench::testing
