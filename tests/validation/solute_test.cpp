@@ -257,34 +257,22 @@ struct DryingSheet {
       : run(fmt::format(R"(drench: 1
 time: {{step: {}, end: 10000}}
 gravity: [0, 0, 0]
+air: {{evaporation_rate: {}}}
 cloth:
   - mesh: {{grid: {{size: [0.06, 0.06], nodes: [61, 61]}}}}
     dynamics: false
     thickness: {}
     {}: [{{box: {{min: [-0.00401, -1, -0.00401], max: [0.00401, 1, 0.00401]}}, value: 1, concentration: 0.01}}]
-    porous: {{solid_fraction: {}, diffusivity: {}, diffusion_exponent: {}, max_saturation: 1}}
+    porous: {{solid_fraction: {}, diffusivity: {}, diffusion_exponent: {}, max_saturation: 1, critical_saturation: {}}}
 )",
-                        step_length, thickness, fed ? "hold_saturation" : "initial_saturation", solid, diffusivity,
-                        exponent)),
+                        step_length, rate / 2, thickness, fed ? "hold_saturation" : "initial_saturation", solid, diffusivity,
+                        exponent, critical)),
         state(run.initial()) {}
   double capacity(std::size_t n) const { return run.model().samples.node_capacity[n]; }
   double area(std::size_t n) const { return capacity(n) / load; }
-  /// A step, and what dries in it: at a constant rate down to the critical saturation, in proportion below it. It counts as drained.
   void step() {
     run.step();
     state = run.state();
-    for (std::size_t n = 0; n < state.node_liquid.size(); ++n) {
-      const double held = kilograms(run.model(), state.node_liquid[n]), least = critical * capacity(n);
-      double due = rate * area(n) * step_length;
-      if (held - due < least) {
-        const double above = std::max(0.0, held - least), below = std::min(held, least);
-        due = above + below * (1 - std::exp(-(due - above) / least));
-      }
-      const Quanta gone = std::min(state.node_liquid[n], static_cast<Quanta>(std::ceil(due / run.model().quantum)));
-      state.node_liquid[n] -= gone;
-      state.drained += gone;
-    }
-    run.restart(state);
   }
   /// Of the circle as large as what is wetter than a fiftieth, m.
   double radius() const {
