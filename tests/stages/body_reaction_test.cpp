@@ -76,7 +76,7 @@ TEST(body_reaction, a_box_on_cloth_is_turned) {
 }
 
 TEST(body_reaction, keeps_the_momentum_of_cloth_and_body) {
-  for (const char* cloth : {"friction: 0", "friction: 0.8"}) {
+  for (const char* cloth : {"friction: 0\n    damping: 0", "friction: 0.8\n    damping: 0"}) {
     SCOPED_TRACE(cloth);
     const auto setup = setup_from(ball_on_sheet(100, cloth, "gravity: [0, 0, 0]\n"));
     const auto backend = make_kokkos_backend(setup.model);

@@ -326,7 +326,7 @@ void SceneDraw::air() {
     const double fast = usually(1e-4, 0.05, 1e-9, 1);
     return chance(0.3)
                ? fmt::format("air: {{humidity: {:.3g}, temperature: {:.3g}, speed: {:.3g}, length: {:.3g}}}\n",
-                             uniform(0, 1), uniform(0, 60), usually(0, 10, 0, 100), usually(0.05, 2, 1e-3, 1000))
+                             uniform(0, 1), uniform(0, 60), usually(0.1, 10, 0.01, 100), usually(0.05, 2, 1e-3, 1000))
                : fmt::format("air: {{evaporation_rate: {:.3g}}}\n", fast);
   });
   if (air.empty()) return;
