@@ -32,13 +32,39 @@ void push_body(ReferenceState& state, Index body, const Six& impulse) {
                six(pose.velocity + impulse.head<3>() / b.mass, pose.spin + inertia(b, pose).inverse() * impulse.tail<3>()));
 }
 
-BodyReaction::BodyReaction(ReferenceState& state, double dt) : state_(state), dt_(dt) {
+BodyReaction::BodyReaction(ReferenceState& state, const StepInfo& info) : state_(state), dt_(info.dt) {
   if (!state.model.cloth_pushes_bodies()) return;
   for (Index k = 0; k < state.s.body_count(); ++k) {
     const Pose pose = pose_of(state.s, k);
     tried_.push_back({pose, six(pose.velocity, pose.spin), Six::Zero()});
   }
   for (const ClothMaterial& c : state.model.cloths) allowed_ = std::min(allowed_, allowed_part * c.thickness);
+  const std::vector<Six> last = last_impulses(info);
+  for (Index k = 0; k < state.s.body_count(); ++k) {
+    push_body(state, k, last[k]);
+    const Pose pose = pose_of(state.s, k);
+    tried_[k].velocity = six(pose.velocity, pose.spin);
+  }
+}
+
+/// Of the forces of the last step, each on the last body that the node is next to.
+std::vector<Six> BodyReaction::last_impulses(const StepInfo& info) const {
+  const std::vector<PlacedBody> bodies = placed_bodies(state_, info);
+  std::vector<Six> sum(bodies.size(), Six::Zero());
+  for (Index n = 0; n < state_.s.node_count(); ++n) {
+    const Vector3d force = vec(state_.s.node_contact_force[n]) + vec(state_.s.node_friction_force[n]), x = vec(state_.s.node_position[n]);
+    if (force.isZero(0)) continue;
+    std::size_t touched = bodies.size();
+    for (std::size_t b = 0; b < bodies.size(); ++b) {
+      Vector3d normal;
+      const std::optional<double> distance = distance_to(bodies[b], x, normal);
+      if (distance && *distance < 2 * state_.model.cloths[state_.model.mesh.node_cloth[n]].thickness) touched = b;
+    }
+    if (touched == bodies.size()) continue;
+    const Vector3d push = -dt_ * force;
+    sum[touched] += six(push, (x - bodies[touched].pose.position).cross(push));
+  }
+  return sum;
 }
 
 std::vector<Six> BodyReaction::impulses(const ClothProblem& problem, const Vectors& x) const {

@@ -15,7 +15,8 @@ void push_body(ReferenceState& state, Index body, const Six& impulse);
 /// The fixed point of bodies' velocities and the contact of cloth that is solved with them.
 class BodyReaction {
  public:
-  BodyReaction(ReferenceState& state, double dt);
+  /// Begins with the push of the last step.
+  BodyReaction(ReferenceState& state, const StepInfo& info);
   /// True: the state's bodies have another velocity to be tried.
   bool moves_on(const ClothProblem& problem, const Vectors& x);
   double disagreement() const { return disagreement_; }
@@ -27,6 +28,7 @@ class BodyReaction {
     double factor = 1;
     int times = 0;
   };
+  std::vector<Six> last_impulses(const StepInfo& info) const;
   std::vector<Six> impulses(const ClothProblem& problem, const Vectors& x) const;
   Six next(Index body, const Six& found);
 

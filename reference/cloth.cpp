@@ -48,7 +48,7 @@ void cloth(ReferenceState& state, const StepInfo& info, StepReport& report) {
   clear_inactive(state);
   const Vectors load = pressure_response(state, state.s.fluid_kappa_density).node_force;
 
-  BodyReaction reaction(state, dt);
+  BodyReaction reaction(state, info);
   std::optional<ClothProblem> solved;
   std::optional<Vectors> found;
   report.cloth_iterations = 0;

@@ -47,16 +47,55 @@ struct NodePushes {
   }
 };
 
+/// The forces of the last step, each as a push on the last dynamic body that the node is next to.
+struct LastPushes {
+  Entries<const Real3> position, contact, friction;
+  Materials material;
+  Slice<const Solid> solids;
+  PushesOnBodies pushes;
+  double dt;
+
+  LastPushes(const Constants& constants, Bodies& bodies, const Cloth& cloth, double step)
+      : position(cloth.nodes.position),
+        contact(cloth.nodes.contact_force),
+        friction(cloth.nodes.friction_force),
+        material(node_materials(cloth)),
+        solids(bodies.solids),
+        pushes(constants, bodies),
+        dt(step) {}
+  KOKKOS_INLINE_FUNCTION void operator()(const Index n) const {
+    const Real3 force = contact(n) + friction(n);
+    if (!(dot(force, force) > 0)) return;
+    std::size_t touched = solids.extent(0);
+    for (std::size_t b = 0; b < solids.extent(0); ++b)
+      if (solid_distance(solids(b), position(n), Real3{}).phi < 2 * material(n).thickness) touched = b;
+    if (touched < solids.extent(0) && pushes.takes(touched))
+      pushes.add(touched, widen(position(n) - solids(touched).center), times(-dt, widen(force)));
+  }
+};
+
+void add_last_pushes(const Constants& constants, Bodies& bodies, const Cloth& cloth, const StepInfo& info) {
+  place_solids(constants, bodies, info);
+  clear_pushes(bodies);
+  const LastPushes last(constants, bodies, cloth, info.dt);
+  parallel(
+      "drench::cloth::last_pushes", cloth.nodes.count, KOKKOS_LAMBDA(const Index n) { last(n); });
+}
+
 }  // namespace
 
-BodyReaction::BodyReaction(const Constants& constants, Bodies& bodies, Real dt)
-    : constants_(constants), bodies_(bodies), dt_(dt) {
+BodyReaction::BodyReaction(const Constants& constants, Bodies& bodies, const Cloth& cloth, const StepInfo& info)
+    : constants_(constants), bodies_(bodies), dt_(info.dt) {
   if (!constants.model.cloth_pushes_bodies()) return;
   constant_ = to_host<RigidBody>(bodies.constant, bodies.count);
   free_ = tried_ = to_host<RigidState>(bodies.state, bodies.count);
   answer_.resize(free_.size());
   allowed_ = 1e300;
   for (const ClothMaterial& c : constants.model.cloths) allowed_ = std::min(allowed_, allowed_part * c.thickness);
+  add_last_pushes(constants, bodies, cloth, info);
+  const std::vector<Wrench> last = pushes_on(constants, bodies);
+  for (std::size_t b = 0; b < free_.size(); ++b) tried_[b] = pushed(constant_[b], free_[b], last[b]);
+  set_states(bodies, tried_);
 }
 
 double BodyReaction::size_of(const RigidBody& body, const Wrench& r) const {

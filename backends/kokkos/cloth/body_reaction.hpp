@@ -10,8 +10,8 @@ namespace drench::kokkos_backend {
 /// Tries velocities until those that the cloth's contact leaves are the ones that it was solved with.
 class BodyReaction {
  public:
-  /// Nothing to do without dynamic bodies.
-  BodyReaction(const Constants& constants, Bodies& bodies, Real dt);
+  /// Begins with the push of the last step. Nothing to do without dynamic bodies.
+  BodyReaction(const Constants& constants, Bodies& bodies, const Cloth& cloth, const StepInfo& info);
   /// Takes the contact of a solve. True: bodies have another velocity to be tried, and the cloth is to be solved again.
   bool moves_on(const ClothSystem& system, const Entries<const Real3>& shift, Index nodes);
   /// By how much the last velocities disagree, in units of what is allowed.
