@@ -73,8 +73,16 @@ FieldTolerances::Allowed FieldTolerances::mass(const FieldDifference&) const {
 }
 
 // What is transferred goes with the concentration, which is above 1 quantum a quantum where liquid has gone.
+/// A quantum of liquid more or less carries as many of solute as the strongest holder has for one.
 FieldTolerances::Allowed FieldTolerances::solute(const FieldDifference& d) const {
-  return {std::max(d.largest, static_cast<double>(quanta_per_particle)), mass_slack};
+  double strongest = 1;
+  const auto look = [&](const std::vector<Quanta>& solute, const std::vector<Quanta>& liquid) {
+    for (std::size_t k = 0; k < std::min(solute.size(), liquid.size()); ++k)
+      if (liquid[k] > 0) strongest = std::max(strongest, static_cast<double>(solute[k]) / static_cast<double>(liquid[k]));
+  };
+  look(expected_.node_solute, expected_.node_liquid);
+  look(expected_.fluid_solute, expected_.fluid_mass);
+  return {std::max(d.largest, static_cast<double>(quanta_per_particle)), strongest * mass_slack};
 }
 
 FieldTolerances::Allowed FieldTolerances::fluid_velocity(const FieldDifference& d) const {
