@@ -61,4 +61,18 @@ void lay_rest_planes(Model& model) {
   }
 }
 
+std::vector<double> places_in_rest_planes(const Model& model) {
+  const ClothMesh& mesh = model.mesh;
+  std::vector<double> places;
+  for (std::size_t n = 0; n < mesh.rest_position.size(); ++n) {
+    const ClothMaterial& material = model.cloths[static_cast<std::size_t>(mesh.node_cloth[n])];
+    for (const Vec3& axis : material.rest_plane) {
+      double sum = 0;
+      for (std::size_t a = 0; a < 3; ++a) sum += axis[a] * (mesh.rest_position[n][a] - material.rest_center[a]);
+      places.push_back(sum);
+    }
+  }
+  return places;
+}
+
 }  // namespace drench

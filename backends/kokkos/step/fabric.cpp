@@ -5,6 +5,7 @@
 #include "cloth/wet_cloth.hpp"
 #include "core/host_copy.hpp"
 #include "core/reduce.hpp"
+#include "setup/rest_plane.hpp"
 #include "setup/surface_mesh.hpp"
 #include "step/fabric_law.hpp"
 
@@ -13,20 +14,12 @@ namespace {
 
 void lay_out(const Constants& constants, FabricWork& work) {
   const ClothMesh& mesh = constants.model.mesh;
-  std::vector<double> rest_uv, rest_area;
-  for (std::size_t n = 0; n < mesh.rest_position.size(); ++n) {
-    const ClothMaterial& material = constants.model.cloths[static_cast<std::size_t>(mesh.node_cloth[n])];
-    for (const Vec3& axis : material.rest_plane) {
-      double sum = 0;
-      for (std::size_t a = 0; a < 3; ++a) sum += axis[a] * (mesh.rest_position[n][a] - material.rest_center[a]);
-      rest_uv.push_back(sum);
-    }
-  }
+  std::vector<double> rest_area;
   for (const auto& t : mesh.triangle) {
     const auto at = [&](std::size_t c) { return mesh.rest_position[static_cast<std::size_t>(t[c])]; };
     rest_area.push_back(triangle_area(at(0), at(1), at(2)));
   }
-  work.rest_uv = to_device<double>("drench::fabric::rest_uv", rest_uv);
+  work.rest_uv = to_device<double>("drench::fabric::rest_uv", places_in_rest_planes(constants.model));
   work.rest_area = to_device<double>("drench::fabric::rest_area", rest_area);
 }
 

@@ -7,6 +7,7 @@
 
 #include "core/host_copy.hpp"
 #include "core/reduce.hpp"
+#include "setup/rest_plane.hpp"
 
 namespace drench::kokkos_backend {
 namespace {
@@ -78,17 +79,7 @@ void clumping(const Constants& constants, Fluid& fluid, MeasuresWork& work, Step
 
 /// (u, v) of every node, m.
 void place_nodes(const Constants& constants, MeasuresWork& work) {
-  const ClothMesh& mesh = constants.model.mesh;
-  std::vector<double> rest_uv;
-  for (std::size_t n = 0; n < mesh.rest_position.size(); ++n) {
-    const ClothMaterial& material = constants.model.cloths[static_cast<std::size_t>(mesh.node_cloth[n])];
-    for (const Vec3& axis : material.rest_plane) {
-      double sum = 0;
-      for (std::size_t a = 0; a < 3; ++a) sum += axis[a] * (mesh.rest_position[n][a] - material.rest_center[a]);
-      rest_uv.push_back(sum);
-    }
-  }
-  work.rest_uv = to_device<double>("drench::measures::rest_uv", rest_uv);
+  work.rest_uv = to_device<double>("drench::measures::rest_uv", places_in_rest_planes(constants.model));
 }
 
 /// λ_min/λ_max of M = [uu, uv; uv, vv].
