@@ -9,7 +9,7 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr int most_solves = 12;
-constexpr double contact_range = 1.01, allowed_part = 0.001;  // of the thickness
+constexpr double allowed_part = 0.001;  // of the thinnest cloth's thickness
 
 Six six(const Vector3d& a, const Vector3d& b) {
   Six both;
@@ -28,8 +28,9 @@ void push_body(ReferenceState& state, Index body, const Six& impulse) {
   const Body& b = state.model.bodies[body];
   if (!b.dynamic) return;
   const Pose pose = pose_of(state.s, body);
-  set_velocity(state, body,
-               six(pose.velocity + impulse.head<3>() / b.mass, pose.spin + inertia(b, pose).inverse() * impulse.tail<3>()));
+  set_velocity(
+      state, body,
+      six(pose.velocity + impulse.head<3>() / b.mass, pose.spin + inertia(b, pose).inverse() * impulse.tail<3>()));
 }
 
 BodyReaction::BodyReaction(ReferenceState& state, const StepInfo& info) : state_(state), dt_(info.dt) {
@@ -52,7 +53,8 @@ std::vector<Six> BodyReaction::last_impulses(const StepInfo& info) const {
   const std::vector<PlacedBody> bodies = placed_bodies(state_, info);
   std::vector<Six> sum(bodies.size(), Six::Zero());
   for (Index n = 0; n < state_.s.node_count(); ++n) {
-    const Vector3d force = vec(state_.s.node_contact_force[n]) + vec(state_.s.node_friction_force[n]), x = vec(state_.s.node_position[n]);
+    const Vector3d force = vec(state_.s.node_contact_force[n]) + vec(state_.s.node_friction_force[n]),
+                   x = vec(state_.s.node_position[n]);
     if (force.isZero(0)) continue;
     std::size_t touched = bodies.size();
     for (std::size_t b = 0; b < bodies.size(); ++b) {
@@ -77,19 +79,11 @@ std::vector<Six> BodyReaction::impulses(const ClothProblem& problem, const Vecto
     };
     Vector3d left = r[n];
     std::size_t last = 0;
-    bool presses = false;
-    for (std::size_t b = 0; b < problem.bodies.size(); ++b) {
-      Vector3d normal;
-      const std::optional<double> distance = distance_to(problem.bodies[b], x[n], normal);
-      if (!distance || *distance >= contact_range * problem.material(n).thickness) continue;
+    const NodeContact touched = problem.contact(n, x[n], left, [&](std::size_t b, const Vector3d& pressed) {
       last = b;
-      const double press = -left.dot(normal);
-      if (press <= 0) continue;
-      presses = true;
-      left += press * normal;
-      add(b, -press * normal);
-    }
-    if (presses) add(last, left - problem.unbalanced(n, x[n], r[n]));
+      add(b, pressed);
+    });
+    if (touched.press > 0) add(last, left - problem.unbalanced(n, x[n], r[n]));
   }
   return sum;
 }
@@ -119,8 +113,9 @@ bool BodyReaction::moves_on(const ClothProblem& problem, const Vectors& x) {
     found.push_back(six(pose.velocity, pose.spin));
     const Six apart = found[b] - tried_[b].velocity;
     if (state_.model.bodies[b].dynamic)
-      disagreement_ = std::max(
-          disagreement_, dt_ * (apart.head<3>().norm() + state_.model.bodies[b].reach * apart.tail<3>().norm()) / allowed_);
+      disagreement_ =
+          std::max(disagreement_,
+                   dt_ * (apart.head<3>().norm() + state_.model.bodies[b].reach * apart.tail<3>().norm()) / allowed_);
   }
   const bool again = disagreement_ > 1 && ++solves_ < most_solves;
   for (Index b = 0; b < state_.s.body_count() && again; ++b) {

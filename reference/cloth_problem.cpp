@@ -239,15 +239,16 @@ Vector3d ClothProblem::before_planes(Index n, const Vector3d& now, Vector3d x) c
   return x;
 }
 
-NodeContact ClothProblem::contact(Index n, const Vector3d& x, Vector3d& push) const {
+NodeContact ClothProblem::contact(Index n, const Vector3d& x, Vector3d& push, const OfBody& of_body) const {
   NodeContact found;
-  for (const PlacedBody& body : bodies) {
+  for (std::size_t b = 0; b < bodies.size(); ++b) {
     Vector3d normal;
-    const std::optional<double> distance = distance_to(body, x, normal);
+    const std::optional<double> distance = distance_to(bodies[b], x, normal);
     if (!is_free(n) || !distance || *distance >= contact_range * material(n).thickness) continue;
     const double press = std::max(0.0, -push.dot(normal));
-    found = {normal, body.velocity_at(x), found.press + press};
+    found = {normal, bodies[b].velocity_at(x), found.press + press};
     push += press * normal;
+    if (of_body) of_body(b, -press * normal);
   }
   return found;
 }

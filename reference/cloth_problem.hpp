@@ -2,6 +2,8 @@
 // The implicit step of the cloth as a minimisation, for stage cloth and for the pressure solve that goes on with it
 // (src/stages/cloth.hpp).
 
+#include <functional>
+
 #include "collision.hpp"
 
 namespace drench::reference {
@@ -49,8 +51,9 @@ struct ClothProblem {
   void project(Vectors& x) const;
   /// x, moved out of the planes that touch the bodies at their points next to `now`, to the cloth's thickness.
   Eigen::Vector3d before_planes(Index n, const Eigen::Vector3d& now, Eigen::Vector3d x) const;
-  /// The bodies that the free node n touches at x. `push`, a force or a way, loses what presses into them.
-  NodeContact contact(Index n, const Eigen::Vector3d& x, Eigen::Vector3d& push) const;
+  using OfBody = std::function<void(std::size_t body, const Eigen::Vector3d& pressed)>;
+  /// The bodies that the free node n touches at x. `push`, a force or a way, loses what presses into them: of_body hears of each.
+  NodeContact contact(Index n, const Eigen::Vector3d& x, Eigen::Vector3d& push, const OfBody& of_body = {}) const;
   /// x after Coulomb friction: node n slips along the surface by `loss` (m) less, at most to a standstill.
   Eigen::Vector3d with_friction(const NodeContact& contact, Index n, const Eigen::Vector3d& x, double loss) const;
   /// μ, as wet as the node is.

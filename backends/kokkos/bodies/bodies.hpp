@@ -75,6 +75,7 @@ struct Bodies {
   Field<Real> distance_fields;  // the meshes', one after the other, m
   // poses: on the device only if a body moves, else kept for the download
   Field<RigidBody> constant;
+  std::vector<RigidBody> constant_on_host;
   Field<RigidState> state;
   Array<RigidState> keyed;  // where keys put bodies; no memory without such a body
   std::vector<Vec3> static_position, static_velocity, static_spin;

@@ -105,6 +105,7 @@ void make_bodies(const Model& m, Bodies& bodies) {
     }
   }
   bodies.constant = to_device<RigidBody>("drench::body_constant", constants);
+  bodies.constant_on_host = constants;
   make_dynamic_samples(bodies.dynamic, sample, owner, constants.size());
 }
 

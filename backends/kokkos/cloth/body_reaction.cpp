@@ -12,7 +12,9 @@ namespace {
 constexpr int most_solves = 12;
 constexpr double allowed_part = 0.001;  // of the thinnest cloth: a tenth of the width of contact
 
-Wrench difference(const RigidState& a, const RigidState& b) { return {minus(a.velocity, b.velocity), minus(a.spin, b.spin)}; }
+Wrench difference(const RigidState& a, const RigidState& b) {
+  return {minus(a.velocity, b.velocity), minus(a.spin, b.spin)};
+}
 
 /// Its impulses on the solids, of a node that presses on some: what they do to it, the other way round.
 struct NodePushes {
@@ -26,19 +28,11 @@ struct NodePushes {
     const Real3 whole = system.residual(n, shift);
     Real3 left = whole;
     std::size_t last = 0;
-    const Real range = Real(1.01) * t.thickness;
-    for (std::size_t b = 0; b < system.solids.extent(0); ++b) {
-      const SolidDistance at = solid_distance(system.solids(b), t.start, shift(n));
-      if (!(at.phi < range)) continue;
-      last = b;
-      const Real inward = dot(left, at.normal);
-      if (!(inward < 0)) continue;
-      left -= inward * at.normal;
-      push(b, n, inward * at.normal);
-    }
-    Real3 pressed = whole;
-    if (system.contact(t, shift(n), pressed).press > 0)  // friction of the solid that it touches last
-      push(last, n, left - system.unbalanced(t, shift(n), whole));
+    const NodeContact c = system.contact(t, shift(n), left, [&](const std::size_t solid, const Real3& force) {
+      last = solid;
+      push(solid, n, force);
+    });
+    if (c.press > 0) push(last, n, left - system.unbalanced(t, shift(n), whole));  // its friction
   }
   KOKKOS_INLINE_FUNCTION void push(std::size_t b, Index n, const Real3& force) const {
     if (!pushes.takes(b)) return;
@@ -87,14 +81,13 @@ void add_last_pushes(const Constants& constants, Bodies& bodies, const Cloth& cl
 BodyReaction::BodyReaction(const Constants& constants, Bodies& bodies, const Cloth& cloth, const StepInfo& info)
     : constants_(constants), bodies_(bodies), dt_(info.dt) {
   if (!constants.model.cloth_pushes_bodies()) return;
-  constant_ = to_host<RigidBody>(bodies.constant, bodies.count);
   free_ = tried_ = to_host<RigidState>(bodies.state, bodies.count);
   answer_.resize(free_.size());
   allowed_ = 1e300;
   for (const ClothMaterial& c : constants.model.cloths) allowed_ = std::min(allowed_, allowed_part * c.thickness);
   add_last_pushes(constants, bodies, cloth, info);
   const std::vector<Wrench> last = pushes_on(constants, bodies);
-  for (std::size_t b = 0; b < free_.size(); ++b) tried_[b] = pushed(constant_[b], free_[b], last[b]);
+  for (std::size_t b = 0; b < free_.size(); ++b) tried_[b] = pushed(bodies.constant_on_host[b], free_[b], last[b]);
   set_states(bodies, tried_);
 }
 
@@ -104,7 +97,7 @@ double BodyReaction::size_of(const RigidBody& body, const Wrench& r) const {
 
 /// Aitken's relaxation of the fixed point (Küttler and Wall 2008), in the metric of the kinetic energy.
 RigidState BodyReaction::next_try(std::size_t b, const RigidState& found) {
-  const RigidBody& body = constant_[b];
+  const RigidBody& body = bodies_.constant_on_host[b];
   Answer& a = answer_[b];
   const Wrench now = difference(found, tried_[b]);
   if (a.tried) {
@@ -132,16 +125,17 @@ bool BodyReaction::moves_on(const ClothSystem& system, const Entries<const Real3
   std::vector<RigidState> found;
   disagreement_ = 0;
   for (std::size_t b = 0; b < free_.size(); ++b) {
-    found.push_back(pushed(constant_[b], free_[b], impulse[b]));
-    if (constant_[b].dynamic)
-      disagreement_ = std::max(disagreement_, size_of(constant_[b], difference(found[b], tried_[b])) / allowed_);
+    found.push_back(pushed(bodies_.constant_on_host[b], free_[b], impulse[b]));
+    if (bodies_.constant_on_host[b].dynamic)
+      disagreement_ =
+          std::max(disagreement_, size_of(bodies_.constant_on_host[b], difference(found[b], tried_[b])) / allowed_);
   }
   if (disagreement_ <= 1 || ++solves_ >= most_solves) {
     set_states(bodies_, found);
     return false;
   }
   for (std::size_t b = 0; b < free_.size(); ++b)
-    if (constant_[b].dynamic) tried_[b] = next_try(b, found[b]);
+    if (bodies_.constant_on_host[b].dynamic) tried_[b] = next_try(b, found[b]);
   set_states(bodies_, tried_);
   return true;
 }

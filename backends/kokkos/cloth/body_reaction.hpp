@@ -32,7 +32,6 @@ class BodyReaction {
   double dt_, allowed_ = 0;  // s; m
   int solves_ = 0;
   double disagreement_ = 0;
-  std::vector<RigidBody> constant_;
   std::vector<RigidState> free_, tried_;  // without the cloth's pushes; as the last solve had them
   std::vector<Answer> answer_;
 };

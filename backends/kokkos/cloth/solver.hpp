@@ -198,8 +198,10 @@ struct ClothSystem {
     return (mass(n) * inverse_dt2) * (target(n) - shift(n)) + elastic_force(n, shift);
   }
 
-  /// Solids within 1.01 of the thickness at x⁰ + `shift`. `push`, a force or a way, loses what presses into them.
-  KOKKOS_INLINE_FUNCTION NodeContact contact(const NodeTerms& t, const Real3& shift, Real3& push) const {
+  /// Solids within 1.01 of the thickness at x⁰ + `shift`. `push`, a force or a way, loses what presses into them: each(solid, that)
+  /// in their order.
+  template <class Each>
+  KOKKOS_INLINE_FUNCTION NodeContact contact(const NodeTerms& t, const Real3& shift, Real3& push, const Each& each) const {
     NodeContact c;
     const Real range = Real(1.01) * t.thickness;
     for (std::size_t b = 0; b < solids.extent(0); ++b) {
@@ -208,12 +210,15 @@ struct ClothSystem {
       c.touches = true;
       c.normal = at.normal;
       c.moved = dt * surface_velocity(solids(b), t.start, shift);
-      const Real inward = dot(push, at.normal);
-      if (!(inward < 0)) continue;
+      const Real inward = Kokkos::fmin(dot(push, at.normal), Real(0));
       c.press -= inward;
       push -= inward * at.normal;
+      each(b, inward * at.normal);
     }
     return c;
+  }
+  KOKKOS_INLINE_FUNCTION NodeContact contact(const NodeTerms& t, const Real3& shift, Real3& push) const {
+    return contact(t, shift, push, [](std::size_t, const Real3&) {});
   }
   /// A shift after Coulomb friction: it slips along the surface by `loss` (m) less, at most to a standstill.
   KOKKOS_INLINE_FUNCTION static Real3 with_friction(const NodeContact& c, const Real3& shift, Real loss) {

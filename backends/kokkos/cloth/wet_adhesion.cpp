@@ -209,9 +209,8 @@ void sort_triangles(const Cloth& cloth, WetAdhesionWork& work) {
 /// Dynamic bodies are pulled back.
 void pull_bodies(const Constants& constants, Bodies& bodies) {
   const std::vector<Wrench> impulse = pushes_on(constants, bodies);
-  const auto constant = to_host<RigidBody>(bodies.constant, bodies.count);
   auto states = to_host<RigidState>(bodies.state, bodies.count);
-  for (std::size_t b = 0; b < states.size(); ++b) states[b] = pushed(constant[b], states[b], impulse[b]);
+  for (std::size_t b = 0; b < states.size(); ++b) states[b] = pushed(bodies.constant_on_host[b], states[b], impulse[b]);
   set_states(bodies, states);
 }
 
