@@ -211,8 +211,9 @@ class Run {
                            backend_.name(), backend_.description()));
     log_.write(fmt::format("scene {}", options_.scene));
     stats_.emplace(folder_ / "stats.csv", pipeline_.stages(), model_.quantum, pipeline_.initial_total(),
-                   same ? pipeline_.step_index() : -1, model_.scene.time.mode == TimeMode::error, ranks_ != nullptr,
-                   SoluteTotal{model_.solute_quantum(), pipeline_.initial_solute()}, model_.porous_cloths());
+                   same ? pipeline_.step_index() : -1,
+                   StatsKinds{model_.scene.time.mode == TimeMode::error, ranks_ != nullptr,
+                              {model_.solute_quantum(), pipeline_.initial_solute()}, model_.porous_cloths()});
     if (every() > 0)
       frames_.emplace(
           folder_, model_, static_cast<int>(frames_written_),

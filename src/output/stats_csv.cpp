@@ -161,16 +161,15 @@ void add_of_fabric(Columns& columns, double quantum, std::size_t k, Index cloth)
 }  // namespace
 
 StatsCsv::StatsCsv(const std::filesystem::path& path, const std::vector<Stage>& stages, double quantum,
-                   Quanta initial_total, std::int64_t after, bool by_error, bool among_ranks, const SoluteTotal& solute,
-                   const std::vector<Index>& fabrics)
+                   Quanta initial_total, std::int64_t after, const StatsKinds& kinds)
     : path_(path) {
   Columns columns;
   add_common(columns, quantum, initial_total);
   add_of_stages(columns, stages, quantum);
-  if (solute.quantum > 0) add_solute(columns, solute);
+  if (kinds.solute.quantum > 0) add_solute(columns, kinds.solute);
   if (std::find(stages.begin(), stages.end(), Stage::fabric) != stages.end())
-    for (std::size_t k = 0; k < fabrics.size(); ++k) add_of_fabric(columns, quantum, k, fabrics[k]);
-  if (by_error) {
+    for (std::size_t k = 0; k < kinds.fabrics.size(); ++k) add_of_fabric(columns, quantum, k, kinds.fabrics[k]);
+  if (kinds.by_error) {
     columns.of_report("error_density", "{:.6g}", &Report::density_found);
     columns.of_report("rejected", "{}", &Report::rejected);
   }
@@ -179,7 +178,7 @@ StatsCsv::StatsCsv(const std::filesystem::path& path, const std::vector<Stage>& 
     columns.of_row("ms_" + std::string(name_of(s)), "{:.4f}",
                    [s](const StatsRow& row) { return row.milliseconds[static_cast<std::size_t>(s)]; });
   const bool goes_on = after >= 0 && std::filesystem::exists(path);
-  if (among_ranks || goes_on) {
+  if (kinds.among_ranks || goes_on) {
     columns.of_row("ms_exchange", "{:.4f}", &StatsRow::exchange_milliseconds);
     columns.of_row("ms_sums", "{:.4f}", &StatsRow::sum_milliseconds);
     columns.of_report("imbalance", "{:.4g}", &Report::imbalance);

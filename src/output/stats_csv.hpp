@@ -32,17 +32,23 @@ struct SoluteTotal {
   Quanta initial = 0;
 };
 
+/// What a run has, beside its stages, that has columns.
+struct StatsKinds {
+  bool by_error = false;     // time.mode is error
+  bool among_ranks = false;  // ranks tell each other something
+  SoluteTotal solute{};
+  std::vector<Index> fabrics{};  // numbers of the porous cloths, for stage fabric
+};
+
 /// stats.csv: one row per step, with the columns and units of docs/manual/output.md. Those of a stage stand there only if it
 /// runs. mass_error is the change of mass_total since the start, from integers: 0 means exactly 0.
 class StatsCsv {
  public:
-  /// `quantum` in kg; `by_error`: time.mode is error; `among_ranks`: with what ranks tell each other; `solute`: of a scene that has
-  /// one; `fabrics`: numbers of the porous cloths, for stage fabric. With `after`, the rows of a file that is there stay up to this
-  /// step, whatever comes after them is cut off, and the next ones follow with its columns, which an older drench may have written.
-  /// Throws std::runtime_error when the file cannot be written, or has a column that is not known.
+  /// `quantum` in kg. With `after`, the rows of a file that is there stay up to this step, and what comes after them is cut off. The
+  /// next ones follow with its columns, which an older drench may have written. Throws std::runtime_error when the file cannot be
+  /// written, or has a column that is not known.
   StatsCsv(const std::filesystem::path& path, const std::vector<Stage>& stages, double quantum, Quanta initial_total,
-           std::int64_t after = -1, bool by_error = false, bool among_ranks = false, const SoluteTotal& solute = {},
-           const std::vector<Index>& fabrics = {});
+           std::int64_t after = -1, const StatsKinds& kinds = {});
   /// The row is in the file when this returns.
   void write(const StatsRow& row);
 

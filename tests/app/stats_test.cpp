@@ -89,7 +89,7 @@ TEST(Output, StatisticsOfASoluteStandWhereThereIsOne) {
   report.solute_supplied = 2;
   const std::array<double, stage_count> ms{};
   const auto table = [&](const SoluteTotal& solute) {
-    StatsCsv(folder.path() / "stats.csv", {Stage::ledger}, 1, 0, -1, false, false, solute).write({report, ms, 0});
+    StatsCsv(folder.path() / "stats.csv", {Stage::ledger}, 1, 0, -1, {.solute = solute}).write({report, ms, 0});
     return read_table(folder.path() / "stats.csv");
   };
   const Table dyed = table({0.5, 9});
@@ -144,7 +144,7 @@ TEST(Output, StatisticsOfEachFabricHaveItsNumber) {
   report.fabrics[1] = {.cloth = 2, .liquid = 8, .taken_front = 1, .taken_back = 5, .given_front = 2, .given_back = 3,
                        .wet_area = 0.25, .wet_warp = 0.5, .wet_weft = 0.75};
   const auto table = [&](const std::vector<Stage>& stages) {
-    StatsCsv(folder.path() / "stats.csv", stages, 2, 0, -1, false, false, {}, {0, 2}).write({report, {}, 0});
+    StatsCsv(folder.path() / "stats.csv", stages, 2, 0, -1, {.fabrics = {0, 2}}).write({report, {}, 0});
     return read_table(folder.path() / "stats.csv");
   };
   const Table with = table({Stage::time_step, Stage::fabric, Stage::ledger});

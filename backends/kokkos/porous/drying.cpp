@@ -55,9 +55,9 @@ void open_sides(const Constants& constants, const NeighborLists& lists, const Bo
       "drench::drying::open", cloth.samples.count, KOKKOS_LAMBDA(const Index p) {
         double filled[2] = {double(sides(2 * p)) / share_units, double(sides(2 * p + 1)) / share_units};
         const Real3 here = at(p), n = normal(p);
-        const Index near_solids = solids ? list.row(p).count : 0;
-        for (Index k = 0; k < near_solids; ++k) {
-          const Index b = list.row(p)(k);
+        const Neighbors::Row near = solids ? list.row(p) : Neighbors::Row{};
+        for (Index k = 0; k < near.count; ++k) {
+          const Index b = near(k);
           const Real3 away = solid(b) - here;
           filled[dot(away, n) >= 0 ? 1 : 0] += double(volume(b) * kernel.value(norm(away)));
         }

@@ -3,6 +3,7 @@
 #include "porous/emission_particles.hpp"
 
 #include "porous/emission_law.hpp"
+#include "porous/faces.hpp"
 
 namespace drench::kokkos_backend {
 namespace {
@@ -157,19 +158,6 @@ void rank(const Constants& constants, const Cloth& cloth, EmissionWork& work) {
       n);
 }
 
-/// What goes into new particles, on the faces of its samples; nothing where they are not counted.
-struct Given {
-  Entries<Quanta> front, back;
-  Entries<const Real3> position, normal;
-
-  explicit Given(Cloth& cloth)
-      : front(cloth.samples.given_front), back(cloth.samples.given_back), position(cloth.samples.position), normal(cloth.samples.normal) {}
-  KOKKOS_INLINE_FUNCTION void count(Index p, const Real3& particle, Quanta mass) const {
-    if (!front.exist() || mass == 0) return;
-    (dot(particle - position(p), normal(p)) >= 0 ? front : back)(p) += mass;
-  }
-};
-
 /// What a sample gives out: to the particle of its own pool, if it is a collector, and to its target's.
 struct GiveOut {
   Entries<const Real3> position, leaving_velocity;
@@ -238,7 +226,7 @@ void give_out(const Constants& constants, Fluid& fluid, const NeighborLists& lis
   const CandidateCells cells(cloth, work);
   const Entries<Quanta> given = work.given;
   const GiveOut give(lists, work, constants.model.max_quanta);
-  const Given faces(cloth);
+  const FacesOfNew faces(cloth);
   parallel(
       "drench::emission::give_out", cloth.samples.count, KOKKOS_LAMBDA(const Index p) {
         if (give.pools(p) > 0) cells.clear_cell_of(p);

@@ -3,6 +3,7 @@
 #include "porous/faces.hpp"
 
 namespace drench::kokkos_backend {
+
 void clear_faces(const Cloth& cloth, TransferWork& transfers) {
   if (!cloth.samples.taken_front.exists()) return;
   make_room(transfers.front, "drench::fabric::front", static_cast<std::size_t>(cloth.samples.count));

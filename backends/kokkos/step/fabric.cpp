@@ -104,7 +104,8 @@ void add_faces(const Cloth& cloth, const ClothMaterial& material, FabricNumbers&
   numbers.given_back = sums.given_back;
 }
 
-FabricNumbers numbers_of(const Constants& constants, const Cloth& cloth, const FabricWork& work, const ClothMaterial& material) {
+FabricNumbers numbers_of(const Constants& constants, const Cloth& cloth, const FabricWork& work,
+                         const ClothMaterial& material) {
   FabricNumbers numbers;
   const Entries<const Quanta> liquid = cloth.nodes.liquid;
   const Index first_node = material.first_node, first = material.first_triangle;
