@@ -6,6 +6,7 @@
 #include <set>
 #include <string>
 
+#include "ball_on_sheet.hpp"
 #include "mesh_sequence.hpp"
 #include "pipeline/pipeline.hpp"
 #include "pipeline/runtime.hpp"
@@ -428,6 +429,21 @@ TEST(only_what_is_needed, measures_only_where_asked_for) {
   }
   const Watch watch(with(no_cloth, "end: 1}", "end: 1}\noutput: {measures: true}"));
   EXPECT_EQ(containing(launched, label), 2);
+}
+
+TEST(only_what_is_needed, cloth_pushes_bodies_only_where_it_moves_and_they_answer) {
+  const auto count = [] { return containing(launched, {"pushes"}) + containing(allocated, {"body_pushed"}); };
+  const std::string scene = scene_of({});
+  {
+    const Watch watch(scene);
+    EXPECT_EQ(count(), 4) << "clear, of the last step, of this one; the sums";
+  }
+  {
+    const Watch watch(with(scene, "dynamic: true, density: 100, ", ""));
+    EXPECT_EQ(count(), 0);
+  }
+  const Watch watch(with(with(scene, "thickness: 0.004", "thickness: 0.004\n    dynamics: false"), "pin: [{edges: true}]", ""));
+  EXPECT_EQ(count(), 0);
 }
 
 TEST(only_what_is_needed, numbers_of_fabric_only_where_asked_for) {

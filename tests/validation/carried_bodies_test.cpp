@@ -5,44 +5,11 @@
 
 #include <cmath>
 
+#include "ball_on_sheet.hpp"
 #include "validation.hpp"
 
 namespace drench::test {
 namespace {
-
-/// A ball of radius 50 mm above a sheet of 0.4 m by 0.4 m, and a few particles that leave the domain at once.
-std::string ball_on_sheet(double density, const std::string& cloth_keys, double step, const std::string& more = "") {
-  return fmt::format(R"(drench: 1
-time: {{step: {3}, end: 100}}
-domain: {{min: [-1, -1, -1], max: [3, 2, 1]}}
-output: {{every: 0}}
-{2}fluid: {{spacing: 0.02, sources: [{{block: {{min: [2, -0.99, 0], max: [2.04, -0.95, 0.04], velocity: [0, -20, 0]}}}}]}}
-cloth_solver: {{tolerance: 1.0e-3}}
-cloth:
-  - mesh: {{grid: {{size: [0.4, 0.4], nodes: [21, 21]}}}}
-    thickness: 0.004
-    {1}
-bodies:
-  - sphere: {{center: [0.011, 0.056, 0.023], radius: 0.05, dynamic: true, density: {0}, velocity: [0, -0.5, 0]}}
-)",
-                     density, cloth_keys, more, step);
-}
-
-double cloth_mass(const Model& m) {
-  double sum = 0;
-  for (const double mass : m.mesh.solid_mass) sum += mass;
-  return sum;
-}
-
-/// Momentum of cloth and body, kg m/s.
-Vec3 momentum(const Model& m, const HostState& s) {
-  Vec3 sum{};
-  for (std::size_t a = 0; a < 3; ++a) {
-    sum[a] = m.bodies[0].mass * s.body_velocity[0][a];
-    for (std::size_t n = 0; n < s.node_velocity.size(); ++n) sum[a] += m.mesh.solid_mass[n] * s.node_velocity[n][a];
-  }
-  return sum;
-}
 
 /// Mean vertical force of contact on the body and of the cloth on its pins over some steps, N.
 struct Load {
@@ -66,25 +33,33 @@ Load mean_load(SceneRun& run, int steps) {
 // The lightest ball has a third of the weight of the cloth; the heaviest has seven times as much.
 TEST(carried_bodies, pins_carry_the_weight_of_a_ball_in_a_sheet) {
   for (const double density : {20.0, 400.0}) {
-    SceneRun run(ball_on_sheet(density, "pin: [{edges: true}]\n    damping: 6", 0.004));
+    SceneRun run(scene_of({.density = density,
+                           .cloth = "pin: [{edges: true}]\n    damping: 6",
+                           .top = "cloth_solver: {tolerance: 1.0e-3}\n",
+                           .step = 0.004}));
     while (run.time() < 4) run.step();
     const Load load = mean_load(run, 50);
     const double weight = 9.81 * run.model().bodies[0].mass, all = weight + 9.81 * cloth_mass(run.model());
     const std::string ball = fmt::format("ball of density {} at rest in a sheet with pinned edges: ", density);
-    report({ball + "force of contact over the ball's weight, distance from 1", "Newton", std::abs(load.contact / weight - 1), 0.01});
-    report({ball + "force on the pins over all weight, distance from 1", "Newton", std::abs(std::abs(load.pins) / all - 1), 0.01});
+    report({ball + "force of contact over the ball's weight, distance from 1", "Newton",
+            std::abs(load.contact / weight - 1), 0.01});
+    report({ball + "force on the pins over all weight, distance from 1", "Newton",
+            std::abs(std::abs(load.pins) / all - 1), 0.01});
   }
 }
 
 TEST(carried_bodies, a_ball_that_hits_a_free_sheet_shares_its_momentum) {
   for (const double density : {20.0, 400.0}) {
-    SceneRun run(ball_on_sheet(density, "friction: 0.5\n    damping: 0", 0.002, "gravity: [0, 0, 0]\n"));
-    const Vec3 before = momentum(run.model(), run.initial());
+    SceneRun run(scene_of({.density = density,
+                           .cloth = "friction: 0.5\n    damping: 0",
+                           .top = "gravity: [0, 0, 0]\ncloth_solver: {tolerance: 1.0e-3}\n"}));
+    const Vec3 before = momentum_with_body(run.model(), run.initial());
     while (run.time() < 0.1) run.step();
-    const Vec3 after = momentum(run.model(), run.state());
+    const Vec3 after = momentum_with_body(run.model(), run.state());
     double apart = 0;
     for (std::size_t a = 0; a < 3; ++a) apart = std::max(apart, std::abs(after[a] - before[a]) / std::abs(before[1]));
-    report({fmt::format("ball of density {} hits a free sheet at 0.5 m/s: change of their momentum over all of it", density),
+    report({fmt::format("ball of density {} hits a free sheet at 0.5 m/s: change of their momentum over all of it",
+                        density),
             "conservation", apart, 0.01});
     EXPECT_LT(std::abs(run.state().body_velocity[0][1]), 0.499) << "it has not hit the sheet";
   }
