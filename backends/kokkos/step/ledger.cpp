@@ -124,7 +124,7 @@ void add_ranks(const Communicator* ranks, LedgerSums& liquid) {
   all.maximum(liquid.speed).maximum(liquid.square).maximum(lowest);
   bounds.visit(all);
   all.reduce();
-  liquid.tunnelled.lowest = static_cast<std::int64_t>(-lowest);
+  liquid.tunnelled.lowest = liquid.tunnelled.count > 0 ? static_cast<std::int64_t>(-lowest) : Tunnelled{}.lowest;
   liquid.bounds = bounds.bounds();
 }
 
