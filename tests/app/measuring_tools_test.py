@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""measuring_tools_test.py SOURCE BUILD: tools/scaling, speed_error, paper_tables and paper_figures measure what they say,
+"""measuring_tools_test.py SOURCE BUILD: tools/scaling, speed_error, still_water, paper_tables and paper_figures measure what they say,
 on scenes of a few hundred particles, and their reader of frames agrees with stats.csv."""
 
 import importlib.machinery
@@ -30,6 +30,7 @@ def module(name):
 
 
 scaling, speed_error, paper_figures = module("scaling"), module("speed_error"), module("paper_figures")
+still_water = module("still_water")
 
 
 def tool(name, *arguments):
@@ -372,6 +373,29 @@ class SpeedError(Case):
         self.assertEqual(done.returncode, 1)
         self.assertRegex(done.stdout, "no step was done|not done in")
         self.assertEqual(self.sweep("--reference", "fine").returncode, 2)
+
+
+class StillWater(Case):
+    def test_errors_of_a_column(self):
+        heights = [0.05 * (layer + 0.5) for layer in range(10) for _ in range(4)]
+        exact = [9.81 * (0.5 - y) for y in heights]
+        self.assertLess(max(still_water.errors({"heights": heights, "pressures": exact}, 0.05)), 1e-12)
+        layers, particles = still_water.errors({"heights": heights, "pressures": [1.1 * p for p in exact]}, 0.05)
+        rms = math.sqrt(sum((0.1 * (1 - y / 0.5))**2 for y in heights) / len(heights))
+        self.assertAlmostEqual(layers, rms)
+        self.assertAlmostEqual(particles, rms)
+        scattered = [p + (0.3 if i % 2 else -0.3) for i, p in enumerate(exact)]
+        layers, particles = still_water.errors({"heights": heights, "pressures": scattered}, 0.05)
+        self.assertLess(layers, 1e-12)
+        self.assertAlmostEqual(particles, 0.3 / (9.81 * 0.5))
+
+    def test_table(self):
+        done = tool("still_water", "--layers", 4, "--wide", 4, "--tolerance", 1e-4, "--no-peer", "--binary", BINARY)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        errors = re.findall(r"^\| drench \| (\w+) \| ([\d.]+) % \| ([\d.]+) %", done.stdout, re.MULTILINE)
+        self.assertEqual([walls for walls, _, _ in errors], ["mirrored", "extrapolated"])
+        for _, layers, particles in errors:
+            self.assertTrue(0 < float(layers) <= float(particles) < 30, done.stdout)
 
 
 class Help(Case):

@@ -85,4 +85,5 @@ def main():
     base.cleanup()
 
 
-main()
+if __name__ == "__main__":
+    main()
