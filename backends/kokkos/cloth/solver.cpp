@@ -26,14 +26,15 @@ void allocate(const Constants& constants, const Cloth& cloth, ClothSolverWork& s
 }
 
 /// Of factored.cpp: an iterate in arrays of Kokkos, and beside them differences and the factor of the Hessian, which has some
-/// 50 n log₂ n numbers; where that is large, two factors of 3.3 n log₂ n in its place.
+/// 50 n log₂ n numbers; where that is large, two factors of 3.3 n log₂ n in its place. Plates couple a node with its neighbours'
+/// neighbours, and fill in up to 80 n log₂ n numbers more.
 MemoryEstimate factored_cloth_bytes(const Sizing& s) {
   const double n = s.size.nodes, entries = n * std::log2(std::max(2.0, n));
   constexpr double many = 7000;  // nodes
   MemoryEstimate sum;
   sum.cloth = n * 9 * s.real;
   const double hessian = 50 * s.real * entries, two = 3.3 * (4 * s.real + 3 * index_bytes + double_bytes) * entries;
-  sum.host = n * 46 * 3 * s.real + (n < many ? hessian : two) + 12 * n * (double_bytes + 2 * index_bytes);
+  sum.host = n * 46 * 3 * s.real + (n < many ? hessian : two) + (s.size.plate ? 80 * s.real * entries : 0) + 12 * n * (double_bytes + 2 * index_bytes);
   return sum;
 }
 
