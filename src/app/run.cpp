@@ -2,15 +2,13 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cmath>
-#include <csignal>
 #include <cstdio>
-#include <limits>
 #include <memory>
 #include <optional>
 
 #include "app/commands.hpp"
 #include "app/failure_report.hpp"
+#include "app/interrupt.hpp"
 #include "app/rank_table.hpp"
 #include "app/resume.hpp"
 #include "app/set_up.hpp"
@@ -24,6 +22,7 @@
 #include "output/progress.hpp"
 #include "output/run_folder.hpp"
 #include "output/run_log.hpp"
+#include "output/run_schedule.hpp"
 #include "output/stats_csv.hpp"
 #include "output/text_file.hpp"
 #include "parallel/communicator.hpp"
@@ -36,30 +35,6 @@
 namespace drench {
 namespace {
 
-volatile std::sig_atomic_t interrupted = 0;
-
-/// The first Ctrl-C, or a batch system's notice, asks for an orderly end; a second one ends the program at once.
-void on_interrupt(int signal) {
-  interrupted = 1;
-  std::signal(signal, SIG_DFL);
-}
-
-struct InterruptGuard {
-  InterruptGuard() : before_(std::signal(SIGINT, on_interrupt)), before_end_(std::signal(SIGTERM, on_interrupt)) {
-    interrupted = 0;
-  }
-  ~InterruptGuard() {
-    std::signal(SIGINT, before_);
-    std::signal(SIGTERM, before_end_);
-  }
-  InterruptGuard(const InterruptGuard&) = delete;
-  InterruptGuard& operator=(const InterruptGuard&) = delete;
-
- private:
-  void (*before_)(int);
-  void (*before_end_)(int);
-};
-
 /// A run from its first frame to its last line.
 class Run {
  public:
@@ -71,14 +46,13 @@ class Run {
         model_(setup.model),
         backend_(backend),
         pipeline_(setup.model, backend, setup.state),
-        end_(model_.scene.time.end),
-        last_state_step_(-1),
+        schedule_(model_.scene),
         memory_(memory) {
     pipeline_.set_profiling(options.profile);
     if (ranks_) ranks_->traffic().fenced = options.profile;
     if (resume_) go_on();
     if (!options.no_output && first()) open_folder();
-    if (!options.no_output) plan_checkpoint();
+    if (!options.no_output) schedule_.plan_checkpoint(pipeline_.time());
     if (ranks_) say(fmt::format("{} ranks, {}", ranks_->size(), ranks_->description()));
     for (const std::string& w : setup.warnings) warn(w);
     if (const std::string waiting = threads_.waiting(); !waiting.empty()) say(waiting);
@@ -90,7 +64,7 @@ class Run {
 
   int execute() {
     const auto begin = std::chrono::steady_clock::now();
-    Progress progress(options_.quiet || !first(), pipeline_.time(), end_, options_.steps.value_or(-1));
+    Progress progress(options_.quiet || !first(), pipeline_.time(), model_.scene.time.end, options_.steps.value_or(-1));
     bool stopped = false;
     try {
       if (!resume_) frame();
@@ -109,8 +83,8 @@ class Run {
                          1000 * (after.exchanging - before.exchanging), 1000 * (after.summing - before.summing)});
         mass_error_ = static_cast<double>(report.mass_total() - pipeline_.initial_total()) * model_.quantum;
         progress.update(pipeline_.time(), pipeline_.step_index(), totals_.steps(), report, mass_error_);
-        if (every() > 0 && pipeline_.time() >= next_frame_time() - rounding()) frame();
-        if (checkpoints() && pipeline_.time() >= next_checkpoint_time_ - rounding()) checkpoint();
+        if (schedule_.frame_due(pipeline_.time())) frame();
+        if (checkpoints() && schedule_.checkpoint_due(pipeline_.time())) checkpoint();
       }
       stopped = stops_ && !finished();
       if (stopped || checkpoints()) checkpoint();
@@ -135,40 +109,26 @@ class Run {
   }
 
  private:
-  double every() const { return model_.scene.output.every; }
   /// Does this rank write files and speak?
   bool first() const { return !ranks_ || ranks_->rank() == 0; }
   /// Has somebody asked this rank, or another one, to end?
   bool stops() {
-    double asked = interrupted;
+    double asked = InterruptGuard::asked();
     if (ranks_) ranks_->all_reduce({}, {&asked, 1});
     stops_ = asked > 0;
     return stops_;
   }
-  bool frames_wanted() const { return !options_.no_output && every() > 0; }
-  double rounding() const { return 1e-6 * model_.scene.time.step; }
-  /// Counted, not summed, so that a thousand frames do not drift.
-  double next_frame_time() const { return static_cast<double>(frame_count_) * every(); }
+  bool frames_wanted() const { return !options_.no_output && schedule_.has_frames(); }
   bool checkpoints() const { return !options_.no_output && model_.scene.output.checkpoint_every > 0; }
-  /// How many multiples of `interval` from 0 on the run has come to.
-  std::int64_t passed(double interval) const {
-    const double now = pipeline_.time() + rounding();
-    // At most what the type holds: intervals of 1e-300 s are allowed.
-    auto n = static_cast<std::int64_t>(std::min(std::floor(now / interval), 9.0e18)) + 1;
-    if (static_cast<double>(n) * interval <= now) ++n;
-    if (static_cast<double>(n - 1) * interval > now) --n;
-    return n;
-  }
   bool finished() const {
-    return pipeline_.time() >= end_ - rounding() || (options_.steps && totals_.steps() >= *options_.steps);
+    return schedule_.ended(pipeline_.time()) || (options_.steps && totals_.steps() >= *options_.steps);
   }
 
   /// To the next frame or the end.
   StepReport step() {
-    const double to_end = end_ - pipeline_.time(), to_frame = every() > 0 ? next_frame_time() - pipeline_.time()
-                                                                          : std::numeric_limits<double>::infinity();
-    const StepReport report = pipeline_.step(std::min(to_frame, to_end));
-    if (to_end < to_frame && (report.dt == to_end || report.dt == 0.5 * to_end)) shortened_ = true;
+    const double before = pipeline_.time();
+    const StepReport report = pipeline_.step(schedule_.time_left(before));
+    if (schedule_.clipped_by_end(before, report.dt)) shortened_ = true;
     return report;
   }
 
@@ -178,10 +138,7 @@ class Run {
     frames_written_ = c.frames;
     shortened_ = c.shortened != 0;
     last_checkpoint_step_ = pipeline_.step_index();
-    if (every() <= 0) return;
-    frame_count_ = passed(every());
-    if (static_cast<double>(frame_count_ - 1) * every() >= pipeline_.time() - rounding())
-      last_state_step_ = pipeline_.step_index();  // its frame is one of those
+    if (schedule_.go_on(pipeline_.time())) last_state_step_ = pipeline_.step_index();  // its frame is one of those
   }
 
   /// Goes on in the folder of the checkpoint's run: what it wrote after the checkpoint goes. The checkpoints after it
@@ -193,7 +150,7 @@ class Run {
     std::filesystem::remove(folder_ / report_name);
     remove_unfinished(folder_);
     keep_two();
-    if (every() <= 0 && frames_written_ > 0) FrameWriter(folder_, model_, static_cast<int>(frames_written_));
+    if (!schedule_.has_frames() && frames_written_ > 0) FrameWriter(folder_, model_, static_cast<int>(frames_written_));
   }
 
   void open_folder() {
@@ -212,9 +169,11 @@ class Run {
     log_.write(fmt::format("scene {}", options_.scene));
     stats_.emplace(folder_ / "stats.csv", pipeline_.stages(), model_.quantum, pipeline_.initial_total(),
                    same ? pipeline_.step_index() : -1,
-                   StatsKinds{model_.scene.time.mode == TimeMode::error, ranks_ != nullptr,
-                              {model_.solute_quantum(), pipeline_.initial_solute()}, model_.porous_cloths()});
-    if (every() > 0)
+                   StatsKinds{model_.scene.time.mode == TimeMode::error,
+                              ranks_ != nullptr,
+                              {model_.solute_quantum(), pipeline_.initial_solute()},
+                              model_.porous_cloths()});
+    if (schedule_.has_frames())
       frames_.emplace(
           folder_, model_, static_cast<int>(frames_written_),
           [this](const HostState& state) { return describe_lost(model_, state, model_.scene.time.step); },
@@ -225,12 +184,6 @@ class Run {
 #endif
   }
 
-  void plan_checkpoint() {
-    const double interval = model_.scene.output.checkpoint_every;
-    if (interval > 0) next_checkpoint_time_ = static_cast<double>(passed(interval)) * interval;
-  }
-
-  /// Steps do not end at checkpoints' times: whether they are written must not change the result.
   void checkpoint() {
     if (options_.no_output || last_checkpoint_step_ == pipeline_.step_index()) return;
     // A checkpoint is only as good as the output before it: a power cut must not leave it newer than that.
@@ -243,7 +196,7 @@ class Run {
     HostState state = download();
     if (first()) write(std::move(state));
     last_checkpoint_step_ = pipeline_.step_index();
-    plan_checkpoint();
+    schedule_.plan_checkpoint(pipeline_.time());
     if (first()) keep_two();
   }
 
@@ -262,8 +215,8 @@ class Run {
 
   /// Steps are clipped to the frames' times with --no-output too: whether files are written must not change the result.
   void frame() {
-    const bool on_schedule = every() > 0 && next_frame_time() <= pipeline_.time() + rounding();
-    if (on_schedule) ++frame_count_;
+    const bool on_schedule = schedule_.frame_due(pipeline_.time());
+    if (on_schedule) schedule_.frame_taken();
     if (!frames_wanted()) return;
     if (on_schedule) ++frames_written_;
     if (frames_) frames_->wait();
@@ -374,7 +327,8 @@ class Run {
     say(fmt::format("{} steps to t = {:.6g} s in {:.1f} s, mass error {:.3g} kg", totals_.steps(), pipeline_.time(),
                     seconds, mass_error_));
     if (const std::string errors = totals_.errors(model_); !errors.empty()) say(errors);
-    if (const std::string fabrics = fabrics_.lines(model_); !fabrics.empty()) say(fabrics.substr(0, fabrics.size() - 1));
+    if (const std::string fabrics = fabrics_.lines(model_); !fabrics.empty())
+      say(fabrics.substr(0, fabrics.size() - 1));
     if (options_.backend != "reference") say(memory_line());
     if (frames_ && frames_->waited() >= 0.05)
       say(fmt::format("waited {:.1f} s for frames to be written", frames_->waited()));
@@ -400,14 +354,12 @@ class Run {
   Backend& backend_;
   Pipeline pipeline_;
   ThreadWatch threads_;
-  double end_;
-  std::int64_t last_state_step_;
+  RunSchedule schedule_;
+  std::int64_t last_state_step_ = -1;
   const ForeseenMemory& memory_;
-  std::int64_t frame_count_ = 0;     // frames' times that have come
   std::int64_t frames_written_ = 0;  // on schedule, those of the run before included
   std::int64_t last_checkpoint_step_ = -1;
-  double next_checkpoint_time_ = 0;  // s
-  bool shortened_ = false;           // the last step ended at time.end and not where it would have ended otherwise
+  bool shortened_ = false;  // the last step ended at time.end and not where it would have ended otherwise
   double mass_error_ = 0;
   std::int64_t frames_with_lost_ = 0;
   std::filesystem::path folder_;  // empty with --no-output
@@ -423,7 +375,8 @@ class Run {
 
 int run_command(const RunOptions& options, const Communicator* ranks) {
   const InterruptGuard guard;
-  if (ranks && options.backend == "reference") throw RanksError("the reference runs on one rank; start it without mpirun");
+  if (ranks && options.backend == "reference")
+    throw RanksError("the reference runs on one rank; start it without mpirun");
   Scene scene = load_scene(options.scene, options.overrides);
   if (options.until) {
     scene.time.end = *options.until;
@@ -443,7 +396,8 @@ int run_command(const RunOptions& options, const Communicator* ranks) {
   ForeseenMemory memory = foresee_memory(setup, budget);
   refuse_too_large(memory.size, budget);  // now that the lists' entries are counted
   std::optional<BackendRuntime> runtime;  // outlives the backend
-  if (!reference) runtime.emplace(ranks && options.threads == 0 && allowed_cores() == 1 ? 1 : options.threads, options.quiet);
+  if (!reference)
+    runtime.emplace(ranks && options.threads == 0 && allowed_cores() == 1 ? 1 : options.threads, options.quiet);
   const std::unique_ptr<Backend> backend =
       reference ? make_reference_backend(setup.model) : make_kokkos_backend_on(ranks, setup.model);
   if (ranks) {
