@@ -254,6 +254,20 @@ void warn_of_falling_cloths(const Model& m, Lines& lines) {
   }
 }
 
+/// A strain limit is 20 times as stiff as the cloth, and XPBD comes to terms with it in proportion to that.
+void warn_of_limits_by_xpbd(const Model& m, Lines& lines) {
+  const double cap = m.scene.cloth_solver.max_iterations;
+  if (m.scene.cloth_solver.method != ClothMethod::xpbd) return;
+  for (const ClothMaterial& cloth : m.cloths) {
+    const double without = cloth_iterations(m, cloth, m.scene.time.step).count, needed = 20 * without;
+    if (cloth.dynamics && cloth.strain_limit > 0 && needed > cap && without <= cap)
+      lines.push_back(fmt::format(
+          "{}: by xpbd a cloth at its strain_limit needs some {:.0f} iterations a step or more, and ends at "
+          "cloth_solver.max_iterations, {:.0f}: liquid at it may gain energy; cloth_solver.method pd, or more iterations",
+          cloth_label(cloth.name), needed, cap));
+  }
+}
+
 void warn_of_stiff_cloths(const Model& m, Lines& lines) {
   const double cap = m.scene.cloth_solver.max_iterations;
   for (const ClothMaterial& cloth : m.cloths) {
@@ -317,6 +331,7 @@ std::vector<std::string> plan_warnings(const Model& model, const HostState& stat
   }
   warn_of_bodies_in_solids(model, lines);
   warn_of_falling_cloths(model, lines);
+  warn_of_limits_by_xpbd(model, lines);
   warn_of_stiff_cloths(model, lines);
   warn_of_wet_cloths(model, lines);
   warn_of_idle_air(model, lines);

@@ -216,6 +216,16 @@ TEST(Warnings, ClothTooStiffForItsSolver) {
 }
 
 /// A cloth far finer than the liquid has all its samples in each neighbourhood.
+TEST(Warnings, StrainLimitsTakeXpbdLonger) {
+  const std::string sheet =
+      "drench: 1\ntime: {step: 0.004, end: 1}\ncloth_solver: {method: xpbd}\n"
+      "cloth: [{mesh: {grid: {size: [0.6, 0.6], nodes: [21, 21]}}, pin: [{corners: true}], stretch: 2000, strain_limit: 0.1}]\n";
+  expect_one(warnings_of(sheet), "by xpbd a cloth at its strain_limit needs some");
+  EXPECT_EQ(warnings_of(sheet, {"cloth_solver.method=pd"}), Lines());
+  EXPECT_EQ(warnings_of(sheet, {"cloth.0.strain_limit=0"}), Lines());
+  EXPECT_EQ(warnings_of(sheet, {"cloth_solver.max_iterations=20000"}), Lines());
+}
+
 TEST(MemoryEstimate, CountsNeighbours) {
   const drench::Setup setup = build(parse_scene(
       "drench: 1\nfluid:\n  spacing: 0.1\n  sources: [{block: {min: [-0.5, 0.1, -0.5], max: [0.5, 0.5, 0.5]}}]\n"
