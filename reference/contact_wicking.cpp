@@ -55,7 +55,7 @@ std::vector<LayerContact> touching_layers(const ReferenceState& state, double dt
   if (!m.has_contact_wicking()) return contacts;
   const auto x = [&](Index n) { return vec(state.s.node_position[n]); };
   for (Index p = 0; p < m.samples.count(); ++p) {
-    const ClothMaterial& own = m.cloths[m.samples.cloth[p]];
+    const ClothMaterial& own = m.material_of_sample(p);
     if (!own.wicks_through_contact()) continue;
     const auto& corner = m.mesh.triangle[m.samples.triangle[p]];
     const Vector3d normal = (x(corner[1]) - x(corner[0])).cross(x(corner[2]) - x(corner[0])).normalized();
@@ -64,14 +64,14 @@ std::vector<LayerContact> touching_layers(const ReferenceState& state, double dt
       const auto& other = m.mesh.triangle[t];
       const Near near = near_triangle({sample_position(state, p), x(other[0]), x(other[1]), x(other[2])});
       const double distance = near.apart.norm(), height = near.apart.dot(normal);
-      const double thickness = 0.5 * (own.thickness + m.cloths[m.mesh.triangle_cloth[t]].thickness);
+      const double thickness = 0.5 * (own.thickness + m.material_of_triangle(t).thickness);
       if (distance == 0 || distance > 1.5 * thickness || std::abs(height) < distance * std::sqrt(0.5)) continue;
       std::optional<Touch>& touch = best[height > 0 ? 0 : 1];
       if (!touch || distance < touch->near.apart.norm()) touch = Touch{t, near};
     }
     for (const auto& touch : best) {
       if (!touch) continue;
-      const ClothMaterial& other = m.cloths[m.mesh.triangle_cloth[touch->triangle]];
+      const ClothMaterial& other = m.material_of_triangle(touch->triangle);
       const auto& b = touch->near.b;
       contacts.push_back(
           {corner,

@@ -78,6 +78,12 @@ class LoadSection : public Section {
     failed_ = message;
   }
 
+  void not_here(const char* key, const char* message) override {
+    if (!has(key)) return;
+    known_.push_back(key);
+    check(false, key, message);
+  }
+
   /// Reads the whole map. Which of several keys stands there is settled first: a wrong value may be one too many.
   void read(const Describe& inside) {
     const Schema schema = document_section(inside, false);

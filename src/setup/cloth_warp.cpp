@@ -22,14 +22,15 @@ Vector3d along_v(const Vector3d& a, const Vector3d& b, const std::array<std::arr
   return (au * b - bu * a) / area;
 }
 
-}  // namespace
-
-bool needs_warp(const ClothScene& cloth) {
-  const MaterialScene& fabric = cloth.material;
+bool has_directions(const MaterialScene& fabric) {
   const bool bends_apart =
       fabric.bending && (fabric.bending->warp != fabric.bending->weft || fabric.bending->warp != fabric.bending->twist);
   return fabric.membrane || bends_apart || (fabric.porous && fabric.weft_diffusivity);
 }
+
+}  // namespace
+
+bool needs_warp(const ClothScene& cloth) { return any_fabric(cloth, has_directions); }
 
 bool takes_warp_of_file(const ClothScene& cloth) { return needs_warp(cloth) && !cloth.grid && !cloth.material.has_warp; }
 

@@ -17,7 +17,7 @@ constexpr Index none = -1;
 
 /// What sample p sees on one side of its triangle.
 struct Touch {
-  Index triangle = none;
+  Index triangle = none, sample = none;
   Proximity near;
 };
 
@@ -28,7 +28,7 @@ struct ContactSearch {
   Neighbors list;
   Entries<const Real3> sample_position, normal, position;
   Entries<const Real> area;
-  Materials of_sample, of_node;
+  Materials of_sample;
   Entries<double> weight, conductance, drop;
   double dt, density;  // s, kg/m³
   Double3 down;        // ĝ, 0 without gravity
@@ -45,7 +45,6 @@ struct ContactSearch {
         position(cloth.nodes.position),
         area(cloth.samples.area),
         of_sample(sample_materials(cloth)),
-        of_node(node_materials(cloth)),
         weight(work.weight),
         conductance(work.conductance),
         drop(work.drop),
@@ -95,7 +94,7 @@ struct ContactSearch {
       Touch& touch = best[height > 0 ? 0 : 1];
       if (touch.triangle == none || near.distance < touch.near.distance ||
           (near.distance == touch.near.distance && t < touch.triangle))
-        touch = {t, near};
+        touch = {t, other, near};
     }
   }
 
@@ -107,7 +106,7 @@ struct ContactSearch {
       const Index c = 2 * p + side, t = best[side].triangle;
       found(c) = t;
       if (t == none) continue;
-      const Material& m = of_node(triangle(3 * t));
+      const Material& m = of_sample(best[side].sample);
       conductance(c) = 0.5 * double(area(p)) *
                        laws::contact_conductance(load(own), double(own.thickness), double(own.diffusivity), load(m),
                                                  double(m.thickness), double(m.diffusivity), dt * steepest(own, m));
@@ -200,7 +199,7 @@ double momentum_scale(const Model& m) {
   double most = 1;  // quanta
   for (const ClothMaterial& c : m.cloths)
     for (Index n = c.first_node; n < c.first_node + c.node_count; ++n)
-      most = std::max(most, c.max_saturation * m.samples.node_capacity[static_cast<std::size_t>(n)] / m.quantum);
+      most = std::max(most, c.most_saturation * m.samples.node_capacity[static_cast<std::size_t>(n)] / m.quantum);
   return std::exp2(std::floor(62 - std::log2(1000 * most)));
 }
 
