@@ -86,9 +86,8 @@ void describe_pores(Section& s, MaterialScene& fabric) {
 }
 
 void refuse_keys_of_the_cloth(Section& s) {
-  for (const char* key :
-       {"warp", "strain_damping", "strain_limit", "adhesion", "slip", "sample_spacing", "self_collision", "dynamics",
-        "pin", "mesh", "place", "name", "initial_saturation", "hold_saturation", "initial_stain"})
+  for (const char* key : {"strain_damping", "strain_limit", "slip", "sample_spacing", "self_collision", "dynamics",
+                          "pin", "mesh", "place", "name", "initial_saturation", "hold_saturation", "initial_stain"})
     s.not_here(key, of_the_cloth);
 }
 
@@ -125,15 +124,23 @@ void describe(Section& s, RegionScene& region) {
   s.number("thickness", fabric.thickness, "[1e-6, 1]", "m", as_the_cloth);
   describe_stretching(s, fabric);
   describe_bending(s, fabric);
+  s.optional(fabric.has_warp)
+      .numbers("warp", fabric.warp, direction_range, "1",
+               "as the cloth's, in this region: a patch may be cut on the bias");
   s.number("damping", fabric.damping, "[0, 1e6]", "1/s", as_the_cloth);
   s.number("friction", fabric.friction, "[0, 10]", "1", as_the_cloth);
   s.number("friction_wet", fabric.friction_wet, "[0, 10]", "1", as_the_cloth);
   s.number("damping_wet", fabric.damping_wet, "[0, 1e6]", "1/s", as_the_cloth);
+  s.number("adhesion", fabric.adhesion, "[0, 10]", "N/m", as_the_cloth);
   s.optional(fabric.porous)
       .section("porous", fabric, describe_pores, "as the cloth's, in this region; only where the cloth has it");
   for (const char* key : {"friction_wet", "damping_wet"})
     s.check(!s.has(key) || fabric.porous, key,
             "is for a cloth that takes up liquid; allowed: only beside the key porous of the cloth");
+  s.check(!s.has("warp") || fabric.membrane || fabric.bending || fabric.weft_diffusivity, "warp",
+          "has nothing that it is the direction of; allowed: only where the region has membrane, bending or "
+          "porous.weft_diffusivity");
+  if (s.has("warp")) check_not_zero(s, "warp", fabric.warp);
   refuse_keys_of_the_cloth(s);
 }
 

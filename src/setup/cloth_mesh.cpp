@@ -288,7 +288,7 @@ void build_cloths(const Scene& scene, Model& model, std::vector<std::string>& wa
     const Pins pins = blaming(key + ".pin", [&] { return pinned_nodes(c, own, edges, warnings); });
     append(mesh, own, c, fabric, edges, pins.pinned, static_cast<Index>(model.cloths.size()));
     append_patches(model, c, fabric);
-    if (needs_warp(c)) blaming(key + ".warp", [&] { append_warp(mesh, own, c, rotation_of(c)); });
+    if (needs_warp(c)) blaming(key + ".warp", [&] { append_warp(mesh, own, c, fabric, rotation_of(c)); });
     warp.emplace_back();
     if (needs_warp(c))
       warp.back() = warp_in_triangles(mesh, own);

@@ -411,7 +411,7 @@ struct Model {
   double capillary_step() const {
     double strongest = scene.fluid.surface_tension;  // N/m
     for (const auto& b : bodies) strongest = std::max(strongest, b.adhesion);
-    for (const auto& c : cloths) strongest = std::max(strongest, c.adhesion);
+    for_materials([&](const ClothMaterial& c) { strongest = std::max(strongest, c.adhesion); });
     if (!has_fluid() || strongest <= 0) return std::numeric_limits<double>::infinity();
     return 0.7 * std::sqrt(scene.fluid.density * spacing * spacing * spacing / (2 * std::numbers::pi * strongest));
   }

@@ -64,7 +64,7 @@ cloth:
              breakthrough_pressure: 300, critical_saturation: 0.4, contact_wicking: true}
     regions:
       - {box: {min: [-1, 0, -1], max: [0, 1, 0]}, areal_density: 0.9, thickness: 0.003, stretch: 700, bend: 3.0e-4, damping: 0.6,
-         friction: 0.45, friction_wet: 1.2, damping_wet: 4, porous: {solid_fraction: 0.55, absorption: 0.025, uptake_velocity: 0.035,
+         friction: 0.45, friction_wet: 1.2, damping_wet: 4, adhesion: 0.02, warp: [1, 0, 1], porous: {solid_fraction: 0.55, absorption: 0.025, uptake_velocity: 0.035,
          max_saturation: 1.35, virtual_pressure: 17, emission_angle: 65, emission_velocity: 0.7, diffusivity: 3.0e-4,
          weft_diffusivity: 6.0e-5, permeability: 3.0e-10, breakthrough_pressure: 200, critical_saturation: 0.45}}
   - name: moved

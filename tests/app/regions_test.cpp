@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 
@@ -233,6 +234,31 @@ TEST(Regions, TakeWhatTheyNameAndKeepTheRest) {
   EXPECT_EQ(second.uptake_velocity, 0.03);
   EXPECT_FALSE(second.weft_diffusivity);
   EXPECT_TRUE(same_scene(parsed(to_yaml(scene)), scene));
+}
+
+TEST(Regions, ReadTheKeysOfWovenRegions) {
+  const test::TempFolder folder;
+  write_named(folder);
+  const Scene scene = parse_scene(R"(drench: 1
+cloth:
+  - mesh: {file: named.obj}
+    membrane: {warp: 900, weft: 450, shear: 90}
+    bending: {warp: 2.0e-4, weft: 1.0e-4, twist: 1.4e-4}
+    warp: [1, 0, 0]
+    porous: {}
+    regions:
+      - {group: hem, membrane: {warp: 901, weft: 451, shear: 91, wet: 0.6}, bending: {warp: 3.0e-4, weft: 4.0e-4, twist: 5.0e-4}, warp: [1, 0, 1]}
+      - {group: felt, fabric: none}
+)",
+                                  (folder.path() / "scene.yaml").string());
+  const RegionScene& hem = scene.cloths[0].regions.at(0);
+  EXPECT_EQ(hem.group, "hem");
+  EXPECT_EQ(hem.material.membrane.value(), (MembraneScene{901, 451, 91, 0.6}));
+  EXPECT_EQ(hem.material.bending.value(), (PlateScene{3.0e-4, 4.0e-4, 5.0e-4}));
+  EXPECT_EQ(scene.cloths[0].regions.at(1).material, scene.cloths[0].material);
+  const Model m = build(scene).model;
+  for (std::size_t t = 0; t < m.mesh.triangle.size(); ++t)  // the hem's warp lies askew
+    EXPECT_NEAR(m.mesh.triangle_warp[t][2], t < 2 ? std::sqrt(0.5) : 0, 1e-12) << t;
 }
 
 TEST(Regions, TakeTheValuesOfAFabric) {

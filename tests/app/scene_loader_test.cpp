@@ -65,6 +65,9 @@ RegionScene every_region_key(const MaterialScene& cloth) {
   r.material.friction = 0.45;
   r.material.friction_wet = 1.2;
   r.material.damping_wet = 4;
+  r.material.adhesion = 0.02;
+  r.material.has_warp = true;
+  r.material.warp = {1, 0, 1};
   r.material.solid_fraction = 0.55;
   r.material.absorption = 0.025;
   r.material.uptake_velocity = 0.035;

@@ -154,6 +154,13 @@ TEST(regions, wind_agrees_with_the_reference) {
                  .changes = "node_velocity"});
 }
 
+TEST(regions, adhesion_agrees_with_the_reference) {
+  const std::string scene =
+      with(with(patched(), "  viscosity: 1.0e-3\n", "  viscosity: 1.0e-3\n  surface_tension: 0.05\n"), "friction: 0.8,",
+           "friction: 0.8, adhesion: 0.06,");
+  compare_stage({.stage = Stage::surface_tension, .scene = scene, .changes = "fluid_velocity node_velocity"});
+}
+
 TEST(regions, contact_agrees_with_the_reference) {
   const std::string scene = with(patched(), "    pin:", "    self_collision: true\n    pin:");
   const auto press = [](const Model& m, HostState& s) {
