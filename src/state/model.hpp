@@ -28,7 +28,7 @@ struct ClothMaterial : ResolvedMaterial<double> {
   double areal_density = 0;          // kg/m²
   double uptake_velocity = 0;        // u_a, m/s; 0: `absorption` is as the scene gives it
   double most_saturation = 0;        // 1: the largest max_saturation of the cloth and its regions
-  Index of_cloth = -1, region = -1;  // of Model::patches: the cloth and its entry of `regions`, −1 of nodes between them
+  Index of_cloth = -1, region = -1;  // of Model::patches: the cloth, and its region (−1: of nodes between them)
   std::array<Vec3, 2> rest_plane{};  // of stages measures and fabric: two unit vectors at right angles; 0 without them
   Vec3 rest_center{0, 0, 0};         // m
   Index first_node = 0, node_count = 0;
@@ -269,7 +269,8 @@ struct Model {
   /// Is there a cloth, or a region of one, that it is true of?
   template <class Predicate>
   bool any_cloth(Predicate predicate) const {
-    return std::any_of(cloths.begin(), cloths.end(), predicate) || std::any_of(patches.begin(), patches.end(), predicate);
+    return std::any_of(cloths.begin(), cloths.end(), predicate) ||
+           std::any_of(patches.begin(), patches.end(), predicate);
   }
   /// Calls f for the material of every cloth and region.
   template <class F>
@@ -313,10 +314,9 @@ struct Model {
   /// Does something act on the deformation of triangles?
   bool has_triangle_stress() const { return !mesh.triangle_shape.empty(); }
   bool softens_when_wet() const {
-    return std::any_of(scene.cloths.begin(), scene.cloths.end(),
-                       [](const ClothScene& c) {
-                         return any_fabric(c, [](const MaterialScene& f) { return f.membrane && f.membrane->wet != 1; });
-                       });
+    return std::any_of(scene.cloths.begin(), scene.cloths.end(), [](const ClothScene& c) {
+      return any_fabric(c, [](const MaterialScene& f) { return f.membrane && f.membrane->wet != 1; });
+    });
   }
   /// How far cloth can be stretched (length over rest length) before its samples are 1.5 d apart and liquid gets between
   /// them; infinite where liquid meets none.
