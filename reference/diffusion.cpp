@@ -114,15 +114,18 @@ void change_velocities(ReferenceState& state, const Vectors& gained) {
   }
 }
 
-double driven(double receiver, double donor, double drop, double n) {
-  const double drive = donor - receiver + drop;
-  const long double a = std::max(0.0, receiver), b = std::max(0.0, donor), given = drive > 0 ? b : a;
-  const long double power = n;
+long double mobility(double one, double other, double donor, double n) {
+  const long double a = std::max(0.0, one), b = std::max(0.0, other), given = std::max(0.0, donor), power = n;
   // The mean of sⁿ between both, in numbers wide enough for the difference of nearly equal powers.
   const bool apart = std::abs(a - b) > 1e-8L * (a + b);
   const long double mean = apart ? (std::pow(b, power + 1) - std::pow(a, power + 1)) / ((power + 1) * (b - a))
                                  : std::pow((a + b) / 2, power);
-  return static_cast<double>(drive * std::min(mean, 2 * std::pow(given, power)));
+  return std::min(mean, 2 * std::pow(given, power));
+}
+
+double driven(double receiver, double donor, double drop, double n) {
+  const double drive = donor - receiver + drop;
+  return static_cast<double>(drive * mobility(receiver, donor, drive > 0 ? donor : receiver, n));
 }
 
 std::vector<double> outflow_limit(const ReferenceState& state, const std::vector<Quanta>& out) {

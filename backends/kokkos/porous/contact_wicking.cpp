@@ -21,6 +21,17 @@ struct Touch {
   Proximity near;
 };
 
+/// Of fabric in contact with fabric whose ℓ is `other` (m), for liquid of `density` kg/m³.
+KOKKOS_INLINE_FUNCTION laws::Layer layer_of(const Material& m, double other, double density) {
+  const double height = double(m.capillary_height);
+  return {density * (1 - double(m.solid_fraction)) * double(m.thickness),
+          double(m.thickness),
+          double(m.diffusivity),
+          height / Kokkos::fmin(height, other),
+          m.retention,
+          double(m.max_saturation)};
+}
+
 /// What the kernel over samples sees.
 struct ContactSearch {
   Entries<const Index> node, sample_triangle, triangle;
@@ -55,10 +66,6 @@ struct ContactSearch {
     if (size > 0) down = times(1 / size, g);
   }
 
-  /// ρ0 (1−Φ) τ, kg/m².
-  KOKKOS_INLINE_FUNCTION double load(const Material& m) const {
-    return density * (1 - double(m.solid_fraction)) * double(m.thickness);
-  }
   /// What a flow through a contact grows by with n > 1, over that with n = 1.
   KOKKOS_INLINE_FUNCTION double steepest(const Material& a, const Material& b) const {
     const double n = Kokkos::fmax(a.mobility_exponent, b.mobility_exponent);
@@ -107,11 +114,10 @@ struct ContactSearch {
       found(c) = t;
       if (t == none) continue;
       const Material& m = of_sample(best[side].sample);
-      conductance(c) = 0.5 * double(area(p)) *
-                       laws::contact_conductance(load(own), double(own.thickness), double(own.diffusivity), load(m),
-                                                 double(m.thickness), double(m.diffusivity), dt * steepest(own, m));
-      drop(c) = inner(best[side].near.apart, down) * 0.5 *
-                (1 / double(own.capillary_height) + 1 / double(m.capillary_height));
+      const double height = double(own.capillary_height), other = double(m.capillary_height);
+      const laws::Layer near = layer_of(own, other, density), far = layer_of(m, height, density);
+      conductance(c) = 0.5 * double(area(p)) * laws::contact_conductance(near, far, dt * steepest(own, m));
+      drop(c) = inner(best[side].near.apart, down) * (1 / Kokkos::fmin(height, other)) + (near.height - far.height);
       for (int k = 0; k < 3; ++k) weight(3 * c + k) = -best[side].near.b[k + 1];
     }
   }
@@ -147,7 +153,7 @@ void offer(const Constants& constants, const Cloth& cloth, ContactWork& work, do
   const Entries<const double> g = work.conductance, drop = work.drop;
   const NodeLiquid wet(constants, cloth);
   const Materials materials = node_materials(cloth);
-  const double scale = dt / constants.quantum;
+  const double scale = dt / constants.quantum, density = constants.model.rest_density;
   const Entries<std::int64_t> momentum = work.momentum;
   parallel(
       "drench::contact_wicking::clear", cloth.nodes.count, KOKKOS_LAMBDA(const Index n) {
@@ -165,9 +171,11 @@ void offer(const Constants& constants, const Cloth& cloth, ContactWork& work, do
             const Index n = ends.node(c, far != 0, k);
             if (wet.capacity(n) > 0) s[far] += ends.weight(c, far != 0, k) * wet.filling(n);
           }
-        const double exponent = Kokkos::fmax(materials(ends.node(c, false, 0)).mobility_exponent,
-                                             materials(ends.node(c, true, 0)).mobility_exponent);
-        const double flux = laws::diffusion_flux(g(c), s[0], s[1], drop(c), exponent);
+        const Material &own = materials(ends.node(c, false, 0)), &other = materials(ends.node(c, true, 0));
+        const double exponent = Kokkos::fmax(own.mobility_exponent, other.mobility_exponent);
+        const laws::Layer near = layer_of(own, double(other.capillary_height), density),
+                          far = layer_of(other, double(own.capillary_height), density);
+        const double flux = laws::contact_flux(g(c), near, far, s[0], s[1], drop(c), exponent);
         const Quanta o = static_cast<Quanta>(Kokkos::floor(Kokkos::abs(flux) * scale));
         if (o == 0) return;
         flow(c) = flux > 0 ? o : -o;
