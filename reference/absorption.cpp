@@ -17,7 +17,7 @@ struct Passage {
 };
 
 Passage passage(const ReferenceState& state, Index i, Index j, double saturation, double dt) {
-  const ClothMaterial& cloth = state.model.cloths[state.model.samples.cloth[j]];
+  const ClothMaterial& cloth = state.model.material_of_sample(j);
   const double flux = state.s.sample_flux[j];
   const Eigen::Vector3d away = vec(state.s.fluid_position[i]) - sample_position(state, j);
   const bool upstream = is_driven(state, j) && flux * away.dot(sample_normal(state, j)) < 0;
@@ -30,7 +30,7 @@ Passage passage(const ReferenceState& state, Index i, Index j, double saturation
 /// w_ij, kg: what sample j would like to take from particle i.
 double demand(const ReferenceState& state, Index i, Index j, double dt) {
   const Model& m = state.model;
-  const ClothMaterial& cloth = m.cloths[m.samples.cloth[j]];
+  const ClothMaterial& cloth = m.material_of_sample(j);
   const double h = m.support;
   const Eigen::Vector3d xij = sample_position(state, j) - vec(state.s.fluid_position[i]);
   const Eigen::Vector3d direction = vec(state.s.sample_flow_direction[j]);

@@ -83,7 +83,7 @@ void move_cloth(ReferenceState& state, const std::vector<PlacedBody>& bodies, co
     }
     Vector3d v = vec(state.s.node_velocity[n]);
     Vector3d x = vec(state.s.node_position[n]) + dt * v;
-    const ClothMaterial& cloth = m.cloths[m.mesh.node_cloth[n]];
+    const ClothMaterial& cloth = m.material_of_node(n);
     if (!cloth.self_collision) {
       for (const BodyContact& contact : project_out(bodies, cloth.thickness, x)) v = contact.stopped(v);
     }

@@ -39,7 +39,7 @@ BodyReaction::BodyReaction(ReferenceState& state, const StepInfo& info) : state_
     const Pose pose = pose_of(state.s, k);
     tried_.push_back({pose, six(pose.velocity, pose.spin), Six::Zero()});
   }
-  for (const ClothMaterial& c : state.model.cloths) allowed_ = std::min(allowed_, allowed_part * c.thickness);
+  state.model.for_materials([&](const ClothMaterial& c) { allowed_ = std::min(allowed_, allowed_part * c.thickness); });
   const std::vector<Six> last = last_impulses(info);
   for (Index k = 0; k < state.s.body_count(); ++k) {
     push_body(state, k, last[k]);
@@ -60,7 +60,7 @@ std::vector<Six> BodyReaction::last_impulses(const StepInfo& info) const {
     for (std::size_t b = 0; b < bodies.size(); ++b) {
       Vector3d normal;
       const std::optional<double> distance = distance_to(bodies[b], x, normal);
-      if (distance && *distance < 2 * state_.model.cloths[state_.model.mesh.node_cloth[n]].thickness) touched = b;
+      if (distance && *distance < 2 * state_.model.material_of_node(n).thickness) touched = b;
     }
     if (touched == bodies.size()) continue;
     const Vector3d push = -dt_ * force;

@@ -30,7 +30,7 @@ struct ClothProblem {
   ClothProblem(const ReferenceState& state, const StepInfo& info);
 
   const Model& model() const { return state.model; }
-  const ClothMaterial& material(Index n) const { return model().cloths[model().mesh.node_cloth[n]]; }
+  const ClothMaterial& material(Index n) const { return model().material_of_node(n); }
   bool is_free(Index n) const { return !model().mesh.pinned[n]; }
   /// What the spring of edge e does to its first node, its damping with it, N.
   Eigen::Vector3d spring_force(Index e, const Vectors& x) const;

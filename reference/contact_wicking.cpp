@@ -36,15 +36,35 @@ std::set<Index> candidates(const ReferenceState& state, Index p) {
   return found;
 }
 
+double lesser_height(const ClothMaterial& a, const ClothMaterial& b) {
+  return std::min(a.capillary_height, b.capillary_height);
+}
+
 /// K, kg/(m² s).
 double conductance(const Model& m, const ClothMaterial& a, const ClothMaterial& b, double dt) {
   const auto load = [&](const ClothMaterial& c) { return m.rest_density * (1 - c.solid_fraction) * c.thickness; };
+  const auto height = [&](const ClothMaterial& c) { return c.capillary_height / lesser_height(a, b); };
   const auto resistance = [&](const ClothMaterial& c) {
-    return 0.5 * c.thickness / (m.rest_density * (1 - c.solid_fraction) * c.diffusivity);
+    return height(c) * 0.5 * c.thickness / (m.rest_density * (1 - c.solid_fraction) * c.diffusivity);
+  };
+  const auto steepest = [&](const ClothMaterial& c) {  // of r sᵝ
+    return height(c) * (c.retention_exponent > 1
+                            ? c.retention_exponent * std::pow(c.max_saturation, c.retention_exponent - 1)
+                            : 1);
   };
   const double n = std::max(a.diffusion_exponent, b.diffusion_exponent);
   const double growth = n > 1 ? std::pow(std::max(a.max_saturation, b.max_saturation), n - 1) : 1;
-  return std::min(1 / (resistance(a) + resistance(b)), 0.25 * std::min(load(a), load(b)) / (dt * growth));
+  return std::min(1 / (resistance(a) + resistance(b)),
+                  0.25 * std::min(load(a) / steepest(a), load(b) / steepest(b)) / (dt * growth));
+}
+
+/// kg/s, into the near end: both ends' suctions over the lesser ℓ, and the mean of sⁿ between them.
+double flux_of(const LayerContact& c, double near, double far) {
+  const auto held = [&](double s, int side) {
+    return c.height[side] * (c.power[side] == 1 ? s : std::pow(std::max(0.0, s), c.power[side]));
+  };
+  const double drive = held(far, 1) - held(near, 0) + c.drop;
+  return c.conductance * static_cast<double>(drive * mobility(near, far, drive > 0 ? far : near, c.exponent));
 }
 
 }  // namespace
@@ -55,7 +75,7 @@ std::vector<LayerContact> touching_layers(const ReferenceState& state, double dt
   if (!m.has_contact_wicking()) return contacts;
   const auto x = [&](Index n) { return vec(state.s.node_position[n]); };
   for (Index p = 0; p < m.samples.count(); ++p) {
-    const ClothMaterial& own = m.cloths[m.samples.cloth[p]];
+    const ClothMaterial& own = m.material_of_sample(p);
     if (!own.wicks_through_contact()) continue;
     const auto& corner = m.mesh.triangle[m.samples.triangle[p]];
     const Vector3d normal = (x(corner[1]) - x(corner[0])).cross(x(corner[2]) - x(corner[0])).normalized();
@@ -64,23 +84,26 @@ std::vector<LayerContact> touching_layers(const ReferenceState& state, double dt
       const auto& other = m.mesh.triangle[t];
       const Near near = near_triangle({sample_position(state, p), x(other[0]), x(other[1]), x(other[2])});
       const double distance = near.apart.norm(), height = near.apart.dot(normal);
-      const double thickness = 0.5 * (own.thickness + m.cloths[m.mesh.triangle_cloth[t]].thickness);
+      const double thickness = 0.5 * (own.thickness + m.material_of_triangle(t).thickness);
       if (distance == 0 || distance > 1.5 * thickness || std::abs(height) < distance * std::sqrt(0.5)) continue;
       std::optional<Touch>& touch = best[height > 0 ? 0 : 1];
       if (!touch || distance < touch->near.apart.norm()) touch = Touch{t, near};
     }
     for (const auto& touch : best) {
       if (!touch) continue;
-      const ClothMaterial& other = m.cloths[m.mesh.triangle_cloth[touch->triangle]];
+      const ClothMaterial& other = m.material_of_triangle(touch->triangle);
       const auto& b = touch->near.b;
+      const double least = lesser_height(own, other);
       contacts.push_back(
           {corner,
            m.mesh.triangle[touch->triangle],
            m.samples.weight[p],
            {-b[1], -b[2], -b[3]},
            0.5 * m.samples.area[p] * conductance(m, own, other, dt),
-           touch->near.apart.dot(down(state)) * 0.5 * (1 / own.capillary_height + 1 / other.capillary_height),
-           std::max(own.diffusion_exponent, other.diffusion_exponent)});
+           touch->near.apart.dot(down(state)) / least + (own.capillary_height - other.capillary_height) / least,
+           std::max(own.diffusion_exponent, other.diffusion_exponent),
+           {own.capillary_height / least, other.capillary_height / least},
+           {own.retention_exponent, other.retention_exponent}});
     }
   }
   return contacts;
@@ -101,9 +124,8 @@ void wick_through(ReferenceState& state, const std::vector<LayerContact>& contac
   };
   for (std::size_t c = 0; c < contacts.size(); ++c) {
     const LayerContact& contact = contacts[c];
-    const double flux =
-        contact.conductance * driven(saturation(contact.near_node, contact.near_weight),
-                                     saturation(contact.far_node, contact.far_weight), contact.drop, contact.exponent);
+    const double flux = flux_of(contact, saturation(contact.near_node, contact.near_weight),
+                                saturation(contact.far_node, contact.far_weight));
     inward[c] = flux > 0;
     offer[c] = floor_quanta(std::abs(flux) * dt / state.model.quantum);
     if (offer[c] == 0) continue;

@@ -12,9 +12,10 @@ namespace drench::reference {
 struct LayerContact {
   std::array<Index, 3> near_node, far_node;
   std::array<double, 3> near_weight, far_weight;
-  double conductance;  // G, kg/s
-  double drop;         // 1
-  double exponent;     // n, 1
+  double conductance;                   // G, kg/s
+  double drop;                          // of (23a), 1
+  double exponent;                      // n, 1
+  std::array<double, 2> height, power;  // ℓ over the lesser of both, β: of the near and of the far fabric
 };
 
 std::vector<LayerContact> touching_layers(const ReferenceState& state, double dt);
@@ -27,6 +28,8 @@ Eigen::Vector3d down(const ReferenceState& state);
 Vectors node_velocities(const ReferenceState& state);
 /// Law 8, once the nodes hold what they gained: Σ_in t_k (v_k − v_n), quanta · m/s, spread over their whole mass.
 void change_velocities(ReferenceState& state, const Vectors& gained);
+/// ψ of law 2 between two saturations, the flow leaving that of `donor`.
+long double mobility(double one, double other, double donor, double n);
 /// ψ b of law 2 with the exponent n, 1: > 0 flows from `donor` to `receiver`, which then are what they are called.
 double driven(double receiver, double donor, double drop, double n);
 /// φ^out and φ^in of every node, 1, for what is to leave and to enter it.

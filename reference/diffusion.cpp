@@ -17,9 +17,7 @@ struct Pair {
   double drop;         // (x_first − x_second)·ĝ/ℓ, 1: above 0 if the first is the lower one
 };
 
-const ClothMaterial& material(const ReferenceState& state, Index n) {
-  return state.model.cloths[state.model.mesh.node_cloth[n]];
-}
+const ClothMaterial& material(const ReferenceState& state, Index n) { return state.model.material_of_node(n); }
 
 /// s_n, 1.
 double saturation(const ReferenceState& state, Index n) {
@@ -32,7 +30,7 @@ std::vector<Pair> exchanging_pairs(const ReferenceState& state) {
   for (std::size_t e = 0; e < m.fabric.weight.size(); ++e) {
     const auto [i, j] = m.fabric.nodes[e];
     if (m.samples.node_capacity[i] == 0 || m.samples.node_capacity[j] == 0) continue;
-    const ClothMaterial& c = material(state, i);
+    const ClothMaterial& c = m.cloths[m.mesh.node_cloth[i]];                    // the weight knows of regions
     const double load = m.rest_density * (1 - c.solid_fraction) * c.thickness;  // kg/m² at saturation 1
     const Eigen::Vector3d apart = vec(state.s.node_position[i]) - vec(state.s.node_position[j]);
     pairs.push_back({i, j, load * c.diffusivity * m.fabric.weight[e], apart.dot(down(state)) / c.capillary_height});
@@ -46,9 +44,9 @@ double exchange_rate(const ReferenceState& state, const std::vector<Pair>& pairs
   for (const Pair& pair : pairs) {
     const ClothMaterial& c = material(state, pair.first);
     const double e = c.diffusion_exponent, beta = c.retention_exponent;
-    const double most = beta * std::pow(c.max_saturation, e + beta - 1);
-    double steep = std::max(1.0, e * std::pow(c.max_saturation, e - 1));
-    if (beta != 1) steep = std::max(1.0, (e + beta) * std::pow(c.max_saturation, std::max(0.0, e - 1)));
+    const double most = beta * std::pow(c.most_saturation, e + beta - 1);
+    double steep = std::max(1.0, e * std::pow(c.most_saturation, e - 1));
+    if (beta != 1) steep = std::max(1.0, (e + beta) * std::pow(c.most_saturation, std::max(0.0, e - 1)));
     for (const Index n : {pair.first, pair.second})
       rate[n] += pair.conductance * (most + steep * std::abs(pair.drop)) / state.model.samples.node_capacity[n];
   }
@@ -116,15 +114,18 @@ void change_velocities(ReferenceState& state, const Vectors& gained) {
   }
 }
 
-double driven(double receiver, double donor, double drop, double n) {
-  const double drive = donor - receiver + drop;
-  const long double a = std::max(0.0, receiver), b = std::max(0.0, donor), given = drive > 0 ? b : a;
-  const long double power = n;
+long double mobility(double one, double other, double donor, double n) {
+  const long double a = std::max(0.0, one), b = std::max(0.0, other), given = std::max(0.0, donor), power = n;
   // The mean of sⁿ between both, in numbers wide enough for the difference of nearly equal powers.
   const bool apart = std::abs(a - b) > 1e-8L * (a + b);
   const long double mean = apart ? (std::pow(b, power + 1) - std::pow(a, power + 1)) / ((power + 1) * (b - a))
                                  : std::pow((a + b) / 2, power);
-  return static_cast<double>(drive * std::min(mean, 2 * std::pow(given, power)));
+  return std::min(mean, 2 * std::pow(given, power));
+}
+
+double driven(double receiver, double donor, double drop, double n) {
+  const double drive = donor - receiver + drop;
+  return static_cast<double>(drive * mobility(receiver, donor, drive > 0 ? donor : receiver, n));
 }
 
 std::vector<double> outflow_limit(const ReferenceState& state, const std::vector<Quanta>& out) {

@@ -55,7 +55,7 @@ void drying(ReferenceState& state, const StepInfo& info, StepReport&) {
   const std::vector<double> area = open_areas(state);
   for (Index n = 0; n < s.node_count(); ++n) {
     if (!(area[n] > 0) || s.node_liquid[n] == 0) continue;
-    const double critical = m.cloths[m.mesh.node_cloth[n]].critical_saturation * m.samples.node_capacity[n] / m.quantum;
+    const double critical = m.material_of_node(n).critical_saturation * m.samples.node_capacity[n] / m.quantum;
     const double due =
         dried(static_cast<double>(s.node_liquid[n]), critical, m.evaporation_flux * area[n] / m.quantum, info.dt);
     const Quanta gone = std::min(s.node_liquid[n], floor_quanta(due + drawn(n, info.step)));

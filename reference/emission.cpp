@@ -34,7 +34,7 @@ bool directed(const ReferenceState& state) { return state.model.scene.processes.
 void mature(ReferenceState& state, double dt) {
   const Model& m = state.model;
   for (Index n = 0; n < state.s.node_count(); ++n) {
-    const double speed = m.cloths[m.mesh.node_cloth[n]].emission_velocity;
+    const double speed = m.material_of_node(n).emission_velocity;
     const Quanta capacity = floor_quanta(m.samples.node_capacity[n] / m.quantum);
     const Quanta excess = std::max<Quanta>(0, state.s.node_liquid[n] - capacity);
     Quanta& buffered = state.s.node_buffered[n];
@@ -79,9 +79,7 @@ Eigen::Vector3d outward(const ReferenceState& state, Index p) {
   return gravity / (1.001 * gravity.norm());
 }
 
-double cone_cosine(const ReferenceState& state, Index p) {
-  return state.model.cloths[state.model.samples.cloth[p]].emission_cosine;
-}
+double cone_cosine(const ReferenceState& state, Index p) { return state.model.material_of_sample(p).emission_cosine; }
 
 bool in_cone(const ReferenceState& state, Index p, const Eigen::Vector3d& x, double least_cosine) {
   const Eigen::Vector3d direction = way_out(state, p);

@@ -13,13 +13,13 @@ Eigen::Vector3d virtual_pressure(const ReferenceState& state, Index p) {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();  // Σ_b V_b ∇W_pb, 1/m
   for (const Index b : state.sample_boundary[p])
     sum += state.s.boundary_volume[b] * w.gradient(x - vec(state.s.boundary_position[b]));
-  return -m.cloths[m.samples.cloth[p]].virtual_pressure * m.support * sum;
+  return -m.material_of_sample(p).virtual_pressure * m.support * sum;
 }
 
 Eigen::Vector3d normalised_drive(const ReferenceState& state, Index p, const Eigen::Vector3d& pressure) {
   const Model& m = state.model;
   const Eigen::Vector3d gravity = vec(m.scene.gravity), drive = pressure + gravity;
-  const double epsilon = 1e-3 * (gravity.norm() > 0 ? gravity.norm() : m.cloths[m.samples.cloth[p]].virtual_pressure);
+  const double epsilon = 1e-3 * (gravity.norm() > 0 ? gravity.norm() : m.material_of_sample(p).virtual_pressure);
   return drive.norm() > 0 ? Eigen::Vector3d(drive / (drive.norm() + epsilon)) : Eigen::Vector3d(0, 0, 0);
 }
 

@@ -53,7 +53,7 @@ void permeation(ReferenceState& state, const StepInfo& info, StepReport&) {
   const Eigen::Vector3d g = vec(m.scene.gravity);
   state.sample_supply.assign(m.samples.count(), 0.0);
   for (Index p = 0; p < m.samples.count(); ++p) {
-    const ClothMaterial& cloth = m.cloths[m.samples.cloth[p]];
+    const ClothMaterial& cloth = m.material_of_sample(p);
     if (!(cloth.conductance > 0)) continue;
     const Surroundings liquid = around(state, p);
     const Eigen::Vector3d n = sample_normal(state, p);

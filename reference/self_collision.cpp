@@ -74,7 +74,7 @@ class SelfCollision {
   Vectors velocity_;
   std::vector<Pair> pairs_;
 
-  const ClothMaterial& material(Index n) const { return state_.model.cloths[mesh_.node_cloth[n]]; }
+  const ClothMaterial& material(Index n) const { return state_.model.material_of_node(n); }
   bool member(Index n) const { return material(n).self_collision; }
   double friction(Index n) const {
     return material(n).friction + node_saturation(state_, n) * (material(n).friction_wet - material(n).friction);

@@ -58,7 +58,7 @@ std::vector<Sticky> sticky_samples(const ReferenceState& state, Index i) {
     if (work > 0) all.push_back({wall_cohesion(m, work), s.boundary_volume[b] * w.gradient(x), -1});
   }
   for (const Index b : state.fluid_sample[i]) {
-    const double work = m.cloths[m.samples.cloth[b]].adhesion;
+    const double work = m.material_of_sample(b).adhesion;
     if (work > 0) all.push_back({wall_cohesion(m, work), s.sample_volume[b] * w.gradient(from_behind(state, i, b)), b});
   }
   return all;

@@ -16,7 +16,7 @@ namespace {
 double capillary_step(const Model& model) {
   double sigma = model.scene.fluid.surface_tension;
   for (const Body& b : model.bodies) sigma = std::max(sigma, b.adhesion);
-  for (const ClothMaterial& c : model.cloths) sigma = std::max(sigma, c.adhesion);
+  model.for_materials([&](const ClothMaterial& c) { sigma = std::max(sigma, c.adhesion); });
   if (!model.has_fluid() || sigma <= 0) return std::numeric_limits<double>::infinity();
   return std::sqrt(model.scene.fluid.density * std::pow(model.spacing, 3) / (2 * std::numbers::pi * sigma));
 }

@@ -70,7 +70,7 @@ std::vector<double> node_inflow_limit(const ReferenceState& state, const std::ve
   const std::vector<Quanta> inflow = gather_at_nodes(state, in);
   std::vector<double> phi(state.s.node_count(), 1.0);
   for (Index n = 0; n < state.s.node_count(); ++n) {
-    const double max_saturation = m.cloths[m.mesh.node_cloth[n]].max_saturation;
+    const double max_saturation = m.material_of_node(n).max_saturation;
     const Quanta full = floor_quanta(max_saturation * m.samples.node_capacity[n] / m.quantum);
     // The last two terms absorb what rounding adds to single nodes.
     const Quanta room = full - state.s.node_liquid[n] - (inflow[n] >> 16) - 1024;
@@ -160,15 +160,15 @@ void count_on_face(ReferenceState& state, Index p, const Eigen::Vector3d& x, Qua
   account[p] += quanta;
 }
 
-bool is_porous(const ReferenceState& state, Index p) { return state.model.cloths[state.model.samples.cloth[p]].porous; }
+bool is_porous(const ReferenceState& state, Index p) { return state.model.material_of_sample(p).porous; }
 
 bool is_permeable(const ReferenceState& state, Index p) {
-  return state.model.has_permeation() && state.model.cloths[state.model.samples.cloth[p]].conductance > 0;
+  return state.model.has_permeation() && state.model.material_of_sample(p).conductance > 0;
 }
 
 bool is_driven(const ReferenceState& state, Index p) {
   if (!is_permeable(state, p)) return false;
-  const ClothMaterial& cloth = state.model.cloths[state.model.samples.cloth[p]];
+  const ClothMaterial& cloth = state.model.material_of_sample(p);
   return std::fabs(state.s.sample_flux[p]) > cloth.conductance * cloth.entry_potential;
 }
 

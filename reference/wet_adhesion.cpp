@@ -69,7 +69,7 @@ class WetAdhesion {
   std::vector<double> area_;
   std::vector<std::vector<Index>> neighbors_;
 
-  const ClothMaterial& material(Index n) const { return state_.model.cloths[mesh_.node_cloth[n]]; }
+  const ClothMaterial& material(Index n) const { return state_.model.material_of_node(n); }
   double range(double thickness) const { return std::max(2 * thickness, mean_edge_); }
   /// p of the work w s at a distance, Pa.
   double traction(double work, double distance, double thickness) const {
@@ -91,7 +91,8 @@ class WetAdhesion {
     const auto node = [&](int k) { return sample_node(state_, p, k); };
     double work = 0;
     for (int k = 0; k < 3; ++k) work += samples.weight[p][k] * stickiness(node(k));
-    const Vector3d force = -traction(work, *distance, material(node(0)).thickness) * samples.area[p] * normal;
+    const Vector3d force =
+        -traction(work, *distance, state_.model.material_of_sample(p).thickness) * samples.area[p] * normal;
     for (int k = 0; k < 3; ++k) force_[node(k)] += samples.weight[p][k] * force;
     impulse.head<3>() -= dt_ * force;
     impulse.tail<3>() -= dt_ * (ahead - body.pose.position).cross(force);

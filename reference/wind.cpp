@@ -19,13 +19,12 @@ Vectors impulses_on_cloth(const ReferenceState& state, const Vector3d& air, doub
   Vectors impulse(s.node_position.size(), Vector3d::Zero());
   for (std::size_t t = 0; t < m.mesh.triangle.size(); ++t) {
     const auto& corner = m.mesh.triangle[t];
-    const double fabric = m.scene.cloths[m.mesh.triangle_cloth[t]].material.areal_density;
     const auto x = [&](int c) { return vec(s.node_position[corner[c]]); };
     Vector3d w = air;
     double lightest = std::numeric_limits<double>::infinity();  // kg/m²
     for (const Index n : corner) {
       w -= vec(s.node_velocity[n]) / 3;
-      lightest = std::min(lightest, fabric * node_mass(state, n) / m.mesh.solid_mass[n]);
+      lightest = std::min(lightest, m.material_of_node(n).areal_density * node_mass(state, n) / m.mesh.solid_mass[n]);
     }
     const Vector3d normal = (x(1) - x(0)).cross(x(2) - x(0));
     if (normal.norm() == 0) continue;

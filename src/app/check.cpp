@@ -11,11 +11,32 @@
 #include "scene/fabrics.hpp"
 #include "scene/load.hpp"
 #include "setup/build.hpp"
+#include "setup/cloth_regions.hpp"
 #include "setup/forecast.hpp"
 #include "stages/substeps.hpp"
 
 namespace drench {
 namespace {
+
+/// The triangles and the dry mass of each region of a cloth.
+void print_regions(const Model& model) {
+  for (const ClothMaterial& patch : model.patches) {
+    if (patch.region < 0) continue;
+    const ClothScene& cloth = model.scene.cloths[static_cast<std::size_t>(patch.of_cloth)];
+    Index count = 0;
+    double area = 0;  // m²
+    for (Index t = 0; t < model.mesh.triangles(); ++t) {
+      if (&model.material_of_triangle(t) != &patch) continue;
+      const auto& corner = model.mesh.triangle[static_cast<std::size_t>(t)];
+      const auto at = [&](std::size_t c) { return model.mesh.rest_position[static_cast<std::size_t>(corner[c])]; };
+      area += triangle_area(at(0), at(1), at(2));
+      ++count;
+    }
+    fmt::print("{} of {}: {} triangles, {:.4g} m², {:.4g} kg/m²\n",
+               region_label(cloth.regions[static_cast<std::size_t>(patch.region)], patch.region), cloth.name, count,
+               area, patch.areal_density);
+  }
+}
 
 void print_parts(const Model& model, const HostState& state) {
   if (model.has_fluid())
@@ -24,6 +45,7 @@ void print_parts(const Model& model, const HostState& state) {
   for (const ClothMaterial& c : model.cloths)
     fmt::print("cloth {}: {} nodes, {} triangles, {} samples{}{}\n", c.name, c.node_count, c.triangle_count,
                c.sample_count, c.porous ? ", porous" : "", c.dynamics ? "" : ", still");
+  print_regions(model);
   if (model.has_cloth()) {
     const auto pinned = std::count(model.mesh.pinned.begin(), model.mesh.pinned.end(), 1);
     double capacity = 0;
@@ -57,15 +79,19 @@ std::string values_of(const std::vector<FabricValue>& values) {
 void print_fabrics(const std::vector<FabricUse>& uses, const Scene& scene) {
   for (const FabricUse& use : uses) {
     std::string own;
-    for (const FabricValue& v : use.own) own += (own.empty() ? "" : ", ") + v.key;
-    fmt::print("fabric {} of cloth {}: {}{}\n", use.fabric, scene.cloths[use.cloth].name, values_of(use.given),
-               own.empty() ? "" : "; not its " + own);
+    for (const auto* not_taken : {&use.own, &use.whole})
+      for (const FabricValue& v : *not_taken) own += (own.empty() ? "" : ", ") + v.key;
+    const ClothScene& cloth = scene.cloths[use.cloth];
+    fmt::print(
+        "fabric {} of {}cloth {}: {}{}\n", use.fabric,
+        use.region < 0 ? "" : region_label(cloth.regions[static_cast<std::size_t>(use.region)], use.region) + " of ",
+        cloth.name, values_of(use.given), own.empty() ? "" : "; not its " + own);
   }
 }
 
 void warn_of_dry_fabrics(const std::vector<FabricUse>& uses, const Scene& scene, std::vector<std::string>& warnings) {
   for (const FabricUse& use : uses)
-    if (use.dry && scene.fluid.present)
+    if (use.dry && scene.fluid.present && use.region < 0)
       warnings.push_back(fmt::format(
           "cloth {} takes up no liquid, which its fabric {} would: it has no key porous (porous: {{}} will do)",
           scene.cloths[use.cloth].name, use.fabric));

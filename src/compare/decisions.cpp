@@ -344,7 +344,7 @@ std::size_t leave_ends(Backend& reference, const Model& model, const StepInfo& i
   const Ends ends(model, s, info.dt, precision);
   std::size_t moved = 0;
   for (std::size_t n = 0; n < s.node_position.size() && model.has_moving_cloth(); ++n) {
-    const ClothMaterial& cloth = model.cloths[static_cast<std::size_t>(model.mesh.node_cloth[n])];
+    const ClothMaterial& cloth = model.material_of_node(static_cast<Index>(n));
     if (model.mesh.pinned[n] || cloth.self_collision) continue;
     moved += ends.correct(s.node_position[n], s.node_velocity[n],
                           [&](const Vector3d& end) { return ends.off_bodies(end, cloth.thickness); });

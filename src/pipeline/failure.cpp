@@ -58,7 +58,7 @@ Limits::Limits(const Model& m, double liquid)
   if (m.has_fluid()) {
     double tension = m.scene.fluid.surface_tension;  // N/m
     for (const Body& body : m.bodies) tension = std::max(tension, body.adhesion);
-    for (const ClothMaterial& cloth : m.cloths) tension = std::max(tension, cloth.adhesion);
+    m.for_materials([&](const ClothMaterial& cloth) { tension = std::max(tension, cloth.adhesion); });
     scale += std::sqrt(2 * tension / (m.rest_density * m.spacing));
     particle = m.spacing / m.scene.time.step;
   }

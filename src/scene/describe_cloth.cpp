@@ -45,13 +45,8 @@ bool has_motion(const PinScene& pin) {
          pin.spin != still.spin || pin.center != still.center || pin.start != still.start || pin.end != still.end;
 }
 
-/// Rates along warp and weft, and powers of the saturation.
-void check_rates(Section& s, const MaterialScene& fabric) {
-  constexpr double most = 1000;
-  const double weft = fabric.weft_diffusivity.value_or(fabric.diffusivity);
-  s.check(weft <= most * fabric.diffusivity && fabric.diffusivity <= most * weft, "weft_diffusivity",
-          fmt::format("is more than {:.0f} times diffusivity, or less than a {:.0f}th of it; allowed: [{:g}, {:g}] m²/s",
-                      most, most, fabric.diffusivity / most, std::min(1.0, fabric.diffusivity * most)));
+/// Powers of the saturation.
+void check_powers(Section& s, const MaterialScene& fabric) {
   s.check(!s.has("diffusion") || !s.has("diffusion_exponent"), "diffusion_exponent",
           "stands beside diffusion, which is exponent 0 or 1; allowed: one of them");
   const double n = fabric.diffusion_exponent.value_or(fabric.diffusion == DiffusionLaw::degenerate ? 1 : 0);
@@ -105,17 +100,7 @@ void describe_porous(Section& s, MaterialScene& fabric) {
   s.check(!fabric.contact_wicking || fabric.diffusivity > 0, "contact_wicking",
           "passes liquid on as well as the fabric conducts it, and its diffusivity is 0; allowed: diffusivity above 0");
   check_rates(s, fabric);
-}
-
-/// What a fabric gives is in the scene's tree by now (scene/fabrics.hpp), and a resolved scene has the values.
-void describe_fabric(Section& s) {
-  std::vector<const char*> words{"none"};
-  for (const Fabric& f : fabrics()) words.push_back(f.name.c_str());
-  std::string name = "none";
-  s.saved_if(false).word(
-      "fabric", name, words,
-      "a fabric whose measured values count where this cloth has no key of its own; those of `porous` where it "
-      "has that key, `porous: {}` will do (docs/manual/fabrics.md)");
+  check_powers(s, fabric);
 }
 
 void check_pins(Section& s, const ClothScene& cloth) {
@@ -134,35 +119,55 @@ void check_pins(Section& s, const ClothScene& cloth) {
 }
 
 void check_saturations(Section& s, const char* key, const std::vector<SaturationScene>& boxes,
-                       const MaterialScene& fabric) {
-  s.check(boxes.empty() || fabric.porous, key,
+                       const ClothScene& cloth) {
+  double most = cloth.material.max_saturation;
+  for (const RegionScene& region : cloth.regions) most = std::max(most, region.material.max_saturation);
+  s.check(boxes.empty() || cloth.material.porous, key,
           "is for a cloth that takes up liquid; allowed: only beside the key porous");
   for (std::size_t i = 0; i < boxes.size(); ++i) {
-    s.check(boxes[i].value <= fabric.max_saturation, fmt::format("{}.{}.value", key, i),
-            fmt::format("{} is above porous.max_saturation; allowed: [0, {}] (no unit)", boxes[i].value,
-                        fabric.max_saturation));
+    s.check(boxes[i].value <= most, fmt::format("{}.{}.value", key, i),
+            fmt::format("{} is above porous.max_saturation; allowed: [0, {}] (no unit)", boxes[i].value, most));
   }
 }
 
 /// Keys of woven cloth beside those whose place they take.
-void check_weave(Section& s, const MaterialScene& fabric) {
+void check_weave(Section& s, const ClothScene& cloth) {
+  const MaterialScene& fabric = cloth.material;
   s.check(!s.has("membrane") || !s.has("stretch"), "stretch", "stands beside membrane; allowed: one of them");
   s.check(!s.has("bending") || !s.has("bend"), "bend", "stands beside bending; allowed: one of them");
-  s.check(!fabric.has_warp || fabric.membrane || fabric.bending || fabric.weft_diffusivity, "warp",
+  const auto has_directions = [](const MaterialScene& f) { return f.membrane || f.bending || f.weft_diffusivity; };
+  s.check(!fabric.has_warp || any_fabric(cloth, has_directions), "warp",
           "has nothing that it is the direction of; allowed: only beside membrane, bending or porous.weft_diffusivity");
   if (fabric.has_warp) check_not_zero(s, "warp", fabric.warp);
   s.check(!fabric.membrane || fabric.membrane->wet == 1 || fabric.porous, "membrane.wet",
           "is for a cloth that takes up liquid; allowed: only beside the key porous");
 }
 
+/// What a region needs of its cloth.
+void check_regions(Section& s, const ClothScene& cloth) {
+  const bool groups = !cloth.grid && (cloth.file.ends_with(".obj") || cloth.file.ends_with(".OBJ"));
+  for (std::size_t i = 0; i < cloth.regions.size(); ++i) {
+    const RegionScene& region = cloth.regions[i];
+    const std::string key = fmt::format("regions.{}.", i);
+    s.check(groups || region.kind != RegionScene::Kind::group, key + "group",
+            fmt::format("is for a mesh with groups, and {} has none; allowed: box, or an .obj file",
+                        cloth.grid ? "a grid" : "a .ply or .stl file"));
+    s.check(!region.material.porous || cloth.material.porous, key + "porous",
+            "is for a cloth that takes up liquid; allowed: only where the cloth has the key porous");
+    s.check(!(region.material.diffusivity > 0) || cloth.material.diffusivity > 0, key + "porous.diffusivity",
+            "is above 0, and the cloth's own is 0; allowed: 0, or a cloth with a diffusivity above 0");
+  }
+}
+
 void check_cloth(Section& s, const ClothScene& cloth) {
-  check_weave(s, cloth.material);
+  check_regions(s, cloth);
+  check_weave(s, cloth);
   for (const char* key : {"friction_wet", "damping_wet"})
     s.check(!s.has(key) || cloth.material.porous, key,
             "is for a cloth that takes up liquid; allowed: only beside the key porous");
   check_pins(s, cloth);
-  check_saturations(s, "initial_saturation", cloth.initial_saturation, cloth.material);
-  check_saturations(s, "hold_saturation", cloth.hold_saturation, cloth.material);
+  check_saturations(s, "initial_saturation", cloth.initial_saturation, cloth);
+  check_saturations(s, "hold_saturation", cloth.hold_saturation, cloth);
   s.check(cloth.initial_stain.empty() || cloth.material.porous, "initial_stain",
           "is for a cloth that takes up liquid; allowed: only beside the key porous");
 }
@@ -248,7 +253,10 @@ void describe(Section& s, ClothScene& cloth) {
   s.text("name", cloth.name, "its name in messages and frames; no two alike");
   s.required().section("mesh", cloth, describe_mesh, "its shape at rest: either `grid` or `file`");
   s.section("place", cloth, describe_place, "where it is at the start: turned first, then moved");
-  describe_fabric(s);
+  describe_fabric(
+      s,
+      "a fabric whose measured values count where this cloth has no key of its own; those of `porous` where it "
+      "has that key, `porous: {}` will do (docs/manual/fabrics.md)");
   s.number("areal_density", fabric.areal_density, "[1e-4, 1000]", "kg/m²", "mass of the dry fabric per area");
   s.number("thickness", fabric.thickness, "[1e-6, 1]", "m",
            "of the fabric; with `solid_fraction` what it can hold, and how far layers stay apart");
@@ -294,6 +302,10 @@ void describe(Section& s, ClothScene& cloth) {
          "only with `porous`");
   s.optional(fabric.porous)
       .section("porous", fabric, describe_porous, "the fabric takes up liquid; without it, it is a dry wall");
+  RegionScene rest;
+  rest.material = fabric;
+  s.list("regions", cloth.regions, rest,
+         "parts of another fabric, such as a hem, a seam or a patch; where two hold a triangle, the last one counts");
   check_cloth(s, cloth);
 }
 

@@ -86,19 +86,59 @@ bool give(Value& map, const std::string& dotted, const std::string& text, const 
   return found->value.kind == Value::Kind::map && give(found->value, dotted.substr(dot + 1), text, place);
 }
 
-FabricUse apply(Value& cloth, const Fabric& fabric, const yaml::Place& place) {
-  FabricUse use{0, fabric.name, {}, {}, false};
-  const Value before = cloth;
-  const bool porous = before.find("porous");
+/// What a fabric gives and a region does not take.
+bool is_of_whole_cloth(const std::string& key, bool plate) {
+  constexpr std::array<std::string_view, 4> keys{"porous.diffusion", "porous.diffusion_exponent",
+                                                 "porous.capillary_height", "porous.retention_exponent"};
+  if (key == "bend" || key.starts_with("bending.")) return plate == (key == "bend");
+  return std::find(keys.begin(), keys.end(), key) != keys.end();
+}
+
+/// `taker`: a cloth, or a region of `cloth`.
+FabricUse apply(Value& taker, const Value& cloth, bool is_region, const Fabric& fabric) {
+  FabricUse use;
+  use.fabric = fabric.name;
+  const Value before = taker;
+  const yaml::Place place = before.find("fabric")->place;
+  const bool porous = cloth.find("porous"), plate = cloth.find("bending");
   for (const FabricValue& v : fabric.values) {
     if (v.key.starts_with("porous.") && !porous) {
       use.dry = true;
       continue;
     }
-    const bool given = !is_replaced(before, v.key) && give(cloth, v.key, v.value, place);
+    if (is_region && is_of_whole_cloth(v.key, plate)) {
+      use.whole.push_back(v);
+      continue;
+    }
+    const bool given = !is_replaced(before, v.key) && give(taker, v.key, v.value, place);
     (given ? use.given : use.own).push_back(v);
   }
   return use;
+}
+
+/// The fabric that a cloth or a region names; null where it names none that there is.
+const Fabric* fabric_named_in(const Value& map) {
+  const Value* name = map.kind == Value::Kind::map ? map.find("fabric") : nullptr;
+  if (!name || name->kind != Value::Kind::scalar) return nullptr;
+  const auto found =
+      std::find_if(fabrics().begin(), fabrics().end(), [&](const Fabric& f) { return f.name == name->text; });
+  return found == fabrics().end() ? nullptr : &*found;
+}
+
+void apply_to_regions(Value& cloth, std::size_t number, std::vector<FabricUse>& uses) {
+  if (cloth.kind != Value::Kind::map) return;
+  const auto regions =
+      std::find_if(cloth.entries.begin(), cloth.entries.end(), [](const Entry& e) { return e.key == "regions"; });
+  if (regions == cloth.entries.end()) return;
+  int region = 0;
+  for (Value& taker : regions->value.items) {
+    if (const Fabric* fabric = fabric_named_in(taker)) {
+      uses.push_back(apply(taker, cloth, true, *fabric));
+      uses.back().cloth = number;
+      uses.back().region = region;
+    }
+    ++region;
+  }
 }
 
 }  // namespace
@@ -113,14 +153,11 @@ std::vector<FabricUse> apply_fabrics(Value& scene) {
     if (entry.key != "cloth") continue;
     for (std::size_t i = 0; i < entry.value.items.size(); ++i) {
       Value& cloth = entry.value.items[i];
-      const Value* name = cloth.kind == Value::Kind::map ? cloth.find("fabric") : nullptr;
-      if (!name || name->kind != Value::Kind::scalar) continue;
-      const auto found =
-          std::find_if(fabrics().begin(), fabrics().end(), [&](const Fabric& f) { return f.name == name->text; });
-      if (found == fabrics().end()) continue;
-      const yaml::Place place = name->place;
-      uses.push_back(apply(cloth, *found, place));
-      uses.back().cloth = i;
+      if (const Fabric* fabric = fabric_named_in(cloth)) {
+        uses.push_back(apply(cloth, cloth, false, *fabric));
+        uses.back().cloth = i;
+      }
+      apply_to_regions(cloth, i, uses);
     }
   }
   return uses;

@@ -35,14 +35,17 @@ const std::vector<FabricSource>& fabric_sources();
 /// What a cloth has of its fabric.
 struct FabricUse {
   std::size_t cloth = 0;           // its number in the scene
+  int region = -1;                 // number of the cloth's region that has it; −1: the cloth itself
   std::string fabric;              // its name
   std::vector<FabricValue> given;  // those that count
   std::vector<FabricValue> own;    // those that the scene gives itself, or gives another key in place of
+  std::vector<FabricValue> whole;  // of a region: those that are one for a cloth, which the cloth has
   bool dry = false;                // it could take up liquid, and the cloth has no key `porous`
 };
 
 /// Writes the values of each cloth's fabric into the scene's tree, at the place of the key `fabric`. A key that the scene has
-/// stays, and what is under `porous` counts only where the cloth has that key. Unknown names are left to the loader.
+/// stays, and what is under `porous` counts only where the cloth has that key. Regions take their fabrics' values in the same way,
+/// but those that do not differ within a cloth. Unknown names are left to the loader.
 std::vector<FabricUse> apply_fabrics(yaml::Value& scene);
 
 /// The same of a scene file, as load_scene() takes it. Throws SceneError.

@@ -1,6 +1,7 @@
 #pragma once
 // The content of a scene file as plain structs. All defaults of the project stand here and in scene/material.hpp.
 
+#include <algorithm>
 #include <array>
 #include <limits>
 #include <optional>
@@ -241,6 +242,18 @@ struct MaterialScene : BasicMaterial<double> {
   bool operator==(const MaterialScene&) const = default;
 };
 
+/// An entry of `cloth.N.regions`: a part of the cloth whose fabric differs.
+struct RegionScene {
+  /// How its triangles are chosen.
+  enum class Kind { group, box };
+  Kind kind = Kind::group;  // how its triangles are chosen
+  std::string group;        // for Kind::group: a name of the mesh file
+  Box box;                  // for Kind::box: of the triangles' middles, after placing
+  MaterialScene material;   // the cloth's, with the keys that this entry has
+
+  bool operator==(const RegionScene&) const = default;
+};
+
 /// An entry of `cloth`.
 struct ClothScene {
   std::string name = "cloth";            // in messages and frames; no two alike
@@ -251,6 +264,7 @@ struct ClothScene {
   Vec3 rotate_axis{1, 0, 0};             // it is turned first, about its mesh's origin, then moved
   double rotate_degrees = 0.0;           // °
   MaterialScene material;                // the fabric
+  std::vector<RegionScene> regions;      // parts of another fabric; where two hold a triangle, the last one counts
   double slip = 0;                       // m; slip length b of the liquid on both sides, 0: none, inf: free
   std::optional<double> sample_spacing;  // m; at most, between the samples that liquid meets; else fluid.spacing
   std::vector<PinScene> pins;            // where two catch a node, the last one counts
@@ -262,6 +276,13 @@ struct ClothScene {
 
   bool operator==(const ClothScene&) const = default;
 };
+
+/// Is there a fabric in the cloth, its own or a region's, that it is true of?
+template <class Predicate>
+bool any_fabric(const ClothScene& cloth, Predicate predicate) {
+  return predicate(cloth.material) || std::any_of(cloth.regions.begin(), cloth.regions.end(),
+                                                  [&](const RegionScene& r) { return predicate(r.material); });
+}
 
 /// How the cloth's implicit step is solved (stages/cloth.hpp). It stands at the top of a scene: one solve serves all of
 /// its cloths, and its tolerance is one on the sum over their nodes.

@@ -23,6 +23,7 @@ struct SchemaKey {
 /// Every key in the order of a resolved scene; a map stands before its own keys.
 struct Schema {
   std::vector<SchemaKey> keys;
+  std::vector<std::string> elsewhere;  ///< names that a map refuses by Section::not_here; paths are left out
 
   const SchemaKey* find(const std::string& path) const;  ///< null if there is none
 };

@@ -114,6 +114,15 @@ class Section {
     });
   }
 
+  /// The same; entries begin as copies of `standard`.
+  template <class T>
+  void list(const char* key, std::vector<T>& all, const T& standard, const char* meaning) {
+    maps(key, all.size(), meaning, [&](Section& s, std::size_t index) {
+      if (index >= all.size()) all.resize(index + 1, standard);
+      describe(s, all[index]);
+    });
+  }
+
   // ---- of the key that follows: s.required().number(…)
   Section& required() {
     said_.required = true;
@@ -149,6 +158,8 @@ class Section {
   virtual bool has(const char*) const { return false; }
   /// A relation between keys. If it is not `good`, loading refuses the map with `message` at `key` (dotted, from here).
   virtual void check(bool /*good*/, const std::string& /*key*/, const std::string& /*message*/) {}
+  /// A key that stands elsewhere in a scene and not in this map. Loading refuses it with `message`.
+  virtual void not_here(const char* /*key*/, const char* /*message*/) {}
   /// A feature that the format has words for and this version lacks.
   void not_available(bool asked, const std::string& key, const std::string& feature, const std::string& allowed) {
     check(!asked, key, feature + " is not available in this version; allowed: " + allowed);

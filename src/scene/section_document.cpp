@@ -67,6 +67,8 @@ class DocumentSection : public Section {
     note(key, "files", mesh_files_allowed, "", "", meaning);
   }
 
+  void not_here(const char* key, const char*) override { schema_.elsewhere.emplace_back(key); }
+
  protected:
   std::size_t word_index(const char* key, const std::vector<const char*>& words, std::size_t index,
                          const char* meaning) override {

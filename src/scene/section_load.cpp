@@ -78,6 +78,8 @@ class LoadSection : public Section {
     failed_ = message;
   }
 
+  void not_here(const char* key, const char* message) override { check(!has(key), key, message); }
+
   /// Reads the whole map. Which of several keys stands there is settled first: a wrong value may be one too many.
   void read(const Describe& inside) {
     const Schema schema = document_section(inside, false);
@@ -85,6 +87,7 @@ class LoadSection : public Section {
       known_.push_back(key.path);
       if (key.need == SchemaKey::Need::one_of) one_of_.push_back(key.path);
     }
+    elsewhere_ = schema.elsewhere;
     if (!one_of_.empty()) check_one_of();
     inside(*this);
     done();
@@ -122,6 +125,7 @@ class LoadSection : public Section {
   std::string path_;
   const std::string& folder_;
   std::vector<std::string> known_;     // its keys
+  std::vector<std::string> elsewhere_;  // keys that are refused with a message of their own
   std::vector<std::string> one_of_;    // of these, exactly one
   std::string missing_key_, missing_;  // the first required key that is absent
   std::string failed_key_, failed_;    // the first failed check
@@ -365,6 +369,7 @@ void LoadSection::check_list(const std::string& key, const Value& value) const {
 void LoadSection::check_known() const {
   for (const yaml::Entry& entry : map_.entries) {
     if (std::find(known_.begin(), known_.end(), entry.key) != known_.end()) continue;
+    if (std::find(elsewhere_.begin(), elsewhere_.end(), entry.key) != elsewhere_.end()) continue;
     Value shown_key;
     shown_key.kind = Value::Kind::scalar;
     shown_key.text = entry.key;

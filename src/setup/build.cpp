@@ -12,6 +12,7 @@
 #include "setup/cloth_boundary.hpp"
 #include "setup/cloth_material.hpp"
 #include "setup/cloth_mesh.hpp"
+#include "setup/cloth_regions.hpp"
 #include "setup/cloth_sampling.hpp"
 #include "setup/deforming_body.hpp"
 #include "setup/distance_field.hpp"
@@ -47,6 +48,7 @@ void set_numbers(Model& m) {
   m.max_quanta = quanta_per_particle;
   set_absorption(m);
   set_permeation(m);
+  set_node_materials(m);
   if (m.scene.air.present) m.evaporation_flux = evaporation_flux(m.scene);
   set_concentration_unit(m);
 }
@@ -82,11 +84,11 @@ void lay_fields(Setup& setup) {
   const std::vector<double>& edges = m.mesh.edge_length;
   const double mean_edge = edges.empty() ? 0 : std::accumulate(edges.begin(), edges.end(), 0.0) / static_cast<double>(edges.size());
   double margin = m.spacing;
-  for (const ClothMaterial& c : m.cloths) {
+  m.for_materials([&](const ClothMaterial& c) {
     margin = std::max(margin, 1.1 * c.thickness + m.spacing);
     if (c.dynamics && c.wet_adhesion > 0)  // law 1 of docs/theory/wet_adhesion.md
       margin = std::max(margin, c.thickness + std::max(2 * c.thickness, mean_edge) + m.spacing);
-  }
+  });
   for (std::size_t b = 0; b < m.bodies.size(); ++b) {
     Body& body = m.bodies[b];
     if (body.kind != BodyScene::Kind::mesh) continue;

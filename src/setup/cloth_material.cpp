@@ -1,17 +1,22 @@
 #include "setup/cloth_material.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>
 
 namespace drench {
 
-ClothMaterial resolve_material(const ClothScene& cloth, const ProcessScene& processes) {
-  const MaterialScene& given = cloth.material;
+ClothMaterial resolve_material(const ClothScene& cloth, const MaterialScene& given, const ProcessScene& processes) {
   ClothMaterial m;
   static_cast<BasicMaterial<double>&>(m) = given;
   m.name = cloth.name;
   m.slip = cloth.slip;
+  m.areal_density = given.areal_density;
+  m.uptake_velocity = given.uptake_velocity;
+  m.most_saturation = cloth.material.max_saturation;
+  for (const RegionScene& region : cloth.regions)
+    m.most_saturation = std::max(m.most_saturation, region.material.max_saturation);
   m.dynamics = cloth.dynamics;
   m.self_collision = cloth.self_collision;
   m.friction_wet = given.friction_wet.value_or(given.friction);
@@ -24,24 +29,24 @@ ClothMaterial resolve_material(const ClothScene& cloth, const ProcessScene& proc
 }
 
 void set_absorption(Model& model) {
-  for (std::size_t c = 0; c < model.cloths.size(); ++c) {
-    const double uptake = model.scene.cloths[c].material.uptake_velocity;
-    ClothMaterial& cloth = model.cloths[c];
-    if (uptake > 0)
-      cloth.absorption = uptake * model.support * model.support / (7.5 * (1 - cloth.solid_fraction) * cloth.thickness);
-  }
+  for (auto* list : {&model.cloths, &model.patches})
+    for (ClothMaterial& m : *list)
+      if (m.uptake_velocity > 0)
+        m.absorption = m.uptake_velocity * model.support * model.support / (7.5 * (1 - m.solid_fraction) * m.thickness);
 }
 
 void set_permeation(Model& model) {
   if (!model.has_fluid() || !(model.scene.fluid.viscosity > 0)) return;
-  for (ClothMaterial& cloth : model.cloths) {
-    if (!cloth.permeable()) continue;
-    cloth.conductance = cloth.permeability / (model.scene.fluid.viscosity * cloth.thickness);
-    cloth.entry_potential = cloth.breakthrough_pressure / model.rest_density;
-  }
+  for (auto* list : {&model.cloths, &model.patches})
+    for (ClothMaterial& m : *list) {
+      if (!m.permeable()) continue;
+      m.conductance = m.permeability / (model.scene.fluid.viscosity * m.thickness);
+      m.entry_potential = m.breakthrough_pressure / model.rest_density;
+    }
   if (!model.has_permeation()) return;
-  for (ClothMaterial& cloth : model.cloths)
-    if (cloth.conductance > 0) cloth.emission_velocity = std::numeric_limits<double>::infinity();
+  for (auto* list : {&model.cloths, &model.patches})
+    for (ClothMaterial& m : *list)
+      if (m.conductance > 0) m.emission_velocity = std::numeric_limits<double>::infinity();
 }
 
 }  // namespace drench

@@ -5,9 +5,9 @@
 
 namespace drench {
 
-/// The numbers of the scene's cloth, with what follows from them: wet friction and damping, the cone of emission, what a process that
+/// The numbers of a fabric of the scene's cloth, with what follows from them: wet friction and damping, the cone of emission, what a process that
 /// is off leaves out. `absorption` follows later from `uptake_velocity`, with the support radius (set_absorption).
-ClothMaterial resolve_material(const ClothScene& cloth, const ProcessScene& processes);
+ClothMaterial resolve_material(const ClothScene& cloth, const MaterialScene& fabric, const ProcessScene& processes);
 
 /// k_a = u_a h² / (7.5 (1−Φ) τ) in the cloths that have an uptake velocity u_a; h is the model's support.
 void set_absorption(Model& model);

@@ -8,7 +8,9 @@
 #include <numbers>
 
 #include "base/eigen_vec.hpp"
+#include "setup/cloth_bending.hpp"
 #include "setup/cloth_material.hpp"
+#include "setup/cloth_regions.hpp"
 #include "setup/cloth_warp.hpp"
 #include "setup/membrane.hpp"
 #include "setup/mesh_io.hpp"
@@ -22,11 +24,6 @@ namespace {
 using Eigen::Vector3d;
 
 double cotangent(const Vector3d& a, const Vector3d& b) { return a.dot(b) / a.cross(b).norm(); }
-
-/// c_h of a hinge, N/m, such that `bend` (N·m) is the flexural rigidity: a sheet rolled to curvature κ takes ½ bend κ²
-/// per area. The factor 3 of Bergou et al. 2006 is left out: it is right on a sphere and three times too much on a
-/// cylinder (docs/design-notes/cloth.md, "Bending").
-double bending_stiffness(double bend, double around) { return bend / around; }
 
 /// How `place` turns the cloth.
 Eigen::Matrix3d rotation_of(const ClothScene& cloth) {
@@ -56,7 +53,7 @@ SurfaceMesh placed_mesh(const ClothScene& cloth, const std::string& scene_path) 
       throw SetupError(label + ": a grid has 2 nodes or more each way");
     mesh = grid_mesh(*cloth.grid);
   } else {
-    mesh = takes_warp_of_file(cloth) ? read_textured_mesh(cloth.file, scene_path) : read_mesh(cloth.file, scene_path);
+    mesh = read_mesh(cloth.file, scene_path, {.texture = takes_warp_of_file(cloth), .groups = needs_groups(cloth)});
     for (Vec3& x : mesh.points) x = to_vec3(cloth.scale * to_eigen(x));
   }
   place_points(cloth, mesh.points);
@@ -167,44 +164,20 @@ void set_pins_in_motion(Model& model, const ClothScene& cloth, const Pins& pins)
   }
 }
 
-/// Bending of a rectangular grid: the thin plate ½ bend (z_xx² + z_zz² + 2 z_xz²) by second differences along the lines at every
-/// node, and the twist of every cell. Hinges of the triangles are a fifth too soft there: their alternating diagonals bend each
-/// line at every second node only.
-void add_grid_bending(ClothMesh& mesh, const GridScene& grid, double bend, Index first) {
-  const auto [nx, nz] = grid.nodes;
-  const double lx = grid.size[0] / (nx - 1), lz = grid.size[1] / (nz - 1);
-  const auto node = [&, columns = nx](int i, int j) { return first + i + j * columns; };
-  const auto add = [&](const std::array<Index, 4>& nodes, const std::array<double, 4>& weight, double stiffness) {
-    mesh.hinge.push_back(nodes);
-    mesh.hinge_weight.push_back(weight);
-    mesh.hinge_stiffness.push_back(stiffness);
-  };
-  const std::array<double, 4> line{2, 0, -1, -1}, twist{1, 1, -1, -1};
-  for (int j = 0; j < nz; ++j) {
-    for (int i = 0; i < nx; ++i) {
-      const bool end_x = i == 0 || i == nx - 1, end_z = j == 0 || j == nz - 1;
-      // The second of the four nodes has no weight.
-      if (!end_x)
-        add({node(i, j), node(i, j), node(i - 1, j), node(i + 1, j)}, line,
-            (end_z ? 0.5 : 1) * bend * lz / (lx * lx * lx));
-      if (!end_z)
-        add({node(i, j), node(i, j), node(i, j - 1), node(i, j + 1)}, line,
-            (end_x ? 0.5 : 1) * bend * lx / (lz * lz * lz));
-      if (i + 1 < nx && j + 1 < nz)
-        add({node(i, j), node(i + 1, j + 1), node(i + 1, j), node(i, j + 1)}, twist, 2 * bend / (lx * lz));
-    }
-  }
+/// k of an edge's spring, N/m (Van Gelder 1998): its triangles' parts add up, and membranes have none.
+double edge_stiffness(const Patchwork& fabric, const MeshEdge& e, const std::vector<double>& area, double around,
+                      double length) {
+  const MaterialScene& first = fabric(e.triangle[0]);
+  if (fabric.same(e)) return first.membrane ? 0 : first.stretch * around / (length * length);
+  double sum = 0;
+  for (const Index t : e.triangle)
+    if (!fabric(t).membrane) sum += fabric(t).stretch * area[static_cast<std::size_t>(t)];
+  return sum / (length * length);
 }
 
-/// Appends one cloth's mesh; the model's index of it is `cloth`.
-void append(ClothMesh& mesh, const SurfaceMesh& own, const ClothScene& scene, const std::vector<MeshEdge>& edges,
-            const std::vector<std::uint8_t>& pinned, Index cloth) {
-  const MaterialScene& fabric = scene.material;
-  const Index first_node = mesh.nodes();
-  mesh.rest_position.insert(mesh.rest_position.end(), own.points.begin(), own.points.end());
-  mesh.pinned.insert(mesh.pinned.end(), pinned.begin(), pinned.end());
-  mesh.node_cloth.insert(mesh.node_cloth.end(), own.points.size(), cloth);
-  mesh.solid_mass.resize(mesh.rest_position.size(), 0.0);
+/// Appends one cloth's mesh; the model's index of it is `cloth`. Returns its triangles' areas.
+std::vector<double> append_triangles(ClothMesh& mesh, const SurfaceMesh& own, const Patchwork& fabric, Index first_node,
+                                     Index cloth) {
   std::vector<double> area;
   for (const auto& t : own.triangles) {
     const std::array<Index, 3> n{first_node + t[0], first_node + t[1], first_node + t[2]};
@@ -213,8 +186,20 @@ void append(ClothMesh& mesh, const SurfaceMesh& own, const ClothScene& scene, co
     const auto& x = mesh.rest_position;
     area.push_back(triangle_area(x[static_cast<std::size_t>(n[0])], x[static_cast<std::size_t>(n[1])],
                                  x[static_cast<std::size_t>(n[2])]));
-    for (const Index i : n) mesh.solid_mass[static_cast<std::size_t>(i)] += fabric.areal_density * area.back() / 3;
+    const double density = fabric(static_cast<Index>(area.size()) - 1).areal_density;
+    for (const Index i : n) mesh.solid_mass[static_cast<std::size_t>(i)] += density * area.back() / 3;
   }
+  return area;
+}
+
+void append(ClothMesh& mesh, const SurfaceMesh& own, const ClothScene& scene, const Patchwork& fabric,
+            const std::vector<MeshEdge>& edges, const std::vector<std::uint8_t>& pinned, Index cloth) {
+  const Index first_node = mesh.nodes();
+  mesh.rest_position.insert(mesh.rest_position.end(), own.points.begin(), own.points.end());
+  mesh.pinned.insert(mesh.pinned.end(), pinned.begin(), pinned.end());
+  mesh.node_cloth.insert(mesh.node_cloth.end(), own.points.size(), cloth);
+  mesh.solid_mass.resize(mesh.rest_position.size(), 0.0);
+  const std::vector<double> area = append_triangles(mesh, own, fabric, first_node, cloth);
   const auto position = [&](Index i) -> const Vec3& { return mesh.rest_position[static_cast<std::size_t>(i)]; };
   for (const MeshEdge& e : edges) {
     const Index a = first_node + e.a, b = first_node + e.b;
@@ -223,14 +208,14 @@ void append(ClothMesh& mesh, const SurfaceMesh& own, const ClothScene& scene, co
     const double length = (to_eigen(position(b)) - to_eigen(position(a))).norm();
     mesh.edge.push_back({a, b});
     mesh.edge_length.push_back(length);
-    mesh.edge_stiffness.push_back(fabric.membrane ? 0 : fabric.stretch * around / (length * length));  // Van Gelder 1998
-    if (e.triangles != 2 || scene.grid || fabric.bending) continue;
+    mesh.edge_stiffness.push_back(edge_stiffness(fabric, e, area, around, length));
+    if (e.triangles != 2 || scene.grid || scene.material.bending) continue;
     const Index c = first_node + e.opposite[0], d = first_node + e.opposite[1];
     mesh.hinge.push_back({a, b, c, d});
     mesh.hinge_weight.push_back(hinge_cotangents(position(a), position(b), position(c), position(d)));
-    mesh.hinge_stiffness.push_back(bending_stiffness(fabric.bend, around));
+    mesh.hinge_stiffness.push_back(hinge_stiffness(fabric, e, area, around));
   }
-  if (scene.grid && !fabric.bending) add_grid_bending(mesh, *scene.grid, fabric.bend, first_node);
+  if (scene.grid && !scene.material.bending) add_grid_bending(mesh, *scene.grid, fabric, first_node);
 }
 
 void add_plate(ClothMesh& mesh, const std::vector<PlatePair>& pairs, Index first_node) {
@@ -294,21 +279,26 @@ void build_cloths(const Scene& scene, Model& model, std::vector<std::string>& wa
     const std::string key = fmt::format("cloth.{}", model.cloths.size());
     const SurfaceMesh own = blaming(key + ".mesh", [&] { return placed_mesh(c, scene.path); });
     const auto edges = mesh_edges(own.triangles);
-    ClothMaterial material = resolve_material(c, scene.processes);
+    const Patchwork fabric(c, own, key);
+    ClothMaterial material = resolve_material(c, c.material, scene.processes);
     material.first_node = mesh.nodes();
     material.node_count = static_cast<Index>(own.points.size());
     material.first_triangle = mesh.triangles();
     material.triangle_count = static_cast<Index>(own.triangles.size());
     const Pins pins = blaming(key + ".pin", [&] { return pinned_nodes(c, own, edges, warnings); });
-    append(mesh, own, c, edges, pins.pinned, static_cast<Index>(model.cloths.size()));
-    if (needs_warp(c)) blaming(key + ".warp", [&] { append_warp(mesh, own, c, rotation_of(c)); });
+    append(mesh, own, c, fabric, edges, pins.pinned, static_cast<Index>(model.cloths.size()));
+    append_patches(model, c, fabric);
+    if (needs_warp(c)) blaming(key + ".warp", [&] { append_warp(mesh, own, c, fabric, rotation_of(c)); });
     warp.emplace_back();
     if (needs_warp(c))
       warp.back() = warp_in_triangles(mesh, own);
     else if (c.material.bending)  // alike in all directions
       warp.back().assign(own.triangles.size(), {1, 0});
     if (c.material.bending)
-      add_plate(mesh, plate_pairs(own, edges, *c.material.bending, warp.back()), material.first_node);
+      add_plate(mesh,
+                plate_pairs(
+                    own, edges, [&](Index t) { return *fabric(t).bending; }, warp.back()),
+                material.first_node);
     blaming(key + ".pin", [&] { set_pins_in_motion(model, c, pins); });
     mesh.pin_entry.insert(mesh.pin_entry.end(), pins.entry.begin(), pins.entry.end());
     model.cloths.push_back(material);

@@ -34,7 +34,7 @@ double sample_spacing(const Model& model, std::size_t cloth) {
 
 void sample_triangle(Model& model, Index triangle, Index cloth) {
   SampleSet& s = model.samples;
-  const ClothMaterial& m = model.cloths[static_cast<std::size_t>(cloth)];
+  const ClothMaterial& m = model.material_of_triangle(triangle);
   const Corners x(model.mesh, triangle);
   const int k = static_cast<int>(x.division(sample_spacing(model, static_cast<std::size_t>(cloth))));
   const double area = x.area() / k / k;
@@ -48,6 +48,7 @@ void sample_triangle(Model& model, Index triangle, Index cloth) {
     s.triangle.push_back(triangle);
     s.weight.push_back(w);
     s.cloth.push_back(cloth);
+    if (model.has_regions()) s.material.push_back(model.mesh.triangle_material[static_cast<std::size_t>(triangle)]);
     s.area.push_back(area);
     s.capacity.push_back(capacity);
     s.rest_position.push_back(to_vec3(w[0] * x.a + w[1] * x.b + w[2] * x.c));
@@ -68,18 +69,23 @@ template <class F>
 void for_filled(const Model& model, const ClothMaterial& m, const SaturationScene& fill, const char* key,
                 std::vector<std::string>& warnings, F&& f) {
   if (!m.porous) throw SetupError(fmt::format("{}: {}: the cloth is not porous", cloth_label(m.name), key));
-  if (!(fill.value >= 0 && fill.value <= m.max_saturation)) {
+  if (!(fill.value >= 0 && fill.value <= m.most_saturation)) {
     throw SetupError(fmt::format("{}: {}: value {} is out of range; allowed: 0 to max_saturation = {}",
-                                 cloth_label(m.name), key, fill.value, m.max_saturation));
+                                 cloth_label(m.name), key, fill.value, m.most_saturation));
   }
-  bool any = false;
+  bool any = false, cut = false;
   for (Index n = m.first_node; n < m.first_node + m.node_count; ++n) {
     if (!contains(fill.box.min, fill.box.max, model.mesh.rest_position[static_cast<std::size_t>(n)])) continue;
     const double full = model.samples.node_capacity[static_cast<std::size_t>(n)] / model.quantum;
+    const double most = model.material_of_node(n).max_saturation;
     // Rounding must not lift a node above s_max.
-    f(n, static_cast<Quanta>(std::min(std::round(fill.value * full), std::floor(m.max_saturation * full))));
+    f(n, static_cast<Quanta>(std::min(std::round(fill.value * full), std::floor(most * full))));
     any = true;
+    cut = cut || fill.value > most;
   }
+  if (cut)
+    warnings.push_back(fmt::format("{}: {}: value {} is more than a region's max_saturation, and its nodes get that",
+                                   cloth_label(m.name), key, fill.value));
   if (!any) warnings.push_back(fmt::format("{}: {}: a box holds no node of the cloth", cloth_label(m.name), key));
 }
 

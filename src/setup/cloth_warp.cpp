@@ -22,26 +22,30 @@ Vector3d along_v(const Vector3d& a, const Vector3d& b, const std::array<std::arr
   return (au * b - bu * a) / area;
 }
 
-}  // namespace
-
-bool needs_warp(const ClothScene& cloth) {
-  const MaterialScene& fabric = cloth.material;
+bool has_directions(const MaterialScene& fabric) {
   const bool bends_apart =
       fabric.bending && (fabric.bending->warp != fabric.bending->weft || fabric.bending->warp != fabric.bending->twist);
   return fabric.membrane || bends_apart || (fabric.porous && fabric.weft_diffusivity);
 }
 
+}  // namespace
+
+bool needs_warp(const ClothScene& cloth) { return any_fabric(cloth, has_directions); }
+
 bool takes_warp_of_file(const ClothScene& cloth) { return needs_warp(cloth) && !cloth.grid && !cloth.material.has_warp; }
 
-void append_warp(ClothMesh& mesh, const SurfaceMesh& own, const ClothScene& cloth, const Eigen::Matrix3d& rotation) {
-  const bool of_file = takes_warp_of_file(cloth);
-  if (of_file && own.texture.empty())
-    throw SetupError(fmt::format("{}: '{}' has no texture coordinates that say how the warp runs; allowed: an .obj that "
-                                 "has them, or the key warp",
-                                 cloth_label(cloth.name), cloth.file));
-  const Vector3d given = rotation * to_eigen(cloth.material.warp).normalized();
+void append_warp(ClothMesh& mesh, const SurfaceMesh& own, const ClothScene& cloth, const Patchwork& fabric,
+                 const Eigen::Matrix3d& rotation) {
+  if (takes_warp_of_file(cloth) && own.texture.empty())
+    throw SetupError(
+        fmt::format("{}: '{}' has no texture coordinates that say how the warp runs; allowed: an .obj that "
+                    "has them, or the key warp",
+                    cloth_label(cloth.name), cloth.file));
   mesh.triangle_warp.resize(mesh.triangle.size() - own.triangles.size(), Vec3{0, 0, 0});
   for (std::size_t t = 0; t < own.triangles.size(); ++t) {
+    const MaterialScene& here = fabric(static_cast<Index>(t));
+    const bool of_file = takes_warp_of_file(cloth) && !here.has_warp;
+    const Vector3d given = rotation * to_eigen(here.warp).normalized();
     const auto at = [&](std::size_t c) { return to_eigen(own.points[static_cast<std::size_t>(own.triangles[t][c])]); };
     const Vector3d a = at(1) - at(0), b = at(2) - at(0), normal = a.cross(b).normalized();
     Vector3d warp = of_file ? along_v(a, b, own.texture[t]) : Vector3d(given - given.dot(normal) * normal);

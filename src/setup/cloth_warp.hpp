@@ -3,18 +3,18 @@
 
 #include <Eigen/Core>
 
-#include "setup/surface_mesh.hpp"
-#include "state/model.hpp"
+#include "setup/cloth_regions.hpp"
 
 namespace drench {
 
 /// Does a cloth know warp from weft: a membrane, a plate that bends differently, or two rates of wicking?
 bool needs_warp(const ClothScene& cloth);
-/// Is its direction that of the mesh file's texture coordinates?
+/// Is its direction that of the mesh file's texture coordinates, where no region has its own?
 bool takes_warp_of_file(const ClothScene& cloth);
 
 /// Appends a unit vector for each triangle of `own`, the last mesh that was appended, placed by `rotation`. SetupError: the file
 /// has no texture coordinates, a triangle has no area in them, or it lies across the direction of `warp`.
-void append_warp(ClothMesh& mesh, const SurfaceMesh& own, const ClothScene& cloth, const Eigen::Matrix3d& rotation);
+void append_warp(ClothMesh& mesh, const SurfaceMesh& own, const ClothScene& cloth, const Patchwork& fabric,
+                 const Eigen::Matrix3d& rotation);
 
 }  // namespace drench

@@ -20,13 +20,24 @@ constexpr double same_length = 0.1;
 /// A triangle keeps its shape if its area changes by no more than this factor when its edges take their mean lengths.
 constexpr double same_area = 1.25;
 
+/// How a triangle conducts.
+struct Conducting {
+  double stretch = 1;  // √(D_warp/D_weft): lengths along the warp are divided by its root, those across multiplied
+  double part = 1;     // over what the cloth itself conducts
+  Index material = 0;  // no edge between two of them is flipped
+};
+
 /// A triangulation known by the lengths of its edges alone. Half edge 3t + k leads from corner k of triangle t to the next.
 class IntrinsicMesh {
  public:
-  /// `stretch` = √(D_warp/D_weft): lengths along the warp are divided by its root, those across multiplied.
-  IntrinsicMesh(const ClothMesh& mesh, const std::vector<Index>& triangles, double stretch) {
+  /// `how`: of each of the triangles.
+  IntrinsicMesh(const ClothMesh& mesh, const std::vector<Index>& triangles, const std::vector<Conducting>& how)
+      : how_(how) {
     std::map<std::array<Index, 2>, Index> open;
+    bool stretched = false;
     for (const Index t : triangles) {
+      const double stretch = how_[node_.size() / 3].stretch;
+      stretched = stretched || stretch != 1;
       const auto& corner = mesh.triangle[static_cast<std::size_t>(t)];
       for (std::size_t k = 0; k < 3; ++k) {
         const Index from = corner[k], to = corner[(k + 1) % 3], half = static_cast<Index>(node_.size());
@@ -50,7 +61,9 @@ class IntrinsicMesh {
       }
     }
     seam_.assign(node_.size(), 0);
-    if (stretch != 1) agree_on_lengths();
+    for (std::size_t e = 0; e < node_.size(); ++e)
+      if (twin_[e] >= 0 && of(static_cast<Index>(e)).material != of(twin_[e]).material) seam_[e] = 1;
+    if (stretched) agree_on_lengths();
   }
 
   /// Edges whose opposite angles add up to more than 180° are flipped until there is none (Bobenko & Springborn 2007).
@@ -73,12 +86,19 @@ class IntrinsicMesh {
     }
   }
 
-  /// ω_ij = ½ (cot α + cot β), 1, by (lower, higher) node.
-  std::map<std::array<Index, 2>, double> weights() const {
-    std::map<std::array<Index, 2>, double> sum;
+  /// Of an edge: ω_ij = ½ (cot α + cot β), each angle times `part` of its triangle, and the larger of these.
+  struct Weight {
+    double conductance = 0, part = 0;
+  };
+  /// By (lower, higher) node.
+  std::map<std::array<Index, 2>, Weight> weights() const {
+    std::map<std::array<Index, 2>, Weight> sum;
     for (Index e = 0; e < static_cast<Index>(node_.size()); ++e) {
       const Index from = node(e), to = node(next(e));
-      if (from != to) sum[{std::min(from, to), std::max(from, to)}] += cotangent(e) / 2;
+      if (from == to) continue;
+      Weight& weight = sum[{std::min(from, to), std::max(from, to)}];
+      weight.conductance += of(e).part * (cotangent(e) / 2);
+      weight.part = std::max(weight.part, of(e).part);
     }
     return sum;
   }
@@ -87,6 +107,9 @@ class IntrinsicMesh {
   std::vector<Index> node_, twin_;
   std::vector<double> length_;      // m, in the stretched metric
   std::vector<std::uint8_t> seam_;  // 1: both sides keep lengths of their own, and it is not flipped
+  const std::vector<Conducting>& how_;  // of each triangle
+
+  const Conducting& of(Index half) const { return how_[static_cast<std::size_t>(half / 3)]; }
 
   static Index next(Index e) { return e % 3 == 2 ? e - 2 : e + 1; }
   Index node(Index e) const { return node_[static_cast<std::size_t>(e)]; }
@@ -110,7 +133,7 @@ class IntrinsicMesh {
     const Index halves = static_cast<Index>(node_.size());
     for (Index e = 0; e < halves; ++e) {
       const Index o = twin(e);
-      if (o < 0) continue;
+      if (o < 0 || seam_[static_cast<std::size_t>(e)]) continue;
       const double mean = std::sqrt((size(e) * size(e) + size(o) * size(o)) / 2);
       if (std::abs(size(e) - size(o)) <= same_length * mean)
         length_[static_cast<std::size_t>(e)] = mean;
@@ -188,6 +211,20 @@ class IntrinsicMesh {
   }
 };
 
+/// (1−Φ) τ D
+double conductivity(const ClothMaterial& m) { return (1 - m.solid_fraction) * m.thickness * m.diffusivity; }
+
+Conducting conducting(const Model& model, const ClothMaterial& cloth, Index triangle) {
+  const MaterialScene& given = model.fabric_of_triangle(triangle);
+  Conducting how;
+  if (given.weft_diffusivity) how.stretch = std::sqrt(given.diffusivity / *given.weft_diffusivity);
+  if (!model.has_regions()) return how;
+  const ClothMaterial& own = model.material_of_triangle(triangle);
+  if (&own != &cloth) how.part = conductivity(own) / conductivity(cloth);
+  how.material = model.mesh.triangle_material[static_cast<std::size_t>(triangle)];
+  return how;
+}
+
 }  // namespace
 
 void build_fabric_pairs(Model& model) {
@@ -196,19 +233,22 @@ void build_fabric_pairs(Model& model) {
   for (std::size_t cloth = 0; cloth < model.cloths.size(); ++cloth) {
     const ClothMaterial& c = model.cloths[cloth];
     if (!c.wicks()) continue;
-    const MaterialScene& given = model.scene.cloths[cloth].material;
-    const double stretch = given.weft_diffusivity ? std::sqrt(given.diffusivity / *given.weft_diffusivity) : 1;
     std::vector<Index> triangles;
-    for (Index t = c.first_triangle; t < c.first_triangle + c.triangle_count; ++t) triangles.push_back(t);
-    IntrinsicMesh mesh(model.mesh, triangles, stretch);
+    std::vector<Conducting> how;
+    for (Index t = c.first_triangle; t < c.first_triangle + c.triangle_count; ++t) {
+      triangles.push_back(t);
+      how.push_back(conducting(model, c, t));
+    }
+    IntrinsicMesh mesh(model.mesh, triangles, how);
     mesh.make_delaunay();
     for (const auto& [nodes, weight] : mesh.weights()) {
-      if (!(weight > 1e-9)) continue;  // a rectangle's diagonal, an obtuse angle at the boundary
+      // a rectangle's diagonal, an obtuse angle at the boundary
+      if (!(weight.conductance > 1e-9 * weight.part)) continue;
       const Index pair = static_cast<Index>(fabric.weight.size());
       for (Index side = 0; side < 2; ++side)
         entries.push_back({nodes[static_cast<std::size_t>(side)], 2 * pair + side});
       fabric.nodes.push_back(nodes);
-      fabric.weight.push_back(std::min(weight, most_conducting));
+      fabric.weight.push_back(std::min(weight.conductance, most_conducting * weight.part));
     }
   }
   fabric.of_node = rows_of(model.mesh.nodes(), entries);

@@ -37,7 +37,9 @@ void set_triangle_stiffness(Model& model, const std::vector<std::vector<std::arr
   ClothMesh& mesh = model.mesh;
   const std::vector<ClothScene>& cloths = model.scene.cloths;
   const bool limits = model.any_cloth([](const ClothMaterial& c) { return c.strain_limit > 0; });
-  const bool membranes = std::any_of(cloths.begin(), cloths.end(), [](const ClothScene& c) { return c.material.membrane; });
+  const bool membranes = std::any_of(cloths.begin(), cloths.end(), [](const ClothScene& c) {
+    return any_fabric(c, [](const MaterialScene& f) { return f.membrane.has_value(); });
+  });
   if (!limits && !membranes) return;
   std::vector<std::array<Index, 2>> entries;
   for (Index t = 0; t < mesh.triangles(); ++t) {
@@ -49,7 +51,7 @@ void set_triangle_stiffness(Model& model, const std::vector<std::vector<std::arr
     const Eigen::Matrix2d inverse = r.inverse();
     mesh.triangle_shape.push_back({inverse(0, 0), inverse(0, 1), inverse(1, 1)});
     const auto cloth = static_cast<std::size_t>(mesh.triangle_cloth[static_cast<std::size_t>(t)]);
-    const MaterialScene& fabric = cloths[cloth].material;
+    const MaterialScene& fabric = model.fabric_of_triangle(t);
     const double weight = limit_weight(fabric), area = 0.5 * r(0, 0) * r(1, 1);
     if (limits) mesh.limit_stiffness.push_back(weight * 0.5 * r(0, 0) * r(1, 1));
     if (membranes) mesh.membrane.emplace_back();

@@ -26,6 +26,7 @@ struct SetupSize {
   double fluid = 0, boundary = 0, nodes = 0, samples = 0;
   double triangles = 0, edges = 0, hinges = 0;  // of the cloths
   double links = 0;                             // pairs of nodes, twice each, that share an edge or a hinge
+  double patches = 0;                           // materials besides the cloths' own
   double fabric_pairs = 0;                      // of nodes, that diffusion goes between
   double area = 0;                              // of the cloths that are sampled, in d²
   double dynamic_samples = 0;                   // of the boundary: those of dynamic bodies

@@ -3,10 +3,12 @@
 #include <fmt/format.h>
 #include <vtkCallbackCommand.h>
 #include <vtkCellArray.h>
+#include <vtkCellData.h>
 #include <vtkCommand.h>
 #include <vtkDataArray.h>
 #include <vtkExecutive.h>
 #include <vtkIdList.h>
+#include <vtkIdTypeArray.h>
 #include <vtkNew.h>
 #include <vtkOBJReader.h>
 #include <vtkPLYReader.h>
@@ -28,6 +30,7 @@
 #include <sstream>
 
 #include "base/eigen_vec.hpp"
+#include "setup/mesh_groups.hpp"
 #include "setup/setup_error.hpp"
 
 namespace drench {
@@ -218,6 +221,33 @@ std::vector<std::array<std::array<double, 2>, 3>> texture_of(vtkPolyData* triang
   return texture;
 }
 
+constexpr const char* face_array = "drench_face";
+
+/// Cell data that triangles keep of the face that they are cut from. Cells are in VTK's order: points, lines, faces.
+void number_faces(vtkPolyData* polygons) {
+  vtkNew<vtkIdTypeArray> number;
+  number->SetName(face_array);
+  const vtkIdType before = polygons->GetNumberOfVerts() + polygons->GetNumberOfLines();
+  for (vtkIdType c = 0; c < polygons->GetNumberOfCells(); ++c) number->InsertNextValue(c - before);
+  polygons->GetCellData()->AddArray(number);
+}
+
+/// Triangles by the names of their faces. `names`: of each face.
+std::map<std::string, std::vector<Index>> groups_of(vtkPolyData* triangles,
+                                                    const std::vector<std::vector<std::string>>& names) {
+  std::map<std::string, std::vector<Index>> groups;
+  vtkDataArray* number = triangles->GetCellData()->GetArray(face_array);
+  for (vtkIdType t = 0; number && t < triangles->GetNumberOfPolys(); ++t) {
+    const auto face = static_cast<std::size_t>(number->GetTuple1(t));
+    if (face >= names.size()) continue;
+    for (const std::string& name : names[face]) {
+      std::vector<Index>& group = groups[name];
+      if (group.empty() || group.back() != static_cast<Index>(t)) group.push_back(static_cast<Index>(t));
+    }
+  }
+  return groups;
+}
+
 /// The corners of all polygons, each polygon after their number.
 std::vector<vtkIdType> corners_of(vtkPolyData* data) {
   std::vector<vtkIdType> corners;
@@ -236,10 +266,13 @@ SurfaceMesh read_mesh(const std::string& file, const std::string& scene_path) {
   return mesh_of(read_raw(file, scene_path), file);
 }
 
-SurfaceMesh read_textured_mesh(const std::string& file, const std::string& scene_path) {
+SurfaceMesh read_mesh(const std::string& file, const std::string& scene_path, MeshExtras extras) {
   const RawMesh raw = read_raw(file, scene_path);
+  if (extras.groups) number_faces(raw.polygons);
   SurfaceMesh mesh = mesh_of(raw, file);
-  mesh.texture = texture_of(triangles_of(raw.polygons));
+  const auto triangles = triangles_of(raw.polygons);
+  if (extras.texture) mesh.texture = texture_of(triangles);
+  if (extras.groups) mesh.groups = groups_of(triangles, face_names(find_file(file, scene_path)));
   return mesh;
 }
 

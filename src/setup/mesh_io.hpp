@@ -15,8 +15,11 @@ namespace drench {
 /// SetupError: no such file, unknown ending, unreadable or empty.
 SurfaceMesh read_mesh(const std::string& file, const std::string& scene_path);
 
-/// The same with each triangle's texture coordinates, of an .obj that has them; else none.
-SurfaceMesh read_textured_mesh(const std::string& file, const std::string& scene_path);
+/// What else is read of an .obj file that has it.
+struct MeshExtras {
+  bool texture = false, groups = false;
+};
+SurfaceMesh read_mesh(const std::string& file, const std::string& scene_path, MeshExtras extras);
 
 /// Reads files that have the same polygons one after the other. Those of more than three corners are divided into triangles as
 /// in the first file, and points that are one there are one in all.

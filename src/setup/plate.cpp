@@ -151,7 +151,8 @@ class Plate {
 
 }  // namespace
 
-std::vector<PlatePair> plate_pairs(const SurfaceMesh& mesh, const std::vector<MeshEdge>& edges, const PlateScene& plate,
+std::vector<PlatePair> plate_pairs(const SurfaceMesh& mesh, const std::vector<MeshEdge>& edges,
+                                   const std::function<PlateScene(Index)>& plate,
                                    const std::vector<std::array<double, 2>>& warp) {
   const Plate curvatures(mesh, edges);
   std::map<std::array<Index, 2>, double> weights;
@@ -161,7 +162,8 @@ std::vector<PlatePair> plate_pairs(const SurfaceMesh& mesh, const std::vector<Me
     const double area = triangle_area(point(0), point(1), point(2)), c = warp[t][0], s = warp[t][1];
     Eigen::Matrix3d turn;  // (xx, yy, xy) → along warp, along weft, between them
     turn << c * c, s * s, 2 * c * s, s * s, c * c, -2 * c * s, -c * s, c * s, c * c - s * s;
-    const Vector3d rigidity(plate.warp, plate.weft, 2 * plate.twist);
+    const PlateScene own = plate(static_cast<Index>(t));
+    const Vector3d rigidity(own.warp, own.weft, 2 * own.twist);
     const Eigen::Matrix3d law = area * turn.transpose() * rigidity.asDiagonal() * turn;
     const std::map<Index, Vector3d> rows = curvatures.curvature(static_cast<Index>(t));
     for (auto a = rows.begin(); a != rows.end(); ++a)

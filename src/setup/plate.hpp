@@ -1,6 +1,7 @@
 #pragma once
 // Bending of a cloth as a thin plate on any triangle mesh (docs/theory/cloth.md, section 3).
 
+#include <functional>
 #include <vector>
 
 #include "scene/scene.hpp"
@@ -15,7 +16,9 @@ struct PlatePair {
 };
 
 /// In the order of their nodes; `warp`: of each triangle the warp's direction in its frame (setup/membrane.hpp), a unit vector.
-std::vector<PlatePair> plate_pairs(const SurfaceMesh& mesh, const std::vector<MeshEdge>& edges, const PlateScene& plate,
+/// `plate`: rigidities of each triangle.
+std::vector<PlatePair> plate_pairs(const SurfaceMesh& mesh, const std::vector<MeshEdge>& edges,
+                                   const std::function<PlateScene(Index)>& plate,
                                    const std::vector<std::array<double, 2>>& warp);
 
 }  // namespace drench

@@ -41,14 +41,16 @@ void refuse_thick_cloth(const Model& m) {
   for (const auto& t : m.mesh.triangle) {
     const ClothMaterial& cloth = cloth_of(m, t[0]);
     if (!cloth.self_collision) continue;
+    const double thickness = std::max(
+        {m.material_of_node(t[0]).thickness, m.material_of_node(t[1]).thickness, m.material_of_node(t[2]).thickness});
     const Vector3d u = place_of(m, t[1]) - place_of(m, t[0]), v = place_of(m, t[2]) - place_of(m, t[0]);
     const double longest = std::max({u.norm(), v.norm(), (v - u).norm()});
     const double height = u.cross(v).norm() / longest;
-    if (cloth.thickness > 0.5 * height)
+    if (thickness > 0.5 * height)
       throw SetupError(
           fmt::format("cloth {}: self_collision keeps layers {:.4g} m apart, too thick for a triangle of height {:.4g} "
                       "m: at most half of that; use a smaller thickness or a coarser mesh",
-                      cloth.name, cloth.thickness, height),
+                      cloth.name, thickness, height),
           fmt::format("cloth.{}.thickness", &cloth - m.cloths.data()));
   }
 }

@@ -137,6 +137,7 @@ SetupSize kinds_of(const Model& m) {
     size.deforming_pairs += near_pairs(b);
   }
   size.support = m.support / m.spacing;
+  size.patches = static_cast<double>(m.patches.size());
   size.searches_samples = m.has_fluid() || m.has_contact_wicking();
   size.moving_cloth = m.has_moving_cloth();
   size.porous = m.has_porous();

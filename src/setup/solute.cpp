@@ -12,11 +12,16 @@ namespace drench {
 namespace {
 
 /// The largest concentration of a cloth's boxes and stains, kg/kg.
-double most_of_cloth(const ClothScene& scene, const ClothMaterial& fabric, double density) {
+double most_of_cloth(const ClothScene& scene, const Model& model, std::size_t cloth) {
   double most = 0;
   for (const auto* boxes : {&scene.initial_saturation, &scene.hold_saturation})
     for (const SaturationScene& box : *boxes) most = std::max(most, box.concentration);
-  const double full = density * (1 - fabric.solid_fraction) * fabric.thickness;  // kg/m²
+  const auto full_of = [&](const ClothMaterial& m) {
+    return model.rest_density * (1 - m.solid_fraction) * m.thickness;
+  };
+  double full = full_of(model.cloths[cloth]);  // kg/m²
+  for (const ClothMaterial& m : model.patches)
+    if (m.of_cloth == static_cast<Index>(cloth)) full = std::min(full, full_of(m));
   for (const StainScene& stain : scene.initial_stain) most = std::max(most, stain.value / full);
   return most;
 }
@@ -28,7 +33,7 @@ void set_concentration_unit(Model& model) {
   for (const BlockScene& block : model.scene.fluid.blocks) most = std::max(most, block.concentration);
   for (const JetScene& jet : model.scene.fluid.jets) most = std::max(most, jet.concentration);
   for (std::size_t c = 0; c < model.cloths.size(); ++c)
-    most = std::max(most, most_of_cloth(model.scene.cloths[c], model.cloths[c], model.rest_density));
+    most = std::max(most, most_of_cloth(model.scene.cloths[c], model, c));
   model.concentration_unit = most;
 }
 

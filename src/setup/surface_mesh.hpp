@@ -2,6 +2,7 @@
 // A triangle mesh as it comes from a file or a grid, its edges, and the checks that it must pass.
 
 #include <array>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -13,6 +14,7 @@ struct SurfaceMesh {
   std::vector<Vec3> points;  // m
   std::vector<std::array<Index, 3>> triangles;
   std::vector<std::array<std::array<double, 2>, 3>> texture{};  // u, v of each triangle's corners; empty unless asked for
+  std::map<std::string, std::vector<Index>> groups{};  // triangles of each name in the file; empty unless asked for
 };
 
 /// An edge a < b with the first two triangles on it and the node opposite to it in each; −1 where there is none.

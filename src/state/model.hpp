@@ -25,6 +25,10 @@ struct Rows {
 struct ClothMaterial : ResolvedMaterial<double> {
   std::string name;
   double slip = 0;                   // b, m; inf: free
+  double areal_density = 0;          // kg/m²
+  double uptake_velocity = 0;        // u_a, m/s; 0: `absorption` is as the scene gives it
+  double most_saturation = 0;        // 1: the largest max_saturation of the cloth and its regions
+  Index of_cloth = -1, region = -1;  // of Model::patches: the cloth, and its region (−1: of nodes between them)
   std::array<Vec3, 2> rest_plane{};  // of stages measures and fabric: two unit vectors at right angles; 0 without them
   Vec3 rest_center{0, 0, 0};         // m
   Index first_node = 0, node_count = 0;
@@ -48,9 +52,11 @@ struct ClothMesh {
   std::vector<double> solid_mass;    // m_s, kg: areal density × a third of the adjacent triangles
   std::vector<std::uint8_t> pinned;  // 1: does not move (also every node of a cloth without dynamics)
   std::vector<Index> node_cloth;     // index into Model::cloths
+  std::vector<Index> node_material;  // of Model::material(); empty unless a cloth has regions
   // triangles
   std::vector<std::array<Index, 3>> triangle;
   std::vector<Index> triangle_cloth;
+  std::vector<Index> triangle_material;  // of Model::material(); empty unless a cloth has regions
   std::vector<Vec3> triangle_warp;  // unit, in its plane; 0 in cloth without; empty unless one has it
   std::vector<std::array<Index, 3>> boundary_edge;  // of one triangle alone: nodes, and its third; empty unless needed
   // edge springs, i < j
@@ -100,6 +106,7 @@ struct SampleSet {
   std::vector<Index> triangle;                // the triangle that carries the sample
   std::vector<std::array<double, 3>> weight;  // barycentric weights w_pn, Σ = 1, in the triangle's node order
   std::vector<Index> cloth;                   // index into Model::cloths
+  std::vector<Index> material;                // of Model::material(); empty unless a cloth has regions
   std::vector<double> area;                   // a_p, m²: rest-area share; sums to the mesh's area
   std::vector<double> capacity;               // C_p = (1−Φ) a_p τ ρ0, kg; 0 for a cloth that is not porous
   std::vector<Vec3> rest_position;            // m
@@ -117,7 +124,8 @@ struct SampleSet {
 /// Pairs of nodes that pass liquid on within a fabric (stages/diffusion.hpp): of the porous cloths with a diffusivity.
 struct FabricPairs {
   std::vector<std::array<Index, 2>> nodes;  // lower, higher
-  // ω_ij = ½ (cot α + cot β) > 0, 1: edges of the intrinsic Delaunay mesh at rest, stretched where D has two directions
+  // ω_ij = ½ (cot α + cot β) > 0, 1: edges of the intrinsic Delaunay mesh at rest, stretched where D has two directions; each
+  // side times what its region conducts over what the cloth itself does
   std::vector<double> weight;
   Rows of_node;  // node → items 2·pair + side
 };
@@ -242,6 +250,7 @@ struct Model {
   // kg/kg: liquid of this concentration has as many quanta of solute as of mass; 0: no solute (setup/solute.hpp)
   double concentration_unit = 0;
   std::vector<ClothMaterial> cloths;
+  std::vector<ClothMaterial> patches;  // materials of regions and of nodes between them (setup/cloth_regions.hpp)
   ClothMesh mesh;
   std::vector<PinMotion> pin_motions;
   double fastest_before =
@@ -257,10 +266,40 @@ struct Model {
   double row_share() const { return 0.5 * relaxation; }
   bool has_fluid() const { return scene.fluid.present; }
   bool has_cloth() const { return !cloths.empty(); }
-  /// Is there a cloth that it is true of?
+  /// Is there a cloth, or a region of one, that it is true of?
   template <class Predicate>
   bool any_cloth(Predicate predicate) const {
-    return std::any_of(cloths.begin(), cloths.end(), predicate);
+    return std::any_of(cloths.begin(), cloths.end(), predicate) ||
+           std::any_of(patches.begin(), patches.end(), predicate);
+  }
+  /// Calls f for the material of every cloth and region.
+  template <class F>
+  void for_materials(F f) const {
+    std::for_each(cloths.begin(), cloths.end(), f);
+    std::for_each(patches.begin(), patches.end(), f);
+  }
+  /// Materials are numbered through: those of the cloths, then `patches`.
+  const ClothMaterial& material(Index number) const {
+    const auto at = static_cast<std::size_t>(number), first = cloths.size();
+    return at < first ? cloths[at] : patches[at - first];
+  }
+  bool has_regions() const { return !mesh.triangle_material.empty(); }
+  const ClothMaterial& material_of_node(Index n) const {
+    return material((has_regions() ? mesh.node_material : mesh.node_cloth)[static_cast<std::size_t>(n)]);
+  }
+  const ClothMaterial& material_of_triangle(Index t) const {
+    return material((has_regions() ? mesh.triangle_material : mesh.triangle_cloth)[static_cast<std::size_t>(t)]);
+  }
+  const ClothMaterial& material_of_sample(Index p) const {
+    return material((has_regions() ? samples.material : samples.cloth)[static_cast<std::size_t>(p)]);
+  }
+  /// The fabric of a triangle as the scene has it.
+  const MaterialScene& fabric_of_triangle(Index t) const {
+    const auto at = static_cast<std::size_t>(t);
+    const ClothScene& cloth = scene.cloths[static_cast<std::size_t>(mesh.triangle_cloth[at])];
+    const Index patch = has_regions() ? mesh.triangle_material[at] - static_cast<Index>(cloths.size()) : -1;
+    if (patch < 0) return cloth.material;
+    return cloth.regions[static_cast<std::size_t>(patches[static_cast<std::size_t>(patch)].region)].material;
   }
   bool has_moving_cloth() const {
     return any_cloth([](const ClothMaterial& c) { return c.dynamics; });
@@ -275,8 +314,9 @@ struct Model {
   /// Does something act on the deformation of triangles?
   bool has_triangle_stress() const { return !mesh.triangle_shape.empty(); }
   bool softens_when_wet() const {
-    return std::any_of(scene.cloths.begin(), scene.cloths.end(),
-                       [](const ClothScene& c) { return c.material.membrane && c.material.membrane->wet != 1; });
+    return std::any_of(scene.cloths.begin(), scene.cloths.end(), [](const ClothScene& c) {
+      return any_fabric(c, [](const MaterialScene& f) { return f.membrane && f.membrane->wet != 1; });
+    });
   }
   /// How far cloth can be stretched (length over rest length) before its samples are 1.5 d apart and liquid gets between
   /// them; infinite where liquid meets none.
@@ -371,7 +411,7 @@ struct Model {
   double capillary_step() const {
     double strongest = scene.fluid.surface_tension;  // N/m
     for (const auto& b : bodies) strongest = std::max(strongest, b.adhesion);
-    for (const auto& c : cloths) strongest = std::max(strongest, c.adhesion);
+    for_materials([&](const ClothMaterial& c) { strongest = std::max(strongest, c.adhesion); });
     if (!has_fluid() || strongest <= 0) return std::numeric_limits<double>::infinity();
     return 0.7 * std::sqrt(scene.fluid.density * spacing * spacing * spacing / (2 * std::numbers::pi * strongest));
   }

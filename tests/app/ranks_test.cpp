@@ -209,6 +209,12 @@ TEST_F(Ranks, ClothThatTouchesItselfAndDrips) {
 
 TEST_F(Ranks, ClothByXpbdUnderWater) { expect_equal(scene(porous_scene), {3}, 5, {"--set", "cloth_solver.method=xpbd"}); }
 
+TEST_F(Ranks, ClothOfSeveralFabrics) {
+  std::string text = porous_scene;
+  text.insert(text.find("    pin: [{nodes"), scene_regions);
+  expect_equal(scene(text.c_str()), {2}, 8);
+}
+
 TEST_F(Ranks, ClothAloneIsReplicated) { expect_equal(scene(cloth_scene), {2}, 6); }
 
 TEST_F(Ranks, EverythingThatKeysMove) { expect_equal(scene(keyed_scene), {2}, 12); }

@@ -52,6 +52,37 @@ FluidScene every_liquid_key() {
   return f;
 }
 
+RegionScene every_region_key(const MaterialScene& cloth) {
+  RegionScene r;
+  r.kind = RegionScene::Kind::box;
+  r.box = {{-1, 0, -1}, {0, 1, 0}};
+  r.material = cloth;
+  r.material.areal_density = 0.9;
+  r.material.thickness = 0.003;
+  r.material.stretch = 700;
+  r.material.bend = 3.0e-4;
+  r.material.damping = 0.6;
+  r.material.friction = 0.45;
+  r.material.friction_wet = 1.2;
+  r.material.damping_wet = 4;
+  r.material.adhesion = 0.02;
+  r.material.has_warp = true;
+  r.material.warp = {1, 0, 1};
+  r.material.solid_fraction = 0.55;
+  r.material.absorption = 0.025;
+  r.material.uptake_velocity = 0.035;
+  r.material.max_saturation = 1.35;
+  r.material.virtual_pressure = 17;
+  r.material.emission_angle = 65;
+  r.material.emission_velocity = 0.7;
+  r.material.diffusivity = 3.0e-4;
+  r.material.weft_diffusivity = 6.0e-5;
+  r.material.permeability = 3.0e-10;
+  r.material.breakthrough_pressure = 200;
+  r.material.critical_saturation = 0.45;
+  return r;
+}
+
 ClothScene every_cloth_key() {
   ClothScene c;
   c.name = "a \"sheet\" \\ é";
@@ -102,6 +133,7 @@ ClothScene every_cloth_key() {
   c.material.breakthrough_pressure = 300;
   c.material.critical_saturation = 0.4;
   c.material.contact_wicking = true;
+  c.regions.push_back(every_region_key(c.material));
   return c;
 }
 

@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <Kokkos_Core.hpp>
+#include <algorithm>
+#include <iterator>
 #include <set>
 #include <string>
 
@@ -173,6 +175,19 @@ TEST(only_what_is_needed, strain_limits_weaves_and_moving_pins_cost_only_scenes_
     EXPECT_EQ(containing(launched, {"::pins"}), 1);
     EXPECT_EQ(containing(allocated, {"pin_motion", "pin_steps", "node_rest_position"}), 3);
   }
+}
+
+TEST(only_what_is_needed, regions_cost_no_kernel_and_only_their_numbers) {
+  const Watch without(wet_scene());
+  const std::set<std::string> kernels = launched, arrays = allocated;
+  EXPECT_EQ(containing(arrays, {"_material"}), 0);
+  const Watch with_regions(with(
+      wet_scene(), "    pin:", "    regions: [{box: {min: [0, -1, -1], max: [1, 1, 1]}, stretch: 900}]\n    pin:"));
+  EXPECT_EQ(launched, kernels);
+  std::set<std::string> more;
+  std::set_difference(allocated.begin(), allocated.end(), arrays.begin(), arrays.end(),
+                      std::inserter(more, more.end()));
+  EXPECT_EQ(more, (std::set<std::string>{"drench::node_material", "drench::sample_material"}));
 }
 
 TEST(only_what_is_needed, cloth_that_is_not_porous_runs_no_porous_stage) {

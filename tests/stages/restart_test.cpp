@@ -175,6 +175,13 @@ TEST_P(Restart, PorousCloth) {
   expect(h.substeps, "diffusion");
 }
 
+TEST_P(Restart, ClothOfSeveralFabrics) {
+  const Happened h = run(with(porous_scene, "    pin: [{nodes", std::string(scene_regions) + "    pin: [{nodes"), 40);
+  expect(h.absorbed, "absorption");
+  expect(h.contacts, "contacts");
+  expect(h.substeps, "diffusion");
+}
+
 TEST_P(Restart, LiquidAndClothInAir) {
   const Happened h = run(with(porous_scene, "output:", "air: {evaporation_rate: 0.5}\noutput:"), 40);
   expect(h.fresh, "fresh particles");

@@ -273,7 +273,35 @@ void SceneDraw::cloth(int number, int count) {
   if (still) yaml += "    dynamics: false\n";
   if (chance(0.4)) yaml += "    self_collision: true\n";
   if (!still) yaml += pins(nx, nz);
-  if (chance(0.8)) yaml += porous();
+  const std::string pores = chance(0.8) ? porous() : "";
+  yaml += pores + sometimes(0.25, [&] { return regions(thickness, pores); });
+}
+
+/// One half of the last sheet or both, cut through its middle: each has a triangle at least.
+std::string SceneDraw::regions(double thickness, const std::string& pores) {
+  std::string yaml = "    regions:\n";
+  const std::size_t from = drawn_.yaml.rfind("position: [") + 11;
+  const std::string middle = drawn_.yaml.substr(from, drawn_.yaml.find(',', from) - from);
+  for (int k = whole(1, 2); k > 0; --k) {
+    yaml += fmt::format("      - {{box: {{min: [{}, -1, -1], max: [{}, 1, 1]}}", k > 1 ? middle : "-1",
+                        k > 1 ? "1" : middle);
+    if (chance(0.5)) yaml += fmt::format(", areal_density: {:.4g}", usually(0.05, 0.5, 1e-3, 100));
+    if (chance(0.3)) yaml += fmt::format(", thickness: {:.4g}", thickness * uniform(0.3, 1));
+    if (chance(0.5))
+      yaml += fmt::format(", stretch: {:.4g}, bend: {:.4g}", usually(50, 5000, 1, 1e6), usually(1e-6, 1e-3, 1e-9, 1));
+    if (chance(0.3))
+      yaml += fmt::format(", damping: {:.3g}, friction: {:.3g}", usually(0.1, 10, 1e-3, 1000), uniform(0, 2));
+    const bool wicks = pores.find("diffusivity: 0,") == pores.npos, anisotropic = pores.find("weft_") != pores.npos;
+    if (!pores.empty() && chance(0.7))
+      yaml += ", porous: {" +
+              list_of({fmt::format("solid_fraction: {:.4g}, absorption: {:.3g}", uniform(0, 0.9),
+                                   usually(1e-3, 0.1, 1e-6, 100)),
+                       wicks && !anisotropic ? fmt::format("diffusivity: {:.3g}", usually(1e-5, 1e-3, 1e-7, 1e-2)) : "",
+                       chance(0.3) ? fmt::format("max_saturation: {:.4g}", uniform(1, 1.5)) : ""}) +
+              "}";
+    yaml += "}\n";
+  }
+  return yaml;
 }
 
 void SceneDraw::cloths() {

@@ -49,6 +49,7 @@ class SceneDraw {
   std::string concentration();
   std::string pins(int nx, int nz);
   std::string porous();
+  std::string regions(double thickness, const std::string& pores);
   void bodies();
   void air();
   std::string motion();

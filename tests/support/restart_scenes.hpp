@@ -65,6 +65,13 @@ bodies:
   - plane: {point: [0, 0, 0], normal: [0, 1, 0]}
 )";
 
+/// What porous_scene's `lower` gets before its pins: two regions, and a seam that both sheets lie on.
+inline constexpr const char* scene_regions = R"(    regions:
+      - {box: {min: [-1, -1, -1], max: [0.05, 1, 1]}, areal_density: 0.4, thickness: 0.0025, stretch: 900, bend: 4.0e-4, friction: 0.6,
+         damping: 2, porous: {solid_fraction: 0.6, absorption: 0.05, max_saturation: 1.4, diffusivity: 4.0e-4, emission_velocity: 1}}
+      - {box: {min: [0.06, -1, -0.02], max: [1, 1, 1]}, stretch: 200, porous: {diffusivity: 5.0e-3, uptake_velocity: 0.1}}
+)";
+
 /// A steep sheet falls on a pinned one over a sphere, in XPBD with strain limits; no liquid.
 inline constexpr const char* cloth_scene = R"(drench: 1
 time: {step: 0.004, end: 1}

@@ -124,7 +124,7 @@ Watch::Watch(const Model& model, const HostState& start, const Rules& rules)
       solute_(solute_of(start)) {
   for (std::size_t n = 0; n < most_liquid_.size(); ++n) {
     if (model.samples.node_capacity.empty()) continue;
-    const ClothMaterial& cloth = model.cloths[static_cast<std::size_t>(model.mesh.node_cloth[n])];
+    const ClothMaterial& cloth = model.material_of_node(static_cast<Index>(n));
     const double bound = std::floor(cloth.max_saturation * model.samples.node_capacity[n] / model.quantum);
     most_liquid_[n] = std::max(most_liquid_[n], static_cast<Quanta>(cloth.porous ? bound : 0));
   }
@@ -178,7 +178,7 @@ void Watch::look_at_masses(const HostState& now, Complaints& wrong) {
       wrong.push_back(
           fmt::format("node {} has {} quanta above s_max or what it had before", n, mass - most_liquid_[n]));
     // Where it starts above s_max it may only fall.
-    const ClothMaterial& cloth = model_.cloths[static_cast<std::size_t>(model_.mesh.node_cloth[n])];
+    const ClothMaterial& cloth = model_.material_of_node(static_cast<Index>(n));
     const double bound = std::floor(cloth.max_saturation * model_.samples.node_capacity[n] / model_.quantum);
     most_liquid_[n] = std::max(static_cast<Quanta>(cloth.porous ? bound : 0), std::min(most_liquid_[n], mass));
   }

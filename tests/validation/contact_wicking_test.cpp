@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "app/run_program.hpp"
@@ -77,6 +78,29 @@ TEST(contact_wicking, two_sheets_in_contact_come_to_equal_saturation) {
   report({what + "steps with a node outside [0, s_max]", "0", static_cast<double>(outside), 0});
 }
 
+TEST(contact_wicking, layers_of_other_pores_come_to_equal_suction) {
+  struct Case {
+    const char *what, *lower, *upper;
+    double low, up;  // saturations at rest
+  };
+  // The upper sheet is full at first; it holds 0.3 of its volume, the lower one 0.6. ℓ (1 − s^β) is the same in the end.
+  const std::array<Case, 3> cases{{
+      {"ℓ 0.3 m below, 0.2 m above", "capillary_height: 0.3", "capillary_height: 0.2", 3.0 / 7, 1.0 / 7},
+      {"β 2 below, 1 above", "capillary_height: 0.3, retention_exponent: 2", "capillary_height: 0.3",
+       std::sqrt(2.0) - 1, 3 - 2 * std::sqrt(2.0)},
+      {"ℓ 0.3 m below, 0.1 m above, which runs dry", "capillary_height: 0.3", "capillary_height: 0.1", 0.5, 0},
+  }};
+  for (const Case& c : cases) {
+    SceneRun run(two_sheets(fmt::format("contact_wicking: true, {}", c.lower),
+                            fmt::format("contact_wicking: true, solid_fraction: 0.7, diffusivity: 3.0e-5, {}", c.upper),
+                            0.01));
+    for (int n = 0; n < 300; ++n) run.step();
+    const Sheets end = look(run.model(), run.state());
+    report({fmt::format("soaked sheet on a dry one, {}: saturations at rest, off by", c.what), "equal suction and mass",
+            std::max(std::fabs(end.mean[0] - c.low), std::fabs(end.mean[1] - c.up)), 0.005});
+  }
+}
+
 TEST(contact_wicking, conducts_as_the_layers_do_through_their_thickness) {
   // Two equal layers, the difference of whose saturations falls as e^(−2 D t/τ²): 0.2/s.
   SceneRun run(
@@ -85,6 +109,13 @@ TEST(contact_wicking, conducts_as_the_layers_do_through_their_thickness) {
   const Sheets end = look(run.model(), run.state());
   report({"soaked sheet on a dry one: difference of their mean saturations after one e-fold, over theory − 1",
           "e^(−2 D t/τ²)", std::fabs((end.mean[1] - end.mean[0]) * std::exp(1.0) - 1), 0.02});
+  // The suction of layers of other pores falls at the same rate, for each conducts in proportion to 1/ℓ.
+  SceneRun other(two_sheets("contact_wicking: true, diffusivity: 1.0e-7, capillary_height: 0.3",
+                            "contact_wicking: true, diffusivity: 1.0e-7, capillary_height: 0.2", 0.05));
+  for (int n = 0; n < 100; ++n) other.step();
+  const Sheets last = look(other.model(), other.state());
+  report({"the same with ℓ 0.3 m below, 0.2 m above: difference of their suctions", "e^(−2 D t/τ²)",
+          std::fabs((0.3 * (1 - last.mean[0]) - 0.2 * (1 - last.mean[1])) / 0.3 * std::exp(1.0) - 1), 0.02});
 }
 
 namespace {

@@ -47,7 +47,7 @@ class Watched {
       books_.lost = std::max(books_.lost, std::abs(r.mass_total() - total_));
       Quanta on_cloth = 0;
       for (std::size_t n = 0; n < nodes(); ++n) {
-        const auto& cloth = model().cloths[static_cast<std::size_t>(model().mesh.node_cloth[n])];
+        const auto& cloth = model().material_of_node(static_cast<Index>(n));
         const double most = std::floor(cloth.max_saturation * capacity(n) / model().quantum);
         const Quanta m = state_.node_liquid[n];
         books_.outside += m < 0 || static_cast<double>(m) > most ? 1 : 0;

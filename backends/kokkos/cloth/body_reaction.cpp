@@ -84,7 +84,8 @@ BodyReaction::BodyReaction(const Constants& constants, Bodies& bodies, const Clo
   free_ = tried_ = to_host<RigidState>(bodies.state, bodies.count);
   answer_.resize(free_.size());
   allowed_ = 1e300;
-  for (const ClothMaterial& c : constants.model.cloths) allowed_ = std::min(allowed_, allowed_part * c.thickness);
+  constants.model.for_materials(
+      [&](const ClothMaterial& c) { allowed_ = std::min(allowed_, allowed_part * c.thickness); });
   add_last_pushes(constants, bodies, cloth, info);
   const std::vector<Wrench> last = pushes_on(constants, bodies);
   for (std::size_t b = 0; b < free_.size(); ++b) tried_[b] = pushed(bodies.constant_on_host[b], free_[b], last[b]);

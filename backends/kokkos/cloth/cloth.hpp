@@ -31,6 +31,7 @@ struct Nodes {
   Field<Real> solid_mass;  // kg
   Field<std::uint8_t> pinned;
   Field<Index> cloth;
+  Field<Index> material;                   // of Cloth::materials; empty: as `cloth`
   Field<double> capacity;                  // C_n, kg
   Field<Quanta> capacity_quanta;           // floor(C_n/q)
   Field<Quanta> max_quanta;                // floor(s_max C_n/q)
@@ -79,6 +80,7 @@ struct Samples {
   Field<Real> weight;          // 3 per sample
   Field<double> weight_exact;  // the same in double, for splitting quanta
   Field<Index> cloth;
+  Field<Index> material;       // of Cloth::materials; empty: as `cloth`
   Field<Index> boundary_edge;  // 2 per sample: edges of the boundary loop near it; empty: none
   Field<Real> area, capacity;  // m², kg
   Field<Real3> rest_position;
@@ -112,7 +114,7 @@ struct Cloth {
   Nodes nodes;
   Mesh mesh;
   Samples samples;
-  Field<Material> materials;
+  Field<Material> materials;          // of the cloths, then of their regions (Model::material)
   Field<PinStep> pin_steps;           // empty unless pins move (place_pins)
   Real emission_ramp = 0;             // s, the largest of the cloths
   Version moved;                      // of the nodes' positions
@@ -127,12 +129,17 @@ MemoryEstimate cloth_bytes(const Sizing& s);
 
 /// The material of each node or of each sample, as a kernel sees it.
 struct Materials {
-  Entries<const Index> cloth;
+  Entries<const Index> cloth;  // or region
   Entries<const Material> of_cloth;
   KOKKOS_INLINE_FUNCTION const Material& operator()(Index i) const { return of_cloth(cloth(i)); }
 };
-inline Materials node_materials(const Cloth& cloth) { return {cloth.nodes.cloth, cloth.materials}; }
-inline Materials sample_materials(const Cloth& cloth) { return {cloth.samples.cloth, cloth.materials}; }
+/// Numbers of the materials of nodes, or of samples.
+template <class NodesOrSamples>
+const Field<Index>& material_numbers(const NodesOrSamples& of) {
+  return of.material.exists() ? of.material : of.cloth;
+}
+inline Materials node_materials(const Cloth& cloth) { return {material_numbers(cloth.nodes), cloth.materials}; }
+inline Materials sample_materials(const Cloth& cloth) { return {material_numbers(cloth.samples), cloth.materials}; }
 
 // samples.cpp: derived quantities that several stages share
 void refresh_samples(Cloth& cloth);             // samples.position, .normal and .velocity from the nodes

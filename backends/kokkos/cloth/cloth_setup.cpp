@@ -14,7 +14,8 @@ namespace {
 
 Material material_of(const ClothMaterial& c) {
   Material m{material_in<Real>(c)};
-  const MobilityBound bound = mobility_bound(c.diffusion_exponent, double(m.max_saturation), c.retention_exponent);
+  const MobilityBound bound =
+      mobility_bound(c.diffusion_exponent, double(Real(c.most_saturation)), c.retention_exponent);
   m.mobility_exponent = c.diffusion_exponent;
   m.retention = c.retention_exponent;
   m.most_mobility = bound.difference;
@@ -66,7 +67,7 @@ void make_links(const ClothMesh& mesh, Nodes& nodes) {
 void make_capacities(const Model& m, const std::vector<double>& capacity, Nodes& n) {
   std::vector<Quanta> full(capacity.size()), most(capacity.size());
   for (std::size_t k = 0; k < capacity.size(); ++k) {
-    const ClothMaterial& cloth = m.cloths[static_cast<std::size_t>(m.mesh.node_cloth[k])];
+    const ClothMaterial& cloth = m.material_of_node(static_cast<Index>(k));
     full[k] = static_cast<Quanta>(std::floor(capacity[k] / m.quantum));
     most[k] = static_cast<Quanta>(std::floor(cloth.max_saturation * capacity[k] / m.quantum));
   }
@@ -81,6 +82,7 @@ void make_nodes(const Model& m, Nodes& n) {
   n.solid_mass = to_device<Real>("drench::node_solid_mass", mesh.solid_mass);
   n.pinned = to_device<std::uint8_t>("drench::node_pinned", mesh.pinned);
   n.cloth = to_device<Index>("drench::node_cloth", mesh.node_cloth);
+  if (m.has_regions()) n.material = to_device<Index>("drench::node_material", mesh.node_material);
   n.edge_start = to_device<Index>("drench::node_edge_start", mesh.node_edges.start);
   n.edge_item = to_device<Index>("drench::node_edge_item", mesh.node_edges.item);
   n.hinge_start = to_device<Index>("drench::node_hinge_start", mesh.node_hinges.start);
@@ -117,7 +119,8 @@ double node_bytes(const Sizing& m) {
   node += 3 * index_bytes + 7 * r;             // edge_start, hinge_start, link_start; inverse_mass, force, predicted
   // capacity_quanta, max_quanta, weight_sum, sample_start, row_bound
   if (m.size.samples > 0) node += 2 * quanta_bytes + double_bytes + index_bytes + r;
-  double bytes = m.size.nodes * node + m.size.links * 4 * r;
+  if (m.size.patches > 0) node += index_bytes;  // material
+  double bytes = m.size.nodes * node + m.size.links * 4 * r + m.size.patches * sizeof(Material);
   bytes += m.size.edges * 2 * index_bytes + m.size.hinges * 4 * index_bytes;  // edge_item, hinge_item
   if (m.size.strain_limit || m.size.membrane) bytes += m.size.triangles * 3 * index_bytes;  // triangle_item
   if (m.size.plate) bytes += m.size.nodes * r;                                              // plate_diagonal
@@ -189,6 +192,7 @@ void make_samples(const Model& m, Samples& s) {
   s.weight = to_device<Real>("drench::sample_weight", flat(set.weight));
   s.weight_exact = to_device<double>("drench::sample_weight_exact", flat(set.weight));
   s.cloth = to_device<Index>("drench::sample_cloth", set.cloth);
+  if (m.has_regions()) s.material = to_device<Index>("drench::sample_material", set.material);
   if (!set.boundary_edges.empty()) s.boundary_edge = to_device<Index>("drench::sample_boundary_edge", flat(set.boundary_edges));
   allocate_zeros(s.position, "drench::sample_position", samples);
   allocate_zeros(s.velocity, "drench::sample_velocity", samples);
@@ -226,6 +230,7 @@ double sample_bytes(const Sizing& m) {
   // force, position_volume, normal_offset, row_load, row_bound; boundary_edge
   if (m.size.liquid) sample += 13 * r + 2 * index_bytes;
   if (m.size.porous) sample += 5 * r;  // area, capacity, rest_position
+  if (m.size.patches > 0) sample += index_bytes;  // material
   return m.size.samples * sample;
 }
 
@@ -245,10 +250,10 @@ Cloth::Cloth(const Constants& constants) : sample_cells(constants.model.scene.so
   make_nodes(m, nodes);
   make_samples(m, samples);
   std::vector<Material> list;
-  for (const ClothMaterial& c : m.cloths) {
+  m.for_materials([&](const ClothMaterial& c) {
     list.push_back(material_of(c));
     emission_ramp = std::max(emission_ramp, Real(c.porous ? c.emission_ramp : 0.0));
-  }
+  });
   materials = to_device<Material>("drench::materials", list);
 }
 

@@ -86,8 +86,9 @@ void list_items(const Constants& constants, SelfCollisionWork& work) {
                &b = mesh.rest_position[static_cast<std::size_t>(e[1])];
     length += std::hypot(b[0] - a[0], b[1] - a[1], b[2] - a[2]) / static_cast<double>(mesh.edge.size());
   }
-  for (const ClothMaterial& c : constants.model.cloths)
+  constants.model.for_materials([&](const ClothMaterial& c) {
     if (c.self_collision) work.thickness = std::max(work.thickness, static_cast<double>(c.thickness));
+  });
   CollisionItems& items = work.items;
   std::vector<Index> corner, rank;
   append(nodes, length, corner, rank);

@@ -31,7 +31,8 @@ void allocate(const Constants& constants, WetAdhesionWork& work) {
     const auto cloth = static_cast<std::size_t>(mesh.triangle_cloth[static_cast<std::size_t>(t)]);
     if (constants.model.cloths[cloth].self_collision) corners.insert(corners.end(), corner.begin(), corner.end());
   }
-  for (const ClothMaterial& c : constants.model.cloths) work.thickness = Kokkos::fmax(work.thickness, static_cast<Real>(c.thickness));
+  constants.model.for_materials(
+      [&](const ClothMaterial& c) { work.thickness = Kokkos::fmax(work.thickness, static_cast<Real>(c.thickness)); });
   work.area = to_device<Real>("drench::wet_adhesion::area", area);
   work.triangle = to_device<Index>("drench::wet_adhesion::triangle", corners);
   work.triangles = static_cast<Index>(corners.size() / 3);

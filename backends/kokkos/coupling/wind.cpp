@@ -13,7 +13,7 @@ namespace {
 void allocate(const Constants& constants, WindWork& work) {
   if (work.start.exists()) return;
   std::vector<double> density;
-  for (const ClothScene& c : constants.model.scene.cloths) density.push_back(c.material.areal_density);
+  constants.model.for_materials([&](const ClothMaterial& c) { density.push_back(c.areal_density); });
   work.areal_density = to_device<Real>("drench::wind::areal_density", density);
   const ClothMesh& mesh = constants.model.mesh;
   const std::vector<Index> corners = flat(mesh.triangle);
@@ -36,7 +36,7 @@ struct Drag {
   Entries<const Real3> position, velocity;
   Entries<const Real> solid_mass, areal_density;
   Entries<const Quanta> liquid;
-  Entries<const Index> triangle, cloth, start, item;
+  Entries<const Index> triangle, material, start, item;
   Real3 air;          // m/s
   Real half_density;  // ½ ρ_a, kg/m³
   Real normal_drag, tangential_drag, dt, quantum;
@@ -48,7 +48,7 @@ struct Drag {
         areal_density(work.areal_density),
         liquid(fabric.nodes.liquid),
         triangle(fabric.mesh.triangle),
-        cloth(fabric.nodes.cloth),
+        material(material_numbers(fabric.nodes)),
         start(work.start),
         item(work.item),
         air(air_at_end(constants, info)),
@@ -60,7 +60,7 @@ struct Drag {
 
   /// Eq. 4: (m_s + m_f)/A of a node, kg/m².
   KOKKOS_INLINE_FUNCTION Real wet_density(Index n) const {
-    return areal_density(cloth(n)) * (1 + quantum * Real(liquid(n)) / solid_mass(n));
+    return areal_density(material(n)) * (1 + quantum * Real(liquid(n)) / solid_mass(n));
   }
   /// Eqs. 2, 3 and 5: the force on a triangle, N.
   KOKKOS_INLINE_FUNCTION Real3 force(Index t) const {

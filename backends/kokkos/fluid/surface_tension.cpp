@@ -10,24 +10,27 @@
 namespace drench::kokkos_backend {
 namespace {
 
-/// A_b of every body or cloth, on first use; stays empty where none is sticky.
-template <class Parts>
-void allocate_strengths(Field<Real>& strength, const char* label, const Parts& parts, const Constants& constants) {
+/// A_b of works of adhesion, on first use; stays empty where none is above 0.
+void allocate_strengths(Field<Real>& strength, const char* label, const std::vector<double>& adhesion,
+                        const Constants& constants) {
   if (strength.extent(0) > 0) return;
   std::vector<double> values;
   bool any = false;
-  for (const auto& part : parts) {
-    values.push_back(wall_cohesion(constants.kernel.kind, part.adhesion, constants.model.scene.fluid.surface_tension,
+  for (const double work : adhesion) {
+    values.push_back(wall_cohesion(constants.kernel.kind, work, constants.model.scene.fluid.surface_tension,
                                    constants.model.support));
-    any = any || part.adhesion > 0;
+    any = any || work > 0;
   }
   if (any) strength = to_device<Real>(label, values);
 }
 
 /// Work arrays, on first use.
 void allocate(const Constants& constants, const Fluid& fluid, SurfaceTensionWork& work) {
-  allocate_strengths(work.body_adhesion, "drench::surface_tension::body_adhesion", constants.model.bodies, constants);
-  allocate_strengths(work.cloth_adhesion, "drench::surface_tension::cloth_adhesion", constants.model.cloths, constants);
+  std::vector<double> bodies, cloths;
+  for (const Body& b : constants.model.bodies) bodies.push_back(b.adhesion);
+  constants.model.for_materials([&](const ClothMaterial& c) { cloths.push_back(c.adhesion); });
+  allocate_strengths(work.body_adhesion, "drench::surface_tension::body_adhesion", bodies, constants);
+  allocate_strengths(work.cloth_adhesion, "drench::surface_tension::cloth_adhesion", cloths, constants);
   if (constants.model.scene.fluid.surface_tension > 0)
     make_room(work.normal, "drench::surface_tension::normal", fluid.particles.capacity());
 }
@@ -51,7 +54,7 @@ struct StickyWalls {
         offset(cloths.samples.normal_offset),
         solid_volume(bodies.boundary.volume),
         body(bodies.boundary.body),
-        cloth(cloths.samples.cloth),
+        cloth(material_numbers(cloths.samples)),
         of_body(work.body_adhesion),
         of_cloth(work.cloth_adhesion),
         near_solids(lists.fluid_boundary),
@@ -150,7 +153,7 @@ void pull_cloth(const Constants& constants, const Fluid& fluid, const NeighborLi
   const Entries<Real3> force = cloth.samples.force;
   const Entries<const Real4> xs = cloth.samples.position_volume, offset = cloth.samples.normal_offset;
   const Entries<const Real> volume = fluid.volume, of_cloth = work.cloth_adhesion;
-  const Entries<const Index> cloth_of = cloth.samples.cloth;
+  const Entries<const Index> cloth_of = material_numbers(cloth.samples);
   const Neighbors list(lists.sample_fluid);
   parallel(
       "drench::surface_tension::sample_force", cloth.samples.count, KOKKOS_LAMBDA(const Index b) {

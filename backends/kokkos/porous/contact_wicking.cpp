@@ -17,9 +17,20 @@ constexpr Index none = -1;
 
 /// What sample p sees on one side of its triangle.
 struct Touch {
-  Index triangle = none;
+  Index triangle = none, sample = none;
   Proximity near;
 };
+
+/// Of fabric in contact with fabric whose ℓ is `other` (m), for liquid of `density` kg/m³.
+KOKKOS_INLINE_FUNCTION laws::Layer layer_of(const Material& m, double other, double density) {
+  const double height = double(m.capillary_height);
+  return {density * (1 - double(m.solid_fraction)) * double(m.thickness),
+          double(m.thickness),
+          double(m.diffusivity),
+          height / Kokkos::fmin(height, other),
+          m.retention,
+          double(m.max_saturation)};
+}
 
 /// What the kernel over samples sees.
 struct ContactSearch {
@@ -28,7 +39,7 @@ struct ContactSearch {
   Neighbors list;
   Entries<const Real3> sample_position, normal, position;
   Entries<const Real> area;
-  Materials of_sample, of_node;
+  Materials of_sample;
   Entries<double> weight, conductance, drop;
   double dt, density;  // s, kg/m³
   Double3 down;        // ĝ, 0 without gravity
@@ -45,7 +56,6 @@ struct ContactSearch {
         position(cloth.nodes.position),
         area(cloth.samples.area),
         of_sample(sample_materials(cloth)),
-        of_node(node_materials(cloth)),
         weight(work.weight),
         conductance(work.conductance),
         drop(work.drop),
@@ -56,10 +66,6 @@ struct ContactSearch {
     if (size > 0) down = times(1 / size, g);
   }
 
-  /// ρ0 (1−Φ) τ, kg/m².
-  KOKKOS_INLINE_FUNCTION double load(const Material& m) const {
-    return density * (1 - double(m.solid_fraction)) * double(m.thickness);
-  }
   /// What a flow through a contact grows by with n > 1, over that with n = 1.
   KOKKOS_INLINE_FUNCTION double steepest(const Material& a, const Material& b) const {
     const double n = Kokkos::fmax(a.mobility_exponent, b.mobility_exponent);
@@ -95,7 +101,7 @@ struct ContactSearch {
       Touch& touch = best[height > 0 ? 0 : 1];
       if (touch.triangle == none || near.distance < touch.near.distance ||
           (near.distance == touch.near.distance && t < touch.triangle))
-        touch = {t, near};
+        touch = {t, other, near};
     }
   }
 
@@ -107,12 +113,11 @@ struct ContactSearch {
       const Index c = 2 * p + side, t = best[side].triangle;
       found(c) = t;
       if (t == none) continue;
-      const Material& m = of_node(triangle(3 * t));
-      conductance(c) = 0.5 * double(area(p)) *
-                       laws::contact_conductance(load(own), double(own.thickness), double(own.diffusivity), load(m),
-                                                 double(m.thickness), double(m.diffusivity), dt * steepest(own, m));
-      drop(c) = inner(best[side].near.apart, down) * 0.5 *
-                (1 / double(own.capillary_height) + 1 / double(m.capillary_height));
+      const Material& m = of_sample(best[side].sample);
+      const double height = double(own.capillary_height), other = double(m.capillary_height);
+      const laws::Layer near = layer_of(own, other, density), far = layer_of(m, height, density);
+      conductance(c) = 0.5 * double(area(p)) * laws::contact_conductance(near, far, dt * steepest(own, m));
+      drop(c) = inner(best[side].near.apart, down) * (1 / Kokkos::fmin(height, other)) + (near.height - far.height);
       for (int k = 0; k < 3; ++k) weight(3 * c + k) = -best[side].near.b[k + 1];
     }
   }
@@ -148,7 +153,7 @@ void offer(const Constants& constants, const Cloth& cloth, ContactWork& work, do
   const Entries<const double> g = work.conductance, drop = work.drop;
   const NodeLiquid wet(constants, cloth);
   const Materials materials = node_materials(cloth);
-  const double scale = dt / constants.quantum;
+  const double scale = dt / constants.quantum, density = constants.model.rest_density;
   const Entries<std::int64_t> momentum = work.momentum;
   parallel(
       "drench::contact_wicking::clear", cloth.nodes.count, KOKKOS_LAMBDA(const Index n) {
@@ -166,9 +171,11 @@ void offer(const Constants& constants, const Cloth& cloth, ContactWork& work, do
             const Index n = ends.node(c, far != 0, k);
             if (wet.capacity(n) > 0) s[far] += ends.weight(c, far != 0, k) * wet.filling(n);
           }
-        const double exponent = Kokkos::fmax(materials(ends.node(c, false, 0)).mobility_exponent,
-                                             materials(ends.node(c, true, 0)).mobility_exponent);
-        const double flux = laws::diffusion_flux(g(c), s[0], s[1], drop(c), exponent);
+        const Material &own = materials(ends.node(c, false, 0)), &other = materials(ends.node(c, true, 0));
+        const double exponent = Kokkos::fmax(own.mobility_exponent, other.mobility_exponent);
+        const laws::Layer near = layer_of(own, double(other.capillary_height), density),
+                          far = layer_of(other, double(own.capillary_height), density);
+        const double flux = laws::contact_flux(g(c), near, far, s[0], s[1], drop(c), exponent);
         const Quanta o = static_cast<Quanta>(Kokkos::floor(Kokkos::abs(flux) * scale));
         if (o == 0) return;
         flow(c) = flux > 0 ? o : -o;
@@ -200,7 +207,7 @@ double momentum_scale(const Model& m) {
   double most = 1;  // quanta
   for (const ClothMaterial& c : m.cloths)
     for (Index n = c.first_node; n < c.first_node + c.node_count; ++n)
-      most = std::max(most, c.max_saturation * m.samples.node_capacity[static_cast<std::size_t>(n)] / m.quantum);
+      most = std::max(most, c.most_saturation * m.samples.node_capacity[static_cast<std::size_t>(n)] / m.quantum);
   return std::exp2(std::floor(62 - std::log2(1000 * most)));
 }
 

@@ -18,14 +18,18 @@ KOKKOS_INLINE_FUNCTION double power_mobility(double a, double b, double donor, d
   return Kokkos::fmin(most, Kokkos::pow(middle, n) * series);
 }
 
+/// ψ for any n ≥ 0.
+KOKKOS_INLINE_FUNCTION double mobility(double a, double b, double donor, double n) {
+  if (n == 0) return 1;
+  if (n == 1) return Kokkos::fmin((a + b) / 2, 2 * donor);
+  return power_mobility(a, b, donor, n);
+}
+
 /// F, kg/s, positive from j to i: G ψ [(s_j − s_i) + drop], drop = (x_i − x_j)·ĝ/ℓ (1), G in kg/s, for the exponent n.
 KOKKOS_INLINE_FUNCTION double diffusion_flux(double conductance, double saturation_i, double saturation_j, double drop,
                                              double n) {
   const double drive = (saturation_j - saturation_i) + drop;
-  if (n == 0) return conductance * drive;
-  const double donor = drive > 0 ? saturation_j : saturation_i;
-  if (n == 1) return conductance * Kokkos::fmin((saturation_i + saturation_j) / 2, 2 * donor) * drive;
-  return conductance * power_mobility(saturation_i, saturation_j, donor, n) * drive;
+  return conductance * mobility(saturation_i, saturation_j, drive > 0 ? saturation_j : saturation_i, n) * drive;
 }
 
 /// The same for fabric that holds liquid by sᵝ: the drive is a difference of that, and sⁿ a power of it.
@@ -36,13 +40,34 @@ KOKKOS_INLINE_FUNCTION double retained_flux(double conductance, double saturatio
                         Kokkos::pow(Kokkos::fmax(0.0, saturation_j), beta), drop, n / beta);
 }
 
-/// K, kg/(m² s): half of each of two layers in series; `load` = ρ0 (1−Φ) τ in kg/m², τ in m, D in m²/s. At most
-/// ¼ min(load)/Δt.
-KOKKOS_INLINE_FUNCTION double contact_conductance(double load_p, double thickness_p, double diffusivity_p,
-                                                  double load_t, double thickness_t, double diffusivity_t, double dt) {
-  const double resistance = thickness_p * thickness_p / (2 * load_p * diffusivity_p) +
-                            thickness_t * thickness_t / (2 * load_t * diffusivity_t);
-  return Kokkos::fmin(1 / resistance, Kokkos::fmin(load_p, load_t) / (4 * dt));
+/// One of two layers in contact.
+struct Layer {
+  double load, thickness, diffusivity;  // ρ0 (1−Φ) τ in kg/m²; m; m²/s
+  double height, retention;             // r = ℓ over the lesser ℓ of both; β
+  double most_saturation;
+
+  /// What its suction over the lesser ℓ falls by in filling up: r sᵝ.
+  KOKKOS_INLINE_FUNCTION double held(double saturation) const {
+    return height * (retention == 1 ? saturation : Kokkos::pow(Kokkos::fmax(0.0, saturation), retention));
+  }
+  /// The largest slope of that with s, for β ≥ 1; below 1 the mobility makes up for it.
+  KOKKOS_INLINE_FUNCTION double steepest() const {
+    return height * (retention > 1 ? retention * Kokkos::pow(most_saturation, retention - 1) : 1);
+  }
+};
+
+/// F, kg/s, positive from the layer b to the layer a: by suction, at saturations of theirs; drop is (23a)'s.
+KOKKOS_INLINE_FUNCTION double contact_flux(double conductance, const Layer& a, const Layer& b, double saturation_a,
+                                           double saturation_b, double drop, double n) {
+  const double drive = (b.held(saturation_b) - a.held(saturation_a)) + drop;
+  return conductance * mobility(saturation_a, saturation_b, drive > 0 ? saturation_b : saturation_a, n) * drive;
+}
+
+/// K, kg/(m² s): half of each of two layers in series. At most what a quarter of the lighter layer's load would need in Δt.
+KOKKOS_INLINE_FUNCTION double contact_conductance(const Layer& p, const Layer& t, double dt) {
+  const double resistance = p.height * (p.thickness * p.thickness) / (2 * p.load * p.diffusivity) +
+                            t.height * (t.thickness * t.thickness) / (2 * t.load * t.diffusivity);
+  return Kokkos::fmin(1 / resistance, Kokkos::fmin(p.load / p.steepest(), t.load / t.steepest()) / (4 * dt));
 }
 
 }  // namespace drench::kokkos_backend::laws

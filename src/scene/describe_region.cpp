@@ -1,0 +1,147 @@
+// The regions of a cloth: parts whose fabric differs from the rest.
+
+#include <fmt/format.h>
+
+#include "scene/describe.hpp"
+#include "scene/fabrics.hpp"
+
+namespace drench {
+namespace {
+
+constexpr const char* of_the_cloth = "is one for the whole cloth; allowed: only as a key of the cloth, not of a region";
+constexpr const char* as_the_cloth = "as the cloth's, in this region";
+
+/// A section whose values begin as the cloth's: none of its keys is required.
+void describe_other_membrane(Section& s, MembraneScene& membrane) {
+  s.one_line();
+  s.number("warp", membrane.warp, "[0.001, 1e9]", "N/m", as_the_cloth);
+  s.number("weft", membrane.weft, "[0.001, 1e9]", "N/m", as_the_cloth);
+  s.number("shear", membrane.shear, "[0, 1e9]", "N/m", as_the_cloth);
+  s.number("wet", membrane.wet, "[0.01, 1]", "1", as_the_cloth);
+}
+
+void describe_other_plate(Section& s, PlateScene& plate) {
+  s.one_line();
+  s.number("warp", plate.warp, "[0, 1e6]", "N·m", as_the_cloth);
+  s.number("weft", plate.weft, "[0, 1e6]", "N·m", as_the_cloth);
+  s.number("twist", plate.twist, "[0, 1e6]", "N·m", as_the_cloth);
+}
+
+/// A cloth's `stretch` and `membrane` take each other's place.
+void describe_stretching(Section& s, MaterialScene& fabric) {
+  bool woven = fabric.membrane.has_value();
+  MembraneScene membrane = fabric.membrane.value_or(MembraneScene{});
+  s.check(!s.has("membrane") || !s.has("stretch"), "stretch", "stands beside membrane; allowed: one of them");
+  s.saved_if(!woven).number("stretch", fabric.stretch, "[0.001, 1e9]", "N/m", as_the_cloth);
+  s.optional(woven).section(
+      "membrane", membrane, describe_other_membrane,
+      "as the cloth's, in this region; keys that are left out stay those of the cloth's `membrane`, if it has one");
+  s.check(!woven || (membrane.warp > 0 && membrane.weft > 0), "membrane",
+          "lacks warp or weft, and the cloth has no membrane to take them from; allowed: warp, weft and shear");
+  s.check(membrane.wet == 1 || fabric.porous, "membrane.wet",
+          "is for a cloth that takes up liquid; allowed: only beside the key porous of the cloth");
+  if (s.has("stretch")) woven = false;
+  fabric.membrane.reset();
+  if (woven) fabric.membrane = membrane;
+}
+
+/// Hinges and plates do not join: a region bends by the law of its cloth.
+void describe_bending(Section& s, MaterialScene& fabric) {
+  bool plate = fabric.bending.has_value();
+  PlateScene rigidity = fabric.bending.value_or(PlateScene{});
+  s.check(!s.has("bend") || !plate, "bend", "is not how this cloth bends; allowed: bending, as the cloth has it");
+  s.check(!s.has("bending") || plate, "bending", "is not how this cloth bends; allowed: bend, as the cloth has it");
+  s.saved_if(!plate).number("bend", fabric.bend, "[0, 1e6]", "N·m",
+                            "as the cloth's, in this region; only where the cloth has `bend`");
+  s.optional(plate).section(
+      "bending", rigidity, describe_other_plate,
+      "as the cloth's, in this region; only where the cloth has `bending`, whose keys count where they are left out");
+  if (fabric.bending) fabric.bending = rigidity;
+}
+
+void describe_pores(Section& s, MaterialScene& fabric) {
+  s.number("solid_fraction", fabric.solid_fraction, "[0, 1)", "1", as_the_cloth);
+  s.number("absorption", fabric.absorption, "[0, 100]", "m²/s", as_the_cloth);
+  s.number("uptake_velocity", fabric.uptake_velocity, "[0, 100]", "m/s", as_the_cloth);
+  if (s.has("absorption") && !s.has("uptake_velocity")) fabric.uptake_velocity = 0;
+  s.number("max_saturation", fabric.max_saturation, "[1, 10]", "1", as_the_cloth);
+  s.number("virtual_pressure", fabric.virtual_pressure, "[0, 1e5]", "m/s²", as_the_cloth);
+  s.number("emission_angle", fabric.emission_angle, "[1, 179]", "degrees", as_the_cloth);
+  s.number("emission_velocity", fabric.emission_velocity, "[0, 100]", "m/s", as_the_cloth);
+  s.number("diffusivity", fabric.diffusivity, "[0, 1]", "m²/s",
+           "as the cloth's, in this region; above 0 only where the cloth's is");
+  s.number("weft_diffusivity", fabric.weft_diffusivity, "(0, 1]", "m²/s", as_the_cloth);
+  if (fabric.diffusivity == 0 && !s.has("weft_diffusivity")) fabric.weft_diffusivity.reset();
+  s.number("permeability", fabric.permeability, "[0, 1e-4]", "m²", as_the_cloth);
+  s.number("breakthrough_pressure", fabric.breakthrough_pressure, "[0, 1e9]", "Pa", as_the_cloth);
+  s.number("critical_saturation", fabric.critical_saturation, "[0, 1]", "1", as_the_cloth);
+  s.check(!(fabric.breakthrough_pressure > 0) || fabric.permeability > 0, "breakthrough_pressure",
+          "says when liquid passes through, and the permeability is 0; allowed: permeability above 0");
+  s.check(!fabric.contact_wicking || fabric.diffusivity > 0, "diffusivity",
+          "is 0, and the cloth has contact_wicking, which needs it; allowed: above 0");
+  check_rates(s, fabric);
+  for (const char* key : {"emission_ramp", "diffusion", "diffusion_exponent", "capillary_height", "retention_exponent",
+                          "adhesion", "contact_wicking"})
+    s.not_here(key, of_the_cloth);
+}
+
+void refuse_keys_of_the_cloth(Section& s) {
+  for (const char* key : {"strain_damping", "strain_limit", "slip", "sample_spacing", "self_collision", "dynamics",
+                          "pin", "mesh", "place", "name", "initial_saturation", "hold_saturation", "initial_stain"})
+    s.not_here(key, of_the_cloth);
+}
+
+}  // namespace
+
+void describe_fabric(Section& s, const char* meaning) {
+  std::vector<const char*> words{"none"};
+  for (const Fabric& f : fabrics()) words.push_back(f.name.c_str());
+  std::string name = "none";
+  s.saved_if(false).word("fabric", name, words, meaning);
+}
+
+void check_rates(Section& s, const MaterialScene& fabric) {
+  constexpr double most = 1000;
+  const double weft = fabric.weft_diffusivity.value_or(fabric.diffusivity);
+  s.check(
+      weft <= most * fabric.diffusivity && fabric.diffusivity <= most * weft, "weft_diffusivity",
+      fmt::format("is more than {:.0f} times diffusivity, or less than a {:.0f}th of it; allowed: [{:g}, {:g}] m²/s",
+                  most, most, fabric.diffusivity / most, std::min(1.0, fabric.diffusivity * most)));
+}
+
+void describe(Section& s, RegionScene& region) {
+  using Kind = RegionScene::Kind;
+  MaterialScene& fabric = region.material;
+  s.one_of(region.kind, Kind::group)
+      .text("group", region.group, "a name that `g`, `o` or `usemtl` gives to faces of the cloth's .obj file");
+  s.one_of(region.kind, Kind::box)
+      .section("box", region.box, "triangles whose middles are inside this box, after placing");
+  describe_fabric(
+      s,
+      "a fabric whose values count where this entry has no key of its own; what is one for a cloth stays the "
+      "cloth's, as does how it bends (docs/manual/fabrics.md)");
+  s.number("areal_density", fabric.areal_density, "[1e-4, 1000]", "kg/m²", as_the_cloth);
+  s.number("thickness", fabric.thickness, "[1e-6, 1]", "m", as_the_cloth);
+  describe_stretching(s, fabric);
+  describe_bending(s, fabric);
+  s.optional(fabric.has_warp)
+      .numbers("warp", fabric.warp, direction_range, "1",
+               "as the cloth's, in this region: a patch may be cut on the bias");
+  s.number("damping", fabric.damping, "[0, 1e6]", "1/s", as_the_cloth);
+  s.number("friction", fabric.friction, "[0, 10]", "1", as_the_cloth);
+  s.number("friction_wet", fabric.friction_wet, "[0, 10]", "1", as_the_cloth);
+  s.number("damping_wet", fabric.damping_wet, "[0, 1e6]", "1/s", as_the_cloth);
+  s.number("adhesion", fabric.adhesion, "[0, 10]", "N/m", as_the_cloth);
+  s.optional(fabric.porous)
+      .section("porous", fabric, describe_pores, "as the cloth's, in this region; only where the cloth has it");
+  for (const char* key : {"friction_wet", "damping_wet"})
+    s.check(!s.has(key) || fabric.porous, key,
+            "is for a cloth that takes up liquid; allowed: only beside the key porous of the cloth");
+  s.check(!s.has("warp") || fabric.membrane || fabric.bending || fabric.weft_diffusivity, "warp",
+          "has nothing that it is the direction of; allowed: only where the region has membrane, bending or "
+          "porous.weft_diffusivity");
+  if (s.has("warp")) check_not_zero(s, "warp", fabric.warp);
+  refuse_keys_of_the_cloth(s);
+}
+
+}  // namespace drench

@@ -1,0 +1,191 @@
+#include "setup/cloth_regions.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <type_traits>
+#include <utility>
+
+#include "base/eigen_vec.hpp"
+#include "setup/cloth_material.hpp"
+#include "setup/cloth_mesh.hpp"
+#include "setup/setup_error.hpp"
+
+namespace drench {
+namespace {
+
+std::string names_of(const SurfaceMesh& mesh) {
+  constexpr std::size_t most = 20;
+  std::string all;
+  std::size_t count = 0;
+  for (const auto& group : mesh.groups)
+    if (++count <= most) all += (all.empty() ? "" : ", ") + group.first;
+  if (count > most) all += fmt::format(", … ({} in all)", count);
+  return all.empty() ? "none: the file names no faces" : all;
+}
+
+std::vector<Index> triangles_in_box(const SurfaceMesh& mesh, const Box& box) {
+  std::vector<Index> inside;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    Vec3 middle{0, 0, 0};
+    for (const Index n : mesh.triangles[t])
+      for (std::size_t a = 0; a < 3; ++a) middle[a] += mesh.points[static_cast<std::size_t>(n)][a] / 3;
+    if (contains(box.min, box.max, middle)) inside.push_back(static_cast<Index>(t));
+  }
+  return inside;
+}
+
+std::vector<Index> triangles_of(const RegionScene& region, const SurfaceMesh& mesh, const std::string& label,
+                                const std::string& key) {
+  if (region.kind == RegionScene::Kind::box) return triangles_in_box(mesh, region.box);
+  const auto found = mesh.groups.find(region.group);
+  if (found == mesh.groups.end())
+    throw SetupError(fmt::format("{}: its mesh has no group '{}'; allowed: {}", label, region.group, names_of(mesh)),
+                     key + ".group");
+  return found->second;
+}
+
+/// Materials of a node's triangles, each with its part of the node's area, in 2^-30.
+using Mixture = std::vector<std::pair<Index, std::int64_t>>;
+
+/// Means of materials, one after the other.
+class Mean {
+ public:
+  explicit Mean(const ClothMaterial& first, double weight) : mean_(first), sum_(weight) {}
+
+  void add(const ClothMaterial& other, double weight) {
+    if (!(weight > 0)) return;
+    sum_ += weight;
+    const double part = weight / sum_;
+    visit_members(mean_, other, [part]<class T>(T& to, const T& from) {
+      if constexpr (std::is_same_v<T, double>)
+        if (to != from && !std::isinf(to)) to += part * (from - to);
+    });
+    if (mean_.areal_density != other.areal_density)
+      mean_.areal_density += part * (other.areal_density - mean_.areal_density);
+  }
+  const ClothMaterial& mean() const { return mean_; }
+
+ private:
+  ClothMaterial mean_;
+  double sum_;
+};
+
+double pores(const ClothMaterial& m) { return (1 - m.solid_fraction) * m.thickness; }
+
+/// The mean of a mixture by area · weight(material).
+template <class Weight>
+ClothMaterial mean_of(const Model& model, const Mixture& mixture, Weight weight) {
+  const auto part = [&](std::size_t k) {
+    return static_cast<double>(mixture[k].second) * weight(model.material(mixture[k].first));
+  };
+  std::size_t first = 0;
+  while (first + 1 < mixture.size() && !(part(first) > 0)) ++first;
+  Mean mean(model.material(mixture[first].first), part(first));
+  for (std::size_t k = first + 1; k < mixture.size(); ++k) mean.add(model.material(mixture[k].first), part(k));
+  return mean.mean();
+}
+
+/// Between regions: liquid and mass of a node are those of its parts.
+ClothMaterial mixed(const Model& model, const Mixture& mixture) {
+  ClothMaterial m = mean_of(model, mixture, [](const ClothMaterial&) { return 1; });
+  const ClothMaterial by_mass = mean_of(model, mixture, [](const ClothMaterial& c) { return c.areal_density; });
+  const ClothMaterial by_pores = mean_of(model, mixture, pores);
+  m.damping = by_mass.damping;
+  m.damping_wet = by_mass.damping_wet;
+  m.max_saturation = by_pores.max_saturation;
+  m.critical_saturation = by_pores.critical_saturation;
+  double all = 0, filled = 0;
+  for (const auto& [number, area] : mixture) {
+    all += static_cast<double>(area);
+    filled += static_cast<double>(area) * pores(model.material(number));
+  }
+  m.solid_fraction = 1 - filled / (all * m.thickness);
+  m.region = -1;
+  return m;
+}
+
+std::vector<Mixture> mixtures_of_nodes(const Model& model) {
+  const ClothMesh& mesh = model.mesh;
+  std::vector<std::map<Index, double>> area(mesh.rest_position.size());
+  for (std::size_t t = 0; t < mesh.triangle.size(); ++t) {
+    const auto at = [&](std::size_t c) { return mesh.rest_position[static_cast<std::size_t>(mesh.triangle[t][c])]; };
+    const double own = triangle_area(at(0), at(1), at(2));
+    for (const Index n : mesh.triangle[t]) area[static_cast<std::size_t>(n)][mesh.triangle_material[t]] += own;
+  }
+  std::vector<Mixture> mixtures;
+  for (const auto& parts : area) {
+    double sum = 0;
+    for (const auto& part : parts) sum += part.second;
+    mixtures.emplace_back();
+    for (const auto& [number, own] : parts) mixtures.back().emplace_back(number, std::llround(own / sum * 0x1p30));
+  }
+  return mixtures;
+}
+
+}  // namespace
+
+std::string region_label(const RegionScene& region, int number) {
+  return region.kind == RegionScene::Kind::group ? "region " + region.group : fmt::format("region {} (box)", number);
+}
+
+bool needs_groups(const ClothScene& cloth) {
+  return std::any_of(cloth.regions.begin(), cloth.regions.end(),
+                     [](const RegionScene& r) { return r.kind == RegionScene::Kind::group; });
+}
+
+Patchwork::Patchwork(const ClothScene& cloth, const SurfaceMesh& own, const std::string& key)
+    : cloth_(cloth), triangles_(own.triangles.size()) {
+  if (cloth.regions.empty()) return;
+  region_.assign(own.triangles.size(), -1);
+  std::vector<std::size_t> count(cloth.regions.size(), 0);
+  const auto label = [&](std::size_t r) {
+    return cloth_label(cloth.name) + ": " + region_label(cloth.regions[r], static_cast<int>(r));
+  };
+  const auto key_of = [&](std::size_t r) { return fmt::format("{}.regions.{}", key, r); };
+  for (std::size_t r = 0; r < cloth.regions.size(); ++r)
+    for (const Index t : triangles_of(cloth.regions[r], own, label(r), key_of(r)))
+      region_[static_cast<std::size_t>(t)] = static_cast<Index>(r);
+  for (const Index r : region_)
+    if (r >= 0) ++count[static_cast<std::size_t>(r)];
+  for (std::size_t r = 0; r < count.size(); ++r)
+    if (count[r] == 0)
+      throw SetupError(
+          label(r) + " has no triangle of its own; allowed: a place with triangles that no later region holds",
+          key_of(r));
+}
+
+void append_patches(Model& model, const ClothScene& cloth, const Patchwork& fabric) {
+  const std::vector<ClothScene>& all = model.scene.cloths;
+  if (std::all_of(all.begin(), all.end(), [](const ClothScene& c) { return c.regions.empty(); })) return;
+  const auto number = static_cast<Index>(model.cloths.size());
+  const auto first = static_cast<Index>(all.size() + model.patches.size());
+  for (std::size_t t = 0; t < fabric.triangles(); ++t) {
+    const Index region = fabric.region_of(static_cast<Index>(t));
+    model.mesh.triangle_material.push_back(region < 0 ? number : first + region);
+  }
+  for (std::size_t r = 0; r < cloth.regions.size(); ++r) {
+    model.patches.push_back(resolve_material(cloth, cloth.regions[r].material, model.scene.processes));
+    model.patches.back().of_cloth = number;
+    model.patches.back().region = static_cast<Index>(r);
+  }
+}
+
+void set_node_materials(Model& model) {
+  if (!model.has_regions()) return;
+  std::map<Mixture, Index> numbers;
+  for (const Mixture& mixture : mixtures_of_nodes(model)) {
+    if (mixture.size() == 1) {
+      model.mesh.node_material.push_back(mixture[0].first);
+      continue;
+    }
+    const auto next = static_cast<Index>(model.cloths.size() + model.patches.size());
+    const auto [known, is_new] = numbers.try_emplace(mixture, next);
+    if (is_new) model.patches.push_back(mixed(model, mixture));
+    model.mesh.node_material.push_back(known->second);
+  }
+}
+
+}  // namespace drench
