@@ -115,9 +115,9 @@ struct ContactSearch {
       if (t == none) continue;
       const Material& m = of_sample(best[side].sample);
       const double height = double(own.capillary_height), other = double(m.capillary_height);
-      const laws::Layer near = layer_of(own, other, density), far = layer_of(m, height, density);
-      conductance(c) = 0.5 * double(area(p)) * laws::contact_conductance(near, far, dt * steepest(own, m));
-      drop(c) = inner(best[side].near.apart, down) * (1 / Kokkos::fmin(height, other)) + (near.height - far.height);
+      const laws::Layer here = layer_of(own, other, density), there = layer_of(m, height, density);
+      conductance(c) = 0.5 * double(area(p)) * laws::contact_conductance(here, there, dt * steepest(own, m));
+      drop(c) = inner(best[side].near.apart, down) * (1 / Kokkos::fmin(height, other)) + (here.height - there.height);
       for (int k = 0; k < 3; ++k) weight(3 * c + k) = -best[side].near.b[k + 1];
     }
   }
@@ -173,9 +173,9 @@ void offer(const Constants& constants, const Cloth& cloth, ContactWork& work, do
           }
         const Material &own = materials(ends.node(c, false, 0)), &other = materials(ends.node(c, true, 0));
         const double exponent = Kokkos::fmax(own.mobility_exponent, other.mobility_exponent);
-        const laws::Layer near = layer_of(own, double(other.capillary_height), density),
-                          far = layer_of(other, double(own.capillary_height), density);
-        const double flux = laws::contact_flux(g(c), near, far, s[0], s[1], drop(c), exponent);
+        const laws::Layer here = layer_of(own, double(other.capillary_height), density),
+                          there = layer_of(other, double(own.capillary_height), density);
+        const double flux = laws::contact_flux(g(c), here, there, s[0], s[1], drop(c), exponent);
         const Quanta o = static_cast<Quanta>(Kokkos::floor(Kokkos::abs(flux) * scale));
         if (o == 0) return;
         flow(c) = flux > 0 ? o : -o;
