@@ -274,11 +274,18 @@ void SceneDraw::cloth(int number, int count) {
   if (chance(0.4)) yaml += "    self_collision: true\n";
   if (!still) yaml += pins(nx, nz);
   const std::string pores = chance(0.8) ? porous() : "";
-  yaml += pores + sometimes(0.25, [&] { return regions(thickness, pores); });
+  yaml += pores + regions(thickness, pores);
 }
 
-/// One half of the last sheet or both, cut through its middle: each has a triangle at least.
 std::string SceneDraw::regions(double thickness, const std::string& pores) {
+  if (narrow_) return "";
+  std::swap(random_, patches_);
+  const std::string drawn = chance(0.25) ? halves(thickness, pores) : "";
+  std::swap(random_, patches_);
+  return drawn;
+}
+
+std::string SceneDraw::halves(double thickness, const std::string& pores) {
   std::string yaml = "    regions:\n";
   const std::size_t from = drawn_.yaml.rfind("position: [") + 11;
   const std::string middle = drawn_.yaml.substr(from, drawn_.yaml.find(',', from) - from);

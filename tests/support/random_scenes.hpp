@@ -19,9 +19,13 @@ struct RandomScene {
 
 class SceneDraw {
  public:
-  /// `narrow`: without wind, spins, slip, adhesion of bodies, keyed values, sample_spacing and time.mode error.
+  /// `narrow`: without wind, spins, slip, adhesion of bodies, keyed values, sample_spacing, regions and time.mode error.
   explicit SceneDraw(std::uint64_t seed, bool narrow = false)
-      : random_(seed), more_(seed + 0x9e3779b97f4a7c15), dyes_(seed + 0x3c6ef372fe94f82a), narrow_(narrow) {}
+      : random_(seed),
+        more_(seed + 0x9e3779b97f4a7c15),
+        dyes_(seed + 0x3c6ef372fe94f82a),
+        patches_(seed + 0xdaa66d2c7ddf743f),
+        narrow_(narrow) {}
   RandomScene scene();
 
  private:
@@ -49,12 +53,15 @@ class SceneDraw {
   std::string concentration();
   std::string pins(int nx, int nz);
   std::string porous();
+  /// By numbers of their own. `pores`: the cloth's key `porous`, if it has one.
   std::string regions(double thickness, const std::string& pores);
+  /// One half of the last sheet or both, cut through its middle: each has a triangle at least.
+  std::string halves(double thickness, const std::string& pores);
   void bodies();
   void air();
   std::string motion();
 
-  std::mt19937_64 random_, more_, dyes_;
+  std::mt19937_64 random_, more_, dyes_, patches_;
   bool narrow_;
   RandomScene drawn_;
   bool wild_ = false;                         // values anywhere in their ranges

@@ -4,7 +4,9 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <numbers>
 
 #include "irregular_sheet.hpp"
 #include "setup/cloth_mesh.hpp"
@@ -238,6 +240,72 @@ TEST(region_wicking, steady_flux_across_a_seam_is_that_of_layers_in_series) {
       report({name + ": saturation at the seam", "continuous, by the same flux", found.saturation, 0.02, "1"});
     }
   books.print("two fabrics with a seam across the flow");
+}
+
+namespace {
+
+/// The slowest wave of two closed layers of 5 cm: cos(k₁x) from one end, cos(k₂x) from the other, with D₁k₁² = D₂k₂² and one
+/// saturation and flux where they meet.
+struct SlowestWave {
+  static constexpr double length = 0.05;
+  double k[2], amplitude[2], rate;  // 1/m, 1, 1/s
+
+  /// Of the left and the right layer: D, m²/s, and (1 − Φ) τ D. The right one conducts less, and D₁ is 4 D₂ at most.
+  SlowestWave(const std::array<double, 2>& d, const std::array<double, 2>& conductivity) {
+    const double share = std::sqrt(d[1] / d[0]);
+    double low = std::numbers::pi / 2 / length, high = std::numbers::pi / length;
+    for (int n = 0; n < 200; ++n) {
+      const double mid = 0.5 * (low + high), other = share * mid;
+      const double flux =
+          conductivity[0] * other * std::tan(other * length) + conductivity[1] * mid * std::tan(mid * length);
+      (flux < 0 ? low : high) = mid;
+    }
+    k[0] = share * low;
+    k[1] = low;
+    amplitude[0] = 1;
+    amplitude[1] = std::cos(k[0] * length) / std::cos(k[1] * length);
+    rate = d[1] * k[1] * k[1];
+  }
+  double at(double x) const {
+    return x < 0 ? amplitude[0] * std::cos(k[0] * (x + length)) : amplitude[1] * std::cos(k[1] * (length - x));
+  }
+};
+
+}  // namespace
+
+/// That it decays at its rate takes both conductances and both capacities.
+TEST(region_wicking, the_slowest_wave_decays_as_in_two_layers) {
+  constexpr std::array<double, 2> d{2e-4, 5e-5}, thickness{0.001, 0.003}, solid{0.4, 0.7};
+  std::array<double, 2> conductivity{};
+  for (std::size_t k = 0; k < 2; ++k) conductivity[k] = (1 - solid[k]) * thickness[k] * d[k];
+  const SlowestWave wave(d, conductivity);
+  Books books;
+  const TempFolder folder;
+  const std::string file =
+      fmt::format("{{file: \"{}\"}}", write_halves(folder, irregular_strip(-0.05, 0.05, 0.02, 0.0025, 3)));
+  for (const bool even : {true, false}) {
+    const std::string keys = fmt::format(
+        "    thickness: {}\n    regions: [{{{}, thickness: {}, porous: {{diffusivity: {}, solid_fraction: {}}}}}]\n",
+        thickness[0], even ? right_half : "group: right", thickness[1], d[1], solid[1]);
+    Watched run(still_cloth(even ? "{grid: {size: [0.1, 0.02], nodes: [41, 9]}}" : file, 0.02,
+                            fmt::format("diffusivity: {}, solid_fraction: {}", d[0], solid[0]), keys),
+                books);
+    run.start_from([&](const Vec3& x) { return 0.5 + 0.15 * wave.at(x[0]); });
+    const auto size = [&] {
+      double sum = 0;
+      for (std::size_t n = 0; n < run.nodes(); ++n)
+        sum += run.capacity(n) * wave.at(run.place(n)[0]) * (run.saturation(n) - 0.5);
+      return sum;
+    };
+    const double before = size(), time = std::round(1 / wave.rate / 0.02) * 0.02;
+    run.steps(static_cast<int>(std::lround(time / 0.02)));
+    const double rate = std::log(before / size()) / time;
+    std::printf("slowest wave of two layers: %.6f 1/s, in theory %.6f\n", rate, wave.rate);
+    report({fmt::format("two fabrics, closed, {}: rate at which the slowest wave decays",
+                        even ? "grid with a box" : "irregular mesh with a group"),
+            "eigenvalue of two layers", std::fabs(rate / wave.rate - 1), 0.02, "1"});
+  }
+  books.print("two closed fabrics");
 }
 
 /// Without gravity the pressure is one at rest, and so is the saturation, whatever each fabric can hold.
