@@ -18,7 +18,7 @@ struct Passage {
 
 Passage passage(const ReferenceState& state, Index i, Index j, double saturation, double dt) {
   const ClothMaterial& cloth = state.model.material_of_sample(j);
-  const double flux = state.s.sample_flux[j];
+  const double flux = state.sample_passing[j];
   const Eigen::Vector3d away = vec(state.s.fluid_position[i]) - sample_position(state, j);
   const bool upstream = is_driven(state, j) && flux * away.dot(sample_normal(state, j)) < 0;
   if (!upstream) return {0, cloth.entry_potential == 0};

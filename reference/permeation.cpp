@@ -35,15 +35,25 @@ Surroundings around(const ReferenceState& state, Index p) {
 /// How much of a side counts as air, 1.
 double air_share(double filled) { return std::max(0.0, 1 - filled / full_side); }
 
-/// What drives liquid along the normal, m²/s²: the load where one side is free, the difference of potentials, beyond what a spacing
-/// of liquid makes, where both are covered.
-double drive_of(const Surroundings& liquid, double half_thickness, double unresolved) {
+/// How far both sides are covered, 0 to 1.
+double covered_share(const Surroundings& liquid) {
   const double less = std::min(liquid.filled[0], liquid.filled[1]);
-  const double covered = std::clamp((less - full_side) / (covered_side - full_side), 0.0, 1.0);
+  return std::clamp((less - full_side) / (covered_side - full_side), 0.0, 1.0);
+}
+
+/// What drives liquid along the normal, m²/s²: the load where one side is free, the difference of potentials where both are
+/// covered.
+double drive_of(const Surroundings& liquid, double half_thickness) {
+  const double covered = covered_share(liquid);
   const double load = liquid.load + half_thickness * (air_share(liquid.filled[0]) + air_share(liquid.filled[1]));
   if (covered == 0) return load;
   const double drop = liquid.potential[0] / liquid.filled[0] - liquid.potential[1] / liquid.filled[1];
-  return (1 - covered) * load + covered * std::copysign(std::max(0.0, std::fabs(drop) - unresolved), drop);
+  return (1 - covered) * load + covered * drop;
+}
+
+/// What of a flux is beyond another one.
+double beyond(double flux, double unresolved) {
+  return std::copysign(std::max(0.0, std::fabs(flux) - unresolved), flux);
 }
 
 }  // namespace
@@ -52,16 +62,18 @@ void permeation(ReferenceState& state, const StepInfo& info, StepReport&) {
   const Model& m = state.model;
   const Eigen::Vector3d g = vec(m.scene.gravity);
   state.sample_supply.assign(m.samples.count(), 0.0);
+  state.sample_passing.assign(m.samples.count(), 0.0);
   for (Index p = 0; p < m.samples.count(); ++p) {
     const ClothMaterial& cloth = m.material_of_sample(p);
     if (!(cloth.conductance > 0)) continue;
     const Surroundings liquid = around(state, p);
     const Eigen::Vector3d n = sample_normal(state, p);
-    const double now = cloth.conductance * drive_of(liquid, 0.5 * cloth.thickness * g.dot(n), m.spacing * g.norm());
+    const double now = cloth.conductance * drive_of(liquid, 0.5 * cloth.thickness * g.dot(n));
     double& flux = state.s.sample_flux[p];
     flux += info.dt / (info.dt + cloth.emission_ramp) * (now - flux);
     const double upstream = liquid.filled[flux > 0 ? 0 : 1];
     if (upstream == 0) flux = 0;
+    state.sample_passing[p] = beyond(flux, covered_share(liquid) * cloth.conductance * m.spacing * g.norm());
     if (is_driven(state, p)) {
       state.s.sample_flow_direction[p] = arr((flux > 0 ? 1 : -1) / 1.001 * n);
       state.sample_supply[p] = std::max(upstream, full_side);

@@ -169,7 +169,7 @@ bool is_permeable(const ReferenceState& state, Index p) {
 bool is_driven(const ReferenceState& state, Index p) {
   if (!is_permeable(state, p)) return false;
   const ClothMaterial& cloth = state.model.material_of_sample(p);
-  return std::fabs(state.s.sample_flux[p]) > cloth.conductance * cloth.entry_potential;
+  return std::fabs(state.sample_passing[p]) > cloth.conductance * cloth.entry_potential;
 }
 
 bool same_layer(const ReferenceState& state, Index p, Index q) {

@@ -196,7 +196,8 @@ void run_stage_from(Backend& backend, const Model& model, Stage stage, const Hos
   backend.upload(before);
   if (stage > Stage::porous_neighbors) {
     if (model.meets_porous() || model.has_diffusion()) backend.run(Stage::porous_neighbors, info, report);
-    if (stage == Stage::absorption && model.has_permeation()) backend.run(Stage::permeation, info, report);
+    const bool passes = stage == Stage::absorption || stage == Stage::emission;
+    if (passes && model.has_permeation()) backend.run(Stage::permeation, info, report);
   } else if (stage > Stage::neighbors && stage <= Stage::advection && model.has_fluid()) {
     backend.run(Stage::neighbors, info, report);
     if (stage > Stage::density) backend.run(Stage::density, info, report);

@@ -6,6 +6,7 @@
 // Reads:  node_position, fluid_position (m), fluid_mass (quanta), fluid_kappa_density, fluid_kappa_divergence (m²/s²),
 //         fluid_density_ratio (1), sample_volume (m³), list fluid→sample (sample→fluid).
 //         The running mean goes on from sample_flux (m/s).
-// Writes: sample_flux, sample_flow_direction (1) of permeable cloth; within the step Σ V W upstream of each sample.
+// Writes: sample_flux, sample_flow_direction (1) of permeable cloth; within the step what of the flux passes (m/s) and
+//         Σ V W upstream of each sample.
 // Exact:  sums over liquid are 64-bit integers.
 // Errors: none.

@@ -255,7 +255,7 @@ TEST(only_what_is_needed, only_liquid_with_a_solute_has_kernels_and_arrays_for_i
 }
 
 TEST(only_what_is_needed, pressure_drives_liquid_through_only_where_asked_for) {
-  const std::initializer_list<const char*> label = {"permeation", "absorption::pull", "sample_flux"};
+  const std::initializer_list<const char*> label = {"permeation", "absorption::pull", "sample_flux", "sample_passing"};
   const std::string scene = with(wet_scene(), "porous: {", "porous: {permeability: 1.0e-9, ");
   {
     const Watch watch(wet_scene());
@@ -264,7 +264,7 @@ TEST(only_what_is_needed, pressure_drives_liquid_through_only_where_asked_for) {
   {
     const Watch watch(scene);
     EXPECT_EQ(containing(launched, {"drench::permeation::", "drench::absorption::pull"}), 4) << "clear, sides, drive, pull";
-    EXPECT_EQ(containing(allocated, label), 4) << "sides, supply, pull, the flux";
+    EXPECT_EQ(containing(allocated, label), 5) << "sides, supply, pull, the flux and what passes";
   }
   for (const char* process : {"direction", "absorption", "emission"}) {
     const Watch watch(with(scene, "output:", std::string("processes: {") + process + ": off}\noutput:"));
@@ -280,8 +280,8 @@ TEST(only_what_is_needed, liquid_and_cloth_dry_only_in_air) {
   }
   {
     const Watch watch(with(wet_scene(), "output:", "air: {}\noutput:"));
-    EXPECT_EQ(containing(launched, label), 6) << "colour, loss; clear, sides, open, nodes";
-    EXPECT_EQ(containing(allocated, label), 3) << "colour; sides, open";
+    EXPECT_EQ(containing(launched, label), 7) << "colour, normal, loss; clear, sides, open, nodes";
+    EXPECT_EQ(containing(allocated, label), 6) << "colour, number, solid, normal; sides, open";
   }
   {
     const Watch watch(with(wet_scene(), "output:", "air: {humidity: 1}\noutput:"));

@@ -92,6 +92,7 @@ struct Samples {
   Field<Real4> position_volume;     // x_b, m, and V_b, m³ (stage density)
   Field<Real4> normal_offset;       // ½ d n_b, m (stage density)
   Field<Real> row_load, row_bound;  // g_b, c_b of the Jacobi diagonal (stage density)
+  Field<Real> passing;              // m/s: what of the flux passes in this step (stage permeation)
 };
 
 /// One motion of pins in a step: a node moves from x⁰ by move + change (X0 − C), to offset + rotation (X0 − C).

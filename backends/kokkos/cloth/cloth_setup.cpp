@@ -211,7 +211,10 @@ void make_samples(const Model& m, Samples& s) {
     s.rest_position = to_device3("drench::sample_rest_position", set.rest_position);
     allocate_zeros(s.flow_direction, "drench::sample_flow_direction", samples);
   }
-  if (m.has_permeation()) allocate_zeros(s.flux, "drench::sample_flux", samples);
+  if (m.has_permeation()) {
+    allocate_zeros(s.flux, "drench::sample_flux", samples);
+    allocate_zeros(s.passing, "drench::sample_passing", samples);
+  }
   if (!m.counts_faces()) return;
   allocate_zeros(s.taken_front, "drench::sample_taken_front", samples);
   allocate_zeros(s.taken_back, "drench::sample_taken_back", samples);

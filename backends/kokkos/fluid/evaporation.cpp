@@ -2,26 +2,11 @@
 
 #include "core/drawn.hpp"
 #include "coupling/wall.hpp"
+#include "fluid/evaporation_law.hpp"
 #include "fluid/stages.hpp"
 
 namespace drench::kokkos_backend {
 namespace {
-
-constexpr Real flat_gradient = Real(0.1);  // 1/d: a mean ∇c/c below it is that of a particle within the liquid
-
-/// ∇c, 1/m, and c, 1.
-struct Colour {
-  Real3 gradient;
-  Real value = 0;
-  Index near = 0;  // that it is summed over
-
-  KOKKOS_INLINE_FUNCTION void add(const Kernel& kernel, Real volume, const Real3& r) {
-    const Real length = norm(r);
-    gradient += volume * kernel.grad_factor(length) * r;
-    value += volume * kernel.value(length);
-    ++near;
-  }
-};
 
 /// ∇c of the liquid and of all that it touches.
 struct ColourOf {
@@ -46,87 +31,129 @@ struct ColourOf {
         solids(bodies.boundary.count > 0),
         sheets(cloth.samples.count > 0) {}
 
-  KOKKOS_INLINE_FUNCTION Colour operator()(Index i) const {
+  KOKKOS_INLINE_FUNCTION laws::Colour operator()(Index i) const {
     const Real4 own = position(i);
-    Colour sum;
-    sum.value = own.w * kernel.value(0);
+    laws::Colour sum;
+    sum.number = kernel.value(0);
+    sum.liquid = own.w * sum.number;
     const NeighborRow near = liquid.row(i);
-    for (Index k = 0; k < near.count; ++k) sum.add(kernel, position(near(k)).w, own.xyz() - position(near(k)).xyz());
+    for (Index k = 0; k < near.count; ++k) {
+      const Real4 other = position(near(k));
+      sum.add_liquid(kernel, other.w, own.xyz() - other.xyz());
+    }
     if (solids) add_solids(i, own.xyz(), sum);
     if (sheets) add_sheets(i, own.xyz(), sum);
     return sum;
   }
 
  private:
-  KOKKOS_INLINE_FUNCTION void add_solids(Index i, const Real3& xi, Colour& sum) const {
+  KOKKOS_INLINE_FUNCTION void add_solids(Index i, const Real3& xi, laws::Colour& sum) const {
     const NeighborRow near = near_solids.row(i);
-    for (Index k = 0; k < near.count; ++k) sum.add(kernel, solid_volume(near(k)), xi - solid(near(k)));
+    for (Index k = 0; k < near.count; ++k) sum.add_solid(kernel, solid_volume(near(k)), xi - solid(near(k)));
   }
-  KOKKOS_INLINE_FUNCTION void add_sheets(Index i, const Real3& xi, Colour& sum) const {
+  KOKKOS_INLINE_FUNCTION void add_sheets(Index i, const Real3& xi, laws::Colour& sum) const {
     const NeighborRow near = near_sheets.row(i);
     for (Index k = 0; k < near.count; ++k) {
       const Real4 at = sheet(near(k));
-      sum.add(kernel, at.w, from_behind(xi - at.xyz(), offset(near(k)).xyz()));
+      sum.add_solid(kernel, at.w, from_behind(xi - at.xyz(), offset(near(k)).xyz()));
     }
   }
 };
 
-/// In `work.colour`; c = −1 of a particle that is alone: it is a drop by itself.
+/// In `work`; the number is −1 of a particle that is alone: it is a drop by itself.
 void find_colours(const Constants& constants, const Fluid& fluid, const NeighborLists& lists, const Bodies& bodies,
                   const Cloth& cloth, EvaporationWork& work) {
   make_room(work.colour, "drench::evaporation::colour", fluid.particles.capacity());
+  make_room(work.number, "drench::evaporation::number", fluid.particles.capacity());
+  make_room(work.solid, "drench::evaporation::solid", fluid.particles.capacity());
   const ColourOf colour_of(constants, fluid, lists, bodies, cloth);
   const Entries<Real4> colour = work.colour;
+  const Entries<Real> number = work.number, solid = work.solid;
   parallel(
       "drench::evaporation::colour", fluid.particles.count, KOKKOS_LAMBDA(const Index i) {
-        const Colour sum = colour_of(i);
-        colour(i) = {sum.gradient, sum.near > 0 ? sum.value : Real(-1)};
+        const laws::Colour sum = colour_of(i);
+        colour(i) = sum.of_room();
+        number(i) = sum.near > 0 ? sum.number : Real(-1);
+        solid(i) = sum.solid;
       });
   fluid.exchange.halo(work.colour);
+}
+
+laws::Surface surface_of(const Constants& constants) {
+  return {constants.kernel.kind, constants.model.spacing, constants.model.support};
+}
+
+/// The surface's normals, in `work`.
+void find_normals(const Constants& constants, const Fluid& fluid, const NeighborLists& lists, EvaporationWork& work) {
+  make_room(work.normal, "drench::evaporation::normal", fluid.particles.capacity());
+  const laws::Surface surface = surface_of(constants);
+  const Real inverse_h2 = constants.kernel.inverse_h * constants.kernel.inverse_h;
+  const Neighbors liquid(lists.fluid_fluid);
+  const Entries<const Real4> position = fluid.position_volume, colour = std::as_const(work).colour;
+  const Entries<Real4> normal = work.normal;
+  parallel(
+      "drench::evaporation::normal", fluid.particles.count, KOKKOS_LAMBDA(const Index i) {
+        const Real4 at = position(i), own = colour(i);
+        Real3 sum = at.w * own.xyz();
+        const NeighborRow near = liquid.row(i);
+        for (Index k = 0; k < near.count; ++k) {
+          const Real4 other = position(near(k));
+          const Real3 r = at.xyz() - other.xyz();
+          sum += other.w * (1 - dot(r, r) * inverse_h2) * colour(near(k)).xyz();
+        }
+        normal(i) = surface.normal(surface.smooth * sum, own.w);
+      });
+  fluid.exchange.halo(work.normal);
 }
 
 /// What a particle loses; all of it, in quanta.
 struct Evaporation {
   Kernel kernel;
-  Entries<const Real4> position, colour;
+  laws::Surface surface;
+  Entries<const Real4> position, colour, normal;
+  Entries<const Real> number, solid;
   Entries<const std::int64_t> id;
   Entries<Quanta> mass;
   Neighbors liquid;
   double rate;  // j Δt/q, quanta/m²
   Quanta least;
-  Real flat;  // 1/m
   std::int64_t step;
 
   Evaporation(const Constants& constants, Fluid& fluid, const NeighborLists& lists, const EvaporationWork& work,
               const StepInfo& info)
       : kernel(constants.kernel),
+        surface(surface_of(constants)),
         position(std::as_const(fluid).position_volume),
-        colour(std::as_const(work).colour),
+        colour(work.colour),
+        normal(work.normal),
+        number(work.number),
+        solid(work.solid),
         id(std::as_const(fluid).particles.id),
         mass(fluid.particles.mass),
         liquid(lists.fluid_fluid),
         rate(constants.model.evaporation_flux * info.dt / constants.quantum),
         least(constants.model.min_quanta),
-        flat(flat_gradient / constants.spacing),
         step(info.step) {}
 
   /// A_i, m².
-  KOKKOS_INLINE_FUNCTION double area(Index i) const {
-    const Real4 at = position(i), own = colour(i);
-    if (own.w < 0) return double(round_drop_area(at.w));
-    Real3 smooth = at.w * kernel.value(0) * own.xyz();
-    const NeighborRow near = liquid.row(i);
-    for (Index k = 0; k < near.count; ++k) {
-      const Real4 other = position(near(k));
-      smooth += other.w * kernel.value(norm(at.xyz() - other.xyz())) * colour(near(k)).xyz();
-    }
-    const Real length = norm(smooth), inwards = dot(own.xyz(), smooth);
-    return length < flat * own.w * own.w || !(inwards > 0) ? 0 : double(2 * at.w * inwards / length);
+  KOKKOS_INLINE_FUNCTION Real area(Index i) const {
+    const Real4 at = position(i), own = normal(i);
+    const Real drop = laws::round_drop_area(at.w);
+    if (number(i) < 0) return drop;
+    const Real most = surface.most(number(i), solid(i)), small = drop < most ? drop : most;
+    const Real filled = surface.full * number(i) + solid(i), thin = surface.thin(filled);
+    if (!(own.w > 0)) return thin * small;
+    const Real inwards = -dot(colour(i).xyz(), own.xyz()), steep = inwards > 0 ? inwards : Real(0);
+    const Real rim = thin * surface.unexplained(filled, steep), loose = surface.loose(filled);
+    const Real flat = steep > 0 ? surface.flat_area(at.w, steep, mean_curvature(i, at.xyz(), own.xyz())) : Real(0);
+    const Real few = (rim > loose ? rim : loose) * small, bound = flat < most ? flat : most;
+    return own.w * (bound > few ? bound : few) + (1 - own.w) * thin * small;
   }
   KOKKOS_INLINE_FUNCTION void operator()(const Index i, Quanta& sum) const {
     const Quanta held = mass(i);
-    const double due = rate * area(i);
-    if (held <= 0 || !(due > 0)) return;
+    if (held <= 0) return;
+    const double due = rate * double(area(i));
+    if (!(due > 0)) return;
     const double u = drawn(id(i), step);
     Quanta gone = due < double(held) ? static_cast<Quanta>(Kokkos::floor(due + u)) : held;
     if (held - gone < least) gone = u * double(held) < due ? held : 0;
@@ -135,10 +162,20 @@ struct Evaporation {
   }
 
  private:
-  /// (36 π)^⅓ V^⅔ of a volume in m³.
-  KOKKOS_INLINE_FUNCTION static Real round_drop_area(Real volume) {
-    const Real edge = Kokkos::cbrt(volume);
-    return Real(4.835975862049408) * edge * edge;
+  /// H, 1/m: by least squares, of n_j − n_i = H r_t along the surface.
+  KOKKOS_INLINE_FUNCTION Real mean_curvature(Index i, const Real3& x, const Real3& n) const {
+    const NeighborRow near = liquid.row(i);
+    Real turned = 0, square = 0;
+    for (Index k = 0; k < near.count; ++k) {
+      const Real4 of_other = normal(near(k));
+      if (!(of_other.w > 0)) continue;
+      const Real4 other = position(near(k));
+      const Real3 r = other.xyz() - x, along = r - dot(n, r) * n;
+      const Real weight = other.w * kernel.value(norm(r));
+      turned += weight * dot(of_other.xyz() - n, along);
+      square += weight * dot(along, along);
+    }
+    return square > 0 ? turned / square : Real(0);
   }
 };
 
@@ -148,6 +185,7 @@ void evaporation(const Constants& constants, Fluid& fluid, const NeighborLists& 
                  const Cloth& cloth, EvaporationWork& work, Accounts& accounts, const StepInfo& info) {
   if (fluid.particles.total == 0) return;
   find_colours(constants, fluid, lists, bodies, cloth, work);
+  find_normals(constants, fluid, lists, work);
   Quanta gone = 0;
   Kokkos::parallel_reduce("drench::evaporation::loss", range(fluid.particles.count),
                           Evaporation(constants, fluid, lists, work, info), gone);
@@ -157,7 +195,8 @@ void evaporation(const Constants& constants, Fluid& fluid, const NeighborLists& 
 
 MemoryEstimate evaporation_bytes(const Sizing& s) {
   MemoryEstimate sum;
-  if (s.size.evaporation && s.size.liquid) sum.particles = particle_room(s) * 4 * s.real;  // colour
+  if (s.size.evaporation && s.size.liquid)
+    sum.particles = particle_room(s) * 10 * s.real;  // colour, number, solid, normal
   return sum;
 }
 

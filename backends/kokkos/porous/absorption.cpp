@@ -44,12 +44,12 @@ void prepare_pull(const Constants& constants, const Cloth& cloth, const Permeati
   const Entries<Real4> pull = work.pull;
   const Entries<const Real4> position_saturation = std::as_const(work).position_saturation;
   const Entries<const Real3> normal = cloth.samples.normal;
-  const Entries<const Real> flux = cloth.samples.flux, area = cloth.samples.area, supply = permeation.supply;
+  const Entries<const Real> passing = cloth.samples.passing, area = cloth.samples.area, supply = permeation.supply;
   const Materials materials = sample_materials(cloth);
   const Real density = constants.rest_density;
   parallel(
       "drench::absorption::pull", cloth.samples.count, KOKKOS_LAMBDA(const Index p) {
-        const Real u = flux(p);
+        const Real u = passing(p);
         if (!laws::is_open(u, materials(p).conductance, materials(p).entry_potential)) {
           pull(p) = {Real3{}, 0};
           return;

@@ -28,11 +28,11 @@ inline Entries<const Real3> leaving_directions(const Cloth& cloth, const Emissio
 
 /// Samples that pressure drives liquid through (stage permeation); none without permeable cloth.
 struct Driven {
-  Entries<const Real> flux;
+  Entries<const Real> passing;
   Materials materials;
-  explicit Driven(const Cloth& cloth) : flux(cloth.samples.flux), materials(sample_materials(cloth)) {}
+  explicit Driven(const Cloth& cloth) : passing(cloth.samples.passing), materials(sample_materials(cloth)) {}
   KOKKOS_INLINE_FUNCTION bool operator()(Index p) const {
-    return flux.exist() && laws::is_open(flux(p), materials(p).conductance, materials(p).entry_potential);
+    return passing.exist() && laws::is_open(passing(p), materials(p).conductance, materials(p).entry_potential);
   }
 };
 

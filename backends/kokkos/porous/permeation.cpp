@@ -58,10 +58,10 @@ void sum_sides(const Constants& constants, const Fluid& fluid, const NeighborLis
   fluid.exchange.add_up(work.sides, 5 * cloth.samples.count);
 }
 
-/// u_p, its direction and the supply.
+/// u_p, what of it passes, its direction and the supply.
 void drive(const Constants& constants, Cloth& cloth, PermeationWork& work, double dt) {
   const Entries<const std::int64_t> sides = std::as_const(work).sides;
-  const Entries<Real> flux = cloth.samples.flux, supply = work.supply;
+  const Entries<Real> flux = cloth.samples.flux, passing = cloth.samples.passing, supply = work.supply;
   const Entries<Real3> direction = cloth.samples.flow_direction;
   const Entries<const Real3> normal = cloth.samples.normal;
   const Materials materials = sample_materials(cloth);
@@ -78,11 +78,12 @@ void drive(const Constants& constants, Cloth& cloth, PermeationWork& work, doubl
           liquid.potential[side] = double(sides(5 * p + 2 * side + 1)) / potential_units;
         }
         liquid.load = double(sides(5 * p + 4)) / potential_units;
-        const double now = double(m.conductance) * liquid.drive(0.5 * double(m.thickness) * double(dot(gravity, n)), unresolved);
+        const double now = double(m.conductance) * liquid.drive(0.5 * double(m.thickness) * double(dot(gravity, n)));
         const double before = double(flux(p)), mean = before + dt / (dt + double(m.emission_ramp)) * (now - before);
         const double upstream = liquid.filled[mean > 0 ? 0 : 1];
-        const Real u = upstream > 0 ? Real(mean) : Real(0);
-        flux(p) = u;
+        flux(p) = upstream > 0 ? Real(mean) : Real(0);
+        const Real u = Real(laws::beyond(double(flux(p)), liquid.covered() * double(m.conductance) * unresolved));
+        passing(p) = u;
         if (laws::is_open(u, m.conductance, m.entry_potential)) {
           direction(p) = Real(u > 0 ? 1 / 1.001 : -1 / 1.001) * n;
           supply(p) = Real(upstream > laws::full_side ? upstream : laws::full_side);
@@ -107,8 +108,8 @@ void permeation(const Constants& constants, const Fluid& fluid, const NeighborLi
 
 MemoryEstimate permeation_bytes(const Sizing& s) {
   MemoryEstimate sum;
-  if (s.size.permeation)  // sides, supply; pull of absorption
-    sum.cloth = s.size.samples * (5 * sizeof(std::int64_t) + 5 * s.real);
+  if (s.size.permeation)  // sides, supply; what passes; pull of absorption
+    sum.cloth = s.size.samples * (5 * sizeof(std::int64_t) + 6 * s.real);
   return sum;
 }
 

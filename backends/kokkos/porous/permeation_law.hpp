@@ -19,18 +19,24 @@ struct Surroundings {
   double filled[2], potential[2];  // Σ V W, 1; Σ V W φ, m²/s²
   double load;                     // m²/s², along the normal
 
-  /// What drives liquid along the normal, m²/s²: the load where one side is free, the difference of potentials where both are
-  /// covered, beyond `unresolved`. `weight` is gravity along the normal times half of the thickness.
-  KOKKOS_INLINE_FUNCTION double drive(double weight, double unresolved) const {
+  /// How far both sides are covered, 0 to 1.
+  KOKKOS_INLINE_FUNCTION double covered() const {
     const double less = filled[0] < filled[1] ? filled[0] : filled[1];
-    const double free = load + weight * (air_share(filled[0]) + air_share(filled[1]));
-    if (less <= full_side) return free;
-    const double covered = less < covered_side ? (less - full_side) / (covered_side - full_side) : 1;
-    const double drop = potential[0] / filled[0] - potential[1] / filled[1];
-    const double beyond = drop > unresolved ? drop - unresolved : drop < -unresolved ? drop + unresolved : 0;
-    return (1 - covered) * free + covered * beyond;
+    return less <= full_side ? 0 : less < covered_side ? (less - full_side) / (covered_side - full_side) : 1;
+  }
+  /// What drives liquid along the normal, m²/s²: the load where one side is free, the difference of potentials where both are
+  /// covered. `weight` is gravity along the normal times half of the thickness.
+  KOKKOS_INLINE_FUNCTION double drive(double weight) const {
+    const double free = load + weight * (air_share(filled[0]) + air_share(filled[1])), share = covered();
+    if (share == 0) return free;
+    return (1 - share) * free + share * (potential[0] / filled[0] - potential[1] / filled[1]);
   }
 };
+
+/// What of a flux is beyond `unresolved`, both in m/s.
+KOKKOS_INLINE_FUNCTION double beyond(double flux, double unresolved) {
+  return flux > unresolved ? flux - unresolved : flux < -unresolved ? flux + unresolved : 0;
+}
 
 /// Is a flux (m/s) beyond what the breakthrough pressure holds back?
 KOKKOS_INLINE_FUNCTION bool is_open(Real flux, Real conductance, Real entry_potential) {
