@@ -59,14 +59,13 @@ std::vector<double> row_bounds(const ReferenceState& state, const Vectors& sampl
   return bound;
 }
 
-/// L_i: by how much the liquid's gradient along walls that do not answer adds to its acceleration, 1.
+/// L_i: by how much the liquid's gradient along solids adds to its acceleration, 1.
 Eigen::Matrix3d wall_gain(const ReferenceState& state, Index i) {
   const Smoothing w(state.model);
   Vector3d sum = Vector3d::Zero();
   double lengths = 0;
   Eigen::Matrix3d wall = Eigen::Matrix3d::Zero();  // M
   for (const Index b : state.fluid_boundary[i]) {
-    if (state.model.bodies[state.model.boundary.body[b]].dynamic) continue;
     const Vector3d r = vec(state.s.fluid_position[i]) - vec(state.s.boundary_position[b]);
     const Vector3d term = state.s.boundary_volume[b] * w.gradient(r);
     sum += wall_share * term;

@@ -4,11 +4,17 @@
 #include <algorithm>
 #include <cmath>
 
-#include "common.hpp"
+#include "rigid_bodies.hpp"
 
 namespace drench::reference {
 
 namespace {
+
+Vectors times(double factor, const Vectors& values) {
+  Vectors scaled;
+  for (const Eigen::Vector3d& a : values) scaled.push_back(factor * a);
+  return scaled;
+}
 
 /// s of docs/theory/liquid.md, Eq. 20a; `change` is what κ does to the liquid's velocities.
 double start_scale(const ReferenceState& state, const std::vector<double>& kappa, const std::vector<bool>& active,
@@ -37,12 +43,14 @@ SolveResult solve_pressure(ReferenceState& state, std::vector<double>& kappa, co
   }
   bool judged = false;
   double relaxation = state.model.relaxation, theta = 1, best = 1e300, before = 1e300;
+  Vectors start;  // what the first κ does to the liquid's velocities
   Iterates volume(kappa), contact(std::vector<double>(count, 0.0));  // κ and λ
   while (true) {
     ++result.iterations;
     const PressureResponse response = pressure_response(state, volume.pressure, contact.pressure);
     Vectors fluid;
     for (Index i = 0; i < count; ++i) fluid.push_back(vec(state.s.fluid_velocity[i]) + dt * response.fluid[i]);
+    if (!judged) push_bodies_back(state, start = times(dt, response.fluid));
     respond_bodies(state, volume.pressure, dt);
     const Vectors nodes = cloth.velocities(response.node_force);
     const std::vector<double> rate = density_rate(state, fluid, nodes);
@@ -69,8 +77,7 @@ SolveResult solve_pressure(ReferenceState& state, std::vector<double>& kappa, co
       judged = true;
       result.start = (residual + complementarity) / count / tolerance;
       if (state.model.scales_start(last_start)) {
-        Vectors change;
-        for (const Eigen::Vector3d& a : response.fluid) change.push_back(dt * a);
+        const Vectors change = times(dt, response.fluid);
         const double scale = start_scale(state, volume.pressure, active, change, rate, dt, residuals);
         for (double& k : volume.pressure) k *= scale;
         volume.last = volume.pressure;
@@ -86,6 +93,9 @@ SolveResult solve_pressure(ReferenceState& state, std::vector<double>& kappa, co
       for (Index i = 0; i < count; ++i) state.s.fluid_velocity[i] = arr(fluid[i]);
       cloth.accept(state, response.node_force);
       accept_bodies(state, kappa, dt);
+      Vectors more = times(dt, response.fluid);  // than at the start
+      for (Index i = 0; i < count; ++i) more[i] -= start[i];
+      push_bodies_back(state, more);
       return result;
     }
     const double size = (residual + complementarity) / count;

@@ -154,6 +154,40 @@ void accept_bodies(ReferenceState& state, const std::vector<double>& kappa, doub
   if (state.model.has_dynamic_body()) accelerate_bodies(state, body_pressure_forces(state, kappa), dt);
 }
 
+void push_bodies_back(ReferenceState& state, const Vectors& change) {
+  const Model& m = state.model;
+  if (state.wall_gain.empty() || !m.has_dynamic_body()) return;
+  const Smoothing w(m);
+  Vectors impulse(m.bodies.size(), Vector3d::Zero()), turn = impulse;  // kg m/s, kg m²/s about the centres
+  for (Index i = 0; i < state.s.fluid_count(); ++i) {
+    const Vector3d x = vec(state.s.fluid_position[i]);
+    std::vector<double> share(m.bodies.size(), 0.0);
+    double all = 0;
+    for (const Index b : state.fluid_boundary[i]) {
+      const Vector3d r = x - vec(state.s.boundary_position[b]);
+      const double weight = -state.s.boundary_volume[b] * w.gradient(r).dot(r);
+      share[m.boundary.body[b]] += weight;
+      all += weight;
+    }
+    if (!(all > 0)) continue;
+    const Vector3d given = fluid_mass(state, i) * (change[i] - state.wall_gain[i].inverse() * change[i]);
+    for (std::size_t k = 0; k < m.bodies.size(); ++k) {
+      if (!m.bodies[k].dynamic || share[k] == 0) continue;
+      impulse[k] -= share[k] / all * given;
+      turn[k] -= share[k] / all * (x - vec(state.s.body_position[k])).cross(given);
+    }
+  }
+  for (Index k = 0; k < state.s.body_count(); ++k) {
+    const Body& body = m.bodies[static_cast<std::size_t>(k)];
+    if (!body.dynamic) continue;
+    Pose pose = pose_of(state.s, k);
+    pose.velocity += impulse[static_cast<std::size_t>(k)] / body.mass;
+    pose.spin += inertia(body, pose).inverse() * turn[static_cast<std::size_t>(k)];
+    set_pose(state.s, k, pose);
+  }
+  refresh_body_samples(state);
+}
+
 void add_body_rows(ReferenceState& state) {
   const Model& m = state.model;
   if (!m.has_dynamic_body()) return;

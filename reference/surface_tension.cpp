@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "common.hpp"
+#include "rigid_bodies.hpp"
 
 namespace drench::reference {
 namespace {
@@ -105,10 +105,14 @@ void surface_tension(ReferenceState& state, const StepInfo& info, StepReport&) {
       if (b.sheet >= 0) sample_force[b.sheet] -= f;
     }
   }
+  Vectors change(s.fluid_position.size(), Vector3d::Zero());
   for (Index i = 0; i < s.fluid_count(); ++i) {
     const double mass = fluid_mass(state, i);
-    if (mass > 0) s.fluid_velocity[i] = arr(vec(s.fluid_velocity[i]) + info.dt / mass * force[i]);
+    if (mass > 0) change[i] = info.dt / mass * force[i];
+    if (!state.wall_gain.empty()) change[i] = state.wall_gain[i] * change[i];
+    s.fluid_velocity[i] = arr(vec(s.fluid_velocity[i]) + change[i]);
   }
+  push_bodies_back(state, change);
   const Vectors node_force = spread_to_nodes(state, sample_force);
   for (Index n = 0; n < s.node_count(); ++n) {
     s.node_velocity[n] = arr(vec(s.node_velocity[n]) + info.dt * inverse_node_mass(state, n) * node_force[n]);

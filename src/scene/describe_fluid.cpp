@@ -100,7 +100,7 @@ void describe(Section& s, FluidScene& fluid) {
   s.remark("h / spacing");
   s.choice("wall_pressure", fluid.wall_pressure,
            {{"mirrored", WallPressure::mirrored}, {"extrapolated", WallPressure::extrapolated}},
-           "of solids that are not dynamic: the particle's own, or extrapolated along the wall by its gradient");
+           "of solids: the particle's own, or extrapolated along the wall by its gradient");
   s.optional(fluid.micropolar.present)
       .section("micropolar", fluid.micropolar,
                "particles spin and drive the flow: livelier swirls; without it there are no spins");

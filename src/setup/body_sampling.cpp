@@ -223,15 +223,17 @@ std::vector<Vec3> sample_mesh(const Body& body, double d, const Box& region, std
   return kept.points();
 }
 
-/// Settled liquid stands off a wall of samples by a little more than their distance from the surface. A dynamic body's lie
-/// that much deeper, so that it displaces its own volume (measured: tests/validation/buoyancy_test.cpp).
-constexpr double dynamic_depth = 0.67;  // of d
+/// Between mirrored walls a pool's pressure is too high, and a body floats too high. Samples that lie deeper make up for it
+/// (measured: tests/validation/buoyancy_test.cpp). With extrapolated walls neither is so.
+double first_depth(const Body& body, WallPressure walls) {
+  return body.dynamic && walls == WallPressure::mirrored ? 0.67 : 0.5;  // of d
+}
 
 }  // namespace
 
 /// Liquid of radius d/2 that touches the solid is one spacing away from the samples half a spacing inside it.
-Body sampled_surface(Body body, double d, int layer) {
-  const double depth = ((body.dynamic ? dynamic_depth : 0.5) + layer) * d;
+Body sampled_surface(Body body, double d, WallPressure walls, int layer) {
+  const double depth = (first_depth(body, walls) + layer) * d;
   switch (body.kind) {
     case BodyScene::Kind::box:
       for (std::size_t a = 0; a < 3; ++a) {
@@ -335,8 +337,8 @@ int body_layers(const Body& body, double spacing, double support) {
   return static_cast<int>(std::max(1.0, std::min(wanted, fitting)));
 }
 
-double expected_body_samples(const Body& solid, double spacing, const Box& region, int layer) {
-  const Body body = sampled_surface(solid, spacing, layer);
+double expected_body_samples(const Body& solid, double spacing, WallPressure walls, const Box& region, int layer) {
+  const Body body = sampled_surface(solid, spacing, walls, layer);
   switch (body.kind) {
     case BodyScene::Kind::box:
       return BoxLattice(body.box, region, spacing).count();
@@ -350,8 +352,8 @@ double expected_body_samples(const Body& solid, double spacing, const Box& regio
   return 0;
 }
 
-std::vector<Vec3> sample_body(const Body& solid, double spacing, const Box& region, int layer) {
-  const Body body = sampled_surface(solid, spacing, layer);
+std::vector<Vec3> sample_body(const Body& solid, double spacing, WallPressure walls, const Box& region, int layer) {
+  const Body body = sampled_surface(solid, spacing, walls, layer);
   switch (body.kind) {
     case BodyScene::Kind::box:
       return sample_box(BoxLattice(body.box, region, spacing));

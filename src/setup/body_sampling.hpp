@@ -14,7 +14,7 @@ inline constexpr double max_body_samples = 20e6;
 
 /// How many samples sample_body() makes, found without making them: exact for boxes and planes, of the whole surface
 /// for spheres, an estimate on the high side for meshes.
-double expected_body_samples(const Body& body, double spacing, const Box& region, int layer = 0);
+double expected_body_samples(const Body& body, double spacing, WallPressure walls, const Box& region, int layer = 0);
 
 /// The steps of the lattice that a plane is sampled on, m.
 std::array<Vec3, 2> plane_lattice(const Body& body, double spacing);
@@ -25,12 +25,13 @@ std::array<Vec3, 2> plane_lattice(const Body& body, double spacing);
 Box sampled_region(const Body& body, const Box& region, double duration, int layer = 0);
 
 /// The samples of one body within `region`, in an order that depends on the arguments alone: d/2 inside the solid (dynamic bodies
-/// 0.67 d), on the surface of meshes that are not closed. Each shape has a pattern of its own (body_sampling.cpp).
-std::vector<Vec3> sample_body(const Body& body, double spacing, const Box& region, int layer = 0);
+/// between mirrored walls 0.67 d), on the surface of meshes that are not closed. Each shape has a pattern of its own
+/// (body_sampling.cpp).
+std::vector<Vec3> sample_body(const Body& body, double spacing, WallPressure walls, const Box& region, int layer = 0);
 
-/// The body whose surface the samples of a layer lie on: half a spacing inside the solid (dynamic bodies 0.67 d), each further layer
-/// d deeper. Closed meshes sink each sample instead.
-Body sampled_surface(Body body, double d, int layer);
+/// The body whose surface the samples of a layer lie on: half a spacing inside the solid (dynamic bodies between mirrored walls
+/// 0.67 d), each further layer d deeper. Closed meshes sink each sample instead.
+Body sampled_surface(Body body, double d, WallPressure walls, int layer);
 
 /// Of a mesh's samples: the triangles that they lie in; −1 of a vertex without one.
 std::vector<Index> triangles_of_samples(const Body& body, double spacing, const Box& region);

@@ -119,7 +119,7 @@ SetupSize expected_size(const Model& m) {
   for (std::size_t b = 0; b < m.bodies.size(); ++b) {
     double samples = 0;
     for (int layer = 0; layer < body_layers(m.bodies[b], m.spacing, m.support); ++layer)
-      samples += expected_body_samples(m.bodies[b], m.spacing,
+      samples += expected_body_samples(m.bodies[b], m.spacing, m.scene.fluid.wall_pressure,
                                        sampled_region(m.bodies[b], region, m.scene.time.end, layer), layer);
     if (samples > max_body_samples) {
       throw SetupError(
@@ -136,6 +136,7 @@ SetupSize expected_size(const Model& m) {
 void sample_bodies(Setup& setup) {
   Model& m = setup.model;
   const Box region = wetted_region(m);
+  const WallPressure walls = m.scene.fluid.wall_pressure;
   for (std::size_t b = 0; b < m.bodies.size(); ++b) {
     Body& body = m.bodies[b];
     std::vector<Vec3> samples;
@@ -144,12 +145,12 @@ void sample_bodies(Setup& setup) {
       samples = bind_samples(body, m.spacing);
       for (const double volume : akinci_volumes(samples, m.support, m.scene.fluid.kernel))
         volumes.push_back(volume * m.layer_share);
-      if (m.has_slipping_body()) add_wall_planes(body, m.spacing, region, 0, samples, m.boundary);
+      if (m.has_slipping_body()) add_wall_planes(body, m.spacing, walls, region, 0, samples, m.boundary);
     }
     for (int layer = 0; layer < body_layers(body, m.spacing, m.support) && !body.deforms(); ++layer) {
       const Box within = sampled_region(body, region, m.scene.time.end, layer);
-      const std::vector<Vec3> more = sample_body(body, m.spacing, within, layer);
-      if (m.has_slipping_body()) add_wall_planes(body, m.spacing, within, layer, more, m.boundary);
+      const std::vector<Vec3> more = sample_body(body, m.spacing, walls, within, layer);
+      if (m.has_slipping_body()) add_wall_planes(body, m.spacing, walls, within, layer, more, m.boundary);
       // Each layer counts for one layer of liquid, and only its own samples share it.
       for (const double volume : akinci_volumes(more, m.support, m.scene.fluid.kernel))
         volumes.push_back(volume * m.layer_share);

@@ -50,8 +50,8 @@ WallPlane plane_of(const Body& body, const Body& layer, const Vec3& x) {
 
 }  // namespace
 
-void add_wall_planes(const Body& body, double spacing, const Box& region, int layer, const std::vector<Vec3>& samples,
-                     BoundarySet& set) {
+void add_wall_planes(const Body& body, double spacing, WallPressure walls, const Box& region, int layer,
+                     const std::vector<Vec3>& samples, BoundarySet& set) {
   const auto add = [&](const WallPlane& plane) {
     set.wall_normal.push_back(to_vec3(plane.normal));
     set.wall_depth.push_back(plane.depth);
@@ -62,7 +62,7 @@ void add_wall_planes(const Body& body, double spacing, const Box& region, int la
   } else if (body.kind == BodyScene::Kind::mesh && body.field.empty()) {
     for (const Index triangle : triangles_of_samples(body, spacing, region)) add({triangle_normal(body, triangle), 0});
   } else {
-    const Body surface = sampled_surface(body, spacing, layer);
+    const Body surface = sampled_surface(body, spacing, walls, layer);
     for (const Vec3& x : samples) add(plane_of(body, surface, x));
   }
 }

@@ -77,21 +77,6 @@ void warn_of_coarse_bodies(const Model& m, Lines& lines) {
   }
 }
 
-/// What extrapolated walls make worse (docs/design-notes/walls_and_sheets.md).
-void warn_of_extrapolated_walls(const Model& m, Lines& lines) {
-  if (!m.extrapolates_walls()) return;
-  const auto sticky = [](const Body& b) { return b.adhesion > 0; };
-  const auto floating = [](const Body& b) { return b.dynamic; };
-  if (m.any_body(sticky))
-    lines.emplace_back(
-        "fluid.wall_pressure extrapolated: drops spread too far on the solids that they stick to, the cosine of the contact "
-        "angle is up to 0.5 too large; adhesion is fitted to mirrored walls");
-  if (m.any_body(floating))
-    lines.emplace_back(
-        "fluid.wall_pressure extrapolated: bodies float a fifth of a spacing too deep, for they mirror the pressure; with "
-        "mirrored walls the errors cancel");
-}
-
 /// A floating body that starts in a solid (its centre, or a box's corners: src/stages/bodies.hpp, law 2) is stopped at once, and
 /// lifted by the energy (J) that the message names.
 void warn_of_bodies_in_solids(const Model& m, Lines& lines) {
@@ -325,7 +310,6 @@ std::vector<std::string> plan_warnings(const Model& model, const HostState& stat
   if (model.has_fluid()) {
     warn_of_domain(model, state, real_bytes, lines);
     warn_of_coarse_bodies(model, lines);
-    warn_of_extrapolated_walls(model, lines);
     warn_of_cloth_meshes(model, lines);
     warn_of_jets(model, state, lines);
   }

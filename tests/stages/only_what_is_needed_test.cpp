@@ -421,6 +421,17 @@ TEST(only_what_is_needed, extrapolation_and_a_steps_own_compression_only_where_a
     EXPECT_EQ(containing(launched, walls), 1);
     EXPECT_EQ(containing(allocated, walls), 2);  // its diagonal, its shear
   }
+  const std::initializer_list<const char*> reaction = {"wall_push", "wall_reaction", "body_couple", "body_ahead"};
+  const std::string floating = with(no_cloth, "bodies: [", "bodies: [{sphere: {center: [0.1, 0.2, 0.05], radius: 0.04, dynamic: true, density: 300}}, ");
+  {
+    const Watch watch(floating);
+    EXPECT_EQ(containing(launched, reaction) + containing(allocated, reaction), 0) << "between mirrors";
+  }
+  {
+    const Watch watch(with(floating, "spacing: 0.02,", "spacing: 0.02, wall_pressure: extrapolated,"));
+    EXPECT_EQ(containing(launched, reaction), 5) << "changes, gifts, impulses; kept at the start of a solve, taken off at its end";
+    EXPECT_EQ(containing(allocated, reaction), 3);
+  }
   {
     const Watch watch(with(wet_scene(), "min_iterations: 6", "min_iterations: 6, source_error: 0.2"));
     EXPECT_EQ(containing(launched, source), 2);

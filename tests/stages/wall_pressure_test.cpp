@@ -3,9 +3,12 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 
+#include "base/eigen_vec.hpp"
+#include "precision.hpp"
 #include "stage_compare.hpp"
 #include "states.hpp"
 
@@ -26,6 +29,10 @@ bodies:
           spin: {axis: [1, 1, 3], degrees_per_second: 60}}
 )";
 
+/// A drop that wets a plate and a body that floats in it.
+const std::string tension_scene = with(with(body_scene, "viscosity: 1.0e-3", "viscosity: 1.0e-3\n  surface_tension: 0.5"),
+                                       "inside: true}", "inside: true, adhesion: 0.3}");
+
 /// A cube of 12³ particles that fills its box but for the top, for one evaluation of the pressure.
 std::string cube(const std::string& walls) {
   return fmt::format(R"(drench: 1
@@ -39,6 +46,30 @@ fluid:
 bodies: [{{box: {{min: [0, 0, 0], max: [0.24, 0.5, 0.24], inside: true}}}}]
 )",
                      walls);
+}
+
+/// Of the liquid and of the body, and the sums of the magnitudes of the liquid's terms.
+struct Momenta {
+  Eigen::Vector3d linear = Eigen::Vector3d::Zero(), angular = linear;  // kg m/s, kg m²/s
+  double size = 0, moment = 0;
+};
+Momenta momenta(const Model& model, const HostState& s) {
+  Momenta p;
+  for (std::size_t i = 0; i < s.fluid_position.size(); ++i) {
+    const Eigen::Vector3d x = to_eigen(s.fluid_position[i]),
+                          mv = double(s.fluid_mass[i]) * model.quantum * to_eigen(s.fluid_velocity[i]);
+    p.linear += mv;
+    p.angular += x.cross(mv);
+    p.size += mv.norm();
+    p.moment += x.norm() * mv.norm();
+  }
+  const Body& body = model.bodies[0];
+  const Eigen::Vector3d v = body.mass * to_eigen(s.body_velocity[0]);
+  // At t = 0 the body's axes are the world's.
+  p.linear += v;
+  p.angular += to_eigen(s.body_position[0]).cross(v) +
+               to_eigen(body.inertia).cwiseProduct(to_eigen(s.body_angular_velocity[0]));
+  return p;
 }
 
 /// Mean upward acceleration in half the height, over that in the middle: of the particles at one wall, and in the edges.
@@ -76,6 +107,54 @@ TEST(wall_pressure, agrees_with_the_reference) {
         {.stage = stage, .scene = extrapolated(body_scene), .steps_before = 3, .changes = changes});
     compare_stage(
         {.stage = stage, .scene = extrapolated(wet_scene()), .steps_before = 40, .prepare = crowd, .changes = changes});
+  }
+}
+
+TEST(wall_pressure, moves_bodies_as_in_the_reference) {
+  for (const Stage stage : {Stage::divergence, Stage::pressure})
+    for (const char* field : {"body_velocity", "body_angular_velocity"})
+      compare_stage({.stage = stage, .scene = extrapolated(body_scene), .steps_before = 3, .changes = field});
+}
+
+TEST(wall_pressure, counts_for_surface_tension_as_in_the_reference) {
+  for (const char* field : {"fluid_velocity", "body_velocity", "body_angular_velocity"})
+    compare_stage_with_every_kernel(
+        {.stage = Stage::surface_tension, .scene = extrapolated(tension_scene), .steps_before = 3, .changes = field});
+  const std::string adhesion_alone = with(tension_scene, "surface_tension: 0.5", "surface_tension: 0");
+  compare_stage({.stage = Stage::surface_tension,
+                 .scene = extrapolated(adhesion_alone),
+                 .steps_before = 3,
+                 .changes = "fluid_velocity"});
+}
+
+// In a pool without a box nothing but the liquid and the body exchange momentum.
+TEST(wall_pressure, gives_to_the_liquid_what_bodies_lose) {
+  const drench::Setup setup = setup_from(extrapolated(R"(drench: 1
+time: {step: 0.002, end: 1}
+gravity: [0, 0, 0]
+fluid:
+  spacing: 0.02
+  surface_tension: 0.5
+  sources: [{block: {min: [0, 0, 0], max: [0.2, 0.2, 0.2]}}]
+bodies: [{box: {min: [0.06, 0.05, 0.07], max: [0.13, 0.12, 0.15], dynamic: true, density: 300, velocity: [0.4, 0.1, 0],
+                spin: {axis: [1, 2, 3], degrees_per_second: 200}}}]
+)"));
+  for (const auto& backend : {make_reference_backend(setup.model), make_kokkos_backend(setup.model)}) {
+    SCOPED_TRACE(backend->name());
+    backend->upload(setup.state);
+    StepReport report;
+    Momenta before = momenta(setup.model, setup.state);
+    for (const Stage stage :
+         {Stage::neighbors, Stage::density, Stage::divergence, Stage::surface_tension, Stage::pressure}) {
+      backend->run(stage, {0, 0, 0.002}, report);
+      const HostState s = backend->download();
+      const Momenta after = momenta(setup.model, s);
+      const double least = double_precision ? 1e-12 : 2e-6;
+      EXPECT_LE((after.linear - before.linear).norm(), least * after.size) << static_cast<int>(stage);
+      EXPECT_LE((after.angular - before.angular).norm(), least * after.moment) << static_cast<int>(stage);
+      before = after;
+    }
+    EXPECT_NE(backend->download().body_velocity[0], setup.state.body_velocity[0]);
   }
 }
 

@@ -53,6 +53,7 @@ struct DynamicSamples {
   Index count = 0;
   Field<Index> sample, owner;     // the number among all boundary samples, and the body's
   Field<Real3> position, force;   // m, N
+  Field<Real3> couple;            // kg m²/s, about the sample (coupling/wall_push.hpp)
   Field<Real3> predicted;         // per boundary sample: velocity in the pressure solves, m/s
   Field<Wrench> part, load;       // partial sums of the bodies' loads; one a body
   Field<Wrench> change;           // a body: what a viscous stage adds to its momenta
@@ -103,6 +104,8 @@ double fastest_body(const Bodies& bodies, double fall);
 
 /// The bodies' momenta change by keep · the last change + weight (s) · (dynamic.force and `gravity`, m/s²).
 void body_stage(Bodies& bodies, double keep, double weight, const Real3& gravity);
+/// The same with dynamic.load as it is.
+void move_by_load(Bodies& bodies, double keep, double weight, const Real3& gravity);
 
 /// boundary.velocity of the samples of dynamic bodies, from the bodies' velocities.
 void refresh_dynamic_samples(Bodies& bodies);

@@ -260,6 +260,10 @@ void refresh_dynamic_samples(Bodies& bodies) {
 void body_stage(Bodies& bodies, double keep, double weight, const Real3& gravity) {
   if (bodies.dynamic.count == 0) return;
   sum_sample_forces(bodies);
+  move_by_load(bodies, keep, weight, gravity);
+}
+
+void move_by_load(Bodies& bodies, double keep, double weight, const Real3& gravity) {
   const Entries<const RigidBody> constant = std::as_const(bodies).constant;
   const Entries<const Wrench> load = std::as_const(bodies).dynamic.load;
   const Entries<RigidState> state = bodies.state;

@@ -3,6 +3,7 @@
 
 #include <memory>
 
+#include "bodies/rigid.hpp"
 #include "particles/fluid.hpp"
 
 namespace drench::kokkos_backend {
@@ -17,6 +18,7 @@ struct PressureWork {
   Field<Real> contact_pressure;            // λ_i, m²/s²; these four only where liquid can touch sheets
   Field<Real> next_contact_pressure, last_contact_pressure;
   Field<Real> approach_rate;               // R'_i, 1/s
+  Field<Wrench> bodies_ahead;              // a body: the impulses of a solve's start (coupling/wall_push.hpp), kg m/s and kg m²/s
   // of the lean iterations (fluid/lean_pressure.hpp)
   Field<Real> liquid_rate;                 // the liquid's part of Dδ_i/Dt, 1/s
   Field<Real> other_kappa, other_contact_pressure;  // of the next iteration, m²/s²

@@ -17,6 +17,13 @@ KOKKOS_INLINE_FUNCTION Real3 product(const Real3& diagonal, const Real3& shear, 
           shear.y * a.x + shear.x * a.y + diagonal.z * a.z};
 }
 
+/// L⁻¹ a of the same.
+KOKKOS_INLINE_FUNCTION Real3 over_gain(const Real3& diagonal, const Real3& shear, const Real3& a) {
+  const Real3 x{diagonal.x, shear.z, shear.y}, y{shear.z, diagonal.y, shear.x}, z{shear.y, shear.x, diagonal.z};
+  const Real3 yz = cross(y, z), zx = cross(z, x), xy = cross(x, y);
+  return (1 / dot(x, yz)) * Real3{dot(yz, a), dot(zx, a), dot(xy, a)};
+}
+
 /// Vector (m) to a particle from a cloth sample as the particle's pressure sees it: r + ½ d n sign(r·n), r = x_i − x_b,
 /// `offset` = ½ d n with the unit normal n. The sample lies half a spacing behind the sheet's surface, as those of solids do:
 /// on the surface a sheet's kernel sum has no gradient, and would not push particles back.

@@ -9,6 +9,7 @@
 #include "coupling/body_response.hpp"
 #include "coupling/sheet_rows.hpp"
 #include "coupling/wall.hpp"
+#include "coupling/wall_push.hpp"
 #include "fluid/stages.hpp"
 #include "fluid/wall_gain.hpp"
 #include "particles/coincident_pairs.hpp"
@@ -314,6 +315,7 @@ MemoryEstimate density_bytes(const Sizing& s) {
   const bool extrapolates = s.size.scene.fluid.wall_pressure == WallPressure::extrapolated;
   if (s.size.boundary > 0 && extrapolates) particle += 6 * r;        // wall_gain
   if (s.size.samples > 0) particle += 5 * r;                         // contact
+  particle += wall_push_bytes(s);
   MemoryEstimate sum;
   sum.particles = particle_room(s) * particle;
   if (!(s.size.fluid > 0)) return sum;

@@ -5,6 +5,7 @@
 
 #include "coupling/body_response.hpp"
 #include "coupling/wall.hpp"
+#include "coupling/wall_push.hpp"
 #include "fluid/lean_pressure.hpp"
 
 namespace drench::kokkos_backend {
@@ -156,10 +157,32 @@ void predict_liquid(PressureSystem& system) {
   fluid.exchange.begin_halo(system.work.predicted);
 }
 
+namespace {
+
+/// Dynamic bodies get the reaction that they owe the liquid's predicted change of velocity; at the end of a solve what the
+/// start has not given.
+void push_bodies(PressureSystem& system, bool ends) {
+  if (!has_wall_push(system.constants, system.bodies)) return;
+  const Entries<Real3> push = room_for_wall_push(system.fluid);
+  const Entries<const Real3> v = std::as_const(system.fluid).particles.velocity;
+  const Entries<const Real4> predicted = std::as_const(system.work).predicted;
+  parallel(
+      "drench::pressure::wall_push", system.count(),
+      KOKKOS_LAMBDA(const Index i) { push(i) = predicted(i).xyz() - v(i); });
+  if (ends)
+    push_bodies_further(system.constants, system.lists, system.fluid, system.bodies, system.work.bodies_ahead);
+  else
+    push_bodies_ahead(system.constants, system.lists, system.fluid, system.bodies, system.work.bodies_ahead);
+}
+
+}  // namespace
+
 void apply_pressure(PressureSystem& system) {
   if constexpr (has_lean_pressure)
     if (system.lean) predict_lean_liquid(system);
   if (!system.lean) predict_liquid(system);
+  if (system.starts) push_bodies(system, false);
+  system.starts = false;
   if (system.has_cloth()) {
     const SheetLoad load{system.lists.sheet_rows, system.fluid.exchange, system.kappa,
                          system.touching ? &system.work.contact_pressure : nullptr};
@@ -209,11 +232,12 @@ SumUnderWay<IterationNorms> begin_full_update(const PressureSystem& system, cons
 void accept_pressure(PressureSystem& system) {
   if constexpr (has_lean_pressure)
     if (system.lean) finish_lean_pressure(system);
+  body_stage(system.bodies, 0, system.dt, Real3{});
+  push_bodies(system, true);
   const Entries<Real3> v = system.fluid.particles.velocity;
   const Entries<const Real4> predicted = std::as_const(system.work).predicted;
   parallel(
       "drench::pressure::accept", system.count(), KOKKOS_LAMBDA(const Index i) { v(i) = predicted(i).xyz(); });
-  body_stage(system.bodies, 0, system.dt, Real3{});
   if (!system.has_cloth()) return;
   if (system.elastic)
     system.elastic->accept();

@@ -23,6 +23,7 @@ struct PressureSystem {
   ElasticSheets* elastic = nullptr;  // the cloth inside the solve; null: nodes answer with their inertia alone
   bool lean = false;                 // iterates on what has changed since a full evaluation (fluid/lean_pressure.hpp)
   bool keep_liquid_rate = false;     // that evaluation is the next one
+  bool starts = true;                // no evaluation has been yet
 
   Index count() const { return fluid.particles.count; }
   /// Of all ranks.

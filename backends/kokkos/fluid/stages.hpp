@@ -56,7 +56,7 @@ struct SurfaceTensionWork {
   Field<Real3> normal;                        // n_i, 1
   Field<Real> body_adhesion, cloth_adhesion;  // A_b, Pa, per body and per cloth
 };
-void surface_tension(const Constants& constants, Fluid& fluid, const NeighborLists& lists, const Bodies& bodies,
+void surface_tension(const Constants& constants, Fluid& fluid, const NeighborLists& lists, Bodies& bodies,
                      Cloth& cloth, SurfaceTensionWork& work, const StepInfo& info);
 
 struct EvaporationWork {

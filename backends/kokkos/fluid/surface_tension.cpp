@@ -4,6 +4,7 @@
 
 #include "core/host_copy.hpp"
 #include "coupling/wall.hpp"
+#include "coupling/wall_push.hpp"
 #include "fluid/stages.hpp"
 #include "fluid/surface_tension_law.hpp"
 
@@ -111,14 +112,38 @@ void surface_normals(const Constants& constants, const Fluid& fluid, const Neigh
   fluid.exchange.halo(work.normal);
 }
 
-/// v_i += Δt Σ_j F_ij/m_i.
-void pull_liquid(const Constants& constants, Fluid& fluid, const NeighborLists& lists, const SurfaceTensionWork& work,
-                 Real dt) {
+/// How a particle takes up a change of its velocity: beside walls that extrapolate the pressure L_i times, as it does that of
+/// the pressure, which holds against these forces.
+struct Uptake {
+  Entries<const Real3> diagonal, shear;
+  Entries<Real3> velocity, push;
+  bool gains, pushes, adds;
+
+  /// `more`: beside what fluid.wall_gain.push has already.
+  Uptake(const Constants& constants, const Bodies& bodies, Fluid& fluid, bool more)
+      : diagonal(std::as_const(fluid).wall_gain.diagonal),
+        shear(std::as_const(fluid).wall_gain.shear),
+        velocity(fluid.particles.velocity),
+        gains(constants.model.extrapolates_walls()),
+        pushes(has_wall_push(constants, bodies)),
+        adds(more) {
+    if (pushes) push = room_for_wall_push(fluid);
+  }
+  KOKKOS_INLINE_FUNCTION void operator()(Index i, const Real3& change) const {
+    const Real3 gained = gains ? product(diagonal(i), shear(i), change) : change;
+    velocity(i) += gained;
+    if (pushes) push(i) = adds ? push(i) + gained : gained;
+  }
+};
+
+/// v_i += Δt L_i Σ_j F_ij/m_i.
+void pull_liquid(const Constants& constants, Fluid& fluid, const NeighborLists& lists, const Bodies& bodies,
+                 const SurfaceTensionWork& work, Real dt) {
   const Cohesion law(constants.kernel, constants.model.scene.fluid.surface_tension, constants.model.support);
   const Entries<const Real3> x = fluid.particles.position, normal = work.normal;
-  const Entries<Real3> v = fluid.particles.velocity;
   const Entries<const Real> volume = fluid.volume;
   const Neighbors list(lists.fluid_fluid);
+  const Uptake take(constants, bodies, fluid, false);
   const Real factor = dt / constants.rest_density;
   parallel(
       "drench::surface_tension::cohesion", fluid.particles.count, KOKKOS_LAMBDA(const Index i) {
@@ -130,19 +155,19 @@ void pull_liquid(const Constants& constants, Fluid& fluid, const NeighborLists& 
           const Real3 r = xi - x(j);
           f += volume(j) * law.pull(r, ni - normal(j)) * r;
         }
-        v(i) += factor * f;
+        take(i, factor * f);
       });
 }
 
-/// v_i += Δt Σ_b F_ib/m_i.
-void stick_to_walls(const Constants& constants, Fluid& fluid, const StickyWalls& walls, Real dt) {
+/// v_i += Δt L_i Σ_b F_ib/m_i.
+void stick_to_walls(const Constants& constants, Fluid& fluid, const Bodies& bodies, const StickyWalls& walls, Real dt) {
   const Entries<const Real3> x = fluid.particles.position;
-  const Entries<Real3> v = fluid.particles.velocity;
+  const Uptake take(constants, bodies, fluid, constants.model.scene.fluid.surface_tension > 0);
   const Real factor = dt / constants.rest_density;
   constexpr Real all = std::numeric_limits<Real>::max();
   parallel(
       "drench::surface_tension::adhesion", fluid.particles.count,
-      KOKKOS_LAMBDA(const Index i) { v(i) += factor * walls.pull(i, x(i), all); });
+      KOKKOS_LAMBDA(const Index i) { take(i, factor * walls.pull(i, x(i), all)); });
 }
 
 /// The reaction on the cloth's nodes.
@@ -183,7 +208,7 @@ MemoryEstimate surface_tension_bytes(const Sizing& s) {
   return sum;
 }
 
-void surface_tension(const Constants& constants, Fluid& fluid, const NeighborLists& lists, const Bodies& bodies,
+void surface_tension(const Constants& constants, Fluid& fluid, const NeighborLists& lists, Bodies& bodies,
                      Cloth& cloth, SurfaceTensionWork& work, const StepInfo& info) {
   if (fluid.particles.total == 0) return;
   allocate(constants, fluid, work);
@@ -191,10 +216,10 @@ void surface_tension(const Constants& constants, Fluid& fluid, const NeighborLis
   const StickyWalls walls(constants, lists, bodies, cloth, work);
   if (constants.model.scene.fluid.surface_tension > 0) {
     surface_normals(constants, fluid, lists, walls, work);
-    pull_liquid(constants, fluid, lists, work, dt);
+    pull_liquid(constants, fluid, lists, bodies, work, dt);
   }
-  if (!constants.model.has_adhesion()) return;
-  stick_to_walls(constants, fluid, walls, dt);
+  if (constants.model.has_adhesion()) stick_to_walls(constants, fluid, bodies, walls, dt);
+  if (has_wall_push(constants, bodies)) push_bodies_back(constants, lists, fluid, bodies);
   if (constants.model.has_sticky_cloth()) pull_cloth(constants, fluid, lists, cloth, work, dt);
 }
 

@@ -8,7 +8,7 @@ namespace {
 constexpr Real one_sided = Real(0.1);  // |s|² over S² from which walls lie on one side
 constexpr int terms = 4;               // of the series, beside 1
 
-/// Sums over the samples of walls that do not answer to pressure.
+/// Sums over the samples of solids.
 struct WallSum {
   Real3 gradient;         // s, 1/m
   Real lengths = 0;       // S, 1/m
@@ -41,9 +41,6 @@ void find_wall_gain(const Constants& constants, const NeighborLists& lists, cons
   const Kernel kernel = constants.kernel;
   const Entries<const Real3> x = fluid.particles.position, xb = bodies.boundary.position;
   const Entries<const Real> volume = bodies.boundary.volume;
-  const Entries<const Index> owner = bodies.boundary.body;
-  const Entries<const RigidBody> body = bodies.constant;
-  const bool has_dynamic = bodies.dynamic.count > 0;
   const Neighbors list(lists.fluid_boundary);
   const Entries<Real3> diagonal = fluid.wall_gain.diagonal, shear = fluid.wall_gain.shear;
   parallel(
@@ -52,7 +49,6 @@ void find_wall_gain(const Constants& constants, const NeighborLists& lists, cons
         const NeighborRow near = list.row(i);
         for (Index k = 0; k < near.count; ++k) {
           const Index b = near(k);
-          if (has_dynamic && body(owner(b)).dynamic) continue;
           const Real3 r = x(i) - xb(b);
           const Real length = norm(r);
           wall.add(r, length, volume(b) * kernel.grad_factor(length));

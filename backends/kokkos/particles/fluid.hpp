@@ -28,6 +28,7 @@ struct SheetContact {
 /// (docs/theory/walls_and_sheets.md); from stage density, only with such walls.
 struct WallGain {
   Field<Real3> diagonal, shear;  // xx yy zz; yz xz xy
+  Field<Real3> push;             // m/s: what the walls gave, over the sum of the samples' shares; only with dynamic bodies
 };
 
 struct Fluid {
