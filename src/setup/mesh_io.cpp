@@ -270,6 +270,7 @@ SurfaceMesh read_mesh(const std::string& file, const std::string& scene_path, Me
   const RawMesh raw = read_raw(file, scene_path);
   if (extras.groups) number_faces(raw.polygons);
   SurfaceMesh mesh = mesh_of(raw, file);
+  if (!extras.texture && !extras.groups) return mesh;
   const auto triangles = triangles_of(raw.polygons);
   if (extras.texture) mesh.texture = texture_of(triangles);
   if (extras.groups) mesh.groups = groups_of(triangles, face_names(find_file(file, scene_path)));
