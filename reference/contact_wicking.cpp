@@ -127,7 +127,7 @@ void wick_through(ReferenceState& state, const std::vector<LayerContact>& contac
     const double flux = flux_of(contact, saturation(contact.near_node, contact.near_weight),
                                 saturation(contact.far_node, contact.far_weight));
     inward[c] = flux > 0;
-    offer[c] = floor_quanta(std::abs(flux) * dt / state.model.quantum);
+    offer[c] = offered_quanta(std::abs(flux) * dt / state.model.quantum);
     if (offer[c] == 0) continue;
     for (int k = 0; k < 3; ++k) {
       (inward[c] ? in : out)[contact.near_node[k]] +=

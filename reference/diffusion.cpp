@@ -69,7 +69,7 @@ void exchange_once(ReferenceState& state, const std::vector<Pair>& pairs, double
     const double flux = pair.conductance * driven(held(pair.first), held(pair.second), pair.drop,
                                                   c.diffusion_exponent / c.retention_exponent);
     to_first[k] = flux > 0;
-    offer[k] = floor_quanta(std::abs(flux) * dt / (n * state.model.quantum));
+    offer[k] = offered_quanta(std::abs(flux) * dt / (n * state.model.quantum));
     out[to_first[k] ? pair.second : pair.first] += offer[k];
     in[to_first[k] ? pair.first : pair.second] += offer[k];
   }

@@ -2,6 +2,7 @@
 // Exact transfers of mass and momentum in the porous stages: integer quanta, and momentum in fixed point. Integer sums
 // do not depend on their order, so nothing is lost or gained.
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
@@ -18,6 +19,8 @@ inline constexpr double momentum_steps = 256;
 
 /// The largest integer that is not above x, which must fit into 64 bits.
 inline Quanta floor_quanta(double x) { return static_cast<Quanta>(std::floor(x)); }
+/// What a flow offers: at most 2⁵⁶, so that the offers of many add up. No node holds as much.
+inline Quanta offered_quanta(double x) { return floor_quanta(std::min(x, 0x1p56)); }
 
 /// Momentum of a mass (in quanta; a fraction is allowed) at a velocity (m/s), rounded per component.
 Momentum momentum_of(double quanta, const Eigen::Vector3d& velocity);

@@ -117,13 +117,17 @@ TEST(bodies, moving_solids_stop_cloth_and_liquid_as_in_the_reference) {
     for (Vec3& x : s.node_position) x[1] -= 0.0095;
     for (std::size_t i = 0; i < s.fluid_position.size(); i += 7)
       s.fluid_position[i] = {0.04 + 1e-4 * static_cast<double>(i), -0.03, 0.06};  // in the box
-    for (std::size_t i = 3; i < s.fluid_position.size(); i += 7) s.fluid_position[i] = {0.305, -0.1, 0.1 - 1e-4 * static_cast<double>(i)};
+    for (std::size_t i = 3; i < s.fluid_position.size(); i += 7)
+      s.fluid_position[i] = {0.305, -0.1, 0.1 - 1e-4 * static_cast<double>(i)};
   };
   compare_stage(
       {.stage = Stage::cloth, .scene = moving_scene(), .prepare = onto_the_sphere, .changes = "node_contact_force"});
-  // A tolerance that is not reached: both make as many iterations of the cloth.
+  // The cloth converges in both. Two iterations of the liquid: from the third on a GPU keeps pairs in 16 bits
+  // (docs/manual/compare.md), which particles as close as these would tell.
+  const std::string two =
+      with(moving_scene(), "max_iterations: 6, min_iterations: 6", "max_iterations: 2, min_iterations: 2");
   compare_stage({.stage = Stage::pressure,
-                 .scene = with(moving_scene(), "cloth:\n", "cloth_solver: {tolerance: 1.0e-12, max_iterations: 300}\ncloth:\n"),
+                 .scene = with(two, "cloth:\n", "cloth_solver: {tolerance: 1.0e-6, max_iterations: 9000}\ncloth:\n"),
                  .prepare = onto_the_sphere,
                  .changes = "fluid_velocity"});
   compare_stage(

@@ -176,7 +176,7 @@ void offer(const Constants& constants, const Cloth& cloth, ContactWork& work, do
         const laws::Layer here = layer_of(own, double(other.capillary_height), density),
                           there = layer_of(other, double(own.capillary_height), density);
         const double flux = laws::contact_flux(g(c), here, there, s[0], s[1], drop(c), exponent);
-        const Quanta o = static_cast<Quanta>(Kokkos::floor(Kokkos::abs(flux) * scale));
+        const Quanta o = offered(Kokkos::abs(flux) * scale);
         if (o == 0) return;
         flow(c) = flux > 0 ? o : -o;
         for (int far = 0; far < 2; ++far)

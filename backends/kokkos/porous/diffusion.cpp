@@ -83,7 +83,7 @@ struct NodePairs {
     const Material& m = materials(i);
     const double flux =
         laws::retained_flux(conductance(e), wet.filling(i), wet.filling(j), drop(e), m.mobility_exponent, m.retention);
-    const Quanta o = static_cast<Quanta>(Kokkos::floor(Kokkos::abs(flux) * scale));
+    const Quanta o = offered(Kokkos::abs(flux) * scale);
     return flux > 0 ? o : -o;
   }
 };
