@@ -24,15 +24,6 @@ void set_velocity(ReferenceState& state, Index body, const Six& velocity) {
 
 }  // namespace
 
-void push_body(ReferenceState& state, Index body, const Six& impulse) {
-  const Body& b = state.model.bodies[body];
-  if (!b.dynamic) return;
-  const Pose pose = pose_of(state.s, body);
-  set_velocity(
-      state, body,
-      six(pose.velocity + impulse.head<3>() / b.mass, pose.spin + inertia(b, pose).inverse() * impulse.tail<3>()));
-}
-
 BodyReaction::BodyReaction(ReferenceState& state, const StepInfo& info) : state_(state), dt_(info.dt) {
   if (!state.model.cloth_pushes_bodies()) return;
   for (Index k = 0; k < state.s.body_count(); ++k) {

@@ -6,12 +6,6 @@
 
 namespace drench::reference {
 
-/// Force times time, and about the centre: kg m/s, kg m²/s; (v, ω): m/s, rad/s.
-using Six = Eigen::Matrix<double, 6, 1>;
-
-/// A dynamic body gets an impulse: v += p/M, ω += I⁻¹ L. Samples do not follow yet (refresh_body_samples).
-void push_body(ReferenceState& state, Index body, const Six& impulse);
-
 /// The fixed point of bodies' velocities and the contact of cloth that is solved with them.
 class BodyReaction {
  public:

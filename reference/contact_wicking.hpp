@@ -13,7 +13,7 @@ struct LayerContact {
   std::array<Index, 3> near_node, far_node;
   std::array<double, 3> near_weight, far_weight;
   double conductance;                   // G, kg/s
-  double drop;                          // of (23a), 1
+  double drop;                          // the terms of (22) without s, 1
   double exponent;                      // n, 1
   std::array<double, 2> height, power;  // ℓ over the lesser of both, β: of the near and of the far fabric
 };

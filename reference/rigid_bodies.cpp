@@ -107,6 +107,14 @@ Matrix3d inertia(const Body& body, const Pose& pose) {
   return r * vec(body.inertia).asDiagonal() * r.transpose();
 }
 
+void push_body(ReferenceState& state, Index body, const Six& impulse) {
+  const Body& b = state.model.bodies[body];
+  if (!b.dynamic) return;
+  const Pose pose = pose_of(state.s, body);
+  state.s.body_velocity[body] = arr(pose.velocity + impulse.head<3>() / b.mass);
+  state.s.body_angular_velocity[body] = arr(pose.spin + inertia(b, pose).inverse() * impulse.tail<3>());
+}
+
 void refresh_body_samples(ReferenceState& state) {
   for (Index b = 0; b < state.model.boundary.count(); ++b) {
     if (!is_dynamic(state, b)) continue;
@@ -154,37 +162,40 @@ void accept_bodies(ReferenceState& state, const std::vector<double>& kappa, doub
   if (state.model.has_dynamic_body()) accelerate_bodies(state, body_pressure_forces(state, kappa), dt);
 }
 
+namespace {
+
+/// Of each body's samples around particle i: Σ V |∇W| r, and of all of them.
+std::vector<double> shares_of_bodies(const ReferenceState& state, Index i, double& all) {
+  const Smoothing w(state.model);
+  std::vector<double> share(state.model.bodies.size(), 0.0);
+  all = 0;
+  for (const Index b : state.fluid_boundary[i]) {
+    const Vector3d r = vec(state.s.fluid_position[i]) - vec(state.s.boundary_position[b]);
+    const double weight = -state.s.boundary_volume[b] * w.gradient(r).dot(r);
+    share[state.model.boundary.body[b]] += weight;
+    all += weight;
+  }
+  return share;
+}
+
+}  // namespace
+
 void push_bodies_back(ReferenceState& state, const Vectors& change) {
   const Model& m = state.model;
   if (state.wall_gain.empty() || !m.has_dynamic_body()) return;
-  const Smoothing w(m);
-  Vectors impulse(m.bodies.size(), Vector3d::Zero()), turn = impulse;  // kg m/s, kg m²/s about the centres
+  std::vector<Six> impulse(m.bodies.size(), Six::Zero());
   for (Index i = 0; i < state.s.fluid_count(); ++i) {
-    const Vector3d x = vec(state.s.fluid_position[i]);
-    std::vector<double> share(m.bodies.size(), 0.0);
     double all = 0;
-    for (const Index b : state.fluid_boundary[i]) {
-      const Vector3d r = x - vec(state.s.boundary_position[b]);
-      const double weight = -state.s.boundary_volume[b] * w.gradient(r).dot(r);
-      share[m.boundary.body[b]] += weight;
-      all += weight;
-    }
+    const std::vector<double> share = shares_of_bodies(state, i, all);
     if (!(all > 0)) continue;
     const Vector3d given = fluid_mass(state, i) * (change[i] - state.wall_gain[i].inverse() * change[i]);
     for (std::size_t k = 0; k < m.bodies.size(); ++k) {
-      if (!m.bodies[k].dynamic || share[k] == 0) continue;
-      impulse[k] -= share[k] / all * given;
-      turn[k] -= share[k] / all * (x - vec(state.s.body_position[k])).cross(given);
+      const Vector3d arm = vec(state.s.fluid_position[i]) - vec(state.s.body_position[k]);
+      impulse[k].head<3>() -= share[k] / all * given;
+      impulse[k].tail<3>() -= share[k] / all * arm.cross(given);
     }
   }
-  for (Index k = 0; k < state.s.body_count(); ++k) {
-    const Body& body = m.bodies[static_cast<std::size_t>(k)];
-    if (!body.dynamic) continue;
-    Pose pose = pose_of(state.s, k);
-    pose.velocity += impulse[static_cast<std::size_t>(k)] / body.mass;
-    pose.spin += inertia(body, pose).inverse() * turn[static_cast<std::size_t>(k)];
-    set_pose(state.s, k, pose);
-  }
+  for (Index k = 0; k < state.s.body_count(); ++k) push_body(state, k, impulse[static_cast<std::size_t>(k)]);
   refresh_body_samples(state);
 }
 

@@ -26,6 +26,10 @@ Eigen::Matrix3d inertia(const Body& body, const Pose& pose);
 
 /// Forces on the boundary samples, N → changes of the dynamic bodies' velocities in dt: v += Δt F/M, ω += Δt I⁻¹ T.
 void accelerate_bodies(ReferenceState& state, const Vectors& sample_force, double dt);
+/// Force times time, and about the centre: kg m/s, kg m²/s; (v, ω): m/s, rad/s.
+using Six = Eigen::Matrix<double, 6, 1>;
+/// A dynamic body gets an impulse: v += p/M, ω += I⁻¹ L. Samples do not follow yet (refresh_body_samples).
+void push_body(ReferenceState& state, Index body, const Six& impulse);
 /// boundary_velocity of the samples of dynamic bodies.
 void refresh_body_samples(ReferenceState& state);
 

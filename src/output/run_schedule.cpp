@@ -9,8 +9,8 @@ namespace drench {
 RunSchedule::RunSchedule(const Scene& scene)
     : every_(scene.output.every),
       checkpoint_every_(scene.output.checkpoint_every),
-      rounding_(1e-6 * scene.time.step),
-      end_(scene.time.end) {}
+      end_(scene.time.end),
+      rounding_(1e-6 * scene.time.step) {}
 
 std::int64_t RunSchedule::passed(double interval, double now) const {
   now += rounding_;

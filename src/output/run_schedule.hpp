@@ -13,8 +13,6 @@ class RunSchedule {
   explicit RunSchedule(const Scene& scene);
 
   bool has_frames() const { return every_ > 0; }
-  /// A part in a million of time.step: what times may be off by rounding.
-  double rounding() const { return rounding_; }
   /// At or after time.end.
   bool ended(double now) const { return now >= end_ - rounding_; }
   /// The longest that a step from now on may last; `clipped`: would the end, and no frame, cut it to `dt` or to half of it?
@@ -38,7 +36,8 @@ class RunSchedule {
   /// How many multiples of `interval` from 0 on have come.
   std::int64_t passed(double interval, double now) const;
 
-  double every_, checkpoint_every_, rounding_, end_;
+  double every_, checkpoint_every_, end_;
+  double rounding_;                  // a part in a million of time.step: what times may be off
   std::int64_t frame_count_ = 0;     // frames' times that have come
   double next_checkpoint_time_ = 0;  // 0: none
 };

@@ -10,10 +10,6 @@
 namespace drench {
 namespace {
 
-/// w of strain limiting over the stiffness: once its yarns are straight, woven fabric is some ten to fifty times stiffer than
-/// at the start of its curve (src/stages/cloth.hpp).
-constexpr double straight_yarns = 20;
-
 double limit_weight(const MaterialScene& fabric) {
   if (!(fabric.strain_limit > 0)) return 0;
   return straight_yarns * (fabric.membrane ? std::max(fabric.membrane->warp, fabric.membrane->weft) : fabric.stretch);

@@ -9,6 +9,10 @@
 
 namespace drench {
 
+/// w of strain limiting over the stiffness: once its yarns are straight, woven fabric is some ten to fifty times stiffer than
+/// at the start of its curve (src/stages/cloth.hpp).
+inline constexpr double straight_yarns = 20;
+
 /// Of each triangle of `own`, the last mesh that was appended, the warp as cosine and sine in the triangle's frame: its first
 /// axis is along its first edge, the second towards its third corner.
 std::vector<std::array<double, 2>> warp_in_triangles(const ClothMesh& mesh, const SurfaceMesh& own);

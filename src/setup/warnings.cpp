@@ -11,6 +11,7 @@
 #include "setup/cloth_mesh.hpp"
 #include "setup/fluid_sampling.hpp"
 #include "setup/forecast.hpp"
+#include "setup/membrane.hpp"
 #include "setup/point_grid.hpp"
 #include "stages/substeps.hpp"
 
@@ -239,12 +240,12 @@ void warn_of_falling_cloths(const Model& m, Lines& lines) {
   }
 }
 
-/// A strain limit is 20 times as stiff as the cloth, and XPBD comes to terms with it in proportion to that.
+/// A strain limit is straight_yarns times as stiff as the cloth, and XPBD comes to terms with it in proportion to that.
 void warn_of_limits_by_xpbd(const Model& m, Lines& lines) {
   const double cap = m.scene.cloth_solver.max_iterations;
   if (m.scene.cloth_solver.method != ClothMethod::xpbd) return;
   for (const ClothMaterial& cloth : m.cloths) {
-    const double without = cloth_iterations(m, cloth, m.scene.time.step).count, needed = 20 * without;
+    const double without = cloth_iterations(m, cloth, m.scene.time.step).count, needed = straight_yarns * without;
     if (cloth.dynamics && cloth.strain_limit > 0 && needed > cap && without <= cap)
       lines.push_back(fmt::format(
           "{}: by xpbd a cloth at its strain_limit needs some {:.0f} iterations a step or more, and ends at "

@@ -56,7 +56,7 @@ struct Layer {
   }
 };
 
-/// F, kg/s, positive from the layer b to the layer a: by suction, at saturations of theirs; drop is (23a)'s.
+/// F, kg/s, positive from the layer b to the layer a: by suction, docs/theory/porous.md, Eq. 22; `drop`: its terms without s.
 KOKKOS_INLINE_FUNCTION double contact_flux(double conductance, const Layer& a, const Layer& b, double saturation_a,
                                            double saturation_b, double drop, double n) {
   const double drive = (b.held(saturation_b) - a.held(saturation_a)) + drop;
