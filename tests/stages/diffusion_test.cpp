@@ -10,6 +10,7 @@
 #include "pipeline/pipeline.hpp"
 #include "precision.hpp"
 #include "stage_compare.hpp"
+#include "two_layers.hpp"
 
 namespace drench::test {
 namespace {
@@ -23,27 +24,6 @@ const char* const law[] = {"diffusion: linear",
                            "diffusion_exponent: 3.7",
                            "diffusion_exponent: 1.5, retention_exponent: 2.5",
                            "diffusion_exponent: 0.7, retention_exponent: 0.4"};
-
-/// Two sheets one above the other that touch, turned and displaced against each other, the lower one wet on one side.
-std::string two_layers(const std::string& diffusion) {
-  return R"(drench: 1
-time: {step: 0.01, end: 1.0}
-cloth:
-  - name: lower
-    mesh: {grid: {size: [0.3, 0.2], nodes: [13, 9]}}
-    dynamics: false
-    thickness: 0.002
-    initial_saturation: [{box: {min: [-1, -1, -1], max: [0.05, 1, 1]}, value: 1.15}]
-    porous: {diffusivity: 1.0e-4, capillary_height: 0.1, contact_wicking: true, )" +
-         diffusion + R"(}
-  - name: upper
-    mesh: {grid: {size: [0.25, 0.25], nodes: [10, 11]}}
-    place: {position: [0.03, 0.002, 0.01], rotate: {axis: [0, 1, 0], degrees: 20}}
-    dynamics: false
-    thickness: 0.001
-    porous: {solid_fraction: 0.6, diffusivity: 3.0e-5, contact_wicking: true}
-)";
-}
 
 /// A strip of 0.4 m that lies folded once, its halves 1.5 mm apart; saturation falls along it.
 std::string folded(const std::string& keys, const std::filesystem::path& folder) {

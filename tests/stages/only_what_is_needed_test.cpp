@@ -1,82 +1,22 @@
-// A stage that a scene does not need launches nothing and allocates nothing: watched through Kokkos Tools.
+// A stage that a scene does not need launches nothing and allocates nothing: liquid, bodies and the cloth's motion.
 
 #include <gtest/gtest.h>
 
-#include <Kokkos_Core.hpp>
 #include <algorithm>
 #include <iterator>
-#include <set>
-#include <string>
 
 #include "ball_on_sheet.hpp"
 #include "mesh_sequence.hpp"
-#include "pipeline/pipeline.hpp"
-#include "pipeline/runtime.hpp"
-#include "stage_compare.hpp"
+#include "watched_labels.hpp"
 #include "watched_scenes.hpp"
 
 namespace drench::test {
 namespace {
 
-namespace Tools = Kokkos::Tools::Experimental;
-
-std::set<std::string> launched, allocated;
-/// On a device Kokkos names the host's copy of an array after it.
-bool is_copy(const char* name) { return std::string(name).find("_mirror") != std::string::npos; }
-void on_launch(const char* name, const uint32_t, uint64_t* id) {
-  if (!is_copy(name)) launched.insert(name);
-  *id = 0;
-}
-void on_allocate(Kokkos_Profiling_SpaceHandle, const char* name, const void*, const uint64_t) {
-  if (!is_copy(name)) allocated.insert(name);
-}
-
-/// Labels of kernels and arrays while a scene runs a few steps.
-struct Watch {
-  explicit Watch(const std::string& scene) {
-    launched.clear();
-    allocated.clear();
-    Tools::set_begin_parallel_for_callback(on_launch);
-    Tools::set_begin_parallel_reduce_callback(on_launch);
-    Tools::set_begin_parallel_scan_callback(on_launch);
-    Tools::set_allocate_data_callback(on_allocate);
-    const auto setup = setup_from(scene);
-    {
-      const auto backend = make_kokkos_backend(setup.model);
-      Pipeline pipeline(setup.model, *backend, setup.state);
-      for (int s = 0; s < 4; ++s) pipeline.step(1.0);
-    }
-    Tools::set_begin_parallel_for_callback(nullptr);
-    Tools::set_begin_parallel_reduce_callback(nullptr);
-    Tools::set_begin_parallel_scan_callback(nullptr);
-    Tools::set_allocate_data_callback(nullptr);
-  }
-};
-
-int containing(const std::set<std::string>& labels, std::initializer_list<const char*> parts) {
-  int n = 0;
-  for (const std::string& label : labels)
-    for (const char* part : parts)
-      if (label.find(part) != std::string::npos) {
-        ++n;
-        break;
-      }
-  return n;
-}
-
 constexpr const char* no_fluid = R"(drench: 1
 time: {step: 0.002, end: 1}
 cloth: [{mesh: {grid: {size: [0.2, 0.2], nodes: [6, 6]}}, pin: [{corners: true}]}]
 )";
-constexpr const char* dry_cloth = R"(drench: 1
-time: {step: 0.002, end: 1}
-fluid: {spacing: 0.02, sources: [{block: {min: [-0.05, 0.02, -0.05], max: [0.05, 0.1, 0.05]}}]}
-cloth: [{mesh: {grid: {size: [0.2, 0.2], nodes: [6, 6]}}, pin: [{corners: true}]}]
-)";
-
-const std::initializer_list<const char*> porous_labels = {"::absorption",     "::emission",    "::diffusion",
-                                                          "::flow_direction", "::reservoir",   "::transfer",
-                                                          "saturation",       "flow_direction"};
 
 }  // namespace
 
@@ -191,12 +131,6 @@ TEST(only_what_is_needed, regions_cost_no_kernel_and_only_their_numbers) {
   EXPECT_EQ(more, (std::set<std::string>{"drench::node_material", "drench::sample_material"}));
 }
 
-TEST(only_what_is_needed, cloth_that_is_not_porous_runs_no_porous_stage) {
-  const Watch watch(dry_cloth);
-  EXPECT_GT(containing(launched, {"drench::pressure"}), 0);
-  EXPECT_EQ(containing(launched, porous_labels), 0);
-}
-
 TEST(only_what_is_needed, cloth_collides_with_itself_only_where_asked_for) {
   const std::initializer_list<const char*> label = {"self_collision"};
   for (const std::string& scene : {wet_scene(), std::string(no_fluid)}) {
@@ -223,87 +157,6 @@ TEST(only_what_is_needed, wet_cloth_sticks_only_where_asked_for) {
     EXPECT_EQ(containing(launched, label), 1) << "solids; no search, for the scene has no self_collision";
     EXPECT_EQ(containing(allocated, label), 0);
   }
-}
-
-TEST(only_what_is_needed, layers_pass_liquid_only_where_asked_for) {
-  const std::initializer_list<const char*> label = {"contact_wicking"};
-  {
-    const Watch watch(wet_scene());
-    EXPECT_EQ(containing(launched, label) + containing(allocated, label), 0);
-  }
-  {
-    const Watch watch(with(wet_scene(), "porous: {", "porous: {contact_wicking: true, "));
-    EXPECT_EQ(containing(launched, label), 6) << "find, clear, offer, limit, transfer, velocity";
-    EXPECT_EQ(containing(allocated, label), 8);
-  }
-  const Watch watch(with(with(wet_scene(), "porous: {", "porous: {contact_wicking: true, "),
-                         "output:", "processes: {diffusion: off}\noutput:"));
-  EXPECT_EQ(containing(launched, label) + containing(launched, {"::diffusion"}) + containing(allocated, label), 0);
-}
-
-TEST(only_what_is_needed, only_liquid_with_a_solute_has_kernels_and_arrays_for_it) {
-  const std::initializer_list<const char*> label = {"solute"};
-  {
-    const Watch watch(wet_scene());
-    EXPECT_EQ(containing(launched, label) + containing(allocated, label), 0);
-  }
-  {
-    const Watch watch(with(wet_scene(), "velocity: [0, -1.5, 0.1]}", "velocity: [0, -1.5, 0.1], concentration: 0.01}"));
-    EXPECT_EQ(containing(launched, label), 10) << "absorption 2, emission 2 where it drips, diffusion 2, reservoir 1, "
-                                                  "ledger 2; and advection where liquid leaves";
-    EXPECT_EQ(containing(allocated, label), 8) << "particles, nodes, transfer, emission 3, pairs, reservoir";
-  }
-}
-
-TEST(only_what_is_needed, pressure_drives_liquid_through_only_where_asked_for) {
-  const std::initializer_list<const char*> label = {"permeation", "absorption::pull", "sample_flux", "sample_passing"};
-  const std::string scene = with(wet_scene(), "porous: {", "porous: {permeability: 1.0e-9, ");
-  {
-    const Watch watch(wet_scene());
-    EXPECT_EQ(containing(launched, label) + containing(allocated, label), 0);
-  }
-  {
-    const Watch watch(scene);
-    EXPECT_EQ(containing(launched, {"drench::permeation::", "drench::absorption::pull"}), 4) << "clear, sides, drive, pull";
-    EXPECT_EQ(containing(allocated, label), 5) << "sides, supply, pull, the flux and what passes";
-  }
-  for (const char* process : {"direction", "absorption", "emission"}) {
-    const Watch watch(with(scene, "output:", std::string("processes: {") + process + ": off}\noutput:"));
-    EXPECT_EQ(containing(launched, label) + containing(allocated, label), 0) << process;
-  }
-}
-
-TEST(only_what_is_needed, liquid_and_cloth_dry_only_in_air) {
-  const std::initializer_list<const char*> label = {"drench::evaporation::", "drench::drying::"};
-  {
-    const Watch watch(wet_scene());
-    EXPECT_EQ(containing(launched, label) + containing(allocated, label), 0);
-  }
-  {
-    const Watch watch(with(wet_scene(), "output:", "air: {}\noutput:"));
-    EXPECT_EQ(containing(launched, label), 7) << "colour, normal, loss; clear, sides, open, nodes";
-    EXPECT_EQ(containing(allocated, label), 6) << "colour, number, solid, normal; sides, open";
-  }
-  {
-    const Watch watch(with(wet_scene(), "output:", "air: {humidity: 1}\noutput:"));
-    EXPECT_EQ(containing(launched, label) + containing(allocated, label), 0);
-  }
-}
-
-TEST(only_what_is_needed, diffusion_carries_momentum_only_in_cloth_that_moves) {
-  const std::initializer_list<const char*> launches = {"::give_velocity", "wicking::velocity"};
-  const std::initializer_list<const char*> arrays = {"diffusion::velocity", "diffusion::next_velocity",
-                                                     "wicking::momentum"};
-  const std::string scene = with(wet_scene(), "porous: {", "porous: {contact_wicking: true, ");
-  {
-    const Watch watch(scene);
-    EXPECT_EQ(containing(launched, launches), 2);
-    EXPECT_EQ(containing(allocated, arrays), 3);
-  }
-  const Watch watch(with(scene, "thickness: 0.002", "dynamics: false\n    thickness: 0.002"));
-  EXPECT_GT(containing(launched, {"drench::contact_wicking", "drench::diffusion"}), 8);
-  EXPECT_EQ(containing(launched, launches), 0);
-  EXPECT_EQ(containing(allocated, arrays), 0);
 }
 
 TEST(only_what_is_needed, surface_tension_takes_only_what_tension_or_adhesion_asks_for) {
@@ -370,26 +223,6 @@ TEST(only_what_is_needed, spins_only_where_asked_for) {
   }
   const Watch watch(with(few, "transfer: 1.0e-3", "transfer: 1"));
   EXPECT_EQ(containing(allocated, {"micropolar::velocity_change", "micropolar::spin_change"}), 2) << "several stages";
-}
-
-TEST(only_what_is_needed, a_process_that_is_off_has_no_kernel_and_no_memory) {
-  const auto run = [](const std::string& processes, std::initializer_list<const char*> parts) {
-    SCOPED_TRACE(processes);
-    const Watch watch(with(wet_scene(), "output:", "processes: {" + processes + "}\noutput:"));
-    EXPECT_EQ(containing(launched, parts) + containing(allocated, parts), 0);
-  };
-  {
-    const Watch watch(wet_scene());
-    for (const char* part : {"drench::flow_direction", "drench::absorption", "drench::emission", "drench::diffusion",
-                             "drench::advection::fresh"})
-      EXPECT_GT(containing(launched, {part}), 0) << part;
-  }
-  run("direction: off", {"drench::flow_direction"});
-  run("absorption: off", {"drench::absorption"});
-  run("emission: off", {"drench::emission", "drench::advection::fresh"});
-  run("diffusion: off", {"drench::diffusion"});
-  run("absorption: off, emission: off, diffusion: off",
-      {"drench::flow_direction", "drench::absorption", "drench::emission", "drench::diffusion", "drench::transfer"});
 }
 
 TEST(only_what_is_needed, a_sort_has_no_memory_of_the_others) {
@@ -471,23 +304,6 @@ TEST(only_what_is_needed, cloth_pushes_bodies_only_where_it_moves_and_they_answe
   }
   const Watch watch(with(with(scene, "thickness: 0.004", "thickness: 0.004\n    dynamics: false"), "pin: [{edges: true}]", ""));
   EXPECT_EQ(count(), 0);
-}
-
-TEST(only_what_is_needed, numbers_of_fabric_only_where_asked_for) {
-  const std::initializer_list<const char*> kernels = {"drench::fabric"}, label = {"drench::fabric", "taken_", "given_"};
-  {
-    const Watch watch(wet_scene());
-    EXPECT_EQ(containing(launched, label) + containing(allocated, label), 0);
-  }
-  const std::string scene = with(wet_scene(), "every: 0", "every: 0, fabric: true");
-  {
-    const Watch watch(scene);
-    EXPECT_EQ(containing(launched, kernels), 6) << "clear, taken, given; liquid, patch, faces";
-    EXPECT_EQ(containing(allocated, label), 7) << "front, four accounts, rest_uv, rest_area";
-  }
-  const Watch watch(with(scene, "output:", "processes: {absorption: off, emission: off}\noutput:"));
-  EXPECT_EQ(containing(launched, kernels), 2) << "liquid, patch";
-  EXPECT_EQ(containing(allocated, label), 2);
 }
 
 TEST(only_what_is_needed, one_rank_alone_exchanges_nothing) {

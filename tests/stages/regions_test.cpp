@@ -8,6 +8,7 @@
 #include "app/run_program.hpp"
 #include "precision.hpp"
 #include "stage_compare.hpp"
+#include "two_layers.hpp"
 
 namespace drench::test {
 namespace {
@@ -163,24 +164,10 @@ TEST(regions, wind_agrees_with_the_reference) {
 
 /// Two sheets that touch, each with a seam of its own across the other's.
 TEST(regions, contact_wicking_agrees_with_the_reference) {
-  const std::string scene = R"(drench: 1
-time: {step: 0.01, end: 1.0}
-cloth:
-  - name: lower
-    mesh: {grid: {size: [0.3, 0.2], nodes: [13, 9]}}
-    dynamics: false
-    thickness: 0.002
-    initial_saturation: [{box: {min: [-1, -1, -1], max: [0.05, 1, 1]}, value: 1.15}]
-    porous: {diffusivity: 1.0e-4, capillary_height: 0.1, contact_wicking: true, diffusion: degenerate}
-    regions: [{box: {min: [0, -1, -1], max: [1, 1, 1]}, thickness: 0.0015, porous: {diffusivity: 4.0e-4, solid_fraction: 0.7}}]
-  - name: upper
-    mesh: {grid: {size: [0.25, 0.25], nodes: [10, 11]}}
-    place: {position: [0.03, 0.002, 0.01], rotate: {axis: [0, 1, 0], degrees: 20}}
-    dynamics: false
-    thickness: 0.001
-    porous: {solid_fraction: 0.6, diffusivity: 3.0e-5, contact_wicking: true}
-    regions: [{box: {min: [-1, -1, 0.02], max: [1, 1, 1]}, thickness: 0.0025, porous: {diffusivity: 1.0e-5, max_saturation: 1.5}}]
-)";
+  const std::string scene = two_layers(
+      "diffusion: degenerate",
+      "    regions: [{box: {min: [0, -1, -1], max: [1, 1, 1]}, thickness: 0.0015, porous: {diffusivity: 4.0e-4, solid_fraction: 0.7}}]\n",
+      "    regions: [{box: {min: [-1, -1, 0.02], max: [1, 1, 1]}, thickness: 0.0025, porous: {diffusivity: 1.0e-5, max_saturation: 1.5}}]\n");
   compare_stage({.stage = Stage::diffusion, .scene = scene, .changes = "node_liquid"});
 }
 

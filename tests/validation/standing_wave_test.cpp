@@ -6,6 +6,7 @@
 
 #include <cmath>
 #include <cstdio>
+#include <numbers>
 #include <vector>
 
 #include "validation.hpp"
@@ -13,7 +14,10 @@
 namespace drench::test {
 namespace {
 
-constexpr double gravity = 9.81, length = 1, depth = 0.5, wave_number = 3.14159265358979 / length;  // m/s², m, m, 1/m
+constexpr double gravity = 9.81, length = 1, depth = 0.5, wave_number = std::numbers::pi / length;  // m/s², m, m, 1/m
+
+/// ω, 1/s.
+double frequency() { return std::sqrt(gravity * wave_number * std::tanh(wave_number * depth)); }
 
 std::string scene(int across, const std::string& walls) {
   const double d = length / across;
@@ -45,14 +49,14 @@ Wave swing(int across, const std::string& walls) {
   SceneRun run(scene(across, walls));
   while (run.time() < 1.5) run.step();
   HostState s = run.state();
-  const double omega = std::sqrt(gravity * wave_number * std::tanh(wave_number * depth)), begin = run.time();
+  const double omega = frequency(), begin = run.time();
   const double speed = 0.05 * length * omega / std::sinh(wave_number * depth);
   for (std::size_t i = 0; i < s.fluid_position.size(); ++i) {
     const double x = wave_number * s.fluid_position[i][0], y = wave_number * s.fluid_position[i][1];
     s.fluid_velocity[i] = {speed * std::sin(x) * std::cosh(y), -speed * std::cos(x) * std::sinh(y), 0};
   }
   run.restart(s);
-  const double center = mean_x(s), theory = 2 * 3.14159265358979 / omega;
+  const double center = mean_x(s), theory = 2 * std::numbers::pi / omega;
   std::vector<double> zeros, most;  // times of its passages through the middle; how far it went before each
   double last = 0, last_time = begin, far = 0;
   while (run.time() < begin + 2.8 * theory) {
@@ -80,13 +84,12 @@ Wave swing(int across, const std::string& walls) {
 }  // namespace
 
 TEST(standing_wave, swings_with_the_period_of_linear_theory) {
-  const double omega = std::sqrt(gravity * wave_number * std::tanh(wave_number * depth));
   for (const char* walls : {"mirrored", "extrapolated"}) {
     for (const int across : {24, 40}) {
       const Wave wave = swing(across, walls);
       report({fmt::format("standing wave, d = L/{}, {} walls: period over 2π/√(g k tanh kH), distance from 1", across,
                           walls),
-              "Airy 1845", std::abs(wave.period * omega / (2 * 3.14159265358979) - 1), 0.03});
+              "Airy 1845", std::abs(wave.period * frequency() / (2 * std::numbers::pi) - 1), 0.03});
     }
   }
 }
