@@ -11,13 +11,6 @@ using Eigen::Vector3d;
 
 namespace {
 
-/// χ/5, 1: makes Σ V |∇W| r (ω_j − ω_i) χ/(5 h²) the Δω of the continuum.
-double laplacian_share(KernelKind kind) {
-  if (kind == KernelKind::wendland) return 6;
-  if (kind == KernelKind::poly6) return 5.6;
-  return 16.0 / 3;
-}
-
 /// dv/dt, m/s², and dω/dt, 1/s².
 struct SpinRates {
   Vectors flow, spin;
@@ -37,7 +30,6 @@ SpinRates spin_rates(const ReferenceState& state, const Vectors& v, const Vector
   const Model& m = state.model;
   const MicropolarScene& law = m.scene.fluid.micropolar;
   const double inertia = law.inertia * m.spacing * m.spacing;
-  const double spread = laplacian_share(m.scene.fluid.kernel) * law.viscosity / (m.support * m.support);
   const Index count = state.s.fluid_count();
   Vectors driving(v.size());  // s′
   SpinRates out{Vectors(v.size(), Vector3d::Zero()), Vectors(v.size(), Vector3d::Zero())};
@@ -46,7 +38,7 @@ SpinRates spin_rates(const ReferenceState& state, const Vectors& v, const Vector
     for_neighbors(state, i, [&](Index j, double volume, const Vector3d& x, const Vector3d& gradient) {
       curl += volume * (v[i] - v[j]).cross(gradient);
       rigid += volume * omega[i].cross(x).cross(gradient);
-      out.spin[i] += spread * volume * gradient.norm() * x.norm() * (omega[j] - omega[i]);
+      out.spin[i] += 2 * law.viscosity * volume * gradient.norm() / std::max(x.norm(), m.support / 8) * (omega[j] - omega[i]);
     });
     const Vector3d slip = curl - rigid;
     for_neighbors(state, i, [&](Index, double volume, const Vector3d& x, const Vector3d& gradient) {
@@ -67,7 +59,6 @@ double rate_bound(const ReferenceState& state) {
   const Model& m = state.model;
   const MicropolarScene& law = m.scene.fluid.micropolar;
   const double inertia = law.inertia * m.spacing * m.spacing;
-  const double spread = laplacian_share(m.scene.fluid.kernel) * law.viscosity / (m.support * m.support);
   double steepest = 0, widest = 0;
   for (Index i = 0; i < state.s.fluid_count(); ++i) {
     double gradients = 0, moment = 0;
@@ -78,7 +69,7 @@ double rate_bound(const ReferenceState& state) {
     steepest = std::max(steepest, gradients);
     widest = std::max(widest, moment);
   }
-  return law.transfer / 2 * (4 * steepest * steepest + widest * widest / inertia) + 2 * spread * widest;
+  return law.transfer / 2 * (4 * steepest * steepest + widest * widest / inertia) + 4 * law.viscosity * steepest / (m.support / 8);
 }
 
 }  // namespace

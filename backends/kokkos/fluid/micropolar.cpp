@@ -55,7 +55,7 @@ void measure_slip(Fluid& fluid, const NeighborLists& lists, MicropolarWork& work
           const Real3 x = xi - position(j).xyz();
           const Real b = -near.grad_factor(k);
           sum.add(b, x, vi - v(j));
-          if (spreads) sum.spread += (b * dot(x, x)) * (spin(j) - wi);
+          if (spreads) sum.spread += law.spreading(b, norm(x)) * (spin(j) - wi);
         }
         const Real3 s = sum.curl - sum.rigid_curl(wi);
         slip(i) = {s - law.free * sum.curl, sum.steepness};
@@ -73,7 +73,7 @@ double rate_bound(const Fluid& fluid, const MicropolarWork& work, const SpinLaw&
   OverRanks(fluid.exchange.ranks()).maximum(most.steepness).maximum(most.moment).reduce();
   return double(law.half_transfer) *
              (4 * most.steepness * most.steepness + most.moment * most.moment * double(law.per_inertia)) +
-         2 * double(law.spread) * most.moment;
+         2 * double(law.spread) / double(law.least) * most.steepness;
 }
 
 /// A stage: v_i and ω_i change by their D_k, which the next one needs where there are `several`.
@@ -111,7 +111,7 @@ void micropolar(const Constants& constants, Fluid& fluid, const NeighborLists& l
                 const StepInfo& info, StepReport& report) {
   if (fluid.particles.total == 0) return;
   allocate(fluid, work);
-  const SpinLaw law(constants.model.scene.fluid.micropolar, constants.model.scene.fluid.kernel, constants.model.spacing, constants.model.support);
+  const SpinLaw law(constants.model.scene.fluid.micropolar, constants.model.spacing, constants.model.support);
   measure_slip(fluid, lists, work, law);
   const double bound = rate_bound(fluid, work, law);
   int stages = 1;

@@ -1,8 +1,8 @@
 #pragma once
 // Spin of a particle against its surroundings; law and source in src/stages/micropolar.hpp.
 
-#include "particles/viscosity.hpp"
 #include "core/types.hpp"
+#include "scene/scene.hpp"
 
 namespace drench::kokkos_backend {
 
@@ -11,19 +11,24 @@ struct SpinLaw {
   Real half_transfer;  // ν_t/2, m²/s
   Real per_inertia;    // 1/Θ, 1/m²
   Real free;           // 1 − a, 1
-  Real spread;         // χ ζ/(5 h²), 1/s
+  Real spread;         // 2 ζ, m²/s
+  Real least;          // h/8, m: closer pairs spread as if they were so far apart
 
-  SpinLaw(const MicropolarScene& scene, KernelKind kind, double spacing, double support)
+  SpinLaw(const MicropolarScene& scene, double spacing, double support)
       : half_transfer(Real(scene.transfer / 2)),
         per_inertia(Real(1 / (scene.inertia * spacing * spacing))),
         free(Real(1 - scene.reaction)),
-        spread(Real(double(viscosity_normalisation(kind)) / 5 * scene.viscosity / (support * support))) {}
+        spread(Real(2 * scene.viscosity)),
+        least(Real(support / 8)) {}
+
+  /// A neighbour's weight in the spread of spin. b = V |∇W|/r, 1/m²; r in m.
+  KOKKOS_INLINE_FUNCTION Real spreading(Real b, Real r) const { return r < least ? b * r / least : b; }
 };
 
 /// What a particle's neighbours tell it. With b = V_j |∇W_ij|/r (1/m²) and x = x_i − x_j (m):
 struct SpinSum {
   Real3 curl;           // c = Σ b x × v_ij, 1/s
-  Real3 spread;         // Σ b r² (ω_j − ω_i), 1/s
+  Real3 spread;         // Σ b (ω_j − ω_i), 1/(m² s)
   Real3 diagonal, off;  // T = Σ b x xᵀ: xx, yy, zz and yz, zx, xy; 1
   Real steepness = 0;   // g = Σ b r, 1/m
 
