@@ -34,9 +34,15 @@ double clip_step(double wanted, double left, TimeMode mode) {
   return wanted;
 }
 
-// time.mode error, in units of time.tolerance: what steps leave aims at the first, and none adds more than the second to what
-// the solve has left. What it cannot correct at once, as in crowded liquid at the start, no shorter step would.
+// time.mode error, in units of time.tolerance: what steps leave aims at the first, and none adds more than the second, or ends
+// with more of which most is its own. What the solve cannot correct at once, as in a crowd, no shorter step would.
 constexpr double aim_of_error = 0.6, worst_of_error = 2.5;
+
+/// Would a shorter step leave less?
+bool is_too_long(const StepReport& report, double tolerance) {
+  const double own = report.density_found - report.density_error, worst = worst_of_error * tolerance;
+  return own > worst || (report.density_found > worst && own > 0.5 * report.density_found);
+}
 
 /// How long the next step may be, s, after one of `tried` that might have been as long as `longest`. What the solve left lies
 /// within its own tolerance; the rest is the step's own error and goes with its square, or more steeply. Of that a part `corrected`
@@ -155,7 +161,7 @@ StepReport Pipeline::step_by_error(double time_left) {
       run(Stage::density, after, report);
       looked_ = true;
       report.rejected = rejected;
-      if (report.density_found - report.density_error <= worst_of_error * time.tolerance || tried <= shortest) {
+      if (!is_too_long(report, time.tolerance) || tried <= shortest) {
         next_step_ =
             std::clamp(step_after(tried, longest, report, time.tolerance, model_.scene.fluid.solver.density_correction),
                        shortest, time.step);
