@@ -11,8 +11,12 @@ namespace {
 struct Surroundings {
   std::array<double, 2> filled{0, 0};     // Σ V W on the side that the normal leaves and on the other one, 1
   std::array<double, 2> potential{0, 0};  // Σ V W φ there, m²/s²
-  double load = 0;                     // the liquid's pressure on it along the normal, over ρ0, m²/s²
+  double load = 0;      // the liquid's pressure on it along the normal, over ρ0, m²/s²
+  double at_walls = 0;  // how close extrapolated walls are, 0 to 1
 };
+
+/// How much of a side counts as air, 1.
+double air_share(double filled) { return std::max(0.0, 1 - filled / full_side); }
 
 Surroundings around(const ReferenceState& state, Index p) {
   const Smoothing smoothing(state.model);
@@ -29,11 +33,13 @@ Surroundings around(const ReferenceState& state, Index p) {
                    kappa * smoothing.gradient(from_behind(state, i, p)).dot(n);
   }
   result.load /= state.model.samples.area[p];
+  double walls = 0;
+  if (state.model.extrapolates_walls())
+    for (const Index b : state.sample_boundary[p])
+      walls += state.s.boundary_volume[b] * smoothing.value((x - vec(state.s.boundary_position[b])).norm());
+  result.at_walls = 1 - air_share(walls);
   return result;
 }
-
-/// How much of a side counts as air, 1.
-double air_share(double filled) { return std::max(0.0, 1 - filled / full_side); }
 
 /// How far both sides are covered, 0 to 1.
 double covered_share(const Surroundings& liquid) {
@@ -41,14 +47,18 @@ double covered_share(const Surroundings& liquid) {
   return std::clamp((less - full_side) / (covered_side - full_side), 0.0, 1.0);
 }
 
+/// The mean potential of a side as far as it is liquid, m²/s².
+double mean_potential(const Surroundings& liquid, int side) {
+  if (liquid.filled[side] == 0) return 0;
+  return (1 - air_share(liquid.filled[side])) * liquid.potential[side] / liquid.filled[side];
+}
+
 /// What drives liquid along the normal, m²/s²: the load where one side is free, the difference of potentials where both are
-/// covered.
+/// covered or walls carry a part of the load.
 double drive_of(const Surroundings& liquid, double half_thickness) {
-  const double covered = covered_share(liquid);
-  const double load = liquid.load + half_thickness * (air_share(liquid.filled[0]) + air_share(liquid.filled[1]));
-  if (covered == 0) return load;
-  const double drop = liquid.potential[0] / liquid.filled[0] - liquid.potential[1] / liquid.filled[1];
-  return (1 - covered) * load + covered * drop;
+  const double by_pressure = std::max(covered_share(liquid), liquid.at_walls);
+  return (1 - by_pressure) * liquid.load + by_pressure * (mean_potential(liquid, 0) - mean_potential(liquid, 1)) +
+         half_thickness * (air_share(liquid.filled[0]) + air_share(liquid.filled[1]));
 }
 
 /// What of a flux is beyond another one.

@@ -132,7 +132,7 @@ class KokkosBackend final : public Backend {
       case Stage::flow_direction:
         return flow_direction(constants_, lists_, bodies_, cloth_);
       case Stage::permeation:
-        return permeation(constants_, fluid_, lists_, cloth_, permeation_, info);
+        return permeation(constants_, fluid_, lists_, bodies_, cloth_, permeation_, info);
       case Stage::drying:
         return drying(constants_, fluid_, lists_, bodies_, cloth_, drying_, accounts_, info);
       case Stage::absorption:

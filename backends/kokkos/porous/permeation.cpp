@@ -59,12 +59,18 @@ void sum_sides(const Constants& constants, const Fluid& fluid, const NeighborLis
 }
 
 /// u_p, what of it passes, its direction and the supply.
-void drive(const Constants& constants, Cloth& cloth, PermeationWork& work, double dt) {
+void drive(const Constants& constants, const NeighborLists& lists, const Bodies& bodies, Cloth& cloth, PermeationWork& work,
+           double dt) {
   const Entries<const std::int64_t> sides = std::as_const(work).sides;
   const Entries<Real> flux = cloth.samples.flux, passing = cloth.samples.passing, supply = work.supply;
   const Entries<Real3> direction = cloth.samples.flow_direction;
   const Entries<const Real3> normal = cloth.samples.normal;
   const Materials materials = sample_materials(cloth);
+  const Neighbors solid(lists.sample_boundary);
+  const Entries<const Real3> at = cloth.samples.position, wall = bodies.boundary.position;
+  const Entries<const Real> volume = bodies.boundary.volume;
+  const bool extrapolates = constants.model.extrapolates_walls();
+  const Kernel kernel = constants.kernel;
   const Real3 gravity = constants.gravity;
   const double unresolved = double(constants.spacing) * double(norm(gravity));
   parallel(
@@ -77,6 +83,12 @@ void drive(const Constants& constants, Cloth& cloth, PermeationWork& work, doubl
           liquid.filled[side] = double(sides(5 * p + 2 * side)) / share_units;
           liquid.potential[side] = double(sides(5 * p + 2 * side + 1)) / potential_units;
         }
+        Real walls = 0;
+        if (extrapolates) {
+          const NeighborRow near = solid.row(p);
+          for (Index k = 0; k < near.count; ++k) walls += volume(near(k)) * kernel.value(norm(at(p) - wall(near(k))));
+        }
+        liquid.at_walls = 1 - laws::air_share(double(walls));  // full from A_0 on
         liquid.load = double(sides(5 * p + 4)) / potential_units;
         const double now = double(m.conductance) * liquid.drive(0.5 * double(m.thickness) * double(dot(gravity, n)));
         const double before = double(flux(p)), mean = before + dt / (dt + double(m.emission_ramp)) * (now - before);
@@ -95,15 +107,15 @@ void drive(const Constants& constants, Cloth& cloth, PermeationWork& work, doubl
 
 }  // namespace
 
-void permeation(const Constants& constants, const Fluid& fluid, const NeighborLists& lists, Cloth& cloth, PermeationWork& work,
-                const StepInfo& info) {
+void permeation(const Constants& constants, const Fluid& fluid, const NeighborLists& lists, const Bodies& bodies,
+                Cloth& cloth, PermeationWork& work, const StepInfo& info) {
   const auto samples = static_cast<std::size_t>(cloth.samples.count);
   if (samples == 0) return;
   make_room(work.sides, "drench::permeation::sides", 5 * samples);
   make_room(work.supply, "drench::permeation::supply", samples);
   place_samples(cloth);
   sum_sides(constants, fluid, lists, cloth, work);
-  drive(constants, cloth, work, info.dt);
+  drive(constants, lists, bodies, cloth, work, info.dt);
 }
 
 MemoryEstimate permeation_bytes(const Sizing& s) {

@@ -18,18 +18,23 @@ KOKKOS_INLINE_FUNCTION double air_share(double filled) { return filled < full_si
 struct Surroundings {
   double filled[2], potential[2];  // Σ V W, 1; Σ V W φ, m²/s²
   double load;                     // m²/s², along the normal
+  double at_walls;                 // how close extrapolated walls are, 0 to 1
 
   /// How far both sides are covered, 0 to 1.
   KOKKOS_INLINE_FUNCTION double covered() const {
     const double less = filled[0] < filled[1] ? filled[0] : filled[1];
     return less <= full_side ? 0 : less < covered_side ? (less - full_side) / (covered_side - full_side) : 1;
   }
+  /// The mean potential of a side as far as it is liquid, m²/s².
+  KOKKOS_INLINE_FUNCTION double mean_potential(int side) const {
+    return filled[side] > 0 ? (1 - air_share(filled[side])) * potential[side] / filled[side] : 0;
+  }
   /// What drives liquid along the normal, m²/s²: the load where one side is free, the difference of potentials where both are
-  /// covered. `weight` is gravity along the normal times half of the thickness.
+  /// covered or walls carry a part of the load. `weight` is gravity along the normal times half of the thickness.
   KOKKOS_INLINE_FUNCTION double drive(double weight) const {
-    const double free = load + weight * (air_share(filled[0]) + air_share(filled[1])), share = covered();
-    if (share == 0) return free;
-    return (1 - share) * free + share * (potential[0] / filled[0] - potential[1] / filled[1]);
+    const double share = Kokkos::fmax(covered(), at_walls);
+    const double pressure = share > 0 ? share * (mean_potential(0) - mean_potential(1)) : 0;
+    return (1 - share) * load + pressure + weight * (air_share(filled[0]) + air_share(filled[1]));
   }
 };
 

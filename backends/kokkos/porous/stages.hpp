@@ -15,8 +15,8 @@ MemoryEstimate porous_neighbor_bytes(const Sizing& s);
 /// samples.flow_direction.
 void flow_direction(const Constants& constants, const NeighborLists& lists, const Bodies& bodies, Cloth& cloth);
 /// samples.flux, what of it passes, and the direction that pressure gives the flow.
-void permeation(const Constants& constants, const Fluid& fluid, const NeighborLists& lists, Cloth& cloth, PermeationWork& work,
-                const StepInfo& info);
+void permeation(const Constants& constants, const Fluid& fluid, const NeighborLists& lists, const Bodies& bodies,
+                Cloth& cloth, PermeationWork& work, const StepInfo& info);
 MemoryEstimate permeation_bytes(const Sizing& s);
 /// Liquid goes from nodes into the air.
 void drying(const Constants& constants, const Fluid& fluid, const NeighborLists& lists, const Bodies& bodies,
