@@ -128,7 +128,7 @@ struct FluidScene {
   double surface_tension = 0.0;           // N/m
   KernelKind kernel = KernelKind::cubic;  // of liquid, walls and cloth alike
   double support = 2.0;                   // h / d
-  WallPressure wall_pressure = WallPressure::mirrored;  // at solids that do not answer to pressure
+  WallPressure wall_pressure = WallPressure::extrapolated;  // at solids
   MicropolarScene micropolar;             // spins
   FluidSolverScene solver;                // tolerances and caps
   std::vector<BlockScene> blocks;         // sources that are there at the start

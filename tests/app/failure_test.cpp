@@ -346,7 +346,7 @@ cloth:
     place: {position: [0, 0.07, 0]}
     dynamics: false
 bodies:
-  - box: {min: [-0.1, -0.2, -0.1], max: [0.1, 0.01, 0.1], velocity: [0, 2, 0]}
+  - box: {min: [-0.1, -0.2, -0.1], max: [0.1, 0.01, 0.1], velocity: [0, 4, 0]}
 )");
   const Outcome o = run_drench(here(), {"run", "press.yaml", "-o", "o", "--quiet"});
   EXPECT_EQ(o.code, 0) << o.err;

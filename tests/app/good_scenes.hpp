@@ -24,7 +24,7 @@ fluid:
   surface_tension: 0.05
   kernel: wendland
   support: 2.5
-  wall_pressure: extrapolated
+  wall_pressure: mirrored
   micropolar: {transfer: 2.0e-3, inertia: 3, viscosity: 1.0e-4, reaction: 0.25}
   solver: {density_error: 2.0e-3, divergence_error: 3.0e-3, max_iterations: 50, min_iterations: 1,
            density_correction: 0.75, source_error: 0.25}

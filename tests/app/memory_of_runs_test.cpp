@@ -66,8 +66,9 @@ TEST_F(MemoryOfRuns, IsForeseenForTheStart) {
 /// wide the bundles of the lists become.)
 TEST_F(MemoryOfRuns, IsForeseenArrayByArrayForLiquid) {
   if (!computes_on_host()) GTEST_SKIP();
-  const char* const kinds[] = {"viscosity: 0.001", "viscosity: 0", "surface_tension: 0.07", "micropolar: {}",
-                               "wall_pressure: extrapolated", "solver: {source_error: 0.1}"};
+  const char* const kinds[] = {"viscosity: 0.001",        "viscosity: 0",
+                               "surface_tension: 0.07",   "micropolar: {}",
+                               "wall_pressure: mirrored", "solver: {source_error: 0.1}"};
   for (const char* kind : kinds) {
     write_text(here() / "liquid.yaml",
                std::string("drench: 1\ntime: {step: 0.001, end: 1}\noutput: {every: 0}\nfluid:\n  spacing: 0.01\n  ") + kind +
@@ -108,10 +109,10 @@ TEST_F(MemoryOfRuns, IsForeseenForTheEnd) {
              "  sources: [{block: {min: [0, 0.1, 0], max: [0.2, 0.4, 0.2], velocity: [0, -8, 0]}}]}\n"
              "bodies: [{box: {min: [0, 0, 0], max: [0.4, 1, 0.2], inside: true}}]\n");
   write_text(here() / "jet.yaml",
-             "drench: 1\ntime: {step: 0.004, end: 1.2}\noutput: {every: 0}\nfluid:\n  spacing: 0.02\n"
+             "drench: 1\ntime: {step: 0.003, end: 1.2}\noutput: {every: 0}\nfluid:\n  spacing: 0.014\n"
              "  sources: [{jet: {center: [0, 0.3, 0], radius: 0.06, velocity: [0, -2, 0], end: 1}}]\n"
              "bodies: [{box: {min: [-0.2, 0, -0.2], max: [0.2, 0.4, 0.2], inside: true}}]\n");
-  for (const auto& [scene, steps] : {std::pair{"thrown.yaml", "40"}, {"jet.yaml", "300"}}) {
+  for (const auto& [scene, steps] : {std::pair{"thrown.yaml", "40"}, {"jet.yaml", "400"}}) {
     const Outcome check = drench({"check", scene}), run = drench({"run", scene, "--no-output", "--steps", steps});
     ASSERT_EQ(run.code, 0) << run.err;
     const double start = mebibytes_after(check.out, "memory: about "),

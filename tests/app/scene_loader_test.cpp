@@ -40,7 +40,7 @@ FluidScene every_liquid_key() {
   f.support = 2.5;
   f.micropolar = {true, 2.0e-3, 3, 1.0e-4, 0.25};
   f.solver = {2.0e-3, 3.0e-3, 50, 1, 0.75, 0.25};
-  f.wall_pressure = WallPressure::extrapolated;
+  f.wall_pressure = WallPressure::mirrored;
   f.blocks = {{{{0, 0.1, 0}, {0.3, 0.4, 0.5}}, {1, 2, 3}, 0.02}};
   f.jets = {{{1, 1, 1}, 0.07, {0, -2, 0}, 0.5, 1.5, 0.04},
             {{1, 2, 1},

@@ -121,7 +121,7 @@ TEST(Warnings, NameEachMistakeOnce) {
 
 TEST(Warnings, AreWithheldWhereTheSameIsNoMistake) {
   EXPECT_EQ(warnings_of(sound, {"time.step=0.02", "time.mode=cfl"}), Lines());
-  EXPECT_EQ(warnings_of(sound, {"fluid.wall_pressure=extrapolated"}), Lines());
+  EXPECT_EQ(warnings_of(sound, {"fluid.wall_pressure=mirrored"}), Lines());
   EXPECT_EQ(warnings_of(sound, {"cloth.0.hold_saturation=[{box: {min: [-1, 0, -1], max: [0, 1, 1]}, value: 1}]",
                                 "processes={emission: off}"}),
             Lines());
