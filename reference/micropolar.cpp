@@ -69,7 +69,8 @@ double rate_bound(const ReferenceState& state) {
     steepest = std::max(steepest, gradients);
     widest = std::max(widest, moment);
   }
-  return law.transfer / 2 * (4 * steepest * steepest + widest * widest / inertia) + 4 * law.viscosity * steepest / (m.support / 8);
+  return law.transfer / 2 * (4 * steepest * steepest + widest * widest / inertia) +
+         4 * law.viscosity * steepest / (m.support / 8);
 }
 
 }  // namespace
