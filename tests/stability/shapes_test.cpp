@@ -209,9 +209,11 @@ TEST(shapes, solves_that_end_early) {
 TEST(shapes, loose_sheet_damped_beyond_the_cap) {
   // 9 cm and 0.2 kg/m² inside 1.7 kg of water, which it divides: that compresses the layers beside it and gives 0.03 J back. A
   // damping of 25 steps' length makes its springs 26 times as stiff; by xpbd all solves end at their cap.
-  // Target: no more energy than without damping, whether the cloth's solve ends at its cap or not.
+  // Target: no more energy than without damping, whether the cloth's solve ends at its cap or not. Between mirrors what the
+  // layers give back varies less from run to run.
   const auto gained = [](const std::string& method, int most, const char* damping) {
-    WatchedRun run(water_in_a_box(" [{block: {min: [-0.06, 0, -0.06], max: [0.06, 0.12, 0.06]}}]\n") +
+    WatchedRun run(with(water_in_a_box(" [{block: {min: [-0.06, 0, -0.06], max: [0.06, 0.12, 0.06]}}]\n"), "fluid:\n",
+                        "fluid:\n  wall_pressure: mirrored\n") +
                        fmt::format(R"(cloth_solver: {{method: {}, max_iterations: {}}}
 cloth:
   - mesh: {{grid: {{size: [0.09, 0.09], nodes: [10, 10]}}}}
