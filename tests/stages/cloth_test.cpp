@@ -108,7 +108,8 @@ TEST(cloth, woven_agrees_with_the_reference) {
                  .prepare = stretch_and_compress_on_the_sphere,
                  .changes = "node_velocity"});
   compare_stage({.stage = Stage::pressure,
-                 .scene = with(woven(wet_scene()), "fluid:\n", "fluid:\n  wall_pressure: mirrored\n"),
+                 .scene = woven(wet_scene()),
+                 .steps_before = 16,  // after 12 the liquid does not press yet; later the cloth's lots end at other counts in float
                  .changes = "node_velocity"});
 }
 

@@ -11,7 +11,7 @@ TEST(divergence, agrees_with_the_reference) {
 }
 
 TEST(divergence, of_crowded_and_light_particles_agrees_with_the_reference) {
-  // Four iterations: with six the sixth of poly6 on a GPU is 1.01e-4 of the largest off in float.
+  // Four iterations: after six κ with poly6 differs by 1.01e-4 of the largest on a GPU in float.
   compare_stage_with_every_kernel(
       {.stage = Stage::divergence,
        .scene = with(wet_scene(), "max_iterations: 6, min_iterations: 6", "max_iterations: 4, min_iterations: 4"),
