@@ -29,7 +29,6 @@ struct Column {
   int wide = 20;
   std::string kernel = "cubic";
   double support = 2;  // h/d
-  bool extrapolates = true;
   double step = 0.004;                      // s
   std::optional<double> source_error = {};  // η
   double period = 0.75;                     // s, of three
@@ -42,14 +41,14 @@ time: {{step: {0}, end: 30}}
 fluid:
   spacing: {1}
   kernel: {2}
-  support: {8}
-  wall_pressure: {3}
+  support: {7}
+  wall_pressure: extrapolated
   viscosity: 0.003
-  solver: {{density_error: {4}, divergence_error: {4}{5}}}
-  sources: [{{block: {{min: [0, 0, 0], max: [{6}, {7}, {6}]}}}}]
-bodies: [{{box: {{min: [0, 0, 0], max: [{6}, 0.7, {6}], inside: true}}}}]
+  solver: {{density_error: {3}, divergence_error: {3}{4}}}
+  sources: [{{block: {{min: [0, 0, 0], max: [{5}, {6}, {5}]}}}}]
+bodies: [{{box: {{min: [0, 0, 0], max: [{5}, 0.7, {5}], inside: true}}}}]
 )",
-                       step, spacing(), kernel, extrapolates ? "extrapolated" : "mirrored", tolerance,
+                       step, spacing(), kernel, tolerance,
                        source_error ? fmt::format(", source_error: {}", *source_error) : "", width(), height, support);
   }
 };
@@ -105,7 +104,6 @@ double load_on_box(const Model& model, double width, const HostState& start, con
     });
     if (wall.lengths == 0) continue;
     load += mass * (wall.drag - kappa(i) * wall.gradient.y());
-    if (!model.extrapolates_walls()) continue;
     Vector3d a = -kappa(i) * wall.gradient;
     for_near(liquid, x, [&](std::size_t j, const Vector3d& r) {
       if (j == i) return;
@@ -210,13 +208,13 @@ Rest settle(const Column& column) {
   rest.growth = energy[2] / energy[1];
   rest.unrest = energy[2] / (weight * column.spacing());
   std::printf(
-      "%s, %s walls, d = H/%d, %d d wide, %g ms, tolerance %g, source_error %g: surface %.4f m; largest energies of "
+      "%s, extrapolated walls, d = H/%d, %d d wide, %g ms, tolerance %g, source_error %g: surface %.4f m; largest energies of "
       "the "
       "periods %.3e %.3e %.3e J; %.2f particles a step put back by the box; density iterations %.1f, at most %g; "
       "divergence %.1f; rms of particles' mean kappa %.4f, of their mean fitted p %.4f, of layers %.4f; of the fitted "
       "p in a "
       "step %.4f; load %.2e\n",
-      column.kernel.c_str(), column.extrapolates ? "extrapolated" : "mirrored", column.across, column.wide,
+      column.kernel.c_str(), column.across, column.wide,
       1e3 * column.step, column.tolerance, column.source_error.value_or(0), surface_of(height_of), energy[0], energy[1],
       energy[2], clamped, rest.iterations, rest.most_iterations, divergence_iterations, rest.raw, rest.pressure,
       rest.layers, rest.swing, rest.load);
@@ -226,8 +224,8 @@ Rest settle(const Column& column) {
 }  // namespace
 
 std::string name(const Column& column, const std::string& of) {
-  return fmt::format("hydrostatic column 0.5 m, d = H/{}, {} d wide, {} walls, tolerance {}: {}", column.across,
-                     column.wide, column.extrapolates ? "extrapolated" : "mirrored", column.tolerance, of);
+  return fmt::format("hydrostatic column 0.5 m, d = H/{}, {} d wide, extrapolated walls, tolerance {}: {}", column.across,
+                     column.wide, column.tolerance, of);
 }
 constexpr const char* theory = "p = ρ g (H − z)";
 constexpr const char* of_particles = "rms of the particles' mean fitted p over ρgH";
