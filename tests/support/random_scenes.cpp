@@ -58,12 +58,17 @@ std::string SceneDraw::keys(double low, double high, bool three) {
 }
 
 template <class Text>
-std::string SceneDraw::sometimes(double share, const Text& text) {
+std::string SceneDraw::drawn_by(std::mt19937_64& numbers, double share, const Text& text) {
   if (narrow_) return "";
-  std::swap(random_, more_);
+  std::swap(random_, numbers);
   const std::string drawn = chance(share) ? text() : std::string();
-  std::swap(random_, more_);
+  std::swap(random_, numbers);
   return drawn;
+}
+
+template <class Text>
+std::string SceneDraw::sometimes(double share, const Text& text) {
+  return drawn_by(more_, share, text);
 }
 
 void SceneDraw::begin() {
@@ -108,6 +113,7 @@ void SceneDraw::fluid() {
   const std::string kernel = word({"cubic", "cubic", "wendland", "poly6"});
   yaml += fmt::format("  kernel: {}\n  support: {:.3g}\n", kernel,
                       kernel == "wendland" ? uniform(2.4, 3) : uniform(1.8, 2.6));
+  yaml += drawn_by(others_, 0.25, [] { return std::string("  wall_pressure: mirrored\n"); });
   yaml += sometimes(0.2, [&] {
     const bool pays = chance(0.5);
     if (!pays) drawn_.closed = false;
@@ -146,18 +152,8 @@ void SceneDraw::fluid() {
   });
 }
 
-/// With that chance, from numbers of its own too.
-template <class Text>
-std::string SceneDraw::dyed(double share, const Text& text) {
-  if (narrow_) return "";
-  std::swap(random_, dyes_);
-  const std::string drawn = chance(share) ? text() : std::string();
-  std::swap(random_, dyes_);
-  return drawn;
-}
-
 std::string SceneDraw::concentration() {
-  return dyed(0.25, [&] { return fmt::format(", concentration: {:.3g}", logarithmic(1e-6, 1)); });
+  return drawn_by(dyes_, 0.25, [&] { return fmt::format(", concentration: {:.3g}", logarithmic(1e-6, 1)); });
 }
 
 std::string SceneDraw::pins(int nx, int nz) {
@@ -213,7 +209,7 @@ std::string SceneDraw::porous() {
     if (std::stod(yaml.substr(at)) > most) yaml.replace(at, yaml.find('}', at) - at, fmt::format("{:.17g}", most));
     drawn_.closed = false;
   }
-  yaml += dyed(0.2, [&] {
+  yaml += drawn_by(dyes_, 0.2, [&] {
     return fmt::format("    initial_stain: [{{box: {{min: [-1, -1, -1], max: [{:.3g}, 1, 1]}}, value: {:.3g}}}]\n",
                        uniform(-0.1, 0.1), logarithmic(1e-6, 10));
   });
@@ -222,8 +218,9 @@ std::string SceneDraw::porous() {
                                           : "diffusivity: 0";
   const std::string held = sometimes(0.2, [&] { return fmt::format("retention_exponent: {:.3g}", uniform(1, 4)); });
   const double along = std::stod(diffuse.substr(diffuse.find(' ')));
-  const std::string weft = sometimes(
-      0.2, [&] { return along > 0 ? fmt::format("weft_diffusivity: {:.3g}", along * logarithmic(0.1, 10)) : std::string(); });
+  const std::string weft = sometimes(0.2, [&] {
+    return along > 0 ? fmt::format("weft_diffusivity: {:.3g}", along * logarithmic(0.1, 10)) : std::string();
+  });
   yaml +=
       "    porous: {" +
       list_of({fmt::format("max_saturation: {:.17g}, solid_fraction: {:.10g}", most,
@@ -256,6 +253,7 @@ void SceneDraw::cloth(int number, int count) {
   yaml +=
       fmt::format("    place: {{position: [{:.4g}, {:.4g}, {:.4g}], rotate: {{axis: [0, 1, 0], degrees: {:.4g}}}}}\n",
                   uniform(-0.03, 0.03), y, uniform(-0.03, 0.03), uniform(-180, 180));
+  const std::size_t fabric = yaml.size();
   yaml += fmt::format(
       "    areal_density: {:.4g}\n    thickness: {:.4g}\n    stretch: {:.4g}\n    bend: {:.4g}\n    damping: {:.3g}\n",
       usually(0.05, 0.5, 1e-3, 100), thickness, usually(50, 5000, 1, 1e6),
@@ -272,17 +270,19 @@ void SceneDraw::cloth(int number, int count) {
   const bool still = chance(0.15);
   if (still) yaml += "    dynamics: false\n";
   if (chance(0.4)) yaml += "    self_collision: true\n";
-  if (!still) yaml += pins(nx, nz);
+  const std::string pinned = still ? std::string() : pins(nx, nz);
   const std::string pores = chance(0.8) ? porous() : "";
-  yaml += pores + regions(thickness, pores);
+  yaml += pinned + pores + regions(thickness, pores);
+  const std::string named = drawn_by(others_, 0.12, [&] {
+    return fmt::format("    fabric: {}\n", word({"denim_11oz", "cotton_plain", "nylon_swim", "sock_polyester"}));
+  });
+  if (named.empty()) return;
+  yaml.resize(fabric);
+  yaml += named + pinned;
 }
 
 std::string SceneDraw::regions(double thickness, const std::string& pores) {
-  if (narrow_) return "";
-  std::swap(random_, patches_);
-  const std::string drawn = chance(0.25) ? halves(thickness, pores) : "";
-  std::swap(random_, patches_);
-  return drawn;
+  return drawn_by(patches_, 0.25, [&] { return halves(thickness, pores); });
 }
 
 std::string SceneDraw::halves(double thickness, const std::string& pores) {
@@ -389,7 +389,8 @@ RandomScene SceneDraw::scene() {
   if (drawn_.folds && moving_pins_) drawn_.closed = false;
   // Switches are for porous cloth alone.
   const std::string numbers = sometimes(0.2, [] { return std::string("fabric: true, "); });
-  if (const std::size_t at = drawn_.yaml.find("measures: true"); at != std::string::npos && drawn_.yaml.find("porous:") != std::string::npos)
+  if (const std::size_t at = drawn_.yaml.find("measures: true");
+      at != std::string::npos && drawn_.yaml.find("porous:") != std::string::npos)
     drawn_.yaml.insert(at, numbers);
   if (drawn_.yaml.find("porous:") != std::string::npos && chance(0.4)) {
     const bool control = chance(0.7);

@@ -19,12 +19,14 @@ struct RandomScene {
 
 class SceneDraw {
  public:
-  /// `narrow`: without wind, spins, slip, adhesion of bodies, keyed values, sample_spacing, regions and time.mode error.
+  /// `narrow`: without wind, spins, slip, adhesion of bodies, keyed values, sample_spacing, regions, time.mode error,
+  /// mirrored walls and named fabrics.
   explicit SceneDraw(std::uint64_t seed, bool narrow = false)
       : random_(seed),
         more_(seed + 0x9e3779b97f4a7c15),
         dyes_(seed + 0x3c6ef372fe94f82a),
         patches_(seed + 0xdaa66d2c7ddf743f),
+        others_(seed + 0x78dde6e5fd29f054),
         narrow_(narrow) {}
   RandomScene scene();
 
@@ -39,7 +41,9 @@ class SceneDraw {
   std::string vector(double low, double high);
   /// Keys of a value or three that change within the run.
   std::string keys(double low, double high, bool three);
-  /// What `text` draws, with that chance: from numbers of its own, so that the rest of the scene stays as it is.
+  /// What `text` draws, with that chance: from other numbers, so that the rest of the scene stays as it is.
+  template <class Text>
+  std::string drawn_by(std::mt19937_64& numbers, double share, const Text& text);
   template <class Text>
   std::string sometimes(double share, const Text& text);
 
@@ -47,8 +51,6 @@ class SceneDraw {
   void fluid();
   void cloths();
   void cloth(int number, int count);
-  template <class Text>
-  std::string dyed(double share, const Text& text);
   /// Of the solute in a source's liquid.
   std::string concentration();
   std::string pins(int nx, int nz);
@@ -61,7 +63,7 @@ class SceneDraw {
   void air();
   std::string motion();
 
-  std::mt19937_64 random_, more_, dyes_, patches_;
+  std::mt19937_64 random_, more_, dyes_, patches_, others_;
   bool narrow_;
   RandomScene drawn_;
   bool wild_ = false;                         // values anywhere in their ranges
