@@ -14,6 +14,7 @@ using Eigen::Vector3d;
 
 constexpr int plain_iterations = 10;  // without acceleration, at a solve's start
 constexpr int plain_later = 2;        // after its target has moved, where there are no solids
+constexpr int patient = 9;            // checks after which the residual must have fallen
 
 double mean_length(const ClothMesh& mesh) {
   double sum = 0;
@@ -38,7 +39,9 @@ ClothIteration::ClothIteration(const ClothProblem& problem, const Vectors& first
     rho_ = std::max(rho_, 1 - 1 / slowness[n]);
   }
   const int accelerated = solver_.max_iterations - plain_iterations;
-  rho_ = std::min(rho_, accelerated > 0 ? 1 / std::cosh(std::acosh(3.0) / accelerated) : 0.0);
+  const double reachable = accelerated > 0 ? 1 / std::cosh(std::acosh(3.0) / accelerated) : 0.0;
+  if (solver_.method == ClothMethod::xpbd) patience_ = rho_ > reachable ? 1 : patient;
+  rho_ = std::min(rho_, reachable);
   if (solver_.method == ClothMethod::pd) return;
   const ClothMesh& mesh = problem.model().mesh;
   for (std::size_t e = 0; e < mesh.edge.size(); ++e) {
@@ -108,7 +111,9 @@ void ClothIteration::move_on() {
   if (iterations_ == 0) return;
   since_restart_ = 0;
   plain_ = problem_.bodies.empty() ? plain_later : plain_iterations;
+  if (patience_ > 0 && last_residual_ > 1) patience_ = 1;
   smallest_ = std::numeric_limits<double>::infinity();
+  checks_.clear();
 }
 
 void ClothIteration::iterate_positions() {
@@ -183,13 +188,19 @@ double ClothIteration::residual() const {
 
 double ClothIteration::check() {
   const double residual = this->residual();
-  if (residual > 10 * smallest_) {
-    rho_ = std::max(0.0, 1 - 2 * (1 - rho_));
-    since_restart_ = 0;
-    plain_ = plain_iterations;
-  }
+  const std::size_t checks = checks_.size(), patience = patience_;
+  if (patience > 0 && checks > 0 && checks % patience == 0 && residual > checks_[checks - patience])
+    slow_down(plain_later);
+  if (residual > 10 * smallest_) slow_down(plain_iterations);
   smallest_ = std::min(smallest_, residual);
-  return residual;
+  checks_.push_back(residual);
+  return last_residual_ = residual;
+}
+
+void ClothIteration::slow_down(int before_weights) {
+  rho_ = std::max(0.0, 1 - 2 * (1 - rho_));
+  since_restart_ = 0;
+  plain_ = before_weights;
 }
 
 void ClothIteration::line_search() {

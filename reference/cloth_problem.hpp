@@ -91,6 +91,7 @@ class ClothIteration {
  private:
   void start();
   void gather();
+  void slow_down(int before_weights);
   double residual() const;
   void iterate_positions();
   void iterate_multipliers();
@@ -103,8 +104,10 @@ class ClothIteration {
   std::vector<Stress> triangle_, last_triangle_;
   std::vector<double> spring_rate_, hinge_rate_;
   std::vector<Eigen::Vector2d> triangle_rate_;  // of each column
-  double rho_ = 0, omega_ = 1, smallest_;
+  double rho_ = 0, omega_ = 1, smallest_, last_residual_ = 0;
+  std::vector<double> checks_;  // residuals of this target
   int since_restart_ = 0, iterations_ = 0, plain_;
+  int patience_ = 0;  // of xpbd: checks after which the residual must have fallen
 };
 
 }  // namespace drench::reference

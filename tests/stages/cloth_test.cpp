@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "cloth/solver.hpp"
 #include "pipeline/runtime.hpp"
 #include "precision.hpp"
 #include "drench/prescribed.hpp"
@@ -83,6 +84,42 @@ TEST(cloth, by_xpbd_beyond_its_strain_limit_agrees_with_the_reference) {
                  .scene = limited(xpbd_scene()),
                  .prepare = stretch_and_compress,
                  .changes = "node_velocity"});
+}
+
+TEST(cloth, by_xpbd_within_a_cap_that_is_too_low_agrees_with_the_reference) {
+  compare_stage({.stage = Stage::cloth,
+                 .scene = with(limited(xpbd_scene()), "method: xpbd", "method: xpbd, max_iterations: 60"),
+                 .prepare = stretch_and_compress,
+                 .changes = "node_velocity"});
+}
+
+TEST(cloth, momentum_of_xpbd_yields_where_the_residual_does_not_fall_in_time) {
+  using kokkos_backend::ClothProgress;
+  const auto gap_after = [](int patience, std::initializer_list<double> residuals) {
+    ClothProgress p;
+    p.rho = 0.99;
+    p.patience = patience;
+    for (const double r : residuals) p.judge(r);
+    return 1 - p.rho;
+  };
+  EXPECT_DOUBLE_EQ(gap_after(0, {5, 6, 7, 8}), gap_after(0, {5}));
+  EXPECT_NEAR(gap_after(1, {5, 6, 5, 4}), 0.02, 1e-12) << "one check that does not fall";
+  EXPECT_NEAR(gap_after(1, {5, 6, 7}), 0.04, 1e-12) << "two of them";
+  EXPECT_NEAR(gap_after(3, {5, 6, 7, 4, 6, 6, 3}), 0.01, 1e-12) << "each third check falls";
+  EXPECT_NEAR(gap_after(3, {5, 4, 4, 6}), 0.02, 1e-12) << "the third check does not";
+  EXPECT_NEAR(gap_after(9, {5, 60}), 0.02, 1e-12) << "tenfold at once";
+
+  ClothProgress moved;  // a target that was not reached leaves no patience, one that was does
+  moved.rho = 0.99;
+  moved.patience = 9;
+  moved.judge(0.5);
+  moved.move_on(false);
+  EXPECT_EQ(moved.patience, 9);
+  moved.judge(2);
+  moved.move_on(false);
+  EXPECT_EQ(moved.patience, 1);
+  moved.judge(30);  // the new target's first
+  EXPECT_DOUBLE_EQ(moved.rho, 0.99);
 }
 
 TEST(cloth, by_xpbd_in_contact_with_a_sphere_agrees_with_the_reference) {

@@ -273,7 +273,8 @@ void SceneDraw::cloth(int number, int count) {
   const std::string pinned = still ? std::string() : pins(nx, nz);
   const std::string pores = chance(0.8) ? porous() : "";
   yaml += pinned + pores + regions(thickness, pores);
-  const std::string named = drawn_by(others_, 0.12, [&] {
+  // Plates are for pd alone.
+  const std::string named = drawn_by(others_, yaml.find("method: pd") != yaml.npos ? 0.12 : 0, [&] {
     return fmt::format("    fabric: {}\n", word({"denim_11oz", "cotton_plain", "nylon_swim", "sock_polyester"}));
   });
   if (named.empty()) return;

@@ -175,10 +175,13 @@ ClothIteration::ClothIteration(const Constants& constants, const Bodies& bodies,
   factored_ = method_ == ClothMethod::pd && !constants.model.jacobi_cloth && prepare_factored_cloth(cloth, solver, system_);
   progress_.rho = reachable_radius(constants.model.scene.cloth_solver.max_iterations);
   const SpectralBound bound(system_);
-  if (resident_)
+  if (resident_) {
     find_maximum(spectral_bound, cloth.nodes.count, bound, resident_spectral_bound(solver));
-  else
-    progress_.rho = std::min(progress_.rho, maximum(spectral_bound, cloth.nodes.count, bound));
+    return;
+  }
+  const double own = maximum(spectral_bound, cloth.nodes.count, bound);
+  if (method_ == ClothMethod::xpbd) progress_.patience = own > progress_.rho ? 1 : patient;
+  progress_.rho = std::min(progress_.rho, own);
 }
 
 void ClothIteration::run(int most) {
