@@ -6,6 +6,8 @@
 
 #include <cstdlib>
 #include <filesystem>
+#include <fstream>
+#include <iterator>
 #include <string>
 
 namespace drench::test {
@@ -24,6 +26,12 @@ inline std::string scenes_folder() { return from_environment("DRENCH_SCENES", DR
 /// A temporary file of this process alone: tests run side by side.
 inline std::filesystem::path own_file(const std::string& name) {
   return std::filesystem::temp_directory_path() / (std::to_string(::getpid()) + "_" + name);
+}
+
+/// What the file holds; nothing if there is none.
+inline std::string read_text(const std::filesystem::path& path) {
+  std::ifstream in(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
 }
 
 }  // namespace drench::test

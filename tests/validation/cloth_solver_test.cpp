@@ -5,8 +5,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <fstream>
-#include <iterator>
 
 #include "direct_step.hpp"
 #include "paths.hpp"
@@ -250,10 +248,7 @@ TEST(cloth_solver, a_sheet_with_ten_times_its_mass_converges_and_gains_no_energy
 }
 
 TEST(cloth_solver, momentum_of_xpbd_does_not_swing_under_water) {
-  const std::string file = scenes_folder() + "/emission_fig6.yaml";
-  std::ifstream in(file);
-  ASSERT_TRUE(in) << file;
-  SceneRun run(std::string(std::istreambuf_iterator<char>(in), {}) + solver("xpbd", 1e-3, 1000));
+  SceneRun run(read_text(scenes_folder() + "/emission_fig6.yaml") + solver("xpbd", 1e-3, 1000));
   int capped = 0, iterations = 0;
   for (int n = 0; n < 40; ++n) {
     const StepReport r = run.step();
