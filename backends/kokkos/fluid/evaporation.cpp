@@ -66,31 +66,37 @@ void find_colours(const Constants& constants, const Fluid& fluid, const Neighbor
   make_room(work.colour, "drench::evaporation::colour", fluid.particles.capacity());
   make_room(work.number, "drench::evaporation::number", fluid.particles.capacity());
   make_room(work.solid, "drench::evaporation::solid", fluid.particles.capacity());
+  make_room(work.moment, "drench::evaporation::moment", fluid.particles.capacity());
   const ColourOf colour_of(constants, fluid, lists, bodies, cloth);
   const Entries<Real4> colour = work.colour;
-  const Entries<Real> number = work.number, solid = work.solid;
+  const Entries<Real> number = work.number, solid = work.solid, moment = work.moment;
   parallel(
       "drench::evaporation::colour", fluid.particles.count, KOKKOS_LAMBDA(const Index i) {
         const laws::Colour sum = colour_of(i);
         colour(i) = sum.of_room();
         number(i) = sum.near > 0 ? sum.number : Real(-1);
         solid(i) = sum.solid;
+        moment(i) = sum.moment * Real(1.0 / 3);
       });
   fluid.exchange.halo(work.colour);
+  fluid.exchange.halo(work.moment);
 }
 
 laws::Surface surface_of(const Constants& constants) {
   return {constants.kernel.kind, constants.model.spacing, constants.model.support};
 }
 
-/// The surface's normals, in `work`.
+/// The surface's normals and what lies within it, in `work`.
 void find_normals(const Constants& constants, const Fluid& fluid, const NeighborLists& lists, EvaporationWork& work) {
   make_room(work.normal, "drench::evaporation::normal", fluid.particles.capacity());
+  make_room(work.inside, "drench::evaporation::inside", fluid.particles.capacity());
   const laws::Surface surface = surface_of(constants);
   const Real inverse_h2 = constants.kernel.inverse_h * constants.kernel.inverse_h;
   const Neighbors liquid(lists.fluid_fluid);
   const Entries<const Real4> position = fluid.position_volume, colour = std::as_const(work).colour;
+  const Entries<const Real> number = std::as_const(work).number, solid = std::as_const(work).solid;
   const Entries<Real4> normal = work.normal;
+  const Entries<Real> inside = work.inside;
   parallel(
       "drench::evaporation::normal", fluid.particles.count, KOKKOS_LAMBDA(const Index i) {
         const Real4 at = position(i), own = colour(i);
@@ -101,9 +107,103 @@ void find_normals(const Constants& constants, const Fluid& fluid, const Neighbor
           const Real3 r = at.xyz() - other.xyz();
           sum += other.w * (1 - dot(r, r) * inverse_h2) * colour(near(k)).xyz();
         }
-        normal(i) = surface.normal(surface.smooth * sum, own.w);
+        const Real4 found = surface.normal(surface.smooth * sum, own.w);
+        normal(i) = found;
+        inside(i) = (1 - found.w) * (1 - surface.thin(surface.filled(number(i), solid(i)))) * at.w;
       });
   fluid.exchange.halo(work.normal);
+  fluid.exchange.halo(work.inside);
+}
+
+/// f F of a particle, and how much of the inside is near.
+struct FlatAreas {
+  Kernel kernel;
+  laws::Surface surface;
+  Entries<const Real4> position, colour, normal;
+  Entries<const Real> moment, inside;
+  Entries<Real> flat, near_inside, moment_of_inside;
+  Neighbors liquid;
+
+  FlatAreas(const Constants& constants, const Fluid& fluid, const NeighborLists& lists, EvaporationWork& work)
+      : kernel(constants.kernel),
+        surface(surface_of(constants)),
+        position(fluid.position_volume),
+        colour(std::as_const(work).colour),
+        normal(std::as_const(work).normal),
+        moment(std::as_const(work).moment),
+        inside(std::as_const(work).inside),
+        flat(work.flat),
+        near_inside(work.near_inside),
+        moment_of_inside(work.moment_of_inside),
+        liquid(lists.fluid_fluid) {}
+
+  KOKKOS_INLINE_FUNCTION void operator()(const Index i) const {
+    const Real4 own = normal(i);
+    Real curvature = 0, near = 0, sum = 0;
+    if (own.w > 0) look_around(i, own.xyz(), curvature, near, sum);
+    flat(i) = own.w * surface.flat_area(position(i).w, -dot(colour(i).xyz(), own.xyz()), curvature);
+    near_inside(i) = near;
+    moment_of_inside(i) = sum;
+  }
+
+ private:
+  /// H, 1/m, by least squares of n_j − n_i = H r_t along the surface; C and B.
+  KOKKOS_INLINE_FUNCTION void look_around(Index i, const Real3& n, Real& curvature, Real& near, Real& sum) const {
+    const Real3 x = position(i).xyz();
+    const NeighborRow row = liquid.row(i);
+    Real turned = 0, square = 0;
+    near = kernel.value(0) * inside(i);
+    sum = near * moment(i);
+    for (Index k = 0; k < row.count; ++k) {
+      const Index j = row(k);
+      const Real4 other = position(j), of_other = normal(j);
+      const Real3 r = other.xyz() - x, along = r - dot(n, r) * n;
+      const Real w = kernel.value(norm(r)), within = w * inside(j);
+      near += within;
+      sum += within * moment(j);
+      if (!(of_other.w > 0)) continue;
+      turned += other.w * w * dot(of_other.xyz() - n, along);
+      square += other.w * w * dot(along, along);
+    }
+    if (square > 0) curvature = turned / square;
+  }
+};
+
+void find_flat_areas(const Constants& constants, const Fluid& fluid, const NeighborLists& lists,
+                     EvaporationWork& work) {
+  make_room(work.flat, "drench::evaporation::flat", fluid.particles.capacity());
+  make_room(work.near_inside, "drench::evaporation::near_inside", fluid.particles.capacity());
+  make_room(work.moment_of_inside, "drench::evaporation::moment_of_inside", fluid.particles.capacity());
+  parallel("drench::evaporation::flat", fluid.particles.count, FlatAreas(constants, fluid, lists, work));
+  fluid.exchange.halo(work.flat);
+  fluid.exchange.halo(work.near_inside);
+  fluid.exchange.halo(work.moment_of_inside);
+}
+
+/// What a particle whose gradient points inwards takes from those around it, in `work`.
+void find_taken(const Constants& constants, const Fluid& fluid, const NeighborLists& lists, EvaporationWork& work) {
+  make_room(work.taken, "drench::evaporation::taken", fluid.particles.capacity());
+  const laws::Surface surface = surface_of(constants);
+  const Kernel kernel = constants.kernel;
+  const Neighbors liquid(lists.fluid_fluid);
+  const Entries<const Real4> position = fluid.position_volume;
+  const Entries<const Real> flat = std::as_const(work).flat, number = std::as_const(work).number,
+                            solid = std::as_const(work).solid;
+  const Entries<Real> taken = work.taken;
+  parallel(
+      "drench::evaporation::taken", fluid.particles.count, KOKKOS_LAMBDA(const Index i) {
+        taken(i) = 0;
+        if (!(flat(i) < 0)) return;
+        const Real3 x = position(i).xyz();
+        const NeighborRow near = liquid.row(i);
+        Real given = 0;
+        for (Index k = 0; k < near.count; ++k) {
+          const Real other = flat(near(k));
+          if (other > 0) given += kernel.value(norm(position(near(k)).xyz() - x)) * other;
+        }
+        if (given > 0) taken(i) = -(1 - surface.thin(surface.filled(number(i), solid(i)))) * flat(i) / given;
+      });
+  fluid.exchange.halo(work.taken);
 }
 
 /// What a particle loses; all of it, in quanta.
@@ -111,7 +211,7 @@ struct Evaporation {
   Kernel kernel;
   laws::Surface surface;
   Entries<const Real4> position, colour, normal;
-  Entries<const Real> number, solid;
+  Entries<const Real> number, solid, flat, taken, near_inside, moment_of_inside;
   Entries<const std::int64_t> id;
   Entries<Quanta> mass;
   Neighbors liquid;
@@ -128,6 +228,10 @@ struct Evaporation {
         normal(work.normal),
         number(work.number),
         solid(work.solid),
+        flat(work.flat),
+        taken(work.taken),
+        near_inside(work.near_inside),
+        moment_of_inside(work.moment_of_inside),
         id(std::as_const(fluid).particles.id),
         mass(fluid.particles.mass),
         liquid(lists.fluid_fluid),
@@ -140,14 +244,15 @@ struct Evaporation {
     const Real4 at = position(i), own = normal(i);
     const Real drop = laws::round_drop_area(at.w);
     if (number(i) < 0) return drop;
-    const Real most = surface.most(number(i), solid(i)), small = drop < most ? drop : most;
-    const Real filled = surface.full * number(i) + solid(i), thin = surface.thin(filled);
+    const Real sides = surface.both_sides(number(i)), open = surface.open(solid(i));
+    const Real small = drop < sides * open ? drop : sides * open;
+    const Real filled = surface.filled(number(i), solid(i)), thin = surface.thin(filled);
     if (!(own.w > 0)) return thin * small;
     const Real inwards = -dot(colour(i).xyz(), own.xyz()), steep = inwards > 0 ? inwards : Real(0);
     const Real rim = thin * surface.unexplained(filled, steep), loose = surface.loose(filled);
-    const Real flat = steep > 0 ? surface.flat_area(at.w, steep, mean_curvature(i, at.xyz(), own.xyz())) : Real(0);
-    const Real few = (rim > loose ? rim : loose) * small, bound = flat < most ? flat : most;
-    return own.w * (bound > few ? bound : few) + (1 - own.w) * thin * small;
+    const Real few = own.w * (rim > loose ? rim : loose) * small, most = own.w * 2 * sides * open * open;
+    const Real outward = outward_area(i, at.xyz()), bound = outward < most ? outward : most;
+    return (bound > few ? bound : few) + (1 - own.w) * thin * small;
   }
   KOKKOS_INLINE_FUNCTION void operator()(const Index i, Quanta& sum) const {
     const Quanta held = mass(i);
@@ -162,20 +267,22 @@ struct Evaporation {
   }
 
  private:
-  /// H, 1/m: by least squares, of n_j − n_i = H r_t along the surface.
-  KOKKOS_INLINE_FUNCTION Real mean_curvature(Index i, const Real3& x, const Real3& n) const {
-    const NeighborRow near = liquid.row(i);
-    Real turned = 0, square = 0;
-    for (Index k = 0; k < near.count; ++k) {
-      const Real4 of_other = normal(near(k));
-      if (!(of_other.w > 0)) continue;
-      const Real4 other = position(near(k));
-      const Real3 r = other.xyz() - x, along = r - dot(n, r) * n;
-      const Real weight = other.w * kernel.value(norm(r));
-      turned += weight * dot(of_other.xyz() - n, along);
-      square += weight * dot(along, along);
+  /// f A^f, m²: without what is taken, and of a kernel whose moment is that of the inside.
+  KOKKOS_INLINE_FUNCTION Real outward_area(Index i, const Real3& x) const {
+    if (!(flat(i) > 0)) return 0;
+    const NeighborRow row = liquid.row(i);
+    const Real own = kernel.value(0) * position(i).w;
+    Real away = 0, near = own * near_inside(i), moment = own * moment_of_inside(i);
+    for (Index k = 0; k < row.count; ++k) {
+      const Index j = row(k);
+      const Real4 other = position(j);
+      const Real w = kernel.value(norm(other.xyz() - x));
+      away += w * taken(j);
+      near += w * other.w * near_inside(j);
+      moment += w * other.w * moment_of_inside(j);
     }
-    return square > 0 ? turned / square : Real(0);
+    const Real left = away < 1 ? (1 - away) * flat(i) : Real(0);
+    return near > 0 ? left * near / moment : left;
   }
 };
 
@@ -186,6 +293,8 @@ void evaporation(const Constants& constants, Fluid& fluid, const NeighborLists& 
   if (fluid.particles.total == 0) return;
   find_colours(constants, fluid, lists, bodies, cloth, work);
   find_normals(constants, fluid, lists, work);
+  find_flat_areas(constants, fluid, lists, work);
+  find_taken(constants, fluid, lists, work);
   Quanta gone = 0;
   Kokkos::parallel_reduce("drench::evaporation::loss", range(fluid.particles.count),
                           Evaporation(constants, fluid, lists, work, info), gone);
@@ -196,7 +305,7 @@ void evaporation(const Constants& constants, Fluid& fluid, const NeighborLists& 
 MemoryEstimate evaporation_bytes(const Sizing& s) {
   MemoryEstimate sum;
   if (s.size.evaporation && s.size.liquid)
-    sum.particles = particle_room(s) * 10 * s.real;  // colour, number, solid, normal
+    sum.particles = particle_room(s) * 16 * s.real;  // colour and normal of four, eight of one
   return sum;
 }
 

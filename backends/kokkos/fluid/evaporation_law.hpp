@@ -9,19 +9,22 @@ namespace drench::kokkos_backend::laws {
 struct Colour {
   Real liquid = 0, solid = 0;             // Σ V W, 1
   Real number = 0;                        // Σ W of the liquid, 1/m³
+  Real moment = 0;                        // −Σ V r·∇W, 1: three times M
   Real3 liquid_gradient, solid_gradient;  // 1/m
   Index near = 0;                         // that it is summed over
 
   KOKKOS_INLINE_FUNCTION void add_liquid(const Kernel& kernel, Real volume, const Real3& r) {
-    const Real length = norm(r), w = kernel.value(length);
-    liquid_gradient += volume * kernel.grad_factor(length) * r;
+    const Real length = norm(r), w = kernel.value(length), steep = volume * kernel.grad_factor(length);
+    liquid_gradient += steep * r;
+    moment -= steep * length * length;
     liquid += volume * w;
     number += w;
     ++near;
   }
   KOKKOS_INLINE_FUNCTION void add_solid(const Kernel& kernel, Real volume, const Real3& r) {
-    const Real length = norm(r);
-    solid_gradient += volume * kernel.grad_factor(length) * r;
+    const Real length = norm(r), steep = volume * kernel.grad_factor(length);
+    solid_gradient += steep * r;
+    moment -= steep * length * length;
     solid += volume * kernel.value(length);
     ++near;
   }
@@ -59,16 +62,18 @@ struct Surface {
     const Real share = (steep - inside) / (at_surface - inside);
     return {(-1 / length) * mean, share < 1 ? share : Real(1)};
   }
-  /// What the gradient tells of a particle of volume V, m²; `steep` = −∇c·n, 1/m, and H the mean curvature, 1/m.
+  /// F, m², of a particle of volume V: what the gradient tells, below 0 where it points inwards. `steep` = −∇c·n, 1/m, and H
+  /// the mean curvature, 1/m.
   KOKKOS_INLINE_FUNCTION Real flat_area(Real volume, Real steep, Real curvature) const {
     constexpr Real most_bent = 3;
     const Real bent = 1 + depth * curvature;
-    return steep > 0 && bent > 0 ? 2 * volume * steep * (bent < most_bent ? bent : most_bent) : Real(0);
+    return bent > 0 ? 2 * volume * steep * (bent < most_bent ? bent : most_bent) : Real(0);
   }
-  /// What is left to a particle beside others: `number` and `solid` as in Colour.
-  KOKKOS_INLINE_FUNCTION Real most(Real number, Real solid) const {
-    return film_area / (full * number) * (1 - (solid < Real(0.25) ? 2 * solid : Real(0.5)));
-  }
+  /// Both sides of a particle in a film, m², and the share of them that solids leave open, 1; as in Colour.
+  KOKKOS_INLINE_FUNCTION Real both_sides(Real number) const { return film_area / (full * number); }
+  KOKKOS_INLINE_FUNCTION Real open(Real solid) const { return 1 - (solid < Real(0.25) ? 2 * solid : Real(0.5)); }
+  /// How full a particle's surroundings are, 1.
+  KOKKOS_INLINE_FUNCTION Real filled(Real number, Real solid) const { return full * number + solid; }
   /// How far a particle counts as one of a film of one layer, or as loose, 0 to 1.
   KOKKOS_INLINE_FUNCTION Real thin(Real filled) const {
     return within_unit(Real(4.0 / 3) - 2 * (filled - film) / (1 - film));

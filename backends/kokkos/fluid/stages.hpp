@@ -60,10 +60,16 @@ void surface_tension(const Constants& constants, Fluid& fluid, const NeighborLis
                      Cloth& cloth, SurfaceTensionWork& work, const StepInfo& info);
 
 struct EvaporationWork {
-  Field<Real4> colour;  // ∇c, 1/m, and c, 1
-  Field<Real4> normal;  // outward normal, 1, and how far the flat law holds, 0 to 1
-  Field<Real> number;   // Σ W of the liquid, 1/m³; −1: nothing is within h of it
-  Field<Real> solid;    // Σ V W of solids, 1
+  Field<Real4> colour;           // ∇c, 1/m, and c, 1
+  Field<Real4> normal;           // outward normal, 1, and how far the flat law holds, 0 to 1
+  Field<Real> number;            // Σ W of the liquid, 1/m³; −1: nothing is within h of it
+  Field<Real> solid;             // Σ V W of solids, 1
+  Field<Real> moment;            // M, 1
+  Field<Real> inside;            // (1 − f)(1 − t) V, m³
+  Field<Real> flat;              // f F, m²
+  Field<Real> near_inside;       // C, 1
+  Field<Real> moment_of_inside;  // B, 1
+  Field<Real> taken;             // Q, m³
 };
 /// Liquid goes from the free surface into the air; stage advection removes particles that are taken whole.
 void evaporation(const Constants& constants, Fluid& fluid, const NeighborLists& lists, const Bodies& bodies,
