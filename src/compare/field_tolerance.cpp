@@ -103,8 +103,8 @@ FieldTolerances::Allowed FieldTolerances::kappa_density(const FieldDifference& d
 }
 
 FieldTolerances::Allowed FieldTolerances::kappa_divergence(const FieldDifference& d) const {
-  // one rounding of the velocities, over a spacing: in free fall κ is nothing else
-  return {d.largest, precision_.rounding * largest("fluid_velocity") * model_.spacing / dt_};
+  // a rounding of both velocities of a pair, over a spacing: in free fall κ is nothing else
+  return {d.largest, 2 * precision_.rounding * largest("fluid_velocity") * model_.spacing / dt_};
 }
 
 FieldTolerances::Allowed FieldTolerances::node_velocity(const FieldDifference& d) const {

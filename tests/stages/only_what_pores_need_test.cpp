@@ -82,8 +82,9 @@ TEST(only_what_is_needed, liquid_and_cloth_dry_only_in_air) {
   }
   {
     const Watch watch(with(wet_scene(), "output:", "air: {}\noutput:"));
-    EXPECT_EQ(containing(launched, label), 7) << "colour, normal, loss; clear, sides, open, nodes";
-    EXPECT_EQ(containing(allocated, label), 6) << "colour, number, solid, normal; sides, open";
+    EXPECT_EQ(containing(launched, label), 9) << "colour, normal, flat, taken, loss; clear, sides, open, nodes";
+    EXPECT_EQ(containing(allocated, label), 12)
+        << "colour, number, solid, moment, normal, inside, flat, near_inside, moment_of_inside, taken; sides, open";
   }
   {
     const Watch watch(with(wet_scene(), "output:", "air: {humidity: 1}\noutput:"));

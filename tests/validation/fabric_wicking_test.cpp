@@ -9,6 +9,8 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <utility>
+#include <vector>
 
 #include "app/run_program.hpp"
 #include "patches.hpp"
@@ -270,7 +272,8 @@ TEST(fabric_wicking, a_drop_on_a_weave_wets_an_ellipse) {
   Books books;
   double above = 0, apart = 0;
   std::vector<std::pair<Vec3, double>> plain;  // position, saturation
-  for (const auto& [file, n] : {std::pair{"plain", 0.0}, {"textured", 0.0}, {"plain", 1.0}, {"plain", 2.0}}) {
+  const std::vector<std::pair<const char*, double>> cases = {{"plain", 0}, {"textured", 0}, {"plain", 1}, {"plain", 2}};
+  for (const auto& [file, n] : cases) {
     const bool uses_texture = std::string(file) == "textured";
     const Barenblatt exact{std::max(n, 1.0), 2, std::sqrt(along_warp * along_weft), 0.045, 0.9};
     const double sigma = 0.015, time = n == 0 ? 1.6 : exact.time_of_growth(1.8), stretch = std::sqrt(2.0);

@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <utility>
+#include <vector>
 
 #include "validation.hpp"
 
@@ -11,7 +13,8 @@ namespace drench::test {
 
 // A strip that stands in a reservoir: sᵝ falls by 1 over the capillary height.
 TEST(retention, a_strip_holds_liquid_by_its_curve_of_retention) {
-  for (const auto& [beta, n] : {std::pair{0.5, 1.0}, {1.0, 1.0}, {3.0, 0.0}}) {
+  const std::vector<std::pair<double, double>> curves = {{0.5, 1}, {1, 1}, {3, 0}};
+  for (const auto& [beta, n] : curves) {
     constexpr double height = 0.15, length = 0.2;
     SceneRun run(fmt::format(R"(drench: 1
 time: {{step: 1, end: 1000}}

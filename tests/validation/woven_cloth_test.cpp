@@ -6,6 +6,8 @@
 #include <Eigen/LU>
 #include <cmath>
 #include <numbers>
+#include <utility>
+#include <vector>
 
 #include "irregular_sheet.hpp"
 #include "setup/cloth_mesh.hpp"
@@ -123,7 +125,9 @@ TEST(woven_cloth, plate_of_an_irregular_mesh_bends_as_theory_says) {
     const SurfaceMesh regular = regular_strip(-2 * size, span - 0.5 * size, 5 * size, size);
     const SurfaceMesh smooth = irregular_strip(-2 * size, span - 0.5 * size, 5 * size, size, 5);
     const SurfaceMesh rough = irregular_strip(-2 * size, span - 0.5 * size, 5 * size, size, 1);
-    for (const auto& [name, mesh] : {std::pair{"grid as a file", &regular}, {"irregular", &smooth}, {"rough", &rough}}) {
+    const std::vector<std::pair<const char*, const SurfaceMesh*>> meshes = {
+        {"grid as a file", &regular}, {"irregular", &smooth}, {"rough", &rough}};
+    for (const auto& [name, mesh] : meshes) {
       const TempFolder folder;
       SceneRun run(fmt::format(R"(drench: 1
 time: {{step: 0.001, end: 10}}
