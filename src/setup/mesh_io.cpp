@@ -6,11 +6,11 @@
 #include <vtkCellData.h>
 #include <vtkCommand.h>
 #include <vtkDataArray.h>
+#include <vtkDoubleArray.h>
 #include <vtkExecutive.h>
 #include <vtkIdList.h>
 #include <vtkIdTypeArray.h>
 #include <vtkNew.h>
-#include <vtkOBJReader.h>
 #include <vtkPLYReader.h>
 #include <vtkPointData.h>
 #include <vtkPoints.h>
@@ -22,15 +22,15 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
-#include <cmath>
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <map>
-#include <sstream>
+#include <utility>
 
 #include "base/eigen_vec.hpp"
+#include "setup/mesh_file_check.hpp"
 #include "setup/mesh_groups.hpp"
+#include "setup/obj_file.hpp"
 #include "setup/setup_error.hpp"
 
 namespace drench {
@@ -57,53 +57,6 @@ struct Messages {
   }
 };
 
-[[noreturn]] void unreadable(const std::string& path, std::string why) {
-  // VTK begins with its own file, line, class and address.
-  if (const auto prefix = why.find("): "); why.starts_with("ERROR: In ") || why.starts_with("Warning: In ")) {
-    if (prefix != std::string::npos) why.erase(0, prefix + 3);
-  }
-  why = why.substr(0, why.find_last_not_of(" \n") + 1);
-  std::replace(why.begin(), why.end(), '\n', ' ');
-  throw SetupError(fmt::format("mesh file '{}': cannot be read: {}", path, why.empty() ? "bad contents" : why));
-}
-
-/// VTK's OBJ reader follows any index and takes what is not a number for 0, so the text is checked before.
-void check_obj(const std::string& path) {
-  std::ifstream file(path);
-  std::string line, word;
-  long points = 0, number = 0;
-  while (std::getline(file, line)) {
-    ++number;
-    std::string rest;
-    while (line.ends_with('\\') && std::getline(file, rest)) {  // a face may go on in the next line
-      line.back() = ' ';
-      line += rest;
-      ++number;
-    }
-    std::istringstream words(line);
-    if (!(words >> word)) continue;
-    if (word == "v") {
-      for (int a = 0; a < 3; ++a) {
-        char* end = nullptr;
-        word.clear();
-        words >> word;
-        const double value = std::strtod(word.c_str(), &end);
-        if (word.empty() || *end || !std::isfinite(value)) {
-          unreadable(path, fmt::format("line {}: a point needs three finite numbers", number));
-        }
-      }
-      ++points;
-    } else if (word == "f") {
-      while (words >> word && word[0] != '#') {
-        const long index = std::strtol(word.c_str(), nullptr, 10);
-        if (index == 0 || index > points || index < -points) {
-          unreadable(path, fmt::format("line {}: there is no point {}, {} are defined so far", number, word, points));
-        }
-      }
-    }
-  }
-}
-
 template <class Reader>
 vtkSmartPointer<vtkPolyData> polygons_of(const std::string& path) {
   Messages messages;
@@ -117,18 +70,49 @@ vtkSmartPointer<vtkPolyData> polygons_of(const std::string& path) {
   }
   reader->SetFileName(path.c_str());
   reader->Update();
-  if (!messages.error.empty()) unreadable(path, messages.warning.empty() ? messages.error : messages.warning);
-  vtkPolyData* read = reader->GetOutput();
-  vtkNew<vtkIdList> ids;
-  for (vtkIdType c = 0; c < read->GetNumberOfPolys(); ++c) {
-    read->GetPolys()->GetCellAtId(c, ids);
-    for (vtkIdType k = 0; k < ids->GetNumberOfIds(); ++k) {
-      if (ids->GetId(k) >= 0 && ids->GetId(k) < read->GetNumberOfPoints()) continue;
-      unreadable(path, fmt::format("face {}: there is no point {}, allowed: 0 to {}", c, ids->GetId(k),
-                                   read->GetNumberOfPoints() - 1));
+  if (!messages.error.empty()) unreadable_mesh(path, messages.warning.empty() ? messages.error : messages.warning);
+  return reader->GetOutput();
+}
+
+/// Points of an .obj file in its order, and copies of those that have several texture coordinates behind them. Without
+/// coordinates where a corner has none.
+vtkSmartPointer<vtkPolyData> polygons_of(const ObjFile& file) {
+  const bool textured = !file.corner_texture.empty() &&
+                        std::find(file.corner_texture.begin(), file.corner_texture.end(), -1) == file.corner_texture.end();
+  vtkNew<vtkPoints> points;
+  points->SetDataTypeToDouble();
+  for (const Vec3& x : file.points) points->InsertNextPoint(x.data());
+  vtkNew<vtkDoubleArray> coordinates;
+  coordinates->SetNumberOfComponents(2);
+  std::vector<Index> texture(file.points.size(), -1);  // of each point so far
+  std::map<std::pair<Index, Index>, vtkIdType> copies;
+  const auto point_of = [&](std::size_t c) {
+    const Index point = file.corner[c], wanted = textured ? file.corner_texture[c] : -1;
+    Index& first = texture[static_cast<std::size_t>(point)];
+    if (first < 0) first = wanted;
+    if (first == wanted) return vtkIdType{point};
+    const auto [copy, fresh] = copies.try_emplace({point, wanted}, points->GetNumberOfPoints());
+    if (fresh) {
+      points->InsertNextPoint(file.points[static_cast<std::size_t>(point)].data());
+      texture.push_back(wanted);
     }
+    return copy->second;
+  };
+  vtkNew<vtkCellArray> faces;
+  std::size_t corner = 0;
+  for (const std::size_t end : file.face_end) {
+    faces->InsertNextCell(static_cast<int>(end - corner));
+    for (; corner < end; ++corner) faces->InsertCellPoint(point_of(corner));
   }
-  return read;
+  vtkNew<vtkPolyData> data;
+  data->SetPoints(points);
+  data->SetPolys(faces);
+  if (!textured) return data;
+  constexpr std::array<double, 2> unused{};
+  for (const Index uv : texture)
+    coordinates->InsertNextTuple(uv < 0 ? unused.data() : file.texture[static_cast<std::size_t>(uv)].data());
+  data->GetPointData()->SetTCoords(coordinates);
+  return data;
 }
 
 vtkSmartPointer<vtkPolyData> triangles_of(vtkPolyData* polygons) {
@@ -190,13 +174,17 @@ RawMesh read_raw(const std::string& file, const std::string& scene_path) {
   std::string ending = std::filesystem::path(path).extension().string();
   std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return std::tolower(c); });
   if (ending == ".obj") {
-    check_obj(path);
-    const auto data = polygons_of<vtkOBJReader>(path);
-    // The reader copies points where texture coordinates or normals differ, which would cut the cloth open.
-    return {data, data->GetPointData()->GetTCoords() || data->GetPointData()->GetNormals()};
+    const ObjFile obj = read_obj_file(path);
+    return {polygons_of(obj), obj.cut};
   }
-  if (ending == ".ply") return {polygons_of<vtkPLYReader>(path), false};
-  if (ending == ".stl") return {polygons_of<vtkSTLReader>(path), true};
+  if (ending == ".ply") {
+    check_ply_file(path);
+    return {polygons_of<vtkPLYReader>(path), false};
+  }
+  if (ending == ".stl") {
+    check_stl_file(path);
+    return {polygons_of<vtkSTLReader>(path), true};
+  }
   throw SetupError("mesh file '" + file + "': unknown ending, known are .obj, .ply and .stl");
 }
 
@@ -261,6 +249,17 @@ std::vector<vtkIdType> corners_of(vtkPolyData* data) {
 }
 
 }  // namespace
+
+void unreadable_mesh(const std::string& path, const std::string& text) {
+  std::string why = text;
+  // VTK begins with its own file, line, class and address.
+  if (const auto prefix = why.find("): "); why.starts_with("ERROR: In ") || why.starts_with("Warning: In ")) {
+    if (prefix != std::string::npos) why.erase(0, prefix + 3);
+  }
+  why = why.substr(0, why.find_last_not_of(" \n") + 1);
+  std::replace(why.begin(), why.end(), '\n', ' ');
+  throw SetupError(fmt::format("mesh file '{}': cannot be read: {}", path, why.empty() ? "bad contents" : why));
+}
 
 SurfaceMesh read_mesh(const std::string& file, const std::string& scene_path) {
   return mesh_of(read_raw(file, scene_path), file);

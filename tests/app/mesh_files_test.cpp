@@ -206,6 +206,22 @@ TEST_F(MeshFiles, TheWarpRunsAlongTheTextureOrAsTheSceneSays) {
   expect_error("triangle 1 has no area in the file's texture");
 }
 
+TEST_F(MeshFiles, AnObjFileKeepsItsPointsWhateverItsCornersName) {
+  const std::string points = "v 0.1 0 0\nv 1 0 0\nv 0 0 1\nv 1 0 1\nvt 0 0\nvt 1 0\nvt 0 1\nvn 0 1 0\n";
+  for (const std::string faces :
+       {"f 1 2 3\nf 2 4 3\n", "f 1/1 2/2 3/3\nf 2/1 4/2 3/3\n", "f 1//1 2//1 3//1\nf 2 4 3\n",
+        "usemtl a\nf 1/1/1 2/2/1 3/3/1\nusemtl b\nf 2//1 4//1 3//1\n", "f 1 2 3 # a comment\r\nf -3 -1 \\\r\n-2\r\n"}) {
+    const SurfaceMesh mesh = read_mesh(write("corners.obj", points + faces), "", {.texture = true});
+    SCOPED_TRACE(faces);
+    ASSERT_EQ(mesh.points.size(), 4u);
+    EXPECT_EQ(mesh.points[0], (Vec3{0.1, 0, 0})) << "in double precision";
+    EXPECT_EQ(mesh.triangles, (std::vector<std::array<Index, 3>>{{0, 1, 2}, {1, 3, 2}}));
+    std::vector<std::array<std::array<double, 2>, 3>> texture;  // of triangles whose corners all have one
+    if (faces.starts_with("f 1/1")) texture = {{{{0, 0}, {1, 0}, {0, 1}}}, {{{0, 0}, {1, 0}, {0, 1}}}};
+    EXPECT_EQ(mesh.texture, texture);
+  }
+}
+
 TEST_F(MeshFiles, BadOnesAreRefused) {
   const auto error = [&](const std::string& name, const std::string& text) {
     Scene scene;
@@ -231,13 +247,33 @@ TEST_F(MeshFiles, BadOnesAreRefused) {
   EXPECT_TRUE(has(error("next.obj", points + "f 1 2 \\\n3 99\n"), "there is no point 99"));
   EXPECT_EQ(error("last.obj", points + "f -6 -5 -4\n"), "");  // counted from the end
   EXPECT_TRUE(has(error("nan.obj", "v nan 0 0\nv 1 0 0\nv 0 0 1\nf 1 2 3\n"), "line 1: a point needs three finite"));
+  EXPECT_TRUE(has(error("texture.obj", points + "f 1 2/1/14 3\n"), "line 7: there is no texture coordinate 2/1/14"));
+  EXPECT_TRUE(has(error("corner.obj", points + "f 1 2x 3\n"), "line 7: '2x' is no corner of a face"));
+  EXPECT_TRUE(has(error("two.obj", points + "f 1 2\n"), "line 7: a face needs three corners"));
   const std::string ply =
       "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
       "element face 1\nproperty list uchar int vertex_indices\nend_header\n";
+  const auto changed = [&](const std::string& from, const std::string& to) {
+    std::string text = ply;
+    return text.replace(text.find(from), from.size(), to);
+  };
   EXPECT_EQ(error("good.ply", ply + "0 0 0\n1 0 0\n0 0 1\n3 0 1 2\n"), "");
   EXPECT_TRUE(has(error("range.ply", ply + "0 0 0\n1 0 0\n0 0 1\n3 0 1 7\n"), "face 0: there is no point 7"));
   EXPECT_TRUE(
       has(error("nan.ply", ply + "0 0 0\n1 nan 0\n0 0 1\n3 0 1 2\n"), "point 1 of the mesh is not a finite number"));
+  EXPECT_TRUE(has(error("short.ply", ply + "0 0 0\n1 0\n0 0 1\n3 0 1 2\n"), "line 11: vertex 1 has too few numbers"));
+  EXPECT_TRUE(has(error("word.ply", ply + "0 0 0\n1 x 0\n0 0 1\n3 0 1 2\n"), "line 11: 'x' is no number"));
+  EXPECT_TRUE(has(error("ends.ply", ply + "0 0 0\n1 0 0\n"), "it ends in vertex 2 of 3"));
+  EXPECT_TRUE(has(error("endless.ply", "ply\nformat ascii 1.0\n"), "its header has no end"));
+  EXPECT_TRUE(has(error("vast.ply", changed("vertex 3", "vertex 3000000000") + "0 0 0\n"),
+                  "line 3: there cannot be 3000000000 of 'vertex'"));
+  EXPECT_TRUE(
+      has(error("list.ply", changed("vertex_indices", "corners") + "0 0 0\n"), "'corners' of 'face' is a list"));
+  EXPECT_TRUE(has(error("binary.ply", changed("ascii", "binary_little_endian") + std::string(36, '\0') + "\3"),
+                  "it ends in face 0 of 1"));
+  EXPECT_TRUE(has(error("bare.stl", "facet normal 0 0 1\n"), "it does not begin with 'solid'"));
+  EXPECT_TRUE(has(error("cut.stl", std::string(80, '\0') + "\3" + std::string(60, '\0')),
+                  "it says that it has 3 triangles, 1 fit"));
 }
 
 }  // namespace
