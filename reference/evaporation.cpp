@@ -12,10 +12,10 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double least_room = 0.2;                  // 1: of a particle's surroundings, however many solids there are
-constexpr double none = 0.11, whole = 0.17;         // 1/h: of N/c², of the flat law
-constexpr double most_bent = 3;                     // 1: largest correction by the curvature
-constexpr double least_void = 0.05;                 // 1: of what is not filled
+constexpr double least_room = 0.2;           // 1: of a particle's surroundings, however many solids there are
+constexpr double none = 0.11, whole = 0.17;  // 1/h: of N/c², of the flat law
+constexpr double most_bent = 3;              // 1: largest correction by the curvature
+constexpr double least_void = 0.05;          // 1: of what is not filled
 
 /// Integrals of the kernel: over a plane through its centre, 1/h; mean depth of the liquid's half of a flat surface, h.
 struct Integrals {
@@ -50,10 +50,10 @@ Surroundings around(const ReferenceState& state, Index i) {
   result.liquid = fluid_volume(state, i) * smoothing.value(0);
   result.number = full * smoothing.value(0);
   const auto add = [&](double volume, const Vector3d& r, double& share, Vector3d& gradient) {
-    const Vector3d steep = volume * smoothing.gradient(r);
+    const Vector3d change = volume * smoothing.gradient(r);
     share += volume * smoothing.value(r.norm());
-    gradient += steep;
-    result.moment -= r.dot(steep) / 3;
+    gradient += change;
+    result.moment -= r.dot(change) / 3;
     result.alone = false;
   };
   const auto add_solid = [&](double volume, const Vector3d& r) { add(volume, r, result.solid, result.solid_gradient); };
@@ -107,8 +107,8 @@ struct Surface {
   const ReferenceState& state;
   std::vector<Surroundings> near{};
   std::vector<Normal> normals{};
-  std::vector<double> flat{};                  // f F, m²: what the gradient tells, below 0 where it points inwards
-  std::vector<double> within{}, within_sum{};  // C, 1, and B, 1: how much of the inside is near, and its moment
+  std::vector<double> flat{};  // f F, m²: what the gradient tells, below 0 where it points inwards
+  std::vector<double> near_inside{}, moment_of_inside{};  // C and B, 1: how much of the inside is near, and its moment
 
   Index count() const { return state.s.fluid_count(); }
   double film() const {
@@ -138,8 +138,8 @@ void find_flat_areas(Surface& s) {
     const bool surface = s.normals[i].flat > 0;
     const double bent = surface ? std::clamp(1 + 2 * mean_curvature(s.state, s.normals, i) * depth, 0.0, most_bent) : 0;
     s.flat.push_back(s.normals[i].flat * 2 * fluid_volume(s.state, i) * s.steepness(i) * bent);
-    s.within.push_back(surface ? s.mean(i, inside) : 0);
-    s.within_sum.push_back(surface ? s.mean(i, [&](Index j) { return inside(j) * s.near[j].moment; }) : 0);
+    s.near_inside.push_back(surface ? s.mean(i, inside) : 0);
+    s.moment_of_inside.push_back(surface ? s.mean(i, [&](Index j) { return inside(j) * s.near[j].moment; }) : 0);
   }
 }
 
@@ -159,9 +159,9 @@ std::vector<double> outward_areas(const Surface& s) {
       continue;
     }
     const double left = std::max(0.0, 1 - s.mean(i, [&](Index j) { return taken[j]; }));
-    const double within = s.mean(i, [&](Index j) { return fluid_volume(s.state, j) * s.within[j]; });
-    const double moment = s.mean(i, [&](Index j) { return fluid_volume(s.state, j) * s.within_sum[j]; });
-    result.push_back(within > 0 ? area * left * within / moment : area * left);
+    const double near = s.mean(i, [&](Index j) { return fluid_volume(s.state, j) * s.near_inside[j]; });
+    const double moment = s.mean(i, [&](Index j) { return fluid_volume(s.state, j) * s.moment_of_inside[j]; });
+    result.push_back(near > 0 ? area * left * near / moment : area * left);
   }
   return result;
 }

@@ -11,7 +11,6 @@
 #include <vtkIdList.h>
 #include <vtkIdTypeArray.h>
 #include <vtkNew.h>
-#include <vtkPLYReader.h>
 #include <vtkPointData.h>
 #include <vtkPoints.h>
 #include <vtkPolyData.h>
@@ -22,15 +21,15 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <map>
 #include <utility>
 
 #include "base/eigen_vec.hpp"
-#include "setup/mesh_file_check.hpp"
-#include "setup/mesh_groups.hpp"
-#include "setup/obj_file.hpp"
+#include "setup/mesh_files.hpp"
 #include "setup/setup_error.hpp"
 
 namespace drench {
@@ -57,13 +56,12 @@ struct Messages {
   }
 };
 
-template <class Reader>
-vtkSmartPointer<vtkPolyData> polygons_of(const std::string& path) {
+vtkSmartPointer<vtkPolyData> polygons_of_stl(const std::string& path) {
   Messages messages;
   vtkNew<vtkCallbackCommand> observer;
   observer->SetCallback(Messages::collect);
   observer->SetClientData(&messages);
-  vtkNew<Reader> reader;
+  vtkNew<vtkSTLReader> reader;
   for (vtkObject* source : std::initializer_list<vtkObject*>{reader, reader->GetExecutive()}) {
     source->AddObserver(vtkCommand::ErrorEvent, observer);
     source->AddObserver(vtkCommand::WarningEvent, observer);
@@ -74,9 +72,9 @@ vtkSmartPointer<vtkPolyData> polygons_of(const std::string& path) {
   return reader->GetOutput();
 }
 
-/// Points of an .obj file in its order, and copies of those that have several texture coordinates behind them. Without
+/// Points in the order of the file, and copies of those that have several texture coordinates behind them. Without
 /// coordinates where a corner has none.
-vtkSmartPointer<vtkPolyData> polygons_of(const ObjFile& file) {
+vtkSmartPointer<vtkPolyData> polygons_of(const PolygonFile& file) {
   const bool textured = !file.corner_texture.empty() &&
                         std::find(file.corner_texture.begin(), file.corner_texture.end(), -1) == file.corner_texture.end();
   vtkNew<vtkPoints> points;
@@ -136,7 +134,9 @@ SurfaceMesh compact(vtkPolyData* data, bool merge, std::vector<vtkIdType>* kept 
     return x;
   };
   for (vtkIdType p = 0; p < points; ++p) {
-    first[static_cast<std::size_t>(p)] = merge ? seen.try_emplace(point(p), p).first->second : p;
+    const Vec3 x = point(p);
+    const bool finite = std::isfinite(x[0]) && std::isfinite(x[1]) && std::isfinite(x[2]);  // others have no order
+    first[static_cast<std::size_t>(p)] = merge && finite ? seen.try_emplace(x, p).first->second : p;
   }
   std::vector<std::array<vtkIdType, 3>> corners;
   std::vector<std::uint8_t> used(first.size(), 0);
@@ -167,23 +167,20 @@ SurfaceMesh compact(vtkPolyData* data, bool merge, std::vector<vtkIdType>* kept 
 struct RawMesh {
   vtkSmartPointer<vtkPolyData> polygons;
   bool merge = false;
+  std::vector<std::vector<std::string>> names{};  // of faces
 };
 
-RawMesh read_raw(const std::string& file, const std::string& scene_path) {
+RawMesh raw_mesh(PolygonFile file) { return {polygons_of(file), file.cut, std::move(file.names)}; }
+
+RawMesh read_raw(const std::string& file, const std::string& scene_path, bool names = false) {
   const std::string path = find_file(file, scene_path);
   std::string ending = std::filesystem::path(path).extension().string();
   std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return std::tolower(c); });
-  if (ending == ".obj") {
-    const ObjFile obj = read_obj_file(path);
-    return {polygons_of(obj), obj.cut};
-  }
-  if (ending == ".ply") {
-    check_ply_file(path);
-    return {polygons_of<vtkPLYReader>(path), false};
-  }
+  if (ending == ".obj") return raw_mesh(read_obj_file(path, names));
+  if (ending == ".ply") return raw_mesh(read_ply_file(path));
   if (ending == ".stl") {
     check_stl_file(path);
-    return {polygons_of<vtkSTLReader>(path), true};
+    return {polygons_of_stl(path), true};
   }
   throw SetupError("mesh file '" + file + "': unknown ending, known are .obj, .ply and .stl");
 }
@@ -211,12 +208,11 @@ std::vector<std::array<std::array<double, 2>, 3>> texture_of(vtkPolyData* triang
 
 constexpr const char* face_array = "drench_face";
 
-/// Cell data that triangles keep of the face that they are cut from. Cells are in VTK's order: points, lines, faces.
+/// Cell data that triangles keep of the face that they are cut from.
 void number_faces(vtkPolyData* polygons) {
   vtkNew<vtkIdTypeArray> number;
   number->SetName(face_array);
-  const vtkIdType before = polygons->GetNumberOfVerts() + polygons->GetNumberOfLines();
-  for (vtkIdType c = 0; c < polygons->GetNumberOfCells(); ++c) number->InsertNextValue(c - before);
+  for (vtkIdType c = 0; c < polygons->GetNumberOfPolys(); ++c) number->InsertNextValue(c);
   polygons->GetCellData()->AddArray(number);
 }
 
@@ -250,6 +246,12 @@ std::vector<vtkIdType> corners_of(vtkPolyData* data) {
 
 }  // namespace
 
+std::string bytes_of_mesh(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  if (!file) unreadable_mesh(path, "it cannot be opened");
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
 void unreadable_mesh(const std::string& path, const std::string& text) {
   std::string why = text;
   // VTK begins with its own file, line, class and address.
@@ -266,13 +268,17 @@ SurfaceMesh read_mesh(const std::string& file, const std::string& scene_path) {
 }
 
 SurfaceMesh read_mesh(const std::string& file, const std::string& scene_path, MeshExtras extras) {
-  const RawMesh raw = read_raw(file, scene_path);
+  const RawMesh raw = read_raw(file, scene_path, extras.groups);
   if (extras.groups) number_faces(raw.polygons);
   SurfaceMesh mesh = mesh_of(raw, file);
   if (!extras.texture && !extras.groups) return mesh;
   const auto triangles = triangles_of(raw.polygons);
   if (extras.texture) mesh.texture = texture_of(triangles);
-  if (extras.groups) mesh.groups = groups_of(triangles, face_names(find_file(file, scene_path)));
+  for (std::size_t t = 0; t < mesh.texture.size(); ++t)
+    for (const auto& [u, v] : mesh.texture[t])
+      if (!std::isfinite(u + v))
+        throw SetupError(fmt::format("mesh file '{}': triangle {} has a texture coordinate that is not finite", file, t));
+  if (extras.groups) mesh.groups = groups_of(triangles, raw.names);
   return mesh;
 }
 

@@ -1,5 +1,5 @@
 #pragma once
-// Mesh files, through VTK.
+// Meshes from files, cut into triangles by VTK.
 
 #include <cstdint>
 #include <memory>
@@ -10,12 +10,14 @@
 
 namespace drench {
 
-/// Reads .obj, .ply or .stl. Polygons are cut into triangles, exact copies of a point become one, points without a triangle are
-/// dropped; the others keep their order. A relative `file` is looked for beside `scene_path`, then in the working folder.
+/// Reads .obj, .ply or .stl. Polygons are cut into triangles, points without a triangle are dropped; the others keep their
+/// order. Exact copies of a point become one where the format repeats points: .stl, and corners with texture or normals. A
+/// relative `file` is looked for beside `scene_path`, then in the working folder.
 /// SetupError: no such file, unknown ending, unreadable or empty.
 SurfaceMesh read_mesh(const std::string& file, const std::string& scene_path);
 
-/// What else is read of an .obj file that has it.
+/// What else is read of a file that has it: texture coordinates, and the groups of an .obj file. SetupError if a coordinate is
+/// not finite.
 struct MeshExtras {
   bool texture = false, groups = false;
 };

@@ -1,30 +1,36 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstddef>
 #include <cstdint>
-#include <fstream>
-#include <iterator>
+#include <string>
 
-#include "setup/mesh_file_check.hpp"
+#include "setup/mesh_files.hpp"
 
 namespace drench {
+namespace {
+
+/// As VTK tells a text (kwsys::SystemTools::DetectFileType): less than a twentieth of its first bytes are none of a text.
+bool is_text(const std::string& bytes) {
+  const std::size_t looked_at = std::min<std::size_t>(bytes.size(), 256);
+  const auto others =
+      std::count_if(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(looked_at),
+                    [](unsigned char c) { return !((c >= 0x20 && c <= 0x7f) || c == '\n' || c == '\r' || c == '\t'); });
+  return looked_at > 0 && 20 * static_cast<std::size_t>(others) < looked_at;
+}
+
+}  // namespace
 
 void check_stl_file(const std::string& path) {
   constexpr std::int64_t before = 84, each = 50;  // bytes of a binary file: header and count, a triangle
-  std::ifstream file(path, std::ios::binary);
-  const std::string bytes{std::istreambuf_iterator<char>(file), {}};
-  const auto is_text = [](char c) { return (c >= ' ' && c <= '~') || c == '\t' || c == '\n' || c == '\r'; };
-  if (std::all_of(bytes.begin(), bytes.end(), is_text)) {
-    if (bytes.substr(0, bytes.find_first_of(" \r\n")) != "solid")
-      unreadable_mesh(path, "it does not begin with 'solid'");
-    return;
-  }
+  const std::string bytes = bytes_of_mesh(path);
+  if (is_text(bytes)) return;  // VTK says what is wrong in it
   const auto size = static_cast<std::int64_t>(bytes.size());
   if (size < before) unreadable_mesh(path, "it is neither text nor long enough for a binary file");
-  std::int64_t count = 0;
-  for (int b = 3; b >= 0; --b)
-    count = 256 * count + static_cast<unsigned char>(bytes[static_cast<std::size_t>(80 + b)]);
-  if (count > (size - before) / each)
+  std::uint32_t count = 0;
+  for (std::size_t b = 84; b-- > 80;) count = 256 * count + static_cast<unsigned char>(bytes[b]);
+  // VTK goes by the length where the count is 0 or, as a signed number, negative.
+  if (count < 0x80000000u && count > (size - before) / each)
     unreadable_mesh(path,
                     fmt::format("it says that it has {} triangles, {} fit into it", count, (size - before) / each));
 }

@@ -1,4 +1,4 @@
-// Mesh files: read through VTK, as cloths and as bodies, and the ones that are refused.
+// Mesh files: read as cloths and as bodies, and the ones that are refused.
 
 #include <gtest/gtest.h>
 #include <vtkCell.h>
@@ -9,9 +9,12 @@
 #include <vtkSphereSource.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <map>
 #include <numbers>
 #include <random>
 
@@ -210,8 +213,9 @@ TEST_F(MeshFiles, AnObjFileKeepsItsPointsWhateverItsCornersName) {
   const std::string points = "v 0.1 0 0\nv 1 0 0\nv 0 0 1\nv 1 0 1\nvt 0 0\nvt 1 0\nvt 0 1\nvn 0 1 0\n";
   for (const std::string faces :
        {"f 1 2 3\nf 2 4 3\n", "f 1/1 2/2 3/3\nf 2/1 4/2 3/3\n", "f 1//1 2//1 3//1\nf 2 4 3\n",
-        "usemtl a\nf 1/1/1 2/2/1 3/3/1\nusemtl b\nf 2//1 4//1 3//1\n", "f 1 2 3 # a comment\r\nf -3 -1 \\\r\n-2\r\n"}) {
-    const SurfaceMesh mesh = read_mesh(write("corners.obj", points + faces), "", {.texture = true});
+        "usemtl a\nf 1/1/1 2/2/1 3/3/1\nusemtl b\nf 2//1 4//1 3//1\n", "f 1 2 3 # a comment\r\nf -3 -1 \\\r\n-2\r\n",
+        "# C:\\models\\\r\nf 1/ 2// 3\r\n# x\\\nf\t2 4 3 \n", "vt 0.5\nvt nan nan\nf 1 2 3\nf 2 4 3"}) {
+    const SurfaceMesh mesh = read_mesh(write("corners.obj", "\xef\xbb\xbf" + points + faces), "", {.texture = true});
     SCOPED_TRACE(faces);
     ASSERT_EQ(mesh.points.size(), 4u);
     EXPECT_EQ(mesh.points[0], (Vec3{0.1, 0, 0})) << "in double precision";
@@ -219,6 +223,90 @@ TEST_F(MeshFiles, AnObjFileKeepsItsPointsWhateverItsCornersName) {
     std::vector<std::array<std::array<double, 2>, 3>> texture;  // of triangles whose corners all have one
     if (faces.starts_with("f 1/1")) texture = {{{{0, 0}, {1, 0}, {0, 1}}}, {{{0, 0}, {1, 0}, {0, 1}}}};
     EXPECT_EQ(mesh.texture, texture);
+  }
+}
+
+TEST_F(MeshFiles, NamesStayWithTheirFacesWhateverTheLineEnds) {
+  const std::string points = "v 0 0 0\r\nv 1 0 0\r\nv 0 0 1\r\nv 1 0 1\r\n# C:\\models\\\r\n";
+  const std::string file = write("named.obj", points + "g a \\\r\nb\r\nf 1 2 3\r\no c # no name\r\ng\r\nf 2 4 3\r\n");
+  const SurfaceMesh mesh = read_mesh(file, "", {.groups = true});
+  EXPECT_EQ(mesh.groups, (std::map<std::string, std::vector<Index>>{{"a", {0}}, {"b", {0}}, {"c", {1}}}));
+}
+
+/// The numbers of a binary file, the first byte first.
+template <class... T>
+std::string packed(T... values) {
+  std::string bytes;
+  const auto add = [&](const auto& value) {
+    std::string one(sizeof value, '\0');
+    std::memcpy(one.data(), &value, sizeof value);
+    bytes += one;
+  };
+  (add(values), ...);
+  return bytes;
+}
+
+TEST_F(MeshFiles, PlyFilesOfManyProgramsAreTheSameMesh) {
+  const std::string xyz = "property double x\nproperty double y\nproperty double z\n";
+  const auto ascii = [&](const std::string& before, const std::string& vertex, const std::string& list,
+                         const std::string& after) {
+    return "ply\nformat ascii 1.0\ncomment a b\n" + before + "element vertex 4\n" + vertex +
+           "element face 2\nproperty list uchar " + list + "\n" + after + "end_header\n";
+  };
+  const std::string points = "0.1 0 0\n1 0 0\n0 0 1\n1 0 1\n", faces = "3 0 1 2\n3 1 3 2\n";
+  std::string windows = ascii("", xyz, "int vertex_indices", "") + points + faces;
+  for (std::size_t at = 0; (at = windows.find('\n', at)) != std::string::npos; at += 2) windows.insert(at, "\r");
+  const std::string header = ascii("", xyz, "uint vertex_index", "");
+  const auto binary = [&](const std::string& format) {
+    return std::string(header).replace(header.find("ascii"), 5, format);
+  };
+  const auto numbers = [&](bool swapped) {
+    std::string bytes;
+    const auto add = [&](std::string one) { bytes += swapped ? std::string(one.rbegin(), one.rend()) : one; };
+    for (const double x : {0.1, 0., 0., 1., 0., 0., 0., 0., 1., 1., 0., 1.}) add(packed(x));
+    for (const std::array<unsigned, 3>& t : {std::array{0u, 1u, 2u}, std::array{1u, 3u, 2u}}) {
+      bytes += '\3';
+      for (const unsigned p : t) add(packed(p));
+    }
+    return bytes;
+  };
+  const std::vector<std::string> files = {
+      ascii("", xyz, "int vertex_indices", "") + points + faces,
+      ascii("", xyz, "int vertex_indices", "") + points + faces.substr(0, faces.size() - 1),  // no end of the last line
+      windows,
+      ascii("element camera 1\nproperty float view\n", xyz, "int vertex_index", "element edge 1\nproperty int a\n") +
+          "7\n" + points + "\n" + faces + "5\n",
+      ascii("", "property list uchar float more\n" + xyz, "int vertex_indices", "") +
+          "0 0.1 0 0\n2 5 5 1 0 0\n1 3 0 0 1\n0 1 0 1\n" + faces,
+      ascii("", xyz, "int vertex_indices", "property list uchar float texcoord\n") + points +
+          "3 0 1 2 6 0 0 1 0 0 1\n3 1 3 2 6 9 9 8 8 7 7\n",
+      binary("binary_little_endian") + numbers(false),
+      binary("binary_big_endian") + numbers(true)};
+  for (std::size_t k = 0; k < files.size(); ++k) {
+    SCOPED_TRACE(k);
+    const SurfaceMesh mesh = read_mesh(write("same.ply", files[k]), "", {.texture = true});
+    ASSERT_EQ(mesh.points.size(), 4u);
+    EXPECT_EQ(mesh.points[0], (Vec3{0.1, 0, 0})) << "in double precision";
+    EXPECT_EQ(mesh.triangles, (std::vector<std::array<Index, 3>>{{0, 1, 2}, {1, 3, 2}}));
+    ASSERT_EQ(mesh.texture.size(), k == 5 ? 2u : 0u);
+    for (const auto& uv : mesh.texture)
+      EXPECT_EQ(uv[2], (uv == mesh.texture[0] ? std::array<double, 2>{0, 1} : std::array<double, 2>{7, 7}));
+  }
+}
+
+TEST_F(MeshFiles, StlFilesOfManyProgramsAreTheSameMesh) {
+  const std::string facet =
+      "facet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\n";
+  const std::string triangle =
+      packed(0.f, 0.f, 1.f, 0.f, 0.f, 0.f, 1.f, 0.f, 0.f, 0.f, 1.f, 0.f) + std::string(2, '\0');
+  std::string head = "solid by a program";
+  head.resize(80);
+  for (const std::string& file :
+       {"solid\n" + facet + "endsolid\n", "SOLID x\r\n" + facet + "endsolid x\r\n",
+        "\nsolid caf\xc3\xa9\n" + facet + "endsolid\n", std::string(80, ' ') + packed(1u) + triangle,
+        head + packed(1u) + triangle + "more", head + packed(0xffffffffu) + triangle}) {
+    const SurfaceMesh mesh = read_mesh(write("same.stl", file), "");
+    EXPECT_EQ(mesh.points, (std::vector<Vec3>{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}})) << file;
   }
 }
 
@@ -262,16 +350,22 @@ TEST_F(MeshFiles, BadOnesAreRefused) {
   EXPECT_TRUE(
       has(error("nan.ply", ply + "0 0 0\n1 nan 0\n0 0 1\n3 0 1 2\n"), "point 1 of the mesh is not a finite number"));
   EXPECT_TRUE(has(error("short.ply", ply + "0 0 0\n1 0\n0 0 1\n3 0 1 2\n"), "line 11: vertex 1 has too few numbers"));
-  EXPECT_TRUE(has(error("word.ply", ply + "0 0 0\n1 x 0\n0 0 1\n3 0 1 2\n"), "line 11: 'x' is no number"));
+  EXPECT_TRUE(has(error("word.ply", ply + "0 0 0\n1 x 0\n0 0 1\n3 0 1 2\n"), "line 11: 'x' of vertex 1 is no number"));
   EXPECT_TRUE(has(error("ends.ply", ply + "0 0 0\n1 0 0\n"), "it ends in vertex 2 of 3"));
   EXPECT_TRUE(has(error("endless.ply", "ply\nformat ascii 1.0\n"), "its header has no end"));
   EXPECT_TRUE(has(error("vast.ply", changed("vertex 3", "vertex 3000000000") + "0 0 0\n"),
                   "line 3: there cannot be 3000000000 of 'vertex'"));
-  EXPECT_TRUE(
-      has(error("list.ply", changed("vertex_indices", "corners") + "0 0 0\n"), "'corners' of 'face' is a list"));
+  EXPECT_TRUE(has(error("list.ply", changed("vertex_indices", "corners") + "0 0 0\n1 0 0\n0 0 1\n3 0 1 2\n"),
+                  "its element 'face' has no list 'vertex_indices'"));
   EXPECT_TRUE(has(error("binary.ply", changed("ascii", "binary_little_endian") + std::string(36, '\0') + "\3"),
                   "it ends in face 0 of 1"));
-  EXPECT_TRUE(has(error("bare.stl", "facet normal 0 0 1\n"), "it does not begin with 'solid'"));
+  EXPECT_TRUE(
+      has(error("whole.ply", ply + "0 0 0\n1 0 0\n0 0 1\n3e0 0 1 2\n"), "line 13: '3e0' of face 0 is no whole number"));
+  EXPECT_TRUE(has(error("nan.stl",
+                        "solid\nfacet normal 0 0 1\nouter loop\nvertex nan 0 0\nvertex 1 0 0\nvertex 0 1 "
+                        "0\nendloop\nendfacet\nendsolid\n"),
+                  "is not a finite number"));
+  EXPECT_TRUE(has(error("bare.stl", "facet normal 0 0 1\n"), "Expecting 'solid' found 'facet'"));
   EXPECT_TRUE(has(error("cut.stl", std::string(80, '\0') + "\3" + std::string(60, '\0')),
                   "it says that it has 3 triangles, 1 fit"));
 }

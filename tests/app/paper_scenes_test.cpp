@@ -43,7 +43,7 @@ TEST_P(paper_scenes, has_the_papers_counts_and_constants) {
   EXPECT_NEAR(static_cast<double>(setup.model.mesh.nodes()), size.nodes, tolerance * size.nodes);
 
   // Δt is the paper's. Where the water hits the sheet at more than d/Δt, that is what there is to be said.
-  const bool fast = name.starts_with("cloth_on_sphere") || name.starts_with("rotating_bunny") ||
+  const bool fast = name.starts_with("cloth_on_sphere") ||
                     (name.starts_with("side_injection") && !name.ends_with("low"));
   ASSERT_EQ(setup.warnings.size(), fast ? 1U : 0U) << (setup.warnings.empty() ? "" : setup.warnings.front());
   if (fast) {

@@ -93,10 +93,11 @@ TEST_F(Commands, OverwriteReplacesARunAndNothingElse) {
 
 TEST_F(Commands, AFrameThatCannotBeWrittenStopsTheRun) {
   const fs::path out = here() / "o";
+  int looks = 0;
   const auto block = [&] {  // a file in place of the folder, once the run is on its way
     if (!fs::exists(out / "bodies.pvd") || fs::is_regular_file(out / "frames")) return false;  // the first is written
     std::error_code again;  // the run writes on: what fails here is tried at the next look
-    fs::rename(out / "frames", here() / "frames_before", again);
+    fs::rename(out / "frames", here() / ("frames_before_" + std::to_string(++looks)), again);
     write_text(here() / "in_the_way", "");
     fs::rename(here() / "in_the_way", out / "frames", again);
     return false;

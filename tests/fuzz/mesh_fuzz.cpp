@@ -10,6 +10,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <string>
 
 #include "setup/mesh_io.hpp"
@@ -28,6 +29,12 @@ void write(const std::filesystem::path& path, const std::string& bytes) {
   std::ofstream(path, std::ios::binary).write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
 }
 
+std::string file_of(std::uint8_t kind) {
+  static const std::string name =
+      std::filesystem::temp_directory_path() / ("mesh_fuzz_" + std::to_string(getpid()) + ".");
+  return name + endings[kind % endings.size()];
+}
+
 void check(const drench::SurfaceMesh& mesh) {
   for (const auto& triangle : mesh.triangles)
     for (const drench::Index point : triangle)
@@ -36,6 +43,14 @@ void check(const drench::SurfaceMesh& mesh) {
     for (const drench::Index t : triangles)
       if (t < 0 || static_cast<std::size_t>(t) >= mesh.triangles.size()) wrong("a group of no triangle");
   if (!mesh.texture.empty() && mesh.texture.size() != mesh.triangles.size()) wrong("texture of other triangles");
+}
+
+void must_read(const std::filesystem::path& seed) {
+  std::ifstream file(seed, std::ios::binary);
+  const std::string bytes{std::istreambuf_iterator<char>(file), {}};
+  const std::string path = file_of(static_cast<std::uint8_t>(bytes[0]));
+  write(path, bytes.substr(1));
+  check(drench::read_mesh(path, ""));
 }
 
 }  // namespace
@@ -64,6 +79,7 @@ extern "C" int LLVMFuzzerInitialize(int* argc, char*** argv) {
           "endfacet\nendsolid a\n");
     write(folder / "stl_binary",
           '\2' + std::string(80, '\0') + '\1' + std::string(3, '\0') + numbers + std::string(2, '\0'));
+    for (const char* name : {"obj", "ply", "ply_binary", "stl", "stl_binary"}) must_read(folder / name);
     break;
   }
   return 0;
@@ -71,11 +87,12 @@ extern "C" int LLVMFuzzerInitialize(int* argc, char*** argv) {
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   if (size == 0) return 0;
-  const std::string name = std::filesystem::temp_directory_path() / ("mesh_fuzz_" + std::to_string(getpid()) + ".");
-  const std::string path = name + endings[data[0] % endings.size()];
+  const std::string path = file_of(data[0]);
   write(path, std::string(reinterpret_cast<const char*>(data + 1), size - 1));
   try {
     check(drench::read_mesh(path, "", {.texture = true, .groups = path.ends_with("obj")}));
+    const drench::MeshSequenceReader sequence(path, "");
+    check(sequence.read(path));
   } catch (const drench::SetupError& error) {
     const std::string line = error.what();
     if (!line.starts_with("mesh file '" + path) || line.find('\n') != line.npos)

@@ -186,8 +186,7 @@ TEST(keyed_pins, follow_a_sequence_of_files) {
     for (int c = 0; c < 8; ++c) {
       const Vector3d corner(c & 1 ? 0.04 : -0.04, c & 2 ? 0.02 : -0.02, c & 4 ? 0.03 : -0.03);
       const Vector3d at = Vector3d(0, 0.1, 0) + Eigen::AngleAxisd(std::numbers::pi / 2, Vector3d::UnitZ()) * bent(std::min(file, 4), corner);
-      EXPECT_LT((to_eigen(s.node_position[static_cast<std::size_t>(c)]) - at).norm(), double_precision ? 5e-9 : 3e-8)
-          << "the reader of mesh files is of single precision";
+      EXPECT_LT((to_eigen(s.node_position[static_cast<std::size_t>(c)]) - at).norm(), double_precision ? 1e-14 : 3e-8);
     }
   }
 }

@@ -76,7 +76,7 @@ void find_colours(const Constants& constants, const Fluid& fluid, const Neighbor
         colour(i) = sum.of_room();
         number(i) = sum.near > 0 ? sum.number : Real(-1);
         solid(i) = sum.solid;
-        moment(i) = sum.moment * Real(1.0 / 3);
+        moment(i) = sum.moment;
       });
   fluid.exchange.halo(work.colour);
   fluid.exchange.halo(work.moment);

@@ -9,22 +9,22 @@ namespace drench::kokkos_backend::laws {
 struct Colour {
   Real liquid = 0, solid = 0;             // Σ V W, 1
   Real number = 0;                        // Σ W of the liquid, 1/m³
-  Real moment = 0;                        // −Σ V r·∇W, 1: three times M
+  Real moment = 0;                        // M, 1: −⅓ Σ V r·∇W
   Real3 liquid_gradient, solid_gradient;  // 1/m
   Index near = 0;                         // that it is summed over
 
   KOKKOS_INLINE_FUNCTION void add_liquid(const Kernel& kernel, Real volume, const Real3& r) {
-    const Real length = norm(r), w = kernel.value(length), steep = volume * kernel.grad_factor(length);
-    liquid_gradient += steep * r;
-    moment -= steep * length * length;
+    const Real length = norm(r), w = kernel.value(length), factor = volume * kernel.grad_factor(length);
+    liquid_gradient += factor * r;
+    moment -= Real(1.0 / 3) * factor * length * length;
     liquid += volume * w;
     number += w;
     ++near;
   }
   KOKKOS_INLINE_FUNCTION void add_solid(const Kernel& kernel, Real volume, const Real3& r) {
-    const Real length = norm(r), steep = volume * kernel.grad_factor(length);
-    solid_gradient += steep * r;
-    moment -= steep * length * length;
+    const Real length = norm(r), factor = volume * kernel.grad_factor(length);
+    solid_gradient += factor * r;
+    moment -= Real(1.0 / 3) * factor * length * length;
     solid += volume * kernel.value(length);
     ++near;
   }

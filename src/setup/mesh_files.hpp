@@ -1,0 +1,41 @@
+#pragma once
+// Mesh files by format: readers of .obj and .ply, and what VTK must not be given of .stl.
+
+#include <array>
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "base/types.hpp"
+
+namespace drench {
+
+struct PolygonFile {
+  std::vector<Vec3> points;                     // in the file's unit
+  std::vector<std::array<double, 2>> texture;   // u, v, 1; what is no number is NaN
+  std::vector<std::size_t> face_end;            // of each face: one past its last corner
+  std::vector<Index> corner;                    // points of all faces
+  std::vector<Index> corner_texture;            // of the same corners; −1: none
+  std::vector<std::vector<std::string>> names;  // of each face; empty unless asked for
+  bool cut = false;  // a corner has a texture coordinate or a normal: exporters repeat points where these differ
+};
+
+/// Reads `v`, `vt` and `f` of a Wavefront file, and with `names` what the last `g`, `o` and `usemtl` before a face give it. A
+/// line may go on after a backslash, indices may count from the end. SetupError, with the line: a point that is not three
+/// finite numbers, a face of fewer than three corners or of points or texture coordinates that are not defined so far.
+PolygonFile read_obj_file(const std::string& path, bool names = false);
+
+/// Reads the elements `vertex` and `face` of a PLY file, ascii or binary, and steps over the others. SetupError, with the line
+/// or the element: a header that is none, fewer or other numbers than it says, faces of points that are not there.
+PolygonFile read_ply_file(const std::string& path);
+
+/// SetupError for a binary .stl file with fewer triangles than it says. Texts pass: VTK refuses bad ones.
+void check_stl_file(const std::string& path);
+
+/// The bytes of a file. SetupError: it cannot be opened.
+std::string bytes_of_mesh(const std::string& path);
+
+/// Throws SetupError: the file cannot be read, and why.
+[[noreturn]] void unreadable_mesh(const std::string& path, const std::string& why);
+
+}  // namespace drench
