@@ -121,7 +121,7 @@ struct Surface {
   double steepness(Index i) const { return -near[i].gradient().dot(normals[i].n); }
   /// Σ over a particle and its neighbours j of W_ij of(j), 1/m³ times the unit of `of`.
   template <class Of>
-  double mean(Index i, const Of& of) const {
+  double weighted_sum(Index i, const Of& of) const {
     const Smoothing smoothing(state.model);
     const Vector3d x = vec(state.s.fluid_position[i]);
     double sum = smoothing.value(0) * of(i);
@@ -138,8 +138,9 @@ void find_flat_areas(Surface& s) {
     const bool surface = s.normals[i].flat > 0;
     const double bent = surface ? std::clamp(1 + 2 * mean_curvature(s.state, s.normals, i) * depth, 0.0, most_bent) : 0;
     s.flat.push_back(s.normals[i].flat * 2 * fluid_volume(s.state, i) * s.steepness(i) * bent);
-    s.near_inside.push_back(surface ? s.mean(i, inside) : 0);
-    s.moment_of_inside.push_back(surface ? s.mean(i, [&](Index j) { return inside(j) * s.near[j].moment; }) : 0);
+    s.near_inside.push_back(surface ? s.weighted_sum(i, inside) : 0);
+    s.moment_of_inside.push_back(surface ? s.weighted_sum(i, [&](Index j) { return inside(j) * s.near[j].moment; })
+                                         : 0);
   }
 }
 
@@ -148,7 +149,8 @@ std::vector<double> outward_areas(const Surface& s) {
   const auto outwards = [&](Index j) { return std::max(0.0, s.flat[j]); };
   std::vector<double> taken;  // Q, m³
   for (Index j = 0; j < s.count(); ++j) {
-    const double inwards = (1 - s.thin(j)) * std::max(0.0, -s.flat[j]), given = inwards > 0 ? s.mean(j, outwards) : 0;
+    const double inwards = (1 - s.thin(j)) * std::max(0.0, -s.flat[j]),
+                 given = inwards > 0 ? s.weighted_sum(j, outwards) : 0;
     taken.push_back(given > 0 ? inwards / given : 0);
   }
   std::vector<double> result;
@@ -158,9 +160,9 @@ std::vector<double> outward_areas(const Surface& s) {
       result.push_back(0);
       continue;
     }
-    const double left = std::max(0.0, 1 - s.mean(i, [&](Index j) { return taken[j]; }));
-    const double near = s.mean(i, [&](Index j) { return fluid_volume(s.state, j) * s.near_inside[j]; });
-    const double moment = s.mean(i, [&](Index j) { return fluid_volume(s.state, j) * s.moment_of_inside[j]; });
+    const double left = std::max(0.0, 1 - s.weighted_sum(i, [&](Index j) { return taken[j]; }));
+    const double near = s.weighted_sum(i, [&](Index j) { return fluid_volume(s.state, j) * s.near_inside[j]; });
+    const double moment = s.weighted_sum(i, [&](Index j) { return fluid_volume(s.state, j) * s.moment_of_inside[j]; });
     result.push_back(near > 0 ? area * left * near / moment : area * left);
   }
   return result;

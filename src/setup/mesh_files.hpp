@@ -12,7 +12,7 @@ namespace drench {
 
 struct PolygonFile {
   std::vector<Vec3> points;                     // in the file's unit
-  std::vector<std::array<double, 2>> texture;   // u, v, 1; what is no number is NaN
+  std::vector<std::array<double, 2>> texture;   // u, v, 1; not all need be finite
   std::vector<std::size_t> face_end;            // of each face: one past its last corner
   std::vector<Index> corner;                    // points of all faces
   std::vector<Index> corner_texture;            // of the same corners; −1: none

@@ -123,8 +123,8 @@ class ObjReader {
                                             : -1);
     while (*text == '/') ++text;
     char* end = nullptr;
-    if (*text != '\0' && std::strtoll(text, &end, 10) == 0) refuse("'" + corner + "' is no corner of a face");
-    if (end && *end != '\0') refuse("'" + corner + "' is no corner of a face");
+    if (*text != '\0' && (std::strtoll(text, &end, 10) == 0 || *end != '\0'))
+      refuse("'" + corner + "' is no corner of a face");
   }
   void read_face() {
     const std::size_t begin = mesh_.corner.size();
