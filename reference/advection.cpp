@@ -72,6 +72,16 @@ void slow_fresh_particles(ReferenceState& state, std::vector<Momentum>& impulse)
   }
 }
 
+/// The velocity of a node that has been brought out of a body: being brought out does not throw it.
+Vector3d at_rest_outwards(const std::vector<PlacedBody>& bodies, double thickness, const Vector3d& x, Vector3d v) {
+  for (const PlacedBody& body : bodies) {
+    Vector3d normal;
+    const std::optional<double> distance = distance_to(body, x, normal);
+    if (distance && *distance < thickness) v -= std::max(0.0, normal.dot(v - body.velocity_at(x))) * normal;
+  }
+  return v;
+}
+
 // 2.
 void move_cloth(ReferenceState& state, const std::vector<PlacedBody>& bodies, const StepInfo& info) {
   const Model& m = state.model;
@@ -84,9 +94,11 @@ void move_cloth(ReferenceState& state, const std::vector<PlacedBody>& bodies, co
     Vector3d v = vec(state.s.node_velocity[n]);
     Vector3d x = vec(state.s.node_position[n]) + dt * v;
     const ClothMaterial& cloth = m.material_of_node(n);
+    const Clearance clearance = clearance_of(state, bodies, n, dt);
     if (!cloth.self_collision) {
-      for (const BodyContact& contact : project_out(bodies, cloth.thickness, x)) v = contact.stopped(v);
+      for (const BodyContact& contact : project_out(bodies, clearance, x)) v = contact.stopped(v);
     }
+    if (clearance.kept < 0.999 * clearance.thickness) v = at_rest_outwards(bodies, clearance.thickness, x, v);
     state.s.node_position[n] = arr(x);
     state.s.node_velocity[n] = arr(v);
   }
@@ -228,7 +240,7 @@ void exchange_impulses(ReferenceState& state, const std::vector<Collision>& coll
 /// 4. Puts a particle that is behind a body's surface back. Returns whether one was.
 bool put_back(const std::vector<PlacedBody>& bodies, Vector3d& x, Vec3& velocity) {
   Vector3d v = vec(velocity);
-  const std::vector<BodyContact> contacts = project_out(bodies, 0, x);
+  const std::vector<BodyContact> contacts = project_out(bodies, {}, x);
   for (const BodyContact& contact : contacts) v = contact.stopped(v);
   velocity = arr(v);
   return !contacts.empty();

@@ -70,7 +70,7 @@ std::vector<Six> BodyReaction::impulses(const ClothProblem& problem, const Vecto
     };
     Vector3d left = r[n];
     std::size_t last = 0;
-    const NodeContact touched = problem.contact(n, x[n], left, [&](std::size_t b, const Vector3d& pressed) {
+    const NodeContact touched = problem.contact(n, x[n], left, 1, [&](std::size_t b, const Vector3d& pressed) {
       last = b;
       add(b, pressed);
     });

@@ -73,7 +73,7 @@ void cloth(ReferenceState& state, const StepInfo& info, StepReport& report) {
       continue;
     }
     Vector3d free = r[n];
-    if (problem.contact(n, x[n], free).press > 0) {
+    if (problem.contact(n, x[n], free, 1).press > 0) {
       state.s.node_contact_force[n] = arr(free - r[n]);
       state.s.node_friction_force[n] = arr(problem.unbalanced(n, x[n], r[n]) - free);
     }

@@ -122,7 +122,7 @@ void ClothIteration::iterate_positions() {
   for (Index n = 0; n < problem_.model().mesh.nodes(); ++n) {
     if (!problem_.is_free(n)) continue;
     Vector3d step = r[n] / problem_.diagonal[n];
-    const NodeContact touched = problem_.contact(n, x_[n], step);
+    const NodeContact touched = problem_.contact(n, x_[n], step, problem_.diagonal[n]);
     next[n] += step;
     if (touched.press > 0) next[n] = problem_.with_friction(touched, n, next[n], problem_.friction(n) * touched.press);
   }
@@ -162,7 +162,7 @@ void ClothIteration::gather() {
     const Vector3d free = problem_.target[n] + problem_.dt * problem_.dt / problem_.mass[n] * force[n];
     const auto node = static_cast<Index>(n);
     Vector3d step = free - previous_[n];
-    const NodeContact touched = problem_.contact(node, previous_[n], step);
+    const NodeContact touched = problem_.contact(node, previous_[n], step, problem_.mass[n] / (problem_.dt * problem_.dt));
     if (touched.press > 0)
       x_[n] = problem_.with_friction(touched, node, previous_[n] + step, problem_.friction(node) * touched.press);
     else

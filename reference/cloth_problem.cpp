@@ -12,7 +12,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double contact_range = 1.01;  // of the thickness
+constexpr double contact_range = 0.01;  // of the thickness, beyond the clearance
 
 /// −Σ_m B_nm x_m = Σ_m B_nm (x_n − x_m) of plates, N.
 void add_plates(const ClothMesh& mesh, const Vectors& x, Vectors& force) {
@@ -70,6 +70,7 @@ ClothProblem::ClothProblem(const ReferenceState& s, const StepInfo& info)
   for (Index n = 0; n < mesh.nodes(); ++n) {
     mass.push_back(node_mass(state, n));
     diagonal.push_back(mass[n] / (dt * dt));
+    clearance.push_back(clearance_of(state, bodies, n, dt));
   }
   for (std::size_t e = 0; e < mesh.edge.size(); ++e) {
     for (const Index n : mesh.edge[e]) diagonal[n] += (1 + material(n).strain_damping / dt) * mesh.edge_stiffness[e];
@@ -215,7 +216,7 @@ Vectors ClothProblem::residual(const Vectors& x) const {
 
 void ClothProblem::project(Vectors& x) const {
   for (Index n = 0; n < model().mesh.nodes(); ++n) {
-    if (is_free(n)) project_out(bodies, material(n).thickness, x[n]);
+    if (is_free(n)) project_out(bodies, clearance[n], x[n]);
   }
 }
 
@@ -223,21 +224,39 @@ Vector3d ClothProblem::before_planes(Index n, const Vector3d& now, Vector3d x) c
   for (const PlacedBody& body : bodies) {
     Vector3d normal;
     const std::optional<double> distance = distance_to(body, now, normal);
-    if (distance) x += std::max(0.0, material(n).thickness - *distance - normal.dot(x - now)) * normal;
+    if (!distance) continue;
+    const double kept =
+        *distance < clearance[n].kept ? distance_to_keep(bodies, body, clearance[n], now) : clearance[n].kept;
+    x += std::max(0.0, kept - *distance - normal.dot(x - now)) * normal;
   }
   return x;
 }
 
-NodeContact ClothProblem::contact(Index n, const Vector3d& x, Vector3d& push, const OfBody& of_body) const {
+NodeContact ClothProblem::contact(Index n, const Vector3d& x, Vector3d& push, double stiffness, const OfBody& of_body) const {
+  const double thickness = material(n).thickness;
+  const double half = material(n).compression_per_mass * model().mesh.solid_mass[n] / stiffness;  // squeezes to half of τ
   NodeContact found;
   for (std::size_t b = 0; b < bodies.size(); ++b) {
     Vector3d normal;
     const std::optional<double> distance = distance_to(bodies[b], x, normal);
-    if (!is_free(n) || !distance || *distance >= contact_range * material(n).thickness) continue;
+    if (!is_free(n) || !distance || *distance >= clearance[n].kept + contact_range * thickness) continue;
     const double press = std::max(0.0, -push.dot(normal));
     found = {normal, bodies[b].velocity_at(x), found.press + press};
     push += press * normal;
     if (of_body) of_body(b, -press * normal);
+    for (std::size_t a = 0; a < b; ++a) {
+      const std::optional<double> gap = gap_between(bodies[a], bodies[b], thickness, x);
+      if (!gap) continue;
+      const double width = std::max(0.01, *gap / (2 * thickness));  // over the free one
+      const double squeeze = half * (1 / width - 1);
+      found.press += 2 * squeeze;
+      found.surface = (found.surface + bodies[a].velocity_at(x)) / 2;
+      if (!of_body) continue;
+      Vector3d facing;
+      distance_to(bodies[a], x, facing);
+      of_body(a, -squeeze * facing);
+      of_body(b, -squeeze * normal);
+    }
   }
   return found;
 }
@@ -255,7 +274,7 @@ Vector3d ClothProblem::with_friction(const NodeContact& contact, Index n, const 
 
 Vector3d ClothProblem::unbalanced(Index n, const Vector3d& x, const Vector3d& r) const {
   Vector3d left = r;
-  const NodeContact touched = contact(n, x, left);
+  const NodeContact touched = contact(n, x, left, 1);
   if (touched.press == 0) return left;
   const Vector3d on = (left - touched.normal * left.dot(touched.normal)) / diagonal[n];
   const Vector3d after = with_friction(touched, n, x + on, friction(n) * touched.press / diagonal[n]);

@@ -187,17 +187,49 @@ std::optional<double> distance_to(const PlacedBody& placed, const Vector3d& x, V
   return distance;
 }
 
-std::vector<BodyContact> project_out(const std::vector<PlacedBody>& bodies, double clearance, Vector3d& x) {
+std::optional<double> gap_between(const PlacedBody& one, const PlacedBody& other, double thickness, const Vector3d& x) {
+  Vector3d n, m;
+  const std::optional<double> to_one = distance_to(one, x, n), to_other = distance_to(other, x, m);
+  if (!to_one || !to_other || n.dot(m) >= -0.5 || *to_one + *to_other >= 2 * thickness) return std::nullopt;
+  return *to_one + *to_other;
+}
+
+double distance_to_keep(const std::vector<PlacedBody>& bodies, const PlacedBody& body, const Clearance& clearance,
+                        const Vector3d& x) {
+  const double thickness = clearance.thickness;
+  double kept = clearance.kept;
+  if (thickness == 0) return kept;  // of liquid
+  for (const PlacedBody& other : bodies)
+    if (&other != &body) kept = std::min(kept, gap_between(body, other, thickness, x).value_or(2 * thickness) / 2);
+  return kept;
+}
+
+Clearance clearance_of(const ReferenceState& state, const std::vector<PlacedBody>& bodies, Index n, double dt) {
+  const ClothMaterial& m = state.model.material_of_node(n);
+  const Vector3d x = vec(state.s.node_position[n]);
+  double kept = m.thickness;
+  for (const PlacedBody& body : bodies) {
+    // The body stands where it is at the end of the step: where the node lies relative to its start is that far on.
+    Vector3d normal;
+    const std::optional<double> distance = distance_to(body, x + dt * body.velocity_at(x), normal);
+    if (distance) kept = std::min(kept, *distance + m.release);
+  }
+  return {m.thickness, kept};
+}
+
+std::vector<BodyContact> project_out(const std::vector<PlacedBody>& bodies, const Clearance& clearance, Vector3d& x) {
   std::vector<BodyContact> contacts;
   for (const PlacedBody& body : bodies) {
     Vector3d normal;
     double slope;
     std::optional<double> distance = distance_to(body, x, normal, slope);
-    if (!distance || *distance >= clearance) continue;
+    if (!distance || *distance >= clearance.kept) continue;
+    const double kept = distance_to_keep(bodies, body, clearance, x);
+    if (*distance >= kept) continue;
     contacts.push_back({normal, body.velocity_at(x)});
     const int steps = body.body->kind == BodyScene::Kind::mesh ? 3 : 1;  // of Newton, where φ is interpolated
     for (int k = 0; k < steps && distance; ++k) {
-      x += (clearance - *distance) / slope * normal;
+      x += (kept - *distance) / slope * normal;
       distance = distance_to(body, x, normal, slope);
     }
   }

@@ -67,8 +67,18 @@ struct BodyContact {
   }
 };
 
-/// Moves x out of the bodies, in their order, to the distance `clearance` where it is closer. Returns the contacts with
-/// those bodies that moved it, with the surface's velocity at x as it was.
-std::vector<BodyContact> project_out(const std::vector<PlacedBody>& bodies, double clearance, Eigen::Vector3d& x);
+/// The gap (m) between two bodies that face each other at x, if it leaves cloth less than its thickness on both sides.
+std::optional<double> gap_between(const PlacedBody& one, const PlacedBody& other, double thickness, const Eigen::Vector3d& x);
+/// How far a node stays from bodies, m: its thickness, or less where it has begun the step inside of one.
+struct Clearance {
+  double thickness = 0, kept = 0;
+};
+Clearance clearance_of(const ReferenceState& state, const std::vector<PlacedBody>& bodies, Index n, double dt);
+/// The distance (m) that cloth at x keeps from a body: its clearance, or half of such a gap.
+double distance_to_keep(const std::vector<PlacedBody>& bodies, const PlacedBody& body, const Clearance& clearance,
+                        const Eigen::Vector3d& x);
+/// Moves x out of the bodies, in their order, to that distance where it is closer. Returns the contacts with those bodies that
+/// moved it, with the surface's velocity at x as it was. Thickness 0: a particle of liquid.
+std::vector<BodyContact> project_out(const std::vector<PlacedBody>& bodies, const Clearance& clearance, Eigen::Vector3d& x);
 
 }  // namespace drench::reference

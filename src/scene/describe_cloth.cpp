@@ -260,6 +260,9 @@ void describe(Section& s, ClothScene& cloth) {
   s.number("areal_density", fabric.areal_density, "[1e-4, 1000]", "kg/m²", "mass of the dry fabric per area");
   s.number("thickness", fabric.thickness, "[1e-6, 1]", "m",
            "of the fabric; with `solid_fraction` what it can hold, and how far layers stay apart");
+  s.number("compression", fabric.compression, "[0, 1e9]", "Pa",
+           "pressure that compresses the fabric to half of its thickness; what friction holds it with between two "
+           "solids that leave it less room");
   s.saved_if(!fabric.membrane)
       .number("stretch", fabric.stretch, "[0.001, 1e9]", "N/m", "membrane stiffness: Young's modulus times thickness");
   s.section("membrane", fabric.membrane,
@@ -292,6 +295,8 @@ void describe(Section& s, ClothScene& cloth) {
   s.list("pin", cloth.pins, "nodes that do not move, or move as prescribed");
   s.boolean("self_collision", cloth.self_collision,
             "it collides with itself and with other cloths that have this; costly, for cloth that folds");
+  s.integer("settle", cloth.settle, "[1, 100000]", "1",
+            "steps over which nodes that start inside a body are brought out of it");
   s.boolean("dynamics", cloth.dynamics, "false: a cloth that does not move (wicking, filters); no cloth solver runs");
   s.list("initial_saturation", cloth.initial_saturation,
          "how wet it is at the start, box by box; 0 elsewhere; only with `porous`");

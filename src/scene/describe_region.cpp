@@ -86,7 +86,7 @@ void describe_pores(Section& s, MaterialScene& fabric) {
 }
 
 void refuse_keys_of_the_cloth(Section& s) {
-  for (const char* key : {"strain_damping", "strain_limit", "slip", "sample_spacing", "self_collision", "dynamics",
+  for (const char* key : {"compression", "strain_damping", "strain_limit", "slip", "sample_spacing", "settle", "self_collision", "dynamics",
                           "pin", "mesh", "place", "name", "initial_saturation", "hold_saturation", "initial_stain"})
     s.not_here(key, of_the_cloth);
 }

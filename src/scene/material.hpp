@@ -8,6 +8,7 @@ namespace drench {
 template <class Number>
 struct BasicMaterial {
   Number thickness = Number(0.001);  // τ, m
+  Number compression = Number(5000);  // Pa; presses the fabric to half of its thickness
   Number damping = Number(1.0);      // 1/s, of the nodes' velocity; dry
   Number strain_damping = Number(0);  // s: a spring's force grows by this time × its rate of stretching (Kelvin–Voigt)
   Number friction = Number(0.3);      // 1; dry fabric on solids 0.3–0.5
@@ -43,6 +44,8 @@ struct BasicMaterial {
 /// The same as the stages use it: with what follows from other keys when a scene is set up (setup/cloth_material.hpp).
 template <class Number>
 struct ResolvedMaterial : BasicMaterial<Number> {
+  Number compression_per_mass{};  // compression over the mass per unit area, Pa m²/kg
+  Number release{};             // m: how far a node comes out of a solid in a step, if it has begun it inside
   Number friction_wet{};        // 1, at saturation 1
   Number damping_wet{};         // 1/s, at saturation 1
   Number emission_cosine{};     // cos θ^e; −2, below all cosines, where there is no direction and so no cone
@@ -57,6 +60,7 @@ struct ResolvedMaterial : BasicMaterial<Number> {
 template <class A, class B, class Visit>
 constexpr void visit_members(ResolvedMaterial<A>& a, const ResolvedMaterial<B>& b, Visit visit) {
   visit(a.thickness, b.thickness);
+  visit(a.compression, b.compression);
   visit(a.damping, b.damping);
   visit(a.strain_damping, b.strain_damping);
   visit(a.friction, b.friction);
@@ -77,6 +81,8 @@ constexpr void visit_members(ResolvedMaterial<A>& a, const ResolvedMaterial<B>& 
   visit(a.critical_saturation, b.critical_saturation);
   visit(a.contact_wicking, b.contact_wicking);
   visit(a.porous, b.porous);
+  visit(a.compression_per_mass, b.compression_per_mass);
+  visit(a.release, b.release);
   visit(a.friction_wet, b.friction_wet);
   visit(a.damping_wet, b.damping_wet);
   visit(a.emission_cosine, b.emission_cosine);

@@ -269,6 +269,7 @@ struct ClothScene {
   std::optional<double> sample_spacing;  // m; at most, between the samples that liquid meets; else fluid.spacing
   std::vector<PinScene> pins;            // where two catch a node, the last one counts
   bool self_collision = false;           // with itself and with other cloths that have this
+  int settle = 50;                       // steps over which nodes that start inside a body come out of it
   bool dynamics = true;                  // false: it does not move
   std::vector<SaturationScene> initial_saturation;  // at the start; 0 elsewhere
   std::vector<SaturationScene> hold_saturation;     // reservoirs

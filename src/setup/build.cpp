@@ -172,24 +172,35 @@ void sample_bodies(Setup& setup) {
   setup.state.boundary_position = m.boundary.position;
 }
 
-void warn_of_nodes_in_solids(Setup& setup) {
-  const Model& m = setup.model;
-  for (const ClothMaterial& c : m.cloths) {
+/// Warns of nodes that start inside a body, and sets how fast they are brought out.
+void settle_nodes_in_solids(Setup& setup) {
+  constexpr double least_release = 0.1;  // of the thickness, per step
+  Model& m = setup.model;
+  for (std::size_t k = 0; k < m.cloths.size(); ++k) {
+    ClothMaterial& c = m.cloths[k];
     std::size_t inside = 0;
+    double deepest = 0;
     for (auto n = static_cast<std::size_t>(c.first_node); n < static_cast<std::size_t>(c.first_node + c.node_count);
          ++n) {
       if (m.mesh.pinned[n]) continue;
       for (const Body& body : m.bodies) {
         Vec3 normal;
-        if (signed_distance(body, m.mesh.rest_position[n], normal) >= 0) continue;
+        const double distance = signed_distance(body, m.mesh.rest_position[n], normal);
+        if (distance >= 0) continue;
+        deepest = std::max(deepest, -distance);
         ++inside;
         break;
       }
     }
+    const int steps = m.scene.cloths[k].settle;
+    c.release = std::max(least_release * c.thickness, (deepest + c.thickness) / steps);
+    for (ClothMaterial& patch : m.patches)
+      if (patch.of_cloth == static_cast<Index>(k)) patch.release = c.release;
     if (inside > 0) {
-      setup.warnings.push_back(
-          fmt::format("{}: {} free nodes start inside a solid body and are pushed out at once; move one of them",
-                      cloth_label(c.name), inside));
+      setup.warnings.push_back(fmt::format(
+          "{}: {} free nodes start inside a solid body, up to {:.2g} m deep; they are brought out over {} steps "
+          "(cloth.{}.settle)",
+          cloth_label(c.name), inside, deepest, steps, k));
     }
   }
 }
@@ -313,7 +324,7 @@ Setup build(const Scene& scene, const MemoryBudget& budget) {
   warn_of_thin_solute(m, setup.warnings);
   refuse_cloth_on_open_meshes(m);
   refuse_self_intersections(m);
-  warn_of_nodes_in_solids(setup);
+  settle_nodes_in_solids(setup);
   if (m.has_fluid()) {
     m.jets = blaming("fluid.sources", [&] { return make_jets(m, setup.warnings); });
     sample_bodies(setup);

@@ -13,6 +13,7 @@ ClothMaterial resolve_material(const ClothScene& cloth, const MaterialScene& giv
   m.name = cloth.name;
   m.slip = cloth.slip;
   m.areal_density = given.areal_density;
+  m.compression_per_mass = given.compression / given.areal_density;
   m.uptake_velocity = given.uptake_velocity;
   m.most_saturation = cloth.material.max_saturation;
   for (const RegionScene& region : cloth.regions)

@@ -8,25 +8,27 @@
 namespace drench::kokkos_backend {
 
 /// Signed distance φ (m, positive on the free side), the unit normal towards the free side along its gradient, and how
-/// fast φ grows along it: 1 but for a mesh's interpolated distance.
+/// fast φ grows along it: 1 but for a mesh's interpolated distance. T: the precision of the point.
+template <class T = Real>
 struct SolidDistance {
-  Real phi;
-  Real3 normal;
-  Real slope = 1;
+  T phi;
+  Vector3<T> normal;
+  T slope = 1;
 };
 
 /// Distance to a box: exact outside (Quilez), to the nearest face inside. `lo` = min − x and `hi` = x − max, m.
-KOKKOS_INLINE_FUNCTION SolidDistance box_distance(const Real3& lo, const Real3& hi) {
-  const Real low[3] = {lo.x, lo.y, lo.z}, high[3] = {hi.x, hi.y, hi.z};
-  Real beyond[3], side[3], normal[3] = {0, 0, 0}, square = 0;
+template <class T>
+KOKKOS_INLINE_FUNCTION SolidDistance<T> box_distance(const Vector3<T>& lo, const Vector3<T>& hi) {
+  const T low[3] = {lo.x, lo.y, lo.z}, high[3] = {hi.x, hi.y, hi.z};
+  T beyond[3], side[3], normal[3] = {0, 0, 0}, square = 0;
   int axis = 0;
   for (int a = 0; a < 3; ++a) {
-    side[a] = high[a] >= low[a] ? Real(1) : Real(-1);
+    side[a] = high[a] >= low[a] ? T(1) : T(-1);
     beyond[a] = high[a] >= low[a] ? high[a] : low[a];
     if (beyond[a] > beyond[axis]) axis = a;
     if (beyond[a] > 0) square += beyond[a] * beyond[a];
   }
-  const Real distance = Kokkos::sqrt(square);
+  const T distance = Kokkos::sqrt(square);
   if (!(distance > 0)) {
     normal[axis] = side[axis];
     return {beyond[axis], {normal[0], normal[1], normal[2]}};
@@ -40,41 +42,49 @@ constexpr Real far_away = Real(1e30);  // m
 
 /// Distance to a closed mesh from its field (trilinear), `x` relative to the centre in the body's own axes. Beyond the
 /// lattice: far away.
-KOKKOS_INLINE_FUNCTION SolidDistance field_distance(const Solid& s, const Real3& x) {
+template <class T>
+KOKKOS_INLINE_FUNCTION SolidDistance<T> field_distance(const Solid& s, const Vector3<T>& x) {
   if (s.field == nullptr) return {far_away, {0, 0, 0}};
-  const Real at[3] = {(x.x - s.field_origin.x) / s.field_spacing, (x.y - s.field_origin.y) / s.field_spacing,
+  const T at[3] = {(x.x - s.field_origin.x) / s.field_spacing, (x.y - s.field_origin.y) / s.field_spacing,
                       (x.z - s.field_origin.z) / s.field_spacing};
   Index cell[3];
-  Real w[3];
+  T w[3];
   for (int a = 0; a < 3; ++a) {
     const Index last = s.field_points[a] - 1;
-    if (!(at[a] >= 0 && at[a] <= Real(last))) return {far_away, {0, 0, 0}};
+    if (!(at[a] >= 0 && at[a] <= T(last))) return {far_away, {0, 0, 0}};
     cell[a] = static_cast<Index>(at[a]);
     if (cell[a] == last) --cell[a];
-    w[a] = at[a] - Real(cell[a]);
+    w[a] = at[a] - T(cell[a]);
   }
-  Real phi = 0, slope[3] = {0, 0, 0};
+  T phi = 0, slope[3] = {0, 0, 0};
   for (int corner = 0; corner < 8; ++corner) {
     const int on[3] = {corner & 1, corner >> 1 & 1, corner >> 2};
-    const Real value =
+    const T value =
         s.field[(static_cast<std::int64_t>(cell[2] + on[2]) * s.field_points[1] + cell[1] + on[1]) * s.field_points[0] +
                 cell[0] + on[0]];
-    Real part[3];
+    T part[3];
     for (int a = 0; a < 3; ++a) part[a] = on[a] ? w[a] : 1 - w[a];
     phi += part[0] * part[1] * part[2] * value;
     slope[0] += (on[0] ? value : -value) * part[1] * part[2];
     slope[1] += (on[1] ? value : -value) * part[0] * part[2];
     slope[2] += (on[2] ? value : -value) * part[0] * part[1];
   }
-  const Real3 gradient{slope[0], slope[1], slope[2]};
-  const Real length = norm(gradient);
+  const Vector3<T> gradient{slope[0], slope[1], slope[2]};
+  const T length = norm(gradient);
   if (!(length > 0)) return {phi, {0, 1, 0}};
-  return {phi, (1 / length) * gradient, Kokkos::fmax(length / s.field_spacing, Real(0.5))};
+  return {phi, (1 / length) * gradient, Kokkos::fmax(length / s.field_spacing, T(0.5))};
 }
 
 /// The vector with the components of `own` along a moving solid's axes.
-KOKKOS_INLINE_FUNCTION Real3 to_world(const Solid& solid, const Real3& own) {
-  return own.x * solid.axis[0] + own.y * solid.axis[1] + own.z * solid.axis[2];
+template <class T>
+KOKKOS_INLINE_FUNCTION Vector3<T> to_world(const Solid& solid, const Vector3<T>& own) {
+  return own.x * in_precision<T>(solid.axis[0]) + own.y * in_precision<T>(solid.axis[1]) +
+         own.z * in_precision<T>(solid.axis[2]);
+}
+/// x + shift relative to the solid's centre, m.
+template <class T>
+KOKKOS_INLINE_FUNCTION Vector3<T> arm_of(const Solid& solid, const Real3& x, const Vector3<T>& shift) {
+  return (in_precision<T>(x) - in_precision<T>(solid.center)) + shift;
 }
 
 /// Velocity (m/s) of the nearest point of a surface that changes its shape, from the triangle that the nearest lattice point
@@ -98,41 +108,53 @@ KOKKOS_INLINE_FUNCTION Real3 deforming_velocity(const Solid& s, const Real3& x) 
 }
 
 /// Velocity (m/s) of a solid's surface at x + shift.
-KOKKOS_INLINE_FUNCTION Real3 surface_velocity(const Solid& solid, const Real3& x, const Real3& shift) {
+template <class T>
+KOKKOS_INLINE_FUNCTION Vector3<T> surface_velocity(const Solid& solid, const Real3& x, const Vector3<T>& shift) {
   if (!solid.moves) return {0, 0, 0};
-  if (solid.surface.nearest != nullptr) return deforming_velocity(solid, (x - solid.center) + shift);
-  return solid.velocity + cross(solid.spin, (x - solid.center) + shift);
+  if (solid.surface.nearest != nullptr)
+    return in_precision<T>(deforming_velocity(solid, (x - solid.center) + Real3{Real(shift.x), Real(shift.y), Real(shift.z)}));
+  return in_precision<T>(solid.velocity) + cross(in_precision<T>(solid.spin), arm_of(solid, x, shift));
 }
 
 /// Distance of the point x + shift to a solid; the two are kept apart so that small shifts keep their digits in floats.
-KOKKOS_INLINE_FUNCTION SolidDistance solid_distance(const Solid& solid, const Real3& x, const Real3& shift) {
+template <class T>
+KOKKOS_INLINE_FUNCTION SolidDistance<T> solid_distance(const Solid& solid, const Real3& x, const Vector3<T>& shift) {
   if (solid.kind == 3 || (solid.kind == 0 && solid.moves)) {
-    const Real3 arm = (x - solid.center) + shift;
-    const Real3 own =
-        solid.moves ? Real3{dot(arm, solid.axis[0]), dot(arm, solid.axis[1]), dot(arm, solid.axis[2])} : arm;
-    SolidDistance d = solid.kind == 3 ? field_distance(solid, own) : box_distance(-solid.half - own, own - solid.half);
+    const Vector3<T> arm = arm_of(solid, x, shift);
+    const Vector3<T> own = solid.moves ? Vector3<T>{dot(arm, in_precision<T>(solid.axis[0])),
+                                                    dot(arm, in_precision<T>(solid.axis[1])),
+                                                    dot(arm, in_precision<T>(solid.axis[2]))}
+                                       : arm;
+    const Vector3<T> half = in_precision<T>(solid.half);
+    SolidDistance<T> d = solid.kind == 3 ? field_distance(solid, own) : box_distance(-half - own, own - half);
     if (solid.inside) d = {-d.phi, -d.normal, d.slope};
     if (solid.moves) d.normal = to_world(solid, d.normal);
     return d;
   }
+  const Vector3<T> at = in_precision<T>(x);
   if (solid.kind == 0) {
-    SolidDistance box = box_distance((solid.min - x) - shift, (x - solid.max) + shift);
+    SolidDistance<T> box =
+        box_distance((in_precision<T>(solid.min) - at) - shift, (at - in_precision<T>(solid.max)) + shift);
     if (solid.inside) box = {-box.phi, -box.normal};
     return box;
   }
   if (solid.kind == 1) {
-    const Real3 out = (x - solid.center) + shift;
-    const Real r = norm(out);
-    return {r - solid.radius, r > 0 ? (1 / r) * out : Real3{0, 1, 0}};
+    const Vector3<T> out = arm_of(solid, x, shift);
+    const T r = norm(out);
+    return {r - solid.radius, r > 0 ? (1 / r) * out : Vector3<T>{0, 1, 0}};
   }
-  if (solid.kind == 2) return {dot(x - solid.point, solid.normal) + dot(shift, solid.normal), solid.normal};
+  if (solid.kind == 2) {
+    const Vector3<T> normal = in_precision<T>(solid.normal);
+    return {dot(at - in_precision<T>(solid.point), normal) + dot(shift, normal), normal};
+  }
   return {far_away, {0, 0, 0}};
 }
 
 /// The shift to the distance τ (m) from a solid that is at `d` now: along the normal, and for a mesh by Newton's steps,
 /// because its distance is interpolated.
-KOKKOS_INLINE_FUNCTION Real3 to_distance(const Solid& solid, const Real3& x, Real3 shift, SolidDistance d,
-                                         Real thickness) {
+template <class T>
+KOKKOS_INLINE_FUNCTION Vector3<T> to_distance(const Solid& solid, const Real3& x, Vector3<T> shift, SolidDistance<T> d,
+                                              std::type_identity_t<T> thickness) {
   shift += ((thickness - d.phi) / d.slope) * d.normal;
   for (int k = 0; solid.kind == 3 && k < 2; ++k) {
     d = solid_distance(solid, x, shift);
@@ -141,12 +163,52 @@ KOKKOS_INLINE_FUNCTION Real3 to_distance(const Solid& solid, const Real3& x, Rea
   return shift;
 }
 
-/// Moves x + shift out of all solids, in their order, to the distance τ (m) where it is nearer; returns the new shift.
+/// Do two solids squeeze a point that is at these distances from them, so that the cloth between them has no room for its
+/// thickness on both sides?
+template <class T>
+KOKKOS_INLINE_FUNCTION bool squeezed(const SolidDistance<T>& a, const SolidDistance<T>& b, Real thickness) {
+  return a.phi + b.phi < 2 * thickness && dot(a.normal, b.normal) < T(-0.5);
+}
+/// How far a node of the cloth has to stay from solids, m: its thickness, or less where it has begun the step inside of one.
+struct Clearance {
+  Real thickness, kept;
+};
+/// The clearance of a node that begins the step at x (m) and comes out of solids by `release` (m) at most in the step.
 template <class Solids>
-KOKKOS_INLINE_FUNCTION Real3 project_out(const Solids& solids, const Real3& x, Real3 shift, Real thickness) {
+KOKKOS_INLINE_FUNCTION Real clearance_at_start(const Solids& solids, const Real3& x, Real thickness, Real release, Real dt) {
+  Real kept = thickness;
   for (std::size_t b = 0; b < solids.extent(0); ++b) {
-    const SolidDistance d = solid_distance(solids(b), x, shift);
-    if (d.phi < thickness) shift = to_distance(solids(b), x, shift, d, thickness);
+    const Solid& solid = solids(static_cast<std::int64_t>(b));
+    // Solids are at the end of the step: the node's place relative to where they were is that far ahead.
+    const Real before = solid_distance(solid, x, dt * surface_velocity(solid, x, Real3{})).phi;
+    kept = Kokkos::fmin(kept, before + release);
+  }
+  return kept;
+}
+
+/// The distance (m) that a point keeps from solid b, which it is at `d` from: its clearance, or half of the gap where
+/// another solid faces b too closely (docs/theory/cloth.md, section 11).
+template <class T, class Solids>
+KOKKOS_INLINE_FUNCTION T distance_to_keep(const Solids& solids, std::size_t b, const SolidDistance<T>& d, const Real3& x,
+                                          const Vector3<T>& shift, const Clearance& clearance) {
+  T kept = clearance.kept;
+  for (std::size_t a = 0; a < solids.extent(0); ++a) {
+    if (a == b) continue;
+    const SolidDistance<T> other = solid_distance(solids(static_cast<std::int64_t>(a)), x, shift);
+    if (squeezed(other, d, clearance.thickness)) kept = Kokkos::fmin(kept, T(0.5) * (other.phi + d.phi));
+  }
+  return kept;
+}
+
+/// Moves x + shift out of all solids, in their order, to the distance that it keeps from them; returns the new shift.
+template <class T, class Solids>
+KOKKOS_INLINE_FUNCTION Vector3<T> project_out(const Solids& solids, const Real3& x, Vector3<T> shift,
+                                              const Clearance& clearance) {
+  for (std::size_t b = 0; b < solids.extent(0); ++b) {
+    const SolidDistance<T> d = solid_distance(solids(static_cast<std::int64_t>(b)), x, shift);
+    if (!(d.phi < clearance.kept)) continue;
+    const T kept = distance_to_keep(solids, b, d, x, shift, clearance);
+    if (d.phi < kept) shift = to_distance(solids(static_cast<std::int64_t>(b)), x, shift, d, kept);
   }
   return shift;
 }

@@ -28,7 +28,7 @@ struct NodePushes {
     const Real3 whole = system.residual(n, shift);
     Real3 left = whole;
     std::size_t last = 0;
-    const NodeContact c = system.contact(t, shift(n), left, [&](const std::size_t solid, const Real3& force) {
+    const NodeContact<> c = system.contact(t, shift(n), left, t.compression, [&](const std::size_t solid, const Real3& force) {
       last = solid;
       push(solid, n, force);
     });

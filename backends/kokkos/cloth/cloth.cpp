@@ -39,6 +39,20 @@ void aim(const Constants& constants, const Cloth& cloth, ClothSolverWork& solver
       });
 }
 
+/// How far nodes stay from solids in this step.
+void set_clearance(const Bodies& bodies, Cloth& cloth, Real dt) {
+  if (bodies.solids.extent(0) == 0) return;
+  allocate_zeros(cloth.nodes.clearance, "drench::node_clearance", static_cast<std::size_t>(cloth.nodes.count));
+  const Slice<const Solid> solids = bodies.solids;
+  const Materials materials = node_materials(cloth);
+  const Entries<const Real3> position = std::as_const(cloth).nodes.position;
+  const Entries<Real> clearance = cloth.nodes.clearance;
+  parallel(
+      "drench::cloth::clearance", cloth.nodes.count, KOKKOS_LAMBDA(const Index n) {
+        clearance(n) = clearance_at_start(solids, position(n), materials(n).thickness, materials(n).release, dt);
+      });
+}
+
 /// Velocities from the shifts, forces of contact, and the pins' reaction.
 void finish(const Constants& constants, Cloth& cloth, const ClothSolverWork& solver, const ClothSystem& s, Real dt, bool loaded) {
   const Entries<const Real3> shift = solver.displacement;
@@ -60,7 +74,7 @@ void finish(const Constants& constants, Cloth& cloth, const ClothSolverWork& sol
         const NodeTerms t = s.terms(n);
         const Real3 whole = s.residual(n, shift);
         Real3 r = whole;
-        if (s.contact(t, shift(n), r).press > 0) {
+        if (s.contact(t, shift(n), r, t.compression).press > 0) {
           contact_force(n) = r - whole;
           friction_force(n) = s.unbalanced(t, shift(n), whole) - r;
         }
@@ -80,6 +94,7 @@ void cloth(const Constants& constants, Bodies& bodies, Cloth& cloth, ClothSolver
   do {
     place_solids(constants, bodies, info);
     const bool again = iteration.has_value();
+    if (!again) set_clearance(bodies, cloth, dt);
     iteration.emplace(constants, bodies, cloth, solver, dt);
     aim(constants, cloth, solver, iteration->system(), dt, loaded, again);
     iteration->run(constants.model.scene.cloth_solver.max_iterations);

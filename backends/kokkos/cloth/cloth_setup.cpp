@@ -123,6 +123,7 @@ double node_bytes(const Sizing& m) {
   double bytes = m.size.nodes * node + m.size.links * 4 * r + m.size.patches * sizeof(Material);
   bytes += m.size.edges * 2 * index_bytes + m.size.hinges * 4 * index_bytes;  // edge_item, hinge_item
   if (m.size.strain_limit || m.size.membrane) bytes += m.size.triangles * 3 * index_bytes;  // triangle_item
+  if (!m.size.scene.bodies.empty()) bytes += m.size.nodes * r;                                          // clearance
   if (m.size.plate) bytes += m.size.nodes * r;                                              // plate_diagonal
   return bytes + m.size.samples * 3 * index_bytes;                            // sample_item
 }

@@ -7,19 +7,22 @@
 
 namespace drench::kokkos_backend {
 
-/// x_i − x_j = (x⁰_i − x⁰_j) + (u_i − u_j), m.
-KOKKOS_INLINE_FUNCTION Real3 separation(const Real3& start_i, const Real3& shift_i, const Real3& start_j,
-                                        const Real3& shift_j) {
-  return (start_i - start_j) + (shift_i - shift_j);
+/// x_i − x_j = (x⁰_i − x⁰_j) + (u_i − u_j), m, in the precision of the shifts.
+template <class T>
+KOKKOS_INLINE_FUNCTION Vector3<T> separation(const Real3& start_i, const Vector3<T>& shift_i, const Real3& start_j,
+                                             const Vector3<T>& shift_j) {
+  return (in_precision<T>(start_i) - in_precision<T>(start_j)) + (shift_i - shift_j);
 }
 
 /// −k (1 − L/|x_ij|), N/m: times x_ij it is the force on node i of an edge spring (Liu et al. 2013), −k (x_ij − L x_ij/|x_ij|);
 /// x_ij = x_i − x_j in m, rest length L in m, k in N/m. Coincident ends: d_e = 0.
-KOKKOS_INLINE_FUNCTION Real spring_pull(const Real3& x_ij, Real rest_length, Real stiffness) {
-  const Real square = dot(x_ij, x_ij);
-  return square > 0 ? -stiffness * (1 - rest_length * inverse_root(square)) : Real(0);
+template <class T>
+KOKKOS_INLINE_FUNCTION T spring_pull(const Vector3<T>& x_ij, Real rest_length, Real stiffness) {
+  const T square = dot(x_ij, x_ij);
+  return square > 0 ? -stiffness * (1 - rest_length * inverse_root(square)) : T(0);
 }
-KOKKOS_INLINE_FUNCTION Real3 spring_force(const Real3& x_ij, Real rest_length, Real stiffness) {
+template <class T>
+KOKKOS_INLINE_FUNCTION Vector3<T> spring_force(const Vector3<T>& x_ij, Real rest_length, Real stiffness) {
   return spring_pull(x_ij, rest_length, stiffness) * x_ij;
 }
 
@@ -31,7 +34,9 @@ KOKKOS_INLINE_FUNCTION Real strain_damping(const Real3& start_ij, Real stiffness
 
 /// Force on node i of an edge that resists stretching at a rate (Kelvin–Voigt), implicit in the shift:
 /// −k τ/Δt e (e·u_ij), N; e = direction of the edge at x⁰, u_ij = u_i − u_j in m.
-KOKKOS_INLINE_FUNCTION Real3 strain_damping_force(const Real3& start_ij, const Real3& u_ij, Real damping) {
+template <class T>
+KOKKOS_INLINE_FUNCTION Vector3<T> strain_damping_force(const Vector3<T>& start_ij,
+                                                       const std::type_identity_t<Vector3<T>>& u_ij, Real damping) {
   return (-damping * dot(start_ij, u_ij)) * start_ij;
 }
 
@@ -53,33 +58,36 @@ struct TriangleShape {
 };
 
 /// 1 − σ*/σ: σ (of square σ²) against the nearest stretch σ* of [1 − ε, 1 + ε].
-KOKKOS_INLINE_FUNCTION Real beyond_limit(Real square, Real limit) {
-  const Real stretch = Kokkos::sqrt(square);
+template <class T>
+KOKKOS_INLINE_FUNCTION T beyond_limit(T square, Real limit) {
+  const T stretch = Kokkos::sqrt(square);
   if (stretch > 1 + limit) return 1 - (1 + limit) / stretch;
-  return stretch < 1 - limit && stretch > 0 ? 1 - (1 - limit) / stretch : Real(0);
+  return stretch < 1 - limit && stretch > 0 ? 1 - (1 - limit) / stretch : T(0);
 }
 
 /// A 3 × 2 matrix by its columns.
+template <class T = Real>
 struct Columns {
-  Real3 first, second;
+  Vector3<T> first, second;
 };
 
 /// P = −K (F − F*) = −K F M, N·m, of a triangle with edges a = x1 − x0, b = x2 − x0 (m): it keeps the singular values σ_i of
 /// F = [a b] R⁻¹ within [1 − ε, 1 + ε]. M = Σ_i (1 − σ*_i/σ_i) v_i v_iᵀ with the axes v_i of FᵀF and the limited σ*_i; K = w A.
 /// A triangle without length along v_i pushes nowhere. (docs/theory/cloth.md, section 5.)
-KOKKOS_INLINE_FUNCTION Columns strain_limit_stress(const Real3& a, const Real3& b, const TriangleShape& shape,
-                                                   Real limit, Real stiffness) {
-  const Real3 f1 = shape.xx * a, f2 = shape.xy * a + shape.yy * b;
-  const Real p = dot(f1, f1), q = dot(f1, f2), r = dot(f2, f2);
-  const Real middle = Real(0.5) * (p + r), apart = Real(0.5) * (p - r);
-  const Real radius = Kokkos::sqrt(apart * apart + q * q);
-  const Real most = middle + radius, least = Kokkos::fmax(Real(0), middle - radius);
+template <class T>
+KOKKOS_INLINE_FUNCTION Columns<T> strain_limit_stress(const Vector3<T>& a, const Vector3<T>& b, const TriangleShape& shape,
+                                                      Real limit, Real stiffness) {
+  const Vector3<T> f1 = shape.xx * a, f2 = shape.xy * a + shape.yy * b;
+  const T p = dot(f1, f1), q = dot(f1, f2), r = dot(f2, f2);
+  const T middle = T(0.5) * (p + r), apart = T(0.5) * (p - r);
+  const T radius = Kokkos::sqrt(apart * apart + q * q);
+  const T most = middle + radius, least = Kokkos::fmax(T(0), middle - radius);
   const Real up = 1 + limit, down = 1 - limit;
   if (most <= up * up && least >= down * down) return {};
-  const Real beyond1 = beyond_limit(most, limit), beyond2 = beyond_limit(least, limit);
-  const Real mean = Real(0.5) * (beyond1 + beyond2);
-  const Real turn = radius > 0 ? Real(0.5) * (beyond1 - beyond2) / radius : Real(0);
-  const Real m11 = mean + turn * apart, m12 = turn * q, m22 = mean - turn * apart;
+  const T beyond1 = beyond_limit(most, limit), beyond2 = beyond_limit(least, limit);
+  const T mean = T(0.5) * (beyond1 + beyond2);
+  const T turn = radius > 0 ? T(0.5) * (beyond1 - beyond2) / radius : T(0);
+  const T m11 = mean + turn * apart, m12 = turn * q, m22 = mean - turn * apart;
   return {-stiffness * (m11 * f1 + m12 * f2), -stiffness * (m12 * f1 + m22 * f2)};
 }
 
@@ -87,38 +95,43 @@ KOKKOS_INLINE_FUNCTION Columns strain_limit_stress(const Real3& a, const Real3& 
 KOKKOS_INLINE_FUNCTION Real membrane_bound(const Membrane<Real>& m) { return Kokkos::fmax(m.warp, m.weft) + 2 * m.shear; }
 
 /// How a triangle is stretched along its warp u and weft v and along the lines p, q halfway between them: F of these directions.
+template <class T = Real>
 struct Yarns {
-  Real3 u, v, p, q;
+  Vector3<T> u, v, p, q;
 };
-KOKKOS_INLINE_FUNCTION Yarns yarns_of(const Real3& a, const Real3& b, const TriangleShape& shape, const Membrane<Real>& m) {
-  constexpr Real half_root = Real(0.70710678118654752);
-  const Real3 f1 = shape.xx * a, f2 = shape.xy * a + shape.yy * b;
-  const Real3 u = m.cosine * f1 + m.sine * f2, v = m.cosine * f2 - m.sine * f1;
+template <class T>
+KOKKOS_INLINE_FUNCTION Yarns<T> yarns_of(const Vector3<T>& a, const std::type_identity_t<Vector3<T>>& b,
+                                         const TriangleShape& shape, const Membrane<Real>& m) {
+  constexpr T half_root = T(0.70710678118654752);
+  const Vector3<T> f1 = shape.xx * a, f2 = shape.xy * a + shape.yy * b;
+  const Vector3<T> u = m.cosine * f1 + m.sine * f2, v = m.cosine * f2 - m.sine * f1;
   return {u, v, half_root * (u + v), half_root * (u - v)};
 }
 /// v/|v|, or 0; |v| in `length`.
-KOKKOS_INLINE_FUNCTION Real3 direction_of(const Real3& v, Real& length) {
-  const Real square = dot(v, v), inverse = square > 0 ? inverse_root(square) : Real(0);
+template <class T>
+KOKKOS_INLINE_FUNCTION Vector3<T> direction_of(const Vector3<T>& v, T& length) {
+  const T square = dot(v, v), inverse = square > 0 ? inverse_root(square) : T(0);
   length = square * inverse;
   return inverse * v;
 }
 
 /// P = −A ∂W/∂F, N·m, of a membrane with W = ½ k_u (|u| − 1)² + ½ k_v (|v| − 1)² + ½ k_s (|p| − |q|)², and of its strain
 /// damping, implicit in the shift; at x, at x⁰, and of the shift u alone; rate = t_d/Δt. (docs/theory/cloth.md, sections 2, 4.)
-KOKKOS_INLINE_FUNCTION Columns membrane_stress(const Yarns& now, const Yarns& before, const Yarns& moved,
-                                               const Membrane<Real>& m, Real rate, Real wet) {
-  constexpr Real half_root = Real(0.70710678118654752);
-  Real u, v, p, q;
-  const Real3 along_u = direction_of(now.u, u), along_v = direction_of(now.v, v);
-  const Real3 along_p = direction_of(now.p, p), along_q = direction_of(now.q, q);
-  Real3 of_u = (-m.warp * (u - 1)) * along_u, of_v = (-m.weft * (v - 1)) * along_v;
-  Real3 of_p = (-m.shear * (p - q)) * along_p, of_q = (m.shear * (p - q)) * along_q;
+template <class T>
+KOKKOS_INLINE_FUNCTION Columns<T> membrane_stress(const Yarns<T>& now, const Yarns<T>& before, const Yarns<T>& moved,
+                                                  const Membrane<Real>& m, Real rate, Real wet) {
+  constexpr T half_root = T(0.70710678118654752);
+  T u, v, p, q;
+  const Vector3<T> along_u = direction_of(now.u, u), along_v = direction_of(now.v, v);
+  const Vector3<T> along_p = direction_of(now.p, p), along_q = direction_of(now.q, q);
+  Vector3<T> of_u = (-m.warp * (u - 1)) * along_u, of_v = (-m.weft * (v - 1)) * along_v;
+  Vector3<T> of_p = (-m.shear * (p - q)) * along_p, of_q = (m.shear * (p - q)) * along_q;
   if (rate > 0) {
-    const Real3 u0 = direction_of(before.u, u), v0 = direction_of(before.v, v);
-    const Real3 p0 = direction_of(before.p, p), q0 = direction_of(before.q, q);
+    const Vector3<T> u0 = direction_of(before.u, u), v0 = direction_of(before.v, v);
+    const Vector3<T> p0 = direction_of(before.p, p), q0 = direction_of(before.q, q);
     of_u -= (m.warp * rate * dot(u0, moved.u)) * u0;
     of_v -= (m.weft * rate * dot(v0, moved.v)) * v0;
-    const Real shearing = dot(p0, moved.p) - dot(q0, moved.q);
+    const T shearing = dot(p0, moved.p) - dot(q0, moved.q);
     of_p -= (m.shear * rate * shearing) * p0;
     of_q += (m.shear * rate * shearing) * q0;
   }
@@ -138,7 +151,8 @@ KOKKOS_INLINE_FUNCTION CornerGradient corner_gradient(const TriangleShape& s, In
 }
 
 /// Force of a stress P on a corner: P ∇N, N.
-KOKKOS_INLINE_FUNCTION Real3 corner_force(const Columns& stress, const CornerGradient& n) {
+template <class T>
+KOKKOS_INLINE_FUNCTION Vector3<T> corner_force(const Columns<T>& stress, const CornerGradient& n) {
   return n.x * stress.first + n.y * stress.second;
 }
 

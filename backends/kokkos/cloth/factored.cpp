@@ -45,7 +45,7 @@ ThreeSums FactoredCloth::measure(const Cloth& cloth, const ClothSolverWork& solv
       const Real3 r = t.inertia * (t.target - shift(n)) + elastic(n);
       residual(n) = r;
       Real3 left = r;
-      const double touches = solids && s.contact(t, shift(n), left).touches ? 1 : 0;
+      const double touches = solids && s.contact(t, shift(n), left, t.compression).touches ? 1 : 0;
       const TwoSums sums = s.imbalance<false>(t, shift(n), r, tolerance, floor);
       sum += ThreeSums{sums.first, sums.second, touches};
     }

@@ -72,11 +72,12 @@ struct FullBlock {
 /// The second derivatives of a triangle's membrane and of its strain damping, N·m, without what is negative in them.
 class MembraneStiffness {
  public:
-  MembraneStiffness(const ClothSystem& s, Index t, const Entries<const Real3>& shift) : m_(s.membrane(t)) {
+  template <class Shift>
+  MembraneStiffness(const ClothSystem& s, Index t, const Shift& shift) : m_(s.membrane(t)) {
     const Index a = s.triangle(3 * t), b = s.triangle(3 * t + 1), c = s.triangle(3 * t + 2);
     const Real3 first = s.start(b) - s.start(a), second = s.start(c) - s.start(a);
-    const Yarns now = yarns_of(first + (shift(b) - shift(a)), second + (shift(c) - shift(a)), s.triangle_shape(t), m_);
-    const Yarns before = yarns_of(first, second, s.triangle_shape(t), m_);
+    const Yarns<> now = yarns_of(first + (shift(b) - shift(a)), second + (shift(c) - shift(a)), s.triangle_shape(t), m_);
+    const Yarns<> before = yarns_of(first, second, s.triangle_shape(t), m_);
     const Real rate = s.strain_damping_rate(a), wet = s.softening(t, m_);
     Real length[4], none;
     const Real3 along_u = direction_of(now.u, length[0]), along_v = direction_of(now.v, length[1]);

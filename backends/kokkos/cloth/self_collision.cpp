@@ -69,6 +69,7 @@ Collision::Collision(const Constants& constants, const Bodies& bodies, Cloth& cl
       member(work.member),
       changed(work.changed),
       inverse_mass(cloth.nodes.inverse_mass),
+      kept(std::as_const(cloth).nodes.clearance),
       materials(node_materials(cloth)),
       solids(bodies.solids),
       pins(cloth),

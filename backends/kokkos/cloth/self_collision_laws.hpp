@@ -40,7 +40,7 @@ struct Collision {
   Entries<NodeVelocity> velocity;
   Entries<const std::uint8_t> pinned, member;
   Entries<std::uint8_t> changed;
-  Entries<const Real> inverse_mass;
+  Entries<const Real> inverse_mass, kept;  // kept: Nodes::clearance
   Materials materials;
   Slice<const Solid> solids;
   PinMotions pins;
@@ -68,6 +68,10 @@ struct Collision {
 
   Collision(const Constants& constants, const Bodies& bodies, Cloth& cloth, SelfCollisionWork& work, Real step);
 
+  KOKKOS_INLINE_FUNCTION Clearance clearance(Index n) const {
+    const Real thickness = materials(n).thickness;
+    return {thickness, kept.exist() ? kept(n) : thickness};
+  }
   KOKKOS_INLINE_FUNCTION Double3 velocity_of(Index n) const {
     const NodeVelocity v = velocity(n);
     return v;
@@ -80,7 +84,7 @@ struct Collision {
       w = times(1 / double(dt), minus(widen(end(n)), widen(x)));
     } else {
       Real3 shift = dt * narrow(w);
-      const Real3 out = project_out(solids, x, shift, materials(n).thickness);
+      const Real3 out = project_out(solids, x, shift, clearance(n));
       if (out.x != shift.x || out.y != shift.y || out.z != shift.z) {
         const Real3 v = (1 / dt) * out;
         w = widen(v);

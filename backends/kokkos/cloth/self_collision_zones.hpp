@@ -130,7 +130,7 @@ struct PushZones {
     const Index z = s.zone(n);
     if (s.stopped(z) || s.holder(z) != no_node) return;
     const Real3 shift = s.dt * narrow(zones::velocity(s, z));
-    const Real3 out = project_out(s.solids, s.position(n), shift, s.materials(n).thickness) - shift;
+    const Real3 out = project_out(s.solids, s.position(n), shift, s.clearance(n)) - shift;
     const double by[3] = {double(out.x), double(out.y), double(out.z)};
     for (int a = 0; a < 3; ++a) {
       const auto size = fixed_point(Kokkos::abs(by[a]) / s.way_unit);

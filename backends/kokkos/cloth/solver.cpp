@@ -138,6 +138,8 @@ ClothSystem::ClothSystem(const Bodies& bodies, const Cloth& fabric, ClothSolverW
       mass(solver.mass),
       diagonal(solver.diagonal),
       friction(solver.friction),
+      solid_mass(std::as_const(fabric).nodes.solid_mass),
+      kept(std::as_const(fabric).nodes.clearance),
       saturation(solver.saturation),
       pinned(fabric.nodes.pinned),
       link_start(fabric.nodes.link_start),
@@ -172,7 +174,9 @@ ClothIteration::ClothIteration(const Constants& constants, const Bodies& bodies,
              static_cast<double>(cloth.mesh.mean_edge)),
       resident_(method_ == ClothMethod::pd && prepare_resident_cloth(constants, cloth, solver, system_)) {
   masses_and_diagonals(constants, cloth, system_);
-  factored_ = method_ == ClothMethod::pd && !constants.model.jacobi_cloth && prepare_factored_cloth(cloth, solver, system_);
+  static const char* old = getenv("DRENCH_OLD");
+  factored_ = old && method_ == ClothMethod::pd && !constants.model.jacobi_cloth && prepare_factored_cloth(cloth, solver, system_);
+  newton_ = !old && method_ == ClothMethod::pd && !constants.model.jacobi_cloth && prepare_newton(cloth, solver, system_);
   progress_.rho = reachable_radius(constants.model.scene.cloth_solver.max_iterations);
   const SpectralBound bound(system_);
   if (resident_) {
@@ -193,6 +197,10 @@ void ClothIteration::run(int most) {
   }
   if (progress_.iterations > 0) progress_.move_on(system_.solids.extent(0) > 0);
   const int end = progress_.iterations + most;
+  if (newton_) {
+    if (run_newton(cloth_, solver_, system_, progress_, most, tolerance_)) return;
+    begin_newton_anew(solver_);
+  }
   if (factored_) {
     factored_ = run_factored_cloth(cloth_, solver_, system_, progress_, most, tolerance_, floor_);
     if (factored_ || progress_.iterations >= end) return;

@@ -28,22 +28,26 @@ struct ClothSolverWork {
   Field<Real> triangle_rate;                          // 2 per triangle: θ, 1
   std::shared_ptr<struct ResidentCloth> resident;  // of CUDA (cloth/cuda/resident_cloth.cpp)
   std::shared_ptr<class FactoredCloth> factored;   // of a host (cloth/factored.hpp)
+  std::shared_ptr<class NewtonCloth> newton;       // of a host (cloth/newton.hpp)
 };
 
 MemoryEstimate cloth_solver_bytes(const Sizing& s);
 
 /// The solids that a node touches: the last one's normal and how far its surface moves in the step (m), and what presses
-/// the node into all of them, as a force or a way.
+/// the node into all of them, as a force or a displacement. Between two solids that squeeze it, `moved` is their mean.
+template <class T = Real>
 struct NodeContact {
   bool touches = false;
-  Real3 normal, moved;
-  Real press = 0;
+  Vector3<T> normal, moved;
+  T press = 0;
 };
 
 /// What an iteration reads of a node and what stays the same during one solve.
 struct NodeTerms {
   Real3 start, target;                          // x⁰_n, y_n − x⁰_n, m
-  Real inertia, diagonal, friction, thickness;  // m_n/Δt² and D_n, N/m; μ, 1; m
+  Real inertia, diagonal, friction;             // m_n/Δt² and D_n, N/m; μ, 1
+  Clearance clearance;
+  Real compression;                             // N: presses it to half of its thickness
 };
 
 // Iterations before Chebyshev's weights begin; the same after the target has moved, where there are no solids; from check to
@@ -103,6 +107,7 @@ struct ClothSystem {
   Entries<const Real3> start;
   Entries<Real3> target;
   Entries<Real> mass, diagonal, friction;  // friction: μ, as wet as the node is
+  Entries<const Real> solid_mass, kept;    // kept: the distance from solids, m; null without solids
   Entries<Real> saturation;                // s_n, 1; null unless membranes soften when wet
   Entries<const std::uint8_t> pinned;
   Entries<const Index> link_start, edge_start, edge_item, edge;
@@ -118,59 +123,78 @@ struct ClothSystem {
   ClothSystem(const Bodies& bodies, const Cloth& fabric, ClothSolverWork& solver, Real step);
 
   KOKKOS_INLINE_FUNCTION NodeTerms terms(Index n) const {
-    return {start(n), target(n), mass(n) * inverse_dt2, diagonal(n), friction(n), thickness(n)};
+    return {start(n),    target(n),    mass(n) * inverse_dt2, diagonal(n),
+            friction(n), clearance(n), materials(n).compression_per_mass * solid_mass(n)};
   }
 
   /// Adds what a link does to its node, N; `apart` = x⁰_n − x⁰_m, `moved_apart` = u_n − u_m, `damping`: strain_damping.
-  KOKKOS_INLINE_FUNCTION static void add_link(Real3& force, const Link& l, const Real3& apart, const Real3& moved_apart,
-                                              Real damping) {
-    const Real3 x = apart + moved_apart;
+  template <class T>
+  KOKKOS_INLINE_FUNCTION static void add_link(Vector3<T>& force, const Link& l, const Vector3<T>& apart,
+                                              const Vector3<T>& moved_apart, Real damping) {
+    const Vector3<T> x = apart + moved_apart;
     // −Σ_m B_nm x_m = Σ_m B_nm (x_n − x_m): the rows of B sum to 0
     force += (spring_pull(x, l.length, l.stiffness) + l.bend) * x;
     force += strain_damping_force(apart, moved_apart, damping);
   }
-  /// −∂(elastic energy)/∂x_n and the strain damping, N.
+  /// What the links of a node do to it, N, in the precision of the shifts.
   template <class Shift>
-  KOKKOS_INLINE_FUNCTION Real3 elastic_force(Index n, const Shift& shift) const {
-    const Real3 here = start(n), moved = shift(n);
+  KOKKOS_INLINE_FUNCTION auto link_force(Index n, const Shift& shift) const {
+    const auto moved = shift(n);
+    using Vector = std::remove_cvref_t<decltype(moved)>;
+    using T = decltype(moved.x);
+    const Vector here = in_precision<T>(start(n));
     const Real rate = strain_damping_rate(n);
-    Real3 force;
+    Vector force;
     const Index last = link_start(n + 1);
     DRENCH_UNROLL
     for (Index r = link_start(n); r < last; ++r) {
       const Link l = link(r);
-      const Real3 apart = here - start(l.other);
-      add_link(force, l, apart, moved - shift(l.other), rate > 0 ? strain_damping(apart, l.stiffness, rate) : Real(0));
+      const Vector apart = here - in_precision<T>(start(l.other));
+      const Real damping = rate > 0 ? strain_damping(start(n) - start(l.other), l.stiffness, rate) : Real(0);
+      add_link(force, l, apart, moved - shift(l.other), damping);
     }
+    return force;
+  }
+  /// −∂(elastic energy)/∂x_n and the strain damping, N, in the precision of the shifts.
+  template <class Shift>
+  KOKKOS_INLINE_FUNCTION auto elastic_force(Index n, const Shift& shift) const {
+    auto force = link_force(n, shift);
     if (triangle_start.exist()) force += triangle_force(n, shift, 0, 1);
     return force;
   }
 
   /// Strain limits and membranes, N: every `step`-th of the node's triangles, from `from` on.
   template <class Shift>
-  KOKKOS_INLINE_FUNCTION Real3 triangle_force(Index n, const Shift& shift, Index from, Index step) const {
-    Real3 force;
+  KOKKOS_INLINE_FUNCTION auto triangle_force(Index n, const Shift& shift, Index from, Index step) const {
+    std::remove_cvref_t<decltype(shift(n))> force;
     for (Index r = triangle_start(n) + from; r < triangle_start(n + 1); r += step) {
       const Index t = triangle_item(r) / 4;
       force += corner_force(triangle_stress(t, shift), corner_gradient(triangle_shape(t), triangle_item(r) % 4));
     }
     return force;
   }
-  /// P of triangle t, N·m.
+  /// P of triangle t, N·m, in the precision of the shifts.
   template <class Shift>
-  KOKKOS_INLINE_FUNCTION Columns triangle_stress(Index t, const Shift& shift) const {
+  KOKKOS_INLINE_FUNCTION auto triangle_stress(Index t, const Shift& shift) const {
     const Index a = triangle(3 * t), b = triangle(3 * t + 1), c = triangle(3 * t + 2);
-    const Real3 first = separation(start(b), shift(b), start(a), shift(a)),
-                second = separation(start(c), shift(c), start(a), shift(a));
-    Columns stress;
+    return triangle_stress(t, shift(a), shift(b), shift(c));
+  }
+  template <class T>
+  KOKKOS_INLINE_FUNCTION Columns<T> triangle_stress(Index t, const Vector3<T>& u_a, const Vector3<T>& u_b,
+                                                    const Vector3<T>& u_c) const {
+    const Index a = triangle(3 * t), b = triangle(3 * t + 1), c = triangle(3 * t + 2);
+    const Vector3<T> first = separation(start(b), u_b, start(a), u_a), second = separation(start(c), u_c, start(a), u_a);
+    Columns<T> stress;
     if (limit_stiffness.exist())
       stress = strain_limit_stress(first, second, triangle_shape(t), materials(a).strain_limit, limit_stiffness(t));
     if (!membrane.exist()) return stress;
     const Membrane<Real> m = membrane(t);
-    const Yarns before = yarns_of(start(b) - start(a), start(c) - start(a), triangle_shape(t), m);
-    const Yarns moved = yarns_of(shift(b) - shift(a), shift(c) - shift(a), triangle_shape(t), m);
-    const Columns own = membrane_stress(yarns_of(first, second, triangle_shape(t), m), before, moved, m,
-                                        strain_damping_rate(a), softening(t, m));
+    const Vector3<T> corner = in_precision<T>(start(a));
+    const Yarns<T> before = yarns_of(in_precision<T>(start(b)) - corner, in_precision<T>(start(c)) - corner,
+                                     triangle_shape(t), m);
+    const Yarns<T> moved = yarns_of(u_b - u_a, u_c - u_a, triangle_shape(t), m);
+    const Columns<T> own = membrane_stress(yarns_of(first, second, triangle_shape(t), m), before, moved, m,
+                                           strain_damping_rate(a), softening(t, m));
     stress.first += own.first;
     stress.second += own.second;
     return stress;
@@ -208,80 +232,109 @@ struct ClothSystem {
     return (mass(n) * inverse_dt2) * (target(n) - shift(n)) + elastic_force(n, shift);
   }
 
-  /// Solids within 1.01 of the thickness at x⁰ + `shift`. `push`, a force or a way, loses what presses into them: each(solid, that)
-  /// in their order.
-  template <class Each>
-  KOKKOS_INLINE_FUNCTION NodeContact contact(const NodeTerms& t, const Real3& shift, Real3& push, const Each& each) const {
-    NodeContact c;
-    const Real range = Real(1.01) * t.thickness;
+  /// Solids within the clearance and 0.01 of the thickness at x⁰ + `shift`. `push`, a force or a displacement, loses what presses into them:
+  /// each(solid, that) in their order. `compression`: what presses a squeezed node to half of its thickness, of the same unit.
+  template <class T, class Each>
+  KOKKOS_INLINE_FUNCTION NodeContact<T> contact(const NodeTerms& t, const Vector3<T>& shift, Vector3<T>& push,
+                                                Real compression, const Each& each) const {
+    NodeContact<T> c;
+    const Real thickness = t.clearance.thickness, range = t.clearance.kept + Real(0.01) * thickness;
     for (std::size_t b = 0; b < solids.extent(0); ++b) {
-      const SolidDistance at = solid_distance(solids(b), t.start, shift);
+      const SolidDistance<T> at = solid_distance(solids(b), t.start, shift);
       if (!(at.phi < range)) continue;
       c.touches = true;
       c.normal = at.normal;
       c.moved = dt * surface_velocity(solids(b), t.start, shift);
-      const Real inward = Kokkos::fmin(dot(push, at.normal), Real(0));
+      const T inward = Kokkos::fmin(dot(push, at.normal), T(0));
       c.press -= inward;
       push -= inward * at.normal;
       each(b, inward * at.normal);
+      for (std::size_t a = 0; a < b; ++a) {
+        const SolidDistance<T> other = solid_distance(solids(a), t.start, shift);
+        if (!squeezed(other, at, thickness)) continue;
+        const T room = Kokkos::fmax((other.phi + at.phi) / (2 * thickness), T(0.01));  // of the cloth's own
+        const T squeeze = compression * (1 - room) / room;
+        c.press += 2 * squeeze;
+        c.moved = T(0.5) * (c.moved + dt * surface_velocity(solids(a), t.start, shift));
+        each(a, -squeeze * other.normal);
+        each(b, -squeeze * at.normal);
+      }
     }
     return c;
   }
-  KOKKOS_INLINE_FUNCTION NodeContact contact(const NodeTerms& t, const Real3& shift, Real3& push) const {
-    return contact(t, shift, push, [](std::size_t, const Real3&) {});
+  template <class T>
+  KOKKOS_INLINE_FUNCTION NodeContact<T> contact(const NodeTerms& t, const Vector3<T>& shift, Vector3<T>& push,
+                                                Real compression) const {
+    return contact(t, shift, push, compression, [](std::size_t, const Vector3<T>&) {});
   }
   /// A shift after Coulomb friction: it slips along the surface by `loss` (m) less, at most to a standstill.
-  KOKKOS_INLINE_FUNCTION static Real3 with_friction(const NodeContact& c, const Real3& shift, Real loss) {
-    const Real3 slip = tangential(shift - c.moved, c.normal);
-    const Real length = norm(slip);
+  template <class T>
+  KOKKOS_INLINE_FUNCTION static Vector3<T> with_friction(const NodeContact<T>& c, const Vector3<T>& shift,
+                                                         std::type_identity_t<T> loss) {
+    const Vector3<T> slip = tangential(shift - c.moved, c.normal);
+    const T length = norm(slip);
     return length > loss ? shift - (loss / length) * slip : shift - slip;
   }
-  KOKKOS_INLINE_FUNCTION static Real3 tangential(const Real3& v, const Real3& normal) {
+  template <class T>
+  KOKKOS_INLINE_FUNCTION static Vector3<T> tangential(const Vector3<T>& v, const Vector3<T>& normal) {
     return v - dot(v, normal) * normal;
   }
   /// The next iterate of a node from the last two and r_n: one Jacobi step, then Chebyshev's ω. `touching`: false where
   /// there are no solids, for a kernel with fewer registers.
-  template <bool touching = true>
-  KOKKOS_INLINE_FUNCTION Real3 next_shift(const NodeTerms& t, const Real3& shift, const Real3& before,
-                                          const Real3& residual, Real omega) const {
-    Real3 step = (1 / t.diagonal) * residual;
+  template <bool touching = true, class T>
+  KOKKOS_INLINE_FUNCTION Vector3<T> next_shift(const NodeTerms& t, const Vector3<T>& shift, const Vector3<T>& before,
+                                               const Vector3<T>& residual, Real omega) const {
+    Vector3<T> step = (1 / T(t.diagonal)) * residual;
     if constexpr (!touching) {
-      const Real3 next = shift + step;
+      const Vector3<T> next = shift + step;
       return omega != 1 ? omega * (next - before) + before : next;
     }
-    const NodeContact c = contact(t, shift, step);
-    Real3 next = shift + step;
+    const NodeContact<T> c = contact(t, shift, step, t.compression / t.diagonal);
+    Vector3<T> next = shift + step;
     if (c.press > 0) next = with_friction(c, next, t.friction * c.press);
-    next = project_out(solids, t.start, next, t.thickness);
-    if (omega != 1) next = project_out(solids, t.start, omega * (next - before) + before, t.thickness);
+    next = project_out(solids, t.start, next, t.clearance);
+    if (omega != 1) next = project_out(solids, t.start, omega * (next - before) + before, t.clearance);
     return next;
   }
   /// What is left of r_n after the solid's reaction: its normal part if it pulls, its tangential part beyond friction.
-  KOKKOS_INLINE_FUNCTION Real3 unbalanced(const NodeTerms& t, const Real3& shift, const Real3& residual) const {
-    Real3 left = residual;
-    const NodeContact c = contact(t, shift, left);
-    if (!(c.press > 0)) return left;
+  template <class T>
+  KOKKOS_INLINE_FUNCTION Vector3<T> unbalanced(const NodeTerms& t, const Vector3<T>& shift, const Vector3<T>& residual) const {
+    Vector3<T> left = residual;
+    const NodeContact<T> c = contact(t, shift, left, t.compression);
+    return c.press > 0 ? unbalanced(t, shift, c, left) : left;
+  }
+  /// The same of a node that contact() has been asked about; `left` is what that left of the residual.
+  template <class T>
+  KOKKOS_INLINE_FUNCTION static Vector3<T> unbalanced(const NodeTerms& t, const Vector3<T>& shift, const NodeContact<T>& c,
+                                                      const Vector3<T>& left) {
     // How far it would slip on with what is left, and how much of that friction takes.
-    const Real3 slip = tangential(shift - c.moved, c.normal), on = tangential(left, c.normal);
-    const Real3 after =
-        with_friction({true, c.normal, {}, 0}, slip + (1 / t.diagonal) * on, t.friction * c.press / t.diagonal);
+    const Vector3<T> slip = tangential(shift - c.moved, c.normal), on = tangential(left, c.normal);
+    const NodeContact<T> here{true, c.normal, {}, 0};
+    const T loss = t.friction * c.press / t.diagonal;
+    const Vector3<T> after = with_friction(here, slip + (1 / T(t.diagonal)) * on, loss);
     return left - on + t.diagonal * (after - slip);
   }
-  /// A node's share of the residual's sum and of its goal (cloth.hpp), N; `floor`: ½ ε L̄, m.
+  /// A node's share of the residual's goal (cloth.hpp), N; `floor`: ½ ε L̄, m.
+  KOKKOS_INLINE_FUNCTION static double goal(const NodeTerms& t, double tolerance, double floor) {
+    return tolerance * static_cast<double>(t.inertia * norm(t.target)) + floor * static_cast<double>(t.diagonal);
+  }
+  /// A node's share of the residual's sum and of its goal, N.
   template <bool touching = true>
   KOKKOS_INLINE_FUNCTION TwoSums imbalance(const NodeTerms& t, const Real3& shift, const Real3& residual,
                                            double tolerance, double floor) const {
     const double force = static_cast<double>(norm(touching ? unbalanced(t, shift, residual) : residual));
-    return {force < 1e100 ? force : 1e100,
-            tolerance * static_cast<double>(t.inertia * norm(t.target)) + floor * static_cast<double>(t.diagonal)};
+    return {force < 1e100 ? force : 1e100, goal(t, tolerance, floor)};
   }
 
   /// τ/Δt of the node's cloth.
   KOKKOS_INLINE_FUNCTION Real strain_damping_rate(Index n) const { return materials(n).strain_damping * inverse_dt; }
-  KOKKOS_INLINE_FUNCTION Real thickness(Index n) const { return materials(n).thickness; }
+  KOKKOS_INLINE_FUNCTION Clearance clearance(Index n) const {
+    const Real thickness = materials(n).thickness;
+    return {thickness, kept.exist() ? kept(n) : thickness};
+  }
 };
 #ifndef DRENCH_CHECK_BOUNDS
-static_assert(sizeof(ClothSystem) <= 240);
+static_assert(sizeof(ClothSystem) <= 256);
 #endif
 
 /// The iterations of one implicit step, in as many calls as the caller likes.
@@ -314,6 +367,7 @@ class ClothIteration {
   ClothProgress progress_;
   bool resident_, under_way_ = false;  // resident: see below
   bool factored_;                      // as long as no node is at a solid
+  bool newton_;
 };
 
 // cuda/resident_cloth.cpp: all iterations of a call in one kernel that stays on the device, several times as fast as
@@ -335,6 +389,15 @@ bool prepare_factored_cloth(const Cloth& cloth, ClothSolverWork& solver, const C
 /// FactoredCloth::run.
 bool run_factored_cloth(const Cloth& cloth, ClothSolverWork& solver, const ClothSystem& s, ClothProgress& progress, int most,
                         double tolerance, double floor);
+
+// newton.cpp: on a host Newton's method needs few iterations.
+/// Can it be done: on a host. (Then it makes its arrays.)
+bool prepare_newton(const Cloth& cloth, ClothSolverWork& solver, const ClothSystem& s);
+/// NewtonCloth::run.
+bool run_newton(const Cloth& cloth, ClothSolverWork& solver, const ClothSystem& s, ClothProgress& progress, int most,
+                double tolerance);
+/// NewtonCloth::begin_anew.
+void begin_newton_anew(ClothSolverWork& solver);
 
 // xpbd.cpp
 /// Of the multipliers and their rates.

@@ -79,13 +79,15 @@ void relax(const char* label, Index count, const Field<Real3>& multiplier, Field
 /// Π: `free` moved out of the planes that touch the solids next to x + anchor, then what is left of a curved solid. Out of
 /// the solid itself would be wrong: without the contact's own force a pressed node lies deep in it, maybe beyond its centre.
 KOKKOS_INLINE_FUNCTION Real3 held_out(const Slice<const Solid>& solids, const Real3& x, const Real3& anchor, Real3 free,
-                                      Real thickness) {
+                                      const Clearance& clearance) {
   for (std::size_t b = 0; b < solids.extent(0); ++b) {
     const SolidDistance d = solid_distance(solids(b), x, anchor);
-    const Real depth = thickness - d.phi - dot(d.normal, free - anchor);
+    if (!(d.phi < far_away)) continue;
+    const Real kept = d.phi < clearance.kept ? distance_to_keep(solids, b, d, x, anchor, clearance) : clearance.kept;
+    const Real depth = kept - d.phi - dot(d.normal, free - anchor);
     if (depth > 0) free += depth * d.normal;
   }
-  return project_out(solids, x, free, thickness);
+  return project_out(solids, x, free, clearance);
 }
 
 }  // namespace
@@ -120,17 +122,18 @@ void gather_multipliers(const Cloth& cloth, ClothSolverWork& solver, const Cloth
         if (s.triangle_start.exist())
           for (Index r = s.triangle_start(n); r < s.triangle_start(n + 1); ++r) {
             const Index t = s.triangle_item(r) / 4;
-            sum += corner_force({stress(2 * t), stress(2 * t + 1)},
+            sum += corner_force(Columns<>{stress(2 * t), stress(2 * t + 1)},
                                 corner_gradient(s.triangle_shape(t), s.triangle_item(r) % 4));
           }
         const Real3 free = target(n) + (1 / (s.mass(n) * s.inverse_dt2)) * sum;
         Real3 step = free - anchor(n);
-        const NodeContact c = s.contact(s.terms(n), anchor(n), step);
+        const NodeTerms t = s.terms(n);
+        const NodeContact<> c = s.contact(t, anchor(n), step, t.compression / t.inertia);
         if (c.press > 0) {
           const Real3 next = s.with_friction(c, anchor(n) + step, s.friction(n) * c.press);
-          shift(n) = project_out(s.solids, s.start(n), next, s.thickness(n));
+          shift(n) = project_out(s.solids, s.start(n), next, t.clearance);
         } else {
-          shift(n) = held_out(s.solids, s.start(n), anchor(n), free, s.thickness(n));
+          shift(n) = held_out(s.solids, s.start(n), anchor(n), free, t.clearance);
         }
       });
 }
@@ -165,7 +168,7 @@ void start_multipliers(const Constants& constants, const Cloth& cloth, ClothSolv
   const Entries<Real> triangle_rate = solver.triangle_rate;
   parallel(
       "drench::cloth::triangle_multiplier", cloth.mesh.triangles, KOKKOS_LAMBDA(const Index t) {
-        const Columns law = s.triangle_stress(t, shift);
+        const Columns<> law = s.triangle_stress(t, shift);
         stress(2 * t) = law.first;
         stress(2 * t + 1) = law.second;
         last_stress(2 * t) = last_stress(2 * t + 1) = Real3{};
@@ -205,7 +208,7 @@ void iterate_multipliers(const Constants& constants, const Cloth& cloth, ClothSo
     const Entries<const Real> rate = solver.triangle_rate;
     parallel(
         "drench::cloth::triangle_multipliers", cloth.mesh.triangles, KOKKOS_LAMBDA(const Index t) {
-          const Columns law = s.triangle_stress(t, shift);
+          const Columns<> law = s.triangle_stress(t, shift);
           const Index c = 2 * t;
           last(c) = relaxed(stress(c), last(c), law.first, rate(c), omega);
           last(c + 1) = relaxed(stress(c + 1), last(c + 1), law.second, rate(c + 1), omega);

@@ -5,11 +5,6 @@
 
 namespace drench::kokkos_backend {
 
-struct Double3 {
-  double x = 0, y = 0, z = 0;
-};
-KOKKOS_INLINE_FUNCTION Double3 widen(const Real3& a) { return {double(a.x), double(a.y), double(a.z)}; }
-KOKKOS_INLINE_FUNCTION Real3 narrow(const Double3& a) { return {Real(a.x), Real(a.y), Real(a.z)}; }
 KOKKOS_INLINE_FUNCTION Double3 add(const Double3& a, const Double3& b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
 KOKKOS_INLINE_FUNCTION Double3 minus(const Double3& a, const Double3& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
 KOKKOS_INLINE_FUNCTION Double3 times(double s, const Double3& a) { return {s * a.x, s * a.y, s * a.z}; }

@@ -159,21 +159,24 @@ constexpr std::size_t most_scratch(Index threads) {
   return 47 * 1024 - static_cast<std::size_t>(threads) * sizeof(double);
 }
 
-struct Real3 {
-  Real x = 0, y = 0, z = 0;
-  KOKKOS_INLINE_FUNCTION Real3& operator+=(const Real3& o) {
+template <class T>
+struct Vector3 {
+  T x = 0, y = 0, z = 0;
+  KOKKOS_INLINE_FUNCTION Vector3& operator+=(const Vector3& o) {
     x += o.x;
     y += o.y;
     z += o.z;
     return *this;
   }
-  KOKKOS_INLINE_FUNCTION Real3& operator-=(const Real3& o) {
+  KOKKOS_INLINE_FUNCTION Vector3& operator-=(const Vector3& o) {
     x -= o.x;
     y -= o.y;
     z -= o.z;
     return *this;
   }
 };
+using Real3 = Vector3<Real>;
+using Double3 = Vector3<double>;
 /// A vector and a number in one load: what loops over neighbours read.
 struct alignas(4 * sizeof(Real)) Real4 {
   Real x = 0, y = 0, z = 0, w = 0;
@@ -181,22 +184,49 @@ struct alignas(4 * sizeof(Real)) Real4 {
   KOKKOS_INLINE_FUNCTION Real4(const Real3& v, Real number) : x(v.x), y(v.y), z(v.z), w(number) {}
   KOKKOS_INLINE_FUNCTION Real3 xyz() const { return {x, y, z}; }
 };
-KOKKOS_INLINE_FUNCTION Real3 operator+(Real3 a, const Real3& b) { return a += b; }
-KOKKOS_INLINE_FUNCTION Real3 operator-(Real3 a, const Real3& b) { return a -= b; }
-KOKKOS_INLINE_FUNCTION Real3 operator-(const Real3& a) { return {-a.x, -a.y, -a.z}; }
-KOKKOS_INLINE_FUNCTION Real3 operator*(Real s, const Real3& a) { return {s * a.x, s * a.y, s * a.z}; }
-KOKKOS_INLINE_FUNCTION Real dot(const Real3& a, const Real3& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+template <class T>
+KOKKOS_INLINE_FUNCTION Vector3<T> operator+(Vector3<T> a, const std::type_identity_t<Vector3<T>>& b) {
+  return a += b;
+}
+template <class T>
+KOKKOS_INLINE_FUNCTION Vector3<T> operator-(Vector3<T> a, const std::type_identity_t<Vector3<T>>& b) {
+  return a -= b;
+}
+template <class T>
+KOKKOS_INLINE_FUNCTION Vector3<T> operator-(const Vector3<T>& a) {
+  return {-a.x, -a.y, -a.z};
+}
+template <class T>
+KOKKOS_INLINE_FUNCTION Vector3<T> operator*(std::type_identity_t<T> s, const Vector3<T>& a) {
+  return {s * a.x, s * a.y, s * a.z};
+}
+template <class T>
+KOKKOS_INLINE_FUNCTION T dot(const Vector3<T>& a, const std::type_identity_t<Vector3<T>>& b) {
+  return a.x * b.x + a.y * b.y + a.z * b.z;
+}
 /// 1/√x; a GPU has an instruction for it, to 2 ulp, where root and division are exact and take several times as long.
-KOKKOS_INLINE_FUNCTION Real inverse_root(Real x) {
+template <class T>
+KOKKOS_INLINE_FUNCTION T inverse_root(T x) {
 #ifdef __CUDA_ARCH__
   return ::rsqrt(x);
 #else
   return 1 / Kokkos::sqrt(x);
 #endif
 }
-KOKKOS_INLINE_FUNCTION Real norm(const Real3& a) { return Kokkos::sqrt(dot(a, a)); }
-KOKKOS_INLINE_FUNCTION Real3 cross(const Real3& a, const Real3& b) {
+template <class T>
+KOKKOS_INLINE_FUNCTION T norm(const Vector3<T>& a) {
+  return Kokkos::sqrt(dot(a, a));
+}
+template <class T>
+KOKKOS_INLINE_FUNCTION Vector3<T> cross(const Vector3<T>& a, const std::type_identity_t<Vector3<T>>& b) {
   return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
+KOKKOS_INLINE_FUNCTION Double3 widen(const Real3& a) { return {double(a.x), double(a.y), double(a.z)}; }
+KOKKOS_INLINE_FUNCTION Real3 narrow(const Double3& a) { return {Real(a.x), Real(a.y), Real(a.z)}; }
+/// A vector of the device's precision in another one.
+template <class T>
+KOKKOS_INLINE_FUNCTION Vector3<T> in_precision(const Real3& a) {
+  return {T(a.x), T(a.y), T(a.z)};
 }
 
 /// How the device holds a host type: vectors and numbers in the backend's precision.

@@ -19,7 +19,7 @@ struct MoveCloth {
   Entries<Real3> position, velocity;
   Entries<const std::uint8_t> pinned;
   Entries<const Index> triangle;
-  Entries<const Real> rest, solid_mass;
+  Entries<const Real> rest, solid_mass, kept;  // kept: Nodes::clearance
   Entries<Real> inverse_mass;
   Entries<const Quanta> liquid;
   Materials materials;
@@ -73,18 +73,31 @@ struct MoveCloth {
       position(n) = pins.position(n);
       return position(n) - x;
     }
-    const Real thickness = materials(n).thickness;
+    const Clearance clearance{materials(n).thickness, kept.exist() ? kept(n) : materials(n).thickness};
     Real3 v = velocity(n), shift = dt * v;
     const std::size_t bodies = materials(n).self_collision ? 0 : solids.extent(0);
     for (std::size_t b = 0; b < bodies; ++b) {
       const SolidDistance contact = solid_distance(solids(static_cast<std::int64_t>(b)), x, shift);
-      if (!(contact.phi < thickness)) continue;
+      if (!(contact.phi < clearance.kept)) continue;
+      const Real distance = distance_to_keep(solids, b, contact, x, shift, clearance);
+      if (!(contact.phi < distance)) continue;
       v = without_inward(v, contact.normal, surface_velocity(solids(static_cast<std::int64_t>(b)), x, shift));
-      shift = to_distance(solids(static_cast<std::int64_t>(b)), x, shift, contact, thickness);
+      shift = to_distance(solids(static_cast<std::int64_t>(b)), x, shift, contact, distance);
     }
     position(n) = x + shift;
-    velocity(n) = v;
+    velocity(n) = clearance.kept < Real(0.999) * clearance.thickness ? at_rest_outwards(v, x, shift, clearance.thickness) : v;
     return shift;
+  }
+  /// The velocity of a node that has been brought out of a solid: being brought out does not throw it.
+  KOKKOS_INLINE_FUNCTION Real3 at_rest_outwards(Real3 v, const Real3& x, const Real3& shift, Real thickness) const {
+    for (std::size_t b = 0; b < solids.extent(0); ++b) {
+      const Solid& solid = solids(static_cast<std::int64_t>(b));
+      const SolidDistance<> d = solid_distance(solid, x, shift);
+      if (!(d.phi < thickness)) continue;
+      const Real outward = dot(v - surface_velocity(solid, x, shift), d.normal);
+      if (outward > 0) v -= outward * d.normal;
+    }
+    return v;
   }
 };
 
@@ -100,6 +113,7 @@ void move_cloth(const Constants& constants, const Fluid& fluid, const Bodies& bo
                        cloth.mesh.triangle,
                        cloth.mesh.rest_metric,
                        cloth.nodes.solid_mass,
+                       cloth.nodes.clearance,
                        cloth.nodes.inverse_mass,
                        cloth.nodes.liquid,
                        node_materials(cloth),

@@ -20,16 +20,21 @@ void ElasticSheets::start() {
                              friction = nodes.friction_force;
   const Entries<Real3> pin = cloth_.nodes.pin_force, base = solver_.base, shift = solver_.displacement,
                        last = solver_.last_displacement;
-  const auto start = KOKKOS_LAMBDA(const Index n) { return dt * v(n); };
+  // In double on a host, as its iterations see the elastic forces (cloth/exact_residual.hpp).
+  using Number = std::conditional_t<on_host, double, Real>;
+  const auto start = KOKKOS_LAMBDA(const Index n) { return in_precision<Number>(dt * v(n)); };
   parallel(
       "drench::pressure::cloth_base", nodes.count, KOKKOS_LAMBDA(const Index n) {
-        shift(n) = last(n) = start(n);
-        const Real3 elastic = s.elastic_force(n, start);
+        shift(n) = last(n) = dt * v(n);
+        const Vector3<Number> elastic = s.elastic_force(n, start);
+        const Vector3<Number> force = elastic + in_precision<Number>(f(n));
         if (s.pinned(n)) {
-          pin(n) += elastic + f(n);
+          pin(n) += Real3{Real(force.x), Real(force.y), Real(force.z)};
           return;
         }
-        base(n) = start(n) - (dt * dt / s.mass(n)) * (elastic + f(n) + contact(n) + friction(n));
+        const Vector3<Number> all = force + in_precision<Number>(contact(n) + friction(n));
+        const Real3 change = (dt * dt / s.mass(n)) * Real3{Real(all.x), Real(all.y), Real(all.z)};
+        base(n) = shift(n) - change;
       });
 }
 

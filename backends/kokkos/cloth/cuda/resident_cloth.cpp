@@ -21,46 +21,60 @@ void check(cudaError_t status) {
 /// How the kernel is launched for a cloth, kept from solve to solve.
 struct Plan {
   const void* kernel = nullptr;  // null: the cloth does not fit
-  int threads = 0, blocks = 0, shared_bytes = 0;
+  int threads = 0, blocks = 0, shared_bytes = 0, lanes = lanes_of_links;
   bool cluster = false;
 };
 
 /// The kernel for nodes with `links` a lane at most in blocks of `block` threads, or null.
-template <bool plain, int threads, Exchange exchange>
+template <bool plain, int threads, Exchange exchange, int lanes>
 const void* kernel_with(int links) {
-  return links <= 6    ? reinterpret_cast<const void*>(&iterate<6, plain, threads, exchange>)
-         : links <= 9  ? reinterpret_cast<const void*>(&iterate<9, plain, threads, exchange>)
-         : links <= 14 ? reinterpret_cast<const void*>(&iterate<14, plain, threads, exchange>)
-                       : nullptr;
+  if (links <= 6) return reinterpret_cast<const void*>(&iterate<6, plain, threads, exchange, lanes>);
+  if (lanes == 8) return nullptr;  // 48 links of a node
+  if (links <= 9) return reinterpret_cast<const void*>(&iterate<9, plain, threads, exchange, lanes == 8 ? 4 : lanes>);
+  if (links <= 14) return reinterpret_cast<const void*>(&iterate<14, plain, threads, exchange, lanes == 8 ? 4 : lanes>);
+  return nullptr;
 }
-template <Exchange exchange>
+template <Exchange exchange, int lanes>
 const void* kernel_for(int links, bool plain, int block) {
+  // Nodes with triangles are never plain, and only they have more lanes.
+  if constexpr (lanes != lanes_of_links)
+    return block <= fewer_threads ? kernel_with<false, fewer_threads, exchange, lanes>(links)
+                                  : kernel_with<false, most_threads, exchange, lanes>(links);
   if (block <= fewer_threads)
-    return plain ? kernel_with<true, fewer_threads, exchange>(links)
-                 : kernel_with<false, fewer_threads, exchange>(links);
-  return plain ? kernel_with<true, most_threads, exchange>(links) : kernel_with<false, most_threads, exchange>(links);
+    return plain ? kernel_with<true, fewer_threads, exchange, lanes_of_links>(links)
+                 : kernel_with<false, fewer_threads, exchange, lanes_of_links>(links);
+  return plain ? kernel_with<true, most_threads, exchange, lanes_of_links>(links)
+               : kernel_with<false, most_threads, exchange, lanes_of_links>(links);
 }
-int links_of_lane(int rows) { return (rows + lanes - 1) / lanes; }
+int links_of_lane(int rows, int lanes) { return (rows + lanes - 1) / lanes; }
 
 /// Blocks of as few threads as spread the nodes over all processors; a node with `rows` links at most.
-template <Exchange exchange>
+template <Exchange exchange, int lanes = lanes_of_links>
 Plan make_plan(Index nodes, int rows, bool plain, int room) {
   constexpr bool dated = exchange == Exchange::dated;
   const cudaDeviceProp& device = ExecSpace().cuda_device_prop();
-  const int processors = device.multiProcessorCount, each = links_of_lane(rows);
+  const int processors = device.multiProcessorCount, each = links_of_lane(rows, lanes);
   if (!device.cooperativeLaunch) return {};
   for (int blocks_each = 1; blocks_each <= 8; ++blocks_each) {
     const int share = (lanes * nodes + processors * blocks_each - 1) / (processors * blocks_each);
     const int threads = std::clamp((share + warp - 1) / warp * warp, 2 * warp, most_threads);
     const int blocks = (lanes * nodes + threads - 1) / threads;
-    const void* const kernel = kernel_for<exchange>(each, plain, threads);
+    const void* const kernel = kernel_for<exchange, lanes>(each, plain, threads);
     if (kernel == nullptr) return {};
     const int shared_bytes = dated ? 2 * (threads / lanes + room) * static_cast<int>(sizeof(Real4)) : 0;
     int at_once = 0;  // a processor
     check(cudaOccupancyMaxActiveBlocksPerMultiprocessor(&at_once, kernel, threads, shared_bytes));
-    if (at_once * processors >= blocks) return {kernel, threads, blocks, shared_bytes};
+    if (at_once * processors >= blocks) return {kernel, threads, blocks, shared_bytes, lanes};
   }
   return {};
+}
+
+/// The same with the most lanes of which all nodes fit on the device at once.
+Plan make_plan_by_triangle(Index nodes, int rows) {
+  Plan plan = make_plan<Exchange::barrier, lanes_of_triangles[0]>(nodes, rows, false, 0);
+  if (plan.kernel == nullptr) plan = make_plan<Exchange::barrier, lanes_of_triangles[1]>(nodes, rows, false, 0);
+  if (plan.kernel == nullptr) plan = make_plan<Exchange::barrier, lanes_of_triangles[2]>(nodes, rows, false, 0);
+  return plan;
 }
 
 #ifdef DRENCH_CLUSTERS
@@ -81,10 +95,11 @@ cudaLaunchConfig_t launch_of(const Plan& plan, cudaLaunchAttribute& room) {
 /// All nodes in one cluster, or no kernel.
 Plan make_cluster_plan(Index nodes, int rows, bool plain) {
   for (const int blocks : {most_in_cluster, 8}) {
+    constexpr int lanes = lanes_of_links;
     const int share = (lanes * nodes + blocks - 1) / blocks, threads = (share + warp - 1) / warp * warp;
     if (threads > most_threads) continue;
-    Plan plan{kernel_for<Exchange::cluster>(links_of_lane(rows), plain, threads), threads, blocks,
-              2 * threads / lanes * static_cast<int>(sizeof(Real4)), true};
+    Plan plan{kernel_for<Exchange::cluster, lanes>(links_of_lane(rows, lanes), plain, threads), threads, blocks,
+              2 * threads / lanes * static_cast<int>(sizeof(Real4)), lanes, true};
     if (plan.kernel == nullptr) return {};
     if (blocks > 8) check(cudaFuncSetAttribute(plan.kernel, cudaFuncAttributeNonPortableClusterSizeAllowed, 1));
     cudaLaunchAttribute room;
@@ -134,10 +149,10 @@ void use_patches(const Constants& constants, const Cloth& cloth, int rows, bool 
   // With room for the most that may lie around a patch, for that is known only once the patches are.
   const Plan dated = make_plan<Exchange::dated>(cloth.nodes.count, rows, plain, most_around);
   if (dated.kernel == nullptr) return;
-  Patches patches = make_patches(constants, cloth, dated.threads / lanes);
+  Patches patches = make_patches(constants, cloth, dated.threads / dated.lanes);
   if (patches.most > most_around) return;
   r.plan = dated;
-  r.plan.shared_bytes = 2 * (dated.threads / lanes + patches.most) * static_cast<int>(sizeof(Real4));
+  r.plan.shared_bytes = 2 * (dated.threads / dated.lanes + patches.most) * static_cast<int>(sizeof(Real4));
   r.patches = std::move(patches);
 }
 
@@ -150,7 +165,7 @@ std::shared_ptr<ResidentCloth> make_resident_cloth(const Constants& constants, c
       "drench::cloth::most_links", nodes,
       KOKKOS_LAMBDA(const Index n) { return static_cast<double>(s.link_start(n + 1) - s.link_start(n)); }));
   const bool by_triangle = s.triangle_start.exist(), plain = s.solids.count == 0 && !by_triangle;
-  r->plan = make_plan<Exchange::barrier>(nodes, rows, plain, 0);
+  r->plan = by_triangle ? make_plan_by_triangle(nodes, rows) : make_plan<Exchange::barrier>(nodes, rows, plain, 0);
   if (r->plan.kernel == nullptr) return r;
   const bool clustered = !by_triangle && use_cluster(constants, cloth, rows, plain, *r);
   if (dated_shifts && !by_triangle && !clustered) use_patches(constants, cloth, rows, plain, *r);
@@ -186,7 +201,7 @@ void run_resident_cloth(ClothSolverWork& solver, const ClothSystem& s, Index nod
                         r.progress.data(),
                         r.seen.data()};
   ResidentRun run{begin != nullptr ? *begin : ClothProgress{}, begin != nullptr, most, tolerance, floor};
-  PatchView patch = r.patches.view(r.plan.threads / lanes);
+  PatchView patch = r.patches.view(r.plan.threads / r.plan.lanes);
   void* arguments[] = {&system, &arrays, &patch, &run, &nodes};
   const ExecSpace space;
   std::uint64_t id = 0;

@@ -1,6 +1,6 @@
 #pragma once
 // The cloth's Jacobi iterations in one kernel that stays on the device (cloth/solver.hpp): launches would take longer.
-// Two lanes share a node, each with half of its links in registers. Of the shifts that an iteration reads, those of the
+// Some lanes share a node, each with a part of its links in registers and a part of its triangles. Of the shifts that an iteration reads, those of the
 // block's own patch lie in shared memory, those around it in the second-level cache (the first one is not coherent).
 
 #include <cooperative_groups.h>
@@ -15,9 +15,10 @@ namespace drench::kokkos_backend::resident {
 
 namespace groups = cooperative_groups;
 
-inline constexpr int warp = warp_size, most_threads = 512, fewer_threads = 384, lanes = 2;
+inline constexpr int warp = warp_size, most_threads = 512, fewer_threads = 384;
 static_assert(most_threads % warp == 0 && fewer_threads % warp == 0, "sums run over whole warps");
-static_assert(lanes == 2 && warp % lanes == 0, "residual() asks the one other lane");
+/// Lanes of a node whose triangles matter, from the first that fits: a triangle is a long chain of loads and roots.
+inline constexpr int lanes_of_links = 2, lanes_of_triangles[] = {8, 4, 2};
 inline constexpr unsigned all_lanes = 0xffffffff;
 // A shift says itself of which iterate it is, in the same 16 bytes (as in NCCL's LL protocol): a block waits for those that
 // it reads, not for the grid. That takes loads of 128 bits that nothing can come between: PTX ISA 8.3, compute capability 7.
@@ -41,7 +42,7 @@ inline constexpr int most_in_cluster = 16;  // blocks; more than 8 must be asked
 enum class Exchange { barrier, dated, cluster };
 inline constexpr int most_around = 1024;  // nodes that a patch may have around it
 static_assert(!dated_shifts || (sizeof(Real4) == 16 && alignof(Real4) == 16), "a shift and its date are 128 bits");
-static_assert(most_threads / lanes + most_around <= 1 << 16, "PatchView::local has 16 bits");
+static_assert(most_threads / lanes_of_links + most_around <= 1 << 16, "PatchView::local has 16 bits");
 
 /// What the kernel reads and writes beside a ClothSystem.
 struct ResidentArrays {
@@ -190,10 +191,11 @@ struct NearLink {
   Real damping = 0;
 };
 
-/// A lane's half of a node: what it keeps in registers, and the iterate that is there.
+/// A lane's part of a node: what it keeps in registers, and the iterate that is there.
 /// `kept`: the most links of a lane. `plain`: without solids, strain limits and membranes, whose registers the links then have.
-template <int kept, bool plain, Exchange exchange>
+template <int kept, bool plain, Exchange exchange, int lanes>
 struct NodeIterates {
+  static_assert(warp % lanes == 0 && (lanes & (lanes - 1)) == 0, "residual() adds the lanes by halves");
   static constexpr bool dated = exchange == Exchange::dated, clustered = exchange == Exchange::cluster,
                         in_patches = dated || clustered;
 
@@ -305,7 +307,7 @@ struct NodeIterates {
       for (int k = 0; k < kept; ++k) other[k] = shift(link[k].link.other);
     }
   }
-  /// r_n, N, the same on both lanes.
+  /// r_n, N, the same on all of its lanes.
   __device__ Real3 residual() const {
     Real3 force;
 #pragma unroll
@@ -313,8 +315,10 @@ struct NodeIterates {
       ClothSystem::add_link(force, link[k].link, link[k].apart, moved - other[k], link[k].damping);
     if constexpr (!plain)
       if (free && s.triangle_start.exist()) force += s.triangle_force(n, Iterate{a.iterate[current]}, lane, lanes);
-    force += Real3{__shfl_xor_sync(all_lanes, force.x, 1), __shfl_xor_sync(all_lanes, force.y, 1),
-                   __shfl_xor_sync(all_lanes, force.z, 1)};
+#pragma unroll
+    for (int apart = 1; apart < lanes; apart *= 2)
+      force += Real3{__shfl_xor_sync(all_lanes, force.x, apart), __shfl_xor_sync(all_lanes, force.y, apart),
+                     __shfl_xor_sync(all_lanes, force.z, apart)};
     return terms.inertia * (terms.target - moved) + force;
   }
   /// The next iterate, put where the others read it.
@@ -362,11 +366,11 @@ inline __device__ ClothProgress progress_at_start(const ClothSystem& s, const Re
 }
 
 /// `threads`: of a block at most; the fewer, the more registers a lane has.
-template <int kept, bool plain, int threads, Exchange exchange>
+template <int kept, bool plain, int threads, Exchange exchange, int lanes>
 __global__ void __launch_bounds__(threads)
     iterate(ClothSystem s, ResidentArrays a, PatchView patch, ResidentRun run, Index nodes) {
   Meeting<exchange> meeting;
-  NodeIterates<kept, plain, exchange> node(s, a, patch, nodes);
+  NodeIterates<kept, plain, exchange, lanes> node(s, a, patch, nodes);
   ClothProgress progress = progress_at_start(s, a, run);
   node.begin();
   meeting.sync();

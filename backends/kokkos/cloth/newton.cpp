@@ -1,0 +1,252 @@
+#include "cloth/solver.hpp"
+
+#ifndef KOKKOS_ENABLE_CUDA
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+
+#include "cloth/newton.hpp"
+
+namespace drench::kokkos_backend {
+namespace {
+
+constexpr int most_iterations = 40;  // of one solve
+constexpr int most_linear = 60;      // iterations of a linear solve
+constexpr double forcing = 0.05;     // of the linear residual that may be left
+constexpr int many_linear = 16;      // iterations of a linear solve above which the factor is made again
+constexpr Index many_changed = 10;   // nodes whose free directions differ from the factor's, likewise
+constexpr Index few_toggled = 2;     // nodes that may change their state while steps are combined
+constexpr double most_growth = 2;    // of the residual that a step may cause
+constexpr int most_halvings = 3;     // of a step
+constexpr int slow_after = 4;        // iterations: then what has not halved in three of them is relaxed locally
+constexpr double rounding = 0.5 * 2.2e-16;  // of Σ D L: what the sums leave of a residual
+
+std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+
+}  // namespace
+
+NewtonCloth::NewtonCloth(const Cloth& cloth, const ClothSystem& system)
+    : nodes_(cloth.nodes.count),
+      mean_edge_(double(cloth.mesh.mean_edge)),
+      exact_(cloth),
+      tangent_(cloth, system),
+      anderson_(nodes_) {
+  const std::size_t n = at(nodes_);
+  for (Iterate* i : {&now_, &next_}) {
+    i->shift.resize(n);
+    i->residual.resize(n);
+    i->left.resize(3 * n);
+    if (system.solids.count > 0) i->near.resize(n);
+  }
+  state_.resize(n);
+  slip_direction_.resize(n);
+  touching_.resize(n);
+  toggles_.resize(n);
+  freedom_.resize(n);
+  factor_free_.resize(n);
+  for (NodeVector* v : {&right_, &change_, &plain_, &correction_, &room_, &zone_change_, &zone_residual_}) v->resize(3 * n);
+}
+
+void NewtonCloth::prepare(const Cloth& cloth, const ClothSystem& s) {
+  fresh_ = true;
+  if (placed_ == cloth.moved && dt_ == s.dt) return;
+  placed_ = cloth.moved;
+  dt_ = s.dt;
+  warm_ = false;
+  std::fill(state_.begin(), state_.end(), State::apart);
+}
+
+double NewtonCloth::goal_of(const ClothSystem& s, double tolerance) {
+  return sums_("drench::cloth::newton_goal", nodes_, [&](const Index n) {
+    return s.pinned(n) ? 0.0 : ClothSystem::goal(s.terms(n), tolerance, rounding * mean_edge_);
+  });
+}
+
+void NewtonCloth::measure(const ClothSystem& s, Iterate& i) {
+  exact_.evaluate(s, i.shift, i.residual);
+  const bool solids = s.solids.count > 0;
+  const double sum = sums_("drench::cloth::newton_measure", nodes_, [&](const Index n) {
+    Double3 left = i.residual[at(n)];
+    if (solids && !s.pinned(n)) {
+      NodeNearby& near = i.near[at(n)];
+      see_solids(s, n, i.shift[at(n)], i.residual[at(n)], near);
+      left = near.contact.press > 0 ? ClothSystem::unbalanced(s.terms(n), i.shift[at(n)], near.contact, near.left) : near.left;
+    }
+    at_node(i.left, n) = column(left);
+    return norm(left);
+  });
+  i.over_goal = sum > 0 ? std::min(sum, 1e100) / goal_ : 0;
+  if (!(i.over_goal < 1e100)) i.over_goal = 1e100;
+}
+
+void NewtonCloth::see_solids(const ClothSystem& s, Index n, const Double3& shift, const Double3& residual,
+                             NodeNearby& near) const {
+  const NodeTerms t = s.terms(n);
+  near.count = 0;
+  near.pinched = false;
+  near.left = residual;
+  near.contact = {};
+  const double thickness = double(t.clearance.thickness), reach = thickness + std::max(thickness, 0.2 * mean_edge_);
+  for (std::size_t b = 0; b < s.solids.extent(0) && near.count < NodeNearby::most; ++b) {
+    const Solid& solid = s.solids(static_cast<std::int64_t>(b));
+    const SolidDistance<double> d = solid_distance(solid, t.start, shift);
+    if (!(d.phi < reach)) continue;
+    const double kept = distance_to_keep(s.solids, b, d, t.start, shift, t.clearance);
+    if (near.pinched) continue;
+    if (kept < double(t.clearance.kept)) {
+      near.pinched = true;
+      near.count = 0;
+    }
+    near.normal[near.count] = d.normal;
+    near.gap[near.count] = (d.phi - kept) / d.slope;
+    near.moved = double(s.dt) * surface_velocity(solid, t.start, shift);
+    ++near.count;
+  }
+  if (near.count == 0) return;
+  near.contact = s.contact(t, shift, near.left, t.compression);
+  if (near.contact.touches) near.moved = near.contact.moved;
+}
+
+void NewtonCloth::start(const ClothSystem& s, const Entries<const Real3>& displacement) {
+  parallel("drench::cloth::newton_begin", nodes_, [&](const Index n) {
+    Double3& shift = now_.shift[at(n)];
+    shift = widen(displacement(n));
+    if (!s.pinned(n)) shift = project_out(s.solids, s.start(n), shift, s.clearance(n));
+  });
+}
+
+bool NewtonCloth::run(const Cloth& cloth, ClothSolverWork& solver, const ClothSystem& s, ClothProgress& progress, int most,
+                      double tolerance) {
+  if (fresh_) start(s, std::as_const(solver).displacement);
+  fresh_ = false;
+  goal_ = goal_of(s, tolerance);
+  measure(s, now_);
+  anderson_.clear();
+  double best = now_.over_goal;
+  Vectors best_shift;
+  std::vector<double> past;
+  const int cap = std::min(most, most_iterations);
+  for (int k = 0; k < cap && !(now_.over_goal <= 1 && k > 0); ++k) {
+    const bool slow = k >= slow_after && now_.over_goal > 0.5 * past[at(k - 3)];
+    past.push_back(now_.over_goal);
+    if (slow && relax_locally(s)) {
+      ++progress.iterations;
+      if (now_.over_goal <= 1) break;
+    }
+    iterate(s, k == 0);
+    ++progress.iterations;
+    if (now_.over_goal > best) continue;
+    best = now_.over_goal;
+    if (best > 1) best_shift = now_.shift;
+  }
+  if (now_.over_goal > 1 && !best_shift.empty()) now_.shift = best_shift;
+  progress.residual = std::min(best, now_.over_goal);
+  const Entries<Real3> result = solver.displacement, before = solver.last_displacement;
+  parallel("drench::cloth::newton_end", cloth.nodes.count, [&](const Index n) {
+    if (!s.pinned(n)) result(n) = narrow(now_.shift[at(n)]);
+    before(n) = result(n);
+  });
+  return progress.residual <= 1 || cap == most;
+}
+
+void NewtonCloth::iterate(const ClothSystem& s, bool first) {
+  if (!first || !warm_) tangent_.update(s, now_.shift);
+  find_touching(s);
+  set_contact_rows(s);
+  if (!warm_ || changed_ > many_changed || last_linear_ > many_linear) {
+    tangent_.factor(s, freedom_);
+    for (Index n = 0; n < nodes_; ++n) factor_free_[at(n)] = freedom_[at(n)].free;
+    warm_ = true;
+  }
+  last_linear_ = solve_linear(s);
+  plain_ = change_;
+  if (toggled_ > few_toggled) anderson_.clear();
+  const bool combined = anderson_.combine(now_.shift, now_.left, change_);
+  move(s, now_);
+  if (combined && next_.over_goal > now_.over_goal) {
+    anderson_.clear();
+    change_ = plain_;
+    move(s, now_);
+  }
+  std::swap(now_, next_);
+}
+
+void NewtonCloth::move(const ClothSystem& s, const Iterate& from) {
+  double length = 1;
+  for (int halvings = 0;; ++halvings) {
+    parallel("drench::cloth::newton_move", nodes_, [&](const Index n) {
+      Double3& to = next_.shift[at(n)];
+      to = from.shift[at(n)];
+      if (!s.pinned(n)) to = project_out(s.solids, s.start(n), to + length * in_double(at_node(change_, n)), s.clearance(n));
+    });
+    measure(s, next_);
+    if (next_.over_goal <= most_growth * from.over_goal || next_.over_goal <= 1 || halvings == most_halvings) return;
+    length *= 0.5;
+  }
+}
+
+/// change_ := d with K d = right_ by generalised conjugate residuals (the rows of friction are not symmetric), then + d_c.
+int NewtonCloth::solve_linear(const ClothSystem& s) {
+  tangent_.multiply(s, freedom_, true, correction_, room_);
+  NodeVector& r = right_;
+  parallel("drench::cloth::newton_right", nodes_, [&](const Index n) {
+    auto own = at_node(r, n);
+    own -= at_node(room_, n);
+    if (!freedom_[at(n)].all) own = (freedom_[at(n)].free * own).eval();
+  });
+  change_ = correction_;
+  const double target = std::max(forcing * sums_.norms(r), 0.2 * goal_);
+  for (int k = 0; k < most_linear;) {
+    if (directions_.size() == at(k)) {
+      directions_.emplace_back(r.size());
+      images_.emplace_back(r.size());
+    }
+    NodeVector &z = directions_[at(k)], &q = images_[at(k)];
+    tangent_.precondition(freedom_, r, z);
+    tangent_.multiply(s, freedom_, true, z, q);
+    for (int j = 0; j < k; ++j) {
+      const Real a = Real(sums_.dot(q, images_[at(j)]));
+      add_scaled("drench::cloth::newton_image", -a, images_[at(j)], q);
+      add_scaled("drench::cloth::newton_direction", -a, directions_[at(j)], z);
+    }
+    const double norm = std::sqrt(sums_.dot(q, q));
+    if (!(norm > 0)) return k;
+    const Real scale = Real(1 / norm), a = Real(sums_.dot(r, q) / norm);
+    parallel("drench::cloth::newton_solution", nodes_, [&](const Index n) {
+      at_node(q, n) *= scale;
+      at_node(z, n) *= scale;
+      at_node(change_, n) += a * at_node(z, n);
+      at_node(r, n) -= a * at_node(q, n);
+    });
+    if (++k == most_linear || sums_.norms(r) <= target) return k;
+  }
+  return most_linear;
+}
+
+bool prepare_newton(const Cloth& cloth, ClothSolverWork& solver, const ClothSystem& s) {
+  if (!solver.newton) solver.newton = std::make_shared<NewtonCloth>(cloth, s);
+  solver.newton->prepare(cloth, s);
+  return true;
+}
+
+bool run_newton(const Cloth& cloth, ClothSolverWork& solver, const ClothSystem& s, ClothProgress& progress, int most,
+                double tolerance) {
+  return solver.newton->run(cloth, solver, s, progress, most, tolerance);
+}
+
+void begin_newton_anew(ClothSolverWork& solver) { solver.newton->begin_anew(); }
+
+}  // namespace drench::kokkos_backend
+
+#else
+
+namespace drench::kokkos_backend {
+
+bool prepare_newton(const Cloth&, ClothSolverWork&, const ClothSystem&) { return false; }
+bool run_newton(const Cloth&, ClothSolverWork&, const ClothSystem&, ClothProgress&, int, double) { return false; }
+void begin_newton_anew(ClothSolverWork&) {}
+
+}  // namespace drench::kokkos_backend
+
+#endif

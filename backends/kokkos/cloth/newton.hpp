@@ -1,0 +1,112 @@
+#pragma once
+// The cloth's implicit step on a host by Newton's method; contact with solids as an active set of nodes that stick and
+// that slip. Law: docs/theory/cloth.md, sections 8 and 11.
+
+#include <vector>
+
+#include "cloth/anderson.hpp"
+#include "cloth/exact_residual.hpp"
+#include "cloth/tangent.hpp"
+
+namespace drench::kokkos_backend {
+
+/// A node next to solids: the planes that it must stay in front of, and what contact says of its residual.
+struct NodeNearby {
+  static constexpr int most = 3;
+  int count = 0;          // of planes
+  bool pinched = false;   // between two solids that squeeze it: it stays on the one plane halfway between them
+  Double3 normal[most];   // of unit length
+  double gap[most];       // m, along the normal up to the surface that keeps the clearance
+  Double3 moved;          // of the surface in the step, m
+  NodeContact<double> contact;
+  Double3 left;           // what contact leaves of the residual, without friction, N
+
+  /// What presses the node into the one plane that it has, or into all of them, N.
+  double press(const Double3& residual, bool one) const {
+    return pinched || !one ? contact.press : std::max(0.0, -dot(residual, normal[0]));
+  }
+};
+
+/// Newton's method, and what it keeps from solve to solve of one time step: the factor, and who sticks. Nothing is handed from
+/// one time step to the next.
+class NewtonCloth {
+ public:
+  NewtonCloth(const Cloth& cloth, const ClothSystem& system);
+  /// Begins a solve.
+  void prepare(const Cloth& cloth, const ClothSystem& system);
+  /// The solve goes on from solver.displacement, which others have changed.
+  void begin_anew() { fresh_ = true; }
+  /// Iterates until the residual is within its goal, at least once and `most` times at most; from solver.displacement at the
+  /// first call of a solve, and then from where the last call ended. The best iterate goes to solver.displacement. False: it
+  /// has not converged, and other iterations have to go on.
+  bool run(const Cloth& cloth, ClothSolverWork& solver, const ClothSystem& s, ClothProgress& progress, int most,
+           double tolerance);
+
+ private:
+  enum class State : std::uint8_t { apart, sticks, slips };
+  using Vectors = std::vector<Double3>;
+  /// An iterate and all that is known of it.
+  struct Iterate {
+    Vectors shift, residual;       // m; N
+    std::vector<NodeNearby> near;  // solids
+    NodeVector left;               // what contact and friction leave of the residual, N
+    double over_goal = 0;          // its sum over the goal: converged if ≤ 1
+  };
+  /// A node next to solids during the sweeps.
+  struct ZoneNode {
+    Index node;
+    Matrix3 inverse;       // of its block, m/N
+    Column3 slip, toward;  // slip so far, m; direction of friction
+    State kind;            // apart: to be found out
+  };
+
+  // newton.cpp
+  double goal_of(const ClothSystem& s, double tolerance);
+  void measure(const ClothSystem& s, Iterate& at);
+  void see_solids(const ClothSystem& s, Index n, const Double3& shift, const Double3& residual, NodeNearby& near) const;
+  void start(const ClothSystem& s, const Entries<const Real3>& displacement);
+  void iterate(const ClothSystem& s, bool first);
+  int solve_linear(const ClothSystem& s);
+  /// From `from` along change_: the next iterate.
+  void move(const ClothSystem& s, const Iterate& from);
+  // newton_contact.cpp
+  /// Gauss-Seidel over the nodes near solids: which of their planes do they touch? (touching_: a bit of each plane.)
+  void find_touching(const ClothSystem& s);
+  void begin_zone(const ClothSystem& s);
+  void sweep(const ClothSystem& s);
+  /// Who sticks and who slips, and the right side of the linear system.
+  void set_contact_rows(const ClothSystem& s);
+  void set_row(const ClothSystem& s, Index n);
+  int planes_of(const NodeNearby& near, std::uint8_t touching, NodeFreedom& freedom, Column3& correction) const;
+  // newton_local.cpp
+  /// Where little of the cloth holds most of what is left: nonlinear Gauss-Seidel there. Changes now_.shift if it does.
+  bool relax_locally(const ClothSystem& s);
+  std::vector<Index> unbalanced_nodes(const ClothSystem& s) const;
+  Double3 local_step(const ClothSystem& s, Index n, const Double3& residual, const NodeNearby& near) const;
+
+  Index nodes_;
+  double mean_edge_;  // m
+  ExactResidual exact_;
+  ClothTangent tangent_;
+  AndersonAcceleration anderson_;
+  ChunkedSums sums_;
+  Version placed_ = Version::none();  // of the nodes that the factor and the states are of
+  Real dt_ = 0;
+  bool warm_ = false, fresh_ = true;  // there is a factor of this time step; the solve has not begun
+  double goal_ = 0;                   // N
+  int last_linear_ = 0;               // iterations of the last linear solve
+  Index changed_ = 0, toggled_ = 0;   // nodes whose free directions differ from the factor's; whose state has changed
+
+  Iterate now_, next_;
+  std::vector<State> state_;
+  Vectors slip_direction_;  // of the nodes that slip
+  std::vector<std::uint8_t> touching_, toggles_;
+  std::vector<NodeFreedom> freedom_;
+  std::vector<Matrix3> factor_free_;                   // the directions that the factor was made with
+  NodeVector right_, change_, plain_, correction_, room_;  // of the linear system: N; m; m; d_c, m
+  std::vector<NodeVector> directions_, images_;        // of the linear solver
+  std::vector<ZoneNode> zone_;
+  NodeVector zone_change_, zone_residual_;
+};
+
+}  // namespace drench::kokkos_backend

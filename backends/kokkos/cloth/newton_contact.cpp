@@ -1,0 +1,170 @@
+// Who touches the solids, who sticks and who slips (docs/theory/cloth.md, section 8).
+
+#include "cloth/solver.hpp"
+
+#ifndef KOKKOS_ENABLE_CUDA
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+
+#include "cloth/newton.hpp"
+#include "cloth/slip.hpp"
+
+namespace drench::kokkos_backend {
+namespace {
+
+constexpr int sweeps = 4;                      // of Gauss-Seidel
+constexpr Real other_directions = Real(0.02);  // squared: from there on a node is free in others than in the factor
+constexpr Real new_plane = Real(0.05);         // sine of the angle from which on a plane counts beside others
+
+std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+
+}  // namespace
+
+void NewtonCloth::begin_zone(const ClothSystem& s) {
+  zone_.clear();
+  for (Index n = 0; n < nodes_; ++n) {
+    touching_[at(n)] = 0;
+    if (s.pinned(n) || now_.near[at(n)].count == 0) continue;
+    const NodeNearby& near = now_.near[at(n)];
+    const NodeTerms t = s.terms(n);
+    const double press = near.press(now_.residual[at(n)], near.count == 1);
+    const Slip slip(t, near.normal[0], now_.shift[at(n)], near.moved, now_.residual[at(n)], press);
+    ZoneNode z{n, tangent_.own(n).inverse(), column(slip.so_far), Column3::Zero(), State::apart};
+    // A force that brings it onto the surface in one Jacobi step is sure to press.
+    if (near.pinched || press > double(t.diagonal) * std::max(0.0, near.gap[0] - 0.01 * double(t.clearance.thickness))) {
+      z.kind = slip.length <= slip.loss || state_[at(n)] == State::sticks ? State::sticks : State::slips;
+      if (z.kind == State::slips && slip.length > 0) z.toward = column((1 / slip.length) * slip.whole);
+    }
+    zone_.push_back(z);
+  }
+}
+
+void NewtonCloth::sweep(const ClothSystem& s) {
+  for (ZoneNode& z : zone_) {
+    const Index n = z.node;
+    const NodeNearby& near = now_.near[at(n)];
+    const Column3 r = at_node(zone_residual_, n), so_far = at_node(zone_change_, n);
+    Column3 step = z.inverse * r;
+    std::uint8_t touching = 0;
+    for (int k = 0; k < near.count; ++k)
+      if (near.pinched || Real(near.gap[k]) + column(near.normal[k]).dot(so_far + step) < 0) touching |= std::uint8_t(1 << k);
+    if (touching == 1 && z.kind == State::sticks) {
+      step = -z.slip - Real(near.gap[0]) * column(near.normal[0]) - so_far;
+    } else if (touching == 1) {
+      const Column3 normal = column(near.normal[0]);
+      const Real gap = Real(near.gap[0]) + normal.dot(so_far + step);
+      if (z.kind == State::apart) {
+        Column3 slip = z.slip + so_far + step;
+        slip -= normal.dot(slip) * normal;
+        z.toward = slip.norm() > 0 ? slip.normalized() : Column3(Column3::Zero());
+        z.kind = State::slips;
+      }
+      Column3 along = z.inverse * (normal - s.friction(n) * z.toward);
+      if (!(normal.dot(along) > 0)) along = z.inverse * normal;
+      step -= gap / normal.dot(along) * along;
+    } else if (touching != 0) {  // several planes: onto each in turn
+      for (int k = 0; k < near.count; ++k) {
+        const Column3 normal = column(near.normal[k]), along = z.inverse * normal;
+        const Real gap = Real(near.gap[k]) + normal.dot(so_far + step);
+        if (gap < 0) step -= gap / normal.dot(along) * along;
+      }
+    }
+    touching_[at(n)] = touching;
+    at_node(zone_change_, n) = so_far + step;
+    at_node(zone_residual_, n) = r - tangent_.own(n) * step;
+    tangent_.subtract_change(s, n, step, zone_residual_);
+  }
+}
+
+void NewtonCloth::find_touching(const ClothSystem& s) {
+  if (s.solids.count == 0) return;
+  begin_zone(s);
+  if (zone_.empty()) return;
+  for (Index n = 0; n < nodes_; ++n) at_node(zone_residual_, n) = column(now_.residual[at(n)]);
+  std::fill(zone_change_.begin(), zone_change_.end(), Real(0));
+  for (int k = 0; k < sweeps; ++k) sweep(s);
+}
+
+void NewtonCloth::set_contact_rows(const ClothSystem& s) {
+  parallel("drench::cloth::newton_rows", nodes_, [&](const Index n) {
+    const State before = state_[at(n)];
+    set_row(s, n);
+    toggles_[at(n)] = state_[at(n)] != before;
+  });
+  changed_ = toggled_ = 0;
+  if (s.solids.count == 0) return;
+  for (Index n = 0; n < nodes_; ++n) {
+    toggled_ += toggles_[at(n)];
+    if (warm_) changed_ += (freedom_[at(n)].free - factor_free_[at(n)]).squaredNorm() > other_directions;
+  }
+}
+
+/// An orthonormal basis of the normals that a node touches leaves `freedom`; the least correction brings it onto the planes.
+int NewtonCloth::planes_of(const NodeNearby& near, std::uint8_t touching, NodeFreedom& f, Column3& correction) const {
+  int planes = 0;
+  for (int k = 0; k < near.count; ++k) {
+    if (!(touching >> k & 1)) continue;
+    const Column3 own = column(near.normal[k]), fresh = f.free * own;
+    const Real length = fresh.norm();
+    if (length < new_plane) continue;
+    const Column3 along = fresh / length;
+    correction -= (Real(near.gap[k]) + own.dot(correction)) / length * along;
+    f.free -= along * along.transpose();
+    ++planes;
+  }
+  return planes;
+}
+
+void NewtonCloth::set_row(const ClothSystem& s, Index n) {
+  NodeFreedom& f = freedom_[at(n)];
+  f = {Matrix3::Identity(), Matrix3::Zero(), Column3::Zero(), Column3::Zero(), true};
+  at_node(correction_, n).setZero();
+  at_node(right_, n) = column(now_.residual[at(n)]);
+  if (s.pinned(n)) {
+    f.all = false;
+    f.free.setZero();
+    at_node(right_, n).setZero();
+    return;
+  }
+  State& state = state_[at(n)];
+  if (s.solids.count == 0 || touching_[at(n)] == 0) {
+    state = State::apart;
+    return;
+  }
+  const NodeNearby& near = now_.near[at(n)];
+  f.all = false;
+  Column3 correction = Column3::Zero();
+  const int planes = planes_of(near, touching_[at(n)], f, correction);
+  const NodeTerms t = s.terms(n);
+  const bool one = planes == 1 && near.count == 1;
+  Double3 normal = near.normal[0];
+  for (int k = 1; k < near.count; ++k)
+    if (touching_[at(n)] >> k & 1) normal = near.normal[k];
+  const Slip slip(t, normal, now_.shift[at(n)], near.moved, now_.residual[at(n)], near.press(now_.residual[at(n)], one));
+  const bool reversed = state == State::slips && dot(slip.so_far, slip_direction_[at(n)]) < 0;
+  const double friction = double(t.diagonal) * slip.loss;  // N
+  if (planes == 3 || slip.length <= slip.loss || reversed || (state == State::sticks && norm(slip.on) <= friction)) {
+    state = State::sticks;
+    correction -= f.free * column(slip.so_far);
+    f.free.setZero();
+    at_node(right_, n).setZero();
+  } else {
+    state = State::slips;
+    const Double3 toward = (1 / slip.length) * slip.whole;
+    slip_direction_[at(n)] = toward;
+    at_node(right_, n) = column(slip.on - friction * toward);
+    if (one) {
+      const Column3 e = column(toward);
+      f.turning = Real(friction / slip.length) * (f.free - e * e.transpose());
+      f.drag = t.friction * e;
+      if (!near.pinched) f.normal = column(normal);
+    }
+  }
+  at_node(correction_, n) = correction;
+}
+
+}  // namespace drench::kokkos_backend
+
+#endif

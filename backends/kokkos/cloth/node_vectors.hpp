@@ -1,0 +1,71 @@
+#pragma once
+// Vectors with three numbers per node of the cloth, on a host, and sums over them that do not depend on the number of threads.
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <vector>
+
+#include "core/types.hpp"
+
+namespace drench::kokkos_backend {
+
+using Matrix3 = Eigen::Matrix<Real, 3, 3>;
+using Column3 = Eigen::Matrix<Real, 3, 1>;
+/// Three numbers per node.
+using NodeVector = std::vector<Real>;
+
+inline Eigen::Map<Column3> at_node(NodeVector& v, Index n) { return Eigen::Map<Column3>(v.data() + 3 * n); }
+inline Eigen::Map<const Column3> at_node(const NodeVector& v, Index n) {
+  return Eigen::Map<const Column3>(v.data() + 3 * n);
+}
+inline Column3 column(const Double3& v) { return {Real(v.x), Real(v.y), Real(v.z)}; }
+inline Double3 in_double(const Column3& v) { return {double(v[0]), double(v[1]), double(v[2])}; }
+
+/// Sums of nodes in chunks of fixed length, which are added one after the other.
+class ChunkedSums {
+ public:
+  /// Σ term(n) over [0, nodes).
+  template <class Term>
+  double operator()(const char* label, Index nodes, const Term& term) {
+    const Index chunks = (nodes + length - 1) / length;
+    parts_.resize(static_cast<std::size_t>(chunks));
+    double* const part = parts_.data();
+    parallel(label, chunks, [=, &term](const Index p) {
+      double sum = 0;
+      for (Index n = p * length; n < std::min(nodes, (p + 1) * length); ++n) sum += term(n);
+      part[p] = sum;
+    });
+    double sum = 0;
+    for (const double p : parts_) sum += p;
+    return sum;
+  }
+  /// a · b.
+  double dot(const NodeVector& a, const NodeVector& b) {
+    return (*this)("drench::cloth::node_dot", static_cast<Index>(a.size() / 3), [&](const Index n) {
+      const auto i = 3 * static_cast<std::size_t>(n);
+      return double(a[i]) * double(b[i]) + double(a[i + 1]) * double(b[i + 1]) + double(a[i + 2]) * double(b[i + 2]);
+    });
+  }
+  /// Σ |r_n|.
+  double norms(const NodeVector& r) {
+    return (*this)("drench::cloth::node_norms", static_cast<Index>(r.size() / 3),
+                   [&](const Index n) { return double(at_node(r, n).norm()); });
+  }
+
+ private:
+  static constexpr Index length = 64;
+  std::vector<double> parts_;
+};
+
+/// y += a x.
+inline void add_scaled(const char* label, Real a, const NodeVector& x, NodeVector& y) {
+  const Real* const from = x.data();
+  Real* const to = y.data();
+  constexpr Index length = 192;
+  const auto count = static_cast<Index>(y.size());
+  parallel(label, (count + length - 1) / length, [=](const Index p) {
+    for (Index i = p * length; i < std::min(count, (p + 1) * length); ++i) to[i] += a * from[i];
+  });
+}
+
+}  // namespace drench::kokkos_backend

@@ -1,0 +1,284 @@
+#include "cloth/solver.hpp"
+
+#ifndef KOKKOS_ENABLE_CUDA
+
+#include <algorithm>
+#include <map>
+
+#include "cloth/limit_stiffness.hpp"
+#include "cloth/membrane_stiffness.hpp"
+#include "cloth/tangent.hpp"
+
+namespace drench::kokkos_backend {
+namespace {
+
+constexpr Real negligible = Real(1e-10);  // of the largest entry of a block
+constexpr double most_whole_work = 1e8;  // multiplications for which the factor holds all pairs that bend, some 3 ms
+
+std::vector<Index> free_nodes(const Cloth& cloth, const ClothSystem& s) {
+  std::vector<Index> free;
+  for (Index n = 0; n < cloth.nodes.count; ++n)
+    if (!s.pinned(n)) free.push_back(n);
+  return free;
+}
+std::vector<Index> rows_of(const std::vector<Index>& free, Index nodes) {
+  std::vector<Index> row(static_cast<std::size_t>(nodes), -1);
+  for (std::size_t k = 0; k < free.size(); ++k) row[static_cast<std::size_t>(free[k])] = static_cast<Index>(k);
+  return row;
+}
+
+/// The free nodes that share an edge, or any link (`all`).
+NodeGraph pattern_of(const ClothSystem& s, const std::vector<Index>& free, const std::vector<Index>& row_of,
+                     const std::vector<Index>& edge_of, bool all) {
+  NodeGraph near(free.size());
+  for (std::size_t k = 0; k < free.size(); ++k)
+    for (Index l = s.link_start(free[k]); l < s.link_start(free[k] + 1); ++l) {
+      const Index other = row_of[static_cast<std::size_t>(s.link(l).other)];
+      if (other >= 0 && (all || edge_of[static_cast<std::size_t>(l)] >= 0)) near[k].push_back(other);
+    }
+  return near;
+}
+
+Matrix3 matrix(const FullBlock& k) {
+  Matrix3 m;
+  for (int c = 0; c < 3; ++c) m.col(c) << k.column[c].x, k.column[c].y, k.column[c].z;
+  return m;
+}
+Matrix3 matrix(const Block& k) {
+  Matrix3 m;
+  m << k.xx, k.xy, k.xz, k.xy, k.yy, k.yz, k.xz, k.yz, k.zz;
+  return m;
+}
+
+/// What the spring of a link resists with, N/m. One that is shorter than at rest resists along itself alone.
+Block spring_stiffness(const ClothSystem& s, Index n, const Link& l, const Real3& moved_apart) {
+  Block k;
+  const Real3 apart = s.start(n) - s.start(l.other), x = apart + moved_apart;
+  const Real square = dot(x, x);
+  if (!(l.stiffness > 0) || !(square > 0)) return k;
+  const Real taut = Kokkos::fmax(Real(0), 1 - l.length / Kokkos::sqrt(square));
+  k.add(l.stiffness * taut);
+  k.add(l.stiffness * (1 - taut) / square, x);
+  const Real rate = s.strain_damping_rate(n);
+  if (rate > 0) k.add(strain_damping(apart, l.stiffness, rate), apart);
+  return k;
+}
+
+}  // namespace
+
+ClothTangent::ClothTangent(const Cloth& cloth, const ClothSystem& s)
+    : nodes_(cloth.nodes.count),
+      edges_(cloth.mesh.edges),
+      triangles_(s.triangle_start.exist() ? cloth.mesh.triangles : 0),
+      own_(at(nodes_)),
+      shared_(at(edges_)),
+      bending_(at(nodes_)),
+      near_bending_(at(nodes_)),
+      of_triangle_(6 * at(triangles_)),
+      free_(free_nodes(cloth, s)),
+      row_of_(rows_of(free_, nodes_)),
+      factor_(NodeGraph{}) {
+  find_edges(s, triangles_);
+  BlockCholesky all(pattern_of(s, free_, row_of_, edge_of_, true));
+  whole_ = all.work() <= most_whole_work;
+  factor_ = whole_ ? std::move(all) : BlockCholesky(pattern_of(s, free_, row_of_, edge_of_, false));
+  factor_.make_room();
+  solution_.resize(3 * free_.size());
+  find_targets(s);
+}
+
+void ClothTangent::find_edges(const ClothSystem& s, Index triangles) {
+  std::map<std::pair<Index, Index>, Index> number;
+  for (Index e = 0; e < edges_; ++e) number[{s.edge(2 * e), s.edge(2 * e + 1)}] = e;
+  edge_of_.assign(at(s.link_start(nodes_)), -1);
+  for (Index n = 0; n < nodes_; ++n)
+    for (Index l = s.link_start(n); l < s.link_start(n + 1); ++l) {
+      const Index other = s.link(l).other;
+      if (const auto e = number.find({n, other}); e != number.end()) edge_of_[at(l)] = 2 * e->second;
+      if (const auto e = number.find({other, n}); e != number.end()) edge_of_[at(l)] = 2 * e->second + 1;
+    }
+  std::vector<std::vector<EdgePart>> parts(at(edges_));
+  for (Index t = 0; t < triangles; ++t)
+    for (Index k = 0; k < 3; ++k) {
+      const Index a = s.triangle(3 * t + k), b = s.triangle(3 * t + (k + 1) % 3);
+      const std::size_t block = 6 * at(t) + 3 + at(k);
+      if (const auto e = number.find({a, b}); e != number.end()) parts[at(e->second)].push_back({block, false});
+      if (const auto e = number.find({b, a}); e != number.end()) parts[at(e->second)].push_back({block, true});
+    }
+  part_start_.assign(1, 0);
+  for (const auto& p : parts) {
+    parts_.insert(parts_.end(), p.begin(), p.end());
+    part_start_.push_back(static_cast<Index>(parts_.size()));
+  }
+}
+
+void ClothTangent::find_targets(const ClothSystem& s) {
+  const auto target = [&](Index n, Index m) -> Target {
+    const Index i = row_of_[at(n)], j = row_of_[at(m)];
+    if (i < 0 || j < 0 || !factor_.is_below(i, j)) return {};
+    const BlockCholesky::Place place = factor_.block(i, j);
+    return {static_cast<std::uint32_t>(place.at), place.stride};
+  };
+  for (Index n = 0; n < nodes_; ++n) {
+    own_target_.push_back(target(n, n));
+    for (Index l = s.link_start(n); l < s.link_start(n + 1); ++l) {
+      const Link link = s.link(l);
+      // Terms of a grid's bending hold a node twice: such a link with itself cancels out.
+      const bool held = link.other != n && (whole_ || edge_of_[at(l)] >= 0);
+      link_target_.push_back(held ? target(n, link.other) : Target{});
+      bending_[at(n)] -= link.bend;
+      if (held) near_bending_[at(n)] -= whole_ ? link.bend : std::min(link.bend, Real(0));
+    }
+  }
+}
+
+void ClothTangent::add_triangles(const ClothSystem& s, const std::vector<Double3>& shift) {
+  const Double3* const u = shift.data();
+  Matrix3* const block = of_triangle_.data();
+  parallel("drench::cloth::tangent_triangles", triangles_, [=](const Index t) {
+    const auto moved = [u](const Index n) { return narrow(u[n]); };
+    CornerGradient corner[3];
+    for (Index c = 0; c < 3; ++c) corner[c] = corner_gradient(s.triangle_shape(t), c);
+    FullBlock sum[6];
+    LimitStiffness limit;
+    if (s.limit_stiffness.exist() && limit_stiffness(s, t, moved, limit))
+      for (Index c = 0; c < 3; ++c) {
+        sum[c].add(limit.between(corner[c], corner[c]), 1);
+        sum[3 + c].add(limit.between(corner[c], corner[(c + 1) % 3]), 1);
+      }
+    for (Index k = 0; k < 6; ++k) block[6 * t + k] = matrix(sum[k]);
+    if (!s.membrane.exist()) return;
+    const MembraneStiffness membrane(s, t, moved);
+    for (Index c = 0; c < 3; ++c) {
+      block[6 * t + c] += matrix(membrane.between(corner[c], corner[c]));
+      block[6 * t + 3 + c] += matrix(membrane.between(corner[c], corner[(c + 1) % 3]));
+    }
+  });
+}
+
+void ClothTangent::update(const ClothSystem& s, const std::vector<Double3>& shift) {
+  add_triangles(s, shift);
+  const Double3* const u = shift.data();
+  parallel("drench::cloth::tangent_nodes", nodes_, [=, this](const Index n) {
+    if (s.pinned(n)) return;
+    Matrix3 sum = s.mass(n) * s.inverse_dt2 * Matrix3::Identity();
+    for (Index l = s.link_start(n); l < s.link_start(n + 1); ++l)
+      if (s.link(l).stiffness > 0) sum += matrix(spring_stiffness(s, n, s.link(l), narrow(u[n] - u[s.link(l).other])));
+    if (triangles_ > 0)
+      for (Index i = s.triangle_start(n); i < s.triangle_start(n + 1); ++i)
+        sum += of_triangle_[6 * at(s.triangle_item(i) / 4) + at(s.triangle_item(i) % 4)];
+    own_[at(n)] = sum;
+    for (Index l = s.link_start(n); l < s.link_start(n + 1); ++l) {
+      const Index e = edge_of_[at(l)];
+      if (e < 0 || e % 2 == 1) continue;
+      Matrix3 between = Matrix3::Zero();
+      if (s.link(l).stiffness > 0) between -= matrix(spring_stiffness(s, n, s.link(l), narrow(u[n] - u[s.link(l).other])));
+      for (Index p = part_start_[at(e / 2)]; p < part_start_[at(e / 2) + 1]; ++p) {
+        const Matrix3& part = of_triangle_[parts_[at(p)].block];
+        if (parts_[at(p)].transposed)
+          between += part.transpose();
+        else
+          between += part;
+      }
+      shared_[at(e / 2)] = between;
+    }
+  });
+}
+
+void ClothTangent::subtract_change(const ClothSystem& s, Index n, const Column3& change, NodeVector& rho) const {
+  for (Index l = s.link_start(n); l < s.link_start(n + 1); ++l) {
+    const Link link = s.link(l);
+    const Index e = edge_of_[at(l)];
+    Column3 force = link.bend * change;
+    if (e >= 0) {
+      if (e % 2 == 0)
+        force += shared_[at(e / 2)].transpose() * change;
+      else
+        force += shared_[at(e / 2)] * change;
+    }
+    at_node(rho, link.other) -= force;
+  }
+}
+
+void ClothTangent::multiply(const ClothSystem& s, const std::vector<NodeFreedom>& freedom, bool contact_rows,
+                            const NodeVector& x, NodeVector& y) const {
+  parallel("drench::cloth::tangent_times", nodes_, [&, this](const Index n) {
+    if (s.pinned(n)) {
+      at_node(y, n).setZero();
+      return;
+    }
+    const NodeFreedom& f = freedom[at(n)];
+    const Column3 here = at_node(x, n);
+    Column3 sum = own_[at(n)] * here + bending_[at(n)] * here;
+    if (!f.all) sum += f.turning * here;
+    for (Index l = s.link_start(n); l < s.link_start(n + 1); ++l) {
+      const Link link = s.link(l);
+      const Index e = edge_of_[at(l)];
+      const Column3 other = at_node(x, link.other);
+      sum += link.bend * other;
+      if (e < 0) continue;
+      if (e % 2 == 0)
+        sum += shared_[at(e / 2)] * other;
+      else
+        sum += shared_[at(e / 2)].transpose() * other;
+    }
+    if (contact_rows && !f.all) sum = (f.free * sum + f.normal.dot(sum) * f.drag).eval();
+    at_node(y, n) = sum;
+  });
+}
+
+void ClothTangent::factor(const ClothSystem& s, const std::vector<NodeFreedom>& freedom) {
+  factor_.clear();
+  Real* const values = factor_.values();
+  // Entries that rounding alone makes of a plane sheet would lead to subnormal numbers, with which a factor takes ten times as long.
+  const auto put = [values](const Target& to, const Matrix3& k) {
+    const Real least = negligible * k.cwiseAbs().maxCoeff();
+    for (int c = 0; c < 3; ++c)
+      for (int r = 0; r < 3; ++r)
+        values[to.at + at(c) * at(to.stride) + at(r)] = std::abs(k(r, c)) > least ? k(r, c) : Real(0);
+  };
+  parallel("drench::cloth::tangent_factor", nodes_, [&, this](const Index n) {
+    if (row_of_[at(n)] < 0) return;
+    const NodeFreedom& f = freedom[at(n)];
+    Matrix3 k = own_[at(n)] + near_bending_[at(n)] * Matrix3::Identity();
+    if (!f.all) {
+      k += f.turning;
+      const Real mean = k.trace() / 3;
+      k = (f.free * k * f.free + mean * (Matrix3::Identity() - f.free)).eval();
+    }
+    put(own_target_[at(n)], k);
+    for (Index l = s.link_start(n); l < s.link_start(n + 1); ++l) {
+      if (link_target_[at(l)].stride == 0) continue;
+      const Link link = s.link(l);
+      const Index e = edge_of_[at(l)];
+      Matrix3 between = (whole_ ? link.bend : std::min(link.bend, Real(0))) * Matrix3::Identity();
+      if (e >= 0) between += e % 2 == 0 ? shared_[at(e / 2)] : Matrix3(shared_[at(e / 2)].transpose());
+      if (!f.all) between = (f.free * between).eval();
+      const NodeFreedom& other = freedom[at(link.other)];
+      if (!other.all) between = (between * other.free).eval();
+      put(link_target_[at(l)], between);
+    }
+  });
+  factor_.factor();
+}
+
+void ClothTangent::precondition(const std::vector<NodeFreedom>& freedom, const NodeVector& r, NodeVector& z) {
+  const auto each = [this](const auto& act) {
+    parallel("drench::cloth::tangent_place", static_cast<Index>(free_.size()), [&, this](const Index k) {
+      act(free_[at(k)], Eigen::Map<Column3>(solution_.data() + 3 * factor_.place(k)));
+    });
+  };
+  each([&](Index n, Eigen::Map<Column3> x) {
+    x = at_node(r, n);
+    if (!freedom[at(n)].all) x = (freedom[at(n)].free * x).eval();
+  });
+  factor_.solve(solution_.data());
+  each([&](Index n, Eigen::Map<Column3> x) {
+    at_node(z, n) = x;
+    if (!freedom[at(n)].all) at_node(z, n) = (freedom[at(n)].free * x).eval();
+  });
+}
+
+}  // namespace drench::kokkos_backend
+
+#endif

@@ -1,0 +1,70 @@
+#pragma once
+// The tangent stiffness K of the cloth's implicit step on a host, with what contact does to its rows, and a Cholesky factor
+// that preconditions it (docs/theory/cloth.md, section 8).
+
+#include <vector>
+
+#include "cloth/block_cholesky.hpp"
+#include "cloth/node_vectors.hpp"
+
+namespace drench::kokkos_backend {
+
+struct Cloth;
+struct ClothSystem;
+
+/// What contact leaves a node: directions in which it is free, and how friction changes its row.
+struct NodeFreedom {
+  Matrix3 free;           // Q: I, without a normal, or 0
+  Matrix3 turning;        // N/m: friction's change with the direction of slip
+  Column3 drag, normal;   // μ e and n of a slipping node: friction follows the pressing force
+  bool all = true;        // Q = I, and there is no friction
+};
+
+class ClothTangent {
+ public:
+  ClothTangent(const Cloth& cloth, const ClothSystem& system);
+  /// K at x⁰ + `shift` (m): inertia, springs, membranes, strain limits and damping without what is negative in them; bending.
+  void update(const ClothSystem& s, const std::vector<Double3>& shift);
+  /// The block of node n.
+  Matrix3 own(Index n) const { return own_[at(n)] + bending_[at(n)] * Matrix3::Identity(); }
+  /// rho −= K times `change` of node n, on the nodes that share an entry with it.
+  void subtract_change(const ClothSystem& s, Index n, const Column3& change, NodeVector& rho) const;
+  /// y = K x, of all rows as contact leaves them (`freedom`) or as they are (null).
+  void multiply(const ClothSystem& s, const std::vector<NodeFreedom>& freedom, bool contact_rows, const NodeVector& x,
+                NodeVector& y) const;
+  /// The factor of Q K Q on the factor's pattern.
+  void factor(const ClothSystem& s, const std::vector<NodeFreedom>& freedom);
+  /// z = Q F⁻¹ Q r.
+  void precondition(const std::vector<NodeFreedom>& freedom, const NodeVector& r, NodeVector& z);
+
+ private:
+  static std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+  /// A block of the factor; stride 0: none.
+  struct Target {
+    std::uint32_t at = 0;
+    Index stride = 0;
+  };
+  /// What a triangle adds to an edge: its block (triangle · 6 + 3 + pair), or that turned over.
+  struct EdgePart {
+    std::size_t block;
+    bool transposed;
+  };
+  void find_edges(const ClothSystem& s, Index triangles);
+  void find_targets(const ClothSystem& s);
+  void add_triangles(const ClothSystem& s, const std::vector<Double3>& shift);
+
+  Index nodes_, edges_, triangles_;
+  std::vector<Index> edge_of_;         // of each link: 2 · edge, + 1 on the edge's second node; −1: it only bends
+  std::vector<Index> part_start_;      // of each edge, in parts_
+  std::vector<EdgePart> parts_;
+  std::vector<Matrix3> own_, shared_;  // of each node; of each edge, row of its first node
+  std::vector<Real> bending_, near_bending_;  // of each node, N/m: B_nn, and what of it the factor's pattern holds
+  std::vector<Matrix3> of_triangle_;   // six per triangle: of its corners, of its edges 01, 12, 20
+  std::vector<Index> free_, row_of_;   // nodes by the factor's rows; −1: pinned
+  bool whole_ = false;                 // the factor's pattern has all pairs that bend
+  BlockCholesky factor_;
+  std::vector<Target> own_target_, link_target_;
+  NodeVector solution_;
+};
+
+}  // namespace drench::kokkos_backend

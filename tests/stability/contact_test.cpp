@@ -1,0 +1,153 @@
+// Cloth in contact with solids, where it is hard: grippers, slivers, starts inside a body. Every step is watched.
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+
+#include "hard_scene.hpp"
+#include "paths.hpp"
+#include "states.hpp"
+
+namespace drench::test {
+namespace {
+
+/// Runs until `end` s; returns the number of steps whose cloth solve did not converge.
+int unconverged_steps(WatchedRun& run, double end, const std::function<void(const HostState&, double)>& each = {}) {
+  int steps = 0, unconverged = 0;
+  while (run.run().time() < end && !::testing::Test::HasFailure())
+    run.steps(1, [&](const HostState& s, const StepReport& r) {
+      ++steps;
+      unconverged += !r.cloth_converged;
+      if (each) each(s, run.run().time());
+    });
+  fmt::print("  {} of {} steps to {} s not converged\n", unconverged, steps, end);
+  return unconverged;
+}
+
+/// Two boxes close on a hanging sheet of 1 mm, hold it from 0.51 s and open at 0.81 s; `speed` determines the gap.
+std::string gripper(double speed) {
+  const auto keys = [speed](int side) {
+    return fmt::format("[[0, [0, 0, 0]], [0.1, [{0}, 0, 0]], [0.5, [{0}, 0, 0]], [0.51, [0, 0, 0]], [0.8, [0, 0, 0]], "
+                       "[0.81, [{1}, 0, 0]]]",
+                       side * speed, -0.2 * side);
+  };
+  return fmt::format(R"(drench: 1
+time: {{step: 0.002, end: 2}}
+cloth:
+  - mesh: {{grid: {{size: [0.4, 0.4], nodes: [21, 21]}}}}
+    place: {{rotate: {{axis: [0, 0, 1], degrees: 90}}}}
+    thickness: 0.001
+    self_collision: true
+    pin: [{{box: {{min: [-0.01, 0.199, -0.3], max: [0.01, 0.201, 0.3]}}}}]
+bodies:
+  - box: {{min: [-0.15, -0.1, -0.1], max: [-0.05, 0.0, 0.1], velocity: {}}}
+  - box: {{min: [0.05, -0.1, -0.1], max: [0.15, 0.0, 0.1], velocity: {}}}
+)",
+                     keys(1), keys(-1));
+}
+
+/// A sheet of 1,681 nodes above a sphere. Thirty of them lie 10 µm beside their neighbours: triangles of that height.
+std::string sliver_scene() {
+  constexpr int cells = 40, row = cells + 1;
+  std::vector<Vec3> points;
+  for (int j = 0; j < row; ++j)
+    for (int i = 0; i < row; ++i) points.push_back({0.5 * i / cells - 0.25, 0, 0.5 * j / cells - 0.25});
+  for (int k = 0; k < 30; ++k) {
+    const auto n = static_cast<std::size_t>((2 + 3 * (7 * k % 12)) * row + 2 + 3 * (5 * k % 11));
+    points[n][0] = points[n + 1][0] - 1e-5;
+  }
+  const std::string path = ::testing::TempDir() + "drench_slivers.obj";
+  std::ofstream file(path);
+  for (const Vec3& x : points) file << fmt::format("v {} {} {}\n", x[0], x[1], x[2]);
+  for (int j = 0; j < cells; ++j)
+    for (int i = 0; i < cells; ++i) {
+      const int a = j * row + i + 1, b = a + 1, c = a + row, d = c + 1;
+      if ((i + j) % 2)
+        file << fmt::format("f {} {} {}\nf {} {} {}\n", a, c, b, b, c, d);
+      else
+        file << fmt::format("f {} {} {}\nf {} {} {}\n", a, c, d, a, d, b);
+    }
+  return fmt::format(R"(drench: 1
+time: {{step: 0.002, end: 1}}
+cloth:
+  - mesh: {{file: {}}}
+bodies:
+  - sphere: {{center: [0, -0.205, 0], radius: 0.2}}
+)",
+                     path);
+}
+
+double farthest_sideways(const HostState& s) {
+  double x = 0;
+  for (const Vec3& p : s.node_position) x = std::max(x, std::abs(p[0]));
+  return x;
+}
+
+}  // namespace
+
+TEST(contact, gripper_holds_a_sheet_and_lets_it_go_at_rest) {
+  for (const double speed : {0.1088, 0.1092}) {  // gaps of 1.0 and 0.6 mm
+    WatchedRun run(gripper(speed), {.energy = HUGE_VAL});
+    double farthest = 0;
+    EXPECT_EQ(unconverged_steps(run, 1.1, [&](const HostState& s, double) { farthest = std::max(farthest, farthest_sideways(s)); }), 0);
+    EXPECT_LT(farthest, 0.005) << "m, from the plane that it hangs in";
+  }
+}
+
+TEST(contact, gripper_carries_a_sheet) {
+  // Closed on the sheet, the boxes rise by 0.1 m: friction holds 5 g against its weight.
+  const char* const lift = "[[0, [0, 0, 0]], [0.05, [0, 0.5, 0]], [0.2, [0, 0.5, 0]], [0.25, [0, 0, 0]]]";
+  WatchedRun run(fmt::format(R"(drench: 1
+time: {{step: 0.002, end: 1}}
+cloth:
+  - mesh: {{grid: {{size: [0.2, 0.1], nodes: [21, 11]}}}}
+    place: {{rotate: {{axis: [0, 0, 1], degrees: 90}}}}
+    thickness: 0.001
+bodies:
+  - box: {{min: [-0.05, 0.05, -0.04], max: [-0.0006, 0.09, 0.04], velocity: {0}}}
+  - box: {{min: [0.0006, 0.05, -0.04], max: [0.05, 0.09, 0.04], velocity: {0}}}
+)",
+                             lift),
+                 {.energy = HUGE_VAL});
+  EXPECT_EQ(unconverged_steps(run, 0.5), 0);
+  double lowest = 1;
+  for (const Vec3& x : run.state().node_position) lowest = std::min(lowest, x[1]);
+  EXPECT_NEAR(lowest, -0.1 + 0.1, 0.01) << "m; it has risen with the boxes";
+}
+
+TEST(contact, a_sheet_inside_a_body_comes_out_without_being_thrown) {
+  // A sheet through the middle of a sphere: half of its nodes start up to 5 cm inside.
+  WatchedRun run(R"(drench: 1
+time: {step: 0.004, end: 1}
+gravity: [0, 0, 0]
+cloth:
+  - mesh: {grid: {size: [0.3, 0.3], nodes: [31, 31]}}
+    place: {position: [0, 0.03, 0]}
+    settle: 50
+bodies:
+  - sphere: {center: [0, 0, 0], radius: 0.08}
+)",
+                 {.energy = HUGE_VAL});
+  const auto inside = [](const HostState& s) {
+    return std::count_if(s.node_position.begin(), s.node_position.end(),
+                         [](const Vec3& x) { return std::hypot(x[0], x[1], x[2]) < 0.08; });
+  };
+  EXPECT_GT(inside(run.state()), 100);
+  EXPECT_EQ(unconverged_steps(run, 0.3), 0);
+  EXPECT_EQ(inside(run.state()), 0);
+  EXPECT_LT(run.watch().largest_speed(), 1.0) << "m/s";
+}
+
+TEST(contact, slivers_on_a_sphere_converge) {
+  // Thirty triangles of 10 µm height in a sheet of 1,681 nodes, which falls on a sphere.
+  WatchedRun run(sliver_scene(), {.energy = HUGE_VAL});
+  double lowest = 1;
+  EXPECT_EQ(unconverged_steps(run, 0.2), 0);
+  for (const Vec3& x : run.state().node_position) lowest = std::min(lowest, x[1]);
+  EXPECT_LT(lowest, -0.1) << "m; free fall for 0.2 s is 0.2 m";
+}
+
+}  // namespace drench::test
