@@ -234,30 +234,58 @@ Vector3d ClothProblem::before_planes(Index n, const Vector3d& now, Vector3d x) c
 
 NodeContact ClothProblem::contact(Index n, const Vector3d& x, Vector3d& push, double stiffness, const OfBody& of_body) const {
   const double thickness = material(n).thickness;
-  const double half = material(n).compression_per_mass * model().mesh.solid_mass[n] / stiffness;  // squeezes to half of τ
-  NodeContact found;
-  for (std::size_t b = 0; b < bodies.size(); ++b) {
+  struct Touched {
+    std::size_t body;
+    Vector3d normal;
+    double pressed = 0;
+  };
+  std::vector<Touched> touched;
+  for (std::size_t b = 0; b < bodies.size() && is_free(n) && touched.size() < 4; ++b) {
     Vector3d normal;
     const std::optional<double> distance = distance_to(bodies[b], x, normal);
-    if (!is_free(n) || !distance || *distance >= clearance[n].kept + contact_range * thickness) continue;
-    const double press = std::max(0.0, -push.dot(normal));
-    found = {normal, bodies[b].velocity_at(x), found.press + press};
-    push += press * normal;
-    if (of_body) of_body(b, -press * normal);
-    for (std::size_t a = 0; a < b; ++a) {
-      const std::optional<double> gap = gap_between(bodies[a], bodies[b], thickness, x);
+    if (distance && *distance < clearance[n].kept + contact_range * thickness) touched.push_back({b, normal});
+  }
+  NodeContact found;
+  if (touched.empty()) return found;
+  // The least pressing forces that leave no part of `push` inward: the normal equations with signs, one after the other.
+  const double size = push.norm();
+  for (double change = 1; change > 1e-12 * size && size > 0;) {
+    change = 0;
+    for (Touched& t : touched) {
+      const double before = t.pressed;
+      t.pressed = std::max(0.0, before - push.dot(t.normal));
+      push += (t.pressed - before) * t.normal;
+      change = std::max(change, std::abs(t.pressed - before));
+    }
+    if (touched.size() == 1) break;
+  }
+  for (const Touched& t : touched) {
+    if (of_body) of_body(t.body, -t.pressed * t.normal);
+    if (t.pressed == 0) continue;
+    found.press += t.pressed;
+    found.surface += t.pressed * bodies[t.body].velocity_at(x);
+    const Vector3d fresh = found.free * t.normal;
+    if (fresh.norm() >= 0.05) found.free -= fresh.normalized() * fresh.normalized().transpose();
+  }
+  if (found.press > 0)
+    found.surface /= found.press;
+  else
+    found = {Eigen::Matrix3d::Identity() - touched[0].normal * touched[0].normal.transpose(),
+             bodies[touched[0].body].velocity_at(x), 0};
+  const double half = material(n).compression_per_mass * model().mesh.solid_mass[n] / stiffness;  // squeezes to half of τ
+  for (std::size_t k = 1; k < touched.size(); ++k)
+    for (std::size_t j = 0; j < k; ++j) {
+      const Touched &one = touched[j], &other = touched[k];
+      const std::optional<double> gap = gap_between(bodies[one.body], bodies[other.body], thickness, x);
       if (!gap) continue;
       const double width = std::max(0.01, *gap / (2 * thickness));  // over the free one
       const double squeeze = half * (1 / width - 1);
+      found.surface = (bodies[one.body].velocity_at(x) + bodies[other.body].velocity_at(x)) / 2;
       found.press += 2 * squeeze;
-      found.surface = (found.surface + bodies[a].velocity_at(x)) / 2;
       if (!of_body) continue;
-      Vector3d facing;
-      distance_to(bodies[a], x, facing);
-      of_body(a, -squeeze * facing);
-      of_body(b, -squeeze * normal);
+      of_body(one.body, -squeeze * one.normal);
+      of_body(other.body, -squeeze * other.normal);
     }
-  }
   return found;
 }
 
@@ -268,7 +296,7 @@ double ClothProblem::friction(Index n) const {
 
 Vector3d ClothProblem::with_friction(const NodeContact& contact, Index n, const Vector3d& x, double loss) const {
   const Vector3d way = x - start[n] - dt * contact.surface;
-  const Vector3d slip = way - contact.normal * way.dot(contact.normal);
+  const Vector3d slip = contact.free * way;
   return x - std::min(1.0, loss / std::max(slip.norm(), 1e-300)) * slip;
 }
 
@@ -276,7 +304,7 @@ Vector3d ClothProblem::unbalanced(Index n, const Vector3d& x, const Vector3d& r)
   Vector3d left = r;
   const NodeContact touched = contact(n, x, left, 1);
   if (touched.press == 0) return left;
-  const Vector3d on = (left - touched.normal * left.dot(touched.normal)) / diagonal[n];
+  const Vector3d on = touched.free * left / diagonal[n];
   const Vector3d after = with_friction(touched, n, x + on, friction(n) * touched.press / diagonal[n]);
   return left + diagonal[n] * (after - x - on);
 }

@@ -10,10 +10,11 @@ namespace drench::reference {
 
 using Stress = Eigen::Matrix<double, 3, 2>;
 
-/// The bodies that a node touches: the last one's normal and its surface's velocity, and what presses the node into all of
-/// them.
+/// The bodies that a node touches: the directions that they leave it, the mean velocity of their surfaces by what presses, and
+/// what presses the node into all of them.
 struct NodeContact {
-  Eigen::Vector3d normal = Eigen::Vector3d::Zero(), surface = Eigen::Vector3d::Zero();  // surface: m/s
+  Eigen::Matrix3d free = Eigen::Matrix3d::Identity();
+  Eigen::Vector3d surface = Eigen::Vector3d::Zero();  // m/s
   double press = 0;
 };
 

@@ -190,7 +190,7 @@ std::optional<double> distance_to(const PlacedBody& placed, const Vector3d& x, V
 std::optional<double> gap_between(const PlacedBody& one, const PlacedBody& other, double thickness, const Vector3d& x) {
   Vector3d n, m;
   const std::optional<double> to_one = distance_to(one, x, n), to_other = distance_to(other, x, m);
-  if (!to_one || !to_other || n.dot(m) >= -0.5 || *to_one + *to_other >= 2 * thickness) return std::nullopt;
+  if (!to_one || !to_other || n.dot(m) >= 0 || *to_one + *to_other >= 2 * thickness) return std::nullopt;
   return *to_one + *to_other;
 }
 

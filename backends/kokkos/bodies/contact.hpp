@@ -167,7 +167,7 @@ KOKKOS_INLINE_FUNCTION Vector3<T> to_distance(const Solid& solid, const Real3& x
 /// thickness on both sides?
 template <class T>
 KOKKOS_INLINE_FUNCTION bool squeezed(const SolidDistance<T>& a, const SolidDistance<T>& b, Real thickness) {
-  return a.phi + b.phi < 2 * thickness && dot(a.normal, b.normal) < T(-0.5);
+  return a.phi + b.phi < 2 * thickness && dot(a.normal, b.normal) < 0;
 }
 /// How far a node of the cloth has to stay from solids, m: its thickness, or less where it has begun the step inside of one.
 struct Clearance {

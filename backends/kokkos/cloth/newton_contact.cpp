@@ -30,7 +30,8 @@ void NewtonCloth::begin_zone(const ClothSystem& s) {
     const NodeNearby& near = now_.near[at(n)];
     const NodeTerms t = s.terms(n);
     const double press = near.press(now_.residual[at(n)], near.count == 1);
-    const Slip slip(t, near.normal[0], now_.shift[at(n)], near.moved, now_.residual[at(n)], press);
+    const Double3 relative = now_.shift[at(n)] - near.moved, residual = now_.residual[at(n)], normal = near.normal[0];
+    const Slip slip(t, relative - dot(relative, normal) * normal, residual - dot(residual, normal) * normal, press);
     ZoneNode z{n, tangent_.own(n).inverse(), column(slip.so_far), Column3::Zero(), State::apart};
     // A force that brings it onto the surface in one Jacobi step is sure to press.
     if (near.pinched || press > double(t.diagonal) * std::max(0.0, near.gap[0] - 0.01 * double(t.clearance.thickness))) {
@@ -139,10 +140,8 @@ void NewtonCloth::set_row(const ClothSystem& s, Index n) {
   const int planes = planes_of(near, touching_[at(n)], f, correction);
   const NodeTerms t = s.terms(n);
   const bool one = planes == 1 && near.count == 1;
-  Double3 normal = near.normal[0];
-  for (int k = 1; k < near.count; ++k)
-    if (touching_[at(n)] >> k & 1) normal = near.normal[k];
-  const Slip slip(t, normal, now_.shift[at(n)], near.moved, now_.residual[at(n)], near.press(now_.residual[at(n)], one));
+  const auto along = [&](const Double3& v) { return in_double(f.free * column(v)); };
+  const Slip slip(t, along(now_.shift[at(n)] - near.moved), along(now_.residual[at(n)]), near.press(now_.residual[at(n)], one));
   const bool reversed = state == State::slips && dot(slip.so_far, slip_direction_[at(n)]) < 0;
   const double friction = double(t.diagonal) * slip.loss;  // N
   if (planes == 3 || slip.length <= slip.loss || reversed || (state == State::sticks && norm(slip.on) <= friction)) {
@@ -159,7 +158,7 @@ void NewtonCloth::set_row(const ClothSystem& s, Index n) {
       const Column3 e = column(toward);
       f.turning = Real(friction / slip.length) * (f.free - e * e.transpose());
       f.drag = t.friction * e;
-      if (!near.pinched) f.normal = column(normal);
+      if (!near.pinched) f.normal = column(near.normal[0]);
     }
   }
   at_node(correction_, n) = correction;

@@ -9,7 +9,6 @@
 #include <numeric>
 
 #include "cloth/newton.hpp"
-#include "cloth/slip.hpp"
 
 namespace drench::kokkos_backend {
 namespace {
@@ -56,8 +55,9 @@ Double3 NewtonCloth::local_step(const ClothSystem& s, Index n, const Double3& re
   const Eigen::Vector3d normal(near.normal[0].x, near.normal[0].y, near.normal[0].z);
   const double gap = near.gap[0] + normal.dot(step), friction = double(s.friction(n));
   if (!near.pinched && gap >= 0) return {step[0], step[1], step[2]};
-  const Slip so_far(s.terms(n), near.normal[0], now_.shift[at(n)], near.moved, residual, 0);
-  const Eigen::Vector3d slip(so_far.so_far.x, so_far.so_far.y, so_far.so_far.z);
+  const Double3 moved = now_.shift[at(n)] - near.moved;
+  Eigen::Vector3d slip(moved.x, moved.y, moved.z);
+  slip -= normal * normal.dot(slip);
   // Does it stick? What the solid has to do for that:
   Eigen::Vector3d stuck = -slip - near.gap[0] * normal;
   const Eigen::Vector3d force = own * stuck - r;

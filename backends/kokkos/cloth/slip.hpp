@@ -10,10 +10,11 @@ struct Slip {
   Double3 so_far, on, whole;  // m; r_t, N; y, m
   double length, loss;        // |y|, and how much of it friction takes, m
 
-  /// `moved`: of the surface in the step, m; `left`: the residual, N; `press`: what presses the node into the solid, N.
-  Slip(const NodeTerms& t, const Double3& normal, const Double3& shift, const Double3& moved, const Double3& left, double press)
-      : so_far(ClothSystem::tangential(shift - moved, normal)),
-        on(ClothSystem::tangential(left, normal)),
+  /// `relative`: the displacement less that of the surface, m, and `on`: the residual, N, both along the directions that the
+  /// solids leave; `press`: what presses the node into them, N.
+  Slip(const NodeTerms& t, const Double3& relative, const Double3& along, double press)
+      : so_far(relative),
+        on(along),
         whole(so_far + (1 / double(t.diagonal)) * on),
         length(norm(whole)),
         loss(double(t.friction) * press / double(t.diagonal)) {}

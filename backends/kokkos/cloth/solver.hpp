@@ -33,13 +33,64 @@ struct ClothSolverWork {
 
 MemoryEstimate cloth_solver_bytes(const Sizing& s);
 
-/// The solids that a node touches: the last one's normal and how far its surface moves in the step (m), and what presses
-/// the node into all of them, as a force or a displacement. Between two solids that squeeze it, `moved` is their mean.
+/// The solids that a node touches: which directions their planes leave it, how far their surfaces move in the step (m), and what
+/// presses the node into all of them, as a force or a displacement.
 template <class T = Real>
 struct NodeContact {
-  bool touches = false;
-  Vector3<T> normal, moved;
+  bool touches = false, held = false;  // held: no direction is left
+  Vector3<T> normal, second;           // at right angles; second: 0 unless it is pressed onto two planes
+  Vector3<T> moved;
   T press = 0;
+
+  /// The part of v along the directions that are left.
+  KOKKOS_INLINE_FUNCTION Vector3<T> tangential(const Vector3<T>& v) const {
+    if (held) return {};
+    return v - dot(v, normal) * normal - dot(v, second) * second;
+  }
+  /// One more plane that it is pressed onto.
+  KOKKOS_INLINE_FUNCTION void add_plane(const Vector3<T>& own) {
+    if (!(dot(normal, normal) > 0)) {
+      normal = own;
+      return;
+    }
+    const Vector3<T> fresh = tangential(own);
+    const T length = norm(fresh);
+    if (length < T(0.05)) return;  // as a plane before it
+    held = dot(second, second) > 0;
+    second = (1 / length) * fresh;
+  }
+};
+
+/// The solids that a node touches, and what presses it into each of them.
+template <class T>
+struct TouchedSolids {
+  static constexpr int most = 4;
+  int count = 0;
+  std::size_t solid[most];
+  SolidDistance<T> at[most];
+  T held[most];
+
+  KOKKOS_INLINE_FUNCTION void add(std::size_t b, const SolidDistance<T>& distance) {
+    solid[count] = b;
+    at[count] = distance;
+    held[count++] = 0;
+  }
+  /// Takes from `push` what presses into the solids: the least that leaves none of it in any of them, by projected
+  /// Gauss-Seidel on the pressing parts.
+  KOKKOS_INLINE_FUNCTION void take(Vector3<T>& push) {
+    constexpr int sweeps = 50;
+    const T enough = T(1e-7) * norm(push);
+    for (int sweep = 0; sweep < sweeps; ++sweep) {
+      T most_change = 0;
+      for (int k = 0; k < count; ++k) {
+        const T change = Kokkos::fmax(-held[k], -dot(push, at[k].normal));
+        held[k] += change;
+        push += change * at[k].normal;
+        most_change = Kokkos::fmax(most_change, Kokkos::abs(change));
+      }
+      if (count == 1 || !(most_change > enough)) return;
+    }
+  }
 };
 
 /// What an iteration reads of a node and what stays the same during one solve.
@@ -232,34 +283,45 @@ struct ClothSystem {
     return (mass(n) * inverse_dt2) * (target(n) - shift(n)) + elastic_force(n, shift);
   }
 
-  /// Solids within the clearance and 0.01 of the thickness at x⁰ + `shift`. `push`, a force or a displacement, loses what presses into them:
-  /// each(solid, that) in their order. `compression`: what presses a squeezed node to half of its thickness, of the same unit.
+  /// Solids within the clearance and 0.01 of the thickness at x⁰ + `shift`, the first four of them. `push`, a force or a
+  /// displacement, loses what presses into them: each(solid, that) in their order. `compression`: what presses a squeezed node to
+  /// half of its thickness, of the same unit.
   template <class T, class Each>
   KOKKOS_INLINE_FUNCTION NodeContact<T> contact(const NodeTerms& t, const Vector3<T>& shift, Vector3<T>& push,
                                                 Real compression, const Each& each) const {
     NodeContact<T> c;
+    TouchedSolids<T> touched;
     const Real thickness = t.clearance.thickness, range = t.clearance.kept + Real(0.01) * thickness;
-    for (std::size_t b = 0; b < solids.extent(0); ++b) {
+    for (std::size_t b = 0; b < solids.extent(0) && touched.count < touched.most; ++b) {
       const SolidDistance<T> at = solid_distance(solids(b), t.start, shift);
-      if (!(at.phi < range)) continue;
-      c.touches = true;
-      c.normal = at.normal;
-      c.moved = dt * surface_velocity(solids(b), t.start, shift);
-      const T inward = Kokkos::fmin(dot(push, at.normal), T(0));
-      c.press -= inward;
-      push -= inward * at.normal;
-      each(b, inward * at.normal);
-      for (std::size_t a = 0; a < b; ++a) {
-        const SolidDistance<T> other = solid_distance(solids(a), t.start, shift);
-        if (!squeezed(other, at, thickness)) continue;
-        const T room = Kokkos::fmax((other.phi + at.phi) / (2 * thickness), T(0.01));  // of the cloth's own
+      if (at.phi < range) touched.add(b, at);
+    }
+    if (touched.count == 0) return c;
+    touched.take(push);
+    c.touches = true;
+    const auto moved = [&](int k) { return dt * surface_velocity(solids(touched.solid[k]), t.start, shift); };
+    for (int k = 0; k < touched.count; ++k) {
+      each(touched.solid[k], -touched.held[k] * touched.at[k].normal);
+      if (!(touched.held[k] > 0)) continue;
+      c.press += touched.held[k];
+      c.moved += (touched.held[k] / c.press) * (moved(k) - c.moved);  // the mean so far, by what presses
+      c.add_plane(touched.at[k].normal);
+    }
+    if (!(c.press > 0)) {
+      c.normal = touched.at[0].normal;
+      c.moved = moved(0);
+    }
+    for (int k = 1; k < touched.count; ++k)
+      for (int j = 0; j < k; ++j) {
+        const SolidDistance<T>&one = touched.at[j], &other = touched.at[k];
+        if (!squeezed(one, other, thickness)) continue;
+        const T room = Kokkos::fmax((one.phi + other.phi) / (2 * thickness), T(0.01));  // of the cloth's own
         const T squeeze = compression * (1 - room) / room;
         c.press += 2 * squeeze;
-        c.moved = T(0.5) * (c.moved + dt * surface_velocity(solids(a), t.start, shift));
-        each(a, -squeeze * other.normal);
-        each(b, -squeeze * at.normal);
+        c.moved = T(0.5) * (moved(j) + moved(k));
+        each(touched.solid[j], -squeeze * one.normal);
+        each(touched.solid[k], -squeeze * other.normal);
       }
-    }
     return c;
   }
   template <class T>
@@ -271,13 +333,9 @@ struct ClothSystem {
   template <class T>
   KOKKOS_INLINE_FUNCTION static Vector3<T> with_friction(const NodeContact<T>& c, const Vector3<T>& shift,
                                                          std::type_identity_t<T> loss) {
-    const Vector3<T> slip = tangential(shift - c.moved, c.normal);
+    const Vector3<T> slip = c.tangential(shift - c.moved);
     const T length = norm(slip);
     return length > loss ? shift - (loss / length) * slip : shift - slip;
-  }
-  template <class T>
-  KOKKOS_INLINE_FUNCTION static Vector3<T> tangential(const Vector3<T>& v, const Vector3<T>& normal) {
-    return v - dot(v, normal) * normal;
   }
   /// The next iterate of a node from the last two and r_n: one Jacobi step, then Chebyshev's ω. `touching`: false where
   /// there are no solids, for a kernel with fewer registers.
@@ -308,8 +366,9 @@ struct ClothSystem {
   KOKKOS_INLINE_FUNCTION static Vector3<T> unbalanced(const NodeTerms& t, const Vector3<T>& shift, const NodeContact<T>& c,
                                                       const Vector3<T>& left) {
     // How far it would slip on with what is left, and how much of that friction takes.
-    const Vector3<T> slip = tangential(shift - c.moved, c.normal), on = tangential(left, c.normal);
-    const NodeContact<T> here{true, c.normal, {}, 0};
+    const Vector3<T> slip = c.tangential(shift - c.moved), on = c.tangential(left);
+    NodeContact<T> here = c;
+    here.moved = {};
     const T loss = t.friction * c.press / t.diagonal;
     const Vector3<T> after = with_friction(here, slip + (1 / T(t.diagonal)) * on, loss);
     return left - on + t.diagonal * (after - slip);
