@@ -20,6 +20,7 @@ constexpr Index few_toggled = 2;     // nodes that may change their state while 
 constexpr double most_growth = 2;    // of the residual that a step may cause
 constexpr int most_halvings = 3;     // of a step
 constexpr int slow_after = 4;        // iterations: then what has not halved in three of them is relaxed locally
+constexpr int cycles_after = 10;     // iterations: then steps are halved
 constexpr double rounding = 0.5 * 2.2e-16;  // of Σ D L: what the sums leave of a residual
 
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
@@ -98,6 +99,7 @@ void NewtonCloth::see_solids(const ClothSystem& s, Index n, const Double3& shift
       near.pinched = true;
       near.count = 0;
     }
+    near.solid[near.count] = static_cast<std::int64_t>(b);
     near.normal[near.count] = d.normal;
     near.gap[near.count] = (d.phi - kept) / d.slope;
     near.moved = double(s.dt) * surface_velocity(solid, t.start, shift);
@@ -134,6 +136,7 @@ bool NewtonCloth::run(const Cloth& cloth, ClothSolverWork& solver, const ClothSy
       ++progress.iterations;
       if (now_.over_goal <= 1) break;
     }
+    first_length_ = slow && k >= cycles_after ? 0.5 : 1;  // two iterates in turn have what is sought between them
     iterate(s, k == 0);
     if (getenv("VERB") && k>6 && k<9) { for (Index n=0;n<nodes_;++n) if (at_node(now_.left,n).norm() > 0.02*now_.over_goal*goal_) { const NodeNearby& o=now_.near[at(n)]; fprintf(stderr,"    node %d x %.4f %.4f %.4f u %.3g %.3g %.3g left %.3g %.3g %.3g r %.3g %.3g %.3g count %d pinch %d n0 %.2f %.2f %.2f gap %.3g n1 %.2f %.2f %.2f gap %.3g press %.3g state %d touching %d kept %.3g moved %.3g %.3g\n",n,double(s.start(n).x),double(s.start(n).y),double(s.start(n).z),now_.shift[at(n)].x,now_.shift[at(n)].y,now_.shift[at(n)].z,at_node(now_.left,n)[0],at_node(now_.left,n)[1],at_node(now_.left,n)[2],now_.residual[at(n)].x,now_.residual[at(n)].y,now_.residual[at(n)].z,o.count,o.pinched,o.normal[0].x,o.normal[0].y,o.normal[0].z,o.gap[0],o.normal[1].x,o.normal[1].y,o.normal[1].z,o.gap[1],o.contact.press,int(state_[at(n)]),touching_[at(n)],double(s.clearance(n).kept),o.moved.x,o.moved.y); }}
     if (getenv("VERB")) fprintf(stderr,"  %d R %.3g changed %d toggled %d linear %d zone %zu slow %d\n",k,now_.over_goal,changed_,toggled_,last_linear_,zone_.size(),slow);
@@ -174,13 +177,34 @@ void NewtonCloth::iterate(const ClothSystem& s, bool first) {
   std::swap(now_, next_);
 }
 
+/// A step of a node that touches a solid, as far as the solid's surface goes on as a plane there: beyond an edge it does not.
+Double3 NewtonCloth::within_plane(const ClothSystem& s, Index n, const Iterate& from, Double3 by) const {
+  constexpr double least_cosine = 0.8;
+  constexpr int most_shortened = 4;
+  if (touching_[at(n)] == 0) return by;
+  const NodeNearby& near = from.near[at(n)];
+  const auto turns = [&](int k) {
+    const SolidDistance<double> d = solid_distance(s.solids(near.solid[k]), s.start(n), from.shift[at(n)] + by);
+    return dot(d.normal, near.normal[k]) < least_cosine;
+  };
+  for (int shortened = 0; shortened < most_shortened; ++shortened) {
+    bool any = false;
+    for (int k = 0; k < near.count; ++k) any = any || ((touching_[at(n)] >> k & 1) && turns(k));
+    if (!any) return by;
+    by = 0.5 * by;
+  }
+  return by;
+}
+
 void NewtonCloth::move(const ClothSystem& s, const Iterate& from) {
-  double length = 1;
+  double length = first_length_;
   for (int halvings = 0;; ++halvings) {
     parallel("drench::cloth::newton_move", nodes_, [&](const Index n) {
       Double3& to = next_.shift[at(n)];
       to = from.shift[at(n)];
-      if (!s.pinned(n)) to = project_out(s.solids, s.start(n), to + length * in_double(at_node(change_, n)), s.clearance(n));
+      if (s.pinned(n)) return;
+      const Double3 by = within_plane(s, n, from, length * in_double(at_node(change_, n)));
+      to = project_out(s.solids, s.start(n), to + by, s.clearance(n));
     });
     measure(s, next_);
     if (next_.over_goal <= most_growth * from.over_goal || next_.over_goal <= 1 || halvings == most_halvings) return;

@@ -15,6 +15,7 @@ struct NodeNearby {
   static constexpr int most = 3;
   int count = 0;          // of planes
   bool pinched = false;   // between two solids that squeeze it: it stays on the one plane halfway between them
+  std::int64_t solid[most];
   Double3 normal[most];   // of unit length
   double gap[most];       // m, along the normal up to the surface that keeps the clearance
   Double3 moved;          // of the surface in the step, m
@@ -69,6 +70,7 @@ class NewtonCloth {
   int solve_linear(const ClothSystem& s);
   /// From `from` along change_: the next iterate.
   void move(const ClothSystem& s, const Iterate& from);
+  Double3 within_plane(const ClothSystem& s, Index n, const Iterate& from, Double3 by) const;
   // newton_contact.cpp
   /// Gauss-Seidel over the nodes near solids: which of their planes do they touch? (touching_: a bit of each plane.)
   void find_touching(const ClothSystem& s);
@@ -94,6 +96,7 @@ class NewtonCloth {
   Real dt_ = 0;
   bool warm_ = false, fresh_ = true;  // there is a factor of this time step; the solve has not begun
   double goal_ = 0;                   // N
+  double first_length_ = 1;           // of a step that is tried
   int last_linear_ = 0;               // iterations of the last linear solve
   Index changed_ = 0, toggled_ = 0;   // nodes whose free directions differ from the factor's; whose state has changed
 
