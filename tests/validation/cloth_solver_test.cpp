@@ -126,7 +126,7 @@ TEST(cloth_solver, reaches_the_fixed_point_of_projective_dynamics) {
 }
 
 /// The sheet that falls moves every force there is: Chebyshev's weights would need some 60 iterations for the first row.
-TEST(cloth_solver, by_a_factored_matrix_takes_few_iterations) {
+TEST(cloth_solver, by_newtons_method_takes_few_iterations) {
   if (!computes_on_host()) GTEST_SKIP() << "a GPU iterates by Jacobi";
   const auto iterations = [](double tolerance, int most) {
     SceneRun run(sheet(solver("pd", tolerance, most)));
@@ -145,7 +145,7 @@ TEST(cloth_solver, residual_falls_at_chebyshevs_rate) {
   // With floats the residual meets rounding after 70 iterations, too few to tell a rate to 5 %.
   const int first = double_precision ? 100 : 20, last = double_precision ? 200 : 70;
   for (const std::string& method : methods) {
-    if (method == "pd" && computes_on_host()) continue;  // by_a_factored_matrix_takes_few_iterations
+    if (method == "pd" && computes_on_host()) continue;  // by_newtons_method_takes_few_iterations
     double residual[2], rho = 0;
     for (int k = 0; k < 2; ++k) {
       SceneRun run(sheet(solver(method, 1e-13, k == 0 ? first : last)));
@@ -321,7 +321,7 @@ TEST(cloth_solver, a_soaked_sheet_falls_at_g) {
     std::printf("%s: largest error %.3g m after a fall of %.3g m, at most %d iterations\n", method.c_str(), error,
                 0.5 * gravity * dt * dt * steps * (steps + 1), most);
     // The multipliers of xpbd cancel exactly; Jacobi's steps r/D of pd push by 2.5e-5 of the fall in float, 1e-12 in double.
-    // They are a GPU's: a host solves by a factored matrix.
+    // They are a GPU's: a host solves by Newton's method.
     // A node's position is rounded by ½ ε |x| a step, its velocity by ½ ε |v|, which is carried on.
     const double bound = steps * 0.5 * rounding * (1 + 0.5 * steps * dt * 4);
     report(

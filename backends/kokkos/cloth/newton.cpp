@@ -138,8 +138,6 @@ bool NewtonCloth::run(const Cloth& cloth, ClothSolverWork& solver, const ClothSy
     }
     first_length_ = slow && k >= cycles_after ? 0.5 : 1;  // two iterates in turn have what is sought between them
     iterate(s, k == 0);
-    if (getenv("VERB") && k>6 && k<9) { for (Index n=0;n<nodes_;++n) if (at_node(now_.left,n).norm() > 0.02*now_.over_goal*goal_) { const NodeNearby& o=now_.near[at(n)]; fprintf(stderr,"    node %d x %.4f %.4f %.4f u %.3g %.3g %.3g left %.3g %.3g %.3g r %.3g %.3g %.3g count %d pinch %d n0 %.2f %.2f %.2f gap %.3g n1 %.2f %.2f %.2f gap %.3g press %.3g state %d touching %d kept %.3g moved %.3g %.3g\n",n,double(s.start(n).x),double(s.start(n).y),double(s.start(n).z),now_.shift[at(n)].x,now_.shift[at(n)].y,now_.shift[at(n)].z,at_node(now_.left,n)[0],at_node(now_.left,n)[1],at_node(now_.left,n)[2],now_.residual[at(n)].x,now_.residual[at(n)].y,now_.residual[at(n)].z,o.count,o.pinched,o.normal[0].x,o.normal[0].y,o.normal[0].z,o.gap[0],o.normal[1].x,o.normal[1].y,o.normal[1].z,o.gap[1],o.contact.press,int(state_[at(n)]),touching_[at(n)],double(s.clearance(n).kept),o.moved.x,o.moved.y); }}
-    if (getenv("VERB")) fprintf(stderr,"  %d R %.3g changed %d toggled %d linear %d zone %zu slow %d\n",k,now_.over_goal,changed_,toggled_,last_linear_,zone_.size(),slow);
     ++progress.iterations;
     if (now_.over_goal > best) continue;
     best = now_.over_goal;

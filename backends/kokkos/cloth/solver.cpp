@@ -25,16 +25,16 @@ void allocate(const Constants& constants, const Cloth& cloth, ClothSolverWork& s
   allocate_zeros(solver.last_displacement, "drench::cloth::last_displacement", nodes);
 }
 
-/// Of factored.cpp: an iterate in arrays of Kokkos, and beside them differences and the factor of the Hessian, which has some
-/// 50 n log₂ n numbers; where that is large, two factors of 3.3 n log₂ n in its place. Plates couple a node with its neighbours'
-/// neighbours, and fill in up to 80 n log₂ n numbers more.
-MemoryEstimate factored_cloth_bytes(const Sizing& s) {
+/// Of newton.cpp: the factor on the pattern of the mesh's edges, some 50 n log₂ n numbers; the tangent's blocks, of nodes, edges
+/// and triangles; iterates in double, and vectors of the linear solver and of Anderson acceleration.
+MemoryEstimate newton_bytes(const Sizing& s) {
+  constexpr double vectors = 60, in_double = 10;  // 3 numbers a node each
   const double n = s.size.nodes, entries = n * std::log2(std::max(2.0, n));
-  constexpr double many = 7000;  // nodes
+  const double triangles = s.size.membrane || s.size.strain_limit ? s.size.triangles : 0;
   MemoryEstimate sum;
-  sum.cloth = n * 9 * s.real;
-  const double hessian = 50 * s.real * entries, two = 3.3 * (4 * s.real + 3 * index_bytes + double_bytes) * entries;
-  sum.host = n * 46 * 3 * s.real + (n < many ? hessian : two) + (s.size.plate ? 80 * s.real * entries : 0) + 12 * n * (double_bytes + 2 * index_bytes);
+  sum.host = 50 * s.real * entries + n * 3 * (vectors * s.real + in_double * double_bytes) +
+             9 * s.real * (5 * n + s.size.edges + 6 * triangles) + triangles * 6 * double_bytes +
+             s.size.links * 3 * index_bytes + (s.size.scene.bodies.empty() ? 0 : 2 * n * sizeof(double) * 30);
   return sum;
 }
 
@@ -51,7 +51,7 @@ MemoryEstimate cloth_solver_bytes(const Sizing& s) {
   sum.cloth = s.size.nodes * (s.size.softens ? 16 : 15) * s.real;
   if (s.size.xpbd) sum.cloth += multiplier_bytes(s);
   if (s.gpu && !s.size.xpbd) sum.cloth += resident_cloth_bytes(s);
-  if (!s.gpu && !s.size.xpbd) sum += factored_cloth_bytes(s);
+  if (!s.gpu && !s.size.xpbd) sum += newton_bytes(s);
   return sum;
 }
 
@@ -174,9 +174,7 @@ ClothIteration::ClothIteration(const Constants& constants, const Bodies& bodies,
              static_cast<double>(cloth.mesh.mean_edge)),
       resident_(method_ == ClothMethod::pd && prepare_resident_cloth(constants, cloth, solver, system_)) {
   masses_and_diagonals(constants, cloth, system_);
-  static const char* old = getenv("DRENCH_OLD");
-  factored_ = old && method_ == ClothMethod::pd && !constants.model.jacobi_cloth && prepare_factored_cloth(cloth, solver, system_);
-  newton_ = !old && method_ == ClothMethod::pd && !constants.model.jacobi_cloth && prepare_newton(cloth, solver, system_);
+  newton_ = method_ == ClothMethod::pd && !constants.model.jacobi_cloth && prepare_newton(cloth, solver, system_);
   progress_.rho = reachable_radius(constants.model.scene.cloth_solver.max_iterations);
   const SpectralBound bound(system_);
   if (resident_) {
@@ -200,10 +198,6 @@ void ClothIteration::run(int most) {
   if (newton_) {
     if (run_newton(cloth_, solver_, system_, progress_, most, tolerance_)) return;
     begin_newton_anew(solver_);
-  }
-  if (factored_) {
-    factored_ = run_factored_cloth(cloth_, solver_, system_, progress_, most, tolerance_, floor_);
-    if (factored_ || progress_.iterations >= end) return;
   }
   do {
     advance(std::min(check_interval, end - progress_.iterations));

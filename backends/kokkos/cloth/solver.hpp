@@ -27,7 +27,6 @@ struct ClothSolverWork {
   Field<Real3> triangle_stress, last_triangle_stress;    // 2 per triangle with a limit or a membrane: the columns of P, N·m
   Field<Real> triangle_rate;                          // 2 per triangle: θ, 1
   std::shared_ptr<struct ResidentCloth> resident;  // of CUDA (cloth/cuda/resident_cloth.cpp)
-  std::shared_ptr<class FactoredCloth> factored;   // of a host (cloth/factored.hpp)
   std::shared_ptr<class NewtonCloth> newton;       // of a host (cloth/newton.hpp)
 };
 
@@ -425,7 +424,6 @@ class ClothIteration {
   double tolerance_, floor_;
   ClothProgress progress_;
   bool resident_, under_way_ = false;  // resident: see below
-  bool factored_;                      // as long as no node is at a solid
   bool newton_;
 };
 
@@ -441,13 +439,6 @@ void run_resident_cloth(ClothSolverWork& solver, const ClothSystem& s, Index nod
                         double tolerance, double floor);
 /// Waits for it.
 ClothProgress resident_progress(const ClothSolverWork& solver);
-
-// factored.cpp: on a host the matrix of Projective Dynamics is factored, and few iterations are needed.
-/// Can it be done: on a host. (Then it makes its arrays, and the factor for these masses and this time step.)
-bool prepare_factored_cloth(const Cloth& cloth, ClothSolverWork& solver, const ClothSystem& s);
-/// FactoredCloth::run.
-bool run_factored_cloth(const Cloth& cloth, ClothSolverWork& solver, const ClothSystem& s, ClothProgress& progress, int most,
-                        double tolerance, double floor);
 
 // newton.cpp: on a host Newton's method needs few iterations.
 /// Can it be done: on a host. (Then it makes its arrays.)
