@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "cloth/body_reaction.hpp"
+#include "cloth/clearance.hpp"
 #include "cloth/pins.hpp"
 #include "cloth/stages.hpp"
 #include "cloth/wet_cloth.hpp"
@@ -36,20 +37,6 @@ void aim(const Constants& constants, const Cloth& cloth, ClothSolverWork& solver
   parallel(
       "drench::cloth::pins", cloth.nodes.count, KOKKOS_LAMBDA(const Index n) {
         if (motions.moves(n)) shift(n) = last_shift(n) = motions.shift(n);
-      });
-}
-
-/// How far nodes stay from solids in this step.
-void set_clearance(const Bodies& bodies, Cloth& cloth, Real dt) {
-  if (bodies.solids.extent(0) == 0) return;
-  allocate_zeros(cloth.nodes.clearance, "drench::node_clearance", static_cast<std::size_t>(cloth.nodes.count));
-  const Slice<const Solid> solids = bodies.solids;
-  const Materials materials = node_materials(cloth);
-  const Entries<const Real3> position = std::as_const(cloth).nodes.position;
-  const Entries<Real> clearance = cloth.nodes.clearance;
-  parallel(
-      "drench::cloth::clearance", cloth.nodes.count, KOKKOS_LAMBDA(const Index n) {
-        clearance(n) = clearance_at_start(solids, position(n), materials(n).thickness, materials(n).release, dt);
       });
 }
 

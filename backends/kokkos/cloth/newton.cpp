@@ -45,7 +45,7 @@ NewtonCloth::NewtonCloth(const Cloth& cloth, const ClothSystem& system)
   touching_.resize(n);
   toggles_.resize(n);
   freedom_.resize(n);
-  factor_free_.resize(n);
+  factor_free_.resize(n, Matrix3::Identity());
   for (NodeVector* v : {&right_, &change_, &plain_, &correction_, &room_, &zone_change_, &zone_residual_}) v->resize(3 * n);
 }
 

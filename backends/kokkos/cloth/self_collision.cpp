@@ -2,6 +2,7 @@
 
 #include "stages/self_collision.hpp"
 
+#include "cloth/clearance.hpp"
 #include "cloth/self_collision_course.hpp"
 #include "cloth/self_collision_items.hpp"
 #include "cloth/stages.hpp"
@@ -125,6 +126,7 @@ void self_collision(const Constants& constants, Bodies& bodies, Cloth& cloth, Se
   const Real dt = static_cast<Real>(info.dt);
   allocate(constants, cloth, work);
   place_solids(constants, bodies, info);
+  set_clearance(bodies, cloth, dt);
   place_pins(constants, cloth, info);
   refresh_inverse_mass(constants, cloth);
   const bool resident = prepare_resident_collision(work);

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "bodies/contact.hpp"
+#include "cloth/clearance.hpp"
 #include "cloth/pins.hpp"
 
 namespace drench::kokkos_backend {
@@ -104,6 +105,7 @@ struct MoveCloth {
 }  // namespace
 
 void move_cloth(const Constants& constants, const Fluid& fluid, const Bodies& bodies, Cloth& cloth, AdvectionWork& work, Real dt) {
+  set_clearance(bodies, cloth, dt);
   std::swap(cloth.nodes.position, work.start);
   const Index nodes = cloth.nodes.count, triangles = fluid.particles.total > 0 ? cloth.mesh.triangles : 0;
   const MoveCloth move{work.start,

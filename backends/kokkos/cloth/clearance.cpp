@@ -1,0 +1,20 @@
+#include "cloth/clearance.hpp"
+
+#include "bodies/contact.hpp"
+
+namespace drench::kokkos_backend {
+
+void set_clearance(const Bodies& bodies, Cloth& cloth, Real dt) {
+  if (bodies.solids.extent(0) == 0) return;
+  allocate_zeros(cloth.nodes.clearance, "drench::node_clearance", static_cast<std::size_t>(cloth.nodes.count));
+  const Slice<const Solid> solids = bodies.solids;
+  const Materials materials = node_materials(cloth);
+  const Entries<const Real3> position = std::as_const(cloth).nodes.position;
+  const Entries<Real> clearance = cloth.nodes.clearance;
+  parallel(
+      "drench::cloth::clearance", cloth.nodes.count, KOKKOS_LAMBDA(const Index n) {
+        clearance(n) = clearance_at_start(solids, position(n), materials(n).thickness, materials(n).release, dt);
+      });
+}
+
+}  // namespace drench::kokkos_backend
