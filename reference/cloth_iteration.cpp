@@ -162,7 +162,8 @@ void ClothIteration::gather() {
     const Vector3d free = problem_.target[n] + problem_.dt * problem_.dt / problem_.mass[n] * force[n];
     const auto node = static_cast<Index>(n);
     Vector3d step = free - previous_[n];
-    const NodeContact touched = problem_.contact(node, previous_[n], step, problem_.mass[n] / (problem_.dt * problem_.dt));
+    const NodeContact touched =
+        problem_.contact(node, previous_[n], step, problem_.mass[n] / (problem_.dt * problem_.dt));
     if (touched.press > 0)
       x_[n] = problem_.with_friction(touched, node, previous_[n] + step, problem_.friction(node) * touched.press);
     else

@@ -154,13 +154,14 @@ Stress ClothProblem::membrane_stress(Index t, const Vectors& x) const {
   const auto growth = [](const Vector3d& now, const Vector3d& before) {
     return before.stableNormalized().dot(now - before);
   };
-  const double wet = 1 + (m.wet - 1) * (node_saturation(state, a) + node_saturation(state, b) + node_saturation(state, c)) / 3;
+  const double wet =
+      1 + (m.wet - 1) * (node_saturation(state, a) + node_saturation(state, b) + node_saturation(state, c)) / 3;
   Stress along_yarns, along_lines;
   for (int k = 0; k < 2; ++k) {
     const double stiffness = k == 0 ? m.warp : m.weft;
     const Vector3d now = yarns.col(k), before = yarns0.col(k);
-    along_yarns.col(k) =
-        -stiffness * ((now.norm() - 1) * now.stableNormalized() + rate * growth(now, before) * before.stableNormalized());
+    along_yarns.col(k) = -stiffness * ((now.norm() - 1) * now.stableNormalized() +
+                                       rate * growth(now, before) * before.stableNormalized());
   }
   const double shear = lines.col(0).norm() - lines.col(1).norm();
   const double shearing = growth(lines.col(0), lines0.col(0)) - growth(lines.col(1), lines0.col(1));
@@ -232,7 +233,8 @@ Vector3d ClothProblem::before_planes(Index n, const Vector3d& now, Vector3d x) c
   return x;
 }
 
-NodeContact ClothProblem::contact(Index n, const Vector3d& x, Vector3d& push, double stiffness, const OfBody& of_body) const {
+NodeContact ClothProblem::contact(Index n, const Vector3d& x, Vector3d& push, double stiffness,
+                                  const OfBody& of_body) const {
   const double thickness = material(n).thickness;
   struct Touched {
     std::size_t body;
@@ -249,7 +251,9 @@ NodeContact ClothProblem::contact(Index n, const Vector3d& x, Vector3d& push, do
   if (touched.empty()) return found;
   // The least pressing forces that leave no part of `push` inward: the normal equations with signs, one after the other.
   const double size = push.norm();
-  for (double change = 1; change > 1e-12 * size && size > 0;) {
+  constexpr int most_sweeps = 1000;
+  double change = 1;
+  for (int sweep = 0; sweep < most_sweeps && change > 1e-12 * size && size > 0; ++sweep) {
     change = 0;
     for (Touched& t : touched) {
       const double before = t.pressed;
@@ -272,7 +276,8 @@ NodeContact ClothProblem::contact(Index n, const Vector3d& x, Vector3d& push, do
   else
     found = {Eigen::Matrix3d::Identity() - touched[0].normal * touched[0].normal.transpose(),
              bodies[touched[0].body].velocity_at(x), 0};
-  const double half = material(n).compression_per_mass * model().mesh.solid_mass[n] / stiffness;  // squeezes to half of τ
+  const double half =
+      material(n).compression_per_mass * model().mesh.solid_mass[n] / stiffness;  // squeezes to half of τ
   for (std::size_t k = 1; k < touched.size(); ++k)
     for (std::size_t j = 0; j < k; ++j) {
       const Touched &one = touched[j], &other = touched[k];

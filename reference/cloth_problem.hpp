@@ -61,7 +61,8 @@ struct ClothProblem {
   using OfBody = std::function<void(std::size_t body, const Eigen::Vector3d& pressed)>;
   /// The bodies that the free node n touches at x. `push`, a force, or a displacement of so many N per m (`stiffness`, else 1),
   /// loses what presses into them: of_body hears of each. Bodies that squeeze the node press it, too.
-  NodeContact contact(Index n, const Eigen::Vector3d& x, Eigen::Vector3d& push, double stiffness, const OfBody& of_body = {}) const;
+  NodeContact contact(Index n, const Eigen::Vector3d& x, Eigen::Vector3d& push, double stiffness,
+                      const OfBody& of_body = {}) const;
   /// x after Coulomb friction: node n slips along the surface by `loss` (m) less, at most to a standstill.
   Eigen::Vector3d with_friction(const NodeContact& contact, Index n, const Eigen::Vector3d& x, double loss) const;
   /// μ, as wet as the node is.

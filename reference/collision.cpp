@@ -190,7 +190,14 @@ std::optional<double> distance_to(const PlacedBody& placed, const Vector3d& x, V
 std::optional<double> gap_between(const PlacedBody& one, const PlacedBody& other, double thickness, const Vector3d& x) {
   Vector3d n, m;
   const std::optional<double> to_one = distance_to(one, x, n), to_other = distance_to(other, x, m);
-  if (!to_one || !to_other || n.dot(m) >= 0 || *to_one + *to_other >= 2 * thickness) return std::nullopt;
+  if (!to_one || !to_other || *to_one + *to_other >= 2 * thickness || n.dot(m) > 0.9) return std::nullopt;
+  if (n.dot(m) >= 0) {  // Is it the mouth of a gap? A little further in they face each other then.
+    const Vector3d further = x - 1.5 * thickness * (n + m).normalized();
+    Vector3d inner_n, inner_m;
+    distance_to(one, further, inner_n);
+    distance_to(other, further, inner_m);
+    if (inner_n.dot(inner_m) >= -0.5) return std::nullopt;
+  }
   return *to_one + *to_other;
 }
 

@@ -49,7 +49,9 @@ struct PlacedBody {
   std::shared_ptr<const DeformedSurface> surface = {};  // of one that changes its shape
 
   /// Of its surface at x, m/s.
-  Eigen::Vector3d velocity_at(const Eigen::Vector3d& x) const { return surface ? surface->velocity(x) : pose.velocity_at(x); }
+  Eigen::Vector3d velocity_at(const Eigen::Vector3d& x) const {
+    return surface ? surface->velocity(x) : pose.velocity_at(x);
+  }
 };
 std::vector<PlacedBody> placed_bodies(const ReferenceState& state, const StepInfo& info);
 
@@ -68,7 +70,8 @@ struct BodyContact {
 };
 
 /// The gap (m) between two bodies that face each other at x, if it leaves cloth less than its thickness on both sides.
-std::optional<double> gap_between(const PlacedBody& one, const PlacedBody& other, double thickness, const Eigen::Vector3d& x);
+std::optional<double> gap_between(const PlacedBody& one, const PlacedBody& other, double thickness,
+                                  const Eigen::Vector3d& x);
 /// How far a node stays from bodies, m: its thickness, or less where it has begun the step inside of one.
 struct Clearance {
   double thickness = 0, kept = 0;
@@ -79,6 +82,7 @@ double distance_to_keep(const std::vector<PlacedBody>& bodies, const PlacedBody&
                         const Eigen::Vector3d& x);
 /// Moves x out of the bodies, in their order, to that distance where it is closer. Returns the contacts with those bodies that
 /// moved it, with the surface's velocity at x as it was. Thickness 0: a particle of liquid.
-std::vector<BodyContact> project_out(const std::vector<PlacedBody>& bodies, const Clearance& clearance, Eigen::Vector3d& x);
+std::vector<BodyContact> project_out(const std::vector<PlacedBody>& bodies, const Clearance& clearance,
+                                     Eigen::Vector3d& x);
 
 }  // namespace drench::reference

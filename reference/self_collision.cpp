@@ -32,7 +32,7 @@ struct Contact {
   const Pair* pair;
   std::array<double, 4> b;
   Vector3d normal;
-  double target_gap;          // θ, m
+  double target_gap;        // θ, m
   double pair_impulse = 0;  // λ, kg m/s
 };
 
@@ -94,7 +94,8 @@ class SelfCollision {
       Four x;
       for (int k = 0; k < 4; ++k) x[k] = start(n[k]);
       pairs_.push_back({n, edges, nearest(x, edges).apart.norm(),
-                        (material(n[0]).thickness + material(n[3]).thickness) / 2, (friction(n[0]) + friction(n[3])) / 2});
+                        (material(n[0]).thickness + material(n[3]).thickness) / 2,
+                        (friction(n[0]) + friction(n[3])) / 2});
     };
     for (const auto& t : mesh_.triangle) {
       for (Index n = 0; n < mesh_.nodes(); ++n) {
@@ -153,8 +154,8 @@ class SelfCollision {
       }
       if (!near || !(near->apart.norm() > 0) || throws(pair, near->b)) continue;
       const double target_gap = pair.distance < pair.thickness
-                              ? std::min(pair.thickness, pair.distance + 0.1 * pair.thickness)
-                              : pair.thickness;
+                                    ? std::min(pair.thickness, pair.distance + 0.1 * pair.thickness)
+                                    : pair.thickness;
       contacts.push_back({&pair, near->b, near->apart.normalized(), target_gap});
     }
     return contacts;

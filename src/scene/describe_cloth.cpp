@@ -50,10 +50,12 @@ void check_powers(Section& s, const MaterialScene& fabric) {
   s.check(!s.has("diffusion") || !s.has("diffusion_exponent"), "diffusion_exponent",
           "stands beside diffusion, which is exponent 0 or 1; allowed: one of them");
   const double n = fabric.diffusion_exponent.value_or(fabric.diffusion == DiffusionLaw::degenerate ? 1 : 0);
-  s.check(n + fabric.retention_exponent >= 1, "retention_exponent",
-          fmt::format("and the exponent of diffusion, {:g}, come to less than 1, and dry fabric would be wetted infinitely fast; "
-                      "allowed: [{:g}, 20]",
-                      n, std::max(0.2, 1 - n)));
+  s.check(
+      n + fabric.retention_exponent >= 1, "retention_exponent",
+      fmt::format(
+          "and the exponent of diffusion, {:g}, come to less than 1, and dry fabric would be wetted infinitely fast; "
+          "allowed: [{:g}, 20]",
+          n, std::max(0.2, 1 - n)));
 }
 
 void describe_porous(Section& s, MaterialScene& fabric) {
@@ -84,13 +86,15 @@ void describe_porous(Section& s, MaterialScene& fabric) {
   s.number("capillary_height", fabric.capillary_height, "[1e-6, 1000]", "m",
            "ℓ: at rest the saturation falls by 1 over this height");
   s.number("retention_exponent", fabric.retention_exponent, "[0.2, 20]", "1",
-           "β: at rest the saturation is (1 − z/ℓ)^(1/β) at the height z; 1: a straight line; above 1 fabric stays full farther up");
+           "β: at rest the saturation is (1 − z/ℓ)^(1/β) at the height z; 1: a straight line; above 1 fabric stays "
+           "full farther up");
   s.number("adhesion", fabric.wet_adhesion, "[0, 10]", "N/m",
            "work per area that parts wet fabric from wet fabric or a solid; with water 0.14 at most");
   s.number("permeability", fabric.permeability, "[0, 1e-4]", "m²",
            "k of the wet fabric across it: pressure drives liquid through, by Darcy's law; 0: it is tight to pressure");
   s.number("breakthrough_pressure", fabric.breakthrough_pressure, "[0, 1e9]", "Pa",
-           "p_b, above 0 the fabric repels: up to this difference of pressure it takes and passes nothing; needs `permeability`");
+           "p_b, above 0 the fabric repels: up to this difference of pressure it takes and passes nothing; needs "
+           "`permeability`");
   s.check(!(fabric.breakthrough_pressure > 0) || fabric.permeability > 0, "breakthrough_pressure",
           "says when liquid passes through, and the permeability is 0; allowed: permeability above 0");
   s.number("critical_saturation", fabric.critical_saturation, "[0, 1]", "1",
@@ -237,7 +241,8 @@ void describe(Section& s, MembraneScene& membrane) {
   s.required().number("weft", membrane.weft, "[0.001, 1e9]", "N/m", "tension along the weft over its strain");
   s.required().number("shear", membrane.shear, "[0, 1e9]", "N/m",
                       "shear force per width over the angle between the yarns, in radians");
-  s.number("wet", membrane.wet, "[0.01, 1]", "1", "factor on all three at saturation 1, linear in between; only with `porous`");
+  s.number("wet", membrane.wet, "[0.01, 1]", "1",
+           "factor on all three at saturation 1, linear in between; only with `porous`");
 }
 
 void describe(Section& s, PlateScene& plate) {
@@ -265,16 +270,20 @@ void describe(Section& s, ClothScene& cloth) {
            "solids that leave it less room");
   s.saved_if(!fabric.membrane)
       .number("stretch", fabric.stretch, "[0.001, 1e9]", "N/m", "membrane stiffness: Young's modulus times thickness");
-  s.section("membrane", fabric.membrane,
-            "woven or knitted cloth: stiffness along warp and weft and in shear apart, on any mesh; in place of `stretch`");
-  s.saved_if(!fabric.bending).number("bend", fabric.bend, "[0, 1e6]", "N·m",
-                                     "flexural rigidity; on a mesh file, where hinges bend, known to a fifth");
+  s.section(
+      "membrane", fabric.membrane,
+      "woven or knitted cloth: stiffness along warp and weft and in shear apart, on any mesh; in place of `stretch`");
+  s.saved_if(!fabric.bending)
+      .number("bend", fabric.bend, "[0, 1e6]", "N·m",
+              "flexural rigidity; on a mesh file, where hinges bend, known to a fifth");
   s.section("bending", fabric.bending,
-            "a thin plate, right on any mesh, with rigidities along warp and weft; in place of `bend`, only with method `pd`");
+            "a thin plate, right on any mesh, with rigidities along warp and weft; in place of `bend`, only with "
+            "method `pd`");
   s.optional(fabric.has_warp)
       .numbers("warp", fabric.warp, direction_range, "1",
                "direction of the warp in the mesh's own axes, before `place` turns it; each triangle takes its part "
-               "within its plane, and its length does not matter. Without it the v of the file's texture coordinates, or z of a grid");
+               "within its plane, and its length does not matter. Without it the v of the file's texture coordinates, "
+               "or z of a grid");
   s.number("damping", fabric.damping, "[0, 1e6]", "1/s", "of the nodes' velocity, as by air");
   s.number("strain_damping", fabric.strain_damping, "[0, 100]", "s",
            "a spring's force grows by this time × its rate of stretching (Kelvin–Voigt)");

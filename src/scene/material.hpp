@@ -7,9 +7,9 @@ namespace drench {
 /// on its device. These defaults are those of a scene's cloth.
 template <class Number>
 struct BasicMaterial {
-  Number thickness = Number(0.001);  // τ, m
+  Number thickness = Number(0.001);   // τ, m
   Number compression = Number(5000);  // Pa; presses the fabric to half of its thickness
-  Number damping = Number(1.0);      // 1/s, of the nodes' velocity; dry
+  Number damping = Number(1.0);       // 1/s, of the nodes' velocity; dry
   Number strain_damping = Number(0);  // s: a spring's force grows by this time × its rate of stretching (Kelvin–Voigt)
   Number friction = Number(0.3);      // 1; dry fabric on solids 0.3–0.5
   Number strain_limit = Number(0);    // ε, 1: triangles keep their stretches within [1 − ε, 1 + ε]; 0: no limit
@@ -25,11 +25,11 @@ struct BasicMaterial {
   Number capillary_height = Number(1.0);   // ℓ, m
   Number retention_exponent = Number(1);   // β, 1: at rest sᵝ falls by 1 over the capillary height
   Number wet_adhesion = Number(0);  // w, N/m; parts wet fabric from wet fabric or a solid; 0.14 with water at most
-  Number permeability = Number(0);           // k, m²: of the wet fabric, across it; 0: tight to pressure
+  Number permeability = Number(0);  // k, m²: of the wet fabric, across it; 0: tight to pressure
   Number breakthrough_pressure = Number(0);  // p_b, Pa: below it the fabric repels liquid; 0: it wets by itself
   Number critical_saturation = Number(0.3);  // s_c, 1: below it drying slows down
-  bool contact_wicking = false;     // liquid passes between layers that touch and both have this
-  bool porous = false;              // takes up liquid; else it is a dry wall
+  bool contact_wicking = false;              // liquid passes between layers that touch and both have this
+  bool porous = false;                       // takes up liquid; else it is a dry wall
 
   /// Does liquid spread within the fabric?
   constexpr bool wicks() const { return porous && diffusivity > 0; }
@@ -45,15 +45,15 @@ struct BasicMaterial {
 template <class Number>
 struct ResolvedMaterial : BasicMaterial<Number> {
   Number compression_per_mass{};  // compression over the mass per unit area, Pa m²/kg
-  Number release{};             // m: how far a node comes out of a solid in a step, if it has begun it inside
-  Number friction_wet{};        // 1, at saturation 1
-  Number damping_wet{};         // 1/s, at saturation 1
-  Number emission_cosine{};     // cos θ^e; −2, below all cosines, where there is no direction and so no cone
-  Number diffusion_exponent{};  // n, 1: liquid spreads at the rate D sⁿ
-  Number conductance{};         // k/(ν τ), s/m: flux through the saturated sheet over the difference of p/ρ0
-  Number entry_potential{};     // p_b/ρ0, m²/s²
-  bool dynamics = true;         // false: it does not move
-  bool self_collision = false;  // with itself and with other cloths that have this
+  Number release{};               // m: how far a node comes out of a solid in a step, if it has begun it inside
+  Number friction_wet{};          // 1, at saturation 1
+  Number damping_wet{};           // 1/s, at saturation 1
+  Number emission_cosine{};       // cos θ^e; −2, below all cosines, where there is no direction and so no cone
+  Number diffusion_exponent{};    // n, 1: liquid spreads at the rate D sⁿ
+  Number conductance{};           // k/(ν τ), s/m: flux through the saturated sheet over the difference of p/ρ0
+  Number entry_potential{};       // p_b/ρ0, m²/s²
+  bool dynamics = true;           // false: it does not move
+  bool self_collision = false;    // with itself and with other cloths that have this
 };
 
 /// Calls visit(of a, of b) for every member: the one list of them. tests/app/material_test.cpp sees that none is missing.

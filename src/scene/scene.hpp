@@ -57,8 +57,8 @@ struct OutputScene {
   bool surface = false;           // the liquid's surface as a mesh with every frame
   double surface_spacing = 0.5;   // 1; of the lattice that the surface is made on, over the particles'
   SurfaceKernel surface_kernel = SurfaceKernel::anisotropic;  // a particle's shape
-  bool fitted_pressure = false;   // field fitted_pressure with every frame
-  bool report = false;            // report.html at the end of the run, also of one that fails
+  bool fitted_pressure = false;                               // field fitted_pressure with every frame
+  bool report = false;  // report.html at the end of the run, also of one that fails
 
   bool operator==(const OutputScene&) const = default;
 };
@@ -77,11 +77,11 @@ struct ProcessScene {
 
 /// Section `fluid.solver`: when the pressure solves end.
 struct FluidSolverScene {
-  double density_error = 1e-3;      // 1; mean compression that ends the density solve
-  double divergence_error = 1e-3;   // 1; mean compression rate · Δt that ends the divergence solve
-  int max_iterations = 100;         // most iterations of either solve
-  int min_iterations = 2;           // fewest iterations of either solve
-  double density_correction = 0.5;  // c, 1; correction factor of a density error (stages/pressure.hpp)
+  double density_error = 1e-3;         // 1; mean compression that ends the density solve
+  double divergence_error = 1e-3;      // 1; mean compression rate · Δt that ends the divergence solve
+  int max_iterations = 100;            // most iterations of either solve
+  int min_iterations = 2;              // fewest iterations of either solve
+  double density_correction = 0.5;     // c, 1; correction factor of a density error (stages/pressure.hpp)
   std::optional<double> source_error;  // η, 1; part of a step's own compression that ends the density solve
 
   bool operator==(const FluidSolverScene&) const = default;
@@ -129,10 +129,10 @@ struct FluidScene {
   KernelKind kernel = KernelKind::cubic;  // of liquid, walls and cloth alike
   double support = 2.0;                   // h / d
   WallPressure wall_pressure = WallPressure::extrapolated;  // at solids
-  MicropolarScene micropolar;             // spins
-  FluidSolverScene solver;                // tolerances and caps
-  std::vector<BlockScene> blocks;         // sources that are there at the start
-  std::vector<JetScene> jets;             // sources that flow
+  MicropolarScene micropolar;                               // spins
+  FluidSolverScene solver;                                  // tolerances and caps
+  std::vector<BlockScene> blocks;                           // sources that are there at the start
+  std::vector<JetScene> jets;                               // sources that flow
 
   bool operator==(const FluidScene&) const = default;
 };
@@ -169,12 +169,12 @@ struct PinScene {
   Box box;                    // for Kind::box, after placing
   std::vector<Index> nodes;   // for Kind::nodes, numbered within this cloth
   // Prescribed motion from `start` to `end`; before and after it the pins stand still.
-  Keyed<Vec3> velocity;                                  // m/s
-  Keyed<Vec3> offset;                                    // m; added to where `velocity` brings them; 0 at `start`
-  SequenceScene sequence;                                // of the cloth's mesh, in place of `velocity`, `offset`, `spin`
-  SpinScene spin;                                        // about `center`
-  Vec3 center{0, 0, 0};                                  // m; what the pins turn about, moves with them
-  double start = 0.0;                                    // s
+  Keyed<Vec3> velocity;    // m/s
+  Keyed<Vec3> offset;      // m; added to where `velocity` brings them; 0 at `start`
+  SequenceScene sequence;  // of the cloth's mesh, in place of `velocity`, `offset`, `spin`
+  SpinScene spin;          // about `center`
+  Vec3 center{0, 0, 0};    // m; what the pins turn about, moves with them
+  double start = 0.0;      // s
   double end = std::numeric_limits<double>::infinity();  // s
 
   bool operator==(const PinScene&) const = default;

@@ -82,7 +82,8 @@ SetupSize grid_size(const Scene& scene) {
 void lay_fields(Setup& setup) {
   Model& m = setup.model;
   const std::vector<double>& edges = m.mesh.edge_length;
-  const double mean_edge = edges.empty() ? 0 : std::accumulate(edges.begin(), edges.end(), 0.0) / static_cast<double>(edges.size());
+  const double mean_edge =
+      edges.empty() ? 0 : std::accumulate(edges.begin(), edges.end(), 0.0) / static_cast<double>(edges.size());
   double margin = m.spacing;
   m.for_materials([&](const ClothMaterial& c) {
     margin = std::max(margin, 1.1 * c.thickness + m.spacing);
@@ -95,7 +96,8 @@ void lay_fields(Setup& setup) {
     if (body.deforms()) {
       const TimeScene& time = m.scene.time;
       blaming(fmt::format("bodies.{}.mesh", b), [&] {
-        lay_deforming_field(body, m.spacing, margin, time.step, time.mode == TimeMode::cfl ? time.cfl * m.spacing : INFINITY);
+        lay_deforming_field(body, m.spacing, margin, time.step,
+                            time.mode == TimeMode::cfl ? time.cfl * m.spacing : INFINITY);
       });
     } else if (is_closed({body.mesh_points, body.mesh_triangles}))
       body.field = lay_field(body, m.spacing, margin);

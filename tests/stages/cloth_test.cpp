@@ -5,9 +5,9 @@
 #include <cmath>
 
 #include "cloth/solver.hpp"
+#include "drench/prescribed.hpp"
 #include "pipeline/runtime.hpp"
 #include "precision.hpp"
-#include "drench/prescribed.hpp"
 #include "stage_compare.hpp"
 
 namespace drench::test {
@@ -30,8 +30,9 @@ std::string limited(const std::string& scene) {
 /// With a membrane that softens where it is wet, and as a plate where the method has that.
 std::string woven(const std::string& scene, bool plate = true) {
   const std::string bending = plate ? "\n    bending: {warp: 2.0e-4, weft: 5.0e-5, twist: 1.0e-4}" : "";
-  return with(scene, "thickness: 0.002",
-              "thickness: 0.002\n    membrane: {warp: 800, weft: 300, shear: 60, wet: 0.5}\n    warp: [1, 0.2, 0.4]" + bending);
+  return with(
+      scene, "thickness: 0.002",
+      "thickness: 0.002\n    membrane: {warp: 800, weft: 300, shear: 60, wet: 0.5}\n    warp: [1, 0.2, 0.4]" + bending);
 }
 
 /// Onto the sphere's top at y = -0.01.
@@ -73,6 +74,38 @@ TEST(cloth, agrees_with_the_reference) { compare_stage({.stage = Stage::cloth, .
 
 TEST(cloth, in_contact_with_a_sphere_agrees_with_the_reference) {
   compare_stage({.stage = Stage::cloth, .prepare = press_on_the_sphere, .changes = "node_contact_force"});
+}
+
+/// Newton's method of a host, and contact solved until only rounding is left: one state, whatever the iterations.
+TEST(cloth, by_newtons_method_in_contact_agrees_with_the_reference) {
+  const std::string tolerance = double_precision ? "1.0e-12" : "1.0e-6";
+  const std::string scene =
+      with(wet_scene(), "cloth:\n", "cloth_solver: {tolerance: " + tolerance + ", max_iterations: 20000}\ncloth:\n");
+  // A node may press within 1 % of the thickness: so far positions are not one.
+  constexpr double allowed = 2e-3;
+  for (const std::string& cloth : {scene, woven(scene)}) {
+    const drench::Setup setup = setup_from(cloth);
+    HostState start = setup.state;
+    press_on_the_sphere(setup.model, start);
+    std::vector<HostState> end;
+    for (const auto& backend : {make_reference_backend(setup.model), make_kokkos_backend(setup.model)}) {
+      StepReport report;
+      run_stage_from(*backend, setup.model, Stage::cloth, start, {0, 0, setup.model.scene.time.step}, report);
+      EXPECT_TRUE(report.cloth_converged) << report.cloth_residual;
+      end.push_back(backend->download());
+    }
+    for (const auto field :
+         {&HostState::node_velocity, &HostState::node_contact_force, &HostState::node_friction_force}) {
+      double apart = 0, size = 0;
+      for (std::size_t n = 0; n < (end[0].*field).size(); ++n)
+        for (std::size_t a = 0; a < 3; ++a) {
+          apart += std::pow((end[0].*field)[n][a] - (end[1].*field)[n][a], 2);
+          size += std::pow((end[0].*field)[n][a], 2);
+        }
+      EXPECT_GT(size, 0);
+      EXPECT_LT(std::sqrt(apart / size), allowed);
+    }
+  }
 }
 
 TEST(cloth, by_xpbd_agrees_with_the_reference) {
@@ -138,7 +171,8 @@ TEST(cloth, woven_agrees_with_the_reference) {
   const std::string damped = with(woven(wet_scene()), "    pin:", "    strain_damping: 0.003\n    pin:");
   for (const std::string& scene : {woven(wet_scene()), damped, limited(damped)}) {
     compare_stage({.stage = Stage::cloth, .scene = scene, .changes = "node_velocity"});
-    compare_stage({.stage = Stage::cloth, .scene = scene, .prepare = press_on_the_sphere, .changes = "node_contact_force"});
+    compare_stage(
+        {.stage = Stage::cloth, .scene = scene, .prepare = press_on_the_sphere, .changes = "node_contact_force"});
   }
   compare_stage({.stage = Stage::cloth,
                  .scene = limited(damped),
@@ -146,7 +180,8 @@ TEST(cloth, woven_agrees_with_the_reference) {
                  .changes = "node_velocity"});
   compare_stage({.stage = Stage::pressure,
                  .scene = woven(wet_scene()),
-                 .steps_before = 16,  // after 12 the liquid does not press yet; later the cloth's lots end at other counts in float
+                 .steps_before =
+                     16,  // after 12 the liquid does not press yet; later the cloth's lots end at other counts in float
                  .changes = "node_velocity"});
 }
 
@@ -158,8 +193,10 @@ TEST(cloth, woven_by_xpbd_agrees_with_the_reference) {
 
 /// A host factors the Hessian: of a sheet that is slack, and of one that is stretched and sheared.
 TEST(cloth, woven_and_free_of_solids_agrees_with_the_reference) {
-  const std::string plain = woven(free_of_solids()), damped = with(plain, "    pin:", "    strain_damping: 0.003\n    pin:");
-  for (const std::string& scene : {plain, damped, with(plain, "thickness: 0.002", "thickness: 0.002\n    strain_limit: 0.2")}) {
+  const std::string plain = woven(free_of_solids()),
+                    damped = with(plain, "    pin:", "    strain_damping: 0.003\n    pin:");
+  for (const std::string& scene :
+       {plain, damped, with(plain, "thickness: 0.002", "thickness: 0.002\n    strain_limit: 0.2")}) {
     compare_stage({.stage = Stage::cloth, .scene = scene, .changes = "node_velocity"});
     compare_stage({.stage = Stage::cloth, .scene = scene, .prepare = stretch_and_shear, .changes = "node_velocity"});
   }
@@ -167,13 +204,14 @@ TEST(cloth, woven_and_free_of_solids_agrees_with_the_reference) {
 
 TEST(cloth, free_of_solids_agrees_with_the_reference) {
   const std::string plain = free_of_solids(), pin = "    pin: [{edges: true}]", thin = "thickness: 0.002";
-  const std::string moving = "{edges: true, velocity: [0.1, 0.3, -0.2], start: 0.003, end: 0.0251, "
-                             "spin: {axis: [1, 2, 0], degrees_per_second: 200, center: [0.1, 0, 0]}}";
-  for (const std::string& scene :
-       {plain, with(plain, pin, "    strain_damping: 0.003\n" + pin), with(plain, thin, thin + "\n    strain_limit: 0.2"),
-        with(plain, thin, thin + "\n    bend: 0.01\n    stretch: 50")})
+  const std::string moving =
+      "{edges: true, velocity: [0.1, 0.3, -0.2], start: 0.003, end: 0.0251, "
+      "spin: {axis: [1, 2, 0], degrees_per_second: 200, center: [0.1, 0, 0]}}";
+  for (const std::string& scene : {plain, with(plain, pin, "    strain_damping: 0.003\n" + pin),
+                                   with(plain, thin, thin + "\n    strain_limit: 0.2"),
+                                   with(plain, thin, thin + "\n    bend: 0.01\n    stretch: 50")})
     compare_stage({.stage = Stage::cloth, .scene = scene, .changes = "node_velocity"});
-  if (!computes_on_host()) return;  // a GPU's iterations are those of the tests above
+  if (!computes_on_host()) return;                           // a GPU's iterations are those of the tests above
   for (const Stage stage : {Stage::cloth, Stage::pressure})  // pins that rise into the liquid
     compare_stage({.stage = stage,
                    .scene = with(plain, "{edges: true}", moving),
@@ -217,10 +255,14 @@ TEST(cloth, held_by_pins_with_keys_agrees_with_the_reference) {
   for (const std::string between : {"linear", "smooth"}) {
     const std::string scene =
         with(wet_scene(), "{edges: true}",
-             "{edges: true, velocity: {keys: [[0, [0, 0, 0]], [0.0235, [0.3, 0.4, -0.2]], [0.04, [0, 0, 0]]], interpolation: " +
-                 between + "}, offset: {keys: [[0, [0, 0, 0]], [0.0235, [0, 0.002, 0.003]], [0.05, [0, 0, 0]]], interpolation: " +
-                 between + "}, end: 0.0251, spin: {axis: [1, 2, 0], center: [0.1, 0, 0], "
-                 "degrees_per_second: {keys: [[0, 0], [0.03, 400]], interpolation: " + between + "}}}");
+             "{edges: true, velocity: {keys: [[0, [0, 0, 0]], [0.0235, [0.3, 0.4, -0.2]], [0.04, [0, 0, 0]]], "
+             "interpolation: " +
+                 between +
+                 "}, offset: {keys: [[0, [0, 0, 0]], [0.0235, [0, 0.002, 0.003]], [0.05, [0, 0, 0]]], interpolation: " +
+                 between +
+                 "}, end: 0.0251, spin: {axis: [1, 2, 0], center: [0.1, 0, 0], "
+                 "degrees_per_second: {keys: [[0, 0], [0.03, 400]], interpolation: " +
+                 between + "}}}");
     for (const Stage stage : {Stage::cloth, Stage::pressure, Stage::advection})
       compare_stage(
           {.stage = stage, .scene = scene, .changes = stage == Stage::advection ? "node_position" : "node_velocity"});
@@ -229,13 +271,16 @@ TEST(cloth, held_by_pins_with_keys_agrees_with_the_reference) {
 
 /// Pins that turned and rose, and were then told to go another way.
 TEST(cloth, held_by_pins_that_a_program_moves_agrees_with_the_reference) {
-  const std::string scene =
-      with(wet_scene(), "{edges: true}",
-           "{edges: true, velocity: [0.1, 0.3, -0.2], spin: {axis: [1, 2, 0], degrees_per_second: 200, center: [0.1, 0, 0]}}");
+  const std::string scene = with(wet_scene(), "{edges: true}",
+                                 "{edges: true, velocity: [0.1, 0.3, -0.2], spin: {axis: [1, 2, 0], "
+                                 "degrees_per_second: 200, center: [0.1, 0, 0]}}");
   for (const Stage stage : {Stage::cloth, Stage::pressure, Stage::advection})
     compare_stage({.stage = stage,
                    .scene = scene,
-                   .resolve = [](Model& model) { change_pin_velocity(model, 0, 0, {-0.2, 0.1, 0.3}, 0.004); },
+                   .resolve =
+                       [](Model& model) {
+                         change_pin_velocity(model, 0, 0, {-0.2, 0.1, 0.3}, 0.004);
+                       },
                    .changes = stage == Stage::advection ? "node_position" : "node_velocity"});
 }
 

@@ -87,7 +87,8 @@ TEST(only_what_is_needed, without_fluid_no_fluid_or_porous_kernel) {
 
 TEST(only_what_is_needed, strain_limits_weaves_and_moving_pins_cost_only_scenes_that_have_them) {
   const auto count = [](const std::set<std::string>& labels) {
-    return containing(labels, {"limit", "membrane", "plate", "triangle_", "cloth::saturation", "pin_motion", "pin_step", "::pins", "rest_position"});
+    return containing(labels, {"limit", "membrane", "plate", "triangle_", "cloth::saturation", "pin_motion", "pin_step",
+                               "::pins", "rest_position"});
   };
   {
     const Watch watch(no_fluid);
@@ -256,14 +257,17 @@ TEST(only_what_is_needed, extrapolation_and_a_steps_own_compression_only_where_a
     EXPECT_EQ(containing(allocated, walls), 2);  // its diagonal, its shear
   }
   const std::initializer_list<const char*> reaction = {"wall_push", "wall_reaction", "body_couple", "body_ahead"};
-  const std::string floating = with(no_cloth, "bodies: [", "bodies: [{sphere: {center: [0.1, 0.2, 0.05], radius: 0.04, dynamic: true, density: 300}}, ");
+  const std::string floating =
+      with(no_cloth, "bodies: [",
+           "bodies: [{sphere: {center: [0.1, 0.2, 0.05], radius: 0.04, dynamic: true, density: 300}}, ");
   {
     const Watch watch(with(floating, "spacing: 0.02,", "spacing: 0.02, wall_pressure: mirrored,"));
     EXPECT_EQ(containing(launched, reaction) + containing(allocated, reaction), 0) << "between mirrors";
   }
   {
     const Watch watch(floating);
-    EXPECT_EQ(containing(launched, reaction), 5) << "changes, gifts, impulses; kept at the start of a solve, taken off at its end";
+    EXPECT_EQ(containing(launched, reaction), 5)
+        << "changes, gifts, impulses; kept at the start of a solve, taken off at its end";
     EXPECT_EQ(containing(allocated, reaction), 3);
   }
   {
@@ -301,7 +305,8 @@ TEST(only_what_is_needed, cloth_pushes_bodies_only_where_it_moves_and_they_answe
     const Watch watch(with(scene, "dynamic: true, density: 100, ", ""));
     EXPECT_EQ(count(), 0);
   }
-  const Watch watch(with(with(scene, "thickness: 0.004", "thickness: 0.004\n    dynamics: false"), "pin: [{edges: true}]", ""));
+  const Watch watch(
+      with(with(scene, "thickness: 0.004", "thickness: 0.004\n    dynamics: false"), "pin: [{edges: true}]", ""));
   EXPECT_EQ(count(), 0);
 }
 

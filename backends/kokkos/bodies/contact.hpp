@@ -46,7 +46,7 @@ template <class T>
 KOKKOS_INLINE_FUNCTION SolidDistance<T> field_distance(const Solid& s, const Vector3<T>& x) {
   if (s.field == nullptr) return {far_away, {0, 0, 0}};
   const T at[3] = {(x.x - s.field_origin.x) / s.field_spacing, (x.y - s.field_origin.y) / s.field_spacing,
-                      (x.z - s.field_origin.z) / s.field_spacing};
+                   (x.z - s.field_origin.z) / s.field_spacing};
   Index cell[3];
   T w[3];
   for (int a = 0; a < 3; ++a) {
@@ -97,8 +97,9 @@ KOKKOS_INLINE_FUNCTION Real3 deforming_velocity(const Solid& s, const Real3& x) 
     if (!(at[a] >= 0 && at[a] <= Real(s.field_points[a] - 1))) return {0, 0, 0};
     point[a] = static_cast<Index>(at[a] + Real(0.5));
   }
-  const Index t = s.surface.nearest[(static_cast<std::int64_t>(point[2]) * s.field_points[1] + point[1]) *
-                                        s.field_points[0] + point[0]];
+  const Index t =
+      s.surface
+          .nearest[(static_cast<std::int64_t>(point[2]) * s.field_points[1] + point[1]) * s.field_points[0] + point[0]];
   if (t < 0) return {0, 0, 0};
   const Index* const n = s.surface.corner + 3 * static_cast<std::int64_t>(t);
   const Real3* const p = s.surface.position;
@@ -112,7 +113,8 @@ template <class T>
 KOKKOS_INLINE_FUNCTION Vector3<T> surface_velocity(const Solid& solid, const Real3& x, const Vector3<T>& shift) {
   if (!solid.moves) return {0, 0, 0};
   if (solid.surface.nearest != nullptr)
-    return in_precision<T>(deforming_velocity(solid, (x - solid.center) + Real3{Real(shift.x), Real(shift.y), Real(shift.z)}));
+    return in_precision<T>(
+        deforming_velocity(solid, (x - solid.center) + Real3{Real(shift.x), Real(shift.y), Real(shift.z)}));
   return in_precision<T>(solid.velocity) + cross(in_precision<T>(solid.spin), arm_of(solid, x, shift));
 }
 
@@ -121,10 +123,10 @@ template <class T>
 KOKKOS_INLINE_FUNCTION SolidDistance<T> solid_distance(const Solid& solid, const Real3& x, const Vector3<T>& shift) {
   if (solid.kind == 3 || (solid.kind == 0 && solid.moves)) {
     const Vector3<T> arm = arm_of(solid, x, shift);
-    const Vector3<T> own = solid.moves ? Vector3<T>{dot(arm, in_precision<T>(solid.axis[0])),
-                                                    dot(arm, in_precision<T>(solid.axis[1])),
-                                                    dot(arm, in_precision<T>(solid.axis[2]))}
-                                       : arm;
+    const Vector3<T> own =
+        solid.moves ? Vector3<T>{dot(arm, in_precision<T>(solid.axis[0])), dot(arm, in_precision<T>(solid.axis[1])),
+                                 dot(arm, in_precision<T>(solid.axis[2]))}
+                    : arm;
     const Vector3<T> half = in_precision<T>(solid.half);
     SolidDistance<T> d = solid.kind == 3 ? field_distance(solid, own) : box_distance(-half - own, own - half);
     if (solid.inside) d = {-d.phi, -d.normal, d.slope};
@@ -163,11 +165,18 @@ KOKKOS_INLINE_FUNCTION Vector3<T> to_distance(const Solid& solid, const Real3& x
   return shift;
 }
 
-/// Do two solids squeeze a point that is at these distances from them, so that the cloth between them has no room for its
-/// thickness on both sides?
+/// Do two solids squeeze the point x + shift, which is at the distances a and b from them? They do where they face each other
+/// and leave the cloth no room for its thickness on both sides, and at the mouth of such a gap.
 template <class T>
-KOKKOS_INLINE_FUNCTION bool squeezed(const SolidDistance<T>& a, const SolidDistance<T>& b, Real thickness) {
-  return a.phi + b.phi < 2 * thickness && dot(a.normal, b.normal) < 0;
+KOKKOS_INLINE_FUNCTION bool squeezed(const Solid& one, const SolidDistance<T>& a, const Solid& other,
+                                     const SolidDistance<T>& b, const Real3& x, const Vector3<T>& shift,
+                                     Real thickness) {
+  constexpr T alike = T(0.9), opposed = T(-0.5), depth = T(1.5);  // cosines; of the thickness
+  if (!(a.phi + b.phi < 2 * thickness)) return false;
+  const T cosine = dot(a.normal, b.normal);
+  if (cosine < 0 || cosine > alike) return cosine < 0;
+  const Vector3<T> out = a.normal + b.normal, inside = shift - (depth * thickness / norm(out)) * out;
+  return dot(solid_distance(one, x, inside).normal, solid_distance(other, x, inside).normal) < opposed;
 }
 /// How far a node of the cloth has to stay from solids, m: its thickness, or less where it has begun the step inside of one.
 struct Clearance {
@@ -175,7 +184,8 @@ struct Clearance {
 };
 /// The clearance of a node that begins the step at x (m) and comes out of solids by `release` (m) at most in the step.
 template <class Solids>
-KOKKOS_INLINE_FUNCTION Real clearance_at_start(const Solids& solids, const Real3& x, Real thickness, Real release, Real dt) {
+KOKKOS_INLINE_FUNCTION Real clearance_at_start(const Solids& solids, const Real3& x, Real thickness, Real release,
+                                               Real dt) {
   Real kept = thickness;
   for (std::size_t b = 0; b < solids.extent(0); ++b) {
     const Solid& solid = solids(static_cast<std::int64_t>(b));
@@ -189,13 +199,15 @@ KOKKOS_INLINE_FUNCTION Real clearance_at_start(const Solids& solids, const Real3
 /// The distance (m) that a point keeps from solid b, which it is at `d` from: its clearance, or half of the gap where
 /// another solid faces b too closely (docs/theory/cloth.md, section 11).
 template <class T, class Solids>
-KOKKOS_INLINE_FUNCTION T distance_to_keep(const Solids& solids, std::size_t b, const SolidDistance<T>& d, const Real3& x,
-                                          const Vector3<T>& shift, const Clearance& clearance) {
+KOKKOS_INLINE_FUNCTION T distance_to_keep(const Solids& solids, std::size_t b, const SolidDistance<T>& d,
+                                          const Real3& x, const Vector3<T>& shift, const Clearance& clearance) {
   T kept = clearance.kept;
   for (std::size_t a = 0; a < solids.extent(0); ++a) {
     if (a == b) continue;
-    const SolidDistance<T> other = solid_distance(solids(static_cast<std::int64_t>(a)), x, shift);
-    if (squeezed(other, d, clearance.thickness)) kept = Kokkos::fmin(kept, T(0.5) * (other.phi + d.phi));
+    const Solid &one = solids(static_cast<std::int64_t>(a)), &own = solids(static_cast<std::int64_t>(b));
+    const SolidDistance<T> other = solid_distance(one, x, shift);
+    if (squeezed(one, other, own, d, x, shift, clearance.thickness))
+      kept = Kokkos::fmin(kept, T(0.5) * (other.phi + d.phi));
   }
   return kept;
 }

@@ -28,10 +28,11 @@ struct NodePushes {
     const Real3 whole = system.residual(n, shift);
     Real3 left = whole;
     std::size_t last = 0;
-    const NodeContact<> c = system.contact(t, shift(n), left, t.compression, [&](const std::size_t solid, const Real3& force) {
-      last = solid;
-      push(solid, n, force);
-    });
+    const NodeContact<> c =
+        system.contact(t, shift(n), left, t.compression, [&](const std::size_t solid, const Real3& force) {
+          last = solid;
+          push(solid, n, force);
+        });
     if (c.press > 0) push(last, n, left - system.unbalanced(t, shift(n), whole));  // its friction
   }
   KOKKOS_INLINE_FUNCTION void push(std::size_t b, Index n, const Real3& force) const {

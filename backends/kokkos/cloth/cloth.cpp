@@ -6,7 +6,6 @@
 #include <optional>
 
 #include "cloth/body_reaction.hpp"
-#include "cloth/clearance.hpp"
 #include "cloth/pins.hpp"
 #include "cloth/stages.hpp"
 #include "cloth/wet_cloth.hpp"
@@ -16,8 +15,8 @@ namespace {
 
 /// Target y − x⁰ with gravity and the last pressure; the iteration starts where the cloth goes by itself, or where the solve
 /// before has led (`again`).
-void aim(const Constants& constants, const Cloth& cloth, ClothSolverWork& solver, const ClothSystem& s, Real dt, bool loaded,
-         bool again) {
+void aim(const Constants& constants, const Cloth& cloth, ClothSolverWork& solver, const ClothSystem& s, Real dt,
+         bool loaded, bool again) {
   const Entries<const Real3> velocity = cloth.nodes.velocity, force = cloth.nodes.force;
   const Entries<Real3> shift = solver.displacement, last_shift = solver.last_displacement;
   const NodeLiquid wet(constants, cloth);
@@ -41,7 +40,8 @@ void aim(const Constants& constants, const Cloth& cloth, ClothSolverWork& solver
 }
 
 /// Velocities from the shifts, forces of contact, and the pins' reaction.
-void finish(const Constants& constants, Cloth& cloth, const ClothSolverWork& solver, const ClothSystem& s, Real dt, bool loaded) {
+void finish(const Constants& constants, Cloth& cloth, const ClothSolverWork& solver, const ClothSystem& s, Real dt,
+            bool loaded) {
   const Entries<const Real3> shift = solver.displacement;
   const Entries<Real3> velocity = cloth.nodes.velocity, pin_force = cloth.nodes.pin_force;
   const Entries<Real3> contact_force = cloth.nodes.contact_force, friction_force = cloth.nodes.friction_force;
@@ -81,7 +81,6 @@ void cloth(const Constants& constants, Bodies& bodies, Cloth& cloth, ClothSolver
   do {
     place_solids(constants, bodies, info);
     const bool again = iteration.has_value();
-    if (!again) set_clearance(bodies, cloth, dt);
     iteration.emplace(constants, bodies, cloth, solver, dt);
     aim(constants, cloth, solver, iteration->system(), dt, loaded, again);
     iteration->run(constants.model.scene.cloth_solver.max_iterations);

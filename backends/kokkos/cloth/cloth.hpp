@@ -39,11 +39,11 @@ struct Nodes {
   Field<Index> sample_start, sample_item;  // node → items 4·sample + corner
   Field<Index> edge_start, edge_item, hinge_start, hinge_item;
   Field<Real> plate_diagonal;  // half the absolute row sums of plates, N/m; empty without them
-  Field<Index> link_start;  // node → links
+  Field<Index> link_start;     // node → links
   Field<Link> link;
   Field<Index> triangle_start, triangle_item;  // node → 4·triangle + corner; empty without limits and membranes
-  Field<Index> pin_motion;               // −1: none; empty unless pins move
-  Field<Real3> rest_position;            // m; empty unless pins move
+  Field<Index> pin_motion;                     // −1: none; empty unless pins move
+  Field<Real3> rest_position;                  // m; empty unless pins move
   // derived
   Field<Real> inverse_mass;  // u_n, 1/kg; 0 if pinned (refresh_inverse_mass)
   Field<Real3> force;        // f_n, N: what the stage that runs does to the node
@@ -60,10 +60,10 @@ struct Mesh {
   Field<Index> hinge;        // 4 per hinge
   Field<Real> hinge_weight;  // 4 per hinge
   Field<Real> hinge_stiffness;
-  Field<Real> rest_metric;  // 3 per triangle: inverse of its edges' Gram matrix at rest (xx, xy, yy), 1/m²
-  Field<Real> triangle_shape;              // 3 per triangle; empty without limits and membranes
-  Field<Real> limit_stiffness;             // per triangle; empty without strain limiting
-  Field<Membrane<Real>> membrane;          // per triangle; empty without membranes
+  Field<Real> rest_metric;         // 3 per triangle: inverse of its edges' Gram matrix at rest (xx, xy, yy), 1/m²
+  Field<Real> triangle_shape;      // 3 per triangle; empty without limits and membranes
+  Field<Real> limit_stiffness;     // per triangle; empty without strain limiting
+  Field<Membrane<Real>> membrane;  // per triangle; empty without membranes
   Index triangles = 0, edges = 0, hinges = 0;
   Real mean_edge = 0;  // m
 };

@@ -121,11 +121,11 @@ double node_bytes(const Sizing& m) {
   if (m.size.samples > 0) node += 2 * quanta_bytes + double_bytes + index_bytes + r;
   if (m.size.patches > 0) node += index_bytes;  // material
   double bytes = m.size.nodes * node + m.size.links * 4 * r + m.size.patches * sizeof(Material);
-  bytes += m.size.edges * 2 * index_bytes + m.size.hinges * 4 * index_bytes;  // edge_item, hinge_item
+  bytes += m.size.edges * 2 * index_bytes + m.size.hinges * 4 * index_bytes;                // edge_item, hinge_item
   if (m.size.strain_limit || m.size.membrane) bytes += m.size.triangles * 3 * index_bytes;  // triangle_item
-  if (!m.size.scene.bodies.empty()) bytes += m.size.nodes * r;                                          // clearance
+  if (!m.size.scene.bodies.empty()) bytes += m.size.nodes * r;                              // clearance
   if (m.size.plate) bytes += m.size.nodes * r;                                              // plate_diagonal
-  return bytes + m.size.samples * 3 * index_bytes;                            // sample_item
+  return bytes + m.size.samples * 3 * index_bytes;                                          // sample_item
 }
 
 /// Of each triangle the inverse of its edges' Gram matrix at rest (xx, xy, yy), 1/m².
@@ -152,9 +152,11 @@ void make_mesh(const Model& model, Mesh& m) {
   m.edges = static_cast<Index>(mesh.edge.size());
   m.hinges = static_cast<Index>(mesh.hinge.size());
   m.triangle = to_device<Index>("drench::triangle", flat(mesh.triangle));
-  if (!mesh.boundary_edge.empty()) m.boundary_edge = to_device<Index>("drench::boundary_edge", flat(mesh.boundary_edge));
+  if (!mesh.boundary_edge.empty())
+    m.boundary_edge = to_device<Index>("drench::boundary_edge", flat(mesh.boundary_edge));
   m.rest_metric = to_device<Real>("drench::rest_metric", rest_metrics(mesh));
-  if (model.has_triangle_stress()) m.triangle_shape = to_device<Real>("drench::triangle_shape", flat(mesh.triangle_shape));
+  if (model.has_triangle_stress())
+    m.triangle_shape = to_device<Real>("drench::triangle_shape", flat(mesh.triangle_shape));
   if (model.has_strain_limit()) m.limit_stiffness = to_device<Real>("drench::limit_stiffness", mesh.limit_stiffness);
   if (model.has_membrane()) {
     std::vector<Membrane<Real>> membrane;
@@ -194,7 +196,8 @@ void make_samples(const Model& m, Samples& s) {
   s.weight_exact = to_device<double>("drench::sample_weight_exact", flat(set.weight));
   s.cloth = to_device<Index>("drench::sample_cloth", set.cloth);
   if (m.has_regions()) s.material = to_device<Index>("drench::sample_material", set.material);
-  if (!set.boundary_edges.empty()) s.boundary_edge = to_device<Index>("drench::sample_boundary_edge", flat(set.boundary_edges));
+  if (!set.boundary_edges.empty())
+    s.boundary_edge = to_device<Index>("drench::sample_boundary_edge", flat(set.boundary_edges));
   allocate_zeros(s.position, "drench::sample_position", samples);
   allocate_zeros(s.velocity, "drench::sample_velocity", samples);
   allocate_zeros(s.normal, "drench::sample_normal", samples);
@@ -233,7 +236,7 @@ double sample_bytes(const Sizing& m) {
 #undef DRENCH_BYTES
   // force, position_volume, normal_offset, row_load, row_bound; boundary_edge
   if (m.size.liquid) sample += 13 * r + 2 * index_bytes;
-  if (m.size.porous) sample += 5 * r;  // area, capacity, rest_position
+  if (m.size.porous) sample += 5 * r;             // area, capacity, rest_position
   if (m.size.patches > 0) sample += index_bytes;  // material
   return m.size.samples * sample;
 }

@@ -75,8 +75,8 @@ struct Columns {
 /// F = [a b] R⁻¹ within [1 − ε, 1 + ε]. M = Σ_i (1 − σ*_i/σ_i) v_i v_iᵀ with the axes v_i of FᵀF and the limited σ*_i; K = w A.
 /// A triangle without length along v_i pushes nowhere. (docs/theory/cloth.md, section 5.)
 template <class T>
-KOKKOS_INLINE_FUNCTION Columns<T> strain_limit_stress(const Vector3<T>& a, const Vector3<T>& b, const TriangleShape& shape,
-                                                      Real limit, Real stiffness) {
+KOKKOS_INLINE_FUNCTION Columns<T> strain_limit_stress(const Vector3<T>& a, const Vector3<T>& b,
+                                                      const TriangleShape& shape, Real limit, Real stiffness) {
   const Vector3<T> f1 = shape.xx * a, f2 = shape.xy * a + shape.yy * b;
   const T p = dot(f1, f1), q = dot(f1, f2), r = dot(f2, f2);
   const T middle = T(0.5) * (p + r), apart = T(0.5) * (p - r);
@@ -92,7 +92,9 @@ KOKKOS_INLINE_FUNCTION Columns<T> strain_limit_stress(const Vector3<T>& a, const
 }
 
 /// K of a membrane's share of the Jacobi diagonal, N·m: it bounds the second derivative by both columns of F.
-KOKKOS_INLINE_FUNCTION Real membrane_bound(const Membrane<Real>& m) { return Kokkos::fmax(m.warp, m.weft) + 2 * m.shear; }
+KOKKOS_INLINE_FUNCTION Real membrane_bound(const Membrane<Real>& m) {
+  return Kokkos::fmax(m.warp, m.weft) + 2 * m.shear;
+}
 
 /// How a triangle is stretched along its warp u and weft v and along the lines p, q halfway between them: F of these directions.
 template <class T = Real>

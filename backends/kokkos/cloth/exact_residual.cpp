@@ -15,7 +15,8 @@ void ExactResidual::evaluate(const ClothSystem& s, const std::vector<Double3>& s
   parallel("drench::cloth::exact_triangles", triangles_, [=](const Index t) {
     const Columns<double> stress =
         s.triangle_stress(t, u[s.triangle(3 * t)], u[s.triangle(3 * t + 1)], u[s.triangle(3 * t + 2)]);
-    for (Index c = 1; c < 3; ++c) on_corner[2 * t + c - 1] = corner_force(stress, corner_gradient(s.triangle_shape(t), c));
+    for (Index c = 1; c < 3; ++c)
+      on_corner[2 * t + c - 1] = corner_force(stress, corner_gradient(s.triangle_shape(t), c));
   });
   Double3* const r = residual.data();
   parallel("drench::cloth::exact_residual", nodes_, [=](const Index n) {

@@ -16,7 +16,8 @@ class ExactResidual {
 
  private:
   Index nodes_, triangles_;
-  std::vector<Double3> corner_force_;  // on the second and the third corner of each triangle, N; the first takes the rest
+  std::vector<Double3>
+      corner_force_;  // on the second and the third corner of each triangle, N; the first takes the rest
 };
 
 }  // namespace drench::kokkos_backend

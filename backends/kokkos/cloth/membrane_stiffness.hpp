@@ -76,7 +76,8 @@ class MembraneStiffness {
   MembraneStiffness(const ClothSystem& s, Index t, const Shift& shift) : m_(s.membrane(t)) {
     const Index a = s.triangle(3 * t), b = s.triangle(3 * t + 1), c = s.triangle(3 * t + 2);
     const Real3 first = s.start(b) - s.start(a), second = s.start(c) - s.start(a);
-    const Yarns<> now = yarns_of(first + (shift(b) - shift(a)), second + (shift(c) - shift(a)), s.triangle_shape(t), m_);
+    const Yarns<> now =
+        yarns_of(first + (shift(b) - shift(a)), second + (shift(c) - shift(a)), s.triangle_shape(t), m_);
     const Yarns<> before = yarns_of(first, second, s.triangle_shape(t), m_);
     const Real rate = s.strain_damping_rate(a), wet = s.softening(t, m_);
     Real length[4], none;

@@ -11,16 +11,16 @@
 namespace drench::kokkos_backend {
 namespace {
 
-constexpr int most_iterations = 40;  // of one solve
-constexpr int most_linear = 60;      // iterations of a linear solve
-constexpr double forcing = 0.05;     // of the linear residual that may be left
-constexpr int many_linear = 16;      // iterations of a linear solve above which the factor is made again
-constexpr Index many_changed = 10;   // nodes whose free directions differ from the factor's, likewise
-constexpr Index few_toggled = 2;     // nodes that may change their state while steps are combined
-constexpr double most_growth = 2;    // of the residual that a step may cause
-constexpr int most_halvings = 3;     // of a step
-constexpr int slow_after = 4;        // iterations: then what has not halved in three of them is relaxed locally
-constexpr int cycles_after = 10;     // iterations: then steps are halved
+constexpr int most_iterations = 40;         // of one solve
+constexpr int most_linear = 60;             // iterations of a linear solve
+constexpr double forcing = 0.05;            // of the linear residual that may be left
+constexpr int many_linear = 16;             // iterations of a linear solve above which the factor is made again
+constexpr Index many_changed = 10;          // nodes whose free directions differ from the factor's, likewise
+constexpr Index few_toggled = 2;            // nodes that may change their state while steps are combined
+constexpr double most_growth = 2;           // of the residual that a step may cause
+constexpr int most_halvings = 3;            // of a step
+constexpr int slow_after = 4;               // iterations: then what has not halved in three of them is relaxed locally
+constexpr int cycles_after = 10;            // iterations: then steps are halved
 constexpr double rounding = 0.5 * 2.2e-16;  // of Σ D L: what the sums leave of a residual
 
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
@@ -46,7 +46,8 @@ NewtonCloth::NewtonCloth(const Cloth& cloth, const ClothSystem& system)
   toggles_.resize(n);
   freedom_.resize(n);
   factor_free_.resize(n, Matrix3::Identity());
-  for (NodeVector* v : {&right_, &change_, &plain_, &correction_, &room_, &zone_change_, &zone_residual_}) v->resize(3 * n);
+  for (NodeVector* v : {&right_, &change_, &plain_, &correction_, &room_, &zone_change_, &zone_residual_})
+    v->resize(3 * n);
 }
 
 void NewtonCloth::prepare(const Cloth& cloth, const ClothSystem& s) {
@@ -72,7 +73,8 @@ void NewtonCloth::measure(const ClothSystem& s, Iterate& i) {
     if (solids && !s.pinned(n)) {
       NodeNearby& near = i.near[at(n)];
       see_solids(s, n, i.shift[at(n)], i.residual[at(n)], near);
-      left = near.contact.press > 0 ? ClothSystem::unbalanced(s.terms(n), i.shift[at(n)], near.contact, near.left) : near.left;
+      left = near.contact.press > 0 ? ClothSystem::unbalanced(s.terms(n), i.shift[at(n)], near.contact, near.left)
+                                    : near.left;
     }
     at_node(i.left, n) = column(left);
     return norm(left);
@@ -118,8 +120,8 @@ void NewtonCloth::start(const ClothSystem& s, const Entries<const Real3>& displa
   });
 }
 
-bool NewtonCloth::run(const Cloth& cloth, ClothSolverWork& solver, const ClothSystem& s, ClothProgress& progress, int most,
-                      double tolerance) {
+bool NewtonCloth::run(const Cloth& cloth, ClothSolverWork& solver, const ClothSystem& s, ClothProgress& progress,
+                      int most, double tolerance) {
   if (fresh_) start(s, std::as_const(solver).displacement);
   fresh_ = false;
   goal_ = goal_of(s, tolerance);

@@ -13,14 +13,14 @@ namespace drench::kokkos_backend {
 /// A node next to solids: the planes that it must stay in front of, and what contact says of its residual.
 struct NodeNearby {
   static constexpr int most = 3;
-  int count = 0;          // of planes
-  bool pinched = false;   // between two solids that squeeze it: it stays on the one plane halfway between them
+  int count = 0;         // of planes
+  bool pinched = false;  // between two solids that squeeze it: it stays on the one plane halfway between them
   std::int64_t solid[most];
-  Double3 normal[most];   // of unit length
-  double gap[most];       // m, along the normal up to the surface that keeps the clearance
-  Double3 moved;          // of the surface in the step, m
+  Double3 normal[most];  // of unit length
+  double gap[most];      // m, along the normal up to the surface that keeps the clearance
+  Double3 moved;         // of the surface in the step, m
   NodeContact<double> contact;
-  Double3 left;           // what contact leaves of the residual, without friction, N
+  Double3 left;  // what contact leaves of the residual, without friction, N
 
   /// What presses the node into the one plane that it has, or into all of them, N.
   double press(const Double3& residual, bool one) const {
@@ -105,9 +105,9 @@ class NewtonCloth {
   Vectors slip_direction_;  // of the nodes that slip
   std::vector<std::uint8_t> touching_, toggles_;
   std::vector<NodeFreedom> freedom_;
-  std::vector<Matrix3> factor_free_;                   // the directions that the factor was made with
+  std::vector<Matrix3> factor_free_;                       // the directions that the factor was made with
   NodeVector right_, change_, plain_, correction_, room_;  // of the linear system: N; m; m; d_c, m
-  std::vector<NodeVector> directions_, images_;        // of the linear solver
+  std::vector<NodeVector> directions_, images_;            // of the linear solver
   std::vector<ZoneNode> zone_;
   NodeVector zone_change_, zone_residual_;
 };

@@ -34,7 +34,8 @@ void NewtonCloth::begin_zone(const ClothSystem& s) {
     const Slip slip(t, relative - dot(relative, normal) * normal, residual - dot(residual, normal) * normal, press);
     ZoneNode z{n, tangent_.own(n).inverse(), column(slip.so_far), Column3::Zero(), State::apart};
     // A force that brings it onto the surface in one Jacobi step is sure to press.
-    if (near.pinched || press > double(t.diagonal) * std::max(0.0, near.gap[0] - 0.01 * double(t.clearance.thickness))) {
+    if (near.pinched ||
+        press > double(t.diagonal) * std::max(0.0, near.gap[0] - 0.01 * double(t.clearance.thickness))) {
       z.kind = slip.length <= slip.loss || state_[at(n)] == State::sticks ? State::sticks : State::slips;
       if (z.kind == State::slips && slip.length > 0) z.toward = column((1 / slip.length) * slip.whole);
     }
@@ -50,7 +51,8 @@ void NewtonCloth::sweep(const ClothSystem& s) {
     Column3 step = z.inverse * r;
     std::uint8_t touching = 0;
     for (int k = 0; k < near.count; ++k)
-      if (near.pinched || Real(near.gap[k]) + column(near.normal[k]).dot(so_far + step) < 0) touching |= std::uint8_t(1 << k);
+      if (near.pinched || Real(near.gap[k]) + column(near.normal[k]).dot(so_far + step) < 0)
+        touching |= std::uint8_t(1 << k);
     if (touching == 1 && z.kind == State::sticks) {
       step = -z.slip - Real(near.gap[0]) * column(near.normal[0]) - so_far;
     } else if (touching == 1) {
@@ -141,7 +143,8 @@ void NewtonCloth::set_row(const ClothSystem& s, Index n) {
   const NodeTerms t = s.terms(n);
   const bool one = planes == 1 && near.count == 1;
   const auto along = [&](const Double3& v) { return in_double(f.free * column(v)); };
-  const Slip slip(t, along(now_.shift[at(n)] - near.moved), along(now_.residual[at(n)]), near.press(now_.residual[at(n)], one));
+  const Slip slip(t, along(now_.shift[at(n)] - near.moved), along(now_.residual[at(n)]),
+                  near.press(now_.residual[at(n)], one));
   const bool reversed = state == State::slips && dot(slip.so_far, slip_direction_[at(n)]) < 0;
   const double friction = double(t.diagonal) * slip.loss;  // N
   if (planes == 3 || slip.length <= slip.loss || reversed || (state == State::sticks && norm(slip.on) <= friction)) {

@@ -13,7 +13,7 @@
 namespace drench::kokkos_backend {
 namespace {
 
-constexpr double most_of_it = 0.8;   // of what is left: on so few nodes it is worth while
+constexpr double most_of_it = 0.8;  // of what is left: on so few nodes it is worth while
 constexpr std::size_t most_nodes = 100;
 constexpr int sweeps = 20, turns = 8;  // turns: of the direction of friction
 
@@ -29,9 +29,8 @@ std::vector<Index> NewtonCloth::unbalanced_nodes(const ClothSystem& s) const {
   double all = 0, found = 0;
   for (Index n = 0; n < nodes_; ++n) all += left[at(n)] = double(at_node(now_.left, n).norm());
   const std::size_t few = std::min(most_nodes, order.size());
-  std::partial_sort(order.begin(), order.begin() + static_cast<std::ptrdiff_t>(few), order.end(), [&](Index a, Index b) {
-    return left[at(a)] != left[at(b)] ? left[at(a)] > left[at(b)] : a < b;
-  });
+  std::partial_sort(order.begin(), order.begin() + static_cast<std::ptrdiff_t>(few), order.end(),
+                    [&](Index a, Index b) { return left[at(a)] != left[at(b)] ? left[at(a)] > left[at(b)] : a < b; });
   std::vector<Index> nodes;
   for (std::size_t k = 0; k < few && found < most_of_it * all; ++k) {
     found += left[at(order[k])];

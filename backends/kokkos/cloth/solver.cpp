@@ -5,6 +5,7 @@
 #include <limits>
 #include <utility>
 
+#include "cloth/clearance.hpp"
 #include "cloth/wet_cloth.hpp"
 
 namespace drench::kokkos_backend {
@@ -121,7 +122,8 @@ void iterate(const Cloth& cloth, ClothSolverWork& solver, const ClothSystem& s, 
 }
 
 /// The residual of the newest iterate in units of its goal. Synchronises with the host.
-double imbalance(const Cloth& cloth, const ClothSolverWork& solver, const ClothSystem& s, double tolerance, double floor) {
+double imbalance(const Cloth& cloth, const ClothSolverWork& solver, const ClothSystem& s, double tolerance,
+                 double floor) {
   const Entries<const Real3> shift = solver.displacement;
   return over_goal(ordered_sums(
       "drench::cloth::residual", cloth.nodes.count, KOKKOS_LAMBDA(const Index n) {
@@ -167,7 +169,8 @@ ClothIteration::ClothIteration(const Constants& constants, const Bodies& bodies,
       bodies_(bodies),
       cloth_(cloth),
       solver_(solver),
-      system_((allocate(constants, cloth, solver), ClothSystem(bodies, cloth, solver, dt))),
+      system_((allocate(constants, cloth, solver), set_clearance(bodies, cloth, dt),
+               ClothSystem(bodies, cloth, solver, dt))),
       method_(constants.model.scene.cloth_solver.method),
       tolerance_(constants.model.scene.cloth_solver.tolerance),
       floor_(rounding * static_cast<double>(std::numeric_limits<Real>::epsilon()) *

@@ -23,9 +23,10 @@ struct ClothSolverWork {
   Field<Real3> displacement, last_displacement;
   // of xpbd: what a spring does to its first node and what a hinge pulls with (cloth.hpp), of the last two iterates, N
   Field<Real3> edge_force, last_edge_force, hinge_force, last_hinge_force;
-  Field<Real> edge_rate, hinge_rate;               // θ, 1
-  Field<Real3> triangle_stress, last_triangle_stress;    // 2 per triangle with a limit or a membrane: the columns of P, N·m
-  Field<Real> triangle_rate;                          // 2 per triangle: θ, 1
+  Field<Real> edge_rate, hinge_rate;  // θ, 1
+  Field<Real3> triangle_stress,
+      last_triangle_stress;                        // 2 per triangle with a limit or a membrane: the columns of P, N·m
+  Field<Real> triangle_rate;                       // 2 per triangle: θ, 1
   std::shared_ptr<struct ResidentCloth> resident;  // of CUDA (cloth/cuda/resident_cloth.cpp)
   std::shared_ptr<class NewtonCloth> newton;       // of a host (cloth/newton.hpp)
 };
@@ -94,10 +95,10 @@ struct TouchedSolids {
 
 /// What an iteration reads of a node and what stays the same during one solve.
 struct NodeTerms {
-  Real3 start, target;                          // x⁰_n, y_n − x⁰_n, m
-  Real inertia, diagonal, friction;             // m_n/Δt² and D_n, N/m; μ, 1
+  Real3 start, target;               // x⁰_n, y_n − x⁰_n, m
+  Real inertia, diagonal, friction;  // m_n/Δt² and D_n, N/m; μ, 1
   Clearance clearance;
-  Real compression;                             // N: presses it to half of its thickness
+  Real compression;  // N: presses it to half of its thickness
 };
 
 // Iterations before Chebyshev's weights begin; the same after the target has moved, where there are no solids; from check to
@@ -173,8 +174,13 @@ struct ClothSystem {
   ClothSystem(const Bodies& bodies, const Cloth& fabric, ClothSolverWork& solver, Real step);
 
   KOKKOS_INLINE_FUNCTION NodeTerms terms(Index n) const {
-    return {start(n),    target(n),    mass(n) * inverse_dt2, diagonal(n),
-            friction(n), clearance(n), materials(n).compression_per_mass * solid_mass(n)};
+    return {start(n),
+            target(n),
+            mass(n) * inverse_dt2,
+            diagonal(n),
+            friction(n),
+            clearance(n),
+            materials(n).compression_per_mass * solid_mass(n)};
   }
 
   /// Adds what a link does to its node, N; `apart` = x⁰_n − x⁰_m, `moved_apart` = u_n − u_m, `damping`: strain_damping.
@@ -233,15 +239,16 @@ struct ClothSystem {
   KOKKOS_INLINE_FUNCTION Columns<T> triangle_stress(Index t, const Vector3<T>& u_a, const Vector3<T>& u_b,
                                                     const Vector3<T>& u_c) const {
     const Index a = triangle(3 * t), b = triangle(3 * t + 1), c = triangle(3 * t + 2);
-    const Vector3<T> first = separation(start(b), u_b, start(a), u_a), second = separation(start(c), u_c, start(a), u_a);
+    const Vector3<T> first = separation(start(b), u_b, start(a), u_a),
+                     second = separation(start(c), u_c, start(a), u_a);
     Columns<T> stress;
     if (limit_stiffness.exist())
       stress = strain_limit_stress(first, second, triangle_shape(t), materials(a).strain_limit, limit_stiffness(t));
     if (!membrane.exist()) return stress;
     const Membrane<Real> m = membrane(t);
     const Vector3<T> corner = in_precision<T>(start(a));
-    const Yarns<T> before = yarns_of(in_precision<T>(start(b)) - corner, in_precision<T>(start(c)) - corner,
-                                     triangle_shape(t), m);
+    const Yarns<T> before =
+        yarns_of(in_precision<T>(start(b)) - corner, in_precision<T>(start(c)) - corner, triangle_shape(t), m);
     const Yarns<T> moved = yarns_of(u_b - u_a, u_c - u_a, triangle_shape(t), m);
     const Columns<T> own = membrane_stress(yarns_of(first, second, triangle_shape(t), m), before, moved, m,
                                            strain_damping_rate(a), softening(t, m));
@@ -313,7 +320,8 @@ struct ClothSystem {
     for (int k = 1; k < touched.count; ++k)
       for (int j = 0; j < k; ++j) {
         const SolidDistance<T>&one = touched.at[j], &other = touched.at[k];
-        if (!squeezed(one, other, thickness)) continue;
+        if (!squeezed(solids(touched.solid[j]), one, solids(touched.solid[k]), other, t.start, shift, thickness))
+          continue;
         const T room = Kokkos::fmax((one.phi + other.phi) / (2 * thickness), T(0.01));  // of the cloth's own
         const T squeeze = compression * (1 - room) / room;
         c.press += 2 * squeeze;
@@ -355,15 +363,16 @@ struct ClothSystem {
   }
   /// What is left of r_n after the solid's reaction: its normal part if it pulls, its tangential part beyond friction.
   template <class T>
-  KOKKOS_INLINE_FUNCTION Vector3<T> unbalanced(const NodeTerms& t, const Vector3<T>& shift, const Vector3<T>& residual) const {
+  KOKKOS_INLINE_FUNCTION Vector3<T> unbalanced(const NodeTerms& t, const Vector3<T>& shift,
+                                               const Vector3<T>& residual) const {
     Vector3<T> left = residual;
     const NodeContact<T> c = contact(t, shift, left, t.compression);
     return c.press > 0 ? unbalanced(t, shift, c, left) : left;
   }
   /// The same of a node that contact() has been asked about; `left` is what that left of the residual.
   template <class T>
-  KOKKOS_INLINE_FUNCTION static Vector3<T> unbalanced(const NodeTerms& t, const Vector3<T>& shift, const NodeContact<T>& c,
-                                                      const Vector3<T>& left) {
+  KOKKOS_INLINE_FUNCTION static Vector3<T> unbalanced(const NodeTerms& t, const Vector3<T>& shift,
+                                                      const NodeContact<T>& c, const Vector3<T>& left) {
     // How far it would slip on with what is left, and how much of that friction takes.
     const Vector3<T> slip = c.tangential(shift - c.moved), on = c.tangential(left);
     NodeContact<T> here = c;
@@ -435,8 +444,8 @@ bool prepare_resident_cloth(const Constants& constants, const Cloth& cloth, Clot
 /// Where it expects a bound of the spectral radius at the first call of a solve.
 Kokkos::View<double, MemSpace> resident_spectral_bound(const ClothSolverWork& solver);
 /// ClothIteration::run; `begin` for the first call of a solve, with the largest ρ that it may use; null to go on.
-void run_resident_cloth(ClothSolverWork& solver, const ClothSystem& s, Index nodes, const ClothProgress* begin, int most,
-                        double tolerance, double floor);
+void run_resident_cloth(ClothSolverWork& solver, const ClothSystem& s, Index nodes, const ClothProgress* begin,
+                        int most, double tolerance, double floor);
 /// Waits for it.
 ClothProgress resident_progress(const ClothSolverWork& solver);
 

@@ -13,7 +13,7 @@ namespace drench::kokkos_backend {
 namespace {
 
 constexpr Real negligible = Real(1e-10);  // of the largest entry of a block
-constexpr double most_whole_work = 1e8;  // multiplications for which the factor holds all pairs that bend, some 3 ms
+constexpr double most_whole_work = 1e8;   // multiplications for which the factor holds all pairs that bend, some 3 ms
 
 std::vector<Index> free_nodes(const Cloth& cloth, const ClothSystem& s) {
   std::vector<Index> free;
@@ -172,7 +172,8 @@ void ClothTangent::update(const ClothSystem& s, const std::vector<Double3>& shif
       const Index e = edge_of_[at(l)];
       if (e < 0 || e % 2 == 1) continue;
       Matrix3 between = Matrix3::Zero();
-      if (s.link(l).stiffness > 0) between -= matrix(spring_stiffness(s, n, s.link(l), narrow(u[n] - u[s.link(l).other])));
+      if (s.link(l).stiffness > 0)
+        between -= matrix(spring_stiffness(s, n, s.link(l), narrow(u[n] - u[s.link(l).other])));
       for (Index p = part_start_[at(e / 2)]; p < part_start_[at(e / 2) + 1]; ++p) {
         const Matrix3& part = of_triangle_[parts_[at(p)].block];
         if (parts_[at(p)].transposed)

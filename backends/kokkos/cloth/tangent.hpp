@@ -14,10 +14,10 @@ struct ClothSystem;
 
 /// What contact leaves a node: directions in which it is free, and how friction changes its row.
 struct NodeFreedom {
-  Matrix3 free;           // Q: I, without a normal, or 0
-  Matrix3 turning;        // N/m: friction's change with the direction of slip
-  Column3 drag, normal;   // μ e and n of a slipping node: friction follows the pressing force
-  bool all = true;        // Q = I, and there is no friction
+  Matrix3 free;          // Q: I, without a normal, or 0
+  Matrix3 turning;       // N/m: friction's change with the direction of slip
+  Column3 drag, normal;  // μ e and n of a slipping node: friction follows the pressing force
+  bool all = true;       // Q = I, and there is no friction
 };
 
 class ClothTangent {
@@ -54,14 +54,14 @@ class ClothTangent {
   void add_triangles(const ClothSystem& s, const std::vector<Double3>& shift);
 
   Index nodes_, edges_, triangles_;
-  std::vector<Index> edge_of_;         // of each link: 2 · edge, + 1 on the edge's second node; −1: it only bends
-  std::vector<Index> part_start_;      // of each edge, in parts_
+  std::vector<Index> edge_of_;     // of each link: 2 · edge, + 1 on the edge's second node; −1: it only bends
+  std::vector<Index> part_start_;  // of each edge, in parts_
   std::vector<EdgePart> parts_;
-  std::vector<Matrix3> own_, shared_;  // of each node; of each edge, row of its first node
+  std::vector<Matrix3> own_, shared_;         // of each node; of each edge, row of its first node
   std::vector<Real> bending_, near_bending_;  // of each node, N/m: B_nn, and what of it the factor's pattern holds
-  std::vector<Matrix3> of_triangle_;   // six per triangle: of its corners, of its edges 01, 12, 20
-  std::vector<Index> free_, row_of_;   // nodes by the factor's rows; −1: pinned
-  bool whole_ = false;                 // the factor's pattern has all pairs that bend
+  std::vector<Matrix3> of_triangle_;          // six per triangle: of its corners, of its edges 01, 12, 20
+  std::vector<Index> free_, row_of_;          // nodes by the factor's rows; −1: pinned
+  bool whole_ = false;                        // the factor's pattern has all pairs that bend
   BlockCholesky factor_;
   std::vector<Target> own_target_, link_target_;
   NodeVector solution_;

@@ -104,7 +104,8 @@ void gather_multipliers(const Cloth& cloth, ClothSolverWork& solver, const Cloth
   const Entries<Real3> shift = solver.displacement;
   const Entries<const Real3> target = solver.target, anchor = solver.last_displacement;
   const Hinges hinges = hinges_of(cloth);
-  const Entries<const Real3> edge_force = solver.edge_force, force = solver.hinge_force, stress = solver.triangle_stress;
+  const Entries<const Real3> edge_force = solver.edge_force, force = solver.hinge_force,
+                             stress = solver.triangle_stress;
   const Entries<const Index> hinge_start = cloth.nodes.hinge_start, hinge_item = cloth.nodes.hinge_item;
   parallel(
       "drench::cloth::gather_multipliers", cloth.nodes.count, KOKKOS_LAMBDA(const Index n) {
@@ -193,7 +194,8 @@ void swap_multipliers(ClothSolverWork& solver) {
   std::swap(solver.triangle_stress, solver.last_triangle_stress);
 }
 
-void iterate_multipliers(const Constants& constants, const Cloth& cloth, ClothSolverWork& solver, const ClothSystem& s, Real omega) {
+void iterate_multipliers(const Constants& constants, const Cloth& cloth, ClothSolverWork& solver, const ClothSystem& s,
+                         Real omega) {
   const Entries<const Real3> shift = solver.displacement;
   relax(
       "drench::cloth::spring_multipliers", cloth.mesh.edges, solver.edge_force, solver.last_edge_force,

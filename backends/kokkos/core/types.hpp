@@ -49,8 +49,7 @@ struct Entries {
   Entries() = default;
   /// From a plain array; an array of a subsystem (Field) goes through its own conversions, which keep its constness.
   template <class A>
-    requires std::is_same_v<A, Owner>
-  Entries(const A& a) : Entries(a.data(), a.extent(0)) {}
+  requires std::is_same_v<A, Owner> Entries(const A& a) : Entries(a.data(), a.extent(0)) {}
   KOKKOS_INLINE_FUNCTION Entries(T* first, [[maybe_unused]] std::size_t size) : data(first) {
 #ifdef DRENCH_CHECK_BOUNDS
     count = static_cast<std::int64_t>(size);
@@ -58,8 +57,8 @@ struct Entries {
   }
   /// What may be written may be read.
   template <class U>
-    requires(std::is_same_v<const U, T> && !std::is_const_v<U>)
-  KOKKOS_INLINE_FUNCTION Entries(const Entries<U>& o) : data(o.data) {
+  requires(std::is_same_v<const U, T> && !std::is_const_v<U>) KOKKOS_INLINE_FUNCTION Entries(const Entries<U>& o)
+      : data(o.data) {
 #ifdef DRENCH_CHECK_BOUNDS
     count = o.count;
 #endif
@@ -83,8 +82,7 @@ struct Slice {
 
   Slice() = default;
   template <class A>
-    requires std::is_same_v<A, Owner>
-  Slice(const A& a) : Slice(a.data(), a.extent(0)) {}
+  requires std::is_same_v<A, Owner> Slice(const A& a) : Slice(a.data(), a.extent(0)) {}
   KOKKOS_INLINE_FUNCTION Slice(T* first, std::size_t size) : data(first), count(static_cast<std::int64_t>(size)) {}
   KOKKOS_INLINE_FUNCTION T& operator()(std::int64_t i) const {
 #ifdef DRENCH_CHECK_BOUNDS

@@ -86,7 +86,8 @@ struct MoveCloth {
       shift = to_distance(solids(static_cast<std::int64_t>(b)), x, shift, contact, distance);
     }
     position(n) = x + shift;
-    velocity(n) = clearance.kept < Real(0.999) * clearance.thickness ? at_rest_outwards(v, x, shift, clearance.thickness) : v;
+    velocity(n) =
+        clearance.kept < Real(0.999) * clearance.thickness ? at_rest_outwards(v, x, shift, clearance.thickness) : v;
     return shift;
   }
   /// The velocity of a node that has been brought out of a solid: being brought out does not throw it.
@@ -104,7 +105,8 @@ struct MoveCloth {
 
 }  // namespace
 
-void move_cloth(const Constants& constants, const Fluid& fluid, const Bodies& bodies, Cloth& cloth, AdvectionWork& work, Real dt) {
+void move_cloth(const Constants& constants, const Fluid& fluid, const Bodies& bodies, Cloth& cloth, AdvectionWork& work,
+                Real dt) {
   set_clearance(bodies, cloth, dt);
   std::swap(cloth.nodes.position, work.start);
   const Index nodes = cloth.nodes.count, triangles = fluid.particles.total > 0 ? cloth.mesh.triangles : 0;

@@ -30,8 +30,10 @@ template <bool plain, int threads, Exchange exchange, int lanes>
 const void* kernel_with(int links) {
   if (links <= 6) return reinterpret_cast<const void*>(&iterate<6, plain, threads, exchange, lanes>);
   if (lanes == 8) return nullptr;  // 48 links of a node
-  if (links <= 9) return reinterpret_cast<const void*>(&iterate<9, plain, threads, exchange, lanes == 8 ? 4 : lanes>);
-  if (links <= 14) return reinterpret_cast<const void*>(&iterate<14, plain, threads, exchange, lanes == 8 ? 4 : lanes>);
+  if (links <= 9)
+    return reinterpret_cast<const void*>(&iterate < 9, plain, threads, exchange, lanes == 8 ? 4 : lanes >);
+  if (links <= 14)
+    return reinterpret_cast<const void*>(&iterate < 14, plain, threads, exchange, lanes == 8 ? 4 : lanes >);
   return nullptr;
 }
 template <Exchange exchange, int lanes>
@@ -98,8 +100,12 @@ Plan make_cluster_plan(Index nodes, int rows, bool plain) {
     constexpr int lanes = lanes_of_links;
     const int share = (lanes * nodes + blocks - 1) / blocks, threads = (share + warp - 1) / warp * warp;
     if (threads > most_threads) continue;
-    Plan plan{kernel_for<Exchange::cluster, lanes>(links_of_lane(rows, lanes), plain, threads), threads, blocks,
-              2 * threads / lanes * static_cast<int>(sizeof(Real4)), lanes, true};
+    Plan plan{kernel_for<Exchange::cluster, lanes>(links_of_lane(rows, lanes), plain, threads),
+              threads,
+              blocks,
+              2 * threads / lanes * static_cast<int>(sizeof(Real4)),
+              lanes,
+              true};
     if (plan.kernel == nullptr) return {};
     if (blocks > 8) check(cudaFuncSetAttribute(plan.kernel, cudaFuncAttributeNonPortableClusterSizeAllowed, 1));
     cudaLaunchAttribute room;
