@@ -2,6 +2,7 @@
 
 #include "stages/self_collision.hpp"
 
+#include "base/stop_request.hpp"
 #include "cloth/self_collision_course.hpp"
 #include "cloth/self_collision_items.hpp"
 #include "cloth/stages.hpp"
@@ -69,6 +70,9 @@ Collision::Collision(const Constants& constants, const Bodies& bodies, Cloth& cl
       member(work.member),
       changed(work.changed),
       inverse_mass(cloth.nodes.inverse_mass),
+      piece(work.piece),
+      around_start(work.around_start),
+      around(work.around),
       materials(node_materials(cloth)),
       solids(bodies.solids),
       pins(cloth),
@@ -107,6 +111,7 @@ Collision::Collision(const Constants& constants, const Bodies& bodies, Cloth& cl
       nodes(cloth.nodes.count) {}
 
 Index Launches::value(const Collision& s, CollisionCounter which) const {
+  stop_if_requested();
   using Number = Kokkos::MemoryTraits<Kokkos::Unmanaged>;
   Index number = 0;
   Kokkos::deep_copy(Kokkos::View<Index, Kokkos::HostSpace, Number>(&number),
