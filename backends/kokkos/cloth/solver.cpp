@@ -5,6 +5,7 @@
 #include <limits>
 #include <utility>
 
+#include "base/stop_request.hpp"
 #include "cloth/wet_cloth.hpp"
 
 namespace drench::kokkos_backend {
@@ -198,6 +199,7 @@ void ClothIteration::run(int most) {
     if (factored_ || progress_.iterations >= end) return;
   }
   do {
+    stop_if_requested();
     advance(std::min(check_interval, end - progress_.iterations));
     progress_.judge(residual());
   } while (progress_.residual > 1 && progress_.iterations < end);
