@@ -45,12 +45,13 @@ class ElasticCloth : public ClothResponse {
       problem_.target[n] = began_[n] + problem_.dt * problem_.dt / problem_.mass[n] * change;
     }
     iteration_.move_on();
+    const int most = cloth_iterations_per_pressure(problem_.model().scene.cloth_solver, iteration_.iterations());
     int count = 0;
     do {
       iteration_.advance(10);
       residual_ = iteration_.check();
       count += 10;
-    } while (residual_ > 1 && count < cloth_iterations_per_pressure(problem_.model().scene.cloth_solver));
+    } while (residual_ > 1 && count < most);
     Vectors v;
     for (std::size_t n = 0; n < began_.size(); ++n) v.push_back((iteration_.x()[n] - problem_.start[n]) / problem_.dt);
     return v;

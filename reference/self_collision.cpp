@@ -7,6 +7,7 @@
 #include <numeric>
 
 #include "cloth_problem.hpp"
+#include "coinciding_layers.hpp"
 #include "collision.hpp"
 #include "common.hpp"
 #include "proximity.hpp"
@@ -18,6 +19,7 @@ using Eigen::Vector3d;
 
 constexpr int rounds = 3, passes = 8, most_advances = 200;
 constexpr double longest_lever = 2;
+constexpr double coincidence = 1e-3;  // of τ: no distance, no direction
 
 /// A node and a triangle, or two edges.
 struct Pair {
@@ -42,13 +44,14 @@ Near nearest(const Four& x, bool edges) { return edges ? near_edges(x) : near_tr
 class SelfCollision {
  public:
   SelfCollision(ReferenceState& state, const StepInfo& info)
-      : state_(state), mesh_(state.model.mesh), dt_(info.dt), bodies_(placed_bodies(state, info)) {
+      : state_(state), mesh_(state.model.mesh), dt_(info.dt), bodies_(placed_bodies(state, info)), layers_(state) {
     for (Index n = 0; n < mesh_.nodes(); ++n) {
       velocity_.push_back(vec(state.s.node_velocity[n]));
       if (mesh_.pinned[n]) velocity_[n] = (pin_position(state, n, info.time + dt_) - start(n)) / dt_;
       if (member(n)) keep_out(n);
     }
     list_pairs();
+    watch_layers();
   }
 
   void run(StepReport& report) {
@@ -73,6 +76,7 @@ class SelfCollision {
   std::vector<PlacedBody> bodies_;
   Vectors velocity_;
   std::vector<Pair> pairs_;
+  CoincidingLayers layers_;
 
   const ClothMaterial& material(Index n) const { return state_.model.material_of_node(n); }
   bool member(Index n) const { return material(n).self_collision; }
@@ -108,6 +112,21 @@ class SelfCollision {
         if (!member(a[0]) || !member(b[0])) continue;
         if (a[0] != b[0] && a[0] != b[1] && a[1] != b[0] && a[1] != b[1]) add({a[0], a[1], b[0], b[1]}, true);
       }
+    }
+  }
+
+  static bool coincides(const Pair& pair) { return pair.distance <= coincidence * pair.thickness; }
+
+  /// Tells the layers that coincide how they move, so that they know to which side they part.
+  void watch_layers() {
+    for (const Pair& pair : pairs_) {
+      if (pair.edges || !coincides(pair)) continue;
+      Four x;
+      for (int k = 0; k < 4; ++k) x[k] = start(pair.node[k]);
+      const Near near = nearest(x, false);
+      Vector3d parts = Vector3d::Zero();  // the first from the second
+      for (int k = 0; k < 4; ++k) parts += near.b[k] * (end(pair.node[k]) - x[k]);
+      layers_.leave(pair.node, parts);
     }
   }
 
@@ -152,11 +171,17 @@ class SelfCollision {
       } else {
         near = reaches(pair, pair.thickness);
       }
-      if (!near || !(near->apart.norm() > 0) || throws(pair, near->b)) continue;
+      if (!near || throws(pair, near->b)) continue;
+      std::optional<Vector3d> normal;
+      if (coincides(pair))
+        normal = layers_.parting_direction(pair.node, pair.edges);
+      else if (near->apart.norm() > 0)
+        normal = near->apart.normalized();
+      if (!normal) continue;
       const double target_gap = pair.distance < pair.thickness
-                                    ? std::min(pair.thickness, pair.distance + 0.1 * pair.thickness)
-                                    : pair.thickness;
-      contacts.push_back({&pair, near->b, near->apart.normalized(), target_gap});
+                              ? std::min(pair.thickness, pair.distance + 0.1 * pair.thickness)
+                              : pair.thickness;
+      contacts.push_back({&pair, near->b, *normal, target_gap});
     }
     return contacts;
   }
@@ -277,7 +302,7 @@ class SelfCollision {
           one = one && joined_before[n] && zone_before[n] == zone_before[pair.node[0]];
         }
         if (one && at_rest[pair.node[0]]) continue;
-        if (!reaches(pair, std::min(0.25 * pair.thickness, 0.8 * pair.distance))) continue;
+        if (coincides(pair) || !reaches(pair, std::min(0.25 * pair.thickness, 0.8 * pair.distance))) continue;
         any = true;
         if (one) stopped[pair.node[0]] = true;
         for (const Index n : pair.node) {

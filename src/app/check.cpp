@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <string>
 
 #include "app/commands.hpp"
@@ -41,7 +42,9 @@ void print_regions(const Model& model) {
 void print_parts(const Model& model, const HostState& state) {
   if (model.has_fluid())
     fmt::print("fluid: {} particles of {:.4g} m, {:.4g} kg, {} jets\n", state.fluid_count(), model.spacing,
-               static_cast<double>(state.fluid_count()) * model.particle_mass, model.jets.size());
+               static_cast<double>(std::accumulate(state.fluid_mass.begin(), state.fluid_mass.end(), Quanta{0})) *
+                   model.quantum,
+               model.jets.size());
   for (const ClothMaterial& c : model.cloths)
     fmt::print("cloth {}: {} nodes, {} triangles, {} samples{}{}\n", c.name, c.node_count, c.triangle_count,
                c.sample_count, c.porous ? ", porous" : "", c.dynamics ? "" : ", still");

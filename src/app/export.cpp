@@ -7,6 +7,7 @@
 #include <regex>
 #include <vector>
 
+#include "app/cloth_texture.hpp"
 #include "app/commands.hpp"
 #include "app/python.hpp"
 #include "output/particle_file.hpp"
@@ -22,6 +23,7 @@ namespace {
 struct SceneFacts {
   std::vector<std::string> cloths;  // names, in the order of the frames' field `cloth`
   char up = 'Y';                    // the axis against gravity; USD allows Y and Z
+  bool mesh_files = false;          // has a cloth one?
   std::string warning;              // one line, "" for none
 };
 
@@ -29,7 +31,10 @@ SceneFacts read_scene(const fs::path& folder) {
   SceneFacts facts;
   try {
     const YAML::Node scene = YAML::LoadFile((folder / "scene.yaml").string());
-    for (const YAML::Node& cloth : scene["cloth"]) facts.cloths.push_back(cloth["name"].as<std::string>());
+    for (const YAML::Node& cloth : scene["cloth"]) {
+      facts.cloths.push_back(cloth["name"].as<std::string>());
+      if (const YAML::Node mesh = cloth["mesh"]; mesh && mesh.IsMap() && mesh["file"]) facts.mesh_files = true;
+    }
     const auto g = scene["gravity"].as<std::vector<double>>();
     if (g.size() != 3) return facts;
     if (std::abs(g[2]) > std::abs(g[1]) && std::abs(g[2]) >= std::abs(g[0])) facts.up = 'Z';
@@ -123,6 +128,10 @@ int export_particles(const ExportOptions& options) {
   std::vector<std::string> words{folder.string(),         file, "--rate", fmt::format("{:.17g}", rate), "--up",
                                  std::string(1, scene.up)};
   for (const std::string& name : scene.cloths) words.push_back("--cloth=" + name);
+  std::vector<std::string> warnings;
+  if (scene.mesh_files)
+    for (std::string& word : texture_arguments(folder, warnings)) words.push_back(std::move(word));
+  for (const std::string& line : warnings) warn(line);
   become_python("write_usd.py", words);
 }
 

@@ -2,13 +2,13 @@
 
 #include <csignal>
 
+#include "base/stop_request.hpp"
+
 namespace drench {
 namespace {
 
-volatile std::sig_atomic_t interrupted = 0;
-
 void on_interrupt(int signal) {
-  interrupted = 1;
+  request_stop();
   std::signal(signal, SIG_DFL);
 }
 
@@ -16,7 +16,7 @@ void on_interrupt(int signal) {
 
 InterruptGuard::InterruptGuard()
     : before_(std::signal(SIGINT, on_interrupt)), before_end_(std::signal(SIGTERM, on_interrupt)) {
-  interrupted = 0;
+  forget_stop_request();
 }
 
 InterruptGuard::~InterruptGuard() {
@@ -24,6 +24,6 @@ InterruptGuard::~InterruptGuard() {
   std::signal(SIGTERM, before_end_);
 }
 
-bool InterruptGuard::asked() { return interrupted != 0; }
+bool InterruptGuard::asked() { return stop_requested(); }
 
 }  // namespace drench

@@ -15,6 +15,7 @@
 #include "app/threads.hpp"
 #include "app/view.hpp"
 #include "base/free_cores.hpp"
+#include "base/stop_request.hpp"
 #include "drench_version.hpp"
 #include "output/fabric_summary.hpp"
 #include "output/frame_queue.hpp"
@@ -49,6 +50,7 @@ class Run {
         schedule_(model_.scene),
         memory_(memory) {
     pipeline_.set_profiling(options.profile);
+    if (!ranks_) pipeline_.set_stoppable(setup.state);  // ranks would have to agree within the step
     if (ranks_) ranks_->traffic().fenced = options.profile;
     if (resume_) go_on();
     if (!options.no_output && first()) open_folder();
@@ -72,7 +74,9 @@ class Run {
         if (frames_) frames_->check();
         threads_.look();
         const Traffic before = ranks_ ? ranks_->traffic() : Traffic{};
-        const StepReport report = step();
+        const std::optional<StepReport> done = step();
+        if (!done) break;
+        const StepReport& report = *done;
         const Traffic after = ranks_ ? ranks_->traffic() : Traffic{};
         balance_.add(report);
         log_.write(totals_.add(pipeline_.step_index(), pipeline_.time(), report, pipeline_.milliseconds()));
@@ -124,10 +128,16 @@ class Run {
     return schedule_.ended(pipeline_.time()) || (options_.steps && totals_.steps() >= *options_.steps);
   }
 
-  /// To the next frame or the end.
-  StepReport step() {
+  /// To the next frame or the end. None if somebody asks for an end before the step is done: it is taken back.
+  std::optional<StepReport> step() {
     const double before = pipeline_.time();
-    const StepReport report = pipeline_.step(schedule_.time_left(before));
+    StepReport report;
+    try {
+      report = pipeline_.step(schedule_.time_left(before));
+    } catch (const StepStopped&) {
+      stops_ = true;
+      return std::nullopt;
+    }
     if (schedule_.clipped_by_end(before, report.dt)) shortened_ = true;
     return report;
   }
@@ -374,7 +384,6 @@ class Run {
 }  // namespace
 
 int run_command(const RunOptions& options, const Communicator* ranks) {
-  const InterruptGuard guard;
   if (ranks && options.backend == "reference")
     throw RanksError("the reference runs on one rank; start it without mpirun");
   Scene scene = load_scene(options.scene, options.overrides);
@@ -417,6 +426,7 @@ int run_command(const RunOptions& options, const Communicator* ranks) {
     setup.state = std::move(resume->checkpoint.state);
     memory = foresee_memory(setup, budget);
   }
+  const InterruptGuard guard;  // before, nothing would be lost: a signal ends the program at once
   return Run(options, setup, *backend, memory, resume ? &*resume : nullptr, ranks).execute();
 }
 

@@ -117,7 +117,7 @@ Offenders find_offenders(const HostState& state) {
   Offenders bad;
   for (std::size_t i = 0; i < state.fluid_position.size(); ++i)
     if (!finite(state.fluid_position[i]) || !finite(state.fluid_velocity[i]) || state.fluid_mass[i] <= 0 ||
-        state.fluid_mass[i] > quanta_per_particle)
+        state.fluid_mass[i] > 2 * quanta_per_particle)  // blocks hold up to 1.16 (setup/block_lattice.hpp)
       bad.particles.push_back(static_cast<Index>(i));
   for (std::size_t i = 0; i < state.node_position.size(); ++i)
     if (!finite(state.node_position[i]) || !finite(state.node_velocity[i]) || value_or_zero(state.node_liquid, i) < 0)

@@ -10,6 +10,16 @@
 
 namespace drench {
 
+namespace {
+
+/// What of a density solve is far from its goal beside the compression that is its error.
+std::string cloth_in_solve(double residual) {
+  return residual > 1 ? fmt::format("; the cloth that moves with the liquid is at {:.3g} times its goal", residual)
+                      : "";
+}
+
+}  // namespace
+
 RunLog::RunLog(const std::filesystem::path& path, bool append) : out_(path, append ? std::ios::app : std::ios::out) {
   if (!out_) throw std::runtime_error(fmt::format("{}: cannot be written", path.string()));
 }
@@ -37,12 +47,14 @@ std::string RunTotals::add(std::int64_t step, double time, const StepReport& r,
   for (std::size_t i = 0; i < solvers_.size(); ++i) {
     if (converged[i]) continue;
     Solver& s = solvers_[i];
+    const double cloth = i == 1 ? r.cloth_residual : 0;
     if (s.failures++ == 0) {
       s.first_step = step;
-      said += fmt::format("warning: step {} (t = {:.6g} s): the {} did not converge in {} iterations, error {:.3g}\n",
-                          step, time, s.name, iterations[i], errors[i]);
+      said += fmt::format("warning: step {} (t = {:.6g} s): the {} did not converge in {} iterations, error {:.3g}{}\n",
+                          step, time, s.name, iterations[i], errors[i], cloth_in_solve(cloth));
     }
     s.last_step = step;
+    s.worst_cloth = std::max(s.worst_cloth, cloth);
     s.worst = std::max(s.worst, errors[i]);
   }
   if (r.tunnelled > 0 && tunnelled_ == 0)
@@ -70,8 +82,8 @@ std::string RunTotals::warnings() const {
   std::string text;
   for (const Solver& s : solvers_)
     if (s.failures > 0)
-      text += fmt::format("the {} did not converge in {} of {} steps ({} to {}), worst error {:.3g}\n", s.name,
-                          s.failures, steps_, s.first_step, s.last_step, s.worst);
+      text += fmt::format("the {} did not converge in {} of {} steps ({} to {}), worst error {:.3g}{}\n", s.name,
+                          s.failures, steps_, s.first_step, s.last_step, s.worst, cloth_in_solve(s.worst_cloth));
   if (tunnelled_ > 0) text += fmt::format("particles went through cloth that is whole {} times\n", tunnelled_);
   if (stretch_ > most_stretch_)
     text += fmt::format(

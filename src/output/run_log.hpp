@@ -52,6 +52,7 @@ class RunTotals {
     const char* name;
     std::int64_t failures = 0, first_step = 0, last_step = 0;
     double worst = 0;
+    double worst_cloth = 0;  // of the density solve: its cloth's residual over its goal, where that had not converged
   };
   std::array<Solver, 3> solvers_{Solver{"divergence solve"}, Solver{"density solve"}, Solver{"cloth solve"}};
   double most_stretch_, stretch_ = 0;

@@ -1,8 +1,14 @@
 #include "output/vtu_series.hpp"
 
 #include <fmt/format.h>
+#include <vtkCellArray.h>
+#include <vtkCellData.h>
+#include <vtkCellType.h>
+#include <vtkDataArray.h>
 #include <vtkErrorCode.h>
 #include <vtkNew.h>
+#include <vtkSmartPointer.h>
+#include <vtkUnstructuredGrid.h>
 #include <vtkXMLUnstructuredGridWriter.h>
 
 #include <algorithm>
@@ -18,15 +24,45 @@ namespace drench {
 
 namespace fs = std::filesystem;
 
+namespace {
+
+/// A grid without points as other readers take it: meshio requires a cell and splashsurf cells of a known type, so it has one
+/// poly-vertex of no points. Fields of cells have a value of 0 for it.
+Grid with_empty_cell(const Grid& grid) {
+  auto other = Grid::New();
+  other->ShallowCopy(grid);
+  vtkNew<vtkCellArray> cells;
+  cells->InsertNextCell(vtkIdType{0}, static_cast<const vtkIdType*>(nullptr));
+  other->SetCells(VTK_POLY_VERTEX, cells);
+  vtkCellData* fields = other->GetCellData();
+  for (int a = 0; a < grid->GetCellData()->GetNumberOfArrays(); ++a) {
+    vtkDataArray* before = grid->GetCellData()->GetArray(a);
+    vtkSmartPointer<vtkDataArray> array = vtkSmartPointer<vtkDataArray>::Take(before->NewInstance());
+    array->SetName(before->GetName());
+    array->SetNumberOfComponents(before->GetNumberOfComponents());
+    array->SetNumberOfTuples(1);
+    array->Fill(0);
+    fields->AddArray(array);  // in place of the one of that name
+  }
+  return other;
+}
+
+}  // namespace
+
 void write_vtu(const fs::path& path, const Grid& grid) {
+  const bool empty = grid->GetNumberOfPoints() == 0;
   vtkNew<vtkXMLUnstructuredGridWriter> writer;
   writer->WriteToOutputStringOn();  // VTK 9.1 frees what it never had when the disk refuses a part of its file
-  writer->SetInputData(grid);
+  writer->SetInputData(empty ? with_empty_cell(grid) : grid);
   // Inline, not appended: VTK before 9.4 with expat's fix of 2024 (reparse deferral) cannot read appended data, not even
   // its own; Debian 12's ParaView is such a one.
   writer->SetDataModeToBinary();
-  writer->SetCompressorTypeToZLib();
-  writer->SetCompressionLevel(1);  // nearly as small as the highest level, several times faster
+  if (empty) {  // meshio and splashsurf cannot read compressed arrays of no values
+    writer->SetCompressorTypeToNone();
+  } else {
+    writer->SetCompressorTypeToZLib();
+    writer->SetCompressionLevel(1);  // nearly as small as the highest level, several times faster
+  }
   if (writer->Write() != 1 || writer->GetErrorCode() != vtkErrorCode::NoError)
     throw std::runtime_error(fmt::format("{}: cannot be written: {}", path.string(),
                                          vtkErrorCode::GetStringFromErrorCode(writer->GetErrorCode())));

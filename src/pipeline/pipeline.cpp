@@ -9,6 +9,8 @@
 #include <numeric>
 #include <utility>
 
+#include "base/stop_request.hpp"
+
 namespace drench {
 namespace {
 
@@ -131,9 +133,16 @@ StepReport Pipeline::step(double time_left) {
   using Clock = std::chrono::steady_clock;
   const auto step_begin = Clock::now();
   milliseconds_.fill(0);
-  StepReport report = model_.scene.time.mode == TimeMode::error && model_.has_fluid()
-                          ? step_by_error(time_left)
-                          : attempt(time_left, std::numeric_limits<double>::infinity());
+  const bool by_error = model_.scene.time.mode == TimeMode::error && model_.has_fluid();
+  const StoppableStep stoppable((by_error && stoppable_) || keep_for_stop());
+  StepReport report;
+  try {
+    report = by_error ? step_by_error(time_left) : attempt(time_left, std::numeric_limits<double>::infinity());
+  } catch (const StepStopped&) {
+    take_back();
+    throw;
+  }
+  first_state_ = nullptr;
   collapsing_ = report.density_error > collapse && !report.density_converged ? collapsing_ + 1 : 0;
   divergence_start_ = report.divergence_start;
   density_start_ = report.density_start;
@@ -144,6 +153,27 @@ StepReport Pipeline::step(double time_left) {
   report.time = time_;
   step_milliseconds_ = std::chrono::duration<double, std::milli>(Clock::now() - step_begin).count();
   return report;
+}
+
+bool Pipeline::keep_for_stop() {
+  // A copy of the state costs less than a hundredth of such a step; after shorter ones an end is soon reached anyway.
+  constexpr double long_step = 200;  // ms
+  if (first_state_) return true;
+  if (!stoppable_ || step_milliseconds_ < long_step) return false;
+  try {
+    backend_.keep();
+  } catch (const std::exception&) {  // no memory: the step has to be waited for
+    stoppable_ = false;
+  }
+  return stoppable_;
+}
+
+void Pipeline::take_back() {
+  if (first_state_)
+    backend_.upload(*first_state_);
+  else
+    backend_.go_back();
+  looked_ = false;
 }
 
 StepReport Pipeline::step_by_error(double time_left) {
@@ -191,6 +221,7 @@ bool Pipeline::have_looked(Stage stage) const {
 void Pipeline::run(Stage stage, const StepInfo& info, StepReport& report) {
   using Clock = std::chrono::steady_clock;
   const auto begin = Clock::now();
+  stop_if_requested();
   backend_.run(stage, info, report);
   if (profiling_) backend_.fence();
   milliseconds_[static_cast<std::size_t>(stage)] +=

@@ -18,7 +18,8 @@ class Pipeline {
  public:
   Pipeline(const Model& model, Backend& backend, const HostState& initial);
   /// One step; `time_left` bounds Δt so that a step ends exactly at the next output time.
-  /// Throws RunFailure (failure.hpp).
+  /// Throws RunFailure (failure.hpp), and StepStopped (base/stop_request.hpp) if an end is asked for during a step whose beginning
+  /// is kept; the state is then again as it was before the step.
   StepReport step(double time_left);
   const std::vector<Stage>& stages() const { return stages_; }
   double time() const { return time_; }
@@ -36,6 +37,12 @@ class Pipeline {
   /// Milliseconds of wall time that the whole last step took.
   double step_milliseconds() const { return step_milliseconds_; }
   void set_profiling(bool on) { profiling_ = on; }
+  /// Keeps the state before a step that may take long, so that step() can give it up. `now`: the state as it is, for the first
+  /// step; it must outlive the pipeline.
+  void set_stoppable(const HostState& now) {
+    stoppable_ = true;
+    first_state_ = &now;
+  }
 
  private:
   /// All stages, in a step that is at most so long; nothing of the pipeline's own changes but the timers.
@@ -43,6 +50,9 @@ class Pipeline {
   /// time.mode error: the longest step that leaves little enough, and how long the next one may be.
   StepReport step_by_error(double time_left);
   void run(Stage stage, const StepInfo& info, StepReport& report);
+  /// Can the step that begins be given up? Keeps the state for that.
+  bool keep_for_stop();
+  void take_back();
   bool have_looked(Stage stage) const;
   void check(const StepInfo& info, const StepReport& report);
   /// ½ Δt times the change of the rate at which cloth takes up liquid, over what all of it holds when full, 1.
@@ -63,7 +73,8 @@ class Pipeline {
   double uptake_rate_ = 0;                           // quanta/s, of the last step
   double capacity_ = 0;                              // kg, of all cloth
   bool looked_ = false;                              // lists and densities are of the state as it is
-  bool profiling_ = false;
+  bool profiling_ = false, stoppable_ = false;
+  const HostState* first_state_ = nullptr;  // before the first step, where that can be given up
 };
 
 }  // namespace drench

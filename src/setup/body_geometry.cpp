@@ -85,6 +85,12 @@ void weigh(Body& body, double density) {
   for (int a = 0; a < 3; ++a) body.inertia[a] = body.mass / 12 * (size.squaredNorm() - size[a] * size[a]);
 }
 
+/// The value without keys if it is 0 at each of them, so that a body has keys only if it moves.
+template <class T>
+Keyed<T> plain_if_zero(const Keyed<T>& value) {
+  return value.is_zero() ? Keyed<T>() : value;
+}
+
 }  // namespace
 
 Body make_body(const BodyScene& scene, const std::string& scene_path, const std::string& name) {
@@ -129,8 +135,8 @@ Body make_body(const BodyScene& scene, const std::string& scene_path, const std:
       break;
     }
   }
-  body.velocity = scene.velocity;
-  body.path = scene.offset;
+  body.velocity = plain_if_zero(scene.velocity);
+  body.path = plain_if_zero(scene.offset);
   if (!scene.spin.degrees_per_second.is_zero()) {
     body.spin_axis = unit(scene.spin.axis, name + ": the axis of spin");
     body.spin_rate = scene.spin.degrees_per_second.scaled(std::numbers::pi / 180);

@@ -270,7 +270,7 @@ void init_fluid(Setup& setup) {
   resize_liquid(s, setup.model, count);
   s.fluid_position = std::move(particles.position);
   s.fluid_velocity = std::move(particles.velocity);
-  std::fill(s.fluid_mass.begin(), s.fluid_mass.end(), quanta_per_particle);
+  s.fluid_mass = std::move(particles.mass);
   std::iota(s.fluid_id.begin(), s.fluid_id.end(), std::int64_t{0});
   s.next_id = static_cast<std::int64_t>(count);
   s.jet_particles.assign(setup.model.jets.size(), 0);
@@ -279,7 +279,8 @@ void init_fluid(Setup& setup) {
 
 /// The ledger adds quanta in 64 bits: far more liquid than fits would wrap around.
 void check_ledger_range(const Setup& setup) {
-  double quanta = static_cast<double>(setup.state.fluid_count()) * static_cast<double>(quanta_per_particle);
+  const std::vector<Quanta>& mass = setup.state.fluid_mass;
+  double quanta = std::accumulate(mass.begin(), mass.end(), 0.0);
   for (const double capacity : setup.model.samples.node_capacity) quanta += 2 * capacity / setup.model.quantum;
   if (!(quanta < 0x1p62)) {
     throw SetupError(

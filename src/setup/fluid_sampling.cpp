@@ -6,9 +6,11 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <optional>
 #include <set>
 
 #include "base/eigen_vec.hpp"
+#include "setup/block_lattice.hpp"
 #include "setup/body_geometry.hpp"
 #include "setup/mesh_io.hpp"
 #include "setup/point_grid.hpp"
@@ -19,18 +21,6 @@ namespace drench {
 namespace {
 
 using Eigen::Vector3d;
-
-struct Lattice {
-  std::array<double, 3> n;  // whole numbers; doubles, since they may be too large for an integer
-  Vec3 first;
-  Lattice(const Box& box, double d) {
-    for (int a = 0; a < 3; ++a) {
-      const double extent = box.max[a] - box.min[a];
-      n[a] = std::max(1.0, std::round(extent / d));
-      first[a] = box.min[a] + 0.5 * d + 0.5 * (extent - n[a] * d);
-    }
-  }
-};
 
 /// For each point the number, from 1, of the first solid that it is inside of, or 0; meshes that are not closed have no
 /// inside.
@@ -114,28 +104,45 @@ std::vector<std::uint8_t> near_cloth(const Model& model, const std::vector<Vec3>
 
 double expected_block_particles(const FluidScene& fluid) {
   double count = 0;
-  for (const BlockScene& block : fluid.blocks) {
-    const Lattice lattice(block.box, fluid.spacing);
-    count += lattice.n[0] * lattice.n[1] * lattice.n[2];
-  }
+  for (const BlockScene& block : fluid.blocks) count += BlockLattice(block.box, fluid.spacing).count();
   return count;
 }
 
 namespace {
 
-void add(BlockParticles& particles, const Vec3& position, const Vec3& velocity, std::size_t block) {
+void add(BlockParticles& particles, const Vec3& position, const Vec3& velocity, Quanta mass, std::size_t block) {
   particles.position.push_back(position);
   particles.velocity.push_back(velocity);
+  particles.mass.push_back(mass);
   particles.block.push_back(block);
 }
 
-/// Calls visit(x) for every point of a block's lattice, x fastest.
-template <class Visit>
-void for_lattice(const Lattice& lattice, double d, Visit visit) {
-  for (double k = 0; k < lattice.n[2]; ++k)
-    for (double j = 0; j < lattice.n[1]; ++j)
-      for (double i = 0; i < lattice.n[0]; ++i)
-        visit(Vec3{lattice.first[0] + i * d, lattice.first[1] + j * d, lattice.first[2] + k * d});
+/// Rejects blocks of too light particles, and warns where layers are much narrower than the spacing.
+void check_lattices(const Model& model, std::vector<std::string>& warnings) {
+  const double d = model.spacing, full = static_cast<double>(quanta_per_particle);
+  const auto& blocks = model.scene.fluid.blocks;
+  std::set<std::size_t> narrowed;
+  std::optional<BlockLattice> first;
+  for (std::size_t b = 0; b < blocks.size(); ++b) {
+    const BlockLattice lattice(blocks[b].box, d);
+    if (lattice.least_mass() < model.min_quanta)
+      throw SetupError(fmt::format(
+          "fluid: block {} is much thinner than the spacing, {} m: each particle would have {:.2g} of a full "
+          "particle's "
+          "mass; allowed: at least {:.2g}; use a smaller spacing or a larger block",
+          b + 1, d, static_cast<double>(lattice.least_mass()) / full, static_cast<double>(model.min_quanta) / full));
+    if (lattice.squeezed_axes().empty()) continue;
+    if (!first) first = lattice;
+    narrowed.insert(b + 1);
+  }
+  if (!first) return;
+  const Vec3& step = first->step();
+  warnings.push_back(fmt::format(
+      "fluid: the size of {} is not a multiple of the spacing, {:.4g} m. To hold the mass that block {} encloses, its "
+      "particles are closer along {} ({:.4g}, {:.4g} and {:.4g} m) and have {:.3g} of a full particle's mass; use "
+      "multiples of the spacing, or a smaller spacing",
+      named("block", "blocks", narrowed), d, *narrowed.begin(), first->squeezed_axes(), step[0], step[1], step[2],
+      static_cast<double>(first->least_mass()) / full));
 }
 
 /// The blocks' lattices without what overlaps an earlier block. Throws SetupError if a particle lies outside the domain.
@@ -147,20 +154,23 @@ BlockParticles lay_blocks(const Model& model, std::vector<std::string>& warnings
   PointGrid placed(d);
   std::size_t overlaps = 0, outside = 0, close = 0;
   std::set<std::size_t> overlapping, squeezed;
+  double closest = d;  // m: between layers of a block so far
   for (std::size_t b = 0; b < blocks.size(); ++b) {
     const std::size_t begin = positions.size();
-    for_lattice(Lattice(blocks[b].box, d), d, [&](const Vec3& x) {
+    const BlockLattice lattice(blocks[b].box, d);
+    closest = std::min(closest, lattice.narrowest());
+    lattice.for_each([&](const Vec3& x, Quanta mass) {
       if (b > 0 && placed.any_within(x, 0.5 * d)) {
         ++overlaps;
         overlapping.insert(b + 1);
         return;
       }
-      if (b > 0 && placed.any_within(x, 0.9 * d)) {
+      if (b > 0 && placed.any_within(x, 0.9 * closest)) {
         ++close;
         squeezed.insert(b + 1);
       }
       if (!contains(model.scene.domain.min, model.scene.domain.max, x)) ++outside;
-      add(laid, x, blocks[b].velocity, b + 1);
+      add(laid, x, blocks[b].velocity, mass, b + 1);
     });
     if (b + 1 == blocks.size()) break;
     for (std::size_t i = begin; i < positions.size(); ++i) placed.add(positions[i]);
@@ -188,7 +198,7 @@ BlockParticles outside_solids(const Model& model, const BlockParticles& all, std
   std::set<std::size_t> cut, cutting;
   for (std::size_t i = 0; i < solid.size(); ++i) {
     if (solid[i] == 0) {
-      add(kept, all.position[i], all.velocity[i], all.block[i]);
+      add(kept, all.position[i], all.velocity[i], all.mass[i], all.block[i]);
       continue;
     }
     cut.insert(all.block[i]);
@@ -218,6 +228,7 @@ void warn_of_particles_at_cloth(const Model& model, const BlockParticles& laid, 
 }  // namespace
 
 BlockParticles fill_blocks(const Model& model, std::vector<std::string>& warnings) {
+  check_lattices(model, warnings);
   BlockParticles laid = outside_solids(model, lay_blocks(model, warnings), warnings);
   warn_of_particles_at_cloth(model, laid, warnings);
   return laid;

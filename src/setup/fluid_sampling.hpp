@@ -14,12 +14,15 @@ double expected_block_particles(const FluidScene& fluid);
 struct BlockParticles {
   std::vector<Vec3> position;  // m
   std::vector<Vec3> velocity;  // m/s
+  std::vector<Quanta> mass;
   std::vector<std::size_t> block;  // of each, from 1
 };
 
-/// Fills the blocks with lattices of spacing d. Particles closer than d/2 to one of an earlier block and those inside a solid are
+/// Fills the blocks with lattices of spacing d; where a side is no multiple of d, layers lie closer and particles are lighter, so
+/// that each block holds its volume's mass, in whole quanta. Particles closer than d/2 to one of an earlier block and those inside a solid are
 /// left out; a warning counts them, and those closer than 0.9 d to an earlier block's or than d/2 to a cloth. Needs model.bodies,
-/// model.mesh, model.spacing. SetupError: particles outside the domain.
+/// model.mesh, model.spacing. SetupError: particles outside the domain, or
+/// below min_quanta.
 BlockParticles fill_blocks(const Model& model, std::vector<std::string>& warnings);
 
 /// In spacings: a particle that starts nearer to a cloth is pushed away from it at once.

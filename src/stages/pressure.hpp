@@ -20,9 +20,12 @@
 
 namespace drench {
 
-/// How many iterations of the cloth an iteration of the pressure may take.
-inline int cloth_iterations_per_pressure(const ClothSolverScene& solver) {
-  return std::max(100, solver.max_iterations / 3);
+/// How many iterations of the cloth an iteration of the pressure may take after `spent` of them in the same solve. The whole solve
+/// may take some ten times as many; from then on each iteration takes a few, so that the work of a step has a limit.
+inline int cloth_iterations_per_pressure(const ClothSolverScene& solver, int spent) {
+  constexpr int few = 10;  // the least that the cloth judges
+  const int each = std::max(100, solver.max_iterations / 3), left = 10 * each - spent;
+  return std::clamp(left, few, each);
 }
 
 }  // namespace drench

@@ -3,8 +3,11 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
+#include <numeric>
 #include <set>
 
 #include "build_scenes.hpp"
@@ -50,12 +53,12 @@ TEST(FluidBlocks, WarnWhereTheLatticeIsDenserThanTheLiquid) {
 
 TEST(FluidBlocks, AreLatticesInTheirBoxes) {
   Scene scene = wet_scene();
-  scene.fluid.blocks.push_back({{{0, 0, 0}, {0.2, 0.1, 0.065}}, {1, 2, 3}});
+  scene.fluid.blocks.push_back({{{0, 0, 0}, {0.2, 0.1, 0.06}}, {1, 2, 3}});
   const drench::Setup setup = build(scene);
   const HostState& s = setup.state;
   ASSERT_EQ(s.fluid_count(), 10 * 5 * 3);
   EXPECT_NEAR(s.fluid_position[0][0], 0.01, 1e-15);
-  EXPECT_NEAR(s.fluid_position[0][2], 0.0125, 1e-15);  // 0.065 − 3 d is shared by both sides
+  EXPECT_NEAR(s.fluid_position[0][2], 0.01, 1e-15);
   EXPECT_EQ(s.fluid_velocity[7], (Vec3{1, 2, 3}));
   for (std::size_t i = 0; i < s.fluid_id.size(); ++i) {
     EXPECT_EQ(s.fluid_id[i], static_cast<std::int64_t>(i));
@@ -66,6 +69,73 @@ TEST(FluidBlocks, AreLatticesInTheirBoxes) {
   for (const auto* field : {&s.fluid_age, &s.fluid_density_ratio, &s.fluid_kappa_density, &s.fluid_kappa_divergence}) {
     EXPECT_EQ(*field, std::vector<double>(150, 0.0));
   }
+}
+
+/// Whatever their size, blocks fill their boxes and hold the mass that these enclose.
+TEST(FluidBlocks, HoldTheMassThatTheyEnclose) {
+  const Vec3 first{0.1, -0.2, 0.3};
+  for (const Vec3& size : {Vec3{0.07, 0.07, 0.07}, Vec3{0.065, 0.1, 0.2}, Vec3{0.2, 0.201, 0.413},
+                           Vec3{0.02, 0.011, 0.03}, Vec3{0.0209, 0.0211, 0.15}, Vec3{0.02, 0.04, 0.0600001}}) {
+    Scene scene = wet_scene();
+    scene.fluid.density = 870;
+    Box box{first, first};
+    for (std::size_t a = 0; a < 3; ++a) box.max[a] += size[a];
+    scene.domain = box;  // no particle lies outside
+    scene.fluid.blocks.push_back({box});
+    const drench::Setup setup = build(scene);
+    const HostState& s = setup.state;
+    const double volume = size[0] * size[1] * size[2],
+                 mass = setup.model.quantum *
+                        static_cast<double>(std::accumulate(s.fluid_mass.begin(), s.fluid_mass.end(), Quanta{0}));
+    EXPECT_NEAR(mass, 870 * volume, setup.model.quantum + 1e-14 * mass) << size[0] << " " << size[1] << " " << size[2];
+    const auto [least, most] = std::minmax_element(s.fluid_mass.begin(), s.fluid_mass.end());
+    EXPECT_LE(*most - *least, 1);
+    std::array<std::set<double>, 3> layers;
+    for (const Vec3& x : s.fluid_position)
+      for (std::size_t a = 0; a < 3; ++a) layers[a].insert(x[a]);
+    EXPECT_EQ(layers[0].size() * layers[1].size() * layers[2].size(), s.fluid_position.size());
+    for (std::size_t a = 0; a < 3; ++a) {
+      const double step = size[a] / static_cast<double>(layers[a].size());
+      EXPECT_LE(step, 1.0501 * d) << "layers wider than the spacing";
+      EXPECT_GE(step, 0.5 * d);
+      EXPECT_NEAR(*layers[a].begin(), first[a] + 0.5 * step, 1e-12);
+      EXPECT_NEAR(*layers[a].rbegin(), first[a] + size[a] - 0.5 * step, 1e-12);
+    }
+  }
+}
+
+TEST(FluidBlocks, WarnWhereTheirLayersAreMuchNarrowerThanTheSpacing) {
+  const auto warned = [](const Vec3& size, const std::string& text) {
+    Scene scene = wet_scene();
+    scene.fluid.blocks.push_back({{{0, 0, 0}, {0.1, 0.1, 0.1}}});
+    scene.fluid.blocks.push_back({{{0.5, 0.5, 0.5}, {0.5 + size[0], 0.5 + size[1], 0.5 + size[2]}}});
+    return any_has(build(scene).warnings, text);
+  };
+  EXPECT_TRUE(warned({0.07, 0.07, 0.07}, "the size of block 2 is not a multiple of the spacing, 0.02 m"));
+  EXPECT_TRUE(warned({0.07, 0.07, 0.07}, "closer along x, y and z (0.0175, 0.0175 and 0.0175 m) and have 0.67 of"));
+  EXPECT_TRUE(warned({0.1, 0.03, 0.1}, "closer along y (0.02, 0.015 and 0.02 m) and have 0.75 of"));
+  EXPECT_FALSE(warned({0.205, 0.41, 0.1}, "not a multiple")) << "2.5 % wider";
+  EXPECT_FALSE(warned({0.1, 0.1, 0.1}, "not a multiple"));
+}
+
+/// Beside a block of narrow layers another one starts no closer than these are to each other.
+TEST(FluidBlocks, OfNarrowLayersStandSideBySide) {
+  Scene scene = wet_scene();
+  scene.fluid.blocks = {{{{0, 0, 0}, {0.03, 0.1, 0.1}}}, {{{0.03, 0, 0}, {0.06, 0.1, 0.1}}}};
+  const drench::Setup setup = build(scene);
+  EXPECT_EQ(setup.state.fluid_count(), 2 * 2 * 5 * 5);
+  EXPECT_FALSE(any_has(setup.warnings, "start closer"));
+}
+
+TEST(FluidBlocks, OfTooLightParticlesAreRefused) {
+  Scene scene = wet_scene();
+  scene.fluid.blocks.push_back({{{0, 0, 0}, {0.1, 0.0008, 0.1}}});
+  EXPECT_NE(
+      error_of(scene).find("fluid: block 1 is much thinner than the spacing, 0.02 m: each particle would have 0.04 of"),
+      std::string::npos)
+      << error_of(scene);
+  scene.fluid.blocks[0].box.max[1] = 0.0011;
+  EXPECT_EQ(error_of(scene), "");
 }
 
 TEST(FluidBlocks, OverlapsSolidsClothAndDomain) {

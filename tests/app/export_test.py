@@ -1,7 +1,8 @@
 #!/usr/bin/python3 -I
 """export_test.py SOURCE BUILD PART: what `drench export` writes of a small run is what its frames hold, as VTK reads them.
 
-particles  BGEO and PLY, read back here; --fps; refusals
+particles  BGEO and PLY, read back here; --fps; refusals; frames without particles, which meshio and splashsurf read
+           too where python3 and PATH have them
 usd        read back by usd-core, and a mesh of it imported; needs tools/setup export
 blender    read back by Blender; needs tools/setup blender besides
 Exit code 77, skipped, without what a part needs."""
@@ -9,6 +10,7 @@ Exit code 77, skipped, without what a part needs."""
 import json
 import math
 import os
+import shutil
 import struct
 import subprocess
 import sys
@@ -160,6 +162,53 @@ def check_particles(run, folder):
             expect(distance(ply[name], vtu[name]) == 0, f"PLY: {name} of frame {k}")
     check_rates(run, folder)
     check_refusals(run, folder)
+    check_empty_frames(folder)
+
+
+EMPTY_SCENE = """drench: 1
+time: {step: 0.002, end: 0.02}
+domain: {min: [-1, -1, -1], max: [1, 1, 1]}
+output: {every: 0.01, surface: true}
+fluid: {spacing: 0.02, sources: [{jet: {center: [0, 0.5, 0], radius: 0.05, velocity: [0, -1, 0], start: 0.005}}]}
+bodies: [{sphere: {center: [0, 0, 0], radius: 0.1}}]
+"""
+
+
+def check_empty_frames(folder):
+    """A frame without particles, and without a surface, is a frame to every reader that the pages name."""
+    (folder / "empty.yaml").write_text(EMPTY_SCENE)
+    run = folder / "empty"
+    drench("run", folder / "empty.yaml", "-o", run, "--quiet")
+    empty, full = (read_vtu(run / f"frames/fluid_{k:06}.vtu") for k in (0, 2))
+    expect(empty["points"] == [] and len(full["points"]) > 10, f"{len(empty['points'])}, {len(full['points'])} points")
+    expect(set(empty) == set(full) and all(values == [] for name, values in empty.items() if name != "cells"),
+           f"fields of the empty frame: {empty}")
+    expect(read_vtu(run / "frames/surface_000000.vtu")["points"] == [], "there is a surface without particles")
+    for ending, read in (("bgeo", read_bgeo), ("ply", read_ply)):
+        drench("export", run, "--to", ending)
+        values = read(run / f"{ending}/fluid_000000.{ending}")
+        expect(values and not any(values.values()), f"{ending} of an empty frame: {values}")
+    check_with_meshio(run)
+    check_with_splashsurf(run, folder)
+
+
+def check_with_meshio(run):
+    code = "import meshio, sys; frame = meshio.read(sys.argv[1]); print(len(frame.points), len(frame.point_data['velocity']))"
+    if subprocess.run(["python3", "-c", "import meshio"], capture_output=True).returncode:
+        return print("no meshio here: not tried")
+    for name in ("fluid", "surface"):
+        read = subprocess.run(["python3", "-c", code, str(run / f"frames/{name}_000000.vtu")], capture_output=True, text=True)
+        expect(read.returncode == 0 and read.stdout.endswith("0 0\n"), f"meshio: {read.stdout}{read.stderr}")
+    return None
+
+
+def check_with_splashsurf(run, folder):
+    if not shutil.which("pysplashsurf"):
+        return print("no pysplashsurf here: not tried")
+    words = ["-r", "0.01", "-l", "2.0", "-c", "0.5", "-t", "0.6", "-a", "velocity", "--output-dir", str(folder / "surfaces")]
+    made = subprocess.run(["pysplashsurf", "reconstruct", str(run / "frames/fluid_{}.vtu"), *words], capture_output=True, text=True)
+    expect(made.returncode == 0 and len(list((folder / "surfaces").iterdir())) == 3, f"splashsurf: {made.stdout}{made.stderr}")
+    return None
 
 
 def check_rates(run, folder):
@@ -266,7 +315,50 @@ def check_usd(run, folder):
     cloth = stage["materials"]["/World/cloth/left_sheet"]
     expect((cloth["diffuseColor"], cloth["roughness"]) == ("displayColor", "roughness"), str(cloth))
     check_usd_variants(run, folder, reader)
+    check_texture(folder, reader)
     check_import(run, folder)
+
+
+# Two quads side by side: a seam of the texture runs along x = 0, where corners of one point differ.
+TEXTURED_MESH = """v -0.1 0 0\nv 0 0 0\nv 0.1 0 0\nv -0.1 0 0.1\nv 0 0 0.1\nv 0.1 0 0.1
+vt -0.1 0\nvt 0 0\nvt 0 0.1\nvt -0.1 0.1\nvt 5 0\nvt 5.1 0\nvt 5.1 0.1\nvt 5 0.1
+f 4/4 5/3 2/2 1/1\nf 5/8 6/7 3/6 2/5
+"""
+TEXTURED_SCENE = """drench: 1
+time: {step: 0.002, end: 0.004}
+output: {every: 0.002}
+cloth:
+  - {name: grid, mesh: {grid: {size: [0.1, 0.1], nodes: [3, 3]}}, place: {position: [0, 1, 0]}}
+  - {name: flag, mesh: {file: flag.obj, scale: 2}}
+"""
+
+
+def check_texture(folder, reader):
+    """The mesh file's texture coordinates, at each corner of each triangle; none of a grid, or of a file that is another one by now."""
+    (folder / "flag.obj").write_text(TEXTURED_MESH)
+    (folder / "textured.yaml").write_text(TEXTURED_SCENE)
+    run, file = folder / "textured", folder / "textured.usda"
+    drench("run", folder / "textured.yaml", "-o", run, "--quiet")
+
+    def cloths():
+        said = drench("export", run, "--to", "usd", "-o", file).stderr
+        stage = json.loads(subprocess.run([*reader, str(file), "0"], capture_output=True, check=True).stdout)
+        return [stage["frames"][0][f"/World/cloth/{name}"] for name in ("flag", "grid")], said
+
+    (flag, grid), said = cloths()
+    expect(not said and "primvar:st" not in grid and flag["interpolation:st"] == "faceVarying", said)
+    corners = [flag["points"][i] for i in flag["corners"]]
+    expect(len(corners) == 12 and len(flag["primvar:st"]) == 12, str(flag["primvar:st"]))
+    for t in range(4):
+        right = sum(p[0] for p in corners[3 * t:3 * t + 3]) > 0
+        wanted = [[p[0] / 2 + (5 if right else 0), p[2] / 2] for p in corners[3 * t:3 * t + 3]]
+        expect(distance(flag["primvar:st"][3 * t:3 * t + 3], wanted) < 1e-4, f"triangle {t}: {flag['primvar:st']}, not {wanted}")
+    (folder / "flag.obj").write_text(TEXTURED_MESH + "f 1/1 2/2 5/3\n")
+    (flag, _), said = cloths()
+    expect("primvar:st" not in flag and said.count("warning") == 1 and "cloth flag" in said, said)
+    (folder / "flag.obj").unlink()
+    (flag, _), said = cloths()
+    expect("primvar:st" not in flag and said.count("warning") == 1 and "flag.obj" in said, said)
 
 
 def check_usd_variants(run, folder, reader):

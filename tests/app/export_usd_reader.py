@@ -27,6 +27,7 @@ def point_based(prim, code, cache):
         found["normals"] = numbers(mesh.GetNormalsAttr().Get(code))
     for variable in UsdGeom.PrimvarsAPI(prim).GetPrimvars():
         found["primvar:" + variable.GetPrimvarName()] = numbers(variable.Get(code))
+        found["interpolation:" + variable.GetPrimvarName()] = str(variable.GetInterpolation())
     return found
 
 

@@ -25,7 +25,7 @@ std::string askew_scene() {
                "mesh: {grid: {size: [0.3, 0.3], nodes: [9, 9]}}\n"
                "    place: {position: [0.311, 0.107, -0.213], rotate: {axis: [1, 0.3, 0.2], degrees: 23}}");
   scene = with(scene, "    pin: [{edges: true}]", "    dynamics: false");
-  scene = with(scene, "    - block: {min: [-0.07, 0.012, -0.06], max: [0.07, 0.15, 0.06]",
+  scene = with(scene, "    - block: {min: [-0.07, 0.011, -0.06], max: [0.07, 0.151, 0.06]",
                "    - block: {min: [0.24, 0.05, -0.27], max: [0.38, 0.17, -0.15]");
   return with(scene, "center: [0, -0.06, 0], radius: 0.05", "center: [0.311, -0.06, -0.213], radius: 0.05");
 }

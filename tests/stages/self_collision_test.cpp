@@ -109,6 +109,47 @@ cloth:
   });
 }
 
+/// Both sheets in the plane y = 0: all of their pairs there coincide, and their sides are told by normals and motion.
+void lay_into_one_plane(HostState& s, const Model& m, double speed) {
+  throw_sheets(m, s, 0);
+  for (std::size_t n = 0; n < s.node_position.size(); ++n) {
+    s.node_position[n][1] = 0;
+    s.node_velocity[n][1] = float(0.01 * noise(n, 7) + (m.mesh.node_cloth[n] == 0 ? speed : 0));
+  }
+}
+
+TEST(self_collision, coincident_sheets_agree_with_the_reference) {
+  const std::string turned = with(two_sheets, "axis: [0.02, 1, 0.04], degrees: 17", "axis: [1, 0, 0.1], degrees: 180");
+  for (const std::string& scene : {std::string(two_sheets), turned})
+    for (const double speed : {0.0, 0.3, -0.3}) {
+      SCOPED_TRACE(speed);
+      compare_stage({.stage = Stage::self_collision,
+                     .scene = scene,
+                     .steps_before = 0,
+                     .prepare = [speed](const Model& m, HostState& s) { lay_into_one_plane(s, m, speed); },
+                     .changes = "node_velocity"});
+    }
+}
+
+/// Whichever way the upper sheet leaves, nothing holds it. There is no friction, which edges beside each other in the plane have.
+TEST(self_collision, coincident_sheets_part_to_either_side) {
+  const auto setup = setup_from(with(with(two_sheets, "friction: 0.4", "friction: 0"), "friction: 0.2", "friction: 0"));
+  for (const double speed : {0.5, -0.5}) {
+    SCOPED_TRACE(speed);
+    HostState s = setup.state;
+    lay_into_one_plane(s, setup.model, speed);
+    for (Vec3& v : s.node_velocity) v[0] = v[2] = 0;
+    run_on_both(setup.model, s, {Stage::self_collision}, {0, 0, 0.004},
+                [&](const Backend& backend, const StepReport& r) {
+                  EXPECT_GT(r.cloth_contacts, 10) << backend.name();
+                  EXPECT_EQ(r.cloth_zone_nodes, 0) << backend.name();
+                  const HostState after = backend.download();
+                  for (std::size_t n = 0; n < s.node_velocity.size(); ++n)
+                    EXPECT_NEAR(after.node_velocity[n][1], s.node_velocity[n][1], 0.03) << backend.name() << " " << n;
+                });
+  }
+}
+
 TEST(self_collision, impact_zones_are_needed_and_agree_with_the_reference) {
   const auto setup = setup_from(two_sheets);
   HostState s = setup.state;

@@ -171,7 +171,8 @@ TEST(slip, a_step_of_any_viscosity_keeps_momentum_and_adds_no_energy) {
       std::string scene = with(slipping_scene("1", "1"), "viscosity: 1.0e-3", "viscosity: " + viscosity);
       scene = with(scene, "domain:", "gravity: [0, 0, 0]\ndomain:");
       scene = with(scene, "thickness: 0.002", "thickness: 0.002\n    areal_density: 0.005");
-      scene = with(scene, "{min: [-0.07, 0.012, -0.06]", "{min: [-0.07, 0.01, -0.06]");
+      scene = with(scene, "{min: [-0.07, 0.011, -0.06], max: [0.07, 0.151, 0.06]",
+                   "{min: [-0.07, 0.01, -0.06], max: [0.07, 0.15, 0.06]");
       scene = with(scene, "  - plane: {point: [0, -0.2, 0], normal: [0, 1, 0], slip: free}",
                    "  - sphere: {center: [0.03, 0.08, 0], radius: 0.03, dynamic: true, density: 50}");
       auto setup = setup_from(scene);

@@ -17,7 +17,7 @@ Precision backend_precision() { return precision_named(double_precision ? "doubl
 
 std::string wet_scene() {
   return std::string(few_iterations) + R"(
-    - block: {min: [-0.07, 0.012, -0.06], max: [0.07, 0.15, 0.06], velocity: [0.1, -0.6, 0.05]}
+    - block: {min: [-0.07, 0.011, -0.06], max: [0.07, 0.151, 0.06], velocity: [0.1, -0.6, 0.05]}
     - jet: {center: [0.06, 0.25, 0.0], radius: 0.025, velocity: [0, -1.5, 0.1]}
 cloth:
   - name: sheet

@@ -1,5 +1,7 @@
 """The prims of a run in USD: each is given a frame at a time code and writes what has changed."""
 
+import sys
+
 import numpy as np
 from pxr import Gf, Sdf, Tf, UsdGeom, UsdShade, Vt
 
@@ -103,7 +105,7 @@ class Surface:
         points, corners = frame.read("Points"), frame.read("connectivity")
         self.prim.CreatePointsAttr().Set(vectors(points), code)
         self.prim.CreateFaceVertexIndicesAttr().Set(integers(corners), code)
-        self.prim.CreateFaceVertexCountsAttr().Set(integers(np.full(frame.cells, 3)), code)
+        self.prim.CreateFaceVertexCountsAttr().Set(integers(np.full(len(corners) // 3, 3)), code)
         self.prim.CreateNormalsAttr().Set(vectors(frame.read("normal")), code)
         self.prim.CreateVelocitiesAttr().Set(vectors(frame.read("velocity")), code)
         self.prim.CreateExtentAttr().Set(extent(points), code)
@@ -129,6 +131,11 @@ class Cloth:
         self.roughness = variables.CreatePrimvar("roughness", Sdf.ValueTypeNames.FloatArray, vertex)
         self.colour = variables.CreatePrimvar("displayColor", Sdf.ValueTypeNames.Color3fArray, vertex)
 
+    def set_texture(self, coordinates):
+        """`coordinates`: u and v of each corner of the triangles; a seam's corners differ at one point."""
+        kind, corners = Sdf.ValueTypeNames.TexCoord2fArray, UsdGeom.Tokens.faceVarying
+        UsdGeom.PrimvarsAPI(self.prim).CreatePrimvar("st", kind, corners).Set(Vt.Vec2fArray.FromNumpy(coordinates))
+
     def write(self, code, frame):
         points, saturation = frame.read("Points")[self.nodes], frame.read("saturation")[self.nodes]
         wet = np.clip(saturation, 0, 1)
@@ -142,8 +149,8 @@ class Cloth:
         return 56 * len(points)
 
 
-def define_cloths(stage, frame, names):
-    """A Cloth for each that the frame has, named as in the scene; the same material for all."""
+def define_cloths(stage, frame, names, textures):
+    """A Cloth for each that the frame has, named as in the scene; the same material for all. `textures`: coordinates by number."""
     triangles, owner = frame.read("connectivity").reshape(-1, 3).astype(np.int64), frame.read("cloth")
     material, cloths, taken = define_material(stage, "cloth", "displayColor", "roughness"), [], set()
     UsdGeom.Xform.Define(stage, "/World/cloth")
@@ -154,6 +161,11 @@ def define_cloths(stage, frame, names):
         taken.add(name)
         cloths.append(Cloth(stage, f"/World/cloth/{name}", triangles[owner == index]))
         bind(cloths[-1].prim, material)
+        texture, corners = textures.get(int(index)), 3 * np.count_nonzero(owner == index)
+        if texture is not None and len(texture) == corners:
+            cloths[-1].set_texture(texture)
+        elif texture is not None:
+            print(f"warning: cloth {name}: its mesh file is not the one of the run: no texture coordinates", file=sys.stderr)
     return cloths
 
 
@@ -233,6 +245,8 @@ class Bodies:
             return
         self.seen.add(path)
         points, corners = frame.read("Points"), frame.read("connectivity").astype(np.int64)
+        if len(points) == 0:  # no body is shown, and the frame has one cell without points
+            return
         ends, owner, container = frame.read("offsets").astype(np.int64), frame.read("body"), frame.read("container")
         counts = np.diff(ends, prepend=0)
         for index in np.unique(owner):

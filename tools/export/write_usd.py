@@ -20,6 +20,7 @@ try:
     from pxr import Tf, Usd, UsdGeom
     from usd_prims import Bodies, Liquid, Surface, define_cloths
     from vtu_reader import Frame, FrameError, read_collection
+    import numpy as np
 except ImportError as error:
     fail_without(error.name)
 
@@ -31,6 +32,8 @@ def parse_arguments():
     parser.add_argument("--rate", type=float, required=True, help="time codes a second")
     parser.add_argument("--up", choices=("Y", "Z"), default="Y")
     parser.add_argument("--cloth", action="append", default=[], metavar="NAME", help="names, in the frames' order")
+    parser.add_argument("--texture", action="append", default=[], metavar="CLOTH:DESCRIPTOR",
+                        help="an open file of floats: u and v of each corner of the cloth's triangles")
     options = parser.parse_args()
     if options.file.suffix not in ENDINGS:
         fail(f"{options.file}: must end in {', '.join(ENDINGS)}")
@@ -49,11 +52,22 @@ def new_stage(path, options):
     return stage
 
 
+def read_textures(arguments):
+    """{number of a cloth: rows of u and v}"""
+    textures = {}
+    for argument in arguments:
+        cloth, descriptor = map(int, argument.split(":"))
+        os.lseek(descriptor, 0, os.SEEK_SET)
+        with open(descriptor, "rb") as file:
+            textures[cloth] = np.frombuffer(file.read(), np.float32).reshape(-1, 2)
+    return textures
+
+
 class Scene:
     """The prims of a run, made when their first frame comes."""
 
-    def __init__(self, stage, has_surface, cloth_names):
-        self.stage, self.has_surface, self.cloth_names = stage, has_surface, cloth_names
+    def __init__(self, stage, has_surface, cloth_names, textures):
+        self.stage, self.has_surface, self.cloth_names, self.textures = stage, has_surface, cloth_names, textures
         self.liquid = self.surface = self.cloths = self.bodies = None
 
     def write(self, series, code, path):
@@ -66,7 +80,7 @@ class Scene:
                 self.surface = self.surface or Surface(self.stage)
                 return self.surface.write(code, frame)
             if series == "cloth":
-                self.cloths = self.cloths or define_cloths(self.stage, frame, self.cloth_names)
+                self.cloths = self.cloths or define_cloths(self.stage, frame, self.cloth_names, self.textures)
                 return sum(cloth.write(code, frame) for cloth in self.cloths)
             self.bodies = self.bodies or Bodies(self.stage)
             self.bodies.write(code, path, frame)
@@ -93,7 +107,7 @@ def time_code(time, rate):
 def export(options, temporary):
     series = {name: read_collection(options.folder, name) for name in ("fluid", "surface", "cloth", "bodies")}
     stage = new_stage(temporary, options)
-    scene, waiting, codes = Scene(stage, bool(series["surface"]), options.cloth), 0, []
+    scene, waiting, codes = Scene(stage, bool(series["surface"]), options.cloth, read_textures(options.texture)), 0, []
     for time in sorted({time for frames in series.values() for time in frames}):
         code = time_code(time, options.rate)
         for name, frames in series.items():

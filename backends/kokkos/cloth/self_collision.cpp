@@ -2,6 +2,7 @@
 
 #include "stages/self_collision.hpp"
 
+#include "base/stop_request.hpp"
 #include "cloth/clearance.hpp"
 #include "cloth/self_collision_course.hpp"
 #include "cloth/self_collision_items.hpp"
@@ -71,6 +72,9 @@ Collision::Collision(const Constants& constants, const Bodies& bodies, Cloth& cl
       changed(work.changed),
       inverse_mass(cloth.nodes.inverse_mass),
       kept(std::as_const(cloth).nodes.clearance),
+      piece(work.piece),
+      around_start(work.around_start),
+      around(work.around),
       materials(node_materials(cloth)),
       solids(bodies.solids),
       pins(cloth),
@@ -109,6 +113,7 @@ Collision::Collision(const Constants& constants, const Bodies& bodies, Cloth& cl
       nodes(cloth.nodes.count) {}
 
 Index Launches::value(const Collision& s, CollisionCounter which) const {
+  stop_if_requested();
   using Number = Kokkos::MemoryTraits<Kokkos::Unmanaged>;
   Index number = 0;
   Kokkos::deep_copy(Kokkos::View<Index, Kokkos::HostSpace, Number>(&number),

@@ -88,6 +88,9 @@ struct SelfCollisionWork {
   Field<std::uint8_t> member;  // per node of all cloths: takes part
   Index nodes = 0;             // that do
   double thickness = 0;        // m: the largest
+  Field<Index> piece;          // per node: the least node that triangles connect it with
+  // per node: for each of its triangles the two other corners, in the triangle's order
+  Field<Index> around_start, around;
   // per node of all cloths
   Field<NodeVelocity> velocity;
   Field<Real3> end, seen;       // x¹, m; the same when the node's pairs were found

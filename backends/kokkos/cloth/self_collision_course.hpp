@@ -107,6 +107,7 @@ KOKKOS_INLINE_FUNCTION CollisionProgress keep_apart(const Grid& grid, const Coll
   while (CollisionProgress::rounds > at.next_round) {
     if (!renew_pairs(grid, s, at)) return at;
     if (at.pairs == 0) break;
+    if (at.next_round == 0) grid.template each<VoteOnSides>(s, at.pairs);
     grid.template each<FindContact>(s, at.pairs);
     const Index contacts = grid.value(s, count_contacts);
     if (contacts == 0) break;

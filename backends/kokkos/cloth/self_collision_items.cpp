@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "core/host_copy.hpp"
 #include "core/z_curve.hpp"
@@ -57,6 +58,43 @@ std::vector<Couple> pairs_of_groups(const CollisionItems& items) {
   return pairs;
 }
 
+/// The least node of each connected piece, at all of its nodes.
+std::vector<Index> pieces_of(const ClothMesh& mesh) {
+  std::vector<Index> least(static_cast<std::size_t>(mesh.nodes()));
+  std::iota(least.begin(), least.end(), Index{0});
+  const auto root = [&](Index n) {
+    while (least[static_cast<std::size_t>(n)] != n) {
+      Index& next = least[static_cast<std::size_t>(n)];
+      n = next = least[static_cast<std::size_t>(next)];
+    }
+    return n;
+  };
+  for (const auto& t : mesh.triangle)
+    for (const Index n : {t[1], t[2]}) {
+      const Index a = root(t[0]), b = root(n);
+      least[static_cast<std::size_t>(std::max(a, b))] = std::min(a, b);
+    }
+  for (Index n = 0; n < mesh.nodes(); ++n) least[static_cast<std::size_t>(n)] = root(n);
+  return least;
+}
+
+/// SelfCollisionWork::around.
+void list_corners_around(const ClothMesh& mesh, SelfCollisionWork& work) {
+  std::vector<Index> start(static_cast<std::size_t>(mesh.nodes()) + 1, 0);
+  for (const auto& t : mesh.triangle)
+    for (const Index n : t) ++start[static_cast<std::size_t>(n) + 1];
+  std::partial_sum(start.begin(), start.end(), start.begin());
+  std::vector<Index> at(start.begin(), start.end() - 1), around(6 * mesh.triangle.size());
+  for (const auto& t : mesh.triangle)
+    for (std::size_t k = 0; k < 3; ++k) {
+      const auto row = static_cast<std::size_t>(at[static_cast<std::size_t>(t[k])]++);
+      around[2 * row] = t[(k + 1) % 3];
+      around[2 * row + 1] = t[(k + 2) % 3];
+    }
+  work.around_start = to_device<Index>("drench::self_collision::around_start", start);
+  work.around = to_device<Index>("drench::self_collision::around", around);
+}
+
 double whole_groups(double items) { return group * std::ceil(items / group); }
 
 }  // namespace
@@ -98,6 +136,8 @@ void list_items(const Constants& constants, SelfCollisionWork& work) {
   append(edges, length, corner, rank);
   items.count = static_cast<Index>(rank.size());
   work.nodes = nodes.count();
+  work.piece = to_device<Index>("drench::self_collision::piece", pieces_of(mesh));
+  list_corners_around(mesh, work);
   work.member = to_device<std::uint8_t>("drench::self_collision::member", member);
   items.corner = to_device<Index>("drench::self_collision::corner", corner);
   items.rank = to_device<Index>("drench::self_collision::rank", rank);
@@ -111,7 +151,8 @@ double item_bytes(const Sizing& s) {
                edges = whole_groups(s.size.edges);
   const double items = nodes + triangles + edges, boxes = items + items / width + items / group;
   const double pairs = nodes / group * triangles / group + edges / group * (edges / group + 1) / 2;
-  return items * 4 * index_bytes + boxes * 8 * s.real + pairs * 2 * index_bytes;
+  const double corners = 2 * s.size.nodes + 6 * s.size.triangles;  // piece, around_start, around
+  return (items * 4 + corners) * index_bytes + boxes * 8 * s.real + pairs * 2 * index_bytes;
 }
 
 }  // namespace drench::kokkos_backend

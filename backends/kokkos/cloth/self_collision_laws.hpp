@@ -41,6 +41,7 @@ struct Collision {
   Entries<const std::uint8_t> pinned, member;
   Entries<std::uint8_t> changed;
   Entries<const Real> inverse_mass, kept;  // kept: Nodes::clearance
+  Entries<const Index> piece, around_start, around;
   Materials materials;
   Slice<const Solid> solids;
   PinMotions pins;
@@ -110,6 +111,48 @@ struct Collision {
       u[k] = minus(widen(ends(p.node[k])), x[k]);
     }
   }
+  /// The surface's normal at a node at the step's beginning, times twice the area of its triangles, m².
+  KOKKOS_INLINE_FUNCTION Double3 facing(Index n) const {
+    const Double3 x = widen(position(n));
+    Double3 sum;
+    for (Index r = around_start(n); r < around_start(n + 1); ++r)
+      sum = add(sum, outer(minus(widen(position(around(2 * r))), x), minus(widen(position(around(2 * r + 1))), x)));
+    return sum;
+  }
+  /// Normals of two layers that coincide, at the pair. False: nothing tells, or the ends of edges are pairs of their own.
+  KOKKOS_INLINE_FUNCTION bool normals_of_layers(const ClosePair& p, const Double3* x, Double3* normal) const {
+    normal[0] = facing(p.node[0]);
+    normal[1] = outer(minus(x[2], x[1]), minus(x[3], x[1]));
+    if (p.edges != 0) {
+      const Double3 a = minus(x[1], x[0]), b = minus(x[3], x[2]), across = outer(a, b);
+      if (inner(across, across) < 1e-6 * inner(a, a) * inner(b, b)) return false;
+      normal[0] = add(normal[0], facing(p.node[1]));
+      normal[1] = add(facing(p.node[2]), facing(p.node[3]));
+    }
+    for (int k = 0; k < 2; ++k) {
+      const double length = Kokkos::sqrt(inner(normal[k], normal[k]));
+      if (!(length > 0)) return false;
+      normal[k] = times(1 / length, normal[k]);
+    }
+    return true;
+  }
+  /// The front of the later of two pieces, as unit vector; `normal` of the first and second of the pair.
+  KOKKOS_INLINE_FUNCTION static Double3 front_of_later(const Double3* normal, bool first_is_later) {
+    const Double3 own = normal[first_is_later ? 0 : 1], other = normal[first_is_later ? 1 : 0];
+    const Double3 mean = inner(own, other) < 0 ? minus(own, other) : add(own, other);
+    return times(1 / Kokkos::sqrt(inner(mean, mean)), mean);
+  }
+  /// Where the first of two layers that coincide goes. False: nothing tells.
+  KOKKOS_INLINE_FUNCTION bool side_of_layers(const ClosePair& p, const Double3* x, Double3& side) const {
+    Double3 normal[2];
+    if (!normals_of_layers(p, x, normal)) return false;
+    const Index first = piece(p.node[0]), second = piece(p.node[3]);
+    if (first == second && inner(normal[0], normal[1]) >= 0) return false;
+    side = front_of_later(normal, first >= second);
+    const bool back = first != second && zone_sum(4 * (first > second ? first : second)) < 0;
+    if (back != (first < second)) side = times(-1.0, side);
+    return true;
+  }
   /// Σ b² N/m, 1/kg.
   KOKKOS_INLINE_FUNCTION double inverse(const Contact& c) const {
     double sum = 0;
@@ -152,8 +195,30 @@ struct Begin {
   KOKKOS_INLINE_FUNCTION static void act(const Collision& s, Index n) {
     s.place(n, widen(s.node_velocity(n)));
     s.seen(n) = s.end(n);
+    s.zone_sum(4 * n) = 0;  // of VoteOnSides, until there are zones
     if (n > 0) return;
     for (Index c = 0; c < collision_counters; ++c) s.counter(c) = 0;
+  }
+};
+
+/// Is the pair so close that its distance has no direction: of layers that start as one?
+KOKKOS_INLINE_FUNCTION bool coincide(const ClosePair& pair) { return pair.distance <= 1e-3 * pair.thickness; }
+
+/// Layers that coincide part to the side to which the later piece goes: at its least node, the sum of its ways to its front.
+struct VoteOnSides {
+  static constexpr const char* label = "drench::self_collision::sides";
+  KOKKOS_INLINE_FUNCTION static void act(const Collision& s, Index p) {
+    const ClosePair pair = s.pair(p);
+    if (pair.edges != 0 || !coincide(pair)) return;
+    const Index first = s.piece(pair.node[0]), second = s.piece(pair.node[3]);
+    Double3 x[4], u[4], normal[2], way;
+    s.paths(pair, s.end, x, u);
+    if (first == second || !s.normals_of_layers(pair, x, normal)) return;
+    const Proximity near = proximity(false, x);
+    for (int k = 0; k < 4; ++k) way = add(way, times(near.b[k], u[k]));
+    const double to_front = inner(Collision::front_of_later(normal, first > second), way);
+    Kokkos::atomic_add(&s.zone_sum(4 * (first > second ? first : second)),
+                       fixed_point((first > second ? to_front : -to_front) / s.way_unit));
   }
 };
 
@@ -173,9 +238,13 @@ struct FindContact {
       near = proximity(pair.edges != 0, x);
     else if (!reaches(pair.edges != 0, x, u, tau, near))
       return;
-    if (!(near.distance > 0)) return;
     Contact c{};
-    c.normal = {near.apart.x / near.distance, near.apart.y / near.distance, near.apart.z / near.distance};
+    if (coincide(pair)) {
+      if (!s.side_of_layers(pair, x, c.normal)) return;
+    } else {
+      if (!(near.distance > 0)) return;
+      c.normal = {near.apart.x / near.distance, near.apart.y / near.distance, near.apart.z / near.distance};
+    }
     c.short_of = Kokkos::fmin(tau, start < tau ? start + 0.1 * tau : tau);
     double moves = 0, most = 0;  // of the gap and of a node by an impulse, 1/kg
     for (int k = 0; k < 4; ++k) {

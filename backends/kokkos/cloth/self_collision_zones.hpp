@@ -34,8 +34,9 @@ KOKKOS_INLINE_FUNCTION Double3 velocity(const Collision& s, Index z) {
   return {scale * double(s.zone_sum(4 * z + 1)), scale * double(s.zone_sum(4 * z + 2)),
           scale * double(s.zone_sum(4 * z + 3))};
 }
-/// Does a pair come too near?
+/// Does a pair come too near? One that coincides has nowhere to come from: it is law 3 that gives it a direction.
 KOKKOS_INLINE_FUNCTION bool violates(const Collision& s, const ClosePair& pair) {
+  if (coincide(pair)) return false;
   Double3 x[4], u[4];
   s.paths(pair, s.end, x, u);
   Proximity near;

@@ -5,6 +5,7 @@
 #include <limits>
 #include <utility>
 
+#include "base/stop_request.hpp"
 #include "cloth/clearance.hpp"
 #include "cloth/wet_cloth.hpp"
 
@@ -203,6 +204,7 @@ void ClothIteration::run(int most) {
     begin_newton_anew(solver_);
   }
   do {
+    stop_if_requested();
     advance(std::min(check_interval, end - progress_.iterations));
     progress_.judge(residual());
   } while (progress_.residual > 1 && progress_.iterations < end);

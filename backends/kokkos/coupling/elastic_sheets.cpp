@@ -9,7 +9,7 @@ ElasticSheets::ElasticSheets(const Constants& constants, const Bodies& bodies, C
     : cloth_(cloth),
       solver_(solver),
       dt_(dt),
-      most_iterations_(cloth_iterations_per_pressure(constants.model.scene.cloth_solver)),
+      limits_(constants.model.scene.cloth_solver),
       iteration_(constants, bodies, cloth, solver, dt) {}
 
 void ElasticSheets::start() {
@@ -43,7 +43,14 @@ NodeTargets ElasticSheets::targets() {
   return {s.target, std::as_const(solver_).base, s.mass, s.pinned, dt_};
 }
 
-void ElasticSheets::respond() { iteration_.run(most_iterations_); }
+void ElasticSheets::respond() {
+  const int most = cloth_iterations_per_pressure(limits_, 0);
+  // A GPU may still be at the last ones: how many it took matters, and is waited for, only near the limit.
+  if (cloth_iterations_per_pressure(limits_, granted_) < most) granted_ = iteration_.progress().iterations;
+  const int next = cloth_iterations_per_pressure(limits_, granted_);
+  granted_ += next;
+  iteration_.run(next);
+}
 
 void ElasticSheets::accept() {
   iteration_.line_search();

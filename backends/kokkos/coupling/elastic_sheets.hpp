@@ -27,7 +27,8 @@ class ElasticSheets {
   Cloth& cloth_;
   ClothSolverWork& solver_;
   Real dt_;
-  int most_iterations_;
+  const ClothSolverScene& limits_;
+  int granted_ = 0;  // iterations of this solve, at most
   ClothIteration iteration_;
 };
 

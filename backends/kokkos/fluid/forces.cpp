@@ -4,12 +4,13 @@
 #include <cmath>
 #include <cstring>
 
+#include "base/stop_request.hpp"
 #include "core/isa.hpp"
-#include "core/runge_kutta_legendre.hpp"
-#include "particles/viscosity.hpp"
 #include "core/reduce.hpp"
+#include "core/runge_kutta_legendre.hpp"
 #include "coupling/body_response.hpp"
 #include "fluid/stages.hpp"
+#include "particles/viscosity.hpp"
 
 #define DRENCH_ISA_FILE "fluid/forces_rows.inl"
 #include "core/for_each_isa.hpp"
@@ -223,6 +224,7 @@ void many_stages(const Constants& constants, Fluid& fluid, const NeighborLists& 
   if (sheets)
     allocate_zeros(work.impulse_change, "drench::forces::impulse_change", static_cast<std::size_t>(cloth.nodes.count));
   for (int k = 1; k <= stages; ++k) {
+    stop_if_requested();
     const LegendreStage stage = legendre(k, stages, dt);
     if (k > 1) {
       viscous_body_forces(constants, fluid, lists, bodies, cloth, work.slip);

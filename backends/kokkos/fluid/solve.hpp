@@ -1,6 +1,7 @@
 #pragma once
 // The loop of a pressure solve.
 
+#include "base/stop_request.hpp"
 #include "fluid/lean_pressure.hpp"
 #include "fluid/scaled_start.hpp"
 
@@ -27,6 +28,7 @@ void solve_pressure(PressureSystem& system, const FluidSolverScene& limits, Prob
   const bool first_unseen = limits.min_iterations > 1;
   decltype(begin_update(system, problem.update(iterate.relaxation()), iterate, 0)) first;
   for (int iteration = 1;; ++iteration) {
+    stop_if_requested();
     system.keep_liquid_rate = has_lean_pressure && iteration == last_full;
     const bool scaled = iteration == 1 && problem.scales_start();
     if (scaled)

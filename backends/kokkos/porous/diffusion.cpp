@@ -7,6 +7,7 @@
 #include <cmath>
 #include <utility>
 
+#include "base/stop_request.hpp"
 #include "cloth/wet_cloth.hpp"
 #include "core/gather.hpp"
 #include "core/host_copy.hpp"
@@ -255,6 +256,7 @@ void diffusion(const Constants& constants, const NeighborLists& lists, Cloth& cl
   if (layers) find_contacts(constants, lists, cloth, contacts, dt, with_momentum);
   if (with_momentum) make_room_for_velocities(cloth, work);
   for (int k = 0; k < substeps; ++k) {
+    stop_if_requested();
     const bool last = k + 1 == substeps;
     limit(constants, cloth, work, dt, with_momentum && k == 0);
     if (constants.model.has_solute()) transfer_solute(cloth, work);

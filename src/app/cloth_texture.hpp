@@ -1,0 +1,14 @@
+#pragma once
+// Texture coordinates of cloths for an export: the frames of a run do not hold them, the cloths' mesh files do.
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace drench {
+
+/// What write_usd.py takes of the cloths that have texture coordinates: `--texture=CLOTH:DESCRIPTOR` of an open file without a
+/// name, which holds u and v of each triangle's corners as floats. Mesh files that cannot be read give a warning, a line each.
+std::vector<std::string> texture_arguments(const std::filesystem::path& run_folder, std::vector<std::string>& warnings);
+
+}  // namespace drench
