@@ -67,6 +67,7 @@ Collision::Collision(const Constants& constants, const Bodies& bodies, Cloth& cl
       velocity(work.velocity),
       pinned(cloth.nodes.pinned),
       member(work.member),
+      joint(cloth.nodes.joint),
       changed(work.changed),
       inverse_mass(cloth.nodes.inverse_mass),
       materials(node_materials(cloth)),
