@@ -44,9 +44,11 @@ ClothIteration::ClothIteration(const ClothProblem& problem, const Vectors& first
   rho_ = std::min(rho_, reachable);
   if (solver_.method == ClothMethod::pd) return;
   const ClothMesh& mesh = problem.model().mesh;
-  for (std::size_t e = 0; e < mesh.edge.size(); ++e) {
-    spring_.push_back(problem.spring_force(static_cast<Index>(e), first));
-    spring_rate_.push_back(2 / (slowness[mesh.edge[e][0]] + slowness[mesh.edge[e][1]]));
+  for (Index e = 0; e < problem.springs(); ++e) {
+    const std::size_t own = mesh.edge.size(), at = static_cast<std::size_t>(e);
+    const std::array<Index, 2>& ends = at < own ? mesh.edge[at] : mesh.stitch[at - own];
+    spring_.push_back(problem.spring_force(e, first));
+    spring_rate_.push_back(2 / (slowness[ends[0]] + slowness[ends[1]]));
   }
   for (std::size_t h = 0; h < mesh.hinge.size(); ++h) {
     hinge_.push_back(problem.hinge_force(static_cast<Index>(h), first));

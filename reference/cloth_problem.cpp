@@ -75,6 +75,14 @@ ClothProblem::ClothProblem(const ReferenceState& s, const StepInfo& info)
   for (std::size_t e = 0; e < mesh.edge.size(); ++e) {
     for (const Index n : mesh.edge[e]) diagonal[n] += (1 + material(n).strain_damping / dt) * mesh.edge_stiffness[e];
   }
+  for (std::size_t k = 0; k < mesh.stitch.size(); ++k) {
+    const double left = mesh.stitch_time[k] > 0 ? std::max(0.0, 1 - (info.time + dt) / mesh.stitch_time[k]) : 0.0;
+    const auto [i, j] = mesh.stitch[k];
+    stitch_length.push_back(
+        std::min(mesh.stitch_length[k] * left * left * (3 - 2 * left), (start[i] - start[j]).norm()));
+    for (const Index n : mesh.stitch[k])
+      diagonal[n] += (1 + material(n).strain_damping / dt) * mesh.stitch_stiffness[k];
+  }
   for (std::size_t h = 0; h < mesh.hinge.size(); ++h) {
     double sum = 0;
     for (const double weight : mesh.hinge_weight[h]) sum += std::abs(weight);
@@ -98,16 +106,23 @@ ClothProblem::ClothProblem(const ReferenceState& s, const StepInfo& info)
   }
 }
 
+Index ClothProblem::springs() const {
+  return static_cast<Index>(model().mesh.edge.size() + model().mesh.stitch.size());
+}
+
 Vector3d ClothProblem::spring_force(Index e, const Vectors& x) const {
   const ClothMesh& mesh = model().mesh;
-  const auto [i, j] = mesh.edge[e];
+  const Index stitch = e - static_cast<Index>(mesh.edge.size());
+  const auto [i, j] = stitch < 0 ? mesh.edge[e] : mesh.stitch[stitch];
+  const double rest_length = stitch < 0 ? mesh.edge_length[e] : stitch_length[stitch];
+  const double stiffness = stitch < 0 ? mesh.edge_stiffness[e] : mesh.stitch_stiffness[stitch];
   const Vector3d along = x[i] - x[j];
   const double length = along.norm();
-  const Vector3d rest = length > 0 ? Vector3d(mesh.edge_length[e] / length * along) : Vector3d::Zero();
+  const Vector3d rest = length > 0 ? Vector3d(rest_length / length * along) : Vector3d::Zero();
   // Kelvin–Voigt: the rate of stretching along the edge as it lay at the start of the step
   const Vector3d direction = (start[i] - start[j]).normalized();
   const double rate = ((along - (start[i] - start[j])) / dt).dot(direction);
-  return -mesh.edge_stiffness[e] * (along - rest + material(i).strain_damping * rate * direction);
+  return -stiffness * (along - rest + material(i).strain_damping * rate * direction);
 }
 
 Vector3d ClothProblem::hinge_force(Index h, const Vectors& x) const {
@@ -187,6 +202,10 @@ Vectors ClothProblem::gathered(const Vectors& spring, const Vectors& hinge, cons
     force[mesh.edge[e][0]] += spring[e];
     force[mesh.edge[e][1]] -= spring[e];
   }
+  for (std::size_t k = 0; k < mesh.stitch.size(); ++k) {
+    force[mesh.stitch[k][0]] += spring[mesh.edge.size() + k];
+    force[mesh.stitch[k][1]] -= spring[mesh.edge.size() + k];
+  }
   for (std::size_t h = 0; h < mesh.hinge.size(); ++h) {
     for (int a = 0; a < 4; ++a) force[mesh.hinge[h][a]] += mesh.hinge_weight[h][a] * hinge[h];
   }
@@ -199,7 +218,7 @@ Vectors ClothProblem::gathered(const Vectors& spring, const Vectors& hinge, cons
 
 Vectors ClothProblem::internal_force(const Vectors& x) const {
   Vectors spring, hinge;
-  for (Index e = 0; e < static_cast<Index>(model().mesh.edge.size()); ++e) spring.push_back(spring_force(e, x));
+  for (Index e = 0; e < springs(); ++e) spring.push_back(spring_force(e, x));
   for (Index h = 0; h < static_cast<Index>(model().mesh.hinge.size()); ++h) hinge.push_back(hinge_force(h, x));
   std::vector<Stress> triangle;
   for (Index t = 0; model().has_triangle_stress() && t < model().mesh.triangles(); ++t)

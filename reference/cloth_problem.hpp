@@ -31,6 +31,7 @@ struct ClothProblem {
   Vectors target;                // y, m
   std::vector<double> mass;      // wet, kg
   std::vector<double> diagonal;  // D, N/m
+  std::vector<double> stitch_length;  // at the end of the step, m
   std::vector<PlacedBody> bodies;
   std::vector<Clearance> clearance;
 
@@ -39,7 +40,9 @@ struct ClothProblem {
   const Model& model() const { return state.model; }
   const ClothMaterial& material(Index n) const { return model().material_of_node(n); }
   bool is_free(Index n) const { return !model().mesh.pinned[n]; }
-  /// What the spring of edge e does to its first node, its damping with it, N.
+  /// Edges, then stitches.
+  Index springs() const;
+  /// What the spring of edge e does to its first node, its damping with it, N. Stitches follow the edges.
   Eigen::Vector3d spring_force(Index e, const Vectors& x) const;
   /// −c_h Σ_a K_a x_a: K_a times this acts on corner a of hinge h, N.
   Eigen::Vector3d hinge_force(Index h, const Vectors& x) const;

@@ -29,8 +29,10 @@ std::set<Index> candidates(const ReferenceState& state, Index p) {
   for (const Index q : state.sample_sample[p]) {
     if (!m.cloths[m.samples.cloth[q]].wicks_through_contact()) continue;
     const auto& corner = m.mesh.triangle[m.samples.triangle[q]];
-    const bool neighbors = std::any_of(
-        own.begin(), own.end(), [&](Index n) { return std::find(corner.begin(), corner.end(), n) != corner.end(); });
+    const auto joint = [&](Index n) { return m.mesh.joint.empty() ? n : m.mesh.joint[n]; };  // sewn nodes count as one
+    const bool neighbors = std::any_of(own.begin(), own.end(), [&](Index n) {
+      return std::any_of(corner.begin(), corner.end(), [&](Index other) { return joint(other) == joint(n); });
+    });
     if (!neighbors) found.insert(m.samples.triangle[q]);
   }
   return found;

@@ -83,6 +83,8 @@ class SelfCollision {
   double friction(Index n) const {
     return material(n).friction + node_saturation(state_, n) * (material(n).friction_wet - material(n).friction);
   }
+  /// Neither the same node nor sewn together.
+  bool apart(Index n, Index m) const { return mesh_.joint.empty() ? n != m : mesh_.joint[n] != mesh_.joint[m]; }
   Vector3d start(Index n) const { return vec(state_.s.node_position[n]); }
   Vector3d end(Index n) const { return start(n) + dt_ * velocity_[n]; }
 
@@ -103,14 +105,16 @@ class SelfCollision {
     };
     for (const auto& t : mesh_.triangle) {
       for (Index n = 0; n < mesh_.nodes(); ++n) {
-        if (member(n) && member(t[0]) && n != t[0] && n != t[1] && n != t[2]) add({n, t[0], t[1], t[2]}, false);
+        if (member(n) && member(t[0]) && apart(n, t[0]) && apart(n, t[1]) && apart(n, t[2]))
+          add({n, t[0], t[1], t[2]}, false);
       }
     }
     for (std::size_t i = 0; i < mesh_.edge.size(); ++i) {
       for (std::size_t j = i + 1; j < mesh_.edge.size(); ++j) {
         const auto &a = mesh_.edge[i], &b = mesh_.edge[j];
         if (!member(a[0]) || !member(b[0])) continue;
-        if (a[0] != b[0] && a[0] != b[1] && a[1] != b[0] && a[1] != b[1]) add({a[0], a[1], b[0], b[1]}, true);
+        if (apart(a[0], b[0]) && apart(a[0], b[1]) && apart(a[1], b[0]) && apart(a[1], b[1]))
+          add({a[0], a[1], b[0], b[1]}, true);
       }
     }
   }

@@ -32,10 +32,11 @@ class WetAdhesion {
     }
     for (const double length : mesh_.edge_length) mean_edge_ += length / static_cast<double>(mesh_.edge.size());
     neighbors_.resize(force_.size());
-    for (const auto& [a, b] : mesh_.edge) {
-      neighbors_[a].push_back(b);
-      neighbors_[b].push_back(a);
-    }
+    for (const auto* pairs : {&mesh_.edge, &mesh_.stitch})
+      for (const auto& [a, b] : *pairs) {
+        neighbors_[a].push_back(b);
+        neighbors_[b].push_back(a);
+      }
   }
 
   void run() {
@@ -103,9 +104,12 @@ class WetAdhesion {
     return thickness + range(thickness);
   }
 
+  /// Sewn nodes count as one.
   bool next_to(Index n, Index t) const {
+    const auto same = [&](Index a, Index b) { return mesh_.joint.empty() ? a == b : mesh_.joint[a] == mesh_.joint[b]; };
     return std::any_of(mesh_.triangle[t].begin(), mesh_.triangle[t].end(), [&](Index corner) {
-      return corner == n || std::count(neighbors_[n].begin(), neighbors_[n].end(), corner) > 0;
+      return same(corner, n) ||
+             std::any_of(neighbors_[n].begin(), neighbors_[n].end(), [&](Index other) { return same(corner, other); });
     });
   }
 

@@ -14,6 +14,7 @@
 #include "setup/build.hpp"
 #include "setup/cloth_regions.hpp"
 #include "setup/forecast.hpp"
+#include "setup/pieces.hpp"
 #include "stages/substeps.hpp"
 
 namespace drench {
@@ -36,6 +37,30 @@ void print_regions(const Model& model) {
     fmt::print("{} of {}: {} triangles, {:.4g} m², {:.4g} kg/m²\n",
                region_label(cloth.regions[static_cast<std::size_t>(patch.region)], patch.region), cloth.name, count,
                area, patch.areal_density);
+  }
+}
+
+/// The loops that `sew` names by number.
+void print_loops(const Model& model) {
+  constexpr std::size_t most = 16;
+  for (std::size_t c = 0; c < model.cloths.size(); ++c) {
+    if (model.scene.cloths[c].grid) continue;
+    const std::vector<Chain> loops = loops_of(model, model.cloths[c]);
+    std::vector<Vec3> points(
+        model.mesh.rest_position.begin() + model.cloths[c].first_node,
+        model.mesh.rest_position.begin() + model.cloths[c].first_node + model.cloths[c].node_count);
+    for (std::size_t k = 0; k < std::min(loops.size(), most); ++k) {
+      Vec3 middle{0, 0, 0};
+      for (const Index n : loops[k].nodes)
+        for (std::size_t a = 0; a < 3; ++a)
+          middle[a] += points[static_cast<std::size_t>(n)][a] / static_cast<double>(loops[k].nodes.size());
+      for (double& x : middle) x = std::round(1e6 * x) / 1e6 + 0.0;
+      fmt::print("boundary loop {} of {}: {} nodes, {:.3g} m, around ({:.3g}, {:.3g}, {:.3g})\n", k,
+                 model.cloths[c].name, loops[k].nodes.size(), length_of(loops[k], points), middle[0], middle[1],
+                 middle[2]);
+    }
+    if (loops.size() > most)
+      fmt::print("and {} boundary loops of {} more\n", loops.size() - most, model.cloths[c].name);
   }
 }
 
@@ -209,6 +234,8 @@ int check_command(const CheckOptions& options) {
   if (!no_device.empty()) warnings.push_back(no_device);
   fmt::print("scene: {}\n", options.scene);
   print_parts(model, setup.state);
+  for (const std::string& line : setup.notes) fmt::print("{}\n", line);
+  print_loops(model);
   const std::vector<FabricUse> fabrics = fabrics_used(options.scene, options.overrides);
   print_fabrics(fabrics, scene);
   warn_of_dry_fabrics(fabrics, scene, warnings);

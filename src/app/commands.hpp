@@ -70,14 +70,14 @@ struct ExportOptions {
 int export_command(const ExportOptions& options);
 
 struct ImportOptions {
-  std::string file;                   // .usd, .usda, .usdc or .usdz
+  std::string file;                   // .usd, .usda, .usdc, .usdz; .fbx, .gltf, .glb, .abc, .blend
   std::optional<std::string> prim;    // the mesh; else the only one
   std::optional<std::string> output;  // a folder; else the file's name without its ending
   std::optional<double> fps;          // files a second; else the stage's time codes
 };
 
-/// Writes a mesh of a USD file as PLY files for a scene's `sequence`, and prints what the scene says to use them. Throws
-/// ExportError: no such file. The process becomes Python with tools/export/read_usd.py.
+/// Writes a mesh of another tool's file as PLY files for a scene's `sequence`, and prints what the scene says to use them. Throws
+/// ExportError: no such file, unknown ending. The process becomes Python with a script of tools/export.
 int import_command(const ImportOptions& options);
 
 struct ReportOptions {
@@ -89,8 +89,15 @@ struct ReportOptions {
 /// Writes a run, or two beside each other, as a page. Throws FolderError: no run there, or no folder for the page.
 int report_command(const ReportOptions& options);
 
-/// Prints a first scene for a garment's mesh, or for a square cloth where `mesh` is "". Throws SetupError.
-int new_command(const std::string& mesh);
+struct NewOptions {
+  std::string mesh;  // a garment; "": a square cloth. A file that `import` reads is imported first
+  std::string body;  // that wears it; "": none
+  std::optional<std::string> prim, body_prim;  // the meshes in files that are imported
+  int threads = 0;   // 0: the runtime chooses
+};
+
+/// Prints a first scene for a garment's mesh, whose first steps it has tried. Throws SetupError, ExportError.
+int new_command(const NewOptions& options);
 
 /// Prints version, precision, device and libraries.
 int info_command(int threads);

@@ -1,23 +1,72 @@
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
+#include <cctype>
 #include <filesystem>
 
 #include "app/commands.hpp"
+#include "app/import_formats.hpp"
 #include "app/python.hpp"
 
 namespace drench {
+namespace {
 
-int import_command(const ImportOptions& options) {
+constexpr std::array usd_endings{".usd", ".usda", ".usdc", ".usdz"};
+constexpr std::array blender_endings{".fbx", ".gltf", ".glb", ".abc", ".blend"};
+
+std::string ending_of(const std::string& file) {
+  std::string ending = std::filesystem::path(file).extension().string();
+  std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return std::tolower(c); });
+  return ending;
+}
+
+template <class Endings>
+bool has_ending(const std::string& file, const Endings& endings) {
+  return std::find(endings.begin(), endings.end(), ending_of(file)) != endings.end();
+}
+
+struct Reader {
+  const char* script;
+  PythonEnvironment environment;
+};
+
+Reader reader_of(const std::string& file) {
   std::error_code ignored;
-  if (!std::filesystem::is_regular_file(options.file, ignored))
-    throw ExportError(fmt::format("{}: no such file", options.file));
+  if (!std::filesystem::is_regular_file(file, ignored)) throw ExportError(fmt::format("{}: no such file", file));
+  if (has_ending(file, blender_endings)) return {"read_blender.py", blender_python};
+  return {"read_usd.py", usd_python};
+}
+
+std::vector<std::string> words_of(const ImportOptions& options) {
   std::vector<std::string> words;
   if (options.prim) words.push_back("--prim=" + *options.prim);
   if (options.fps) words.push_back(fmt::format("--fps={:.17g}", *options.fps));
   words.push_back("--");  // names may begin with dashes
   words.push_back(options.file);
   if (options.output) words.push_back(*options.output);
-  become_python("read_usd.py", words);
+  return words;
+}
+
+}  // namespace
+
+bool is_imported(const std::string& file) { return has_ending(file, usd_endings) || has_ending(file, blender_endings); }
+
+int import_command(const ImportOptions& options) {
+  const Reader reader = reader_of(options.file);
+  become_python(reader.script, words_of(options), reader.environment);
+}
+
+std::string imported_mesh(const std::string& file, const std::optional<std::string>& prim) {
+  const Reader reader = reader_of(file);
+  ImportOptions options;
+  options.file = file;
+  options.prim = prim;
+  std::vector<std::string> words = words_of(options);
+  words.insert(words.begin(), "--first");  // print the first file's name alone
+  std::string name = run_python(reader.script, words, reader.environment);
+  while (!name.empty() && (name.back() == '\n' || name.back() == '\r')) name.pop_back();
+  return name;
 }
 
 }  // namespace drench

@@ -151,7 +151,10 @@ void add_export_options(CLI::App& command, drench::ExportOptions& options) {
 }
 
 void add_import_options(CLI::App& command, drench::ImportOptions& options) {
-  command.add_option("FILE", options.file, "a USD file: .usd, .usda, .usdc or .usdz")->required();
+  command
+      .add_option("FILE", options.file,
+                  "a USD file (.usd, .usda, .usdc, .usdz), or one that Blender reads (.fbx, .gltf, .glb, .abc, .blend)")
+      ->required();
   command.add_option("--prim", options.prim, "the mesh, or what it is the only mesh of (default: the only one)");
   command.add_option("-o,--output", options.output, "the folder (default: FILE without its ending)");
   command.add_option("--fps", options.fps, "files a second (default: the file's time codes)")
@@ -163,6 +166,7 @@ void add_import_options(CLI::App& command, drench::ImportOptions& options) {
   command.footer(
       "Examples:\n"
       "  drench import ladle.usdc\n"
+      "  drench import walk.fbx --prim Body\n"
       "  drench import shot.usda --prim /World/flag --fps 48 -o flag");
 }
 
@@ -174,6 +178,20 @@ void add_report_options(CLI::App& command, drench::ReportOptions& options) {
       "Examples:\n"
       "  drench report out/scene\n"
       "  drench report out/scene out/scene-2 -o both.html");
+}
+
+void add_new_options(CLI::App& command, drench::NewOptions& options) {
+  command.add_option("MESH", options.mesh,
+                     "a garment: .obj, .ply or .stl, or a file that drench import reads (default: a square cloth)");
+  command.add_option("--body", options.body, "the mesh of a body that wears it");
+  command.add_option("--prim", options.prim, "of a file that is imported: the garment's mesh (default: the only one)");
+  command.add_option("--body-prim", options.body_prim, "of a file that is imported: the body's mesh (default: the only one)");
+  command.add_option("--threads", options.threads, "number of threads")->check(at_least(1));
+  command.footer(
+      "Examples:\n"
+      "  drench new\n"
+      "  drench new garment.obj | tee scene.yaml\n"
+      "  drench new garment.obj --body figure.obj");
 }
 
 /// The commands and what is given to them.
@@ -197,7 +215,7 @@ class CommandLine {
   drench::ExportOptions export_options_;
   drench::ImportOptions import_options_;
   drench::ReportOptions report_options_;
-  std::string new_mesh_;
+  drench::NewOptions new_options_;
   drench::CheckOptions check_options_;
   int info_threads_ = 0;
   std::unique_ptr<drench::Communicator> ranks_;
@@ -220,7 +238,8 @@ CommandLine::CommandLine() {
   check_ = app_.add_subcommand("check", "load and validate a scene, print what a run of it would be");
   compare_ = app_.add_subcommand("compare", "backend against reference, stage by stage from identical input");
   export_ = app_.add_subcommand("export", "write a run's frames for another tool: USD, BGEO or PLY");
-  import_ = app_.add_subcommand("import", "write a mesh of a USD file as files that a scene's sequence reads");
+  import_ = app_.add_subcommand(
+      "import", "write a mesh of a USD, FBX, glTF, Alembic or Blender file as files that a scene reads");
   report_ = app_.add_subcommand("report", "write a run, or two beside each other, as one page of curves and tables");
 #ifdef DRENCH_HAS_VIEW
   view_ = app_.add_subcommand("view", "look at a run in a window, or write pictures of it");
@@ -235,8 +254,7 @@ CommandLine::CommandLine() {
   add_export_options(*export_, export_options_);
   add_import_options(*import_, import_options_);
   add_report_options(*report_, report_options_);
-  new_->add_option("MESH", new_mesh_, "a garment: .obj, .ply or .stl (default: a square cloth)");
-  new_->footer("Examples:\n  drench new\n  drench new garment.obj | tee scene.yaml");
+  add_new_options(*new_, new_options_);
   info_->add_option("--threads", info_threads_, "number of threads")->check(at_least(1));
   info_->footer("Examples:\n  drench info\n  drench info --threads 2");
   schema_->footer("Examples:\n  drench schema\n  drench schema | grep spacing");
@@ -272,11 +290,14 @@ int CommandLine::run(char** argv) {
 #ifdef DRENCH_HAS_VIEW
   if (*view_) drench::become_viewer(argv + 2);
 #endif
-  if (*new_) return drench::new_command(new_mesh_);
   if (drench::computes_on_host()) {
     const bool runs = run_->parsed();
-    drench::settle_threads(argv, runs ? run_options_.threads : *compare_ ? compare_options_.threads : info_threads_);
+    drench::settle_threads(argv, runs        ? run_options_.threads
+                                 : *compare_ ? compare_options_.threads
+                                 : *new_     ? new_options_.threads
+                                             : info_threads_);
   }
+  if (*new_) return drench::new_command(new_options_);
   if (*info_) return drench::info_command(info_threads_);
   if (*compare_) return drench::compare_command(compare_options_);
   ranks_ = drench::join_ranks();
@@ -304,8 +325,8 @@ int run_safely(CommandLine& command, char** argv, std::string& text) {
     return says(drench::exit_usage, fmt::format("{}: {}", command.place_of(e.key), e.what()));
   } catch (const drench::RanksError& e) {
     return says(drench::exit_usage, fmt::format("drench: {}", e.what()));
-  } catch (const drench::ExportError& e) {
-    return says(drench::exit_usage, fmt::format("drench: {}", e.what()));
+  } catch (const drench::ExportError& e) {  // without a text where another program has printed why
+    return says(drench::exit_usage, *e.what() ? fmt::format("drench: {}", e.what()) : "");
   } catch (const drench::ViewError& e) {
     return says(drench::exit_usage, fmt::format("drench: {}", e.what()));
   } catch (const drench::DeviceError& e) {

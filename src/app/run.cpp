@@ -56,6 +56,7 @@ class Run {
     if (!options.no_output && first()) open_folder();
     if (!options.no_output) schedule_.plan_checkpoint(pipeline_.time());
     if (ranks_) say(fmt::format("{} ranks, {}", ranks_->size(), ranks_->description()));
+    for (const std::string& line : setup.notes) say(line);
     for (const std::string& w : setup.warnings) warn(w);
     if (const std::string waiting = threads_.waiting(); !waiting.empty()) say(waiting);
     if (!resume_) return;

@@ -19,6 +19,8 @@ double stiffest_node(const ClothMesh& mesh) {
   const auto add = [&](Index n, double stiffness) { sum[static_cast<std::size_t>(n)] += stiffness; };
   for (std::size_t e = 0; e < mesh.edge.size(); ++e)
     for (const Index n : mesh.edge[e]) add(n, mesh.edge_stiffness[e]);
+  for (std::size_t k = 0; k < mesh.stitch.size(); ++k)
+    for (const Index n : mesh.stitch[k]) add(n, mesh.stitch_stiffness[k]);
   for (std::size_t t = 0; t < mesh.limit_stiffness.size(); ++t) {
     const auto [xx, xy, yy] = mesh.triangle_shape[t];
     for (const Index n : mesh.triangle[t]) add(n, mesh.limit_stiffness[t] * (xx * xx + xy * xy + yy * yy));

@@ -265,6 +265,7 @@ std::uint64_t geometry_of(const Model& model) {
   sum.add(model.mesh.rest_position);
   sum.add(model.mesh.triangle);
   sum.add(model.mesh.pinned);
+  if (model.has_stitches()) sum.add(model.mesh.stitch);
   sum.add(model.samples.triangle);
   sum.add(model.samples.weight);
   sum.add(model.boundary.position);

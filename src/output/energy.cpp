@@ -11,6 +11,7 @@
 
 #include "base/eigen_vec.hpp"
 #include "output/text_file.hpp"
+#include "state/stitch.hpp"
 
 namespace drench {
 
@@ -76,11 +77,17 @@ void add_bodies(const Model& model, const HostState& state, const Gravity& gravi
 }
 
 /// Eqs. 3 and 5 of docs/theory/cloth.md.
-void add_springs_and_hinges(const ClothMesh& mesh, const std::vector<Vec3>& x, Energies& e) {
+void add_springs_and_hinges(const ClothMesh& mesh, const std::vector<Vec3>& x, double time, Energies& e) {
   const auto at = [&](Index n) { return to_eigen(x[static_cast<std::size_t>(n)]); };
   for (std::size_t k = 0; k < mesh.edge.size(); ++k) {
     const double longer = (at(mesh.edge[k][1]) - at(mesh.edge[k][0])).norm() - mesh.edge_length[k];
     e.stretch += 0.5 * mesh.edge_stiffness[k] * longer * longer;
+  }
+  for (std::size_t k = 0; k < mesh.stitch.size(); ++k) {
+    const double longer = (at(mesh.stitch[k][1]) - at(mesh.stitch[k][0])).norm() -
+                          stitch_rest_length(mesh.stitch_length[k], mesh.stitch_time[k], time);
+    if (longer <= 0) continue;  // it never pushes
+    e.stretch += 0.5 * mesh.stitch_stiffness[k] * longer * longer;
   }
   for (std::size_t h = 0; h < mesh.hinge.size(); ++h) {
     Vector3d sum = Vector3d::Zero();
@@ -176,7 +183,7 @@ Energies energies_of(const Model& model, const HostState& state) {
   add_nodes(model, state, gravity, e);
   add_bodies(model, state, gravity, e);
   if (!model.has_moving_cloth()) return e;
-  add_springs_and_hinges(model.mesh, state.node_position, e);
+  add_springs_and_hinges(model.mesh, state.node_position, state.time, e);
   add_membranes_and_plates(model, state, e);
   add_strain_limits(model, state.node_position, e);
   return e;

@@ -58,6 +58,8 @@ void describe(Section& s, ProcessScene& processes);
 void describe(Section& s, Box& box);
 void describe(Section& s, SpinScene& spin);
 
+/// Keys `unit` and `up` of a mesh file; saved where there is one.
+void describe_coordinates(Section& s, LengthUnit& unit, UpAxis& up, bool saved);
 /// Keys `sequence` and `fps`; saved where there is one.
 void describe_sequence(Section& s, SequenceScene& sequence, const char* meaning);
 
@@ -73,6 +75,7 @@ void describe(Section& s, ClothSolverScene& solver);
 void describe(Section& s, ClothScene& cloth);
 void describe(Section& s, GridScene& grid);
 void describe(Section& s, PinScene& pin);
+void describe(Section& s, SewScene& sew);
 void describe(Section& s, RegionScene& region);
 void describe(Section& s, MembraneScene& membrane);
 void describe(Section& s, PlateScene& plate);

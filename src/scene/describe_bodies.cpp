@@ -61,6 +61,18 @@ void describe_plane(Section& s, BodyScene& body) {
   describe_motion(s, body);
 }
 
+void describe_rotate(Section& s, BodyScene& body) {
+  s.numbers("axis", body.rotate_axis, direction_range, "1", "not 0; its length does not matter");
+  s.number("degrees", body.rotate_degrees, "[-3600, 3600]", "degrees", "by the right-hand rule");
+  check_not_zero(s, "axis", body.rotate_axis);
+}
+
+void describe_place(Section& s, BodyScene& body) {
+  s.one_line();
+  s.numbers("position", body.place, coordinate_range, "m", "how far it is moved, besides `mesh.position`");
+  s.section("rotate", body, describe_rotate, "how it is turned, about the origin of its file");
+}
+
 void describe_mesh(Section& s, BodyScene& body) {
   s.one_line();
   const bool moving = !body.sequence.files.empty();
@@ -71,7 +83,8 @@ void describe_mesh(Section& s, BodyScene& body) {
   s.check(s.has("file") != s.has("sequence"), s.has("file") ? "sequence" : "file",
           s.has("file") ? "stands beside file; allowed: exactly one of them"
                         : "neither file nor sequence stands here; allowed: exactly one of them");
-  s.number("scale", body.scale, "[1e-9, 1e6]", "1", "factor on the file's coordinates, which are then in m");
+  s.number("scale", body.scale, "[1e-9, 1e6]", "1", "factor on the file's coordinates, which are then in `unit`");
+  describe_coordinates(s, body.unit, body.up, true);
   s.numbers("position", body.position, coordinate_range, "m", "added to the scaled mesh");
   describe_motion(s, body);
   for (const char* key : {"velocity", "offset", "spin"})
@@ -87,6 +100,10 @@ void describe(Section& s, BodyScene& body) {
   s.one_of(body.kind, Kind::plane).section("plane", body, describe_plane, "a half-space");
   s.one_of(body.kind, Kind::mesh)
       .section("mesh", body, describe_mesh, "a triangle mesh; one that is not closed holds liquid only");
+  s.saved_if(body.kind == Kind::mesh)
+      .section("place", body, describe_place, "where a mesh is at the start: turned first, then moved");
+  s.check(!s.has("place") || body.kind == Kind::mesh, "place",
+          "is for a mesh; allowed: only beside the key mesh, for the others have keys of their own");
 }
 
 }  // namespace drench

@@ -8,6 +8,8 @@
 namespace drench {
 namespace {
 
+constexpr std::array<Word<double>, 2> weld_words{{{"auto", weld_automatically}, {"off", 0.0}}};
+
 void describe_mesh(Section& s, ClothScene& cloth) {
   s.one_line();
   s.section("grid", cloth.grid, "a rectangle in x and z, centred on the origin");
@@ -15,10 +17,12 @@ void describe_mesh(Section& s, ClothScene& cloth) {
       .mesh_file("file", cloth.file, "a triangle mesh; a relative name starts at the scene's folder");
   s.saved_if(!cloth.grid)
       .number("scale", cloth.scale, "[1e-9, 1e6]", "1",
-              "factor on the file's coordinates, which are then in m; not for a grid");
+              "factor on the file's coordinates, which are then in `unit`; not for a grid");
+  describe_coordinates(s, cloth.unit, cloth.up, !cloth.grid);
   s.check(s.has("grid") || s.has("file"), "grid", "neither grid nor file stands here; allowed: exactly one of them");
   s.check(!s.has("grid") || !s.has("file"), "file", "stands beside grid; allowed: exactly one of them");
-  s.check(!s.has("grid") || !s.has("scale"), "scale", "is for mesh files; allowed: the size of the grid, in m");
+  for (const char* key : {"scale", "unit", "up"})
+    s.check(!s.has("grid") || !s.has(key), key, "is for mesh files; allowed: the size of the grid, in m");
 }
 
 void describe_rotate(Section& s, ClothScene& cloth) {
@@ -163,7 +167,28 @@ void check_regions(Section& s, const ClothScene& cloth) {
   }
 }
 
+void describe_seams(Section& s, ClothScene& cloth) {
+  s.saved_if(!cloth.grid)
+      .number("weld", cloth.weld, weld_words, "[0, 1]", "m",
+              "merges boundary points of the mesh file that are no farther apart than this, which sews seams of "
+              "doubled points; "
+              "`auto`: those that coincide up to a thousandth of the edges there; `off`: none");
+  s.list("sew", cloth.sew, "seams that stitches pull together until `sew_time` and hold from then on");
+  s.saved_if(!cloth.sew.empty()).number("sew_time", cloth.sew_time, "(0, 1e6]", "s", "until the seams are closed");
+}
+
+void check_sewing(Section& s, const ClothScene& cloth) {
+  s.check(!s.has("weld") || !cloth.grid, "weld", "is for mesh files; a grid has no seams");
+  s.check(!s.has("sew_time") || s.has("sew"), "sew_time", "is the time that seams take; allowed: only beside sew");
+  s.check(cloth.sew.empty() || cloth.dynamics, "sew",
+          "moves a cloth that does not move; allowed: only with dynamics: true");
+  for (std::size_t i = 0; i < cloth.sew.size(); ++i)
+    s.check(!cloth.grid || cloth.sew[i].kind != SewScene::Kind::groups, fmt::format("sew.{}.groups", i),
+            "is for a mesh with groups, and a grid has none; allowed: loops, pairs, file");
+}
+
 void check_cloth(Section& s, const ClothScene& cloth) {
+  check_sewing(s, cloth);
   check_regions(s, cloth);
   check_weave(s, cloth);
   for (const char* key : {"friction_wet", "damping_wet"})
@@ -219,6 +244,24 @@ void describe(Section& s, PinScene& pin) {
             "stands beside sequence, which says how the pins move; allowed: one");
 }
 
+void describe(Section& s, SewScene& sew) {
+  using Kind = SewScene::Kind;
+  constexpr const char* numbers = "[0, 2147483646]";
+  s.one_line();
+  s.one_of(sew.kind, Kind::loops)
+      .integer_pairs("loops", sew.loops, numbers, "(the number of a boundary loop)",
+                     "pairs of boundary loops, by the numbers that `drench check` lists");
+  s.one_of(sew.kind, Kind::groups)
+      .texts("groups", sew.groups, "two groups of faces of the .obj file, whose boundaries are sewn along each other");
+  s.one_of(sew.kind, Kind::pairs)
+      .integer_pairs("pairs", sew.pairs, numbers, "(the number of a point)",
+                     "pairs of points, by their numbers in the mesh file, from 0");
+  s.one_of(sew.kind, Kind::file)
+      .other_file(
+          "file", sew.file,
+          "a text file with such a pair in each line, as `12 340`; a relative name starts at the scene's folder");
+}
+
 void describe(Section& s, SaturationScene& saturation) {
   s.one_line();
   s.required().section("box", saturation.box,
@@ -258,6 +301,7 @@ void describe(Section& s, ClothScene& cloth) {
   s.text("name", cloth.name, "its name in messages and frames; no two alike");
   s.required().section("mesh", cloth, describe_mesh, "its shape at rest: either `grid` or `file`");
   s.section("place", cloth, describe_place, "where it is at the start: turned first, then moved");
+  describe_seams(s, cloth);
   describe_fabric(
       s,
       "a fabric whose measured values count where this cloth has no key of its own; those of `porous` where it "

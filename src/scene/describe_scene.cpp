@@ -195,6 +195,14 @@ void describe(Section& s, Box& box) {
   }
 }
 
+void describe_coordinates(Section& s, LengthUnit& unit, UpAxis& up, bool saved) {
+  s.saved_if(saved).choice(
+      "unit", unit, {{"m", LengthUnit::m}, {"cm", LengthUnit::cm}, {"mm", LengthUnit::mm}, {"inch", LengthUnit::inch}},
+      "unit of the file's coordinates times `scale`");
+  s.saved_if(saved).choice("up", up, {{"x", UpAxis::x}, {"y", UpAxis::y}, {"z", UpAxis::z}},
+                           "axis of the file that points up; the mesh is turned so that it becomes y");
+}
+
 void describe_sequence(Section& s, SequenceScene& sequence, const char* meaning) {
   const bool saved = !sequence.files.empty();
   s.saved_if(saved).mesh_files("sequence", sequence.files, meaning);

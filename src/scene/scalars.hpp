@@ -14,6 +14,7 @@ namespace drench {
 
 inline constexpr std::size_t text_max_length = 100;
 inline constexpr const char* text_allowed = "1 to 100 bytes without control characters";
+inline constexpr const char* mesh_name_expected = "the name of an .obj, .ply or .stl file";
 inline constexpr const char* mesh_file_allowed = ".obj, .ply, .stl";
 inline constexpr const char* key_time_range = "[0, 1e6]";  // s
 inline constexpr const char* keys_allowed = "a list of keys [time, value]";

@@ -30,6 +30,10 @@ enum class SortMethod { automatic, counting, radix, bitonic, bitonic_naive };
 enum class KernelKind { cubic, wendland, poly6 };
 /// What pressure a wall has beside a particle: the particle's, or that plus what its gradient along the wall adds.
 enum class WallPressure { mirrored, extrapolated };
+/// The axis of a mesh file that points up; the mesh is turned so that it becomes y.
+enum class UpAxis { x, y, z };
+/// The unit of a mesh file's coordinates.
+enum class LengthUnit { m, cm, mm, inch };
 /// Projective Dynamics, or XPBD on the same step.
 enum class ClothMethod { pd, xpbd };
 
@@ -254,12 +258,31 @@ struct RegionScene {
   bool operator==(const RegionScene&) const = default;
 };
 
+/// Of `cloth.N.weld`: sews boundary points that coincide, up to a small part of their edges.
+inline constexpr double weld_automatically = -1;
+
+/// An entry of `cloth.N.sew`: nodes that stitches pull together.
+struct SewScene {
+  /// How the nodes are chosen.
+  enum class Kind { loops, groups, pairs, file };
+  Kind kind = Kind::loops;                   // how the nodes are chosen
+  std::vector<std::array<Index, 2>> loops;   // for Kind::loops: boundary loops of the cloth, by their numbers
+  std::array<std::string, 2> groups{};       // for Kind::groups: names of the mesh file
+  std::vector<std::array<Index, 2>> pairs;   // for Kind::pairs: points, by their numbers in the mesh file
+  std::string file;                          // for Kind::file: such pairs, one a line
+
+  bool operator==(const SewScene&) const = default;
+};
+
 /// An entry of `cloth`.
 struct ClothScene {
   std::string name = "cloth";            // in messages and frames; no two alike
   std::optional<GridScene> grid;         // its shape, or else `file`
   std::string file;                      // a mesh file (.obj, .ply, .stl) when `grid` is absent
   double scale = 1.0;                    // 1; of the mesh file
+  LengthUnit unit = LengthUnit::m;       // of the mesh file
+  UpAxis up = UpAxis::y;                 // of the mesh file
+  double weld = weld_automatically;      // m: how far apart boundary points are that become one; 0: none
   Vec3 position{0, 0, 0};                // m
   Vec3 rotate_axis{1, 0, 0};             // it is turned first, about its mesh's origin, then moved
   double rotate_degrees = 0.0;           // °
@@ -268,6 +291,8 @@ struct ClothScene {
   double slip = 0;                       // m; slip length b of the liquid on both sides, 0: none, inf: free
   std::optional<double> sample_spacing;  // m; at most, between the samples that liquid meets; else fluid.spacing
   std::vector<PinScene> pins;            // where two catch a node, the last one counts
+  std::vector<SewScene> sew;             // seams that are closed during the run
+  double sew_time = 0.5;                 // s; until they are closed
   bool self_collision = false;           // with itself and with other cloths that have this
   int settle = 50;                       // steps over which nodes that start inside a body come out of it
   bool dynamics = true;                  // false: it does not move
@@ -309,7 +334,12 @@ struct BodyScene {
   std::string file;        // mesh; of a sequence, its first
   SequenceScene sequence;  // mesh that moves as its files say
   double scale = 1.0;      // 1, of the mesh file
+  LengthUnit unit = LengthUnit::m;  // of the mesh file
+  UpAxis up = UpAxis::y;   // of the mesh file
   Vec3 position{0, 0, 0};  // m, added to the scaled mesh
+  Vec3 place{0, 0, 0};     // m, added to that
+  Vec3 rotate_axis{1, 0, 0};    // a mesh is turned first, about its file's origin, then moved
+  double rotate_degrees = 0.0;  // °
   // Prescribed motion, without end; of a dynamic body, how it starts.
   Keyed<Vec3> velocity;    // m/s
   Keyed<Vec3> offset;      // m; added to where `velocity` brings it; 0 at the start

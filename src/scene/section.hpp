@@ -3,6 +3,7 @@
 // default is the member's own. A scene is loaded, checked, saved and documented by that one description, each with a Section
 // of its own (scene/section_modes.hpp). docs/how-to/add_a_scene_key.md shows how to add a key.
 
+#include <array>
 #include <cstddef>
 #include <functional>
 #include <initializer_list>
@@ -56,6 +57,9 @@ class Section {
   /// As many as stand there, at least one.
   virtual void integer_list(const char* key, std::vector<Index>& values, const char* range, const char* unit,
                             const char* meaning) = 0;
+  /// [a, b] each, as many as stand there, at least one.
+  virtual void integer_pairs(const char* key, std::vector<std::array<Index, 2>>& values, const char* range, const char* unit,
+                             const char* meaning) = 0;
   virtual void boolean(const char* key, bool& value, const char* meaning) = 0;
   /// A boolean that a resolved scene has as on or off.
   virtual void on_off(const char* key, bool& value, const char* meaning) = 0;
@@ -63,6 +67,10 @@ class Section {
   virtual void flag(const char* key, const char* meaning) = 0;
   /// Not empty, up to 100 bytes, no control characters.
   virtual void text(const char* key, std::string& value, const char* meaning) = 0;
+  /// As many of them as there are values.
+  virtual void texts(const char* key, std::span<std::string> values, const char* meaning) = 0;
+  /// A file that exists; becomes an absolute path.
+  virtual void other_file(const char* key, std::string& value, const char* meaning) = 0;
   /// A mesh file that exists; becomes an absolute path.
   virtual void mesh_file(const char* key, std::string& value, const char* meaning) = 0;
 

@@ -51,6 +51,10 @@ class DocumentSection : public Section {
                     const char* meaning) override {
     note(key, "list of whole numbers", range, unit, "", meaning);
   }
+  void integer_pairs(const char* key, std::vector<std::array<Index, 2>>&, const char* range, const char* unit,
+                     const char* meaning) override {
+    note(key, "list of pairs of whole numbers", range, unit, "", meaning);
+  }
   void boolean(const char* key, bool& value, const char* meaning) override {
     note(key, "switch", switch_allowed, "", value ? "true" : "false", meaning);
   }
@@ -58,6 +62,12 @@ class DocumentSection : public Section {
   void flag(const char* key, const char* meaning) override { note(key, "switch", "true", "", "", meaning); }
   void text(const char* key, std::string& value, const char* meaning) override {
     note(key, "text", text_allowed, "", value, meaning);
+  }
+  void texts(const char* key, std::span<std::string> values, const char* meaning) override {
+    note(key, fmt::format("{} texts", values.size()), text_allowed, "", "", meaning);
+  }
+  void other_file(const char* key, std::string&, const char* meaning) override {
+    note(key, "file", "", "", "", meaning);
   }
   void mesh_file(const char* key, std::string&, const char* meaning) override {
     note(key, "file", mesh_file_allowed, "", "", meaning);

@@ -4,8 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
 
+#include "scene/file_name.hpp"
 #include "scene/nearest_word.hpp"
 #include "scene/scalars.hpp"
 #include "scene/scene_error.hpp"
@@ -22,7 +22,6 @@ std::string with_unit(const std::string& range, const std::string& unit) {
   return unit == "1" ? range + " (no unit)" : range + " " + unit;
 }
 
-constexpr const char* mesh_name_expected = "the name of an .obj, .ply or .stl file";
 
 class LoadSection : public Section {
  public:
@@ -60,6 +59,8 @@ class LoadSection : public Section {
   }
   void integer_list(const char* key, std::vector<Index>& values, const char* range, const char* unit,
                     const char*) override;
+  void integer_pairs(const char* key, std::vector<std::array<Index, 2>>& values, const char* range, const char* unit,
+                     const char*) override;
   void boolean(const char* key, bool& value, const char*) override;
   void on_off(const char* key, bool& value, const char* meaning) override { boolean(key, value, meaning); }
   void flag(const char* key, const char* meaning) override {
@@ -68,6 +69,8 @@ class LoadSection : public Section {
     check(on, key, "is false; allowed: true, or leave it out");
   }
   void text(const char* key, std::string& value, const char*) override;
+  void texts(const char* key, std::span<std::string> values, const char*) override;
+  void other_file(const char* key, std::string& value, const char*) override;
   void mesh_file(const char* key, std::string& value, const char*) override;
   void mesh_files(const char* key, std::vector<std::string>& values, const char*) override;
 
@@ -109,7 +112,8 @@ class LoadSection : public Section {
   const Value* take_array(const char* key, std::size_t size, const std::string& expected);
   double read_number(const Value& value, const std::string& key, const char* range, const char* unit) const;
   int read_integer(const Value& value, const std::string& key, const char* range, const char* unit) const;
-  std::string read_mesh_name(const Value& value, const std::string& key) const;
+  std::string read_text(const Value& value, const std::string& key) const;
+  std::string read_file_name(const Value& value, const std::string& key, bool mesh) const;
   Vec3 read_vector(const Value& value, const std::string& key, const char* range, const char* unit) const;
   template <class T, class Read>
   void read_keyed(const char* key, Keyed<T>& value, const std::string& expected, Read read);
@@ -266,6 +270,28 @@ void LoadSection::integer_list(const char* key, std::vector<Index>& values, cons
     values.push_back(read_integer(found->items[i], fmt::format("{}.{}", key, i), range, unit));
 }
 
+void LoadSection::integer_pairs(const char* key, std::vector<std::array<Index, 2>>& values, const char* range,
+                                const char* unit, const char*) {
+  const Value* found = take(key, "a list of pairs [a, b] of whole numbers in " + with_unit(range, unit));
+  if (!found) return;
+  check_list(key, *found);
+  values.clear();
+  for (std::size_t i = 0; i < found->items.size(); ++i) {
+    const Value& item = found->items[i];
+    const std::string name = fmt::format("{}.{}", key, i);
+    if (item.kind != Value::Kind::list || item.items.size() != 2)
+      fail(item, name, fmt::format("is {}; allowed: [a, b], two whole numbers in {}", item.shown(), with_unit(range, unit)));
+    values.push_back({read_integer(item.items[0], name + ".0", range, unit),
+                      read_integer(item.items[1], name + ".1", range, unit)});
+  }
+}
+
+void LoadSection::texts(const char* key, std::span<std::string> values, const char*) {
+  const Value* found = take_array(key, values.size(), fmt::format("a list of {} texts", values.size()));
+  for (std::size_t i = 0; found && i < values.size(); ++i)
+    values[i] = read_text(found->items[i], fmt::format("{}.{}", key, i));
+}
+
 void LoadSection::boolean(const char* key, bool& value, const char*) {
   const Value* found = take(key, "true or false");
   if (!found) return;
@@ -276,19 +302,24 @@ void LoadSection::boolean(const char* key, bool& value, const char*) {
   value = yes;
 }
 
-void LoadSection::text(const char* key, std::string& value, const char*) {
-  const std::string expected = fmt::format("a text of {}", text_allowed);
-  const Value* found = take(key, expected);
-  if (!found) return;
-  const bool clean = std::none_of(found->text.begin(), found->text.end(),
+std::string LoadSection::read_text(const Value& value, const std::string& key) const {
+  const bool clean = std::none_of(value.text.begin(), value.text.end(),
                                   [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7f; });
-  if (found->kind != Value::Kind::scalar || found->text.empty() || found->text.size() > text_max_length || !clean)
-    fail(*found, key, fmt::format("is {}; allowed: {}", found->shown(), expected));
-  value = found->text;
+  if (value.kind != Value::Kind::scalar || value.text.empty() || value.text.size() > text_max_length || !clean)
+    fail(value, key, fmt::format("is {}; allowed: a text of {}", value.shown(), text_allowed));
+  return value.text;
+}
+
+void LoadSection::text(const char* key, std::string& value, const char*) {
+  if (const Value* found = take(key, fmt::format("a text of {}", text_allowed))) value = read_text(*found, key);
 }
 
 void LoadSection::mesh_file(const char* key, std::string& value, const char*) {
-  if (const Value* found = take(key, mesh_name_expected)) value = read_mesh_name(*found, key);
+  if (const Value* found = take(key, mesh_name_expected)) value = read_file_name(*found, key, true);
+}
+
+void LoadSection::other_file(const char* key, std::string& value, const char*) {
+  if (const Value* found = take(key, "the name of a file")) value = read_file_name(*found, key, false);
 }
 
 void LoadSection::mesh_files(const char* key, std::vector<std::string>& values, const char*) {
@@ -298,7 +329,7 @@ void LoadSection::mesh_files(const char* key, std::vector<std::string>& values, 
   if (found->kind == Value::Kind::list) {
     check_list(key, *found);
     for (std::size_t i = 0; i < found->items.size(); ++i)
-      values.push_back(read_mesh_name(found->items[i], fmt::format("{}.{}", key, i)));
+      values.push_back(read_file_name(found->items[i], fmt::format("{}.{}", key, i), true));
     return;
   }
   if (found->kind != Value::Kind::scalar || found->text.find('\0') != std::string::npos)
@@ -306,29 +337,16 @@ void LoadSection::mesh_files(const char* key, std::vector<std::string>& values, 
   Value name = *found;
   for (const std::string& file : sequence_names(found->text, folder_)) {
     name.text = file;
-    values.push_back(read_mesh_name(name, key));
+    values.push_back(read_file_name(name, key, true));
   }
   if (values.empty())
     fail(*found, key, fmt::format("{} names no file that there is; allowed: {}", found->shown(), mesh_files_allowed));
 }
 
-std::string LoadSection::read_mesh_name(const Value& value, const std::string& key) const {
-  namespace fs = std::filesystem;
-  const Value* found = &value;
-  const bool named = found->kind == Value::Kind::scalar && !found->text.empty();
-  // a NUL byte would cut the name short in the system call
-  if (!named || found->text.find('\0') != std::string::npos)
-    fail(*found, key, fmt::format("is {}; allowed: {}", found->shown(), mesh_name_expected));
-  std::string extension = fs::path(found->text).extension().string();
-  for (char& c : extension) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
-  if (extension != ".obj" && extension != ".ply" && extension != ".stl")
-    fail(*found, key,
-         fmt::format("{} is not a mesh file that can be read; allowed: {}", found->shown(), mesh_file_allowed));
-  std::error_code error;
-  const fs::path file = fs::absolute(fs::path(folder_) / found->text, error).lexically_normal();
-  if (error || !fs::exists(file, error)) fail(*found, key, fmt::format("there is no file '{}'", file.string()));
-  if (!fs::is_regular_file(file, error)) fail(*found, key, fmt::format("'{}' is not a file", file.string()));
-  return file.string();
+std::string LoadSection::read_file_name(const Value& value, const std::string& key, bool mesh) const {
+  FoundFile found = find_file(value, folder_, mesh);
+  if (!found.problem.empty()) fail(value, key, found.problem);
+  return std::move(found.path);
 }
 
 std::size_t LoadSection::word_index(const char* key, const std::vector<const char*>& words, std::size_t index,

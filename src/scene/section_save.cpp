@@ -63,10 +63,22 @@ class SaveSection : public Section {
   void integer_list(const char* key, std::vector<Index>& values, const char*, const char* unit, const char*) override {
     write(key, fmt::format("[{}]", fmt::join(values, ", ")), comment_of(unit));
   }
+  void integer_pairs(const char* key, std::vector<std::array<Index, 2>>& values, const char*, const char* unit,
+                     const char*) override {
+    std::string all;
+    for (const auto& [a, b] : values) all += fmt::format("{}[{}, {}]", all.empty() ? "" : ", ", a, b);
+    write(key, "[" + all + "]", comment_of(unit));
+  }
   void boolean(const char* key, bool& value, const char*) override { write(key, value ? "true" : "false"); }
   void on_off(const char* key, bool& value, const char*) override { write(key, value ? "on" : "off"); }
   void flag(const char* key, const char*) override { write(key, "true"); }
   void text(const char* key, std::string& value, const char*) override { write(key, quoted(value)); }
+  void texts(const char* key, std::span<std::string> values, const char*) override {
+    std::string all;
+    for (const std::string& value : values) all += (all.empty() ? "" : ", ") + quoted(value);
+    write(key, "[" + all + "]");
+  }
+  void other_file(const char* key, std::string& value, const char*) override { write(key, quoted(value)); }
   void mesh_file(const char* key, std::string& value, const char*) override { write(key, quoted(value)); }
 
   void mesh_files(const char* key, std::vector<std::string>& values, const char*) override {

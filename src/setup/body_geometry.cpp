@@ -8,6 +8,7 @@
 
 #include "base/eigen_vec.hpp"
 #include "setup/distance_field.hpp"
+#include "setup/file_place.hpp"
 #include "setup/mesh_io.hpp"
 #include "setup/mesh_sequence.hpp"
 #include "setup/setup_error.hpp"
@@ -122,11 +123,9 @@ Body make_body(const BodyScene& scene, const std::string& scene_path, const std:
       break;
     case BodyScene::Kind::mesh: {
       SurfaceMesh mesh = read_mesh(scene.file, scene_path);
+      file_place(scene)(mesh.points);
       Eigen::AlignedBox3d bounds;
-      for (Vec3& x : mesh.points) {
-        x = to_vec3(scene.scale * to_eigen(x) + to_eigen(scene.position));
-        bounds.extend(to_eigen(x));
-      }
+      for (const Vec3& x : mesh.points) bounds.extend(to_eigen(x));
       check_mesh(mesh, name + " (" + scene.file + ")", body_min_area_ratio);
       body.center = to_vec3(bounds.center());
       for (const Vec3& x : mesh.points) body.reach = std::max(body.reach, (to_eigen(x) - bounds.center()).norm());

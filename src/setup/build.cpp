@@ -1,6 +1,7 @@
 #include "setup/build.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -17,8 +18,10 @@
 #include "setup/deforming_body.hpp"
 #include "setup/distance_field.hpp"
 #include "setup/fabric_pairs.hpp"
+#include "setup/file_place.hpp"
 #include "setup/fluid_sampling.hpp"
 #include "setup/memory_estimate.hpp"
+#include "setup/pieces.hpp"
 #include "setup/point_grid.hpp"
 #include "setup/rest_plane.hpp"
 #include "setup/self_intersection.hpp"
@@ -291,17 +294,19 @@ void check_ledger_range(const Setup& setup) {
 
 }  // namespace
 
-Setup build(const Scene& scene, const MemoryBudget& budget) {
-  Setup setup;
+namespace {
+
+void make_bodies(Setup& setup, SetupLines& lines) {
   Model& m = setup.model;
-  m.scene = scene;
-  refuse_too_large(grid_size(scene), budget);
-  build_cloths(scene, m, setup.warnings);
-  lay_rest_planes(m);
-  set_numbers(m);
+  const Scene& scene = m.scene;
   for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
-    m.bodies.push_back(blaming(fmt::format("bodies.{}", b),
-                               [&] { return make_body(scene.bodies[b], scene.path, fmt::format("body {}", b + 1)); }));
+    const std::string label = fmt::format("body {}", b + 1);
+    m.bodies.push_back(
+        blaming(fmt::format("bodies.{}", b), [&] { return make_body(scene.bodies[b], scene.path, label); }));
+    const BodyScene& body = scene.bodies[b];
+    if (body.kind != BodyScene::Kind::mesh) continue;
+    if (std::string hint = unit_hint(m.bodies[b].mesh_points, body.unit, body.scale, label); !hint.empty())
+      lines.hints.push_back(std::move(hint));
   }
   for (Body& body : m.bodies)
     if (body.kind == BodyScene::Kind::plane) {
@@ -314,6 +319,11 @@ Setup build(const Scene& scene, const MemoryBudget& budget) {
     for (std::string& line : deformation_warnings(m.bodies[b], fmt::format("body {}", b + 1)))
       setup.warnings.push_back(std::move(line));
   start_bodies(m, setup.state);
+}
+
+/// Everything after the meshes.
+void fill(Setup& setup, const MemoryBudget& budget) {
+  Model& m = setup.model;
   lay_fields(setup);
   refuse_too_large(expected_size(m), budget);
   for (Body& body : m.bodies)
@@ -336,7 +346,34 @@ Setup build(const Scene& scene, const MemoryBudget& budget) {
     init_fluid(setup);
     check_ledger_range(setup);
   }
+  list_pieces(m, setup.notes, setup.warnings);
   for (std::string& line : plan_warnings(m, setup.state, budget.real_bytes)) setup.warnings.push_back(std::move(line));
+}
+
+}  // namespace
+
+Setup build(const Scene& scene, const MemoryBudget& budget) {
+  Setup setup;
+  setup.model.scene = scene;
+  refuse_too_large(grid_size(scene), budget);
+  SetupLines lines;
+  build_cloths(scene, setup.model, lines);
+  lay_rest_planes(setup.model);
+  set_numbers(setup.model);
+  setup.warnings = std::move(lines.warnings);
+  setup.notes = std::move(lines.notes);
+  make_bodies(setup, lines);
+  if (lines.hints.empty()) {
+    fill(setup, budget);
+    return setup;
+  }
+  // A mesh in another unit is the likely cause of what fails from here on.
+  setup.warnings.insert(setup.warnings.end(), lines.hints.begin(), lines.hints.end());
+  try {
+    fill(setup, budget);
+  } catch (const SetupError& e) {
+    throw SetupError(fmt::format("{} ({})", fmt::join(lines.hints, "; "), e.what()), e.key);
+  }
   return setup;
 }
 

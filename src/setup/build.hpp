@@ -16,6 +16,7 @@ struct Setup {
   Model model;
   HostState state;
   std::vector<std::string> warnings;  // one line each
+  std::vector<std::string> notes;     // what the set-up has done to meshes, and their pieces; one line each
 };
 
 /// Reads mesh files, places and samples cloths, bodies and liquid. The same scene gives the same set-up, bit for bit.

@@ -6,17 +6,21 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <numeric>
 
 #include "base/eigen_vec.hpp"
 #include "setup/cloth_bending.hpp"
 #include "setup/cloth_material.hpp"
 #include "setup/cloth_regions.hpp"
 #include "setup/cloth_warp.hpp"
+#include "setup/file_place.hpp"
 #include "setup/membrane.hpp"
 #include "setup/mesh_io.hpp"
 #include "setup/mesh_sequence.hpp"
 #include "setup/plate.hpp"
 #include "setup/setup_error.hpp"
+#include "setup/sewing.hpp"
+#include "setup/weld.hpp"
 
 namespace drench {
 namespace {
@@ -27,38 +31,44 @@ double cotangent(const Vector3d& a, const Vector3d& b) { return a.dot(b) / a.cro
 
 /// How `place` turns the cloth.
 Eigen::Matrix3d rotation_of(const ClothScene& cloth) {
-  if (cloth.rotate_degrees == 0) return Eigen::Matrix3d::Identity();
-  const Vector3d axis = to_eigen(cloth.rotate_axis);
-  if (!(axis.norm() > 0)) throw SetupError(cloth_label(cloth.name) + ": the axis of rotation must not be zero");
-  return Eigen::AngleAxisd(cloth.rotate_degrees * std::numbers::pi / 180, axis.normalized()).toRotationMatrix();
+  try {
+    return rotation_about(cloth.rotate_axis, cloth.rotate_degrees);
+  } catch (const SetupError& e) {
+    throw SetupError(cloth_label(cloth.name) + ": " + e.what());
+  }
 }
 
-/// Turns and moves points of the cloth's own mesh to where the cloth starts.
-void place_points(const ClothScene& cloth, std::vector<Vec3>& points) {
-  const Eigen::Matrix3d rotation = rotation_of(cloth);
-  for (Vec3& x : points) x = to_vec3(rotation * to_eigen(x) + to_eigen(cloth.position));
-}
-
-/// The same of a mesh file's points.
-void place_file_points(const ClothScene& cloth, std::vector<Vec3>& points) {
-  for (Vec3& x : points) x = to_vec3(cloth.scale * to_eigen(x));
-  place_points(cloth, points);
-}
-
-SurfaceMesh placed_mesh(const ClothScene& cloth, const std::string& scene_path) {
-  const std::string label = cloth_label(cloth.name);
+/// A cloth's own mesh where it starts, and what its file's points have become.
+struct PlacedMesh {
   SurfaceMesh mesh;
+  Weld weld;
+};
+
+PlacedMesh placed_mesh(const ClothScene& cloth, const std::string& scene_path, SetupLines& lines) {
+  const std::string label = cloth_label(cloth.name);
+  PlacedMesh placed;
+  SurfaceMesh& mesh = placed.mesh;
   if (cloth.grid) {
     if (cloth.grid->nodes[0] < 2 || cloth.grid->nodes[1] < 2)
       throw SetupError(label + ": a grid has 2 nodes or more each way");
     mesh = grid_mesh(*cloth.grid);
   } else {
     mesh = read_mesh(cloth.file, scene_path, {.texture = takes_warp_of_file(cloth), .groups = needs_groups(cloth)});
-    for (Vec3& x : mesh.points) x = to_vec3(cloth.scale * to_eigen(x));
   }
-  place_points(cloth, mesh.points);
+  rotation_of(cloth);  // refuses an axis without length
+  file_place(cloth)(mesh.points);
+  if (!cloth.grid && cloth.weld != 0) {
+    placed.weld = weld_boundary(mesh, cloth.weld);
+    if (placed.weld.found()) lines.notes.push_back(label + ": " + placed.weld.text());
+  } else {
+    placed.weld.node.resize(mesh.points.size());
+    std::iota(placed.weld.node.begin(), placed.weld.node.end(), 0);
+  }
   check_mesh(mesh, cloth.grid ? label : label + " (" + cloth.file + ")", cloth_min_area_ratio);
-  return mesh;
+  if (!cloth.grid)
+    if (std::string hint = unit_hint(mesh.points, cloth.unit, cloth.scale, label); !hint.empty())
+      lines.hints.push_back(std::move(hint));
+  return placed;
 }
 
 /// Pins of one cloth, on its own node numbers.
@@ -68,9 +78,11 @@ struct Pins {
 };
 
 /// `edges` are the mesh's.
-Pins pinned_nodes(const ClothScene& cloth, const SurfaceMesh& mesh, const std::vector<MeshEdge>& edges,
+Pins pinned_nodes(const ClothScene& cloth, const PlacedMesh& placed, const std::vector<MeshEdge>& edges,
                   std::vector<std::string>& warnings) {
   const std::string label = cloth_label(cloth.name);
+  const SurfaceMesh& mesh = placed.mesh;
+  const std::vector<Index>& node_of_point = placed.weld.node;
   Pins pins{std::vector<std::uint8_t>(mesh.points.size(), cloth.dynamics ? 0 : 1),
             std::vector<Index>(mesh.points.size(), -1)};
   Index entry = -1;
@@ -106,11 +118,11 @@ Pins pinned_nodes(const ClothScene& cloth, const SurfaceMesh& mesh, const std::v
         break;
       case PinScene::Kind::nodes:
         for (const Index i : p.nodes) {
-          if (i < 0 || i >= static_cast<Index>(mesh.points.size())) {
+          if (i < 0 || i >= static_cast<Index>(node_of_point.size())) {
             throw SetupError(
-                fmt::format("{}: pin: there is no node {}; allowed: 0 to {}", label, i, mesh.points.size() - 1));
+                fmt::format("{}: pin: there is no node {}; allowed: 0 to {}", label, i, node_of_point.size() - 1));
           }
-          pin(i);
+          pin(node_of_point[static_cast<std::size_t>(i)]);
           any = true;
         }
         break;
@@ -121,14 +133,15 @@ Pins pinned_nodes(const ClothScene& cloth, const SurfaceMesh& mesh, const std::v
 }
 
 /// A motion of its own for each node whose pin follows a sequence of files.
-void follow_sequences(Model& model, const ClothScene& cloth, const Pins& pins) {
+void follow_sequences(Model& model, const ClothScene& cloth, const Pins& pins, const Weld& weld) {
   const std::size_t first = model.mesh.rest_position.size() - pins.entry.size();
   const std::vector<Vec3> rest(model.mesh.rest_position.begin() + static_cast<std::ptrdiff_t>(first),
                                model.mesh.rest_position.end());
   for (std::size_t entry = 0; entry < cloth.pins.size(); ++entry) {
     const PinScene& p = cloth.pins[entry];
     if (p.sequence.files.empty()) continue;
-    const auto paths = node_paths(p.sequence, model.scene.path, rest, place_file_points, cloth, cloth_label(cloth.name));
+    const auto paths =
+        node_paths(p.sequence, model.scene.path, rest, weld.node, file_place(cloth), cloth_label(cloth.name));
     for (std::size_t n = 0; n < rest.size(); ++n) {
       if (pins.entry[n] != static_cast<Index>(entry)) continue;
       model.mesh.pin_motion[first + n] = static_cast<Index>(model.pin_motions.size());
@@ -142,7 +155,7 @@ void follow_sequences(Model& model, const ClothScene& cloth, const Pins& pins) {
 }
 
 /// The motions of a cloth's pins, and which of them each node has. Its mesh is the last that was appended.
-void set_pins_in_motion(Model& model, const ClothScene& cloth, const Pins& pins) {
+void set_pins_in_motion(Model& model, const ClothScene& cloth, const Pins& pins, const Weld& weld) {
   if (std::none_of(cloth.pins.begin(), cloth.pins.end(), [](const PinScene& p) { return moves(p); })) return;
   std::vector<Index> motion;  // of each entry
   for (const PinScene& p : cloth.pins) {
@@ -156,7 +169,7 @@ void set_pins_in_motion(Model& model, const ClothScene& cloth, const Pins& pins)
   std::vector<Index>& of_node = model.mesh.pin_motion;
   of_node.resize(model.mesh.rest_position.size() - pins.entry.size(), -1);  // cloths before this one
   for (const Index entry : pins.entry) of_node.push_back(entry < 0 ? -1 : motion[static_cast<std::size_t>(entry)]);
-  follow_sequences(model, cloth, pins);
+  follow_sequences(model, cloth, pins, weld);
   for (std::size_t n = 0; n < of_node.size(); ++n) {
     if (of_node[n] < 0) continue;
     PinMotion& m = model.pin_motions[static_cast<std::size_t>(of_node[n])];
@@ -272,51 +285,75 @@ std::array<double, 4> hinge_cotangents(const Vec3& x0, const Vec3& x1, const Vec
   return {c03 + c04, c01 + c02, -(c01 + c03), -(c02 + c04)};
 }
 
-void build_cloths(const Scene& scene, Model& model, std::vector<std::string>& warnings) {
-  ClothMesh& mesh = model.mesh;
-  std::vector<std::vector<std::array<double, 2>>> warp;  // of each cloth's triangles; empty: it has no use for it
-  for (const ClothScene& c : scene.cloths) {
-    const std::string key = fmt::format("cloth.{}", model.cloths.size());
-    const SurfaceMesh own = blaming(key + ".mesh", [&] { return placed_mesh(c, scene.path); });
-    const auto edges = mesh_edges(own.triangles);
-    const Patchwork fabric(c, own, key);
-    ClothMaterial material = resolve_material(c, c.material, scene.processes);
-    material.first_node = mesh.nodes();
-    material.node_count = static_cast<Index>(own.points.size());
-    material.first_triangle = mesh.triangles();
-    material.triangle_count = static_cast<Index>(own.triangles.size());
-    const Pins pins = blaming(key + ".pin", [&] { return pinned_nodes(c, own, edges, warnings); });
-    append(mesh, own, c, fabric, edges, pins.pinned, static_cast<Index>(model.cloths.size()));
-    append_patches(model, c, fabric);
-    if (needs_warp(c)) blaming(key + ".warp", [&] { append_warp(mesh, own, c, fabric, rotation_of(c)); });
-    warp.emplace_back();
-    if (needs_warp(c))
-      warp.back() = warp_in_triangles(mesh, own);
-    else if (c.material.bending)  // alike in all directions
-      warp.back().assign(own.triangles.size(), {1, 0});
-    if (c.material.bending)
-      add_plate(mesh,
-                plate_pairs(
-                    own, edges, [&](Index t) { return *fabric(t).bending; }, warp.back()),
-                material.first_node);
-    blaming(key + ".pin", [&] { set_pins_in_motion(model, c, pins); });
-    mesh.pin_entry.insert(mesh.pin_entry.end(), pins.entry.begin(), pins.entry.end());
-    model.cloths.push_back(material);
-  }
-  if (!mesh.triangle_warp.empty()) mesh.triangle_warp.resize(mesh.triangle.size(), Vec3{0, 0, 0});
-  if (model.has_moving_pins()) mesh.pin_motion.resize(mesh.rest_position.size(), -1);
-  if (model.cloths.empty()) return;
-  set_triangle_stiffness(model, warp);
+namespace {
+
+/// node → its springs, stitches after the edges, and its hinges.
+void list_constraints(ClothMesh& mesh) {
   std::vector<std::array<Index, 2>> entries;
-  for (std::size_t e = 0; e < mesh.edge.size(); ++e) {
-    for (const Index n : mesh.edge[e]) entries.push_back({n, static_cast<Index>(e)});
-  }
+  Index number = 0;
+  for (const auto* springs : {&mesh.edge, &mesh.stitch})
+    for (const auto& ends : *springs) {
+      for (const Index n : ends) entries.push_back({n, number});
+      ++number;
+    }
   mesh.node_edges = rows_of(mesh.nodes(), entries);
   entries.clear();
   for (std::size_t h = 0; h < mesh.hinge.size(); ++h) {
     for (int c = 0; c < 4; ++c) entries.push_back({mesh.hinge[h][c], static_cast<Index>(4 * h) + c});
   }
   mesh.node_hinges = rows_of(mesh.nodes(), entries);
+}
+
+/// Appends one cloth to the model, and its triangles' warp to `warp`.
+void build_cloth(const ClothScene& c, Model& model, std::vector<std::vector<std::array<double, 2>>>& warp,
+                 SetupLines& lines) {
+  ClothMesh& mesh = model.mesh;
+  const std::string key = fmt::format("cloth.{}", model.cloths.size());
+  const PlacedMesh placed = blaming(key + ".mesh", [&] { return placed_mesh(c, model.scene.path, lines); });
+  const SurfaceMesh& own = placed.mesh;
+  const auto edges = mesh_edges(own.triangles);
+  const Patchwork fabric(c, own, key);
+  ClothMaterial material = resolve_material(c, c.material, model.scene.processes);
+  material.first_node = mesh.nodes();
+  material.node_count = static_cast<Index>(own.points.size());
+  material.first_triangle = mesh.triangles();
+  material.triangle_count = static_cast<Index>(own.triangles.size());
+  const Pins pins = blaming(key + ".pin", [&] { return pinned_nodes(c, placed, edges, lines.warnings); });
+  append(mesh, own, c, fabric, edges, pins.pinned, static_cast<Index>(model.cloths.size()));
+  const auto sewn = sewn_pairs(c, own, placed.weld, key);
+  append_stitches(mesh, c, own, fabric, sewn, placed.weld, material.first_node);
+  if (!sewn.empty())
+    lines.notes.push_back(
+        fmt::format("{}: sew: {} stitches close in {} s", cloth_label(c.name), sewn.size(), c.sew_time));
+  append_patches(model, c, fabric);
+  if (needs_warp(c)) blaming(key + ".warp", [&] { append_warp(mesh, own, c, fabric, rotation_of(c)); });
+  warp.emplace_back();
+  if (needs_warp(c))
+    warp.back() = warp_in_triangles(mesh, own);
+  else if (c.material.bending)  // alike in all directions
+    warp.back().assign(own.triangles.size(), {1, 0});
+  if (c.material.bending)
+    add_plate(mesh,
+              plate_pairs(
+                  own, edges, [&](Index t) { return *fabric(t).bending; }, warp.back()),
+              material.first_node);
+  blaming(key + ".pin", [&] { set_pins_in_motion(model, c, pins, placed.weld); });
+  mesh.pin_entry.insert(mesh.pin_entry.end(), pins.entry.begin(), pins.entry.end());
+  model.cloths.push_back(material);
+}
+
+}  // namespace
+
+void build_cloths(const Scene& scene, Model& model, SetupLines& lines) {
+  ClothMesh& mesh = model.mesh;
+  std::vector<std::vector<std::array<double, 2>>> warp;  // of each cloth's triangles; empty: it has no use for it
+  for (const ClothScene& c : scene.cloths) build_cloth(c, model, warp, lines);
+  if (!mesh.triangle_warp.empty()) mesh.triangle_warp.resize(mesh.triangle.size(), Vec3{0, 0, 0});
+  if (model.has_moving_pins()) mesh.pin_motion.resize(mesh.rest_position.size(), -1);
+  if (model.cloths.empty()) return;
+  set_triangle_stiffness(model, warp);
+  join_nodes(mesh);
+  list_constraints(mesh);
 }
 
 double mean_edge_length(const Model& model) {

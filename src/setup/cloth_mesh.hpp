@@ -17,9 +17,16 @@ SurfaceMesh grid_mesh(const GridScene& grid);
 /// = 0 for every flat hinge, stretched or not by an affine map.
 std::array<double, 4> hinge_cotangents(const Vec3& x0, const Vec3& x1, const Vec3& x2, const Vec3& x3);
 
-/// Builds model.cloths (materials, node and triangle ranges) and model.mesh from the scene's cloths.
-/// SetupError: bad mesh, a pin that does not fit. Pins that catch nothing become warnings.
-void build_cloths(const Scene& scene, Model& model, std::vector<std::string>& warnings);
+/// What the set-up tells, one line each.
+struct SetupLines {
+  std::vector<std::string> warnings;  // mistakes that a run survives
+  std::vector<std::string> notes;     // what it has done to the meshes
+  std::vector<std::string> hints;     // meshes whose unit is likely another one
+};
+
+/// Builds model.cloths (materials, node and triangle ranges) and model.mesh from the scene's cloths; model.scene is the scene.
+/// SetupError: bad mesh, a pin or a seam that does not fit. Pins that catch nothing become warnings.
+void build_cloths(const Scene& scene, Model& model, SetupLines& lines);
 
 /// Rows of node → items from `entries` of (node, item); each row keeps the entries' order.
 Rows rows_of(Index nodes, const std::vector<std::array<Index, 2>>& entries);

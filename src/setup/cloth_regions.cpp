@@ -133,7 +133,9 @@ std::string region_label(const RegionScene& region, int number) {
 
 bool needs_groups(const ClothScene& cloth) {
   return std::any_of(cloth.regions.begin(), cloth.regions.end(),
-                     [](const RegionScene& r) { return r.kind == RegionScene::Kind::group; });
+                     [](const RegionScene& r) { return r.kind == RegionScene::Kind::group; }) ||
+         std::any_of(cloth.sew.begin(), cloth.sew.end(),
+                     [](const SewScene& s) { return s.kind == SewScene::Kind::groups; });
 }
 
 Patchwork::Patchwork(const ClothScene& cloth, const SurfaceMesh& own, const std::string& key)

@@ -15,6 +15,9 @@ namespace {
 /// sub-steps.
 constexpr double most_conducting = 100;
 
+/// ω of a stitch: its resistance is about a tenth of an edge's; more would only cost sub-steps.
+constexpr double stitch_conducting = 8;
+
 /// Sides of an edge may see its length this much apart, over the length; where the warp turns more, it stays a seam.
 constexpr double same_length = 0.1;
 /// A triangle keeps its shape if its area changes by no more than this factor when its edges take their mean lengths.
@@ -249,6 +252,14 @@ void build_fabric_pairs(Model& model) {
         entries.push_back({nodes[static_cast<std::size_t>(side)], 2 * pair + side});
       fabric.nodes.push_back(nodes);
       fabric.weight.push_back(std::min(weight.conductance, most_conducting * weight.part));
+    }
+    for (const auto& stitch : model.mesh.stitch) {
+      if (model.mesh.node_cloth[static_cast<std::size_t>(stitch[0])] != static_cast<Index>(cloth)) continue;
+      const Index pair = static_cast<Index>(fabric.weight.size());
+      for (Index side = 0; side < 2; ++side)
+        entries.push_back({stitch[static_cast<std::size_t>(side)], 2 * pair + side});
+      fabric.nodes.push_back(stitch);
+      fabric.weight.push_back(stitch_conducting);
     }
   }
   fabric.of_node = rows_of(model.mesh.nodes(), entries);

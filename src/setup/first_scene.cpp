@@ -10,6 +10,7 @@
 #include "scene/load.hpp"
 #include "setup/build.hpp"
 #include "setup/cloth_mesh.hpp"
+#include "setup/file_place.hpp"
 #include "setup/forecast.hpp"
 #include "setup/garment.hpp"
 #include "setup/mesh_io.hpp"
@@ -25,10 +26,15 @@ constexpr GridScene grid{{0.6, 0.6}, {31, 31}};
 constexpr double solid_fraction = 0.6, water = 1000;       // 1, kg/m³
 constexpr double bends[] = {1e-4, 1e-5, 1e-6, 0};          // N·m
 constexpr double longest_steps[] = {0.004, 0.002, 0.001};  // s
+constexpr double shortest_step = 2.5e-4;                   // s
 
 /// Everything that the text below has a number for. SI units.
 struct Suggestion {
   std::string mesh;  // "" for the grid
+  std::string body;  // "" for none
+  MeshGuess body_guess;
+  bool worn = false;               // the body is in it and holds it
+  std::vector<std::string> found;  // what the set-up says, as comments
   Garment garment;
   double spacing = 0, thickness = 0.001, bend = bends[0], step = longest_steps[0], every = 0.02, end = 1;
   bool self_collision = false;
@@ -137,19 +143,43 @@ std::string pin_line(const Suggestion& s) {
                      list(box.max));
 }
 
+/// ", unit: cm, up: z" as far as they are not the defaults.
+std::string coordinates(const MeshGuess& guess) {
+  std::string keys;
+  if (guess.unit != LengthUnit::m) keys += fmt::format(", unit: {}", name_of(guess.unit));
+  if (guess.up != UpAxis::y) keys += fmt::format(", up: {}", name_of(guess.up));
+  return keys;
+}
+
+/// "; unit: it is 90 units long; up: …"
+std::string reasons(const MeshGuess& guess) {
+  std::string text;
+  if (!guess.unit_reason.empty()) text += "; unit: " + guess.unit_reason;
+  if (!guess.up_reason.empty()) text += "; up: " + guess.up_reason;
+  return text;
+}
+
 std::string mesh_lines(const Suggestion& s) {
   const Garment& g = s.garment;
   if (s.mesh.empty())
     return fmt::format("    mesh: {{grid: {{size: [{}, {}], nodes: [{}, {}]}}}}   # m; or {{file: garment.obj}}\n",
                        grid.size[0], grid.size[1], grid.nodes[0], grid.nodes[1]);
-  std::string lines = fmt::format("    mesh: {{file: {}", quoted(s.mesh));
-  if (g.scale != 1) lines += fmt::format(", scale: {}", g.scale);
-  lines += fmt::format("}}   # from the folder of this file{}\n",
-                       g.scale != 1 ? "; scale: m in its unit" : "");
+  std::string lines = fmt::format("    mesh: {{file: {}{}}}   # from the folder of this file{}\n", quoted(s.mesh),
+                                  coordinates(g.guess), reasons(g.guess));
   if (g.shift != Vec3{0, 0, 0})
     lines += fmt::format("    place: {{position: {}}}   # m; brings it to the origin, where numbers are most exact\n",
                          list(g.shift));
   return lines;
+}
+
+std::string body_lines(const Suggestion& s) {
+  if (s.body.empty())
+    return fmt::format(
+        "# bodies:                             # a floor, if it should not fall out of the domain\n"
+        "#   - plane: {{point: [0, {:.6g}, 0], normal: [0, 1, 0]}}   # m\n",
+        s.domain.min[1] + 0.1 * s.garment.size);
+  return fmt::format("bodies:\n  - mesh: {{file: {}{}}}   # from the folder of this file{}\n", quoted(s.body),
+                     coordinates(s.body_guess), reasons(s.body_guess));
 }
 
 std::string head(const Suggestion& s) {
@@ -159,6 +189,8 @@ std::string head(const Suggestion& s) {
       fmt::format("# A first scene for {}, by drench new. SI units: m, s, kg. Every key: drench schema\n#\n",
                   s.mesh.empty() ? "a square cloth" : s.mesh);
   if (!g.unit_warning.empty()) text += fmt::format("# {}.\n#\n", g.unit_warning);
+  for (const std::string& line : s.found) text += fmt::format("# {}.\n", line);
+  if (!s.found.empty()) text += "#\n";
   return text + fmt::format(
                     "# {:.3g} × {:.3g} × {:.3g} m, {} points, {} triangles, edges of {:.2g} m. Its pores hold {:.2g} "
                     "kg of water.\n"
@@ -168,7 +200,8 @@ std::string head(const Suggestion& s) {
                     s.jet_mass, g.flat ? "falls on its middle" : "meets its front");
 }
 
-std::string text_of(const Suggestion& s) {
+/// `with_body`: false to measure the cloth alone, which is faster.
+std::string text_of(const Suggestion& s, bool with_body = true) {
   std::string text = head(s);
   text += fmt::format(
       "drench: 1                             # version of the format\n"
@@ -199,7 +232,7 @@ std::string text_of(const Suggestion& s) {
       "    friction: 0.4                     # 1; dry, on bodies and on itself\n"
       "    friction_wet: 1.0                 # 1; wet fabric clings\n",
       s.thickness, s.bend > 0 ? fmt::format("{:.1e}", s.bend) : "0");
-  text += pin_line(s);
+  if (!s.worn) text += pin_line(s);
   text += fmt::format("    self_collision: {}\n",
                       s.self_collision ? "true              # front and back do not pass through each other; costs time"
                                        : "false             # true for cloth that folds onto itself; costs time");
@@ -209,10 +242,9 @@ std::string text_of(const Suggestion& s) {
       "      absorption: 0.02                # m²/s; how fast dry fabric takes water up\n"
       "      max_saturation: 1.18            # 1; above 1 the excess drips\n"
       "      diffusivity: 1.0e-4             # m²/s; how fast water spreads within the fabric\n"
-      "      capillary_height: 0.3           # m; height over which the saturation at rest falls by 1\n"
-      "# bodies:                             # a floor, if it should not fall out of the domain\n"
-      "#   - plane: {{point: [0, {:.6g}, 0], normal: [0, 1, 0]}}   # m\n",
-      solid_fraction, s.domain.min[1] + 0.1 * s.garment.size);
+      "      capillary_height: 0.3           # m; height over which the saturation at rest falls by 1\n",
+      solid_fraction);
+  if (with_body || s.body.empty()) text += body_lines(s);
   return text;
 }
 
@@ -222,11 +254,11 @@ constexpr const char* scene_path = "scene.yaml";
 /// Sets the scene up. Without self-collision where the mesh passes through itself, which it must not at the start.
 Setup set_up(Suggestion& s, std::vector<std::string>& warnings) {
   try {
-    return build(parse_scene(text_of(s), scene_path));
+    return build(parse_scene(text_of(s, false), scene_path));
   } catch (const SetupError& error) {
     if (!s.self_collision) throw;
     s.self_collision = false;
-    Setup setup = build(parse_scene(text_of(s), scene_path));
+    Setup setup = build(parse_scene(text_of(s, false), scene_path));
     warnings.push_back(fmt::format("self_collision is off: {}", error.what()));
     return setup;
   }
@@ -248,15 +280,89 @@ void choose_step(Suggestion& s, std::vector<std::string>& warnings) {
   }
 }
 
+/// The first steps for real; where one does not converge, half the step, and a limper fabric where that is too short.
+void try_steps(Suggestion& s, const TrySteps& trial, std::vector<std::string>& warnings) {
+  const double step = s.step, bend = s.bend;
+  const auto converges = [&](double with_step, double with_bend) {
+    s.step = with_step;
+    s.bend = with_bend;
+    return trial(parse_scene(text_of(s), scene_path)).unconverged == 0;
+  };
+  if (converges(step, bend)) return;
+  bool found = false;
+  for (double half = step / 2; half >= shortest_step && !found; half /= 2) found = converges(half, bend);
+  for (const double limper : bends)
+    for (const double part : {1.0, 0.25})
+      if (limper < bend && !found) found = converges(part * step, limper);
+  if (!found) {
+    s.step = step;
+    s.bend = bend;
+    warnings.emplace_back(
+        "the cloth's first steps do not converge, whatever the step; a mesh with more even triangles would");
+    return;
+  }
+  s.found.push_back(
+      fmt::format("With a step of {} s and bend {:.2g} the first steps do not converge; with {} s and {:.2g} they do",
+                  step, bend, s.step, s.bend));
+  warnings.push_back(s.found.back());
+}
+
+/// Solid angle of the mesh seen from x over 4π: 1 inside a closed one, a good part of it inside an open garment.
+double winding(const SurfaceMesh& mesh, const Vector3d& x) {
+  double sum = 0;
+  for (const auto& t : mesh.triangles) {
+    const auto side = [&](std::size_t k) -> Vector3d {
+      return to_eigen(mesh.points[static_cast<std::size_t>(t[k])]) - x;
+    };
+    const Vector3d a = side(0), b = side(1), c = side(2);
+    const double la = a.norm(), lb = b.norm(), lc = c.norm();
+    sum += std::atan2(a.dot(b.cross(c)), la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb);
+  }
+  return std::abs(sum) / (2 * std::numbers::pi);
+}
+
+/// Is a part of the body in the garment?
+bool wears(const std::vector<Vec3>& body, const Garment& garment) {
+  std::vector<Vec3> near;
+  for (const Vec3& x : body)
+    if (contains(garment.box.min, garment.box.max, x)) near.push_back(x);
+  const std::size_t stride = 1 + near.size() / 200;
+  std::size_t seen = 0, inside = 0;
+  for (std::size_t k = 0; k < near.size(); k += stride, ++seen)
+    inside += winding(garment.mesh, to_eigen(near[k])) > 0.3 ? 1 : 0;
+  return seen > 0 && 10 * inside > seen;
+}
+
+/// The garment of the suggestion, and the body.
+void measure(Suggestion& s, FirstScene& result) {
+  SurfaceMesh mesh = s.mesh.empty() ? grid_mesh(grid) : read_mesh(s.mesh, scene_path);
+  const std::string label = s.mesh.empty() ? "the grid" : s.mesh;
+  const bool with_body = !s.body.empty();
+  MeshGuess guess = s.mesh.empty() ? MeshGuess{} : guess_of(bounds_of(mesh.points));
+  SurfaceMesh body;
+  if (with_body) {
+    body = read_mesh(s.body, scene_path);
+    const Box box = bounds_of(body.points);
+    s.body_guess = guess_of(box);
+    if (!s.mesh.empty()) guess = guess_beside(bounds_of(mesh.points), box, s.body_guess);
+  }
+  s.garment = measure_garment(std::move(mesh), label, guess, with_body);
+  if (!s.garment.unit_warning.empty()) result.warnings.push_back(s.garment.unit_warning);
+  if (!with_body) return;
+  FilePlace{metres_in(s.body_guess.unit) * upright(s.body_guess.up), Vector3d::Zero()}(body.points);
+  s.worn = wears(body.points, s.garment);
+  s.found.push_back(s.worn ? "The body is in the garment and holds it: there are no pins"
+                           : "No part of the body is in the garment, which hangs by its highest points");
+}
+
 }  // namespace
 
-FirstScene first_scene(const std::string& mesh) {
+FirstScene first_scene(const std::string& mesh, const std::string& body, const TrySteps& trial) {
   FirstScene result;
   Suggestion s;
   s.mesh = mesh;
-  s.garment =
-      measure_garment(mesh.empty() ? grid_mesh(grid) : read_mesh(mesh, scene_path), mesh.empty() ? "the grid" : mesh);
-  if (!s.garment.unit_warning.empty()) result.warnings.push_back(s.garment.unit_warning);
+  s.body = body;
+  measure(s, result);
   choose_fabric(s, result.warnings);
   choose_jet(s);
   choose_domain(s);
@@ -266,8 +372,11 @@ FirstScene first_scene(const std::string& mesh) {
         "{}: its smallest triangle is {:.2g} m high and its edges are {:.2g} m: bend is {}, for a stiffer fabric's "
         "solve may not converge on such triangles; a mesh with more even ones can have more",
         mesh, s.garment.least_height, s.garment.edge, s.bend));
+  if (trial) try_steps(s, trial, result.warnings);
+  const Setup setup = build(parse_scene(text_of(s), scene_path));
+  s.found.insert(s.found.end(), setup.notes.begin(), setup.notes.end());
+  s.found.insert(s.found.end(), setup.warnings.begin(), setup.warnings.end());
   result.yaml = text_of(s);
-  const Setup setup = build(parse_scene(result.yaml, scene_path));
   result.warnings.insert(result.warnings.end(), setup.warnings.begin(), setup.warnings.end());
   return result;
 }

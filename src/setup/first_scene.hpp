@@ -1,8 +1,11 @@
 #pragma once
 // A first scene for somebody's garment: spacing, time step, domain, pins and water that follow from its mesh.
 
+#include <functional>
 #include <string>
 #include <vector>
+
+#include "scene/scene.hpp"
 
 namespace drench {
 
@@ -11,8 +14,17 @@ struct FirstScene {
   std::vector<std::string> warnings;  // one line each: about the mesh, its unit, and those of the set-up
 };
 
+/// What a trial of a scene came to.
+struct TriedSteps {
+  int steps = 0, unconverged = 0;
+};
+/// Runs a scene's first steps in memory.
+using TrySteps = std::function<TriedSteps(const Scene&)>;
+
 /// @param mesh an .obj, .ply or .stl file, as the scene shall name it; "" for a square cloth without a file
+/// @param body the mesh of a body that wears it; "" for none
+/// @param trial finds out whether the steps converge; without it they are only estimated
 /// @throws SetupError a mesh that cannot be read or cannot be cloth
-FirstScene first_scene(const std::string& mesh);
+FirstScene first_scene(const std::string& mesh, const std::string& body = "", const TrySteps& trial = {});
 
 }  // namespace drench

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "base/eigen_vec.hpp"
 #include "setup/body_geometry.hpp"
@@ -170,12 +171,11 @@ ExpectedSpeeds expected_speeds(const Model& model, const HostState& state) {
   return speeds;
 }
 
-bool falls_freely(const Model& model, const ClothMaterial& cloth) {
+bool falls_freely(const Model& model, const ClothMaterial& cloth, const std::vector<Index>& nodes) {
   const Vector3d g = to_eigen(model.scene.gravity);
   if (!cloth.dynamics || g.norm() == 0 || model.has_moving_body()) return false;
-  const auto first = static_cast<std::size_t>(cloth.first_node), count = static_cast<std::size_t>(cloth.node_count);
-  for (std::size_t n = first; n < first + count; ++n)
-    if (model.mesh.pinned[n]) return false;
+  for (const Index n : nodes)
+    if (model.mesh.pinned[static_cast<std::size_t>(n)]) return false;
   if (cloth.self_collision)
     for (const ClothMaterial& other : model.cloths)
       if (&other != &cloth && other.self_collision) return false;
@@ -183,8 +183,8 @@ bool falls_freely(const Model& model, const ClothMaterial& cloth) {
   const Box& domain = model.scene.domain;
   const double within = std::max(2 * model.spacing, cloth.thickness),
                shortest = 1e-4 * (to_eigen(domain.max) - to_eigen(domain.min)).norm();
-  for (std::size_t n = first; n < first + count; n += stride(count, 100)) {
-    Vector3d x = to_eigen(model.mesh.rest_position[n]);
+  for (std::size_t k = 0; k < nodes.size(); k += stride(nodes.size(), 100)) {
+    Vector3d x = to_eigen(model.mesh.rest_position[static_cast<std::size_t>(nodes[k])]);
     while (contains(domain.min, domain.max, to_vec3(x))) {
       const double distance = solid_distance(model, to_vec3(x), within, nullptr);
       if (distance < 1.1 * cloth.thickness) return false;
@@ -193,6 +193,12 @@ bool falls_freely(const Model& model, const ClothMaterial& cloth) {
     }
   }
   return true;
+}
+
+bool falls_freely(const Model& model, const ClothMaterial& cloth) {
+  std::vector<Index> nodes(static_cast<std::size_t>(cloth.node_count));
+  std::iota(nodes.begin(), nodes.end(), cloth.first_node);
+  return falls_freely(model, cloth, nodes);
 }
 
 double height_in_domain(const Model& model, const ClothMaterial& cloth) {
@@ -236,6 +242,8 @@ ClothIterations cloth_iterations(const Model& model, const ClothMaterial& cloth,
   std::vector<double> springs(mesh.solid_mass.size(), 0.0), hinges = springs;
   for (std::size_t e = 0; e < mesh.edge.size(); ++e)
     for (const Index n : mesh.edge[e]) springs[static_cast<std::size_t>(n)] += mesh.edge_stiffness[e];
+  for (std::size_t k = 0; k < mesh.stitch.size(); ++k)
+    for (const Index n : mesh.stitch[k]) springs[static_cast<std::size_t>(n)] += mesh.stitch_stiffness[k];
   for (std::size_t h = 0; h < mesh.hinge.size(); ++h) {
     double sum = 0;
     for (const double k : mesh.hinge_weight[h]) sum += std::abs(k);

@@ -17,6 +17,8 @@ ExpectedSpeeds expected_speeds(const Model& model, const HostState& state);
 
 /// Does nothing hold this cloth: no pin, no solid below it, no other cloth that it could lie on, no body that moves?
 bool falls_freely(const Model& model, const ClothMaterial& cloth);
+/// The same of a part of it: these nodes.
+bool falls_freely(const Model& model, const ClothMaterial& cloth, const std::vector<Index>& nodes);
 
 /// Height (m) from the highest of the cloth's nodes down to the domain's border, along gravity.
 double height_in_domain(const Model& model, const ClothMaterial& cloth);

@@ -8,54 +8,40 @@
 #include <limits>
 
 #include "base/eigen_vec.hpp"
+#include "setup/file_place.hpp"
 #include "setup/setup_error.hpp"
+#include "setup/weld.hpp"
 
 namespace drench {
 namespace {
 
 using Eigen::Vector3d;
 
-constexpr double largest_in_metres = 5, largest_in_centimetres = 300;  // a curtain; a garment of 3 m
-constexpr double smallest = 0.02;                                      // m; less is likelier another unit
-
-Box bounds_of(const std::vector<Vec3>& points) {
-  Box box{points.front(), points.front()};
-  for (const Vec3& x : points)
-    for (std::size_t a = 0; a < 3; ++a) {
-      box.min[a] = std::min(box.min[a], x[a]);
-      box.max[a] = std::max(box.max[a], x[a]);
-    }
-  return box;
-}
+constexpr double smallest = 0.02;  // m; less is likelier another unit
 
 double longest_side(const Box& box) { return (to_eigen(box.max) - to_eigen(box.min)).maxCoeff(); }
 
-/// Fills scale and unit_warning.
-void guess_unit(Garment& garment, const std::string& label) {
-  const double size = longest_side(bounds_of(garment.mesh.points));
-  const char* unit = "";
-  if (size > largest_in_centimetres) {
-    garment.scale = 0.001;
-    unit = "millimetres";
-  } else if (size > largest_in_metres) {
-    garment.scale = 0.01;
-    unit = "centimetres";
-  }
-  if (garment.scale != 1)
-    garment.unit_warning = fmt::format(
-        "{} is {:.3g} units long: taken as {}, so its scale is {}; change the scale if it is in another unit", label,
-        size, unit, garment.scale);
+/// Fills unit_warning.
+void judge_unit(Garment& garment, const std::string& label, double size) {
+  const MeshGuess& guess = garment.guess;
+  const char* names[] = {"metres", "centimetres", "millimetres", "inches"};
+  const char* name = names[static_cast<std::size_t>(guess.unit)];
+  if (guess.unit != LengthUnit::m)
+    garment.unit_warning =
+        fmt::format("{} is {:.3g} units long: taken as {}; change unit if it is in another one", label, size, name);
   else if (size < smallest)
     garment.unit_warning = fmt::format(
-        "{} is {:.3g} units long: taken as metres; give it a scale in the scene if it is in another unit", label, size);
+        "{} is {:.3g} units long: taken as metres; give it a unit or a scale in the scene if it is in another one",
+        label, size);
 }
 
-void place(Garment& garment) {
-  for (Vec3& x : garment.mesh.points) x = to_vec3(garment.scale * to_eigen(x));
+void place(Garment& garment, bool on_body) {
+  FilePlace{metres_in(garment.guess.unit) * upright(garment.guess.up), Vector3d::Zero()}(garment.mesh.points);
+  weld_boundary(garment.mesh, weld_automatically);
   const Box box = bounds_of(garment.mesh.points);
   const double size = longest_side(box);
   const Vector3d middle = 0.5 * (to_eigen(box.min) + to_eigen(box.max));
-  if (middle.cwiseAbs().maxCoeff() > 5 * size) garment.shift = to_vec3(-middle);
+  if (!on_body && middle.cwiseAbs().maxCoeff() > 5 * size) garment.shift = to_vec3(-middle);
   for (Vec3& x : garment.mesh.points) x = to_vec3(to_eigen(x) + to_eigen(garment.shift));
   garment.box = bounds_of(garment.mesh.points);
   garment.size = size;
@@ -84,12 +70,13 @@ void measure_triangles(Garment& garment) {
 
 }  // namespace
 
-Garment measure_garment(SurfaceMesh mesh, const std::string& label) {
+Garment measure_garment(SurfaceMesh mesh, const std::string& label, const MeshGuess& guess, bool on_body) {
   check_mesh(mesh, label, cloth_min_area_ratio);
   Garment garment;
   garment.mesh = std::move(mesh);
-  guess_unit(garment, label);
-  place(garment);
+  garment.guess = guess;
+  judge_unit(garment, label, longest_side(bounds_of(garment.mesh.points)));
+  place(garment, on_body);
   measure_triangles(garment);
   return garment;
 }

@@ -5,14 +5,15 @@
 #include <vector>
 
 #include "scene/scene.hpp"
+#include "setup/mesh_guess.hpp"
 #include "setup/surface_mesh.hpp"
 
 namespace drench {
 
 /// A mesh as cloth: in metres, with what suggestions follow from.
 struct Garment {
-  SurfaceMesh mesh;          // scaled and shifted
-  double scale = 1;          // metres in the file's unit
+  SurfaceMesh mesh;          // placed, with its seams welded
+  MeshGuess guess;           // of the file
   Vec3 shift{0, 0, 0};       // m, added after scaling
   std::string unit_warning;  // one line where the unit is a guess, else ""
   Box box;                   // m
@@ -24,9 +25,9 @@ struct Garment {
   bool flat = false;         // it lies, rather than hangs: its height is below a tenth of its longest side
 };
 
-/// Guesses the unit from the size: beyond 5 it is centimetres, beyond 300 millimetres. A mesh far from the origin is shifted
-/// there. SetupError: not fit for cloth.
-Garment measure_garment(SurfaceMesh mesh, const std::string& label);
+/// Guesses the unit and the axis that is up. A mesh far from the origin is shifted there, unless it is on a body. SetupError:
+/// not fit for cloth.
+Garment measure_garment(SurfaceMesh mesh, const std::string& label, const MeshGuess& guess, bool on_body);
 
 /// The horizontal axis (0 or 2) along which a garment is thinner: its front looks that way.
 int front_axis(const Garment& garment);

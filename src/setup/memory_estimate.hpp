@@ -24,7 +24,7 @@ struct ListEntries {
 /// Counts of what a scene holds; doubles, since a bad scene's may overflow any integer. 0: not known yet, or none.
 struct SetupSize {
   double fluid = 0, boundary = 0, nodes = 0, samples = 0;
-  double triangles = 0, edges = 0, hinges = 0;  // of the cloths
+  double triangles = 0, edges = 0, stitches = 0, hinges = 0;  // of the cloths
   double links = 0;                             // pairs of nodes, twice each, that share an edge or a hinge
   double patches = 0;                           // materials besides the cloths' own
   double fabric_pairs = 0;                      // of nodes, that diffusion goes between

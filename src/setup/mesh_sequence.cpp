@@ -44,7 +44,7 @@ void follow_sequence(Body& body, const BodyScene& scene, const std::string& scen
     SurfaceMesh mesh = k == 0 ? reader.first() : reader.read(scene.sequence.files[k]);
     if (mesh.triangles != body.mesh_triangles || mesh.points.size() != body.mesh_points.size())
       throw SetupError(label + ": its triangles are not those of the first file; allowed: points that move, nothing else");
-    for (Vec3& x : mesh.points) x = to_vec3(scene.scale * to_eigen(x) + to_eigen(scene.position));
+    file_place(scene)(mesh.points);
     const Points now = columns(mesh.points);
     const Eigen::Matrix4d fit = Eigen::umeyama(first, now, false);
     const Eigen::Matrix3d rotation = fit.topLeftCorner<3, 3>();
@@ -76,18 +76,22 @@ void follow_sequence(Body& body, const BodyScene& scene, const std::string& scen
 }
 
 std::vector<Keyed<Vec3>> node_paths(const SequenceScene& sequence, const std::string& scene_path,
-                                    const std::vector<Vec3>& rest, void (*place)(const ClothScene&, std::vector<Vec3>&),
-                                    const ClothScene& cloth, const std::string& name) {
+                                    const std::vector<Vec3>& rest, const std::vector<Index>& node_of_point,
+                                    const FilePlace& place, const std::string& name) {
   const double size = size_of(columns(rest));
   std::vector<std::vector<Key<Vec3>>> keys(rest.size());
   std::vector<Vec3> first;
   for (std::size_t k = 0; k < sequence.files.size(); ++k) {
     const std::string label = fmt::format("{}: pin ({})", name, short_name(sequence.files[k]));
     std::vector<Vec3> points = read_mesh(sequence.files[k], scene_path).points;
-    if (points.size() != rest.size())
-      throw SetupError(
-          fmt::format("{}: it has {} points and the cloth has {}; allowed: as many", label, points.size(), rest.size()));
-    place(cloth, points);
+    if (points.size() != node_of_point.size())
+      throw SetupError(fmt::format("{}: it has {} points and the cloth has {}; allowed: as many", label, points.size(),
+                                   node_of_point.size()));
+    std::size_t nodes = 0;
+    for (std::size_t p = 0; p < points.size(); ++p)  // the first point of each node
+      if (static_cast<std::size_t>(node_of_point[p]) == nodes) points[nodes++] = points[p];
+    points.resize(nodes);
+    place(points);
     if (k == 0) {
       first = points;
       const double off = (columns(first) - columns(rest)).colwise().norm().maxCoeff();

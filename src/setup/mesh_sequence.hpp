@@ -3,6 +3,7 @@
 
 #include <string>
 
+#include "setup/file_place.hpp"
 #include "setup/surface_mesh.hpp"
 #include "state/model.hpp"
 
@@ -18,10 +19,10 @@ inline constexpr double rigid_tolerance = 1e-5;
 void follow_sequence(Body& body, const BodyScene& scene, const std::string& scene_path, const std::string& name);
 
 /// Where the nodes of a cloth are in the files of a sequence, as keys of their distance from the first: one Keyed a node. `place`
-/// puts a file's points where the cloth is; `rest` are the cloth's own. SetupError: another number of points, or a first
-/// file that is not the cloth.
+/// puts a file's points where the cloth is; `rest` are the cloth's own, and node_of_point says which of them each point of a
+/// file is. SetupError: another number of points, or a first file that is not the cloth.
 std::vector<Keyed<Vec3>> node_paths(const SequenceScene& sequence, const std::string& scene_path,
-                                    const std::vector<Vec3>& rest, void (*place)(const ClothScene&, std::vector<Vec3>&),
-                                    const ClothScene& cloth, const std::string& name);
+                                    const std::vector<Vec3>& rest, const std::vector<Index>& node_of_point,
+                                    const FilePlace& place, const std::string& name);
 
 }  // namespace drench

@@ -98,6 +98,7 @@ PointGrid grid_of(const std::vector<Vec3>& points, double h) {
 double count_links(const ClothMesh& mesh) {
   std::vector<std::pair<Index, Index>> pairs;
   for (const auto& e : mesh.edge) pairs.push_back(std::minmax(e[0], e[1]));
+  for (const auto& s : mesh.stitch) pairs.push_back(std::minmax(s[0], s[1]));
   for (const auto& hinge : mesh.hinge)
     for (std::size_t a = 0; a < 4; ++a)
       for (std::size_t b = a + 1; b < 4; ++b) pairs.push_back(std::minmax(hinge[a], hinge[b]));
@@ -221,6 +222,7 @@ SetupSize size_of(const Setup& setup) {
   size.samples = static_cast<double>(m.samples.count());
   size.triangles = count(m.mesh.triangle);
   size.edges = count(m.mesh.edge);
+  size.stitches = count(m.mesh.stitch);
   size.hinges = count(m.mesh.hinge);
   size.links = count_links(m.mesh);
   size.fabric_pairs = count(m.fabric.weight);

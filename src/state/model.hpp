@@ -63,6 +63,12 @@ struct ClothMesh {
   std::vector<std::array<Index, 2>> edge;
   std::vector<double> edge_length;     // m, rest
   std::vector<double> edge_stiffness;  // N/m: stretch · (A0 + A1) / length² (Van Gelder 1998); 0 in membranes
+  // stitches of seams (`sew`), i < j: springs whose rest length falls from stitch_length to 0 at stitch_time (state/stitch.hpp)
+  std::vector<std::array<Index, 2>> stitch;
+  std::vector<double> stitch_length;     // m, at t = 0
+  std::vector<double> stitch_stiffness;  // N/m
+  std::vector<double> stitch_time;       // s
+  std::vector<Index> joint;              // per node: the lowest of the nodes that it is sewn to; empty: no stitches
   // hinges: nodes 0 1 on the shared edge, 2 3 opposite; of grids, differences along lines and twists of cells
   std::vector<std::array<Index, 4>> hinge;
   std::vector<std::array<double, 4>> hinge_weight;  // K, 1/m·m = 1: cotangent vector, ΣK = 0 (Bergou 2006)
@@ -77,12 +83,14 @@ struct ClothMesh {
   Rows node_triangles;                                // node → items 4·triangle + corner
   std::vector<Index> pin_motion;  // per node: index into Model::pin_motions, −1 if it has none; empty if no pin moves
   std::vector<Index> pin_entry;   // per node: which of its cloth's `pin` entries holds it, −1: none
-  // node → constraint rows; an item is edge id, or 4·hinge + corner
+  // node → constraint rows; an item is edge id (stitches follow the edges), or 4·hinge + corner
   Rows node_edges;
   Rows node_hinges;
 
   Index nodes() const { return static_cast<Index>(rest_position.size()); }
   Index triangles() const { return static_cast<Index>(triangle.size()); }
+  /// The node that stands for all that this one is sewn to.
+  Index joint_of(Index n) const { return joint.empty() ? n : joint[static_cast<std::size_t>(n)]; }
 };
 
 /// Prescribed motion of pins: X(t) = C + o + ∫v + p(s) + Rot(axis, ∫rate) R (X0 − C), from start to s = min(max(t, start), end).
@@ -309,6 +317,7 @@ struct Model {
   /// Is a solve's start scaled, if the last step's began with `start` tolerances (docs/theory/liquid.md, Scaled start)?
   bool scales_start(double start) const { return only_liquid_answers() && start > 2; }
   bool has_moving_pins() const { return !pin_motions.empty(); }
+  bool has_stitches() const { return !mesh.stitch.empty(); }
   bool has_strain_limit() const { return !mesh.limit_stiffness.empty(); }
   bool has_membrane() const { return !mesh.membrane.empty(); }
   /// Does something act on the deformation of triangles?

@@ -29,6 +29,7 @@ TEST_F(Commands, TheExamplesOfTheHelpRun) {
   write_text(here() / "scene.yaml", tiny_scene);
   int examples = 0;
   write_text(here() / "garment.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nf 1 2 3\nf 2 4 3\n");
+  write_text(here() / "figure.obj", "v 0 0 -1\nv 1 0 -1\nv 0 1 -1\nv 0 0 -2\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n");
   for (const std::string command : {"", "run", "check", "compare", "new", "export", "info", "schema"}) {
     const Outcome help =
         drench(command.empty() ? std::vector<std::string>{"--help"} : std::vector<std::string>{command, "--help"});

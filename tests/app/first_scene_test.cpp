@@ -7,6 +7,7 @@
 
 #include "commands_fixture.hpp"
 #include "scene/load.hpp"
+#include "setup/first_scene.hpp"
 
 namespace drench::test {
 namespace {
@@ -26,6 +27,27 @@ class NewScene : public Commands {
       for (int i = 0; i < around; ++i) {
         const int a = j * around + i + 1, b = j * around + (i + 1) % around + 1;
         obj += fmt::format("f {} {} {}\nf {} {} {}\n", a, b, a + around, b, b + around, a + around);
+      }
+    return obj;
+  }
+
+  /// An ellipsoid that stands in such a tube, and is higher: OBJ text. `z_up` and in `unit` metres.
+  static std::string figure(double height, double unit = 1, bool z_up = false) {
+    constexpr int around = 24, rows = 16;
+    std::string obj;
+    for (int j = 0; j <= rows; ++j)
+      for (int i = 0; i < (j == 0 || j == rows ? 1 : around); ++i) {
+        const double angle = 2 * std::numbers::pi * i / around, polar = std::numbers::pi * j / rows;
+        const double x = 0.2 * height * std::sin(polar) * std::cos(angle), y = height * (0.5 - 0.6 * std::cos(polar)) + 0.1 * height,
+                     z = 0.12 * height * std::sin(polar) * std::sin(angle);
+        obj += z_up ? fmt::format("v {:.9g} {:.9g} {:.9g}\n", x / unit, -z / unit, y / unit)
+                    : fmt::format("v {:.9g} {:.9g} {:.9g}\n", x / unit, y / unit, z / unit);
+      }
+    const auto at = [](int j, int i) { return j == 0 ? 1 : j == rows ? 2 + (rows - 1) * around : 2 + (j - 1) * around + i % around; };
+    for (int j = 0; j < rows; ++j)
+      for (int i = 0; i < around; ++i) {
+        if (j > 0) obj += fmt::format("f {} {} {}\n", at(j, i), at(j + 1, i), at(j, i + 1));
+        if (j + 1 < rows) obj += fmt::format("f {} {} {}\n", at(j, i + 1), at(j + 1, i), at(j + 1, i + 1));
       }
     return obj;
   }
@@ -104,15 +126,93 @@ TEST_F(NewScene, AsSmallAsABunnyHasFinerWaterAndThinnerCloth) {
 }
 
 TEST_F(NewScene, OfCentimetresIsScaledAndSaysSo) {
-  const Scene scene = scene_for(tube(0.9, 0.01), "90 units long: taken as centimetres, so its scale is 0.01");
-  EXPECT_EQ(scene.cloths[0].scale, 0.01);
+  const Scene scene = scene_for(tube(0.9, 0.01), "90 units long: taken as centimetres");
+  EXPECT_EQ(scene.cloths[0].unit, LengthUnit::cm);
+  EXPECT_EQ(scene.cloths[0].scale, 1);
   EXPECT_GT(scene.domain.max[1], 0.9);
   EXPECT_LT(scene.domain.max[1], 2);
   EXPECT_NE(read_text(here() / "scene.yaml").find("# garment.obj is 90 units long"), std::string::npos);
 }
 
 TEST_F(NewScene, OfMillimetresIsScaledAndSaysSo) {
-  EXPECT_EQ(scene_for(tube(0.9, 0.001), "taken as millimetres").cloths[0].scale, 0.001);
+  EXPECT_EQ(scene_for(tube(0.9, 0.001), "taken as millimetres").cloths[0].unit, LengthUnit::mm);
+}
+
+TEST_F(NewScene, OnABodyNeedsNoPinAndTakesUnitsAndAxesOfBoth) {
+  write_text(here() / "garment.obj", tube(0.6, 1));
+  write_text(here() / "body.obj", figure(0.6));
+  const Outcome made = drench({"new", "garment.obj", "--body", "body.obj"});
+  ASSERT_EQ(made.code, 0) << made.err;
+  EXPECT_NE(made.out.find("# The body is in the garment and holds it"), std::string::npos) << made.out;
+  write_text(here() / "scene.yaml", made.out);
+  expect_units(made.out);
+  const Scene scene = load_scene((here() / "scene.yaml").string());
+  EXPECT_TRUE(scene.cloths[0].pins.empty());
+  ASSERT_EQ(scene.bodies.size(), 1U);
+  EXPECT_EQ(scene.bodies[0].kind, BodyScene::Kind::mesh);
+  EXPECT_EQ(drench({"run", "scene.yaml", "--steps", "3", "--quiet", "--no-output"}).code, 0);
+
+  write_text(here() / "body.obj", figure(0.6, 0.01, true));
+  const Outcome mixed = drench({"new", "garment.obj", "--body", "body.obj"});
+  ASSERT_EQ(mixed.code, 0) << mixed.err;
+  write_text(here() / "scene.yaml", mixed.out);
+  const Scene other = load_scene((here() / "scene.yaml").string());
+  EXPECT_EQ(other.bodies[0].unit, LengthUnit::cm);
+  EXPECT_EQ(other.bodies[0].up, UpAxis::z);
+  EXPECT_EQ(other.cloths[0].unit, LengthUnit::m);
+  EXPECT_EQ(other.cloths[0].up, UpAxis::y);
+  EXPECT_TRUE(other.cloths[0].pins.empty());
+}
+
+TEST_F(NewScene, BesideABodyHangsByItsTop) {
+  write_text(here() / "garment.obj", tube(0.6, 1, 24, 21, 1));
+  write_text(here() / "body.obj", figure(0.6));
+  const Outcome made = drench({"new", "garment.obj", "--body", "body.obj"});
+  ASSERT_EQ(made.code, 0) << made.err;
+  EXPECT_NE(made.out.find("# No part of the body is in the garment"), std::string::npos) << made.out;
+  EXPECT_NE(made.out.find("    pin: "), std::string::npos);
+}
+
+TEST_F(NewScene, SaysWhatItFoundOfSeamsAndPieces) {
+  std::string obj;  // two squares with doubled points between them, and one that lies apart
+  for (const double x : {0.0, 0.5, 2.0})
+    for (int j = 0; j <= 10; ++j)
+      for (int i = 0; i <= 10; ++i) obj += fmt::format("v {} {} 0\n", x + 0.05 * i, 0.05 * j);
+  for (int panel = 0; panel < 3; ++panel)
+    for (int j = 0; j < 10; ++j)
+      for (int i = 0; i < 10; ++i) {
+        const int a = 121 * panel + 11 * j + i + 1;
+        obj += fmt::format("f {} {} {}\nf {} {} {}\n", a, a + 1, a + 12, a, a + 12, a + 11);
+      }
+  write_text(here() / "garment.obj", obj);
+  const Outcome made = drench({"new", "garment.obj"});
+  EXPECT_EQ(made.code, 0) << made.err;
+  EXPECT_NE(made.out.find("# cloth 'garment': weld: 11 pairs of boundary points sewn.\n"), std::string::npos) << made.out;
+  EXPECT_NE(made.out.find("# cloth 'garment': 2 pieces that are not sewn together.\n"), std::string::npos) << made.out;
+}
+
+TEST_F(NewScene, ShortensTheStepOrSoftensTheFabricUntilATrialConverges) {
+  const std::string mesh = (here() / "garment.obj").string();
+  write_text(mesh, tube(1, 1));
+  int trials = 0;
+  const FirstScene shorter = first_scene(mesh, "", [&](const Scene& scene) {
+    ++trials;
+    return TriedSteps{10, scene.time.step > 0.0011 ? 3 : 0};
+  });
+  const Scene half = parse_scene(shorter.yaml, "scene.yaml");
+  EXPECT_EQ(half.time.step, 0.001);
+  EXPECT_EQ(half.cloths[0].material.bend, 1e-4);
+  EXPECT_EQ(trials, 3);
+  ASSERT_FALSE(shorter.warnings.empty());
+  EXPECT_NE(shorter.warnings[0].find("With a step of 0.004 s and bend 0.0001 the first steps do not converge; with 0.001 s"),
+            std::string::npos)
+      << shorter.warnings[0];
+  const FirstScene softer =
+      first_scene(mesh, "", [](const Scene& scene) { return TriedSteps{10, scene.cloths[0].material.bend > 2e-5 ? 1 : 0}; });
+  EXPECT_EQ(parse_scene(softer.yaml, "scene.yaml").cloths[0].material.bend, 1e-5);
+  const FirstScene never = first_scene(mesh, "", [](const Scene&) { return TriedSteps{10, 10}; });
+  EXPECT_EQ(parse_scene(never.yaml, "scene.yaml").time.step, 0.004);
+  EXPECT_NE(never.warnings[0].find("do not converge, whatever the step"), std::string::npos) << never.warnings[0];
 }
 
 TEST_F(NewScene, FarFromTheOriginIsBroughtThere) {

@@ -1,5 +1,5 @@
 #pragma once
-// Scene files that must load. The mesh files exists.obj and mesh.PLY must lie beside the scene.
+// Scene files that must load. The files exists.obj, mesh.PLY and seams.txt must lie beside the scene.
 
 namespace drench::testing {
 
@@ -76,18 +76,23 @@ cloth:
       - {nodes: [3], velocity: {keys: [[0, [0, 0, 0]], [1, [0, 1, 0]]], interpolation: step}, offset: {keys: [[0, [0, 0, 0]], [2, [0.1, 0.2, 0.3]]], interpolation: smooth}}
       - {box: {min: [0, -1, 0], max: [1, 1, 1]}, spin: {axis: [0, 0, 1], degrees_per_second: 90, center: [0, 1, 0]}}
   - name: second
-    mesh: {file: exists.obj, scale: 0.01}
+    mesh: {file: exists.obj, scale: 0.01, unit: inch, up: z}
+    weld: 1.0e-5
     dynamics: false
     porous: {diffusion_exponent: 2.5, retention_exponent: 1.5}
   - name: followed
     mesh: {file: exists.obj}
+    weld: off
+    sew: [{loops: [[0, 1], [2, 3]]}, {groups: [left, right-side]}, {pairs: [[7, 8]]}, {file: seams.txt}]
+    sew_time: 0.75
     pin: [{nodes: [1], sequence: exists.obj, fps: 30}]
 bodies:
   - mesh: {sequence: [mesh.PLY, mesh.PLY], fps: 12}
   - box: {min: [-1, -1, -1], max: [1, 2, 1], inside: true, velocity: [0.1, 0, -0.2], adhesion: 0.02, slip: free}
   - sphere: {center: [0, 0.2, 0], radius: 0.25, dynamic: true, density: 400, slip: 0.05}
   - plane: {point: [0, -0.5, 0], normal: [0, 2, 0], offset: [[0, [0, 0, 0]], [1, [0, 0.5, 0]]], spin: {axis: [1, 0, 0], degrees_per_second: [[0, 5], [0.5, -5.5], [2, 0]]}, adhesion: 0.04}
-  - mesh: {file: mesh.PLY, scale: 1.5, position: [1, 0, 0], velocity: [0, 0, 1], spin: {axis: [0, 0, 1], degrees_per_second: -90}, adhesion: 0.06}
+  - mesh: {file: mesh.PLY, scale: 1.5, position: [1, 0, 0], velocity: [0, 0, 1], spin: {axis: [0, 0, 1], degrees_per_second: -90}, adhesion: 0.06, unit: mm, up: x}
+    place: {position: [0.5, 1, 0.25], rotate: {axis: [0, 1, 0], degrees: 45}}
 )";
 
 }  // namespace drench::testing

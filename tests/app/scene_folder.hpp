@@ -14,7 +14,7 @@ namespace drench::testing {
 
 namespace fs = std::filesystem;
 
-/// A folder of its own with exists.obj, mesh.PLY and folder.obj/, removed at the end.
+/// A folder of its own with exists.obj, mesh.PLY, seams.txt and folder.obj/, removed at the end.
 class SceneFolder {
  public:
   SceneFolder() {
@@ -22,6 +22,7 @@ class SceneFolder {
     fs::create_directories(path_ / "folder.obj");
     std::ofstream(path_ / "exists.obj") << "v 0 0 0\n";
     std::ofstream(path_ / "mesh.PLY") << "ply\n";
+    std::ofstream(path_ / "seams.txt") << "0 3\n";
   }
   ~SceneFolder() {
     std::error_code error;

@@ -64,12 +64,16 @@ bool in_range(double x, const std::string& range) {
   return (range.front() == '(' ? x > low : x >= low) && (range.back() == ')' ? x < high : x <= high);
 }
 
-/// The same of a time or a value among the keys of one that moves with time; "no key" if the leaf is no part of such a value.
+/// The same of a time or a value among the keys of one that moves with time, and of a number in a list of pairs; "no key" if the
+/// leaf is no part of such a value.
 std::string objection_to_key(const Leaf& leaf, const std::map<std::string, const SchemaKey*>& keys) {
   for (std::size_t dot = leaf.general.rfind('.'); dot != std::string::npos && dot > 0; dot = leaf.general.rfind('.', dot - 1)) {
     const auto key = keys.find(leaf.general.substr(0, dot));
-    if (key == keys.end() || !key->second->type.ends_with("or keys")) continue;
+    if (key == keys.end()) continue;
     const std::string rest = leaf.general.substr(dot + 1), text = leaf.value->text;
+    if (key->second->type.starts_with("list of pairs") && rest == "N.N")
+      return in_range(as_number(text), key->second->allowed) ? "" : leaf.path + " is " + text;
+    if (!key->second->type.ends_with("or keys")) continue;
     if (rest == "interpolation") return text == "linear" || text == "smooth" || text == "step" ? "" : leaf.path + " is " + text;
     const bool time = (rest == "N.N" || rest == "keys.N.N") && leaf.path.ends_with(".0");
     const std::string range = time ? "[0, 1e6]" : key->second->allowed;
@@ -208,9 +212,12 @@ long largest_resident() {  // KiB
   return usage.ru_maxrss;
 }
 
-/// The meshes that `everything` names.
+/// The files that `everything` names.
 void write_meshes(const std::filesystem::path& folder) {
-  test::write_text(folder / "exists.obj", "v 0 0 0\nv 0 0 1\nv 1 0 0\nf 1 2 3\n");
+  test::write_text(folder / "exists.obj",
+                   "v 0 0 0\nv 0 0 1\nv 1 0 0\nv 3 0 0\nv 3 0 1\nv 4 0 0\nv 6 0 0\nv 6 0 1\nv 7 0 0\nv 9 0 0\nv 9 0 1\nv 10 0 0\n"
+                   "g left\nf 1 2 3\ng right-side\nf 4 5 6\ng\nf 7 8 9\nf 10 11 12\n");
+  test::write_text(folder / "seams.txt", "0 3\n");
   test::write_text(folder / "mesh.PLY",
                    "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n"
                    "element face 4\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n"

@@ -75,6 +75,7 @@ void cloth(const Constants& constants, Bodies& bodies, Cloth& cloth, ClothSolver
            const StepInfo& info, StepReport& report) {
   const Real dt = static_cast<Real>(info.dt);
   place_pins(constants, cloth, info);
+  shorten_stitches(cloth, info);
   BodyReaction reaction(constants, bodies, cloth, info);
   std::optional<ClothIteration> iteration;
   report.cloth_iterations = 0;

@@ -42,8 +42,9 @@ struct Nodes {
   Field<Index> link_start;     // node → links
   Field<Link> link;
   Field<Index> triangle_start, triangle_item;  // node → 4·triangle + corner; empty without limits and membranes
-  Field<Index> pin_motion;                     // −1: none; empty unless pins move
-  Field<Real3> rest_position;                  // m; empty unless pins move
+  Field<Index> joint;                    // the lowest node that it is sewn to; empty without stitches
+  Field<Index> pin_motion;               // −1: none; empty unless pins move
+  Field<Real3> rest_position;            // m; empty unless pins move
   // derived
   Field<Real> inverse_mass;  // u_n, 1/kg; 0 if pinned (refresh_inverse_mass)
   Field<Real3> force;        // f_n, N: what the stage that runs does to the node
@@ -55,16 +56,18 @@ struct Nodes {
 struct Mesh {
   Field<Index> triangle;       // 3 per triangle
   Field<Index> boundary_edge;  // 3 per edge of the boundary loops: its nodes and its triangle's third; empty: none
-  Field<Index> edge;           // 2 per edge
+  Field<Index> edge;           // 2 per edge; the last ones are the stitches
   Field<Real> edge_length, edge_stiffness;
+  Field<double> stitch_length, stitch_end;  // m, at t = 0; s: when the rest length is 0 (shorten_stitches)
+  Field<Index> stitch_link;                 // 2 per stitch: its links
   Field<Index> hinge;        // 4 per hinge
   Field<Real> hinge_weight;  // 4 per hinge
   Field<Real> hinge_stiffness;
-  Field<Real> rest_metric;         // 3 per triangle: inverse of its edges' Gram matrix at rest (xx, xy, yy), 1/m²
-  Field<Real> triangle_shape;      // 3 per triangle; empty without limits and membranes
-  Field<Real> limit_stiffness;     // per triangle; empty without strain limiting
-  Field<Membrane<Real>> membrane;  // per triangle; empty without membranes
-  Index triangles = 0, edges = 0, hinges = 0;
+  Field<Real> rest_metric;  // 3 per triangle: inverse of its edges' Gram matrix at rest (xx, xy, yy), 1/m²
+  Field<Real> triangle_shape;              // 3 per triangle; empty without limits and membranes
+  Field<Real> limit_stiffness;             // per triangle; empty without strain limiting
+  Field<Membrane<Real>> membrane;          // per triangle; empty without membranes
+  Index triangles = 0, edges = 0, stitches = 0, hinges = 0;
   Real mean_edge = 0;  // m
 };
 
@@ -142,6 +145,9 @@ const Field<Index>& material_numbers(const NodesOrSamples& of) {
 }
 inline Materials node_materials(const Cloth& cloth) { return {material_numbers(cloth.nodes), cloth.materials}; }
 inline Materials sample_materials(const Cloth& cloth) { return {material_numbers(cloth.samples), cloth.materials}; }
+
+/// The node that stands for all that node n is sewn to; `joint`: Nodes::joint.
+KOKKOS_INLINE_FUNCTION Index joint_of(const Entries<const Index>& joint, Index n) { return joint.exist() ? joint(n) : n; }
 
 // samples.cpp: derived quantities that several stages share
 void refresh_samples(Cloth& cloth);             // samples.position, .normal and .velocity from the nodes

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <map>
 
 #include "cloth/cloth.hpp"
@@ -25,7 +26,7 @@ Material material_of(const ClothMaterial& c) {
 }
 
 /// Springs, hinges and plates as one sparse row a node: a third of the loads of going edge by edge and hinge by hinge.
-void make_links(const ClothMesh& mesh, Nodes& nodes) {
+void make_links(const ClothMesh& mesh, Nodes& nodes, Mesh& of_mesh) {
   std::vector<std::map<Index, Link>> rows(mesh.rest_position.size());
   const auto link = [&](Index n, Index other) -> Link& {
     return rows[static_cast<std::size_t>(n)].try_emplace(other, Link{other, 0, 0, 0}).first->second;
@@ -35,6 +36,12 @@ void make_links(const ClothMesh& mesh, Nodes& nodes) {
       Link& l = link(mesh.edge[e][end], mesh.edge[e][1 - end]);
       l.length = Real(mesh.edge_length[e]);
       l.stiffness = Real(mesh.edge_stiffness[e]);
+    }
+  for (std::size_t k = 0; k < mesh.stitch.size(); ++k)
+    for (std::size_t end = 0; end < 2; ++end) {
+      Link& l = link(mesh.stitch[k][end], mesh.stitch[k][1 - end]);
+      l.length = Real(mesh.stitch_length[k]);
+      l.stiffness = Real(mesh.stitch_stiffness[k]);
     }
   std::vector<std::map<Index, double>> bending(rows.size());
   for (std::size_t h = 0; h < mesh.hinge.size(); ++h)
@@ -61,6 +68,21 @@ void make_links(const ClothMesh& mesh, Nodes& nodes) {
   }
   nodes.link_start = to_device<Index>("drench::node_link_start", start);
   nodes.link = to_device<Link>("drench::node_link", links);
+  if (mesh.stitch.empty()) return;
+  std::vector<Index> of_stitch;
+  for (const auto& stitch : mesh.stitch)
+    for (std::size_t end = 0; end < 2; ++end) {
+      const auto& row = rows[static_cast<std::size_t>(stitch[end])];
+      of_stitch.push_back(start[static_cast<std::size_t>(stitch[end])] +
+                          static_cast<Index>(std::distance(row.begin(), row.find(stitch[1 - end]))));
+    }
+  of_mesh.stitch_link = to_device<Index>("drench::stitch_link", of_stitch);
+}
+
+template <class T>
+std::vector<T> joined(std::vector<T> first, const std::vector<T>& second) {
+  first.insert(first.end(), second.begin(), second.end());
+  return first;
 }
 
 /// The capacities as whole quanta, at s = 1 and at s_max.
@@ -75,7 +97,7 @@ void make_capacities(const Model& m, const std::vector<double>& capacity, Nodes&
   n.max_quanta = to_device<Quanta>("drench::node_max_quanta", most);
 }
 
-void make_nodes(const Model& m, Nodes& n) {
+void make_nodes(const Model& m, Nodes& n, Mesh& of_mesh) {
   const ClothMesh& mesh = m.mesh;
   const SampleSet& samples = m.samples;
   n.count = mesh.nodes();
@@ -87,7 +109,8 @@ void make_nodes(const Model& m, Nodes& n) {
   n.edge_item = to_device<Index>("drench::node_edge_item", mesh.node_edges.item);
   n.hinge_start = to_device<Index>("drench::node_hinge_start", mesh.node_hinges.start);
   n.hinge_item = to_device<Index>("drench::node_hinge_item", mesh.node_hinges.item);
-  make_links(mesh, n);
+  make_links(mesh, n, of_mesh);
+  if (m.has_stitches()) n.joint = to_device<Index>("drench::node_joint", mesh.joint);
   if (m.has_triangle_stress()) {
     n.triangle_start = to_device<Index>("drench::node_triangle_start", mesh.node_triangles.start);
     n.triangle_item = to_device<Index>("drench::node_triangle_item", mesh.node_triangles.item);
@@ -120,8 +143,10 @@ double node_bytes(const Sizing& m) {
   // capacity_quanta, max_quanta, weight_sum, sample_start, row_bound
   if (m.size.samples > 0) node += 2 * quanta_bytes + double_bytes + index_bytes + r;
   if (m.size.patches > 0) node += index_bytes;  // material
+  if (m.size.stitches > 0) node += index_bytes;  // joint
   double bytes = m.size.nodes * node + m.size.links * 4 * r + m.size.patches * sizeof(Material);
-  bytes += m.size.edges * 2 * index_bytes + m.size.hinges * 4 * index_bytes;                // edge_item, hinge_item
+  bytes +=
+      (m.size.edges + m.size.stitches) * 2 * index_bytes + m.size.hinges * 4 * index_bytes;  // edge_item, hinge_item
   if (m.size.strain_limit || m.size.membrane) bytes += m.size.triangles * 3 * index_bytes;  // triangle_item
   if (!m.size.scene.bodies.empty()) bytes += m.size.nodes * r;                              // clearance
   if (m.size.plate) bytes += m.size.nodes * r;                                              // plate_diagonal
@@ -149,7 +174,8 @@ std::vector<double> rest_metrics(const ClothMesh& mesh) {
 void make_mesh(const Model& model, Mesh& m) {
   const ClothMesh& mesh = model.mesh;
   m.triangles = mesh.triangles();
-  m.edges = static_cast<Index>(mesh.edge.size());
+  m.edges = static_cast<Index>(mesh.edge.size() + mesh.stitch.size());
+  m.stitches = static_cast<Index>(mesh.stitch.size());
   m.hinges = static_cast<Index>(mesh.hinge.size());
   m.triangle = to_device<Index>("drench::triangle", flat(mesh.triangle));
   if (!mesh.boundary_edge.empty())
@@ -164,9 +190,13 @@ void make_mesh(const Model& model, Mesh& m) {
       membrane.push_back({Real(t.cosine), Real(t.sine), Real(t.warp), Real(t.weft), Real(t.shear), Real(t.wet)});
     m.membrane = to_device<Membrane<Real>>("drench::membrane", membrane);
   }
-  m.edge = to_device<Index>("drench::edge", flat(mesh.edge));
-  m.edge_length = to_device<Real>("drench::edge_length", mesh.edge_length);
-  m.edge_stiffness = to_device<Real>("drench::edge_stiffness", mesh.edge_stiffness);
+  m.edge = to_device<Index>("drench::edge", flat(joined(mesh.edge, mesh.stitch)));
+  m.edge_length = to_device<Real>("drench::edge_length", joined(mesh.edge_length, mesh.stitch_length));
+  m.edge_stiffness = to_device<Real>("drench::edge_stiffness", joined(mesh.edge_stiffness, mesh.stitch_stiffness));
+  if (m.stitches > 0) {
+    m.stitch_length = to_device<double>("drench::stitch_length", mesh.stitch_length);
+    m.stitch_end = to_device<double>("drench::stitch_end", mesh.stitch_time);
+  }
   m.hinge = to_device<Index>("drench::hinge", flat(mesh.hinge));
   m.hinge_weight = to_device<Real>("drench::hinge_weight", flat(mesh.hinge_weight));
   m.hinge_stiffness = to_device<Real>("drench::hinge_stiffness", mesh.hinge_stiffness);
@@ -178,8 +208,9 @@ void make_mesh(const Model& model, Mesh& m) {
 double mesh_bytes(const Sizing& s) {
   const double r = s.real, shape = s.size.strain_limit || s.size.membrane ? 3 * r : 0;
   const double limit = shape + (s.size.strain_limit ? r : 0) + (s.size.membrane ? 6 * r : 0);
-  return s.size.triangles * (3 * index_bytes + 3 * r + limit) + s.size.edges * (2 * index_bytes + 2 * r) +
-         s.size.hinges * (4 * index_bytes + 5 * r);
+  const double edges = s.size.edges + s.size.stitches;
+  return s.size.triangles * (3 * index_bytes + 3 * r + limit) + edges * (2 * index_bytes + 2 * r) +
+         s.size.stitches * 2 * (double_bytes + index_bytes) + s.size.hinges * (4 * index_bytes + 5 * r);
 }
 
 void make_samples(const Model& m, Samples& s) {
@@ -254,7 +285,7 @@ Cloth::Cloth(const Constants& constants) : sample_cells(constants.model.scene.so
   const Model& m = constants.model;
   if (!m.has_cloth()) return;
   make_mesh(m, mesh);
-  make_nodes(m, nodes);
+  make_nodes(m, nodes, mesh);
   make_samples(m, samples);
   std::vector<Material> list;
   m.for_materials([&](const ClothMaterial& c) {

@@ -77,6 +77,27 @@ void find_moving_pins(const Model& model, Nodes& nodes) {
     nodes.rest_position = to_device3("drench::node_rest_position", model.mesh.rest_position);
 }
 
+void shorten_stitches(Cloth& cloth, const StepInfo& info) {
+  const Index stitches = cloth.mesh.stitches, first = cloth.mesh.edges - stitches;
+  if (stitches == 0) return;
+  const Entries<const double> at_start = cloth.mesh.stitch_length, ends = cloth.mesh.stitch_end;
+  const Entries<const Index> of_stitch = cloth.mesh.stitch_link, edge = cloth.mesh.edge;
+  const Entries<const Real3> x = cloth.nodes.position;
+  const Entries<Real> length = cloth.mesh.edge_length;
+  const Entries<Link> link = cloth.nodes.link;
+  const double time = info.time + info.dt;
+  parallel(
+      "drench::cloth::stitches", stitches, KOKKOS_LAMBDA(const Index k) {
+        const double part = time < ends(k) ? time / ends(k) : 1.0;
+        const Real asked = static_cast<Real>(at_start(k) * (1 - part * part * (3 - 2 * part)));
+        const Index e = 2 * (first + k);
+        const Real now = Kokkos::fmin(asked, norm(x(edge(e)) - x(edge(e + 1))));
+        length(first + k) = now;
+        link(of_stitch(2 * k)).length = now;
+        link(of_stitch(2 * k + 1)).length = now;
+      });
+}
+
 void place_pins(const Constants& constants, Cloth& cloth, const StepInfo& info) {
   if (!constants.model.has_moving_pins()) return;
   std::vector<PinStep> steps;

@@ -1,5 +1,5 @@
 #pragma once
-// Pins that move by prescription (src/stages/cloth.hpp).
+// Pins and stitches that move by prescription (src/stages/cloth.hpp).
 
 #include "cloth/cloth.hpp"
 
@@ -10,6 +10,9 @@ void find_moving_pins(const Model& model, Nodes& nodes);
 
 /// cloth.pin_steps for this step. Does nothing if no pin moves.
 void place_pins(const Constants& constants, Cloth& cloth, const StepInfo& info);
+
+/// The stitches' rest lengths in this step. They pull and never push: no length is above the one that its nodes start with.
+void shorten_stitches(Cloth& cloth, const StepInfo& info);
 
 /// What kernels see of them.
 struct PinMotions {

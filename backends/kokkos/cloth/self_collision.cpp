@@ -69,6 +69,7 @@ Collision::Collision(const Constants& constants, const Bodies& bodies, Cloth& cl
       velocity(work.velocity),
       pinned(cloth.nodes.pinned),
       member(work.member),
+      joint(cloth.nodes.joint),
       changed(work.changed),
       inverse_mass(cloth.nodes.inverse_mass),
       kept(std::as_const(cloth).nodes.clearance),

@@ -39,6 +39,7 @@ struct Collision {
   Entries<Real3> seen, end, node_velocity;
   Entries<NodeVelocity> velocity;
   Entries<const std::uint8_t> pinned, member;
+  Entries<const Index> joint;
   Entries<std::uint8_t> changed;
   Entries<const Real> inverse_mass, kept;  // kept: Nodes::clearance
   Entries<const Index> piece, around_start, around;

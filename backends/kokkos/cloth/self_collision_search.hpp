@@ -193,7 +193,7 @@ struct FindPair {
     const Index at = number < holes ? s.hole(number) : s.counter(count_pairs) + (number - holes);
     if (at < s.pair_room) s.pair(at) = pair;
   }
-  /// False: they share a node.
+  /// False: they share a node, or have nodes that are sewn together.
   KOKKOS_INLINE_FUNCTION static bool nodes_of(const Collision& s, const Couple& c, ClosePair& pair) {
     const bool edges = c.first >= s.first_triangle;
     const bool turned = edges && s.rank(c.second) < s.rank(c.first);
@@ -204,7 +204,7 @@ struct FindPair {
     const Index own = edges ? 2 : 1;
     for (Index i = 0; i < own; ++i)
       for (Index j = own; j < 4; ++j)
-        if (pair.node[i] == pair.node[j]) return false;
+        if (joint_of(s.joint, pair.node[i]) == joint_of(s.joint, pair.node[j])) return false;
     return true;
   }
 };

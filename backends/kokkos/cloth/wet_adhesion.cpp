@@ -75,7 +75,7 @@ struct Traction {
 /// What the kernels over samples and nodes see.
 struct Sticking {
   Entries<const Real3> position;
-  Entries<const Index> triangle, edge, edge_start, edge_item;
+  Entries<const Index> triangle, edge, edge_start, edge_item, joint;
   Entries<const Real3> sample;
   Entries<const Index> sample_node;
   Entries<const Real> sample_weight, sample_area;
@@ -95,6 +95,7 @@ struct Sticking {
         edge(fabric.mesh.edge),
         edge_start(fabric.nodes.edge_start),
         edge_item(fabric.nodes.edge_item),
+        joint(fabric.nodes.joint),
         sample(fabric.samples.position),
         sample_node(fabric.samples.node),
         sample_weight(fabric.samples.weight),
@@ -143,11 +144,11 @@ struct Sticking {
 
   KOKKOS_INLINE_FUNCTION bool next_to(Index n, Index t) const {
     for (Index c = 0; c < 3; ++c)
-      if (triangle(3 * t + c) == n) return true;
+      if (joint_of(joint, triangle(3 * t + c)) == joint_of(joint, n)) return true;
     for (Index r = edge_start(n); r < edge_start(n + 1); ++r) {
       const Index e = edge_item(r), other = edge(2 * e) == n ? edge(2 * e + 1) : edge(2 * e);
       for (Index c = 0; c < 3; ++c)
-        if (triangle(3 * t + c) == other) return true;
+        if (joint_of(joint, triangle(3 * t + c)) == joint_of(joint, other)) return true;
     }
     return false;
   }

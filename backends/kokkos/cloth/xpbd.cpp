@@ -27,7 +27,7 @@ void allocate(const Constants& constants, const Cloth& cloth, ClothSolverWork& s
 
 double multiplier_bytes(const Sizing& s) {
   const double columns = s.size.strain_limit || s.size.membrane ? 2 * s.size.triangles : 0;
-  return (s.size.edges + s.size.hinges + columns) * 7 * s.real;
+  return (s.size.edges + s.size.stitches + s.size.hinges + columns) * 7 * s.real;
 }
 
 namespace {

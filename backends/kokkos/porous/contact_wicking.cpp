@@ -34,7 +34,7 @@ KOKKOS_INLINE_FUNCTION laws::Layer layer_of(const Material& m, double other, dou
 
 /// What the kernel over samples sees.
 struct ContactSearch {
-  Entries<const Index> node, sample_triangle, triangle;
+  Entries<const Index> node, sample_triangle, triangle, joint;
   Entries<Index> found;
   Neighbors list;
   Entries<const Real3> sample_position, normal, position;
@@ -49,6 +49,7 @@ struct ContactSearch {
       : node(cloth.samples.node),
         sample_triangle(cloth.samples.triangle),
         triangle(cloth.mesh.triangle),
+        joint(cloth.nodes.joint),
         found(work.triangle),
         list(lists.sample_sample),
         sample_position(cloth.samples.position),
@@ -77,7 +78,7 @@ struct ContactSearch {
   KOKKOS_INLINE_FUNCTION bool share_a_node(Index s, Index t) const {
     for (int a = 0; a < 3; ++a)
       for (int b = 0; b < 3; ++b)
-        if (triangle(3 * s + a) == triangle(3 * t + b)) return true;
+        if (joint_of(joint, triangle(3 * s + a)) == joint_of(joint, triangle(3 * t + b))) return true;
     return false;
   }
 

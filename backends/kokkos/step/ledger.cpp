@@ -72,7 +72,7 @@ struct OfNodes {
 
   OfNodes(const Constants& constants, const Bodies& solids, const Cloth& cloth, const LedgerScale& scales)
       : nodes(cloth.nodes.count),
-        edges(constants.model.has_moving_cloth() ? cloth.mesh.edges : 0),
+        edges(constants.model.has_moving_cloth() ? cloth.mesh.edges - cloth.mesh.stitches : 0),
         bodies(constants.model.has_moving_body() ? solids.count : 0),
         x(cloth.nodes.position),
         v(cloth.nodes.velocity),

@@ -1,0 +1,115 @@
+#include "setup/mesh_guess.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "base/eigen_vec.hpp"
+#include "setup/file_place.hpp"
+
+namespace drench {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr double largest_in_metres = 5, largest_in_centimetres = 300;  // a curtain; a garment of 3 m
+constexpr double flat = 0.1, taller = 1.2;                             // of the longest side; of the other side
+constexpr double centred = 0.2, grounded = 0.3;  // the middle's distance from the origin over the side's length
+
+Vector3d sides_of(const Box& box) { return to_eigen(box.max) - to_eigen(box.min); }
+Vector3d middle_of(const Box& box) { return 0.5 * (to_eigen(box.max) + to_eigen(box.min)); }
+
+void guess_unit(const Box& box, MeshGuess& guess) {
+  const double size = sides_of(box).maxCoeff();
+  if (size > largest_in_centimetres)
+    guess.unit = LengthUnit::mm;
+  else if (size > largest_in_metres)
+    guess.unit = LengthUnit::cm;
+  if (guess.unit != LengthUnit::m) guess.unit_reason = fmt::format("it is {:.3g} units long", size);
+}
+
+void guess_up(const Box& box, MeshGuess& guess) {
+  const Vector3d side = sides_of(box), middle = middle_of(box);
+  const double size = side.maxCoeff();
+  if (side[2] < flat * size && side[1] >= flat * size) return;  // it stands
+  if (side[1] < flat * size) return;                            // it lies
+  if (side[0] > 2 * std::max(side[1], side[2]) && middle[0] > grounded * side[0]) {
+    guess.up = UpAxis::x;
+    guess.up_reason = fmt::format("x is its longest side and runs from {:.3g} to {:.3g}", box.min[0], box.max[0]);
+    return;
+  }
+  const auto off = [&](int axis) { return middle[axis] / side[axis]; };
+  const bool z_rises =
+      off(2) > grounded && std::abs(off(1))<centred, y_rises = off(1)> grounded && std::abs(off(2)) < centred;
+  if (z_rises && side[2] > side[1] / taller) {
+    guess.up = UpAxis::z;
+    guess.up_reason =
+        fmt::format("its z runs from {:.3g} to {:.3g}, and its y is centred on 0", box.min[2], box.max[2]);
+  } else if (!y_rises && side[2] > taller * side[1] &&
+             !(std::abs(side[0] - side[2]) < 0.1 * side[0] &&
+               side[1] > 0.35 * side[0])) {  // a wide skirt is round about y
+    guess.up = UpAxis::z;
+    guess.up_reason = fmt::format("its z side of {:.3g} is longer than its y side of {:.3g}", side[2], side[1]);
+  }
+}
+
+/// How badly a garment's box fits a body's, 1: 0 where it lies within the body's height and around its middle.
+double misfit(const Box& garment, const Box& body) {
+  const Vector3d side = sides_of(body);
+  const double size = side.maxCoeff();
+  double sum = (middle_of(garment) - middle_of(body)).cwiseQuotient(side.cwiseMax(0.2 * size)).cwiseAbs().sum();
+  const double ratio = sides_of(garment).maxCoeff() / size;
+  sum += std::max(0.0, std::log(ratio / 1.3)) * 3 + std::max(0.0, std::log(0.15 / ratio)) * 3;
+  const double depth = sides_of(garment)[2] / side[2];
+  sum += std::max(0.0, std::log(0.6 / depth));  // it goes around the body
+  const double beyond = (to_eigen(body.min) - to_eigen(garment.min)).cwiseMax(0.0).sum() +
+                        (to_eigen(garment.max) - to_eigen(body.max)).cwiseMax(0.0).sum();
+  return sum + beyond / size;
+}
+
+}  // namespace
+
+Box bounds_of(const std::vector<Vec3>& points) {
+  Box box{points.front(), points.front()};
+  for (const Vec3& x : points)
+    for (std::size_t a = 0; a < 3; ++a) {
+      box.min[a] = std::min(box.min[a], x[a]);
+      box.max[a] = std::max(box.max[a], x[a]);
+    }
+  return box;
+}
+
+Box upright_box(const Box& file_box, const MeshGuess& guess) {
+  const Eigen::Matrix3d linear = metres_in(guess.unit) * upright(guess.up);
+  return bounds_of({to_vec3(linear * to_eigen(file_box.min)), to_vec3(linear * to_eigen(file_box.max))});
+}
+
+MeshGuess guess_of(const Box& file_box) {
+  MeshGuess guess;
+  guess_unit(file_box, guess);
+  guess_up(file_box, guess);
+  return guess;
+}
+
+MeshGuess guess_beside(const Box& file_box, const Box& body_file_box, const MeshGuess& body) {
+  const Box around = upright_box(body_file_box, body);
+  const MeshGuess alike{body.unit, body.up, body.unit == LengthUnit::m ? "" : "as the body",
+                        body.up == UpAxis::y ? "" : "as the body"};
+  MeshGuess best = alike;
+  double least = misfit(upright_box(file_box, best), around) - 0.2;  // files of one pair are likely alike
+  for (const LengthUnit unit : {LengthUnit::m, LengthUnit::cm, LengthUnit::mm, LengthUnit::inch})
+    for (const UpAxis up : {UpAxis::y, UpAxis::z, UpAxis::x}) {
+      const MeshGuess guess{unit, up, unit == body.unit ? alike.unit_reason : "then it fits the body",
+                            up == body.up ? alike.up_reason : "then it fits the body"};
+      const double off = misfit(upright_box(file_box, guess), around) + (up == UpAxis::x ? 0.1 : 0) +
+                         (unit == LengthUnit::inch ? 0.1 : 0);
+      if (off >= least) continue;
+      least = off;
+      best = guess;
+    }
+  return best;
+}
+
+}  // namespace drench

@@ -1,0 +1,110 @@
+#include "setup/pieces.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <limits>
+#include <map>
+#include <numeric>
+
+#include "setup/cloth_mesh.hpp"
+#include "setup/forecast.hpp"
+
+namespace drench {
+namespace {
+
+constexpr std::size_t most_listed = 12;  // pieces of a cloth
+
+std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+
+/// The lowest node of each node's piece.
+std::vector<Index> connected(const ClothMesh& mesh) {
+  std::vector<Index> parent(mesh.rest_position.size());
+  std::iota(parent.begin(), parent.end(), 0);
+  const auto root = [&](Index n) {
+    while (parent[at(n)] != n) n = parent[at(n)] = parent[at(parent[at(n)])];
+    return n;
+  };
+  const auto join = [&](Index a, Index b) {
+    a = root(a);
+    b = root(b);
+    parent[at(std::max(a, b))] = std::min(a, b);
+  };
+  for (const auto& t : mesh.triangle) {
+    join(t[0], t[1]);
+    join(t[0], t[2]);
+  }
+  for (const auto& [a, b] : mesh.stitch) join(a, b);
+  for (std::size_t n = 0; n < parent.size(); ++n) parent[n] = root(static_cast<Index>(n));
+  return parent;
+}
+
+}  // namespace
+
+std::vector<ClothPiece> pieces_of(const Model& model) {
+  const ClothMesh& mesh = model.mesh;
+  const std::vector<Index> piece_of = connected(mesh);
+  std::map<Index, std::vector<Index>> nodes;
+  for (std::size_t n = 0; n < piece_of.size(); ++n) nodes[piece_of[n]].push_back(static_cast<Index>(n));
+  std::vector<ClothPiece> pieces;
+  for (const auto& [first, members] : nodes) {
+    ClothPiece piece;
+    piece.cloth = mesh.node_cloth[at(first)];
+    piece.first = first;
+    piece.nodes = static_cast<Index>(members.size());
+    piece.box = {mesh.rest_position[at(first)], mesh.rest_position[at(first)]};
+    for (const Index n : members) {
+      piece.pinned += mesh.pinned[at(n)];
+      for (std::size_t a = 0; a < 3; ++a) {
+        piece.box.min[a] = std::min(piece.box.min[a], mesh.rest_position[at(n)][a]);
+        piece.box.max[a] = std::max(piece.box.max[a], mesh.rest_position[at(n)][a]);
+      }
+    }
+    piece.held = !falls_freely(model, model.cloths[at(piece.cloth)], members);
+    pieces.push_back(piece);
+  }
+  return pieces;
+}
+
+std::string text_of(const ClothPiece& piece, std::size_t number) {
+  const auto side = [&](std::size_t a) { return piece.box.max[a] - piece.box.min[a]; };
+  const std::string pins = piece.pinned > 0 ? fmt::format("{} pinned", piece.pinned) : "not pinned";
+  return fmt::format("piece {}: {} nodes, {:.3g} × {:.3g} × {:.3g} m, {}", number, piece.nodes, side(0), side(1),
+                     side(2), pins);
+}
+
+void list_pieces(const Model& model, std::vector<std::string>& notes, std::vector<std::string>& warnings) {
+  const std::vector<ClothPiece> all = pieces_of(model);
+  for (std::size_t c = 0; c < model.cloths.size(); ++c) {
+    std::vector<ClothPiece> pieces;
+    for (const ClothPiece& p : all)
+      if (at(p.cloth) == c) pieces.push_back(p);
+    if (pieces.size() < 2) continue;
+    const std::string label = cloth_label(model.cloths[c].name);
+    notes.push_back(fmt::format("{}: {} pieces that are not sewn together", label, pieces.size()));
+    for (std::size_t k = 0; k < std::min(pieces.size(), most_listed); ++k)
+      notes.push_back(fmt::format("{}: {}", label, text_of(pieces[k], k)));
+    if (pieces.size() > most_listed)
+      notes.push_back(fmt::format("{}: and {} pieces more", label, pieces.size() - most_listed));
+    const auto loose = std::count_if(pieces.begin(), pieces.end(), [](const ClothPiece& p) { return !p.held; });
+    if (loose == 0 || loose == static_cast<std::ptrdiff_t>(pieces.size()))
+      continue;  // of all of it plan_warnings tells
+    for (std::size_t k = 0; k < pieces.size() && k < most_listed; ++k)
+      if (!pieces[k].held)
+        warnings.push_back(
+            fmt::format("{}: nothing holds piece {} of {}: it has no pin, no seam to another piece and no body "
+                        "below it, and falls; sew it (weld, sew), pin it, or put a body under it",
+                        label, k, pieces.size()));
+  }
+}
+
+std::vector<Chain> loops_of(const Model& model, const ClothMaterial& cloth) {
+  std::vector<std::array<Index, 3>> triangles;
+  for (Index t = cloth.first_triangle; t < cloth.first_triangle + cloth.triangle_count; ++t) {
+    triangles.push_back(model.mesh.triangle[at(t)]);
+    for (Index& n : triangles.back()) n -= cloth.first_node;
+  }
+  return boundary_loops(triangles);
+}
+
+}  // namespace drench

@@ -1,0 +1,120 @@
+"""What `drench import` writes: PLY files of a mesh, and the lines of a scene that use them."""
+
+import math
+import re
+
+import numpy as np
+
+from refusal import fail
+
+MOST_FILES = 100_000  # of a sequence
+RIGID = 1e-5  # of a mesh's size: how far the points of a body's sequence may be from a turned and shifted copy
+
+
+def fans(counts, corners):
+    """Polygons as triangles around their first corner."""
+    starts = np.cumsum(counts) - counts
+    pieces = np.maximum(counts - 2, 0)
+    first = np.repeat(starts, pieces)
+    step = np.arange(pieces.sum()) - np.repeat(np.cumsum(pieces) - pieces, pieces)
+    return corners[np.stack([first, first + step + 1, first + step + 2], 1)]
+
+
+def write_ply(path, points, triangles):
+    corners = np.empty(len(triangles), [("count", "u1"), ("corners", "<i4", 3)])
+    corners["count"], corners["corners"] = 3, triangles
+    header = ("ply\nformat binary_little_endian 1.0\ncomment metres\n"
+              f"element vertex {len(points)}\nproperty float x\nproperty float y\nproperty float z\n"
+              f"element face {len(triangles)}\nproperty list uchar int vertex_indices\nend_header\n")
+    path.write_bytes(header.encode() + np.ascontiguousarray(points, "<f4").tobytes() + corners.tobytes())
+
+
+def distance_from_rigid(a, b):
+    """m: how far b is from the turned and shifted copy of a that is nearest (Kabsch 1976)."""
+    mean_a, mean_b = a.mean(0), b.mean(0)
+    left, _, right = np.linalg.svd((a - mean_a).T @ (b - mean_b))
+    turn = left @ np.diag([1.0, 1.0, np.sign(np.linalg.det(left @ right))]) @ right
+    return np.linalg.norm((a - mean_a) @ turn + mean_b - b, axis=1).max()
+
+
+def merged_points(points):
+    """How many are left where exact copies count once, as the scene's reader counts them."""
+    return len(np.unique(points.astype(np.float32), axis=0))
+
+
+def is_closed(triangles):
+    """Does every edge have two triangles?"""
+    edges = np.sort(np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]]), axis=1)
+    return bool((np.unique(edges, axis=0, return_counts=True)[1] == 2).all())
+
+
+class MeshFiles:
+    """The files of a mesh that has `triangles`, and goes through points(moment), in metres, at each of `moments`."""
+
+    def __init__(self, folder, name, label, triangles, moments, points, described=str):
+        self.folder, self.name = folder, name
+        self.count, self.digits = len(moments), max(4, len(str(len(moments) - 1)))
+        self.closed = is_closed(np.asarray(triangles))
+        folder.mkdir(parents=True, exist_ok=True)
+        self.first, off = points(moments[0]), 0.0
+        size, count = np.linalg.norm(np.ptp(self.first, axis=0)), merged_points(self.first)
+        for k, moment in enumerate(moments):
+            now = points(moment)
+            if merged_points(now) != count:
+                fail(f"{label}: points lie in the same place at {described(moment)} and not at {described(moments[0])}, "
+                     "or the other way round")
+            off = max(off, distance_from_rigid(self.first, now))
+            write_ply(self.path(k), now, triangles)
+        self.off = off / size if size > 0 else 0.0
+        later = re.compile(re.escape(name) + rf"_(\d{{{self.digits},}})\.ply")
+        for path in folder.iterdir():  # of an import that had more: the scene would go on with them
+            if (match := later.fullmatch(path.name)) and int(match[1]) >= self.count:
+                path.unlink()
+
+    def path(self, k):
+        return self.folder / f"{self.name}_{k:0{self.digits}d}.ply"
+
+    def scene_lines(self, fps):
+        """What a scene says to use the files."""
+        first = f'"{self.path(0)}"'
+        if self.count == 1:
+            mesh = f"  - mesh: {{file: {first}}}"
+            return ["bodies:", mesh, "# or, for a cloth:", "cloth:", mesh]
+        files = f'sequence: "{self.folder / self.name}_{{:0{self.digits}d}}.ply", fps: {fps:.9g}'
+        if self.off <= RIGID or self.closed:
+            changes = [] if self.off <= RIGID else ["# It changes its shape."]
+            return [*changes, "bodies:", f"  - mesh: {{{files}}}"]
+        points = self.first
+        margin = 0.01 * np.linalg.norm(np.ptp(points, axis=0))
+        low, high = (", ".join(f"{x:.6g}" for x in corner) for corner in (points.min(0) - margin, points.max(0) + margin))
+        return ["# It changes its shape and is not closed: a cloth whose nodes in the box, here all, go where the files have them.",
+                "cloth:", f"  - mesh: {{file: {first}}}", f"    pin: [{{box: {{min: [{low}], max: [{high}]}}, {files}}}]"]
+
+
+def number_of_files(label, seconds, fps):
+    files = math.floor(seconds * fps + 1e-6) + 1
+    if files > MOST_FILES:
+        fail(f"{label}: would be {files} files; allowed: up to {MOST_FILES}, which --fps decides")
+    return max(files, 1)
+
+
+def add_options(parser, mesh_meaning):
+    from pathlib import Path
+
+    parser.add_argument("file", type=Path)
+    parser.add_argument("folder", type=Path, nargs="?", help="for the PLY files (default: the file's name without its ending)")
+    parser.add_argument("--prim", help=mesh_meaning)
+    parser.add_argument("--fps", type=float, help="files a second (default: the file's own)")
+    parser.add_argument("--first", action="store_true", help="print the name of the first PLY file alone")
+    options = parser.parse_args()
+    options.folder = options.folder or options.file.with_suffix("")
+    return options
+
+
+def named(paths, most=8):
+    return ", ".join(str(path) for path in paths[:most]) + (f" and {len(paths) - most} more" if len(paths) > most else "")
+
+
+def told(files, fps, triangles, what):
+    count = "1 file" if files.count == 1 else f"{files.count} files at {fps:.6g} a second, {(files.count - 1) / fps:.6g} s"
+    return f"{files.folder}: {count}, {len(files.first)} points, {len(triangles)} triangles of {what}"
