@@ -6,6 +6,7 @@
 #include <cmath>
 #include <memory>
 
+#include "base/stop_request.hpp"
 #include "cloth/newton.hpp"
 
 namespace drench::kokkos_backend {
@@ -132,6 +133,7 @@ bool NewtonCloth::run(const Cloth& cloth, ClothSolverWork& solver, const ClothSy
   std::vector<double> past;
   const int cap = std::min(most, most_iterations);
   for (int k = 0; k < cap && !(now_.over_goal <= 1 && k > 0); ++k) {
+    stop_if_requested();
     const bool slow = k >= slow_after && now_.over_goal > 0.5 * past[at(k - 3)];
     past.push_back(now_.over_goal);
     if (slow && relax_locally(s)) {

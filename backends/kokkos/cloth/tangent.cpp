@@ -55,6 +55,7 @@ Block spring_stiffness(const ClothSystem& s, Index n, const Link& l, const Real3
   Block k;
   const Real3 apart = s.start(n) - s.start(l.other), x = apart + moved_apart;
   const Real square = dot(x, x);
+  if (!(square > 0) && l.length == 0) k.add(l.stiffness);  // of a stitch that is closed
   if (!(l.stiffness > 0) || !(square > 0)) return k;
   const Real taut = Kokkos::fmax(Real(0), 1 - l.length / Kokkos::sqrt(square));
   k.add(l.stiffness * taut);
