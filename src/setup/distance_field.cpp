@@ -1,17 +1,13 @@
 #include "setup/distance_field.hpp"
 
-#include <vtkCellArray.h>
-#include <vtkImplicitPolyDataDistance.h>
-#include <vtkNew.h>
-#include <vtkPoints.h>
-#include <vtkPolyData.h>
-#include <vtkPolyDataNormals.h>
-#include <vtkSmartPointer.h>
-
 #include <algorithm>
+#include <atomic>
 #include <cmath>
+#include <memory>
 
 #include "base/eigen_vec.hpp"
+#include "base/for_ranges.hpp"
+#include "setup/surface_distance.hpp"
 
 namespace drench {
 namespace {
@@ -27,24 +23,110 @@ struct Lattice {
   }
 };
 
-/// The mesh with all triangles turned outwards.
-vtkSmartPointer<vtkPolyData> oriented(const Body& body) {
-  vtkNew<vtkPoints> points;
-  points->SetDataTypeToDouble();
-  for (const Vec3& x : body.mesh_points) points->InsertNextPoint(x.data());
-  vtkNew<vtkCellArray> cells;
-  for (const auto& t : body.mesh_triangles) cells->InsertNextCell({t[0], t[1], t[2]});
-  vtkNew<vtkPolyData> surface;
-  surface->SetPoints(points);
-  surface->SetPolys(cells);
-  vtkNew<vtkPolyDataNormals> normals;
-  normals->SetInputData(surface);
-  normals->SplittingOff();
-  normals->ConsistencyOn();
-  normals->AutoOrientNormalsOn();
-  normals->SetOutputPointsPrecision(vtkAlgorithm::DOUBLE_PRECISION);
-  normals->Update();
-  return normals->GetOutput();
+using Triangles = std::vector<std::array<Index, 3>>;
+
+/// Without those that lie within the solid: where parts of a mesh overlap or touch, the depth below the surface of them all counts.
+Triangles outer_triangles(const Body& body, const WindingNumber& winding) {
+  Eigen::AlignedBox3d bounds;
+  for (const Vec3& x : body.mesh_points) bounds.extend(to_eigen(x));
+  const double before = 1e-7 * bounds.sizes().maxCoeff();  // m: how far in front of a triangle to look
+  constexpr double low = 0.05, high = 0.9;
+  constexpr double looked_at[4][3] = {{1.0 / 3, 1.0 / 3, 1.0 / 3}, {high, low, low}, {low, high, low}, {low, low, high}};
+  Triangles outer;
+  for (const auto& t : body.mesh_triangles) {
+    const auto point = [&](std::size_t c) { return to_eigen(body.mesh_points[static_cast<std::size_t>(t[c])]); };
+    const Eigen::Vector3d front = before * (point(1) - point(0)).cross(point(2) - point(0)).normalized();
+    bool within = true;
+    for (const auto& w : looked_at)
+      within = within && winding.around(to_vec3(w[0] * point(0) + w[1] * point(1) + w[2] * point(2) + front)) >= 1;
+    if (!within) outer.push_back(t);
+  }
+  return outer.empty() ? body.mesh_triangles : outer;
+}
+
+/// Distances of the lattice's points to a body's surface.
+class FieldFilling {
+ public:
+  FieldFilling(const Body& body, DistanceField& field)
+      : field_(field),
+        at_{field.points},
+        winding_(body.mesh_points, body.mesh_triangles),
+        tree_(body.mesh_points, outer_triangles(body, winding_)) {}
+
+  /// Rows of points that are always exact: along x with j, k multiples of `coarse`.
+  void fill_coarse_row(Index j, Index k) {
+    const std::vector<std::int8_t> inside = inside_of_row(j, k);
+    Index near = 0;
+    for (Index i = 0; i < field_.points[0]; i += coarse) field_.value[at_.index(i, j, k)] = exact(i, j, k, inside, near);
+  }
+
+  /// A distance changes by no more than the way: cells whose corners are all farther than their diagonal do not meet the surface.
+  /// One more step for the gradient.
+  void fill_row(Index j, Index k) {
+    const double near = (std::sqrt(3.0) * coarse + 1) * field_.spacing;
+    const auto [nx, ny, nz] = field_.points;
+    const Index cj = std::min(j / coarse * coarse, ny - 1 - coarse), ck = std::min(k / coarse * coarse, nz - 1 - coarse);
+    const double v = static_cast<double>(j - cj) / coarse, w = static_cast<double>(k - ck) / coarse;
+    std::vector<std::int8_t> inside;
+    Index near_triangle = 0;
+    for (Index i = 0; i < nx; ++i) {
+      if (i % coarse == 0 && j % coarse == 0 && k % coarse == 0) continue;
+      const Index ci = std::min(i / coarse * coarse, nx - 1 - coarse);
+      const double u = static_cast<double>(i - ci) / coarse;
+      double nearest = 1e300, mixed = 0;
+      for (int c = 0; c < 8; ++c) {
+        const double value =
+            field_.value[at_.index(ci + (c & 1) * coarse, cj + (c >> 1 & 1) * coarse, ck + (c >> 2) * coarse)];
+        nearest = std::min(nearest, std::abs(value));
+        mixed += value * (c & 1 ? u : 1 - u) * (c & 2 ? v : 1 - v) * (c & 4 ? w : 1 - w);
+      }
+      if (nearest <= near) {
+        if (inside.empty()) inside = inside_of_row(j, k);
+        mixed = exact(i, j, k, inside, near_triangle);
+      }
+      field_.value[at_.index(i, j, k)] = mixed;
+    }
+  }
+
+ private:
+  Vec3 place(Index i, Index j, Index k) const {
+    return {field_.origin[0] + i * field_.spacing, field_.origin[1] + j * field_.spacing,
+            field_.origin[2] + k * field_.spacing};
+  }
+  /// Of each point of a row: 1 inside.
+  std::vector<std::int8_t> inside_of_row(Index j, Index k) const {
+    std::vector<WindingNumber::Crossing> crossings;
+    const Vec3 first = place(0, j, k);
+    winding_.crossings(first[1], first[2], crossings);
+    std::vector<std::int8_t> inside(static_cast<std::size_t>(field_.points[0]), 0);
+    std::size_t next = 0;
+    int winding = 0;
+    for (Index i = field_.points[0] - 1; i >= 0; --i) {
+      for (const double x = place(i, j, k)[0]; next < crossings.size() && crossings[next].x > x; ++next)
+        winding += crossings[next].change;
+      inside[static_cast<std::size_t>(i)] = winding >= 1;
+    }
+    return inside;
+  }
+  /// `near`: the triangle that is nearest to the point before; becomes this one's.
+  double exact(Index i, Index j, Index k, const std::vector<std::int8_t>& inside, Index& near) const {
+    const double distance = std::sqrt(tree_.squared_distance(to_eigen(place(i, j, k)), near));
+    return inside[static_cast<std::size_t>(i)] ? -distance : distance;
+  }
+
+  DistanceField& field_;
+  Lattice at_;
+  WindingNumber winding_;
+  TriangleTree tree_;
+};
+
+/// Calls f(i) for 0 … count − 1, each once; a thread takes the next one when it is done with its last.
+template <class F>
+void share_out(Index count, int threads, const F& f) {
+  std::atomic<Index> next{0};
+  for_ranges(static_cast<std::size_t>(std::max(1, threads)), threads, [&](std::size_t) {
+    for (Index i = next++; i < count; i = next++) f(i);
+  });
 }
 
 }  // namespace
@@ -69,52 +151,26 @@ DistanceField lay_field(const Vec3& min, const Vec3& max, double spacing, double
   return field;
 }
 
-void fill_field(const Body& body, DistanceField& field) {
-  const auto mesh = oriented(body);
-  vtkNew<vtkImplicitPolyDataDistance> distance;
-  distance->SetInput(mesh);
-  const Lattice at{field.points};
+void fill_field(const Body& body, DistanceField& field, int threads) {
   const auto [nx, ny, nz] = field.points;
   field.value.assign(static_cast<std::size_t>(nx) * static_cast<std::size_t>(ny) * static_cast<std::size_t>(nz), 0.0);
-  const auto exact = [&](Index i, Index j, Index k) {
-    double x[3] = {field.origin[0] + i * field.spacing, field.origin[1] + j * field.spacing,
-                   field.origin[2] + k * field.spacing};
-    return distance->EvaluateFunction(x);
-  };
-  for (Index k = 0; k < nz; k += coarse)
-    for (Index j = 0; j < ny; j += coarse)
-      for (Index i = 0; i < nx; i += coarse) field.value[at.index(i, j, k)] = exact(i, j, k);
-  // A distance changes by no more than the way: cells whose corners are all farther than their diagonal do not meet the
-  // surface. One more step for the gradient.
-  const double near = (std::sqrt(3.0) * coarse + 1) * field.spacing;
-  for (Index k = 0; k < nz; ++k) {
-    for (Index j = 0; j < ny; ++j) {
-      for (Index i = 0; i < nx; ++i) {
-        if (i % coarse == 0 && j % coarse == 0 && k % coarse == 0) continue;
-        const Index ci = std::min(i / coarse * coarse, nx - 1 - coarse),
-                    cj = std::min(j / coarse * coarse, ny - 1 - coarse),
-                    ck = std::min(k / coarse * coarse, nz - 1 - coarse);
-        const double u = static_cast<double>(i - ci) / coarse, v = static_cast<double>(j - cj) / coarse,
-                     w = static_cast<double>(k - ck) / coarse;
-        double nearest = 1e300, mixed = 0;
-        for (int c = 0; c < 8; ++c) {
-          const double value =
-              field.value[at.index(ci + (c & 1) * coarse, cj + (c >> 1 & 1) * coarse, ck + (c >> 2) * coarse)];
-          nearest = std::min(nearest, std::abs(value));
-          mixed += value * (c & 1 ? u : 1 - u) * (c & 2 ? v : 1 - v) * (c & 4 ? w : 1 - w);
-        }
-        field.value[at.index(i, j, k)] = nearest > near ? mixed : exact(i, j, k);
-      }
-    }
-  }
+  FieldFilling filling(body, field);
+  const Index coarse_rows = (ny - 1) / coarse + 1;
+  share_out((nz - 1) / coarse + 1, threads, [&, rows = coarse_rows](Index k) {
+    for (Index j = 0; j < rows; ++j) filling.fill_coarse_row(coarse * j, coarse * k);
+  });
+  share_out(nz, threads, [&, rows = ny](Index k) {
+    for (Index j = 0; j < rows; ++j) filling.fill_row(j, k);
+  });
 }
 
 std::function<double(const Vec3&)> exact_distance(const Body& body) {
-  const auto distance = vtkSmartPointer<vtkImplicitPolyDataDistance>::New();
-  distance->SetInput(oriented(body));
-  return [distance](const Vec3& x) {
-    double at[3] = {x[0], x[1], x[2]};
-    return distance->EvaluateFunction(at);
+  const auto winding = std::make_shared<WindingNumber>(body.mesh_points, body.mesh_triangles);
+  const auto tree = std::make_shared<TriangleTree>(body.mesh_points, outer_triangles(body, *winding));
+  return [winding, tree](const Vec3& x) {
+    Index near = 0;
+    const double distance = std::sqrt(tree->squared_distance(to_eigen(x), near));
+    return winding->around(x) >= 1 ? -distance : distance;
   };
 }
 
