@@ -278,6 +278,7 @@ void build_cloths(const Scene& scene, Model& model, std::vector<std::string>& wa
   for (const ClothScene& c : scene.cloths) {
     const std::string key = fmt::format("cloth.{}", model.cloths.size());
     const SurfaceMesh own = blaming(key + ".mesh", [&] { return placed_mesh(c, scene.path); });
+    if (!own.left_out.empty()) warnings.push_back(cloth_label(c.name) + ": " + own.left_out);
     const auto edges = mesh_edges(own.triangles);
     const Patchwork fabric(c, own, key);
     ClothMaterial material = resolve_material(c, c.material, scene.processes);

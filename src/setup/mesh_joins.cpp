@@ -101,7 +101,8 @@ std::vector<Index> partners(const std::vector<Vec3>& points, const std::vector<s
   for (std::vector<Index>& edge : edges_by_place(sides, place)) {
     if (edge.size() > 2) {
       const auto ends = [&](Index h) {
-        return std::array{std::min(sides.from(at(h)), sides.to(at(h))), std::max(sides.from(at(h)), sides.to(at(h))), h};
+        return std::array{std::min(sides.from(at(h)), sides.to(at(h))), std::max(sides.from(at(h)), sides.to(at(h))),
+                          h};
       };
       std::sort(edge.begin(), edge.end(), [&](Index l, Index r) { return ends(l) < ends(r); });
       const auto same = [&](Index l, Index r) { return ends(l)[0] == ends(r)[0] && ends(l)[1] == ends(r)[1]; };
@@ -112,7 +113,8 @@ std::vector<Index> partners(const std::vector<Vec3>& points, const std::vector<s
         if (end == k + 2)
           join_two(edge[k], edge[k + 1]);
         else
-          rest.insert(rest.end(), edge.begin() + static_cast<std::ptrdiff_t>(k), edge.begin() + static_cast<std::ptrdiff_t>(end));
+          rest.insert(rest.end(), edge.begin() + static_cast<std::ptrdiff_t>(k),
+                      edge.begin() + static_cast<std::ptrdiff_t>(end));
         k = end;
       }
       edge = rest;

@@ -89,8 +89,12 @@ class Closing {
   /// place, in the old order.
   void separate_pieces(const std::vector<Index>& place) {
     partner_ = partners(x_, triangles_, place, Branches::leave);
-    const auto is_loose = [&](std::size_t t) { return partner_[3 * t] < 0 && partner_[3 * t + 1] < 0 && partner_[3 * t + 2] < 0; };
-    const auto by_place = [&](std::size_t t, std::size_t c) { return is_loose(t) ? place[at(triangles_[t][c])] : triangles_[t][c]; };
+    const auto is_loose = [&](std::size_t t) {
+      return partner_[3 * t] < 0 && partner_[3 * t + 1] < 0 && partner_[3 * t + 2] < 0;
+    };
+    const auto by_place = [&](std::size_t t, std::size_t c) {
+      return is_loose(t) ? place[at(triangles_[t][c])] : triangles_[t][c];
+    };
     if (Triangles once = without_copies(triangles_, by_place); once.size() < triangles_.size()) {
       triangles_ = std::move(once);
       partner_ = partners(x_, triangles_, place, Branches::leave);
@@ -167,11 +171,12 @@ class Closing {
   void turn_patches() {
     std::vector<double> area(patches_.size(), 0.0);
     std::vector<std::vector<std::array<std::size_t, 2>>> sides_of(patches_.size());  // edge, half-edge
-    std::vector<int> surplus;                                                       // of an edge
+    std::vector<int> surplus;                                                        // of an edge
     const HalfEdges sides{triangles_};
     for (const std::vector<Index>& edge : edges_by_place(sides, place_)) {
       if (edge.size() <= 2) continue;
-      if (solid_.branches++ == 0) solid_.branch = to_vec3(0.5 * (point(sides.from(at(edge[0]))) + point(sides.to(at(edge[0])))));
+      if (solid_.branches++ == 0)
+        solid_.branch = to_vec3(0.5 * (point(sides.from(at(edge[0]))) + point(sides.to(at(edge[0])))));
       for (const Index h : edge) sides_of[at(patch_[at(h) / 3])].push_back({surplus.size(), at(h)});
       surplus.push_back(0);
     }
@@ -201,7 +206,8 @@ class Closing {
       int surplus = 0;
       for (const Index h : edge) surplus += direction(at(h));
       const Index a = sides.from(at(edge[0])), b = sides.to(at(edge[0])), low = std::min(a, b), high = std::max(a, b);
-      for (int k = 0; k < std::abs(surplus); ++k) open.push_back(surplus > 0 ? std::array{high, low} : std::array{low, high});
+      for (int k = 0; k < std::abs(surplus); ++k)
+        open.push_back(surplus > 0 ? std::array{high, low} : std::array{low, high});
     }
     std::sort(open.begin(), open.end());
     for_loops(open, [&](const std::vector<Index>& loop) { cover(piece_of[at(loop[0])], loop); });

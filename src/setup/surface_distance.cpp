@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
 
 #include "base/eigen_vec.hpp"
@@ -12,8 +13,8 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr Index leaf = 4;                // triangles at most
-constexpr double wider = 1 + 0x1p-40;    // than rounding can be
+constexpr float smaller = 1 - 0x1p-18F;  // than rounding can make the square of a distance to a box
+constexpr float larger = 1 + 0x1p-17F;
 
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
@@ -41,91 +42,221 @@ double squared_distance_to(const Vector3d& ab, const Vector3d& ac, const Vector3
   return height * height / square;
 }
 
-double squared_distance_to_box(const Vector3d& min, const Vector3d& max, const Vector3d& x) {
-  return (min - x).cwiseMax(x - max).cwiseMax(0.0).squaredNorm();
-}
-
 }  // namespace
 
 TriangleTree::TriangleTree(const std::vector<Vec3>& points, const std::vector<std::array<Index, 3>>& triangles) {
   std::vector<Vector3d> middle;
   std::vector<Index> order(triangles.size());
   std::iota(order.begin(), order.end(), Index{0});
+  Eigen::AlignedBox3d bounds;
   for (const auto& t : triangles) {
     const Vector3d a = to_eigen(points[at(t[0])]), b = to_eigen(points[at(t[1])]), c = to_eigen(points[at(t[2])]);
     triangles_.push_back({a, b - a, c - a});
     middle.push_back((a + b + c) / 3);
+    for (const Vector3d& x : {a, b, c}) bounds.extend(x);
   }
   if (triangles.empty()) return;
+  center_ = bounds.center();
+  rounding_ = static_cast<float>(0x1p-22 * bounds.sizes().maxCoeff() + 0x1p-50 * center_.cwiseAbs().maxCoeff());
   build(order, middle, 0, order.size());
   std::vector<Corners> sorted;
   for (const Index t : order) sorted.push_back(triangles_[at(t)]);
   triangles_ = std::move(sorted);
 }
 
-Index TriangleTree::build(std::vector<Index>& order, const std::vector<Vector3d>& middle, std::size_t begin, std::size_t end) {
-  const auto number = static_cast<Index>(nodes_.size());
-  nodes_.emplace_back();
-  Eigen::AlignedBox3d bounds, middles;
+void TriangleTree::set_box(Node& node, int child, const std::vector<Index>& order, std::size_t begin,
+                           std::size_t end) const {
+  Eigen::AlignedBox3d bounds;
   for (std::size_t k = begin; k < end; ++k) {
     const Corners& t = triangles_[at(order[k])];
-    bounds.extend(t.a);
-    bounds.extend(Vector3d(t.a + t.ab));
-    bounds.extend(Vector3d(t.a + t.ac));
-    middles.extend(middle[at(order[k])]);
+    for (const Vector3d& x : {t.a, Vector3d(t.a + t.ab), Vector3d(t.a + t.ac)}) bounds.extend(Vector3d(x - center_));
   }
-  // The corners of ab and ac are rounded.
-  const double margin = 1e-15 * bounds.min().cwiseAbs().cwiseMax(bounds.max().cwiseAbs()).maxCoeff();
-  nodes_[at(number)].min = bounds.min().array() - margin;
-  nodes_[at(number)].max = bounds.max().array() + margin;
-  if (end - begin <= leaf) {
-    nodes_[at(number)].first = static_cast<Index>(begin);
-    nodes_[at(number)].count = static_cast<Index>(end - begin);
-    return number;
+  for (std::size_t a = 0; a < 3; ++a) {
+    node.min[a][child] = static_cast<float>(bounds.min()[static_cast<Index>(a)]) - rounding_;
+    node.max[a][child] = static_cast<float>(bounds.max()[static_cast<Index>(a)]) + rounding_;
   }
-  int axis = 0;
-  middles.sizes().maxCoeff(&axis);
-  const std::size_t half = begin + (end - begin) / 2;
-  const auto place = [&](std::size_t k) { return order.begin() + static_cast<std::ptrdiff_t>(k); };
-  std::nth_element(place(begin), place(half), place(end), [&](Index l, Index r) {
-    const double a = middle[at(l)][axis], b = middle[at(r)][axis];
-    return a < b || (a == b && l < r);
-  });
-  build(order, middle, begin, half);
-  const Index second = build(order, middle, half, end);
-  nodes_[at(number)].first = second;
-  return number;
+}
+
+Index TriangleTree::build(std::vector<Index>& order, const std::vector<Vector3d>& middle, std::size_t begin,
+                          std::size_t end) {
+  constexpr float infinite = std::numeric_limits<float>::infinity();
+  const auto number = at(static_cast<Index>(nodes_.size()));
+  nodes_.emplace_back();
+  const auto halve = [&](std::size_t from, std::size_t to) {
+    Eigen::AlignedBox3d middles;
+    for (std::size_t k = from; k < to; ++k) middles.extend(middle[at(order[k])]);
+    int axis = 0;
+    middles.sizes().maxCoeff(&axis);
+    const std::size_t half = from + (to - from + 1) / 2;
+    const auto place = [&](std::size_t k) { return order.begin() + static_cast<std::ptrdiff_t>(k); };
+    std::nth_element(place(from), place(half), place(to), [&](Index l, Index r) {
+      const double a = middle[at(l)][axis], b = middle[at(r)][axis];
+      return a < b || (a == b && l < r);
+    });
+    return half;
+  };
+  std::array<std::size_t, 5> part{begin, begin, begin, begin, end};
+  part[2] = end - begin > 1 ? halve(begin, end) : end;
+  part[1] = part[2] - begin > 1 ? halve(begin, part[2]) : part[2];
+  part[3] = end - part[2] > 1 ? halve(part[2], end) : end;
+  for (std::size_t a = 0; a < 3; ++a) {
+    nodes_[number].min[a].setConstant(infinite);
+    nodes_[number].max[a].setConstant(-infinite);
+  }
+  nodes_[number].child.fill(0);
+  for (std::size_t c = 0; c + 1 < part.size(); ++c) {
+    if (part[c] == part[c + 1]) continue;
+    set_box(nodes_[number], static_cast<int>(c), order, part[c], part[c + 1]);
+    const Index child =
+        part[c + 1] - part[c] == 1 ? -1 - static_cast<Index>(part[c]) : build(order, middle, part[c], part[c + 1]);
+    nodes_[number].child[c] = child;
+  }
+  return static_cast<Index>(number);
+}
+
+double TriangleTree::to_triangle(const Vector3d& x, Index t) const {
+  const Corners& corners = triangles_[at(t)];
+  return squared_distance_to(corners.ab, corners.ac, x - corners.a);
 }
 
 double TriangleTree::squared_distance(const Vector3d& x, Index& near) const {
   struct Entry {
     Index node;
-    double square;
+    float square;  // to its box, at most
   };
-  std::array<Entry, 96> open;  // two a level, and a level halves the triangles
+  std::array<Entry, 64> open;  // three more a level, and each level has a quarter of the triangles: 2³² of them at 16
   std::size_t count = 0;
-  const auto to_triangle = [&](Index t) {
-    const Corners& corners = triangles_[at(t)];
-    return squared_distance_to(corners.ab, corners.ac, x - corners.a);
-  };
-  double best = to_triangle(near);
+  double best = to_triangle(x, near);
+  const Vector3d from_center = x - center_;
+  const std::array<float, 3> place{static_cast<float>(from_center[0]), static_cast<float>(from_center[1]),
+                                   static_cast<float>(from_center[2])};
   open[count++] = {0, 0};
   while (count > 0) {
     const Entry entry = open[--count];
-    if (entry.square > best * wider) continue;
-    const Node& node = nodes_[at(entry.node)];
-    for (Index t = node.first; t < node.first + node.count; ++t) {
-      const double square = to_triangle(t);
-      if (square < best) near = t;
+    if (entry.square > best) continue;
+    if (entry.node < 0) {
+      const double square = to_triangle(x, -1 - entry.node);
+      if (square < best) near = -1 - entry.node;
       best = std::min(best, square);
+      continue;
     }
-    if (node.count > 0) continue;
-    Entry first{entry.node + 1, 0}, second{node.first, 0};
-    for (Entry* child : {&first, &second})
-      child->square = squared_distance_to_box(nodes_[at(child->node)].min, nodes_[at(child->node)].max, x);
-    if (first.square > second.square) std::swap(first, second);
-    if (second.square <= best * wider) open[count++] = second;
-    if (first.square <= best * wider) open[count++] = first;
+    const Node& node = nodes_[at(entry.node)];
+    Eigen::Array<float, width, 1> square = Eigen::Array<float, width, 1>::Zero();
+    for (std::size_t a = 0; a < 3; ++a)
+      square += (node.min[a] - place[a]).max(place[a] - node.max[a]).max(0.0F).square();
+    // The nearest one last: it is the next.
+    const std::size_t first = count;
+    for (int c = 0; c < width; ++c) {
+      const Entry child{node.child[static_cast<std::size_t>(c)], square[c] * smaller};
+      if (child.square > best) continue;
+      std::size_t k = count++;
+      for (; k > first && open[k - 1].square < child.square; --k) open[k] = open[k - 1];
+      open[k] = child;
+    }
+  }
+  return best;
+}
+
+void TriangleTree::Candidates::clear() {
+  triangle.clear();
+  for (std::size_t a = 0; a < 3; ++a) {
+    min[a].clear();
+    max[a].clear();
+  }
+}
+
+namespace {
+
+/// A box from `center`, and how far from it to look, in floats: no box that is near enough is missed.
+struct Reach {
+  std::array<float, 3> low{}, high{};  // m
+  float square = 0;                    // m²
+  Reach(const Eigen::AlignedBox3d& box, const Vector3d& center, double bound)
+      : square(static_cast<float>(bound * bound) * larger) {
+    for (std::size_t a = 0; a < 3; ++a) {
+      low[a] = static_cast<float>((box.min() - center)[static_cast<Index>(a)]);
+      high[a] = static_cast<float>((box.max() - center)[static_cast<Index>(a)]);
+    }
+  }
+  /// Is the box near? min(a) and max(a) are its bounds along an axis.
+  template <class Min, class Max>
+  bool has(const Min& min, const Max& max) const {
+    float sum = 0;
+    for (std::size_t a = 0; a < 3; ++a) {
+      const float beyond = std::max(std::max(min(a) - high[a], low[a] - max(a)), 0.0F);
+      sum += beyond * beyond;
+    }
+    return sum <= square;
+  }
+};
+
+}  // namespace
+
+void TriangleTree::find_candidates(const Eigen::AlignedBox3d& box, double bound, Candidates& found) const {
+  found.clear();
+  const Reach reach(box, center_, bound);
+  std::array<Index, 64> open;
+  std::size_t count = 0;
+  open[count++] = 0;
+  while (count > 0) {
+    const Node& node = nodes_[at(open[--count])];
+    for (int c = 0; c < width; ++c) {
+      if (!reach.has([&](std::size_t a) { return node.min[a][c]; }, [&](std::size_t a) { return node.max[a][c]; }))
+        continue;
+      const Index child = node.child[static_cast<std::size_t>(c)];
+      if (child >= 0) {
+        open[count++] = child;
+        continue;
+      }
+      found.triangle.push_back(-1 - child);
+      for (std::size_t a = 0; a < 3; ++a) {
+        found.min[a].push_back(node.min[a][c]);
+        found.max[a].push_back(node.max[a][c]);
+      }
+    }
+  }
+  found.square.resize(found.triangle.size());
+}
+
+void TriangleTree::find_candidates(const Eigen::AlignedBox3d& box, double bound, const Candidates& among,
+                                   Candidates& found) const {
+  found.clear();
+  const Reach reach(box, center_, bound);
+  for (std::size_t c = 0; c < among.triangle.size(); ++c) {
+    if (!reach.has([&](std::size_t a) { return among.min[a][c]; }, [&](std::size_t a) { return among.max[a][c]; }))
+      continue;
+    found.triangle.push_back(among.triangle[c]);
+    for (std::size_t a = 0; a < 3; ++a) {
+      found.min[a].push_back(among.min[a][c]);
+      found.max[a].push_back(among.max[a][c]);
+    }
+  }
+  found.square.resize(found.triangle.size());
+}
+
+double TriangleTree::squared_distance(const Vector3d& x, Candidates& candidates, Index& near) const {
+  const Vector3d from_center = x - center_;
+  const std::size_t count = candidates.triangle.size();
+  using Row = Eigen::Map<const Eigen::ArrayXf>;
+  const auto length = static_cast<Eigen::Index>(count);
+  const float px = static_cast<float>(from_center[0]), py = static_cast<float>(from_center[1]),
+              pz = static_cast<float>(from_center[2]);
+  const auto& [min_x, min_y, min_z] = candidates.min;
+  const auto& [max_x, max_y, max_z] = candidates.max;
+  Eigen::Map<Eigen::ArrayXf>(candidates.square.data(), length) =
+      (Row(min_x.data(), length) - px).max(px - Row(max_x.data(), length)).max(0.0F).square() +
+      (Row(min_y.data(), length) - py).max(py - Row(max_y.data(), length)).max(0.0F).square() +
+      (Row(min_z.data(), length) - pz).max(pz - Row(max_z.data(), length)).max(0.0F).square();
+  const float* const square = candidates.square.data();
+  double best = to_triangle(x, near);
+  float limit = static_cast<float>(best) * larger;
+  for (std::size_t c = 0; c < count; ++c) {
+    if (square[c] > limit) continue;
+    const double to_this = to_triangle(x, candidates.triangle[c]);
+    if (!(to_this < best)) continue;
+    near = candidates.triangle[c];
+    best = to_this;
+    limit = static_cast<float>(best) * larger;
   }
   return best;
 }
@@ -139,7 +270,8 @@ WindingNumber::WindingNumber(const std::vector<Vec3>& points, const std::vector<
   if (triangles_.empty()) return;
   const Vector3d size = bounds.sizes();
   // About as many cells as triangles.
-  step_ = std::max({std::sqrt(size[1] * size[2] / static_cast<double>(triangles_.size())), 1e-4 * size[1], 1e-4 * size[2]});
+  step_ =
+      std::max({std::sqrt(size[1] * size[2] / static_cast<double>(triangles_.size())), 1e-4 * size[1], 1e-4 * size[2]});
   if (!(step_ > 0)) step_ = 1;
   origin_ = {bounds.min()[1], bounds.min()[2]};
   for (std::size_t a = 0; a < 2; ++a) cells_[a] = static_cast<Index>(size[static_cast<Index>(a) + 1] / step_) + 1;
@@ -147,8 +279,8 @@ WindingNumber::WindingNumber(const std::vector<Vec3>& points, const std::vector<
     std::array<Index, 2> low{}, high{};
     for (std::size_t a = 0; a < 2; ++a) {
       const auto cell = [&](Index i) {
-        return std::clamp(static_cast<Index>((points_[at(i)][static_cast<Index>(a) + 1] - origin_[a]) / step_), Index{0},
-                          cells_[a] - 1);
+        return std::clamp(static_cast<Index>((points_[at(i)][static_cast<Index>(a) + 1] - origin_[a]) / step_),
+                          Index{0}, cells_[a] - 1);
       };
       low[a] = std::min({cell(t[0]), cell(t[1]), cell(t[2])});
       high[a] = std::max({cell(t[0]), cell(t[1]), cell(t[2])});
@@ -185,8 +317,10 @@ int WindingNumber::passes(const std::array<Index, 3>& t, double y, double z, dou
   std::array<double, 3> weight{};
   const int s = side(b, c, y, z, weight[0]);
   if (s == 0 || side(c, a, y, z, weight[1]) != s || side(a, b, y, z, weight[2]) != s) return 0;
-  const double sum = weight[0] + weight[1] + weight[2], low = std::min({a[0], b[0], c[0]}), high = std::max({a[0], b[0], c[0]});
-  x = sum != 0 ? std::clamp((weight[0] * a[0] + weight[1] * b[0] + weight[2] * c[0]) / sum, low, high) : 0.5 * (low + high);
+  const double sum = weight[0] + weight[1] + weight[2], low = std::min({a[0], b[0], c[0]}),
+               high = std::max({a[0], b[0], c[0]});
+  x = sum != 0 ? std::clamp((weight[0] * a[0] + weight[1] * b[0] + weight[2] * c[0]) / sum, low, high)
+               : 0.5 * (low + high);
   return s;
 }
 

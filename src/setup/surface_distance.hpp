@@ -1,7 +1,7 @@
 #pragma once
 // Distances to a triangle mesh, and how often it goes around a point.
 
-#include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <array>
 #include <vector>
 
@@ -17,18 +17,38 @@ class TriangleTree {
   /// short if it is; becomes one that is.
   double squared_distance(const Eigen::Vector3d& x, Index& near) const;
 
+  /// Triangles that may be the nearest of a point in a small box, for many such points.
+  struct Candidates {
+    std::vector<Index> triangle;
+    std::array<std::vector<float>, 3> min, max;  // their boxes, as those of nodes
+    std::vector<float> square;                   // to these boxes, m²: room for a search
+    void clear();
+  };
+  /// Those that are no farther from the box than `bound`, m.
+  void find_candidates(const Eigen::AlignedBox3d& box, double bound, Candidates& found) const;
+  /// The same, among candidates for a larger box.
+  void find_candidates(const Eigen::AlignedBox3d& box, double bound, const Candidates& among, Candidates& found) const;
+  /// As the function above, among candidates for the point.
+  double squared_distance(const Eigen::Vector3d& x, Candidates& candidates, Index& near) const;
+
  private:
   struct Corners {
     Eigen::Vector3d a, ab, ac;
   };
-  struct Node {
-    Eigen::Vector3d min, max;
-    Index first = 0, count = 0;  // triangles of a leaf; of others `first` is the second child, and the first one is next
+  static constexpr int width = 4;  // children of a node
+  struct Node {  // boxes a little wider than the triangles in them, m from `center_`; an empty one is infinitely far
+    std::array<Eigen::Array<float, width, 1>, 3> min, max;
+    std::array<Index, static_cast<std::size_t>(width)> child;  // a node; −1 − triangle
   };
-  Index build(std::vector<Index>& order, const std::vector<Eigen::Vector3d>& middle, std::size_t begin, std::size_t end);
+  Index build(std::vector<Index>& order, const std::vector<Eigen::Vector3d>& middle, std::size_t begin,
+              std::size_t end);
+  double to_triangle(const Eigen::Vector3d& x, Index t) const;
+  void set_box(Node& node, int child, const std::vector<Index>& order, std::size_t begin, std::size_t end) const;
 
   std::vector<Corners> triangles_;
   std::vector<Node> nodes_;
+  Eigen::Vector3d center_ = Eigen::Vector3d::Zero();
+  float rounding_ = 0;  // m: of a place
 };
 
 /// The winding number of a closed mesh: along a line each triangle that it goes through changes it by 1. Triangles that have an

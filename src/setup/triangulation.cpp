@@ -116,7 +116,9 @@ class EarClipping {
     // It crosses itself, or goes to and fro.
     const auto any = [](int) { return true; };
     if (ear < 0) ear = least(some, measured, any);
-    if (ear < 0) ear = least(some, [&](int i) { return shape(i); }, any);
+    if (ear < 0)
+      ear = least(
+          some, [&](int i) { return shape(i); }, any);
     return ear < 0 ? some : ear;
   }
   void remove(int ear) {
