@@ -24,6 +24,7 @@
 #include "setup/rest_plane.hpp"
 #include "setup/self_intersection.hpp"
 #include "setup/smoothing_kernel.hpp"
+#include "setup/solid_mesh.hpp"
 #include "setup/solute.hpp"
 #include "setup/surface_mesh.hpp"
 #include "setup/wall_planes.hpp"
@@ -98,7 +99,7 @@ void lay_fields(Setup& setup) {
       blaming(fmt::format("bodies.{}.mesh", b), [&] {
         lay_deforming_field(body, m.spacing, margin, time.step, time.mode == TimeMode::cfl ? time.cfl * m.spacing : INFINITY);
       });
-    } else if (!m.scene.bodies[b].inside && is_closed({body.mesh_points, body.mesh_triangles}))
+    } else if (!m.scene.bodies[b].inside && bounds_solid(body.mesh_triangles))
       body.field = lay_field(body, m.spacing, margin);
   }
 }

@@ -304,6 +304,24 @@ class Closing {
 
 bool SolidMesh::has_inside() const { return cover_share < of_a_sheet && volume > 1e-9 * std::pow(area, 1.5); }
 
+bool bounds_solid(const std::vector<std::array<Index, 3>>& triangles) {
+  std::vector<std::array<Index, 3>> sides;  // lower point, higher point, direction
+  for (const auto& t : triangles)
+    for (std::size_t c = 0; c < 3; ++c) {
+      const Index a = t[c], b = t[(c + 1) % 3];
+      sides.push_back({std::min(a, b), std::max(a, b), a < b ? 1 : -1});
+    }
+  std::sort(sides.begin(), sides.end());
+  Index sum = 0;
+  for (std::size_t k = 0; k < sides.size(); ++k) {
+    sum += sides[k][2];
+    const bool last = k + 1 == sides.size() || sides[k + 1][0] != sides[k][0] || sides[k + 1][1] != sides[k][1];
+    if (last && sum != 0) return false;
+    if (last) sum = 0;
+  }
+  return !sides.empty();
+}
+
 SolidMesh close_mesh(const SurfaceMesh& mesh, Sheets sheets) { return Closing(mesh).close(sheets); }
 
 }  // namespace drench
