@@ -95,6 +95,7 @@ const DeformedSurface::LatticePoint& DeformedSurface::at(Index i, Index j, Index
   LatticePoint& point = found->second;
   for (Index t = 0; t < static_cast<Index>(body_.mesh_triangles.size()); ++t) {
     const Corners corners = corners_of(body_, points_, t);
+    if (!((corners[1] - corners[0]).cross(corners[2] - corners[0]).norm() > 0)) continue;  // its edges are those of others
     around += solid_angle(corners, x);
     const double distance = (x - mixed(corners, nearest_weights(corners, x))).norm();
     if (distance >= least) continue;
@@ -176,7 +177,7 @@ void place_shape_samples(ReferenceState& state, double time) {
       // The normal's rate of change: of n = c/|c| with c = e₁ × e₂.
       const Vector3d c = (x[1] - x[0]).cross(x[2] - x[0]), n = c.normalized();
       const Vector3d rate = (v[1] - v[0]).cross(x[2] - x[0]) + (x[1] - x[0]).cross(v[2] - v[0]);
-      const Vector3d turning = (rate - n * n.dot(rate)) / c.norm();
+      const Vector3d turning = c.norm() > 0 ? Vector3d((rate - n * n.dot(rate)) / c.norm()) : Vector3d(Vector3d::Zero());
       state.s.boundary_position[body.first_sample + s] = arr(places.back());
       state.s.boundary_velocity[body.first_sample + s] =
           arr(mixed(v, vec(body.shape.weight[s])) - body.shape.depth[s] * turning);

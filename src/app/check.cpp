@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <numeric>
 #include <string>
 
@@ -217,6 +218,7 @@ void print_drying(const Model& model) {
 }  // namespace
 
 int check_command(const CheckOptions& options) {
+  if (options.threads > 0) setenv("OMP_NUM_THREADS", std::to_string(options.threads).c_str(), 1);  // host_threads reads it
   const Scene scene = load_scene(options.scene, options.overrides);
   MemoryBudget budget = host_memory_budget(4);
   std::string no_device;

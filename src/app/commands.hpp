@@ -47,7 +47,8 @@ int compare_command(const CompareOptions& options);
 struct CheckOptions {
   std::string scene;
   std::vector<std::string> overrides;
-  int ranks = 1;  // above 1: also what each of so many has and takes
+  int ranks = 1;    // above 1: also what each of so many has and takes
+  int threads = 0;  // 0: as many as there are cores
 };
 
 /// Loads and sets up a scene and prints what a run of it would be; runs nothing.

@@ -121,6 +121,7 @@ void add_compare_options(CLI::App& compare, drench::CompareOptions& options) {
 void add_check_options(CLI::App& check, drench::CheckOptions& options) {
   check.add_option("SCENE", options.scene, "the scene file")->required();
   check.add_option("--set", options.overrides, "key.path=value; may be repeated")->allow_extra_args(false);
+  check.add_option("--threads", options.threads, "number of threads (default: as many as there are cores)")->check(at_least(1));
   check.add_option("--ranks", options.ranks, "what one of so many MPI ranks would have and take")->check(at_least(1, 65536));
   check.footer(
       "Examples:\n"

@@ -81,6 +81,12 @@ int allowed_cores() {
   return quota > 0 ? std::clamp(static_cast<int>(std::ceil(quota)), 1, cores) : cores;
 }
 
+int host_threads() {
+  const char* given = std::getenv("OMP_NUM_THREADS");
+  const int asked = given == nullptr ? 0 : std::atoi(given);
+  return asked > 0 ? asked : allowed_cores();
+}
+
 OtherPrograms::OtherPrograms() : others_(machine_seconds()), now_(seconds(CLOCK_MONOTONIC)) {
   if (others_ >= 0) others_ -= own_seconds();
 }

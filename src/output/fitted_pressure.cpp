@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "base/eigen_vec.hpp"
-#include "output/for_ranges.hpp"
+#include "base/for_ranges.hpp"
 #include "output/grid_tools.hpp"
 #include "setup/point_grid.hpp"
 

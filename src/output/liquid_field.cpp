@@ -4,7 +4,7 @@
 #include <cmath>
 #include <compare>
 
-#include "output/for_ranges.hpp"
+#include "base/for_ranges.hpp"
 
 namespace drench {
 namespace {

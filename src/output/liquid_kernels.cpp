@@ -6,7 +6,7 @@
 #include <numbers>
 
 #include "base/eigen_vec.hpp"
-#include "output/for_ranges.hpp"
+#include "base/for_ranges.hpp"
 #include "setup/point_grid.hpp"
 
 namespace drench {

@@ -13,7 +13,7 @@
 #include <unordered_map>
 
 #include "base/eigen_vec.hpp"
-#include "output/for_ranges.hpp"
+#include "base/for_ranges.hpp"
 #include "output/grid_tools.hpp"
 #include "output/liquid_field.hpp"
 #include "setup/body_geometry.hpp"

@@ -78,7 +78,7 @@ void describe_mesh(Section& s, BodyScene& body) {
   const bool moving = !body.sequence.files.empty();
   s.saved_if(!moving).mesh_file("file", body.file, "a relative name starts at the scene's folder");
   describe_sequence(s, body.sequence,
-                    "files of a mesh that moves, and may change its shape if it is closed; each has the same polygons");
+                    "files of a mesh that moves, and may change its shape if it has an inside; each has the same polygons");
   if (!body.sequence.files.empty()) body.file = body.sequence.files.front();
   s.check(s.has("file") != s.has("sequence"), s.has("file") ? "sequence" : "file",
           s.has("file") ? "stands beside file; allowed: exactly one of them"
@@ -86,6 +86,9 @@ void describe_mesh(Section& s, BodyScene& body) {
   s.number("scale", body.scale, "[1e-9, 1e6]", "1", "factor on the file's coordinates, which are then in `unit`");
   describe_coordinates(s, body.unit, body.up, true);
   s.numbers("position", body.position, coordinate_range, "m", "added to the scaled mesh");
+  s.boolean("inside", body.inside,
+            "a vessel of one layer of triangles: both sides are free, and it holds liquid only; without it the mesh is solid, and "
+            "its holes are covered");
   describe_motion(s, body);
   for (const char* key : {"velocity", "offset", "spin"})
     s.check(!s.has("sequence") || !s.has(key), key,
@@ -99,7 +102,7 @@ void describe(Section& s, BodyScene& body) {
   s.one_of(body.kind, Kind::sphere).section("sphere", body, describe_sphere, "a ball");
   s.one_of(body.kind, Kind::plane).section("plane", body, describe_plane, "a half-space");
   s.one_of(body.kind, Kind::mesh)
-      .section("mesh", body, describe_mesh, "a triangle mesh; one that is not closed holds liquid only");
+      .section("mesh", body, describe_mesh, "a solid of triangles; holes are covered, and a sheet that encloses nothing holds liquid only");
   s.saved_if(body.kind == Kind::mesh)
       .section("place", body, describe_place, "where a mesh is at the start: turned first, then moved");
   s.check(!s.has("place") || body.kind == Kind::mesh, "place",

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <numeric>
 
 #include "base/eigen_vec.hpp"
 #include "setup/distance_field.hpp"
@@ -12,6 +13,7 @@
 #include "setup/mesh_io.hpp"
 #include "setup/mesh_sequence.hpp"
 #include "setup/setup_error.hpp"
+#include "setup/solid_mesh.hpp"
 #include "state/keyed_motion.hpp"
 
 namespace drench {
@@ -92,13 +94,83 @@ Keyed<T> plain_if_zero(const Keyed<T>& value) {
   return value.is_zero() ? Keyed<T>() : value;
 }
 
+std::string place_of(const MeshHole& hole) {
+  return fmt::format("{:.3g} m across at ({:.4g}, {:.4g}, {:.4g})", hole.width, hole.center[0], hole.center[1], hole.center[2]);
+}
+
+/// Lines about what a solid's mesh is not. `label`: of the body and its file.
+void report(const SolidMesh& solid, const std::string& label, std::vector<std::string>& lines) {
+  if (!solid.holes.empty())
+    lines.push_back(fmt::format("{}: open: {} hole{}, the largest {}: covered, and the inside is solid; where liquid has to get in, "
+                                "give it `inside: true`, which makes it a thin wall",
+                                label, solid.holes.size(), solid.holes.size() > 1 ? "s" : "", place_of(solid.holes.front())));
+  if (solid.branches > 0)
+    lines.push_back(fmt::format("{}: more than two triangles meet in {} of its edges, the first at ({:.4g}, {:.4g}, {:.4g}): inside is "
+                                "what its surface goes around",
+                                label, solid.branches, solid.branch[0], solid.branch[1], solid.branch[2]));
+  if (solid.left_out > 0)
+    lines.push_back(fmt::format("{}: {} triangles are of sheets that enclose nothing and are left out: a body that changes its shape "
+                                "has none",
+                                label, solid.left_out));
+}
+
+/// The body's mesh as its file has it, in m.
+SurfaceMesh placed_mesh(const BodyScene& scene, const std::string& scene_path, const std::string& label) {
+  SurfaceMesh mesh = read_mesh(scene.file, scene_path);
+  file_place(scene)(mesh.points);
+  check_points(mesh.points, label);
+  return mesh;
+}
+
+/// Of each point of the body's mesh: the file's point that it is.
+std::vector<Index> read_body_mesh(Body& body, const BodyScene& scene, const std::string& scene_path, const std::string& name,
+                                  std::vector<std::string>& warnings) {
+  const std::string label = fmt::format("{} ({})", name, scene.file);
+  const SurfaceMesh mesh = placed_mesh(scene, scene_path, label);
+  if (!mesh.left_out.empty()) warnings.push_back(fmt::format("{}: {}", name, mesh.left_out));
+  SolidMesh solid = close_mesh(mesh, scene.sequence.files.empty() ? Sheets::keep : Sheets::leave_out);
+  if (scene.inside || !solid.has_inside()) {
+    solid.triangles = mesh.triangles;
+    solid.source.resize(mesh.points.size());
+    std::iota(solid.source.begin(), solid.source.end(), Index{0});
+    warnings.push_back(fmt::format("{}: {}: it holds liquid back by samples on its surface alone", label,
+                                   scene.inside ? "a thin wall" : "it encloses nothing"));
+  } else {
+    report(solid, label, warnings);
+  }
+  Eigen::AlignedBox3d bounds;
+  for (const Index i : solid.source) {
+    body.mesh_points.push_back(mesh.points[static_cast<std::size_t>(i)]);
+    bounds.extend(to_eigen(body.mesh_points.back()));
+  }
+  body.center = to_vec3(bounds.center());
+  for (const Vec3& x : body.mesh_points) body.reach = std::max(body.reach, (to_eigen(x) - bounds.center()).norm());
+  body.mesh_triangles = std::move(solid.triangles);
+  return std::move(solid.source);
+}
+
 }  // namespace
 
-Body make_body(const BodyScene& scene, const std::string& scene_path, const std::string& name) {
+void refuse_thin_wall(const Body& body, const BodyScene& scene, const std::string& name) {
+  const std::string label = fmt::format("{} ({})", name, scene.file);
+  const SolidMesh solid = close_mesh({body.mesh_points, body.mesh_triangles});
+  if (scene.inside)
+    throw SetupError(label + ": moving cloth cannot touch a mesh with inside: true, a thin wall; allowed: without that key, a wall "
+                             "with a thickness in its mesh, or cloths with dynamics: false");
+  throw SetupError(fmt::format(
+      "{}: moving cloth cannot touch a mesh that encloses nothing{}; allowed: a mesh with an inside (give the sheet a thickness, or "
+      "close it), a box, sphere or plane, or cloths with dynamics: false",
+      label, solid.holes.empty() ? "" : fmt::format(": its edge, {}, goes around all of it", place_of(solid.holes.front()))));
+}
+
+Body make_body(const BodyScene& scene, const std::string& scene_path, const std::string& name,
+               std::vector<std::string>* warnings) {
   Body body;
+  std::vector<std::string> lines;
+  std::vector<Index> source;  // of a mesh's points
   body.kind = scene.kind;
   body.box = scene.box;
-  body.inside = scene.inside;
+  body.inside = scene.inside && scene.kind == BodyScene::Kind::box;
   body.center = scene.center;
   body.radius = scene.radius;
   body.point = scene.point;
@@ -121,18 +193,9 @@ Body make_body(const BodyScene& scene, const std::string& scene_path, const std:
       body.normal = unit(scene.normal, name + ": the normal");
       body.center = scene.point;  // its reach depends on the domain
       break;
-    case BodyScene::Kind::mesh: {
-      SurfaceMesh mesh = read_mesh(scene.file, scene_path);
-      file_place(scene)(mesh.points);
-      Eigen::AlignedBox3d bounds;
-      for (const Vec3& x : mesh.points) bounds.extend(to_eigen(x));
-      check_mesh(mesh, name + " (" + scene.file + ")", body_min_area_ratio);
-      body.center = to_vec3(bounds.center());
-      for (const Vec3& x : mesh.points) body.reach = std::max(body.reach, (to_eigen(x) - bounds.center()).norm());
-      body.mesh_points = std::move(mesh.points);
-      body.mesh_triangles = std::move(mesh.triangles);
+    case BodyScene::Kind::mesh:
+      source = read_body_mesh(body, scene, scene_path, name, lines);
       break;
-    }
   }
   body.velocity = plain_if_zero(scene.velocity);
   body.path = plain_if_zero(scene.offset);
@@ -140,9 +203,12 @@ Body make_body(const BodyScene& scene, const std::string& scene_path, const std:
     body.spin_axis = unit(scene.spin.axis, name + ": the axis of spin");
     body.spin_rate = scene.spin.degrees_per_second.scaled(std::numbers::pi / 180);
   }
-  if (!scene.sequence.files.empty()) follow_sequence(body, scene, scene_path, name);
+  if (!scene.sequence.files.empty()) follow_sequence(body, scene, scene_path, name, source);
+  if (body.deforms() && scene.inside)
+    throw SetupError(name + ": a mesh with inside: true cannot change its shape; allowed: without that key, or one that moves rigidly");
   body.dynamic = scene.dynamic;
   if (scene.dynamic) weigh(body, scene.density);
+  if (warnings) warnings->insert(warnings->end(), lines.begin(), lines.end());
   return body;
 }
 

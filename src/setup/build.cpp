@@ -7,6 +7,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "base/free_cores.hpp"
 #include "setup/air.hpp"
 #include "setup/body_geometry.hpp"
 #include "setup/body_sampling.hpp"
@@ -26,6 +27,7 @@
 #include "setup/rest_plane.hpp"
 #include "setup/self_intersection.hpp"
 #include "setup/smoothing_kernel.hpp"
+#include "setup/solid_mesh.hpp"
 #include "setup/solute.hpp"
 #include "setup/surface_mesh.hpp"
 #include "setup/wall_planes.hpp"
@@ -81,7 +83,7 @@ SetupSize grid_size(const Scene& scene) {
   return size;
 }
 
-/// Lattices for the distance fields of closed meshes; they reach as far as cloth is thick, or sticks when wet.
+/// Lattices for the distance fields of meshes with an inside; they reach as far as cloth is thick, or sticks when wet.
 void lay_fields(Setup& setup) {
   Model& m = setup.model;
   const std::vector<double>& edges = m.mesh.edge_length;
@@ -102,12 +104,8 @@ void lay_fields(Setup& setup) {
         lay_deforming_field(body, m.spacing, margin, time.step,
                             time.mode == TimeMode::cfl ? time.cfl * m.spacing : INFINITY);
       });
-    } else if (is_closed({body.mesh_points, body.mesh_triangles}))
+    } else if (!m.scene.bodies[b].inside && bounds_solid(body.mesh_triangles))
       body.field = lay_field(body, m.spacing, margin);
-    else
-      setup.warnings.push_back(
-          fmt::format("body {} ({}): the mesh is not closed; it holds liquid back by samples on its surface alone",
-                      b + 1, m.scene.bodies[b].file));
   }
 }
 
@@ -210,16 +208,12 @@ void settle_nodes_in_solids(Setup& setup) {
   }
 }
 
-/// Only a closed mesh has an inside that cloth can be kept out of.
-void refuse_cloth_on_open_meshes(const Model& m) {
-  for (std::size_t b = 0; b < m.bodies.size(); ++b) {
-    if (m.has_moving_cloth() && m.bodies[b].kind == BodyScene::Kind::mesh && m.bodies[b].field.empty())
-      throw SetupError(fmt::format("body {} ({}): contact of a moving cloth with a mesh that is not closed is not "
-                                   "available in this version; "
-                                   "allowed: a closed mesh, a box, sphere or plane, or cloths with dynamics: false",
-                                   b + 1, m.scene.bodies[b].file),
-                       fmt::format("bodies.{}.mesh.file", b));
-  }
+/// Only a mesh with an inside can keep cloth out of it.
+void refuse_cloth_on_thin_walls(const Model& m) {
+  for (std::size_t b = 0; b < m.bodies.size(); ++b)
+    if (m.has_moving_cloth() && m.bodies[b].kind == BodyScene::Kind::mesh && m.bodies[b].field.spacing == 0)
+      blaming(fmt::format("bodies.{}.mesh.{}", b, m.scene.bodies[b].inside ? "inside" : "file"),
+              [&] { refuse_thin_wall(m.bodies[b], m.scene.bodies[b], fmt::format("body {}", b + 1)); });
 }
 
 void init_nodes(const Model& m, HostState& s) {
@@ -301,8 +295,8 @@ void make_bodies(Setup& setup, SetupLines& lines) {
   const Scene& scene = m.scene;
   for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
     const std::string label = fmt::format("body {}", b + 1);
-    m.bodies.push_back(
-        blaming(fmt::format("bodies.{}", b), [&] { return make_body(scene.bodies[b], scene.path, label); }));
+    m.bodies.push_back(blaming(fmt::format("bodies.{}", b),
+                               [&] { return make_body(scene.bodies[b], scene.path, label, &setup.warnings); }));
     const BodyScene& body = scene.bodies[b];
     if (body.kind != BodyScene::Kind::mesh) continue;
     if (std::string hint = unit_hint(m.bodies[b].mesh_points, body.unit, body.scale, label); !hint.empty())
@@ -325,9 +319,10 @@ void make_bodies(Setup& setup, SetupLines& lines) {
 void fill(Setup& setup, const MemoryBudget& budget) {
   Model& m = setup.model;
   lay_fields(setup);
+  refuse_cloth_on_thin_walls(m);
   refuse_too_large(expected_size(m), budget);
   for (Body& body : m.bodies)
-    if (body.field.spacing > 0) fill_field(body, body.field);
+    if (body.field.spacing > 0) fill_field(body, body.field, host_threads());
   if (m.has_fluid() || m.has_porous()) build_samples(m);
   if (m.has_fluid() && !m.scene.through_cloth) find_boundary_edges(m);
   if (m.has_diffusion()) build_fabric_pairs(m);
@@ -335,7 +330,6 @@ void fill(Setup& setup, const MemoryBudget& budget) {
   check_ledger_range(setup);
   fill_cloths(m, setup.state, setup.warnings);
   warn_of_thin_solute(m, setup.warnings);
-  refuse_cloth_on_open_meshes(m);
   refuse_self_intersections(m);
   settle_nodes_in_solids(setup);
   if (m.has_fluid()) {

@@ -311,6 +311,7 @@ void build_cloth(const ClothScene& c, Model& model, std::vector<std::vector<std:
   const std::string key = fmt::format("cloth.{}", model.cloths.size());
   const PlacedMesh placed = blaming(key + ".mesh", [&] { return placed_mesh(c, model.scene.path, lines); });
   const SurfaceMesh& own = placed.mesh;
+  if (!own.left_out.empty()) lines.warnings.push_back(cloth_label(c.name) + ": " + own.left_out);
   const auto edges = mesh_edges(own.triangles);
   const Patchwork fabric(c, own, key);
   ClothMaterial material = resolve_material(c, c.material, model.scene.processes);

@@ -5,13 +5,16 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <optional>
 
 #include "base/eigen_vec.hpp"
+#include "base/free_cores.hpp"
 #include "setup/body_sampling.hpp"
 #include "setup/distance_field.hpp"
 #include "setup/point_grid.hpp"
 #include "setup/setup_error.hpp"
+#include "setup/solid_mesh.hpp"
 #include "setup/surface_mesh.hpp"
 #include "state/deforming_body.hpp"
 
@@ -94,10 +97,14 @@ void turn_outwards(Body& body, const std::vector<Points>& points, const std::vec
   const std::vector<double> first = volumes(body, points.front(), shell);
   for (std::size_t t = 0; t < shell.size(); ++t)
     if (first[static_cast<std::size_t>(shell[t])] < 0) std::swap(body.mesh_triangles[t][1], body.mesh_triangles[t][2]);
-  for (std::size_t k = 0; k < points.size(); ++k)
-    for (const double volume : volumes(body, points[k], shell))
-      if (!(volume > 0))
+  // A speck or a flat shell may turn over without harm.
+  const double small = 1e-6 * std::accumulate(first.begin(), first.end(), 0.0, [](double sum, double v) { return sum + std::abs(v); });
+  for (std::size_t k = 0; k < points.size(); ++k) {
+    const std::vector<double> now = volumes(body, points[k], shell);
+    for (std::size_t s = 0; s < now.size(); ++s)
+      if (!(std::abs(first[s]) <= small) && !(now[s] > 0))
         throw SetupError(labels[k] + ": its inside is turned out since the first file; allowed: a volume above 0 in all files");
+  }
 }
 
 double fastest_between(const Points& from, const Points& to, double fps) {
@@ -109,11 +116,16 @@ double fastest_between(const Points& from, const Points& to, double fps) {
 }  // namespace
 
 void deform(Body& body, std::vector<Points> points, double fps, const std::vector<std::string>& labels) {
-  if (!is_closed({body.mesh_points, body.mesh_triangles}))
-    throw SetupError(labels.front() + ": its points move against each other from file to file, and it is not closed; allowed: "
-                     "a mesh whose edges all have two triangles, or one that moves rigidly");
-  for (std::size_t k = 0; k < points.size(); ++k)
-    check_mesh({points[k], body.mesh_triangles}, labels[k], body_min_area_ratio);
+  if (!bounds_solid(body.mesh_triangles))
+    throw SetupError(labels.front() + ": its points move against each other from file to file, and it encloses nothing; allowed: "
+                     "a mesh with an inside, or one that moves rigidly");
+  for (const MeshEdge& e : mesh_edges(body.mesh_triangles))
+    if (e.triangles > 2) {
+      const Vector3d middle = 0.5 * (to_eigen(body.mesh_points[static_cast<std::size_t>(e.a)]) + to_eigen(body.mesh_points[static_cast<std::size_t>(e.b)]));
+      throw SetupError(fmt::format("{}: its points move against each other from file to file, and {} triangles meet in the edge at "
+                                   "({:.4g}, {:.4g}, {:.4g}); allowed: a mesh without walls in its inside, or one that moves rigidly",
+                                   labels.front(), e.triangles, middle[0], middle[1], middle[2]));
+    }
   turn_outwards(body, points, labels);
   Deformation& shape = body.shape;
   shape.fps = fps;
@@ -168,7 +180,7 @@ Body shape_with_field_at(const Body& body, double time) {
   now.field.spacing = body.field.spacing;
   now.field.points = body.field.points;
   now.field.origin = lattice_origin(body, time);
-  fill_field(now, now.field);
+  fill_field(now, now.field, host_threads());
   return now;
 }
 
@@ -260,7 +272,7 @@ std::vector<Vec3> bind_samples(Body& body, double d) {
     PointGrid kept(least);
     for (std::size_t s = 0; s < body.shape.triangle.size(); ++s) kept.add(placed(body, points, s));
     for_surface_points(now, d, [&](const Vector3d& p, Index triangle) {
-      if (triangle < 0) return;
+      if (triangle < 0 || !(across(corners_of(body, points, static_cast<std::size_t>(triangle))).norm() > 0)) return;
       const Vec3 x = sunk(now, d, p);
       if (kept.any_within(x, least)) return;
       bind_to(body, corners_of(body, points, static_cast<std::size_t>(triangle)), triangle, p, to_eigen(x));

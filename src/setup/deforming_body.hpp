@@ -9,8 +9,8 @@
 namespace drench {
 
 /// Makes `body` one whose points go through `points` (m), those of its mesh in each file of a sequence. Its triangles are turned
-/// outwards. `labels` are names of the files, which begin the text of a SetupError: a mesh that is not closed or has two sides,
-/// a triangle without area, a shell whose inside is turned out.
+/// outwards. `labels` are names of the files, which begin the text of a SetupError: a mesh that is not closed, one whose surface has
+/// one side only, a shell whose inside is turned out.
 void deform(Body& body, std::vector<std::vector<Vec3>> points, double fps, const std::vector<std::string>& labels);
 
 /// Lines about what happens between its files, each beginning with `name`.

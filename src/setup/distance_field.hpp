@@ -1,5 +1,5 @@
 #pragma once
-// Signed distance fields of closed meshes, made at set-up.
+// Signed distance fields of closed meshes, computed at set-up.
 
 #include <functional>
 #include <string>
@@ -14,13 +14,13 @@ DistanceField lay_field(const Body& body, double spacing, double margin);
 /// The same around the box [min, max], m.
 DistanceField lay_field(const Vec3& min, const Vec3& max, double spacing, double margin);
 
-/// The signed distance (m) to the body's mesh, exact to its triangles (VTK).
+/// The signed distance (m) to the body's mesh, exact to its triangles.
 std::function<double(const Vec3&)> exact_distance(const Body& body);
 
-/// The distances, exact to the triangles (VTK) at all points nearer to the surface than about eight steps of the lattice;
-/// farther away between exact ones four steps apart. The sign is negative inside, whichever way the triangles are
-/// turned. The mesh must be closed.
-void fill_field(const Body& body, DistanceField& field);
+/// The distances, exact to the triangles at all points nearer to the surface than about eight steps of the lattice; farther away
+/// between exact ones four steps apart. They are negative where the mesh's winding number is 1 or more. The mesh must be closed and
+/// turned outwards (setup/solid_mesh.hpp). The same bits with any number of threads.
+void fill_field(const Body& body, DistanceField& field, int threads = 1);
 
 /// Trilinear value (m) at x, and the unit vector of its gradient; far away (1e30, 0) beyond the lattice.
 double field_distance(const DistanceField& field, const Vec3& x, Vec3& normal);

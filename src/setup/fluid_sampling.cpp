@@ -22,16 +22,14 @@ namespace {
 
 using Eigen::Vector3d;
 
-/// For each point the number, from 1, of the first solid that it is inside of, or 0; meshes that are not closed have no
-/// inside.
+/// For each point the number, from 1, of the first solid that it is inside of, or 0; thin walls have no inside.
 std::vector<std::size_t> inside_solid(const Model& model, const std::vector<Vec3>& points) {
   std::vector<std::size_t> inside(points.size(), 0);
   for (std::size_t b = 0; b < model.bodies.size(); ++b) {
     const Body& body = model.bodies[b];
     if (body.kind == BodyScene::Kind::mesh) {
-      const SurfaceMesh mesh{body.mesh_points, body.mesh_triangles};
-      if (!is_closed(mesh)) continue;
-      const auto in_mesh = points_inside(mesh, points);
+      if (body.field.empty()) continue;
+      const auto in_mesh = points_inside({body.mesh_points, body.mesh_triangles}, points);
       for (std::size_t i = 0; i < points.size(); ++i)
         if (inside[i] == 0 && in_mesh[i]) inside[i] = b + 1;
       continue;

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstddef>
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -17,7 +18,8 @@ struct PolygonFile {
   std::vector<Index> corner;                    // points of all faces
   std::vector<Index> corner_texture;            // of the same corners; −1: none
   std::vector<std::vector<std::string>> names;  // of each face; empty unless asked for
-  bool cut = false;  // a corner has a texture coordinate or a normal: exporters repeat points where these differ
+  std::vector<std::int32_t> face_line;          // of each face, from 1; empty where a format has no lines
+  bool facets = false;                          // each face has points of its own (.stl): copies of a point are one
 };
 
 /// Reads `v`, `vt` and `f` of a Wavefront file, and with `names` what the last `g`, `o` and `usemtl` before a face give it. A

@@ -3,20 +3,12 @@
 #include <fmt/format.h>
 #include <vtkCallbackCommand.h>
 #include <vtkCellArray.h>
-#include <vtkCellData.h>
 #include <vtkCommand.h>
-#include <vtkDataArray.h>
-#include <vtkDoubleArray.h>
 #include <vtkExecutive.h>
 #include <vtkIdList.h>
-#include <vtkIdTypeArray.h>
 #include <vtkNew.h>
-#include <vtkPointData.h>
-#include <vtkPoints.h>
 #include <vtkPolyData.h>
 #include <vtkSTLReader.h>
-#include <vtkSelectEnclosedPoints.h>
-#include <vtkTriangleFilter.h>
 
 #include <algorithm>
 #include <array>
@@ -26,11 +18,15 @@
 #include <fstream>
 #include <iterator>
 #include <map>
+#include <numeric>
 #include <utility>
 
 #include "base/eigen_vec.hpp"
 #include "setup/mesh_files.hpp"
+#include "setup/mesh_joins.hpp"
 #include "setup/setup_error.hpp"
+#include "setup/surface_distance.hpp"
+#include "setup/triangulation.hpp"
 
 namespace drench {
 namespace {
@@ -56,7 +52,9 @@ struct Messages {
   }
 };
 
-vtkSmartPointer<vtkPolyData> polygons_of_stl(const std::string& path) {
+/// Three points a facet: VTK's own merging would drop facets.
+PolygonFile read_stl_file(const std::string& path) {
+  check_stl_file(path);
   Messages messages;
   vtkNew<vtkCallbackCommand> observer;
   observer->SetCallback(Messages::collect);
@@ -67,181 +65,166 @@ vtkSmartPointer<vtkPolyData> polygons_of_stl(const std::string& path) {
     source->AddObserver(vtkCommand::WarningEvent, observer);
   }
   reader->SetFileName(path.c_str());
+  reader->MergingOff();
   reader->Update();
   if (!messages.error.empty()) unreadable_mesh(path, messages.warning.empty() ? messages.error : messages.warning);
-  return reader->GetOutput();
-}
-
-/// Points in the order of the file, and copies of those that have several texture coordinates behind them. Without
-/// coordinates where a corner has none.
-vtkSmartPointer<vtkPolyData> polygons_of(const PolygonFile& file) {
-  const bool textured = !file.corner_texture.empty() &&
-                        std::find(file.corner_texture.begin(), file.corner_texture.end(), -1) == file.corner_texture.end();
-  vtkNew<vtkPoints> points;
-  points->SetDataTypeToDouble();
-  for (const Vec3& x : file.points) points->InsertNextPoint(x.data());
-  vtkNew<vtkDoubleArray> coordinates;
-  coordinates->SetNumberOfComponents(2);
-  std::vector<Index> texture(file.points.size(), -1);  // of each point so far
-  std::map<std::pair<Index, Index>, vtkIdType> copies;
-  const auto point_of = [&](std::size_t c) {
-    const Index point = file.corner[c], wanted = textured ? file.corner_texture[c] : -1;
-    Index& first = texture[static_cast<std::size_t>(point)];
-    if (first < 0) first = wanted;
-    if (first == wanted) return vtkIdType{point};
-    const auto [copy, fresh] = copies.try_emplace({point, wanted}, points->GetNumberOfPoints());
-    if (fresh) {
-      points->InsertNextPoint(file.points[static_cast<std::size_t>(point)].data());
-      texture.push_back(wanted);
-    }
-    return copy->second;
-  };
-  vtkNew<vtkCellArray> faces;
-  std::size_t corner = 0;
-  for (const std::size_t end : file.face_end) {
-    faces->InsertNextCell(static_cast<int>(end - corner));
-    for (; corner < end; ++corner) faces->InsertCellPoint(point_of(corner));
+  PolygonFile file;
+  file.facets = true;
+  vtkPolyData* data = reader->GetOutput();
+  for (vtkIdType p = 0; p < data->GetNumberOfPoints(); ++p) {
+    file.points.emplace_back();
+    data->GetPoint(p, file.points.back().data());
   }
-  vtkNew<vtkPolyData> data;
-  data->SetPoints(points);
-  data->SetPolys(faces);
-  if (!textured) return data;
-  constexpr std::array<double, 2> unused{};
-  for (const Index uv : texture)
-    coordinates->InsertNextTuple(uv < 0 ? unused.data() : file.texture[static_cast<std::size_t>(uv)].data());
-  data->GetPointData()->SetTCoords(coordinates);
-  return data;
-}
-
-vtkSmartPointer<vtkPolyData> triangles_of(vtkPolyData* polygons) {
-  vtkNew<vtkTriangleFilter> triangles;
-  triangles->PassLinesOff();
-  triangles->PassVertsOff();
-  triangles->SetInputData(polygons);
-  triangles->Update();
-  return triangles->GetOutput();
-}
-
-/// Merges exact copies if asked to, keeps the used points in their order. `kept`, if given, gets their numbers in `data`.
-SurfaceMesh compact(vtkPolyData* data, bool merge, std::vector<vtkIdType>* kept = nullptr) {
-  SurfaceMesh mesh;
-  const vtkIdType points = data->GetNumberOfPoints();
-  std::vector<vtkIdType> first(static_cast<std::size_t>(points));  // the first copy of each point
-  std::map<Vec3, vtkIdType> seen;
-  const auto point = [&](vtkIdType p) {
-    Vec3 x;
-    data->GetPoint(p, x.data());
-    return x;
-  };
-  for (vtkIdType p = 0; p < points; ++p) {
-    const Vec3 x = point(p);
-    const bool finite = std::isfinite(x[0]) && std::isfinite(x[1]) && std::isfinite(x[2]);  // others have no order
-    first[static_cast<std::size_t>(p)] = merge && finite ? seen.try_emplace(x, p).first->second : p;
-  }
-  std::vector<std::array<vtkIdType, 3>> corners;
-  std::vector<std::uint8_t> used(first.size(), 0);
   vtkNew<vtkIdList> ids;
-  vtkCellArray* polys = data->GetPolys();
-  for (vtkIdType c = 0; c < polys->GetNumberOfCells(); ++c) {
-    polys->GetCellAtId(c, ids);
-    std::array<vtkIdType, 3> t{};
-    for (int k = 0; k < 3; ++k) t[k] = first[static_cast<std::size_t>(ids->GetId(k))];
-    for (const vtkIdType p : t) used[static_cast<std::size_t>(p)] = 1;
-    corners.push_back(t);
+  for (vtkIdType c = 0; c < data->GetNumberOfPolys(); ++c) {
+    data->GetPolys()->GetCellAtId(c, ids);
+    for (vtkIdType k = 0; k < ids->GetNumberOfIds(); ++k) file.corner.push_back(static_cast<Index>(ids->GetId(k)));
+    file.face_end.push_back(file.corner.size());
   }
-  std::vector<Index> number(first.size(), -1);
-  for (vtkIdType p = 0; p < points; ++p) {
-    if (!used[static_cast<std::size_t>(p)]) continue;
-    number[static_cast<std::size_t>(p)] = static_cast<Index>(mesh.points.size());
-    if (kept) kept->push_back(p);
-    mesh.points.push_back(point(p));
-  }
-  for (const auto& t : corners) {
-    mesh.triangles.push_back({number[static_cast<std::size_t>(t[0])], number[static_cast<std::size_t>(t[1])],
-                              number[static_cast<std::size_t>(t[2])]});
-  }
-  return mesh;
+  file.corner_texture.assign(file.corner.size(), -1);
+  return file;
 }
 
-/// A file as it is, and whether exact copies of its points are one point.
-struct RawMesh {
-  vtkSmartPointer<vtkPolyData> polygons;
-  bool merge = false;
-  std::vector<std::vector<std::string>> names{};  // of faces
-};
-
-RawMesh raw_mesh(PolygonFile file) { return {polygons_of(file), file.cut, std::move(file.names)}; }
-
-RawMesh read_raw(const std::string& file, const std::string& scene_path, bool names = false) {
+PolygonFile read_file(const std::string& file, const std::string& scene_path, bool names = false) {
   const std::string path = find_file(file, scene_path);
   std::string ending = std::filesystem::path(path).extension().string();
   std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return std::tolower(c); });
-  if (ending == ".obj") return raw_mesh(read_obj_file(path, names));
-  if (ending == ".ply") return raw_mesh(read_ply_file(path));
-  if (ending == ".stl") {
-    check_stl_file(path);
-    return {polygons_of_stl(path), true};
-  }
+  if (ending == ".obj") return read_obj_file(path, names);
+  if (ending == ".ply") return read_ply_file(path);
+  if (ending == ".stl") return read_stl_file(path);
   throw SetupError("mesh file '" + file + "': unknown ending, known are .obj, .ply and .stl");
 }
 
-SurfaceMesh mesh_of(const RawMesh& raw, const std::string& file, std::vector<vtkIdType>* kept = nullptr) {
-  SurfaceMesh mesh = compact(triangles_of(raw.polygons), raw.merge, kept);
-  if (mesh.triangles.empty()) throw SetupError("mesh file '" + file + "': it holds no triangles");
-  return mesh;
+/// How a file's polygons are divided.
+struct Division {
+  std::vector<std::array<Index, 3>> triangles;      // of the file's points
+  std::vector<std::array<std::size_t, 3>> corners;  // the same as numbers of PolygonFile::corner
+  std::vector<std::size_t> face;                    // of each triangle
+  std::size_t wanted = 0, first_face = 0;           // n − 2 summed over the faces; the first face with one left out
+  std::string left_out(const PolygonFile& file, const std::string& name) const {
+    if (wanted == triangles.size()) return "";
+    return fmt::format(
+        "mesh file '{}': {} of {} triangles have no area or name a point twice and are left out, the first of face "
+        "{}{}",
+        name, wanted - triangles.size(), wanted, first_face,
+        file.face_line.empty() ? "" : fmt::format(" (line {})", file.face_line[first_face]));
+  }
+};
+
+/// Has it three points and, as far as they are finite, an area?
+bool is_triangle(const PolygonFile& file, const std::array<Index, 3>& t) {
+  constexpr double least = 1e-12;  // of the longest side's square
+  if (t[0] == t[1] || t[1] == t[2] || t[2] == t[0]) return false;
+  const auto point = [&](std::size_t c) { return to_eigen(file.points[static_cast<std::size_t>(t[c])]); };
+  const Eigen::Vector3d ab = point(1) - point(0), ac = point(2) - point(0), bc = point(2) - point(1);
+  return !(0.5 * ab.cross(ac).norm() <= least * std::max({ab.squaredNorm(), ac.squaredNorm(), bc.squaredNorm()}));
 }
 
-/// u, v of the corners of all triangles; empty where the file has none.
-std::vector<std::array<std::array<double, 2>, 3>> texture_of(vtkPolyData* triangles) {
+/// `first`: of each point of the file the one that it is taken for.
+Division divide(const PolygonFile& file, const std::vector<Index>& first) {
+  Division division;
+  std::size_t begin = 0;
+  for (std::size_t f = 0; f < file.face_end.size(); ++f) {
+    const std::size_t end = file.face_end[f], whole = end - begin < 3 ? 0 : end - begin - 2,
+                      before = division.triangles.size();
+    std::vector<std::size_t> corners;  // without a point that follows itself
+    const auto point = [&](std::size_t c) { return first[static_cast<std::size_t>(file.corner[c])]; };
+    for (std::size_t c = begin; c < end; ++c)
+      if (corners.empty() || point(c) != point(corners.back())) corners.push_back(c);
+    while (corners.size() > 1 && point(corners.back()) == point(corners.front())) corners.pop_back();
+    std::vector<Vec3> places;
+    for (const std::size_t c : corners) places.push_back(file.points[static_cast<std::size_t>(point(c))]);
+    for (const auto& t : triangulate(places)) {
+      const auto corner = [&](std::size_t k) { return corners[static_cast<std::size_t>(t[k])]; };
+      const std::array<Index, 3> points{point(corner(0)), point(corner(1)), point(corner(2))};
+      if (!is_triangle(file, points)) continue;
+      division.triangles.push_back(points);
+      division.corners.push_back({corner(0), corner(1), corner(2)});
+      division.face.push_back(f);
+    }
+    if (division.wanted == before) division.first_face = f;  // none is missing so far
+    division.wanted += whole;
+    begin = end;
+  }
+  return division;
+}
+
+/// Of an .stl file whose pieces touch: which point each corner has, so that no edge has more than two triangles.
+std::vector<Index> separate_facets(const std::vector<Vec3>& points, std::vector<std::array<Index, 3>>& triangles) {
+  std::vector<Index> place(points.size());
+  std::iota(place.begin(), place.end(), Index{0});
+  JoinedMesh joined = join(triangles, place, partners(points, triangles, place, Branches::pair));
+  triangles = std::move(joined.triangles);
+  return std::move(joined.source);
+}
+
+/// The mesh of a file, and which of the file's points its points are.
+struct FileMesh {
+  SurfaceMesh mesh;
+  std::vector<Index> source;
+  Division division;
+};
+
+FileMesh mesh_of(const PolygonFile& file, const std::string& name) {
+  std::vector<Index> first(file.points.size());
+  std::iota(first.begin(), first.end(), Index{0});
+  if (file.facets) first = first_copies(file.points);
+  FileMesh result;
+  result.division = divide(file, first);
+  SurfaceMesh& mesh = result.mesh;
+  mesh.triangles = result.division.triangles;
+  mesh.left_out = result.division.left_out(file, name);
+  if (mesh.triangles.empty())
+    throw SetupError("mesh file '" + name + "': it holds no triangles" +
+                     (mesh.left_out.empty() ? "" : ": " + mesh.left_out));
+  const auto edges = file.facets ? mesh_edges(mesh.triangles) : std::vector<MeshEdge>{};
+  if (std::any_of(edges.begin(), edges.end(), [](const MeshEdge& e) { return e.triangles > 2; })) {
+    result.source = separate_facets(file.points, mesh.triangles);
+  } else {
+    std::vector<Index> number(file.points.size(), -1);
+    for (const auto& t : mesh.triangles)
+      for (const Index i : t) number[static_cast<std::size_t>(i)] = 0;
+    for (std::size_t i = 0; i < number.size(); ++i) {
+      if (number[i] < 0) continue;
+      number[i] = static_cast<Index>(result.source.size());
+      result.source.push_back(static_cast<Index>(i));
+    }
+    for (auto& t : mesh.triangles)
+      for (Index& i : t) i = number[static_cast<std::size_t>(i)];
+  }
+  for (const Index i : result.source) mesh.points.push_back(file.points[static_cast<std::size_t>(i)]);
+  return result;
+}
+
+/// u, v of the corners of all triangles; empty unless all corners of the file have them.
+std::vector<std::array<std::array<double, 2>, 3>> texture_of(const PolygonFile& file, const Division& division,
+                                                             const std::string& name) {
   std::vector<std::array<std::array<double, 2>, 3>> texture;
-  vtkDataArray* coordinates = triangles->GetPointData()->GetTCoords();
-  if (!coordinates || coordinates->GetNumberOfComponents() < 2) return texture;
-  vtkNew<vtkIdList> ids;
-  for (vtkIdType c = 0; c < triangles->GetPolys()->GetNumberOfCells(); ++c) {
-    triangles->GetPolys()->GetCellAtId(c, ids);
+  if (std::find(file.corner_texture.begin(), file.corner_texture.end(), -1) != file.corner_texture.end())
+    return texture;
+  for (const auto& t : division.corners) {
     texture.emplace_back();
-    for (int k = 0; k < 3; ++k)
-      texture.back()[k] = {coordinates->GetComponent(ids->GetId(k), 0), coordinates->GetComponent(ids->GetId(k), 1)};
+    for (std::size_t k = 0; k < 3; ++k) {
+      const auto& [u, v] = texture.back()[k] = file.texture[static_cast<std::size_t>(file.corner_texture[t[k]])];
+      if (!std::isfinite(u + v))
+        throw SetupError(fmt::format("mesh file '{}': triangle {} has a texture coordinate that is not finite", name,
+                                     texture.size() - 1));
+    }
   }
   return texture;
 }
 
-constexpr const char* face_array = "drench_face";
-
-/// Cell data that triangles keep of the face that they are cut from.
-void number_faces(vtkPolyData* polygons) {
-  vtkNew<vtkIdTypeArray> number;
-  number->SetName(face_array);
-  for (vtkIdType c = 0; c < polygons->GetNumberOfPolys(); ++c) number->InsertNextValue(c);
-  polygons->GetCellData()->AddArray(number);
-}
-
-/// Triangles by the names of their faces. `names`: of each face.
-std::map<std::string, std::vector<Index>> groups_of(vtkPolyData* triangles,
-                                                    const std::vector<std::vector<std::string>>& names) {
+/// Triangles by the names of their faces.
+std::map<std::string, std::vector<Index>> groups_of(const PolygonFile& file, const Division& division) {
   std::map<std::string, std::vector<Index>> groups;
-  vtkDataArray* number = triangles->GetCellData()->GetArray(face_array);
-  for (vtkIdType t = 0; number && t < triangles->GetNumberOfPolys(); ++t) {
-    const auto face = static_cast<std::size_t>(number->GetTuple1(t));
-    if (face >= names.size()) continue;
-    for (const std::string& name : names[face]) {
+  for (std::size_t t = 0; t < division.face.size(); ++t) {
+    if (division.face[t] >= file.names.size()) continue;
+    for (const std::string& name : file.names[division.face[t]]) {
       std::vector<Index>& group = groups[name];
       if (group.empty() || group.back() != static_cast<Index>(t)) group.push_back(static_cast<Index>(t));
     }
   }
   return groups;
-}
-
-/// The corners of all polygons, each polygon after their number.
-std::vector<vtkIdType> corners_of(vtkPolyData* data) {
-  std::vector<vtkIdType> corners;
-  vtkNew<vtkIdList> ids;
-  for (vtkIdType c = 0; c < data->GetNumberOfPolys(); ++c) {
-    data->GetPolys()->GetCellAtId(c, ids);
-    corners.push_back(ids->GetNumberOfIds());
-    for (vtkIdType k = 0; k < ids->GetNumberOfIds(); ++k) corners.push_back(ids->GetId(k));
-  }
-  return corners;
 }
 
 }  // namespace
@@ -264,69 +247,55 @@ void unreadable_mesh(const std::string& path, const std::string& text) {
 }
 
 SurfaceMesh read_mesh(const std::string& file, const std::string& scene_path) {
-  return mesh_of(read_raw(file, scene_path), file);
+  return mesh_of(read_file(file, scene_path), file).mesh;
 }
 
 SurfaceMesh read_mesh(const std::string& file, const std::string& scene_path, MeshExtras extras) {
-  const RawMesh raw = read_raw(file, scene_path, extras.groups);
-  if (extras.groups) number_faces(raw.polygons);
-  SurfaceMesh mesh = mesh_of(raw, file);
-  if (!extras.texture && !extras.groups) return mesh;
-  const auto triangles = triangles_of(raw.polygons);
-  if (extras.texture) mesh.texture = texture_of(triangles);
-  for (std::size_t t = 0; t < mesh.texture.size(); ++t)
-    for (const auto& [u, v] : mesh.texture[t])
-      if (!std::isfinite(u + v))
-        throw SetupError(fmt::format("mesh file '{}': triangle {} has a texture coordinate that is not finite", file, t));
-  if (extras.groups) mesh.groups = groups_of(triangles, raw.names);
-  return mesh;
+  const PolygonFile polygons = read_file(file, scene_path, extras.groups);
+  FileMesh result = mesh_of(polygons, file);
+  if (extras.texture) result.mesh.texture = texture_of(polygons, result.division, file);
+  if (extras.groups) result.mesh.groups = groups_of(polygons, result.division);
+  return std::move(result.mesh);
 }
 
 struct MeshSequenceReader::First {
-  std::vector<vtkIdType> corners, kept;
-  vtkIdType points = 0;
+  PolygonFile polygons;
+  std::vector<Index> source, copy_of;  // of the mesh's points; of the file's: the point that it is taken for
 };
 
 MeshSequenceReader::MeshSequenceReader(const std::string& file, const std::string& scene_path)
     : path_(scene_path), first_(std::make_unique<First>()) {
-  const RawMesh raw = read_raw(file, scene_path);
-  mesh_ = mesh_of(raw, file, &first_->kept);
-  first_->corners = corners_of(raw.polygons);
-  first_->points = raw.polygons->GetNumberOfPoints();
+  first_->polygons = read_file(file, scene_path);
+  FileMesh result = mesh_of(first_->polygons, file);
+  mesh_ = std::move(result.mesh);
+  first_->source = std::move(result.source);
+  if (first_->polygons.facets) first_->copy_of = first_copies(first_->polygons.points);
 }
 
 MeshSequenceReader::~MeshSequenceReader() = default;
 
 SurfaceMesh MeshSequenceReader::read(const std::string& file) const {
-  const RawMesh raw = read_raw(file, path_);
-  if (raw.polygons->GetNumberOfPoints() != first_->points || corners_of(raw.polygons) != first_->corners)
-    return mesh_of(raw, file);  // copies of points may be others
+  const PolygonFile polygons = read_file(file, path_);
+  const PolygonFile& first = first_->polygons;
+  bool same = polygons.points.size() == first.points.size() && polygons.face_end == first.face_end &&
+              polygons.corner == first.corner;
+  // Facets name no points: they are the same ones where copies are still copies.
+  for (std::size_t i = 0; same && i < first_->copy_of.size(); ++i)
+    same = polygons.points[i] == polygons.points[static_cast<std::size_t>(first_->copy_of[i])];
+  if (!same) return mesh_of(polygons, file).mesh;
   SurfaceMesh mesh = mesh_;
-  for (std::size_t i = 0; i < mesh.points.size(); ++i) raw.polygons->GetPoint(first_->kept[i], mesh.points[i].data());
+  for (std::size_t i = 0; i < mesh.points.size(); ++i)
+    mesh.points[i] = polygons.points[static_cast<std::size_t>(first_->source[i])];
   return mesh;
 }
 
 std::vector<std::uint8_t> points_inside(const SurfaceMesh& mesh, const std::vector<Vec3>& points) {
-  vtkNew<vtkPoints> nodes;
-  nodes->SetDataTypeToDouble();
+  const WindingNumber winding(mesh.points, mesh.triangles);
   Eigen::AlignedBox3d bounds;
-  for (const Vec3& x : mesh.points) {
-    nodes->InsertNextPoint(x.data());
-    bounds.extend(to_eigen(x));
-  }
-  vtkNew<vtkCellArray> cells;
-  for (const auto& t : mesh.triangles) cells->InsertNextCell({t[0], t[1], t[2]});
-  vtkNew<vtkPolyData> surface;
-  surface->SetPoints(nodes);
-  surface->SetPolys(cells);
-  vtkNew<vtkSelectEnclosedPoints> test;
-  test->Initialize(surface);
+  for (const Vec3& x : mesh.points) bounds.extend(to_eigen(x));
   std::vector<std::uint8_t> inside(points.size(), 0);
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    if (!bounds.contains(to_eigen(points[i]))) continue;
-    inside[i] = test->IsInsideSurface(points[i][0], points[i][1], points[i][2]) != 0;
-  }
-  test->Complete();
+  for (std::size_t i = 0; i < points.size(); ++i)
+    inside[i] = bounds.contains(to_eigen(points[i])) && winding.around(points[i]) >= 1;
   return inside;
 }
 

@@ -1,5 +1,5 @@
 #pragma once
-// Meshes from files, cut into triangles by VTK.
+// Meshes from files, with their polygons divided into triangles.
 
 #include <cstdint>
 #include <memory>
@@ -10,9 +10,12 @@
 
 namespace drench {
 
-/// Reads .obj, .ply or .stl. Polygons are cut into triangles, points without a triangle are dropped; the others keep their
-/// order. Exact copies of a point become one where the format repeats points: .stl, and corners with texture or normals. A
-/// relative `file` is looked for beside `scene_path`, then in the working folder.
+/// Reads .obj, .ply or .stl. A polygon of n corners becomes n − 2 triangles (setup/triangulation.hpp). Those without area, or that
+/// name a point twice, are left out, and SurfaceMesh::left_out says how many and where. Points without a triangle are dropped; the
+/// others keep their order. Which triangles share a point is what the file says, whatever its texture coordinates and normals are:
+/// points at the same place stay apart. An .stl file has no points to share, so exact copies become one there; where more than two
+/// facets would then meet in an edge, those stay together that enclose solid between them.
+/// A relative `file` is looked for beside `scene_path`, then in the working folder.
 /// SetupError: no such file, unknown ending, unreadable or empty.
 SurfaceMesh read_mesh(const std::string& file, const std::string& scene_path);
 
@@ -23,8 +26,8 @@ struct MeshExtras {
 };
 SurfaceMesh read_mesh(const std::string& file, const std::string& scene_path, MeshExtras extras);
 
-/// Reads files that have the same polygons one after the other. Those of more than three corners are divided into triangles as
-/// in the first file, and points that are one there are one in all.
+/// Reads files that have the same polygons one after the other. They are divided into triangles as in the first file, and points that
+/// are one there are one in all.
 class MeshSequenceReader {
  public:
   MeshSequenceReader(const std::string& file, const std::string& scene_path);
@@ -40,7 +43,7 @@ class MeshSequenceReader {
   std::unique_ptr<First> first_;
 };
 
-/// 1 for each point inside the closed mesh, whichever way its triangles are turned.
+/// 1 for each point inside the mesh, which is closed and turned outwards (setup/solid_mesh.hpp).
 std::vector<std::uint8_t> points_inside(const SurfaceMesh& mesh, const std::vector<Vec3>& points);
 
 }  // namespace drench

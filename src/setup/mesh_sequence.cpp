@@ -28,7 +28,8 @@ std::string short_name(const std::string& file) { return std::filesystem::path(f
 
 }  // namespace
 
-void follow_sequence(Body& body, const BodyScene& scene, const std::string& scene_path, const std::string& name) {
+void follow_sequence(Body& body, const BodyScene& scene, const std::string& scene_path, const std::string& name,
+                     const std::vector<Index>& source) {
   const Points first = columns(body.mesh_points);
   const double size = size_of(first);
   const Eigen::Vector3d center = to_eigen(body.center);
@@ -41,18 +42,20 @@ void follow_sequence(Body& body, const BodyScene& scene, const std::string& scen
   const MeshSequenceReader reader(scene.sequence.files.front(), scene_path);
   for (std::size_t k = 0; k < scene.sequence.files.size(); ++k) {
     const std::string label = fmt::format("{} ({})", name, short_name(scene.sequence.files[k]));
-    SurfaceMesh mesh = k == 0 ? reader.first() : reader.read(scene.sequence.files[k]);
-    if (mesh.triangles != body.mesh_triangles || mesh.points.size() != body.mesh_points.size())
+    const SurfaceMesh mesh = k == 0 ? reader.first() : reader.read(scene.sequence.files[k]);
+    if (mesh.triangles != reader.first().triangles || mesh.points.size() != reader.first().points.size())
       throw SetupError(label + ": its triangles are not those of the first file; allowed: points that move, nothing else");
-    file_place(scene)(mesh.points);
-    const Points now = columns(mesh.points);
+    std::vector<Vec3> points;
+    for (const Index i : source) points.push_back(mesh.points[static_cast<std::size_t>(i)]);
+    file_place(scene)(points);
+    const Points now = columns(points);
     const Eigen::Matrix4d fit = Eigen::umeyama(first, now, false);
     const Eigen::Matrix3d rotation = fit.topLeftCorner<3, 3>();
     const Eigen::Vector3d shift = fit.topRightCorner<3, 1>();
     const double off = ((rotation * first).colwise() + shift - now).colwise().norm().maxCoeff();
     if (!now.allFinite()) throw SetupError(label + ": a point of the mesh is not a finite number");
     rigid = rigid && off <= rigid_tolerance * size;
-    files.push_back(std::move(mesh.points));
+    files.push_back(std::move(points));
     labels.push_back(label);
     Eigen::Quaterniond turn(rotation);
     if (turn.dot(before) < 0) turn.coeffs() *= -1;
@@ -79,19 +82,15 @@ std::vector<Keyed<Vec3>> node_paths(const SequenceScene& sequence, const std::st
                                     const std::vector<Vec3>& rest, const std::vector<Index>& node_of_point,
                                     const FilePlace& place, const std::string& name) {
   const double size = size_of(columns(rest));
+  const MeshSequenceReader reader(sequence.files.front(), scene_path);
   std::vector<std::vector<Key<Vec3>>> keys(rest.size());
   std::vector<Vec3> first;
   for (std::size_t k = 0; k < sequence.files.size(); ++k) {
     const std::string label = fmt::format("{}: pin ({})", name, short_name(sequence.files[k]));
-    std::vector<Vec3> points = read_mesh(sequence.files[k], scene_path).points;
-    if (points.size() != node_of_point.size())
-      throw SetupError(fmt::format("{}: it has {} points and the cloth has {}; allowed: as many", label, points.size(),
-                                   node_of_point.size()));
-    std::size_t nodes = 0;
-    for (std::size_t p = 0; p < points.size(); ++p)  // the first point of each node
-      if (static_cast<std::size_t>(node_of_point[p]) == nodes) points[nodes++] = points[p];
-    points.resize(nodes);
-    place(points);
+    std::vector<Vec3> points;
+    for (const Index i : source) points.push_back(mesh.points[static_cast<std::size_t>(i)]);
+    file_place(scene)(points);
+    const Points now = columns(points);
     if (k == 0) {
       first = points;
       const double off = (columns(first) - columns(rest)).colwise().norm().maxCoeff();

@@ -116,7 +116,6 @@ class ObjReader {
   void read_corner(const std::string& corner) {
     const char* text = corner.c_str();
     mesh_.corner.push_back(next_index(text, mesh_.points.size(), "point", corner));
-    mesh_.cut |= *text == '/';
     const bool textured = text[0] == '/' && text[1] != '/' && text[1] != '\0';
     if (textured) ++text;
     mesh_.corner_texture.push_back(textured ? next_index(text, mesh_.texture.size(), "texture coordinate", corner)
@@ -131,6 +130,7 @@ class ObjReader {
     for (std::string corner(next_word()); !corner.empty(); corner = next_word()) read_corner(corner);
     if (mesh_.corner.size() < begin + 3) refuse("a face needs three corners");
     mesh_.face_end.push_back(mesh_.corner.size());
+    mesh_.face_line.push_back(static_cast<std::int32_t>(std::min(line_number_, 2147483647L)));
     if (!with_names_) return;
     mesh_.names.push_back(group_);
     for (const auto* more : {&object_, &material_})

@@ -263,7 +263,6 @@ class PlyReader {
     for (std::size_t c = 0; c < count; ++c) {
       mesh_.corner_texture.push_back(has_own ? static_cast<Index>(mesh_.texture.size())
                                              : (point_texture_ ? mesh_.corner[begin + c] : -1));
-      mesh_.cut |= has_own;
       if (has_own) mesh_.texture.push_back({own[2 * c], own[2 * c + 1]});
     }
   }

@@ -47,13 +47,15 @@ double triangle_area(const Vec3& a, const Vec3& b, const Vec3& c) {
   return 0.5 * (to_eigen(b) - to_eigen(a)).cross(to_eigen(c) - to_eigen(a)).norm();
 }
 
+void check_points(const std::vector<Vec3>& points, const std::string& name) {
+  for (std::size_t i = 0; i < points.size(); ++i)
+    if (!to_eigen(points[i]).allFinite())
+      throw SetupError(fmt::format("{}: point {} of the mesh is not a finite number", name, i));
+}
+
 void check_mesh(const SurfaceMesh& mesh, const std::string& name, double min_area_ratio) {
   if (mesh.triangles.empty()) throw SetupError(name + ": the mesh has no triangles");
-  for (std::size_t i = 0; i < mesh.points.size(); ++i) {
-    if (!to_eigen(mesh.points[i]).allFinite()) {
-      throw SetupError(fmt::format("{}: point {} of the mesh is not a finite number", name, i));
-    }
-  }
+  check_points(mesh.points, name);
   std::vector<std::array<Index, 4>> sorted;  // the nodes in rising order, and the triangle
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     const auto& n = mesh.triangles[t];

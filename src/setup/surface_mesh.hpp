@@ -15,6 +15,7 @@ struct SurfaceMesh {
   std::vector<std::array<Index, 3>> triangles;
   std::vector<std::array<std::array<double, 2>, 3>> texture{};  // u, v of each triangle's corners; empty unless asked for
   std::map<std::string, std::vector<Index>> groups{};  // triangles of each name in the file; empty unless asked for
+  std::string left_out{};  // one line about parts of faces that are no triangles; empty where there are none
 };
 
 /// An edge a < b with the first two triangles on it and the node opposite to it in each; −1 where there is none.
@@ -31,14 +32,16 @@ std::vector<MeshEdge> mesh_edges(const std::vector<std::array<Index, 3>>& triang
 /// m²
 double triangle_area(const Vec3& a, const Vec3& b, const Vec3& c);
 
-/// A mesh is refused when a triangle's area is below this fraction of its longest edge squared. Cloth needs finite
-/// cotangents; the slivers of a body's mesh do no harm.
+/// A cloth's mesh is refused when a triangle's area is below this fraction of its longest edge squared: cloth needs finite
+/// cotangents.
 inline constexpr double cloth_min_area_ratio = 1e-6;
-inline constexpr double body_min_area_ratio = 1e-12;
 
 /// Throws SetupError, beginning with `name`, for a mesh that is empty, has points that are not finite, triangles
 /// without area, the same triangle twice, or an edge with more than two triangles.
 void check_mesh(const SurfaceMesh& mesh, const std::string& name, double min_area_ratio);
+
+/// Throws SetupError, beginning with `name`, for a point that is not finite.
+void check_points(const std::vector<Vec3>& points, const std::string& name);
 
 /// True when every edge has exactly two triangles, so that the mesh has an inside.
 bool is_closed(const SurfaceMesh& mesh);

@@ -1,5 +1,5 @@
 #pragma once
-// A loop over independent elements, shared out among a few threads of the output.
+// A loop over independent elements, shared out among a few threads.
 
 #include <algorithm>
 #include <cstddef>

@@ -1,0 +1,365 @@
+// Meshes as bodies: crossed faces, holes, seams, shells that touch, branches, slivers, and how deep a point is in them.
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+#include <vtkCellArray.h>
+#include <vtkNew.h>
+#include <vtkPoints.h>
+#include <vtkPolyData.h>
+#include <vtkSelectEnclosedPoints.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <random>
+
+#include "ball_mesh.hpp"
+#include "base/eigen_vec.hpp"
+#include "build_scenes.hpp"
+#include "run_program.hpp"
+#include "scene/load.hpp"
+#include "setup/body_geometry.hpp"
+#include "setup/distance_field.hpp"
+#include "setup/mesh_io.hpp"
+#include "setup/solid_mesh.hpp"
+#include "setup/surface_distance.hpp"
+
+namespace drench::testing {
+namespace {
+
+using Eigen::Vector3d;
+using test::TestMesh;
+
+std::string obj_of(const TestMesh& mesh, double scale = 1) {
+  std::string text;
+  for (const Vector3d& x : mesh.points)
+    text += fmt::format("v {:.17g} {:.17g} {:.17g}\n", scale * x[0], scale * x[1], scale * x[2]);
+  for (const auto& t : mesh.triangles) text += fmt::format("f {} {} {}\n", t[0] + 1, t[1] + 1, t[2] + 1);
+  return text;
+}
+
+SurfaceMesh surface_of(const TestMesh& mesh) {
+  SurfaceMesh surface;
+  for (const Vector3d& x : mesh.points) surface.points.push_back(to_vec3(x));
+  surface.triangles.assign(mesh.triangles.begin(), mesh.triangles.end());
+  return surface;
+}
+
+Body body_of(const SolidMesh& solid, const SurfaceMesh& mesh) {
+  Body body;
+  body.kind = BodyScene::Kind::mesh;
+  for (const Index i : solid.source) body.mesh_points.push_back(mesh.points[static_cast<std::size_t>(i)]);
+  body.mesh_triangles = solid.triangles;
+  return body;
+}
+
+Body solid_of(const TestMesh& mesh) {
+  const SurfaceMesh surface = surface_of(mesh);
+  return body_of(close_mesh(surface), surface);
+}
+
+TestMesh box_mesh(const Vector3d& low, const Vector3d& high) {
+  TestMesh mesh;
+  for (int k = 0; k < 8; ++k)
+    mesh.points.emplace_back((k & 1 ? high : low)[0], (k & 2 ? high : low)[1], (k & 4 ? high : low)[2]);
+  mesh.triangles = {{0, 2, 1}, {1, 2, 3}, {4, 5, 6}, {5, 7, 6}, {0, 1, 4}, {1, 5, 4},
+                    {2, 6, 3}, {3, 6, 7}, {0, 4, 2}, {2, 4, 6}, {1, 3, 5}, {3, 7, 5}};
+  return mesh;
+}
+
+TestMesh both(TestMesh a, const TestMesh& b) {
+  const int first = static_cast<int>(a.points.size());
+  a.points.insert(a.points.end(), b.points.begin(), b.points.end());
+  for (const auto& t : b.triangles) a.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
+  return a;
+}
+
+class BodyMeshes : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ = std::filesystem::path(::testing::TempDir()) /
+              (std::string("drench_bodies_") + ::testing::UnitTest::GetInstance()->current_test_info()->name());
+    std::filesystem::create_directories(folder_);
+  }
+  void TearDown() override { std::filesystem::remove_all(folder_); }
+  std::string write(const std::string& name, const std::string& text) const {
+    std::ofstream(folder_ / name) << text;
+    return (folder_ / name).string();
+  }
+  /// A block of liquid around the body, and a cloth above it if asked for.
+  drench::Setup set_up(const std::string& file, bool cloth, const std::string& more = "") const {
+    return build(parse_scene(
+        fmt::format("drench: 1\nfluid: {{spacing: 0.1, sources: [{{block: {{min: [-1.5, -1.5, -1.5], max: "
+                    "[1.5, 1.5, 1.5]}}}}]}}\ndomain: {{min: [-3, -3, -3], max: [3, 3, 3]}}\n{}bodies: [{{mesh: "
+                    "{{file: {}{}}}}}]\n",
+                    cloth ? "cloth: [{mesh: {grid: {size: [1, 1], nodes: [5, 5]}}, place: {position: [0, 2, "
+                            "0]}}]\n"
+                          : "",
+                    file, more),
+        (folder_ / "scene.yaml").string()));
+  }
+  std::string refusal(const std::string& file, bool cloth, const std::string& more = "") const {
+    try {
+      set_up(file, cloth, more);
+    } catch (const SetupError& e) {
+      return e.what();
+    }
+    return "";
+  }
+  std::filesystem::path folder_;
+};
+
+bool warns_of(const drench::Setup& setup, const std::string& part) {
+  return std::any_of(setup.warnings.begin(), setup.warnings.end(),
+                     [&](const std::string& line) { return line.find(part) != std::string::npos; });
+}
+
+TEST_F(BodyMeshes, ABoxWithACrossedFaceIsClosedInEveryFormat) {
+  const std::string faces[] = {"1 2 6 5", "2 3 7 6", "3 4 8 7", "4 1 5 8", "5 6 7 8", "4 3 2 1"};
+  const std::string points = "0 0 0\n1 0 0\n1 0 1\n0 0 1\n0.55 1 0\n0.45 1 0\n1 1 1\n0 1 1\n";
+  std::string obj, ply =
+                       "ply\nformat ascii 1.0\nelement vertex 8\nproperty float x\nproperty float y\nproperty float z\n"
+                       "element face 6\nproperty list uchar int vertex_indices\nend_header\n" +
+                       points;
+  for (std::size_t at = 0; at < points.size(); at = points.find('\n', at) + 1)
+    obj += "v " + points.substr(at, points.find('\n', at) + 1 - at);
+  for (const std::string& face : faces) {
+    obj += "f " + face + "\n";
+    ply += "4";
+    for (std::size_t k = 0; k < face.size(); k += 2) ply += fmt::format(" {}", face[k] - '1');
+    ply += "\n";
+  }
+  const SurfaceMesh mesh = read_mesh(write("box.obj", obj), "");
+  EXPECT_EQ(mesh.triangles.size(), 12u);
+  EXPECT_TRUE(is_closed(mesh));
+  EXPECT_EQ(mesh.left_out, "");
+  EXPECT_EQ(read_mesh(write("box.ply", ply), "").triangles, mesh.triangles);
+  const MeshSequenceReader sequence(write("0.obj", obj), "");  // in the second file the face does not cross itself
+  std::string later = obj;
+  later.replace(later.find("0.55 1 0"), 8, "0.00 1 0").replace(later.find("0.45 1 0"), 8, "1.00 1 0");
+  EXPECT_EQ(sequence.read(write("1.obj", later)).triangles, mesh.triangles);
+}
+
+TEST_F(BodyMeshes, WhatHasNoAreaIsLeftOutAndReportedOnce) {
+  const std::string file = write("concave.obj",
+                                 "v 0 0 0\nv 1 0 0\nv 1 0 1\nv 0.5 0 0.2\nv 0 0 1\nv 2 0 0\nv 3 0 0\nv 4 0 0\n"
+                                 "f 1 2 3 4 5\nf 6 7 8\nf 1 1 2\n");
+  Scene scene;
+  ClothScene cloth;
+  cloth.name = "sheet";
+  cloth.file = file;
+  scene.cloths.push_back(cloth);
+  const drench::Setup setup = build(scene);
+  EXPECT_EQ(setup.model.mesh.triangles(), 3);
+  EXPECT_EQ(setup.model.mesh.nodes(), 5);
+  EXPECT_TRUE(warns_of(
+      setup, "2 of 5 triangles have no area or name a point twice and are left out, the first of face 1 (line 10)"));
+}
+
+TEST_F(BodyMeshes, ShellsThatTouchStayTwoPiecesWithAndWithoutTexture) {
+  const TestMesh touching = both(box_mesh({0, 0, 0}, {1, 1, 1}), box_mesh({1, 0, 0}, {2, 1, 1}));
+  std::string plain = obj_of(touching), textured = plain;
+  textured.insert(textured.find("f "), "vt 0 0\nvt 1 0\n");
+  std::string stl = "solid\n";
+  for (const auto& t : touching.triangles) {
+    stl += "facet normal 0 0 1\nouter loop\n";
+    for (const int k : t) {
+      const Vector3d& x = touching.points[static_cast<std::size_t>(k)];
+      stl += fmt::format("vertex {} {} {}\n", x[0], x[1], x[2]);
+    }
+    stl += "endloop\nendfacet\n";
+  }
+  std::string words;
+  for (std::size_t at = textured.find("f "), k = 0; at < textured.size(); ++at) {
+    const bool ends = textured[at] == ' ' || textured[at] == '\n';
+    if (ends && at > 0 && textured[at - 1] != 'f') words += k++ % 2 ? "/1" : "/2";
+    words += textured[at];
+  }
+  textured = textured.substr(0, textured.find("f ")) + words;
+  for (const std::string& file :
+       {write("plain.obj", plain), write("textured.obj", textured), write("facets.stl", stl + "endsolid\n")}) {
+    SCOPED_TRACE(file);
+    const SurfaceMesh mesh = read_mesh(file, "");
+    EXPECT_EQ(mesh.points.size(), 16u);
+    EXPECT_TRUE(is_closed(mesh));
+    for (const bool cloth : {false, true}) {
+      const drench::Setup setup = set_up(file, cloth, ", position: [-1, -0.5, -0.5]");
+      const Body& body = setup.model.bodies[0];
+      EXPECT_EQ(body.mesh_points.size(), 16u);
+      Vec3 normal;  // how deep: the faces that touch are no surface
+      EXPECT_NEAR(signed_distance(body, {0, 0, 0}, normal), -0.5, 0.1);
+      EXPECT_NEAR(signed_distance(body, {1.02, 0, 0}, normal), 0.02, 1e-3);
+      for (const Vec3& x : setup.state.fluid_position)
+        EXPECT_TRUE(std::abs(x[0]) > 1 || std::abs(x[1]) > 0.5 || std::abs(x[2]) > 0.5);
+    }
+  }
+}
+
+/// What is left of a unit ball below a height.
+TestMesh ball_below(double height) {
+  TestMesh mesh = test::ball_mesh(3);
+  std::erase_if(mesh.triangles, [&](const std::array<int, 3>& t) {
+    return std::any_of(t.begin(), t.end(), [&](int k) { return mesh.points[static_cast<std::size_t>(k)][1] > height; });
+  });
+  return mesh;
+}
+
+TEST_F(BodyMeshes, AnOpenOneIsSolidAndItsHoleReported) {
+  Body closed = solid_of(test::ball_mesh(3)), open = solid_of(ball_below(0.85));
+  for (Body* body : {&closed, &open}) {
+    body->field = lay_field({-1, -1, -1}, {1, 1, 1}, 0.1, 0.1);
+    fill_field(*body, body->field);
+  }
+  double worst = 0;
+  const auto [nx, ny, nz] = closed.field.points;
+  for (Index k = 0; k < nz; ++k)
+    for (Index j = 0; j < ny; ++j)
+      for (Index i = 0; i < nx; ++i)
+        if (closed.field.origin[1] + j * closed.field.spacing < 0.2) {
+          const auto at = static_cast<std::size_t>((k * ny + j) * nx + i);
+          const double mine = open.field.value[at], expected = closed.field.value[at];
+          if (expected > -0.5) worst = std::max(worst, std::abs(mine - expected));
+          EXPECT_EQ(mine < 0, expected < 0);
+        }
+  EXPECT_LT(worst, 1e-12) << "far from the hole";
+  const std::string file = write("open.obj", obj_of(ball_below(0.85)));
+  for (const bool cloth : {false, true}) {
+    const drench::Setup setup = set_up(file, cloth);
+    EXPECT_TRUE(warns_of(setup, "open.obj): open: 1 hole, the largest 1.")) << ::testing::PrintToString(setup.warnings);
+    for (const Vec3& x : setup.state.fluid_position) EXPECT_GT(to_eigen(x).norm(), 0.6);
+    EXPECT_TRUE(is_closed({setup.model.bodies[0].mesh_points, setup.model.bodies[0].mesh_triangles}));
+  }
+  // As a vessel it is free on both sides, and no cloth touches it.
+  const drench::Setup vessel = set_up(file, false, ", inside: true");
+  EXPECT_TRUE(vessel.model.bodies[0].field.empty());
+  EXPECT_EQ(vessel.state.fluid_count(), 30 * 30 * 30);
+  EXPECT_NE(refusal(file, true, ", inside: true").find("moving cloth cannot touch a mesh with inside: true"),
+            std::string::npos);
+}
+
+TEST_F(BodyMeshes, ASheetHoldsLiquidAndIsRefusedToClothWithItsPlace) {
+  const std::string file = write("sheet.obj", "v 0 0 0\nv 0.4 0 0\nv 0.4 0 0.2\nv 0 0 0.2\nf 1 2 3 4\n");
+  EXPECT_TRUE(
+      warns_of(set_up(file, false), "it encloses nothing: it holds liquid back by samples on its surface alone"));
+  const std::string text = refusal(file, true);
+  EXPECT_NE(text.find("encloses nothing: its edge, 0.4 m across at (0.2, 0, 0.1)"), std::string::npos) << text;
+  EXPECT_NE(text.find("give the sheet a thickness"), std::string::npos) << text;
+}
+
+TEST_F(BodyMeshes, TurnedRepeatedCutAndBranchingOnesAreTheSameSolid) {
+  const TestMesh ball = test::ball_mesh(2);
+  TestMesh inverted = ball, mixed = ball, twice = ball, soup, sliver = ball;
+  for (std::size_t t = 0; t < ball.triangles.size(); ++t) {
+    const auto [a, b, c] = ball.triangles[t];
+    std::swap(inverted.triangles[t][0], inverted.triangles[t][1]);
+    if (t % 3 == 0) std::swap(mixed.triangles[t][0], mixed.triangles[t][1]);
+    twice.triangles.push_back({b, a, c});
+    for (const int k : {a, b, c}) soup.points.push_back(ball.points[static_cast<std::size_t>(k)]);
+    const int n = static_cast<int>(3 * t);
+    soup.triangles.push_back({n, n + 1, n + 2});
+  }
+  const auto [a, b, c] = ball.triangles[0];  // a point almost on an edge, in both of its triangles
+  sliver.points.push_back(0.5 * (ball.points[static_cast<std::size_t>(a)] + ball.points[static_cast<std::size_t>(b)]) *
+                          (1 + 1e-14));
+  const int middle = static_cast<int>(sliver.points.size()) - 1;
+  sliver.triangles.push_back({a, middle, b});
+  sliver.triangles[0] = {middle, b, c};
+  sliver.triangles.push_back({a, middle, c});
+  const auto expected = exact_distance(solid_of(ball));
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> uniform(-1.2, 1.2);
+  for (const TestMesh& mesh : {inverted, mixed, twice, soup, sliver}) {
+    const Body body = solid_of(mesh);
+    EXPECT_TRUE(is_closed({body.mesh_points, body.mesh_triangles}));
+    const auto distance = exact_distance(body);
+    for (int trial = 0; trial < 500; ++trial) {
+      const Vec3 x{uniform(random), uniform(random), uniform(random)};
+      EXPECT_NEAR(distance(x), expected(x), 1e-12);
+    }
+  }
+  // A wall within a box, and two boxes that share an edge and its points.
+  TestMesh walled = box_mesh({0, 0, 0}, {1, 1, 1});
+  walled.triangles.push_back({0, 3, 7});
+  walled.triangles.push_back({0, 7, 4});
+  TestMesh edge = box_mesh({0, 0, 0}, {1, 1, 1});
+  for (const Vector3d& x : {Vector3d(2, 1, 0), Vector3d(1, 2, 0), Vector3d(2, 2, 0), Vector3d(2, 1, 1),
+                            Vector3d(1, 2, 1), Vector3d(2, 2, 1)})
+    edge.points.push_back(x);
+  const int corner[8] = {3, 8, 9, 10, 7, 11, 12, 13};
+  for (const auto& t : box_mesh({0, 0, 0}, {1, 1, 1}).triangles)
+    edge.triangles.push_back({corner[t[0]], corner[t[1]], corner[t[2]]});
+  for (const TestMesh& mesh : {walled, edge}) {
+    const SurfaceMesh surface = surface_of(mesh);
+    const SolidMesh solid = close_mesh(surface);
+    EXPECT_GT(solid.branches, 0u);
+    const Body body = body_of(solid, surface);
+    EXPECT_TRUE(bounds_solid(body.mesh_triangles));
+    const auto distance = exact_distance(body);
+    EXPECT_NEAR(distance({0.5, 0.5, 0.9}), -0.1, 1e-12);
+    EXPECT_NEAR(distance({0.5, 0.5, 1.25}), 0.25, 1e-12);
+  }
+  EXPECT_LT(exact_distance(solid_of(edge))({1.5, 1.5, 0.5}), -0.49);
+  EXPECT_NEAR(exact_distance(solid_of(edge))({1.5, 0.5, 0.5}), 0.5, 1e-12);
+}
+
+TEST_F(BodyMeshes, TheWindingNumberIsInsideAsVtkSaysIt) {
+  TestMesh mesh = test::ball_mesh(3);
+  for (Vector3d& x : mesh.points) x *= 1 + 0.4 * std::sin(5 * x[0] + 3 * x[1]) * std::cos(4 * x[2]);
+  const Body body = solid_of(mesh);
+  const WindingNumber winding(body.mesh_points, body.mesh_triangles);
+  vtkNew<vtkPoints> points;
+  points->SetDataTypeToDouble();
+  for (const Vec3& x : body.mesh_points) points->InsertNextPoint(x.data());
+  vtkNew<vtkCellArray> cells;
+  for (const auto& t : body.mesh_triangles) cells->InsertNextCell({t[0], t[1], t[2]});
+  vtkNew<vtkPolyData> surface;
+  surface->SetPoints(points);
+  surface->SetPolys(cells);
+  vtkNew<vtkSelectEnclosedPoints> vtk;
+  vtk->Initialize(surface);
+  std::mt19937 random(4);
+  std::uniform_real_distribution<double> uniform(-1.5, 1.5);
+  int inside = 0;
+  for (int trial = 0; trial < 3000; ++trial) {
+    const Vec3 x{uniform(random), uniform(random), uniform(random)};
+    EXPECT_EQ(winding.around(x), vtk->IsInsideSurface(x[0], x[1], x[2]));
+    inside += winding.around(x);
+  }
+  EXPECT_GT(inside, 300);
+  // Lines through points and edges of the mesh, as lattices have them.
+  const Body box = solid_of(box_mesh({0, 0, 0}, {1, 1, 1}));
+  const WindingNumber of_box(box.mesh_points, box.mesh_triangles);
+  for (int i = -2; i < 7; ++i)
+    for (int j = -2; j < 7; ++j)
+      for (int k = -2; k < 7; ++k) {
+        const Vec3 x{0.25 * i + 0.01, 0.25 * j, 0.25 * k};
+        const bool on_edge = j == 0 || j == 4 || k == 0 || k == 4;
+        const int expected = i >= 0 && i < 4 && j > 0 && j < 4 && k > 0 && k < 4;
+        if (!on_edge || i < 0 || i > 3) EXPECT_EQ(of_box.around(x), expected) << i << " " << j << " " << k;
+      }
+}
+
+TEST_F(BodyMeshes, AFieldHasTheSameBitsOnAnyNumberOfThreads) {
+  Body body = solid_of(ball_below(0.5));
+  body.field = lay_field(body, 0.06, 0.1);
+  fill_field(body, body.field, 1);
+  const auto one = body.field.value;
+  for (const int threads : {2, 3, 7}) {
+    fill_field(body, body.field, threads);
+    EXPECT_EQ(body.field.value, one);
+  }
+}
+
+TEST_F(BodyMeshes, CheckTakesThreads) {
+  write("open.obj", obj_of(ball_below(0.85)));
+  write("scene.yaml",
+        "drench: 1\ncloth: [{mesh: {grid: {size: [1, 1], nodes: [5, 5]}}, place: {position: [0, 2, 0]}}]\n"
+        "bodies: [{mesh: {file: open.obj}}]\n");
+  const test::Outcome checked = test::run_drench(folder_, {"check", "scene.yaml", "--threads", "2"});
+  EXPECT_EQ(checked.code, 0) << checked.err;
+  EXPECT_NE(checked.out.find("open: 1 hole"), std::string::npos) << checked.out;
+}
+
+}  // namespace
+}  // namespace drench::testing
