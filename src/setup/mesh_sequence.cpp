@@ -87,10 +87,15 @@ std::vector<Keyed<Vec3>> node_paths(const SequenceScene& sequence, const std::st
   std::vector<Vec3> first;
   for (std::size_t k = 0; k < sequence.files.size(); ++k) {
     const std::string label = fmt::format("{}: pin ({})", name, short_name(sequence.files[k]));
-    std::vector<Vec3> points;
-    for (const Index i : source) points.push_back(mesh.points[static_cast<std::size_t>(i)]);
-    file_place(scene)(points);
-    const Points now = columns(points);
+    std::vector<Vec3> points = k == 0 ? reader.first().points : reader.read(sequence.files[k]).points;
+    if (points.size() != node_of_point.size())
+      throw SetupError(fmt::format("{}: it has {} points and the cloth has {}; allowed: as many", label, points.size(),
+                                   node_of_point.size()));
+    std::size_t nodes = 0;
+    for (std::size_t p = 0; p < points.size(); ++p)  // the first point of each node
+      if (static_cast<std::size_t>(node_of_point[p]) == nodes) points[nodes++] = points[p];
+    points.resize(nodes);
+    place(points);
     if (k == 0) {
       first = points;
       const double off = (columns(first) - columns(rest)).colwise().norm().maxCoeff();
