@@ -187,7 +187,9 @@ class Run {
     if (schedule_.has_frames())
       frames_.emplace(
           folder_, model_, static_cast<int>(frames_written_),
-          [this](const HostState& state) { return describe_lost(model_, state, model_.scene.time.step); },
+          [this](const HostState& state) {
+            return describe_lost(model_, state, model_.scene.time.step) + '\n' + describe_nodes_inside(model_, state);
+          },
           std::max(1, allowed_cores() - loop_threads()));
     if (!folder.note.empty()) say(folder.note);
 #ifdef DRENCH_HAS_VIEW
@@ -239,8 +241,13 @@ class Run {
   /// Logs what the frames' thread has noticed: the first of each kind in full, then only how many frames.
   void hear_frames() {
     if (!frames_) return;
-    for (const std::string& text : frames_->said())
-      if (frames_with_lost_++ == 0) log_.write("warning: " + text);
+    for (const std::string& text : frames_->said()) {
+      const std::size_t end = text.find('\n');
+      const std::string lost = text.substr(0, end), nodes = text.substr(end + 1);
+      if (!lost.empty() && frames_with_lost_++ == 0) log_.write("warning: " + lost);
+      if (!nodes.empty() && frames_with_nodes_inside_++ == 0) log_.write("warning: " + nodes);
+      last_nodes_inside_ = nodes;
+    }
   }
 
   /// For messages.
@@ -326,6 +333,9 @@ class Run {
     std::string text = totals_.warnings();
     if (frames_with_lost_ > 0)
       text += fmt::format("particles were inside solids or outside of containers in {} frames\n", frames_with_lost_);
+    if (frames_with_nodes_inside_ > 0)
+      text += fmt::format("nodes of cloth were inside solids in {} frames; in the last one {}\n", frames_with_nodes_inside_,
+                          last_nodes_inside_.empty() ? "none" : last_nodes_inside_);
     return text;
   }
 
@@ -372,7 +382,8 @@ class Run {
   std::int64_t last_checkpoint_step_ = -1;
   bool shortened_ = false;  // the last step ended at time.end and not where it would have ended otherwise
   double mass_error_ = 0;
-  std::int64_t frames_with_lost_ = 0;
+  std::int64_t frames_with_lost_ = 0, frames_with_nodes_inside_ = 0;
+  std::string last_nodes_inside_;
   std::filesystem::path folder_;  // empty with --no-output
   std::optional<FolderLock> lock_;
   RunLog log_;

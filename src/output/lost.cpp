@@ -8,6 +8,7 @@
 
 #include "base/eigen_vec.hpp"
 #include "setup/body_geometry.hpp"
+#include "setup/cloth_mesh.hpp"
 #include "setup/deforming_body.hpp"
 #include "setup/distance_field.hpp"
 #include "state/deforming_body.hpp"
@@ -23,34 +24,69 @@ bool near_lattice(const Body& body, double time, const Vec3& x) {
   return true;
 }
 
+/// Signed distances to the solids where they are in a state.
+class SolidsNow {
+ public:
+  SolidsNow(const Model& model, const HostState& state) : model_(model), state_(state), shapes_(model.bodies.size()) {
+    for (std::size_t b = 0; b < shapes_.size(); ++b)
+      if (model.bodies[b].deforms()) shapes_[b] = exact_distance(shape_at(model.bodies[b], state.time));
+  }
+  /// The least of them, m.
+  double least_distance(Vec3 x) const {
+    double least = 1e30;
+    for (std::size_t b = 0; b < model_.bodies.size(); ++b) least = std::min(least, distance(b, x));
+    return least;
+  }
+
+ private:
+  double distance(std::size_t b, Vec3 x) const {
+    const Body& body = model_.bodies[b];
+    if (body.deforms()) return near_lattice(body, state_.time, x) ? shapes_[b](x) : 1e30;
+    if (body.moves()) {  // to where the material point that is here now was at t = 0
+      const Quaternion& q = state_.body_orientation[b];
+      const Eigen::Vector3d arm = to_eigen(x) - to_eigen(state_.body_position[b]);
+      x = to_vec3(to_eigen(body.center) + Eigen::Quaterniond(q[0], q[1], q[2], q[3]).conjugate() * arm);
+    }
+    Vec3 normal;
+    return signed_distance(body, x, normal);
+  }
+
+  const Model& model_;
+  const HostState& state_;
+  std::vector<std::function<double(const Vec3&)>> shapes_;
+};
+
 }  // namespace
 
 std::vector<Index> inside_solids(const Model& model, const HostState& state, double step) {
   std::vector<Index> inside;
-  std::vector<std::function<double(const Vec3&)>> shapes(model.bodies.size());
-  for (std::size_t b = 0; b < shapes.size(); ++b)
-    if (model.bodies[b].deforms()) shapes[b] = exact_distance(shape_at(model.bodies[b], state.time));
-  for (std::size_t i = 0; i < state.fluid_position.size(); ++i) {
-    if (state.fluid_age[i] < step) continue;
-    for (std::size_t b = 0; b < model.bodies.size(); ++b) {
-      const Body& body = model.bodies[b];
-      Vec3 x = state.fluid_position[i], normal;
-      if (body.deforms()) {
-        if (!near_lattice(body, state.time, x) || !(shapes[b](x) < -model.spacing)) continue;
-        inside.push_back(static_cast<Index>(i));
-        break;
-      }
-      if (body.moves()) {  // to where the material point that is here now was at t = 0
-        const Quaternion& q = state.body_orientation[b];
-        const Eigen::Vector3d arm = to_eigen(x) - to_eigen(state.body_position[b]);
-        x = to_vec3(to_eigen(body.center) + Eigen::Quaterniond(q[0], q[1], q[2], q[3]).conjugate() * arm);
-      }
-      if (!(signed_distance(body, x, normal) < -model.spacing)) continue;
+  const SolidsNow solids(model, state);
+  for (std::size_t i = 0; i < state.fluid_position.size(); ++i)
+    if (!(state.fluid_age[i] < step) && solids.least_distance(state.fluid_position[i]) < -model.spacing)
       inside.push_back(static_cast<Index>(i));
-      break;
-    }
-  }
   return inside;
+}
+
+std::string describe_nodes_inside(const Model& model, const HostState& state) {
+  if (model.bodies.empty() || !model.has_moving_cloth()) return "";
+  const SolidsNow solids(model, state);
+  std::string text;
+  for (const ClothMaterial& cloth : model.cloths) {
+    std::size_t inside = 0;
+    double deepest = 0;
+    for (Index n = cloth.first_node; n < cloth.first_node + cloth.node_count; ++n) {
+      if (model.mesh.pinned[static_cast<std::size_t>(n)]) continue;
+      const double distance = solids.least_distance(state.node_position[static_cast<std::size_t>(n)]);
+      // The solver's distance to a mesh is interpolated: what is less deep than a tenth of the thickness is not told apart.
+      if (!(distance < -0.1 * cloth.thickness)) continue;
+      ++inside;
+      deepest = std::max(deepest, -distance);
+    }
+    if (inside > 0)
+      text += fmt::format("{}t = {:.6g} s: {}: {} nodes are inside solids, up to {:.2g} m deep", text.empty() ? "" : "; ",
+                          state.time, cloth_label(cloth.name), inside, deepest);
+  }
+  return text;
 }
 
 std::string describe_lost(const Model& model, const HostState& state, double step) {

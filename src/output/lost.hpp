@@ -1,5 +1,5 @@
 #pragma once
-// Particles where no liquid can be.
+// Particles where no liquid can be, and nodes of cloth inside solids.
 
 #include <string>
 #include <vector>
@@ -14,7 +14,10 @@ namespace drench {
 /// `step` (s), and bodies without an inside (open meshes). A warning, not a failure: their mass is accounted for.
 std::vector<Index> inside_solids(const Model& model, const HostState& state, double step);
 
-/// One line about them that names the lowest ids, "" when there are none.
+/// One line about the free nodes of cloths that are inside solids, "" when there are none.
+std::string describe_nodes_inside(const Model& model, const HostState& state);
+
+/// One line about the particles that names the lowest ids, "" when there are none.
 std::string describe_lost(const Model& model, const HostState& state, double step);
 
 }  // namespace drench
