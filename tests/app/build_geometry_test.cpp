@@ -15,6 +15,7 @@
 #include "setup/distance_field.hpp"
 #include "setup/point_grid.hpp"
 #include "setup/smoothing_kernel.hpp"
+#include "setup/solid_mesh.hpp"
 
 namespace drench::testing {
 namespace {
@@ -67,6 +68,7 @@ void make_box_mesh(Body& body, const Box& box) {
         {k & 1 ? box.max[0] : box.min[0], k & 2 ? box.max[1] : box.min[1], k & 4 ? box.max[2] : box.min[2]});
   body.mesh_triangles = {{0, 2, 1}, {1, 2, 3}, {4, 5, 6}, {5, 6, 7}, {0, 1, 4}, {1, 5, 4},
                          {2, 6, 3}, {3, 6, 7}, {0, 4, 2}, {2, 4, 6}, {1, 3, 5}, {3, 7, 5}};
+  body.mesh_triangles = close_mesh({body.mesh_points, body.mesh_triangles}).triangles;
 }
 
 TEST(BodyGeometry, TheFieldOfABoxMeshIsTheBoxsDistance) {
