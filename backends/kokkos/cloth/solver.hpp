@@ -189,8 +189,10 @@ struct ClothSystem {
                                               const Vector3<T>& moved_apart, Real damping) {
     const Vector3<T> x = apart + moved_apart;
     // −Σ_m B_nm x_m = Σ_m B_nm (x_n − x_m): the rows of B sum to 0
-    force += (spring_pull(x, l.length, l.stiffness) + l.bend) * x;
-    force += strain_damping_force(apart, moved_apart, damping);
+    T pull = l.bend;
+    if (l.stiffness > 0) pull += spring_pull(x, l.length, l.stiffness);
+    force += pull * x;
+    if (damping > 0) force += strain_damping_force(apart, moved_apart, damping);
   }
   /// What the links of a node do to it, N, in the precision of the shifts.
   template <class Shift>
@@ -246,12 +248,15 @@ struct ClothSystem {
       stress = strain_limit_stress(first, second, triangle_shape(t), materials(a).strain_limit, limit_stiffness(t));
     if (!membrane.exist()) return stress;
     const Membrane<Real> m = membrane(t);
-    const Vector3<T> corner = in_precision<T>(start(a));
-    const Yarns<T> before =
-        yarns_of(in_precision<T>(start(b)) - corner, in_precision<T>(start(c)) - corner, triangle_shape(t), m);
-    const Yarns<T> moved = yarns_of(u_b - u_a, u_c - u_a, triangle_shape(t), m);
-    const Columns<T> own = membrane_stress(yarns_of(first, second, triangle_shape(t), m), before, moved, m,
-                                           strain_damping_rate(a), softening(t, m));
+    const Real rate = strain_damping_rate(a);
+    Yarns<T> before, moved;
+    if (rate > 0) {
+      const Vector3<T> corner = in_precision<T>(start(a));
+      before = yarns_of(in_precision<T>(start(b)) - corner, in_precision<T>(start(c)) - corner, triangle_shape(t), m);
+      moved = yarns_of(u_b - u_a, u_c - u_a, triangle_shape(t), m);
+    }
+    const Columns<T> own =
+        membrane_stress(yarns_of(first, second, triangle_shape(t), m), before, moved, m, rate, softening(t, m));
     stress.first += own.first;
     stress.second += own.second;
     return stress;
