@@ -95,23 +95,27 @@ Keyed<T> plain_if_zero(const Keyed<T>& value) {
 }
 
 std::string place_of(const MeshHole& hole) {
-  return fmt::format("{:.3g} m across at ({:.4g}, {:.4g}, {:.4g})", hole.width, hole.center[0], hole.center[1], hole.center[2]);
+  return fmt::format("{:.3g} m across at ({:.4g}, {:.4g}, {:.4g})", hole.width, hole.center[0], hole.center[1],
+                     hole.center[2]);
 }
 
 /// Lines about what a solid's mesh is not. `label`: of the body and its file.
 void report(const SolidMesh& solid, const std::string& label, std::vector<std::string>& lines) {
   if (!solid.holes.empty())
-    lines.push_back(fmt::format("{}: open: {} hole{}, the largest {}: covered, and the inside is solid; where liquid has to get in, "
-                                "give it `inside: true`, which makes it a thin wall",
-                                label, solid.holes.size(), solid.holes.size() > 1 ? "s" : "", place_of(solid.holes.front())));
+    lines.push_back(fmt::format(
+        "{}: open: {} hole{}, the largest {}: covered, and the inside is solid; where liquid has to get in, "
+        "give it `inside: true`, which makes it a thin wall",
+        label, solid.holes.size(), solid.holes.size() > 1 ? "s" : "", place_of(solid.holes.front())));
   if (solid.branches > 0)
-    lines.push_back(fmt::format("{}: more than two triangles meet in {} of its edges, the first at ({:.4g}, {:.4g}, {:.4g}): inside is "
-                                "what its surface goes around",
-                                label, solid.branches, solid.branch[0], solid.branch[1], solid.branch[2]));
+    lines.push_back(fmt::format(
+        "{}: more than two triangles meet in {} of its edges, the first at ({:.4g}, {:.4g}, {:.4g}): inside is "
+        "what its surface goes around",
+        label, solid.branches, solid.branch[0], solid.branch[1], solid.branch[2]));
   if (solid.left_out > 0)
-    lines.push_back(fmt::format("{}: {} triangles are of sheets that enclose nothing and are left out: a body that changes its shape "
-                                "has none",
-                                label, solid.left_out));
+    lines.push_back(fmt::format(
+        "{}: {} triangles are of sheets that enclose nothing and are left out: a body that changes its shape "
+        "has none",
+        label, solid.left_out));
 }
 
 /// The body's mesh as its file has it, in m.
@@ -205,7 +209,9 @@ Body make_body(const BodyScene& scene, const std::string& scene_path, const std:
   }
   if (!scene.sequence.files.empty()) follow_sequence(body, scene, scene_path, name, source);
   if (body.deforms() && scene.inside)
-    throw SetupError(name + ": a mesh with inside: true cannot change its shape; allowed: without that key, or one that moves rigidly");
+    throw SetupError(
+        name +
+        ": a mesh with inside: true cannot change its shape; allowed: without that key, or one that moves rigidly");
   body.dynamic = scene.dynamic;
   if (scene.dynamic) weigh(body, scene.density);
   if (warnings) warnings->insert(warnings->end(), lines.begin(), lines.end());

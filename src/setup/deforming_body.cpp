@@ -117,14 +117,17 @@ double fastest_between(const Points& from, const Points& to, double fps) {
 
 void deform(Body& body, std::vector<Points> points, double fps, const std::vector<std::string>& labels) {
   if (!bounds_solid(body.mesh_triangles))
-    throw SetupError(labels.front() + ": its points move against each other from file to file, and it encloses nothing; allowed: "
+    throw SetupError(labels.front() +
+                     ": its points move against each other from file to file, and it encloses nothing; allowed: "
                      "a mesh with an inside, or one that moves rigidly");
   for (const MeshEdge& e : mesh_edges(body.mesh_triangles))
     if (e.triangles > 2) {
-      const Vector3d middle = 0.5 * (to_eigen(body.mesh_points[static_cast<std::size_t>(e.a)]) + to_eigen(body.mesh_points[static_cast<std::size_t>(e.b)]));
-      throw SetupError(fmt::format("{}: its points move against each other from file to file, and {} triangles meet in the edge at "
-                                   "({:.4g}, {:.4g}, {:.4g}); allowed: a mesh without walls in its inside, or one that moves rigidly",
-                                   labels.front(), e.triangles, middle[0], middle[1], middle[2]));
+      const Vector3d middle = 0.5 * (to_eigen(body.mesh_points[static_cast<std::size_t>(e.a)]) +
+                                     to_eigen(body.mesh_points[static_cast<std::size_t>(e.b)]));
+      throw SetupError(fmt::format(
+          "{}: its points move against each other from file to file, and {} triangles meet in the edge at "
+          "({:.4g}, {:.4g}, {:.4g}); allowed: a mesh without walls in its inside, or one that moves rigidly",
+          labels.front(), e.triangles, middle[0], middle[1], middle[2]));
     }
   turn_outwards(body, points, labels);
   Deformation& shape = body.shape;
