@@ -157,7 +157,7 @@ StepReport Pipeline::step(double time_left) {
 
 bool Pipeline::keep_for_stop() {
   // A copy of the state costs less than a hundredth of such a step; after shorter ones an end is soon reached anyway.
-  constexpr double long_step = 200;  // ms
+  constexpr double long_step = 500;  // ms
   if (first_state_) return true;
   if (!stoppable_ || step_milliseconds_ < long_step) return false;
   try {

@@ -39,6 +39,7 @@ cloth:
     place: {position: [0, 0.5, 0.1], rotate: {axis: [0, 1, 1], degrees: 30}}
     areal_density: 0.3
     thickness: 0.002
+    compression: 8000
     stretch: 400
     bend: 2.0e-4
     damping: 0.5

@@ -87,7 +87,7 @@ cloth:
 bodies:
   - box: {min: [-0.182, 0, -0.126], max: [0.182, 0.6, 0.126], inside: true}
 )",
-                 {.fastest = 2 * 2});
+                 {.fastest = 2 * 2.1});
   const double capped = share_capped(run, 0.4);
   run.print("pulled out");
   EXPECT_GT(run.watch().pin_work(), 0);

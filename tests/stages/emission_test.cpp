@@ -28,7 +28,7 @@ TEST(emission, of_steep_fabric_agrees_with_the_reference) {
   // Only samples at the hem make particles.
   compare_stage({.stage = Stage::emission,
                  .scene = with(with(wet_scene(), "    thickness: 0.002\n",
-                                    "    thickness: 0.04\n    place: {rotate: {axis: [1, 0, 0], degrees: 75}}\n"),
+                                    "    thickness: 0.04\n    settle: 1\n    place: {rotate: {axis: [1, 0, 0], degrees: 75}}\n"),
                                "hold_saturation: [{box: {min: [-0.2, -1, 0.12]",
                                "hold_saturation: [{box: {min: [-0.2, -1, 0.03]"),
                  .steps_before = 2,

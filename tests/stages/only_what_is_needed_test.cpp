@@ -192,13 +192,19 @@ TEST(only_what_is_needed, slip_only_where_a_wall_slips_and_the_liquid_is_viscous
       return sheet ? with(changed, "    thickness", "    slip: " + slip + "\n    thickness") : changed;
     };
     const Watch plain(scene);
-    const std::set<std::string> kernels = launched, arrays = allocated;
+    // Which kernels a cloth's solve launches depends on how it converges.
+    const auto launched_beside_cloth = [] {
+      std::set<std::string> kernels = launched;
+      std::erase_if(kernels, [](const std::string& k) { return k.find("drench::cloth::") != k.npos; });
+      return kernels;
+    };
+    const std::set<std::string> kernels = launched_beside_cloth(), arrays = allocated;
     EXPECT_EQ(containing(launched, parts) + containing(allocated, parts), 0);
     const Watch none(slipping("no"));
-    EXPECT_EQ(launched, kernels);
+    EXPECT_EQ(launched_beside_cloth(), kernels);
     EXPECT_EQ(allocated, arrays);
     const Watch some(slipping("free"));
-    EXPECT_EQ(launched, kernels);  // the walls of bodies that stand are placed when their arrays are made
+    EXPECT_EQ(launched_beside_cloth(), kernels);  // the walls of bodies that stand are placed when their arrays are made
     EXPECT_EQ(containing(allocated, parts), sheet ? 3 : 2);
     const std::string dry = sheet ? with(slipping("free"), "viscosity: 1.0e-3", "viscosity: 0")
                                   : with(slipping("free"), "spacing: 0.02", "spacing: 0.02, viscosity: 0");

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "pipeline/runtime.hpp"
 #include "validation.hpp"
 
 namespace drench::test {
@@ -206,8 +207,8 @@ TEST(cloth_mechanics, sheet_on_an_incline_sticks_or_slides_as_coulomb_says) {
     // x = ½ a (t² + Δt t) of the implicit steps
     const double a = 2 * s / (time * (time + 0.004));
     report({fmt::format("sheet on an incline of {}°, friction 0.4: acceleration", degrees), "g (sin α − μ cos α)",
-            std::fabs(a / expected - 1), 0.02, "1", degrees < 30 ? Reached{0.0274, 0} : Reached{},
-            "Near the limit of sticking the acceleration is a small difference of forces, and the solve stops at the "
+            std::fabs(a / expected - 1), 0.02, "1", degrees < 30 && !computes_on_host() ? Reached{0.0274, 0} : Reached{},
+            "Near the limit of sticking the acceleration is a small difference of forces, and a GPU's solve stops at the "
             "rounding of its sums, half a percent of the weight."});
   }
 }

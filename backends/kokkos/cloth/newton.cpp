@@ -108,7 +108,10 @@ void NewtonCloth::see_solids(const ClothSystem& s, Index n, const Double3& shift
     near.moved = double(s.dt) * surface_velocity(solid, t.start, shift);
     ++near.count;
   }
-  if (near.count == 0) return;
+  // Beyond the width of contact there is nothing to ask about.
+  double nearest = near.pinched ? -1 : 1e300;
+  for (int k = 0; k < near.count; ++k) nearest = std::min(nearest, near.gap[k]);
+  if (!(nearest < 0.021 * thickness)) return;
   near.contact = s.contact(t, shift, near.left, t.compression);
   if (near.contact.touches) near.moved = near.contact.moved;
 }

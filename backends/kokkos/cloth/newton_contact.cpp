@@ -143,8 +143,8 @@ void NewtonCloth::set_row(const ClothSystem& s, Index n) {
   const NodeTerms t = s.terms(n);
   const bool one = planes == 1 && near.count == 1;
   const auto along = [&](const Double3& v) { return in_double(f.free * column(v)); };
-  const Slip slip(t, along(now_.shift[at(n)] - near.moved), along(now_.residual[at(n)]),
-                  near.press(now_.residual[at(n)], one));
+  const Double3 relative = now_.shift[at(n)] - near.moved, residual = now_.residual[at(n)];
+  const Slip slip(t, counted_slip(relative, along(relative)), along(residual), near.press(residual, one));
   const bool reversed = state == State::slips && dot(slip.so_far, slip_direction_[at(n)]) < 0;
   const double friction = double(t.diagonal) * slip.loss;  // N
   if (planes == 3 || slip.length <= slip.loss || reversed || (state == State::sticks && norm(slip.on) <= friction)) {

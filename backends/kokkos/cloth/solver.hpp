@@ -61,6 +61,14 @@ struct NodeContact {
   }
 };
 
+/// The slip (m) as the residual's test counts it: 0 where it is below a tenth of the displacement along the normal, `relative`
+/// less the slip. An interpolated distance has normals that jump so much between its cells.
+template <class T>
+KOKKOS_INLINE_FUNCTION Vector3<T> counted_slip(const Vector3<T>& relative, const Vector3<T>& slip) {
+  const Vector3<T> along_normal = relative - slip;
+  return dot(slip, slip) > T(0.01) * dot(along_normal, along_normal) ? slip : Vector3<T>{};
+}
+
 /// The solids that a node touches, and what presses it into each of them.
 template <class T>
 struct TouchedSolids {
@@ -379,7 +387,7 @@ struct ClothSystem {
   KOKKOS_INLINE_FUNCTION static Vector3<T> unbalanced(const NodeTerms& t, const Vector3<T>& shift,
                                                       const NodeContact<T>& c, const Vector3<T>& left) {
     // How far it would slip on with what is left, and how much of that friction takes.
-    const Vector3<T> slip = c.tangential(shift - c.moved), on = c.tangential(left);
+    const Vector3<T> relative = shift - c.moved, slip = counted_slip(relative, c.tangential(relative)), on = c.tangential(left);
     NodeContact<T> here = c;
     here.moved = {};
     const T loss = t.friction * c.press / t.diagonal;
