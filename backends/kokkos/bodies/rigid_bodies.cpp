@@ -12,7 +12,7 @@
 namespace drench::kokkos_backend {
 namespace {
 
-Vec3 to_vec(const Double3& a) { return {a.x, a.y, a.z}; }
+Vec3 plain(const Double3& a) { return {a.x, a.y, a.z}; }
 Double3 inverse(const Vec3& a) { return a[0] > 0 ? Double3{1 / a[0], 1 / a[1], 1 / a[2]} : Double3{}; }
 
 Solid solid_of(const Body& b) {
@@ -181,9 +181,9 @@ void Bodies::download(const Constants& constants, HostState& s) const {
   s.body_orientation = static_orientation;
   if (!constants.model.has_moving_body()) return;
   for (const RigidState& b : to_host<RigidState>(state, count)) {
-    s.body_position.push_back(to_vec(b.position));
-    s.body_velocity.push_back(to_vec(b.velocity));
-    s.body_angular_velocity.push_back(to_vec(b.spin));
+    s.body_position.push_back(plain(b.position));
+    s.body_velocity.push_back(plain(b.velocity));
+    s.body_angular_velocity.push_back(plain(b.spin));
     s.body_orientation.push_back({b.orientation.w, b.orientation.x, b.orientation.y, b.orientation.z});
   }
 }

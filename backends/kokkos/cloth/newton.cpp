@@ -21,6 +21,7 @@ constexpr Index few_toggled = 2;            // nodes that may change their state
 constexpr double most_growth = 2;           // of the residual that a step may cause
 constexpr int most_halvings = 3;            // of a step
 constexpr int slow_after = 4;               // iterations: then what has not halved in three of them is relaxed locally
+constexpr double margin = 0.002;     // of the thickness, beyond the clearance: where pressed nodes end
 constexpr int cycles_after = 10;            // iterations: then steps are halved
 constexpr double rounding = 0.5 * 2.2e-16;  // of Σ D L: what the sums leave of a residual
 
@@ -104,7 +105,8 @@ void NewtonCloth::see_solids(const ClothSystem& s, Index n, const Double3& shift
     }
     near.solid[near.count] = static_cast<std::int64_t>(b);
     near.normal[near.count] = d.normal;
-    near.gap[near.count] = (d.phi - kept) / d.slope;
+    // Within the width of contact, so that a body that ends the step a little nearer than was tried pushes nothing.
+    near.gap[near.count] = (d.phi - kept - (near.pinched ? 0 : margin * thickness)) / d.slope;
     near.moved = double(s.dt) * surface_velocity(solid, t.start, shift);
     ++near.count;
   }
