@@ -12,18 +12,18 @@
 namespace drench::kokkos_backend {
 namespace {
 
-constexpr int most_iterations = 40;         // of one solve
-constexpr int most_linear = 60;             // iterations of a linear solve
-constexpr double forcing = 0.05;            // of the linear residual that may be left
-constexpr int many_linear = 16;             // iterations of a linear solve above which the factor is made again
-constexpr Index many_changed = 10;          // nodes whose free directions differ from the factor's, likewise
-constexpr Index few_toggled = 2;            // nodes that may change their state while steps are combined
-constexpr double most_growth = 2;           // of the residual that a step may cause
-constexpr int most_halvings = 3;            // of a step
-constexpr int slow_after = 4;               // iterations: then what has not halved in three of them is relaxed locally
-constexpr double margin = 0.002;     // of the thickness, beyond the clearance: where pressed nodes end
-constexpr int cycles_after = 10;            // iterations: then steps are halved
-constexpr double rounding = 0.5 * 2.2e-16;  // of Σ D L: what the sums leave of a residual
+constexpr int most_iterations = 40;  // of one solve
+constexpr int most_linear = 60;      // iterations of a linear solve
+constexpr double forcing = 0.05;     // of the linear residual that may be left
+constexpr int many_linear = 16;      // iterations of a linear solve above which the factor is made again
+constexpr Index many_changed = 10;   // nodes whose free directions differ from the factor's, likewise
+constexpr Index few_toggled = 2;     // nodes that may change their state while steps are combined
+constexpr double most_growth = 2;    // of the residual that a step may cause
+constexpr int most_halvings = 3;     // of a step
+constexpr int slow_after = 4;        // iterations: then what has not halved in three of them is relaxed locally
+constexpr double margin_at_dynamic_bodies = 0.002;  // of the thickness, beyond the clearance: where pressed nodes end
+constexpr int cycles_after = 10;                    // iterations: then steps are halved
+constexpr double rounding = 0.5 * 2.2e-16;          // of Σ D L: what the sums leave of a residual
 
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
@@ -52,8 +52,9 @@ NewtonCloth::NewtonCloth(const Cloth& cloth, const ClothSystem& system)
     v->resize(3 * n);
 }
 
-void NewtonCloth::prepare(const Cloth& cloth, const ClothSystem& s) {
+void NewtonCloth::prepare(const Cloth& cloth, const ClothSystem& s, bool pushes_bodies) {
   fresh_ = true;
+  margin_ = pushes_bodies ? margin_at_dynamic_bodies : 0;
   if (placed_ == cloth.moved && dt_ == s.dt) return;
   placed_ = cloth.moved;
   dt_ = s.dt;
@@ -105,8 +106,8 @@ void NewtonCloth::see_solids(const ClothSystem& s, Index n, const Double3& shift
     }
     near.solid[near.count] = static_cast<std::int64_t>(b);
     near.normal[near.count] = d.normal;
-    // Within the width of contact, so that a body that ends the step a little nearer than was tried pushes nothing.
-    near.gap[near.count] = (d.phi - kept - (near.pinched ? 0 : margin * thickness)) / d.slope;
+    // Within the width of contact, so that a dynamic body that ends the step a little nearer than was tried pushes nothing.
+    near.gap[near.count] = (d.phi - kept - (near.pinched ? 0 : margin_ * thickness)) / d.slope;
     near.moved = double(s.dt) * surface_velocity(solid, t.start, shift);
     ++near.count;
   }
@@ -257,9 +258,9 @@ int NewtonCloth::solve_linear(const ClothSystem& s) {
   return most_linear;
 }
 
-bool prepare_newton(const Cloth& cloth, ClothSolverWork& solver, const ClothSystem& s) {
+bool prepare_newton(const Cloth& cloth, ClothSolverWork& solver, const ClothSystem& s, bool pushes_bodies) {
   if (!solver.newton) solver.newton = std::make_shared<NewtonCloth>(cloth, s);
-  solver.newton->prepare(cloth, s);
+  solver.newton->prepare(cloth, s, pushes_bodies);
   return true;
 }
 
@@ -276,7 +277,7 @@ void begin_newton_anew(ClothSolverWork& solver) { solver.newton->begin_anew(); }
 
 namespace drench::kokkos_backend {
 
-bool prepare_newton(const Cloth&, ClothSolverWork&, const ClothSystem&) { return false; }
+bool prepare_newton(const Cloth&, ClothSolverWork&, const ClothSystem&, bool) { return false; }
 bool run_newton(const Cloth&, ClothSolverWork&, const ClothSystem&, ClothProgress&, int, double) { return false; }
 void begin_newton_anew(ClothSolverWork&) {}
 

@@ -33,8 +33,8 @@ struct NodeNearby {
 class NewtonCloth {
  public:
   NewtonCloth(const Cloth& cloth, const ClothSystem& system);
-  /// Begins a solve.
-  void prepare(const Cloth& cloth, const ClothSystem& system);
+  /// Begins a solve. `pushes_bodies`: do dynamic bodies feel the cloth?
+  void prepare(const Cloth& cloth, const ClothSystem& system, bool pushes_bodies);
   /// The solve goes on from solver.displacement, which others have changed.
   void begin_anew() { fresh_ = true; }
   /// Iterates until the residual is within its goal, at least once and `most` times at most; from solver.displacement at the
@@ -95,6 +95,7 @@ class NewtonCloth {
   Version placed_ = Version::none();  // of the nodes that the factor and the states are of
   Real dt_ = 0;
   bool warm_ = false, fresh_ = true;  // there is a factor of this time step; the solve has not begun
+  double margin_ = 0;                 // 1: of the thickness, beyond the clearance
   double goal_ = 0;                   // N
   double first_length_ = 1;           // of a step that is tried
   int last_linear_ = 0;               // iterations of the last linear solve

@@ -178,7 +178,7 @@ ClothIteration::ClothIteration(const Constants& constants, const Bodies& bodies,
              static_cast<double>(cloth.mesh.mean_edge)),
       resident_(method_ == ClothMethod::pd && prepare_resident_cloth(constants, cloth, solver, system_)) {
   masses_and_diagonals(constants, cloth, system_);
-  newton_ = method_ == ClothMethod::pd && !constants.model.jacobi_cloth && prepare_newton(cloth, solver, system_);
+  newton_ = method_ == ClothMethod::pd && !constants.model.jacobi_cloth && prepare_newton(cloth, solver, system_, constants.model.cloth_pushes_bodies());
   progress_.rho = reachable_radius(constants.model.scene.cloth_solver.max_iterations);
   const SpectralBound bound(system_);
   if (resident_) {

@@ -464,7 +464,7 @@ ClothProgress resident_progress(const ClothSolverWork& solver);
 
 // newton.cpp: on a host Newton's method needs few iterations.
 /// Can it be done: on a host. (Then it makes its arrays.)
-bool prepare_newton(const Cloth& cloth, ClothSolverWork& solver, const ClothSystem& s);
+bool prepare_newton(const Cloth& cloth, ClothSolverWork& solver, const ClothSystem& s, bool pushes_bodies);
 /// NewtonCloth::run.
 bool run_newton(const Cloth& cloth, ClothSolverWork& solver, const ClothSystem& s, ClothProgress& progress, int most,
                 double tolerance);
