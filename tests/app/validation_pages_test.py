@@ -220,7 +220,7 @@ class Printed(Case):
         program = BUILD / "drench_tests_validation"
         if not program.exists():
             self.skipTest("no drench_tests_validation")
-        test = "cloth_mechanics.sheet_on_an_incline_sticks_or_slides_as_coulomb_says"  # fast, and in float a target is missed
+        test = "cloth_mechanics.sheet_on_an_incline_sticks_or_slides_as_coulomb_says"  # fast; on a GPU in float a target is missed
         ran = subprocess.run([program, f"--gtest_filter={test}"], capture_output=True, text=True)
         self.assertEqual(ran.returncode, 0, ran.stdout)
         done = self.validate(ran.stdout)
@@ -232,7 +232,7 @@ class Printed(Case):
             self.assertIn("1. Near the limit of sticking", page)
         else:
             self.assertIn("5 cases, none not met.", page)
-            self.assertIn("|double|", ran.stdout)
+            self.assertRegex(ran.stdout, r"\|(float|double)\|")
         self.assertRegex(self.page("README"), r"- (float|double): \w+, .+; 20\d\d-\d\d-\d\d; commit \w+")
 
 
