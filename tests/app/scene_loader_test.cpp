@@ -92,6 +92,7 @@ ClothScene every_cloth_key() {
   c.rotate_degrees = 30;
   c.material.areal_density = 0.3;
   c.material.thickness = 0.002;
+  c.material.compression = 8000;
   c.material.stretch = 400;
   c.material.bend = 2.0e-4;
   c.material.damping = 0.5;
