@@ -8,6 +8,7 @@
 namespace drench {
 namespace {
 
+constexpr std::array<Word<double>, 2> clean_words{{{"auto", clean_automatically}, {"off", 0.0}}};
 constexpr std::array<Word<double>, 2> weld_words{{{"auto", weld_automatically}, {"off", 0.0}}};
 
 void describe_mesh(Section& s, ClothScene& cloth) {
@@ -173,12 +174,17 @@ void describe_seams(Section& s, ClothScene& cloth) {
               "merges boundary points of the mesh file that are no farther apart than this, which sews seams of "
               "doubled points; "
               "`auto`: those that coincide up to a thousandth of the edges there; `off`: none");
+  s.saved_if(!cloth.grid)
+      .number("clean", cloth.clean, clean_words, "[0, 1]", "m",
+              "removes triangles of the mesh file whose height is below this: short edges are collapsed, long ones flipped; "
+              "`auto`: a hundredth of the mean edge; `off`: none");
   s.list("sew", cloth.sew, "seams that stitches pull together until `sew_time` and hold from then on");
   s.saved_if(!cloth.sew.empty()).number("sew_time", cloth.sew_time, "(0, 1e6]", "s", "until the seams are closed");
 }
 
 void check_sewing(Section& s, const ClothScene& cloth) {
   s.check(!s.has("weld") || !cloth.grid, "weld", "is for mesh files; a grid has no seams");
+  s.check(!s.has("clean") || !cloth.grid, "clean", "is for mesh files; a grid has no slivers");
   s.check(!s.has("sew_time") || s.has("sew"), "sew_time", "is the time that seams take; allowed: only beside sew");
   s.check(cloth.sew.empty() || cloth.dynamics, "sew",
           "moves a cloth that does not move; allowed: only with dynamics: true");
