@@ -4,7 +4,7 @@ import html
 import math
 
 SMALLEST, LARGEST = 1e-3, 10  # the ends of the logarithmic axis; cases beyond them lie at its ends
-LEFT, WIDTH, ROW, TOP = 250, 560, 26, 34
+LEFT, WIDTH, ROW, TOP = 270, 560, 26, 34
 
 
 def place(ratio):
