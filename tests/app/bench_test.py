@@ -117,7 +117,7 @@ class Peers(Case):
         done = bench("--binary", BINARY, "--particles", 2000, "--steps", 12, "--runs", 2, "--threads", 1, "--tolerance", 2e-3,
                      "--peer", "splishsplash", "--peer-python", self.peer("splishsplash"), "--table", table)
         self.assertEqual(done.returncode, 0, done.stderr)
-        order = re.findall(r"^(drench|Fake 1\.0): [\d.]+ ms a step", done.stderr, re.MULTILINE)
+        order = re.findall(r"^(drench|Fake 1\.0): [\d.]+ ms per step", done.stderr, re.MULTILINE)
         self.assertEqual(order, ["drench", "Fake 1.0"] * 2)
         ours, theirs = measure.read_csv(table)
         self.assertEqual((ours["program"], ours["particles"]), ("drench", "2000"))
