@@ -224,7 +224,7 @@ def print_rows(rows):
 
 def wins(ours, theirs):
     """In which respects a peer is better, as text, and by how much."""
-    named = (("time a particle", ns_particle, "{:.0f} ns"), ("density iterations", lambda r: r["density_iterations"], "{:.2f}"),
+    named = (("time per particle", ns_particle, "{:.0f} ns"), ("density iterations", lambda r: r["density_iterations"], "{:.2f}"),
              ("divergence iterations", lambda r: r["divergence_iterations"], "{:.2f}"),
              ("density error", lambda r: r["error"], "{:.1e}"))
     return [f"{name} ({form.format(of(theirs))} against {form.format(of(ours))})"
@@ -238,5 +238,5 @@ def print_verdicts(rows):
         factor = ns_particle(theirs) / ns_particle(ours)
         fast = f"drench is {factor:.2f} times as fast" if factor >= 1 else f"drench is {1 / factor:.2f} times as **slow**"
         better = wins(ours, theirs)
-        print(f"- {theirs['program']}: {fast} a particle. "
+        print(f"- {theirs['program']}: {fast} per particle. "
               f"{theirs['program']} wins in: {', '.join(better) or 'nothing of this table'}.")

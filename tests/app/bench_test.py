@@ -127,7 +127,7 @@ class Peers(Case):
         self.assertAlmostEqual(float(theirs["error"]), 0.01, delta=2e-3)
         self.assertEqual((theirs["density_iterations"], theirs["divergence_iterations"]), ("1.0", "7.0"))
         self.assertAlmostEqual(float(theirs["height"]), 0.5, delta=1e-6)
-        self.assertRegex(done.stdout, r"- Fake 1\.0: drench is [\d.]+ times as fast a particle. Fake 1\.0 wins in: density "
+        self.assertRegex(done.stdout, r"- Fake 1\.0: drench is [\d.]+ times as fast per particle. Fake 1\.0 wins in: density "
                          r"iterations \(1\.00 against [\d.]+\)\.")
 
     def test_a_faster_peer_wins(self):
