@@ -134,7 +134,7 @@ class Peers(Case):
         done = bench("--binary", BINARY, "--particles", 2000, "--steps", 12, "--runs", 1, "--threads", 1, "--tolerance", 2e-3,
                      "--peer", "genesis", "--peer-python", self.peer("genesis", ms=1e-3))
         self.assertEqual(done.returncode, 0, done.stderr)
-        self.assertRegex(done.stdout, r"- Fake 1\.0: drench is [\d.]+ times as \*\*slow\*\* a particle\. Fake 1\.0 wins in: time")
+        self.assertRegex(done.stdout, r"- Fake 1\.0: drench is [\d.]+ times as \*\*slow\*\* per particle\. Fake 1\.0 wins in: time")
 
 
 class Judge(unittest.TestCase):
