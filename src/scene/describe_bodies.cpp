@@ -85,8 +85,8 @@ void describe_mesh(Section& s, BodyScene& body) {
   describe_coordinates(s, body.unit, body.up, true);
   s.numbers("position", body.position, coordinate_range, "m", "displacement of the scaled mesh");
   s.boolean("inside", body.inside,
-            "thin vessel of one layer of triangles, which acts on liquid only; without this key the mesh is solid and "
-            "its holes are closed");
+            "thin vessel of one layer of triangles, for scenes without moving cloth; without this key the mesh is "
+            "solid and its holes are closed");
   describe_motion(s, body);
   for (const char* key : {"velocity", "offset", "spin"})
     s.check(!s.has("sequence") || !s.has(key), key,
@@ -101,7 +101,8 @@ void describe(Section& s, BodyScene& body) {
   s.one_of(body.kind, Kind::plane).section("plane", body, describe_plane, "half-space");
   s.one_of(body.kind, Kind::mesh)
       .section("mesh", body, describe_mesh,
-               "triangle mesh; holes are closed; a sheet that encloses no volume acts on liquid only");
+               "triangle mesh; holes are closed; a sheet that encloses no volume acts on liquid only and is rejected "
+               "beside moving cloth");
   s.saved_if(body.kind == Kind::mesh)
       .section("place", body, describe_place, "initial placement of a mesh: rotated first, then moved");
   s.check(!s.has("place") || body.kind == Kind::mesh, "place",
