@@ -8,6 +8,7 @@
 namespace drench {
 namespace {
 
+constexpr std::array<Word<double>, 2> clean_words{{{"auto", clean_automatically}, {"off", 0.0}}};
 constexpr std::array<Word<double>, 2> weld_words{{{"auto", weld_automatically}, {"off", 0.0}}};
 
 void describe_mesh(Section& s, ClothScene& cloth) {
@@ -174,6 +175,10 @@ void describe_seams(Section& s, ClothScene& cloth) {
       .number("weld", cloth.weld, weld_words, "[0, 1]", "m",
               "merges boundary points of the mesh file up to this distance, which closes seams of doubled points; "
               "`auto`: a thousandth of the adjacent edges; `off`: no merging");
+  s.saved_if(!cloth.grid)
+      .number("clean", cloth.clean, clean_words, "[0, 1]", "m",
+              "removes triangles of the mesh file that are lower than this by collapsing and flipping edges; `auto`: a "
+              "hundredth of the mean edge; `off`: none");
   s.list("sew", cloth.sew, "seams that stitches close until `sew_time` and hold afterwards");
   s.saved_if(!cloth.sew.empty())
       .number("sew_time", cloth.sew_time, "(0, 1e6]", "s", "time at which the seams are closed");
@@ -181,6 +186,7 @@ void describe_seams(Section& s, ClothScene& cloth) {
 
 void check_sewing(Section& s, const ClothScene& cloth) {
   s.check(!s.has("weld") || !cloth.grid, "weld", "is for mesh files; a grid has no seams");
+  s.check(!s.has("clean") || !cloth.grid, "clean", "is for mesh files; a grid has no slivers");
   s.check(!s.has("sew_time") || s.has("sew"), "sew_time", "is the time that seams take; allowed: only beside sew");
   s.check(cloth.sew.empty() || cloth.dynamics, "sew",
           "moves a cloth that does not move; allowed: only with dynamics: true");
