@@ -255,8 +255,8 @@ void describe(Section& s, Scene& scene) {
       .section("fluid", scene.fluid, "the liquid; without this section there are no particles");
   s.saved_if(!scene.cloths.empty())
       .section("cloth_solver", scene.cloth_solver, "solver settings for all cloths; only with `cloth`");
-  s.list("cloth", scene.cloths, "list of cloths");
-  s.list("bodies", scene.bodies, "list of solid bodies and containers");
+  s.list("cloth", scene.cloths, "cloths of the scene");
+  s.list("bodies", scene.bodies, "solid bodies and containers of the scene");
   check_sections(s, scene);
   check_parts(s, scene);
 }
