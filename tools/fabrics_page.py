@@ -6,16 +6,20 @@ marks, from src/scene/fabrics.yaml.
 
 import re
 import sys
-from itertools import groupby
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
 DATA, PAGE, APPENDIX = (ROOT / name for name in ("src/scene/fabrics.yaml", "docs/manual/fabrics.md", "docs/manual/fabric_data.md"))
 BEGIN, END = "<!-- made by tools/fabrics_page.py: begin -->", "<!-- made by tools/fabrics_page.py: end -->"
 VALUE = re.compile(r'- \{key: (\S+), value: (\S+), how: (\w+), source: (\w+), note: "(.*)"\}$')
-UNITS = {"areal_density": "kg/m²", "thickness": "m", "membrane": "N/m", "bending": "N·m", "permeability": "m²",
-         "diffusivity": "m²/s", "capillary_height": "m"}
-WICKING = ("porous.diffusivity", "porous.diffusion_exponent", "porous.capillary_height")
+SUBJECTS = {"Mass": ["areal_density"], "Thickness": ["thickness"],
+            "Stretch and shear": ["membrane.warp", "membrane.weft", "membrane.shear"],
+            "Bending": ["bending.warp", "bending.weft", "bending.twist"],
+            "Solid fraction": ["porous.solid_fraction"], "Permeability": ["porous.permeability"],
+            "Wicking": ["porous.diffusivity", "porous.diffusion_exponent", "porous.capillary_height"]}
+UNITS = {"areal_density": "kg/m²", "thickness": "m", "membrane.warp": "N/m", "membrane.weft": "N/m", "membrane.shear": "N/m",
+         "bending.warp": "N·m", "bending.weft": "N·m", "bending.twist": "N·m", "porous.permeability": "m²",
+         "porous.diffusivity": "m²/s", "porous.capillary_height": "m"}
 BASES = ("measured", "derived", "similar", "assumed")
 
 def read(text):
@@ -48,41 +52,34 @@ def overview(fabrics):
     for name, fabric in fabrics.items():
         value = {key: float(text) for key, text, *_ in fabric["values"]}
         numbers = [f"{1000 * value['areal_density']:.0f}", f"{1000 * value['thickness']:.2g}", *counts(fabric["values"])]
-        lines.append(f"| [`{name}`](fabric_data.md#{name}) | {fabric['about']} | " + " | ".join(map(str, numbers)) + " |")
+        lines.append(f"| `{name}` | {fabric['about']} | " + " | ".join(map(str, numbers)) + " |")
     every = [value for fabric in fabrics.values() for value in fabric["values"]]
     return "\n".join(lines + [f"| all | {len(every)} values | | | " + " | ".join(map(str, counts(every))) + " |"])
 
 
-def unit(key):
-    return next((UNITS[word] for word in key.split(".") if word in UNITS), "")
-
-
-def joined(values):
-    """"1 m, 2 m, 3" → "1, 2 m, 3": a unit stands once behind the values that share it."""
-    runs = [(u, [value for _, value, *_ in group]) for u, group in groupby(values, key=lambda value: unit(value[0]))]
-    return ", ".join(f"{', '.join(numbers)} {u}".strip() for u, numbers in runs)
-
-
-def subject(key):
-    """Keys of one subject may share a row."""
-    return key.split(".")[0] if not key.startswith("porous.") else key in WICKING
-
-
-def rows(values):
-    """Values of one subject with the same basis and source share a row."""
-    for (_, how, source), group in groupby(values, key=lambda value: (subject(value[0]), value[2], value[3])):
-        group = list(group)
-        keys = ", ".join(f"`{key}`" for key, *_ in group)
-        notes = "; ".join(dict.fromkeys(note for *_, note in group))
-        yield f"| {keys} | {joined(group)} | {how} | {source} | {notes} |"
+def subject(fabrics, title, keys):
+    """A table of some keys. Fabrics with the same values of the same basis and source share a row."""
+    shared = {}
+    for name, fabric in fabrics.items():
+        values = [value for value in fabric["values"] if value[0] in keys]
+        bases = {value[2:4] for value in values}
+        if len(values) != len(keys) or len(bases) != 1:
+            sys.exit(f"{DATA}: {name}: {', '.join(keys)}: not all there, or of several bases or sources")
+        (how, source), = bases
+        notes = "; ".join(dict.fromkeys(value[4] for value in values))
+        row = *(value[1] for value in values), how, source, notes
+        shared.setdefault(row, []).append(f"`{name}`")
+    heads = [f"`{key}`{', ' + UNITS[key] if key in UNITS else ''}" for key in keys]
+    lines = ["", f"## {title}", "", f"| Fabric | {' | '.join(heads)} | Basis | Source | Sample or computation |",
+             "|" + "---|" * (len(keys) + 4)]
+    return lines + [f"| {', '.join(names)} | {' | '.join(row)} |" for row, names in shared.items()]
 
 
 def appendix(sources, fabrics):
     lines = ["## Sources", "", "| Source | Title | Data taken from it |", "|---|---|---|"]
     lines += [f"| {name} | [{s['title']}]({s['link']}) | {s['read']} |" for name, s in sources.items()]
-    for name, fabric in fabrics.items():
-        lines += ["", f"## {name}", "", f"{fabric['about'][0].upper()}{fabric['about'][1:]}.", "",
-                  "| Key | Value | Basis | Source | Sample or computation |", "|---|---|---|---|---|", *rows(fabric["values"])]
+    for title, keys in SUBJECTS.items():
+        lines += subject(fabrics, title, keys)
     return "\n".join(lines)
 
 
