@@ -11,7 +11,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[1]
 DATA, PAGE, APPENDIX = (ROOT / name for name in ("src/scene/fabrics.yaml", "docs/manual/fabrics.md", "docs/manual/fabric_data.md"))
 BEGIN, END = "<!-- made by tools/fabrics_page.py: begin -->", "<!-- made by tools/fabrics_page.py: end -->"
-VALUE = re.compile(r'- \{key: (\S+), value: (\S+), how: (\w+), source: (\w+), note: "(.*)"\}$')
+VALUE = re.compile(r'- \{key: (\S+), value: (\S+), how: (\w+), source: (\w+), note: "([^"]*)"\}(?: +#.*)?$')
 SUBJECTS = {"Mass": ["areal_density"], "Thickness": ["thickness"],
             "Stretch and shear": ["membrane.warp", "membrane.weft", "membrane.shear"],
             "Bending": ["bending.warp", "bending.weft", "bending.twist"],
@@ -20,13 +20,12 @@ SUBJECTS = {"Mass": ["areal_density"], "Thickness": ["thickness"],
 UNITS = {"areal_density": "kg/m²", "thickness": "m", "membrane.warp": "N/m", "membrane.weft": "N/m", "membrane.shear": "N/m",
          "bending.warp": "N·m", "bending.weft": "N·m", "bending.twist": "N·m", "porous.permeability": "m²",
          "porous.diffusivity": "m²/s", "porous.capillary_height": "m"}
-BASES = ("measured", "derived", "similar", "assumed")
 
 def read(text):
     """({source: {title, link, read}}, {fabric: {about, values: [(key, value, how, source, note)]}})"""
     parts, part, name = {"sources": {}, "fabrics": {}}, None, None
     for line in text.splitlines():
-        if line.startswith("#") or not line.strip():
+        if line.lstrip().startswith("#") or not line.strip():
             continue
         if top := re.fullmatch(r"(\w+):", line):
             part = parts[top[1]]
@@ -42,19 +41,16 @@ def read(text):
     return parts["sources"], parts["fabrics"]
 
 
-def counts(values):
-    return [sum(value[2] == how for value in values) for how in BASES]
-
-
 def overview(fabrics):
     """One row per fabric, in the units that textile tables have."""
-    lines = ["| `fabric` | Description | g/m² | mm | Measured | Derived | Similar | Assumed |", "|---|---|---|---|---|---|---|---|"]
+    lines = ["| `fabric` | Description | g/m² | mm | Own values |", "|---|---|---|---|---|"]
     for name, fabric in fabrics.items():
         value = {key: float(text) for key, text, *_ in fabric["values"]}
-        numbers = [f"{1000 * value['areal_density']:.0f}", f"{1000 * value['thickness']:.2g}", *counts(fabric["values"])]
-        lines.append(f"| `{name}` | {fabric['about']} | " + " | ".join(map(str, numbers)) + " |")
-    every = [value for fabric in fabrics.values() for value in fabric["values"]]
-    return "\n".join(lines + [f"| all | {len(every)} values | | | " + " | ".join(map(str, counts(every))) + " |"])
+        own = sum(how in ("measured", "derived") for _, _, how, *_ in fabric["values"])
+        lines.append(f"| `{name}` | {fabric['about']} | {1000 * value['areal_density']:.0f} | {1000 * value['thickness']:.2g} | {own} |")
+    bases = [how for fabric in fabrics.values() for _, _, how, *_ in fabric["values"]]
+    measured, derived, similar, assumed = (bases.count(how) for how in ("measured", "derived", "similar", "assumed"))
+    return "\n".join(lines + ["", f"Of all {len(bases)} values {measured} are measured, {derived} derived, {similar} similar and {assumed} assumed."])
 
 
 def subject(fabrics, title, keys):
