@@ -72,12 +72,19 @@ void slow_fresh_particles(ReferenceState& state, std::vector<Momentum>& impulse)
   }
 }
 
-/// The velocity of a node that has been brought out of a body: being brought out does not throw it.
-Vector3d at_rest_outwards(const std::vector<PlacedBody>& bodies, double thickness, const Vector3d& x, Vector3d v) {
+/// The velocity of node n that bodies have brought out to x: being brought out does not throw it.
+Vector3d at_rest_outwards(const ReferenceState& state, const std::vector<PlacedBody>& bodies, const Clearance& clearance,
+                          Index n, const Vector3d& x, double dt, Vector3d v) {
+  constexpr double touching = 0.01;  // of the thickness: nodes so near rest on a body
   for (const PlacedBody& body : bodies) {
-    Vector3d normal;
+    Vector3d normal, unused;
     const std::optional<double> distance = distance_to(body, x, normal);
-    if (distance && *distance < thickness) v -= std::max(0.0, normal.dot(v - body.velocity_at(x))) * normal;
+    if (!distance || *distance >= distance_to_keep(bodies, body, clearance, x) + touching * clearance.thickness) continue;
+    const Vector3d start = vec(state.s.node_position[n]);
+    const std::optional<double> before = distance_to(body, start + dt * body.velocity_at(start), unused);
+    if (!before) continue;
+    const double outward = normal.dot(v - body.velocity_at(x));
+    v -= std::max(0.0, std::min(outward, (*distance - *before) / dt)) * normal;
   }
   return v;
 }
@@ -98,7 +105,7 @@ void move_cloth(ReferenceState& state, const std::vector<PlacedBody>& bodies, co
     if (!cloth.self_collision) {
       for (const BodyContact& contact : project_out(bodies, clearance, x)) v = contact.stopped(v);
     }
-    if (clearance.kept < 0.999 * clearance.thickness) v = at_rest_outwards(bodies, clearance.thickness, x, v);
+    if (clearance.kept < 0.999 * clearance.thickness) v = at_rest_outwards(state, bodies, clearance, n, x, dt, v);
     state.s.node_position[n] = arr(x);
     state.s.node_velocity[n] = arr(v);
   }

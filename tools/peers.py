@@ -148,7 +148,7 @@ def in_turns(programs, block, steps, runs, threads, gpu, folder):
             of_program.append(program.run(block, steps, threads, gpu, folder / f"{number}_{turn}", every if sampled else 0))
             done = of_program[-1]
             if not sampled:
-                print(f"{done['program']}: {least_ms([done]):.4g} ms a step", file=sys.stderr, flush=True)
+                print(f"{done['program']}: {least_ms([done]):.4g} ms per step", file=sys.stderr, flush=True)
     return results
 
 
@@ -217,14 +217,14 @@ def print_rows(rows):
               f"{1e-3 * r['particles'] / r['ms']:.3g}", f"{1e-6 * r['particles'] * r['neighbors'] / r['ms']:.3g}",
               f"{r['density_iterations']:.2f}", f"{r['divergence_iterations']:.2f}", f"{r['error']:.1e}",
               f"{r['own_error']:.1e}", f"{r['height']:.3f}"] for r in rows]
-    measure.table(["program", "particles", "neighbours a particle", "ms a step", "ns a particle and step",
-                   "million particle-steps a second", "GPIPS", "density iterations", "divergence iterations",
+    measure.table(["program", "particles", "neighbours per particle", "ms per step", "ns per particle and step",
+                   "million particle-steps per second", "GPIPS", "density iterations", "divergence iterations",
                    "density error", "density error, its own", "height of the centre at the end (m)"], cells)
 
 
 def wins(ours, theirs):
     """In which respects a peer is better, as text, and by how much."""
-    named = (("time a particle", ns_particle, "{:.0f} ns"), ("density iterations", lambda r: r["density_iterations"], "{:.2f}"),
+    named = (("time per particle", ns_particle, "{:.0f} ns"), ("density iterations", lambda r: r["density_iterations"], "{:.2f}"),
              ("divergence iterations", lambda r: r["divergence_iterations"], "{:.2f}"),
              ("density error", lambda r: r["error"], "{:.1e}"))
     return [f"{name} ({form.format(of(theirs))} against {form.format(of(ours))})"
@@ -238,5 +238,5 @@ def print_verdicts(rows):
         factor = ns_particle(theirs) / ns_particle(ours)
         fast = f"drench is {factor:.2f} times as fast" if factor >= 1 else f"drench is {1 / factor:.2f} times as **slow**"
         better = wins(ours, theirs)
-        print(f"- {theirs['program']}: {fast} a particle. "
+        print(f"- {theirs['program']}: {fast} per particle. "
               f"{theirs['program']} wins in: {', '.join(better) or 'nothing of this table'}.")

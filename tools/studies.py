@@ -241,8 +241,8 @@ def print_study(study, rows):
               "yes" if r["pareto"] else "", r["errors"] if not study.error else "", number(r["density_error"], ".1e"),
               number(r["density_iterations"], ".1f"), number(r["cloth_iterations"], ".1f"), r["at_cap"] or "none"]
              for r in sorted(rows, key=lambda r: r["time"])]
-    head = ["changed", "s for a simulated second", "ms a step", "error", "Pareto", "of it", "density error",
-            "density iterations", "cloth iterations", "steps at the cap"]
+    head = ["changed", "s for a simulated second", "ms per step", "error", "Pareto", "of it", "density error",
+            "density iterations", "cloth iterations", "steps at the limit"]
     useless = set() if "spacing" in study.base else {"density error", "density iterations"}
     empty = [k for k, name in enumerate(head) if name in useless or all(c[k] in ("", "–") for c in cells)]
     measure.table(*([c for k, c in enumerate(row) if k not in empty] for row in [head]),

@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
 """tools/validation_pages.py --log FILE... [--docs FOLDER] [--themes FILE] [--bench FILE] [--cloth-bench FILE] [--where TEXT]
 
-Writes docs/validation/ from the rows that the validation tests print (report in tests/support/validation.hpp): a scorecard
-and a page a theme, float and double as columns of one row. tests/validation/themes.txt says which test belongs to which
-theme, and introduces it. --bench and --cloth-bench put what those tools print into their pages of docs/benchmarks/; WHERE is
-the date, commit and machine of the times. Exit code 1, with the pages written, where the bound of a case that is not met is
+Writes docs/validation/ from the rows that the validation tests print (report in tests/support/validation.hpp): a scorecard with
+its picture and one page per theme, float and double as columns of one row. tests/validation/themes.txt assigns tests to
+themes and introduces them. --bench and --cloth-bench put the output of those tools into their pages of docs/benchmarks/;
+WHERE is the date, commit and machine of the times. Exit code 1, with the pages written, where the bound of a case that is not met is
 more than a tenth above the worst number of all logs, or where all of them meet its target. tools/validate calls this."""
 
 import argparse
@@ -15,11 +15,17 @@ import sys
 from dataclasses import dataclass, field
 from pathlib import Path
 
+sys.path.insert(0, str(Path(__file__).resolve().parent))
+import validation_picture  # noqa: E402
+
 ROOT = Path(__file__).resolve().parent.parent
 VERSION = "3"
 SLACK = 0.1  # allowed_slack of tests/support/validation.hpp
 PRECISIONS = ("float", "double")
 MARK = "<!-- Written by tools/validate: not edited by hand. -->"
+PICTURE = "scorecard.svg"
+HOW_TO = """`tools/validate` runs the tests and writes these pages; `tools/validate --log FILE` writes them from an existing log.
+Run times, and the errors that they buy, are in the [benchmarks](../benchmarks/)."""
 BENCH_PAGES = {"bench": "liquid.md", "cloth_bench": "cloth.md"}
 
 
@@ -215,19 +221,19 @@ def count(number, noun):
 
 def theme_page(theme):
     reasons = []
-    table = [table_row("case", "reference", "target", *PRECISIONS, "unit", "met"), "|---" * 7 + "|"]
+    table = [table_row("Case", "Expected", "Limit", *(f"Measured, {p}" for p in PRECISIONS), "Unit", "Met"), "|---" * 7 + "|"]
     for case in theme.cases:
         one = case.any()
         table.append(table_row(text(one.case), text(one.reference), target(case),
                           *(value(case.rows.get(p)) for p in PRECISIONS), text(one.unit), met(case, reasons)))
     missed = len(theme.missed())
     lines = [MARK, f"# {theme.title}", "", theme.introduction, "",
-             f"{count(len(theme.cases), 'case')}, {missed or 'none'} not met. [Scorecard](README.md)"]
+             f"{count(len(theme.cases), 'case')}, {f'{missed} not met' if missed else 'all met'}. [Scorecard](README.md)"]
     if theme.cases:
         lines += ["", *table]
     if reasons:
-        lines += ["", "## Why not", "", *(f"{k}. {text(reason)}" for k, reason in enumerate(reasons, 1))]
-    lines += ["", "## Run them", "", "```",
+        lines += ["", "## Reasons for missed limits", "", *(f"{k}. {text(reason)}" for k, reason in enumerate(reasons, 1))]
+    lines += ["", "## Running these tests", "", "```",
               f"build/openmp-float/drench_tests_validation --gtest_filter='{':'.join(theme.tests)}'", "```"]
     return "\n".join(lines) + "\n"
 
@@ -245,21 +251,25 @@ def scorecard_row(theme):
 
 
 def measured_where(runs):
-    """A line a precision: machine, date and commit."""
+    """One line: machine and date for each precision."""
+    parts = []
     for precision in PRECISIONS:
         for machine in sorted({run[2] for run in runs.get(precision, ())}):
-            here = [run for run in runs[precision] if run[2] == machine]
-            dates, commits = (", ".join(sorted({run[k] for run in here})) for k in (0, 1))
-            yield f"- {precision}: {machine}; {dates}; commit {commits}"
+            dates = ", ".join(sorted({run[0] for run in runs[precision] if run[2] == machine}))
+            parts.append(f"{precision}: {machine}, {dates}")
+    return f"*Measured, {'; '.join(parts)}.*"
 
 
 def scorecard(introduction, themes, runs):
     cases, missed = sum(len(t.cases) for t in themes), sum(len(t.missed()) for t in themes)
     return "\n".join([
-        MARK, "# Validation", "", introduction, "", "Measured:", "", *measured_where(runs), "",
-        table_row("theme", "cases", "met", "not met", "worst: measured over target", "of which case", "why it is not met"),
+        MARK, "# Validation", "", introduction, "",
+        f"![measured deviation divided by its limit for each of {cases} cases, by theme]({PICTURE})", "",
+        "*Each dot is a case in its worse precision; dots to the right of the line miss their limit.*", "",
+        table_row("Theme", "Cases", "Met", "Not met", "Largest measured / limit", "Its case", "Reason if not met"),
         "|---" * 7 + "|", *map(scorecard_row, themes),
-        table_row("**all**", *(f"**{n}**" for n in (cases, cases - missed, missed)), "", "", "")]) + "\n"
+        table_row("**all**", *(f"**{n}**" for n in (cases, cases - missed, missed)), "", "", ""), "",
+        measured_where(runs), "", HOW_TO]) + "\n"
 
 
 def write_validation(folder, introduction, themes, runs):
@@ -269,6 +279,7 @@ def write_validation(folder, introduction, themes, runs):
     for old in folder.glob("*.md"):  # a theme that is no more
         if old.name not in pages and old.read_text(encoding="utf-8").startswith(MARK):
             old.unlink()
+    pages[PICTURE] = validation_picture.draw([(theme.title, [case.worst().over() for case in theme.cases]) for theme in themes])
     for name, page in pages.items():
         (folder / name).write_text(page, encoding="utf-8")
 

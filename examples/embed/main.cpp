@@ -1,5 +1,5 @@
-// drench in a program of one's own: a block of water over a pinned cloth, made in code; every tenth of a second where the
-// water is, how wet the cloth, and what the steps took. Exit code 0 if the cloth has taken up liquid and none was lost.
+// Runs drench from a C++ program: a block of water above a pinned cloth, defined in code. Prints every tenth of a second
+// the position of the water, the liquid in the cloth and the steps. Exit code 0 if the cloth absorbed liquid and none was lost.
 
 #include <algorithm>
 #include <cstdio>

@@ -1,4 +1,4 @@
-"""Water meeting porous cloth: a particle liquid coupled with cloth that absorbs, wicks and drips. All in SI units.
+"""Water interacting with absorbent cloth: a particle liquid coupled with cloth that absorbs, wicks and drips. All in SI units.
 
     import drench
     run = drench.Simulation("scene.yaml")

@@ -1,6 +1,7 @@
 """The types that tools read: a stub beside the module, and a mark that the package has types."""
 
 import ast
+import re
 from pathlib import Path
 
 import drench
@@ -20,6 +21,11 @@ def declared(body):
         elif isinstance(node, ast.Assign):
             names.update({target.id: node for target in node.targets})
     return names
+
+
+def test_the_version_is_that_of_the_library():
+    assert drench.__version__ == drench.info()["version"]
+    assert re.fullmatch(r"\d+\.\d+\.\d+", drench.__version__)
 
 
 def test_the_stub_declares_all_that_the_module_has():

@@ -9,7 +9,7 @@ namespace drench {
 namespace {
 
 constexpr const char* of_the_cloth = "is one for the whole cloth; allowed: only as a key of the cloth, not of a region";
-constexpr const char* as_the_cloth = "as the cloth's, in this region";
+constexpr const char* as_the_cloth = "as for the cloth, in this region";
 
 /// A section whose values begin as the cloth's: none of its keys is required.
 void describe_other_membrane(Section& s, MembraneScene& membrane) {
@@ -35,7 +35,7 @@ void describe_stretching(Section& s, MaterialScene& fabric) {
   s.saved_if(!woven).number("stretch", fabric.stretch, "[0.001, 1e9]", "N/m", as_the_cloth);
   s.optional(woven).section(
       "membrane", membrane, describe_other_membrane,
-      "as the cloth's, in this region; keys that are left out stay those of the cloth's `membrane`, if it has one");
+      "as for the cloth, in this region; omitted keys are those of the cloth's `membrane`, if it has one");
   s.check(!woven || (membrane.warp > 0 && membrane.weft > 0), "membrane",
           "lacks warp or weft, and the cloth has no membrane to take them from; allowed: warp, weft and shear");
   s.check(membrane.wet == 1 || fabric.porous, "membrane.wet",
@@ -52,10 +52,10 @@ void describe_bending(Section& s, MaterialScene& fabric) {
   s.check(!s.has("bend") || !plate, "bend", "is not how this cloth bends; allowed: bending, as the cloth has it");
   s.check(!s.has("bending") || plate, "bending", "is not how this cloth bends; allowed: bend, as the cloth has it");
   s.saved_if(!plate).number("bend", fabric.bend, "[0, 1e6]", "N·m",
-                            "as the cloth's, in this region; only where the cloth has `bend`");
+                            "as for the cloth, in this region; only if the cloth has `bend`");
   s.optional(plate).section(
       "bending", rigidity, describe_other_plate,
-      "as the cloth's, in this region; only where the cloth has `bending`, whose keys count where they are left out");
+      "as for the cloth, in this region; only if the cloth has `bending`, whose values omitted keys take");
   if (fabric.bending) fabric.bending = rigidity;
 }
 
@@ -69,7 +69,7 @@ void describe_pores(Section& s, MaterialScene& fabric) {
   s.number("emission_angle", fabric.emission_angle, "[1, 179]", "degrees", as_the_cloth);
   s.number("emission_velocity", fabric.emission_velocity, "[0, 100]", "m/s", as_the_cloth);
   s.number("diffusivity", fabric.diffusivity, "[0, 1]", "m²/s",
-           "as the cloth's, in this region; above 0 only where the cloth's is");
+           "as for the cloth, in this region; above 0 only if the cloth's is");
   s.number("weft_diffusivity", fabric.weft_diffusivity, "(0, 1]", "m²/s", as_the_cloth);
   if (fabric.diffusivity == 0 && !s.has("weft_diffusivity")) fabric.weft_diffusivity.reset();
   s.number("permeability", fabric.permeability, "[0, 1e-4]", "m²", as_the_cloth);
@@ -114,27 +114,28 @@ void describe(Section& s, RegionScene& region) {
   using Kind = RegionScene::Kind;
   MaterialScene& fabric = region.material;
   s.one_of(region.kind, Kind::group)
-      .text("group", region.group, "a name that `g`, `o` or `usemtl` gives to faces of the cloth's .obj file");
+      .text("group", region.group, "name of a group of faces (`g`, `o` or `usemtl`) in the cloth's .obj file");
   s.one_of(region.kind, Kind::box)
-      .section("box", region.box, "triangles whose middles are inside this box, after placing");
+      .section("box", region.box, "triangles whose centres are inside this box, after placement");
   describe_fabric(
       s,
-      "a fabric whose values count where this entry has no key of its own; what is one for a cloth stays the "
-      "cloth's, as does how it bends (docs/manual/fabrics.md)");
+      "named fabric that supplies defaults for this region, except for keys that only a whole cloth can have and the "
+      "bending model (docs/manual/fabrics.md)");
   s.number("areal_density", fabric.areal_density, "[1e-4, 1000]", "kg/m²", as_the_cloth);
   s.number("thickness", fabric.thickness, "[1e-6, 1]", "m", as_the_cloth);
   describe_stretching(s, fabric);
   describe_bending(s, fabric);
   s.optional(fabric.has_warp)
       .numbers("warp", fabric.warp, direction_range, "1",
-               "as the cloth's, in this region: a patch may be cut on the bias");
+               "as for the cloth, in this region; for a patch cut on the bias");
   s.number("damping", fabric.damping, "[0, 1e6]", "1/s", as_the_cloth);
   s.number("friction", fabric.friction, "[0, 10]", "1", as_the_cloth);
   s.number("friction_wet", fabric.friction_wet, "[0, 10]", "1", as_the_cloth);
   s.number("damping_wet", fabric.damping_wet, "[0, 1e6]", "1/s", as_the_cloth);
   s.number("adhesion", fabric.adhesion, "[0, 10]", "N/m", as_the_cloth);
   s.optional(fabric.porous)
-      .section("porous", fabric, describe_pores, "as the cloth's, in this region; only where the cloth has it");
+      .section("porous", fabric, describe_pores,
+               "as for the cloth, in this region; only if the cloth has this section");
   for (const char* key : {"friction_wet", "damping_wet"})
     s.check(!s.has(key) || fabric.porous, key,
             "is for a cloth that takes up liquid; allowed: only beside the key porous of the cloth");

@@ -22,8 +22,8 @@ bool has_porous(const Scene& scene) {
 void describe_preset(Section& s, ProcessScene& processes) {
   enum class Preset { none, baseline } preset = Preset::none;
   s.saved_if(false).choice("preset", preset, {{"none", Preset::none}, {"baseline", Preset::baseline}},
-                           "`baseline`: no direction and no saturation control, as the paper's previous method, where "
-                           "`processes` does not say otherwise; only with porous cloth");
+                           "`baseline` turns `direction` and `saturation_control` off unless `processes` sets them; "
+                           "only with porous cloth");
   if (preset == Preset::baseline) processes.direction = processes.saturation_control = false;
 }
 
@@ -35,8 +35,8 @@ void describe_neighbors(Section& s, Scene& scene) {
             {"radix", SortMethod::radix},
             {"bitonic", SortMethod::bitonic},
             {"bitonic_naive", SortMethod::bitonic_naive}},
-           "how particles are sorted by cell; changes the speed and not one bit of the results");
-  s.boolean("through_cloth", scene.through_cloth, "liquid feels liquid on the other side of a cloth");
+           "sorting algorithm; affects speed, not results");
+  s.boolean("through_cloth", scene.through_cloth, "liquid interacts with liquid on the other side of a cloth");
 }
 
 /// Relations between sections.
@@ -55,8 +55,9 @@ void check_sections(Section& s, const Scene& scene) {
   s.check(!s.has("cloth_solver") || !scene.cloths.empty(), "cloth_solver",
           "moves cloth, and the scene has none; allowed: only beside the key cloth");
   const bool porous = has_porous(scene);
-  s.check(!scene.output.fabric || porous, "output.fabric",
-          "is about cloth that takes up liquid, and the scene has none; allowed: true only beside a cloth's key porous");
+  s.check(
+      !scene.output.fabric || porous, "output.fabric",
+      "is about cloth that takes up liquid, and the scene has none; allowed: true only beside a cloth's key porous");
   s.check(!scene.fluid.present || !scene.fluid.blocks.empty() || !scene.fluid.jets.empty() || porous, "fluid.sources",
           "is missing; allowed: a list of maps; only a scene with porous cloth, which can drip, does without");
   for (const char* key : {"preset", "processes"})
@@ -76,8 +77,10 @@ void check_parts(Section& s, const Scene& scene) {
     s.check(!cloth.material.bending || scene.cloth_solver.method == ClothMethod::pd, fmt::format("cloth.{}.bending", i),
             "stands beside cloth_solver.method: xpbd; allowed: only with pd");
     const bool passes = cloth.material.porous && cloth.material.permeability > 0;
-    s.check(!passes || scene.fluid.viscosity > 0 || !scene.fluid.present, fmt::format("cloth.{}.porous.permeability", i),
-            "needs a viscous liquid (Darcy's flux is k Δp / (μ τ)), and fluid.viscosity is 0; allowed: fluid.viscosity above 0");
+    s.check(!passes || scene.fluid.viscosity > 0 || !scene.fluid.present,
+            fmt::format("cloth.{}.porous.permeability", i),
+            "needs a viscous liquid (Darcy's flux is k Δp / (μ τ)), and fluid.viscosity is 0; allowed: fluid.viscosity "
+            "above 0");
     s.check(names.insert(cloth.name).second, fmt::format("cloth.{}.name", i),
             fmt::format("a cloth before it is named '{}' too; allowed: a name of its own for each", cloth.name));
   }
@@ -92,39 +95,45 @@ void check_parts(Section& s, const Scene& scene) {
 
 void describe(Section& s, TimeScene& time) {
   s.one_line();
-  s.number("step", time.step, "[1e-9, 1]", "s", "time step Δt; with `mode: cfl` or `error` the longest; at most 10⁹ until `end`");
+  s.number("step", time.step, "[1e-9, 1]", "s",
+           "time step Δt; the longest one with `mode: cfl` or `error`; at most 10⁹ steps until `end`");
   s.number("end", time.end, "[1e-9, 1e6]", "s", "simulated time at which the run ends");
   s.choice("mode", time.mode, {{"fixed", TimeMode::fixed}, {"cfl", TimeMode::cfl}, {"error", TimeMode::error}},
-           "`fixed`: every step is `step` long (but for one or two before a frame); `cfl`: as long as `cfl` allows; `error`: as "
-           "long as the density's error stays within `tolerance`");
+           "`fixed`: every step has the length `step`, except one or two before a frame; `cfl`: as long as `cfl` "
+           "allows; `error`: as long as the density error stays within `tolerance`");
   s.number("cfl", time.cfl, "[0.001, 1]", "1",
-           "with `mode: cfl`, the part of a spacing that the fastest particle moves in a step");
+           "with `mode: cfl`, largest displacement of a particle per step, in spacings");
   s.number("tolerance", time.tolerance, "[1e-5, 0.1]", "1",
-           "with `mode: error`, the mean compression that a step may leave; a step that adds 2.5 times that is done again");
+           "with `mode: error`, target for the mean compression per step; steps that add more than 2.5 times as much "
+           "are repeated with a shorter Δt");
 }
 
 void describe(Section& s, FieldScene& field) {
   s.one_line();
-  s.numbers("center", field.center, coordinate_range, "m", "c");
-  s.required().numbers("rate", field.rate, "[0, 1000]", "1/s", "Ω, axis by axis; not all of them 0");
+  s.numbers("center", field.center, coordinate_range, "m", "centre c");
+  s.required().numbers("rate", field.rate, "[0, 1000]", "1/s", "rate Ω along each axis; at least one above 0");
   check_not_zero(s, "rate", field.rate);
 }
 
 void describe(Section& s, GustScene& gust) {
   s.one_line();
-  s.required().number("time", gust.time, "[0, 1e6]", "s", "when; later than the entry before");
+  s.required().number("time", gust.time, "[0, 1e6]", "s", "time of the entry; later than the one before");
   s.required().numbers("velocity", gust.velocity, air_speed_range, "m/s",
-                       "what is added to the wind's `velocity` then");
+                       "velocity added to the wind's `velocity` at that time");
 }
 
 void describe(Section& s, WindScene& wind) {
-  s.numbers("velocity", wind.velocity, air_speed_range, "m/s", "of undisturbed air");
-  s.list("gusts", wind.gusts,
-         "the air's velocity over time, linear between entries; the first holds before, the last after");
-  s.number("density", wind.density, "[0, 100]", "kg/m³", "ρ_a of the air");
-  s.number("normal_drag", wind.normal_drag, "[0, 10]", "1", "C_n of cloth across the wind, both sides together");
-  s.number("tangential_drag", wind.tangential_drag, "[0, 10]", "1", "C_t of cloth along the wind, both sides together");
-  s.number("liquid_drag", wind.liquid_drag, "[0, 10]", "1", "C_l of free liquid, 0.47 for round drops; 0: none");
+  s.numbers("velocity", wind.velocity, air_speed_range, "m/s", "velocity of the undisturbed air");
+  s.list(
+      "gusts", wind.gusts,
+      "velocities added to the wind over time, linear between entries; the first applies before it, the last after it");
+  s.number("density", wind.density, "[0, 100]", "kg/m³", "density ρ_a of the air");
+  s.number("normal_drag", wind.normal_drag, "[0, 10]", "1",
+           "drag coefficient C_n of cloth across the wind, both sides together");
+  s.number("tangential_drag", wind.tangential_drag, "[0, 10]", "1",
+           "drag coefficient C_t of cloth along the wind, both sides together");
+  s.number("liquid_drag", wind.liquid_drag, "[0, 10]", "1",
+           "drag coefficient C_l of free liquid; 0.47 for round drops, 0 for no drag");
   for (std::size_t i = 1; i < wind.gusts.size(); ++i)
     s.check(wind.gusts[i - 1].time < wind.gusts[i].time, fmt::format("gusts.{}.time", i),
             fmt::format("{} is not after the entry before ({}); allowed: more than that, in s", wind.gusts[i].time,
@@ -134,17 +143,17 @@ void describe(Section& s, WindScene& wind) {
 void describe(Section& s, AirScene& air) {
   const bool direct = air.evaporation_rate.has_value(), given = direct || air.transfer_coefficient;
   s.one_line();
-  s.saved_if(!direct).number("humidity", air.humidity, "[0, 1]", "1", "relative humidity of the air far away");
+  s.saved_if(!direct).number("humidity", air.humidity, "[0, 1]", "1", "relative humidity of the ambient air");
   s.saved_if(!direct).number(
       "temperature", air.temperature, "[0, 60]", "°C",
-      "of the air and of what is wet; measured at the wet surface it is right in warm and dry air too");
+      "temperature of the air and of the wet surface; in warm, dry air use the temperature of the wet surface");
   s.saved_if(!given).number("speed", air.speed, "[0, 100]", "m/s",
-                            "of the air along what is wet; `wind`, which pushes, has its own");
-  s.saved_if(!given).number("length", air.length, "[0.001, 1000]", "m", "of what is wet, along the air");
+                            "air speed along the wet surface; independent of `wind`, which exerts drag");
+  s.saved_if(!given).number("length", air.length, "[0.001, 1000]", "m", "length of the wet surface along the air flow");
   s.number("transfer_coefficient", air.transfer_coefficient, "[0, 10]", "m/s",
-           "h_m of the air beside a wet surface; in place of `speed` and `length`");
+           "mass transfer coefficient h_m at a wet surface; replaces `speed` and `length`");
   s.number("evaporation_rate", air.evaporation_rate, "[0, 100]", "kg/(m² s)",
-           "j of a wet surface, in place of all the others; 1 kg/(m² h) is 2.8e-4");
+           "evaporation rate j of a wet surface; replaces all other keys; 1 kg/(m² h) is 2.8e-4");
   for (const char* key : {"speed", "length"})
     s.check(!s.has(key) || !air.transfer_coefficient, key,
             "stands beside transfer_coefficient, which follows from it; allowed: one of them");
@@ -155,40 +164,41 @@ void describe(Section& s, AirScene& air) {
 
 void describe(Section& s, OutputScene& output) {
   s.one_line();
-  s.number("every", output.every, "[0, 1e6]", "s", "time between two frames; 0: none; at most 10⁹ until `time.end`");
+  s.number("every", output.every, "[0, 1e6]", "s",
+           "time between frames; 0 for none; at most 10⁹ frames until `time.end`");
   s.number("checkpoint_every", output.checkpoint_every, "[0, 1e6]", "s",
-           "time between two checkpoints; 0: none; at most 10⁹ until `time.end`");
+           "time between checkpoints; 0 for none; at most 10⁹ checkpoints until `time.end`");
   s.boolean("measures", output.measures,
-            "columns of clumping and of the wet patch's shape in `stats.csv`; they cost time");
+            "adds columns for particle clumping and the shape of the wet patch to `stats.csv`; increases run time");
   s.boolean("fabric", output.fabric,
-            "columns of each porous cloth in `stats.csv`: its liquid, its wet patch, what came and went on each face");
-  s.number("wet_above", output.wet_above, "[1e-6, 1]", "1", "with `fabric`, the saturation from which on cloth counts as wet");
-  s.boolean("surface", output.surface, "the liquid's surface as a mesh with every frame; only with `fluid`");
+            "adds columns for each porous cloth to `stats.csv`: absorbed liquid, wet area, and liquid absorbed and "
+            "released on each face");
+  s.number("wet_above", output.wet_above, "[1e-6, 1]", "1", "with `fabric`, saturation from which cloth counts as wet");
+  s.boolean("surface", output.surface, "writes the liquid's surface as a mesh with every frame; only with `fluid`");
   s.number("surface_spacing", output.surface_spacing, "[0.25, 1]", "spacings",
-           "of the lattice that the surface is made on; time and triangles go with 1/its square or faster");
+           "lattice spacing of the surface mesh; time and number of triangles grow at least with the inverse square");
   s.choice("surface_kernel", output.surface_kernel,
            {{"isotropic", SurfaceKernel::isotropic}, {"anisotropic", SurfaceKernel::anisotropic}},
-           "a particle's shape in it: a ball, or an ellipsoid along the surface, which is smoother");
+           "shape of a particle in the surface: a sphere, or an ellipsoid along the surface, which is smoother");
   s.boolean("fitted_pressure", output.fitted_pressure,
-            "field `fitted_pressure` in the liquid's frames: pressure without the scatter of single particles");
-  s.boolean("report", output.report, "`report.html` in the output folder when the run ends, also one that fails");
+            "adds the field `fitted_pressure` to the liquid's frames: pressure without the scatter between particles");
+  s.boolean("report", output.report, "writes `report.html` when the run ends, also if it fails");
 }
 
 void describe(Section& s, ProcessScene& processes) {
   s.one_line();
-  s.on_off("direction", processes.direction,
-           "flow directions (Eqs. 4–6); off: cloth absorbs and emits to all sides alike");
+  s.on_off("direction", processes.direction, "flow directions; off: cloth absorbs and emits equally to all sides");
   s.on_off("saturation_control", processes.saturation_control,
-           "absorption slows down as the cloth fills; off: a fixed rate, whatever it holds");
-  s.on_off("absorption", processes.absorption, "cloth takes up liquid");
-  s.on_off("emission", processes.emission, "cloth gives excess liquid back");
+           "absorption slows down as the cloth fills; off: constant rate");
+  s.on_off("absorption", processes.absorption, "cloth absorbs liquid");
+  s.on_off("emission", processes.emission, "cloth releases excess liquid");
   s.on_off("diffusion", processes.diffusion, "liquid spreads within cloth");
 }
 
 void describe(Section& s, Box& box) {
   s.one_line();
-  s.required().numbers("min", box.min, coordinate_range, "m", "the corner with the smallest x, y, z");
-  s.required().numbers("max", box.max, coordinate_range, "m", "the opposite corner, above `min` on each axis");
+  s.required().numbers("min", box.min, coordinate_range, "m", "corner with the smallest x, y and z");
+  s.required().numbers("max", box.max, coordinate_range, "m", "opposite corner, above `min` on each axis");
   for (std::size_t i = 0; i < 3; ++i) {
     s.check(box.min[i] < box.max[i], fmt::format("max.{}", i),
             fmt::format("{} is not above min ({}); allowed: more than min, in m", box.max[i], box.min[i]));
@@ -198,56 +208,55 @@ void describe(Section& s, Box& box) {
 void describe_coordinates(Section& s, LengthUnit& unit, UpAxis& up, bool saved) {
   s.saved_if(saved).choice(
       "unit", unit, {{"m", LengthUnit::m}, {"cm", LengthUnit::cm}, {"mm", LengthUnit::mm}, {"inch", LengthUnit::inch}},
-      "unit of the file's coordinates times `scale`");
+      "unit of the scaled coordinates");
   s.saved_if(saved).choice("up", up, {{"x", UpAxis::x}, {"y", UpAxis::y}, {"z", UpAxis::z}},
-                           "axis of the file that points up; the mesh is turned so that it becomes y");
+                           "upward axis of the file; the mesh is rotated so that it becomes y");
 }
 
 void describe_sequence(Section& s, SequenceScene& sequence, const char* meaning) {
   const bool saved = !sequence.files.empty();
   s.saved_if(saved).mesh_files("sequence", sequence.files, meaning);
-  s.saved_if(saved).number("fps", sequence.fps, "[0.001, 1e5]", "1/s", "files of the `sequence` a second, the first at 0 s");
+  s.saved_if(saved).number("fps", sequence.fps, "[0.001, 1e5]", "1/s",
+                           "files of the `sequence` per second; the first is at 0 s");
   s.check(s.has("sequence") || !s.has("fps"), "fps", "is for a sequence of files; allowed: only beside sequence");
 }
 
 void describe(Section& s, SpinScene& spin) {
   s.one_line();
-  s.numbers("axis", spin.axis, direction_range, "1", "not 0; its length does not matter");
+  s.numbers("axis", spin.axis, direction_range, "1", "rotation axis; its length does not matter");
   s.number("degrees_per_second", spin.degrees_per_second, "[-1e5, 1e5]", "degrees/s", "by the right-hand rule");
   check_not_zero(s, "axis", spin.axis);
 }
 
 void describe(Section& s, Scene& scene) {
   s.required().integer("drench", scene.version, "[1, 1]", "(the format's version)", "version of the format");
-  s.section("time", scene.time, "how time goes on");
+  s.section("time", scene.time, "simulated time and time steps");
   s.remark("s");
   s.numbers("gravity", scene.gravity, "[-1000, 1000]", "m/s²", "acceleration of everything that moves");
   s.optional(scene.field.present)
       .section("field", scene.field,
-               "an acceleration of the liquid towards a centre, −Ω² (x − c) along each axis; only with `fluid`");
+               "acceleration of the liquid towards a centre, −Ω² (x − c) along each axis; only with `fluid`");
   s.remark("m, 1/s");
-  s.optional(scene.wind.present)
-      .section("wind", scene.wind, "moving air: its drag on cloth and, where asked for, on free liquid");
+  s.optional(scene.wind.present).section("wind", scene.wind, "moving air: drag on cloth and optionally on free liquid");
   s.optional(scene.air.present)
-      .section(
-          "air", scene.air,
-          "air that liquid evaporates into, from its surface and from porous cloth; without it nothing evaporates");
+      .section("air", scene.air,
+               "evaporation of free liquid and of liquid in porous cloth; without this section nothing evaporates");
   s.section("domain", scene.domain,
-            "where the liquid may be: a particle that leaves it is drained, its mass is accounted for");
+            "box that contains the liquid; particles that leave it are removed, and their mass is recorded as drained");
   s.remark("m");
-  s.section("output", scene.output, "what is written, and when");
+  s.section("output", scene.output, "output files and their intervals");
   s.remark("s");
   describe_preset(s, scene.processes);
   s.saved_if(has_porous(scene))
       .section("processes", scene.processes,
-               "what porous cloth and liquid do to each other, each to be left out; only with porous cloth");
-  s.section("neighbors", scene, describe_neighbors, "the search for neighbours");
-  s.optional(scene.fluid.present).section("fluid", scene.fluid, "the liquid; without it there are no particles");
+               "switches for the exchange between porous cloth and liquid; only with porous cloth");
+  s.section("neighbors", scene, describe_neighbors, "neighbour search");
+  s.optional(scene.fluid.present)
+      .section("fluid", scene.fluid, "the liquid; without this section there are no particles");
   s.saved_if(!scene.cloths.empty())
-      .section("cloth_solver", scene.cloth_solver,
-               "how the cloths' implicit step is solved, one for all of them; only with `cloth`");
-  s.list("cloth", scene.cloths, "the cloths, each a list entry of its own");
-  s.list("bodies", scene.bodies, "solid bodies, each a list entry of its own");
+      .section("cloth_solver", scene.cloth_solver, "solver settings for all cloths; only with `cloth`");
+  s.list("cloth", scene.cloths, "cloths of the scene");
+  s.list("bodies", scene.bodies, "solid bodies and containers of the scene");
   check_sections(s, scene);
   check_parts(s, scene);
 }

@@ -260,6 +260,8 @@ struct RegionScene {
 
 /// Of `cloth.N.weld`: sews boundary points that coincide, up to a small part of their edges.
 inline constexpr double weld_automatically = -1;
+/// Of `cloth.N.clean`: removes triangles that are lower than a hundredth of the mesh's mean edge.
+inline constexpr double clean_automatically = -1;
 
 /// An entry of `cloth.N.sew`: nodes that stitches pull together.
 struct SewScene {
@@ -282,6 +284,7 @@ struct ClothScene {
   double scale = 1.0;                    // 1; of the mesh file
   LengthUnit unit = LengthUnit::m;       // of the mesh file
   UpAxis up = UpAxis::y;                 // of the mesh file
+  double clean = clean_automatically;    // m: height below which triangles of the mesh file are removed; 0: none
   double weld = weld_automatically;      // m: how far apart boundary points are that become one; 0: none
   Vec3 position{0, 0, 0};                // m
   Vec3 rotate_axis{1, 0, 0};             // it is turned first, about its mesh's origin, then moved

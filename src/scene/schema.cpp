@@ -31,19 +31,20 @@ std::string standard_cell(const Schema& schema, const SchemaKey& key) {
   return fmt::format("required; without `{}`: `{}`", map, key.standard);
 }
 
-constexpr const char* preface = R"(# The scene format
-This file is what the loader itself knows: `drench schema > scenes/README.md` writes it, and a test compares the two.
+constexpr const char* preface = R"(# Scene file reference
 
-A scene is one YAML document in UTF-8, a map of keys and values, in SI units. Unknown keys, keys given twice, values of the wrong type, not a
-number or out of their range, empty lists and missing files are refused with one line, `file:line:column: key: what is wrong; allowed: …`, and exit code 2.
-Ranges are written as in mathematics: `[0, 1]` is from 0 to 1, both of them allowed. Infinity is `.inf`. A scene has at most {} MB, {} levels of lists and maps,
-{} values and {} keys in a map; anchors and aliases may be used, tags may not.
+A scene is a YAML file in UTF-8 and SI units. This page lists every key; `drench schema` prints the same text.
 
-A value `or keys` may move with time: `[[time, value], …]`, straight between the keys, or `{{keys: [[time, value], …], interpolation: smooth}}`. Times are in
-`[0, 1e6]` s and rise. `interpolation` is `linear`, `smooth` (a monotone cubic) or `step` (each value holds until the next). The first value holds before its time.
+Unknown keys, repeated keys, wrong types, values out of range, empty lists and missing files are rejected with exit code 2 and one line,
+`file:line:column: key: what is wrong; allowed: …`. In ranges, `[0, 1]` includes both ends and `(0, 1]` excludes 0. Infinity is `.inf`. A scene may
+have at most {} MB, {} levels of lists and maps, {} values, and {} keys per map. Anchors and aliases are allowed, tags are not.
 
-`--set key.path=value` replaces a value from the command line; `N` is the entry's number in its list, from 0: `--set cloth.0.stretch=300`.
-`scene.yaml` in the folder of any run has every key with the value that was used.
+Values whose type ends with *or keyframes* may vary in time. `[[time, value], …]` interpolates linearly. `{{keys: [[time, value], …], interpolation: smooth}}`
+chooses `linear`, `smooth` (a monotone cubic) or `step` (each value holds until the next). Times are in `[0, 1e6]` s and must increase. The first value
+also applies before its time, and the last one after.
+
+`--set key.path=value` overrides a value on the command line. `N` is the position of an entry in its list, from 0: `--set cloth.0.stretch=300`.
+The file `scene.yaml` in the output folder of a run contains every key with the value that was used.
 )";
 
 }  // namespace
@@ -66,18 +67,28 @@ std::string tables_of(const Schema& schema) {
   std::vector<std::string> maps;
   for (const SchemaKey& key : schema.keys)
     if (std::find(maps.begin(), maps.end(), key.parent()) == maps.end()) maps.push_back(key.parent());
-  std::string tables;
+  struct Part {
+    std::string heading, text;
+  };
+  std::vector<Part> parts;  // sections that say the same share one
   for (const std::string& map : maps) {
-    tables += map.empty() ? "\n## The scene\n" : fmt::format("\n## `{}`\n", map);
+    std::string text;
     const SchemaKey* of_map = schema.find(map.ends_with(".N") ? map.substr(0, map.size() - 2) : map);
-    if (of_map) tables += sentence(of_map->meaning) + "\n\n";
-    tables += "| key | type | allowed | unit | default | meaning |\n|---|---|---|---|---|---|\n";
+    if (of_map) text += sentence(of_map->meaning) + "\n\n";
+    text += "| Key | Type | Allowed | Unit | Default | Description |\n|---|---|---|---|---|---|\n";
     for (const SchemaKey& key : schema.keys) {
       if (key.parent() != map) continue;
-      tables += fmt::format("| `{}` | {} | {} | {} | {} | {} |\n", key.name(), key.type, key.allowed, unit_cell(key),
-                            standard_cell(schema, key), key.meaning);
+      text += fmt::format("| `{}` | {} | {} | {} | {} | {} |\n", key.name(), key.type, key.allowed, unit_cell(key),
+                          standard_cell(schema, key), key.meaning);
     }
+    const auto same = std::find_if(parts.begin(), parts.end(), [&](const Part& part) { return part.text == text; });
+    if (same != parts.end())
+      same->heading += fmt::format(", `{}`", map);
+    else
+      parts.push_back({map.empty() ? "The scene" : fmt::format("`{}`", map), text});
   }
+  std::string tables;
+  for (const Part& part : parts) tables += fmt::format("\n## {}\n{}", part.heading, part.text);
   return tables;
 }
 

@@ -33,11 +33,11 @@ class DocumentSection : public Section {
   }
   void number(const char* key, Keyed<double>& value, const char* range, const char* unit,
               const char* meaning) override {
-    note(key, "number or keys", range, unit, yaml::text(value.plain()), meaning);
+    note(key, "number or keyframes", range, unit, yaml::text(value.plain()), meaning);
   }
   void numbers(const char* key, Keyed<Vec3>& value, const char* range, const char* unit,
                const char* meaning) override {
-    note(key, "3 numbers or keys", range, unit, yaml::text(std::span<const double>(value.plain())), meaning);
+    note(key, "3 numbers or keyframes", range, unit, yaml::text(std::span<const double>(value.plain())), meaning);
   }
   void integer(const char* key, int& value, const char* range, const char* unit, const char* meaning) override {
     note(key, "whole number", range, unit, std::to_string(value), meaning);

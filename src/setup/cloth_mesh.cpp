@@ -15,6 +15,7 @@
 #include "setup/cloth_warp.hpp"
 #include "setup/file_place.hpp"
 #include "setup/membrane.hpp"
+#include "setup/mesh_clean.hpp"
 #include "setup/mesh_io.hpp"
 #include "setup/mesh_sequence.hpp"
 #include "setup/plate.hpp"
@@ -44,6 +45,16 @@ struct PlacedMesh {
   Weld weld;
 };
 
+/// Removes slivers; nodes of the file and pairs that stitches hold follow.
+void clean(PlacedMesh& placed, const ClothScene& cloth, SetupLines& lines) {
+  const MeshCleaning cleaning = clean_mesh(placed.mesh, cloth.clean);
+  if (!cleaning.found()) return;
+  lines.notes.push_back(cloth_label(cloth.name) + ": " + cleaning.text());
+  const auto now = [&](Index n) { return cleaning.node[static_cast<std::size_t>(n)]; };
+  for (Index& n : placed.weld.node) n = now(n);
+  for (auto& pair : placed.weld.held) pair = {now(pair[0]), now(pair[1])};
+}
+
 PlacedMesh placed_mesh(const ClothScene& cloth, const std::string& scene_path, SetupLines& lines) {
   const std::string label = cloth_label(cloth.name);
   PlacedMesh placed;
@@ -64,6 +75,7 @@ PlacedMesh placed_mesh(const ClothScene& cloth, const std::string& scene_path, S
     placed.weld.node.resize(mesh.points.size());
     std::iota(placed.weld.node.begin(), placed.weld.node.end(), 0);
   }
+  if (!cloth.grid && cloth.clean != 0) clean(placed, cloth, lines);
   check_mesh(mesh, cloth.grid ? label : label + " (" + cloth.file + ")", cloth_min_area_ratio);
   if (!cloth.grid)
     if (std::string hint = unit_hint(mesh.points, cloth.unit, cloth.scale, label); !hint.empty())

@@ -9,6 +9,7 @@
 
 #include "base/eigen_vec.hpp"
 #include "setup/file_place.hpp"
+#include "setup/mesh_clean.hpp"
 #include "setup/setup_error.hpp"
 #include "setup/weld.hpp"
 
@@ -38,6 +39,7 @@ void judge_unit(Garment& garment, const std::string& label, double size) {
 void place(Garment& garment, bool on_body) {
   FilePlace{metres_in(garment.guess.unit) * upright(garment.guess.up), Vector3d::Zero()}(garment.mesh.points);
   weld_boundary(garment.mesh, weld_automatically);
+  clean_mesh(garment.mesh, clean_automatically);
   const Box box = bounds_of(garment.mesh.points);
   const double size = longest_side(box);
   const Vector3d middle = 0.5 * (to_eigen(box.min) + to_eigen(box.max));

@@ -174,6 +174,7 @@ inline constexpr BadScene bad_scenes[] = {
      "is not known; allowed: m, cm, mm, inch"},
     {"MeshUpUnknown", HEAD "cloth: [{mesh: {file: exists.obj, up: -z}}]\n", 2, 39, "cloth.0.mesh.up",
      "allowed: x, y, z"},
+    {"CleanOfAGrid", CLOTH "    clean: auto\n", 4, 12, "cloth.0.clean", "is for mesh files"},
     {"WeldOfAGrid", CLOTH "    weld: auto\n", 4, 11, "cloth.0.weld", "is for mesh files"},
     {"WeldNegative", HEAD "cloth: [{mesh: {file: exists.obj}, weld: -0.1}]\n", 2, 42, "cloth.0.weld",
      "is out of range; allowed: auto, off, [0, 1] m"},

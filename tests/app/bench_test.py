@@ -117,7 +117,7 @@ class Peers(Case):
         done = bench("--binary", BINARY, "--particles", 2000, "--steps", 12, "--runs", 2, "--threads", 1, "--tolerance", 2e-3,
                      "--peer", "splishsplash", "--peer-python", self.peer("splishsplash"), "--table", table)
         self.assertEqual(done.returncode, 0, done.stderr)
-        order = re.findall(r"^(drench|Fake 1\.0): [\d.]+ ms a step", done.stderr, re.MULTILINE)
+        order = re.findall(r"^(drench|Fake 1\.0): [\d.]+ ms per step", done.stderr, re.MULTILINE)
         self.assertEqual(order, ["drench", "Fake 1.0"] * 2)
         ours, theirs = measure.read_csv(table)
         self.assertEqual((ours["program"], ours["particles"]), ("drench", "2000"))
@@ -127,14 +127,14 @@ class Peers(Case):
         self.assertAlmostEqual(float(theirs["error"]), 0.01, delta=2e-3)
         self.assertEqual((theirs["density_iterations"], theirs["divergence_iterations"]), ("1.0", "7.0"))
         self.assertAlmostEqual(float(theirs["height"]), 0.5, delta=1e-6)
-        self.assertRegex(done.stdout, r"- Fake 1\.0: drench is [\d.]+ times as fast a particle. Fake 1\.0 wins in: density "
+        self.assertRegex(done.stdout, r"- Fake 1\.0: drench is [\d.]+ times as fast per particle. Fake 1\.0 wins in: density "
                          r"iterations \(1\.00 against [\d.]+\)\.")
 
     def test_a_faster_peer_wins(self):
         done = bench("--binary", BINARY, "--particles", 2000, "--steps", 12, "--runs", 1, "--threads", 1, "--tolerance", 2e-3,
                      "--peer", "genesis", "--peer-python", self.peer("genesis", ms=1e-3))
         self.assertEqual(done.returncode, 0, done.stderr)
-        self.assertRegex(done.stdout, r"- Fake 1\.0: drench is [\d.]+ times as \*\*slow\*\* a particle\. Fake 1\.0 wins in: time")
+        self.assertRegex(done.stdout, r"- Fake 1\.0: drench is [\d.]+ times as \*\*slow\*\* per particle\. Fake 1\.0 wins in: time")
 
 
 class Judge(unittest.TestCase):

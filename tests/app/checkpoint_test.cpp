@@ -7,6 +7,7 @@
 #include <bit>
 #include <cmath>
 
+#include "drench_version.hpp"
 #include "good_scenes.hpp"
 #include "output/checkpoint.hpp"
 #include "run_program.hpp"
@@ -22,7 +23,7 @@ TEST(CheckpointFile, KeepsEveryBitAndNamesOtherVersions) {
   const TempFolder folder;
   const fs::path path = folder.path() / checkpoint_name(12);
   Checkpoint c;
-  c.version = "0.1.0";
+  c.version = version_string;
   c.scene = "drench: 1\n";
   c.frames = 3;
   c.state.step = 12;
@@ -52,7 +53,8 @@ TEST(CheckpointFile, KeepsEveryBitAndNamesOtherVersions) {
     read_checkpoint(path);
     FAIL() << "another version";
   } catch (const CheckpointError& e) {
-    EXPECT_EQ(e.what(), path.string() + ": was written by version 0.0.9, this drench is 0.1.0");
+    EXPECT_EQ(e.what(),
+              fmt::format("{}: was written by version 0.0.9, this drench is {}", path.string(), version_string));
   }
   EXPECT_THROW(write_checkpoint(folder.path() / "nowhere" / "c.drench", c), std::runtime_error);
   EXPECT_EQ(names_in(folder.path()), (Words{"checkpoint_000012.drench"}));

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""docs_test.py SOURCE: tools/docs finds what is wrong with pages that are wrong, and nothing wrong with ours; CITATION.cff
-names the version. Exit code 77, skipped, where Doxygen is missing and nothing else is wrong."""
+"""docs_test.py SOURCE: tools/docs finds what is wrong with pages that are wrong, and nothing wrong with ours; CITATION.cff,
+README.md and CHANGELOG.md name the version. Exit code 77, skipped, where Doxygen is missing and nothing else is wrong."""
 
 import re
 import subprocess
@@ -93,6 +93,9 @@ def check_the_checks():
 def check_citation():
     version = re.search(r"^project\(drench VERSION (\S+)", (SOURCE / "CMakeLists.txt").read_text(), re.M)
     expect(f"\nversion: {version[1]}\n" in (SOURCE / "CITATION.cff").read_text(), f"CITATION.cff is not of {version[1]}")
+    expect(f"version = {{{version[1]}}}" in (SOURCE / "README.md").read_text(), f"README.md's BibTeX is not of {version[1]}")
+    newest = re.search(r"^## (\S+)", (SOURCE / "CHANGELOG.md").read_text(), re.M)
+    expect(newest[1] in (version[1], "Unreleased"), f"CHANGELOG.md begins with {newest[1]}, the version is {version[1]}")
 
 
 check_the_checks()

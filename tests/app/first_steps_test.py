@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""first_steps_test.py SOURCE BUILD: the commands of README.md's "Two commands" and "And then", in their order, do what it
-says; with the program that was built, and shorter runs."""
+"""first_steps_test.py SOURCE BUILD: the commands of README.md's "Quick start", in their order, do what it says, with the
+program that was built and shorter runs. Its scene runs without a warning."""
 
 import csv
 import re
@@ -16,7 +16,7 @@ SCENE = "scenes/water_on_cloth.yaml"
 def commands():
     """[(words, comment)] of the lines in code blocks that run something."""
     text = (SOURCE / "README.md").read_text()
-    part = text[text.index("## Two commands"):text.index("## What to expect")]
+    part = text[text.index("## Quick start"):text.index("## A scene")]
     for block in re.findall(r"```\n(.*?)```", part, re.S):
         for line in block.splitlines():
             words, _, comment = line.partition("#")
@@ -28,11 +28,25 @@ def steps(folder):
         return [float(row["time"]) for row in csv.DictReader(file)]
 
 
+def check_scene(folder):
+    """The scene that README.md shows, with water from the first steps on."""
+    block, = re.findall(r"```yaml\n(.*?)```", (SOURCE / "README.md").read_text(), re.S)
+    (folder / "scene.yaml").write_text(block)
+    checked = subprocess.run([str(BINARY), "check", "scene.yaml"], cwd=folder, capture_output=True, text=True)
+    assert checked.returncode == 0 and "warning" not in checked.stdout + checked.stderr, checked.stdout + checked.stderr
+    words = [str(BINARY), "run", "scene.yaml", "--steps", "3", "--quiet", "-o", "shown"]
+    ran = subprocess.run(words, cwd=folder, capture_output=True, text=True)
+    assert ran.returncode == 0, ran.stderr
+    with (folder / "shown/stats.csv").open() as file:
+        assert int(list(csv.DictReader(file))[-1]["particles"]) > 0
+
+
 def main():
     done = []
     with tempfile.TemporaryDirectory() as scratch:
         here = Path(scratch)
         (here / "scenes").symlink_to(SOURCE / "scenes")
+        check_scene(here)
         shorter = ["--quiet", "--set", "output.checkpoint_every=0.02", "--set", "time.end=0.06"]
         for words, comment in commands():
             name, rest = words[0], words[1:]

@@ -78,11 +78,13 @@ cloth:
       - {box: {min: [0, -1, 0], max: [1, 1, 1]}, spin: {axis: [0, 0, 1], degrees_per_second: 90, center: [0, 1, 0]}}
   - name: second
     mesh: {file: exists.obj, scale: 0.01, unit: inch, up: z}
+    clean: 2.0e-5
     weld: 1.0e-5
     dynamics: false
     porous: {diffusion_exponent: 2.5, retention_exponent: 1.5}
   - name: followed
     mesh: {file: exists.obj}
+    clean: off
     weld: off
     sew: [{loops: [[0, 1], [2, 3]]}, {groups: [left, right-side]}, {pairs: [[7, 8]]}, {file: seams.txt}]
     sew_time: 0.75

@@ -293,12 +293,12 @@ TEST(ReportHtml, EscapesMarkupAndBrokenCharacters) {
 TEST(ReportHistory, ARunThatWasGoneOnWithEndsAsItsLastPart) {
   const TempFolder folder;
   write_text(folder.path() / "run.log",
-             "2026-01-02 03:04:05  drench 0.1.0 (abc, float precision), backend kokkos: backend: OpenMP\n"
+             "2026-01-02 03:04:05  drench 0.9.0 (abc, float precision), backend kokkos: backend: OpenMP\n"
              "2026-01-02 03:04:05  scene a.yaml\n"
              "2026-01-02 03:04:06  warning: one\n"
              "2026-01-02 03:04:07  interrupted at step 5\n"
              "2026-01-02 03:04:07  5 steps to t = 0.1 s in 1.0 s, mass error 0 kg\n"
-             "2026-01-02 03:05:05  drench 0.1.0 (abc, float precision), backend kokkos: backend: OpenMP\n"
+             "2026-01-02 03:05:05  drench 0.9.0 (abc, float precision), backend kokkos: backend: OpenMP\n"
              "2026-01-02 03:05:06  warning: one\n"
              "2026-01-02 03:05:07  stopped at step 9: disk full\n");
   const RunHistory h = read_history(folder.path() / "run.log");

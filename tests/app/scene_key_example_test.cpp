@@ -102,7 +102,7 @@ TEST(SceneKeyExample, IsDocumentedAsThePageSays) {
   RoomScene room;
   const std::string tables = tables_of(document_section([&](Section& s) { describe(s, room); }));
   const std::string section = tables.substr(tables.find("## `lamp`\n"));
-  EXPECT_NE(page().find("\n" + section.substr(section.find("| key |"))), std::string::npos) << section;
+  EXPECT_NE(page().find("\n" + section.substr(section.find("| Key |"))), std::string::npos) << section;
   EXPECT_EQ(section.find("## `lamp`\nA lamp over the cloth; without it the room is dark.\n"), 0u) << section;
 }
 

@@ -169,6 +169,7 @@ ClothScene cloth_from_a_file() {
   second.scale = 0.01;
   second.unit = LengthUnit::inch;
   second.up = UpAxis::z;
+  second.clean = 2e-5;
   second.weld = 1e-5;
   second.dynamics = false;
   second.material.porous = true;
@@ -181,6 +182,7 @@ ClothScene cloth_that_follows_files() {
   ClothScene followed;
   followed.name = "followed";
   followed.file = folder().file("exists.obj");
+  followed.clean = 0;
   followed.weld = 0;
   followed.sew.resize(4);
   followed.sew[0].loops = {{0, 1}, {2, 3}};

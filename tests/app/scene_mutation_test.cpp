@@ -73,7 +73,7 @@ std::string objection_to_key(const Leaf& leaf, const std::map<std::string, const
     const std::string rest = leaf.general.substr(dot + 1), text = leaf.value->text;
     if (key->second->type.starts_with("list of pairs") && rest == "N.N")
       return in_range(as_number(text), key->second->allowed) ? "" : leaf.path + " is " + text;
-    if (!key->second->type.ends_with("or keys")) continue;
+    if (!key->second->type.ends_with("or keyframes")) continue;
     if (rest == "interpolation") return text == "linear" || text == "smooth" || text == "step" ? "" : leaf.path + " is " + text;
     const bool time = (rest == "N.N" || rest == "keys.N.N") && leaf.path.ends_with(".0");
     const std::string range = time ? "[0, 1e6]" : key->second->allowed;

@@ -84,7 +84,7 @@ class ValidScenes {
       for (std::size_t k = 0; k < count; ++k) text += (k > 0 ? ", " : "") + number(key.allowed, before, whole);
       return count > 1 || list ? "[" + text + "]" : text;
     };
-    return type.ends_with("or keys") && below(3) > 0 ? keys_of(value, count) : value();
+    return type.ends_with("or keyframes") && below(3) > 0 ? keys_of(value, count) : value();
   }
 
   static std::vector<std::string> words_of(const std::string& allowed) {

@@ -69,12 +69,12 @@ class Pages(Case):
     def test_precisions_are_columns_of_one_row(self):
         page = self.page("liquid_at_rest")
         self.assertIn("3 cases, 2 not met.", page)
-        for row in ("| case | reference | target | float | double | unit | met |",
+        for row in ("| Case | Expected | Limit | Measured, float | Measured, double | Unit | Met |",
                     "| column: pressure | p = ρ g z | 0.02 | **0.03** | **0.05** | 1 | **no**<sup>1</sup> |",
                     "| column: load | weight | 0.002 | 0.001 | – | 1 | yes |",
                     "| column: speed | 0 | 1e-6 (float), 1e-12 (double) | **3e-6** | 5e-13 | m/s | **no** (float)<sup>2</sup> |"):
             self.assertEqual(page.count(row), 1, row)
-        self.assertRegex(page, r"## Why not\n\n1\. Walls\.\n2\. Floats round\.\n")
+        self.assertRegex(page, r"## Reasons for missed limits\n\n1\. Walls\.\n2\. Floats round\.\n")
         self.assertTrue(page.startswith(validation_pages.MARK))
 
     def test_a_row_that_comes_again_replaces_the_one_before(self):
@@ -95,9 +95,11 @@ class Pages(Case):
                     "| [Conservation](conservation.md) | 1 | 1 | 0 | 0 | all |  |",
                     "| [Whole scenes](whole_scenes.md) | 0 | 0 | 0 | – | – |  |",
                     "| **all** | **7** | **4** | **3** |  |  |  |",
-                    "- float: OpenMP, 2 threads; 2026-01-02; commit abc123",
-                    "- double: OpenMP, 2 threads; 2026-01-03; commit abc123"):
+                    "*Measured, float: OpenMP, 2 threads, 2026-01-02; double: OpenMP, 2 threads, 2026-01-03.*"):
             self.assertEqual(page.count(row), 1, row)
+        picture = (self.docs / "validation/scorecard.svg").read_text()
+        self.assertEqual((picture.count("<circle"), picture.count('fill="#c00"')), (7, 3))
+        self.assertLess(page.index("scorecard.svg"), page.index("| Theme |"))
 
     def test_pages_of_themes_that_are_no_more_go(self):
         stale, own = self.path("stale"), self.path("own")
@@ -231,9 +233,9 @@ class Printed(Case):
             self.assertRegex(page, r"\| sheet on an incline of 25°, friction 0\.4: acceleration \| [^|]+ \| 0\.02 \| .*\*\*no\*\*<sup>1")
             self.assertIn("1. Near the limit of sticking", page)
         else:
-            self.assertIn("5 cases, none not met.", page)
+            self.assertIn("5 cases, all met.", page)
             self.assertRegex(ran.stdout, r"\|(float|double)\|")
-        self.assertRegex(self.page("README"), r"- (float|double): \w+, .+; 20\d\d-\d\d-\d\d; commit \w+")
+        self.assertRegex(self.page("README"), r"\*Measured, (float|double): \w+, .+, 20\d\d-\d\d-\d\d\.\*")
 
 
 if __name__ == "__main__":

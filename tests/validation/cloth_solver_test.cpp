@@ -239,8 +239,8 @@ TEST(cloth_solver, a_sheet_with_ten_times_its_mass_converges_and_gains_no_energy
     }
     std::printf("%s: energy %.4f to %.4f J, at most %d iterations\n", method.c_str(), first, last, most);
     EXPECT_LT(last, first);
-    report({"cloth by " + method + ": pinned sheet with 10 times its mass, 2 s: steps at the cap of 300", "none",
-            double(capped), 0});
+    report({"cloth by " + method + ": pinned sheet with 10 times its mass, 2 s: steps at the limit of 300 iterations",
+            "none", double(capped), 0});
     report({"cloth by " + method +
                 ": pinned sheet with 10 times its mass, 2 s: largest rise of energy in a step over what is lost in all",
             "none", rise / (first - last), 1e-6});
@@ -256,7 +256,7 @@ TEST(cloth_solver, momentum_of_xpbd_does_not_swing_under_water) {
     iterations += r.cloth_iterations;
   }
   std::printf("scenes/emission_fig6.yaml by xpbd: %d iterations of the cloth in 40 steps\n", iterations);
-  report({"cloth by xpbd: scenes/emission_fig6.yaml, 40 steps: steps at the cap of 1000", "none",
+  report({"cloth by xpbd: scenes/emission_fig6.yaml, 40 steps: steps at the limit of 1000 iterations", "none",
           static_cast<double>(capped), 0});
 }
 
@@ -276,7 +276,7 @@ TEST(cloth_solver, a_low_cap_makes_cloth_sluggish_and_not_wild) {
         run.step();
         largest = std::max(largest, energy_of_motion(run.model(), run.state()));
       }
-      report({fmt::format("cloth by {}: sheet without damping, {} iterations a step, 1 s: motion and weight gain over "
+      report({fmt::format("cloth by {}: sheet without damping, {} iterations per step, 1 s: motion and weight gain over "
                           "a fall of 1 m",
                           method, cap),
               "none", largest / (0.2 * gravity * 1), 1e-2});

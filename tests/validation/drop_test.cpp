@@ -318,8 +318,8 @@ TEST(drop, conserves_momentum_and_angular_momentum) {
     before = now;
   }
   const double target = double_precision ? 1e-12 : 1e-6;
-  report({"drop: change of momentum a step over the sum of its magnitudes", "conserved", linear, target});
-  report({"drop: change of angular momentum a step over the sum of its magnitudes", "conserved", angular, target});
+  report({"drop: change of momentum per step over the sum of its magnitudes", "conserved", linear, target});
+  report({"drop: change of angular momentum per step over the sum of its magnitudes", "conserved", angular, target});
 }
 
 }  // namespace drench::test

@@ -105,8 +105,8 @@ fluid:
   }
   EXPECT_GT(iterations, 4 * 200) << "the solves have nothing to do";
   const double target = double_precision ? 1e-12 : 1e-6;
-  report({"closed drop, zero g: drift of momentum a step over Σ m v", "constant", linear, target});
-  report({"closed drop, zero g: drift of angular momentum a step over Σ m r v", "constant", angular, target});
+  report({"closed drop, zero g: drift of momentum per step over Σ m v", "constant", linear, target});
+  report({"closed drop, zero g: drift of angular momentum per step over Σ m r v", "constant", angular, target});
 }
 
 }  // namespace drench::test

@@ -22,7 +22,8 @@ constexpr double most_growth = 2;    // of the residual that a step may cause
 constexpr int most_halvings = 3;     // of a step
 constexpr int slow_after = 4;        // iterations: then what has not halved in three of them is relaxed locally
 constexpr double margin_at_dynamic_bodies = 0.002;  // of the thickness, beyond the clearance: where pressed nodes end
-constexpr int cycles_after = 10;                    // iterations: then steps are halved
+constexpr double same_way = 0.3;     // cosine between two slow steps above which the second is twice as long as the first
+constexpr double longest = 32;       // of such steps
 constexpr double rounding = 0.5 * 2.2e-16;          // of Σ D L: what the sums leave of a residual
 
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
@@ -140,13 +141,12 @@ bool NewtonCloth::run(const Cloth& cloth, ClothSolverWork& solver, const ClothSy
   const int cap = std::min(most, most_iterations);
   for (int k = 0; k < cap && !(now_.over_goal <= 1 && k > 0); ++k) {
     stop_if_requested();
-    const bool slow = k >= slow_after && now_.over_goal > 0.5 * past[at(k - 3)];
+    slow_ = k >= slow_after && now_.over_goal > 0.5 * past[at(k - 3)];
     past.push_back(now_.over_goal);
-    if (slow && relax_locally(s)) {
+    if (slow_ && relax_locally(s)) {
       ++progress.iterations;
       if (now_.over_goal <= 1) break;
     }
-    first_length_ = slow && k >= cycles_after ? 0.5 : 1;  // two iterates in turn have what is sought between them
     iterate(s, k == 0);
     ++progress.iterations;
     if (now_.over_goal > best) continue;
@@ -163,6 +163,11 @@ bool NewtonCloth::run(const Cloth& cloth, ClothSolverWork& solver, const ClothSy
   return progress.residual <= 1 || cap == most;
 }
 
+double NewtonCloth::cosine_between(const NodeVector& a, const NodeVector& b) {
+  const double product = std::sqrt(sums_.dot(a, a) * sums_.dot(b, b));
+  return product > 0 ? sums_.dot(a, b) / product : 0;
+}
+
 void NewtonCloth::iterate(const ClothSystem& s, bool first) {
   if (!first || !warm_) tangent_.update(s, now_.shift);
   find_touching(s);
@@ -173,6 +178,10 @@ void NewtonCloth::iterate(const ClothSystem& s, bool first) {
     warm_ = true;
   }
   last_linear_ = solve_linear(s);
+  // The tangent of a sheet that buckles is too stiff, as it leaves out what lowers it: steps one way are all too short. Two
+  // that go to and fro have what is sought between them.
+  const double turn = slow_ ? cosine_between(change_, plain_) : 0;
+  first_length_ = turn > same_way ? std::min(2 * first_length_, longest) : turn < 0 ? 0.5 : 1;
   plain_ = change_;
   if (toggled_ > few_toggled) anderson_.clear();
   const bool combined = anderson_.combine(now_.shift, now_.left, change_);

@@ -67,6 +67,7 @@ class NewtonCloth {
   void see_solids(const ClothSystem& s, Index n, const Double3& shift, const Double3& residual, NodeNearby& near) const;
   void start(const ClothSystem& s, const Entries<const Real3>& displacement);
   void iterate(const ClothSystem& s, bool first);
+  double cosine_between(const NodeVector& a, const NodeVector& b);
   int solve_linear(const ClothSystem& s);
   /// From `from` along change_: the next iterate.
   void move(const ClothSystem& s, const Iterate& from);
@@ -97,6 +98,7 @@ class NewtonCloth {
   bool warm_ = false, fresh_ = true;  // there is a factor of this time step; the solve has not begun
   double margin_ = 0;                 // 1: of the thickness, beyond the clearance
   double goal_ = 0;                   // N
+  bool slow_ = false;                 // the residual has not halved in three iterations
   double first_length_ = 1;           // of a step that is tried
   int last_linear_ = 0;               // iterations of the last linear solve
   Index changed_ = 0, toggled_ = 0;   // nodes whose free directions differ from the factor's; whose state has changed

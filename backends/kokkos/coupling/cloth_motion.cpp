@@ -87,20 +87,24 @@ struct MoveCloth {
     }
     position(n) = x + shift;
     velocity(n) =
-        clearance.kept < Real(0.999) * clearance.thickness ? at_rest_outwards(v, x, shift, clearance.thickness) : v;
+        clearance.kept < Real(0.999) * clearance.thickness ? at_rest_outwards(v, x, shift, clearance) : v;
     return shift;
   }
-  /// The velocity of a node that has been brought out of a solid: being brought out does not throw it.
-  KOKKOS_INLINE_FUNCTION Real3 at_rest_outwards(Real3 v, const Real3& x, const Real3& shift, Real thickness) const {
+  /// The velocity of a node that solids have brought out: being brought out does not throw it.
+  KOKKOS_INLINE_FUNCTION Real3 at_rest_outwards(Real3 v, const Real3& x, const Real3& shift,
+                                                const Clearance& clearance) const {
     for (std::size_t b = 0; b < solids.extent(0); ++b) {
       const Solid& solid = solids(static_cast<std::int64_t>(b));
       const SolidDistance<> d = solid_distance(solid, x, shift);
-      if (!(d.phi < thickness)) continue;
+      const Real distance = distance_to_keep(solids, b, d, x, shift, clearance);
+      if (!(d.phi < distance + touching * clearance.thickness)) continue;
+      const Real before = solid_distance(solid, x, dt * surface_velocity(solid, x, Real3{})).phi;
       const Real outward = dot(v - surface_velocity(solid, x, shift), d.normal);
-      if (outward > 0) v -= outward * d.normal;
+      v -= Kokkos::fmax(Real(0), Kokkos::fmin(outward, (d.phi - before) / dt)) * d.normal;
     }
     return v;
   }
+  static constexpr Real touching = Real(0.01);  // of the thickness: nodes so near rest on a solid
 };
 
 }  // namespace
