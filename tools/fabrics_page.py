@@ -1,25 +1,31 @@
 #!/usr/bin/env python3
-"""tools/fabrics_page.py [--check]: writes the tables of docs/manual/fabrics.md from src/scene/fabrics.yaml, between its marks.
+"""tools/fabrics_page.py [--check]: writes the tables of docs/manual/fabrics.md and docs/manual/fabric_data.md, between their
+marks, from src/scene/fabrics.yaml.
 
---check writes nothing: exit code 1 if the page is not what would be written. Needs no YAML library: the file has one form."""
+--check writes nothing: exit code 1 if a page differs from what would be written. Needs no YAML library: the file has one form."""
 
 import re
 import sys
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
-DATA, PAGE = ROOT / "src/scene/fabrics.yaml", ROOT / "docs/manual/fabrics.md"
+DATA, PAGE, APPENDIX = (ROOT / name for name in ("src/scene/fabrics.yaml", "docs/manual/fabrics.md", "docs/manual/fabric_data.md"))
 BEGIN, END = "<!-- made by tools/fabrics_page.py: begin -->", "<!-- made by tools/fabrics_page.py: end -->"
-VALUE = re.compile(r'- \{key: (\S+), value: (\S+), how: (\w+), source: (\w+), note: "(.*)"\}$')
-UNITS = {"areal_density": "kg/m²", "thickness": "m", "membrane": "N/m", "bending": "N·m", "permeability": "m²",
-         "diffusivity": "m²/s", "capillary_height": "m"}
-
+VALUE = re.compile(r'- \{key: (\S+), value: (\S+), how: (\w+), source: (\w+), note: "([^"]*)"\}(?: +#.*)?$')
+SUBJECTS = {"Mass": ["areal_density"], "Thickness": ["thickness"],
+            "Stretch and shear": ["membrane.warp", "membrane.weft", "membrane.shear"],
+            "Bending": ["bending.warp", "bending.weft", "bending.twist"],
+            "Solid fraction": ["porous.solid_fraction"], "Permeability": ["porous.permeability"],
+            "Wicking": ["porous.diffusivity", "porous.diffusion_exponent", "porous.capillary_height"]}
+UNITS = {"areal_density": "kg/m²", "thickness": "m", "membrane.warp": "N/m", "membrane.weft": "N/m", "membrane.shear": "N/m",
+         "bending.warp": "N·m", "bending.weft": "N·m", "bending.twist": "N·m", "porous.permeability": "m²",
+         "porous.diffusivity": "m²/s", "porous.capillary_height": "m"}
 
 def read(text):
     """({source: {title, link, read}}, {fabric: {about, values: [(key, value, how, source, note)]}})"""
     parts, part, name = {"sources": {}, "fabrics": {}}, None, None
     for line in text.splitlines():
-        if line.startswith("#") or not line.strip():
+        if line.lstrip().startswith("#") or not line.strip():
             continue
         if top := re.fullmatch(r"(\w+):", line):
             part = parts[top[1]]
@@ -35,33 +41,54 @@ def read(text):
     return parts["sources"], parts["fabrics"]
 
 
-def unit(key):
-    return next((UNITS[word] for word in key.split(".") if word in UNITS), "1")
-
-
-def tables(sources, fabrics):
-    lines = ["| `fabric` | what it is | measured | derived | similar | assumed |", "|---|---|---|---|---|---|"]
+def overview(fabrics):
+    """One row per fabric, in the units that textile tables have."""
+    lines = ["| `fabric` | Description | g/m² | mm | Own values |", "|---|---|---|---|---|"]
     for name, fabric in fabrics.items():
-        counts = [sum(value[2] == how for value in fabric["values"]) for how in ("measured", "derived", "similar", "assumed")]
-        lines.append(f"| [`{name}`](#{name}) | {fabric['about']} | " + " | ".join(map(str, counts)) + " |")
-    lines += ["", "## Sources", "", "| source | what it is | what of it was read |", "|---|---|---|"]
+        value = {key: float(text) for key, text, *_ in fabric["values"]}
+        own = sum(how in ("measured", "derived") for _, _, how, *_ in fabric["values"])
+        lines.append(f"| `{name}` | {fabric['about']} | {1000 * value['areal_density']:.0f} | {1000 * value['thickness']:.2g} | {own} |")
+    bases = [how for fabric in fabrics.values() for _, _, how, *_ in fabric["values"]]
+    measured, derived, similar, assumed = (bases.count(how) for how in ("measured", "derived", "similar", "assumed"))
+    return "\n".join(lines + ["", f"Of all {len(bases)} values {measured} are measured, {derived} derived, {similar} similar and {assumed} assumed."])
+
+
+def subject(fabrics, title, keys):
+    """A table of some keys. Fabrics with the same values of the same basis and source share a row."""
+    shared = {}
+    for name, fabric in fabrics.items():
+        values = [value for value in fabric["values"] if value[0] in keys]
+        bases = {value[2:4] for value in values}
+        if len(values) != len(keys) or len(bases) != 1:
+            sys.exit(f"{DATA}: {name}: {', '.join(keys)}: not all there, or of several bases or sources")
+        (how, source), = bases
+        notes = "; ".join(dict.fromkeys(value[4] for value in values))
+        row = *(value[1] for value in values), how, source, notes
+        shared.setdefault(row, []).append(f"`{name}`")
+    heads = [f"`{key}`{', ' + UNITS[key] if key in UNITS else ''}" for key in keys]
+    lines = ["", f"## {title}", "", f"| Fabric | {' | '.join(heads)} | Basis | Source | Sample or computation |",
+             "|" + "---|" * (len(keys) + 4)]
+    return lines + [f"| {', '.join(names)} | {' | '.join(row)} |" for row, names in shared.items()]
+
+
+def appendix(sources, fabrics):
+    lines = ["## Sources", "", "| Source | Title | Data taken from it |", "|---|---|---|"]
     lines += [f"| {name} | [{s['title']}]({s['link']}) | {s['read']} |" for name, s in sources.items()]
-    for name, fabric in fabrics.items():
-        lines += ["", f"## {name}", "", f"{fabric['about'][0].upper()}{fabric['about'][1:]}.", "",
-                  "| key | value | unit | | source | which, or how |", "|---|---|---|---|---|---|"]
-        lines += [f"| `{key}` | {value} | {unit(key)} | {how} | {source} | {note} |" for key, value, how, source, note in fabric["values"]]
+    for title, keys in SUBJECTS.items():
+        lines += subject(fabrics, title, keys)
     return "\n".join(lines)
 
 
 def main():
-    page = PAGE.read_text(encoding="utf-8")
-    head, rest = page.split(BEGIN)
-    made = f"{head}{BEGIN}\n\n{tables(*read(DATA.read_text(encoding='utf-8')))}\n\n{END}{rest.split(END)[1]}"
-    if "--check" in sys.argv[1:]:
-        if made != page:
-            sys.exit(f"{PAGE} is not what {DATA} says: run tools/fabrics_page.py")
-    else:
-        PAGE.write_text(made, encoding="utf-8")
+    sources, fabrics = read(DATA.read_text(encoding="utf-8"))
+    for path, tables in ((PAGE, overview(fabrics)), (APPENDIX, appendix(sources, fabrics))):
+        page = path.read_text(encoding="utf-8")
+        head, rest = page.split(BEGIN)
+        made = f"{head}{BEGIN}\n\n{tables}\n\n{END}{rest.split(END)[1]}"
+        if "--check" not in sys.argv[1:]:
+            path.write_text(made, encoding="utf-8")
+        elif made != page:
+            sys.exit(f"{path} does not match {DATA}: run tools/fabrics_page.py")
 
 
 if __name__ == "__main__":

@@ -1,6 +1,6 @@
 #pragma once
 // Fabrics with names: a cloth's key `fabric` gives it the values of src/scene/fabrics.yaml, which is compiled in.
-// docs/manual/fabrics.md says where each value was measured. Units are those of the scene's keys.
+// docs/manual/fabric_data.md has the source of each value. Units are those of the scene's keys.
 
 #include <string>
 #include <vector>

@@ -316,7 +316,7 @@ bodies: [{box: {min: [0, 0, 0], max: [0.5, 1.2, 0.5], inside: true}}]
           iterations[0] / iterations[1], 0.7});
 }
 
-// Each kernel with the support that docs/manual/scenes.md recommends. The walls' own error is not the kernel's: they extrapolate.
+// Each kernel with the support that docs/manual/liquids.md recommends. The walls' own error is not the kernel's: they extrapolate.
 TEST(hydrostatic, the_three_kernels) {
   const std::pair<const char*, double> kernels[] = {{"cubic", 2}, {"wendland", 3}, {"poly6", 2.5}};
   for (const auto& [kernel, support] : kernels) {
