@@ -12,11 +12,19 @@ string(TOUPPER ${DRENCH_BACKEND} kokkos_device)
 
 if(DRENCH_BACKEND STREQUAL cuda)
   # Kokkos' nvcc_wrapper asks CUDA_ROOT for its nvcc. The CUDA run-time is linked statically.
-  find_package(CUDAToolkit 12 REQUIRED)  # C++20
-  if(CUDAToolkit_VERSION VERSION_GREATER_EQUAL 13 AND DRENCH_CUDA_ARCH LESS 75)
-    message(FATAL_ERROR "CUDA ${CUDAToolkit_VERSION} compiles for 75 and newer, DRENCH_CUDA_ARCH is ${DRENCH_CUDA_ARCH}: "
-      "name a CUDA 12 in CUDA_ROOT")
+  find_package(CUDAToolkit 12 QUIET)  # C++20
+  if(NOT CUDAToolkit_FOUND)
+    message(FATAL_ERROR "No CUDA 12 or newer found: install one, and set CUDA_ROOT to its folder if nvcc is not on the PATH")
   endif()
+  include(tools/cmake/cuda_arch.cmake)
+  drench_choose_cuda_archs(${CUDAToolkit_NVCC_EXECUTABLE} ${CUDAToolkit_VERSION_MAJOR}.${CUDAToolkit_VERSION_MINOR})
+  if(cuda_fault)
+    message(FATAL_ERROR "${cuda_fault}")
+  endif()
+  foreach(line IN LISTS cuda_messages)
+    message(STATUS "CUDA: ${line}")
+  endforeach()
+  list(GET cuda_archs 0 cuda_oldest)
   cmake_path(GET CUDAToolkit_BIN_DIR PARENT_PATH cuda_root)
   set(ENV{CUDA_ROOT} ${cuda_root})
   get_target_property(cudart_static CUDA::cudart_static IMPORTED_LOCATION)
@@ -35,8 +43,9 @@ if(Kokkos_FOUND)
     message(FATAL_ERROR "The Kokkos in ${Kokkos_DIR} is for ${Kokkos_DEVICES}, not for ${kokkos_device}: "
       "name another in CMAKE_PREFIX_PATH, or pass -DCMAKE_DISABLE_FIND_PACKAGE_Kokkos=ON to fetch one")
   endif()
-  if(DRENCH_BACKEND STREQUAL cuda AND Kokkos_ARCH AND NOT "${Kokkos_ARCH}" MATCHES "[A-Z]${DRENCH_CUDA_ARCH}(;|$)")
-    message(FATAL_ERROR "The Kokkos in ${Kokkos_DIR} is for ${Kokkos_ARCH}, DRENCH_CUDA_ARCH is ${DRENCH_CUDA_ARCH}")
+  if(DRENCH_BACKEND STREQUAL cuda AND Kokkos_ARCH AND NOT "${kokkos_arch_of_${cuda_oldest}}" IN_LIST Kokkos_ARCH)
+    message(FATAL_ERROR "The Kokkos in ${Kokkos_DIR} is for ${Kokkos_ARCH}, and this build needs one for "
+      "${kokkos_arch_of_${cuda_oldest}}: pass -DCMAKE_DISABLE_FIND_PACKAGE_Kokkos=ON to compile it too")
   endif()
   if(DRENCH_BACKEND STREQUAL cuda AND CUDAToolkit_VERSION VERSION_GREATER_EQUAL 12.9 AND Kokkos_VERSION VERSION_LESS 5
       AND NOT IMPL_VIEW_LEGACY IN_LIST Kokkos_OPTIONS)
@@ -80,11 +89,10 @@ if(kokkos_from STREQUAL source)
   set(Kokkos_ENABLE_${kokkos_device} ON CACHE BOOL "")
   if(DRENCH_BACKEND STREQUAL cuda)
     set(Kokkos_ENABLE_OPENMP ON CACHE BOOL "")
-    set(kokkos_archs 61 PASCAL61 75 TURING75 80 AMPERE80 86 AMPERE86 89 ADA89 90 HOPPER90)
-    list(FIND kokkos_archs ${DRENCH_CUDA_ARCH} at)
-    math(EXPR at "${at} + 1")
-    list(GET kokkos_archs ${at} arch)
-    set(Kokkos_ARCH_${arch} ON CACHE BOOL "")
+    foreach(arch IN LISTS drench_all_cuda_archs)  # Kokkos takes one; an earlier configure may have set another
+      unset(Kokkos_ARCH_${kokkos_arch_of_${arch}} CACHE)
+    endforeach()
+    set(Kokkos_ARCH_${kokkos_arch_of_${cuda_oldest}} ON CACHE BOOL "")
   endif()
   set(BUILD_SHARED_LIBS OFF CACHE BOOL "")
   FetchContent_Declare(Kokkos SYSTEM EXCLUDE_FROM_ALL URL_HASH SHA256=${kokkos_checksum}
@@ -107,9 +115,14 @@ if(DRENCH_BACKEND STREQUAL cuda AND CUDAToolkit_VERSION VERSION_GREATER_EQUAL 13
   message(FATAL_ERROR "CUDA ${CUDAToolkit_VERSION} needs Kokkos >= 4.7.01, this is ${Kokkos_VERSION} (${kokkos_from})")
 endif()
 if(DRENCH_BACKEND STREQUAL cuda)  # whatever CUDA_ROOT is when the build runs, the nvcc is the one found here
+  # Kokkos compiles for the oldest capability. nvcc_wrapper refuses flags for more, so nvcc gets them from its environment.
+  string(STRIP "${cuda_nvcc_flags} $ENV{NVCC_APPEND_FLAGS}" nvcc_flags)
+  if(nvcc_flags)
+    set(nvcc_flags "\"NVCC_APPEND_FLAGS=${nvcc_flags}\"")
+  endif()
   foreach(rule RULE_LAUNCH_COMPILE RULE_LAUNCH_LINK)
     get_property(launcher GLOBAL PROPERTY ${rule})
-    set_property(GLOBAL PROPERTY ${rule} "${CMAKE_COMMAND} -E env CUDA_ROOT=${cuda_root} ${launcher}")
+    set_property(GLOBAL PROPERTY ${rule} "${CMAKE_COMMAND} -E env CUDA_ROOT=${cuda_root} ${nvcc_flags} ${launcher}")
   endforeach()
 endif()
 message(STATUS "Kokkos ${Kokkos_VERSION} (${DRENCH_BACKEND}, ${DRENCH_PRECISION}): ${kokkos_from}")
