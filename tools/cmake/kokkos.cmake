@@ -1,13 +1,18 @@
 # Finds or fetches Kokkos; sets DRENCH_LINK_OPTIONS for executables. In this order:
 # 1. an installed Kokkos >= 4.6 that has the backend (name its prefix in CMAKE_PREFIX_PATH),
-# 2. the source in FETCHCONTENT_SOURCE_DIR_KOKKOS, or the release below if GitHub answers,
-# 3. Debian unstable's package (OpenMP only), unpacked into .deps by tools/setup. It brings a C library, which a Python that
-#    is already running cannot take up: the Python package needs one of the first two.
+# 2. the sources in FETCHCONTENT_SOURCE_DIR_KOKKOS,
+# 3. the release below, from GitHub, in .deps,
+# 4. the sources of Debian unstable's package, in .deps, by tools/setup,
+# 5. that package itself (OpenMP only), in .deps, by tools/setup. It brings a C library of its own, which a running Python
+#    cannot load: the Python package needs one of the others.
 set(DRENCH_LINK_OPTIONS "")
 # The first release for CUDA 13 too; the checksum is that of Spack's and Homebrew's recipes.
 set(kokkos_release 4.7.01)
 set(kokkos_checksum 404cf33e76159e83b8b4ad5d86f6899d442b5da4624820ab457412116cdcd201)
+set(kokkos_url https://github.com/kokkos/kokkos/releases/download/${kokkos_release}/kokkos-${kokkos_release}.tar.gz)
+set(kokkos_archive ${PROJECT_SOURCE_DIR}/.deps/kokkos-${kokkos_release}.tar.gz)
 set(kokkos_debian ${PROJECT_SOURCE_DIR}/.deps/kokkos)
+set(kokkos_debian_source ${PROJECT_SOURCE_DIR}/.deps/kokkos-source)
 string(TOUPPER ${DRENCH_BACKEND} kokkos_device)
 
 if(DRENCH_BACKEND STREQUAL cuda)
@@ -31,6 +36,33 @@ if(DRENCH_BACKEND STREQUAL cuda)
   set_target_properties(CUDA::cudart PROPERTIES IMPORTED_LOCATION ${cudart_static}
     INTERFACE_LINK_LIBRARIES CUDA::cudart_static)
 endif()
+
+# Puts the release into .deps, once for all build trees. `failed`: why not, or empty.
+function(fetch_kokkos_release failed)
+  set(${failed} "" PARENT_SCOPE)
+  if(EXISTS ${kokkos_archive})
+    return()
+  endif()
+  file(DOWNLOAD https://github.com/robots.txt STATUS status TIMEOUT 10)  # quick where there is no network
+  list(POP_FRONT status code)
+  if(code EQUAL 0)
+    message(STATUS "Downloading Kokkos ${kokkos_release}")
+    string(RANDOM suffix)
+    file(DOWNLOAD ${kokkos_url} ${kokkos_archive}.${suffix} STATUS status TIMEOUT 600)
+    list(POP_FRONT status code)
+  endif()
+  if(code EQUAL 0)
+    file(SHA256 ${kokkos_archive}.${suffix} checksum)
+    if(checksum STREQUAL kokkos_checksum)
+      file(RENAME ${kokkos_archive}.${suffix} ${kokkos_archive})
+      return()
+    endif()
+    set(status "its checksum is ${checksum}")
+  endif()
+  file(REMOVE ${kokkos_archive}.${suffix})
+  message(STATUS "Kokkos ${kokkos_release} cannot be downloaded from GitHub: ${status}")
+  set(${failed} "${status}" PARENT_SCOPE)
+endfunction()
 
 set(kokkos_from "")
 if(DRENCH_PYTHON AND NOT FETCHCONTENT_SOURCE_DIR_KOKKOS AND DEFINED ENV{FETCHCONTENT_SOURCE_DIR_KOKKOS})
@@ -58,25 +90,25 @@ elseif(FETCHCONTENT_SOURCE_DIR_KOKKOS)
 elseif(DRENCH_BACKEND STREQUAL openmp AND EXISTS ${kokkos_debian} AND NOT DRENCH_PYTHON)
   set(kokkos_from debian)
 else()
-  # Asked once per build tree; the answer stays in the cache if it is yes.
-  if(NOT DRENCH_KOKKOS_GITHUB)
-    execute_process(COMMAND timeout 10 git ls-remote -q https://github.com/kokkos/kokkos HEAD
-      RESULT_VARIABLE unreachable OUTPUT_QUIET ERROR_QUIET)
-    if(unreachable STREQUAL 0)
-      set(DRENCH_KOKKOS_GITHUB ON CACHE INTERNAL "")
+  fetch_kokkos_release(failed)
+  if(NOT failed)
+    set(kokkos_from source)
+  else()
+    execute_process(COMMAND ${PROJECT_SOURCE_DIR}/tools/setup kokkos_source RESULT_VARIABLE failed)
+    if(failed STREQUAL 0)
+      set(FETCHCONTENT_SOURCE_DIR_KOKKOS ${kokkos_debian_source})
+      set(kokkos_from source)
+    elseif(DRENCH_BACKEND STREQUAL openmp AND NOT DRENCH_PYTHON)
+      execute_process(COMMAND ${PROJECT_SOURCE_DIR}/tools/setup kokkos RESULT_VARIABLE failed)
+      if(failed STREQUAL 0)
+        set(kokkos_from debian)
+      endif()
     endif()
   endif()
-  if(DRENCH_KOKKOS_GITHUB)
-    set(kokkos_from source)
-  elseif(DRENCH_BACKEND STREQUAL openmp AND NOT DRENCH_PYTHON)
-    execute_process(COMMAND ${PROJECT_SOURCE_DIR}/tools/setup kokkos RESULT_VARIABLE failed)
-    if(failed)
-      message(FATAL_ERROR "No Kokkos >= 4.6: none installed, GitHub out of reach, and Debian's package not to be had")
-    endif()
-    set(kokkos_from debian)
-  else()
-    message(FATAL_ERROR "No Kokkos >= 4.6 with ${kokkos_device} is installed and GitHub is out of reach: install one "
-      "and name it in CMAKE_PREFIX_PATH, or point FETCHCONTENT_SOURCE_DIR_KOKKOS to the sources of release ${kokkos_release}")
+  if(NOT kokkos_from)
+    message(NOTICE "drench: Kokkos is neither installed nor can it be downloaded: unpack ${kokkos_url} "
+      "and set FETCHCONTENT_SOURCE_DIR_KOKKOS to its folder")  # CMake would break the line of an error
+    message(FATAL_ERROR "No Kokkos 4.6 or newer")
   endif()
 endif()
 
@@ -95,8 +127,7 @@ if(kokkos_from STREQUAL source)
     set(Kokkos_ARCH_${kokkos_arch_of_${cuda_oldest}} ON CACHE BOOL "")
   endif()
   set(BUILD_SHARED_LIBS OFF CACHE BOOL "")
-  FetchContent_Declare(Kokkos SYSTEM EXCLUDE_FROM_ALL URL_HASH SHA256=${kokkos_checksum}
-    URL https://github.com/kokkos/kokkos/releases/download/${kokkos_release}/kokkos-${kokkos_release}.tar.gz)
+  FetchContent_Declare(Kokkos SYSTEM EXCLUDE_FROM_ALL URL ${kokkos_archive} URL_HASH SHA256=${kokkos_checksum})
   FetchContent_MakeAvailable(Kokkos)
   get_directory_property(Kokkos_VERSION DIRECTORY ${kokkos_SOURCE_DIR} DEFINITION Kokkos_VERSION)
 elseif(kokkos_from STREQUAL debian)
