@@ -114,7 +114,8 @@ Plan make_cluster_plan(Index nodes, int rows, bool plain) {
               lanes,
               true};
     if (plan.kernel == nullptr || !compiled_for(needed_for_clusters, plan.kernel)) return {};
-    if (blocks > 8 && cudaFuncSetAttribute(plan.kernel, cudaFuncAttributeNonPortableClusterSizeAllowed, 1) != cudaSuccess) {
+    if (blocks > 8 &&
+        cudaFuncSetAttribute(plan.kernel, cudaFuncAttributeNonPortableClusterSizeAllowed, 1) != cudaSuccess) {
       cudaGetLastError();  // a device with smaller clusters
       continue;
     }

@@ -42,6 +42,15 @@ inline constexpr int most_in_cluster = 16;  // blocks; more than 8 must be asked
 /// How nodes see the shifts of others: in global memory, with a barrier of the grid an iteration; in patches, by dates;
 /// in the shared memory of one cluster of blocks.
 enum class Exchange { barrier, dated, cluster };
+/// Is it in the code that this pass of nvcc compiles? The pass for the host launches what compiled_for() allows.
+template <Exchange exchange>
+inline constexpr bool compiled_here = true;
+#ifdef __CUDA_ARCH__
+template <>
+inline constexpr bool compiled_here<Exchange::dated> = dated_shifts&& __CUDA_ARCH__ >= 10 * needed_for_dates;
+template <>
+inline constexpr bool compiled_here<Exchange::cluster> = __CUDA_ARCH__ >= 10 * needed_for_clusters;
+#endif
 inline constexpr int most_around = 1024;  // nodes that a patch may have around it
 static_assert(!dated_shifts || (sizeof(Real4) == 16 && alignof(Real4) == 16), "a shift and its date are 128 bits");
 static_assert(most_threads / lanes_of_links + most_around <= 1 << 16, "PatchView::local has 16 bits");
@@ -371,47 +380,49 @@ inline __device__ ClothProgress progress_at_start(const ClothSystem& s, const Re
 template <int kept, bool plain, int threads, Exchange exchange, int lanes>
 __global__ void __launch_bounds__(threads)
     iterate(ClothSystem s, ResidentArrays a, PatchView patch, ResidentRun run, Index nodes) {
-  Meeting<exchange> meeting;
-  NodeIterates<kept, plain, exchange, lanes> node(s, a, patch, nodes);
-  ClothProgress progress = progress_at_start(s, a, run);
-  node.begin();
-  meeting.sync();
-  const int end = progress.iterations + run.most;
-  const auto next_check = [&] {
-    return progress.iterations + check_interval < end ? progress.iterations + check_interval : end;
-  };
-  ClothProgress ahead = progress;  // with the next iterate
-  Real omega = ahead.next_weight();
-  const auto go_ahead = [&] {
-    progress = ahead;
-    omega = ahead.next_weight();  // a division in double
-  };
-  for (int check = next_check();;) {
-    node.load();
-    const Real3 r = node.residual();
-    Real3 next = node.step(r, omega);
-    if (progress.iterations == check) {
-      // The next iterate is on its way already: one barrier serves it and the sum.
-      progress.judge(over_goal(meeting.sum(node.imbalance(r, run), a.part)));
-      if (progress.residual <= 1 || progress.iterations >= end) break;
-      check = next_check();
-      const bool restarts = progress.since_restart == 0;
-      ahead = progress;
-      omega = ahead.next_weight();
-      if (restarts) {
-        next = node.step(r, omega);
-        meeting.sync();
+  if constexpr (compiled_here<exchange>) {
+    Meeting<exchange> meeting;
+    NodeIterates<kept, plain, exchange, lanes> node(s, a, patch, nodes);
+    ClothProgress progress = progress_at_start(s, a, run);
+    node.begin();
+    meeting.sync();
+    const int end = progress.iterations + run.most;
+    const auto next_check = [&] {
+      return progress.iterations + check_interval < end ? progress.iterations + check_interval : end;
+    };
+    ClothProgress ahead = progress;  // with the next iterate
+    Real omega = ahead.next_weight();
+    const auto go_ahead = [&] {
+      progress = ahead;
+      omega = ahead.next_weight();  // a division in double
+    };
+    for (int check = next_check();;) {
+      node.load();
+      const Real3 r = node.residual();
+      Real3 next = node.step(r, omega);
+      if (progress.iterations == check) {
+        // The next iterate is on its way already: one barrier serves it and the sum.
+        progress.judge(over_goal(meeting.sum(node.imbalance(r, run), a.part)));
+        if (progress.residual <= 1 || progress.iterations >= end) break;
+        check = next_check();
+        const bool restarts = progress.since_restart == 0;
+        ahead = progress;
+        omega = ahead.next_weight();
+        if (restarts) {
+          next = node.step(r, omega);
+          meeting.sync();
+        }
+        go_ahead();
+      } else if constexpr (exchange == Exchange::dated) {
+        go_ahead();
+      } else {
+        meeting.sync_beside(go_ahead);
       }
-      go_ahead();
-    } else if constexpr (exchange == Exchange::dated) {
-      go_ahead();
-    } else {
-      meeting.sync_beside(go_ahead);
+      node.advance(next);
     }
-    node.advance(next);
+    node.end();
+    if (node.thread == 0) *a.progress = *a.seen = progress;
   }
-  node.end();
-  if (node.thread == 0) *a.progress = *a.seen = progress;
 }
 
 }  // namespace drench::kokkos_backend::resident
