@@ -11,12 +11,12 @@ std::string capability(int number) { return fmt::format("{}.{} (sm_{})", number 
 
 std::string no_device_text(std::string_view reason, int built_for) {
   return fmt::format(
-      "no CUDA device: {}; this build needs a GPU of compute capability {}, --backend reference needs none", reason,
+      "no CUDA device: {}; this build needs a GPU of compute capability {} or newer, --backend reference needs none", reason,
       capability(built_for));
 }
 
 std::string wrong_device_text(std::string_view device, int has, int built_for) {
-  return fmt::format("{} has compute capability {}, this build is for {}: build with -DDRENCH_CUDA_ARCH={}", device,
+  return fmt::format("{} has compute capability {}, this build needs {} or newer: build with -DDRENCH_CUDA_ARCH={}", device,
                      capability(has), capability(built_for), has);
 }
 

@@ -1,28 +1,68 @@
 # Finds or fetches Kokkos; sets DRENCH_LINK_OPTIONS for executables. In this order:
 # 1. an installed Kokkos >= 4.6 that has the backend (name its prefix in CMAKE_PREFIX_PATH),
-# 2. the source in FETCHCONTENT_SOURCE_DIR_KOKKOS, or the release below if GitHub answers,
-# 3. Debian unstable's package (OpenMP only), unpacked into .deps by tools/setup. It brings a C library, which a Python that
-#    is already running cannot take up: the Python package needs one of the first two.
+# 2. the sources in FETCHCONTENT_SOURCE_DIR_KOKKOS,
+# 3. the release below, from GitHub, in .deps,
+# 4. the sources of Debian unstable's package, in .deps, by tools/setup,
+# 5. that package itself (OpenMP only), in .deps, by tools/setup. It brings a C library of its own, which a running Python
+#    cannot load: the Python package needs one of the others.
 set(DRENCH_LINK_OPTIONS "")
 # The first release for CUDA 13 too; the checksum is that of Spack's and Homebrew's recipes.
 set(kokkos_release 4.7.01)
 set(kokkos_checksum 404cf33e76159e83b8b4ad5d86f6899d442b5da4624820ab457412116cdcd201)
+set(kokkos_url https://github.com/kokkos/kokkos/releases/download/${kokkos_release}/kokkos-${kokkos_release}.tar.gz)
+set(kokkos_archive ${PROJECT_SOURCE_DIR}/.deps/kokkos-${kokkos_release}.tar.gz)
 set(kokkos_debian ${PROJECT_SOURCE_DIR}/.deps/kokkos)
+set(kokkos_debian_source ${PROJECT_SOURCE_DIR}/.deps/kokkos-source)
 string(TOUPPER ${DRENCH_BACKEND} kokkos_device)
 
 if(DRENCH_BACKEND STREQUAL cuda)
   # Kokkos' nvcc_wrapper asks CUDA_ROOT for its nvcc. The CUDA run-time is linked statically.
-  find_package(CUDAToolkit 12 REQUIRED)  # C++20
-  if(CUDAToolkit_VERSION VERSION_GREATER_EQUAL 13 AND DRENCH_CUDA_ARCH LESS 75)
-    message(FATAL_ERROR "CUDA ${CUDAToolkit_VERSION} compiles for 75 and newer, DRENCH_CUDA_ARCH is ${DRENCH_CUDA_ARCH}: "
-      "name a CUDA 12 in CUDA_ROOT")
+  find_package(CUDAToolkit 12 QUIET)  # C++20
+  if(NOT CUDAToolkit_FOUND)
+    message(FATAL_ERROR "No CUDA 12 or newer found: install one, and set CUDA_ROOT to its folder if nvcc is not on the PATH")
   endif()
+  include(tools/cmake/cuda_arch.cmake)
+  drench_choose_cuda_archs(${CUDAToolkit_NVCC_EXECUTABLE} ${CUDAToolkit_VERSION_MAJOR}.${CUDAToolkit_VERSION_MINOR})
+  if(cuda_fault)
+    message(FATAL_ERROR "${cuda_fault}")
+  endif()
+  foreach(line IN LISTS cuda_messages)
+    message(STATUS "CUDA: ${line}")
+  endforeach()
+  list(GET cuda_archs 0 cuda_oldest)
   cmake_path(GET CUDAToolkit_BIN_DIR PARENT_PATH cuda_root)
   set(ENV{CUDA_ROOT} ${cuda_root})
   get_target_property(cudart_static CUDA::cudart_static IMPORTED_LOCATION)
   set_target_properties(CUDA::cudart PROPERTIES IMPORTED_LOCATION ${cudart_static}
     INTERFACE_LINK_LIBRARIES CUDA::cudart_static)
 endif()
+
+# Puts the release into .deps, once for all build trees. `failed`: why not, or empty.
+function(fetch_kokkos_release failed)
+  set(${failed} "" PARENT_SCOPE)
+  if(EXISTS ${kokkos_archive})
+    return()
+  endif()
+  file(DOWNLOAD https://github.com/robots.txt STATUS status TIMEOUT 10)  # quick where there is no network
+  list(POP_FRONT status code)
+  if(code EQUAL 0)
+    message(STATUS "Downloading Kokkos ${kokkos_release}")
+    string(RANDOM suffix)
+    file(DOWNLOAD ${kokkos_url} ${kokkos_archive}.${suffix} STATUS status TIMEOUT 600)
+    list(POP_FRONT status code)
+  endif()
+  if(code EQUAL 0)
+    file(SHA256 ${kokkos_archive}.${suffix} checksum)
+    if(checksum STREQUAL kokkos_checksum)
+      file(RENAME ${kokkos_archive}.${suffix} ${kokkos_archive})
+      return()
+    endif()
+    set(status "its checksum is ${checksum}")
+  endif()
+  file(REMOVE ${kokkos_archive}.${suffix})
+  message(STATUS "Kokkos ${kokkos_release} cannot be downloaded from GitHub: ${status}")
+  set(${failed} "${status}" PARENT_SCOPE)
+endfunction()
 
 set(kokkos_from "")
 if(DRENCH_PYTHON AND NOT FETCHCONTENT_SOURCE_DIR_KOKKOS AND DEFINED ENV{FETCHCONTENT_SOURCE_DIR_KOKKOS})
@@ -35,8 +75,9 @@ if(Kokkos_FOUND)
     message(FATAL_ERROR "The Kokkos in ${Kokkos_DIR} is for ${Kokkos_DEVICES}, not for ${kokkos_device}: "
       "name another in CMAKE_PREFIX_PATH, or pass -DCMAKE_DISABLE_FIND_PACKAGE_Kokkos=ON to fetch one")
   endif()
-  if(DRENCH_BACKEND STREQUAL cuda AND Kokkos_ARCH AND NOT "${Kokkos_ARCH}" MATCHES "[A-Z]${DRENCH_CUDA_ARCH}(;|$)")
-    message(FATAL_ERROR "The Kokkos in ${Kokkos_DIR} is for ${Kokkos_ARCH}, DRENCH_CUDA_ARCH is ${DRENCH_CUDA_ARCH}")
+  if(DRENCH_BACKEND STREQUAL cuda AND Kokkos_ARCH AND NOT "${kokkos_arch_of_${cuda_oldest}}" IN_LIST Kokkos_ARCH)
+    message(FATAL_ERROR "The Kokkos in ${Kokkos_DIR} is for ${Kokkos_ARCH}, and this build needs one for "
+      "${kokkos_arch_of_${cuda_oldest}}: pass -DCMAKE_DISABLE_FIND_PACKAGE_Kokkos=ON to compile it too")
   endif()
   if(DRENCH_BACKEND STREQUAL cuda AND CUDAToolkit_VERSION VERSION_GREATER_EQUAL 12.9 AND Kokkos_VERSION VERSION_LESS 5
       AND NOT IMPL_VIEW_LEGACY IN_LIST Kokkos_OPTIONS)
@@ -48,26 +89,29 @@ elseif(FETCHCONTENT_SOURCE_DIR_KOKKOS)
   set(kokkos_from source)
 elseif(DRENCH_BACKEND STREQUAL openmp AND EXISTS ${kokkos_debian} AND NOT DRENCH_PYTHON)
   set(kokkos_from debian)
+elseif(EXISTS ${kokkos_debian_source} AND NOT EXISTS ${kokkos_archive})
+  set(FETCHCONTENT_SOURCE_DIR_KOKKOS ${kokkos_debian_source})
+  set(kokkos_from source)
 else()
-  # Asked once per build tree; the answer stays in the cache if it is yes.
-  if(NOT DRENCH_KOKKOS_GITHUB)
-    execute_process(COMMAND timeout 10 git ls-remote -q https://github.com/kokkos/kokkos HEAD
-      RESULT_VARIABLE unreachable OUTPUT_QUIET ERROR_QUIET)
-    if(unreachable STREQUAL 0)
-      set(DRENCH_KOKKOS_GITHUB ON CACHE INTERNAL "")
+  fetch_kokkos_release(failed)
+  if(NOT failed)
+    set(kokkos_from source)
+  else()
+    execute_process(COMMAND ${PROJECT_SOURCE_DIR}/tools/setup kokkos_source RESULT_VARIABLE failed)
+    if(failed STREQUAL 0)
+      set(FETCHCONTENT_SOURCE_DIR_KOKKOS ${kokkos_debian_source})
+      set(kokkos_from source)
+    elseif(DRENCH_BACKEND STREQUAL openmp AND NOT DRENCH_PYTHON)
+      execute_process(COMMAND ${PROJECT_SOURCE_DIR}/tools/setup kokkos RESULT_VARIABLE failed)
+      if(failed STREQUAL 0)
+        set(kokkos_from debian)
+      endif()
     endif()
   endif()
-  if(DRENCH_KOKKOS_GITHUB)
-    set(kokkos_from source)
-  elseif(DRENCH_BACKEND STREQUAL openmp AND NOT DRENCH_PYTHON)
-    execute_process(COMMAND ${PROJECT_SOURCE_DIR}/tools/setup kokkos RESULT_VARIABLE failed)
-    if(failed)
-      message(FATAL_ERROR "No Kokkos >= 4.6: none installed, GitHub out of reach, and Debian's package not to be had")
-    endif()
-    set(kokkos_from debian)
-  else()
-    message(FATAL_ERROR "No Kokkos >= 4.6 with ${kokkos_device} is installed and GitHub is out of reach: install one "
-      "and name it in CMAKE_PREFIX_PATH, or point FETCHCONTENT_SOURCE_DIR_KOKKOS to the sources of release ${kokkos_release}")
+  if(NOT kokkos_from)
+    message(NOTICE "drench: Kokkos is neither installed nor can it be downloaded: unpack ${kokkos_url} "
+      "and set FETCHCONTENT_SOURCE_DIR_KOKKOS to its folder")  # CMake would break the line of an error
+    message(FATAL_ERROR "No Kokkos 4.6 or newer")
   endif()
 endif()
 
@@ -80,15 +124,13 @@ if(kokkos_from STREQUAL source)
   set(Kokkos_ENABLE_${kokkos_device} ON CACHE BOOL "")
   if(DRENCH_BACKEND STREQUAL cuda)
     set(Kokkos_ENABLE_OPENMP ON CACHE BOOL "")
-    set(kokkos_archs 61 PASCAL61 75 TURING75 80 AMPERE80 86 AMPERE86 89 ADA89 90 HOPPER90)
-    list(FIND kokkos_archs ${DRENCH_CUDA_ARCH} at)
-    math(EXPR at "${at} + 1")
-    list(GET kokkos_archs ${at} arch)
-    set(Kokkos_ARCH_${arch} ON CACHE BOOL "")
+    foreach(arch IN LISTS drench_all_cuda_archs)  # Kokkos takes one; an earlier configure may have set another
+      unset(Kokkos_ARCH_${kokkos_arch_of_${arch}} CACHE)
+    endforeach()
+    set(Kokkos_ARCH_${kokkos_arch_of_${cuda_oldest}} ON CACHE BOOL "")
   endif()
   set(BUILD_SHARED_LIBS OFF CACHE BOOL "")
-  FetchContent_Declare(Kokkos SYSTEM EXCLUDE_FROM_ALL URL_HASH SHA256=${kokkos_checksum}
-    URL https://github.com/kokkos/kokkos/releases/download/${kokkos_release}/kokkos-${kokkos_release}.tar.gz)
+  FetchContent_Declare(Kokkos SYSTEM EXCLUDE_FROM_ALL URL ${kokkos_archive} URL_HASH SHA256=${kokkos_checksum})
   FetchContent_MakeAvailable(Kokkos)
   get_directory_property(Kokkos_VERSION DIRECTORY ${kokkos_SOURCE_DIR} DEFINITION Kokkos_VERSION)
 elseif(kokkos_from STREQUAL debian)
@@ -107,9 +149,14 @@ if(DRENCH_BACKEND STREQUAL cuda AND CUDAToolkit_VERSION VERSION_GREATER_EQUAL 13
   message(FATAL_ERROR "CUDA ${CUDAToolkit_VERSION} needs Kokkos >= 4.7.01, this is ${Kokkos_VERSION} (${kokkos_from})")
 endif()
 if(DRENCH_BACKEND STREQUAL cuda)  # whatever CUDA_ROOT is when the build runs, the nvcc is the one found here
+  # Kokkos compiles for the oldest capability. nvcc_wrapper refuses flags for more, so nvcc gets them from its environment.
+  string(STRIP "${cuda_nvcc_flags} $ENV{NVCC_APPEND_FLAGS}" nvcc_flags)
+  if(nvcc_flags)
+    set(nvcc_flags "\"NVCC_APPEND_FLAGS=${nvcc_flags}\"")
+  endif()
   foreach(rule RULE_LAUNCH_COMPILE RULE_LAUNCH_LINK)
     get_property(launcher GLOBAL PROPERTY ${rule})
-    set_property(GLOBAL PROPERTY ${rule} "${CMAKE_COMMAND} -E env CUDA_ROOT=${cuda_root} ${launcher}")
+    set_property(GLOBAL PROPERTY ${rule} "${CMAKE_COMMAND} -E env CUDA_ROOT=${cuda_root} ${nvcc_flags} ${launcher}")
   endforeach()
 endif()
 message(STATUS "Kokkos ${Kokkos_VERSION} (${DRENCH_BACKEND}, ${DRENCH_PRECISION}): ${kokkos_from}")

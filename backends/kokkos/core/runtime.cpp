@@ -67,8 +67,14 @@ void settle_loops() {
 std::string gibibytes(double bytes) { return fmt::format("{:.1f} GiB", bytes / (1 << 30)); }
 
 #ifdef KOKKOS_ENABLE_CUDA
-/// The compute capability that the kernels are compiled for, as 90 for 9.0.
-constexpr int built_for = DRENCH_CUDA_ARCH;
+/// The oldest compute capability that the kernels are compiled for, as 90 for 9.0.
+constexpr int built_for = DRENCH_CUDA_OLDEST;
+
+/// " to 9.0" where the kernels are compiled for several.
+std::string newest_built_for() {
+  constexpr int newest = DRENCH_CUDA_NEWEST;
+  return newest > built_for ? fmt::format(" to {}.{}", newest / 10, newest % 10) : "";
+}
 
 /// Ranks of a host take its GPUs in turns.
 int own_device(int count) { return started_ranks() > 1 ? local_rank() % count : 0; }
@@ -185,8 +191,8 @@ std::string runtime_description() {
   int driver = 0, runtime = 0;
   cudaDriverGetVersion(&driver);
   cudaRuntimeGetVersion(&runtime);
-  text += fmt::format("device: {}\ncompute capability: {}.{}, built for {}.{}\n", device.name, device.major,
-                      device.minor, built_for / 10, built_for % 10);
+  text += fmt::format("device: {}\ncompute capability: {}.{}, built for {}.{}{}\n", device.name, device.major,
+                      device.minor, built_for / 10, built_for % 10, newest_built_for());
   text += fmt::format("CUDA: runtime {}.{}, driver {}.{}\n", runtime / 1000, runtime % 1000 / 10, driver / 1000,
                       driver % 1000 / 10);
 #else

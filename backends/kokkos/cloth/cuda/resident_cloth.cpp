@@ -18,6 +18,13 @@ void check(cudaError_t status) {
   if (status != cudaSuccess) throw std::runtime_error(std::string("cloth: ") + cudaGetErrorString(status));
 }
 
+/// Was the kernel compiled for this capability at least? The driver may have translated it from an older one's PTX.
+bool compiled_for(int capability, const void* kernel) {
+  cudaFuncAttributes attributes;
+  check(cudaFuncGetAttributes(&attributes, kernel));
+  return attributes.ptxVersion >= capability;
+}
+
 /// How the kernel is launched for a cloth, kept from solve to solve.
 struct Plan {
   const void* kernel = nullptr;  // null: the cloth does not fit
@@ -106,8 +113,12 @@ Plan make_cluster_plan(Index nodes, int rows, bool plain) {
               2 * threads / lanes * static_cast<int>(sizeof(Real4)),
               lanes,
               true};
-    if (plan.kernel == nullptr) return {};
-    if (blocks > 8) check(cudaFuncSetAttribute(plan.kernel, cudaFuncAttributeNonPortableClusterSizeAllowed, 1));
+    if (plan.kernel == nullptr || !compiled_for(needed_for_clusters, plan.kernel)) return {};
+    if (blocks > 8 &&
+        cudaFuncSetAttribute(plan.kernel, cudaFuncAttributeNonPortableClusterSizeAllowed, 1) != cudaSuccess) {
+      cudaGetLastError();  // a device with smaller clusters
+      continue;
+    }
     cudaLaunchAttribute room;
     const cudaLaunchConfig_t launch = launch_of(plan, room);
     int at_once = 0;
@@ -154,7 +165,7 @@ bool use_cluster(const Constants& constants, const Cloth& cloth, int rows, bool 
 void use_patches(const Constants& constants, const Cloth& cloth, int rows, bool plain, ResidentCloth& r) {
   // With room for the most that may lie around a patch, for that is known only once the patches are.
   const Plan dated = make_plan<Exchange::dated>(cloth.nodes.count, rows, plain, most_around);
-  if (dated.kernel == nullptr) return;
+  if (dated.kernel == nullptr || !compiled_for(needed_for_dates, dated.kernel)) return;
   Patches patches = make_patches(constants, cloth, dated.threads / dated.lanes);
   if (patches.most > most_around) return;
   r.plan = dated;

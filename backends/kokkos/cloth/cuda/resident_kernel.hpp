@@ -23,23 +23,34 @@ inline constexpr unsigned all_lanes = 0xffffffff;
 // A shift says itself of which iterate it is, in the same 16 bytes (as in NCCL's LL protocol): a block waits for those that
 // it reads, not for the grid. That takes loads of 128 bits that nothing can come between: PTX ISA 8.3, compute capability 7.
 // In double, with strain limits, with membranes or with too many nodes around a patch the grid has a barrier an iteration instead.
-#if !defined(DRENCH_DOUBLE) && CUDART_VERSION >= 12030 && !defined(KOKKOS_ARCH_PASCAL)
+// A program for several capabilities compiles both for each of them, empty where the capability is too old; compiled_for() asks.
+#if !defined(DRENCH_DOUBLE) && CUDART_VERSION >= 12030 && DRENCH_CUDA_NEWEST >= 70
 #define DRENCH_DATED_SHIFTS
 inline constexpr bool dated_shifts = true;
 #else
 inline constexpr bool dated_shifts = false;
 #endif
 // One cluster of blocks reads each other's shared memory: compute capability 9.
-#if CUDART_VERSION >= 12000 && (defined(KOKKOS_ARCH_HOPPER90) || defined(KOKKOS_ARCH_BLACKWELL))
+#if CUDART_VERSION >= 12000 && DRENCH_CUDA_NEWEST >= 90
 #define DRENCH_CLUSTERS
-inline constexpr bool has_clusters = true;
-#else
-inline constexpr bool has_clusters = false;
+#if !defined(__CUDA_ARCH__) || __CUDA_ARCH__ >= 900
+#define DRENCH_CLUSTERS_HERE
 #endif
+#endif
+inline constexpr int needed_for_dates = 70, needed_for_clusters = 90;
 inline constexpr int most_in_cluster = 16;  // blocks; more than 8 must be asked for
 /// How nodes see the shifts of others: in global memory, with a barrier of the grid an iteration; in patches, by dates;
 /// in the shared memory of one cluster of blocks.
 enum class Exchange { barrier, dated, cluster };
+/// Is it in the code that this pass of nvcc compiles? The pass for the host launches what compiled_for() allows.
+template <Exchange exchange>
+inline constexpr bool compiled_here = true;
+#ifdef __CUDA_ARCH__
+template <>
+inline constexpr bool compiled_here<Exchange::dated> = dated_shifts&& __CUDA_ARCH__ >= 10 * needed_for_dates;
+template <>
+inline constexpr bool compiled_here<Exchange::cluster> = __CUDA_ARCH__ >= 10 * needed_for_clusters;
+#endif
 inline constexpr int most_around = 1024;  // nodes that a patch may have around it
 static_assert(!dated_shifts || (sizeof(Real4) == 16 && alignof(Real4) == 16), "a shift and its date are 128 bits");
 static_assert(most_threads / lanes_of_links + most_around <= 1 << 16, "PatchView::local has 16 bits");
@@ -75,7 +86,7 @@ struct Iterate {
   }
 };
 
-#ifdef DRENCH_DATED_SHIFTS
+#if defined(DRENCH_DATED_SHIFTS) && (!defined(__CUDA_ARCH__) || __CUDA_ARCH__ >= 700)
 /// A shift and its date, in one piece.
 inline __device__ void store_dated(Real4* to, const Real3& shift, int date) {
   const std::uint64_t xy = std::uint64_t(__float_as_uint(shift.y)) << 32 | __float_as_uint(shift.x);
@@ -156,7 +167,7 @@ struct Meeting {
   }
 };
 
-#ifdef DRENCH_CLUSTERS
+#ifdef DRENCH_CLUSTERS_HERE
 template <>
 struct Meeting<Exchange::cluster> {
   groups::cluster_group all = groups::this_cluster();
@@ -277,7 +288,7 @@ struct NodeIterates {
   /// `place`: of a node, in the patch, or in the order of all patches.
   __device__ void set_other(int k, Index place) {
     link[k].link.other = place;
-#ifdef DRENCH_CLUSTERS
+#ifdef DRENCH_CLUSTERS_HERE
     if constexpr (clustered)
       seen[k] = groups::this_cluster().map_shared_rank(patch_shifts(0) + place % own_nodes,
                                                        static_cast<unsigned>(place / own_nodes));
@@ -369,47 +380,49 @@ inline __device__ ClothProgress progress_at_start(const ClothSystem& s, const Re
 template <int kept, bool plain, int threads, Exchange exchange, int lanes>
 __global__ void __launch_bounds__(threads)
     iterate(ClothSystem s, ResidentArrays a, PatchView patch, ResidentRun run, Index nodes) {
-  Meeting<exchange> meeting;
-  NodeIterates<kept, plain, exchange, lanes> node(s, a, patch, nodes);
-  ClothProgress progress = progress_at_start(s, a, run);
-  node.begin();
-  meeting.sync();
-  const int end = progress.iterations + run.most;
-  const auto next_check = [&] {
-    return progress.iterations + check_interval < end ? progress.iterations + check_interval : end;
-  };
-  ClothProgress ahead = progress;  // with the next iterate
-  Real omega = ahead.next_weight();
-  const auto go_ahead = [&] {
-    progress = ahead;
-    omega = ahead.next_weight();  // a division in double
-  };
-  for (int check = next_check();;) {
-    node.load();
-    const Real3 r = node.residual();
-    Real3 next = node.step(r, omega);
-    if (progress.iterations == check) {
-      // The next iterate is on its way already: one barrier serves it and the sum.
-      progress.judge(over_goal(meeting.sum(node.imbalance(r, run), a.part)));
-      if (progress.residual <= 1 || progress.iterations >= end) break;
-      check = next_check();
-      const bool restarts = progress.since_restart == 0;
-      ahead = progress;
-      omega = ahead.next_weight();
-      if (restarts) {
-        next = node.step(r, omega);
-        meeting.sync();
+  if constexpr (compiled_here<exchange>) {
+    Meeting<exchange> meeting;
+    NodeIterates<kept, plain, exchange, lanes> node(s, a, patch, nodes);
+    ClothProgress progress = progress_at_start(s, a, run);
+    node.begin();
+    meeting.sync();
+    const int end = progress.iterations + run.most;
+    const auto next_check = [&] {
+      return progress.iterations + check_interval < end ? progress.iterations + check_interval : end;
+    };
+    ClothProgress ahead = progress;  // with the next iterate
+    Real omega = ahead.next_weight();
+    const auto go_ahead = [&] {
+      progress = ahead;
+      omega = ahead.next_weight();  // a division in double
+    };
+    for (int check = next_check();;) {
+      node.load();
+      const Real3 r = node.residual();
+      Real3 next = node.step(r, omega);
+      if (progress.iterations == check) {
+        // The next iterate is on its way already: one barrier serves it and the sum.
+        progress.judge(over_goal(meeting.sum(node.imbalance(r, run), a.part)));
+        if (progress.residual <= 1 || progress.iterations >= end) break;
+        check = next_check();
+        const bool restarts = progress.since_restart == 0;
+        ahead = progress;
+        omega = ahead.next_weight();
+        if (restarts) {
+          next = node.step(r, omega);
+          meeting.sync();
+        }
+        go_ahead();
+      } else if constexpr (exchange == Exchange::dated) {
+        go_ahead();
+      } else {
+        meeting.sync_beside(go_ahead);
       }
-      go_ahead();
-    } else if constexpr (exchange == Exchange::dated) {
-      go_ahead();
-    } else {
-      meeting.sync_beside(go_ahead);
+      node.advance(next);
     }
-    node.advance(next);
+    node.end();
+    if (node.thread == 0) *a.progress = *a.seen = progress;
   }
-  node.end();
-  if (node.thread == 0) *a.progress = *a.seen = progress;
 }
 
 }  // namespace drench::kokkos_backend::resident
