@@ -1,6 +1,6 @@
 #pragma once
 // How much of the space is liquid: the field whose level ½ is the liquid's surface, block by block
-// (docs/design-notes/liquid_surface.md).
+// (docs/dev/liquid_surface.md).
 
 #include <functional>
 #include <vector>

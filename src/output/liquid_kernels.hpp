@@ -39,7 +39,7 @@ struct SurfaceParticle {
 std::vector<Blob> round_kernels(const std::vector<SurfaceParticle>& particles, double spacing);
 
 /// Ellipsoids of the same volume where the neighborhood is flat or long, and balls elsewhere; the middles are smoothed
-/// (docs/design-notes/liquid_surface.md). The same bits for any number of threads.
+/// (docs/dev/liquid_surface.md). The same bits for any number of threads.
 std::vector<Blob> anisotropic_kernels(const std::vector<SurfaceParticle>& particles, double spacing, int threads);
 
 }  // namespace drench

@@ -1,6 +1,6 @@
 #pragma once
 // The processes ("ranks") of one run and what they tell each other. Which particles travel is the backend's affair
-// (backends/kokkos/particles/exchange.hpp). Design: docs/design-notes/distribution.md.
+// (backends/kokkos/particles/exchange.hpp). Design: docs/dev/distribution.md.
 
 #include <cstddef>
 #include <cstdint>

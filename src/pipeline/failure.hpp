@@ -34,7 +34,7 @@ struct RunFailure : std::runtime_error {
 /// m/s: the fastest that the scene prescribes, or did: wind, a source, a pin, a point of a body.
 double fastest_prescribed(const Model& model);
 
-/// Bounds that a run exceeds only when it diverges; formulas: docs/design-notes/run_limits.md. They are wide because a
+/// Bounds that a run exceeds only when it diverges; formulas: docs/dev/run_limits.md. They are wide because a
 /// false alarm ends a good run, and a divergence grows by orders of magnitude within a few steps. They grow with the
 /// run's time, so that they are narrow where a run that starts badly needs them.
 struct Limits {

@@ -1,7 +1,7 @@
 #pragma once
 // A scene's sections, each described once. describe(Section&, T&) names every key of T with its range, unit and meaning; the
 // default is the member's own. A scene is loaded, checked, saved and documented by that one description, each with a Section
-// of its own (scene/section_modes.hpp). docs/how-to/add_a_scene_key.md shows how to add a key.
+// of its own (scene/section_modes.hpp). docs/dev/add_a_scene_key.md shows how to add a key.
 
 #include <array>
 #include <cstddef>

@@ -1,4 +1,4 @@
-// The example of docs/how-to/add_a_scene_key.md, compiled; and what the page shows of it, compared.
+// The example of docs/dev/add_a_scene_key.md, compiled; and what the page shows of it, compared.
 
 #include <gtest/gtest.h>
 
@@ -41,7 +41,7 @@ void describe(Section& s, RoomScene& room) {
 namespace test {
 namespace {
 
-std::string page() { return read_text(scenes_folder() + "/../docs/how-to/add_a_scene_key.md"); }
+std::string page() { return read_text(scenes_folder() + "/../docs/dev/add_a_scene_key.md"); }
 
 /// The blocks of the page that begin with this line of three backticks and a language.
 std::vector<std::string> blocks(const std::string& language) {

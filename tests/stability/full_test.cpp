@@ -25,7 +25,7 @@ double share_held(const WatchedRun& run) {
 
 TEST(full, a_dry_free_sheet_in_a_pool) {
   // Target: no energy from nothing, as in the other cases; it is missed by half a slack. What is there is the simmering of this
-  // water alone (0.03 J, docs/design-notes/liquid.md).
+  // water alone (0.03 J, docs/dev/liquid.md).
   WatchedRun run(water_in_a_box(R"(
     - block: {min: [-0.06, 0, -0.06], max: [0.06, 0.12, 0.06]}
 cloth:

@@ -34,7 +34,7 @@ bool warns_of_energy(const std::string& yaml) {
 }
 
 /// Slacks, from the step on in which a pressure solve ends at its cap: what holds in the worst of 6,000 scenes. By xpbd the cloth
-/// in that solve is then far from solved, and there is no bound (docs/design-notes/known_limits.md).
+/// in that solve is then far from solved, and there is no bound (docs/limitations.md).
 double capped_energy(const RandomScene& drawn) {
   return drawn.yaml.find("method: xpbd") != std::string::npos ? HUGE_VAL : 20;
 }

@@ -174,7 +174,7 @@ TEST(shapes, folded_over_liquid) {
 TEST(shapes, needles_and_dust) {
   // Lines 0.1 mm apart between lines 30 mm apart: needles of 1:300, squares of 0.01 mm² that hold 2 µg; d = 15 mm.
   // Target: no energy from nothing. xpbd misses it by 9.3 slacks on an H200, because neither its solves nor the density solve
-  // converge here (docs/design-notes/known_limits.md).
+  // converge here (docs/limitations.md).
   const MeshFile mesh("drench_needles.obj",
                       tensor_grid({-0.12, -0.09, -0.0601, -0.06, -0.03, 0, 0.0001, 0.0002, 0.03, 0.06, 0.09, 0.12}));
   for (const std::string method : {"pd", "xpbd"}) {

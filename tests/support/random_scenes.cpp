@@ -318,7 +318,7 @@ void SceneDraw::cloths() {
   drawn_.yaml += "cloth:\n";
   const int count = whole(1, 3);
   for (int n = 0; n < count; ++n) cloth(n, count - 1);
-  // What drips between sheets finds no room (docs/design-notes/known_limits.md).
+  // What drips between sheets finds no room (docs/limitations.md).
   drawn_.crowded = drips_ && count > 1;
 }
 

@@ -29,7 +29,7 @@ struct Rules {
   double capped_energy =
       1;  ///< the same from the step on in which a pressure solve ends at its cap, if more than `energy`
   /// Do springs count as energy? Contacts of cloth with itself act after the cloth's solve and stretch springs, which the next
-  /// solves relax (docs/design-notes/known_limits.md): then the rest may not rise.
+  /// solves relax (docs/limitations.md): then the rest may not rise.
   bool springs = true;
   double fastest = std::numeric_limits<double>::infinity();  ///< m/s, of particles and nodes
 };

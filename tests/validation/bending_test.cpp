@@ -112,7 +112,7 @@ TEST(bending, irregular_mesh_has_it_within_a_tenth_in_every_direction) {
 }
 
 /// A grid that comes as a mesh file. Rolled, it has the energy along its lines; left to itself it is a fifth softer
-/// (docs/design-notes/cloth.md).
+/// (docs/dev/cloth.md).
 TEST(bending, grid_has_it_along_its_lines_and_is_stiffer_along_its_diagonals) {
   GridScene grid;
   grid.nodes = {161, 161};

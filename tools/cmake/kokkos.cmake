@@ -119,7 +119,7 @@ if(kokkos_from STREQUAL source)
   include(FetchContent)
   set(Kokkos_ENABLE_SERIAL ON CACHE BOOL "")
   # With the [[no_unique_address]] members of mdspan g++ 12 left static Views zero, and from CUDA 12.9 on nvcc and g++ lay
-  # them out differently: kernels get wrong pointers (docs/design-notes/portability.md).
+  # them out differently: kernels get wrong pointers (docs/dev/portability.md).
   set(Kokkos_ENABLE_IMPL_MDSPAN OFF CACHE BOOL "")
   set(Kokkos_ENABLE_${kokkos_device} ON CACHE BOOL "")
   if(DRENCH_BACKEND STREQUAL cuda)

@@ -176,7 +176,7 @@ void cloth_forces(const Constants& constants, Fluid& fluid, const NeighborLists&
 
 }  // namespace
 
-/// Without impulse_change, which comes with several stages (docs/design-notes/memory_estimate.md).
+/// Without impulse_change, which comes with several stages (docs/dev/memory_estimate.md).
 MemoryEstimate forces_bytes(const Sizing& s) {
   MemoryEstimate sum = slip_bytes(s);
   if (!s.size.liquid || !(s.size.scene.fluid.viscosity > 0)) return sum;

@@ -1,5 +1,5 @@
 #pragma once
-// The pressure's iterations on a GPU in float, with half the bytes a pair (docs/design-notes/gpu_speed.md). From the third
+// The pressure's iterations on a GPU in float, with half the bytes a pair (docs/dev/gpu_speed.md). From the third
 // iteration on they work on what has changed since the second, which is evaluated in full: what a lean pair rounds is a
 // part of that change.
 

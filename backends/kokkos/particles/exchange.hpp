@@ -1,6 +1,6 @@
 #pragma once
 // Which rank owns which particles, and what travels between ranks. Alone nothing here allocates, launches or waits.
-// Design: docs/design-notes/distribution.md.
+// Design: docs/dev/distribution.md.
 
 #include <array>
 #include <memory>

@@ -61,7 +61,7 @@ void prepare_pull(const Constants& constants, const Cloth& cloth, const Permeati
 
 }  // namespace
 
-/// Of a sample one Real of eight (docs/design-notes/memory_estimate.md), and the offers.
+/// Of a sample one Real of eight (docs/dev/memory_estimate.md), and the offers.
 MemoryEstimate absorption_bytes(const Sizing& s) {
   MemoryEstimate sum;
   if (!s.size.absorption || !s.size.liquid || !(s.size.fluid > 0)) return sum;
