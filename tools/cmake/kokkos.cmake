@@ -17,7 +17,11 @@ string(TOUPPER ${DRENCH_BACKEND} kokkos_device)
 
 if(DRENCH_BACKEND STREQUAL cuda)
   # Kokkos' nvcc_wrapper asks CUDA_ROOT for its nvcc. The CUDA run-time is linked statically.
+  # CMake 3.25.1 fails at a toolkit without nvToolsExt, such as CUDA 13, in projects that require CMake 3.25.
+  set(required ${CMAKE_MINIMUM_REQUIRED_VERSION})
+  set(CMAKE_MINIMUM_REQUIRED_VERSION 3.24)
   find_package(CUDAToolkit 12 QUIET)  # C++20
+  set(CMAKE_MINIMUM_REQUIRED_VERSION ${required})
   if(NOT CUDAToolkit_FOUND)
     message(FATAL_ERROR "No CUDA 12 or newer found: install one, and set CUDA_ROOT to its folder if nvcc is not on the PATH")
   endif()
