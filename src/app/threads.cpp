@@ -1,6 +1,7 @@
 #include "app/threads.hpp"
 
 #include <fmt/format.h>
+#include <sys/auxv.h>
 #include <sys/resource.h>
 #include <unistd.h>
 
@@ -8,7 +9,6 @@
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
-#include <filesystem>
 #include <string>
 
 #include "base/free_cores.hpp"
@@ -19,12 +19,8 @@ namespace {
 
 constexpr const char* watched = "DRENCH_WATCHES_THREADS";  // how many threads begin, where the choice was the program's own
 
-/// Was the program started by itself, and not as an argument of the dynamic loader?
-bool can_start_anew() {
-  std::error_code failed;
-  const std::filesystem::path self = std::filesystem::read_symlink("/proc/self/exe", failed);
-  return !failed && !self.filename().string().starts_with("ld-");
-}
+/// False if the dynamic loader runs the program as its argument, as in a pack: /proc/self/exe is the loader then.
+bool can_start_anew() { return getauxval(AT_BASE) != 0; }
 
 }  // namespace
 

@@ -17,6 +17,9 @@ foreign=$(cat "$(grep -l 'programs/drench' "$work"/libraries.*)" | sed -n 's/.*c
   grep -Ev '/(ld-linux[^/]*|lib(c|m|pthread|dl|rt|cuda)\.so[^/]*)$' | grep -Ev '/lib(mpi|open-|event|hwloc|pmix)[^/]*$' || true)
 [[ -z $foreign ]] || fail "libraries from outside the pack: $foreign"
 
+# Without a policy for threads that wait, the program would start itself anew with one; the loader that runs it cannot.
+env -u OMP_NUM_THREADS -u OMP_WAIT_POLICY -u GOMP_SPINCOUNT bin/drench info >/dev/null || fail "info fails"
+
 cd "$work"
 pack=elsewhere/drench-pack
 "$pack/run-tests" -j 2 app -- --gtest_filter='Commands.Info*:Commands.FramesMatch*:SceneLoader.LoadsAndRewritesEvery*' >log || { cat log; fail "tests fail"; }
