@@ -4,8 +4,8 @@ where they use it: `<!--fig:NAME-->7.2<!--/fig-->`. Neither GitHub nor the HTML 
 A figure has `value`, the text that pages show, its `unit`, `of` (a description) and `source`, a name in `sources`, which has
 the measuring tool, machine, date and conditions. Where the tool writes a page, the value is computed from that page:
 
-  cells      ["HEADING | CELL & CELL | COLUMN"]: the number in this column of the row that has these cells, in a table
-             below a heading that begins so
+  cells      ["HEADING | CELL & OTHER=CELL | COLUMN"]: the number in this column of the row that has these cells, the second
+             one in column OTHER, in a table below a heading that begins so
   quotients  [["REFERENCE", "REFERENCE"]]: the first number divided by the second
   pattern    a regular expression whose group is the number
 
@@ -53,6 +53,11 @@ def section(text, heading):
     raise Wrong(f"no heading {heading!r}")
 
 
+def has(head, row, condition):
+    column, _, wanted = condition.partition("=")
+    return row[head.index(column)] == wanted if column in head else condition in row
+
+
 def cell(text, reference):
     heading, wanted, column = reference.split(" | ")
     first, last = section(text, heading)
@@ -62,7 +67,7 @@ def cell(text, reference):
         if first < at < last and column in head:
             for _, row in rows[1:]:
                 row = [plain(one) for one in row]
-                if all(one in row for one in wanted.split(" & ")):
+                if len(row) == len(head) and all(has(head, row, one) for one in wanted.split(" & ")):
                     found.append(row[head.index(column)])
     if len(found) != 1:
         raise Wrong(f"{len(found)} cells are {reference!r}")
