@@ -1,22 +1,22 @@
-"""Figures that stand on several pages (tools/docs figures): docs/benchmarks/figures.json has each once, and pages mark
-where they use it: `<!--fig:NAME-->7.2<!--/fig-->`. Neither GitHub nor the HTML site shows the marks.
+"""Figures that stand on several pages (tools/docs figures). docs/benchmarks/figures.json lists each figure once, and pages
+mark where they use it: `<!--fig:NAME-->7.2<!--/fig-->`. Neither GitHub nor the HTML site shows the marks.
 
-A figure has `value`, the text that pages show, its `unit`, `of` (a description) and `source`, a name in `sources`, which has
-the measuring tool, machine, date and conditions. Where the tool writes a page, the value is computed from that page:
+A figure has `value` (the text on the pages), `unit`, `of` (a description) and `source`, a key of `sources`, which states
+the measuring tool, machine, date and conditions. If the source has a `page`, the value is computed from it:
 
-  cells      ["HEADING | CELL & OTHER=CELL | COLUMN"]: the number in this column of the row that has these cells, the second
-             one in column OTHER, in a table below a heading that begins so
-  quotients  [["REFERENCE", "REFERENCE"]]: the first number divided by the second
+  cells      ["HEADING | CELL & OTHER=CELL | COLUMN"]: a number of a table below the heading that begins so, in this column of
+             the row that has these cells, the second one in column OTHER
+  quotients  [["CELL'S REFERENCE", "CELL'S REFERENCE"]]: the first number divided by the second
   pattern    a regular expression whose group is the number
 
-`pick` chooses the "least" or "most" of several. The number is multiplied by `scale` and rounded to `decimals`.
-`tools/docs figures --write` computes the values again and puts them into all pages."""
+`pick` chooses the "least" or "most" of several numbers, which is multiplied by `scale` and rounded to `decimals`.
+`tools/docs figures --write` computes all values and puts them into the pages."""
 
 import json
 import re
 from decimal import ROUND_HALF_UP, Decimal
 
-from docs_pages import FIGURE, files, text_lines
+from docs_pages import CODE, FIGURE, files, text_lines
 from docs_tables import cells, tables
 
 DATA = "docs/benchmarks/figures.json"
@@ -147,6 +147,7 @@ def check(root):
         if OPEN not in text:
             continue
         for line, (at, _, block) in zip(text.splitlines(), text_lines(text)):
+            line = CODE.sub("", line)
             where = f"{page.relative_to(root)}:{at}"
             found = FIGURE.findall(line)
             if line.count("<!--fig:") != len(found) or line.count("<!--/fig-->") != len(found):

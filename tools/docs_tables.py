@@ -1,7 +1,7 @@
-"""Tables of a page (tools/docs tables): each row has as many cells as the head, and a blank line or a heading stands before the head.
+"""Tables of a page (tools/docs tables): each row has as many cells as the head, and a blank line or a heading precedes the head.
 
-GitHub drops excess cells without a warning, also where a `|` within code or a formula splits a cell; write `\\|` there.
-Without a blank line the HTML site shows the table as text."""
+GitHub drops excess cells without a warning. A `|` within code or a formula also splits a cell; write `\\|` there. Without a
+blank line the HTML site shows the table as text."""
 
 import re
 
