@@ -1,26 +1,22 @@
-"""Sentences of a page: how long they are and how they begin (tools/docs prose).
+"""Sentences of a page (tools/docs prose): none begins with a bare "what", unless it is a question.
 
-A sentence is short enough to be read once: at most 35 words, 20 on average over a page. Words have two letters or more.
-An item of a list is a sentence of its own, whatever it ends with. Headings, tables, blocks of code and displayed formulas
-are left out; code and a formula within a sentence are a word each."""
+An item of a list is a sentence of its own, whatever it ends with. Headings, tables, code blocks and displayed formulas are
+left out; code and a formula within a sentence count as a word each."""
 
 import re
 from dataclasses import dataclass, field
 
 from docs_pages import CODE, files, text_lines
 
-LONGEST, MEAN = 35, 20
 ITEM = re.compile(r"^\s*(?:[-*+]|\d+[.)])\s+")
 ABBREVIATION = re.compile(r"\b(e\.g|i\.e|etc|al|cf|vs|approx|Eqs?|Figs?|Sec|No)\.(?=\s)")
 END = re.compile(r"(?<=[.!?])[\"')\]]*\s+")
 
 
 @dataclass
-class Measured:
+class Found:
     offenders: list = field(default_factory=list)
     sentences: int = 0
-    words: int = 0
-    longest: int = 0
 
 
 def pages(root):
@@ -40,7 +36,7 @@ def plain(line):
 
 
 def paragraphs(text):
-    """[[(number, plain line)]]: what is read in one go; a list's items are paragraphs of their own."""
+    """[[(number, plain line)]]: lines that belong together; each item of a list is a paragraph of its own."""
     found, current = [], []
 
     def close():
@@ -77,23 +73,15 @@ def sentences(paragraph):
             yield max(number for begin, number in starts if begin <= start), part.strip()
 
 
-def measure(root, page):
+def check(root, page):
     name = page.relative_to(root) if page.is_relative_to(root) else page
-    measured = Measured()
+    found = Found()
     for paragraph in paragraphs(page.read_text(encoding="utf-8")):
         for number, sentence in sentences(paragraph):
             words = re.findall(r"[A-Za-z]{2,}", sentence)
             if not words:
                 continue
-            measured.sentences += 1
-            measured.words += len(words)
-            measured.longest = max(measured.longest, len(words))
-            if len(words) > LONGEST:
-                measured.offenders.append(f"{name}:{number}: {len(words)} words in a sentence, {LONGEST} allowed: "
-                                          f"{sentence[:80]}…")
+            found.sentences += 1
             if words[0].lower() == "what" and not sentence.endswith("?"):
-                measured.offenders.append(f'{name}:{number}: a sentence begins with "what": {sentence[:80]}…')
-    if measured.sentences and measured.words > MEAN * measured.sentences:
-        measured.offenders.append(f"{name}:1: {measured.words / measured.sentences:.1f} words a sentence on average, "
-                                  f"{MEAN} allowed")
-    return measured
+                found.offenders.append(f'{name}:{number}: sentence begins with "what": {sentence[:80]}')
+    return found

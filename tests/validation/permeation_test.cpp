@@ -137,7 +137,7 @@ TEST(permeation, a_submerged_sheet_does_not_pump) {
       const std::string which =
           fmt::format("wet sheet in a deep pool, k = {} m², {} walls, 10 s: ", permeability, walls);
       report({which + "net flux through it, ΣC a second", "0 at Δp = 0", std::fabs(net), 0.02, "1/s"});
-      report({which + "what it gives back on both sides, ΣC a second", "0 at Δp = 0", gross, 0.05, "1/s"});
+      report({which + "release on both sides, ΣC a second", "0 at Δp = 0", gross, 0.05, "1/s"});
     }
   }
 }

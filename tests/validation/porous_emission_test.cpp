@@ -283,7 +283,7 @@ cloth:
   const std::string bowl = "water poured on a sheet held at its edges, 1.5 s: ";
   report({bowl + "share of new particles on its upper side", "belly", drips.upper_side / drips.all, 0});
   report({bowl + "share of new particles in the upper half of the bowl", "belly", drips.upper_half / drips.all, 0.5});
-  report({bowl + "mass given back over what the rate limit buffers, worst of each step and of all until then",
+  report({bowl + "mass released over what the rate limit buffers, worst of each step and of all until then",
           "at most 1", drips.rate, 1});
   report({bowl + "fastest new particle in its first 20 ms, relative to the cloth", "d/T + 2 g T of the ramp",
           drips.kick, Drips::d / Drips::ramp + 2 * 9.81 * Drips::ramp, "m/s"});

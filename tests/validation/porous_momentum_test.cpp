@@ -149,7 +149,7 @@ cloth:
   EXPECT_GT(spread, 1e-6);
   EXPECT_GT(taken, 5);
   EXPECT_GT(given, 1);
-  const std::string what = "free sheet that takes up and gives back, no gravity: change of Σmv ",
+  const std::string what = "free sheet that absorbs and releases, no gravity: change of Σmv ",
                     over = ", over its magnitudes' sum";
   report({what + "by stage absorption" + over, "0", absorption, bound});
   report({what + "by stage emission" + over, "0", emission, bound});
