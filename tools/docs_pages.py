@@ -4,6 +4,7 @@ import re
 
 LEFT_OUT = {".git", ".deps", "build", "out"}  # folders whose files are not ours
 FENCE = re.compile(r"^\s*(```+|~~~+)")
+FIGURE = re.compile(r"<!--fig:([\w.]+)-->(.*?)<!--/fig-->")  # tools/docs_figures.py
 CODE = re.compile(r"(`+)(?!`)(.+?)(?<!`)\1(?!`)")
 
 
@@ -20,7 +21,8 @@ def files(root, suffixes):
 
 
 def text_lines(text):
-    """[(number, line, block)] of a page; `block` is True in a block of code or of a displayed formula, and in a comment."""
+    """[(number, line, block)] of a page; `block` is True in a block of code or of a displayed formula, and in a comment.
+    Figures stand without their marks."""
     fence = formula = comment = None
     lines = []
     for number, line in enumerate(text.splitlines(), 1):
@@ -34,6 +36,7 @@ def text_lines(text):
             fence = mark[1]
             lines.append((number, line, True))
             continue
+        line = FIGURE.sub(lambda found: found[2], line)
         dollars = CODE.sub("", line).count("$$")
         lines.append((number, line, bool(formula or comment or dollars or "<!--" in line)))
         formula = bool(formula) ^ bool(dollars % 2)

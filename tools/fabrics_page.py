@@ -8,6 +8,10 @@ import re
 import sys
 from pathlib import Path
 
+sys.dont_write_bytecode = True
+sys.path.insert(0, str(Path(__file__).resolve().parent))
+import docs_figures  # noqa: E402
+
 ROOT = Path(__file__).resolve().parents[1]
 DATA, PAGE, APPENDIX = (ROOT / name for name in ("src/scene/fabrics.yaml", "docs/manual/fabrics.md", "docs/manual/fabric_data.md"))
 BEGIN, END = "<!-- made by tools/fabrics_page.py: begin -->", "<!-- made by tools/fabrics_page.py: end -->"
@@ -89,6 +93,8 @@ def main():
             path.write_text(made, encoding="utf-8")
         elif made != page:
             sys.exit(f"{path} does not match {DATA}: run tools/fabrics_page.py")
+    if "--check" not in sys.argv[1:]:
+        docs_figures.write(ROOT)  # other pages have figures of these
 
 
 if __name__ == "__main__":

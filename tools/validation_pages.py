@@ -16,6 +16,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
+import docs_figures  # noqa: E402
 import validation_picture  # noqa: E402
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -324,6 +325,8 @@ def main():
     for tool, printed in (("bench", o.bench), ("cloth_bench", o.cloth_bench)):
         if printed:
             put_bench(o.docs / "benchmarks", tool, printed.read_text(encoding="utf-8"), o.where)
+    if o.docs.resolve() == ROOT / "docs":
+        docs_figures.write(ROOT)  # other pages have figures of these
     missed = sum(len(theme.missed()) for theme in themes)
     print(f"== {count(len(cases), 'case')} in {o.docs / 'validation'}, {missed} not met")
     largest, wrong = slack(cases)
