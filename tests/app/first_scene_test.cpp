@@ -126,7 +126,7 @@ TEST_F(NewScene, AsSmallAsABunnyHasFinerWaterAndThinnerCloth) {
 }
 
 TEST_F(NewScene, OfCentimetresIsScaledAndSaysSo) {
-  const Scene scene = scene_for(tube(0.9, 0.01), "90 units long: taken as centimetres");
+  const Scene scene = scene_for(tube(0.9, 0.01), "90 units long: assumed to be in centimetres");
   EXPECT_EQ(scene.cloths[0].unit, LengthUnit::cm);
   EXPECT_EQ(scene.cloths[0].scale, 1);
   EXPECT_GT(scene.domain.max[1], 0.9);
@@ -212,7 +212,7 @@ TEST_F(NewScene, ShortensTheStepOrSoftensTheFabricUntilATrialConverges) {
   EXPECT_EQ(parse_scene(softer.yaml, "scene.yaml").cloths[0].material.bend, 1e-5);
   const FirstScene never = first_scene(mesh, "", [](const Scene&) { return TriedSteps{10, 10}; });
   EXPECT_EQ(parse_scene(never.yaml, "scene.yaml").time.step, 0.004);
-  EXPECT_NE(never.warnings[0].find("do not converge, whatever the step"), std::string::npos) << never.warnings[0];
+  EXPECT_NE(never.warnings[0].find("do not converge at any time step"), std::string::npos) << never.warnings[0];
 }
 
 TEST_F(NewScene, FarFromTheOriginIsBroughtThere) {

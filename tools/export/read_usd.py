@@ -21,7 +21,7 @@ from mesh_files import MeshFiles, add_options, fans, named, number_of_files, tol
 
 def parse_arguments():
     parser = argparse.ArgumentParser(prog="read_usd.py", description=__doc__)
-    return add_options(parser, "the mesh, or what it is the only mesh of")
+    return add_options(parser, "the mesh, or an object that contains only this mesh")
 
 
 def find_mesh(stage, file, prim):
@@ -123,7 +123,7 @@ def import_mesh(options):
         return
     print(told(files, fps, mesh.triangles, mesh.mesh.GetPath()))
     if UsdGeom.GetStageUpAxis(stage) == UsdGeom.Tokens.z:
-        print("# The stage says that z is up; the files are turned so that y is.")
+        print("# The USD file declares z as up; the files are rotated to y up.")
     print("\n".join(files.scene_lines(fps)))
 
 
