@@ -181,7 +181,7 @@ int compare_command(const CompareOptions& options) {
   for (std::int64_t s = 0; s < options.steps; ++s) comparison.step(state);
   const int over = comparison.print();
   if (comparison.moved() > 0)
-    fmt::print("particles or nodes were moved away from discontinuities by a few roundings {} times\n",
+    fmt::print("particles or nodes were moved off discontinuities by a few rounding errors {} times\n",
                comparison.moved());
   if (over > 0)
     fmt::print("{} of {} fields exceed their tolerance\n", over, comparison.fields());

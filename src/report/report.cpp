@@ -74,8 +74,7 @@ std::string picture_section(const Runs& runs) {
   }
   if (cloth) out += "<p class=\"note\">Saturation of the cloth from 0 to 1.2:</p><div class=\"bar\"></div>\n";
   out += html::note(
-      "Blue balls are liquid particles. Solids are grey; of containers only the outline is drawn, and planes are left "
-      "out.");
+      "Fluid particles are blue and solids grey. Containers are drawn as outlines, and planes are omitted.");
   return html::section("pictures", "Pictures", out);
 }
 
