@@ -52,7 +52,8 @@ std::string states(const RunRecord& a, const RunRecord& b) {
                                             {"cloth_speed", "fastest cloth node, m/s"},
                                             {"cloth_stretch", "stretch of the cloth"}};
   const double time = std::min(a.stats.column("time").back(), b.stats.column("time").back());
-  html::Table table{{fmt::format("at t = {:.6g} s", time), "A", "B", "B − A", "relative to A"}, {}, "state-differences"};
+  html::Table table{
+      {fmt::format("at t = {:.6g} s", time), "A", "B", "B − A", "relative to A"}, {}, "state-differences"};
   const std::size_t in_a = row_at(a.stats, time), in_b = row_at(b.stats, time);
   for (const Quantity& q : quantities)
     if (a.stats.has(q.column) && b.stats.has(q.column))

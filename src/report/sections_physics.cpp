@@ -96,8 +96,8 @@ double not_converged(const RunRecord& run, const Solve& s) {
 }
 
 std::string solve_table(const RunRecord& run, const std::string& id) {
-  html::Table table{{"solve", "iterations per step, mean", "median", "maximum", "limit per solve", "error, mean", "worst",
-                     "tolerance", "solves not converged"},
+  html::Table table{{"solve", "iterations per step, mean", "median", "maximum", "limit per solve", "error, mean",
+                     "worst", "tolerance", "solves not converged"},
                     {},
                     id};
   for (const Solve& s : solves) {
@@ -148,7 +148,8 @@ std::string mass_section(const Runs& runs) {
   if (!moves("mass_fluid") && !moves("mass_cloth") && !moves("mass_supplied") && !moves("mass_drained"))
     return html::section("mass", "Mass", html::paragraph("There is no liquid, neither in particles nor in cloth."));
   std::string out = line_key(runs);
-  std::string error = moves("mass_error") ? single(runs, "Error of the mass budget", "kg", "mass_error", "error", 1) : "";
+  std::string error =
+      moves("mass_error") ? single(runs, "Error of the mass budget", "kg", "mass_error", "error", 1) : "";
   out += charts({figure(chart_of(runs, "Where the liquid is", "kg", curves)),
                  moves("saturation_max") ? single(runs, "Saturation of the wettest node", "liquid / capacity, 1",
                                                   "saturation_max", "largest", 1)
@@ -176,12 +177,12 @@ std::string solve_section(const Runs& runs) {
   out += html::note("Errors of 0 are drawn at the lower edge of the chart.");
   if (!pressure.empty())
     out += html::note(
-        "A step corrects only a fraction of the compression, fluid.solver.density_correction. The remaining compression "
+        "A step corrects only a fraction of the compression, fluid.solver.density_correction. The remaining "
+        "compression "
         "may therefore exceed the tolerance although the solve converged. The last column, from run.log, counts the "
         "steps in which the solve did not converge.");
   if (any_has(runs, "cloth_iterations"))
-    out += html::note(
-        "Cloth iterations include those within the density solve and may exceed the limit of one solve.");
+    out += html::note("Cloth iterations include those within the density solve and may exceed the limit of one solve.");
   if (std::any_of(runs.begin(), runs.end(), [](const RunRecord& r) { return r.history.sessions > 1; }))
     out += html::note("For a resumed run, that column counts the steps since it was resumed.");
   return html::section("solves", "Solves", out);
@@ -217,16 +218,20 @@ std::string energy_balance(const Runs& runs) {
   };
   std::string out = charts({chart("Mechanical energy", {{"total", "total", 0}}),
                             chart("Its parts", std::vector<Curve>(std::begin(energy_parts), std::end(energy_parts)))});
-  html::Table table{{"energy", "at the first frame, J", "at the last, J", "change, J", "largest rise between frames, J"},
-                    {},
-                    "energy-table"};
+  html::Table table{
+      {"energy", "at the first frame, J", "at the last, J", "change, J", "largest rise between frames, J"},
+      {},
+      "energy-table"};
   for (std::size_t k = 0; k < runs.size(); ++k) add_energy_rows(runs, k, table);
   return out + html::table(table) +
          html::note(
-             "Heights are measured from the lowest corner of the domain. The total falls by viscosity, friction, uptake by "
-             "cloth, the solver's own losses, and liquid that leaves. It rises only by work from outside: jets, "
-             "reservoirs, pins, wind and bodies that are moved. A rise without any of them is an error. The energy of "
-             "the liquid's surface, of wet adhesion and of micropolar spins is not in it.");
+             "Heights are measured from the lowest corner of the domain. Viscosity, friction, absorption, numerical "
+             "losses and "
+             "liquid that leaves reduce the total. Only emitters, fixed-saturation boundaries, pins, wind and moving "
+             "bodies "
+             "may increase it. A rise without any of these indicates an error. The energies of the liquid surface, of "
+             "wet "
+             "adhesion and of micropolar spins are not included.");
 }
 
 std::string kinetic_energy_of_each_step(const Runs& runs) {

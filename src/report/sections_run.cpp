@@ -123,7 +123,8 @@ std::string summary_section(const Runs& runs) {
     out += run_heading(runs, k) + badge(runs[k]) + cards_of(runs[k]);
     if (runs[k].stats.rows() == 0) out += html::paragraph("No step was completed, so there are no curves.");
     if (runs[k].history.sessions > 1)
-      out += html::note(fmt::format("The run was resumed from checkpoints and has {} parts.", runs[k].history.sessions));
+      out +=
+          html::note(fmt::format("The run was resumed from checkpoints and has {} parts.", runs[k].history.sessions));
   }
   return html::section("summary", "Summary", out);
 }
@@ -171,7 +172,7 @@ std::string version_section(const Runs& runs) {
     row("drench", r.version);
     row("commit", r.commit);
     row("precision", r.precision);
-    row("computes", r.backend);
+    row("solver", r.backend);
     for (const auto& [name, value] : r.device) row(name, value);
     row("scene", r.history.scene);
     row("folder", r.folder.string());

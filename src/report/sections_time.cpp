@@ -118,7 +118,8 @@ std::string stage_section(const Runs& runs) {
     out += run_heading(runs, k) + stage_table(runs[k], colours, k == 0 ? "stage-table" : "stage-table-b");
     if (on_device(runs[k]))
       out += html::note(
-          "On a GPU the host does not wait for each stage, so stage times are exact only with --profile. The time of the "
+          "On a GPU the host does not wait for each stage, so stage times are exact only with --profile. The time of "
+          "the "
           "whole step is always exact.");
   }
   return html::section("stages", "Time", out);
