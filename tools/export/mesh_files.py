@@ -116,5 +116,5 @@ def named(paths, most=8):
 
 
 def told(files, fps, triangles, what):
-    count = "1 file" if files.count == 1 else f"{files.count} files at {fps:.6g} a second, {(files.count - 1) / fps:.6g} s"
+    count = "1 file" if files.count == 1 else f"{files.count} files at {fps:.6g} per second, {(files.count - 1) / fps:.6g} s"
     return f"{files.folder}: {count}, {len(files.first)} points, {len(triangles)} triangles of {what}"

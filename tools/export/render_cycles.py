@@ -179,7 +179,7 @@ def main():
         print(scene.render.filepath)
     passed = (chosen[-1] - chosen[0]) / options.rate  # s
     rate = options.fps or (min(50, (len(chosen) - 1) / passed) if passed > 0 else 1)
-    print(f"{len(chosen)} pictures, {rate:.6g} a second")
+    print(f"{len(chosen)} pictures, {rate:.6g} per second")
 
 
 main()
