@@ -135,7 +135,7 @@ TEST_F(NewScene, OfCentimetresIsScaledAndSaysSo) {
 }
 
 TEST_F(NewScene, OfMillimetresIsScaledAndSaysSo) {
-  EXPECT_EQ(scene_for(tube(0.9, 0.001), "taken as millimetres").cloths[0].unit, LengthUnit::mm);
+  EXPECT_EQ(scene_for(tube(0.9, 0.001), "assumed to be in millimetres").cloths[0].unit, LengthUnit::mm);
 }
 
 TEST_F(NewScene, OnABodyNeedsNoPinAndTakesUnitsAndAxesOfBoth) {
@@ -143,7 +143,7 @@ TEST_F(NewScene, OnABodyNeedsNoPinAndTakesUnitsAndAxesOfBoth) {
   write_text(here() / "body.obj", figure(0.6));
   const Outcome made = drench({"new", "garment.obj", "--body", "body.obj"});
   ASSERT_EQ(made.code, 0) << made.err;
-  EXPECT_NE(made.out.find("# The body is in the garment and holds it"), std::string::npos) << made.out;
+  EXPECT_NE(made.out.find("# The body is inside the garment and holds it"), std::string::npos) << made.out;
   write_text(here() / "scene.yaml", made.out);
   expect_units(made.out);
   const Scene scene = load_scene((here() / "scene.yaml").string());
@@ -169,7 +169,7 @@ TEST_F(NewScene, BesideABodyHangsByItsTop) {
   write_text(here() / "body.obj", figure(0.6));
   const Outcome made = drench({"new", "garment.obj", "--body", "body.obj"});
   ASSERT_EQ(made.code, 0) << made.err;
-  EXPECT_NE(made.out.find("# No part of the body is in the garment"), std::string::npos) << made.out;
+  EXPECT_NE(made.out.find("# No part of the body is inside the garment"), std::string::npos) << made.out;
   EXPECT_NE(made.out.find("    pin: "), std::string::npos);
 }
 

@@ -98,7 +98,7 @@ TEST_F(Restart, TheSurfaceGoesOnToo) {
   // What was there at the checkpoint has to be there still.
   const auto older = checkpoints_in(here() / "part").at(1);
   for (int f = 0; f < 4; ++f) fs::remove(here() / fmt::format("part/frames/surface_{:06}.vtu", f));
-  expect_refusal(run("filter", with({"--resume", older.string()})), ".vtu is not there");
+  expect_refusal(run("filter", with({"--resume", older.string()})), ".vtu is missing");
 }
 
 TEST_F(Restart, TheReferenceGoesOnToo) {
