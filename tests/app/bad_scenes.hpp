@@ -167,7 +167,7 @@ inline constexpr BadScene bad_scenes[] = {
     {"ClothIsAMap", HEAD "cloth: {mesh: {grid: {}}}\n", 2, 8, "cloth", "is a map; allowed: a list"},
     {"ClothWithoutMesh", HEAD "cloth:\n  - name: sheet\n", 3, 5, "cloth.0.mesh", "is missing; allowed: a map"},
     {"MeshOfNothing", HEAD "cloth: [{mesh: {}}]\n", 2, 16, "cloth.0.mesh.grid", "grid and file are both missing"},
-    {"MeshOfBoth", HEAD "cloth: [{mesh: {grid: {}, file: exists.obj}}]\n", 2, 33, "cloth.0.mesh.file", "beside grid"},
+    {"MeshOfBoth", HEAD "cloth: [{mesh: {grid: {}, file: exists.obj}}]\n", 2, 33, "cloth.0.mesh.file", "combined with grid"},
     {"GridScaled", HEAD "cloth: [{mesh: {grid: {}, scale: 2}}]\n", 2, 34, "cloth.0.mesh.scale", "applies only to mesh files"},
     {"GridWithAUnit", HEAD "cloth: [{mesh: {grid: {}, unit: cm}}]\n", 2, 33, "cloth.0.mesh.unit", "applies only to mesh files"},
     {"MeshUnitUnknown", HEAD "cloth: [{mesh: {file: exists.obj, unit: yard}}]\n", 2, 41, "cloth.0.mesh.unit",

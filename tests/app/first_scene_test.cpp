@@ -237,7 +237,7 @@ TEST_F(NewScene, RefusesWhatIsNoClothInOneLine) {
   write_text(here() / "three.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nv 0 -1 0\nf 1 2 3\nf 1 2 4\nf 1 2 5\n");
   expect_refusal({"new", "three.obj"}, "three.obj");
   write_text(here() / "garment.txt", "v 0 0 0\n");
-  expect_refusal({"new", "garment.txt"}, "unknown ending");
+  expect_refusal({"new", "garment.txt"}, "unknown extension");
   expect_refusal({"new", "a.obj", "b.obj"}, "b.obj");
 }
 

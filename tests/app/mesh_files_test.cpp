@@ -323,7 +323,7 @@ TEST_F(MeshFiles, BadOnesAreRefused) {
     return text.find(part) != std::string::npos ? ::testing::AssertionSuccess() : ::testing::AssertionFailure() << text;
   };
   EXPECT_TRUE(has(error("nowhere.obj", ""), "no such file"));
-  EXPECT_TRUE(has(error("a.off", points + "f 1 2 3\n"), "unknown ending"));
+  EXPECT_TRUE(has(error("a.off", points + "f 1 2 3\n"), "unknown extension"));
   EXPECT_TRUE(has(error("empty.obj", points), "it holds no triangles"));
   EXPECT_TRUE(has(error("flat.obj", points + "v 0.5 0 1e-7\nf 1 2 3\nf 1 2 7\n"),
                   "triangle 1 of the mesh (points 0, 1, 3) is degenerate"));
