@@ -54,7 +54,7 @@ class Simulation:
 
     scene: a path, a dict with the keys of a scene file, or a Scene.
     overrides: values that replace the scene's, as in {"fluid.spacing": 0.02}.
-    resume: a checkpoint of the same scene to go on from, or a folder that holds some.
+    resume: a checkpoint of the same scene to continue from, or a folder that contains some.
     threads: how many threads to start; only the first run of a process decides.
 
     Raises SceneError, SetupError, DeviceError, CheckpointError.
@@ -225,7 +225,7 @@ class Simulation:
         self._run.set_wind(_vector("velocity", velocity))
 
     def save_checkpoint(self, path: str | os.PathLike[str]) -> None:
-        """Writes what it takes to go on, bit for bit, with changed pins, jets and wind."""
+        """Save a checkpoint from which the run continues bit for bit, including changed pins, jets and wind."""
         self._run.save_checkpoint(os.fspath(path))
 
     def resume(self, path: str | os.PathLike[str]) -> None:

@@ -194,5 +194,5 @@ def test_keys_of_a_dict_move_pins_bodies_and_the_wind():
     assert np.allclose(pinned(run, 0), start, atol=1e-6)
     assert np.allclose(run.fields["body_position"].copy()[0], [0.3, -1, 0], atol=1e-6)
     scene["bodies"][0]["sphere"]["velocity"] = [[0.2, [0, 0, 0]], [0.1, [1, 0, 0]]]
-    with pytest.raises(drench.SceneError, match="is not after the entry before"):
+    with pytest.raises(drench.SceneError, match="is not later than the previous entry"):
         drench.Simulation(scene)

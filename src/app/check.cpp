@@ -35,9 +35,9 @@ void print_regions(const Model& model) {
       area += triangle_area(at(0), at(1), at(2));
       ++count;
     }
-    fmt::print("{} of {}: {} triangles, {:.4g} m², {:.4g} kg/m²\n",
+    fmt::print("{} of {}: {} triangles, {:.4g} m², {:.4g} kg/m² ({:.4g} g/m²)\n",
                region_label(cloth.regions[static_cast<std::size_t>(patch.region)], patch.region), cloth.name, count,
-               area, patch.areal_density);
+               area, patch.areal_density, 1000 * patch.areal_density);
   }
 }
 
@@ -61,7 +61,7 @@ void print_loops(const Model& model) {
                  middle[2]);
     }
     if (loops.size() > most)
-      fmt::print("and {} boundary loops of {} more\n", loops.size() - most, model.cloths[c].name);
+      fmt::print("and {} more boundary loops of {}\n", loops.size() - most, model.cloths[c].name);
   }
 }
 
@@ -72,8 +72,9 @@ void print_parts(const Model& model, const HostState& state) {
                    model.quantum,
                model.jets.size());
   for (const ClothMaterial& c : model.cloths)
-    fmt::print("cloth {}: {} nodes, {} triangles, {} samples{}{}\n", c.name, c.node_count, c.triangle_count,
-               c.sample_count, c.porous ? ", porous" : "", c.dynamics ? "" : ", still");
+    fmt::print("cloth {}: {} nodes, {} triangles, {} quadrature points, {:.4g} kg/m² ({:.4g} g/m²){}{}\n", c.name,
+               c.node_count, c.triangle_count, c.sample_count, c.areal_density, 1000 * c.areal_density,
+               c.porous ? ", porous" : "", c.dynamics ? "" : ", does not move");
   print_regions(model);
   if (model.has_cloth()) {
     const auto pinned = std::count(model.mesh.pinned.begin(), model.mesh.pinned.end(), 1);
@@ -92,15 +93,18 @@ void print_parts(const Model& model, const HostState& state) {
   }
   const auto deforming = std::count_if(model.bodies.begin(), model.bodies.end(), [](const Body& b) { return b.deforms(); });
   if (!model.bodies.empty())
-    fmt::print("bodies: {} ({} moving, {} floating{}), {} boundary samples\n", model.bodies.size(),
+    fmt::print("bodies: {} ({} moving, {} floating{}), {} boundary particles\n", model.bodies.size(),
                std::count_if(model.bodies.begin(), model.bodies.end(), [](const Body& b) { return b.moves(); }),
                std::count_if(model.bodies.begin(), model.bodies.end(), [](const Body& b) { return b.dynamic; }),
-               deforming > 0 ? fmt::format(", {} changing their shape", deforming) : "", model.boundary.count());
+               deforming > 0 ? fmt::format(", {} deforming", deforming) : "", model.boundary.count());
 }
 
 std::string values_of(const std::vector<FabricValue>& values) {
   std::string all;
-  for (const FabricValue& v : values) all += fmt::format("{}{} {}", all.empty() ? "" : ", ", v.key, v.value);
+  for (const FabricValue& v : values) {
+    all += fmt::format("{}{} {}", all.empty() ? "" : ", ", v.key, v.value);
+    if (v.key == "areal_density") all += fmt::format(" ({:.4g} g/m²)", 1000 * std::strtod(v.value.c_str(), nullptr));
+  }
   return all;
 }
 
@@ -114,16 +118,17 @@ void print_fabrics(const std::vector<FabricUse>& uses, const Scene& scene) {
     fmt::print(
         "fabric {} of {}cloth {}: {}{}\n", use.fabric,
         use.region < 0 ? "" : region_label(cloth.regions[static_cast<std::size_t>(use.region)], use.region) + " of ",
-        cloth.name, values_of(use.given), own.empty() ? "" : "; not its " + own);
+        cloth.name, values_of(use.given), own.empty() ? "" : "; not used: " + own);
   }
 }
 
 void warn_of_dry_fabrics(const std::vector<FabricUse>& uses, const Scene& scene, std::vector<std::string>& warnings) {
   for (const FabricUse& use : uses)
     if (use.dry && scene.fluid.present && use.region < 0)
-      warnings.push_back(fmt::format(
-          "cloth {} takes up no liquid, which its fabric {} would: it has no key porous (porous: {{}} will do)",
-          scene.cloths[use.cloth].name, use.fabric));
+      warnings.push_back(
+          fmt::format("cloth {} absorbs no liquid, although its fabric {} is absorbent: add the key porous (porous: "
+                      "{{}} is enough)",
+                      scene.cloths[use.cloth].name, use.fabric));
 }
 
 /// The ranks' particles, as the liquid lies at the start.
@@ -136,35 +141,37 @@ void print_ranks(const Setup& setup, int ranks) {
     for (const double g : liquid.ghosts) ghosts += g / ranks;
     fmt::print("ranks: {}, with {:.0f} particles each on average; the fullest has {:.0f} and {:.0f} ghosts\n", ranks, n / ranks,
                fullest.part * n, fullest.ghosts(n));
-    fmt::print("ghosts (copies of other ranks' particles): {:.0f} a rank on average, {:.0f} at most\n", ghosts,
+    fmt::print("ghosts (copies of other ranks' particles): {:.0f} per rank on average, {:.0f} at most\n", ghosts,
                *std::max_element(liquid.ghosts.begin(), liquid.ghosts.end()));
   } else {
-    fmt::print("ranks: {}; no liquid is there yet, and shares are those of a compact body\n", ranks);
+    fmt::print("ranks: {}; the scene starts without liquid: shares are estimated for a compact volume\n", ranks);
   }
   if (setup.model.has_cloth() || !setup.model.bodies.empty())
-    fmt::print("replicated: cloth and bodies are whole on every rank\n");
+    fmt::print("replicated: every rank computes all cloth and bodies\n");
 }
 
 /// `ranks`: of how many the memory of the fullest is told.
 void print_memory(const ForeseenMemory& memory, const MemoryBudget& budget, int ranks) {
   const MemoryEstimate& m = memory.start;
   fmt::print(
-      "memory{}: about {}: liquid {}, neighbour lists {}, cell tables {}, bodies {}, cloth {}; and {} for the set-up "
-      "and a frame{}\n",
+      "memory{}: about {}: liquid {}, neighbour lists {}, cell tables {}, bodies {}, cloth {}; plus {} for set-up "
+      "and frames{}\n",
       ranks > 1 ? " of the fullest rank" : "", mebibytes(m.backend()), mebibytes(m.particles), mebibytes(m.lists),
       mebibytes(m.cells), mebibytes(m.bodies), mebibytes(m.cloth), mebibytes(m.host),
       budget.device.empty() ? "" : fmt::format("; {} has {} free", budget.device, mebibytes(budget.device_free)));
   if (memory.grows())
     fmt::print(
-        "memory in the end: about {}: {}liquid at all cloth and walls, with 1.2 times as many neighbours\n",
+        "memory at the end: about {}, assuming {}liquid at all cloth and walls and 1.2 times as many neighbours\n",
         mebibytes(memory.end),
-        memory.added >= 1 ? fmt::format("{:.0f} particles more, from jets and overfull cloth; ", memory.added) : "");
+        memory.added >= 1 ? fmt::format("{:.0f} more particles from jets and dripping cloth, ", memory.added) : "");
   if (memory.folds())
-    fmt::print("memory in folds: about {}, with a hundred pairs of cloth with itself a node\n",
+    fmt::print("memory with folded cloth: about {}, assuming a hundred self-contact pairs per node\n",
                mebibytes(memory.folded));
   if (ranks > 1)
-    fmt::print("assumed: liquid keeps the shape it starts with, and a rank gets up to a tenth more than the mean before space "
-               "is cut anew; each rank sets the whole scene up, rank 0 alone gathers frames\n");
+    fmt::print(
+        "assumed: liquid keeps its initial shape, and a rank holds up to a tenth more than the mean before the domain "
+        "is "
+        "divided again; every rank sets up the whole scene, only rank 0 gathers frames\n");
 }
 
 void print_step(const Model& model, const HostState& state) {
@@ -182,14 +189,15 @@ void print_step(const Model& model, const HostState& state) {
     return;
   }
   if (time.mode == TimeMode::error) {
-    fmt::print("time step: {:.4g} s, down to {:.4g} s where a step would leave more than {:.3g} % compression\n",
+    fmt::print("time step: {:.4g} s, down to {:.4g} s if a step would leave more than {:.3g} % compression\n",
                std::min(time.step, model.capillary_step()), time.step / 100, 100 * time.tolerance);
     return;
   }
   const double spacings = time.step / model.spacing;
   fmt::print(
-      "time step: {:.4g} s; at {:.3g} m/s (free fall) {:.2g} spacings a step, at {:.3g} m/s (where it hits, enters or "
-      "is pushed) {:.2g} (CFL number)\n",
+      "time step: {:.4g} s; at {:.3g} m/s (free fall) {:.2g} spacings per step, at {:.3g} m/s (where liquid hits, "
+      "enters "
+      "or is pushed) {:.2g} (CFL number)\n",
       time.step, fastest, fastest * spacings, impact, impact * spacings);
 }
 
@@ -210,8 +218,8 @@ void print_drying(const Model& model) {
                  critical = c.critical_saturation;
     const double constant = (1 - std::max(critical, dry)) / fall,
                  falling = critical > dry ? critical / fall * std::log(critical / dry) : 0;
-    fmt::print("drying of {}: a full cloth takes {} to saturation {:.3g}, {} to {:.3g}, open on both sides\n", c.name,
-               in_words(constant), std::max(critical, dry), in_words(constant + falling), dry);
+    fmt::print("drying of {}: full cloth takes {} to saturation {:.3g} and {} to {:.3g}, with both sides in air\n",
+               c.name, in_words(constant), std::max(critical, dry), in_words(constant + falling), dry);
   }
 }
 
@@ -251,12 +259,12 @@ int check_command(const CheckOptions& options) {
   fmt::print("steps: {}{:.0f} to {:.4g} s\n", scene.time.mode != TimeMode::fixed ? "at least " : "",
              std::ceil(scene.time.end / scene.time.step - 1e-9), scene.time.end);
   if (const double passes = model.has_fluid() ? viscous_passes(model, scene.time.step) : 0; passes > 1)
-    fmt::print("viscosity: about {:.0f} passes a step\n", passes);
+    fmt::print("viscosity: about {:.0f} passes per step\n", passes);
   if (const double passes = model.has_micropolar() ? spin_passes(model, scene.time.step) : 0; passes > 1)
-    fmt::print("micropolar: about {:.0f} passes a step\n", passes);
+    fmt::print("micropolar: about {:.0f} passes per step\n", passes);
   for (const ClothMaterial& c : model.cloths)
     if (model.has_diffusion() && c.wicks())
-      fmt::print("diffusion in {}: sub-steps a step: about {:.0f}\n", c.name,
+      fmt::print("diffusion in {}: about {:.0f} sub-steps per step\n", c.name,
                  substeps_for(diffusion_rate(model, c), scene.time.step));
   if (scene.air.present) print_drying(model);
   for (const std::string& w : warnings) fmt::print("warning: {}\n", w);

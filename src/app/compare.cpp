@@ -170,23 +170,21 @@ int compare_command(const CompareOptions& options) {
   const auto backend = make_kokkos_backend(setup.model), reference = make_reference_backend(setup.model);
   fmt::print(
       "{}: backend ({} precision) against reference, {} steps from step {}, t = {:.6g} s\n"
-      "Every stage starts on both from what the reference made of the stage before, rounded to the backend's "
-      "precision; the first from particles up to 0.001 spacings off.\nSolves of the liquid take {} iterations{}.\n",
+      "Each stage starts from the reference's result of the previous stage, rounded to the precision of the backend; "
+      "particles start up to 0.001 spacings off their lattice.\nPressure solves take {} iterations{}.\n",
       options.scene, precision_name, options.steps, state.step, state.time,
       setup.model.scene.fluid.solver.max_iterations,
       setup.model.has_fluid() && setup.model.has_moving_cloth()
-          ? ", in each of which the cloth takes one lot of 10 of its own (it is equally many that compare; its whole "
-            "solve is "
-            "compared in stage cloth)"
+          ? ", with 10 cloth iterations in each (stage cloth compares the whole cloth solve)"
           : "");
   Comparison comparison(options, setup.model, *backend, *reference);
   for (std::int64_t s = 0; s < options.steps; ++s) comparison.step(state);
   const int over = comparison.print();
   if (comparison.moved() > 0)
-    fmt::print("{} times a particle or node was moved by some roundings off what a rounding decides\n",
+    fmt::print("particles or nodes were moved off discontinuities by a few rounding errors {} times\n",
                comparison.moved());
   if (over > 0)
-    fmt::print("{} of {} fields are over their tolerance\n", over, comparison.fields());
+    fmt::print("{} of {} fields exceed their tolerance\n", over, comparison.fields());
   else
     fmt::print("all {} fields are within their tolerance\n", comparison.fields());
   return over > 0 ? exit_failed : exit_done;

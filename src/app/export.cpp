@@ -40,10 +40,10 @@ SceneFacts read_scene(const fs::path& folder) {
     if (std::abs(g[2]) > std::abs(g[1]) && std::abs(g[2]) >= std::abs(g[0])) facts.up = 'Z';
     const double along = facts.up == 'Z' ? g[2] : g[1];
     if (along > 0 || std::hypot(g[0], g[1], g[2]) - std::abs(along) > 1e-3 * std::abs(along))
-      facts.warning = fmt::format("gravity [{}, {}, {}] is not along −y or −z; the stage says that {} is up", g[0],
+      facts.warning = fmt::format("gravity [{}, {}, {}] is not along −y or −z; the USD file declares {} as up", g[0],
                                   g[1], g[2], facts.up);
   } catch (const YAML::Exception& e) {
-    facts.warning = fmt::format("{}: cannot be read ({}): cloths have no names, and y is up",
+    facts.warning = fmt::format("{}: cannot be read ({}): cloths are exported without names, with y up",
                                 (folder / "scene.yaml").string(), e.msg);
   }
   return facts;

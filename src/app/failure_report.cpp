@@ -29,7 +29,7 @@ std::string halve(const Model& m) {
 }
 
 std::string ended_at(const char* solver, const char* key, int most, double error, const Model& m) {
-  return fmt::format("the {} ended at {} ({}) with an error of {:.3g}: raise it, or {}", solver, key, most, error,
+  return fmt::format("the {} reached {} ({}) with an error of {:.3g}: raise the limit, or {}", solver, key, most, error,
                      halve(m));
 }
 
@@ -81,16 +81,16 @@ std::string advice(const RunFailure& failure, const Model& m, const HostState& s
                     r.cloth_residual, m);
   };
   if (failure.kind == FailureKind::mass || failure.kind == FailureKind::solute)
-    return "this is a fault of drench and not of the scene: please report it with the folder's scene.yaml";
+    return "this is a bug in drench, not in the scene: please report it with scene.yaml from the output folder";
   if (failure.kind == FailureKind::cloth_speed || failure.kind == FailureKind::cloth_stretch)
     return r.cloth_converged ? halve(m) : cloth_solve();
-  if (failure.kind == FailureKind::sub_steps) return "lower time.step or porous.diffusivity, or take larger triangles";
+  if (failure.kind == FailureKind::sub_steps) return "lower time.step or porous.diffusivity, or use larger triangles";
   const FluidSolverScene& solver = m.scene.fluid.solver;
   if (failure.kind == FailureKind::density)
     return ended_at("density solve", "fluid.solver.max_iterations", solver.max_iterations, r.density_error, m);
   const double speed = fastest(s.fluid_velocity), spacings = speed * dt / m.spacing;
   if (m.has_fluid() && spacings > 1)
-    return fmt::format("the fastest particle, {:.3g} m/s, crosses {:.2g} spacings a step: {}", speed, spacings,
+    return fmt::format("the fastest particle, {:.3g} m/s, moves {:.2g} spacings per step: {}", speed, spacings,
                        halve(m));
   if (m.has_fluid() && std::isfinite(r.density_error) && !r.density_converged)
     return ended_at("density solve", "fluid.solver.max_iterations", solver.max_iterations, r.density_error, m);

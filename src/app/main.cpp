@@ -64,21 +64,22 @@ std::function<std::string(const std::string&)> at_least(std::int64_t least, std:
 void add_run_options(CLI::App& run, drench::RunOptions& options) {
   run.add_option("SCENE", options.scene, "the scene file")->required();
   run.add_option("-o,--output", options.output, "output folder, new or empty (default: out/<scene>)");
-  run.add_option("--backend", options.backend, "what computes: kokkos or reference")
+  run.add_option("--backend", options.backend, "kokkos, or the slow serial reference in double precision")
       ->check(CLI::IsMember({"kokkos", "reference"}));
-  run.add_option("--until", options.until, "simulated time to stop at, s; replaces time.end")
+  run.add_option("--until", options.until, "simulated time at which the run ends, s; replaces time.end")
       ->check([](const std::string& text) {
         double value = 0;
         const bool good = CLI::detail::lexical_cast(text, value) && std::isfinite(value) && value > 0 && value <= 1e6;
         return good ? std::string() : fmt::format("{} is not a time; allowed: above 0 and at most 1e6, in s", text);
       });
-  run.add_option("--steps", options.steps, "number of steps to stop after")->check(at_least(0));
-  run.add_option("--set", options.overrides, "key.path=value: replaces a value of the scene; may be repeated")
+  run.add_option("--steps", options.steps, "end after this many steps")->check(at_least(0));
+  run.add_option("--set", options.overrides,
+                 "KEY=VALUE: change a key of the scene, such as fluid.spacing=0.02; repeatable")
       ->allow_extra_args(false);
   run.add_option("--resume", options.resume,
-                 "a checkpoint to go on from, or an output folder: from its newest one, in that folder");
+                 "continue from this checkpoint, or from the newest one in this output folder");
   run.add_option("--threads", options.threads, "number of threads")->check(at_least(1));
-  run.add_flag("--quiet", options.quiet, "print nothing but errors");
+  run.add_flag("--quiet", options.quiet, "print only errors");
   run.add_flag("--profile", options.profile, "print the time of each stage at the end");
   run.add_flag("--no-output", options.no_output, "write no files");
   run.add_flag("--overwrite", options.overwrite, "replace the files of an earlier run in the output folder");
@@ -96,10 +97,9 @@ void add_run_options(CLI::App& run, drench::RunOptions& options) {
 void add_compare_options(CLI::App& compare, drench::CompareOptions& options) {
   compare.add_option("SCENE", options.scene, "the scene file")->required();
   compare.add_option("--steps", options.steps, "number of steps to compare (default: 3)")->check(at_least(1));
-  compare.add_option("--after", options.after, "number of steps that the backend runs first, alone")
-      ->check(at_least(0));
+  compare.add_option("--after", options.after, "run the solver alone for this many steps first")->check(at_least(0));
   compare
-      .add_option("--tolerance-scale", options.tolerance_scale, "multiplies every tolerance; 0 shows what is not equal")
+      .add_option("--tolerance-scale", options.tolerance_scale, "factor for every tolerance; 0 shows all differences")
       ->check([](const std::string& text) {
         double value = 0;
         const bool good = CLI::detail::lexical_cast(text, value) && std::isfinite(value) && value >= 0;
@@ -107,22 +107,25 @@ void add_compare_options(CLI::App& compare, drench::CompareOptions& options) {
       });
   compare
       .add_option("--seed", options.seed,
-                  "of the random thousandths of a spacing that particles start off (default: 1)")
+                  "seed of the random particle offsets, up to a thousandth of a spacing (default: 1)")
       ->check(at_least(0));
-  compare.add_option("--set", options.overrides, "key.path=value; may be repeated")->allow_extra_args(false);
+  compare.add_option("--set", options.overrides, "KEY=VALUE: change a key of the scene; repeatable")
+      ->allow_extra_args(false);
   compare.add_option("--threads", options.threads, "number of threads")->check(at_least(1));
   compare.footer(
       "Examples:\n"
       "  drench compare scene.yaml\n"
       "  drench compare scene.yaml --after 10 --steps 1 --seed 2\n"
-      "Exit code 1 if a field is over its tolerance.");
+      "The exit code is 1 if a field exceeds its tolerance.");
 }
 
 void add_check_options(CLI::App& check, drench::CheckOptions& options) {
   check.add_option("SCENE", options.scene, "the scene file")->required();
-  check.add_option("--set", options.overrides, "key.path=value; may be repeated")->allow_extra_args(false);
+  check.add_option("--set", options.overrides, "KEY=VALUE: change a key of the scene; repeatable")
+      ->allow_extra_args(false);
   check.add_option("--threads", options.threads, "number of threads (default: as many as there are cores)")->check(at_least(1));
-  check.add_option("--ranks", options.ranks, "what one of so many MPI ranks would have and take")->check(at_least(1, 65536));
+  check.add_option("--ranks", options.ranks, "print particles and memory per rank for this many MPI ranks")
+      ->check(at_least(1, 65536));
   check.footer(
       "Examples:\n"
       "  drench check scene.yaml\n"
@@ -132,17 +135,16 @@ void add_check_options(CLI::App& check, drench::CheckOptions& options) {
 
 void add_export_options(CLI::App& command, drench::ExportOptions& options) {
   command.add_option("OUT", options.folder, "output folder of a run")->required();
-  command.add_option("--to", options.to, "usd: one stage with all; bgeo, ply: a file of particles each frame")
+  command.add_option("--to", options.to, "usd: one file with everything; bgeo, ply: one file of particles per frame")
       ->required()
       ->check(CLI::IsMember({"usd", "bgeo", "ply"}));
-  command.add_option(
-      "-o,--output", options.output,
-      "the file, for usd (default: OUT/<name of OUT>.usdc), else the folder (default: OUT/bgeo, OUT/ply)");
-  command.add_option("--fps", options.fps, "pictures a second (default: as the frames come)")
+  command.add_option("-o,--output", options.output,
+                     "file for usd (default: OUT/<name of OUT>.usdc), otherwise folder (default: OUT/bgeo, OUT/ply)");
+  command.add_option("--fps", options.fps, "pictures per second (default: rate of the frames)")
       ->check([](const std::string& text) {
         double value = 0;
         const bool good = CLI::detail::lexical_cast(text, value) && value >= 0.1 && value <= 10000;
-        return good ? std::string() : fmt::format("{} is not a rate; allowed: 0.1 to 10000 pictures a second", text);
+        return good ? std::string() : fmt::format("{} is not a rate; allowed: 0.1 to 10000 pictures per second", text);
       });
   command.footer(
       "Examples:\n"
@@ -156,13 +158,14 @@ void add_import_options(CLI::App& command, drench::ImportOptions& options) {
       .add_option("FILE", options.file,
                   "a USD file (.usd, .usda, .usdc, .usdz), or one that Blender reads (.fbx, .gltf, .glb, .abc, .blend)")
       ->required();
-  command.add_option("--prim", options.prim, "the mesh, or what it is the only mesh of (default: the only one)");
-  command.add_option("-o,--output", options.output, "the folder (default: FILE without its ending)");
-  command.add_option("--fps", options.fps, "files a second (default: the file's time codes)")
+  command.add_option("--prim", options.prim,
+                     "the mesh, or an object that contains only this mesh (default: the only mesh)");
+  command.add_option("-o,--output", options.output, "output folder (default: FILE without its extension)");
+  command.add_option("--fps", options.fps, "files per second (default: one per time code of the file)")
       ->check([](const std::string& text) {
         double value = 0;
         const bool good = CLI::detail::lexical_cast(text, value) && value >= 0.001 && value <= 1e5;
-        return good ? std::string() : fmt::format("{} is not a rate; allowed: 0.001 to 1e5 files a second", text);
+        return good ? std::string() : fmt::format("{} is not a rate; allowed: 0.001 to 1e5 files per second", text);
       });
   command.footer(
       "Examples:\n"
@@ -173,8 +176,8 @@ void add_import_options(CLI::App& command, drench::ImportOptions& options) {
 
 void add_report_options(CLI::App& command, drench::ReportOptions& options) {
   command.add_option("OUT", options.folder, "output folder of a run")->required();
-  command.add_option("OTHER", options.other, "output folder of a second run, to set beside it");
-  command.add_option("-o,--output", options.output, "the file (default: OUT/report.html)");
+  command.add_option("OTHER", options.other, "output folder of a second run, for a comparison");
+  command.add_option("-o,--output", options.output, "output file (default: OUT/report.html)");
   command.footer(
       "Examples:\n"
       "  drench report out/scene\n"
@@ -182,11 +185,12 @@ void add_report_options(CLI::App& command, drench::ReportOptions& options) {
 }
 
 void add_new_options(CLI::App& command, drench::NewOptions& options) {
-  command.add_option("MESH", options.mesh,
-                     "a garment: .obj, .ply or .stl, or a file that drench import reads (default: a square cloth)");
-  command.add_option("--body", options.body, "the mesh of a body that wears it");
-  command.add_option("--prim", options.prim, "of a file that is imported: the garment's mesh (default: the only one)");
-  command.add_option("--body-prim", options.body_prim, "of a file that is imported: the body's mesh (default: the only one)");
+  command.add_option(
+      "MESH", options.mesh,
+      "mesh of a garment: .obj, .ply, .stl, or a file that drench import reads (default: a square cloth)");
+  command.add_option("--body", options.body, "mesh of the body that wears it");
+  command.add_option("--prim", options.prim, "mesh of the garment in an imported file (default: the only one)");
+  command.add_option("--body-prim", options.body_prim, "mesh of the body in an imported file (default: the only one)");
   command.add_option("--threads", options.threads, "number of threads")->check(at_least(1));
   command.footer(
       "Examples:\n"
@@ -209,7 +213,7 @@ class CommandLine {
   std::string place_of(const std::string& key) const;
 
  private:
-  CLI::App app_{"drench: water meets porous cloth"};
+  CLI::App app_{"drench simulates water interacting with absorbent cloth"};
   CLI::App *run_, *check_, *compare_, *export_, *import_, *report_, *new_, *info_, *schema_;
   drench::RunOptions run_options_;
   drench::CompareOptions compare_options_;
@@ -232,23 +236,24 @@ CommandLine::CommandLine() {
       "  drench check scene.yaml\n"
       "  drench run scene.yaml\n"
       "  drench run --help\n"
-      "Exit codes: 0 done; 1 a check failed or the run diverged; 2 bad command line or bad scene; 130 Ctrl-C.");
+      "Exit codes: 0 done; 1 the run failed or a comparison exceeds its tolerance; 2 invalid command line or scene;\n"
+      "130 interrupted by Ctrl-C.");
   app_.set_version_flag("--version", fmt::format("drench {}", drench::version_string));
   app_.require_subcommand(1);
   run_ = app_.add_subcommand("run", "run a scene");
-  check_ = app_.add_subcommand("check", "load and validate a scene, print what a run of it would be");
-  compare_ = app_.add_subcommand("compare", "backend against reference, stage by stage from identical input");
-  export_ = app_.add_subcommand("export", "write a run's frames for another tool: USD, BGEO or PLY");
-  import_ = app_.add_subcommand(
-      "import", "write a mesh of a USD, FBX, glTF, Alembic or Blender file as files that a scene reads");
-  report_ = app_.add_subcommand("report", "write a run, or two beside each other, as one page of curves and tables");
+  check_ = app_.add_subcommand("check", "check a scene; print its size, memory, steps and warnings");
+  compare_ = app_.add_subcommand("compare", "compare the solver with the reference, stage by stage");
+  export_ = app_.add_subcommand("export", "convert a run for other programs: USD, BGEO or PLY");
+  import_ = app_.add_subcommand("import", "convert a mesh of a USD, FBX, glTF, Alembic or Blender file for a scene");
+  report_ = app_.add_subcommand("report", "write an HTML report of a run, or of two runs in comparison");
 #ifdef DRENCH_HAS_VIEW
-  view_ = app_.add_subcommand("view", "look at a run in a window, or write pictures of it");
+  view_ = app_.add_subcommand("view", "show a run in a window, or write pictures of it");
   drench::add_view_options(*view_, view_options_);
 #endif
-  new_ = app_.add_subcommand("new", "print a first scene for a garment's mesh, ready to run");
-  info_ = app_.add_subcommand("info", "version, precision, device, libraries");
-  schema_ = app_.add_subcommand("schema", "every key of a scene with range, unit, default and meaning (Markdown)");
+  new_ = app_.add_subcommand("new", "print a first scene for the mesh of a garment, ready to run");
+  info_ = app_.add_subcommand("info", "print version, precision, device and libraries");
+  schema_ =
+      app_.add_subcommand("schema", "print every key of a scene with range, unit, default and description (Markdown)");
   add_run_options(*run_, run_options_);
   add_check_options(*check_, check_options_);
   add_compare_options(*compare_, compare_options_);
@@ -269,7 +274,7 @@ std::optional<int> CommandLine::parse(int argc, char** argv) {
   const bool known = std::find(names.begin(), names.end(), first) != names.end();
   if (!first.empty() && first[0] != '-' && !known)
     return fail(drench::exit_usage,
-                fmt::format("drench: there is no command {}; allowed: {}", first, fmt::join(names, ", ")));
+                fmt::format("drench: unknown command {}; allowed: {}", first, fmt::join(names, ", ")));
   try {
     app_.parse(argc, argv);
   } catch (const CLI::ParseError& e) {

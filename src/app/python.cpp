@@ -37,8 +37,8 @@ std::vector<std::string> command_of(const std::string& script, const std::vector
                                     const PythonEnvironment& environment) {
   const fs::path path = find_above_program({"share/drench/export/" + script, "tools/export/" + script});
   if (path.empty())
-    throw ExportError(
-        fmt::format("share/drench/export/{} is not in a folder above the program: install drench anew", script));
+    throw ExportError(fmt::format(
+        "share/drench/export/{} is missing in the folders above the program: install drench again", script));
   std::vector<std::string> all{interpreter(environment), "-B", path.string()};
   all.insert(all.end(), words.begin(), words.end());
   return all;

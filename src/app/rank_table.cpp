@@ -21,14 +21,14 @@ std::string rank_table(const Communicator& ranks, const RunTotals& totals, const
   ranks.all_reduce(sums, most);
   const double steps = std::max(1.0, static_cast<double>(totals.steps())), count = ranks.size();
   const auto mean = [&](std::size_t k) { return static_cast<double>(sums[k]) / count; };
-  std::string text = fmt::format("{} ranks, mean and worst of them\n", ranks.size());
+  std::string text = fmt::format("{} ranks, mean and maximum\n", ranks.size());
   for (std::size_t k = 0; k < std::size(parts); ++k)
     text += fmt::format("{:<18}{:>10.3f} s {:>10.3f} ms/step, at most {:.3f} ms/step\n", names[k], 1e-6 * mean(k),
                         1e-3 * mean(k) / steps, 1e3 * most[k] / steps);
-  text += fmt::format("a step and rank: {:.1f} sums, {:.1f} messages, {:.3f} MiB sent\n", mean(4) / steps, mean(5) / steps,
-                      mean(6) / steps / (1 << 20));
-  return text + fmt::format("imbalance {:.3f} on average, {:.3f} at most; space was cut anew {} times\n", balance.sum / steps,
-                            balance.most, balance.cuts);
+  text += fmt::format("per step and rank: {:.1f} sums, {:.1f} messages, {:.3f} MiB sent\n", mean(4) / steps,
+                      mean(5) / steps, mean(6) / steps / (1 << 20));
+  return text + fmt::format("imbalance {:.3f} on average, {:.3f} at most; the domain was divided again {} times\n",
+                            balance.sum / steps, balance.most, balance.cuts);
 }
 
 }  // namespace drench

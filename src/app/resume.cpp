@@ -43,12 +43,13 @@ void check(const Resume& r, const Checkpoint& now, const Model& model) {
     throw CheckpointError(fmt::format("{}: {}", r.path.string(), why));
   };
   if (c.precision != now.precision)
-    refuse(fmt::format("was computed in {} precision, this run is in {}", c.precision, now.precision));
-  if (c.backend != now.backend) refuse(fmt::format("was computed by {}, this run is by {}", c.backend, now.backend));
+    refuse(fmt::format("was computed in {} precision, this run uses {}", c.precision, now.precision));
+  if (c.backend != now.backend)
+    refuse(fmt::format("was computed by backend {}, this run uses {}", c.backend, now.backend));
   if (const auto difference = scene_difference(c.scene, now.scene, resumable_keys))
     refuse(fmt::format("is of another scene: {}; only {} may change", *difference, fmt::join(resumable_keys, ", ")));
   if (c.geometry != now.geometry) refuse("is of another scene: the meshes have changed");
-  if (!fits(c.state, model)) refuse("its arrays are not as long as the scene's");
+  if (!fits(c.state, model)) refuse("its array sizes differ from those of the scene");
 }
 
 /// What of the run's output up to the checkpoint is not there, "" if all is.
@@ -61,7 +62,7 @@ std::string missing_output(const Resume& r, const Model& model) {
                                                  {"bodies", model.has_moving_body()}};
   for (const auto& [name, wanted] : series) {
     const auto frame = fmt::format("frames/{}_{:06}.vtu", name, r.checkpoint.frames - 1);
-    if (wanted && r.checkpoint.frames > 0 && !fs::exists(r.folder / frame)) return frame + " is not there";
+    if (wanted && r.checkpoint.frames > 0 && !fs::exists(r.folder / frame)) return frame + " is missing";
   }
   return "";
 }
@@ -93,28 +94,27 @@ Resume find_checkpoint(const std::string& wanted, const Model& model, const Back
       found.checkpoint = read_checkpoint(path);
       check(found, now, model);
       if (whom == For::command && !found.checkpoint.changes.empty())
-        throw CheckpointError(fmt::format(
-            "{}: its pins, jets or wind were changed by a program: go on with drench.Simulation.resume", path.string()));
+        throw CheckpointError(
+            fmt::format("{}: its pins, jets or wind were changed by a program: continue with drench.Simulation.resume",
+                        path.string()));
       const bool no_folder = found.folder.empty() || whom == For::library;
       const std::string missing = no_folder ? "" : missing_output(found, model);
-      if (!missing.empty())
-        throw DamagedCheckpoint(fmt::format("{}: cannot be gone on from: {}", path.string(), missing));
+      if (!missing.empty()) throw DamagedCheckpoint(fmt::format("{}: cannot be continued: {}", path.string(), missing));
       break;
     } catch (const DamagedCheckpoint& e) {
       if (path == candidates.back()) throw;
-      found.warnings.push_back(fmt::format("{}; going on from the one before", e.what()));
+      found.warnings.push_back(fmt::format("{}; continuing from the previous one", e.what()));
     }
   }
   const bool other_end =
       scene_difference(found.checkpoint.scene, now.scene, {"output.every", "output.checkpoint_every"}).has_value();
   if (found.checkpoint.shortened != 0 && other_end)
     found.warnings.push_back(fmt::format(
-        "{}: its last step was cut short by time.end: from here on the run is not, bit for bit, one without that",
+        "{}: time.end shortened its last step, so the continued run differs in bits from one without that end",
         found.path.string()));
   if (found.checkpoint.commit != now.commit)
-    found.warnings.push_back(
-        fmt::format("{}: was written by commit {}, this is {}: what follows may differ in its bits",
-                    found.path.string(), found.checkpoint.commit, now.commit));
+    found.warnings.push_back(fmt::format("{}: was written by commit {}, this is {}: results may differ in bits",
+                                         found.path.string(), found.checkpoint.commit, now.commit));
   return found;
 }
 

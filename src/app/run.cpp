@@ -61,7 +61,7 @@ class Run {
     if (const std::string waiting = threads_.waiting(); !waiting.empty()) say(waiting);
     if (!resume_) return;
     for (const std::string& w : resume_->warnings) warn(w);
-    say(fmt::format("going on from {} at step {}, t = {:.6g} s", resume_->path.string(), pipeline_.step_index(),
+    say(fmt::format("continuing from {} at step {}, t = {:.6g} s", resume_->path.string(), pipeline_.step_index(),
                     pipeline_.time()));
   }
 
@@ -324,7 +324,7 @@ class Run {
       write_report(folder_, std::nullopt, folder_ / report_name);
       if (!options_.quiet) fmt::print("report in {}\n", (folder_ / report_name).string());
     } catch (const std::exception& e) {
-      warn(fmt::format("no report: {}", e.what()));
+      warn(fmt::format("the report was not written: {}", e.what()));
     }
   }
 
@@ -334,8 +334,8 @@ class Run {
     if (frames_with_lost_ > 0)
       text += fmt::format("particles were inside solids or outside of containers in {} frames\n", frames_with_lost_);
     if (frames_with_nodes_inside_ > 0)
-      text += fmt::format("nodes of cloth were inside solids in {} frames; in the last one {}\n", frames_with_nodes_inside_,
-                          last_nodes_inside_.empty() ? "none" : last_nodes_inside_);
+      text += fmt::format("cloth nodes were inside solids in {} frames; in the last one {}\n",
+                          frames_with_nodes_inside_, last_nodes_inside_.empty() ? "none" : last_nodes_inside_);
     return text;
   }
 
@@ -344,15 +344,14 @@ class Run {
     if (!lines.empty()) say(lines.substr(0, lines.size() - 1));
     if (stopped) say(fmt::format("interrupted at step {}", pipeline_.step_index()));
     if (stopped && !folder_.empty())
-      say(fmt::format("to go on: drench run {} --resume {}", options_.scene, folder_.string()));
+      say(fmt::format("to continue: drench run {} --resume {}", options_.scene, folder_.string()));
     say(fmt::format("{} steps to t = {:.6g} s in {:.1f} s, mass error {:.3g} kg", totals_.steps(), pipeline_.time(),
                     seconds, mass_error_));
     if (const std::string errors = totals_.errors(model_); !errors.empty()) say(errors);
     if (const std::string fabrics = fabrics_.lines(model_); !fabrics.empty())
       say(fabrics.substr(0, fabrics.size() - 1));
     if (options_.backend != "reference") say(memory_line());
-    if (frames_ && frames_->waited() >= 0.05)
-      say(fmt::format("waited {:.1f} s for frames to be written", frames_->waited()));
+    if (frames_ && frames_->waited() >= 0.05) say(fmt::format("waited {:.1f} s for writing frames", frames_->waited()));
     std::string table = totals_.stage_table(pipeline_.stages());
     if (ranks_) table += rank_table(*ranks_, totals_, balance_);
     log_.write(table);
@@ -397,7 +396,7 @@ class Run {
 
 int run_command(const RunOptions& options, const Communicator* ranks) {
   if (ranks && options.backend == "reference")
-    throw RanksError("the reference runs on one rank; start it without mpirun");
+    throw RanksError("the reference runs on one rank: start it without mpirun");
   Scene scene = load_scene(options.scene, options.overrides);
   if (options.until) {
     scene.time.end = *options.until;
@@ -406,7 +405,7 @@ int run_command(const RunOptions& options, const Communicator* ranks) {
   }
 #ifdef DRENCH_HAS_VIEW
   if (options.view && (options.no_output || scene.output.every <= 0))
-    throw ViewError("--view shows the frames that a run writes: it needs output.every above 0, and no --no-output");
+    throw ViewError("--view shows the frames of a run: it requires output.every above 0 and excludes --no-output");
   if (options.view && !viewer_can_open()) return exit_usage;
 #endif
   const bool reference = options.backend == "reference";

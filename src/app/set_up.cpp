@@ -82,8 +82,8 @@ ForeseenMemory foresee_memory(const Setup& setup, const MemoryBudget& budget) {
 
 std::string ForeseenMemory::later() const {
   std::string text;
-  if (grows()) text += fmt::format(", {} in the end", mebibytes(end));
-  if (folds()) text += fmt::format(", {} in folds", mebibytes(folded));
+  if (grows()) text += fmt::format(", {} at the end", mebibytes(end));
+  if (folds()) text += fmt::format(", {} with folded cloth", mebibytes(folded));
   return text;
 }
 

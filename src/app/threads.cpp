@@ -74,8 +74,8 @@ ThreadWatch::ThreadWatch() : all_(loop_threads()), threads_(all_), begin_(second
 
 std::string ThreadWatch::waiting() const {
   if (threads_ == all_) return "";
-  return fmt::format("other programs keep {} of {} cores busy: {} {} until they are gone", all_ - threads_, all_, threads_,
-                     threads_ == 1 ? "thread" : "threads");
+  return fmt::format("other programs use {} of {} cores: running with {} {} until they end", all_ - threads_, all_,
+                     threads_, threads_ == 1 ? "thread" : "threads");
 }
 
 void ThreadWatch::look() {

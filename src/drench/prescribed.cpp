@@ -16,7 +16,7 @@ namespace {
 
 void require_finite(const char* name, const Vec3& v) {
   if (!std::all_of(v.begin(), v.end(), [](double x) { return std::isfinite(x); }))
-    throw std::invalid_argument(fmt::format("{}: ({}, {}, {}) are no finite numbers", name, v[0], v[1], v[2]));
+    throw std::invalid_argument(fmt::format("{}: ({}, {}, {}) are not finite", name, v[0], v[1], v[2]));
 }
 
 /// The motion as it has come by `time`, as the beginning of another one.
@@ -120,7 +120,7 @@ std::vector<Index> nodes_of_pin(const Model& m, Index cloth, Index number) {
   for (Index n = range.first_node; n < range.first_node + range.node_count; ++n)
     if (m.mesh.pin_entry[static_cast<std::size_t>(n)] == number) nodes.push_back(n);
   if (nodes.empty())
-    throw std::invalid_argument(fmt::format("pin {} of cloth {} holds no node of its own", number, cloth));
+    throw std::invalid_argument(fmt::format("pin {} of cloth {} has no nodes of its own", number, cloth));
   return nodes;
 }
 

@@ -199,7 +199,7 @@ void write_checkpoint(const fs::path& path, const Checkpoint& checkpoint) {
 Checkpoint read_checkpoint(const fs::path& path) {
   const std::string file = whole_file(path);
   std::string_view text = file;
-  if (!text.starts_with(magic)) throw CheckpointError(fmt::format("{}: is no checkpoint of drench", path.string()));
+  if (!text.starts_with(magic)) throw CheckpointError(fmt::format("{}: is not a checkpoint of drench", path.string()));
   text.remove_prefix(magic.size());
   const auto newer = [&](std::string_view what, std::string_view theirs, std::string_view ours) {
     return CheckpointError(fmt::format("{}: {} {}, this drench is {}", path.string(), what, theirs, ours));
@@ -211,7 +211,7 @@ Checkpoint read_checkpoint(const fs::path& path) {
   Checksum checksum;
   checksum.add(file.data(), file.size() - sizeof sum);
   if (checksum.value() != sum)
-    throw DamagedCheckpoint(fmt::format("{}: is damaged: its checksum is not that of its bytes", path.string()));
+    throw DamagedCheckpoint(fmt::format("{}: is damaged: its checksum is wrong", path.string()));
   if (!text.starts_with(format)) throw newer("has the format", text.substr(0, text.find('\n')), format.substr(0, 1));
   text.remove_prefix(format.size());
   text.remove_suffix(sizeof sum);

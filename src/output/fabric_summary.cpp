@@ -35,10 +35,10 @@ std::string FabricSummary::line(const Model& model, const Cloth& c) const {
                                  cloth_label(model.cloths[static_cast<std::size_t>(c.last.cloth)].name), grams(c.last.liquid),
                                  grams(c.most), 1e4 * c.area, 1e3 * c.warp, 1e3 * c.weft);
   if (model.counts_faces())
-    text += fmt::format("; took {:.4g} g, gave back {:.4g} g", grams(c.last.taken_front + c.last.taken_back),
+    text += fmt::format("; absorbed {:.4g} g, rewet {:.4g} g", grams(c.last.taken_front + c.last.taken_back),
                         grams(c.last.returned()));
   if (c.struck >= 0)
-    text += fmt::format("; {:.4g} g went through, the first {} {:.4g} s", grams(c.last.through()),
+    text += fmt::format("; strike-through {:.4g} g, first {} {:.4g} s", grams(c.last.through()),
                         c.struck_before ? "before" : "at", c.struck);
   if (c.dried >= 0) text += fmt::format("; dry at {:.4g} s", c.dried);
   return text + "\n";

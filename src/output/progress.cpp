@@ -40,8 +40,9 @@ void Progress::update(double time, std::int64_t step, std::int64_t steps_done, c
   if (max_steps_ > 0) done = std::max(done, static_cast<double>(steps_done) / static_cast<double>(max_steps_));
   const std::string left = done > 0 ? duration_text(elapsed * std::max(0.0, 1 - done) / done) : "?";
   const std::string line = fmt::format(
-      "t {:.4f}/{:.4g} s  step {}  particles {}  iterations: divergence {}, density {}, cloth {}  mass error {:.3g} kg  "
-      "{:.1f} steps/s  left {}",
+      "t {:.4f}/{:.4g} s  step {}  particles {}  iterations: divergence {}, density {}, cloth {}  mass error {:.3g} kg "
+      " "
+      "{:.1f} steps/s  remaining {}",
       time, end_, step, report.particles, report.divergence_iterations, report.density_iterations,
       report.cloth_iterations, mass_error, static_cast<double>(steps_done) / elapsed, left);
   if (terminal_)

@@ -118,15 +118,15 @@ std::optional<std::string> rate_misfit(const std::vector<double>& times, double 
   const double natural = frame_rate(times);
   if (without > 0)
     return fmt::format(
-        "{} of {} pictures at {:.6g} a second have no frame at their time, up to {:.3g} ms off; the run's frames fit "
-        "{} "
-        "a second, and a run with output.every: {:.6g} fits {:.6g}",
+        "{} of {} pictures at {:.6g} per second have no frame at their time, up to {:.3g} ms off; the frames of the "
+        "run "
+        "fit {} per second, and a run with output.every: {:.6g} fits {:.6g}",
         without, last - first + 1, rate, 1e3 * farthest, fitting_rates(natural), 1 / rate, rate);
   const auto between = std::count_if(times.begin(), times.end(), [&](double time) {
     return std::abs(time * rate - std::round(time * rate)) > at_its_time;
   });
   if (rate < natural * (1 - 1e-6) || between == 0) return std::nullopt;  // leaving every second one out is no misfit
-  return fmt::format("{} of {} frames lie between two pictures at {:.6g} a second", between, times.size(), rate);
+  return fmt::format("{} of {} frames lie between two pictures at {:.6g} per second", between, times.size(), rate);
 }
 
 }  // namespace drench

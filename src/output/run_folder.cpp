@@ -59,7 +59,7 @@ RunFolder choose(const std::optional<std::string>& requested, const std::string&
   if (overwrite) {
     if (!holds_run(wanted) && !holds_beginning_only(wanted))
       throw FolderError(
-          fmt::format("{}: is not empty and holds no output of drench, so --overwrite does not touch it; "
+          fmt::format("{}: is not empty and contains no output of drench, so --overwrite leaves it unchanged; "
                       "choose another folder with -o",
                       wanted.string()));
     const FolderLock lock(wanted);
@@ -97,7 +97,7 @@ FolderLock::FolderLock(const fs::path& folder) : file_(open(folder.c_str(), O_RD
   if (file_ < 0 || flock(file_, LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK)
     return;  // some file systems have no locks
   close(file_);
-  throw FolderError(fmt::format("{}: a run of drench is writing there", folder.string()));
+  throw FolderError(fmt::format("{}: another run of drench is writing there", folder.string()));
 }
 
 FolderLock::~FolderLock() {

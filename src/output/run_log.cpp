@@ -14,8 +14,7 @@ namespace {
 
 /// What of a density solve is far from its goal beside the compression that is its error.
 std::string cloth_in_solve(double residual) {
-  return residual > 1 ? fmt::format("; the cloth that moves with the liquid is at {:.3g} times its goal", residual)
-                      : "";
+  return residual > 1 ? fmt::format("; the residual of the coupled cloth is {:.3g} times its tolerance", residual) : "";
 }
 
 }  // namespace
@@ -58,21 +57,20 @@ std::string RunTotals::add(std::int64_t step, double time, const StepReport& r,
     s.worst = std::max(s.worst, errors[i]);
   }
   if (r.tunnelled > 0 && tunnelled_ == 0)
-    said += fmt::format(
-        "warning: step {} (t = {:.6g} s): {} particles went through cloth that is whole, the first of them id {}\n",
-        step, time, r.tunnelled, r.lowest_tunnelled);
+    said +=
+        fmt::format("warning: step {} (t = {:.6g} s): {} particles passed through intact cloth, the first with id {}\n",
+                    step, time, r.tunnelled, r.lowest_tunnelled);
   tunnelled_ += r.tunnelled;
   if (r.cloth_stretch > most_stretch_ && !(stretch_ > most_stretch_))
     said += fmt::format(
-        "warning: step {} (t = {:.6g} s): cloth is stretched to {:.2f} times its length; beyond {:.2f} its samples are "
-        "so far apart that liquid gets between them: a stiffer cloth (stretch, strain_limit), or a smaller "
-        "sample_spacing\n",
+        "warning: step {} (t = {:.6g} s): cloth is stretched to {:.2f} times its length; beyond {:.2f} liquid passes "
+        "between its quadrature points: use a stiffer cloth (stretch, strain_limit) or a smaller sample_spacing\n",
         step, time, r.cloth_stretch, most_stretch_);
   stretch_ = std::max(stretch_, r.cloth_stretch);
   if (r.escaped.count > 0 && escaped_ == 0)
     said += fmt::format(
-        "warning: step {} (t = {:.6g} s): {} particles left the domain at once, more than a quarter of all that there "
-        "have been: ids {}\n",
+        "warning: step {} (t = {:.6g} s): {} particles left the domain at once, more than a quarter of "
+        "all: ids {}\n",
         step, time, r.escaped.count, r.escaped.names());
   escaped_ += r.escaped.count;
   return said;
@@ -84,14 +82,15 @@ std::string RunTotals::warnings() const {
     if (s.failures > 0)
       text += fmt::format("the {} did not converge in {} of {} steps ({} to {}), worst error {:.3g}{}\n", s.name,
                           s.failures, steps_, s.first_step, s.last_step, s.worst, cloth_in_solve(s.worst_cloth));
-  if (tunnelled_ > 0) text += fmt::format("particles went through cloth that is whole {} times\n", tunnelled_);
+  if (tunnelled_ > 0) text += fmt::format("particles passed through intact cloth {} times\n", tunnelled_);
   if (stretch_ > most_stretch_)
     text += fmt::format(
-        "cloth was stretched to {:.2f} times its length at most; beyond {:.2f} liquid gets between its samples\n",
+        "cloth was stretched to {:.2f} times its length at most; beyond {:.2f} liquid passes between its quadrature "
+        "points\n",
         stretch_, most_stretch_);
   if (escaped_ > 0)
-    text += fmt::format("{} particles left the domain in steps that lost a quarter of all at once\n", escaped_);
-  if (clamped_ > 0) text += fmt::format("particles were put back out of bodies {} times\n", clamped_);
+    text += fmt::format("{} particles left the domain in steps that lost over a quarter of all\n", escaped_);
+  if (clamped_ > 0) text += fmt::format("particles were pushed back out of bodies {} times\n", clamped_);
   return text;
 }
 
@@ -104,10 +103,10 @@ std::string RunTotals::errors(const Model& model) const {
         fmt::format("density {:.2g} % on average, {:.2g} % in the worst step{}", 100 * density_.sum / steps,
                     100 * density_.most, model.scene.time.mode == TimeMode::error ? "" : " (as the solve predicts)");
   if (model.has_moving_cloth())
-    text += fmt::format("{}cloth residual {:.2g} of its goal, {:.2g} at worst", text.empty() ? "" : "; ",
-                        cloth_.sum / steps, cloth_.most);
+    text += fmt::format("{}cloth residual {:.2g} of its tolerance on average, {:.2g} at worst",
+                        text.empty() ? "" : "; ", cloth_.sum / steps, cloth_.most);
   if (model.has_exchange())
-    text += fmt::format("{}saturation step {:.2g} %, {:.2g} % at worst", text.empty() ? "" : "; ",
+    text += fmt::format("{}saturation per step {:.2g} % on average, {:.2g} % at worst", text.empty() ? "" : "; ",
                         100 * saturation_.sum / steps, 100 * saturation_.most);
   return text.empty() ? "" : "errors: " + text;
 }

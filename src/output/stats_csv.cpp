@@ -202,7 +202,7 @@ void StatsCsv::go_on(std::int64_t after) {
     const auto same = [&](const StatsColumn& c) { return c.name == name; };
     const auto at = std::find_if(columns_.begin(), columns_.end(), same);
     if (at == columns_.end())
-      throw std::runtime_error(fmt::format("{}: has a column {} that this drench does not know", path_.string(), name));
+      throw std::runtime_error(fmt::format("{}: has an unknown column {}", path_.string(), name));
     kept.push_back(*at);
   }
   columns_ = std::move(kept);

@@ -16,7 +16,8 @@ void require_agreement(const Communicator& ranks, const std::vector<std::pair<st
   for (std::size_t r = 1; r * own.size() < all.size(); ++r)
     for (std::size_t k = 0; k < own.size(); ++k)
       if (all[r * own.size() + k] != all[k])
-        throw RanksError(fmt::format("rank {} has another {} than rank 0; all ranks of a run need the same", r, texts[k].first));
+        throw RanksError(fmt::format("rank {} has another {} than rank 0; all ranks of a run must have the same", r,
+                                     texts[k].first));
 }
 
 }  // namespace drench

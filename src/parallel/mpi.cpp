@@ -231,8 +231,8 @@ std::string transport_description() {
 
 std::unique_ptr<Communicator> join_ranks() {
   if (const int ranks = started_ranks(); ranks > 1)
-    throw RanksError(fmt::format(
-        "{} ranks were started, but this build knows no MPI: install libopenmpi-dev and build it anew", ranks));
+    throw RanksError(
+        fmt::format("{} ranks were started, but this build has no MPI: install libopenmpi-dev and build again", ranks));
   return nullptr;
 }
 

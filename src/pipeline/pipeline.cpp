@@ -59,9 +59,9 @@ double step_after(double tried, double longest, const StepReport& r, double tole
 /// Names the first of the report's numbers that is not finite, "" if all are.
 std::string_view nonfinite_number(const StepReport& r) {
   const std::pair<std::string_view, double> numbers[] = {
-      {"the divergence error", r.divergence_error},      {"the density error", r.density_error},
-      {"the compression that is left", r.density_found}, {"the largest density error", r.density_error_max},
-      {"the cloth residual", r.cloth_residual},          {"the largest saturation", r.saturation_max}};
+      {"the divergence error", r.divergence_error},   {"the density error", r.density_error},
+      {"the remaining compression", r.density_found}, {"the largest density error", r.density_error_max},
+      {"the cloth residual", r.cloth_residual},       {"the largest saturation", r.saturation_max}};
   for (const auto& [name, value] : numbers)
     if (!std::isfinite(value)) return name;
   return {};
@@ -260,12 +260,12 @@ void Pipeline::check(const StepInfo& info, const StepReport& r) {
     fail(FailureKind::not_finite, Stage::ledger,
          fmt::format("{} particles, nodes or bodies are not finite numbers", r.nonfinite));
   if (const Quanta off = r.mass_total() - initial_total_; off != 0)
-    fail(
-        FailureKind::mass, Stage::ledger,
-        fmt::format("the mass ledger is off by {} quanta ({:.3e} kg)", off, static_cast<double>(off) * model_.quantum));
+    fail(FailureKind::mass, Stage::ledger,
+         fmt::format("the mass budget is off by {} mass units ({:.3e} kg)", off,
+                     static_cast<double>(off) * model_.quantum));
   if (const Quanta off = r.solute_total() - initial_solute_; off != 0)
     fail(FailureKind::solute, Stage::ledger,
-         fmt::format("the solute's ledger is off by {} quanta ({:.3e} kg)", off,
+         fmt::format("the solute budget is off by {} mass units ({:.3e} kg)", off,
                      static_cast<double>(off) * model_.solute_quantum()));
   const double time = info.time + info.dt, fluid_limit = info.fluid_speed_limit;
   constexpr const char* too_fast = "{} at {:.3g} m/s; in this scene nothing can make it faster than {:.3g} m/s";

@@ -11,8 +11,9 @@ std::string capability(int number) { return fmt::format("{}.{} (sm_{})", number 
 
 std::string no_device_text(std::string_view reason, int built_for) {
   return fmt::format(
-      "no CUDA device: {}; this build needs a GPU of compute capability {} or newer, --backend reference needs none", reason,
-      capability(built_for));
+      "no CUDA device: {}; this build requires a GPU of compute capability {} or newer; --backend reference runs "
+      "without",
+      reason, capability(built_for));
 }
 
 std::string wrong_device_text(std::string_view device, int has, int built_for) {

@@ -12,7 +12,7 @@ int diffusion_substeps_within_limit(double rate, const StepInfo& info, const Ste
   const double wanted = substeps_for(rate, info.dt);
   if (wanted > most)
     throw RunFailure(FailureKind::sub_steps, Stage::diffusion, info, report,
-                     fmt::format("it asks for {:.3g} sub-steps, more than {:.0f}", wanted, most));
+                     fmt::format("it requires {:.3g} sub-steps, more than {:.0f}", wanted, most));
   return static_cast<int>(wanted);
 }
 

@@ -73,9 +73,8 @@ std::string picture_section(const Runs& runs) {
     for (const std::string& line : pictures.notes) out += html::note(line);
   }
   if (cloth) out += "<p class=\"note\">Saturation of the cloth from 0 to 1.2:</p><div class=\"bar\"></div>\n";
-  out += html::note(
-      "Blue balls are liquid particles. Solids are grey; of containers only the outline is drawn, and planes are left "
-      "out.");
+  out +=
+      html::note("Fluid particles are blue and solids grey. Containers are drawn as outlines, and planes are omitted.");
   return html::section("pictures", "Pictures", out);
 }
 

@@ -52,7 +52,8 @@ std::string states(const RunRecord& a, const RunRecord& b) {
                                             {"cloth_speed", "fastest cloth node, m/s"},
                                             {"cloth_stretch", "stretch of the cloth"}};
   const double time = std::min(a.stats.column("time").back(), b.stats.column("time").back());
-  html::Table table{{fmt::format("at t = {:.6g} s", time), "A", "B", "B − A", "against A"}, {}, "state-differences"};
+  html::Table table{
+      {fmt::format("at t = {:.6g} s", time), "A", "B", "B − A", "relative to A"}, {}, "state-differences"};
   const std::size_t in_a = row_at(a.stats, time), in_b = row_at(b.stats, time);
   for (const Quantity& q : quantities)
     if (a.stats.has(q.column) && b.stats.has(q.column))
@@ -61,7 +62,7 @@ std::string states(const RunRecord& a, const RunRecord& b) {
 }
 
 std::string whole_runs(const RunRecord& a, const RunRecord& b) {
-  html::Table table{{"over the whole run", "A", "B", "B − A", "against A"}, {}, "run-differences"};
+  html::Table table{{"over the whole run", "A", "B", "B − A", "relative to A"}, {}, "run-differences"};
   const auto row = [&](const std::string& name, const std::string& column, auto value) {
     if (a.stats.has(column) && b.stats.has(column))
       table.rows.push_back(
@@ -73,11 +74,11 @@ std::string whole_runs(const RunRecord& a, const RunRecord& b) {
   row("simulated time, s", "time", last);
   row("steps", "step", last);
   row("wall time of the steps, s", "ms_step", [](const Summary& s) { return s.sum / 1000; });
-  row("wall time a step, ms", "ms_step", mean);
+  row("wall time per step, ms", "ms_step", mean);
   row("mean length of a step, s", "dt", mean);
-  row("density iterations a step", "density_iterations", mean);
-  row("divergence iterations a step", "divergence_iterations", mean);
-  row("cloth iterations a step", "cloth_iterations", mean);
+  row("density iterations per step", "density_iterations", mean);
+  row("divergence iterations per step", "divergence_iterations", mean);
+  row("cloth iterations per step", "cloth_iterations", mean);
   row("worst density error", "density_error", most);
   row("worst divergence error", "divergence_error", most);
   row("worst cloth residual", "cloth_residual", most);
@@ -94,7 +95,7 @@ std::string facts(const RunRecord& a, const RunRecord& b) {
   row("program", a.version, b.version);
   row("commit", a.commit, b.commit);
   row("precision", a.precision, b.precision);
-  row("computes", a.backend, b.backend);
+  row("solver", a.backend, b.backend);
   for (const char* key : {"backend", "device", "threads", "Kokkos"}) row(key, a.device_entry(key), b.device_entry(key));
   row("peak memory of the arrays", a.history.memory, b.history.memory);
   return html::table(table);
@@ -129,7 +130,7 @@ std::string difference_section(const Runs& runs) {
   if (runs[0].stats.rows() > 0 && runs[1].stats.rows() > 0)
     out = states(runs[0], runs[1]) + whole_runs(runs[0], runs[1]);
   else
-    out = html::paragraph("One of the runs has no completed step, so there is nothing to compare but the scenes.");
+    out = html::paragraph("One of the runs has no completed step, so only the scenes are compared.");
   return html::section("differences", "Differences", out + facts(runs[0], runs[1]) + scenes(runs[0], runs[1]));
 }
 

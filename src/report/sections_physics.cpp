@@ -64,8 +64,8 @@ std::string float_check(const RunRecord& run) {
   const double whole = largest_magnitude(sum);
   if (whole == 0) return "";
   return html::note(fmt::format(
-      "Masses are counted in whole quanta, so an error of 0 is exact. The floating-point sum over particles and "
-      "cloth differs from that account by at most {:.3g} kg, {:.2g} of the liquid.",
+      "Masses are counted in integer units, so an error of 0 is exact. The floating-point sum over particles and "
+      "cloth differs from that count by at most {:.3g} kg, {:.2g} of the liquid.",
       worst, worst / whole));
 }
 
@@ -96,8 +96,8 @@ double not_converged(const RunRecord& run, const Solve& s) {
 }
 
 std::string solve_table(const RunRecord& run, const std::string& id) {
-  html::Table table{{"solve", "iterations a step, mean", "median", "most", "allowed in a solve", "error, mean", "worst",
-                     "tolerance", "solves not converged"},
+  html::Table table{{"solve", "iterations per step, mean", "median", "maximum", "limit per solve", "error, mean",
+                     "worst", "tolerance", "solves not converged"},
                     {},
                     id};
   for (const Solve& s : solves) {
@@ -148,7 +148,8 @@ std::string mass_section(const Runs& runs) {
   if (!moves("mass_fluid") && !moves("mass_cloth") && !moves("mass_supplied") && !moves("mass_drained"))
     return html::section("mass", "Mass", html::paragraph("There is no liquid, neither in particles nor in cloth."));
   std::string out = line_key(runs);
-  std::string error = moves("mass_error") ? single(runs, "Error of the account", "kg", "mass_error", "error", 1) : "";
+  std::string error =
+      moves("mass_error") ? single(runs, "Error of the mass budget", "kg", "mass_error", "error", 1) : "";
   out += charts({figure(chart_of(runs, "Where the liquid is", "kg", curves)),
                  moves("saturation_max") ? single(runs, "Saturation of the wettest node", "liquid / capacity, 1",
                                                   "saturation_max", "largest", 1)
@@ -164,28 +165,26 @@ std::string solve_section(const Runs& runs) {
   if (any_has(runs, "ms_pressure"))
     pressure = {{"density_iterations", "density", 0}, {"divergence_iterations", "divergence", 1}};
   const std::string figures =
-      charts({pressure.empty() ? "" : figure(chart_of(runs, "Iterations of the pressure solves", "a step", pressure)),
-              single(runs, "Iterations of the cloth solve", "a step", "cloth_iterations", "cloth", 2),
+      charts({pressure.empty() ? "" : figure(chart_of(runs, "Iterations of the pressure solves", "per step", pressure)),
+              single(runs, "Iterations of the cloth solve", "per step", "cloth_iterations", "cloth", 2),
               error_chart(runs, solves[0], "Error of the density solve", "mean compression, 1"),
               error_chart(runs, solves[1], "Error of the divergence solve", "mean compression rate × Δt, 1"),
-              error_chart(runs, solves[2], "Residual of the cloth solve", "over its goal, 1")});
+              error_chart(runs, solves[2], "Residual of the cloth solve", "over tolerance, 1")});
   if (figures.empty()) return "";
   std::string out = line_key(runs) + figures;
   for (std::size_t k = 0; k < runs.size(); ++k)
     out += run_heading(runs, k) + solve_table(runs[k], k == 0 ? "solve-table" : "solve-table-b");
-  out += html::note("Errors of 0 stand on the lower edge of their chart.");
+  out += html::note("Errors of 0 are drawn at the lower edge of the chart.");
   if (!pressure.empty())
     out += html::note(
-        "A step corrects only a part of the compression, fluid.solver.density_correction. The compression that is left "
-        "may so lie "
-        "above the tolerance although the solve has converged. The last column, from run.log, says in how many steps "
-        "one has not.");
+        "A step corrects only a fraction of the compression, fluid.solver.density_correction. The remaining "
+        "compression "
+        "may therefore exceed the tolerance although the solve converged. The last column, from run.log, counts the "
+        "steps in which the solve did not converge.");
   if (any_has(runs, "cloth_iterations"))
-    out += html::note(
-        "The cloth's iterations count those within the density solve, too. They may be more than one solve is "
-        "allowed.");
+    out += html::note("Cloth iterations include those within the density solve and may exceed the limit of one solve.");
   if (std::any_of(runs.begin(), runs.end(), [](const RunRecord& r) { return r.history.sessions > 1; }))
-    out += html::note("Of a run that was gone on with, that column counts the steps since then.");
+    out += html::note("For a resumed run, that column counts the steps since it was resumed.");
   return html::section("solves", "Solves", out);
 }
 
@@ -219,16 +218,20 @@ std::string energy_balance(const Runs& runs) {
   };
   std::string out = charts({chart("Mechanical energy", {{"total", "total", 0}}),
                             chart("Its parts", std::vector<Curve>(std::begin(energy_parts), std::end(energy_parts)))});
-  html::Table table{{"energy", "at the first frame, J", "at the last, J", "change, J", "largest rise in a frame, J"},
-                    {},
-                    "energy-table"};
+  html::Table table{
+      {"energy", "at the first frame, J", "at the last, J", "change, J", "largest rise between frames, J"},
+      {},
+      "energy-table"};
   for (std::size_t k = 0; k < runs.size(); ++k) add_energy_rows(runs, k, table);
   return out + html::table(table) +
          html::note(
-             "Heights count from the lowest corner of the domain. The total falls by viscosity, friction, uptake by "
-             "cloth, the solver's own losses, and liquid that leaves. It rises only by work from outside: jets, "
-             "reservoirs, pins, wind and bodies that are moved. A rise without any of them is an error. The energy of "
-             "the liquid's surface, of wet adhesion and of micropolar spins is not in it.");
+             "Heights are measured from the lowest corner of the domain. Viscosity, friction, absorption, numerical "
+             "losses and "
+             "liquid that leaves reduce the total. Only emitters, fixed-saturation boundaries, pins, wind and moving "
+             "bodies "
+             "may increase it. A rise without any of these indicates an error. The energies of the liquid surface, of "
+             "wet "
+             "adhesion and of micropolar spins are not included.");
 }
 
 std::string kinetic_energy_of_each_step(const Runs& runs) {
@@ -267,8 +270,8 @@ std::string motion_table(const Runs& runs) {
                                  {"cloth_stretch", "longest edge over its rest length"},
                                  {"cloth_contacts", "contacts of cloth with itself"},
                                  {"diffusion_substeps", "sub-steps of diffusion"},
-                                 {"collisions", "particles stopped at cloth in a step"},
-                                 {"clamped", "particles put back out of solids in a step"}};
+                                 {"collisions", "particles stopped at cloth per step"},
+                                 {"clamped", "particles pushed out of solids per step"}};
   html::Table table{{"quantity", "least", "mean", "most", "at the end"}, {}, "motion-table"};
   for (const Row& row : rows)
     for (std::size_t k = 0; k < runs.size(); ++k) {

@@ -68,7 +68,7 @@ std::string cards_of(const RunRecord& run) {
   cards.add("simulated time", fmt::format("{:.6g} s of {:.6g} s", time.last, run.number("time.end").value_or(0)));
   cards.add("steps", fmt::format("{:.0f}", step.last));
   cards.add("wall time of the steps", duration(seconds));
-  if (rows > 0) cards.add("wall time a step", fmt::format("{:.4g} ms", 1000 * seconds / rows));
+  if (rows > 0) cards.add("wall time per step", fmt::format("{:.4g} ms", 1000 * seconds / rows));
   if (stats.has("ms_pressure"))
     cards.add("particles at the end", fmt::format("{:.0f}", summary_of(stats.column("particles")).last));
   cards.add("peak memory of the arrays", run.history.memory.empty() ? "not recorded" : run.history.memory);
@@ -123,7 +123,8 @@ std::string summary_section(const Runs& runs) {
     out += run_heading(runs, k) + badge(runs[k]) + cards_of(runs[k]);
     if (runs[k].stats.rows() == 0) out += html::paragraph("No step was completed, so there are no curves.");
     if (runs[k].history.sessions > 1)
-      out += html::note(fmt::format("The run was gone on with from a checkpoint: {} parts.", runs[k].history.sessions));
+      out +=
+          html::note(fmt::format("The run was resumed from checkpoints and has {} parts.", runs[k].history.sessions));
   }
   return html::section("summary", "Summary", out);
 }
@@ -134,14 +135,14 @@ std::string warning_section(const Runs& runs) {
     const RunHistory& h = runs[k].history;
     out += run_heading(runs, k);
     if (h.warnings.empty() && h.totals.empty()) {
-      out += html::paragraph("None, neither before the run nor during it.");
+      out += html::paragraph("None before or during the run.");
       continue;
     }
     out += "<div class=\"box warn\">\n" + html::list(h.warnings);
     if (!h.totals.empty()) out += html::paragraph("Over the whole run:") + html::list(h.totals);
     out += "</div>\n";
   }
-  out += html::note("Those before the run are the warnings of drench check. run.log has the times of all.");
+  out += html::note("Warnings before the run are those of drench check. run.log lists all of them with their times.");
   return html::section("warnings", "Warnings", out);
 }
 
@@ -171,7 +172,7 @@ std::string version_section(const Runs& runs) {
     row("drench", r.version);
     row("commit", r.commit);
     row("precision", r.precision);
-    row("computes", r.backend);
+    row("solver", r.backend);
     for (const auto& [name, value] : r.device) row(name, value);
     row("scene", r.history.scene);
     row("folder", r.folder.string());

@@ -81,7 +81,7 @@ std::string stack(const Runs& runs, std::size_t k, const std::map<std::string, i
 }
 
 std::string stage_table(const RunRecord& run, const std::map<std::string, int>& colours, const std::string& id) {
-  html::Table table{{"stage", "all steps, s", "a step, ms", "longest, ms", "share, %"}, {}, id};
+  html::Table table{{"stage", "all steps, s", "per step, ms", "longest, ms", "share, %"}, {}, id};
   const std::vector<StageTime> times = by_time(run);
   double all = 0;
   for (const StageTime& s : times) all += s.sum;
@@ -118,9 +118,9 @@ std::string stage_section(const Runs& runs) {
     out += run_heading(runs, k) + stage_table(runs[k], colours, k == 0 ? "stage-table" : "stage-table-b");
     if (on_device(runs[k]))
       out += html::note(
-          "On a GPU the host does not wait for each stage: their times are only true with --profile. That of the whole "
-          "step "
-          "always is.");
+          "On a GPU the host does not wait for each stage, so stage times are exact only with --profile. The time of "
+          "the "
+          "whole step is always exact.");
   }
   return html::section("stages", "Time", out);
 }

@@ -27,14 +27,14 @@ void describe_motion(Section& s, BodyScene& body) {
   s.number("slip", body.slip, slip_words, slip_range, "m",
            "`no`: viscous liquid sticks to the surface; `free`: no friction; a number: slip length");
   s.check(body.dynamic || !s.has("density"), "density",
-          "is for a body that floats; allowed: only beside dynamic: true");
+          "applies only to dynamic bodies; allowed: only with dynamic: true");
   const bool can_float = body.kind == Kind::sphere || (body.kind == Kind::box && !body.inside);
-  s.not_available(body.dynamic && !can_float, "dynamic", "a plane, mesh or container that the liquid moves",
+  s.not_available(body.dynamic && !can_float, "dynamic", "a dynamic plane, mesh or container",
                   "false, or a sphere or a box that is not a container");
   check_offset(s, body.offset, 0);
   const bool keys = body.velocity.has_keys() || body.offset.has_keys() || body.spin.degrees_per_second.has_keys();
-  s.not_available(body.dynamic && keys, "dynamic", "a body that liquid moves and keys move", "false, or plain values");
-  s.not_available(body.dynamic && body.adhesion > 0, "adhesion", "adhesion to a body that floats", "0 N/m");
+  s.not_available(body.dynamic && keys, "dynamic", "a dynamic body with keyframes", "false, or constants");
+  s.not_available(body.dynamic && body.adhesion > 0, "adhesion", "adhesion to a dynamic body", "0 N/m");
 }
 
 void describe_box(Section& s, BodyScene& body) {
@@ -79,8 +79,8 @@ void describe_mesh(Section& s, BodyScene& body) {
                     "files of a moving mesh with the same polygons; its shape may change if it encloses a volume");
   if (!body.sequence.files.empty()) body.file = body.sequence.files.front();
   s.check(s.has("file") != s.has("sequence"), s.has("file") ? "sequence" : "file",
-          s.has("file") ? "stands beside file; allowed: exactly one of them"
-                        : "neither file nor sequence stands here; allowed: exactly one of them");
+          s.has("file") ? "cannot be combined with file; allowed: exactly one of the two"
+                        : "file and sequence are both missing; allowed: exactly one of the two");
   s.number("scale", body.scale, "[1e-9, 1e6]", "1", "scale factor of the file's coordinates");
   describe_coordinates(s, body.unit, body.up, true);
   s.numbers("position", body.position, coordinate_range, "m", "displacement of the scaled mesh");
@@ -90,7 +90,7 @@ void describe_mesh(Section& s, BodyScene& body) {
   describe_motion(s, body);
   for (const char* key : {"velocity", "offset", "spin"})
     s.check(!s.has("sequence") || !s.has(key), key,
-            "stands beside sequence, which says how the mesh moves; allowed: one");
+            "cannot be combined with sequence, which sets the motion; allowed: one of the two");
 }
 
 }  // namespace
@@ -106,7 +106,7 @@ void describe(Section& s, BodyScene& body) {
   s.saved_if(body.kind == Kind::mesh)
       .section("place", body, describe_place, "initial placement of a mesh: rotated first, then moved");
   s.check(!s.has("place") || body.kind == Kind::mesh, "place",
-          "is for a mesh; allowed: only beside the key mesh, for the others have keys of their own");
+          "applies only to meshes; allowed: only with the key mesh");
 }
 
 }  // namespace drench

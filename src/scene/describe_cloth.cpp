@@ -18,10 +18,10 @@ void describe_mesh(Section& s, ClothScene& cloth) {
   s.saved_if(!cloth.grid)
       .number("scale", cloth.scale, "[1e-9, 1e6]", "1", "scale factor of the file's coordinates; not for a grid");
   describe_coordinates(s, cloth.unit, cloth.up, !cloth.grid);
-  s.check(s.has("grid") || s.has("file"), "grid", "neither grid nor file stands here; allowed: exactly one of them");
-  s.check(!s.has("grid") || !s.has("file"), "file", "stands beside grid; allowed: exactly one of them");
+  s.check(s.has("grid") || s.has("file"), "grid", "grid and file are both missing; allowed: exactly one of the two");
+  s.check(!s.has("grid") || !s.has("file"), "file", "cannot be combined with grid; allowed: exactly one of the two");
   for (const char* key : {"scale", "unit", "up"})
-    s.check(!s.has("grid") || !s.has(key), key, "is for mesh files; allowed: the size of the grid, in m");
+    s.check(!s.has("grid") || !s.has(key), key, "applies only to mesh files; allowed: the size of the grid, in m");
 }
 
 void describe_rotate(Section& s, ClothScene& cloth) {
@@ -51,14 +51,13 @@ bool has_motion(const PinScene& pin) {
 /// Powers of the saturation.
 void check_powers(Section& s, const MaterialScene& fabric) {
   s.check(!s.has("diffusion") || !s.has("diffusion_exponent"), "diffusion_exponent",
-          "stands beside diffusion, which is exponent 0 or 1; allowed: one of them");
+          "cannot be combined with diffusion, which sets the exponent to 0 or 1; allowed: one of the two");
   const double n = fabric.diffusion_exponent.value_or(fabric.diffusion == DiffusionLaw::degenerate ? 1 : 0);
   s.check(
       n + fabric.retention_exponent >= 1, "retention_exponent",
-      fmt::format(
-          "and the exponent of diffusion, {:g}, come to less than 1, and dry fabric would be wetted infinitely fast; "
-          "allowed: [{:g}, 20]",
-          n, std::max(0.2, 1 - n)));
+      fmt::format("and the diffusion exponent, {:g}, add up to less than 1, so dry fabric would wet infinitely fast; "
+                  "allowed: [{:g}, 20]",
+                  n, std::max(0.2, 1 - n)));
 }
 
 void describe_porous(Section& s, MaterialScene& fabric) {
@@ -103,13 +102,13 @@ void describe_porous(Section& s, MaterialScene& fabric) {
            "breakthrough pressure p_b of repellent fabric: below this pressure difference it absorbs and passes "
            "nothing; requires `permeability`");
   s.check(!(fabric.breakthrough_pressure > 0) || fabric.permeability > 0, "breakthrough_pressure",
-          "says when liquid passes through, and the permeability is 0; allowed: permeability above 0");
+          "requires permeability, which is 0; allowed: only with permeability above 0");
   s.number("critical_saturation", fabric.critical_saturation, "[0, 1]", "1",
            "critical saturation s_c below which drying slows down in proportion to the saturation; only with `air`");
   s.boolean("contact_wicking", fabric.contact_wicking,
             "transfer of liquid between touching layers that both have this key; requires `diffusivity` above 0");
   s.check(!fabric.contact_wicking || fabric.diffusivity > 0, "contact_wicking",
-          "passes liquid on as well as the fabric conducts it, and its diffusivity is 0; allowed: diffusivity above 0");
+          "requires diffusivity, which is 0; allowed: only with diffusivity above 0");
   check_rates(s, fabric);
   check_powers(s, fabric);
 }
@@ -117,7 +116,7 @@ void describe_porous(Section& s, MaterialScene& fabric) {
 void check_pins(Section& s, const ClothScene& cloth) {
   for (std::size_t i = 0; i < cloth.pins.size(); ++i) {
     s.check(cloth.dynamics || !moves(cloth.pins[i]), fmt::format("pin.{}", i),
-            "moves pins of a cloth that does not move; allowed: only with dynamics: true");
+            "moves pins of a cloth with dynamics: false; allowed: only with dynamics: true");
   }
   if (!cloth.grid) return;
   const Index count = cloth.grid->nodes[0] * cloth.grid->nodes[1];
@@ -134,7 +133,7 @@ void check_saturations(Section& s, const char* key, const std::vector<Saturation
   double most = cloth.material.max_saturation;
   for (const RegionScene& region : cloth.regions) most = std::max(most, region.material.max_saturation);
   s.check(boxes.empty() || cloth.material.porous, key,
-          "is for a cloth that takes up liquid; allowed: only beside the key porous");
+          "applies only to absorbent cloth; allowed: only if the cloth has the key porous");
   for (std::size_t i = 0; i < boxes.size(); ++i) {
     s.check(boxes[i].value <= most, fmt::format("{}.{}.value", key, i),
             fmt::format("{} is above porous.max_saturation; allowed: [0, {}] (no unit)", boxes[i].value, most));
@@ -144,14 +143,16 @@ void check_saturations(Section& s, const char* key, const std::vector<Saturation
 /// Keys of woven cloth beside those whose place they take.
 void check_weave(Section& s, const ClothScene& cloth) {
   const MaterialScene& fabric = cloth.material;
-  s.check(!s.has("membrane") || !s.has("stretch"), "stretch", "stands beside membrane; allowed: one of them");
-  s.check(!s.has("bending") || !s.has("bend"), "bend", "stands beside bending; allowed: one of them");
+  s.check(!s.has("membrane") || !s.has("stretch"), "stretch",
+          "cannot be combined with membrane; allowed: one of the two");
+  s.check(!s.has("bending") || !s.has("bend"), "bend", "cannot be combined with bending; allowed: one of the two");
   const auto has_directions = [](const MaterialScene& f) { return f.membrane || f.bending || f.weft_diffusivity; };
   s.check(!fabric.has_warp || any_fabric(cloth, has_directions), "warp",
-          "has nothing that it is the direction of; allowed: only beside membrane, bending or porous.weft_diffusivity");
+          "has no effect without properties along warp and weft; allowed: only with membrane, bending or "
+          "porous.weft_diffusivity");
   if (fabric.has_warp) check_not_zero(s, "warp", fabric.warp);
   s.check(!fabric.membrane || fabric.membrane->wet == 1 || fabric.porous, "membrane.wet",
-          "is for a cloth that takes up liquid; allowed: only beside the key porous");
+          "applies only to absorbent cloth; allowed: only if the cloth has the key porous");
 }
 
 /// What a region needs of its cloth.
@@ -161,12 +162,12 @@ void check_regions(Section& s, const ClothScene& cloth) {
     const RegionScene& region = cloth.regions[i];
     const std::string key = fmt::format("regions.{}.", i);
     s.check(groups || region.kind != RegionScene::Kind::group, key + "group",
-            fmt::format("is for a mesh with groups, and {} has none; allowed: box, or an .obj file",
+            fmt::format("applies only to meshes with groups, and {} has none; allowed: box, or an .obj file",
                         cloth.grid ? "a grid" : "a .ply or .stl file"));
     s.check(!region.material.porous || cloth.material.porous, key + "porous",
-            "is for a cloth that takes up liquid; allowed: only where the cloth has the key porous");
+            "applies only to absorbent cloth; allowed: only if the cloth has the key porous");
     s.check(!(region.material.diffusivity > 0) || cloth.material.diffusivity > 0, key + "porous.diffusivity",
-            "is above 0, and the cloth's own is 0; allowed: 0, or a cloth with a diffusivity above 0");
+            "is above 0, but that of the cloth is 0; allowed: 0, or a cloth with a diffusivity above 0");
   }
 }
 
@@ -185,14 +186,14 @@ void describe_seams(Section& s, ClothScene& cloth) {
 }
 
 void check_sewing(Section& s, const ClothScene& cloth) {
-  s.check(!s.has("weld") || !cloth.grid, "weld", "is for mesh files; a grid has no seams");
-  s.check(!s.has("clean") || !cloth.grid, "clean", "is for mesh files; a grid has no slivers");
-  s.check(!s.has("sew_time") || s.has("sew"), "sew_time", "is the time that seams take; allowed: only beside sew");
+  s.check(!s.has("weld") || !cloth.grid, "weld", "applies only to mesh files; a grid has no seams");
+  s.check(!s.has("clean") || !cloth.grid, "clean", "applies only to mesh files; a grid has no slivers");
+  s.check(!s.has("sew_time") || s.has("sew"), "sew_time", "has no effect without seams; allowed: only with sew");
   s.check(cloth.sew.empty() || cloth.dynamics, "sew",
-          "moves a cloth that does not move; allowed: only with dynamics: true");
+          "moves a cloth with dynamics: false; allowed: only with dynamics: true");
   for (std::size_t i = 0; i < cloth.sew.size(); ++i)
     s.check(!cloth.grid || cloth.sew[i].kind != SewScene::Kind::groups, fmt::format("sew.{}.groups", i),
-            "is for a mesh with groups, and a grid has none; allowed: loops, pairs, file");
+            "applies only to meshes with groups, and a grid has none; allowed: loops, pairs, file");
 }
 
 void check_cloth(Section& s, const ClothScene& cloth) {
@@ -201,12 +202,12 @@ void check_cloth(Section& s, const ClothScene& cloth) {
   check_weave(s, cloth);
   for (const char* key : {"friction_wet", "damping_wet"})
     s.check(!s.has(key) || cloth.material.porous, key,
-            "is for a cloth that takes up liquid; allowed: only beside the key porous");
+            "applies only to absorbent cloth; allowed: only if the cloth has the key porous");
   check_pins(s, cloth);
   check_saturations(s, "initial_saturation", cloth.initial_saturation, cloth);
   check_saturations(s, "hold_saturation", cloth.hold_saturation, cloth);
   s.check(cloth.initial_stain.empty() || cloth.material.porous, "initial_stain",
-          "is for a cloth that takes up liquid; allowed: only beside the key porous");
+          "applies only to absorbent cloth; allowed: only if the cloth has the key porous");
 }
 
 }  // namespace
@@ -248,7 +249,7 @@ void describe(Section& s, PinScene& pin) {
   check_offset(s, pin.offset, pin.start);
   for (const char* key : {"velocity", "offset", "spin", "start"})
     s.check(!s.has("sequence") || !s.has(key), key,
-            "stands beside sequence, which says how the pins move; allowed: one");
+            "cannot be combined with sequence, which sets the motion; allowed: one of the two");
 }
 
 void describe(Section& s, SewScene& sew) {

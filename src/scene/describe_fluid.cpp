@@ -67,7 +67,7 @@ void check_turns(Section& s, const Keyed<Vec3>& velocity) {
       const double cosine =
           (u[0] * v[0] + u[1] * v[1] + u[2] * v[2]) / std::sqrt(square * (u[0] * u[0] + u[1] * u[1] + u[2] * u[2]));
       s.check(cosine > -0.9, fmt::format("velocity.{}", k),
-              "points back against the entry before; allowed: angles below 154 degrees, or a jet for each direction");
+              "reverses the previous entry; allowed: angles below 154 degrees, or a jet for each direction");
     }
     before = &v;
   }

@@ -8,7 +8,7 @@
 namespace drench {
 namespace {
 
-constexpr const char* of_the_cloth = "is one for the whole cloth; allowed: only as a key of the cloth, not of a region";
+constexpr const char* of_the_cloth = "cannot differ between regions; allowed: only as a key of the cloth";
 constexpr const char* as_the_cloth = "as for the cloth, in this region";
 
 /// A section whose values begin as the cloth's: none of its keys is required.
@@ -31,7 +31,8 @@ void describe_other_plate(Section& s, PlateScene& plate) {
 void describe_stretching(Section& s, MaterialScene& fabric) {
   bool woven = fabric.membrane.has_value();
   MembraneScene membrane = fabric.membrane.value_or(MembraneScene{});
-  s.check(!s.has("membrane") || !s.has("stretch"), "stretch", "stands beside membrane; allowed: one of them");
+  s.check(!s.has("membrane") || !s.has("stretch"), "stretch",
+          "cannot be combined with membrane; allowed: one of the two");
   s.saved_if(!woven).number("stretch", fabric.stretch, "[0.001, 1e9]", "N/m", as_the_cloth);
   s.optional(woven).section(
       "membrane", membrane, describe_other_membrane,
@@ -39,7 +40,7 @@ void describe_stretching(Section& s, MaterialScene& fabric) {
   s.check(!woven || (membrane.warp > 0 && membrane.weft > 0), "membrane",
           "lacks warp or weft, and the cloth has no membrane to take them from; allowed: warp, weft and shear");
   s.check(membrane.wet == 1 || fabric.porous, "membrane.wet",
-          "is for a cloth that takes up liquid; allowed: only beside the key porous of the cloth");
+          "applies only to absorbent cloth; allowed: only if the cloth has the key porous");
   if (s.has("stretch")) woven = false;
   fabric.membrane.reset();
   if (woven) fabric.membrane = membrane;
@@ -49,8 +50,8 @@ void describe_stretching(Section& s, MaterialScene& fabric) {
 void describe_bending(Section& s, MaterialScene& fabric) {
   bool plate = fabric.bending.has_value();
   PlateScene rigidity = fabric.bending.value_or(PlateScene{});
-  s.check(!s.has("bend") || !plate, "bend", "is not how this cloth bends; allowed: bending, as the cloth has it");
-  s.check(!s.has("bending") || plate, "bending", "is not how this cloth bends; allowed: bend, as the cloth has it");
+  s.check(!s.has("bend") || !plate, "bend", "does not apply, because the cloth has bending; allowed: bending");
+  s.check(!s.has("bending") || plate, "bending", "does not apply, because the cloth has no bending; allowed: bend");
   s.saved_if(!plate).number("bend", fabric.bend, "[0, 1e6]", "N·m",
                             "as for the cloth, in this region; only if the cloth has `bend`");
   s.optional(plate).section(
@@ -76,9 +77,9 @@ void describe_pores(Section& s, MaterialScene& fabric) {
   s.number("breakthrough_pressure", fabric.breakthrough_pressure, "[0, 1e9]", "Pa", as_the_cloth);
   s.number("critical_saturation", fabric.critical_saturation, "[0, 1]", "1", as_the_cloth);
   s.check(!(fabric.breakthrough_pressure > 0) || fabric.permeability > 0, "breakthrough_pressure",
-          "says when liquid passes through, and the permeability is 0; allowed: permeability above 0");
+          "requires permeability, which is 0; allowed: only with permeability above 0");
   s.check(!fabric.contact_wicking || fabric.diffusivity > 0, "diffusivity",
-          "is 0, and the cloth has contact_wicking, which needs it; allowed: above 0");
+          "is 0, but contact_wicking of the cloth requires it; allowed: above 0");
   check_rates(s, fabric);
   for (const char* key : {"emission_ramp", "diffusion", "diffusion_exponent", "capillary_height", "retention_exponent",
                           "adhesion", "contact_wicking"})
@@ -138,9 +139,9 @@ void describe(Section& s, RegionScene& region) {
                "as for the cloth, in this region; only if the cloth has this section");
   for (const char* key : {"friction_wet", "damping_wet"})
     s.check(!s.has(key) || fabric.porous, key,
-            "is for a cloth that takes up liquid; allowed: only beside the key porous of the cloth");
+            "applies only to absorbent cloth; allowed: only if the cloth has the key porous");
   s.check(!s.has("warp") || fabric.membrane || fabric.bending || fabric.weft_diffusivity, "warp",
-          "has nothing that it is the direction of; allowed: only where the region has membrane, bending or "
+          "has no effect without properties along warp and weft; allowed: only if the region has membrane, bending or "
           "porous.weft_diffusivity");
   if (s.has("warp")) check_not_zero(s, "warp", fabric.warp);
   refuse_keys_of_the_cloth(s);

@@ -42,27 +42,26 @@ void describe_neighbors(Section& s, Scene& scene) {
 /// Relations between sections.
 void check_sections(Section& s, const Scene& scene) {
   s.check(scene.fluid.present || !scene.cloths.empty(), "fluid",
-          "neither fluid nor cloth stands in the scene; allowed: at least one of them");
+          "the scene has neither fluid nor cloth; allowed: at least one of the two");
   s.check(scene.fluid.present || !scene.field.present, "field",
-          "acts on liquid, and the scene has none; allowed: only beside the key fluid");
+          "acts on liquid, and the scene has none; allowed: only with the key fluid");
   s.check(scene.fluid.present || !scene.output.surface, "output.surface",
-          "is that of the liquid, and the scene has none; allowed: true only beside the key fluid");
+          "requires liquid, and the scene has none; allowed: true only with the key fluid");
   s.check(scene.fluid.present || !scene.output.fitted_pressure, "output.fitted_pressure",
-          "is that of the liquid, and the scene has none; allowed: true only beside the key fluid");
+          "requires liquid, and the scene has none; allowed: true only with the key fluid");
   s.check(!scene.air.present || scene.fluid.present || has_porous(scene), "air",
-          "takes up vapour, and the scene has neither liquid nor porous cloth; allowed: only beside fluid or a cloth's "
-          "key porous");
+          "lets liquid evaporate, and the scene has neither liquid nor porous cloth; allowed: only with fluid or "
+          "porous cloth");
   s.check(!s.has("cloth_solver") || !scene.cloths.empty(), "cloth_solver",
-          "moves cloth, and the scene has none; allowed: only beside the key cloth");
+          "requires cloth, and the scene has none; allowed: only with the key cloth");
   const bool porous = has_porous(scene);
-  s.check(
-      !scene.output.fabric || porous, "output.fabric",
-      "is about cloth that takes up liquid, and the scene has none; allowed: true only beside a cloth's key porous");
+  s.check(!scene.output.fabric || porous, "output.fabric",
+          "requires absorbent cloth, and the scene has none; allowed: true only if a cloth has the key porous");
   s.check(!scene.fluid.present || !scene.fluid.blocks.empty() || !scene.fluid.jets.empty() || porous, "fluid.sources",
-          "is missing; allowed: a list of maps; only a scene with porous cloth, which can drip, does without");
+          "is missing; allowed: a list of maps; only scenes with porous cloth, which can drip, may omit it");
   for (const char* key : {"preset", "processes"})
     s.check(!s.has(key) || porous, key,
-            "is for cloth that takes up liquid, and the scene has none; allowed: only beside a cloth's key porous");
+            "applies only to absorbent cloth, and the scene has none; allowed: only if a cloth has the key porous");
   if (const auto often = too_often(scene)) s.check(false, often->first, often->second);
 }
 
@@ -75,14 +74,14 @@ void check_parts(Section& s, const Scene& scene) {
             fmt::format("{} is more than fluid.spacing; allowed: at most {} (m)", cloth.sample_spacing.value_or(0),
                         scene.fluid.spacing));
     s.check(!cloth.material.bending || scene.cloth_solver.method == ClothMethod::pd, fmt::format("cloth.{}.bending", i),
-            "stands beside cloth_solver.method: xpbd; allowed: only with pd");
+            "cannot be combined with cloth_solver.method: xpbd; allowed: only with pd");
     const bool passes = cloth.material.porous && cloth.material.permeability > 0;
     s.check(!passes || scene.fluid.viscosity > 0 || !scene.fluid.present,
             fmt::format("cloth.{}.porous.permeability", i),
             "needs a viscous liquid (Darcy's flux is k Δp / (μ τ)), and fluid.viscosity is 0; allowed: fluid.viscosity "
             "above 0");
     s.check(names.insert(cloth.name).second, fmt::format("cloth.{}.name", i),
-            fmt::format("a cloth before it is named '{}' too; allowed: a name of its own for each", cloth.name));
+            fmt::format("an earlier cloth is also named '{}'; allowed: a different name for each cloth", cloth.name));
   }
   for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
     const char* kind = scene.bodies[i].kind == BodyScene::Kind::sphere ? "sphere" : "box";
@@ -136,8 +135,8 @@ void describe(Section& s, WindScene& wind) {
            "drag coefficient C_l of free liquid; 0.47 for round drops, 0 for no drag");
   for (std::size_t i = 1; i < wind.gusts.size(); ++i)
     s.check(wind.gusts[i - 1].time < wind.gusts[i].time, fmt::format("gusts.{}.time", i),
-            fmt::format("{} is not after the entry before ({}); allowed: more than that, in s", wind.gusts[i].time,
-                        wind.gusts[i - 1].time));
+            fmt::format("{} is not later than the previous entry ({}); allowed: a larger value, in s",
+                        wind.gusts[i].time, wind.gusts[i - 1].time));
 }
 
 void describe(Section& s, AirScene& air) {
@@ -156,10 +155,10 @@ void describe(Section& s, AirScene& air) {
            "evaporation rate j of a wet surface; replaces all other keys; 1 kg/(m² h) is 2.8e-4");
   for (const char* key : {"speed", "length"})
     s.check(!s.has(key) || !air.transfer_coefficient, key,
-            "stands beside transfer_coefficient, which follows from it; allowed: one of them");
+            "cannot be combined with transfer_coefficient, which it would determine; allowed: one of the two");
   for (const char* key : {"humidity", "temperature", "speed", "length", "transfer_coefficient"})
     s.check(!s.has(key) || !air.evaporation_rate, key,
-            "stands beside evaporation_rate, which follows from it; allowed: one of them");
+            "cannot be combined with evaporation_rate, which it would determine; allowed: one of the two");
 }
 
 void describe(Section& s, OutputScene& output) {
@@ -218,7 +217,8 @@ void describe_sequence(Section& s, SequenceScene& sequence, const char* meaning)
   s.saved_if(saved).mesh_files("sequence", sequence.files, meaning);
   s.saved_if(saved).number("fps", sequence.fps, "[0.001, 1e5]", "1/s",
                            "files of the `sequence` per second; the first is at 0 s");
-  s.check(s.has("sequence") || !s.has("fps"), "fps", "is for a sequence of files; allowed: only beside sequence");
+  s.check(s.has("sequence") || !s.has("fps"), "fps",
+          "applies only to a sequence of files; allowed: only with sequence");
 }
 
 void describe(Section& s, SpinScene& spin) {

@@ -44,8 +44,9 @@ std::optional<std::pair<std::string, std::string>> too_often(const Scene& scene)
       {"output.checkpoint_every", "checkpoints", scene.output.checkpoint_every}};
   for (const auto& [key, what, interval] : parts)
     if (interval > 0 && scene.time.end / interval > most)
-      return std::pair(std::string(key), fmt::format("{} s make {:.3g} {} until {} s; allowed: at most {:.0e}",
-                                                     interval, scene.time.end / interval, what, scene.time.end, most));
+      return std::pair(std::string(key),
+                       fmt::format("an interval of {} s gives {:.3g} {} until {} s; allowed: at most {:.0e}", interval,
+                                   scene.time.end / interval, what, scene.time.end, most));
   return {};
 }
 

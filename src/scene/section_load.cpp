@@ -191,7 +191,7 @@ void LoadSection::number(const char* key, double& value, std::span<const Word<do
   }
   const std::optional<double> number = to_double(*found);
   if (!number)
-    fail(*found, key, fmt::format("{} is neither a word of it nor a number; allowed: {}", found->shown(), allowed));
+    fail(*found, key, fmt::format("{} is neither one of its words nor a number; allowed: {}", found->shown(), allowed));
   if (!parse_range(range).contains(*number))
     fail(*found, key, fmt::format("{} is out of range; allowed: {}", found->shown(), allowed));
   value = *number;
@@ -239,8 +239,9 @@ Keyed<T> LoadSection::read_keys(const Value& list, const std::string& key, Inter
       fail(item, name, fmt::format("is {}; allowed: [time, value], the value {}", item.shown(), expected));
     Key<T> next{read_number(item.items[0], time, key_time_range, "s"), read(*this, item.items[1], name + ".1")};
     if (!keys.empty() && !(keys.back().time < next.time))
-      fail(item.items[0], time, fmt::format("{} is not after the entry before ({}); allowed: more than that, in s",
-                                            item.items[0].shown(), keys.back().time));
+      fail(item.items[0], time,
+           fmt::format("{} is not later than the previous entry ({}); allowed: a larger value, in s",
+                       item.items[0].shown(), keys.back().time));
     keys.push_back(std::move(next));
   }
   return Keyed<T>(std::move(keys), interpolation);
@@ -340,7 +341,7 @@ void LoadSection::mesh_files(const char* key, std::vector<std::string>& values, 
     values.push_back(read_file_name(name, key, true));
   }
   if (values.empty())
-    fail(*found, key, fmt::format("{} names no file that there is; allowed: {}", found->shown(), mesh_files_allowed));
+    fail(*found, key, fmt::format("{} matches no existing file; allowed: {}", found->shown(), mesh_files_allowed));
 }
 
 std::string LoadSection::read_file_name(const Value& value, const std::string& key, bool mesh) const {

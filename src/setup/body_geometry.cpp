@@ -102,19 +102,20 @@ std::string place_of(const MeshHole& hole) {
 /// Lines about what a solid's mesh is not. `label`: of the body and its file.
 void report(const SolidMesh& solid, const std::string& label, std::vector<std::string>& lines) {
   if (!solid.holes.empty())
-    lines.push_back(fmt::format(
-        "{}: open: {} hole{}, the largest {}: covered, and the inside is solid; where liquid has to get in, "
-        "give it `inside: true`, which makes it a thin wall",
-        label, solid.holes.size(), solid.holes.size() > 1 ? "s" : "", place_of(solid.holes.front())));
+    lines.push_back(
+        fmt::format("{}: the mesh has {} hole{}, the largest {}: holes are closed and the inside is solid; for a "
+                    "vessel that liquid "
+                    "enters set `inside: true`, which makes it a thin wall",
+                    label, solid.holes.size(), solid.holes.size() > 1 ? "s" : "", place_of(solid.holes.front())));
   if (solid.branches > 0)
     lines.push_back(fmt::format(
-        "{}: more than two triangles meet in {} of its edges, the first at ({:.4g}, {:.4g}, {:.4g}): inside is "
-        "what its surface goes around",
+        "{}: more than two triangles share {} of its edges, the first at ({:.4g}, {:.4g}, {:.4g}): the volume that its "
+        "outer surface encloses is solid",
         label, solid.branches, solid.branch[0], solid.branch[1], solid.branch[2]));
   if (solid.left_out > 0)
     lines.push_back(fmt::format(
-        "{}: {} triangles are of sheets that enclose nothing and are left out: a body that changes its shape "
-        "has none",
+        "{}: {} triangles belong to sheets that enclose no volume and are omitted, because deforming bodies must be "
+        "closed",
         label, solid.left_out));
 }
 
@@ -137,8 +138,8 @@ std::vector<Index> read_body_mesh(Body& body, const BodyScene& scene, const std:
     solid.triangles = mesh.triangles;
     solid.source.resize(mesh.points.size());
     std::iota(solid.source.begin(), solid.source.end(), Index{0});
-    warnings.push_back(fmt::format("{}: {}: it holds liquid back by samples on its surface alone", label,
-                                   scene.inside ? "a thin wall" : "it encloses nothing"));
+    warnings.push_back(fmt::format("{}: {}: only the boundary particles on its surface hold liquid back", label,
+                                   scene.inside ? "a thin wall" : "it encloses no volume"));
   } else {
     report(solid, label, warnings);
   }
@@ -159,12 +160,15 @@ void refuse_thin_wall(const Body& body, const BodyScene& scene, const std::strin
   const std::string label = fmt::format("{} ({})", name, scene.file);
   const SolidMesh solid = close_mesh({body.mesh_points, body.mesh_triangles});
   if (scene.inside)
-    throw SetupError(label + ": moving cloth cannot touch a mesh with inside: true, a thin wall; allowed: without that key, a wall "
-                             "with a thickness in its mesh, or cloths with dynamics: false");
+    throw SetupError(label +
+                     ": moving cloth cannot touch a mesh with inside: true, a thin wall; allowed: a mesh without that "
+                     "key whose walls have a thickness, or cloths with dynamics: false");
   throw SetupError(fmt::format(
-      "{}: moving cloth cannot touch a mesh that encloses nothing{}; allowed: a mesh with an inside (give the sheet a thickness, or "
+      "{}: moving cloth cannot touch a mesh that encloses no volume{}; allowed: a closed mesh (give the sheet a "
+      "thickness, or "
       "close it), a box, sphere or plane, or cloths with dynamics: false",
-      label, solid.holes.empty() ? "" : fmt::format(": its edge, {}, goes around all of it", place_of(solid.holes.front()))));
+      label,
+      solid.holes.empty() ? "" : fmt::format(": its edge, {}, surrounds all of it", place_of(solid.holes.front()))));
 }
 
 Body make_body(const BodyScene& scene, const std::string& scene_path, const std::string& name,
@@ -209,9 +213,8 @@ Body make_body(const BodyScene& scene, const std::string& scene_path, const std:
   }
   if (!scene.sequence.files.empty()) follow_sequence(body, scene, scene_path, name, source);
   if (body.deforms() && scene.inside)
-    throw SetupError(
-        name +
-        ": a mesh with inside: true cannot change its shape; allowed: without that key, or one that moves rigidly");
+    throw SetupError(name +
+                     ": a mesh with inside: true cannot deform; allowed: no inside, or a mesh that moves rigidly");
   body.dynamic = scene.dynamic;
   if (scene.dynamic) weigh(body, scene.density);
   if (warnings) warnings->insert(warnings->end(), lines.begin(), lines.end());

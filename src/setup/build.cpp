@@ -126,9 +126,10 @@ SetupSize expected_size(const Model& m) {
                                        sampled_region(m.bodies[b], region, m.scene.time.end, layer), layer);
     if (samples > max_body_samples) {
       throw SetupError(
-          fmt::format("body {}: its surface needs more than {:.0f} samples at spacing {} m; use a smaller domain "
-                      "or body, or a larger spacing",
-                      b + 1, max_body_samples, m.spacing),
+          fmt::format(
+              "body {}: its surface needs more than {:.0f} boundary particles at spacing {} m; use a smaller domain "
+              "or body, or a larger spacing",
+              b + 1, max_body_samples, m.spacing),
           fmt::format("bodies.{}", b));
     }
     size.boundary += samples;
@@ -163,7 +164,7 @@ void sample_bodies(Setup& setup) {
     body.sample_count = static_cast<Index>(samples.size());
     if (samples.empty() && !body.moves())
       setup.warnings.push_back(fmt::format(
-          "body {}: it lies outside the domain, and no liquid meets it; make domain larger or move it", b + 1));
+          "body {}: it is outside the domain, where no liquid reaches it; enlarge the domain or move the body", b + 1));
     m.boundary.position.insert(m.boundary.position.end(), samples.begin(), samples.end());
     m.boundary.body.insert(m.boundary.body.end(), samples.size(), static_cast<Index>(b));
     setup.state.boundary_volume.insert(setup.state.boundary_volume.end(), volumes.begin(), volumes.end());
@@ -201,7 +202,7 @@ void settle_nodes_in_solids(Setup& setup) {
       if (patch.of_cloth == static_cast<Index>(k)) patch.release = c.release;
     if (inside > 0) {
       setup.warnings.push_back(fmt::format(
-          "{}: {} free nodes start inside a solid body, up to {:.2g} m deep; they are brought out over {} steps "
+          "{}: {} free nodes start inside a solid body, up to {:.2g} m deep; they are moved out over {} steps "
           "(cloth.{}.settle)",
           cloth_label(c.name), inside, deepest, steps, k));
     }
@@ -244,8 +245,8 @@ void warn_of_dense_lattice(Setup& setup) {
   double enough = fluid.support;
   while (lattice_density(fluid.kernel, enough) > 1.02) enough += 0.1;
   setup.warnings.push_back(
-      fmt::format("fluid: with this kernel and support a block starts at {:.3f} of the liquid's density and bursts; "
-                  "support {:.1f} is enough",
+      fmt::format("fluid: with this kernel and support a block starts at {:.3f} of the rest density and bursts; "
+                  "use a support of {:.1f}",
                   density, enough));
 }
 
@@ -255,7 +256,7 @@ void warn_of_capillary_step(Setup& setup) {
   const double longest = setup.model.capillary_step();
   if (time.mode != TimeMode::fixed || time.step <= longest) return;
   setup.warnings.push_back(
-      fmt::format("time.step {:.2g} s is longer than surface tension or adhesion allows at this spacing: at most "
+      fmt::format("time.step {:.2g} s is longer than surface tension or adhesion allows at this spacing: use at most "
                   "{:.2g} s, or time.mode cfl",
                   time.step, longest));
 }
@@ -281,7 +282,7 @@ void check_ledger_range(const Setup& setup) {
   for (const double capacity : setup.model.samples.node_capacity) quanta += 2 * capacity / setup.model.quantum;
   if (!(quanta < 0x1p62)) {
     throw SetupError(
-        "the cloth can hold more than 2^30 particles' mass, too much for the mass ledger: use a larger spacing",
+        "the cloth can hold more liquid than 2^30 particles, too much to count exactly: use a larger spacing",
         "fluid.spacing");
   }
 }

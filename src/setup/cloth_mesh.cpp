@@ -139,7 +139,7 @@ Pins pinned_nodes(const ClothScene& cloth, const PlacedMesh& placed, const std::
         }
         break;
     }
-    if (!any) warnings.push_back(label + ": a pin catches no node");
+    if (!any) warnings.push_back(label + ": a pin selects no node");
   }
   return pins;
 }

@@ -23,7 +23,7 @@ std::string names_of(const SurfaceMesh& mesh) {
   for (const auto& group : mesh.groups)
     if (++count <= most) all += (all.empty() ? "" : ", ") + group.first;
   if (count > most) all += fmt::format(", … ({} in all)", count);
-  return all.empty() ? "none: the file names no faces" : all;
+  return all.empty() ? "none: the file has no named groups" : all;
 }
 
 std::vector<Index> triangles_in_box(const SurfaceMesh& mesh, const Box& box) {
@@ -154,9 +154,8 @@ Patchwork::Patchwork(const ClothScene& cloth, const SurfaceMesh& own, const std:
     if (r >= 0) ++count[static_cast<std::size_t>(r)];
   for (std::size_t r = 0; r < count.size(); ++r)
     if (count[r] == 0)
-      throw SetupError(
-          label(r) + " has no triangle of its own; allowed: a place with triangles that no later region holds",
-          key_of(r));
+      throw SetupError(label(r) + " has no triangles; allowed: a place with triangles that no later region covers",
+                       key_of(r));
 }
 
 void append_patches(Model& model, const ClothScene& cloth, const Patchwork& fabric) {

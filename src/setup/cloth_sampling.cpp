@@ -84,9 +84,10 @@ void for_filled(const Model& model, const ClothMaterial& m, const SaturationScen
     cut = cut || fill.value > most;
   }
   if (cut)
-    warnings.push_back(fmt::format("{}: {}: value {} is more than a region's max_saturation, and its nodes get that",
-                                   cloth_label(m.name), key, fill.value));
-  if (!any) warnings.push_back(fmt::format("{}: {}: a box holds no node of the cloth", cloth_label(m.name), key));
+    warnings.push_back(
+        fmt::format("{}: {}: value {} exceeds the max_saturation of a region, whose nodes start at that limit",
+                    cloth_label(m.name), key, fill.value));
+  if (!any) warnings.push_back(fmt::format("{}: {}: a box contains no node of the cloth", cloth_label(m.name), key));
 }
 
 }  // namespace

@@ -38,7 +38,7 @@ void append_warp(ClothMesh& mesh, const SurfaceMesh& own, const ClothScene& clot
                  const Eigen::Matrix3d& rotation) {
   if (takes_warp_of_file(cloth) && own.texture.empty())
     throw SetupError(
-        fmt::format("{}: '{}' has no texture coordinates that say how the warp runs; allowed: an .obj that "
+        fmt::format("{}: '{}' has no texture coordinates, which give the warp direction; allowed: an .obj that "
                     "has them, or the key warp",
                     cloth_label(cloth.name), cloth.file));
   mesh.triangle_warp.resize(mesh.triangle.size() - own.triangles.size(), Vec3{0, 0, 0});

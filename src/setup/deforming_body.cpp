@@ -103,7 +103,9 @@ void turn_outwards(Body& body, const std::vector<Points>& points, const std::vec
     const std::vector<double> now = volumes(body, points[k], shell);
     for (std::size_t s = 0; s < now.size(); ++s)
       if (!(std::abs(first[s]) <= small) && !(now[s] > 0))
-        throw SetupError(labels[k] + ": its inside is turned out since the first file; allowed: a volume above 0 in all files");
+        throw SetupError(
+            labels[k] +
+            ": it is turned inside out compared with the first file; allowed: a positive volume in all files");
   }
 }
 
@@ -118,16 +120,16 @@ double fastest_between(const Points& from, const Points& to, double fps) {
 void deform(Body& body, std::vector<Points> points, double fps, const std::vector<std::string>& labels) {
   if (!bounds_solid(body.mesh_triangles))
     throw SetupError(labels.front() +
-                     ": its points move against each other from file to file, and it encloses nothing; allowed: "
-                     "a mesh with an inside, or one that moves rigidly");
+                     ": it deforms from file to file, and it encloses no volume; allowed: "
+                     "a closed mesh, or one that moves rigidly");
   for (const MeshEdge& e : mesh_edges(body.mesh_triangles))
     if (e.triangles > 2) {
       const Vector3d middle = 0.5 * (to_eigen(body.mesh_points[static_cast<std::size_t>(e.a)]) +
                                      to_eigen(body.mesh_points[static_cast<std::size_t>(e.b)]));
-      throw SetupError(fmt::format(
-          "{}: its points move against each other from file to file, and {} triangles meet in the edge at "
-          "({:.4g}, {:.4g}, {:.4g}); allowed: a mesh without walls in its inside, or one that moves rigidly",
-          labels.front(), e.triangles, middle[0], middle[1], middle[2]));
+      throw SetupError(
+          fmt::format("{}: it deforms from file to file, and {} triangles share the edge at "
+                      "({:.4g}, {:.4g}, {:.4g}); allowed: a mesh without inner walls, or one that moves rigidly",
+                      labels.front(), e.triangles, middle[0], middle[1], middle[2]));
     }
   turn_outwards(body, points, labels);
   Deformation& shape = body.shape;
@@ -150,9 +152,11 @@ std::vector<std::string> deformation_warnings(const Body& body, const std::strin
     if (turned > most) most = turned, worst = k;
   }
   if (most == 0) return {};
-  return {fmt::format("{}: {} of its {} triangles turn by more than 90° from file {} to file {}, and points go straight between "
-                      "files: it shrinks on the way; use more files a second",
-                      name, most, body.mesh_triangles.size(), worst + 1, worst + 2)};
+  return {
+      fmt::format("{}: {} of its {} triangles turn by more than 90° from file {} to file {}, and points move in "
+                  "straight lines between "
+                  "files: it shrinks in between; use more files per second",
+                  name, most, body.mesh_triangles.size(), worst + 1, worst + 2)};
 }
 
 void lay_deforming_field(Body& body, double spacing, double margin, double longest, double farthest) {

@@ -92,7 +92,7 @@ std::string unit_hint(const std::vector<Vec3>& points, LengthUnit unit, double s
     const std::string advice = unit != LengthUnit::m
                                    ? fmt::format("if the file is in metres, remove unit: {}", name_of(unit))
                                : scale < 1 ? fmt::format("if the file is in metres, remove scale: {}", scale)
-                                           : "if that is too small, give the file's unit or a scale";
+                                           : "if that is too small, set unit or scale";
     return fmt::format("{} is {:.3g} m {}: {}", name, size, sense, advice);
   }
   const double in_file_metres = size / metres_in(unit);

@@ -78,7 +78,7 @@ void choose_fabric(Suggestion& s, std::vector<std::string>& warnings) {
       s.self_collision = false;
       warnings.push_back(fmt::format(
           "{}: its smallest triangle is {:.2g} m high, too small for cloth of {} m that collides with itself: "
-          "self_collision is off; a mesh with more even triangles can have it",
+          "self_collision is off; it requires a mesh with more regular triangles",
           s.mesh, s.garment.least_height, s.thickness));
     }
   }
@@ -130,8 +130,7 @@ void choose_domain(Suggestion& s) {
 
 std::string pin_line(const Suggestion& s) {
   const Garment& g = s.garment;
-  if (g.flat && g.open)
-    return "    pin: [{edges: true}]              # it is held where it ends; without a pin it falls\n";
+  if (g.flat && g.open) return "    pin: [{edges: true}]              # held at its edges; without pins it falls\n";
   const Box band = top_band(g);
   const double unit = std::pow(10, std::floor(std::log10(g.size)) - 3);
   Box box = band;
@@ -139,7 +138,7 @@ std::string pin_line(const Suggestion& s) {
     box.min[a] = outward(band.min[a], unit, false);
     box.max[a] = outward(band.max[a], unit, true);
   }
-  return fmt::format("    pin: [{{box: {{min: {}, max: {}}}}}]   # m; it hangs by its highest points\n", list(box.min),
+  return fmt::format("    pin: [{{box: {{min: {}, max: {}}}}}]   # m; held at its highest points\n", list(box.min),
                      list(box.max));
 }
 
@@ -164,10 +163,10 @@ std::string mesh_lines(const Suggestion& s) {
   if (s.mesh.empty())
     return fmt::format("    mesh: {{grid: {{size: [{}, {}], nodes: [{}, {}]}}}}   # m; or {{file: garment.obj}}\n",
                        grid.size[0], grid.size[1], grid.nodes[0], grid.nodes[1]);
-  std::string lines = fmt::format("    mesh: {{file: {}{}}}   # from the folder of this file{}\n", quoted(s.mesh),
-                                  coordinates(g.guess), reasons(g.guess));
+  std::string lines = fmt::format("    mesh: {{file: {}{}}}   # relative to the folder of this file{}\n",
+                                  quoted(s.mesh), coordinates(g.guess), reasons(g.guess));
   if (g.shift != Vec3{0, 0, 0})
-    lines += fmt::format("    place: {{position: {}}}   # m; brings it to the origin, where numbers are most exact\n",
+    lines += fmt::format("    place: {{position: {}}}   # m; moves it to the origin, where rounding is smallest\n",
                          list(g.shift));
   return lines;
 }
@@ -175,10 +174,10 @@ std::string mesh_lines(const Suggestion& s) {
 std::string body_lines(const Suggestion& s) {
   if (s.body.empty())
     return fmt::format(
-        "# bodies:                             # a floor, if it should not fall out of the domain\n"
+        "# bodies:                             # a floor, so that it does not fall out of the domain\n"
         "#   - plane: {{point: [0, {:.6g}, 0], normal: [0, 1, 0]}}   # m\n",
         s.domain.min[1] + 0.1 * s.garment.size);
-  return fmt::format("bodies:\n  - mesh: {{file: {}{}}}   # from the folder of this file{}\n", quoted(s.body),
+  return fmt::format("bodies:\n  - mesh: {{file: {}{}}}   # relative to the folder of this file{}\n", quoted(s.body),
                      coordinates(s.body_guess), reasons(s.body_guess));
 }
 
@@ -192,12 +191,12 @@ std::string head(const Suggestion& s) {
   for (const std::string& line : s.found) text += fmt::format("# {}.\n", line);
   if (!s.found.empty()) text += "#\n";
   return text + fmt::format(
-                    "# {:.3g} × {:.3g} × {:.3g} m, {} points, {} triangles, edges of {:.2g} m. Its pores hold {:.2g} "
+                    "# {:.3g} × {:.3g} × {:.3g} m, {} points, {} triangles, edges of {:.2g} m. It holds {:.2g} "
                     "kg of water.\n"
-                    "# What to expect: a jet of {:.2g} kg {}; the cloth darkens where it is wet, and drips.\n"
-                    "# drench check says what a run costs; half the spacing takes about 16 times as long.\n",
+                    "# What to expect: {:.2g} kg of water {}; the cloth darkens where it is wet, and drips.\n"
+                    "# drench check prints the size of a run; half the spacing takes about 16 times as long.\n",
                     sides[0], sides[1], sides[2], g.mesh.points.size(), g.mesh.triangles.size(), g.edge, s.capacity,
-                    s.jet_mass, g.flat ? "falls on its middle" : "meets its front");
+                    s.jet_mass, g.flat ? "falls on its middle" : "hits its front");
 }
 
 /// `with_body`: false to measure the cloth alone, which is faster.
@@ -205,31 +204,32 @@ std::string text_of(const Suggestion& s, bool with_body = true) {
   std::string text = head(s);
   text += fmt::format(
       "drench: 1                             # version of the format\n"
-      "time: {{step: {}, end: {:.6g}, mode: cfl}}   # s; the longest step that the cloth solves well; fast water "
-      "shortens it\n"
+      "time: {{step: {}, end: {:.6g}, mode: cfl}}   # s; step: longest step at which the cloth converges; fast water "
+      "shortens steps\n"
       "gravity: [0, -9.81, 0]                # m/s²; y is up\n"
       "domain: {{min: {}, max: {}}}   # m; water that leaves it is drained\n"
-      "output: {{every: {}, surface: true}}   # s between frames; the liquid's surface beside its particles\n",
+      "output: {{every: {}, surface: true}}   # s between frames; also writes the surface of the liquid\n",
       s.step, s.end, list(s.domain.min), list(s.domain.max), s.every);
   text += fmt::format(
       "fluid:\n"
-      "  spacing: {}                      # m; a particle's diameter: the cloth's edges are {:.1f} of it, 1 to 2 is "
+      "  spacing: {}                      # m; particle diameter; the cloth's edges are {:.1f} times as long, 1 to 2 "
+      "is "
       "best\n"
       "  density: 1000                       # kg/m³; water\n"
-      "  viscosity: 1.0e-4                   # m²/s; water has 1e-6, more calms splashes of particles this large\n"
+      "  viscosity: 1.0e-4                   # m²/s; water has 1e-6; a larger value calms splashes at this spacing\n"
       "  sources:\n"
-      "    - jet: {{center: {}, radius: {}, velocity: {}, end: {}}}   # m, m, m/s, s; {:.1f} times what the pores "
-      "hold\n",
+      "    - jet: {{center: {}, radius: {}, velocity: {}, end: {}}}   # m, m, m/s, s; {:.1f} times what the cloth "
+      "can hold\n",
       s.spacing, s.garment.edge / s.spacing, list(s.nozzle), s.radius, list(s.velocity), s.jet_end,
       s.jet_mass / s.capacity);
   text += "cloth:\n  - name: " + std::string(s.mesh.empty() ? "sheet" : "garment") + "\n" + mesh_lines(s);
   text += fmt::format(
-      "    areal_density: 0.2                # kg/m²; dry cotton shirt 0.15, towel 0.4\n"
-      "    thickness: {}                  # m; with the solid fraction it says how much water the fabric holds\n"
-      "    stretch: 500                      # N/m; against stretching\n"
-      "    bend: {:<28} # N·m; against bending: limp fabric 1e-5, stiff 1e-3\n"
-      "    damping: 1.0                      # 1/s; of its motion, as by air\n"
-      "    friction: 0.4                     # 1; dry, on bodies and on itself\n"
+      "    areal_density: 0.2                # kg/m², 200 g/m²; cotton shirt 0.15, towel 0.4\n"
+      "    thickness: {}                  # m; with solid_fraction it determines how much water the fabric holds\n"
+      "    stretch: 500                      # N/m; tensile stiffness\n"
+      "    bend: {:<28} # N·m; bending stiffness: limp fabric 1e-5, stiff 1e-3\n"
+      "    damping: 1.0                      # 1/s; damping of the motion, as by air\n"
+      "    friction: 0.4                     # 1; of dry fabric, on bodies and on itself\n"
       "    friction_wet: 1.0                 # 1; wet fabric clings\n",
       s.thickness, s.bend > 0 ? fmt::format("{:.1e}", s.bend) : "0");
   if (!s.worn) text += pin_line(s);
@@ -237,12 +237,12 @@ std::string text_of(const Suggestion& s, bool with_body = true) {
                       s.self_collision ? "true              # front and back do not pass through each other; costs time"
                                        : "false             # true for cloth that folds onto itself; costs time");
   text += fmt::format(
-      "    porous:                           # without this section the cloth is a dry wall\n"
-      "      solid_fraction: {}             # 1; part of the fabric that is fibre, the rest holds water\n"
-      "      absorption: 0.02                # m²/s; how fast dry fabric takes water up\n"
+      "    porous:                           # without this section the cloth absorbs nothing\n"
+      "      solid_fraction: {}             # 1; fraction of the volume that is fibre; the rest holds water\n"
+      "      absorption: 0.02                # m²/s; how fast dry fabric absorbs water\n"
       "      max_saturation: 1.18            # 1; above 1 the excess drips\n"
       "      diffusivity: 1.0e-4             # m²/s; how fast water spreads within the fabric\n"
-      "      capillary_height: 0.3           # m; height over which the saturation at rest falls by 1\n",
+      "      capillary_height: 0.3           # m; equilibrium wicking height\n",
       solid_fraction);
   if (with_body || s.body.empty()) text += body_lines(s);
   return text;
@@ -298,7 +298,7 @@ void try_steps(Suggestion& s, const TrySteps& trial, std::vector<std::string>& w
     s.step = step;
     s.bend = bend;
     warnings.emplace_back(
-        "the cloth's first steps do not converge, whatever the step; a mesh with more even triangles would");
+        "the first steps of the cloth do not converge at any time step; use a mesh with more regular triangles");
     return;
   }
   s.found.push_back(
@@ -351,8 +351,8 @@ void measure(Suggestion& s, FirstScene& result) {
   if (!with_body) return;
   FilePlace{metres_in(s.body_guess.unit) * upright(s.body_guess.up), Vector3d::Zero()}(body.points);
   s.worn = wears(body.points, s.garment);
-  s.found.push_back(s.worn ? "The body is in the garment and holds it: there are no pins"
-                           : "No part of the body is in the garment, which hangs by its highest points");
+  s.found.push_back(s.worn ? "The body is inside the garment and holds it, so there are no pins"
+                           : "No part of the body is inside the garment, which is held at its highest points");
 }
 
 }  // namespace
@@ -368,10 +368,10 @@ FirstScene first_scene(const std::string& mesh, const std::string& body, const T
   choose_domain(s);
   choose_step(s, result.warnings);
   if (s.bend < bends[0])
-    result.warnings.push_back(fmt::format(
-        "{}: its smallest triangle is {:.2g} m high and its edges are {:.2g} m: bend is {}, for a stiffer fabric's "
-        "solve may not converge on such triangles; a mesh with more even ones can have more",
-        mesh, s.garment.least_height, s.garment.edge, s.bend));
+    result.warnings.push_back(
+        fmt::format("{}: its smallest triangle is {:.2g} m high and its edges are {:.2g} m: bend is {}, because the "
+                    "solve for a stiffer fabric may not converge; a mesh with more regular triangles allows more",
+                    mesh, s.garment.least_height, s.garment.edge, s.bend));
   if (trial) try_steps(s, trial, result.warnings);
   const Setup setup = build(parse_scene(text_of(s), scene_path));
   s.found.insert(s.found.end(), setup.notes.begin(), setup.notes.end());

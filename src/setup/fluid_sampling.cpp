@@ -178,14 +178,14 @@ BlockParticles lay_blocks(const Model& model, std::vector<std::string>& warnings
         fmt::format("fluid: {} of the blocks' {} particles are outside the domain", outside, positions.size()));
   if (overlaps > 0)
     warnings.push_back(
-        fmt::format("fluid: {} particles left out where blocks overlap ({} with an earlier one): move or "
+        fmt::format("fluid: {} particles are omitted where blocks overlap ({} with an earlier one): move or "
                     "shrink one of them",
                     overlaps, named("block", "blocks", overlapping)));
   if (close > 0)
-    warnings.push_back(fmt::format(
-        "fluid: {} particles start closer than 0.9 spacings to an earlier block's ({}): there the liquid is "
-        "compressed and bursts; leave a spacing between the blocks, or make their distance a multiple of it",
-        close, named("block", "blocks", squeezed)));
+    warnings.push_back(
+        fmt::format("fluid: {} particles start closer than 0.9 spacings to an earlier block's ({}): the liquid is "
+                    "compressed there and bursts; leave one spacing between the blocks, or a multiple of it",
+                    close, named("block", "blocks", squeezed)));
   return laid;
 }
 
@@ -320,7 +320,7 @@ std::vector<Jet> make_jets(const Model& model, std::vector<std::string>& warning
       std::set<std::size_t> bodies(solid.begin(), solid.end());
       bodies.erase(0);
       warnings.push_back(
-          fmt::format("{}: {} of the {} points of its mouth are inside a solid body ({}); move one of them", name,
+          fmt::format("{}: {} of the {} points of its nozzle are inside a solid body ({}); move one of them", name,
                       std::ssize(solid) - free, mouth.size(), named("body", "bodies", bodies)));
     }
     jets.push_back(std::move(jet));

@@ -29,11 +29,10 @@ void judge_unit(Garment& garment, const std::string& label, double size) {
   const char* name = names[static_cast<std::size_t>(guess.unit)];
   if (guess.unit != LengthUnit::m)
     garment.unit_warning =
-        fmt::format("{} is {:.3g} units long: taken as {}; change unit if it is in another one", label, size, name);
+        fmt::format("{} is {:.3g} units long: assumed to be in {}; otherwise change unit", label, size, name);
   else if (size < smallest)
     garment.unit_warning = fmt::format(
-        "{} is {:.3g} units long: taken as metres; give it a unit or a scale in the scene if it is in another one",
-        label, size);
+        "{} is {:.3g} units long: assumed to be in metres; otherwise set unit or scale in the scene", label, size);
 }
 
 void place(Garment& garment, bool on_body) {

@@ -95,8 +95,8 @@ double machine_memory_free() {
 void refuse_too_large(const SetupSize& size, const MemoryBudget& budget) {
   constexpr double most = 1 << 28, gibibyte = 1 << 30;
   const std::string counts = fmt::format(
-      "{:.0f} liquid particles, {:.0f} samples of bodies, {:.0f} cloth nodes and {:.0f} "
-      "samples of cloth{}",
+      "{:.0f} fluid particles, {:.0f} boundary particles, {:.0f} cloth nodes and {:.0f} "
+      "quadrature points of cloth{}",
       size.fluid, size.boundary, size.nodes, size.samples,
       size.field > 0 ? fmt::format(", {:.0f} points of distance fields", size.field) : "");
   const double of_spacing = size.fluid + size.boundary + size.samples + size.field;

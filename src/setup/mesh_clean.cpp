@@ -226,10 +226,11 @@ class Cleaner {
 }  // namespace
 
 std::string MeshCleaning::text() const {
-  std::string line = fmt::format("clean: triangles lower than {:.3g} m: {} short edges collapsed, {} long edges flipped", height,
-                                 collapsed, flipped);
+  std::string line =
+      fmt::format("clean: removed triangles lower than {:.3g} m: {} short edges collapsed, {} long edges flipped",
+                  height, collapsed, flipped);
   if (dropped > 0) line += fmt::format(", {} removed at the boundary", dropped);
-  if (left > 0) line += fmt::format("; {} stay", left);
+  if (left > 0) line += fmt::format("; {} remain", left);
   return line + "; clean: off keeps them";
 }
 

@@ -92,7 +92,7 @@ PolygonFile read_file(const std::string& file, const std::string& scene_path, bo
   if (ending == ".obj") return read_obj_file(path, names);
   if (ending == ".ply") return read_ply_file(path);
   if (ending == ".stl") return read_stl_file(path);
-  throw SetupError("mesh file '" + file + "': unknown ending, known are .obj, .ply and .stl");
+  throw SetupError("mesh file '" + file + "': unknown extension; allowed: .obj, .ply, .stl");
 }
 
 /// How a file's polygons are divided.
@@ -104,7 +104,7 @@ struct Division {
   std::string left_out(const PolygonFile& file, const std::string& name) const {
     if (wanted == triangles.size()) return "";
     return fmt::format(
-        "mesh file '{}': {} of {} triangles have no area or name a point twice and are left out, the first of face "
+        "mesh file '{}': {} of {} triangles have no area or name a point twice and are omitted, the first of face "
         "{}{}",
         name, wanted - triangles.size(), wanted, first_face,
         file.face_line.empty() ? "" : fmt::format(" (line {})", file.face_line[first_face]));

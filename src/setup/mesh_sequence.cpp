@@ -44,7 +44,9 @@ void follow_sequence(Body& body, const BodyScene& scene, const std::string& scen
     const std::string label = fmt::format("{} ({})", name, short_name(scene.sequence.files[k]));
     const SurfaceMesh mesh = k == 0 ? reader.first() : reader.read(scene.sequence.files[k]);
     if (mesh.triangles != reader.first().triangles || mesh.points.size() != reader.first().points.size())
-      throw SetupError(label + ": its triangles are not those of the first file; allowed: points that move, nothing else");
+      throw SetupError(label +
+                       ": its triangles differ from those of the first file; allowed: files that differ only in the "
+                       "positions of their points");
     std::vector<Vec3> points;
     for (const Index i : source) points.push_back(mesh.points[static_cast<std::size_t>(i)]);
     file_place(scene)(points);
@@ -89,8 +91,8 @@ std::vector<Keyed<Vec3>> node_paths(const SequenceScene& sequence, const std::st
     const std::string label = fmt::format("{}: pin ({})", name, short_name(sequence.files[k]));
     std::vector<Vec3> points = k == 0 ? reader.first().points : reader.read(sequence.files[k]).points;
     if (points.size() != node_of_point.size())
-      throw SetupError(fmt::format("{}: it has {} points and the cloth has {}; allowed: as many", label, points.size(),
-                                   node_of_point.size()));
+      throw SetupError(fmt::format("{}: it has {} points and the cloth has {}; allowed: the same number", label,
+                                   points.size(), node_of_point.size()));
     std::size_t nodes = 0;
     for (std::size_t p = 0; p < points.size(); ++p)  // the first point of each node
       if (static_cast<std::size_t>(node_of_point[p]) == nodes) points[nodes++] = points[p];

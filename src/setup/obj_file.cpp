@@ -123,7 +123,7 @@ class ObjReader {
     while (*text == '/') ++text;
     char* end = nullptr;
     if (*text != '\0' && (std::strtoll(text, &end, 10) == 0 || *end != '\0'))
-      refuse("'" + corner + "' is no corner of a face");
+      refuse("'" + corner + "' is not a corner of a face");
   }
   void read_face() {
     const std::size_t begin = mesh_.corner.size();

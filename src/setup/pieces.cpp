@@ -85,7 +85,7 @@ void list_pieces(const Model& model, std::vector<std::string>& notes, std::vecto
     for (std::size_t k = 0; k < std::min(pieces.size(), most_listed); ++k)
       notes.push_back(fmt::format("{}: {}", label, text_of(pieces[k], k)));
     if (pieces.size() > most_listed)
-      notes.push_back(fmt::format("{}: and {} pieces more", label, pieces.size() - most_listed));
+      notes.push_back(fmt::format("{}: and {} more pieces", label, pieces.size() - most_listed));
     const auto loose = std::count_if(pieces.begin(), pieces.end(), [](const ClothPiece& p) { return !p.held; });
     if (loose == 0 || loose == static_cast<std::ptrdiff_t>(pieces.size()))
       continue;  // of all of it plan_warnings tells

@@ -48,9 +48,10 @@ void refuse_thick_cloth(const Model& m) {
     const double height = u.cross(v).norm() / longest;
     if (thickness > 0.5 * height)
       throw SetupError(
-          fmt::format("cloth {}: self_collision keeps layers {:.4g} m apart, too thick for a triangle of height {:.4g} "
-                      "m: at most half of that; use a smaller thickness or a coarser mesh",
-                      cloth.name, thickness, height),
+          fmt::format(
+              "cloth {}: self_collision keeps layers {:.4g} m apart, more than half the height of a triangle, {:.4g} "
+              "m; use a smaller thickness or a coarser mesh",
+              cloth.name, thickness, height),
           fmt::format("cloth.{}.thickness", &cloth - m.cloths.data()));
   }
 }

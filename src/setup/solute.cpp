@@ -63,9 +63,9 @@ void warn_of_thin_solute(const Model& model, std::vector<std::string>& warnings)
     const double part = concentration / model.concentration_unit;
     if (part > 0 && part < 1e-6)
       warnings.push_back(
-          fmt::format("fluid: {} {} has a concentration of {:.3g}, and the scene one of {:.3g}: its solute is counted "
-                      "in steps of {:.1g} of a "
-                      "particle's; leave out the larger one",
+          fmt::format("fluid: {} {} has a concentration of {:.3g}, the scene up to {:.3g}: its solute is resolved "
+                      "in steps of {:.1g} of its content per "
+                      "particle; avoid the larger concentration",
                       kind, number, concentration, model.concentration_unit,
                       1 / (part * static_cast<double>(quanta_per_particle))));
   };
@@ -90,7 +90,8 @@ void add_stains(const Model& model, HostState& state, std::vector<std::string>& 
         any = true;
       }
       if (!any)
-        warnings.push_back(fmt::format("{}: initial_stain: a box holds no node of the cloth", cloth_label(cloth.name)));
+        warnings.push_back(
+            fmt::format("{}: initial_stain: a box contains no node of the cloth", cloth_label(cloth.name)));
     }
   }
   for (std::size_t n = 0; n < stain.size(); ++n) state.node_solute[n] += stain[n];

@@ -26,13 +26,13 @@ void check_stl_file(const std::string& path) {
   const std::string bytes = bytes_of_mesh(path);
   if (is_text(bytes)) return;  // VTK says what is wrong in it
   const auto size = static_cast<std::int64_t>(bytes.size());
-  if (size < before) unreadable_mesh(path, "it is neither text nor long enough for a binary file");
+  if (size < before) unreadable_mesh(path, "it is neither a text file nor long enough for a binary file");
   std::uint32_t count = 0;
   for (std::size_t b = 84; b-- > 80;) count = 256 * count + static_cast<unsigned char>(bytes[b]);
   // VTK goes by the length where the count is 0 or, as a signed number, negative.
   if (count < 0x80000000u && count > (size - before) / each)
-    unreadable_mesh(path,
-                    fmt::format("it says that it has {} triangles, {} fit into it", count, (size - before) / each));
+    unreadable_mesh(
+        path, fmt::format("its header gives {} triangles, but its size allows {}", count, (size - before) / each));
 }
 
 }  // namespace drench

@@ -27,18 +27,17 @@ void warn_of_step(const Model& m, const HostState& state, Lines& lines) {
   if (m.has_fluid() && time.mode == TimeMode::fixed) {
     const double speed = expected_speeds(m, state).impact, moved = speed * time.step / m.spacing;
     if (moved > 1)
-      lines.push_back(
-          fmt::format("time.step: particles that hit something, come from a source or are pushed have up to {:.3g} m/s "
-                      "and move {:.3g} "
-                      "spacings in a step (CFL number; at most 1, better {}): a time.step of {:.2g} s or time.mode cfl "
-                      "would be safer",
-                      speed, moved, time.cfl, time.cfl * m.spacing / speed));
+      lines.push_back(fmt::format(
+          "time.step: particles at an impact, a source or a moving body reach {:.3g} m/s "
+          "and move {:.3g} "
+          "spacings per step (CFL number; at most 1, better {}): use a time.step of {:.2g} s or time.mode cfl",
+          speed, moved, time.cfl, time.cfl * m.spacing / speed));
   }
   const double parts = m.scene.output.every / time.step;
   if (time.mode == TimeMode::fixed && parts > 0 && std::abs(parts - std::round(parts)) > 1e-6)
     lines.push_back(
-        fmt::format("output.every is {:.4g} times time.step: the step before each frame is a shorter one; "
-                    "a whole number avoids that",
+        fmt::format("output.every is {:.4g} times time.step, so the step before each frame is shorter; "
+                    "use a multiple of time.step",
                     parts));
 }
 
@@ -61,18 +60,18 @@ void warn_of_coarse_bodies(const Model& m, Lines& lines) {
     const Body& body = m.bodies[b];
     const auto warn = [&](const char* what, double size, const char* why, double enough) {
       lines.push_back(
-          fmt::format("body {}: {} {:.3g} m is {:.2g} spacings: {}; fluid.spacing of at most {:.2g} m, or a "
+          fmt::format("body {}: {} {:.3g} m is {:.2g} spacings: {}; use a fluid.spacing of at most {:.2g} m, or a "
                       "larger body",
                       b + 1, what, size, size / d, why, enough));
     };
     const Eigen::Vector3d size = to_eigen(body.box.max) - to_eigen(body.box.min);
-    constexpr const char* through = "liquid on one side of it feels the other side's";
+    constexpr const char* through = "liquid interacts through it";
     if (body.kind == BodyScene::Kind::box && body.inside && size.minCoeff() < 3 * d)
-      warn("its inside's least width", size.minCoeff(), "too few particles fit in to flow", size.minCoeff() / 3);
+      warn("its smallest inner width", size.minCoeff(), "too few particles fit in for a flow", size.minCoeff() / 3);
     else if (body.kind == BodyScene::Kind::box && !body.inside && size.minCoeff() < 2 * d)
       warn("its thickness", size.minCoeff(), through, size.minCoeff() / 2);
     else if (body.kind == BodyScene::Kind::sphere && body.radius < 2 * d)
-      warn("its radius", body.radius, "its samples do not make a ball", body.radius / 2);
+      warn("its radius", body.radius, "its boundary particles do not form a sphere", body.radius / 2);
     else if (body.kind == BodyScene::Kind::mesh && !body.field.empty() && mean_thickness(body) < d)
       warn("its mean thickness", mean_thickness(body), through, mean_thickness(body));
   }
@@ -102,7 +101,7 @@ void warn_of_bodies_in_solids(const Model& m, Lines& lines) {
       }
       if (depth <= 1e-6 * body.reach) continue;
       lines.push_back(
-          fmt::format("body {}: it starts {:.2g} m inside body {}, is put out at once and has {:.2g} J more; move one "
+          fmt::format("body {}: it starts {:.2g} m inside body {}; pushing it out adds {:.2g} J; move one "
                       "of them",
                       b + 1, depth, other + 1,
                       std::max(0.0, -body.mass * depth * to_eigen(m.scene.gravity).dot(to_eigen(deepest)))));
@@ -128,14 +127,15 @@ void warn_of_cloth_meshes(const Model& m, Lines& lines) {
     const double edge = mean_edge(m, cloth), d = m.spacing;
     if (edge > coarsest * d)
       lines.push_back(
-          fmt::format("{}: its mean edge of {:.3g} m is {:.2g} spacings: it bends and wets far coarser than the liquid "
-                      "lies on it; edges of at most {:.2g} m, or a larger fluid.spacing",
+          fmt::format("{}: its mean edge of {:.3g} m is {:.2g} spacings: bending and wetting are much coarser than the "
+                      "liquid; use edges of at most {:.2g} m, or a larger fluid.spacing",
                       cloth_label(cloth.name), edge, edge / d, coarsest * d));
     if (edge > 0 && edge < finest * d)
-      lines.push_back(fmt::format(
-          "{}: its mean edge of {:.3g} m is {:.2g} of a spacing: {} samples, at least one a triangle, make lists "
-          "long and steps slow; edges of {:.2g} m or more, or a smaller fluid.spacing",
-          cloth_label(cloth.name), edge, edge / d, cloth.sample_count, finest * d));
+      lines.push_back(
+          fmt::format("{}: its mean edge of {:.3g} m is {:.2g} of a spacing: {} quadrature points, at least one per "
+                      "triangle, slow down "
+                      "the run; use edges of {:.2g} m or more, or a smaller fluid.spacing",
+                      cloth_label(cloth.name), edge, edge / d, cloth.sample_count, finest * d));
   }
 }
 
@@ -161,13 +161,12 @@ void warn_of_domain(const Model& m, const HostState& state, int real_bytes, Line
   if (const double least = size.minCoeff(&axis); least < 2 * h)
     lines.push_back(
         fmt::format("domain: {:.3g} m in {} are {:.2g} support radii ({:.3g} m): particles leave it before they have "
-                    "neighbours; make it wider than {:.2g} m",
+                    "neighbours; make it at least {:.2g} m wide",
                     least, "xyz"[axis], least / h, h, 4 * h));
   if (cells > 0x1p31 && !is_confined(m))
     lines.push_back(fmt::format(
-        "domain: it has {:.2g} cells of the support radius {:.3g} m, above 2^31: where liquid spreads in it the "
-        "neighbour search hashes its cells and is slower, and what falls is drained late; make it as large as the "
-        "scene needs",
+        "domain: it has {:.2g} cells of the support radius {:.3g} m, more than 2^31: the neighbour search is slower if "
+        "liquid spreads, and falling liquid is drained late; use a smaller domain",
         cells, h));
   double farthest = 0;
   const auto extend = [&](const Vec3& x) {
@@ -178,8 +177,8 @@ void warn_of_domain(const Model& m, const HostState& state, int real_bytes, Line
   const double rounding = farthest * (real_bytes == 4 ? 0x1p-24 : 0x1p-53);
   if (rounding > 1e-3 * m.spacing)
     lines.push_back(fmt::format(
-        "fluid: places {:.3g} m from the origin are rounded to {:.2g} m, {:.2g} of a spacing; move the scene to "
-        "the origin, or build in double precision",
+        "fluid: positions {:.3g} m from the origin are rounded to {:.2g} m, {:.2g} of a spacing; move the scene to "
+        "the origin, or use a build in double precision",
         farthest, 2 * rounding, 2 * rounding / m.spacing));
 }
 
@@ -192,8 +191,8 @@ void warn_of_jets(const Model& m, const HostState& state, Lines& lines) {
     const Jet& jet = m.jets[j];
     if (jet.scene.start >= m.scene.time.end) {
       lines.push_back(
-          fmt::format("fluid: jet {}: it starts at {:.4g} s and the scene ends at {:.4g} s: it never flows; lower "
-                      "its start or raise time.end",
+          fmt::format("fluid: jet {}: it starts at {:.4g} s and the scene ends at {:.4g} s: it never flows; reduce "
+                      "its start or increase time.end",
                       j + 1, jet.scene.start, m.scene.time.end));
       continue;
     }
@@ -204,20 +203,20 @@ void warn_of_jets(const Model& m, const HostState& state, Lines& lines) {
     });
     if (outside > 0)
       lines.push_back(
-          fmt::format("fluid: jet {}: {} of the {} points of its mouth are outside the domain and drained at "
+          fmt::format("fluid: jet {}: {} of the {} points of its nozzle are outside the domain and drained at "
                       "once; make domain larger or move the jet",
                       j + 1, outside, mouth.size()));
     const auto near = near_cloth(m, mouth, nearest_to_cloth * d);
     if (const auto count = std::count(near.begin(), near.end(), 1))
       lines.push_back(
-          fmt::format("fluid: jet {}: {} of the {} points of its mouth are within {:.3g} m, half a spacing, of a "
+          fmt::format("fluid: jet {}: {} of the {} points of its nozzle are within {:.3g} m, half a spacing, of a "
                       "cloth; move it {:.2g} m away",
                       j + 1, count, mouth.size(), 0.5 * d, 2 * d));
     const auto filled =
         std::count_if(mouth.begin(), mouth.end(), [&](const Vec3& x) { return at_start.any_within(x, 0.9 * d); });
     if (filled > 0 && jet.scene.start == 0)
       lines.push_back(
-          fmt::format("fluid: jet {}: {} of the {} points of its mouth are in a block's liquid, which it "
+          fmt::format("fluid: jet {}: {} of the {} points of its nozzle are in a block's liquid, which it "
                       "compresses at once; move one of them",
                       j + 1, filled, mouth.size()));
   }
@@ -234,7 +233,7 @@ void warn_of_falling_cloths(const Model& m, Lines& lines) {
     double low = 0, high = m.scene.time.end;
     for (int k = 0; k < 60; ++k) (fallen(0.5 * (low + high)) < height ? low : high) = 0.5 * (low + high);
     lines.push_back(fmt::format(
-        "{}: it has no pins and nothing lies under it: it has fallen out of the domain at about {:.2g} s; pin it, "
+        "{}: it has no pins and nothing lies under it: it falls out of the domain at about {:.2g} s; pin it, "
         "or put a body under it",
         cloth_label(cloth.name), high));
   }
@@ -247,10 +246,11 @@ void warn_of_limits_by_xpbd(const Model& m, Lines& lines) {
   for (const ClothMaterial& cloth : m.cloths) {
     const double without = cloth_iterations(m, cloth, m.scene.time.step).count, needed = straight_yarns * without;
     if (cloth.dynamics && cloth.strain_limit > 0 && needed > cap && without <= cap)
-      lines.push_back(fmt::format(
-          "{}: by xpbd a cloth at its strain_limit needs some {:.0f} iterations a step or more, and ends at "
-          "cloth_solver.max_iterations, {:.0f}: liquid at it may gain energy; cloth_solver.method pd, or more iterations",
-          cloth_label(cloth.name), needed, cap));
+      lines.push_back(
+          fmt::format("{}: with xpbd, a cloth at its strain_limit needs at least {:.0f} iterations per step, more than "
+                      "cloth_solver.max_iterations, {:.0f}: liquid on it may gain energy; use cloth_solver.method pd "
+                      "or more iterations",
+                      cloth_label(cloth.name), needed, cap));
   }
 }
 
@@ -264,9 +264,10 @@ void warn_of_stiff_cloths(const Model& m, Lines& lines) {
       (cloth_iterations(m, cloth, 0.5 * (low + high)).count > cap ? high : low) = 0.5 * (low + high);
     const double unit = std::pow(10, std::floor(std::log10(low)) - 1);  // two digits, rounded down
     lines.push_back(fmt::format(
-        "{}: where it iterates by Jacobi (on a GPU, at solids, by xpbd) its solve needs some {:.0f} "
-        "iterations a step and ends at cloth_solver.max_iterations, {:.0f}: it moves sluggishly, and liquid at it may "
-        "gain energy; more iterations, a time.step of {:.2g} s, or less {}",
+        "{}: with Jacobi iterations (on a GPU, at solids, with xpbd) its solve needs about {:.0f} iterations per step, "
+        "more "
+        "than cloth_solver.max_iterations, {:.0f}: it moves sluggishly, and liquid on it may gain energy; use more "
+        "iterations, a time.step of {:.2g} s, or less {}",
         cloth_label(cloth.name), needed.count, cap, std::floor(low / unit) * unit, needed.cause));
   }
 }
@@ -278,19 +279,19 @@ void warn_of_wet_cloths(const Model& m, Lines& lines) {
     const bool spreads = m.has_diffusion() && cloth.wicks();
     if (!m.scene.cloths[c].hold_saturation.empty() && !spreads && !m.has_emission())
       lines.push_back(fmt::format(
-          "{}: hold_saturation feeds nothing: {}", cloth_label(cloth.name),
-          cloth.diffusivity > 0 ? "processes.diffusion is off; turn it on" : "porous.diffusivity is 0; give it one"));
+          "{}: hold_saturation has no effect: {}", cloth_label(cloth.name),
+          cloth.diffusivity > 0 ? "processes.diffusion is off; turn it on" : "porous.diffusivity is 0; set it"));
     if (!spreads) continue;
     if (const double passes = substeps_for(diffusion_rate(m, cloth), dt); passes > many_passes)
       lines.push_back(fmt::format(
-          "{}: diffusion needs about {:.0f} sub-steps a step; {:.0f} would be left with a diffusivity of {:.2g} "
+          "{}: diffusion needs about {:.0f} sub-steps per step; for {:.0f} use a diffusivity of {:.2g} "
           "m²/s, a time.step of {:.2g} s, or edges {:.2g} times as long",
           cloth_label(cloth.name), passes, many_passes, m.scene.cloths[c].material.diffusivity * many_passes / passes,
           dt * many_passes / passes, std::sqrt(passes / many_passes)));
   }
   if (const double passes = m.has_fluid() ? viscous_passes(m, dt) : 0; passes > many_passes)
     lines.push_back(
-        fmt::format("fluid: viscosity needs about {:.0f} passes a step; a smaller viscosity, a shorter time.step or "
+        fmt::format("fluid: viscosity needs about {:.0f} passes per step; a smaller viscosity, a shorter time.step or "
                     "a larger spacing needs fewer",
                     passes));
 }
@@ -299,9 +300,9 @@ void warn_of_wet_cloths(const Model& m, Lines& lines) {
 void warn_of_idle_air(const Model& m, Lines& lines) {
   if (m.scene.air.present && !(m.evaporation_flux > 0))
     lines.emplace_back(m.scene.air.humidity == 1
-                           ? "air: nothing evaporates into air of humidity 1; less would let it"
-                           : "air: nothing evaporates: it stands still, and without gravity vapour does not "
-                             "rise; give it a speed, a transfer_coefficient or an evaporation_rate");
+                           ? "air: nothing evaporates into air of humidity 1; reduce humidity"
+                           : "air: nothing evaporates: the air stands still, and without gravity vapour does not "
+                             "rise; set speed, transfer_coefficient or evaporation_rate");
 }
 
 }  // namespace

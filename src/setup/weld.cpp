@@ -191,11 +191,10 @@ class Welder {
 std::string Weld::text() const {
   std::string line = fmt::format("weld: {} pairs of boundary points sewn", merged + static_cast<Index>(held.size()));
   if (!held.empty())
-    line += fmt::format(", {} of them by stitches, where more than two triangles would have an edge", held.size());
+    line += fmt::format(", {} of them by stitches, because more than two triangles would share an edge", held.size());
   if (layers > 0)
-    line += fmt::format("; {} pairs whose sheets lie on each other are left alone; a distance for weld would sew them",
-                        layers);
-  if (refused > 0) line += fmt::format("; {} pairs are left alone, for a triangle would lose its area", refused);
+    line += fmt::format("; {} pairs of overlapping sheets are not sewn; a distance for weld would sew them", layers);
+  if (refused > 0) line += fmt::format("; {} pairs are not sewn, because a triangle would lose its area", refused);
   return line;
 }
 

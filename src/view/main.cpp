@@ -75,7 +75,7 @@ int main(int argc, char** argv) {
   vtkObject::GlobalWarningDisplayOff();
   if (argc == 2 && std::string_view(argv[1]) == "--probe")  // asked before a run begins
     return drench::has_display() ? drench::exit_done : fail(no_display);
-  CLI::App app("drench view: a run as one sees it");
+  CLI::App app("drench view: show a run in a window");
   drench::ViewOptions options;
   drench::add_view_options(app, options);
   try {

@@ -24,7 +24,7 @@ std::string check_frame(const std::string& text) {
 }
 
 std::string check_png(const std::string& text) {
-  return text.ends_with(".png") ? std::string() : fmt::format("{} is not a picture's file; allowed: NAME.png", text);
+  return text.ends_with(".png") ? std::string() : fmt::format("{} is not a picture file; allowed: NAME.png", text);
 }
 
 std::string check_count(const std::string& text) {
@@ -45,35 +45,35 @@ std::pair<int, int> picture_size(const std::string& text) {
 
 void add_view_options(CLI::App& command, ViewOptions& options) {
   command.add_option("OUT", options.folder, "output folder of a run")->required();
-  command.add_flag("--follow", options.follow, "show each new frame of a run that goes on");
-  command.add_option("--frame", options.frame, "frame to begin with, from 0 (default: the last)")->check(check_frame);
-  command.add_option("--color", options.color,
-                     "a field of the frames, or look: water, and cloth that darkens when wet");
-  command.add_option("--liquid", options.liquid, "particles or surface (default: the surface where the run has one)")
+  command.add_flag("--follow", options.follow, "show each new frame of a run in progress");
+  command.add_option("--frame", options.frame, "first frame to show, from 0 (default: the last)")->check(check_frame);
+  command.add_option("--color", options.color, "field to colour by, or look: water, and cloth that darkens when wet");
+  command.add_option("--liquid", options.liquid, "particles or surface (default: the surface if the run has one)")
       ->check(CLI::IsMember({"auto", "particles", "surface"}));
   command
       .add_option("--camera", options.camera,
                   "auto, below, front, top, or px,py,pz,fx,fy,fz: position and focal point, m")
       ->check([](const std::string& text) { return parse_view(text) ? std::string() : camera_choices(text); });
-  command.add_option("--size", options.size, "of the window or picture, pixels (default: 1280x960)")->check(check_size);
+  command.add_option("--size", options.size, "size of the window or picture in pixels (default: 1280x960)")
+      ->check(check_size);
   auto* one = command.add_option("--screenshot", options.screenshot, "write this PNG file of one frame; no window")
                   ->check(check_png);
   auto* many =
       command.add_option("--pictures", options.pictures, "write a PNG file of each frame into this folder; no window")
           ->excludes(one);
-  command.add_option("--frames", options.frames, "with --pictures: so many frames, evenly spread")
+  command.add_option("--frames", options.frames, "with --pictures: only this many frames, evenly spaced")
       ->check(check_count)
       ->needs(many);
-  command.add_option("--animation", options.animation, "with --pictures: a film of them too (.ogv)")
+  command.add_option("--animation", options.animation, "with --pictures: also write a film of them (.ogv)")
       ->check([](const std::string& text) {
-        return text.ends_with(".ogv") ? std::string() : fmt::format("{} is no film's file; allowed: NAME.ogv", text);
+        return text.ends_with(".ogv") ? std::string() : fmt::format("{} is not a film file; allowed: NAME.ogv", text);
       })
       ->needs(many);
-  command.add_option("--fps", options.fps, "pictures a second of the film (default: as time went, at most 50)")
+  command.add_option("--fps", options.fps, "pictures per second of the film (default: real time, at most 50)")
       ->check([](const std::string& text) {
         double value = 0;
         const bool good = CLI::detail::lexical_cast(text, value) && value >= 0.1 && value <= 100;
-        return good ? std::string() : fmt::format("{} is not a rate; allowed: 0.1 to 100 pictures a second", text);
+        return good ? std::string() : fmt::format("{} is not a rate; allowed: 0.1 to 100 pictures per second", text);
       });
   command.footer(
       "Keys: space plays and pauses; left and right step; Home and End; c colours by the next field, C by the one "

@@ -129,7 +129,7 @@ void write_pictures(const ViewOptions& options) {
     const auto image = draw(fs::path(options.pictures) / fmt::format("frame_{:04}.png", k));
     if (film) film->add(image);
   }
-  fmt::print("{} pictures in {}, {:.6g} a second\n", chosen.size(), options.pictures, rate);
+  fmt::print("{} pictures in {}, {:.6g} per second\n", chosen.size(), options.pictures, rate);
   if (!film) return;
   film->end();
   fmt::print("animation: {}\n", options.animation);

@@ -36,7 +36,7 @@ constexpr double look_every = 0.25;    // s between looks for new frames
 constexpr double look_at_least = 2;    // the same where none have come for a while
 constexpr double follow_share = 0.02;  // of a core's time for the frames of a run that is followed
 constexpr const char* help =
-    "space  play, pause\n<- ->  a frame back, on\nHome End  first, last\n< >  slower, faster\nc C  colour by next, "
+    "space  play, pause\n<- ->  previous, next frame\nHome End  first, last\n< >  slower, faster\nc C  colour by next, "
     "previous field\nl  particles or surface\nr  show all\n1 2 3 4  auto, below, front, top\ns  save a picture\n"
     "h  hide this\nq  quit";
 

@@ -154,7 +154,7 @@ TEST_F(BodyMeshes, WhatHasNoAreaIsLeftOutAndReportedOnce) {
   EXPECT_EQ(setup.model.mesh.triangles(), 3);
   EXPECT_EQ(setup.model.mesh.nodes(), 5);
   EXPECT_TRUE(warns_of(
-      setup, "2 of 5 triangles have no area or name a point twice and are left out, the first of face 1 (line 10)"));
+      setup, "2 of 5 triangles have no area or name a point twice and are omitted, the first of face 1 (line 10)"));
 }
 
 TEST_F(BodyMeshes, ShellsThatTouchStayTwoPiecesWithAndWithoutTexture) {
@@ -226,7 +226,7 @@ TEST_F(BodyMeshes, AnOpenOneIsSolidAndItsHoleReported) {
   const std::string file = write("open.obj", obj_of(ball_below(0.85)));
   for (const bool cloth : {false, true}) {
     const drench::Setup setup = set_up(file, cloth);
-    EXPECT_TRUE(warns_of(setup, "open.obj): open: 1 hole, the largest 1.")) << ::testing::PrintToString(setup.warnings);
+    EXPECT_TRUE(warns_of(setup, "open.obj): the mesh has 1 hole, the largest 1.")) << ::testing::PrintToString(setup.warnings);
     for (const Vec3& x : setup.state.fluid_position) EXPECT_GT(to_eigen(x).norm(), 0.6);
     EXPECT_TRUE(is_closed({setup.model.bodies[0].mesh_points, setup.model.bodies[0].mesh_triangles}));
   }
@@ -241,9 +241,9 @@ TEST_F(BodyMeshes, AnOpenOneIsSolidAndItsHoleReported) {
 TEST_F(BodyMeshes, ASheetHoldsLiquidAndIsRefusedToClothWithItsPlace) {
   const std::string file = write("sheet.obj", "v 0 0 0\nv 0.4 0 0\nv 0.4 0 0.2\nv 0 0 0.2\nf 1 2 3 4\n");
   EXPECT_TRUE(
-      warns_of(set_up(file, false), "it encloses nothing: it holds liquid back by samples on its surface alone"));
+      warns_of(set_up(file, false), "it encloses no volume: only the boundary particles on its surface hold liquid back"));
   const std::string text = refusal(file, true);
-  EXPECT_NE(text.find("encloses nothing: its edge, 0.4 m across at (0.2, 0, 0.1)"), std::string::npos) << text;
+  EXPECT_NE(text.find("encloses no volume: its edge, 0.4 m across at (0.2, 0, 0.1)"), std::string::npos) << text;
   EXPECT_NE(text.find("give the sheet a thickness"), std::string::npos) << text;
 }
 
@@ -359,7 +359,7 @@ TEST_F(BodyMeshes, CheckTakesThreads) {
         "bodies: [{mesh: {file: open.obj}}]\n");
   const test::Outcome checked = test::run_drench(folder_, {"check", "scene.yaml", "--threads", "2"});
   EXPECT_EQ(checked.code, 0) << checked.err;
-  EXPECT_NE(checked.out.find("open: 1 hole"), std::string::npos) << checked.out;
+  EXPECT_NE(checked.out.find("the mesh has 1 hole"), std::string::npos) << checked.out;
 }
 
 }  // namespace

@@ -144,7 +144,7 @@ TEST(FluidBlocks, OverlapsSolidsClothAndDomain) {
   scene.fluid.blocks = {{box, {0, 0, 0}}, {{{0.1, 0, 0}, {0.3, 0.2, 0.2}}, {0, 0, 0}}};
   drench::Setup setup = build(scene);
   EXPECT_EQ(setup.state.fluid_count(), 1500);
-  EXPECT_TRUE(any_has(setup.warnings, "500 particles left out where blocks overlap"));
+  EXPECT_TRUE(any_has(setup.warnings, "500 particles are omitted where blocks overlap"));
 
   scene.fluid.blocks.resize(1);
   scene.bodies.push_back(box_body({{-0.1, -0.1, -0.1}, {0.3, 0.04, 0.3}}));  // swallows two layers
@@ -240,8 +240,8 @@ TEST(MemoryEstimate, RefusesWhatTheMachineOrTheDeviceCannotHold) {
   EXPECT_EQ(
       refusal(size, {4, 1e12, "GPU", 0.5 * 1073741824, on_device}),
       fmt::format(
-          "the scene does not fit in the device's memory: 1000000 liquid particles, 0 samples of bodies, 0 cloth nodes "
-          "and 0 samples of cloth need about {:.1f} GiB, GPU has 0.5 GiB free",
+          "the scene does not fit in the device's memory: 1000000 fluid particles, 0 boundary particles, 0 cloth nodes "
+          "and 0 quadrature points of cloth need about {:.1f} GiB, GPU has 0.5 GiB free",
           on_gpu / 1073741824));
 }
 

@@ -122,7 +122,7 @@ TEST(BuildPins, EachKind) {
   EXPECT_EQ(pinned(pin), (std::vector<Index>{4, 9, 14, 19}));
   pin.box = {{0.4, -0.1, -1}, {0.6, 0.1, 1}};
   EXPECT_TRUE(pinned(pin).empty());
-  EXPECT_TRUE(any_has(build(scene).warnings, "catches no node"));
+  EXPECT_TRUE(any_has(build(scene).warnings, "selects no node"));
   scene.cloths[0].dynamics = false;
   EXPECT_EQ(pinned(pin).size(), 20u);
 }

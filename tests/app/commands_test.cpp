@@ -55,7 +55,7 @@ TEST_F(Commands, CheckPrintsWhatARunWouldBeAndWritesNothing) {
   const Outcome o = drench({"check", "tiny.yaml"});
   EXPECT_EQ(o.code, 0) << o.err;
   for (const char* text : {"fluid: 125 particles", "cloth sheet: 81 nodes, 128 triangles", "4 pinned", "memory: about",
-                           "spacings a step", "steps: 20 ", "diffusion in sheet", " absorption", " ledger"})
+                           "spacings per step", "steps: 20 ", "diffusion in sheet", " absorption", " ledger"})
     EXPECT_NE(o.out.find(text), std::string::npos) << text << " is missing in:\n" << o.out;
   EXPECT_EQ(o.out.find("reservoir"), std::string::npos) << o.out;
   EXPECT_EQ(names_in(here()), std::vector<std::string>{"tiny.yaml"});
@@ -86,8 +86,8 @@ TEST_F(Commands, CheckTellsWhatARankWouldHave) {
   EXPECT_EQ(one.out, same.out);
   EXPECT_EQ(one.out.find("rank"), std::string::npos) << one.out;
   for (const char* text : {"ranks: 2, with 1000 particles each on average; the fullest has 1000 and 300 ghosts",
-                           "ghosts (copies of other ranks' particles): 250 a rank on average, 300 at most",
-                           "memory of the fullest rank: about ", "assumed: ", "replicated: cloth and bodies"})
+                           "ghosts (copies of other ranks' particles): 250 per rank on average, 300 at most",
+                           "memory of the fullest rank: about ", "assumed: ", "replicated: every rank computes all cloth"})
     EXPECT_NE(two.out.find(text), std::string::npos) << text << " is missing in:\n" << two.out;
   // Ghosts come from as far beside cloth as a triangle is long more.
   const Outcome cloth = drench({"check", "tiny.yaml", "--ranks", "2"});
@@ -101,8 +101,8 @@ TEST_F(Commands, CheckForeseesTheRanksOfAJet) {
              "[0, -1, 0]}}]}\n");
   const Outcome jet = drench({"check", "jet.yaml", "--ranks", "3"});
   EXPECT_EQ(jet.code, 0) << jet.err;
-  EXPECT_NE(jet.out.find("ranks: 3; no liquid is there yet"), std::string::npos) << jet.out;
-  EXPECT_NE(jet.out.find("memory in the end"), std::string::npos) << jet.out;
+  EXPECT_NE(jet.out.find("ranks: 3; the scene starts without liquid"), std::string::npos) << jet.out;
+  EXPECT_NE(jet.out.find("memory at the end"), std::string::npos) << jet.out;
 }
 
 TEST_F(Commands, BadCommandLinesAreRefusedInOneLine) {

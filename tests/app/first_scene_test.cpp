@@ -126,7 +126,7 @@ TEST_F(NewScene, AsSmallAsABunnyHasFinerWaterAndThinnerCloth) {
 }
 
 TEST_F(NewScene, OfCentimetresIsScaledAndSaysSo) {
-  const Scene scene = scene_for(tube(0.9, 0.01), "90 units long: taken as centimetres");
+  const Scene scene = scene_for(tube(0.9, 0.01), "90 units long: assumed to be in centimetres");
   EXPECT_EQ(scene.cloths[0].unit, LengthUnit::cm);
   EXPECT_EQ(scene.cloths[0].scale, 1);
   EXPECT_GT(scene.domain.max[1], 0.9);
@@ -135,7 +135,7 @@ TEST_F(NewScene, OfCentimetresIsScaledAndSaysSo) {
 }
 
 TEST_F(NewScene, OfMillimetresIsScaledAndSaysSo) {
-  EXPECT_EQ(scene_for(tube(0.9, 0.001), "taken as millimetres").cloths[0].unit, LengthUnit::mm);
+  EXPECT_EQ(scene_for(tube(0.9, 0.001), "assumed to be in millimetres").cloths[0].unit, LengthUnit::mm);
 }
 
 TEST_F(NewScene, OnABodyNeedsNoPinAndTakesUnitsAndAxesOfBoth) {
@@ -143,7 +143,7 @@ TEST_F(NewScene, OnABodyNeedsNoPinAndTakesUnitsAndAxesOfBoth) {
   write_text(here() / "body.obj", figure(0.6));
   const Outcome made = drench({"new", "garment.obj", "--body", "body.obj"});
   ASSERT_EQ(made.code, 0) << made.err;
-  EXPECT_NE(made.out.find("# The body is in the garment and holds it"), std::string::npos) << made.out;
+  EXPECT_NE(made.out.find("# The body is inside the garment and holds it"), std::string::npos) << made.out;
   write_text(here() / "scene.yaml", made.out);
   expect_units(made.out);
   const Scene scene = load_scene((here() / "scene.yaml").string());
@@ -169,7 +169,7 @@ TEST_F(NewScene, BesideABodyHangsByItsTop) {
   write_text(here() / "body.obj", figure(0.6));
   const Outcome made = drench({"new", "garment.obj", "--body", "body.obj"});
   ASSERT_EQ(made.code, 0) << made.err;
-  EXPECT_NE(made.out.find("# No part of the body is in the garment"), std::string::npos) << made.out;
+  EXPECT_NE(made.out.find("# No part of the body is inside the garment"), std::string::npos) << made.out;
   EXPECT_NE(made.out.find("    pin: "), std::string::npos);
 }
 
@@ -212,7 +212,7 @@ TEST_F(NewScene, ShortensTheStepOrSoftensTheFabricUntilATrialConverges) {
   EXPECT_EQ(parse_scene(softer.yaml, "scene.yaml").cloths[0].material.bend, 1e-5);
   const FirstScene never = first_scene(mesh, "", [](const Scene&) { return TriedSteps{10, 10}; });
   EXPECT_EQ(parse_scene(never.yaml, "scene.yaml").time.step, 0.004);
-  EXPECT_NE(never.warnings[0].find("do not converge, whatever the step"), std::string::npos) << never.warnings[0];
+  EXPECT_NE(never.warnings[0].find("do not converge at any time step"), std::string::npos) << never.warnings[0];
 }
 
 TEST_F(NewScene, FarFromTheOriginIsBroughtThere) {
@@ -237,7 +237,7 @@ TEST_F(NewScene, RefusesWhatIsNoClothInOneLine) {
   write_text(here() / "three.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nv 0 -1 0\nf 1 2 3\nf 1 2 4\nf 1 2 5\n");
   expect_refusal({"new", "three.obj"}, "three.obj");
   write_text(here() / "garment.txt", "v 0 0 0\n");
-  expect_refusal({"new", "garment.txt"}, "unknown ending");
+  expect_refusal({"new", "garment.txt"}, "unknown extension");
   expect_refusal({"new", "a.obj", "b.obj"}, "b.obj");
 }
 

@@ -84,7 +84,7 @@ def near(found, wanted, what):
 
 def check_ball(ending, folder):
     said = drench("import", folder / f"ball.{ending}", "-o", folder / ending).stdout
-    expect("11 files at 24 a second" in said and "114 points, 224 triangles of Ball" in said, said)
+    expect("11 files at 24 per second" in said and "114 points, 224 triangles of Ball" in said, said)
     expect("bodies:" in said and "sequence: " in said and "changes its shape" not in said, said)
     near(bounds(folder / ending / "Ball_0000.ply"), [(-0.5, 0.5), (0.5, 1.5), (-0.5, 0.5)], ending)
     near(bounds(folder / ending / "Ball_0010.ply"), [(0.5, 1.5), (0.5, 1.5), (-0.5, 0.5)], ending)
@@ -113,11 +113,11 @@ def main():
         for ending in ("blend", "glb", "abc"):
             check_flag(ending, folder)
         again = drench("import", folder / "ball.fbx", "--fps", 12, "-o", folder / "fbx").stdout
-        expect("6 files at 12 a second" in again and len(list((folder / "fbx").glob("Ball_*.ply"))) == 6, again)
+        expect("6 files at 12 per second" in again and len(list((folder / "fbx").glob("Ball_*.ply"))) == 6, again)
         scene = drench("new", folder / "two.blend", "--prim", "Flag", "--body", folder / "two.blend", "--body-prim", "Cube").stdout
         expect("Flag_0000.ply" in scene and "Cube_0000.ply" in scene, scene)
         refused("holds 2 meshes: choose one with --prim: Flag, Cube", "import", folder / "two.blend")
-        refused("there is no Sail; the meshes are Flag, Cube", "new", folder / "two.blend", "--prim", "Sail")
+        refused("unknown mesh Sail; the meshes are Flag, Cube", "new", folder / "two.blend", "--prim", "Sail")
         (folder / "bad.fbx").write_text("no mesh")
         refused("bad.fbx: cannot be read: ", "import", folder / "bad.fbx")
         refused("no such file", "import", folder / "none.abc")

@@ -196,7 +196,7 @@ elif need > {free}:
     sys.exit("scene.yaml: the scene does not fit in the device's memory")
 elif sys.argv[1] == "check":
     print(f"fluid: {{count}} particles of {{d}} m, 1 kg, 0 jets")
-    print(f"memory: about {{need / 2**20:.1f}} MiB: liquid 1.0 MiB; and 278.0 MiB for the set-up and a frame; "
+    print(f"memory: about {{need / 2**20:.1f}} MiB: liquid 1.0 MiB; plus 278.0 MiB for set-up and frames; "
           f"Fake H1 has {{{free} / 2**20:.1f}} MiB free")
 else:
     if need > {true}:

@@ -116,7 +116,7 @@ TEST_F(MemoryOfRuns, IsForeseenForTheEnd) {
     const Outcome check = drench({"check", scene}), run = drench({"run", scene, "--no-output", "--steps", steps});
     ASSERT_EQ(run.code, 0) << run.err;
     const double start = mebibytes_after(check.out, "memory: about "),
-                 end = mebibytes_after(check.out, "memory in the end: about "),
+                 end = mebibytes_after(check.out, "memory at the end: about "),
                  peak = mebibytes_after(run.out, "peak memory of the backend's arrays ");
     EXPECT_GT(end, 1.02 * start) << scene;
     EXPECT_NEAR(end, peak, 0.1 * peak + 0.05) << scene;

@@ -204,7 +204,7 @@ TEST_F(MeshFiles, TheWarpRunsAlongTheTextureOrAsTheSceneSays) {
   expect_error("triangle 0 lies across the direction of warp");
   fabric.has_warp = false;
   scene.cloths[0].file = write("plain.obj", points + "f 1 4 5\nf 1 5 2\n");
-  expect_error("has no texture coordinates that say how the warp runs; allowed: an .obj that has them, or the key");
+  expect_error("has no texture coordinates, which give the warp direction; allowed: an .obj that has them, or the key");
   scene.cloths[0].file = write("creased.obj", points + texture + "f 1/1 4/3 5/4\nf 1/1 5/1 2/2\n");
   expect_error("triangle 1 has no area in the file's texture");
 }
@@ -323,13 +323,13 @@ TEST_F(MeshFiles, BadOnesAreRefused) {
     return text.find(part) != std::string::npos ? ::testing::AssertionSuccess() : ::testing::AssertionFailure() << text;
   };
   EXPECT_TRUE(has(error("nowhere.obj", ""), "no such file"));
-  EXPECT_TRUE(has(error("a.off", points + "f 1 2 3\n"), "unknown ending"));
+  EXPECT_TRUE(has(error("a.off", points + "f 1 2 3\n"), "unknown extension"));
   EXPECT_TRUE(has(error("empty.obj", points), "it holds no triangles"));
   EXPECT_TRUE(has(error("flat.obj", points + "v 0.5 0 1e-7\nf 1 2 3\nf 1 2 7\n"),
                   "triangle 1 of the mesh (points 0, 1, 3) is degenerate"));
   EXPECT_TRUE(has(error("line.obj", points + "f 1 2 6\n"),
                   "it holds no triangles: mesh file '" + (folder_ / "line.obj").string() +
-                      "': 1 of 1 triangles have no area or name a point twice and are left out, the first of face 0 (line 7)"));
+                      "': 1 of 1 triangles have no area or name a point twice and are omitted, the first of face 0 (line 7)"));
   EXPECT_TRUE(has(error("fan.obj", points + "f 1 2 3\nf 1 2 4\nf 1 2 5\n"), "between points 0 and 1 has 3 triangles"));
   EXPECT_TRUE(has(error("twice.obj", points + "f 1 2 3\nf 1 3 2\n"), "triangles 0 and 1 of the mesh are the same"));
   EXPECT_TRUE(has(error("junk.ply", "this is not a mesh\n"), "cannot be read: "));
@@ -339,7 +339,7 @@ TEST_F(MeshFiles, BadOnesAreRefused) {
   EXPECT_EQ(error("last.obj", points + "f -6 -5 -4\n"), "");  // counted from the end
   EXPECT_TRUE(has(error("nan.obj", "v nan 0 0\nv 1 0 0\nv 0 0 1\nf 1 2 3\n"), "line 1: a point needs three finite"));
   EXPECT_TRUE(has(error("texture.obj", points + "f 1 2/1/14 3\n"), "line 7: there is no texture coordinate 2/1/14"));
-  EXPECT_TRUE(has(error("corner.obj", points + "f 1 2x 3\n"), "line 7: '2x' is no corner of a face"));
+  EXPECT_TRUE(has(error("corner.obj", points + "f 1 2x 3\n"), "line 7: '2x' is not a corner of a face"));
   EXPECT_TRUE(has(error("two.obj", points + "f 1 2\n"), "line 7: a face needs three corners"));
   const std::string ply =
       "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
@@ -370,7 +370,7 @@ TEST_F(MeshFiles, BadOnesAreRefused) {
                   "is not a finite number"));
   EXPECT_TRUE(has(error("bare.stl", "facet normal 0 0 1\n"), "Expecting 'solid' found 'facet'"));
   EXPECT_TRUE(has(error("cut.stl", std::string(80, '\0') + "\3" + std::string(60, '\0')),
-                  "it says that it has 3 triangles, 1 fit"));
+                  "its header gives 3 triangles, but its size allows 1"));
 }
 
 }  // namespace

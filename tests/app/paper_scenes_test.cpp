@@ -47,7 +47,7 @@ TEST_P(paper_scenes, has_the_papers_counts_and_constants) {
                     (name.starts_with("side_injection") && !name.ends_with("low"));
   ASSERT_EQ(setup.warnings.size(), fast ? 1U : 0U) << (setup.warnings.empty() ? "" : setup.warnings.front());
   if (fast) {
-    EXPECT_EQ(setup.warnings[0].find("time.step: particles that hit"), 0U) << setup.warnings[0];
+    EXPECT_EQ(setup.warnings[0].find("time.step: particles at an impact"), 0U) << setup.warnings[0];
   }
 
   EXPECT_EQ(scene.time.mode, TimeMode::fixed);

@@ -244,7 +244,7 @@ TEST_F(PipelineTest, OneLostQuantumStopsTheRun) {
   const RunFailure failure = failure_of_a_step();
   EXPECT_EQ(failure.stage, Stage::ledger);
   EXPECT_EQ(failure.info.step, 0);
-  EXPECT_NE(std::string(failure.what()).find("-1 quanta"), std::string::npos) << failure.what();
+  EXPECT_NE(std::string(failure.what()).find("-1 mass units"), std::string::npos) << failure.what();
 }
 
 TEST_F(PipelineTest, ParticlesThatAreNotFiniteStopTheRun) {

@@ -179,7 +179,7 @@ class Test:
                 break
             time.sleep(0.002)
         code, said = launcher.wait(), self.what_was_said()
-        assert "is damaged" not in said and "is no checkpoint" not in said, said
+        assert "is damaged" not in said and "is not a checkpoint" not in said, said
         if code == 0:
             self.compare()
 
@@ -213,7 +213,7 @@ class Test:
         self.wait(launcher, ranks)
         said = self.what_was_said()
         assert launcher.returncode == 130, (launcher.returncode, said)
-        assert said.count("to go on: drench run scene.yaml --resume o\n") == 1, said
+        assert said.count("to continue: drench run scene.yaml --resume o\n") == 1, said
         assert int(checkpoints(self.out)[0].stem.split("_")[1]) == rows(self.out), (checkpoints(self.out), rows(self.out))
         launcher = self.start()
         assert launcher.wait(timeout=300) == 0, self.what_was_said()

@@ -343,7 +343,7 @@ TEST_F(Ranks, ABadSceneIsRefusedOnce) {
 TEST_F(Ranks, TheReferenceIsRefused) {
   const Outcome o = on(2, run_of(scene(few_scene), {"-o", "o", "--backend", "reference"}));
   EXPECT_EQ(o.code, 2) << o.err;
-  expect_line(o, "drench: the reference runs on one rank; start it without mpirun");
+  expect_line(o, "drench: the reference runs on one rank: start it without mpirun");
   EXPECT_FALSE(fs::exists(here() / "o"));
 }
 

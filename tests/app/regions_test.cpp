@@ -145,7 +145,7 @@ TEST(Regions, TheLastOfTwoCounts) {
   EXPECT_NEAR(sum(m.mesh.solid_mass), 0.2 * 1 + 0.5 * 0.5 + 1 * 0.5, 1e-14);
   EXPECT_NE(refusal(sheet("    regions:\n      - {box: {min: [0.5, -1, -1], max: [2, 1, 1]}, bend: 1.0e-3}\n"
                           "      - {box: {min: [0, -1, -1], max: [2, 1, 1]}, bend: 1.0e-3}\n"))
-                .find("cloth.0.regions.0: cloth 'sheet': region 0 (box) has no triangle of its own; allowed: "),
+                .find("cloth.0.regions.0: cloth 'sheet': region 0 (box) has no triangles; allowed: "),
             std::string::npos);
 }
 
@@ -177,25 +177,24 @@ TEST(Regions, BadOnesAreRefusedWithOneLine) {
             "hem, linen, seam, "
             "shirt, tip");
   EXPECT_EQ(refusal(sheet("    regions: [{box: {min: [5, -1, -1], max: [6, 1, 1]}, bend: 0}]\n")),
-            "cloth.0.regions.0: cloth 'sheet': region 0 (box) has no triangle of its own; allowed: a place with "
+            "cloth.0.regions.0: cloth 'sheet': region 0 (box) has no triangles; allowed: a place with "
             "triangles that no later "
-            "region holds");
+            "region covers");
   const std::pair<const char*, const char*> lines[] = {
       {"{group: hem, bend: 0}",
-       "regions.0.group: is for a mesh with groups, and a grid has none; allowed: box, or an .obj file"},
+       "regions.0.group: applies only to meshes with groups, and a grid has none; allowed: box, or an .obj file"},
       {"{bend: 0}", "regions.0: has none of the keys group, box; allowed: exactly one of them"},
       {"{box: {min: [0, -1, -1], max: [2, 1, 1]}, strain_limit: 0.1}",
-       "regions.0.strain_limit: is one for the whole cloth; allowed: only as a key of the cloth, not of a region"},
+       "regions.0.strain_limit: cannot differ between regions; allowed: only as a key of the cloth"},
       {"{box: {min: [0, -1, -1], max: [2, 1, 1]}, porous: {capillary_height: 1}}",
-       "regions.0.porous.capillary_height: is one for the whole cloth; allowed: only as a key of the cloth, not of a "
-       "region"},
+       "regions.0.porous.capillary_height: cannot differ between regions; allowed: only as a key of the cloth"},
       {"{box: {min: [0, -1, -1], max: [2, 1, 1]}, bending: {warp: 1.0e-5}}",
-       "regions.0.bending: is not how this cloth bends; allowed: bend, as the cloth has it"},
+       "regions.0.bending: does not apply, because the cloth has no bending; allowed: bend"},
       {"{box: {min: [0, -1, -1], max: [2, 1, 1]}, membrane: {warp: 100}}",
        "regions.0.membrane: lacks warp or weft, and the cloth has no membrane to take them from; allowed: warp, weft "
        "and shear"},
       {"{box: {min: [0, -1, -1], max: [2, 1, 1]}, porous: {}}",
-       "regions.0.porous: is for a cloth that takes up liquid; allowed: only where the cloth has the key porous"},
+       "regions.0.porous: applies only to absorbent cloth; allowed: only if the cloth has the key porous"},
       {"{box: {min: [0, -1, -1], max: [2, 1, 1]}, thickness: 2}",
        "regions.0.thickness: '2' is out of range; allowed: [1e-6, 1] m"},
       {"{box: {min: [0, -1, -1], max: [2, 1, 1]}, areal_dens: 2}", "did you mean 'areal_density'?"}};
@@ -209,7 +208,7 @@ TEST(Regions, BadOnesAreRefusedWithOneLine) {
   EXPECT_NE(
       refusal(sheet(fmt::format("    porous: {{diffusivity: 0}}\n    regions: [{}porous: {{diffusivity: 1.0e-4}}}}]\n",
                                 right_half)))
-          .find("regions.0.porous.diffusivity: is above 0, and the cloth's own is 0"),
+          .find("regions.0.porous.diffusivity: is above 0, but that of the cloth is 0"),
       std::string::npos);
 }
 
@@ -275,10 +274,10 @@ TEST(Regions, TakeTheValuesOfAFabric) {
   const test::TempFolder folder;
   test::write_text(folder.path() / "scene.yaml", yaml);
   const std::string out = test::run_drench(folder.path(), {"check", "scene.yaml"}).out;
-  EXPECT_NE(out.find("fabric denim_11oz of region 0 (box) of cloth sheet: areal_density 0.324, membrane.warp 2028"),
+  EXPECT_NE(out.find("fabric denim_11oz of region 0 (box) of cloth sheet: areal_density 0.324 (324 g/m²), membrane.warp 2028"),
             out.npos)
       << out;
-  EXPECT_NE(out.find("; not its thickness, porous.diffusion_exponent, porous.capillary_height\n"), out.npos) << out;
+  EXPECT_NE(out.find("; not used: thickness, porous.diffusion_exponent, porous.capillary_height\n"), out.npos) << out;
   EXPECT_NE(out.find("region 0 (box) of sheet: 200 triangles"), out.npos) << out;
 }
 

@@ -180,7 +180,7 @@ def test_failed_run(folder):
     text = re.sub("<[^>]*>", " ", re.sub("<(style|script)>.*?</\\1>", "", shown, flags=re.S))
     why = text.find("The run failed in stage pressure")
     expect(0 < why < text.find("Summary"), f"the page does not begin with why the run failed: {text[:600]}")
-    expect("the liquid collapses" in text and "raise it, or halve time.step" in text, text[why:why + 600])
+    expect("the liquid collapses" in text and "raise the limit, or halve time.step" in text, text[why:why + 600])
 
 
 if not BROWSER:

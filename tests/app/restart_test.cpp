@@ -98,7 +98,7 @@ TEST_F(Restart, TheSurfaceGoesOnToo) {
   // What was there at the checkpoint has to be there still.
   const auto older = checkpoints_in(here() / "part").at(1);
   for (int f = 0; f < 4; ++f) fs::remove(here() / fmt::format("part/frames/surface_{:06}.vtu", f));
-  expect_refusal(run("filter", with({"--resume", older.string()})), ".vtu is not there");
+  expect_refusal(run("filter", with({"--resume", older.string()})), ".vtu is missing");
 }
 
 TEST_F(Restart, TheReferenceGoesOnToo) {
@@ -122,8 +122,8 @@ TEST_F(Restart, WhatWasWrittenAfterTheCheckpointIsCutOff) {
   fs::remove(here() / "again/frames/fluid_mine.vtu");
   EXPECT_EQ(difference(here() / "whole", here() / "again"), "");
   const std::string log = read_text(here() / "again/run.log");
-  EXPECT_NE(log.find("going on from " + older.string()), std::string::npos) << log;
-  EXPECT_LT(log.find("scene liquid.yaml"), log.find("going on from")) << "the log goes on";
+  EXPECT_NE(log.find("continuing from " + older.string()), std::string::npos) << log;
+  EXPECT_LT(log.find("scene liquid.yaml"), log.find("continuing from")) << "the log goes on";
 }
 
 TEST_F(Restart, ALaterEndAndAnotherFolder) {
@@ -131,7 +131,7 @@ TEST_F(Restart, ALaterEndAndAnotherFolder) {
   must("liquid", {"-o", "short", "--until", "0.055"});
   const Outcome warned = run("liquid", {"--resume", newest("short").string(), "--until", "0.09", "-o", "other"});
   EXPECT_EQ(warned.code, 0) << warned.err;
-  EXPECT_NE(read_text(here() / "other/run.log").find("was cut short by time.end"), std::string::npos);
+  EXPECT_NE(read_text(here() / "other/run.log").find("time.end shortened its last step"), std::string::npos);
   EXPECT_EQ(read_table(here() / "short/stats.csv").text(read_table(here() / "short/stats.csv").rows.size() - 1, "time"),
             "0.055")
       << "the folder of before is not touched";
@@ -179,7 +179,7 @@ TEST_F(Restart, CtrlCLeavesACheckpointWithoutBeingAskedForAny) {
   const Words words{"run", "liquid.yaml", "-o", "o", "--until", "0.6"};
   const Outcome stopped = run_drench(here(), words, [&] { return rows() >= 5; });
   ASSERT_EQ(stopped.code, 130) << stopped.out << stopped.err;
-  EXPECT_NE(stopped.out.find("to go on: drench run liquid.yaml --resume o\n"), std::string::npos) << stopped.out;
+  EXPECT_NE(stopped.out.find("to continue: drench run liquid.yaml --resume o\n"), std::string::npos) << stopped.out;
   ASSERT_EQ(checkpoints_in(here() / "o").size(), 1U);
   EXPECT_EQ(checkpoint_step(newest("o")), static_cast<std::int64_t>(rows()));
   for (const Words& more : {Words{"--resume", "o"}, Words{"-o", "whole"}}) {
@@ -210,7 +210,7 @@ TEST_F(Restart, OtherRunsAreRefusedWithTheDifference) {
   expect_refusal(resumed({"--backend", "reference"}), "o/checkpoint_");
   expect_refusal(run("liquid", {"--resume", "o"}), "is of another scene: ");
   expect_refusal(run("filter", {"--resume", "nowhere"}), "nowhere: cannot be read: No such file");
-  expect_refusal(run("filter", {"--resume", "filter.yaml"}), "filter.yaml: is no checkpoint of drench");
+  expect_refusal(run("filter", {"--resume", "filter.yaml"}), "filter.yaml: is not a checkpoint of drench");
   fs::create_directory(here() / "empty");
   expect_refusal(run("filter", {"--resume", "empty"}), "empty: holds no checkpoint");
   EXPECT_EQ(results_in(here() / "o"), before);
@@ -231,7 +231,7 @@ TEST_F(Restart, DamagedCheckpointsAreRefusedAndTheOneBeforeIsTaken) {
     const Outcome o = run_drench(here(), {"run", "liquid.yaml", "--set", "output.checkpoint_every=0.01", "--resume",
                                           "damaged", "--until", "0.05"});
     EXPECT_EQ(o.code, 0) << o.err;
-    EXPECT_NE(o.err.find("; going on from the one before\n"), std::string::npos) << o.err;
+    EXPECT_NE(o.err.find("; continuing from the previous one\n"), std::string::npos) << o.err;
     EXPECT_EQ(difference(here() / "whole", folder), "");
   }
   // As after a loss of power: the checkpoint is there, what was written just before it is not.
@@ -328,7 +328,7 @@ TEST_F(Restart, TwoRunsDoNotWriteToOneFolder) {
   };
   const Outcome first = run_drench(here(), words("liquid", {"-o", "o", "--until", "100"}), once_it_runs);
   EXPECT_EQ(first.code, 130) << first.err;
-  expect_refusal(second, "o: a run of drench is writing there");
+  expect_refusal(second, "o: another run of drench is writing there");
 }
 
 }  // namespace

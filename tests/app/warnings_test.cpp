@@ -72,7 +72,7 @@ TEST(Warnings, NameEachMistakeOnce) {
        "particles removed: they start inside a solid body (block 1 in body 1)"},
       {{"fluid.sources=[{block: {min: [-0.1, 0.4, -0.1], max: [0.1, 0.5, 0.1]}},"
         " {block: {min: [0, 0.4, -0.1], max: [0.2, 0.5, 0.1]}}]"},
-       "250 particles left out where blocks overlap (block 2 with an earlier one)"},
+       "250 particles are omitted where blocks overlap (block 2 with an earlier one)"},
       {{"fluid.sources=[{block: {min: [-0.1, 0.4, -0.1], max: [0.1, 0.5, 0.1]}},"
         " {block: {min: [0.01, 0.41, -0.09], max: [0.09, 0.49, 0.09]}}]"},
        "144 particles start closer than 0.9 spacings to an earlier block's (block 2)"},
@@ -82,35 +82,35 @@ TEST(Warnings, NameEachMistakeOnce) {
         "bodies.0.sphere.radius=0.03"},
        "body 1: its radius 0.03 m is 1.5 spacings"},
       {{"bodies.1={sphere: {center: [0, 0.13, 0], radius: 0.05, dynamic: true, density: 300}}"},
-       "body 2: it starts 0.02 m inside body 1, is put out at once and has 0.031 J more; move one of them"},
+       "body 2: it starts 0.02 m inside body 1; pushing it out adds 0.031 J; move one of them"},
       {{"bodies.1={box: {min: [0, 0.05, 0], max: [0.1, 0.13, 0.1], dynamic: true, density: 300}}"},
-       "body 2: it starts 0.05 m inside body 1, is put out at once and has 0.12 J more; move one of them"},
-      {{"cloth.0.mesh.grid.nodes=[4, 4]"}, "spacings: it bends and wets far coarser than the liquid"},
-      {{"cloth.0.mesh.grid={size: [0.3, 0.3], nodes: [76, 76]}"}, "11250 samples, at least one a triangle"},
-      {{"time.step=0.02"}, "spacings in a step (CFL number"},
+       "body 2: it starts 0.05 m inside body 1; pushing it out adds 0.12 J; move one of them"},
+      {{"cloth.0.mesh.grid.nodes=[4, 4]"}, "spacings: bending and wetting are much coarser than the liquid"},
+      {{"cloth.0.mesh.grid={size: [0.3, 0.3], nodes: [76, 76]}"}, "11250 quadrature points, at least one per triangle"},
+      {{"time.step=0.02"}, "spacings per step (CFL number"},
       {{"time.step=0.003"}, "output.every is 6.667 times time.step"},
       {{"domain={min: [-30, -0.2, -30], max: [30, 60, 30]}", "bodies=[{sphere: {center: [0, 0, 0], radius: 0.1}}]"},
-       "domain: it has 3.4e+09 cells of the support radius 0.04 m, above 2^31"},
+       "domain: it has 3.4e+09 cells of the support radius 0.04 m, more than 2^31"},
       {{"domain={min: [-0.5, -0.2, -0.03], max: [0.5, 1, 0.03]}",
         "fluid.sources=[{block: {min: [-0.1, 0.4, -0.02], max: [0.1, 0.5, 0.02]}}]"},
        "domain: 0.06 m in z are 1.5 support radii"},
       {{"fluid.sources.1.jet.start=2", "fluid.sources.1.jet.end=3"},
        "jet 1: it starts at 2 s and the scene ends at 1 s: it never flows"},
-      {{"fluid.sources.1.jet.center=[0.49, 0.5, 0.3]"}, "points of its mouth are outside the domain"},
+      {{"fluid.sources.1.jet.center=[0.49, 0.5, 0.3]"}, "points of its nozzle are outside the domain"},
       {{"fluid.sources.1.jet.center=[0.2, 0.205, 0.2]"},
-       "points of its mouth are within 0.01 m, half a spacing, of a cloth"},
-      {{"fluid.sources.1.jet.center=[0, 0.45, 0]"}, "points of its mouth are in a block's liquid"},
+       "points of its nozzle are within 0.01 m, half a spacing, of a cloth"},
+      {{"fluid.sources.1.jet.center=[0, 0.45, 0]"}, "points of its nozzle are in a block's liquid"},
       {{"cloth.0.hold_saturation=[{box: {min: [-1, 0, -1], max: [0, 1, 1]}, value: 1}]", "processes={emission: off}",
         "cloth.0.porous.diffusivity=0"},
-       "hold_saturation feeds nothing: porous.diffusivity is 0"},
+       "hold_saturation has no effect: porous.diffusivity is 0"},
       {{"cloth.0.hold_saturation=[{box: {min: [-1, 2, -1], max: [0, 3, 1]}, value: 1}]"},
-       "hold_saturation: a box holds no node of the cloth"},
+       "hold_saturation: a box contains no node of the cloth"},
       {{"fluid.sources.0.block.concentration=1.0e-8", "fluid.sources.1.jet.concentration=0.5"},
-       "block 1 has a concentration of 1e-08, and the scene one of 0.5"},
+       "block 1 has a concentration of 1e-08, the scene up to 0.5"},
       {{"cloth.0.initial_stain=[{box: {min: [-1, 2, -1], max: [0, 3, 1]}, value: 1}]"},
-       "initial_stain: a box holds no node of the cloth"},
+       "initial_stain: a box contains no node of the cloth"},
       {{"cloth.0.porous.diffusivity=1", "cloth.0.mesh.grid.nodes=[41, 41]"},
-       "sub-steps a step; 50 would be left with a diffusivity of"},
+       "sub-steps per step; for 50 use a diffusivity of"},
       {{"fluid.viscosity=100"}, "fluid: viscosity needs about"},
   };
   for (const Mistake& m : mistakes) {
@@ -198,7 +198,7 @@ TEST(Warnings, ClothTooStiffForItsSolver) {
       "drench: 1\ntime: {step: 0.002, end: 1}\ncloth_solver: {max_iterations: 300}\n"
       "cloth: [{mesh: {grid: {size: [0.09, 0.09], nodes: [7, 7]}}, pin: [{corners: true}], areal_density: 0.2,"
       " stretch: 500, strain_damping: 0.05}]\n";
-  expect_one(warnings_of(sheet), "iterations a step and ends at cloth_solver.max_iterations, 300");
+  expect_one(warnings_of(sheet), "iterations per step, more than cloth_solver.max_iterations, 300");
   expect_one(warnings_of(sheet), "or less strain_damping");
   EXPECT_EQ(warnings_of(sheet, {"cloth.0.strain_damping=0"}), Lines());
   expect_one(warnings_of(sheet), "a time.step of 0.00091 s");
@@ -215,7 +215,7 @@ TEST(Warnings, StrainLimitsTakeXpbdLonger) {
   const std::string sheet =
       "drench: 1\ntime: {step: 0.004, end: 1}\ncloth_solver: {method: xpbd}\n"
       "cloth: [{mesh: {grid: {size: [0.6, 0.6], nodes: [21, 21]}}, pin: [{corners: true}], stretch: 2000, strain_limit: 0.1}]\n";
-  expect_one(warnings_of(sheet), "by xpbd a cloth at its strain_limit needs some");
+  expect_one(warnings_of(sheet), "with xpbd, a cloth at its strain_limit needs at least");
   EXPECT_EQ(warnings_of(sheet, {"cloth_solver.method=pd"}), Lines());
   EXPECT_EQ(warnings_of(sheet, {"cloth.0.strain_limit=0"}), Lines());
   EXPECT_EQ(warnings_of(sheet, {"cloth_solver.max_iterations=20000"}), Lines());

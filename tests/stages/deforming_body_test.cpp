@@ -284,12 +284,12 @@ TEST(deforming_body, wrong_files_are_refused_by_name) {
   const auto growing = [](int k, const Vector3d& x) { return Vector3d((0.05 + 0.01 * k) * x); };
   TestMesh sheet = ball_mesh(1);
   sheet.triangles.resize(1);
-  EXPECT_NE(refusal(write_shapes("sheet", 3, sheet, growing)).find("encloses nothing"), std::string::npos);
+  EXPECT_NE(refusal(write_shapes("sheet", 3, sheet, growing)).find("encloses no volume"), std::string::npos);
   const std::string inverted = refusal(write_shapes("inverted", 3, ball_mesh(1), [](int k, const Vector3d& x) {
     return Vector3d(0.05 * (k == 0 ? 1 : k == 1 ? 0.5 : -0.5) * x);
   }));
   EXPECT_NE(inverted.find("0002.obj"), std::string::npos) << inverted;
-  EXPECT_NE(inverted.find("turned out"), std::string::npos) << inverted;
+  EXPECT_NE(inverted.find("turned inside out"), std::string::npos) << inverted;
   const std::string flat = refusal(write_shapes("flat", 3, ball_mesh(1), [](int k, const Vector3d& x) {
     return Vector3d(0.05 * Vector3d(x[0], x[1] * (k == 1 ? 0 : 1), x[2]));
   }));

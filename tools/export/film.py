@@ -17,12 +17,12 @@ def check(path):
     ending = os.path.splitext(path)[1]
     if ending == ".mp4":
         if not shutil.which("ffmpeg"):
-            fail("--animation %s: ffmpeg is not here: apt-get install ffmpeg" % path)
+            fail("--animation %s: ffmpeg is missing: apt-get install ffmpeg" % path)
     elif ending in (".gif", ".webp"):
         try:
             import PIL.Image  # noqa: F401
         except ImportError:
-            fail("--animation %s: Python's PIL is not here: apt-get install python3-pil" % path)
+            fail("--animation %s: Python's PIL is missing: apt-get install python3-pil" % path)
     else:
         fail("--animation %s: must end in .gif, .webp or .mp4, and without --cycles also .ogv" % path)
 

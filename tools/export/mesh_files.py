@@ -102,9 +102,9 @@ def add_options(parser, mesh_meaning):
     from pathlib import Path
 
     parser.add_argument("file", type=Path)
-    parser.add_argument("folder", type=Path, nargs="?", help="for the PLY files (default: the file's name without its ending)")
+    parser.add_argument("folder", type=Path, nargs="?", help="for the PLY files (default: the file's name without its extension)")
     parser.add_argument("--prim", help=mesh_meaning)
-    parser.add_argument("--fps", type=float, help="files a second (default: the file's own)")
+    parser.add_argument("--fps", type=float, help="files per second (default: rate of the file)")
     parser.add_argument("--first", action="store_true", help="print the name of the first PLY file alone")
     options = parser.parse_args()
     options.folder = options.folder or options.file.with_suffix("")
@@ -116,5 +116,5 @@ def named(paths, most=8):
 
 
 def told(files, fps, triangles, what):
-    count = "1 file" if files.count == 1 else f"{files.count} files at {fps:.6g} a second, {(files.count - 1) / fps:.6g} s"
+    count = "1 file" if files.count == 1 else f"{files.count} files at {fps:.6g} per second, {(files.count - 1) / fps:.6g} s"
     return f"{files.folder}: {count}, {len(files.first)} points, {len(triangles)} triangles of {what}"

@@ -67,7 +67,7 @@ def find_mesh(file, name):
             return o
     below = [o for o in meshes if any(parent == name for parent in parents(o))]
     if len(below) != 1:
-        fail(f"{file}: --prim: there is no {name}; the meshes are {named(names)}")
+        fail(f"{file}: --prim: unknown mesh {name}; the meshes are {named(names)}")
     return below[0]
 
 
@@ -124,7 +124,7 @@ class MovingMesh:
             fail(f"{self.file}: {self.thing.name} has other faces at frame {frame:g}; allowed: points that move, nothing else")
         points = points[self.used]
         if not np.isfinite(points).all():
-            fail(f"{self.file}: {self.thing.name} has points that are no numbers at frame {frame:g}")
+            fail(f"{self.file}: {self.thing.name} has points that are not finite at frame {frame:g}")
         return points
 
     def frames(self, fps):

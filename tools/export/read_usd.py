@@ -21,7 +21,7 @@ from mesh_files import MeshFiles, add_options, fans, named, number_of_files, tol
 
 def parse_arguments():
     parser = argparse.ArgumentParser(prog="read_usd.py", description=__doc__)
-    return add_options(parser, "the mesh, or what it is the only mesh of")
+    return add_options(parser, "the mesh, or an object that contains only this mesh")
 
 
 def find_mesh(stage, file, prim):
@@ -33,10 +33,10 @@ def find_mesh(stage, file, prim):
     if not everything:
         fail(f"{file}: holds no mesh")
     if not root:
-        fail(f"{file}: --prim: there is no {prim}; the meshes are {named(everything)}")
+        fail(f"{file}: --prim: unknown mesh {prim}; the meshes are {named(everything)}")
     meshes = [p for p in Usd.PrimRange(root) if p.IsA(UsdGeom.Mesh)]
     if not meshes:
-        fail(f"{file}: --prim: {prim} is no mesh; the meshes are {named(everything)}")
+        fail(f"{file}: --prim: {prim} is not a mesh; the meshes are {named(everything)}")
     if len(meshes) > 1:
         fail(f"{file}: holds {len(meshes)} meshes: choose one with --prim: {named([p.GetPath() for p in meshes])}")
     return UsdGeom.Mesh(meshes[0])
@@ -93,7 +93,7 @@ class MovingMesh:
         if UsdGeom.GetStageUpAxis(self.stage) == UsdGeom.Tokens.z:
             points = np.stack([points[:, 0], points[:, 2], -points[:, 1]], 1)
         if not np.isfinite(points).all():
-            fail(f"{self.file}: {self.mesh.GetPath()} has points that are no numbers at time code {code:g}")
+            fail(f"{self.file}: {self.mesh.GetPath()} has points that are not finite at time code {code:g}")
         return points
 
 
@@ -123,7 +123,7 @@ def import_mesh(options):
         return
     print(told(files, fps, mesh.triangles, mesh.mesh.GetPath()))
     if UsdGeom.GetStageUpAxis(stage) == UsdGeom.Tokens.z:
-        print("# The stage says that z is up; the files are turned so that y is.")
+        print("# The USD file declares z as up; the files are rotated to y up.")
     print("\n".join(files.scene_lines(fps)))
 
 

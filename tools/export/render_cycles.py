@@ -26,15 +26,15 @@ def parse_arguments():
     parser = argparse.ArgumentParser(prog="tools/render --cycles", description=__doc__)
     parser.add_argument("file")
     parser.add_argument("pngdir")
-    parser.add_argument("rate", type=float, help="frames a second of the file, which its import does not tell")
-    parser.add_argument("--frames", type=int, metavar="N", help="N frames, evenly spread (default: all)")
+    parser.add_argument("rate", type=float, help="frames per second of the file")
+    parser.add_argument("--frames", type=int, metavar="N", help="only N frames, evenly spaced (default: all)")
     parser.add_argument("--size", default="900x600", metavar="WxH")
     parser.add_argument("--samples", type=int, default=64, help="paths a pixel (64)")
     parser.add_argument("--camera", default="auto",
                         help="auto, below, front, top, or px,py,pz,fx,fy,fz: position and focal point in m, in the file's axes")
     parser.add_argument("--backdrop", choices=BACKDROPS, default="light",
                         help="light: a floor under a sky; dark: without a horizon, for drops and films")
-    parser.add_argument("--fps", type=float, help="pictures a second of a film (default: as time went)")
+    parser.add_argument("--fps", type=float, help="pictures per second of the film (default: real time)")
     options = parser.parse_args()
     for name, read in (("size", picture_size), ("camera", camera)):
         try:
@@ -44,7 +44,7 @@ def parse_arguments():
     if options.samples < 1 or (options.frames is not None and options.frames < 1):
         fail("--samples and --frames must be at least 1")
     if options.fps is not None and not 0.1 <= options.fps <= 100:
-        fail(f"--fps: {options.fps:g} is not a rate; allowed: 0.1 to 100 pictures a second")
+        fail(f"--fps: {options.fps:g} is not a rate; allowed: 0.1 to 100 pictures per second")
     return options
 
 
@@ -179,7 +179,7 @@ def main():
         print(scene.render.filepath)
     passed = (chosen[-1] - chosen[0]) / options.rate  # s
     rate = options.fps or (min(50, (len(chosen) - 1) / passed) if passed > 0 else 1)
-    print(f"{len(chosen)} pictures, {rate:.6g} a second")
+    print(f"{len(chosen)} pictures, {rate:.6g} per second")
 
 
 main()

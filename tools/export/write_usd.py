@@ -29,7 +29,7 @@ def parse_arguments():
     parser = argparse.ArgumentParser(prog="write_usd.py", description=__doc__)
     parser.add_argument("folder", type=Path, help="of the run")
     parser.add_argument("file", type=Path, help="ends in .usdc, .usda or .usd")
-    parser.add_argument("--rate", type=float, required=True, help="time codes a second")
+    parser.add_argument("--rate", type=float, required=True, help="time codes per second")
     parser.add_argument("--up", choices=("Y", "Z"), default="Y")
     parser.add_argument("--cloth", action="append", default=[], metavar="NAME", help="names, in the frames' order")
     parser.add_argument("--texture", action="append", default=[], metavar="CLOTH:DESCRIPTOR",
@@ -144,7 +144,7 @@ def main():
     finally:
         temporary.unlink(missing_ok=True)
     size = options.file.stat().st_size / 2**20
-    print(f"{options.file}: {frames} frames at {options.rate:.6g} a second, {summary}; {size:.1f} MiB")
+    print(f"{options.file}: {frames} frames at {options.rate:.6g} per second, {summary}; {size:.1f} MiB")
 
 
 if __name__ == "__main__":
