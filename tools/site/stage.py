@@ -189,8 +189,9 @@ def main():
     here = Path(__file__).resolve().parent
     stage = Stage(root, folder)
     stage.write()
-    shutil.copyfile(here / "site.css", stage.folder / "site.css")
-    shutil.copyfile(here / "python_api.md", stage.folder / "api/python.md")
+    for name in ("site.css", "iframe-worker.js"):
+        shutil.copyfile(here / name, stage.folder / name)
+    shutil.copyfile(here / "python_api.md.in", stage.folder / "api/python_api.md")
     doxygen = root / "build/docs/html"
     if (doxygen / "index.html").is_file():
         shutil.copytree(doxygen, stage.folder / "api/doxygen")
