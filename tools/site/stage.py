@@ -19,8 +19,8 @@ import core_stub  # noqa: E402
 from docs_links import slug  # noqa: E402
 from docs_pages import CODE, FENCE  # noqa: E402
 
-SINGLE = {"README.md": "index.md", "docs/README.md": "overview.md", "scenes/README.md": "scenes/index.md",
-          "scenes/gallery/README.md": "gallery/index.md", "examples/README.md": "examples/index.md",
+SINGLE = {"README.md": "index.md", "docs/README.md": "overview.md", "scenes/README.md": "scenes/keys.md",
+          "scenes/gallery/README.md": "gallery/gallery.md", "examples/README.md": "examples/examples.md",
           "CHANGELOG.md": "changelog.md", "CONTRIBUTING.md": "contributing.md"}
 LINK = re.compile(r"(!?)\[((?:[^][]|\[[^]]*\]\([^)]*\)|\[[^]]*\])*)\]\(\s*<?([^()\s>]+)>?(\s+\"[^\"]*\")?\s*\)")
 LIST_ITEM = re.compile(r"^(\s*)([-*+]|\d+[.)])\s+")
