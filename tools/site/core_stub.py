@@ -14,7 +14,7 @@ def joined(literals):
 def stub(folder):
     """The text of a module that has what drench/__init__.py takes from _core. `folder`: python/src."""
     source = "".join(path.read_text(encoding="utf-8") for path in sorted(folder.glob("*.cpp")))
-    lines = ["#: Version of drench.", "__version__: str", "#: `float` or `double`.", "precision: str", ""]
+    lines = ["__version__: str", '"""Version of drench."""', "precision: str", '"""`float` or `double`."""', ""]
     for name, text, base in re.findall(r'new_class\(m, "(\w+)",\s*' + TEXT + r",\s*(\w+)\)", source):
         lines += [f"class {name}({BASES[base]}):", f'    """{joined(text)}"""', ""]
     if "class StaleView" not in "\n".join(lines):

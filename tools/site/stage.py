@@ -199,6 +199,9 @@ def main():
             page.write("\n## All classes and functions\n\nThe [reference by Doxygen](doxygen/index.html) describes every declaration.\n")
     package = folder / "python/drench"
     shutil.copytree(root / "python/drench", package, dirs_exist_ok=True)
+    for module in package.glob("*.py"):  # mkdocstrings reads a text below a value, not `#:` above it
+        text = module.read_text(encoding="utf-8")
+        module.write_text(re.sub(r"^( *)#: (.*)\n(.*)$", r'\3\n\1"""\2"""', text, flags=re.M), encoding="utf-8")
     (package / "_core.py").write_text(core_stub.stub(root / "python/src"), encoding="utf-8")
     names = {page.relative_to(stage.folder).as_posix() for page in stage.folder.rglob("*.md")}
     nav = navigation(yaml.safe_load((here / "nav.yml").read_text(encoding="utf-8")), names)
