@@ -41,7 +41,7 @@ TEST(FluidBlocks, WarnWhereTheLatticeIsDenserThanTheLiquid) {
   scene.fluid.blocks.push_back({.box = {{0, 0, 0}, {0.1, 0.1, 0.1}}});
   const auto warned = [&] {
     for (const std::string& w : build(scene).warnings)
-      if (w.find("support 2.4 is enough") != std::string::npos) return true;
+      if (w.find("use a support of 2.4") != std::string::npos) return true;
     return false;
   };
   EXPECT_FALSE(warned());

@@ -215,7 +215,7 @@ TEST(BuildLimits, RefusesWhatDoesNotFitBeforeAllocatingIt) {
   scene.fluid.present = true;
   scene.fluid.spacing = 1e-4;
   scene.fluid.blocks.push_back({{{-5, -5, -5}, {5, 5, 5}}, {0, 0, 0}});
-  EXPECT_NE(error_of(scene).find("the scene is too large: 1000000000000000 liquid particles"), std::string::npos);
+  EXPECT_NE(error_of(scene).find("the scene is too large: 1000000000000000 fluid particles"), std::string::npos);
   scene = cloth_scene({1, 1}, {2000000000, 2000000000});
   EXPECT_NE(error_of(scene).find("the scene is too large"), std::string::npos);
   const drench::Setup small = build(cloth_scene());

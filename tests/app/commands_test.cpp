@@ -194,7 +194,7 @@ TEST_F(Commands, CompareAgreesWithinTheTolerancesAndNotExactly) {
   const Outcome strict = drench({"compare", "tiny.yaml", "--steps", "1", "--tolerance-scale", "0"});
   EXPECT_EQ(strict.code, 1);
   EXPECT_NE(strict.out.find("  over\n"), std::string::npos) << strict.out;
-  EXPECT_NE(strict.out.find("fields are over their tolerance\n"), std::string::npos) << strict.out;
+  EXPECT_NE(strict.out.find("fields exceed their tolerance\n"), std::string::npos) << strict.out;
   EXPECT_EQ(strict.out.find(
                 "list.fluid_fluid                        0           0            0   pairs         0      0  over"),
             std::string::npos)

@@ -172,7 +172,7 @@ bodies:
   const Table stats = read_table(here() / "o/stats.csv");
   for (const std::string& part :
        {std::string("<dt>cause</dt><dd>the liquid collapses"),
-        std::string("<dt>remedy</dt><dd>the density solve ended at"),
+        std::string("<dt>remedy</dt><dd>the density solve reached"),
         fmt::format("<dt>step</dt><dd>{:.0f} (t = ", stats.number(stats.rows.size() - 1, "step")),
         std::string("o/failure.vtu")})
     EXPECT_NE(box.find(part), std::string::npos) << part << "\n" << box;

@@ -178,11 +178,11 @@ TEST(Output, ASummaryOfFabricKnowsWhenLiquidStruckThroughAndWhenItWasDry) {
   summary.add(0.4, {f});
   summary.add(0.5, {f});
   const std::string text = summary.lines(model);
-  for (const char* part : {"towel", "wet at most 200 cm²", "the first at 0.2 s", "; dry at 0.4 s\n"})
+  for (const char* part : {"towel", "wet at most 200 cm²", "first at 0.2 s", "; dry at 0.4 s\n"})
     EXPECT_NE(text.find(part), std::string::npos) << part << " in " << text;
   FabricSummary goes_on;
   goes_on.add(0.5, {f});
-  EXPECT_NE(goes_on.lines(model).find("the first before 0.5 s"), std::string::npos);
+  EXPECT_NE(goes_on.lines(model).find("first before 0.5 s"), std::string::npos);
 }
 
 TEST(Output, StatisticsOfAStageStandWhereItRuns) {
