@@ -29,7 +29,8 @@ std::uint64_t from_environment_number(const char* name, std::uint64_t usual) {
 bool warns_of_energy(const std::string& yaml) {
   const std::vector<std::string> lines = setup_from(yaml).warnings;
   return std::any_of(lines.begin(), lines.end(), [](const std::string& l) {
-    return l.find("out at once") != std::string::npos || l.find("may gain energy") != std::string::npos;
+    return l.find("out at once") != std::string::npos || l.find("pushing it out adds") != std::string::npos ||
+           l.find("may gain energy") != std::string::npos;
   });
 }
 
