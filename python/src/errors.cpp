@@ -23,6 +23,7 @@ const char* name_of(FailureKind kind) {
     case FailureKind::time_step: return "time_step";
     case FailureKind::sub_steps: return "sub_steps";
     case FailureKind::mass: return "mass";
+    case FailureKind::solute: return "solute";
     case FailureKind::fluid_speed: return "fluid_speed";
     case FailureKind::cloth_speed: return "cloth_speed";
     case FailureKind::cloth_stretch: return "cloth_stretch";
