@@ -61,11 +61,9 @@ void measure_triangles(Garment& garment) {
   garment.edge = length / static_cast<double>(edges.size());
   garment.least_height = std::numeric_limits<double>::infinity();
   for (const auto& t : garment.mesh.triangles) {
-    const Vector3d a = point(t[0]), b = point(t[1]), c = point(t[2]);
-    const double twice = (b - a).cross(c - a).norm();
-    garment.area += 0.5 * twice;
-    garment.least_height =
-        std::min(garment.least_height, twice / std::max({(b - a).norm(), (c - b).norm(), (a - c).norm()}));
+    const auto corner = [&](std::size_t k) { return garment.mesh.points[static_cast<std::size_t>(t[k])]; };
+    garment.area += triangle_area(corner(0), corner(1), corner(2));
+    garment.least_height = std::min(garment.least_height, triangle_height(corner(0), corner(1), corner(2)));
   }
 }
 

@@ -18,8 +18,8 @@ using Eigen::Vector3d;
 using Triangle = std::array<Index, 3>;
 using Texture = std::array<std::array<double, 2>, 3>;
 
-constexpr double low = 0.01;           // of the mean edge: the height of a sliver
-constexpr double least_cosine = 0.5;   // between a triangle's normals before and after
+constexpr double low = 0.01;          // of the mean edge: the height of a sliver
+constexpr double least_cosine = 0.5;  // between a triangle's normals before and after
 constexpr int most_passes = 10;
 
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
@@ -71,11 +71,11 @@ class Cleaner {
 
   Vector3d x(Index n) const { return to_eigen(mesh_.points[at(n)]); }
   Triangle& corners(Index t) { return mesh_.triangles[at(t)]; }
-  Vector3d normal(const Triangle& t) const { return (x(t[1]) - x(t[0])).cross(x(t[2]) - x(t[0])); }  // times twice the area
+  /// Its length is twice the area.
+  Vector3d normal(const Triangle& t) const { return (x(t[1]) - x(t[0])).cross(x(t[2]) - x(t[0])); }
   double length(const Triangle& t, int k) const { return (x(t[at(k % 3)]) - x(t[at((k + 1) % 3)])).norm(); }
   double height_of(const Triangle& t) const {
-    const double longest = std::max({length(t, 0), length(t, 1), length(t, 2)});
-    return longest > 0 ? normal(t).norm() / longest : 0;
+    return triangle_height(mesh_.points[at(t[0])], mesh_.points[at(t[1])], mesh_.points[at(t[2])]);
   }
 
   std::vector<Index> at_edge(Index a, Index b) {
@@ -120,7 +120,7 @@ class Cleaner {
 
   bool turns_over(const Triangle& before, const Triangle& after) const {
     const Vector3d u = normal(before), v = normal(after);
-    // What is too low before has no direction to keep.
+    // The normal of a sliver is too uncertain to compare with.
     if (height_of(before) < height_) return !(v.norm() > 0);
     return !(u.dot(v) > least_cosine * u.norm() * v.norm());
   }

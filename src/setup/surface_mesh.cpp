@@ -47,6 +47,12 @@ double triangle_area(const Vec3& a, const Vec3& b, const Vec3& c) {
   return 0.5 * (to_eigen(b) - to_eigen(a)).cross(to_eigen(c) - to_eigen(a)).norm();
 }
 
+double triangle_height(const Vec3& a, const Vec3& b, const Vec3& c) {
+  const double longest = std::max(
+      {(to_eigen(b) - to_eigen(a)).norm(), (to_eigen(c) - to_eigen(b)).norm(), (to_eigen(a) - to_eigen(c)).norm()});
+  return longest > 0 ? 2 * triangle_area(a, b, c) / longest : 0;
+}
+
 void check_points(const std::vector<Vec3>& points, const std::string& name) {
   for (std::size_t i = 0; i < points.size(); ++i)
     if (!to_eigen(points[i]).allFinite())

@@ -31,6 +31,8 @@ std::vector<MeshEdge> mesh_edges(const std::vector<std::array<Index, 3>>& triang
 
 /// m²
 double triangle_area(const Vec3& a, const Vec3& b, const Vec3& c);
+/// m, over the longest side; 0 for three points in one place
+double triangle_height(const Vec3& a, const Vec3& b, const Vec3& c);
 
 /// A cloth's mesh is refused when a triangle's area is below this fraction of its longest edge squared: cloth needs finite
 /// cotangents.
