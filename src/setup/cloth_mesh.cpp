@@ -7,6 +7,7 @@
 #include <cmath>
 #include <numbers>
 #include <numeric>
+#include <tuple>
 
 #include "base/eigen_vec.hpp"
 #include "setup/cloth_bending.hpp"
@@ -45,14 +46,16 @@ struct PlacedMesh {
   Weld weld;
 };
 
-/// Removes slivers; nodes of the file and pairs that stitches hold follow.
+/// Removes slivers, and renumbers the nodes of the file's points and of the stitches.
 void clean(PlacedMesh& placed, const ClothScene& cloth, SetupLines& lines) {
   const MeshCleaning cleaning = clean_mesh(placed.mesh, cloth.clean);
   if (!cleaning.found()) return;
   lines.notes.push_back(cloth_label(cloth.name) + ": " + cleaning.text());
   const auto now = [&](Index n) { return cleaning.node[static_cast<std::size_t>(n)]; };
   for (Index& n : placed.weld.node) n = now(n);
-  for (auto& pair : placed.weld.held) pair = {now(pair[0]), now(pair[1])};
+  auto& held = placed.weld.held;
+  for (auto& [a, b] : held) std::tie(a, b) = std::minmax({now(a), now(b)});
+  std::erase_if(held, [](const auto& pair) { return pair[0] == pair[1]; });
 }
 
 PlacedMesh placed_mesh(const ClothScene& cloth, const std::string& scene_path, SetupLines& lines) {
