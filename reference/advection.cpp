@@ -72,14 +72,14 @@ void slow_fresh_particles(ReferenceState& state, std::vector<Momentum>& impulse)
   }
 }
 
-/// The velocity of node n that bodies have brought out to x: being brought out does not throw it.
-Vector3d at_rest_outwards(const ReferenceState& state, const std::vector<PlacedBody>& bodies, const Clearance& clearance,
-                          Index n, const Vector3d& x, double dt, Vector3d v) {
-  constexpr double touching = 0.01;  // of the thickness: nodes so near rest on a body
+/// The velocity of node n without what it gained as bodies pushed it out to x (docs/theory/cloth.md, (26b)).
+Vector3d at_rest_outwards(const ReferenceState& state, const std::vector<PlacedBody>& bodies,
+                          const Clearance& clearance, Index n, const Vector3d& x, double dt, Vector3d v) {
+  const double touching = 0.01 * clearance.thickness;  // beyond the clearance: nodes so near rest on a body
   for (const PlacedBody& body : bodies) {
     Vector3d normal, unused;
     const std::optional<double> distance = distance_to(body, x, normal);
-    if (!distance || *distance >= distance_to_keep(bodies, body, clearance, x) + touching * clearance.thickness) continue;
+    if (!distance || *distance >= distance_to_keep(bodies, body, clearance, x) + touching) continue;
     const Vector3d start = vec(state.s.node_position[n]);
     const std::optional<double> before = distance_to(body, start + dt * body.velocity_at(start), unused);
     if (!before) continue;

@@ -1,4 +1,4 @@
-// Stage wind of the oracle; the law stands in docs/dev/add_a_force.md.
+// Stage wind of the reference; the equation is in docs/dev/add_a_force.md.
 
 #include "stages/wind.hpp"
 

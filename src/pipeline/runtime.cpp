@@ -17,8 +17,8 @@ std::string no_device_text(std::string_view reason, int built_for) {
 }
 
 std::string wrong_device_text(std::string_view device, int has, int built_for) {
-  return fmt::format("{} has compute capability {}, this build needs {} or newer: build with -DDRENCH_CUDA_ARCH={}", device,
-                     capability(has), capability(built_for), has);
+  return fmt::format("{} has compute capability {}, this build needs {} or newer: build with -DDRENCH_CUDA_ARCH={}",
+                     device, capability(has), capability(built_for), has);
 }
 
 }  // namespace drench

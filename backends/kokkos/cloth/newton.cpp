@@ -21,9 +21,9 @@ constexpr Index few_toggled = 2;     // nodes that may change their state while 
 constexpr double most_growth = 2;    // of the residual that a step may cause
 constexpr int most_halvings = 3;     // of a step
 constexpr int slow_after = 4;        // iterations: then what has not halved in three of them is relaxed locally
+constexpr double same_way = 0.3;     // cosine between two steps of a slow solve above which the second is lengthened
+constexpr double longest = 32;       // times the Newton step: the most that it is lengthened
 constexpr double margin_at_dynamic_bodies = 0.002;  // of the thickness, beyond the clearance: where pressed nodes end
-constexpr double same_way = 0.3;     // cosine between two slow steps above which the second is twice as long as the first
-constexpr double longest = 32;       // of such steps
 constexpr double rounding = 0.5 * 2.2e-16;          // of Σ D L: what the sums leave of a residual
 
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
@@ -178,8 +178,8 @@ void NewtonCloth::iterate(const ClothSystem& s, bool first) {
     warm_ = true;
   }
   last_linear_ = solve_linear(s);
-  // The tangent of a sheet that buckles is too stiff, as it leaves out what lowers it: steps one way are all too short. Two
-  // that go to and fro have what is sought between them.
+  // In a buckling sheet the tangent is too stiff, because it omits the negative terms of the Hessian: all steps point the
+  // same way and are too short. Steps of opposite directions overshoot.
   const double turn = slow_ ? cosine_between(change_, plain_) : 0;
   first_length_ = turn > same_way ? std::min(2 * first_length_, longest) : turn < 0 ? 0.5 : 1;
   plain_ = change_;

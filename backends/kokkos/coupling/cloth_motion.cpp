@@ -86,11 +86,10 @@ struct MoveCloth {
       shift = to_distance(solids(static_cast<std::int64_t>(b)), x, shift, contact, distance);
     }
     position(n) = x + shift;
-    velocity(n) =
-        clearance.kept < Real(0.999) * clearance.thickness ? at_rest_outwards(v, x, shift, clearance) : v;
+    velocity(n) = clearance.kept < Real(0.999) * clearance.thickness ? at_rest_outwards(v, x, shift, clearance) : v;
     return shift;
   }
-  /// The velocity of a node that solids have brought out: being brought out does not throw it.
+  /// The velocity of a node without what it gained as solids pushed it out (docs/theory/cloth.md, (26b)).
   KOKKOS_INLINE_FUNCTION Real3 at_rest_outwards(Real3 v, const Real3& x, const Real3& shift,
                                                 const Clearance& clearance) const {
     for (std::size_t b = 0; b < solids.extent(0); ++b) {

@@ -23,7 +23,8 @@ inline constexpr unsigned all_lanes = 0xffffffff;
 // A shift says itself of which iterate it is, in the same 16 bytes (as in NCCL's LL protocol): a block waits for those that
 // it reads, not for the grid. That takes loads of 128 bits that nothing can come between: PTX ISA 8.3, compute capability 7.
 // In double, with strain limits, with membranes or with too many nodes around a patch the grid has a barrier an iteration instead.
-// A program for several capabilities compiles both for each of them, empty where the capability is too old; compiled_for() asks.
+// A program for several capabilities compiles both kernels for each of them, with an empty body for older ones;
+// compiled_for() reports to the host which it can use.
 #if !defined(DRENCH_DOUBLE) && CUDART_VERSION >= 12030 && DRENCH_CUDA_NEWEST >= 70
 #define DRENCH_DATED_SHIFTS
 inline constexpr bool dated_shifts = true;
