@@ -226,7 +226,8 @@ TEST_F(BodyMeshes, AnOpenOneIsSolidAndItsHoleReported) {
   const std::string file = write("open.obj", obj_of(ball_below(0.85)));
   for (const bool cloth : {false, true}) {
     const drench::Setup setup = set_up(file, cloth);
-    EXPECT_TRUE(warns_of(setup, "open.obj): the mesh has 1 hole, the largest 1.")) << ::testing::PrintToString(setup.warnings);
+    EXPECT_TRUE(warns_of(setup, "open.obj): the mesh has 1 hole, the largest 1."))
+        << ::testing::PrintToString(setup.warnings);
     for (const Vec3& x : setup.state.fluid_position) EXPECT_GT(to_eigen(x).norm(), 0.6);
     EXPECT_TRUE(is_closed({setup.model.bodies[0].mesh_points, setup.model.bodies[0].mesh_triangles}));
   }
@@ -240,8 +241,8 @@ TEST_F(BodyMeshes, AnOpenOneIsSolidAndItsHoleReported) {
 
 TEST_F(BodyMeshes, ASheetHoldsLiquidAndIsRefusedToClothWithItsPlace) {
   const std::string file = write("sheet.obj", "v 0 0 0\nv 0.4 0 0\nv 0.4 0 0.2\nv 0 0 0.2\nf 1 2 3 4\n");
-  EXPECT_TRUE(
-      warns_of(set_up(file, false), "it encloses no volume: only the boundary particles on its surface hold liquid back"));
+  EXPECT_TRUE(warns_of(set_up(file, false),
+                       "it encloses no volume: only the boundary particles on its surface hold liquid back"));
   const std::string text = refusal(file, true);
   EXPECT_NE(text.find("encloses no volume: its edge, 0.4 m across at (0.2, 0, 0.1)"), std::string::npos) << text;
   EXPECT_NE(text.find("give the sheet a thickness"), std::string::npos) << text;

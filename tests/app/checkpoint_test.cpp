@@ -1,5 +1,7 @@
 // A checkpoint's file: every bit of a state, and which scenes may go on from it. Runs that go on: restart_test.cpp.
 
+#include "output/checkpoint.hpp"
+
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -9,7 +11,6 @@
 
 #include "drench_version.hpp"
 #include "good_scenes.hpp"
-#include "output/checkpoint.hpp"
 #include "run_program.hpp"
 #include "scene/load.hpp"
 #include "scene/scene_difference.hpp"

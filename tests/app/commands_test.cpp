@@ -85,9 +85,10 @@ TEST_F(Commands, CheckTellsWhatARankWouldHave) {
   EXPECT_EQ(two.code, 0) << two.err;
   EXPECT_EQ(one.out, same.out);
   EXPECT_EQ(one.out.find("rank"), std::string::npos) << one.out;
-  for (const char* text : {"ranks: 2, with 1000 particles each on average; the fullest has 1000 and 300 ghosts",
-                           "ghosts (copies of other ranks' particles): 250 per rank on average, 300 at most",
-                           "memory of the fullest rank: about ", "assumed: ", "replicated: every rank computes all cloth"})
+  for (const char* text :
+       {"ranks: 2, with 1000 particles each on average; the fullest has 1000 and 300 ghosts",
+        "ghosts (copies of other ranks' particles): 250 per rank on average, 300 at most",
+        "memory of the fullest rank: about ", "assumed: ", "replicated: every rank computes all cloth"})
     EXPECT_NE(two.out.find(text), std::string::npos) << text << " is missing in:\n" << two.out;
   // Ghosts come from as far beside cloth as a triangle is long more.
   const Outcome cloth = drench({"check", "tiny.yaml", "--ranks", "2"});

@@ -175,8 +175,9 @@ TEST(Fabrics, AnUnknownNameIsAnsweredWithTheNearestAndTheList) {
 
 /// What a fabric gives is refused where the fabric is named.
 TEST(Fabrics, AConflictIsReportedAtTheName) {
-  EXPECT_EQ(error_of(wet_scene, {"cloth_solver.method=xpbd"}),
-            "test.yaml:7:13: cloth.0.bending: cannot be combined with cloth_solver.method: xpbd; allowed: only with pd");
+  EXPECT_EQ(
+      error_of(wet_scene, {"cloth_solver.method=xpbd"}),
+      "test.yaml:7:13: cloth.0.bending: cannot be combined with cloth_solver.method: xpbd; allowed: only with pd");
 }
 
 TEST(Fabrics, CheckSaysWhichValuesAreTheFabrics) {
@@ -184,8 +185,9 @@ TEST(Fabrics, CheckSaysWhichValuesAreTheFabrics) {
   test::write_text(folder.path() / "wet.yaml", wet_scene);
   const test::Outcome found =
       test::run_drench(folder.path(), {"check", "wet.yaml", "--set", "cloth.0.thickness=0.001"});
-  EXPECT_NE(found.out.find("fabric cotton_interlock of cloth sheet: areal_density 0.187 (187 g/m²), membrane.warp 68.95"),
-            std::string::npos)
+  EXPECT_NE(
+      found.out.find("fabric cotton_interlock of cloth sheet: areal_density 0.187 (187 g/m²), membrane.warp 68.95"),
+      std::string::npos)
       << found.out << found.err;
   EXPECT_NE(found.out.find("; not used: thickness\n"), std::string::npos) << found.out;
   std::string dry = wet_scene;

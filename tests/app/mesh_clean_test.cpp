@@ -47,7 +47,8 @@ double lowest(const SurfaceMesh& mesh) {
 double area(const SurfaceMesh& mesh) {
   double sum = 0;
   for (const auto& t : mesh.triangles)
-    sum += triangle_area(mesh.points[std::size_t(t[0])], mesh.points[std::size_t(t[1])], mesh.points[std::size_t(t[2])]);
+    sum +=
+        triangle_area(mesh.points[std::size_t(t[0])], mesh.points[std::size_t(t[1])], mesh.points[std::size_t(t[2])]);
   return sum;
 }
 
@@ -96,8 +97,7 @@ TEST(MeshClean, KeepsTheBoundaryWhereANeedleTouchesIt) {
 
 /// A quadrilateral whose lower triangle is a cap: its third corner lies almost on the diagonal.
 SurfaceMesh cap() {
-  return {.points = {{0, 0, 0}, {0.02, 0, 0}, {0.01, 0, 0.01}, {0.01, 0, -1e-5}},
-          .triangles = {{0, 2, 1}, {0, 1, 3}}};
+  return {.points = {{0, 0, 0}, {0.02, 0, 0}, {0.01, 0, 0.01}, {0.01, 0, -1e-5}}, .triangles = {{0, 2, 1}, {0, 1, 3}}};
 }
 
 TEST(MeshClean, FlipsTheLongEdgeOfACap) {
@@ -142,7 +142,8 @@ TEST(MeshClean, NeverTurnsATriangleOver) {
     for (Index j = 1; j < 5; ++j) mesh.points[node(i, j)][0] = mesh.points[node(i + 1, j)][0] - 2e-5;
   clean_mesh(mesh, clean_automatically);
   for (const auto& t : mesh.triangles) {
-    const Vec3 &a = mesh.points[std::size_t(t[0])], &b = mesh.points[std::size_t(t[1])], &c = mesh.points[std::size_t(t[2])];
+    const Vec3 &a = mesh.points[std::size_t(t[0])], &b = mesh.points[std::size_t(t[1])],
+               &c = mesh.points[std::size_t(t[2])];
     EXPECT_GT((b[2] - a[2]) * (c[0] - a[0]) - (b[0] - a[0]) * (c[2] - a[2]), 0);
   }
   EXPECT_EQ(euler(mesh), 1);

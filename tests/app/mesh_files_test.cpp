@@ -327,9 +327,10 @@ TEST_F(MeshFiles, BadOnesAreRefused) {
   EXPECT_TRUE(has(error("empty.obj", points), "it holds no triangles"));
   EXPECT_TRUE(has(error("flat.obj", points + "v 0.5 0 1e-7\nf 1 2 3\nf 1 2 7\n"),
                   "triangle 1 of the mesh (points 0, 1, 3) is degenerate"));
-  EXPECT_TRUE(has(error("line.obj", points + "f 1 2 6\n"),
-                  "it holds no triangles: mesh file '" + (folder_ / "line.obj").string() +
-                      "': 1 of 1 triangles have no area or name a point twice and are omitted, the first of face 0 (line 7)"));
+  EXPECT_TRUE(
+      has(error("line.obj", points + "f 1 2 6\n"),
+          "it holds no triangles: mesh file '" + (folder_ / "line.obj").string() +
+              "': 1 of 1 triangles have no area or name a point twice and are omitted, the first of face 0 (line 7)"));
   EXPECT_TRUE(has(error("fan.obj", points + "f 1 2 3\nf 1 2 4\nf 1 2 5\n"), "between points 0 and 1 has 3 triangles"));
   EXPECT_TRUE(has(error("twice.obj", points + "f 1 2 3\nf 1 3 2\n"), "triangles 0 and 1 of the mesh are the same"));
   EXPECT_TRUE(has(error("junk.ply", "this is not a mesh\n"), "cannot be read: "));

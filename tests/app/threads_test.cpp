@@ -129,7 +129,8 @@ TEST(threads, tell_another_program_from_their_own_work) {
 /// OpenMP's runtime tells what it was given each time that the program starts.
 TEST(threads, settle_in_a_program_that_starts_itself_anew_once) {
   if (!computes_on_host() || allowed_cores() == 1) GTEST_SKIP() << "there is nothing to settle";
-  if (getauxval(AT_BASE) == 0) GTEST_SKIP() << "in a pack, where the dynamic loader runs the program, it does not start anew";
+  if (getauxval(AT_BASE) == 0)
+    GTEST_SKIP() << "in a pack, where the dynamic loader runs the program, it does not start anew";
   const TempFolder folder;
   const auto started = [&](const std::vector<std::string>& arguments) {
     const Outcome o = run_drench(folder.path(), arguments);

@@ -154,7 +154,8 @@ TEST(garment_suite, polygons_on_a_body_with_an_open_neck) {
   expect_to_run(tunic(true).write("polygons"), figure(true).write("open"), 1000);
 }
 TEST(garment_suite, slivers_on_a_body_with_crossed_faces) {
-  expect_to_run(with_slivers(tunic()).write("slivers"), figure(false, true).write("crossed"), 992);  // eight are removed
+  expect_to_run(with_slivers(tunic()).write("slivers"), figure(false, true).write("crossed"),
+                992);  // eight are removed
 }
 TEST(garment_suite, a_dress_that_hangs) { expect_to_run(tunic(false, 0.1).write("dress"), "", 1000); }
 

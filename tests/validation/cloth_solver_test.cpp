@@ -276,10 +276,11 @@ TEST(cloth_solver, a_low_cap_makes_cloth_sluggish_and_not_wild) {
         run.step();
         largest = std::max(largest, energy_of_motion(run.model(), run.state()));
       }
-      report({fmt::format("cloth by {}: sheet without damping, {} iterations per step, 1 s: motion and weight gain over "
-                          "a fall of 1 m",
-                          method, cap),
-              "none", largest / (0.2 * gravity * 1), 1e-2});
+      report(
+          {fmt::format("cloth by {}: sheet without damping, {} iterations per step, 1 s: motion and weight gain over "
+                       "a fall of 1 m",
+                       method, cap),
+           "none", largest / (0.2 * gravity * 1), 1e-2});
     }
   }
 }
