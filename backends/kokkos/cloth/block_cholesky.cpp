@@ -62,7 +62,7 @@ NodeGraph BlockCholesky::eliminate(const NodeGraph& near) {
 
 /// Joins columns to panels, also where that adds some zeros: wide panels are quicker.
 void BlockCholesky::make_panels(const NodeGraph& below) {
-  constexpr double most_zeros = 0.25;  // of what is stored
+  constexpr double most_zeros = 0.1;  // of what is stored
   struct Group {
     Index first, last;  // columns
     double entries;     // that are not 0
@@ -185,7 +185,12 @@ double BlockCholesky::work() const {
   return sum;
 }
 
-void BlockCholesky::clear() { std::fill(values_.begin(), values_.end(), Real(0)); }
+void BlockCholesky::clear() {
+  constexpr std::size_t length = 1 << 16;
+  parallel("drench::cloth::factor_clear", static_cast<Index>((values_.size() + length - 1) / length), [this](const Index k) {
+    std::fill(values_.data() + at(k) * length, values_.data() + std::min(values_.size(), (at(k) + 1) * length), Real(0));
+  });
+}
 
 void BlockCholesky::factor() {
   parallel("drench::cloth::factor_parts", parts_, [this](const Index p) { factor_part(p); });

@@ -58,14 +58,16 @@ void finish(const Constants& constants, Cloth& cloth, const ClothSolverWork& sol
           velocity(n) = v;
           return;
         }
+        velocity(n) = v;
         const NodeTerms t = s.terms(n);
+        Real3 nothing{};
+        if (!s.contact(t, shift(n), nothing, t.compression).touches) return;
         const Real3 whole = s.residual(n, shift);
         Real3 r = whole;
         if (s.contact(t, shift(n), r, t.compression).press > 0) {
           contact_force(n) = r - whole;
           friction_force(n) = s.unbalanced(t, shift(n), whole) - r;
         }
-        velocity(n) = v;
       });
 }
 

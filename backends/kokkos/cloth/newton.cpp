@@ -15,7 +15,7 @@ namespace {
 constexpr int most_iterations = 40;  // of one solve
 constexpr int most_linear = 60;      // iterations of a linear solve
 constexpr double forcing = 0.05;     // of the linear residual that may be left
-constexpr int many_linear = 16;      // iterations of a linear solve above which the factor is made again
+constexpr int factor_cost = 8;       // of a new factor, in linear iterations
 constexpr Index many_changed = 10;   // nodes whose free directions differ from the factor's, likewise
 constexpr Index few_toggled = 2;     // nodes that may change their state while steps are combined
 constexpr double most_growth = 2;    // of the residual that a step may cause
@@ -172,12 +172,17 @@ void NewtonCloth::iterate(const ClothSystem& s, bool first) {
   if (!first || !warm_) tangent_.update(s, now_.shift);
   find_touching(s);
   set_contact_rows(s);
-  if (!warm_ || changed_ > many_changed || last_linear_ > many_linear) {
+  // A factor is made again when the old one has cost as many linear iterations more than it took when it was new.
+  const bool fresh_factor = !warm_ || changed_ > many_changed || spent_ > factor_cost;
+  if (fresh_factor) {
     tangent_.factor(s, freedom_);
     for (Index n = 0; n < nodes_; ++n) factor_free_[at(n)] = freedom_[at(n)].free;
     warm_ = true;
+    spent_ = 0;
   }
-  last_linear_ = solve_linear(s);
+  const int linear = solve_linear(s);
+  if (fresh_factor) linear_when_new_ = linear;
+  spent_ += std::max(0, linear - linear_when_new_);
   // In a buckling sheet the tangent is too stiff, because it omits the negative terms of the Hessian: all steps point the
   // same way and are too short. Steps of opposite directions overshoot.
   const double turn = slow_ ? cosine_between(change_, plain_) : 0;
@@ -248,11 +253,7 @@ int NewtonCloth::solve_linear(const ClothSystem& s) {
     NodeVector &z = directions_[at(k)], &q = images_[at(k)];
     tangent_.precondition(freedom_, r, z);
     tangent_.multiply(s, freedom_, true, z, q);
-    for (int j = 0; j < k; ++j) {
-      const Real a = Real(sums_.dot(q, images_[at(j)]));
-      add_scaled("drench::cloth::newton_image", -a, images_[at(j)], q);
-      add_scaled("drench::cloth::newton_direction", -a, directions_[at(j)], z);
-    }
+    make_orthogonal(k);
     const double norm = std::sqrt(sums_.dot(q, q));
     if (!(norm > 0)) return k;
     const Real scale = Real(1 / norm), a = Real(sums_.dot(r, q) / norm);
@@ -265,6 +266,24 @@ int NewtonCloth::solve_linear(const ClothSystem& s) {
     if (++k == most_linear || sums_.norms(r) <= target) return k;
   }
   return most_linear;
+}
+
+/// Takes from image k what lies along the images before it, and the same from its direction.
+void NewtonCloth::make_orthogonal(int k) {
+  if (k == 0) return;
+  NodeVector &z = directions_[at(k)], &q = images_[at(k)];
+  sums_.dots(images_, k, q, products_);
+  constexpr Index length = 192;
+  const auto count = static_cast<Index>(q.size());
+  parallel("drench::cloth::newton_orthogonal", (count + length - 1) / length, [&](const Index p) {
+    for (int j = 0; j < k; ++j) {
+      const Real a = Real(products_[at(j)]), *const image = images_[at(j)].data(), *const direction = directions_[at(j)].data();
+      for (Index i = p * length; i < std::min(count, (p + 1) * length); ++i) {
+        q[at(i)] -= a * image[i];
+        z[at(i)] -= a * direction[i];
+      }
+    }
+  });
 }
 
 bool prepare_newton(const Cloth& cloth, ClothSolverWork& solver, const ClothSystem& s, bool pushes_bodies) {

@@ -69,6 +69,7 @@ class NewtonCloth {
   void iterate(const ClothSystem& s, bool first);
   double cosine_between(const NodeVector& a, const NodeVector& b);
   int solve_linear(const ClothSystem& s);
+  void make_orthogonal(int k);
   /// From `from` along change_: the next iterate.
   void move(const ClothSystem& s, const Iterate& from);
   Double3 within_plane(const ClothSystem& s, Index n, const Iterate& from, Double3 by) const;
@@ -100,10 +101,11 @@ class NewtonCloth {
   double goal_ = 0;                   // N
   bool slow_ = false;                 // the residual has not halved in three iterations
   double first_length_ = 1;           // of a step that is tried
-  int last_linear_ = 0;               // iterations of the last linear solve
+  int linear_when_new_ = 0;           // iterations of the linear solve for which the factor was made
+  int spent_ = 0;                     // linear iterations that a new factor would have saved since
   Index changed_ = 0, toggled_ = 0;   // nodes whose free directions differ from the factor's; whose state has changed
 
-  Iterate now_, next_;
+  Iterate now_, next_, kept_;
   std::vector<State> state_;
   Vectors slip_direction_;  // of the nodes that slip
   std::vector<std::uint8_t> touching_, toggles_;
@@ -111,6 +113,7 @@ class NewtonCloth {
   std::vector<Matrix3> factor_free_;                       // the directions that the factor was made with
   NodeVector right_, change_, plain_, correction_, room_;  // of the linear system: N; m; m; d_c, m
   std::vector<NodeVector> directions_, images_;            // of the linear solver
+  std::vector<double> products_;                           // of an image with those before it
   std::vector<ZoneNode> zone_;
   NodeVector zone_change_, zone_residual_;
 };

@@ -27,20 +27,25 @@ void NewtonCloth::begin_zone(const ClothSystem& s) {
   for (Index n = 0; n < nodes_; ++n) {
     touching_[at(n)] = 0;
     if (s.pinned(n) || now_.near[at(n)].count == 0) continue;
+    zone_.emplace_back();
+    zone_.back().node = n;
+  }
+  parallel("drench::cloth::newton_zone", static_cast<Index>(zone_.size()), [&](const Index k) {
+    ZoneNode& z = zone_[at(k)];
+    const Index n = z.node;
     const NodeNearby& near = now_.near[at(n)];
     const NodeTerms t = s.terms(n);
     const double press = near.press(now_.residual[at(n)], near.count == 1);
     const Double3 relative = now_.shift[at(n)] - near.moved, residual = now_.residual[at(n)], normal = near.normal[0];
     const Slip slip(t, relative - dot(relative, normal) * normal, residual - dot(residual, normal) * normal, press);
-    ZoneNode z{n, tangent_.own(n).inverse(), column(slip.so_far), Column3::Zero(), State::apart};
+    z = {n, tangent_.own(n).inverse(), column(slip.so_far), Column3::Zero(), State::apart};
     // A force that brings it onto the surface in one Jacobi step is sure to press.
     if (near.pinched ||
         press > double(t.diagonal) * std::max(0.0, near.gap[0] - 0.01 * double(t.clearance.thickness))) {
       z.kind = slip.length <= slip.loss || state_[at(n)] == State::sticks ? State::sticks : State::slips;
       if (z.kind == State::slips && slip.length > 0) z.toward = column((1 / slip.length) * slip.whole);
     }
-    zone_.push_back(z);
-  }
+  });
 }
 
 void NewtonCloth::sweep(const ClothSystem& s) {

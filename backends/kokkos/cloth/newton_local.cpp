@@ -79,8 +79,7 @@ Double3 NewtonCloth::local_step(const ClothSystem& s, Index n, const Double3& re
 bool NewtonCloth::relax_locally(const ClothSystem& s) {
   const std::vector<Index> nodes = unbalanced_nodes(s);
   if (nodes.empty()) return false;
-  const double before = now_.over_goal;
-  const Vectors kept = now_.shift;
+  kept_ = now_;
   const auto shift = [this](const Index m) { return now_.shift[at(m)]; };
   NodeNearby near;
   for (int k = 0; k < sweeps; ++k)
@@ -92,10 +91,11 @@ bool NewtonCloth::relax_locally(const ClothSystem& s) {
       u = project_out(s.solids, t.start, u + local_step(s, n, r, near), t.clearance);
     }
   measure(s, now_);
-  anderson_.clear();
-  if (now_.over_goal < before) return true;
-  now_.shift = kept;
-  measure(s, now_);
+  if (now_.over_goal < kept_.over_goal) {
+    anderson_.clear();
+    return true;
+  }
+  std::swap(now_, kept_);
   return false;
 }
 

@@ -46,6 +46,25 @@ class ChunkedSums {
       return double(a[i]) * double(b[i]) + double(a[i + 1]) * double(b[i + 1]) + double(a[i + 2]) * double(b[i + 2]);
     });
   }
+  /// a_j · b for the first `count` vectors a_j; all of them in one loop.
+  void dots(const std::vector<NodeVector>& a, int count, const NodeVector& b, std::vector<double>& product) {
+    const auto numbers = static_cast<Index>(b.size());
+    const Index chunks = (numbers + 3 * length - 1) / (3 * length);
+    const auto each = static_cast<std::size_t>(count);
+    parts_.resize(static_cast<std::size_t>(chunks) * each);
+    double* const part = parts_.data();
+    parallel("drench::cloth::node_dots", chunks, [=, &a, &b](const Index p) {
+      const Index begin = 3 * length * p, end = std::min(numbers, begin + 3 * length);
+      for (std::size_t j = 0; j < each; ++j) {
+        const Real *const x = a[j].data(), *const y = b.data();
+        double sum = 0;
+        for (Index i = begin; i < end; ++i) sum += double(x[i]) * double(y[i]);
+        part[static_cast<std::size_t>(p) * each + j] = sum;
+      }
+    });
+    product.assign(each, 0);
+    for (std::size_t k = 0; k < parts_.size(); ++k) product[k % each] += parts_[k];
+  }
   /// Σ |r_n|.
   double norms(const NodeVector& r) {
     return (*this)("drench::cloth::node_norms", static_cast<Index>(r.size() / 3),
