@@ -4,8 +4,9 @@
 Writes docs/validation/ from the rows that the validation tests print (report in tests/support/validation.hpp): a scorecard with
 its picture and one page per theme, float and double as columns of one row. Cases that differ in a parameter share a row with
 their largest values; docs/dev/validation_cases.md lists each case. tests/validation/themes.txt assigns tests to themes and
-introduces them. --bench and --cloth-bench put the output of those tools into their pages of docs/benchmarks/; WHERE is the date, commit and machine of the times. Exit code 1, with the pages written, where the bound of a case that is not met is
-more than a tenth above the worst number of all logs, or where all of them meet its target. tools/validate calls this."""
+introduces them. --bench and --cloth-bench put the output of those tools into their pages of docs/benchmarks/; WHERE is
+the date, commit and machine of the times. Exit code 1, with the pages written, where the bound of a case that is not met
+is more than a tenth above the worst number of all logs, or where all of them meet its target. tools/validate calls this."""
 
 import argparse
 import fnmatch
