@@ -220,7 +220,7 @@ class Line:
 
     def subject(self):
         many = f" ({len(self.cases)} cases)" if len(self.cases) > 1 else ""
-        return text(joined(self.subjects())) + many
+        return text(joined(self.subjects())[0]) + many
 
     def cells(self, reasons):
         one = self.cases[0].any()
@@ -267,32 +267,53 @@ def runs_of(words):
 
 
 def variations(texts):
-    """The texts in one, with the words in which they differ as alternatives, or "" where they are too different."""
+    """(the texts in one, with the words in which they differ as alternatives, how many texts that stands for);
+    ("", 0) where they are too different."""
     words = [one.split(" ") for one in texts]
     if len({len(w) for w in words}) > 1:
-        return ""
+        return "", 0
     varied = [(first, end, list(dict.fromkeys(" ".join(w[first:end]) for w in words))) for first, end in runs_of(words)]
     if any(end - first > LONGEST_VARIATION for first, end, _ in varied):
-        return ""
+        return "", 0
     if len(varied) > 1 and len(texts) <= max(len(ones) for *_, ones in varied):  # pairs: their product would mislead
-        return either(texts) if len(words[0]) <= LONGEST_VARIATION + 2 else ""
+        return (either(texts), len(texts)) if len(words[0]) <= LONGEST_VARIATION + 2 else ("", 0)
     made = words[0]
     for first, end, ones in reversed(varied):
         made = [*made[:first], either(ones), *made[end:]]
-    return " ".join(made)
+    return " ".join(made), math.prod(len(ones) for *_, ones in varied)
+
+
+def parts_of(subject):
+    """The parts of a subject and what is between them."""
+    return re.split(r"(, |: )", subject)
 
 
 def joined(subjects):
-    """The subjects in one text, part by part between commas and colons, or "" where they are not variations of one subject."""
-    split_up = [re.split(r"(, |: )", subject) for subject in subjects]
-    if len({(one[0].split(" ")[0], *one[1::2]) for one in split_up}) > 1:
-        return ""
-    parts = [list(dict.fromkeys(part)) for part in zip(*split_up)]
-    varied = [len(part) for part in parts if len(part) > 1]
+    """(the subjects in one text, part by part, how many subjects that stands for);
+    ("", 0) where they are not variations of one."""
+    parts = [parts_of(subject) for subject in subjects]
+    if len({(one[0].split(" ")[0], *one[1::2]) for one in parts}) > 1:
+        return "", 0
+    columns = [list(dict.fromkeys(column)) for column in zip(*parts)]
+    varied = [len(column) for column in columns if len(column) > 1]
     if len(varied) > 1 and len(subjects) <= max(varied):
-        return ""
-    made = [variations(part) if len(part) > 1 else part[0] for part in parts]
-    return "".join(made) if all(made) else ""
+        return "", 0
+    made = [variations(column) if len(column) > 1 else (column[0], 1) for column in columns]
+    if not all(one for one, _ in made):
+        return "", 0
+    return "".join(one for one, _ in made), math.prod(many for _, many in made)
+
+
+def whole(line):
+    """[Line] that stand for no more than their cases: the line, or its parts by the first part of the subject that varies."""
+    subjects = line.subjects()
+    if len(subjects) == 1 or joined(subjects)[1] == len(subjects):
+        return [line]
+    k = next(k for k, column in enumerate(zip(*map(parts_of, subjects))) if len(set(column)) > 1)
+    parts = {}
+    for case in line.cases:
+        parts.setdefault(parts_of(split(case)[0])[k], []).append(case)
+    return [one for cases in parts.values() for one in whole(Line(cases))]
 
 
 def is_exact(case):
@@ -308,11 +329,12 @@ def lines_of(cases):
         one = Line([case])
         for line in found:
             if not case.missed() and not line.cases[0].missed() and line.key() == one.key():
-                if split(case)[0] not in line.subjects() and joined([*line.subjects(), split(case)[0]]):
+                if split(case)[0] not in line.subjects() and joined([*line.subjects(), split(case)[0]])[1]:
                     line.cases.append(case)
                     break
         else:
             found.append(one)
+    found = [part for line in found for part in whole(line)]
     subjects = list(dict.fromkeys(line.subject() for line in found))
     return sorted(found, key=lambda line: subjects.index(line.subject()))
 

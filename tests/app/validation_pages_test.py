@@ -143,6 +143,12 @@ class Rows(Case):
         cases = [(f"column of {n} cells, by {by}: sag", "theory of beams", 0.1) for n in (8, 16) for by in ("pd", "xpbd")]
         self.assertIn("| column of 8 or 16 cells, by pd or xpbd (4 cases) | sag |", self.page_of(*cases))
 
+    def test_a_row_stands_for_no_case_that_is_missing(self):
+        cases = [(f"column of {n} cells, by {by}: sag", "theory of beams", 0.1) for n, by in ((8, "pd"), (8, "xpbd"), (16, "pd"))]
+        page = self.page_of(*cases)
+        self.assertIn("| column of 8 cells, by pd or xpbd (2 cases) | sag |", page)
+        self.assertIn("| column of 16 cells, by pd | sag |", page)
+
     def test_pairs_of_parameters_do_not_share_a_row(self):
         page = self.page_of(("column of 8 cells, by pd: sag", "theory of beams", 0.1),
                             ("column of 16 cells, by xpbd: sag", "theory of beams", 0.1))
