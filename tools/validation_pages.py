@@ -2,10 +2,11 @@
 """tools/validation_pages.py --log FILE... [--docs FOLDER] [--themes FILE] [--bench FILE] [--cloth-bench FILE] [--where TEXT]
 
 Writes docs/validation/ from the rows that the validation tests print (report in tests/support/validation.hpp): a scorecard with
-its picture and one page per theme, float and double as columns of one row. tests/validation/themes.txt assigns tests to
-themes and introduces them. --bench and --cloth-bench put the output of those tools into their pages of docs/benchmarks/;
-WHERE is the date, commit and machine of the times. Exit code 1, with the pages written, where the bound of a case that is not met is
-more than a tenth above the worst number of all logs, or where all of them meet its target. tools/validate calls this."""
+its picture and one page per theme, float and double as columns of one row. Cases that differ in a parameter share a row with
+their largest values; docs/dev/validation_cases.md lists each case. tests/validation/themes.txt assigns tests to themes and
+introduces them. --bench and --cloth-bench put the output of those tools into their pages of docs/benchmarks/; WHERE is
+the date, commit and machine of the times. Exit code 1, with the pages written, where the bound of a case that is not met
+is more than a tenth above the worst number of all logs, or where all of them meet its target. tools/validate calls this."""
 
 import argparse
 import fnmatch
@@ -24,7 +25,10 @@ VERSION = "3"
 SLACK = 0.1  # allowed_slack of tests/support/validation.hpp
 PRECISIONS = ("float", "double")
 MARK = "<!-- Written by tools/validate: not edited by hand. -->"
+MEASURED = [f"Measured, {precision}" for precision in PRECISIONS]
 PICTURE = "scorecard.svg"
+CASES = "dev/validation_cases.md"
+LONGEST_VARIATION = 4  # words
 HOW_TO = """`tools/validate` runs the tests and writes these pages; `tools/validate --log FILE` writes them from an existing log.
 Run times, and the errors that they buy, are in the [benchmarks](../benchmarks/)."""
 BENCH_PAGES = {"bench": "liquid.md", "cloth_bench": "cloth.md"}
@@ -200,20 +204,153 @@ def why(row):
     return row.reason or "The test gives no reason."
 
 
-def met(case, reasons):
-    """The last cell of a row; reasons gets those that it does not have yet."""
-    missed = case.missed()
-    if not missed:
-        return "yes"
-    numbers = []
-    for precision in missed:
-        reason = why(case.rows[precision])
-        if reason not in reasons:
-            reasons.append(reason)
-        if (number := str(reasons.index(reason) + 1)) not in numbers:
-            numbers.append(number)
-    only = f" ({missed[0]})" if len(missed) < len(case.rows) else ""
-    return f"**no**{only}<sup>{', '.join(numbers)}</sup>"
+@dataclass
+class Line:
+    """One row of a theme's table: a case, or cases that differ in a parameter."""
+    cases: list
+
+    def subjects(self):
+        return list(dict.fromkeys(split(case)[0] for case in self.cases))
+
+    def key(self):
+        """Equal for lines that may share a row. Short expectations, such as 1/3 and 1/4, are listed."""
+        one = self.cases[0].any()
+        expected = "" if len(one.reference.split()) <= 2 else one.reference
+        return split(self.cases[0])[1], expected, target(self.cases[0]), one.unit
+
+    def subject(self):
+        many = f" ({len(self.cases)} cases)" if len(self.cases) > 1 else ""
+        return text(joined(self.subjects())[0]) + many
+
+    def cells(self, reasons):
+        one = self.cases[0].any()
+        expected = either([case.any().reference for case in self.cases])
+        limit = target(self.cases[0]) + ("" if one.unit == "1" else f" {text(one.unit)}")
+        return text(split(self.cases[0])[1]), text(expected), limit, *(self.largest(p, reasons) for p in PRECISIONS)
+
+    def largest(self, precision, reasons):
+        rows = [case.rows[precision] for case in self.cases if precision in case.rows]
+        if not rows:
+            return "–"
+        row = max(rows, key=lambda r: (not r.met, float(r.measured)))
+        if row.met:
+            return row.measured
+        if why(row) not in reasons:
+            reasons.append(why(row))
+        return f"{value(row)}<sup>{reasons.index(why(row)) + 1}</sup>"
+
+
+def split(case):
+    """(subject, quantity) of a case; the quantity may be empty."""
+    label = case.any().case
+    at = [found.start() for found in re.finditer(": ", label)]
+    at = [k for k in at if label[:k].count("(") == label[:k].count(")")]
+    return (label[:at[-1]], label[at[-1] + 2:]) if at else (label, "")
+
+
+def either(texts):
+    """"a, b or c" without repetitions."""
+    texts = list(dict.fromkeys(texts))
+    return texts[0] if len(texts) == 1 else f"{', '.join(texts[:-1])} or {texts[-1]}"
+
+
+def runs_of(words):
+    """[(first, end)]: neighbouring positions at which the texts differ; words has their words."""
+    runs = []
+    for k, column in enumerate(zip(*words)):
+        if len(set(column)) > 1:
+            if runs and runs[-1][1] == k:
+                runs[-1] = (runs[-1][0], k + 1)
+            else:
+                runs.append((k, k + 1))
+    return runs
+
+
+def variations(texts):
+    """(the texts in one, with the words in which they differ as alternatives, how many texts that stands for);
+    ("", 0) where they are too different."""
+    words = [one.split(" ") for one in texts]
+    if len({len(w) for w in words}) > 1:
+        return "", 0
+    varied = [(first, end, list(dict.fromkeys(" ".join(w[first:end]) for w in words))) for first, end in runs_of(words)]
+    if any(end - first > LONGEST_VARIATION for first, end, _ in varied):
+        return "", 0
+    if len(varied) > 1 and len(texts) <= max(len(ones) for *_, ones in varied):  # pairs: their product would mislead
+        return (either(texts), len(texts)) if len(words[0]) <= LONGEST_VARIATION + 2 else ("", 0)
+    made = words[0]
+    for first, end, ones in reversed(varied):
+        made = [*made[:first], either(ones), *made[end:]]
+    return " ".join(made), math.prod(len(ones) for *_, ones in varied)
+
+
+def parts_of(subject):
+    """The parts of a subject and what is between them."""
+    return re.split(r"(, |: )", subject)
+
+
+def joined(subjects):
+    """(the subjects in one text, part by part, how many subjects that stands for);
+    ("", 0) where they are not variations of one."""
+    parts = [parts_of(subject) for subject in subjects]
+    if len({(one[0].split(" ")[0], *one[1::2]) for one in parts}) > 1:
+        return "", 0
+    columns = [list(dict.fromkeys(column)) for column in zip(*parts)]
+    varied = [len(column) for column in columns if len(column) > 1]
+    if len(varied) > 1 and len(subjects) <= max(varied):
+        return "", 0
+    made = [variations(column) if len(column) > 1 else (column[0], 1) for column in columns]
+    if not all(one for one, _ in made):
+        return "", 0
+    return "".join(one for one, _ in made), math.prod(many for _, many in made)
+
+
+def whole(line):
+    """[Line] that stand for no more than their cases: the line, or its parts by the first part of the subject that varies."""
+    subjects = line.subjects()
+    if len(subjects) == 1 or joined(subjects)[1] == len(subjects):
+        return [line]
+    k = next(k for k, column in enumerate(zip(*map(parts_of, subjects))) if len(set(column)) > 1)
+    parts = {}
+    for case in line.cases:
+        parts.setdefault(parts_of(split(case)[0])[k], []).append(case)
+    return [one for cases in parts.values() for one in whole(Line(cases))]
+
+
+def is_exact(case):
+    """Whether a case is 0 and must be."""
+    zeros = all(r.met and float(r.target) == float(r.measured) == 0 for r in case.rows.values())
+    return zeros and case.any().reference in ("0", "none")
+
+
+def lines_of(cases):
+    """[Line]: cases that differ in a parameter together, lines of one subject together."""
+    found = []
+    for case in cases:
+        one = Line([case])
+        for line in found:
+            if not case.missed() and not line.cases[0].missed() and line.key() == one.key():
+                if split(case)[0] not in line.subjects() and joined([*line.subjects(), split(case)[0]])[1]:
+                    line.cases.append(case)
+                    break
+        else:
+            found.append(one)
+    found = [part for line in found for part in whole(line)]
+    subjects = list(dict.fromkeys(line.subject() for line in found))
+    return sorted(found, key=lambda line: subjects.index(line.subject()))
+
+
+def exact_table(cases):
+    """Conditions that hold exactly: their quantities and the subjects that share them."""
+    quantities = {}
+    for case in cases:
+        subject, quantity = split(case)
+        unit = case.any().unit
+        quantities.setdefault(subject, []).append((quantity or subject) + ("" if unit == "1" else f" ({unit})"))
+    subjects = {}
+    for subject, ones in quantities.items():
+        subjects.setdefault(tuple(ones), []).append(subject)
+    table = [table_row("Quantity", "Case"), "|---" * 2 + "|"]
+    return table + [table_row(text("; ".join(ones)), text("; ".join(of))) for ones, of in subjects.items()]
 
 
 def count(number, noun):
@@ -221,34 +358,68 @@ def count(number, noun):
 
 
 def theme_page(theme):
-    reasons = []
-    table = [table_row("Case", "Expected", "Limit", *(f"Measured, {p}" for p in PRECISIONS), "Unit", "Met"), "|---" * 7 + "|"]
-    for case in theme.cases:
-        one = case.any()
-        table.append(table_row(text(one.case), text(one.reference), target(case),
-                          *(value(case.rows.get(p)) for p in PRECISIONS), text(one.unit), met(case, reasons)))
+    reasons, before, table = [], "", []
+    exact = [case for case, after in zip(theme.cases, [*theme.cases[1:], None])
+             if is_exact(case) and not (after and after.any().case.startswith("the same"))]
+    found = lines_of([case for case in theme.cases if case not in exact])
+    for line in found:
+        subject = line.subject()
+        table.append(table_row("" if subject == before else subject, *line.cells(reasons)))
+        before = subject
     missed = len(theme.missed())
+    counted = f"{count(len(theme.cases), 'case')}, {f'{missed} not met' if missed else 'all met'}."
+    if any(len(line.cases) > 1 for line in found):
+        counted += " A row of several cases shows their largest value."
     lines = [MARK, f"# {theme.title}", "", theme.introduction, "",
-             f"{count(len(theme.cases), 'case')}, {f'{missed} not met' if missed else 'all met'}. [Scorecard](README.md)"]
-    if theme.cases:
-        lines += ["", *table]
+             f"{counted} [Each case by itself](../{CASES}#{anchor(theme.title)}), [scorecard](README.md)"]
+    if table:
+        heads = "Case", "Quantity", "Expected", "Limit", *MEASURED
+        lines += ["", table_row(*heads), "|---" * len(heads) + "|", *table]
     if reasons:
         lines += ["", "## Reasons for missed limits", "", *(f"{k}. {text(reason)}" for k, reason in enumerate(reasons, 1))]
+    if exact:
+        said = "Each of these quantities must be 0, and is 0."
+        lines += ["", "## Exact conditions", "", said, "", *exact_table(exact)]
     lines += ["", "## Running these tests", "", "```",
               f"build/openmp-float/drench_tests_validation --gtest_filter='{':'.join(theme.tests)}'", "```"]
+    return "\n".join(lines) + "\n"
+
+
+def anchor(title):
+    return re.sub(r"[^\w -]", "", title.lower()).replace(" ", "-")
+
+
+def cases_page(themes):
+    """Every case by itself."""
+    lines = [MARK, "# Validation cases", "", "Each case of the [validation](../validation/) by itself."]
+    for theme in themes:
+        lines += ["", f"## {theme.title}", ""]
+        if theme.cases:
+            heads = "Case", "Expected", "Limit", *MEASURED, "Unit", "Met"
+            lines += [table_row(*heads), "|---" * len(heads) + "|"]
+        for case in theme.cases:
+            one, missed = case.any(), case.missed()
+            verdict = "yes" if not missed else "**no**" + (f" ({missed[0]})" if len(missed) < len(case.rows) else "")
+            lines.append(table_row(text(one.case), text(one.reference), target(case),
+                                   *(value(case.rows.get(p)) for p in PRECISIONS), text(one.unit), verdict))
     return "\n".join(lines) + "\n"
 
 
 def scorecard_row(theme):
     cases, missed = len(theme.cases), len(theme.missed())
     worst = max((case.worst() for case in theme.cases), key=lambda r: (not r.met, r.over()), default=None)
-    shown = ("–", "–", "")
-    if worst and worst.over() == 0:
-        shown = ("0", "all", "")
-    elif worst:
+    over = "–"
+    if worst:
         over = "target is 0" if math.isinf(worst.over()) else f"{worst.over():.2g}"
-        shown = (f"{over} ({worst.precision})", text(worst.case), "" if worst.met else text(why(worst)))
-    return table_row(f"[{theme.title}]({theme.name}.md)", cases, cases - missed, f"**{missed}**" if missed else 0, *shown)
+        over += f" ({worst.precision})" if worst.over() > 0 else ""
+    return table_row(f"[{theme.title}]({theme.name}.md)", cases, cases - missed, f"**{missed}**" if missed else 0, over)
+
+
+def missed_list(themes):
+    """The cases that are not met, with their reasons."""
+    lines = [f"- [{theme.title}]({theme.name}.md): {text(case.any().case)}. {text(why(case.rows[case.missed()[0]]))}"
+             for theme in themes for case in theme.missed()]
+    return ["", "## Cases not met", "", *lines] if lines else []
 
 
 def measured_where(runs):
@@ -267,10 +438,10 @@ def scorecard(introduction, themes, runs):
         MARK, "# Validation", "", introduction, "",
         f"![measured deviation divided by its limit for each of {cases} cases, by theme]({PICTURE})", "",
         "*Each dot is a case in its worse precision; dots to the right of the line miss their limit.*", "",
-        table_row("Theme", "Cases", "Met", "Not met", "Largest measured / limit", "Its case", "Reason if not met"),
-        "|---" * 7 + "|", *map(scorecard_row, themes),
-        table_row("**all**", *(f"**{n}**" for n in (cases, cases - missed, missed)), "", "", ""), "",
-        measured_where(runs), "", HOW_TO]) + "\n"
+        table_row("Theme", "Cases", "Met", "Not met", "Largest measured / limit"),
+        "|---" * 5 + "|", *map(scorecard_row, themes),
+        table_row("**all**", *(f"**{n}**" for n in (cases, cases - missed, missed)), ""), "",
+        measured_where(runs), *missed_list(themes), "", "## Running the tests", "", HOW_TO]) + "\n"
 
 
 def write_validation(folder, introduction, themes, runs):
@@ -283,6 +454,9 @@ def write_validation(folder, introduction, themes, runs):
     pages[PICTURE] = validation_picture.draw([(theme.title, [case.worst().over() for case in theme.cases]) for theme in themes])
     for name, page in pages.items():
         (folder / name).write_text(page, encoding="utf-8")
+    every = folder.parent / CASES
+    every.parent.mkdir(parents=True, exist_ok=True)
+    every.write_text(cases_page(themes), encoding="utf-8")
 
 
 def put_bench(folder, tool, printed, where):

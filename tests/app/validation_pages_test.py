@@ -68,33 +68,43 @@ class Pages(Case):
 
     def test_precisions_are_columns_of_one_row(self):
         page = self.page("liquid_at_rest")
-        self.assertIn("3 cases, 2 not met.", page)
-        for row in ("| Case | Expected | Limit | Measured, float | Measured, double | Unit | Met |",
-                    "| column: pressure | p = ρ g z | 0.02 | **0.03** | **0.05** | 1 | **no**<sup>1</sup> |",
-                    "| column: load | weight | 0.002 | 0.001 | – | 1 | yes |",
-                    "| column: speed | 0 | 1e-6 (float), 1e-12 (double) | **3e-6** | 5e-13 | m/s | **no** (float)<sup>2</sup> |"):
+        self.assertIn("3 cases, 2 not met. [Each", page)
+        self.assertIn(f"(../{validation_pages.CASES}#liquid-at-rest-between-walls)", page)
+        for row in ("| Case | Quantity | Expected | Limit | Measured, float | Measured, double |",
+                    "| column | pressure | p = ρ g z | 0.02 | **0.03**<sup>1</sup> | **0.05**<sup>1</sup> |",
+                    "|  | load | weight | 0.002 | 0.001 | – |",
+                    "|  | speed | 0 | 1e-6 (float), 1e-12 (double) m/s | **3e-6**<sup>2</sup> | 5e-13 |"):
             self.assertEqual(page.count(row), 1, row)
         self.assertRegex(page, r"## Reasons for missed limits\n\n1\. Walls\.\n2\. Floats round\.\n")
         self.assertTrue(page.startswith(validation_pages.MARK))
 
+    def test_every_case_by_itself(self):
+        page = (self.docs / "dev/validation_cases.md").read_text()
+        self.assertIn("| Case | Expected | Limit | Measured, float | Measured, double | Unit | Met |", page)
+        for row in ("## Liquid at rest, between walls",
+                    "| column: pressure | p = ρ g z | 0.02 | **0.03** | **0.05** | 1 | **no** |",
+                    "| column: load | weight | 0.002 | 0.001 | – | 1 | yes |",
+                    "| column: speed | 0 | 1e-6 (float), 1e-12 (double) | **3e-6** | 5e-13 | m/s | **no** (float) |"):
+            self.assertEqual(page.count(row), 1, row)
+
     def test_a_row_that_comes_again_replaces_the_one_before(self):
         self.assertEqual(self.page("collision").count("hits that are missed"), 1)
-        self.assertIn("| 0 | **2** | – | pairs | **no**<sup>1</sup> |", self.page("collision"))
+        self.assertIn("| 0 pairs | **2**<sup>1</sup> | – |", self.page("collision"))
 
     def test_an_exact_pattern_decides_over_a_wide_one(self):
         self.assertIn("| angle |", self.page("surface_tension"))
         self.assertNotIn("momentum |", self.page("surface_tension"))
-        self.assertIn("| momentum | conserved | 1e-06 (float), 1e-12 (double) |", self.page("conservation"))
+        self.assertIn("| momentum |  | conserved | 1e-06 (float), 1e-12 (double) |", self.page("conservation"))
 
     def test_scorecard(self):
         page = self.page("README")
-        for row in ("| [Liquid at rest, between walls](liquid_at_rest.md) | 3 | 1 | **2** | 3 (float) | column: speed "
-                    "| Floats round. |",
-                    "| [Collision](collision.md) | 1 | 0 | **1** | target is 0 (float) | hits that are missed | Too fast. |",
-                    "| [Surface tension](surface_tension.md) | 1 | 1 | 0 | 0.75 (float) | angle |  |",
-                    "| [Conservation](conservation.md) | 1 | 1 | 0 | 0 | all |  |",
-                    "| [Whole scenes](whole_scenes.md) | 0 | 0 | 0 | – | – |  |",
-                    "| **all** | **7** | **4** | **3** |  |  |  |",
+        for row in ("| [Liquid at rest, between walls](liquid_at_rest.md) | 3 | 1 | **2** | 3 (float) |",
+                    "| [Collision](collision.md) | 1 | 0 | **1** | target is 0 (float) |",
+                    "- [Collision](collision.md): hits that are missed. Too fast.",
+                    "| [Surface tension](surface_tension.md) | 1 | 1 | 0 | 0.75 (float) |",
+                    "| [Conservation](conservation.md) | 1 | 1 | 0 | 0 |",
+                    "| [Whole scenes](whole_scenes.md) | 0 | 0 | 0 | – |",
+                    "| **all** | **7** | **4** | **3** |  |",
                     "*Measured, float: OpenMP, 2 threads, 2026-01-02; double: OpenMP, 2 threads, 2026-01-03.*"):
             self.assertEqual(page.count(row), 1, row)
         picture = (self.docs / "validation/scorecard.svg").read_text()
@@ -108,6 +118,53 @@ class Pages(Case):
         self.assertEqual(self.validate(FLOAT).returncode, 0)
         self.assertFalse(stale.exists())
         self.assertTrue(own.exists())
+
+
+class Rows(Case):
+    """Rows that cases share."""
+    def page_of(self, *cases):
+        rows = "".join(f"VALIDATION3|hydrostatic.test|{case}|{expected}|1|{measured}|1|{'yes' if measured <= 1 else 'no'}|float|0|0|\n"
+                       for case, expected, measured in cases).replace("|1|0|1|yes", "|0|0|1|yes")
+        self.assertEqual(self.validate("VALIDATION3-RUN|float|2026-01-02|abc123|Cuda, H200\n" + rows).returncode, 0)
+        return self.page("liquid_at_rest")
+
+    def test_cases_that_differ_in_a_parameter_share_a_row(self):
+        page = self.page_of(("column, d = 4 mm: speed", "at the end 0", 0.2), ("column, d = 2 mm: speed", "at the end 0", 0.5),
+                            ("column, d = 1 mm: speed", "at the end 0", 0.3), ("column, d = 1 mm: force", "at the end 0", 0.4))
+        self.assertIn("| column, d = 4, 2 or 1 mm (3 cases) | speed | at the end 0 | 1 | 0.5 | – |", page)
+        self.assertIn("| column, d = 1 mm | force | at the end 0 | 1 | 0.4 | – |", page)
+        self.assertIn("4 cases, all met. A row of several cases", page)
+
+    def test_short_expectations_are_listed(self):
+        self.assertIn("| n = 1 or 2 (2 cases) | exponent | 1/3 or 1/4 | 1 | 0.2 | – |",
+                      self.page_of(("n = 1: exponent", "1/3", 0.2), ("n = 2: exponent", "1/4", 0.1)))
+
+    def test_a_full_product_of_parameters_shares_a_row(self):
+        cases = [(f"column of {n} cells, by {by}: sag", "theory of beams", 0.1) for n in (8, 16) for by in ("pd", "xpbd")]
+        self.assertIn("| column of 8 or 16 cells, by pd or xpbd (4 cases) | sag |", self.page_of(*cases))
+
+    def test_a_row_stands_for_no_case_that_is_missing(self):
+        cases = [(f"column of {n} cells, by {by}: sag", "theory of beams", 0.1) for n, by in ((8, "pd"), (8, "xpbd"), (16, "pd"))]
+        page = self.page_of(*cases)
+        self.assertIn("| column of 8 cells, by pd or xpbd (2 cases) | sag |", page)
+        self.assertIn("| column of 16 cells, by pd | sag |", page)
+
+    def test_pairs_of_parameters_do_not_share_a_row(self):
+        page = self.page_of(("column of 8 cells, by pd: sag", "theory of beams", 0.1),
+                            ("column of 16 cells, by xpbd: sag", "theory of beams", 0.1))
+        self.assertIn("| column of 8 cells, by pd | sag |", page)
+        self.assertIn("| column of 16 cells, by xpbd | sag |", page)
+
+    def test_a_case_that_is_missed_has_its_own_row(self):
+        page = self.page_of(*((f"n = {n}: force", "at the end 0", measured) for n, measured in ((1, 0.2), (2, 3), (3, 0.1))))
+        self.assertIn("| n = 1 or 3 (2 cases) | force | at the end 0 | 1 | 0.2 | – |", page)
+        self.assertIn("| n = 2 | force | at the end 0 | 1 | **3**<sup>1</sup> | – |", page)
+
+    def test_exact_conditions_share_a_table(self):
+        page = self.page_of(("drops: error", "0", 0), ("drops: loss", "0", 0), ("strips: error", "none", 0),
+                            ("strips: loss", "0", 0), ("wet: flow", "0", 0), ("the same, dry: flow", "theory", 0.5))
+        self.assertIn("| error; loss | drops; strips |", page)
+        self.assertIn("| wet | flow | 0 | 0 | 0 | – |\n| the same, dry | flow | theory |", page)
 
 
 class Logs(Case):
@@ -230,7 +287,7 @@ class Printed(Case):
         page = self.page("contact")
         if "|no|float|" in ran.stdout:
             self.assertIn("5 cases, 1 not met.", page)
-            self.assertRegex(page, r"\| sheet on an incline of 25°, friction 0\.4: acceleration \| [^|]+ \| 0\.02 \| .*\*\*no\*\*<sup>1")
+            self.assertRegex(page, r"\| sheet on an incline of 25°, friction 0\.4 \| acceleration \| [^|]+ \| 0\.02 \| \*\*[^|]+\*\*<sup>1")
             self.assertIn("1. Near the limit of sticking", page)
         else:
             self.assertIn("5 cases, all met.", page)
