@@ -59,9 +59,9 @@ KOKKOS_INLINE_FUNCTION SolidDistance<T> field_distance(const Solid& s, const Vec
   T phi = 0, slope[3] = {0, 0, 0};
   for (int corner = 0; corner < 8; ++corner) {
     const int on[3] = {corner & 1, corner >> 1 & 1, corner >> 2};
-    const T value =
-        s.field[(static_cast<std::int64_t>(cell[2] + on[2]) * s.field_points[1] + cell[1] + on[1]) * s.field_points[0] +
-                cell[0] + on[0]];
+    const T value = read_only(
+        s.field + (static_cast<std::int64_t>(cell[2] + on[2]) * s.field_points[1] + cell[1] + on[1]) * s.field_points[0] +
+        cell[0] + on[0]);
     T part[3];
     for (int a = 0; a < 3; ++a) part[a] = on[a] ? w[a] : 1 - w[a];
     phi += part[0] * part[1] * part[2] * value;

@@ -109,6 +109,16 @@ struct NodeTerms {
   Real compression;  // N: presses it to half of its thickness
 };
 
+/// What stays the same of a triangle during one solve.
+template <class T>
+struct TriangleTerms {
+  Vector3<T> first, second;  // edges from its first corner at x⁰, m
+  TriangleShape shape;
+  Real limit = 0, limit_stiffness = 0;  // ε, 1; K, N·m
+  Membrane<Real> membrane{};
+  Real damping_rate = 0, softening = 1;  // τ/Δt; factor on its stiffness, as wet as it is
+};
+
 // Iterations before Chebyshev's weights begin; the same after the target has moved, where there are no solids; from check to
 // check.
 inline constexpr int plain_iterations = 10, plain_iterations_later = 2, check_interval = 10;
@@ -248,23 +258,39 @@ struct ClothSystem {
   template <class T>
   KOKKOS_INLINE_FUNCTION Columns<T> triangle_stress(Index t, const Vector3<T>& u_a, const Vector3<T>& u_b,
                                                     const Vector3<T>& u_c) const {
+    return triangle_stress(triangle_terms<T>(t), u_a, u_b, u_c);
+  }
+  template <class T>
+  KOKKOS_INLINE_FUNCTION TriangleTerms<T> triangle_terms(Index t) const {
     const Index a = triangle(3 * t), b = triangle(3 * t + 1), c = triangle(3 * t + 2);
-    const Vector3<T> first = separation(start(b), u_b, start(a), u_a),
-                     second = separation(start(c), u_c, start(a), u_a);
-    Columns<T> stress;
-    if (limit_stiffness.exist())
-      stress = strain_limit_stress(first, second, triangle_shape(t), materials(a).strain_limit, limit_stiffness(t));
-    if (!membrane.exist()) return stress;
-    const Membrane<Real> m = membrane(t);
-    const Real rate = strain_damping_rate(a);
-    Yarns<T> before, moved;
-    if (rate > 0) {
-      const Vector3<T> corner = in_precision<T>(start(a));
-      before = yarns_of(in_precision<T>(start(b)) - corner, in_precision<T>(start(c)) - corner, triangle_shape(t), m);
-      moved = yarns_of(u_b - u_a, u_c - u_a, triangle_shape(t), m);
+    const Vector3<T> corner = in_precision<T>(start(a));
+    TriangleTerms<T> terms{.first = in_precision<T>(start(b)) - corner,
+                           .second = in_precision<T>(start(c)) - corner,
+                           .shape = triangle_shape(t)};
+    if (limit_stiffness.exist()) {
+      terms.limit = materials(a).strain_limit;
+      terms.limit_stiffness = limit_stiffness(t);
     }
-    const Columns<T> own =
-        membrane_stress(yarns_of(first, second, triangle_shape(t), m), before, moved, m, rate, softening(t, m));
+    if (!membrane.exist()) return terms;
+    terms.membrane = membrane(t);
+    terms.damping_rate = strain_damping_rate(a);
+    terms.softening = softening(t, terms.membrane);
+    return terms;
+  }
+  template <class T>
+  KOKKOS_INLINE_FUNCTION Columns<T> triangle_stress(const TriangleTerms<T>& t, const Vector3<T>& u_a,
+                                                    const Vector3<T>& u_b, const Vector3<T>& u_c) const {
+    const Vector3<T> first = t.first + (u_b - u_a), second = t.second + (u_c - u_a);
+    Columns<T> stress;
+    if (limit_stiffness.exist()) stress = strain_limit_stress(first, second, t.shape, t.limit, t.limit_stiffness);
+    if (!membrane.exist()) return stress;
+    Yarns<T> before, moved;
+    if (t.damping_rate > 0) {
+      before = yarns_of(t.first, t.second, t.shape, t.membrane);
+      moved = yarns_of(u_b - u_a, u_c - u_a, t.shape, t.membrane);
+    }
+    const Columns<T> own = membrane_stress(yarns_of(first, second, t.shape, t.membrane), before, moved, t.membrane,
+                                           t.damping_rate, t.softening);
     stress.first += own.first;
     stress.second += own.second;
     return stress;
