@@ -38,6 +38,16 @@ KOKKOS_INLINE_FUNCTION SolidDistance<T> box_distance(const Vector3<T>& lo, const
   return {distance, {normal[0], normal[1], normal[2]}};
 }
 
+/// An entry that nobody writes while the kernel runs: a GPU reads it through a cache that barriers do not empty.
+template <class T>
+KOKKOS_INLINE_FUNCTION T read_only(const T* from) {
+#ifdef __CUDA_ARCH__
+  return __ldg(from);
+#else
+  return *from;
+#endif
+}
+
 constexpr Real far_away = Real(1e30);  // m
 
 /// Distance to a closed mesh from its field (trilinear), `x` relative to the centre in the body's own axes. Beyond the

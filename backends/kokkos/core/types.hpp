@@ -93,16 +93,6 @@ struct Slice {
   KOKKOS_INLINE_FUNCTION std::size_t extent(int) const { return static_cast<std::size_t>(count); }
 };
 
-/// An entry that nobody writes while the kernel runs: a GPU reads it through a cache that barriers do not empty.
-template <class T>
-KOKKOS_INLINE_FUNCTION T read_only(const T* from) {
-#ifdef __CUDA_ARCH__
-  return __ldg(from);
-#else
-  return *from;
-#endif
-}
-
 /// An array that a subsystem owns. A kernel sees it as Entries or Slice, read-only ones where its owner is const: what a
 /// function writes to stands in its signature, and the compiler checks it.
 template <class T>
