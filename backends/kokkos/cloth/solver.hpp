@@ -334,14 +334,43 @@ struct ClothSystem {
   template <class T, class Each>
   KOKKOS_INLINE_FUNCTION NodeContact<T> contact(const NodeTerms& t, const Vector3<T>& shift, Vector3<T>& push,
                                                 Real compression, const Each& each) const {
+    std::size_t solid = 0;
+    SolidDistance<T> at{};
+    int count = 0;
+    DRENCH_ROLLED
+    for (std::size_t b = 0; b < solids.extent(0) && count < 2; ++b) {
+      const SolidDistance<T> own = solid_distance(solids(b), t.start, shift);
+      if (!(own.phi < contact_range(t))) continue;
+      solid = b;
+      at = own;
+      ++count;
+    }
+    if (count == 0) return {};
+    if (count > 1) return contact_with_several(t, shift, push, compression, each);
+    NodeContact<T> c;
+    c.touches = true;
+    c.press = Kokkos::fmax(T(0), -dot(push, at.normal));
+    c.normal = at.normal;
+    c.moved = dt * surface_velocity(solids(solid), t.start, shift);
+    push += c.press * at.normal;
+    each(solid, -c.press * at.normal);
+    return c;
+  }
+  /// Solids that a node is so near to (m) hold it.
+  KOKKOS_INLINE_FUNCTION static Real contact_range(const NodeTerms& t) {
+    return t.clearance.kept + Real(0.01) * t.clearance.thickness;
+  }
+  template <class T, class Each>
+  KOKKOS_FUNCTION DRENCH_SELDOM NodeContact<T> contact_with_several(const NodeTerms& t, const Vector3<T>& shift,
+                                                                    Vector3<T>& push, Real compression,
+                                                                    const Each& each) const {
     NodeContact<T> c;
     TouchedSolids<T> touched;
-    const Real thickness = t.clearance.thickness, range = t.clearance.kept + Real(0.01) * thickness;
+    const Real thickness = t.clearance.thickness;
     for (std::size_t b = 0; b < solids.extent(0) && touched.count < touched.most; ++b) {
       const SolidDistance<T> at = solid_distance(solids(b), t.start, shift);
-      if (at.phi < range) touched.add(b, at);
+      if (at.phi < contact_range(t)) touched.add(b, at);
     }
-    if (touched.count == 0) return c;
     touched.take(push);
     c.touches = true;
     const auto moved = [&](int k) { return dt * surface_velocity(solids(touched.solid[k]), t.start, shift); };
@@ -396,9 +425,8 @@ struct ClothSystem {
     const NodeContact<T> c = contact(t, shift, step, t.compression / t.diagonal);
     Vector3<T> next = shift + step;
     if (c.press > 0) next = with_friction(c, next, t.friction * c.press);
-    next = project_out(solids, t.start, next, t.clearance);
-    if (omega != 1) next = project_out(solids, t.start, omega * (next - before) + before, t.clearance);
-    return next;
+    if (omega != 1) next = omega * (next - before) + before;
+    return project_out(solids, t.start, next, t.clearance);
   }
   /// What is left of r_n after the solid's reaction: its normal part if it pulls, its tangential part beyond friction.
   template <class T>

@@ -283,6 +283,7 @@ struct NodeIterates {
   __device__ void keep_links() {
 #pragma unroll
     for (int k = 0; k < kept; ++k) set_other(k, dated ? own : clustered ? thread / lanes : n < nodes ? n : 0);
+    for (NearTriangle& t : near) t.other[0] = t.other[1] = n < nodes ? n : 0;
     if (!free) return;
     terms = s.terms(n);
     const Real rate = s.strain_damping_rate(n);
@@ -299,7 +300,6 @@ struct NodeIterates {
       const Index begin = s.triangle_start(n) + lane, end = s.triangle_start(n + 1);
 #pragma unroll
       for (int k = 0; k < triangles; ++k) {
-        near[k].other[0] = near[k].other[1] = n;
         if (begin + lanes * k >= end) continue;
         const Index t = s.triangle_item(begin + lanes * k) / 4;
         near[k].corner = s.triangle_item(begin + lanes * k) % 4;
@@ -417,7 +417,7 @@ inline __device__ ClothProgress progress_at_start(const ClothSystem& s, const Re
 
 /// Copies the first solids to shared memory: every iteration of a node asks for them.
 inline constexpr int most_shared_solids = 8;
-inline __device__ Slice<const Solid> in_shared_memory(const Slice<const Solid>& solids) {
+__device__ __forceinline__ Slice<const Solid> in_shared_memory(const Slice<const Solid>& solids) {
   static_assert(sizeof(Solid) % sizeof(unsigned) == 0);
   __shared__ alignas(Solid) unsigned room[most_shared_solids * sizeof(Solid) / sizeof(unsigned)];
   if (solids.count > most_shared_solids) return solids;
@@ -430,7 +430,7 @@ inline __device__ Slice<const Solid> in_shared_memory(const Slice<const Solid>& 
 
 /// `threads`: of a block at most; the fewer, the more registers a lane has.
 template <int kept, bool plain, int threads, Exchange exchange, int lanes, int triangles>
-__global__ void __launch_bounds__(threads)
+__global__ void __launch_bounds__(threads, 1)
     iterate(ClothSystem s, ResidentArrays a, PatchView patch, ResidentRun run, Index nodes) {
   if constexpr (compiled_here<exchange>) {
     if constexpr (!plain) s.solids = in_shared_memory(s.solids);
@@ -452,25 +452,34 @@ __global__ void __launch_bounds__(threads)
     for (int check = next_check();;) {
       node.load();
       const Real3 r = node.residual();
-      Real3 next = node.step(r, omega);
-      if (progress.iterations == check) {
-        // The next iterate is on its way already: one barrier serves it and the sum.
-        progress.judge(over_goal(meeting.sum(node.imbalance(r, run), a.part)));
-        if (progress.residual <= 1 || progress.iterations >= end) break;
-        check = next_check();
-        const bool restarts = progress.since_restart == 0;
-        ahead = progress;
-        omega = ahead.next_weight();
-        if (restarts) {
-          next = node.step(r, omega);
+      bool found = false, done = false;  // at a check: the sum; the solve
+      Real3 next;
+      // A second time where the check restarts the weights. The code of a step is long and is there once.
+#pragma unroll 1
+      for (bool again = true; again;) {
+        next = node.step(r, omega);
+        again = false;
+        if (found) {
           meeting.sync();
+          go_ahead();
+        } else if (progress.iterations == check) {
+          // The next iterate is on its way already: one barrier serves it and the sum.
+          progress.judge(over_goal(meeting.sum(node.imbalance(r, run), a.part)));
+          found = true;
+          done = progress.residual <= 1 || progress.iterations >= end;
+          if (done) break;
+          check = next_check();
+          again = progress.since_restart == 0;
+          ahead = progress;
+          omega = ahead.next_weight();
+          if (!again) go_ahead();
+        } else if constexpr (exchange == Exchange::dated) {
+          go_ahead();
+        } else {
+          meeting.sync_beside(go_ahead);
         }
-        go_ahead();
-      } else if constexpr (exchange == Exchange::dated) {
-        go_ahead();
-      } else {
-        meeting.sync_beside(go_ahead);
       }
+      if (done) break;
       node.advance(next);
     }
     node.end();
