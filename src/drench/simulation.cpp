@@ -37,7 +37,9 @@ struct Simulation::Parts {
         backend(make_kokkos_backend_on(ranks, setup.model)),
         pipeline(setup.model, *backend, setup.state) {
     setup.state = HostState();  // the backend has it
-    if (ranks) require_agreement(*ranks, {{"version", fmt::format("{} {}", version_string, git_commit)}, {"scene", to_yaml(scene)}});
+    if (ranks)
+      require_agreement(*ranks,
+                        {{"version", fmt::format("{} {}", version_string, git_commit)}, {"scene", to_yaml(scene)}});
   }
   /// Changes the model by `change`, and tells those that it concerns; all or nothing.
   template <class Change>
