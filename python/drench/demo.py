@@ -9,6 +9,7 @@ No display, compiler or further package is needed. The exit code is 2 for invali
 from __future__ import annotations
 
 import argparse
+import os
 import sys
 import time
 from collections.abc import Sequence
@@ -100,4 +101,7 @@ def main(words: Sequence[str] | None = None) -> int:
 
 
 if __name__ == "__main__":
+    if "OMP_WAIT_POLICY" not in os.environ:  # threads that spin slow down a machine with other programs; read at the start only
+        os.environ["OMP_WAIT_POLICY"] = "passive"
+        os.execv(sys.executable, [sys.executable, "-m", "drench.demo", *sys.argv[1:]])
     sys.exit(main())

@@ -10,7 +10,8 @@ def command(*words, **options):
     return subprocess.run([sys.executable, "-m", "drench", *words], capture_output=True, text=True, **options)
 
 
-def test_command_is_that_of_the_package(tmp_path):
+def test_command_is_that_of_the_package(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
     assert command("--version").stdout == f"drench {drench.__version__}\n"
     said = command("info").stdout
     assert drench.info()["commit"] in said and drench.info()["backend"] in said
@@ -18,8 +19,7 @@ def test_command_is_that_of_the_package(tmp_path):
     assert process.returncode == 0, process.stderr
     assert "2 steps to t = " in process.stdout
     assert command("report", "out", cwd=tmp_path).returncode == 0
-    page = drench.write_report(tmp_path / "out", tmp_path / "page.html").read_text()
-    assert page == (tmp_path / "out/report.html").read_text()
+    assert drench.write_report("out", "page.html").read_text() == (tmp_path / "out/report.html").read_text()
 
 
 def test_command_reports_errors(tmp_path):
