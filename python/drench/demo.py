@@ -101,7 +101,7 @@ def main(words: Sequence[str] | None = None) -> int:
 
 
 if __name__ == "__main__":
-    if "OMP_WAIT_POLICY" not in os.environ:  # threads that spin slow down a machine with other programs; read at the start only
+    if "OMP_WAIT_POLICY" not in os.environ:  # threads that spin are slow beside other programs; read only at the start
         os.environ["OMP_WAIT_POLICY"] = "passive"
         os.execv(sys.executable, [sys.executable, "-m", "drench.demo", *sys.argv[1:]])
     sys.exit(main())
