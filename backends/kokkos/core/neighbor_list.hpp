@@ -42,6 +42,17 @@ struct BasicNeighborRow {
   KOKKOS_INLINE_FUNCTION Item& operator()(Index k) const { return item[index_of(k)]; }
   /// V_j (dW/dr)/r of the pair, 1/m².
   KOKKOS_INLINE_FUNCTION Factor& grad_factor(Index k) const { return factor[index_of(k)]; }
+  /// Calls pair(j), or pair(j, V_j (dW/dr)/r), for each neighbour j in the row's order.
+  template <class Pair>
+  KOKKOS_INLINE_FUNCTION void for_each(const Pair& pair) const {
+    DRENCH_UNROLL
+    for (Index k = 0; k < count; ++k) {
+      if constexpr (std::is_invocable_v<const Pair&, Index, Real>)
+        pair((*this)(k), grad_factor(k));
+      else
+        pair((*this)(k));
+    }
+  }
 };
 
 /// A list as kernels see it.
@@ -59,6 +70,10 @@ struct BasicNeighbors {
       : count(l.count), start(std::as_const(l).start), item(l.entry.data()), factor(l.grad_factor.data()) {}
   KOKKOS_INLINE_FUNCTION Row row(Index i) const {
     return {item, factor, start(i / rows_per_bundle) + i % rows_per_bundle, count(i)};
+  }
+  template <class Pair>
+  KOKKOS_INLINE_FUNCTION void for_each(Index i, const Pair& pair) const {
+    row(i).for_each(pair);
   }
 };
 

@@ -81,15 +81,13 @@ void limit_fresh(const Constants& constants, Fluid& fluid, const NeighborLists& 
         if (origin(i) != static_cast<std::uint8_t>(Origin::cloth) || !(age(i) < ramp)) return;
         Index nearest = -1;
         Real best = 0;
-        const NeighborRow near = list.row(i);
-        for (Index k = 0; k < near.count; ++k) {
-          const Index p = near(k);
+        list.for_each(i, [&](Index p) {
           const Real3 apart = position(i) - sample_position(p);
           const Real square = dot(apart, apart);
-          if (nearest >= 0 && !(square < best)) continue;
+          if (nearest >= 0 && !(square < best)) return;
           nearest = p;
           best = square;
-        }
+        });
         if (nearest < 0) return;
         Real3 cloth_velocity;
         for (Index k = 0; k < 3; ++k)

@@ -42,9 +42,7 @@ void sample_volumes(const Constants& constants, const NeighborLists& lists, Clot
       "drench::density::sample_volume", cloth.samples.count, KOKKOS_LAMBDA(const Index b) {
         Real sum = kernel.value(0);
         const Real3 here = x(b);
-        const NeighborRow near = list.row(b);
-        DRENCH_UNROLL
-        for (Index k = 0; k < near.count; ++k) sum += kernel.value(norm(here - x(near(k))));
+        list.for_each(b, [&](Index j) { sum += kernel.value(norm(here - x(j))); });
         volume(b) = share / sum;
         position(b) = {x(b), volume(b)};
         offset(b) = {half * normal(b), Real(0)};
@@ -165,9 +163,7 @@ struct DensityPairs {
     const Real3 xi = position(i).xyz();
     Real3 sheet;
     Real lengths = 0;  // of what `sheet` sums up, with `mirrored`
-    const NeighborRow sheets = ls.row(i);
-    for (Index k = 0; k < sheets.count; ++k) {
-      const Index b = sheets(k);
+    ls.for_each(i, [&](Index b) {
       const Real4 at = xs(b);
       const Real3 r = from_behind(xi - at.xyz(), offset(b).xyz());
       const Real length = norm(r), factor = at.w * kernel.grad_factor(length);
@@ -175,7 +171,7 @@ struct DensityPairs {
       sheet += (mirrored * factor) * r;
       lengths -= mirrored * factor * length;
       sum.coupling -= mirrored * mirrored * row_share * factor * length * bound(b);
-    }
+    });
     const Real dense = image_density(sum.delta);
     sheet = dense * sheet;
     lengths *= dense;

@@ -74,30 +74,24 @@ void find_liquid_change(const Constants& constants, const Fluid& fluid, const Ne
 #ifdef DRENCH_LANES
         add_liquid(position.data, moving.data, near, i, sum);
 #else
-        DRENCH_UNROLL
-        for (Index k = 0; k < near.count; ++k) {
-          const Index j = near(k);
+        near.for_each([&](Index j, Real factor) {
           const Real4 other = moving(j);
           const Real3 r = xi - position(j).xyz();
-          sum.add(other.w, vi - other.xyz(), r, near.grad_factor(k) * r);
-        }
+          sum.add(other.w, vi - other.xyz(), r, factor * r);
+        });
 #endif
         if (solids) {
-          const NeighborRow walls = lb.row(i);
-          for (Index k = 0; k < walls.count; ++k) {
-            const Index b = walls(k);
+          lb.for_each(i, [&](Index b, Real factor) {
             const Real3 r = xi - xb(b);
-            friction.at_body(sum, b, solid_friction * share, vi - ub(b), r, walls.grad_factor(k) * r);
-          }
+            friction.at_body(sum, b, solid_friction * share, vi - ub(b), r, factor * r);
+          });
         }
         if (sheets) {
-          const NeighborRow cloths = ls.row(i);
-          for (Index k = 0; k < cloths.count; ++k) {
-            const Index b = cloths(k);
+          ls.for_each(i, [&](Index b) {
             const Real4 at = xs(b);
             const Real3 r = xi - at.xyz();
             friction.at_sheet(sum, b, sheet_friction * share * at.w, vi - us(b), r, kernel.gradient(r));
-          }
+          });
         }
         Real3 rate = g + (strength * share) * sum.pull;
         if (field) rate += central_field(xi, center, square);
@@ -150,13 +144,10 @@ void find_sample_forces(const Constants& constants, const Fluid& fluid, const Ne
       "drench::forces::sample_force", cloth.samples.count, KOKKOS_LAMBDA(const Index b) {
         ViscousSum sum;
         const Real3 here = xs(b), moves = us(b);
-        const NeighborRow near = list.row(b);
-        DRENCH_UNROLL
-        for (Index k = 0; k < near.count; ++k) {
-          const Index i = near(k);
+        list.for_each(b, [&](Index i) {
           const Real3 r = here - xf(i);
           friction.at_sheet(sum, b, volume(i) / bounded_ratio(ratio(i)), moves - v(i), r, kernel.gradient(r));
-        }
+        });
         force(b) = (strength * vs(b)) * sum.pull;
         bound(b) = strength * vs(b) * sum.bound;
       });

@@ -48,15 +48,12 @@ void measure_slip(Fluid& fluid, const NeighborLists& lists, MicropolarWork& work
       "drench::micropolar::slip", fluid.particles.count, KOKKOS_LAMBDA(const Index i) {
         const Real3 xi = position(i).xyz(), vi = v(i), wi = spin(i);
         SpinSum sum;
-        const NeighborRow near = list.row(i);
-        DRENCH_UNROLL
-        for (Index k = 0; k < near.count; ++k) {
-          const Index j = near(k);
+        list.for_each(i, [&](Index j, Real factor) {
           const Real3 x = xi - position(j).xyz();
-          const Real b = -near.grad_factor(k);
+          const Real b = -factor;
           sum.add(b, x, vi - v(j));
           if (spreads) sum.spread += law.spreading(b, norm(x)) * (spin(j) - wi);
-        }
+        });
         const Real3 s = sum.curl - sum.rigid_curl(wi);
         slip(i) = {s - law.free * sum.curl, sum.steepness};
         rate(i) = {(law.half_transfer * law.per_inertia) * sum.rigid_curl(s) + law.spread * sum.spread, sum.trace()};
@@ -85,12 +82,9 @@ void turn(Fluid& fluid, const NeighborLists& lists, MicropolarWork& work, const 
       "drench::micropolar::turn", fluid.particles.count, KOKKOS_LAMBDA(const Index i) {
         const Real3 xi = position(i).xyz(), si = slip(i).xyz();
         Real3 sum;
-        const NeighborRow near = list.row(i);
-        DRENCH_UNROLL
-        for (Index k = 0; k < near.count; ++k) {
-          const Index j = near(k);
-          sum += near.grad_factor(k) * cross(si + slip(j).xyz(), xi - position(j).xyz());
-        }
+        list.for_each(i, [&](Index j, Real factor) {
+          sum += factor * cross(si + slip(j).xyz(), xi - position(j).xyz());
+        });
         Real3 flow = (stage.weight * law.half_transfer) * sum, spin_up = stage.weight * rate(i).xyz();
         if (several) {
           if (stage.keep > 0) {

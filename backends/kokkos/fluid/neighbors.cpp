@@ -31,14 +31,13 @@ void find_nearest_samples(const NeighborLists& lists, const Cloth& cloth, Fluid&
       "drench::neighbors::nearest_sample", n, KOKKOS_LAMBDA(const Index i) {
         Index best = -1;
         Real least = 0;
-        const NeighborRow near = samples.row(i);
-        for (Index k = 0; k < near.count; ++k) {
-          const Real3 r = x(i) - xs(near(k));
+        samples.for_each(i, [&](Index b) {
+          const Real3 r = x(i) - xs(b);
           const Real r2 = dot(r, r);
-          if (best >= 0 && r2 >= least) continue;
-          best = near(k);
+          if (best >= 0 && r2 >= least) return;
+          best = b;
           least = r2;
-        }
+        });
         nearest(i) = best;
       });
 }
@@ -59,11 +58,10 @@ void cull_pairs_across_cloth(const Constants& constants, const Fluid& fluid, con
         const Index p = nearest(i);
         // Most rows end here, after loads that do not wait for each other.
         Index any = p;
-        DRENCH_UNROLL
-        for (Index k = 0; k < near.count; ++k) {
-          const Index q = nearest(near(k));
+        near.for_each([&](Index j) {
+          const Index q = nearest(j);
           any = q > any ? q : any;
-        }
+        });
         if (any < 0) return;
         Index kept = 0;
         for (Index k = 0; k < near.count; ++k) {

@@ -5,7 +5,7 @@
 #include "core/reduce.hpp"
 #include "coupling/elastic_sheets.hpp"
 #include "coupling/pressure_work.hpp"
-#include "coupling/sheet_rows.hpp"
+#include "fluid/density_operator.hpp"
 
 namespace drench::kokkos_backend {
 
@@ -33,6 +33,8 @@ struct PressureSystem {
   bool has_cloth() const { return cloth.samples.count > 0; }
   /// The sheets beside the liquid, with the nodes' velocities as the cloth has answered.
   SheetsOfParticles sheets_of_particles() const;
+  /// The discrete divergence over the step's pairs. `position`: of the particles, with κ for the adjoint.
+  DensityOperator divergence(const Entries<const Real4>& position, const SheetsOfParticles& sheets) const;
 };
 
 /// work.predicted = v_i + Δt a_i(κ, λ), and κ_i.

@@ -285,14 +285,12 @@ void block(const Constants& constants, const NeighborLists& lists, const Bodies&
         const Real3 here = x(p), along = flow(p);
         // Rows in folds are long: no store and no way out between the loads.
         if (solids) {
-          const NeighborRow walls = solid.row(p);
           bool ahead = false;
           const bool shut = driven(p);
-          DRENCH_UNROLL
-          for (Index k = 0; k < walls.count; ++k) {
-            const Real3 apart = xb(walls(k)) - here;
+          solid.for_each(p, [&](Index j) {
+            const Real3 apart = xb(j) - here;
             ahead |= shut ? laws::shuts_in(apart, along, spacing) : laws::in_cone(apart, along, cosine, h);
-          }
+          });
           if (ahead) {
             blocked(p) = 1;
             return;

@@ -53,12 +53,10 @@ void target(const Constants& constants, const NeighborLists& lists, const Cloth&
           return;
         }
         Index best = p;
-        const NeighborRow near = list.row(p);
-        for (Index k = 0; k < near.count; ++k) {
-          const Index q = near(k);
-          if (rest(q) == 0 || blocked(q) || !layers.same(p, q)) continue;
+        list.for_each(p, [&](Index q) {
+          if (rest(q) == 0 || blocked(q) || !layers.same(p, q)) return;
           if (rest(q) > rest(best) || (rest(q) == rest(best) && q < best)) best = q;
-        }
+        });
         target(p) = best;
       });
 }
@@ -85,9 +83,9 @@ void pool(const Constants& constants, const NeighborLists& lists, const Cloth& c
         created(p) = 0;
         if (target(p) != p) return;
         Quanta sum = rest(p);
-        const NeighborRow near = list.row(p);
-        for (Index k = 0; k < near.count; ++k)
-          if (target(near(k)) == p) sum += rest(near(k));
+        list.for_each(p, [&](Index q) {
+          if (target(q) == p) sum += rest(q);
+        });
         if (sum < smallest) return;
         pools(p) = sum;
         const Quanta mass = sum < full ? sum : full;
@@ -194,9 +192,9 @@ struct GiveOut {
       pz += double(part) * double(leaving_velocity(g).z);
     };
     add(p);
-    const NeighborRow near = list.row(p);
-    for (Index k = 0; k < near.count; ++k)
-      if (target(near(k)) == p) add(near(k));
+    list.for_each(p, [&](Index q) {
+      if (target(q) == p) add(q);
+    });
     const double inverse = 1 / double(mass);
     Particle made;
     made.position = position(p);

@@ -85,8 +85,7 @@ void drive(const Constants& constants, const NeighborLists& lists, const Bodies&
         }
         Real walls = 0;
         if (extrapolates) {
-          const NeighborRow near = solid.row(p);
-          for (Index k = 0; k < near.count; ++k) walls += volume(near(k)) * kernel.value(norm(at(p) - wall(near(k))));
+          solid.for_each(p, [&](Index j) { walls += volume(j) * kernel.value(norm(at(p) - wall(j))); });
         }
         liquid.at_walls = 1 - laws::air_share(double(walls));  // full from A_0 on
         liquid.load = double(sides(5 * p + 4)) / potential_units;
