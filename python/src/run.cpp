@@ -109,7 +109,9 @@ class Run {
   nb::dict state() {
     HostState state = alone([&] { return run_->state(); });
     nb::dict d;
-    visit_fields(state, [&](std::string_view name, auto& values) { d[nb::str(name.data(), name.size())] = owned(std::move(values)); });
+    visit_fields(state, [&](std::string_view name, auto& values) {
+      d[nb::str(name.data(), name.size())] = owned(std::move(values));
+    });
     d["drained"] = state.drained;
     d["supplied"] = state.supplied;
     d["evaporated"] = state.evaporated;
@@ -131,9 +133,7 @@ class Run {
   nb::object saturation() {
     return owned(alone([&] { return run_->saturation(run_->state()); }));
   }
-  nb::object triangles() {
-    return owned(std::vector<std::array<Index, 3>>(run_->triangles()));
-  }
+  nb::object triangles() { return owned(std::vector<std::array<Index, 3>>(run_->triangles())); }
   void set_pin_velocity(Index cloth, Index pin, const Vec3& velocity) {
     alone([&] { run_->set_pin_velocity(cloth, pin, velocity); });
   }

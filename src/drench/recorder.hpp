@@ -18,8 +18,8 @@ namespace drench {
 /// The model, the backend and the pipeline outlive it.
 class Recorder {
  public:
-  /// Makes the folder, which must be new or empty (`overwrite`: or hold a run, whose files are removed), and writes the first
-  /// frame. Throws FolderError, and std::runtime_error when a file cannot be written.
+  /// Makes the folder, which must be new or empty (`overwrite`: or hold a run, whose files are removed), and writes the
+  /// first frame. Throws FolderError, and std::runtime_error when a file cannot be written.
   Recorder(const std::string& folder, bool overwrite, const Model& model, const Backend& backend,
            const Pipeline& pipeline, const std::vector<std::string>& warnings);
   /// Adds the step that the pipeline has just taken.

@@ -22,7 +22,8 @@ struct Thumbnails {
   bool cloth = false;               // there is cloth in them, so that its colours want a key
 };
 
-/// The last frame from the front, the right and above; of this size in pixels. Throws std::runtime_error for a run without frames.
+/// The last frame from the front, the right and above; of this size in pixels. Throws std::runtime_error for a run
+/// without frames.
 Picture last_frame(const RunRecord& run, int width, int height);
 
 /// Paints so many frames of the run, the first and the last among them, and takes up as many pictures of tools/render.

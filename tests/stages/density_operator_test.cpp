@@ -1,4 +1,5 @@
-// The discrete divergence and its adjoint (fluid/density_operator.hpp): Eq. 12 of docs/theory/liquid.md, with walls and cloth.
+// The discrete divergence and its adjoint (fluid/density_operator.hpp): Eq. 12 of docs/theory/liquid.md, with walls and
+// cloth.
 
 #include <gtest/gtest.h>
 
@@ -18,8 +19,8 @@ Real3 some_vector(Index i) {
   return {Real(test::noise(at, 0)), Real(test::noise(at, 1)), Real(test::noise(at, 2))};
 }
 
-/// Σ_i V_i κ_i R_i, and Σ_i V_i v_i · a_i + Σ_n u_n · F_n, over ρ0: Eq. 12 says that they are equal but for the sign. `size`: of
-/// the terms of the first.
+/// Σ_i V_i κ_i R_i, and Σ_i V_i v_i · a_i + Σ_n u_n · F_n, over ρ0: Eq. 12 says that they are equal but for the sign.
+/// `size`: of the terms of the first.
 struct Products {
   double of_rates = 0, of_forces = 0, size = 0;
 };
@@ -70,8 +71,10 @@ Products products(const std::string& scene) {
   parallel(
       "test::rates", particles, KOKKOS_LAMBDA(const Index i) {
         Real sum = 0;
-        divergence.add_liquid(i, v(i).xyz(), [&](Index j) { return v(j).xyz(); }, sum);
-        divergence.add_walls(i, v(i).xyz(), [](Index) { return Real3{}; }, sum);  // at rest
+        divergence.add_liquid(
+            i, v(i).xyz(), [&](Index j) { return v(j).xyz(); }, sum);
+        divergence.add_walls(
+            i, v(i).xyz(), [](Index) { return Real3{}; }, sum);  // at rest
         rate(i) = sum + divergence.approach(i, v(i).xyz());
         acceleration(i) = -divergence.gradient(i) - divergence.position(i).w * boundary(i);
       });
@@ -94,7 +97,8 @@ Products products(const std::string& scene) {
   for (Index n = 0; n < nodes; ++n)
     for (Index e = start(n); e < start(n + 1); ++e) {
       const SheetPair& pair = pairs(e);
-      p.of_forces += double(kappa_and_place(pair.other).w) * number(node_velocities(n), pair.gradient) / double(constants.rest_density);
+      p.of_forces += double(kappa_and_place(pair.other).w) * number(node_velocities(n), pair.gradient) /
+                     double(constants.rest_density);
     }
   return p;
 }

@@ -1,6 +1,6 @@
 #pragma once
-// Contact with the solid bodies, where they are at the end of the step. A mesh that is not closed has no distance: it acts
-// through its samples only.
+// Contact with the solid bodies, where they are at the end of the step. A mesh that is not closed has no distance: it
+// acts through its samples only.
 
 #include "bodies/bodies.hpp"
 #include "bodies/nearest_point.hpp"
@@ -115,8 +115,8 @@ KOKKOS_INLINE_FUNCTION Vector3<T> arm_of(const Solid& solid, const Real3& x, con
   return (in_precision<T>(x) - in_precision<T>(solid.center)) + shift;
 }
 
-/// Velocity (m/s) of the nearest point of a surface that changes its shape, from the triangle that the nearest lattice point
-/// names; 0 beyond the band.
+/// Velocity (m/s) of the nearest point of a surface that changes its shape, from the triangle that the nearest lattice
+/// point names; 0 beyond the band.
 KOKKOS_INLINE_FUNCTION Real3 deforming_velocity(const Solid& s, const Real3& x) {
   const Real3 own = x - s.field_origin;
   const Real at[3] = {own.x / s.field_spacing, own.y / s.field_spacing, own.z / s.field_spacing};
@@ -196,8 +196,8 @@ KOKKOS_INLINE_FUNCTION Vector3<T> to_distance(const Solid& solid, const Real3& x
   return shift;
 }
 
-/// Do two solids squeeze the point x + shift, which is at the distances a and b from them? They do where they face each other
-/// and leave the cloth no room for its thickness on both sides, and at the mouth of such a gap.
+/// Do two solids squeeze the point x + shift, which is at the distances a and b from them? They do where they face each
+/// other and leave the cloth no room for its thickness on both sides, and at the mouth of such a gap.
 template <class T>
 KOKKOS_INLINE_FUNCTION bool squeezed(const Solid& one, const SolidDistance<T>& a, const Solid& other,
                                      const SolidDistance<T>& b, const Real3& x, const Vector3<T>& shift,
@@ -209,7 +209,8 @@ KOKKOS_INLINE_FUNCTION bool squeezed(const Solid& one, const SolidDistance<T>& a
   const Vector3<T> out = a.normal + b.normal, inside = shift - (depth * thickness / norm(out)) * out;
   return dot(solid_distance(one, x, inside).normal, solid_distance(other, x, inside).normal) < opposed;
 }
-/// How far a node of the cloth has to stay from solids, m: its thickness, or less where it has begun the step inside of one.
+/// How far a node of the cloth has to stay from solids, m: its thickness, or less where it has begun the step inside of
+/// one.
 struct Clearance {
   Real thickness, kept;
 };
@@ -236,9 +237,9 @@ KOKKOS_INLINE_FUNCTION Real clearance_at_start(const Solids& solids, const Real3
 
 /// The distance (m) that a point keeps from solid b beside others, which it is at `d` from (distance_to_keep).
 template <class T, class Solids>
-KOKKOS_FUNCTION DRENCH_SELDOM T distance_to_keep_of_several(const Solids& solids, std::size_t b, const SolidDistance<T>& d,
-                                                            const Real3& x, const Vector3<T>& shift,
-                                                            const Clearance& clearance) {
+KOKKOS_FUNCTION DRENCH_SELDOM T distance_to_keep_of_several(const Solids& solids, std::size_t b,
+                                                            const SolidDistance<T>& d, const Real3& x,
+                                                            const Vector3<T>& shift, const Clearance& clearance) {
   T kept = clearance.kept;
   for (std::size_t a = 0; a < solids.extent(0); ++a) {
     if (a == b) continue;

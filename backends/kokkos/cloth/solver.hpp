@@ -33,8 +33,8 @@ struct ClothSolverWork {
 
 MemoryEstimate cloth_solver_bytes(const Sizing& s);
 
-/// The solids that a node touches: which directions their planes leave it, how far their surfaces move in the step (m), and what
-/// presses the node into all of them, as a force or a displacement.
+/// The solids that a node touches: which directions their planes leave it, how far their surfaces move in the step (m),
+/// and what presses the node into all of them, as a force or a displacement.
 template <class T = Real>
 struct NodeContact {
   bool touches = false, held = false;  // held: no direction is left
@@ -61,8 +61,8 @@ struct NodeContact {
   }
 };
 
-/// The slip (m) as the residual's test counts it: 0 where it is below a tenth of the displacement along the normal, `relative`
-/// less the slip. An interpolated distance has normals that jump so much between its cells.
+/// The slip (m) as the residual's test counts it: 0 where it is below a tenth of the displacement along the normal,
+/// `relative` less the slip. An interpolated distance has normals that jump so much between its cells.
 template <class T>
 KOKKOS_INLINE_FUNCTION Vector3<T> counted_slip(const Vector3<T>& relative, const Vector3<T>& slip) {
   const Vector3<T> along_normal = relative - slip;
@@ -119,8 +119,8 @@ struct TriangleTerms {
   Real damping_rate = 0, softening = 1;  // τ/Δt; factor on its stiffness, as wet as it is
 };
 
-// Iterations before Chebyshev's weights begin; the same after the target has moved, where there are no solids; from check to
-// check.
+// Iterations before Chebyshev's weights begin; the same after the target has moved, where there are no solids; from
+// check to check.
 inline constexpr int plain_iterations = 10, plain_iterations_later = 2, check_interval = 10;
 inline constexpr int patient = 9;  // checks after which xpbd's residual must have fallen
 
@@ -147,8 +147,8 @@ struct ClothProgress {
     if (patience > 0 && residual > 1) patience = 1;
     smallest = marked = 1e300;
   }
-  /// If the residual has not fallen in time, or has grown tenfold over the smallest so far, ρ is lowered and the weights
-  /// start again.
+  /// If the residual has not fallen in time, or has grown tenfold over the smallest so far, ρ is lowered and the
+  /// weights start again.
   KOKKOS_INLINE_FUNCTION void judge(double found) {
     residual = found;
     const bool due = ++since_mark >= patience || marked == 1e300;
@@ -328,9 +328,9 @@ struct ClothSystem {
     return (mass(n) * inverse_dt2) * (target(n) - shift(n)) + elastic_force(n, shift);
   }
 
-  /// Solids within the clearance and 0.01 of the thickness at x⁰ + `shift`, the first four of them. `push`, a force or a
-  /// displacement, loses what presses into them: each(solid, that) in their order. `compression`: what presses a squeezed node to
-  /// half of its thickness, of the same unit.
+  /// Solids within the clearance and 0.01 of the thickness at x⁰ + `shift`, the first four of them. `push`, a force or
+  /// a displacement, loses what presses into them: each(solid, that) in their order. `compression`: what presses a
+  /// squeezed node to half of its thickness, of the same unit.
   template <class T, class Each>
   KOKKOS_INLINE_FUNCTION NodeContact<T> contact(const NodeTerms& t, const Vector3<T>& shift, Vector3<T>& push,
                                                 Real compression, const Each& each) const {
@@ -441,7 +441,8 @@ struct ClothSystem {
   KOKKOS_INLINE_FUNCTION static Vector3<T> unbalanced(const NodeTerms& t, const Vector3<T>& shift,
                                                       const NodeContact<T>& c, const Vector3<T>& left) {
     // How far it would slip on with what is left, and how much of that friction takes.
-    const Vector3<T> relative = shift - c.moved, slip = counted_slip(relative, c.tangential(relative)), on = c.tangential(left);
+    const Vector3<T> relative = shift - c.moved, slip = counted_slip(relative, c.tangential(relative)),
+                     on = c.tangential(left);
     NodeContact<T> here = c;
     here.moved = {};
     const T loss = t.friction * c.press / t.diagonal;
@@ -482,7 +483,8 @@ class ClothIteration {
   void run(int most);
   /// Waits for the iterations. The residual is in units of its goal: converged if ≤ 1.
   const ClothProgress& progress();
-  /// Shortens the step of each cloth where a solve that ended at its cap has led uphill (line search, cloth.hpp). Waits.
+  /// Shortens the step of each cloth where a solve that ended at its cap has led uphill (line search, cloth.hpp).
+  /// Waits.
   void line_search();
 
  private:
@@ -505,7 +507,8 @@ class ClothIteration {
 
 // cuda/resident_cloth.cpp: all iterations of a call in one kernel that stays on the device, several times as fast as
 // launches where the cloth has few nodes for a GPU.
-/// Can it be done: on CUDA, with cooperative launches, if all nodes fit on the device at once? (Then it makes its arrays.)
+/// Can it be done: on CUDA, with cooperative launches, if all nodes fit on the device at once? (Then it makes its
+/// arrays.)
 bool prepare_resident_cloth(const Constants& constants, const Cloth& cloth, ClothSolverWork& solver,
                             const ClothSystem& s);
 /// Where it expects a bound of the spectral radius at the first call of a solve.

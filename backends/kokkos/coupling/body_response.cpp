@@ -14,10 +14,8 @@ void list_body_neighbors(const Constants& constants, const Fluid& fluid, Bodies&
   const Entries<const Real3> x = std::as_const(bodies).boundary.position;
   const Entries<Real3> position = dynamic.position;
   parallel(
-      "drench::bodies::sample_position", dynamic.count,
-      KOKKOS_LAMBDA(const Index s) { position(s) = x(sample(s)); });
-  build_neighbor_list({&lists.boundary_fluid, &dynamic.position, dynamic.count, fluid.cells.view()},
-                      constants.support);
+      "drench::bodies::sample_position", dynamic.count, KOKKOS_LAMBDA(const Index s) { position(s) = x(sample(s)); });
+  build_neighbor_list({&lists.boundary_fluid, &dynamic.position, dynamic.count, fluid.cells.view()}, constants.support);
   fluid.exchange.keep_own_rows(dynamic.position, lists.boundary_fluid);
 }
 

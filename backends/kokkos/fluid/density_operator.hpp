@@ -1,6 +1,6 @@
 #pragma once
-// The discrete divergence of a velocity field over liquid, walls and cloth, and its adjoint. Both pressure solves are made of
-// them: docs/theory/liquid.md, Eqs. 11 and 12; cloth: docs/theory/walls_and_sheets.md, Eq. 17a.
+// The discrete divergence of a velocity field over liquid, walls and cloth, and its adjoint. Both pressure solves are
+// made of them: docs/theory/liquid.md, Eqs. 11 and 12; cloth: docs/theory/walls_and_sheets.md, Eq. 17a.
 
 #include "core/neighbor_list.hpp"
 #include "coupling/sheet_rows.hpp"
@@ -16,7 +16,8 @@ struct DensityOperator {
   SheetsOfParticles sheets;
   bool has_walls, has_sheets;
 
-  /// Adds Σ_j G_ij · (v_i − v_j) over the liquid, 1/s. `Rate` follows from the velocities: one of them, or several at once.
+  /// Adds Σ_j G_ij · (v_i − v_j) over the liquid, 1/s. `Rate` follows from the velocities: one of them, or several at
+  /// once.
   template <class Velocity, class OfLiquid, class Rate>
   KOKKOS_INLINE_FUNCTION void add_liquid(Index i, const Velocity& vi, const OfLiquid& v, Rate& sum) const {
     const Real3 xi = position(i).xyz();
@@ -34,7 +35,8 @@ struct DensityOperator {
     return has_sheets ? sheets.approach(i, vi) : Real(0);
   }
 
-  /// Σ_j G_ij (κ_i + κ_j) over the liquid, m/s². Walls and cloth have κ_i times a sum of the step (Fluid::boundary_gradient).
+  /// Σ_j G_ij (κ_i + κ_j) over the liquid, m/s². Walls and cloth have κ_i times a sum of the step
+  /// (Fluid::boundary_gradient).
   KOKKOS_INLINE_FUNCTION Real3 gradient(Index i) const {
     const Real4 here = position(i);
     const Real3 xi = here.xyz();

@@ -135,7 +135,8 @@ void find_sample_forces(const Constants& constants, const Fluid& fluid, const Ne
   allocate_zeros(work.sample_bound, "drench::forces::sample_bound", static_cast<std::size_t>(cloth.samples.count));
   const Kernel kernel = constants.kernel;
   const Real strength = sheet_friction * viscous_strength(constants) * constants.rest_density;
-  const Entries<const Real3> xs = cloth.samples.position, xf = fluid.particles.position, us = cloth.samples.velocity, v = fluid.particles.velocity;
+  const Entries<const Real3> xs = cloth.samples.position, xf = fluid.particles.position, us = cloth.samples.velocity,
+                             v = fluid.particles.velocity;
   const Entries<Real3> force = cloth.samples.force;
   const Entries<const Real> vs = cloth.samples.volume, volume = fluid.volume, ratio = fluid.particles.density_ratio;
   const Entries<Real> bound = work.sample_bound;
@@ -204,7 +205,8 @@ void node_stage(Cloth& cloth, ForcesWork& work, const LegendreStage& stage, Real
 }
 
 /// All stages, the forces of the first being there and its change made with the whole Δt.
-void many_stages(const Constants& constants, Fluid& fluid, const NeighborLists& lists, Bodies& bodies, Cloth& cloth, ForcesWork& work, int stages, double dt) {
+void many_stages(const Constants& constants, Fluid& fluid, const NeighborLists& lists, Bodies& bodies, Cloth& cloth,
+                 ForcesWork& work, int stages, double dt) {
   const bool sheets = cloth.samples.count > 0;
   const Entries<Real4> change = work.change;
   const Real share = Real(2 / (double(stages) * (stages + 1.0)));

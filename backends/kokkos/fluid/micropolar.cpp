@@ -1,9 +1,8 @@
 // Stage micropolar (src/stages/micropolar.hpp).
 
-#include "fluid/micropolar_law.hpp"
-
-#include "core/runge_kutta_legendre.hpp"
 #include "core/reduce.hpp"
+#include "core/runge_kutta_legendre.hpp"
+#include "fluid/micropolar_law.hpp"
 #include "fluid/stages.hpp"
 
 namespace drench::kokkos_backend {
@@ -66,7 +65,7 @@ double rate_bound(const Fluid& fluid, const MicropolarWork& work, const SpinLaw&
   const Entries<const Real4> slip = work.slip, rate = work.rate;
   const auto term = KOKKOS_LAMBDA(const Index i) { return SpinBounds{double(slip(i).w), double(rate(i).w)}; };
   SpinBounds most = reduced<SpinBounds>("drench::micropolar::bound", fluid.particles.count,
-                                              Added<SpinBounds, std::decay_t<decltype(term)>>{term});
+                                        Added<SpinBounds, std::decay_t<decltype(term)>>{term});
   OverRanks(fluid.exchange.ranks()).maximum(most.steepness).maximum(most.moment).reduce();
   return double(law.half_transfer) *
              (4 * most.steepness * most.steepness + most.moment * most.moment * double(law.per_inertia)) +
@@ -74,17 +73,18 @@ double rate_bound(const Fluid& fluid, const MicropolarWork& work, const SpinLaw&
 }
 
 /// A stage: v_i and ω_i change by their D_k, which the next one needs where there are `several`.
-void turn(Fluid& fluid, const NeighborLists& lists, MicropolarWork& work, const SpinLaw& law, const LegendreStage& stage, bool several) {
-  const Entries<Real3> v = fluid.particles.velocity, spin = fluid.particles.spin, flow_change = work.velocity_change, spin_change = work.spin_change;
+void turn(Fluid& fluid, const NeighborLists& lists, MicropolarWork& work, const SpinLaw& law,
+          const LegendreStage& stage, bool several) {
+  const Entries<Real3> v = fluid.particles.velocity, spin = fluid.particles.spin, flow_change = work.velocity_change,
+                       spin_change = work.spin_change;
   const Entries<const Real4> position = fluid.position_volume, slip = work.slip, rate = work.rate;
   const Neighbors list(lists.fluid_fluid);
   parallel(
       "drench::micropolar::turn", fluid.particles.count, KOKKOS_LAMBDA(const Index i) {
         const Real3 xi = position(i).xyz(), si = slip(i).xyz();
         Real3 sum;
-        list.for_each(i, [&](Index j, Real factor) {
-          sum += factor * cross(si + slip(j).xyz(), xi - position(j).xyz());
-        });
+        list.for_each(i,
+                      [&](Index j, Real factor) { sum += factor * cross(si + slip(j).xyz(), xi - position(j).xyz()); });
         Real3 flow = (stage.weight * law.half_transfer) * sum, spin_up = stage.weight * rate(i).xyz();
         if (several) {
           if (stage.keep > 0) {

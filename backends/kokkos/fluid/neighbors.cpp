@@ -93,15 +93,16 @@ Real longest_edge(const Cloth& cloth) {
       }));
 }
 
-/// The particles of this rank in the order of their cells, and behind them the ghosts; the cells hold both. Cells begin where
-/// they would without ranks, so that rows are in the same order.
+/// The particles of this rank in the order of their cells, and behind them the ghosts; the cells hold both. Cells begin
+/// where they would without ranks, so that rows are in the same order.
 void sort_with_ghosts(const Constants& constants, Fluid& fluid, const Cloth& cloth, const PointBounds* bounds) {
   ParticleSet& particles = fluid.particles;
   const PointBounds all = bounds ? *bounds : bounds_of_all(fluid);
   // A node's row takes particles near any sample of its triangles, in the order in which one rank alone has them.
   const bool sheets = cloth.samples.count > 0;
   fluid.exchange.find_ghosts(particles, sheets ? longest_edge(cloth) : Real(0));
-  fluid.cells.build(particles.position, particles.local(), constants.support, particles.id, &all, sheets ? particles.total : 0);
+  fluid.cells.build(particles.position, particles.local(), constants.support, particles.id, &all,
+                    sheets ? particles.total : 0);
   fluid.exchange.sort_owned(particles, fluid.cells.view().item);
 }
 

@@ -10,7 +10,8 @@
 namespace drench::kokkos_backend {
 namespace {
 
-/// work.density_rate = R_i of the predicted velocities − Δt C_i κ_i, 1/s; touching sheets: work.approach_rate = R'_i too.
+/// work.density_rate = R_i of the predicted velocities − Δt C_i κ_i, 1/s; touching sheets: work.approach_rate = R'_i
+/// too.
 void measure_density_rate(PressureSystem& system) {
   const Fluid& fluid = system.fluid;
   const Real dt = Real(system.dt);
@@ -25,7 +26,8 @@ void measure_density_rate(PressureSystem& system) {
   const auto row = KOKKOS_LAMBDA(const Index i) {
     const Real3 vi = v(i).xyz();
     Real sum = 0;
-    divergence.add_liquid(i, vi, [&](Index j) { return v(j).xyz(); }, sum);
+    divergence.add_liquid(
+        i, vi, [&](Index j) { return v(j).xyz(); }, sum);
     if (keep_liquid_rate) liquid_rate(i) = sum;
     divergence.add_walls(i, vi, ub, sum);
     const Real sheet = divergence.approach(i, vi);
@@ -66,7 +68,8 @@ SheetsOfParticles PressureSystem::sheets_of_particles() const {
   return {rows.of_particle, rows.particle_pair, std::as_const(cloth).nodes.predicted, Real(1)};
 }
 
-DensityOperator PressureSystem::divergence(const Entries<const Real4>& position, const SheetsOfParticles& sheets) const {
+DensityOperator PressureSystem::divergence(const Entries<const Real4>& position,
+                                           const SheetsOfParticles& sheets) const {
   return {.liquid = Neighbors(lists.fluid_fluid),
           .walls = Neighbors(lists.fluid_boundary),
           .position = position,
@@ -123,8 +126,8 @@ void predict_liquid(PressureSystem& system) {
 
 namespace {
 
-/// Dynamic bodies get the reaction that they owe the liquid's predicted change of velocity; at the end of a solve what the
-/// start has not given.
+/// Dynamic bodies get the reaction that they owe the liquid's predicted change of velocity; at the end of a solve what
+/// the start has not given.
 void push_bodies(PressureSystem& system, bool ends) {
   if (!has_wall_push(system.constants, system.bodies)) return;
   const Entries<Real3> push = room_for_wall_push(system.fluid);

@@ -45,7 +45,12 @@ void measure_rates(PressureSystem& system) {
         const TwoVelocities own = velocities(i);
         TwoRates sum;
         divergence.add_liquid(i, own, velocities, sum);
-        divergence.add_walls(i, own, [&](Index b) { return TwoVelocities{ub(b), ub(b)}; }, sum);
+        divergence.add_walls(
+            i, own,
+            [&](Index b) {
+              return TwoVelocities{ub(b), ub(b)};
+            },
+            sum);
         rate(i) = sum.predicted - dt * compliance(i) * divergence.position(i).w;
         free_rate(i) = sum.free;
       });
@@ -104,7 +109,8 @@ double apply_scaled_start(PressureSystem& system, const StartResidual& residual)
   system.fluid.exchange.halo(system.fluid.particles.velocity);
   measure_rates(system);
   const double d = system.constants.spacing;
-  const ExactScale energy(system.all(), d * d * d * d * d / (system.dt * system.dt));  // of a particle that moves d in a step, over ρ0
+  const ExactScale energy(
+      system.all(), d * d * d * d * d / (system.dt * system.dt));  // of a particle that moves d in a step, over ρ0
   const ErrorScale error(system.all(), 1);
   const StartSums sums = judge_start(system, residual, energy, error);
   const double answer = energy.value(sums.answer);

@@ -106,8 +106,8 @@ void surface_normals(const Constants& constants, const Fluid& fluid, const Neigh
   fluid.exchange.halo(work.normal);
 }
 
-/// How a particle takes up a change of its velocity: beside walls that extrapolate the pressure L_i times, as it does that of
-/// the pressure, which holds against these forces.
+/// How a particle takes up a change of its velocity: beside walls that extrapolate the pressure L_i times, as it does
+/// that of the pressure, which holds against these forces.
 struct Uptake {
   Entries<const Real3> diagonal, shear;
   Entries<Real3> velocity, push;
@@ -198,8 +198,8 @@ MemoryEstimate surface_tension_bytes(const Sizing& s) {
   return sum;
 }
 
-void surface_tension(const Constants& constants, Fluid& fluid, const NeighborLists& lists, Bodies& bodies,
-                     Cloth& cloth, SurfaceTensionWork& work, const StepInfo& info) {
+void surface_tension(const Constants& constants, Fluid& fluid, const NeighborLists& lists, Bodies& bodies, Cloth& cloth,
+                     SurfaceTensionWork& work, const StepInfo& info) {
   if (fluid.particles.total == 0) return;
   allocate(constants, fluid, work);
   const Real dt = Real(info.dt);

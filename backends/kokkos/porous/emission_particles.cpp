@@ -97,8 +97,9 @@ void pool(const Constants& constants, const NeighborLists& lists, const Cloth& c
       });
 }
 
-/// Σ_j V_j W at each candidate, 16 more for liquid that is closer than d/2. The liquid looks for candidates: they are few, and
-/// one of them alone with all the liquid around it would keep a GPU's thread busy for longer than all the rest.
+/// Σ_j V_j W at each candidate, 16 more for liquid that is closer than d/2. The liquid looks for candidates: they are
+/// few, and one of them alone with all the liquid around it would keep a GPU's thread busy for longer than all the
+/// rest.
 void measure_space(const Constants& constants, const Fluid& fluid, const Cloth& cloth, EmissionWork& work) {
   const Entries<std::int64_t> liquid = work.liquid;
   const Entries<const Real3> x = fluid.particles.position, position = work.position;
@@ -116,14 +117,15 @@ void measure_space(const Constants& constants, const Fluid& fluid, const Cloth& 
           const Real3 r = at - position(c);
           const Real r2 = dot(r, r);
           if (!(r2 < h2)) return;
-          const double share = volume * double(mass(j)) * double(kernel.value(Kokkos::sqrt(r2))) + (r2 < near2 ? laws::crowded_share : 0);
+          const double share = volume * double(mass(j)) * double(kernel.value(Kokkos::sqrt(r2))) +
+                               (r2 < near2 ? laws::crowded_share : 0);
           Kokkos::atomic_add(&liquid(c), fixed_point(share_units * share));
         });
       });
 }
 
-/// Numbers the candidates that have space, in the order of their collectors: no liquid, and no candidate of a lower collector,
-/// closer than d/2, and not inside the liquid, which only pressure pushes more into.
+/// Numbers the candidates that have space, in the order of their collectors: no liquid, and no candidate of a lower
+/// collector, closer than d/2, and not inside the liquid, which only pressure pushes more into.
 void rank(const Constants& constants, const Cloth& cloth, EmissionWork& work) {
   const Entries<const Quanta> pools = work.pool;
   const Entries<const std::int64_t> liquid = work.liquid;
@@ -213,8 +215,8 @@ struct GiveOut {
 };
 
 /// Appends the new particles (d), and finds out what each sample gave (e). The candidates' cells are empty again.
-void give_out(const Constants& constants, Fluid& fluid, const NeighborLists& lists, Cloth& cloth,
-              EmissionWork& work, Index new_particles) {
+void give_out(const Constants& constants, Fluid& fluid, const NeighborLists& lists, Cloth& cloth, EmissionWork& work,
+              Index new_particles) {
   ParticleSet& particles = fluid.particles;
   const Index first = particles.count;
   const bool here = fluid.exchange.alone() || fluid.exchange.ranks()->rank() == 0;  // they go home with the next search
@@ -240,7 +242,8 @@ void give_out(const Constants& constants, Fluid& fluid, const NeighborLists& lis
 
 }  // namespace
 
-void create_particles(const Constants& constants, Fluid& fluid, const NeighborLists& lists, Cloth& cloth, EmissionWork& work) {
+void create_particles(const Constants& constants, Fluid& fluid, const NeighborLists& lists, Cloth& cloth,
+                      EmissionWork& work) {
   prepare(cloth, work);
   target(constants, lists, cloth, work);
   pool(constants, lists, cloth, work);

@@ -52,7 +52,8 @@ template <Exchange exchange, int lanes>
 const void* kernel_for(int links, int triangles, bool plain, int block) {
   // Nodes with triangles are never plain, and only they have more lanes.
   if constexpr (lanes != lanes_of_links) {
-    if (lanes == 8 && triangles == 1) return kernel_in_blocks<false, exchange, lanes, lanes == 8 ? 1 : 0>(links, block);
+    if (lanes == 8 && triangles == 1)
+      return kernel_in_blocks < false, exchange, lanes, lanes == 8 ? 1 : 0 > (links, block);
     if (triangles == 2) return kernel_in_blocks<false, exchange, lanes, 2>(links, block);
     return kernel_in_blocks<false, exchange, lanes>(links, block);
   }
@@ -77,7 +78,8 @@ Plan make_plan(Index nodes, const Rows& rows, bool plain, int room) {
     const int share = (lanes * nodes + processors * blocks_each - 1) / (processors * blocks_each);
     const int threads = std::clamp((share + warp - 1) / warp * warp, 2 * warp, most_threads);
     const int blocks = (lanes * nodes + threads - 1) / threads;
-    const void* const kernel = kernel_for<exchange, lanes>(of_lane(rows.links, lanes), of_lane(rows.triangles, lanes), plain, threads);
+    const void* const kernel =
+        kernel_for<exchange, lanes>(of_lane(rows.links, lanes), of_lane(rows.triangles, lanes), plain, threads);
     if (kernel == nullptr) return {};
     const int shared_bytes = dated ? 2 * (threads / lanes + room) * static_cast<int>(sizeof(Real4)) : 0;
     int at_once = 0;  // a processor
@@ -161,7 +163,8 @@ struct ResidentCloth {
 
 namespace {
 
-/// Goes in one cluster, if the cloth is small enough: of a link's other node the kernel wants its place in the order of all.
+/// Goes in one cluster, if the cloth is small enough: of a link's other node the kernel wants its place in the order of
+/// all.
 bool use_cluster(const Constants& constants, const Cloth& cloth, const Rows& rows, bool plain, ResidentCloth& r) {
   const Plan plan = make_cluster_plan(cloth.nodes.count, rows, plain);
   if (plan.kernel == nullptr) return false;

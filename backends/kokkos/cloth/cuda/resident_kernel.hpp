@@ -1,7 +1,8 @@
 #pragma once
 // The cloth's Jacobi iterations in one kernel that stays on the device (cloth/solver.hpp): launches would take longer.
-// Some lanes share a node, each with a part of its links in registers and a part of its triangles. Of the shifts that an iteration reads, those of the
-// block's own patch lie in shared memory, those around it in the second-level cache (the first one is not coherent).
+// Some lanes share a node, each with a part of its links in registers and a part of its triangles. Of the shifts that
+// an iteration reads, those of the block's own patch lie in shared memory, those around it in the second-level cache
+// (the first one is not coherent).
 
 #include <cooperative_groups.h>
 
@@ -20,11 +21,11 @@ static_assert(most_threads % warp == 0 && fewer_threads % warp == 0, "sums run o
 /// Lanes of a node whose triangles matter, from the first that fits: a triangle is a long chain of loads and roots.
 inline constexpr int lanes_of_links = 2, lanes_of_triangles[] = {8, 4, 2};
 inline constexpr unsigned all_lanes = 0xffffffff;
-// A shift says itself of which iterate it is, in the same 16 bytes (as in NCCL's LL protocol): a block waits for those that
-// it reads, not for the grid. That takes loads of 128 bits that nothing can come between: PTX ISA 8.3, compute capability 7.
-// In double, with strain limits, with membranes or with too many nodes around a patch the grid has a barrier an iteration instead.
-// A program for several capabilities compiles both kernels for each of them, with an empty body for older ones;
-// compiled_for() reports to the host which it can use.
+// A shift says itself of which iterate it is, in the same 16 bytes (as in NCCL's LL protocol): a block waits for those
+// that it reads, not for the grid. That takes loads of 128 bits that nothing can come between: PTX ISA 8.3, compute
+// capability 7. In double, with strain limits, with membranes or with too many nodes around a patch the grid has a
+// barrier an iteration instead. A program for several capabilities compiles both kernels for each of them, with an
+// empty body for older ones; compiled_for() reports to the host which it can use.
 #if !defined(DRENCH_DOUBLE) && CUDART_VERSION >= 12030 && DRENCH_CUDA_NEWEST >= 70
 #define DRENCH_DATED_SHIFTS
 inline constexpr bool dated_shifts = true;
@@ -211,8 +212,8 @@ struct NearTriangle {
 };
 
 /// A lane's part of a node: what it keeps in registers, and the iterate that is there.
-/// `kept`: the most links of a lane; `triangles`: of its triangles, likewise, or 0: they are read at each iteration. `plain`: without
-/// solids, strain limits and membranes, whose registers the links then have.
+/// `kept`: the most links of a lane; `triangles`: of its triangles, likewise, or 0: they are read at each iteration.
+/// `plain`: without solids, strain limits and membranes, whose registers the links then have.
 template <int kept, bool plain, Exchange exchange, int lanes, int triangles>
 struct NodeIterates {
   static_assert(warp % lanes == 0 && (lanes & (lanes - 1)) == 0, "residual() adds the lanes by halves");
@@ -231,13 +232,13 @@ struct NodeIterates {
   const Index node_around;
   const bool free;
   NodeTerms terms{};
-  Real3 moved, before;                      // u_n of this iterate and of the last one, m
-  NearLink link[kept];                      // `other`: a node, or its place in the patch
-  Real3 other[kept];                        // u of the links' other nodes, m
+  Real3 moved, before;  // u_n of this iterate and of the last one, m
+  NearLink link[kept];  // `other`: a node, or its place in the patch
+  Real3 other[kept];    // u of the links' other nodes, m
   NearTriangle near[triangles > 0 ? triangles : 1];
   Real3 corners[triangles > 0 ? 2 * triangles : 1];  // u of the triangles' other corners, m
-  const Real4* seen[clustered ? kept : 1];  // where they are in the first of two iterates
-  int current = 0, date = 1;                // of the iterate that is there
+  const Real4* seen[clustered ? kept : 1];           // where they are in the first of two iterates
+  int current = 0, date = 1;                         // of the iterate that is there
 
   __device__ NodeIterates(const ClothSystem& system, const ResidentArrays& arrays, const PatchView& view, Index count)
       : s(system),
@@ -321,8 +322,8 @@ struct NodeIterates {
   /// The shifts of the links' other nodes.
   __device__ void load() {
     if constexpr (dated) {
-      // Double buffering: this slot was last read two iterations ago; the __syncthreads of the previous iteration orders
-      // that read before this write.
+      // Double buffering: this slot was last read two iterations ago; the __syncthreads of the previous iteration
+      // orders that read before this write.
       Real4* const room = patch_shifts(current);
       for (int k = first_around; k < around_count; k += static_cast<int>(blockDim.x)) {
         const Index node = k == first_around ? node_around : patch.around[around_first + k];
@@ -349,8 +350,15 @@ struct NodeIterates {
   __device__ Real3 triangle_force(int k) const {
     const int c = near[k].corner;
     const Real3 &next = corners[2 * k], &last = corners[2 * k + 1];
-    const Real3 a = c == 0 ? moved : c == 1 ? last : next, b = c == 1 ? moved : c == 0 ? next : last,
-                d = c == 2 ? moved : c == 0 ? last : next;
+    const Real3 a = c == 0   ? moved
+                    : c == 1 ? last
+                             : next,
+                b = c == 1   ? moved
+                    : c == 0 ? next
+                             : last,
+                d = c == 2   ? moved
+                    : c == 0 ? last
+                             : next;
     return corner_force(s.triangle_stress(near[k].terms, a, b, d), corner_gradient(near[k].terms.shape, c));
   }
   /// r_n, N, the same on all of its lanes.
