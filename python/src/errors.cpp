@@ -2,6 +2,7 @@
 
 #include "module.hpp"
 #include "output/checkpoint.hpp"
+#include "output/run_folder.hpp"
 #include "pipeline/failure.hpp"
 
 namespace drench::python {
@@ -64,6 +65,8 @@ void translate(const std::exception_ptr& thrown, void*) {
     PyErr_SetString(device_error, e.what());
   } catch (const CheckpointError& e) {
     PyErr_SetString(checkpoint_error, e.what());
+  } catch (const FolderError& e) {
+    PyErr_SetString(base, e.what());
   } catch (const RunFailure& e) {
     raise(e);
   }

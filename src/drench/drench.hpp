@@ -98,10 +98,24 @@ class Simulation {
   /// Writes what it takes to go on, bit for bit; with changed pins, jets and wind.
   /// @throws std::runtime_error when the disk refuses
   void save_checkpoint(const std::string& path) const;
+  /// From now on writes the files of `drench run` to a folder, without checkpoints: scene.yaml, run.log, a row of
+  /// stats.csv per step, and a frame of the current state. end_record() completes them.
+  /// @param folder new or empty
+  /// @param overwrite the folder may also contain a run, whose files are removed
+  /// @throws std::runtime_error for another folder, and when a file cannot be written (here, in step() and below)
+  /// @throws std::logic_error for a run that is being recorded already, or runs over ranks
+  void record(const std::string& folder, bool overwrite = false);
+  /// Adds a frame of the current state; does nothing if the run is not being recorded.
+  void record_frame();
+  /// Adds the last frame and writes the report.
+  /// @returns the path of the report
+  /// @throws std::logic_error if the run is not being recorded
+  std::string end_record();
   /// Goes on from a checkpoint of the same scene, in place of where the run is.
   /// @param path a checkpoint, or a folder: its newest one that is whole
   /// @returns warnings, a line each
   /// @throws std::runtime_error for one that cannot be read, or is of another scene, precision, backend or version
+  /// @throws std::logic_error while the run is being recorded
   std::vector<std::string> resume(const std::string& path);
 
   /// The scene, checked, as it was at the start.

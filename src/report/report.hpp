@@ -13,4 +13,8 @@ inline constexpr const char* report_name = "report.html";
 void write_report(const std::filesystem::path& folder, const std::optional<std::filesystem::path>& other,
                   const std::filesystem::path& file);
 
+/// Paints the last frame of the run in `folder` into a PNG, in one move, without a display. Throws FolderError as
+/// above, and std::runtime_error for a run without frames or a file that cannot be written.
+void write_picture(const std::filesystem::path& folder, const std::filesystem::path& file, int width, int height);
+
 }  // namespace drench
