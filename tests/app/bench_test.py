@@ -13,9 +13,9 @@ from pathlib import Path
 
 sys.dont_write_bytecode = True
 SOURCE, BINARY = Path(sys.argv[1]).resolve(), Path(sys.argv[2]).resolve() / "drench"
-sys.path.insert(0, str(SOURCE / "tools"))
+sys.path.insert(0, str(SOURCE / "tools/measure"))
 import measure  # noqa: E402
-import peers  # noqa: E402
+import peer_programs as peers  # noqa: E402
 from block import block_of  # noqa: E402
 
 # Stands for an interpreter with the packages of `peer`: asked for them it says yes; given a driver it writes what that one
@@ -26,7 +26,7 @@ from pathlib import Path
 if sys.argv[1] == "-c":
     sys.exit({missing!r})
 driver, block, folder = sys.argv[1], json.loads(Path(sys.argv[2]).read_text()), Path(sys.argv[3])
-assert driver.endswith("tools/bench_peers/drive_{name}.py") and Path(driver).exists(), driver
+assert driver.endswith("tools/measure/peers/drive_{name}.py") and Path(driver).exists(), driver
 d, (nx, ny, nz) = block["spacing"], block["counts"]
 assert (block["threads"], block["device"], block["tolerance"], block["support"]) == (1, "cpu", 0.002, 2 * d), block
 lattice = [c for i in range(nx) for j in range(ny) for k in range(2 * nz)

@@ -1,5 +1,5 @@
 // Fabrics with names: every one loads, builds and runs; the scene's own keys go first; the data file is sound, and
-// tools/fabrics_page.py makes tables of the manual from it.
+// tools/pages/fabrics.py makes tables of the manual from it.
 
 #include "scene/fabrics.hpp"
 

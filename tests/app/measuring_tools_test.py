@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""measuring_tools_test.py SOURCE BUILD: tools/scaling, speed_error, still_water, paper_tables and paper_figures measure what they say,
+"""measuring_tools_test.py SOURCE BUILD: tools/measure/scaling, speed_error, still_water, paper_tables and paper_figures measure what they say,
 on scenes of a few hundred particles, and their reader of frames agrees with stats.csv."""
 
 import importlib.machinery
@@ -16,7 +16,7 @@ from pathlib import Path
 
 sys.dont_write_bytecode = True
 SOURCE, BINARY = Path(sys.argv[1]).resolve(), Path(sys.argv[2]).resolve() / "drench"
-TOOLS = SOURCE / "tools"
+TOOLS = SOURCE / "tools/measure"
 sys.path.insert(0, str(TOOLS))
 import measure  # noqa: E402
 from series import liquid_series  # noqa: E402
@@ -60,7 +60,7 @@ class Case(unittest.TestCase):
 
 
 class PaperFigures(Case):
-    """tools/paper_figures on a few hundred particles."""
+    """tools/measure/paper_figures on a few hundred particles."""
 
     def test_frames_by_every_sort_are_equal(self):
         done = tool("paper_figures", "--binary", BINARY, "--figure", "sorts", "--spacing", "0.03", "--steps", "40", "--threads", "1")
@@ -403,7 +403,7 @@ class Help(Case):
         for name in ("scaling", "speed_error", "paper_tables", "paper_figures"):
             done = tool(name, "--help")
             self.assertEqual(done.returncode, 0, done.stderr)
-            self.assertRegex(done.stdout, rf"tools/{name} .*\[--backend")
+            self.assertRegex(done.stdout, rf"tools/measure/{name} .*\[--backend")
 
 
 class PaperTables(Case):

@@ -32,7 +32,7 @@ TEST_P(paper_scenes, has_the_papers_counts_and_constants) {
   std::vector<std::string> overrides;
   if (name.starts_with("rotating_bunny")) {
     if (!std::filesystem::exists(scenes_folder() + "/../.deps/models/bunny.obj"))
-      GTEST_SKIP() << "the mesh is not here: tools/fetch-models fetches it";
+      GTEST_SKIP() << "the mesh is not here: tools/measure/fetch-models fetches it";
     overrides = {"bodies.0.mesh.scale=0.05"};  // whose distance field takes a second, not a minute
   }
   const Scene scene = load_scene(paper_scene(name), overrides);

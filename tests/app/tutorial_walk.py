@@ -7,7 +7,7 @@ So that it takes a minute, it changes this, and leaves the rest as the pages hav
 - a picture has 240 x 180 pixels, and two frames of a run are drawn;
 - `drench compare` compares after ten steps;
 - scenes that the reader types are the finished ones of docs/tutorial/scenes;
-- set-up, tests, Cycles and tools/speed_error are left out: they have tests of their own."""
+- set-up, tests, Cycles and tools/measure/speed_error are left out: they have tests of their own."""
 
 import csv
 import os
@@ -26,7 +26,7 @@ from png_pixels import share  # noqa: E402
 SOURCE, BUILD = (Path(word).resolve() for word in sys.argv[1:3])
 TUTORIAL = SOURCE / "docs/tutorial"
 ENDS = {"water_on_cloth": 0.2, "towel": 0.1, "towel_water": 0.2, "towel_wet": 0.3, "shirt": 0.3, "splash": 0.3, "own": 0.4}
-LEFT_OUT = ("tools/test", "tools/setup", "tools/speed_error")
+LEFT_OUT = ("tools/test", "tools/setup", "tools/measure/speed_error")
 ran = []
 
 

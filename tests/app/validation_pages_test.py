@@ -11,8 +11,8 @@ from pathlib import Path
 
 sys.dont_write_bytecode = True
 SOURCE, BUILD = Path(sys.argv[1]).resolve(), Path(sys.argv[2]).resolve()
-sys.path.insert(0, str(SOURCE / "tools"))
-import validation_pages  # noqa: E402
+sys.path.insert(0, str(SOURCE / "tools/pages"))
+import validation as validation_pages  # noqa: E402
 
 FLOAT = """[ RUN      ] hydrostatic.a_column_comes_to_rest
 VALIDATION3-RUN|float|2026-01-02|abc123|OpenMP, 2 threads
