@@ -4,8 +4,7 @@ User pages are README.md, CHANGELOG.md, the pages of scenes/, and docs/ without 
 
 import re
 
-from page_text import files, text_lines
-from prose import plain
+from page_text import CODE, files, text_lines
 
 UNITS = r"(?:ms|µs|ns|s|seconds?|minutes?|hours?|times|iterations?|sub-steps?|bytes|kB|MB|kg|g|pictures|frames|files)"
 PER = r"(?:step|second|minute|frame|particle|node|rank|GPU|thread|iteration)"
@@ -37,6 +36,7 @@ IDIOMS = [
     (r"\bcapillary height\b", "equilibrium wicking height"),
     (r"\bareal density\b", "mass per unit area"),
     (r"\bscaled start\b", "warm start"),
+    (r"(?:^|(?<=[.!?] ))What (?:[^.!?]|[.!](?!\s))*(?:[.!](?=\s)|$)", "a sentence with a noun as its subject"),
 ]
 PATTERNS = [(re.compile(pattern, re.IGNORECASE), better) for pattern, better in IDIOMS]
 
@@ -48,6 +48,17 @@ def pages(root):
         if (root / folder).is_dir():
             found += files(root / folder, {".md"})
     return [page for page in found if not page.is_relative_to(root / "docs/dev")]
+
+
+def plain(line):
+    """A line of prose with a word for each code and formula, without marks, pictures and addresses."""
+    line = re.sub(r"\$`[^`]*`\$", " formula ", line)
+    line = CODE.sub(" code ", line)
+    line = re.sub(r"(?<![\\$])\$(?=\S)[^$]*(?<=\S)\$", " formula ", line)
+    line = re.sub(r"!\[[^]]*\]\([^)]*\)", " ", line)
+    line = re.sub(r"\[([^]]*)\](?:\([^)]*\)|\[[^]]*\])", r"\1", line)
+    line = re.sub(r"</?[A-Za-z][^>]*>|https?://\S+", " ", line)
+    return re.sub(r"[*]+|(?<!\w)_+|_+(?!\w)", "", line)
 
 
 def passages(text):
