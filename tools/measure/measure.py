@@ -217,6 +217,12 @@ def read_frame(path, fields):
     return found
 
 
+def read_corners(path):
+    """The node numbers of the cells of a VTU file, cell after cell."""
+    root = ElementTree.parse(path).getroot()
+    return decoded(root.find(".//Cells/DataArray[@Name='connectivity']"), "Q" if root.get("header_type") == "UInt64" else "I")
+
+
 # --- Plots
 
 def has(module):
