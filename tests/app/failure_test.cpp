@@ -120,30 +120,30 @@ TEST_F(Failure, AHealthyRunSaysNothing) {
   EXPECT_FALSE(fs::exists(here() / "o/failure.vtu"));
 }
 
-TEST_F(Failure, AParticleThatIsNotFinite) {
-  const Outcome o = run_from([](HostState& s) { s.fluid_velocity.at(7)[1] = nan; });
-  const std::int64_t id = state_.fluid_id.at(7);
-  expect_failure(o, {" at step 10 (t = 0.02 s): ", "finite number", "; particles ", "halve time.step (0.002 s)",
-                     "; see o/failure.vtu; "});
-  EXPECT_TRUE(offenders().contains({0, id})) << o.err;
-}
-
-TEST_F(Failure, APositionThatIsNotFinite) {
-  const Outcome o = run_from([](HostState& s) { s.fluid_position.at(0) = {nan, nan, nan}; });
-  expect_failure(o, {" at step 10 (t = 0.02 s): ", "finite number", "; particles "});
-  EXPECT_TRUE(offenders().contains({0, state_.fluid_id.at(0)})) << o.err;
-}
-
-TEST_F(Failure, ANodeThatIsNotFinite) {
-  const Outcome o = run_from([&](HostState& s) { s.node_velocity.at(static_cast<std::size_t>(free_node()))[0] = nan; });
-  expect_failure(o, {"finite number", "nodes ", "halve time.step"});
-  EXPECT_TRUE(offenders().contains({1, free_node()})) << o.err;
-}
-
-TEST_F(Failure, ABodyThatIsNotFinite) {
-  const Outcome o = run_from([](HostState& s) { s.body_velocity.at(1)[2] = nan; });
-  expect_failure(o, {"not finite numbers", "bodies 1; "});
-  EXPECT_EQ(offenders(), (std::set<Offender>{{2, 1}})) << o.err;
+TEST_F(Failure, WhatIsNotFinite) {
+  struct Case {
+    std::function<void(HostState&)> edit;
+    Words parts;
+    int kind;
+  };
+  const auto node = static_cast<std::size_t>(free_node());
+  const Case cases[] = {
+      {[](HostState& s) { s.fluid_velocity.at(7)[1] = nan; },
+       {" at step 10 (t = 0.02 s): ", "finite number", "; particles ", "halve time.step (0.002 s)", "; see o/failure.vtu; "}, 0},
+      {[](HostState& s) { s.fluid_position.at(7) = {nan, nan, nan}; },
+       {" at step 10 (t = 0.02 s): ", "finite number", "; particles "}, 0},
+      {[=](HostState& s) { s.node_velocity.at(node)[0] = nan; }, {"finite number", "nodes ", "halve time.step"}, 1},
+      {[](HostState& s) { s.body_velocity.at(1)[2] = nan; }, {"not finite numbers", "bodies 1; "}, 2}};
+  for (const Case& c : cases) {
+    fs::remove_all(here() / "o");
+    const Outcome o = run_from(c.edit);
+    expect_failure(o, c.parts);
+    const Offender offender{c.kind, c.kind == 0 ? state_.fluid_id.at(7) : c.kind == 1 ? free_node() : 1};
+    EXPECT_TRUE(offenders().contains(offender)) << o.err;
+    if (c.kind == 2) {
+      EXPECT_EQ(offenders().size(), 1U) << o.err;
+    }
+  }
 }
 
 TEST_F(Failure, AParticleBeyondAllSpeeds) {
