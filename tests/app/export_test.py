@@ -17,7 +17,7 @@ import tempfile
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
-from support import BINARY, SOURCE, call, drench, environment, expect, rejects, skip  # noqa: E402
+from support import BINARY, SOURCE, drench, environment, expect, rejects, skip  # noqa: E402
 
 PART = sys.argv[3]
 ENVIRONMENTS = {"usd": ("export", SOURCE / ".deps/export-venv/bin/python"),

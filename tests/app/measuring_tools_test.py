@@ -94,7 +94,6 @@ class Scaling(Tool):
         self.assertGreater(int(rows[2]["samples"]), 0)
         self.assertRegex(done.stdout, r"Time per particle from 432 to 1,458 particles: within [\d.]+× of its best")
         self.assertRegex(done.stdout, r"The largest block that fits: 2,000 particles.*told to end there")
-        self.plot("scaling", table)
 
     @unittest.skipUnless(shutil.which("mpirun"), "there is no mpirun")
     def test_ranks(self):
@@ -109,7 +108,6 @@ class Scaling(Tool):
         best = [float(r["ms_best"]) for r in rows]
         self.assertAlmostEqual(float(rows[1]["efficiency"]), best[0] / best[1] / 2)
         self.assertAlmostEqual(float(rows[3]["efficiency"]), best[2] / best[3] * 2000 / 2048)
-        self.plot("scaling", table)
 
     def test_failures(self):
         block = ("--binary", BINARY, "--sizes", "500", "--family", "block")

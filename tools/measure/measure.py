@@ -1,6 +1,7 @@
 """What the measuring tools share: running drench, reading what it writes, tables. Needs the standard library alone, so
 that the tools run on a machine that has nothing but the binaries; only plots need matplotlib, and are drawn apart."""
 
+import argparse
 import array
 import base64
 import csv
@@ -25,6 +26,26 @@ TOOL = Path(sys.argv[0]).name
 
 def give_up(message):
     sys.exit(f"{TOOL}: {message}")
+
+
+OPTIONS = {
+    "backend": {"choices": ("openmp", "serial", "cuda"), "default": "openmp"},
+    "precision": {"choices": ("float", "double"), "default": "float", "help": "of the binary that is built"},
+    "threads": {"type": int, "default": os.cpu_count()},
+    "set": {"action": "append", "default": [], "metavar": "KEY=VALUE", "help": "passed on to drench"},
+    "no-build": {"action": "store_true"},
+    "binary": {"type": Path, "help": "instead of the one in build/; nothing is built"},
+    "table": {"type": Path, "metavar": "FILE.csv", "help": "keeps the numbers"},
+    "keep": {"type": Path, "metavar": "FOLDER", "help": "keeps the runs' folders there"}}
+
+
+def parser(doc, *names):
+    """Of a tool's command line, with those of OPTIONS that are named; its help begins with `doc`."""
+    made = argparse.ArgumentParser(description=doc, formatter_class=argparse.RawDescriptionHelpFormatter, usage=argparse.SUPPRESS,
+                                   prog=doc.split(maxsplit=1)[0])
+    for name in names:
+        made.add_argument("--" + name, **OPTIONS[name])
+    return made
 
 
 def program(binary, backend, precision, build=True):

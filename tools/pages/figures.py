@@ -17,7 +17,7 @@ import re
 from decimal import ROUND_HALF_UP, Decimal
 
 from page_text import CODE, FIGURE, files, text_lines
-from tables import cells, tables
+from tables import tables
 
 DATA = "docs/benchmarks/figures.json"
 OPEN = "<!--fig:"
