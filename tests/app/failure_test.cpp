@@ -13,9 +13,9 @@
 #include <set>
 #include <thread>
 
+#include "commands_fixture.hpp"
 #include "frame_reader.hpp"
 #include "output/checkpoint.hpp"
-#include "run_program.hpp"
 
 namespace drench::test {
 namespace {
@@ -129,7 +129,9 @@ TEST_F(Failure, WhatIsNotFinite) {
   const auto node = static_cast<std::size_t>(free_node());
   const Case cases[] = {
       {[](HostState& s) { s.fluid_velocity.at(7)[1] = nan; },
-       {" at step 10 (t = 0.02 s): ", "finite number", "; particles ", "halve time.step (0.002 s)", "; see o/failure.vtu; "}, 0},
+       {" at step 10 (t = 0.02 s): ", "finite number", "; particles ", "halve time.step (0.002 s)",
+        "; see o/failure.vtu; "},
+       0},
       {[](HostState& s) { s.fluid_position.at(7) = {nan, nan, nan}; },
        {" at step 10 (t = 0.02 s): ", "finite number", "; particles "}, 0},
       {[=](HostState& s) { s.node_velocity.at(node)[0] = nan; }, {"finite number", "nodes ", "halve time.step"}, 1},
@@ -189,20 +191,8 @@ TEST_F(Failure, ClothTornApart) {
   EXPECT_TRUE(offenders().contains({1, 0})) << o.err;
 }
 
-/// A piston presses water out of half of its room, which nothing can.
 TEST_F(Failure, LiquidThatCollapses) {
-  write_text(here() / "piston.yaml", R"(drench: 1
-time: {step: 0.002, end: 1}
-domain: {min: [-0.2, -0.1, -0.2], max: [0.2, 0.6, 0.2]}
-output: {every: 0.01}
-fluid:
-  spacing: 0.02
-  solver: {max_iterations: 10}
-  sources: [{block: {min: [-0.06, 0, -0.06], max: [0.06, 0.2, 0.06]}}]
-bodies:
-  - box: {min: [-0.06, 0, -0.06], max: [0.06, 0.4, 0.06], inside: true}
-  - box: {min: [-0.1, 0.21, -0.1], max: [0.1, 0.5, 0.1], velocity: [0, -1, 0]}
-)");
+  write_text(here() / "piston.yaml", piston_scene);
   const Outcome o = run_drench(here(), {"run", "piston.yaml", "-o", "o", "--quiet"});
   expect_failure(o,
                  {"in stage pressure at step ", "the liquid collapses: its density is ",

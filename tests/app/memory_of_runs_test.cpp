@@ -8,21 +8,14 @@
 #include <utility>
 #include <vector>
 
+#include "commands_fixture.hpp"
 #include "pipeline/runtime.hpp"
 #include "precision.hpp"
-#include "run_program.hpp"
 
 namespace drench::test {
 namespace {
 
-class MemoryOfRuns : public testing::Test {
- protected:
-  const fs::path& here() const { return folder_.path(); }
-  Outcome drench(const std::vector<std::string>& arguments) const { return run_drench(here(), arguments); }
-
- private:
-  TempFolder folder_;
-};
+class MemoryOfRuns : public Commands {};
 
 /// The number before "MiB" that follows `words`.
 double mebibytes_after(const std::string& text, const std::string& words) {

@@ -147,21 +147,9 @@ TEST_F(Report, SetsTwoRunsSideBySide) {
   EXPECT_NE(report({"a", "a"}).find("The resolved scenes are equal."), std::string::npos);
 }
 
-/// A piston presses water out of half of its room, which nothing can.
 TEST_F(Report, OfAFailedRunSaysFirstWhy) {
-  write_text(here() / "piston.yaml", R"(drench: 1
-time: {step: 0.002, end: 1}
-domain: {min: [-0.2, -0.1, -0.2], max: [0.2, 0.6, 0.2]}
-output: {every: 0.01, report: true}
-fluid:
-  spacing: 0.02
-  solver: {max_iterations: 10}
-  sources: [{block: {min: [-0.06, 0, -0.06], max: [0.06, 0.2, 0.06]}}]
-bodies:
-  - box: {min: [-0.06, 0, -0.06], max: [0.06, 0.4, 0.06], inside: true}
-  - box: {min: [-0.1, 0.21, -0.1], max: [0.1, 0.5, 0.1], velocity: [0, -1, 0]}
-)");
-  const Outcome o = drench({"run", "piston.yaml", "-o", "o", "--quiet"});
+  write_text(here() / "piston.yaml", piston_scene);
+  const Outcome o = drench({"run", "piston.yaml", "-o", "o", "--quiet", "--set", "output.report=true"});
   ASSERT_EQ(o.code, 1) << o.err;
   const std::string page = read_text(here() / "o/report.html");
   const std::size_t why = page.find("The run failed in stage pressure"),

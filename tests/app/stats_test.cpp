@@ -33,8 +33,8 @@ TEST(Output, StatisticsHaveTheirColumns) {
 
   const Table table = read_table(folder.path() / "stats.csv");
   const std::vector<std::string> first = split(
-      "step,time,dt,particles,density_iterations,divergence_iterations,density_error,density_error_max,mass_fluid,mass_cloth,"
-      "mass_drained,mass_supplied,mass_total,mass_error,saturation_max,kinetic_energy",
+      "step,time,dt,particles,density_iterations,divergence_iterations,density_error,density_error_max,mass_fluid,"
+      "mass_cloth,mass_drained,mass_supplied,mass_total,mass_error,saturation_max,kinetic_energy",
       ',');
   ASSERT_GE(table.header.size(), first.size() + stages.size());
   EXPECT_TRUE(std::equal(first.begin(), first.end(), table.header.begin()));
