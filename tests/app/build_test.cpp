@@ -13,6 +13,7 @@
 
 #include "base/eigen_vec.hpp"
 #include "build_scenes.hpp"
+#include "rolled_sheet.hpp"
 #include "setup/cloth_mesh.hpp"
 #include "setup/surface_mesh.hpp"
 
@@ -183,6 +184,31 @@ TEST(BuildCloth, HingeOfAnIrregularFlatQuadAnnihilatesAffineMapsToo) {
   const Eigen::Vector3d folded = to_eigen(x0) + Eigen::AngleAxisd(theta, axis) * (to_eigen(x3) - to_eigen(x0));
   const Eigen::Vector3d sum = k[0] * to_eigen(x0) + k[1] * to_eigen(x1) + k[2] * to_eigen(x2) + k[3] * folded;
   EXPECT_NEAR(sum.norm(), 2 * length * std::sin(theta / 2), 1e-13);
+}
+
+/// Energy of the rolled 1 m square sheet with n × n nodes over ½ bend κ² A.
+double bending_ratio(int n, double curvature, double degrees) {
+  const Scene scene = cloth_scene({1, 1}, {n, n});
+  const double energy = test::rolled_energy(build(scene).model.mesh, curvature, degrees);
+  return energy / (0.5 * scene.cloths[0].material.bend * curvature * curvature);
+}
+
+TEST(BuildCloth, BendingEnergyOfARolledSheetConverges) {
+  // `bend` is the flexural rigidity along the grid's lines and along its diagonals.
+  // tests/validation/bending_test.cpp has other meshes and directions.
+  for (const double degrees : {0.0, 90.0}) {
+    double last = 1;
+    for (const int n : {11, 21, 41, 81}) {
+      const double ratio = bending_ratio(n, 0.5, degrees), a = 1.0 / (n - 1);
+      // n − 2 nodes of n − 1 cells in a line have a difference; each |Kᵀx| is (4/κ) sin²(κ a / 2).
+      const double exact = (n - 2.0) / (n - 1.0) * std::pow(std::sin(0.25 * a) / (0.25 * a), 4);
+      EXPECT_NEAR(ratio, exact, 1e-8) << n;
+      EXPECT_LT(std::abs(ratio - 1), 0.51 * last + 1e-6) << n;  // first order in a, from the missing boundary
+      last = std::abs(ratio - 1);
+    }
+    RecordProperty("ratio_rolled_along_grid", std::to_string(bending_ratio(81, 0.5, degrees)));
+  }
+  EXPECT_NEAR(bending_ratio(161, 0.5, 45), 1, 0.01);
 }
 
 TEST(BuildLimits, RefusesWhatDoesNotFitBeforeAllocatingIt) {

@@ -114,6 +114,8 @@ class Scaling(Tool):
         self.assertIn("unknown key 'bogus'", self.tool("scaling", *block, "--set", "fluid.bogus=1", code=1).stdout)
         self.assertIn("cut short", self.tool("scaling", *block, "--steps", 1000000, "--max-seconds", 3).stdout)
         self.tool("scaling", "--binary", BINARY, "--sizes", "few", code=2)
+        self.tool("scaling", "--binary", BINARY, "--ranks", "1", "--largest", code=2)
+        self.tool("scaling_model", "--bandwidth", "-1", code=2)
 
     def test_model(self):
         table = self.folder / "model.csv"
@@ -168,6 +170,10 @@ class SpeedError(Tool):
         rows = measure.read_csv(self.table)
         self.assertEqual([(r["fluid.kernel"], r["step"]) for r in rows], [("cubic", "0.002"), ("poly6", "0.004"), ("cubic", "0.004")])
         self.assertTrue(all(float(r["error"]) > 0 for r in rows[1:]))
+
+    def test_failure(self):
+        done = self.sweep("--steps", "0.004", "--tolerances", "1e-2", "--precisions", "float", "--max-seconds", 0.01, code=1)
+        self.assertRegex(done.stdout, "no step was done|not done in")
 
     def test_study(self):
         self.sweep("--study", "wick")
@@ -244,6 +250,7 @@ class Bench(Tool):
                 ("--steps: '10' is no whole number of 11 or more", "--steps", 10),
                 ("--tolerance: '2' is no number from 1e-7 to 0.1", "--tolerance", 2),
                 ("need a --peer", "--table", "table.csv"),
+                ("of which peer?", "--peer", "splishsplash", "--peer", "genesis", "--peer-python", "python3"),
                 ("there is no --peer genesis", "--peer", "splishsplash", "--peer-python", "genesis=python3")):
             done = self.bench(*arguments, code=2)
             self.assertEqual(done.stderr.count("\n"), 1, done.stderr)
@@ -251,6 +258,10 @@ class Bench(Tool):
         absent = self.folder / "absent"
         done = self.bench(*self.BLOCK, "--peer", "genesis", "--peer-python", absent, code=1)
         self.assertEqual(done.stderr, f"tools/bench: peer genesis: {absent}: No such file or directory\n")
+        python = self.write("python", PEER)
+        python.chmod(0o755)
+        done = self.bench(*self.BLOCK, "--peer", "sph_taichi", "--peer-python", python, "--peer-source", absent, code=1)
+        self.assertEqual(done.stderr, f"tools/bench: peer sph_taichi: {absent}: no such folder\n")
         self.assertIn("bogus", self.bench(*self.BLOCK, "--runs", 1, "--set", "fluid.bogus=1", code=1).stderr)
 
     def test_stages(self):

@@ -1,4 +1,4 @@
-// The same scene with one, two and three threads: the program as a user starts it.
+// The same scene with one, two and three threads, and scenes on the reference: the program as a user starts it.
 
 #include <gtest/gtest.h>
 #include <sys/auxv.h>
@@ -45,6 +45,8 @@ cloth:
     initial_saturation: [{box: {min: [-0.2, -1, -0.2], max: [0.0, 1, 0.2]}, value: 1.15}]
     porous: {solid_fraction: 0.4, absorption: 0.02, diffusivity: 1.0e-3, emission_velocity: 5}
 )";
+
+std::string scene(const std::string& name) { return scenes_folder() + "/" + name; }
 
 }  // namespace
 
@@ -153,6 +155,18 @@ TEST(threads, settle_in_a_program_that_starts_itself_anew_once) {
   EXPECT_NE(settled.find("OMP_NUM_THREADS = '2'"), std::string::npos) << settled;
   EXPECT_EQ(once, 1);
   EXPECT_EQ(as_given, 1);
+}
+
+TEST(reference, runs_the_small_scenes_through_the_same_pipeline) {
+  for (const char* name : {"cloth_only.yaml", "dam_break.yaml", "wick.yaml"}) {
+    const TempFolder folder;
+    const Outcome o = run_drench(
+        folder.path(), {"run", scene(name), "--backend", "reference", "--steps", "10", "--quiet", "-o", "out"});
+    ASSERT_EQ(o.code, 0) << name << ": " << o.err;
+    const Table table = read_table(folder.path() / "out" / "stats.csv");
+    EXPECT_EQ(table.rows.size(), 10u) << name;
+    for (std::size_t row = 0; row < table.rows.size(); ++row) EXPECT_EQ(table.number(row, "mass_error"), 0.0) << name;
+  }
 }
 
 }  // namespace drench::test
