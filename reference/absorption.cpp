@@ -10,7 +10,8 @@
 namespace drench::reference {
 namespace {
 
-/// What liquid at `away` (m) from sample j is asked for: kg, of pressure alone, and whether the fabric takes liquid up by itself.
+/// What liquid at `away` (m) from sample j is asked for: kg, of pressure alone, and whether the fabric takes liquid up
+/// by itself.
 struct Passage {
   double driven = 0;
   bool wets = true;
@@ -105,7 +106,8 @@ std::vector<Quanta> transfers(const ReferenceState& state, Index i, const std::v
   return transfer;
 }
 
-/// What goes along with the transfers of particle i; of one that is taken whole, what rounding leaves goes with the largest.
+/// What goes along with the transfers of particle i; of one that is taken whole, what rounding leaves goes with the
+/// largest.
 void take_solute(ReferenceState& state, Index i, const std::vector<Quanta>& transfer, std::vector<Quanta>& taken) {
   if (!state.model.has_solute() || transfer.empty()) return;
   const Quanta mass = state.s.fluid_mass[i], carried = state.s.fluid_solute[i];

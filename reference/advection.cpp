@@ -261,7 +261,8 @@ bool lies_between(const MovingCloth& cloth, const Vector3d& from, const Vector3d
   return false;
 }
 
-/// Of the particles that leave those that are faster than `limit`, m/s; none if neither that nor their number is suspicious.
+/// Of the particles that leave those that are faster than `limit`, m/s; none if neither that nor their number is
+/// suspicious.
 SomeParticles escaped(const HostState& s, const std::vector<bool>& gone, double limit, double fastest) {
   const auto count = std::ranges::count(gone, true);
   const bool fast = fastest > limit;

@@ -13,7 +13,8 @@ using Eigen::Vector3d;
 
 constexpr int check_interval = 10;
 
-/// Positions at the end of the step, from where the solve before has led (`last`) if there was one; iterations and residual.
+/// Positions at the end of the step, from where the solve before has led (`last`) if there was one; iterations and
+/// residual.
 Vectors solve(const ReferenceState& state, const StepInfo& info, ClothProblem& problem, const Vectors& load,
               const std::optional<Vectors>& last, StepReport& report) {
   const Vector3d gravity = vec(state.model.scene.gravity);

@@ -128,7 +128,6 @@ void ClothIteration::iterate_positions() {
     next[n] += step;
     if (touched.press > 0) next[n] = problem_.with_friction(touched, n, next[n], problem_.friction(n) * touched.press);
   }
-  problem_.project(next);
   for (std::size_t n = 0; n < next.size(); ++n) next[n] = omega_ * (next[n] - previous_[n]) + previous_[n];
   problem_.project(next);
   previous_ = x_;

@@ -268,7 +268,8 @@ NodeContact ClothProblem::contact(Index n, const Vector3d& x, Vector3d& push, do
   }
   NodeContact found;
   if (touched.empty()) return found;
-  // The least pressing forces that leave no part of `push` inward: the normal equations with signs, one after the other.
+  // The least pressing forces that leave no part of `push` inward: the normal equations with signs, one after the
+  // other.
   const double size = push.norm();
   constexpr int most_sweeps = 1000;
   double change = 1;
@@ -329,7 +330,8 @@ Vector3d ClothProblem::unbalanced(Index n, const Vector3d& x, const Vector3d& r)
   const NodeContact touched = contact(n, x, left, 1);
   if (touched.press == 0) return left;
   const Vector3d on = touched.free * left / diagonal[n];
-  // A slip below a tenth of the displacement along the normal is not counted: normals of interpolated distances jump so much.
+  // A slip below a tenth of the displacement along the normal is not counted: normals of interpolated distances jump so
+  // much.
   const Vector3d relative = x - start[n] - dt * touched.surface, slip = touched.free * relative;
   const Vector3d here = slip.norm() > 0.1 * (relative - slip).norm() ? x : Vector3d(x - slip);
   const Vector3d after = with_friction(touched, n, here + on, friction(n) * touched.press / diagonal[n]);

@@ -10,8 +10,8 @@ namespace drench::reference {
 
 using Stress = Eigen::Matrix<double, 3, 2>;
 
-/// The bodies that a node touches: the directions that they leave it, the mean velocity of their surfaces by what presses, and
-/// what presses the node into all of them.
+/// The bodies that a node touches: the directions that they leave it, the mean velocity of their surfaces by what
+/// presses, and what presses the node into all of them.
 struct NodeContact {
   Eigen::Matrix3d free = Eigen::Matrix3d::Identity();
   Eigen::Vector3d surface = Eigen::Vector3d::Zero();  // m/s
@@ -27,10 +27,10 @@ Eigen::Matrix<double, 3, 2> corner_gradients(const Eigen::Matrix2d& frame);
 struct ClothProblem {
   const ReferenceState& state;
   double dt;
-  Vectors start;                 // x⁰, m
-  Vectors target;                // y, m
-  std::vector<double> mass;      // wet, kg
-  std::vector<double> diagonal;  // D, N/m
+  Vectors start;                      // x⁰, m
+  Vectors target;                     // y, m
+  std::vector<double> mass;           // wet, kg
+  std::vector<double> diagonal;       // D, N/m
   std::vector<double> stitch_length;  // at the end of the step, m
   std::vector<PlacedBody> bodies;
   std::vector<Clearance> clearance;
@@ -46,7 +46,8 @@ struct ClothProblem {
   Eigen::Vector3d spring_force(Index e, const Vectors& x) const;
   /// −c_h Σ_a K_a x_a: K_a times this acts on corner a of hinge h, N.
   Eigen::Vector3d hinge_force(Index h, const Vectors& x) const;
-  /// What the strain limit, −w_t A_t (F_t − F*_t), and the membrane of triangle t do: times ∇N this acts on a corner, N·m.
+  /// What the strain limit, −w_t A_t (F_t − F*_t), and the membrane of triangle t do: times ∇N this acts on a corner,
+  /// N·m.
   Stress triangle_stress(Index t, const Vectors& x) const;
   Stress limit_stress(Index t, const Vectors& x) const;
   Stress membrane_stress(Index t, const Vectors& x) const;
@@ -62,8 +63,8 @@ struct ClothProblem {
   /// x, moved out of the planes that touch the bodies at their points next to `now`, to the cloth's thickness.
   Eigen::Vector3d before_planes(Index n, const Eigen::Vector3d& now, Eigen::Vector3d x) const;
   using OfBody = std::function<void(std::size_t body, const Eigen::Vector3d& pressed)>;
-  /// The bodies that the free node n touches at x. `push`, a force, or a displacement of so many N per m (`stiffness`, else 1),
-  /// loses what presses into them: of_body hears of each. Bodies that squeeze the node press it, too.
+  /// The bodies that the free node n touches at x. `push`, a force, or a displacement of so many N per m (`stiffness`,
+  /// else 1), loses what presses into them: of_body hears of each. Bodies that squeeze the node press it, too.
   NodeContact contact(Index n, const Eigen::Vector3d& x, Eigen::Vector3d& push, double stiffness,
                       const OfBody& of_body = {}) const;
   /// x after Coulomb friction: node n slips along the surface by `loss` (m) less, at most to a standstill.

@@ -1,5 +1,6 @@
 #pragma once
-// Layers of cloth that lie in one place, to the rounding of numbers: which way each of them leaves the other (contacts.md, 5b, 5c).
+// Layers of cloth that lie in one place, to the rounding of numbers: which way each of them leaves the other
+// (contacts.md, 5b, 5c).
 
 #include <Eigen/Core>
 #include <array>

@@ -234,10 +234,12 @@ std::vector<BodyContact> project_out(const std::vector<PlacedBody>& bodies, cons
     const double kept = distance_to_keep(bodies, body, clearance, x);
     if (*distance >= kept) continue;
     contacts.push_back({normal, body.velocity_at(x)});
-    const int steps = body.body->kind == BodyScene::Kind::mesh ? 3 : 1;  // of Newton, where φ is interpolated
-    for (int k = 0; k < steps && distance; ++k) {
-      x += (kept - *distance) / slope * normal;
+    x += (kept - *distance) / slope * normal;
+    if (body.body->kind != BodyScene::Kind::mesh) continue;
+    for (int k = 0; k < 2; ++k) {  // Newton's method, because φ is interpolated
       distance = distance_to(body, x, normal, slope);
+      if (!distance || std::abs(kept - *distance) <= 1e-4 * kept) break;
+      x += (kept - *distance) / slope * normal;
     }
   }
   return contacts;

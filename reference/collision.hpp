@@ -37,8 +37,8 @@ Eigen::Vector3d interpolate(const Triangle& t, const Eigen::Vector3d& weight);
 std::vector<double> quadratic_roots(double c0, double c1, double c2);
 
 /// The first time in [0, 1] at which the point, moving linearly from x0 to x1, lies in the triangle: barycentric
-/// coordinates ≥ −1e-6, or no farther from its outline than 1e-6 of its longest edge. At τ = 1 it also lies there if it is no
-/// farther from the plane than `touch` (m).
+/// coordinates ≥ −1e-6, or no farther from its outline than 1e-6 of its longest edge. At τ = 1 it also lies there if it
+/// is no farther from the plane than `touch` (m).
 std::optional<Hit> first_hit(const MovingTriangle& triangle, const Eigen::Vector3d& x0, const Eigen::Vector3d& x1,
                              double touch = 0);
 
@@ -80,8 +80,8 @@ Clearance clearance_of(const ReferenceState& state, const std::vector<PlacedBody
 /// The distance (m) that cloth at x keeps from a body: its clearance, or half of such a gap.
 double distance_to_keep(const std::vector<PlacedBody>& bodies, const PlacedBody& body, const Clearance& clearance,
                         const Eigen::Vector3d& x);
-/// Moves x out of the bodies, in their order, to that distance where it is closer. Returns the contacts with those bodies that
-/// moved it, with the surface's velocity at x as it was. Thickness 0: a particle of liquid.
+/// Moves x out of the bodies, in their order, to that distance where it is closer. Returns the contacts with those
+/// bodies that moved it, with the surface's velocity at x as it was. Thickness 0: a particle of liquid.
 std::vector<BodyContact> project_out(const std::vector<PlacedBody>& bodies, const Clearance& clearance,
                                      Eigen::Vector3d& x);
 

@@ -148,8 +148,8 @@ struct Iterates {
   }
 };
 
-/// What is left of a particle's compression and of its approach to the sheet that it touches, for R_i and R'_i (1/s), in
-/// the unit of the tolerance (1).
+/// What is left of a particle's compression and of its approach to the sheet that it touches, for R_i and R'_i (1/s),
+/// in the unit of the tolerance (1).
 struct Residuals {
   std::function<double(Index, double)> compression;
   std::function<double(Index, double)> approach;  // none: sheets are not touched

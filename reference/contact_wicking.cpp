@@ -50,9 +50,8 @@ double conductance(const Model& m, const ClothMaterial& a, const ClothMaterial& 
     return height(c) * 0.5 * c.thickness / (m.rest_density * (1 - c.solid_fraction) * c.diffusivity);
   };
   const auto steepest = [&](const ClothMaterial& c) {  // of r sᵝ
-    return height(c) * (c.retention_exponent > 1
-                            ? c.retention_exponent * std::pow(c.max_saturation, c.retention_exponent - 1)
-                            : 1);
+    return height(c) *
+           (c.retention_exponent > 1 ? c.retention_exponent * std::pow(c.max_saturation, c.retention_exponent - 1) : 1);
   };
   const double n = std::max(a.diffusion_exponent, b.diffusion_exponent);
   const double growth = n > 1 ? std::pow(std::max(a.max_saturation, b.max_saturation), n - 1) : 1;

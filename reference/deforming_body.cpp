@@ -52,7 +52,8 @@ Vector3d mixed(const Corners& t, const Vector3d& w) { return w[0] * t[0] + w[1] 
 double solid_angle(const Corners& t, const Vector3d& x) {
   const Vector3d a = t[0] - x, b = t[1] - x, c = t[2] - x;
   const double la = a.norm(), lb = b.norm(), lc = c.norm();
-  return std::atan2(a.dot(b.cross(c)), la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb) / (2 * std::numbers::pi);
+  return std::atan2(a.dot(b.cross(c)), la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb) /
+         (2 * std::numbers::pi);
 }
 
 }  // namespace
@@ -95,7 +96,8 @@ const DeformedSurface::LatticePoint& DeformedSurface::at(Index i, Index j, Index
   LatticePoint& point = found->second;
   for (Index t = 0; t < static_cast<Index>(body_.mesh_triangles.size()); ++t) {
     const Corners corners = corners_of(body_, points_, t);
-    if (!((corners[1] - corners[0]).cross(corners[2] - corners[0]).norm() > 0)) continue;  // its edges are those of others
+    if (!((corners[1] - corners[0]).cross(corners[2] - corners[0]).norm() > 0))
+      continue;  // its edges are those of others
     around += solid_angle(corners, x);
     const double distance = (x - mixed(corners, nearest_weights(corners, x))).norm();
     if (distance >= least) continue;
@@ -173,11 +175,13 @@ void place_shape_samples(ReferenceState& state, double time) {
     Vectors places;
     for (Index s = 0; s < body.sample_count; ++s) {
       places.push_back(sample_place(body, points, s));
-      const Corners x = corners_of(body, points, body.shape.triangle[s]), v = corners_of(body, rates, body.shape.triangle[s]);
+      const Corners x = corners_of(body, points, body.shape.triangle[s]),
+                    v = corners_of(body, rates, body.shape.triangle[s]);
       // The normal's rate of change: of n = c/|c| with c = e₁ × e₂.
       const Vector3d c = (x[1] - x[0]).cross(x[2] - x[0]), n = c.normalized();
       const Vector3d rate = (v[1] - v[0]).cross(x[2] - x[0]) + (x[1] - x[0]).cross(v[2] - v[0]);
-      const Vector3d turning = c.norm() > 0 ? Vector3d((rate - n * n.dot(rate)) / c.norm()) : Vector3d(Vector3d::Zero());
+      const Vector3d turning =
+          c.norm() > 0 ? Vector3d((rate - n * n.dot(rate)) / c.norm()) : Vector3d(Vector3d::Zero());
       state.s.boundary_position[body.first_sample + s] = arr(places.back());
       state.s.boundary_velocity[body.first_sample + s] =
           arr(mixed(v, vec(body.shape.weight[s])) - body.shape.depth[s] * turning);

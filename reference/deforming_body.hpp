@@ -21,7 +21,8 @@ class DeformedSurface {
 
   /// Interpolated on the lattice; none beyond it. `slope`: how fast it grows along the normal.
   std::optional<double> distance(const Eigen::Vector3d& x, Eigen::Vector3d& normal, double& slope) const;
-  /// Mean velocity over the step of the nearest point, of the triangle that the nearest lattice point has; 0 beyond the band.
+  /// Mean velocity over the step of the nearest point, of the triangle that the nearest lattice point has; 0 beyond the
+  /// band.
   Eigen::Vector3d velocity(const Eigen::Vector3d& x) const;
 
  private:

@@ -300,8 +300,8 @@ void take_solute_from_nodes(ReferenceState& state, Index p, const Share& share) 
   }
 }
 
-/// Takes what sample p gave from its nodes. It left with the mean velocity of unrounded parts; what a whole part is more
-/// leaves its momentum behind.
+/// Takes what sample p gave from its nodes. It left with the mean velocity of unrounded parts; what a whole part is
+/// more leaves its momentum behind.
 void take_from_nodes(ReferenceState& state, Index p, const Share& share) {
   const Quanta given = share.total - share.left;
   if (given == 0) return;
@@ -320,7 +320,8 @@ void take_from_nodes(ReferenceState& state, Index p, const Share& share) {
     state.s.node_liquid[n] -= part[k] + more;
     state.s.node_buffered[n] -= part[k] + more;
     if (state.model.mesh.pinned[n]) continue;
-    const double unrounded = static_cast<double>(given) * static_cast<double>(share.of_node[k]) / static_cast<double>(share.total);
+    const double unrounded =
+        static_cast<double>(given) * static_cast<double>(share.of_node[k]) / static_cast<double>(share.total);
     const double behind = (static_cast<double>(part[k] + more) - unrounded) * state.model.quantum;  // kg
     state.s.node_velocity[n] = arr(vec(state.s.node_velocity[n]) * (1 + behind / node_mass(state, n)));
   }

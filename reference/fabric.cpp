@@ -31,7 +31,8 @@ double area_of(const std::vector<Corner>& polygon) {
   return 0.5 * std::abs(twice);
 }
 
-/// The wet part's area and extent. The plane of a cloth that is curved at rest shows its triangles smaller than they are.
+/// The wet part's area and extent. The plane of a cloth that is curved at rest shows its triangles smaller than they
+/// are.
 void measure_patch(const ReferenceState& state, const ClothMaterial& cloth, FabricNumbers& numbers) {
   const ClothMesh& mesh = state.model.mesh;
   const std::vector<double> saturation = node_saturation(state.model, state.s);

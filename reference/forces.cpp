@@ -224,7 +224,8 @@ void forces(ReferenceState& state, const StepInfo& info, StepReport& report) {
     for (Index body = 0; body < s.body_count(); ++body) {
       if (state.model.bodies[body].dynamic) s.body_velocity[body] = arr(vec(s.body_velocity[body]) + fall);
     }
-    for (std::size_t b = 0; b < body_change.size(); ++b) body_change[b] = keep * body_change[b] + weight * r.body_force[b];
+    for (std::size_t b = 0; b < body_change.size(); ++b)
+      body_change[b] = keep * body_change[b] + weight * r.body_force[b];
     accelerate_bodies(state, body_change, 1);
     const Vectors node_force = spread_to_nodes(state, r.sample_force);
     for (std::size_t n = 0; n < nodes; ++n) {

@@ -38,7 +38,8 @@ SpinRates spin_rates(const ReferenceState& state, const Vectors& v, const Vector
     for_neighbors(state, i, [&](Index j, double volume, const Vector3d& x, const Vector3d& gradient) {
       curl += volume * (v[i] - v[j]).cross(gradient);
       rigid += volume * omega[i].cross(x).cross(gradient);
-      out.spin[i] += 2 * law.viscosity * volume * gradient.norm() / std::max(x.norm(), m.support / 8) * (omega[j] - omega[i]);
+      out.spin[i] +=
+          2 * law.viscosity * volume * gradient.norm() / std::max(x.norm(), m.support / 8) * (omega[j] - omega[i]);
     });
     const Vector3d slip = curl - rigid;
     for_neighbors(state, i, [&](Index, double volume, const Vector3d& x, const Vector3d& gradient) {

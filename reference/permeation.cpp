@@ -11,8 +11,8 @@ namespace {
 struct Surroundings {
   std::array<double, 2> filled{0, 0};     // Σ V W on the side that the normal leaves and on the other one, 1
   std::array<double, 2> potential{0, 0};  // Σ V W φ there, m²/s²
-  double load = 0;      // the liquid's pressure on it along the normal, over ρ0, m²/s²
-  double at_walls = 0;  // how close extrapolated walls are, 0 to 1
+  double load = 0;                        // the liquid's pressure on it along the normal, over ρ0, m²/s²
+  double at_walls = 0;                    // how close extrapolated walls are, 0 to 1
 };
 
 /// How much of a side counts as air, 1.
@@ -29,8 +29,8 @@ Surroundings around(const ReferenceState& state, Index p) {
     const int side = away.dot(n) >= 0 ? 1 : 0;
     result.filled[side] += weight;
     result.potential[side] += weight * std::max(0.0, kappa - vec(state.model.scene.gravity).dot(away));
-    result.load += wall_share * image_density(state.s.fluid_density_ratio[i]) * fluid_volume(state, i) * state.s.sample_volume[p] *
-                   kappa * smoothing.gradient(from_behind(state, i, p)).dot(n);
+    result.load += wall_share * image_density(state.s.fluid_density_ratio[i]) * fluid_volume(state, i) *
+                   state.s.sample_volume[p] * kappa * smoothing.gradient(from_behind(state, i, p)).dot(n);
   }
   result.load /= state.model.samples.area[p];
   double walls = 0;
@@ -53,8 +53,8 @@ double mean_potential(const Surroundings& liquid, int side) {
   return (1 - air_share(liquid.filled[side])) * liquid.potential[side] / liquid.filled[side];
 }
 
-/// What drives liquid along the normal, m²/s²: the load where one side is free, the difference of potentials where both are
-/// covered or walls carry a part of the load.
+/// What drives liquid along the normal, m²/s²: the load where one side is free, the difference of potentials where both
+/// are covered or walls carry a part of the load.
 double drive_of(const Surroundings& liquid, double half_thickness) {
   const double by_pressure = std::max(covered_share(liquid), liquid.at_walls);
   return (1 - by_pressure) * liquid.load + by_pressure * (mean_potential(liquid, 0) - mean_potential(liquid, 1)) +

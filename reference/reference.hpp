@@ -17,8 +17,8 @@ struct ReferenceState {
   const Model& model;
   HostState s;
   NeighborLists fluid_fluid, fluid_boundary, fluid_sample, sample_fluid, sample_sample, sample_boundary;
-  // Per liquid particle (stage density): C_i, 1/m²; the Jacobi diagonal of the pressure solves, m²; those of its contact with
-  // sheets, α' = 0 where it touches none.
+  // Per liquid particle (stage density): C_i, 1/m²; the Jacobi diagonal of the pressure solves, m²; those of its
+  // contact with sheets, α' = 0 where it touches none.
   std::vector<double> compliance, alpha, contact_compliance, contact_alpha;
   std::vector<Eigen::Matrix3d> wall_gain;           // L_i, 1; empty where walls mirror (stage density)
   std::vector<double> sample_supply;                // Σ V W upstream of each sample, 1 (stage permeation)

@@ -39,7 +39,8 @@ Vectors body_pressure_forces(const ReferenceState& state, const std::vector<doub
 void respond_bodies(ReferenceState& state, const std::vector<double>& kappa, double dt);
 /// The dynamic bodies take what the pressures κ give them.
 void accept_bodies(ReferenceState& state, const std::vector<double>& kappa, double dt);
-/// What walls gave of the liquid's `change` of velocity (m/s), where they extrapolate the pressure, dynamic bodies lose.
+/// What walls gave of the liquid's `change` of velocity (m/s), where they extrapolate the pressure, dynamic bodies
+/// lose.
 void push_bodies_back(ReferenceState& state, const Vectors& change);
 /// The dynamic bodies' share of the Jacobi diagonal, added to α.
 void add_body_rows(ReferenceState& state);

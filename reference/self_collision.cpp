@@ -183,8 +183,8 @@ class SelfCollision {
         normal = near->apart.normalized();
       if (!normal) continue;
       const double target_gap = pair.distance < pair.thickness
-                              ? std::min(pair.thickness, pair.distance + 0.1 * pair.thickness)
-                              : pair.thickness;
+                                    ? std::min(pair.thickness, pair.distance + 0.1 * pair.thickness)
+                                    : pair.thickness;
       contacts.push_back({&pair, near->b, *normal, target_gap});
     }
     return contacts;

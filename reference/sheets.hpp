@@ -11,7 +11,8 @@ Index nearest_sample(const ReferenceState& state, Index i);
 /// Unit normal of the sample's triangle.
 Eigen::Vector3d sample_normal(const ReferenceState& state, Index p);
 
-/// Whether c (m), in the plane of sample p, is on its sheet near the sample: nearer than 1.25 d and not beyond the boundary.
+/// Whether c (m), in the plane of sample p, is on its sheet near the sample: nearer than 1.25 d and not beyond the
+/// boundary.
 bool on_sheet(const ReferenceState& state, Index p, const Eigen::Vector3d& c);
 
 /// Whether particle i touches a sheet (src/stages/pressure.hpp).

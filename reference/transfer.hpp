@@ -43,7 +43,8 @@ inline Quanta limited(Quanta offer, double phi) {
   return phi == 1 ? offer : floor_quanta(static_cast<double>(offer) * phi);
 }
 
-/// Each node takes its own part φ_n of what comes: φ_p = Σ_n w_pn φ_n, and what enters goes to the nodes by w_pn φ_n/φ_p.
+/// Each node takes its own part φ_n of what comes: φ_p = Σ_n w_pn φ_n, and what enters goes to the nodes by w_pn
+/// φ_n/φ_p.
 struct Split {
   std::array<double, 3> weight;
   double share = 1;  // φ_p
@@ -69,7 +70,8 @@ void remove_particles(HostState& s, const std::vector<bool>& gone);
 Eigen::Vector3d virtual_pressure(const ReferenceState& state, Index p);
 Eigen::Vector3d normalised_drive(const ReferenceState& state, Index p, const Eigen::Vector3d& pressure);
 
-/// Σ V W of one side of a sheet, 1: below the first the rest of that side counts as air, above the second it is covered.
+/// Σ V W of one side of a sheet, 1: below the first the rest of that side counts as air, above the second it is
+/// covered.
 inline constexpr double full_side = 0.1, covered_side = 0.25;
 
 /// A particle that pressure drains is taken whole where less than this part of m_min would remain.
@@ -79,7 +81,8 @@ inline constexpr Quanta drained_part = 16;
 bool is_permeable(const ReferenceState& state, Index p);
 bool is_driven(const ReferenceState& state, Index p);
 
-/// Sample p takes (1) or gives (-1) quanta from or to liquid at x, where the scene counts what comes and goes on the faces.
+/// Sample p takes (1) or gives (-1) quanta from or to liquid at x, where the scene counts what comes and goes on the
+/// faces.
 void count_on_face(ReferenceState& state, Index p, const Eigen::Vector3d& x, Quanta quanta, int direction);
 
 /// Is the cloth of sample p porous?

@@ -134,7 +134,8 @@ class WetAdhesion {
     double strength = stickiness(n);
     for (int c = 0; c < 3; ++c) strength -= pull.near.b[c + 1] * stickiness(corner[c]);
     const double thickness = (material(n).thickness + material(corner[0]).thickness) / 2;
-    const Vector3d f = -traction(strength / 2, pull.near.apart.norm(), thickness) * area_[n] / 2 * pull.near.apart.normalized();
+    const Vector3d f =
+        -traction(strength / 2, pull.near.apart.norm(), thickness) * area_[n] / 2 * pull.near.apart.normalized();
     force_[n] += f;
     for (int c = 0; c < 3; ++c) force_[corner[c]] += pull.near.b[c + 1] * f;
   }

@@ -1,4 +1,5 @@
-// The Kokkos backend behind the pipeline's interface: it owns the subsystems and hands each stage what it reads and writes.
+// The Kokkos backend behind the pipeline's interface: it owns the subsystems and hands each stage what it reads and
+// writes.
 
 #include <Kokkos_Profiling_ScopedRegion.hpp>
 #include <algorithm>
@@ -31,8 +32,7 @@ class KokkosBackend final : public Backend {
  public:
   KokkosBackend(const Model& model, const Communicator* ranks)
       : constants_(model, ranks), fluid_(constants_), bodies_(constants_), cloth_(constants_) {
-    for (CellTable* table : {&wet_adhesion_.cells, &measures_.cells})
-      *table = CellTable(model.scene.sort);
+    for (CellTable* table : {&wet_adhesion_.cells, &measures_.cells}) *table = CellTable(model.scene.sort);
     aim_jets();
   }
 
@@ -48,8 +48,8 @@ class KokkosBackend final : public Backend {
     fluid_.exchange.upload_own(state, fluid_.particles);
     bodies_.upload(constants_, state);
     cloth_.upload(constants_.model, state);
-    accounts_ = {state.drained, state.supplied, state.evaporated, state.step, state.time, state.solute_drained,
-                 state.solute_supplied, state.solute_deposited};
+    accounts_ = {state.drained, state.supplied,       state.evaporated,      state.step,
+                 state.time,    state.solute_drained, state.solute_supplied, state.solute_deposited};
     jets_.particles = state.jet_particles;
     jets_.particles.resize(constants_.model.jets.size(), 0);
   }

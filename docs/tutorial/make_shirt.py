@@ -93,6 +93,7 @@ def write(path, mesh):
 
 def main():
     folder = Path(sys.argv[1] if len(sys.argv) > 1 else ".")
+    folder.mkdir(parents=True, exist_ok=True)
     write(folder / "shirt.obj", shirt())
     write(folder / "form.obj", form())
 

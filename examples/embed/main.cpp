@@ -1,6 +1,6 @@
 // Runs drench from a C++ program: a block of water above a pinned cloth, defined in code. Prints the position of the
-// water, the liquid in the cloth and the steps every tenth of a second. Exit code 0 if the cloth absorbed liquid and none
-// was lost.
+// water, the liquid in the cloth and the steps every tenth of a second. Exit code 0 if the cloth absorbed liquid and
+// none was lost.
 
 #include <algorithm>
 #include <cstdio>

@@ -11,6 +11,7 @@ from pathlib import Path
 from ._core import (CheckpointError, DeviceError, Error, RunFailure, SceneError, SetupError, StaleView, __version__, info,
                     precision, schema, set_threads)
 from .fields import FieldView
+from .recording import Recording, write_picture, write_report
 from .scene import Scene
 from .simulation import Frame, Simulation, Step
 
@@ -20,6 +21,6 @@ for _error in (Error, CheckpointError, DeviceError, RunFailure, SceneError, Setu
 #: The folder of the scenes that come with drench.
 scenes = Path(__file__).parent / "scenes"
 
-__all__ = ["CheckpointError", "DeviceError", "Error", "FieldView", "Frame", "RunFailure", "Scene", "SceneError",
-           "SetupError", "Simulation", "StaleView", "Step", "__version__", "info", "precision", "scenes", "schema",
-           "set_threads"]
+__all__ = ["CheckpointError", "DeviceError", "Error", "FieldView", "Frame", "Recording", "RunFailure", "Scene",
+           "SceneError", "SetupError", "Simulation", "StaleView", "Step", "__version__", "info", "precision", "scenes",
+           "schema", "set_threads", "write_picture", "write_report"]

@@ -11,6 +11,7 @@ import numpy as np
 
 from . import _core
 from .fields import Fields
+from .recording import Recording
 from .scene import Scene, SceneLike
 
 Vector = Union[Sequence[float], np.ndarray]
@@ -150,6 +151,7 @@ class Simulation:
         every = self.scene.output_every
         if every > 0 and self.time >= self._frames * every - self._rounding:
             self._frames += 1
+            self._run.record_frame()
             self._call(self._on_frame, Frame(self._frames - 1, self.time))
 
     def _call(self, calls: list[Callable[..., Any]], argument: Any) -> None:
@@ -227,6 +229,17 @@ class Simulation:
     def save_checkpoint(self, path: str | os.PathLike[str]) -> None:
         """Save a checkpoint from which the run continues bit for bit, including changed pins, jets and wind."""
         self._run.save_checkpoint(os.fspath(path))
+
+    def record(self, folder: str | os.PathLike[str], *, overwrite: bool = False) -> Recording:
+        """From now on write the files of `drench run` to a folder: frames, stats.csv, run.log, and at the end a report.
+
+            with run.record("out/mine"):
+                for step in run: ...
+
+        The folder must be new or empty; with `overwrite` it may also contain a run, whose files are removed. Checkpoints are
+        not written. Raises Error.
+        """
+        return Recording(self._run, folder, overwrite)
 
     def resume(self, path: str | os.PathLike[str]) -> None:
         """Goes on from a checkpoint of the same scene, or from the newest in a folder. Raises CheckpointError."""

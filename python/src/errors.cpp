@@ -2,6 +2,7 @@
 
 #include "module.hpp"
 #include "output/checkpoint.hpp"
+#include "output/run_folder.hpp"
 #include "pipeline/failure.hpp"
 
 namespace drench::python {
@@ -19,15 +20,24 @@ PyObject* new_class(nb::module_& m, const char* name, const char* doc, nb::handl
 
 const char* name_of(FailureKind kind) {
   switch (kind) {
-    case FailureKind::not_finite: return "not_finite";
-    case FailureKind::time_step: return "time_step";
-    case FailureKind::sub_steps: return "sub_steps";
-    case FailureKind::mass: return "mass";
-    case FailureKind::solute: return "solute";
-    case FailureKind::fluid_speed: return "fluid_speed";
-    case FailureKind::cloth_speed: return "cloth_speed";
-    case FailureKind::cloth_stretch: return "cloth_stretch";
-    case FailureKind::density: return "density";
+    case FailureKind::not_finite:
+      return "not_finite";
+    case FailureKind::time_step:
+      return "time_step";
+    case FailureKind::sub_steps:
+      return "sub_steps";
+    case FailureKind::mass:
+      return "mass";
+    case FailureKind::solute:
+      return "solute";
+    case FailureKind::fluid_speed:
+      return "fluid_speed";
+    case FailureKind::cloth_speed:
+      return "cloth_speed";
+    case FailureKind::cloth_stretch:
+      return "cloth_stretch";
+    case FailureKind::density:
+      return "density";
   }
   return "";
 }
@@ -55,6 +65,8 @@ void translate(const std::exception_ptr& thrown, void*) {
     PyErr_SetString(device_error, e.what());
   } catch (const CheckpointError& e) {
     PyErr_SetString(checkpoint_error, e.what());
+  } catch (const FolderError& e) {
+    PyErr_SetString(base, e.what());
   } catch (const RunFailure& e) {
     raise(e);
   }
@@ -66,13 +78,15 @@ void bind_errors(nb::module_& m) {
   base = new_class(m, "Error", "Base of all errors of drench.", PyExc_RuntimeError);
   const nb::tuple of_value = nb::make_tuple(nb::handle(base), nb::handle(PyExc_ValueError));
   scene_error = new_class(m, "SceneError", "A scene that cannot be used: its file, line, column and key.", of_value);
-  setup_error = new_class(m, "SetupError", "A scene that reads well but cannot be set up, or does not fit in memory.", of_value);
+  setup_error =
+      new_class(m, "SetupError", "A scene that reads well but cannot be set up, or does not fit in memory.", of_value);
   device_error = new_class(m, "DeviceError", "There is no device for this build.", base);
   checkpoint_error = new_class(m, "CheckpointError", "A checkpoint that this run cannot go on from.", base);
-  run_failure = new_class(m, "RunFailure",
-                          "A run that cannot go on. It has the attributes kind, stage, step, time (s), limit, and report: the "
-                          "numbers of the stages up to that one.",
-                          base);
+  run_failure =
+      new_class(m, "RunFailure",
+                "A run that cannot go on. It has the attributes kind, stage, step, time (s), limit, and report: the "
+                "numbers of the stages up to that one.",
+                base);
   nb::register_exception_translator(translate);
 }
 

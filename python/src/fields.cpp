@@ -24,7 +24,8 @@ PyObject* stale_view;
 void require_current(const Field& field) {
   if (field.current()) return;
   const std::string text = "the view of " + std::string(field.view.name) +
-                           " is stale: the run has gone on since; take fields[\"" + std::string(field.view.name) + "\"] again";
+                           " is stale: the run has gone on since; take fields[\"" + std::string(field.view.name) +
+                           "\"] again";
   PyErr_SetString(stale_view, text.c_str());
   throw nb::python_error();
 }
@@ -42,20 +43,28 @@ struct Keep {
 
 nb::dlpack::dtype type_of(const FieldView& view) {
   switch (view.type) {
-    case FieldView::Type::float32: return nb::dtype<float>();
-    case FieldView::Type::float64: return nb::dtype<double>();
-    case FieldView::Type::int64: return nb::dtype<std::int64_t>();
-    case FieldView::Type::uint8: return nb::dtype<std::uint8_t>();
+    case FieldView::Type::float32:
+      return nb::dtype<float>();
+    case FieldView::Type::float64:
+      return nb::dtype<double>();
+    case FieldView::Type::int64:
+      return nb::dtype<std::int64_t>();
+    case FieldView::Type::uint8:
+      return nb::dtype<std::uint8_t>();
   }
   std::abort();
 }
 
 const char* type_name(const FieldView& view) {
   switch (view.type) {
-    case FieldView::Type::float32: return "float32";
-    case FieldView::Type::float64: return "float64";
-    case FieldView::Type::int64: return "int64";
-    case FieldView::Type::uint8: return "uint8";
+    case FieldView::Type::float32:
+      return "float32";
+    case FieldView::Type::float64:
+      return "float64";
+    case FieldView::Type::int64:
+      return "int64";
+    case FieldView::Type::uint8:
+      return "uint8";
   }
   std::abort();
 }

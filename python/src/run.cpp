@@ -10,9 +10,11 @@
 #include <vtkObject.h>
 
 #include <atomic>
+#include <filesystem>
 #include <limits>
 
 #include "module.hpp"
+#include "report/report.hpp"
 
 namespace drench::python {
 namespace {
@@ -107,7 +109,9 @@ class Run {
   nb::dict state() {
     HostState state = alone([&] { return run_->state(); });
     nb::dict d;
-    visit_fields(state, [&](std::string_view name, auto& values) { d[nb::str(name.data(), name.size())] = owned(std::move(values)); });
+    visit_fields(state, [&](std::string_view name, auto& values) {
+      d[nb::str(name.data(), name.size())] = owned(std::move(values));
+    });
     d["drained"] = state.drained;
     d["supplied"] = state.supplied;
     d["evaporated"] = state.evaporated;
@@ -129,9 +133,7 @@ class Run {
   nb::object saturation() {
     return owned(alone([&] { return run_->saturation(run_->state()); }));
   }
-  nb::object triangles() {
-    return owned(std::vector<std::array<Index, 3>>(run_->triangles()));
-  }
+  nb::object triangles() { return owned(std::vector<std::array<Index, 3>>(run_->triangles())); }
   void set_pin_velocity(Index cloth, Index pin, const Vec3& velocity) {
     alone([&] { run_->set_pin_velocity(cloth, pin, velocity); });
   }
@@ -143,6 +145,15 @@ class Run {
   }
   void save_checkpoint(const std::string& path) {
     alone([&] { run_->save_checkpoint(path); });
+  }
+  void record(const std::string& folder, bool overwrite) {
+    alone([&] { run_->record(folder, overwrite); });
+  }
+  void record_frame() {
+    alone([&] { run_->record_frame(); });
+  }
+  std::string end_record() {
+    return alone([&] { return run_->end_record(); });
   }
   std::vector<std::string> resume(const std::string& path) {
     return alone([&] { return run_->resume(path); });
@@ -168,6 +179,18 @@ class Run {
   std::int64_t steps_ = 0;
 };
 
+void report_of(const std::string& folder, const std::string& file, const std::optional<std::string>& other) {
+  const nb::gil_scoped_release free;
+  const QuietVtk quiet;
+  write_report(folder, other ? std::optional<std::filesystem::path>(*other) : std::nullopt, file);
+}
+
+void picture_of(const std::string& folder, const std::string& file, int width, int height) {
+  const nb::gil_scoped_release free;
+  const QuietVtk quiet;
+  write_picture(folder, file, width, height);
+}
+
 }  // namespace
 
 void bind_run(nb::module_& m) {
@@ -186,6 +209,9 @@ void bind_run(nb::module_& m) {
       .def("set_jet", &Run::set_jet, nb::arg("jet"), nb::arg("velocity"), nb::arg("center") = nb::none())
       .def("set_wind", &Run::set_wind, nb::arg("velocity"))
       .def("save_checkpoint", &Run::save_checkpoint, nb::arg("path"))
+      .def("record", &Run::record, nb::arg("folder"), nb::arg("overwrite"))
+      .def("record_frame", &Run::record_frame)
+      .def("end_record", &Run::end_record)
       .def("resume", &Run::resume, nb::arg("path"))
       .def("stage_milliseconds", &Run::stage_milliseconds)
       .def_prop_ro("time", &Run::time)
@@ -194,6 +220,8 @@ void bind_run(nb::module_& m) {
       .def_prop_ro("solute_quantum", &Run::solute_quantum)
       .def_prop_ro("generation", &Run::generation)
       .def_prop_ro("warnings", &Run::warnings);
+  m.def("write_report", &report_of, nb::arg("folder"), nb::arg("file"), nb::arg("other") = nb::none());
+  m.def("write_picture", &picture_of, nb::arg("folder"), nb::arg("file"), nb::arg("width"), nb::arg("height"));
 }
 
 }  // namespace drench::python

@@ -70,7 +70,8 @@ void bind_runtime(nb::module_& m) {
   m.attr("precision") = std::string(precision_name);
   m.def("info", &info, "Version, commit, precision, backend, device, memory, threads and Kokkos' version, as strings.");
   m.def("set_threads", &started_threads, nb::arg("threads"),
-        "How many threads share the loops from now on: at most as many as the first call, or the first run, started. Returns "
+        "How many threads share the loops from now on: at most as many as the first call, or the first run, started. "
+        "Returns "
         "that number. Results do not depend on it.");
   nb::module_::import_("atexit").attr("register")(nb::cpp_function(&end_runtime));
 }

@@ -91,7 +91,8 @@ void print_parts(const Model& model, const HostState& state) {
                static_cast<double>(fluid) * model.solute_quantum(),
                static_cast<double>(cloth) * model.solute_quantum());
   }
-  const auto deforming = std::count_if(model.bodies.begin(), model.bodies.end(), [](const Body& b) { return b.deforms(); });
+  const auto deforming =
+      std::count_if(model.bodies.begin(), model.bodies.end(), [](const Body& b) { return b.deforms(); });
   if (!model.bodies.empty())
     fmt::print("bodies: {} ({} moving, {} floating{}), {} boundary particles\n", model.bodies.size(),
                std::count_if(model.bodies.begin(), model.bodies.end(), [](const Body& b) { return b.moves(); }),
@@ -139,8 +140,8 @@ void print_ranks(const Setup& setup, int ranks) {
     const RankShare fullest = liquid.fullest();
     double ghosts = 0;
     for (const double g : liquid.ghosts) ghosts += g / ranks;
-    fmt::print("ranks: {}, with {:.0f} particles each on average; the fullest has {:.0f} and {:.0f} ghosts\n", ranks, n / ranks,
-               fullest.part * n, fullest.ghosts(n));
+    fmt::print("ranks: {}, with {:.0f} particles each on average; the fullest has {:.0f} and {:.0f} ghosts\n", ranks,
+               n / ranks, fullest.part * n, fullest.ghosts(n));
     fmt::print("ghosts (copies of other ranks' particles): {:.0f} per rank on average, {:.0f} at most\n", ghosts,
                *std::max_element(liquid.ghosts.begin(), liquid.ghosts.end()));
   } else {
@@ -226,7 +227,8 @@ void print_drying(const Model& model) {
 }  // namespace
 
 int check_command(const CheckOptions& options) {
-  if (options.threads > 0) setenv("OMP_NUM_THREADS", std::to_string(options.threads).c_str(), 1);  // host_threads reads it
+  if (options.threads > 0)
+    setenv("OMP_NUM_THREADS", std::to_string(options.threads).c_str(), 1);  // host_threads reads it
   const Scene scene = load_scene(options.scene, options.overrides);
   MemoryBudget budget = host_memory_budget(4);
   std::string no_device;

@@ -7,8 +7,9 @@
 
 namespace drench {
 
-/// What write_usd.py takes of the cloths that have texture coordinates: `--texture=CLOTH:DESCRIPTOR` of an open file without a
-/// name, which holds u and v of each triangle's corners as floats. Mesh files that cannot be read give a warning, a line each.
+/// What write_usd.py takes of the cloths that have texture coordinates: `--texture=CLOTH:DESCRIPTOR` of an open file
+/// without a name, which holds u and v of each triangle's corners as floats. Mesh files that cannot be read give a
+/// warning, a line each.
 std::vector<std::string> texture_arguments(const std::filesystem::path& run_folder, std::vector<std::string>& warnings);
 
 }  // namespace drench

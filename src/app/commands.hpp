@@ -1,6 +1,7 @@
 #pragma once
-// The commands of `drench`. Each returns the exit code: 0 done, 1 the run failed or a field is over its tolerance, 130 interrupted. A bad scene or
-// folder is thrown (SceneError, SetupError, DeviceError, FolderError) and becomes exit code 2 in main.
+// The commands of `drench`. Each returns the exit code: 0 done, 1 the run failed or a field is over its tolerance, 130
+// interrupted. A bad scene or folder is thrown (SceneError, SetupError, DeviceError, FolderError) and becomes exit code
+// 2 in main.
 
 #include <cstdint>
 #include <optional>
@@ -27,7 +28,8 @@ struct RunOptions {
   bool view = false;  // only where drench-view is built
 };
 
-/// `ranks`: those that run it together, each of which calls this; null: one alone. Throws RanksError: it cannot be spread.
+/// `ranks`: those that run it together, each of which calls this; null: one alone. Throws RanksError: it cannot be
+/// spread.
 int run_command(const RunOptions& options, const Communicator* ranks = nullptr);
 
 struct CompareOptions {
@@ -40,8 +42,8 @@ struct CompareOptions {
   int threads = 0;
 };
 
-/// Runs every stage on the backend and on the reference from identical input and prints how far their results are apart.
-/// Returns 1 if a field is over its tolerance (compare/field_difference.hpp).
+/// Runs every stage on the backend and on the reference from identical input and prints how far their results are
+/// apart. Returns 1 if a field is over its tolerance (compare/field_difference.hpp).
 int compare_command(const CompareOptions& options);
 
 struct CheckOptions {
@@ -66,8 +68,8 @@ struct ExportOptions {
   std::optional<double> fps;          // pictures a second; else as the frames come
 };
 
-/// Writes a run's frames in the format of another tool. Throws ExportError: nothing there to export, or damaged. For usd the
-/// process becomes Python with tools/export/write_usd.py.
+/// Writes a run's frames in the format of another tool. Throws ExportError: nothing there to export, or damaged. For
+/// usd the process becomes Python with tools/export/write_usd.py.
 int export_command(const ExportOptions& options);
 
 struct ImportOptions {
@@ -77,8 +79,8 @@ struct ImportOptions {
   std::optional<double> fps;          // files a second; else the stage's time codes
 };
 
-/// Writes a mesh of another tool's file as PLY files for a scene's `sequence`, and prints what the scene says to use them. Throws
-/// ExportError: no such file, unknown ending. The process becomes Python with a script of tools/export.
+/// Writes a mesh of another tool's file as PLY files for a scene's `sequence`, and prints what the scene says to use
+/// them. Throws ExportError: no such file, unknown ending. The process becomes Python with a script of tools/export.
 int import_command(const ImportOptions& options);
 
 struct ReportOptions {
@@ -94,7 +96,7 @@ struct NewOptions {
   std::string mesh;  // a garment; "": a square cloth. A file that `import` reads is imported first
   std::string body;  // that wears it; "": none
   std::optional<std::string> prim, body_prim;  // the meshes in files that are imported
-  int threads = 0;   // 0: the runtime chooses
+  int threads = 0;                             // 0: the runtime chooses
 };
 
 /// Prints a first scene for a garment's mesh, whose first steps it has tried. Throws SetupError, ExportError.

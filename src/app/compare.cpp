@@ -63,9 +63,9 @@ class Comparison {
       rounded.step = state.step;
       rounded.time = state.time;
       state = std::move(rounded);
-      // Within the density solve the cloth's iteration ends where rounding lets it, in float many lots before double, and the
-      // liquid's next iteration begins from there: there the first lot satisfies it on both sides. Its law is the same in
-      // each lot; where it comes to is stage cloth's, which keeps its tolerance.
+      // Within the density solve the cloth's iteration ends where rounding lets it, in float many lots before double,
+      // and the liquid's next iteration begins from there: there the first lot satisfies it on both sides. Its law is
+      // the same in each lot; where it comes to is stage cloth's, which keeps its tolerance.
       model_.scene.cloth_solver.tolerance = stage == Stage::pressure ? 1e9 : cloth_tolerance_;
       run_stage_from(reference_, model_, stage, state, info, expected_report);
       run_stage_from(backend_, model_, stage, state, info, actual_report);

@@ -123,7 +123,8 @@ void add_check_options(CLI::App& check, drench::CheckOptions& options) {
   check.add_option("SCENE", options.scene, "the scene file")->required();
   check.add_option("--set", options.overrides, "KEY=VALUE: change a key of the scene; repeatable")
       ->allow_extra_args(false);
-  check.add_option("--threads", options.threads, "number of threads (default: as many as there are cores)")->check(at_least(1));
+  check.add_option("--threads", options.threads, "number of threads (default: as many as there are cores)")
+      ->check(at_least(1));
   check.add_option("--ranks", options.ranks, "print particles and memory per rank for this many MPI ranks")
       ->check(at_least(1, 65536));
   check.footer(

@@ -19,9 +19,9 @@ inline constexpr PythonEnvironment blender_python{
     "DRENCH_BLENDER_PYTHON", ".deps/blender-venv",
     "run tools/setup blender, or name a Python that has bpy in DRENCH_BLENDER_PYTHON"};
 
-/// Becomes Python with a script of share/drench/export (in a build tree, tools/export) and these words. The interpreter is the one
-/// that the environment's variable names, then the one in its folder above the program, then python3. Returns only to throw
-/// ExportError: no such script, no such interpreter.
+/// Becomes Python with a script of share/drench/export (in a build tree, tools/export) and these words. The interpreter
+/// is the one that the environment's variable names, then the one in its folder above the program, then python3.
+/// Returns only to throw ExportError: no such script, no such interpreter.
 [[noreturn]] void become_python(const std::string& script, const std::vector<std::string>& words,
                                 const PythonEnvironment& environment = usd_python);
 

@@ -12,7 +12,8 @@ std::string rank_table(const Communicator& ranks, const RunTotals& totals, const
   const Traffic own = ranks.traffic();
   double stages = 0;
   for (const double ms : totals.milliseconds()) stages += ms / 1000;
-  const double parts[] = {stages - own.packing - own.exchanging - own.summing, own.packing, own.exchanging, own.summing};
+  const double parts[] = {stages - own.packing - own.exchanging - own.summing, own.packing, own.exchanging,
+                          own.summing};
   const char* const names[] = {"compute", "pack", "exchange, wait", "sums, wait"};
   std::vector<double> most(std::begin(parts), std::end(parts));
   std::vector<std::int64_t> sums;  // µs and counts

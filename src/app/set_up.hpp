@@ -8,8 +8,8 @@
 
 namespace drench {
 
-/// What a run may take here: with the reference double precision in the host's memory, otherwise this build's precision in
-/// its device's. Throws DeviceError without a device.
+/// What a run may take here: with the reference double precision in the host's memory, otherwise this build's precision
+/// in its device's. Throws DeviceError without a device.
 MemoryBudget memory_budget(bool reference = false);
 
 /// The same for one of `ranks` that run the scene together, as its liquid will lie (setup/rank_share.hpp).
@@ -20,11 +20,12 @@ RankShare share_of_rank(const Setup& setup, int ranks);
 /// Of a scene that is not set up yet.
 RankShare share_of_rank(const Scene& scene, int ranks);
 
-/// What a run may take in the host's memory. The arrays are the Kokkos backend's, also for the reference, which tells none.
+/// What a run may take in the host's memory. The arrays are the Kokkos backend's, also for the reference, which tells
+/// none.
 MemoryBudget host_memory_budget(int real_bytes);
 
-/// Bytes that the backend's arrays take: at the start, with all particles that jets and cloths add, and where liquid crowds
-/// and cloth folds besides.
+/// Bytes that the backend's arrays take: at the start, with all particles that jets and cloths add, and where liquid
+/// crowds and cloth folds besides.
 struct ForeseenMemory {
   SetupSize size;  // at the start
   MemoryEstimate start;

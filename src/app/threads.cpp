@@ -17,7 +17,8 @@
 namespace drench {
 namespace {
 
-constexpr const char* watched = "DRENCH_WATCHES_THREADS";  // how many threads begin, where the choice was the program's own
+constexpr const char* watched =
+    "DRENCH_WATCHES_THREADS";  // how many threads begin, where the choice was the program's own
 
 /// False if the dynamic loader runs the program as its argument, as in a pack: /proc/self/exe is the loader then.
 bool can_start_anew() { return getauxval(AT_BASE) != 0; }
@@ -27,7 +28,8 @@ bool can_start_anew() { return getauxval(AT_BASE) != 0; }
 void settle_threads(char** argv, int asked) {
   // The warning of Kokkos asks for binding, which helps no run of ours and harms where cores are shared.
   setenv("OMP_PROC_BIND", "false", 0);
-  if (std::getenv("OMP_WAIT_POLICY") != nullptr || std::getenv("GOMP_SPINCOUNT") != nullptr || !can_start_anew()) return;
+  if (std::getenv("OMP_WAIT_POLICY") != nullptr || std::getenv("GOMP_SPINCOUNT") != nullptr || !can_start_anew())
+    return;
   const int cores = allowed_cores();
   if (asked <= 0)
     if (const char* given = std::getenv("OMP_NUM_THREADS")) asked = std::atoi(given);
@@ -39,7 +41,8 @@ void settle_threads(char** argv, int asked) {
   setenv("OMP_NUM_THREADS", std::to_string(threads).c_str(), 1);
   const bool active = asked <= free;
   setenv("OMP_WAIT_POLICY", active ? "active" : "passive", 1);
-  // Some milliseconds, then they sleep: what one thread does alone may take long, and its core may be another program's.
+  // Some milliseconds, then they sleep: what one thread does alone may take long, and its core may be another
+  // program's.
   if (active) setenv("GOMP_SPINCOUNT", "200000", 1);
   setenv(watched, std::to_string(asked > 0 ? asked : free).c_str(), 1);
   std::fflush(nullptr);
@@ -83,7 +86,8 @@ void ThreadWatch::look() {
   if (const double now = seconds_now(); now >= next_) judge(now);
 }
 
-/// The kernel's accounts tell of a free core at no cost. A program that would give way to us shows only where threads spin.
+/// The kernel's accounts tell of a free core at no cost. A program that would give way to us shows only where threads
+/// spin.
 int ThreadWatch::threads_with_cores(double now) {
   const std::optional<double> busy = others_.busy_cores();
   const int threads = busy ? threads_for(all_ - *busy, all_) : 1;

@@ -7,15 +7,15 @@
 
 namespace drench {
 
-/// For a build that computes on the host: unless the environment says so, threads are as many as there are cores (`asked` > 0:
-/// as many as that). Those that have no core at the start wait until one is free. Threads that have one wait by spinning. OpenMP's
-/// runtime reads that from the environment when a program starts, so the program is started anew, with the same arguments. Returns
-/// where nothing is to be changed, or cannot be.
+/// For a build that computes on the host: unless the environment says so, threads are as many as there are cores
+/// (`asked` > 0: as many as that). Those that have no core at the start wait until one is free. Threads that have one
+/// wait by spinning. OpenMP's runtime reads that from the environment when a program starts, so the program is started
+/// anew, with the same arguments. Returns where nothing is to be changed, or cannot be.
 void settle_threads(char** argv, int asked);
 
-/// Looks between the steps of a run whether its threads still have a core each. Where other programs have come, fewer threads
-/// work until they have gone: threads that wait for one that has no core are slower than one alone. Where the environment says how
-/// threads wait, they stay as they are.
+/// Looks between the steps of a run whether its threads still have a core each. Where other programs have come, fewer
+/// threads work until they have gone: threads that wait for one that has no core are slower than one alone. Where the
+/// environment says how threads wait, they stay as they are.
 class ThreadWatch {
  public:
   ThreadWatch();
@@ -30,9 +30,9 @@ class ThreadWatch {
 
   int all_, threads_;
   OtherPrograms others_;
-  double begin_ = 0, next_ = 0;         // s: when it last looked, when it looks again
-  double next_probe_ = 0, pause_ = 0;   // s: when threads may spin again to find free cores, and what lies between
-  long interrupted_ = 0;                // times that a thread lost its core, to another program or to one of its own
+  double begin_ = 0, next_ = 0;        // s: when it last looked, when it looks again
+  double next_probe_ = 0, pause_ = 0;  // s: when threads may spin again to find free cores, and what lies between
+  long interrupted_ = 0;               // times that a thread lost its core, to another program or to one of its own
 };
 
 }  // namespace drench

@@ -1,5 +1,6 @@
 #pragma once
-// `drench view` and `drench run --view`: both are done by drench-view, a program beside this one. Only where it is built.
+// `drench view` and `drench run --view`: both are done by drench-view, a program beside this one. Only where it is
+// built.
 
 #include <filesystem>
 #include <stdexcept>

@@ -8,8 +8,8 @@
 
 namespace drench {
 
-/// Calls f(begin, end) for ranges that cover [0, count), each in a thread of its own; at most `threads` ≥ 1 of them. f writes
-/// nothing but what belongs to its range, and does not throw.
+/// Calls f(begin, end) for ranges that cover [0, count), each in a thread of its own; at most `threads` ≥ 1 of them. f
+/// writes nothing but what belongs to its range, and does not throw.
 template <class F>
 void for_parts(std::size_t count, int threads, F&& f) {
   const std::size_t parts = std::min(count, static_cast<std::size_t>(std::max(1, threads)));

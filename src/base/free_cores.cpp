@@ -47,7 +47,9 @@ double machine_seconds() {
 double own_seconds() {
   rusage use{};
   getrusage(RUSAGE_SELF, &use);
-  const auto of = [](const timeval& t) { return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec); };
+  const auto of = [](const timeval& t) {
+    return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec);
+  };
   return of(use.ru_utime) + of(use.ru_stime);
 }
 
@@ -73,7 +75,8 @@ int allowed_cores() {
   cpu_set_t set;
   int cores = sched_getaffinity(0, sizeof(set), &set) == 0 ? CPU_COUNT(&set) : 1;
   // Ranks that are not bound to cores of their own share them all.
-  if (const int ranks = ranks_here(); ranks > 1 && cores == sysconf(_SC_NPROCESSORS_ONLN)) cores = std::max(1, cores / ranks);
+  if (const int ranks = ranks_here(); ranks > 1 && cores == sysconf(_SC_NPROCESSORS_ONLN))
+    cores = std::max(1, cores / ranks);
   std::ifstream file("/sys/fs/cgroup/cpu.max");
   std::string limit;
   std::getline(file, limit);
@@ -113,8 +116,7 @@ double free_cores() {
   const int cores = allowed_cores();
   std::vector<double> share(static_cast<std::size_t>(cores), 0.0);
   std::vector<std::thread> threads;
-  for (double& own : share)
-    threads.emplace_back([&own] { own = share_of_core(); });
+  for (double& own : share) threads.emplace_back([&own] { own = share_of_core(); });
   for (std::thread& t : threads) t.join();
   double sum = 0;
   for (const double own : share) sum += own;

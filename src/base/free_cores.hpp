@@ -8,7 +8,8 @@ namespace drench {
 /// Cores that this process is allowed to use: by its affinity, and by the quota of its control group.
 int allowed_cores();
 
-/// Threads for work on the host that goes on beside no other: OMP_NUM_THREADS if the environment has it, else allowed_cores().
+/// Threads for work on the host that goes on beside no other: OMP_NUM_THREADS if the environment has it, else
+/// allowed_cores().
 int host_threads();
 
 /// Cores of a control group's file cpu.max, "quota period" in µs; 0 where it sets no limit.

@@ -31,8 +31,7 @@ struct Stretch {
   double first, last, slope, next_slope, time;
 
   double at(double s) const {
-    return first + (last - first) * s * s * (3 - 2 * s) +
-           time * s * (1 - s) * (slope * (1 - s) - next_slope * s);
+    return first + (last - first) * s * s * (3 - 2 * s) + time * s * (1 - s) * (slope * (1 - s) - next_slope * s);
   }
   double derivative(double s) const {
     return 6 * s * (1 - s) * (last - first) / time + slope * (1 - s) * (1 - 3 * s) + next_slope * s * (3 * s - 2);
@@ -65,7 +64,8 @@ void keep_monotone(double secant, double& slope, double& next_slope) {
   next_slope = shorter * b * secant;
 }
 
-/// The slopes at the keys: the mean of both secants, 0 where they turn and at both ends, outside of which the value stands still.
+/// The slopes at the keys: the mean of both secants, 0 where they turn and at both ends, outside of which the value
+/// stands still.
 std::vector<double> smooth_slopes(const std::vector<double>& time, const std::vector<double>& value) {
   const std::size_t stretches = time.size() - 1;
   std::vector<double> secant(stretches), slope(time.size(), 0.0);
@@ -91,8 +91,7 @@ std::vector<T> slopes_of(const std::vector<Key<T>>& keys) {
   if constexpr (std::is_same_v<T, double>)
     solve([](double x) { return x; }, [](double& x) -> double& { return x; });
   else
-    for (std::size_t a = 0; a < 3; ++a)
-      solve([a](const T& v) { return v[a]; }, [a](T& v) -> double& { return v[a]; });
+    for (std::size_t a = 0; a < 3; ++a) solve([a](const T& v) { return v[a]; }, [a](T& v) -> double& { return v[a]; });
   return slopes;
 }
 
@@ -138,8 +137,11 @@ T Keyed<T>::at(double time) const {
     case Interpolation::linear:
       return each([&](double a, double b) { return (1 - s) * a + s * b; }, first, last);
     case Interpolation::smooth:
-      return each([&](double a, double b, double m, double n) { return Stretch{a, b, m, n, h}.at(s); }, first, last,
-                  slope_[k], slope_[k + 1]);
+      return each(
+          [&](double a, double b, double m, double n) {
+            return Stretch{a, b, m, n, h}.at(s);
+          },
+          first, last, slope_[k], slope_[k + 1]);
   }
   return first;
 }
@@ -153,8 +155,11 @@ T Keyed<T>::derivative(double time) const {
   if (interpolation_ == Interpolation::step) return T{};
   if (interpolation_ == Interpolation::linear)
     return each([&](double a, double b) { return (b - a) / h; }, first, last);
-  return each([&](double a, double b, double m, double n) { return Stretch{a, b, m, n, h}.derivative(s); }, first, last,
-              slope_[k], slope_[k + 1]);
+  return each(
+      [&](double a, double b, double m, double n) {
+        return Stretch{a, b, m, n, h}.derivative(s);
+      },
+      first, last, slope_[k], slope_[k + 1]);
 }
 
 /// From the first key on.
@@ -165,7 +170,8 @@ T Keyed<T>::integral_to(double time) const {
   if (time >= back.time && area_.size() == keys_.size())
     return each([&](double sum, double a) { return sum + (time - back.time) * a; }, area_.back(), back.value);
   const std::size_t k = std::min(key_before(time), area_.size() - 1);
-  const double h = k + 1 < keys_.size() ? keys_[k + 1].time - keys_[k].time : 1, since = time - keys_[k].time, s = since / h;
+  const double h = k + 1 < keys_.size() ? keys_[k + 1].time - keys_[k].time : 1, since = time - keys_[k].time,
+               s = since / h;
   const T &first = keys_[k].value, &last = keys_[std::min(k + 1, keys_.size() - 1)].value;
   const auto step = [&](double sum, double a) { return sum + since * a; };
   const auto linear = [&](double sum, double a, double b) { return sum + since * (a + 0.5 * s * (b - a)); };
@@ -214,11 +220,13 @@ double Keyed<T>::largest_derivative(double from, double to) const {
     const double h = keys_[k + 1].time - keys_[k].time;
     const T &first = keys_[k].value, &last = keys_[k + 1].value;
     if (interpolation_ == Interpolation::step && first != last) return std::numeric_limits<double>::infinity();
-    const T steepest =
-        interpolation_ == Interpolation::smooth
-            ? each([&](double a, double b, double m, double n) { return Stretch{a, b, m, n, h}.steepest(); }, first,
-                   last, slope_[k], slope_[k + 1])
-            : each([&](double a, double b) { return (b - a) / h; }, first, last);
+    const T steepest = interpolation_ == Interpolation::smooth
+                           ? each(
+                                 [&](double a, double b, double m, double n) {
+                                   return Stretch{a, b, m, n, h}.steepest();
+                                 },
+                                 first, last, slope_[k], slope_[k + 1])
+                           : each([&](double a, double b) { return (b - a) / h; }, first, last);
     most = std::max(most, length(steepest));
   }
   return most;

@@ -20,8 +20,8 @@ struct Key {
   bool operator==(const Key&) const = default;
 };
 
-/// A number or a vector that is one value for all times, or is given by keys: the first holds before its time and the last after.
-/// A plain value has no keys, and its integral is exactly value · (to − from).
+/// A number or a vector that is one value for all times, or is given by keys: the first holds before its time and the
+/// last after. A plain value has no keys, and its integral is exactly value · (to − from).
 template <class T>
 class Keyed {
  public:
@@ -29,8 +29,7 @@ class Keyed {
   Keyed(const T& value = T{}) : plain_(value) {}  // NOLINT(google-explicit-constructor): a plain value stays one
   /// A plain vector.
   template <class Vector = T>  // a template of its own for clang 14, which instantiates others with the class
-    requires std::is_same_v<Vector, Vec3>
-  Keyed(double x, double y, double z) : plain_(Vector{x, y, z}) {}
+  requires std::is_same_v<Vector, Vec3> Keyed(double x, double y, double z) : plain_(Vector{x, y, z}) {}
   /// At least one key, their times rising. std::invalid_argument if they are not.
   Keyed(std::vector<Key<T>> keys, Interpolation interpolation);
 
@@ -38,9 +37,9 @@ class Keyed {
   bool has_keys() const { return !keys_.empty(); }
   /// The value for all times; of one with keys, the first.
   const T& plain() const { return has_keys() ? keys_.front().value : plain_; }
-  const std::vector<Key<T>>& keys() const { return keys_; }              ///< none of a plain value
-  Interpolation interpolation() const { return interpolation_; }         ///< between its keys
-  bool is_zero() const;  ///< at all times
+  const std::vector<Key<T>>& keys() const { return keys_; }       ///< none of a plain value
+  Interpolation interpolation() const { return interpolation_; }  ///< between its keys
+  bool is_zero() const;                                           ///< at all times
 
   /// The value at a time, s.
   T at(double time) const;

@@ -21,8 +21,8 @@ class StoppableStep {
   StoppableStep& operator=(const StoppableStep&) = delete;
 };
 
-/// For every loop of a step that may take long: throws StepStopped within a stoppable step once an end is asked for. Costs
-/// nothing to speak of; not to be called by kernels.
+/// For every loop of a step that may take long: throws StepStopped within a stoppable step once an end is asked for.
+/// Costs nothing to speak of; not to be called by kernels.
 void stop_if_requested();
 
 }  // namespace drench

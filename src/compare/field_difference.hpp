@@ -14,8 +14,8 @@ namespace drench {
 struct Precision {
   double tolerance;  // 1: of a field's largest magnitude
   double rounding;   // 1: half the distance of neighbouring numbers at 1
-  // Roundings of δ − 1 that the density solve may pass on to κ, and a quarter of them to velocities (docs/manual/compare.md);
-  // 0: none.
+  // Roundings of δ − 1 that the density solve may pass on to κ, and a quarter of them to velocities
+  // (docs/manual/compare.md); 0: none.
   double solve_roundings = 0;
   double pair_rounding = 0;  // Backend::pair_rounding()
 };
@@ -39,13 +39,13 @@ struct FieldDifference {
   double relative() const { return largest > 0 ? absolute / largest : absolute; }
 };
 
-/// Every field of the state after `stage` with Δt = `dt` (s), by the tolerances of docs/manual/compare.md. What a rounding
-/// may decide is to be left before (compare/decisions.hpp).
+/// Every field of the state after `stage` with Δt = `dt` (s), by the tolerances of docs/manual/compare.md. What a
+/// rounding may decide is to be left before (compare/decisions.hpp).
 std::vector<FieldDifference> compare_fields(const Model& model, Stage stage, double dt, const HostState& expected,
                                             const HostState& actual, const Precision& precision);
 
-/// What `stage` reports: Δt, errors of the solves (not their iterations), stages and sub-steps, ledger, measures. Quanta and
-/// counts must be equal.
+/// What `stage` reports: Δt, errors of the solves (not their iterations), stages and sub-steps, ledger, measures.
+/// Quanta and counts must be equal.
 std::vector<FieldDifference> compare_reports(Stage stage, const StepReport& expected, const StepReport& actual,
                                              const Precision& precision);
 
@@ -56,8 +56,8 @@ void drop_unmatched_remainders(HostState& expected, HostState& actual, const Pre
 /// The names of the fields that differ.
 std::vector<std::string> changed_fields(const HostState& before, const HostState& after);
 
-/// The lists that `stage` makes, as sets: one row a list, `absolute` is the number of pairs that only one of the two has
-/// and that do not lie within rounding of the support radius; no tolerance. `state` is what both searched.
+/// The lists that `stage` makes, as sets: one row a list, `absolute` is the number of pairs that only one of the two
+/// has and that do not lie within rounding of the support radius; no tolerance. `state` is what both searched.
 std::vector<FieldDifference> compare_lists(const Model& model, Stage stage, const HostState& state,
                                            const Backend& expected, const Backend& actual, const Precision& precision);
 

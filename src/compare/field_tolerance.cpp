@@ -80,7 +80,8 @@ FieldTolerances::Allowed FieldTolerances::solute(const FieldDifference& d) const
   double strongest = 1;
   const auto look = [&](const std::vector<Quanta>& solute, const std::vector<Quanta>& liquid) {
     for (std::size_t k = 0; k < std::min(solute.size(), liquid.size()); ++k)
-      if (liquid[k] > 0) strongest = std::max(strongest, static_cast<double>(solute[k]) / static_cast<double>(liquid[k]));
+      if (liquid[k] > 0)
+        strongest = std::max(strongest, static_cast<double>(solute[k]) / static_cast<double>(liquid[k]));
   };
   look(expected_.node_solute, expected_.node_liquid);
   look(expected_.fluid_solute, expected_.fluid_mass);

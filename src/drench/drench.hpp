@@ -1,6 +1,7 @@
 #pragma once
-// drench in other programs: a scene, from a file or made in code, and its run, step by step. This header and those that it
-// includes are all that `cmake --install` puts into include/. examples/embed shows them in use; docs/api has their book.
+// drench in other programs: a scene, from a file or made in code, and its run, step by step. This header and those that
+// it includes are all that `cmake --install` puts into include/. examples/embed shows them in use; docs/api has their
+// book.
 
 #include <array>
 #include <cstdint>
@@ -33,9 +34,10 @@ class Simulation {
   /// @throws SetupError for a scene that cannot be set up, or does not fit in memory
   /// @throws DeviceError without a device
   /// @throws RanksError for ranks that were given different scenes
-  /// @param ranks those that run the scene together, of join_ranks(), which must outlive it; null: one alone. Each of them calls
-  ///   everything here, in the same order. state() has all of the liquid on rank 0, and the rank's own elsewhere; fields() has the
-  ///   rank's own and, behind it, what it sees of others; save_checkpoint() writes on rank 0
+  /// @param ranks those that run the scene together, of join_ranks(), which must outlive it; null: one alone. Each of
+  /// them calls
+  ///   everything here, in the same order. state() has all of the liquid on rank 0, and the rank's own elsewhere;
+  ///   fields() has the rank's own and, behind it, what it sees of others; save_checkpoint() writes on rank 0
   explicit Simulation(const Scene& scene, const Communicator* ranks = nullptr);
   ~Simulation();
   Simulation(const Simulation&) = delete;
@@ -43,7 +45,8 @@ class Simulation {
 
   /// One step.
   /// @param longest the step is not longer than this, s
-  /// @returns what the step did: its length, iterations and errors of its solves, masses, speeds. Each is one number for all
+  /// @returns what the step did: its length, iterations and errors of its solves, masses, speeds. Each is one number
+  /// for all
   ///   of the scene; reading them costs nothing
   /// @throws std::invalid_argument unless `longest` is above 0
   /// @throws std::runtime_error when the run cannot go on; its text says why. The state is then that of half a step
@@ -54,11 +57,11 @@ class Simulation {
   double time() const;         ///< s, simulated since the start
   std::int64_t steps() const;  ///< number of steps since the start
 
-  /// Everything that changes, as it is now: arrays with an entry for each particle, cloth node, sample and body, in SI units
-  /// but for masses (quanta). Particles are in the order of their ids. Each call copies it from the device.
+  /// Everything that changes, as it is now: arrays with an entry for each particle, cloth node, sample and body, in SI
+  /// units but for masses (quanta). Particles are in the order of their ids. Each call copies it from the device.
   HostState state() const;
-  /// The backend's own arrays, without a copy: each field that this scene needs. Waits until they are computed. Each step
-  /// makes the views before it stale.
+  /// The backend's own arrays, without a copy: each field that this scene needs. Waits until they are computed. Each
+  /// step makes the views before it stale.
   std::vector<FieldView> fields() const;
   /// One of them.
   /// @throws std::out_of_range for a name that this scene has no field of
@@ -72,7 +75,8 @@ class Simulation {
   /// @param cloth N, from 0
   /// @param pin the entry, from 0
   /// @param velocity m/s
-  /// @throws std::invalid_argument for a cloth or an entry that there is not, an entry that holds no node, a number that is not
+  /// @throws std::invalid_argument for a cloth or an entry that there is not, an entry that holds no node, a number
+  /// that is not
   ///   finite
   void set_pin_velocity(Index cloth, Index pin, const Vec3& velocity);
   /// The nodes that an entry of `cloth.N.pin` holds, as rows of the node fields. Throws as set_pin_velocity() does.
@@ -94,10 +98,24 @@ class Simulation {
   /// Writes what it takes to go on, bit for bit; with changed pins, jets and wind.
   /// @throws std::runtime_error when the disk refuses
   void save_checkpoint(const std::string& path) const;
+  /// From now on writes the files of `drench run` to a folder, without checkpoints: scene.yaml, run.log, a row of
+  /// stats.csv per step, and a frame of the current state. end_record() completes them.
+  /// @param folder new or empty
+  /// @param overwrite the folder may also contain a run, whose files are removed
+  /// @throws std::runtime_error for another folder, and when a file cannot be written (here, in step() and below)
+  /// @throws std::logic_error for a run that is being recorded already, or runs over ranks
+  void record(const std::string& folder, bool overwrite = false);
+  /// Adds a frame of the current state; does nothing if the run is not being recorded.
+  void record_frame();
+  /// Adds the last frame and writes the report.
+  /// @returns the path of the report
+  /// @throws std::logic_error if the run is not being recorded
+  std::string end_record();
   /// Goes on from a checkpoint of the same scene, in place of where the run is.
   /// @param path a checkpoint, or a folder: its newest one that is whole
   /// @returns warnings, a line each
   /// @throws std::runtime_error for one that cannot be read, or is of another scene, precision, backend or version
+  /// @throws std::logic_error while the run is being recorded
   std::vector<std::string> resume(const std::string& path);
 
   /// The scene, checked, as it was at the start.
@@ -108,10 +126,10 @@ class Simulation {
   /// Saturation of each cloth node of `state`, 1: liquid over what the node's pores hold, and 0 where the cloth is not
   /// porous. As long as HostState::node_position.
   std::vector<double> saturation(const HostState& state) const;
-  /// Triangles of all cloths, each as the indices of its three nodes in HostState::node_position. The triangles of one cloth
-  /// follow each other, and so do its nodes. They stay the same during a run.
+  /// Triangles of all cloths, each as the indices of its three nodes in HostState::node_position. The triangles of one
+  /// cloth follow each other, and so do its nodes. They stay the same during a run.
   const std::vector<std::array<Index, 3>>& triangles() const;
-  double quantum() const;  ///< kg; masses in HostState are multiples of it
+  double quantum() const;         ///< kg; masses in HostState are multiples of it
   double solute_quantum() const;  ///< kg; of the solute in HostState; 0 in a scene without one
   /// The warnings that `drench check` prints for this scene, a line each.
   const std::vector<std::string>& warnings() const;

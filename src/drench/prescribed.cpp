@@ -24,9 +24,11 @@ PinMotion continued(const PinMotion& m, const Vec3& velocity, double time) {
   const double until = std::clamp(time, m.start, m.end);
   const auto& q = m.rotated;
   const Eigen::Quaterniond before(q[0], q[1], q[2], q[3]);
-  const Eigen::Quaterniond now = (Eigen::AngleAxisd(m.rate.integral(m.start, until), to_eigen(m.axis)) * before).normalized();
+  const Eigen::Quaterniond now =
+      (Eigen::AngleAxisd(m.rate.integral(m.start, until), to_eigen(m.axis)) * before).normalized();
   PinMotion next = m;
-  next.offset = to_vec3(to_eigen(m.offset) + to_eigen(m.velocity.integral(m.start, until)) + to_eigen(m.path.at(until)));
+  next.offset =
+      to_vec3(to_eigen(m.offset) + to_eigen(m.velocity.integral(m.start, until)) + to_eigen(m.path.at(until)));
   next.rotated = {now.w(), now.x(), now.y(), now.z()};
   if (m.rate.is_zero()) next.rotated = m.rotated;
   next.velocity = velocity;
@@ -95,7 +97,9 @@ void visit_numbers(P& p, Visitor&& visit) {
 
 }  // namespace
 
-Prescribed prescribed_of(const Model& m) { return {m.pin_motions, m.mesh.pin_motion, m.jets, m.scene.wind, m.fastest_before}; }
+Prescribed prescribed_of(const Model& m) {
+  return {m.pin_motions, m.mesh.pin_motion, m.jets, m.scene.wind, m.fastest_before};
+}
 
 void prescribe(Model& m, const Prescribed& p) {
   m.pin_motions = p.pin_motions;
@@ -167,7 +171,8 @@ void change_wind(Model& m, const Vec3& velocity) {
 std::vector<double> to_numbers(const Model& m) {
   const Prescribed p = prescribed_of(m);
   std::vector<double> numbers{static_cast<double>(p.pin_motions.size()), static_cast<double>(p.pin_motion.size()),
-                              static_cast<double>(p.jets.size()), p.wind.present ? 1.0 : 0.0, p.wind.gusts.empty() ? 0.0 : 1.0};
+                              static_cast<double>(p.jets.size()), p.wind.present ? 1.0 : 0.0,
+                              p.wind.gusts.empty() ? 0.0 : 1.0};
   for (const Index motion : p.pin_motion) numbers.push_back(motion);
   visit_numbers(p, [&](const double& value) { numbers.push_back(value); });
   return numbers;

@@ -23,15 +23,18 @@ void prescribe(Model& model, const Prescribed& prescribed);
 
 /// std::invalid_argument: there is no such cloth.
 const ClothMaterial& cloth_numbered(const Model& model, Index cloth);
-/// The nodes of entry `entry` in `cloth.N.pin`. std::invalid_argument: there is no such cloth or entry, or it holds no node.
+/// The nodes of entry `entry` in `cloth.N.pin`. std::invalid_argument: there is no such cloth or entry, or it holds no
+/// node.
 std::vector<Index> nodes_of_pin(const Model& model, Index cloth, Index entry);
 
 /// From `time` (s) on the pins of entry `entry` in `cloth.N.pin` move at `velocity`, m/s, and do not turn.
-/// std::invalid_argument: no such cloth or entry, an entry that holds no node, a cloth that does not move, no finite number.
+/// std::invalid_argument: no such cloth or entry, an entry that holds no node, a cloth that does not move, no finite
+/// number.
 void change_pin_velocity(Model& model, Index cloth, Index entry, const Vec3& velocity, double time);
 
-/// From `time` (s) on jet `jet` flows at `velocity`, m/s, from `center`, m, which stays where it is without a value. A velocity
-/// of 0 closes it. std::invalid_argument: no such jet, no finite number; SetupError: a centre outside the domain.
+/// From `time` (s) on jet `jet` flows at `velocity`, m/s, from `center`, m, which stays where it is without a value. A
+/// velocity of 0 closes it. std::invalid_argument: no such jet, no finite number; SetupError: a centre outside the
+/// domain.
 void change_jet(Model& model, Index jet, const Vec3& velocity, const std::optional<Vec3>& center, double time);
 
 /// The air moves at `velocity`, m/s, from now on, without gusts. std::invalid_argument: no finite number.

@@ -1,11 +1,13 @@
 #include <fmt/format.h>
 
+#include <optional>
 #include <stdexcept>
 
 #include "app/resume.hpp"
 #include "app/set_up.hpp"
 #include "drench/drench.hpp"
 #include "drench/prescribed.hpp"
+#include "drench/recorder.hpp"
 #include "drench_version.hpp"
 #include "pipeline/pipeline.hpp"
 #include "state/saturation.hpp"
@@ -20,6 +22,12 @@ Scene checked(const Scene& scene) {
   same.path = scene.path;
   return same;
 }
+
+/// Whatever happens, the recorder is gone afterwards.
+struct Ended {
+  std::optional<Recorder>& recorder;
+  ~Ended() { recorder.reset(); }
+};
 
 MemoryBudget budget_of(const Scene& scene, const Communicator* ranks) {
   if (!ranks) return memory_budget();
@@ -37,7 +45,9 @@ struct Simulation::Parts {
         backend(make_kokkos_backend_on(ranks, setup.model)),
         pipeline(setup.model, *backend, setup.state) {
     setup.state = HostState();  // the backend has it
-    if (ranks) require_agreement(*ranks, {{"version", fmt::format("{} {}", version_string, git_commit)}, {"scene", to_yaml(scene)}});
+    if (ranks)
+      require_agreement(*ranks,
+                        {{"version", fmt::format("{} {}", version_string, git_commit)}, {"scene", to_yaml(scene)}});
   }
   /// Changes the model by `change`, and tells those that it concerns; all or nothing.
   template <class Change>
@@ -61,6 +71,7 @@ struct Simulation::Parts {
   Pipeline pipeline;
   std::uint64_t generation = 1;
   bool changed = false;  // from what the scene prescribes
+  std::optional<Recorder> recorder;
 };
 
 Simulation::Simulation(const Scene& scene, const Communicator* ranks) : parts_(std::make_unique<Parts>(scene, ranks)) {}
@@ -69,7 +80,14 @@ Simulation::~Simulation() = default;
 StepReport Simulation::step(double longest) {
   if (!(longest > 0)) throw std::invalid_argument("Simulation::step: a step has to be longer than 0 s");
   ++parts_->generation;  // also of a step that fails
-  return parts_->pipeline.step(longest);
+  try {
+    const StepReport report = parts_->pipeline.step(longest);
+    if (parts_->recorder) parts_->recorder->step(report);
+    return report;
+  } catch (const RunFailure& failure) {
+    if (parts_->recorder) parts_->recorder->failed(failure);
+    throw;
+  }
 }
 
 void Simulation::run_until(double time) {
@@ -132,7 +150,25 @@ void Simulation::save_checkpoint(const std::string& path) const {
   if (!parts_->ranks || parts_->ranks->rank() == 0) write_checkpoint(path, checkpoint);
 }
 
+void Simulation::record(const std::string& folder, bool overwrite) {
+  if (parts_->ranks) throw std::logic_error("Simulation::record: a run over ranks cannot be recorded");
+  if (parts_->recorder) throw std::logic_error("Simulation::record: the run is being recorded already");
+  parts_->recorder.emplace(folder, overwrite, parts_->setup.model, *parts_->backend, parts_->pipeline,
+                           parts_->setup.warnings);
+}
+
+void Simulation::record_frame() {
+  if (parts_->recorder) parts_->recorder->frame();
+}
+
+std::string Simulation::end_record() {
+  if (!parts_->recorder) throw std::logic_error("Simulation::end_record: the run is not being recorded");
+  const Ended at_the_end{parts_->recorder};
+  return parts_->recorder->finish().string();
+}
+
 std::vector<std::string> Simulation::resume(const std::string& path) {
+  if (parts_->recorder) throw std::logic_error("Simulation::resume: the run is being recorded; end_record() first");
   Model& model = parts_->setup.model;
   const Prescribed before = prescribed_of(model);
   try {

@@ -1,7 +1,7 @@
 #pragma once
 // A run's state on disk: what it takes to go on as if nothing had happened, bit for bit. The file: the line "drench
-// checkpoint 1", a record for each field of the struct and of its HostState (length of the name, name, bytes of an element,
-// number of elements, elements; little-endian), and a checksum of it all.
+// checkpoint 1", a record for each field of the struct and of its HostState (length of the name, name, bytes of an
+// element, number of elements, elements; little-endian), and a checksum of it all.
 
 #include <cstdint>
 #include <filesystem>

@@ -113,8 +113,8 @@ void add_membranes_and_plates(const Model& model, const HostState& state, Energi
     const Vector3d u = m.cosine * f + m.sine * g, v = m.cosine * g - m.sine * f;
     const double shear = std::numbers::sqrt2 / 2 * ((u + v).norm() - (u - v).norm());
     const double wet = 1 + (m.wet - 1) * (saturation(a) + saturation(b) + saturation(c)) / 3;
-    e.stretch += 0.5 * wet *
-                 (m.warp * std::pow(u.norm() - 1, 2) + m.weft * std::pow(v.norm() - 1, 2) + m.shear * shear * shear);
+    e.stretch +=
+        0.5 * wet * (m.warp * std::pow(u.norm() - 1, 2) + m.weft * std::pow(v.norm() - 1, 2) + m.shear * shear * shear);
   }
   for (std::size_t k = 0; k < mesh.plate_pair.size(); ++k)
     e.bend -= 0.5 * mesh.plate_weight[k] * (at(mesh.plate_pair[k][0]) - at(mesh.plate_pair[k][1])).squaredNorm();

@@ -24,10 +24,12 @@ struct Energies {
 /// Sums in double, in the order of the state. Particles and nodes that are not finite make it so.
 Energies energies_of(const Model& model, const HostState& state);
 
-/// energy.csv in a run's folder: a row a frame, with the columns of docs/manual/output.md that the scene has something for.
+/// energy.csv in a run's folder: a row a frame, with the columns of docs/manual/output.md that the scene has something
+/// for.
 class EnergyCsv {
  public:
-  /// `frames` > 0 goes on after so many rows of the file that is there. Without such a file the first row is the next frame's.
+  /// `frames` > 0 goes on after so many rows of the file that is there. Without such a file the first row is the next
+  /// frame's.
   EnergyCsv(const std::filesystem::path& folder, const Model& model, int frames = 0);
   /// Adds the state's row. Throws std::runtime_error when the disk refuses.
   void write(const HostState& state);

@@ -30,10 +30,11 @@ void FabricSummary::add(double time, const std::vector<FabricNumbers>& fabrics) 
 
 std::string FabricSummary::line(const Model& model, const Cloth& c) const {
   const auto grams = [&](Quanta quanta) { return 1000 * static_cast<double>(quanta) * model.quantum; };
-  std::string text = fmt::format("{}: holds {:.4g} g, at most {:.4g} g; wet at most {:.4g} cm², {:.4g} mm along the warp, "
-                                 "{:.4g} mm along the weft",
-                                 cloth_label(model.cloths[static_cast<std::size_t>(c.last.cloth)].name), grams(c.last.liquid),
-                                 grams(c.most), 1e4 * c.area, 1e3 * c.warp, 1e3 * c.weft);
+  std::string text = fmt::format(
+      "{}: holds {:.4g} g, at most {:.4g} g; wet at most {:.4g} cm², {:.4g} mm along the warp, "
+      "{:.4g} mm along the weft",
+      cloth_label(model.cloths[static_cast<std::size_t>(c.last.cloth)].name), grams(c.last.liquid), grams(c.most),
+      1e4 * c.area, 1e3 * c.warp, 1e3 * c.weft);
   if (model.counts_faces())
     text += fmt::format("; absorbed {:.4g} g, rewet {:.4g} g", grams(c.last.taken_front + c.last.taken_back),
                         grams(c.last.returned()));

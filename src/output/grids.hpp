@@ -39,8 +39,9 @@ Offenders find_offenders(const HostState& state);
 /// "particles 3 17 (ids), nodes 5, bodies 0": at most `limit` numbers of each.
 std::string describe(const Offenders& offenders, const HostState& state, std::size_t limit = 8);
 
-/// One vertex per offender; point fields kind (0 particle, 1 node, 2 body), id (particle id, node or body index), position and
-/// velocity as they are. The points themselves have 0 for a coordinate that is not finite, so that they can be shown.
+/// One vertex per offender; point fields kind (0 particle, 1 node, 2 body), id (particle id, node or body index),
+/// position and velocity as they are. The points themselves have 0 for a coordinate that is not finite, so that they
+/// can be shown.
 Grid offender_grid(const Model& model, const HostState& state, const Offenders& offenders);
 
 }  // namespace drench

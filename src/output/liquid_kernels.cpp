@@ -49,8 +49,8 @@ class Neighborhoods {
 
   const Neighborhood& operator[](std::size_t i) const { return all_[i]; }
 
-  /// Yu and Turk's shift along the shortest axis, less its average around: a flat surface stays where it is, as does the rim
-  /// of a sheet, m.
+  /// Yu and Turk's shift along the shortest axis, less its average around: a flat surface stays where it is, as does
+  /// the rim of a sheet, m.
   Vector3d shift(std::size_t i) const {
     const Neighborhood& n = all_[i];
     if (n.shaped == 0) return Vector3d::Zero();

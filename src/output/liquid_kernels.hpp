@@ -7,7 +7,8 @@
 
 namespace drench {
 
-/// A particle as the surface sees it. Its kernel is 315/(64 π a b c) (1 − q²)³ with q² = rᵀ M r; a, b, c are its semi-axes.
+/// A particle as the surface sees it. Its kernel is 315/(64 π a b c) (1 − q²)³ with q² = rᵀ M r; a, b, c are its
+/// semi-axes.
 struct Blob {
   Vec3 x;                        // m, of the kernel's middle
   double share;                  // V_j · 315/(64 π a b c), 1

@@ -77,14 +77,15 @@ std::string describe_nodes_inside(const Model& model, const HostState& state) {
     for (Index n = cloth.first_node; n < cloth.first_node + cloth.node_count; ++n) {
       if (model.mesh.pinned[static_cast<std::size_t>(n)]) continue;
       const double distance = solids.least_distance(state.node_position[static_cast<std::size_t>(n)]);
-      // The solver's distance to a mesh is interpolated: what is less deep than a tenth of the thickness is not told apart.
+      // The solver's distance to a mesh is interpolated: what is less deep than a tenth of the thickness is not told
+      // apart.
       if (!(distance < -0.1 * cloth.thickness)) continue;
       ++inside;
       deepest = std::max(deepest, -distance);
     }
     if (inside > 0)
-      text += fmt::format("{}t = {:.6g} s: {}: {} nodes are inside solids, up to {:.2g} m deep", text.empty() ? "" : "; ",
-                          state.time, cloth_label(cloth.name), inside, deepest);
+      text += fmt::format("{}t = {:.6g} s: {}: {} nodes are inside solids, up to {:.2g} m deep",
+                          text.empty() ? "" : "; ", state.time, cloth_label(cloth.name), inside, deepest);
   }
   return text;
 }

@@ -27,10 +27,12 @@ vtkSmartPointer<vtkUnstructuredGrid> read_vtu(const std::filesystem::path& path)
 /// 1/s: that of frames at these times, from the median of their distances; 24 for a single one. `times` (s) ascend.
 double frame_rate(const std::vector<double>& times);
 
-/// The frame nearest to each picture k / rate (s) from the first frame to the last. At least one, as `times` is not empty.
+/// The frame nearest to each picture k / rate (s) from the first frame to the last. At least one, as `times` is not
+/// empty.
 std::vector<std::size_t> frames_of_pictures(const std::vector<double>& times, double rate);
 
-/// One line when pictures at this rate have no frame at their time, or frames lie between two pictures and are never met.
+/// One line when pictures at this rate have no frame at their time, or frames lie between two pictures and are never
+/// met.
 std::optional<std::string> rate_misfit(const std::vector<double>& times, double rate);
 
 }  // namespace drench

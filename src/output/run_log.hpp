@@ -32,15 +32,16 @@ class RunTotals {
  public:
   /// `most_stretch`: of cloth, beyond which liquid gets between its samples (Model::most_stretch()), 1.
   explicit RunTotals(double most_stretch) : most_stretch_(most_stretch) {}
-  /// Adds a step (as numbered after it); returns lines to log when a solver did not converge, particles went through a cloth,
-  /// cloth was stretched too far or suspiciously many left the domain (advection.hpp, laws 6 and 7) for the first time, else "".
+  /// Adds a step (as numbered after it); returns lines to log when a solver did not converge, particles went through a
+  /// cloth, cloth was stretched too far or suspiciously many left the domain (advection.hpp, laws 6 and 7) for the
+  /// first time, else "".
   std::string add(std::int64_t step, double time, const StepReport& report,
                   const std::array<double, stage_count>& milliseconds);
-  /// Lines about solvers that did not converge, cloth that was stretched too far and particles that were put back, went through
-  /// cloth or escaped; "" when there is nothing to say.
+  /// Lines about solvers that did not converge, cloth that was stretched too far and particles that were put back, went
+  /// through cloth or escaped; "" when there is nothing to say.
   std::string warnings() const;
-  /// One line: what the density solve and the motion left, the cloth's residual, and the saturation's step error, on average and
-  /// at worst; "" for a scene without all of them.
+  /// One line: what the density solve and the motion left, the cloth's residual, and the saturation's step error, on
+  /// average and at worst; "" for a scene without all of them.
   std::string errors(const Model& model) const;
   /// Table of the stages' total times, one line each.
   std::string stage_table(const std::vector<Stage>& stages) const;

@@ -7,7 +7,8 @@
 
 namespace drench {
 
-/// Steps are clipped to frames' times and to the end, and not to checkpoints': whether those are written must not change the result.
+/// Steps are clipped to frames' times and to the end, and not to checkpoints': whether those are written must not
+/// change the result.
 class RunSchedule {
  public:
   explicit RunSchedule(const Scene& scene);
@@ -15,7 +16,8 @@ class RunSchedule {
   bool has_frames() const { return every_ > 0; }
   /// At or after time.end.
   bool ended(double now) const { return now >= end_ - rounding_; }
-  /// The longest that a step from now on may last; `clipped`: would the end, and no frame, cut it to `dt` or to half of it?
+  /// The longest that a step from now on may last; `clipped`: would the end, and no frame, cut it to `dt` or to half of
+  /// it?
   double time_left(double now) const;
   bool clipped_by_end(double now, double dt) const;
 

@@ -50,8 +50,9 @@ class Columns {
   }
   template <class Value>
   void of_row(const std::string& name, const char* format, Value value) {
-    all_.push_back(
-        {name, [format, value](const StatsRow& row) { return fmt::format(fmt::runtime(format), std::invoke(value, row)); }});
+    all_.push_back({name, [format, value](const StatsRow& row) {
+                      return fmt::format(fmt::runtime(format), std::invoke(value, row));
+                    }});
   }
   std::vector<StatsColumn> take() { return std::move(all_); }
 

@@ -40,13 +40,13 @@ struct StatsKinds {
   std::vector<Index> fabrics{};  // numbers of the porous cloths, for stage fabric
 };
 
-/// stats.csv: one row per step, with the columns and units of docs/manual/output.md. Those of a stage stand there only if it
-/// runs. mass_error is the change of mass_total since the start, from integers: 0 means exactly 0.
+/// stats.csv: one row per step, with the columns and units of docs/manual/output.md. Those of a stage stand there only
+/// if it runs. mass_error is the change of mass_total since the start, from integers: 0 means exactly 0.
 class StatsCsv {
  public:
-  /// `quantum` in kg. With `after`, the rows of a file that is there stay up to this step, and what comes after them is cut off. The
-  /// next ones follow with its columns, which an older drench may have written. Throws std::runtime_error when the file cannot be
-  /// written, or has a column that is not known.
+  /// `quantum` in kg. With `after`, the rows of a file that is there stay up to this step, and what comes after them is
+  /// cut off. The next ones follow with its columns, which an older drench may have written. Throws std::runtime_error
+  /// when the file cannot be written, or has a column that is not known.
   StatsCsv(const std::filesystem::path& path, const std::vector<Stage>& stages, double quantum, Quanta initial_total,
            std::int64_t after = -1, const StatsKinds& kinds = {});
   /// The row is in the file when this returns.

@@ -26,8 +26,8 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// A grid without points as other readers take it: meshio requires a cell and splashsurf cells of a known type, so it has one
-/// poly-vertex of no points. Fields of cells have a value of 0 for it.
+/// A grid without points as other readers take it: meshio requires a cell and splashsurf cells of a known type, so it
+/// has one poly-vertex of no points. Fields of cells have a value of 0 for it.
 Grid with_empty_cell(const Grid& grid) {
   auto other = Grid::New();
   other->ShallowCopy(grid);
@@ -54,8 +54,8 @@ void write_vtu(const fs::path& path, const Grid& grid) {
   vtkNew<vtkXMLUnstructuredGridWriter> writer;
   writer->WriteToOutputStringOn();  // VTK 9.1 frees what it never had when the disk refuses a part of its file
   writer->SetInputData(empty ? with_empty_cell(grid) : grid);
-  // Inline, not appended: VTK before 9.4 with expat's fix of 2024 (reparse deferral) cannot read appended data, not even
-  // its own; Debian 12's ParaView is such a one.
+  // Inline, not appended: VTK before 9.4 with expat's fix of 2024 (reparse deferral) cannot read appended data, not
+  // even its own; Debian 12's ParaView is such a one.
   writer->SetDataModeToBinary();
   if (empty) {  // meshio and splashsurf cannot read compressed arrays of no values
     writer->SetCompressorTypeToNone();

@@ -40,11 +40,12 @@ class VtuSeries {
   std::vector<std::string> unsynced_;  // relative to folder_
 };
 
-/// The series that a model needs: fluid, its surface, cloth and bodies, each only when the scene has it; and their energy.
+/// The series that a model needs: fluid, its surface, cloth and bodies, each only when the scene has it; and their
+/// energy.
 class FrameWriter {
  public:
-  /// `frames` > 0 goes on after so many frames of an earlier run; in its folder later ones are removed. `threads` make the
-  /// surface; the files do not depend on them.
+  /// `frames` > 0 goes on after so many frames of an earlier run; in its folder later ones are removed. `threads` make
+  /// the surface; the files do not depend on them.
   FrameWriter(const std::filesystem::path& folder, const Model& model, int frames = 0, int threads = 1);
   /// Adds a frame at state.time.
   void write(const HostState& state);

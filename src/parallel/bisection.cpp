@@ -58,12 +58,12 @@ double median(Points first, Points last, std::size_t axis, double wanted) {
   return first->at[axis];
 }
 
-/// Orders the points into two parts, the lower with about `share` of the weight, and returns where the upper one begins. Points in a
-/// plane stay together, on the side where the parts come closer to that.
+/// Orders the points into two parts, the lower with about `share` of the weight, and returns where the upper one
+/// begins. Points in a plane stay together, on the side where the parts come closer to that.
 Points upper_part(Points first, Points last, std::size_t axis, double share) {
   const double wanted = share * weight_of(first, last), at = median(first, last, axis, wanted);
-  const Points plane = std::partition(first, last, [=](const auto& p) { return p.at[axis] < at; }),
-               behind = std::partition(plane, last, [=](const auto& p) { return p.at[axis] <= at; });
+  const Points plane = std::partition(first, last, [=](const auto&p) { return p.at[axis] < at; }),
+               behind = std::partition(plane, last, [=](const auto&p) { return p.at[axis] <= at; });
   if (behind == last) return plane;
   const double under = weight_of(first, plane), over = under + weight_of(plane, behind);
   return plane == first || over - wanted < wanted - under ? behind : plane;
@@ -94,7 +94,8 @@ void Bisection::cut(Points first, Points last, int first_rank, int ranks, const 
   const std::size_t axis = longest_axis(first, last);
   const int left = ranks / 2;
   const Points upper = upper_part(first, last, axis, static_cast<double>(left) / ranks);
-  const double at = std::min_element(upper, last, [axis](const auto& p, const auto& q) { return p.at[axis] < q.at[axis]; })->at[axis];
+  const double at =
+      std::min_element(upper, last, [axis](const auto& p, const auto& q) { return p.at[axis] < q.at[axis]; })->at[axis];
   RankPart below = space, above = space;
   below.max[axis] = above.min[axis] = at;
   cuts_[here].axis = axis;

@@ -1,6 +1,6 @@
 #pragma once
-// Space cut in two along the longest axis of the points in it, and its parts again, down to a part for each rank: orthogonal
-// recursive bisection (Berger and Bokhari 1987).
+// Space cut in two along the longest axis of the points in it, and its parts again, down to a part for each rank:
+// orthogonal recursive bisection (Berger and Bokhari 1987).
 
 #include <array>
 #include <cmath>
@@ -26,8 +26,8 @@ struct RankPart {
 
 class Bisection {
  public:
-  /// Parts of about the same weight; points that are no numbers count nowhere. A part without points gives all of its space to
-  /// its first rank.
+  /// Parts of about the same weight; points that are no numbers count nowhere. A part without points gives all of its
+  /// space to its first rank.
   Bisection(std::vector<WeightedPoint> points, int ranks);
 
   const std::vector<RankPart>& parts() const { return parts_; }

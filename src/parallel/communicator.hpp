@@ -71,8 +71,8 @@ void require_agreement(const Communicator& ranks, const std::vector<std::pair<st
 int started_ranks();
 /// This rank's number among those of its host, by the same environment; 0 if there is none.
 int local_rank();
-/// Joins the ranks that were started together, or all of MPI_COMM_WORLD where the program has initialised MPI; null for one
-/// alone. Where it initialises MPI itself, it ends it with the object.
+/// Joins the ranks that were started together, or all of MPI_COMM_WORLD where the program has initialised MPI; null for
+/// one alone. Where it initialises MPI itself, it ends it with the object.
 /// @throws RanksError where this build knows no MPI
 std::unique_ptr<Communicator> join_ranks();
 /// What join_ranks() would talk through: "Open MPI v4.1.4", or "none".

@@ -56,12 +56,12 @@ class Backend {
 
 std::unique_ptr<Backend> make_reference_backend(const Model& model);
 std::unique_ptr<Backend> make_kokkos_backend(const Model& model);
-/// The same with the liquid spread over ranks; null: one alone. Every call to the backend is made on all of them, in the same
-/// order. download() has all of the liquid on rank 0, and the rank's own elsewhere.
+/// The same with the liquid spread over ranks; null: one alone. Every call to the backend is made on all of them, in
+/// the same order. download() has all of the liquid on rank 0, and the rank's own elsewhere.
 std::unique_ptr<Backend> make_kokkos_backend_on(const Communicator* ranks, const Model& model);
 
-/// What the Kokkos backend's arrays take, in bytes, for a scene of this size (setup/memory_estimate.hpp): with numbers of
-/// `real_bytes`, 4 or 8, and in a GPU's memory or the host's, whatever this build is for. Needs no BackendRuntime.
+/// What the Kokkos backend's arrays take, in bytes, for a scene of this size (setup/memory_estimate.hpp): with numbers
+/// of `real_bytes`, 4 or 8, and in a GPU's memory or the host's, whatever this build is for. Needs no BackendRuntime.
 MemoryEstimate kokkos_array_bytes(const SetupSize& size, int real_bytes, bool gpu);
 
 }  // namespace drench

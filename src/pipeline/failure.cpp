@@ -72,7 +72,8 @@ Limits::Limits(const Model& m, double liquid)
   }
   for (const Membrane<double>& t : m.mesh.membrane)
     if (t.warp > 0)
-      softest = std::max(softest, (1 / std::sqrt(t.warp) + 1 / std::sqrt(t.weft) + 1 / std::sqrt(t.shear)) / std::sqrt(t.wet));
+      softest = std::max(softest,
+                         (1 / std::sqrt(t.warp) + 1 / std::sqrt(t.weft) + 1 / std::sqrt(t.shear)) / std::sqrt(t.wet));
   edge = longest / m.scene.time.step;
   for (const double solid : m.mesh.solid_mass) mass += solid;
   for (const Body& body : m.bodies) mass += body.mass;

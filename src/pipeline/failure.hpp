@@ -56,8 +56,8 @@ struct Limits {
 };
 
 /// The liquid collapses: its mean compression stays above this, 1, for so many steps in a row while the density solve
-/// does not converge. It then fills less than half of the volume that it should. No start that overlaps and no cap on the
-/// iterations leaves that much: the solver separates overlapping particles in a few steps.
+/// does not converge. It then fills less than half of the volume that it should. No start that overlaps and no cap on
+/// the iterations leaves that much: the solver separates overlapping particles in a few steps.
 constexpr double collapse = 1;
 constexpr int collapse_steps = 10;
 

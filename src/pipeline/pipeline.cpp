@@ -36,8 +36,9 @@ double clip_step(double wanted, double left, TimeMode mode) {
   return wanted;
 }
 
-// time.mode error, in units of time.tolerance: what steps leave aims at the first, and none adds more than the second, or ends
-// with more of which most is its own. What the solve cannot correct at once, as in a crowd, no shorter step would.
+// time.mode error, in units of time.tolerance: what steps leave aims at the first, and none adds more than the second,
+// or ends with more of which most is its own. What the solve cannot correct at once, as in a crowd, no shorter step
+// would.
 constexpr double aim_of_error = 0.6, worst_of_error = 2.5;
 
 /// Would a shorter step leave less?
@@ -46,9 +47,9 @@ bool is_too_long(const StepReport& report, double tolerance) {
   return own > worst || (report.density_found > worst && own > 0.5 * report.density_found);
 }
 
-/// How long the next step may be, s, after one of `tried` that might have been as long as `longest`. What the solve left lies
-/// within its own tolerance; the rest is the step's own error and goes with its square, or more steeply. Of that a part `corrected`
-/// goes in each step.
+/// How long the next step may be, s, after one of `tried` that might have been as long as `longest`. What the solve
+/// left lies within its own tolerance; the rest is the step's own error and goes with its square, or more steeply. Of
+/// that a part `corrected` goes in each step.
 double step_after(double tried, double longest, const StepReport& r, double tolerance, double corrected) {
   const double own = std::max(r.density_found - r.density_error, 1e-3 * tolerance);
   const double fits = tried * std::sqrt(aim_of_error * corrected * tolerance / own);

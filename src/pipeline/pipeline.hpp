@@ -18,8 +18,8 @@ class Pipeline {
  public:
   Pipeline(const Model& model, Backend& backend, const HostState& initial);
   /// One step; `time_left` bounds Δt so that a step ends exactly at the next output time.
-  /// Throws RunFailure (failure.hpp), and StepStopped (base/stop_request.hpp) if an end is asked for during a step whose beginning
-  /// is kept; the state is then again as it was before the step.
+  /// Throws RunFailure (failure.hpp), and StepStopped (base/stop_request.hpp) if an end is asked for during a step
+  /// whose beginning is kept; the state is then again as it was before the step.
   StepReport step(double time_left);
   const std::vector<Stage>& stages() const { return stages_; }
   double time() const { return time_; }
@@ -37,8 +37,8 @@ class Pipeline {
   /// Milliseconds of wall time that the whole last step took.
   double step_milliseconds() const { return step_milliseconds_; }
   void set_profiling(bool on) { profiling_ = on; }
-  /// Keeps the state before a step that may take long, so that step() can give it up. `now`: the state as it is, for the first
-  /// step; it must outlive the pipeline.
+  /// Keeps the state before a step that may take long, so that step() can give it up. `now`: the state as it is, for
+  /// the first step; it must outlive the pipeline.
   void set_stoppable(const HostState& now) {
     stoppable_ = true;
     first_state_ = &now;

@@ -1,5 +1,6 @@
 #pragma once
-// Start and end of the parallel runtime, its device and its memory, without naming them: the backend in this build implements it.
+// Start and end of the parallel runtime, its device and its memory, without naming them: the backend in this build
+// implements it.
 
 #include <cstdint>
 #include <stdexcept>
@@ -13,7 +14,8 @@ struct DeviceError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// Throws DeviceError unless there is a device for this build. Quick, and before anything else: needs no BackendRuntime.
+/// Throws DeviceError unless there is a device for this build. Quick, and before anything else: needs no
+/// BackendRuntime.
 void require_device();
 
 /// Do the kernels of this build run on the host's cores?
@@ -28,8 +30,8 @@ struct DeviceMemory {
 /// The device's memory, as it is now. Needs no BackendRuntime.
 DeviceMemory device_memory();
 
-/// Text of a DeviceError, one line: there is no device, for the `reason` that its driver gives. `built_for` is a compute
-/// capability, 90 for 9.0.
+/// Text of a DeviceError, one line: there is no device, for the `reason` that its driver gives. `built_for` is a
+/// compute capability, 90 for 9.0.
 std::string no_device_text(std::string_view reason, int built_for);
 /// Text of a DeviceError, one line: `device` has the compute capability `has`, and this build is for `built_for`.
 std::string wrong_device_text(std::string_view device, int has, int built_for);
@@ -61,8 +63,8 @@ struct ArrayMemory {
 /// The backend's arrays, as they are now.
 ArrayMemory array_memory();
 
-/// Lines of `name: value`: the execution space, device, memory, threads and library versions. Only while a BackendRuntime
-/// lives.
+/// Lines of `name: value`: the execution space, device, memory, threads and library versions. Only while a
+/// BackendRuntime lives.
 std::string runtime_description();
 
 }  // namespace drench

@@ -19,15 +19,15 @@ struct SomeParticles {
   std::string names() const;
 };
 
-/// A porous cloth in numbers (stages/fabric.hpp). What came and went counts from the start; its front is where its triangles'
-/// normals point.
+/// A porous cloth in numbers (stages/fabric.hpp). What came and went counts from the start; its front is where its
+/// triangles' normals point.
 struct FabricNumbers {
-  Index cloth = 0;                            ///< its number in the scene, from 0
-  Quanta liquid = 0;                          ///< quanta: in it
-  Quanta taken_front = 0, taken_back = 0;     ///< quanta: from liquid on either face
-  Quanta given_front = 0, given_back = 0;     ///< quanta: to liquid on either face
-  double wet_area = 0;                        ///< m², at rest
-  double wet_warp = 0, wet_weft = 0;          ///< m, at rest: extent of what is wet
+  Index cloth = 0;                         ///< its number in the scene, from 0
+  Quanta liquid = 0;                       ///< quanta: in it
+  Quanta taken_front = 0, taken_back = 0;  ///< quanta: from liquid on either face
+  Quanta given_front = 0, given_back = 0;  ///< quanta: to liquid on either face
+  double wet_area = 0;                     ///< m², at rest
+  double wet_warp = 0, wet_weft = 0;       ///< m, at rest: extent of what is wet
   /// Is the front the face that took more?
   bool wetted_at_front() const { return taken_front >= taken_back; }
   /// quanta: struck through, to the face across from the one that took more
@@ -36,26 +36,27 @@ struct FabricNumbers {
   Quanta returned() const { return wetted_at_front() ? given_front : given_back; }
 };
 
-/// What a step has done, in numbers. Each stage fills in its own part, and the pipeline `step`, `time` and `dt`. Where a stage
-/// does not run its part stays as it is here. Masses are counts of quanta; Simulation::quantum() is the size of one in kg.
+/// What a step has done, in numbers. Each stage fills in its own part, and the pipeline `step`, `time` and `dt`. Where
+/// a stage does not run its part stays as it is here. Masses are counts of quanta; Simulation::quantum() is the size of
+/// one in kg.
 struct StepReport {
   std::int64_t step = 0;  ///< number of the step, from 1
   double time = 0;        ///< s, at the step's end
   double dt = 0;          ///< s, the step's length
   double dt_wanted = 0;   ///< s: what the scene allows; a step may be shorter, to end where it is asked to
 
-  int divergence_iterations = 0;     ///< of the divergence solve
-  double divergence_error = 0;       ///< 1: mean of max(0, Dδ/Dt) Δt that it leaves
-  bool divergence_converged = true;  ///< false: it ended at its cap
-  int density_iterations = 0;        ///< of the density solve
-  double density_error = 0;          ///< 1: mean of max(0, δ − 1) that it leaves
-  double density_error_max = 0;      ///< 1: the same of the worst particle
-  bool density_converged = true;     ///< false: it ended at its cap
-  double density_found = 0;          ///< 1: mean of max(0, δ − 1) at the step's end (time.mode error)
-  int rejected = 0;                  ///< longer steps that were tried before this one (time.mode error)
-  double divergence_start = 0;       ///< 1: residual over tolerance that its solve began with, where liquid is alone
-  double density_start = 0;          ///< 1: the same of the density solve (docs/theory/liquid.md, Scaled start)
-  int viscosity_stages = 0;  ///< of the viscous solve (docs/theory/viscosity.md); 0 without viscosity
+  int divergence_iterations = 0;      ///< of the divergence solve
+  double divergence_error = 0;        ///< 1: mean of max(0, Dδ/Dt) Δt that it leaves
+  bool divergence_converged = true;   ///< false: it ended at its cap
+  int density_iterations = 0;         ///< of the density solve
+  double density_error = 0;           ///< 1: mean of max(0, δ − 1) that it leaves
+  double density_error_max = 0;       ///< 1: the same of the worst particle
+  bool density_converged = true;      ///< false: it ended at its cap
+  double density_found = 0;           ///< 1: mean of max(0, δ − 1) at the step's end (time.mode error)
+  int rejected = 0;                   ///< longer steps that were tried before this one (time.mode error)
+  double divergence_start = 0;        ///< 1: residual over tolerance that its solve began with, where liquid is alone
+  double density_start = 0;           ///< 1: the same of the density solve (docs/theory/liquid.md, Eq. 20a)
+  int viscosity_stages = 0;           ///< of the viscous solve (docs/theory/viscosity.md); 0 without viscosity
   int micropolar_stages = 0;          ///< of the solve for spins (docs/theory/micropolar.md)
   int cloth_iterations = 0;           ///< of the cloth's solve, also within the density solve
   double cloth_residual = 0;          ///< 1: unbalanced forces over their goal (stages/cloth.hpp); converged at ≤ 1
@@ -107,8 +108,8 @@ struct StepReport {
   Quanta solute_total() const {
     return solute_fluid + solute_cloth + solute_drained + solute_deposited - solute_supplied;
   }
-  /// Takes up the residual of the solve that the density solve has gone on with (stages/pressure.hpp). That one begins where
-  /// stage cloth's ended, as if it had converged: what was left there is left.
+  /// Takes up the residual of the solve that the density solve has gone on with (stages/pressure.hpp). That one begins
+  /// where stage cloth's ended, as if it had converged: what was left there is left.
   void note_cloth_residual(double coupled) {
     cloth_residual = cloth_converged ? coupled : std::max(cloth_residual, coupled);
   }

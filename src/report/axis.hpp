@@ -14,8 +14,8 @@ struct Tick {
 
 class Axis {
  public:
-  /// Round numbers around all finite values; from 0 on where that wastes less than half of the axis. Values that are all the
-  /// same stand in the middle.
+  /// Round numbers around all finite values; from 0 on where that wastes less than half of the axis. Values that are
+  /// all the same stand in the middle.
   static Axis linear(double least, double most);
   /// Exactly this range, with ticks at round numbers.
   static Axis exact(double least, double most);

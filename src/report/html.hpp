@@ -7,7 +7,8 @@
 
 namespace drench::html {
 
-/// & < > " ' as entities. Control characters but for line feeds become the replacement character, as bytes that are no UTF-8 do.
+/// & < > " ' as entities. Control characters but for line feeds become the replacement character, as bytes that are no
+/// UTF-8 do.
 std::string escaped(std::string_view text);
 
 /// A table's cell. Numbers stand to the right, in digits of one width.

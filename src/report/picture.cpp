@@ -6,16 +6,33 @@
 #include <vtkJPEGWriter.h>
 #include <vtkNew.h>
 #include <vtkPNGReader.h>
+#include <vtkPNGWriter.h>
+#include <vtkSmartPointer.h>
 #include <vtkUnsignedCharArray.h>
 
 #include <algorithm>
 #include <stdexcept>
 
+#include "output/text_file.hpp"
+
 namespace drench {
 
 namespace {
+
 constexpr int jpeg_quality = 88;
+
+vtkSmartPointer<vtkImageData> image_of(const Picture& picture) {
+  const auto image = vtkSmartPointer<vtkImageData>::New();
+  image->SetDimensions(picture.width, picture.height, 1);
+  image->AllocateScalars(VTK_UNSIGNED_CHAR, 3);
+  auto* bytes = static_cast<unsigned char*>(image->GetScalarPointer());
+  for (const Colour& pixel : picture.pixels)
+    for (const float channel : pixel)
+      *bytes++ = static_cast<unsigned char>(std::clamp(channel, 0.0F, 1.0F) * 255 + 0.5F);
+  return image;
 }
+
+}  // namespace
 
 Picture reduced(const Picture& picture, int factor) {
   Picture small(picture.width / factor, picture.height / factor, {0, 0, 0});
@@ -27,15 +44,8 @@ Picture reduced(const Picture& picture, int factor) {
 }
 
 std::string data_url(const Picture& picture) {
-  vtkNew<vtkImageData> image;
-  image->SetDimensions(picture.width, picture.height, 1);
-  image->AllocateScalars(VTK_UNSIGNED_CHAR, 3);
-  auto* bytes = static_cast<unsigned char*>(image->GetScalarPointer());
-  for (const Colour& pixel : picture.pixels)
-    for (const float channel : pixel)
-      *bytes++ = static_cast<unsigned char>(std::clamp(channel, 0.0F, 1.0F) * 255 + 0.5F);
   vtkNew<vtkJPEGWriter> writer;
-  writer->SetInputData(image);
+  writer->SetInputData(image_of(picture));
   writer->SetQuality(jpeg_quality);
   writer->WriteToMemoryOn();
   writer->Write();
@@ -45,6 +55,17 @@ std::string data_url(const Picture& picture) {
   std::string text(4 * (size / 3 + 2), '\0');
   text.resize(vtkBase64Utilities::Encode(file->GetPointer(0), size, reinterpret_cast<unsigned char*>(text.data())));
   return "data:image/jpeg;base64," + text;
+}
+
+void write_png(const Picture& picture, const std::filesystem::path& path) {
+  vtkNew<vtkPNGWriter> writer;
+  writer->SetInputData(image_of(picture));
+  writer->WriteToMemoryOn();
+  writer->Write();
+  vtkUnsignedCharArray* file = writer->GetResult();
+  if (!file || file->GetNumberOfValues() == 0) throw std::runtime_error("a picture cannot be encoded as PNG");
+  write_atomically(path, std::string(reinterpret_cast<const char*>(file->GetPointer(0)),
+                                     static_cast<std::size_t>(file->GetNumberOfValues())));
 }
 
 Picture read_png(const std::filesystem::path& path) {

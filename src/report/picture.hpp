@@ -28,6 +28,9 @@ Picture reduced(const Picture& picture, int factor);
 /// The picture as a data: URL (JPEG). Throws std::runtime_error when it cannot be encoded.
 std::string data_url(const Picture& picture);
 
+/// Writes a PNG of 8 bits a channel in one move. Throws std::runtime_error when it cannot be written.
+void write_png(const Picture& picture, const std::filesystem::path& path);
+
 /// Reads a PNG of 8 bits a channel. Throws std::runtime_error when it is missing, damaged or of another kind.
 Picture read_png(const std::filesystem::path& path);
 

@@ -85,4 +85,8 @@ void write_report(const fs::path& folder, const std::optional<fs::path>& other, 
   write_atomically(file, page(runs));
 }
 
+void write_picture(const fs::path& folder, const fs::path& file, int width, int height) {
+  write_png(last_frame(read_run(folder), width, height), file);
+}
+
 }  // namespace drench

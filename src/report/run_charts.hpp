@@ -15,8 +15,8 @@ struct Curve {
   int colour = 0;
 };
 
-/// A chart of these columns of `table`, where a run has them. A second run's curves are dashed; in a chart of one column they have a colour
-/// of their own, and the curves' labels are A and B.
+/// A chart of these columns of `table`, where a run has them. A second run's curves are dashed; in a chart of one
+/// column they have a colour of their own, and the curves' labels are A and B.
 LineChart chart_of(const Runs& runs, const std::string& title, const std::string& y_label,
                    const std::vector<Curve>& curves, StatsTable RunRecord::*table = &RunRecord::stats);
 

@@ -1,5 +1,6 @@
 #pragma once
-// The parts of a report. Each takes one run, or two to set beside each other, and returns HTML; "" when it has nothing to show.
+// The parts of a report. Each takes one run, or two to set beside each other, and returns HTML; "" when it has nothing
+// to show.
 
 #include <string>
 #include <vector>

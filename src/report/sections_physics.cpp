@@ -203,9 +203,8 @@ void add_energy_rows(const Runs& runs, std::size_t k, html::Table& table) {
     if (values.empty()) return;
     double rise = 0;
     for (std::size_t i = 1; i < values.size(); ++i) rise = std::max(rise, values[i] - values[i - 1]);
-    table.rows.push_back({html::text(letter(runs, k) + name), html::number(values.front()),
-                          html::number(values.back()), html::number(values.back() - values.front()),
-                          html::number(rise)});
+    table.rows.push_back({html::text(letter(runs, k) + name), html::number(values.front()), html::number(values.back()),
+                          html::number(values.back() - values.front()), html::number(rise)});
   };
   for (const Curve& part : energy_parts) add(part.column.c_str(), part.label.c_str());
   add("total", "total");
@@ -242,8 +241,8 @@ std::string kinetic_energy_of_each_step(const Runs& runs) {
     const auto &energy = runs[k].stats.column("kinetic_energy"), &time = runs[k].stats.column("time");
     if (energy.empty()) continue;
     const auto most = std::max_element(energy.begin(), energy.end());
-    table.rows.push_back({html::text(letter(runs, k) + "of liquid and moving cloth"),
-                          html::number(energy.front()), html::number(energy.back()), html::number(*most),
+    table.rows.push_back({html::text(letter(runs, k) + "of liquid and moving cloth"), html::number(energy.front()),
+                          html::number(energy.back()), html::number(*most),
                           html::number(time[static_cast<std::size_t>(most - energy.begin())])});
   }
   return charts({single(runs, "Kinetic energy, each step", "J", "kinetic_energy", "liquid, cloth", 0)}) +

@@ -12,8 +12,8 @@ namespace drench {
 class StatsTable {
  public:
   StatsTable() = default;  ///< no columns, no rows
-  /// Throws FolderError when the file is there but is no table of numbers that begins with the column `first` and has one
-  /// named time. Without the file the table is empty.
+  /// Throws FolderError when the file is there but is no table of numbers that begins with the column `first` and has
+  /// one named time. Without the file the table is empty.
   explicit StatsTable(const std::filesystem::path& path, const std::string& first = "step");
   std::size_t rows() const { return rows_; }
   const std::vector<std::string>& names() const { return names_; }

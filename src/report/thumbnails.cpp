@@ -19,8 +19,11 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr int width = 400, height = 320;  // pixels
-constexpr int finer = 2;                  // painted so much larger, then reduced: smooth edges
+struct Size {
+  int width, height;  // pixels
+};
+constexpr Size thumbnail{400, 320};
+constexpr int finer = 2;  // painted so much larger, then reduced: smooth edges
 constexpr Colour liquid{0.20F, 0.52F, 0.86F}, solid{0.82F, 0.84F, 0.86F}, outline{0.62F, 0.66F, 0.71F};
 
 using Grid = vtkSmartPointer<vtkUnstructuredGrid>;
@@ -192,14 +195,18 @@ void paint_outline(Painter& painter, const std::array<Vec3, 2>& box) {
       if (!(c & bit)) painter.line(corner(c), corner(c | bit), outline, 2 * finer * 0.6);
 }
 
-std::string paint(const Scenery& s, View view, const std::vector<Vec3>& shown) {
-  fit(view, shown, width * finer, height * finer);
-  Painter painter(view, width * finer, height * finer);
+Picture painted(const Scenery& s, View view, const std::vector<Vec3>& shown, const Size& size) {
+  fit(view, shown, size.width * finer, size.height * finer);
+  Painter painter(view, size.width * finer, size.height * finer);
   for (const Grid& g : s.bodies) paint_bodies(painter, g);
   for (const auto& box : containers(s.bodies)) paint_outline(painter, box);
   if (s.cloth) paint_cloth(painter, s.cloth);
   if (s.fluid) paint_fluid(painter, s.fluid);
-  return data_url(reduced(painter.picture(), finer));
+  return reduced(painter.picture(), finer);
+}
+
+std::string paint(const Scenery& s, const View& view, const std::vector<Vec3>& shown) {
+  return data_url(painted(s, view, shown, thumbnail));
 }
 
 /// Numbers of so many of `count` things, spread evenly, the first and the last among them.
@@ -253,6 +260,25 @@ void take_rendered(const RunRecord& run, int count, Thumbnails& out) {
   }
 }
 
+/// From the front, the right and above.
+View oblique(const Vec3& up) {
+  const auto [front, right] = horizontal(up);
+  return view_from(mix(front, 1, right, 0.55, up, 0.55), up);
+}
+
+/// Corners around what these frames show.
+std::vector<Vec3> corners_of(const std::vector<Scenery>& frames) {
+  std::vector<Vec3> shown;
+  for (const Scenery& s : frames) {
+    if (s.fluid) add_corners(s.fluid, shown);
+    if (s.cloth) add_corners(s.cloth, shown);
+  }
+  for (const auto& box : containers(frames.back().bodies)) shown.insert(shown.end(), box.begin(), box.end());
+  if (shown.empty())
+    for (const Grid& g : frames.back().bodies) add_corners(g, shown);
+  return shown;
+}
+
 void paint_all(const RunRecord& run, int count, bool with_views, Thumbnails& out) {
   const Series series(run.folder);
   const std::vector<double> times = series.times();
@@ -262,20 +288,12 @@ void paint_all(const RunRecord& run, int count, bool with_views, Thumbnails& out
   }
   std::vector<Scenery> frames;
   for (const std::size_t k : spread(times.size(), count)) frames.push_back(series.read(times[k]));
-  std::vector<Vec3> shown;
-  for (const Scenery& s : frames) {
-    if (s.fluid) add_corners(s.fluid, shown);
-    if (s.cloth) add_corners(s.cloth, shown);
-    out.cloth = out.cloth || s.cloth;
-  }
-  for (const auto& box : containers(frames.back().bodies)) shown.insert(shown.end(), box.begin(), box.end());
-  if (shown.empty())
-    for (const Grid& g : frames.back().bodies) add_corners(g, shown);
+  for (const Scenery& s : frames) out.cloth = out.cloth || s.cloth;
+  const std::vector<Vec3> shown = corners_of(frames);
   const Vec3 up = unit_of(up_of(run));
   const auto [front, right] = horizontal(up);
   for (const Scenery& s : frames)
-    out.frames.push_back(
-        {paint(s, view_from(mix(front, 1, right, 0.55, up, 0.55), up), shown), fmt::format("t = {:.4g} s", s.time)});
+    out.frames.push_back({paint(s, oblique(up), shown), fmt::format("t = {:.4g} s", s.time)});
   if (!with_views) return;
   const Scenery& last = frames.back();
   out.views.push_back(
@@ -287,6 +305,14 @@ void paint_all(const RunRecord& run, int count, bool with_views, Thumbnails& out
 }
 
 }  // namespace
+
+Picture last_frame(const RunRecord& run, int width, int height) {
+  const Series series(run.folder);
+  const std::vector<double> times = series.times();
+  if (times.empty()) throw std::runtime_error("The run has written no frames, so there are no pictures.");
+  const std::vector<Scenery> frames{series.read(times.back())};
+  return painted(frames.back(), oblique(unit_of(up_of(run))), corners_of(frames), {width, height});
+}
 
 Thumbnails thumbnails(const RunRecord& run, int frames, bool with_views) {
   Thumbnails out;

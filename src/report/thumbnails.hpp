@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "report/picture.hpp"
 #include "report/run_record.hpp"
 
 namespace drench {
@@ -20,6 +21,10 @@ struct Thumbnails {
   std::vector<std::string> notes;   // lines: why there is none, and what they do not show
   bool cloth = false;               // there is cloth in them, so that its colours want a key
 };
+
+/// The last frame from the front, the right and above; of this size in pixels. Throws std::runtime_error for a run
+/// without frames.
+Picture last_frame(const RunRecord& run, int width, int height);
 
 /// Paints so many frames of the run, the first and the last among them, and takes up as many pictures of tools/render.
 Thumbnails thumbnails(const RunRecord& run, int frames, bool with_views);

@@ -1,6 +1,6 @@
 #pragma once
-// The descriptions of a scene's sections (scene/section.hpp). A key of a scene is a line in one of these functions and a member of
-// the struct.
+// The descriptions of a scene's sections (scene/section.hpp). A key of a scene is a line in one of these functions and
+// a member of the struct.
 
 #include <fmt/format.h>
 
@@ -82,7 +82,8 @@ void describe(Section& s, PlateScene& plate);
 void describe(Section& s, SaturationScene& saturation);
 void describe(Section& s, StainScene& stain);
 
-/// `s.word("fabric", …)`: what it gives is in the scene's tree by now (scene/fabrics.hpp), and a resolved scene has the values.
+/// `s.word("fabric", …)`: what it gives is in the scene's tree by now (scene/fabrics.hpp), and a resolved scene has the
+/// values.
 void describe_fabric(Section& s, const char* meaning);
 /// Rates along warp and weft, and powers of the saturation, in section `porous`.
 void check_rates(Section& s, const MaterialScene& fabric);

@@ -43,9 +43,9 @@ struct FabricUse {
   bool dry = false;                // it could take up liquid, and the cloth has no key `porous`
 };
 
-/// Writes the values of each cloth's fabric into the scene's tree, at the place of the key `fabric`. A key that the scene has
-/// stays, and what is under `porous` counts only where the cloth has that key. Regions take their fabrics' values in the same way,
-/// but those that do not differ within a cloth. Unknown names are left to the loader.
+/// Writes the values of each cloth's fabric into the scene's tree, at the place of the key `fabric`. A key that the
+/// scene has stays, and what is under `porous` counts only where the cloth has that key. Regions take their fabrics'
+/// values in the same way, but those that do not differ within a cloth. Unknown names are left to the loader.
 std::vector<FabricUse> apply_fabrics(yaml::Value& scene);
 
 /// The same of a scene file, as load_scene() takes it. Throws SceneError.

@@ -26,8 +26,8 @@ Scene parse_scene(const std::string& yaml_text, const std::string& path_for_mess
 /// refuses such a scene; a caller that sets another end asks again.
 std::optional<std::pair<std::string, std::string>> too_often(const Scene& scene);
 
-/// Where a key of a scene file stands, as errors begin: `file:line:column: key`. If the key is not there, it is the place
-/// of the last thing on the way to it that is.
+/// Where a key of a scene file stands, as errors begin: `file:line:column: key`. If the key is not there, it is the
+/// place of the last thing on the way to it that is.
 /// @param path the scene file
 /// @param overrides as in load_scene()
 /// @param key dotted, as in `cloth.0.stretch`; "" for the scene as a whole

@@ -3,8 +3,8 @@
 
 namespace drench {
 
-/// A fabric as the scene gives it and the stages use it. Number is double in the scene and the model, and a backend's own type
-/// on its device. These defaults are those of a scene's cloth.
+/// A fabric as the scene gives it and the stages use it. Number is double in the scene and the model, and a backend's
+/// own type on its device. These defaults are those of a scene's cloth.
 template <class Number>
 struct BasicMaterial {
   Number thickness = Number(0.001);   // τ, m
@@ -56,7 +56,8 @@ struct ResolvedMaterial : BasicMaterial<Number> {
   bool self_collision = false;    // with itself and with other cloths that have this
 };
 
-/// Calls visit(of a, of b) for every member: the one list of them. tests/app/material_test.cpp sees that none is missing.
+/// Calls visit(of a, of b) for every member: the one list of them. tests/app/material_test.cpp sees that none is
+/// missing.
 template <class A, class B, class Visit>
 constexpr void visit_members(ResolvedMaterial<A>& a, const ResolvedMaterial<B>& b, Visit visit) {
   visit(a.thickness, b.thickness);

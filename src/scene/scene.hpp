@@ -67,8 +67,8 @@ struct OutputScene {
   bool operator==(const OutputScene&) const = default;
 };
 
-/// The processes between liquid and porous cloth. Each can be left out on its own, to see its effect: then it has no stage.
-/// `preset: baseline` at the top of a scene is direction and saturation_control off.
+/// The processes between liquid and porous cloth. Each can be left out on its own, to see its effect: then it has no
+/// stage. `preset: baseline` at the top of a scene is direction and saturation_control off.
 struct ProcessScene {
   bool direction = true;  // Eqs. 4–6 and what looks at them: off, cloth absorbs from and emits to all sides alike
   bool saturation_control = true;  // off: cloth absorbs at a fixed rate, whatever it holds (stages/absorption.hpp)
@@ -210,7 +210,8 @@ struct StainScene {
 /// Diffusion within the fabric: at the rate D, or at D s (sharp wet fronts).
 enum class DiffusionLaw { linear, degenerate };
 
-/// Of woven or knitted cloth, per triangle (docs/theory/cloth.md, section 2); takes the place of MaterialScene::stretch.
+/// Of woven or knitted cloth, per triangle (docs/theory/cloth.md, section 2); takes the place of
+/// MaterialScene::stretch.
 struct MembraneScene {
   double warp = 0, weft = 0, shear = 0;  // k_u, k_v, k_s, N/m
   double wet = 1;                        // 1; factor on all three at saturation 1, linear in between
@@ -267,11 +268,11 @@ inline constexpr double clean_automatically = -1;
 struct SewScene {
   /// How the nodes are chosen.
   enum class Kind { loops, groups, pairs, file };
-  Kind kind = Kind::loops;                   // how the nodes are chosen
-  std::vector<std::array<Index, 2>> loops;   // for Kind::loops: boundary loops of the cloth, by their numbers
-  std::array<std::string, 2> groups{};       // for Kind::groups: names of the mesh file
-  std::vector<std::array<Index, 2>> pairs;   // for Kind::pairs: points, by their numbers in the mesh file
-  std::string file;                          // for Kind::file: such pairs, one a line
+  Kind kind = Kind::loops;                  // how the nodes are chosen
+  std::vector<std::array<Index, 2>> loops;  // for Kind::loops: boundary loops of the cloth, by their numbers
+  std::array<std::string, 2> groups{};      // for Kind::groups: names of the mesh file
+  std::vector<std::array<Index, 2>> pairs;  // for Kind::pairs: points, by their numbers in the mesh file
+  std::string file;                         // for Kind::file: such pairs, one a line
 
   bool operator==(const SewScene&) const = default;
 };
@@ -327,22 +328,22 @@ struct ClothSolverScene {
 struct BodyScene {
   /// Its shape.
   enum class Kind { box, sphere, plane, mesh };
-  Kind kind = Kind::box;   // its shape, which decides the members that count
-  Box box;                 // box
-  bool inside = false;     // a box that is a container: its inside is free
-  Vec3 center{0, 0, 0};    // sphere
-  double radius = 0.1;     // m, sphere
-  Vec3 point{0, 0, 0};     // plane
-  Vec3 normal{0, 1, 0};    // plane; points to the free side
-  std::string file;        // mesh; of a sequence, its first
-  SequenceScene sequence;  // mesh that moves as its files say
-  double scale = 1.0;      // 1, of the mesh file
+  Kind kind = Kind::box;            // its shape, which decides the members that count
+  Box box;                          // box
+  bool inside = false;              // a box that is a container: its inside is free
+  Vec3 center{0, 0, 0};             // sphere
+  double radius = 0.1;              // m, sphere
+  Vec3 point{0, 0, 0};              // plane
+  Vec3 normal{0, 1, 0};             // plane; points to the free side
+  std::string file;                 // mesh; of a sequence, its first
+  SequenceScene sequence;           // mesh that moves as its files say
+  double scale = 1.0;               // 1, of the mesh file
   LengthUnit unit = LengthUnit::m;  // of the mesh file
-  UpAxis up = UpAxis::y;   // of the mesh file
-  Vec3 position{0, 0, 0};  // m, added to the scaled mesh
-  Vec3 place{0, 0, 0};     // m, added to that
-  Vec3 rotate_axis{1, 0, 0};    // a mesh is turned first, about its file's origin, then moved
-  double rotate_degrees = 0.0;  // °
+  UpAxis up = UpAxis::y;            // of the mesh file
+  Vec3 position{0, 0, 0};           // m, added to the scaled mesh
+  Vec3 place{0, 0, 0};              // m, added to that
+  Vec3 rotate_axis{1, 0, 0};        // a mesh is turned first, about its file's origin, then moved
+  double rotate_degrees = 0.0;      // °
   // Prescribed motion, without end; of a dynamic body, how it starts.
   Keyed<Vec3> velocity;    // m/s
   Keyed<Vec3> offset;      // m; added to where `velocity` brings it; 0 at the start

@@ -32,7 +32,8 @@ Keys keys_of(const std::string& text, const std::vector<std::string>& allowed) {
   Keys keys;
   flatten(yaml::parse(text, "scene"), "", keys);
   std::erase_if(keys, [&](const auto& entry) {
-    return entry.first.ends_with(".file") || entry.first.ends_with(".sequence") || std::find(allowed.begin(), allowed.end(), entry.first) != allowed.end();
+    return entry.first.ends_with(".file") || entry.first.ends_with(".sequence") ||
+           std::find(allowed.begin(), allowed.end(), entry.first) != allowed.end();
   });
   return keys;
 }

@@ -17,8 +17,8 @@ struct KeyDifference {
   std::optional<std::string> before, now;  // as they stand there; none where the key is not
 };
 
-/// All keys in which two texts of to_yaml differ but for `allowed` and for where mesh files lie: those of `before` in its
-/// order, then those that only `now` has.
+/// All keys in which two texts of to_yaml differ but for `allowed` and for where mesh files lie: those of `before` in
+/// its order, then those that only `now` has.
 std::vector<KeyDifference> scene_differences(const std::string& before, const std::string& now,
                                              const std::vector<std::string>& allowed);
 

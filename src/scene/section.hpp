@@ -1,7 +1,7 @@
 #pragma once
-// A scene's sections, each described once. describe(Section&, T&) names every key of T with its range, unit and meaning; the
-// default is the member's own. A scene is loaded, checked, saved and documented by that one description, each with a Section
-// of its own (scene/section_modes.hpp). docs/dev/add_a_scene_key.md shows how to add a key.
+// A scene's sections, each described once. describe(Section&, T&) names every key of T with its range, unit and
+// meaning; the default is the member's own. A scene is loaded, checked, saved and documented by that one description,
+// each with a Section of its own (scene/section_modes.hpp). docs/dev/add_a_scene_key.md shows how to add a key.
 
 #include <array>
 #include <cstddef>
@@ -30,8 +30,8 @@ struct Word {
 };
 
 /// One map of a scene. Its keys are named in the order in which a resolved scene and scenes/README.md have them.
-/// Ranges are written as in mathematics: "(0, 1]"; a closed end at inf admits infinity. Unit "1" is none; one in brackets is for
-/// error messages alone. A meaning is one line of scenes/README.md.
+/// Ranges are written as in mathematics: "(0, 1]"; a closed end at inf admits infinity. Unit "1" is none; one in
+/// brackets is for error messages alone. A meaning is one line of scenes/README.md.
 class Section {
  public:
   virtual ~Section() = default;
@@ -58,8 +58,8 @@ class Section {
   virtual void integer_list(const char* key, std::vector<Index>& values, const char* range, const char* unit,
                             const char* meaning) = 0;
   /// [a, b] each, as many as stand there, at least one.
-  virtual void integer_pairs(const char* key, std::vector<std::array<Index, 2>>& values, const char* range, const char* unit,
-                             const char* meaning) = 0;
+  virtual void integer_pairs(const char* key, std::vector<std::array<Index, 2>>& values, const char* range,
+                             const char* unit, const char* meaning) = 0;
   virtual void boolean(const char* key, bool& value, const char* meaning) = 0;
   /// A boolean that a resolved scene has as on or off.
   virtual void on_off(const char* key, bool& value, const char* meaning) = 0;
@@ -74,7 +74,8 @@ class Section {
   /// A mesh file that exists; becomes an absolute path.
   virtual void mesh_file(const char* key, std::string& value, const char* meaning) = 0;
 
-  /// Mesh files that exist, in their order: a list of names, a name with {} or {:04d} for 0, 1, … or 1, 2, …, or one with a *.
+  /// Mesh files that exist, in their order: a list of names, a name with {} or {:04d} for 0, 1, … or 1, 2, …, or one
+  /// with a *.
   virtual void mesh_files(const char* key, std::vector<std::string>& values, const char* meaning) = 0;
 
   template <class T>

@@ -35,8 +35,7 @@ class DocumentSection : public Section {
               const char* meaning) override {
     note(key, "number or keyframes", range, unit, yaml::text(value.plain()), meaning);
   }
-  void numbers(const char* key, Keyed<Vec3>& value, const char* range, const char* unit,
-               const char* meaning) override {
+  void numbers(const char* key, Keyed<Vec3>& value, const char* range, const char* unit, const char* meaning) override {
     note(key, "3 numbers or keyframes", range, unit, yaml::text(std::span<const double>(value.plain())), meaning);
   }
   void integer(const char* key, int& value, const char* range, const char* unit, const char* meaning) override {

@@ -22,7 +22,6 @@ std::string with_unit(const std::string& range, const std::string& unit) {
   return unit == "1" ? range + " (no unit)" : range + " " + unit;
 }
 
-
 class LoadSection : public Section {
  public:
   /// `path` is the map's key path, "" for the root.
@@ -128,11 +127,11 @@ class LoadSection : public Section {
   const Value& map_;
   std::string path_;
   const std::string& folder_;
-  std::vector<std::string> known_;     // its keys
+  std::vector<std::string> known_;      // its keys
   std::vector<std::string> elsewhere_;  // keys that are refused with a message of their own
-  std::vector<std::string> one_of_;    // of these, exactly one
-  std::string missing_key_, missing_;  // the first required key that is absent
-  std::string failed_key_, failed_;    // the first failed check
+  std::vector<std::string> one_of_;     // of these, exactly one
+  std::string missing_key_, missing_;   // the first required key that is absent
+  std::string failed_key_, failed_;     // the first failed check
 };
 
 LoadSection::LoadSection(const Value& map, std::string path, const std::string& folder)
@@ -199,7 +198,8 @@ void LoadSection::number(const char* key, double& value, std::span<const Word<do
 
 Vec3 LoadSection::read_vector(const Value& value, const std::string& key, const char* range, const char* unit) const {
   if (value.kind != Value::Kind::list || value.items.size() != 3)
-    fail(value, key, fmt::format("is {}; allowed: {}", value.shown(), "a list of 3 numbers in " + with_unit(range, unit)));
+    fail(value, key,
+         fmt::format("is {}; allowed: {}", value.shown(), "a list of 3 numbers in " + with_unit(range, unit)));
   Vec3 vector;
   for (std::size_t a = 0; a < 3; ++a)
     vector[a] = read_number(value.items[a], fmt::format("{}.{}", key, a), range, unit);
@@ -281,9 +281,10 @@ void LoadSection::integer_pairs(const char* key, std::vector<std::array<Index, 2
     const Value& item = found->items[i];
     const std::string name = fmt::format("{}.{}", key, i);
     if (item.kind != Value::Kind::list || item.items.size() != 2)
-      fail(item, name, fmt::format("is {}; allowed: [a, b], two whole numbers in {}", item.shown(), with_unit(range, unit)));
-    values.push_back({read_integer(item.items[0], name + ".0", range, unit),
-                      read_integer(item.items[1], name + ".1", range, unit)});
+      fail(item, name,
+           fmt::format("is {}; allowed: [a, b], two whole numbers in {}", item.shown(), with_unit(range, unit)));
+    values.push_back(
+        {read_integer(item.items[0], name + ".0", range, unit), read_integer(item.items[1], name + ".1", range, unit)});
   }
 }
 

@@ -9,8 +9,8 @@
 
 namespace drench {
 
-/// Loads and checks the keys of `map`; an absent key leaves the struct's default. Relative mesh files lie in `folder`. A bad value
-/// throws SceneError at once; then come unknown keys, missing ones, and failed checks between keys.
+/// Loads and checks the keys of `map`; an absent key leaves the struct's default. Relative mesh files lie in `folder`.
+/// A bad value throws SceneError at once; then come unknown keys, missing ones, and failed checks between keys.
 void load_section(const yaml::Value& map, const std::string& folder, const Describe& describe);
 
 /// The keys with their values in the scene file's syntax.

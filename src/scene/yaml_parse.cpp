@@ -192,8 +192,9 @@ class TreeBuilder : public YAML::EventHandler {
   int documents_ = 0;
 };
 
-/// Refuses text that yaml-cpp lets through or stumbles over: tabs that indent, control characters (0x04 silently ends its input),
-/// other encodings than UTF-8, and brackets in numbers that would fill its queue of tokens (gigabytes for 16 MB).
+/// Refuses text that yaml-cpp lets through or stumbles over: tabs that indent, control characters (0x04 silently ends
+/// its input), other encodings than UTF-8, and brackets in numbers that would fill its queue of tokens (gigabytes for
+/// 16 MB).
 void check_characters(const std::string& text, const std::shared_ptr<const std::string>& source) {
   constexpr int max_open_brackets = 10'000;  // counted in quotes and comments too, hence far above max_depth
   Place place{source, 1, 0};

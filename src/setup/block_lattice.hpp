@@ -9,9 +9,10 @@
 
 namespace drench {
 
-/// The number of layers along an axis is the side over the spacing d, rounded; one more where layers would be wider than 1.05 d.
-/// They fill the side, and the particles share the block's mass: where all sides are multiples of d, each is a full particle. The
-/// density ratio on the lattice stays within 0.5 % of that of a lattice of spacing d (cubic kernel, 2 spacings).
+/// The number of layers along an axis is the side over the spacing d, rounded; one more where layers would be wider
+/// than 1.05 d. They fill the side, and the particles share the block's mass: where all sides are multiples of d, each
+/// is a full particle. The density ratio on the lattice stays within 0.5 % of that of a lattice of spacing d (cubic
+/// kernel, 2 spacings).
 class BlockLattice {
  public:
   BlockLattice(const Box& box, double spacing);
@@ -27,7 +28,8 @@ class BlockLattice {
   /// "x", "x and z", "x, y and z": the axes along which layers are narrower than 0.95 d; "" for none.
   std::string squeezed_axes() const;
 
-  /// Calls visit(position, mass) for each particle, x fastest. The masses' sum is the block's mass, rounded to a quantum.
+  /// Calls visit(position, mass) for each particle, x fastest. The masses' sum is the block's mass, rounded to a
+  /// quantum.
   template <class Visit>
   void for_each(Visit visit) const {
     Quanta heavier = heavier_;

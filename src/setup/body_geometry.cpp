@@ -128,8 +128,8 @@ SurfaceMesh placed_mesh(const BodyScene& scene, const std::string& scene_path, c
 }
 
 /// Of each point of the body's mesh: the file's point that it is.
-std::vector<Index> read_body_mesh(Body& body, const BodyScene& scene, const std::string& scene_path, const std::string& name,
-                                  std::vector<std::string>& warnings) {
+std::vector<Index> read_body_mesh(Body& body, const BodyScene& scene, const std::string& scene_path,
+                                  const std::string& name, std::vector<std::string>& warnings) {
   const std::string label = fmt::format("{} ({})", name, scene.file);
   const SurfaceMesh mesh = placed_mesh(scene, scene_path, label);
   if (!mesh.left_out.empty()) warnings.push_back(fmt::format("{}: {}", name, mesh.left_out));

@@ -9,14 +9,15 @@
 
 namespace drench {
 
-/// Distance (m) of x to the body's surface at t = 0: positive on the free side, negative inside the solid. `normal` is the
-/// unit vector towards the free side, the distance's gradient; on an edge or at a sphere's centre, one of those possible.
-/// Of a mesh: from its distance field; 1e30 and no normal beyond it, and everywhere if it has none (it is a thin wall).
+/// Distance (m) of x to the body's surface at t = 0: positive on the free side, negative inside the solid. `normal` is
+/// the unit vector towards the free side, the distance's gradient; on an edge or at a sphere's centre, one of those
+/// possible. Of a mesh: from its distance field; 1e30 and no normal beyond it, and everywhere if it has none (it is a
+/// thin wall).
 double signed_distance(const Body& body, const Vec3& x, Vec3& normal);
 
-/// Resolves a body: unit normal and axis, spin in rad/s, mesh read, scaled, placed and closed (setup/solid_mesh.hpp). A mesh without
-/// an inside, or one that the scene takes for a vessel, stays as it is: a thin wall. The samples are not made here. `name` begins
-/// the text of a SetupError and of the lines that are added to `warnings`.
+/// Resolves a body: unit normal and axis, spin in rad/s, mesh read, scaled, placed and closed (setup/solid_mesh.hpp). A
+/// mesh without an inside, or one that the scene takes for a vessel, stays as it is: a thin wall. The samples are not
+/// made here. `name` begins the text of a SetupError and of the lines that are added to `warnings`.
 Body make_body(const BodyScene& scene, const std::string& scene_path, const std::string& name,
                std::vector<std::string>* warnings = nullptr);
 

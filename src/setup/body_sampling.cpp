@@ -136,7 +136,7 @@ std::vector<Vec3> sample_plane(const Body& body, double d, const Box& region) {
   return samples;
 }
 
-constexpr double mesh_candidates = 0.3;     // of d: candidates' distance in a face; 0.75 + 0.3/√2 < 1 gives the cover
+constexpr double mesh_candidates = 0.3;  // of d: candidates' distance in a face; 0.75 + 0.3/√2 < 1 gives the cover
 
 double expected_mesh_samples(const Body& body, double d) {
   double area = 0;
@@ -144,11 +144,12 @@ double expected_mesh_samples(const Body& body, double d) {
     for (const double of_triangle : largest_areas(body)) area += of_triangle;
   else
     for (const auto& t : body.mesh_triangles) {
-    area += triangle_area(body.mesh_points[static_cast<std::size_t>(t[0])],
-                          body.mesh_points[static_cast<std::size_t>(t[1])],
-                          body.mesh_points[static_cast<std::size_t>(t[2])]);
-  }
-  // The densest packing of a plane at the least distance; a strip or a speck of a mesh holds a few more at its boundary.
+      area += triangle_area(body.mesh_points[static_cast<std::size_t>(t[0])],
+                            body.mesh_points[static_cast<std::size_t>(t[1])],
+                            body.mesh_points[static_cast<std::size_t>(t[2])]);
+    }
+  // The densest packing of a plane at the least distance; a strip or a speck of a mesh holds a few more at its
+  // boundary.
   const double packed = area * 2 / (std::sqrt(3.0) * std::pow(mesh_min_distance * d, 2));
   double boundary = 0;  // m
   for (const MeshEdge& e : mesh_edges(body.mesh_triangles)) {
@@ -210,7 +211,8 @@ void for_surface_points(const Body& body, double d, const std::function<void(con
 
 namespace {
 
-/// Vertices, then edges, then faces: none closer than 0.75 d to an earlier one, no point of the surface farther than d from one.
+/// Vertices, then edges, then faces: none closer than 0.75 d to an earlier one, no point of the surface farther than d
+/// from one.
 std::vector<Vec3> sample_mesh(const Body& body, double d, const Box& region, std::vector<Index>* triangles = nullptr) {
   const double least = mesh_min_distance * d;
   PointGrid kept(least);
@@ -223,8 +225,8 @@ std::vector<Vec3> sample_mesh(const Body& body, double d, const Box& region, std
   return kept.points();
 }
 
-/// Between mirrored walls a pool's pressure is too high, and a body floats too high. Samples that lie deeper make up for it
-/// (measured: tests/validation/buoyancy_test.cpp). With extrapolated walls neither is so.
+/// Between mirrored walls a pool's pressure is too high, and a body floats too high. Samples that lie deeper make up
+/// for it (measured: tests/validation/buoyancy_test.cpp). With extrapolated walls neither is so.
 double first_depth(const Body& body, WallPressure walls) {
   return body.dynamic && walls == WallPressure::mirrored ? 0.67 : 0.5;  // of d
 }
@@ -267,7 +269,8 @@ std::array<Vec3, 2> plane_lattice(const Body& body, double spacing) {
 
 namespace {
 
-/// The least and the most, along each axis, of how far a body comes within `duration` (s), m; of a plane, across its surface.
+/// The least and the most, along each axis, of how far a body comes within `duration` (s), m; of a plane, across its
+/// surface.
 std::array<Vec3, 2> way_of(const Body& body, double duration) {
   if (body.has_keys()) {
     std::array<Vec3, 2> way = bounds_of_way(body, duration);

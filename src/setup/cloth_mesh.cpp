@@ -177,9 +177,15 @@ void set_pins_in_motion(Model& model, const ClothScene& cloth, const Pins& pins,
     const bool together = moves(p) && p.sequence.files.empty();
     motion.push_back(together ? static_cast<Index>(model.pin_motions.size()) : -1);
     if (!together) continue;
-    model.pin_motions.push_back({p.velocity, to_vec3(to_eigen(p.spin.axis).normalized()),
-                                 p.spin.degrees_per_second.scaled(std::numbers::pi / 180), p.center, p.start, p.end, {},
-                                 {1, 0, 0, 0}, p.offset});
+    model.pin_motions.push_back({p.velocity,
+                                 to_vec3(to_eigen(p.spin.axis).normalized()),
+                                 p.spin.degrees_per_second.scaled(std::numbers::pi / 180),
+                                 p.center,
+                                 p.start,
+                                 p.end,
+                                 {},
+                                 {1, 0, 0, 0},
+                                 p.offset});
   }
   std::vector<Index>& of_node = model.mesh.pin_motion;
   of_node.resize(model.mesh.rest_position.size() - pins.entry.size(), -1);  // cloths before this one

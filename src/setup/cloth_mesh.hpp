@@ -24,8 +24,8 @@ struct SetupLines {
   std::vector<std::string> hints;     // meshes whose unit is likely another one
 };
 
-/// Builds model.cloths (materials, node and triangle ranges) and model.mesh from the scene's cloths; model.scene is the scene.
-/// SetupError: bad mesh, a pin or a seam that does not fit. Pins that catch nothing become warnings.
+/// Builds model.cloths (materials, node and triangle ranges) and model.mesh from the scene's cloths; model.scene is the
+/// scene. SetupError: bad mesh, a pin or a seam that does not fit. Pins that catch nothing become warnings.
 void build_cloths(const Scene& scene, Model& model, SetupLines& lines);
 
 /// Rows of node → items from `entries` of (node, item); each row keeps the entries' order.

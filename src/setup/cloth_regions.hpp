@@ -37,12 +37,12 @@ class Patchwork {
   std::vector<Index> region_;  // empty: no regions
 };
 
-/// Adds the triangles of the cloth after the last of model.cloths to mesh.triangle_material, and its regions to model.patches, if
-/// any cloth of the scene has regions.
+/// Adds the triangles of the cloth after the last of model.cloths to mesh.triangle_material, and its regions to
+/// model.patches, if any cloth of the scene has regions.
 void append_patches(Model& model, const ClothScene& cloth, const Patchwork& fabric);
 
-/// mesh.node_material, if there are regions. A node between them gets the mean of its triangles' fabrics, by area; what belongs to
-/// its mass or its pores by these.
+/// mesh.node_material, if there are regions. A node between them gets the mean of its triangles' fabrics, by area; what
+/// belongs to its mass or its pores by these.
 void set_node_materials(Model& model);
 
 }  // namespace drench

@@ -13,8 +13,8 @@ namespace {
 
 using Eigen::Vector3d;
 
-/// ∂x/∂v of a triangle with the edges a, b and their differences of texture coordinates: the direction in which u is constant.
-/// 0 where the texture has no area.
+/// ∂x/∂v of a triangle with the edges a, b and their differences of texture coordinates: the direction in which u is
+/// constant. 0 where the texture has no area.
 Vector3d along_v(const Vector3d& a, const Vector3d& b, const std::array<std::array<double, 2>, 3>& uv) {
   const double au = uv[1][0] - uv[0][0], av = uv[1][1] - uv[0][1], bu = uv[2][0] - uv[0][0], bv = uv[2][1] - uv[0][1];
   const double area = au * bv - av * bu;
@@ -32,7 +32,9 @@ bool has_directions(const MaterialScene& fabric) {
 
 bool needs_warp(const ClothScene& cloth) { return any_fabric(cloth, has_directions); }
 
-bool takes_warp_of_file(const ClothScene& cloth) { return needs_warp(cloth) && !cloth.grid && !cloth.material.has_warp; }
+bool takes_warp_of_file(const ClothScene& cloth) {
+  return needs_warp(cloth) && !cloth.grid && !cloth.material.has_warp;
+}
 
 void append_warp(ClothMesh& mesh, const SurfaceMesh& own, const ClothScene& cloth, const Patchwork& fabric,
                  const Eigen::Matrix3d& rotation) {
@@ -50,10 +52,10 @@ void append_warp(ClothMesh& mesh, const SurfaceMesh& own, const ClothScene& clot
     const Vector3d a = at(1) - at(0), b = at(2) - at(0), normal = a.cross(b).normalized();
     Vector3d warp = of_file ? along_v(a, b, own.texture[t]) : Vector3d(given - given.dot(normal) * normal);
     if (!(warp.norm() > (of_file ? 0 : 1e-6)))
-      throw SetupError(fmt::format("{}: triangle {} {}; allowed: {}", cloth_label(cloth.name), t,
-                                   of_file ? "has no area in the file's texture" : "lies across the direction of warp",
-                                   of_file ? "a texture that covers it, or the key warp"
-                                           : "a direction that lies in no triangle's normal"));
+      throw SetupError(fmt::format(
+          "{}: triangle {} {}; allowed: {}", cloth_label(cloth.name), t,
+          of_file ? "has no area in the file's texture" : "lies across the direction of warp",
+          of_file ? "a texture that covers it, or the key warp" : "a direction that lies in no triangle's normal"));
     mesh.triangle_warp.push_back(to_vec3(warp.normalized()));
   }
 }

@@ -1,5 +1,6 @@
 #pragma once
-// Which way the warp of a fabric runs at rest, for cloth that knows its yarns: it conducts along or is as stiff as them.
+// Which way the warp of a fabric runs at rest, for cloth that knows its yarns: it conducts along or is as stiff as
+// them.
 
 #include <Eigen/Core>
 
@@ -12,8 +13,8 @@ bool needs_warp(const ClothScene& cloth);
 /// Is its direction that of the mesh file's texture coordinates, where no region has its own?
 bool takes_warp_of_file(const ClothScene& cloth);
 
-/// Appends a unit vector for each triangle of `own`, the last mesh that was appended, placed by `rotation`. SetupError: the file
-/// has no texture coordinates, a triangle has no area in them, or it lies across the direction of `warp`.
+/// Appends a unit vector for each triangle of `own`, the last mesh that was appended, placed by `rotation`. SetupError:
+/// the file has no texture coordinates, a triangle has no area in them, or it lies across the direction of `warp`.
 void append_warp(ClothMesh& mesh, const SurfaceMesh& own, const ClothScene& cloth, const Patchwork& fabric,
                  const Eigen::Matrix3d& rotation);
 

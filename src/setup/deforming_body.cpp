@@ -98,7 +98,8 @@ void turn_outwards(Body& body, const std::vector<Points>& points, const std::vec
   for (std::size_t t = 0; t < shell.size(); ++t)
     if (first[static_cast<std::size_t>(shell[t])] < 0) std::swap(body.mesh_triangles[t][1], body.mesh_triangles[t][2]);
   // A speck or a flat shell may turn over without harm.
-  const double small = 1e-6 * std::accumulate(first.begin(), first.end(), 0.0, [](double sum, double v) { return sum + std::abs(v); });
+  const double small =
+      1e-6 * std::accumulate(first.begin(), first.end(), 0.0, [](double sum, double v) { return sum + std::abs(v); });
   for (std::size_t k = 0; k < points.size(); ++k) {
     const std::vector<double> now = volumes(body, points[k], shell);
     for (std::size_t s = 0; s < now.size(); ++s)
@@ -147,7 +148,8 @@ std::vector<std::string> deformation_warnings(const Body& body, const std::strin
   for (std::size_t k = 0; k + 1 < body.shape.points.size(); ++k) {
     std::size_t turned = 0;
     for (std::size_t t = 0; t < body.mesh_triangles.size(); ++t)
-      if (across(corners_of(body, body.shape.points[k], t)).dot(across(corners_of(body, body.shape.points[k + 1], t))) < 0)
+      if (across(corners_of(body, body.shape.points[k], t)).dot(across(corners_of(body, body.shape.points[k + 1], t))) <
+          0)
         ++turned;
     if (turned > most) most = turned, worst = k;
   }
@@ -166,8 +168,10 @@ void lay_deforming_field(Body& body, double spacing, double margin, double longe
   body.field = lay_field(to_vec3(middle - 0.5 * size), to_vec3(middle + 0.5 * size), spacing, margin);
   const double points = static_cast<double>(body.field.points[0]) * body.field.points[1] * body.field.points[2];
   if (points > 0x1p30)
-    throw SetupError(fmt::format("its distance field has {:.2g} points at half of fluid.spacing, {} m; allowed: 2^30; use a larger "
-                                 "spacing, or scale the mesh", points, spacing));
+    throw SetupError(
+        fmt::format("its distance field has {:.2g} points at half of fluid.spacing, {} m; allowed: 2^30; use a larger "
+                    "spacing, or scale the mesh",
+                    points, spacing));
   const double passed = std::min(fastest_point(body.shape) * longest, farthest);
   body.shape.band = std::max(margin, passed) + std::sqrt(3.0) * body.field.spacing;
 }
@@ -237,7 +241,8 @@ double area_of(const Body& body, const Points& points) {
   return area;
 }
 
-/// The first file, or the one with the largest surface if that is larger by much: samples lie evenly there, and crowd elsewhere.
+/// The first file, or the one with the largest surface if that is larger by much: samples lie evenly there, and crowd
+/// elsewhere.
 std::size_t evenly_sampled(const Body& body) {
   std::size_t largest = 0;
   const double first = area_of(body, body.shape.points.front());
@@ -287,7 +292,8 @@ std::vector<Vec3> bind_samples(Body& body, double d) {
     });
   }
   std::vector<Vec3> samples;
-  for (std::size_t s = 0; s < body.shape.triangle.size(); ++s) samples.push_back(placed(body, body.shape.points.front(), s));
+  for (std::size_t s = 0; s < body.shape.triangle.size(); ++s)
+    samples.push_back(placed(body, body.shape.points.front(), s));
   return samples;
 }
 
@@ -296,8 +302,9 @@ std::vector<Vec3> first_velocities(const Body& body) {
   const Points later = points_at(body.shape, way / body.shape.fps);
   std::vector<Vec3> velocities;
   for (std::size_t s = 0; s < body.shape.triangle.size(); ++s)
-    velocities.push_back(to_vec3((to_eigen(placed(body, later, s)) - to_eigen(placed(body, body.shape.points.front(), s))) *
-                                 (rate_after(body.shape, 0) / way)));
+    velocities.push_back(
+        to_vec3((to_eigen(placed(body, later, s)) - to_eigen(placed(body, body.shape.points.front(), s))) *
+                (rate_after(body.shape, 0) / way)));
   return velocities;
 }
 

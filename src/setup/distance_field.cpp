@@ -25,7 +25,8 @@ struct Lattice {
 
 using Triangles = std::vector<std::array<Index, 3>>;
 
-/// Without those that lie within the solid: where parts of a mesh overlap or touch, the depth below the surface of them all counts.
+/// Without those that lie within the solid: where parts of a mesh overlap or touch, the depth below the surface of them
+/// all counts.
 Triangles outer_triangles(const Body& body, const WindingNumber& winding) {
   Eigen::AlignedBox3d bounds;
   for (const Vec3& x : body.mesh_points) bounds.extend(to_eigen(x));
@@ -107,8 +108,8 @@ class FieldFilling {
   /// One past the last point of a coarse cell's own; the last cell has its far side too.
   static Index end_of(Index first, Index points) { return first + coarse + 1 == points ? points : first + coarse; }
 
-  /// A distance changes by no more than the way: cells whose corners are all farther than their diagonal do not meet the surface.
-  /// One more step for the gradient.
+  /// A distance changes by no more than the way: cells whose corners are all farther than their diagonal do not meet
+  /// the surface. One more step for the gradient.
   void fill_cell(Index ci, Index cj, Index ck, const std::vector<std::vector<std::int8_t>>& inside, Near& near) {
     std::array<double, 8> corner{};
     double nearest = 1e300;

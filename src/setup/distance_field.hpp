@@ -17,9 +17,9 @@ DistanceField lay_field(const Vec3& min, const Vec3& max, double spacing, double
 /// The signed distance (m) to the body's mesh, exact to its triangles.
 std::function<double(const Vec3&)> exact_distance(const Body& body);
 
-/// The distances, exact to the triangles at all points nearer to the surface than about eight steps of the lattice; farther away
-/// between exact ones four steps apart. They are negative where the mesh's winding number is 1 or more. The mesh must be closed and
-/// turned outwards (setup/solid_mesh.hpp). The same bits with any number of threads.
+/// The distances, exact to the triangles at all points nearer to the surface than about eight steps of the lattice;
+/// farther away between exact ones four steps apart. They are negative where the mesh's winding number is 1 or more.
+/// The mesh must be closed and turned outwards (setup/solid_mesh.hpp). The same bits with any number of threads.
 void fill_field(const Body& body, DistanceField& field, int threads = 1);
 
 /// Trilinear value (m) at x, and the unit vector of its gradient; far away (1e30, 0) beyond the lattice.

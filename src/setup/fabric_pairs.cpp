@@ -30,7 +30,8 @@ struct Conducting {
   Index material = 0;  // no edge between two of them is flipped
 };
 
-/// A triangulation known by the lengths of its edges alone. Half edge 3t + k leads from corner k of triangle t to the next.
+/// A triangulation known by the lengths of its edges alone. Half edge 3t + k leads from corner k of triangle t to the
+/// next.
 class IntrinsicMesh {
  public:
   /// `how`: of each of the triangles.
@@ -108,8 +109,8 @@ class IntrinsicMesh {
 
  private:
   std::vector<Index> node_, twin_;
-  std::vector<double> length_;      // m, in the stretched metric
-  std::vector<std::uint8_t> seam_;  // 1: both sides keep lengths of their own, and it is not flipped
+  std::vector<double> length_;          // m, in the stretched metric
+  std::vector<std::uint8_t> seam_;      // 1: both sides keep lengths of their own, and it is not flipped
   const std::vector<Conducting>& how_;  // of each triangle
 
   const Conducting& of(Index half) const { return how_[static_cast<std::size_t>(half / 3)]; }
@@ -128,8 +129,8 @@ class IntrinsicMesh {
     seam_[static_cast<std::size_t>(e)] = seam;
   }
 
-  /// Edges whose sides see nearly the same length take the root mean square of both, the metric between them. The others are
-  /// seams, and so are those that would deform a triangle.
+  /// Edges whose sides see nearly the same length take the root mean square of both, the metric between them. The
+  /// others are seams, and so are those that would deform a triangle.
   void agree_on_lengths() {
     const std::vector<double> own = length_;
     const auto size = [&](Index e) { return own[static_cast<std::size_t>(e)]; };

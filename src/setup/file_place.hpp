@@ -31,8 +31,8 @@ FilePlace file_place(const BodyScene& body);
 /// What `place` does besides: SetupError if the axis is zero.
 Eigen::Matrix3d rotation_about(const Vec3& axis, double degrees);
 
-/// A line for a mesh whose size suggests another unit, "" for any other: "is 172 m tall: if the file is in centimetres, add
-/// unit: cm". `points` are placed; `name` begins it.
+/// A line for a mesh whose size suggests another unit, "" for any other: "is 172 m tall: if the file is in centimetres,
+/// add unit: cm". `points` are placed; `name` begins it.
 std::string unit_hint(const std::vector<Vec3>& points, LengthUnit unit, double scale, const std::string& name);
 
 }  // namespace drench

@@ -264,8 +264,8 @@ Setup set_up(Suggestion& s, std::vector<std::string>& warnings) {
   }
 }
 
-/// The longest step, and the limper fabric where that is not enough, that the cloth's solver and its diffusion take well. A
-/// mesh with slivers has none; then the set-up's own warning says so.
+/// The longest step, and the limper fabric where that is not enough, that the cloth's solver and its diffusion take
+/// well. A mesh with slivers has none; then the set-up's own warning says so.
 void choose_step(Suggestion& s, std::vector<std::string>& warnings) {
   for (const double bend : bends) {
     s.bend = bend;

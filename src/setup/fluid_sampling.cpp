@@ -143,7 +143,8 @@ void check_lattices(const Model& model, std::vector<std::string>& warnings) {
       static_cast<double>(first->least_mass()) / full));
 }
 
-/// The blocks' lattices without what overlaps an earlier block. Throws SetupError if a particle lies outside the domain.
+/// The blocks' lattices without what overlaps an earlier block. Throws SetupError if a particle lies outside the
+/// domain.
 BlockParticles lay_blocks(const Model& model, std::vector<std::string>& warnings) {
   const double d = model.spacing;
   const auto& blocks = model.scene.fluid.blocks;
@@ -254,7 +255,8 @@ std::vector<std::pair<int, int>> layer_points(double area) {
   return points;
 }
 
-/// Speeds and directions at the keys apart, so that a jet that turns does not slow down, and one that closes keeps its axis.
+/// Speeds and directions at the keys apart, so that a jet that turns does not slow down, and one that closes keeps its
+/// axis.
 void aim_by_keys(Jet& jet) {
   const Keyed<Vec3>& velocity = jet.scene.velocity;
   std::vector<Key<double>> speed;

@@ -18,11 +18,11 @@ struct BlockParticles {
   std::vector<std::size_t> block;  // of each, from 1
 };
 
-/// Fills the blocks with lattices of spacing d; where a side is no multiple of d, layers lie closer and particles are lighter, so
-/// that each block holds its volume's mass, in whole quanta. Particles closer than d/2 to one of an earlier block and those inside a solid are
-/// left out; a warning counts them, and those closer than 0.9 d to an earlier block's or than d/2 to a cloth. Needs model.bodies,
-/// model.mesh, model.spacing. SetupError: particles outside the domain, or
-/// below min_quanta.
+/// Fills the blocks with lattices of spacing d; where a side is no multiple of d, layers lie closer and particles are
+/// lighter, so that each block holds its volume's mass, in whole quanta. Particles closer than d/2 to one of an earlier
+/// block and those inside a solid are left out; a warning counts them, and those closer than 0.9 d to an earlier
+/// block's or than d/2 to a cloth. Needs model.bodies, model.mesh, model.spacing. SetupError: particles outside the
+/// domain, or below min_quanta.
 BlockParticles fill_blocks(const Model& model, std::vector<std::string>& warnings);
 
 /// In spacings: a particle that starts nearer to a cloth is pushed away from it at once.
@@ -33,8 +33,8 @@ std::vector<std::uint8_t> near_cloth(const Model& model, const std::vector<Vec3>
 
 inline constexpr double max_mouth_points = 1e6;
 
-/// Lattice and interval of a jet, which a SetupError calls `name`. Needs model.spacing. SetupError: a radius below d/2, a mouth
-/// of too many points, no velocity, a centre outside the domain.
+/// Lattice and interval of a jet, which a SetupError calls `name`. Needs model.spacing. SetupError: a radius below d/2,
+/// a mouth of too many points, no velocity, a centre outside the domain.
 Jet make_jet(const Model& model, const JetScene& scene, const std::string& name);
 
 /// The same of all jets of the scene. Needs model.bodies. A warning counts the points of a mouth that are in a solid.

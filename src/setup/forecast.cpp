@@ -16,8 +16,8 @@ namespace {
 
 using Eigen::Vector3d;
 
-/// Distance (m) to the solid that is nearest at t = 0, or less; `within` says how near to it the answer has to be exact.
-/// Meshes are exact up to the end of their distance fields; one that is not closed is no obstacle.
+/// Distance (m) to the solid that is nearest at t = 0, or less; `within` says how near to it the answer has to be
+/// exact. Meshes are exact up to the end of their distance fields; one that is not closed is no obstacle.
 double solid_distance(const Model& model, const Vec3& x, double within, const Body** nearest) {
   double distance = INFINITY;
   for (const Body& body : model.bodies) {
@@ -260,7 +260,8 @@ ClothIterations cloth_iterations(const Model& model, const ClothMaterial& cloth,
           0.5 * (std::max(m.warp, m.weft) + 2 * m.shear) * (x[a] * (x[0] + x[1]) + y[a] * (y[0] + y[1] + y[2]));
   }
   for (std::size_t k = 0; k < mesh.plate_pair.size(); ++k)
-    for (const Index n : mesh.plate_pair[k]) hinges[static_cast<std::size_t>(n)] += std::max(0.0, -mesh.plate_weight[k]);
+    for (const Index n : mesh.plate_pair[k])
+      hinges[static_cast<std::size_t>(n)] += std::max(0.0, -mesh.plate_weight[k]);
   const auto scene = std::find_if(model.scene.cloths.begin(), model.scene.cloths.end(),
                                   [&](const ClothScene& c) { return c.name == cloth.name; });
   const bool known = scene != model.scene.cloths.end();

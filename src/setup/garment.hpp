@@ -25,15 +25,15 @@ struct Garment {
   bool flat = false;         // it lies, rather than hangs: its height is below a tenth of its longest side
 };
 
-/// Guesses the unit and the axis that is up. A mesh far from the origin is shifted there, unless it is on a body. SetupError:
-/// not fit for cloth.
+/// Guesses the unit and the axis that is up. A mesh far from the origin is shifted there, unless it is on a body.
+/// SetupError: not fit for cloth.
 Garment measure_garment(SurfaceMesh mesh, const std::string& label, const MeshGuess& guess, bool on_body);
 
 /// The horizontal axis (0 or 2) along which a garment is thinner: its front looks that way.
 int front_axis(const Garment& garment);
 
-/// The frontmost point of the garment at this height (m), in the middle of its width; of its nodes the nearest to there, where
-/// it has a hole.
+/// The frontmost point of the garment at this height (m), in the middle of its width; of its nodes the nearest to
+/// there, where it has a hole.
 Vec3 front_point(const Garment& garment, double height);
 
 /// A box that holds the garment's topmost nodes: four at least, where it has so many.

@@ -22,7 +22,8 @@ std::vector<std::array<double, 2>> warp_in_triangles(const ClothMesh& mesh, cons
   std::vector<std::array<double, 2>> in_triangle;
   for (std::size_t t = 0; t < own.triangles.size(); ++t) {
     const auto at = [&](std::size_t c) { return to_eigen(own.points[static_cast<std::size_t>(own.triangles[t][c])]); };
-    const Eigen::Vector3d warp = to_eigen(mesh.triangle_warp[first + t]), along = (at(1) - at(0)).normalized(), rest = at(2) - at(0);
+    const Eigen::Vector3d warp = to_eigen(mesh.triangle_warp[first + t]), along = (at(1) - at(0)).normalized(),
+                          rest = at(2) - at(0);
     const Eigen::Vector2d own_axes(along.dot(warp), (rest - along * along.dot(rest)).normalized().dot(warp));
     in_triangle.push_back({own_axes.x() / own_axes.norm(), own_axes.y() / own_axes.norm()});
   }

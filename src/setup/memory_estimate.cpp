@@ -31,8 +31,8 @@ ListTotals expected_entries(const SetupSize& size, bool bundled) {
   const auto counted = [&](const RowEntries& row, double unknown) {
     return row.own < 0 ? widened(unknown) : bundled ? row.bundled : row.own;
   };
-  // Pairs of liquid with a surface: as many as this finds, and as the liquid has neighbours in it. (0.7: of two layers within
-  // h = 2 d the one at d/2 has 0.94 and the one at 3/2 d 0.44 of a disk of radius h.)
+  // Pairs of liquid with a surface: as many as this finds, and as the liquid has neighbours in it. (0.7: of two layers
+  // within h = 2 d the one at d/2 has 0.94 and the one at 3/2 d 0.44 of a disk of radius h.)
   const auto touching = [&](double points, double at_surface) {
     return widened(std::min(points * on_a_side, 0.7 * size.fluid * at_surface));
   };

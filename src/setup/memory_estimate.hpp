@@ -9,11 +9,12 @@
 
 namespace drench {
 
-/// How many rows of a list a GPU bundles, as wide as the longest of them: the rows that RowEntries::bundled is counted over.
+/// How many rows of a list a GPU bundles, as wide as the longest of them: the rows that RowEntries::bundled is counted
+/// over.
 inline constexpr std::size_t list_bundle = 32;
 
-/// Entries of a list a row, on average: as many as it has neighbours, and as many as the longest row of its bundle. Below 0: not
-/// known.
+/// Entries of a list a row, on average: as many as it has neighbours, and as many as the longest row of its bundle.
+/// Below 0: not known.
 struct RowEntries {
   double own = -1, bundled = -1;
 };
@@ -25,15 +26,15 @@ struct ListEntries {
 struct SetupSize {
   double fluid = 0, boundary = 0, nodes = 0, samples = 0;
   double triangles = 0, edges = 0, stitches = 0, hinges = 0;  // of the cloths
-  double links = 0;                             // pairs of nodes, twice each, that share an edge or a hinge
-  double patches = 0;                           // materials besides the cloths' own
-  double fabric_pairs = 0;                      // of nodes, that diffusion goes between
-  double area = 0;                              // of the cloths that are sampled, in d²
-  double dynamic_samples = 0;                   // of the boundary: those of dynamic bodies
-  Scene scene;                                  // for the keys of a stage that no count here tells of
-  double field = 0;                             // lattice points of the meshes' distance fields
-  // of bodies that change their shape: points of their lattices, of a mesh and of all files, triangles, and pairs of a triangle
-  // with a block of a lattice that it is near
+  double links = 0;            // pairs of nodes, twice each, that share an edge or a hinge
+  double patches = 0;          // materials besides the cloths' own
+  double fabric_pairs = 0;     // of nodes, that diffusion goes between
+  double area = 0;             // of the cloths that are sampled, in d²
+  double dynamic_samples = 0;  // of the boundary: those of dynamic bodies
+  Scene scene;                 // for the keys of a stage that no count here tells of
+  double field = 0;            // lattice points of the meshes' distance fields
+  // of bodies that change their shape: points of their lattices, of a mesh and of all files, triangles, and pairs of a
+  // triangle with a block of a lattice that it is near
   double deforming_field = 0, deforming_points = 0, deforming_files = 0, deforming_triangles = 0, deforming_pairs = 0;
   double fluid_cells = 0, boundary_cells = 0, sample_cells = 0;  // of their cell tables
   double support = 2;                                            // h / d: how wide neighbour lists are
@@ -48,7 +49,7 @@ struct SetupSize {
   bool liquid = true;  // there is, or may come
   bool absorption = false, emission = false, permeation = false, solute = false;
   bool evaporation = false;  // from liquid and from porous cloth
-  bool direction = false;  // the cloth looks for solids
+  bool direction = false;    // the cloth looks for solids
   bool diffusion = false, contact_wicking = false;
   bool self_collision = false, xpbd = false, strain_limit = false, wet_adhesion = false;
   bool membrane = false, softens = false, plate = false;  // of cloth; softens: where it is wet
@@ -64,8 +65,8 @@ struct ListTotals {
   double fluid_fluid = 0, fluid_boundary = 0, fluid_sample = 0, sample_fluid = 0, sample_sample = 0,
          sample_boundary = 0, boundary_fluid = 0;
 };
-/// As counted; a list that was not counted is taken as full: liquid all around, on one side of a wall, at a sheet. `bundled`:
-/// with rows as wide as the longest of their bundle.
+/// As counted; a list that was not counted is taken as full: liquid all around, on one side of a wall, at a sheet.
+/// `bundled`: with rows as wide as the longest of their bundle.
 ListTotals expected_entries(const SetupSize& size, bool bundled);
 
 /// The same with the parts of cloth meshes that are not counted yet: as many as a grid of these nodes has.
@@ -92,11 +93,12 @@ struct MemoryEstimate {
   }
 };
 
-/// What a backend's arrays take for a scene of this size; `host`: what it keeps beside them. The backend tells it (pipeline/backend.hpp).
+/// What a backend's arrays take for a scene of this size; `host`: what it keeps beside them. The backend tells it
+/// (pipeline/backend.hpp).
 using ArrayBytes = std::function<MemoryEstimate(const SetupSize&)>;
 
-/// The memory of a run: the arrays, if there is who tells them, and what the host holds beside them. Growth during the run is
-/// left out: with_sources, at_work and in_folds add it.
+/// The memory of a run: the arrays, if there is who tells them, and what the host holds beside them. Growth during the
+/// run is left out: with_sources, at_work and in_folds add it.
 MemoryEstimate estimate_memory(const SetupSize& size, const ArrayBytes& arrays);
 
 /// Bytes of memory of this machine, or of the part of it that this program may use (control groups).

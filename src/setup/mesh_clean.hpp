@@ -1,6 +1,6 @@
 #pragma once
-// Removes slivers from a cloth's mesh: triangles of small height are thousands of times stiffer than their neighbours, so
-// iterative solvers converge slowly.
+// Removes slivers from a cloth's mesh: triangles of small height are thousands of times stiffer than their neighbours,
+// so iterative solvers converge slowly.
 
 #include <string>
 #include <vector>
@@ -23,9 +23,9 @@ struct MeshCleaning {
   std::string text() const;
 };
 
-/// Removes triangles whose height is below `height` (m; clean_automatically: a hundredth of the mean edge length). An edge
-/// is collapsed or flipped only if topology, boundary and groups of the mesh stay the same and no triangle is inverted. A
-/// merged node keeps the position of one of its nodes, and the order of the nodes does not change.
+/// Removes triangles whose height is below `height` (m; clean_automatically: a hundredth of the mean edge length). An
+/// edge is collapsed or flipped only if topology, boundary and groups of the mesh stay the same and no triangle is
+/// inverted. A merged node keeps the position of one of its nodes, and the order of the nodes does not change.
 MeshCleaning clean_mesh(SurfaceMesh& mesh, double height);
 
 }  // namespace drench

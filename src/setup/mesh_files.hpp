@@ -22,13 +22,15 @@ struct PolygonFile {
   bool facets = false;                          // each face has points of its own (.stl): copies of a point are one
 };
 
-/// Reads `v`, `vt` and `f` of a Wavefront file, and with `names` what the last `g`, `o` and `usemtl` before a face give it. A
-/// line may go on after a backslash, indices may count from the end. SetupError, with the line: a point that is not three
-/// finite numbers, a face of fewer than three corners or of points or texture coordinates that are not defined so far.
+/// Reads `v`, `vt` and `f` of a Wavefront file, and with `names` what the last `g`, `o` and `usemtl` before a face give
+/// it. A line may go on after a backslash, indices may count from the end. SetupError, with the line: a point that is
+/// not three finite numbers, a face of fewer than three corners or of points or texture coordinates that are not
+/// defined so far.
 PolygonFile read_obj_file(const std::string& path, bool names = false);
 
-/// Reads the elements `vertex` and `face` of a PLY file, ascii or binary, and steps over the others. SetupError, with the line
-/// or the element: a header that is none, fewer or other numbers than it says, faces of points that are not there.
+/// Reads the elements `vertex` and `face` of a PLY file, ascii or binary, and steps over the others. SetupError, with
+/// the line or the element: a header that is none, fewer or other numbers than it says, faces of points that are not
+/// there.
 PolygonFile read_ply_file(const std::string& path);
 
 /// SetupError for a binary .stl file with fewer triangles than it says. Texts pass: VTK refuses bad ones.

@@ -19,9 +19,9 @@ struct MeshGuess {
 /// Box around points as they are in the file.
 Box bounds_of(const std::vector<Vec3>& points);
 
-/// Of one file alone: beyond 5 units long it is centimetres, beyond 300 millimetres. Up is the axis that begins at the ground while the
-/// other one is centred on the origin, else the longer one of y and z; a flat mesh lies in x and z. `other`: a body's guess, for
-/// a garment: it is taken over where the garment lies at the body then.
+/// Of one file alone: beyond 5 units long it is centimetres, beyond 300 millimetres. Up is the axis that begins at the
+/// ground while the other one is centred on the origin, else the longer one of y and z; a flat mesh lies in x and z.
+/// `other`: a body's guess, for a garment: it is taken over where the garment lies at the body then.
 MeshGuess guess_of(const Box& file_box);
 MeshGuess guess_beside(const Box& file_box, const Box& body_file_box, const MeshGuess& body);
 

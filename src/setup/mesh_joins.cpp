@@ -14,8 +14,8 @@ using Eigen::Vector3d;
 
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
-/// Pairs the half-edges of one edge that enclose solid between them: going about the edge, one of them begins it and the next
-/// ends it.
+/// Pairs the half-edges of one edge that enclose solid between them: going about the edge, one of them begins it and
+/// the next ends it.
 void pair_by_angle(const std::vector<Vec3>& points, const HalfEdges& sides, const std::vector<Index>& place,
                    const std::vector<Index>& edge, std::vector<Index>& partner) {
   const Index a = std::min(place[at(sides.from(at(edge[0])))], place[at(sides.to(at(edge[0])))]),

@@ -26,14 +26,15 @@ std::vector<std::vector<Index>> edges_by_place(const HalfEdges& sides, const std
 
 enum class Branches { leave, pair };
 
-/// Of each half-edge the one on the other side; −1: none. Two triangles that share both points of an edge, and with no third, go
-/// together; of the others those that are two at their place. Where more meet, Branches::pair joins those that enclose the solid
-/// between them, by the angle about the edge, if triangles are turned outwards; Branches::leave joins none.
+/// Of each half-edge the one on the other side; −1: none. Two triangles that share both points of an edge, and with no
+/// third, go together; of the others those that are two at their place. Where more meet, Branches::pair joins those
+/// that enclose the solid between them, by the angle about the edge, if triangles are turned outwards; Branches::leave
+/// joins none.
 std::vector<Index> partners(const std::vector<Vec3>& points, const std::vector<std::array<Index, 3>>& triangles,
                             const std::vector<Index>& place, Branches branches);
 
-/// Points for triangles that are joined at their half-edges and nowhere else. `source`: of each the first of the old points that
-/// it stands for; they keep the old order.
+/// Points for triangles that are joined at their half-edges and nowhere else. `source`: of each the first of the old
+/// points that it stands for; they keep the old order.
 struct JoinedMesh {
   std::vector<Index> source;
   std::vector<std::array<Index, 3>> triangles;

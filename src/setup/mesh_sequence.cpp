@@ -102,8 +102,10 @@ std::vector<Keyed<Vec3>> node_paths(const SequenceScene& sequence, const std::st
       first = points;
       const double off = (columns(first) - columns(rest)).colwise().norm().maxCoeff();
       if (!(off <= 1e-4 * size))
-        throw SetupError(fmt::format("{}: its points are up to {:.2g} m from the cloth's; allowed: a first file that is the "
-                                     "cloth's mesh, to 1e-4 of its size", label, off));
+        throw SetupError(
+            fmt::format("{}: its points are up to {:.2g} m from the cloth's; allowed: a first file that is the "
+                        "cloth's mesh, to 1e-4 of its size",
+                        label, off));
     }
     for (std::size_t n = 0; n < rest.size(); ++n)
       keys[n].push_back({static_cast<double>(k) / sequence.fps, to_vec3(to_eigen(points[n]) - to_eigen(first[n]))});

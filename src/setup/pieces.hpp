@@ -18,8 +18,9 @@ struct ClothPiece {
   bool held = true;  // by a pin, or by a body that it lies on or could fall on
 };
 
-/// Triangles that share a node, or nodes that are sewn together, are of one piece. By cloth, then by their lowest nodes. Nothing holds
-/// a piece of a cloth that moves without a pin, unless a body lies in its way or moves (which may come).
+/// Triangles that share a node, or nodes that are sewn together, are of one piece. By cloth, then by their lowest
+/// nodes. Nothing holds a piece of a cloth that moves without a pin, unless a body lies in its way or moves (which may
+/// come).
 std::vector<ClothPiece> pieces_of(const Model& model);
 
 /// "piece 1: 231 nodes, 0.4 × 0.2 × 0 m, 21 pinned"; `number` counts from 0.

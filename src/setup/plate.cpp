@@ -12,7 +12,8 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-/// Singular values below this share of the largest are left alone: nodes that all but lie on a conic tell nothing of a curvature.
+/// Singular values below this share of the largest are left alone: nodes that all but lie on a conic tell nothing of a
+/// curvature.
 constexpr double least_curvature = 1e-3;
 
 /// A linear function of the nodes' positions with values in the plane: of each node a vector, 1/m.
@@ -30,7 +31,8 @@ class Plate {
     for (std::size_t e = 0; e < edges.size(); ++e) slope_.push_back(slope(static_cast<Index>(e)));
   }
 
-  /// Of a triangle: the rows of H = Σ_e ∇ψ_e ⊗ g_e (xx, yy, xy) along its axes, of which the first is along its first edge.
+  /// Of a triangle: the rows of H = Σ_e ∇ψ_e ⊗ g_e (xx, yy, xy) along its axes, of which the first is along its first
+  /// edge.
   std::map<Index, Vector3d> curvature(Index t) const {
     const auto& n = mesh_.triangles[at(t)];
     const Vector3d x0 = position(n[0]), along = (position(n[1]) - x0).normalized();
@@ -39,7 +41,8 @@ class Plate {
     std::map<Index, Vector3d> rows;
     for (std::size_t c = 0; c < 3; ++c) {
       const MeshEdge& e = edges_[at(edge_of_[at(t)][c])];
-      const Vector2d a = in_plane(position(e.a) - x0), b = in_plane(position(e.b) - x0), o = in_plane(position(n[c]) - x0);
+      const Vector2d a = in_plane(position(e.a) - x0), b = in_plane(position(e.b) - x0),
+                     o = in_plane(position(n[c]) - x0);
       const Vector2d tangent = (b - a).normalized();
       Vector2d normal(-tangent.y(), tangent.x());  // towards the first triangle of the edge
       const double height = normal.dot(o - a);     // of this one's third corner
@@ -49,7 +52,8 @@ class Plate {
       for (const auto& [node, weight] : slope_[at(edge_of_[at(t)][c])]) {
         const Vector2d g = weight.x() * tangent + weight.y() * normal;
         Vector3d& row = rows.try_emplace(node, Vector3d::Zero()).first->second;
-        row += Vector3d(gradient.x() * g.x(), gradient.y() * g.y(), 0.5 * (gradient.x() * g.y() + gradient.y() * g.x()));
+        row +=
+            Vector3d(gradient.x() * g.x(), gradient.y() * g.y(), 0.5 * (gradient.x() * g.y() + gradient.y() * g.x()));
       }
     }
     return rows;
@@ -92,7 +96,8 @@ class Plate {
     u.add(e.a, {-half, 0});
     u.add(e.b, {half, 0});
     for (int s = 0; s < std::min(2, e.triangles); ++s) {
-      const Vector3d along = (position(e.b) - position(e.a)).normalized(), to = position(e.opposite[at(s)]) - position(e.a);
+      const Vector3d along = (position(e.b) - position(e.a)).normalized(),
+                     to = position(e.opposite[at(s)]) - position(e.a);
       u.add(e.opposite[at(s)], {along.dot(to) - half, (s == 0 ? 1 : -1) * along.cross(to).norm()});
     }
     if (e.triangles != 2) return u;
@@ -107,8 +112,8 @@ class Plate {
     return u;
   }
 
-  /// g_e: the gradient at the middle of an edge along its axes. It is the same for both triangles, and exact for quadratic
-  /// functions: from the mean of both triangles' gradients by the least change of weights.
+  /// g_e: the gradient at the middle of an edge along its axes. It is the same for both triangles, and exact for
+  /// quadratic functions: from the mean of both triangles' gradients by the least change of weights.
   PlanarWeights slope(Index edge) const {
     const MeshEdge& e = edges_[at(edge)];
     const Unfolded u = unfold(e);

@@ -15,8 +15,8 @@ struct PlatePair {
   double weight;
 };
 
-/// In the order of their nodes; `warp`: of each triangle the warp's direction in its frame (setup/membrane.hpp), a unit vector.
-/// `plate`: rigidities of each triangle.
+/// In the order of their nodes; `warp`: of each triangle the warp's direction in its frame (setup/membrane.hpp), a unit
+/// vector. `plate`: rigidities of each triangle.
 std::vector<PlatePair> plate_pairs(const SurfaceMesh& mesh, const std::vector<MeshEdge>& edges,
                                    const std::function<PlateScene(Index)>& plate,
                                    const std::vector<std::array<double, 2>>& warp);

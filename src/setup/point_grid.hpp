@@ -61,8 +61,8 @@ class PointGrid {
 /// V_b = 1 / Σ_k W_bk over `points` closer than the support radius h, itself included; m³ (Akinci et al. 2012).
 std::vector<double> akinci_volumes(const std::vector<Vec3>& points, double support, KernelKind kernel);
 
-/// d³ Σ W over a plane square lattice of spacing d: what an Akinci volume on it is multiplied with, so that the plane counts
-/// for one layer of liquid (src/stages/density.hpp).
+/// d³ Σ W over a plane square lattice of spacing d: what an Akinci volume on it is multiplied with, so that the plane
+/// counts for one layer of liquid (src/stages/density.hpp).
 double layer_share(double spacing, double support, KernelKind kernel);
 
 }  // namespace drench

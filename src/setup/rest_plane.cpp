@@ -57,7 +57,8 @@ void lay_rest_planes(Model& model) {
       moment += mesh.solid_mass[n] * x * x.transpose();
     }
     cloth.rest_center = to_vec3(center);
-    lay_rest_plane(cloth, moment, model.has_fabric() ? mean_warp(model, cloth, model.scene.cloths[k]) : Vector3d::Zero());
+    lay_rest_plane(cloth, moment,
+                   model.has_fabric() ? mean_warp(model, cloth, model.scene.cloths[k]) : Vector3d::Zero());
   }
 }
 

@@ -26,8 +26,8 @@ double cells_over(const std::vector<Vec3>& points, double h) {
   return std::max(1024.0, std::exp2(std::ceil(std::log2(2 * count))));
 }
 
-/// Some 32 points of `grid` that lie together when they are ordered by cell, x fastest: those of the cell of point i and of
-/// the next ones.
+/// Some 32 points of `grid` that lie together when they are ordered by cell, x fastest: those of the cell of point i
+/// and of the next ones.
 std::vector<Vec3> bundle_by_cell(const PointGrid& grid, std::size_t i, double h) {
   constexpr int farthest = 32;  // cells
   std::vector<Vec3> bundle;
@@ -39,8 +39,8 @@ std::vector<Vec3> bundle_by_cell(const PointGrid& grid, std::size_t i, double h)
   return bundle;
 }
 
-/// Points of `grid` within h of each row of some bundles all over the list, until so many points were looked at that a cloth far
-/// finer than h would take minutes. The rows lie in memory as they are, or else ordered by cell.
+/// Points of `grid` within h of each row of some bundles all over the list, until so many points were looked at that a
+/// cloth far finer than h would take minutes. The rows lie in memory as they are, or else ordered by cell.
 RowEntries entries_of_bundles(const PointGrid& rows, bool by_cell, const PointGrid& grid, double h, bool same_set) {
   constexpr std::size_t enough = 640;
   constexpr double patience = 1.5e7, golden = 0.61803398874989485;

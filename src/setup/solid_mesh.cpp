@@ -39,8 +39,8 @@ class Sets {
   std::vector<Index> parent_;
 };
 
-/// Without triangles whose three corners are those of an earlier one, whichever way they are turned: sides of a surface that a
-/// file has twice. `name` gives the number of a corner.
+/// Without triangles whose three corners are those of an earlier one, whichever way they are turned: sides of a surface
+/// that a file has twice. `name` gives the number of a corner.
 template <class Name>
 Triangles without_copies(const Triangles& triangles, const Name& name) {
   std::set<std::array<Index, 3>> seen;
@@ -85,8 +85,8 @@ class Closing {
     return sides.from(h) < sides.to(h) ? 1 : -1;
   }
 
-  /// Pieces are connected by partners, and by edges where more triangles meet that have none. Each gets points of its own, one a
-  /// place, in the old order.
+  /// Pieces are connected by partners, and by edges where more triangles meet that have none. Each gets points of its
+  /// own, one a place, in the old order.
   void separate_pieces(const std::vector<Index>& place) {
     partner_ = partners(x_, triangles_, place, Branches::leave);
     const auto is_loose = [&](std::size_t t) {
@@ -144,7 +144,8 @@ class Closing {
     for (std::size_t h = 3 * t; h < 3 * t + 3; ++h)
       if (partner_[h] >= 0) partner_[at(partner_[h])] = static_cast<Index>(h);
   }
-  /// Neighbours across partners, from the first triangle of each patch on. A surface with one side only keeps some that disagree.
+  /// Neighbours across partners, from the first triangle of each patch on. A surface with one side only keeps some that
+  /// disagree.
   void turn_alike() {
     patch_.assign(triangles_.size(), -1);
     for (std::size_t first = 0; first < triangles_.size(); ++first) {
@@ -167,7 +168,8 @@ class Closing {
     }
   }
 
-  /// Turns whole patches so that where several meet in an edge, half-edges go to and fro as far as can be: the largest first.
+  /// Turns whole patches so that where several meet in an edge, half-edges go to and fro as far as can be: the largest
+  /// first.
   void turn_patches() {
     std::vector<double> area(patches_.size(), 0.0);
     std::vector<std::vector<std::array<std::size_t, 2>>> sides_of(patches_.size());  // edge, half-edge
@@ -214,8 +216,8 @@ class Closing {
     std::stable_sort(solid_.holes.begin(), solid_.holes.end(),
                      [](const MeshHole& l, const MeshHole& r) { return l.width > r.width; });
   }
-  /// Follows the half-edges, of which as many end in each point as begin there. A way that comes back to one of its points has
-  /// closed a loop.
+  /// Follows the half-edges, of which as many end in each point as begin there. A way that comes back to one of its
+  /// points has closed a loop.
   template <class Visit>
   void for_loops(const std::vector<std::array<Index, 2>>& open, const Visit& visit) const {
     std::vector<std::size_t> next(x_.size(), open.size());  // of each point: its first half-edge that is left

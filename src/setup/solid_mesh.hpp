@@ -12,8 +12,8 @@ struct MeshHole {
   double width = 0;      // m: the longest side of that
 };
 
-/// A mesh that is turned outwards and along whose edges as many triangles go as go back: two, but in edges where a wall within the
-/// solid meets its surface. So its winding number is a whole number everywhere but on the surface.
+/// A mesh that is turned outwards and along whose edges as many triangles go as go back: two, but in edges where a wall
+/// within the solid meets its surface. So its winding number is a whole number everywhere but on the surface.
 struct SolidMesh {
   std::vector<Index> source;                    // of each point: which of the given ones it is
   std::vector<std::array<Index, 3>> triangles;  // the given ones in their order, then those that cover holes
@@ -30,10 +30,10 @@ struct SolidMesh {
 /// What becomes of pieces that have no inside, beside others that have one.
 enum class Sheets { keep, leave_out };
 
-/// Steps: points at the same place become one where triangles of both have no other neighbour there, so seams close and pieces
-/// that only touch stay apart; neighbours are turned alike; the holes of each piece are covered; each piece is turned outwards by
-/// its volume; where more than two triangles meet in an edge, those are neighbours that enclose solid between them.
-/// `mesh` has finite points, and no triangle of it names one twice.
+/// Steps: points at the same place become one where triangles of both have no other neighbour there, so seams close and
+/// pieces that only touch stay apart; neighbours are turned alike; the holes of each piece are covered; each piece is
+/// turned outwards by its volume; where more than two triangles meet in an edge, those are neighbours that enclose
+/// solid between them. `mesh` has finite points, and no triangle of it names one twice.
 SolidMesh close_mesh(const SurfaceMesh& mesh, Sheets sheets = Sheets::keep);
 
 /// Do as many triangles go along each edge as go back? Then the mesh has an inside and an outside.

@@ -8,8 +8,8 @@
 
 namespace drench {
 
-/// Finds model.concentration_unit: the largest concentration that the scene names, kg/kg, and 0 if it names none. A stain counts as if
-/// the fabric's pores were full. Needs model.cloths and model.rest_density.
+/// Finds model.concentration_unit: the largest concentration that the scene names, kg/kg, and 0 if it names none. A
+/// stain counts as if the fabric's pores were full. Needs model.cloths and model.rest_density.
 void set_concentration_unit(Model& model);
 
 /// Quanta of solute in so many quanta of liquid at a concentration in kg/kg; 0 without a solute.

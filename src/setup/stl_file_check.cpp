@@ -10,7 +10,8 @@
 namespace drench {
 namespace {
 
-/// As VTK tells a text (kwsys::SystemTools::DetectFileType): less than a twentieth of its first bytes are none of a text.
+/// As VTK tells a text (kwsys::SystemTools::DetectFileType): less than a twentieth of its first bytes are none of a
+/// text.
 bool is_text(const std::string& bytes) {
   const std::size_t looked_at = std::min<std::size_t>(bytes.size(), 256);
   const auto others =

@@ -18,8 +18,8 @@ constexpr float larger = 1 + 0x1p-17F;
 
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
-/// The square of the distance from a + p to the triangle a, a + ab, a + ac (Ericson 2005, section 5.1.5); a triangle without area
-/// is its edges.
+/// The square of the distance from a + p to the triangle a, a + ab, a + ac (Ericson 2005, section 5.1.5); a triangle
+/// without area is its edges.
 double squared_distance_to(const Vector3d& ab, const Vector3d& ac, const Vector3d& p) {
   const double d1 = ab.dot(p), d2 = ac.dot(p);
   if (d1 <= 0 && d2 <= 0) return p.squaredNorm();
@@ -297,9 +297,9 @@ WindingNumber::WindingNumber(const std::vector<Vec3>& points, const std::vector<
     for_cells(triangles_[t], [&](std::size_t cell) { item_[at(next[cell]++)] = static_cast<Index>(t); });
 }
 
-/// On which side of the edge from a to b the line is: +1 left, −1 right, 0 of an edge along the line. `weight`: twice the area
-/// that the three enclose, with that sign. Both triangles of an edge compute the same numbers. A line through the edge counts as
-/// moved by ε in y and ε² in z.
+/// On which side of the edge from a to b the line is: +1 left, −1 right, 0 of an edge along the line. `weight`: twice
+/// the area that the three enclose, with that sign. Both triangles of an edge compute the same numbers. A line through
+/// the edge counts as moved by ε in y and ε² in z.
 int WindingNumber::side(const Point& a, const Point& b, double y, double z, double& weight) const {
   const bool swapped = std::array{b[1], b[2], b[0]} < std::array{a[1], a[2], a[0]};
   const Point &from = swapped ? b : a, &to = swapped ? a : b;

@@ -9,12 +9,13 @@
 
 namespace drench {
 
-/// A tree of boxes around triangles. Distances are those to the nearest triangle, whatever the order in which they are asked for.
+/// A tree of boxes around triangles. Distances are those to the nearest triangle, whatever the order in which they are
+/// asked for.
 class TriangleTree {
  public:
   TriangleTree(const std::vector<Vec3>& points, const std::vector<std::array<Index, 3>>& triangles);
-  /// The square of the distance from x to the nearest triangle, m². `near`: a triangle that may be the nearest, and the search is
-  /// short if it is; becomes one that is.
+  /// The square of the distance from x to the nearest triangle, m². `near`: a triangle that may be the nearest, and the
+  /// search is short if it is; becomes one that is.
   double squared_distance(const Eigen::Vector3d& x, Index& near) const;
 
   /// Triangles that may be the nearest of a point in a small box, for many such points.
@@ -51,8 +52,8 @@ class TriangleTree {
   float rounding_ = 0;  // m: of a place
 };
 
-/// The winding number of a closed mesh: along a line each triangle that it goes through changes it by 1. Triangles that have an
-/// edge or a point in common see a line through that alike, as if it were moved a little, always the same way.
+/// The winding number of a closed mesh: along a line each triangle that it goes through changes it by 1. Triangles that
+/// have an edge or a point in common see a line through that alike, as if it were moved a little, always the same way.
 class WindingNumber {
  public:
   WindingNumber(const std::vector<Vec3>& points, const std::vector<std::array<Index, 3>>& triangles);

@@ -13,7 +13,8 @@ namespace drench {
 struct SurfaceMesh {
   std::vector<Vec3> points;  // m
   std::vector<std::array<Index, 3>> triangles;
-  std::vector<std::array<std::array<double, 2>, 3>> texture{};  // u, v of each triangle's corners; empty unless asked for
+  std::vector<std::array<std::array<double, 2>, 3>>
+      texture{};                                       // u, v of each triangle's corners; empty unless asked for
   std::map<std::string, std::vector<Index>> groups{};  // triangles of each name in the file; empty unless asked for
   std::string left_out{};  // one line about parts of faces that are no triangles; empty where there are none
 };
@@ -34,8 +35,8 @@ double triangle_area(const Vec3& a, const Vec3& b, const Vec3& c);
 /// m, over the longest side; 0 for three points in one place
 double triangle_height(const Vec3& a, const Vec3& b, const Vec3& c);
 
-/// A cloth's mesh is refused when a triangle's area is below this fraction of its longest edge squared: cloth needs finite
-/// cotangents.
+/// A cloth's mesh is refused when a triangle's area is below this fraction of its longest edge squared: cloth needs
+/// finite cotangents.
 inline constexpr double cloth_min_area_ratio = 1e-6;
 
 /// Throws SetupError, beginning with `name`, for a mesh that is empty, has points that are not finite, triangles

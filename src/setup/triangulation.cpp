@@ -128,8 +128,8 @@ class EarClipping {
     measure_[at(before)] = measure(before);
     measure_[at(after)] = measure(after);
   }
-  /// The last three corners, beginning with one of least measure: `opposite` to the last ear if it is one. (Which corner a triangle
-  /// begins with decides roundings, and VTK's filter began so.)
+  /// The last three corners, beginning with one of least measure: `opposite` to the last ear if it is one. (Which
+  /// corner a triangle begins with decides roundings, and VTK's filter began so.)
   Triangle last(int opposite) const {
     int first = opposite;
     for (const int i : {previous_[at(opposite)], next_[at(opposite)]})

@@ -41,7 +41,8 @@ void warn_of_step(const Model& m, const HostState& state, Lines& lines) {
                     parts));
 }
 
-/// m: of a closed mesh twice its volume over its surface, which is a plate's thickness and two thirds of a ball's radius.
+/// m: of a closed mesh twice its volume over its surface, which is a plate's thickness and two thirds of a ball's
+/// radius.
 double mean_thickness(const Body& body) {
   double volume = 0, area = 0;
   for (const auto& t : body.mesh_triangles) {
@@ -77,8 +78,8 @@ void warn_of_coarse_bodies(const Model& m, Lines& lines) {
   }
 }
 
-/// A floating body that starts in a solid (its centre, or a box's corners: src/stages/bodies.hpp, law 2) is stopped at once, and
-/// lifted by the energy (J) that the message names.
+/// A floating body that starts in a solid (its centre, or a box's corners: src/stages/bodies.hpp, law 2) is stopped at
+/// once, and lifted by the energy (J) that the message names.
 void warn_of_bodies_in_solids(const Model& m, Lines& lines) {
   for (std::size_t b = 0; b < m.bodies.size(); ++b) {
     const Body& body = m.bodies[b];

@@ -22,9 +22,10 @@ struct Weld {
   std::string text() const;
 };
 
-/// Merges boundary points of `mesh` that are at most `distance` (m) apart; weld_automatically: a thousandth of the shortest edges at
-/// the two points. Never two of one triangle. Sheets that lie on each other are left alone unless there is a distance. A node
-/// has the place of its first point, and the nodes keep the order of these; texture and groups stay as they are.
+/// Merges boundary points of `mesh` that are at most `distance` (m) apart; weld_automatically: a thousandth of the
+/// shortest edges at the two points. Never two of one triangle. Sheets that lie on each other are left alone unless
+/// there is a distance. A node has the place of its first point, and the nodes keep the order of these; texture and
+/// groups stay as they are.
 Weld weld_boundary(SurfaceMesh& mesh, double distance);
 
 }  // namespace drench

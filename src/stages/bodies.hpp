@@ -8,5 +8,6 @@
 //         docs/theory/walls_and_sheets.md (1 to 3). Bodies that change their shape: docs/theory/deforming_bodies.md.
 // Reads:  Model::bodies, Model::boundary, time (s), body_position (m), body_orientation, body_velocity (m/s),
 //         body_angular_velocity (rad/s).
-// Writes: body_*, boundary_position (m), boundary_velocity (m/s), boundary_volume (m³) of bodies that change their shape. Poses are double in every build.
-// Errors: none. Dynamic bodies do not feel each other. What cloth does to them: stages cloth (14 to 16) and wet_adhesion.
+// Writes: body_*, boundary_position (m), boundary_velocity (m/s), boundary_volume (m³) of bodies that change their
+// shape. Poses are double in every build. Errors: none. Dynamic bodies do not feel each other. What cloth does to them:
+// stages cloth (14 to 16) and wet_adhesion.

@@ -3,9 +3,8 @@
 // the cloth's implicit step goes on inside it, and dynamic bodies answer in every iteration.
 //
 // Law:    docs/theory/liquid.md: iteration and stopping (Eqs. 18 to 21), The density solve (22 to 25).
-//         docs/theory/walls_and_sheets.md: extrapolated walls (7a to 7f), contact pressure (10 to 14), coupling with the
-//         cloth (18, 19).
-//         docs/theory/bodies.md: answer to pressure (9, 10). The cloth's iteration: cloth.hpp.
+//         docs/theory/walls_and_sheets.md: extrapolated walls (7a to 7f), contact pressure (10 to 14), coupling with
+//         the cloth (18, 19). docs/theory/bodies.md: answer to pressure (9, 10). The cloth's iteration: cloth.hpp.
 // Reads:  positions (m), masses (quanta), velocities (m/s), fluid_age (s), fluid_origin, fluid_density_ratio (1),
 //         node_contact_force, node_friction_force (N), α, C, α', C', lists; the scene's `fluid.solver`,
 //         `cloth_solver`.
@@ -20,8 +19,9 @@
 
 namespace drench {
 
-/// How many iterations of the cloth an iteration of the pressure may take after `spent` of them in the same solve. The whole solve
-/// may take some ten times as many; from then on each iteration takes a few, so that the work of a step has a limit.
+/// How many iterations of the cloth an iteration of the pressure may take after `spent` of them in the same solve. The
+/// whole solve may take some ten times as many; from then on each iteration takes a few, so that the work of a step has
+/// a limit.
 inline int cloth_iterations_per_pressure(const ClothSolverScene& solver, int spent) {
   constexpr int few = 10;  // the least that the cloth judges
   const int each = std::max(100, solver.max_iterations / 3), left = 10 * each - spent;

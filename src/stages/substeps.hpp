@@ -6,12 +6,12 @@
 
 namespace drench {
 
-/// n = max(1, ⌈Δt rate/0.5⌉): no node exchanges more than half of what it could hold in one part. `rate` (1/s) is the largest of
-/// the nodes, dt is in s. A double: no int holds 10^10.
+/// n = max(1, ⌈Δt rate/0.5⌉): no node exchanges more than half of what it could hold in one part. `rate` (1/s) is the
+/// largest of the nodes, dt is in s. A double: no int holds 10^10.
 inline double substeps_for(double rate, double dt) { return std::max(1.0, std::ceil(dt * rate / 0.5)); }
 
-/// ψ_max and μ of the rate (law 3), 1: how much of the differences of saturation and height an edge conducts at most, for the
-/// exponent n, the largest saturation and the exponent β of retention.
+/// ψ_max and μ of the rate (law 3), 1: how much of the differences of saturation and height an edge conducts at most,
+/// for the exponent n, the largest saturation and the exponent β of retention.
 struct MobilityBound {
   double difference, height;
 };

@@ -12,7 +12,8 @@ struct FilePart {
 };
 FilePart files_at(const Deformation& shape, double time);
 
-/// The files a second by which points move from `first` to `last` right after a time (s); 0 before the first and from the last on.
+/// The files a second by which points move from `first` to `last` right after a time (s); 0 before the first and from
+/// the last on.
 double rate_after(const Deformation& shape, double time);
 
 /// m

@@ -12,8 +12,8 @@ namespace drench {
 /// A field of the backend's own arrays, named as in HostState. It is read-only.
 ///
 /// The rows of liquid particles lie in the backend's order, which changes from step to step; `fluid_id` names them.
-/// A view belongs to the generation in which it was taken. Its memory stays valid as long as `memory` is held, but a later
-/// step may put other values there: Simulation::is_current() tells.
+/// A view belongs to the generation in which it was taken. Its memory stays valid as long as `memory` is held, but a
+/// later step may put other values there: Simulation::is_current() tells.
 struct FieldView {
   /// Type of a number.
   enum class Type : std::uint8_t { float32, float64, int64, uint8 };

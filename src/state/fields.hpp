@@ -1,6 +1,6 @@
 #pragma once
-// The fields of the state, each named once: FIELD(owner, name, type, unit, needed), `needed` by the Model `m`. HostState,
-// the backends' arrays, their exchange, checkpoints and comparisons are made from these lists.
+// The fields of the state, each named once: FIELD(owner, name, type, unit, needed), `needed` by the Model `m`.
+// HostState, the backends' arrays, their exchange, checkpoints and comparisons are made from these lists.
 
 // clang-format off
 

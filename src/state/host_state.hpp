@@ -17,9 +17,9 @@ enum class Origin : std::uint8_t {
   cloth = 2,  ///< emitted by a cloth
 };
 
-/// Everything that changes during a run, as named arrays in double precision: the one exchange format between set-up, both
-/// backends, output and tests, so that any stage runs alone from identical input on any backend. Masses are counts of quanta;
-/// Simulation::quantum() is the size of one in kg. The arrays of a kind are equally long.
+/// Everything that changes during a run, as named arrays in double precision: the one exchange format between set-up,
+/// both backends, output and tests, so that any stage runs alone from identical input on any backend. Masses are counts
+/// of quanta; Simulation::quantum() is the size of one in kg. The arrays of a kind are equally long.
 struct HostState {
   // fluid_position, fluid_velocity, …, node_position, …: a vector for each field of the lists
 #define DRENCH_ARRAY(owner, name, type, unit, needed) std::vector<type> owner##_##name;
@@ -27,9 +27,9 @@ struct HostState {
 #undef DRENCH_ARRAY
 
   // the ledger's other accounts, quanta
-  Quanta drained = 0;                       // left the domain
-  Quanta supplied = 0;                      // came from jets and reservoirs (net)
-  Quanta evaporated = 0;                    // went into the air
+  Quanta drained = 0;     // left the domain
+  Quanta supplied = 0;    // came from jets and reservoirs (net)
+  Quanta evaporated = 0;  // went into the air
   // the same of the solute, in its own quanta
   Quanta solute_drained = 0, solute_supplied = 0;
   Quanta solute_deposited = 0;              // left behind where a particle vanished from around it

@@ -40,9 +40,7 @@ Vec3 rotation_vector(const Eigen::Quaterniond& first, const Eigen::Quaterniond& 
 
 Vec3 way_at(const Body& body, double time) { return sum(body.velocity.integral(0, time), body.path.at(time)); }
 
-Vec3 velocity_at(const Body& body, double time) {
-  return sum(body.velocity.at(time), body.path.derivative(time));
-}
+Vec3 velocity_at(const Body& body, double time) { return sum(body.velocity.at(time), body.path.derivative(time)); }
 
 Quaternion orientation_at(const Body& body, double time) {
   Eigen::Quaterniond q;

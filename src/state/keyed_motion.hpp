@@ -13,7 +13,8 @@ Vec3 way_at(const Body& body, double time);
 Vec3 velocity_at(const Body& body, double time);
 /// How it has turned since t = 0.
 Quaternion orientation_at(const Body& body, double time);
-/// Its angular velocity between two times, rad/s: steady, it turns the body as its keys do. At the first of them if both are one.
+/// Its angular velocity between two times, rad/s: steady, it turns the body as its keys do. At the first of them if
+/// both are one.
 Vec3 spin_between(const Body& body, double from, double to);
 /// The fastest that it turns between two times, rad/s.
 double fastest_turn(const Body& body, double from, double to);

@@ -36,8 +36,8 @@ struct ClothMaterial : ResolvedMaterial<double> {
   Index first_sample = 0, sample_count = 0;
 };
 
-/// Of a triangle of woven or knitted cloth: warp = cosine · (first axis) + sine · (second axis) of its frame, k A of the
-/// stretches along warp and weft and of shear, N·m, and the factor on these at saturation 1. All 0 in other cloths.
+/// Of a triangle of woven or knitted cloth: warp = cosine · (first axis) + sine · (second axis) of its frame, k A of
+/// the stretches along warp and weft and of shear, N·m, and the factor on these at saturation 1. All 0 in other cloths.
 template <class Number>
 struct Membrane {
   Number cosine, sine;
@@ -56,14 +56,15 @@ struct ClothMesh {
   // triangles
   std::vector<std::array<Index, 3>> triangle;
   std::vector<Index> triangle_cloth;
-  std::vector<Index> triangle_material;  // of Model::material(); empty unless a cloth has regions
-  std::vector<Vec3> triangle_warp;  // unit, in its plane; 0 in cloth without; empty unless one has it
+  std::vector<Index> triangle_material;             // of Model::material(); empty unless a cloth has regions
+  std::vector<Vec3> triangle_warp;                  // unit, in its plane; 0 in cloth without; empty unless one has it
   std::vector<std::array<Index, 3>> boundary_edge;  // of one triangle alone: nodes, and its third; empty unless needed
   // edge springs, i < j
   std::vector<std::array<Index, 2>> edge;
   std::vector<double> edge_length;     // m, rest
   std::vector<double> edge_stiffness;  // N/m: stretch · (A0 + A1) / length² (Van Gelder 1998); 0 in membranes
-  // stitches of seams (`sew`), i < j: springs whose rest length falls from stitch_length to 0 at stitch_time (state/stitch.hpp)
+  // stitches of seams (`sew`), i < j: springs whose rest length falls from stitch_length to 0 at stitch_time
+  // (state/stitch.hpp)
   std::vector<std::array<Index, 2>> stitch;
   std::vector<double> stitch_length;     // m, at t = 0
   std::vector<double> stitch_stiffness;  // N/m
@@ -93,8 +94,8 @@ struct ClothMesh {
   Index joint_of(Index n) const { return joint.empty() ? n : joint[static_cast<std::size_t>(n)]; }
 };
 
-/// Prescribed motion of pins: X(t) = C + o + ∫v + p(s) + Rot(axis, ∫rate) R (X0 − C), from start to s = min(max(t, start), end).
-/// What they did before a program gave them another velocity stands in o and R.
+/// Prescribed motion of pins: X(t) = C + o + ∫v + p(s) + Rot(axis, ∫rate) R (X0 − C), from start to s = min(max(t,
+/// start), end). What they did before a program gave them another velocity stands in o and R.
 struct PinMotion {
   Keyed<Vec3> velocity;                                             // v, m/s
   Vec3 axis{0, 1, 0};                                               // unit
@@ -121,8 +122,8 @@ struct SampleSet {
   Rows node_samples;                          // node → items 4·sample + corner (0..2)
   std::vector<double> node_capacity;          // C_n = Σ_p w_pn C_p, kg
   std::vector<double> node_weight_sum;        // w′_n = Σ_p w_pn
-  // Per sample two boundary edges of its cloth within 2 d at rest: the nearest, and the nearest that goes another way (the
-  // cosine between them is below 0.9); −1: none. Empty where no cloth parts liquid or none has a boundary.
+  // Per sample two boundary edges of its cloth within 2 d at rest: the nearest, and the nearest that goes another way
+  // (the cosine between them is below 0.9); −1: none. Empty where no cloth parts liquid or none has a boundary.
   std::vector<std::array<Index, 2>> boundary_edges;
   double spacing = 0;       // m: √ of the largest area share
   double cover_radius = 0;  // m: no point of a triangle is farther from that triangle's nearest sample
@@ -132,8 +133,8 @@ struct SampleSet {
 /// Pairs of nodes that pass liquid on within a fabric (stages/diffusion.hpp): of the porous cloths with a diffusivity.
 struct FabricPairs {
   std::vector<std::array<Index, 2>> nodes;  // lower, higher
-  // ω_ij = ½ (cot α + cot β) > 0, 1: edges of the intrinsic Delaunay mesh at rest, stretched where D has two directions; each
-  // side times what its region conducts over what the cloth itself does
+  // ω_ij = ½ (cot α + cot β) > 0, 1: edges of the intrinsic Delaunay mesh at rest, stretched where D has two
+  // directions; each side times what its region conducts over what the cloth itself does
   std::vector<double> weight;
   Rows of_node;  // node → items 2·pair + side
 };
@@ -147,8 +148,8 @@ struct DistanceField {
   bool empty() const { return value.empty(); }
 };
 
-/// A closed mesh whose points move from file to file, linearly in between: docs/theory/deforming_bodies.md. The triangles are
-/// Body::mesh_triangles, turned outwards.
+/// A closed mesh whose points move from file to file, linearly in between: docs/theory/deforming_bodies.md. The
+/// triangles are Body::mesh_triangles, turned outwards.
 struct Deformation {
   std::vector<std::vector<Vec3>> points;  // m: of each file
   double fps = 24;                        // files a second; the first stands at t = 0
@@ -183,7 +184,8 @@ struct Body {
   double turn_rate = 0;  // rad/s: the fastest of them
   double adhesion = 0;   // w, N/m
   double slip = 0;       // b, m; inf: free
-  // of a plane that moves: the steps of its samples' lattice and what they stay beside, m (src/stages/bodies.hpp, law 1)
+  // of a plane that moves: the steps of its samples' lattice and what they stay beside, m (src/stages/bodies.hpp, law
+  // 1)
   std::array<Vec3, 2> lattice{};
   Vec3 middle{0, 0, 0};
   bool slides = false;
@@ -270,7 +272,8 @@ struct Model {
   std::vector<Jet> jets;
   std::vector<Reservoir> reservoirs;
 
-  /// ω_C: the part of the row sums of cloth and dynamic bodies in the Jacobi diagonal (docs/theory/walls_and_sheets.md).
+  /// ω_C: the part of the row sums of cloth and dynamic bodies in the Jacobi diagonal
+  /// (docs/theory/walls_and_sheets.md).
   double row_share() const { return 0.5 * relaxation; }
   bool has_fluid() const { return scene.fluid.present; }
   bool has_cloth() const { return !cloths.empty(); }
@@ -314,7 +317,7 @@ struct Model {
   }
   /// Does nothing but the liquid itself answer to its pressure?
   bool only_liquid_answers() const { return samples.count() == 0 && !has_dynamic_body(); }
-  /// Is a solve's start scaled, if the last step's began with `start` tolerances (docs/theory/liquid.md, Scaled start)?
+  /// Is a solve's start scaled, if the last step's began with `start` tolerances (docs/theory/liquid.md, Eq. 20a)?
   bool scales_start(double start) const { return only_liquid_answers() && start > 2; }
   bool has_moving_pins() const { return !pin_motions.empty(); }
   bool has_stitches() const { return !mesh.stitch.empty(); }
@@ -327,8 +330,8 @@ struct Model {
       return any_fabric(c, [](const MaterialScene& f) { return f.membrane && f.membrane->wet != 1; });
     });
   }
-  /// How far cloth can be stretched (length over rest length) before its samples are 1.5 d apart and liquid gets between
-  /// them; infinite where liquid meets none.
+  /// How far cloth can be stretched (length over rest length) before its samples are 1.5 d apart and liquid gets
+  /// between them; infinite where liquid meets none.
   double most_stretch() const {
     const bool met = samples.count() > 0 && has_fluid();
     return met ? 1.5 * spacing / samples.spacing : std::numeric_limits<double>::infinity();
@@ -424,7 +427,8 @@ struct Model {
     if (!has_fluid() || strongest <= 0) return std::numeric_limits<double>::infinity();
     return 0.7 * std::sqrt(scene.fluid.density * spacing * spacing * spacing / (2 * std::numbers::pi * strongest));
   }
-  /// 1: mean compression that ends the density solve. Steps of mode error share their tolerance between it and the motion.
+  /// 1: mean compression that ends the density solve. Steps of mode error share their tolerance between it and the
+  /// motion.
   double density_tolerance() const {
     const double asked = scene.fluid.solver.density_error;
     return scene.time.mode == TimeMode::error ? std::min(asked, 0.5 * scene.time.tolerance) : asked;

@@ -10,7 +10,8 @@
 
 namespace drench {
 
-/// Points the camera so that `points` (m) fill the picture but for a margin. `up` is a unit vector, `aspect` width over height.
+/// Points the camera so that `points` (m) fill the picture but for a margin. `up` is a unit vector, `aspect` width over
+/// height.
 void place_camera(vtkRenderer* renderer, const View& view, const Vec3& up, const std::vector<Vec3>& points,
                   double aspect);
 

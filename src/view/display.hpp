@@ -10,7 +10,8 @@ namespace drench {
 /// True when an X server answers at DISPLAY.
 bool has_display();
 
-/// Sleeps until the server has an event for this connection, at most so many seconds; without end where they are negative.
+/// Sleeps until the server has an event for this connection, at most so many seconds; without end where they are
+/// negative.
 void wait_for_event(Display* display, double seconds);
 
 /// An Xvfb of one's own, at DISPLAY while this lives.

@@ -19,7 +19,8 @@ struct FieldRange {
 /// "m/s", or "" for a number without a unit or a field that drench does not write.
 std::string unit_of(const std::string& field);
 
-/// The point fields of liquid, surface and cloth in these moments, in the order of the frames, each with its range over all.
+/// The point fields of liquid, surface and cloth in these moments, in the order of the frames, each with its range over
+/// all.
 std::vector<FieldRange> field_ranges(const std::vector<Moment>& moments);
 
 }  // namespace drench

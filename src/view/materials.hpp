@@ -16,8 +16,8 @@ vtkSmartPointer<vtkColorTransferFunction> field_colors(double low, double high);
 /// Cloth, its colour from the mapper's scalars; glossy where the point field `saturation` is high.
 void make_cloth(vtkActor* actor, vtkPolyDataMapper* mapper, bool has_saturation);
 
-/// The two layers of water: `hull` hides what lies behind its foremost surface, `skin` colours that surface, clear where it is
-/// seen at right angles. Both are to be drawn after everything that shows through, in this order.
+/// The two layers of water: `hull` hides what lies behind its foremost surface, `skin` colours that surface, clear
+/// where it is seen at right angles. Both are to be drawn after everything that shows through, in this order.
 void make_water(vtkActor* hull, vtkActor* skin);
 
 /// Liquid that is coloured by a field: opaque.

@@ -1,5 +1,6 @@
 #pragma once
-// What a viewer shows of a run: which frame, coloured by which field, from where. The window and the PNG files share it.
+// What a viewer shows of a run: which frame, coloured by which field, from where. The window and the PNG files share
+// it.
 
 #include <optional>
 #include <string>

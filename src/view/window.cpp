@@ -71,7 +71,8 @@ class Window {
   Window(const Window&) = delete;
   Window& operator=(const Window&) = delete;
 
-  /// VTK's own loop wakes a thousand times a second while it has a timer. This one sleeps until there is something to do.
+  /// VTK's own loop wakes a thousand times a second while it has a timer. This one sleeps until there is something to
+  /// do.
   void run() {
     interactor_->SetDone(false);
     auto* display = static_cast<Display*>(window_->GetGenericDisplayId());
@@ -245,7 +246,8 @@ class Window {
                            std::chrono::duration<double>(std::max(look_pause_, cost / follow_share)));
   }
 
-  /// s until there is something to do; negative: until the user does something. Each waking interrupts a thread of the run.
+  /// s until there is something to do; negative: until the user does something. Each waking interrupts a thread of the
+  /// run.
   double next_tick() const {
     if (playing_) return tick;
     return options_.follow ? std::max(0.0, std::chrono::duration<double>(next_look_ - Clock::now()).count()) : -1;

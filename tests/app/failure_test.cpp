@@ -132,8 +132,11 @@ TEST_F(Failure, WhatIsNotFinite) {
        {" at step 10 (t = 0.02 s): ", "finite number", "; particles ", "halve time.step (0.002 s)",
         "; see o/failure.vtu; "},
        0},
-      {[](HostState& s) { s.fluid_position.at(7) = {nan, nan, nan}; },
-       {" at step 10 (t = 0.02 s): ", "finite number", "; particles "}, 0},
+      {[](HostState& s) {
+         s.fluid_position.at(7) = {nan, nan, nan};
+       },
+       {" at step 10 (t = 0.02 s): ", "finite number", "; particles "},
+       0},
       {[=](HostState& s) { s.node_velocity.at(node)[0] = nan; }, {"finite number", "nodes ", "halve time.step"}, 1},
       {[](HostState& s) { s.body_velocity.at(1)[2] = nan; }, {"not finite numbers", "bodies 1; "}, 2}};
   for (const Case& c : cases) {
@@ -227,7 +230,8 @@ TEST_F(Failure, OverwriteRemovesAnOldFailure) {
   EXPECT_FALSE(fs::exists(here() / "o/failure.vtu"));
 }
 
-/// The log is a pipe too small for what is said, so that the failure lasts until somebody reads: the signal comes before.
+/// The log is a pipe too small for what is said, so that the failure lasts until somebody reads: the signal comes
+/// before.
 TEST_F(Failure, CtrlCDuringAFailureIsStillAFailure) {
   std::string deep = std::string(200, 'd');
   for (int k = 1; k < 8; ++k) deep += "/" + std::string(200, 'd');  // named three times: more than the pipe holds

@@ -71,8 +71,15 @@ TEST(Output, ColumnsOfAStageStandWhereItRuns) {
   report.wet_isotropy = 0.75;
   report.mass_evaporated = 6;
   report.fabrics.resize(2);
-  report.fabrics[1] = {.cloth = 2, .liquid = 8, .taken_front = 1, .taken_back = 5, .given_front = 2, .given_back = 3,
-                       .wet_area = 0.25, .wet_warp = 0.5, .wet_weft = 0.75};
+  report.fabrics[1] = {.cloth = 2,
+                       .liquid = 8,
+                       .taken_front = 1,
+                       .taken_back = 5,
+                       .given_front = 2,
+                       .given_back = 3,
+                       .wet_area = 0.25,
+                       .wet_warp = 0.5,
+                       .wet_weft = 0.75};
   const auto table = [&](Stage stage) {
     StatsCsv(folder.path() / "stats.csv", {Stage::time_step, stage, Stage::ledger}, 0.5, 6, -1, {.fabrics = {0, 2}})
         .write({report, {}, 0});
@@ -89,8 +96,15 @@ TEST(Output, ColumnsOfAStageStandWhereItRuns) {
       {Stage::evaporation, {{"mass_evaporated", "3"}}},
       {Stage::drying, {{"mass_evaporated", "3"}}},
       {Stage::fabric,
-       {{"liquid_2", "4"}, {"taken_front_2", "0.5"}, {"taken_back_2", "2.5"}, {"through_2", "1"}, {"returned_2", "1.5"},
-        {"wet_area_2", "0.25"}, {"wet_warp_2", "0.5"}, {"wet_weft_2", "0.75"}, {"liquid_0", "0"}}}};
+       {{"liquid_2", "4"},
+        {"taken_front_2", "0.5"},
+        {"taken_back_2", "2.5"},
+        {"through_2", "1"},
+        {"returned_2", "1.5"},
+        {"wet_area_2", "0.25"},
+        {"wet_warp_2", "0.5"},
+        {"wet_weft_2", "0.75"},
+        {"liquid_0", "0"}}}};
   const Table without = table(Stage::absorption);
   EXPECT_EQ(without.text(0, "mass_error"), "0");
   for (const auto& [stage, its_own] : columns) {

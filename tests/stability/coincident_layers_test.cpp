@@ -10,7 +10,8 @@
 namespace drench::test {
 namespace {
 
-/// Two strips of 0.2 m × 0.1 m, one below the other; the nodes along their common edge are doubled. The upper one is held.
+/// Two strips of 0.2 m × 0.1 m, one below the other; the nodes along their common edge are doubled. The upper one is
+/// held.
 std::string strips(double friction, bool self_collision) {
   return fmt::format(R"(drench: 1
 time: {{step: 0.002, end: 10}}

@@ -1,5 +1,5 @@
-// Much weight, much speed, large steps, or none of gravity. Every step is watched (tests/support/watch.hpp); README.md lists
-// the cases.
+// Much weight, much speed, large steps, or none of gravity. Every step is watched (tests/support/watch.hpp); README.md
+// lists the cases.
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -128,8 +128,8 @@ TEST(driven, long_steps_that_correct_all_of_a_compression) {
 }
 
 TEST(driven, pool_filled_beyond_cfl) {
-  // Where particles that the sheet stops do not go on along it, they heap up on its nodes: a mean compression of 3.2 %, and
-  // single particles of three times water's density. Now 0.2 %.
+  // Where particles that the sheet stops do not go on along it, they heap up on its nodes: a mean compression of 3.2 %,
+  // and single particles of three times water's density. Now 0.2 %.
   WatchedRun run(coarse_water_on_cloth("0.004"));
   double mean = 0, most = 0;
   run.steps(100, [&](const HostState&, const StepReport& r) {

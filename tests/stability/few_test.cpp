@@ -130,8 +130,8 @@ TEST(few, coincident_particles_on_a_sheet) {
 }
 
 TEST(few, lists_and_arrays_that_grow) {
-  // From no particle to hundreds by two jets and an overfull cloth, on a sheet on which they heap up. A backend that begins
-  // in the middle has arrays of the right size from the start and must go on to the same bits.
+  // From no particle to hundreds by two jets and an overfull cloth, on a sheet on which they heap up. A backend that
+  // begins in the middle has arrays of the right size from the start and must go on to the same bits.
   const std::string scene = water_over(
       {{"[{block: {min: [-0.045, 0.0075, -0.045], max: [0.045, 0.0675, 0.045]}}]",
         "[{jet: {center: [-0.055, 0.06, 0], radius: 0.04, velocity: [0, -4, 0]}}, {jet: {center: [0.02, 0.09, "
@@ -152,7 +152,8 @@ TEST(few, lists_and_arrays_that_grow) {
   EXPECT_GT(counts.back(), 400u);
   run.print("growing");
 
-  // All at once: the state's particles are thrown on a heap between two steps, forty times as many neighbours as before.
+  // All at once: the state's particles are thrown on a heap between two steps, forty times as many neighbours as
+  // before.
   WatchedRun heap(water_over_sheet);
   heap.steps(3);
   HostState s = heap.state();

@@ -1,5 +1,5 @@
-// What cloth holds, at its bounds. Every step is watched (tests/support/watch.hpp): above all that saturation stays within
-// its bound, or only falls where it starts above. README.md lists the cases.
+// What cloth holds, at its bounds. Every step is watched (tests/support/watch.hpp): above all that saturation stays
+// within its bound, or only falls where it starts above. README.md lists the cases.
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -24,8 +24,8 @@ double share_held(const WatchedRun& run) {
 }  // namespace
 
 TEST(full, a_dry_free_sheet_in_a_pool) {
-  // Target: no energy from nothing, as in the other cases; it is missed by half a slack. What is there is the simmering of this
-  // water alone (0.03 J, docs/dev/liquid.md).
+  // Target: no energy from nothing, as in the other cases; it is missed by half a slack. What is there is the simmering
+  // of this water alone (0.03 J, docs/dev/liquid.md).
   WatchedRun run(water_in_a_box(R"(
     - block: {min: [-0.06, 0, -0.06], max: [0.06, 0.12, 0.06]}
 cloth:
@@ -82,7 +82,8 @@ TEST(full, hundred_particles_on_one_sample) {
 }
 
 TEST(full, a_small_particle_that_finds_no_room) {
-  // As much room as nothing, a quantum and half a particle of m_min in all: it gives what fits only if that leaves m_min.
+  // As much room as nothing, a quantum and half a particle of m_min in all: it gives what fits only if that leaves
+  // m_min.
   for (const double room : {0.0, 0.5}) {
     WatchedRun run(
         water_over({{"cloth:\n", no_emission}, {porous_key, "    porous: {uptake_velocity: 1, diffusivity: 0}\n"}}), {},

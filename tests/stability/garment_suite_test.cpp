@@ -136,7 +136,8 @@ void expect_to_run(const std::string& garment, const std::string& body, Index no
     unconverged += !report.cloth_converged;
     stretch = std::max(stretch, report.cloth_stretch);
   }
-  fmt::print("  {} nodes to {:.3g} s: {} steps not converged, stretch {:.3g}\n", nodes, run.time(), unconverged, stretch);
+  fmt::print("  {} nodes to {:.3g} s: {} steps not converged, stretch {:.3g}\n", nodes, run.time(), unconverged,
+             stretch);
   EXPECT_LE(unconverged, 1);
   EXPECT_LT(stretch, 1.5);
   EXPECT_EQ(describe_nodes_inside(run.model(), run.state()), "");

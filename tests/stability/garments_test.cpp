@@ -37,7 +37,8 @@ double lowest(const std::vector<Vec3>& positions) {
 }  // namespace
 
 TEST(garments, bowl_filled_by_a_jet) {
-  // 0.6 kg at 1 m/s into a hemisphere of 24 cm, 0.2 kg/m², held at its rim: none leaves it, nothing is faster than the fall.
+  // 0.6 kg at 1 m/s into a hemisphere of 24 cm, 0.2 kg/m², held at its rim: none leaves it, nothing is faster than the
+  // fall.
   WatchedRun run(R"(drench: 1
 time: {step: 0.004, end: 2, mode: cfl}
 domain: {min: [-0.3, -0.4, -0.3], max: [0.3, 0.3, 0.3]}
@@ -97,7 +98,8 @@ bodies:
 }
 
 TEST(garments, strip_thinner_than_a_particle_in_a_waterfall) {
-  // 6 mm wide, held at both ends, in 8 kg/s of water that falls at 2.5 m/s; d = 12 mm. It bends, soaks and lets the water by.
+  // 6 mm wide, held at both ends, in 8 kg/s of water that falls at 2.5 m/s; d = 12 mm. It bends, soaks and lets the
+  // water by.
   WatchedRun run(R"(drench: 1
 time: {step: 0.004, end: 2, mode: cfl}
 domain: {min: [-0.3, -0.4, -0.2], max: [0.3, 0.5, 0.2]}
@@ -127,8 +129,8 @@ cloth:
 }
 
 TEST(garments, wet_shirt_on_a_body_that_jumps) {
-  // A soaked shirt on a form that crouches and goes up by 0.3 m within 0.2 s: the shirt leaves its shoulders, falls back on
-  // them and drips. What the form puts in is not known from outside; nothing is faster than 2.5 times the form.
+  // A soaked shirt on a form that crouches and goes up by 0.3 m within 0.2 s: the shirt leaves its shoulders, falls
+  // back on them and drips. What the form puts in is not known from outside; nothing is faster than 2.5 times the form.
   const std::string shirt = write_shapes("shirt", 1, shirt_mesh(15), [](int, const Eigen::Vector3d&x) { return x; }),
                     form = write_shapes("form", 1, form_mesh(40), [](int, const Eigen::Vector3d&x) { return x; });
   const auto file = [](std::string pattern) {

@@ -1,5 +1,6 @@
 #pragma once
-// The scene that most hard cases start from: 144 particles just above a light porous sheet that is held along its edges.
+// The scene that most hard cases start from: 144 particles just above a light porous sheet that is held along its
+// edges.
 
 #include <string>
 

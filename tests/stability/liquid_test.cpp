@@ -47,8 +47,8 @@ struct Outcome {
   double height = 0;               // of the centre of mass at the end, m
 };
 
-/// Runs from `state` until `until`; the pipeline itself ends a run whose numbers are not finite. Every tenth step of the second
-/// half of the time goes to `look`.
+/// Runs from `state` until `until`; the pipeline itself ends a run whose numbers are not finite. Every tenth step of
+/// the second half of the time goes to `look`.
 Outcome run_from(SceneRun& run, const HostState& state, double until, double near,
                  const std::function<void(const HostState&)>& look = {}) {
   run.restart(state);
@@ -129,8 +129,8 @@ TEST(odd_liquid, many_on_one_point_part) {
 }
 
 TEST(odd_liquid, a_squeezed_pool_parts) {
-  // Compressed to 4.6 and 15.6 times water's density. With the lattice's relaxation the solve does not converge: 30 m/s and
-  // more than 100 m/s.
+  // Compressed to 4.6 and 15.6 times water's density. With the lattice's relaxation the solve does not converge: 30 m/s
+  // and more than 100 m/s.
   for (const double squeeze : {0.6, 0.4}) {
     SceneRun run(pool());
     HostState s = run.initial();
@@ -147,9 +147,9 @@ TEST(odd_liquid, a_squeezed_pool_parts) {
   }
 }
 
-// Twenty to a cell are five to a spacing's length: the kernel knows no order that fine, so they lie as at random. Random
-// places in the small particles' own volume have n²/2 · (4/3)π r³ pairs within r in each cell of n. One moment's count varies
-// by half, so its mean is taken. Liquid between mirrored walls simmers, and has 1.4 to 1.8 times as many.
+// Twenty to a cell are five to a spacing's length: the kernel knows no order that fine, so they lie as at random.
+// Random places in the small particles' own volume have n²/2 · (4/3)π r³ pairs within r in each cell of n. One moment's
+// count varies by half, so its mean is taken. Liquid between mirrored walls simmers, and has 1.4 to 1.8 times as many.
 TEST(odd_liquid, small_particles_among_full_ones) {
   constexpr int parts = 20;
   constexpr double near = 0.1 * d, until = 2;
@@ -173,8 +173,10 @@ TEST(odd_liquid, small_particles_among_full_ones) {
       for (int k = 0; k < parts; ++k)
         add(run, s, {c[0] + within(random), c[1] + within(random), c[2] + within(random)}, 1.0 / parts);
     std::vector<int> close;
-    const Outcome o = run_from(run, s, until, near, [&](const HostState& now) { close.push_back(close_pairs(now, near)); });
-    const double random_pairs = double(cells.size()) * parts * parts / 2 * 4 / 3 * std::numbers::pi * std::pow(near / d, 3);
+    const Outcome o =
+        run_from(run, s, until, near, [&](const HostState& now) { close.push_back(close_pairs(now, near)); });
+    const double random_pairs =
+        double(cells.size()) * parts * parts / 2 * 4 / 3 * std::numbers::pi * std::pow(near / d, 3);
     const double pairs = std::accumulate(close.begin(), close.end(), 0.0) / double(close.size());
     std::printf("%s walls: %.0f pairs, %.2f of random places\n", extrapolates ? "extrapolated" : "mirrored", pairs,
                 pairs / random_pairs);

@@ -24,8 +24,8 @@ std::uint64_t from_environment_number(const char* name, std::uint64_t usual) {
   return text != nullptr ? std::stoull(text) : usual;
 }
 
-/// Does the program warn of a gain of energy? What starts inside a solid is put out, which brings some, and so may liquid at
-/// cloth whose solve ends at its cap.
+/// Does the program warn of a gain of energy? What starts inside a solid is put out, which brings some, and so may
+/// liquid at cloth whose solve ends at its cap.
 bool warns_of_energy(const std::string& yaml) {
   const std::vector<std::string> lines = setup_from(yaml).warnings;
   return std::any_of(lines.begin(), lines.end(), [](const std::string& l) {
@@ -34,8 +34,8 @@ bool warns_of_energy(const std::string& yaml) {
   });
 }
 
-/// Slacks, from the step on in which a pressure solve ends at its cap: what holds in the worst of 6,000 scenes. By xpbd the cloth
-/// in that solve is then far from solved, and there is no bound (docs/limitations.md).
+/// Slacks, from the step on in which a pressure solve ends at its cap: what holds in the worst of 6,000 scenes. By xpbd
+/// the cloth in that solve is then far from solved, and there is no bound (docs/limitations.md).
 double capped_energy(const RandomScene& drawn) {
   return drawn.yaml.find("method: xpbd") != std::string::npos ? HUGE_VAL : 20;
 }
@@ -98,9 +98,10 @@ TEST(random_scenes, hold_what_must_hold) {
 }
 
 TEST(random_scenes, that_broke_a_rule_once_hold_it) {
-  // Two sheets that pass each other; a fold that closes on three particles; cloth whose solves end at their cap; a plane
-  // that flies and turns, which took 2.8 s a step; a ball that starts inside the floor; liquid that swings in a field.
-  // A reservoir whose cloth held buffered liquid; pins that throw the cloth between them by a lever, to 55 J and to 343 m/s.
+  // Two sheets that pass each other; a fold that closes on three particles; cloth whose solves end at their cap; a
+  // plane that flies and turns, which took 2.8 s a step; a ball that starts inside the floor; liquid that swings in a
+  // field. A reservoir whose cloth held buffered liquid; pins that throw the cloth between them by a lever, to 55 J and
+  // to 343 m/s.
   EXPECT_EQ(watch_scenes({1019, 1025, 1027, 2008, 2042, 2087, 6016, 7024, 10634, 11751, 11401}, true).stopped, 0);
   // A particle that fabric lets out between it and a sheet of 464 times less mass a node, which went at 4,650 m/s.
   EXPECT_EQ(watch_scenes({31515}).stopped, 0);

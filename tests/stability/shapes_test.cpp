@@ -1,5 +1,5 @@
-// Cloth in shapes that are hard to keep: around solids, inside out, in layers and folds, of needles. Every step is watched
-// (tests/support/watch.hpp); README.md lists the cases.
+// Cloth in shapes that are hard to keep: around solids, inside out, in layers and folds, of needles. Every step is
+// watched (tests/support/watch.hpp); README.md lists the cases.
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -173,8 +173,8 @@ TEST(shapes, folded_over_liquid) {
 
 TEST(shapes, needles_and_dust) {
   // Lines 0.1 mm apart between lines 30 mm apart: needles of 1:300, squares of 0.01 mm² that hold 2 µg; d = 15 mm.
-  // Target: no energy from nothing. xpbd misses it by 9.3 slacks on an H200, because neither its solves nor the density solve
-  // converge here (docs/limitations.md).
+  // Target: no energy from nothing. xpbd misses it by 9.3 slacks on an H200, because neither its solves nor the density
+  // solve converge here (docs/limitations.md).
   const MeshFile mesh("drench_needles.obj",
                       tensor_grid({-0.12, -0.09, -0.0601, -0.06, -0.03, 0, 0.0001, 0.0002, 0.03, 0.06, 0.09, 0.12}));
   for (const std::string method : {"pd", "xpbd"}) {
@@ -190,9 +190,9 @@ TEST(shapes, needles_and_dust) {
 }
 
 TEST(shapes, solves_that_end_early) {
-  // A stiff light sheet under water: Δt² k/m = 1.6e4 in its springs. A solve that may do so little leaves its fast modes
-  // anywhere; what it may not do is give them energy.
-  // On a host pd factors its matrix, and 3 iterations are enough for half of the solves.
+  // A stiff light sheet under water: Δt² k/m = 1.6e4 in its springs. A solve that may do so little leaves its fast
+  // modes anywhere; what it may not do is give them energy. On a host pd factors its matrix, and 3 iterations are
+  // enough for half of the solves.
   for (const std::string method : {"pd", "xpbd"})
     for (const int most : method == "pd" && computes_on_host() ? std::vector{1, 2} : std::vector{3, 12, 25}) {
       WatchedRun run(water_over(
@@ -207,10 +207,10 @@ TEST(shapes, solves_that_end_early) {
 }
 
 TEST(shapes, loose_sheet_damped_beyond_the_cap) {
-  // 9 cm and 0.2 kg/m² inside 1.7 kg of water, which it divides: that compresses the layers beside it and gives 0.03 J back. A
-  // damping of 25 steps' length makes its springs 26 times as stiff; by xpbd all solves end at their cap.
-  // Target: no more energy than without damping, whether the cloth's solve ends at its cap or not. Between mirrors what the
-  // layers give back varies less from run to run.
+  // 9 cm and 0.2 kg/m² inside 1.7 kg of water, which it divides: that compresses the layers beside it and gives 0.03 J
+  // back. A damping of 25 steps' length makes its springs 26 times as stiff; by xpbd all solves end at their cap.
+  // Target: no more energy than without damping, whether the cloth's solve ends at its cap or not. Between mirrors what
+  // the layers give back varies less from run to run.
   const auto gained = [](const std::string& method, int most, const char* damping) {
     WatchedRun run(with(water_in_a_box(" [{block: {min: [-0.06, 0, -0.06], max: [0.06, 0.12, 0.06]}}]\n"), "fluid:\n",
                         "fluid:\n  wall_pressure: mirrored\n") +
@@ -238,9 +238,9 @@ cloth:
 }
 
 TEST(shapes, mesh_that_spins_under_a_wet_sheet) {
-  // Five turns a second: the teeth, at up to 1.76 m/s, drag the sheet and throw the liquid about. What they put in is not known
-  // from outside; nothing should be faster than a fall of 0.3 m onto a surface that comes towards it, 5.95 m/s; one particle is,
-  // with 5.98 m/s at step 53.
+  // Five turns a second: the teeth, at up to 1.76 m/s, drag the sheet and throw the liquid about. What they put in is
+  // not known from outside; nothing should be faster than a fall of 0.3 m onto a surface that comes towards it, 5.95
+  // m/s; one particle is, with 5.98 m/s at step 53.
   const MeshFile mesh("drench_gear.obj", gear(6, 0.03, 0.05, 0.05));
   WatchedRun run(
       water_over({{edge_pins, "    friction: 0.6\n"},

@@ -48,7 +48,8 @@ TEST(advection, no_particle_passes_an_unbroken_cloth) {
 }
 
 TEST(advection, what_a_sheet_stops_slides_on_along_it) {
-  // A floor and a wall that meet at x = 0.05 m. The way along them is kept, also in their corner, and so is that velocity.
+  // A floor and a wall that meet at x = 0.05 m. The way along them is kept, also in their corner, and so is that
+  // velocity.
   const drench::Setup setup = setup_from(R"(drench: 1
 gravity: [0, 0, 0]
 domain: {min: [-1, -1, -1], max: [1, 1, 1]}

@@ -213,16 +213,16 @@ fluid: {spacing: 0.02, sources: [{block: {min: [0.2, 0.1, -0.1], max: [0.4, 0.2,
   }
   for (std::size_t i = 0; i < end[0].fluid_position.size(); ++i)
     for (int a = 0; a < 3; ++a) {
-      // The slope of a lattice of s = 10 mm is off by up to √2 s/(2R) = 0.071 rad; the way back is up to 15 mm, the speed
-      // about 1.05 m/s.
+      // The slope of a lattice of s = 10 mm is off by up to √2 s/(2R) = 0.071 rad; the way back is up to 15 mm, the
+      // speed about 1.05 m/s.
       EXPECT_NEAR(end[0].fluid_position[i][a], end[1].fluid_position[i][a], 0.0011);
       EXPECT_NEAR(end[0].fluid_velocity[i][a], end[1].fluid_velocity[i][a], 0.075);
     }
 }
 
 TEST(bodies, dynamic_bodies_answer_as_in_the_reference) {
-  // Before it splashes: a drop with few neighbours has a diagonal so small that κ shows the rounding of δ in floats (1.1e-4
-  // after 12 steps; in double the same comparison holds to 1e-10).
+  // Before it splashes: a drop with few neighbours has a diagonal so small that κ shows the rounding of δ in floats
+  // (1.1e-4 after 12 steps; in double the same comparison holds to 1e-10).
   for (const Stage stage : {Stage::density, Stage::divergence, Stage::forces, Stage::pressure}) {
     SCOPED_TRACE(name_of(stage));
     compare_stage({.stage = stage,

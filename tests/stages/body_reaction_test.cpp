@@ -1,5 +1,5 @@
-// Dynamic bodies and cloth push each other: stage cloth and wet adhesion against the reference, momentum, and bodies much lighter
-// than the cloth that they meet. The weight on pins: tests/validation/carried_bodies_test.cpp.
+// Dynamic bodies and cloth push each other: stage cloth and wet adhesion against the reference, momentum, and bodies
+// much lighter than the cloth that they meet. The weight on pins: tests/validation/carried_bodies_test.cpp.
 
 #include <gtest/gtest.h>
 

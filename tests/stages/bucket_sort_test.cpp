@@ -8,9 +8,9 @@
 #include <random>
 #include <tuple>
 
+#include "core/cell_table.hpp"
 #include "core/host_copy.hpp"
 #include "pipeline/pipeline.hpp"
-#include "core/cell_table.hpp"
 #include "stage_compare.hpp"
 
 namespace drench::test {

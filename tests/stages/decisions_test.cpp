@@ -1,5 +1,5 @@
-// What a rounding decides (compare/decisions.hpp): provoked, it puts backend and reference far apart; left, they agree, and
-// what is wrong still shows.
+// What a rounding decides (compare/decisions.hpp): provoked, it puts backend and reference far apart; left, they agree,
+// and what is wrong still shows.
 
 #include "compare/decisions.hpp"
 
@@ -213,8 +213,8 @@ struct Face {
 
 using Prepare = std::function<void(const Model&, double dt, HostState&)>;
 
-/// Expects that `prepare` puts the two apart in one of the fields, that leaving the decisions brings them together, and that
-/// a wrong velocity is still found.
+/// Expects that `prepare` puts the two apart in one of the fields, that leaving the decisions brings them together, and
+/// that a wrong velocity is still found.
 void expect_left(const Prepare& prepare, const std::string& field) {
   Both both(landing_scene());
   HostState state = both.setup.state;

@@ -1,4 +1,7 @@
-// Bodies that change their shape: each stage that meets them against the reference, and what holds of their surface and samples.
+// Bodies that change their shape: each stage that meets them against the reference, and what holds of their surface and
+// samples.
+
+#include "setup/deforming_body.hpp"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -6,13 +9,12 @@
 #include <cmath>
 #include <random>
 
-#include "base/eigen_vec.hpp"
 #include "ball_mesh.hpp"
+#include "base/eigen_vec.hpp"
 #include "mesh_sequence.hpp"
 #include "pipeline/pipeline.hpp"
 #include "precision.hpp"
 #include "setup/body_geometry.hpp"
-#include "setup/deforming_body.hpp"
 #include "setup/setup_error.hpp"
 #include "stage_compare.hpp"
 #include "state/deforming_body.hpp"
@@ -35,7 +37,8 @@ Vector3d wobbling(int k, const Vector3d& x) {
 std::string wobbling_ball(const char* name) { return write_shapes(name, 12, ball_mesh(2), wobbling); }
 
 std::string with_mesh(const std::string& scene, const std::string& files) {
-  return with(scene, "  - sphere: {center: [0, -0.06, 0], radius: 0.05}", "  - mesh: {sequence: \"" + files + "\", fps: 100}");
+  return with(scene, "  - sphere: {center: [0, -0.06, 0], radius: 0.05}",
+              "  - mesh: {sequence: \"" + files + "\", fps: 100}");
 }
 
 std::string wobbling_scene(const char* name) { return with_mesh(wet_scene(), wobbling_ball(name)); }
@@ -43,7 +46,8 @@ std::string wobbling_scene(const char* name) { return with_mesh(wet_scene(), wob
 /// Nodes into the body, and some particles.
 void into_the_body(const Model&, HostState& s) {
   for (Vec3& x : s.node_position) x[1] -= 0.0095;
-  for (std::size_t i = 0; i < s.fluid_position.size(); i += 7) s.fluid_position[i] = {0.013, -0.031, 0.008 + 1e-5 * static_cast<double>(i)};
+  for (std::size_t i = 0; i < s.fluid_position.size(); i += 7)
+    s.fluid_position[i] = {0.013, -0.031, 0.008 + 1e-5 * static_cast<double>(i)};
 }
 
 }  // namespace
@@ -64,18 +68,24 @@ TEST(deforming_body, stops_cloth_and_liquid_as_in_the_reference) {
                    .changes = stage == Stage::cloth ? "node_contact_force" : "fluid_velocity"});
 }
 
-/// After the last file: a mesh away from an edge its two triangles are equally near, and only their velocities would differ.
+/// After the last file: a mesh away from an edge its two triangles are equally near, and only their velocities would
+/// differ.
 TEST(deforming_body, wet_cloth_sticks_to_it_as_in_the_reference) {
-  compare_stage({.stage = Stage::wet_adhesion,
-                 .scene = with(wobbling_scene("wobbling_wet"), "emission_velocity: 5", "emission_velocity: 5, adhesion: 0.1"),
-                 .steps_before = 60,
-                 .prepare = [](const Model&, HostState& s) { for (Vec3& x : s.node_position) x[1] -= 0.006; },
-                 .changes = "node_velocity"});
+  compare_stage(
+      {.stage = Stage::wet_adhesion,
+       .scene = with(wobbling_scene("wobbling_wet"), "emission_velocity: 5", "emission_velocity: 5, adhesion: 0.1"),
+       .steps_before = 60,
+       .prepare =
+           [](const Model&, HostState& s) {
+             for (Vec3& x : s.node_position) x[1] -= 0.006;
+           },
+       .changes = "node_velocity"});
 }
 
 TEST(deforming_body, stops_a_floating_body_as_in_the_reference) {
-  const std::string scene = wobbling_scene("wobbling_float") +
-                            "  - sphere: {center: [0.02, 0.0, 0.01], radius: 0.025, velocity: [0, -1, 0], dynamic: true, density: 500}\n";
+  const std::string scene =
+      wobbling_scene("wobbling_float") +
+      "  - sphere: {center: [0.02, 0.0, 0.01], radius: 0.025, velocity: [0, -1, 0], dynamic: true, density: 500}\n";
   compare_stage({.stage = Stage::bodies, .scene = scene, .steps_before = 3, .changes = "body_velocity"});
 }
 
@@ -98,11 +108,13 @@ TEST(deforming_body, follows_its_files_at_any_time) {
       Vector3d at = Vector3d::Zero();
       std::array<Vector3d, 3> corner;
       for (std::size_t c = 0; c < 3; ++c) {
-        corner[c] = to_eigen(body.shape.points[static_cast<std::size_t>(std::min(file, 11))][static_cast<std::size_t>(t[c])]);
+        corner[c] =
+            to_eigen(body.shape.points[static_cast<std::size_t>(std::min(file, 11))][static_cast<std::size_t>(t[c])]);
         at += body.shape.weight[k][c] * corner[c];
       }
       at -= body.shape.depth[k] * (corner[1] - corner[0]).cross(corner[2] - corner[0]).normalized();
-      worst = std::max(worst, (at - to_eigen(s.boundary_position[static_cast<std::size_t>(body.first_sample) + k])).norm());
+      worst =
+          std::max(worst, (at - to_eigen(s.boundary_position[static_cast<std::size_t>(body.first_sample) + k])).norm());
     }
     EXPECT_LT(worst, double_precision ? 1e-14 : 2e-8) << file;
   }
@@ -135,7 +147,8 @@ TEST(deforming_body, the_velocity_of_its_samples_is_their_way_over_the_step) {
 
 TEST(deforming_body, the_time_step_looks_ahead_along_its_files) {
   const std::string files = write_shapes("jumping", 4, ball_mesh(1), [](int k, const Vector3d& x) {
-    return Vector3d(0.05 * x + Vector3d(0, -0.06 + (k == 3 && x[1] > 0.9 ? 0.04 : 0) + (k == 1 && x[1] < -0.9 ? -0.001 : 0), 0));
+    return Vector3d(0.05 * x +
+                    Vector3d(0, -0.06 + (k == 3 && x[1] > 0.9 ? 0.04 : 0) + (k == 1 && x[1] < -0.9 ? -0.001 : 0), 0));
   });
   const auto setup = setup_from(with(with_mesh(wet_scene(), files), "end: 1.0}", "end: 1.0, mode: cfl}"));
   for (const double time : {0.0, 0.0185, 0.05}) {
@@ -179,7 +192,8 @@ TEST(deforming_body, a_body_that_grows_stays_covered_by_its_samples) {
 namespace {
 
 struct RigidAndSoft {
-  double apart = 0, speed = 0, volume = 0, height = 0;  // largest differences of samples, m, m/s, 1; of the liquid's mean height, m
+  double apart = 0, speed = 0, volume = 0,
+         height = 0;  // largest differences of samples, m, m/s, 1; of the liquid's mean height, m
 };
 
 /// A rigid motion with a strain of 1e-4, too much to be taken for rigid, against the same motion without it.
@@ -188,7 +202,8 @@ RigidAndSoft compare_with_rigid(const std::string& name, double turning, int ste
     return [strain, turning](int k, const Vector3d& x) {
       const double t = k / fps;
       return Vector3d(Vector3d(0.002 + 0.4 * t, -0.06 + 0.3 * t, 0.001) +
-                      Eigen::AngleAxisd(turning * t, Vector3d(1, 2, 3).normalized()) * (x * (1 + (k > 0 ? strain : 0))));
+                      Eigen::AngleAxisd(turning * t, Vector3d(1, 2, 3).normalized()) *
+                          (x * (1 + (k > 0 ? strain : 0))));
     };
   };
   const Vector3d half(0.045, 0.035, 0.04);
@@ -223,18 +238,23 @@ TEST(deforming_body, a_rigid_motion_agrees_with_a_rigid_body) {
   EXPECT_LT(turned.apart, 3e-5) << "strain, and chords of arcs of 2.3° on 7 cm";
   EXPECT_LT(turned.speed, 0.01) << "of 0.5 m/s";
   EXPECT_LT(std::max(turned.volume, shifted.volume), 2e-3);
-  // Liquid and cloth fall on it by some centimetres. Its lattice does not turn, so sharp edges are rounded in another way.
+  // Liquid and cloth fall on it by some centimetres. Its lattice does not turn, so sharp edges are rounded in another
+  // way.
   EXPECT_NEAR(shifted.height, 0, 1e-4);
   EXPECT_NEAR(turned.height, 0, 2.5e-4) << "1.3 % of a spacing";
 }
 
-/// The signs of distances: particles all over the lattice end outside of the mesh, and those outside stay where they are.
+/// The signs of distances: particles all over the lattice end outside of the mesh, and those outside stay where they
+/// are.
 TEST(deforming_body, the_failsafe_puts_all_particles_out_and_moves_no_other) {
   const std::string files = write_shapes("pear", 3, ball_mesh(3), [](int k, const Vector3d& x) {
-    return Vector3d(0.08 * Vector3d(x[0] * (1 + 0.5 * x[1]) + 0.02 * k, x[1] * 1.3, x[2] * (1 - 0.4 * x[1]) * (1 + 0.05 * k)));
+    return Vector3d(0.08 *
+                    Vector3d(x[0] * (1 + 0.5 * x[1]) + 0.02 * k, x[1] * 1.3, x[2] * (1 - 0.4 * x[1]) * (1 + 0.05 * k)));
   });
-  const auto setup = setup_from("drench: 1\ntime: {step: 0.002, end: 1}\ngravity: [0, 0, 0]\nfluid: {spacing: 0.02, sources: [{block: "
-                                "{min: [0.2, 0, 0], max: [0.4, 0.2, 0.2]}}]}\nbodies: [{mesh: {sequence: \"" + files + "\", fps: 100}}]\n");
+  const auto setup = setup_from(
+      "drench: 1\ntime: {step: 0.002, end: 1}\ngravity: [0, 0, 0]\nfluid: {spacing: 0.02, sources: [{block: "
+      "{min: [0.2, 0, 0], max: [0.4, 0.2, 0.2]}}]}\nbodies: [{mesh: {sequence: \"" +
+      files + "\", fps: 100}}]\n");
   ASSERT_TRUE(setup.model.bodies[0].deforms());
   HostState s = setup.state;
   std::mt19937 random(5);
@@ -253,7 +273,8 @@ TEST(deforming_body, the_failsafe_puts_all_particles_out_and_moves_no_other) {
   int inside = 0;
   for (std::size_t i = 0; i < s.fluid_position.size(); ++i) {
     Vec3 normal;
-    const double before = signed_distance(now, s.fluid_position[i], normal), after = signed_distance(now, end.fluid_position[i], normal);
+    const double before = signed_distance(now, s.fluid_position[i], normal),
+                 after = signed_distance(now, end.fluid_position[i], normal);
     // Deeper than the band there is no gradient; so deep no particle comes in a step.
     if (before < -0.9 * setup.model.bodies[0].shape.band) continue;
     inside += before < 0 ? 1 : 0;
@@ -270,8 +291,10 @@ namespace {
 
 std::string refusal(const std::string& files) {
   try {
-    setup_from("drench: 1\nfluid: {spacing: 0.02, sources: [{block: {min: [0.2, 0, 0], max: [0.3, 0.1, 0.1]}}]}\n"
-               "bodies: [{mesh: {sequence: \"" + files + "\"}}]\n");
+    setup_from(
+        "drench: 1\nfluid: {spacing: 0.02, sources: [{block: {min: [0.2, 0, 0], max: [0.3, 0.1, 0.1]}}]}\n"
+        "bodies: [{mesh: {sequence: \"" +
+        files + "\"}}]\n");
   } catch (const SetupError& e) {
     return e.what();
   }
@@ -300,11 +323,12 @@ TEST(deforming_body, wrong_files_are_refused_by_name) {
 TEST(deforming_body, an_open_one_with_a_sliver_agrees_with_the_reference) {
   TestMesh open = ball_mesh(2);
   std::erase_if(open.triangles, [&](const std::array<int, 3>& t) {
-    return open.points[static_cast<std::size_t>(t[0])][1] > 0.7 || open.points[static_cast<std::size_t>(t[1])][1] > 0.7 ||
-           open.points[static_cast<std::size_t>(t[2])][1] > 0.7;
+    return open.points[static_cast<std::size_t>(t[0])][1] > 0.7 ||
+           open.points[static_cast<std::size_t>(t[1])][1] > 0.7 || open.points[static_cast<std::size_t>(t[2])][1] > 0.7;
   });
   const auto [a, b, c] = open.triangles[0];
-  const auto flattening = [&, p = open.points[static_cast<std::size_t>(a)], q = open.points[static_cast<std::size_t>(b)],
+  const auto flattening = [&, p = open.points[static_cast<std::size_t>(a)],
+                           q = open.points[static_cast<std::size_t>(b)],
                            r = open.points[static_cast<std::size_t>(c)]](int k, const Vector3d& x) {
     return wobbling(k, k == 2 && x == r ? Vector3d(0.5 * (p + q)) : x);
   };
@@ -336,7 +360,9 @@ TEST(deforming_body, the_order_of_its_corners_does_not_matter) {
     double volume = 0;
     const Vector3d middle(0, -0.06, 0);
     for (const auto& t : body.mesh_triangles) {
-      const auto at = [&](std::size_t c) { return Vector3d(to_eigen(points[static_cast<std::size_t>(t[c])]) - middle); };
+      const auto at = [&](std::size_t c) {
+        return Vector3d(to_eigen(points[static_cast<std::size_t>(t[c])]) - middle);
+      };
       const double part = at(0).dot(at(1).cross(at(2))) / 6;
       EXPECT_GT(part, 0);
       volume += part;

@@ -348,8 +348,8 @@ void expect_rows_of_nodes(const FabricPairs& fabric, std::size_t count) {
 }  // namespace
 
 TEST(diffusion, pairs_are_those_of_the_intrinsic_delaunay_mesh) {
-  // ω > 0 all the same, and exact for s linear in the position: Σ_j ω_ij (x_j − x_i) = 0 inside and Σ ω_ij (s_i − s_j)² is
-  // the Dirichlet energy, with the boundary's.
+  // ω > 0 all the same, and exact for s linear in the position: Σ_j ω_ij (x_j − x_i) = 0 inside and Σ ω_ij (s_i − s_j)²
+  // is the Dirichlet energy, with the boundary's.
   const TempFolder folder;
   write_text(folder.path() / "sheet.obj", distorted_sheet());
   const auto setup = setup_from("drench: 1\ntime: {step: 0.01, end: 1}\ncloth:\n  - mesh: {file: \"" +

@@ -26,18 +26,20 @@ TEST(emission, new_particles_agree_with_the_reference) {
 
 TEST(emission, of_steep_fabric_agrees_with_the_reference) {
   // Only samples at the hem make particles.
-  compare_stage({.stage = Stage::emission,
-                 .scene = with(with(wet_scene(), "    thickness: 0.002\n",
-                                    "    thickness: 0.04\n    settle: 1\n    place: {rotate: {axis: [1, 0, 0], degrees: 75}}\n"),
-                               "hold_saturation: [{box: {min: [-0.2, -1, 0.12]",
-                               "hold_saturation: [{box: {min: [-0.2, -1, 0.03]"),
-                 .steps_before = 2,
-                 .prepare = [](const Model& m, HostState& s) { overfill(m, s, 50); },
-                 .changes = "fluid_id"});
+  compare_stage(
+      {.stage = Stage::emission,
+       .scene =
+           with(with(wet_scene(), "    thickness: 0.002\n",
+                     "    thickness: 0.04\n    settle: 1\n    place: {rotate: {axis: [1, 0, 0], degrees: 75}}\n"),
+                "hold_saturation: [{box: {min: [-0.2, -1, 0.12]", "hold_saturation: [{box: {min: [-0.2, -1, 0.03]"),
+       .steps_before = 2,
+       .prepare = [](const Model& m, HostState& s) { overfill(m, s, 50); },
+       .changes = "fluid_id"});
 }
 
 TEST(emission, keeps_momentum_to_rounding) {
-  // Of nodes that move differently, to liquid, to new particles and between layers. Whole quanta alone would leave 4e-12.
+  // Of nodes that move differently, to liquid, to new particles and between layers. Whole quanta alone would leave
+  // 4e-12.
   const auto setup = setup_from(with(wet_scene(), "    pin: [{edges: true}]\n", ""));
   const Model& m = setup.model;
   HostState s = setup.state;
@@ -57,7 +59,8 @@ TEST(emission, keeps_momentum_to_rounding) {
         size += mass * std::abs(v[a]);
       }
     };
-    for (std::size_t i = 0; i < at.fluid_mass.size(); ++i) add(m.quantum * double(at.fluid_mass[i]), at.fluid_velocity[i]);
+    for (std::size_t i = 0; i < at.fluid_mass.size(); ++i)
+      add(m.quantum * double(at.fluid_mass[i]), at.fluid_velocity[i]);
     for (std::size_t n = 0; n < at.node_liquid.size(); ++n)
       add(m.mesh.solid_mass[n] + m.quantum * double(at.node_liquid[n]), at.node_velocity[n]);
     return sum;

@@ -86,7 +86,8 @@ TEST(exact_sum, is_as_fine_as_it_says) {
         sizes += std::abs(t);
       }
       const double rounding = 4e-16 * sizes;  // of the scaled terms and of the value, which are doubles
-      EXPECT_NEAR(scale.value(sum(scale, all)), static_cast<double>(true_sum), static_cast<double>(n) * finest + rounding)
+      EXPECT_NEAR(scale.value(sum(scale, all)), static_cast<double>(true_sum),
+                  static_cast<double>(n) * finest + rounding)
           << count << " " << unit;
     }
 }

@@ -37,7 +37,8 @@ Points lattice(int nx, int ny, int nz) {
   Points points;
   for (int i = 0; i < nx; ++i)
     for (int j = 0; j < ny; ++j)
-      for (int k = 0; k < nz; ++k) points.push_back({{Real(0.02) * Real(i), Real(0.02) * Real(j), Real(0.02) * Real(k)}, 1});
+      for (int k = 0; k < nz; ++k)
+        points.push_back({{Real(0.02) * Real(i), Real(0.02) * Real(j), Real(0.02) * Real(k)}, 1});
   return points;
 }
 

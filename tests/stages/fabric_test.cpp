@@ -85,7 +85,8 @@ TEST(fabric, warp_and_weft_are_told_apart) {
 TEST(fabric, a_patch_converges_to_its_circle) {
   for (const double radius : {0.03, 0.11}) {
     const auto setup = setup_from(sheets(0.05));
-    const HostState state = wetted(setup, [&](double x, double z) { return std::max(0.0, 0.05 + 4 * (radius - std::hypot(x, z))); });
+    const HostState state =
+        wetted(setup, [&](double x, double z) { return std::max(0.0, 0.05 + 4 * (radius - std::hypot(x, z))); });
     on_both(setup, state, [&](const std::vector<FabricNumbers>& fabrics) {
       EXPECT_NEAR(fabrics[0].wet_area, M_PI * radius * radius, 0.02 * 0.03 / radius * M_PI * radius * radius);
       EXPECT_NEAR(fabrics[0].wet_warp, 2 * radius, 1e-6);
@@ -103,7 +104,8 @@ TEST(fabric, agrees_with_the_reference) {
   Pipeline pipeline(setup.model, *reference, setup.state);
   for (int s = 0; s < 12; ++s) pipeline.step(1.0);
   std::vector<FabricNumbers> found;
-  on_both(setup, reference->download(), [&](const std::vector<FabricNumbers>& fabrics) { found.push_back(fabrics.at(0)); });
+  on_both(setup, reference->download(),
+          [&](const std::vector<FabricNumbers>& fabrics) { found.push_back(fabrics.at(0)); });
   EXPECT_GT(found[0].wet_area, 1e-3);
   EXPECT_NEAR(found[1].wet_area, found[0].wet_area, 1e-9 * found[0].wet_area);
   EXPECT_NEAR(found[1].wet_warp, found[0].wet_warp, 1e-9);
@@ -114,7 +116,8 @@ TEST(fabric, agrees_with_the_reference) {
 
 TEST(fabric, what_came_less_what_went_is_what_is_there) {
   for (const char* keys : {"", "permeability: 1.0e-8, "}) {
-    const std::string reservoir = "    hold_saturation: [{box: {min: [-0.2, -1, 0.12], max: [0.2, 1, 0.2]}, value: 0.6}]\n";
+    const std::string reservoir =
+        "    hold_saturation: [{box: {min: [-0.2, -1, 0.12], max: [0.2, 1, 0.2]}, value: 0.6}]\n";
     const std::string scene = with(wet_scene(), reservoir, "");
     const auto setup = setup_from(counted(with(scene, "porous: {", std::string("porous: {") + keys)));
     const auto backend = make_kokkos_backend(setup.model);

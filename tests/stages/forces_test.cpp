@@ -82,7 +82,7 @@ TEST(forces, a_step_of_any_viscosity_keeps_momentum_and_adds_no_energy) {
     scene = with(scene, "domain:", "gravity: [0, 0, 0]\ndomain:");
     scene = with(scene, "thickness: 0.002", "thickness: 0.002\n    areal_density: 0.005");
     scene = with(scene, "{min: [-0.07, 0.011, -0.06], max: [0.07, 0.151, 0.06]",
-                   "{min: [-0.07, 0.01, -0.06], max: [0.07, 0.15, 0.06]");
+                 "{min: [-0.07, 0.01, -0.06], max: [0.07, 0.15, 0.06]");
     const auto setup = setup_from(scene);
     HostState state = setup.state;
     std::fill(state.node_liquid.begin(), state.node_liquid.end(), Quanta{0});

@@ -32,16 +32,18 @@ std::string wandering_box() { return write_boxes("wandering", 12, {0.04, 0.025, 
 
 /// The wet scene whose sphere and floor move by keys, with a spinning box, and a mesh that follows files.
 std::string keyed_scene() {
-  return with(with(wet_scene(), "radius: 0.05}",
-                   "radius: 0.05, velocity: {keys: [[0, [0, 0, 0]], [0.0235, [0.3, 0.6, 0]], [0.1, [0, 0, 0]]], interpolation: "
-                   "smooth}, spin: {axis: [0, 0, 1], degrees_per_second: [[0, 0], [0.03, 900]]}}"),
-              "normal: [0, 1, 0]}",
-              "normal: [0, 1, 0], offset: {keys: [[0, [0, 0, 0]], [0.03, [0.01, 0.02, 0]], [0.05, [0, 0, 0]]], "
-              "interpolation: smooth}, spin: {axis: [1, 0, 1], degrees_per_second: [[0, 0], [0.05, 80]]}}\n"
-              "  - box: {min: [-0.1, -0.06, 0.03], max: [-0.02, -0.01, 0.1], offset: [[0, [0, 0, 0]], [0.0241, [0, 0.01, 0]], "
-              "[0.1, [0.02, 0, 0]]], spin: {axis: [1, 2, 3], degrees_per_second: {keys: [[0, 100], [0.02, -300]], "
-              "interpolation: step}}}\n"
-              "  - mesh: {sequence: \"" + wandering_box() + "\", fps: 100}");
+  return with(
+      with(wet_scene(), "radius: 0.05}",
+           "radius: 0.05, velocity: {keys: [[0, [0, 0, 0]], [0.0235, [0.3, 0.6, 0]], [0.1, [0, 0, 0]]], interpolation: "
+           "smooth}, spin: {axis: [0, 0, 1], degrees_per_second: [[0, 0], [0.03, 900]]}}"),
+      "normal: [0, 1, 0]}",
+      "normal: [0, 1, 0], offset: {keys: [[0, [0, 0, 0]], [0.03, [0.01, 0.02, 0]], [0.05, [0, 0, 0]]], "
+      "interpolation: smooth}, spin: {axis: [1, 0, 1], degrees_per_second: [[0, 0], [0.05, 80]]}}\n"
+      "  - box: {min: [-0.1, -0.06, 0.03], max: [-0.02, -0.01, 0.1], offset: [[0, [0, 0, 0]], [0.0241, [0, 0.01, 0]], "
+      "[0.1, [0.02, 0, 0]]], spin: {axis: [1, 2, 3], degrees_per_second: {keys: [[0, 100], [0.02, -300]], "
+      "interpolation: step}}}\n"
+      "  - mesh: {sequence: \"" +
+          wandering_box() + "\", fps: 100}");
 }
 
 }  // namespace
@@ -69,7 +71,8 @@ TEST(prescribed_motion, stops_cloth_and_liquid_as_in_the_reference) {
 }
 
 TEST(prescribed_motion, the_time_step_looks_ahead_along_the_keys) {
-  const std::string scene = with(wet_scene(), "radius: 0.05}", "radius: 0.05, velocity: [[0.0242, [0, 0, 0]], [0.025, [0, 8, 0]]]}");
+  const std::string scene =
+      with(wet_scene(), "radius: 0.05}", "radius: 0.05, velocity: [[0.0242, [0, 0, 0]], [0.025, [0, 8, 0]]]}");
   compare_stage({.stage = Stage::time_step, .scene = with(scene, "end: 1.0}", "end: 1.0, mode: cfl}")});
   const auto setup = setup_from(with(scene, "end: 1.0}", "end: 1.0, mode: cfl}"));
   for (const double time : {0.0, 0.0235}) {
@@ -86,7 +89,8 @@ TEST(prescribed_motion, the_time_step_looks_ahead_along_the_keys) {
   }
 }
 
-/// Steps of uneven length: all points of the mesh are those of the files at their times. VTK reads 0.1 m to 4e-9 m, in floats.
+/// Steps of uneven length: all points of the mesh are those of the files at their times. VTK reads 0.1 m to 4e-9 m, in
+/// floats.
 TEST(keyed_body, follows_its_files_to_rounding) {
   const auto setup = setup_from(keyed_scene());
   const Body& body = setup.model.bodies[3];
@@ -97,7 +101,8 @@ TEST(keyed_body, follows_its_files_to_rounding) {
     const HostState s = backend->download();
     const auto& q = s.body_orientation[3];
     for (int c = 0; c < 8; ++c) {
-      const Vector3d half(0.04, 0.025, 0.03), corner((c & 1 ? 1 : -1) * half[0], (c & 2 ? 1 : -1) * half[1], (c & 4 ? 1 : -1) * half[2]);
+      const Vector3d half(0.04, 0.025, 0.03),
+          corner((c & 1 ? 1 : -1) * half[0], (c & 2 ? 1 : -1) * half[1], (c & 4 ? 1 : -1) * half[2]);
       const Vector3d at = to_eigen(s.body_position[3]) +
                           Eigen::Quaterniond(q[0], q[1], q[2], q[3]) * (wandering(0, corner) - to_eigen(body.center));
       EXPECT_LT((at - wandering(file, corner)).norm(), 1e-8) << file << " " << c;
@@ -131,11 +136,14 @@ TEST(keyed_body, the_velocity_of_its_samples_is_their_way_over_the_step) {
 }
 
 TEST(keyed_body, files_with_other_triangles_are_refused) {
-  const std::string files = write_boxes("other_triangles", 3, {0.04, 0.02, 0.03}, [](int, const Vector3d& x) { return x; });
+  const std::string files =
+      write_boxes("other_triangles", 3, {0.04, 0.02, 0.03}, [](int, const Vector3d& x) { return x; });
   std::ofstream(files.substr(0, files.find('{')) + "0001.obj") << "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
   try {
-    setup_from("drench: 1\nfluid: {spacing: 0.02, sources: [{block: {min: [0.2, 0, 0], max: [0.3, 0.1, 0.1]}}]}\n"
-               "bodies: [{mesh: {sequence: \"" + files + "\"}}]\n");
+    setup_from(
+        "drench: 1\nfluid: {spacing: 0.02, sources: [{block: {min: [0.2, 0, 0], max: [0.3, 0.1, 0.1]}}]}\n"
+        "bodies: [{mesh: {sequence: \"" +
+        files + "\"}}]\n");
     FAIL();
   } catch (const SetupError& e) {
     EXPECT_NE(std::string(e.what()).find("box_0001.obj"), std::string::npos) << e.what();
@@ -172,12 +180,15 @@ cloth:
 
 /// All nodes pinned to files that bend: each is where its file has it.
 TEST(keyed_pins, follow_a_sequence_of_files) {
-  const auto bent = [](int k, const Vector3d& x) { return Vector3d(x[0] + 0.01 * k, x[1] * (1 + 0.05 * k), x[2] + 0.02 * k * x[0]); };
+  const auto bent = [](int k, const Vector3d& x) {
+    return Vector3d(x[0] + 0.01 * k, x[1] * (1 + 0.05 * k), x[2] + 0.02 * k * x[0]);
+  };
   const std::string files = write_boxes("bending", 5, {0.04, 0.02, 0.03}, bent);
   const std::string first = files.substr(0, files.find('{')) + "0000.obj";
   const auto setup = setup_from("drench: 1\ntime: {step: 0.003, end: 1}\ncloth:\n  - mesh: {file: \"" + first +
                                 "\"}\n    place: {position: [0, 0.1, 0], rotate: {axis: [0, 0, 1], degrees: 90}}\n"
-                                "    pin: [{box: {min: [-1, -1, -1], max: [1, 1, 1]}, sequence: \"" + files + "\", fps: 50}]\n");
+                                "    pin: [{box: {min: [-1, -1, -1], max: [1, 1, 1]}, sequence: \"" +
+                                files + "\", fps: 50}]\n");
   const auto backend = make_kokkos_backend(setup.model);
   Pipeline pipeline(setup.model, *backend, setup.state);
   for (int file = 1; file < 6; ++file) {
@@ -185,7 +196,8 @@ TEST(keyed_pins, follow_a_sequence_of_files) {
     const HostState s = backend->download();
     for (int c = 0; c < 8; ++c) {
       const Vector3d corner(c & 1 ? 0.04 : -0.04, c & 2 ? 0.02 : -0.02, c & 4 ? 0.03 : -0.03);
-      const Vector3d at = Vector3d(0, 0.1, 0) + Eigen::AngleAxisd(std::numbers::pi / 2, Vector3d::UnitZ()) * bent(std::min(file, 4), corner);
+      const Vector3d at = Vector3d(0, 0.1, 0) +
+                          Eigen::AngleAxisd(std::numbers::pi / 2, Vector3d::UnitZ()) * bent(std::min(file, 4), corner);
       EXPECT_LT((to_eigen(s.node_position[static_cast<std::size_t>(c)]) - at).norm(), double_precision ? 1e-14 : 3e-8);
     }
   }

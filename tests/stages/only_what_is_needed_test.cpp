@@ -204,7 +204,8 @@ TEST(only_what_is_needed, slip_only_where_a_wall_slips_and_the_liquid_is_viscous
     EXPECT_EQ(launched_beside_cloth(), kernels);
     EXPECT_EQ(allocated, arrays);
     const Watch some(slipping("free"));
-    EXPECT_EQ(launched_beside_cloth(), kernels);  // the walls of bodies that stand are placed when their arrays are made
+    EXPECT_EQ(launched_beside_cloth(),
+              kernels);  // the walls of bodies that stand are placed when their arrays are made
     EXPECT_EQ(containing(allocated, parts), sheet ? 3 : 2);
     const std::string dry = sheet ? with(slipping("free"), "viscosity: 1.0e-3", "viscosity: 0")
                                   : with(slipping("free"), "spacing: 0.02", "spacing: 0.02, viscosity: 0");

@@ -1,4 +1,5 @@
-// What particles do between ranks, thousands of times over. mpirun starts it (tests/app/over_ranks.sh); alone it is skipped.
+// What particles do between ranks, thousands of times over. mpirun starts it (tests/app/over_ranks.sh); alone it is
+// skipped.
 
 #include <gtest/gtest.h>
 
@@ -64,7 +65,7 @@ fluid:
   spacing: 0.02
   sources: [{block: {min: [0, 0, 0], max: [0.1, 0.1, 0.1]}}]
 )",
-                                        "crossings.yaml"));
+                                                "crossings.yaml"));
   HostState state = setup.state;
   visit_fields(state, [](std::string_view name, auto& values) {
     if (name.starts_with("fluid_")) values.assign(count, {});

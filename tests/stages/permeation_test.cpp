@@ -19,8 +19,8 @@ std::string permeable(const std::string& keys = "permeability: 1.0e-8") {
   return with(wet_scene(), "porous: {", "porous: {" + keys + ", ");
 }
 
-/// Water on both sides of a sheet in the plane y = 0, 40 mm above it and 20 mm below, with the pressure of a head of 50 mm at the
-/// sheet's upper face and of 10 mm at its lower one.
+/// Water on both sides of a sheet in the plane y = 0, 40 mm above it and 20 mm below, with the pressure of a head of 50
+/// mm at the sheet's upper face and of 10 mm at its lower one.
 struct Between {
   static constexpr double gravity = 9.81, thickness = 0.002, viscosity = 1e-3, permeability = 1e-8;
   drench::Setup setup;
@@ -56,7 +56,8 @@ cloth:
 void run_until(Backend& backend, const HostState& state, Stage last) {
   StepReport report;
   backend.upload(state);
-  for (const Stage s : {Stage::porous_neighbors, Stage::flow_direction, Stage::permeation, Stage::absorption, Stage::emission}) {
+  for (const Stage s :
+       {Stage::porous_neighbors, Stage::flow_direction, Stage::permeation, Stage::absorption, Stage::emission}) {
     backend.run(s, {0, 0, 0.001}, report);
     if (s == last) return;
   }
@@ -76,7 +77,8 @@ TEST(permeation, absorption_and_emission_agree_with_the_reference) {
   for (const std::string keys : {"permeability: 1.0e-8", "permeability: 1.0e-8, breakthrough_pressure: 300"}) {
     SCOPED_TRACE(keys);
     compare_stage({.stage = Stage::absorption, .scene = permeable(keys), .changes = "node_liquid fluid_mass"});
-    compare_stage({.stage = Stage::emission, .scene = permeable(keys), .prepare = overfilled, .changes = "node_liquid"});
+    compare_stage(
+        {.stage = Stage::emission, .scene = permeable(keys), .prepare = overfilled, .changes = "node_liquid"});
   }
 }
 
@@ -189,7 +191,8 @@ TEST(permeation, what_enters_is_the_flux_and_leaves_on_the_other_side) {
     EXPECT_EQ(below(between), below(water.setup.state));
     run_until(*backend, water.setup.state, Stage::emission);
     const HostState after = backend->download();
-    EXPECT_EQ(sum(after.fluid_mass) + sum(after.node_liquid), sum(water.setup.state.fluid_mass) + sum(water.setup.state.node_liquid));
+    EXPECT_EQ(sum(after.fluid_mass) + sum(after.node_liquid),
+              sum(water.setup.state.fluid_mass) + sum(water.setup.state.node_liquid));
     EXPECT_GE(below(after), below(between));
     EXPECT_EQ(sum(after.fluid_mass) - below(after), sum(between.fluid_mass) - below(between)) << "nothing goes back up";
   }

@@ -64,7 +64,8 @@ TEST(pressure, of_squeezed_liquid_agrees_with_the_reference) {
 }
 
 TEST(pressure, of_particles_that_touch_the_sheet_agrees_with_the_reference) {
-  // Every fourth that has the sheet within h comes to 0.02 to 0.18 d from it, the lists' side kept; some touch, some do not.
+  // Every fourth that has the sheet within h comes to 0.02 to 0.18 d from it, the lists' side kept; some touch, some do
+  // not.
   const auto lower = [](const Model& m, HostState& s) {
     int touching = 0, thin = 0;
     for (std::size_t i = 0; i < s.fluid_position.size(); i += 4) {
@@ -83,8 +84,8 @@ TEST(pressure, of_particles_that_touch_the_sheet_agrees_with_the_reference) {
 }
 
 TEST(pressure, lets_no_particle_approach_the_sheet_that_it_touches) {
-  // A slab of three layers on a fixed sheet, of which the upper two fly off while the lowest is thrown at the sheet: the
-  // liquid as a whole thins out, so nothing but the contact holds the lowest layer.
+  // A slab of three layers on a fixed sheet, of which the upper two fly off while the lowest is thrown at the sheet:
+  // the liquid as a whole thins out, so nothing but the contact holds the lowest layer.
   const drench::Setup setup = setup_from(R"(drench: 1
 gravity: [0, 0, 0]
 domain: {min: [-1, -1, -1], max: [1, 1, 1]}

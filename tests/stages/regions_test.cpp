@@ -164,10 +164,11 @@ TEST(regions, wind_agrees_with_the_reference) {
 
 /// Two sheets that touch, each with a seam of its own across the other's.
 TEST(regions, contact_wicking_agrees_with_the_reference) {
-  const std::string scene = two_layers(
-      "diffusion: degenerate",
-      "    regions: [{box: {min: [0, -1, -1], max: [1, 1, 1]}, thickness: 0.0015, porous: {diffusivity: 4.0e-4, solid_fraction: 0.7}}]\n",
-      "    regions: [{box: {min: [-1, -1, 0.02], max: [1, 1, 1]}, thickness: 0.0025, porous: {diffusivity: 1.0e-5, max_saturation: 1.5}}]\n");
+  const std::string scene = two_layers("diffusion: degenerate",
+                                       "    regions: [{box: {min: [0, -1, -1], max: [1, 1, 1]}, thickness: 0.0015, "
+                                       "porous: {diffusivity: 4.0e-4, solid_fraction: 0.7}}]\n",
+                                       "    regions: [{box: {min: [-1, -1, 0.02], max: [1, 1, 1]}, thickness: 0.0025, "
+                                       "porous: {diffusivity: 1.0e-5, max_saturation: 1.5}}]\n");
   compare_stage({.stage = Stage::diffusion, .scene = scene, .changes = "node_liquid"});
 }
 

@@ -123,7 +123,8 @@ TEST_P(Restart, LiquidWithJetsAndBodies) {
 /// After two steps a backend goes back by one and takes it again.
 TEST_P(Restart, GoingBackIsExact) {
   const std::string in_air = with(porous_scene, "output:", "air: {evaporation_rate: 0.5}\noutput:");
-  for (const std::string& scene : {std::string(liquid_scene), std::string(porous_scene), in_air, std::string(cloth_scene)}) {
+  for (const std::string& scene :
+       {std::string(liquid_scene), std::string(porous_scene), in_air, std::string(cloth_scene)}) {
     const auto setup = setup_from(scene);
     const auto backend = GetParam()(setup.model);
     Pipeline pipeline(setup.model, *backend, setup.state);
@@ -194,10 +195,12 @@ TEST_P(Restart, WhatKeysMove) { expect(run(keyed_scene, 60).jets, "jet"); }
 
 TEST_P(Restart, BodiesThatChangeTheirShape) {
   const std::string files = write_shapes("restarted", 6, ball_mesh(2), [](int k, const Eigen::Vector3d& x) {
-    return Eigen::Vector3d((0.03 + 0.004 * k) * Eigen::Vector3d(x[0], x[1], x[2] + 0.1 * k * x[1]) + Eigen::Vector3d(0.03, 0.06 + 0.003 * k, 0));
+    return Eigen::Vector3d((0.03 + 0.004 * k) * Eigen::Vector3d(x[0], x[1], x[2] + 0.1 * k * x[1]) +
+                           Eigen::Vector3d(0.03, 0.06 + 0.003 * k, 0));
   });
   const auto last = std::string(liquid_scene).rfind("  - sphere:");
-  const std::string scene = std::string(liquid_scene).substr(0, last) + "  - mesh: {sequence: \"" + files + "\", fps: 80}\n";
+  const std::string scene =
+      std::string(liquid_scene).substr(0, last) + "  - mesh: {sequence: \"" + files + "\", fps: 80}\n";
   expect(run(scene, 60).jets, "jet");
   run(with(scene, "mode: cfl", "mode: error"), 30);
 }

@@ -81,8 +81,8 @@ TEST(self_collision, with_moving_pins_agrees_with_the_reference) {
 }
 
 TEST(self_collision, pins_throw_no_node_by_a_lever) {
-  // A fixed node 0.3 mm above a triangle that is held at two corners, near one of them: to open the gap by 0.2 mm the third
-  // corner would have to go twenty times as far, at 1 m/s.
+  // A fixed node 0.3 mm above a triangle that is held at two corners, near one of them: to open the gap by 0.2 mm the
+  // third corner would have to go twenty times as far, at 1 m/s.
   const auto setup = setup_from(R"(drench: 1
 time: {step: 0.004, end: 1}
 gravity: [0, 0, 0]
@@ -131,7 +131,8 @@ TEST(self_collision, coincident_sheets_agree_with_the_reference) {
     }
 }
 
-/// Whichever way the upper sheet leaves, nothing holds it. There is no friction, which edges beside each other in the plane have.
+/// Whichever way the upper sheet leaves, nothing holds it. There is no friction, which edges beside each other in the
+/// plane have.
 TEST(self_collision, coincident_sheets_part_to_either_side) {
   const auto setup = setup_from(with(with(two_sheets, "friction: 0.4", "friction: 0"), "friction: 0.2", "friction: 0"));
   for (const double speed : {0.5, -0.5}) {

@@ -19,12 +19,14 @@
 namespace drench::test {
 namespace {
 
-/// Stitches across the sheet that are half closed when the stage under test runs, and one that is closed from the start.
+/// Stitches across the sheet that are half closed when the stage under test runs, and one that is closed from the
+/// start.
 std::string sewn(const std::string& scene) {
   return with(scene, "    pin:", "    sew: [{pairs: [[20, 24], [29, 33], [47, 51]]}]\n    sew_time: 0.05\n    pin:");
 }
 
-/// A sheet whose far edges are sewn to each other. It falls freely along its other sides, so that a solve always has a scale.
+/// A sheet whose far edges are sewn to each other. It falls freely along its other sides, so that a solve always has a
+/// scale.
 const char* const strips = R"(drench: 1
 time: {step: 0.004, end: 1}
 gravity: [0, 0, -0.5]
@@ -64,8 +66,8 @@ TEST(sewing, stage_diffusion_agrees_with_the_reference) {
 }
 
 TEST(sewing, stage_self_collision_agrees_with_the_reference) {
-  // A tube, nearly closed and pressed flat, so that its halves are nearer than they may be. The noise leaves no two edges
-  // parallel: of those, rounding would decide which points are the nearest.
+  // A tube, nearly closed and pressed flat, so that its halves are nearer than they may be. The noise leaves no two
+  // edges parallel: of those, rounding would decide which points are the nearest.
   const auto flatten = [](const Model& m, HostState& s) {
     for (std::size_t n = 0; n < s.node_position.size(); ++n) {
       const double angle = 2 * std::numbers::pi * 0.995 * m.mesh.rest_position[n][0] / 0.4,
@@ -84,8 +86,8 @@ TEST(sewing, stage_self_collision_agrees_with_the_reference) {
                  .changes = "node_velocity"});
 }
 
-/// Two strips in a file, whose facing edges have points of their own: liquid passes them where they are stitched nearly as it
-/// does where they are welded, and not at all where they are neither.
+/// Two strips in a file, whose facing edges have points of their own: liquid passes them where they are stitched nearly
+/// as it does where they are welded, and not at all where they are neither.
 TEST(sewing, liquid_passes_a_seam_as_it_passes_an_edge) {
   const auto folder = std::filesystem::temp_directory_path() / ("drench_sewing_stage_" + std::to_string(::getpid()));
   std::filesystem::create_directories(folder);

@@ -1,5 +1,5 @@
-// Stage neighbors at the boundaries of sheets: of pairs across a sheet those whose segment meets a triangle are culled, and no
-// others.
+// Stage neighbors at the boundaries of sheets: of pairs across a sheet those whose segment meets a triangle are culled,
+// and no others.
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>

@@ -26,8 +26,8 @@ std::string slipping_scene(const std::string& sheet, const std::string& sphere) 
   return with(scene, "normal: [0, 1, 0]}", "normal: [0, 1, 0], slip: free}");
 }
 
-/// A block within 2 spacings of all kinds of bodies, each with another slip: a container that tilts, a floating box and ball, a ball
-/// and a floor that keys move, and one that does not slip.
+/// A block within 2 spacings of all kinds of bodies, each with another slip: a container that tilts, a floating box and
+/// ball, a ball and a floor that keys move, and one that does not slip.
 const char* const many_bodies = R"(
     - block: {min: [-0.1, 0, -0.08], max: [0.1, 0.12, 0.08], velocity: [1.5, 0.2, -0.4]}
 bodies:

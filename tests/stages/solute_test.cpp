@@ -1,4 +1,5 @@
-// The solute of the liquid: every stage that moves liquid, backend against reference; its total, and liquid that stays uniform.
+// The solute of the liquid: every stage that moves liquid, backend against reference; its total, and liquid that stays
+// uniform.
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -211,8 +212,9 @@ fluid: {spacing: 0.01, sources: [{block: {min: [0, 0, 0], max: [0.02, 0.02, 0.02
   const auto setup = setup_from(drops);
   HostState s = setup.state;
   for (std::size_t i = 0; i < s.fluid_mass.size(); i += 2) s.fluid_mass[i] = setup.model.min_quanta;  // these go whole
-  run_on_both(setup.model, s, stages, {0, 0, 0.002},
-              [&](const Backend& backend, const StepReport&) { deposited.push_back(backend.download().solute_deposited); });
+  run_on_both(setup.model, s, stages, {0, 0, 0.002}, [&](const Backend& backend, const StepReport&) {
+    deposited.push_back(backend.download().solute_deposited);
+  });
   EXPECT_GT(deposited.at(0), 0);
   EXPECT_EQ(deposited.at(1), deposited.at(0));
 }
@@ -228,7 +230,8 @@ TEST(solute, its_total_is_exact) {
 }
 
 TEST(solute, uniform_liquid_stays_uniform) {
-  // A third of the unit, which only a jet that never flows has. Liquid is taken up, spreads, drips and is taken up again.
+  // A third of the unit, which only a jet that never flows has. Liquid is taken up, spreads, drips and is taken up
+  // again.
   std::string yaml = dyed_scene();
   yaml = with(yaml, "concentration: 0.03}", "concentration: 0.03, start: 100}");
   yaml =

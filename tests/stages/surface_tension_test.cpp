@@ -158,7 +158,8 @@ TEST(surface_tension, liquid_is_drawn_to_a_sticky_wall_only) {
   }
 }
 
-// A wall with η_b = 1 completes the lattice: what touches it feels neither a pull nor a surface. With η_b = 2 both are reversed.
+// A wall with η_b = 1 completes the lattice: what touches it feels neither a pull nor a surface. With η_b = 2 both are
+// reversed.
 TEST(surface_tension, a_wall_that_pulls_like_liquid_is_like_liquid) {
   const auto rise = [](double adhesion) {  // m/s, of the first layer's middle
     const auto setup = setup_from(floor_scene(0.1, adhesion));

@@ -19,8 +19,8 @@ std::string extrapolated(const std::string& scene) {
   return with(scene, "fluid:\n", "fluid:\n  wall_pressure: extrapolated\n");
 }
 
-/// A full box, at walls, edges and corners, and a body that swims in it. Before it splashes: a drop with few neighbours has a
-/// diagonal so small that κ shows the rounding of δ in floats.
+/// A full box, at walls, edges and corners, and a body that swims in it. Before it splashes: a drop with few neighbours
+/// has a diagonal so small that κ shows the rounding of δ in floats.
 const std::string body_scene = std::string(few_iterations) + R"(
     - block: {min: [0, 0, 0], max: [0.2, 0.24, 0.16]}
 bodies:
@@ -30,8 +30,9 @@ bodies:
 )";
 
 /// A drop that wets a plate and a body that floats in it.
-const std::string tension_scene = with(with(body_scene, "viscosity: 1.0e-3", "viscosity: 1.0e-3\n  surface_tension: 0.5"),
-                                       "inside: true}", "inside: true, adhesion: 0.3}");
+const std::string tension_scene =
+    with(with(body_scene, "viscosity: 1.0e-3", "viscosity: 1.0e-3\n  surface_tension: 0.5"), "inside: true}",
+         "inside: true, adhesion: 0.3}");
 
 /// A cube of 12³ particles that fills its box but for the top, for one evaluation of the pressure.
 std::string cube(const std::string& walls) {
@@ -67,12 +68,13 @@ Momenta momenta(const Model& model, const HostState& s) {
   const Eigen::Vector3d v = body.mass * to_eigen(s.body_velocity[0]);
   // At t = 0 the body's axes are the world's.
   p.linear += v;
-  p.angular += to_eigen(s.body_position[0]).cross(v) +
-               to_eigen(body.inertia).cwiseProduct(to_eigen(s.body_angular_velocity[0]));
+  p.angular +=
+      to_eigen(s.body_position[0]).cross(v) + to_eigen(body.inertia).cwiseProduct(to_eigen(s.body_angular_velocity[0]));
   return p;
 }
 
-/// Mean upward acceleration in half the height, over that in the middle: of the particles at one wall, and in the edges.
+/// Mean upward acceleration in half the height, over that in the middle: of the particles at one wall, and in the
+/// edges.
 struct Shares {
   double wall = 0, edge = 0;
 };

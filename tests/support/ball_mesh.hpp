@@ -24,7 +24,8 @@ struct TestMesh {
 /// A unit ball: an octahedron whose triangles are divided into four `levels` times, 8·4^levels of them.
 inline TestMesh ball_mesh(int levels) {
   using Eigen::Vector3d;
-  TestMesh mesh{{Vector3d::UnitX(), Vector3d::UnitY(), Vector3d::UnitZ(), -Vector3d::UnitX(), -Vector3d::UnitY(), -Vector3d::UnitZ()},
+  TestMesh mesh{{Vector3d::UnitX(), Vector3d::UnitY(), Vector3d::UnitZ(), -Vector3d::UnitX(), -Vector3d::UnitY(),
+                 -Vector3d::UnitZ()},
                 {{0, 1, 2}, {1, 3, 2}, {3, 4, 2}, {4, 0, 2}, {1, 0, 5}, {3, 1, 5}, {4, 3, 5}, {0, 4, 5}}};
   for (int level = 0; level < levels; ++level) {
     std::map<std::pair<int, int>, int> middles;

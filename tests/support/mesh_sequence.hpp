@@ -25,7 +25,8 @@ inline void write_box(const std::filesystem::path& path, const Eigen::Vector3d& 
   out << "f 1 3 4\nf 1 4 2\nf 5 6 8\nf 5 8 7\nf 1 2 6\nf 1 6 5\nf 3 7 8\nf 3 8 4\nf 1 5 7\nf 1 7 3\nf 2 4 8\nf 2 8 6\n";
 }
 
-/// Files NAME_0000.obj, … of a box, `count` of them; place(k, corner) says where a corner is in file k. Returns the pattern.
+/// Files NAME_0000.obj, … of a box, `count` of them; place(k, corner) says where a corner is in file k. Returns the
+/// pattern.
 inline std::string write_boxes(const std::string& name, int count, const Eigen::Vector3d& half,
                                const std::function<Eigen::Vector3d(int, const Eigen::Vector3d&)>& place) {
   const std::filesystem::path folder = own_file(name);

@@ -1,6 +1,6 @@
 #pragma once
-// Where the tests find the program and the scenes: where the build had them, or where the environment says (tools/pack); and
-// where they write.
+// Where the tests find the program and the scenes: where the build had them, or where the environment says
+// (tools/pack); and where they write.
 
 #include <unistd.h>
 

@@ -20,8 +20,9 @@ inline double mean_height(const HostState& s) {
 struct PistonPool {
   double spacing = 0.01, length = 0.3, width = 0.08;
 
-  /// m²: the floor that the files' piston has taken when it has come, between 1 s and 3.5 s. The level is twice the height of the
-  /// centre of mass, and level times floor is the volume. Calls each(run, state) after every step; body 1 is the piston.
+  /// m²: the floor that the files' piston has taken when it has come, between 1 s and 3.5 s. The level is twice the
+  /// height of the centre of mass, and level times floor is the volume. Calls each(run, state) after every step; body 1
+  /// is the piston.
   template <class Each>
   double floor_taken(const std::string& files, double fps, Each&& each) const {
     SceneRun run(fmt::format(R"(drench: 1

@@ -7,6 +7,8 @@
 
 namespace drench::test {
 
-inline Quanta sum(const std::vector<Quanta>& masses) { return std::accumulate(masses.begin(), masses.end(), Quanta{0}); }
+inline Quanta sum(const std::vector<Quanta>& masses) {
+  return std::accumulate(masses.begin(), masses.end(), Quanta{0});
+}
 
 }  // namespace drench::test

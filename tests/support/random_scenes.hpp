@@ -1,6 +1,7 @@
 #pragma once
-// Scenes drawn at random that are valid and small: at most some hundred particles and three cloths of 12 × 12 nodes, with any
-// bodies, processes and keys that the loader allows but files. Most values are ordinary; some are anywhere in the loader's ranges.
+// Scenes drawn at random that are valid and small: at most some hundred particles and three cloths of 12 × 12 nodes,
+// with any bodies, processes and keys that the loader allows but files. Most values are ordinary; some are anywhere in
+// the loader's ranges.
 
 #include <cstdint>
 #include <random>

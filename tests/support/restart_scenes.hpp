@@ -4,8 +4,8 @@
 
 namespace drench::test {
 
-/// A block beside a jet in a container, with a floating box and a ball that rises and turns, surface tension, a domain that
-/// drains, and steps as long as the liquid allows.
+/// A block beside a jet in a container, with a floating box and a ball that rises and turns, surface tension, a domain
+/// that drains, and steps as long as the liquid allows.
 inline constexpr const char* liquid_scene = R"(drench: 1
 time: {step: 0.004, end: 1, mode: cfl}
 domain: {min: [-0.2, -0.05, -0.2], max: [0.07, 0.5, 0.2]}

@@ -9,8 +9,8 @@
 
 namespace drench::test {
 
-/// Energy of its hinges, Σ ½ c |Kᵀx|², or as a plate, J, of a sheet in the plane y = 0 rolled to `curvature` (1/m) across the direction that is turned by
-/// `degrees` in its plane.
+/// Energy of its hinges, Σ ½ c |Kᵀx|², or as a plate, J, of a sheet in the plane y = 0 rolled to `curvature` (1/m)
+/// across the direction that is turned by `degrees` in its plane.
 inline double rolled_energy(const ClothMesh& mesh, double curvature, double degrees) {
   const double turn = degrees * std::numbers::pi / 180;
   double energy = 0;
@@ -32,7 +32,8 @@ inline double rolled_energy(const ClothMesh& mesh, double curvature, double degr
                            -x[0] * std::sin(turn) + x[2] * std::cos(turn));
   };
   for (std::size_t k = 0; k < mesh.plate_pair.size(); ++k)
-    energy -= 0.5 * mesh.plate_weight[k] * (rolled(mesh.plate_pair[k][0]) - rolled(mesh.plate_pair[k][1])).squaredNorm();
+    energy -=
+        0.5 * mesh.plate_weight[k] * (rolled(mesh.plate_pair[k][0]) - rolled(mesh.plate_pair[k][1])).squaredNorm();
   return energy;
 }
 

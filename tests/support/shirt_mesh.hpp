@@ -10,7 +10,8 @@
 
 namespace drench::test {
 
-/// A sleeveless shirt of two sheets of rows × 4/5 rows squares, sewn at the sides and on the shoulders; hem at y = 0, m.
+/// A sleeveless shirt of two sheets of rows × 4/5 rows squares, sewn at the sides and on the shoulders; hem at y = 0,
+/// m.
 inline TestMesh shirt_mesh(int rows) {
   using std::numbers::pi;
   const int columns = rows * 4 / 5, armpit = rows * 3 / 5;

@@ -45,8 +45,8 @@ struct Comparison {
   std::string changes = {};
 };
 
-/// Runs the stages one after the other from `state`, on the reference and then on the backend: check(backend, report) of
-/// each.
+/// Runs the stages one after the other from `state`, on the reference and then on the backend: check(backend, report)
+/// of each.
 template <class Check>
 void run_on_both(const Model& model, const HostState& state, const std::vector<Stage>& stages, const StepInfo& info,
                  const Check& check) {

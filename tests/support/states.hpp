@@ -21,7 +21,8 @@ std::string different_bits(const HostState& a, const HostState& b);
 /// Leaves of the liquid the particles `which`, in that order, in each of its arrays that there are.
 void keep_liquid(HostState& s, const std::vector<std::size_t>& which);
 
-/// The sample of the cloths that is nearest to x (m) and nearer than `reach`, and its triangle's unit normal; 0 if none is.
+/// The sample of the cloths that is nearest to x (m) and nearer than `reach`, and its triangle's unit normal; 0 if none
+/// is.
 struct NearestSample {
   Vec3 position{0, 0, 0}, normal{0, 0, 0};
   bool found = false;

@@ -5,8 +5,8 @@
 
 namespace drench::test {
 
-/// Two sheets one above the other that touch, turned and displaced against each other, the lower one wet on one side. `lower` and
-/// `upper`: lines of these cloths besides, each with its indentation and its end.
+/// Two sheets one above the other that touch, turned and displaced against each other, the lower one wet on one side.
+/// `lower` and `upper`: lines of these cloths besides, each with its indentation and its end.
 inline std::string two_layers(const std::string& diffusion, const std::string& lower = "",
                               const std::string& upper = "") {
   return R"(drench: 1

@@ -86,8 +86,8 @@ void report(const Finding& f) {
 
 namespace {
 
-/// With DRENCH_SHAKE=N in the environment, moves the liquid by about the rounding of its positions, differently for each N: how
-/// far a row's number goes from N to N is what Reached::scatter is taken from.
+/// With DRENCH_SHAKE=N in the environment, moves the liquid by about the rounding of its positions, differently for
+/// each N: how far a row's number goes from N to N is what Reached::scatter is taken from.
 void shake(HostState& state, double spacing) {
   const char* seed = std::getenv("DRENCH_SHAKE");
   if (!seed) return;

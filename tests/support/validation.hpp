@@ -13,12 +13,13 @@ namespace drench::test {
 
 inline constexpr double rounding = double_precision ? 2.3e-16 : 1.2e-7;  // ε of the backend's precision
 
-/// Today's bounds of a target that is missed, one a precision: each at most 1.1 times what is measured, 0 where it is met.
+/// Today's bounds of a target that is missed, one a precision: each at most 1.1 times what is measured, 0 where it is
+/// met.
 struct Reached {
   double in_float = 0;
   double in_double = 0;
-  /// Where rounding decides the outcome, the worst that is known of other backends and roundings: bounds may be 1.1 times
-  /// that, and are then allowed where this run meets the target. 0: the outcome is the same everywhere.
+  /// Where rounding decides the outcome, the worst that is known of other backends and roundings: bounds may be 1.1
+  /// times that, and are then allowed where this run meets the target. 0: the outcome is the same everywhere.
   double scatter = 0;
 
   double bound(bool of_double = double_precision) const { return of_double ? in_double : in_float; }
@@ -40,13 +41,14 @@ struct Finding {
 /// How much higher than the worst measured number a bound may be.
 inline constexpr double allowed_slack = 0.1;
 
-/// What is wrong with a row, a line each; nothing if it is as it should be: met without a bound, or missed with a reason and
-/// within a bound that is at most `allowed_slack` above the measured number. `exact`: this run is of the kind that bounds
-/// are set from; others only have to keep them.
+/// What is wrong with a row, a line each; nothing if it is as it should be: met without a bound, or missed with a
+/// reason and within a bound that is at most `allowed_slack` above the measured number. `exact`: this run is of the
+/// kind that bounds are set from; others only have to keep them.
 std::vector<std::string> objections(const Finding& finding, bool of_double, bool exact);
 
 /// Prints a row for tools/validate (tests/validation/themes.txt has the suite's page), and expects no objections.
-/// Bounds are set from the host's runs; a GPU's only have to keep them, and tools/validate compares them over all its logs.
+/// Bounds are set from the host's runs; a GPU's only have to keep them, and tools/validate compares them over all its
+/// logs.
 void report(const Finding& finding);
 
 /// A scene on the Kokkos backend, stepped by hand.

@@ -167,7 +167,8 @@ void Watch::look_at_masses(const HostState& now, Complaints& wrong) {
   }
   for (std::size_t n = 0; n < now.node_liquid.size(); ++n) {
     const Quanta mass = now.node_liquid[n];
-    // What diffusion takes after emission leaves the buffer as it was until the next step (docs/theory/porous.md, Eq. 12).
+    // What diffusion takes after emission leaves the buffer as it was until the next step (docs/theory/porous.md, Eq.
+    // 12).
     if (mass < 0 || now.node_buffered[n] < 0 || now.node_buffered[n] > std::max(mass, last_.node_liquid[n]))
       wrong.push_back(fmt::format("node {} has {} quanta, {} of them buffered", n, mass, now.node_buffered[n]));
     if (model_.samples.node_capacity.empty()) continue;

@@ -14,22 +14,24 @@ namespace drench::test {
 
 /// What a scene allows; the rest always holds.
 struct Rules {
-  /// No particle passes through a cloth. One excuse: it lies on a sheet of which the point under it passes that cloth, in
-  /// one step, as cloth without self_collision may: between the two there is no place left.
+  /// No particle passes through a cloth. One excuse: it lies on a sheet of which the point under it passes that cloth,
+  /// in one step, as cloth without self_collision may: between the two there is no place left.
   bool passage = true;
-  /// May there be as many as the run itself tells of? `tunnelled`, and `clamped`: what a solid puts back goes no straight way.
+  /// May there be as many as the run itself tells of? `tunnelled`, and `clamped`: what a solid puts back goes no
+  /// straight way.
   bool told_passages = false;
   /// May the run end with a failure that it explains?
   bool may_stop = false;
   bool bounded_saturation = true;  ///< false where `saturation_control: off` gives the bound up
-  /// How far the energy may lie above what there was at the start and what came in since, in units of a tenth of lifting
-  /// all that is there by a spacing and a thousandth of the motion at the start and from jets, and by what a symplectic
-  /// step's energy sways in a field. Infinite: not watched, for what solids that move put in is not known from outside.
+  /// How far the energy may lie above what there was at the start and what came in since, in units of a tenth of
+  /// lifting all that is there by a spacing and a thousandth of the motion at the start and from jets, and by what a
+  /// symplectic step's energy sways in a field. Infinite: not watched, for what solids that move put in is not known
+  /// from outside.
   double energy = 1;
   double capped_energy =
       1;  ///< the same from the step on in which a pressure solve ends at its cap, if more than `energy`
-  /// Do springs count as energy? Contacts of cloth with itself act after the cloth's solve and stretch springs, which the next
-  /// solves relax (docs/limitations.md): then the rest may not rise.
+  /// Do springs count as energy? Contacts of cloth with itself act after the cloth's solve and stretch springs, which
+  /// the next solves relax (docs/limitations.md): then the rest may not rise.
   bool springs = true;
   double fastest = std::numeric_limits<double>::infinity();  ///< m/s, of particles and nodes
 };
@@ -84,7 +86,8 @@ class WatchedRun {
  public:
   explicit WatchedRun(const std::string& yaml, const Rules& rules = {},
                       const std::function<void(const Model&, HostState&)>& edit = {});
-  /// Steps, with a test failure for what is wrong and the end of the stepping with it. `each` is called after each step.
+  /// Steps, with a test failure for what is wrong and the end of the stepping with it. `each` is called after each
+  /// step.
   void steps(int count, const std::function<void(const HostState&, const StepReport&)>& each = {});
   const HostState& state() const { return watch_->last(); }
   const Model& model() const { return run_.model(); }

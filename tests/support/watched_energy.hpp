@@ -21,8 +21,8 @@ double motion_energy(const Model& m, const HostState& s);
 double sway(const Model& m, const HostState& s, double dt);
 /// Of springs, hinges and strain limits, J; 0 of cloth that does not move.
 double elastic_energy(const Model& m, const HostState& s);
-/// A step of `dt` s takes back what the density is off: at most η, by a solve's tolerance or by the part that it corrects of a
-/// lattice that starts compressed. ½ M (η h / Δt)², J.
+/// A step of `dt` s takes back what the density is off: at most η, by a solve's tolerance or by the part that it
+/// corrects of a lattice that starts compressed. ½ M (η h / Δt)², J.
 double correction(const Model& m, const HostState& s, double dt);
 /// Of particles and wet nodes, N.
 double weight(const Model& m, const HostState& s);

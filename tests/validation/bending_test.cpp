@@ -33,8 +33,8 @@ ClothMesh built(const SurfaceMesh& mesh, std::optional<PlateScene> plate = {}) {
 
 constexpr double curvature = 0.1;  // 1/m
 
-/// The energy over ½ κ² A. A is what the hinges stand for: a third of both their triangles; what the boundary's triangles lack
-/// vanishes with their size.
+/// The energy over ½ κ² A. A is what the hinges stand for: a third of both their triangles; what the boundary's
+/// triangles lack vanishes with their size.
 double rigidity(const ClothMesh& mesh, double degrees) {
   double area = 0;
   for (const auto& hinge : mesh.hinge) {
@@ -125,8 +125,8 @@ TEST(bending, grid_has_it_along_its_lines_and_is_stiffer_along_its_diagonals) {
   EXPECT_NEAR(r.mean, 1.25, 0.0125);
 }
 
-/// The scene's own grids bend by differences on the grid: the energy of a cylinder is right in every direction, the boundary's
-/// halves counted.
+/// The scene's own grids bend by differences on the grid: the energy of a cylinder is right in every direction, the
+/// boundary's halves counted.
 TEST(bending, grid_of_a_scene_has_the_rigidity_bend_in_every_direction) {
   Scene scene;
   scene.cloths.emplace_back();
@@ -150,7 +150,8 @@ TEST(bending, plate_has_its_rigidity_on_any_mesh_in_every_direction) {
     const ClothMesh sheet = built(mesh, plate);
     double area = 0, most = 0, least = 1e9;
     for (const auto& t : mesh.triangles)
-      area += triangle_area(mesh.points[std::size_t(t[0])], mesh.points[std::size_t(t[1])], mesh.points[std::size_t(t[2])]);
+      area +=
+          triangle_area(mesh.points[std::size_t(t[0])], mesh.points[std::size_t(t[1])], mesh.points[std::size_t(t[2])]);
     for (int k = 0; k < 36; ++k) {
       const double value = rolled_energy(sheet, curvature, 5.0 * k) / (0.5 * curvature * curvature * area);
       most = std::max(most, value);
@@ -166,7 +167,9 @@ TEST(bending, plate_has_its_rigidity_on_any_mesh_in_every_direction) {
 TEST(bending, orthotropic_plate_has_its_rigidities) {
   const SurfaceMesh mesh = irregular_mesh(60, 5);
   const ClothMesh sheet = built(mesh, PlateScene{1, 0.25, 0.5});
-  const auto energy = [&](double degrees) { return rolled_energy(sheet, curvature, degrees) / (0.5 * curvature * curvature); };
+  const auto energy = [&](double degrees) {
+    return rolled_energy(sheet, curvature, degrees) / (0.5 * curvature * curvature);
+  };
   const double rows = 1 - 1.0 / 60;  // half a row is lost at either side
   EXPECT_NEAR(energy(0), rows, 0.01);
   EXPECT_NEAR(energy(90) / 0.25, rows, 0.01);

@@ -1,5 +1,5 @@
-// Bodies that float and sink: Archimedes' draught of spheres and boxes, the first acceleration of a heavy sphere, which has to
-// set the water around it in motion too, and the angles at which boxes float.
+// Bodies that float and sink: Archimedes' draught of spheres and boxes, the first acceleration of a heavy sphere, which
+// has to set the water around it in motion too, and the angles at which boxes float.
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -122,8 +122,8 @@ double sphere_draught(double ratio) {
 void find_draught(double ratio) {
   const double half = 0.2, depth = 0.2, R = 0.1, height = 0.16, duration = 1.6;
   const std::string dynamic = fmt::format("dynamic: true, density: {}", 1000 * ratio);
-  SceneRun sphere(pool(half, depth, 0.002, 5e-4,
-                       fmt::format("sphere: {{center: [0, {}, 0], radius: {}, {}}}", depth, R, dynamic)));
+  SceneRun sphere(
+      pool(half, depth, 0.002, 5e-4, fmt::format("sphere: {{center: [0, {}, 0], radius: {}, {}}}", depth, R, dynamic)));
   SceneRun box(pool(half, depth, 0.002, 5e-4,
                     fmt::format("box: {{min: [-0.1, {}, -0.1], max: [0.1, {}, 0.1], {}}}", depth - 0.5 * height,
                                 depth + 0.5 * height, dynamic)));
@@ -144,7 +144,8 @@ double slope(const HostState& s) {
   return std::asin(2 * (x * y + w * z));
 }
 
-/// A box of a half-width and half-height (m) and of 16 d along z floats, upright at first, is pushed, and comes to rest.
+/// A box of a half-width and half-height (m) and of 16 d along z floats, upright at first, is pushed, and comes to
+/// rest.
 struct Tilt {
   double largest = 0, mean = 0, swing = 0;  // rad; mean and largest distance from it over the last 0.75 s
 };
@@ -168,8 +169,7 @@ Tilt push(double half_width, double half_height, double ratio, double turn, doub
   for (const double one : slopes) tilt.swing = std::max(tilt.swing, std::abs(one - tilt.mean));
   const double degrees = 180 / pi;
   std::printf("box of %g x %g m, density %g: turned %.1f degrees, at rest %.2f +- %.2f\n", 2 * half_width,
-              2 * half_height, ratio, tilt.largest * degrees, tilt.mean * degrees,
-              tilt.swing * degrees);
+              2 * half_height, ratio, tilt.largest * degrees, tilt.mean * degrees, tilt.swing * degrees);
   return tilt;
 }
 
@@ -206,7 +206,8 @@ TEST(buoyancy, spheres_set_out_with_their_added_mass) {
   };
   // Water and a sphere of its own density come to rest; then the sphere becomes a heavy or a light one, and the water
   // inviscid: with the viscosity that calms it, the boundary layer would hold the sphere back at once (Basset). The box
-  // is 3.5 radii wide to each side; in a concentric shell of that radius the added mass is 0.535, not 0.5 of the water's.
+  // is 3.5 radii wide to each side; in a concentric shell of that radius the added mass is 0.535, not 0.5 of the
+  // water's.
   SceneRun rest(scene(1000, 0.01));
   while (rest.time() < 0.14) rest.step();
   const HostState start = rest.state();
@@ -218,8 +219,9 @@ TEST(buoyancy, spheres_set_out_with_their_added_mass) {
   const double neutral = acceleration(1000);
   for (const double density : {2000.0, 100.0}) {
     const double theory = -9.81 * (density - 1000) / (density + 500);
-    report({fmt::format("sphere of density {} in deep water, d = R/4: first acceleration, relative error", density / 1000),
-            "(ρs − ρ) g/(ρs + ½ ρ)", std::abs((acceleration(density) - neutral) / theory - 1), 0.1});
+    report(
+        {fmt::format("sphere of density {} in deep water, d = R/4: first acceleration, relative error", density / 1000),
+         "(ρs − ρ) g/(ρs + ½ ρ)", std::abs((acceleration(density) - neutral) / theory - 1), 0.1});
   }
 }
 

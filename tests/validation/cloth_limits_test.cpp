@@ -33,7 +33,8 @@ std::pair<double, double> stretches(const Model& m, const HostState& s) {
   return {most, least};
 }
 
-/// A sheet of 0.5 m that hangs in ten times gravity until it rests: from its upper edge, or from patches at its corners.
+/// A sheet of 0.5 m that hangs in ten times gravity until it rests: from its upper edge, or from patches at its
+/// corners.
 std::pair<double, double> hung(const std::string& pin, double limit) {
   SceneRun run(fmt::format(R"(drench: 1
 time: {{step: 0.002, end: 10}}

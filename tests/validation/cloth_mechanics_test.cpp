@@ -1,4 +1,5 @@
-// The cloth's mechanics against theory: shapes at rest of strips and sheets, and what the step and the mesh must not change.
+// The cloth's mechanics against theory: shapes at rest of strips and sheets, and what the step and the mesh must not
+// change.
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -87,8 +88,8 @@ cloth:
 INSTANTIATE_TEST_SUITE_P(cloth_mechanics, Catenary,
                          ::testing::Values(std::pair(1.2, 0.29234), std::pair(1.05, 0.13930)));
 
-/// A strip clamped at one end: two rows of nodes are held, and hinges bend about nodes, so the clamp acts halfway between
-/// them. k_b = bend · width; q L⁴/(8 k_b) with the lumped tip's cell as half a cell.
+/// A strip clamped at one end: two rows of nodes are held, and hinges bend about nodes, so the clamp acts halfway
+/// between them. k_b = bend · width; q L⁴/(8 k_b) with the lumped tip's cell as half a cell.
 class Cantilever : public ::testing::TestWithParam<int> {};
 
 TEST_P(Cantilever, bends_as_theory_says) {
@@ -206,10 +207,11 @@ TEST(cloth_mechanics, sheet_on_an_incline_sticks_or_slides_as_coulomb_says) {
     const double s = slid(degrees, friction, time);
     // x = ½ a (t² + Δt t) of the implicit steps
     const double a = 2 * s / (time * (time + 0.004));
-    report({fmt::format("sheet on an incline of {}°, friction 0.4: acceleration", degrees), "g (sin α − μ cos α)",
-            std::fabs(a / expected - 1), 0.02, "1", degrees < 30 && !computes_on_host() ? Reached{0.0274, 0} : Reached{},
-            "Near the limit of sticking the acceleration is a small difference of forces, and a GPU's solve stops at the "
-            "rounding of its sums, half a percent of the weight."});
+    report(
+        {fmt::format("sheet on an incline of {}°, friction 0.4: acceleration", degrees), "g (sin α − μ cos α)",
+         std::fabs(a / expected - 1), 0.02, "1", degrees < 30 && !computes_on_host() ? Reached{0.0274, 0} : Reached{},
+         "Near the limit of sticking the acceleration is a small difference of forces, and a GPU's solve stops at the "
+         "rounding of its sums, half a percent of the weight."});
   }
 }
 

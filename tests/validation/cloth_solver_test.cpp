@@ -1,5 +1,5 @@
-// The cloth's solve by itself, for both of its methods: does it reach the implicit step, how fast, and does it hold where
-// the answer is known: a chain under its weight, a soaked sheet that hangs, a soaked sheet that falls.
+// The cloth's solve by itself, for both of its methods: does it reach the implicit step, how fast, and does it hold
+// where the answer is known: a chain under its weight, a soaked sheet that hangs, a soaked sheet that falls.
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -125,7 +125,8 @@ TEST(cloth_solver, reaches_the_fixed_point_of_projective_dynamics) {
   }
 }
 
-/// The sheet that falls moves every force there is: Chebyshev's weights would need some 60 iterations for the first row.
+/// The sheet that falls moves every force there is: Chebyshev's weights would need some 60 iterations for the first
+/// row.
 TEST(cloth_solver, by_newtons_method_takes_few_iterations) {
   if (!computes_on_host()) GTEST_SKIP() << "a GPU iterates by Jacobi";
   const auto iterations = [](double tolerance, int most) {
@@ -261,7 +262,8 @@ TEST(cloth_solver, momentum_of_xpbd_does_not_swing_under_water) {
 }
 
 TEST(cloth_solver, a_low_cap_makes_cloth_sluggish_and_not_wild) {
-  // With few iterations pd moves little, and xpbd is soft: its springs store more than falls, until they have pulled back.
+  // With few iterations pd moves little, and xpbd is soft: its springs store more than falls, until they have pulled
+  // back.
   for (const std::string& method : methods) {
     for (const int cap : {10, 20, 40}) {
       SceneRun run("drench: 1\ntime: {step: 0.004, end: 100}\n" + solver(method, 1e-3, cap) + R"(cloth:
@@ -321,9 +323,9 @@ TEST(cloth_solver, a_soaked_sheet_falls_at_g) {
     }
     std::printf("%s: largest error %.3g m after a fall of %.3g m, at most %d iterations\n", method.c_str(), error,
                 0.5 * gravity * dt * dt * steps * (steps + 1), most);
-    // The multipliers of xpbd cancel exactly; Jacobi's steps r/D of pd push by 2.5e-5 of the fall in float, 1e-12 in double.
-    // They are a GPU's: a host solves by Newton's method.
-    // A node's position is rounded by ½ ε |x| a step, its velocity by ½ ε |v|, which is carried on.
+    // The multipliers of xpbd cancel exactly; Jacobi's steps r/D of pd push by 2.5e-5 of the fall in float, 1e-12 in
+    // double. They are a GPU's: a host solves by Newton's method. A node's position is rounded by ½ ε |x| a step, its
+    // velocity by ½ ε |v|, which is carried on.
     const double bound = steps * 0.5 * rounding * (1 + 0.5 * steps * dt * 4);
     report(
         {"cloth by " + method +

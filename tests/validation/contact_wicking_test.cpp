@@ -83,7 +83,8 @@ TEST(contact_wicking, layers_of_other_pores_come_to_equal_suction) {
     const char *what, *lower, *upper;
     double low, up;  // saturations at rest
   };
-  // The upper sheet is full at first; it holds 0.3 of its volume, the lower one 0.6. ℓ (1 − s^β) is the same in the end.
+  // The upper sheet is full at first; it holds 0.3 of its volume, the lower one 0.6. ℓ (1 − s^β) is the same in the
+  // end.
   const std::array<Case, 3> cases{{
       {"ℓ 0.3 m below, 0.2 m above", "capillary_height: 0.3", "capillary_height: 0.2", 3.0 / 7, 1.0 / 7},
       {"β 2 below, 1 above", "capillary_height: 0.3, retention_exponent: 2", "capillary_height: 0.3",

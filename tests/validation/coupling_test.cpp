@@ -1,5 +1,5 @@
-// Water and cloth against each other: no energy from nothing, a sag that does not depend on the time step, and pins that
-// carry the weight.
+// Water and cloth against each other: no energy from nothing, a sag that does not depend on the time step, and pins
+// that carry the weight.
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>

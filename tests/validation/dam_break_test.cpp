@@ -1,5 +1,5 @@
-// Columns of water collapse over a dry floor: one twice as high as wide (potential flow; Martin & Moyce 1952, base a = 2.25 in), and
-// one behind a gate whose motion is known (Lobovský et al. 2014, 0.6 m).
+// Columns of water collapse over a dry floor: one twice as high as wide (potential flow; Martin & Moyce 1952, base a
+// = 2.25 in), and one behind a gate whose motion is known (Lobovský et al. 2014, 0.6 m).
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -124,8 +124,9 @@ Fronts measured_fronts() {
   return z;
 }
 
-/// Lobovský, Botia-Vera, Castellana, Mas-Soler & Souto-Iglesias 2014 (arXiv:1308.0115): a square column behind a gate that is
-/// lifted at 4.53 m/s (their median, section 4.2) from t = 0 on; the tip of the wave in Fig. 12, left, before it meets the wall.
+/// Lobovský, Botia-Vera, Castellana, Mas-Soler & Souto-Iglesias 2014 (arXiv:1308.0115): a square column behind a gate
+/// that is lifted at 4.53 m/s (their median, section 4.2) from t = 0 on; the tip of the wave in Fig. 12, left, before
+/// it meets the wall.
 namespace gated {
 
 constexpr double side = 0.6, tank = 1.61, lift = 4.53, opens = 1;  // m, m, m/s, s
@@ -197,14 +198,15 @@ TEST(dam_break, the_front_follows_potential_flow_and_the_measurements) {
   report({"dam break, n² = 2, ν = 1e-6 m²/s, d = a/20: rms of Z", "potential flow", rms(fine.z, exact), 0.015});
   report({"dam break, n² = 2, d = a/12: rms of Z, with the delay with which potential flow fits best",
           "Martin & Moyce 1952", rms(middle.late, measured_fronts()), 0.08});
-  report({"dam break, n² = 2, d = a/12: rms of Z, times as published",
-          "Martin & Moyce 1952",
-          rms(middle.z, measured_fronts()),
-          0.08,
-          "1",
-          {0.17, 0.17, 0.162},
-          "Potential flow misses it by 0.168, and fits it within 0.03 with a delay of 0.33 of T, 18 ms: how their column "
-          "was let go is not known. Behind a gate whose motion is known the front is met."});
+  report(
+      {"dam break, n² = 2, d = a/12: rms of Z, times as published",
+       "Martin & Moyce 1952",
+       rms(middle.z, measured_fronts()),
+       0.08,
+       "1",
+       {0.17, 0.17, 0.162},
+       "Potential flow misses it by 0.168, and fits it within 0.03 with a delay of 0.33 of T, 18 ms: how their column "
+       "was let go is not known. Behind a gate whose motion is known the front is met."});
   report({"dam break: front over Ritter's 2 √(gH) t, all", "Ritter 1892",
           std::max({coarse.beyond, middle.beyond, fine.beyond}), 1});
 }

@@ -1,5 +1,7 @@
-// Bodies that change their shape, from mesh files: a piston whose face bulges displaces the water that it sweeps, none is in
-// it, a ball that swells in a pool lifts the pool, and a sheet rests on a body that has bulged.
+// Bodies that change their shape, from mesh files: a piston whose face bulges displaces the water that it sweeps, none
+// is in it, a ball that swells in a pool lifts the pool, and a sheet rests on a body that has bulged.
+
+#include "setup/deforming_body.hpp"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -11,7 +13,6 @@
 #include "ball_mesh.hpp"
 #include "base/eigen_vec.hpp"
 #include "piston_pool.hpp"
-#include "setup/deforming_body.hpp"
 #include "setup/distance_field.hpp"
 #include "state/deforming_body.hpp"
 #include "validation.hpp"
@@ -51,7 +52,8 @@ TestMesh piston_mesh(int n) {
   for (std::size_t i = 0; i < front.size(); ++i)
     for (std::size_t j = 0; j < front.size(); ++j)
       for (auto* face : {&front, &back})
-        (*face)[i].push_back(add(face == &front ? 1 : -1, 2.0 * static_cast<double>(i) / n - 1, 2.0 * static_cast<double>(j) / n - 1));
+        (*face)[i].push_back(
+            add(face == &front ? 1 : -1, 2.0 * static_cast<double>(i) / n - 1, 2.0 * static_cast<double>(j) / n - 1));
   const auto square = [&](int a, int b, int c, int d) {
     mesh.triangles.push_back({a, b, c});
     mesh.triangles.push_back({a, c, d});
@@ -103,10 +105,12 @@ TEST(deforming_body, a_piston_that_bulges_displaces_the_water_that_it_sweeps) {
   std::printf("floor covered: %.6f m², expected %.6f; deepest %.2e m; %d samples\n", swept, expected, inside, samples);
   report({"a piston of mesh files whose face bulges: displaced volume, from the centre of mass", "what it swept",
           std::abs(swept / expected - 1), 0.02});
-  report({"a piston of mesh files whose face bulges: how deep a particle is in it over d", "none inside", inside / pool.spacing, 0.02});
+  report({"a piston of mesh files whose face bulges: how deep a particle is in it over d", "none inside",
+          inside / pool.spacing, 0.02});
 }
 
-/// The ball becomes a larger ellipsoid. Its distances are off by some 0.02 d at a radius of 5 d, because they are interpolated.
+/// The ball becomes a larger ellipsoid. Its distances are off by some 0.02 d at a radius of 5 d, because they are
+/// interpolated.
 TEST(deforming_body, a_ball_that_swells_in_a_pool_has_no_particle_in_it) {
   constexpr double d = 0.01, side = 0.12, depth = 0.2, small = 0.055;  // m
   const auto radii = [](double t) {
@@ -147,7 +151,8 @@ TEST(deforming_body, a_sheet_rests_on_a_body_that_has_bulged) {
   constexpr double thickness = 0.004;  // m
   const std::string files = write_shapes("bulging_cushion", 21, ball_mesh(5), [](int k, const Vector3d& x) {
     const double s = smooth(k / fps), radius = std::hypot(x[0], x[2]);
-    return Vector3d(0.25 * x[0], 0.05 * x[1] + (x[1] > 0 ? 0.08 * s * std::exp(-3 * radius * radius) * x[1] : 0), 0.25 * x[2]);
+    return Vector3d(0.25 * x[0], 0.05 * x[1] + (x[1] > 0 ? 0.08 * s * std::exp(-3 * radius * radius) * x[1] : 0),
+                    0.25 * x[2]);
   });
   SceneRun run(fmt::format(R"(drench: 1
 time: {{step: 0.004, end: 10}}
@@ -180,11 +185,12 @@ bodies: [{{mesh: {{sequence: "{}", fps: {}}}}}]
   for (const double mass : run.model().mesh.solid_mass) weight += 9.81 * mass;
   double friction = 0;
   for (const Vec3& f : end.node_friction_force) friction += f[1];
-  std::printf("middle at %.5f m, distance %.6f m; fastest %.2e m/s; load %.4f + %.4f N of %.4f N; deepest %.2e m\n", middle[1],
-              distance(middle), fastest, load, friction, weight, deepest_node);
+  std::printf("middle at %.5f m, distance %.6f m; fastest %.2e m/s; load %.4f + %.4f N of %.4f N; deepest %.2e m\n",
+              middle[1], distance(middle), fastest, load, friction, weight, deepest_node);
   report({"a sheet on a body that has bulged: distance of its middle from the body over its thickness", "the thickness",
           std::abs(distance(middle) / thickness - 1), 0.02});
-  report({"a sheet on a body that bulges: how far a node is below its thickness, over that", "not at all", deepest_node / thickness, 0.1});
+  report({"a sheet on a body that bulges: how far a node is below its thickness, over that", "not at all",
+          deepest_node / thickness, 0.1});
   report({"a sheet on a body that has bulged: the body's force over the sheet's weight", "the weight",
           std::abs((load + friction) / weight - 1), 0.02});
 }

@@ -78,8 +78,8 @@ double kernel_derivative(double r, double h) {
   return q <= 0.5 ? sigma * 6 * (3 * q - 2) : -sigma * 6 * (1 - q) * (1 - q) / q;
 }
 
-/// Pressure in the drop's core, Pa, from the virial −1/(6 V) Σ_i Σ_j F_ij·x_ij of both solves' pressure and of the cohesion:
-/// the field `pressure` less the internal pressure. The area term is left out, whose normals vanish there.
+/// Pressure in the drop's core, Pa, from the virial −1/(6 V) Σ_i Σ_j F_ij·x_ij of both solves' pressure and of the
+/// cohesion: the field `pressure` less the internal pressure. The area term is left out, whose normals vanish there.
 double core_pressure(const HostState& s, double h) {
   const Vec3 c = centre(s);
   const double radius = radius_of(s), cohesion = (1 - area_share) * tension / (31.0 / 560 * h);
@@ -195,8 +195,8 @@ double cap_height(double theta) {
   return (0.75 * (2 - h) * (2 - h) / (3 - h) - c) / scale;
 }
 
-/// The liquid that a drop on a wall begins as, in spacings: half its sides and its height; `ball`, if above 0, is the radius of
-/// a ball around the height `centre` that is cut from it.
+/// The liquid that a drop on a wall begins as, in spacings: half its sides and its height; `ball`, if above 0, is the
+/// radius of a ball around the height `centre` that is cut from it.
 struct Start {
   double half = 6, height = 8;
   double ball = 0, centre = 0;
@@ -206,8 +206,8 @@ std::string plate(double adhesion) {
   return fmt::format("bodies: [{{plane: {{point: [0, 0, 0], normal: [0, 1, 0], adhesion: {}}}}}]\n", adhesion);
 }
 
-/// A level sheet: a dry one that stands still, or a wet one, full of liquid, that moves between its pinned edges and is too
-/// stiff to wrap the drop.
+/// A level sheet: a dry one that stands still, or a wet one, full of liquid, that moves between its pinned edges and is
+/// too stiff to wrap the drop.
 std::string sheet(double adhesion, bool wet) {
   const char* const still = "    dynamics: false\n";
   const char* const soaked =
@@ -257,8 +257,8 @@ struct Work {
   const char* letters;
 };
 
-/// From a ball that touches the wall the contact line advances, from a film it recedes. Both should end at the same angle.
-/// A film would jump off a wall with w = σ/4, as drops do; there a cap with an angle of 120° recedes.
+/// From a ball that touches the wall the contact line advances, from a film it recedes. Both should end at the same
+/// angle. A film would jump off a wall with w = σ/4, as drops do; there a cap with an angle of 120° recedes.
 void compare_sides(const std::string& what, const Work& w, const std::string& wall) {
   const Start ball{7, 13, 6.5, 6.5}, film{9.5, 3}, cap{9, 13, 6.83, 3.41};
   const double expected = w.share - 1;

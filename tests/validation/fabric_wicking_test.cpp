@@ -1,5 +1,5 @@
-// How liquid spreads in fabric whose diffusivity grows with the saturation, or differs between warp and weft: against the
-// exact solutions of Barenblatt and of the heat equation, Kissa's law of stains, and finite elements.
+// How liquid spreads in fabric whose diffusivity grows with the saturation, or differs between warp and weft: against
+// the exact solutions of Barenblatt and of the heat equation, Kissa's law of stains, and finite elements.
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -29,8 +29,8 @@ struct Barenblatt {
   double diffusivity, radius, centre;
   double retention = 1;  // β: with D/β and the exponent n + 1 − β the same equation holds
   std::string keys() const {
-    return fmt::format("diffusivity: {}, diffusion_exponent: {}, retention_exponent: {}, max_saturation: 1", diffusivity / retention,
-                       n + 1 - retention, retention);
+    return fmt::format("diffusivity: {}, diffusion_exponent: {}, retention_exponent: {}, max_saturation: 1",
+                       diffusivity / retention, n + 1 - retention, retention);
   }
   /// s, from the point to the start.
   double age() const { return n * radius * radius / (2 * (dimensions * n + 2) * diffusivity * std::pow(centre, n)); }
@@ -45,7 +45,8 @@ struct Barenblatt {
   double second_moment() const { return dimensions / (dimensions + 2 + 2 / n); }
 };
 
-/// The mean of f over a node's cell, a rectangle h by w about it, cut at the sheet's left and lower ends. w = 0: along a line.
+/// The mean of f over a node's cell, a rectangle h by w about it, cut at the sheet's left and lower ends. w = 0: along
+/// a line.
 template <class F>
 double mean_in_cell(double x, double z, double h, double w, F f) {
   const int parts = w > 0 ? 60 : 600;
@@ -65,7 +66,8 @@ struct Spread {
   int substeps = 0;
 };
 
-/// A half line or a quarter of a plane from its centre on, `cells` to the first radius, until the radius has grown by `growth`.
+/// A half line or a quarter of a plane from its centre on, `cells` to the first radius, until the radius has grown by
+/// `growth`.
 Spread spread(const Barenblatt& exact, int cells, double growth, Books& books) {
   const double h = exact.radius / cells, time = exact.time_of_growth(growth);
   const int along = static_cast<int>(std::ceil(cells * growth * 1.1)) + 2;
@@ -165,8 +167,9 @@ TEST(fabric_wicking, drops_spread_by_their_curve_of_retention) {
 
 namespace {
 
-/// The area of the stain of a full patch of this radius in the plane, m², after each of the steps `at`: where the saturation is
-/// above a quarter of its middle's. That is a fixed part of all that is wet, and no front smeared over a cell counts.
+/// The area of the stain of a full patch of this radius in the plane, m², after each of the steps `at`: where the
+/// saturation is above a quarter of its middle's. That is a fixed part of all that is wet, and no front smeared over a
+/// cell counts.
 std::vector<double> wet_areas(double patch, double h, double reach, double time, int steps, const std::vector<int>& at,
                               Books& books) {
   const int along = static_cast<int>(std::ceil(reach / h));
@@ -258,7 +261,8 @@ Ellipse ellipse_of(const Watched& run, const Eigen::Vector2d& centre) {
 }  // namespace
 
 TEST(fabric_wicking, a_drop_on_a_weave_wets_an_ellipse) {
-  // The mesh is turned by 20° about y, which takes x away from z; the warp lies 50° from x towards z in it: 30° in space.
+  // The mesh is turned by 20° about y, which takes x away from z; the warp lies 50° from x towards z in it: 30° in
+  // space.
   constexpr double side = 0.4, degrees = 30, along_warp = 4e-4, along_weft = 1e-4;
   const TempFolder folder;
   const Patch mesh = irregular_sheet(81, 81, side, side, 0.3);
@@ -278,12 +282,13 @@ TEST(fabric_wicking, a_drop_on_a_weave_wets_an_ellipse) {
     const Barenblatt exact{std::max(n, 1.0), 2, std::sqrt(along_warp * along_weft), 0.045, 0.9};
     const double sigma = 0.015, time = n == 0 ? 1.6 : exact.time_of_growth(1.8), stretch = std::sqrt(2.0);
     const int steps = std::max(40, static_cast<int>(std::ceil(time)));
-    Watched run(still_cloth(fmt::format("{{file: \"{}\"}}", (folder.path() / file).string() + ".obj"), time / steps,
-                            fmt::format("diffusivity: {}, weft_diffusivity: {}, diffusion_exponent: {}, max_saturation: 1",
-                                        along_warp, along_weft, n),
-                            "    place: {rotate: {axis: [0, 1, 0], degrees: 20}}\n" +
-                                (uses_texture ? "" : fmt::format("    warp: [{}, 0, {}]\n", in_mesh[0], in_mesh[2]))),
-                books);
+    Watched run(
+        still_cloth(fmt::format("{{file: \"{}\"}}", (folder.path() / file).string() + ".obj"), time / steps,
+                    fmt::format("diffusivity: {}, weft_diffusivity: {}, diffusion_exponent: {}, max_saturation: 1",
+                                along_warp, along_weft, n),
+                    "    place: {rotate: {axis: [0, 1, 0], degrees: 20}}\n" +
+                        (uses_texture ? "" : fmt::format("    warp: [{}, 0, {}]\n", in_mesh[0], in_mesh[2]))),
+        books);
     double most = 0;
     run.start_from([&](const Vec3& x) {
       const Eigen::Vector2d r = Eigen::Vector2d(x[0], x[2]) - centre;
@@ -352,7 +357,8 @@ Eigen::VectorXd finite_elements(const Patch& mesh, Eigen::VectorXd s, Tensor ten
   return s;
 }
 
-/// A run against finite elements on sixteen times its triangles. `start` takes a position, `warp` the number of a triangle.
+/// A run against finite elements on sixteen times its triangles. `start` takes a position, `warp` the number of a
+/// triangle.
 template <class Start, class Warp>
 void compare_with_finite_elements(const std::string& name, const Patch& mesh, const std::string& scene, double time,
                                   double along_warp, double along_weft, Start start, Warp warp, Books& books) {

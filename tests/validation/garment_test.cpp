@@ -13,8 +13,9 @@
 namespace drench::test {
 namespace {
 
-/// An OBJ of two parts that share no node: a sleeve, a tube of 0.3 m and radius 0.08 m about the y axis with an opening of
-/// half its girth in the middle, and a square flap of 0.1 m beside it. Nodes are off their lattice by up to a tenth of it.
+/// An OBJ of two parts that share no node: a sleeve, a tube of 0.3 m and radius 0.08 m about the y axis with an opening
+/// of half its girth in the middle, and a square flap of 0.1 m beside it. Nodes are off their lattice by up to a tenth
+/// of it.
 std::string garment() {
   std::string points, faces;
   int count = 0;

@@ -28,7 +28,7 @@ struct Column {
   int across = 20;  // layers
   int wide = 20;
   std::string kernel = "cubic";
-  double support = 2;  // h/d
+  double support = 2;                       // h/d
   double step = 0.004;                      // s
   std::optional<double> source_error = {};  // η
   double period = 0.75;                     // s, of three
@@ -55,7 +55,8 @@ bodies: [{{box: {{min: [0, 0, 0], max: [{5}, 0.7, {5}], inside: true}}}}]
 
 using Eigen::Vector3d;
 
-/// Sums over the samples around a particle at a wall (docs/theory/walls_and_sheets.md), for Σ m_i of what the box does to it.
+/// Sums over the samples around a particle at a wall (docs/theory/walls_and_sheets.md), for Σ m_i of what the box does
+/// to it.
 struct AtWall {
   double drag = 0;                       // of viscosity, m/s² upward, negative
   Vector3d gradient = Vector3d::Zero();  // s, 1/m
@@ -72,9 +73,9 @@ struct AtWall {
   }
 };
 
-/// Load on the box (N, downward) in a step: the reactions of src/stages/divergence.hpp (both solves) and forces.hpp over all
-/// samples, from the pressures, positions and velocities at its beginning. The floor's samples alone do not carry the weight:
-/// the walls' lowest ones and those in the corner push the lowest layer too.
+/// Load on the box (N, downward) in a step: the reactions of src/stages/divergence.hpp (both solves) and forces.hpp
+/// over all samples, from the pressures, positions and velocities at its beginning. The floor's samples alone do not
+/// carry the weight: the walls' lowest ones and those in the corner push the lowest layer too.
 double load_on_box(const Model& model, double width, const HostState& start, const HostState& end) {
   const double h = model.support, viscous = 80.0 / 3 * model.scene.fluid.viscosity / (h * h);  // χ of the cubic spline
   const KernelKind kernel = model.scene.fluid.kernel;
@@ -208,24 +209,24 @@ Rest settle(const Column& column) {
   rest.growth = energy[2] / energy[1];
   rest.unrest = energy[2] / (weight * column.spacing());
   std::printf(
-      "%s, extrapolated walls, d = H/%d, %d d wide, %g ms, tolerance %g, source_error %g: surface %.4f m; largest energies of "
+      "%s, extrapolated walls, d = H/%d, %d d wide, %g ms, tolerance %g, source_error %g: surface %.4f m; largest "
+      "energies of "
       "the "
       "periods %.3e %.3e %.3e J; %.2f particles a step put back by the box; density iterations %.1f, at most %g; "
       "divergence %.1f; rms of particles' mean kappa %.4f, of their mean fitted p %.4f, of layers %.4f; of the fitted "
       "p in a "
       "step %.4f; load %.2e\n",
-      column.kernel.c_str(), column.across, column.wide,
-      1e3 * column.step, column.tolerance, column.source_error.value_or(0), surface_of(height_of), energy[0], energy[1],
-      energy[2], clamped, rest.iterations, rest.most_iterations, divergence_iterations, rest.raw, rest.pressure,
-      rest.layers, rest.swing, rest.load);
+      column.kernel.c_str(), column.across, column.wide, 1e3 * column.step, column.tolerance,
+      column.source_error.value_or(0), surface_of(height_of), energy[0], energy[1], energy[2], clamped, rest.iterations,
+      rest.most_iterations, divergence_iterations, rest.raw, rest.pressure, rest.layers, rest.swing, rest.load);
   return rest;
 }
 
 }  // namespace
 
 std::string name(const Column& column, const std::string& of) {
-  return fmt::format("hydrostatic column 0.5 m, d = H/{}, {} d wide, extrapolated walls, tolerance {}: {}", column.across,
-                     column.wide, column.tolerance, of);
+  return fmt::format("hydrostatic column 0.5 m, d = H/{}, {} d wide, extrapolated walls, tolerance {}: {}",
+                     column.across, column.wide, column.tolerance, of);
 }
 constexpr const char* theory = "p = ρ g (H − z)";
 constexpr const char* of_particles = "rms of the particles' mean fitted p over ρgH";
@@ -316,7 +317,8 @@ bodies: [{box: {min: [0, 0, 0], max: [0.5, 1.2, 0.5], inside: true}}]
           iterations[0] / iterations[1], 0.7});
 }
 
-// Each kernel with the support that docs/manual/liquids.md recommends. The walls' own error is not the kernel's: they extrapolate.
+// Each kernel with the support that docs/manual/liquids.md recommends. The walls' own error is not the kernel's: they
+// extrapolate.
 TEST(hydrostatic, the_three_kernels) {
   const std::pair<const char*, double> kernels[] = {{"cubic", 2}, {"wendland", 3}, {"poly6", 2.5}};
   for (const auto& [kernel, support] : kernels) {

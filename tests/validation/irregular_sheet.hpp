@@ -62,7 +62,8 @@ inline SurfaceMesh smoothed_mesh(const std::vector<Vec3>& fixed, const std::vect
   return mesh;
 }
 
-/// A strip in x from `from` to `to` and in z from 0 to `width`, with edges of `size` on its boundary and on the line x = 0.
+/// A strip in x from `from` to `to` and in z from 0 to `width`, with edges of `size` on its boundary and on the line x
+/// = 0.
 inline SurfaceMesh irregular_strip(double from, double to, double width, double size, int passes) {
   const auto parts = [&](double length) { return std::max(1, static_cast<int>(std::lround(length / size))); };
   std::vector<Vec3> fixed, free;

@@ -54,8 +54,8 @@ TEST(jet, carries_its_mass_and_does_not_burst) {
   for (const double radius : {0.5, 1.7, 4.5}) {
     for (const double speed : {0.5, 3.0}) {
       const Jet jet = pour(radius * spacing, speed, speed > 1 ? 0.3 : 10.0);
-      std::printf("radius %.1f d, %.1f m/s: mass %.3f particles, density ratio 1 %+.4f, speed %.4f\n", radius, speed, jet.mass,
-                  jet.crowded, jet.speed);
+      std::printf("radius %.1f d, %.1f m/s: mass %.3f particles, density ratio 1 %+.4f, speed %.4f\n", radius, speed,
+                  jet.mass, jet.crowded, jet.speed);
       worst = {std::max(worst.mass, jet.mass), std::max(worst.crowded, jet.crowded), std::max(worst.speed, jet.speed)};
     }
   }

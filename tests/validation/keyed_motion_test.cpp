@@ -1,5 +1,5 @@
-// What moves by keys and files displaces what its keys say: a piston of mesh files in a channel of water, and a jet whose flow
-// rises, turns and stops.
+// What moves by keys and files displaces what its keys say: a piston of mesh files in a channel of water, and a jet
+// whose flow rises, turns and stops.
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -47,8 +47,9 @@ TEST(keyed_motion, a_piston_of_mesh_files_displaces_the_water_that_it_sweeps) {
           std::max(0.0, inside) / pool.spacing, 1e-5});
 }
 
-/// A bellows: a closed cloth, all of its nodes pinned to files, whose top rises in a pool. Where it stands over its floor, and
-/// before and after, water rests some 0.2 spacings nearer to a sheet or farther from it: so the way is twelve spacings long.
+/// A bellows: a closed cloth, all of its nodes pinned to files, whose top rises in a pool. Where it stands over its
+/// floor, and before and after, water rests some 0.2 spacings nearer to a sheet or farther from it: so the way is
+/// twelve spacings long.
 namespace bellows {
 
 constexpr double fine = 0.02 / 3, side = 0.16 / 3;                     // m: spacing; half the pool's side

@@ -28,8 +28,8 @@ struct Patch {
 
 inline double noise(int n) { return std::sin(12.9898 * n + 1); }
 
-/// L × W in x and z from the origin, its nodes up to `off` of a cell off their lattice and the diagonals at random: many of
-/// its angles are obtuse.
+/// L × W in x and z from the origin, its nodes up to `off` of a cell off their lattice and the diagonals at random:
+/// many of its angles are obtuse.
 inline Patch irregular_sheet(int along, int across, double length, double width, double off) {
   Patch p;
   for (int j = 0; j < across; ++j)

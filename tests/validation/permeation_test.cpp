@@ -31,12 +31,14 @@ cloth:
 {3}
 bodies: [{{box: {{min: [-{1}, -0.2, -{1}], max: [{1}, 0.2, {1}], inside: true}}}}]
 )",
-                     spacing, width / 2, height, sheet, end, viscosity, width, std::lround(width / spacing) + 1, thickness);
+                     spacing, width / 2, height, sheet, end, viscosity, width, std::lround(width / spacing) + 1,
+                     thickness);
 }
 
 /// A sheet that is wet from the start.
 std::string wet(const std::string& porous) {
-  return fmt::format("    initial_saturation: [{{box: {{min: [-1, -1, -1], max: [1, 1, 1]}}, value: 1}}]\n    porous: {{{}}}", porous);
+  return fmt::format(
+      "    initial_saturation: [{{box: {{min: [-1, -1, -1], max: [1, 1, 1]}}, value: 1}}]\n    porous: {{{}}}", porous);
 }
 
 /// How much water stands above the plane of the sheet, m.
@@ -55,7 +57,8 @@ TEST(permeation, falling_head) {
   constexpr double rate = 1;  // K, 1/s
   const double permeability = rate * viscosity * thickness / gravity;
   for (const double d : {0.004, 0.003, 0.002}) {
-    SceneRun run(column(d, 0.03, wet(fmt::format("uptake_velocity: 0.01, diffusivity: 0, permeability: {}", permeability)), 2));
+    SceneRun run(
+        column(d, 0.03, wet(fmt::format("uptake_velocity: 0.01, diffusivity: 0, permeability: {}", permeability)), 2));
     const Quanta total = all(run.initial());
     const double start = head(run.model(), run.initial());
     double worst = 0;
@@ -67,11 +70,13 @@ TEST(permeation, falling_head) {
       const HostState s = run.state();
       const double theory = start * std::exp(-rate * run.time()), h = head(run.model(), s);
       worst = std::max(worst, std::fabs(h / theory - 1));
-      std::printf("falling head, d = %g mm: t = %.3f s, h = %.3f mm, theory %.3f mm, %d particles, cloth %.4f\n", d * 1e3, run.time(), h * 1e3,
-                  theory * 1e3, int(s.fluid_count()), double(sum(s.node_liquid)) * run.model().quantum / (0.6 * thickness * 1000 * width * width));
+      std::printf("falling head, d = %g mm: t = %.3f s, h = %.3f mm, theory %.3f mm, %d particles, cloth %.4f\n",
+                  d * 1e3, run.time(), h * 1e3, theory * 1e3, int(s.fluid_count()),
+                  double(sum(s.node_liquid)) * run.model().quantum / (0.6 * thickness * 1000 * width * width));
       EXPECT_EQ(all(s), total);
     }
-    report({fmt::format("falling head through a wet sheet, d = {} mm: height of the water over 1/K, largest error", d * 1e3),
+    report({fmt::format("falling head through a wet sheet, d = {} mm: height of the water over 1/K, largest error",
+                        d * 1e3),
             "h = h₀ e^(−Kt), K = k g/(ν τ)", worst, 0.05});
   }
 }
@@ -115,8 +120,10 @@ bodies: [{{box: {{min: [-0.04, 0, -0.04], max: [0.04, 0.15, 0.04], inside: true}
     run.step([&](Stage stage, bool done) {
       if (stage != Stage::absorption && stage != Stage::emission) return;
       const auto now = sides(run.backend->download());
-      if (done && stage == Stage::absorption) p.down_in += before.first - now.first, p.up_in += before.second - now.second;
-      if (done && stage == Stage::emission) p.up_out += now.first - before.first, p.down_out += now.second - before.second;
+      if (done && stage == Stage::absorption)
+        p.down_in += before.first - now.first, p.up_in += before.second - now.second;
+      if (done && stage == Stage::emission)
+        p.up_out += now.first - before.first, p.down_out += now.second - before.second;
       before = now;
     });
   }
@@ -147,7 +154,9 @@ TEST(permeation, breakthrough) {
   constexpr double d = 0.003, start = 0.03, rate = 1;
   const double permeability = rate * viscosity * thickness / gravity, load = 1000 * gravity * start;
   const auto sheet = [&](double breakthrough) {
-    return fmt::format("    porous: {{uptake_velocity: 0.01, diffusivity: 0, permeability: {}, breakthrough_pressure: {}}}", permeability, breakthrough);
+    return fmt::format(
+        "    porous: {{uptake_velocity: 0.01, diffusivity: 0, permeability: {}, breakthrough_pressure: {}}}",
+        permeability, breakthrough);
   };
   {
     SceneRun run(column(d, start, sheet(2 * load), 2));
@@ -157,7 +166,9 @@ TEST(permeation, breakthrough) {
     Quanta above = 0;
     for (std::size_t i = 0; i < s.fluid_mass.size(); ++i)
       if (s.fluid_position[i][1] > 0) above += s.fluid_mass[i];
-    report({"water on a dry sheet that repels, half of its breakthrough pressure, 1 s: what is in the sheet or below it", "0", double(total - above), 0, "quanta"});
+    report(
+        {"water on a dry sheet that repels, half of its breakthrough pressure, 1 s: what is in the sheet or below it",
+         "0", double(total - above), 0, "quanta"});
   }
   SceneRun run(column(d, start, sheet(0.5 * load), 3));
   const Quanta total = all(run.initial());
@@ -174,13 +185,16 @@ TEST(permeation, breakthrough) {
     ++steps;
     EXPECT_EQ(all(s), total);
   }
-  const double seconds = 0.001 * (steps - 1), measured = (passed_at[0] - passed_at[1]) / seconds, theory = rate * heads / steps;
+  const double seconds = 0.001 * (steps - 1), measured = (passed_at[0] - passed_at[1]) / seconds,
+               theory = rate * heads / steps;
   std::printf("breakthrough: %.4f m/s, theory %.4f, h %.4f\n", measured, theory, passed_at[1]);
-  report({"the same at twice its breakthrough pressure, 0.1 to 0.3 s: flux", "k Δp/(μ τ)", std::fabs(measured / theory - 1), 0.1});
+  report({"the same at twice its breakthrough pressure, 0.1 to 0.3 s: flux", "k Δp/(μ τ)",
+          std::fabs(measured / theory - 1), 0.1});
   while (run.time() < 1.5 - 1e-9) run.step();
   const double stays = head(run.model(), run.state());
   std::printf("breakthrough: stays %.4f m, p_b/ρg %.4f m\n", stays, 0.5 * start);
-  report({"the same after 1.5 s: height of the water that stays, how far off", "p_b/(ρ g), to a spacing", std::fabs(stays - 0.5 * start) / d, 1, "spacings"});
+  report({"the same after 1.5 s: height of the water that stays, how far off", "p_b/(ρ g), to a spacing",
+          std::fabs(stays - 0.5 * start) / d, 1, "spacings"});
 }
 
 }  // namespace drench::test

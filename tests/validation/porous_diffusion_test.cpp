@@ -1,6 +1,6 @@
 // How liquid spreads and rises within a fabric, against theory and finite elements: cloth that does not move, no liquid
-// particles. Without liquid the spacing d (which sets the quantum) is the mean edge of the mesh, and diffusion itself knows
-// only the mesh: its edges are what a refinement halves.
+// particles. Without liquid the spacing d (which sets the quantum) is the mean edge of the mesh, and diffusion itself
+// knows only the mesh: its edges are what a refinement halves.
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>

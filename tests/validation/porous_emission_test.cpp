@@ -206,12 +206,12 @@ namespace {
 struct Drips {
   static constexpr double d = 0.01, ramp = 0.02, emission_velocity = 0.5;  // m, s, m/s
   const Model& m;
-  HostState before{};           // of stage emission
-  double may_leave = 0;         // quanta: what is buffered when the step begins, and what becomes so in it
-  double became_buffered = 0;   // quanta, in all steps
-  double given = 0, rate = 0;   // quanta given back; its largest ratio to what may leave
-  double kick = 0;              // m/s: the fastest new particle, relative to the cloth
-  double all = 0, most = 0;     // new particles; the most in a step
+  HostState before{};          // of stage emission
+  double may_leave = 0;        // quanta: what is buffered when the step begins, and what becomes so in it
+  double became_buffered = 0;  // quanta, in all steps
+  double given = 0, rate = 0;  // quanta given back; its largest ratio to what may leave
+  double kick = 0;             // m/s: the fastest new particle, relative to the cloth
+  double all = 0, most = 0;    // new particles; the most in a step
   double upper_side = 0, upper_half = 0;
 
   void begin(const HostState& s) {

@@ -193,11 +193,11 @@ struct Filling {
   StageRun& run;
   const Model& m = run.setup.model;
   const Quanta total = sum(run.setup.state.fluid_mass);
-  Quanta all = 0;                                  // ΣC
-  Quanta least = 0, most = 0;                      // of the cloth's liquid in the last 5 s
-  Quanta fall = 0, step = 0;                       // largest in a step, until the cloth is full
-  Quanta above = 0, below = 0, error = 0;          // of a node's bounds; of the ledger
-  double taken = 0, full_at = -1;                  // quanta, s
+  Quanta all = 0;                          // ΣC
+  Quanta least = 0, most = 0;              // of the cloth's liquid in the last 5 s
+  Quanta fall = 0, step = 0;               // largest in a step, until the cloth is full
+  Quanta above = 0, below = 0, error = 0;  // of a node's bounds; of the ledger
+  double taken = 0, full_at = -1;          // quanta, s
 
   explicit Filling(StageRun& of) : run(of) {
     for (std::size_t n = 0; n < m.samples.node_capacity.size(); ++n) all += capacity(m, n);
@@ -266,8 +266,8 @@ bodies: [{{box: {{min: [-0.04, 0, -0.04], max: [0.04, 0.15, 0.04], inside: true}
     report({pool + "largest fall of the cloth's liquid until it holds ΣC", "monotone", double(f.fall), 0, "quanta"});
     report({pool + "range of its liquid in the last 5 s, over ΣC", "constant, (s_max − 1)/2",
             unit * double(f.most - f.least), 0.09});
-    report({pool + "a node above s_max C or below 0, after any stage of any step", "0", double(std::max(f.above, f.below)),
-            0, "quanta"});
+    report({pool + "a node above s_max C or below 0, after any stage of any step", "0",
+            double(std::max(f.above, f.below)), 0, "quanta"});
     report({pool + "error of the ledger", "0", double(f.error), 0, "quanta"});
   }
 }

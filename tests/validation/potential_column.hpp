@@ -1,6 +1,7 @@
 #pragma once
-// A column of liquid without viscosity that collapses beside a wall and over a dry floor, in a plane: potential flow by boundary
-// elements and marked points of the surface (Longuet-Higgins & Cokelet 1976). It shares nothing with the solver's methods.
+// A column of liquid without viscosity that collapses beside a wall and over a dry floor, in a plane: potential flow by
+// boundary elements and marked points of the surface (Longuet-Higgins & Cokelet 1976). It shares nothing with the
+// solver's methods.
 
 #include <Eigen/Dense>
 #include <algorithm>

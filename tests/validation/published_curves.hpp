@@ -1,6 +1,6 @@
 #pragma once
-// Published measurements of liquid in fabric and paper, with their sources and scatter: all that published_fabric_test.cpp
-// compares with. Numbers alone, in SI units.
+// Published measurements of liquid in fabric and paper, with their sources and scatter: all that
+// published_fabric_test.cpp compares with. Numbers alone, in SI units.
 
 #include <array>
 #include <vector>
@@ -16,9 +16,10 @@ struct WickingCurve {
 
 inline constexpr std::array<double, 7> wicking_times{30, 60, 120, 180, 300, 420, 600};  // s
 
-/// W. Jasper, O. Tandel: Wicking Tracker, github.com/wjasper/Wicking_Tracker (2025), folder output, raw tables data.csv of
-/// the indoor runs `108 Nylon F1…F9`, `108 Nylon T1…T9`, `108 Polyester F1…F9`, `108 Polyester T1…T9`, `200 Polyester F1…F9`.
-/// F is a flat and T a terry knit of socks, the number that of the machine's needles. Before 30 s their camera lags.
+/// W. Jasper, O. Tandel: Wicking Tracker, github.com/wjasper/Wicking_Tracker (2025), folder output, raw tables data.csv
+/// of the indoor runs `108 Nylon F1…F9`, `108 Nylon T1…T9`, `108 Polyester F1…F9`, `108 Polyester T1…T9`, `200
+/// Polyester F1…F9`. F is a flat and T a terry knit of socks, the number that of the machine's needles. Before 30 s
+/// their camera lags.
 inline constexpr std::array<WickingCurve, 5> sock_curves{{{"flat nylon, 108 needles",
                                                            {0.0341, 0.0427, 0.0530, 0.0597, 0.0706, 0.0779, 0.0849},
                                                            {0.0010, 0.0011, 0.0010, 0.0009, 0.0009, 0.0010, 0.0007}},
@@ -50,9 +51,9 @@ struct Imbibition {
   std::vector<ProfilePoint> profile;
 };
 
-/// Gerlero, Valdez, Urteaga, Kler: Validity of capillary imbibition models in paper-based microfluidic applications. Transp.
-/// Porous Media 141, 359 (2022). Every seventh of the 141 points of the authors' data (github.com/gerlero/frontx,
-/// examples/data/validity), closer at the front; front and absorbed are of all points.
+/// Gerlero, Valdez, Urteaga, Kler: Validity of capillary imbibition models in paper-based microfluidic applications.
+/// Transp. Porous Media 141, 359 (2022). Every seventh of the 141 points of the authors' data
+/// (github.com/gerlero/frontx, examples/data/validity), closer at the front; front and absorbed are of all points.
 inline const Imbibition paper{
     "filter paper",
     "Gerlero et al. 2022, measured profile",
@@ -67,9 +68,10 @@ inline const Imbibition paper{
      {2.05110e-3, 0.4395, 0.0434}, {2.08140e-3, 0.1971, 0.0438}, {2.11180e-3, 0.0850, 0.0392},
      {2.14220e-3, 0.0374, 0.0290}, {2.17250e-3, 0.0200, 0.0154}, {2.21810e-3, 0.0078, 0.0043}}};
 
-/// J. R. Buser, thesis of 2016, hdl.handle.net/1773/38064: a nitrocellulose membrane HF135. Its fitted coefficients alone could be read, as the examples of
-/// github.com/gerlero/fronts quote them: van Genuchten's law with k = 5.5e-13 m², α = 0.2555 1/m, n = 2.3521, water content
-/// 0.0473 to 0.945, 0.102755 at the start. The curve is Richards' equation with them, solved by the package fronts.
+/// J. R. Buser, thesis of 2016, hdl.handle.net/1773/38064: a nitrocellulose membrane HF135. Its fitted coefficients
+/// alone could be read, as the examples of github.com/gerlero/fronts quote them: van Genuchten's law with k = 5.5e-13
+/// m², α = 0.2555 1/m, n = 2.3521, water content 0.0473 to 0.945, 0.102755 at the start. The curve is Richards'
+/// equation with them, solved by the package fronts.
 inline const Imbibition membrane{"a nitrocellulose membrane",
                                  "Buser 2016, curve of the fitted coefficients",
                                  5.238e-3,

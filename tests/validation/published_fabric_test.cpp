@@ -1,5 +1,5 @@
-// Wicking in drench against published measurements: constants are fitted to a part of the data, the rest is predicted. Data
-// and sources: published_curves.hpp.
+// Wicking in drench against published measurements: constants are fitted to a part of the data, the rest is predicted.
+// Data and sources: published_curves.hpp.
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>

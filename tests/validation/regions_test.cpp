@@ -1,4 +1,5 @@
-// Cloth of several fabrics against theory: strips in series, a cantilever with a stiff patch, and wicking across a seam.
+// Cloth of several fabrics against theory: strips in series, a cantilever with a stiff patch, and wicking across a
+// seam.
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -244,8 +245,8 @@ TEST(region_wicking, steady_flux_across_a_seam_is_that_of_layers_in_series) {
 
 namespace {
 
-/// The slowest wave of two closed layers of 5 cm: cos(k₁x) from one end, cos(k₂x) from the other, with D₁k₁² = D₂k₂² and one
-/// saturation and flux where they meet.
+/// The slowest wave of two closed layers of 5 cm: cos(k₁x) from one end, cos(k₂x) from the other, with D₁k₁² = D₂k₂²
+/// and one saturation and flux where they meet.
 struct SlowestWave {
   static constexpr double length = 0.05;
   double k[2], amplitude[2], rate;  // 1/m, 1, 1/s

@@ -1,5 +1,5 @@
-// Every scene of scenes/: the ledger, the bounds of saturation, and how often the liquid's solves end at their cap. (Whole
-// runs of single scenes: scene_run_test.)
+// Every scene of scenes/: the ledger, the bounds of saturation, and how often the liquid's solves end at their cap.
+// (Whole runs of single scenes: scene_run_test.)
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>

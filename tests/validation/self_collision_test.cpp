@@ -22,14 +22,14 @@ using Vector80 = Eigen::Matrix<long double, 3, 1>;
 
 Vector80 vec80(const Vec3& v) { return {v[0], v[1], v[2]}; }
 
-/// Six times the signed volume of a tetrahedron. The nodes' coordinates are floats or doubles, so that in long double its
-/// sign is wrong only within some 1e-19 of the size cubed.
+/// Six times the signed volume of a tetrahedron. The nodes' coordinates are floats or doubles, so that in long double
+/// its sign is wrong only within some 1e-19 of the size cubed.
 long double volume(const Vector80& a, const Vector80& b, const Vector80& c, const Vector80& d) {
   return (b - a).cross(c - a).dot(d - a);
 }
 
-/// Does the segment p q pass through the triangle? It does where p and q lie on different sides and the line has the three
-/// edges on one side.
+/// Does the segment p q pass through the triangle? It does where p and q lie on different sides and the line has the
+/// three edges on one side.
 bool passes_through(const Vector80& p, const Vector80& q, const std::array<Vector80, 3>& t) {
   const long double from = volume(t[0], t[1], t[2], p), to = volume(t[0], t[1], t[2], q);
   if ((from > 0) == (to > 0)) return false;
@@ -73,8 +73,8 @@ int intersections(const Model& m, const HostState& s) {
   return found;
 }
 
-/// A zig-zag of `folds` layers, `gap` apart, each `rows` quads deep and `columns` wide, as OBJ. The creases are quads that
-/// stand upright.
+/// A zig-zag of `folds` layers, `gap` apart, each `rows` quads deep and `columns` wide, as OBJ. The creases are quads
+/// that stand upright.
 std::filesystem::path folded_sheet(int folds, int rows, int columns, double cell, double gap) {
   const auto path = own_file("drench_folded_sheet.obj");
   std::ofstream out(path);
@@ -211,8 +211,8 @@ cloth:
 }
 
 TEST(self_collision, crumpled_by_kicks_the_sheets_never_intersect) {
-  // Every fifth step each node is kicked in its own direction at up to 35 m/s, seven edge lengths a step, within a box that
-  // leaves no room: work for the failsafe.
+  // Every fifth step each node is kicked in its own direction at up to 35 m/s, seven edge lengths a step, within a box
+  // that leaves no room: work for the failsafe.
   SceneRun run(R"(drench: 1
 time: {step: 0.004, end: 1}
 domain: {min: [-2, -2, -2], max: [2, 2, 2]}

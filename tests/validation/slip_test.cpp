@@ -1,5 +1,6 @@
-// Viscous liquid along walls and cloth that it slips on: flows of Couette and Poiseuille with Navier's condition, plug flow, a block on
-// an inclined plane, and the drag of a sheet. b is the slip length, W the width between the plates, d the spacing.
+// Viscous liquid along walls and cloth that it slips on: flows of Couette and Poiseuille with Navier's condition, plug
+// flow, a block on an inclined plane, and the drag of a sheet. b is the slip length, W the width between the plates, d
+// the spacing.
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -25,8 +26,8 @@ std::string named(double slip) {
   return std::isinf(slip) ? "free slip" : slip == 0 ? "no slip" : fmt::format("b = {} W", slip / width);
 }
 
-/// A slab between plates at x = 0 and W, as in channel_test.cpp: its sides are free, and its ends are left out of comparisons.
-/// Speeds are so small that nothing moves by a spacing. A step lasts `step_share` d²/ν.
+/// A slab between plates at x = 0 and W, as in channel_test.cpp: its sides are free, and its ends are left out of
+/// comparisons. Speeds are so small that nothing moves by a spacing. A step lasts `step_share` d²/ν.
 std::string slab(int across, double step_share, double gravity, const std::string& first, const std::string& second,
                  const std::string& more = "") {
   const double d = width / across;
@@ -135,7 +136,8 @@ TEST(slip_flow, a_plug_between_free_walls_falls_freely) {
 
 namespace {
 
-/// A sheet of cloth between two plates that stand, drawn through the slab in its own plane: profile on both sides, and drag, N.
+/// A sheet of cloth between two plates that stand, drawn through the slab in its own plane: profile on both sides, and
+/// drag, N.
 struct Drag {
   double rms = 0, force = 0;
 };
@@ -183,8 +185,8 @@ TEST(slip_flow, a_sheet_is_dragged_with_its_slip_on_both_sides) {
 
 namespace {
 
-/// A block of W² that slides down a plane tilted by 30°, between two walls with free slip: how far its middle comes along the plane in
-/// 0.3 s, over the way of free sliding, which steps add up to ½ g sin α t (t + Δt).
+/// A block of W² that slides down a plane tilted by 30°, between two walls with free slip: how far its middle comes
+/// along the plane in 0.3 s, over the way of free sliding, which steps add up to ½ g sin α t (t + Δt).
 double slide(int across, double nu, double slip) {
   constexpr double tilt = pi / 6, duration = 0.3, step = 0.002, g = 9.81;
   const double d = width / across, gx = g * std::sin(tilt), gy = -g * std::cos(tilt);

@@ -1,5 +1,5 @@
-// A solute that liquid carries through cloth: along a line against exact characteristics, through uptake, wicking and dripping, and
-// into the ring of a stain.
+// A solute that liquid carries through cloth: along a line against exact characteristics, through uptake, wicking and
+// dripping, and into the ring of a stain.
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -33,7 +33,8 @@ struct SoluteBooks {
   }
 };
 
-/// A still strip of one row of cells along x, from 0 on, at the saturation of `wet`, and dyed liquid held at its left end.
+/// A still strip of one row of cells along x, from 0 on, at the saturation of `wet`, and dyed liquid held at its left
+/// end.
 struct Strip {
   static constexpr double diffusivity = 1e-4;  // m²/s
   int cells;
@@ -91,8 +92,8 @@ cloth:
 
 constexpr double pi = std::numbers::pi;
 
-/// Where a front of dye is that enters with the liquid: what lies behind it is what came in. In units of √(D t), for a strip at the
-/// saturation `before` whose end is held at 1 (linear diffusion).
+/// Where a front of dye is that enters with the liquid: what lies behind it is what came in. In units of √(D t), for a
+/// strip at the saturation `before` whose end is held at 1 (linear diffusion).
 double front(double before) {
   const double came = (1 - before) * 2 / std::sqrt(pi);
   double low = 0, high = 10;
@@ -134,8 +135,8 @@ TEST(solute, a_front_of_dye_goes_as_far_as_the_liquid_that_brings_it) {
       const double expected = std::clamp((exact - left) / (right - left), 0.0, 1.0);
       off += std::fabs(profile[k] - expected) * (right - left);
     }
-    // A step that donor cells have spread is normal with the variance h x. A grid's nodes hold a third and two thirds of a row's cell in
-    // turn: 10/9 of that.
+    // A step that donor cells have spread is normal with the variance h x. A grid's nodes hold a third and two thirds
+    // of a row's cell in turn: 10/9 of that.
     profile_error.push_back(off / std::sqrt(2 / pi * 10 / 9 * h * exact));
     std::printf("front over %d cells: position %.4f, profile %.4f, over donor cells %.4f\n", cells, position.back(),
                 off / exact, profile_error.back());
@@ -244,7 +245,8 @@ cloth:
 
 namespace {
 
-/// A sheet of 6 cm that dries on both sides at a given rate; `fed`: a square of 8 mm in its middle is held full of dyed liquid.
+/// A sheet of 6 cm that dries on both sides at a given rate; `fed`: a square of 8 mm in its middle is held full of dyed
+/// liquid.
 struct DryingSheet {
   static constexpr double thickness = 0.001, solid = 0.4, diffusivity = 2.25e-6, exponent = 2, critical = 0.05;
   static constexpr double rate = 2e-3;                            // kg/(m² s), of both sides
@@ -265,8 +267,8 @@ cloth:
     {}: [{{box: {{min: [-0.00401, -1, -0.00401], max: [0.00401, 1, 0.00401]}}, value: 1, concentration: 0.01}}]
     porous: {{solid_fraction: {}, diffusivity: {}, diffusion_exponent: {}, max_saturation: 1, critical_saturation: {}}}
 )",
-                        step_length, rate / 2, thickness, fed ? "hold_saturation" : "initial_saturation", solid, diffusivity,
-                        exponent, critical)),
+                        step_length, rate / 2, thickness, fed ? "hold_saturation" : "initial_saturation", solid,
+                        diffusivity, exponent, critical)),
         state(run.initial()) {}
   double capacity(std::size_t n) const { return run.model().samples.node_capacity[n]; }
   double area(std::size_t n) const { return capacity(n) / load; }

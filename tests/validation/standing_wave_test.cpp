@@ -1,5 +1,5 @@
-// A standing wave in a tank swings with the period of linear theory, and decays by viscosity alone: Airy 1845; Lamb 1932, § 228.
-// L is the tank's length and half a wave, H the depth.
+// A standing wave in a tank swings with the period of linear theory, and decays by viscosity alone: Airy 1845; Lamb
+// 1932, § 228. L is the tank's length and half a wave, H the depth.
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>

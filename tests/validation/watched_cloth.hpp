@@ -1,5 +1,6 @@
 #pragma once
-// Cloth that does not move, without liquid particles, in which liquid spreads: runs that are looked at after every step.
+// Cloth that does not move, without liquid particles, in which liquid spreads: runs that are looked at after every
+// step.
 
 #include <fmt/format.h>
 

@@ -43,10 +43,12 @@ double mean_height(const Model& m, const HostState& s, Index cloth) {
 /// `share`: the pull over its weight.
 double comes_down(bool fabric, double share) {
   const std::string above =
-      fabric ? fmt::format("  - mesh: {{grid: {{size: [0.14, 0.14], nodes: [11, 11]}}}}\n    dynamics: false\n"
-                           "    self_collision: true\n    porous: {{adhesion: WORK, diffusivity: 0}}\n    name: upper\n    {}\n",
-                           soaked)
-             : "";
+      fabric
+          ? fmt::format(
+                "  - mesh: {{grid: {{size: [0.14, 0.14], nodes: [11, 11]}}}}\n    dynamics: false\n"
+                "    self_collision: true\n    porous: {{adhesion: WORK, diffusivity: 0}}\n    name: upper\n    {}\n",
+                soaked)
+          : "";
   std::string text = fmt::format(R"(drench: 1
 time: {{step: 0.004, end: 2}}
 cloth:
@@ -78,7 +80,8 @@ cloth:
 TEST(wet_adhesion, holds_what_weighs_less_than_its_pull) {
   for (const bool fabric : {false, true}) {
     const std::string what = fabric ? "a wet sheet under a wet sheet" : "a wet sheet under a plane";
-    report({what + ", pull 1.1 of its weight: comes down in 1 s", "hangs", std::fabs(comes_down(fabric, 1.1)), 1e-4, "m"});
+    report(
+        {what + ", pull 1.1 of its weight: comes down in 1 s", "hangs", std::fabs(comes_down(fabric, 1.1)), 1e-4, "m"});
     EXPECT_GT(comes_down(fabric, 0.9), 1) << what;
   }
 }
@@ -87,7 +90,8 @@ namespace {
 
 constexpr double peel_work = 0.1, peel_speed = 0.02;  // N/m, m/s
 
-/// A wet strip of two meshes of `l` across on a plane, pulled off at a right angle by its end, without damping and friction.
+/// A wet strip of two meshes of `l` across on a plane, pulled off at a right angle by its end, without damping and
+/// friction.
 std::string strip(double l) {
   return fmt::format(R"(drench: 1
 time: {{step: 0.002, end: 10}}
@@ -185,7 +189,8 @@ bodies: [{{plane: {{point: [0, 0, 0], normal: [0, 1, 0]}}}}]
     for (std::size_t n = 0; n < run.initial().node_position.size(); ++n)
       slid = std::max(slid, std::fabs(run.state().node_position[n][0] - run.initial().node_position[n][0]));
     if (share > 0)
-      report({"a wet sheet on a slope of 45°, friction 0.5, pull twice its weight: slides in 0.4 s", "sticks", slid, 1e-5, "m"});
+      report({"a wet sheet on a slope of 45°, friction 0.5, pull twice its weight: slides in 0.4 s", "sticks", slid,
+              1e-5, "m"});
     else
       EXPECT_GT(slid, 0.2);
   }

@@ -35,19 +35,19 @@ HostState at_rest(SceneRun& run, double slow, double until, double noise) {
   return state;
 }
 
-constexpr double length = 1, width = 0.2;           // m, of the strip
+constexpr double length = 1, width = 0.2;                // m, of the strip
 constexpr double warp = 2000, weft = 1000, shear = 200;  // N/m
 
 SurfaceMesh regular_strip(double from, double to, double across, double size) {
-  SurfaceMesh mesh = grid_mesh({{to - from, across},
-                                {static_cast<Index>(std::lround((to - from) / size)) + 1,
-                                 static_cast<Index>(std::lround(across / size)) + 1}});
+  SurfaceMesh mesh = grid_mesh(
+      {{to - from, across},
+       {static_cast<Index>(std::lround((to - from) / size)) + 1, static_cast<Index>(std::lround(across / size)) + 1}});
   for (Vec3& x : mesh.points) x = {x[0] + 0.5 * (from + to), 0, x[2] + 0.5 * across};
   return mesh;
 }
 
-/// The strain along a strip that hangs in x by its end at x = 0, over that of theory, in its middle fifth: the stress there is
-/// the weight below. `degrees`: of the warp from the strip's axis.
+/// The strain along a strip that hangs in x by its end at x = 0, over that of theory, in its middle fifth: the stress
+/// there is the weight below. `degrees`: of the warp from the strip's axis.
 double strain_over_theory(const SurfaceMesh& mesh, double degrees, const std::string& method) {
   const TempFolder folder;
   const double turn = degrees * std::numbers::pi / 180, gravity = 9.81, areal = 0.2;
@@ -64,11 +64,14 @@ cloth:
     damping: 20
     pin: [{{box: {{min: [-1, -1, -1], max: [1.0e-6, 1, 1]}}}}]
 )",
-                           gravity, method, write_obj(folder, mesh), areal, warp, weft, shear, std::cos(turn), std::sin(turn)));
+                           gravity, method, write_obj(folder, mesh), areal, warp, weft, shear, std::cos(turn),
+                           std::sin(turn)));
   const HostState s = at_rest(run, 2e-6, 6, method == "xpbd" ? 1e-4 : 2e-5);
   double strain = 0, tension = 0;
   for (const auto& t : run.model().mesh.triangle) {
-    const auto rest = [&](int c) { return run.model().mesh.rest_position[static_cast<std::size_t>(t[std::size_t(c)])]; };
+    const auto rest = [&](int c) {
+      return run.model().mesh.rest_position[static_cast<std::size_t>(t[std::size_t(c)])];
+    };
     const auto now = [&](int c) { return s.node_position[static_cast<std::size_t>(t[std::size_t(c)])]; };
     const double middle = (rest(0)[0] + rest(1)[0] + rest(2)[0]) / 3;
     if (std::fabs(middle - 0.5 * length) > 0.1 * length) continue;
@@ -104,7 +107,8 @@ TEST(woven_cloth, hanging_strip_stretches_as_orthotropic_plane_stress) {
                 "orthotropic plane stress, Poisson's ratio 0", std::fabs(ratio - 1), 0.02, "1"});
       }
     }
-    report({fmt::format("strip cut at {}° to the warp: strain on four meshes", degrees), "the same", most - least, 0.02, "1"});
+    report({fmt::format("strip cut at {}° to the warp: strain on four meshes", degrees), "the same", most - least, 0.02,
+            "1"});
   }
 }
 
@@ -112,11 +116,12 @@ TEST(woven_cloth, both_methods_stretch_alike) {
   const SurfaceMesh mesh = irregular_strip(0, length, width, width / 5, 3);
   for (const double degrees : {0.0, 45.0})
     report({fmt::format("strip cut at {}° to the warp, by xpbd: strain under its weight", degrees),
-            "orthotropic plane stress, Poisson's ratio 0", std::fabs(strain_over_theory(mesh, degrees, "xpbd") - 1), 0.02, "1"});
+            "orthotropic plane stress, Poisson's ratio 0", std::fabs(strain_over_theory(mesh, degrees, "xpbd") - 1),
+            0.02, "1"});
 }
 
-/// As cloth_mechanics/Cantilever, on meshes that are not even. The nodes at x ≤ 0 are held; between them and the first free
-/// ones the slope is the mean of both, so the clamp acts half an edge before x = 0.
+/// As cloth_mechanics/Cantilever, on meshes that are not even. The nodes at x ≤ 0 are held; between them and the first
+/// free ones the slope is the mean of both, so the clamp acts half an edge before x = 0.
 TEST(woven_cloth, plate_of_an_irregular_mesh_bends_as_theory_says) {
   constexpr double span = 0.1, areal = 0.2, gravity = 9.81, deflection = 0.02;  // m, kg/m², m/s², 1: w/L
   const double bend = areal * gravity * span * span * span / (8 * deflection);
@@ -149,8 +154,8 @@ cloth:
       }
       const double ratio = tip / count / (deflection * span);
       std::printf("cantilever, %s mesh of %d cells: %.4f of theory\n", name, cells, ratio);
-      report({fmt::format("cantilever, plate on a {} mesh of {} cells: deflection of the tip", name, cells), "q L⁴/(8 k_b)",
-              std::fabs(ratio - 1), 0.05, "1"});
+      report({fmt::format("cantilever, plate on a {} mesh of {} cells: deflection of the tip", name, cells),
+              "q L⁴/(8 k_b)", std::fabs(ratio - 1), 0.05, "1"});
     }
   }
 }

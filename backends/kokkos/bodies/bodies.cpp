@@ -1,7 +1,8 @@
 // Stage bodies (src/stages/bodies.hpp).
 
-#include "bodies/contact.hpp"
 #include "bodies/bodies.hpp"
+
+#include "bodies/contact.hpp"
 #include "bodies/deforming_body.hpp"
 
 namespace drench::kokkos_backend {
@@ -9,7 +10,8 @@ namespace {
 
 constexpr int sweeps = 3;  // over the contacts of a dynamic body
 
-/// Moves a dynamic body out of a solid that it has entered by −`phi` (m) at the point p, and takes its velocity into it.
+/// Moves a dynamic body out of a solid that it has entered by −`phi` (m) at the point p, and takes its velocity into
+/// it.
 KOKKOS_INLINE_FUNCTION void stop_at(RigidState& s, const RigidBody& body, const Double3& p, double phi,
                                     const Double3& n, const Double3& surface) {
   const Double3 arm = minus(p, s.position);
@@ -84,8 +86,7 @@ void bodies(const Constants& constants, Bodies& bodies, const StepInfo& info) {
   const Entries<const RigidState> state = all.state;
   const Entries<const Real3> rest = all.boundary.rest_position;
   const Entries<const Index> of = all.boundary.body;
-  const Entries<Real3> x = bodies.boundary.position, v = bodies.boundary.velocity,
-                       predicted = bodies.dynamic.predicted;
+  const Entries<Real3> x = bodies.boundary.position, v = bodies.boundary.velocity, predicted = bodies.dynamic.predicted;
   const bool dynamic = bodies.dynamic.count > 0;
   parallel(
       "drench::bodies::samples", all.boundary.count, KOKKOS_LAMBDA(const Index b) {

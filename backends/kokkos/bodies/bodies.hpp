@@ -1,10 +1,10 @@
 #pragma once
 // Solid bodies: where their surfaces are, their poses, and their boundary samples. Laws: src/stages/bodies.hpp.
 
-#include "bodies/rigid.hpp"
 #include <memory>
 #include <vector>
 
+#include "bodies/rigid.hpp"
 #include "core/cell_table.hpp"
 #include "core/constants.hpp"
 #include "core/neighbor_list.hpp"
@@ -14,10 +14,10 @@ namespace drench::kokkos_backend {
 
 /// The surface of a body that changes its shape, at the end of the step; device memory. Without one all are null.
 struct MovingSurface {
-  const Index* nearest = nullptr;    // per lattice point: the nearest triangle, −1 beyond the band
-  const Index* corner = nullptr;     // three a triangle
-  const Real3* position = nullptr;   // per point of the mesh, relative to the lattice's origin, m
-  const Real3* velocity = nullptr;   // mean over the step, m/s
+  const Index* nearest = nullptr;   // per lattice point: the nearest triangle, −1 beyond the band
+  const Index* corner = nullptr;    // three a triangle
+  const Real3* position = nullptr;  // per point of the mesh, relative to the lattice's origin, m
+  const Real3* velocity = nullptr;  // mean over the step, m/s
 };
 
 /// A solid as plain numbers, where it is at the end of the step (place_solids).
@@ -110,7 +110,8 @@ void move_by_load(Bodies& bodies, double keep, double weight, const Real3& gravi
 /// boundary.velocity of the samples of dynamic bodies, from the bodies' velocities.
 void refresh_dynamic_samples(Bodies& bodies);
 
-/// bodies.keyed: the poses of bodies with keys at a time (s) and their velocities over the step from it, or at it if `dt` is 0.
+/// bodies.keyed: the poses of bodies with keys at a time (s) and their velocities over the step from it, or at it if
+/// `dt` is 0.
 void place_keyed(const Constants& constants, Bodies& bodies, double time, double dt);
 
 /// Stage prescribed_motion.

@@ -1,6 +1,6 @@
 #pragma once
-// Contact with the solid bodies, where they are at the end of the step. A mesh that is not closed has no distance: it acts
-// through its samples only.
+// Contact with the solid bodies, where they are at the end of the step. A mesh that is not closed has no distance: it
+// acts through its samples only.
 
 #include "bodies/bodies.hpp"
 #include "bodies/nearest_point.hpp"
@@ -38,15 +38,34 @@ KOKKOS_INLINE_FUNCTION SolidDistance<T> box_distance(const Vector3<T>& lo, const
   return {distance, {normal[0], normal[1], normal[2]}};
 }
 
+/// An entry that nobody writes while the kernel runs: a GPU reads it through a cache that barriers do not empty.
+template <class T>
+KOKKOS_INLINE_FUNCTION T read_only(const T* from) {
+#ifdef __CUDA_ARCH__
+  return __ldg(from);
+#else
+  return *from;
+#endif
+}
+
 constexpr Real far_away = Real(1e30);  // m
+constexpr Real near_enough = Real(1e-4);
+
+/// Before a loop whose body is long: a GPU would have a copy of it for each round.
+#ifdef __CUDA_ARCH__
+#define DRENCH_ROLLED _Pragma("unroll 1")
+#else
+#define DRENCH_ROLLED
+#endif
 
 /// Distance to a closed mesh from its field (trilinear), `x` relative to the centre in the body's own axes. Beyond the
 /// lattice: far away.
 template <class T>
 KOKKOS_INLINE_FUNCTION SolidDistance<T> field_distance(const Solid& s, const Vector3<T>& x) {
   if (s.field == nullptr) return {far_away, {0, 0, 0}};
-  const T at[3] = {(x.x - s.field_origin.x) / s.field_spacing, (x.y - s.field_origin.y) / s.field_spacing,
-                   (x.z - s.field_origin.z) / s.field_spacing};
+  const T inverse = 1 / T(s.field_spacing);
+  const T at[3] = {inverse * (x.x - s.field_origin.x), inverse * (x.y - s.field_origin.y),
+                   inverse * (x.z - s.field_origin.z)};
   Index cell[3];
   T w[3];
   for (int a = 0; a < 3; ++a) {
@@ -56,23 +75,32 @@ KOKKOS_INLINE_FUNCTION SolidDistance<T> field_distance(const Solid& s, const Vec
     if (cell[a] == last) --cell[a];
     w[a] = at[a] - T(cell[a]);
   }
-  T phi = 0, slope[3] = {0, 0, 0};
-  for (int corner = 0; corner < 8; ++corner) {
-    const int on[3] = {corner & 1, corner >> 1 & 1, corner >> 2};
-    const T value =
-        s.field[(static_cast<std::int64_t>(cell[2] + on[2]) * s.field_points[1] + cell[1] + on[1]) * s.field_points[0] +
-                cell[0] + on[0]];
-    T part[3];
-    for (int a = 0; a < 3; ++a) part[a] = on[a] ? w[a] : 1 - w[a];
-    phi += part[0] * part[1] * part[2] * value;
-    slope[0] += (on[0] ? value : -value) * part[1] * part[2];
-    slope[1] += (on[1] ? value : -value) * part[0] * part[2];
-    slope[2] += (on[2] ? value : -value) * part[0] * part[1];
+  // Along x, then y, then z: the slopes are those of the same interpolation.
+  const Index row = s.field_points[0], layer = row * s.field_points[1];
+  const Real* const corner = s.field + (std::int64_t{cell[2]} * layer + (cell[1] * row + cell[0]));
+  T phi, slope[3];
+  {
+    T value[2], of_x[2], of_y[2];
+    for (int z = 0; z < 2; ++z) {
+      T of_row[2], x_of_row[2];
+      for (int y = 0; y < 2; ++y) {
+        const T first = read_only(corner + z * layer + y * row);
+        x_of_row[y] = T(read_only(corner + z * layer + y * row + 1)) - first;
+        of_row[y] = first + w[0] * x_of_row[y];
+      }
+      of_y[z] = of_row[1] - of_row[0];
+      value[z] = of_row[0] + w[1] * of_y[z];
+      of_x[z] = x_of_row[0] + w[1] * (x_of_row[1] - x_of_row[0]);
+    }
+    slope[2] = value[1] - value[0];
+    phi = value[0] + w[2] * slope[2];
+    slope[0] = of_x[0] + w[2] * (of_x[1] - of_x[0]);
+    slope[1] = of_y[0] + w[2] * (of_y[1] - of_y[0]);
   }
   const Vector3<T> gradient{slope[0], slope[1], slope[2]};
   const T length = norm(gradient);
   if (!(length > 0)) return {phi, {0, 1, 0}};
-  return {phi, (1 / length) * gradient, Kokkos::fmax(length / s.field_spacing, T(0.5))};
+  return {phi, (1 / length) * gradient, Kokkos::fmax(inverse * length, T(0.5))};
 }
 
 /// The vector with the components of `own` along a moving solid's axes.
@@ -87,8 +115,8 @@ KOKKOS_INLINE_FUNCTION Vector3<T> arm_of(const Solid& solid, const Real3& x, con
   return (in_precision<T>(x) - in_precision<T>(solid.center)) + shift;
 }
 
-/// Velocity (m/s) of the nearest point of a surface that changes its shape, from the triangle that the nearest lattice point
-/// names; 0 beyond the band.
+/// Velocity (m/s) of the nearest point of a surface that changes its shape, from the triangle that the nearest lattice
+/// point names; 0 beyond the band.
 KOKKOS_INLINE_FUNCTION Real3 deforming_velocity(const Solid& s, const Real3& x) {
   const Real3 own = x - s.field_origin;
   const Real at[3] = {own.x / s.field_spacing, own.y / s.field_spacing, own.z / s.field_spacing};
@@ -152,21 +180,24 @@ KOKKOS_INLINE_FUNCTION SolidDistance<T> solid_distance(const Solid& solid, const
   return {far_away, {0, 0, 0}};
 }
 
-/// The shift to the distance τ (m) from a solid that is at `d` now: along the normal, and for a mesh by Newton's steps,
-/// because its distance is interpolated.
+/// The shift to the distance τ (m) from a solid that is at `d` now: along the normal, and for a mesh, whose distance is
+/// interpolated, by at most two more of Newton's steps until it is met to 1e-4 of it.
 template <class T>
 KOKKOS_INLINE_FUNCTION Vector3<T> to_distance(const Solid& solid, const Real3& x, Vector3<T> shift, SolidDistance<T> d,
                                               std::type_identity_t<T> thickness) {
   shift += ((thickness - d.phi) / d.slope) * d.normal;
+  DRENCH_ROLLED
   for (int k = 0; solid.kind == 3 && k < 2; ++k) {
     d = solid_distance(solid, x, shift);
-    if (d.phi < far_away) shift += ((thickness - d.phi) / d.slope) * d.normal;
+    const T off = thickness - d.phi;
+    if (!(d.phi < far_away) || Kokkos::abs(off) <= near_enough * thickness) return shift;
+    shift += (off / d.slope) * d.normal;
   }
   return shift;
 }
 
-/// Do two solids squeeze the point x + shift, which is at the distances a and b from them? They do where they face each other
-/// and leave the cloth no room for its thickness on both sides, and at the mouth of such a gap.
+/// Do two solids squeeze the point x + shift, which is at the distances a and b from them? They do where they face each
+/// other and leave the cloth no room for its thickness on both sides, and at the mouth of such a gap.
 template <class T>
 KOKKOS_INLINE_FUNCTION bool squeezed(const Solid& one, const SolidDistance<T>& a, const Solid& other,
                                      const SolidDistance<T>& b, const Real3& x, const Vector3<T>& shift,
@@ -178,7 +209,8 @@ KOKKOS_INLINE_FUNCTION bool squeezed(const Solid& one, const SolidDistance<T>& a
   const Vector3<T> out = a.normal + b.normal, inside = shift - (depth * thickness / norm(out)) * out;
   return dot(solid_distance(one, x, inside).normal, solid_distance(other, x, inside).normal) < opposed;
 }
-/// How far a node of the cloth has to stay from solids, m: its thickness, or less where it has begun the step inside of one.
+/// How far a node of the cloth has to stay from solids, m: its thickness, or less where it has begun the step inside of
+/// one.
 struct Clearance {
   Real thickness, kept;
 };
@@ -196,11 +228,18 @@ KOKKOS_INLINE_FUNCTION Real clearance_at_start(const Solids& solids, const Real3
   return kept;
 }
 
-/// The distance (m) that a point keeps from solid b, which it is at `d` from: its clearance, or half of the gap where
-/// another solid faces b too closely (docs/theory/cloth.md, section 11).
+/// Code that few points need: a GPU keeps it apart from that of the others.
+#ifdef __CUDA_ARCH__
+#define DRENCH_SELDOM __noinline__
+#else
+#define DRENCH_SELDOM
+#endif
+
+/// The distance (m) that a point keeps from solid b beside others, which it is at `d` from (distance_to_keep).
 template <class T, class Solids>
-KOKKOS_INLINE_FUNCTION T distance_to_keep(const Solids& solids, std::size_t b, const SolidDistance<T>& d,
-                                          const Real3& x, const Vector3<T>& shift, const Clearance& clearance) {
+KOKKOS_FUNCTION DRENCH_SELDOM T distance_to_keep_of_several(const Solids& solids, std::size_t b,
+                                                            const SolidDistance<T>& d, const Real3& x,
+                                                            const Vector3<T>& shift, const Clearance& clearance) {
   T kept = clearance.kept;
   for (std::size_t a = 0; a < solids.extent(0); ++a) {
     if (a == b) continue;
@@ -210,6 +249,14 @@ KOKKOS_INLINE_FUNCTION T distance_to_keep(const Solids& solids, std::size_t b, c
       kept = Kokkos::fmin(kept, T(0.5) * (other.phi + d.phi));
   }
   return kept;
+}
+/// The distance (m) that a point keeps from solid b, which it is at `d` from: its clearance, or half of the gap where
+/// another solid faces b too closely (docs/theory/cloth.md, section 11).
+template <class T, class Solids>
+KOKKOS_INLINE_FUNCTION T distance_to_keep(const Solids& solids, std::size_t b, const SolidDistance<T>& d,
+                                          const Real3& x, const Vector3<T>& shift, const Clearance& clearance) {
+  if (solids.extent(0) == 1) return clearance.kept;
+  return distance_to_keep_of_several(solids, b, d, x, shift, clearance);
 }
 
 /// Moves x + shift out of all solids, in their order, to the distance that it keeps from them; returns the new shift.

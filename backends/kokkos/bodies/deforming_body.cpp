@@ -39,7 +39,8 @@ const Field<Double3>& hold(DeformingBody& d, std::size_t wanted, const std::arra
   for (std::size_t slot = 0; slot < d.file.size(); ++slot)
     if (d.held[slot] == number) return d.file[slot];
   const auto is_needed = [&](std::int64_t file) {
-    return std::any_of(needed.begin(), needed.end(), [&](std::size_t k) { return static_cast<std::int64_t>(k) == file; });
+    return std::any_of(needed.begin(), needed.end(),
+                       [&](std::size_t k) { return static_cast<std::int64_t>(k) == file; });
   };
   std::size_t slot = 0;
   while (is_needed(d.held[slot])) ++slot;
@@ -98,10 +99,11 @@ MemoryEstimate deforming_bytes(const Sizing& s) {
   const SetupSize& n = s.size;
   MemoryEstimate sum;
   // nearest, blocks and their triangles; distances are counted with all fields (body_bytes)
-  sum.bodies += n.deforming_field * (index_bytes * (1 + 2 / block) + s.real / block) + n.deforming_pairs * 1.25 * index_bytes;
-  sum.bodies += n.deforming_points * (4 * 3 * double_bytes + 9 * s.real + index_bytes);      // files, position, …
-  sum.bodies += n.deforming_triangles * (9 * index_bytes + 7 * s.real);                      // corner, …, ball
-  if (n.deforming_points > 0) sum.bodies += n.boundary * (index_bytes + 4 * double_bytes);   // where samples are
+  sum.bodies +=
+      n.deforming_field * (index_bytes * (1 + 2 / block) + s.real / block) + n.deforming_pairs * 1.25 * index_bytes;
+  sum.bodies += n.deforming_points * (4 * 3 * double_bytes + 9 * s.real + index_bytes);     // files, position, …
+  sum.bodies += n.deforming_triangles * (9 * index_bytes + 7 * s.real);                     // corner, …, ball
+  if (n.deforming_points > 0) sum.bodies += n.boundary * (index_bytes + 4 * double_bytes);  // where samples are
   sum.host += n.deforming_files * 3 * double_bytes;
   return sum;
 }
@@ -140,8 +142,7 @@ struct SamplePlaces {
     const Double3 c = across(x);
     const double square = inner(c, c);
     if (!(square > 0)) return mixed(s, v);
-    const Double3 rate =
-        add(outer(minus(v.b, v.a), minus(x.c, x.a)), outer(minus(x.b, x.a), minus(v.c, v.a)));
+    const Double3 rate = add(outer(minus(v.b, v.a), minus(x.c, x.a)), outer(minus(x.b, x.a), minus(v.c, v.a)));
     const Double3 turning = minus(rate, times(inner(c, rate) / square, c));
     return minus(mixed(s, v), times(depth(s) / Kokkos::sqrt(square), turning));
   }

@@ -1,5 +1,6 @@
 #pragma once
-// Bodies that change their shape: their surface, distances to it, and their samples. Law: docs/theory/deforming_bodies.md.
+// Bodies that change their shape: their surface, distances to it, and their samples. Law:
+// docs/theory/deforming_bodies.md.
 
 #include <array>
 #include <limits>
@@ -16,25 +17,25 @@ struct DeformingBody {
 
   const Body& body;  // of the model
   Index index, points, triangles, first_sample, samples;
-  Real band, step;                   // m: of distances; between lattice points
+  Real band, step;  // m: of distances; between lattice points
   std::array<Index, 3> lattice, blocks;
-  Field<Index> corner, neighbor;     // three a triangle: points, and the triangle opposite to each
-  Field<Index> point_start, item;    // triangles of a point, as 4 triangle + corner
+  Field<Index> corner, neighbor;   // three a triangle: points, and the triangle opposite to each
+  Field<Index> point_start, item;  // triangles of a point, as 4 triangle + corner
   Field<Index> sample_triangle;
   Field<Double3> sample_weight;
-  Field<double> sample_depth;        // m
+  Field<double> sample_depth;  // m
   // points of files, as doubles, and which files these are
   std::array<Field<Double3>, 4> file;
   std::array<std::int64_t, 4> held{-1, -1, -1, -1};
   // at the end of the step from `time` that lasts `dt`; relative to the lattice's origin then
   double time = std::numeric_limits<double>::quiet_NaN(), dt = 0;
-  bool stands = false;  // it stood still in that step
-  Field<Real3> position, velocity;           // m, m/s: velocities are means over the step
-  Field<Real3> face_normal, point_normal;    // unit, 0 of a triangle without area; any length
-  Field<Real4> ball;                         // around each triangle: centre and radius, m
+  bool stands = false;                                   // it stood still in that step
+  Field<Real3> position, velocity;                       // m, m/s: velocities are means over the step
+  Field<Real3> face_normal, point_normal;                // unit, 0 of a triangle without area; any length
+  Field<Real4> ball;                                     // around each triangle: centre and radius, m
   Field<Real> block_bound;                               // m: no block's centre is farther from the surface
   Field<Index> block_count, block_start, near_triangle;  // triangles that may be the nearest of a point of a block
-  Field<Real> distance;                      // m
+  Field<Real> distance;                                  // m
   Field<Index> nearest;
 };
 

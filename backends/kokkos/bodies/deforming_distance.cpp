@@ -75,8 +75,9 @@ void turn_normals(DeformingBody& d) {
 
 enum class Pass { bound, count, write };
 
-/// Which triangles may be the nearest of a point of a block: those no farther from its centre than block_bound and twice the way
-/// to its corners, within the band. Passes: the bounds, the numbers of triangles, and the triangles themselves.
+/// Which triangles may be the nearest of a point of a block: those no farther from its centre than block_bound and
+/// twice the way to its corners, within the band. Passes: the bounds, the numbers of triangles, and the triangles
+/// themselves.
 struct NearBlocks {
   Pass pass;
   Lattice lattice;
@@ -95,7 +96,8 @@ struct NearBlocks {
     last = (to < lattice.points[axis] ? to : lattice.points[axis] - 1) / edge;
   }
   /// Bounds of the distance of p to a triangle; the distance itself where the triangle is larger than blocks.
-  KOKKOS_INLINE_FUNCTION void distances(const Real3 (&at)[3], const Real4& around, const Real3& p, Real& low, Real& high) const {
+  KOKKOS_INLINE_FUNCTION void distances(const Real3 (&at)[3], const Real4& around, const Real3& p, Real& low,
+                                        Real& high) const {
     if (around.w > 2 * lattice.step) {
       const NearestPoint near = nearest_point(at[0], at[1], at[2], p);
       low = high = norm(p - (near.weight[0] * at[0] + near.weight[1] * at[1] + near.weight[2] * at[2]));
@@ -130,7 +132,8 @@ struct NearBlocks {
       for (Index j = lo[1]; j <= hi[1]; ++j)
         for (Index i = lo[0]; i <= hi[0]; ++i) {
           Real low, high;
-          distances(at, around, lattice.step * Real3{edge * i + middle, edge * j + middle, edge * k + middle}, low, high);
+          distances(at, around, lattice.step * Real3{edge * i + middle, edge * j + middle, edge * k + middle}, low,
+                    high);
           visit(t, (k * lattice.blocks[1] + j) * lattice.blocks[0] + i, low, high, half);
         }
   }
@@ -149,9 +152,17 @@ void list_triangles(DeformingBody& d) {
         count(b) = 0;
         bound(b) = far_away;
       });
-  NearBlocks near{Pass::bound, Lattice(d), d.band, std::as_const(d).corner, std::as_const(d).block_start,
-                  std::as_const(d).position, std::as_const(d).face_normal, std::as_const(d).ball, d.block_bound,
-                  d.block_count, {}};
+  NearBlocks near{Pass::bound,
+                  Lattice(d),
+                  d.band,
+                  std::as_const(d).corner,
+                  std::as_const(d).block_start,
+                  std::as_const(d).position,
+                  std::as_const(d).face_normal,
+                  std::as_const(d).ball,
+                  d.block_bound,
+                  d.block_count,
+                  {}};
   parallel("drench::deforming_body::bound", d.triangles, near);
   near.pass = Pass::count;
   parallel("drench::deforming_body::count", d.triangles, near);

@@ -16,7 +16,8 @@ RigidState keyed_state(const Body& body, double time, double dt) {
   RigidState s;
   s.position = add(to_double(body.center), way);
   s.orientation = {q[0], q[1], q[2], q[3]};
-  s.velocity = dt > 0 ? times(1 / dt, minus(to_double(way_at(body, time + dt)), way)) : to_double(velocity_at(body, time));
+  s.velocity =
+      dt > 0 ? times(1 / dt, minus(to_double(way_at(body, time + dt)), way)) : to_double(velocity_at(body, time));
   s.spin = to_double(spin_between(body, time, time + dt));
   return s;
 }
@@ -29,10 +30,9 @@ void place_keyed(const Constants& constants, Bodies& bodies, double time, double
   std::vector<RigidState> states(m.bodies.size());
   for (std::size_t b = 0; b < m.bodies.size(); ++b)
     if (m.bodies[b].has_keys()) states[b] = keyed_state(m.bodies[b], time, dt);
-  if (bodies.keyed.extent(0) != states.size())
-    bodies.keyed = Array<RigidState>("drench::body_keyed", states.size());
-  Kokkos::deep_copy(bodies.keyed,
-                    Kokkos::View<RigidState*, Kokkos::HostSpace, Kokkos::MemoryUnmanaged>(states.data(), states.size()));
+  if (bodies.keyed.extent(0) != states.size()) bodies.keyed = Array<RigidState>("drench::body_keyed", states.size());
+  Kokkos::deep_copy(bodies.keyed, Kokkos::View<RigidState*, Kokkos::HostSpace, Kokkos::MemoryUnmanaged>(states.data(),
+                                                                                                        states.size()));
 }
 
 void prescribed_motion(const Constants& constants, Bodies& bodies, const StepInfo& info) {

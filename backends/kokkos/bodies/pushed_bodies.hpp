@@ -1,5 +1,6 @@
 #pragma once
-// What cloth does to dynamic bodies: impulses, added up as integers, and velocities that follow (docs/theory/bodies.md).
+// What cloth does to dynamic bodies: impulses, added up as integers, and velocities that follow
+// (docs/theory/bodies.md).
 
 #include "bodies/bodies.hpp"
 #include "core/fixed_point.hpp"

@@ -31,7 +31,7 @@ KOKKOS_INLINE_FUNCTION Quaternion rotation_by(const Double3& angle) {
 /// First b, then a; of length 1 again.
 KOKKOS_INLINE_FUNCTION Quaternion multiply(const Quaternion& a, const Quaternion& b) {
   const Quaternion q{a.w * b.w - a.x * b.x - a.y * b.y - a.z * b.z, a.w * b.x + a.x * b.w + a.y * b.z - a.z * b.y,
-               a.w * b.y - a.x * b.z + a.y * b.w + a.z * b.x, a.w * b.z + a.x * b.y - a.y * b.x + a.z * b.w};
+                     a.w * b.y - a.x * b.z + a.y * b.w + a.z * b.x, a.w * b.z + a.x * b.y - a.y * b.x + a.z * b.w};
   const double length = Kokkos::sqrt(q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z);
   return {q.w / length, q.x / length, q.y / length, q.z / length};
 }
@@ -45,16 +45,16 @@ struct RigidState {
 /// What stays the same of a body.
 struct RigidBody {
   int kind, moves, dynamic, slides, keyed;  // keyed: its motion changes with time by prescription
-  Double3 rest_center;               // m
-  Double3 rest_velocity, rest_spin;  // m/s, rad/s: the prescribed ones
-  double inverse_mass;               // 1/kg; 0 unless dynamic
-  Double3 inertia, inverse_inertia;  // kg m², about the axes of t = 0; 0 unless dynamic
-  Double3 half;                      // m: a box's half edges
-  double radius;                     // m: a sphere's
-  double reach;                      // m
-  Double3 lattice[2], middle;        // m: of a plane that moves
-  Index first_sample, sample_count;  // among all boundary samples
-  Index first_dynamic;               // among those of the dynamic bodies
+  Double3 rest_center;                      // m
+  Double3 rest_velocity, rest_spin;         // m/s, rad/s: the prescribed ones
+  double inverse_mass;                      // 1/kg; 0 unless dynamic
+  Double3 inertia, inverse_inertia;         // kg m², about the axes of t = 0; 0 unless dynamic
+  Double3 half;                             // m: a box's half edges
+  double radius;                            // m: a sphere's
+  double reach;                             // m
+  Double3 lattice[2], middle;               // m: of a plane that moves
+  Index first_sample, sample_count;         // among all boundary samples
+  Index first_dynamic;                      // among those of the dynamic bodies
 };
 
 /// The pose after dt of steady motion.

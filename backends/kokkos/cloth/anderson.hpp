@@ -12,8 +12,8 @@ class AndersonAcceleration {
   explicit AndersonAcceleration(Index nodes) : nodes_(nodes) {}
   /// Forgets all iterates.
   void clear();
-  /// `step` (m) from the iterate `shift` (m), where the forces `left` (N) are unbalanced, becomes the combination with the last
-  /// steps that leaves the least. False: there is nothing to combine, and the step stays as it is.
+  /// `step` (m) from the iterate `shift` (m), where the forces `left` (N) are unbalanced, becomes the combination with
+  /// the last steps that leaves the least. False: there is nothing to combine, and the step stays as it is.
   bool combine(const std::vector<Double3>& shift, const NodeVector& left, NodeVector& step);
 
  private:

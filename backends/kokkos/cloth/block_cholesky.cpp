@@ -79,7 +79,8 @@ void BlockCholesky::make_panels(const NodeGraph& below) {
       const std::vector<Index>& rows = below[at(before.last)];
       const double entries = before.entries + own.entries, all = stored(before.first, own.last);
       if (rows.empty() || rows.front() > own.last || part_[at(before.last)] != part_[at(own.last)] ||
-          all - entries > most_zeros * all) break;
+          all - entries > most_zeros * all)
+        break;
       groups.pop_back();
       groups.back() = {before.first, own.last, entries};
     }
@@ -131,7 +132,8 @@ void BlockCholesky::make_updates() {
     p.update_begin = static_cast<Index>(updates_.size());
     for (Index from = 0; from < p.rows;) {
       Index to = from + 1;
-      while (to < p.rows && panel_of_[at(row_[at(p.row_begin + to)])] == panel_of_[at(row_[at(p.row_begin + from)])]) ++to;
+      while (to < p.rows && panel_of_[at(row_[at(p.row_begin + to)])] == panel_of_[at(row_[at(p.row_begin + from)])])
+        ++to;
       add_update(p, from, to);
       from = to;
     }
@@ -150,8 +152,12 @@ void BlockCholesky::make_updates() {
 }
 
 void BlockCholesky::add_update(Panel& panel, Index from, Index to) {
-  Update update{static_cast<Index>(&panel - panels_.data()), panel_of_[at(row_[at(panel.row_begin + from)])], from, to,
-                static_cast<Index>(runs_.size()), 0};
+  Update update{static_cast<Index>(&panel - panels_.data()),
+                panel_of_[at(row_[at(panel.row_begin + from)])],
+                from,
+                to,
+                static_cast<Index>(runs_.size()),
+                0};
   const Panel& target = panels_[at(update.target)];
   for (Index i = from; i < panel.rows; ++i) {
     const Index row = row_in(target, row_[at(panel.row_begin + i)]);
@@ -187,9 +193,11 @@ double BlockCholesky::work() const {
 
 void BlockCholesky::clear() {
   constexpr std::size_t length = 1 << 16;
-  parallel("drench::cloth::factor_clear", static_cast<Index>((values_.size() + length - 1) / length), [this](const Index k) {
-    std::fill(values_.data() + at(k) * length, values_.data() + std::min(values_.size(), (at(k) + 1) * length), Real(0));
-  });
+  parallel("drench::cloth::factor_clear", static_cast<Index>((values_.size() + length - 1) / length),
+           [this](const Index k) {
+             std::fill(values_.data() + at(k) * length, values_.data() + std::min(values_.size(), (at(k) + 1) * length),
+                       Real(0));
+           });
 }
 
 void BlockCholesky::factor() {
@@ -224,8 +232,8 @@ void BlockCholesky::subtract(const Update& update) {
   Real* const room = room_for(6 * end);
   for (Index i = update.from; i < update.to; i += 2) {
     const Index nodes = std::min(Index(2), update.to - i);
-    (nodes == 2 ? DRENCH_BY_ISA(products_of_6) : DRENCH_BY_ISA(products_of_3))(below, panel.columns(), panel.stride, 3 * i,
-                                                                               from, end, room, end);
+    (nodes == 2 ? DRENCH_BY_ISA(products_of_6) : DRENCH_BY_ISA(products_of_3))(below, panel.columns(), panel.stride,
+                                                                               3 * i, from, end, room, end);
     for (Index q = 0; q < 3 * nodes; ++q) {
       const Index column = 3 * (row_[at(panel.row_begin + i + q / 3)] - target.first) + q % 3;
       Real* const to = values_.data() + target.at + at(column) * at(target.stride);

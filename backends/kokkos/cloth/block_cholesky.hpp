@@ -71,7 +71,8 @@ class BlockCholesky {
   /// Factors the panels of a part, and subtracts what they do to its own, or to all.
   void factor_part(Index part);
   void subtract(const Update& update);
-  /// The first half of a solution, L⁻¹ x; what the rows between parts lose goes to `between`, or to x where that is null.
+  /// The first half of a solution, L⁻¹ x; what the rows between parts lose goes to `between`, or to x where that is
+  /// null.
   void forward(Index part, Real* x, Real* between) const;
   /// The second half, L⁻ᵀ x.
   void backward(Index part, Real* x) const;

@@ -13,8 +13,8 @@
 namespace drench::kokkos_backend {
 namespace {
 
-/// Target y − x⁰ with gravity and the last pressure; the iteration starts where the cloth goes by itself, or where the solve
-/// before has led (`again`).
+/// Target y − x⁰ with gravity and the last pressure; the iteration starts where the cloth goes by itself, or where the
+/// solve before has led (`again`).
 void aim(const Constants& constants, const Cloth& cloth, ClothSolverWork& solver, const ClothSystem& s, Real dt,
          bool loaded, bool again) {
   const Entries<const Real3> velocity = cloth.nodes.velocity, force = cloth.nodes.force;

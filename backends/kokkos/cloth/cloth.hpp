@@ -42,9 +42,9 @@ struct Nodes {
   Field<Index> link_start;     // node → links
   Field<Link> link;
   Field<Index> triangle_start, triangle_item;  // node → 4·triangle + corner; empty without limits and membranes
-  Field<Index> joint;                    // the lowest node that it is sewn to; empty without stitches
-  Field<Index> pin_motion;               // −1: none; empty unless pins move
-  Field<Real3> rest_position;            // m; empty unless pins move
+  Field<Index> joint;                          // the lowest node that it is sewn to; empty without stitches
+  Field<Index> pin_motion;                     // −1: none; empty unless pins move
+  Field<Real3> rest_position;                  // m; empty unless pins move
   // derived
   Field<Real> inverse_mass;  // u_n, 1/kg; 0 if pinned (refresh_inverse_mass)
   Field<Real3> force;        // f_n, N: what the stage that runs does to the node
@@ -60,13 +60,13 @@ struct Mesh {
   Field<Real> edge_length, edge_stiffness;
   Field<double> stitch_length, stitch_end;  // m, at t = 0; s: when the rest length is 0 (shorten_stitches)
   Field<Index> stitch_link;                 // 2 per stitch: its links
-  Field<Index> hinge;        // 4 per hinge
-  Field<Real> hinge_weight;  // 4 per hinge
+  Field<Index> hinge;                       // 4 per hinge
+  Field<Real> hinge_weight;                 // 4 per hinge
   Field<Real> hinge_stiffness;
-  Field<Real> rest_metric;  // 3 per triangle: inverse of its edges' Gram matrix at rest (xx, xy, yy), 1/m²
-  Field<Real> triangle_shape;              // 3 per triangle; empty without limits and membranes
-  Field<Real> limit_stiffness;             // per triangle; empty without strain limiting
-  Field<Membrane<Real>> membrane;          // per triangle; empty without membranes
+  Field<Real> rest_metric;         // 3 per triangle: inverse of its edges' Gram matrix at rest (xx, xy, yy), 1/m²
+  Field<Real> triangle_shape;      // 3 per triangle; empty without limits and membranes
+  Field<Real> limit_stiffness;     // per triangle; empty without strain limiting
+  Field<Membrane<Real>> membrane;  // per triangle; empty without membranes
   Index triangles = 0, edges = 0, stitches = 0, hinges = 0;
   Real mean_edge = 0;  // m
 };
@@ -147,7 +147,9 @@ inline Materials node_materials(const Cloth& cloth) { return {material_numbers(c
 inline Materials sample_materials(const Cloth& cloth) { return {material_numbers(cloth.samples), cloth.materials}; }
 
 /// The node that stands for all that node n is sewn to; `joint`: Nodes::joint.
-KOKKOS_INLINE_FUNCTION Index joint_of(const Entries<const Index>& joint, Index n) { return joint.exist() ? joint(n) : n; }
+KOKKOS_INLINE_FUNCTION Index joint_of(const Entries<const Index>& joint, Index n) {
+  return joint.exist() ? joint(n) : n;
+}
 
 // samples.cpp: derived quantities that several stages share
 void refresh_samples(Cloth& cloth);             // samples.position, .normal and .velocity from the nodes

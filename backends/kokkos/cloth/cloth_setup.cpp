@@ -142,15 +142,15 @@ double node_bytes(const Sizing& m) {
   node += 3 * index_bytes + 7 * r;             // edge_start, hinge_start, link_start; inverse_mass, force, predicted
   // capacity_quanta, max_quanta, weight_sum, sample_start, row_bound
   if (m.size.samples > 0) node += 2 * quanta_bytes + double_bytes + index_bytes + r;
-  if (m.size.patches > 0) node += index_bytes;  // material
+  if (m.size.patches > 0) node += index_bytes;   // material
   if (m.size.stitches > 0) node += index_bytes;  // joint
   double bytes = m.size.nodes * node + m.size.links * 4 * r + m.size.patches * sizeof(Material);
   bytes +=
       (m.size.edges + m.size.stitches) * 2 * index_bytes + m.size.hinges * 4 * index_bytes;  // edge_item, hinge_item
-  if (m.size.strain_limit || m.size.membrane) bytes += m.size.triangles * 3 * index_bytes;  // triangle_item
-  if (!m.size.scene.bodies.empty()) bytes += m.size.nodes * r;                              // clearance
-  if (m.size.plate) bytes += m.size.nodes * r;                                              // plate_diagonal
-  return bytes + m.size.samples * 3 * index_bytes;                                          // sample_item
+  if (m.size.strain_limit || m.size.membrane) bytes += m.size.triangles * 3 * index_bytes;   // triangle_item
+  if (!m.size.scene.bodies.empty()) bytes += m.size.nodes * r;                               // clearance
+  if (m.size.plate) bytes += m.size.nodes * r;                                               // plate_diagonal
+  return bytes + m.size.samples * 3 * index_bytes;                                           // sample_item
 }
 
 /// Of each triangle the inverse of its edges' Gram matrix at rest (xx, xy, yy), 1/m².

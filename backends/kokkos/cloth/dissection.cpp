@@ -57,7 +57,8 @@ std::vector<Index> sorted_set(const NodeGraph& near, const std::vector<Index>& l
   return nodes;
 }
 
-/// Splits the nodes of a label: half of them keep it, others get `other`, and those of these that touch the first `between`.
+/// Splits the nodes of a label: half of them keep it, others get `other`, and those of these that touch the first
+/// `between`.
 void bisect(const NodeGraph& near, std::vector<Index>& label, Index own, Index other, Index between) {
   std::vector<Index> nodes;
   std::vector<bool> seen(near.size());
@@ -81,7 +82,8 @@ void bisect(const NodeGraph& near, std::vector<Index>& label, Index own, Index o
 }
 
 /// Minimum degree among the nodes of a part; `next`: the place of the first.
-void order_part(const NodeGraph& near, const std::vector<Index>& part, Index own, Index& next, std::vector<Index>& place) {
+void order_part(const NodeGraph& near, const std::vector<Index>& part, Index own, Index& next,
+                std::vector<Index>& place) {
   std::vector<Index> nodes, number(near.size(), -1);
   for (std::size_t i = 0; i < near.size(); ++i)
     if (part[i] == own) {

@@ -14,8 +14,8 @@ KOKKOS_INLINE_FUNCTION Vector3<T> separation(const Real3& start_i, const Vector3
   return (in_precision<T>(start_i) - in_precision<T>(start_j)) + (shift_i - shift_j);
 }
 
-/// −k (1 − L/|x_ij|), N/m: times x_ij it is the force on node i of an edge spring (Liu et al. 2013), −k (x_ij − L x_ij/|x_ij|);
-/// x_ij = x_i − x_j in m, rest length L in m, k in N/m. Coincident ends: d_e = 0.
+/// −k (1 − L/|x_ij|), N/m: times x_ij it is the force on node i of an edge spring (Liu et al. 2013), −k (x_ij − L
+/// x_ij/|x_ij|); x_ij = x_i − x_j in m, rest length L in m, k in N/m. Coincident ends: d_e = 0.
 template <class T>
 KOKKOS_INLINE_FUNCTION T spring_pull(const Vector3<T>& x_ij, Real rest_length, Real stiffness) {
   const T square = dot(x_ij, x_ij);
@@ -71,9 +71,9 @@ struct Columns {
   Vector3<T> first, second;
 };
 
-/// P = −K (F − F*) = −K F M, N·m, of a triangle with edges a = x1 − x0, b = x2 − x0 (m): it keeps the singular values σ_i of
-/// F = [a b] R⁻¹ within [1 − ε, 1 + ε]. M = Σ_i (1 − σ*_i/σ_i) v_i v_iᵀ with the axes v_i of FᵀF and the limited σ*_i; K = w A.
-/// A triangle without length along v_i pushes nowhere. (docs/theory/cloth.md, section 5.)
+/// P = −K (F − F*) = −K F M, N·m, of a triangle with edges a = x1 − x0, b = x2 − x0 (m): it keeps the singular values
+/// σ_i of F = [a b] R⁻¹ within [1 − ε, 1 + ε]. M = Σ_i (1 − σ*_i/σ_i) v_i v_iᵀ with the axes v_i of FᵀF and the limited
+/// σ*_i; K = w A. A triangle without length along v_i pushes nowhere. (docs/theory/cloth.md, section 5.)
 template <class T>
 KOKKOS_INLINE_FUNCTION Columns<T> strain_limit_stress(const Vector3<T>& a, const Vector3<T>& b,
                                                       const TriangleShape& shape, Real limit, Real stiffness) {
@@ -96,7 +96,8 @@ KOKKOS_INLINE_FUNCTION Real membrane_bound(const Membrane<Real>& m) {
   return Kokkos::fmax(m.warp, m.weft) + 2 * m.shear;
 }
 
-/// How a triangle is stretched along its warp u and weft v and along the lines p, q halfway between them: F of these directions.
+/// How a triangle is stretched along its warp u and weft v and along the lines p, q halfway between them: F of these
+/// directions.
 template <class T = Real>
 struct Yarns {
   Vector3<T> u, v, p, q;
@@ -117,8 +118,9 @@ KOKKOS_INLINE_FUNCTION Vector3<T> direction_of(const Vector3<T>& v, T& length) {
   return inverse * v;
 }
 
-/// P = −A ∂W/∂F, N·m, of a membrane with W = ½ k_u (|u| − 1)² + ½ k_v (|v| − 1)² + ½ k_s (|p| − |q|)², and of its strain
-/// damping, implicit in the shift; at x, at x⁰, and of the shift u alone; rate = t_d/Δt. (docs/theory/cloth.md, sections 2, 4.)
+/// P = −A ∂W/∂F, N·m, of a membrane with W = ½ k_u (|u| − 1)² + ½ k_v (|v| − 1)² + ½ k_s (|p| − |q|)², and of its
+/// strain damping, implicit in the shift; at x, at x⁰, and of the shift u alone; rate = t_d/Δt. (docs/theory/cloth.md,
+/// sections 2, 4.)
 template <class T>
 KOKKOS_INLINE_FUNCTION Columns<T> membrane_stress(const Yarns<T>& now, const Yarns<T>& before, const Yarns<T>& moved,
                                                   const Membrane<Real>& m, Real rate, Real wet) {

@@ -1,6 +1,6 @@
 #pragma once
-// The residual of the cloth's implicit step in double, on a host (docs/theory/cloth.md, section 8): in single precision its
-// rounding can exceed what the iterations have to resolve.
+// The residual of the cloth's implicit step in double, on a host (docs/theory/cloth.md, section 8): in single precision
+// its rounding can exceed what the iterations have to resolve.
 
 #include <vector>
 

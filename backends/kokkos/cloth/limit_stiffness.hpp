@@ -1,5 +1,6 @@
 #pragma once
-// What a triangle's strain limit resists with at an iterate, for the factored matrices of a host (docs/theory/cloth.md, section 8).
+// What a triangle's strain limit resists with at an iterate, for the factored matrices of a host (docs/theory/cloth.md,
+// section 8).
 
 #include "cloth/membrane_stiffness.hpp"
 

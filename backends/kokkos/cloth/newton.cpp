@@ -107,7 +107,8 @@ void NewtonCloth::see_solids(const ClothSystem& s, Index n, const Double3& shift
     }
     near.solid[near.count] = static_cast<std::int64_t>(b);
     near.normal[near.count] = d.normal;
-    // Within the width of contact, so that a dynamic body that ends the step a little nearer than was tried pushes nothing.
+    // Within the width of contact, so that a dynamic body that ends the step a little nearer than was tried pushes
+    // nothing.
     near.gap[near.count] = (d.phi - kept - (near.pinched ? 0 : margin_ * thickness)) / d.slope;
     near.moved = double(s.dt) * surface_velocity(solid, t.start, shift);
     ++near.count;
@@ -183,8 +184,8 @@ void NewtonCloth::iterate(const ClothSystem& s, bool first) {
   const int linear = solve_linear(s);
   if (fresh_factor) linear_when_new_ = linear;
   spent_ += std::max(0, linear - linear_when_new_);
-  // In a buckling sheet the tangent is too stiff, because it omits the negative terms of the Hessian: all steps point the
-  // same way and are too short. Steps of opposite directions overshoot.
+  // In a buckling sheet the tangent is too stiff, because it omits the negative terms of the Hessian: all steps point
+  // the same way and are too short. Steps of opposite directions overshoot.
   const double turn = slow_ ? cosine_between(change_, plain_) : 0;
   first_length_ = turn > same_way ? std::min(2 * first_length_, longest) : turn < 0 ? 0.5 : 1;
   plain_ = change_;
@@ -199,7 +200,8 @@ void NewtonCloth::iterate(const ClothSystem& s, bool first) {
   std::swap(now_, next_);
 }
 
-/// A step of a node that touches a solid, as far as the solid's surface goes on as a plane there: beyond an edge it does not.
+/// A step of a node that touches a solid, as far as the solid's surface goes on as a plane there: beyond an edge it
+/// does not.
 Double3 NewtonCloth::within_plane(const ClothSystem& s, Index n, const Iterate& from, Double3 by) const {
   constexpr double least_cosine = 0.8;
   constexpr int most_shortened = 4;
@@ -234,7 +236,8 @@ void NewtonCloth::move(const ClothSystem& s, const Iterate& from) {
   }
 }
 
-/// change_ := d with K d = right_ by generalised conjugate residuals (the rows of friction are not symmetric), then + d_c.
+/// change_ := d with K d = right_ by generalised conjugate residuals (the rows of friction are not symmetric), then +
+/// d_c.
 int NewtonCloth::solve_linear(const ClothSystem& s) {
   tangent_.multiply(s, freedom_, true, correction_, room_);
   NodeVector& r = right_;
@@ -277,7 +280,8 @@ void NewtonCloth::make_orthogonal(int k) {
   const auto count = static_cast<Index>(q.size());
   parallel("drench::cloth::newton_orthogonal", (count + length - 1) / length, [&](const Index p) {
     for (int j = 0; j < k; ++j) {
-      const Real a = Real(products_[at(j)]), *const image = images_[at(j)].data(), *const direction = directions_[at(j)].data();
+      const Real a = Real(products_[at(j)]), *const image = images_[at(j)].data(),
+                 *const direction = directions_[at(j)].data();
       for (Index i = p * length; i < std::min(count, (p + 1) * length); ++i) {
         q[at(i)] -= a * image[i];
         z[at(i)] -= a * direction[i];

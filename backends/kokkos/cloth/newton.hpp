@@ -28,8 +28,8 @@ struct NodeNearby {
   }
 };
 
-/// Newton's method, and what it keeps from solve to solve of one time step: the factor, and who sticks. Nothing is handed from
-/// one time step to the next.
+/// Newton's method, and what it keeps from solve to solve of one time step: the factor, and who sticks. Nothing is
+/// handed from one time step to the next.
 class NewtonCloth {
  public:
   NewtonCloth(const Cloth& cloth, const ClothSystem& system);
@@ -37,9 +37,9 @@ class NewtonCloth {
   void prepare(const Cloth& cloth, const ClothSystem& system, bool pushes_bodies);
   /// The solve goes on from solver.displacement, which others have changed.
   void begin_anew() { fresh_ = true; }
-  /// Iterates until the residual is within its goal, at least once and `most` times at most; from solver.displacement at the
-  /// first call of a solve, and then from where the last call ended. The best iterate goes to solver.displacement. False: it
-  /// has not converged, and other iterations have to go on.
+  /// Iterates until the residual is within its goal, at least once and `most` times at most; from solver.displacement
+  /// at the first call of a solve, and then from where the last call ended. The best iterate goes to
+  /// solver.displacement. False: it has not converged, and other iterations have to go on.
   bool run(const Cloth& cloth, ClothSolverWork& solver, const ClothSystem& s, ClothProgress& progress, int most,
            double tolerance);
 

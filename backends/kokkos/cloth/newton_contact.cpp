@@ -109,7 +109,8 @@ void NewtonCloth::set_contact_rows(const ClothSystem& s) {
   }
 }
 
-/// An orthonormal basis of the normals that a node touches leaves `freedom`; the least correction brings it onto the planes.
+/// An orthonormal basis of the normals that a node touches leaves `freedom`; the least correction brings it onto the
+/// planes.
 int NewtonCloth::planes_of(const NodeNearby& near, std::uint8_t touching, NodeFreedom& f, Column3& correction) const {
   int planes = 0;
   for (int k = 0; k < near.count; ++k) {

@@ -1,5 +1,6 @@
 #pragma once
-// Vectors with three numbers per node of the cloth, on a host, and sums over them that do not depend on the number of threads.
+// Vectors with three numbers per node of the cloth, on a host, and sums over them that do not depend on the number of
+// threads.
 
 #include <Eigen/Core>
 #include <algorithm>

@@ -1,5 +1,6 @@
-// Dense loops over a panel of a Cholesky factor (cloth/block_cholesky.cpp), for one instruction set. A panel lies by columns,
-// `stride` numbers apart, a multiple of 16. A row's sums run in the order of columns; a column's have 16 parts.
+// Dense loops over a panel of a Cholesky factor (cloth/block_cholesky.cpp), for one instruction set. A panel lies by
+// columns, `stride` numbers apart, a multiple of 16. A row's sums run in the order of columns; a column's have 16
+// parts.
 
 inline constexpr Index wide = 16;
 using Wide [[gnu::vector_size(wide * sizeof(Real))]] = Real;
@@ -49,7 +50,8 @@ inline void factor_panel(Real* a, Index columns, Index stride, Real* inverse_piv
 }
 
 /// The inverse of the panel's own triangle, by columns of `top` numbers.
-inline void invert_panel(const Real* a, Index columns, Index stride, Index top, const Real* inverse_pivot, Real* inverse) {
+inline void invert_panel(const Real* a, Index columns, Index stride, Index top, const Real* inverse_pivot,
+                         Real* inverse) {
   for (Index c = 0; c < columns; ++c) {
     Real* const x = inverse + c * top;
     for (Index r = 0; r < top; ++r) x[r] = r == c ? Real(1) : Real(0);
@@ -67,10 +69,11 @@ inline void invert_panel(const Real* a, Index columns, Index stride, Index top, 
   }
 }
 
-/// out[q] = Σ_c a_c a_c[row + q] for `count` ≤ 6 rows, of rows [from, to); `a`: the rows below, `to` and `from` multiples of 16.
+/// out[q] = Σ_c a_c a_c[row + q] for `count` ≤ 6 rows, of rows [from, to); `a`: the rows below, `to` and `from`
+/// multiples of 16.
 template <Index count>
-[[gnu::always_inline]] inline void panel_products(const Real* a, Index columns, Index stride, Index row, Index from, Index to,
-                                                  Real* out, Index out_stride) {
+[[gnu::always_inline]] inline void panel_products(const Real* a, Index columns, Index stride, Index row, Index from,
+                                                  Index to, Real* out, Index out_stride) {
   Index r = from;
   for (; r + wide < to; r += 2 * wide) {
     Wide first[count]{}, second[count]{}, v, w;

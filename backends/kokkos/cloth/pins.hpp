@@ -11,7 +11,8 @@ void find_moving_pins(const Model& model, Nodes& nodes);
 /// cloth.pin_steps for this step. Does nothing if no pin moves.
 void place_pins(const Constants& constants, Cloth& cloth, const StepInfo& info);
 
-/// The stitches' rest lengths in this step. They pull and never push: no length is above the one that its nodes start with.
+/// The stitches' rest lengths in this step. They pull and never push: no length is above the one that its nodes start
+/// with.
 void shorten_stitches(Cloth& cloth, const StepInfo& info);
 
 /// What kernels see of them.
@@ -20,7 +21,8 @@ struct PinMotions {
   Entries<const Real3> rest;
   Entries<const PinStep> steps;
 
-  explicit PinMotions(const Cloth& cloth) : motion(cloth.nodes.pin_motion), rest(cloth.nodes.rest_position), steps(cloth.pin_steps) {}
+  explicit PinMotions(const Cloth& cloth)
+      : motion(cloth.nodes.pin_motion), rest(cloth.nodes.rest_position), steps(cloth.pin_steps) {}
 
   KOKKOS_INLINE_FUNCTION bool moves(Index n) const { return motion.extent(0) > 0 && motion(n) >= 0; }
   /// From the step's start to its end, m.

@@ -51,8 +51,8 @@ void allocate(const Constants& constants, const Cloth& cloth, SelfCollisionWork&
 MemoryEstimate self_collision_bytes(const Sizing& s) {
   MemoryEstimate sum;
   if (!s.size.self_collision || s.size.nodes <= 0) return sum;
-  // As if all cloth took part. A node: velocity, end and seen, changed, impulse, share; zone, stopped and holder, joined, zone_sum and
-  // zone_push
+  // As if all cloth took part. A node: velocity, end and seen, changed, impulse, share; zone, stopped and holder,
+  // joined, zone_sum and zone_push
   const double sums = (3 + 10) * sizeof(std::int64_t),
                node = sizeof(NodeVelocity) + 6 * s.real + 5 * index_bytes + 1 + sums;
   const double items = s.size.nodes + s.size.triangles + s.size.edges;

@@ -10,8 +10,8 @@ namespace drench::kokkos_backend {
 
 constexpr Index no_node = 2147483647, dropped_pair = 2;
 
-/// What SelfCollisionWork::counter counts. New pairs fill the holes that dropped ones leave and then follow the others, which
-/// count_pairs has not. `ends_moved` is a flag: an end has moved by more than the search's margin.
+/// What SelfCollisionWork::counter counts. New pairs fill the holes that dropped ones leave and then follow the others,
+/// which count_pairs has not. `ends_moved` is a flag: an end has moved by more than the search's margin.
 enum CollisionCounter : Index {
   count_changed,
   count_close_clusters,
@@ -70,8 +70,9 @@ struct alignas(16) Contact {
   double change;    // the missing gap of the pass, m
 };
 
-/// Nodes, triangles and edges that take part, in that order, each sort filled up to whole groups. What lies together on the
-/// cloth is a cluster, and clusters are a group: boxes of neither are large, however fast another part of the cloth moves.
+/// Nodes, triangles and edges that take part, in that order, each sort filled up to whole groups. What lies together on
+/// the cloth is a cluster, and clusters are a group: boxes of neither are large, however fast another part of the cloth
+/// moves.
 struct CollisionItems {
   static constexpr Index width = 32;  // items of a cluster, clusters of a group
   Index count = 0, first_triangle = 0, first_edge = 0;

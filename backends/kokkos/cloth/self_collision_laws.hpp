@@ -1,6 +1,6 @@
 #pragma once
-// Laws 1 to 3 of stage self_collision (src/stages/self_collision.hpp) for one node, pair or contact each. A law is a struct
-// with a label and `act`; self_collision_course.hpp has their order.
+// Laws 1 to 3 of stage self_collision (src/stages/self_collision.hpp) for one node, pair or contact each. A law is a
+// struct with a label and `act`; self_collision_course.hpp has their order.
 
 #include "bodies/contact.hpp"
 #include "cloth/pins.hpp"
@@ -120,7 +120,8 @@ struct Collision {
       sum = add(sum, outer(minus(widen(position(around(2 * r))), x), minus(widen(position(around(2 * r + 1))), x)));
     return sum;
   }
-  /// Normals of two layers that coincide, at the pair. False: nothing tells, or the ends of edges are pairs of their own.
+  /// Normals of two layers that coincide, at the pair. False: nothing tells, or the ends of edges are pairs of their
+  /// own.
   KOKKOS_INLINE_FUNCTION bool normals_of_layers(const ClosePair& p, const Double3* x, Double3* normal) const {
     normal[0] = facing(p.node[0]);
     normal[1] = outer(minus(x[2], x[1]), minus(x[3], x[1]));
@@ -205,7 +206,8 @@ struct Begin {
 /// Is the pair so close that its distance has no direction: of layers that start as one?
 KOKKOS_INLINE_FUNCTION bool coincide(const ClosePair& pair) { return pair.distance <= 1e-3 * pair.thickness; }
 
-/// Layers that coincide part to the side to which the later piece goes: at its least node, the sum of its ways to its front.
+/// Layers that coincide part to the side to which the later piece goes: at its least node, the sum of its ways to its
+/// front.
 struct VoteOnSides {
   static constexpr const char* label = "drench::self_collision::sides";
   KOKKOS_INLINE_FUNCTION static void act(const Collision& s, Index p) {

@@ -1,6 +1,6 @@
 #pragma once
-// Which pairs of the cloth with itself can come near in a step: boxes of paths, from groups to clusters to items. Law 2 of
-// src/stages/self_collision.hpp then tells which of these pairs can.
+// Which pairs of the cloth with itself can come near in a step: boxes of paths, from groups to clusters to items. Law 2
+// of src/stages/self_collision.hpp then tells which of these pairs can.
 
 #include "cloth/self_collision_laws.hpp"
 #include "core/gather.hpp"
@@ -43,9 +43,11 @@ __device__ inline PathBox around_warp(PathBox box) {
   for (int apart = warp_size / 2; apart > 0; apart /= 2) {
     PathBox o;
     o.lo = {{__shfl_xor_sync(whole_warp, box.lo.x, apart), __shfl_xor_sync(whole_warp, box.lo.y, apart),
-             __shfl_xor_sync(whole_warp, box.lo.z, apart)}, __shfl_xor_sync(whole_warp, box.lo.w, apart)};
+             __shfl_xor_sync(whole_warp, box.lo.z, apart)},
+            __shfl_xor_sync(whole_warp, box.lo.w, apart)};
     o.hi = {{__shfl_xor_sync(whole_warp, box.hi.x, apart), __shfl_xor_sync(whole_warp, box.hi.y, apart),
-             __shfl_xor_sync(whole_warp, box.hi.z, apart)}, 0};
+             __shfl_xor_sync(whole_warp, box.hi.z, apart)},
+            0};
     box.add(o);
   }
   return box;
@@ -65,8 +67,8 @@ KOKKOS_INLINE_FUNCTION void gather_cluster(const Collision& s, Index k, Index in
 #endif
 }
 
-/// Lists the couples of what is in two clusters whose boxes meet; of one with itself each but once. `first`: of the boxes
-/// within, `around`: of the clusters' own. `k`: a lane's number; `same`: also each with itself.
+/// Lists the couples of what is in two clusters whose boxes meet; of one with itself each but once. `first`: of the
+/// boxes within, `around`: of the clusters' own. `k`: a lane's number; `same`: also each with itself.
 KOKKOS_INLINE_FUNCTION void compare(const Collision& s, const Couple& clusters, Index lane, Index first, Index around,
                                     bool same, CollisionCounter counter, const Entries<Couple>& list, Index room) {
   constexpr Index width = CollisionItems::width;
@@ -146,7 +148,8 @@ struct BoxItems {
   static constexpr const char* label = "drench::self_collision::boxes";
   KOKKOS_INLINE_FUNCTION static void act(const Collision& s, Index k) {
     if (k == 0) {
-      s.counter(count_changed) = s.counter(count_close_clusters) = s.counter(count_candidates) = s.counter(ends_moved) = 0;
+      s.counter(count_changed) = s.counter(count_close_clusters) = s.counter(count_candidates) = s.counter(ends_moved) =
+          0;
       if (all) s.counter(count_pairs) = s.counter(count_new) = s.counter(count_holes) = 0;
     }
     boxes::gather_cluster(s, k, s.items, [&](Index item) {
@@ -187,7 +190,8 @@ struct FindPair {
     s.paths(pair, s.seen, x, u);
     pair.thickness = 0.5 * (double(s.materials(pair.node[0]).thickness) + double(s.materials(pair.node[3]).thickness));
     pair.distance = proximity(pair.edges != 0, x).distance;
-    // Every displacement may still change by the margin: relative to the mean by 3/4 of it and 3/4 more for the other three.
+    // Every displacement may still change by the margin: relative to the mean by 3/4 of it and 3/4 more for the other
+    // three.
     if (pair.distance - relative_travel(pair.edges != 0, u) - 3.001 * s.margin > pair.thickness) return;
     const Index number = add_one(s.counter(count_new)), holes = s.counter(count_holes);
     const Index at = number < holes ? s.hole(number) : s.counter(count_pairs) + (number - holes);
@@ -200,7 +204,8 @@ struct FindPair {
     const Index first = 3 * (turned ? c.second : c.first), second = 3 * (turned ? c.first : c.second);
     pair.edges = edges ? 1 : 0;
     pair.node[0] = s.corner(first);
-    for (Index k = 1; k < 4; ++k) pair.node[k] = edges ? (k == 1 ? s.corner(first + 1) : s.corner(second + k - 2)) : s.corner(second + k - 1);
+    for (Index k = 1; k < 4; ++k)
+      pair.node[k] = edges ? (k == 1 ? s.corner(first + 1) : s.corner(second + k - 2)) : s.corner(second + k - 1);
     const Index own = edges ? 2 : 1;
     for (Index i = 0; i < own; ++i)
       for (Index j = own; j < 4; ++j)

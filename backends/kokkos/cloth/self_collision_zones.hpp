@@ -1,5 +1,6 @@
 #pragma once
-// Impact zones of stage self_collision (law 4 of src/stages/self_collision.hpp), for one node, pair or violating pair each.
+// Impact zones of stage self_collision (law 4 of src/stages/self_collision.hpp), for one node, pair or violating pair
+// each.
 
 #include "cloth/self_collision_laws.hpp"
 
@@ -18,7 +19,8 @@ KOKKOS_INLINE_FUNCTION Index root_of(const Collision& s, Index n) {
     n = next;
   }
 }
-/// Makes one zone of two: the one with the larger number is hooked to the other, at its root, so that all its nodes go along.
+/// Makes one zone of two: the one with the larger number is hooked to the other, at its root, so that all its nodes go
+/// along.
 KOKKOS_INLINE_FUNCTION void unite(const Collision& s, Index a, Index b) {
   while (true) {
     a = root_of(s, a);
@@ -57,8 +59,8 @@ struct FindFirstViolation {
     if (pair.edges != dropped_pair && zones::violates(s, pair)) zones::list(s, pair);
   }
 };
-/// The same later: only pairs with a node in a zone can, for no other nodes have been moved. A zone with a pair of its own that
-/// does is to stop.
+/// The same later: only pairs with a node in a zone can, for no other nodes have been moved. A zone with a pair of its
+/// own that does is to stop.
 struct FindViolation {
   static constexpr const char* label = "drench::self_collision::zone_violations";
   KOKKOS_INLINE_FUNCTION static void act(const Collision& s, Index p) {

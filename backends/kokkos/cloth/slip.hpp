@@ -10,8 +10,8 @@ struct Slip {
   Double3 so_far, on, whole;  // m; r_t, N; y, m
   double length, loss;        // |y|, and how much of it friction takes, m
 
-  /// `relative`: the displacement less that of the surface, m, and `on`: the residual, N, both along the directions that the
-  /// solids leave; `press`: what presses the node into them, N.
+  /// `relative`: the displacement less that of the surface, m, and `on`: the residual, N, both along the directions
+  /// that the solids leave; `press`: what presses the node into them, N.
   Slip(const NodeTerms& t, const Double3& relative, const Double3& along, double press)
       : so_far(relative),
         on(along),

@@ -27,8 +27,8 @@ void allocate(const Constants& constants, const Cloth& cloth, ClothSolverWork& s
   allocate_zeros(solver.last_displacement, "drench::cloth::last_displacement", nodes);
 }
 
-/// Of newton.cpp: the factor on the pattern of the mesh's edges, some 50 n log₂ n numbers; the tangent's blocks, of nodes, edges
-/// and triangles; iterates in double, and vectors of the linear solver and of Anderson acceleration.
+/// Of newton.cpp: the factor on the pattern of the mesh's edges, some 50 n log₂ n numbers; the tangent's blocks, of
+/// nodes, edges and triangles; iterates in double, and vectors of the linear solver and of Anderson acceleration.
 MemoryEstimate newton_bytes(const Sizing& s) {
   constexpr double vectors = 60, in_double = 10;  // 3 numbers a node each
   const double n = s.size.nodes, entries = n * std::log2(std::max(2.0, n));
@@ -178,7 +178,8 @@ ClothIteration::ClothIteration(const Constants& constants, const Bodies& bodies,
              static_cast<double>(cloth.mesh.mean_edge)),
       resident_(method_ == ClothMethod::pd && prepare_resident_cloth(constants, cloth, solver, system_)) {
   masses_and_diagonals(constants, cloth, system_);
-  newton_ = method_ == ClothMethod::pd && !constants.model.jacobi_cloth && prepare_newton(cloth, solver, system_, constants.model.cloth_pushes_bodies());
+  newton_ = method_ == ClothMethod::pd && !constants.model.jacobi_cloth &&
+            prepare_newton(cloth, solver, system_, constants.model.cloth_pushes_bodies());
   progress_.rho = reachable_radius(constants.model.scene.cloth_solver.max_iterations);
   const SpectralBound bound(system_);
   if (resident_) {
@@ -261,8 +262,8 @@ void ClothIteration::advance(int count) {
 void ClothIteration::start() {
   anchor_contacts(bodies_, cloth_, solver_);
   start_multipliers(constants_, cloth_, solver_, system_);
-  // Those that the cloth would have where it goes by itself; none where these push it about, as they do after a solve that
-  // has ended at its cap: from there on they would be explicit forces.
+  // Those that the cloth would have where it goes by itself; none where these push it about, as they do after a solve
+  // that has ended at its cap: from there on they would be explicit forces.
   gather_multipliers(cloth_, solver_, system_);
   const double own = residual();
   swap_multipliers(solver_);

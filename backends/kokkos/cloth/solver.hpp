@@ -33,8 +33,8 @@ struct ClothSolverWork {
 
 MemoryEstimate cloth_solver_bytes(const Sizing& s);
 
-/// The solids that a node touches: which directions their planes leave it, how far their surfaces move in the step (m), and what
-/// presses the node into all of them, as a force or a displacement.
+/// The solids that a node touches: which directions their planes leave it, how far their surfaces move in the step (m),
+/// and what presses the node into all of them, as a force or a displacement.
 template <class T = Real>
 struct NodeContact {
   bool touches = false, held = false;  // held: no direction is left
@@ -61,8 +61,8 @@ struct NodeContact {
   }
 };
 
-/// The slip (m) as the residual's test counts it: 0 where it is below a tenth of the displacement along the normal, `relative`
-/// less the slip. An interpolated distance has normals that jump so much between its cells.
+/// The slip (m) as the residual's test counts it: 0 where it is below a tenth of the displacement along the normal,
+/// `relative` less the slip. An interpolated distance has normals that jump so much between its cells.
 template <class T>
 KOKKOS_INLINE_FUNCTION Vector3<T> counted_slip(const Vector3<T>& relative, const Vector3<T>& slip) {
   const Vector3<T> along_normal = relative - slip;
@@ -109,8 +109,18 @@ struct NodeTerms {
   Real compression;  // N: presses it to half of its thickness
 };
 
-// Iterations before Chebyshev's weights begin; the same after the target has moved, where there are no solids; from check to
-// check.
+/// What stays the same of a triangle during one solve.
+template <class T>
+struct TriangleTerms {
+  Vector3<T> first, second;  // edges from its first corner at x⁰, m
+  TriangleShape shape;
+  Real limit = 0, limit_stiffness = 0;  // ε, 1; K, N·m
+  Membrane<Real> membrane{};
+  Real damping_rate = 0, softening = 1;  // τ/Δt; factor on its stiffness, as wet as it is
+};
+
+// Iterations before Chebyshev's weights begin; the same after the target has moved, where there are no solids; from
+// check to check.
 inline constexpr int plain_iterations = 10, plain_iterations_later = 2, check_interval = 10;
 inline constexpr int patient = 9;  // checks after which xpbd's residual must have fallen
 
@@ -137,8 +147,8 @@ struct ClothProgress {
     if (patience > 0 && residual > 1) patience = 1;
     smallest = marked = 1e300;
   }
-  /// If the residual has not fallen in time, or has grown tenfold over the smallest so far, ρ is lowered and the weights
-  /// start again.
+  /// If the residual has not fallen in time, or has grown tenfold over the smallest so far, ρ is lowered and the
+  /// weights start again.
   KOKKOS_INLINE_FUNCTION void judge(double found) {
     residual = found;
     const bool due = ++since_mark >= patience || marked == 1e300;
@@ -248,23 +258,39 @@ struct ClothSystem {
   template <class T>
   KOKKOS_INLINE_FUNCTION Columns<T> triangle_stress(Index t, const Vector3<T>& u_a, const Vector3<T>& u_b,
                                                     const Vector3<T>& u_c) const {
+    return triangle_stress(triangle_terms<T>(t), u_a, u_b, u_c);
+  }
+  template <class T>
+  KOKKOS_INLINE_FUNCTION TriangleTerms<T> triangle_terms(Index t) const {
     const Index a = triangle(3 * t), b = triangle(3 * t + 1), c = triangle(3 * t + 2);
-    const Vector3<T> first = separation(start(b), u_b, start(a), u_a),
-                     second = separation(start(c), u_c, start(a), u_a);
-    Columns<T> stress;
-    if (limit_stiffness.exist())
-      stress = strain_limit_stress(first, second, triangle_shape(t), materials(a).strain_limit, limit_stiffness(t));
-    if (!membrane.exist()) return stress;
-    const Membrane<Real> m = membrane(t);
-    const Real rate = strain_damping_rate(a);
-    Yarns<T> before, moved;
-    if (rate > 0) {
-      const Vector3<T> corner = in_precision<T>(start(a));
-      before = yarns_of(in_precision<T>(start(b)) - corner, in_precision<T>(start(c)) - corner, triangle_shape(t), m);
-      moved = yarns_of(u_b - u_a, u_c - u_a, triangle_shape(t), m);
+    const Vector3<T> corner = in_precision<T>(start(a));
+    TriangleTerms<T> terms{.first = in_precision<T>(start(b)) - corner,
+                           .second = in_precision<T>(start(c)) - corner,
+                           .shape = triangle_shape(t)};
+    if (limit_stiffness.exist()) {
+      terms.limit = materials(a).strain_limit;
+      terms.limit_stiffness = limit_stiffness(t);
     }
-    const Columns<T> own =
-        membrane_stress(yarns_of(first, second, triangle_shape(t), m), before, moved, m, rate, softening(t, m));
+    if (!membrane.exist()) return terms;
+    terms.membrane = membrane(t);
+    terms.damping_rate = strain_damping_rate(a);
+    terms.softening = softening(t, terms.membrane);
+    return terms;
+  }
+  template <class T>
+  KOKKOS_INLINE_FUNCTION Columns<T> triangle_stress(const TriangleTerms<T>& t, const Vector3<T>& u_a,
+                                                    const Vector3<T>& u_b, const Vector3<T>& u_c) const {
+    const Vector3<T> first = t.first + (u_b - u_a), second = t.second + (u_c - u_a);
+    Columns<T> stress;
+    if (limit_stiffness.exist()) stress = strain_limit_stress(first, second, t.shape, t.limit, t.limit_stiffness);
+    if (!membrane.exist()) return stress;
+    Yarns<T> before, moved;
+    if (t.damping_rate > 0) {
+      before = yarns_of(t.first, t.second, t.shape, t.membrane);
+      moved = yarns_of(u_b - u_a, u_c - u_a, t.shape, t.membrane);
+    }
+    const Columns<T> own = membrane_stress(yarns_of(first, second, t.shape, t.membrane), before, moved, t.membrane,
+                                           t.damping_rate, t.softening);
     stress.first += own.first;
     stress.second += own.second;
     return stress;
@@ -302,20 +328,49 @@ struct ClothSystem {
     return (mass(n) * inverse_dt2) * (target(n) - shift(n)) + elastic_force(n, shift);
   }
 
-  /// Solids within the clearance and 0.01 of the thickness at x⁰ + `shift`, the first four of them. `push`, a force or a
-  /// displacement, loses what presses into them: each(solid, that) in their order. `compression`: what presses a squeezed node to
-  /// half of its thickness, of the same unit.
+  /// Solids within the clearance and 0.01 of the thickness at x⁰ + `shift`, the first four of them. `push`, a force or
+  /// a displacement, loses what presses into them: each(solid, that) in their order. `compression`: what presses a
+  /// squeezed node to half of its thickness, of the same unit.
   template <class T, class Each>
   KOKKOS_INLINE_FUNCTION NodeContact<T> contact(const NodeTerms& t, const Vector3<T>& shift, Vector3<T>& push,
                                                 Real compression, const Each& each) const {
+    std::size_t solid = 0;
+    SolidDistance<T> at{};
+    int count = 0;
+    DRENCH_ROLLED
+    for (std::size_t b = 0; b < solids.extent(0) && count < 2; ++b) {
+      const SolidDistance<T> own = solid_distance(solids(b), t.start, shift);
+      if (!(own.phi < contact_range(t))) continue;
+      solid = b;
+      at = own;
+      ++count;
+    }
+    if (count == 0) return {};
+    if (count > 1) return contact_with_several(t, shift, push, compression, each);
+    NodeContact<T> c;
+    c.touches = true;
+    c.press = Kokkos::fmax(T(0), -dot(push, at.normal));
+    c.normal = at.normal;
+    c.moved = dt * surface_velocity(solids(solid), t.start, shift);
+    push += c.press * at.normal;
+    each(solid, -c.press * at.normal);
+    return c;
+  }
+  /// Solids that a node is so near to (m) hold it.
+  KOKKOS_INLINE_FUNCTION static Real contact_range(const NodeTerms& t) {
+    return t.clearance.kept + Real(0.01) * t.clearance.thickness;
+  }
+  template <class T, class Each>
+  KOKKOS_FUNCTION DRENCH_SELDOM NodeContact<T> contact_with_several(const NodeTerms& t, const Vector3<T>& shift,
+                                                                    Vector3<T>& push, Real compression,
+                                                                    const Each& each) const {
     NodeContact<T> c;
     TouchedSolids<T> touched;
-    const Real thickness = t.clearance.thickness, range = t.clearance.kept + Real(0.01) * thickness;
+    const Real thickness = t.clearance.thickness;
     for (std::size_t b = 0; b < solids.extent(0) && touched.count < touched.most; ++b) {
       const SolidDistance<T> at = solid_distance(solids(b), t.start, shift);
-      if (at.phi < range) touched.add(b, at);
+      if (at.phi < contact_range(t)) touched.add(b, at);
     }
-    if (touched.count == 0) return c;
     touched.take(push);
     c.touches = true;
     const auto moved = [&](int k) { return dt * surface_velocity(solids(touched.solid[k]), t.start, shift); };
@@ -370,9 +425,8 @@ struct ClothSystem {
     const NodeContact<T> c = contact(t, shift, step, t.compression / t.diagonal);
     Vector3<T> next = shift + step;
     if (c.press > 0) next = with_friction(c, next, t.friction * c.press);
-    next = project_out(solids, t.start, next, t.clearance);
-    if (omega != 1) next = project_out(solids, t.start, omega * (next - before) + before, t.clearance);
-    return next;
+    if (omega != 1) next = omega * (next - before) + before;
+    return project_out(solids, t.start, next, t.clearance);
   }
   /// What is left of r_n after the solid's reaction: its normal part if it pulls, its tangential part beyond friction.
   template <class T>
@@ -387,7 +441,8 @@ struct ClothSystem {
   KOKKOS_INLINE_FUNCTION static Vector3<T> unbalanced(const NodeTerms& t, const Vector3<T>& shift,
                                                       const NodeContact<T>& c, const Vector3<T>& left) {
     // How far it would slip on with what is left, and how much of that friction takes.
-    const Vector3<T> relative = shift - c.moved, slip = counted_slip(relative, c.tangential(relative)), on = c.tangential(left);
+    const Vector3<T> relative = shift - c.moved, slip = counted_slip(relative, c.tangential(relative)),
+                     on = c.tangential(left);
     NodeContact<T> here = c;
     here.moved = {};
     const T loss = t.friction * c.press / t.diagonal;
@@ -428,7 +483,8 @@ class ClothIteration {
   void run(int most);
   /// Waits for the iterations. The residual is in units of its goal: converged if ≤ 1.
   const ClothProgress& progress();
-  /// Shortens the step of each cloth where a solve that ended at its cap has led uphill (line search, cloth.hpp). Waits.
+  /// Shortens the step of each cloth where a solve that ended at its cap has led uphill (line search, cloth.hpp).
+  /// Waits.
   void line_search();
 
  private:
@@ -451,7 +507,8 @@ class ClothIteration {
 
 // cuda/resident_cloth.cpp: all iterations of a call in one kernel that stays on the device, several times as fast as
 // launches where the cloth has few nodes for a GPU.
-/// Can it be done: on CUDA, with cooperative launches, if all nodes fit on the device at once? (Then it makes its arrays.)
+/// Can it be done: on CUDA, with cooperative launches, if all nodes fit on the device at once? (Then it makes its
+/// arrays.)
 bool prepare_resident_cloth(const Constants& constants, const Cloth& cloth, ClothSolverWork& solver,
                             const ClothSystem& s);
 /// Where it expects a bound of the spectral radius at the first call of a solve.

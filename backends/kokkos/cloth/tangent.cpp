@@ -232,7 +232,8 @@ void ClothTangent::multiply(const ClothSystem& s, const std::vector<NodeFreedom>
 void ClothTangent::factor(const ClothSystem& s, const std::vector<NodeFreedom>& freedom) {
   factor_.clear();
   Real* const values = factor_.values();
-  // Entries that rounding alone makes of a plane sheet would lead to subnormal numbers, with which a factor takes ten times as long.
+  // Entries that rounding alone makes of a plane sheet would lead to subnormal numbers, with which a factor takes ten
+  // times as long.
   const auto put = [values](const Target& to, const Matrix3& k) {
     const Real least = negligible * k.cwiseAbs().maxCoeff();
     for (int c = 0; c < 3; ++c)

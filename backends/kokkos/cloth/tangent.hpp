@@ -1,6 +1,6 @@
 #pragma once
-// The tangent stiffness K of the cloth's implicit step on a host, with what contact does to its rows, and a Cholesky factor
-// that preconditions it (docs/theory/cloth.md, section 8).
+// The tangent stiffness K of the cloth's implicit step on a host, with what contact does to its rows, and a Cholesky
+// factor that preconditions it (docs/theory/cloth.md, section 8).
 
 #include <vector>
 
@@ -23,7 +23,8 @@ struct NodeFreedom {
 class ClothTangent {
  public:
   ClothTangent(const Cloth& cloth, const ClothSystem& system);
-  /// K at x⁰ + `shift` (m): inertia, springs, membranes, strain limits and damping without what is negative in them; bending.
+  /// K at x⁰ + `shift` (m): inertia, springs, membranes, strain limits and damping without what is negative in them;
+  /// bending.
   void update(const ClothSystem& s, const std::vector<Double3>& shift);
   /// The block of node n.
   Matrix3 own(Index n) const { return own_[at(n)] + bending_[at(n)] * Matrix3::Identity(); }

@@ -19,7 +19,9 @@ constexpr Index none = -1;
 /// What law 2 works with; nothing where no cloth has self_collision.
 void allocate(const Constants& constants, WetAdhesionWork& work) {
   const auto& cloths = constants.model.cloths;
-  if (work.area.exists() || std::none_of(cloths.begin(), cloths.end(), [](const ClothMaterial& c) { return c.self_collision; })) return;
+  if (work.area.exists() ||
+      std::none_of(cloths.begin(), cloths.end(), [](const ClothMaterial& c) { return c.self_collision; }))
+    return;
   const ClothMesh& mesh = constants.model.mesh;
   std::vector<Real> area(static_cast<std::size_t>(mesh.nodes()));
   std::vector<Index> corners;
@@ -181,7 +183,8 @@ struct Sticking {
     const double work = 0.5 * (double(material(n).wet_adhesion) * saturation(n) +
                                double(material(triangle(3 * t)).wet_adhesion) * there);
     if (!(work > 0)) return;
-    const double size = traction(pair_thickness(n, t))(work, pull.near.distance) * 0.5 * double(area(n)) * dt;  // kg m/s
+    const double size =
+        traction(pair_thickness(n, t))(work, pull.near.distance) * 0.5 * double(area(n)) * dt;  // kg m/s
     const Double3 p = times(-size / pull.near.distance, pull.near.apart);
     push(n, p);
     for (Index c = 0; c < 3; ++c) push(triangle(3 * t + c), times(pull.near.b[c + 1], p));
@@ -221,7 +224,8 @@ void stick_to_solids(const Sticking& s, Cloth& cloth) {
   allocate_zeros(cloth.samples.force, "drench::sample_force", static_cast<std::size_t>(cloth.samples.count));
   const Entries<Real3> force = cloth.samples.force;
   parallel(
-      "drench::wet_adhesion::solids", cloth.samples.count, KOKKOS_LAMBDA(const Index p) { force(p) = s.pull_of_solids(p); });
+      "drench::wet_adhesion::solids", cloth.samples.count,
+      KOKKOS_LAMBDA(const Index p) { force(p) = s.pull_of_solids(p); });
   node_forces_from_samples(cloth);
 }
 

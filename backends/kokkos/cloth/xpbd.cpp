@@ -1,5 +1,6 @@
 // The cloth's implicit step by XPBD (law: src/stages/cloth.hpp): Jacobi iterations on the multipliers of springs and
-// hinges (a force each, N) and of strain limits and membranes (two columns a triangle, N·m); a node gathers those of its own constraints.
+// hinges (a force each, N) and of strain limits and membranes (two columns a triangle, N·m); a node gathers those of
+// its own constraints.
 
 #include <utility>
 
@@ -76,8 +77,9 @@ void relax(const char* label, Index count, const Field<Real3>& multiplier, Field
       label, count, KOKKOS_LAMBDA(const Index i) { last(i) = relaxed(f(i), last(i), law(i), rate(i), omega); });
 }
 
-/// Π: `free` moved out of the planes that touch the solids next to x + anchor, then what is left of a curved solid. Out of
-/// the solid itself would be wrong: without the contact's own force a pressed node lies deep in it, maybe beyond its centre.
+/// Π: `free` moved out of the planes that touch the solids next to x + anchor, then what is left of a curved solid. Out
+/// of the solid itself would be wrong: without the contact's own force a pressed node lies deep in it, maybe beyond its
+/// centre.
 KOKKOS_INLINE_FUNCTION Real3 held_out(const Slice<const Solid>& solids, const Real3& x, const Real3& anchor, Real3 free,
                                       const Clearance& clearance) {
   for (std::size_t b = 0; b < solids.extent(0); ++b) {

@@ -1,6 +1,6 @@
-// Bitonic sort (Batcher 1968) of 64-bit keys: the bucket above the particle's index. Keys that fill up to a power of two are
-// maximal, so they stay at the end. Stage k (2, 4, 8, …) merges runs of k/2 keys into runs of k, every second one
-// descending, by passes that compare keys k/2, k/4, …, 1 apart.
+// Bitonic sort (Batcher 1968) of 64-bit keys: the bucket above the particle's index. Keys that fill up to a power of
+// two are maximal, so they stay at the end. Stage k (2, 4, 8, …) merges runs of k/2 keys into runs of k, every second
+// one descending, by passes that compare keys k/2, k/4, …, 1 apart.
 
 #include <algorithm>
 

@@ -1,6 +1,6 @@
 #pragma once
-// The sorts behind a cell table. Each orders the particles by bucket and leaves the order within a bucket open: the table
-// settles that by (cell, key), so that all of them end in the same table, bit for bit.
+// The sorts behind a cell table. Each orders the particles by bucket and leaves the order within a bucket open: the
+// table settles that by (cell, key), so that all of them end in the same table, bit for bit.
 
 #include <memory>
 
@@ -10,9 +10,9 @@
 
 namespace drench::kokkos_backend {
 
-/// What `sort: auto` takes, on every backend: the fastest that was measured. tools/measure/bench_neighbors has it first on an H200 at
-/// every size (800 k particles, keys to table: 0.06 ms; radix 0.11, bitonic 0.28, the paper's bitonic 1.55) and
-/// on CPU cores from 32,768 particles on (radix by a tenth below).
+/// What `sort: auto` takes, on every backend: the fastest that was measured. tools/measure/bench_neighbors has it first
+/// on an H200 at every size (800 k particles, keys to table: 0.06 ms; radix 0.11, bitonic 0.28, the paper's bitonic
+/// 1.55) and on CPU cores from 32,768 particles on (radix by a tenth below).
 inline constexpr SortMethod fastest_sort = SortMethod::counting;
 
 class BucketSort {
@@ -21,7 +21,8 @@ class BucketSort {
   /// Computes the buckets of `count` > 0 points; 0 for a point that is not finite.
   virtual void make_keys(CellTableView& table, const Array<Real3>& points, Index count) = 0;
   virtual void sort(CellTableView& table, Index count) = 0;
-  /// Leaves in `table` the arrays `start` and `item`, as long as they were; may exchange `item` for an array of its own.
+  /// Leaves in `table` the arrays `start` and `item`, as long as they were; may exchange `item` for an array of its
+  /// own.
   virtual void read_out(CellTableView& table, Index count) = 0;
 };
 
@@ -51,8 +52,8 @@ inline int bits_of_buckets(Index buckets) {
 KOKKOS_INLINE_FUNCTION Index bucket_of_key(std::uint32_t key) { return static_cast<Index>(key); }
 KOKKOS_INLINE_FUNCTION Index bucket_of_key(std::uint64_t key) { return static_cast<Index>(key >> 32); }
 
-/// Fills table.start from sorted keys: where the first key stands that is not below the bucket. A search by halves for every
-/// bucket, because a particle that wrote the gap before it would leave a long one to a single thread.
+/// Fills table.start from sorted keys: where the first key stands that is not below the bucket. A search by halves for
+/// every bucket, because a particle that wrote the gap before it would leave a long one to a single thread.
 template <class Key>
 void find_starts(const CellTableView& table, const Array<Key>& sorted, Index count) {
   const auto start = table.start;

@@ -44,8 +44,8 @@ struct SortKeys {
   }
 };
 
-/// The sort leaves the order within a bucket open: by (cell, key) it is the same in every run and for every sort. A CPU thread
-/// sorts a bucket.
+/// The sort leaves the order within a bucket open: by (cell, key) it is the same in every run and for every sort. A CPU
+/// thread sorts a bucket.
 void order_buckets(const SortKeys& keys) {
   parallel(
       "drench::cell_table::order", keys.table.buckets, KOKKOS_LAMBDA(const Index k) {
@@ -61,8 +61,8 @@ void order_buckets(const SortKeys& keys) {
       });
 }
 
-/// The same on a GPU, where most buckets would be threads with nothing to do: a thread counts what of its bucket is before its
-/// entry, and copies the point where it belongs.
+/// The same on a GPU, where most buckets would be threads with nothing to do: a thread counts what of its bucket is
+/// before its entry, and copies the point where it belongs.
 void order_entries(const SortKeys& keys, Index count, const Array<Index>& ordered) {
   parallel(
       "drench::cell_table::order", count, KOKKOS_LAMBDA(const Index e) {
@@ -106,7 +106,8 @@ void CellTable::build(const Array<Real3>& points, Index count, Real edge, const 
   make_table(points, key);
 }
 
-void CellTable::make_keys(const Array<Real3>& points, Index count, Real edge, const PointBounds* bounds, std::int64_t all) {
+void CellTable::make_keys(const Array<Real3>& points, Index count, Real edge, const PointBounds* bounds,
+                          std::int64_t all) {
   count_ = count;
   if (count > capacity_) {
     capacity_ = count + count / 4;
@@ -147,7 +148,7 @@ double cell_table_bytes(double points, double cells, const Sizing& s) {
   const bool hashed = !(cells > 0);
   const double point = (s.gpu ? 4 : 3) * s.real, coord = hashed ? sizeof(CellCoord) : 0;
   double bytes = 1.25 * points * ((s.gpu ? 2 : 1) * index_bytes + point + coord);  // item, and ordered_ on a GPU
-  bytes += 1.25 * index_bytes * (hashed ? 2 * points : cells);       // start
+  bytes += 1.25 * index_bytes * (hashed ? 2 * points : cells);                     // start
   return bytes + sort_bytes(1.25 * points);
 }
 

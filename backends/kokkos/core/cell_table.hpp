@@ -1,7 +1,7 @@
 #pragma once
 // Cell table: cells of edge h over the occupied bounds, particles ordered by (cell, key), by one of the sorts in
-// bucket_sort.hpp, which all make the same table. Dense while the bounds hold few cells; otherwise hashed by bricks of cells
-// (Brick), and cell coordinates are compared, so that two cells that share a bucket are never mixed up.
+// bucket_sort.hpp, which all make the same table. Dense while the bounds hold few cells; otherwise hashed by bricks of
+// cells (Brick), and cell coordinates are compared, so that two cells that share a bucket are never mixed up.
 
 #include <memory>
 #include <type_traits>
@@ -24,8 +24,8 @@ struct CellRun {
   KOKKOS_INLINE_FUNCTION bool holds(const CellCoord& c) const { return c.y == y && c.z == z && c.x >= x && c.x <= end; }
 };
 
-/// Cells of a hashed table that have buckets one after the other, x first: near cells lie near in memory, and a search has
-/// fewer buckets to look at. Long in x, for a search reads runs along x.
+/// Cells of a hashed table that have buckets one after the other, x first: near cells lie near in memory, and a search
+/// has fewer buckets to look at. Long in x, for a search reads runs along x.
 struct Brick {
   static constexpr int x_bits = 4, y_bits = 1, z_bits = 1, bits = x_bits + y_bits + z_bits, cells = 1 << bits;
 
@@ -123,8 +123,9 @@ struct CellTableView : CellGeometry {
         if (!hashed || run.holds(coord(e))) visit(item(e));
     });
   }
-  /// Calls visit(first, last, run) for the runs of the cells [lo, hi], which must be within the dense bounds, in the order of
-  /// z, y, x, with their entries [first, last); in a hashed table there may be those of other cells among them.
+  /// Calls visit(first, last, run) for the runs of the cells [lo, hi], which must be within the dense bounds, in the
+  /// order of z, y, x, with their entries [first, last); in a hashed table there may be those of other cells among
+  /// them.
   template <class Visit>
   KOKKOS_INLINE_FUNCTION void for_runs(const CellCoord& lo, const CellCoord& hi, Visit&& visit) const {
     for (int z = lo.z; z <= hi.z; ++z)

@@ -1,6 +1,6 @@
 #pragma once
-// Sums of floating numbers that are the same in any order, and so on any number of threads and of ranks: each term becomes an
-// integer, and integers add up exactly. Law: docs/theory/mass.md, Sums.
+// Sums of floating numbers that are the same in any order, and so on any number of threads and of ranks: each term
+// becomes an integer, and integers add up exactly. Law: docs/theory/mass.md, Sums.
 
 #include <cmath>
 #include <cstdint>
@@ -19,8 +19,8 @@ struct ExactSum {
   }
 };
 
-/// For sums of at most `terms` terms with a natural size of `unit`. With b = 62 − log2(terms) bits a word, terms reach from
-/// 2^(−3b/2) to 2^(b/2) units: 2^−63 to 2^21 of a million. What is larger, or no number, counts as the largest.
+/// For sums of at most `terms` terms with a natural size of `unit`. With b = 62 − log2(terms) bits a word, terms reach
+/// from 2^(−3b/2) to 2^(b/2) units: 2^−63 to 2^21 of a million. What is larger, or no number, counts as the largest.
 class ExactScale {
  public:
   ExactScale() = default;
@@ -44,8 +44,8 @@ class ExactScale {
   double to_steps_ = 0, fine_ = 1, most_ = 0;
 };
 
-/// For sums of at most `terms` errors: numbers of 0 and more that are seldom above one `unit`. One word serves: 2^−38 units at
-/// the finest for a million terms. What is above 16 units, or no number, counts as 16.
+/// For sums of at most `terms` errors: numbers of 0 and more that are seldom above one `unit`. One word serves: 2^−38
+/// units at the finest for a million terms. What is above 16 units, or no number, counts as 16.
 class ErrorScale {
  public:
   ErrorScale() = default;

@@ -1,5 +1,6 @@
 #pragma once
-// Rows of a list that have any entries. Few particles are near cloth: kernels over their samples take those alone, by lanes.
+// Rows of a list that have any entries. Few particles are near cloth: kernels over their samples take those alone, by
+// lanes.
 
 #include "core/gather.hpp"
 #include "core/neighbor_list.hpp"

@@ -1,5 +1,6 @@
 #pragma once
-// Sums over the rows of a list by several lanes a row on a GPU: a cloth has too few nodes to keep one busy by themselves.
+// Sums over the rows of a list by several lanes a row on a GPU: a cloth has too few nodes to keep one busy by
+// themselves.
 
 #include <cstdint>
 #include <cstring>
@@ -18,8 +19,8 @@ inline constexpr Index rows_at_once = 1 << 15;  // that lanes of their own fill 
 static_assert(row_lanes < warp_size && warp_size % row_lanes == 0, "a warp has whole rows");
 static_assert(!on_host || row_lanes == 1, "a thread of the host has a row to itself");
 
-/// What the lane has that is `apart` from this one, among the `lanes` that share a row. (Ranges of Kokkos lie along threadIdx.y, and
-/// begin at 0: the lanes of a row are neighbours in a warp. core/thread_mapping.hpp checks it.)
+/// What the lane has that is `apart` from this one, among the `lanes` that share a row. (Ranges of Kokkos lie along
+/// threadIdx.y, and begin at 0: the lanes of a row are neighbours in a warp. core/thread_mapping.hpp checks it.)
 template <Index lanes = row_lanes, class Value>
 KOKKOS_INLINE_FUNCTION Value of_other_lane(const Value& mine, [[maybe_unused]] int apart) {
 #ifdef __CUDA_ARCH__
@@ -57,11 +58,13 @@ KOKKOS_INLINE_FUNCTION Sum sum_of_lanes(Sum s) {
   return s;
 }
 
-/// body(n, lane) for each row n < rows by all of its lanes; each takes every row_lanes-th of the row's entries from `lane` on.
+/// body(n, lane) for each row n < rows by all of its lanes; each takes every row_lanes-th of the row's entries from
+/// `lane` on.
 template <class Body>
 void parallel_rows(const char* label, Index rows, const Body& body) {
   if constexpr (on_host) {
-    parallel(label, rows, KOKKOS_LAMBDA(const Index n) { body(n, 0); });
+    parallel(
+        label, rows, KOKKOS_LAMBDA(const Index n) { body(n, 0); });
   } else {
     const Index groups = rows < rows_at_once ? rows : rows_at_once;
     parallel(
@@ -73,7 +76,8 @@ void parallel_rows(const char* label, Index rows, const Body& body) {
 
 /// finish(n, Σ term(e)) for each row n < rows, e from start(n) to start(n + 1).
 template <class Sum, class Term, class Finish>
-void gather_rows(const char* label, Index rows, const Entries<const Index>& start, const Term& term, const Finish& finish) {
+void gather_rows(const char* label, Index rows, const Entries<const Index>& start, const Term& term,
+                 const Finish& finish) {
   parallel(
       label, rows * row_lanes, KOKKOS_LAMBDA(const Index k) {
         const Index n = k / row_lanes, lane = k % row_lanes, last = start(n + 1);

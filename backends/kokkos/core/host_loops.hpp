@@ -1,5 +1,6 @@
 #pragma once
-// Which loops of a host are shared among its threads: those that take long enough. What a loop computes does not depend on it.
+// Which loops of a host are shared among its threads: those that take long enough. What a loop computes does not depend
+// on it.
 
 #include <chrono>
 #include <cstdint>
@@ -11,7 +12,8 @@ namespace drench::kokkos_backend {
 /// How many of the threads share loops (core/runtime.cpp).
 struct HostLoops {
   static inline int threads = 1, all = 1;
-  /// A loop that takes less is not shared, ns: threads that spin are there within one or two µs, those that sleep after some 50.
+  /// A loop that takes less is not shared, ns: threads that spin are there within one or two µs, those that sleep after
+  /// some 50.
   static inline float worth = 8e3F;
 };
 

@@ -28,11 +28,10 @@ struct HostRow {
   Index width, count;  // item[width] is there to be overwritten
 };
 
-/// Appends what is near of the table's entries [first, last): a CPU computes distances in vector registers, and stores each
-/// entry, which is quicker than a branch that it cannot foresee. The table's points end in a lot of spare ones.
-inline void append_near(HostRow& row, const CellTableView& table, const PointLanes& points,
-                                         Index first, Index last, const CellRun& run, const Real3& x, Real h2,
-                                         Index self) {
+/// Appends what is near of the table's entries [first, last): a CPU computes distances in vector registers, and stores
+/// each entry, which is quicker than a branch that it cannot foresee. The table's points end in a lot of spare ones.
+inline void append_near(HostRow& row, const CellTableView& table, const PointLanes& points, Index first, Index last,
+                        const CellRun& run, const Real3& x, Real h2, Index self) {
   const Real *px = points.x.data(), *py = points.y.data(), *pz = points.z.data();
   const Index* const item = table.item.data();
   Index* const out = row.item;
@@ -113,8 +112,8 @@ inline NearOfRow near_of_row() {
   return nullptr;
 }
 
-/// A CPU thread's work: some rows, found into its own memory and then put where there is room for them together. (Templates,
-/// so that only what a backend launches is compiled.)
+/// A CPU thread's work: some rows, found into its own memory and then put where there is room for them together.
+/// (Templates, so that only what a backend launches is compiled.)
 template <class Points>
 struct FillRows {
   static constexpr Index rows_at_once = 16, width = 511;  // a longer row is searched twice
@@ -160,7 +159,10 @@ struct FillRows {
     const Index first = lot * rows_at_once,
                 here = search.rows - first < rows_at_once ? search.rows - first : rows_at_once;
     const Points& points = search.table.point;
-    RowRuns runs{.x = points.x.data(), .y = points.y.data(), .z = points.z.data(), .item = search.table.item.data(),
+    RowRuns runs{.x = points.x.data(),
+                 .y = points.y.data(),
+                 .z = points.z.data(),
+                 .item = search.table.item.data(),
                  .h2 = search.h2};
     std::int64_t entries = 0;
     for (Index r = 0; r < here; ++r) {

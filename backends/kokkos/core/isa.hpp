@@ -25,7 +25,7 @@ Isa best_isa();
 
 /// One of three functions by best_isa(): DRENCH_BY_ISA(f) where isa_portable::f and its likes are.
 #ifdef DRENCH_SEVERAL_ISAS
-#define DRENCH_BY_ISA(function)                                                                   \
+#define DRENCH_BY_ISA(function)                                                                         \
   (::drench::kokkos_backend::best_isa() == ::drench::kokkos_backend::Isa::avx512 ? isa_avx512::function \
    : ::drench::kokkos_backend::best_isa() == ::drench::kokkos_backend::Isa::avx2 ? isa_avx2::function   \
                                                                                  : isa_portable::function)

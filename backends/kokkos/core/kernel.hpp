@@ -1,8 +1,8 @@
 #pragma once
 // The smoothing kernels; laws and sources in src/stages/kernel.hpp.
 
-#include "scene/scene.hpp"
 #include "core/types.hpp"
+#include "scene/scene.hpp"
 
 namespace drench::kokkos_backend {
 
@@ -10,9 +10,9 @@ namespace drench::kokkos_backend {
 /// branches for all three takes a quarter more time for the density than the cubic spline with them.
 struct Kernel {
   KernelKind kind;
-  Real h, inverse_h;         // m, 1/m
+  Real h, inverse_h;       // m, 1/m
   Real sigma, grad_scale;  // 1/m³: of W; 1/m⁵: of (dW/dr)/r
-  Real steepest;             // m: where |dW/dr| is largest
+  Real steepest;           // m: where |dW/dr| is largest
 
   Kernel(KernelKind which, Real support) : kind(which), h(support), inverse_h(1 / support) {
     constexpr double pi = 3.14159265358979323846;

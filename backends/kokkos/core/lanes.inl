@@ -1,5 +1,6 @@
-// Vectors of numbers for one instruction set (core/for_each_isa.hpp): loops over the rows of a list take some pairs at once.
-// A sum has 16 parts on every instruction set, and pair k goes to part k modulo 16: all of them compute the same bits.
+// Vectors of numbers for one instruction set (core/for_each_isa.hpp): loops over the rows of a list take some pairs at
+// once. A sum has 16 parts on every instruction set, and pair k goes to part k modulo 16: all of them compute the same
+// bits.
 
 inline constexpr Index lanes = DRENCH_ISA_BITS / 8 / sizeof(Real) < 4 ? 4 : DRENCH_ISA_BITS / 8 / sizeof(Real);
 inline constexpr Index sum_parts = 16, vectors_of_sum = sum_parts / lanes;
@@ -13,7 +14,8 @@ struct LaneVectors {
 };
 
 /// The next of a row's items, of which `rest` are left; lanes beyond them have `spare`, in `room`.
-[[gnu::always_inline]] inline const Index* next_items(const Index* from, Index rest, Index spare, Index (&room)[lanes]) {
+[[gnu::always_inline]] inline const Index* next_items(const Index* from, Index rest, Index spare,
+                                                      Index (&room)[lanes]) {
   if (rest >= lanes) return from;
   for (Index k = 0; k < lanes; ++k) room[k] = k < rest ? from[k] : spare;
   return room;

@@ -6,15 +6,15 @@
 
 namespace drench::kokkos_backend {
 
-/// Neighbours in CSR layout: rows are stored back to back, so memory is the sum of the row lengths. On a GPU 32 rows form
-/// a bundle as wide as its longest row and interleave (sliced ELLPACK), so that a warp reads coalesced. Where a bundle
-/// lies depends on timing; what it holds does not.
+/// Neighbours in CSR layout: rows are stored back to back, so memory is the sum of the row lengths. On a GPU 32 rows
+/// form a bundle as wide as its longest row and interleave (sliced ELLPACK), so that a warp reads coalesced. Where a
+/// bundle lies depends on timing; what it holds does not.
 struct NeighborList {
   Field<Index> count;
   Field<std::int64_t> start;  // where a bundle's entries begin
   Field<Index> entry;
-  // Beside `entry`, kept by stage density for the step: V_j (dW/dr)/r, 1/m², of a particle with another and with a solid's
-  // sample.
+  // Beside `entry`, kept by stage density for the step: V_j (dW/dr)/r, 1/m², of a particle with another and with a
+  // solid's sample.
   Field<Real> grad_factor;
   Index rows = 0;
   // While it is filled: entries given out by this filling and by the next one; how many were asked for, if too many.
@@ -42,6 +42,17 @@ struct BasicNeighborRow {
   KOKKOS_INLINE_FUNCTION Item& operator()(Index k) const { return item[index_of(k)]; }
   /// V_j (dW/dr)/r of the pair, 1/m².
   KOKKOS_INLINE_FUNCTION Factor& grad_factor(Index k) const { return factor[index_of(k)]; }
+  /// Calls pair(j), or pair(j, V_j (dW/dr)/r), for each neighbour j in the row's order.
+  template <class Pair>
+  KOKKOS_INLINE_FUNCTION void for_each(const Pair& pair) const {
+    DRENCH_UNROLL
+    for (Index k = 0; k < count; ++k) {
+      if constexpr (std::is_invocable_v<const Pair&, Index, Real>)
+        pair((*this)(k), grad_factor(k));
+      else
+        pair((*this)(k));
+    }
+  }
 };
 
 /// A list as kernels see it.
@@ -59,6 +70,10 @@ struct BasicNeighbors {
       : count(l.count), start(std::as_const(l).start), item(l.entry.data()), factor(l.grad_factor.data()) {}
   KOKKOS_INLINE_FUNCTION Row row(Index i) const {
     return {item, factor, start(i / rows_per_bundle) + i % rows_per_bundle, count(i)};
+  }
+  template <class Pair>
+  KOKKOS_INLINE_FUNCTION void for_each(Index i, const Pair& pair) const {
+    row(i).for_each(pair);
   }
 };
 
@@ -87,7 +102,8 @@ struct SheetRows {
   Field<SheetPair> particle_pair, node_pair;
   Index count = 0;
   Field<Index> owner;  // of particle_pair
-  Field<Index> in_order, first_in_order;  // of particles beside ghosts: where their pairs are before they are sorted by node
+  Field<Index> in_order,
+      first_in_order;  // of particles beside ghosts: where their pairs are before they are sorted by node
   PairSort sort;
   PrefixSums sums;
 };

@@ -13,9 +13,10 @@ struct Lot32 {
   Index first;
 };
 
-/// A GPU thread's work: one row, in two passes. The first compares distances and keeps a bit for each, without a branch, for in
-/// a warp there is always a thread that finds something. Then the warp takes room for its rows, a bundle of the list. The
-/// second pass writes what the bits say: the threads of a warp their k-th entries, which lie side by side, at the same time.
+/// A GPU thread's work: one row, in two passes. The first compares distances and keeps a bit for each, without a
+/// branch, for in a warp there is always a thread that finds something. Then the warp takes room for its rows, a bundle
+/// of the list. The second pass writes what the bits say: the threads of a warp their k-th entries, which lie side by
+/// side, at the same time.
 template <class Points>
 struct BundleSearch {
   using Team = Teams::member_type;
@@ -27,7 +28,8 @@ struct BundleSearch {
 
   const Search& search;
 
-  /// Whether a dense table has anything in these cells: all loads under way at once, for most rows of some lists are empty.
+  /// Whether a dense table has anything in these cells: all loads under way at once, for most rows of some lists are
+  /// empty.
   KOKKOS_INLINE_FUNCTION bool any(const CellCoord& lo, const CellCoord& hi) const {
     const CellTableView& table = search.table;
     if (lo.x > hi.x || lo.y > hi.y || lo.z > hi.z) return false;
@@ -227,9 +229,19 @@ Search search_for(const ListRequest& request, Real support) {
   std::int64_t* const used = list.used.data() + list.filling;
   std::int64_t* const next_used = list.used.data() + (1 - list.filling);
   list.filling = 1 - list.filling;
-  return {*request.row_points, list.rows,  request.table, request.same_set, request.in_order, request.in_fours,
-          support * support,  list.count, list.start,    list.entry,       used,
-          next_used,          list.needed};
+  return {*request.row_points,
+          list.rows,
+          request.table,
+          request.same_set,
+          request.in_order,
+          request.in_fours,
+          support * support,
+          list.count,
+          list.start,
+          list.entry,
+          used,
+          next_used,
+          list.needed};
 }
 
 }  // namespace

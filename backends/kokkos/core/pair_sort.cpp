@@ -2,9 +2,9 @@
 // chunk) says where they go, and each chunk carries its pairs there in order. (Kokkos::Experimental::sort_by_key is a
 // serial comparison sort there, and allocates in every call. For CUDA see cuda/pair_sort.cpp.)
 
-#include <algorithm>
-
 #include "core/pair_sort.hpp"
+
+#include <algorithm>
 
 #ifndef KOKKOS_ENABLE_CUDA
 namespace drench::kokkos_backend {
@@ -26,8 +26,7 @@ void sort_by_digit(Index count, int low_bit, int bits, Index chunks, const Array
         for (Index e = c * length; e < last; ++e) ++offset(static_cast<Index>(key(e) >> low_bit & mask) * chunks + c);
       });
   Kokkos::parallel_scan(
-      "drench::pair_sort::scan", Range(0, digits * chunks),
-      KOKKOS_LAMBDA(const Index k, Index& sum, const bool last) {
+      "drench::pair_sort::scan", Range(0, digits * chunks), KOKKOS_LAMBDA(const Index k, Index& sum, const bool last) {
         const Index n = offset(k);
         if (last) offset(k) = sum;
         sum += n;

@@ -10,14 +10,15 @@ struct PairSort {
   using Key = std::uint32_t;
   Array<Key> key, next_key;
   Array<Index> item, next_item;
-  Array<Index> place;            // of a host's sort
+  Array<Index> place;           // of a host's sort
   Array<std::uint8_t> scratch;  // of a GPU's
 };
 
 /// Sorts the first `count` pairs by the lowest `bits` of their keys. Exchanges the arrays for others of the same size.
 void sort_pairs(PairSort& pairs, Index count, int bits);
 
-/// Exclusive sums of integers, in place; what it needs beside them is kept. (On CUDA CUB's, which reads and writes each once.)
+/// Exclusive sums of integers, in place; what it needs beside them is kept. (On CUDA CUB's, which reads and writes each
+/// once.)
 class PrefixSums {
  public:
   /// a(k) becomes Σ_{l<k} a(l), k < n.

@@ -125,12 +125,12 @@ struct SumUnderWay {
   }
 };
 
-/// Begins with Σ term(i), i < n, always in the same order. Two may be under way at once, with a different `slot` (0 or 1);
-/// until the first is read the room must not grow: no sums of a larger kind in between.
+/// Begins with Σ term(i), i < n, always in the same order. Two may be under way at once, with a different `slot` (0 or
+/// 1); until the first is read the room must not grow: no sums of a larger kind in between.
 template <class Sum, class Term>
 SumUnderWay<Sum> begin_ordered(const char* label, Index n, const Term& term, int slot = 0) {
-  // On CUDA the blocks and the order of Kokkos' reduction depend on n and the kernel alone (core/thread_mapping.hpp looks), on a
-  // CPU on the threads too. There are many partial sums, then fewer and fewer; the host adds the last few.
+  // On CUDA the blocks and the order of Kokkos' reduction depend on n and the kernel alone (core/thread_mapping.hpp
+  // looks), on a CPU on the threads too. There are many partial sums, then fewer and fewer; the host adds the last few.
   constexpr Index most_parts = 32;
   if (n == 0) return {label, nullptr, 0};
   SumRoom& room = sum_room();
@@ -184,8 +184,8 @@ struct PartsFrom {
 };
 #endif
 
-/// Both sums, always in the same order, with the same kernels and one wait for both. On a GPU by teams: with terms as large as
-/// the ledger's that is several times as fast as a reduction of Kokkos, with a few numbers slower.
+/// Both sums, always in the same order, with the same kernels and one wait for both. On a GPU by teams: with terms as
+/// large as the ledger's that is several times as fast as a reduction of Kokkos, with a few numbers slower.
 template <class Sum, class First, class Second>
 SumPair<Sum> ordered_pair(const char* label, Index n_first, const First& first, Index n_second, const Second& second) {
   SumRoom& room = sum_room();
@@ -224,7 +224,8 @@ SumPair<Sum> ordered_pair(const char* label, Index n_first, const First& first, 
 #endif
 }
 
-/// How many partial sums ordered_pair keeps of one of its ranges, with n terms, and what they take if one has `sum` bytes.
+/// How many partial sums ordered_pair keeps of one of its ranges, with n terms, and what they take if one has `sum`
+/// bytes.
 inline double partial_sums(double n, const Sizing& s) {
   if (s.gpu) return std::min(512.0, n / 128 + 1);  // TeamSums::teams
   return std::min(65536.0, n) + std::min(1024.0, n) + std::min(32.0, n);

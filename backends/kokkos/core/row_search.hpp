@@ -11,7 +11,7 @@ struct Search {
   Index rows = 0;
   CellTableView table;
   bool same_set = false, in_order = false, in_fours = false;  // ListRequest
-  Real h2 = 0;                              // m²: the support's square
+  Real h2 = 0;                                                // m²: the support's square
   Entries<Index> count;
   Entries<std::int64_t> start;
   Slice<Index> entry;

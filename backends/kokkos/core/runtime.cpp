@@ -92,7 +92,8 @@ void require_device() {
   if (const cudaError_t error = cudaGetDeviceCount(&count); error != cudaSuccess)
     throw DeviceError(no_device_text(cudaGetErrorString(error), built_for));
   if (count == 0) throw DeviceError(no_device_text("there is none", built_for));
-  if (started_ranks() > 1) check_device(cudaSetDevice(own_device(count)));  // from here on, also for who asks for its memory
+  if (started_ranks() > 1)
+    check_device(cudaSetDevice(own_device(count)));  // from here on, also for who asks for its memory
   cudaDeviceProp device;
   if (const cudaError_t error = cudaGetDeviceProperties(&device, own_device(count)); error != cudaSuccess)
     throw DeviceError(no_device_text(cudaGetErrorString(error), built_for));
@@ -157,7 +158,8 @@ double loop_cores() {
 #ifndef KOKKOS_ENABLE_CUDA
   using kokkos_backend::Range;
   Kokkos::parallel_reduce(
-      "drench::threads::cores", Range(kokkos_backend::space_of(loop_threads()), 0, loop_threads(), Kokkos::ChunkSize(1)),
+      "drench::threads::cores",
+      Range(kokkos_backend::space_of(loop_threads()), 0, loop_threads(), Kokkos::ChunkSize(1)),
       [](const Index, double& sum) { sum += share_of_core(); }, cores);
 #endif
   return cores;

@@ -1,6 +1,6 @@
 #pragma once
-// What arrays are sized by, before any is made: each subsystem tells the bytes of its own beside the code that allocates them,
-// and backend.cpp adds them up.
+// What arrays are sized by, before any is made: each subsystem tells the bytes of its own beside the code that
+// allocates them, and backend.cpp adds them up.
 
 #include <type_traits>
 
@@ -11,7 +11,8 @@ namespace drench::kokkos_backend {
 
 inline constexpr double index_bytes = sizeof(Index), quanta_bytes = sizeof(Quanta), double_bytes = sizeof(double);
 
-/// `real`, the bytes of a Real, and `gpu` need not be this build's: the reference is judged in double, and tests ask for a GPU.
+/// `real`, the bytes of a Real, and `gpu` need not be this build's: the reference is judged in double, and tests ask
+/// for a GPU.
 struct Sizing {
   Sizing(const SetupSize& scene, int real_bytes, bool on_gpu)
       : size(with_expected_mesh(scene)), entries(expected_entries(scene, on_gpu)), real(real_bytes), gpu(on_gpu) {

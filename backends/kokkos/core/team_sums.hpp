@@ -7,8 +7,8 @@
 
 namespace drench::kokkos_backend {
 
-/// Two sums of the same kind in one kernel: teams add up their terms, and the last one to finish what the teams have, in their
-/// order.
+/// Two sums of the same kind in one kernel: teams add up their terms, and the last one to finish what the teams have,
+/// in their order.
 template <class Sum, class First, class Second>
 struct TeamSums {
   using Team = Teams::member_type;

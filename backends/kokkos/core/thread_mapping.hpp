@@ -1,6 +1,6 @@
 #pragma once
-// Where a GPU's threads run. Kernels rely on what Kokkos does and does not promise: the start of the backend looks at it once
-// (docs/dev/portability.md has the list).
+// Where a GPU's threads run. Kernels rely on what Kokkos does and does not promise: the start of the backend looks at
+// it once (docs/dev/portability.md has the list).
 
 #include <cstdint>
 #include <string>

@@ -93,8 +93,8 @@ struct Slice {
   KOKKOS_INLINE_FUNCTION std::size_t extent(int) const { return static_cast<std::size_t>(count); }
 };
 
-/// An array that a subsystem owns. A kernel sees it as Entries or Slice, read-only ones where its owner is const: what a
-/// function writes to stands in its signature, and the compiler checks it.
+/// An array that a subsystem owns. A kernel sees it as Entries or Slice, read-only ones where its owner is const: what
+/// a function writes to stands in its signature, and the compiler checks it.
 template <class T>
 class Field : public Array<T> {
  public:
@@ -141,11 +141,11 @@ void make_room_for_one(One& a, const char* label) {
 }
 
 using Range = Kokkos::RangePolicy<ExecSpace, Kokkos::IndexType<Index>>;
-/// Blocks of 128 threads on a GPU, so that also a cloth's nodes lie on all of its processors; on an H200 that made no kernel
-/// measurably faster.
+/// Blocks of 128 threads on a GPU, so that also a cloth's nodes lie on all of its processors; on an H200 that made no
+/// kernel measurably faster.
 using LoopRange = Kokkos::RangePolicy<ExecSpace, Kokkos::IndexType<Index>, Kokkos::LaunchBounds<128, 1>>;
-/// Teams of four warps on a GPU. That ranks, like a loop's indexes, lie along the lanes of warps is checked when the backend
-/// starts (core/thread_mapping.hpp).
+/// Teams of four warps on a GPU. That ranks, like a loop's indexes, lie along the lanes of warps is checked when the
+/// backend starts (core/thread_mapping.hpp).
 inline constexpr Index warp_size = 32, team_threads = 128;
 using Teams = Kokkos::TeamPolicy<ExecSpace, Kokkos::LaunchBounds<team_threads, 1>>;
 static_assert(team_threads % warp_size == 0);

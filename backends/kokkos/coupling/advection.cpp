@@ -66,8 +66,10 @@ MemoryEstimate advection_bytes(const Sizing& s) {
 namespace {
 
 /// Law 1: limits the speed of fresh particles relative to the cloth; the cloth gets the momentum.
-void limit_fresh(const Constants& constants, Fluid& fluid, const NeighborLists& lists, const Cloth& cloth, AdvectionWork& work) {
-  const Entries<const Real3> position = fluid.particles.position, sample_position = cloth.samples.position, node_velocity = cloth.nodes.velocity;
+void limit_fresh(const Constants& constants, Fluid& fluid, const NeighborLists& lists, const Cloth& cloth,
+                 AdvectionWork& work) {
+  const Entries<const Real3> position = fluid.particles.position, sample_position = cloth.samples.position,
+                             node_velocity = cloth.nodes.velocity;
   const Entries<Real3> velocity = fluid.particles.velocity;
   const Entries<const Quanta> mass = fluid.particles.mass;
   const Entries<const Real> age = fluid.particles.age, weight = cloth.samples.weight;
@@ -75,21 +77,20 @@ void limit_fresh(const Constants& constants, Fluid& fluid, const NeighborLists& 
   const Neighbors list(lists.fluid_sample);
   const Entries<const Index> sample_node = cloth.samples.node;
   const Entries<std::int64_t> momentum = work.momentum;
-  const Real ramp = cloth.emission_ramp, base_speed = constants.spacing / cloth.emission_ramp, fall = 2 * norm(constants.gravity);
+  const Real ramp = cloth.emission_ramp, base_speed = constants.spacing / cloth.emission_ramp,
+             fall = 2 * norm(constants.gravity);
   parallel(
       "drench::advection::fresh", fluid.particles.count, KOKKOS_LAMBDA(const Index i) {
         if (origin(i) != static_cast<std::uint8_t>(Origin::cloth) || !(age(i) < ramp)) return;
         Index nearest = -1;
         Real best = 0;
-        const NeighborRow near = list.row(i);
-        for (Index k = 0; k < near.count; ++k) {
-          const Index p = near(k);
+        list.for_each(i, [&](Index p) {
           const Real3 apart = position(i) - sample_position(p);
           const Real square = dot(apart, apart);
-          if (nearest >= 0 && !(square < best)) continue;
+          if (nearest >= 0 && !(square < best)) return;
           nearest = p;
           best = square;
-        }
+        });
         if (nearest < 0) return;
         Real3 cloth_velocity;
         for (Index k = 0; k < 3; ++k)
@@ -109,7 +110,8 @@ void limit_fresh(const Constants& constants, Fluid& fluid, const NeighborLists& 
 /// Law 3, impulses: inelastic along the normal; each of the c_k particles at a node counts on a c_k-th of its mass.
 void exchange_impulses(const Constants& constants, Fluid& fluid, const Cloth& cloth, AdvectionWork& work) {
   const Entries<Real3> velocity = fluid.particles.velocity;
-  const Entries<const Real3> node_velocity = cloth.nodes.velocity, hit_weight = work.hit_weight, hit_normal = work.hit_normal;
+  const Entries<const Real3> node_velocity = cloth.nodes.velocity, hit_weight = work.hit_weight,
+                             hit_normal = work.hit_normal;
   const Entries<const Quanta> mass = fluid.particles.mass;
   const Entries<const Real> inverse_mass = cloth.nodes.inverse_mass;
   const Entries<const Index> hit_triangle = work.hit_triangle, hits = work.hits, triangle = cloth.mesh.triangle;
@@ -159,7 +161,8 @@ void apply_momentum(const Constants& constants, Cloth& cloth, AdvectionWork& wor
 }
 
 /// Laws 4 and 5: bodies' failsafe, new position and age, and who left the domain. `swept`: x1 is known.
-void finish_fluid(const Constants& constants, Fluid& fluid, const NeighborLists& lists, const Bodies& bodies, AdvectionWork& work, Real dt, bool swept) {
+void finish_fluid(const Constants& constants, Fluid& fluid, const NeighborLists& lists, const Bodies& bodies,
+                  AdvectionWork& work, Real dt, bool swept) {
   const Entries<Real3> position = fluid.particles.position, velocity = fluid.particles.velocity;
   const Entries<const Real3> end = work.end, shift = fluid.separation;
   const Entries<Real> age = fluid.particles.age;

@@ -14,10 +14,8 @@ void list_body_neighbors(const Constants& constants, const Fluid& fluid, Bodies&
   const Entries<const Real3> x = std::as_const(bodies).boundary.position;
   const Entries<Real3> position = dynamic.position;
   parallel(
-      "drench::bodies::sample_position", dynamic.count,
-      KOKKOS_LAMBDA(const Index s) { position(s) = x(sample(s)); });
-  build_neighbor_list({&lists.boundary_fluid, &dynamic.position, dynamic.count, fluid.cells.view()},
-                      constants.support);
+      "drench::bodies::sample_position", dynamic.count, KOKKOS_LAMBDA(const Index s) { position(s) = x(sample(s)); });
+  build_neighbor_list({&lists.boundary_fluid, &dynamic.position, dynamic.count, fluid.cells.view()}, constants.support);
   fluid.exchange.keep_own_rows(dynamic.position, lists.boundary_fluid);
 }
 
@@ -66,13 +64,12 @@ void find_body_rows(const Constants& constants, const Fluid& fluid, const Neighb
       "drench::bodies::row_load", b.dynamic.count, KOKKOS_LAMBDA(const Index s) {
         const Real3 arm = narrow(samples.arm(s));
         Real push = 0, turn = 0;
-        const NeighborRow near = samples.list.row(s);
-        for (Index k = 0; k < near.count; ++k) {
-          const Real3 r = samples.liquid(near(k)) - samples.position(s);
+        samples.list.for_each(s, [&](Index j) {
+          const Real3 r = samples.liquid(j) - samples.position(s);
           const Real length = norm(r), factor = samples.kernel.grad_factor(length);
-          push -= samples.liquid_volume(near(k)) * factor * length;
-          turn -= samples.liquid_volume(near(k)) * factor * norm(cross(arm, r));
-        }
+          push -= samples.liquid_volume(j) * factor * length;
+          turn -= samples.liquid_volume(j) * factor * norm(cross(arm, r));
+        });
         load(s) = rho * samples.volume(s) * push;
         arm_load(s) = rho * samples.volume(s) * turn;
       });
@@ -112,14 +109,14 @@ void add_body_rows(const Constants& constants, const NeighborLists& lists, Bodie
         const NeighborRow near = lb.row(i);
         if (near.count == 0 || alpha(i) == 0) return;
         Real coupling = 0;
-        for (Index k = 0; k < near.count; ++k) {
-          const Index s = near(k), body = of(s);
-          if (!constant(body).dynamic) continue;
+        near.for_each([&](Index s) {
+          const Index body = of(s);
+          if (!constant(body).dynamic) return;
           const Real3 arm = narrow(minus(widen(xb(s)), state(body).position)), r = xf(i) - xb(s);
           const Real length = norm(r);
           coupling -= vb(s) * kernel.grad_factor(length) *
                       (length * bound(2 * body) + norm(cross(arm, r)) * bound(2 * body + 1));
-        }
+        });
         if (coupling > 0) alpha(i) = 1 / (1 / alpha(i) + mirrored * mirrored * row_share * coupling);
       });
 }
@@ -139,13 +136,11 @@ void find_viscous_forces(const Constants& constants, const Fluid& fluid, const N
       "drench::bodies::viscous_force", bodies.dynamic.count, KOKKOS_LAMBDA(const Index s) {
         ViscousSum sum;
         if (strength > 0) {
-          const NeighborRow near = samples.list.row(s);
-          for (Index k = 0; k < near.count; ++k) {
-            const Index i = near(k);
+          samples.list.for_each(s, [&](Index i) {
             const Real3 r = samples.position(s) - samples.liquid(i);
             friction.on_body(sum, samples.sample(s), samples.liquid_volume(i) / bounded_ratio(ratio(i)),
                              us(samples.sample(s)) - v(i), r, samples.kernel.gradient(r));
-          }
+          });
         }
         force(s) = (strength * samples.volume(s)) * sum.pull;
         bound(s) = strength * samples.volume(s) * sum.bound;
@@ -202,13 +197,11 @@ void predict_bodies(const Constants& constants, const Fluid& fluid, const Neighb
   parallel(
       "drench::bodies::pressure_force", b.dynamic.count, KOKKOS_LAMBDA(const Index s) {
         Real3 f;
-        const NeighborRow near = samples.list.row(s);
-        for (Index k = 0; k < near.count; ++k) {
-          const Index i = near(k);
-          if (kappa(i) == 0) continue;
+        samples.list.for_each(s, [&](Index i) {
+          if (kappa(i) == 0) return;
           const Real3 r = samples.liquid(i) - samples.position(s);
           f += samples.liquid_volume(i) * kappa(i) * samples.kernel.grad_factor(norm(r)) * r;
-        }
+        });
         force(s) = mirrored * rho * samples.volume(s) * f;
       });
   fluid.exchange.share(bodies.dynamic.force, b.dynamic.count);

@@ -25,7 +25,7 @@ void viscous_body_forces(const Constants& constants, Fluid& fluid, const Neighbo
 void find_viscous_body_bound(Bodies& bodies, MaximaUnderWay& maxima);
 
 /// The velocities that the pressures κ leave the samples of bodies: dynamic.predicted = v_b + Δt (a + α × r).
-void predict_bodies(const Constants& constants, const Fluid& fluid, const NeighborLists& lists, const Field<Real>& kappa,
-                    double dt, Bodies& bodies);
+void predict_bodies(const Constants& constants, const Fluid& fluid, const NeighborLists& lists,
+                    const Field<Real>& kappa, double dt, Bodies& bodies);
 
 }  // namespace drench::kokkos_backend

@@ -13,7 +13,8 @@ namespace drench::kokkos_backend {
 namespace {
 
 /// Moves the free nodes and keeps them out of the bodies; beside it the largest stretch of a triangle since its rest
-/// shape (how much farther than there its points lie from its samples), and the nodes' inverse masses, which liquid asks for.
+/// shape (how much farther than there its points lie from its samples), and the nodes' inverse masses, which liquid
+/// asks for.
 struct MoveCloth {
   using value_type = ClothMotion;
   Entries<const Real3> start;

@@ -65,9 +65,9 @@ KOKKOS_INLINE_FUNCTION bool keeps_its_sign(const double* c) {
   return least > rounding || most < -rounding;
 }
 
-/// Where the cubic, monotone on [lo, hi], changes the sign that it has at lo: Newton's steps within a bracket that every
-/// value narrows; a halving where a step leaves the bracket or is more than half of the last one. Ends when the value is no
-/// more than its rounding, the step is below the last digit, or nothing lies within the bracket any more.
+/// Where the cubic, monotone on [lo, hi], changes the sign that it has at lo: Newton's steps within a bracket that
+/// every value narrows; a halving where a step leaves the bracket or is more than half of the last one. Ends when the
+/// value is no more than its rounding, the step is below the last digit, or nothing lies within the bracket any more.
 KOKKOS_INLINE_FUNCTION double bracketed_root(const double* c, double lo, double hi, double at_lo, double at_hi) {
   constexpr double digit = 2.2e-16;
   const bool below = at_lo < 0;
@@ -132,8 +132,8 @@ struct Box {
   }
 };
 
-/// The box of a triangle's way from → to, grown by `margin` (m) and 1e-4 of itself. A path whose box is apart from it cannot
-/// hit: what hits is within 1e-6 of an edge's length of the triangle.
+/// The box of a triangle's way from → to, grown by `margin` (m) and 1e-4 of itself. A path whose box is apart from it
+/// cannot hit: what hits is within 1e-6 of an edge's length of the triangle.
 KOKKOS_INLINE_FUNCTION Box box_of_way(const Corners& from, const Corners& to, double margin) {
   const auto least = [](double a, double b, double c, double d, double e, double f) {
     return Kokkos::fmin(Kokkos::fmin(Kokkos::fmin(a, b), Kokkos::fmin(c, d)), Kokkos::fmin(e, f));

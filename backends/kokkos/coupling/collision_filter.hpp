@@ -36,8 +36,8 @@ KOKKOS_INLINE_FUNCTION Real largest(const Real3& a, const Real3& b) {
       Kokkos::fmax(Kokkos::abs(b.y), Kokkos::abs(b.z)));
 }
 
-/// Does the box of the way leave the point out, by more than `margin` (m) and 1e-4 of itself? The triangle meets the point
-/// only within the hull of the six corners; what counts as a hit beyond that is 1e-6 of an edge.
+/// Does the box of the way leave the point out, by more than `margin` (m) and 1e-4 of itself? The triangle meets the
+/// point only within the hull of the six corners; what counts as a hit beyond that is 1e-6 of an edge.
 KOKKOS_INLINE_FUNCTION bool passes_by(const RelativeWay& w, Real margin) {
   const Real3 lo{least_of(w.a0.x, w.b0.x, w.c0.x, w.a1.x, w.b1.x, w.c1.x),
                  least_of(w.a0.y, w.b0.y, w.c0.y, w.a1.y, w.b1.y, w.c1.y),
@@ -49,9 +49,9 @@ KOKKOS_INLINE_FUNCTION bool passes_by(const RelativeWay& w, Real margin) {
   return lo.x > grow || lo.y > grow || lo.z > grow || hi.x < -grow || hi.y < -grow || hi.z < -grow;
 }
 
-/// Does the point stay on one side of the triangle's plane, farther than `touch` (m) from it at the end? The coplanarity's
-/// Bernstein coefficients on [0, 1] have one sign by more than their rounding: with |p| ≤ P, |e| ≤ E, |g| ≤ G in the
-/// largest norm those of p·(e × g) are off by less than 27 ε P E G.
+/// Does the point stay on one side of the triangle's plane, farther than `touch` (m) from it at the end? The
+/// coplanarity's Bernstein coefficients on [0, 1] have one sign by more than their rounding: with |p| ≤ P, |e| ≤ E, |g|
+/// ≤ G in the largest norm those of p·(e × g) are off by less than 27 ε P E G.
 KOKKOS_INLINE_FUNCTION bool stays_on_its_side(const RelativeWay& w, Real touch) {
   const Real3 n0 = cross(w.e0, w.g0), n1 = cross(w.e1, w.g1), mixed = cross(w.e1, w.g0) + cross(w.e0, w.g1);
   const Real b0 = dot(w.a0, n0), b1 = (dot(w.a1, n0) + dot(w.a0, mixed)) / 3,

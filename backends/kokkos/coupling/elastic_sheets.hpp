@@ -1,5 +1,6 @@
 #pragma once
-// The cloth inside the density solve: its implicit step goes on while the pressure changes. Law: src/stages/pressure.hpp.
+// The cloth inside the density solve: its implicit step goes on while the pressure changes. Law:
+// src/stages/pressure.hpp.
 
 #include "cloth/solver.hpp"
 #include "coupling/sheet_response.hpp"
@@ -10,8 +11,8 @@ class ElasticSheets {
  public:
   ElasticSheets(const Constants& constants, const Bodies& bodies, Cloth& cloth, ClothSolverWork& solver, Real dt);
 
-  /// The displacement of the velocity as it is, and the target without the pressure's part. Not in the constructor: nvcc
-  /// wants kernels in functions that have an address.
+  /// The displacement of the velocity as it is, and the target without the pressure's part. Not in the constructor:
+  /// nvcc wants kernels in functions that have an address.
   void start();
   /// What node forces do to the targets.
   NodeTargets targets();

@@ -9,18 +9,18 @@
 namespace drench::kokkos_backend {
 
 struct PressureWork {
-  Field<Real4> position_kappa;             // x_i, m, and κ_i, m²/s²: one load for the pairs
-  Field<Real4> predicted;                  // v_i + Δt a_i, m/s, and κ_i: one load for the pairs
-  Field<Real> free_rate;                   // Dδ_i/Dt, 1/s, without any pressure; only where solves start scaled
-  Field<Real> density_rate;                // Dδ_i/Dt, 1/s, of the predicted velocities, less what yields
-  Field<Real> next_kappa, last_kappa;      // the iterates beside κ, m²/s²
-  Field<std::uint8_t> active;              // takes part in the divergence solve
-  Field<Real> contact_pressure;            // λ_i, m²/s²; these four only where liquid can touch sheets
+  Field<Real4> position_kappa;         // x_i, m, and κ_i, m²/s²: one load for the pairs
+  Field<Real4> predicted;              // v_i + Δt a_i, m/s, and κ_i: one load for the pairs
+  Field<Real> free_rate;               // Dδ_i/Dt, 1/s, without any pressure; only where solves start scaled
+  Field<Real> density_rate;            // Dδ_i/Dt, 1/s, of the predicted velocities, less what yields
+  Field<Real> next_kappa, last_kappa;  // the iterates beside κ, m²/s²
+  Field<std::uint8_t> active;          // takes part in the divergence solve
+  Field<Real> contact_pressure;        // λ_i, m²/s²; these four only where liquid can touch sheets
   Field<Real> next_contact_pressure, last_contact_pressure;
-  Field<Real> approach_rate;               // R'_i, 1/s
-  Field<Wrench> bodies_ahead;              // a body: the impulses of a solve's start (coupling/wall_push.hpp), kg m/s and kg m²/s
+  Field<Real> approach_rate;   // R'_i, 1/s
+  Field<Wrench> bodies_ahead;  // a body: the impulses of a solve's start (coupling/wall_push.hpp), kg m/s and kg m²/s
   // of the lean iterations (fluid/lean_pressure.hpp)
-  Field<Real> liquid_rate;                 // the liquid's part of Dδ_i/Dt, 1/s
+  Field<Real> liquid_rate;                          // the liquid's part of Dδ_i/Dt, 1/s
   Field<Real> other_kappa, other_contact_pressure;  // of the next iteration, m²/s²
   std::shared_ptr<struct LeanPressure> lean;
 };

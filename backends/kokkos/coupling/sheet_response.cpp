@@ -49,7 +49,8 @@ void gather_forces(const SheetLoad& load, const char* label, const Cloth& cloth,
       finish);
 }
 
-/// nodes.force = f_n, and answer(n, f_n); alone in one kernel. Among ranks the one that owns a node's place has all of its pairs.
+/// nodes.force = f_n, and answer(n, f_n); alone in one kernel. Among ranks the one that owns a node's place has all of
+/// its pairs.
 template <class Answer>
 void load_nodes(const SheetLoad& load, Cloth& cloth, const Answer& answer) {
   constexpr const char* label = "drench::pressure::node_force";
@@ -84,7 +85,9 @@ void warm_start_density(Fluid& fluid, PressureWork& work) {
 
 void load_cloth(const SheetLoad& load, Cloth& cloth) { load_nodes(load, cloth, NoAnswer{}); }
 void load_free_cloth(const SheetLoad& load, Cloth& cloth, Real dt) { load_nodes(load, cloth, FreeNodes(cloth, dt)); }
-void load_elastic_cloth(const SheetLoad& load, Cloth& cloth, const NodeTargets& targets) { load_nodes(load, cloth, targets); }
+void load_elastic_cloth(const SheetLoad& load, Cloth& cloth, const NodeTargets& targets) {
+  load_nodes(load, cloth, targets);
+}
 
 void accept_free_cloth(Cloth& cloth) {
   const Entries<Real3> vn = cloth.nodes.velocity, pin = cloth.nodes.pin_force;

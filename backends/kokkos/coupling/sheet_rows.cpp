@@ -8,8 +8,8 @@
 namespace drench::kokkos_backend {
 namespace {
 
-/// The nodes around a particle, in the order of its samples, with what is added up for each. A node that comes when it is full
-/// is a pair of its own every time: the sums stay right.
+/// The nodes around a particle, in the order of its samples, with what is added up for each. A node that comes when it
+/// is full is a pair of its own every time: the sums stay right.
 template <class Sum>
 struct NodeTable {
   static constexpr int room = 12;
@@ -138,7 +138,8 @@ Index count_pairs(const SheetPairs& pairs, SheetRows& rows, Index particles) {
   return all;
 }
 
-/// Where the pairs of each particle stand among those to be sorted by node: beside ghosts in the order of cells, as they are without.
+/// Where the pairs of each particle stand among those to be sorted by node: beside ghosts in the order of cells, as
+/// they are without.
 void place_in_order(const CellTableView& cells, SheetRows& rows, Index particles) {
   make_ample_room(rows.in_order, "drench::sheet_rows::in_order", static_cast<std::size_t>(particles) + 1);
   make_ample_room(rows.first_in_order, "drench::sheet_rows::first_in_order", static_cast<std::size_t>(particles));
@@ -146,9 +147,8 @@ void place_in_order(const CellTableView& cells, SheetRows& rows, Index particles
   const Entries<Index> place = rows.in_order, first = rows.first_in_order;
   const Array<Index> item = cells.item;
   parallel(
-      "drench::sheet_rows::counts_in_order", particles + 1, KOKKOS_LAMBDA(const Index e) {
-        place(e) = e < particles ? start(item(e) + 1) - start(item(e)) : 0;
-      });
+      "drench::sheet_rows::counts_in_order", particles + 1,
+      KOKKOS_LAMBDA(const Index e) { place(e) = e < particles ? start(item(e) + 1) - start(item(e)) : 0; });
   rows.sums.sum(rows.in_order, particles + 1);
   parallel(
       "drench::sheet_rows::first_in_order", particles, KOKKOS_LAMBDA(const Index e) { first(item(e)) = place(e); });
@@ -234,8 +234,7 @@ double sheet_row_bytes(const Sizing& s) {
   const double m = 10, q = std::max(1.0, s.size.samples / std::max(1.0, s.size.nodes));
   const double share = std::min(3.0, 1 / q + 1.3 / std::sqrt(m * q) + 3 / m);
   const double pairs = share * s.entries.fluid_sample;
-  return room_for_entries(pairs) * (8 * s.real + 5 * index_bytes) +
-         (1.25 * s.size.fluid + s.size.nodes) * index_bytes;
+  return room_for_entries(pairs) * (8 * s.real + 5 * index_bytes) + (1.25 * s.size.fluid + s.size.nodes) * index_bytes;
 }
 
 }  // namespace drench::kokkos_backend

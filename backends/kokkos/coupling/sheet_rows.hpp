@@ -1,6 +1,6 @@
 #pragma once
-// The liquid's pairs with the samples of sheets, summed up to pairs with nodes once a step: an iteration of the pressure
-// reads a third of the pairs, and no samples. Law: docs/theory/walls_and_sheets.md, Eq. 17a.
+// The liquid's pairs with the samples of sheets, summed up to pairs with nodes once a step: an iteration of the
+// pressure reads a third of the pairs, and no samples. Law: docs/theory/walls_and_sheets.md, Eq. 17a.
 
 #include "cloth/cloth.hpp"
 #include "particles/fluid.hpp"

@@ -1,15 +1,16 @@
-// Stage advection (law: src/stages/advection.hpp), law 3: paths. What may hit is decided in single precision with room for
-// rounding, what does hit in double. On a GPU by two kernels: few particles hit, and a warp would wait for each of them.
+// Stage advection (law: src/stages/advection.hpp), law 3: paths. What may hit is decided in single precision with room
+// for rounding, what does hit in double. On a GPU by two kernels: few particles hit, and a warp would wait for each of
+// them.
 
 #include "coupling/sweep.hpp"
 
 #include <cmath>
 
-#include "coupling/collision.hpp"
-#include "coupling/collision_filter.hpp"
 #include "core/filled_rows.hpp"
 #include "core/host_copy.hpp"
 #include "core/z_curve.hpp"
+#include "coupling/collision.hpp"
+#include "coupling/collision_filter.hpp"
 
 namespace drench::kokkos_backend {
 namespace {
@@ -51,7 +52,7 @@ constexpr Index cluster_width = 32;  // triangles of a cluster, clusters of a gr
 /// Paths and the triangles near them. The samples are where they were at the start, as their table has them.
 struct Sweep {
   CellTableView cells;  // of the samples; not used with clusters
-  Neighbors list;  // fluid→sample, from the step's start
+  Neighbors list;       // fluid→sample, from the step's start
   Entries<const Real3> start, end;
   Entries<const Index> sample_triangle, triangle;
   Entries<Box> box;  // of each triangle's way
@@ -61,7 +62,7 @@ struct Sweep {
   Index samples = 0;
   Kokkos::View<ClothMotion, MemSpace> motion;
   double cover = 0, margin = 0, touch = 0, support = 0, gap = 0;  // m
-  bool listed = false;  // are the particles those of the list?
+  bool listed = false;                                            // are the particles those of the list?
   // of each particle, and the nodes' hits
   Entries<Real3> path_end, hit_weight, hit_normal;
   Entries<Index> hit_triangle, hits;
@@ -101,8 +102,9 @@ struct Sweep {
     return {lo, hi, grow, listed && Kokkos::sqrt(inner(most, most)) + grow < support};
   }
 
-  /// Visits the triangle of each sample near the path, if its box is: each that can be hit, some of them often. Cloth that
-  /// collides with itself may be stretched too far for samples: then the triangles of clusters whose boxes are near.
+  /// Visits the triangle of each sample near the path, if its box is: each that can be hit, some of them often. Cloth
+  /// that collides with itself may be stretched too far for samples: then the triangles of clusters whose boxes are
+  /// near.
   template <class Who, class Visitor>
   KOKKOS_INLINE_FUNCTION void visit_near(Index i, const Path& path, const Who& who, Visitor& visitor) const {
     const Reach reach = reach_of(path);
@@ -129,8 +131,8 @@ struct Sweep {
     visit_cells(narrow(minus(add(x0, reach.lo), grow)), narrow(add(add(x0, reach.hi), grow)), path, who, visitor);
   }
   template <class Who, class Visitor>
-  KOKKOS_INLINE_FUNCTION void visit_cells(const Real3& least_point, const Real3& most_point, const Path& path, const Who& who,
-                                          Visitor& visitor) const {
+  KOKKOS_INLINE_FUNCTION void visit_cells(const Real3& least_point, const Real3& most_point, const Path& path,
+                                          const Who& who, Visitor& visitor) const {
     const auto visit = [&](const Index entry) {
       const Real3 p = cells.point(entry);
       if (p.x < least_point.x || p.y < least_point.y || p.z < least_point.z || p.x > most_point.x ||
@@ -345,7 +347,8 @@ void stop_near(const Fluid& fluid, const AdvectionWork& work, const Sweep& sweep
       });
 }
 
-Sweep sweep_of(const Constants& constants, const Fluid& fluid, const NeighborLists& lists, const Cloth& cloth, AdvectionWork& work) {
+Sweep sweep_of(const Constants& constants, const Fluid& fluid, const NeighborLists& lists, const Cloth& cloth,
+               AdvectionWork& work) {
   Sweep sweep(lists);
   sweep.cells = cloth.sample_cells.view();
   sweep.samples = cloth.samples.count;
@@ -395,10 +398,12 @@ void order_triangles(const Constants& constants, AdvectionWork& work) {
   make_room(work.cluster_box, "drench::advection::cluster_box", order.size() / cluster_width + order.size() / group);
 }
 
-void sweep_paths(const Constants& constants, const Fluid& fluid, const NeighborLists& lists, const Cloth& cloth, AdvectionWork& work, Real dt) {
+void sweep_paths(const Constants& constants, const Fluid& fluid, const NeighborLists& lists, const Cloth& cloth,
+                 AdvectionWork& work, Real dt) {
   const Sweep sweep = sweep_of(constants, fluid, lists, cloth, work);
   place_boxes(sweep, cloth.mesh.triangles);
-  const Entries<const Real3> position = fluid.particles.position, velocity = fluid.particles.velocity, shift = fluid.separation;
+  const Entries<const Real3> position = fluid.particles.position, velocity = fluid.particles.velocity,
+                             shift = fluid.separation;
   const Entries<Index> near = work.near;
   const auto near_count = work.near_count;
   parallel(
@@ -417,7 +422,8 @@ void sweep_paths(const Constants& constants, const Fluid& fluid, const NeighborL
   if (!on_host) stop_near(fluid, work, sweep);
 }
 
-void check_put_back(const Constants& constants, const Fluid& fluid, const NeighborLists& lists, const Cloth& cloth, AdvectionWork& work) {
+void check_put_back(const Constants& constants, const Fluid& fluid, const NeighborLists& lists, const Cloth& cloth,
+                    AdvectionWork& work) {
   const Sweep sweep = sweep_of(constants, fluid, lists, cloth, work);
   const Entries<const Real3> position = fluid.particles.position;
   parallel_filled_rows(

@@ -25,8 +25,8 @@ KOKKOS_INLINE_FUNCTION Real3 over_gain(const Real3& diagonal, const Real3& shear
 }
 
 /// Vector (m) to a particle from a cloth sample as the particle's pressure sees it: r + ½ d n sign(r·n), r = x_i − x_b,
-/// `offset` = ½ d n with the unit normal n. The sample lies half a spacing behind the sheet's surface, as those of solids do:
-/// on the surface a sheet's kernel sum has no gradient, and would not push particles back.
+/// `offset` = ½ d n with the unit normal n. The sample lies half a spacing behind the sheet's surface, as those of
+/// solids do: on the surface a sheet's kernel sum has no gradient, and would not push particles back.
 KOKKOS_INLINE_FUNCTION Real3 from_behind(const Real3& r, const Real3& offset) {
   return dot(r, offset) < 0 ? r - offset : r + offset;
 }

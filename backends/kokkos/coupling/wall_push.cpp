@@ -26,12 +26,11 @@ void find_gifts(const NeighborLists& lists, const Bodies& bodies, Fluid& fluid) 
   const Neighbors walls(lists.fluid_boundary);
   parallel(
       "drench::bodies::wall_push", fluid.particles.count, KOKKOS_LAMBDA(const Index i) {
-        const NeighborRow near = walls.row(i);
         Real shares = 0;
-        for (Index k = 0; k < near.count; ++k) {
-          const Real3 r = x(i) - xb(near(k));
-          shares -= near.grad_factor(k) * dot(r, r);
-        }
+        walls.for_each(i, [&](Index j, Real factor) {
+          const Real3 r = x(i) - xb(j);
+          shares -= factor * dot(r, r);
+        });
         const Real3 change = push(i);
         push(i) = shares > 0 ? (1 / shares) * (change - over_gain(diagonal(i), shear(i), change)) : Real3{};
       });
@@ -53,14 +52,12 @@ void find_impulses(const Constants& constants, const NeighborLists& lists, const
   parallel(
       "drench::bodies::wall_reaction", dynamic.count, KOKKOS_LAMBDA(const Index s) {
         Real3 sum, turn;
-        const NeighborRow near = list.row(s);
-        for (Index k = 0; k < near.count; ++k) {
-          const Index i = near(k);
+        list.for_each(s, [&](Index i) {
           const Real3 r = x(i) - xb(s);
           const Real3 f = (volume(i) * kernel.grad_factor(norm(r)) * dot(r, r)) * push(i);  // the factor is negative
           sum += f;
           turn += cross(r, f);
-        }
+        });
         const Real mass = rho * own_volume(sample(s));
         force(s) = mass * sum;
         couple(s) = mass * turn;

@@ -19,7 +19,8 @@ inline bool has_wall_push(const Constants& constants, const Bodies& bodies) {
 /// fluid.wall_gain.push, for the stage to fill with its change of each particle's velocity, m/s.
 Entries<Real3> room_for_wall_push(Fluid& fluid);
 
-/// The bodies lose what the walls have given of fluid.wall_gain.push. Angular momentum is exact too: it acts at the particles.
+/// The bodies lose what the walls have given of fluid.wall_gain.push. Angular momentum is exact too: it acts at the
+/// particles.
 void push_bodies_back(const Constants& constants, const NeighborLists& lists, Fluid& fluid, Bodies& bodies);
 /// The same at the start of a solve, which `ahead` keeps, kg m/s and kg m²/s.
 void push_bodies_ahead(const Constants& constants, const NeighborLists& lists, Fluid& fluid, Bodies& bodies,

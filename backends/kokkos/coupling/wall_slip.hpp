@@ -9,8 +9,8 @@ namespace drench::kokkos_backend {
 
 /// What slip adds to bodies and cloths; without any all is empty.
 struct WallSlip {
-  Field<Real> of_body, of_cloth;  // b, m, of each body and each cloth; inf: free
-  Field<Real4> rest_plane, plane;  // of boundary samples at t = 0 and now: unit normal, depth below the wall, m
+  Field<Real> of_body, of_cloth;     // b, m, of each body and each cloth; inf: free
+  Field<Real4> rest_plane, plane;    // of boundary samples at t = 0 and now: unit normal, depth below the wall, m
   Version placed = Version::none();  // of the bodies that `plane` is of
   bool exists() const { return of_body.extent(0) > 0 || of_cloth.extent(0) > 0; }
 };
@@ -21,8 +21,8 @@ MemoryEstimate slip_bytes(const Sizing& s);
 
 /// Walls that hold the liquid at their surface.
 struct NoSlip {
-  /// Adds what sample b does to a particle at r = x_i − x_b, or the particle to the sample; the latter have r and the velocity
-  /// the other way round.
+  /// Adds what sample b does to a particle at r = x_i − x_b, or the particle to the sample; the latter have r and the
+  /// velocity the other way round.
   KOKKOS_INLINE_FUNCTION void at_body(ViscousSum& sum, Index, Real share, const Real3& v, const Real3& r,
                                       const Real3& gradient) const {
     sum.add(share, v, r, gradient);

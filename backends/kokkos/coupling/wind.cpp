@@ -98,11 +98,11 @@ template <class Position>
 KOKKOS_INLINE_FUNCTION Real shade_of(const NeighborRow& near, const Position& position, const Real3& at,
                                      const Real3& upwind) {
   Real shade = 0;
-  for (Index k = 0; k < near.count; ++k) {
-    const Real3 r = position(near(k)) - at;
+  near.for_each([&](Index j) {
+    const Real3 r = position(j) - at;
     const Real square = dot(r, r);
     if (square > 0) shade = Kokkos::fmax(shade, dot(upwind, r) * inverse_root(square));
-  }
+  });
   return shade;
 }
 

@@ -42,9 +42,7 @@ void sample_volumes(const Constants& constants, const NeighborLists& lists, Clot
       "drench::density::sample_volume", cloth.samples.count, KOKKOS_LAMBDA(const Index b) {
         Real sum = kernel.value(0);
         const Real3 here = x(b);
-        const NeighborRow near = list.row(b);
-        DRENCH_UNROLL
-        for (Index k = 0; k < near.count; ++k) sum += kernel.value(norm(here - x(near(k))));
+        list.for_each(b, [&](Index j) { sum += kernel.value(norm(here - x(j))); });
         volume(b) = share / sum;
         position(b) = {x(b), volume(b)};
         offset(b) = {half * normal(b), Real(0)};
@@ -87,11 +85,11 @@ void sample_row_bounds(const Constants& constants, const Fluid& fluid, const Nei
 
 /// What the kernel sums up around a particle.
 struct DensitySum {
-  Real delta = 0;                           // δ_i
-  Real squares = 0, yielded = 0;            // of the Jacobi diagonal, 1/m²
-  Real coupling = 0;                        // the sheets' share of it
-  Real3 gradient, separation;               // Σ V ∇W, 1/m; m
-  Real3 walls, sheets;                      // of the gradient, 1/m: what solids and sheets have in it
+  Real delta = 0;                                     // δ_i
+  Real squares = 0, yielded = 0;                      // of the Jacobi diagonal, 1/m²
+  Real coupling = 0;                                  // the sheets' share of it
+  Real3 gradient, separation;                         // Σ V ∇W, 1/m; m
+  Real3 walls, sheets;                                // of the gradient, 1/m: what solids and sheets have in it
   Real contact_diagonal = 0, contact_compliance = 0;  // of liquid that can touch sheets
 };
 
@@ -165,9 +163,7 @@ struct DensityPairs {
     const Real3 xi = position(i).xyz();
     Real3 sheet;
     Real lengths = 0;  // of what `sheet` sums up, with `mirrored`
-    const NeighborRow sheets = ls.row(i);
-    for (Index k = 0; k < sheets.count; ++k) {
-      const Index b = sheets(k);
+    ls.for_each(i, [&](Index b) {
       const Real4 at = xs(b);
       const Real3 r = from_behind(xi - at.xyz(), offset(b).xyz());
       const Real length = norm(r), factor = at.w * kernel.grad_factor(length);
@@ -175,7 +171,7 @@ struct DensityPairs {
       sheet += (mirrored * factor) * r;
       lengths -= mirrored * factor * length;
       sum.coupling -= mirrored * mirrored * row_share * factor * length * bound(b);
-    }
+    });
     const Real dense = image_density(sum.delta);
     sheet = dense * sheet;
     lengths *= dense;
@@ -204,7 +200,8 @@ void density_and_alpha(const Constants& constants, Fluid& fluid, NeighborLists& 
   const bool solids = bodies.boundary.count > 0, sheets = cloth.samples.count > 0,
              touching = has_sheet_contact(constants, cloth);
   make_room(lists.fluid_fluid.grad_factor, "drench::pair_grad_factor", lists.fluid_fluid.entry.extent(0) + spare_lanes);
-  if (solids) make_room(lists.fluid_boundary.grad_factor, "drench::wall_grad_factor", lists.fluid_boundary.entry.extent(0));
+  if (solids)
+    make_room(lists.fluid_boundary.grad_factor, "drench::wall_grad_factor", lists.fluid_boundary.entry.extent(0));
   const DensityPairs pairs{constants.kernel,
                            Real(constants.model.row_share()),
                            CoincidentPairs(constants.spacing),
@@ -250,7 +247,8 @@ void density_and_alpha(const Constants& constants, Fluid& fluid, NeighborLists& 
         compliance(i) = sum.yielded;
         separation(i) = sum.separation;
         alpha(i) = (sheets ? Real(1) : crowd_share(sum.delta)) *
-                   inverse(stiffer * (dot(sum.gradient, sum.gradient) + sum.squares) + sum.yielded + sum.coupling, smallest, vi);
+                   inverse(stiffer * (dot(sum.gradient, sum.gradient) + sum.squares) + sum.yielded + sum.coupling,
+                           smallest, vi);
       });
 }
 
@@ -313,13 +311,13 @@ MemoryEstimate density_bytes(const Sizing& s) {
   double particle = 10 * r;
   if (s.size.samples > 0 || s.size.boundary > 0) particle += 3 * r;  // boundary_gradient
   const bool extrapolates = s.size.scene.fluid.wall_pressure == WallPressure::extrapolated;
-  if (s.size.boundary > 0 && extrapolates) particle += 6 * r;        // wall_gain
-  if (s.size.samples > 0) particle += 5 * r;                         // contact
+  if (s.size.boundary > 0 && extrapolates) particle += 6 * r;  // wall_gain
+  if (s.size.samples > 0) particle += 5 * r;                   // contact
   particle += wall_push_bytes(s);
   MemoryEstimate sum;
   sum.particles = particle_room(s) * particle;
   if (!(s.size.fluid > 0)) return sum;
-  sum.lists = room_for_entries(s.entries.fluid_fluid) * r;                                // grad_factor
+  sum.lists = room_for_entries(s.entries.fluid_fluid) * r;  // grad_factor
   if (s.size.samples > 0) sum.lists += sheet_row_bytes(s);
   if (s.size.boundary > 0) sum.lists += room_for_entries(s.entries.fluid_boundary) * r;
   return sum;

@@ -34,8 +34,8 @@ inline void add_liquid_lanes(const DensityPairs& pairs, Index i, DensitySum& sum
   const WritableRow near = pairs.lf.row(i);
   const Index* const item = near.item + near.first;
   Real* const kept = near.factor + near.first;
-  Lanes delta[vectors_of_sum]{}, gx[vectors_of_sum]{}, gy[vectors_of_sum]{}, gz[vectors_of_sum]{}, squares[vectors_of_sum]{},
-      yielded[vectors_of_sum]{};
+  Lanes delta[vectors_of_sum]{}, gx[vectors_of_sum]{}, gy[vectors_of_sum]{}, gz[vectors_of_sum]{},
+      squares[vectors_of_sum]{}, yielded[vectors_of_sum]{};
   const Lanes none{};
   Lanes closest = none + Real(1e30);
   for (Index k = 0; k < near.count; k += lanes) {

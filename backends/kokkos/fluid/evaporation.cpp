@@ -36,11 +36,10 @@ struct ColourOf {
     laws::Colour sum;
     sum.number = kernel.value(0);
     sum.liquid = own.w * sum.number;
-    const NeighborRow near = liquid.row(i);
-    for (Index k = 0; k < near.count; ++k) {
-      const Real4 other = position(near(k));
+    liquid.for_each(i, [&](Index j) {
+      const Real4 other = position(j);
       sum.add_liquid(kernel, other.w, own.xyz() - other.xyz());
-    }
+    });
     if (solids) add_solids(i, own.xyz(), sum);
     if (sheets) add_sheets(i, own.xyz(), sum);
     return sum;
@@ -48,15 +47,13 @@ struct ColourOf {
 
  private:
   KOKKOS_INLINE_FUNCTION void add_solids(Index i, const Real3& xi, laws::Colour& sum) const {
-    const NeighborRow near = near_solids.row(i);
-    for (Index k = 0; k < near.count; ++k) sum.add_solid(kernel, solid_volume(near(k)), xi - solid(near(k)));
+    near_solids.for_each(i, [&](Index j) { sum.add_solid(kernel, solid_volume(j), xi - solid(j)); });
   }
   KOKKOS_INLINE_FUNCTION void add_sheets(Index i, const Real3& xi, laws::Colour& sum) const {
-    const NeighborRow near = near_sheets.row(i);
-    for (Index k = 0; k < near.count; ++k) {
-      const Real4 at = sheet(near(k));
-      sum.add_solid(kernel, at.w, from_behind(xi - at.xyz(), offset(near(k)).xyz()));
-    }
+    near_sheets.for_each(i, [&](Index j) {
+      const Real4 at = sheet(j);
+      sum.add_solid(kernel, at.w, from_behind(xi - at.xyz(), offset(j).xyz()));
+    });
   }
 };
 
@@ -150,21 +147,19 @@ struct FlatAreas {
   /// H, 1/m, by least squares of n_j − n_i = H r_t along the surface; C and B.
   KOKKOS_INLINE_FUNCTION void look_around(Index i, const Real3& n, Real& curvature, Real& near, Real& sum) const {
     const Real3 x = position(i).xyz();
-    const NeighborRow row = liquid.row(i);
     Real turned = 0, square = 0;
     near = kernel.value(0) * inside(i);
     sum = near * moment(i);
-    for (Index k = 0; k < row.count; ++k) {
-      const Index j = row(k);
+    liquid.for_each(i, [&](Index j) {
       const Real4 other = position(j), of_other = normal(j);
       const Real3 r = other.xyz() - x, along = r - dot(n, r) * n;
       const Real w = kernel.value(norm(r)), within = w * inside(j);
       near += within;
       sum += within * moment(j);
-      if (!(of_other.w > 0)) continue;
+      if (!(of_other.w > 0)) return;
       turned += other.w * w * dot(of_other.xyz() - n, along);
       square += other.w * w * dot(along, along);
-    }
+    });
     if (square > 0) curvature = turned / square;
   }
 };
@@ -195,12 +190,11 @@ void find_taken(const Constants& constants, const Fluid& fluid, const NeighborLi
         taken(i) = 0;
         if (!(flat(i) < 0)) return;
         const Real3 x = position(i).xyz();
-        const NeighborRow near = liquid.row(i);
         Real given = 0;
-        for (Index k = 0; k < near.count; ++k) {
-          const Real other = flat(near(k));
-          if (other > 0) given += kernel.value(norm(position(near(k)).xyz() - x)) * other;
-        }
+        liquid.for_each(i, [&](Index j) {
+          const Real other = flat(j);
+          if (other > 0) given += kernel.value(norm(position(j).xyz() - x)) * other;
+        });
         if (given > 0) taken(i) = -(1 - surface.thin(surface.filled(number(i), solid(i)))) * flat(i) / given;
       });
   fluid.exchange.halo(work.taken);
@@ -270,17 +264,15 @@ struct Evaporation {
   /// f A^f, m²: without what is taken, and of a kernel whose moment is that of the inside.
   KOKKOS_INLINE_FUNCTION Real outward_area(Index i, const Real3& x) const {
     if (!(flat(i) > 0)) return 0;
-    const NeighborRow row = liquid.row(i);
     const Real own = kernel.value(0) * position(i).w;
     Real away = 0, near = own * near_inside(i), moment = own * moment_of_inside(i);
-    for (Index k = 0; k < row.count; ++k) {
-      const Index j = row(k);
+    liquid.for_each(i, [&](Index j) {
       const Real4 other = position(j);
       const Real w = kernel.value(norm(other.xyz() - x));
       away += w * taken(j);
       near += w * other.w * near_inside(j);
       moment += w * other.w * moment_of_inside(j);
-    }
+    });
     const Real left = away < 1 ? (1 - away) * flat(i) : Real(0);
     return near > 0 ? left * near / moment : left;
   }

@@ -62,8 +62,8 @@ struct Surface {
     const Real share = (steep - inside) / (at_surface - inside);
     return {(-1 / length) * mean, share < 1 ? share : Real(1)};
   }
-  /// F, m², of a particle of volume V: what the gradient tells, below 0 where it points inwards. `steep` = −∇c·n, 1/m, and H
-  /// the mean curvature, 1/m.
+  /// F, m², of a particle of volume V: what the gradient tells, below 0 where it points inwards. `steep` = −∇c·n, 1/m,
+  /// and H the mean curvature, 1/m.
   KOKKOS_INLINE_FUNCTION Real flat_area(Real volume, Real steep, Real curvature) const {
     constexpr Real most_bent = 3;
     const Real bent = 1 + depth * curvature;

@@ -74,30 +74,24 @@ void find_liquid_change(const Constants& constants, const Fluid& fluid, const Ne
 #ifdef DRENCH_LANES
         add_liquid(position.data, moving.data, near, i, sum);
 #else
-        DRENCH_UNROLL
-        for (Index k = 0; k < near.count; ++k) {
-          const Index j = near(k);
+        near.for_each([&](Index j, Real factor) {
           const Real4 other = moving(j);
           const Real3 r = xi - position(j).xyz();
-          sum.add(other.w, vi - other.xyz(), r, near.grad_factor(k) * r);
-        }
+          sum.add(other.w, vi - other.xyz(), r, factor * r);
+        });
 #endif
         if (solids) {
-          const NeighborRow walls = lb.row(i);
-          for (Index k = 0; k < walls.count; ++k) {
-            const Index b = walls(k);
+          lb.for_each(i, [&](Index b, Real factor) {
             const Real3 r = xi - xb(b);
-            friction.at_body(sum, b, solid_friction * share, vi - ub(b), r, walls.grad_factor(k) * r);
-          }
+            friction.at_body(sum, b, solid_friction * share, vi - ub(b), r, factor * r);
+          });
         }
         if (sheets) {
-          const NeighborRow cloths = ls.row(i);
-          for (Index k = 0; k < cloths.count; ++k) {
-            const Index b = cloths(k);
+          ls.for_each(i, [&](Index b) {
             const Real4 at = xs(b);
             const Real3 r = xi - at.xyz();
             friction.at_sheet(sum, b, sheet_friction * share * at.w, vi - us(b), r, kernel.gradient(r));
-          }
+          });
         }
         Real3 rate = g + (strength * share) * sum.pull;
         if (field) rate += central_field(xi, center, square);
@@ -141,7 +135,8 @@ void find_sample_forces(const Constants& constants, const Fluid& fluid, const Ne
   allocate_zeros(work.sample_bound, "drench::forces::sample_bound", static_cast<std::size_t>(cloth.samples.count));
   const Kernel kernel = constants.kernel;
   const Real strength = sheet_friction * viscous_strength(constants) * constants.rest_density;
-  const Entries<const Real3> xs = cloth.samples.position, xf = fluid.particles.position, us = cloth.samples.velocity, v = fluid.particles.velocity;
+  const Entries<const Real3> xs = cloth.samples.position, xf = fluid.particles.position, us = cloth.samples.velocity,
+                             v = fluid.particles.velocity;
   const Entries<Real3> force = cloth.samples.force;
   const Entries<const Real> vs = cloth.samples.volume, volume = fluid.volume, ratio = fluid.particles.density_ratio;
   const Entries<Real> bound = work.sample_bound;
@@ -150,13 +145,10 @@ void find_sample_forces(const Constants& constants, const Fluid& fluid, const Ne
       "drench::forces::sample_force", cloth.samples.count, KOKKOS_LAMBDA(const Index b) {
         ViscousSum sum;
         const Real3 here = xs(b), moves = us(b);
-        const NeighborRow near = list.row(b);
-        DRENCH_UNROLL
-        for (Index k = 0; k < near.count; ++k) {
-          const Index i = near(k);
+        list.for_each(b, [&](Index i) {
           const Real3 r = here - xf(i);
           friction.at_sheet(sum, b, volume(i) / bounded_ratio(ratio(i)), moves - v(i), r, kernel.gradient(r));
-        }
+        });
         force(b) = (strength * vs(b)) * sum.pull;
         bound(b) = strength * vs(b) * sum.bound;
       });
@@ -213,7 +205,8 @@ void node_stage(Cloth& cloth, ForcesWork& work, const LegendreStage& stage, Real
 }
 
 /// All stages, the forces of the first being there and its change made with the whole Δt.
-void many_stages(const Constants& constants, Fluid& fluid, const NeighborLists& lists, Bodies& bodies, Cloth& cloth, ForcesWork& work, int stages, double dt) {
+void many_stages(const Constants& constants, Fluid& fluid, const NeighborLists& lists, Bodies& bodies, Cloth& cloth,
+                 ForcesWork& work, int stages, double dt) {
   const bool sheets = cloth.samples.count > 0;
   const Entries<Real4> change = work.change;
   const Real share = Real(2 / (double(stages) * (stages + 1.0)));

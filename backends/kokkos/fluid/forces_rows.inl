@@ -3,7 +3,8 @@
 #include "core/lanes.inl"
 
 /// ViscousSum::add for all liquid neighbours; `moving`: velocity and 1/√δ.
-inline void add_liquid_friction(const Real4* position, const Real4* moving, const NeighborRow& near, Index i, ViscousSum& sum) {
+inline void add_liquid_friction(const Real4* position, const Real4* moving, const NeighborRow& near, Index i,
+                                ViscousSum& sum) {
   const Real4 own = position[i], moves = moving[i];
   const Index* const item = near.item + near.first;
   const Real* const factor = near.factor + near.first;

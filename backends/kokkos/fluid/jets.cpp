@@ -1,4 +1,5 @@
-// Stage jets (src/stages/jets.hpp). The host decides how many particles leave; their particles are written on the device.
+// Stage jets (src/stages/jets.hpp). The host decides how many particles leave; their particles are written on the
+// device.
 
 #include <algorithm>
 #include <array>
@@ -91,7 +92,8 @@ void jets(const Constants& constants, Fluid& fluid, Jets& jets, Accounts& accoun
     particles.total += count;
     accounts.supplied += static_cast<Quanta>(count) * quanta_per_particle;
     accounts.solute_supplied += static_cast<Quanta>(count) * jet.solute;
-    if (constants.ranks && constants.ranks->rank() > 0) continue;  // the first has them; they go home with the next search
+    if (constants.ranks && constants.ranks->rank() > 0)
+      continue;  // the first has them; they go home with the next search
     particles.reserve(first + count);
     const ParticleView all = particles.view();
     const Quanta solute = jet.solute;

@@ -21,8 +21,10 @@ void begin_lean_pressure(PressureSystem& system);
 /// a_i of what κ and λ have changed since then.
 void predict_lean_liquid(PressureSystem& system);
 /// The density rates of that, the update of each particle and its sums, and Nesterov's step with the weight `momentum`.
-SumUnderWay<DensitySums> begin_lean_update(PressureSystem& system, const DensityUpdate& update, Real momentum, int slot);
-SumUnderWay<IterationNorms> begin_lean_update(PressureSystem& system, const DivergenceUpdate& update, Real momentum, int slot);
+SumUnderWay<DensitySums> begin_lean_update(PressureSystem& system, const DensityUpdate& update, Real momentum,
+                                           int slot);
+SumUnderWay<IterationNorms> begin_lean_update(PressureSystem& system, const DivergenceUpdate& update, Real momentum,
+                                              int slot);
 /// work.predicted = the liquid's velocities of κ and λ.
 void finish_lean_pressure(PressureSystem& system);
 

@@ -1,9 +1,8 @@
 // Stage micropolar (src/stages/micropolar.hpp).
 
-#include "fluid/micropolar_law.hpp"
-
-#include "core/runge_kutta_legendre.hpp"
 #include "core/reduce.hpp"
+#include "core/runge_kutta_legendre.hpp"
+#include "fluid/micropolar_law.hpp"
 #include "fluid/stages.hpp"
 
 namespace drench::kokkos_backend {
@@ -48,15 +47,12 @@ void measure_slip(Fluid& fluid, const NeighborLists& lists, MicropolarWork& work
       "drench::micropolar::slip", fluid.particles.count, KOKKOS_LAMBDA(const Index i) {
         const Real3 xi = position(i).xyz(), vi = v(i), wi = spin(i);
         SpinSum sum;
-        const NeighborRow near = list.row(i);
-        DRENCH_UNROLL
-        for (Index k = 0; k < near.count; ++k) {
-          const Index j = near(k);
+        list.for_each(i, [&](Index j, Real factor) {
           const Real3 x = xi - position(j).xyz();
-          const Real b = -near.grad_factor(k);
+          const Real b = -factor;
           sum.add(b, x, vi - v(j));
           if (spreads) sum.spread += law.spreading(b, norm(x)) * (spin(j) - wi);
-        }
+        });
         const Real3 s = sum.curl - sum.rigid_curl(wi);
         slip(i) = {s - law.free * sum.curl, sum.steepness};
         rate(i) = {(law.half_transfer * law.per_inertia) * sum.rigid_curl(s) + law.spread * sum.spread, sum.trace()};
@@ -69,7 +65,7 @@ double rate_bound(const Fluid& fluid, const MicropolarWork& work, const SpinLaw&
   const Entries<const Real4> slip = work.slip, rate = work.rate;
   const auto term = KOKKOS_LAMBDA(const Index i) { return SpinBounds{double(slip(i).w), double(rate(i).w)}; };
   SpinBounds most = reduced<SpinBounds>("drench::micropolar::bound", fluid.particles.count,
-                                              Added<SpinBounds, std::decay_t<decltype(term)>>{term});
+                                        Added<SpinBounds, std::decay_t<decltype(term)>>{term});
   OverRanks(fluid.exchange.ranks()).maximum(most.steepness).maximum(most.moment).reduce();
   return double(law.half_transfer) *
              (4 * most.steepness * most.steepness + most.moment * most.moment * double(law.per_inertia)) +
@@ -77,20 +73,18 @@ double rate_bound(const Fluid& fluid, const MicropolarWork& work, const SpinLaw&
 }
 
 /// A stage: v_i and ω_i change by their D_k, which the next one needs where there are `several`.
-void turn(Fluid& fluid, const NeighborLists& lists, MicropolarWork& work, const SpinLaw& law, const LegendreStage& stage, bool several) {
-  const Entries<Real3> v = fluid.particles.velocity, spin = fluid.particles.spin, flow_change = work.velocity_change, spin_change = work.spin_change;
+void turn(Fluid& fluid, const NeighborLists& lists, MicropolarWork& work, const SpinLaw& law,
+          const LegendreStage& stage, bool several) {
+  const Entries<Real3> v = fluid.particles.velocity, spin = fluid.particles.spin, flow_change = work.velocity_change,
+                       spin_change = work.spin_change;
   const Entries<const Real4> position = fluid.position_volume, slip = work.slip, rate = work.rate;
   const Neighbors list(lists.fluid_fluid);
   parallel(
       "drench::micropolar::turn", fluid.particles.count, KOKKOS_LAMBDA(const Index i) {
         const Real3 xi = position(i).xyz(), si = slip(i).xyz();
         Real3 sum;
-        const NeighborRow near = list.row(i);
-        DRENCH_UNROLL
-        for (Index k = 0; k < near.count; ++k) {
-          const Index j = near(k);
-          sum += near.grad_factor(k) * cross(si + slip(j).xyz(), xi - position(j).xyz());
-        }
+        list.for_each(i,
+                      [&](Index j, Real factor) { sum += factor * cross(si + slip(j).xyz(), xi - position(j).xyz()); });
         Real3 flow = (stage.weight * law.half_transfer) * sum, spin_up = stage.weight * rate(i).xyz();
         if (several) {
           if (stage.keep > 0) {

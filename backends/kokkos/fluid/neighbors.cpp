@@ -31,14 +31,13 @@ void find_nearest_samples(const NeighborLists& lists, const Cloth& cloth, Fluid&
       "drench::neighbors::nearest_sample", n, KOKKOS_LAMBDA(const Index i) {
         Index best = -1;
         Real least = 0;
-        const NeighborRow near = samples.row(i);
-        for (Index k = 0; k < near.count; ++k) {
-          const Real3 r = x(i) - xs(near(k));
+        samples.for_each(i, [&](Index b) {
+          const Real3 r = x(i) - xs(b);
           const Real r2 = dot(r, r);
-          if (best >= 0 && r2 >= least) continue;
-          best = near(k);
+          if (best >= 0 && r2 >= least) return;
+          best = b;
           least = r2;
-        }
+        });
         nearest(i) = best;
       });
 }
@@ -59,11 +58,10 @@ void cull_pairs_across_cloth(const Constants& constants, const Fluid& fluid, con
         const Index p = nearest(i);
         // Most rows end here, after loads that do not wait for each other.
         Index any = p;
-        DRENCH_UNROLL
-        for (Index k = 0; k < near.count; ++k) {
-          const Index q = nearest(near(k));
+        near.for_each([&](Index j) {
+          const Index q = nearest(j);
           any = q > any ? q : any;
-        }
+        });
         if (any < 0) return;
         Index kept = 0;
         for (Index k = 0; k < near.count; ++k) {
@@ -95,15 +93,16 @@ Real longest_edge(const Cloth& cloth) {
       }));
 }
 
-/// The particles of this rank in the order of their cells, and behind them the ghosts; the cells hold both. Cells begin where
-/// they would without ranks, so that rows are in the same order.
+/// The particles of this rank in the order of their cells, and behind them the ghosts; the cells hold both. Cells begin
+/// where they would without ranks, so that rows are in the same order.
 void sort_with_ghosts(const Constants& constants, Fluid& fluid, const Cloth& cloth, const PointBounds* bounds) {
   ParticleSet& particles = fluid.particles;
   const PointBounds all = bounds ? *bounds : bounds_of_all(fluid);
   // A node's row takes particles near any sample of its triangles, in the order in which one rank alone has them.
   const bool sheets = cloth.samples.count > 0;
   fluid.exchange.find_ghosts(particles, sheets ? longest_edge(cloth) : Real(0));
-  fluid.cells.build(particles.position, particles.local(), constants.support, particles.id, &all, sheets ? particles.total : 0);
+  fluid.cells.build(particles.position, particles.local(), constants.support, particles.id, &all,
+                    sheets ? particles.total : 0);
   fluid.exchange.sort_owned(particles, fluid.cells.view().item);
 }
 

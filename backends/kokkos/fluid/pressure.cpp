@@ -65,15 +65,14 @@ struct DensityProblem {
     if (system.constants.model.only_liquid_answers()) report.density_start = mean / tolerance();
   }
   IterationNorms norms(const DensitySums& sums) const { return sums.norms; }
-  double scaled(const IterationNorms& n) const {
-    return (scale.residual(n) + scale.complementarity(n)) / system.all();
-  }
+  double scaled(const IterationNorms& n) const { return (scale.residual(n) + scale.complementarity(n)) / system.all(); }
   bool converged(int iteration, const DensitySums& sums) const {
     const double n = system.all();
     report.density_iterations = iteration;
     report.density_error = sums.norms.largest < INFINITY ? scale.error.value(sums.error) / n : INFINITY;
     report.density_error_max = sums.error_max;
-    report.density_converged = scale.residual(sums.norms) / n <= tolerance() && scale.complementarity(sums.norms) / n <= tolerance();
+    report.density_converged =
+        scale.residual(sums.norms) / n <= tolerance() && scale.complementarity(sums.norms) / n <= tolerance();
     if (system.elastic && report.density_converged) report.density_converged = system.elastic->progress().residual <= 1;
     return report.density_converged;
   }
@@ -114,8 +113,8 @@ void pressure(const Constants& constants, Fluid& fluid, const NeighborLists& lis
     }
   }
   const FluidSolverScene& limits = constants.model.scene.fluid.solver;
-  DensityProblem problem{system, limits, report, info.density_start, 1e300,
-                         NormScale(system.all(), 1, system.restart_unit())};
+  DensityProblem problem{
+      system, limits, report, info.density_start, 1e300, NormScale(system.all(), 1, system.restart_unit())};
   problem.limit_by_source();
   solve_pressure(system, limits, problem);
   if (!elastic) return;

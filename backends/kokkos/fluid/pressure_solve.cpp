@@ -4,54 +4,35 @@
 #include <cmath>
 
 #include "coupling/body_response.hpp"
-#include "coupling/wall.hpp"
 #include "coupling/wall_push.hpp"
 #include "fluid/lean_pressure.hpp"
 
 namespace drench::kokkos_backend {
 namespace {
 
-/// work.density_rate = R_i of the predicted velocities − Δt C_i κ_i, 1/s; touching sheets: work.approach_rate = R'_i too.
+/// work.density_rate = R_i of the predicted velocities − Δt C_i κ_i, 1/s; touching sheets: work.approach_rate = R'_i
+/// too.
 void measure_density_rate(PressureSystem& system) {
   const Fluid& fluid = system.fluid;
-  const Bodies& bodies = system.bodies;
   const Real dt = Real(system.dt);
   const PressureWork& work = system.work;
-  const Entries<const Real3> ub = bodies.seen_velocity(), xb = bodies.boundary.position;
-  const Entries<const Real4> position_kappa = work.position_kappa, v = work.predicted;
+  const DensityOperator divergence = system.divergence(work.position_kappa, system.sheets_of_particles());
+  const Entries<const Real3> ub = system.bodies.seen_velocity();
+  const Entries<const Real4> v = work.predicted;
   const Entries<const Real> compliance = fluid.compliance, kappa = std::as_const(system.kappa);
   const Entries<Real> rate = system.work.density_rate, approach = system.work.approach_rate,
                       liquid_rate = system.work.liquid_rate;
-  const bool keep_liquid_rate = system.keep_liquid_rate;
-  const Neighbors lf(system.lists.fluid_fluid), lb(system.lists.fluid_boundary);
-  const bool solids = bodies.boundary.count > 0, touching = system.touching;
-  const bool cloth = system.has_cloth() && system.lists.sheet_rows.count > 0;
-  const SheetsOfParticles sheets = system.sheets_of_particles();
+  const bool keep_liquid_rate = system.keep_liquid_rate, touching = system.touching;
   const auto row = KOKKOS_LAMBDA(const Index i) {
-    const Real3 xi = position_kappa(i).xyz(), vi = v(i).xyz();
+    const Real3 vi = v(i).xyz();
     Real sum = 0;
-    const NeighborRow near = lf.row(i);
-    DRENCH_UNROLL
-    for (Index k = 0; k < near.count; ++k) {
-      const Index j = near(k);
-      sum += near.grad_factor(k) * dot(vi - v(j).xyz(), xi - position_kappa(j).xyz());
-    }
+    divergence.add_liquid(
+        i, vi, [&](Index j) { return v(j).xyz(); }, sum);
     if (keep_liquid_rate) liquid_rate(i) = sum;
-    if (solids) {
-      const NeighborRow walls = lb.row(i);
-      for (Index k = 0; k < walls.count; ++k) {
-        const Index b = walls(k);
-        sum += mirrored * walls.grad_factor(k) * dot(vi - ub(b), xi - xb(b));
-      }
-    }
-    if (cloth) {
-      const Real sheet = sheets.approach(i, vi);
-      if (touching) approach(i) = sheet;
-      sum += sheet;
-    } else if (touching) {
-      approach(i) = 0;
-    }
-    rate(i) = sum - dt * compliance(i) * kappa(i);
+    divergence.add_walls(i, vi, ub, sum);
+    const Real sheet = divergence.approach(i, vi);
+    if (touching) approach(i) = sheet;
+    rate(i) = sum + sheet - dt * compliance(i) * kappa(i);
   };
   constexpr const char* label = "drench::pressure::density_rate";
   fluid.exchange.inner_rows(label, system.count(), row);
@@ -61,37 +42,21 @@ void measure_density_rate(PressureSystem& system) {
 
 /// work.free_rate = R_i of the velocities that a solve begins with, 1/s.
 void measure_free_rate(PressureSystem& system) {
-  const Fluid& fluid = system.fluid;
-  const Bodies& bodies = system.bodies;
-  const SheetRows& rows = system.lists.sheet_rows;
-  const Entries<const Real3> ub = bodies.boundary.velocity, xb = bodies.boundary.position, v = fluid.particles.velocity;
-  const Entries<const Real4> position = fluid.position_volume;
-  make_room(system.work.free_rate, "drench::pressure::free_rate", fluid.particles.capacity());
+  make_room(system.work.free_rate, "drench::pressure::free_rate", system.fluid.particles.capacity());
   system.fluid.exchange.halo(system.fluid.particles.velocity);
+  const SheetRows& rows = system.lists.sheet_rows;
+  const DensityOperator divergence =
+      system.divergence(std::as_const(system.fluid).position_volume,
+                        {rows.of_particle, rows.particle_pair, std::as_const(system.cloth).nodes.velocity, Real(1)});
+  const Entries<const Real3> ub = system.bodies.boundary.velocity, v = std::as_const(system.fluid).particles.velocity;
   const Entries<Real> rate = system.work.free_rate;
-  const Neighbors lf(system.lists.fluid_fluid), lb(system.lists.fluid_boundary);
-  const bool solids = bodies.boundary.count > 0, cloth = system.has_cloth() && rows.count > 0;
-  const SheetsOfParticles sheets{rows.of_particle, rows.particle_pair, std::as_const(system.cloth).nodes.velocity,
-                                 Real(1)};
   parallel(
       "drench::pressure::free_rate", system.count(), KOKKOS_LAMBDA(const Index i) {
-        const Real3 xi = position(i).xyz(), vi = v(i);
+        const Real3 vi = v(i);
         Real sum = 0;
-        const NeighborRow near = lf.row(i);
-        DRENCH_UNROLL
-        for (Index k = 0; k < near.count; ++k) {
-          const Index j = near(k);
-          sum += near.grad_factor(k) * dot(vi - v(j), xi - position(j).xyz());
-        }
-        if (solids) {
-          const NeighborRow walls = lb.row(i);
-          for (Index k = 0; k < walls.count; ++k) {
-            const Index b = walls(k);
-            sum += mirrored * walls.grad_factor(k) * dot(vi - ub(b), xi - xb(b));
-          }
-        }
-        if (cloth) sum += sheets.approach(i, vi);
-        rate(i) = sum;
+        divergence.add_liquid(i, vi, v, sum);
+        divergence.add_walls(i, vi, ub, sum);
+        rate(i) = sum + divergence.approach(i, vi);
       });
 }
 
@@ -101,6 +66,17 @@ SheetsOfParticles PressureSystem::sheets_of_particles() const {
   const SheetRows& rows = lists.sheet_rows;
   if (elastic) return {rows.of_particle, rows.particle_pair, elastic->displacement(), Real(1) / Real(dt)};
   return {rows.of_particle, rows.particle_pair, std::as_const(cloth).nodes.predicted, Real(1)};
+}
+
+DensityOperator PressureSystem::divergence(const Entries<const Real4>& position,
+                                           const SheetsOfParticles& sheets) const {
+  return {.liquid = Neighbors(lists.fluid_fluid),
+          .walls = Neighbors(lists.fluid_boundary),
+          .position = position,
+          .wall_position = std::as_const(bodies).boundary.position,
+          .sheets = sheets,
+          .has_walls = bodies.boundary.count > 0,
+          .has_sheets = has_cloth() && lists.sheet_rows.count > 0};
 }
 
 namespace {
@@ -126,25 +102,16 @@ void predict_liquid(PressureSystem& system) {
   const Real dt = Real(system.dt);
   const Entries<const Real3> v = fluid.particles.velocity, boundary = fluid.boundary_gradient,
                              sheet = fluid.contact.gradient;
-  const Entries<const Real4> position_kappa = std::as_const(system.work).position_kappa;
+  const DensityOperator divergence = system.divergence(std::as_const(system.work).position_kappa, {});
   const Entries<Real4> predicted = system.work.predicted;
   const Entries<const Real> contact = std::as_const(system.work).contact_pressure;
-  const Neighbors lf(system.lists.fluid_fluid);
   const Entries<const Real3> diagonal = fluid.wall_gain.diagonal, shear = fluid.wall_gain.shear;
   const Entries<const Index> walls = system.lists.fluid_boundary.count;
   const bool bounded = system.bodies.boundary.count > 0 || system.has_cloth(), touching = system.touching,
              extrapolates = system.constants.model.extrapolates_walls();
   const auto row = KOKKOS_LAMBDA(const Index i) {
-    const Real4 here = position_kappa(i);
-    const Real3 xi = here.xyz();
-    const Real ki = here.w;
-    Real3 a;
-    const NeighborRow near = lf.row(i);
-    DRENCH_UNROLL
-    for (Index k = 0; k < near.count; ++k) {
-      const Real4 at = position_kappa(near(k));
-      a -= (near.grad_factor(k) * (ki + at.w)) * (xi - at.xyz());
-    }
+    const Real ki = divergence.position(i).w;
+    Real3 a = -divergence.gradient(i);
     if (bounded) a -= ki * boundary(i);
     if (touching) a -= contact(i) * sheet(i);
     if (extrapolates && walls(i) > 0) a = product(diagonal(i), shear(i), a);
@@ -159,8 +126,8 @@ void predict_liquid(PressureSystem& system) {
 
 namespace {
 
-/// Dynamic bodies get the reaction that they owe the liquid's predicted change of velocity; at the end of a solve what the
-/// start has not given.
+/// Dynamic bodies get the reaction that they owe the liquid's predicted change of velocity; at the end of a solve what
+/// the start has not given.
 void push_bodies(PressureSystem& system, bool ends) {
   if (!has_wall_push(system.constants, system.bodies)) return;
   const Entries<Real3> push = room_for_wall_push(system.fluid);

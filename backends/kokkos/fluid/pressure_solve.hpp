@@ -1,11 +1,11 @@
 #pragma once
-// The pressure solve of DFSPH, which stages divergence and pressure share: projected Jacobi with Nesterov's momentum and
-// restarts, coupled to cloth and bodies. Laws: docs/theory/liquid.md.
+// The pressure solve of DFSPH, which stages divergence and pressure share: projected Jacobi with Nesterov's momentum
+// and restarts, coupled to cloth and bodies. Laws: docs/theory/liquid.md.
 
 #include "core/reduce.hpp"
 #include "coupling/elastic_sheets.hpp"
 #include "coupling/pressure_work.hpp"
-#include "coupling/sheet_rows.hpp"
+#include "fluid/density_operator.hpp"
 
 namespace drench::kokkos_backend {
 
@@ -33,6 +33,8 @@ struct PressureSystem {
   bool has_cloth() const { return cloth.samples.count > 0; }
   /// The sheets beside the liquid, with the nodes' velocities as the cloth has answered.
   SheetsOfParticles sheets_of_particles() const;
+  /// The discrete divergence over the step's pairs. `position`: of the particles, with κ for the adjoint.
+  DensityOperator divergence(const Entries<const Real4>& position, const SheetsOfParticles& sheets) const;
 };
 
 /// work.predicted = v_i + Δt a_i(κ, λ), and κ_i.
@@ -42,8 +44,8 @@ void apply_pressure(PressureSystem& system);
 /// The liquid and the bodies take the predicted velocities; so does cloth that answers with its inertia alone.
 void accept_pressure(PressureSystem& system);
 
-/// What an iteration is judged by, of one particle: max(0, residual); how much pressure is too high (complementarity); the
-/// scalar product that decides about a restart; the largest residual, infinite for one that is no number.
+/// What an iteration is judged by, of one particle: max(0, residual); how much pressure is too high (complementarity);
+/// the scalar product that decides about a restart; the largest residual, infinite for one that is no number.
 struct RowNorms {
   Real residual = 0, complementarity = 0, restart = 0, largest = 0;
   KOKKOS_INLINE_FUNCTION RowNorms& operator+=(const RowNorms& o) {
@@ -77,7 +79,8 @@ struct NormScale {
 
   NormScale() = default;
   /// `unit`: a density error of 1 in the solve's residuals; `restart_unit`: PressureSystem's.
-  NormScale(double particles, double unit, double restart_unit) : error(particles, unit), restart(particles, restart_unit) {}
+  NormScale(double particles, double unit, double restart_unit)
+      : error(particles, unit), restart(particles, restart_unit) {}
   KOKKOS_INLINE_FUNCTION IterationNorms exact(const RowNorms& n) const {
     return {error(n.residual), error(n.complementarity), restart(n.restart), n.largest};
   }
@@ -120,9 +123,9 @@ class PressureIteration {
   Real relaxation() const { return relaxation_; }
   /// Nesterov's weight of the step after the next update, unless that restarts.
   Real momentum() const;
-  /// κ := the next point, from work.next_kappa and work.last_kappa; λ likewise. `residual`: residual + complementarity of
-  /// the κ that is left, `restart`: of the norms. `stepped`: the update has left the next point, without a restart, in
-  /// work.other_kappa and work.other_contact_pressure.
+  /// κ := the next point, from work.next_kappa and work.last_kappa; λ likewise. `residual`: residual + complementarity
+  /// of the κ that is left, `restart`: of the norms. `stepped`: the update has left the next point, without a restart,
+  /// in work.other_kappa and work.other_contact_pressure.
   void advance(double residual, double restart, bool stepped);
   /// The first advance does not depend on the residual; `saw_first` hands that in before the second.
   void advance_first() { step(); }

@@ -2,49 +2,57 @@
 
 #include <algorithm>
 
-#include "coupling/wall.hpp"
-
 namespace drench::kokkos_backend {
 namespace {
 
 constexpr double most_scale = 4;
 
+/// Two velocities of a particle, of which one pass over its pairs finds both rates.
+struct TwoVelocities {
+  Real3 predicted, free;
+  KOKKOS_INLINE_FUNCTION friend TwoVelocities operator-(const TwoVelocities& a, const TwoVelocities& b) {
+    return {a.predicted - b.predicted, a.free - b.free};
+  }
+};
+struct TwoRates {
+  Real predicted = 0, free = 0;
+  KOKKOS_INLINE_FUNCTION TwoRates& operator+=(const TwoRates& o) {
+    predicted += o.predicted;
+    free += o.free;
+    return *this;
+  }
+  KOKKOS_INLINE_FUNCTION friend TwoRates operator*(Real factor, const TwoRates& r) {
+    return {factor * r.predicted, factor * r.free};
+  }
+};
+KOKKOS_INLINE_FUNCTION TwoRates dot(const TwoVelocities& v, const Real3& x) {
+  return {dot(v.predicted, x), dot(v.free, x)};
+}
+
 /// work.density_rate of the predicted velocities, less what yields, and work.free_rate of those without any pressure.
 void measure_rates(PressureSystem& system) {
-  const Bodies& bodies = system.bodies;
   const Real dt = Real(system.dt);
   const PressureWork& work = system.work;
-  const Entries<const Real3> ub = bodies.seen_velocity(), xb = bodies.boundary.position,
+  const DensityOperator divergence = system.divergence(work.position_kappa, {});
+  const Entries<const Real3> ub = system.bodies.seen_velocity(),
                              free_velocity = std::as_const(system.fluid).particles.velocity;
-  const Entries<const Real4> position_kappa = work.position_kappa, v = work.predicted;
+  const Entries<const Real4> predicted = work.predicted;
   const Entries<const Real> compliance = std::as_const(system.fluid).compliance;
   const Entries<Real> rate = system.work.density_rate, free_rate = system.work.free_rate;
-  const Neighbors lf(system.lists.fluid_fluid), lb(system.lists.fluid_boundary);
-  const bool solids = bodies.boundary.count > 0;
   parallel(
       "drench::pressure::start_rate", system.count(), KOKKOS_LAMBDA(const Index i) {
-        const Real4 here = position_kappa(i);
-        const Real3 xi = here.xyz(), vi = v(i).xyz(), free_vi = free_velocity(i);
-        Real sum = 0, free_sum = 0;
-        const NeighborRow near = lf.row(i);
-        DRENCH_UNROLL
-        for (Index k = 0; k < near.count; ++k) {
-          const Index j = near(k);
-          const Real3 gradient = near.grad_factor(k) * (xi - position_kappa(j).xyz());
-          sum += dot(vi - v(j).xyz(), gradient);
-          free_sum += dot(free_vi - free_velocity(j), gradient);
-        }
-        if (solids) {
-          const NeighborRow walls = lb.row(i);
-          for (Index k = 0; k < walls.count; ++k) {
-            const Index b = walls(k);
-            const Real3 gradient = (mirrored * walls.grad_factor(k)) * (xi - xb(b));
-            sum += dot(vi - ub(b), gradient);
-            free_sum += dot(free_vi - ub(b), gradient);
-          }
-        }
-        rate(i) = sum - dt * compliance(i) * here.w;
-        free_rate(i) = free_sum;
+        const auto velocities = [&](Index j) { return TwoVelocities{predicted(j).xyz(), free_velocity(j)}; };
+        const TwoVelocities own = velocities(i);
+        TwoRates sum;
+        divergence.add_liquid(i, own, velocities, sum);
+        divergence.add_walls(
+            i, own,
+            [&](Index b) {
+              return TwoVelocities{ub(b), ub(b)};
+            },
+            sum);
+        rate(i) = sum.predicted - dt * compliance(i) * divergence.position(i).w;
+        free_rate(i) = sum.free;
       });
 }
 
@@ -101,7 +109,8 @@ double apply_scaled_start(PressureSystem& system, const StartResidual& residual)
   system.fluid.exchange.halo(system.fluid.particles.velocity);
   measure_rates(system);
   const double d = system.constants.spacing;
-  const ExactScale energy(system.all(), d * d * d * d * d / (system.dt * system.dt));  // of a particle that moves d in a step, over ρ0
+  const ExactScale energy(
+      system.all(), d * d * d * d * d / (system.dt * system.dt));  // of a particle that moves d in a step, over ρ0
   const ErrorScale error(system.all(), 1);
   const StartSums sums = judge_start(system, residual, energy, error);
   const double answer = energy.value(sums.answer);

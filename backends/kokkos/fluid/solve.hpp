@@ -16,9 +16,10 @@ SumUnderWay<typename Update::Sums> begin_update(PressureSystem& system, const Up
   return begin_full_update(system, update, slot);
 }
 
-/// Solves for κ. A `Problem` makes the update(relaxation), norms(sums) → IterationNorms of its sums and scaled(norms), the
-/// residual + complementarity that iterations compare. converged(iteration, sums) judges, and writes the report.
-/// Where scales_start(), start_residual(relaxation) is what the start is scaled by; note_start(mean) takes what it leaves.
+/// Solves for κ. A `Problem` makes the update(relaxation), norms(sums) → IterationNorms of its sums and scaled(norms),
+/// the residual + complementarity that iterations compare. converged(iteration, sums) judges, and writes the report.
+/// Where scales_start(), start_residual(relaxation) is what the start is scaled by; note_start(mean) takes what it
+/// leaves.
 template <class Problem>
 void solve_pressure(PressureSystem& system, const FluidSolverScene& limits, Problem& problem) {
   constexpr int last_full = 2;

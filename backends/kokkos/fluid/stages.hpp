@@ -56,8 +56,8 @@ struct SurfaceTensionWork {
   Field<Real3> normal;                        // n_i, 1
   Field<Real> body_adhesion, cloth_adhesion;  // A_b, Pa, per body and per cloth
 };
-void surface_tension(const Constants& constants, Fluid& fluid, const NeighborLists& lists, Bodies& bodies,
-                     Cloth& cloth, SurfaceTensionWork& work, const StepInfo& info);
+void surface_tension(const Constants& constants, Fluid& fluid, const NeighborLists& lists, Bodies& bodies, Cloth& cloth,
+                     SurfaceTensionWork& work, const StepInfo& info);
 
 struct EvaporationWork {
   Field<Real4> colour;           // ∇c, 1/m, and c, 1

@@ -67,21 +67,17 @@ struct StickyWalls {
   KOKKOS_INLINE_FUNCTION Real3 pull(Index i, const Real3& xi, Real most) const {
     Real3 sum;
     if (solids) {
-      const NeighborRow near = near_solids.row(i);
-      for (Index k = 0; k < near.count; ++k) {
-        const Index b = near(k);
+      near_solids.for_each(i, [&](Index b) {
         const Real3 r = xi - solid(b);
         sum += Kokkos::min(of_body(body(b)), most) * solid_volume(b) * kernel.grad_factor(norm(r)) * r;
-      }
+      });
     }
     if (sheets) {
-      const NeighborRow near = near_sheets.row(i);
-      for (Index k = 0; k < near.count; ++k) {
-        const Index b = near(k);
+      near_sheets.for_each(i, [&](Index b) {
         const Real4 at = sheet(b);
         const Real3 r = from_behind(xi - at.xyz(), offset(b).xyz());
         sum += Kokkos::min(of_cloth(cloth(b)), most) * at.w * kernel.grad_factor(norm(r)) * r;
-      }
+      });
     }
     return sum;
   }
@@ -101,19 +97,17 @@ void surface_normals(const Constants& constants, const Fluid& fluid, const Neigh
       "drench::surface_tension::normal", fluid.particles.count, KOKKOS_LAMBDA(const Index i) {
         const Real3 xi = x(i);
         Real3 sum = inverse_pressure * walls.pull(i, xi, most);
-        const NeighborRow near = list.row(i);
-        for (Index k = 0; k < near.count; ++k) {
-          const Index j = near(k);
+        list.for_each(i, [&](Index j) {
           const Real3 r = xi - x(j);
           sum += volume(j) * kernel.grad_factor(norm(r)) * r;
-        }
+        });
         normal(i) = kernel.h * sum;
       });
   fluid.exchange.halo(work.normal);
 }
 
-/// How a particle takes up a change of its velocity: beside walls that extrapolate the pressure L_i times, as it does that of
-/// the pressure, which holds against these forces.
+/// How a particle takes up a change of its velocity: beside walls that extrapolate the pressure L_i times, as it does
+/// that of the pressure, which holds against these forces.
 struct Uptake {
   Entries<const Real3> diagonal, shear;
   Entries<Real3> velocity, push;
@@ -149,12 +143,10 @@ void pull_liquid(const Constants& constants, Fluid& fluid, const NeighborLists& 
       "drench::surface_tension::cohesion", fluid.particles.count, KOKKOS_LAMBDA(const Index i) {
         const Real3 xi = x(i), ni = normal(i);
         Real3 f;
-        const NeighborRow near = list.row(i);
-        for (Index k = 0; k < near.count; ++k) {
-          const Index j = near(k);
+        list.for_each(i, [&](Index j) {
           const Real3 r = xi - x(j);
           f += volume(j) * law.pull(r, ni - normal(j)) * r;
-        }
+        });
         take(i, factor * f);
       });
 }
@@ -185,12 +177,10 @@ void pull_cloth(const Constants& constants, const Fluid& fluid, const NeighborLi
         Real3 f;
         const Real4 at = xs(b);
         const Real3 behind = offset(b).xyz();
-        const NeighborRow near = list.row(b);
-        for (Index k = 0; k < near.count; ++k) {
-          const Index i = near(k);
+        list.for_each(b, [&](Index i) {
           const Real3 r = from_behind(x(i) - at.xyz(), behind);
           f -= volume(i) * kernel.grad_factor(norm(r)) * r;
-        }
+        });
         force(b) = of_cloth(cloth_of(b)) * at.w * f;
       });
   fluid.exchange.share(cloth.samples.force, cloth.samples.count);
@@ -208,8 +198,8 @@ MemoryEstimate surface_tension_bytes(const Sizing& s) {
   return sum;
 }
 
-void surface_tension(const Constants& constants, Fluid& fluid, const NeighborLists& lists, Bodies& bodies,
-                     Cloth& cloth, SurfaceTensionWork& work, const StepInfo& info) {
+void surface_tension(const Constants& constants, Fluid& fluid, const NeighborLists& lists, Bodies& bodies, Cloth& cloth,
+                     SurfaceTensionWork& work, const StepInfo& info) {
   if (fluid.particles.total == 0) return;
   allocate(constants, fluid, work);
   const Real dt = Real(info.dt);

@@ -46,13 +46,11 @@ void find_wall_gain(const Constants& constants, const NeighborLists& lists, cons
   parallel(
       "drench::density::wall_gain", fluid.particles.count, KOKKOS_LAMBDA(const Index i) {
         WallSum wall;
-        const NeighborRow near = list.row(i);
-        for (Index k = 0; k < near.count; ++k) {
-          const Index b = near(k);
+        list.for_each(i, [&](Index b) {
           const Real3 r = x(i) - xb(b);
           const Real length = norm(r);
           wall.add(r, length, volume(b) * kernel.grad_factor(length));
-        }
+        });
         diagonal(i) = {1, 1, 1};
         shear(i) = {};
         const Real square = dot(wall.gradient, wall.gradient), least = one_sided * wall.lengths * wall.lengths;

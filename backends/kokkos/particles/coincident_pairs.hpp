@@ -11,8 +11,8 @@ struct CoincidentPairs {
   explicit CoincidentPairs(Real spacing) : least(Real(1e-3) * spacing) {}
 
   /// Particle i's share of the pair's displacement, m; r = x_i − x_j of length |r| < least.
-  KOKKOS_INLINE_FUNCTION Real3 displacement(const Real3& r, Real length, Real volume_i, Real volume_j, std::int64_t id_i,
-                                            std::int64_t id_j) const {
+  KOKKOS_INLINE_FUNCTION Real3 displacement(const Real3& r, Real length, Real volume_i, Real volume_j,
+                                            std::int64_t id_i, std::int64_t id_j) const {
     const Real both = volume_i + volume_j;
     if (!(both > 0)) return {};
     Real3 axis;

@@ -1,6 +1,7 @@
 #pragma once
-// Messages from one GPU's memory to another's, without the host: NCCL, where each rank has a GPU of its own and the library is at
-// hand. DRENCH_NCCL names it (default: libnccl.so.2, as PyPI's nvidia-nccl or a system has it); "off" leaves it.
+// Messages from one GPU's memory to another's, without the host: NCCL, where each rank has a GPU of its own and the
+// library is at hand. DRENCH_NCCL names it (default: libnccl.so.2, as PyPI's nvidia-nccl or a system has it); "off"
+// leaves it.
 
 #include <cstddef>
 #include <cstdint>

@@ -69,10 +69,11 @@ class Exchange {
   void upload_own(const HostState& state, ParticleSet& particles);
   /// Particles go to the ranks that own their places; cuts anew where one rank has a tenth more than the mean.
   void migrate(ParticleSet& particles);
-  /// Copies of the particles of other ranks within h + `more` (m) come behind the owned ones: positions, masses and ids.
+  /// Copies of the particles of other ranks within h + `more` (m) come behind the owned ones: positions, masses and
+  /// ids.
   void find_ghosts(ParticleSet& particles, Real more = 0);
-  /// The owned come into the order that they have in `item`, a table's of all: first those that are far from other ranks' parts,
-  /// then the others. The entries of `item` become what they are then.
+  /// The owned come into the order that they have in `item`, a table's of all: first those that are far from other
+  /// ranks' parts, then the others. The entries of `item` become what they are then.
   void sort_owned(ParticleSet& particles, const Array<Index>& item);
   /// The ghosts' values of a field, from their owners.
   template <class T>
@@ -80,7 +81,8 @@ class Exchange {
     begin_halo(values);
     finish_halo();
   }
-  /// The same in two parts, between which rows without ghosts may be computed. One at a time: what else travels finishes it.
+  /// The same in two parts, between which rows without ghosts may be computed. One at a time: what else travels
+  /// finishes it.
   template <class T>
   void begin_halo(Field<T>& values) const {
     if (alone()) return;
@@ -91,8 +93,8 @@ class Exchange {
     begin_travel(packed_, sent_to_, values.data() + first_ghost_, from_, sizeof(T));
   }
   void finish_halo() const;
-  /// The owned rows before this have no ghost among their neighbours; a multiple of a warp, 0 where messages are not worth it.
-  /// Alone: all `count`.
+  /// The owned rows before this have no ghost among their neighbours; a multiple of a warp, 0 where messages are not
+  /// worth it. Alone: all `count`.
   Index inner(Index count) const { return alone() ? count : inner_; }
   /// Runs `body(i)` for the rows up to inner().
   template <class Body>
@@ -142,7 +144,7 @@ class Exchange {
   const Communicator* ranks_;
   std::unique_ptr<DeviceMessages> device_;  // null: by the host's memory
   bool overlaps_ = false;  // do messages take long enough to go beside kernels? Not between the GPUs of one host
-  Real support_;                            // h, m
+  Real support_;           // h, m
   RankBox own_;
   Field<RankBox> boxes_;
   std::vector<RankBox> host_boxes_;

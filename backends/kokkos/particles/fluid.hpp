@@ -28,7 +28,7 @@ struct SheetContact {
 /// (docs/theory/walls_and_sheets.md); from stage density, only with such walls.
 struct WallGain {
   Field<Real3> diagonal, shear;  // xx yy zz; yz xz xy
-  Field<Real3> push;             // m/s: what the walls gave, over the sum of the samples' shares; only with dynamic bodies
+  Field<Real3> push;  // m/s: what the walls gave, over the sum of the samples' shares; only with dynamic bodies
 };
 
 struct Fluid {
@@ -41,11 +41,11 @@ struct Fluid {
   // stage neighbors, where cloth parts liquid
   Field<Index> nearest_sample;  // −1: none within h
   // stage density
-  Field<Real> volume;            // V_i, m³
-  Field<Real4> position_volume;  // x_i, m, and V_i, m³: one load for the pairs
-  Field<Real> alpha;             // α_i, m²
-  Field<Real> compliance;        // C_i, 1/m²
-  Field<Real3> separation;       // m: moves coincident particles apart
+  Field<Real> volume;              // V_i, m³
+  Field<Real4> position_volume;    // x_i, m, and V_i, m³: one load for the pairs
+  Field<Real> alpha;               // α_i, m²
+  Field<Real> compliance;          // C_i, 1/m²
+  Field<Real3> separation;         // m: moves coincident particles apart
   Field<Real3> boundary_gradient;  // 1/m: what solids and sheets have in the gradient of δ_i, where there are any
   WallGain wall_gain;
   SheetContact contact;

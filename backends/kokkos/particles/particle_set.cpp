@@ -72,11 +72,11 @@ void ParticleSet::upload(const HostState& s) {
   count = s.fluid_count();
   ghosts = 0;
   total = count;
-#define DRENCH_UPLOAD(owner, name, host_type, unit, needed)                               \
-  if (needs_field(model_, #owner "_" #name)) {                                            \
-    auto values = s.owner##_##name;                                                       \
+#define DRENCH_UPLOAD(owner, name, host_type, unit, needed)                                \
+  if (needs_field(model_, #owner "_" #name)) {                                             \
+    auto values = s.owner##_##name;                                                        \
     values.resize(static_cast<std::size_t>(count)); /* a state made by hand may lack it */ \
-    copy_to_device(name, values);                                                         \
+    copy_to_device(name, values);                                                          \
   }
   DRENCH_PARTICLE_FIELDS(DRENCH_UPLOAD)
 #undef DRENCH_UPLOAD

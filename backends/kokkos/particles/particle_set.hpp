@@ -38,8 +38,8 @@ struct ParticleView {
   }
 };
 
-/// Arrays are at least `count` long; capacity grows between steps. From stage neighbors on the particles lie in the order
-/// of their cells, with later ones behind. HostState has them by id.
+/// Arrays are at least `count` long; capacity grows between steps. From stage neighbors on the particles lie in the
+/// order of their cells, with later ones behind. HostState has them by id.
 class ParticleSet {
  public:
   explicit ParticleSet(const Model& m);
@@ -52,7 +52,7 @@ class ParticleSet {
   Index ghosts = 0;          // behind them: copies of other ranks' particles, from stage neighbors to advection
   std::int64_t total = 0;    // owned, of all ranks
   std::int64_t next_id = 0;  // the same on all ranks
-  Version moved;  // of the positions, as steps begin
+  Version moved;             // of the positions, as steps begin
 
   void upload(const HostState& s);
   void download(HostState& s) const;

@@ -1,8 +1,8 @@
 #pragma once
 // Viscosity of a pair; law and source in src/stages/forces.hpp.
 
-#include "scene/scene.hpp"
 #include "core/constants.hpp"
+#include "scene/scene.hpp"
 
 namespace drench::kokkos_backend {
 
@@ -22,14 +22,15 @@ inline Real viscous_strength(const Constants& c) {
 /// δ_i as viscosity counts it.
 KOKKOS_INLINE_FUNCTION Real bounded_ratio(Real delta) { return delta < Real(0.5) ? Real(0.5) : delta; }
 
-constexpr Real solid_friction = 2;          // samples half a spacing behind the surface
+constexpr Real solid_friction = 2;           // samples half a spacing behind the surface
 constexpr Real sheet_friction = Real(0.57);  // samples on the sheet
 
 /// Viscous pulls on a particle, summed up; times χ ν/h² they are an acceleration (m/s²) and its bound C (1/s).
 struct ViscousSum {
   Real3 pull;      // m³/s
   Real bound = 0;  // m²
-  /// A partner at r = x_i − x_j (m) with the relative velocity v_i − v_j (m/s); gradient = V ∇W_ij (1/m), times `share`.
+  /// A partner at r = x_i − x_j (m) with the relative velocity v_i − v_j (m/s); gradient = V ∇W_ij (1/m), times
+  /// `share`.
   KOKKOS_INLINE_FUNCTION void add(Real share, const Real3& velocity, const Real3& r, const Real3& gradient) {
     pull += (share * dot(velocity, gradient)) * r;
     bound -= share * dot(r, gradient);

@@ -39,7 +39,8 @@ void prepare(const Constants& constants, Cloth& cloth, TransferWork& transfers, 
 }
 
 /// What pressure takes from the liquid upstream of each sample: which way that is, and kg/s for each V W there.
-void prepare_pull(const Constants& constants, const Cloth& cloth, const PermeationWork& permeation, AbsorptionWork& work) {
+void prepare_pull(const Constants& constants, const Cloth& cloth, const PermeationWork& permeation,
+                  AbsorptionWork& work) {
   make_room(work.pull, "drench::absorption::pull", static_cast<std::size_t>(cloth.samples.count));
   const Entries<Real4> pull = work.pull;
   const Entries<const Real4> position_saturation = std::as_const(work).position_saturation;
@@ -111,9 +112,11 @@ struct Demands {
   KOKKOS_INLINE_FUNCTION bool drains(Index j) const { return pull.exist() && material(j).conductance > 0; }
 
  private:
-  KOKKOS_INLINE_FUNCTION const Material& material(Index j) const { return single ? materials.of_cloth(0) : materials(j); }
-  /// The same of a fabric that pressure drives liquid through: it fills up to 1 by itself, unless it repels, and pressure does the
-  /// rest.
+  KOKKOS_INLINE_FUNCTION const Material& material(Index j) const {
+    return single ? materials.of_cloth(0) : materials(j);
+  }
+  /// The same of a fabric that pressure drives liquid through: it fills up to 1 by itself, unless it repels, and
+  /// pressure does the rest.
   KOKKOS_INLINE_FUNCTION double of_permeable(const Material& m, const Real3& separation, Real saturation, Real capacity,
                                              double volume, Index j) const {
     const Real4 pulled = pull(j);
@@ -122,7 +125,8 @@ struct Demands {
     const Real deficit = controlled ? 1 - saturation : Real(1);
     double demand = 0;
     if (deficit > 0 && (upstream || !(m.entry_potential > 0)))
-      demand = laws::absorption_demand(dt, m.absorption, capacity / q, deficit, volume, laws::viscosity_laplacian(r, h));
+      demand =
+          laws::absorption_demand(dt, m.absorption, capacity / q, deficit, volume, laws::viscosity_laplacian(r, h));
     if (upstream) demand += dt / q * double(pulled.w) * volume * double(kernel.value(r));
     return demand;
   }
@@ -143,7 +147,8 @@ struct Offers {
 };
 
 /// o_ij of every pair, and Σ_i o_ij in `offered`.
-void offer(const Constants& constants, const Fluid& fluid, const NeighborLists& lists, const Cloth& cloth, TransferWork& transfers, AbsorptionWork& work, double dt) {
+void offer(const Constants& constants, const Fluid& fluid, const NeighborLists& lists, const Cloth& cloth,
+           TransferWork& transfers, AbsorptionWork& work, double dt) {
   const Neighbors list(lists.fluid_sample);
   const Entries<Quanta> offers = work.offer;
   const Entries<const Real3> x = fluid.particles.position;
@@ -188,12 +193,14 @@ void offer(const Constants& constants, const Fluid& fluid, const NeighborLists& 
 }
 
 /// t_ij of every pair: mass leaves the liquid; mass and momentum are on their way in `entering` and `momentum`.
-void transfer(const Constants& constants, Fluid& fluid, const NeighborLists& lists, const Cloth& cloth, TransferWork& transfers, AbsorptionWork& work) {
+void transfer(const Constants& constants, Fluid& fluid, const NeighborLists& lists, const Cloth& cloth,
+              TransferWork& transfers, AbsorptionWork& work) {
   const Neighbors list(lists.fluid_sample);
   const Entries<const Quanta> offers = std::as_const(work).offer;
   const Demands demand(constants, cloth, work, 0);
   const Entries<Quanta> mass = fluid.particles.mass;
-  const Entries<const Real3> velocity = fluid.particles.velocity, x = fluid.particles.position, sample = cloth.samples.position;
+  const Entries<const Real3> velocity = fluid.particles.velocity, x = fluid.particles.position,
+                             sample = cloth.samples.position;
   const Transfers exchange(cloth, transfers);
   const Faces faces(cloth, transfers);
   const Quanta min_quanta = constants.model.min_quanta;
@@ -262,7 +269,8 @@ struct Cut {
   }
 };
 
-/// The solute of what `transfer` is about to take; of a particle that is taken whole, what rounding leaves goes with the largest part.
+/// The solute of what `transfer` is about to take; of a particle that is taken whole, what rounding leaves goes with
+/// the largest part.
 void take_solute(const Constants& constants, Fluid& fluid, const NeighborLists& lists, const Cloth& cloth,
                  TransferWork& transfers, AbsorptionWork& work) {
   const Cut cut{Neighbors(lists.fluid_sample), std::as_const(work).offer, Demands(constants, cloth, work, 0),
@@ -308,8 +316,8 @@ void remove_taken(Fluid& fluid, AbsorptionWork& work) {
 
 }  // namespace
 
-void absorption(const Constants& constants, Fluid& fluid, const NeighborLists& lists, Cloth& cloth, TransferWork& transfers,
-                const PermeationWork& permeation, AbsorptionWork& work, const StepInfo& info) {
+void absorption(const Constants& constants, Fluid& fluid, const NeighborLists& lists, Cloth& cloth,
+                TransferWork& transfers, const PermeationWork& permeation, AbsorptionWork& work, const StepInfo& info) {
   if (fluid.particles.total == 0 || cloth.samples.count == 0) return;
   make_room(work.offer, "drench::absorption::offer", lists.fluid_sample.entry.extent(0));
   prepare_transfers(constants, cloth, transfers);

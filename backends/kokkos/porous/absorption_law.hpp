@@ -5,8 +5,8 @@
 
 namespace drench::kokkos_backend::laws {
 
-/// cap_ij, 1: the saturation up to which sample j takes liquid that comes from where `cosine` says (1: from upstream; 0 and
-/// less: no more than 1).
+/// cap_ij, 1: the saturation up to which sample j takes liquid that comes from where `cosine` says (1: from upstream; 0
+/// and less: no more than 1).
 KOKKOS_INLINE_FUNCTION Real saturation_cap(Real max_saturation, Real cosine) {
   return cosine > 0 ? 1 + (max_saturation - 1) * cosine : Real(1);
 }
@@ -17,15 +17,17 @@ KOKKOS_INLINE_FUNCTION double viscosity_laplacian(double r, double h) {
   return r < h ? 45 * (h - r) / (pi * h * h * h * h * h * h) : 0;
 }
 
-/// Demand w_ij in the unit of `capacity` (Eq. 7): Δt k_a C_j deficit V_i L with k_a in m²/s, C_j in kg or quanta, V_i in
-/// m³.
+/// Demand w_ij in the unit of `capacity` (Eq. 7): Δt k_a C_j deficit V_i L with k_a in m²/s, C_j in kg or quanta, V_i
+/// in m³.
 KOKKOS_INLINE_FUNCTION double absorption_demand(double dt, double absorption, double capacity, double deficit,
-                                              double volume, double laplacian) {
+                                                double volume, double laplacian) {
   return dt * absorption * capacity * deficit * volume * laplacian;
 }
 
-/// T_i = m_i (1 − exp(−Σw/m_i)): what liquid of mass m_i gives in all, in the unit of mass and demand. Never more than it
-/// has.
-KOKKOS_INLINE_FUNCTION double absorption_total(double mass, double demand) { return -mass * Kokkos::expm1(-demand / mass); }
+/// T_i = m_i (1 − exp(−Σw/m_i)): what liquid of mass m_i gives in all, in the unit of mass and demand. Never more than
+/// it has.
+KOKKOS_INLINE_FUNCTION double absorption_total(double mass, double demand) {
+  return -mass * Kokkos::expm1(-demand / mass);
+}
 
 }  // namespace drench::kokkos_backend::laws

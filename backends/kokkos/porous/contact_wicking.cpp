@@ -189,9 +189,11 @@ void offer(const Constants& constants, const Cloth& cloth, ContactWork& work, do
       });
 }
 
-/// Law 8: what reaches the other end brings the mean velocity of the nodes that it leaves. `to_far`: the end that gains.
-KOKKOS_INLINE_FUNCTION void pass_momentum(const Ends& ends, const Entries<const Double3>& v, const Entries<std::int64_t>& sums,
-                                          double scale, Index c, bool to_far, Quanta amount) {
+/// Law 8: what reaches the other end brings the mean velocity of the nodes that it leaves. `to_far`: the end that
+/// gains.
+KOKKOS_INLINE_FUNCTION void pass_momentum(const Ends& ends, const Entries<const Double3>& v,
+                                          const Entries<std::int64_t>& sums, double scale, Index c, bool to_far,
+                                          Quanta amount) {
   Double3 mean;
   for (int k = 0; k < 3; ++k)
     mean = add(mean, times(double(ends.part(c, !to_far, k, amount)) / double(amount), v(ends.node(c, !to_far, k))));
@@ -312,8 +314,10 @@ void transfer(Cloth& cloth, DiffusionWork& diffusion, ContactWork& work, bool wi
 
 }  // namespace
 
-void find_contacts(const Constants& constants, const NeighborLists& lists, const Cloth& cloth, ContactWork& work, double dt, bool with_momentum) {
-  const auto both = 2 * static_cast<std::size_t>(cloth.samples.count), nodes = static_cast<std::size_t>(cloth.nodes.count);
+void find_contacts(const Constants& constants, const NeighborLists& lists, const Cloth& cloth, ContactWork& work,
+                   double dt, bool with_momentum) {
+  const auto both = 2 * static_cast<std::size_t>(cloth.samples.count),
+             nodes = static_cast<std::size_t>(cloth.nodes.count);
   make_room(work.triangle, "drench::contact_wicking::triangle", both);
   make_room(work.weight, "drench::contact_wicking::weight", 3 * both);
   make_room(work.conductance, "drench::contact_wicking::conductance", both);
@@ -338,7 +342,8 @@ MemoryEstimate contact_wicking_bytes(const Sizing& s) {
   return sum;
 }
 
-void wick_through_contacts(const Constants& constants, Cloth& cloth, DiffusionWork& diffusion, ContactWork& work, double dt, bool with_momentum) {
+void wick_through_contacts(const Constants& constants, Cloth& cloth, DiffusionWork& diffusion, ContactWork& work,
+                           double dt, bool with_momentum) {
   offer(constants, cloth, work, dt, with_momentum);
   limit(cloth, diffusion, work);
   if (constants.model.has_solute()) gain_solute(cloth, diffusion, work);

@@ -1,5 +1,5 @@
-// Stage diffusion (src/stages/diffusion.hpp). Two kernels over the nodes a sub-step: each node computes the flows of its own
-// pairs, so that both of a pair's come to the same number.
+// Stage diffusion (src/stages/diffusion.hpp). Two kernels over the nodes a sub-step: each node computes the flows of
+// its own pairs, so that both of a pair's come to the same number.
 
 #include "porous/diffusion.hpp"
 
@@ -30,7 +30,8 @@ void upload_pairs(const Constants& constants, const Cloth& cloth, DiffusionWork&
     const auto i = static_cast<std::size_t>(fabric.nodes[e][0]), j = static_cast<std::size_t>(fabric.nodes[e][1]);
     const ClothMaterial& c = constants.model.cloths[static_cast<std::size_t>(constants.model.mesh.node_cloth[i])];
     if (capacity[i] > 0 && capacity[j] > 0)
-      conductance[e] = constants.model.rest_density * (1 - c.solid_fraction) * c.thickness * c.diffusivity * fabric.weight[e];
+      conductance[e] =
+          constants.model.rest_density * (1 - c.solid_fraction) * c.thickness * c.diffusivity * fabric.weight[e];
   }
   work.pairs = static_cast<Index>(conductance.size());
   work.pair = to_device<Index>("drench::diffusion::pair", flat(fabric.nodes));
@@ -54,7 +55,7 @@ MemoryEstimate diffusion_bytes(const Sizing& s) {
   sum.cloth = s.size.fabric_pairs * (4 * index_bytes + 2 * double_bytes + quanta_bytes);  // and node_item
   sum.cloth += s.size.nodes * (2 * double_bytes + index_bytes);                           // shares, node_start
   if (s.size.solute) sum.cloth += s.size.fabric_pairs * quanta_bytes;
-  if (s.size.moving_cloth) sum.cloth += s.size.nodes * 2 * sizeof(Double3);               // velocities
+  if (s.size.moving_cloth) sum.cloth += s.size.nodes * 2 * sizeof(Double3);  // velocities
   return sum;
 }
 
@@ -99,8 +100,8 @@ struct Flows {
   }
 };
 
-/// φ of every node; the offers in `flow`. In the first sub-step also the velocities in double: they are rounded once a step
-/// and not once a sub-step.
+/// φ of every node; the offers in `flow`. In the first sub-step also the velocities in double: they are rounded once a
+/// step and not once a sub-step.
 void limit(const Constants& constants, Cloth& cloth, DiffusionWork& work, double dt, bool take_velocity) {
   const NodePairs pairs(constants, cloth, work);
   const Entries<Quanta> flow = work.flow;

@@ -5,7 +5,8 @@
 
 namespace drench::kokkos_backend::laws {
 
-/// ψ, 1: the mean of sⁿ over the saturations between a and b, at most 2 s_donorⁿ, which is 0 of a dry donor. n is neither 0 nor 1.
+/// ψ, 1: the mean of sⁿ over the saturations between a and b, at most 2 s_donorⁿ, which is 0 of a dry donor. n is
+/// neither 0 nor 1.
 KOKKOS_INLINE_FUNCTION double power_mobility(double a, double b, double donor, double n) {
   const double low = Kokkos::fmax(0.0, Kokkos::fmin(a, b)), high = Kokkos::fmax(0.0, Kokkos::fmax(a, b));
   const double most = 2 * Kokkos::pow(Kokkos::fmax(0.0, donor), n), middle = (low + high) / 2;
@@ -33,8 +34,8 @@ KOKKOS_INLINE_FUNCTION double diffusion_flux(double conductance, double saturati
 }
 
 /// The same for fabric that holds liquid by sᵝ: the drive is a difference of that, and sⁿ a power of it.
-KOKKOS_INLINE_FUNCTION double retained_flux(double conductance, double saturation_i, double saturation_j, double drop, double n,
-                                            double beta) {
+KOKKOS_INLINE_FUNCTION double retained_flux(double conductance, double saturation_i, double saturation_j, double drop,
+                                            double n, double beta) {
   if (beta == 1) return diffusion_flux(conductance, saturation_i, saturation_j, drop, n);
   return diffusion_flux(conductance, Kokkos::pow(Kokkos::fmax(0.0, saturation_i), beta),
                         Kokkos::pow(Kokkos::fmax(0.0, saturation_j), beta), drop, n / beta);
@@ -56,14 +57,16 @@ struct Layer {
   }
 };
 
-/// F, kg/s, positive from the layer b to the layer a: by suction, docs/theory/porous.md, Eq. 22; `drop`: its terms without s.
+/// F, kg/s, positive from the layer b to the layer a: by suction, docs/theory/porous.md, Eq. 22; `drop`: its terms
+/// without s.
 KOKKOS_INLINE_FUNCTION double contact_flux(double conductance, const Layer& a, const Layer& b, double saturation_a,
                                            double saturation_b, double drop, double n) {
   const double drive = (b.held(saturation_b) - a.held(saturation_a)) + drop;
   return conductance * mobility(saturation_a, saturation_b, drive > 0 ? saturation_b : saturation_a, n) * drive;
 }
 
-/// K, kg/(m² s): half of each of two layers in series. At most what a quarter of the lighter layer's load would need in Δt.
+/// K, kg/(m² s): half of each of two layers in series. At most what a quarter of the lighter layer's load would need in
+/// Δt.
 KOKKOS_INLINE_FUNCTION double contact_conductance(const Layer& p, const Layer& t, double dt) {
   const double resistance = p.height * (p.thickness * p.thickness) / (2 * p.load * p.diffusivity) +
                             t.height * (t.thickness * t.thickness) / (2 * t.load * t.diffusivity);

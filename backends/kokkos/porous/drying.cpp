@@ -56,11 +56,10 @@ void open_sides(const Constants& constants, const NeighborLists& lists, const Bo
         double filled[2] = {double(sides(2 * p)) / share_units, double(sides(2 * p + 1)) / share_units};
         const Real3 here = at(p), n = normal(p);
         const Neighbors::Row near = solids ? list.row(p) : Neighbors::Row{};
-        for (Index k = 0; k < near.count; ++k) {
-          const Index b = near(k);
+        near.for_each([&](Index b) {
           const Real3 away = solid(b) - here;
           filled[dot(away, n) >= 0 ? 1 : 0] += double(volume(b) * kernel.value(norm(away)));
-        }
+        });
         open(p) = Real(laws::open_part(filled[0]) + laws::open_part(filled[1]));
       });
 }

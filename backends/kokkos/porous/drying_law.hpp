@@ -8,7 +8,8 @@ namespace drench::kokkos_backend::laws {
 /// How much of a side with Σ V W of liquid and solids the air reaches, 1.
 KOKKOS_INLINE_FUNCTION double open_part(double filled) { return filled < covered_side ? 1 - filled / covered_side : 0; }
 
-/// What goes from a mass in dt if `rate` goes above the critical mass, and in proportion below it; never more than there is.
+/// What goes from a mass in dt if `rate` goes above the critical mass, and in proportion below it; never more than
+/// there is.
 KOKKOS_INLINE_FUNCTION double dried(double mass, double critical, double rate, double dt) {
   const double above = mass > critical ? mass - critical : 0, due = rate * dt;
   if (!(critical > 0) || due <= above) return due < mass ? due : mass;

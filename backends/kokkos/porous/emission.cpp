@@ -1,20 +1,20 @@
-// Stage emission (src/stages/emission.hpp). The letters (a) to (e) are those of its law; (d) is in emission_particles.cpp,
-// (e) in emission_nodes.cpp.
-// The host waits once: for the number of new particles, or, as long as nothing is buffered, for that news.
-
-#include "porous/emission_law.hpp"
+// Stage emission (src/stages/emission.hpp). The letters (a) to (e) are those of its law; (d) is in
+// emission_particles.cpp, (e) in emission_nodes.cpp. The host waits once: for the number of new particles, or, as long
+// as nothing is buffered, for that news.
 
 #include "core/filled_rows.hpp"
+#include "porous/emission_law.hpp"
 #include "porous/emission_particles.hpp"
 #include "porous/faces.hpp"
+#include "porous/stages.hpp"
 #include "porous/transfer.hpp"
 #include "porous/virtual_pressure.hpp"
-#include "porous/stages.hpp"
 
 namespace drench::kokkos_backend {
 namespace {
 
-void prepare(const Constants& constants, const Bodies& bodies, Cloth& cloth, TransferWork& transfers, EmissionWork& work) {
+void prepare(const Constants& constants, const Bodies& bodies, Cloth& cloth, TransferWork& transfers,
+             EmissionWork& work) {
   const auto samples = static_cast<std::size_t>(cloth.samples.count);
   make_room(work.share, "drench::emission::share", 3 * samples);
   make_room(work.total, "drench::emission::total", samples);
@@ -70,7 +70,10 @@ struct Direction {
   Real gravity_size;
 
   explicit Direction(const Constants& constants, const Cloth& cloth)
-      : flow(cloth.samples.flow_direction), driven(cloth), gravity(constants.gravity), gravity_size(norm(constants.gravity)) {}
+      : flow(cloth.samples.flow_direction),
+        driven(cloth),
+        gravity(constants.gravity),
+        gravity_size(norm(constants.gravity)) {}
   KOKKOS_INLINE_FUNCTION Real3 operator()(Index p, const VirtualPressure& pressure) const {
     if (pressure.count(p) == 0 || driven(p) || !(dot(flow(p), flow(p)) > 0)) return flow(p);
     const Real epsilon = laws::flow_regularisation(gravity_size, pressure.materials(p).virtual_pressure);
@@ -79,7 +82,8 @@ struct Direction {
 };
 
 /// e_p, E_pk, E_p and v^e_p; nothing is on its way.
-void shares(const Constants& constants, const NeighborLists& lists, const Bodies& bodies, Cloth& cloth, TransferWork& transfers, EmissionWork& work, double dt) {
+void shares(const Constants& constants, const NeighborLists& lists, const Bodies& bodies, Cloth& cloth,
+            TransferWork& transfers, EmissionWork& work, double dt) {
   const Entries<Quanta> share = work.share, total = work.total, rest = work.rest, room = work.room;
   const Entries<Real3> leaving_velocity = work.velocity, direction = work.direction;
   const Entries<const Real3> node_velocity = cloth.nodes.velocity, flow = cloth.samples.flow_direction;
@@ -178,7 +182,8 @@ struct Gain {
 };
 
 /// (a): the room that each sample sees, then what each particle accepts; rest becomes E′_p.
-void give_to_liquid(const Constants& constants, Fluid& fluid, const NeighborLists& lists, const Cloth& cloth, TransferWork& transfers, EmissionWork& work) {
+void give_to_liquid(const Constants& constants, Fluid& fluid, const NeighborLists& lists, const Cloth& cloth,
+                    TransferWork& transfers, EmissionWork& work) {
   const Reach reach(constants, fluid, lists, cloth, work);
   const Faces faces(cloth, transfers);
   const Entries<Quanta> room = work.room, rest = work.rest;
@@ -247,8 +252,8 @@ void add_up_rest(const Exchange& exchange, const Cloth& cloth, Field<Quanta>& le
       "drench::emission::rest", cloth.samples.count, KOKKOS_LAMBDA(const Index p) { rest(p) -= others * total(p); });
 }
 
-/// For the host: how many particles are empty, and whether anything is buffered. By itself: within a reduction of Kokkos loops over
-/// neighbours run at half the speed.
+/// For the host: how many particles are empty, and whether anything is buffered. By itself: within a reduction of
+/// Kokkos loops over neighbours run at half the speed.
 void count(const Fluid& fluid, const EmissionWork& work) {
   const Entries<const Quanta> mass = fluid.particles.mass;
   const Entries<const int> any = work.any;
@@ -262,18 +267,21 @@ void count(const Fluid& fluid, const EmissionWork& work) {
       work.counts);
 }
 
-/// (b) and the first pass of (c). blocked: 1 for samples that see a solid in their cone, 2 for others that see their own layer
-/// ahead or are shut in by another one (d); what the samples of other layers are offered.
-void block(const Constants& constants, const NeighborLists& lists, const Bodies& bodies, const Cloth& cloth, TransferWork& transfers, EmissionWork& work) {
+/// (b) and the first pass of (c). blocked: 1 for samples that see a solid in their cone, 2 for others that see their
+/// own layer ahead or are shut in by another one (d); what the samples of other layers are offered.
+void block(const Constants& constants, const NeighborLists& lists, const Bodies& bodies, const Cloth& cloth,
+           TransferWork& transfers, EmissionWork& work) {
   const Entries<const Quanta> rest = work.rest;
   const Entries<Quanta> offered = transfers.offered;
   const Entries<std::uint8_t> blocked = work.blocked;
   const Entries<Index> receivers = work.layers;
   const Neighbors solid(lists.sample_boundary), fabric(lists.sample_sample);
-  const Entries<const Real3> x = cloth.samples.position, xb = bodies.boundary.position, flow = leaving_directions(cloth, work);
+  const Entries<const Real3> x = cloth.samples.position, xb = bodies.boundary.position,
+                             flow = leaving_directions(cloth, work);
   const Materials materials = sample_materials(cloth);
   const Real h = constants.support, spacing = constants.spacing;
-  const bool directed = constants.model.has_direction(), solids = bodies.boundary.count > 0 && directed;  // else nothing blocks
+  const bool directed = constants.model.has_direction(),
+             solids = bodies.boundary.count > 0 && directed;  // else nothing blocks
   const Layers layers = layers_of(constants, cloth);
   const Driven driven(cloth);
   parallel(
@@ -285,14 +293,12 @@ void block(const Constants& constants, const NeighborLists& lists, const Bodies&
         const Real3 here = x(p), along = flow(p);
         // Rows in folds are long: no store and no way out between the loads.
         if (solids) {
-          const NeighborRow walls = solid.row(p);
           bool ahead = false;
           const bool shut = driven(p);
-          DRENCH_UNROLL
-          for (Index k = 0; k < walls.count; ++k) {
-            const Real3 apart = xb(walls(k)) - here;
+          solid.for_each(p, [&](Index j) {
+            const Real3 apart = xb(j) - here;
             ahead |= shut ? laws::shuts_in(apart, along, spacing) : laws::in_cone(apart, along, cosine, h);
-          }
+          });
           if (ahead) {
             blocked(p) = 1;
             return;
@@ -325,11 +331,13 @@ void block(const Constants& constants, const NeighborLists& lists, const Bodies&
 }
 
 /// (c), second pass: with the nodes' φ known, what the layers get. rest becomes E″_p.
-void give_to_layers(const Constants& constants, const NeighborLists& lists, const Cloth& cloth, TransferWork& transfers, EmissionWork& work) {
+void give_to_layers(const Constants& constants, const NeighborLists& lists, const Cloth& cloth, TransferWork& transfers,
+                    EmissionWork& work) {
   const Entries<Quanta> rest = work.rest;
   const Entries<const Index> receivers = work.layers;
   const Neighbors list(lists.sample_sample);
-  const Entries<const Real3> leaving_velocity = work.velocity, x = cloth.samples.position, flow = leaving_directions(cloth, work);
+  const Entries<const Real3> leaving_velocity = work.velocity, x = cloth.samples.position,
+                             flow = leaving_directions(cloth, work);
   const Transfers exchange(cloth, transfers);
   const Materials materials = sample_materials(cloth);
   const Layers layers = layers_of(constants, cloth);

@@ -5,8 +5,8 @@
 
 namespace drench::kokkos_backend::laws {
 
-/// The part of the excess beyond the buffered that matures in a step, 1: 1 − exp(−u_e Δt/d), u_e in m/s (paper section 3.4, rate
-/// limit).
+/// The part of the excess beyond the buffered that matures in a step, 1: 1 − exp(−u_e Δt/d), u_e in m/s (paper
+/// section 3.4, rate limit).
 KOKKOS_INLINE_FUNCTION double maturing(double emission_velocity, double dt, double spacing) {
   return -Kokkos::expm1(-emission_velocity * dt / spacing);
 }
@@ -27,8 +27,8 @@ KOKKOS_INLINE_FUNCTION Quanta accepted_offer(Quanta offer, Quanta all_offers, Qu
 /// cos 30°: fabric that lies ahead within this cone is steeper than 60°.
 inline constexpr Real ahead_cosine = Real(0.8660254037844386);
 
-/// Does a sample of another layer, this far from the one that emits (m), leave no room for a new particle? It lies within
-/// 3 d/2 along the way out and 3 d/4 beside it.
+/// Does a sample of another layer, this far from the one that emits (m), leave no room for a new particle? It lies
+/// within 3 d/2 along the way out and 3 d/4 beside it.
 KOKKOS_INLINE_FUNCTION bool shuts_in(const Real3& apart, const Real3& flow, Real spacing) {
   const Real size = norm(flow);
   if (!(size > 0)) return false;

@@ -41,7 +41,8 @@ struct NodeExchange {
   }
 };
 
-/// What a sample gives of `total`, from the node of a corner: by the nodes' shares, the remainder in the order of the corners.
+/// What a sample gives of `total`, from the node of a corner: by the nodes' shares, the remainder in the order of the
+/// corners.
 KOKKOS_INLINE_FUNCTION Quanta given_by_node(Quanta given, const Quanta* share, Quanta total, int corner) {
   Quanta part[3], left = given;
   for (int k = 0; k < 3; ++k) {

@@ -53,12 +53,10 @@ void target(const Constants& constants, const NeighborLists& lists, const Cloth&
           return;
         }
         Index best = p;
-        const NeighborRow near = list.row(p);
-        for (Index k = 0; k < near.count; ++k) {
-          const Index q = near(k);
-          if (rest(q) == 0 || blocked(q) || !layers.same(p, q)) continue;
+        list.for_each(p, [&](Index q) {
+          if (rest(q) == 0 || blocked(q) || !layers.same(p, q)) return;
           if (rest(q) > rest(best) || (rest(q) == rest(best) && q < best)) best = q;
-        }
+        });
         target(p) = best;
       });
 }
@@ -85,9 +83,9 @@ void pool(const Constants& constants, const NeighborLists& lists, const Cloth& c
         created(p) = 0;
         if (target(p) != p) return;
         Quanta sum = rest(p);
-        const NeighborRow near = list.row(p);
-        for (Index k = 0; k < near.count; ++k)
-          if (target(near(k)) == p) sum += rest(near(k));
+        list.for_each(p, [&](Index q) {
+          if (target(q) == p) sum += rest(q);
+        });
         if (sum < smallest) return;
         pools(p) = sum;
         const Quanta mass = sum < full ? sum : full;
@@ -99,8 +97,9 @@ void pool(const Constants& constants, const NeighborLists& lists, const Cloth& c
       });
 }
 
-/// Σ_j V_j W at each candidate, 16 more for liquid that is closer than d/2. The liquid looks for candidates: they are few, and
-/// one of them alone with all the liquid around it would keep a GPU's thread busy for longer than all the rest.
+/// Σ_j V_j W at each candidate, 16 more for liquid that is closer than d/2. The liquid looks for candidates: they are
+/// few, and one of them alone with all the liquid around it would keep a GPU's thread busy for longer than all the
+/// rest.
 void measure_space(const Constants& constants, const Fluid& fluid, const Cloth& cloth, EmissionWork& work) {
   const Entries<std::int64_t> liquid = work.liquid;
   const Entries<const Real3> x = fluid.particles.position, position = work.position;
@@ -118,14 +117,15 @@ void measure_space(const Constants& constants, const Fluid& fluid, const Cloth& 
           const Real3 r = at - position(c);
           const Real r2 = dot(r, r);
           if (!(r2 < h2)) return;
-          const double share = volume * double(mass(j)) * double(kernel.value(Kokkos::sqrt(r2))) + (r2 < near2 ? laws::crowded_share : 0);
+          const double share = volume * double(mass(j)) * double(kernel.value(Kokkos::sqrt(r2))) +
+                               (r2 < near2 ? laws::crowded_share : 0);
           Kokkos::atomic_add(&liquid(c), fixed_point(share_units * share));
         });
       });
 }
 
-/// Numbers the candidates that have space, in the order of their collectors: no liquid, and no candidate of a lower collector,
-/// closer than d/2, and not inside the liquid, which only pressure pushes more into.
+/// Numbers the candidates that have space, in the order of their collectors: no liquid, and no candidate of a lower
+/// collector, closer than d/2, and not inside the liquid, which only pressure pushes more into.
 void rank(const Constants& constants, const Cloth& cloth, EmissionWork& work) {
   const Entries<const Quanta> pools = work.pool;
   const Entries<const std::int64_t> liquid = work.liquid;
@@ -194,9 +194,9 @@ struct GiveOut {
       pz += double(part) * double(leaving_velocity(g).z);
     };
     add(p);
-    const NeighborRow near = list.row(p);
-    for (Index k = 0; k < near.count; ++k)
-      if (target(near(k)) == p) add(near(k));
+    list.for_each(p, [&](Index q) {
+      if (target(q) == p) add(q);
+    });
     const double inverse = 1 / double(mass);
     Particle made;
     made.position = position(p);
@@ -215,8 +215,8 @@ struct GiveOut {
 };
 
 /// Appends the new particles (d), and finds out what each sample gave (e). The candidates' cells are empty again.
-void give_out(const Constants& constants, Fluid& fluid, const NeighborLists& lists, Cloth& cloth,
-              EmissionWork& work, Index new_particles) {
+void give_out(const Constants& constants, Fluid& fluid, const NeighborLists& lists, Cloth& cloth, EmissionWork& work,
+              Index new_particles) {
   ParticleSet& particles = fluid.particles;
   const Index first = particles.count;
   const bool here = fluid.exchange.alone() || fluid.exchange.ranks()->rank() == 0;  // they go home with the next search
@@ -242,7 +242,8 @@ void give_out(const Constants& constants, Fluid& fluid, const NeighborLists& lis
 
 }  // namespace
 
-void create_particles(const Constants& constants, Fluid& fluid, const NeighborLists& lists, Cloth& cloth, EmissionWork& work) {
+void create_particles(const Constants& constants, Fluid& fluid, const NeighborLists& lists, Cloth& cloth,
+                      EmissionWork& work) {
   prepare(cloth, work);
   target(constants, lists, cloth, work);
   pool(constants, lists, cloth, work);

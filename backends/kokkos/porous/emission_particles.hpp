@@ -1,5 +1,6 @@
 #pragma once
-// Stage emission (src/stages/emission.hpp), parts (d), new particles, and (e), what leaves the nodes. Also what the parts share.
+// Stage emission (src/stages/emission.hpp), parts (d), new particles, and (e), what leaves the nodes. Also what the
+// parts share.
 
 #include "porous/emission_law.hpp"
 #include "porous/flow_law.hpp"
@@ -36,7 +37,9 @@ struct Driven {
   }
 };
 
-inline Layers layers_of(const Constants& constants, const Cloth& cloth) { return {cloth.samples.cloth, cloth.samples.rest_position, constants.support}; }
+inline Layers layers_of(const Constants& constants, const Cloth& cloth) {
+  return {cloth.samples.cloth, cloth.samples.rest_position, constants.support};
+}
 
 /// What of a node's liquid is buffered now, and the shares of its samples in that.
 struct Maturing {
@@ -88,8 +91,8 @@ KOKKOS_INLINE_FUNCTION Quanta pooled_part(Quanta rest, Quanta sum, Quanta full) 
   return sum <= full ? rest : floor_ratio(rest, full, sum);
 }
 
-/// Candidates by the cells of samples: a list a cell, in no particular order. A candidate or a place beyond the samples' bounds
-/// counts to the cell at their boundary.
+/// Candidates by the cells of samples: a list a cell, in no particular order. A candidate or a place beyond the
+/// samples' bounds counts to the cell at their boundary.
 struct CandidateCells {
   CellGeometry cells;
   Entries<Index> head, next;
@@ -127,9 +130,11 @@ struct CandidateCells {
 /// Of the candidates' part.
 MemoryEstimate candidate_bytes(const Sizing& s);
 
-/// (d): pools what is left (emission_work.rest), removes liquid without mass, and appends a particle for each pool that is large
-/// enough and has space; emission_work.given becomes what each sample gave in all. The host waits for the number of both.
-void create_particles(const Constants& constants, Fluid& fluid, const NeighborLists& lists, Cloth& cloth, EmissionWork& work);
+/// (d): pools what is left (emission_work.rest), removes liquid without mass, and appends a particle for each pool that
+/// is large enough and has space; emission_work.given becomes what each sample gave in all. The host waits for the
+/// number of both.
+void create_particles(const Constants& constants, Fluid& fluid, const NeighborLists& lists, Cloth& cloth,
+                      EmissionWork& work);
 
 /// The part of the nodes' solute that goes with E_pk, and of samples with E_p.
 void share_solute(const Cloth& cloth, EmissionWork& work);

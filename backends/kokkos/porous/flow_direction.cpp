@@ -1,7 +1,7 @@
 // Stage flow_direction (src/stages/flow_direction.hpp).
 
-#include "porous/virtual_pressure.hpp"
 #include "porous/stages.hpp"
+#include "porous/virtual_pressure.hpp"
 
 namespace drench::kokkos_backend {
 

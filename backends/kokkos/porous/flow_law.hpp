@@ -10,8 +10,8 @@ KOKKOS_INLINE_FUNCTION Real flow_regularisation(Real gravity, Real virtual_press
   return Real(1e-3) * (gravity > 0 ? gravity : virtual_pressure);
 }
 
-/// P^h of flow_direction.hpp, m/s²: the virtual pressure as far as it holds gravity off the solid. Where the solid is so
-/// level that less than g/4 pulls along it, also what lifts the flow off it. Without gravity all of P′.
+/// P^h of flow_direction.hpp, m/s²: the virtual pressure as far as it holds gravity off the solid. Where the solid is
+/// so level that less than g/4 pulls along it, also what lifts the flow off it. Without gravity all of P′.
 KOKKOS_INLINE_FUNCTION Real3 holding_pressure(const Real3& pressure, const Real3& gravity) {
   const Real size = norm(pressure), g = norm(gravity);
   if (!(size > 0) || !(g > 0)) return pressure;

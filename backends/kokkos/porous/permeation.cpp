@@ -20,13 +20,16 @@ KOKKOS_INLINE_FUNCTION std::int64_t fixed_potential(double value) {
 }
 
 /// Σ V W and Σ V W φ on both sides of each sample, and its load.
-void sum_sides(const Constants& constants, const Fluid& fluid, const NeighborLists& lists, const Cloth& cloth, PermeationWork& work) {
+void sum_sides(const Constants& constants, const Fluid& fluid, const NeighborLists& lists, const Cloth& cloth,
+               PermeationWork& work) {
   const Entries<std::int64_t> sides = work.sides;
-  parallel("drench::permeation::clear", 5 * cloth.samples.count, KOKKOS_LAMBDA(const Index k) { sides(k) = 0; });
+  parallel(
+      "drench::permeation::clear", 5 * cloth.samples.count, KOKKOS_LAMBDA(const Index k) { sides(k) = 0; });
   const Neighbors list(lists.fluid_sample);
   const Entries<const Real3> x = fluid.particles.position, at = cloth.samples.position, normal = cloth.samples.normal;
   const Entries<const Real> density = fluid.particles.kappa_density, divergence = fluid.particles.kappa_divergence,
-                            ratio = fluid.particles.density_ratio, sample_volume = cloth.samples.volume, area = cloth.samples.area;
+                            ratio = fluid.particles.density_ratio, sample_volume = cloth.samples.volume,
+                            area = cloth.samples.area;
   const Entries<const Quanta> mass = fluid.particles.mass;
   const Materials materials = sample_materials(cloth);
   const Kernel kernel = constants.kernel;
@@ -49,7 +52,8 @@ void sum_sides(const Constants& constants, const Fluid& fluid, const NeighborLis
           const Real carried = kappa - dot(gravity, away);
           const double share = volume * double(kernel.value(norm(away)));
           Kokkos::atomic_add(&sides(5 * p + (along ? 2 : 0)), fixed_point(share_units * share));
-          if (carried > 0) Kokkos::atomic_add(&sides(5 * p + (along ? 3 : 1)), fixed_potential(share * double(carried)));
+          if (carried > 0)
+            Kokkos::atomic_add(&sides(5 * p + (along ? 3 : 1)), fixed_potential(share * double(carried)));
           const double load = weight * double(sample_volume(p)) / double(area(p)) *
                               double(dot(kernel.gradient(away + (along ? behind : -behind) * n), n));
           Kokkos::atomic_add(&sides(5 * p + 4), fixed_potential(load));
@@ -59,8 +63,8 @@ void sum_sides(const Constants& constants, const Fluid& fluid, const NeighborLis
 }
 
 /// u_p, what of it passes, its direction and the supply.
-void drive(const Constants& constants, const NeighborLists& lists, const Bodies& bodies, Cloth& cloth, PermeationWork& work,
-           double dt) {
+void drive(const Constants& constants, const NeighborLists& lists, const Bodies& bodies, Cloth& cloth,
+           PermeationWork& work, double dt) {
   const Entries<const std::int64_t> sides = std::as_const(work).sides;
   const Entries<Real> flux = cloth.samples.flux, passing = cloth.samples.passing, supply = work.supply;
   const Entries<Real3> direction = cloth.samples.flow_direction;
@@ -85,8 +89,7 @@ void drive(const Constants& constants, const NeighborLists& lists, const Bodies&
         }
         Real walls = 0;
         if (extrapolates) {
-          const NeighborRow near = solid.row(p);
-          for (Index k = 0; k < near.count; ++k) walls += volume(near(k)) * kernel.value(norm(at(p) - wall(near(k))));
+          solid.for_each(p, [&](Index j) { walls += volume(j) * kernel.value(norm(at(p) - wall(j))); });
         }
         liquid.at_walls = 1 - laws::air_share(double(walls));  // full from A_0 on
         liquid.load = double(sides(5 * p + 4)) / potential_units;

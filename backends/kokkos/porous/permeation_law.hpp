@@ -5,7 +5,8 @@
 
 namespace drench::kokkos_backend::laws {
 
-/// Σ V W of one side of a sheet, 1: below the first the rest of that side counts as air, above the second it is covered.
+/// Σ V W of one side of a sheet, 1: below the first the rest of that side counts as air, above the second it is
+/// covered.
 inline constexpr double full_side = 0.1, covered_side = 0.25;
 
 /// A particle that pressure drains is taken whole where less than this part of m_min would remain.
@@ -29,8 +30,9 @@ struct Surroundings {
   KOKKOS_INLINE_FUNCTION double mean_potential(int side) const {
     return filled[side] > 0 ? (1 - air_share(filled[side])) * potential[side] / filled[side] : 0;
   }
-  /// What drives liquid along the normal, m²/s²: the load where one side is free, the difference of potentials where both are
-  /// covered or walls carry a part of the load. `weight` is gravity along the normal times half of the thickness.
+  /// What drives liquid along the normal, m²/s²: the load where one side is free, the difference of potentials where
+  /// both are covered or walls carry a part of the load. `weight` is gravity along the normal times half of the
+  /// thickness.
   KOKKOS_INLINE_FUNCTION double drive(double weight) const {
     const double share = Kokkos::fmax(covered(), at_walls);
     const double pressure = share > 0 ? share * (mean_potential(0) - mean_potential(1)) : 0;

@@ -1,5 +1,5 @@
-// Stage porous_neighbors (src/stages/porous_neighbors.hpp). The liquid needs no cells here: stages absorption and emission go
-// through its particles, and ask for the samples near each.
+// Stage porous_neighbors (src/stages/porous_neighbors.hpp). The liquid needs no cells here: stages absorption and
+// emission go through its particles, and ask for the samples near each.
 
 #include "core/filled_rows.hpp"
 #include "core/neighbor_search.hpp"
@@ -22,7 +22,8 @@ void porous_neighbors(const Constants& constants, const Fluid& fluid, NeighborLi
     lists.sample_sample.set_made_from(cloth.moved);
   }
   if (m.meets_porous())
-    wanted.push_back({&lists.fluid_sample, &fluid.particles.position, fluid.particles.count, cloth.sample_cells.view()});
+    wanted.push_back(
+        {&lists.fluid_sample, &fluid.particles.position, fluid.particles.count, cloth.sample_cells.view()});
   const Version both = cloth.moved + bodies.moved;
   if (m.porous_meets_solids() && bodies.boundary.count > 0 && !lists.sample_boundary.is_of(both)) {
     refresh_boundary_cells(constants, bodies);

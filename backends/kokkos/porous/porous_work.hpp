@@ -14,15 +14,16 @@ struct TransferWork {
   Field<std::int64_t> momentum;     // 3 per sample, q · 2^-8 m/s: of what it gets
   Field<double> node_inflow_share;  // φ per node
   Field<int> limited;               // per sample: is φ < 1 at one of its nodes with w > 0?
-  Field<Quanta> front;  // per sample, quanta: what of it is exchanged with liquid on its front; only where faces are counted
-  Field<Quanta> solute;             // per sample, quanta: of what it gets; empty without a solute
+  Field<Quanta>
+      front;  // per sample, quanta: what of it is exchanged with liquid on its front; only where faces are counted
+  Field<Quanta> solute;  // per sample, quanta: of what it gets; empty without a solute
 };
 
 /// Only with cloth that liquid passes through.
 struct PermeationWork {
   // 5 per sample, 2^-40: Σ V W and Σ V W φ (m²/s²) where its normal leaves and where it points; its load (m²/s²)
   Field<std::int64_t> sides;
-  Field<Real> supply;         // Σ V W upstream of the sample, 1; where the flux is not 0
+  Field<Real> supply;  // Σ V W upstream of the sample, 1; where the flux is not 0
 };
 
 /// Only where liquid may cover cloth that dries.
@@ -32,15 +33,15 @@ struct DryingWork {
 };
 
 struct AbsorptionWork {
-  Field<Quanta> offer;                                       // o_ij beside the entries of fluid_sample, quanta
-  Field<Real4> position_saturation, flow_capacity;                                // per sample: x_j, m, and s_j; v_j and C_j, kg
+  Field<Quanta> offer;                              // o_ij beside the entries of fluid_sample, quanta
+  Field<Real4> position_saturation, flow_capacity;  // per sample: x_j, m, and s_j; v_j and C_j, kg
   Field<Real4> pull;  // per sample: upstream, 1, and kg/s for each V W there; empty without permeable cloth
   Kokkos::View<Index, Kokkos::SharedHostPinnedSpace> taken;  // particles taken whole; where there is no emission
 };
 
 struct EmissionCounts {
-  Index empty = 0;  // particles that absorption took whole
-  Index buffered = 0;   // not 0: something is buffered, or may become so
+  Index empty = 0;     // particles that absorption took whole
+  Index buffered = 0;  // not 0: something is buffered, or may become so
   KOKKOS_INLINE_FUNCTION EmissionCounts& operator+=(const EmissionCounts& o) {
     empty += o.empty;
     buffered += o.buffered;
@@ -83,15 +84,15 @@ struct DiffusionRate {
 };
 
 struct DiffusionWork {
-  Index pairs = 0;                                           // of nodes
-  Field<Index> pair;                                         // 2 each
-  Field<Index> node_start, node_item;                        // node → items 2·pair + side
-  Field<double> conductance;                                 // G_ij, kg/s
-  Field<double> drop;                                        // (x_i − x_j)·ĝ/ℓ, 1
-  Field<Quanta> flow;                                        // to the pair's first node, quanta
-  Field<double> out_share, in_share;                         // φ per node
-  Field<Quanta> solute_flow;                                 // to the pair's first node; empty without a solute
-  Cached<DiffusionRate> rate;                                // of the nodes' positions
+  Index pairs = 0;                     // of nodes
+  Field<Index> pair;                   // 2 each
+  Field<Index> node_start, node_item;  // node → items 2·pair + side
+  Field<double> conductance;           // G_ij, kg/s
+  Field<double> drop;                  // (x_i − x_j)·ĝ/ℓ, 1
+  Field<Quanta> flow;                  // to the pair's first node, quanta
+  Field<double> out_share, in_share;   // φ per node
+  Field<Quanta> solute_flow;           // to the pair's first node; empty without a solute
+  Cached<DiffusionRate> rate;          // of the nodes' positions
   // per node, m/s: in double between sub-steps; empty unless liquid diffuses in cloth that moves
   Field<Double3> velocity, next_velocity;
 };

@@ -23,8 +23,8 @@ void drying(const Constants& constants, const Fluid& fluid, const NeighborLists&
             Cloth& cloth, DryingWork& work, Accounts& accounts, const StepInfo& info);
 MemoryEstimate drying_bytes(const Sizing& s);
 /// Liquid goes from particles to nodes.
-void absorption(const Constants& constants, Fluid& fluid, const NeighborLists& lists, Cloth& cloth, TransferWork& transfers,
-                const PermeationWork& permeation, AbsorptionWork& work, const StepInfo& info);
+void absorption(const Constants& constants, Fluid& fluid, const NeighborLists& lists, Cloth& cloth,
+                TransferWork& transfers, const PermeationWork& permeation, AbsorptionWork& work, const StepInfo& info);
 MemoryEstimate absorption_bytes(const Sizing& s);
 /// Liquid goes from nodes to particles, other layers and new particles.
 void emission(const Constants& constants, Fluid& fluid, const NeighborLists& lists, const Bodies& bodies, Cloth& cloth,

@@ -8,7 +8,8 @@ void prepare_transfers(const Constants& constants, const Cloth& cloth, TransferW
   make_room(transfers.entering, "drench::transfer::entering", n);
   make_room(transfers.momentum, "drench::transfer::momentum", 3 * n);
   make_room(transfers.limited, "drench::transfer::limited", n);
-  make_room(transfers.node_inflow_share, "drench::transfer::node_inflow_share", static_cast<std::size_t>(cloth.nodes.count));
+  make_room(transfers.node_inflow_share, "drench::transfer::node_inflow_share",
+            static_cast<std::size_t>(cloth.nodes.count));
   if (constants.model.has_solute()) make_room(transfers.solute, "drench::transfer::solute", n);
 }
 
@@ -24,7 +25,8 @@ void limit_inflow(const Cloth& cloth, TransferWork& transfers, bool limited) {
   const Entries<const Index> start = cloth.nodes.sample_start, item = cloth.nodes.sample_item;
   const Entries<const double> weight = cloth.samples.weight_exact;
   const Entries<double> of_node = transfers.node_inflow_share;
-  const Entries<const Quanta> offered = transfers.offered, ceiling = cloth.nodes.max_quanta, liquid = cloth.nodes.liquid;
+  const Entries<const Quanta> offered = transfers.offered, ceiling = cloth.nodes.max_quanta,
+                              liquid = cloth.nodes.liquid;
   const Entries<int> some = transfers.limited;
   gather_rows<double>(
       "drench::transfer::node_inflow", cloth.nodes.count, start,

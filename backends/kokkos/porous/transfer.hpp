@@ -21,8 +21,8 @@ KOKKOS_INLINE_FUNCTION void add_momentum(const Entries<std::int64_t>& sums, Inde
   Kokkos::atomic_add(&sums(3 * at + 2), fixed_momentum(mass, velocity.z));
 }
 
-/// floor(a b / c) for a, b ≥ 0 and c > 0 with a result below 2^63: the product in two words, divided a bit at a time. (Not every
-/// GPU's compiler divides integers of 128 bits.)
+/// floor(a b / c) for a, b ≥ 0 and c > 0 with a result below 2^63: the product in two words, divided a bit at a time.
+/// (Not every GPU's compiler divides integers of 128 bits.)
 KOKKOS_INLINE_FUNCTION Quanta long_ratio(std::uint64_t a, std::uint64_t b, std::uint64_t c) {
   constexpr std::uint64_t half = 0xffffffff;
   const std::uint64_t low = (a & half) * (b & half), cross = (a >> 32) * (b & half) + (low >> 32);
@@ -40,8 +40,9 @@ KOKKOS_INLINE_FUNCTION Quanta long_ratio(std::uint64_t a, std::uint64_t b, std::
   return static_cast<Quanta>(ratio);
 }
 
-/// floor(a b / c), exact, for a, b ≥ 0 and c > 0 with b ≤ c or a result below 2^63. A quotient in double is at most one off
-/// where it is small enough; its remainder, below 2 c, fits into 64 bits. Long division, many times slower, has the rest.
+/// floor(a b / c), exact, for a, b ≥ 0 and c > 0 with b ≤ c or a result below 2^63. A quotient in double is at most one
+/// off where it is small enough; its remainder, below 2 c, fits into 64 bits. Long division, many times slower, has the
+/// rest.
 KOKKOS_INLINE_FUNCTION Quanta floor_ratio(Quanta a, Quanta b, Quanta c) {
   const double quotient = double(a) * double(b) / double(c);
   if (quotient < 0x1p50 && c < Quanta{1} << 60) {
@@ -97,14 +98,14 @@ KOKKOS_INLINE_FUNCTION double outflow_fraction(Quanta liquid, Quanta outflow) {
   return have > 0 ? double(have) / double(outflow) : 0;
 }
 
-/// The solute that goes with `part` of a holder's liquid, all of it with all: floor(S part / M), so that several parts of M never ask
-/// for more than S.
+/// The solute that goes with `part` of a holder's liquid, all of it with all: floor(S part / M), so that several parts
+/// of M never ask for more than S.
 KOKKOS_INLINE_FUNCTION Quanta solute_part(Quanta solute, Quanta part, Quanta liquid) {
   return part > 0 && solute > 0 ? floor_ratio(solute, part, liquid) : 0;
 }
 
-/// Corner's part of a sum of solute that goes along with three parts of liquid: by those, the remainder to the largest (first of
-/// equals).
+/// Corner's part of a sum of solute that goes along with three parts of liquid: by those, the remainder to the largest
+/// (first of equals).
 KOKKOS_INLINE_FUNCTION Quanta solute_beside(Quanta solute, const Quanta* part, int corner) {
   const Quanta liquid = part[0] + part[1] + part[2];
   Quanta own = solute_part(solute, part[corner], liquid);

@@ -33,13 +33,11 @@ struct VirtualPressure {
     Real3 sum{};
     const Real strength = materials(p).virtual_pressure * support;
     if (!solids) return sum;
-    const NeighborRow near = list.row(p);
-    for (Index k = 0; k < near.count; ++k) {
-      const Index b = near(k);
+    list.for_each(p, [&](Index b) {
       const Real3 r = sample(p) - solid(b);
       const Real length = norm(r);
       if (length > Real(1e-9) * support) sum -= strength * volume(b) * kernel.grad_factor(length) * r;
-    }
+    });
     return sum;
   }
 };

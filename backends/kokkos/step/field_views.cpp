@@ -94,13 +94,15 @@ std::vector<FieldView> field_views(const Model& model, const Fluid& fluid, const
   std::vector<FieldView> views;
 #define DRENCH_ADD(owner, name, host_type, unit, array, rows) \
   if (needs_field(model, #owner "_" #name)) views.push_back(of_array(#owner "_" #name, unit, array.name, rows));
-#define DRENCH_PARTICLE(owner, name, type, unit, needed) DRENCH_ADD(owner, name, type, unit, fluid.particles, fluid.particles.count)
+#define DRENCH_PARTICLE(owner, name, type, unit, needed) \
+  DRENCH_ADD(owner, name, type, unit, fluid.particles, fluid.particles.count)
   if (model.has_fluid()) {
     DRENCH_PARTICLE_FIELDS(DRENCH_PARTICLE)
   }
 #undef DRENCH_PARTICLE
   if (model.has_boundary()) {
-#define DRENCH_BOUNDARY(owner, name, type, unit, needed) DRENCH_ADD(owner, name, type, unit, bodies.boundary, bodies.boundary.count)
+#define DRENCH_BOUNDARY(owner, name, type, unit, needed) \
+  DRENCH_ADD(owner, name, type, unit, bodies.boundary, bodies.boundary.count)
     DRENCH_BOUNDARY_FIELDS(DRENCH_BOUNDARY)
 #undef DRENCH_BOUNDARY
   }
@@ -109,7 +111,8 @@ std::vector<FieldView> field_views(const Model& model, const Fluid& fluid, const
 #define DRENCH_NODE(owner, name, type, unit, needed) DRENCH_ADD(owner, name, type, unit, cloth.nodes, cloth.nodes.count)
     DRENCH_NODE_FIELDS(DRENCH_NODE)
 #undef DRENCH_NODE
-#define DRENCH_SAMPLE(owner, name, type, unit, needed) DRENCH_ADD(owner, name, type, unit, cloth.samples, cloth.samples.count)
+#define DRENCH_SAMPLE(owner, name, type, unit, needed) \
+  DRENCH_ADD(owner, name, type, unit, cloth.samples, cloth.samples.count)
     DRENCH_SAMPLE_FIELDS(DRENCH_SAMPLE)
 #undef DRENCH_SAMPLE
   }
@@ -127,7 +130,8 @@ void copy_to_host(const FieldView& view, void* to) {
   using DeviceBytes = Kokkos::View<const std::byte*, MemSpace, Kokkos::MemoryUnmanaged>;
   if (view.rows == 0) return;
   const std::size_t number = view.type == FieldView::Type::uint8 ? 1 : view.type == FieldView::Type::float32 ? 4 : 8;
-  const std::size_t row = number * static_cast<std::size_t>(view.columns), step = static_cast<std::size_t>(view.row_bytes);
+  const std::size_t row = number * static_cast<std::size_t>(view.columns),
+                    step = static_cast<std::size_t>(view.row_bytes);
   const std::size_t size = static_cast<std::size_t>(view.rows - 1) * step + row;
   std::vector<std::byte> span(size);
   const auto* data = static_cast<const std::byte*>(view.data);

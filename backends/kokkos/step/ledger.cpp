@@ -169,7 +169,8 @@ SumPair<LedgerSums> measure(const Constants& constants, const Fluid& fluid, cons
   const OfNodes others(constants, bodies, cloth, scale);
   auto sums = ordered_pair<LedgerSums>("drench::ledger::sums", fluid.particles.count, OfLiquid(constants, fluid, scale),
                                        others.count(), others);
-  if (constants.ranks && fluid.particles.count == 0 && fluid.tunnelled.data() != nullptr) {  // no particle has taken them
+  if (constants.ranks && fluid.particles.count == 0 &&
+      fluid.tunnelled.data() != nullptr) {  // no particle has taken them
     Kokkos::deep_copy(sums.first.tunnelled, fluid.tunnelled);
     Kokkos::deep_copy(ExecSpace(), fluid.tunnelled, Tunnelled{});
   }

@@ -1,5 +1,6 @@
 #pragma once
-// One pass over the whole state, with one wait of the host: what stage ledger reports, and what the next step begins with.
+// One pass over the whole state, with one wait of the host: what stage ledger reports, and what the next step begins
+// with.
 
 #include "cloth/cloth.hpp"
 #include "core/reduce.hpp"
@@ -8,7 +9,8 @@
 
 namespace drench::kokkos_backend {
 
-/// What is summed over particles, or over nodes, edges and bodies; `saturation`, `speed`, `square` and `stretch` are maxima.
+/// What is summed over particles, or over nodes, edges and bodies; `saturation`, `speed`, `square` and `stretch` are
+/// maxima.
 struct LedgerSums {
   Quanta mass = 0;
   std::int64_t nonfinite = 0;

@@ -12,7 +12,8 @@
 namespace drench::kokkos_backend {
 namespace {
 
-/// Per particle: the distance to the nearest one within h, m (2 h if there is none), and whether any is too close, 1 or 0.
+/// Per particle: the distance to the nearest one within h, m (2 h if there is none), and whether any is too close, 1 or
+/// 0.
 void find_nearest(const Constants& constants, Fluid& particles, MeasuresWork& work) {
   particles.exchange.migrate(particles.particles);
   particles.exchange.find_ghosts(particles.particles);
@@ -42,7 +43,8 @@ void find_nearest(const Constants& constants, Fluid& particles, MeasuresWork& wo
       });
 }
 
-/// Particles that have another one too close, and one within h; the distances to the nearest, over d, and their squares.
+/// Particles that have another one too close, and one within h; the distances to the nearest, over d, and their
+/// squares.
 struct NearestSums {
   std::int64_t close = 0, count = 0;
   ExactSum distance, square;
@@ -122,8 +124,7 @@ MemoryEstimate measures_bytes(const Sizing& s) {
   return sum;
 }
 
-void measures(const Constants& constants, Fluid& fluid, const Cloth& cloth, MeasuresWork& work,
-              StepReport& report) {
+void measures(const Constants& constants, Fluid& fluid, const Cloth& cloth, MeasuresWork& work, StepReport& report) {
   if (fluid.particles.total > 0) clumping(constants, fluid, work, report);
   if (!constants.model.has_porous()) return;
   if (work.rest_uv.extent(0) == 0) place_nodes(constants, work);

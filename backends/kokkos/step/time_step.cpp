@@ -19,7 +19,8 @@ void time_step(const Constants& constants, const Fluid& fluid, const Bodies& bod
   // The last step's ledger has looked; before the first step nobody has.
   if (!measured.is_of(fluid.particles.moved)) measure(constants, fluid, bodies, cloth, measured);
   double fastest = std::max(measured.fluid_speed, measured.node_speed);
-  if (constants.model.has_moving_body()) fastest = std::max(fastest, fastest_body(bodies, double(norm(constants.gravity)) * time.step));
+  if (constants.model.has_moving_body())
+    fastest = std::max(fastest, fastest_body(bodies, double(norm(constants.gravity)) * time.step));
   fastest = std::max(fastest, fastest_by_keys(constants.model, info.time, info.time + time.step));
   double longest = constants.model.capillary_step();
   if (fastest > 0) longest = std::min(longest, time.cfl * double(constants.spacing) / fastest);

@@ -33,42 +33,53 @@ struct Plan {
 };
 
 /// The kernel for nodes with `links` a lane at most in blocks of `block` threads, or null.
-template <bool plain, int threads, Exchange exchange, int lanes>
+template <bool plain, int threads, Exchange exchange, int lanes, int triangles>
 const void* kernel_with(int links) {
-  if (links <= 6) return reinterpret_cast<const void*>(&iterate<6, plain, threads, exchange, lanes>);
-  if (lanes == 8) return nullptr;  // 48 links of a node
-  if (links <= 9)
-    return reinterpret_cast<const void*>(&iterate < 9, plain, threads, exchange, lanes == 8 ? 4 : lanes >);
-  if (links <= 14)
-    return reinterpret_cast<const void*>(&iterate < 14, plain, threads, exchange, lanes == 8 ? 4 : lanes >);
+  if (links <= 6) return reinterpret_cast<const void*>(&iterate<6, plain, threads, exchange, lanes, triangles>);
+  if constexpr (lanes < 8) {  // a node with more than 48 links takes fewer lanes
+    if (links <= 9) return reinterpret_cast<const void*>(&iterate<9, plain, threads, exchange, lanes, triangles>);
+    if (links <= 14) return reinterpret_cast<const void*>(&iterate<14, plain, threads, exchange, lanes, triangles>);
+  }
   return nullptr;
 }
-template <Exchange exchange, int lanes>
-const void* kernel_for(int links, bool plain, int block) {
-  // Nodes with triangles are never plain, and only they have more lanes.
-  if constexpr (lanes != lanes_of_links)
-    return block <= fewer_threads ? kernel_with<false, fewer_threads, exchange, lanes>(links)
-                                  : kernel_with<false, most_threads, exchange, lanes>(links);
-  if (block <= fewer_threads)
-    return plain ? kernel_with<true, fewer_threads, exchange, lanes_of_links>(links)
-                 : kernel_with<false, fewer_threads, exchange, lanes_of_links>(links);
-  return plain ? kernel_with<true, most_threads, exchange, lanes_of_links>(links)
-               : kernel_with<false, most_threads, exchange, lanes_of_links>(links);
+template <bool plain, Exchange exchange, int lanes, int triangles = 0>
+const void* kernel_in_blocks(int links, int block) {
+  return block <= fewer_threads ? kernel_with<plain, fewer_threads, exchange, lanes, triangles>(links)
+                                : kernel_with<plain, most_threads, exchange, lanes, triangles>(links);
 }
-int links_of_lane(int rows, int lanes) { return (rows + lanes - 1) / lanes; }
+/// `triangles`: of a lane at most.
+template <Exchange exchange, int lanes>
+const void* kernel_for(int links, int triangles, bool plain, int block) {
+  // Nodes with triangles are never plain, and only they have more lanes.
+  if constexpr (lanes != lanes_of_links) {
+    if (lanes == 8 && triangles == 1)
+      return kernel_in_blocks < false, exchange, lanes, lanes == 8 ? 1 : 0 > (links, block);
+    if (triangles == 2) return kernel_in_blocks<false, exchange, lanes, 2>(links, block);
+    return kernel_in_blocks<false, exchange, lanes>(links, block);
+  }
+  return plain ? kernel_in_blocks<true, exchange, lanes_of_links>(links, block)
+               : kernel_in_blocks<false, exchange, lanes_of_links>(links, block);
+}
+int of_lane(int rows, int lanes) { return (rows + lanes - 1) / lanes; }
 
-/// Blocks of as few threads as spread the nodes over all processors; a node with `rows` links at most.
+/// What a node has at most.
+struct Rows {
+  int links, triangles;
+};
+
+/// Blocks of as few threads as spread the nodes over all processors.
 template <Exchange exchange, int lanes = lanes_of_links>
-Plan make_plan(Index nodes, int rows, bool plain, int room) {
+Plan make_plan(Index nodes, const Rows& rows, bool plain, int room) {
   constexpr bool dated = exchange == Exchange::dated;
   const cudaDeviceProp& device = ExecSpace().cuda_device_prop();
-  const int processors = device.multiProcessorCount, each = links_of_lane(rows, lanes);
+  const int processors = device.multiProcessorCount;
   if (!device.cooperativeLaunch) return {};
   for (int blocks_each = 1; blocks_each <= 8; ++blocks_each) {
     const int share = (lanes * nodes + processors * blocks_each - 1) / (processors * blocks_each);
     const int threads = std::clamp((share + warp - 1) / warp * warp, 2 * warp, most_threads);
     const int blocks = (lanes * nodes + threads - 1) / threads;
-    const void* const kernel = kernel_for<exchange, lanes>(each, plain, threads);
+    const void* const kernel =
+        kernel_for<exchange, lanes>(of_lane(rows.links, lanes), of_lane(rows.triangles, lanes), plain, threads);
     if (kernel == nullptr) return {};
     const int shared_bytes = dated ? 2 * (threads / lanes + room) * static_cast<int>(sizeof(Real4)) : 0;
     int at_once = 0;  // a processor
@@ -79,7 +90,7 @@ Plan make_plan(Index nodes, int rows, bool plain, int room) {
 }
 
 /// The same with the most lanes of which all nodes fit on the device at once.
-Plan make_plan_by_triangle(Index nodes, int rows) {
+Plan make_plan_by_triangle(Index nodes, const Rows& rows) {
   Plan plan = make_plan<Exchange::barrier, lanes_of_triangles[0]>(nodes, rows, false, 0);
   if (plan.kernel == nullptr) plan = make_plan<Exchange::barrier, lanes_of_triangles[1]>(nodes, rows, false, 0);
   if (plan.kernel == nullptr) plan = make_plan<Exchange::barrier, lanes_of_triangles[2]>(nodes, rows, false, 0);
@@ -102,12 +113,12 @@ cudaLaunchConfig_t launch_of(const Plan& plan, cudaLaunchAttribute& room) {
 }
 
 /// All nodes in one cluster, or no kernel.
-Plan make_cluster_plan(Index nodes, int rows, bool plain) {
+Plan make_cluster_plan(Index nodes, const Rows& rows, bool plain) {
   for (const int blocks : {most_in_cluster, 8}) {
     constexpr int lanes = lanes_of_links;
     const int share = (lanes * nodes + blocks - 1) / blocks, threads = (share + warp - 1) / warp * warp;
     if (threads > most_threads) continue;
-    Plan plan{kernel_for<Exchange::cluster, lanes>(links_of_lane(rows, lanes), plain, threads),
+    Plan plan{kernel_for<Exchange::cluster, lanes>(of_lane(rows.links, lanes), 0, plain, threads),
               threads,
               blocks,
               2 * threads / lanes * static_cast<int>(sizeof(Real4)),
@@ -134,7 +145,7 @@ void launch_cluster(const Plan& plan, void** arguments) {
   check(cudaLaunchKernelExC(&launch, plan.kernel, arguments));
 }
 #else
-Plan make_cluster_plan(Index, int, bool) { return {}; }
+Plan make_cluster_plan(Index, const Rows&, bool) { return {}; }
 void launch_cluster(const Plan&, void**) {}
 #endif
 
@@ -152,8 +163,9 @@ struct ResidentCloth {
 
 namespace {
 
-/// Goes in one cluster, if the cloth is small enough: of a link's other node the kernel wants its place in the order of all.
-bool use_cluster(const Constants& constants, const Cloth& cloth, int rows, bool plain, ResidentCloth& r) {
+/// Goes in one cluster, if the cloth is small enough: of a link's other node the kernel wants its place in the order of
+/// all.
+bool use_cluster(const Constants& constants, const Cloth& cloth, const Rows& rows, bool plain, ResidentCloth& r) {
   const Plan plan = make_cluster_plan(cloth.nodes.count, rows, plain);
   if (plan.kernel == nullptr) return false;
   r.plan = plan;
@@ -162,7 +174,7 @@ bool use_cluster(const Constants& constants, const Cloth& cloth, int rows, bool 
 }
 
 /// Goes without barriers, if the patches have few enough nodes around them.
-void use_patches(const Constants& constants, const Cloth& cloth, int rows, bool plain, ResidentCloth& r) {
+void use_patches(const Constants& constants, const Cloth& cloth, const Rows& rows, bool plain, ResidentCloth& r) {
   // With room for the most that may lie around a patch, for that is known only once the patches are.
   const Plan dated = make_plan<Exchange::dated>(cloth.nodes.count, rows, plain, most_around);
   if (dated.kernel == nullptr || !compiled_for(needed_for_dates, dated.kernel)) return;
@@ -173,15 +185,20 @@ void use_patches(const Constants& constants, const Cloth& cloth, int rows, bool 
   r.patches = std::move(patches);
 }
 
+int most_of_a_node(const char* label, Index nodes, const Entries<const Index>& start) {
+  return static_cast<int>(maximum(
+      label, nodes, KOKKOS_LAMBDA(const Index n) { return static_cast<double>(start(n + 1) - start(n)); }));
+}
+
 /// A cloth's plan and the arrays that it takes; no arrays if it does not fit.
 std::shared_ptr<ResidentCloth> make_resident_cloth(const Constants& constants, const Cloth& cloth,
                                                    const ClothSystem& s) {
   auto r = std::make_shared<ResidentCloth>();
   const Index nodes = cloth.nodes.count;
-  const int rows = static_cast<int>(maximum(
-      "drench::cloth::most_links", nodes,
-      KOKKOS_LAMBDA(const Index n) { return static_cast<double>(s.link_start(n + 1) - s.link_start(n)); }));
-  const bool by_triangle = s.triangle_start.exist(), plain = s.solids.count == 0 && !by_triangle;
+  const bool by_triangle = s.triangle_start.exist();
+  const Rows rows{most_of_a_node("drench::cloth::most_links", nodes, s.link_start),
+                  by_triangle ? most_of_a_node("drench::cloth::most_triangles", nodes, s.triangle_start) : 0};
+  const bool plain = s.solids.count == 0 && !by_triangle;
   r->plan = by_triangle ? make_plan_by_triangle(nodes, rows) : make_plan<Exchange::barrier>(nodes, rows, plain, 0);
   if (r->plan.kernel == nullptr) return r;
   const bool clustered = !by_triangle && use_cluster(constants, cloth, rows, plain, *r);

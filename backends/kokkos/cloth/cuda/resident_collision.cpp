@@ -1,5 +1,5 @@
-// Stage self_collision in one kernel that stays on the device (self_collision_course.hpp): its passes are some hundred kernels
-// of microseconds otherwise, and the host waits for their counts.
+// Stage self_collision in one kernel that stays on the device (self_collision_course.hpp): its passes are some hundred
+// kernels of microseconds otherwise, and the host waits for their counts.
 
 #include <cooperative_groups.h>
 

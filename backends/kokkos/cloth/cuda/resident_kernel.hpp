@@ -1,7 +1,8 @@
 #pragma once
 // The cloth's Jacobi iterations in one kernel that stays on the device (cloth/solver.hpp): launches would take longer.
-// Some lanes share a node, each with a part of its links in registers and a part of its triangles. Of the shifts that an iteration reads, those of the
-// block's own patch lie in shared memory, those around it in the second-level cache (the first one is not coherent).
+// Some lanes share a node, each with a part of its links in registers and a part of its triangles. Of the shifts that
+// an iteration reads, those of the block's own patch lie in shared memory, those around it in the second-level cache
+// (the first one is not coherent).
 
 #include <cooperative_groups.h>
 
@@ -20,11 +21,11 @@ static_assert(most_threads % warp == 0 && fewer_threads % warp == 0, "sums run o
 /// Lanes of a node whose triangles matter, from the first that fits: a triangle is a long chain of loads and roots.
 inline constexpr int lanes_of_links = 2, lanes_of_triangles[] = {8, 4, 2};
 inline constexpr unsigned all_lanes = 0xffffffff;
-// A shift says itself of which iterate it is, in the same 16 bytes (as in NCCL's LL protocol): a block waits for those that
-// it reads, not for the grid. That takes loads of 128 bits that nothing can come between: PTX ISA 8.3, compute capability 7.
-// In double, with strain limits, with membranes or with too many nodes around a patch the grid has a barrier an iteration instead.
-// A program for several capabilities compiles both kernels for each of them, with an empty body for older ones;
-// compiled_for() reports to the host which it can use.
+// A shift says itself of which iterate it is, in the same 16 bytes (as in NCCL's LL protocol): a block waits for those
+// that it reads, not for the grid. That takes loads of 128 bits that nothing can come between: PTX ISA 8.3, compute
+// capability 7. In double, with strain limits, with membranes or with too many nodes around a patch the grid has a
+// barrier an iteration instead. A program for several capabilities compiles both kernels for each of them, with an
+// empty body for older ones; compiled_for() reports to the host which it can use.
 #if !defined(DRENCH_DOUBLE) && CUDART_VERSION >= 12030 && DRENCH_CUDA_NEWEST >= 70
 #define DRENCH_DATED_SHIFTS
 inline constexpr bool dated_shifts = true;
@@ -203,9 +204,17 @@ struct NearLink {
   Real damping = 0;
 };
 
+/// A triangle of a node with all that stays the same.
+struct NearTriangle {
+  TriangleTerms<Real> terms;
+  Index other[2];   // its next corners after the node, in their cyclic order
+  int corner = -1;  // which of its corners the node is; −1: there is no triangle
+};
+
 /// A lane's part of a node: what it keeps in registers, and the iterate that is there.
-/// `kept`: the most links of a lane. `plain`: without solids, strain limits and membranes, whose registers the links then have.
-template <int kept, bool plain, Exchange exchange, int lanes>
+/// `kept`: the most links of a lane; `triangles`: of its triangles, likewise, or 0: they are read at each iteration.
+/// `plain`: without solids, strain limits and membranes, whose registers the links then have.
+template <int kept, bool plain, Exchange exchange, int lanes, int triangles>
 struct NodeIterates {
   static_assert(warp % lanes == 0 && (lanes & (lanes - 1)) == 0, "residual() adds the lanes by halves");
   static constexpr bool dated = exchange == Exchange::dated, clustered = exchange == Exchange::cluster,
@@ -223,11 +232,13 @@ struct NodeIterates {
   const Index node_around;
   const bool free;
   NodeTerms terms{};
-  Real3 moved, before;                      // u_n of this iterate and of the last one, m
-  NearLink link[kept];                      // `other`: a node, or its place in the patch
-  Real3 other[kept];                        // u of the links' other nodes, m
-  const Real4* seen[clustered ? kept : 1];  // where they are in the first of two iterates
-  int current = 0, date = 1;                // of the iterate that is there
+  Real3 moved, before;  // u_n of this iterate and of the last one, m
+  NearLink link[kept];  // `other`: a node, or its place in the patch
+  Real3 other[kept];    // u of the links' other nodes, m
+  NearTriangle near[triangles > 0 ? triangles : 1];
+  Real3 corners[triangles > 0 ? 2 * triangles : 1];  // u of the triangles' other corners, m
+  const Real4* seen[clustered ? kept : 1];           // where they are in the first of two iterates
+  int current = 0, date = 1;                         // of the iterate that is there
 
   __device__ NodeIterates(const ClothSystem& system, const ResidentArrays& arrays, const PatchView& view, Index count)
       : s(system),
@@ -273,6 +284,7 @@ struct NodeIterates {
   __device__ void keep_links() {
 #pragma unroll
     for (int k = 0; k < kept; ++k) set_other(k, dated ? own : clustered ? thread / lanes : n < nodes ? n : 0);
+    for (NearTriangle& t : near) t.other[0] = t.other[1] = n < nodes ? n : 0;
     if (!free) return;
     terms = s.terms(n);
     const Real rate = s.strain_damping_rate(n);
@@ -285,6 +297,17 @@ struct NodeIterates {
         link[k] = {l, apart, rate > 0 ? strain_damping(apart, l.stiffness, rate) : Real(0)};
         if constexpr (in_patches) set_other(k, patch.local[first + lanes * k]);
       }
+    if constexpr (triangles > 0) {
+      const Index begin = s.triangle_start(n) + lane, end = s.triangle_start(n + 1);
+#pragma unroll
+      for (int k = 0; k < triangles; ++k) {
+        if (begin + lanes * k >= end) continue;
+        const Index t = s.triangle_item(begin + lanes * k) / 4;
+        near[k].corner = s.triangle_item(begin + lanes * k) % 4;
+        near[k].terms = s.template triangle_terms<Real>(t);
+        for (int c = 0; c < 2; ++c) near[k].other[c] = s.triangle(3 * t + (near[k].corner + 1 + c) % 3);
+      }
+    }
   }
   /// `place`: of a node, in the patch, or in the order of all patches.
   __device__ void set_other(int k, Index place) {
@@ -299,8 +322,8 @@ struct NodeIterates {
   /// The shifts of the links' other nodes.
   __device__ void load() {
     if constexpr (dated) {
-      // Double buffering: this slot was last read two iterations ago; the __syncthreads of the previous iteration orders
-      // that read before this write.
+      // Double buffering: this slot was last read two iterations ago; the __syncthreads of the previous iteration
+      // orders that read before this write.
       Real4* const room = patch_shifts(current);
       for (int k = first_around; k < around_count; k += static_cast<int>(blockDim.x)) {
         const Index node = k == first_around ? node_around : patch.around[around_first + k];
@@ -317,7 +340,26 @@ struct NodeIterates {
       const Iterate shift{a.iterate[current]};
 #pragma unroll
       for (int k = 0; k < kept; ++k) other[k] = shift(link[k].link.other);
+      if constexpr (triangles > 0) {
+#pragma unroll
+        for (int k = 0; k < 2 * triangles; ++k) corners[k] = shift(near[k / 2].other[k % 2]);
+      }
     }
+  }
+  /// What triangle k of the lane does to its node, N.
+  __device__ Real3 triangle_force(int k) const {
+    const int c = near[k].corner;
+    const Real3 &next = corners[2 * k], &last = corners[2 * k + 1];
+    const Real3 a = c == 0   ? moved
+                    : c == 1 ? last
+                             : next,
+                b = c == 1   ? moved
+                    : c == 0 ? next
+                             : last,
+                d = c == 2   ? moved
+                    : c == 0 ? last
+                             : next;
+    return corner_force(s.triangle_stress(near[k].terms, a, b, d), corner_gradient(near[k].terms.shape, c));
   }
   /// r_n, N, the same on all of its lanes.
   __device__ Real3 residual() const {
@@ -325,7 +367,11 @@ struct NodeIterates {
 #pragma unroll
     for (int k = 0; k < kept; ++k)
       ClothSystem::add_link(force, link[k].link, link[k].apart, moved - other[k], link[k].damping);
-    if constexpr (!plain)
+    if constexpr (triangles > 0) {
+#pragma unroll
+      for (int k = 0; k < triangles; ++k)
+        if (near[k].corner >= 0) force += triangle_force(k);
+    } else if constexpr (!plain)
       if (free && s.triangle_start.exist()) force += s.triangle_force(n, Iterate{a.iterate[current]}, lane, lanes);
 #pragma unroll
     for (int apart = 1; apart < lanes; apart *= 2)
@@ -377,13 +423,27 @@ inline __device__ ClothProgress progress_at_start(const ClothSystem& s, const Re
   return progress;
 }
 
+/// Copies the first solids to shared memory: every iteration of a node asks for them.
+inline constexpr int most_shared_solids = 8;
+__device__ __forceinline__ Slice<const Solid> in_shared_memory(const Slice<const Solid>& solids) {
+  static_assert(sizeof(Solid) % sizeof(unsigned) == 0);
+  __shared__ alignas(Solid) unsigned room[most_shared_solids * sizeof(Solid) / sizeof(unsigned)];
+  if (solids.count > most_shared_solids) return solids;
+  const auto* const from = reinterpret_cast<const unsigned*>(solids.data);
+  const auto words = static_cast<unsigned>(static_cast<std::size_t>(solids.count) * sizeof(Solid) / sizeof(unsigned));
+  for (unsigned k = threadIdx.x; k < words; k += blockDim.x) room[k] = from[k];
+  __syncthreads();
+  return {reinterpret_cast<const Solid*>(room), static_cast<std::size_t>(solids.count)};
+}
+
 /// `threads`: of a block at most; the fewer, the more registers a lane has.
-template <int kept, bool plain, int threads, Exchange exchange, int lanes>
-__global__ void __launch_bounds__(threads)
+template <int kept, bool plain, int threads, Exchange exchange, int lanes, int triangles>
+__global__ void __launch_bounds__(threads, 1)
     iterate(ClothSystem s, ResidentArrays a, PatchView patch, ResidentRun run, Index nodes) {
   if constexpr (compiled_here<exchange>) {
+    if constexpr (!plain) s.solids = in_shared_memory(s.solids);
     Meeting<exchange> meeting;
-    NodeIterates<kept, plain, exchange, lanes> node(s, a, patch, nodes);
+    NodeIterates<kept, plain, exchange, lanes, triangles> node(s, a, patch, nodes);
     ClothProgress progress = progress_at_start(s, a, run);
     node.begin();
     meeting.sync();
@@ -400,25 +460,34 @@ __global__ void __launch_bounds__(threads)
     for (int check = next_check();;) {
       node.load();
       const Real3 r = node.residual();
-      Real3 next = node.step(r, omega);
-      if (progress.iterations == check) {
-        // The next iterate is on its way already: one barrier serves it and the sum.
-        progress.judge(over_goal(meeting.sum(node.imbalance(r, run), a.part)));
-        if (progress.residual <= 1 || progress.iterations >= end) break;
-        check = next_check();
-        const bool restarts = progress.since_restart == 0;
-        ahead = progress;
-        omega = ahead.next_weight();
-        if (restarts) {
-          next = node.step(r, omega);
+      bool found = false, done = false;  // at a check: the sum; the solve
+      Real3 next;
+      // A second time where the check restarts the weights. The code of a step is long and is there once.
+#pragma unroll 1
+      for (bool again = true; again;) {
+        next = node.step(r, omega);
+        again = false;
+        if (found) {
           meeting.sync();
+          go_ahead();
+        } else if (progress.iterations == check) {
+          // The next iterate is on its way already: one barrier serves it and the sum.
+          progress.judge(over_goal(meeting.sum(node.imbalance(r, run), a.part)));
+          found = true;
+          done = progress.residual <= 1 || progress.iterations >= end;
+          if (done) break;
+          check = next_check();
+          again = progress.since_restart == 0;
+          ahead = progress;
+          omega = ahead.next_weight();
+          if (!again) go_ahead();
+        } else if constexpr (exchange == Exchange::dated) {
+          go_ahead();
+        } else {
+          meeting.sync_beside(go_ahead);
         }
-        go_ahead();
-      } else if constexpr (exchange == Exchange::dated) {
-        go_ahead();
-      } else {
-        meeting.sync_beside(go_ahead);
       }
+      if (done) break;
       node.advance(next);
     }
     node.end();

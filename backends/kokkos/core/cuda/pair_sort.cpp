@@ -1,11 +1,11 @@
-// Radix sort on CUDA by CUB, which Thrust's sort_by_key runs too: here with temporaries that are kept, and over only as many
-// bits as the buckets take.
+// Radix sort on CUDA by CUB, which Thrust's sort_by_key runs too: here with temporaries that are kept, and over only as
+// many bits as the buckets take.
+
+#include "core/pair_sort.hpp"
 
 #include <cub/device/device_radix_sort.cuh>
 #include <stdexcept>
 #include <string>
-
-#include "core/pair_sort.hpp"
 
 namespace drench::kokkos_backend {
 namespace {

@@ -10,7 +10,6 @@
 #include <utility>
 
 #include "core/cuda/block_sums.hpp"
-#include "coupling/wall.hpp"
 #include "fluid/cuda/packed_acceleration.hpp"
 
 namespace drench::kokkos_backend {
@@ -250,35 +249,24 @@ struct LiquidRate {
 template <class Update>
 struct LeanUpdate {
   LiquidRate liquid;
-  Neighbors walls;
+  DensityOperator divergence;
   float4* position_kappa;
   const float4* base;  // v_i and κ_i of the full evaluation
-  Entries<const Real3> ub, xb;
+  Entries<const Real3> ub;
   Entries<const Real> compliance;
-  SheetsOfParticles sheets;
   Update update;
   Momentum momentum;
   BlockSums<typename Update::Sums, threads> sums;
   Index first, end;  // the rows
-  bool has_walls, has_sheets;
 
   using Few = decltype(std::declval<Update>()(0, 0, 0));
 
   /// What walls and sheets have in the rate of a particle with velocity v; `approach`: the sheets.
   __device__ __forceinline__ float of_boundary(Index i, const Real3& v, float& approach) const {
     float sum = 0;
-    if (has_walls) {
-      const NeighborRow near = walls.row(i);
-      if (near.count > 0) {
-        const float4 here = position_kappa[i];
-        for (Index k = 0; k < near.count; ++k) {
-          const Index b = near(k);
-          sum += mirrored * near.grad_factor(k) * dot(v - ub(b), Real3{here.x, here.y, here.z} - xb(b));
-        }
-      }
-    }
-    if (has_sheets) sum += approach = sheets.approach(i, v);
-    return sum;
+    divergence.add_walls(i, v, ub, sum);
+    approach = divergence.approach(i, v);
+    return sum + approach;
   }
   __device__ __forceinline__ Few of_row(Index i) const {
     const bool bounded = liquid.rows.is_bounded(i);
@@ -363,21 +351,17 @@ SumUnderWay<typename Update::Sums> begin_update(PressureSystem& system, const Up
   const Index count = system.count(), inner = system.fluid.exchange.inner(count);
   const Index before = blocks_of(inner), blocks = std::max(before + blocks_of(count - inner), Index{1});
   LeanUpdate<Update> rows{liquid_rate(system),
-                          Neighbors(system.lists.fluid_boundary),
+                          system.divergence(seen.position_kappa, system.sheets_of_particles()),
                           reinterpret_cast<float4*>(work.position_kappa.data()),
                           reinterpret_cast<const float4*>(work.predicted.data()),
                           system.bodies.seen_velocity(),
-                          system.bodies.boundary.position,
                           std::as_const(system.fluid).compliance,
-                          system.sheets_of_particles(),
                           update,
                           {seen.next_kappa, seen.last_kappa, seen.next_contact_pressure, seen.last_contact_pressure,
                            work.other_kappa, work.other_contact_pressure, momentum, system.touching},
                           {sums_in<Sums>(room.many, blocks).data(), total, room.finished.data(), 0, unsigned(blocks)},
                           0,
-                          inner,
-                          system.bodies.boundary.count > 0,
-                          has_sheets(system)};
+                          inner};
   launch(label, inner, rows);
   system.fluid.exchange.finish_halo();  // of the packed accelerations
   rows.first = inner;

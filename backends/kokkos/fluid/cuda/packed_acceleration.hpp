@@ -5,7 +5,8 @@
 
 namespace drench::kokkos_backend {
 
-/// a in 24, 24 and 32 bits, x in steps of h/16384 in 16 bits each, which wrap: neighbours are closer than 32768 of them.
+/// a in 24, 24 and 32 bits, x in steps of h/16384 in 16 bits each, which wrap: neighbours are closer than 32768 of
+/// them.
 __device__ __forceinline__ uint4 pack(const Real3& a, const Real3& x, float steps) {
   const auto on_lattice = [=](float coordinate) { return static_cast<unsigned>(__float2int_rn(coordinate * steps)); };
   const unsigned px = on_lattice(x.x), py = on_lattice(x.y), pz = on_lattice(x.z);

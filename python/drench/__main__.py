@@ -1,0 +1,5 @@
+"""python -m drench: the command `drench`."""
+
+from .command import main
+
+main()
