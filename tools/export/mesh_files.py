@@ -20,6 +20,48 @@ def fans(counts, corners):
     return corners[np.stack([first, first + step + 1, first + step + 2], 1)]
 
 
+def ears(points, normal):
+    """n − 2 triangles of the corners of a polygon, by ear clipping in the plane of its normal, the best-shaped ear first."""
+    axis = np.eye(3)[np.argmin(np.abs(normal))]
+    u = np.cross(axis, normal) / np.linalg.norm(np.cross(axis, normal))
+    flat = points @ np.stack([u, np.cross(normal / np.linalg.norm(normal), u)], 1)
+
+    def area(a, b, c):
+        return (flat[b, 0] - flat[a, 0]) * (flat[c, 1] - flat[a, 1]) - (flat[b, 1] - flat[a, 1]) * (flat[c, 0] - flat[a, 0])
+
+    def quality(k):
+        """perimeter²/area of the ear at place k; infinite if it is none."""
+        a, b, c = left[k - 1], left[k], left[(k + 1) % len(left)]
+        if area(a, b, c) <= 0:
+            return math.inf
+        if any(min(area(a, b, d), area(b, c, d), area(c, a, d)) >= 0 for d in left if d not in (a, b, c)):
+            return math.inf
+        sides = sum(np.linalg.norm(flat[i] - flat[j]) for i, j in ((a, b), (b, c), (c, a)))
+        return sides * sides / area(a, b, c)
+
+    left, found = list(range(len(points))), []
+    while len(left) > 3:
+        k = min(range(len(left)), key=quality)
+        found.append((left[k - 1], left[k], left[(k + 1) % len(left)]))
+        del left[k]
+    return np.array([*found, left])
+
+
+def triangulate(counts, corners, points):
+    """n − 2 triangles of each polygon: around its first corner, or ears where one of those is turned over or has no area."""
+    triangles = fans(counts, corners)
+    polygon = np.repeat(np.arange(len(counts)), np.maximum(counts - 2, 0))
+    a, b, c = (points[triangles[:, k]] for k in range(3))
+    normal = np.cross(b - a, c - a)
+    whole = np.zeros((len(counts), 3))
+    np.add.at(whole, polygon, normal)
+    for p in np.unique(polygon[np.einsum("ij,ij->i", normal, whole[polygon]) <= 0]):
+        if counts[p] > 3 and whole[p].any():
+            own = corners[counts[:p].sum():][:counts[p]]
+            triangles[polygon == p] = own[ears(points[own], whole[p])]
+    return triangles
+
+
 def write_ply(path, points, triangles):
     corners = np.empty(len(triangles), [("count", "u1"), ("corners", "<i4", 3)])
     corners["count"], corners["corners"] = 3, triangles

@@ -16,7 +16,7 @@ try:
 except ImportError as error:
     fail_without(error.name)
 
-from mesh_files import MeshFiles, add_options, fans, named, number_of_files, told
+from mesh_files import MeshFiles, add_options, named, number_of_files, told, triangulate
 
 
 def parse_arguments():
@@ -51,7 +51,12 @@ class MovingMesh:
         self.faces = self._faces(self._own_codes(mesh.GetPointsAttr())[:1] or [self.first_code])
         if len(self.faces[0]) == 0:
             fail(f"{file}: {mesh.GetPath()} has no faces")
-        triangles = fans(*self.faces)
+        corners = self.faces[1]
+        points = np.asarray(mesh.GetPointsAttr().Get((self._own_codes(mesh.GetPointsAttr())[:1] or [self.first_code])[0]) or [],
+                            np.float64).reshape(-1, 3)
+        if len(corners) != self.faces[0].sum() or corners.min() < 0 or corners.max() >= len(points):
+            fail(f"{file}: {mesh.GetPath()} has faces that name points it does not have")
+        triangles = triangulate(*self.faces, points)
         if mesh.GetOrientationAttr().Get() == UsdGeom.Tokens.leftHanded:
             triangles = triangles[:, ::-1]
         self.used, renumbered = np.unique(triangles, return_inverse=True)
