@@ -41,7 +41,7 @@ struct Scenery {
   std::vector<Grid> bodies;
 };
 
-/// tools/saturation.json, which tools/render and ParaView take.
+/// tools/export/saturation.json, which tools/render and ParaView take.
 Colour wet_colour(double saturation) {
   struct Stop {
     double at;

@@ -4,7 +4,7 @@
 #include <vtkProperty.h>
 #include <vtkShaderProperty.h>
 
-#include "view_colors.hpp"  // made of tools/saturation.json
+#include "view_colors.hpp"  // made of tools/export/saturation.json
 
 namespace drench {
 namespace {

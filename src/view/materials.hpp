@@ -8,7 +8,7 @@
 
 namespace drench {
 
-/// Dry cloth to soaked cloth, over saturation: tools/saturation.json.
+/// Dry cloth to soaked cloth, over saturation: tools/export/saturation.json.
 vtkSmartPointer<vtkColorTransferFunction> cloth_colors();
 /// Dark blue to yellow (viridis) from `low` to `high`.
 vtkSmartPointer<vtkColorTransferFunction> field_colors(double low, double high);

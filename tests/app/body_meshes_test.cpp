@@ -10,15 +10,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
-#include <fstream>
 #include <random>
 
 #include "ball_mesh.hpp"
 #include "base/eigen_vec.hpp"
-#include "build_scenes.hpp"
-#include "run_program.hpp"
-#include "scene/load.hpp"
+#include "mesh_folder.hpp"
 #include "setup/body_geometry.hpp"
 #include "setup/distance_field.hpp"
 #include "setup/mesh_io.hpp"
@@ -75,45 +71,25 @@ TestMesh both(TestMesh a, const TestMesh& b) {
   return a;
 }
 
-class BodyMeshes : public ::testing::Test {
+class BodyMeshes : public MeshFolder {
  protected:
-  void SetUp() override {
-    folder_ = std::filesystem::path(::testing::TempDir()) /
-              (std::string("drench_bodies_") + ::testing::UnitTest::GetInstance()->current_test_info()->name());
-    std::filesystem::create_directories(folder_);
-  }
-  void TearDown() override { std::filesystem::remove_all(folder_); }
-  std::string write(const std::string& name, const std::string& text) const {
-    std::ofstream(folder_ / name) << text;
-    return (folder_ / name).string();
-  }
   /// A block of liquid around the body, and a cloth above it if asked for.
   drench::Setup set_up(const std::string& file, bool cloth, const std::string& more = "") const {
-    return build(parse_scene(
+    return built(
         fmt::format("drench: 1\nfluid: {{spacing: 0.1, sources: [{{block: {{min: [-1.5, -1.5, -1.5], max: "
                     "[1.5, 1.5, 1.5]}}}}]}}\ndomain: {{min: [-3, -3, -3], max: [3, 3, 3]}}\n{}bodies: [{{mesh: "
                     "{{file: {}{}}}}}]\n",
                     cloth ? "cloth: [{mesh: {grid: {size: [1, 1], nodes: [5, 5]}}, place: {position: [0, 2, "
                             "0]}}]\n"
                           : "",
-                    file, more),
-        (folder_ / "scene.yaml").string()));
+                    file, more));
   }
   std::string refusal(const std::string& file, bool cloth, const std::string& more = "") const {
-    try {
-      set_up(file, cloth, more);
-    } catch (const SetupError& e) {
-      return e.what();
-    }
-    return "";
+    return refusal_of([&] { set_up(file, cloth, more); });
   }
-  std::filesystem::path folder_;
 };
 
-bool warns_of(const drench::Setup& setup, const std::string& part) {
-  return std::any_of(setup.warnings.begin(), setup.warnings.end(),
-                     [&](const std::string& line) { return line.find(part) != std::string::npos; });
-}
+bool warns_of(const drench::Setup& setup, const std::string& part) { return any_has(setup.warnings, part); }
 
 TEST_F(BodyMeshes, ABoxWithACrossedFaceIsClosedInEveryFormat) {
   const std::string faces[] = {"1 2 6 5", "2 3 7 6", "3 4 8 7", "4 1 5 8", "5 6 7 8", "4 3 2 1"};

@@ -1,5 +1,6 @@
 // Valid scenes at the limits of their keys run three steps: each goes on, or ends with a reason. DRENCH_FUZZ_SEED and
-// DRENCH_FUZZ_COUNT repeat or lengthen the hunt, DRENCH_FUZZ_SECONDS ends it; tools/fuzz runs it under the sanitizers.
+// DRENCH_FUZZ_COUNT repeat or lengthen the hunt, DRENCH_FUZZ_SECONDS ends it; tools/dev/fuzz runs it under the
+// sanitizers.
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>

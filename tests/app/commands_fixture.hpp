@@ -27,6 +27,20 @@ bodies:
   - plane: {point: [0, 0, 0], normal: [0, 1, 0]}
 )";
 
+/// A piston presses water out of half of its room, which nothing can.
+inline constexpr const char* piston_scene = R"(drench: 1
+time: {step: 0.002, end: 1}
+domain: {min: [-0.2, -0.1, -0.2], max: [0.2, 0.6, 0.2]}
+output: {every: 0.01}
+fluid:
+  spacing: 0.02
+  solver: {max_iterations: 10}
+  sources: [{block: {min: [-0.06, 0, -0.06], max: [0.06, 0.2, 0.06]}}]
+bodies:
+  - box: {min: [-0.06, 0, -0.06], max: [0.06, 0.4, 0.06], inside: true}
+  - box: {min: [-0.1, 0.21, -0.1], max: [0.1, 0.5, 0.1], velocity: [0, -1, 0]}
+)";
+
 class Commands : public testing::Test {
  protected:
   Commands() { write_text(here() / "tiny.yaml", tiny_scene); }

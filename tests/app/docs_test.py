@@ -1,18 +1,22 @@
 #!/usr/bin/env python3
-"""docs_test.py SOURCE: tools/docs reports the problems of bad pages and none in this tree; CITATION.cff,
+"""docs_test.py SOURCE: tools/docs reports the problems of bad pages and none in this tree, and updates figures; CITATION.cff,
 README.md and CHANGELOG.md name the version. Exit code 77, skipped, where Doxygen is missing and nothing else is wrong."""
 
 import re
-import subprocess
 import sys
-import tempfile
-from pathlib import Path
+import unittest
 
-SOURCE = Path(sys.argv[1]).resolve()
-CHECKS = ("prose", "idioms", "links", "excerpts")
+from support import SOURCE, Case, call
+
+CHECKS = ("idioms", "links", "excerpts", "figures", "tables")
+DATA = "docs/benchmarks/figures.json"
+FIGURES = """{"sources": {"good": {"page": "docs/good.md"}, "hand": {}}, "figures": {
+"time": {"value": "7.2", "source": "good", "cells": ["Times | falling | s", "Times | resting | s"], "pick": "most", "scale": 1000, "decimals": 1},
+"ratio": {"value": "2.32", "source": "good", "quotients": [["Times | falling | s", "Times | scene=resting | s"]], "decimals": 2},
+"cases": {"value": "1,204", "source": "good", "pattern": "all ([0-9,]+) cases"},
+"rest": {"value": "0.0031", "source": "hand"}}}
+"""
 GOOD = """# Good page
-Two short sentences stand here. The second, of e.g. ten words, is not split at its abbreviation.
-
 - an item that ends without a full stop
   1. nested: `code in place of prose`, which is not searched for idioms
 
@@ -33,77 +37,97 @@ $$ a = \\text{formulas are left out, in place of nothing} $$
 ## Twice
 ## Twice
 [this page](#good-page), [again](good.md#twice-1), [a line](code.cpp#L2), ![picture](../picture.png), `[no](link.txt)`
+
+Both take <!--fig:time-->7.2<!--/fig--> ms and <!--fig:rest-->0.0031<!--/fig--> s, a ratio of <!--fig:ratio-->2.32<!--/fig-->.
+In code a mark is text: `<!--fig:code-->1<!--/fig-->`. Of all 1204 cases <!--fig:cases-->1,204<!--/fig--> are met.
+
+## Times
+| scene | s | errors |
+|---|---|---|
+| `falling` | 0.0072 | 6.3e-03 |
+| **resting** | <!--fig:rest-->0.0031<!--/fig--> | a \\| b |
 """
-# A page's text, and the problem that must be reported for it.
-BAD = {
-    "what": ("Good.\nWhat it does is this.", 'docs/what.md:2: sentence begins with "what"'),
-    "place": ("Use a key\nin place\nof another.", 'docs/place.md:2: "in place of"'),
-    "table": ("| Key | Use |\n|---|---|\n| `a` | is refused |", 'docs/table.md:3: "is refused"'),
-    "heading": ("# The books", 'docs/heading.md:1: "books"'),
-    "per": ("It takes 3 ms a step.", 'docs/per.md:1: "ms a step"'),
-    "says": ("- Then the log says why.", 'docs/says.md:1: "the log says"'),
-    "nowhere": ("[a page](absent.md)", "docs/nowhere.md:1: link absent.md leads nowhere"),
-    "picture": ("\n![a picture](absent.png)", "docs/picture.md:2: link absent.png leads nowhere"),
-    "anchor": ("[an anchor](good.md#absent)", "docs/anchor.md:1: link good.md#absent has no such anchor"),
-    "third": ("[an anchor](good.md#twice-2)", "docs/third.md:1: link good.md#twice-2 has no such anchor"),
-    "own": ("[an anchor](#twice)", "docs/own.md:1: link #twice has no such anchor"),
-    "past": ("[a line](code.cpp#L9)", "docs/past.md:1: link code.cpp#L9 is longer than the file"),
-    "out": ("[a page](../../README.md)", "docs/out.md:1: link ../../README.md leads out of the tree"),
-    "definition": ("See [it][1].\n\n[1]: absent.md", "docs/definition.md:3: link absent.md leads nowhere"),
-    "excerpt": ("<!-- source: docs/code.cpp -->\n```cpp\n// as it is not\n```",
-                "docs/excerpt.md:1: excerpt is not in docs/code.cpp"),
-    "excerpt_of": ("<!-- source: absent.cpp -->\n```cpp\n```", "docs/excerpt_of.md:1: excerpt of absent.cpp"),
-    "named": ("See `absent_page.md`.", "docs/named.md:1: names absent_page.md, which is not in the tree"),
-}
+# A page's text, and what must be reported for docs/bad.md.
+BAD = [
+    ("Good.\nWhat it does is this.", '2: "What it does is this."'),
+    ("Use a key\nin place\nof another.", '2: "in place of"'),
+    ("| Key | Use |\n|---|---|\n| `a` | is refused |", '3: "is refused"'),
+    ("# The books", '1: "books"'),
+    ("- Then the log says why.", '1: "the log says"'),
+    ("[a page](absent.md)", "1: link absent.md leads nowhere"),
+    ("[an anchor](good.md#twice-2)", "1: link good.md#twice-2 has no such anchor"),
+    ("[an anchor](#twice)", "1: link #twice has no such anchor"),
+    ("[a line](code.cpp#L9)", "1: link code.cpp#L9 is longer than the file"),
+    ("[a page](../../README.md)", "1: link ../../README.md leads out of the tree"),
+    ("See [it][1].\n\n[1]: absent.md", "3: link absent.md leads nowhere"),
+    ("<!-- source: docs/code.cpp -->\n```cpp\n// as it is not\n```", "1: excerpt is not in docs/code.cpp"),
+    ("<!-- source: absent.cpp -->\n```cpp\n```", "1: excerpt of absent.cpp"),
+    ("See `absent_page.md`.", "1: names absent_page.md, which is not in the tree"),
+    ("| a | b |\n|---|---|\n| 1 | 2 |\n| `x | y` | 3 |", "4: a row of 3 cells in a table of 2 columns"),
+    ("| a | b |\n|---|\n| 1 | 2 |", "2: a row of 1 cells in a table of 2 columns"),
+    ("Text.\n| a | b |\n|---|---|\n| 1 | 2 |", "2: no blank line before the table"),
+    ("It takes <!--fig:time-->8<!--/fig--> ms.", "1: figure time is 7.2, not 8"),
+    ("It takes <!--fig:speed-->8<!--/fig--> ms.", f"1: figure speed is not in {DATA}"),
+    ("It takes <!--fig:time-->7.2 ms.", "1: the mark of a figure is not closed"),
+    ("<!--fig:time-->7.2<!--/fig--> ms are needed.", "1: a figure begins the line"),
+    ("```\n<!--fig:time-->7.2<!--/fig-->\n```", "2: a block of code shows the marks of a figure"),
+]
 
 
-def docs(root, *arguments):
-    ran = subprocess.run([SOURCE / "tools/docs", "--root", root, *arguments], capture_output=True, text=True)
-    return ran.returncode, ran.stdout + ran.stderr
+class Docs(Case):
+    def setUp(self):
+        super().setUp()
+        self.write("picture.png", "")
+        self.write("docs/code.cpp", "// as docs/good.md has it\n\n")
+        self.page, self.data = self.write("docs/good.md", GOOD), self.write(DATA, FIGURES)
+
+    def docs(self, code, *arguments):
+        ran = call(SOURCE / "tools/docs", "--root", self.folder, *arguments)
+        self.assertEqual(ran.returncode, code, ran.stdout + ran.stderr)
+        return ran.stdout + ran.stderr
+
+    def test_good_page(self):
+        printed = self.docs(0, *CHECKS)
+        for summary in ("4 links", "1 quoted", "4 figures in 5 places", "2 tables"):
+            self.assertIn(summary, printed)
+        self.write("docs/dev/note.md", "In place of this.\n")  # idioms of pages for developers are not searched
+        self.docs(0, "idioms")
+
+    def test_bad_pages(self):
+        for text, message in BAD:
+            with self.subTest(message):
+                self.write("docs/bad.md", text + "\n")
+                self.assertIn(f"\ndocs/bad.md:{message}", "\n" + self.docs(1, *CHECKS))
+        self.write("docs/bad.md", "")
+        self.write("docs/code.cpp", "// gone: absent_page.md\n\n")
+        self.assertIn("docs/code.cpp:1: names absent_page.md", self.docs(1, "links"))
+
+    def test_new_measurement(self):
+        self.page.write_text(GOOD.replace("| 0.0072 |", "| 0.0093 |"))
+        self.assertIn(f"{DATA}: time is 7.2, docs/good.md has 9.3", self.docs(1, "figures"))
+        self.docs(0, "figures", "--write")
+        self.assertIn("-->9.3<!--", self.page.read_text())
+        self.assertIn("-->3.00<!--", self.page.read_text())
+        self.assertIn('"value": "9.3"', self.data.read_text())
+
+    def test_figure_without_use_or_cell(self):
+        self.page.write_text(GOOD.replace("falling", "fell").replace("<!--fig:ratio-->2.32<!--/fig-->", "2"))
+        printed = self.docs(1, "figures")
+        self.assertIn(f"{DATA}: no page uses ratio", printed)
+        self.assertIn(f"{DATA}: time: docs/good.md: 0 cells are 'Times | falling | s'", printed)
 
 
-def expect(good, message):
-    if not good:
-        sys.exit(f"docs_test: {message}")
+class Version(unittest.TestCase):
+    def test_it_is_named(self):
+        version = re.search(r"^project\(drench VERSION (\S+)", (SOURCE / "CMakeLists.txt").read_text(), re.M)[1]
+        self.assertIn(f"\nversion: {version}\n", (SOURCE / "CITATION.cff").read_text())
+        self.assertIn(f"version = {{{version}}}", (SOURCE / "README.md").read_text())
+        newest = re.search(r"^## (\S+)", (SOURCE / "CHANGELOG.md").read_text(), re.M)[1]
+        self.assertIn(newest, (version, "Unreleased"))
 
 
-def check_the_checks():
-    with tempfile.TemporaryDirectory() as folder:
-        root = Path(folder) / "tree"
-        (root / "docs").mkdir(parents=True)
-        (root / "picture.png").touch()
-        (root / "docs/code.cpp").write_text("// as docs/good.md has it\n\n")
-        (root / "docs/good.md").write_text(GOOD)
-        code, said = docs(root, *CHECKS)
-        expect(code == 0 and "4 links" in said and "1 quoted" in said, f"problems in a good page:\n{said}")
-        for name, (text, message) in BAD.items():
-            page = root / "docs" / f"{name}.md"
-            page.write_text(text + "\n")
-            code, said = docs(root, *CHECKS)
-            offenders = [line for line in said.splitlines() if not line.startswith(tuple(f"{check}:" for check in CHECKS))]
-            expect(code == 1, f"{name}.md passes")
-            expect(any(line.startswith(message) for line in offenders), f"'{message}' is not reported for {name}.md:\n{said}")
-            page.unlink()
-        (root / "docs/code.cpp").write_text("// gone: absent_page.md\n\n")
-        code, said = docs(root, "links")
-        expect(code == 1 and "docs/code.cpp:1: names absent_page.md" in said, f"a comment that names a missing page passes:\n{said}")
-        code, said = docs(root, "idioms")
-        dev = root / "docs/dev/note.md"
-        dev.parent.mkdir()
-        dev.write_text("In place of this.\n")
-        expect(code == docs(root, "idioms")[0] == 0, f"idioms of developer pages are checked:\n{said}")
-
-
-def check_citation():
-    version = re.search(r"^project\(drench VERSION (\S+)", (SOURCE / "CMakeLists.txt").read_text(), re.M)
-    expect(f"\nversion: {version[1]}\n" in (SOURCE / "CITATION.cff").read_text(), f"CITATION.cff is not of {version[1]}")
-    expect(f"version = {{{version[1]}}}" in (SOURCE / "README.md").read_text(), f"README.md's BibTeX is not of {version[1]}")
-    newest = re.search(r"^## (\S+)", (SOURCE / "CHANGELOG.md").read_text(), re.M)
-    expect(newest[1] in (version[1], "Unreleased"), f"CHANGELOG.md begins with {newest[1]}, the version is {version[1]}")
-
-
-check_the_checks()
-check_citation()
-code, said = docs(SOURCE)
-print(said, end="")
-sys.exit(code)
+if __name__ == "__main__":
+    done = unittest.main(argv=sys.argv[:1], exit=False).result
+    tree = call(SOURCE / "tools/docs")
+    print(tree.stdout, tree.stderr, sep="", end="")
+    sys.exit(tree.returncode if done.wasSuccessful() else 1)

@@ -9,7 +9,6 @@ Exit code 77, skipped, without what a part needs."""
 
 import json
 import math
-import os
 import shutil
 import struct
 import subprocess
@@ -17,7 +16,10 @@ import sys
 import tempfile
 from pathlib import Path
 
-SOURCE, BINARY, PART = Path(sys.argv[1]).resolve(), Path(sys.argv[2]).resolve() / "drench", sys.argv[3]
+sys.path.insert(0, str(Path(__file__).resolve().parent))
+from support import BINARY, SOURCE, drench, environment, expect, rejects, skip  # noqa: E402
+
+PART = sys.argv[3]
 ENVIRONMENTS = {"usd": ("export", SOURCE / ".deps/export-venv/bin/python"),
                 "blender": ("blender", SOURCE / ".deps/blender-venv/bin/python")}
 SCENE = """drench: 1
@@ -45,28 +47,6 @@ bodies:
 """
 FRAMES = 11
 LOOKED_AT = (0, 5, 10)
-
-
-def expect(good, message):
-    if not good:
-        sys.exit(f"export_test: {message}")
-
-
-def skip(reason):
-    print(f"SKIPPED: {reason}")
-    sys.exit(77)
-
-
-def drench(*words, code=0, python=None):
-    environment = dict(os.environ, **({"DRENCH_PYTHON": str(python)} if python else {}))
-    ran = subprocess.run([str(BINARY), *map(str, words)], capture_output=True, text=True, env=environment)
-    expect(ran.returncode == code, f"{words} ended with {ran.returncode}:\n{ran.stdout}{ran.stderr}")
-    return ran
-
-
-def refused(fragment, *words, **options):
-    ran = drench(*words, code=2, **options)
-    expect(ran.stderr.count("\n") == 1 and fragment in ran.stderr and not ran.stdout, f"{words}: {ran.stderr}")
 
 
 def read_vtu(path):
@@ -161,7 +141,7 @@ def check_particles(run, folder):
         for name in ("radius", "density", "pressure", "mass", "id", "age"):
             expect(distance(ply[name], vtu[name]) == 0, f"PLY: {name} of frame {k}")
     check_rates(run, folder)
-    check_refusals(run, folder)
+    check_rejections(run, folder)
     check_empty_frames(folder)
 
 
@@ -224,21 +204,21 @@ def check_rates(run, folder):
         expect(len(list((folder / f"ply{fps}").iterdir())) == pictures, f"{fps} a second")
 
 
-def check_refusals(run, folder):
-    refused("no such folder", "export", folder / "nowhere", "--to", "ply")
-    refused("holds no frames", "export", folder, "--to", "usd")
-    refused("holds no particles", "export", folder, "--to", "bgeo")
-    refused("not in {usd,bgeo,ply}", "export", run, "--to", "abc")
-    refused("--to is required", "export", run)
-    refused("is not a rate", "export", run, "--to", "ply", "--fps", 0)
-    refused("is not a folder", "export", run, "--to", "ply", "-o", run / "stats.csv")
-    refused("tools/setup export", "export", run, "--to", "usd", python=folder / "no_python")
+def check_rejections(run, folder):
+    rejects("no such folder", "export", folder / "nowhere", "--to", "ply")
+    rejects("holds no frames", "export", folder, "--to", "usd")
+    rejects("holds no particles", "export", folder, "--to", "bgeo")
+    rejects("not in {usd,bgeo,ply}", "export", run, "--to", "abc")
+    rejects("--to is required", "export", run)
+    rejects("is not a rate", "export", run, "--to", "ply", "--fps", 0)
+    rejects("is not a folder", "export", run, "--to", "ply", "-o", run / "stats.csv")
+    rejects("tools/setup export", "export", run, "--to", "usd", env=environment(DRENCH_PYTHON=folder / "no_python"))
     frame = run / "frames/fluid_000003.vtu"
     whole = frame.read_bytes()
     frame.write_bytes(whole[:len(whole) // 2])
-    refused("fluid_000003.vtu: is not a whole frame", "export", run, "--to", "ply")
+    rejects("fluid_000003.vtu: is not a whole frame", "export", run, "--to", "ply")
     frame.unlink()
-    refused("fluid_000003.vtu: no such file", "export", run, "--to", "bgeo")
+    rejects("fluid_000003.vtu: no such file", "export", run, "--to", "bgeo")
     frame.write_bytes(whole)
 
 
@@ -374,13 +354,13 @@ def check_usd_variants(run, folder, reader):
     up = json.loads(subprocess.run([*reader, str(folder / "z.usdc"), "0"], capture_output=True, check=True).stdout)["up"]
     expect(up == "Z", f"{up} is up")
     scene.write_text(plain)
-    refused("must end in", "export", run, "--to", "usd", "-o", folder / "a.abc")
+    rejects("must end in", "export", run, "--to", "usd", "-o", folder / "a.abc")
     frame = run / "frames/cloth_000002.vtu"
     whole = frame.read_bytes()
     frame.write_bytes(whole[:len(whole) // 2])
-    refused("cloth_000002.vtu", "export", run, "--to", "usd", "-o", folder / "half.usdc")
-    frame.write_bytes(whole.replace(b"eAH", b"AAA", 1))
-    refused("cloth_000002.vtu", "export", run, "--to", "usd", "-o", folder / "half.usdc")
+    rejects("cloth_000002.vtu", "export", run, "--to", "usd", "-o", folder / "half.usdc")
+    frame.write_bytes(whole.replace(b"==eA", b"==AA"))
+    rejects("cloth_000002.vtu", "export", run, "--to", "usd", "-o", folder / "half.usdc")
     frame.write_bytes(whole)
     expect(not (folder / "half.usdc").exists() and not list(folder.glob(".half*")), "a file that is not whole is left")
 
@@ -446,13 +426,13 @@ def check_import_body(run, folder, file, scene, head):
 
 
 def check_import_refusals(folder, file):
-    refused("holds 7 meshes: choose one with --prim: /World/surface", "import", file)
-    refused("unknown mesh /World/flag; the meshes are", "import", file, "--prim", "/World/flag")
-    refused("unknown mesh not a path", "import", file, "--prim", "not a path")
-    refused("/World/materials is not a mesh", "import", file, "--prim", "/World/materials")
-    refused("/World/surface has other faces at time code", "import", file, "--prim", "/World/surface")
-    refused("is not a USD file", "import", folder / "scene.yaml")
-    refused("tools/setup export", "import", file, python=folder / "no_python")
+    rejects("holds 7 meshes: choose one with --prim: /World/surface", "import", file)
+    rejects("unknown mesh /World/flag; the meshes are", "import", file, "--prim", "/World/flag")
+    rejects("unknown mesh not a path", "import", file, "--prim", "not a path")
+    rejects("/World/materials is not a mesh", "import", file, "--prim", "/World/materials")
+    rejects("/World/surface has other faces at time code", "import", file, "--prim", "/World/surface")
+    rejects("is not a USD file", "import", folder / "scene.yaml")
+    rejects("tools/setup export", "import", file, env=environment(DRENCH_PYTHON=folder / "no_python"))
 
 
 def check_blender(run, _):
@@ -492,7 +472,7 @@ def check_cycles(run, folder):
     film = folder / "film.webp"
     more = ["--animation", film, "--backdrop", "dark"] if has_pil() else []
     ran = subprocess.run([SOURCE / "tools/render", run, "--cycles", "-o", folder / "pictures", "--frames", "2", "--size", "48x32",
-                          "--samples", "2", *more], capture_output=True, text=True, env={**os.environ, "DRENCH": str(BINARY)})
+                          "--samples", "2", *more], capture_output=True, text=True, env=environment(DRENCH=BINARY))
     expect(ran.returncode == 0, ran.stderr[-500:])
     pictures = sorted((folder / "pictures").glob("*.png"))
     said = [*map(str, pictures), f"2 pictures, {1 / 0.2:.6g} per second", *([f"animation: {film}"] if more else [])]

@@ -1,5 +1,5 @@
 // Fabrics with names: every one loads, builds and runs; the scene's own keys go first; the data file is sound, and
-// tools/fabrics_page.py makes tables of the manual from it.
+// tools/pages/fabrics.py makes tables of the manual from it.
 
 #include "scene/fabrics.hpp"
 
@@ -92,7 +92,8 @@ TEST(Fabrics, EveryNumberIsWithinBoundsAndHasASource) {
   }
 }
 
-/// Dry fabric is lighter than fibre of its thickness: the density that the solid fraction was computed with is a fibre's.
+/// Dry fabric is lighter than fibre of its thickness: the density that the solid fraction was computed with is a
+/// fibre's.
 TEST(Fabrics, AreAsHeavyAsTheirFibres) {
   for (const Fabric& f : fabrics()) {
     const double fibre =
@@ -168,7 +169,9 @@ TEST(Fabrics, AResolvedSceneHasTheValuesAndNoName) {
 
 TEST(Fabrics, AnUnknownNameIsAnsweredWithTheNearestAndTheList) {
   const std::string what = error_of(wet_scene, {"cloth.0.fabric=denim_11os"});
-  EXPECT_NE(what.find("cloth.0.fabric: 'denim_11os' is not known; did you mean 'denim_11oz'? allowed: none, "), what.npos) << what;
+  EXPECT_NE(what.find("cloth.0.fabric: 'denim_11os' is not known; did you mean 'denim_11oz'? allowed: none, "),
+            what.npos)
+      << what;
   for (const Fabric& f : fabrics()) EXPECT_NE(what.find(", " + f.name), what.npos) << what;
   EXPECT_NE(error_of(wet_scene, {"cloth.0.fabric=3"}).find("'3' is not known; allowed: none"), std::string::npos);
 }

@@ -6,12 +6,14 @@ Blender as a module; drench must find them in metres, with y up. Exit code 77, s
 
 import os
 import struct
-import subprocess
 import sys
 import tempfile
 from pathlib import Path
 
-SOURCE, BINARY = Path(sys.argv[1]).resolve(), Path(sys.argv[2]).resolve() / "drench"
+sys.path.insert(0, str(Path(__file__).resolve().parent))
+import support  # noqa: E402
+from support import SOURCE, call, environment, expect, rejects, skip  # noqa: E402
+
 PYTHON = Path(os.environ.get("DRENCH_BLENDER_PYTHON") or SOURCE / ".deps/blender-venv/bin/python")
 MAKE = """
 import os
@@ -54,21 +56,12 @@ bpy.ops.wm.save_as_mainfile(filepath=os.path.abspath("two.blend"))
 """
 
 
-def expect(good, message):
-    if not good:
-        sys.exit(f"import_test: {message}")
+def drench(*words, python=PYTHON, **options):
+    return support.drench(*words, env=environment(DRENCH_BLENDER_PYTHON=python), **options)
 
 
-def drench(*words, code=0, python=PYTHON):
-    ran = subprocess.run([str(BINARY), *map(str, words)], capture_output=True, text=True,
-                         env=dict(os.environ, DRENCH_BLENDER_PYTHON=str(python)))
-    expect(ran.returncode == code, f"{words} ended with {ran.returncode}:\n{ran.stdout}{ran.stderr}")
-    return ran
-
-
-def refused(fragment, *words, **options):
-    ran = drench(*words, code=2, **options)
-    expect(ran.stderr.count("\n") == 1 and fragment in ran.stderr and not ran.stdout, f"{words}: {ran.stderr}")
+def refused(fragment, *words, python=PYTHON):
+    rejects(fragment, *words, env=environment(DRENCH_BLENDER_PYTHON=python))
 
 
 def bounds(path):
@@ -102,11 +95,10 @@ def check_flag(ending, folder):
 
 def main():
     if not PYTHON.exists():
-        print("SKIPPED: run tools/setup blender")
-        sys.exit(77)
+        skip("run tools/setup blender")
     with tempfile.TemporaryDirectory() as scratch:
         folder = Path(scratch)
-        made = subprocess.run([str(PYTHON), "-c", MAKE], cwd=folder, capture_output=True, text=True)
+        made = call(PYTHON, "-c", MAKE, cwd=folder)
         expect(made.returncode == 0, made.stderr[-2000:])
         for ending in ("blend", "fbx", "glb", "gltf", "abc"):
             check_ball(ending, folder)

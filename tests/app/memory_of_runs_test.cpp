@@ -8,21 +8,14 @@
 #include <utility>
 #include <vector>
 
+#include "commands_fixture.hpp"
 #include "pipeline/runtime.hpp"
 #include "precision.hpp"
-#include "run_program.hpp"
 
 namespace drench::test {
 namespace {
 
-class MemoryOfRuns : public testing::Test {
- protected:
-  const fs::path& here() const { return folder_.path(); }
-  Outcome drench(const std::vector<std::string>& arguments) const { return run_drench(here(), arguments); }
-
- private:
-  TempFolder folder_;
-};
+class MemoryOfRuns : public Commands {};
 
 /// The number before "MiB" that follows `words`.
 double mebibytes_after(const std::string& text, const std::string& words) {
@@ -62,8 +55,8 @@ TEST_F(MemoryOfRuns, IsForeseenForTheStart) {
   }
 }
 
-/// Arrays that only some liquid has: a host's figure is so good that one of them, left out, shows. (On a GPU it depends on how
-/// wide the bundles of the lists become.)
+/// Arrays that only some liquid has: a host's figure is so good that one of them, left out, shows. (On a GPU it depends
+/// on how wide the bundles of the lists become.)
 TEST_F(MemoryOfRuns, IsForeseenArrayByArrayForLiquid) {
   if (!computes_on_host()) GTEST_SKIP();
   const char* const kinds[] = {"viscosity: 0.001",        "viscosity: 0",
@@ -71,7 +64,8 @@ TEST_F(MemoryOfRuns, IsForeseenArrayByArrayForLiquid) {
                                "wall_pressure: mirrored", "solver: {source_error: 0.1}"};
   for (const char* kind : kinds) {
     write_text(here() / "liquid.yaml",
-               std::string("drench: 1\ntime: {step: 0.001, end: 1}\noutput: {every: 0}\nfluid:\n  spacing: 0.01\n  ") + kind +
+               std::string("drench: 1\ntime: {step: 0.001, end: 1}\noutput: {every: 0}\nfluid:\n  spacing: 0.01\n  ") +
+                   kind +
                    "\n  sources: [{block: {min: [0, 0, 0], max: [0.3, 0.25, 0.3]}}]\n"
                    "bodies: [{box: {min: [0, 0, 0], max: [0.4, 0.4, 0.3], inside: true}}]\n");
     const Outcome run = drench({"run", "liquid.yaml", "--no-output", "--steps", "3"});
@@ -80,12 +74,15 @@ TEST_F(MemoryOfRuns, IsForeseenArrayByArrayForLiquid) {
                  peak = mebibytes_after(run.out, "peak memory of the backend's arrays ");
     // A scaled start's array is made with the first poor start; the step's own compression needs it at once.
     constexpr double particles = 30 * 25 * 30, numbers = 1.25 * particles + 64;
-    const double later = std::string(kind).find("source_error") == std::string::npos ? numbers * (double_precision ? 8 : 4) / (1 << 20) : 0;
+    const double later = std::string(kind).find("source_error") == std::string::npos
+                             ? numbers * (double_precision ? 8 : 4) / (1 << 20)
+                             : 0;
     EXPECT_NEAR(estimate - later, peak, 0.008 * peak) << kind;
   }
 }
 
-/// What the project's own scenes take in their first steps. (The splashes reach their cloth later than a test can wait.)
+/// What the project's own scenes take in their first steps. (The splashes reach their cloth later than a test can
+/// wait.)
 TEST_F(MemoryOfRuns, IsForeseenForTheScenesOfTheProject) {
   const std::pair<const char*, const char*> scenes[] = {
       {"cloth_only", "2"}, {"cloth_on_sphere", "2"}, {"curtain", "1"}, {"dam_break", "5"}, {"folding", "2"},
@@ -134,9 +131,10 @@ TEST_F(MemoryOfRuns, IsForeseenForARank) {
   const double alone = mebibytes_after(drench({"check", "pool.yaml"}).out, "memory: about ");
   for (const std::string ranks : {"2", "4"}) {
     const Outcome check = drench({"check", "pool.yaml", "--ranks", ranks});
-    const std::string run = "cd " + here().string() + " && OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 mpirun "
-                            "--oversubscribe --bind-to none -n " + ranks + " " + program() +
-                            " run pool.yaml --no-output --steps 3 > said";
+    const std::string run = "cd " + here().string() +
+                            " && OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 mpirun "
+                            "--oversubscribe --bind-to none -n " +
+                            ranks + " " + program() + " run pool.yaml --no-output --steps 3 > said";
     if (std::system("mpirun --version > /dev/null") != 0) GTEST_SKIP() << "there is no mpirun";
     ASSERT_EQ(std::system(run.c_str()), 0);
     const std::string said = read_text(here() / "said");

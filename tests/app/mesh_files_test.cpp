@@ -19,7 +19,7 @@
 #include <random>
 
 #include "base/eigen_vec.hpp"
-#include "build_scenes.hpp"
+#include "mesh_folder.hpp"
 #include "setup/build.hpp"
 #include "setup/mesh_io.hpp"
 
@@ -89,20 +89,7 @@ void expect_inside_told_from_outside(const drench::Setup& setup, const Body& mad
   for (const Vec3& p : setup.state.fluid_position) EXPECT_GT((to_eigen(p) - to_eigen(made.center)).norm(), 0.29);
 }
 
-class MeshFiles : public ::testing::Test {
- protected:
-  void SetUp() override {
-    folder_ = std::filesystem::path(::testing::TempDir()) /
-              (std::string("drench_mesh_") + ::testing::UnitTest::GetInstance()->current_test_info()->name());
-    std::filesystem::create_directories(folder_);
-  }
-  void TearDown() override { std::filesystem::remove_all(folder_); }
-  std::string write(const std::string& name, const std::string& text) const {
-    std::ofstream(folder_ / name) << text;
-    return (folder_ / name).string();
-  }
-  std::filesystem::path folder_;
-};
+class MeshFiles : public MeshFolder {};
 
 TEST_F(MeshFiles, RoundTripsThroughEveryFormat) {
   vtkNew<vtkSphereSource> source;

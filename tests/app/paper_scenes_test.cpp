@@ -1,4 +1,5 @@
-// scenes/paper: they can be built, and they have the paper's numbers of particles and nodes (its Table 8) and its constants.
+// scenes/paper: they can be built, and they have the paper's numbers of particles and nodes (its Table 8) and its
+// constants.
 
 #include <gtest/gtest.h>
 
@@ -32,7 +33,7 @@ TEST_P(paper_scenes, has_the_papers_counts_and_constants) {
   std::vector<std::string> overrides;
   if (name.starts_with("rotating_bunny")) {
     if (!std::filesystem::exists(scenes_folder() + "/../.deps/models/bunny.obj"))
-      GTEST_SKIP() << "the mesh is not here: tools/fetch-models fetches it";
+      GTEST_SKIP() << "the mesh is not here: tools/measure/fetch-models fetches it";
     overrides = {"bodies.0.mesh.scale=0.05"};  // whose distance field takes a second, not a minute
   }
   const Scene scene = load_scene(paper_scene(name), overrides);
@@ -43,8 +44,8 @@ TEST_P(paper_scenes, has_the_papers_counts_and_constants) {
   EXPECT_NEAR(static_cast<double>(setup.model.mesh.nodes()), size.nodes, tolerance * size.nodes);
 
   // Δt is the paper's. Where the water hits the sheet at more than d/Δt, that is what there is to be said.
-  const bool fast = name.starts_with("cloth_on_sphere") ||
-                    (name.starts_with("side_injection") && !name.ends_with("low"));
+  const bool fast =
+      name.starts_with("cloth_on_sphere") || (name.starts_with("side_injection") && !name.ends_with("low"));
   ASSERT_EQ(setup.warnings.size(), fast ? 1U : 0U) << (setup.warnings.empty() ? "" : setup.warnings.front());
   if (fast) {
     EXPECT_EQ(setup.warnings[0].find("time.step: particles at an impact"), 0U) << setup.warnings[0];

@@ -4,18 +4,17 @@ moments. All ranks end, the newest checkpoint is whole, and what goes on from it
 disturbed."""
 
 import argparse
-import csv
 import os
 import random
 import shutil
 import signal
 import subprocess
-import sys
 import tempfile
 import time
 from pathlib import Path
 
-SKIPPED = 77
+from support import BINARY, call, skip, stats
+
 LONGEST = 30  # s, until all ranks have ended
 
 SCENE = """drench: 1
@@ -55,24 +54,15 @@ def results_in(folder):
     """{file: what was computed}: frames, collections and checkpoints in bytes, stats.csv without its wall times."""
     results = {str(path.relative_to(folder)): path.read_bytes() for path in sorted(folder.rglob("*"))
                if path.is_file() and path.name not in ("run.log", "scene.yaml", "stats.csv")}
-    with open(folder / "stats.csv", newline="") as file:
-        results["stats.csv"] = [[text for name, text in row.items() if not name.startswith("ms_") and name != "imbalance"]
-                                for row in csv.DictReader(file)]
+    results["stats.csv"] = [[text for name, text in row.items() if not name.startswith("ms_") and name != "imbalance"]
+                            for row in stats(folder)]
     return results
 
 
-def describe_difference(one, two):
-    if one is None or two is None:
-        return "not there" if two is None else "too many"
-    place = next((i for i, (a, b) in enumerate(zip(one, two)) if a != b), min(len(one), len(two)))
-    return f"at {place}, {len(one)} and {len(two)} long"
-
-
 def difference(folder, other):
-    """Lines; none if both have computed the same."""
+    """The files that differ; none if both have computed the same."""
     one, two = results_in(folder), results_in(other)
-    return [f"{name}: {describe_difference(one.get(name), two.get(name))}"
-            for name in sorted(one.keys() | two.keys()) if one.get(name) != two.get(name)]
+    return [name for name in sorted(one.keys() | two.keys()) if one.get(name) != two.get(name)]
 
 
 def rows(folder):
@@ -220,30 +210,20 @@ class Test:
         self.compare()
 
 
-def what_is_missing(program):
-    if shutil.which("mpirun") is None:
-        return "no mpirun"
-    done = subprocess.run([program, "info"], capture_output=True, text=True)
-    if "ranks: none" in done.stdout:
-        return "the program knows no MPI"
-    return ""
-
-
 def main():
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("source", type=Path)
-    parser.add_argument("build", type=Path)
+    parser.add_argument("folders", nargs=2, metavar="SOURCE BUILD")
     parser.add_argument("--kills", type=int, default=3)
     parser.add_argument("--ranks", type=int, default=2)
     parser.add_argument("--seed", type=int, default=1)
     options = parser.parse_args()
-    program = (options.build / "drench").resolve()
     set_up_mpi()
-    if missing := what_is_missing(program):
-        print(f"skipped: {missing}")
-        sys.exit(SKIPPED)
+    if shutil.which("mpirun") is None:
+        skip("no mpirun")
+    if "ranks: none" in call(BINARY, "info").stdout:
+        skip("the program knows no MPI")
     with tempfile.TemporaryDirectory() as folder:
-        test = Test(Path(folder), program, options.ranks, options.seed)
+        test = Test(Path(folder), BINARY, options.ranks, options.seed)
         test.run(options.kills)
         test.interrupt()
 

@@ -382,7 +382,7 @@ TEST(SceneLoader, LoadsAndRewritesEverySceneOfTheProject) {
     if (entry.path().extension() != ".yaml") continue;
     if (entry.path().stem() == "rotating_bunny_medium" &&
         !fs::exists(test::scenes_folder() + "/../.deps/models/bunny.obj"))
-      continue;  // tools/fetch-models fetches the mesh
+      continue;  // tools/measure/fetch-models fetches the mesh
     ++count;
     Scene scene, again;
     ASSERT_NO_THROW(scene = load_scene(entry.path().string())) << load_error(entry.path().string());

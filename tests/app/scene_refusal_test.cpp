@@ -1,15 +1,12 @@
-// Scenes that the loader refuses: bad ones and their messages, hostile files, random damage. Good ones:
-// scene_loader_test.cpp.
+// Scenes that the loader refuses: bad ones and their messages, hostile files. Good ones: scene_loader_test.cpp;
+// random damage: scene_mutation_test.cpp.
 
 #include <gtest/gtest.h>
 
-#include <cstdlib>
 #include <fstream>
-#include <random>
 
 #include "bad_scenes.hpp"
 #include "good_scenes.hpp"
-#include "scene_equal.hpp"
 #include "scene_folder.hpp"
 
 namespace drench::testing {
@@ -74,54 +71,6 @@ TEST(SceneLoader, RefusesMapsWithTooManyKeys) {
   std::string yaml = "drench: 1\n";
   for (int i = 0; i < 2000; ++i) yaml += "k" + std::to_string(i) + ": 1\n";
   EXPECT_EQ(error_of(yaml), "test.yaml:1001:1: syntax: too many keys; allowed: 1000 in one map");
-}
-
-/// Damaged scenes load or are refused with one line; anything else (another exception, a crash) fails.
-/// DRENCH_FUZZ_SEED and DRENCH_FUZZ_COUNT repeat or lengthen the hunt.
-TEST(SceneLoader, SurvivesRandomDamage) {
-  const char* seed_text = std::getenv("DRENCH_FUZZ_SEED");
-  const char* count_text = std::getenv("DRENCH_FUZZ_COUNT");
-  const unsigned long seed = seed_text ? std::stoul(seed_text) : 1;
-  const unsigned long count = count_text ? std::stoul(count_text) : 2000;
-  const std::string good = everything;
-  const std::string marks = "[]{}:,-#&*!|>'\"%@`?\n\t \\.0123456789eE+\x04";
-  std::mt19937_64 random(seed);
-  const auto below = [&](std::size_t n) { return static_cast<std::size_t>(random() % n); };
-  unsigned long refused = 0;
-  for (unsigned long run = 0; run < count; ++run) {
-    std::string damaged = good;
-    for (std::size_t edits = 1 + below(4); edits > 0 && !damaged.empty(); --edits) {
-      const std::size_t at = below(damaged.size());
-      switch (below(5)) {
-        case 0:
-          damaged[at] = static_cast<char>(below(256));
-          break;
-        case 1:
-          damaged[at] = marks[below(marks.size())];
-          break;
-        case 2:
-          damaged.insert(at, 1, marks[below(marks.size())]);
-          break;
-        case 3:
-          damaged.erase(at, 1 + below(20));
-          break;
-        default:
-          damaged.insert(at, damaged.substr(below(damaged.size()), 1 + below(60)));
-          break;
-      }
-    }
-    try {
-      const Scene scene = parse(damaged);
-      EXPECT_TRUE(same_scene(parse_scene(to_yaml(scene), "again.yaml"), scene)) << damaged;
-    } catch (const SceneError& error) {
-      ++refused;
-      EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos) << error.what();
-    } catch (const std::exception& error) {
-      ADD_FAILURE() << "seed " << seed << ", run " << run << ": " << error.what() << "\n" << damaged;
-    }
-  }
-  EXPECT_GT(refused, count / 4);  // else the damage is too light to mean anything
-  EXPECT_LT(refused, count);
 }
 
 }  // namespace

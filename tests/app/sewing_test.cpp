@@ -5,11 +5,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <filesystem>
-#include <fstream>
 
-#include "build_scenes.hpp"
-#include "scene/load.hpp"
+#include "mesh_folder.hpp"
 #include "setup/mesh_guess.hpp"
 #include "setup/pieces.hpp"
 
@@ -44,39 +41,19 @@ class Obj {
   int points_ = 0;
 };
 
-class Sewing : public ::testing::Test {
+class Sewing : public MeshFolder {
  protected:
-  Sewing() {
-    folder_ = std::filesystem::temp_directory_path() / ("drench_sewing_" + std::to_string(::getpid()));
-    std::filesystem::create_directories(folder_);
-  }
-  ~Sewing() override {
-    std::error_code ignored;
-    std::filesystem::remove_all(folder_, ignored);
-  }
-  std::string write(const std::string& name, const std::string& text) const {
-    std::ofstream(folder_ / name) << text;
-    return (folder_ / name).string();
-  }
   /// Of a scene with one cloth, which has these keys besides its mesh, garment.obj.
   drench::Setup set_up(const Obj& obj, const std::string& keys = "", const std::string& mesh = "",
                        const std::string& more = "") const {
     write("garment.obj", obj.text());
     const std::string yaml =
         "drench: 1\n" + more + "cloth:\n  - name: garment\n    mesh: {file: garment.obj" + mesh + "}\n" + keys;
-    return build(parse_scene(yaml, (folder_ / "scene.yaml").string()));
+    return built(yaml);
   }
   std::string refusal(const Obj& obj, const std::string& keys) const {
-    try {
-      set_up(obj, keys);
-    } catch (const SetupError& e) {
-      return e.key + ": " + e.what();
-    }
-    return "";
+    return refusal_of([&] { set_up(obj, keys); });
   }
-
- private:
-  std::filesystem::path folder_;
 };
 
 Vec3 upper(double u, double v) { return {0.4 * u, 0.2 * v, 0}; }

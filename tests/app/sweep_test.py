@@ -6,13 +6,9 @@ import csv
 import os
 import signal
 import subprocess
-import sys
-import tempfile
 import time
-import unittest
-from pathlib import Path
 
-SOURCE, BINARY = Path(sys.argv[1]).resolve(), Path(sys.argv[2]).resolve() / "drench"
+from support import BINARY, SOURCE, Case, call, main, stats
 
 SCENE = """drench: 1
 time: {step: 0.02, end: 1}
@@ -37,35 +33,31 @@ numbers:
 """
 
 
-class Sweep(unittest.TestCase):
+class Sweep(Case):
     def setUp(self):
-        scratch = tempfile.TemporaryDirectory()
-        self.addCleanup(scratch.cleanup)
-        self.here = Path(scratch.name)
-        (self.here / "scene.yaml").write_text(SCENE)
-        self.write(SWEEP)
+        super().setUp()
+        self.write("scene.yaml", SCENE)
+        self.write_sweep(SWEEP)
 
-    def write(self, text):
-        (self.here / "sweep.yaml").write_text(text)
+    def write_sweep(self, text):
+        self.write("sweep.yaml", text)
 
     def words(self):
-        return [str(SOURCE / "tools" / "sweep"), str(self.here / "sweep.yaml"), "-o", str(self.here / "out"), "--binary", str(BINARY),
-                "--threads", "1"]
+        return [SOURCE / "tools/sweep", self.folder / "sweep.yaml", "-o", self.folder / "out", "--binary", BINARY, "--threads", "1"]
 
     def run_it(self, code=0):
-        done = subprocess.run(self.words(), capture_output=True, text=True)
+        done = call(*self.words())
         if "needs PyYAML" in done.stderr:
             self.skipTest("no PyYAML")
         self.assertEqual(done.returncode, code, done.stderr)
         return done
 
     def table(self):
-        with (self.here / "out" / "table.csv").open(newline="") as file:
+        with (self.folder / "out/table.csv").open(newline="") as file:
             return list(csv.DictReader(file))
 
-    def stats(self, row):
-        with (self.here / "out" / "runs" / row["run"] / "stats.csv").open(newline="") as file:
-            return list(csv.DictReader(file))
+    def run_folder(self, row):
+        return self.folder / "out/runs" / row["run"]
 
     def test_every_point_has_the_numbers_of_its_run(self):
         said = self.run_it().stdout
@@ -74,40 +66,40 @@ class Sweep(unittest.TestCase):
                          [(d, h) for d in ("0.0005", "0.001", "0.002") for h in ("0.05", "0.1")])
         self.assertEqual(len(set(row["run"] for row in rows)), 6)
         for row in rows:
-            stats = self.stats(row)
+            steps = stats(self.run_folder(row))
             self.assertEqual(int(row["steps"]), 50)
-            self.assertEqual(row["held"], f"{float(stats[-1]['mass_cloth']):.6g}")
-            self.assertEqual(row["most"], f"{max(float(s['saturation_max']) for s in stats):.6g}")
-            first = next(s for s in stats if float(s["mass_cloth"]) > 1e-4)
+            self.assertEqual(row["held"], f"{float(steps[-1]['mass_cloth']):.6g}")
+            self.assertEqual(row["most"], f"{max(float(s['saturation_max']) for s in steps):.6g}")
+            first = next(s for s in steps if float(s["mass_cloth"]) > 1e-4)
             self.assertEqual(float(row["soon"]), float(first["time"]))
             self.assertEqual((row["never"], row["problem"], row["mass_error"]), ("", "", "0"))
-            self.assertIn(f"{KEY}=", (self.here / "out" / "runs" / (row["run"] + ".json")).read_text())
+            self.assertIn(f"{KEY}=", self.run_folder(row).with_suffix(".json").read_text())
         self.assertGreater(float(rows[5]["held"]), float(rows[0]["held"]))
         self.assertEqual(said.count("\n| "), 6)
 
     def test_what_is_done_is_kept_and_what_is_new_is_added(self):
         self.run_it()
-        before = {row["run"]: (self.here / "out" / "runs" / row["run"] / "stats.csv").stat().st_mtime_ns for row in self.table()}
-        self.write(SWEEP.replace("[0.05, 0.1]", "[0.1, 0.2]"))
+        before = {row["run"]: (self.folder / "out" / "runs" / row["run"] / "stats.csv").stat().st_mtime_ns for row in self.table()}
+        self.write_sweep(SWEEP.replace("[0.05, 0.1]", "[0.1, 0.2]"))
         self.run_it()
         rows = self.table()
         self.assertEqual(len(rows), 6)
         kept = [row["run"] for row in rows if row["run"] in before]
         self.assertEqual(len(kept), 3)
         for name in kept:
-            self.assertEqual((self.here / "out" / "runs" / name / "stats.csv").stat().st_mtime_ns, before[name])
-        (self.here / "scene.yaml").write_text(SCENE.replace("end: 1}", "end: 0.5}"))  # other runs
+            self.assertEqual((self.folder / "out" / "runs" / name / "stats.csv").stat().st_mtime_ns, before[name])
+        (self.folder / "scene.yaml").write_text(SCENE.replace("end: 1}", "end: 0.5}"))  # other runs
         self.run_it()
         self.assertEqual([row["steps"] for row in self.table()], ["25"] * 6)
 
     def test_rows_in_place_of_a_grid(self):
-        self.write(SWEEP.replace("numbers:", "points: rows\nnumbers:").replace("[0.05, 0.1]", "[0.05, 0.1, 0.2]"))
+        self.write_sweep(SWEEP.replace("numbers:", "points: rows\nnumbers:").replace("[0.05, 0.1]", "[0.05, 0.1, 0.2]"))
         self.run_it()
         self.assertEqual([row["cloth.0.porous.capillary_height"] for row in self.table()], ["0.05", "0.1", "0.2"])
 
     def test_a_run_that_fails_has_its_line(self):
         # at more sub-steps than a million diffusion ends the run
-        self.write(SWEEP.replace("{from: 5e-4, to: 2.0e-3, count: 3, spacing: log}", "[1.0e-6, 1]").replace("scene: scene.yaml",
+        self.write_sweep(SWEEP.replace("{from: 5e-4, to: 2.0e-3, count: 3, spacing: log}", "[1.0e-6, 1]").replace("scene: scene.yaml",
                    "scene: scene.yaml\nset: {time.step: 1, cloth.0.mesh.grid.size: [0.0005, 0.001]}"))
         self.run_it(code=1)
         rows = self.table()
@@ -116,9 +108,9 @@ class Sweep(unittest.TestCase):
 
     def test_goes_on_after_ctrl_c(self):
         long = SWEEP.replace("vary:", "set: {time.end: 4000, time.step: 0.002, output.checkpoint_every: 1}\nvary:")
-        self.write(long)
-        child = subprocess.Popen(self.words() + ["--jobs", "2"], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
-        runs = self.here / "out" / "runs"
+        self.write_sweep(long)
+        child = subprocess.Popen([*map(str, self.words()), "--jobs", "2"], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+        runs = self.folder / "out" / "runs"
         until = time.monotonic() + 60
         while not list(runs.glob("*/checkpoint_*")) and time.monotonic() < until and child.poll() is None:
             time.sleep(0.02)
@@ -148,7 +140,7 @@ class Sweep(unittest.TestCase):
                 (("numbers:", "numbers:\n  held: {of: time, take: last}"), "sweep.yaml:7:3: held stands here twice"),
                 (("vary:", "vary: ["), "sweep.yaml:"),
         ):
-            self.write(SWEEP.replace(*change))
+            self.write_sweep(SWEEP.replace(*change))
             done = self.run_it(code=2)
             self.assertIn(line, done.stderr.splitlines()[-1])
             self.assertEqual(len([text for text in done.stderr.splitlines() if not text.startswith("[")]), 1, done.stderr)
@@ -156,4 +148,4 @@ class Sweep(unittest.TestCase):
 
 if __name__ == "__main__":
     os.environ.update({"OMP_PROC_BIND": "false", "OMP_WAIT_POLICY": "passive"})
-    unittest.main(argv=sys.argv[:1])
+    main()

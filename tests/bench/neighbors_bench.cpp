@@ -1,5 +1,5 @@
-// Times the search for neighbours with every sort (tools/bench_neighbors); prints tables in Markdown. Needs the backend
-// and no file, so that the program runs alone on a machine with nothing but a GPU.
+// Times the search for neighbours with every sort (tools/measure/bench_neighbors); prints tables in Markdown. Needs the
+// backend and no file, so that the program runs alone on a machine with nothing but a GPU.
 // docs/dev/benchmarks/neighbor_search.md describes the columns.
 
 #include <Kokkos_Sort.hpp>

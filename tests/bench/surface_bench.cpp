@@ -1,6 +1,7 @@
 // drench_bench_surface RUN FRAME isotropic|anisotropic THREADS REPEATS FOLDER: makes the liquid's surface of one frame
-// of a run again, in the best of some times. tools/surface_quality measures the files that it leaves in FOLDER, raw
-// numbers: points (double, 3 each), triangles (int32, 3 each), particles (double: x y z and m/ρ). Prints the time in s.
+// of a run again, in the best of some times. tools/measure/surface_quality measures the files that it leaves in FOLDER,
+// raw numbers: points (double, 3 each), triangles (int32, 3 each), particles (double: x y z and m/ρ). Prints the time
+// in s.
 
 #include <fmt/format.h>
 #include <vtkCell.h>

@@ -1,5 +1,5 @@
-// The scene loader under libFuzzer: whatever the bytes, a scene that reads the same again when it is written out, or one
-// line that begins with the file. tools/fuzz builds and runs it.
+// The scene loader under libFuzzer: whatever the bytes, a scene that reads the same again when it is written out, or
+// one line that begins with the file. tools/dev/fuzz builds and runs it.
 
 #include <cstdint>
 #include <cstdio>

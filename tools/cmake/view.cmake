@@ -18,10 +18,10 @@ if(NOT DRENCH_HAS_VIEW)
   return()
 endif()
 
-file(READ ${PROJECT_SOURCE_DIR}/tools/saturation.json saturation)
+file(READ ${PROJECT_SOURCE_DIR}/tools/export/saturation.json saturation)
 string(JSON saturation_points GET "${saturation}" 0 RGBPoints)
 string(REGEX REPLACE "[][]" "" saturation_points "${saturation_points}")
-set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS tools/saturation.json)
+set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS tools/export/saturation.json)
 configure_file(src/view/view_colors.hpp.in generated/view_colors.hpp)
 
 file(READ ${PROJECT_SOURCE_DIR}/tools/export/views.json views)

@@ -13,7 +13,7 @@ from latex2mathml.converter import convert
 from markdown.extensions import Extension
 from markdown.preprocessors import Preprocessor
 
-from docs_pages import CODE
+from page_text import CODE
 
 INLINE = re.compile(r"(?<![\\$\w])\$(?=[^\s$])([^$\n]*?)(?<=[^\s$])\$(?![$\w])")
 DELIMITERS = {r"\lfloor": "⌊", r"\rfloor": "⌋", r"\lceil": "⌈", r"\rceil": "⌉", r"\lvert": "|", r"\rvert": "|",

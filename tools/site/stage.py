@@ -13,11 +13,11 @@ from urllib.parse import unquote
 
 import yaml
 
-sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "pages"))
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 import core_stub  # noqa: E402
-from docs_links import slug  # noqa: E402
-from docs_pages import CODE, FENCE  # noqa: E402
+from links import slug  # noqa: E402
+from page_text import CODE, FENCE  # noqa: E402
 
 SINGLE = {"README.md": "index.md", "docs/README.md": "overview.md", "scenes/README.md": "scenes/keys.md",
           "scenes/gallery/README.md": "gallery/gallery.md", "examples/README.md": "examples/examples.md",

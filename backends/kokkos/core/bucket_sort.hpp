@@ -10,9 +10,9 @@
 
 namespace drench::kokkos_backend {
 
-/// What `sort: auto` takes, on every backend: the fastest that was measured. tools/bench_neighbors has it first on an
-/// H200 at every size (800 k particles, keys to table: 0.06 ms; radix 0.11, bitonic 0.28, the paper's bitonic 1.55) and
-/// on CPU cores from 32,768 particles on (radix by a tenth below).
+/// What `sort: auto` takes, on every backend: the fastest that was measured. tools/measure/bench_neighbors has it first
+/// on an H200 at every size (800 k particles, keys to table: 0.06 ms; radix 0.11, bitonic 0.28, the paper's bitonic
+/// 1.55) and on CPU cores from 32,768 particles on (radix by a tenth below).
 inline constexpr SortMethod fastest_sort = SortMethod::counting;
 
 class BucketSort {
