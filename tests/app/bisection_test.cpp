@@ -99,7 +99,9 @@ TEST(Bisection, WhatHasNoPlaceBelongsNowhere) {
   for (const RankPart& part : few.parts()) empty += part.min[0] > part.max[0] ? 1 : 0;
   EXPECT_GT(empty, 100);
   for (const WeightedPoint& p : points)
-    EXPECT_EQ(std::count_if(few.parts().begin(), few.parts().end(), [&](const RankPart& part) { return holds(part, p.at); }), 1);
+    EXPECT_EQ(
+        std::count_if(few.parts().begin(), few.parts().end(), [&](const RankPart& part) { return holds(part, p.at); }),
+        1);
   const Bisection none({}, 3);
   EXPECT_EQ(none.rank_of({4, 5, 6}), 0);
   EXPECT_FALSE(holds(none.parts()[1], {4, 5, 6}));
@@ -116,7 +118,8 @@ TEST(SpreadLiquid, CountsTheGhostsAtEachCut) {
   EXPECT_NEAR(fullest.ghosts(8 * 2000), 4 * 300, 0.1 * 4 * 300) << "as a surface grows";
 }
 
-/// The expected shape against a counted one: a cube of 8 ranks has three faces each, one of 64 ranks inner parts with six.
+/// The expected shape against a counted one: a cube of 8 ranks has three faces each, one of 64 ranks inner parts with
+/// six.
 TEST(SpreadLiquid, IsWhatIsExpectedOfACube) {
   for (const int ranks : {8, 64}) {
     const std::vector<Vec3> places = lattice(48, 48, 48);

@@ -245,8 +245,8 @@ TEST(MemoryEstimate, RefusesWhatTheMachineOrTheDeviceCannotHold) {
           on_gpu / 1073741824));
 }
 
-/// On a GPU the liquid's list, its gradient factors and the words of the lean iterations have the same entries, and each bundle
-/// is whole groups of four wide: some 1.5 a row more than its longest.
+/// On a GPU the liquid's list, its gradient factors and the words of the lean iterations have the same entries, and
+/// each bundle is whole groups of four wide: some 1.5 a row more than its longest.
 TEST(MemoryEstimate, GivesAGpusListsTheSameEntries) {
   SetupSize size;
   size.fluid = 1e6;

@@ -75,7 +75,8 @@ TEST_F(Commands, CheckWarnsOfStepsThatDoNotFitTheFrames) {
   EXPECT_NE(o.out.find("warning: output.every"), std::string::npos) << o.out;
 }
 
-/// The cut goes along a plane of the block's lattice: two of its layers below it are ghosts above, and three above it are below.
+/// The cut goes along a plane of the block's lattice: two of its layers below it are ghosts above, and three above it
+/// are below.
 TEST_F(Commands, CheckTellsWhatARankWouldHave) {
   write_text(here() / "column.yaml",
              "drench: 1\nfluid: {spacing: 0.02, sources: [{block: {min: [0, 0, 0], max: [0.2, 0.4, 0.2]}}]}\n"
@@ -97,9 +98,10 @@ TEST_F(Commands, CheckTellsWhatARankWouldHave) {
 
 /// Where all liquid comes later, its shares are those of a compact body.
 TEST_F(Commands, CheckForeseesTheRanksOfAJet) {
-  write_text(here() / "jet.yaml",
-             "drench: 1\ntime: {end: 0.1}\nfluid: {spacing: 0.02, sources: [{jet: {center: [0, 0, 0], radius: 0.1, velocity: "
-             "[0, -1, 0]}}]}\n");
+  write_text(
+      here() / "jet.yaml",
+      "drench: 1\ntime: {end: 0.1}\nfluid: {spacing: 0.02, sources: [{jet: {center: [0, 0, 0], radius: 0.1, velocity: "
+      "[0, -1, 0]}}]}\n");
   const Outcome jet = drench({"check", "jet.yaml", "--ranks", "3"});
   EXPECT_EQ(jet.code, 0) << jet.err;
   EXPECT_NE(jet.out.find("ranks: 3; the scene starts without liquid"), std::string::npos) << jet.out;
@@ -147,7 +149,8 @@ TEST_F(Commands, BadScenesAreRefusedWithTheirPlace) {
   EXPECT_EQ(names_in(here()), (std::vector<std::string>{"bad.yaml", "tiny.yaml"}));
 }
 
-/// Counts alone look small here: a cloth far finer than the liquid has all its samples in every particle's neighbourhood.
+/// Counts alone look small here: a cloth far finer than the liquid has all its samples in every particle's
+/// neighbourhood.
 TEST_F(Commands, ListsThatDoNotFitAreRefused) {
   write_text(
       here() / "dense.yaml",

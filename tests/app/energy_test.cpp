@@ -1,5 +1,5 @@
-// energy.csv: what a state holds, and what a run makes of it. Sums of the parts against closed forms and against the watch of
-// the tests for stability, which has laws of its own.
+// energy.csv: what a state holds, and what a run makes of it. Sums of the parts against closed forms and against the
+// watch of the tests for stability, which has laws of its own.
 
 #include "output/energy.hpp"
 
@@ -60,7 +60,8 @@ TEST(Energy, OfAStretchedSheet) {
   const drench::Setup setup = build(parse_scene(sheet_and_ball, "test.yaml"));
   HostState state = setup.state;
   EXPECT_NEAR(energies_of(setup.model, state).stretch, 0, 1e-20);
-  // To 1.05 times its length along x and z: springs Y with Poisson's ratio 1/3 of Van Gelder's membrane, limits 20 Y at 1.02.
+  // To 1.05 times its length along x and z: springs Y with Poisson's ratio 1/3 of Van Gelder's membrane, limits 20 Y
+  // at 1.02.
   for (Vec3& x : state.node_position) x[0] *= 1.05, x[2] *= 1.05;
   double springs = 0;
   const ClothMesh& mesh = setup.model.mesh;
@@ -72,13 +73,15 @@ TEST(Energy, OfAStretchedSheet) {
 }
 
 TEST(Energy, OfAWovenSheet) {
-  const std::string scene = std::string(sheet_and_ball).replace(std::string(sheet_and_ball).find("    stretch: 100\n    strain_limit: 0.02\n"),
-                                                                std::string("    stretch: 100\n    strain_limit: 0.02\n").size(),
-                                                                "    membrane: {warp: 100, weft: 60, shear: 20}\n    warp: [0, 0, 1]\n");
+  const std::string scene = std::string(sheet_and_ball)
+                                .replace(std::string(sheet_and_ball).find("    stretch: 100\n    strain_limit: 0.02\n"),
+                                         std::string("    stretch: 100\n    strain_limit: 0.02\n").size(),
+                                         "    membrane: {warp: 100, weft: 60, shear: 20}\n    warp: [0, 0, 1]\n");
   const drench::Setup setup = build(parse_scene(scene, "test.yaml"));
   HostState state = setup.state;
   EXPECT_NEAR(energies_of(setup.model, state).stretch, 0, 1e-20);
-  // To 1.05 and 1.02 times its length along weft and warp, and then with the warp leaning by the angle whose tangent is 0.1.
+  // To 1.05 and 1.02 times its length along weft and warp, and then with the warp leaning by the angle whose tangent is
+  // 0.1.
   for (Vec3& x : state.node_position) x[0] *= 1.05, x[2] *= 1.02;
   const double area = 0.16, stretched = 0.5 * area * (60 * 0.05 * 0.05 + 100 * 0.02 * 0.02);
   const double lines = 20 * 0.5 * area;  // the lines between the yarns stretch alike

@@ -1,5 +1,7 @@
 // drench new: a first scene for a garment's mesh loads, warns of nothing that it should not, and runs.
 
+#include "setup/first_scene.hpp"
+
 #include <fmt/format.h>
 
 #include <cmath>
@@ -7,7 +9,6 @@
 
 #include "commands_fixture.hpp"
 #include "scene/load.hpp"
-#include "setup/first_scene.hpp"
 
 namespace drench::test {
 namespace {
@@ -38,12 +39,15 @@ class NewScene : public Commands {
     for (int j = 0; j <= rows; ++j)
       for (int i = 0; i < (j == 0 || j == rows ? 1 : around); ++i) {
         const double angle = 2 * std::numbers::pi * i / around, polar = std::numbers::pi * j / rows;
-        const double x = 0.2 * height * std::sin(polar) * std::cos(angle), y = height * (0.5 - 0.6 * std::cos(polar)) + 0.1 * height,
+        const double x = 0.2 * height * std::sin(polar) * std::cos(angle),
+                     y = height * (0.5 - 0.6 * std::cos(polar)) + 0.1 * height,
                      z = 0.12 * height * std::sin(polar) * std::sin(angle);
         obj += z_up ? fmt::format("v {:.9g} {:.9g} {:.9g}\n", x / unit, -z / unit, y / unit)
                     : fmt::format("v {:.9g} {:.9g} {:.9g}\n", x / unit, y / unit, z / unit);
       }
-    const auto at = [](int j, int i) { return j == 0 ? 1 : j == rows ? 2 + (rows - 1) * around : 2 + (j - 1) * around + i % around; };
+    const auto at = [](int j, int i) {
+      return j == 0 ? 1 : j == rows ? 2 + (rows - 1) * around : 2 + (j - 1) * around + i % around;
+    };
     for (int j = 0; j < rows; ++j)
       for (int i = 0; i < around; ++i) {
         if (j > 0) obj += fmt::format("f {} {} {}\n", at(j, i), at(j + 1, i), at(j, i + 1));
@@ -187,7 +191,8 @@ TEST_F(NewScene, SaysWhatItFoundOfSeamsAndPieces) {
   write_text(here() / "garment.obj", obj);
   const Outcome made = drench({"new", "garment.obj"});
   EXPECT_EQ(made.code, 0) << made.err;
-  EXPECT_NE(made.out.find("# cloth 'garment': weld: 11 pairs of boundary points sewn.\n"), std::string::npos) << made.out;
+  EXPECT_NE(made.out.find("# cloth 'garment': weld: 11 pairs of boundary points sewn.\n"), std::string::npos)
+      << made.out;
   EXPECT_NE(made.out.find("# cloth 'garment': 2 pieces that are not sewn together.\n"), std::string::npos) << made.out;
 }
 
@@ -204,11 +209,13 @@ TEST_F(NewScene, ShortensTheStepOrSoftensTheFabricUntilATrialConverges) {
   EXPECT_EQ(half.cloths[0].material.bend, 1e-4);
   EXPECT_EQ(trials, 3);
   ASSERT_FALSE(shorter.warnings.empty());
-  EXPECT_NE(shorter.warnings[0].find("With a step of 0.004 s and bend 0.0001 the first steps do not converge; with 0.001 s"),
-            std::string::npos)
+  EXPECT_NE(
+      shorter.warnings[0].find("With a step of 0.004 s and bend 0.0001 the first steps do not converge; with 0.001 s"),
+      std::string::npos)
       << shorter.warnings[0];
-  const FirstScene softer =
-      first_scene(mesh, "", [](const Scene& scene) { return TriedSteps{10, scene.cloths[0].material.bend > 2e-5 ? 1 : 0}; });
+  const FirstScene softer = first_scene(mesh, "", [](const Scene& scene) {
+    return TriedSteps{10, scene.cloths[0].material.bend > 2e-5 ? 1 : 0};
+  });
   EXPECT_EQ(parse_scene(softer.yaml, "scene.yaml").cloths[0].material.bend, 1e-5);
   const FirstScene never = first_scene(mesh, "", [](const Scene&) { return TriedSteps{10, 10}; });
   EXPECT_EQ(parse_scene(never.yaml, "scene.yaml").time.step, 0.004);

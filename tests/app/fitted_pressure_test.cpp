@@ -1,4 +1,5 @@
-// The pressure that is fitted to the solver's: exact where it is linear, smooth where that scatters, and in the run's files.
+// The pressure that is fitted to the solver's: exact where it is linear, smooth where that scatters, and in the run's
+// files.
 
 #include "output/fitted_pressure.hpp"
 

@@ -56,8 +56,7 @@ inline std::vector<std::string> point_fields(vtkUnstructuredGrid* grid) {
   const int arrays = grid->GetPointData()->GetNumberOfArrays();
   std::vector<std::string> names;
   names.reserve(static_cast<std::size_t>(arrays));
-  for (int i = 0; i < arrays; ++i)
-    names.emplace_back(grid->GetPointData()->GetArrayName(i));
+  for (int i = 0; i < arrays; ++i) names.emplace_back(grid->GetPointData()->GetArrayName(i));
   std::sort(names.begin(), names.end());
   return names;
 }

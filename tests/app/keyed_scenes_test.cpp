@@ -1,4 +1,5 @@
-// Keyframes at their limits: every value that takes them runs with keys that are zero, equal, close together or only one.
+// Keyframes at their limits: every value that takes them runs with keys that are zero, equal, close together or only
+// one.
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>

@@ -1,7 +1,6 @@
 // The library for other programs: views of fields, what a program may change, checkpoints.
 
 #include <gtest/gtest.h>
-
 #include <unistd.h>
 
 #include <cmath>
@@ -54,17 +53,22 @@ void expect_same(const HostState& a, const HostState& b) {
 
 /// Row `row`, column `column` of a view, wherever it lies.
 double number(const FieldView& view, Index row, int column) {
-  const std::size_t at = static_cast<std::size_t>(row) * static_cast<std::size_t>(view.columns) + static_cast<std::size_t>(column);
+  const std::size_t at =
+      static_cast<std::size_t>(row) * static_cast<std::size_t>(view.columns) + static_cast<std::size_t>(column);
   const auto read = [&]<class T>(T) {
     std::vector<T> values(static_cast<std::size_t>(view.rows) * static_cast<std::size_t>(view.columns));
     copy_to_host(view, values.data());
     return static_cast<double>(values[at]);
   };
   switch (view.type) {
-    case FieldView::Type::float32: return read(float{});
-    case FieldView::Type::float64: return read(double{});
-    case FieldView::Type::int64: return read(std::int64_t{});
-    default: return read(std::uint8_t{});
+    case FieldView::Type::float32:
+      return read(float{});
+    case FieldView::Type::float64:
+      return read(double{});
+    case FieldView::Type::int64:
+      return read(std::int64_t{});
+    default:
+      return read(std::uint8_t{});
   }
 }
 
@@ -80,12 +84,14 @@ TEST(library, views_show_every_field_that_the_scene_needs) {
     EXPECT_EQ(static_cast<std::size_t>(view.rows), values.size()) << name;
     EXPECT_EQ(view.unit, unit_of_field(name));
     EXPECT_NE(view.data, nullptr);
-    EXPECT_EQ(view.where == FieldView::Memory::host || name.starts_with("body_"), computes_on_host() || name.starts_with("body_"));
+    EXPECT_EQ(view.where == FieldView::Memory::host || name.starts_with("body_"),
+              computes_on_host() || name.starts_with("body_"));
   });
   EXPECT_EQ(seen, run.fields().size());
   for (Index n = 0; n < state.node_count(); ++n)
     for (int a = 0; a < 3; ++a)
-      EXPECT_EQ(number(run.field("node_position"), n, a), state.node_position[static_cast<std::size_t>(n)][static_cast<std::size_t>(a)]);
+      EXPECT_EQ(number(run.field("node_position"), n, a),
+                state.node_position[static_cast<std::size_t>(n)][static_cast<std::size_t>(a)]);
   EXPECT_EQ(number(run.field("body_position"), 0, 1), state.body_position[0][1]);
   EXPECT_EQ(number(run.field("body_orientation"), 0, 0), state.body_orientation[0][0]);
   EXPECT_THROW(run.field("fluid_colour"), std::out_of_range);
@@ -148,7 +154,8 @@ TEST(library, a_change_to_the_same_velocity_changes_nothing_to_speak_of) {
   run.run_until(0.1);
   same.run_until(0.1);
   const HostState a = run.state(), b = same.state();
-  EXPECT_LE(std::abs(a.supplied - b.supplied), quanta_per_particle);  // a particle may leave a step earlier, by rounding
+  EXPECT_LE(std::abs(a.supplied - b.supplied),
+            quanta_per_particle);  // a particle may leave a step earlier, by rounding
   for (std::size_t n = 0; n < 11; ++n) EXPECT_EQ(a.node_position[n], b.node_position[n]);
 }
 
@@ -178,7 +185,8 @@ TEST(library, numbers_of_another_scene_are_refused) {
   EXPECT_EQ(to_numbers(other), numbers);
   for (std::size_t length = 0; length < numbers.size(); ++length) {
     Model third = setup.model;
-    EXPECT_THROW(take_numbers(third, {numbers.begin(), numbers.begin() + static_cast<std::ptrdiff_t>(length)}), std::invalid_argument);
+    EXPECT_THROW(take_numbers(third, {numbers.begin(), numbers.begin() + static_cast<std::ptrdiff_t>(length)}),
+                 std::invalid_argument);
     EXPECT_EQ(to_numbers(third), to_numbers(setup.model));
   }
 }

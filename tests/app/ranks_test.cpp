@@ -19,8 +19,9 @@ namespace {
 
 using Words = std::vector<std::string>;
 
-/// Everything of the liquid that no scene of restart_scenes.hpp has: extrapolated walls, a source error, steps by their error,
-/// wind on the liquid, a keyed container, a surface and a fitted pressure, in a block that the ranks' cut divides.
+/// Everything of the liquid that no scene of restart_scenes.hpp has: extrapolated walls, a source error, steps by their
+/// error, wind on the liquid, a keyed container, a surface and a fitted pressure, in a block that the ranks' cut
+/// divides.
 constexpr const char* rich_scene = R"(drench: 1
 time: {step: 0.004, end: 1, mode: error}
 domain: {min: [-0.3, -0.1, -0.3], max: [0.3, 0.5, 0.3]}
@@ -103,14 +104,16 @@ bodies:
 std::string what_is_missing() {
   const TempFolder folder;
   if (run_words(folder.path(), {"mpirun", "-n", "1", "true"}).code != 0) return "mpirun is not here, or starts nothing";
-  if (run_drench(folder.path(), {"info"}).out.find("ranks: none") != std::string::npos) return "the program knows no MPI";
+  if (run_drench(folder.path(), {"info"}).out.find("ranks: none") != std::string::npos)
+    return "the program knows no MPI";
   return "";
 }
 
 /// As root, more ranks than cores, and ranks that wait give way: in the words of Open MPI 4 and 5.
 void set_up_mpi() {
-  for (const char* name : {"OMPI_ALLOW_RUN_AS_ROOT", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "PRTE_ALLOW_RUN_AS_ROOT",
-                           "PRTE_ALLOW_RUN_AS_ROOT_CONFIRM", "OMPI_MCA_rmaps_base_oversubscribe", "OMPI_MCA_mpi_yield_when_idle"})
+  for (const char* name :
+       {"OMPI_ALLOW_RUN_AS_ROOT", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "PRTE_ALLOW_RUN_AS_ROOT",
+        "PRTE_ALLOW_RUN_AS_ROOT_CONFIRM", "OMPI_MCA_rmaps_base_oversubscribe", "OMPI_MCA_mpi_yield_when_idle"})
     setenv(name, "1", 0);
   setenv("OMPI_MCA_hwloc_base_binding_policy", "none", 0);
   setenv("PRTE_MCA_hwloc_default_binding_policy", "none", 0);
@@ -142,7 +145,8 @@ class Ranks : public testing::Test {
     return words;
   }
   static Words run_of(const fs::path& scene, const Words& more = {}, const std::string& threads = "1") {
-    return with({"run", scene.string(), "--quiet", "--threads", threads, "--set", "output.checkpoint_every=0.01"}, more);
+    return with({"run", scene.string(), "--quiet", "--threads", threads, "--set", "output.checkpoint_every=0.01"},
+                more);
   }
   void must(int ranks, const Words& arguments) const {
     const Outcome o = on(ranks, arguments);
@@ -203,11 +207,14 @@ TEST_F(Ranks, EverythingThatALiquidDoes) {
 TEST_F(Ranks, ClothThatTouchesItselfAndDrips) {
   expect_equal(scene(porous_scene), {2, 3}, 12);
   const HostState end = read_checkpoint(checkpoints_in(here() / "1").at(0)).state;
-  const auto fresh = std::count(end.fluid_origin.begin(), end.fluid_origin.end(), static_cast<std::uint8_t>(Origin::cloth));
+  const auto fresh =
+      std::count(end.fluid_origin.begin(), end.fluid_origin.end(), static_cast<std::uint8_t>(Origin::cloth));
   EXPECT_GT(fresh, 0) << "no drops";
 }
 
-TEST_F(Ranks, ClothByXpbdUnderWater) { expect_equal(scene(porous_scene), {3}, 5, {"--set", "cloth_solver.method=xpbd"}); }
+TEST_F(Ranks, ClothByXpbdUnderWater) {
+  expect_equal(scene(porous_scene), {3}, 5, {"--set", "cloth_solver.method=xpbd"});
+}
 
 TEST_F(Ranks, ClothOfSeveralFabrics) {
   std::string text = porous_scene;
@@ -284,7 +291,8 @@ TEST_F(Ranks, GoingOnWithOtherNumbersOfRanks) {
 /// Liquid sloshes through the ranks' cut for hundreds of steps in a container that is shaken across it.
 TEST_F(Ranks, NothingIsLostOrDoubledAtACutThatIsCrossedForLong) {
   std::string keys = "[0, [0, 0, 0]]";
-  for (int k = 0; k < 16; ++k) keys += fmt::format(", [{:.3f}, [{}, 0, 0]]", 0.075 + 0.15 * k, k % 2 == 0 ? 0.06 : -0.06);
+  for (int k = 0; k < 16; ++k)
+    keys += fmt::format(", [{:.3f}, [{}, 0, 0]]", 0.075 + 0.15 * k, k % 2 == 0 ? 0.06 : -0.06);
   const fs::path slosh = scene(fmt::format(R"(drench: 1
 time: {{step: 0.004, end: 2.4}}
 domain: {{min: [-1, -0.2, -0.2], max: [1, 1, 0.2]}}
@@ -391,8 +399,14 @@ TEST_F(Ranks, AFailingRunEndsAllWithOneLine) {
   const double nan = std::nan("");
   const std::pair<const char*, std::function<void(HostState&)>> edits[] = {
       {"a velocity", [=](HostState& s) { s.fluid_velocity.back()[1] = nan; }},
-      {"a position", [=](HostState& s) { s.fluid_position.front() = {nan, nan, nan}; }},
-      {"one away", [=](HostState& s) { s.fluid_velocity.front() = {0, 0, 1e4}; }},
+      {"a position",
+       [=](HostState& s) {
+         s.fluid_position.front() = {nan, nan, nan};
+       }},
+      {"one away",
+       [=](HostState& s) {
+         s.fluid_velocity.front() = {0, 0, 1e4};
+       }},
       {"a node", [=](HostState& s) { s.node_velocity.at(40)[2] = nan; }},
       {"torn cloth", [=](HostState& s) { s.node_position.at(40)[1] += 50; }},
       {"a body", [=](HostState& s) { s.body_velocity.at(0)[0] = nan; }},

@@ -67,10 +67,12 @@ struct Outcome {
   std::string out, err;
 };
 
-/// Runs a program, found along PATH, with its arguments in folder `where`. With `when`, sends `signal` as soon as it returns
-/// true. No file may become longer than `longest_file`, in bytes. One that takes longer than two minutes is killed (code 1009).
-inline Outcome run_words(const fs::path& where, std::vector<std::string> words, const std::function<bool()>& when = nullptr,
-                         int signal = SIGINT, rlim_t longest_file = RLIM_INFINITY) {
+/// Runs a program, found along PATH, with its arguments in folder `where`. With `when`, sends `signal` as soon as it
+/// returns true. No file may become longer than `longest_file`, in bytes. One that takes longer than two minutes is
+/// killed (code 1009).
+inline Outcome run_words(const fs::path& where, std::vector<std::string> words,
+                         const std::function<bool()>& when = nullptr, int signal = SIGINT,
+                         rlim_t longest_file = RLIM_INFINITY) {
   const TempFolder log;
   const std::string out = log.path() / "out", err = log.path() / "err";
   std::vector<char*> argv;

@@ -7,8 +7,8 @@
 
 namespace drench::test {
 
-/// What a run has computed, by file: frames, collections and checkpoints in bytes, stats.csv without its wall times and what
-/// tells of the ranks.
+/// What a run has computed, by file: frames, collections and checkpoints in bytes, stats.csv without its wall times and
+/// what tells of the ranks.
 inline std::map<std::string, std::string> results_in(const fs::path& folder, bool with_checkpoints = true) {
   std::map<std::string, std::string> results;
   for (const auto& entry : fs::recursive_directory_iterator(folder)) {

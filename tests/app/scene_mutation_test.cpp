@@ -1,6 +1,6 @@
-// Scenes of the project with one mistake each, hundreds of them: every one is refused with one line that names file, line,
-// column and key, or it is a scene that says something else and says it validly. DRENCH_FUZZ_SEED and DRENCH_FUZZ_COUNT
-// repeat or lengthen the hunt.
+// Scenes of the project with one mistake each, hundreds of them: every one is refused with one line that names file,
+// line, column and key, or it is a scene that says something else and says it validly. DRENCH_FUZZ_SEED and
+// DRENCH_FUZZ_COUNT repeat or lengthen the hunt.
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -64,17 +64,19 @@ bool in_range(double x, const std::string& range) {
   return (range.front() == '(' ? x > low : x >= low) && (range.back() == ')' ? x < high : x <= high);
 }
 
-/// The same of a time or a value among the keys of one that moves with time, and of a number in a list of pairs; "no key" if the
-/// leaf is no part of such a value.
+/// The same of a time or a value among the keys of one that moves with time, and of a number in a list of pairs; "no
+/// key" if the leaf is no part of such a value.
 std::string objection_to_key(const Leaf& leaf, const std::map<std::string, const SchemaKey*>& keys) {
-  for (std::size_t dot = leaf.general.rfind('.'); dot != std::string::npos && dot > 0; dot = leaf.general.rfind('.', dot - 1)) {
+  for (std::size_t dot = leaf.general.rfind('.'); dot != std::string::npos && dot > 0;
+       dot = leaf.general.rfind('.', dot - 1)) {
     const auto key = keys.find(leaf.general.substr(0, dot));
     if (key == keys.end()) continue;
     const std::string rest = leaf.general.substr(dot + 1), text = leaf.value->text;
     if (key->second->type.starts_with("list of pairs") && rest == "N.N")
       return in_range(as_number(text), key->second->allowed) ? "" : leaf.path + " is " + text;
     if (!key->second->type.ends_with("or keyframes")) continue;
-    if (rest == "interpolation") return text == "linear" || text == "smooth" || text == "step" ? "" : leaf.path + " is " + text;
+    if (rest == "interpolation")
+      return text == "linear" || text == "smooth" || text == "step" ? "" : leaf.path + " is " + text;
     const bool time = (rest == "N.N" || rest == "keys.N.N") && leaf.path.ends_with(".0");
     const std::string range = time ? "[0, 1e6]" : key->second->allowed;
     return in_range(as_number(text), range) ? "" : leaf.path + " is " + text + ", not in " + range;
@@ -82,8 +84,8 @@ std::string objection_to_key(const Leaf& leaf, const std::map<std::string, const
   return leaf.path + " is no key";
 }
 
-/// Looks at a scene that was accepted with nothing but the schema: "" if each of its values may stand where it stands, and
-/// comes back out of the scene that was made of it.
+/// Looks at a scene that was accepted with nothing but the schema: "" if each of its values may stand where it stands,
+/// and comes back out of the scene that was made of it.
 std::string objection(const std::string& text, const Scene& scene) {
   static const Schema schema = scene_schema();
   std::map<std::string, const SchemaKey*> keys;
@@ -214,9 +216,10 @@ long largest_resident() {  // KiB
 
 /// The files that `everything` names.
 void write_meshes(const std::filesystem::path& folder) {
-  test::write_text(folder / "exists.obj",
-                   "v 0 0 0\nv 0 0 1\nv 1 0 0\nv 3 0 0\nv 3 0 1\nv 4 0 0\nv 6 0 0\nv 6 0 1\nv 7 0 0\nv 9 0 0\nv 9 0 1\nv 10 0 0\n"
-                   "g left\nf 1 2 3\ng right-side\nf 4 5 6\ng\nf 7 8 9\nf 10 11 12\n");
+  test::write_text(
+      folder / "exists.obj",
+      "v 0 0 0\nv 0 0 1\nv 1 0 0\nv 3 0 0\nv 3 0 1\nv 4 0 0\nv 6 0 0\nv 6 0 1\nv 7 0 0\nv 9 0 0\nv 9 0 1\nv 10 0 0\n"
+      "g left\nf 1 2 3\ng right-side\nf 4 5 6\ng\nf 7 8 9\nf 10 11 12\n");
   test::write_text(folder / "seams.txt", "0 3\n");
   test::write_text(folder / "mesh.PLY",
                    "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n"
@@ -229,7 +232,8 @@ void expect_of_the_program(const std::filesystem::path& folder, const std::strin
                            const std::string& line) {
   test::write_text(path, bad);
   const test::Outcome o = test::run_drench(folder, {"check", path});
-  EXPECT_TRUE(o.code == 2 || (o.code == 0 && line.empty()) || line.find("does not fit") != line.npos) << o.code << o.err;
+  EXPECT_TRUE(o.code == 2 || (o.code == 0 && line.empty()) || line.find("does not fit") != line.npos)
+      << o.code << o.err;
   if (o.code == 2) {
     EXPECT_EQ(wrong_form(o.err.substr(0, o.err.size() - 1), path, bad), "") << o.err;
   }

@@ -14,7 +14,8 @@
 namespace drench::testing {
 namespace {
 
-/// The paths of all maps, lists and values in a document but within a value's keys, with N for the number of a list's entry.
+/// The paths of all maps, lists and values in a document but within a value's keys, with N for the number of a list's
+/// entry.
 void collect(const yaml::Value& value, const std::string& path, std::set<std::string>& paths) {
   for (const yaml::Entry& entry : value.entries) {
     const std::string at = path.empty() ? entry.key : path + "." + entry.key;
@@ -77,8 +78,8 @@ std::set<std::string> keys_of_test_scenes() {
   return keys;
 }
 
-/// So the schema misses no key that a scene can have, and the tests none of the schema: `everything` has the keys of old,
-/// and a newer section those of its own test.
+/// So the schema misses no key that a scene can have, and the tests none of the schema: `everything` has the keys of
+/// old, and a newer section those of its own test.
 TEST(SceneReference, HasTheKeysOfTheScenesOfTests) {
   std::set<std::string> known = schema_paths(), used = paths_of(everything);
   used.insert("preset");                                       // `everything` has the switches that it stands for

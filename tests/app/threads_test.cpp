@@ -137,7 +137,8 @@ TEST(threads, settle_in_a_program_that_starts_itself_anew_once) {
     EXPECT_EQ(o.code, 0) << o.err;
     EXPECT_NE(o.out.find("version: "), std::string::npos);
     int times = 0;
-    for (std::size_t at = o.err.find("OMP_WAIT_POLICY"); at != std::string::npos; at = o.err.find("OMP_WAIT_POLICY", at + 1))
+    for (std::size_t at = o.err.find("OMP_WAIT_POLICY"); at != std::string::npos;
+         at = o.err.find("OMP_WAIT_POLICY", at + 1))
       ++times;
     return std::pair(times, o.err.substr(std::max(std::size_t{1}, o.err.rfind("DISPLAY ENVIRONMENT BEGIN")) - 1));
   };

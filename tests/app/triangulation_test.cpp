@@ -1,5 +1,7 @@
 // Polygons of any kind divided into triangles.
 
+#include "setup/triangulation.hpp"
+
 #include <gtest/gtest.h>
 #include <vtkCellArray.h>
 #include <vtkIdList.h>
@@ -14,7 +16,6 @@
 #include <random>
 
 #include "base/eigen_vec.hpp"
-#include "setup/triangulation.hpp"
 
 namespace drench::testing {
 namespace {

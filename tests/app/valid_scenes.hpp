@@ -16,8 +16,8 @@
 
 namespace drench::testing {
 
-/// Small scenes in which some keys have values at the ends of their ranges; the same ones for the same seed. Keys that are not in
-/// a scene are added. The loader refuses some of them, since keys depend on each other.
+/// Small scenes in which some keys have values at the ends of their ranges; the same ones for the same seed. Keys that
+/// are not in a scene are added. The loader refuses some of them, since keys depend on each other.
 class ValidScenes {
  public:
   explicit ValidScenes(std::uint64_t seed) : random_(seed), schema_(scene_schema()) {}

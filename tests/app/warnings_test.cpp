@@ -214,7 +214,8 @@ TEST(Warnings, ClothTooStiffForItsSolver) {
 TEST(Warnings, StrainLimitsTakeXpbdLonger) {
   const std::string sheet =
       "drench: 1\ntime: {step: 0.004, end: 1}\ncloth_solver: {method: xpbd}\n"
-      "cloth: [{mesh: {grid: {size: [0.6, 0.6], nodes: [21, 21]}}, pin: [{corners: true}], stretch: 2000, strain_limit: 0.1}]\n";
+      "cloth: [{mesh: {grid: {size: [0.6, 0.6], nodes: [21, 21]}}, pin: [{corners: true}], stretch: 2000, "
+      "strain_limit: 0.1}]\n";
   expect_one(warnings_of(sheet), "with xpbd, a cloth at its strain_limit needs at least");
   EXPECT_EQ(warnings_of(sheet, {"cloth_solver.method=pd"}), Lines());
   EXPECT_EQ(warnings_of(sheet, {"cloth.0.strain_limit=0"}), Lines());
