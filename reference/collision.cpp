@@ -238,7 +238,7 @@ std::vector<BodyContact> project_out(const std::vector<PlacedBody>& bodies, cons
     if (body.body->kind != BodyScene::Kind::mesh) continue;
     for (int k = 0; k < 2; ++k) {  // Newton's method, because φ is interpolated
       distance = distance_to(body, x, normal, slope);
-      if (!distance || std::abs(kept - *distance) <= 1e-4 * kept) break;
+      if (!distance || std::abs(kept - *distance) <= 1e-9 * kept) break;
       x += (kept - *distance) / slope * normal;
     }
   }

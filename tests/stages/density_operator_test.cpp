@@ -66,6 +66,7 @@ Products products(const std::string& scene) {
                         {rows.of_particle, rows.particle_pair, std::as_const(cloth).nodes.velocity, Real(1)});
   const Entries<const Real3> boundary = std::as_const(fluid).boundary_gradient;
   const Entries<const Real4> v = std::as_const(work).predicted;
+  const bool bounded = bodies.boundary.count > 0 || cloth.samples.count > 0;
   Array<Real> rate("rate", static_cast<std::size_t>(particles));
   Array<Real3> acceleration("acceleration", static_cast<std::size_t>(particles));
   parallel(
@@ -76,7 +77,8 @@ Products products(const std::string& scene) {
         divergence.add_walls(
             i, v(i).xyz(), [](Index) { return Real3{}; }, sum);  // at rest
         rate(i) = sum + divergence.approach(i, v(i).xyz());
-        acceleration(i) = -divergence.gradient(i) - divergence.position(i).w * boundary(i);
+        acceleration(i) = -divergence.gradient(i);
+        if (bounded) acceleration(i) -= divergence.position(i).w * boundary(i);
       });
   const auto rates = on_host(rate);
   const auto accelerations = on_host(acceleration);

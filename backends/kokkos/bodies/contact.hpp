@@ -49,7 +49,6 @@ KOKKOS_INLINE_FUNCTION T read_only(const T* from) {
 }
 
 constexpr Real far_away = Real(1e30);  // m
-constexpr Real near_enough = Real(1e-4);
 
 /// Before a loop whose body is long: a GPU would have a copy of it for each round.
 #ifdef __CUDA_ARCH__
@@ -180,6 +179,11 @@ KOKKOS_INLINE_FUNCTION SolidDistance<T> solid_distance(const Solid& solid, const
   return {far_away, {0, 0, 0}};
 }
 
+/// Of the distance to a mesh: to what share of it a displacement out of the mesh has to meet it. A residual in double
+/// precision sees more.
+template <class T>
+constexpr T near_enough = sizeof(T) == sizeof(double) ? T(1e-9) : T(1e-4);
+
 /// The shift to the distance τ (m) from a solid that is at `d` now: along the normal, and for a mesh, whose distance is
 /// interpolated, by at most two more of Newton's steps until it is met to 1e-4 of it.
 template <class T>
@@ -190,7 +194,7 @@ KOKKOS_INLINE_FUNCTION Vector3<T> to_distance(const Solid& solid, const Real3& x
   for (int k = 0; solid.kind == 3 && k < 2; ++k) {
     d = solid_distance(solid, x, shift);
     const T off = thickness - d.phi;
-    if (!(d.phi < far_away) || Kokkos::abs(off) <= near_enough * thickness) return shift;
+    if (!(d.phi < far_away) || Kokkos::abs(off) <= near_enough<T> * thickness) return shift;
     shift += (off / d.slope) * d.normal;
   }
   return shift;

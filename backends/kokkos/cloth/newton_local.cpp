@@ -91,10 +91,8 @@ bool NewtonCloth::relax_locally(const ClothSystem& s) {
       u = project_out(s.solids, t.start, u + local_step(s, n, r, near), t.clearance);
     }
   measure(s, now_);
-  if (now_.over_goal < kept_.over_goal) {
-    anderson_.clear();
-    return true;
-  }
+  anderson_.clear();
+  if (now_.over_goal < kept_.over_goal) return true;
   std::swap(now_, kept_);
   return false;
 }

@@ -21,12 +21,10 @@ struct TwoRates {
     free += o.free;
     return *this;
   }
-  KOKKOS_INLINE_FUNCTION friend TwoRates operator*(Real factor, const TwoRates& r) {
-    return {factor * r.predicted, factor * r.free};
-  }
 };
-KOKKOS_INLINE_FUNCTION TwoRates dot(const TwoVelocities& v, const Real3& x) {
-  return {dot(v.predicted, x), dot(v.free, x)};
+KOKKOS_INLINE_FUNCTION TwoRates pair_rate(Real factor, const TwoVelocities& v, const Real3& x) {
+  const Real3 gradient = factor * x;
+  return {dot(v.predicted, gradient), dot(v.free, gradient)};
 }
 
 /// work.density_rate of the predicted velocities, less what yields, and work.free_rate of those without any pressure.
