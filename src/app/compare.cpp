@@ -67,8 +67,8 @@ class Comparison {
       // and the liquid's next iteration begins from there: there the first lot satisfies it on both sides. Its law is
       // the same in each lot; where it comes to is stage cloth's, which keeps its tolerance.
       model_.scene.cloth_solver.tolerance = stage == Stage::pressure ? 1e9 : cloth_tolerance_;
-      // Iterates of two methods differ; where they converge to do not, except in contact, which has many states within a
-      // tolerance.
+      // Iterates of two methods differ; where they converge to do not, except in contact, which has many states within
+      // a tolerance.
       model_.jacobi_cloth = stage == Stage::pressure || !model_.bodies.empty();
       run_stage_from(reference_, model_, stage, state, info, expected_report);
       run_stage_from(backend_, model_, stage, state, info, actual_report);
