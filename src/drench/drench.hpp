@@ -35,9 +35,9 @@ class Simulation {
   /// @throws DeviceError without a device
   /// @throws RanksError for ranks that were given different scenes
   /// @param ranks those that run the scene together, of join_ranks(), which must outlive it; null: one alone. Each of
-  /// them calls
-  ///   everything here, in the same order. state() has all of the liquid on rank 0, and the rank's own elsewhere;
-  ///   fields() has the rank's own and, behind it, what it sees of others; save_checkpoint() writes on rank 0
+  ///   them calls everything here, in the same order. state() has all of the liquid on rank 0, and the rank's own
+  ///   elsewhere; fields() has the rank's own and, behind it, what it sees of others; save_checkpoint() writes on rank
+  ///   0
   explicit Simulation(const Scene& scene, const Communicator* ranks = nullptr);
   ~Simulation();
   Simulation(const Simulation&) = delete;
@@ -46,8 +46,7 @@ class Simulation {
   /// One step.
   /// @param longest the step is not longer than this, s
   /// @returns what the step did: its length, iterations and errors of its solves, masses, speeds. Each is one number
-  /// for all
-  ///   of the scene; reading them costs nothing
+  ///   for all of the scene; reading them costs nothing
   /// @throws std::invalid_argument unless `longest` is above 0
   /// @throws std::runtime_error when the run cannot go on; its text says why. The state is then that of half a step
   StepReport step(double longest = std::numeric_limits<double>::infinity());
@@ -76,8 +75,7 @@ class Simulation {
   /// @param pin the entry, from 0
   /// @param velocity m/s
   /// @throws std::invalid_argument for a cloth or an entry that there is not, an entry that holds no node, a number
-  /// that is not
-  ///   finite
+  ///   that is not finite
   void set_pin_velocity(Index cloth, Index pin, const Vec3& velocity);
   /// The nodes that an entry of `cloth.N.pin` holds, as rows of the node fields. Throws as set_pin_velocity() does.
   std::vector<Index> pin_nodes(Index cloth, Index pin) const;

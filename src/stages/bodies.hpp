@@ -9,5 +9,6 @@
 // Reads:  Model::bodies, Model::boundary, time (s), body_position (m), body_orientation, body_velocity (m/s),
 //         body_angular_velocity (rad/s).
 // Writes: body_*, boundary_position (m), boundary_velocity (m/s), boundary_volume (m³) of bodies that change their
-// shape. Poses are double in every build. Errors: none. Dynamic bodies do not feel each other. What cloth does to them:
-// stages cloth (14 to 16) and wet_adhesion.
+//         shape. Poses are double in every build.
+// Errors: none. Dynamic bodies do not feel each other. What cloth does to them: stages cloth (14 to 16) and
+//         wet_adhesion.

@@ -8,5 +8,5 @@
 //         0.
 // Reads:  fluid_position, node_position (m), fluid_mass, node_liquid (quanta), boundary_volume (m³), neighbour lists.
 // Writes: fluid_density_ratio (1), sample_volume (m³); with time.mode error StepReport::density_found (1, Eq. 27a); the
-// backend's own α, α' (m²) and C, C' (1/m²). Errors: none. α = 0 marks particles without a usable diagonal; they carry
-// no pressure.
+//         backend's own α, α' (m²) and C, C' (1/m²).
+// Errors: none. α = 0 marks particles without a usable diagonal; they carry no pressure.

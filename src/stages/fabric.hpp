@@ -4,4 +4,7 @@
 //
 // Law:    docs/theory/porous.md, section 15.
 // Reads:  node_liquid, sample_taken_front, sample_taken_back, sample_given_front, sample_given_back (quanta), rest
-// positions. Writes: StepReport::fabrics. Exact:  masses are sums of integers. Errors: none.
+//         positions.
+// Writes: StepReport::fabrics.
+// Exact:  masses are sums of integers.
+// Errors: none.

@@ -9,4 +9,4 @@
 // Writes: fluid_velocity, node_velocity (m/s), node_pin_force (N); with such walls body_velocity (m/s),
 //         body_angular_velocity (rad/s) of dynamic bodies.
 // Errors: none here. The scene loader refuses adhesion to dynamic bodies; set-up warns of a fixed Δt beyond the
-// capillary limit.
+//         capillary limit.
