@@ -16,7 +16,6 @@
 #include "app/view.hpp"
 #include "base/free_cores.hpp"
 #include "base/stop_request.hpp"
-#include "drench_version.hpp"
 #include "output/fabric_summary.hpp"
 #include "output/frame_queue.hpp"
 #include "output/lost.hpp"
@@ -175,9 +174,7 @@ class Run {
     if (same) cut_off();
     write_resolved_scene(folder_, model_.scene, backend_.name(), backend_.description());
     log_ = RunLog(folder_ / "run.log", same);
-    log_.write(fmt::format("drench {} ({}, {} precision), backend {}: {}", version_string, git_commit, precision_name,
-                           backend_.name(), backend_.description()));
-    log_.write(fmt::format("scene {}", options_.scene));
+    log_.write(run_heading(backend_.name(), backend_.description(), options_.scene));
     stats_.emplace(folder_ / "stats.csv", pipeline_.stages(), model_.quantum, pipeline_.initial_total(),
                    same ? pipeline_.step_index() : -1,
                    StatsKinds{model_.scene.time.mode == TimeMode::error,
@@ -345,8 +342,7 @@ class Run {
     if (stopped) say(fmt::format("interrupted at step {}", pipeline_.step_index()));
     if (stopped && !folder_.empty())
       say(fmt::format("to continue: drench run {} --resume {}", options_.scene, folder_.string()));
-    say(fmt::format("{} steps to t = {:.6g} s in {:.1f} s, mass error {:.3g} kg", totals_.steps(), pipeline_.time(),
-                    seconds, mass_error_));
+    say(totals_.end(pipeline_.time(), seconds, mass_error_));
     if (const std::string errors = totals_.errors(model_); !errors.empty()) say(errors);
     if (const std::string fabrics = fabrics_.lines(model_); !fabrics.empty())
       say(fabrics.substr(0, fabrics.size() - 1));

@@ -4,7 +4,6 @@
 
 #include <utility>
 
-#include "drench_version.hpp"
 #include "report/report.hpp"
 
 namespace drench {
@@ -19,9 +18,7 @@ Recorder::Recorder(const std::string& folder, bool overwrite, const Model& model
       log_(folder_ / "run.log"),
       totals_(model.most_stretch()) {
   write_resolved_scene(folder_, model_.scene, backend_.name(), backend_.description());
-  log_.write(fmt::format("drench {} ({}, {} precision), backend {}: {}", version_string, git_commit, precision_name,
-                         backend_.name(), backend_.description()));
-  log_.write(fmt::format("scene {}", model_.scene.path));
+  log_.write(run_heading(backend_.name(), backend_.description(), model_.scene.path));
   for (const std::string& line : warnings) log_.write("warning: " + line);
   stats_.emplace(folder_ / "stats.csv", pipeline_.stages(), model_.quantum, pipeline_.initial_total(), -1,
                  StatsKinds{model_.scene.time.mode == TimeMode::error,
@@ -60,8 +57,7 @@ std::filesystem::path Recorder::finish() {
   log_.write(totals_.warnings());
   if (!failed_) {
     const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count();
-    log_.write(fmt::format("{} steps to t = {:.6g} s in {:.1f} s, mass error {:.3g} kg", totals_.steps(),
-                           pipeline_.time(), seconds, mass_error_));
+    log_.write(totals_.end(pipeline_.time(), seconds, mass_error_));
     log_.write(totals_.errors(model_));
   }
   log_.write(totals_.stage_table(pipeline_.stages()));

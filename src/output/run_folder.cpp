@@ -126,4 +126,10 @@ void write_resolved_scene(const fs::path& folder, const Scene& scene, const std:
   write_atomically(folder / "scene.yaml", head + line + "\n\n" + to_yaml(scene));
 }
 
+std::string run_heading(const std::string& backend_name, const std::string& backend_description,
+                        const std::string& scene) {
+  return fmt::format("drench {} ({}, {} precision), backend {}: {}\nscene {}", version_string, git_commit,
+                     precision_name, backend_name, backend_description, scene);
+}
+
 }  // namespace drench

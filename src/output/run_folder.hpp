@@ -46,5 +46,8 @@ bool holds_run(const std::filesystem::path& folder);
 /// Writes scene.yaml: the resolved scene under a comment that says which program and machine computed it.
 void write_resolved_scene(const std::filesystem::path& folder, const Scene& scene, const std::string& backend_name,
                           const std::string& backend_description);
+/// The first lines of run.log: program, backend and scene.
+std::string run_heading(const std::string& backend_name, const std::string& backend_description,
+                        const std::string& scene);
 
 }  // namespace drench

@@ -111,6 +111,10 @@ std::string RunTotals::errors(const Model& model) const {
   return text.empty() ? "" : "errors: " + text;
 }
 
+std::string RunTotals::end(double time, double seconds, double mass_error) const {
+  return fmt::format("{} steps to t = {:.6g} s in {:.1f} s, mass error {:.3g} kg", steps_, time, seconds, mass_error);
+}
+
 std::string RunTotals::stage_table(const std::vector<Stage>& stages) const {
   double total = 0;
   for (const Stage s : stages) total += milliseconds_[static_cast<std::size_t>(s)];

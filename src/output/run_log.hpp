@@ -43,6 +43,8 @@ class RunTotals {
   /// One line: what the density solve and the motion left, the cloth's residual, and the saturation's step error, on
   /// average and at worst; "" for a scene without all of them.
   std::string errors(const Model& model) const;
+  /// One line: how many steps took how many seconds, up to which simulated time (s), and the mass error (kg).
+  std::string end(double time, double seconds, double mass_error) const;
   /// Table of the stages' total times, one line each.
   std::string stage_table(const std::vector<Stage>& stages) const;
   const std::array<double, stage_count>& milliseconds() const { return milliseconds_; }
