@@ -38,24 +38,7 @@ KOKKOS_INLINE_FUNCTION SolidDistance<T> box_distance(const Vector3<T>& lo, const
   return {distance, {normal[0], normal[1], normal[2]}};
 }
 
-/// An entry that nobody writes while the kernel runs: a GPU reads it through a cache that barriers do not empty.
-template <class T>
-KOKKOS_INLINE_FUNCTION T read_only(const T* from) {
-#ifdef __CUDA_ARCH__
-  return __ldg(from);
-#else
-  return *from;
-#endif
-}
-
 constexpr Real far_away = Real(1e30);  // m
-
-/// Before a loop whose body is long: a GPU would have a copy of it for each round.
-#ifdef __CUDA_ARCH__
-#define DRENCH_ROLLED _Pragma("unroll 1")
-#else
-#define DRENCH_ROLLED
-#endif
 
 /// Distance to a closed mesh from its field (trilinear), `x` relative to the centre in the body's own axes. Beyond the
 /// lattice: far away.
@@ -77,26 +60,20 @@ KOKKOS_INLINE_FUNCTION SolidDistance<T> field_distance(const Solid& s, const Vec
   // Along x, then y, then z: the slopes are those of the same interpolation.
   const Index row = s.field_points[0], layer = row * s.field_points[1];
   const Real* const corner = s.field + (std::int64_t{cell[2]} * layer + (cell[1] * row + cell[0]));
-  T phi, slope[3];
-  {
-    T value[2], of_x[2], of_y[2];
-    for (int z = 0; z < 2; ++z) {
-      T of_row[2], x_of_row[2];
-      for (int y = 0; y < 2; ++y) {
-        const T first = read_only(corner + z * layer + y * row);
-        x_of_row[y] = T(read_only(corner + z * layer + y * row + 1)) - first;
-        of_row[y] = first + w[0] * x_of_row[y];
-      }
-      of_y[z] = of_row[1] - of_row[0];
-      value[z] = of_row[0] + w[1] * of_y[z];
-      of_x[z] = x_of_row[0] + w[1] * (x_of_row[1] - x_of_row[0]);
+  T value[2], of_x[2], of_y[2];
+  for (int z = 0; z < 2; ++z) {
+    T of_row[2], x_of_row[2];
+    for (int y = 0; y < 2; ++y) {
+      const T first = read_only(corner + z * layer + y * row);
+      x_of_row[y] = T(read_only(corner + z * layer + y * row + 1)) - first;
+      of_row[y] = first + w[0] * x_of_row[y];
     }
-    slope[2] = value[1] - value[0];
-    phi = value[0] + w[2] * slope[2];
-    slope[0] = of_x[0] + w[2] * (of_x[1] - of_x[0]);
-    slope[1] = of_y[0] + w[2] * (of_y[1] - of_y[0]);
+    of_y[z] = of_row[1] - of_row[0];
+    value[z] = of_row[0] + w[1] * of_y[z];
+    of_x[z] = x_of_row[0] + w[1] * (x_of_row[1] - x_of_row[0]);
   }
-  const Vector3<T> gradient{slope[0], slope[1], slope[2]};
+  const T of_z = value[1] - value[0], phi = value[0] + w[2] * of_z;
+  const Vector3<T> gradient{of_x[0] + w[2] * (of_x[1] - of_x[0]), of_y[0] + w[2] * (of_y[1] - of_y[0]), of_z};
   const T length = norm(gradient);
   if (!(length > 0)) return {phi, {0, 1, 0}};
   return {phi, (1 / length) * gradient, Kokkos::fmax(inverse * length, T(0.5))};
@@ -179,13 +156,13 @@ KOKKOS_INLINE_FUNCTION SolidDistance<T> solid_distance(const Solid& solid, const
   return {far_away, {0, 0, 0}};
 }
 
-/// Of the distance to a mesh: to what share of it a displacement out of the mesh has to meet it. A residual in double
-/// precision sees more.
+/// A point that leaves a mesh has arrived when its distance differs from the wanted one by at most this share. Newton's
+/// method for cloth evaluates its residual in double precision and needs the smaller one.
 template <class T>
 constexpr T near_enough = sizeof(T) == sizeof(double) ? T(1e-9) : T(1e-4);
 
 /// The shift to the distance τ (m) from a solid that is at `d` now: along the normal, and for a mesh, whose distance is
-/// interpolated, by at most two more of Newton's steps until it is met to 1e-4 of it.
+/// interpolated, by at most two more steps of Newton's method, until near_enough.
 template <class T>
 KOKKOS_INLINE_FUNCTION Vector3<T> to_distance(const Solid& solid, const Real3& x, Vector3<T> shift, SolidDistance<T> d,
                                               std::type_identity_t<T> thickness) {
@@ -231,13 +208,6 @@ KOKKOS_INLINE_FUNCTION Real clearance_at_start(const Solids& solids, const Real3
   }
   return kept;
 }
-
-/// Code that few points need: a GPU keeps it apart from that of the others.
-#ifdef __CUDA_ARCH__
-#define DRENCH_SELDOM __noinline__
-#else
-#define DRENCH_SELDOM
-#endif
 
 /// The distance (m) that a point keeps from solid b beside others, which it is at `d` from (distance_to_keep).
 template <class T, class Solids>

@@ -60,7 +60,7 @@ void finish(const Constants& constants, Cloth& cloth, const ClothSolverWork& sol
         }
         velocity(n) = v;
         const NodeTerms t = s.terms(n);
-        Real3 nothing{};
+        Real3 nothing{};  // most nodes touch nothing, and the residual of the others is long to evaluate
         if (!s.contact(t, shift(n), nothing, t.compression).touches) return;
         const Real3 whole = s.residual(n, shift);
         Real3 r = whole;

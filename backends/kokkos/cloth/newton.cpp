@@ -15,7 +15,7 @@ namespace {
 constexpr int most_iterations = 40;  // of one solve
 constexpr int most_linear = 60;      // iterations of a linear solve
 constexpr double forcing = 0.05;     // of the linear residual that may be left
-constexpr int factor_cost = 8;       // of a new factor, in linear iterations
+constexpr int factor_cost = 8;       // a new factor takes as long as so many linear iterations
 constexpr Index many_changed = 10;   // nodes whose free directions differ from the factor's, likewise
 constexpr Index few_toggled = 2;     // nodes that may change their state while steps are combined
 constexpr double most_growth = 2;    // of the residual that a step may cause
@@ -276,15 +276,13 @@ void NewtonCloth::make_orthogonal(int k) {
   if (k == 0) return;
   NodeVector &z = directions_[at(k)], &q = images_[at(k)];
   sums_.dots(images_, k, q, products_);
-  constexpr Index length = 192;
-  const auto count = static_cast<Index>(q.size());
-  parallel("drench::cloth::newton_orthogonal", (count + length - 1) / length, [&](const Index p) {
+  for_chunks("drench::cloth::newton_orthogonal", static_cast<Index>(q.size()), [&](const Index begin, const Index end) {
     for (int j = 0; j < k; ++j) {
-      const Real a = Real(products_[at(j)]), *const image = images_[at(j)].data(),
-                 *const direction = directions_[at(j)].data();
-      for (Index i = p * length; i < std::min(count, (p + 1) * length); ++i) {
-        q[at(i)] -= a * image[i];
-        z[at(i)] -= a * direction[i];
+      const Real a = Real(products_[at(j)]);
+      const NodeVector &image = images_[at(j)], &direction = directions_[at(j)];
+      for (Index i = begin; i < end; ++i) {
+        q[at(i)] -= a * image[at(i)];
+        z[at(i)] -= a * direction[at(i)];
       }
     }
   });

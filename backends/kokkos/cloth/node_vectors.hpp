@@ -22,6 +22,15 @@ inline Eigen::Map<const Column3> at_node(const NodeVector& v, Index n) {
 inline Column3 column(const Double3& v) { return {Real(v.x), Real(v.y), Real(v.z)}; }
 inline Double3 in_double(const Column3& v) { return {double(v[0]), double(v[1]), double(v[2])}; }
 
+/// Loops over all numbers of a vector go by chunks of so many.
+inline constexpr Index numbers_per_chunk = 192;
+/// Calls part(begin, end) for chunks of [0, count), which threads share.
+template <class Part>
+void for_chunks(const char* label, Index count, const Part& part) {
+  parallel(label, (count + numbers_per_chunk - 1) / numbers_per_chunk,
+           [&](const Index p) { part(p * numbers_per_chunk, std::min(count, (p + 1) * numbers_per_chunk)); });
+}
+
 /// Sums of nodes in chunks of fixed length, which are added one after the other.
 class ChunkedSums {
  public:
@@ -50,17 +59,16 @@ class ChunkedSums {
   /// a_j · b for the first `count` vectors a_j; all of them in one loop.
   void dots(const std::vector<NodeVector>& a, int count, const NodeVector& b, std::vector<double>& product) {
     const auto numbers = static_cast<Index>(b.size());
-    const Index chunks = (numbers + 3 * length - 1) / (3 * length);
     const auto each = static_cast<std::size_t>(count);
-    parts_.resize(static_cast<std::size_t>(chunks) * each);
+    parts_.resize(static_cast<std::size_t>((numbers + numbers_per_chunk - 1) / numbers_per_chunk) * each);
     double* const part = parts_.data();
-    parallel("drench::cloth::node_dots", chunks, [=, &a, &b](const Index p) {
-      const Index begin = 3 * length * p, end = std::min(numbers, begin + 3 * length);
+    for_chunks("drench::cloth::node_dots", numbers, [=, &a, &b](const Index begin, const Index end) {
+      const Real* const y = b.data();
       for (std::size_t j = 0; j < each; ++j) {
-        const Real *const x = a[j].data(), *const y = b.data();
+        const Real* const x = a[j].data();
         double sum = 0;
         for (Index i = begin; i < end; ++i) sum += double(x[i]) * double(y[i]);
-        part[static_cast<std::size_t>(p) * each + j] = sum;
+        part[static_cast<std::size_t>(begin / numbers_per_chunk) * each + j] = sum;
       }
     });
     product.assign(each, 0);
@@ -81,10 +89,8 @@ class ChunkedSums {
 inline void add_scaled(const char* label, Real a, const NodeVector& x, NodeVector& y) {
   const Real* const from = x.data();
   Real* const to = y.data();
-  constexpr Index length = 192;
-  const auto count = static_cast<Index>(y.size());
-  parallel(label, (count + length - 1) / length, [=](const Index p) {
-    for (Index i = p * length; i < std::min(count, (p + 1) * length); ++i) to[i] += a * from[i];
+  for_chunks(label, static_cast<Index>(y.size()), [=](const Index begin, const Index end) {
+    for (Index i = begin; i < end; ++i) to[i] += a * from[i];
   });
 }
 

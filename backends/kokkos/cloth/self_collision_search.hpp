@@ -1,6 +1,6 @@
 #pragma once
 // Which pairs of the cloth with itself can come near in a step: boxes of paths, from groups to clusters to items. Law 2
-// of src/stages/self_collision.hpp then tells which of these pairs can.
+// of src/stages/self_collision.hpp then selects the pairs that do.
 
 #include "cloth/self_collision_laws.hpp"
 #include "core/gather.hpp"

@@ -5,10 +5,10 @@
 
 #include <memory>
 
-#include "bodies/contact.hpp"
 #include "cloth/cloth.hpp"
+#include "cloth/cloth_progress.hpp"
 #include "cloth/elasticity.hpp"
-#include "core/reduce.hpp"
+#include "cloth/node_contact.hpp"
 
 namespace drench::kokkos_backend {
 
@@ -33,74 +33,6 @@ struct ClothSolverWork {
 
 MemoryEstimate cloth_solver_bytes(const Sizing& s);
 
-/// The solids that a node touches: which directions their planes leave it, how far their surfaces move in the step (m),
-/// and what presses the node into all of them, as a force or a displacement.
-template <class T = Real>
-struct NodeContact {
-  bool touches = false, held = false;  // held: no direction is left
-  Vector3<T> normal, second;           // at right angles; second: 0 unless it is pressed onto two planes
-  Vector3<T> moved;
-  T press = 0;
-
-  /// The part of v along the directions that are left.
-  KOKKOS_INLINE_FUNCTION Vector3<T> tangential(const Vector3<T>& v) const {
-    if (held) return {};
-    return v - dot(v, normal) * normal - dot(v, second) * second;
-  }
-  /// One more plane that it is pressed onto.
-  KOKKOS_INLINE_FUNCTION void add_plane(const Vector3<T>& own) {
-    if (!(dot(normal, normal) > 0)) {
-      normal = own;
-      return;
-    }
-    const Vector3<T> fresh = tangential(own);
-    const T length = norm(fresh);
-    if (length < T(0.05)) return;  // as a plane before it
-    held = dot(second, second) > 0;
-    second = (1 / length) * fresh;
-  }
-};
-
-/// The slip (m) as the residual's test counts it: 0 where it is below a tenth of the displacement along the normal,
-/// `relative` less the slip. An interpolated distance has normals that jump so much between its cells.
-template <class T>
-KOKKOS_INLINE_FUNCTION Vector3<T> counted_slip(const Vector3<T>& relative, const Vector3<T>& slip) {
-  const Vector3<T> along_normal = relative - slip;
-  return dot(slip, slip) > T(0.01) * dot(along_normal, along_normal) ? slip : Vector3<T>{};
-}
-
-/// The solids that a node touches, and what presses it into each of them.
-template <class T>
-struct TouchedSolids {
-  static constexpr int most = 4;
-  int count = 0;
-  std::size_t solid[most];
-  SolidDistance<T> at[most];
-  T held[most];
-
-  KOKKOS_INLINE_FUNCTION void add(std::size_t b, const SolidDistance<T>& distance) {
-    solid[count] = b;
-    at[count] = distance;
-    held[count++] = 0;
-  }
-  /// Takes from `push` what presses into the solids: the least that leaves none of it in any of them, by projected
-  /// Gauss-Seidel on the pressing parts.
-  KOKKOS_INLINE_FUNCTION void take(Vector3<T>& push) {
-    constexpr int sweeps = 50;
-    const T enough = T(1e-7) * norm(push);
-    for (int sweep = 0; sweep < sweeps; ++sweep) {
-      T most_change = 0;
-      for (int k = 0; k < count; ++k) {
-        const T change = Kokkos::fmax(-held[k], -dot(push, at[k].normal));
-        held[k] += change;
-        push += change * at[k].normal;
-        most_change = Kokkos::fmax(most_change, Kokkos::abs(change));
-      }
-      if (count == 1 || !(most_change > enough)) return;
-    }
-  }
-};
-
 /// What an iteration reads of a node and what stays the same during one solve.
 struct NodeTerms {
   Real3 start, target;               // x⁰_n, y_n − x⁰_n, m
@@ -117,57 +49,6 @@ struct TriangleTerms {
   Real limit = 0, limit_stiffness = 0;  // ε, 1; K, N·m
   Membrane<Real> membrane{};
   Real damping_rate = 0, softening = 1;  // τ/Δt; factor on its stiffness, as wet as it is
-};
-
-// Iterations before Chebyshev's weights begin; the same after the target has moved, where there are no solids; from
-// check to check.
-inline constexpr int plain_iterations = 10, plain_iterations_later = 2, check_interval = 10;
-inline constexpr int patient = 9;  // checks after which xpbd's residual must have fallen
-
-/// The residual in units of its goal, of the nodes' shares (ClothSystem::imbalance).
-KOKKOS_INLINE_FUNCTION double over_goal(const TwoSums& sums) { return sums.first > 0 ? sums.first / sums.second : 0; }
-
-/// Chebyshev's weights (Wang 2015) and what the checks have found.
-struct ClothProgress {
-  double rho = 0, omega = 1, smallest = 1e300, residual = 1e300, marked = 1e300;
-  int since_restart = 0, iterations = 0, plain = plain_iterations, since_mark = 0;
-  int patience = 0;  // checks after which the residual must be below the marked one; 0: it may be anything
-
-  /// ω of the next iteration.
-  KOKKOS_INLINE_FUNCTION Real next_weight() {
-    if (since_restart == plain) omega = 2 / (2 - rho * rho);
-    if (since_restart > plain) omega = 4 / (4 - rho * rho * omega);
-    ++since_restart;
-    ++iterations;
-    return static_cast<Real>(omega);
-  }
-  /// The target has moved: the weights start again.
-  KOKKOS_INLINE_FUNCTION void move_on(bool solids) {
-    restart(solids ? plain_iterations : plain_iterations_later);
-    if (patience > 0 && residual > 1) patience = 1;
-    smallest = marked = 1e300;
-  }
-  /// If the residual has not fallen in time, or has grown tenfold over the smallest so far, ρ is lowered and the
-  /// weights start again.
-  KOKKOS_INLINE_FUNCTION void judge(double found) {
-    residual = found;
-    const bool due = ++since_mark >= patience || marked == 1e300;
-    if (patience > 0 && due && found > marked) slow_down(plain_iterations_later);
-    if (found > 10 * smallest) slow_down(plain_iterations);
-    smallest = Kokkos::fmin(smallest, found);
-    if (!due) return;
-    marked = found;
-    since_mark = 0;
-  }
-  KOKKOS_INLINE_FUNCTION void slow_down(int before_weights) {
-    rho = Kokkos::fmax(0.0, 1 - 2 * (1 - rho));
-    restart(before_weights);
-  }
-  KOKKOS_INLINE_FUNCTION void restart(int before_weights) {
-    omega = 1;
-    since_restart = 0;
-    plain = before_weights;
-  }
 };
 
 /// What the kernels see of the cloth: everything that stays the same during one solve. With a kernel's own arrays and

@@ -1,6 +1,6 @@
 // Compiles DRENCH_ISA_FILE for each instruction set of a host: namespaces isa_portable, isa_avx2 and isa_avx512, with
-// DRENCH_ISA_BITS 128, 256 and 512. best_isa() tells which one runs. Nothing is contracted to fused multiply-adds, so
-// all of them compute the same bits. (No pragma once: a file of code may include it several times.)
+// DRENCH_ISA_BITS 128, 256 and 512. best_isa() chooses the one that runs. Nothing is contracted to fused multiply-adds,
+// so all of them compute the same bits. (No pragma once: a file of code may include it several times.)
 
 #include "core/isa.hpp"
 

@@ -34,6 +34,28 @@ using Array = Kokkos::View<T*, MemSpace>;
 #else
 #define DRENCH_UNROLL
 #endif
+/// Before a loop with a long body: a GPU would have a copy of it for each round.
+#ifdef __CUDA_ARCH__
+#define DRENCH_ROLLED _Pragma("unroll 1")
+#else
+#define DRENCH_ROLLED
+#endif
+/// For a function that is called seldom: on a GPU its code stays apart from the caller's.
+#ifdef __CUDA_ARCH__
+#define DRENCH_SELDOM __noinline__
+#else
+#define DRENCH_SELDOM
+#endif
+
+/// An entry that no kernel writes while this one runs: a GPU reads it through a cache that barriers do not empty.
+template <class T>
+KOKKOS_INLINE_FUNCTION T read_only(const T* from) {
+#ifdef __CUDA_ARCH__
+  return __ldg(from);
+#else
+  return *from;
+#endif
+}
 
 /// A raw-pointer view of an array for kernels: 8 bytes instead of a View's 24. CUDA launches serialise once a kernel's
 /// arguments exceed 512 bytes. A debug build carries the length and checks it. `Entries<const T>` is read-only.

@@ -76,7 +76,7 @@ DensityOperator PressureSystem::divergence(const Entries<const Real4>& position,
           .wall_position = std::as_const(bodies).boundary.position,
           .sheets = sheets,
           .has_walls = bodies.boundary.count > 0,
-          .has_sheets = has_cloth() && lists.sheet_rows.count > 0};
+          .has_sheets = has_sheets()};
 }
 
 namespace {

@@ -31,6 +31,8 @@ struct PressureSystem {
   /// m²/s⁴: of the scalar product that decides about a restart, where a residual is a density error of 1.
   double restart_unit() const { return double(constants.spacing) * double(constants.spacing) / (dt * dt * dt * dt); }
   bool has_cloth() const { return cloth.samples.count > 0; }
+  /// Is any of the liquid beside cloth?
+  bool has_sheets() const { return has_cloth() && lists.sheet_rows.count > 0; }
   /// The sheets beside the liquid, with the nodes' velocities as the cloth has answered.
   SheetsOfParticles sheets_of_particles() const;
   /// The discrete divergence over the step's pairs. `position`: of the particles, with κ for the adjoint.

@@ -52,8 +52,8 @@ template <Exchange exchange, int lanes>
 const void* kernel_for(int links, int triangles, bool plain, int block) {
   // Nodes with triangles are never plain, and only they have more lanes.
   if constexpr (lanes != lanes_of_links) {
-    if (lanes == 8 && triangles == 1)
-      return kernel_in_blocks < false, exchange, lanes, lanes == 8 ? 1 : 0 > (links, block);
+    if constexpr (lanes == 8)  // a node has more than four triangles
+      if (triangles == 1) return kernel_in_blocks<false, exchange, lanes, 1>(links, block);
     if (triangles == 2) return kernel_in_blocks<false, exchange, lanes, 2>(links, block);
     return kernel_in_blocks<false, exchange, lanes>(links, block);
   }

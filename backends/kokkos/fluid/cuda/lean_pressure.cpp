@@ -310,8 +310,6 @@ float factor_scale(const PressureSystem& system) {
   return static_cast<float>(kernel.grad_scale * full) * most_factor(kernel.kind) / (65535.0f * 65535.0f);
 }
 
-bool has_sheets(const PressureSystem& system) { return system.has_cloth() && system.lists.sheet_rows.count > 0; }
-
 LeanRows rows_of(const PressureSystem& system) {
   const LeanPressure& lean = *system.work.lean;
   return {lean.word.data(), lean.base.data(), lean.groups.data(), system.lists.fluid_fluid.start.data()};
@@ -326,7 +324,7 @@ void make_rows(const PressureSystem& system, LeanPressure& lean) {
   launch("drench::pressure::lean_rows", bundles * bundle,
          MakeRows{Neighbors(list), Neighbors(system.lists.fluid_boundary), system.lists.sheet_rows.of_particle,
                   system.count(), -1 / factor_scale(system), lean.word.data(), lean.base.data(), lean.groups.data(),
-                  system.bodies.boundary.count > 0, has_sheets(system)});
+                  system.bodies.boundary.count > 0, system.has_sheets()});
   lean.of_lists = system.lists.made;
 }
 

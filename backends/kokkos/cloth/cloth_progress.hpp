@@ -1,0 +1,60 @@
+#pragma once
+// Chebyshev's weights of the cloth's Jacobi iterations, and when they start again. Law: docs/theory/cloth.md,
+// section 8.
+
+#include "core/reduce.hpp"
+
+namespace drench::kokkos_backend {
+
+// Iterations before Chebyshev's weights begin; the same after the target has moved, where there are no solids; from
+// check to check.
+inline constexpr int plain_iterations = 10, plain_iterations_later = 2, check_interval = 10;
+inline constexpr int patient = 9;  // checks after which xpbd's residual must have fallen
+
+/// The residual in units of its goal, of the nodes' shares (ClothSystem::imbalance).
+KOKKOS_INLINE_FUNCTION double over_goal(const TwoSums& sums) { return sums.first > 0 ? sums.first / sums.second : 0; }
+
+/// Chebyshev's weights (Wang 2015) and what the checks have found.
+struct ClothProgress {
+  double rho = 0, omega = 1, smallest = 1e300, residual = 1e300, marked = 1e300;
+  int since_restart = 0, iterations = 0, plain = plain_iterations, since_mark = 0;
+  int patience = 0;  // checks after which the residual must be below the marked one; 0: it may be anything
+
+  /// ω of the next iteration.
+  KOKKOS_INLINE_FUNCTION Real next_weight() {
+    if (since_restart == plain) omega = 2 / (2 - rho * rho);
+    if (since_restart > plain) omega = 4 / (4 - rho * rho * omega);
+    ++since_restart;
+    ++iterations;
+    return static_cast<Real>(omega);
+  }
+  /// The target has moved: the weights start again.
+  KOKKOS_INLINE_FUNCTION void move_on(bool solids) {
+    restart(solids ? plain_iterations : plain_iterations_later);
+    if (patience > 0 && residual > 1) patience = 1;
+    smallest = marked = 1e300;
+  }
+  /// If the residual has not fallen in time, or has grown tenfold over the smallest so far, ρ is lowered and the
+  /// weights start again.
+  KOKKOS_INLINE_FUNCTION void judge(double found) {
+    residual = found;
+    const bool due = ++since_mark >= patience || marked == 1e300;
+    if (patience > 0 && due && found > marked) slow_down(plain_iterations_later);
+    if (found > 10 * smallest) slow_down(plain_iterations);
+    smallest = Kokkos::fmin(smallest, found);
+    if (!due) return;
+    marked = found;
+    since_mark = 0;
+  }
+  KOKKOS_INLINE_FUNCTION void slow_down(int before_weights) {
+    rho = Kokkos::fmax(0.0, 1 - 2 * (1 - rho));
+    restart(before_weights);
+  }
+  KOKKOS_INLINE_FUNCTION void restart(int before_weights) {
+    omega = 1;
+    since_restart = 0;
+    plain = before_weights;
+  }
+};
+
+}  // namespace drench::kokkos_backend

@@ -1,0 +1,76 @@
+#pragma once
+// The solids that a node of the cloth touches. Law: docs/theory/cloth.md, section 11.
+
+#include "bodies/contact.hpp"
+
+namespace drench::kokkos_backend {
+
+/// The solids that a node touches: which directions their planes leave it, how far their surfaces move in the step (m),
+/// and what presses the node into all of them, as a force or a displacement.
+template <class T = Real>
+struct NodeContact {
+  bool touches = false, held = false;  // held: no direction is left
+  Vector3<T> normal, second;           // at right angles; second: 0 unless it is pressed onto two planes
+  Vector3<T> moved;
+  T press = 0;
+
+  /// The part of v along the directions that are left.
+  KOKKOS_INLINE_FUNCTION Vector3<T> tangential(const Vector3<T>& v) const {
+    if (held) return {};
+    return v - dot(v, normal) * normal - dot(v, second) * second;
+  }
+  /// One more plane that it is pressed onto.
+  KOKKOS_INLINE_FUNCTION void add_plane(const Vector3<T>& own) {
+    if (!(dot(normal, normal) > 0)) {
+      normal = own;
+      return;
+    }
+    const Vector3<T> fresh = tangential(own);
+    const T length = norm(fresh);
+    if (length < T(0.05)) return;  // as a plane before it
+    held = dot(second, second) > 0;
+    second = (1 / length) * fresh;
+  }
+};
+
+/// The slip (m) as the residual's test counts it: 0 where it is below a tenth of the displacement along the normal,
+/// `relative` less the slip. An interpolated distance has normals that jump so much between its cells.
+template <class T>
+KOKKOS_INLINE_FUNCTION Vector3<T> counted_slip(const Vector3<T>& relative, const Vector3<T>& slip) {
+  const Vector3<T> along_normal = relative - slip;
+  return dot(slip, slip) > T(0.01) * dot(along_normal, along_normal) ? slip : Vector3<T>{};
+}
+
+/// The solids that a node touches, and what presses it into each of them.
+template <class T>
+struct TouchedSolids {
+  static constexpr int most = 4;
+  int count = 0;
+  std::size_t solid[most];
+  SolidDistance<T> at[most];
+  T held[most];
+
+  KOKKOS_INLINE_FUNCTION void add(std::size_t b, const SolidDistance<T>& distance) {
+    solid[count] = b;
+    at[count] = distance;
+    held[count++] = 0;
+  }
+  /// Takes from `push` what presses into the solids: the least that leaves none of it in any of them, by projected
+  /// Gauss-Seidel on the pressing parts.
+  KOKKOS_INLINE_FUNCTION void take(Vector3<T>& push) {
+    constexpr int sweeps = 50;
+    const T enough = T(1e-7) * norm(push);
+    for (int sweep = 0; sweep < sweeps; ++sweep) {
+      T most_change = 0;
+      for (int k = 0; k < count; ++k) {
+        const T change = Kokkos::fmax(-held[k], -dot(push, at[k].normal));
+        held[k] += change;
+        push += change * at[k].normal;
+        most_change = Kokkos::fmax(most_change, Kokkos::abs(change));
+      }
+      if (count == 1 || !(most_change > enough)) return;
+    }
+  }
+};
+
+}  // namespace drench::kokkos_backend
