@@ -14,8 +14,8 @@ namespace drench {
 void settle_threads(char** argv, int asked);
 
 /// Looks between the steps of a run whether its threads still have a core each. Where other programs have come, fewer
-/// threads work until they have gone: threads that wait for one that has no core are slower than one alone. Where the
-/// environment says how threads wait, they stay as they are.
+/// threads work until they have gone: threads that wait for one that has no core are slower than one alone. If the
+/// environment defines how threads wait, their number does not change.
 class ThreadWatch {
  public:
   ThreadWatch();

@@ -33,8 +33,8 @@ void check(int code, const char* what) {
   throw RanksError(fmt::format("MPI: {} failed: {}", what, std::string(text, static_cast<std::size_t>(length))));
 }
 
-/// Sums and maxima in one element of a message, which no library cuts: its first word says how many words are sums, its
-/// second how many there are in all.
+/// Sums and maxima in one element of a message, which no library cuts: its first word is the number of sums, its second
+/// the number of words in all.
 void add_and_compare(void* from, void* to, int* length, MPI_Datatype*) {
   const auto* in = static_cast<const std::int64_t*>(from);
   auto* out = static_cast<std::int64_t*>(to);

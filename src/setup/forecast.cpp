@@ -16,8 +16,8 @@ namespace {
 
 using Eigen::Vector3d;
 
-/// Distance (m) to the solid that is nearest at t = 0, or less; `within` says how near to it the answer has to be
-/// exact. Meshes are exact up to the end of their distance fields; one that is not closed is no obstacle.
+/// Distance (m) to the solid that is nearest at t = 0, or less; the answer is exact for distances below
+/// `within`. Meshes are exact up to the end of their distance fields; one that is not closed is no obstacle.
 double solid_distance(const Model& model, const Vec3& x, double within, const Body** nearest) {
   double distance = INFINITY;
   for (const Body& body : model.bodies) {

@@ -11,12 +11,12 @@
 namespace drench {
 
 /// Reads .obj, .ply or .stl. A polygon of n corners becomes n − 2 triangles (setup/triangulation.hpp). Those without
-/// area, or that name a point twice, are left out, and SurfaceMesh::left_out says how many and where. Points without a
-/// triangle are dropped; the others keep their order. Which triangles share a point is what the file says, whatever its
-/// texture coordinates and normals are: points at the same place stay apart. An .stl file has no points to share, so
-/// exact copies become one there; where more than two facets would then meet in an edge, those stay together that
-/// enclose solid between them. A relative `file` is looked for beside `scene_path`, then in the working folder.
-/// SetupError: no such file, unknown ending, unreadable or empty.
+/// area, or that name a point twice, are left out, and SurfaceMesh::left_out has their number and the first place.
+/// Points without a triangle are dropped; the others keep their order. Which triangles share a point is what the file
+/// says, whatever its texture coordinates and normals are: points at the same place stay apart. An .stl file has no
+/// points to share, so exact copies become one there; where more than two facets would then meet in an edge, those stay
+/// together that enclose solid between them. A relative `file` is looked for beside `scene_path`, then in the working
+/// folder. SetupError: no such file, unknown ending, unreadable or empty.
 SurfaceMesh read_mesh(const std::string& file, const std::string& scene_path);
 
 /// What else is read of a file that has it: texture coordinates, and the groups of an .obj file. SetupError if a

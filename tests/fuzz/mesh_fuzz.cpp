@@ -1,5 +1,5 @@
 // The mesh readers under libFuzzer: whatever the bytes, a mesh whose triangles have their points, or one line that
-// begins with the file. The first byte says which format. tools/dev/fuzz builds and runs it.
+// begins with the file. The first byte selects the format. tools/dev/fuzz builds and runs it.
 
 #include <unistd.h>
 #include <vtkObject.h>

@@ -19,7 +19,7 @@ Real3 some_vector(Index i) {
   return {Real(test::noise(at, 0)), Real(test::noise(at, 1)), Real(test::noise(at, 2))};
 }
 
-/// Σ_i V_i κ_i R_i, and Σ_i V_i v_i · a_i + Σ_n u_n · F_n, over ρ0: Eq. 12 says that they are equal but for the sign.
+/// Σ_i V_i κ_i R_i, and Σ_i V_i v_i · a_i + Σ_n u_n · F_n, over ρ0; by Eq. 12 their sum is 0.
 /// `size`: of the terms of the first.
 struct Products {
   double of_rates = 0, of_forces = 0, size = 0;
