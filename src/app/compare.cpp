@@ -44,7 +44,7 @@ class Comparison {
   Comparison(const CompareOptions& options, Model& model, Backend& backend, Backend& reference)
       : options_(options),
         model_(model),
-        cloth_tolerance_(model.scene.cloth_solver.tolerance),
+        cloth_solver_(model.scene.cloth_solver),
         backend_(backend),
         reference_(reference),
         precision_(precision_named(precision_name)) {
@@ -66,10 +66,17 @@ class Comparison {
       // Within the density solve the cloth's iteration ends where rounding lets it, in float many lots before double,
       // and the liquid's next iteration begins from there: there the first lot satisfies it on both sides. Its law is
       // the same in each lot; where it comes to is stage cloth's, which keeps its tolerance.
-      model_.scene.cloth_solver.tolerance = stage == Stage::pressure ? 1e9 : cloth_tolerance_;
       // Iterates of two methods differ; where they converge to do not, except in contact, which has many states within
-      // a tolerance.
+      // a tolerance. So without bodies both sides of stage cloth converge as far as their precision is compared.
       model_.jacobi_cloth = stage == Stage::pressure || !model_.bodies.empty();
+      ClothSolverScene& solver = model_.scene.cloth_solver;
+      solver = cloth_solver_;
+      if (stage == Stage::pressure) {
+        solver.tolerance = 1e9;
+      } else if (!model_.jacobi_cloth) {
+        solver.tolerance = std::min(solver.tolerance, precision_.tolerance);
+        solver.max_iterations = std::max(solver.max_iterations, 100'000);
+      }
       run_stage_from(reference_, model_, stage, state, info, expected_report);
       run_stage_from(backend_, model_, stage, state, info, actual_report);
       HostState expected = reference_.download(), actual = backend_.download();
@@ -144,7 +151,7 @@ class Comparison {
 
   const CompareOptions& options_;
   Model& model_;  // both backends refer to it
-  double cloth_tolerance_;
+  ClothSolverScene cloth_solver_;
   Backend &backend_, &reference_;
   Precision precision_;
   std::size_t moved_ = 0;
