@@ -40,8 +40,9 @@ struct PathBox {
   }
   /// Do they meet, and is one of them searched for?
   KOKKOS_INLINE_FUNCTION bool meets(const PathBox& o) const {
-    return (lo.w > 0 || o.lo.w > 0) && lo.x <= o.hi.x && o.lo.x <= hi.x && lo.y <= o.hi.y && o.lo.y <= hi.y &&
-           lo.z <= o.hi.z && o.lo.z <= hi.z;
+    // Bitwise: whether two boxes meet cannot be predicted, and a wrong guess costs more than six comparisons.
+    return ((lo.w > 0) | (o.lo.w > 0)) & (lo.x <= o.hi.x) & (o.lo.x <= hi.x) & (lo.y <= o.hi.y) & (o.lo.y <= hi.y) &
+           (lo.z <= o.hi.z) & (o.lo.z <= hi.z);
   }
 };
 

@@ -97,14 +97,24 @@ KOKKOS_INLINE_FUNCTION void compare(const Collision& s, const Couple& clusters, 
     if (at < room) list(at) = {a + lane, b + __ffs(static_cast<int>(found)) - 1};
 #else
   (void)lane;
-  for (Index i = a; i < a + width; ++i) {
+  const PathBox around_a = s.box(around + clusters.first), around_b = s.box(around + clusters.second);
+  Index theirs[width], count = 0;
+  for (Index j = b; j < b + width; ++j) {
+    theirs[count] = j;
+    count += s.box(first + j).meets(around_a) ? 1 : 0;
+  }
+  for (Index i = a; i < a + width && count > 0; ++i) {
     const PathBox own = s.box(first + i);
-    if (!own.meets(s.box(around + clusters.second))) continue;
-    for (Index j = !one ? b : same ? i : i + 1; j < b + width; ++j) {
-      if (!own.meets(s.box(first + j))) continue;
-      const Index at = Kokkos::atomic_fetch_add(&s.counter(counter), Index{1});
-      if (at < room) list(at) = {i, j};
+    if (!own.meets(around_b)) continue;
+    Index hit[width], hits = 0;
+    for (Index k = 0; k < count; ++k) {
+      const Index j = theirs[k];
+      hit[hits] = j;
+      hits += own.meets(s.box(first + j)) && (!one || i < j || (same && i == j)) ? 1 : 0;
     }
+    if (hits == 0) continue;
+    const Index at = Kokkos::atomic_fetch_add(&s.counter(counter), hits);
+    for (Index k = 0; k < hits && at + k < room; ++k) list(at + k) = {i, hit[k]};
   }
 #endif
 }
