@@ -62,9 +62,9 @@ Colour wet_colour(double saturation) {
   return stops[3].colour;
 }
 
-class Series {
+class FrameSeries {
  public:
-  explicit Series(const fs::path& folder)
+  explicit FrameSeries(const fs::path& folder)
       : all_{recorded_frames(folder, "fluid"), recorded_frames(folder, "cloth"), recorded_frames(folder, "bodies")} {}
   /// Times of the series with the most frames: bodies that stand still have only one.
   std::vector<double> times() const {
@@ -280,7 +280,7 @@ std::vector<Vec3> corners_of(const std::vector<Scenery>& frames) {
 }
 
 void paint_all(const RunRecord& run, int count, bool with_views, Thumbnails& out) {
-  const Series series(run.folder);
+  const FrameSeries series(run.folder);
   const std::vector<double> times = series.times();
   if (times.empty()) {
     out.notes.emplace_back("The run has written no frames, so there are no pictures.");
@@ -307,7 +307,7 @@ void paint_all(const RunRecord& run, int count, bool with_views, Thumbnails& out
 }  // namespace
 
 Picture last_frame(const RunRecord& run, int width, int height) {
-  const Series series(run.folder);
+  const FrameSeries series(run.folder);
   const std::vector<double> times = series.times();
   if (times.empty()) throw std::runtime_error("The run has written no frames, so there are no pictures.");
   const std::vector<Scenery> frames{series.read(times.back())};

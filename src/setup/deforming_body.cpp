@@ -23,18 +23,18 @@ namespace {
 
 using Eigen::Vector3d;
 using Points = std::vector<Vec3>;
-using Corners = std::array<Vector3d, 3>;
+using CornerPoints = std::array<Vector3d, 3>;
 
-Corners corners_of(const Body& body, const Points& points, std::size_t triangle) {
-  Corners corners;
+CornerPoints corners_of(const Body& body, const Points& points, std::size_t triangle) {
+  CornerPoints corners;
   for (std::size_t c = 0; c < 3; ++c)
     corners[c] = to_eigen(points[static_cast<std::size_t>(body.mesh_triangles[triangle][c])]);
   return corners;
 }
 
-Vector3d across(const Corners& x) { return (x[1] - x[0]).cross(x[2] - x[0]); }
+Vector3d across(const CornerPoints& x) { return (x[1] - x[0]).cross(x[2] - x[0]); }
 
-Eigen::AlignedBox3d bounds_of(const Points& points) {
+Eigen::AlignedBox3d box_around(const Points& points) {
   Eigen::AlignedBox3d bounds;
   for (const Vec3& x : points) bounds.extend(to_eigen(x));
   return bounds;
@@ -84,9 +84,9 @@ std::vector<Index> agree(std::vector<std::array<Index, 3>>& triangles, const std
 /// m³, of each shell.
 std::vector<double> volumes(const Body& body, const Points& points, const std::vector<Index>& shell) {
   std::vector<double> volume(1 + static_cast<std::size_t>(*std::max_element(shell.begin(), shell.end())), 0.0);
-  const Vector3d middle = bounds_of(points).center();
+  const Vector3d middle = box_around(points).center();
   for (std::size_t t = 0; t < shell.size(); ++t) {
-    const Corners x = corners_of(body, points, t);
+    const CornerPoints x = corners_of(body, points, t);
     volume[static_cast<std::size_t>(shell[t])] += (x[0] - middle).dot((x[1] - middle).cross(x[2] - middle)) / 6;
   }
   return volume;
@@ -136,7 +136,7 @@ void deform(Body& body, std::vector<Points> points, double fps, const std::vecto
   Deformation& shape = body.shape;
   shape.fps = fps;
   for (std::size_t k = 0; k < points.size(); ++k) {
-    shape.center.push_back(to_vec3(bounds_of(points[k]).center()));
+    shape.center.push_back(to_vec3(box_around(points[k]).center()));
     for (const Vec3& x : points[k]) body.reach = std::max(body.reach, (to_eigen(x) - to_eigen(body.center)).norm());
     if (k > 0) shape.speed.push_back(fastest_between(points[k - 1], points[k], fps));
   }
@@ -163,7 +163,7 @@ std::vector<std::string> deformation_warnings(const Body& body, const std::strin
 
 void lay_deforming_field(Body& body, double spacing, double margin, double longest, double farthest) {
   Eigen::Vector3d size = Eigen::Vector3d::Zero();
-  for (const Points& points : body.shape.points) size = size.cwiseMax(bounds_of(points).sizes());
+  for (const Points& points : body.shape.points) size = size.cwiseMax(box_around(points).sizes());
   const Vector3d middle = to_eigen(body.shape.center.front());
   body.field = lay_field(to_vec3(middle - 0.5 * size), to_vec3(middle + 0.5 * size), spacing, margin);
   const double points = static_cast<double>(body.field.points[0]) * body.field.points[1] * body.field.points[2];
@@ -203,13 +203,13 @@ constexpr double farthest = 8;  // weights are not larger: of a sliver they woul
 /// Where sample s is when the mesh's points are at `points`.
 Vec3 placed(const Body& body, const Points& points, std::size_t s) {
   const Deformation& shape = body.shape;
-  const Corners x = corners_of(body, points, static_cast<std::size_t>(shape.triangle[s]));
+  const CornerPoints x = corners_of(body, points, static_cast<std::size_t>(shape.triangle[s]));
   const auto& w = shape.weight[s];
   return to_vec3(w[0] * x[0] + w[1] * x[1] + w[2] * x[2] - shape.depth[s] * across(x).normalized());
 }
 
 /// Affine weights of the foot of q in the plane of a triangle.
-std::array<double, 3> weights_of(const Corners& x, const Vector3d& q) {
+std::array<double, 3> weights_of(const CornerPoints& x, const Vector3d& q) {
   const Vector3d n = across(x);
   const double b = (q - x[0]).cross(x[2] - x[0]).dot(n) / n.squaredNorm(),
                c = (x[1] - x[0]).cross(q - x[0]).dot(n) / n.squaredNorm();
@@ -217,7 +217,7 @@ std::array<double, 3> weights_of(const Corners& x, const Vector3d& q) {
 }
 
 /// Binds the sample x, which lies below the point p of the triangle.
-void bind_to(Body& body, const Corners& corners, Index triangle, const Vector3d& p, const Vector3d& x) {
+void bind_to(Body& body, const CornerPoints& corners, Index triangle, const Vector3d& p, const Vector3d& x) {
   std::array<double, 3> weight = weights_of(corners, x);
   double depth = (corners[0] - x).dot(across(corners).normalized());
   const auto large = [](double w) { return !(std::abs(w) <= farthest); };
@@ -231,7 +231,7 @@ void bind_to(Body& body, const Corners& corners, Index triangle, const Vector3d&
 }
 
 /// Lengths of a triangle's edges, m².
-std::array<double, 3> squares(const Corners& x) {
+std::array<double, 3> squares(const CornerPoints& x) {
   return {(x[1] - x[0]).squaredNorm(), (x[2] - x[1]).squaredNorm(), (x[0] - x[2]).squaredNorm()};
 }
 
@@ -320,7 +320,7 @@ double near_pairs(const Body& body) {
   const double block = 2 * body.field.spacing, kept = 0.4;  // of those that a triangle's box meets; of a fish 0.35
   double pairs = 0;
   for (std::size_t t = 0; t < body.mesh_triangles.size(); ++t) {
-    const Corners x = corners_of(body, body.mesh_points, t);
+    const CornerPoints x = corners_of(body, body.mesh_points, t);
     const Vector3d size = x[0].cwiseMax(x[1]).cwiseMax(x[2]) - x[0].cwiseMin(x[1]).cwiseMin(x[2]);
     pairs += kept * ((size.array() + 2 * body.shape.band) / block + 1).prod();
   }

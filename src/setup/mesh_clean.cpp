@@ -22,8 +22,6 @@ constexpr double low = 0.01;          // of the mean edge: the height of a slive
 constexpr double least_cosine = 0.5;  // between a triangle's normals before and after
 constexpr int most_passes = 10;
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
 class Cleaner {
  public:
   Cleaner(SurfaceMesh& mesh, double height) : mesh_(mesh) {

@@ -12,8 +12,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
 /// Pairs the half-edges of one edge that enclose solid between them: going about the edge, one of them begins it and
 /// the next ends it.
 void pair_by_angle(const std::vector<Vec3>& points, const HalfEdges& sides, const std::vector<Index>& place,

@@ -15,8 +15,6 @@ namespace {
 
 constexpr std::size_t most_listed = 12;  // pieces of a cloth
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
 /// The lowest node of each node's piece.
 std::vector<Index> connected(const ClothMesh& mesh) {
   std::vector<Index> parent(mesh.rest_position.size());

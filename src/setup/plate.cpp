@@ -60,7 +60,6 @@ class Plate {
   }
 
  private:
-  static std::size_t at(Index i) { return static_cast<std::size_t>(i); }
   Vector3d position(Index n) const { return to_eigen(mesh_.points[at(n)]); }
   std::size_t corner(Index t, Index n) const {
     const auto& nodes = mesh_.triangles[at(t)];

@@ -19,8 +19,6 @@ namespace {
 
 using Pairs = std::vector<std::array<Index, 2>>;
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
 /// Where each node of a chain lies along it, 0 to 1.
 std::vector<double> shares(const std::vector<Index>& nodes, bool closed, const std::vector<Vec3>& points) {
   std::vector<double> share{0};

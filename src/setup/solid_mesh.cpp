@@ -19,8 +19,6 @@ using Triangles = std::vector<std::array<Index, 3>>;
 
 constexpr double of_a_sheet = 0.75;  // area of its covers over its own, at least
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
 /// Sets of numbers that are united step by step; each is named by its lowest.
 class Sets {
  public:

@@ -16,8 +16,6 @@ using Eigen::Vector3d;
 constexpr float smaller = 1 - 0x1p-18F;  // than rounding can make the square of a distance to a box
 constexpr float larger = 1 + 0x1p-17F;
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
 /// The square of the distance from a + p to the triangle a, a + ab, a + ac (Ericson 2005, section 5.1.5); a triangle
 /// without area is its edges.
 double squared_distance_to(const Vector3d& ab, const Vector3d& ac, const Vector3d& p) {

@@ -21,8 +21,6 @@ using Eigen::Vector3d;
 constexpr double nearly = 1e-3;         // of the edges at the two points: they coincide
 constexpr double on_each_other = 0.99;  // cosine between the directions in which two sheets leave a seam
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
 /// Clusters of points, merged one pair after the other.
 class Welder {
  public:

@@ -22,8 +22,6 @@ using kokkos_backend::BlockCholesky;
 using kokkos_backend::NodeGraph;
 using kokkos_backend::Real;
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
 /// A grid whose nodes share entries with all that are up to two lines away; `holes`: some are missing.
 NodeGraph grid(Index width, Index height, bool holes) {
   std::vector<Index> number(at(width * height), -1);

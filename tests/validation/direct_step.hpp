@@ -16,7 +16,6 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-inline std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 inline Vector3d node(const std::vector<Vec3>& x, Index n) { return to_eigen(x[at(n)]); }
 
 /// kg

@@ -60,7 +60,6 @@ class BlockCholesky {
     Index source, target, length;
   };
 
-  static std::size_t at(Index i) { return static_cast<std::size_t>(i); }
   NodeGraph eliminate(const NodeGraph& near);
   void make_panels(const NodeGraph& below);
   void add_panels(Index first, Index last, const std::vector<Index>& rows);

@@ -10,8 +10,6 @@
 namespace drench::kokkos_backend {
 namespace {
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
 /// How many steps each node of `nodes` is from `from`, over nodes of the same label; −1: no way leads there.
 std::vector<Index> steps_from(const NodeGraph& near, const std::vector<Index>& label, Index from) {
   std::vector<Index> steps(near.size(), -1), queue{from};

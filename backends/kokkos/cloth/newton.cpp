@@ -26,8 +26,6 @@ constexpr double longest = 32;       // times the Newton step: the most that it 
 constexpr double margin_at_dynamic_bodies = 0.002;  // of the thickness, beyond the clearance: where pressed nodes end
 constexpr double rounding = 0.5 * 2.2e-16;          // of Σ D L: what the sums leave of a residual
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
 }  // namespace
 
 NewtonCloth::NewtonCloth(const Cloth& cloth, const ClothSystem& system)

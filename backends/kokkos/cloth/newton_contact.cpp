@@ -14,11 +14,9 @@
 namespace drench::kokkos_backend {
 namespace {
 
-constexpr int sweeps = 4;                      // of Gauss-Seidel
+constexpr int zone_sweeps = 4;                 // of Gauss-Seidel
 constexpr Real other_directions = Real(0.02);  // squared: from there on a node is free in others than in the factor
 constexpr Real new_plane = Real(0.05);         // sine of the angle from which on a plane counts beside others
-
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 }  // namespace
 
@@ -92,7 +90,7 @@ void NewtonCloth::find_touching(const ClothSystem& s) {
   if (zone_.empty()) return;
   for (Index n = 0; n < nodes_; ++n) at_node(zone_residual_, n) = column(now_.residual[at(n)]);
   std::fill(zone_change_.begin(), zone_change_.end(), Real(0));
-  for (int k = 0; k < sweeps; ++k) sweep(s);
+  for (int k = 0; k < zone_sweeps; ++k) sweep(s);
 }
 
 void NewtonCloth::set_contact_rows(const ClothSystem& s) {

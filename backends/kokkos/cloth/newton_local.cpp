@@ -17,8 +17,6 @@ constexpr double most_of_it = 0.8;  // of what is left: on so few nodes it is wo
 constexpr std::size_t most_nodes = 100;
 constexpr int sweeps = 20, turns = 8;  // turns: of the direction of friction
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
 }  // namespace
 
 /// The nodes that hold most of what is left, and those around them; none if they are many.

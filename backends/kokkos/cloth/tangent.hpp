@@ -39,7 +39,6 @@ class ClothTangent {
   void precondition(const std::vector<NodeFreedom>& freedom, const NodeVector& r, NodeVector& z);
 
  private:
-  static std::size_t at(Index i) { return static_cast<std::size_t>(i); }
   /// A block of the factor; stride 0: none.
   struct Target {
     std::uint32_t at = 0;

@@ -48,7 +48,6 @@ void sort_naively(const Array<Key>& key, Index padded) {
 // ---- fused: up to three passes on eight keys in registers, and all passes within a block of keys in scratch memory
 
 constexpr int lot_bits = 3;
-constexpr bool on_host = Kokkos::SpaceAccessibility<Kokkos::HostSpace, MemSpace>::accessible;
 constexpr int block_bits = on_host ? 11 : 12;  // 2048 or 4096 keys, 34 KiB with the gaps; Kokkos gives 32 on the host
 
 /// Keys in memory as they lie there.
