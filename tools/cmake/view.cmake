@@ -45,7 +45,6 @@ file(GLOB view_sources CONFIGURE_DEPENDS src/view/*.cpp)
 list(TRANSFORM view_components PREPEND VTK:: OUTPUT_VARIABLE view_libraries)
 add_executable(drench_view ${view_sources})
 set_target_properties(drench_view PROPERTIES OUTPUT_NAME drench-view)
-drench_unity(drench_view 4)
 target_link_libraries(drench_view PRIVATE drench_options drench_core CLI11::CLI11 X11::X11 ${view_libraries})
 
 # drench reads the same command line and then becomes drench-view.
