@@ -30,8 +30,9 @@ std::vector<std::string> alike(const fs::path& pattern, const std::string& folde
   const std::size_t star = last.find('*');
   const std::string before = last.substr(0, star), after = last.substr(star + 1);
   std::vector<std::string> names;
+  const fs::path searched = fs::path(folder) / pattern.parent_path();
   std::error_code error;
-  for (const auto& entry : fs::directory_iterator(fs::path(folder) / pattern.parent_path(), error)) {
+  for (const auto& entry : fs::directory_iterator(searched.empty() ? "." : searched, error)) {
     const std::string name = entry.path().filename().string();
     if (name.size() >= before.size() + after.size() && name.starts_with(before) && name.ends_with(after))
       names.push_back((pattern.parent_path() / name).string());

@@ -51,6 +51,21 @@ TEST_F(Commands, TheExamplesOfTheHelpRun) {
   EXPECT_GE(examples, 17);
 }
 
+TEST_F(Commands, PatternsOfFilesAreSearchedBesideASceneOfTheFolderOneIsIn) {
+  for (const char* file : {"beat_0.obj", "beat_1.obj"})
+    write_text(here() / file, "v 0 0 0\nv 0.3 0 0\nv 0 0.3 0\nv 0 0 0.3\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n");
+  for (const std::string pattern : {"beat_*.obj", "beat_{}.obj"}) {
+    write_text(here() / "beat.yaml",
+               "drench: 1\nfluid: {spacing: 0.05, sources: [{block: {min: [0.5, 0, 0], max: [0.7, 0.2, 0.2]}}]}\n"
+               "bodies: [{mesh: {sequence: \"" +
+                   pattern + "\", fps: 2}}]\n");
+    for (const std::string scene : {"beat.yaml", "./beat.yaml"}) {
+      const Outcome check = drench({"check", scene});
+      EXPECT_EQ(check.code, 0) << pattern << " in " << scene << ": " << check.err;
+    }
+  }
+}
+
 TEST_F(Commands, CheckPrintsWhatARunWouldBeAndWritesNothing) {
   const Outcome o = drench({"check", "tiny.yaml"});
   EXPECT_EQ(o.code, 0) << o.err;
