@@ -265,9 +265,10 @@ int check_command(const CheckOptions& options) {
   if (const double passes = model.has_micropolar() ? spin_passes(model, scene.time.step) : 0; passes > 1)
     fmt::print("micropolar: about {:.0f} passes per step\n", passes);
   for (const ClothMaterial& c : model.cloths)
-    if (model.has_diffusion() && c.wicks())
-      fmt::print("diffusion in {}: about {:.0f} sub-steps per step\n", c.name,
-                 substeps_for(diffusion_rate(model, c), scene.time.step));
+    if (model.has_diffusion() && c.wicks()) {
+      const double substeps = substeps_for(diffusion_rate(model, c), scene.time.step);
+      fmt::print("diffusion in {}: about {:.0f} sub-step{} per step\n", c.name, substeps, substeps > 1 ? "s" : "");
+    }
   if (scene.air.present) print_drying(model);
   for (const std::string& w : warnings) fmt::print("warning: {}\n", w);
   return exit_done;

@@ -28,7 +28,8 @@ std::string viewer() {
 }
 
 [[noreturn]] void cannot_start(int error) {
-  throw ViewError(fmt::format("{}: cannot be started: {}", viewer(), std::strerror(error)));
+  throw ViewError(fmt::format("{}: cannot be started: {}{}", viewer(), std::strerror(error),
+                              error == ENOENT ? "; `tools/build openmp float` builds it" : ""));
 }
 
 /// `silent`: it keeps no hold on the terminal or the pipe that drench writes to.
