@@ -82,7 +82,8 @@ class Reader {
   /// The lines of RunTotals::warnings().
   static bool is_total(const std::string& text) {
     static const std::regex total(
-        R"((the .* solve did not converge in \d+ of|particles passed through|cloth was stretched to|particles were |\d+ particles left the domain).*)");
+        R"((the .* solve did not converge in \d+ of|particles passed through|cloth was stretched to|)"
+        R"(particles were |\d+ particles left the domain).*)");
     return std::regex_match(text, total);
   }
 

@@ -35,15 +35,18 @@ constexpr const char* preface = R"(# Scene file reference
 
 A scene is a YAML file in UTF-8 and SI units. This page lists every key; `drench schema` prints the same text.
 
-Unknown keys, repeated keys, wrong types, values out of range, empty lists and missing files are rejected with exit code 2 and one line,
-`file:line:column: key: what is wrong; allowed: …`. In ranges, `[0, 1]` includes both ends and `(0, 1]` excludes 0. Infinity is `.inf`. A scene may
-have at most {} MB, {} levels of lists and maps, {} values, and {} keys per map. Anchors and aliases are allowed, tags are not.
+Unknown keys, repeated keys, wrong types, values out of range, empty lists and missing files are rejected with exit
+code 2 and one line, `file:line:column: key: what is wrong; allowed: …`. In ranges, `[0, 1]` includes both ends and
+`(0, 1]` excludes 0. Infinity is `.inf`. A scene may have at most {} MB, {} levels of lists and maps, {} values, and
+{} keys per map. Anchors and aliases are allowed, tags are not.
 
-Values whose type ends with *or keyframes* may vary in time. `[[time, value], …]` interpolates linearly. `{{keys: [[time, value], …], interpolation: smooth}}`
-chooses `linear`, `smooth` (a monotone cubic) or `step` (each value holds until the next). Times are in `[0, 1e6]` s and must increase. The first value
-also applies before its time, and the last one after.
+Values whose type ends with *or keyframes* may vary in time. `[[time, value], …]` interpolates linearly.
+`{{keys: [[time, value], …], interpolation: smooth}}` chooses `linear`, `smooth` (a monotone cubic) or `step` (each
+value holds until the next). Times are in `[0, 1e6]` s and must increase. The first value also applies before its time,
+and the last one after.
 
-`--set key.path=value` overrides a value on the command line. `N` is the position of an entry in its list, from 0: `--set cloth.0.stretch=300`.
+`--set key.path=value` overrides a value on the command line. `N` is the position of an entry in its list, from 0:
+`--set cloth.0.stretch=300`.
 The file `scene.yaml` in the output folder of a run contains every key with the value that was used.
 )";
 

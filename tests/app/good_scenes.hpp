@@ -14,7 +14,8 @@ gravity: [0.1, -1.62, 0.2]
 field: {center: [0.5, 0, -0.5], rate: [1, 2, 0]}
 air: {humidity: 0.25, temperature: 35, transfer_coefficient: 0.02}
 domain: {min: [-2, -3, -4], max: [5, 6, 7]}
-output: {every: 0.05, checkpoint_every: 0.7, measures: true, fabric: true, wet_above: 0.1, surface: true, surface_spacing: 0.75, surface_kernel: isotropic, fitted_pressure: true, report: true}
+output: {every: 0.05, checkpoint_every: 0.7, measures: true, fabric: true, wet_above: 0.1, surface: true,
+    surface_spacing: 0.75, surface_kernel: isotropic, fitted_pressure: true, report: true}
 processes: {direction: off, saturation_control: false, absorption: off, emission: off, diffusion: off}
 neighbors: {sort: bitonic_naive, through_cloth: true}
 fluid:
@@ -61,11 +62,14 @@ cloth:
     initial_stain: [{box: {min: [-1, 0, -1], max: [0, 1, 0]}, value: 0.05}]
     porous: {solid_fraction: 0.5, absorption: 0.02, uptake_velocity: 0.03, max_saturation: 1.3, virtual_pressure: 15,
              emission_angle: 70, emission_velocity: 0.6, emission_ramp: 0.03, diffusivity: 2.0e-4,
-             weft_diffusivity: 5.0e-5, diffusion: degenerate, capillary_height: 0.8, adhesion: 0.05, permeability: 2.0e-10,
+             weft_diffusivity: 5.0e-5, diffusion: degenerate, capillary_height: 0.8, adhesion: 0.05,
+                 permeability: 2.0e-10,
              breakthrough_pressure: 300, critical_saturation: 0.4, contact_wicking: true}
     regions:
-      - {box: {min: [-1, 0, -1], max: [0, 1, 0]}, areal_density: 0.9, thickness: 0.003, stretch: 700, bend: 3.0e-4, damping: 0.6,
-         friction: 0.45, friction_wet: 1.2, damping_wet: 4, adhesion: 0.02, warp: [1, 0, 1], porous: {solid_fraction: 0.55, absorption: 0.025, uptake_velocity: 0.035,
+      - {box: {min: [-1, 0, -1], max: [0, 1, 0]}, areal_density: 0.9, thickness: 0.003, stretch: 700, bend: 3.0e-4,
+          damping: 0.6,
+         friction: 0.45, friction_wet: 1.2, damping_wet: 4, adhesion: 0.02, warp: [1, 0, 1],
+             porous: {solid_fraction: 0.55, absorption: 0.025, uptake_velocity: 0.035,
          max_saturation: 1.35, virtual_pressure: 17, emission_angle: 65, emission_velocity: 0.7, diffusivity: 3.0e-4,
          weft_diffusivity: 6.0e-5, permeability: 3.0e-10, breakthrough_pressure: 200, critical_saturation: 0.45}}
   - name: moved
@@ -74,7 +78,8 @@ cloth:
     warp: [0, 0.5, 1]
     pin:
       - {nodes: [0, 1], velocity: [0.1, 0, 0.2], start: 0.5, end: 2.5}
-      - {nodes: [3], velocity: {keys: [[0, [0, 0, 0]], [1, [0, 1, 0]]], interpolation: step}, offset: {keys: [[0, [0, 0, 0]], [2, [0.1, 0.2, 0.3]]], interpolation: smooth}}
+      - {nodes: [3], velocity: {keys: [[0, [0, 0, 0]], [1, [0, 1, 0]]], interpolation: step}, offset: {keys: [[0, [0,
+          0, 0]], [2, [0.1, 0.2, 0.3]]], interpolation: smooth}}
       - {box: {min: [0, -1, 0], max: [1, 1, 1]}, spin: {axis: [0, 0, 1], degrees_per_second: 90, center: [0, 1, 0]}}
   - name: second
     mesh: {file: exists.obj, scale: 0.01, unit: inch, up: z}
@@ -93,8 +98,10 @@ bodies:
   - mesh: {sequence: [mesh.PLY, mesh.PLY], fps: 12}
   - box: {min: [-1, -1, -1], max: [1, 2, 1], inside: true, velocity: [0.1, 0, -0.2], adhesion: 0.02, slip: free}
   - sphere: {center: [0, 0.2, 0], radius: 0.25, dynamic: true, density: 400, slip: 0.05}
-  - plane: {point: [0, -0.5, 0], normal: [0, 2, 0], offset: [[0, [0, 0, 0]], [1, [0, 0.5, 0]]], spin: {axis: [1, 0, 0], degrees_per_second: [[0, 5], [0.5, -5.5], [2, 0]]}, adhesion: 0.04}
-  - mesh: {file: mesh.PLY, scale: 1.5, position: [1, 0, 0], velocity: [0, 0, 1], inside: false, spin: {axis: [0, 0, 1], degrees_per_second: -90}, adhesion: 0.06, unit: mm, up: x}
+  - plane: {point: [0, -0.5, 0], normal: [0, 2, 0], offset: [[0, [0, 0, 0]], [1, [0, 0.5, 0]]], spin: {axis: [1, 0, 0],
+      degrees_per_second: [[0, 5], [0.5, -5.5], [2, 0]]}, adhesion: 0.04}
+  - mesh: {file: mesh.PLY, scale: 1.5, position: [1, 0, 0], velocity: [0, 0, 1], inside: false, spin: {axis: [0, 0, 1],
+      degrees_per_second: -90}, adhesion: 0.06, unit: mm, up: x}
     place: {position: [0.5, 1, 0.25], rotate: {axis: [0, 1, 0], degrees: 45}}
 )";
 

@@ -165,7 +165,8 @@ TEST(shapes, folded_over_liquid) {
       {{"max: [0.045, 0.0675, 0.045]", "max: [0.045, 0.0375, 0.045]"}, {edge_pins, R"(    self_collision: true
     pin:
       - {box: {min: [-0.121, -1, -1], max: [-0.119, 1, 1]}}
-      - {box: {min: [0.119, -1, -1], max: [0.121, 1, 1]}, spin: {axis: [0, 0, 1], degrees_per_second: 400, center: [0, 0.02, 0]}, end: 0.4}
+      - {box: {min: [0.119, -1, -1], max: [0.121, 1, 1]}, spin: {axis: [0, 0, 1], degrees_per_second: 400, center: [0,
+          0.02, 0]}, end: 0.4}
 )"}}));
   run.steps(250);
   run.print("fold");

@@ -16,9 +16,11 @@ namespace {
 /// Three regions and seams between them, one of which crosses cells.
 constexpr const char* regions = R"(    regions:
       - {box: {min: [0.02, -1, -1], max: [1, 1, 1]}, areal_density: 0.5, thickness: 0.003, stretch: 1500, bend: 1.0e-3,
-         damping: 4, friction: 0.8, porous: {solid_fraction: 0.6, absorption: 0.05, max_saturation: 1.4, diffusivity: 3.0e-3,
+         damping: 4, friction: 0.8, porous: {solid_fraction: 0.6, absorption: 0.05, max_saturation: 1.4,
+             diffusivity: 3.0e-3,
          virtual_pressure: 8, emission_angle: 60, emission_velocity: 2, critical_saturation: 0.6}}
-      - {box: {min: [-0.04, -1, -0.06], max: [0.06, 1, 0.06]}, porous: {solid_fraction: 0.2, uptake_velocity: 0.2, diffusivity: 2.0e-4}}
+      - {box: {min: [-0.04, -1, -0.06], max: [0.06, 1, 0.06]}, porous: {solid_fraction: 0.2, uptake_velocity: 0.2,
+          diffusivity: 2.0e-4}}
 )";
 
 std::string patched(const std::string& scene) { return with(scene, "    pin:", std::string(regions) + "    pin:"); }
