@@ -40,9 +40,8 @@ bool holds_beginning_only(const fs::path& folder) {
 }
 
 void remove_run(const fs::path& folder) {
-  static const std::regex top(
-      R"((fluid|surface|cloth|bodies)\.pvd|stats\.csv|run\.log|scene\.yaml|failure\.vtu|)"
-      R"(report\.html|checkpoint_\d{6,}\.drench)");
+  static const std::regex top(R"((fluid|surface|cloth|bodies)\.pvd|stats\.csv|run\.log|scene\.yaml|failure\.vtu|)"
+                              R"(report\.html|checkpoint_\d{6,}\.drench)");
   static const std::regex frame(R"((fluid|surface|cloth|bodies)_(\d{6,}|static)\.vtu)");
   remove_unfinished(folder);
   remove_matching(folder, top);
