@@ -13,11 +13,11 @@ if TYPE_CHECKING:
 
 
 class FieldView(NDArrayOperatorsMixin):
-    """A field as it lies in the backend's memory, read-only, until the run's next step.
+    """A read-only view of a field in the backend's memory, valid until the run's next step.
 
-    It acts as a NumPy array on a host: index it, compute with it, give it to NumPy's functions. After the next step every
-    use raises StaleView, and `run.fields[name]` gives the view of then. `copy()` makes an array that stays as it is.
-    On a GPU, CuPy and torch take it through `from_dlpack`, without a copy, and `copy()` fetches it.
+    In host memory it acts as a NumPy array: it can be indexed, used in expressions and passed to NumPy's functions. After the
+    next step every use raises StaleView; `run.fields[name]` returns a new view. `copy()` returns an independent array.
+    In GPU memory, CuPy and torch read the view by `from_dlpack` without a copy, and `copy()` transfers it to the host.
     """
 
     def __init__(self, core: _core.Field):
@@ -29,7 +29,7 @@ class FieldView(NDArrayOperatorsMixin):
 
     @property
     def unit(self) -> str:
-        """As in the table of fields: "m", "quanta", "1" …"""
+        """Unit as in the table of fields: "m", "quanta", "1", …"""
         return self._core.unit
 
     @property
@@ -50,29 +50,29 @@ class FieldView(NDArrayOperatorsMixin):
 
     @property
     def memory(self) -> str:
-        """Where it lies: "host" or "cuda"."""
+        """Memory that contains the field: "host" or "cuda"."""
         return self._core.memory
 
     @property
     def address(self) -> int:
-        """Of the backend's own array."""
+        """Address of the backend's own array."""
         return self._core.address
 
     @property
     def generation(self) -> int:
-        """Of the run, when the view was taken."""
+        """Counter of the run at the time when the view was created."""
         return self._core.generation
 
     @property
     def current(self) -> bool:
-        """Does it show the run as it is now?"""
+        """True until the run's next step."""
         return self._core.current
 
     def numpy(self) -> np.ndarray:
         """The backend's own array, read-only and without a copy.
 
-        The array keeps its memory alive, but a later step may put other values there: nothing tells a plain array. Raises
-        StaleView, and TypeError if the field is on a GPU.
+        The array keeps the memory alive, but later steps may overwrite its values without notice. Raises StaleView, and
+        TypeError if the field is on a GPU.
         """
         self._core.require_current()
         if self.memory != "host":
@@ -80,7 +80,7 @@ class FieldView(NDArrayOperatorsMixin):
         return self._core.array()
 
     def copy(self) -> np.ndarray:
-        """A copy in the host's memory, which stays as it is."""
+        """An independent copy in host memory."""
         return self._core.copy()
 
     def __array__(self, dtype: Any = None, copy: bool | None = None) -> np.ndarray:
@@ -118,7 +118,7 @@ class FieldView(NDArrayOperatorsMixin):
 
 
 class Fields(Mapping):
-    """The fields of a run by name. Each access gives the view of now."""
+    """The fields of a run by name. Each access returns a current view."""
 
     def __init__(self, run: _core.Run):
         self._run = run

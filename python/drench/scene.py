@@ -47,7 +47,7 @@ def _flow(value: Any) -> str:
 
 
 def _block(value: Any, indent: str) -> list[str]:
-    """Lines of YAML: a line a key, so that the lines of errors tell keys apart."""
+    """Lines of YAML with one key per line, so that line numbers in errors identify keys."""
     value = _plain(value)
     if isinstance(value, Mapping) and value:
         lines = []
@@ -75,7 +75,7 @@ def to_text(scene: Mapping[str, Any]) -> str:
 
 
 class Scene:
-    """A scene that was read and checked.
+    """A scene that has been read and checked.
 
     `source` is a path, a dict with the keys of a scene file, or a Scene. The key `drench: 1` of a dict may be left out.
     Each keyword in `overrides` is `key.path: value`, as in {"fluid.spacing": 0.02}. Raises SceneError.
@@ -94,38 +94,38 @@ class Scene:
 
     @classmethod
     def from_yaml(cls, text: str, name: str = "scene") -> Scene:
-        """A scene from the text of a scene file. Errors call it `name`; mesh files are looked up beside that path."""
+        """A scene from the text of a scene file. Errors refer to it as `name`; relative mesh files are searched in the folder of that path."""
         scene = cls.__new__(cls)
         scene._loaded = _core.Scene.from_text(text, name, [])
         return scene
 
     def to_yaml(self) -> str:
-        """The scene with every default written out."""
+        """The scene as YAML with all default values."""
         return self._loaded.to_yaml()
 
     @property
     def path(self) -> str:
-        """The file that it came from, or its name in errors."""
+        """The file of the scene, or the name that errors use for it."""
         return self._loaded.path
 
     @property
     def time_step(self) -> float:
-        """time.step, s"""
+        """Value of time.step, s."""
         return self._loaded.step
 
     @property
     def particle_diameter(self) -> float:
-        """fluid.spacing, m"""
+        """Value of fluid.spacing, m."""
         return self._loaded.particle_diameter
 
     @property
     def end(self) -> float:
-        """time.end, s"""
+        """Value of time.end, s."""
         return self._loaded.end
 
     @property
     def output_every(self) -> float:
-        """output.every, s; 0: no frames"""
+        """Value of output.every, s; 0 for no frames."""
         return self._loaded.output_every
 
     @property

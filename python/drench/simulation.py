@@ -18,9 +18,10 @@ Vector = Union[Sequence[float], np.ndarray]
 
 
 class Step(dict):
-    """The numbers of a step, as a dict and as attributes: step["density_iterations"] is step.density_iterations.
+    """The report of one step, readable as a dict and by attributes: step["density_iterations"] is step.density_iterations.
 
-    The names are the members of StepReport in the C++ library. Masses are in quanta; Simulation.quantum is one in kg.
+    The names are those of the members of StepReport in the C++ library. Masses are in quanta; Simulation.quantum is the mass of
+    one quantum in kg.
     """
 
     def __getattr__(self, name: str) -> Any:
@@ -37,7 +38,7 @@ class Step(dict):
 
 
 class Frame(NamedTuple):
-    """A frame that the command would write."""
+    """A frame: a moment at which `drench run` would write its files."""
 
     number: int  # from 0
     time: float  # s
@@ -55,8 +56,8 @@ class Simulation:
 
     scene: a path, a dict with the keys of a scene file, or a Scene.
     overrides: values that replace the scene's, as in {"fluid.spacing": 0.02}.
-    resume: a checkpoint of the same scene to continue from, or a folder that contains some.
-    threads: how many threads to start; only the first run of a process decides.
+    resume: a checkpoint of the same scene to continue from, or a folder; the newest checkpoint in it is used.
+    threads: number of threads; only the first run in a process can choose it.
 
     Raises SceneError, SetupError, DeviceError, CheckpointError.
     """
@@ -82,17 +83,17 @@ class Simulation:
 
     @property
     def time(self) -> float:
-        """s, since the start"""
+        """Simulated time since the start, s."""
         return self._run.time
 
     @property
     def steps(self) -> int:
-        """Steps since the start."""
+        """Number of steps since the start."""
         return self._run.steps
 
     @property
     def finished(self) -> bool:
-        """Has it come to the scene's time.end?"""
+        """True if the run has reached the scene's time.end."""
         return self.time >= self.scene.end - self._rounding
 
     @property
@@ -100,10 +101,10 @@ class Simulation:
         return 1e-6 * self.scene.time_step
 
     def step(self, longest: float | None = None) -> Step:
-        """One step, of at most `longest` s. Raises RunFailure.
+        """Advance by one step of at most `longest` s and return its report. Raises RunFailure.
 
-        It ends at the next frame and at time.end at the latest, as a step of the command does, so it has the same bits.
-        Python's other threads run meanwhile.
+        A step never passes the next frame or time.end. `drench run` has the same rule, so both give the same bits.
+        Other Python threads run in the meantime.
         """
         if self._calling:
             raise RuntimeError("a callback cannot make a step of its own run")
@@ -114,23 +115,23 @@ class Simulation:
         return self.last
 
     def run_until(self, time: float) -> Step | None:
-        """Steps until the run's time is `time`, s. Returns the last step."""
+        """Advance until the simulated time is `time`, s. Returns the report of the last step."""
         while self.time < time - self._rounding:
             self.step(time - self.time)
         return self.last
 
     def __iter__(self) -> Iterator[Step]:
-        """Steps until the scene's time.end."""
+        """Iterate over the reports of all steps until the scene's time.end."""
         while not self.finished:
             yield self.step()
 
     def on_step(self, call: Callable[[Simulation, Step], Any]) -> Callable[[Simulation, Step], Any]:
-        """Calls `call(run, step)` after each step. Also a decorator."""
+        """Call `call(run, step)` after each step. Can be used as a decorator."""
         self._on_step.append(call)
         return call
 
     def on_frame(self, call: Callable[[Simulation, Frame], Any]) -> Callable[[Simulation, Frame], Any]:
-        """Calls `call(run, frame)` at the start and at each multiple of output.every. Also a decorator."""
+        """Call `call(run, frame)` at the start and at each multiple of output.every. Can be used as a decorator."""
         self._on_frame.append(call)
         return call
 
@@ -162,68 +163,68 @@ class Simulation:
         finally:
             self._calling = False
 
-    # ---- what it knows ----
+    # ---- state ----
 
     def state(self) -> dict[str, Any]:
-        """A copy of everything that changes: arrays in double precision by field, particles in the order of their ids."""
+        """A copy of the whole state: a dict of arrays in double precision by field name; particles are sorted by id."""
         return self._run.state()
 
     def saturation(self) -> np.ndarray:
-        """Of each cloth node, 1: liquid over what its pores hold."""
+        """Saturation of each cloth node, 1: the mass of its liquid divided by its capacity. Shape (nodes,)."""
         return self._run.saturation()
 
     @property
     def triangles(self) -> np.ndarray:
-        """Of all cloths, as indices of their three nodes."""
+        """Triangles of all cloths as node indices. Shape (triangles, 3)."""
         return self._run.triangles()
 
     @property
     def quantum(self) -> float:
-        """kg; masses in fields, states and steps are counts of it."""
+        """Mass of one quantum, kg. Masses in fields, states and reports are integer multiples of it."""
         return self._run.quantum
 
     @property
     def solute_quantum(self) -> float:
-        """One quantum of solute in kg; 0 in a scene without a solute."""
+        """Mass of one quantum of solute, kg; 0 in a scene without a solute."""
         return self._run.solute_quantum
 
     @property
     def warnings(self) -> list[str]:
-        """As `drench check` prints them."""
+        """The warnings that `drench check` prints."""
         return self._run.warnings
 
     def stage_milliseconds(self) -> dict[str, float]:
-        """What each stage of the last step took, ms."""
+        """Run time of each stage in the last step, ms."""
         return self._run.stage_milliseconds()
 
     def pin_nodes(self, cloth: int | str, pin: int = 0) -> np.ndarray:
-        """The nodes that an entry of the cloth's `pin` holds, as rows of the node fields."""
+        """Indices, in the node fields, of the nodes that entry `pin` of the cloth's `pin` list holds."""
         return self._run.pin_nodes(self._cloth(cloth), pin)
 
     def cloth_nodes(self, cloth: int | str) -> slice:
-        """A cloth's rows of the node fields."""
+        """The slice of the node fields that belongs to a cloth."""
         first, count = self._run.cloth_nodes(self._cloth(cloth))
         return slice(first, first + count)
 
     def pin_force(self, cloth: int | str, pin: int = 0) -> np.ndarray:
-        """The force with which an entry of the cloth's `pin` holds the cloth, N: the sum over its nodes."""
+        """Total force of entry `pin` of the cloth's `pin` list on the cloth, N. Shape (3,)."""
         return self.fields["node_pin_force"].copy()[self.pin_nodes(cloth, pin)].sum(axis=0, dtype=float)
 
-    # ---- what it can be told ----
+    # ---- commands ----
 
     def set_pin_velocity(self, cloth: int | str, pin: int, velocity: Vector) -> None:
-        """From now on the pins of an entry move at `velocity`, m/s, from where they are.
+        """Move the pins of an entry at `velocity`, m/s, from their current positions.
 
-        cloth: its name, or its number from 0; pin: the number of the entry in `cloth.N.pin`, from 0.
+        cloth: its name, or its index from 0; pin: the index of the entry in `cloth.N.pin`, from 0.
         """
         self._run.set_pin_velocity(self._cloth(cloth), pin, _vector("velocity", velocity))
 
     def set_jet(self, jet: int, velocity: Vector, center: Vector | None = None) -> None:
-        """From now on a jet flows at `velocity`, m/s, from `center`, m. A velocity of 0 closes it until another opens it."""
+        """Set the velocity, m/s, of a jet and optionally its centre, m. A velocity of 0 closes the jet."""
         self._run.set_jet(jet, _vector("velocity", velocity), None if center is None else _vector("center", center))
 
     def set_wind(self, velocity: Vector) -> None:
-        """From now on the air moves at `velocity`, m/s, without gusts."""
+        """Set the velocity of the air, m/s, and switch gusts off."""
         self._run.set_wind(_vector("velocity", velocity))
 
     def save_checkpoint(self, path: str | os.PathLike[str]) -> None:
@@ -231,7 +232,7 @@ class Simulation:
         self._run.save_checkpoint(os.fspath(path))
 
     def record(self, folder: str | os.PathLike[str], *, overwrite: bool = False) -> Recording:
-        """From now on write the files of `drench run` to a folder: frames, stats.csv, run.log, and at the end a report.
+        """Start writing the files of `drench run` to a folder: frames, stats.csv, run.log, and at the end a report.
 
             with run.record("out/mine"):
                 for step in run: ...
@@ -242,7 +243,7 @@ class Simulation:
         return Recording(self._run, folder, overwrite)
 
     def resume(self, path: str | os.PathLike[str]) -> None:
-        """Goes on from a checkpoint of the same scene, or from the newest in a folder. Raises CheckpointError."""
+        """Continue from a checkpoint of the same scene, or from the newest one in a folder. Raises CheckpointError."""
         for text in self._run.resume(os.fspath(path)):
             _warnings.warn(text, stacklevel=2)
         self.last = None
@@ -260,7 +261,7 @@ class Simulation:
     # ---- pictures ----
 
     def to_pyvista(self) -> Any:
-        """A pyvista.MultiBlock of the run as it is now: `fluid`, `cloth` and `boundary`, as far as the scene has them."""
+        """The current state as a pyvista.MultiBlock with those of `fluid`, `cloth` and `boundary` that the scene has."""
         from .pictures import to_pyvista
         return to_pyvista(self)
 
