@@ -67,7 +67,7 @@ cloth:
              breakthrough_pressure: 300, critical_saturation: 0.4, contact_wicking: true}
     regions:
       - {box: {min: [-1, 0, -1], max: [0, 1, 0]}, areal_density: 0.9, thickness: 0.003, stretch: 700, bend: 3.0e-4,
-          damping: 0.6,
+            damping: 0.6,
          friction: 0.45, friction_wet: 1.2, damping_wet: 4, adhesion: 0.02, warp: [1, 0, 1],
              porous: {solid_fraction: 0.55, absorption: 0.025, uptake_velocity: 0.035,
          max_saturation: 1.35, virtual_pressure: 17, emission_angle: 65, emission_velocity: 0.7, diffusivity: 3.0e-4,
@@ -78,8 +78,8 @@ cloth:
     warp: [0, 0.5, 1]
     pin:
       - {nodes: [0, 1], velocity: [0.1, 0, 0.2], start: 0.5, end: 2.5}
-      - {nodes: [3], velocity: {keys: [[0, [0, 0, 0]], [1, [0, 1, 0]]], interpolation: step}, offset: {keys: [[0, [0,
-          0, 0]], [2, [0.1, 0.2, 0.3]]], interpolation: smooth}}
+      - {nodes: [3], velocity: {keys: [[0, [0, 0, 0]], [1, [0, 1, 0]]], interpolation: step},
+            offset: {keys: [[0, [0, 0, 0]], [2, [0.1, 0.2, 0.3]]], interpolation: smooth}}
       - {box: {min: [0, -1, 0], max: [1, 1, 1]}, spin: {axis: [0, 0, 1], degrees_per_second: 90, center: [0, 1, 0]}}
   - name: second
     mesh: {file: exists.obj, scale: 0.01, unit: inch, up: z}
@@ -98,10 +98,10 @@ bodies:
   - mesh: {sequence: [mesh.PLY, mesh.PLY], fps: 12}
   - box: {min: [-1, -1, -1], max: [1, 2, 1], inside: true, velocity: [0.1, 0, -0.2], adhesion: 0.02, slip: free}
   - sphere: {center: [0, 0.2, 0], radius: 0.25, dynamic: true, density: 400, slip: 0.05}
-  - plane: {point: [0, -0.5, 0], normal: [0, 2, 0], offset: [[0, [0, 0, 0]], [1, [0, 0.5, 0]]], spin: {axis: [1, 0, 0],
-      degrees_per_second: [[0, 5], [0.5, -5.5], [2, 0]]}, adhesion: 0.04}
-  - mesh: {file: mesh.PLY, scale: 1.5, position: [1, 0, 0], velocity: [0, 0, 1], inside: false, spin: {axis: [0, 0, 1],
-      degrees_per_second: -90}, adhesion: 0.06, unit: mm, up: x}
+  - plane: {point: [0, -0.5, 0], normal: [0, 2, 0], offset: [[0, [0, 0, 0]], [1, [0, 0.5, 0]]],
+        spin: {axis: [1, 0, 0], degrees_per_second: [[0, 5], [0.5, -5.5], [2, 0]]}, adhesion: 0.04}
+  - mesh: {file: mesh.PLY, scale: 1.5, position: [1, 0, 0], velocity: [0, 0, 1], inside: false,
+        spin: {axis: [0, 0, 1], degrees_per_second: -90}, adhesion: 0.06, unit: mm, up: x}
     place: {position: [0.5, 1, 0.25], rotate: {axis: [0, 1, 0], degrees: 45}}
 )";
 

@@ -246,8 +246,8 @@ cloth:
     warp: [1, 0, 0]
     porous: {}
     regions:
-      - {group: hem, membrane: {warp: 901, weft: 451, shear: 91, wet: 0.6}, bending: {warp: 3.0e-4, weft: 4.0e-4,
-          twist: 5.0e-4}, warp: [1, 0, 1]}
+      - {group: hem, membrane: {warp: 901, weft: 451, shear: 91, wet: 0.6},
+            bending: {warp: 3.0e-4, weft: 4.0e-4, twist: 5.0e-4}, warp: [1, 0, 1]}
       - {group: felt, fabric: none}
 )",
                                   (folder.path() / "scene.yaml").string());

@@ -157,8 +157,8 @@ cloth:
     initial_saturation: [{{box: {{min: [-1, -1, -1], max: [1, 1, 1]}}, value: 1.18}}]
     porous: {{solid_fraction: 0.6, diffusivity: 1.0e-3, capillary_height: 0.3}}
 bodies:
-  - mesh: {{file: {}, offset: {{keys: [[0.25, [0, 0, 0]], [0.35, [0, -0.05, 0]], [0.55, [0, 0.25, 0]], [0.75, [0, 0,
-      0]]], interpolation: smooth}}}}
+  - mesh: {{file: {}, offset: {{keys: [[0.25, [0, 0, 0]], [0.35, [0, -0.05, 0]], [0.55, [0, 0.25, 0]],
+        [0.75, [0, 0, 0]]], interpolation: smooth}}}}
 )",
                              file(shirt), file(form)),
                  {.energy = HUGE_VAL, .fastest = 2.5 * 1.5 * 0.3 / 0.2});

@@ -159,8 +159,8 @@ cloth:
   - mesh: {grid: {size: [0.2, 0.2], nodes: [9, 9]}}
     pin: [{nodes: [0, 8], velocity: {keys: [[0, [0, 0, 0]], [0.05, [1, 0, 0.5]], [0.2, [0, -1, 0]]],
         interpolation: smooth},
-           offset: [[0, [0, 0, 0]], [0.1, [0, 0.05, 0]]], spin: {axis: [0, 1, 0], degrees_per_second: [[0, 0], [0.2,
-               300]]}}]
+           offset: [[0, [0, 0, 0]], [0.1, [0, 0.05, 0]]],
+               spin: {axis: [0, 1, 0], degrees_per_second: [[0, 0], [0.2, 300]]}}]
 )";
   const auto setup = setup_from(scene);
   const PinScene& pin = setup.model.scene.cloths[0].pins[0];

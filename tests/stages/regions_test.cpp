@@ -19,8 +19,8 @@ constexpr const char* regions = R"(    regions:
          damping: 4, friction: 0.8, porous: {solid_fraction: 0.6, absorption: 0.05, max_saturation: 1.4,
              diffusivity: 3.0e-3,
          virtual_pressure: 8, emission_angle: 60, emission_velocity: 2, critical_saturation: 0.6}}
-      - {box: {min: [-0.04, -1, -0.06], max: [0.06, 1, 0.06]}, porous: {solid_fraction: 0.2, uptake_velocity: 0.2,
-          diffusivity: 2.0e-4}}
+      - {box: {min: [-0.04, -1, -0.06], max: [0.06, 1, 0.06]},
+            porous: {solid_fraction: 0.2, uptake_velocity: 0.2, diffusivity: 2.0e-4}}
 )";
 
 std::string patched(const std::string& scene) { return with(scene, "    pin:", std::string(regions) + "    pin:"); }

@@ -31,15 +31,15 @@ std::string slipping_scene(const std::string& sheet, const std::string& sphere) 
 const char* const many_bodies = R"(
     - block: {min: [-0.1, 0, -0.08], max: [0.1, 0.12, 0.08], velocity: [1.5, 0.2, -0.4]}
 bodies:
-  - box: {min: [-0.11, -0.01, -0.09], max: [0.11, 0.2, 0.09], inside: true, spin: {axis: [0, 0, 1],
-      degrees_per_second: 200}, slip: 0.01}
+  - box: {min: [-0.11, -0.01, -0.09], max: [0.11, 0.2, 0.09], inside: true,
+        spin: {axis: [0, 0, 1], degrees_per_second: 200}, slip: 0.01}
   - box: {min: [-0.06, 0.13, -0.03], max: [0, 0.17, 0.03], dynamic: true, density: 400, slip: free}
-  - sphere: {center: [0.06, 0.15, 0], radius: 0.03, dynamic: true, density: 700, spin: {axis: [0, 1, 1],
-      degrees_per_second: 900}, slip: 0.02}
+  - sphere: {center: [0.06, 0.15, 0], radius: 0.03, dynamic: true, density: 700,
+        spin: {axis: [0, 1, 1], degrees_per_second: 900}, slip: 0.02}
   - sphere: {center: [0.05, 0.05, 0], radius: 0.03, offset: [[0, [0, 0, 0]], [0.1, [0.01, 0.03, 0]]],
-      spin: {degrees_per_second: [[0, 0], [0.05, 800]]}, slip: 0.05}
+        spin: {degrees_per_second: [[0, 0], [0.05, 800]]}, slip: 0.05}
   - plane: {point: [0, -0.005, 0], normal: [0.1, 1, 0], spin: {axis: [1, 0, 0], degrees_per_second: [[0, 50], [1, 0]]},
-      slip: 0.003}
+        slip: 0.003}
   - sphere: {center: [-0.05, 0.05, 0], radius: 0.02}
 )";
 
@@ -221,8 +221,8 @@ TEST(slip, a_free_wall_has_no_force_along_it_however_the_liquid_lies) {
 cloth: [{mesh: {grid: {size: [0.3, 0.3], nodes: [9, 9]}}, place: {position: [0, 0.16, 0]}, dynamics: false, slip: free}]
 bodies:
   - plane: {point: [0, 0, 0], normal: [0, 1, 0], velocity: [2, 0, 1], slip: free}
-  - sphere: {center: [0.003, 0.08, 0.002], radius: 0.05, dynamic: true, density: 500, spin: {axis: [1, 2, 3],
-      degrees_per_second: 700}, slip: free}
+  - sphere: {center: [0.003, 0.08, 0.002], radius: 0.05, dynamic: true, density: 500,
+        spin: {axis: [1, 2, 3], degrees_per_second: 700}, slip: free}
 )";
   auto setup = setup_from(scene);
   HostState state = setup.state;

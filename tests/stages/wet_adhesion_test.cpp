@@ -36,8 +36,8 @@ cloth:
     self_collision: true
 bodies:
   - plane: {point: [0, -0.01, 0], normal: [0.02, 1, 0]}
-  - sphere: {center: [0.02, 0.06, 0], radius: 0.049, velocity: [0.1, -0.4, 0], spin: {axis: [0, 0, 1],
-      degrees_per_second: 90}}
+  - sphere: {center: [0.02, 0.06, 0], radius: 0.049, velocity: [0.1, -0.4, 0],
+        spin: {axis: [0, 0, 1], degrees_per_second: 90}}
 )";
 
 void soak(const Model& m, HostState& s) {

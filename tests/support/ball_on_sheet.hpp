@@ -22,8 +22,8 @@ inline std::string scene_of(const BallOnSheet& ball) {
 time: {{step: {}, end: 100}}
 domain: {{min: [-1, -1, -1], max: [3, 2, 1]}}
 output: {{every: 0}}
-{}fluid: {{spacing: 0.02, sources: [{{block: {{min: [2, -0.99, 0], max: [2.04, -0.95, 0.04], velocity: [0, -20,
-    0]}}}}]}}
+{}fluid: {{spacing: 0.02, sources: [{{block: {{min: [2, -0.99, 0], max: [2.04, -0.95, 0.04],
+    velocity: [0, -20, 0]}}}}]}}
 cloth:
   - mesh: {{grid: {{size: [0.4, 0.4], nodes: [21, 21]}}}}
     thickness: 0.004

@@ -21,8 +21,8 @@ fluid:
 bodies:
   - box: {min: [-0.1, 0, -0.1], max: [0.1, 0.2, 0.1], inside: true}
   - box: {min: [-0.06, 0.13, -0.03], max: [0, 0.17, 0.03], dynamic: true, density: 400, slip: free}
-  - sphere: {center: [0.05, 0.05, 0], radius: 0.03, velocity: [0, 0.2, 0], spin: {axis: [0, 0, 1],
-      degrees_per_second: 400}, slip: 0.01}
+  - sphere: {center: [0.05, 0.05, 0], radius: 0.03, velocity: [0, 0.2, 0],
+        spin: {axis: [0, 0, 1], degrees_per_second: 400}, slip: 0.01}
 )";
 
 /// An overfull sheet drips on a second one that moves by its pins, over a floating sphere, under a jet: all of the
@@ -70,11 +70,11 @@ bodies:
 /// What porous_scene's `lower` gets before its pins: two regions, and a seam that both sheets lie on.
 inline constexpr const char* scene_regions = R"(    regions:
       - {box: {min: [-1, -1, -1], max: [0.05, 1, 1]}, areal_density: 0.4, thickness: 0.0025, stretch: 900,
-          bend: 4.0e-4, friction: 0.6,
+            bend: 4.0e-4, friction: 0.6,
          damping: 2, porous: {solid_fraction: 0.6, absorption: 0.05, max_saturation: 1.4, diffusivity: 4.0e-4,
              emission_velocity: 1}}
-      - {box: {min: [0.06, -1, -0.02], max: [1, 1, 1]}, stretch: 200, porous: {diffusivity: 5.0e-3,
-          uptake_velocity: 0.1}}
+      - {box: {min: [0.06, -1, -0.02], max: [1, 1, 1]}, stretch: 200,
+            porous: {diffusivity: 5.0e-3, uptake_velocity: 0.1}}
 )";
 
 /// A steep sheet falls on a pinned one over a sphere, in XPBD with strain limits; no liquid.
@@ -113,16 +113,17 @@ fluid:
   spacing: 0.02
   sources:
     - jet: {center: [0, 0.3, 0], radius: 0.03, velocity: [[0, [0, 0, 0]], [0.02, [0, -3, 0]], [0.06, [1, -3, 0]]],
-        start: 0.002, end: 0.07}
+          start: 0.002, end: 0.07}
 cloth:
   - mesh: {grid: {size: [0.2, 0.2], nodes: [9, 9]}}
     place: {position: [0, 0.2, 0]}
     pin: [{corners: true, velocity: {keys: [[0, [0, 0, 0]], [0.03, [0, 0.5, 0]], [0.06, [0, 0, 0]]],
-        interpolation: smooth}, offset: [[0, [0, 0, 0]], [0.05, [0.01, 0, 0]]], spin: {axis: [0, 1, 0],
-        degrees_per_second: [[0, 0], [0.05, 200]]}}]
+        interpolation: smooth}, offset: [[0, [0, 0, 0]], [0.05, [0.01, 0, 0]]],
+        spin: {axis: [0, 1, 0], degrees_per_second: [[0, 0], [0.05, 200]]}}]
 bodies:
-  - sphere: {center: [0, 0.08, 0], radius: 0.05, offset: {keys: [[0, [0, 0, 0]], [0.1, [0, 0.05, 0.02]]],
-      interpolation: smooth}, spin: {degrees_per_second: [[0, 0], [0.05, 500]]}}
+  - sphere: {center: [0, 0.08, 0], radius: 0.05,
+        offset: {keys: [[0, [0, 0, 0]], [0.1, [0, 0.05, 0.02]]], interpolation: smooth},
+        spin: {degrees_per_second: [[0, 0], [0.05, 500]]}}
   - plane: {point: [0, 0, 0], normal: [0, 1, 0], velocity: [[0, [0, 0, 0]], [0.05, [0, 0.2, 0]]]}
 )";
 
