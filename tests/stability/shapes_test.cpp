@@ -165,8 +165,8 @@ TEST(shapes, folded_over_liquid) {
       {{"max: [0.045, 0.0675, 0.045]", "max: [0.045, 0.0375, 0.045]"}, {edge_pins, R"(    self_collision: true
     pin:
       - {box: {min: [-0.121, -1, -1], max: [-0.119, 1, 1]}}
-      - {box: {min: [0.119, -1, -1], max: [0.121, 1, 1]}, spin: {axis: [0, 0, 1], degrees_per_second: 400, center: [0,
-          0.02, 0]}, end: 0.4}
+      - {box: {min: [0.119, -1, -1], max: [0.121, 1, 1]},
+            spin: {axis: [0, 0, 1], degrees_per_second: 400, center: [0, 0.02, 0]}, end: 0.4}
 )"}}));
   run.steps(250);
   run.print("fold");
@@ -243,6 +243,7 @@ cloth:
   const double error = std::sqrt((squares - runs * (plain * plain + damped * damped)) / (runs * (runs - 1)));
   EXPECT_GT(plain, 0.1);
   EXPECT_LE(damped, 1.1 * plain + 2 * error);
+  EXPECT_LE(damped, 1.4);  // 1.28 in float, 1.23 in double
   // By xpbd, whose solves end at their limit in 49 of 50 steps: 1.24 and 0.73 in float, 1.43 and 1.16 in double.
   EXPECT_LE(gained("xpbd", 300, "0.05"), 1.57);
   EXPECT_LE(gained("xpbd", 30, "0.05"), 1.27);
