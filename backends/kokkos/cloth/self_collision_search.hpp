@@ -97,6 +97,7 @@ KOKKOS_INLINE_FUNCTION void compare(const Collision& s, const Couple& clusters, 
     if (at < room) list(at) = {a + lane, b + __ffs(static_cast<int>(found)) - 1};
 #else
   (void)lane;
+  // Only items that meet the other cluster's box are compared, and room in the list is taken once per item.
   const PathBox around_a = s.box(around + clusters.first), around_b = s.box(around + clusters.second);
   Index theirs[width], count = 0;
   for (Index j = b; j < b + width; ++j) {
