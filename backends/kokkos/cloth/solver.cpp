@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <type_traits>
 #include <utility>
 
 #include "base/stop_request.hpp"
@@ -110,27 +111,45 @@ double reachable_radius(int cap) {
   return cap > plain_iterations ? 1 / std::cosh(std::acosh(3.0) / (cap - plain_iterations)) : 0;
 }
 
-/// One Jacobi step with Chebyshev's ω; the new iterate replaces x^{k−1}, then the two change places.
-void iterate(const Cloth& cloth, ClothSolverWork& solver, const ClothSystem& s, Real omega) {
+/// Calls `work`(touching): without solids kernels have fewer registers.
+template <class Work>
+auto with_solids(const ClothSystem& s, const Work& work) {
+  return s.solids.extent(0) > 0 ? work(std::true_type{}) : work(std::false_type{});
+}
+
+template <bool touching>
+void iterate_nodes(const Cloth& cloth, ClothSolverWork& solver, const ClothSystem& s, Real omega) {
   const Entries<const Real3> shift = solver.displacement;
   const Entries<Real3> last_shift = solver.last_displacement;
   parallel(
       "drench::cloth::jacobi", cloth.nodes.count, KOKKOS_LAMBDA(const Index n) {
         if (!s.pinned(n))
-          last_shift(n) = s.next_shift(s.terms(n), shift(n), last_shift(n), s.residual(n, shift), omega);
+          last_shift(n) = s.next_shift<touching>(s.terms(n), shift(n), last_shift(n), s.residual(n, shift), omega);
       });
+}
+
+/// One Jacobi step with Chebyshev's ω; the new iterate replaces x^{k−1}, then the two change places.
+void iterate(const Cloth& cloth, ClothSolverWork& solver, const ClothSystem& s, Real omega) {
+  with_solids(s, [&](auto touching) { iterate_nodes<touching>(cloth, solver, s, omega); });
   std::swap(solver.displacement, solver.last_displacement);
+}
+
+template <bool touching>
+double imbalance_of_nodes(const Cloth& cloth, const ClothSolverWork& solver, const ClothSystem& s, double tolerance,
+                          double floor) {
+  const Entries<const Real3> shift = solver.displacement;
+  return over_goal(ordered_sums(
+      "drench::cloth::residual", cloth.nodes.count, KOKKOS_LAMBDA(const Index n) {
+        if (s.pinned(n)) return TwoSums{};
+        return s.imbalance<touching>(s.terms(n), shift(n), s.residual(n, shift), tolerance, floor);
+      }));
 }
 
 /// The residual of the newest iterate in units of its goal. Synchronises with the host.
 double imbalance(const Cloth& cloth, const ClothSolverWork& solver, const ClothSystem& s, double tolerance,
                  double floor) {
-  const Entries<const Real3> shift = solver.displacement;
-  return over_goal(ordered_sums(
-      "drench::cloth::residual", cloth.nodes.count, KOKKOS_LAMBDA(const Index n) {
-        if (s.pinned(n)) return TwoSums{};
-        return s.imbalance(s.terms(n), shift(n), s.residual(n, shift), tolerance, floor);
-      }));
+  return with_solids(s,
+                     [&](auto touching) { return imbalance_of_nodes<touching>(cloth, solver, s, tolerance, floor); });
 }
 
 }  // namespace

@@ -77,4 +77,54 @@ struct Kernel {
   }
 };
 
+/// a b + c, in one operation on a GPU. (The compiler is told not to make these by itself.)
+KOKKOS_INLINE_FUNCTION Real fused(Real a, Real b, Real c) {
+#ifdef __CUDA_ARCH__
+  return ::fma(a, b, c);
+#else
+  return a * b + c;
+#endif
+}
+/// a · b, r², and v + f r.
+KOKKOS_INLINE_FUNCTION Real fused_dot(const Real3& a, const Real3& b) {
+  return fused(a.z, b.z, fused(a.y, b.y, a.x * b.x));
+}
+KOKKOS_INLINE_FUNCTION Real fused_square(const Real3& r) { return fused_dot(r, r); }
+KOKKOS_INLINE_FUNCTION Real3 fused_sum(const Real3& v, Real f, const Real3& r) {
+  return {fused(f, r.x, v.x), fused(f, r.y, v.y), fused(f, r.z, v.z)};
+}
+
+/// (dW/dr)/r of two liquid particles over Kernel::grad_scale, 1, with the sign turned: what Kernel::pair has, in fewer
+/// instructions, for lists that keep no factors. Any unit of length that `support` is in.
+struct PairSlope {
+  Real inverse_h, h, trace;  // trace: of h², so that the root of two coincident particles is finite
+  Real held;                 // of h: from here inwards (dW/dr) is held
+  Real inner;                // 1 where the kernel has an inner part as the cubic spline's, else 0
+  bool wendland;
+
+  PairSlope(KernelKind kind, Real support)
+      : inverse_h(1 / support),
+        h(support),
+        trace(Real(1e-12) * support * support),
+        held(kind == KernelKind::cubic      ? Real(1.0 / 3)
+             : kind == KernelKind::wendland ? Real(0.25)
+                                            : Real(0)),
+        inner(kind == KernelKind::cubic ? 1 : 0),
+        wendland(kind == KernelKind::wendland) {}
+  /// At r² ≤ h².
+  KOKKOS_INLINE_FUNCTION Real operator()(Real square) const {
+#if defined(__CUDA_ARCH__) && !defined(DRENCH_DOUBLE)
+    float inverse;
+    asm("rsqrt.approx.ftz.f32 %0, %1;" : "=f"(inverse) : "f"(square + trace));
+#else
+    const Real inverse = inverse_root(square + trace);
+#endif
+    const Real c = Kokkos::fmax(square * inverse * inverse_h, held), p = 1 - c;
+    const Real t = Kokkos::fmax(fused(-2, c, 1), Real(0));
+    Real steep = fused(-inner * t, t, p * p);
+    if (wendland) steep *= p * c;
+    return steep * (h * inverse);
+  }
+};
+
 }  // namespace drench::kokkos_backend

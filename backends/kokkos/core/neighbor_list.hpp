@@ -1,10 +1,21 @@
 #pragma once
 // Neighbour lists and how kernels read them.
 
+#include <type_traits>
+
 #include "core/cached.hpp"
 #include "core/pair_sort.hpp"
 
 namespace drench::kokkos_backend {
+
+/// A GPU in float keeps of a pair of the liquid nothing but where the neighbour is, in 16 bits, and finds the
+/// gradient's factor anew from the positions: its iterations wait for bytes, not for arithmetic
+/// (docs/dev/gpu_speed.md).
+#if defined(KOKKOS_ENABLE_CUDA) && !defined(DRENCH_DOUBLE)
+inline constexpr bool compact_pairs = true;
+#else
+inline constexpr bool compact_pairs = false;
+#endif
 
 /// Neighbours in CSR layout: rows are stored back to back, so memory is the sum of the row lengths. On a GPU 32 rows
 /// form a bundle as wide as its longest row and interleave (sliced ELLPACK), so that a warp reads coalesced. Where a
@@ -13,10 +24,11 @@ struct NeighborList {
   Field<Index> count;
   Field<std::int64_t> start;  // where a bundle's entries begin
   Field<Index> entry;
-  // Beside `entry`, kept by stage density for the step: V_j (dW/dr)/r, 1/m², of a particle with another and with a
-  // solid's sample.
+  // Beside `entry`, kept by stage density for the step: V_j (dW/dr)/r, 1/m², of a particle with another (unless pairs
+  // are compact) and with a solid's sample.
   Field<Real> grad_factor;
   Index rows = 0;
+  bool compact = false;  // pairs as CompactRow has them
   // While it is filled: entries given out by this filling and by the next one; how many were asked for, if too many.
   Kokkos::View<std::int64_t[2], MemSpace> used;
   Kokkos::View<std::int64_t, Kokkos::SharedHostPinnedSpace> needed;
@@ -29,6 +41,12 @@ inline constexpr Index rows_per_bundle = warp_size;
 inline constexpr Index rows_per_bundle = 1;
 #endif
 static_assert(!on_host || rows_per_bundle == 1, "a thread of the host fills rows of its own");
+
+/// The list of the liquid with itself, which kernels read as LiquidNeighbors and LiquidPairs (core/liquid_pairs.hpp).
+struct LiquidList : NeighborList {
+  Field<std::uint8_t> flags;  // of a row, from stage density: see RowFlag; where pairs are compact
+};
+enum RowFlag : std::uint8_t { mixed_volumes = 1, bounded = 2 };  // bounded: beside solids or sheets
 
 /// One row as kernels see it. `index_of(k)` says where entry k is in arrays beside the entries.
 template <class Item, class Factor>
@@ -66,7 +84,7 @@ struct BasicNeighbors {
   Factor* factor;
 
   template <class List>
-  explicit BasicNeighbors(List& l)
+  requires(!compact_pairs || !std::is_base_of_v<LiquidList, List>) explicit BasicNeighbors(List& l)
       : count(l.count), start(std::as_const(l).start), item(l.entry.data()), factor(l.grad_factor.data()) {}
   KOKKOS_INLINE_FUNCTION Row row(Index i) const {
     return {item, factor, start(i / rows_per_bundle) + i % rows_per_bundle, count(i)};
@@ -110,9 +128,9 @@ struct SheetRows {
 
 /// Every list of a run, named `row_neighbour`. Liquid: its particles; boundary: samples of solids; sample: of cloths.
 struct NeighborLists {
-  NeighborList fluid_fluid, fluid_boundary, fluid_sample, sample_fluid;
+  LiquidList fluid_fluid;
+  NeighborList fluid_boundary, fluid_sample, sample_fluid;
   FilledRows near_sheet;                 // of fluid_sample; on a GPU
-  Version made;                          // of fluid_fluid with its factors (stage density)
   Cached<NeighborList> sample_sample;    // of the nodes' positions
   Cached<NeighborList> sample_boundary;  // of the nodes' and the bodies' positions
   NeighborList boundary_fluid;           // rows: the samples of dynamic bodies

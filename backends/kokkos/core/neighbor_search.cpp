@@ -3,6 +3,7 @@
 #include <type_traits>
 
 #include "core/host_rows.hpp"
+#include "core/liquid_pairs.hpp"
 
 namespace drench::kokkos_backend {
 namespace {
@@ -80,22 +81,34 @@ struct BundleSearch {
     });
   }
   /// Appends the first of a lot, and takes it out.
-  KOKKOS_INLINE_FUNCTION void append_first(WritableRow& row, Index i, Lot32& lot) const {
+  template <class Writer>
+  KOKKOS_INLINE_FUNCTION void append_first(Writer& row, Index i, Lot32& lot) const {
     Index j = lot.first + Kokkos::Experimental::countr_zero_builtin(lot.near);
     lot.near &= lot.near - 1;
     if (!search.in_order) {
       j = search.table.item(j);
       if (search.same_set && j == i) return;
     }
-    row(row.count++) = j;
+    row.put(j);
   }
-  KOKKOS_INLINE_FUNCTION void append(WritableRow& row, Index i, const Lot32* at, Index kept) const {
+  template <class Writer>
+  KOKKOS_INLINE_FUNCTION void append(Writer& row, Index i, const Lot32* at, Index kept) const {
     Lot32 lot{0, 0};
     for (Index next = 0;;) {
       while (lot.near == 0 && next < kept) lot = at[threads * next++];
       if (lot.near == 0) return;
       append_first(row, i, lot);
     }
+  }
+  /// Has a lot anything that 16 bits from a bundle's base do not hold? A lot whose last places are beyond may be one
+  /// that has.
+  KOKKOS_INLINE_FUNCTION bool is_far(Lot32 lot, Index base) const {
+    if (search.in_order) return lot.first < base || lot.first + 31 - base > 0xffff;
+    for (; lot.near != 0; lot.near &= lot.near - 1) {
+      const Index j = search.table.item(lot.first + Kokkos::Experimental::countr_zero_builtin(lot.near));
+      if (j < base || j - base > 0xffff) return true;
+    }
+    return false;
   }
   /// The largest of a warp's numbers, in all its threads.
   KOKKOS_INLINE_FUNCTION static Index most_of_warp(Index n) {
@@ -115,37 +128,49 @@ struct BundleSearch {
     return value;
 #endif
   }
+  /// A row's entries, of which `kept` lots have been found; how many there are.
+  template <class Writer>
+  KOKKOS_INLINE_FUNCTION Index write(Writer row, Index i, const Lot32* at, Index kept) const {
+    if (kept <= lots)
+      append(row, i, at, kept);
+    else  // more than it could keep
+      find(i, [&](Lot32 lot) {
+        while (lot.near != 0) append_first(row, i, lot);
+      });
+    row.finish();
+    return row.count;
+  }
   KOKKOS_INLINE_FUNCTION void fill(const Team& team, Index number) const {
     const Scratch scratch(team.team_scratch(0), static_cast<std::size_t>(threads * lots));
     const Index i = number * threads + static_cast<Index>(team.team_rank());
     Lot32* const mine = scratch.data() + team.team_rank();
-    Index found = 0, kept = 0;
+    const Index base = CompactRow::base(i);
+    Index found = 0, kept = 0, far = 0;
     if (i < search.rows)
       find(i, [&](const Lot32& lot) {
         found += Kokkos::Experimental::popcount_builtin(lot.near);
+        if (search.compact && is_far(lot, base)) far = 1;
         if (kept < lots) mine[threads * kept] = lot;
         ++kept;
       });
-    const Index width = most_of_warp(found), lane = i % rows_per_bundle;
+    const Index width = most_of_warp(found);
+    if (search.compact) far = most_of_warp(far);
     std::int64_t first = 0;
-    if (lane == 0) {
+    if (i % rows_per_bundle == 0) {
       if (i == 0) *search.next_used = 0;
-      const Index room = search.in_fours ? (width + 3) / 4 * 4 : width;
+      const Index groups = (width + 3) / 4,
+                  room = !search.compact ? width : groups * (far != 0 ? CompactRow::far_words : CompactRow::near_words);
       if (width > 0) first = search.take(std::int64_t{room} * rows_per_bundle);
-      if (i < search.rows) search.start(i / rows_per_bundle) = first;
     }
     first = from_first_of_warp(first);
+    const bool fits = first >= 0;
+    if (fits && far != 0) first = ~first;
+    if (i % rows_per_bundle == 0 && i < search.rows) search.start(i / rows_per_bundle) = first;
     if (i >= search.rows) return;
-    WritableRow row{search.entry.data, nullptr, first + lane, 0};
-    if (first >= 0 && found > 0) {
-      if (kept <= lots)
-        append(row, i, mine, kept);
-      else  // more than it could keep
-        find(i, [&](Lot32 lot) {
-          while (lot.near != 0) append_first(row, i, lot);
-        });
-    }
-    search.count(i) = row.count;
+    const bool writes = fits && found > 0;
+    search.count(i) = !writes          ? 0
+                      : search.compact ? write(CompactRowWriter(search.entry.data, first, i), i, mine, kept)
+                                       : write(RowWriter(search.entry.data, first, i), i, mine, kept);
   }
 };
 
@@ -216,9 +241,20 @@ static_assert(rows_per_bundle == 1 || rows_per_bundle == static_cast<Index>(list
 
 double room_for_entries(double entries) { return 1.25 * entries; }
 
-double list_bytes(double rows, double entries, const Sizing& s) {
+namespace {
+
+double list_bytes(double rows, double entries, double bytes_an_entry, const Sizing& s) {
   const double start = s.gpu ? double(sizeof(std::int64_t)) / list_bundle : sizeof(std::int64_t);
-  return 1.25 * rows * (index_bytes + start) + room_for_entries(entries) * index_bytes;
+  return 1.25 * rows * (index_bytes + start) + room_for_entries(entries) * bytes_an_entry;
+}
+
+}  // namespace
+
+double list_bytes(double rows, double entries, const Sizing& s) { return list_bytes(rows, entries, index_bytes, s); }
+
+double liquid_list_bytes(double rows, double entries, const Sizing& s) {
+  if (!s.compact_pairs()) return list_bytes(rows, entries, index_bytes + s.real, s);  // grad_factor
+  return list_bytes(rows, entries, sizeof(std::uint16_t), s);
 }
 
 namespace {
@@ -234,7 +270,7 @@ Search search_for(const ListRequest& request, Real support) {
           request.table,
           request.same_set,
           request.in_order,
-          request.in_fours,
+          request.compact,
           support * support,
           list.count,
           list.start,
@@ -252,6 +288,7 @@ bool build_neighbor_lists(const std::vector<ListRequest>& requests, Real support
   std::vector<ListRequest> left;
   for (const ListRequest& request : requests) {
     request.list->rows = request.rows;
+    request.list->compact = request.compact;
     if (request.rows == 0) continue;
     make_row_room(*request.list, request.rows);
     left.push_back(request);
@@ -276,8 +313,14 @@ std::vector<std::vector<Index>> rows_on_host(const NeighborList& list) {
   const auto start = Kokkos::create_mirror_view_and_copy(Kokkos::HostSpace(), list.start);
   const auto entry = Kokkos::create_mirror_view_and_copy(Kokkos::HostSpace(), list.entry);
   for (Index i = 0; i < list.rows; ++i) {
-    NeighborRow row{entry.data(), nullptr, start(i / rows_per_bundle) + i % rows_per_bundle, count(i)};
-    for (Index k = 0; k < row.count; ++k) rows[static_cast<std::size_t>(i)].push_back(row(k));
+    const std::int64_t first = start(i / rows_per_bundle);
+    const auto append = [&, i](const auto& row) {
+      for (Index k = 0; k < row.count; ++k) rows[static_cast<std::size_t>(i)].push_back(row(k));
+    };
+    if (list.compact)
+      append(CompactRow(entry.data(), first, i, count(i)));
+    else
+      append(NeighborRow{entry.data(), nullptr, first + i % rows_per_bundle, count(i)});
   }
   return rows;
 }

@@ -18,7 +18,7 @@ struct ListRequest {
   CellTableView table;
   bool same_set = false;
   bool in_order = false;  // the points lie in the order of the table: its item(e) is e
-  bool in_fours = false;  // rows have room for whole groups of four, as the pressure's lean lists beside them (GPU)
+  bool compact = false;   // as CompactRow has them (core/liquid_pairs.hpp)
 };
 void build_neighbor_list(const ListRequest& request, Real support);
 /// Several at once: the host waits once, to see whether there was room. Returns whether it did: there may be no rows.
@@ -26,6 +26,8 @@ bool build_neighbor_lists(const std::vector<ListRequest>& requests, Real support
 
 /// Of a list with so many rows and entries, without what stages keep beside its entries.
 double list_bytes(double rows, double entries, const Sizing& s);
+/// Of the liquid's own list, with all that stages keep of its pairs.
+double liquid_list_bytes(double rows, double entries, const Sizing& s);
 /// How many entries a list has room for that has so many.
 double room_for_entries(double entries);
 

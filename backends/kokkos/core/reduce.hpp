@@ -33,6 +33,9 @@ struct ThreeSums {
   }
 };
 
+/// Of a host's sums: so many parts, which become fewer, and then the last few.
+inline constexpr Index parts_of_sums[] = {4096, 256, 32};
+
 /// Room for partial sums of any kind, in words of 8 bytes; grows on demand, freed with Kokkos.
 struct SumRoom {
   Array<double> many, some;
@@ -131,7 +134,7 @@ template <class Sum, class Term>
 SumUnderWay<Sum> begin_ordered(const char* label, Index n, const Term& term, int slot = 0) {
   // On CUDA the blocks and the order of Kokkos' reduction depend on n and the kernel alone (core/thread_mapping.hpp
   // looks), on a CPU on the threads too. There are many partial sums, then fewer and fewer; the host adds the last few.
-  constexpr Index most_parts = 32;
+  constexpr Index most_parts = parts_of_sums[2];
   if (n == 0) return {label, nullptr, 0};
   SumRoom& room = sum_room();
   Sum* const at = sums_in<Sum>(room.few, 2 * most_parts).data() + (slot == 0 ? 0 : most_parts);
@@ -139,7 +142,7 @@ SumUnderWay<Sum> begin_ordered(const char* label, Index n, const Term& term, int
   reduce_into(label, n, Added<Sum, Term>{term}, at);
   return {label, at, 1};
 #else
-  constexpr Index many = 65536, some = 1024;
+  constexpr Index many = parts_of_sums[0], some = parts_of_sums[1];
   const auto first = sums_in<Sum>(room.many, n < many ? n : many);
   const auto second = sums_in<Sum>(room.some, n < some ? n : some);
   const Kokkos::View<Sum*, Kokkos::SharedHostPinnedSpace, Kokkos::MemoryTraits<Kokkos::Unmanaged>> last(
@@ -204,7 +207,7 @@ SumPair<Sum> ordered_pair(const char* label, Index n_first, const First& first, 
   ExecSpace().fence(label);
   return {both(0), both(1)};
 #else
-  constexpr Index sizes[] = {65536, 1024, 32};
+  constexpr const auto& sizes = parts_of_sums;
   Index a[3], b[3];
   for (int level = 0; level < 3; ++level) {
     a[level] = n_first < sizes[level] ? n_first : sizes[level];
@@ -228,7 +231,9 @@ SumPair<Sum> ordered_pair(const char* label, Index n_first, const First& first, 
 /// bytes.
 inline double partial_sums(double n, const Sizing& s) {
   if (s.gpu) return std::min(512.0, n / 128 + 1);  // TeamSums::teams
-  return std::min(65536.0, n) + std::min(1024.0, n) + std::min(32.0, n);
+  double sums = 0;
+  for (const Index parts : parts_of_sums) sums += std::min(double(parts), n);
+  return sums;
 }
 inline double sum_room_bytes(double sums, double sum) { return 1.25 * sum * sums; }
 

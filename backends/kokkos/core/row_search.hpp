@@ -10,8 +10,8 @@ struct Search {
   Entries<const Real3> row_points;
   Index rows = 0;
   CellTableView table;
-  bool same_set = false, in_order = false, in_fours = false;  // ListRequest
-  Real h2 = 0;                                                // m²: the support's square
+  bool same_set = false, in_order = false, compact = false;  // ListRequest
+  Real h2 = 0;                                               // m²: the support's square
   Entries<Index> count;
   Entries<std::int64_t> start;
   Slice<Index> entry;

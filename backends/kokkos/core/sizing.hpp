@@ -16,13 +16,17 @@ inline constexpr double index_bytes = sizeof(Index), quanta_bytes = sizeof(Quant
 struct Sizing {
   Sizing(const SetupSize& scene, int real_bytes, bool on_gpu)
       : size(with_expected_mesh(scene)), entries(expected_entries(scene, on_gpu)), real(real_bytes), gpu(on_gpu) {
-    if (gpu) entries.fluid_fluid += 1.5 * size.fluid;  // the liquid's own bundles are whole groups of four wide
+    if (compact_pairs())
+      entries.fluid_fluid += 1.5 * size.fluid;  // the liquid's own bundles are whole groups of four wide
   }
 
   SetupSize size;
   ListTotals entries;
   double real;
   bool gpu;
+
+  /// As core/neighbor_list.hpp has it.
+  bool compact_pairs() const { return gpu && real == sizeof(float); }
 
   // As Model has them, for the conditions in the table of fields (src/state/fields.hpp).
   bool has_fluid() const { return size.liquid; }

@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include "core/host_copy.hpp"
+#include "core/liquid_pairs.hpp"
 #include "stages/wind.hpp"
 
 namespace drench::kokkos_backend {
@@ -94,11 +95,11 @@ void push_cloth(const Constants& constants, Cloth& cloth, WindWork& work, const 
 }
 
 /// Eq. 8: how much of the air's way to `at` the neighbours of a row take, given where they are.
-template <class Position>
-KOKKOS_INLINE_FUNCTION Real shade_of(const NeighborRow& near, const Position& position, const Real3& at,
+template <class List, class Position>
+KOKKOS_INLINE_FUNCTION Real shade_of(const List& near, Index i, const Position& position, const Real3& at,
                                      const Real3& upwind) {
   Real shade = 0;
-  near.for_each([&](Index j) {
+  near.for_each(i, [&](Index j) {
     const Real3 r = position(j) - at;
     const Real square = dot(r, r);
     if (square > 0) shade = Kokkos::fmax(shade, dot(upwind, r) * inverse_root(square));
@@ -119,7 +120,8 @@ void drag_liquid(const Constants& constants, Fluid& fluid, const NeighborLists& 
                              sample = cloth.samples.position;
   const Entries<Real3> velocity = fluid.particles.velocity;
   const Entries<const Quanta> mass = fluid.particles.mass;
-  const Neighbors near_liquid(lists.fluid_fluid), near_boundary(lists.fluid_boundary), near_sample(lists.fluid_sample);
+  const LiquidNeighbors near_liquid(lists.fluid_fluid);
+  const Neighbors near_boundary(lists.fluid_boundary), near_sample(lists.fluid_sample);
   const bool walls = bodies.boundary.count > 0, sheets = cloth.samples.count > 0;
   parallel(
       "drench::wind::liquid", fluid.particles.count, KOKKOS_LAMBDA(const Index i) {
@@ -127,9 +129,9 @@ void drag_liquid(const Constants& constants, Fluid& fluid, const NeighborLists& 
         const Real speed = norm(w);
         if (!(mass(i) > 0) || !(speed > 0)) return;
         const Real3 upwind = (-1 / speed) * w;
-        Real shade = shade_of(near_liquid.row(i), x, at, upwind);
-        if (walls) shade = Kokkos::fmax(shade, shade_of(near_boundary.row(i), boundary, at, upwind));
-        if (sheets) shade = Kokkos::fmax(shade, shade_of(near_sample.row(i), sample, at, upwind));
+        Real shade = shade_of(near_liquid, i, x, at, upwind);
+        if (walls) shade = Kokkos::fmax(shade, shade_of(near_boundary, i, boundary, at, upwind));
+        if (sheets) shade = Kokkos::fmax(shade, shade_of(near_sample, i, sample, at, upwind));
         const Real share =
             factor * (1 - Kokkos::fmin(shade, Real(1))) * speed / Kokkos::cbrt(full_volume * Real(mass(i)));
         velocity(i) += share / (1 + share) * w;

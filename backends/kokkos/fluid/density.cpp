@@ -5,6 +5,7 @@
 
 #include "cloth/boundary_edges.hpp"
 #include "core/isa.hpp"
+#include "core/liquid_pairs.hpp"
 #include "core/neighbor_search.hpp"
 #include "coupling/body_response.hpp"
 #include "coupling/sheet_rows.hpp"
@@ -20,6 +21,7 @@ namespace {
 
 // Where |Σ ∇W|² < 0.1 (Σ |∇W|)² at the sheets, the gradients nearly cancel (between two sheets): the contact yields.
 constexpr Real least_push = Real(0.1);
+constexpr Real same_volume = Real(1e-6);  // volumes that differ by less of themselves are the same
 
 /// α of a diagonal, m²; 0 where it is less than the smallest or the particle has no volume.
 KOKKOS_INLINE_FUNCTION Real inverse(Real diagonal, Real smallest, Real volume) {
@@ -91,6 +93,7 @@ struct DensitySum {
   Real3 gradient, separation;                         // Σ V ∇W, 1/m; m
   Real3 walls, sheets;                                // of the gradient, 1/m: what solids and sheets have in it
   Real contact_diagonal = 0, contact_compliance = 0;  // of liquid that can touch sheets
+  bool mixed = false;                                 // a neighbour has another volume
 };
 
 /// δ_i, the Jacobi diagonal, and what the pairs keep for the step.
@@ -102,7 +105,8 @@ struct DensityPairs {
   Entries<const Real3> xb;
   Entries<const Real> vb, bound;
   Entries<const std::int64_t> id;
-  WritableNeighbors lf, lb;
+  WritableLiquidRows lf;
+  WritableNeighbors lb;
   Neighbors ls;
 
 #ifdef DRENCH_LANES
@@ -124,24 +128,22 @@ struct DensityPairs {
     const Real3 xi = position(i).xyz();
     const Real vi = position(i).w;
     sum.delta = vi * kernel.value(0);
-    const WritableRow near = lf.row(i);
-    DRENCH_UNROLL
-    for (Index k = 0; k < near.count; ++k) {
-      const Index j = near(k);
+    lf.keep_factors(i, [&](Index j) {
       const Real4 at = position(j);
       const Real3 r = xi - at.xyz();
       const Real square = dot(r, r);
       const Kernel::Pair pair = kernel.pair(square);
       const Real weighted = at.w * pair.grad_factor;
-      near.grad_factor(k) = weighted;
       sum.delta += at.w * pair.value;
       sum.gradient += weighted * r;
       const Real steep = weighted * pair.grad_factor * square;
       sum.squares += steep;
       sum.yielded += Kokkos::fmax(Real(0), at.w - vi) * steep;
+      if (Kokkos::fabs(at.w - vi) > same_volume * vi) sum.mixed = true;
       if (pair.length < coincident.least)
         sum.separation += coincident.displacement(r, pair.length, vi, at.w, id(i), id(j));
-    }
+      return weighted;
+    });
     sum.squares *= vi;
   }
 #endif
@@ -158,6 +160,11 @@ struct DensityPairs {
       sum.walls += mirrored * factor * r;
     }
     sum.gradient += sum.walls;
+  }
+  KOKKOS_INLINE_FUNCTION void set_flags(Index i, bool solids, bool sheets, const DensitySum& sum) const {
+    if (!compact_pairs) return;
+    const bool is_bounded = (solids && lb.count(i) > 0) || (sheets && ls.count(i) > 0);
+    lf.flags(i) = static_cast<std::uint8_t>((sum.mixed ? mixed_volumes : 0) | (is_bounded ? bounded : 0));
   }
   KOKKOS_INLINE_FUNCTION void add_sheets(Index i, bool touching, DensitySum& sum) const {
     const Real3 xi = position(i).xyz();
@@ -199,7 +206,11 @@ void density_and_alpha(const Constants& constants, Fluid& fluid, NeighborLists& 
   const Real smallest = Real(1e-6) / (constants.spacing * constants.spacing);
   const bool solids = bodies.boundary.count > 0, sheets = cloth.samples.count > 0,
              touching = has_sheet_contact(constants, cloth);
-  make_room(lists.fluid_fluid.grad_factor, "drench::pair_grad_factor", lists.fluid_fluid.entry.extent(0) + spare_lanes);
+  LiquidList& liquid = lists.fluid_fluid;
+  if constexpr (compact_pairs)
+    make_room(liquid.flags, "drench::pair_flags", fluid.particles.capacity());
+  else
+    make_room(liquid.grad_factor, "drench::pair_grad_factor", liquid.entry.extent(0) + spare_lanes);
   if (solids)
     make_room(lists.fluid_boundary.grad_factor, "drench::wall_grad_factor", lists.fluid_boundary.entry.extent(0));
   const DensityPairs pairs{constants.kernel,
@@ -212,7 +223,7 @@ void density_and_alpha(const Constants& constants, Fluid& fluid, NeighborLists& 
                            bodies.boundary.volume,
                            cloth.samples.row_bound,
                            fluid.particles.id,
-                           WritableNeighbors(lists.fluid_fluid),
+                           WritableLiquidRows(liquid),
                            WritableNeighbors(lists.fluid_boundary),
                            Neighbors(lists.fluid_sample)};
   const bool extrapolates = constants.model.extrapolates_walls();
@@ -234,6 +245,7 @@ void density_and_alpha(const Constants& constants, Fluid& fluid, NeighborLists& 
 #else
         pairs.add_liquid(i, sum);
 #endif
+        pairs.set_flags(i, solids, sheets, sum);
         if (solids) pairs.add_walls(i, sum);
         const Real stiffer = extrapolates ? largest_gain(diagonal(i), shear(i)) : Real(1);
         if (sheets) pairs.add_sheets(i, touching, sum);
@@ -314,10 +326,10 @@ MemoryEstimate density_bytes(const Sizing& s) {
   if (s.size.boundary > 0 && extrapolates) particle += 6 * r;  // wall_gain
   if (s.size.samples > 0) particle += 5 * r;                   // contact
   particle += wall_push_bytes(s);
+  if (s.compact_pairs()) particle += 1;  // flags
   MemoryEstimate sum;
   sum.particles = particle_room(s) * particle;
   if (!(s.size.fluid > 0)) return sum;
-  sum.lists = room_for_entries(s.entries.fluid_fluid) * r;  // grad_factor
   if (s.size.samples > 0) sum.lists += sheet_row_bytes(s);
   if (s.size.boundary > 0) sum.lists += room_for_entries(s.entries.fluid_boundary) * r;
   return sum;
@@ -344,7 +356,6 @@ void density(const Constants& constants, Fluid& fluid, NeighborLists& lists, Bod
   }
   if (constants.model.extrapolates_walls()) find_wall_gain(constants, lists, bodies, fluid);
   density_and_alpha(constants, fluid, lists, bodies, cloth);
-  lists.made.advance();
   if (touching) find_contact(constants, cloth, fluid);
   if (cloth.samples.count > 0) {
     fluid.exchange.halo(fluid.particles.density_ratio);

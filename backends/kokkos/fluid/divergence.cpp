@@ -1,6 +1,5 @@
 // Stage divergence (src/stages/divergence.hpp).
 
-#include "core/neighbor_search.hpp"
 #include "fluid/solve.hpp"
 #include "fluid/stages.hpp"
 
@@ -71,9 +70,8 @@ MemoryEstimate divergence_bytes(const Sizing& s) {
   MemoryEstimate sum;
   sum.particles = particle_room(s) * (pressure_work_bytes(s) + 1);  // active
   if (!s.gpu || s.real != sizeof(float)) return sum;
-  // of the lean iterations: words; packed, liquid_rate, other_kappa, groups; base_contact, other_contact_pressure
-  sum.lists = room_for_entries(s.entries.fluid_fluid) * sizeof(std::uint32_t);
-  sum.particles += particle_room(s) * (6 * s.real + 1 + (s.size.samples > 0 ? 2 * s.real : 0));
+  // of the lean iterations: packed, liquid_rate, other_kappa; base_contact, other_contact_pressure
+  sum.particles += particle_room(s) * (6 * s.real + (s.size.samples > 0 ? 2 * s.real : 0));
   return sum;
 }
 

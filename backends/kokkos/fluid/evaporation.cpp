@@ -1,6 +1,7 @@
 // Stage evaporation (src/stages/evaporation.hpp).
 
 #include "core/drawn.hpp"
+#include "core/liquid_pairs.hpp"
 #include "coupling/wall.hpp"
 #include "fluid/evaporation_law.hpp"
 #include "fluid/stages.hpp"
@@ -14,7 +15,8 @@ struct ColourOf {
   Entries<const Real4> position, sheet, offset;  // x_i, m, and V_i, m³; x_b and V_b; ½ d n_b, m
   Entries<const Real3> solid;
   Entries<const Real> solid_volume;
-  Neighbors liquid, near_solids, near_sheets;
+  LiquidNeighbors liquid;
+  Neighbors near_solids, near_sheets;
   bool solids, sheets;
 
   ColourOf(const Constants& constants, const Fluid& fluid, const NeighborLists& lists, const Bodies& bodies,
@@ -89,7 +91,7 @@ void find_normals(const Constants& constants, const Fluid& fluid, const Neighbor
   make_room(work.inside, "drench::evaporation::inside", fluid.particles.capacity());
   const laws::Surface surface = surface_of(constants);
   const Real inverse_h2 = constants.kernel.inverse_h * constants.kernel.inverse_h;
-  const Neighbors liquid(lists.fluid_fluid);
+  const LiquidNeighbors liquid(lists.fluid_fluid);
   const Entries<const Real4> position = fluid.position_volume, colour = std::as_const(work).colour;
   const Entries<const Real> number = std::as_const(work).number, solid = std::as_const(work).solid;
   const Entries<Real4> normal = work.normal;
@@ -98,12 +100,11 @@ void find_normals(const Constants& constants, const Fluid& fluid, const Neighbor
       "drench::evaporation::normal", fluid.particles.count, KOKKOS_LAMBDA(const Index i) {
         const Real4 at = position(i), own = colour(i);
         Real3 sum = at.w * own.xyz();
-        const NeighborRow near = liquid.row(i);
-        for (Index k = 0; k < near.count; ++k) {
-          const Real4 other = position(near(k));
+        liquid.for_each(i, [&](Index j) {
+          const Real4 other = position(j);
           const Real3 r = at.xyz() - other.xyz();
-          sum += other.w * (1 - dot(r, r) * inverse_h2) * colour(near(k)).xyz();
-        }
+          sum += other.w * (1 - dot(r, r) * inverse_h2) * colour(j).xyz();
+        });
         const Real4 found = surface.normal(surface.smooth * sum, own.w);
         normal(i) = found;
         inside(i) = (1 - found.w) * (1 - surface.thin(surface.filled(number(i), solid(i)))) * at.w;
@@ -119,7 +120,7 @@ struct FlatAreas {
   Entries<const Real4> position, colour, normal;
   Entries<const Real> moment, inside;
   Entries<Real> flat, near_inside, moment_of_inside;
-  Neighbors liquid;
+  LiquidNeighbors liquid;
 
   FlatAreas(const Constants& constants, const Fluid& fluid, const NeighborLists& lists, EvaporationWork& work)
       : kernel(constants.kernel),
@@ -180,7 +181,7 @@ void find_taken(const Constants& constants, const Fluid& fluid, const NeighborLi
   make_room(work.taken, "drench::evaporation::taken", fluid.particles.capacity());
   const laws::Surface surface = surface_of(constants);
   const Kernel kernel = constants.kernel;
-  const Neighbors liquid(lists.fluid_fluid);
+  const LiquidNeighbors liquid(lists.fluid_fluid);
   const Entries<const Real4> position = fluid.position_volume;
   const Entries<const Real> flat = std::as_const(work).flat, number = std::as_const(work).number,
                             solid = std::as_const(work).solid;
@@ -208,7 +209,7 @@ struct Evaporation {
   Entries<const Real> number, solid, flat, taken, near_inside, moment_of_inside;
   Entries<const std::int64_t> id;
   Entries<Quanta> mass;
-  Neighbors liquid;
+  LiquidNeighbors liquid;
   double rate;  // j Δt/q, quanta/m²
   Quanta least;
   std::int64_t step;

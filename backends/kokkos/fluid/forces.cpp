@@ -2,21 +2,47 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 
 #include "base/stop_request.hpp"
-#include "core/isa.hpp"
+#include "core/liquid_pairs.hpp"
+#include "core/quads.hpp"
 #include "core/reduce.hpp"
 #include "core/runge_kutta_legendre.hpp"
 #include "coupling/body_response.hpp"
 #include "fluid/stages.hpp"
 #include "particles/viscosity.hpp"
 
-#define DRENCH_ISA_FILE "fluid/forces_rows.inl"
-#include "core/for_each_isa.hpp"
-
 namespace drench::kokkos_backend {
 namespace {
+
+#ifdef DRENCH_LANES
+/// ViscousSum::add for all liquid neighbours, four at once; `moving`: velocity and 1/√δ.
+void add_liquid_friction(const Entries<const Real4>& position, const Entries<const Real4>& moving,
+                         const NeighborRow& near, Index i, ViscousSum& sum) {
+  const Quad xi = quad(position(i)), vi = quad(moving(i));
+  Quad pull{}, other_pull{}, bound{};
+  for (Index k = 0; k < near.count; k += 4) {
+    Quad r[4], products[4], squares[4], factor{};
+    for (Index p = 0; p < 4; ++p) {
+      const bool there = k + p < near.count;
+      const Real4& other = moving(there ? near(k + p) : i);
+      r[p] = xi - quad(position(there ? near(k + p) : i));
+      products[p] = (vi - quad(other)) * r[p];
+      squares[p] = r[p] * r[p];
+      factor[p] = there ? near.grad_factor(k + p) * other.w : Real(0);
+    }
+    const Quad along = factor * FourVectors(products).sum();
+    pull += along[0] * r[0];
+    other_pull += along[1] * r[1];
+    pull += along[2] * r[2];
+    other_pull += along[3] * r[3];
+    bound -= factor * FourVectors(squares).sum();
+  }
+  pull += other_pull;
+  sum.pull += {pull[0], pull[1], pull[2]};
+  sum.bound += (bound[0] + bound[2]) + (bound[1] + bound[3]);
+}
+#endif
 
 /// Gravity and the field alone.
 void inviscid(const Constants& constants, Fluid& fluid, Real dt) {
@@ -60,23 +86,19 @@ void find_liquid_change(const Constants& constants, const Fluid& fluid, const Ne
                              xs = cloth.samples.position_volume;
   const Entries<Real4> change = work.change;
   const Entries<Real> bound = work.bound;
-  const Neighbors lf(lists.fluid_fluid), lb(lists.fluid_boundary), ls(lists.fluid_sample);
-#ifdef DRENCH_LANES
-  const auto add_liquid = DRENCH_BY_ISA(add_liquid_friction);
-#endif
+  const LiquidPairs lf(lists.fluid_fluid, kernel, fluid.volume);
+  const Neighbors lb(lists.fluid_boundary), ls(lists.fluid_sample);
   // The bounds by themselves: a reduction's blocks have fewer threads at once than the neighbours' loads need.
   parallel(
       "drench::forces::liquid", fluid.particles.count, KOKKOS_LAMBDA(const Index i) {
         const Real3 xi = position(i).xyz(), vi = moving(i).xyz();
         const Real share = moving(i).w;
         ViscousSum sum;
-        const NeighborRow near = lf.row(i);
 #ifdef DRENCH_LANES
-        add_liquid(position.data, moving.data, near, i, sum);
+        add_liquid_friction(position, moving, lf.row(i), i, sum);
 #else
-        near.for_each([&](Index j, Real factor) {
+        lf.for_each_or_self(i, position, [&](Index j, const Real4&, const Real3& r, Real factor) {
           const Real4 other = moving(j);
-          const Real3 r = xi - position(j).xyz();
           sum.add(other.w, vi - other.xyz(), r, factor * r);
         });
 #endif

@@ -1,5 +1,6 @@
 // Stage micropolar (src/stages/micropolar.hpp).
 
+#include "core/liquid_pairs.hpp"
 #include "core/reduce.hpp"
 #include "core/runge_kutta_legendre.hpp"
 #include "fluid/micropolar_law.hpp"
@@ -35,20 +36,20 @@ MemoryEstimate micropolar_bytes(const Sizing& s) {
 namespace {
 
 /// s′_i and dω_i/dt of the flow and the spins as they are, with g_i and k_i.
-void measure_slip(Fluid& fluid, const NeighborLists& lists, MicropolarWork& work, const SpinLaw& law) {
+void measure_slip(Fluid& fluid, const NeighborLists& lists, MicropolarWork& work, const SpinLaw& law,
+                  const Kernel& kernel) {
   fluid.exchange.halo(fluid.particles.velocity);
   fluid.exchange.halo(fluid.particles.spin);
   const Entries<const Real3> v = std::as_const(fluid).particles.velocity, spin = std::as_const(fluid).particles.spin;
   const Entries<const Real4> position = std::as_const(fluid).position_volume;
   const Entries<Real4> slip = work.slip, rate = work.rate;
-  const Neighbors list(lists.fluid_fluid);
+  const LiquidPairs pairs(lists.fluid_fluid, kernel, fluid.volume);
   const bool spreads = law.spread > 0;
   parallel(
       "drench::micropolar::slip", fluid.particles.count, KOKKOS_LAMBDA(const Index i) {
-        const Real3 xi = position(i).xyz(), vi = v(i), wi = spin(i);
+        const Real3 vi = v(i), wi = spin(i);
         SpinSum sum;
-        list.for_each(i, [&](Index j, Real factor) {
-          const Real3 x = xi - position(j).xyz();
+        pairs.for_each(i, position, [&](Index j, const Real4&, const Real3& x, Real factor) {
           const Real b = -factor;
           sum.add(b, x, vi - v(j));
           if (spreads) sum.spread += law.spreading(b, norm(x)) * (spin(j) - wi);
@@ -74,17 +75,18 @@ double rate_bound(const Fluid& fluid, const MicropolarWork& work, const SpinLaw&
 
 /// A stage: v_i and ω_i change by their D_k, which the next one needs where there are `several`.
 void turn(Fluid& fluid, const NeighborLists& lists, MicropolarWork& work, const SpinLaw& law,
-          const LegendreStage& stage, bool several) {
+          const LegendreStage& stage, const Kernel& kernel, bool several) {
   const Entries<Real3> v = fluid.particles.velocity, spin = fluid.particles.spin, flow_change = work.velocity_change,
                        spin_change = work.spin_change;
   const Entries<const Real4> position = fluid.position_volume, slip = work.slip, rate = work.rate;
-  const Neighbors list(lists.fluid_fluid);
+  const LiquidPairs pairs(lists.fluid_fluid, kernel, fluid.volume);
   parallel(
       "drench::micropolar::turn", fluid.particles.count, KOKKOS_LAMBDA(const Index i) {
-        const Real3 xi = position(i).xyz(), si = slip(i).xyz();
+        const Real3 si = slip(i).xyz();
         Real3 sum;
-        list.for_each(i,
-                      [&](Index j, Real factor) { sum += factor * cross(si + slip(j).xyz(), xi - position(j).xyz()); });
+        pairs.for_each_or_self(i, position, [&](Index j, const Real4&, const Real3& x, Real factor) {
+          sum += factor * cross(si + slip(j).xyz(), x);
+        });
         Real3 flow = (stage.weight * law.half_transfer) * sum, spin_up = stage.weight * rate(i).xyz();
         if (several) {
           if (stage.keep > 0) {
@@ -106,7 +108,7 @@ void micropolar(const Constants& constants, Fluid& fluid, const NeighborLists& l
   if (fluid.particles.total == 0) return;
   allocate(fluid, work);
   const SpinLaw law(constants.model.scene.fluid.micropolar, constants.model.spacing, constants.model.support);
-  measure_slip(fluid, lists, work, law);
+  measure_slip(fluid, lists, work, law, constants.kernel);
   const double bound = rate_bound(fluid, work, law);
   int stages = 1;
   while (stages * (stages + 1.0) < info.dt * bound) ++stages;
@@ -116,8 +118,8 @@ void micropolar(const Constants& constants, Fluid& fluid, const NeighborLists& l
     make_room(work.spin_change, "drench::micropolar::spin_change", fluid.particles.position.extent(0));
   }
   for (int k = 1; k <= stages; ++k) {
-    if (k > 1) measure_slip(fluid, lists, work, law);
-    turn(fluid, lists, work, law, legendre(k, stages, info.dt), stages > 1);
+    if (k > 1) measure_slip(fluid, lists, work, law, constants.kernel);
+    turn(fluid, lists, work, law, legendre(k, stages, info.dt), constants.kernel, stages > 1);
   }
 }
 

@@ -2,6 +2,7 @@
 
 #include "cloth/boundary_edges.hpp"
 #include "core/filled_rows.hpp"
+#include "core/liquid_pairs.hpp"
 #include "core/neighbor_search.hpp"
 #include "core/reduce.hpp"
 #include "coupling/body_response.hpp"
@@ -49,30 +50,26 @@ double nearest_sample_bytes(const Sizing& s) { return s.size.samples > 0 ? parti
 void cull_pairs_across_cloth(const Constants& constants, const Fluid& fluid, const Cloth& cloth, NeighborLists& lists) {
   const Entries<const Index> nearest = fluid.nearest_sample;
   const Entries<const Real3> x = fluid.particles.position, xs = cloth.samples.position, normal = cloth.samples.normal;
-  const WritableNeighbors list(lists.fluid_fluid);
+  const WritableLiquidRows list(lists.fluid_fluid);
+  const LiquidNeighbors near(lists.fluid_fluid);
   const BoundaryEdges edges(cloth);
   const Real reach = Real(1.25) * constants.spacing, limit = reach * reach;
   parallel(
       "drench::neighbors::cull_pairs", fluid.particles.count, KOKKOS_LAMBDA(const Index i) {
-        const WritableRow near = list.row(i);
         const Index p = nearest(i);
         // Most rows end here, after loads that do not wait for each other.
         Index any = p;
-        near.for_each([&](Index j) {
+        near.for_each_or_self(i, [&](Index j) {
           const Index q = nearest(j);
           any = q > any ? q : any;
         });
         if (any < 0) return;
-        Index kept = 0;
-        for (Index k = 0; k < near.count; ++k) {
-          const Index j = near(k), q = nearest(j);
+        list.shorten(i, [&](Index j) {
           // Both tests see their own end first, so that i and j come to the same answer.
-          if (p >= 0 && sheet_between(x(i), x(j), xs(p), normal(p), limit, edges, p)) continue;
-          if (q >= 0 && sheet_between(x(j), x(i), xs(q), normal(q), limit, edges, q)) continue;
-          if (kept < k) near(kept) = j;
-          ++kept;
-        }
-        list.count(i) = kept;
+          const Index q = nearest(j);
+          return !(p >= 0 && sheet_between(x(i), x(j), xs(p), normal(p), limit, edges, p)) &&
+                 !(q >= 0 && sheet_between(x(j), x(i), xs(q), normal(q), limit, edges, q));
+        });
       });
 }
 
@@ -124,7 +121,8 @@ void neighbors(const Constants& constants, Fluid& fluid, NeighborLists& lists, B
     return ListRequest{&list, &particles.position, particles.count, table};
   };
   std::vector<ListRequest> wanted{near_liquid(lists.fluid_fluid, fluid.cells.view())};
-  wanted.back().same_set = wanted.back().in_fours = true;
+  wanted.back().same_set = true;
+  wanted.back().compact = compact_pairs;
   wanted.back().in_order = alone;  // ghosts lie behind
   if (bodies.boundary.count > 0) {
     refresh_boundary_cells(constants, bodies);
@@ -157,7 +155,7 @@ MemoryEstimate neighbor_bytes(const Sizing& s) {
   const SetupSize& size = s.size;
   sum.particles = nearest_sample_bytes(s);
   sum.cells = cell_table_bytes(size.fluid, size.fluid_cells, s);
-  if (size.fluid > 0) sum.lists += list_bytes(size.fluid, s.entries.fluid_fluid, s);
+  if (size.fluid > 0) sum.lists += liquid_list_bytes(size.fluid, s.entries.fluid_fluid, s);
   if (size.fluid > 0 && size.boundary > 0) sum.lists += list_bytes(size.fluid, s.entries.fluid_boundary, s);
   if (!(size.samples > 0)) return sum;
   sum.lists += list_bytes(size.samples, s.entries.sample_sample, s);

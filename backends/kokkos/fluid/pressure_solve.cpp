@@ -26,8 +26,7 @@ void measure_density_rate(PressureSystem& system) {
   const auto row = KOKKOS_LAMBDA(const Index i) {
     const Real3 vi = v(i).xyz();
     Real sum = 0;
-    divergence.add_liquid(
-        i, vi, [&](Index j) { return v(j).xyz(); }, sum);
+    divergence.add_liquid(i, v, sum);
     if (keep_liquid_rate) liquid_rate(i) = sum;
     divergence.add_walls(i, vi, ub, sum);
     const Real sheet = divergence.approach(i, vi);
@@ -70,7 +69,7 @@ SheetsOfParticles PressureSystem::sheets_of_particles() const {
 
 DensityOperator PressureSystem::divergence(const Entries<const Real4>& position,
                                            const SheetsOfParticles& sheets) const {
-  return {.liquid = Neighbors(lists.fluid_fluid),
+  return {.liquid = LiquidPairs(lists.fluid_fluid, constants.kernel, fluid.volume),
           .walls = Neighbors(lists.fluid_boundary),
           .position = position,
           .wall_position = std::as_const(bodies).boundary.position,

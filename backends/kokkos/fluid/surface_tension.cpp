@@ -3,6 +3,7 @@
 #include <limits>
 
 #include "core/host_copy.hpp"
+#include "core/liquid_pairs.hpp"
 #include "coupling/wall.hpp"
 #include "coupling/wall_push.hpp"
 #include "fluid/stages.hpp"
@@ -91,7 +92,7 @@ void surface_normals(const Constants& constants, const Fluid& fluid, const Neigh
   const Entries<const Real3> x = fluid.particles.position;
   const Entries<Real3> normal = work.normal;
   const Entries<const Real> volume = fluid.volume;
-  const Neighbors list(lists.fluid_fluid);
+  const LiquidNeighbors list(lists.fluid_fluid);
   const Real inverse_pressure = 1 / law.pressure, most = 2 * law.pressure;
   parallel(
       "drench::surface_tension::normal", fluid.particles.count, KOKKOS_LAMBDA(const Index i) {
@@ -136,7 +137,7 @@ void pull_liquid(const Constants& constants, Fluid& fluid, const NeighborLists& 
   const Cohesion law(constants.kernel, constants.model.scene.fluid.surface_tension, constants.model.support);
   const Entries<const Real3> x = fluid.particles.position, normal = work.normal;
   const Entries<const Real> volume = fluid.volume;
-  const Neighbors list(lists.fluid_fluid);
+  const LiquidNeighbors list(lists.fluid_fluid);
   const Uptake take(constants, bodies, fluid, false);
   const Real factor = dt / constants.rest_density;
   parallel(

@@ -14,188 +14,86 @@
 
 namespace drench::kokkos_backend {
 
-/// A pair is a word: the neighbour's index less the bundle's `base`, and the root of V_j |dW/dr|/r over factor_scale(),
-/// 16 bits each. Four words are one load. A row is padded with factors of 0.
 struct LeanPressure {
-  Array<uint4> word;           // at a bundle's start / 4: [group][lane]
-  Array<Index> base;           // of each bundle; −1: it has an index or a factor that 16 bits do not hold
-  Array<std::uint8_t> groups;  // of each row; the highest bit: beside solids or sheets
-  Field<uint4> packed;         // of each particle, see pack()
-  Field<Real> base_contact;    // λ of the full evaluation
-  Version of_lists = Version::none();
+  Field<uint4> packed;       // of each particle, see pack()
+  Field<Real> base_contact;  // λ of the full evaluation
 };
 
 namespace {
 
-constexpr Index bundle = warp_size, most_groups = 127, threads = 128, blocks_a_processor = 9;
+constexpr Index threads = 128, blocks_a_processor = 9;
 constexpr float lattice = 16384;  // steps a support
-
-/// The largest factor, over that of (dW/dr)/r: what lies closer has a bundle that is read in full.
-float most_factor(KernelKind kind) { return kind == KernelKind::wendland ? 1 : 4; }
 
 void check(cudaError_t status) {
   if (status != cudaSuccess) throw std::runtime_error(std::string("pressure: ") + cudaGetErrorString(status));
 }
 
-template <class Body>
+template <Index lanes, class Body>
 __global__ void __launch_bounds__(threads, blocks_a_processor) run(const Body body) {
-  body();
+  body.template work<lanes>();
 }
 
-/// The root of a pair's factor as words keep it; also where a bundle has no words, so that nobody can tell.
-__device__ __forceinline__ int root_of(float factor, float inverse_scale) {
-  const float square = factor * inverse_scale;
-  return square > 0 ? __float2int_rn(square * inverse_root(square)) : 0;
-}
-__device__ __forceinline__ float rounded_factor(float factor, float inverse_scale) {
-  const auto root = static_cast<float>(root_of(factor, inverse_scale));
-  return root * root;
-}
+/// Threads that share a row, where the liquid is too little for a GPU's threads: the same on any number of ranks.
+constexpr Index few_lanes = 4, few_rows = 15'000;
+Index lanes_of(const PressureSystem& system) { return system.all() < few_rows ? few_lanes : 1; }
 
-/// Blocks that have a thread for each row.
-Index blocks_of(Index rows) { return (rows + threads - 1) / threads; }
+/// Blocks that have `lanes` threads for each row.
+Index blocks_of(Index rows, Index lanes) { return (rows + threads / lanes - 1) / (threads / lanes); }
 
-/// Runs `body` in blocks that have a thread for each of n rows.
+/// Runs `body` in blocks that have `lanes` threads for each of n rows.
 template <class Body>
-void launch(const char* label, Index n, const Body& body) {
+void launch(const char* label, Index n, Index lanes, const Body& body) {
   if (n <= 0) return;
   const ExecSpace space;
   std::uint64_t id = 0;
   Kokkos::Tools::beginParallelFor(label, Kokkos::Tools::Experimental::device_id(space), &id);
-  run<<<static_cast<unsigned>(blocks_of(n)), threads, 0, space.cuda_stream()>>>(body);
+  const auto blocks = static_cast<unsigned>(blocks_of(n, lanes));
+  if (lanes == 1)
+    run<1><<<blocks, threads, 0, space.cuda_stream()>>>(body);
+  else
+    run<few_lanes><<<blocks, threads, 0, space.cuda_stream()>>>(body);
   check(cudaGetLastError());
   Kokkos::Tools::endParallelFor(id);
 }
-__device__ __forceinline__ Index own_row() { return static_cast<Index>(blockIdx.x * threads + threadIdx.x); }
-
-/// A load that is not wanted again.
-__device__ __forceinline__ uint4 load_once(const uint4* p) {
-  uint4 v;
-  asm volatile("ld.global.nc.L1::no_allocate.L2::128B.v4.u32 {%0,%1,%2,%3}, [%4];"
-               : "=r"(v.x), "=r"(v.y), "=r"(v.z), "=r"(v.w)
-               : "l"(p));
-  return v;
+template <Index lanes>
+__device__ __forceinline__ Index own_row() {
+  return static_cast<Index>(blockIdx.x * threads + threadIdx.x) / lanes;
 }
-/// In units of factor_scale().
-__device__ __forceinline__ float factor_of(unsigned word) {
-  const float root = __uint_as_float((word & 0xffffu) | 0x4b000000u) - 8388608.0f;
-  return root * root;
+template <Index lanes>
+__device__ __forceinline__ Index own_lane() {
+  return static_cast<Index>(threadIdx.x) % lanes;
 }
-__device__ __forceinline__ unsigned index_of(unsigned word) { return word >> 16; }
-
-struct LeanRows {
-  const uint4* word;
-  const Index* base;
-  const std::uint8_t* groups;
-  const std::int64_t* start;
-
-  /// Is it beside solids or sheets?
-  __device__ __forceinline__ bool is_bounded(Index i) const { return __ldg(groups + i) > most_groups; }
-  /// Calls pair(word) for each pair of row i, with the next group of four already under way.
-  template <class Pair>
-  __device__ __forceinline__ void visit(Index i, const Pair& pair) const {
-    const uint4* const at = word + (__ldg(reinterpret_cast<const long long*>(start) + i / bundle) / 4 + i % bundle);
-    const int count = __ldg(groups + i) & most_groups;
-    uint4 next{};
-    if (count > 0) next = load_once(at);
-    for (int k = 0; k < count; ++k) {
-      const uint4 w = next;
-      if (k + 1 < count) next = load_once(at + (k + 1) * bundle);
-      pair(w.x);
-      pair(w.y);
-      pair(w.z);
-      pair(w.w);
-    }
-  }
-};
-
-/// Writes a row's words. A warp has a bundle.
-struct MakeRows {
-  Neighbors list, walls;
-  Entries<const Index> sheets;  // where a row begins
-  Index count;
-  float inverse_scale;  // m²: of a factor
-  uint4* word;
-  Index* base;
-  std::uint8_t* groups;
-  bool has_walls, has_sheets;
-
-  __device__ bool is_bounded(Index i) const {
-    return (has_walls && walls.count(i) > 0) || (has_sheets && sheets(i + 1) > sheets(i));
-  }
-  __device__ void operator()() const {
-    const Index i = own_row(), b = i / bundle;
-    if (b * bundle >= count) return;
-    NeighborRow row{};
-    if (i < count) row = list.row(i);
-    // Cells lie in order, so what is near lies about as far before the bundle as behind it.
-    const Index least = b * bundle > 32768 ? b * bundle - 32768 : 0;
-    const int own_groups = (row.count + 3) / 4;
-    bool far = own_groups > most_groups;
-    uint4* const at = word + (list.start(b) / 4 + i % bundle);
-    for (int g = 0; g < own_groups && !far; ++g) {
-      unsigned w[4];
+/// The sum over the lanes of a row, in each of them; all threads of a warp call it.
+template <Index lanes>
+__device__ __forceinline__ float over_lanes(float sum) {
 #pragma unroll
-      for (int k = 0; k < 4; ++k) {
-        const Index e = 4 * g + k;
-        const bool real = e < row.count;
-        const Index from = (real ? row(e) : i) - least;
-        const int root = real ? root_of(row.grad_factor(e), inverse_scale) : 0;
-        far |= from < 0 || from > 65535 || root > 65535;
-        w[k] = static_cast<unsigned>(from) << 16 | (static_cast<unsigned>(root) & 0xffffu);
-      }
-      at[std::int64_t{g} * bundle] = {w[0], w[1], w[2], w[3]};
-    }
-    far = __any_sync(all_lanes, far);
-    if (i % bundle == 0) base[b] = far ? -1 : least;
-    if (i < count)
-      groups[i] = static_cast<std::uint8_t>((far ? 0 : own_groups) | (is_bounded(i) ? most_groups + 1 : 0));
-  }
-};
+  for (Index apart = lanes / 2; apart > 0; apart /= 2) sum += __shfl_xor_sync(all_lanes, sum, apart);
+  return sum;
+}
 
 struct LeanAcceleration {
-  LeanRows rows;
-  Neighbors list;
-  const float4* position_kappa;  // x_i, and the change of κ_i
+  DensityOperator divergence;  // with the change of κ_i
   Entries<const Real3> boundary, sheet, gain_diagonal, gain_shear;
   Entries<const Real> contact, base_contact;
   uint4* packed;
-  float scale, inverse_scale, steps;  // 1/m²: of the factors; m², −1 over that; 1/m
-  Index first, end;                   // the rows
+  float steps;       // 1/m
+  Index first, end;  // the rows
   bool touching, extrapolates;
 
-  __device__ void operator()() const {
-    const Index i = first + own_row();
-    if (i >= end) return;
-    const float4 here = __ldg(position_kappa + i);
-    Real3 a;
-    const Index base = __ldg(rows.base + i / bundle);
-    if (base >= 0) {
-      const float4* const near = position_kappa + base;
-      rows.visit(i, [&](unsigned w) {
-        const float4 q = __ldg(near + index_of(w));
-        const float f = factor_of(w) * (here.w + q.w);
-        a.x = fmaf(f, here.x - q.x, a.x);
-        a.y = fmaf(f, here.y - q.y, a.y);
-        a.z = fmaf(f, here.z - q.z, a.z);
-      });
-    } else {
-      const NeighborRow near = list.row(i);
-      for (Index k = 0; k < near.count; ++k) {
-        const float4 q = __ldg(position_kappa + near(k));
-        const float f = rounded_factor(near.grad_factor(k), inverse_scale) * (here.w + q.w);
-        a.x = fmaf(f, here.x - q.x, a.x);
-        a.y = fmaf(f, here.y - q.y, a.y);
-        a.z = fmaf(f, here.z - q.z, a.z);
-      }
-    }
-    a = scale * a;
-    if (rows.is_bounded(i)) {
+  template <Index lanes>
+  __device__ void work() const {
+    const Index i = first + own_row<lanes>(), lane = own_lane<lanes>();
+    Real3 sum;
+    if (i < end) sum = divergence.gradient<lanes>(i, lane);
+    Real3 a{-over_lanes<lanes>(sum.x), -over_lanes<lanes>(sum.y), -over_lanes<lanes>(sum.z)};
+    if (i >= end || lane > 0) return;
+    const Real4 here = divergence.position(i);
+    if (divergence.liquid.is_bounded(i)) {
       a -= here.w * boundary(i);
       if (touching) a -= (contact(i) - base_contact(i)) * sheet(i);
       if (extrapolates) a = product(gain_diagonal(i), gain_shear(i), a);
     }
-    packed[i] = pack(a, {here.x, here.y, here.z}, steps);
+    packed[i] = pack(a, here.xyz(), steps);
   }
 };
 
@@ -218,30 +116,37 @@ struct Momentum {
   }
 };
 
-/// What the change of the acceleration adds to the liquid's part of the rate.
+/// What the change of the acceleration adds to the liquid's part of the rate: DensityOperator::add_liquid of packed
+/// accelerations.
 struct LiquidRate {
-  LeanRows rows;
-  Neighbors list;
+  LiquidPairs pairs;
+  PairSlope slope;  // of positions on the lattice
   const uint4* packed;
   Entries<const Real> base;  // 1/s: of the full evaluation
-  float dt, scale;           // s; −1/m²: of a factor and a step of the lattice
-  float inverse_scale;       // m²: −1 over a factor's
+  float dt, scale;           // s; 1/m⁴, of a step of the lattice
 
-  __device__ __forceinline__ float change(Index i, const PackedDifference& difference) const {
+  /// Of `lanes` that share a row each has its own part; without `base`.
+  template <Index lanes>
+  __device__ __forceinline__ float change(Index i, Index lane, const PackedDifference& difference) const {
+    const CompactRow near = pairs.compact_row(i);
     float sum = 0;
-    const Index first = __ldg(rows.base + i / bundle);
-    if (first >= 0) {
-      const uint4* const near = packed + first;
-      rows.visit(i, [&](unsigned w) { sum = fmaf(factor_of(w), difference(__ldg(near + index_of(w))), sum); });
-      return scale * sum;
+    if (pairs.has_mixed_volumes(i)) {
+      near.for_each<lanes>(
+          [&](Index j) {
+            const Apart apart = difference(__ldg(packed + j));
+            sum = fmaf(pairs.volume(j) * slope(apart.square), apart.rate, sum);
+          },
+          lane);
+    } else {
+      near.for_each_filled_up<lanes>(
+          [&](std::uint32_t k, Index origin) {
+            const Apart apart = difference(__ldg(packed + origin + k));
+            sum = fmaf(slope(apart.square), apart.rate, sum);
+          },
+          lane);
+      sum *= pairs.volume(i);
     }
-    const NeighborRow near = list.row(i);
-    for (Index k = 0; k < near.count; ++k)
-      sum = fmaf(rounded_factor(near.grad_factor(k), inverse_scale), difference(__ldg(packed + near(k))), sum);
-    return scale * sum;
-  }
-  __device__ __forceinline__ float operator()(Index i, const PackedDifference& difference) const {
-    return base(i) + dt * change(i, difference);
+    return dt * scale * sum;
   }
 };
 
@@ -268,20 +173,23 @@ struct LeanUpdate {
     approach = divergence.approach(i, v);
     return sum + approach;
   }
-  __device__ __forceinline__ Few of_row(Index i) const {
-    const bool bounded = liquid.rows.is_bounded(i);
+  /// `change`: of the liquid's part of the rate.
+  __device__ __forceinline__ Few of_row(Index i, const PackedDifference& difference, float change) const {
+    const bool bounded = liquid.pairs.is_bounded(i);
     const float4 from = __ldg(base + i);
-    const PackedDifference difference(__ldg(liquid.packed + i));
-    float rate = liquid(i, difference), approach = 0;
+    float rate = liquid.base(i) + change, approach = 0;
     if (bounded) rate += of_boundary(i, Real3{from.x, from.y, from.z} + liquid.dt * difference.a, approach);
     const Real before = momentum.last(i), contact_before = momentum.touching && bounded ? momentum.last_contact(i) : 0;
     const Few own = update(i, rate - liquid.dt * compliance(i) * update.kappa(i), approach);
     position_kappa[i].w = momentum.step(i, bounded, before, contact_before) - from.w;
     return own;
   }
-  __device__ void operator()() const {
-    const Index i = first + own_row();
-    sums.add(update.exact(i < end ? of_row(i) : Few{}));
+  template <Index lanes>
+  __device__ void work() const {
+    const Index i = first + own_row<lanes>(), lane = own_lane<lanes>();
+    const PackedDifference difference(i < end ? __ldg(liquid.packed + i) : uint4{});
+    const float change = over_lanes<lanes>(i < end ? liquid.change<lanes>(i, lane, difference) : 0.0f);
+    sums.add(update.exact(i < end && lane == 0 ? of_row(i, difference, change) : Few{}));
   }
 };
 
@@ -291,8 +199,9 @@ struct FinishVelocities {
   float dt;
   Index count;
 
-  __device__ void operator()() const {
-    const Index i = own_row();
+  template <Index>
+  __device__ void work() const {
+    const Index i = own_row<1>();
     if (i >= count) return;
     const Real3 a = acceleration_of(packed[i]);
     float4 v = velocity[i];
@@ -303,37 +212,15 @@ struct FinishVelocities {
   }
 };
 
-/// 1/m²: a factor whose root is 1.
-float factor_scale(const PressureSystem& system) {
-  const Kernel& kernel = system.constants.kernel;
-  const double full = system.constants.model.particle_mass / system.constants.model.rest_density;
-  return static_cast<float>(kernel.grad_scale * full) * most_factor(kernel.kind) / (65535.0f * 65535.0f);
-}
-
-LeanRows rows_of(const PressureSystem& system) {
-  const LeanPressure& lean = *system.work.lean;
-  return {lean.word.data(), lean.base.data(), lean.groups.data(), system.lists.fluid_fluid.start.data()};
-}
-
-void make_rows(const PressureSystem& system, LeanPressure& lean) {
-  const NeighborList& list = system.lists.fluid_fluid;
-  const Index bundles = (system.count() + bundle - 1) / bundle;
-  make_room(lean.word, "drench::pressure::lean_word", list.entry.extent(0) / 4);
-  make_ample_room(lean.base, "drench::pressure::lean_base", static_cast<std::size_t>(bundles));
-  make_ample_room(lean.groups, "drench::pressure::lean_groups", static_cast<std::size_t>(bundles * bundle));
-  launch("drench::pressure::lean_rows", bundles * bundle,
-         MakeRows{Neighbors(list), Neighbors(system.lists.fluid_boundary), system.lists.sheet_rows.of_particle,
-                  system.count(), -1 / factor_scale(system), lean.word.data(), lean.base.data(), lean.groups.data(),
-                  system.bodies.boundary.count > 0, system.has_sheets()});
-  lean.of_lists = system.lists.made;
-}
-
-LiquidRate liquid_rate(const PressureSystem& system) {
+LiquidRate liquid_rate(const PressureSystem& system, const DensityOperator& divergence) {
   const PressureWork& work = system.work;
-  return {rows_of(system),          Neighbors(system.lists.fluid_fluid),
-          work.lean->packed.data(), work.liquid_rate,
-          float(system.dt),         -factor_scale(system) * system.constants.support / lattice,
-          -1 / factor_scale(system)};
+  const Kernel& kernel = system.constants.kernel;
+  return {.pairs = divergence.liquid,
+          .slope = PairSlope(kernel.kind, lattice),
+          .packed = work.lean->packed.data(),
+          .base = work.liquid_rate,
+          .dt = float(system.dt),
+          .scale = -kernel.grad_scale * (kernel.h / lattice)};
 }
 
 template <class Update>
@@ -347,9 +234,11 @@ SumUnderWay<typename Update::Sums> begin_update(PressureSystem& system, const Up
     room.finished = Kokkos::View<unsigned, MemSpace>("drench::partial_sums::finished");
   Sums* const total = sums_in<Sums>(room.few, 2).data() + slot;
   const Index count = system.count(), inner = system.fluid.exchange.inner(count);
-  const Index before = blocks_of(inner), blocks = std::max(before + blocks_of(count - inner), Index{1});
-  LeanUpdate<Update> rows{liquid_rate(system),
-                          system.divergence(seen.position_kappa, system.sheets_of_particles()),
+  const Index lanes = lanes_of(system), before = blocks_of(inner, lanes),
+              blocks = std::max(before + blocks_of(count - inner, lanes), Index{1});
+  const DensityOperator divergence = system.divergence(seen.position_kappa, system.sheets_of_particles());
+  LeanUpdate<Update> rows{liquid_rate(system, divergence),
+                          divergence,
                           reinterpret_cast<float4*>(work.position_kappa.data()),
                           reinterpret_cast<const float4*>(work.predicted.data()),
                           system.bodies.seen_velocity(),
@@ -360,21 +249,21 @@ SumUnderWay<typename Update::Sums> begin_update(PressureSystem& system, const Up
                           {sums_in<Sums>(room.many, blocks).data(), total, room.finished.data(), 0, unsigned(blocks)},
                           0,
                           inner};
-  launch(label, inner, rows);
+  launch(label, inner, lanes, rows);
   system.fluid.exchange.finish_halo();  // of the packed accelerations
   rows.first = inner;
   rows.end = count;
   rows.sums.first = static_cast<unsigned>(before);
-  launch(label, inner > 0 ? count - inner : std::max(count, Index{1}), rows);
+  launch(label, inner > 0 ? count - inner : std::max(count, Index{1}), lanes, rows);
   return {label, total, 1};
 }
+
 }  // namespace
 
 void begin_lean_pressure(PressureSystem& system) {
   PressureWork& work = system.work;
   if (!work.lean) work.lean = std::make_shared<LeanPressure>();
   LeanPressure& lean = *work.lean;
-  if (lean.of_lists != system.lists.made) make_rows(system, lean);
   const std::size_t n = system.fluid.particles.capacity();
   make_room(lean.packed, "drench::pressure::lean_packed", n);
   make_room(work.other_kappa, "drench::pressure::other_kappa", n);
@@ -394,9 +283,7 @@ void predict_lean_liquid(PressureSystem& system) {
   if (system.has_cloth() || system.bodies.dynamic.count > 0) fluid.exchange.halo(system.kappa);
   fluid.exchange.begin_halo(system.work.position_kappa);
   const Index count = system.count(), inner = fluid.exchange.inner(count);
-  LeanAcceleration rows{rows_of(system),
-                        Neighbors(system.lists.fluid_fluid),
-                        reinterpret_cast<const float4*>(system.work.position_kappa.data()),
+  LeanAcceleration rows{system.divergence(std::as_const(system.work).position_kappa, {}),
                         fluid.boundary_gradient,
                         fluid.contact.gradient,
                         fluid.wall_gain.diagonal,
@@ -404,19 +291,17 @@ void predict_lean_liquid(PressureSystem& system) {
                         std::as_const(system.work).contact_pressure,
                         std::as_const(lean).base_contact,
                         lean.packed.data(),
-                        factor_scale(system),
-                        -1 / factor_scale(system),
                         lattice / system.constants.support,
                         0,
                         inner,
                         system.touching,
                         system.constants.model.extrapolates_walls()};
   constexpr const char* label = "drench::pressure::lean_acceleration";
-  launch(label, inner, rows);
+  launch(label, inner, lanes_of(system), rows);
   fluid.exchange.finish_halo();
   rows.first = inner;
   rows.end = count;
-  launch(label, count - inner, rows);
+  launch(label, count - inner, lanes_of(system), rows);
   fluid.exchange.begin_halo(lean.packed);
 }
 
@@ -430,7 +315,7 @@ SumUnderWay<IterationNorms> begin_lean_update(PressureSystem& system, const Dive
 }
 
 void finish_lean_pressure(PressureSystem& system) {
-  launch("drench::pressure::lean_velocities", system.count(),
+  launch("drench::pressure::lean_velocities", system.count(), 1,
          FinishVelocities{system.work.lean->packed.data(), reinterpret_cast<float4*>(system.work.predicted.data()),
                           float(system.dt), system.count()});
 }

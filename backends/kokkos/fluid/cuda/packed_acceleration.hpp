@@ -18,7 +18,10 @@ __device__ __forceinline__ Real3 acceleration_of(const uint4& q) {
   return {__uint_as_float(q.x), __uint_as_float(q.y), __uint_as_float(q.z)};
 }
 
-/// (a_j − a_i)·(x_j − x_i), the positions in steps of the lattice.
+/// (a_j − a_i)·(x_j − x_i) and |x_j − x_i|², the positions in steps of the lattice.
+struct Apart {
+  float rate, square;
+};
 struct PackedDifference {
   Real3 a;
   unsigned x, y, z;  // 2^15 − own, in the low half, the high half, the low half
@@ -28,12 +31,14 @@ struct PackedDifference {
         x(0x8000u - (own.w & 0xffffu)),
         y(0x80000000u - (own.w & 0xffff0000u)),
         z(0x8000u - ((own.x & 0xffu) | (own.y & 0xffu) << 8)) {}
-  __device__ __forceinline__ float operator()(const uint4& q) const {
+  __device__ __forceinline__ Apart operator()(const uint4& q) const {
     constexpr float zero = 8388608.0f + 32768.0f;  // 2^23 + 2^15
     const float dx = __uint_as_float(__byte_perm(q.w + x, 0x4b000000u, 0x7610)) - zero,
                 dy = __uint_as_float(__byte_perm(q.w + y, 0x4b000000u, 0x7632)) - zero,
                 dz = __uint_as_float(__byte_perm(__byte_perm(q.x, q.y, 0x5540) + z, 0x4b000000u, 0x7610)) - zero;
-    return (__uint_as_float(q.x) - a.x) * dx + (__uint_as_float(q.y) - a.y) * dy + (__uint_as_float(q.z) - a.z) * dz;
+    return {
+        fmaf(__uint_as_float(q.z) - a.z, dz, fmaf(__uint_as_float(q.y) - a.y, dy, (__uint_as_float(q.x) - a.x) * dx)),
+        fmaf(dz, dz, fmaf(dy, dy, dx * dx))};
   }
 };
 
