@@ -14,7 +14,7 @@ void prescribed_motion(ReferenceState& state, const StepInfo& info, StepReport&)
     const Pose end = prescribed_pose(body, info.time + info.dt);
     pose.velocity = (end.position - pose.position) / info.dt;
     pose.spin = body.spin_rate.integral(info.time, info.time + info.dt) / info.dt * vec(body.spin_axis);
-    if (!body.turns.empty()) pose.spin = angular_velocity(pose.orientation, end.orientation, info.dt);
+    if (!body.turns.empty() || body.commanded) pose.spin = angular_velocity(pose.orientation, end.orientation, info.dt);
     set_pose(state.s, k, pose);
   }
   for (Index b = 0; b < m.boundary.count(); ++b) {

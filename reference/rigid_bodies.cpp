@@ -79,6 +79,22 @@ Vector3d angular_velocity(const Eigen::Quaterniond& first, const Eigen::Quaterni
 
 Pose prescribed_pose(const Body& body, double time) {
   Pose pose;
+  if (body.commanded) {
+    const CommandedMotion& c = body.command;
+    pose.position = vec(body.center) + vec(c.way);
+    pose.orientation = quaternion(c.orientation);
+    if (time < c.end) {
+      pose.velocity = vec(c.velocity);
+      pose.spin = vec(c.spin);
+    }
+    Pose moving = pose;
+    moving.velocity = vec(c.velocity);
+    moving.spin = vec(c.spin);
+    const Pose now = advanced(moving, std::min(time, c.end) - c.start);
+    pose.position = now.position;
+    pose.orientation = now.orientation;
+    return pose;
+  }
   const double angle = body.spin_rate.integral(0, time);
   pose.position = vec(body.center) + vec(body.velocity.integral(0, time)) + vec(body.path.at(time));
   pose.orientation = Eigen::AngleAxisd(std::remainder(angle, 4 * std::numbers::pi), vec(body.spin_axis));

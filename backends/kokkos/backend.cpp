@@ -82,7 +82,17 @@ class KokkosBackend final : public Backend {
 
   void model_changed() override {
     find_moving_pins(constants_.model, cloth_.nodes);
+    take_applied(constants_, bodies_);
     aim_jets();
+  }
+
+  HostState body_states() const override {
+    HostState state;
+    bodies_.download_poses(constants_, state);
+    return state;
+  }
+  std::vector<std::optional<BodyLoad>> body_loads(double dt) const override {
+    return kokkos_backend::body_loads(constants_, bodies_, dt);
   }
 
   void run(Stage stage, const StepInfo& info, StepReport& report) override {
@@ -90,6 +100,7 @@ class KokkosBackend final : public Backend {
     if (stage >= Stage::drying && stage <= Stage::reservoir) cloth_.soaked.advance();
     switch (stage) {
       case Stage::time_step:
+        clear_given(bodies_);
         return time_step(constants_, fluid_, bodies_, cloth_, measured_, info, report);
       case Stage::prescribed_motion:
         return prescribed_motion(constants_, bodies_, info);

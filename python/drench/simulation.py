@@ -10,6 +10,7 @@ from typing import Any, NamedTuple, Union
 import numpy as np
 
 from . import _core
+from .bodies import Bodies
 from .fields import Fields
 from .recording import Recording
 from .scene import Scene, SceneLike
@@ -70,6 +71,8 @@ class Simulation:
         self._run = _core.Run(self.scene._loaded)
         #: The fields by name, without a copy. Each access gives the view of now.
         self.fields = Fields(self._run)
+        #: The solid bodies by name or index: where they are, what acts on them, and how a program moves them.
+        self.bodies = Bodies(self)
         #: The last step, None before the first.
         self.last: Step | None = None
         self._on_step: list[Callable[[Simulation, Step], Any]] = []
@@ -228,7 +231,7 @@ class Simulation:
         self._run.set_wind(_vector("velocity", velocity))
 
     def save_checkpoint(self, path: str | os.PathLike[str]) -> None:
-        """Save a checkpoint from which the run continues bit for bit, including changed pins, jets and wind."""
+        """Save a checkpoint from which the run continues bit for bit, including changed bodies, pins, jets and wind."""
         self._run.save_checkpoint(os.fspath(path))
 
     def record(self, folder: str | os.PathLike[str], *, overwrite: bool = False) -> Recording:

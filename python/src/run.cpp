@@ -1,4 +1,5 @@
-// A run of a scene. Python's lock is free while it computes; a second thread that calls meanwhile gets an error.
+// A run of a scene. Python's lock is free while it computes; a second thread that calls it meanwhile gets an error.
+// Runs of several threads take turns: they share the device, and what Kokkos keeps between kernels.
 
 #include <nanobind/ndarray.h>
 #include <nanobind/stl/array.h>
@@ -12,6 +13,7 @@
 #include <atomic>
 #include <filesystem>
 #include <limits>
+#include <mutex>
 
 #include "module.hpp"
 #include "report/report.hpp"
@@ -45,6 +47,8 @@ class QuietVtk {
   int before_ = vtkObject::GetGlobalWarningDisplay();
 };
 
+std::mutex device;
+
 class Run {
   void note() {
     *generation_ = run_->generation();
@@ -61,6 +65,7 @@ class Run {
       throw std::runtime_error("the run computes a step in another thread");
     const Idle at_the_end{*this};
     const nb::gil_scoped_release free;
+    const std::scoped_lock turn(device);
     return work();
   }
   struct Idle {
@@ -73,7 +78,13 @@ class Run {
 
  public:
   ~Run() {
-    if (runtime_has_ended()) keep_for_ever(std::move(run_));
+    if (runtime_has_ended()) {
+      keep_for_ever(std::move(run_));
+      return;
+    }
+    const nb::gil_scoped_release free;
+    const std::scoped_lock turn(device);
+    run_.reset();
   }
   Run(const Run&) = delete;
   Run& operator=(const Run&) = delete;
@@ -82,6 +93,7 @@ class Run {
     const QuietVtk quiet;
     try {
       const nb::gil_scoped_release free;
+      const std::scoped_lock turn(device);
       run_ = std::make_unique<Simulation>(scene.scene);
     } catch (const SetupError& e) {
       throw SetupError(scene.place_of(e.key) + ": " + e.what(), e.key);
@@ -136,6 +148,30 @@ class Run {
   nb::object triangles() { return owned(std::vector<std::array<Index, 3>>(run_->triangles())); }
   void set_pin_velocity(Index cloth, Index pin, const Vec3& velocity) {
     alone([&] { run_->set_pin_velocity(cloth, pin, velocity); });
+  }
+  std::vector<std::string> body_names() const {
+    std::vector<std::string> names;
+    for (const BodyScene& body : run_->scene().bodies) names.push_back(body.name);
+    return names;
+  }
+  /// Position, velocity and angular velocity; orientation.
+  std::pair<std::array<Vec3, 3>, std::array<double, 4>> body_motion(Index body) {
+    const BodyMotion m = alone([&] { return run_->body_motion(body); });
+    return {{m.position, m.velocity, m.angular_velocity}, m.orientation};
+  }
+  void set_body_velocity(Index body, const Vec3& velocity, const Vec3& angular_velocity) {
+    alone([&] { run_->set_body_velocity(body, velocity, angular_velocity); });
+  }
+  void set_body_pose(Index body, const Vec3& position, const std::array<double, 4>& orientation, double duration) {
+    alone([&] { run_->set_body_pose(body, position, orientation, duration); });
+  }
+  void apply_wrench(Index body, const Vec3& force, const Vec3& torque) {
+    alone([&] { run_->apply_wrench(body, force, torque); });
+  }
+  /// Force and torque of the liquid, force and torque of cloth.
+  std::array<Vec3, 4> body_load(Index body) {
+    const BodyLoad load = alone([&] { return run_->body_load(body); });
+    return {load.liquid_force, load.liquid_torque, load.cloth_force, load.cloth_torque};
   }
   void set_jet(Index jet, const Vec3& velocity, const std::optional<Vec3>& center) {
     alone([&] { run_->set_jet(jet, velocity, center); });
@@ -206,6 +242,14 @@ void bind_run(nb::module_& m) {
       .def("pin_nodes", &Run::pin_nodes, nb::arg("cloth"), nb::arg("pin"),
            nb::sig("def pin_nodes(self, cloth: int, pin: int) -> numpy.typing.NDArray[numpy.int32]"))
       .def("set_pin_velocity", &Run::set_pin_velocity, nb::arg("cloth"), nb::arg("pin"), nb::arg("velocity"))
+      .def_prop_ro("body_names", &Run::body_names)
+      .def("body_motion", &Run::body_motion, nb::arg("body"))
+      .def("set_body_velocity", &Run::set_body_velocity, nb::arg("body"), nb::arg("velocity"),
+           nb::arg("angular_velocity"))
+      .def("set_body_pose", &Run::set_body_pose, nb::arg("body"), nb::arg("position"), nb::arg("orientation"),
+           nb::arg("duration"))
+      .def("apply_wrench", &Run::apply_wrench, nb::arg("body"), nb::arg("force"), nb::arg("torque"))
+      .def("body_load", &Run::body_load, nb::arg("body"))
       .def("set_jet", &Run::set_jet, nb::arg("jet"), nb::arg("velocity"), nb::arg("center") = nb::none())
       .def("set_wind", &Run::set_wind, nb::arg("velocity"))
       .def("save_checkpoint", &Run::save_checkpoint, nb::arg("path"))

@@ -89,11 +89,40 @@ class Simulation {
   /// @throws std::invalid_argument for a jet that there is not, or a number that is not finite
   /// @throws SetupError for a centre outside the domain
   void set_jet(Index jet, const Vec3& velocity, const std::optional<Vec3>& center = std::nullopt);
+  /// The number of a body of this name, from 0.
+  /// @throws std::invalid_argument for a name that no body has
+  Index body_named(std::string_view name) const;
+  /// Where a body is and how it moves. Waits.
+  /// @throws std::invalid_argument for a body that there is not
+  BodyMotion body_motion(Index body) const;
+  /// From now on a body with `commanded: true` moves at this velocity, m/s, and turns about its centre at this angular
+  /// velocity, rad/s.
+  /// @param body its number in the scene, from 0
+  /// @throws std::invalid_argument for a body that there is not or that is not commanded, or a number that is not
+  /// finite
+  void set_body_velocity(Index body, const Vec3& velocity, const Vec3& angular_velocity = {0, 0, 0});
+  /// From now on a body with `commanded: true` moves and turns steadily to a pose, and stays there.
+  /// @param body its number in the scene, from 0
+  /// @param position of its centre, m
+  /// @param orientation a quaternion w x y z: how it is turned since the start
+  /// @param duration after which it is there, s
+  /// @throws std::invalid_argument for a body that there is not or that is not commanded, a number that is not finite,
+  /// a
+  ///   quaternion of length 0, or a duration that is not above 0
+  void set_body_pose(Index body, const Vec3& position, const std::array<double, 4>& orientation, double duration);
+  /// From now on a force, N, and a torque about the centre, N m, act on a dynamic body, until the next call.
+  /// @throws std::invalid_argument for a body that there is not or that is not dynamic, or a number that is not finite
+  void apply_wrench(Index body, const Vec3& force, const Vec3& torque = {0, 0, 0});
+  /// What liquid and cloth did to a body in the last step, as means over the step: without gravity, what apply_wrench()
+  /// does, and what other bodies do. Waits.
+  /// @param body its number in the scene, from 0; a body with `commanded: true`, or a dynamic one
+  /// @throws std::invalid_argument for any other body
+  BodyLoad body_load(Index body) const;
   /// From now on the air moves at this velocity, m/s, without gusts. Its density and the drags are the scene's.
   /// @throws std::invalid_argument for a number that is not finite
   void set_wind(const Vec3& velocity);
 
-  /// Writes what it takes to go on, bit for bit; with changed pins, jets and wind.
+  /// Writes what it takes to go on, bit for bit; with changed bodies, pins, jets and wind.
   /// @throws std::runtime_error when the disk refuses
   void save_checkpoint(const std::string& path) const;
   /// From now on writes the files of `drench run` to a folder, without checkpoints: scene.yaml, run.log, a row of

@@ -10,6 +10,7 @@
 #include "base/eigen_vec.hpp"
 #include "pipeline/failure.hpp"
 #include "setup/fluid_sampling.hpp"
+#include "state/keyed_motion.hpp"
 
 namespace drench {
 namespace {
@@ -93,12 +94,19 @@ void visit_numbers(P& p, Visitor&& visit) {
   }
   visit_keyed(p.wind.velocity, visit);
   visit(p.fastest_before);
+  for (auto& b : p.bodies) {
+    for (auto* v : {&b.motion.way, &b.motion.velocity, &b.motion.spin, &b.force, &b.torque}) all(*v);
+    all(b.motion.orientation);
+    for (auto* v : {&b.motion.start, &b.motion.end}) visit(*v);
+  }
 }
 
 }  // namespace
 
 Prescribed prescribed_of(const Model& m) {
-  return {m.pin_motions, m.mesh.pin_motion, m.jets, m.scene.wind, m.fastest_before};
+  Prescribed p{m.pin_motions, m.mesh.pin_motion, m.jets, m.scene.wind, {}, m.fastest_before};
+  for (const Body& b : m.bodies) p.bodies.push_back({b.command, b.applied_force, b.applied_torque});
+  return p;
 }
 
 void prescribe(Model& m, const Prescribed& p) {
@@ -107,6 +115,11 @@ void prescribe(Model& m, const Prescribed& p) {
   m.jets = p.jets;
   m.scene.wind = p.wind;
   m.fastest_before = p.fastest_before;
+  for (std::size_t b = 0; b < m.bodies.size(); ++b) {
+    m.bodies[b].command = p.bodies[b].motion;
+    m.bodies[b].applied_force = p.bodies[b].force;
+    m.bodies[b].applied_torque = p.bodies[b].torque;
+  }
 }
 
 const ClothMaterial& cloth_numbered(const Model& m, Index cloth) {
@@ -160,6 +173,70 @@ void change_jet(Model& m, Index number, const Vec3& velocity, const std::optiona
   m.fastest_before = before;
 }
 
+const Body& body_numbered(const Model& m, Index body) {
+  if (body < 0 || body >= std::ssize(m.bodies))
+    throw std::invalid_argument(fmt::format("there is no body {}; the scene has {}", body, m.bodies.size()));
+  return m.bodies[static_cast<std::size_t>(body)];
+}
+
+namespace {
+
+/// A commanded body that a program may move, with the motion that it has come to by `time` as the beginning of another.
+Body& body_to_move(Model& m, Index number, double time) {
+  if (!body_numbered(m, number).commanded)
+    throw std::invalid_argument(
+        fmt::format("body {} cannot be moved by a program; allowed: bodies with commanded: true", number));
+  m.fastest_before = fastest_prescribed(m);
+  Body& body = m.bodies[static_cast<std::size_t>(number)];
+  CommandedMotion next;
+  next.way = way_at(body, time);
+  next.orientation = orientation_at(body, time);
+  next.start = next.end = time;
+  body.command = next;
+  return body;
+}
+
+}  // namespace
+
+void change_body_velocity(Model& m, Index number, const Vec3& velocity, const Vec3& spin, double time) {
+  require_finite("the velocity of a body", velocity);
+  require_finite("the angular velocity of a body", spin);
+  CommandedMotion& c = body_to_move(m, number, time).command;
+  c.velocity = velocity;
+  c.spin = spin;
+  c.end = std::numeric_limits<double>::infinity();
+}
+
+void change_body_pose(Model& m, Index number, const Vec3& position, const Quaternion& orientation, double duration,
+                      double time) {
+  require_finite("the position of a body", position);
+  const Eigen::Quaterniond wanted(orientation[0], orientation[1], orientation[2], orientation[3]);
+  if (!(std::isfinite(wanted.norm()) && wanted.norm() > 0))
+    throw std::invalid_argument("the orientation of a body: the quaternion (w, x, y, z) must have a length above 0");
+  if (!(duration > 0 && std::isfinite(duration)))
+    throw std::invalid_argument(fmt::format("the duration of a motion must be above 0 s, not {}", duration));
+  Body& body = body_to_move(m, number, time);
+  CommandedMotion& c = body.command;
+  const Eigen::Quaterniond now(c.orientation[0], c.orientation[1], c.orientation[2], c.orientation[3]);
+  Eigen::Quaterniond turn = wanted.normalized() * now.conjugate();
+  if (turn.w() < 0) turn.coeffs() *= -1;  // the short way
+  const Eigen::AngleAxisd about(turn);
+  c.velocity = to_vec3((to_eigen(position) - to_eigen(body.center) - to_eigen(c.way)) / duration);
+  c.spin = to_vec3(about.angle() / duration * about.axis());
+  c.end = time + duration;
+}
+
+void change_wrench(Model& m, Index number, const Vec3& force, const Vec3& torque) {
+  require_finite("the force on a body", force);
+  require_finite("the torque on a body", torque);
+  if (!body_numbered(m, number).dynamic)
+    throw std::invalid_argument(
+        fmt::format("a wrench cannot act on body {}; allowed: bodies with dynamic: true", number));
+  Body& body = m.bodies[static_cast<std::size_t>(number)];
+  body.applied_force = force;
+  body.applied_torque = torque;
+}
+
 void change_wind(Model& m, const Vec3& velocity) {
   require_finite("the velocity of the wind", velocity);
   m.fastest_before = fastest_prescribed(m);
@@ -179,7 +256,9 @@ std::vector<double> to_numbers(const Model& m) {
 }
 
 void take_numbers(Model& m, const std::vector<double>& numbers) {
-  const auto refuse = [] { throw std::invalid_argument("the changed pins, jets and wind are of another scene"); };
+  const auto refuse = [] {
+    throw std::invalid_argument("the changed bodies, pins, jets and wind are of another scene");
+  };
   if (numbers.size() < 5) refuse();
   Prescribed p = prescribed_of(m);
   const double nodes = numbers[1];

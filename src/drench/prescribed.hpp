@@ -1,6 +1,7 @@
 #pragma once
-// What a scene prescribes and a program may change between two steps: the velocity of pins, jets and wind.
-// Each change is continuous: pins go on from where they are, a jet from the liquid that it has let go.
+// What a scene prescribes and a program may change between two steps: the velocity of pins, jets and wind, the motion
+// of bodies and what acts on them. Each change is continuous: pins and bodies go on from where they are, a jet from the
+// liquid that it has let go.
 
 #include <optional>
 #include <string>
@@ -10,12 +11,19 @@
 
 namespace drench {
 
+/// Of a body.
+struct BodyCommand {
+  CommandedMotion motion;
+  Vec3 force{0, 0, 0}, torque{0, 0, 0};  // N, N m
+};
+
 /// All that these changes change. A copy of it brings a model back.
 struct Prescribed {
   std::vector<PinMotion> pin_motions;
   std::vector<Index> pin_motion;
   std::vector<Jet> jets;
   WindScene wind;
+  std::vector<BodyCommand> bodies;
   double fastest_before = 0;  // m/s
 };
 Prescribed prescribed_of(const Model& model);
@@ -36,6 +44,20 @@ void change_pin_velocity(Model& model, Index cloth, Index entry, const Vec3& vel
 /// velocity of 0 closes it. std::invalid_argument: no such jet, no finite number; SetupError: a centre outside the
 /// domain.
 void change_jet(Model& model, Index jet, const Vec3& velocity, const std::optional<Vec3>& center, double time);
+
+/// std::invalid_argument: there is no such body.
+const Body& body_numbered(const Model& model, Index body);
+/// From `time` (s) on a commanded body moves at `velocity`, m/s, and turns at `spin`, rad/s.
+/// std::invalid_argument: no such body, one that is not commanded, no finite number.
+void change_body_velocity(Model& model, Index body, const Vec3& velocity, const Vec3& spin, double time);
+/// From `time` (s) on a commanded body moves and turns steadily to a pose: its centre at `position`, m, and turned by
+/// `orientation` since t = 0. It is there after `duration`, s, and stays. std::invalid_argument: as above, an
+/// orientation of length 0, a duration that is not above 0.
+void change_body_pose(Model& model, Index body, const Vec3& position, const Quaternion& orientation, double duration,
+                      double time);
+/// A force, N, and a torque about the centre, N m, act on a dynamic body until the next call.
+/// std::invalid_argument: no such body, one that is not dynamic, no finite number.
+void change_wrench(Model& model, Index body, const Vec3& force, const Vec3& torque);
 
 /// The air moves at `velocity`, m/s, from now on, without gusts. std::invalid_argument: no finite number.
 void change_wind(Model& model, const Vec3& velocity);

@@ -70,6 +70,7 @@ struct Simulation::Parts {
   std::unique_ptr<Backend> backend;
   Pipeline pipeline;
   std::uint64_t generation = 1;
+  double last_dt = 0;    // s
   bool changed = false;  // from what the scene prescribes
   std::optional<Recorder> recorder;
 };
@@ -82,6 +83,7 @@ StepReport Simulation::step(double longest) {
   ++parts_->generation;  // also of a step that fails
   try {
     const StepReport report = parts_->pipeline.step(longest);
+    parts_->last_dt = report.dt;
     if (parts_->recorder) parts_->recorder->step(report);
     return report;
   } catch (const RunFailure& failure) {
@@ -132,6 +134,44 @@ std::vector<Index> Simulation::pin_nodes(Index cloth, Index pin) const {
 std::pair<Index, Index> Simulation::cloth_nodes(Index cloth) const {
   const ClothMaterial& range = cloth_numbered(parts_->setup.model, cloth);
   return {range.first_node, range.node_count};
+}
+
+Index Simulation::body_named(std::string_view name) const {
+  const std::vector<Body>& bodies = parts_->setup.model.bodies;
+  for (std::size_t b = 0; b < bodies.size(); ++b)
+    if (!name.empty() && bodies[b].name == name) return static_cast<Index>(b);
+  std::string names;
+  for (const Body& b : bodies)
+    if (!b.name.empty()) names += (names.empty() ? "" : ", ") + b.name;
+  throw std::invalid_argument(fmt::format("there is no body named '{}'; the names are: {}", name,
+                                          names.empty() ? "none (bodies.N.name)" : names));
+}
+
+BodyMotion Simulation::body_motion(Index body) const {
+  body_numbered(parts_->setup.model, body);
+  const HostState s = parts_->backend->body_states();
+  const auto b = static_cast<std::size_t>(body);
+  return {s.body_position[b], s.body_orientation[b], s.body_velocity[b], s.body_angular_velocity[b]};
+}
+
+void Simulation::set_body_velocity(Index body, const Vec3& velocity, const Vec3& angular_velocity) {
+  parts_->change_model([&](Model& model) { change_body_velocity(model, body, velocity, angular_velocity, time()); });
+}
+
+void Simulation::set_body_pose(Index body, const Vec3& position, const std::array<double, 4>& orientation,
+                               double duration) {
+  parts_->change_model([&](Model& model) { change_body_pose(model, body, position, orientation, duration, time()); });
+}
+
+void Simulation::apply_wrench(Index body, const Vec3& force, const Vec3& torque) {
+  parts_->change_model([&](Model& model) { change_wrench(model, body, force, torque); });
+}
+
+BodyLoad Simulation::body_load(Index body) const {
+  if (!body_numbered(parts_->setup.model, body).is_weighed())
+    throw std::invalid_argument(fmt::format(
+        "what acts on body {} is not measured; allowed: bodies with commanded: true or dynamic: true", body));
+  return parts_->backend->body_loads(parts_->last_dt)[static_cast<std::size_t>(body)].value();
 }
 
 void Simulation::set_jet(Index jet, const Vec3& velocity, const std::optional<Vec3>& center) {

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -47,7 +48,11 @@ class Backend {
   virtual void go_back() = 0;
   /// The arrays themselves, each field that the model needs; none where a backend does not show them. All work is done.
   virtual std::vector<FieldView> fields() const { return {}; }
-  /// The model's pins, jets or wind have changed since the last step (drench/prescribed.hpp).
+  /// HostState's body_position, body_orientation, body_velocity and body_angular_velocity; the rest may be empty.
+  virtual HostState body_states() const { return download(); }
+  /// What acts on each body in the last step, which took `dt` (s); none for bodies that are not weighed.
+  virtual std::vector<std::optional<BodyLoad>> body_loads(double) const { return {}; }
+  /// The model's bodies, pins, jets or wind have changed since the last step (drench/prescribed.hpp).
   virtual void model_changed() {}
   /// Neighbour lists as sets, for tests: pairs (a, b) of the named list, sorted by a; "fluid_fluid",
   /// "fluid_boundary", "fluid_sample", "sample_fluid", "sample_sample", "sample_boundary".

@@ -27,6 +27,7 @@ double fastest_prescribed(const Model& m) {
   for (const Body& body : m.bodies)
     fastest = std::max(fastest, body.velocity.largest() + body.path.largest_derivative() +
                                     std::max(body.spin_rate.largest(), body.turn_rate) * body.reach +
+                                    norm(body.command.velocity) + norm(body.command.spin) * body.reach +
                                     fastest_point(body.shape));
   for (std::size_t n = 0; n < m.mesh.pin_motion.size(); ++n) {
     if (m.mesh.pin_motion[n] < 0) continue;

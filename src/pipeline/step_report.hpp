@@ -36,6 +36,19 @@ struct FabricNumbers {
   Quanta returned() const { return wetted_at_front() ? given_front : given_back; }
 };
 
+/// Where a body is and how it moves.
+struct BodyMotion {
+  Vec3 position{0, 0, 0};                             ///< m: its centre
+  std::array<double, 4> orientation{1, 0, 0, 0};      ///< quaternion w x y z: how it is turned since the start
+  Vec3 velocity{0, 0, 0}, angular_velocity{0, 0, 0};  ///< m/s, rad/s
+};
+
+/// What acts on a body: forces, N, and torques about its centre, N m.
+struct BodyLoad {
+  Vec3 liquid_force{0, 0, 0}, liquid_torque{0, 0, 0};  ///< pressure and viscosity of the liquid
+  Vec3 cloth_force{0, 0, 0}, cloth_torque{0, 0, 0};    ///< contact, friction and wet adhesion of cloth
+};
+
 /// What a step has done, in numbers. Each stage fills in its own part, and the pipeline `step`, `time` and `dt`. Where
 /// a stage does not run its part stays as it is here. Masses are counts of quanta; Simulation::quantum() is the size of
 /// one in kg.

@@ -18,6 +18,8 @@ void describe_motion(Section& s, BodyScene& body) {
       "spin", body.spin,
       "rotation about the centre of a box, a sphere or a mesh's bounding box, or a plane's point; prescribed or "
       "initial, as `velocity`");
+  s.boolean("commanded", body.commanded,
+            "a program moves the body (Simulation.set_body_velocity); it stands still until then");
   s.boolean("dynamic", body.dynamic,
             "moved by liquid and gravity: for spheres, and boxes that are not containers; only with `fluid`");
   s.saved_if(body.dynamic)
@@ -32,6 +34,11 @@ void describe_motion(Section& s, BodyScene& body) {
   s.not_available(body.dynamic && !can_float, "dynamic", "a dynamic plane, mesh or container",
                   "false, or a sphere or a box that is not a container");
   check_offset(s, body.offset, 0);
+  const bool moves = body.dynamic || !body.velocity.is_zero() || !body.offset.is_zero() ||
+                     !body.spin.degrees_per_second.is_zero() || !body.sequence.files.empty();
+  s.not_available(body.commanded && moves, "commanded", "a commanded body that moves by itself",
+                  "false, or no dynamic, velocity, offset, spin or sequence");
+  s.not_available(body.commanded && body.kind == Kind::plane, "commanded", "a commanded plane", "false, or a box");
   const bool keys = body.velocity.has_keys() || body.offset.has_keys() || body.spin.degrees_per_second.has_keys();
   s.not_available(body.dynamic && keys, "dynamic", "a dynamic body with keyframes", "false, or constants");
   s.not_available(body.dynamic && body.adhesion > 0, "adhesion", "adhesion to a dynamic body", "0 N/m");
@@ -96,6 +103,7 @@ void describe_mesh(Section& s, BodyScene& body) {
 }  // namespace
 
 void describe(Section& s, BodyScene& body) {
+  s.saved_if(!body.name.empty()).text("name", body.name, "name for programs, such as gripper");
   s.one_of(body.kind, Kind::box).section("box", body, describe_box, "axis-aligned box");
   s.one_of(body.kind, Kind::sphere).section("sphere", body, describe_sphere, "sphere");
   s.one_of(body.kind, Kind::plane).section("plane", body, describe_plane, "half-space");

@@ -83,7 +83,11 @@ void check_parts(Section& s, const Scene& scene) {
     s.check(names.insert(cloth.name).second, fmt::format("cloth.{}.name", i),
             fmt::format("an earlier cloth is also named '{}'; allowed: a different name for each cloth", cloth.name));
   }
+  std::set<std::string> bodies;
   for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
+    const std::string& name = scene.bodies[i].name;
+    s.check(name.empty() || bodies.insert(name).second, fmt::format("bodies.{}.name", i),
+            fmt::format("an earlier body is also named '{}'; allowed: a different name for each body", name));
     const char* kind = scene.bodies[i].kind == BodyScene::Kind::sphere ? "sphere" : "box";
     s.not_available(scene.bodies[i].dynamic && !scene.fluid.present, fmt::format("bodies.{}.{}.dynamic", i, kind),
                     "a dynamic body in a scene without fluid", "false, or a scene with fluid");

@@ -326,6 +326,7 @@ struct ClothSolverScene {
 
 /// An entry of `bodies`.
 struct BodyScene {
+  std::string name;  // empty: none; in programs and messages
   /// Its shape.
   enum class Kind { box, sphere, plane, mesh };
   Kind kind = Kind::box;            // its shape, which decides the members that count
@@ -348,6 +349,7 @@ struct BodyScene {
   Keyed<Vec3> velocity;    // m/s
   Keyed<Vec3> offset;      // m; added to where `velocity` brings it; 0 at the start
   SpinScene spin;          // about the centre: of the box, the sphere or the mesh's bounding box; a plane's point
+  bool commanded = false;  // a program moves it; stands still until then
   bool dynamic = false;    // sphere and box (not inside): floats and sinks, pushed by the liquid and by gravity
   double density = 500.0;  // kg/m³, of a dynamic body
   double adhesion = 0;     // N/m; work per area that separates the liquid from the body

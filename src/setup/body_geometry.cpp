@@ -176,6 +176,7 @@ Body make_body(const BodyScene& scene, const std::string& scene_path, const std:
   Body body;
   std::vector<std::string> lines;
   std::vector<Index> source;  // of a mesh's points
+  body.name = scene.name;
   body.kind = scene.kind;
   body.box = scene.box;
   body.inside = scene.inside && scene.kind == BodyScene::Kind::box;
@@ -215,6 +216,7 @@ Body make_body(const BodyScene& scene, const std::string& scene_path, const std:
   if (body.deforms() && scene.inside)
     throw SetupError(name +
                      ": a mesh with inside: true cannot deform; allowed: no inside, or a mesh that moves rigidly");
+  body.commanded = scene.commanded;
   body.dynamic = scene.dynamic;
   if (scene.dynamic) weigh(body, scene.density);
   if (warnings) warnings->insert(warnings->end(), lines.begin(), lines.end());

@@ -227,7 +227,7 @@ SetupSize size_of(const Setup& setup) {
   size.links = count_links(m.mesh);
   size.fabric_pairs = count(m.fabric.weight);
   for (const double area : m.samples.area) size.area += area / (m.spacing * m.spacing);
-  for (const Body& b : m.bodies) size.dynamic_samples += b.dynamic ? b.sample_count : 0;
+  for (const Body& b : m.bodies) size.dynamic_samples += b.is_weighed() ? b.sample_count : 0;
 
   for (const ClothMaterial& cloth : m.cloths) {
     const auto first = m.mesh.pinned.begin() + cloth.first_node;

@@ -12,6 +12,21 @@ namespace {
 
 Vec3 sum(const Vec3& a, const Vec3& b) { return {a[0] + b[0], a[1] + b[1], a[2] + b[2]}; }
 
+Vec3 scaled(double by, const Vec3& v) { return {by * v[0], by * v[1], by * v[2]}; }
+
+double norm(const Vec3& v) { return std::hypot(v[0], v[1], v[2]); }
+
+/// For how long a commanded motion has gone on at `time`, s.
+double under_way(const CommandedMotion& c, double time) { return std::clamp(time, c.start, c.end) - c.start; }
+bool is_under_way(const CommandedMotion& c, double time) { return time >= c.start && time < c.end; }
+
+/// The fastest that the centre moves between two times, m/s.
+double fastest_way(const Body& body, double from, double to) {
+  if (body.commanded)
+    return under_way(body.command, to) > under_way(body.command, from) ? norm(body.command.velocity) : 0;
+  return body.velocity.largest(from, to) + body.path.largest_derivative(from, to);
+}
+
 Eigen::Quaterniond to_quaternion(const Quaternion& q) { return {q[0], q[1], q[2], q[3]}; }
 
 /// The number of the last turn that is not after `time`; the first, if all are.
@@ -38,13 +53,23 @@ Vec3 rotation_vector(const Eigen::Quaterniond& first, const Eigen::Quaterniond& 
 
 }  // namespace
 
-Vec3 way_at(const Body& body, double time) { return sum(body.velocity.integral(0, time), body.path.at(time)); }
+Vec3 way_at(const Body& body, double time) {
+  if (body.commanded) return sum(body.command.way, scaled(under_way(body.command, time), body.command.velocity));
+  return sum(body.velocity.integral(0, time), body.path.at(time));
+}
 
-Vec3 velocity_at(const Body& body, double time) { return sum(body.velocity.at(time), body.path.derivative(time)); }
+Vec3 velocity_at(const Body& body, double time) {
+  if (body.commanded) return is_under_way(body.command, time) ? body.command.velocity : Vec3{0, 0, 0};
+  return sum(body.velocity.at(time), body.path.derivative(time));
+}
 
 Quaternion orientation_at(const Body& body, double time) {
   Eigen::Quaterniond q;
-  if (body.turns.empty())
+  if (body.commanded) {
+    const Eigen::Vector3d turn = under_way(body.command, time) * to_eigen(body.command.spin);
+    q = to_quaternion(body.command.orientation);
+    if (turn.norm() > 0) q = (Eigen::AngleAxisd(turn.norm(), turn.normalized()) * q).normalized();
+  } else if (body.turns.empty())
     q = Eigen::AngleAxisd(std::remainder(body.spin_rate.integral(0, time), 4 * std::numbers::pi),
                           to_eigen(body.spin_axis));
   else
@@ -53,6 +78,11 @@ Quaternion orientation_at(const Body& body, double time) {
 }
 
 Vec3 spin_between(const Body& body, double from, double to) {
+  if (body.commanded) {
+    const CommandedMotion& c = body.command;
+    if (!(from < to)) return is_under_way(c, from) ? c.spin : Vec3{0, 0, 0};
+    return scaled((under_way(c, to) - under_way(c, from)) / (to - from), c.spin);
+  }
   if (body.turns.empty()) {
     const double rate = from < to ? body.spin_rate.integral(from, to) / (to - from) : body.spin_rate.at(from);
     return to_vec3(rate * to_eigen(body.spin_axis));
@@ -65,10 +95,13 @@ Vec3 spin_between(const Body& body, double from, double to) {
 }
 
 double fastest_turn(const Body& body, double from, double to) {
+  if (body.commanded) return under_way(body.command, to) > under_way(body.command, from) ? norm(body.command.spin) : 0;
   return body.turns.empty() ? body.spin_rate.largest(from, to) : body.turn_rate;
 }
 
 std::array<Vec3, 2> bounds_of_way(const Body& body, double duration) {
+  constexpr double all = 1e9;  // m: far beyond any scene's coordinates; nobody knows what a program will command
+  if (body.commanded) return {Vec3{-all, -all, -all}, Vec3{all, all, all}};
   std::vector<double> times{0, duration};
   for (const Keyed<Vec3>* keyed : {&body.velocity, &body.path})
     for (const Key<Vec3>& key : keyed->keys())
@@ -94,9 +127,9 @@ double fastest_by_keys(const Model& model, double from, double to) {
   double fastest = 0;
   for (const Body& body : model.bodies)
     if (body.has_keys())
-      fastest = std::max(fastest, body.velocity.largest(from, to) + body.path.largest_derivative(from, to) +
-                                      (body.deforms() ? fastest_point(body.shape, from, to)
-                                                      : fastest_turn(body, from, to) * body.reach));
+      fastest =
+          std::max(fastest, fastest_way(body, from, to) + (body.deforms() ? fastest_point(body.shape, from, to)
+                                                                          : fastest_turn(body, from, to) * body.reach));
   for (const PinMotion& pin : model.pin_motions) {
     const double begin = std::clamp(from, pin.start, pin.end), end = std::clamp(to, pin.start, pin.end);
     if (pin.has_keys() && begin < end)

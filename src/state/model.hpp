@@ -164,7 +164,16 @@ struct Deformation {
   bool empty() const { return points.empty(); }
 };
 
+/// A steady motion that a program has commanded, from `start` to `end`; then the body stands still.
+struct CommandedMotion {
+  double start = 0, end = 0;  // s
+  Vec3 way{0, 0, 0};          // m: how far the centre has come by `start` since t = 0
+  Quaternion orientation{1, 0, 0, 0};
+  Vec3 velocity{0, 0, 0}, spin{0, 0, 0};  // m/s, rad/s
+};
+
 struct Body {
+  std::string name;
   BodyScene::Kind kind = BodyScene::Kind::box;
   // the shape at t = 0
   Box box;
@@ -180,10 +189,13 @@ struct Body {
   Vec3 spin_axis{0, 1, 0};  // unit
   Keyed<double> spin_rate;  // rad/s
   std::vector<Key<Quaternion>>
-      turns;             // of a sequence, in place of these two: orientations at its files; evenly between
-  double turn_rate = 0;  // rad/s: the fastest of them
-  double adhesion = 0;   // w, N/m
-  double slip = 0;       // b, m; inf: free
+      turns;                // of a sequence, in place of these two: orientations at its files; evenly between
+  double turn_rate = 0;     // rad/s: the fastest of them
+  bool commanded = false;   // moved by a program, in place of all of these
+  CommandedMotion command;  // the last one
+  Vec3 applied_force{0, 0, 0}, applied_torque{0, 0, 0};  // N, N m: what a program does to a dynamic body
+  double adhesion = 0;                                   // w, N/m
+  double slip = 0;                                       // b, m; inf: free
   // of a plane that moves: the steps of its samples' lattice and what they stay beside, m (src/stages/bodies.hpp, law
   // 1)
   std::array<Vec3, 2> lattice{};
@@ -198,12 +210,14 @@ struct Body {
   DistanceField field;  // of a closed mesh
   Deformation shape;    // of one that changes its shape, whose pose stands still; else empty
 
-  bool spins() const { return !spin_rate.is_zero() || !turns.empty(); }
+  bool spins() const { return commanded || !spin_rate.is_zero() || !turns.empty(); }
   bool deforms() const { return !shape.empty(); }
+  /// Is what acts on it added up?
+  bool is_weighed() const { return dynamic || commanded; }
   bool moves() const { return dynamic || deforms() || spins() || !velocity.is_zero() || !path.is_zero(); }
   /// Does its motion change with time by prescription (src/stages/prescribed_motion.hpp)?
   bool has_keys() const {
-    return velocity.has_keys() || spin_rate.has_keys() || path.has_keys() || !turns.empty() || deforms();
+    return commanded || velocity.has_keys() || spin_rate.has_keys() || path.has_keys() || !turns.empty() || deforms();
   }
 };
 
@@ -316,7 +330,7 @@ struct Model {
     return any_cloth([](const ClothMaterial& c) { return c.dynamics; });
   }
   /// Does nothing but the liquid itself answer to its pressure?
-  bool only_liquid_answers() const { return samples.count() == 0 && !has_dynamic_body(); }
+  bool only_liquid_answers() const { return samples.count() == 0 && !has_weighed_body(); }
   /// Is a solve's start scaled, if the last step's began with `start` tolerances (docs/theory/liquid.md, Eq. 20a)?
   bool scales_start(double start) const { return only_liquid_answers() && start > 2; }
   bool has_moving_pins() const { return !pin_motions.empty(); }
@@ -403,8 +417,14 @@ struct Model {
   bool has_dynamic_body() const {
     return any_body([](const Body& b) { return b.dynamic; });
   }
+  bool has_commanded_body() const {
+    return any_body([](const Body& b) { return b.commanded; });
+  }
+  bool has_weighed_body() const {
+    return any_body([](const Body& b) { return b.is_weighed(); });
+  }
   /// Does cloth that moves meet bodies that answer to it?
-  bool cloth_pushes_bodies() const { return has_dynamic_body() && has_moving_cloth(); }
+  bool cloth_pushes_bodies() const { return has_weighed_body() && has_moving_cloth(); }
   // Slip is a matter of viscosity: without that there is none.
   bool has_slipping_body() const {
     return has_fluid() && scene.fluid.viscosity > 0 && any_body([](const Body& b) { return b.slip > 0; });

@@ -2,6 +2,7 @@
 // Solid bodies: where their surfaces are, their poses, and their boundary samples. Laws: src/stages/bodies.hpp.
 
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "bodies/rigid.hpp"
@@ -48,7 +49,8 @@ struct BoundarySamples {
   Field<Index> body;
 };
 
-/// The samples of dynamic bodies, numbered by themselves, and sums over them; empty without such bodies.
+/// The samples of weighed bodies, numbered by themselves, and sums over them; empty without such bodies. What is not
+/// dynamic among them has an infinite mass.
 struct DynamicSamples {
   Index count = 0;
   Field<Index> sample, owner;     // the number among all boundary samples, and the body's
@@ -61,6 +63,8 @@ struct DynamicSamples {
   Field<Real> row_bound;          // two a body: G/M and H ‖I⁻¹‖
   Field<Real> viscous_bound;      // K_b, kg/s (stage forces)
   Field<std::int64_t> pushed;     // 6 a body: what cloth does to it (bodies/pushed_bodies.hpp)
+  Field<Wrench> applied;          // a body: what a program does to it, N and N m; null without such a body
+  Field<Wrench> given;            // a body: impulses of the step so far, without cloth's; of a dynamic one with gravity
 };
 
 struct DeformingBody;
@@ -70,6 +74,8 @@ struct Bodies {
 
   void upload(const Constants& constants, const HostState& s);
   void download(const Constants& constants, HostState& s) const;
+  /// Only where bodies are and how they move.
+  void download_poses(const Constants& constants, HostState& s) const;
 
   Index count = 0;
   Field<Solid> solids;
@@ -84,6 +90,7 @@ struct Bodies {
   BoundarySamples boundary;
   DynamicSamples dynamic;
   std::vector<std::shared_ptr<DeformingBody>> deforming;  // those that change their shape (deforming_body.hpp)
+  std::vector<Wrench> given_by_cloth, given_by_liquid;    // a body: impulses of the step so far, in addition to those
   Version moved;
   Cached<CellTable> cells;  // of the boundary samples
 
@@ -102,10 +109,20 @@ void place_solids(const Constants& constants, Bodies& bodies, const StepInfo& in
 /// The largest speed of a moving body's surface, m/s; of a dynamic one with `fall` (m/s) added.
 double fastest_body(const Bodies& bodies, double fall);
 
-/// The bodies' momenta change by keep · the last change + weight (s) · (dynamic.force and `gravity`, m/s²).
-void body_stage(Bodies& bodies, double keep, double weight, const Real3& gravity);
+/// The bodies' momenta change by keep · the last change + weight (s) · (dynamic.force and, with `outside`, gravity and
+/// what programs apply).
+void body_stage(Bodies& bodies, double keep, double weight, const Constants* outside);
 /// The same with dynamic.load as it is.
-void move_by_load(Bodies& bodies, double keep, double weight, const Real3& gravity);
+void move_by_load(Bodies& bodies, double keep, double weight, const Constants* outside);
+/// dynamic.applied, of the model as it is.
+void take_applied(const Constants& constants, Bodies& bodies);
+/// Begins a step: nothing has acted on the bodies yet.
+void clear_given(Bodies& bodies);
+/// Adds an impulse of cloth, or of liquid, on each body.
+void add_given_by_cloth(Bodies& bodies, const std::vector<Wrench>& impulses);
+void add_given_by_liquid(Bodies& bodies, const std::vector<Wrench>& impulses);
+/// What acts on each body in the last step, of length `dt` (s), N and N m: none for one that is not weighed. Waits.
+std::vector<std::optional<BodyLoad>> body_loads(const Constants& constants, const Bodies& bodies, double dt);
 
 /// boundary.velocity of the samples of dynamic bodies, from the bodies' velocities.
 void refresh_dynamic_samples(Bodies& bodies);

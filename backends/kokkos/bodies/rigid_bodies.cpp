@@ -56,6 +56,7 @@ RigidBody constant_of(const Body& b) {
   c.moves = b.moves() ? 1 : 0;
   c.dynamic = b.dynamic ? 1 : 0;
   c.slides = b.slides ? 1 : 0;
+  c.weighed = b.is_weighed() ? 1 : 0;
   c.lattice[0] = to_double(b.lattice[0]);
   c.lattice[1] = to_double(b.lattice[1]);
   c.middle = to_double(b.middle);
@@ -89,6 +90,7 @@ void make_dynamic_samples(DynamicSamples& dynamic, const std::vector<Index>& sam
   allocate_zeros(dynamic.part, "drench::body_part", parts_per_body * bodies);
   allocate_zeros(dynamic.load, "drench::body_load", bodies);
   allocate_zeros(dynamic.change, "drench::body_change", bodies);
+  allocate_zeros(dynamic.given, "drench::body_given", bodies);
 }
 
 void make_bodies(const Model& m, Bodies& bodies) {
@@ -97,7 +99,7 @@ void make_bodies(const Model& m, Bodies& bodies) {
   for (std::size_t b = 0; b < m.bodies.size(); ++b) {
     const Body& body = m.bodies[b];
     constants.push_back(constant_of(body));
-    if (!body.dynamic) continue;
+    if (!body.is_weighed()) continue;
     constants.back().first_dynamic = static_cast<Index>(sample.size());
     for (Index s = 0; s < body.sample_count; ++s) {
       sample.push_back(body.first_sample + s);
@@ -175,6 +177,10 @@ void Bodies::download(const Constants& constants, HostState& s) const {
   s.boundary_position = to_host<Vec3>(boundary.position, boundary.count);
   s.boundary_velocity = to_host<Vec3>(boundary.velocity, boundary.count);
   s.boundary_volume = to_host<double>(boundary.volume, boundary.count);
+  download_poses(constants, s);
+}
+
+void Bodies::download_poses(const Constants& constants, HostState& s) const {
   s.body_position = static_position;
   s.body_velocity = static_velocity;
   s.body_angular_velocity = static_spin;
@@ -257,33 +263,98 @@ void refresh_dynamic_samples(Bodies& bodies) {
       });
 }
 
-void body_stage(Bodies& bodies, double keep, double weight, const Real3& gravity) {
+void body_stage(Bodies& bodies, double keep, double weight, const Constants* outside) {
   if (bodies.dynamic.count == 0) return;
   sum_sample_forces(bodies);
-  move_by_load(bodies, keep, weight, gravity);
+  move_by_load(bodies, keep, weight, outside);
 }
 
-void move_by_load(Bodies& bodies, double keep, double weight, const Real3& gravity) {
+void move_by_load(Bodies& bodies, double keep, double weight, const Constants* outside) {
   const Entries<const RigidBody> constant = std::as_const(bodies).constant;
   const Entries<const Wrench> load = std::as_const(bodies).dynamic.load;
   const Entries<RigidState> state = bodies.state;
-  const Entries<Wrench> change = bodies.dynamic.change;
-  const Double3 g = widen(gravity);
+  const Entries<Wrench> change = bodies.dynamic.change, given = bodies.dynamic.given;
+  const Entries<const Wrench> applied = std::as_const(bodies).dynamic.applied;
+  const Double3 g = outside ? widen(outside->gravity) : Double3{};
+  const bool applies = outside && applied.exist();
   parallel(
       "drench::bodies::velocity", bodies.count, KOKKOS_LAMBDA(const Index b) {
         const RigidBody& body = constant(b);
-        if (!body.dynamic) return;
-        Wrench next;
-        next.force = times(weight, add(load(b).force, times(1 / body.inverse_mass, g)));
-        next.torque = times(weight, load(b).torque);
+        if (!body.weighed) return;
+        Wrench whole = load(b);
+        if (body.dynamic) whole.force = add(whole.force, times(1 / body.inverse_mass, g));
+        if (applies) whole += applied(b);
+        Wrench next{times(weight, whole.force), times(weight, whole.torque)};
         if (keep > 0) next += Wrench{times(keep, change(b).force), times(keep, change(b).torque)};
         change(b) = next;
+        given(b) += next;
+        if (!body.dynamic) return;
         RigidState s = state(b);
         s.velocity = add(s.velocity, times(body.inverse_mass, next.force));
         s.spin = add(s.spin, over_inertia(body, s.orientation, next.torque));
         state(b) = s;
       });
   refresh_dynamic_samples(bodies);
+}
+
+void take_applied(const Constants& constants, Bodies& bodies) {
+  std::vector<Wrench> applied;
+  bool any = false;
+  for (const Body& body : constants.model.bodies) {
+    applied.push_back({to_double(body.applied_force), to_double(body.applied_torque)});
+    any = any || body.applied_force != Vec3{0, 0, 0} || body.applied_torque != Vec3{0, 0, 0};
+  }
+  if (any || bodies.dynamic.applied.exists())
+    bodies.dynamic.applied = to_device<Wrench>("drench::body_applied", applied);
+}
+
+void clear_given(Bodies& bodies) {
+  bodies.given_by_cloth.clear();
+  bodies.given_by_liquid.clear();
+  if (bodies.dynamic.count == 0) return;
+  const Entries<Wrench> given = bodies.dynamic.given;
+  parallel(
+      "drench::bodies::clear_given", bodies.count, KOKKOS_LAMBDA(const Index b) { given(b) = {}; });
+}
+
+namespace {
+
+void add_up(std::vector<Wrench>& sums, const std::vector<Wrench>& impulses) {
+  sums.resize(impulses.size());
+  for (std::size_t b = 0; b < impulses.size(); ++b) sums[b] += impulses[b];
+}
+
+}  // namespace
+
+void add_given_by_cloth(Bodies& bodies, const std::vector<Wrench>& impulses) {
+  add_up(bodies.given_by_cloth, impulses);
+}
+void add_given_by_liquid(Bodies& bodies, const std::vector<Wrench>& impulses) {
+  add_up(bodies.given_by_liquid, impulses);
+}
+
+std::vector<std::optional<BodyLoad>> body_loads(const Constants& constants, const Bodies& bodies, double dt) {
+  std::vector<std::optional<BodyLoad>> loads(constants.model.bodies.size());
+  if (!constants.model.has_weighed_body()) return loads;
+  std::vector<Wrench> given(loads.size());
+  if (bodies.dynamic.count > 0) given = to_host<Wrench>(bodies.dynamic.given, bodies.count);
+  if (!bodies.given_by_liquid.empty()) add_up(given, bodies.given_by_liquid);
+  for (std::size_t b = 0; b < loads.size(); ++b) {
+    const Body& body = constants.model.bodies[b];
+    if (!body.is_weighed()) continue;
+    BodyLoad& load = loads[b].emplace();
+    if (!(dt > 0)) continue;
+    const Double3 outside =
+        add(times(body.mass, to_double(constants.model.scene.gravity)), to_double(body.applied_force));
+    const bool liquid = constants.model.has_fluid();
+    const Double3 force = times(1 / dt, given[b].force), torque = times(1 / dt, given[b].torque);
+    load.liquid_force = plain(liquid ? minus(force, outside) : Double3{});
+    load.liquid_torque = plain(liquid ? minus(torque, to_double(body.applied_torque)) : Double3{});
+    if (bodies.given_by_cloth.empty()) continue;
+    load.cloth_force = plain(times(1 / dt, bodies.given_by_cloth[b].force));
+    load.cloth_torque = plain(times(1 / dt, bodies.given_by_cloth[b].torque));
+  }
+  return loads;
 }
 
 }  // namespace drench::kokkos_backend

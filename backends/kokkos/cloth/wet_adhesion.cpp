@@ -211,9 +211,10 @@ void sort_triangles(const Cloth& cloth, WetAdhesionWork& work) {
   work.cells.build(work.center, work.triangles, Real(1.0001) * (static_cast<Real>(radius) + reach));
 }
 
-/// Dynamic bodies are pulled back.
+/// Weighed bodies are pulled back.
 void pull_bodies(const Constants& constants, Bodies& bodies) {
   const std::vector<Wrench> impulse = pushes_on(constants, bodies);
+  add_given_by_cloth(bodies, impulse);
   auto states = to_host<RigidState>(bodies.state, bodies.count);
   for (std::size_t b = 0; b < states.size(); ++b) states[b] = pushed(bodies.constant_on_host[b], states[b], impulse[b]);
   set_states(bodies, states);

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "bodies/contact.hpp"
+#include "bodies/pushed_bodies.hpp"
 #include "cloth/pins.hpp"
 #include "core/fixed_point.hpp"
 #include "core/host_copy.hpp"
@@ -160,9 +161,10 @@ void apply_momentum(const Constants& constants, Cloth& cloth, AdvectionWork& wor
       });
 }
 
-/// Laws 4 and 5: bodies' failsafe, new position and age, and who left the domain. `swept`: x1 is known.
+/// Laws 4 and 5: bodies' failsafe, new position and age, and who left the domain. `swept`: x1 is known. `pushes`: on
+/// bodies that a program moves.
 void finish_fluid(const Constants& constants, Fluid& fluid, const NeighborLists& lists, const Bodies& bodies,
-                  AdvectionWork& work, Real dt, bool swept) {
+                  const PushesOnBodies& pushes, AdvectionWork& work, Real dt, bool swept) {
   const Entries<Real3> position = fluid.particles.position, velocity = fluid.particles.velocity;
   const Entries<const Real3> end = work.end, shift = fluid.separation;
   const Entries<Real> age = fluid.particles.age;
@@ -171,6 +173,7 @@ void finish_fluid(const Constants& constants, Fluid& fluid, const NeighborLists&
   const Entries<const Index> hit_triangle = work.hit_triangle, near_cloth = lists.fluid_sample.count;
   const bool listed = swept && lists.fluid_sample.rows == fluid.particles.local();
   const Slice<const Solid> solids = bodies.solids;
+  const double quantum = constants.quantum;
   const Vec3 &min = constants.model.scene.domain.min, &max = constants.model.scene.domain.max;
   const Double3 lo{min[0], min[1], min[2]}, hi{max[0], max[1], max[2]};
   Kokkos::parallel_reduce(
@@ -182,7 +185,11 @@ void finish_fluid(const Constants& constants, Fluid& fluid, const NeighborLists&
         for (std::int64_t b = 0; b < solids.count; ++b) {
           const SolidDistance body = solid_distance(solids(b), x, Real3{});
           if (!(body.phi < 0)) continue;
+          const Real3 before = v;
           v = without_inward(v, body.normal, surface_velocity(solids(b), x, Real3{}));
+          if (pushes.takes_commanded(static_cast<std::size_t>(b)))
+            pushes.add(static_cast<std::size_t>(b), widen(x - solids(b).center),
+                       times(quantum * static_cast<double>(mass(i)), widen(before - v)));
           x += to_distance(solids(b), x, Real3{}, body, 0);
           put_back = true;
         }
@@ -295,7 +302,10 @@ void advection(const Constants& constants, Fluid& fluid, const NeighborLists& li
     // Here, because the host waits below: who builds the samples' cells need not wait for their bounds.
     if (moving_cloth) refresh_samples_and_bounds(cloth);
   }
-  finish_fluid(constants, fluid, lists, bodies, work, dt, sheets);
+  const bool commanded = constants.model.has_commanded_body();
+  if (commanded) clear_pushes(bodies);
+  finish_fluid(constants, fluid, lists, bodies, commanded ? PushesOnBodies(constants, bodies) : PushesOnBodies{}, work,
+               dt, sheets);
   ExecSpace().fence("drench::advection::counts");
   if (sheets && moving_cloth) cloth.sample_bounds.set_made_from(cloth.moved);
   fluid.particles.ghosts = 0;
@@ -303,6 +313,10 @@ void advection(const Constants& constants, Fluid& fluid, const NeighborLists& li
   const AdvectionCounts counts = over_ranks(constants.ranks, own);
   report.collisions = counts.collisions;
   report.clamped = counts.clamped;
+  if (commanded) {
+    fluid.exchange.add_up(bodies.dynamic.pushed, 6 * bodies.count);
+    add_given_by_liquid(bodies, pushes_on(constants, bodies));
+  }
   if (counts.put_back_near > 0) check_put_back(constants, fluid, lists, cloth, work);
   if (counts.gone == 0) return;
   if (constants.model.has_solute()) account_solute(constants, fluid, work, accounts);

@@ -85,7 +85,7 @@ void find_loads(const Constants& constants, const NeighborLists& lists, Fluid& f
 
 void push_bodies_back(const Constants& constants, const NeighborLists& lists, Fluid& fluid, Bodies& bodies) {
   find_loads(constants, lists, fluid, bodies);
-  move_by_load(bodies, 0, 1, Real3{});
+  move_by_load(bodies, 0, 1, nullptr);
 }
 
 void push_bodies_ahead(const Constants& constants, const NeighborLists& lists, Fluid& fluid, Bodies& bodies,
@@ -96,7 +96,7 @@ void push_bodies_ahead(const Constants& constants, const NeighborLists& lists, F
   const Entries<Wrench> ahead = kept;
   parallel(
       "drench::bodies::wall_push_kept", bodies.count, KOKKOS_LAMBDA(const Index b) { ahead(b) = load(b); });
-  move_by_load(bodies, 0, 1, Real3{});
+  move_by_load(bodies, 0, 1, nullptr);
 }
 
 void push_bodies_further(const Constants& constants, const NeighborLists& lists, Fluid& fluid, Bodies& bodies,
@@ -108,7 +108,7 @@ void push_bodies_further(const Constants& constants, const NeighborLists& lists,
       "drench::bodies::wall_push_rest", bodies.count, KOKKOS_LAMBDA(const Index b) {
         load(b) = {minus(load(b).force, ahead(b).force), minus(load(b).torque, ahead(b).torque)};
       });
-  move_by_load(bodies, 0, 1, Real3{});
+  move_by_load(bodies, 0, 1, nullptr);
 }
 
 }  // namespace drench::kokkos_backend

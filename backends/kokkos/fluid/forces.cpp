@@ -251,7 +251,7 @@ void many_stages(const Constants& constants, Fluid& fluid, const NeighborLists& 
     }
     add_change(fluid, work);
     if (sheets) node_stage(cloth, work, stage, Real(dt));
-    body_stage(bodies, double(stage.keep), double(stage.weight), constants.gravity);
+    body_stage(bodies, double(stage.keep), double(stage.weight), &constants);
   }
 }
 
@@ -261,7 +261,7 @@ void forces(const Constants& constants, Fluid& fluid, const NeighborLists& lists
             ForcesWork& work, const StepInfo& info, StepReport& report) {
   if (viscous_strength(constants) == 0) {
     viscous_body_forces(constants, fluid, lists, bodies, cloth, work.slip);  // none
-    body_stage(bodies, 0, info.dt, constants.gravity);
+    body_stage(bodies, 0, info.dt, &constants);
     inviscid(constants, fluid, Real(info.dt));
     return;
   }
@@ -289,7 +289,7 @@ void forces(const Constants& constants, Fluid& fluid, const NeighborLists& lists
   }
   add_change(fluid, work);
   if (sheets) apply_node_forces(cloth, Real(info.dt));
-  body_stage(bodies, 0, info.dt, constants.gravity);
+  body_stage(bodies, 0, info.dt, &constants);
 }
 
 }  // namespace drench::kokkos_backend

@@ -198,7 +198,7 @@ SumUnderWay<IterationNorms> begin_full_update(const PressureSystem& system, cons
 void accept_pressure(PressureSystem& system) {
   if constexpr (has_lean_pressure)
     if (system.lean) finish_lean_pressure(system);
-  body_stage(system.bodies, 0, system.dt, Real3{});
+  body_stage(system.bodies, 0, system.dt, nullptr);
   push_bodies(system, true);
   const Entries<Real3> v = system.fluid.particles.velocity;
   const Entries<const Real4> predicted = std::as_const(system.work).predicted;

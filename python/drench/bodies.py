@@ -1,0 +1,133 @@
+"""The solid bodies of a run, as a program sees and moves them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple, Union
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from .simulation import Simulation
+
+Vector = Union[Sequence[float], np.ndarray]
+
+
+def _numbers(name: str, value: Vector, count: int) -> list[float]:
+    numbers = np.asarray(value, dtype=float)
+    if numbers.shape != (count,):
+        raise ValueError(f"{name}: {count} numbers are needed, these are of shape {numbers.shape}")
+    return [float(x) for x in numbers]
+
+
+class Wrench(NamedTuple):
+    """A force and the torque about a body's centre. Each of shape (3,)."""
+
+    force: np.ndarray  # N
+    torque: np.ndarray  # N m
+
+
+class Body:
+    """A solid body of a run. Its state is that of now; each access reads it anew."""
+
+    def __init__(self, run: Simulation, index: int, name: str):
+        self._simulation = run
+        #: Its index in the scene's `bodies`, from 0.
+        self.index = index
+        #: The value of `bodies.N.name`; "" without one.
+        self.name = name
+
+    @property
+    def position(self) -> np.ndarray:
+        """Position of its centre, m. Shape (3,)."""
+        return np.array(self._simulation._run.body_motion(self.index)[0][0])
+
+    @property
+    def orientation(self) -> np.ndarray:
+        """How it is turned since the start: a unit quaternion w x y z. Shape (4,)."""
+        return np.array(self._simulation._run.body_motion(self.index)[1])
+
+    @property
+    def velocity(self) -> np.ndarray:
+        """Velocity of its centre, m/s. Shape (3,)."""
+        return np.array(self._simulation._run.body_motion(self.index)[0][1])
+
+    @property
+    def angular_velocity(self) -> np.ndarray:
+        """Angular velocity, rad/s. Shape (3,)."""
+        return np.array(self._simulation._run.body_motion(self.index)[0][2])
+
+    def set_velocity(self, linear: Vector, angular: Vector = (0.0, 0.0, 0.0)) -> None:
+        """Move at `linear`, m/s, and turn about the centre at `angular`, rad/s, until the next command.
+
+        Raises ValueError unless the scene has `commanded: true` for this body.
+        """
+        self._simulation._run.set_body_velocity(self.index, _numbers("linear", linear, 3),
+                                                _numbers("angular", angular, 3))
+
+    def set_pose(self, position: Vector, orientation: Vector | None = None, duration: float | None = None) -> None:
+        """Move and turn steadily to a pose, and stay there.
+
+        position: of the centre, m; orientation: a quaternion w x y z, how it is turned since the start (default: as it is now);
+        duration: after which it is there, s (default: the scene's time.step).
+        Raises ValueError unless the scene has `commanded: true` for this body.
+        """
+        self._simulation._run.set_body_pose(
+            self.index, _numbers("position", position, 3),
+            _numbers("orientation", self.orientation if orientation is None else orientation, 4),
+            self._simulation.scene.time_step if duration is None else float(duration))
+
+    def apply_wrench(self, force: Vector, torque: Vector = (0.0, 0.0, 0.0)) -> None:
+        """Let a force, N, and a torque about the centre, N m, act on a dynamic body until the next call.
+
+        Raises ValueError unless the body is dynamic.
+        """
+        self._simulation._run.apply_wrench(self.index, _numbers("force", force, 3), _numbers("torque", torque, 3))
+
+    @property
+    def liquid_wrench(self) -> Wrench:
+        """What pressure and viscosity of the liquid did to it in the last step, as means over the step."""
+        force, torque, _, _ = self._simulation._run.body_load(self.index)
+        return Wrench(np.array(force), np.array(torque))
+
+    @property
+    def cloth_wrench(self) -> Wrench:
+        """What contact, friction and wet adhesion of cloth did to it in the last step, as means over the step."""
+        _, _, force, torque = self._simulation._run.body_load(self.index)
+        return Wrench(np.array(force), np.array(torque))
+
+    @property
+    def wrench(self) -> Wrench:
+        """What liquid and cloth did to it in the last step, without gravity, apply_wrench() and other bodies.
+
+        Raises ValueError unless the body is dynamic or has `commanded: true`.
+        """
+        liquid, cloth = self.liquid_wrench, self.cloth_wrench
+        return Wrench(liquid.force + cloth.force, liquid.torque + cloth.torque)
+
+    def __repr__(self) -> str:
+        return f"<drench.Body {self.index}{f' {self.name!r}' if self.name else ''}>"
+
+
+class Bodies(Mapping[Union[int, str], Body]):
+    """The bodies of a run by index; those with a name also by name."""
+
+    def __init__(self, run: Simulation):
+        self._all = [Body(run, k, name) for k, name in enumerate(run._run.body_names)]
+
+    def __getitem__(self, key: int | str) -> Body:
+        if isinstance(key, str):
+            for body in self._all:
+                if key and body.name == key:
+                    return body
+            names = ", ".join(repr(body.name) for body in self._all if body.name)
+            raise KeyError(f"there is no body {key!r}; the names are {names or 'none: bodies.N.name is not set'}")
+        if not 0 <= int(key) < len(self._all):
+            raise KeyError(f"there is no body {key}; the scene has {len(self._all)}")
+        return self._all[int(key)]
+
+    def __iter__(self) -> Iterator[Any]:
+        return iter(range(len(self._all)))
+
+    def __len__(self) -> int:
+        return len(self._all)
