@@ -81,18 +81,12 @@ Pose prescribed_pose(const Body& body, double time) {
   Pose pose;
   if (body.commanded) {
     const CommandedMotion& c = body.command;
-    pose.position = vec(body.center) + vec(c.way);
+    pose.position = vec(body.center) + vec(c.moved);
     pose.orientation = quaternion(c.orientation);
-    if (time < c.end) {
-      pose.velocity = vec(c.velocity);
-      pose.spin = vec(c.spin);
-    }
-    Pose moving = pose;
-    moving.velocity = vec(c.velocity);
-    moving.spin = vec(c.spin);
-    const Pose now = advanced(moving, std::min(time, c.end) - c.start);
-    pose.position = now.position;
-    pose.orientation = now.orientation;
+    pose.velocity = vec(c.velocity);
+    pose.spin = vec(c.spin);
+    pose = advanced(pose, std::min(time, c.end) - c.start);
+    if (time >= c.end) pose.velocity = pose.spin = Vector3d::Zero();
     return pose;
   }
   const double angle = body.spin_rate.integral(0, time);

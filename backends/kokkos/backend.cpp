@@ -277,6 +277,7 @@ MemoryEstimate kokkos_rank_bytes(const SetupSize& scene, double owned, double gh
   constexpr double ample = 1.25;  // of ParticleSet::reserve, which a rank's own particles come to first
   const double local = owned + ghosts;
   SetupSize size = scene;
+  size.adds_particles = true;  // they come from other ranks
   size.fluid = local > ample * owned ? local : owned;
   MemoryEstimate sum = kokkos_array_bytes(size, real_bytes, gpu);
   size.fluid = local;

@@ -4,6 +4,7 @@
 #include <nanobind/nanobind.h>
 
 #include <memory>
+#include <mutex>
 #include <string>
 #include <vector>
 
@@ -31,6 +32,8 @@ bool runtime_has_ended();
 void keep_for_ever(std::shared_ptr<const void> memory);
 /// Throws std::runtime_error if it has.
 void require_runtime();
+/// Who computes holds it: runs share the device and the threads. To be taken without Python's lock.
+std::mutex& device();
 
 /// The numbers of a step: a dict with the names of StepReport's members.
 nb::dict to_dict(const StepReport& report);

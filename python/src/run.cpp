@@ -13,7 +13,6 @@
 #include <atomic>
 #include <filesystem>
 #include <limits>
-#include <mutex>
 
 #include "module.hpp"
 #include "report/report.hpp"
@@ -47,8 +46,6 @@ class QuietVtk {
   int before_ = vtkObject::GetGlobalWarningDisplay();
 };
 
-std::mutex device;
-
 class Run {
   void note() {
     *generation_ = run_->generation();
@@ -65,7 +62,7 @@ class Run {
       throw std::runtime_error("the run computes a step in another thread");
     const Idle at_the_end{*this};
     const nb::gil_scoped_release free;
-    const std::scoped_lock turn(device);
+    const std::scoped_lock turn(device());
     return work();
   }
   struct Idle {
@@ -83,7 +80,7 @@ class Run {
       return;
     }
     const nb::gil_scoped_release free;
-    const std::scoped_lock turn(device);
+    const std::scoped_lock turn(device());
     run_.reset();
   }
   Run(const Run&) = delete;
@@ -93,7 +90,7 @@ class Run {
     const QuietVtk quiet;
     try {
       const nb::gil_scoped_release free;
-      const std::scoped_lock turn(device);
+      const std::scoped_lock turn(device());
       run_ = std::make_unique<Simulation>(scene.scene);
     } catch (const SetupError& e) {
       throw SetupError(scene.place_of(e.key) + ": " + e.what(), e.key);

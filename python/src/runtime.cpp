@@ -26,6 +26,8 @@ void end_runtime() {
 
 int started_threads(int threads) {
   start_runtime(threads);
+  const nb::gil_scoped_release free;
+  const std::scoped_lock turn(device());
   if (threads > 0) share_loops(threads);
   return loop_threads();
 }
@@ -59,6 +61,11 @@ bool runtime_has_ended() { return ended; }
 void keep_for_ever(std::shared_ptr<const void> memory) {
   static auto& kept = *new std::vector<std::shared_ptr<const void>>;  // no destructor: it would free them
   kept.push_back(std::move(memory));
+}
+
+std::mutex& device() {
+  static std::mutex one;
+  return one;
 }
 
 void require_runtime() {

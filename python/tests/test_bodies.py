@@ -93,6 +93,8 @@ def test_a_force_moves_a_dynamic_body():
     assert np.allclose(ball.velocity, [0.1 * 0.2 / mass, 0, 0], rtol=1e-6, atol=1e-6)
     assert np.allclose(ball.angular_velocity, [0, 0.1 * 1e-3 / (0.4 * mass * 0.05**2), 0], rtol=1e-6, atol=1e-6)
     assert np.allclose(ball.wrench.force, 0, atol=1e-9)
+    ball.apply_wrench([5, 0, 0], [0, 1, 0])  # of the next step
+    assert np.allclose(ball.wrench.force, 0, atol=1e-9) and np.allclose(ball.wrench.torque, 0, atol=1e-9)
 
 
 def test_a_checkpoint_keeps_the_commands(tmp_path):

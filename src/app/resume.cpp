@@ -94,9 +94,9 @@ Resume find_checkpoint(const std::string& wanted, const Model& model, const Back
       found.checkpoint = read_checkpoint(path);
       check(found, now, model);
       if (whom == For::command && !found.checkpoint.changes.empty())
-        throw CheckpointError(
-            fmt::format("{}: its pins, jets or wind were changed by a program: continue with drench.Simulation.resume",
-                        path.string()));
+        throw CheckpointError(fmt::format(
+            "{}: its bodies, pins, jets or wind were changed by a program: continue with drench.Simulation.resume",
+            path.string()));
       const bool no_folder = found.folder.empty() || whom == For::library;
       const std::string missing = no_folder ? "" : missing_output(found, model);
       if (!missing.empty()) throw DamagedCheckpoint(fmt::format("{}: cannot be continued: {}", path.string(), missing));

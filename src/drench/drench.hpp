@@ -114,7 +114,8 @@ class Simulation {
   /// @throws std::invalid_argument for a body that there is not or that is not dynamic, or a number that is not finite
   void apply_wrench(Index body, const Vec3& force, const Vec3& torque = {0, 0, 0});
   /// What liquid and cloth did to a body in the last step, as means over the step: without gravity, what apply_wrench()
-  /// does, and what other bodies do. Waits.
+  /// does, what other bodies do, and what `self_collision` adds to the contact of cloth. 0 before the first step, and
+  /// after one that failed. Waits.
   /// @param body its number in the scene, from 0; a body with `commanded: true`, or a dynamic one
   /// @throws std::invalid_argument for any other body
   BodyLoad body_load(Index body) const;

@@ -95,7 +95,7 @@ void visit_numbers(P& p, Visitor&& visit) {
   visit_keyed(p.wind.velocity, visit);
   visit(p.fastest_before);
   for (auto& b : p.bodies) {
-    for (auto* v : {&b.motion.way, &b.motion.velocity, &b.motion.spin, &b.force, &b.torque}) all(*v);
+    for (auto* v : {&b.motion.moved, &b.motion.velocity, &b.motion.spin, &b.force, &b.torque}) all(*v);
     all(b.motion.orientation);
     for (auto* v : {&b.motion.start, &b.motion.end}) visit(*v);
   }
@@ -189,7 +189,7 @@ Body& body_to_move(Model& m, Index number, double time) {
   m.fastest_before = fastest_prescribed(m);
   Body& body = m.bodies[static_cast<std::size_t>(number)];
   CommandedMotion next;
-  next.way = way_at(body, time);
+  next.moved = way_at(body, time);
   next.orientation = orientation_at(body, time);
   next.start = next.end = time;
   body.command = next;
@@ -213,15 +213,15 @@ void change_body_pose(Model& m, Index number, const Vec3& position, const Quater
   const Eigen::Quaterniond wanted(orientation[0], orientation[1], orientation[2], orientation[3]);
   if (!(std::isfinite(wanted.norm()) && wanted.norm() > 0))
     throw std::invalid_argument("the orientation of a body: the quaternion (w, x, y, z) must have a length above 0");
-  if (!(duration > 0 && std::isfinite(duration)))
-    throw std::invalid_argument(fmt::format("the duration of a motion must be above 0 s, not {}", duration));
+  if (!(duration > 1e-9 && std::isfinite(duration) && time + duration > time))
+    throw std::invalid_argument(fmt::format("the duration of a motion must be above 1e-9 s, not {}", duration));
   Body& body = body_to_move(m, number, time);
   CommandedMotion& c = body.command;
   const Eigen::Quaterniond now(c.orientation[0], c.orientation[1], c.orientation[2], c.orientation[3]);
   Eigen::Quaterniond turn = wanted.normalized() * now.conjugate();
   if (turn.w() < 0) turn.coeffs() *= -1;  // the short way
   const Eigen::AngleAxisd about(turn);
-  c.velocity = to_vec3((to_eigen(position) - to_eigen(body.center) - to_eigen(c.way)) / duration);
+  c.velocity = to_vec3((to_eigen(position) - to_eigen(body.center) - to_eigen(c.moved)) / duration);
   c.spin = to_vec3(about.angle() / duration * about.axis());
   c.end = time + duration;
 }

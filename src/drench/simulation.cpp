@@ -81,6 +81,7 @@ Simulation::~Simulation() = default;
 StepReport Simulation::step(double longest) {
   if (!(longest > 0)) throw std::invalid_argument("Simulation::step: a step has to be longer than 0 s");
   ++parts_->generation;  // also of a step that fails
+  parts_->last_dt = 0;
   try {
     const StepReport report = parts_->pipeline.step(longest);
     parts_->last_dt = report.dt;
@@ -168,7 +169,7 @@ void Simulation::apply_wrench(Index body, const Vec3& force, const Vec3& torque)
 }
 
 BodyLoad Simulation::body_load(Index body) const {
-  if (!body_numbered(parts_->setup.model, body).is_weighed())
+  if (!body_numbered(parts_->setup.model, body).is_measured())
     throw std::invalid_argument(fmt::format(
         "what acts on body {} is not measured; allowed: bodies with commanded: true or dynamic: true", body));
   return parts_->backend->body_loads(parts_->last_dt)[static_cast<std::size_t>(body)].value();
@@ -216,6 +217,7 @@ std::vector<std::string> Simulation::resume(const std::string& path) {
     const Resume found = find_checkpoint(path, model, *parts_->backend, For::library);
     if (!found.checkpoint.changes.empty()) take_numbers(model, found.checkpoint.changes);
     ++parts_->generation;
+    parts_->last_dt = 0;
     parts_->pipeline.go_on_from(found.checkpoint.state);
     parts_->changed = !found.checkpoint.changes.empty();
     return found.warnings;

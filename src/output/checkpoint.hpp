@@ -30,7 +30,7 @@ struct Checkpoint {
   std::uint64_t geometry = 0;      // checksum of what was read from mesh files and sampled (geometry_of)
   std::int64_t frames = 0;         // that were written on schedule
   std::uint8_t shortened = 0;      // 1: the last step was cut to end at time.end
-  std::vector<double> changes;     // of pins, jets and wind by a program (drench/prescribed.hpp); empty: none
+  std::vector<double> changes;     // of bodies, pins, jets and wind by a program (drench/prescribed.hpp); empty: none
   HostState state;
 };
 

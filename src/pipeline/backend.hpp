@@ -50,7 +50,7 @@ class Backend {
   virtual std::vector<FieldView> fields() const { return {}; }
   /// HostState's body_position, body_orientation, body_velocity and body_angular_velocity; the rest may be empty.
   virtual HostState body_states() const { return download(); }
-  /// What acts on each body in the last step, which took `dt` (s); none for bodies that are not weighed.
+  /// What acts on each body in the last step, which took `dt` (s); none for bodies that are not measured.
   virtual std::vector<std::optional<BodyLoad>> body_loads(double) const { return {}; }
   /// The model's bodies, pins, jets or wind have changed since the last step (drench/prescribed.hpp).
   virtual void model_changed() {}

@@ -25,7 +25,8 @@ void describe_motion(Section& s, BodyScene& body) {
   s.saved_if(body.dynamic)
       .number("density", body.density, "[1, 30000]", "kg/m³", "density of a dynamic body; only with `dynamic: true`");
   s.number("adhesion", body.adhesion, "[0, 10]", "N/m",
-           "adhesion of liquid: work per unit area, σ (1 + cos θ) for a contact angle θ; 0 for dynamic bodies");
+           "adhesion of liquid: work per unit area, σ (1 + cos θ) for a contact angle θ; 0 for dynamic and commanded "
+           "bodies");
   s.number("slip", body.slip, slip_words, slip_range, "m",
            "`no`: viscous liquid sticks to the surface; `free`: no friction; a number: slip length");
   s.check(body.dynamic || !s.has("density"), "density",
@@ -42,6 +43,7 @@ void describe_motion(Section& s, BodyScene& body) {
   const bool keys = body.velocity.has_keys() || body.offset.has_keys() || body.spin.degrees_per_second.has_keys();
   s.not_available(body.dynamic && keys, "dynamic", "a dynamic body with keyframes", "false, or constants");
   s.not_available(body.dynamic && body.adhesion > 0, "adhesion", "adhesion to a dynamic body", "0 N/m");
+  s.not_available(body.commanded && body.adhesion > 0, "adhesion", "adhesion to a commanded body", "0 N/m");
 }
 
 void describe_box(Section& s, BodyScene& body) {

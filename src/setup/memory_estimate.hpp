@@ -48,8 +48,9 @@ struct SetupSize {
   bool porous = false;
   bool liquid = true;  // there is, or may come
   bool absorption = false, emission = false, permeation = false, solute = false;
-  bool evaporation = false;  // from liquid and from porous cloth
-  bool direction = false;    // the cloth looks for solids
+  bool adds_particles = true;  // there may be more than `fluid`
+  bool evaporation = false;    // from liquid and from porous cloth
+  bool direction = false;      // the cloth looks for solids
   bool diffusion = false, contact_wicking = false;
   bool self_collision = false, xpbd = false, strain_limit = false, wet_adhesion = false;
   bool membrane = false, softens = false, plate = false;  // of cloth; softens: where it is wet

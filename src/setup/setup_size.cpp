@@ -145,6 +145,7 @@ SetupSize kinds_of(const Model& m) {
   size.liquid = m.has_fluid();
   size.absorption = m.has_absorption();
   size.emission = m.has_emission();
+  size.adds_particles = m.adds_particles();
   size.permeation = m.has_permeation();
   size.evaporation = m.evaporation_flux > 0;
   size.solute = m.has_solute();
@@ -227,7 +228,7 @@ SetupSize size_of(const Setup& setup) {
   size.links = count_links(m.mesh);
   size.fabric_pairs = count(m.fabric.weight);
   for (const double area : m.samples.area) size.area += area / (m.spacing * m.spacing);
-  for (const Body& b : m.bodies) size.dynamic_samples += b.is_weighed() ? b.sample_count : 0;
+  for (const Body& b : m.bodies) size.dynamic_samples += b.is_measured() ? b.sample_count : 0;
 
   for (const ClothMaterial& cloth : m.cloths) {
     const auto first = m.mesh.pinned.begin() + cloth.first_node;

@@ -21,7 +21,7 @@ double under_way(const CommandedMotion& c, double time) { return std::clamp(time
 bool is_under_way(const CommandedMotion& c, double time) { return time >= c.start && time < c.end; }
 
 /// The fastest that the centre moves between two times, m/s.
-double fastest_way(const Body& body, double from, double to) {
+double fastest_shift(const Body& body, double from, double to) {
   if (body.commanded)
     return under_way(body.command, to) > under_way(body.command, from) ? norm(body.command.velocity) : 0;
   return body.velocity.largest(from, to) + body.path.largest_derivative(from, to);
@@ -54,7 +54,7 @@ Vec3 rotation_vector(const Eigen::Quaterniond& first, const Eigen::Quaterniond& 
 }  // namespace
 
 Vec3 way_at(const Body& body, double time) {
-  if (body.commanded) return sum(body.command.way, scaled(under_way(body.command, time), body.command.velocity));
+  if (body.commanded) return sum(body.command.moved, scaled(under_way(body.command, time), body.command.velocity));
   return sum(body.velocity.integral(0, time), body.path.at(time));
 }
 
@@ -127,9 +127,9 @@ double fastest_by_keys(const Model& model, double from, double to) {
   double fastest = 0;
   for (const Body& body : model.bodies)
     if (body.has_keys())
-      fastest =
-          std::max(fastest, fastest_way(body, from, to) + (body.deforms() ? fastest_point(body.shape, from, to)
-                                                                          : fastest_turn(body, from, to) * body.reach));
+      fastest = std::max(fastest,
+                         fastest_shift(body, from, to) + (body.deforms() ? fastest_point(body.shape, from, to)
+                                                                         : fastest_turn(body, from, to) * body.reach));
   for (const PinMotion& pin : model.pin_motions) {
     const double begin = std::clamp(from, pin.start, pin.end), end = std::clamp(to, pin.start, pin.end);
     if (pin.has_keys() && begin < end)

@@ -167,7 +167,7 @@ struct Deformation {
 /// A steady motion that a program has commanded, from `start` to `end`; then the body stands still.
 struct CommandedMotion {
   double start = 0, end = 0;  // s
-  Vec3 way{0, 0, 0};          // m: how far the centre has come by `start` since t = 0
+  Vec3 moved{0, 0, 0};        // m: displacement of the centre at `start` since t = 0
   Quaternion orientation{1, 0, 0, 0};
   Vec3 velocity{0, 0, 0}, spin{0, 0, 0};  // m/s, rad/s
 };
@@ -191,7 +191,7 @@ struct Body {
   std::vector<Key<Quaternion>>
       turns;                // of a sequence, in place of these two: orientations at its files; evenly between
   double turn_rate = 0;     // rad/s: the fastest of them
-  bool commanded = false;   // moved by a program, in place of all of these
+  bool commanded = false;   // moved by a program instead
   CommandedMotion command;  // the last one
   Vec3 applied_force{0, 0, 0}, applied_torque{0, 0, 0};  // N, N m: what a program does to a dynamic body
   double adhesion = 0;                                   // w, N/m
@@ -212,8 +212,8 @@ struct Body {
 
   bool spins() const { return commanded || !spin_rate.is_zero() || !turns.empty(); }
   bool deforms() const { return !shape.empty(); }
-  /// Is what acts on it added up?
-  bool is_weighed() const { return dynamic || commanded; }
+  /// Is what liquid and cloth do to it measured?
+  bool is_measured() const { return dynamic || commanded; }
   bool moves() const { return dynamic || deforms() || spins() || !velocity.is_zero() || !path.is_zero(); }
   /// Does its motion change with time by prescription (src/stages/prescribed_motion.hpp)?
   bool has_keys() const {
@@ -330,7 +330,7 @@ struct Model {
     return any_cloth([](const ClothMaterial& c) { return c.dynamics; });
   }
   /// Does nothing but the liquid itself answer to its pressure?
-  bool only_liquid_answers() const { return samples.count() == 0 && !has_weighed_body(); }
+  bool only_liquid_answers() const { return samples.count() == 0 && !has_measured_body(); }
   /// Is a solve's start scaled, if the last step's began with `start` tolerances (docs/theory/liquid.md, Eq. 20a)?
   bool scales_start(double start) const { return only_liquid_answers() && start > 2; }
   bool has_moving_pins() const { return !pin_motions.empty(); }
@@ -420,11 +420,11 @@ struct Model {
   bool has_commanded_body() const {
     return any_body([](const Body& b) { return b.commanded; });
   }
-  bool has_weighed_body() const {
-    return any_body([](const Body& b) { return b.is_weighed(); });
+  bool has_measured_body() const {
+    return any_body([](const Body& b) { return b.is_measured(); });
   }
   /// Does cloth that moves meet bodies that answer to it?
-  bool cloth_pushes_bodies() const { return has_weighed_body() && has_moving_cloth(); }
+  bool cloth_pushes_bodies() const { return has_measured_body() && has_moving_cloth(); }
   // Slip is a matter of viscosity: without that there is none.
   bool has_slipping_body() const {
     return has_fluid() && scene.fluid.viscosity > 0 && any_body([](const Body& b) { return b.slip > 0; });
@@ -460,6 +460,8 @@ struct Model {
   /// kg: of a quantum of solute.
   double solute_quantum() const { return quantum * concentration_unit; }
   bool has_jets() const { return !jets.empty(); }
+  /// May there be more particles than at the start?
+  bool adds_particles() const { return has_jets() || has_emission(); }
   bool has_reservoirs() const { return !reservoirs.empty(); }
 };
 

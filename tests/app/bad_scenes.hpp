@@ -376,7 +376,7 @@ inline constexpr BadScene bad_scenes[] = {
      "requires cloth, and the scene has none"},
     // bodies
     {"EmptyBodies", FLUID "bodies: []\n", 4, 9, "bodies", "is an empty list"},
-    {"BodyUnknown", BODIES "  - cylinder: {}\n", 5, 5, "bodies.0.cylinder", "allowed: box, sphere, plane, mesh"},
+    {"BodyUnknown", BODIES "  - cylinder: {}\n", 5, 5, "bodies.0.cylinder", "allowed: name, box, sphere, plane, mesh"},
     {"BodyIsAWord", BODIES "  - box\n", 5, 5, "bodies.0", "is 'box'; allowed: a map"},
     {"BodyBoxInsideOut", BODIES "  - box: {min: [1, 0, 0], max: [0, 1, 1]}\n", 5, 33, "bodies.0.box.max.0",
      "0 is not above min (1)"},
@@ -429,6 +429,16 @@ inline constexpr BadScene bad_scenes[] = {
      "a dynamic plane, mesh or container is not available in this version"},
     {"FloatingContainer", BODIES "  - box: {min: [0, 0, 0], max: [1, 1, 1], inside: true, dynamic: true}\n", 5, 66,
      "bodies.0.box.dynamic", "allowed: false, or a sphere or a box that is not a container"},
+    {"CommandedPlane", BODIES "  - plane: {point: [0, 0, 0], normal: [0, 1, 0], commanded: true}\n", 5, 61,
+     "bodies.0.plane.commanded", "a commanded plane is not available"},
+    {"CommandedThatSticks", BODIES "  - sphere: {center: [0, 0, 0], radius: 1, commanded: true, adhesion: 0.1}\n", 5,
+     71, "bodies.0.sphere.adhesion", "adhesion to a commanded body is not available"},
+    {"CommandedThatMoves", BODIES "  - sphere: {center: [0, 0, 0], radius: 1, commanded: true, velocity: [1, 0, 0]}\n",
+     5, 55, "bodies.0.sphere.commanded", "allowed: false, or no dynamic, velocity, offset, spin or sequence"},
+    {"TwoBodiesOfOneName",
+     BODIES "  - {name: a, sphere: {center: [0, 0, 0], radius: 1}}\n"
+            "  - {name: a, sphere: {center: [3, 0, 0], radius: 1}}\n",
+     6, 12, "bodies.1.name", "an earlier body is also named 'a'"},
     {"FloatingOnNothing", CLOTH "bodies:\n  - sphere: {center: [0, 0, 0], radius: 1, dynamic: true}\n", 5, 53,
      "bodies.0.sphere.dynamic", "a dynamic body in a scene without fluid is not available in this version"},
 };

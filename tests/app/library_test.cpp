@@ -159,6 +159,52 @@ TEST(library, a_change_to_the_same_velocity_changes_nothing_to_speak_of) {
   for (std::size_t n = 0; n < 11; ++n) EXPECT_EQ(a.node_position[n], b.node_position[n]);
 }
 
+/// The liquid in a cup that is shaken gets its weight and the opposite of what it does to the cup.
+TEST(library, moves_a_body_and_measures_what_acts_on_it) {
+  const std::string text = R"(drench: 1
+time: {step: 0.002, end: 1}
+domain: {min: [-1, -1, -1], max: [1, 1, 1]}
+fluid:
+  spacing: 0.02
+  sources:
+    - block: {min: [-0.1, 0, -0.1], max: [0.1, 0.1, 0.1]}
+bodies:
+  - name: cup
+    box: {min: [-0.1, 0, -0.1], max: [0.1, 0.3, 0.1], inside: true, commanded: true}
+  - box: {min: [-0.1, -0.2, -0.1], max: [0.1, -0.1, 0.1]}
+)";
+  Simulation run(parse_scene(text, "cup"));
+  const Index cup = run.body_named("cup");
+  const auto momentum = [&] {
+    const HostState s = run.state();
+    Vec3 sum{0, 0, 0};
+    for (std::size_t i = 0; i < s.fluid_mass.size(); ++i)
+      for (std::size_t a = 0; a < 3; ++a)
+        sum[a] += run.quantum() * static_cast<double>(s.fluid_mass[i]) * s.fluid_velocity[i][a];
+    return sum;
+  };
+  run.set_body_velocity(cup, {0.3, 0, 0.1}, {0, 1, 0});
+  run.run_until(0.1);
+  const double weight = 0.2 * 0.1 * 0.2 * 1000 * 9.81;
+  const Vec3 before = momentum();
+  const StepReport step = run.step();
+  const Vec3 after = momentum(), force = run.body_load(cup).liquid_force;
+  EXPECT_LT(force[1], -0.5 * weight);
+  for (std::size_t a = 0; a < 3; ++a) {
+    const double given = step.dt * ((a == 1 ? -weight : 0) - force[a]);
+    EXPECT_NEAR(after[a] - before[a], given, 1e-4 * step.dt * weight) << a;
+  }
+  EXPECT_NEAR(run.body_motion(cup).position[0], 0.3 * run.time(), 1e-9);
+  run.set_body_pose(cup, {0.1, 0.2, 0}, {1, 0, 0, 0}, 0.05);
+  run.run_until(run.time() + 0.06);
+  EXPECT_NEAR(run.body_motion(cup).position[1], 0.2, 1e-9);
+  EXPECT_THROW(run.body_named("saucer"), std::invalid_argument);
+  EXPECT_THROW(run.set_body_velocity(1, {1, 0, 0}), std::invalid_argument);
+  EXPECT_THROW(run.apply_wrench(cup, {1, 0, 0}), std::invalid_argument);
+  EXPECT_THROW(run.body_load(1), std::invalid_argument);
+  EXPECT_THROW(run.body_motion(2), std::invalid_argument);
+}
+
 TEST(library, refuses_what_the_scene_does_not_have) {
   Simulation run(scene());
   const double infinite = std::numeric_limits<double>::infinity();

@@ -73,9 +73,9 @@ TEST_F(MemoryOfRuns, IsForeseenArrayByArrayForLiquid) {
     const double estimate = mebibytes_after(run.out, "MiB, "),
                  peak = mebibytes_after(run.out, "peak memory of the backend's arrays ");
     // A scaled start's array is made with the first poor start; the step's own compression needs it at once.
-    constexpr double particles = 30 * 25 * 30, numbers = 1.25 * particles + 64;
+    constexpr double particles = 30 * 25 * 30;
     const double later = std::string(kind).find("source_error") == std::string::npos
-                             ? numbers * (double_precision ? 8 : 4) / (1 << 20)
+                             ? particles * (double_precision ? 8 : 4) / (1 << 20)
                              : 0;
     EXPECT_NEAR(estimate - later, peak, 0.008 * peak) << kind;
   }
@@ -116,7 +116,10 @@ TEST_F(MemoryOfRuns, IsForeseenForTheEnd) {
                  end = mebibytes_after(check.out, "memory at the end: about "),
                  peak = mebibytes_after(run.out, "peak memory of the backend's arrays ");
     EXPECT_GT(end, 1.02 * start) << scene;
-    EXPECT_NEAR(end, peak, 0.1 * peak + 0.05) << scene;
+    // Lists of a liquid that crowds little more than their first quarter of room holds do not grow, which the estimate
+    // cannot know: 12 % of the column's arrays, of which lists are half.
+    EXPECT_LE(peak, 1.1 * end + 0.05) << scene;
+    EXPECT_GE(peak, 0.88 * end - 0.05) << scene;
     EXPECT_EQ(mebibytes_after(run.out, "estimated at the start, "), end) << run.out;
   }
 }

@@ -205,6 +205,7 @@ std::vector<BodyScene> every_body_key() {
   bodies[0].box = {{-1, -1, -1}, {1, 2, 1}};
   bodies[0].inside = true;
   bodies[0].velocity = {0.1, 0, -0.2};
+  bodies[1].name = "ball";
   bodies[1].kind = BodyScene::Kind::sphere;
   bodies[1].center = {0, 0.2, 0};
   bodies[1].radius = 0.25;

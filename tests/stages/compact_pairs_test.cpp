@@ -82,8 +82,8 @@ TEST(compact_pairs, rows_of_any_length_are_read_as_they_were_written) {
     }
 }
 
-/// A layer of cells has more than 32,768 points, so that some bundles reach farther than 16 bits and some do not; sorted
-/// points and those in any order.
+/// A layer of cells has more than 32,768 points, so that some bundles reach farther than 16 bits and some do not;
+/// sorted points and those in any order.
 TEST(compact_pairs, near_and_far_bundles_have_the_neighbours_of_a_plain_list) {
   constexpr auto support = Real(0.02);
   std::mt19937 random(3);

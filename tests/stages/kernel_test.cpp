@@ -72,6 +72,21 @@ TEST(kernel, grad_factor_of_pairs_is_held_at_its_steepest) {
   }
 }
 
+/// What compact pairs compute anew is what lists keep elsewhere, in metres and in steps of a lattice.
+TEST(kernel, slope_of_a_pair_is_its_factor) {
+  for (const KernelKind kind : every_kernel)
+    for (const double h : {0.013, 16384.0}) {
+      const Kernel kernel(kind, Real(h));
+      const kokkos_backend::PairSlope slope(kind, Real(h));
+      for (int k = 1; k < 500; ++k) {
+        const Real r = Real(k * h / 500), factor = kernel.pair(r * r).grad_factor;
+        EXPECT_NEAR(double(-kernel.grad_scale * slope(r * r)) / double(factor), 1, k < 490 ? 2e-5 : 1e-3)
+            << int(kind) << " " << k;
+      }
+      EXPECT_TRUE(std::isfinite(slope(0)));
+    }
+}
+
 TEST(kernel, ends_at_the_support_and_is_finite_at_zero) {
   const double h = 0.5;
   for (const KernelKind kind : every_kernel) {

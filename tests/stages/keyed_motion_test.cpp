@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "base/eigen_vec.hpp"
+#include "drench/prescribed.hpp"
 #include "mesh_sequence.hpp"
 #include "pipeline/pipeline.hpp"
 #include "precision.hpp"
@@ -56,6 +57,32 @@ TEST(prescribed_motion, agrees_with_the_reference) {
 TEST(prescribed_motion, bodies_end_the_step_as_in_the_reference) {
   compare_stage({.stage = Stage::bodies, .scene = keyed_scene(), .changes = "body_orientation"});
   compare_stage({.stage = Stage::bodies, .scene = keyed_scene(), .changes = "boundary_position"});
+}
+
+/// A ball and a box that a program moves: the box goes to a pose and is there in the middle of the thirteenth step.
+TEST(prescribed_motion, commanded_bodies_move_as_in_the_reference) {
+  const std::string scene =
+      with(with(wet_scene(), "radius: 0.05}", "radius: 0.05, commanded: true}"), "normal: [0, 1, 0]}",
+           "normal: [0, 1, 0]}\n"
+           "  - {name: gripper, box: {min: [-0.1, -0.16, 0.03], max: [-0.02, -0.11, 0.1], commanded: true}}");
+  const auto command = [](Model& m) {
+    Index ball = 0, gripper = 0;
+    for (Index b = 0; b < std::ssize(m.bodies); ++b) {
+      if (m.bodies[static_cast<std::size_t>(b)].kind == BodyScene::Kind::sphere) ball = b;
+      if (m.bodies[static_cast<std::size_t>(b)].name == "gripper") gripper = b;
+    }
+    const double dt = m.scene.time.step;
+    change_body_velocity(m, ball, {0.1, 0.05, -0.1}, {1, 2, -3}, 0);
+    change_body_pose(m, gripper, {-0.05, -0.12, 0.06}, {0.9, 0.1, -0.3, 0.2}, 12.5 * dt, 0);
+  };
+  const std::pair<Stage, const char*> stages[] = {{Stage::prescribed_motion, "body_velocity"},
+                                                  {Stage::bodies, "boundary_position"},
+                                                  {Stage::pressure, "node_velocity"},
+                                                  {Stage::advection, "fluid_position"}};
+  for (const auto& [stage, changes] : stages) {
+    SCOPED_TRACE(name_of(stage));
+    compare_stage({.stage = stage, .scene = scene, .resolve = command, .changes = changes});
+  }
 }
 
 TEST(prescribed_motion, stops_cloth_and_liquid_as_in_the_reference) {

@@ -80,7 +80,7 @@ fluid:
   }
   const Constants constants(setup.model, ranks);
   Exchange exchange(constants);
-  ParticleSet particles(setup.model);
+  ParticleSet particles(setup.model, true);
   exchange.upload_own(state, particles);
 
   const double support = setup.model.support;

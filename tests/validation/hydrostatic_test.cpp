@@ -259,7 +259,9 @@ TEST(hydrostatic, a_narrow_column_comes_to_rest) {
 }
 
 // The default tolerance, a mean compression of 1e-3, is more than a step's gravity does to an unsupported column
-// (g Δt²/H = 3e-4). The means over many steps are right; source_error makes each step's right.
+// (g Δt²/H = 3e-4). The means over many steps are right; source_error makes each step's right. Until then the column
+// never comes to rest, and roundings decide how it moves: of 15 columns whose viscosities differ by 1e-6 to 1.4e-5 (27
+// November 2026, float) the load is 0.00007 to 0.0068 off, and the energies have ratios of 0.87 to 2.1.
 TEST(hydrostatic, a_column_at_default_tolerances) {
   for (const bool improved : {false, true}) {
     Column column{.tolerance = 1e-3};
@@ -268,11 +270,21 @@ TEST(hydrostatic, a_column_at_default_tolerances) {
     const auto row = [&](const std::string& of) { return name(column, (improved ? "source_error 0.1: " : "") + of); };
     report({row(of_layers), theory, rest.layers, target_of_layers});
     report({row("mean compression"), "0", rest.compression, 1e-3});
-    report({row("mean load on the box over the weight, − 1"), "weight", rest.load, 0.002});
-    if (improved)
+    const std::string of_load = row("mean load on the box over the weight, − 1");
+    if (improved) {
+      report({of_load, "weight", rest.load, 0.002});
       report({row(of_unrest), "at rest", rest.unrest, target_of_unrest});
-    else
-      report({row("largest kinetic energy of the third 0.75 s over the second"), "decays", rest.growth, 1});
+      continue;
+    }
+    constexpr const char* reason = "A column at this tolerance does not come to rest.";
+    report({of_load, "weight", rest.load, 0.002, "1", {0.0074, 0.0074, 0.0068}, reason});
+    report({row("largest kinetic energy of the third 0.75 s over the second"),
+            "decays",
+            rest.growth,
+            1,
+            "1",
+            {2.3, 2.3, 2.11},
+            reason});
   }
 }
 

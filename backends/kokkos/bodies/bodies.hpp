@@ -49,7 +49,7 @@ struct BoundarySamples {
   Field<Index> body;
 };
 
-/// The samples of weighed bodies, numbered by themselves, and sums over them; empty without such bodies. What is not
+/// The samples of measured bodies, numbered by themselves, and sums over them; empty without such bodies. What is not
 /// dynamic among them has an infinite mass.
 struct DynamicSamples {
   Index count = 0;
@@ -59,12 +59,13 @@ struct DynamicSamples {
   Field<Real3> predicted;         // per boundary sample: velocity in the pressure solves, m/s
   Field<Wrench> part, load;       // partial sums of the bodies' loads; one a body
   Field<Wrench> change;           // a body: what a viscous stage adds to its momenta
+  Field<Wrench> inner_change;     // the same without gravity and what programs apply
   Field<Real> row_load, row_arm;  // g_b of the Jacobi diagonal, N/…: the same with the arm
   Field<Real> row_bound;          // two a body: G/M and H ‖I⁻¹‖
   Field<Real> viscous_bound;      // K_b, kg/s (stage forces)
   Field<std::int64_t> pushed;     // 6 a body: what cloth does to it (bodies/pushed_bodies.hpp)
   Field<Wrench> applied;          // a body: what a program does to it, N and N m; null without such a body
-  Field<Wrench> given;            // a body: impulses of the step so far, without cloth's; of a dynamic one with gravity
+  Field<Wrench> given;            // a body: impulses of the liquid in the step so far, but for given_by_liquid
 };
 
 struct DeformingBody;
@@ -121,7 +122,7 @@ void clear_given(Bodies& bodies);
 /// Adds an impulse of cloth, or of liquid, on each body.
 void add_given_by_cloth(Bodies& bodies, const std::vector<Wrench>& impulses);
 void add_given_by_liquid(Bodies& bodies, const std::vector<Wrench>& impulses);
-/// What acts on each body in the last step, of length `dt` (s), N and N m: none for one that is not weighed. Waits.
+/// What acts on each body in the last step, of length `dt` (s), N and N m: none for one that is not measured. Waits.
 std::vector<std::optional<BodyLoad>> body_loads(const Constants& constants, const Bodies& bodies, double dt);
 
 /// boundary.velocity of the samples of dynamic bodies, from the bodies' velocities.

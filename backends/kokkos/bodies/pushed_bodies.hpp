@@ -7,7 +7,7 @@
 
 namespace drench::kokkos_backend {
 
-/// Impulses on weighed bodies, as kernels add them. Empty where nothing is asked for.
+/// Impulses on measured bodies, as kernels add them. Empty where nothing is asked for.
 struct PushesOnBodies {
   Entries<std::int64_t> sum;  // 6 per body, in `unit`: impulse, kg m/s; about the centre, kg m²/s
   Entries<const RigidBody> constant;
@@ -17,7 +17,7 @@ struct PushesOnBodies {
   PushesOnBodies(const Constants& constants, Bodies& bodies)
       : sum(bodies.dynamic.pushed), constant(bodies.constant), unit(constants.quantum / impulse_steps) {}
 
-  KOKKOS_INLINE_FUNCTION bool takes(std::size_t b) const { return sum.exist() && constant(Index(b)).weighed != 0; }
+  KOKKOS_INLINE_FUNCTION bool takes(std::size_t b) const { return sum.exist() && constant(Index(b)).measured != 0; }
   KOKKOS_INLINE_FUNCTION bool takes_commanded(std::size_t b) const {
     return takes(b) && constant(Index(b)).dynamic == 0;
   }

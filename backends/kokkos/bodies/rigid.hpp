@@ -45,7 +45,7 @@ struct RigidState {
 /// What stays the same of a body.
 struct RigidBody {
   int kind, moves, dynamic, slides, keyed;  // keyed: its motion changes with time by prescription
-  int weighed;                              // what acts on it is added up: it is dynamic, or a program moves it
+  int measured;                             // what acts on it is added up: it is dynamic, or a program moves it
   Double3 rest_center;                      // m
   Double3 rest_velocity, rest_spin;         // m/s, rad/s: the prescribed ones
   double inverse_mass;                      // 1/kg; 0 unless dynamic
@@ -55,7 +55,7 @@ struct RigidBody {
   double reach;                             // m
   Double3 lattice[2], middle;               // m: of a plane that moves
   Index first_sample, sample_count;         // among all boundary samples
-  Index first_dynamic;                      // among those of the weighed bodies
+  Index first_dynamic;                      // among those of the measured bodies
 };
 
 /// The pose after dt of steady motion.

@@ -56,7 +56,7 @@ RigidBody constant_of(const Body& b) {
   c.moves = b.moves() ? 1 : 0;
   c.dynamic = b.dynamic ? 1 : 0;
   c.slides = b.slides ? 1 : 0;
-  c.weighed = b.is_weighed() ? 1 : 0;
+  c.measured = b.is_measured() ? 1 : 0;
   c.lattice[0] = to_double(b.lattice[0]);
   c.lattice[1] = to_double(b.lattice[1]);
   c.middle = to_double(b.middle);
@@ -90,6 +90,7 @@ void make_dynamic_samples(DynamicSamples& dynamic, const std::vector<Index>& sam
   allocate_zeros(dynamic.part, "drench::body_part", parts_per_body * bodies);
   allocate_zeros(dynamic.load, "drench::body_load", bodies);
   allocate_zeros(dynamic.change, "drench::body_change", bodies);
+  allocate_zeros(dynamic.inner_change, "drench::body_inner_change", bodies);
   allocate_zeros(dynamic.given, "drench::body_given", bodies);
 }
 
@@ -99,7 +100,7 @@ void make_bodies(const Model& m, Bodies& bodies) {
   for (std::size_t b = 0; b < m.bodies.size(); ++b) {
     const Body& body = m.bodies[b];
     constants.push_back(constant_of(body));
-    if (!body.is_weighed()) continue;
+    if (!body.is_measured()) continue;
     constants.back().first_dynamic = static_cast<Index>(sample.size());
     for (Index s = 0; s < body.sample_count; ++s) {
       sample.push_back(body.first_sample + s);
@@ -273,22 +274,26 @@ void move_by_load(Bodies& bodies, double keep, double weight, const Constants* o
   const Entries<const RigidBody> constant = std::as_const(bodies).constant;
   const Entries<const Wrench> load = std::as_const(bodies).dynamic.load;
   const Entries<RigidState> state = bodies.state;
-  const Entries<Wrench> change = bodies.dynamic.change, given = bodies.dynamic.given;
+  const Entries<Wrench> change = bodies.dynamic.change, inner = bodies.dynamic.inner_change,
+                        given = bodies.dynamic.given;
   const Entries<const Wrench> applied = std::as_const(bodies).dynamic.applied;
   const Double3 g = outside ? widen(outside->gravity) : Double3{};
   const bool applies = outside && applied.exist();
   parallel(
       "drench::bodies::velocity", bodies.count, KOKKOS_LAMBDA(const Index b) {
         const RigidBody& body = constant(b);
-        if (!body.weighed) return;
-        Wrench whole = load(b);
-        if (body.dynamic) whole.force = add(whole.force, times(1 / body.inverse_mass, g));
-        if (applies) whole += applied(b);
-        Wrench next{times(weight, whole.force), times(weight, whole.torque)};
-        if (keep > 0) next += Wrench{times(keep, change(b).force), times(keep, change(b).torque)};
-        change(b) = next;
-        given(b) += next;
+        if (!body.measured) return;
+        const auto changed = [=](const Wrench& by, const Wrench& last) {
+          Wrench next{times(weight, by.force), times(weight, by.torque)};
+          if (keep > 0) next += Wrench{times(keep, last.force), times(keep, last.torque)};
+          return next;
+        };
+        given(b) += inner(b) = changed(load(b), inner(b));
         if (!body.dynamic) return;
+        Wrench whole = load(b);
+        whole.force = add(whole.force, times(1 / body.inverse_mass, g));
+        if (applies) whole += applied(b);
+        const Wrench next = change(b) = changed(whole, change(b));
         RigidState s = state(b);
         s.velocity = add(s.velocity, times(body.inverse_mass, next.force));
         s.spin = add(s.spin, over_inertia(body, s.orientation, next.torque));
@@ -335,21 +340,16 @@ void add_given_by_liquid(Bodies& bodies, const std::vector<Wrench>& impulses) {
 
 std::vector<std::optional<BodyLoad>> body_loads(const Constants& constants, const Bodies& bodies, double dt) {
   std::vector<std::optional<BodyLoad>> loads(constants.model.bodies.size());
-  if (!constants.model.has_weighed_body()) return loads;
+  if (!constants.model.has_measured_body()) return loads;
   std::vector<Wrench> given(loads.size());
   if (bodies.dynamic.count > 0) given = to_host<Wrench>(bodies.dynamic.given, bodies.count);
   if (!bodies.given_by_liquid.empty()) add_up(given, bodies.given_by_liquid);
   for (std::size_t b = 0; b < loads.size(); ++b) {
-    const Body& body = constants.model.bodies[b];
-    if (!body.is_weighed()) continue;
+    if (!constants.model.bodies[b].is_measured()) continue;
     BodyLoad& load = loads[b].emplace();
     if (!(dt > 0)) continue;
-    const Double3 outside =
-        add(times(body.mass, to_double(constants.model.scene.gravity)), to_double(body.applied_force));
-    const bool liquid = constants.model.has_fluid();
-    const Double3 force = times(1 / dt, given[b].force), torque = times(1 / dt, given[b].torque);
-    load.liquid_force = plain(liquid ? minus(force, outside) : Double3{});
-    load.liquid_torque = plain(liquid ? minus(torque, to_double(body.applied_torque)) : Double3{});
+    load.liquid_force = plain(times(1 / dt, given[b].force));
+    load.liquid_torque = plain(times(1 / dt, given[b].torque));
     if (bodies.given_by_cloth.empty()) continue;
     load.cloth_force = plain(times(1 / dt, bodies.given_by_cloth[b].force));
     load.cloth_torque = plain(times(1 / dt, bodies.given_by_cloth[b].torque));

@@ -1,5 +1,5 @@
 #pragma once
-// Sums over the samples of each weighed body, in a fixed order.
+// Sums over the samples of each measured body, in a fixed order.
 
 #include "bodies/bodies.hpp"
 
@@ -7,7 +7,7 @@ namespace drench::kokkos_backend {
 
 inline constexpr Index parts_per_body = 64;
 
-/// dynamic.load = Σ term(s) over each weighed body's samples.
+/// dynamic.load = Σ term(s) over each measured body's samples.
 template <class Term>
 void sum_over_samples(Bodies& bodies, const Term& term) {
   const Entries<const RigidBody> constant = std::as_const(bodies).constant;
@@ -16,7 +16,7 @@ void sum_over_samples(Bodies& bodies, const Term& term) {
       "drench::bodies::part", parts_per_body * bodies.count, KOKKOS_LAMBDA(const Index k) {
         const RigidBody& body = constant(k / parts_per_body);
         Wrench sum;
-        if (body.weighed)
+        if (body.measured)
           for (Index s = k % parts_per_body; s < body.sample_count; s += parts_per_body)
             sum += term(body.first_dynamic + s);
         part(k) = sum;

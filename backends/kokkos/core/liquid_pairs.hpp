@@ -29,8 +29,8 @@ KOKKOS_INLINE_FUNCTION NearFour load_once(const NearFour* p) {
 KOKKOS_INLINE_FUNCTION Four load_once(const Four* p) { return *p; }
 
 /// A row of compact pairs. Groups of four neighbours, those of a bundle's 32 rows side by side; as many groups as the
-/// bundle's longest row needs. A bundle whose rows all reach less than 32768 rows far has NearFour, another Four.
-/// The last group of a row is filled up with the row itself.
+/// bundle's longest row needs. A bundle has NearFour if no row reaches farther than 65536 rows from its base, else
+/// Four. The last group of a row is filled up with the row itself.
 struct CompactRow {
   static constexpr Index near_words = 2, far_words = 4;  // a group's
 
@@ -62,8 +62,8 @@ struct CompactRow {
     DRENCH_UNROLL
     for (Index k = lane; k < count; k += lanes) pair((*this)(k));
   }
-  /// The same, and for what fills up the last group: faster. Each call is pair(j − origin, origin), with an origin that all
-  /// calls have in common.
+  /// The same, and for what fills up the last group: faster. Each call is pair(j − origin, origin), with an origin that
+  /// all calls have in common.
   template <Index lanes = 1, class Pair>
   KOKKOS_INLINE_FUNCTION void for_each_filled_up(const Pair& pair, Index lane = 0) const {
     if (far) {
@@ -119,7 +119,8 @@ struct CompactRowWriter {
 
   KOKKOS_INLINE_FUNCTION CompactRowWriter(Index* entry, std::int64_t start, Index of_row)
       : row(of_row), base(start < 0 ? 0 : CompactRow::base(of_row)), far(start < 0) {
-    to = entry + (far ? ~start : start) + (far ? CompactRow::far_words : CompactRow::near_words) * (row % rows_per_bundle);
+    to = entry + (far ? ~start : start) +
+         (far ? CompactRow::far_words : CompactRow::near_words) * (row % rows_per_bundle);
   }
   KOKKOS_INLINE_FUNCTION void put(Index j) {
     const bool last = count++ % 4 == 3;
@@ -165,15 +166,6 @@ struct LiquidNeighbors {
     else
       row(i).for_each(pair);
   }
-  /// The same, and perhaps some calls for i itself: faster.
-  template <class Pair>
-  KOKKOS_INLINE_FUNCTION void for_each_or_self(Index i, const Pair& pair) const {
-    if constexpr (compact_pairs)
-      compact_row(i).for_each_filled_up(
-          [&](std::uint32_t k, Index origin) { pair(static_cast<Index>(k) + origin); });
-    else
-      row(i).for_each(pair);
-  }
 };
 
 /// The same with the gradient's factor of each pair, from stage density on.
@@ -184,11 +176,7 @@ struct LiquidPairs : LiquidNeighbors {
   Real scale;  // 1/m⁵
 
   LiquidPairs(const LiquidList& l, const Kernel& kernel, const Field<Real>& volumes)
-      : LiquidNeighbors(l),
-        flags(l.flags),
-        volume(volumes),
-        slope(kernel.kind, kernel.h),
-        scale(-kernel.grad_scale) {}
+      : LiquidNeighbors(l), flags(l.flags), volume(volumes), slope(kernel.kind, kernel.h), scale(-kernel.grad_scale) {}
 
   // Where pairs are compact:
   /// Has a neighbour another volume than the particle itself?
@@ -196,14 +184,14 @@ struct LiquidPairs : LiquidNeighbors {
   /// Is it beside solids or sheets?
   KOKKOS_INLINE_FUNCTION bool is_bounded(Index i) const { return (flags(i) & bounded) != 0; }
 
-  /// Calls pair(j, place(j), r, factor) for each neighbour j in the row's order, r = x_i − x_j, m; the gradient V_j ∇W_ij
-  /// is factor · r. `place` has a particle's position and one number more.
+  /// Calls pair(j, place(j), r, factor) for each neighbour j in the row's order, r = x_i − x_j, m; the gradient V_j
+  /// ∇W_ij is factor · r. `place` has a particle's position and one number more.
   template <class Pair>
   KOKKOS_INLINE_FUNCTION void for_each(Index i, const Entries<const Real4>& place, const Pair& pair) const {
     visit<false, 1>(i, place, pair, 0);
   }
-  /// The same, and perhaps some calls for i itself, with r = 0: faster, for sums to which a particle itself adds nothing.
-  /// Of `lanes` threads that share a row each takes its own pairs; one alone where pairs are not compact.
+  /// The same, and perhaps some calls for i itself, with r = 0: faster, for sums to which a particle itself adds
+  /// nothing. Of `lanes` threads that share a row each takes its own pairs; one alone where pairs are not compact.
   template <Index lanes = 1, class Pair>
   KOKKOS_INLINE_FUNCTION void for_each_or_self(Index i, const Entries<const Real4>& place, const Pair& pair,
                                                Index lane = 0) const {

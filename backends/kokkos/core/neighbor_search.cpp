@@ -1,5 +1,6 @@
 #include "core/neighbor_search.hpp"
 
+#include <cmath>
 #include <type_traits>
 
 #include "core/host_rows.hpp"
@@ -254,7 +255,9 @@ double list_bytes(double rows, double entries, const Sizing& s) { return list_by
 
 double liquid_list_bytes(double rows, double entries, const Sizing& s) {
   if (!s.compact_pairs()) return list_bytes(rows, entries, index_bytes + s.real, s);  // grad_factor
-  return list_bytes(rows, entries, sizeof(std::uint16_t), s);
+  // 16 bits reach as far as a layer of cells, two particles thick, of a cube of liquid of this size.
+  const bool far = 2 * std::pow(rows, 2.0 / 3) > 32768;
+  return list_bytes(rows, entries, far ? index_bytes : sizeof(std::uint16_t), s);
 }
 
 namespace {

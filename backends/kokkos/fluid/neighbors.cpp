@@ -59,7 +59,7 @@ void cull_pairs_across_cloth(const Constants& constants, const Fluid& fluid, con
         const Index p = nearest(i);
         // Most rows end here, after loads that do not wait for each other.
         Index any = p;
-        near.for_each_or_self(i, [&](Index j) {
+        near.for_each(i, [&](Index j) {
           const Index q = nearest(j);
           any = q > any ? q : any;
         });

@@ -33,7 +33,9 @@ struct WallGain {
 
 struct Fluid {
   explicit Fluid(const Constants& constants)
-      : particles(constants.model), exchange(constants), cells(constants.model.scene.sort) {}
+      : particles(constants.model, constants.ranks != nullptr),
+        exchange(constants),
+        cells(constants.model.scene.sort) {}
 
   ParticleSet particles;
   Exchange exchange;

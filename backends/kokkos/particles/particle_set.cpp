@@ -56,7 +56,7 @@ void ParticleSet::visit_needed(Visitor&& visit) {
 #undef DRENCH_VISIT
 }
 
-ParticleSet::ParticleSet(const Model& m) : model_(m) {}
+ParticleSet::ParticleSet(const Model& m, bool over_ranks) : model_(m), grows_(over_ranks || m.adds_particles()) {}
 
 ParticleView ParticleSet::view() {
   return {
@@ -110,7 +110,7 @@ std::vector<Index> ParticleSet::ranks_by_id() const {
 
 void ParticleSet::reserve(Index n) {
   if (n <= static_cast<Index>(capacity())) return;
-  const Index room = n + n / 4 + 64;
+  const Index room = capacity() == 0 && !grows_ ? n : n + n / 4 + 64;
   visit_needed([room](const char* label, auto& a, auto&) { resize_keeping(a, label, room); });
 }
 
@@ -123,7 +123,10 @@ void ParticleSet::gather(const Array<Index>& source, Index n) {
   count = n;
 }
 
-double particle_room(const Sizing& s) { return s.size.fluid > 0 ? 1.25 * s.size.fluid + 64 : 0; }
+double particle_room(const Sizing& s) {
+  if (!(s.size.fluid > 0)) return 0;
+  return s.size.adds_particles ? 1.25 * s.size.fluid + 64 : s.size.fluid;
+}
 
 MemoryEstimate particle_bytes(const Sizing& m) {
   double each = 0;

@@ -42,7 +42,8 @@ struct ParticleView {
 /// order of their cells, with later ones behind. HostState has them by id.
 class ParticleSet {
  public:
-  explicit ParticleSet(const Model& m);
+  /// `over_ranks`: particles come from other ranks.
+  ParticleSet(const Model& m, bool over_ranks);
 
 #define DRENCH_FIELD(owner, name, host_type, unit, needed) Field<OnDevice<host_type>::type> name;
   DRENCH_PARTICLE_FIELDS(DRENCH_FIELD)
@@ -61,7 +62,8 @@ class ParticleSet {
   Index local() const { return count + ghosts; }
   ParticleView view();
   std::size_t capacity() const { return position.extent(0); }
-  /// Makes room for `n` particles, keeping what is there (amortised growth).
+  /// Makes room for `n` particles, keeping what is there: no more than these at first where none can come, else
+  /// amortised growth.
   void reserve(Index n);
   /// Removes particles with mass 0 or with `gone(i)` ≠ 0 (may be empty), keeping the order. Lists become stale.
   /// `kept`: how many stay, where that is known; else the host waits for their number.
@@ -78,6 +80,7 @@ class ParticleSet {
   void gather(const Array<Index>& source, Index n);
 
   const Model& model_;
+  bool grows_;           // there may be more particles than at first
   Field<Index> source_;  // scratch of `compact`
 #define DRENCH_SPARE(owner, name, host_type, unit, needed) Field<OnDevice<host_type>::type> spare_##name;
   DRENCH_PARTICLE_FIELDS(DRENCH_SPARE)  // what `gather` writes to, kept between steps
