@@ -4,6 +4,7 @@ import runpy
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
@@ -15,6 +16,16 @@ def test_the_script_shakes_a_wet_cloth(tmp_path, monkeypatch, capsys):
     rows = (tmp_path / "force.csv").read_text().splitlines()
     assert rows[0] == "time,height,force_x,force_y,force_z" and len(rows) > 100
     assert "largest force" in capsys.readouterr().out
+
+
+def test_the_gripper_carries_the_wet_towel(tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(sys, "argv", ["dip_towel.py", "--csv", str(tmp_path / "wrench.csv")])
+    runpy.run_path(str(EXAMPLES / "dip_towel.py"), run_name="__main__")
+    assert "wet: the gripper carries" in capsys.readouterr().out
+    data = np.loadtxt(tmp_path / "wrench.csv", delimiter=",", skiprows=1)
+    at_rest = data[data[:, 0] > 4.0].mean(axis=0)
+    assert at_rest[4] > 2 * data[0, 4]  # it has taken up water
+    assert -at_rest[2] == pytest.approx(at_rest[4], rel=0.01)
 
 
 def test_the_notebook_runs(tmp_path):
