@@ -116,10 +116,7 @@ TEST_F(MemoryOfRuns, IsForeseenForTheEnd) {
                  end = mebibytes_after(check.out, "memory at the end: about "),
                  peak = mebibytes_after(run.out, "peak memory of the backend's arrays ");
     EXPECT_GT(end, 1.02 * start) << scene;
-    // Lists of a liquid that crowds little more than their first quarter of room holds do not grow, which the estimate
-    // cannot know: 12 % of the column's arrays, of which lists are half.
-    EXPECT_LE(peak, 1.1 * end + 0.05) << scene;
-    EXPECT_GE(peak, 0.88 * end - 0.05) << scene;
+    EXPECT_NEAR(end, peak, 0.1 * peak + 0.05) << scene;
     EXPECT_EQ(mebibytes_after(run.out, "estimated at the start, "), end) << run.out;
   }
 }
