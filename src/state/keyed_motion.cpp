@@ -12,9 +12,7 @@ namespace {
 
 Vec3 sum(const Vec3& a, const Vec3& b) { return {a[0] + b[0], a[1] + b[1], a[2] + b[2]}; }
 
-Vec3 scaled(double by, const Vec3& v) { return {by * v[0], by * v[1], by * v[2]}; }
-
-double norm(const Vec3& v) { return std::hypot(v[0], v[1], v[2]); }
+Vec3 scaled(double by, const Vec3& v) { return to_vec3(by * to_eigen(v)); }
 
 /// For how long a commanded motion has gone on at `time`, s.
 double under_way(const CommandedMotion& c, double time) { return std::clamp(time, c.start, c.end) - c.start; }
@@ -23,7 +21,7 @@ bool is_under_way(const CommandedMotion& c, double time) { return time >= c.star
 /// The fastest that the centre moves between two times, m/s.
 double fastest_shift(const Body& body, double from, double to) {
   if (body.commanded)
-    return under_way(body.command, to) > under_way(body.command, from) ? norm(body.command.velocity) : 0;
+    return under_way(body.command, to) > under_way(body.command, from) ? to_eigen(body.command.velocity).norm() : 0;
   return body.velocity.largest(from, to) + body.path.largest_derivative(from, to);
 }
 
@@ -69,11 +67,12 @@ Quaternion orientation_at(const Body& body, double time) {
     const Eigen::Vector3d turn = under_way(body.command, time) * to_eigen(body.command.spin);
     q = to_quaternion(body.command.orientation);
     if (turn.norm() > 0) q = (Eigen::AngleAxisd(turn.norm(), turn.normalized()) * q).normalized();
-  } else if (body.turns.empty())
+  } else if (body.turns.empty()) {
     q = Eigen::AngleAxisd(std::remainder(body.spin_rate.integral(0, time), 4 * std::numbers::pi),
                           to_eigen(body.spin_axis));
-  else
+  } else {
     q = between_turns(body, time);
+  }
   return {q.w(), q.x(), q.y(), q.z()};
 }
 
@@ -95,7 +94,8 @@ Vec3 spin_between(const Body& body, double from, double to) {
 }
 
 double fastest_turn(const Body& body, double from, double to) {
-  if (body.commanded) return under_way(body.command, to) > under_way(body.command, from) ? norm(body.command.spin) : 0;
+  if (body.commanded)
+    return under_way(body.command, to) > under_way(body.command, from) ? to_eigen(body.command.spin).norm() : 0;
   return body.turns.empty() ? body.spin_rate.largest(from, to) : body.turn_rate;
 }
 
