@@ -13,10 +13,11 @@ if TYPE_CHECKING:
 Vector = Union[Sequence[float], np.ndarray]
 
 
-def _numbers(name: str, value: Vector, count: int) -> list[float]:
+def _vector(name: str, value: Vector, parts: str = "x y z") -> list[float]:
     numbers = np.asarray(value, dtype=float)
-    if numbers.shape != (count,):
-        raise ValueError(f"{name}: {count} numbers are needed, these are of shape {numbers.shape}")
+    count = {3: "three", 4: "four"}[len(parts.split())]
+    if numbers.shape != (len(parts.split()),):
+        raise ValueError(f"{name}: {count} numbers {parts} are needed, these are of shape {numbers.shape}")
     return [float(x) for x in numbers]
 
 
@@ -62,8 +63,7 @@ class Body:
 
         Raises ValueError unless the scene has `commanded: true` for this body.
         """
-        self._simulation._run.set_body_velocity(self.index, _numbers("linear", linear, 3),
-                                                _numbers("angular", angular, 3))
+        self._simulation._run.set_body_velocity(self.index, _vector("linear", linear), _vector("angular", angular))
 
     def set_pose(self, position: Vector, orientation: Vector | None = None, duration: float | None = None) -> None:
         """Move and turn steadily to a pose, and stay there.
@@ -73,8 +73,8 @@ class Body:
         Raises ValueError unless the scene has `commanded: true` for this body.
         """
         self._simulation._run.set_body_pose(
-            self.index, _numbers("position", position, 3),
-            _numbers("orientation", self.orientation if orientation is None else orientation, 4),
+            self.index, _vector("position", position),
+            _vector("orientation", self.orientation if orientation is None else orientation, "w x y z"),
             self._simulation.scene.time_step if duration is None else float(duration))
 
     def apply_wrench(self, force: Vector, torque: Vector = (0.0, 0.0, 0.0)) -> None:
@@ -82,19 +82,22 @@ class Body:
 
         Raises ValueError unless the body is dynamic.
         """
-        self._simulation._run.apply_wrench(self.index, _numbers("force", force, 3), _numbers("torque", torque, 3))
+        self._simulation._run.apply_wrench(self.index, _vector("force", force), _vector("torque", torque))
+
+    def _loads(self) -> tuple[Wrench, Wrench]:
+        """Of the liquid and of cloth."""
+        force, torque, cloth_force, cloth_torque = map(np.array, self._simulation._run.body_load(self.index))
+        return Wrench(force, torque), Wrench(cloth_force, cloth_torque)
 
     @property
     def liquid_wrench(self) -> Wrench:
         """What pressure and viscosity of the liquid did to it in the last step, as means over the step."""
-        force, torque, _, _ = self._simulation._run.body_load(self.index)
-        return Wrench(np.array(force), np.array(torque))
+        return self._loads()[0]
 
     @property
     def cloth_wrench(self) -> Wrench:
         """What contact, friction and wet adhesion of cloth did to it in the last step, as means over the step."""
-        _, _, force, torque = self._simulation._run.body_load(self.index)
-        return Wrench(np.array(force), np.array(torque))
+        return self._loads()[1]
 
     @property
     def wrench(self) -> Wrench:
@@ -102,7 +105,7 @@ class Body:
 
         Raises ValueError unless the body is dynamic or has `commanded: true`.
         """
-        liquid, cloth = self.liquid_wrench, self.cloth_wrench
+        liquid, cloth = self._loads()
         return Wrench(liquid.force + cloth.force, liquid.torque + cloth.torque)
 
     def __repr__(self) -> str:

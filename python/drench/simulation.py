@@ -4,18 +4,16 @@ from __future__ import annotations
 
 import os
 import warnings as _warnings
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from typing import Any, NamedTuple, Union
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from . import _core
-from .bodies import Bodies
+from .bodies import Bodies, Vector, _vector
 from .fields import Fields
 from .recording import Recording
 from .scene import Scene, SceneLike
-
-Vector = Union[Sequence[float], np.ndarray]
 
 
 class Step(dict):
@@ -43,13 +41,6 @@ class Frame(NamedTuple):
 
     number: int  # from 0
     time: float  # s
-
-
-def _vector(name: str, value: Vector) -> list[float]:
-    numbers = np.asarray(value, dtype=float)
-    if numbers.shape != (3,):
-        raise ValueError(f"{name}: three numbers x y z are needed, these are of shape {numbers.shape}")
-    return [float(x) for x in numbers]
 
 
 class Simulation:
