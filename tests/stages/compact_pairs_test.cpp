@@ -20,7 +20,7 @@ struct Row {
 /// The row as kernels read it, `filled_up` with what fills up its last group.
 std::vector<Index> written_and_read(const Row& row, bool far, bool filled_up) {
   const auto groups = (row.neighbors.size() + 3) / 4;
-  std::vector<Four> room(groups * rows_per_bundle + 1);
+  std::vector<FarFour> room(groups * rows_per_bundle + 1);
   Index* const entry = room.front().index;
   const std::int64_t start = far ? ~std::int64_t{0} : 0;
   CompactRowWriter writer(entry, start, row.number);

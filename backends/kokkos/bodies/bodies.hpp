@@ -119,9 +119,8 @@ void move_by_load(Bodies& bodies, double keep, double weight, const Constants* o
 void take_applied(const Constants& constants, Bodies& bodies);
 /// Begins a step: nothing has acted on the bodies yet.
 void clear_given(Bodies& bodies);
-/// Adds an impulse of cloth, or of liquid, on each body.
-void add_given_by_cloth(Bodies& bodies, const std::vector<Wrench>& impulses);
-void add_given_by_liquid(Bodies& bodies, const std::vector<Wrench>& impulses);
+/// Adds an impulse on each body to given_by_cloth or given_by_liquid.
+void add_impulses(std::vector<Wrench>& given, const std::vector<Wrench>& impulses);
 /// What acts on each body in the last step, of length `dt` (s), N and N m: none for one that is not measured. Waits.
 std::vector<std::optional<BodyLoad>> body_loads(const Constants& constants, const Bodies& bodies, double dt);
 

@@ -322,20 +322,9 @@ void clear_given(Bodies& bodies) {
       "drench::bodies::clear_given", bodies.count, KOKKOS_LAMBDA(const Index b) { given(b) = {}; });
 }
 
-namespace {
-
-void add_up(std::vector<Wrench>& sums, const std::vector<Wrench>& impulses) {
-  sums.resize(impulses.size());
-  for (std::size_t b = 0; b < impulses.size(); ++b) sums[b] += impulses[b];
-}
-
-}  // namespace
-
-void add_given_by_cloth(Bodies& bodies, const std::vector<Wrench>& impulses) {
-  add_up(bodies.given_by_cloth, impulses);
-}
-void add_given_by_liquid(Bodies& bodies, const std::vector<Wrench>& impulses) {
-  add_up(bodies.given_by_liquid, impulses);
+void add_impulses(std::vector<Wrench>& given, const std::vector<Wrench>& impulses) {
+  given.resize(impulses.size());
+  for (std::size_t b = 0; b < impulses.size(); ++b) given[b] += impulses[b];
 }
 
 std::vector<std::optional<BodyLoad>> body_loads(const Constants& constants, const Bodies& bodies, double dt) {
@@ -343,7 +332,7 @@ std::vector<std::optional<BodyLoad>> body_loads(const Constants& constants, cons
   if (!constants.model.has_measured_body()) return loads;
   std::vector<Wrench> given(loads.size());
   if (bodies.dynamic.count > 0) given = to_host<Wrench>(bodies.dynamic.given, bodies.count);
-  if (!bodies.given_by_liquid.empty()) add_up(given, bodies.given_by_liquid);
+  if (!bodies.given_by_liquid.empty()) add_impulses(given, bodies.given_by_liquid);
   for (std::size_t b = 0; b < loads.size(); ++b) {
     if (!constants.model.bodies[b].is_measured()) continue;
     BodyLoad& load = loads[b].emplace();

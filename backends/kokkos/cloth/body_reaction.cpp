@@ -134,7 +134,7 @@ bool BodyReaction::moves_on(const ClothSystem& system, const Entries<const Real3
   }
   if (disagreement_ <= 1 || ++solves_ >= most_solves) {
     set_states(bodies_, found);
-    add_given_by_cloth(bodies_, impulse);
+    add_impulses(bodies_.given_by_cloth, impulse);
     return false;
   }
   for (std::size_t b = 0; b < free_.size(); ++b)

@@ -214,7 +214,7 @@ void sort_triangles(const Cloth& cloth, WetAdhesionWork& work) {
 /// Weighed bodies are pulled back.
 void pull_bodies(const Constants& constants, Bodies& bodies) {
   const std::vector<Wrench> impulse = pushes_on(constants, bodies);
-  add_given_by_cloth(bodies, impulse);
+  add_impulses(bodies.given_by_cloth, impulse);
   auto states = to_host<RigidState>(bodies.state, bodies.count);
   for (std::size_t b = 0; b < states.size(); ++b) states[b] = pushed(bodies.constant_on_host[b], states[b], impulse[b]);
   set_states(bodies, states);

@@ -68,12 +68,6 @@ inline constexpr Index quads = lanes / 4;
   std::memcpy(&lane, number, sizeof(lane));
   v = lane < static_cast<Whole>(rest) ? v : Lanes{};
 }
-/// What lies at `from`, and 0 beyond the first `rest`; a host's arrays of factors have `spare_lanes` more.
-[[gnu::always_inline]] inline void load_factors(const Real* from, Index rest, Lanes& v) {
-  std::memcpy(&v, from, sizeof(v));
-  if (rest < lanes) keep_first(rest, v);
-}
-
 /// The first `rest` lanes.
 [[gnu::always_inline]] inline void store_lanes(const Lanes& v, Index rest, Real* to) {
   if (rest >= lanes) {

@@ -8,11 +8,11 @@
 
 namespace drench::kokkos_backend {
 
-/// Four neighbours, in 16 bits each counted from a bundle's base, or in 32 bits.
+/// FarFour neighbours, in 16 bits each counted from a bundle's base, or in 32 bits.
 struct alignas(8) NearFour {
   std::uint32_t two[2];
 };
-struct alignas(16) Four {
+struct alignas(16) FarFour {
   Index index[4];
 };
 
@@ -26,11 +26,11 @@ KOKKOS_INLINE_FUNCTION NearFour load_once(const NearFour* p) {
   return *p;
 #endif
 }
-KOKKOS_INLINE_FUNCTION Four load_once(const Four* p) { return *p; }
+KOKKOS_INLINE_FUNCTION FarFour load_once(const FarFour* p) { return *p; }
 
 /// A row of compact pairs. Groups of four neighbours, those of a bundle's 32 rows side by side; as many groups as the
 /// bundle's longest row needs. A bundle has NearFour if no row reaches farther than 65536 rows from its base, else
-/// Four. The last group of a row is filled up with the row itself.
+/// FarFour. The last group of a row is filled up with the row itself.
 struct CompactRow {
   static constexpr Index near_words = 2, far_words = 4;  // a group's
 
@@ -52,7 +52,7 @@ struct CompactRow {
 
   KOKKOS_INLINE_FUNCTION Index operator()(Index k) const {
     const std::int64_t group = std::int64_t{k / 4} * rows_per_bundle;
-    if (far) return reinterpret_cast<const Four*>(first)[group].index[k % 4];
+    if (far) return reinterpret_cast<const FarFour*>(first)[group].index[k % 4];
     const std::uint32_t two = reinterpret_cast<const NearFour*>(first)[group].two[k % 4 / 2];
     return base(own) + static_cast<Index>(k % 2 == 0 ? two & 0xffffu : two >> 16);
   }
@@ -67,7 +67,7 @@ struct CompactRow {
   template <Index lanes = 1, class Pair>
   KOKKOS_INLINE_FUNCTION void for_each_filled_up(const Pair& pair, Index lane = 0) const {
     if (far) {
-      for_groups<lanes, Four>(lane, [&](const Four& now) {
+      for_groups<lanes, FarFour>(lane, [&](const FarFour& now) {
         for (const Index j : now.index) pair(static_cast<std::uint32_t>(j), 0);
       });
       return;
@@ -234,25 +234,24 @@ struct LiquidPairs : LiquidNeighbors {
 };
 
 /// For the stages that shorten or annotate the list.
-struct WritableLiquidRows : WritableNeighbors {
+struct WritableLiquidNeighbors : LiquidNeighbors {
+  WritableNeighbors writable;  // its rows where pairs are not compact; its counts
   Entries<std::uint8_t> flags;
 
-  explicit WritableLiquidRows(LiquidList& l) : WritableNeighbors(static_cast<NeighborList&>(l)), flags(l.flags) {}
-  KOKKOS_INLINE_FUNCTION CompactRow compact_row(Index i) const {
-    return {item, start(i / rows_per_bundle), i, count(i)};
-  }
+  explicit WritableLiquidNeighbors(LiquidList& l)
+      : LiquidNeighbors(l), writable(static_cast<NeighborList&>(l)), flags(l.flags) {}
   /// Leaves the neighbours of a row that kept(j) is true of.
   template <class Kept>
   KOKKOS_INLINE_FUNCTION void shorten(Index i, const Kept& kept) const {
     if constexpr (compact_pairs) {
-      CompactRowWriter left(item, start(i / rows_per_bundle), i);
+      CompactRowWriter left(writable.item, start(i / rows_per_bundle), i);
       compact_row(i).for_each([&](Index j) {
         if (kept(j)) left.put(j);
       });
       left.finish();
-      count(i) = left.count;
+      writable.count(i) = left.count;
     } else {
-      const WritableRow near = row(i);
+      const WritableRow near = writable.row(i);
       Index left = 0;
       for (Index k = 0; k < near.count; ++k) {
         const Index j = near(k);
@@ -260,7 +259,7 @@ struct WritableLiquidRows : WritableNeighbors {
         if (left < k) near(left) = j;
         ++left;
       }
-      count(i) = left;
+      writable.count(i) = left;
     }
   }
   /// Calls factor_of(j) for each neighbour, V_j (dW/dr)/r of the pair, and keeps it unless pairs are compact.
@@ -269,7 +268,7 @@ struct WritableLiquidRows : WritableNeighbors {
     if constexpr (compact_pairs) {
       compact_row(i).for_each(factor_of);
     } else {
-      const WritableRow near = row(i);
+      const WritableRow near = writable.row(i);
       DRENCH_UNROLL
       for (Index k = 0; k < near.count; ++k) near.grad_factor(k) = factor_of(near(k));
     }

@@ -315,7 +315,7 @@ void advection(const Constants& constants, Fluid& fluid, const NeighborLists& li
   report.clamped = counts.clamped;
   if (commanded) {
     fluid.exchange.add_up(bodies.dynamic.pushed, 6 * bodies.count);
-    add_given_by_liquid(bodies, pushes_on(constants, bodies));
+    add_impulses(bodies.given_by_liquid, pushes_on(constants, bodies));
   }
   if (counts.put_back_near > 0) check_put_back(constants, fluid, lists, cloth, work);
   if (counts.gone == 0) return;

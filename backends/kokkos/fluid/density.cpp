@@ -105,7 +105,7 @@ struct DensityPairs {
   Entries<const Real3> xb;
   Entries<const Real> vb, bound;
   Entries<const std::int64_t> id;
-  WritableLiquidRows lf;
+  WritableLiquidNeighbors lf;
   WritableNeighbors lb;
   Neighbors ls;
 
@@ -113,7 +113,7 @@ struct DensityPairs {
   /// Moves coincident particles apart; few rows have any.
   KOKKOS_INLINE_FUNCTION void add_separation(Index i, DensitySum& sum) const {
     const Real4 own = position(i);
-    const WritableRow near = lf.row(i);
+    const NeighborRow near = lf.row(i);
     for (Index k = 0; k < near.count; ++k) {
       const Index j = near(k);
       const Real3 r = own.xyz() - position(j).xyz();
@@ -210,7 +210,7 @@ void density_and_alpha(const Constants& constants, Fluid& fluid, NeighborLists& 
   if constexpr (compact_pairs)
     make_room(liquid.flags, "drench::pair_flags", fluid.particles.capacity());
   else
-    make_room(liquid.grad_factor, "drench::pair_grad_factor", liquid.entry.extent(0) + spare_lanes);
+    make_room(liquid.grad_factor, "drench::pair_grad_factor", liquid.entry.extent(0));
   if (solids)
     make_room(lists.fluid_boundary.grad_factor, "drench::wall_grad_factor", lists.fluid_boundary.entry.extent(0));
   const DensityPairs pairs{constants.kernel,
@@ -223,7 +223,7 @@ void density_and_alpha(const Constants& constants, Fluid& fluid, NeighborLists& 
                            bodies.boundary.volume,
                            cloth.samples.row_bound,
                            fluid.particles.id,
-                           WritableLiquidRows(liquid),
+                           WritableLiquidNeighbors(liquid),
                            WritableNeighbors(lists.fluid_boundary),
                            Neighbors(lists.fluid_sample)};
   const bool extrapolates = constants.model.extrapolates_walls();

@@ -31,7 +31,7 @@
 /// DensityPairs::add_liquid.
 inline void add_liquid_lanes(const DensityPairs& pairs, Index i, DensitySum& sum) {
   const Real4 own = pairs.position(i);
-  const WritableRow near = pairs.lf.row(i);
+  const WritableRow near = pairs.lf.writable.row(i);
   const Index* const item = near.item + near.first;
   Real* const kept = near.factor + near.first;
   Lanes delta[vectors_of_sum]{}, gx[vectors_of_sum]{}, gy[vectors_of_sum]{}, gz[vectors_of_sum]{},

@@ -50,8 +50,7 @@ double nearest_sample_bytes(const Sizing& s) { return s.size.samples > 0 ? parti
 void cull_pairs_across_cloth(const Constants& constants, const Fluid& fluid, const Cloth& cloth, NeighborLists& lists) {
   const Entries<const Index> nearest = fluid.nearest_sample;
   const Entries<const Real3> x = fluid.particles.position, xs = cloth.samples.position, normal = cloth.samples.normal;
-  const WritableLiquidRows list(lists.fluid_fluid);
-  const LiquidNeighbors near(lists.fluid_fluid);
+  const WritableLiquidNeighbors list(lists.fluid_fluid);
   const BoundaryEdges edges(cloth);
   const Real reach = Real(1.25) * constants.spacing, limit = reach * reach;
   parallel(
@@ -59,7 +58,7 @@ void cull_pairs_across_cloth(const Constants& constants, const Fluid& fluid, con
         const Index p = nearest(i);
         // Most rows end here, after loads that do not wait for each other.
         Index any = p;
-        near.for_each(i, [&](Index j) {
+        list.for_each(i, [&](Index j) {
           const Index q = nearest(j);
           any = q > any ? q : any;
         });
