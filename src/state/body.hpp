@@ -55,15 +55,14 @@ struct Body {
   Vec3 normal{0, 1, 0};
   double reach = 0;  // m: no point of the surface (of a plane: within the domain) is farther from the centre
   // prescribed motion; of a dynamic body, how it starts
-  Keyed<Vec3> velocity;     // m/s
-  Keyed<Vec3> path;         // m; 0 at t = 0; added to what the velocity does
-  Vec3 spin_axis{0, 1, 0};  // unit
-  Keyed<double> spin_rate;  // rad/s
-  std::vector<Key<Quaternion>>
-      turns;                // of a sequence, instead of these two: orientations at its files; evenly between
-  double turn_rate = 0;     // rad/s: the fastest of them
-  bool commanded = false;   // moved by a program instead
-  CommandedMotion command;  // the last one
+  Keyed<Vec3> velocity;                // m/s
+  Keyed<Vec3> path;                    // m; 0 at t = 0; added to what the velocity does
+  Vec3 spin_axis{0, 1, 0};             // unit
+  Keyed<double> spin_rate;             // rad/s
+  std::vector<Key<Quaternion>> turns;  // of a sequence, instead of these two: orientations at its files; evenly between
+  double turn_rate = 0;                // rad/s: the fastest of them
+  bool commanded = false;              // moved by a program instead
+  CommandedMotion command;             // the last one
   Vec3 applied_force{0, 0, 0}, applied_torque{0, 0, 0};  // N, N m: what a program does to a dynamic body
   double adhesion = 0;                                   // w, N/m
   double slip = 0;                                       // b, m; inf: free
