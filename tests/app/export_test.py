@@ -216,7 +216,7 @@ def check_rejections(run, folder):
     frame = run / "frames/fluid_000003.vtu"
     whole = frame.read_bytes()
     frame.write_bytes(whole[:len(whole) // 2])
-    rejects("fluid_000003.vtu: is not a whole frame", "export", run, "--to", "ply")
+    rejects("fluid_000003.vtu: is not a complete frame", "export", run, "--to", "ply")
     frame.unlink()
     rejects("fluid_000003.vtu: no such file", "export", run, "--to", "bgeo")
     frame.write_bytes(whole)

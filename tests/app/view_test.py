@@ -100,7 +100,7 @@ def test_errors(viewer):
     broken = viewer.path("run/frames/fluid_000004.vtu")
     whole = Path(broken).read_bytes()
     Path(broken).write_bytes(whole[:200])
-    expect("is not a whole frame" in viewer.call("view", viewer.run, *shot, code=2), "half a frame")
+    expect("is not a complete frame" in viewer.call("view", viewer.run, *shot, code=2), "half a frame")
     Path(broken).write_bytes(whole)
 
 

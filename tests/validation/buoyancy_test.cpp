@@ -181,7 +181,7 @@ TEST(buoyancy, beams_float_at_the_angle_of_their_section) {
           "Erdős et al. 1992", std::abs(half.mean / (pi / 4) - 1), 0.05});
   report({"beam, 8 × 8 × 16 d, pushed while level, density ¼: angle at rest over arctan ½, distance from 1",
           "Erdős et al. 1992", std::abs(quarter.mean / std::atan(0.5) - 1), 0.05, "1", Reached{0.152, 0.152, 0.139},
-          "The arm that tilts it on is at most 0.8 % of its width, a sixteenth of a spacing."});
+          "The lever arm that tilts it further is at most 0.8 % of its width, a sixteenth of a spacing."});
 }
 
 TEST(buoyancy, a_flat_box_rights_itself) {

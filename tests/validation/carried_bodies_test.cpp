@@ -40,10 +40,10 @@ TEST(carried_bodies, pins_carry_the_weight_of_a_ball_in_a_sheet) {
     while (run.time() < 4) run.step();
     const Load load = mean_load(run, 50);
     const double weight = 9.81 * run.model().bodies[0].mass, all = weight + 9.81 * cloth_mass(run.model());
-    const std::string ball = fmt::format("ball of density {} at rest in a sheet with pinned edges: ", density);
-    report({ball + "force of contact over the ball's weight, distance from 1", "Newton",
+    const std::string ball = fmt::format("sphere of density {} at rest in a cloth with pinned edges: ", density);
+    report({ball + "force of contact over the sphere's weight, distance from 1", "Newton",
             std::abs(load.contact / weight - 1), 0.01});
-    report({ball + "force on the pins over all weight, distance from 1", "Newton",
+    report({ball + "force on the pins over the total weight, distance from 1", "Newton",
             std::abs(std::abs(load.pins) / all - 1), 0.01});
   }
 }
@@ -58,7 +58,7 @@ TEST(carried_bodies, a_ball_that_hits_a_free_sheet_shares_its_momentum) {
     const Vec3 after = momentum_with_body(run.model(), run.state());
     double apart = 0;
     for (std::size_t a = 0; a < 3; ++a) apart = std::max(apart, std::abs(after[a] - before[a]) / std::abs(before[1]));
-    report({fmt::format("ball of density {} hits a free sheet at 0.5 m/s: change of their momentum over all of it",
+    report({fmt::format("sphere of density {} hits a free cloth at 0.5 m/s: relative change of the total momentum",
                         density),
             "conservation", apart, 0.01});
     EXPECT_LT(std::abs(run.state().body_velocity[0][1]), 0.499) << "it has not hit the sheet";

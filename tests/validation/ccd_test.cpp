@@ -99,13 +99,13 @@ TEST(ccd, no_hit_is_missed_and_none_is_invented) {
   EXPECT_GT(touches, 40000);
   EXPECT_GT(backend.hits, 500000);
   const char* what = "Collision of particle and triangle, 10⁶ random and degenerate pairs up to 100 × the usual speed";
-  report({what + std::string(": missed by the backend"), "referee in long double", double(backend.misses), 0, "pairs"});
-  report({what + std::string(": missed by the reference"), "referee in long double", double(reference.misses), 0,
+  report({what + std::string(": missed by the backend"), "check in long double", double(backend.misses), 0, "pairs"});
+  report(
+      {what + std::string(": missed by the reference"), "check in long double", double(reference.misses), 0, "pairs"});
+  report({what + std::string(": hits without contact, backend"), "check in long double", double(backend.false_hits), 0,
           "pairs"});
-  report({what + std::string(": hits without contact, backend"), "referee in long double", double(backend.false_hits),
+  report({what + std::string(": hits without contact, reference"), "check in long double", double(reference.false_hits),
           0, "pairs"});
-  report({what + std::string(": hits without contact, reference"), "referee in long double",
-          double(reference.false_hits), 0, "pairs"});
 }
 
 TEST(ccd, what_the_filter_rules_out_does_not_hit) {
@@ -130,7 +130,7 @@ TEST(ccd, what_the_filter_rules_out_does_not_hit) {
   EXPECT_GT(hits, 400000);
   EXPECT_GT(ruled_out, 50000);
   std::printf("%d hits, %d of %d others ruled out\n", hits, ruled_out, pairs - hits);
-  report({"Collision of particle and triangle, the same pairs: hits that the filter in single precision rules out",
+  report({"Collision of particle and triangle, the same pairs: hits that the single-precision filter rejects",
           "none, by its bounds", double(lost), 0, "pairs"});
 }
 

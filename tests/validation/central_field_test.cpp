@@ -136,7 +136,7 @@ TEST(central_field, a_drop_swings_with_the_period_of_theory) {
         "R = %d d: period %.5f s, %.3f of small swings', %.3f of this swing's; a swing two periods later is "
         "%.2f of the first\n",
         across, s.period, s.period / small, s.period / exact, s.decay);
-    report({fmt::format("drop in −Ω² x, R = {} d: error of the period of its aspect", across), "2π/(√2 Ω)",
+    report({fmt::format("drop in −Ω² x, R = {} d: error of the period of its aspect ratio", across), "2π/(√2 Ω)",
             std::fabs(s.period / small - 1), 0.03});
   }
 }

@@ -103,13 +103,13 @@ cloth:
     const Eigen::Vector3d moved = to_eigen(s.node_position[n]) - to_eigen(m.mesh.rest_position[n]);
     astray = std::max(astray, (moved - run.time() * Eigen::Vector3d(0.5, 0, 0.3)).norm());
   }
-  report({"sheet hung from pins that move at 0.58 m/s: vertical force of the pins", "its weight",
+  report({"cloth hung from pins that move at 0.58 m/s: vertical force of the pins", "its weight",
           std::fabs(force.y() / weight - 1), 1e-3, "1"});
   // At the default tolerance, a thousandth of m |y − x⁰|/Δt², in which 0.58 m/s count fifteen times as much as gravity
   // does, 5e-3.
-  report({"sheet hung from pins that move at 0.58 m/s: horizontal force of the pins", "damping × mass × velocity",
+  report({"cloth hung from pins that move at 0.58 m/s: horizontal force of the pins", "damping × mass × velocity",
           (Eigen::Vector3d(force.x(), 0, force.z()) - drag * Eigen::Vector3d(0.5, 0, 0.3)).norm() / weight, 2e-3});
-  report({"pins that move for 4 s: distance from their place", "X0 + v t", astray, 1e-6, "m"});
+  report({"pins that move for 4 s: distance from the expected position", "X0 + v t", astray, 1e-6, "m"});
 
   // Four turns of 1 s about an axis beside the sheet, and 0.2 s more.
   SceneRun turned(R"(drench: 1
@@ -126,7 +126,7 @@ cloth:
     farthest =
         std::max(farthest, (to_eigen(end.node_position[n]) - to_eigen(turned.model().mesh.rest_position[n])).norm());
   }
-  report({"pins after four turns: distance from where they began", "0", farthest, 1e-6, "m"});
+  report({"pins after four turns: distance from the initial position", "0", farthest, 1e-6, "m"});
 }
 
 }  // namespace drench::test

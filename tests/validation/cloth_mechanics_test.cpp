@@ -157,10 +157,10 @@ TEST(cloth_mechanics, sag_depends_neither_on_the_mesh_nor_on_the_step) {
   for (const auto& [where, pin] : cases) {
     const double coarse = sag(17, pin, 0.004, 6), middle = sag(25, pin, 0.004, 6), fine = sag(33, pin, 0.004, 6);
     const double spread = (std::max({coarse, middle, fine}) - std::min({coarse, middle, fine})) / fine;
-    report({fmt::format("sheet of 1 m pinned at {}: sag with 17, 25 and 33 nodes a side", where), "the same", spread,
+    report({fmt::format("cloth of 1 m pinned at {}: sag with 17, 25 and 33 nodes a side", where), "the same", spread,
             0.02, "1"});
     const double halved = sag(17, pin, 0.002, 6);
-    report({fmt::format("sheet of 1 m pinned at {}: sag at half the step", where), "the same",
+    report({fmt::format("cloth of 1 m pinned at {}: sag at half the step", where), "the same",
             std::fabs(halved / coarse - 1), 0.02, "1"});
   }
 }
@@ -198,7 +198,7 @@ TEST(cloth_mechanics, sheet_on_an_incline_sticks_or_slides_as_coulomb_says) {
   constexpr double friction = 0.4, g = 9.81;  // sticks up to 21.80°
   double time = 0;
   for (const double degrees : {10.0, 21.0}) {
-    report({fmt::format("sheet on an incline of {}°, friction 0.4: distance slid in 0.4 s", degrees), "sticks",
+    report({fmt::format("cloth on an incline of {}°, friction 0.4: distance slid in 0.4 s", degrees), "sticks",
             std::fabs(slid(degrees, friction, time)), 1e-5, "m"});
   }
   for (const double degrees : {25.0, 30.0, 45.0}) {
@@ -208,7 +208,7 @@ TEST(cloth_mechanics, sheet_on_an_incline_sticks_or_slides_as_coulomb_says) {
     // x = ½ a (t² + Δt t) of the implicit steps
     const double a = 2 * s / (time * (time + 0.004));
     report(
-        {fmt::format("sheet on an incline of {}°, friction 0.4: acceleration", degrees), "g (sin α − μ cos α)",
+        {fmt::format("cloth on an incline of {}°, friction 0.4: acceleration", degrees), "g (sin α − μ cos α)",
          std::fabs(a / expected - 1), 0.02, "1", degrees < 30 && !computes_on_host() ? Reached{0.0274, 0} : Reached{},
          "Near the limit of sticking the acceleration is a small difference of forces, and a GPU's solve stops at the "
          "rounding of its sums, half a percent of the weight."});
@@ -247,8 +247,8 @@ bodies: [{sphere: {center: [0, 0, 0], radius: 0.1}}]
       std::printf("sphere %.2f s: kinetic energy %.3g J/kg, gap %.6f, lowest %.4f, %d steps capped\n", run.time(),
                   kinetic / mass, gap, lowest(s), capped);
   }
-  report({"sheet dropped on a sphere, 5 s: thickness less the smallest gap", "thickness", 0.002 - gap, 1e-4, "m"});
-  report({"sheet dropped on a sphere, its last second: largest kinetic energy", "at rest", energy, 1e-6, "J/kg"});
+  report({"cloth dropped on a sphere, 5 s: thickness minus the smallest gap", "thickness", 0.002 - gap, 1e-4, "m"});
+  report({"cloth dropped on a sphere, its last second: largest kinetic energy", "at rest", energy, 1e-6, "J/kg"});
 }
 
 }  // namespace drench::test

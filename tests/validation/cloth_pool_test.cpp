@@ -73,7 +73,7 @@ cloth:
   const std::string pool = "water standing on a pinned cloth, 1.1 kg: ";
   report({pool + "pins' mean reaction of seconds 3 to 5 over the weight, − 1", "weight", std::fabs(held / weight - 1),
           0.005});
-  report({pool + "how far a particle is below the cloth in 5 s (negative: above)", "0", below, 0, "m"});
+  report({pool + "lowest particle's depth below the cloth in 5 s (negative: above)", "0", below, 0, "m"});
   report({pool + "steps at rest that end at max_iterations", "1 %",
           static_cast<double>(unconverged) / (steps - settled), 0.01});
 }

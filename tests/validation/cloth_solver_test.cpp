@@ -120,7 +120,7 @@ TEST(cloth_solver, reaches_the_fixed_point_of_projective_dynamics) {
     }
     std::printf("%s: %d iterations, residual %.3g, largest shift %.3g m\n", method.c_str(), r.cloth_iterations,
                 r.cloth_residual, size);
-    report({"cloth by " + method + ": shift of one step, largest error over the largest shift",
+    report({"cloth by " + method + ": displacement in one step, largest error over the largest displacement",
             "direct Cholesky, converged", error / size, double_precision ? 1e-6 : 1e-3});
   }
 }
@@ -163,7 +163,7 @@ TEST(cloth_solver, residual_falls_at_chebyshevs_rate) {
     if (!double_precision)
       EXPECT_LT(std::log(theory) / std::log(measured), 1.25);
     else
-      report({"cloth by " + method + ": iterations for a digit of the residual, over Chebyshev's",
+      report({"cloth by " + method + ": iterations per digit of the residual, over Chebyshev's",
               "ln(rho/(1 + sqrt(1 − rho²)))", std::log(theory) / std::log(measured), 1.05});
   }
 }
@@ -240,10 +240,10 @@ TEST(cloth_solver, a_sheet_with_ten_times_its_mass_converges_and_gains_no_energy
     }
     std::printf("%s: energy %.4f to %.4f J, at most %d iterations\n", method.c_str(), first, last, most);
     EXPECT_LT(last, first);
-    report({"cloth by " + method + ": pinned sheet with 10 times its mass, 2 s: steps at the limit of 300 iterations",
+    report({"cloth by " + method + ": pinned cloth with 10 times its mass, 2 s: steps at the limit of 300 iterations",
             "none", double(capped), 0});
     report({"cloth by " + method +
-                ": pinned sheet with 10 times its mass, 2 s: largest rise of energy in a step over what is lost in all",
+                ": pinned cloth with 10 times its mass, 2 s: largest rise of energy in a step over the total loss",
             "none", rise / (first - last), 1e-6});
   }
 }
@@ -278,11 +278,10 @@ TEST(cloth_solver, a_low_cap_makes_cloth_sluggish_and_not_wild) {
         run.step();
         largest = std::max(largest, energy_of_motion(run.model(), run.state()));
       }
-      report(
-          {fmt::format("cloth by {}: sheet without damping, {} iterations per step, 1 s: motion and weight gain over "
-                       "a fall of 1 m",
-                       method, cap),
-           "none", largest / (0.2 * gravity * 1), 1e-2});
+      report({fmt::format("cloth by {}: undamped, {} iterations per step, 1 s: motion and weight gain over "
+                          "a fall of 1 m",
+                          method, cap),
+              "none", largest / (0.2 * gravity * 1), 1e-2});
     }
   }
 }
@@ -329,7 +328,7 @@ TEST(cloth_solver, a_soaked_sheet_falls_at_g) {
     const double bound = steps * 0.5 * rounding * (1 + 0.5 * steps * dt * 4);
     report(
         {"cloth by " + method +
-             ": soaked sheet in free fall, 100 steps: centre of mass (target: the rounding of n additions)",
+             ": soaked cloth in free fall, 100 steps: centre of mass (target: the rounding of n additions)",
          "x0 + n dt v0 − g dt² n(n+1)/2", error, bound, "m",
          method == "xpbd" || computes_on_host() ? Reached{} : Reached{1.68e-5, 3.2e-13},
          "The steps of Jacobi's method do not sum to zero as the internal forces do: the remaining residual pushes the "

@@ -71,10 +71,10 @@ TEST(contact_wicking, two_sheets_in_contact_come_to_equal_saturation) {
   }
   const Sheets end = look(run.model(), run.state());
   // The upper one holds 0.3 of its volume, the lower one 0.6.
-  const std::string what = "soaked sheet on a dry one of another weave and mesh, after 2 s: ";
-  report({what + "common saturation, off by", "masses: 0.3/(0.3 + 0.6)", std::fabs(end.mean[0] * 3 - 1), 0.01});
+  const std::string what = "soaked cloth on a dry one of another weave and mesh, after 2 s: ";
+  report({what + "common saturation, error", "masses: 0.3/(0.3 + 0.6)", std::fabs(end.mean[0] * 3 - 1), 0.01});
   report({what + "range of saturation over both", "0", end.high - end.low, 0.01});
-  report({what + "ledger error", "0", static_cast<double>(lost), 0, "quanta"});
+  report({what + "mass budget error", "0", static_cast<double>(lost), 0, "quanta"});
   report({what + "steps with a node outside [0, s_max]", "0", static_cast<double>(outside), 0});
 }
 
@@ -97,7 +97,7 @@ TEST(contact_wicking, layers_of_other_pores_come_to_equal_suction) {
                             0.01));
     for (int n = 0; n < 300; ++n) run.step();
     const Sheets end = look(run.model(), run.state());
-    report({fmt::format("soaked sheet on a dry one, {}: saturations at rest, off by", c.what), "equal suction and mass",
+    report({fmt::format("soaked cloth on a dry one, {}: saturations at rest, error", c.what), "equal suction and mass",
             std::max(std::fabs(end.mean[0] - c.low), std::fabs(end.mean[1] - c.up)), 0.005});
   }
 }
@@ -108,7 +108,7 @@ TEST(contact_wicking, conducts_as_the_layers_do_through_their_thickness) {
       two_sheets("contact_wicking: true, diffusivity: 1.0e-7", "contact_wicking: true, diffusivity: 1.0e-7", 0.05));
   for (int n = 0; n < 100; ++n) run.step();
   const Sheets end = look(run.model(), run.state());
-  report({"soaked sheet on a dry one: difference of their mean saturations after one e-fold, over theory − 1",
+  report({"soaked cloth on a dry one: difference of their mean saturations after one e-fold, over theory − 1",
           "e^(−2 D t/τ²)", std::fabs((end.mean[1] - end.mean[0]) * std::exp(1.0) - 1), 0.02});
   // The suction of layers of other pores falls at the same rate, for each conducts in proportion to 1/ℓ.
   SceneRun other(two_sheets("contact_wicking: true, diffusivity: 1.0e-7, capillary_height: 0.3",
@@ -185,9 +185,10 @@ TEST(contact_wicking, nothing_passes_unless_both_ask_for_it) {
   for (const auto& [lower, upper] : keys) {
     SceneRun run(two_sheets(lower, upper, 0.01));
     for (int n = 0; n < 50; ++n) run.step();
-    report({fmt::format("soaked sheet on a dry one, contact_wicking {}: what passes in 0.5 s", *lower   ? "below only"
-                                                                                               : *upper ? "above only"
-                                                                                                        : "off"),
+    report({fmt::format("soaked cloth on a dry one, contact_wicking {}: transferred liquid in 0.5 s",
+                        *lower   ? "below only"
+                        : *upper ? "above only"
+                                 : "off"),
             "0", static_cast<double>(look(run.model(), run.state()).lower), 0, "quanta"});
   }
 }

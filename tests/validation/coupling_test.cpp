@@ -146,8 +146,7 @@ bodies: [{box: {min: [-0.3, -0.4, -0.3], max: [0.3, 0.6, 0.3], inside: true}}]
       first, largest, last, rise, capped, steps);
   const std::string scene = fmt::format("100:1 water over cloth, dt 4 ms, {} s: ", seconds);
   report({scene + "largest energy over the first, − 1", "no energy created", largest / first - 1, 0});
-  report({scene + "largest rise of the energy over what is lost in all", "no energy created", rise / (first - last),
-          0.01});
+  report({scene + "largest rise of the energy over the total loss", "no energy created", rise / (first - last), 0.01});
   report({scene + "steps that end at max_iterations", "1 %", double(capped) / steps, 0.01});
 }
 

@@ -103,9 +103,9 @@ TEST(deforming_body, a_piston_that_bulges_displaces_the_water_that_it_sweeps) {
     expected += width / 1200 * std::lerp(at(low), at(low + 1), column - low);
   }
   std::printf("floor covered: %.6f m², expected %.6f; deepest %.2e m; %d samples\n", swept, expected, inside, samples);
-  report({"a piston of mesh files whose face bulges: displaced volume, from the centre of mass", "what it swept",
+  report({"a piston of mesh files whose face bulges: displaced volume, from the centre of mass", "swept volume",
           std::abs(swept / expected - 1), 0.02});
-  report({"a piston of mesh files whose face bulges: how deep a particle is in it over d", "none inside",
+  report({"a piston of mesh files whose face bulges: deepest penetration of a particle over d", "none inside",
           inside / pool.spacing, 0.02});
 }
 
@@ -143,7 +143,8 @@ bodies:
   lifted += mean_height(run.state());
   std::printf("lifted by %.4f m; deepest %.2e m\n", lifted, inside);
   EXPECT_GT(lifted, 0.01) << "it displaces a litre in 12";
-  report({"a ball of mesh files that swells: how deep a particle is in it over d", "none inside", inside / d, 0.02});
+  report({"a sphere of mesh files that swells: deepest penetration of a particle over d", "none inside", inside / d,
+          0.02});
 }
 
 /// A flat body under a sheet bulges up in the middle. Then the sheet lies on it.
@@ -187,11 +188,11 @@ bodies: [{{mesh: {{sequence: "{}", fps: {}}}}}]
   for (const Vec3& f : end.node_friction_force) friction += f[1];
   std::printf("middle at %.5f m, distance %.6f m; fastest %.2e m/s; load %.4f + %.4f N of %.4f N; deepest %.2e m\n",
               middle[1], distance(middle), fastest, load, friction, weight, deepest_node);
-  report({"a sheet on a body that has bulged: distance of its middle from the body over its thickness", "the thickness",
+  report({"a cloth on a body that has bulged: distance of its centre from the body over its thickness", "the thickness",
           std::abs(distance(middle) / thickness - 1), 0.02});
-  report({"a sheet on a body that bulges: how far a node is below its thickness, over that", "not at all",
+  report({"a cloth on a body that bulges: deepest penetration of a node over the thickness", "0",
           deepest_node / thickness, 0.1});
-  report({"a sheet on a body that has bulged: the body's force over the sheet's weight", "the weight",
+  report({"a cloth on a body that has bulged: the body's force over the cloth's weight", "the weight",
           std::abs((load + friction) / weight - 1), 0.02});
 }
 

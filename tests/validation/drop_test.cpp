@@ -184,7 +184,8 @@ void compare_with_theory(double radii, const Reached& reached) {
   report({fmt::format("drop, R = {} d: pressure inside, error", radii), "Laplace 2σ/R", std::abs(o.laplace - 1), 0.1});
   report({fmt::format("drop, R = {} d: ω² of the second mode, error", radii), "Rayleigh 8σ/(ρR³)",
           std::abs(o.rayleigh - 1), 0.15, "1", reached,
-          "A drop of 900 particles swings one and a half times before it rests: rounding alone makes its ω² 0.81 to "
+          "A drop of 900 particles oscillates one and a half times before it comes to rest: rounding alone makes its "
+          "ω² 0.81 to "
           "0.98 of theory."});
 }
 
@@ -266,7 +267,7 @@ void compare_sides(const std::string& what, const Work& w, const std::string& wa
   const double advanced = contact_cosine(wall, ball), receded = contact_cosine(wall, w.share < 0.5 ? cap : film);
   std::printf("%s, w = %g sigma: cos theta %.3f advancing, %.3f receding (Young and Dupre %g)\n", what.c_str(), w.share,
               advanced, receded, expected);
-  report({drop + "cos θ of a ball that spreads, error", "Young–Dupré w/σ − 1", std::abs(advanced - expected), 0.1});
+  report({drop + "cos θ of a drop that spreads, error", "Young–Dupré w/σ − 1", std::abs(advanced - expected), 0.1});
   report({drop + "cos θ of a film that recedes, error", "Young–Dupré w/σ − 1", std::abs(receded - expected), 0.1});
   report({drop + "cos θ from the two sides, difference", "0, the wall is smooth", std::abs(advanced - receded), 0.1});
 }

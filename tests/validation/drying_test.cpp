@@ -67,7 +67,7 @@ TEST(drying, a_sheet_dries_at_a_constant_rate_then_slower) {
   Quanta lost = 0;
   {
     Sheet sheet(0.1, 0.95, 0.3, rate);
-    report({"a wet sheet above the critical saturation: its mass, largest error", "m = m₀ − 2 j A t",
+    report({"a wet cloth above the critical saturation: its mass, largest error", "m = m₀ − 2 j A t",
             sheet.worst_until(
                 60, 10, [&](double t) { return 0.95 - fall * t; }, [](double s) { return s; }),
             0.02});
@@ -75,7 +75,7 @@ TEST(drying, a_sheet_dries_at_a_constant_rate_then_slower) {
   }
   {
     Sheet sheet(0.1, 0.25, 0.3, rate);
-    report({"a damp sheet below the critical saturation, to 5 % of its mass: largest error",
+    report({"a damp cloth below the critical saturation, to 5 % of its mass: largest error",
             "m = m₀ e^(−2 j A t/(s_c C))",
             sheet.worst_until(
                 90, 10, [&](double t) { return 0.25 * std::exp(-fall * t / 0.3); }, [](double s) { return s; }),
@@ -94,7 +94,7 @@ TEST(drying, a_sheet_dries_at_a_constant_rate_then_slower) {
             0.02});
     lost = std::max(lost, sheet.lost);
   }
-  report({"sheets that dry: ledger error", "0", static_cast<double>(lost), 0, "quanta"});
+  report({"cloths that dry: mass budget error", "0", static_cast<double>(lost), 0, "quanta"});
 }
 
 TEST(drying, the_air_decides_the_rate) {
@@ -197,7 +197,7 @@ TEST(drying, wicking_and_drying_hold_a_wet_length) {
             strip.worst([&](double x) { return x < front ? 1 + slope * x + a * x * x : 0; }), 0.02});
     lost = std::max(lost, strip.lost);
   }
-  report({"strips that wick and dry: ledger error", "0", static_cast<double>(lost), 0, "quanta"});
+  report({"strips that wick and dry: mass budget error", "0", static_cast<double>(lost), 0, "quanta"});
 }
 
 namespace {
@@ -252,7 +252,7 @@ TEST(drying, a_pool_loses_by_its_surface) {
             std::fabs(measured - 1), 0.02});
     lost = std::max(lost, std::abs(total(pool.run.state()) - pool.start));
   }
-  report({"pools that dry: ledger error", "0", static_cast<double>(lost), 0, "quanta"});
+  report({"pools that dry: mass budget error", "0", static_cast<double>(lost), 0, "quanta"});
 }
 
 namespace {
@@ -303,7 +303,7 @@ TEST(drying, drops_and_films_lose_by_their_surface) {
                         layers),
             "1", std::fabs(measured - 1), 0.1});
   }
-  report({"drops and films that dry: ledger error", "0", static_cast<double>(lost), 0, "quanta"});
+  report({"drops and films that dry: mass budget error", "0", static_cast<double>(lost), 0, "quanta"});
 }
 
 }  // namespace drench::test

@@ -64,14 +64,14 @@ TEST(error_steps, leave_what_is_asked_for) {
     double end;  // s
     std::vector<double> tolerances;
   };
-  const Case cases[] = {{"block on a pinned sheet", falling_block, 0.5, {3e-3, 1e-3, 3e-4}},
+  const Case cases[] = {{"block on a pinned cloth", falling_block, 0.5, {3e-3, 1e-3, 3e-4}},
                         {"dam break", breaking_dam, 0.5, {3e-3, 1e-3}}};
   for (const auto& [name, scene, end, tolerances] : cases) {
     for (const double tolerance : tolerances) {
       const Left left = run(scene, tolerance, end);
       std::printf("%s, tolerance %g: %d steps, %d rejected; mean %.3g, worst %.3g\n", name, tolerance, left.steps,
                   left.rejected, left.mean, left.worst);
-      report({fmt::format("{}, mode error, tolerance {:g}: compression that is found, mean over time", name, tolerance),
+      report({fmt::format("{}, mode error, tolerance {:g}: measured compression, mean over time", name, tolerance),
               "time.tolerance", left.mean, tolerance});
       report({fmt::format("{}, mode error, tolerance {:g}: the same in the worst step", name, tolerance),
               "2.5 time.tolerance", left.worst, 2.5 * tolerance});

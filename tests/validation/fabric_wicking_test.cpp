@@ -141,12 +141,12 @@ TEST(fabric_wicking, drops_spread_as_barenblatt_says) {
       report({what + fmt::format("radius after growing by {:g}, − 1", growth), "Barenblatt", last.radius, 0.002});
       report({what + "saturation at the centre, − 1", "Barenblatt", last.centre, 0.002});
       report({what + "profile, mean error over the mean", "Barenblatt", last.profile, 0.005});
-      report({what + "1.8 less the order of the radius", "order ≥ 1.8", 1.8 - order(&Spread::radius), 0});
+      report({what + "1.8 minus the order of the radius", "order ≥ 1.8", 1.8 - order(&Spread::radius), 0});
       report(
-          {what + "1.8 less the order of the rms error within 0.8 R", "order ≥ 1.8", 1.8 - order(&Spread::inner), 0});
+          {what + "1.8 minus the order of the rms error within 0.8 R", "order ≥ 1.8", 1.8 - order(&Spread::inner), 0});
       const double exponent =
           std::log(last.last_radius / last.first_radius) / std::log(1 + exact.time_of_growth(growth) / exact.age());
-      report({what + "exponent of the radius in time, off by", fmt::format("1/{:g}", dimensions * n + 2),
+      report({what + "exponent of the radius in time, error", fmt::format("1/{:g}", dimensions * n + 2),
               std::fabs(exponent - 1 / (dimensions * n + 2)), 0.02});
     }
   books.print("drops that spread with D sⁿ");
@@ -162,7 +162,7 @@ TEST(fabric_wicking, drops_spread_by_their_curve_of_retention) {
     report({what + "radius after growing by 1.8, − 1", "Barenblatt", r.radius, 0.002});
     report({what + "profile, mean error over the mean", "Barenblatt", r.profile, 0.005});
   }
-  books.print("drops that spread by their curve of retention");
+  books.print("drops that spread by their retention curve");
 }
 
 namespace {
@@ -206,9 +206,9 @@ TEST(fabric_wicking, stains_grow_as_kissa_measured) {
   const double in_time = std::log(a[3] / a[0]) / std::log(8.0), in_volume = std::log(b[0] / a[3]) / std::log(1.4 * 1.4);
   std::printf("stains: %.2f to %.2f of the patch, exponents %.4f and %.4f\n", a[0] / (pi * small * small),
               a[3] / (pi * small * small), in_time, in_volume);
-  report({"stain of a full patch with D s²: exponent of its area in time, off by", "Kissa 1981: 1/3",
+  report({"stain of a full patch with D s²: exponent of its area in time, error", "Kissa 1981: 1/3",
           std::fabs(in_time - 1.0 / 3), 0.02});
-  report({"stain of a full patch with D s²: exponent of its area in the volume, off by", "Kissa 1981: 2/3",
+  report({"stain of a full patch with D s²: exponent of its area in the volume, error", "Kissa 1981: 2/3",
           std::fabs(in_volume - 2.0 / 3), 0.02});
   books.print("stains of full patches");
 }
@@ -320,7 +320,7 @@ TEST(fabric_wicking, a_drop_on_a_weave_wets_an_ellipse) {
             std::fabs(found.longer / expected.longer - 1), 0.02});
     report({what + "half axis along the weft, − 1", n == 0 ? "√(σ² + 2 D t)" : "Barenblatt, stretched",
             std::fabs(found.shorter / expected.shorter - 1), 0.02});
-    report({what + "angle, off by", "the warp's", std::fabs(found.degrees - degrees), 1, "degrees"});
+    report({what + "angle, error", "the warp's", std::fabs(found.degrees - degrees), 1, "degrees"});
   }
   report({"drop on a weave: saturation above the highest at the start", "0", above, 0});
   report({"drop on a weave: warp by texture coordinates against the key `warp`, largest difference", "0", apart, 1e-6});
@@ -395,9 +395,9 @@ void compare_with_finite_elements(const std::string& name, const Patch& mesh, co
   }
   std::printf("%s: %zu nodes, saturation from %.3f to %.3f, %d sub-steps\n", name.c_str(), run.nodes(), low, high,
               run.substeps());
-  report({name + ": rms error over the range that is left", "finite elements, 16 times the triangles",
+  report({name + ": rms error over the remaining range", "finite elements, 16 times the triangles",
           std::sqrt(squares / static_cast<double>(run.nodes())) / (high - low), 0.03});
-  report({name + ": worst node over the range that is left", "finite elements, 16 times the triangles",
+  report({name + ": worst node over the remaining range", "finite elements, 16 times the triangles",
           worst / (high - low), 0.03});
 }
 
@@ -416,7 +416,7 @@ TEST(fabric_wicking, spreads_over_garments_as_finite_elements_say) {
   const Eigen::Vector3d winding(0.5, 1, 0.3);
   write_text(folder.path() / "sleeve.obj", tube.obj());
   compare_with_finite_elements(
-      "saturation on a sleeve, D_warp = 4 D_weft, the warp aslant, after 1 s", tube,
+      "saturation on a sleeve, D_warp = 4 D_weft, oblique warp, after 1 s", tube,
       scene("sleeve.obj", "    warp: [0.5, 1, 0.3]\n"), time, along_warp, along_weft,
       [](const Vec3& x) { return 0.5 + 0.25 * x[0] / 0.08 + 0.2 * std::cos(pi * x[1] / 0.3); },
       [&](std::size_t) { return winding; }, books);

@@ -59,9 +59,9 @@ TEST(jet, carries_its_mass_and_does_not_burst) {
       worst = {std::max(worst.mass, jet.mass), std::max(worst.crowded, jet.crowded), std::max(worst.speed, jet.speed)};
     }
   }
-  report({"jets: largest difference of the mass from ρ A v t over a particle's mass", "ρ A v t", worst.mass, 1});
-  report({"jets: largest density ratio near the nozzle, − 1", "no burst", worst.crowded, 0.05});
-  report({"jets: largest change of the speed in free flight over the speed", "no burst", worst.speed, 0.02});
+  report({"emitters: largest difference of the mass from ρ A v t over a particle's mass", "ρ A v t", worst.mass, 1});
+  report({"emitters: largest density ratio near the nozzle, − 1", "no burst", worst.crowded, 0.05});
+  report({"emitters: largest change of the speed in free flight over the speed", "no burst", worst.speed, 0.02});
 }
 
 }  // namespace drench::test

@@ -41,9 +41,9 @@ TEST(keyed_motion, a_piston_of_mesh_files_displaces_the_water_that_it_sweeps) {
     for (const Vec3& x : s.fluid_position) inside = std::max(inside, pushed(run.time()) - x[0]);
   }) / pool.width;
   std::printf("the water is %.5f m shorter, the piston came %.5f m; deepest %.2e m\n", swept, way, inside);
-  report({"a piston of mesh files: displaced volume, from the centre of mass", "what it swept",
+  report({"a piston of mesh files: displaced volume, from the centre of mass", "swept volume",
           std::abs(swept / way - 1), 0.02});
-  report({"a piston of mesh files: how deep a particle is in it over d", "none inside",
+  report({"a piston of mesh files: deepest penetration of a particle over d", "none inside",
           std::max(0.0, inside) / pool.spacing, 1e-5});
 }
 
@@ -156,8 +156,8 @@ bodies:
   report({"a closed cloth pinned to files that change its shape: moment of the water that it displaces",
           "its volume in the files", std::abs(measured / expected - 1), 0.02, "1", Reached{0.0326, 0.0326, 0.0297},
           "Rounding decides how the layers of particles settle before and after: it makes the error 0 to 0.03."});
-  report({"a closed cloth pinned to files that change its shape: how deep a particle is in it over d", "none inside",
-          inside / fine, 1e-5});
+  report({"a closed cloth pinned to files that change its shape: deepest penetration of a particle over d",
+          "none inside", inside / fine, 1e-5});
 }
 
 TEST(keyed_motion, a_jet_with_keys_carries_the_integral_of_its_flow) {
@@ -185,8 +185,8 @@ fluid:
     }
     EXPECT_GT(run.state().fluid_count(), 100);
   }
-  report({"jets with keys: largest difference of the mass from ρ A ∫v over a particle's mass", "ρ A ∫v dt", worst,
-          0.5001});
+  report({"emitters with keyframes: largest difference of the mass from ρ A ∫v over a particle's mass", "ρ A ∫v dt",
+          worst, 0.5001});
 }
 
 }  // namespace drench::test

@@ -75,7 +75,7 @@ TEST(permeation, falling_head) {
                   double(sum(s.node_liquid)) * run.model().quantum / (0.6 * thickness * 1000 * width * width));
       EXPECT_EQ(all(s), total);
     }
-    report({fmt::format("falling head through a wet sheet, d = {} mm: height of the water over 1/K, largest error",
+    report({fmt::format("falling head through a wet cloth, d = {} mm: height of the water over 1/K, largest error",
                         d * 1e3),
             "h = h₀ e^(−Kt), K = k g/(ν τ)", worst, 0.05});
   }
@@ -139,12 +139,12 @@ TEST(permeation, a_submerged_sheet_does_not_pump) {
       // What the sheet fills up with comes from both sides; beyond that, what leaves one side arrives on the other.
       const double unit = 1 / double(p.capacity) / 10;
       const double net = unit * double(p.down_out - p.up_out), gross = unit * double(p.down_out + p.up_out);
-      std::printf("submerged, k = %s m², %s walls: downwards %.4f, upwards %.4f ΣC a second\n", permeability.c_str(),
+      std::printf("submerged, k = %s m², %s walls: downwards %.4f, upwards %.4f ΣC per second\n", permeability.c_str(),
                   walls.c_str(), unit * double(p.down_out), unit * double(p.up_out));
       const std::string which =
-          fmt::format("wet sheet in a deep pool, k = {} m², {} walls, 10 s: ", permeability, walls);
-      report({which + "net flux through it, ΣC a second", "0 at Δp = 0", std::fabs(net), 0.02, "1/s"});
-      report({which + "release on both sides, ΣC a second", "0 at Δp = 0", gross, 0.05, "1/s"});
+          fmt::format("wet cloth in a deep pool, k = {} m², {} walls, 10 s: ", permeability, walls);
+      report({which + "net flux through it, ΣC per second", "0 at Δp = 0", std::fabs(net), 0.02, "1/s"});
+      report({which + "release on both sides, ΣC per second", "0 at Δp = 0", gross, 0.05, "1/s"});
     }
   }
 }
@@ -166,9 +166,8 @@ TEST(permeation, breakthrough) {
     Quanta above = 0;
     for (std::size_t i = 0; i < s.fluid_mass.size(); ++i)
       if (s.fluid_position[i][1] > 0) above += s.fluid_mass[i];
-    report(
-        {"water on a dry sheet that repels, half of its breakthrough pressure, 1 s: what is in the sheet or below it",
-         "0", double(total - above), 0, "quanta"});
+    report({"water on a dry cloth that repels, half of its breakthrough pressure, 1 s: liquid in the cloth or below it",
+            "0", double(total - above), 0, "quanta"});
   }
   SceneRun run(column(d, start, sheet(0.5 * load), 3));
   const Quanta total = all(run.initial());
@@ -193,7 +192,7 @@ TEST(permeation, breakthrough) {
   while (run.time() < 1.5 - 1e-9) run.step();
   const double stays = head(run.model(), run.state());
   std::printf("breakthrough: stays %.4f m, p_b/ρg %.4f m\n", stays, 0.5 * start);
-  report({"the same after 1.5 s: height of the water that stays, how far off", "p_b/(ρ g), to a spacing",
+  report({"the same after 1.5 s: height of the remaining water, error", "p_b/(ρ g), to a spacing",
           std::fabs(stays - 0.5 * start) / d, 1, "spacings"});
 }
 

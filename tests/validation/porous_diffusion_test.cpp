@@ -89,7 +89,7 @@ TEST(porous_diffusion, a_cosine_decays_on_a_lattice_with_order_two) {
   books.print("cosine of saturation on lattices");
   for (const auto& [name, error] : {std::pair{"amplitude", amplitude}, std::pair{"worst node", worst}}) {
     const double order = std::log2(error[1] / error[2]);
-    report({fmt::format("cosine of saturation on a lattice: 1.8 less the order of the {} from 21 to 41 nodes", name),
+    report({fmt::format("cosine of saturation on a lattice: 1.8 minus the order of the {} from 21 to 41 nodes", name),
             "order ≥ 1.8", 1.8 - order, 0});
   }
 }
@@ -141,10 +141,10 @@ TEST(porous_diffusion, spreads_over_a_garment_as_finite_elements_say) {
   std::printf("sleeve: %zu nodes, saturation from %.3f to %.3f, %d sub-steps\n", run.nodes(), low, high,
               run.substeps());
   const std::string what = "saturation on a sleeve with an opening after 2 s: ";
-  report({what + "rms error over the range that is left", "finite elements, 16 times the triangles",
+  report({what + "rms error over the remaining range", "finite elements, 16 times the triangles",
           std::sqrt(squares / static_cast<double>(run.nodes())) / (high - low), 0.03});
-  report({what + "worst node over the range that is left", "finite elements, 16 times the triangles",
-          worst / (high - low), 0.03});
+  report({what + "worst node over the remaining range", "finite elements, 16 times the triangles", worst / (high - low),
+          0.03});
   books.print("saturation on a sleeve with an opening");
 }
 
@@ -214,7 +214,7 @@ TEST(porous_diffusion, holds_its_bounds_with_ten_times_the_diffusivity_at_20_ms)
     sheet.steps(40);
     std::printf("%s with 10 D: %d and %d sub-steps\n", law.c_str(), strip.substeps(), sheet.substeps());
   }
-  books.print("strips and chequered irregular sheets with 10 D, ℓ/4 and Δt = 20 ms");
+  books.print("strips and chequered irregular cloths with 10 D, ℓ/4 and Δt = 20 ms");
 }
 
 TEST(porous_diffusion, dry_cloth_wets_and_nothing_flows_up) {
@@ -265,11 +265,11 @@ TEST(porous_diffusion, dry_cloth_wets_and_nothing_flows_up) {
       }
     }
   // Lattice and irregular mesh, linear and degenerate; the bounds of the last two are the rounding of sums in double.
-  report({"sheets with one wet half, no gravity: range of saturation after 20 s", "0", range, 1e-3});
-  report({"sheets with the upper half wet: most that the liquid's centre rises in a step", "0", risen, 1e-12, "m"});
+  report({"cloths with one wet half, no gravity: range of saturation after 20 s", "0", range, 1e-3});
+  report({"cloths with the upper half wet: largest rise of the liquid's centre in a step", "0", risen, 1e-12, "m"});
   report(
-      {"sheets with the upper or the lower half wet: most that the free energy grows in a step", "0", gained, 1e-11});
-  books.print("sheets with one wet half");
+      {"cloths with the upper or the lower half wet: largest rise of the free energy in a step", "0", gained, 1e-11});
+  books.print("cloths with one wet half");
 }
 
 }  // namespace drench::test

@@ -72,11 +72,11 @@ TEST(porous_emission, flow_is_tangent_on_an_incline_and_leaves_solids) {
     double away = 0;
     for (const double tilt : {0.0, 180.0})
       away = std::max(away, worst_angle(on_plane(tilt, d, -9.81), {0, std::cos(tilt * degree), 0}));
-    report({"flow direction on a floor and under a ceiling" + at, "away from the solid", away, 10, "degrees"});
+    report({"flow direction on a floor and under a ceiling" + at, "away from the plane", away, 10, "degrees"});
     double none = 0;
     for (const double tilt : {0.0, 50.0, 180.0})
       none = std::max(none, worst_angle(on_plane(tilt, d, 0), {std::sin(tilt * degree), std::cos(tilt * degree), 0}));
-    report({"flow direction beside planes, no gravity" + at, "away from the solid", none, 10, "degrees"});
+    report({"flow direction beside planes, no gravity" + at, "away from the plane", none, 10, "degrees"});
   }
 }
 
@@ -126,13 +126,13 @@ bodies: [{{sphere: {{center: [0, 0, 0], radius: {}}}}}]
     for (const double c : run.model().samples.node_capacity) capacity += c / run.model().quantum;
     const double excess = double(sum(start.node_liquid)) - capacity,
                  left = double(sum(run.state().node_liquid)) - capacity;
-    std::printf("overfull sheet on a sphere, d = %g m: %g particles, %.3f of the excess still in the cloth\n", d, all,
+    std::printf("overfull cloth on a sphere, d = %g m: %g particles, %.3f of the excess still in the cloth\n", d, all,
                 left / excess);
     for (const auto& [angle, count] : by_angle)
       std::printf("  %d to %d° from the pole: %d\n", angle, angle + 30, count);
     EXPECT_GT(all, 50);
     EXPECT_GE(by_angle.size(), 3u) << "liquid leaves where the sheet is on the sphere, not only at its hem";
-    report({fmt::format("overfull sheet on a sphere, d = {} mm: share of new particles on the inner side", d * 1e3),
+    report({fmt::format("overfull cloth on a sphere, d = {} mm: share of new particles on the inner side", d * 1e3),
             "liquid leaves on the outer side", inside / all, 0});
   }
 }
@@ -162,8 +162,7 @@ bodies:
     buffered += s.node_buffered[n];
   }
   EXPECT_GT(buffered, 0);
-  report(
-      {"overfull sheet between two solids, 1 s: largest change of a node's liquid", "0", double(moved), 0, "quanta"});
+  report({"overfull cloth between two boxes, 1 s: largest change of a node's liquid", "0", double(moved), 0, "quanta"});
 }
 
 TEST(porous_emission, a_hanging_strip_drips_from_its_hem) {
@@ -280,11 +279,13 @@ cloth:
       "bowl: %g new particles, at most %g in a step, %.2f of all that became buffered given back, fastest %.3f m/s\n",
       drips.all, drips.most, drips.given / drips.became_buffered, drips.kick);
   EXPECT_GT(drips.all, 50);
-  const std::string bowl = "water poured on a sheet held at its edges, 1.5 s: ";
-  report({bowl + "share of new particles on its upper side", "belly", drips.upper_side / drips.all, 0});
-  report({bowl + "share of new particles in the upper half of the bowl", "belly", drips.upper_half / drips.all, 0.5});
-  report({bowl + "mass released over what the rate limit buffers, worst of each step and of all until then",
-          "at most 1", drips.rate, 1});
+  const std::string bowl = "water poured on a cloth held at its edges, 1.5 s: ";
+  report({bowl + "share of new particles on its upper side", "leaves at the lowest part", drips.upper_side / drips.all,
+          0});
+  report({bowl + "share of new particles in the upper half of the bowl", "leaves at the lowest part",
+          drips.upper_half / drips.all, 0.5});
+  report({bowl + "released mass over the buffered mass that may leave, worst per step and in total", "at most 1",
+          drips.rate, 1});
   report({bowl + "fastest new particle in its first 20 ms, relative to the cloth", "d/T + 2 g T of the ramp",
           drips.kick, Drips::d / Drips::ramp + 2 * 9.81 * Drips::ramp, "m/s"});
   report({bowl + "most new particles in a step of 2 ms", "no bursts", drips.most, 5, "particles"});

@@ -62,7 +62,7 @@ TEST(porous_exchange, a_drop_is_soaked_up_whole) {
               "uptake_velocity: 1, max_saturation: 1, diffusivity: 1.0e-4");
     while (drop.run.time() < 5 && drop.run.state().fluid_count() > 0) drop.run.step();
     std::printf("drop, d = %g m: soaked up at %.3f s\n", d, drop.run.time());
-    report({fmt::format("drop on a larger sheet, d = {} mm, D = 1 cm²/s: liquid that is not in the cloth", d * 1e3),
+    report({fmt::format("drop on a larger cloth, d = {} mm, D = 1 cm²/s: liquid that is not in the cloth", d * 1e3),
             "wetted mass = min(M, ΣC) = M, in quanta", double(std::abs(drop.mass - sum(drop.run.state().node_liquid))),
             0, "quanta"});
   }
@@ -95,10 +95,10 @@ TEST(porous_exchange, a_drop_wets_the_area_that_it_fills) {
         "drop, d = %g m: %.3f of it taken up, theory %.5f m (%.5f m for all of it), s > 0.01 %.5f, > 0.5 %.5f, "
         "> 0.99 %.5f, by moment %.5f\n",
         d, taken / double(drop.mass), radius, of_all, of(any), of(half), of(full), moment);
-    const std::string drop_of = fmt::format("drop on a larger sheet, d = {} mm, D = 0: ", d * 1e3);
-    report({drop_of + "radius of the area with s > 1/2", "√(V/(π(1−Φ)τ)), V taken up", std::fabs(of(half) / radius - 1),
+    const std::string drop_of = fmt::format("drop on a larger cloth, d = {} mm, D = 0: ", d * 1e3);
+    report({drop_of + "radius of the area with s > 1/2", "√(V/(π(1−Φ)τ)), V absorbed", std::fabs(of(half) / radius - 1),
             0.05});
-    report({drop_of + "radius by the wet mass's second moment, √(2⟨r²⟩)", "√(V/(π(1−Φ)τ)), V taken up",
+    report({drop_of + "radius by the wet mass's second moment, √(2⟨r²⟩)", "√(V/(π(1−Φ)τ)), V absorbed",
             std::fabs(moment / radius - 1), 0.05});
     report({drop_of + "radius of the area with s > 1/2", "√(V/(π(1−Φ)τ)), V of the drop",
             std::fabs(of(half) / of_all - 1), 0.05});
@@ -123,8 +123,8 @@ TEST(porous_exchange, a_small_sheet_takes_what_it_holds) {
   EXPECT_GT(drop.mass, 2 * all);
   EXPECT_EQ(drop.mass, sum(s.node_liquid) + sum(s.fluid_mass) + s.drained);
   report(
-      {"drop on a sheet that is too small: a node above its capacity, at any step", "0", double(worst), 0, "quanta"});
-  report({"drop on a sheet that is too small: share of the capacity that stays empty", "wetted mass = min(M, ΣC) = ΣC",
+      {"drop on a cloth that is too small: a node above its capacity, at any step", "0", double(worst), 0, "quanta"});
+  report({"drop on a cloth that is too small: share of the capacity that stays empty", "wetted mass = min(M, ΣC) = ΣC",
           std::fabs(1 - double(sum(s.node_liquid)) / double(all)), 1e-6});
 }
 
@@ -178,11 +178,11 @@ TEST(porous_exchange, uptake_does_not_depend_on_resolution) {
     fine = std::max(fine, std::fabs(curves[1][k] / curves[2][k] - 1));
     theory = std::max(theory, std::fabs(curves[2][k] / exact - 1));
   }
-  report({"uptake_velocity, 16 mm of water standing on a sheet: m(t) at d and d/2, largest difference at 0.1 to 2 T",
+  report({"uptake_velocity, 16 mm of water standing on a cloth: m(t) at d and d/2, largest difference at 0.1 to 2 T",
           "converges", coarse, 0.1});
-  report({"uptake_velocity, 16 mm of water standing on a sheet: m(t) at d/2 and d/4, largest difference", "converges",
+  report({"uptake_velocity, 16 mm of water standing on a cloth: m(t) at d/2 and d/4, largest difference", "converges",
           fine, 0.05});
-  report({"uptake_velocity, 16 mm of water standing on a sheet: m(t) at d/4, largest relative error",
+  report({"uptake_velocity, 16 mm of water standing on a cloth: m(t) at d/4, largest relative error",
           "m = C (1 − exp(−u_a t/((1−Φ)τ)))", theory, 0.05});
 }
 
@@ -261,14 +261,14 @@ bodies: [{{box: {{min: [-0.04, 0, -0.04], max: [0.04, 0.15, 0.04], inside: true}
         "all %.3f\n",
         material.c_str(), f.full_at, unit * double(f.least), unit * double(f.most), unit * double(f.step),
         unit * f.taken);
-    const std::string pool = "dry sheet in a deep pool, " + material + ", 10 s: ";
+    const std::string pool = "dry cloth in a deep pool, " + material + ", 10 s: ";
     EXPECT_GT(f.full_at, 0);
     report({pool + "largest fall of the cloth's liquid until it holds ΣC", "monotone", double(f.fall), 0, "quanta"});
     report({pool + "range of its liquid in the last 5 s, over ΣC", "constant, (s_max − 1)/2",
             unit * double(f.most - f.least), 0.09});
     report({pool + "a node above s_max C or below 0, after any stage of any step", "0",
             double(std::max(f.above, f.below)), 0, "quanta"});
-    report({pool + "error of the ledger", "0", double(f.error), 0, "quanta"});
+    report({pool + "mass budget error", "0", double(f.error), 0, "quanta"});
   }
 }
 

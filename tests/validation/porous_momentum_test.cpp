@@ -102,7 +102,7 @@ cloth:
   std::printf("momentum between layers: %.3f of the liquid passed; without its momentum %.1e a step\n", share, spread);
   EXPECT_GT(share, 0.1);
   EXPECT_GT(spread, 1e-6);
-  const std::string what = "soaked sheet that slides over a dry one, contact_wicking: change of Σmv ";
+  const std::string what = "soaked cloth that slides over a dry one, contact_wicking: change of Σmv ";
   report({what + "by stage diffusion, over its magnitudes' sum", "0", diffusion, momentum_bound});
   report({what + "in a step (xpbd), over its magnitudes' sum", "0", step, momentum_bound});
 }
@@ -149,7 +149,7 @@ cloth:
   EXPECT_GT(spread, 1e-6);
   EXPECT_GT(taken, 5);
   EXPECT_GT(given, 1);
-  const std::string what = "free sheet that absorbs and releases, no gravity: change of Σmv ",
+  const std::string what = "free cloth that absorbs and releases, no gravity: change of Σmv ",
                     over = ", over its magnitudes' sum";
   report({what + "by stage absorption" + over, "0", absorption, bound});
   report({what + "by stage emission" + over, "0", emission, bound});

@@ -141,9 +141,9 @@ void compare_filling(const Imbibition& curve, const Law& law, int cells, double 
                 p.scatter);
   }
   const std::string what = fmt::format("water in {} after {:g} s: ", curve.sheet, time);
-  report({what + "place of the front, fitted, − 1", curve.reference,
+  report({what + "position of the front, fitted, − 1", curve.reference,
           std::fabs(front(s, h, 0.5) / root / curve.front - 1), 0.05});
-  report({what + "liquid taken up, predicted, − 1", curve.reference, std::fabs(absorbed / curve.absorbed - 1),
+  report({what + "absorbed liquid, predicted, − 1", curve.reference, std::fabs(absorbed / curve.absorbed - 1),
           predicted_within});
   report(
       {what + "saturation before 0.95 of the front, predicted, largest error", curve.reference, off, predicted_within});

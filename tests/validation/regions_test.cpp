@@ -322,8 +322,8 @@ TEST(region_wicking, at_rest_the_saturation_is_one_on_both_sides_of_a_seam) {
     least = std::min(least, run.saturation(n));
     most = std::max(most, run.saturation(n));
   }
-  report({"two fabrics, at rest without gravity: largest difference of saturation", "0: the pressure is one",
-          most - least, 1e-3, "1"});
+  report({"two fabrics, at rest without gravity: largest difference of saturation", "0: equal pressure", most - least,
+          1e-3, "1"});
   books.print("two fabrics, at rest");
 }
 

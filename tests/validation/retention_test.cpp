@@ -36,7 +36,9 @@ cloth:
       off += std::abs(kilograms(run.model(), s.node_liquid[k]) - capacity * exact);
       sum += capacity * exact;
     }
-    report({fmt::format("strip in a reservoir, β = {:g}: mean error of the saturation at rest over its mean", beta),
+    report({fmt::format(
+                "strip with a fixed-saturation boundary, β = {:g}: mean error of the saturation at rest over its mean",
+                beta),
             "s = (1 − z/ℓ)^(1/β)", off / sum, 0.02});
   }
 }

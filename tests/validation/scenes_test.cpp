@@ -80,8 +80,8 @@ TEST(scenes, ledger_bounds_and_convergence_of_each) {
            std::min(all.least, w.least), std::max(all.capped, w.capped)};
   }
   const std::string name = fmt::format("{} scenes, the first {} steps of each: ", files.size(), most_steps);
-  report({name + "ledger", "constant", all.ledger, 0, "quanta"});
-  report({name + "independent floating-point sum", "ledger", all.float_sum, 1e-6});
+  report({name + "mass budget", "constant", all.ledger, 0, "quanta"});
+  report({name + "independent floating-point sum", "mass budget", all.float_sum, 1e-6});
   report({name + "saturation above s_max", "0", all.excess, 0});
   report({name + "liquid missing on a node", "0", double(-all.least), 0, "quanta"});
   report({name + "steps that end at max_iterations (worst scene)", "1 %", all.capped, 0.01});

@@ -147,7 +147,7 @@ bodies:
       static_cast<long long>(zones), static_cast<long long>(steps_with_zones), energy);
   EXPECT_GT(contacts, 500);
   EXPECT_GE(frames, 200);
-  report({"Folded sheet of four layers dropped, 10 s: edges through triangles at any of 200 frames", "none",
+  report({"Folded cloth of four layers dropped, 10 s: edges through triangles at any of 200 frames", "none",
           double(crossed), 0, "pairs"});
   std::filesystem::remove(path);
 }
@@ -205,7 +205,7 @@ cloth:
   std::printf("contacts in all %lld, nodes in zones %lld\n", static_cast<long long>(contacts),
               static_cast<long long>(zones));
   EXPECT_GT(contacts, 500);
-  report({"Two sheets collide: change of momentum by the stage, sum over 50 steps", "conservation", drift,
+  report({"Two cloths collide: change of momentum by the stage, sum over 50 steps", "conservation", drift,
           double_precision ? 1e-12 : 1e-6, "of Σ m v"});
   EXPECT_EQ(intersections(m, backend->download()), 0);
 }
@@ -249,7 +249,7 @@ bodies:
   }
   std::printf("steps with zones %d, most nodes in them %lld\n", steps_with_zones, static_cast<long long>(zones));
   EXPECT_GT(steps_with_zones, 5);
-  report({"Two sheets in a flat box, nodes kicked at up to 35 m/s, 60 steps: edges through triangles at any step",
+  report({"Two cloths in a flat box, nodes kicked at up to 35 m/s, 60 steps: edges through triangles at any step",
           "none", double(crossed), 0, "pairs"});
 }
 

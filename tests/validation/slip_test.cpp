@@ -73,7 +73,7 @@ void couette(int across, double b0, double b1, bool keyed, double target) {
   SceneRun run(slab(across, 4, 0, fmt::format("velocity: {}, slip: {}", along, word(b0)), "slip: " + word(b1)));
   run_for(run, 3 * width * width / viscosity);
   const auto exact = [&](double x) { return std::isinf(b1) ? speed : speed * (width + b1 - x) / (width + b0 + b1); };
-  const std::string at = b0 == 0 ? named(b1) + " at the plate that stands" : named(b0) + " at both plates";
+  const std::string at = b0 == 0 ? named(b1) + " at the fixed plate" : named(b0) + " at both plates";
   report({fmt::format("plane Couette flow, d = W/{}, {}: rms of u over U", across, at), source, rms(run, speed, exact),
           target});
 }
@@ -167,18 +167,18 @@ cloth:
 TEST(slip_flow, a_sheet_is_dragged_with_its_slip_on_both_sides) {
   for (const int across : {8, 12}) {
     const Drag held = drag(across, 0);
-    report({fmt::format("sheet drawn through a slab, d = W/{}, no slip: rms of u over U", across), source, held.rms,
+    report({fmt::format("cloth drawn through a slab, d = W/{}, no slip: rms of u over U", across), source, held.rms,
             0.02});
     for (const double slip : {width / 8, width / 2}) {
       const Drag some = drag(across, slip);
       const double expected = (width / 2) / (width / 2 + slip);
-      report({fmt::format("sheet drawn through a slab, d = W/{}, {}: rms of u over U", across, named(slip)), source,
+      report({fmt::format("cloth drawn through a slab, d = W/{}, {}: rms of u over U", across, named(slip)), source,
               some.rms, 0.02});
-      report({fmt::format("sheet drawn through a slab, d = W/{}, {}: its drag over that without slip, error", across,
+      report({fmt::format("cloth drawn through a slab, d = W/{}, {}: its drag over that without slip, error", across,
                           named(slip)),
               source, std::abs(some.force / held.force / expected - 1), 0.02});
     }
-    report({fmt::format("sheet drawn through a slab, d = W/{}, free slip: its drag over that without slip", across),
+    report({fmt::format("cloth drawn through a slab, d = W/{}, free slip: its drag over that without slip", across),
             "0", std::abs(drag(across, free_slip).force / held.force), 0.005});  // of the pressure
   }
 }
@@ -220,9 +220,10 @@ TEST(slip_flow, a_block_slides_freely_down_a_plane_with_free_slip) {
       std::printf(
           "block on a plane of 30 degrees, d = W/%d, nu = %g: %.4f of free sliding with free slip, %.4f without slip\n",
           across, nu, way, held);
-      report({fmt::format("block of ν = {} m²/s on a plane tilted by 30°, d = W/{}, free slip: way of its middle over "
-                          "½ g sin α t (t + Δt), error",
-                          nu, across),
+      report({fmt::format(
+                  "block of ν = {} m²/s on a plane tilted by 30°, d = W/{}, free slip: displacement of its centre over "
+                  "½ g sin α t (t + Δt), error",
+                  nu, across),
               "Newton", std::abs(way - 1), 0.005});
       EXPECT_LT(held, 0.9);
     }

@@ -28,8 +28,8 @@ struct SoluteBooks {
       for (const Quanta q : *all) below_zero += q < 0 ? 1 : 0;
   }
   void print(const std::string& runs) const {
-    report({runs + ": ledger error of the solute", "0", static_cast<double>(lost), 0, "quanta"});
-    report({runs + ": holders with less than none, all steps", "0", static_cast<double>(below_zero), 0});
+    report({runs + ": solute budget error", "0", static_cast<double>(lost), 0, "quanta"});
+    report({runs + ": particles and nodes with negative solute, all steps", "0", static_cast<double>(below_zero), 0});
   }
 };
 
@@ -144,10 +144,10 @@ TEST(solute, a_front_of_dye_goes_as_far_as_the_liquid_that_brings_it) {
   const double order = std::log2(position.front() / position.back()) / static_cast<double>(position.size() - 1);
   const std::size_t last = profile_error.size() - 1;  // the rest goes with √h
   const double fine = (std::sqrt(2) * profile_error[last] - profile_error[last - 1]) / (std::sqrt(2) - 1);
-  const std::string what = "front of dye in a wet strip that takes up more, 64 cells behind it: ";
-  report(
-      {what + "place of half the concentration, − 1", "the liquid that came in lies behind it", position.back(), 0.02});
-  report({what + "0.9 less the order of its place", "order ≥ 0.9", 0.9 - order, 0});
+  const std::string what = "front of dye in a wet strip that absorbs more, 64 cells behind it: ";
+  report({what + "position of half the concentration, − 1", "the liquid that came in lies behind it", position.back(),
+          0.02});
+  report({what + "0.9 minus the order of its position", "order ≥ 0.9", 0.9 - order, 0});
   report({what + "mean error of its profile over theory, on ever finer meshes, − 1", "donor cells: √(h x)",
           std::fabs(fine - 1), 0.02});
   books.print("fronts of dye");
@@ -193,7 +193,8 @@ TEST(solute, steady_wicking_carries_it_along_characteristics) {
   }
   const std::string what = "dye in a strip that liquid flows through, 64 cells: ";
   report({what + "mean time to three quarters of its length, − 1", "characteristics", late.back(), 0.02});
-  report({what + "0.9 less the order of that time", "order ≥ 0.9", 0.9 - std::log2(late.front() / late.back()) / 2, 0});
+  report(
+      {what + "0.9 minus the order of that time", "order ≥ 0.9", 0.9 - std::log2(late.front() / late.back()) / 2, 0});
   report({what + "spread of the times over that of nodes as stirred tanks, − 1", "√Σ τ²", spread, 0.02});
   books.print("dye in a strip that liquid flows through");
 }
@@ -237,10 +238,10 @@ cloth:
   EXPECT_GT(sum(s.node_liquid), 0);
   std::printf("uniform: %.0f quanta apart, drained %.3g, %d particles\n", apart, double(s.drained),
               int(s.fluid_count()));
-  const std::string what = "dyed water that is taken up, spreads and drips: ";
-  report({what + "departure from one concentration, over a particle's solute", "0, to rounding",
+  const std::string what = "dyed water that is absorbed, spreads and drips: ";
+  report({what + "deviation from uniform concentration, over a particle's solute", "0, to rounding",
           apart / static_cast<double>(quanta_per_particle / 3), 1e-5});
-  books.print("dyed water that is taken up, spreads and drips");
+  books.print("dyed water that is absorbed, spreads and drips");
 }
 
 namespace {
@@ -344,7 +345,7 @@ TEST(solute, the_stain_of_a_patch_that_is_fed_and_dries_has_a_ring) {
   const std::string what = "patch that is fed with dye in its middle and dries: ";
   report({what + "radius when it is steady, over theory − 1", "feed = drying", std::fabs(radius / expected - 1), 0.05});
   report({what + "solute in the middle of the dry stain over that at its rim", "a ring: below 1", middle / *rim, 0.5});
-  report({what + "place of the ring over the steady radius, − 1", "the rim", std::fabs(place / expected - 1), 0.1});
+  report({what + "position of the ring over the steady radius, − 1", "the rim", std::fabs(place / expected - 1), 0.1});
   report({what + "liquid left", "0", static_cast<double>(sum(left_alone.state.node_liquid)), 0, "quanta"});
   books.print("stain with a ring");
 }

@@ -60,7 +60,7 @@ TEST(thin_sheet, liquid_does_not_press_through_a_single_layer_of_cloth) {
   std::printf("pressure below the sheet over that without water above: %.3f, without the rule %.3f\n", with_rule,
               without);
   report(
-      {"0.1 m of water above and below a fixed sheet: pressure at the lower floor over that without the water above, − "
+      {"0.1 m of water above and below a fixed cloth: pressure at the lower floor over that without the water above, − "
        "1",
        "equal", std::fabs(with_rule - 1), 0.02});
   EXPECT_GT(without, 1.1) << "the scene does not show what the rule is for";

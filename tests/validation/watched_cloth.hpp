@@ -18,9 +18,8 @@ struct Books {
   Quanta lost = 0, unsupplied = 0;
   std::int64_t outside = 0;
   void print(const std::string& runs) const {
-    report({runs + ": ledger error", "0", static_cast<double>(lost), 0, "quanta"});
-    report(
-        {runs + ": what the cloth gained less what was supplied", "0", static_cast<double>(unsupplied), 0, "quanta"});
+    report({runs + ": mass budget error", "0", static_cast<double>(lost), 0, "quanta"});
+    report({runs + ": liquid gained minus liquid supplied", "0", static_cast<double>(unsupplied), 0, "quanta"});
     report({runs + ": nodes outside [0, s_max], all steps", "0", static_cast<double>(outside), 0});
   }
 };

@@ -79,9 +79,9 @@ cloth:
 
 TEST(wet_adhesion, holds_what_weighs_less_than_its_pull) {
   for (const bool fabric : {false, true}) {
-    const std::string what = fabric ? "a wet sheet under a wet sheet" : "a wet sheet under a plane";
-    report(
-        {what + ", pull 1.1 of its weight: comes down in 1 s", "hangs", std::fabs(comes_down(fabric, 1.1)), 1e-4, "m"});
+    const std::string what = fabric ? "a wet cloth under a wet cloth" : "a wet cloth under a plane";
+    report({what + ", pull 1.1 of its weight: distance fallen in 1 s", "hangs", std::fabs(comes_down(fabric, 1.1)),
+            1e-4, "m"});
     EXPECT_GT(comes_down(fabric, 0.9), 1) << what;
   }
 }
@@ -158,7 +158,7 @@ TEST(wet_adhesion, a_strip_peels_at_its_work_per_width) {
     const std::string what = fmt::format("wet strip peeled off a plane at a right angle, mesh of {} mm: ", 1000 * l);
     report({what + "work of the pull that the strip does not store, per length", "work of adhesion × width",
             std::fabs(spent / due - 1), 0.05});
-    report({what + "energy that comes from nowhere, over the work of adhesion", "0", regained / due, 1e-3});
+    report({what + "energy created, over the work of adhesion", "0", regained / due, 1e-3});
     std::printf("%.5f of the work of adhesion\n", spent / due);
   }
 }
@@ -189,8 +189,8 @@ bodies: [{{plane: {{point: [0, 0, 0], normal: [0, 1, 0]}}}}]
     for (std::size_t n = 0; n < run.initial().node_position.size(); ++n)
       slid = std::max(slid, std::fabs(run.state().node_position[n][0] - run.initial().node_position[n][0]));
     if (share > 0)
-      report({"a wet sheet on a slope of 45°, friction 0.5, pull twice its weight: slides in 0.4 s", "sticks", slid,
-              1e-5, "m"});
+      report({"a wet cloth on a slope of 45°, friction 0.5, pull twice its weight: distance slid in 0.4 s", "sticks",
+              slid, 1e-5, "m"});
     else
       EXPECT_GT(slid, 0.2);
   }

@@ -131,7 +131,7 @@ TEST(woven_cloth, plate_of_an_irregular_mesh_bends_as_theory_says) {
     const SurfaceMesh smooth = irregular_strip(-2 * size, span - 0.5 * size, 5 * size, size, 5);
     const SurfaceMesh rough = irregular_strip(-2 * size, span - 0.5 * size, 5 * size, size, 1);
     const std::vector<std::pair<const char*, const SurfaceMesh*>> meshes = {
-        {"grid as a file", &regular}, {"irregular", &smooth}, {"rough", &rough}};
+        {"regular", &regular}, {"irregular", &smooth}, {"rough", &rough}};
     for (const auto& [name, mesh] : meshes) {
       const TempFolder folder;
       SceneRun run(fmt::format(R"(drench: 1
@@ -154,8 +154,8 @@ cloth:
       }
       const double ratio = tip / count / (deflection * span);
       std::printf("cantilever, %s mesh of %d cells: %.4f of theory\n", name, cells, ratio);
-      report({fmt::format("cantilever, plate on a {} mesh of {} cells: deflection of the tip", name, cells),
-              "q L⁴/(8 k_b)", std::fabs(ratio - 1), 0.05, "1"});
+      report({fmt::format("cantilever, plate, {} mesh of {} cells: deflection of the tip", name, cells), "q L⁴/(8 k_b)",
+              std::fabs(ratio - 1), 0.05, "1"});
     }
   }
 }

@@ -30,7 +30,7 @@ PICTURE = "scorecard.svg"
 CASES = "dev/validation_cases.md"
 LONGEST_VARIATION = 4  # words
 HOW_TO = """`tools/validate` runs the tests and writes these pages; `tools/validate --log FILE` writes them from an existing log.
-Run times, and the errors that they buy, are in the [benchmarks](../benchmarks/)."""
+The [benchmarks](../benchmarks/) list run times and how they depend on the accuracy."""
 BENCH_PAGES = {"bench": "liquid.md", "measure/cloth_bench": "cloth.md"}
 
 
