@@ -29,12 +29,12 @@ def parse_arguments():
     parser.add_argument("rate", type=float, help="frames per second of the file")
     parser.add_argument("--frames", type=int, metavar="N", help="only N frames, evenly spaced (default: all)")
     parser.add_argument("--size", default="900x600", metavar="WxH")
-    parser.add_argument("--samples", type=int, default=64, help="paths a pixel (64)")
+    parser.add_argument("--samples", type=int, default=64, help="paths per pixel (default: 64)")
     parser.add_argument("--camera", default="auto",
                         help="auto, below, front, top, or px,py,pz,fx,fy,fz: position and focal point in m, in the file's axes")
     parser.add_argument("--backdrop", choices=BACKDROPS, default="light",
                         help="light: a floor under a sky; dark: without a horizon, for drops and films")
-    parser.add_argument("--fps", type=float, help="pictures per second of the film (default: real time)")
+    parser.add_argument("--fps", type=float, help="pictures per second of the video (default: real time)")
     options = parser.parse_args()
     for name, read in (("size", picture_size), ("camera", camera)):
         try:

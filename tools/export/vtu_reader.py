@@ -47,7 +47,7 @@ class Frame:
         piece = re.search(r'<Piece NumberOfPoints="(\d+)"\s+NumberOfCells="(\d+)"', head)
         if not whole or not piece or 'byte_order="LittleEndian"' not in head:
             self.close()
-            raise FrameError(f"{path}: is not a whole frame of drench")
+            raise FrameError(f"{path}: is not a complete frame of drench")
         self.points, self.cells = int(piece[1]), int(piece[2])
         self._wide = np.dtype("<u8" if 'header_type="UInt64"' in head else "<u4")
         self._compressed = 'compressor="vtkZLibDataCompressor"' in head
