@@ -100,9 +100,9 @@ std::vector<T> slopes_of(const std::vector<Key<T>>& keys) {
 template <class T>
 Keyed<T>::Keyed(std::vector<Key<T>> keys, Interpolation interpolation)
     : keys_(std::move(keys)), interpolation_(interpolation) {
-  if (keys_.empty()) throw std::invalid_argument("a keyed value needs a key");
+  if (keys_.empty()) throw std::invalid_argument("there must be at least one keyframe");
   for (std::size_t k = 1; k < keys_.size(); ++k)
-    if (!(keys_[k - 1].time < keys_[k].time)) throw std::invalid_argument("the times of the keys have to rise");
+    if (!(keys_[k - 1].time < keys_[k].time)) throw std::invalid_argument("the times of the keyframes must increase");
   if (interpolation_ == Interpolation::smooth) slope_ = slopes_of(keys_);
   area_.assign(1, T{});
   for (std::size_t k = 1; k < keys_.size(); ++k)

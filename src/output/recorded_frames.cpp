@@ -58,7 +58,7 @@ std::vector<RecordedFrame> recorded_frames(const fs::path& folder, const std::st
   std::ifstream in(collection, std::ios::binary);
   const std::string text{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
   if (text.find("</VTKFile>") == std::string::npos)
-    throw std::runtime_error(fmt::format("{}: is not a whole collection of frames", collection.string()));
+    throw std::runtime_error(fmt::format("{}: is not a complete collection of frames", collection.string()));
   static const std::regex entry("<DataSet timestep=\"([^\"]*)\" part=\"[^\"]*\" file=\"([^\"]*)\"/>");
   std::map<double, RecordedFrame> frames;
   for (std::sregex_iterator it(text.begin(), text.end(), entry), end; it != end; ++it) {
@@ -84,7 +84,7 @@ vtkSmartPointer<vtkUnstructuredGrid> read_vtu(const fs::path& path) {
   if (reader->CanReadFile(path.c_str())) reader->Update();
   vtkSmartPointer<vtkUnstructuredGrid> grid = reader->GetOutput();
   if (reader->GetErrorCode() != vtkErrorCode::NoError || !grid || !grid->GetPoints())
-    throw std::runtime_error(fmt::format("{}: is not a whole frame", path.string()));
+    throw std::runtime_error(fmt::format("{}: is not a complete frame", path.string()));
   return grid;
 }
 

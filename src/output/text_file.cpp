@@ -34,7 +34,7 @@ void write_atomically(const fs::path& path, const std::string& text) {
     out << text;
     out.flush();
     if (!out) {
-      const std::string why = errno != 0 ? std::strerror(errno) : "the disk refuses it";
+      const std::string why = errno != 0 ? std::strerror(errno) : "the disk may be full";
       std::error_code ignored;
       fs::remove(temporary, ignored);
       throw std::runtime_error(fmt::format("{}: cannot be written: {}", path.string(), why));

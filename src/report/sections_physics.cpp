@@ -31,7 +31,7 @@ double largest_magnitude(const std::vector<double>& values) {
 struct MassRow {
   const char *column, *name;
 };
-constexpr MassRow mass_rows[] = {{"mass_supplied", "supplied by jets and reservoirs"},
+constexpr MassRow mass_rows[] = {{"mass_supplied", "supplied by emitters and fixed-saturation boundaries"},
                                  {"mass_fluid", "in the liquid"},
                                  {"mass_cloth", "in cloth"},
                                  {"mass_drained", "drained: left the domain"},

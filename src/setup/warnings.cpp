@@ -28,7 +28,7 @@ void warn_of_step(const Model& m, const HostState& state, Lines& lines) {
     const double speed = expected_speeds(m, state).impact, moved = speed * time.step / m.spacing;
     if (moved > 1)
       lines.push_back(fmt::format(
-          "time.step: particles at an impact, a source or a moving body reach {:.3g} m/s "
+          "time.step: particles at an impact, an emitter or a moving body reach {:.3g} m/s "
           "and move {:.3g} "
           "spacings per step (CFL number; at most 1, better {}): use a time.step of {:.2g} s or time.mode cfl",
           speed, moved, time.cfl, time.cfl * m.spacing / speed));
@@ -68,7 +68,7 @@ void warn_of_coarse_bodies(const Model& m, Lines& lines) {
     const Eigen::Vector3d size = to_eigen(body.box.max) - to_eigen(body.box.min);
     constexpr const char* through = "liquid interacts through it";
     if (body.kind == BodyScene::Kind::box && body.inside && size.minCoeff() < 3 * d)
-      warn("its smallest inner width", size.minCoeff(), "too few particles fit in for a flow", size.minCoeff() / 3);
+      warn("its smallest inner width", size.minCoeff(), "too few particles for a flow fit in", size.minCoeff() / 3);
     else if (body.kind == BodyScene::Kind::box && !body.inside && size.minCoeff() < 2 * d)
       warn("its thickness", size.minCoeff(), through, size.minCoeff() / 2);
     else if (body.kind == BodyScene::Kind::sphere && body.radius < 2 * d)

@@ -64,12 +64,12 @@ void add_view_options(CLI::App& command, ViewOptions& options) {
   command.add_option("--frames", options.frames, "with --pictures: only this many frames, evenly spaced")
       ->check(check_count)
       ->needs(many);
-  command.add_option("--animation", options.animation, "with --pictures: also write a film of them (.ogv)")
+  command.add_option("--animation", options.animation, "with --pictures: also write a video (.ogv)")
       ->check([](const std::string& text) {
-        return text.ends_with(".ogv") ? std::string() : fmt::format("{} is not a film file; allowed: NAME.ogv", text);
+        return text.ends_with(".ogv") ? std::string() : fmt::format("{} is not a video file; allowed: NAME.ogv", text);
       })
       ->needs(many);
-  command.add_option("--fps", options.fps, "pictures per second of the film (default: real time, at most 50)")
+  command.add_option("--fps", options.fps, "pictures per second of the video (default: real time, at most 50)")
       ->check([](const std::string& text) {
         double value = 0;
         const bool good = CLI::detail::lexical_cast(text, value) && value >= 0.1 && value <= 100;
