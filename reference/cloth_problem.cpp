@@ -7,6 +7,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "state/keyed_motion.hpp"
+
 namespace drench::reference {
 namespace {
 
@@ -55,6 +57,7 @@ Vector3d pin_position(const ReferenceState& state, Index n, double time) {
   const Index motion = m.mesh.pin_motion.empty() ? -1 : m.mesh.pin_motion[n];
   if (motion < 0) return vec(state.s.node_position[n]);
   const PinMotion& p = m.pin_motions[motion];
+  if (p.body >= 0) return vec(carried_point(m.bodies[p.body], arr(vec(m.mesh.rest_position[n]) - vec(p.center)), time));
   const double now = std::min(std::max(time, p.start), p.end);
   const Eigen::AngleAxisd turn(p.rate.integral(p.start, now), vec(p.axis));
   const Eigen::Quaterniond before(p.rotated[0], p.rotated[1], p.rotated[2], p.rotated[3]);

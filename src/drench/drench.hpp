@@ -1,7 +1,7 @@
 #pragma once
 // drench in other programs: a scene, from a file or made in code, and its run, step by step. This header and those that
-// it includes are all that `cmake --install` puts into include/. examples/embed shows them in use; docs/api has their
-// book.
+// it includes are all that `cmake --install` puts into include/. examples/embed shows them in use; docs/api describes
+// them.
 
 #include <array>
 #include <cstdint>
@@ -65,7 +65,7 @@ class Simulation {
   /// One of them.
   /// @throws std::out_of_range for a name that this scene has no field of
   FieldView field(std::string_view name) const;
-  /// Rises with each step() and resume().
+  /// Rises with each step(), and with each call that replaces the state.
   std::uint64_t generation() const;
   /// Does the view show the run as it is now?
   bool is_current(const FieldView& view) const { return view.generation == generation(); }
@@ -113,6 +113,21 @@ class Simulation {
   /// From now on a force, N, and a torque about the centre, N m, act on a dynamic body, until the next call.
   /// @throws std::invalid_argument for a body that there is not or that is not dynamic, or a number that is not finite
   void apply_wrench(Index body, const Vec3& force, const Vec3& torque = {0, 0, 0});
+  /// From now on nodes of a cloth move and turn with a body, from where they are; those that are attached already
+  /// change over. The backend is set up anew, which takes as long as at the start without the meshes.
+  /// @param cloth N, from 0
+  /// @param nodes numbered within the cloth, from 0
+  /// @param body its number in the scene, from 0; one that the scene or commands move
+  /// @throws std::invalid_argument for a cloth, node or body that there is not, a cloth that does not move, a body that
+  ///   is dynamic or deforms, a node that a pin of the scene holds
+  /// @throws std::logic_error for a run over ranks
+  void attach(Index cloth, const std::vector<Index>& nodes, Index body);
+  /// Nodes that are attached to a body, by attach() or by `cloth.N.pin` with `body`, are free from now on.
+  /// @throws as attach(), also for a node that is not attached
+  void detach(Index cloth, const std::vector<Index>& nodes);
+  /// The nodes that are attached to a body, as rows of the node fields.
+  /// @throws std::invalid_argument for a body that there is not
+  std::vector<Index> attached(Index body) const;
   /// What liquid and cloth did to a body in the last step, as means over the step: without gravity, what apply_wrench()
   /// does, what other bodies do, and what `self_collision` adds to the contact of cloth. 0 before the first step, and
   /// after one that failed. Waits.
@@ -122,6 +137,24 @@ class Simulation {
   /// From now on the air moves at this velocity, m/s, without gusts. Its density and the drags are the scene's.
   /// @throws std::invalid_argument for a number that is not finite
   void set_wind(const Vec3& velocity);
+
+  /// Replaces the state. Liquid and solute that it has more than the run are entered as supplied, what it has less as
+  /// drained, so that the mass budget continues. Particles have to be in the order of their ids, as in state(); ids of
+  /// new ones begin at HostState::next_id, which has to be raised. Arrays that this scene does not need are ignored.
+  /// Bodies, pins, jets and wind follow the scene and the commands given so far.
+  /// @throws std::invalid_argument naming the field, the row and what is allowed; the run is then as before
+  /// @throws std::logic_error for a run over ranks
+  void set_state(const HostState& state);
+  /// What programs changed of the scene's bodies, pins, jets and wind; empty: nothing. With state(), all that a run of
+  /// the same scene needs to continue bit for bit.
+  std::vector<double> changes() const;
+  /// Continues from the state() and changes() of a run of the same scene, as from a checkpoint: bit for bit.
+  /// @throws std::invalid_argument as set_state() does; std::logic_error for a run over ranks or one being recorded
+  void restore(const HostState& state, const std::vector<double>& changes = {});
+  /// The run is as it was at the start. The first call sets the scene up anew and keeps its state, so that later ones
+  /// only copy it.
+  /// @throws std::logic_error for a run over ranks or one being recorded
+  void reset();
 
   /// Writes what it takes to go on, bit for bit; with changed bodies, pins, jets and wind.
   /// @throws std::runtime_error when the disk refuses
@@ -154,6 +187,9 @@ class Simulation {
   /// Saturation of each cloth node of `state`, 1: liquid over what the node's pores hold, and 0 where the cloth is not
   /// porous. As long as HostState::node_position.
   std::vector<double> saturation(const HostState& state) const;
+  /// What each cloth node's pores hold at saturation 1, kg; 0 where the cloth is not porous. As long as
+  /// HostState::node_position.
+  std::vector<double> node_capacity() const;
   /// Triangles of all cloths, each as the indices of its three nodes in HostState::node_position. The triangles of one
   /// cloth follow each other, and so do its nodes. They stay the same during a run.
   const std::vector<std::array<Index, 3>>& triangles() const;

@@ -49,6 +49,33 @@ Index add_motion(Model& m, const std::vector<Index>& nodes) {
   return motion;
 }
 
+/// A cloth that moves and has these nodes, numbered within it from 0.
+const ClothMaterial& cloth_to_hold(const Model& m, Index cloth, const std::vector<Index>& nodes) {
+  const ClothMaterial& range = cloth_numbered(m, cloth);
+  if (!range.dynamics) throw std::invalid_argument(fmt::format("cloth {} does not move: its dynamics is false", cloth));
+  for (const Index k : nodes)
+    if (k < 0 || k >= range.node_count)
+      throw std::invalid_argument(
+          fmt::format("cloth {} has no node {}; allowed: 0 to {}", cloth, k, range.node_count - 1));
+  return range;
+}
+
+/// Nodes that are attached again and again leave motions behind, other than those of the scene's pins.
+void drop_unused_motions(Model& m) {
+  std::vector<Index> number(m.pin_motions.size(), -1);
+  for (const Index motion : m.mesh.pin_motion)
+    if (motion >= 0) number[static_cast<std::size_t>(motion)] = 0;
+  std::vector<PinMotion> used;
+  for (std::size_t k = 0; k < number.size(); ++k) {
+    if (number[k] < 0) continue;
+    number[k] = static_cast<Index>(used.size());
+    used.push_back(std::move(m.pin_motions[k]));
+  }
+  m.pin_motions = std::move(used);
+  for (Index& motion : m.mesh.pin_motion)
+    if (motion >= 0) motion = number[static_cast<std::size_t>(motion)];
+}
+
 /// The jet with another scene, going on from what it has let go by `time`.
 Jet continued(const Model& m, Jet jet, JetScene next, double time, const std::string& name) {
   const double let_go = jet.has_keys()
@@ -86,6 +113,10 @@ void visit_numbers(P& p, Visitor&& visit) {
     visit_keyed(m.velocity, visit);
     visit_keyed(m.path, visit);
     visit_keyed(m.rate, visit);
+    double body = m.body;
+    visit(body);
+    if constexpr (!std::is_const_v<P>) m.body = static_cast<Index>(body);
+    visit(m.reach);
   }
   for (auto& j : p.jets) {
     all(j.scene.center);
@@ -104,7 +135,7 @@ void visit_numbers(P& p, Visitor&& visit) {
 }  // namespace
 
 Prescribed prescribed_of(const Model& m) {
-  Prescribed p{m.pin_motions, m.mesh.pin_motion, m.jets, m.scene.wind, {}, m.fastest_before};
+  Prescribed p{m.pin_motions, m.mesh.pin_motion, m.mesh.pinned, m.jets, m.scene.wind, {}, m.fastest_before};
   for (const Body& b : m.bodies) p.bodies.push_back({b.command, b.applied_force, b.applied_torque});
   return p;
 }
@@ -112,6 +143,7 @@ Prescribed prescribed_of(const Model& m) {
 void prescribe(Model& m, const Prescribed& p) {
   m.pin_motions = p.pin_motions;
   m.mesh.pin_motion = p.pin_motion;
+  m.mesh.pinned = p.pinned;
   m.jets = p.jets;
   m.scene.wind = p.wind;
   m.fastest_before = p.fastest_before;
@@ -148,11 +180,64 @@ void change_pin_velocity(Model& m, Index cloth, Index number, const Vec3& veloci
     throw std::invalid_argument(fmt::format("cloth {} does not move: its dynamics is false", cloth));
   if (!m.scene.cloths[static_cast<std::size_t>(cloth)].pins[static_cast<std::size_t>(number)].sequence.files.empty())
     throw std::invalid_argument(fmt::format("pin {} of cloth {} follows a sequence of files", number, cloth));
+  if (!m.scene.cloths[static_cast<std::size_t>(cloth)].pins[static_cast<std::size_t>(number)].body.empty())
+    throw std::invalid_argument(fmt::format("pin {} of cloth {} follows a body", number, cloth));
   m.fastest_before = fastest_prescribed(m);
   Index motion = m.mesh.pin_motion.empty() ? -1 : m.mesh.pin_motion[static_cast<std::size_t>(nodes.front())];
   if (motion < 0) motion = add_motion(m, nodes);
   PinMotion& pin = m.pin_motions[static_cast<std::size_t>(motion)];
   pin = continued(pin, velocity, time);
+}
+
+void attach_nodes(Model& m, Index cloth, const std::vector<Index>& nodes, Index number,
+                  const std::vector<Vec3>& position, double time) {
+  const ClothMaterial& range = cloth_to_hold(m, cloth, nodes);
+  const Body& body = body_numbered(m, number);
+  if (body.dynamic || body.deforms())
+    throw std::invalid_argument(fmt::format(
+        "nodes cannot be attached to body {}, which is dynamic or changes its shape; allowed: bodies that the scene or "
+        "commands move",
+        number));
+  m.fastest_before = fastest_prescribed(m);
+  m.mesh.pin_motion.resize(m.mesh.rest_position.size(), -1);
+  for (const Index k : nodes) {
+    const auto n = static_cast<std::size_t>(range.first_node + k);
+    const bool attached =
+        m.mesh.pin_motion[n] >= 0 && m.pin_motions[static_cast<std::size_t>(m.mesh.pin_motion[n])].body >= 0;
+    if (m.mesh.pinned[n] && !attached)
+      throw std::invalid_argument(fmt::format("node {} of cloth {} is held by a pin of the scene", k, cloth));
+    const Eigen::Vector3d arm = to_eigen(arm_of_point(body, position[n], time));
+    PinMotion motion;
+    motion.body = number;
+    motion.center = to_vec3(to_eigen(m.mesh.rest_position[n]) - arm);
+    motion.reach = arm.norm();
+    m.mesh.pinned[n] = 1;
+    m.mesh.pin_motion[n] = static_cast<Index>(m.pin_motions.size());
+    m.pin_motions.push_back(std::move(motion));
+  }
+  drop_unused_motions(m);
+}
+
+void detach_nodes(Model& m, Index cloth, const std::vector<Index>& nodes) {
+  const ClothMaterial& range = cloth_to_hold(m, cloth, nodes);
+  m.fastest_before = fastest_prescribed(m);
+  for (const Index k : nodes) {
+    const auto n = static_cast<std::size_t>(range.first_node + k);
+    Index* motion = m.mesh.pin_motion.empty() ? nullptr : &m.mesh.pin_motion[n];
+    if (!motion || *motion < 0 || m.pin_motions[static_cast<std::size_t>(*motion)].body < 0)
+      throw std::invalid_argument(fmt::format("node {} of cloth {} is not attached to a body", k, cloth));
+    *motion = -1;
+    m.mesh.pinned[n] = 0;
+  }
+  drop_unused_motions(m);
+}
+
+std::vector<Index> attached_nodes(const Model& m, Index body) {
+  std::vector<Index> nodes;
+  for (std::size_t n = 0; n < m.mesh.pin_motion.size(); ++n)
+    if (m.mesh.pin_motion[n] >= 0 && m.pin_motions[static_cast<std::size_t>(m.mesh.pin_motion[n])].body == body)
+      nodes.push_back(static_cast<Index>(n));
+  return nodes;
 }
 
 void change_jet(Model& m, Index number, const Vec3& velocity, const std::optional<Vec3>& center, double time) {
@@ -250,7 +335,10 @@ std::vector<double> to_numbers(const Model& m) {
   std::vector<double> numbers{static_cast<double>(p.pin_motions.size()), static_cast<double>(p.pin_motion.size()),
                               static_cast<double>(p.jets.size()), p.wind.present ? 1.0 : 0.0,
                               p.wind.gusts.empty() ? 0.0 : 1.0};
-  for (const Index motion : p.pin_motion) numbers.push_back(motion);
+  for (std::size_t n = 0; n < p.pin_motion.size(); ++n) {
+    numbers.push_back(p.pin_motion[n]);
+    numbers.push_back(p.pinned[n]);
+  }
   visit_numbers(p, [&](const double& value) { numbers.push_back(value); });
   return numbers;
 }
@@ -269,15 +357,18 @@ void take_numbers(Model& m, const std::vector<double>& numbers) {
   p.pin_motion.resize(static_cast<std::size_t>(nodes));
   p.wind.present = numbers[3] != 0;
   if (numbers[4] == 0) p.wind.gusts.clear();
-  std::size_t expected = 5 + p.pin_motion.size();
+  std::size_t expected = 5 + 2 * p.pin_motion.size();
   visit_numbers(p, [&](double&) { ++expected; });
   if (numbers.size() != expected) refuse();
   auto next = numbers.begin() + 5;
-  for (Index& motion : p.pin_motion) {
-    motion = static_cast<Index>(*next++);
-    if (motion < -1 || motion >= std::ssize(p.pin_motions)) refuse();
+  for (std::size_t n = 0; n < p.pin_motion.size(); ++n) {
+    p.pin_motion[n] = static_cast<Index>(*next++);
+    p.pinned[n] = *next++ != 0 ? 1 : 0;
+    if (p.pin_motion[n] < -1 || p.pin_motion[n] >= std::ssize(p.pin_motions)) refuse();
   }
   visit_numbers(p, [&](double& value) { value = *next++; });
+  for (const PinMotion& motion : p.pin_motions)
+    if (motion.body < -1 || motion.body >= std::ssize(m.bodies)) refuse();
   for (Jet& jet : p.jets) jet = make_jet(m, jet.scene, "a jet of the checkpoint");
   prescribe(m, p);
 }

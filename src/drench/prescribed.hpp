@@ -1,8 +1,9 @@
 #pragma once
 // What a scene prescribes and a program may change between two steps: the velocity of pins, jets and wind, the motion
-// of bodies and what acts on them. Each change is continuous: pins and bodies go on from where they are, a jet from the
-// liquid that it has let go.
+// of bodies and what acts on them, the nodes that are attached to bodies. Each change is continuous: pins and bodies go
+// on from where they are, a jet from the liquid that it has let go.
 
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
@@ -21,6 +22,7 @@ struct BodyCommand {
 struct Prescribed {
   std::vector<PinMotion> pin_motions;
   std::vector<Index> pin_motion;
+  std::vector<std::uint8_t> pinned;
   std::vector<Jet> jets;
   WindScene wind;
   std::vector<BodyCommand> bodies;
@@ -39,6 +41,16 @@ std::vector<Index> nodes_of_pin(const Model& model, Index cloth, Index entry);
 /// std::invalid_argument: no such cloth or entry, an entry that holds no node, a cloth that does not move, no finite
 /// number.
 void change_pin_velocity(Model& model, Index cloth, Index entry, const Vec3& velocity, double time);
+
+/// From `time` (s) on nodes of a cloth, numbered within it from 0, move and turn with a body; `position` has where all
+/// nodes are, m. Nodes that are attached already change over. std::invalid_argument: no such cloth, node or body, a
+/// cloth that does not move, a body that is dynamic or deforms, a node that another pin holds.
+void attach_nodes(Model& model, Index cloth, const std::vector<Index>& nodes, Index body,
+                  const std::vector<Vec3>& position, double time);
+/// They are free again. std::invalid_argument: as above, or a node that is not attached.
+void detach_nodes(Model& model, Index cloth, const std::vector<Index>& nodes);
+/// Nodes that move with a body, as rows of the node fields.
+std::vector<Index> attached_nodes(const Model& model, Index body);
 
 /// From `time` (s) on jet `jet` flows at `velocity`, m/s, from `center`, m, which stays where it is without a value. A
 /// velocity of 0 closes it. std::invalid_argument: no such jet, no finite number; SetupError: a centre outside the

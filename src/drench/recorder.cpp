@@ -11,19 +11,19 @@ namespace drench {
 Recorder::Recorder(const std::string& folder, bool overwrite, const Model& model, const Backend& backend,
                    const Pipeline& pipeline, const std::vector<std::string>& warnings)
     : model_(model),
-      backend_(backend),
-      pipeline_(pipeline),
+      backend_(&backend),
+      pipeline_(&pipeline),
       folder_(make_run_folder(folder, model.scene.path, overwrite).path),
       lock_(folder_),
       log_(folder_ / "run.log"),
       totals_(model.most_stretch()) {
-  write_resolved_scene(folder_, model_.scene, backend_.name(), backend_.description());
-  log_.write(run_heading(backend_.name(), backend_.description(), model_.scene.path));
+  write_resolved_scene(folder_, model_.scene, backend_->name(), backend_->description());
+  log_.write(run_heading(backend_->name(), backend_->description(), model_.scene.path));
   for (const std::string& line : warnings) log_.write("warning: " + line);
-  stats_.emplace(folder_ / "stats.csv", pipeline_.stages(), model_.quantum, pipeline_.initial_total(), -1,
+  stats_.emplace(folder_ / "stats.csv", pipeline_->stages(), model_.quantum, pipeline_->initial_total(), -1,
                  StatsKinds{model_.scene.time.mode == TimeMode::error,
                             false,
-                            {model_.solute_quantum(), pipeline_.initial_solute()},
+                            {model_.solute_quantum(), pipeline_->initial_solute()},
                             model_.porous_cloths()});
   frames_.emplace(folder_, model_);
   frame();
@@ -31,9 +31,9 @@ Recorder::Recorder(const std::string& folder, bool overwrite, const Model& model
 
 void Recorder::step(const StepReport& report) {
   frames_->check();
-  log_.write(totals_.add(pipeline_.step_index(), pipeline_.time(), report, pipeline_.milliseconds()));
-  stats_->write({report, pipeline_.milliseconds(), pipeline_.step_milliseconds()});
-  mass_error_ = static_cast<double>(report.mass_total() - pipeline_.initial_total()) * model_.quantum;
+  log_.write(totals_.add(pipeline_->step_index(), pipeline_->time(), report, pipeline_->milliseconds()));
+  stats_->write({report, pipeline_->milliseconds(), pipeline_->step_milliseconds()});
+  mass_error_ = static_cast<double>(report.mass_total() - pipeline_->initial_total()) * model_.quantum;
 }
 
 void Recorder::failed(const RunFailure& failure) {
@@ -43,12 +43,12 @@ void Recorder::failed(const RunFailure& failure) {
 }
 
 void Recorder::frame() {
-  if (last_frame_step_ == pipeline_.step_index()) return;
+  if (last_frame_step_ == pipeline_->step_index()) return;
   frames_->wait();
-  HostState state = backend_.download();
-  pipeline_.mark(state);
+  HostState state = backend_->download();
+  pipeline_->mark(state);
   frames_->write(std::move(state));
-  last_frame_step_ = pipeline_.step_index();
+  last_frame_step_ = pipeline_->step_index();
 }
 
 std::filesystem::path Recorder::finish() {
@@ -57,10 +57,10 @@ std::filesystem::path Recorder::finish() {
   log_.write(totals_.warnings());
   if (!failed_) {
     const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count();
-    log_.write(totals_.end(pipeline_.time(), seconds, mass_error_));
+    log_.write(totals_.end(pipeline_->time(), seconds, mass_error_));
     log_.write(totals_.errors(model_));
   }
-  log_.write(totals_.stage_table(pipeline_.stages()));
+  log_.write(totals_.stage_table(pipeline_->stages()));
   const std::filesystem::path file = folder_ / report_name;
   write_report(folder_, std::nullopt, file);
   return file;

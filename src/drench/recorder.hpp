@@ -15,7 +15,7 @@
 
 namespace drench {
 
-/// The model, the backend and the pipeline outlive it.
+/// The model outlives it, and so do the backend and the pipeline or those that take their place.
 class Recorder {
  public:
   /// Makes the folder, which must be new or empty (`overwrite`: or hold a run, whose files are removed), and writes the
@@ -25,6 +25,11 @@ class Recorder {
   /// Adds the step that the pipeline has just taken.
   void step(const StepReport& report);
   void failed(const RunFailure& failure);
+  /// The run has gone on to others.
+  void use(const Backend& backend, const Pipeline& pipeline) {
+    backend_ = &backend;
+    pipeline_ = &pipeline;
+  }
   /// Adds a frame of the current state, unless the last one shows it.
   void frame();
   /// Adds the last frame, waits for all of them and writes the report. Returns its path.
@@ -32,8 +37,8 @@ class Recorder {
 
  private:
   const Model& model_;
-  const Backend& backend_;
-  const Pipeline& pipeline_;
+  const Backend* backend_;
+  const Pipeline* pipeline_;
   std::filesystem::path folder_;
   std::optional<FolderLock> lock_;
   RunLog log_;

@@ -1,15 +1,20 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <optional>
 #include <stdexcept>
+#include <tuple>
 
 #include "app/resume.hpp"
 #include "app/set_up.hpp"
+#include "base/eigen_vec.hpp"
 #include "drench/drench.hpp"
+#include "drench/given_state.hpp"
 #include "drench/prescribed.hpp"
 #include "drench/recorder.hpp"
 #include "drench_version.hpp"
 #include "pipeline/pipeline.hpp"
+#include "state/needed_fields.hpp"
 #include "state/saturation.hpp"
 
 namespace drench {
@@ -43,7 +48,9 @@ struct Simulation::Parts {
         setup(build(scene, budget_of(scene, communicator))),
         at_start(prescribed_of(setup.model)),
         backend(make_kokkos_backend_on(ranks, setup.model)),
-        pipeline(setup.model, *backend, setup.state) {
+        pipeline(std::make_unique<Pipeline>(setup.model, *backend, setup.state)),
+        geometry(geometry_of(setup.model)),
+        pinned(setup.model.mesh.pinned) {
     setup.state = HostState();  // the backend has it
     if (ranks)
       require_agreement(*ranks,
@@ -60,7 +67,57 @@ struct Simulation::Parts {
       throw;
     }
     changed = true;
-    pipeline.model_changed();
+    pipeline->model_changed();
+  }
+
+  /// Continues from `changes` and `state`, which `find` brings while the model is as the scene prescribes it; all or
+  /// nothing.
+  template <class Find>
+  void go_on_from(Find&& find) {
+    Model& model = setup.model;
+    const Prescribed before = prescribed_of(model);
+    try {
+      prescribe(model, at_start);
+      const auto& [state, changes] = find();
+      if (!changes.empty()) take_numbers(model, changes);
+      ++generation;
+      last_dt = 0;
+      upload(state);
+      changed = !changes.empty();
+    } catch (...) {
+      prescribe(model, before);
+      throw;
+    }
+  }
+  /// Continues from a state of the model as it is now. Which nodes are pinned is built into a backend: another one
+  /// takes its place if they have changed.
+  void upload(const HostState& state) {
+    if (setup.model.mesh.pinned == pinned) return pipeline->go_on_from(state);
+    std::unique_ptr<Backend> next = make_kokkos_backend_on(ranks, setup.model);
+    pipeline = std::make_unique<Pipeline>(setup.model, *next, state);
+    backend = std::move(next);
+    if (recorder) recorder->use(*backend, *pipeline);
+    pinned = setup.model.mesh.pinned;
+  }
+  /// Attaches or detaches nodes by `change`, which gets the state; all or nothing.
+  template <class Change>
+  void change_attachments(Change&& change) {
+    HostState state = backend->download();
+    pipeline->mark(state);
+    change_model([&](Model& model) {
+      change(model, state);
+      upload(state);
+    });
+    ++generation;
+    last_dt = 0;
+  }
+  /// States are replaced as a whole, which a rank does not have.
+  void require_one_rank(std::string_view call) const {
+    if (ranks) throw std::logic_error(fmt::format("Simulation::{}: not possible in a run over ranks", call));
+  }
+  void require_no_recorder(std::string_view call) const {
+    if (recorder)
+      throw std::logic_error(fmt::format("Simulation::{}: the run is being recorded; end_record() first", call));
   }
 
   const Communicator* ranks;
@@ -68,10 +125,13 @@ struct Simulation::Parts {
   Setup setup;
   Prescribed at_start;
   std::unique_ptr<Backend> backend;
-  Pipeline pipeline;
+  std::unique_ptr<Pipeline> pipeline;
+  std::uint64_t geometry;            // as the scene has it
+  std::vector<std::uint8_t> pinned;  // that the backend was made with
   std::uint64_t generation = 1;
-  double last_dt = 0;    // s
-  bool changed = false;  // from what the scene prescribes
+  double last_dt = 0;                // s
+  bool changed = false;              // from what the scene prescribes
+  std::optional<HostState> initial;  // once a program has asked for it
   std::optional<Recorder> recorder;
 };
 
@@ -83,7 +143,7 @@ StepReport Simulation::step(double longest) {
   ++parts_->generation;  // also of a step that fails
   parts_->last_dt = 0;
   try {
-    const StepReport report = parts_->pipeline.step(longest);
+    const StepReport report = parts_->pipeline->step(longest);
     parts_->last_dt = report.dt;
     if (parts_->recorder) parts_->recorder->step(report);
     return report;
@@ -98,12 +158,12 @@ void Simulation::run_until(double time) {
   while (this->time() < time - rounding) step(time - this->time());
 }
 
-double Simulation::time() const { return parts_->pipeline.time(); }
-std::int64_t Simulation::steps() const { return parts_->pipeline.step_index(); }
+double Simulation::time() const { return parts_->pipeline->time(); }
+std::int64_t Simulation::steps() const { return parts_->pipeline->step_index(); }
 
 HostState Simulation::state() const {
   HostState state = parts_->backend->download();
-  parts_->pipeline.mark(state);
+  parts_->pipeline->mark(state);
   return state;
 }
 
@@ -168,11 +228,41 @@ void Simulation::apply_wrench(Index body, const Vec3& force, const Vec3& torque)
   parts_->change_model([&](Model& model) { change_wrench(model, body, force, torque); });
 }
 
+void Simulation::attach(Index cloth, const std::vector<Index>& nodes, Index body) {
+  parts_->require_one_rank("attach");
+  parts_->change_attachments([&](Model& model, const HostState& state) {
+    attach_nodes(model, cloth, nodes, body, state.node_position, time());
+  });
+}
+
+void Simulation::detach(Index cloth, const std::vector<Index>& nodes) {
+  parts_->require_one_rank("detach");
+  parts_->change_attachments([&](Model& model, const HostState&) { detach_nodes(model, cloth, nodes); });
+}
+
+std::vector<Index> Simulation::attached(Index body) const {
+  body_numbered(parts_->setup.model, body);
+  return attached_nodes(parts_->setup.model, body);
+}
+
 BodyLoad Simulation::body_load(Index body) const {
   if (!body_numbered(parts_->setup.model, body).is_measured())
     throw std::invalid_argument(fmt::format(
         "what acts on body {} is not measured; allowed: bodies with commanded: true or dynamic: true", body));
-  return parts_->backend->body_loads(parts_->last_dt)[static_cast<std::size_t>(body)].value();
+  BodyLoad load = parts_->backend->body_loads(parts_->last_dt)[static_cast<std::size_t>(body)].value();
+  const std::vector<Index> nodes = attached_nodes(parts_->setup.model, body);
+  if (nodes.empty() || !(parts_->last_dt > 0)) return load;
+  const HostState state = parts_->backend->download();
+  const Eigen::Vector3d center = to_eigen(state.body_position[static_cast<std::size_t>(body)]);
+  Eigen::Vector3d force = Eigen::Vector3d::Zero(), torque = Eigen::Vector3d::Zero();
+  for (const Index n : nodes) {
+    const Eigen::Vector3d f = -to_eigen(state.node_pin_force[static_cast<std::size_t>(n)]);
+    force += f;
+    torque += (to_eigen(state.node_position[static_cast<std::size_t>(n)]) - center).cross(f);
+  }
+  load.attached_force = to_vec3(force);
+  load.attached_torque = to_vec3(torque);
+  return load;
 }
 
 void Simulation::set_jet(Index jet, const Vec3& velocity, const std::optional<Vec3>& center) {
@@ -186,7 +276,8 @@ void Simulation::set_wind(const Vec3& velocity) {
 void Simulation::save_checkpoint(const std::string& path) const {
   Checkpoint checkpoint = checkpoint_header(parts_->setup.model, *parts_->backend);
   checkpoint.scene = to_yaml(parts_->scene);
-  if (parts_->changed) checkpoint.changes = to_numbers(parts_->setup.model);
+  checkpoint.geometry = parts_->geometry;
+  checkpoint.changes = changes();
   checkpoint.state = state();
   if (!parts_->ranks || parts_->ranks->rank() == 0) write_checkpoint(path, checkpoint);
 }
@@ -194,7 +285,7 @@ void Simulation::save_checkpoint(const std::string& path) const {
 void Simulation::record(const std::string& folder, bool overwrite) {
   if (parts_->ranks) throw std::logic_error("Simulation::record: a run over ranks cannot be recorded");
   if (parts_->recorder) throw std::logic_error("Simulation::record: the run is being recorded already");
-  parts_->recorder.emplace(folder, overwrite, parts_->setup.model, *parts_->backend, parts_->pipeline,
+  parts_->recorder.emplace(folder, overwrite, parts_->setup.model, *parts_->backend, *parts_->pipeline,
                            parts_->setup.warnings);
 }
 
@@ -208,39 +299,71 @@ std::string Simulation::end_record() {
   return parts_->recorder->finish().string();
 }
 
+void Simulation::set_state(const HostState& state) {
+  parts_->require_one_rank("set_state");
+  const HostState before = this->state();
+  HostState next = state;
+  parts_->pipeline->mark(next);
+  visit_fields(next, [&](std::string_view field, auto& values) {
+    if (!needs_field(parts_->setup.model, field)) values.clear();
+  });
+  check_given_state(parts_->setup.model, next);
+  continue_budget(next, before);
+  parts_->change_model([&](Model& model) { model.fastest_before = std::max(model.fastest_before, fastest_of(next)); });
+  ++parts_->generation;
+  parts_->pipeline->go_on_from(next);
+}
+
+std::vector<double> Simulation::changes() const {
+  return parts_->changed ? to_numbers(parts_->setup.model) : std::vector<double>();
+}
+
+void Simulation::restore(const HostState& state, const std::vector<double>& changes) {
+  parts_->require_one_rank("restore");
+  parts_->require_no_recorder("restore");
+  check_given_state(parts_->setup.model, state);
+  parts_->go_on_from([&] { return std::tie(state, changes); });
+}
+
+void Simulation::reset() {
+  parts_->require_one_rank("reset");
+  parts_->require_no_recorder("reset");
+  if (!parts_->initial) parts_->initial = build(parts_->scene, budget_of(parts_->scene, nullptr)).state;
+  const std::vector<double> no_changes;
+  parts_->go_on_from([&] { return std::tie(*parts_->initial, no_changes); });
+}
+
 std::vector<std::string> Simulation::resume(const std::string& path) {
-  if (parts_->recorder) throw std::logic_error("Simulation::resume: the run is being recorded; end_record() first");
-  Model& model = parts_->setup.model;
-  const Prescribed before = prescribed_of(model);
+  parts_->require_no_recorder("resume");
+  Resume found;
   try {
-    prescribe(model, parts_->at_start);
-    const Resume found = find_checkpoint(path, model, *parts_->backend, For::library);
-    if (!found.checkpoint.changes.empty()) take_numbers(model, found.checkpoint.changes);
-    ++parts_->generation;
-    parts_->last_dt = 0;
-    parts_->pipeline.go_on_from(found.checkpoint.state);
-    parts_->changed = !found.checkpoint.changes.empty();
-    return found.warnings;
+    parts_->go_on_from([&] {
+      found = find_checkpoint(path, parts_->setup.model, *parts_->backend, For::library);
+      return std::tie(found.checkpoint.state, found.checkpoint.changes);
+    });
   } catch (const std::invalid_argument& e) {
-    prescribe(model, before);
     throw CheckpointError(fmt::format("{}: {}", path, e.what()));
-  } catch (...) {
-    prescribe(model, before);
-    throw;
   }
+  return found.warnings;
 }
 
 const Scene& Simulation::scene() const { return parts_->scene; }
 
 std::vector<std::pair<std::string_view, double>> Simulation::stage_milliseconds() const {
   std::vector<std::pair<std::string_view, double>> times;
-  for (const Stage stage : parts_->pipeline.stages())
-    times.emplace_back(name_of(stage), parts_->pipeline.milliseconds()[static_cast<std::size_t>(stage)]);
+  for (const Stage stage : parts_->pipeline->stages())
+    times.emplace_back(name_of(stage), parts_->pipeline->milliseconds()[static_cast<std::size_t>(stage)]);
   return times;
 }
 
 std::vector<double> Simulation::saturation(const HostState& state) const {
   return node_saturation(parts_->setup.model, state);
+}
+
+std::vector<double> Simulation::node_capacity() const {
+  std::vector<double> capacity = parts_->setup.model.samples.node_capacity;
+  capacity.resize(parts_->setup.model.mesh.rest_position.size(), 0.0);
+  return capacity;
 }
 
 const std::vector<std::array<Index, 3>>& Simulation::triangles() const { return parts_->setup.model.mesh.triangle; }

@@ -10,22 +10,10 @@
 #include <utility>
 
 #include "base/stop_request.hpp"
+#include "state/mass_budget.hpp"
 
 namespace drench {
 namespace {
-
-Quanta in_cloth(const HostState& s) { return std::accumulate(s.node_liquid.begin(), s.node_liquid.end(), Quanta{0}); }
-
-Quanta total_of(const HostState& s) {
-  const Quanta fluid = std::accumulate(s.fluid_mass.begin(), s.fluid_mass.end(), Quanta{0});
-  return fluid + in_cloth(s) + s.drained + s.evaporated - s.supplied;
-}
-
-Quanta solute_of(const HostState& s) {
-  const Quanta fluid = std::accumulate(s.fluid_solute.begin(), s.fluid_solute.end(), Quanta{0});
-  return std::accumulate(s.node_solute.begin(), s.node_solute.end(), fluid) + s.solute_drained + s.solute_deposited -
-         s.solute_supplied;
-}
 
 /// The step that is taken when the stages allow `wanted` and the next output is `left` away.
 double clip_step(double wanted, double left, TimeMode mode) {
@@ -85,14 +73,14 @@ Pipeline::Pipeline(const Model& model, Backend& backend, const HostState& initia
       stages_(stages_for(model)),
       time_(initial.time),
       step_(initial.step),
-      initial_total_(total_of(initial)),
-      initial_solute_(solute_of(initial)),
+      initial_total_(liquid_budget(initial)),
+      initial_solute_(solute_budget(initial)),
       limits_(model, static_cast<double>(initial_total_) * model.quantum),
       collapsing_(initial.collapsing),
       divergence_start_(initial.divergence_start),
       density_start_(initial.density_start),
       next_step_(initial.next_step),
-      in_cloth_(in_cloth(initial)),
+      in_cloth_(sum_of(initial.node_liquid)),
       uptake_rate_(initial.uptake_rate),
       capacity_(std::accumulate(model.samples.node_capacity.begin(), model.samples.node_capacity.end(), 0.0)) {
   backend_.upload(initial);
@@ -112,10 +100,10 @@ void Pipeline::go_on_from(const HostState& state) {
   divergence_start_ = state.divergence_start;
   density_start_ = state.density_start;
   next_step_ = state.next_step;
-  in_cloth_ = in_cloth(state);
+  in_cloth_ = sum_of(state.node_liquid);
   uptake_rate_ = state.uptake_rate;
-  initial_total_ = total_of(state);
-  initial_solute_ = solute_of(state);
+  initial_total_ = liquid_budget(state);
+  initial_solute_ = solute_budget(state);
   model_changed();
   backend_.upload(state);
 }

@@ -45,8 +45,9 @@ struct BodyMotion {
 
 /// What acts on a body: forces, N, and torques about its centre, N m.
 struct BodyLoad {
-  Vec3 liquid_force{0, 0, 0}, liquid_torque{0, 0, 0};  ///< pressure and viscosity of the liquid
-  Vec3 cloth_force{0, 0, 0}, cloth_torque{0, 0, 0};    ///< contact, friction and wet adhesion of cloth
+  Vec3 liquid_force{0, 0, 0}, liquid_torque{0, 0, 0};      ///< pressure and viscosity of the liquid
+  Vec3 cloth_force{0, 0, 0}, cloth_torque{0, 0, 0};        ///< contact, friction and wet adhesion of cloth
+  Vec3 attached_force{0, 0, 0}, attached_torque{0, 0, 0};  ///< of nodes that are attached to the body
 };
 
 /// What a step has done, in numbers. Each stage fills in its own part, and the pipeline `step`, `time` and `dt`. Where

@@ -242,6 +242,8 @@ void describe(Section& s, PinScene& pin) {
   s.saved_if(free).numbers("offset", pin.offset, coordinate_range, "m",
                            "keyframes of the displacement from the start; added to the motion by `velocity`");
   describe_sequence(s, pin.sequence, "files of the moving cloth mesh; the pins follow their nodes in them");
+  s.saved_if(!pin.body.empty())
+      .text("body", pin.body, "name of a body that the pins move and turn with, such as a gripper; not a dynamic one");
   s.saved_if(free).section("spin", pin, describe_pin_spin, "rotation between `start` and `end`");
   s.saved_if(free).number("start", pin.start, "[0, 1e6]", "s", "time at which the motion starts");
   s.saved_if(motion).number("end", pin.end, "[0, inf]", "s", "time at which the motion ends; after `start`");
@@ -250,6 +252,9 @@ void describe(Section& s, PinScene& pin) {
   for (const char* key : {"velocity", "offset", "spin", "start"})
     s.check(!s.has("sequence") || !s.has(key), key,
             "cannot be combined with sequence, which sets the motion; allowed: one of the two");
+  for (const char* key : {"velocity", "offset", "spin", "sequence", "start", "end"})
+    s.check(!s.has("body") || !s.has(key), key,
+            "cannot be combined with body, which sets the motion; allowed: one of the two");
 }
 
 void describe(Section& s, SewScene& sew) {

@@ -8,17 +8,6 @@
 
 namespace drench {
 
-/// An entry of `sources`: one of the two.
-struct SourceScene {
-  std::optional<BlockScene> block;
-  std::optional<JetScene> jet;
-};
-
-void describe(Section& s, SourceScene& source) {
-  s.one_of().section("block", source.block, "box that is filled with liquid at the start");
-  s.one_of().section("jet", source.jet, "emitter: a round nozzle");
-}
-
 void describe(Section& s, MicropolarScene& micropolar) {
   s.one_line();
   s.number("transfer", micropolar.transfer, "(0, 10]", "m²/s", "transfer coefficient ν_t between spins and flow");
@@ -48,11 +37,73 @@ void describe(Section& s, FluidSolverScene& solver) {
                       solver.max_iterations));
 }
 
-void describe(Section& s, BlockScene& block) {
-  describe(s, block.box);
+/// Of every source that is there at the start.
+void describe_content(Section& s, BlockScene& block) {
   s.numbers("velocity", block.velocity, speed_range, "m/s", "initial velocity");
   s.number("concentration", block.concentration, concentration_range, "kg/kg",
            "mass fraction of the solute (such as dye or detergent)");
+}
+
+void describe(Section& s, BlockScene& block) {
+  describe(s, block.box);
+  describe_content(s, block);
+}
+
+void describe_sphere(Section& s, BlockScene& block) {
+  s.one_line();
+  s.required().numbers("center", block.center, coordinate_range, "m", "centre");
+  s.required().number("radius", block.radius, "[1e-6, 10000]", "m", "radius; at least one spacing");
+  describe_content(s, block);
+}
+
+void describe_rotate(Section& s, PlacedFile& placed) {
+  s.numbers("axis", placed.rotate_axis, direction_range, "1", "rotation axis; its length does not matter");
+  s.number("degrees", placed.rotate_degrees, "[-3600, 3600]", "degrees", "by the right-hand rule");
+  check_not_zero(s, "axis", placed.rotate_axis);
+}
+
+void describe_placed(Section& s, PlacedFile& placed) {
+  s.number("scale", placed.scale, "[1e-9, 1e6]", "1", "scale factor of the file's coordinates");
+  describe_coordinates(s, placed.unit, placed.up, true);
+  s.numbers("position", placed.position, coordinate_range, "m", "displacement, after the rotation");
+  s.section("rotate", placed, describe_rotate, "rotation about the origin of the file");
+}
+
+void describe_mesh(Section& s, BlockScene& block) {
+  s.required().mesh_file("file", block.placed.file,
+                         "closed mesh (.obj, .ply, .stl); a relative path starts at the scene's folder");
+  describe_placed(s, block.placed);
+  describe_content(s, block);
+}
+
+void describe_particles(Section& s, BlockScene& block) {
+  s.required().other_file(
+      "file", block.placed.file,
+      "particles (.ply, .vtu, .vtp) with their positions; `velocity` (vx, vy, vz in .ply) and `mass` are read too");
+  describe_placed(s, block.placed);
+  describe_content(s, block);
+}
+
+/// An entry of `sources`.
+struct SourceScene {
+  BlockScene block;
+  std::optional<JetScene> jet;
+};
+
+void describe(Section& s, SourceScene& source) {
+  using Shape = BlockScene::Shape;
+  BlockScene& block = source.block;
+  const bool full = !source.jet;
+  const auto shape = [&](Shape value) -> Section& { return s.saved_if(full).one_of(block.shape, value); };
+  shape(Shape::box).section("block", block, "box that is filled with liquid at the start");
+  shape(Shape::sphere).section("sphere", block, describe_sphere, "sphere that is filled with liquid at the start");
+  shape(Shape::mesh)
+      .section("mesh", block, describe_mesh,
+               "closed mesh that is filled with liquid at the start; the mass is density times its volume");
+  shape(Shape::particles)
+      .section("particles", block, describe_particles,
+               "particles of a file, for example a frame of another run; their distance has to be `spacing`");
+  s.one_of().section("jet", source.jet, "emitter: a round nozzle");
 }
 
 /// Between two keys the axis turns the short way, which opposite directions do not have.
@@ -111,14 +162,16 @@ void describe(Section& s, FluidScene& fluid) {
   s.section("solver", fluid.solver, "convergence of the pressure solvers");
 
   std::vector<SourceScene> sources;
-  for (const BlockScene& block : fluid.blocks) sources.push_back({block, {}});
-  for (const JetScene& jet : fluid.jets) sources.push_back({{}, jet});
+  for (const BlockScene& block : fluid.blocks) sources.emplace_back().block = block;
+  for (const JetScene& jet : fluid.jets) sources.emplace_back().jet = jet;
   s.list("sources", sources, "sources of liquid; required unless the scene has porous cloth");
   fluid.blocks.clear();
   fluid.jets.clear();
   for (const SourceScene& source : sources) {
-    if (source.block) fluid.blocks.push_back(*source.block);
-    if (source.jet) fluid.jets.push_back(*source.jet);
+    if (source.jet)
+      fluid.jets.push_back(*source.jet);
+    else
+      fluid.blocks.push_back(source.block);
   }
 }
 

@@ -65,6 +65,17 @@ void check_sections(Section& s, const Scene& scene) {
   if (const auto often = too_often(scene)) s.check(false, often->first, often->second);
 }
 
+/// Pins follow a body whose motion does not depend on them.
+void check_followed_body(Section& s, const Scene& scene, const std::string& name, const std::string& key) {
+  if (name.empty()) return;
+  const auto body =
+      std::find_if(scene.bodies.begin(), scene.bodies.end(), [&](const BodyScene& b) { return b.name == name; });
+  s.check(body != scene.bodies.end(), key,
+          fmt::format("there is no body named '{}'; allowed: a value of bodies.N.name", name));
+  if (body != scene.bodies.end())
+    s.not_available(body->dynamic, key, "a pin that follows a dynamic body", "a body without dynamic: true");
+}
+
 void check_parts(Section& s, const Scene& scene) {
   std::set<std::string> names;
   for (std::size_t i = 0; i < scene.cloths.size(); ++i) {
@@ -92,6 +103,9 @@ void check_parts(Section& s, const Scene& scene) {
     s.not_available(scene.bodies[i].dynamic && !scene.fluid.present, fmt::format("bodies.{}.{}.dynamic", i, kind),
                     "a dynamic body in a scene without fluid", "false, or a scene with fluid");
   }
+  for (std::size_t i = 0; i < scene.cloths.size(); ++i)
+    for (std::size_t k = 0; k < scene.cloths[i].pins.size(); ++k)
+      check_followed_body(s, scene, scene.cloths[i].pins[k].body, fmt::format("cloth.{}.pin.{}.body", i, k));
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
 #pragma once
-// The content of a scene file as plain structs. All defaults of the project stand here and in scene/material.hpp.
+// The content of a scene file as plain structs. All defaults of the project stand here, in scene/liquid.hpp and
+// in scene/material.hpp.
 
 #include <algorithm>
 #include <array>
@@ -10,30 +11,15 @@
 
 #include "base/keyed.hpp"
 #include "base/types.hpp"
+#include "scene/liquid.hpp"
 #include "scene/material.hpp"
 
 namespace drench {
-
-/// A box along the axes.
-struct Box {
-  Vec3 min{0, 0, 0};  // m
-  Vec3 max{0, 0, 0};  // m
-
-  bool operator==(const Box&) const = default;
-};
 
 /// Fixed steps, or steps as long as the CFL number or the density's error allows.
 enum class TimeMode { fixed, cfl, error };
 /// The sort of the neighbour search. It changes the speed and no bit of the results.
 enum class SortMethod { automatic, counting, radix, bitonic, bitonic_naive };
-/// The smoothing kernel.
-enum class KernelKind { cubic, wendland, poly6 };
-/// What pressure a wall has beside a particle: the particle's, or that plus what its gradient along the wall adds.
-enum class WallPressure { mirrored, extrapolated };
-/// The axis of a mesh file that points up; the mesh is turned so that it becomes y.
-enum class UpAxis { x, y, z };
-/// The unit of a mesh file's coordinates.
-enum class LengthUnit { m, cm, mm, inch };
 /// Projective Dynamics, or XPBD on the same step.
 enum class ClothMethod { pd, xpbd };
 
@@ -79,68 +65,6 @@ struct ProcessScene {
   bool operator==(const ProcessScene&) const = default;
 };
 
-/// Section `fluid.solver`: when the pressure solves end.
-struct FluidSolverScene {
-  double density_error = 1e-3;         // 1; mean compression that ends the density solve
-  double divergence_error = 1e-3;      // 1; mean compression rate · Δt that ends the divergence solve
-  int max_iterations = 100;            // most iterations of either solve
-  int min_iterations = 2;              // fewest iterations of either solve
-  double density_correction = 0.5;     // c, 1; correction factor of a density error (stages/pressure.hpp)
-  std::optional<double> source_error;  // η, 1; part of a step's own compression that ends the density solve
-
-  bool operator==(const FluidSolverScene&) const = default;
-};
-
-/// A source of liquid: a box that is full at the start.
-struct BlockScene {
-  Box box;                   // full of liquid
-  Vec3 velocity{0, 0, 0};    // m/s
-  double concentration = 0;  // kg/kg; of its solute
-
-  bool operator==(const BlockScene&) const = default;
-};
-
-/// A source of liquid: a round nozzle.
-struct JetScene {
-  Vec3 center{0, 0, 0};                                  // m
-  double radius = 0.05;                                  // m
-  Keyed<Vec3> velocity;                                  // m/s; the nozzle's axis
-  double start = 0.0;                                    // s
-  double end = std::numeric_limits<double>::infinity();  // s
-  double concentration = 0;                              // kg/kg; of its solute
-
-  bool operator==(const JetScene&) const = default;
-};
-
-/// Spin of the particles, for turbulence (stages/micropolar.hpp); a scene without the section has none.
-struct MicropolarScene {
-  bool present = false;      // does the scene have the section?
-  double transfer = 1.0e-3;  // ν_t, m²/s
-  double inertia = 1.0;      // Θ / d²
-  double viscosity = 0.0;    // ζ, m²/s
-  double reaction = 0.0;     // a, 1
-
-  bool operator==(const MicropolarScene&) const = default;
-};
-
-/// Section `fluid`.
-struct FluidScene {
-  bool present = false;                   // a scene without the section `fluid` has no liquid particles
-  double spacing = 0.01;                  // m; the particle diameter d
-  double density = 1000.0;                // kg/m³
-  double viscosity = 1.0e-6;              // m²/s
-  double surface_tension = 0.0;           // N/m
-  KernelKind kernel = KernelKind::cubic;  // of liquid, walls and cloth alike
-  double support = 2.0;                   // h / d
-  WallPressure wall_pressure = WallPressure::extrapolated;  // at solids
-  MicropolarScene micropolar;                               // spins
-  FluidSolverScene solver;                                  // tolerances and caps
-  std::vector<BlockScene> blocks;                           // sources that are there at the start
-  std::vector<JetScene> jets;                               // sources that flow
-
-  bool operator==(const FluidScene&) const = default;
-};
-
 /// A rectangular cloth, in place of a mesh file.
 struct GridScene {
   std::array<double, 2> size{1, 1};  // m; spanned in x and z, centred on the origin
@@ -178,6 +102,7 @@ struct PinScene {
   SequenceScene sequence;  // of the cloth's mesh, in place of `velocity`, `offset`, `spin`
   SpinScene spin;          // about `center`
   Vec3 center{0, 0, 0};    // m; what the pins turn about, moves with them
+  std::string body;        // the name of a body that they follow, instead of all these; empty: none
   double start = 0.0;      // s
   double end = std::numeric_limits<double>::infinity();  // s
 
@@ -186,7 +111,7 @@ struct PinScene {
 
 /// Do these pins move?
 inline bool moves(const PinScene& pin) {
-  return !pin.velocity.is_zero() || !pin.offset.is_zero() || !pin.sequence.files.empty() ||
+  return !pin.body.empty() || !pin.velocity.is_zero() || !pin.offset.is_zero() || !pin.sequence.files.empty() ||
          !pin.spin.degrees_per_second.is_zero();
 }
 

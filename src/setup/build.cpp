@@ -7,6 +7,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "base/eigen_vec.hpp"
 #include "base/free_cores.hpp"
 #include "setup/air.hpp"
 #include "setup/body_geometry.hpp"
@@ -117,7 +118,7 @@ SetupSize expected_size(const Model& m) {
     size.area = cloth_area(m) / (m.spacing * m.spacing);
   }
   if (!m.has_fluid()) return size;
-  size.fluid = expected_block_particles(m.scene.fluid);
+  size.fluid = blaming("fluid.sources", [&] { return expected_block_particles(m.scene); });
   const Box region = wetted_region(m);
   for (std::size_t b = 0; b < m.bodies.size(); ++b) {
     double samples = 0;
@@ -267,6 +268,8 @@ void init_fluid(Setup& setup) {
   const std::size_t count = particles.position.size();
   resize_liquid(s, setup.model, count);
   s.fluid_position = std::move(particles.position);
+  for (const Vec3& v : particles.velocity)
+    setup.model.fastest_before = std::max(setup.model.fastest_before, std::hypot(v[0], v[1], v[2]));
   s.fluid_velocity = std::move(particles.velocity);
   s.fluid_mass = std::move(particles.mass);
   std::iota(s.fluid_id.begin(), s.fluid_id.end(), std::int64_t{0});
@@ -291,6 +294,23 @@ void check_ledger_range(const Setup& setup) {
 
 namespace {
 
+/// Pins that follow a body turn about its centre.
+void follow_bodies(Model& m) {
+  for (std::size_t n = 0; n < m.mesh.pin_motion.size(); ++n) {
+    if (m.mesh.pin_motion[n] < 0) continue;
+    PinMotion& motion = m.pin_motions[static_cast<std::size_t>(m.mesh.pin_motion[n])];
+    if (motion.body < 0) continue;
+    const Body& body = m.bodies[static_cast<std::size_t>(motion.body)];
+    if (body.deforms())
+      throw SetupError(
+          fmt::format("pins cannot follow body '{}', because its shape changes; allowed: pins with sequence",
+                      body.name),
+          fmt::format("bodies.{}", motion.body));
+    motion.center = body.center;
+    motion.reach = std::max(motion.reach, (to_eigen(m.mesh.rest_position[n]) - to_eigen(motion.center)).norm());
+  }
+}
+
 void make_bodies(Setup& setup, SetupLines& lines) {
   Model& m = setup.model;
   const Scene& scene = m.scene;
@@ -314,6 +334,7 @@ void make_bodies(Setup& setup, SetupLines& lines) {
     for (std::string& line : deformation_warnings(m.bodies[b], fmt::format("body {}", b + 1)))
       setup.warnings.push_back(std::move(line));
   start_bodies(m, setup.state);
+  follow_bodies(m);
 }
 
 /// Everything after the meshes.

@@ -64,7 +64,7 @@ PlacedMesh placed_mesh(const ClothScene& cloth, const std::string& scene_path, S
   SurfaceMesh& mesh = placed.mesh;
   if (cloth.grid) {
     if (cloth.grid->nodes[0] < 2 || cloth.grid->nodes[1] < 2)
-      throw SetupError(label + ": a grid has 2 nodes or more each way");
+      throw SetupError(label + ": a grid needs at least 2 nodes in each direction");
     mesh = grid_mesh(*cloth.grid);
   } else {
     mesh = read_mesh(cloth.file, scene_path, {.texture = takes_warp_of_file(cloth), .groups = needs_groups(cloth)});
@@ -186,6 +186,8 @@ void set_pins_in_motion(Model& model, const ClothScene& cloth, const Pins& pins,
                                  {},
                                  {1, 0, 0, 0},
                                  p.offset});
+    for (std::size_t b = 0; b < model.scene.bodies.size() && !p.body.empty(); ++b)
+      if (model.scene.bodies[b].name == p.body) model.pin_motions.back().body = static_cast<Index>(b);
   }
   std::vector<Index>& of_node = model.mesh.pin_motion;
   of_node.resize(model.mesh.rest_position.size() - pins.entry.size(), -1);  // cloths before this one
@@ -194,6 +196,7 @@ void set_pins_in_motion(Model& model, const ClothScene& cloth, const Pins& pins,
   for (std::size_t n = 0; n < of_node.size(); ++n) {
     if (of_node[n] < 0) continue;
     PinMotion& m = model.pin_motions[static_cast<std::size_t>(of_node[n])];
+    if (m.body >= 0) continue;  // once there are bodies
     m.reach = std::max(m.reach, (to_eigen(model.mesh.rest_position[n]) - to_eigen(m.center)).norm());
   }
 }

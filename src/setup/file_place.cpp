@@ -76,6 +76,11 @@ FilePlace file_place(const ClothScene& cloth) {
                     to_eigen(cloth.position));
 }
 
+FilePlace file_place(const PlacedFile& placed) {
+  return file_place(placed.scale, placed.unit, placed.up, placed.rotate_axis, placed.rotate_degrees,
+                    to_eigen(placed.position));
+}
+
 FilePlace file_place(const BodyScene& body) {
   return file_place(body.scale, body.unit, body.up, body.rotate_axis, body.rotate_degrees,
                     to_eigen(body.position) + to_eigen(body.place));

@@ -28,6 +28,7 @@ struct FilePlace {
 /// Of a cloth's mesh file, and of a grid, which has unit m and y up.
 FilePlace file_place(const ClothScene& cloth);
 FilePlace file_place(const BodyScene& body);
+FilePlace file_place(const PlacedFile& placed);
 /// What `place` does besides: SetupError if the axis is zero.
 Eigen::Matrix3d rotation_about(const Vec3& axis, double degrees);
 

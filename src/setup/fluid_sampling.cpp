@@ -12,6 +12,7 @@
 #include "base/eigen_vec.hpp"
 #include "setup/block_lattice.hpp"
 #include "setup/body_geometry.hpp"
+#include "setup/liquid_shapes.hpp"
 #include "setup/mesh_io.hpp"
 #include "setup/point_grid.hpp"
 #include "setup/setup_error.hpp"
@@ -100,9 +101,16 @@ std::vector<std::uint8_t> near_cloth(const Model& model, const std::vector<Vec3>
   return near;
 }
 
-double expected_block_particles(const FluidScene& fluid) {
+namespace {
+
+std::string label_of(std::size_t block) { return fmt::format("fluid: block {}", block + 1); }
+
+}  // namespace
+
+double expected_block_particles(const Scene& scene) {
   double count = 0;
-  for (const BlockScene& block : fluid.blocks) count += BlockLattice(block.box, fluid.spacing).count();
+  for (std::size_t b = 0; b < scene.fluid.blocks.size(); ++b)
+    count += expected_particles(scene, scene.fluid.blocks[b], label_of(b));
   return count;
 }
 
@@ -122,6 +130,7 @@ void check_lattices(const Model& model, std::vector<std::string>& warnings) {
   std::set<std::size_t> narrowed;
   std::optional<BlockLattice> first;
   for (std::size_t b = 0; b < blocks.size(); ++b) {
+    if (blocks[b].shape != BlockScene::Shape::box) continue;
     const BlockLattice lattice(blocks[b].box, d);
     if (lattice.least_mass() < model.min_quanta)
       throw SetupError(fmt::format(
@@ -143,11 +152,11 @@ void check_lattices(const Model& model, std::vector<std::string>& warnings) {
       static_cast<double>(first->least_mass()) / full));
 }
 
-/// The blocks' lattices without what overlaps an earlier block. Throws SetupError if a particle lies outside the
+/// The particles of all blocks without what overlaps an earlier block. Throws SetupError if one lies outside the
 /// domain.
-BlockParticles lay_blocks(const Model& model, std::vector<std::string>& warnings) {
+BlockParticles lay_blocks(Model& model, std::vector<std::string>& warnings) {
   const double d = model.spacing;
-  const auto& blocks = model.scene.fluid.blocks;
+  auto& blocks = model.scene.fluid.blocks;
   BlockParticles laid;
   const std::vector<Vec3>& positions = laid.position;
   PointGrid placed(d);
@@ -156,9 +165,7 @@ BlockParticles lay_blocks(const Model& model, std::vector<std::string>& warnings
   double closest = d;  // m: between layers of a block so far
   for (std::size_t b = 0; b < blocks.size(); ++b) {
     const std::size_t begin = positions.size();
-    const BlockLattice lattice(blocks[b].box, d);
-    closest = std::min(closest, lattice.narrowest());
-    lattice.for_each([&](const Vec3& x, Quanta mass) {
+    const auto lay = [&](const Vec3& x, const Vec3& velocity, Quanta mass) {
       if (b > 0 && placed.any_within(x, 0.5 * d)) {
         ++overlaps;
         overlapping.insert(b + 1);
@@ -169,8 +176,16 @@ BlockParticles lay_blocks(const Model& model, std::vector<std::string>& warnings
         squeezed.insert(b + 1);
       }
       if (!contains(model.scene.domain.min, model.scene.domain.max, x)) ++outside;
-      add(laid, x, blocks[b].velocity, mass, b + 1);
-    });
+      add(laid, x, velocity, mass, b + 1);
+    };
+    if (blocks[b].shape == BlockScene::Shape::box) {
+      const BlockLattice lattice(blocks[b].box, d);
+      closest = std::min(closest, lattice.narrowest());
+      lattice.for_each([&](const Vec3& x, Quanta mass) { lay(x, blocks[b].velocity, mass); });
+    } else {
+      for (const StartParticle& p : start_particles(model, blocks[b], label_of(b), warnings))
+        lay(p.position, p.velocity, p.mass);
+    }
     if (b + 1 == blocks.size()) break;
     for (std::size_t i = begin; i < positions.size(); ++i) placed.add(positions[i]);
   }
@@ -226,7 +241,7 @@ void warn_of_particles_at_cloth(const Model& model, const BlockParticles& laid, 
 
 }  // namespace
 
-BlockParticles fill_blocks(const Model& model, std::vector<std::string>& warnings) {
+BlockParticles fill_blocks(Model& model, std::vector<std::string>& warnings) {
   check_lattices(model, warnings);
   BlockParticles laid = outside_solids(model, lay_blocks(model, warnings), warnings);
   warn_of_particles_at_cloth(model, laid, warnings);

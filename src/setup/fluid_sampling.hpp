@@ -8,8 +8,8 @@
 
 namespace drench {
 
-/// Particles that the blocks hold, before overlaps and solids take some away.
-double expected_block_particles(const FluidScene& fluid);
+/// Particles that the sources hold at the start, before overlaps and solids take some away. SetupError as fill_blocks.
+double expected_block_particles(const Scene& scene);
 
 struct BlockParticles {
   std::vector<Vec3> position;  // m
@@ -18,12 +18,13 @@ struct BlockParticles {
   std::vector<std::size_t> block;  // of each, from 1
 };
 
-/// Fills the blocks with lattices of spacing d; where a side is no multiple of d, layers lie closer and particles are
+/// Fills the boxes with lattices of spacing d; where a side is no multiple of d, layers lie closer and particles are
 /// lighter, so that each block holds its volume's mass, in whole quanta. Particles closer than d/2 to one of an earlier
 /// block and those inside a solid are left out; a warning counts them, and those closer than 0.9 d to an earlier
-/// block's or than d/2 to a cloth. Needs model.bodies, model.mesh, model.spacing. SetupError: particles outside the
-/// domain, or below min_quanta.
-BlockParticles fill_blocks(const Model& model, std::vector<std::string>& warnings);
+/// block's or than d/2 to a cloth. Other shapes and files: setup/liquid_shapes.hpp; their `box` becomes their bounding
+/// box. Needs model.bodies, model.mesh, model.spacing. SetupError: particles outside the domain, or below min_quanta;
+/// shapes and files that give no particles.
+BlockParticles fill_blocks(Model& model, std::vector<std::string>& warnings);
 
 /// In spacings: a particle that starts nearer to a cloth is pushed away from it at once.
 inline constexpr double nearest_to_cloth = 0.5 - 1e-6;

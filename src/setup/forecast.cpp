@@ -120,6 +120,12 @@ double driven_speed(const Model& model) {
   for (std::size_t n = 0; n < model.mesh.pin_motion.size(); ++n) {
     if (model.mesh.pin_motion[n] < 0) continue;
     const PinMotion& motion = model.pin_motions[static_cast<std::size_t>(model.mesh.pin_motion[n])];
+    if (motion.body >= 0) {
+      const Body& body = model.bodies[static_cast<std::size_t>(motion.body)];
+      fastest = std::max(fastest, body.velocity.largest() + body.path.largest_derivative() +
+                                      std::max(body.spin_rate.largest(), body.turn_rate) * motion.reach);
+      continue;
+    }
     const Vector3d arm = to_eigen(model.mesh.rest_position[n]) - to_eigen(motion.center);
     fastest = std::max(fastest, motion.velocity.largest() + motion.path.largest_derivative() +
                                     motion.rate.largest() * to_eigen(motion.axis).cross(arm).norm());

@@ -19,6 +19,8 @@ struct PolygonFile {
   std::vector<Index> corner_texture;            // of the same corners; −1: none
   std::vector<std::vector<std::string>> names;  // of each face; empty unless asked for
   std::vector<std::int32_t> face_line;          // of each face, from 1; empty where a format has no lines
+  std::vector<Vec3> velocity;                   // of points, in that unit per s; only of particles that have it
+  std::vector<double> mass;                     // kg; likewise
   bool facets = false;                          // each face has points of its own (.stl): copies of a point are one
 };
 
@@ -30,8 +32,8 @@ PolygonFile read_obj_file(const std::string& path, bool names = false);
 
 /// Reads the elements `vertex` and `face` of a PLY file, ascii or binary, and steps over the others. SetupError, with
 /// the line or the element: a header that is none, fewer or other numbers than it says, faces of points that are not
-/// there.
-PolygonFile read_ply_file(const std::string& path);
+/// there. With `particles`, what the points have as vx, vy, vz and as mass is read too.
+PolygonFile read_ply_file(const std::string& path, bool particles = false);
 
 /// SetupError for a binary .stl file with fewer triangles than it says. Texts pass: VTK refuses bad ones.
 void check_stl_file(const std::string& path);

@@ -49,7 +49,8 @@ std::vector<std::string> words_of(const std::string& line) {
 
 class PlyReader {
  public:
-  explicit PlyReader(const std::string& path) : path_(path), bytes_(bytes_of_mesh(path)) {}
+  PlyReader(const std::string& path, bool particles)
+      : path_(path), bytes_(bytes_of_mesh(path)), particles_(particles) {}
 
   PolygonFile read() {
     read_header();
@@ -225,13 +226,20 @@ class PlyReader {
     const std::array<std::size_t, 3> at{place(element, {"x"}), place(element, {"y"}), place(element, {"z"})};
     const std::array<std::size_t, 2> uv{place(element, {"u", "s", "texture_u"}),
                                         place(element, {"v", "t", "texture_v"})};
+    const std::array<std::size_t, 3> v{place(element, {"vx"}), place(element, {"vy"}), place(element, {"vz"})};
+    const std::size_t mass = place(element, {"mass"});
     const auto there = [&](std::size_t p) { return p < element.properties.size() && !element.properties[p].list; };
     if (!std::all_of(at.begin(), at.end(), there)) refuse("its element 'vertex' has no numbers x, y and z");
     mesh_.points.resize(static_cast<std::size_t>(element.count));
+    if (particles_ && std::all_of(v.begin(), v.end(), there)) mesh_.velocity.resize(mesh_.points.size());
+    if (particles_ && there(mass)) mesh_.mass.resize(mesh_.points.size());
     if (std::all_of(uv.begin(), uv.end(), there)) mesh_.texture.resize(mesh_.points.size());
     read_values(element, [&](std::int64_t k, std::size_t p, const std::vector<double>& values) {
       for (std::size_t a = 0; a < 3; ++a)
         if (p == at[a]) mesh_.points[static_cast<std::size_t>(k)][a] = values[0];
+      for (std::size_t a = 0; a < 3 && !mesh_.velocity.empty(); ++a)
+        if (p == v[a]) mesh_.velocity[static_cast<std::size_t>(k)][a] = values[0];
+      if (p == mass && !mesh_.mass.empty()) mesh_.mass[static_cast<std::size_t>(k)] = values[0];
       for (std::size_t a = 0; a < 2 && !mesh_.texture.empty(); ++a)
         if (p == uv[a]) mesh_.texture[static_cast<std::size_t>(k)][a] = values[0];
     });
@@ -279,13 +287,13 @@ class PlyReader {
 
   std::string path_, bytes_;
   std::size_t at_ = 0, token_ = 0, line_end_ = 0;  // of the next byte, of the last word or line, and of this line's end
-  bool ascii_ = false, swapped_ = false, has_format_ = false, point_texture_ = false;
+  bool ascii_ = false, swapped_ = false, has_format_ = false, point_texture_ = false, particles_ = false;
   std::vector<Element> elements_;
   PolygonFile mesh_;
 };
 
 }  // namespace
 
-PolygonFile read_ply_file(const std::string& path) { return PlyReader(path).read(); }
+PolygonFile read_ply_file(const std::string& path, bool particles) { return PlyReader(path, particles).read(); }
 
 }  // namespace drench

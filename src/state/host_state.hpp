@@ -12,9 +12,10 @@ namespace drench {
 
 /// Where a particle comes from.
 enum class Origin : std::uint8_t {
-  block = 0,  ///< a block of the scene
-  jet = 1,    ///< a jet
-  cloth = 2,  ///< emitted by a cloth
+  block = 0,    ///< a block of the scene
+  jet = 1,      ///< a jet
+  cloth = 2,    ///< emitted by a cloth
+  program = 3,  ///< added by a program
 };
 
 /// Everything that changes during a run, as named arrays in double precision: the one exchange format between set-up,

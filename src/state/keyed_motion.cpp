@@ -76,6 +76,16 @@ Quaternion orientation_at(const Body& body, double time) {
   return {q.w(), q.x(), q.y(), q.z()};
 }
 
+Vec3 carried_point(const Body& body, const Vec3& arm, double time) {
+  return to_vec3(to_eigen(body.center) + to_eigen(way_at(body, time)) +
+                 to_quaternion(orientation_at(body, time)) * to_eigen(arm));
+}
+
+Vec3 arm_of_point(const Body& body, const Vec3& x, double time) {
+  return to_vec3(to_quaternion(orientation_at(body, time)).conjugate() *
+                 (to_eigen(x) - to_eigen(body.center) - to_eigen(way_at(body, time))));
+}
+
 Vec3 spin_between(const Body& body, double from, double to) {
   if (body.commanded) {
     const CommandedMotion& c = body.command;
@@ -131,6 +141,11 @@ double fastest_by_keys(const Model& model, double from, double to) {
                          fastest_shift(body, from, to) + (body.deforms() ? fastest_point(body.shape, from, to)
                                                                          : fastest_turn(body, from, to) * body.reach));
   for (const PinMotion& pin : model.pin_motions) {
+    if (pin.body >= 0) {
+      const Body& body = model.bodies[static_cast<std::size_t>(pin.body)];
+      fastest = std::max(fastest, fastest_shift(body, from, to) + fastest_turn(body, from, to) * pin.reach);
+      continue;
+    }
     const double begin = std::clamp(from, pin.start, pin.end), end = std::clamp(to, pin.start, pin.end);
     if (pin.has_keys() && begin < end)
       fastest = std::max(fastest, pin.velocity.largest(begin, end) + pin.path.largest_derivative(begin, end) +

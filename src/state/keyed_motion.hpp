@@ -16,6 +16,10 @@ Quaternion orientation_at(const Body& body, double time);
 /// Its angular velocity between two times, rad/s: steady, it turns the body as its keys do. At the first of them if
 /// both are one.
 Vec3 spin_between(const Body& body, double from, double to);
+/// Where the body brings a point that is at `arm` (m) from its centre at t = 0, and at `time` (s), m.
+Vec3 carried_point(const Body& body, const Vec3& arm, double time);
+/// That arm of a point that is at x (m) at `time`.
+Vec3 arm_of_point(const Body& body, const Vec3& x, double time);
 /// The fastest that it turns between two times, rad/s.
 double fastest_turn(const Body& body, double from, double to);
 /// The least and the most of way_at along each axis until `duration`, s; what lies between may be less.

@@ -95,7 +95,8 @@ struct ClothMesh {
 };
 
 /// Prescribed motion of pins: X(t) = C + o + ∫v + p(s) + Rot(axis, ∫rate) R (X0 − C), from start to s = min(max(t,
-/// start), end). What they did before a program gave them another velocity stands in o and R.
+/// start), end). What they did before a program gave them another velocity stands in o and R. Pins that follow a body
+/// have X(t) = c_b + w_b(t) + Q_b(t) (X0 − C) instead, with the centre, the way and the turn of the body.
 struct PinMotion {
   Keyed<Vec3> velocity;                                             // v, m/s
   Vec3 axis{0, 1, 0};                                               // unit
@@ -106,6 +107,7 @@ struct PinMotion {
   Quaternion rotated{1, 0, 0, 0};                                   // R
   Keyed<Vec3> path;                                                 // p, m; 0 at `start`
   double reach = 0;                                                 // m: the farthest of its nodes from C at rest
+  Index body = -1;                                                  // b, of Model::bodies; −1: follows none
 
   bool has_keys() const { return velocity.has_keys() || rate.has_keys() || path.has_keys(); }
 };
@@ -182,8 +184,8 @@ struct Model {
   std::vector<ClothMaterial> patches;  // materials of regions and of nodes between them (setup/cloth_regions.hpp)
   ClothMesh mesh;
   std::vector<PinMotion> pin_motions;
-  double fastest_before =
-      0;  // m/s: the fastest that was prescribed before a program changed it (drench/prescribed.hpp)
+  // m/s: of particles at the start, and of what was prescribed before a program changed it (drench/prescribed.hpp)
+  double fastest_before = 0;
   SampleSet samples;
   FabricPairs fabric;
   std::vector<Body> bodies;

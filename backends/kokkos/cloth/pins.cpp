@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/host_copy.hpp"
+#include "state/keyed_motion.hpp"
 
 namespace drench::kokkos_backend {
 namespace {
@@ -37,6 +38,27 @@ Matrix after(const Matrix& a, const drench::Quaternion& q) {
     for (std::size_t j = 0; j < 3; ++j)
       for (std::size_t k = 0; k < 3; ++k) product[i][j] += a[i][k] * b[k][j];
   return product;
+}
+
+/// Of pins that follow a body.
+PinStep step_with(const Body& body, const PinMotion& m, double from, double to) {
+  constexpr Matrix one{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
+  const Matrix first = after(one, orientation_at(body, from)), last = after(one, orientation_at(body, to));
+  const Vec3 before = way_at(body, from), way = way_at(body, to);
+  PinStep step{};
+  step.center = to_real(m.center);
+  Vec3 offset, move;
+  for (std::size_t a = 0; a < 3; ++a) {
+    offset[a] = body.center[a] + way[a];
+    move[a] = way[a] - before[a];
+    Vec3 change;
+    for (std::size_t b = 0; b < 3; ++b) change[b] = last[a][b] - first[a][b];
+    step.rotation[a] = to_real(last[a]);
+    step.change[a] = to_real(change);
+  }
+  step.offset = to_real(offset);
+  step.move = to_real(move);
+  return step;
 }
 
 PinStep step_of(const PinMotion& m, double from, double to) {
@@ -101,7 +123,10 @@ void shorten_stitches(Cloth& cloth, const StepInfo& info) {
 void place_pins(const Constants& constants, Cloth& cloth, const StepInfo& info) {
   if (!constants.model.has_moving_pins()) return;
   std::vector<PinStep> steps;
-  for (const PinMotion& m : constants.model.pin_motions) steps.push_back(step_of(m, info.time, info.time + info.dt));
+  for (const PinMotion& m : constants.model.pin_motions)
+    steps.push_back(m.body < 0 ? step_of(m, info.time, info.time + info.dt)
+                               : step_with(constants.model.bodies[static_cast<std::size_t>(m.body)], m, info.time,
+                                           info.time + info.dt));
   if (cloth.pin_steps.extent(0) != steps.size()) cloth.pin_steps = Array<PinStep>("drench::pin_steps", steps.size());
   Kokkos::deep_copy(cloth.pin_steps,
                     Kokkos::View<PinStep*, Kokkos::HostSpace, Kokkos::MemoryUnmanaged>(steps.data(), steps.size()));

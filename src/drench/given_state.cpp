@@ -1,0 +1,121 @@
+#include "drench/given_state.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <concepts>
+#include <limits>
+#include <numeric>
+#include <stdexcept>
+#include <string_view>
+#include <type_traits>
+
+#include "state/mass_budget.hpp"
+#include "state/needed_fields.hpp"
+
+namespace drench {
+namespace {
+
+[[noreturn]] void refuse(std::string_view field, std::size_t row, std::string_view what) {
+  throw std::invalid_argument(fmt::format("{}[{}]: {}", field, row, what));
+}
+
+template <class T>
+bool is_finite(const T& value) {
+  if constexpr (std::floating_point<T>)
+    return std::isfinite(value);
+  else if constexpr (std::integral<T>)
+    return true;
+  else
+    return std::all_of(value.begin(), value.end(), [](double x) { return std::isfinite(x); });
+}
+
+/// Of the fields whose names begin like this one.
+Index rows_of(const Model& m, std::string_view field, const HostState& s) {
+  if (field.starts_with("fluid_")) return s.fluid_count();
+  if (field.starts_with("boundary_")) return m.boundary.count();
+  if (field.starts_with("body_")) return static_cast<Index>(m.bodies.size());
+  if (field.starts_with("node_")) return m.mesh.nodes();
+  return m.samples.count();
+}
+
+void check_masses(std::string_view field, const std::vector<Quanta>& masses, Quanta least) {
+  // Sums of all masses stay far below what 64 bits hold.
+  constexpr Quanta most = std::numeric_limits<Quanta>::max() / 4;
+  Quanta sum = 0;
+  for (std::size_t i = 0; i < masses.size(); ++i) {
+    if (masses[i] < least || masses[i] > most - sum)
+      refuse(field, i, fmt::format("{} mass units; allowed: at least {}", masses[i], least));
+    sum += masses[i];
+  }
+}
+
+}  // namespace
+
+void check_given_state(const Model& m, const HostState& s) {
+  if (s.fluid_count() > 0 && !m.has_fluid())
+    throw std::invalid_argument("fluid_position: the scene has no liquid; allowed: no particles, or a scene with fluid");
+  visit_fields(s, [&](std::string_view field, const auto& values) {
+    const auto rows = static_cast<std::size_t>(needs_field(m, field) ? rows_of(m, field, s) : 0);
+    if (values.size() != rows)
+      throw std::invalid_argument(fmt::format("{}: {} rows; this run needs {}", field, values.size(), rows));
+    for (std::size_t i = 0; i < values.size(); ++i)
+      if (!is_finite(values[i])) refuse(field, i, "not a finite number");
+  });
+  const Box& domain = m.scene.domain;
+  for (std::size_t i = 0; i < s.fluid_position.size(); ++i)
+    for (std::size_t a = 0; a < 3; ++a)  // a particle may be on its way out
+      if (!(s.fluid_position[i][a] >= domain.min[a] - m.spacing && s.fluid_position[i][a] <= domain.max[a] + m.spacing))
+        refuse("fluid_position", i, "outside the domain");
+  check_masses("fluid_mass", s.fluid_mass, 1);
+  for (std::size_t i = 0; i < s.fluid_mass.size(); ++i)
+    if (s.fluid_mass[i] > 2 * quanta_per_particle)
+      refuse("fluid_mass", i,
+             fmt::format("{} mass units; allowed: up to {}, two full particles", s.fluid_mass[i],
+                         2 * quanta_per_particle));
+  for (std::size_t i = 0; i < s.fluid_id.size(); ++i) {
+    if (i > 0 && s.fluid_id[i] <= s.fluid_id[i - 1]) refuse("fluid_id", i, "ids have to ascend");
+    if (s.fluid_id[i] < 0 || s.fluid_id[i] >= s.next_id)
+      refuse("fluid_id", i, fmt::format("{}; allowed: 0 to next_id − 1 = {}", s.fluid_id[i], s.next_id - 1));
+  }
+  const auto last = static_cast<std::uint8_t>(Origin::program);
+  for (std::size_t i = 0; i < s.fluid_origin.size(); ++i)
+    if (s.fluid_origin[i] > last) refuse("fluid_origin", i, fmt::format("{}; allowed: 0 to {}", s.fluid_origin[i], last));
+  check_masses("node_liquid", s.node_liquid, 0);
+  check_masses("node_buffered", s.node_buffered, 0);
+  for (std::size_t i = 0; i < s.node_liquid.size(); ++i) {
+    if (s.node_buffered[i] > s.node_liquid[i])
+      refuse("node_buffered", i, "more than node_liquid of this node, which contains it");
+    if (s.node_liquid[i] > 0 && (m.samples.node_capacity.empty() || !(m.samples.node_capacity[i] > 0)))
+      refuse("node_liquid", i, "the cloth is not porous here; allowed: 0");
+  }
+  check_masses("fluid_solute", s.fluid_solute, 0);
+  check_masses("node_solute", s.node_solute, 0);
+  for (std::size_t b = 0; b < s.body_orientation.size(); ++b) {
+    const auto& q = s.body_orientation[b];
+    if (std::abs(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3] - 1) > 1e-6)
+      refuse("body_orientation", b, "the length of the quaternion is not 1");
+  }
+  if (s.jet_particles.size() != m.jets.size())
+    throw std::invalid_argument(fmt::format("jet_particles: {} entries; the scene has {} jets", s.jet_particles.size(),
+                                            m.jets.size()));
+  if (!std::isfinite(s.time) || s.time < 0 || s.step < 0)
+    throw std::invalid_argument(fmt::format("time {} s, step {}; allowed: 0 or more", s.time, s.step));
+}
+
+void continue_budget(HostState& next, const HostState& before) {
+  const Quanta more = liquid_budget(next) - liquid_budget(before);
+  (more > 0 ? next.supplied : next.drained) += std::abs(more);
+  const Quanta more_solute = solute_budget(next) - solute_budget(before);
+  (more_solute > 0 ? next.solute_supplied : next.solute_drained) += std::abs(more_solute);
+}
+
+double fastest_of(const HostState& s) {
+  double fastest = 0;
+  for (const auto* velocities : {&s.fluid_velocity, &s.node_velocity})
+    for (const Vec3& v : *velocities) fastest = std::max(fastest, std::hypot(v[0], v[1], v[2]));
+  return fastest;
+}
+
+}  // namespace drench

@@ -1,0 +1,21 @@
+#pragma once
+// States that a program gives to a run: what is checked, and how the mass budget continues.
+
+#include "state/host_state.hpp"
+#include "state/model.hpp"
+
+namespace drench {
+
+/// Checks a state of this model before it is uploaded: the number of rows of each field, finite values, masses in
+/// their range, ids, orientations.
+/// @throws std::invalid_argument naming the field, the first row and what is allowed
+void check_given_state(const Model& model, const HostState& state);
+
+/// Enters liquid and solute that `next` has more than `before` as supplied, and what it has less as drained, so that
+/// the mass budget of `before` continues.
+void continue_budget(HostState& next, const HostState& before);
+
+/// m/s: of the fastest particle or cloth node.
+double fastest_of(const HostState& state);
+
+}  // namespace drench

@@ -1,0 +1,207 @@
+#include "setup/liquid_shapes.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <numeric>
+
+#include "base/eigen_vec.hpp"
+#include "base/free_cores.hpp"
+#include "setup/block_lattice.hpp"
+#include "setup/body_geometry.hpp"
+#include "setup/distance_field.hpp"
+#include "setup/file_place.hpp"
+#include "setup/point_grid.hpp"
+#include "setup/read_particles.hpp"
+#include "setup/relax_points.hpp"
+#include "setup/setup_error.hpp"
+#include "setup/solid_mesh.hpp"
+
+namespace drench {
+namespace {
+
+using Eigen::Vector3d;
+using Shape = BlockScene::Shape;
+
+/// A volume to fill.
+struct Volume {
+  Box bounds;       // m
+  double size = 0;  // m³
+  Depth depth;
+};
+
+Box bounds_of(const std::vector<Vec3>& points) {
+  Box box{points.front(), points.front()};
+  for (const Vec3& x : points)
+    for (std::size_t a = 0; a < 3; ++a) {
+      box.min[a] = std::min(box.min[a], x[a]);
+      box.max[a] = std::max(box.max[a], x[a]);
+    }
+  return box;
+}
+
+Body closed_mesh(const std::string& scene_path, const PlacedFile& placed, const std::string& name,
+                 std::vector<std::string>* warnings) {
+  BodyScene body;
+  body.kind = BodyScene::Kind::mesh;
+  body.file = placed.file;
+  body.scale = placed.scale;
+  body.unit = placed.unit;
+  body.up = placed.up;
+  body.position = placed.position;
+  body.rotate_axis = placed.rotate_axis;
+  body.rotate_degrees = placed.rotate_degrees;
+  Body made = make_body(body, scene_path, name, warnings);
+  if (!bounds_solid(made.mesh_triangles))
+    throw SetupError(fmt::format("{}: the mesh {} encloses no volume to fill; allowed: a closed mesh", name, placed.file));
+  return made;
+}
+
+double volume_of(const Body& mesh) {
+  double six = 0;
+  const Vector3d middle = to_eigen(mesh.mesh_points.front());  // near the mesh, so that little cancels
+  for (const auto& t : mesh.mesh_triangles) {
+    std::array<Vector3d, 3> x;
+    for (std::size_t c = 0; c < 3; ++c) x[c] = to_eigen(mesh.mesh_points[static_cast<std::size_t>(t[c])]) - middle;
+    six += x[0].dot(x[1].cross(x[2]));
+  }
+  return six / 6;
+}
+
+/// Without depths if `spacing`, m, is 0.
+Volume volume_of(const std::string& scene_path, const BlockScene& block, double spacing, const std::string& name,
+                 std::vector<std::string>* warnings) {
+  if (block.shape == Shape::sphere) {
+    const Vec3 c = block.center;
+    const double r = block.radius;
+    return {{{c[0] - r, c[1] - r, c[2] - r}, {c[0] + r, c[1] + r, c[2] + r}},
+            4.0 / 3 * std::numbers::pi * r * r * r,
+            [c, r](const Vec3& x, Vec3& inward) {
+              const Vector3d away = to_eigen(x) - to_eigen(c);
+              const double length = away.norm();
+              inward = length > 0 ? to_vec3(-away / length) : Vec3{0, 1, 0};
+              return r - length;
+            }};
+  }
+  Body mesh = closed_mesh(scene_path, block.placed, name, warnings);
+  Volume volume{bounds_of(mesh.mesh_points), volume_of(mesh), {}};
+  if (!(spacing > 0)) return volume;
+  mesh.field = lay_field(mesh, spacing, 2 * spacing);
+  fill_field(mesh, mesh.field, host_threads());
+  volume.depth = [field = std::move(mesh.field)](const Vec3& x, Vec3& inward) {
+    Vec3 outward;
+    const double distance = field_distance(field, x, outward);
+    for (std::size_t a = 0; a < 3; ++a) inward[a] = -outward[a];
+    return -distance;
+  };
+  return volume;
+}
+
+/// The deepest of the lattice's points, nearest in number to `wanted` in whole groups of equal depth, in the order of
+/// the lattice.
+std::vector<Vec3> deepest(const BlockLattice& lattice, const Volume& volume, double wanted, double spacing) {
+  std::vector<Vec3> points;
+  std::vector<double> depth;
+  lattice.for_each([&](const Vec3& x, Quanta) {
+    Vec3 inward;
+    const double d = volume.depth(x, inward);
+    if (d < -spacing) return;
+    points.push_back(x);
+    depth.push_back(d);
+  });
+  std::vector<std::size_t> order(points.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return depth[a] > depth[b]; });
+  const double equal = 1e-6 * spacing;
+  std::size_t best = 0;
+  for (std::size_t k = 1; k <= order.size(); ++k) {
+    if (k < order.size() && depth[order[k - 1]] - depth[order[k]] < equal) continue;
+    const auto miss = [&](std::size_t count) { return std::abs(static_cast<double>(count) - wanted); };
+    if (miss(k) < miss(best)) best = k;
+    if (static_cast<double>(k) > wanted) break;
+  }
+  order.resize(best);
+  std::sort(order.begin(), order.end());
+  std::vector<Vec3> chosen;
+  for (const std::size_t i : order) chosen.push_back(points[i]);
+  return chosen;
+}
+
+/// Is one of them nearer to a boundary particle than 1.2 spacings?
+bool touches_solid(const Model& model, const std::vector<Vec3>& points) {
+  const double near = 1.2 * model.spacing;
+  PointGrid grid(near);
+  for (const Vec3& x : model.boundary.position) grid.add(x);
+  return std::any_of(points.begin(), points.end(), [&](const Vec3& x) { return grid.any_within(x, near); });
+}
+
+std::vector<StartParticle> fill(const Model& model, BlockScene& block, const std::string& name,
+                                std::vector<std::string>& warnings) {
+  const double d = model.spacing;
+  const Volume volume = volume_of(model.scene.path, block, d, name, &warnings);
+  block.box = volume.bounds;
+  const BlockLattice lattice(volume.bounds, d);
+  const Vec3& step = lattice.step();
+  const double cell = step[0] * step[1] * step[2];
+  std::vector<Vec3> points = deepest(lattice, volume, volume.size / cell, d);
+  const double full = static_cast<double>(quanta_per_particle);
+  const Quanta all = std::llround(volume.size / (d * d * d) * full);
+  const auto count = static_cast<Quanta>(points.size());
+  if (count == 0 || all / count < model.min_quanta || volume.size < d * d * d)
+    throw SetupError(fmt::format("{}: its volume of {:.3g} m³ is less than a particle's, {:.3g} m³; use a smaller "
+                                 "spacing or a larger volume",
+                                 name, volume.size, d * d * d));
+  const Vector3d middle = 0.5 * (to_eigen(volume.bounds.min) + to_eigen(volume.bounds.max));
+  const double wider = std::cbrt(volume.size / (static_cast<double>(count) * cell));
+  for (Vec3& x : points) x = to_vec3(middle + wider * (to_eigen(x) - middle));
+  if (touches_solid(model, points))
+    relax_points(points, volume.size / static_cast<double>(count), volume.depth, model.scene.fluid.kernel,
+                 model.support);
+  std::vector<StartParticle> particles;
+  for (const Vec3& x : points) {
+    const auto k = static_cast<Quanta>(particles.size());
+    particles.push_back({x, block.velocity, all / count + (k < all % count ? 1 : 0)});
+  }
+  return particles;
+}
+
+std::vector<StartParticle> read(const Model& model, BlockScene& block, const std::string& name) {
+  ParticleFile file = read_particle_file(block.placed.file);
+  const FilePlace place = file_place(block.placed);
+  place(file.position);
+  const Eigen::Matrix3d turn = rotation_about(block.placed.rotate_axis, block.placed.rotate_degrees) * upright(block.placed.up);
+  const double factor = block.placed.scale * metres_in(block.placed.unit);
+  block.box = bounds_of(file.position);
+  std::vector<StartParticle> particles(file.position.size());
+  Quanta lightest = quanta_per_particle;
+  for (std::size_t i = 0; i < particles.size(); ++i) {
+    StartParticle& p = particles[i];
+    p.position = file.position[i];
+    p.velocity = file.velocity.empty() ? block.velocity : to_vec3(factor * (turn * to_eigen(file.velocity[i])));
+    p.mass = file.mass.empty() ? quanta_per_particle : std::llround(file.mass[i] / model.quantum);
+    lightest = std::min(lightest, p.mass);
+    if (p.mass < 1 || p.mass > 2 * quanta_per_particle)
+      throw SetupError(fmt::format("{}: particle {} of {} has a mass of {:.3g} kg; allowed: up to {:.3g} kg, two full "
+                                   "particles of this spacing",
+                                   name, i, block.placed.file, file.mass[i], 2 * model.particle_mass));
+  }
+  return particles;
+}
+
+}  // namespace
+
+double expected_particles(const Scene& scene, const BlockScene& block, const std::string& name) {
+  const double d = scene.fluid.spacing;
+  if (block.shape == Shape::box) return BlockLattice(block.box, d).count();
+  if (block.shape == Shape::particles) return static_cast<double>(read_particle_file(block.placed.file).position.size());
+  return std::ceil(1.05 * volume_of(scene.path, block, 0, name, nullptr).size / (d * d * d));
+}
+
+std::vector<StartParticle> start_particles(const Model& model, BlockScene& block, const std::string& name,
+                                           std::vector<std::string>& warnings) {
+  return block.shape == Shape::particles ? read(model, block, name) : fill(model, block, name, warnings);
+}
+
+}  // namespace drench

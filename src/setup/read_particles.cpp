@@ -1,0 +1,88 @@
+#include "setup/read_particles.hpp"
+
+#include <fmt/format.h>
+#include <vtkDataArray.h>
+#include <vtkNew.h>
+#include <vtkPointData.h>
+#include <vtkPolyData.h>
+#include <vtkUnstructuredGrid.h>
+#include <vtkXMLPolyDataReader.h>
+#include <vtkXMLUnstructuredGridReader.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+
+#include "setup/mesh_files.hpp"
+#include "setup/setup_error.hpp"
+
+namespace drench {
+namespace {
+
+[[noreturn]] void refuse(const std::string& path, const std::string& why) {
+  throw SetupError(fmt::format("particle file '{}': {}", path, why));
+}
+
+ParticleFile read_ply(const std::string& path) {
+  PolygonFile file = read_ply_file(path, /*particles=*/true);
+  return {std::move(file.points), std::move(file.velocity), std::move(file.mass)};
+}
+
+Vec3 row(vtkDataArray* values, vtkIdType i) {
+  Vec3 x;
+  for (std::size_t a = 0; a < 3; ++a) x[a] = values->GetComponent(i, static_cast<int>(a));
+  return x;
+}
+
+template <class Reader>
+ParticleFile read_vtk(const std::string& path) {
+  vtkNew<Reader> reader;
+  if (!reader->CanReadFile(path.c_str())) refuse(path, "it is not a file of this kind");
+  reader->SetFileName(path.c_str());
+  reader->Update();
+  vtkPointSet* set = reader->GetOutput();
+  if (reader->GetErrorCode() != 0 || !set) refuse(path, "it cannot be read");
+  ParticleFile file;
+  const vtkIdType count = set->GetNumberOfPoints();
+  vtkPointData* data = set->GetPointData();
+  vtkDataArray* velocity = data->GetArray("velocity");
+  if (!velocity) velocity = data->GetArray("v");
+  vtkDataArray* mass = data->GetArray("mass");
+  if (velocity && velocity->GetNumberOfComponents() != 3) refuse(path, "its velocities do not have three components");
+  if (mass && mass->GetNumberOfComponents() != 1) refuse(path, "its masses are not one number each");
+  for (vtkIdType i = 0; i < count; ++i) {
+    file.position.push_back(row(set->GetPoints()->GetData(), i));
+    if (velocity) file.velocity.push_back(row(velocity, i));
+    if (mass) file.mass.push_back(mass->GetComponent(i, 0));
+  }
+  return file;
+}
+
+bool is_finite(const Vec3& x) {
+  return std::all_of(x.begin(), x.end(), [](double value) { return std::isfinite(value); });
+}
+
+}  // namespace
+
+ParticleFile read_particle_file(const std::string& path) {
+  std::string ending = std::filesystem::path(path).extension().string();
+  std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return std::tolower(c); });
+  ParticleFile file;
+  if (ending == ".ply")
+    file = read_ply(path);
+  else if (ending == ".vtu")
+    file = read_vtk<vtkXMLUnstructuredGridReader>(path);
+  else if (ending == ".vtp")
+    file = read_vtk<vtkXMLPolyDataReader>(path);
+  else
+    refuse(path, fmt::format("the ending '{}' is not supported; allowed: .ply, .vtu, .vtp", ending));
+  if (file.position.empty()) refuse(path, "it contains no particles");
+  for (std::size_t i = 0; i < file.position.size(); ++i) {
+    const bool fine = is_finite(file.position[i]) && (file.velocity.empty() || is_finite(file.velocity[i])) &&
+                      (file.mass.empty() || std::isfinite(file.mass[i]));
+    if (!fine) refuse(path, fmt::format("numbers of particle {} are not finite", i));
+  }
+  return file;
+}
+
+}  // namespace drench

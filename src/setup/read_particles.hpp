@@ -1,0 +1,21 @@
+#pragma once
+// Particles from the files of other programs, and from frames of drench.
+
+#include <string>
+#include <vector>
+
+#include "base/types.hpp"
+
+namespace drench {
+
+struct ParticleFile {
+  std::vector<Vec3> position;  // in the file's unit
+  std::vector<Vec3> velocity;  // that unit per s; empty: the file has none
+  std::vector<double> mass;    // kg; empty: the file has none
+};
+
+/// Reads .ply (x y z, vx vy vz, mass), .vtu and .vtp (the points, point data `velocity` or `v`, and `mass`).
+/// SetupError: no such file, another ending, unreadable, without particles, numbers that are not finite.
+ParticleFile read_particle_file(const std::string& path);
+
+}  // namespace drench

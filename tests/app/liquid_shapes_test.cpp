@@ -1,0 +1,197 @@
+// Liquid that is there at the start in other shapes than boxes.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <numbers>
+#include <numeric>
+
+#include "drench/drench.hpp"
+#include "run_program.hpp"
+#include "setup/build.hpp"
+#include "setup/setup_error.hpp"
+#include "state/mass_budget.hpp"
+
+namespace drench::test {
+namespace {
+
+Scene with_source(const std::string& source, const std::string& more = "") {
+  return parse_scene("drench: 1\ndomain: {min: [-1, -1, -1], max: [1, 1, 1]}\ntime: {step: 0.002, end: 1}\n"
+                     "fluid:\n  spacing: 0.02\n  sources:\n    - " +
+                         source + "\n" + more,
+                     "shapes.yaml");
+}
+
+/// A folder with files.
+class Files {
+ public:
+  std::string path(const std::string& name) const { return (folder_.path() / name).string(); }
+  std::string write(const std::string& name, const std::string& text) const {
+    write_text(folder_.path() / name, text);
+    return path(name);
+  }
+
+ private:
+  TempFolder folder_;
+};
+
+/// kg
+double mass_of(const drench::Setup& setup) {
+  return static_cast<double>(sum_of(setup.state.fluid_mass)) * setup.model.quantum;
+}
+
+/// A cube of side 1 around the origin, turned outwards.
+const char* const cube = R"(v -0.5 -0.5 -0.5
+v 0.5 -0.5 -0.5
+v 0.5 0.5 -0.5
+v -0.5 0.5 -0.5
+v -0.5 -0.5 0.5
+v 0.5 -0.5 0.5
+v 0.5 0.5 0.5
+v -0.5 0.5 0.5
+f 4 3 2 1
+f 5 6 7 8
+f 1 2 6 5
+f 3 4 8 7
+f 2 3 7 6
+f 4 1 5 8
+)";
+
+TEST(liquid_shapes, a_sphere_holds_density_times_volume_and_lies_evenly) {
+  for (const double radius : {0.03, 0.0513, 0.1, 0.157}) {
+    const drench::Setup setup = build(with_source("sphere: {center: [0.01, 0, 0], radius: " + std::to_string(radius) +
+                                          ", velocity: [0, -1, 0]}"));
+    const double volume = 4.0 / 3 * std::numbers::pi * radius * radius * radius;
+    EXPECT_NEAR(mass_of(setup), 1000 * volume, 1e-9 * 1000 * volume) << radius;
+    const auto [least, most] = std::minmax_element(setup.state.fluid_mass.begin(), setup.state.fluid_mass.end());
+    EXPECT_LE(*most - *least, 1);
+    Vec3 middle{0, 0, 0};
+    for (const Vec3& x : setup.state.fluid_position) {
+      const double r = std::hypot(x[0] - 0.01, x[1], x[2]);
+      EXPECT_LT(r, radius + 0.005);
+      for (std::size_t a = 0; a < 3; ++a) middle[a] += x[a] / static_cast<double>(setup.state.fluid_position.size());
+    }
+    EXPECT_NEAR(middle[0], 0.01, 1e-12) << "as symmetric as the sphere";
+    EXPECT_NEAR(middle[1], 0, 1e-12);
+    EXPECT_EQ(setup.state.fluid_velocity.front(), (Vec3{0, -1, 0}));
+  }
+}
+
+TEST(liquid_shapes, a_mesh_that_is_a_box_gives_the_block) {
+  const Files folder;
+  const std::string file = folder.write("cube.obj", cube);
+  const drench::Setup mesh = build(with_source("mesh: {file: " + file + ", scale: 20, unit: cm, position: [0.1, 0.1, 0.1]}"));
+  const drench::Setup block = build(with_source("block: {min: [0, 0, 0], max: [0.2, 0.2, 0.2]}"));
+  ASSERT_EQ(mesh.state.fluid_position.size(), 1000u);
+  for (std::size_t i = 0; i < 1000; ++i)
+    for (std::size_t a = 0; a < 3; ++a)
+      EXPECT_NEAR(mesh.state.fluid_position[i][a], block.state.fluid_position[i][a], 1e-12);
+  EXPECT_EQ(mesh.state.fluid_mass, block.state.fluid_mass);
+}
+
+TEST(liquid_shapes, a_turned_mesh_holds_its_mass) {
+  const Files folder;
+  const std::string file = folder.write("cube.obj", cube);
+  const drench::Setup setup = build(with_source("mesh: {file: " + file +
+                                        ", scale: 0.25, rotate: {axis: [1, 2, 3], degrees: 40}, concentration: 0.1}"));
+  EXPECT_NEAR(mass_of(setup), 1000 * std::pow(0.25, 3), 1e-8);
+  EXPECT_EQ(setup.state.fluid_solute.size(), setup.state.fluid_mass.size());
+  EXPECT_GT(setup.state.fluid_solute.front(), 0);
+}
+
+TEST(liquid_shapes, particles_of_a_file_start_where_they_are) {
+  const Files folder;
+  const std::string file = folder.write("drops.ply", R"(ply
+format ascii 1.0
+element vertex 2
+property float x
+property float y
+property float z
+property float vx
+property float vy
+property float vz
+property float mass
+end_header
+0 0 10 1 2 3 0.008
+4 5 6 0 0 -1 0.004
+)");
+  const drench::Setup setup = build(with_source("particles: {file: " + file + ", unit: cm, up: z}"));
+  ASSERT_EQ(setup.state.fluid_position.size(), 2u);
+  const double expected[2][3] = {{0, 0.1, 0}, {0.04, 0.06, -0.05}};
+  for (std::size_t i = 0; i < 2; ++i)
+    for (std::size_t a = 0; a < 3; ++a) EXPECT_NEAR(setup.state.fluid_position[i][a], expected[i][a], 1e-7);
+  EXPECT_NEAR(setup.state.fluid_velocity[0][1], 0.03, 1e-9);
+  EXPECT_NEAR(setup.state.fluid_velocity[0][2], -0.02, 1e-9);
+  EXPECT_NEAR(mass_of(setup), 0.012, 1e-8);
+}
+
+TEST(liquid_shapes, frames_of_a_run_start_another_one) {
+  const Files folder;
+  Simulation run(with_source("sphere: {center: [0, 0, 0], radius: 0.06}"));
+  run.record(folder.path("out"));
+  for (int k = 0; k < 5; ++k) run.step();
+  run.end_record();
+  const HostState before = run.state();
+  std::string last;
+  for (const auto& entry : std::filesystem::directory_iterator(folder.path("out") + "/frames"))
+    if (const std::string name = entry.path().string(); name.find("fluid_") != std::string::npos) last = std::max(last, name);
+  const drench::Setup next = build(with_source("particles: {file: " + last + "}"));
+  ASSERT_EQ(next.state.fluid_position.size(), before.fluid_position.size());
+  double fastest = 0;
+  for (const Vec3& v : next.state.fluid_velocity) fastest = std::max(fastest, std::hypot(v[0], v[1], v[2]));
+  EXPECT_NEAR(fastest, 0.002 * 5 * 9.81, 0.02) << "of free fall";
+  EXPECT_NEAR(mass_of(next), static_cast<double>(sum_of(before.fluid_mass)) * run.quantum(), 1e-6);
+}
+
+TEST(liquid_shapes, liquid_in_a_round_vessel_starts_at_rest) {
+  // The same sphere is the vessel and, half a spacing smaller, full of water. The bare lattice has 1.0 m/s in step 1.
+  const Files folder;
+  std::string sphere;
+  const int rings = 16, parts = 32;
+  for (int i = 0; i <= rings; ++i)
+    for (int j = 0; j < parts; ++j) {
+      const double theta = std::numbers::pi * i / rings, phi = 2 * std::numbers::pi * j / parts;
+      sphere += "v " + std::to_string(0.15 * std::sin(theta) * std::cos(phi)) + " " +
+                std::to_string(0.15 * std::cos(theta)) + " " + std::to_string(0.15 * std::sin(theta) * std::sin(phi)) +
+                "\n";
+    }
+  for (int i = 0; i < rings; ++i)
+    for (int j = 0; j < parts; ++j) {
+      const int a = i * parts + j + 1, b = i * parts + (j + 1) % parts + 1;
+      sphere += "f " + std::to_string(a) + " " + std::to_string(b) + " " + std::to_string(b + parts) + " " +
+                std::to_string(a + parts) + "\n";
+    }
+  const std::string file = folder.write("ball.obj", sphere);
+  Simulation run(with_source("mesh: {file: " + file + ", scale: 0.93}",
+                             "gravity: [0, 0, 0]\nbodies:\n  - mesh: {file: " + file + ", inside: true}\n"));
+  const Quanta mass = liquid_budget(run.state());
+  double fastest = 0;
+  for (int k = 0; k < 50; ++k) fastest = std::max(fastest, run.step().fluid_speed);
+  EXPECT_LT(fastest, 0.3);
+  EXPECT_EQ(liquid_budget(run.state()), mass);
+  EXPECT_EQ(run.state().drained, 0);
+}
+
+TEST(liquid_shapes, refuses_what_holds_no_liquid) {
+  const Files folder;
+  const std::string sheet = folder.write("sheet.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+  const std::string text = folder.write("drops.txt", "0 0 0\n");
+  const auto refused = [](const std::string& source, const std::string& with) {
+    try {
+      build(with_source(source));
+      ADD_FAILURE() << source;
+    } catch (const SetupError& e) {
+      EXPECT_NE(std::string(e.what()).find(with), std::string::npos) << e.what();
+      EXPECT_EQ(e.key, "fluid.sources");
+    }
+  };
+  refused("mesh: {file: " + sheet + "}", "encloses no volume");
+  refused("particles: {file: " + text + "}", "allowed: .ply, .vtu, .vtp");
+  refused("sphere: {center: [0, 0, 0], radius: 0.005}", "less than a particle's");
+  refused("sphere: {center: [0, 0, 0], radius: 1.5}", "outside the domain");
+}
+
+}  // namespace
+}  // namespace drench::test
