@@ -84,10 +84,15 @@ class Body:
         """
         self._simulation._run.apply_wrench(self.index, _vector("force", force), _vector("torque", torque))
 
-    def _loads(self) -> tuple[Wrench, Wrench]:
-        """Of the liquid and of cloth."""
-        force, torque, cloth_force, cloth_torque = map(np.array, self._simulation._run.body_load(self.index))
-        return Wrench(force, torque), Wrench(cloth_force, cloth_torque)
+    def _loads(self) -> tuple[Wrench, Wrench, Wrench]:
+        """Of the liquid, of cloth in contact, and of attached nodes."""
+        parts = [np.array(part) for part in self._simulation._run.body_load(self.index)]
+        return Wrench(*parts[0:2]), Wrench(*parts[2:4]), Wrench(*parts[4:6])
+
+    @property
+    def attached_nodes(self) -> np.ndarray:
+        """The nodes that are attached to it, as rows of the node fields."""
+        return self._simulation._run.attached(self.index)
 
     @property
     def liquid_wrench(self) -> Wrench:
@@ -100,13 +105,18 @@ class Body:
         return self._loads()[1]
 
     @property
+    def attached_wrench(self) -> Wrench:
+        """What nodes that are attached to it did to it in the last step: the opposite of what holds them."""
+        return self._loads()[2]
+
+    @property
     def wrench(self) -> Wrench:
         """What liquid and cloth did to it in the last step, without gravity, apply_wrench() and other bodies.
 
         Raises ValueError unless the body is dynamic or has `commanded: true`.
         """
-        liquid, cloth = self._loads()
-        return Wrench(liquid.force + cloth.force, liquid.torque + cloth.torque)
+        loads = self._loads()
+        return Wrench(np.sum([load.force for load in loads], axis=0), np.sum([load.torque for load in loads], axis=0))
 
     def __repr__(self) -> str:
         return f"<drench.Body {self.index}{f' {self.name!r}' if self.name else ''}>"

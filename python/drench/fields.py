@@ -12,6 +12,10 @@ if TYPE_CHECKING:
     from . import _core
 
 
+#: Methods of NumPy's arrays that a view has too.
+REDUCTIONS = ("all", "any", "argmax", "argmin", "max", "mean", "min", "std", "sum", "var")
+
+
 class FieldView(NDArrayOperatorsMixin):
     """A read-only view of a field in the backend's memory, valid until the run's next step.
 
@@ -105,6 +109,12 @@ class FieldView(NDArrayOperatorsMixin):
 
     def __getitem__(self, key: Any) -> Any:
         return self.numpy()[key]
+
+    def __getattr__(self, name: str) -> Any:
+        if name in REDUCTIONS:
+            return getattr(self.numpy(), name)
+        hint = f": use numpy().{name}" if hasattr(np.ndarray, name) else ""
+        raise AttributeError(f"a view of a field has no attribute {name!r}{hint}")
 
     def __len__(self) -> int:
         return self.shape[0]

@@ -6,9 +6,11 @@ import json
 import math
 import os
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Any, Union
 
 from . import _core
+from .arrays import ArrayFiles
 
 SceneLike = Union[str, "os.PathLike[str]", Mapping[str, Any], "Scene"]
 
@@ -79,15 +81,20 @@ class Scene:
 
     `source` is a path, a dict with the keys of a scene file, or a Scene. The key `drench: 1` of a dict may be left out.
     Each keyword in `overrides` is `key.path: value`, as in {"fluid.spacing": 0.02}. Raises SceneError.
+
+    A dict may contain arrays instead of files: `{"mesh": {"points": (n, 3), "faces": (m, 3 or more), "uv": (n, 2)}}` for a
+    cloth or a body, and the source `{"particles": (n, 3), "velocities": (n, 3)}`, in m and m/s.
     """
 
     def __init__(self, source: SceneLike, overrides: Mapping[str, Any] | None = None, *, name: str = "scene"):
         self._loaded: _core.Scene
+        self._arrays = ArrayFiles()
         changes = [f"{key}={_flow(value)}" for key, value in (overrides or {}).items()]
         if isinstance(source, Scene):
+            self._arrays = source._arrays
             self._loaded = source._loaded if not changes else _core.Scene.from_text(source.to_yaml(), source.path, changes)
         elif isinstance(source, Mapping):
-            whole = source if "drench" in source else {"drench": 1, **source}
+            whole = self._arrays.written_in(source if "drench" in source else {"drench": 1, **source})
             self._loaded = _core.Scene.from_text(to_text(whole), name, changes)
         else:
             self._loaded = _core.Scene.from_file(os.fspath(source), changes)
@@ -96,6 +103,7 @@ class Scene:
     def from_yaml(cls, text: str, name: str = "scene") -> Scene:
         """A scene from the text of a scene file. Errors refer to it as `name`; relative mesh files are searched in the folder of that path."""
         scene = cls.__new__(cls)
+        scene._arrays = ArrayFiles()
         scene._loaded = _core.Scene.from_text(text, name, [])
         return scene
 
@@ -133,5 +141,34 @@ class Scene:
         """The names of the cloths, in order."""
         return self._loaded.cloth_names
 
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the scene file, and its arrays as PLY files to the folder `NAME_arrays` beside it."""
+        file = Path(path)
+        text = self.to_yaml()
+        if self._arrays.folder:
+            folder = file.with_name(file.stem + "_arrays")
+            folder.mkdir(parents=True, exist_ok=True)
+            for name, content in self._arrays.contents().items():
+                (folder / name).write_bytes(content)
+            text = text.replace(str(self._arrays.folder), folder.name)
+        file.write_text(text)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        folder = self._arrays.folder
+        return _loaded_again, (self.to_yaml(), self.path, str(folder) if folder else "", self._arrays.contents())
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> Scene:
+        return self  # a scene does not change
+
     def __repr__(self) -> str:
         return f"<drench.Scene {self.path}: {self.end:g} s>"
+
+
+def _loaded_again(text: str, path: str, folder: str, files: dict[str, bytes]) -> Scene:
+    """A scene from what __reduce__ gives, with files of its own for the arrays."""
+    arrays = ArrayFiles()
+    for name, content in files.items():
+        arrays.path(name).write_bytes(content)
+    scene = Scene.from_yaml(text.replace(folder, str(arrays.folder)) if folder else text, path)
+    scene._arrays = arrays
+    return scene

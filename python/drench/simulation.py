@@ -5,15 +5,26 @@ from __future__ import annotations
 import os
 import warnings as _warnings
 from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from . import _core
+from . import state as _state
 from .bodies import Bodies, Vector, _vector
 from .fields import Fields
 from .recording import Recording
 from .scene import Scene, SceneLike
+
+_BAR = "{percentage:3.0f}% |{bar}| {n:.3f} of {total:g} s [{elapsed} < {remaining}]"
+
+
+def _indices(name: str, values: Any) -> list[int]:
+    array = np.atleast_1d(np.asarray(values))
+    if array.ndim != 1 or (array.size and not np.issubdtype(array.dtype, np.integer)):
+        raise ValueError(f"{name}: needs a list of indices, these are {array.dtype} of shape {array.shape}")
+    return [int(k) for k in array]
 
 
 class Step(dict):
@@ -167,10 +178,94 @@ class Simulation:
         """Saturation of each cloth node, 1: the mass of its liquid divided by its capacity. Shape (nodes,)."""
         return self._run.saturation()
 
+    def capacity(self) -> np.ndarray:
+        """Mass of liquid that each cloth node's pores hold at saturation 1, kg; 0 where cloth is not porous. Shape (nodes,)."""
+        return self._run.node_capacity()
+
+    def mass(self, name: str) -> np.ndarray:
+        """A field of masses in kg, as float64: `fluid_mass`, `node_liquid`, `fluid_solute`, …, in the order of `run.fields`."""
+        field = self.fields[name]
+        if field.unit != "quanta":
+            raise ValueError(f"{name} has the unit {field.unit}; fields of masses have the unit quanta")
+        return field.copy() * (self.solute_quantum if name.endswith("_solute") else self.quantum)
+
+    # ---- changes of the state ----
+
+    def set(self, name: str | Mapping[str, Any], values: Any = None, at: Any = None) -> None:
+        """Set a field, or several: `set("node_velocity", v)`, `set({"node_position": x, "node_velocity": v})`.
+
+        values: one row per node, body or particle, or one row for all, in the unit of the field.
+        at: of nodes and bodies, the rows, as an index or a slice (default: all). Of particles, their ids, because their order
+        changes: `at=run.fields["fluid_id"]` for all of them in the order of `run.fields`.
+        `saturation` (1) sets the liquid in cloth nodes. Liquid that a change adds or removes is entered in the mass budget
+        as supplied or drained. Poses of bodies that the scene or a command moves follow these, whatever is set.
+        Raises KeyError for a field that cannot be set, and ValueError for values that are not allowed.
+        """
+        changes = dict(name) if isinstance(name, Mapping) else {name: values}
+        state = self.state()
+        for field, new in changes.items():
+            if field == "saturation":
+                rows = np.arange(len(state["node_liquid"]))[slice(None) if at is None else at]
+                full = self.capacity()[rows] / self.quantum
+                _state.set_field(state, "node_liquid", np.rint(np.asarray(new, dtype=float) * full), rows)
+            else:
+                _state.set_field(state, field, new, at)
+        self._run.set_state(state)
+
+    def add_particles(self, position: Any, velocity: Any = (0.0, 0.0, 0.0), mass: Any = None) -> np.ndarray:
+        """Add particles of liquid and return their ids.
+
+        position: m, shape (n, 3); velocity: m/s, one row or n; mass: kg, one number or n (default: a full particle's).
+        They are entered in the mass budget as supplied liquid. Keep them one spacing apart: closer ones push each other away.
+        Raises ValueError, also for positions outside the domain.
+        """
+        state = self.state()
+        units = None if mass is None else np.rint(np.asarray(mass, dtype=float) / self.quantum)
+        ids = _state.add_particles(state, position, velocity, units, self.full_particle)
+        self._run.set_state(state)
+        return ids
+
+    def remove_particles(self, ids: Any) -> None:
+        """Remove particles by their ids (`fluid_id`). They are entered in the mass budget as drained. Raises ValueError."""
+        state = self.state()
+        _state.remove_particles(state, ids)
+        self._run.set_state(state)
+
+    def state_dict(self) -> dict[str, Any]:
+        """All that a run of the same scene needs to continue bit for bit: state(), and what commands changed."""
+        return {**self.state(), "changes": self._run.changes()}
+
+    def load_state_dict(self, state: Mapping[str, Any]) -> None:
+        """Continue from the `state_dict()` of a run of the same scene. Raises ValueError."""
+        self._run.restore({name: value for name, value in state.items() if name != "changes"}, list(state["changes"]))
+        self._restarted()
+
+    def reset(self) -> None:
+        """Return to the start of the scene and drop all commands. Callbacks stay."""
+        self._run.reset()
+        self._restarted()
+
+    def clone(self) -> Simulation:
+        """A second run of the same scene in the same state, without the callbacks. Both continue with the same bits."""
+        other = Simulation(self.scene)
+        other.load_state_dict(self.state_dict())
+        return other
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> Simulation:
+        return self.clone()
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _continued, (self.scene, self.state_dict())
+
     @property
     def triangles(self) -> np.ndarray:
         """Triangles of all cloths as node indices. Shape (triangles, 3)."""
         return self._run.triangles()
+
+    @property
+    def full_particle(self) -> int:
+        """Mass of a full particle, in quanta."""
+        return _core.quanta_per_particle
 
     @property
     def quantum(self) -> float:
@@ -213,6 +308,24 @@ class Simulation:
         """
         self._run.set_pin_velocity(self._cloth(cloth), pin, _vector("velocity", velocity))
 
+    def attach(self, cloth: int | str, nodes: Any, body: int | str) -> None:
+        """Let nodes of a cloth move and turn with a body, from where they are now.
+
+        cloth: its name or index; nodes: indices within the cloth, from 0; body: its name or index, of one that the scene or
+        commands move. What they pull with is part of the body's wrench. Takes as long as setting up the cloth; the results of
+        later steps are those of the same pins in a scene. Raises ValueError.
+        """
+        self._run.attach(self._cloth(cloth), _indices("nodes", nodes), self.bodies[body].index)
+
+    def detach(self, cloth: int | str, nodes: Any = None) -> None:
+        """Free nodes of a cloth that are attached to a body; by default all of them. Raises ValueError."""
+        number = self._cloth(cloth)
+        if nodes is None:
+            first, count = self._run.cloth_nodes(number)
+            held = [n - first for body in self.bodies.values() for n in body.attached_nodes if first <= n < first + count]
+            nodes = np.array(sorted(held), dtype=int)
+        self._run.detach(number, _indices("nodes", nodes))
+
     def set_jet(self, jet: int, velocity: Vector, center: Vector | None = None) -> None:
         """Set the velocity, m/s, of a jet and optionally its centre, m. A velocity of 0 closes the jet."""
         self._run.set_jet(jet, _vector("velocity", velocity), None if center is None else _vector("center", center))
@@ -236,10 +349,29 @@ class Simulation:
         """
         return Recording(self._run, folder, overwrite)
 
+    def write(self, folder: str | os.PathLike[str], *, overwrite: bool = False, progress: bool = False) -> Path:
+        """Compute the rest of the scene and write it as `drench run` does. Returns the path of the report.
+
+        progress: show a bar in the terminal or the notebook; needs the package tqdm. Otherwise as record().
+        """
+        with self.record(folder, overwrite=overwrite) as recording:
+            if progress:
+                from tqdm.auto import tqdm
+                with tqdm(total=self.scene.end, initial=self.time, unit="s", bar_format=_BAR) as bar:
+                    for step in self:
+                        bar.update(step.time - bar.n)
+            else:
+                for _ in self:
+                    pass
+        return recording.folder / "report.html"
+
     def resume(self, path: str | os.PathLike[str]) -> None:
         """Continue from a checkpoint of the same scene, or from the newest one in a folder. Raises CheckpointError."""
         for text in self._run.resume(os.fspath(path)):
             _warnings.warn(text, stacklevel=2)
+        self._restarted()
+
+    def _restarted(self) -> None:
         self.last = None
         every = self.scene.output_every
         self._frames = int((self.time + self._rounding) // every) + 1 if every > 0 else 0
@@ -265,3 +397,9 @@ class Simulation:
 
     def __repr__(self) -> str:
         return f"<drench.Simulation {self.scene.path}: t = {self.time:.6g} of {self.scene.end:g} s, {self.steps} steps>"
+
+
+def _continued(scene: Scene, state: dict[str, Any]) -> Simulation:
+    run = Simulation(scene)
+    run.load_state_dict(state)
+    return run

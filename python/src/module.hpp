@@ -2,6 +2,7 @@
 // The parts of the module drench._core, a file each.
 
 #include <nanobind/nanobind.h>
+#include <nanobind/ndarray.h>
 
 #include <memory>
 #include <mutex>
@@ -35,8 +36,27 @@ void require_runtime();
 /// Who computes holds it: runs share the device and the threads. To be taken without Python's lock.
 std::mutex& device();
 
+/// A NumPy array that owns the values.
+template <class T>
+nb::object owned(std::vector<T>&& values) {
+  auto* kept = new std::vector<T>(std::move(values));
+  nb::capsule owner(kept, [](void* p) noexcept { delete static_cast<std::vector<T>*>(p); });
+  if constexpr (std::is_arithmetic_v<T>) {
+    return nb::cast(nb::ndarray<nb::numpy, T>(kept->data(), {kept->size()}, owner));
+  } else {
+    using Number = typename T::value_type;
+    return nb::cast(nb::ndarray<nb::numpy, Number>(reinterpret_cast<Number*>(kept->data()),
+                                                   {kept->size(), std::tuple_size_v<T>}, owner));
+  }
+}
+
 /// The numbers of a step: a dict with the names of StepReport's members.
 nb::dict to_dict(const StepReport& report);
+
+/// The state of a run by the names of HostState's members: arrays of float64, int64 and uint8, and numbers.
+nb::dict to_dict(HostState&& state);
+/// Back. ValueError: an array of another type or shape, or a number that is missing. Arrays may be missing: empty.
+HostState to_state(const nb::dict& state);
 
 void bind_errors(nb::module_& m);
 void bind_runtime(nb::module_& m);

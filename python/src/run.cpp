@@ -1,7 +1,6 @@
 // A run of a scene. Python's lock is free while it computes; a second thread that calls it meanwhile gets an error.
 // Runs of several threads take turns: they share the device, and what Kokkos keeps between kernels.
 
-#include <nanobind/ndarray.h>
 #include <nanobind/stl/array.h>
 #include <nanobind/stl/optional.h>
 #include <nanobind/stl/pair.h>
@@ -19,20 +18,6 @@
 
 namespace drench::python {
 namespace {
-
-/// A NumPy array that owns the values.
-template <class T>
-nb::object owned(std::vector<T>&& values) {
-  auto* kept = new std::vector<T>(std::move(values));
-  nb::capsule owner(kept, [](void* p) noexcept { delete static_cast<std::vector<T>*>(p); });
-  if constexpr (std::is_arithmetic_v<T>) {
-    return nb::cast(nb::ndarray<nb::numpy, T>(kept->data(), {kept->size()}, owner));
-  } else {
-    using Number = typename T::value_type;
-    return nb::cast(nb::ndarray<nb::numpy, Number>(reinterpret_cast<Number*>(kept->data()),
-                                                   {kept->size(), std::tuple_size_v<T>}, owner));
-  }
-}
 
 /// VTK's warnings come back as error codes, which the set-up reports in a line.
 class QuietVtk {
@@ -64,6 +49,12 @@ class Run {
     const nb::gil_scoped_release free;
     const std::scoped_lock turn(device());
     return work();
+  }
+  /// The same for what makes views of the state stale.
+  template <class Work>
+  void replace(Work&& work) {
+    if (!busy_) ++*generation_;
+    alone(work);
   }
   struct Idle {
     Run& run;
@@ -116,23 +107,23 @@ class Run {
     return list;
   }
   nb::dict state() {
-    HostState state = alone([&] { return run_->state(); });
-    nb::dict d;
-    visit_fields(state, [&](std::string_view name, auto& values) {
-      d[nb::str(name.data(), name.size())] = owned(std::move(values));
-    });
-    d["drained"] = state.drained;
-    d["supplied"] = state.supplied;
-    d["evaporated"] = state.evaporated;
-    d["solute_drained"] = state.solute_drained;
-    d["solute_supplied"] = state.solute_supplied;
-    d["solute_deposited"] = state.solute_deposited;
-    d["next_id"] = state.next_id;
-    d["jet_particles"] = owned(std::move(state.jet_particles));
-    d["step"] = state.step;
-    d["time"] = state.time;
-    return d;
+    return to_dict(alone([&] { return run_->state(); }));
   }
+  void set_state(const nb::dict& state) {
+    const HostState given = to_state(state);
+    replace([&] { run_->set_state(given); });
+  }
+  void restore(const nb::dict& state, const std::vector<double>& changes) {
+    const HostState given = to_state(state);
+    replace([&] { run_->restore(given, changes); });
+  }
+  void reset() {
+    replace([&] { run_->reset(); });
+  }
+  std::vector<double> changes() {
+    return alone([&] { return run_->changes(); });
+  }
+  nb::object node_capacity() { return owned(std::vector<double>(run_->node_capacity())); }
   std::pair<Index, Index> cloth_nodes(Index cloth) {
     return alone([&] { return run_->cloth_nodes(cloth); });
   }
@@ -165,10 +156,20 @@ class Run {
   void apply_wrench(Index body, const Vec3& force, const Vec3& torque) {
     alone([&] { run_->apply_wrench(body, force, torque); });
   }
-  /// Force and torque of the liquid, force and torque of cloth.
-  std::array<Vec3, 4> body_load(Index body) {
+  /// Forces and torques of the liquid, of cloth, and of attached nodes.
+  std::array<Vec3, 6> body_load(Index body) {
     const BodyLoad load = alone([&] { return run_->body_load(body); });
-    return {load.liquid_force, load.liquid_torque, load.cloth_force, load.cloth_torque};
+    return {load.liquid_force, load.liquid_torque,  load.cloth_force,
+            load.cloth_torque, load.attached_force, load.attached_torque};
+  }
+  void attach(Index cloth, const std::vector<Index>& nodes, Index body) {
+    replace([&] { run_->attach(cloth, nodes, body); });
+  }
+  void detach(Index cloth, const std::vector<Index>& nodes) {
+    replace([&] { run_->detach(cloth, nodes); });
+  }
+  nb::object attached(Index body) {
+    return owned(alone([&] { return run_->attached(body); }));
   }
   void set_jet(Index jet, const Vec3& velocity, const std::optional<Vec3>& center) {
     alone([&] { run_->set_jet(jet, velocity, center); });
@@ -233,6 +234,14 @@ void bind_run(nb::module_& m) {
       .def("field", &Run::field, nb::arg("name"), nb::sig("def field(self, name: str) -> Field"))
       .def("fields", &Run::fields, nb::sig("def fields(self) -> list[Field]"))
       .def("state", &Run::state, nb::sig("def state(self) -> dict[str, typing.Any]"))
+      .def("set_state", &Run::set_state, nb::arg("state"),
+           nb::sig("def set_state(self, state: dict[str, typing.Any]) -> None"))
+      .def("restore", &Run::restore, nb::arg("state"), nb::arg("changes"),
+           nb::sig("def restore(self, state: dict[str, typing.Any], changes: typing.Sequence[float]) -> None"))
+      .def("reset", &Run::reset)
+      .def("changes", &Run::changes)
+      .def("node_capacity", &Run::node_capacity,
+           nb::sig("def node_capacity(self) -> numpy.typing.NDArray[numpy.float64]"))
       .def("saturation", &Run::saturation, nb::sig("def saturation(self) -> numpy.typing.NDArray[numpy.float64]"))
       .def("triangles", &Run::triangles, nb::sig("def triangles(self) -> numpy.typing.NDArray[numpy.int32]"))
       .def("cloth_nodes", &Run::cloth_nodes, nb::arg("cloth"))
@@ -247,6 +256,10 @@ void bind_run(nb::module_& m) {
            nb::arg("duration"))
       .def("apply_wrench", &Run::apply_wrench, nb::arg("body"), nb::arg("force"), nb::arg("torque"))
       .def("body_load", &Run::body_load, nb::arg("body"))
+      .def("attach", &Run::attach, nb::arg("cloth"), nb::arg("nodes"), nb::arg("body"))
+      .def("detach", &Run::detach, nb::arg("cloth"), nb::arg("nodes"))
+      .def("attached", &Run::attached, nb::arg("body"),
+           nb::sig("def attached(self, body: int) -> numpy.typing.NDArray[numpy.int32]"))
       .def("set_jet", &Run::set_jet, nb::arg("jet"), nb::arg("velocity"), nb::arg("center") = nb::none())
       .def("set_wind", &Run::set_wind, nb::arg("velocity"))
       .def("save_checkpoint", &Run::save_checkpoint, nb::arg("path"))

@@ -74,6 +74,7 @@ void require_runtime() {
 
 void bind_runtime(nb::module_& m) {
   m.attr("__version__") = std::string(version_string);
+  m.attr("quanta_per_particle") = quanta_per_particle;
   m.attr("precision") = std::string(precision_name);
   m.def("info", &info, "Version, commit, precision, backend, device, memory, threads and Kokkos' version, as strings.");
   m.def("set_threads", &started_threads, nb::arg("threads"),

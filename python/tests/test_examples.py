@@ -28,6 +28,16 @@ def test_the_gripper_carries_the_wet_towel(tmp_path, monkeypatch, capsys):
     assert -at_rest[2] == pytest.approx(at_rest[4], rel=0.01)
 
 
+def test_mujocos_motor_carries_the_wet_towel(capsys):
+    pytest.importorskip("mujoco")
+    pytest.importorskip("gymnasium")
+    runpy.run_path(str(EXAMPLES / "mujoco_dip.py"), run_name="__main__")
+    dry, wet = ([float(word) for word in line.split() if word.replace(".", "").isdigit()]
+                for line in capsys.readouterr().out.splitlines())
+    assert dry[0] == pytest.approx(dry[1], rel=0.01) and wet[0] == pytest.approx(wet[1], rel=0.01)
+    assert wet[1] > dry[1] + 0.05
+
+
 def test_the_notebook_runs(tmp_path):
     nbformat, nbclient = pytest.importorskip("nbformat"), pytest.importorskip("nbclient")
     pytest.importorskip("ipykernel")
