@@ -53,9 +53,14 @@ void check_masses(std::string_view field, const std::vector<Quanta>& masses, Qua
 
 }  // namespace
 
-void check_given_state(const Model& m, const HostState& s) {
-  if (s.fluid_count() > 0 && !m.has_fluid())
-    throw std::invalid_argument("fluid_position: the scene has no liquid; allowed: no particles, or a scene with fluid");
+HostState checked_state(const Model& m, const HostState& state) {
+  HostState s = state;
+  visit_fields(s, [&](std::string_view field, auto& values) {
+    if (!needs_field(m, field)) values.clear();
+  });
+  if (state.fluid_count() > 0 && !m.has_fluid())
+    throw std::invalid_argument(
+        "fluid_position: the scene has no liquid; allowed: no particles, or a scene with fluid");
   visit_fields(s, [&](std::string_view field, const auto& values) {
     const auto rows = static_cast<std::size_t>(needs_field(m, field) ? rows_of(m, field, s) : 0);
     if (values.size() != rows)
@@ -81,7 +86,8 @@ void check_given_state(const Model& m, const HostState& s) {
   }
   const auto last = static_cast<std::uint8_t>(Origin::program);
   for (std::size_t i = 0; i < s.fluid_origin.size(); ++i)
-    if (s.fluid_origin[i] > last) refuse("fluid_origin", i, fmt::format("{}; allowed: 0 to {}", s.fluid_origin[i], last));
+    if (s.fluid_origin[i] > last)
+      refuse("fluid_origin", i, fmt::format("{}; allowed: 0 to {}", s.fluid_origin[i], last));
   check_masses("node_liquid", s.node_liquid, 0);
   check_masses("node_buffered", s.node_buffered, 0);
   for (std::size_t i = 0; i < s.node_liquid.size(); ++i) {
@@ -98,10 +104,11 @@ void check_given_state(const Model& m, const HostState& s) {
       refuse("body_orientation", b, "the length of the quaternion is not 1");
   }
   if (s.jet_particles.size() != m.jets.size())
-    throw std::invalid_argument(fmt::format("jet_particles: {} entries; the scene has {} jets", s.jet_particles.size(),
-                                            m.jets.size()));
+    throw std::invalid_argument(
+        fmt::format("jet_particles: {} entries; the scene has {} jets", s.jet_particles.size(), m.jets.size()));
   if (!std::isfinite(s.time) || s.time < 0 || s.step < 0)
     throw std::invalid_argument(fmt::format("time {} s, step {}; allowed: 0 or more", s.time, s.step));
+  return s;
 }
 
 void continue_budget(HostState& next, const HostState& before) {

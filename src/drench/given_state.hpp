@@ -6,10 +6,10 @@
 
 namespace drench {
 
-/// Checks a state of this model before it is uploaded: the number of rows of each field, finite values, masses in
+/// The state without what this model does not need, checked: the number of rows of each field, finite values, masses in
 /// their range, ids, orientations.
 /// @throws std::invalid_argument naming the field, the first row and what is allowed
-void check_given_state(const Model& model, const HostState& state);
+HostState checked_state(const Model& model, const HostState& state);
 
 /// Enters liquid and solute that `next` has more than `before` as supplied, and what it has less as drained, so that
 /// the mass budget of `before` continues.

@@ -14,7 +14,6 @@
 #include "drench/recorder.hpp"
 #include "drench_version.hpp"
 #include "pipeline/pipeline.hpp"
-#include "state/needed_fields.hpp"
 #include "state/saturation.hpp"
 
 namespace drench {
@@ -302,12 +301,8 @@ std::string Simulation::end_record() {
 void Simulation::set_state(const HostState& state) {
   parts_->require_one_rank("set_state");
   const HostState before = this->state();
-  HostState next = state;
+  HostState next = checked_state(parts_->setup.model, state);
   parts_->pipeline->mark(next);
-  visit_fields(next, [&](std::string_view field, auto& values) {
-    if (!needs_field(parts_->setup.model, field)) values.clear();
-  });
-  check_given_state(parts_->setup.model, next);
   continue_budget(next, before);
   parts_->change_model([&](Model& model) { model.fastest_before = std::max(model.fastest_before, fastest_of(next)); });
   ++parts_->generation;
@@ -321,8 +316,8 @@ std::vector<double> Simulation::changes() const {
 void Simulation::restore(const HostState& state, const std::vector<double>& changes) {
   parts_->require_one_rank("restore");
   parts_->require_no_recorder("restore");
-  check_given_state(parts_->setup.model, state);
-  parts_->go_on_from([&] { return std::tie(state, changes); });
+  const HostState next = checked_state(parts_->setup.model, state);
+  parts_->go_on_from([&] { return std::tie(next, changes); });
 }
 
 void Simulation::reset() {

@@ -55,7 +55,8 @@ Body closed_mesh(const std::string& scene_path, const PlacedFile& placed, const 
   body.rotate_degrees = placed.rotate_degrees;
   Body made = make_body(body, scene_path, name, warnings);
   if (!bounds_solid(made.mesh_triangles))
-    throw SetupError(fmt::format("{}: the mesh {} encloses no volume to fill; allowed: a closed mesh", name, placed.file));
+    throw SetupError(
+        fmt::format("{}: the mesh {} encloses no volume to fill; allowed: a closed mesh", name, placed.file));
   return made;
 }
 
@@ -150,9 +151,10 @@ std::vector<StartParticle> fill(const Model& model, BlockScene& block, const std
   const Quanta all = std::llround(volume.size / (d * d * d) * full);
   const auto count = static_cast<Quanta>(points.size());
   if (count == 0 || all / count < model.min_quanta || volume.size < d * d * d)
-    throw SetupError(fmt::format("{}: its volume of {:.3g} m³ is less than a particle's, {:.3g} m³; use a smaller "
-                                 "spacing or a larger volume",
-                                 name, volume.size, d * d * d));
+    throw SetupError(
+        fmt::format("{}: its volume of {:.3g} m³ is less than a particle's, {:.3g} m³; use a smaller "
+                    "spacing or a larger volume",
+                    name, volume.size, d * d * d));
   const Vector3d middle = 0.5 * (to_eigen(volume.bounds.min) + to_eigen(volume.bounds.max));
   const double wider = std::cbrt(volume.size / (static_cast<double>(count) * cell));
   for (Vec3& x : points) x = to_vec3(middle + wider * (to_eigen(x) - middle));
@@ -171,7 +173,8 @@ std::vector<StartParticle> read(const Model& model, BlockScene& block, const std
   ParticleFile file = read_particle_file(block.placed.file);
   const FilePlace place = file_place(block.placed);
   place(file.position);
-  const Eigen::Matrix3d turn = rotation_about(block.placed.rotate_axis, block.placed.rotate_degrees) * upright(block.placed.up);
+  const Eigen::Matrix3d turn =
+      rotation_about(block.placed.rotate_axis, block.placed.rotate_degrees) * upright(block.placed.up);
   const double factor = block.placed.scale * metres_in(block.placed.unit);
   block.box = bounds_of(file.position);
   std::vector<StartParticle> particles(file.position.size());
@@ -183,9 +186,10 @@ std::vector<StartParticle> read(const Model& model, BlockScene& block, const std
     p.mass = file.mass.empty() ? quanta_per_particle : std::llround(file.mass[i] / model.quantum);
     lightest = std::min(lightest, p.mass);
     if (p.mass < 1 || p.mass > 2 * quanta_per_particle)
-      throw SetupError(fmt::format("{}: particle {} of {} has a mass of {:.3g} kg; allowed: up to {:.3g} kg, two full "
-                                   "particles of this spacing",
-                                   name, i, block.placed.file, file.mass[i], 2 * model.particle_mass));
+      throw SetupError(
+          fmt::format("{}: particle {} of {} has a mass of {:.3g} kg; allowed: up to {:.3g} kg, two full "
+                      "particles of this spacing",
+                      name, i, block.placed.file, file.mass[i], 2 * model.particle_mass));
   }
   return particles;
 }
@@ -195,7 +199,8 @@ std::vector<StartParticle> read(const Model& model, BlockScene& block, const std
 double expected_particles(const Scene& scene, const BlockScene& block, const std::string& name) {
   const double d = scene.fluid.spacing;
   if (block.shape == Shape::box) return BlockLattice(block.box, d).count();
-  if (block.shape == Shape::particles) return static_cast<double>(read_particle_file(block.placed.file).position.size());
+  if (block.shape == Shape::particles)
+    return static_cast<double>(read_particle_file(block.placed.file).position.size());
   return std::ceil(1.05 * volume_of(scene.path, block, 0, name, nullptr).size / (d * d * d));
 }
 

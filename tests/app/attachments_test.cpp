@@ -56,8 +56,8 @@ double off_the_way(const HostState& now, const HostState& start, const std::vect
   double worst = 0;
   for (const Index n : nodes) {
     const auto i = static_cast<std::size_t>(n);
-    const Vector3d there = center + shift + Eigen::AngleAxisd(angle, Vector3d::UnitZ()) *
-                                                (to_eigen(start.node_position[i]) - center);
+    const Vector3d there =
+        center + shift + Eigen::AngleAxisd(angle, Vector3d::UnitZ()) * (to_eigen(start.node_position[i]) - center);
     worst = std::max(worst, (to_eigen(now.node_position[i]) - there).norm());
   }
   return worst;

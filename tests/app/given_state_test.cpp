@@ -131,9 +131,8 @@ TEST(given_state, refuses_values_by_field_and_row_and_keeps_the_run) {
   refused("next_id", [](HostState& s) { s.fluid_id.back() = s.next_id; });
   refused("fluid_position[0]: outside the domain", [](HostState& s) { s.fluid_position[0][0] = 0.6; });
   refused("node_liquid[7]", [](HostState& s) { s.node_liquid[7] = -1; });
-  refused("node_liquid[1]", [](HostState& s) {
-    s.node_liquid[0] = s.node_liquid[1] = std::numeric_limits<Quanta>::max() / 5;
-  });
+  refused("node_liquid[1]",
+          [](HostState& s) { s.node_liquid[0] = s.node_liquid[1] = std::numeric_limits<Quanta>::max() / 5; });
   refused("node_buffered[7]", [](HostState& s) { s.node_buffered[7] = s.node_liquid[7] + 1; });
 }
 

@@ -31,6 +31,11 @@ fluid:
            density_correction: 0.75, source_error: 0.25}
   sources:
     - block: {min: [0, 0.1, 0], max: [0.3, 0.4, 0.5], velocity: [1, 2, 3], concentration: 0.02}
+    - sphere: {center: [0.1, 0.2, 0.3], radius: 0.25, velocity: [0, 1, 0], concentration: 0.01}
+    - mesh: {file: mesh.PLY, scale: 20, unit: cm, up: z, position: [1, 2, 3], rotate: {axis: [0, 1, 1], degrees: 20},
+        velocity: [1, 0, 0], concentration: 0.03}
+    - particles: {file: mesh.PLY, scale: 30, unit: mm, up: x, position: [3, 2, 1], rotate: {axis: [1, 1, 0], degrees: 5},
+        velocity: [0, 0, 1], concentration: 0.05}
     - jet: {center: [1, 1, 1], radius: 0.07, velocity: [0, -2, 0], concentration: 0.04, start: 0.5, end: 1.5}
     - jet: {center: [1, 2, 1], radius: 0.08, velocity: [[0, [0, -3, 0]], [0.5, [1, -2, 0.5]]], end: .inf}
 cloth_solver: {method: xpbd, tolerance: 2.0e-3, max_iterations: 500}
@@ -93,16 +98,17 @@ cloth:
     weld: off
     sew: [{loops: [[0, 1], [2, 3]]}, {groups: [left, right-side]}, {pairs: [[7, 8]]}, {file: seams.txt}]
     sew_time: 0.75
-    pin: [{nodes: [1], sequence: exists.obj, fps: 30}]
+    pin: [{nodes: [1], sequence: exists.obj, fps: 30}, {nodes: [2], body: floor}]
 bodies:
   - mesh: {sequence: [mesh.PLY, mesh.PLY], fps: 12}
   - box: {min: [-1, -1, -1], max: [1, 2, 1], inside: true, velocity: [0.1, 0, -0.2], adhesion: 0.02, slip: free}
   - name: ball
-    sphere: {center: [0, 0.2, 0], radius: 0.25, dynamic: true, density: 400, slip: 0.05}
-  - plane: {point: [0, -0.5, 0], normal: [0, 2, 0], offset: [[0, [0, 0, 0]], [1, [0, 0.5, 0]]],
-        spin: {axis: [1, 0, 0], degrees_per_second: [[0, 5], [0.5, -5.5], [2, 0]]}, adhesion: 0.04}
+    sphere: {center: [0, 0.2, 0], radius: 0.25, dynamic: true, density: 400, slip: 0.05, commanded: false}
+  - name: floor
+    plane: {point: [0, -0.5, 0], normal: [0, 2, 0], offset: [[0, [0, 0, 0]], [1, [0, 0.5, 0]]],
+        spin: {axis: [1, 0, 0], degrees_per_second: [[0, 5], [0.5, -5.5], [2, 0]]}, adhesion: 0.04, commanded: false}
   - mesh: {file: mesh.PLY, scale: 1.5, position: [1, 0, 0], velocity: [0, 0, 1], inside: false,
-        spin: {axis: [0, 0, 1], degrees_per_second: -90}, adhesion: 0.06, unit: mm, up: x}
+        spin: {axis: [0, 0, 1], degrees_per_second: -90}, adhesion: 0.06, unit: mm, up: x, commanded: false}
     place: {position: [0.5, 1, 0.25], rotate: {axis: [0, 1, 0], degrees: 45}}
 )";
 

@@ -18,10 +18,11 @@ namespace drench::test {
 namespace {
 
 Scene with_source(const std::string& source, const std::string& more = "") {
-  return parse_scene("drench: 1\ndomain: {min: [-1, -1, -1], max: [1, 1, 1]}\ntime: {step: 0.002, end: 1}\n"
-                     "fluid:\n  spacing: 0.02\n  sources:\n    - " +
-                         source + "\n" + more,
-                     "shapes.yaml");
+  return parse_scene(
+      "drench: 1\ndomain: {min: [-1, -1, -1], max: [1, 1, 1]}\ntime: {step: 0.002, end: 1}\n"
+      "fluid:\n  spacing: 0.02\n  sources:\n    - " +
+          source + "\n" + more,
+      "shapes.yaml");
 }
 
 /// A folder with files.
@@ -61,8 +62,8 @@ f 4 1 5 8
 
 TEST(liquid_shapes, a_sphere_holds_density_times_volume_and_lies_evenly) {
   for (const double radius : {0.03, 0.0513, 0.1, 0.157}) {
-    const drench::Setup setup = build(with_source("sphere: {center: [0.01, 0, 0], radius: " + std::to_string(radius) +
-                                          ", velocity: [0, -1, 0]}"));
+    const drench::Setup setup = build(
+        with_source("sphere: {center: [0.01, 0, 0], radius: " + std::to_string(radius) + ", velocity: [0, -1, 0]}"));
     const double volume = 4.0 / 3 * std::numbers::pi * radius * radius * radius;
     EXPECT_NEAR(mass_of(setup), 1000 * volume, 1e-9 * 1000 * volume) << radius;
     const auto [least, most] = std::minmax_element(setup.state.fluid_mass.begin(), setup.state.fluid_mass.end());
@@ -82,7 +83,8 @@ TEST(liquid_shapes, a_sphere_holds_density_times_volume_and_lies_evenly) {
 TEST(liquid_shapes, a_mesh_that_is_a_box_gives_the_block) {
   const Files folder;
   const std::string file = folder.write("cube.obj", cube);
-  const drench::Setup mesh = build(with_source("mesh: {file: " + file + ", scale: 20, unit: cm, position: [0.1, 0.1, 0.1]}"));
+  const drench::Setup mesh =
+      build(with_source("mesh: {file: " + file + ", scale: 20, unit: cm, position: [0.1, 0.1, 0.1]}"));
   const drench::Setup block = build(with_source("block: {min: [0, 0, 0], max: [0.2, 0.2, 0.2]}"));
   ASSERT_EQ(mesh.state.fluid_position.size(), 1000u);
   for (std::size_t i = 0; i < 1000; ++i)
@@ -94,8 +96,8 @@ TEST(liquid_shapes, a_mesh_that_is_a_box_gives_the_block) {
 TEST(liquid_shapes, a_turned_mesh_holds_its_mass) {
   const Files folder;
   const std::string file = folder.write("cube.obj", cube);
-  const drench::Setup setup = build(with_source("mesh: {file: " + file +
-                                        ", scale: 0.25, rotate: {axis: [1, 2, 3], degrees: 40}, concentration: 0.1}"));
+  const drench::Setup setup = build(with_source(
+      "mesh: {file: " + file + ", scale: 0.25, rotate: {axis: [1, 2, 3], degrees: 40}, concentration: 0.1}"));
   EXPECT_NEAR(mass_of(setup), 1000 * std::pow(0.25, 3), 1e-8);
   EXPECT_EQ(setup.state.fluid_solute.size(), setup.state.fluid_mass.size());
   EXPECT_GT(setup.state.fluid_solute.front(), 0);
@@ -136,7 +138,8 @@ TEST(liquid_shapes, frames_of_a_run_start_another_one) {
   const HostState before = run.state();
   std::string last;
   for (const auto& entry : std::filesystem::directory_iterator(folder.path("out") + "/frames"))
-    if (const std::string name = entry.path().string(); name.find("fluid_") != std::string::npos) last = std::max(last, name);
+    if (const std::string name = entry.path().string(); name.find("fluid_") != std::string::npos)
+      last = std::max(last, name);
   const drench::Setup next = build(with_source("particles: {file: " + last + "}"));
   ASSERT_EQ(next.state.fluid_position.size(), before.fluid_position.size());
   double fastest = 0;

@@ -42,6 +42,12 @@ FluidScene every_liquid_key() {
   f.solver = {2.0e-3, 3.0e-3, 50, 1, 0.75, 0.25};
   f.wall_pressure = WallPressure::mirrored;
   f.blocks = {{{{0, 0.1, 0}, {0.3, 0.4, 0.5}}, {1, 2, 3}, 0.02}};
+  using Shape = BlockScene::Shape;
+  f.blocks.push_back({{}, {0, 1, 0}, 0.01, Shape::sphere, {0.1, 0.2, 0.3}, 0.25});
+  f.blocks.push_back({{}, {1, 0, 0}, 0.03, Shape::mesh});
+  f.blocks.back().placed = {folder().file("mesh.PLY"), 20, LengthUnit::cm, UpAxis::z, {1, 2, 3}, {0, 1, 1}, 20};
+  f.blocks.push_back({{}, {0, 0, 1}, 0.05, Shape::particles});
+  f.blocks.back().placed = {folder().file("mesh.PLY"), 30, LengthUnit::mm, UpAxis::x, {3, 2, 1}, {1, 1, 0}, 5};
   f.jets = {{{1, 1, 1}, 0.07, {0, -2, 0}, 0.5, 1.5, 0.04},
             {{1, 2, 1},
              0.08,
@@ -193,10 +199,13 @@ ClothScene cloth_that_follows_files() {
   followed.sew[3].kind = SewScene::Kind::file;
   followed.sew[3].file = folder().file("seams.txt");
   followed.sew_time = 0.75;
-  followed.pins.resize(1);
+  followed.pins.resize(2);
   followed.pins[0].kind = PinScene::Kind::nodes;
   followed.pins[0].nodes = {1};
   followed.pins[0].sequence = {{folder().file("exists.obj")}, 30};
+  followed.pins[1].kind = PinScene::Kind::nodes;
+  followed.pins[1].nodes = {2};
+  followed.pins[1].body = "floor";
   return followed;
 }
 
@@ -211,6 +220,7 @@ std::vector<BodyScene> every_body_key() {
   bodies[1].radius = 0.25;
   bodies[1].dynamic = true;
   bodies[1].density = 400;
+  bodies[2].name = "floor";
   bodies[2].kind = BodyScene::Kind::plane;
   bodies[2].point = {0, -0.5, 0};
   bodies[2].normal = {0, 2, 0};
