@@ -46,4 +46,13 @@ for line in '^  slow: 1 of 3 passed.*FAILED: 2' 'Slow.Sleeps (timed out)' 'Slow.
   grep -q "$line" log || { cat log; fail "the summary lacks '$line'"; }
 done
 "$pack/run-tests" --only '^Slow.Qu' slow >log || { cat log; fail "--only takes what it should not"; }
+# A bundle runs its scene without a build, also where no compiler is found.
+"$source/tools/pack" --build "$build" --bundle -o "$work/bundle.tgz" >/dev/null
+tar -xzf "$work/bundle.tgz" -C "$work"
+cd "$work"/drench-*-linux-*
+[[ -x $(echo build/*/drench) && -f README.md && ! -e prebuilt/*/bin/drench_tests_app ]] || fail "the bundle lacks files"
+kind=$(basename "$(echo prebuilt/*)")
+CXX=/bin/false tools/run --build "${kind%-*}" --precision "${kind#*-}" scenes/water_on_cloth.yaml --steps 2 --set output.every=0 -o out/two >log 2>&1 ||
+  { cat log; fail "the bundle does not run"; }
+[[ -s out/two/stats.csv && ! -e build/$kind/CMakeCache.txt ]] || fail "the bundle built something"
 echo "pack_test: passed"

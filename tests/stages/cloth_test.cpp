@@ -284,13 +284,13 @@ TEST(cloth, held_by_pins_that_a_program_moves_agrees_with_the_reference) {
                    .changes = stage == Stage::advection ? "node_position" : "node_velocity"});
 }
 
-/// Pins that move and turn with the sphere.
+/// Pins that move and turn with a body beside the scene.
 TEST(cloth, held_by_pins_that_follow_a_body_agrees_with_the_reference) {
-  const std::string moving = with(wet_scene(), "radius: 0.05}",
-                                  "radius: 0.05, velocity: [0.1, 0.3, -0.2], "
-                                  "spin: {axis: [1, 2, 0], degrees_per_second: 200}}");
-  const std::string scene =
-      with(with(moving, "- sphere:", "- name: ball\n    sphere:"), "{edges: true}", "{edges: true, body: ball}");
+  const std::string scene = with(with(wet_scene(), "bodies:\n",
+                                      "bodies:\n  - name: handle\n    sphere: {center: [0.12, -0.12, 0.12], radius: "
+                                      "0.001, velocity: [0.1, 0.3, -0.2], "
+                                      "spin: {axis: [1, 2, 0], degrees_per_second: 200}}\n"),
+                                 "{edges: true}", "{edges: true, body: handle}");
   for (const Stage stage : {Stage::cloth, Stage::pressure, Stage::advection})
     compare_stage(
         {.stage = stage, .scene = scene, .changes = stage == Stage::advection ? "node_position" : "node_velocity"});
