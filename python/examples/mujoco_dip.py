@@ -2,7 +2,7 @@
 
 MuJoCo gets the wrench on the gripper, drench its pose. At rest the motor carries the gripper and the wet towel.
 
-    pip install mujoco
+    pip install mujoco gymnasium
     python mujoco_dip.py
 """
 

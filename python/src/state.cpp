@@ -74,9 +74,8 @@ nb::dict to_dict(HostState&& state) {
 
 HostState to_state(const nb::dict& from) {
   HostState state;
-  visit_fields(state, [&](std::string_view name, auto& values) {
-    take_array(from, std::string(name).c_str(), values);
-  });
+  visit_fields(state,
+               [&](std::string_view name, auto& values) { take_array(from, std::string(name).c_str(), values); });
   visit_numbers(state, [&](const char* name, auto& number) {
     if (!from.contains(name)) throw nb::value_error((std::string(name) + ": is missing in the state").c_str());
     number = nb::cast<std::remove_reference_t<decltype(number)>>(from[name]);

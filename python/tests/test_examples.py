@@ -38,6 +38,22 @@ def test_mujocos_motor_carries_the_wet_towel(capsys):
     assert wet[1] > dry[1] + 0.05
 
 
+def test_newtons_arm_carries_the_wet_towel(capsys):
+    pytest.importorskip("newton")
+    pytest.importorskip("gymnasium")
+    runpy.run_path(str(EXAMPLES / "newton_arm.py"), run_name="__main__")
+    rows = {}
+    for line in capsys.readouterr().out.splitlines():
+        name, _, rest = line.partition(":")
+        if name in ("dry", "lifted", "turned"):
+            rows[name] = [float(word) for word in rest.replace(";", "").replace(",", "").split() if word.replace(".", "").isdigit()]
+    assert list(rows) == ["dry", "lifted", "turned"]
+    for base, weight, drives, towel, _ in rows.values():
+        assert base == pytest.approx(weight, rel=1e-3) and drives == pytest.approx(towel, rel=0.01)
+    dry, lifted, turned = (row[4] for row in rows.values())
+    assert dry == 0 and lifted > 10 and 5 < turned < lifted - 1  # g of water
+
+
 def test_the_notebook_runs(tmp_path):
     nbformat, nbclient = pytest.importorskip("nbformat"), pytest.importorskip("nbclient")
     pytest.importorskip("ipykernel")
