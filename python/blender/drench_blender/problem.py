@@ -1,0 +1,53 @@
+"""Errors that the user can correct, and messages of the program with the names of Blender's objects."""
+
+import re
+
+
+class Problem(Exception):
+    """Input that cannot be simulated, or a program that cannot be used. One line: what, where and what to do."""
+
+
+class Names:
+    """The objects behind the numbers that the program uses in its messages."""
+
+    def __init__(self, cloths=(), bodies=(), sources=(), blocks=(), jets=()):
+        self.cloths, self.bodies, self.sources = list(cloths), list(bodies), list(sources)
+        self.blocks, self.jets = list(blocks), list(jets)  # numbered from 1 in messages
+
+    def as_dict(self):
+        return {key: list(value) for key, value in vars(self).items()}
+
+
+def _named(names, number):
+    return f"'{names[number]}'" if 0 <= number < len(names) else None
+
+
+def _replace_keys(text, key, names):
+    """cloth.0.friction becomes 'Towel' friction."""
+    def name(match):
+        found = _named(names, int(match[1]))
+        return match[0] if found is None else found + (f" {match[2][1:]}" if match[2] else "")
+    return re.sub(rf"(?<![\w.]){key}\.(\d+)((?:\.\w+)*)", name, text)
+
+
+def _replace_numbers(text, words, names):
+    """body 1 becomes 'Floor'; blocks 1, 2 become 'Bath'."""
+    def name(match):
+        found = [_named(names, int(number) - 1) for number in match[1].split(", ")]
+        if None in found:
+            return match[0]
+        return ", ".join(dict.fromkeys(found))
+    return re.sub(rf"(?<![\w'])(?:{words}) (\d+(?:, \d+)*)(?![\w.]*\.\d)", name, text)
+
+
+def with_names(text, names):
+    """One line of the program for the user: without the place in the scene file, with objects instead of numbers."""
+    text = re.sub(r"^drench: ", "", text.strip())
+    text = re.sub(r"^[^\s:]*(?:[A-Za-z]:)?[^:]*\.yaml:(?:\d+:\d+:)? ?", "", text)
+    text = _replace_keys(text, "cloth", names.cloths)
+    text = _replace_keys(text, "bodies", names.bodies)
+    text = _replace_keys(text, r"fluid\.sources", names.sources)
+    text = _replace_numbers(text, "body|bodies", names.bodies)
+    text = _replace_numbers(text, "block|blocks", names.blocks)
+    text = _replace_numbers(text, "jet|jets", names.jets)
+    return re.sub(r"^(?:fluid\.sources: )?(?:fluid: )?(?=')", "", text)
