@@ -73,7 +73,8 @@ void follow_sequence(Body& body, const BodyScene& scene, const std::string& scen
     body.turn_rate = 0;
     return deform(body, std::move(files), scene.sequence.fps, labels);
   }
-  body.path = Keyed<Vec3>(std::move(path), Interpolation::linear);
+  Keyed<Vec3> way(std::move(path), Interpolation::linear);
+  if (!way.is_zero()) body.path = std::move(way);  // a body has keys only if it moves
   if (turned)
     body.turns = std::move(turns);
   else

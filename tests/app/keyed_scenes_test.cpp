@@ -122,6 +122,22 @@ TEST(KeyedScenes, PinsRunWithEveryMotion) {
         motion + "}]}]\n");
 }
 
+/// The files of a sequence are all alike, or one alone; with liquid, and with cloth alone whose pins follow the body.
+TEST(KeyedScenes, BodiesRunWithASequenceThatDoesNotMove) {
+  const test::TempFolder folder;
+  for (const char* name : {"still_0.obj", "still_1.obj", "still_2.obj"})
+    test::write_text(folder.path() / name,
+                     "v 0 0 0\nv 0.05 0 0\nv 0 0.05 0\nv 0 0 0.05\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n");
+  for (const char* files : {"still_*.obj", "still_0.obj"}) {
+    const std::string mesh = fmt::format("mesh: {{sequence: \"{}\", fps: 100}}", (folder.path() / files).string());
+    expect_body_runs("{" + mesh + "}");
+    expect_runs(
+        "drench: 1\ntime: {step: 0.002, end: 1}\ncloth: [{mesh: {grid: {size: [0.1, 0.1], nodes: [4, 4]}}, "
+        "pin: [{corners: true, body: block}]}]\nbodies: [{name: block, " +
+        mesh + "}]\n");
+  }
+}
+
 /// Two values at one time have no meaning, and an empty list has no value.
 TEST(KeyedScenes, CoincidentAndMissingKeysAreRefused) {
   for (const char* keys :
