@@ -189,7 +189,8 @@ void add_new_options(CLI::App& command, drench::NewOptions& options) {
   command.add_option(
       "MESH", options.mesh,
       "mesh of a garment: .obj, .ply, .stl, or a file that drench import reads (default: a square cloth)");
-  command.add_option("--body", options.body, "mesh of the body that wears it");
+  command.add_option("--body", options.body,
+                     "mesh of the body that wears it; a pattern such as \"body_*.obj\" for an animated one");
   command.add_option("--prim", options.prim, "mesh of the garment in an imported file (default: the only one)");
   command.add_option("--body-prim", options.body_prim, "mesh of the body in an imported file (default: the only one)");
   command.add_option("--threads", options.threads, "number of threads")->check(at_least(1));

@@ -8,6 +8,7 @@
 
 #include "base/eigen_vec.hpp"
 #include "scene/load.hpp"
+#include "scene/sequence_names.hpp"
 #include "setup/build.hpp"
 #include "setup/cloth_mesh.hpp"
 #include "setup/file_place.hpp"
@@ -30,8 +31,9 @@ constexpr double shortest_step = 2.5e-4;                   // s
 
 /// Everything that the text below has a number for. SI units.
 struct Suggestion {
-  std::string mesh;  // "" for the grid
-  std::string body;  // "" for none
+  std::string mesh;       // "" for the grid
+  std::string body;       // "" for none
+  bool animated = false;  // it is a pattern of the names of several files
   MeshGuess body_guess;
   bool worn = false;               // the body is in it and holds it
   std::vector<std::string> found;  // what the set-up says, as comments
@@ -177,8 +179,10 @@ std::string body_lines(const Suggestion& s) {
         "# bodies:                             # a floor, so that it does not fall out of the domain\n"
         "#   - plane: {{point: [0, {:.6g}, 0], normal: [0, 1, 0]}}   # m\n",
         s.domain.min[1] + 0.1 * s.garment.size);
-  return fmt::format("bodies:\n  - mesh: {{file: {}{}}}   # relative to the folder of this file{}\n", quoted(s.body),
-                     coordinates(s.body_guess), reasons(s.body_guess));
+  const char* motion = s.animated ? ", fps: 24" : "";
+  return fmt::format("bodies:\n  - mesh: {{{}: {}{}{}}}   # relative to the folder of this file{}\n",
+                     s.animated ? "sequence" : "file", quoted(s.body), motion, coordinates(s.body_guess),
+                     reasons(s.body_guess));
 }
 
 std::string head(const Suggestion& s) {
@@ -341,7 +345,10 @@ void measure(Suggestion& s, FirstScene& result) {
   MeshGuess guess = s.mesh.empty() ? MeshGuess{} : guess_of(bounds_of(mesh.points));
   SurfaceMesh body;
   if (with_body) {
-    body = read_mesh(s.body, scene_path);
+    const std::vector<std::string> files = sequence_names(s.body, "");
+    if (files.empty()) throw SetupError(fmt::format("mesh files '{}': no such files", s.body));
+    s.animated = files.size() > 1 || files.front() != s.body;
+    body = read_mesh(files.front(), scene_path);
     const Box box = bounds_of(body.points);
     s.body_guess = guess_of(box);
     if (!s.mesh.empty()) guess = guess_beside(bounds_of(mesh.points), box, s.body_guess);

@@ -22,7 +22,7 @@ struct TriedSteps {
 using TrySteps = std::function<TriedSteps(const Scene&)>;
 
 /// @param mesh an .obj, .ply or .stl file, as the scene shall name it; "" for a square cloth without a file
-/// @param body the mesh of a body that wears it; "" for none
+/// @param body the mesh of a body that wears it, or a pattern of names for an animated one; "" for none
 /// @param trial finds out whether the steps converge; without it they are only estimated
 /// @throws SetupError a mesh that cannot be read or cannot be cloth
 FirstScene first_scene(const std::string& mesh, const std::string& body = "", const TrySteps& trial = {});

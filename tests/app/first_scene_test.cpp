@@ -168,6 +168,22 @@ TEST_F(NewScene, OnABodyNeedsNoPinAndTakesUnitsAndAxesOfBoth) {
   EXPECT_TRUE(other.cloths[0].pins.empty());
 }
 
+TEST_F(NewScene, OnAnAnimatedBodyFollowsItsFiles) {
+  write_text(here() / "garment.obj", tube(0.6, 1));
+  for (const char* name : {"body_0.obj", "body_1.obj", "body_2.obj"}) write_text(here() / name, figure(0.6));
+  const Outcome made = drench({"new", "garment.obj", "--body", "body_*.obj"});
+  ASSERT_EQ(made.code, 0) << made.err;
+  write_text(here() / "scene.yaml", made.out);
+  const Scene scene = load_scene((here() / "scene.yaml").string());
+  ASSERT_EQ(scene.bodies.size(), 1U);
+  EXPECT_EQ(scene.bodies[0].sequence.files.size(), 3U);
+  EXPECT_EQ(scene.bodies[0].sequence.fps, 24);
+  EXPECT_TRUE(scene.cloths[0].pins.empty());
+  const Outcome none = drench({"new", "garment.obj", "--body", "figure_*.obj"});
+  EXPECT_EQ(none.code, 2);
+  EXPECT_NE(none.err.find("mesh files 'figure_*.obj': no such files"), std::string::npos) << none.err;
+}
+
 TEST_F(NewScene, BesideABodyHangsByItsTop) {
   write_text(here() / "garment.obj", tube(0.6, 1, 24, 21, 1));
   write_text(here() / "body.obj", figure(0.6));
