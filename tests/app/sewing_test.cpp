@@ -185,6 +185,19 @@ TEST_F(Sewing, StitchesFollowLoopsGroupsPairsAndFiles) {
   EXPECT_EQ(pairs, (std::vector<std::array<Index, 2>>{{10, 99}, {21, 110}})) << "an edge needs no stitch";
 }
 
+/// Two points of a panel are so near that cleaning makes one of them; a stitch of both is gone, the other stays.
+TEST_F(Sewing, AStitchWhoseNodesCleaningMergesIsGone) {
+  Obj obj;
+  obj.panel(4, 4, [](double u, double v) { return Vec3{u == 0.25 ? 1e-5 : 0.4 * u, 0.4 * v, 0}; });
+  const std::string keys = "    clean: 1.0e-4\n    sew: [{pairs: [[10, 11], [4, 20]]}]\n";
+  const drench::Setup setup = set_up(obj, keys);
+  const ClothMesh& mesh = setup.model.mesh;
+  EXPECT_LT(mesh.nodes(), 25);
+  ASSERT_EQ(mesh.stitch.size(), 1U);
+  EXPECT_NE(mesh.stitch[0][0], mesh.stitch[0][1]);
+  for (const Index n : mesh.stitch[0]) EXPECT_LT(n, mesh.nodes());
+}
+
 TEST_F(Sewing, RefusesSeamsThatThereAreNot) {
   const Obj obj = seam();
   EXPECT_NE(refusal(obj, "    weld: off\n    sew: [{loops: [[0, 2]]}]\n")
