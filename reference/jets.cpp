@@ -22,8 +22,8 @@ void let_go_by_keys(ReferenceState& state, const Jet& jet, std::int64_t& q, doub
     const Vec3& offset = jet.offsets[static_cast<std::size_t>(q) % jet.offsets.size()];
     append_particle(state.s, state.model,
                     {arr(vec(jet.scene.center) + turn * vec(offset) + ahead * axis), arr(jet.speed.at(now) * axis),
-                     quanta_per_particle, Origin::jet, jet.solute});
-    state.s.supplied += quanta_per_particle;
+                     jet.mass, Origin::jet, jet.solute});
+    state.s.supplied += jet.mass;
     state.s.solute_supplied += jet.solute;
   }
 }
@@ -46,10 +46,10 @@ void jets(ReferenceState& state, const StepInfo& info, StepReport&) {
       if (leaves > now || leaves >= jet.scene.end) break;
       const Vector3d travelled = vec(velocity) * (now - leaves);
       const Vec3& offset = jet.offsets[static_cast<std::size_t>(q) % jet.offsets.size()];
-      append_particle(s, state.model,
-                      {arr(vec(jet.scene.center) + vec(offset) + travelled), velocity, quanta_per_particle, Origin::jet,
-                       jet.solute});
-      s.supplied += quanta_per_particle;
+      append_particle(
+          s, state.model,
+          {arr(vec(jet.scene.center) + vec(offset) + travelled), velocity, jet.mass, Origin::jet, jet.solute});
+      s.supplied += jet.mass;
       s.solute_supplied += jet.solute;
     }
   }

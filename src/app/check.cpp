@@ -67,7 +67,7 @@ void print_loops(const Model& model) {
 
 void print_parts(const Model& model, const HostState& state) {
   if (model.has_fluid())
-    fmt::print("fluid: {} particles of {:.4g} m, {:.4g} kg, {} jets\n", state.fluid_count(), model.spacing,
+    fmt::print("fluid: {} particles of {:.4g} m, {:.4g} kg, {} emitters\n", state.fluid_count(), model.spacing,
                static_cast<double>(std::accumulate(state.fluid_mass.begin(), state.fluid_mass.end(), Quanta{0})) *
                    model.quantum,
                model.jets.size());

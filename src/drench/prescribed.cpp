@@ -241,8 +241,8 @@ std::vector<Index> attached_nodes(const Model& m, Index body) {
 }
 
 void change_jet(Model& m, Index number, const Vec3& velocity, const std::optional<Vec3>& center, double time) {
-  if (number < 0 || number >= std::ssize(m.jets))
-    throw std::invalid_argument(fmt::format("there is no jet {}; the scene has {}", number, m.jets.size()));
+  if (const auto jets = std::ssize(m.scene.fluid.jets); number < 0 || number >= jets)
+    throw std::invalid_argument(fmt::format("there is no jet {}; the scene has {}", number, jets));
   require_finite("the velocity of a jet", velocity);
   require_finite("the centre of a jet", center.value_or(Vec3{}));
   const double before = fastest_prescribed(m);
@@ -369,7 +369,8 @@ void take_numbers(Model& m, const std::vector<double>& numbers) {
   visit_numbers(p, [&](double& value) { value = *next++; });
   for (const PinMotion& motion : p.pin_motions)
     if (motion.body < -1 || motion.body >= std::ssize(m.bodies)) refuse();
-  for (Jet& jet : p.jets) jet = make_jet(m, jet.scene, "a jet of the checkpoint");
+  for (std::size_t j = 0; j < m.scene.fluid.jets.size(); ++j)
+    p.jets[j] = make_jet(m, p.jets[j].scene, "a jet of the checkpoint");
   prescribe(m, p);
 }
 

@@ -84,16 +84,38 @@ void describe_particles(Section& s, BlockScene& block) {
   describe_content(s, block);
 }
 
+void describe(Section& s, RainScene& rain) {
+  s.one_line();
+  s.required().numbers("center", rain.center, coordinate_range, "m", "centre of the rectangle, inside the domain");
+  s.required().numbers("size", rain.size, "[1e-6, 10000]", "m", "side lengths of the rectangle in x and z");
+  s.number("rate", rain.rate, "[1e-6, 1e6]", "mm/h", "depth of water per hour on level ground; heavy rain: 10 to 50");
+  s.number("diameter", rain.diameter, "[1e-5, 0.01]", "m",
+           "diameter of a drop; particles that would be too light for it contain several drops");
+  Vec3 velocity = rain.velocity.value_or(Vec3{0, 0, 0});
+  const bool given = s.has("velocity") || rain.velocity;
+  s.saved_if(rain.velocity.has_value())
+      .numbers("velocity", velocity, speed_range, "m/s",
+               "velocity of the drops; without this key the terminal speed of the diameter, along gravity");
+  if (given) rain.velocity = velocity;
+  if (s.has("velocity")) check_not_zero(s, "velocity", velocity);
+  s.number("start", rain.start, "[0, 1e6]", "s", "time at which the rain starts");
+  s.number("end", rain.end, "[0, inf]", "s", "time at which the rain stops; after `start`");
+  s.number("concentration", rain.concentration, concentration_range, "kg/kg",
+           "mass fraction of the solute (such as dye or detergent)");
+  check_end_after_start(s, "the rain", rain.start, rain.end);
+}
+
 /// An entry of `sources`.
 struct SourceScene {
   BlockScene block;
   std::optional<JetScene> jet;
+  std::optional<RainScene> rain;
 };
 
 void describe(Section& s, SourceScene& source) {
   using Shape = BlockScene::Shape;
   BlockScene& block = source.block;
-  const bool full = !source.jet;
+  const bool full = !source.jet && !source.rain;
   const auto shape = [&](Shape value) -> Section& { return s.saved_if(full).one_of(block.shape, value); };
   shape(Shape::box).section("block", block, "box that is filled with liquid at the start");
   shape(Shape::sphere).section("sphere", block, describe_sphere, "sphere that is filled with liquid at the start");
@@ -104,6 +126,7 @@ void describe(Section& s, SourceScene& source) {
       .section("particles", block, describe_particles,
                "particles of a file, for example a frame of another run; their distance has to be `spacing`");
   s.one_of().section("jet", source.jet, "emitter: a round nozzle");
+  s.one_of().section("rain", source.rain, "emitter: drops that fall from a horizontal rectangle");
 }
 
 /// Between two keys the axis turns the short way, which opposite directions do not have.
@@ -164,12 +187,16 @@ void describe(Section& s, FluidScene& fluid) {
   std::vector<SourceScene> sources;
   for (const BlockScene& block : fluid.blocks) sources.emplace_back().block = block;
   for (const JetScene& jet : fluid.jets) sources.emplace_back().jet = jet;
+  for (const RainScene& rain : fluid.rains) sources.emplace_back().rain = rain;
   s.list("sources", sources, "sources of liquid; required unless the scene has porous cloth");
   fluid.blocks.clear();
   fluid.jets.clear();
+  fluid.rains.clear();
   for (const SourceScene& source : sources) {
     if (source.jet)
       fluid.jets.push_back(*source.jet);
+    else if (source.rain)
+      fluid.rains.push_back(*source.rain);
     else
       fluid.blocks.push_back(source.block);
   }

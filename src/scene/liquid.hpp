@@ -1,6 +1,7 @@
 #pragma once
 // Section `fluid` of a scene as plain structs, and what other sections share with it.
 
+#include <array>
 #include <limits>
 #include <optional>
 #include <string>
@@ -79,6 +80,20 @@ struct JetScene {
   bool operator==(const JetScene&) const = default;
 };
 
+/// A source of liquid: drops that fall from a horizontal rectangle.
+struct RainScene {
+  Vec3 center{0, 0, 0};                                  // m; of the rectangle
+  std::array<double, 2> size{1, 1};                      // m; of the rectangle, in x and z
+  double rate = 10;                                      // mm/h: depth of water per time on level ground
+  double diameter = 0.002;                               // m; of a drop
+  std::optional<Vec3> velocity;                          // m/s; else they fall along gravity at their terminal speed
+  double start = 0.0;                                    // s
+  double end = std::numeric_limits<double>::infinity();  // s
+  double concentration = 0;                              // kg/kg; of its solute
+
+  bool operator==(const RainScene&) const = default;
+};
+
 /// Spin of the particles, for turbulence (stages/micropolar.hpp); a scene without the section has none.
 struct MicropolarScene {
   bool present = false;      // does the scene have the section?
@@ -104,6 +119,7 @@ struct FluidScene {
   FluidSolverScene solver;                                  // tolerances and caps
   std::vector<BlockScene> blocks;                           // sources that are there at the start
   std::vector<JetScene> jets;                               // sources that flow
+  std::vector<RainScene> rains;                             // sources that rain
 
   bool operator==(const FluidScene&) const = default;
 };

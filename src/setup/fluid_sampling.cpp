@@ -294,6 +294,11 @@ void aim_by_keys(Jet& jet) {
 
 }  // namespace
 
+std::string jet_label(const Model& model, std::size_t number) {
+  const std::size_t jets = model.scene.fluid.jets.size();
+  return number < jets ? fmt::format("fluid: jet {}", number + 1) : fmt::format("fluid: rain {}", number - jets + 1);
+}
+
 Jet make_jet(const Model& model, const JetScene& scene, const std::string& name) {
   const double d = model.spacing;
   Jet jet;
@@ -325,11 +330,57 @@ Jet make_jet(const Model& model, const JetScene& scene, const std::string& name)
   return jet;
 }
 
+Jet make_rain(const Model& model, const RainScene& scene, const std::string& name) {
+  const double d = model.spacing, area = scene.size[0] * scene.size[1];
+  const Vector3d gravity = to_eigen(model.scene.gravity);
+  Jet jet;
+  jet.scene.center = scene.center;
+  jet.scene.start = scene.start;
+  jet.scene.end = scene.end;
+  Vector3d velocity;
+  if (scene.velocity) {
+    velocity = to_eigen(*scene.velocity);
+  } else {
+    if (!(gravity.norm() > 0)) throw SetupError(name + ": without gravity the drops need a velocity");
+    // Atlas, Srivastava and Sekhon 1973, for drops of 0.6 to 5.8 mm; below, in proportion to the diameter.
+    const double mm = 1e3 * scene.diameter;
+    const auto fitted = [](double x) { return 9.65 - 10.3 * std::exp(-0.6 * x); };
+    const double speed = mm < 0.6 ? fitted(0.6) * mm / 0.6 : fitted(mm);
+    velocity = speed * gravity.normalized();
+  }
+  jet.scene.velocity = to_vec3(velocity);
+  if (!contains(model.scene.domain.min, model.scene.domain.max, scene.center))
+    throw SetupError(name + ": the centre is outside the domain");
+  const double full = d * d * d, drop = std::numbers::pi / 6 * std::pow(scene.diameter, 3);
+  if (drop > full * (1 + 1e-9))
+    throw SetupError(
+        fmt::format("{}: drops of {} m are larger than a particle; allowed: up to {:.3g} m at a spacing of "
+                    "{} m",
+                    name, scene.diameter, std::cbrt(6 / std::numbers::pi) * d, d));
+  constexpr double lightest = 0.125;                       // of a full particle's mass
+  const double drops = std::ceil(lightest * full / drop);  // in a particle
+  jet.mass = std::llround(drops * drop / full * static_cast<double>(quanta_per_particle));
+  jet.solute = solute_quanta(model, scene.concentration, jet.mass);
+  constexpr double per_mm_per_hour = 1e-3 / 3600;  // m/s
+  jet.interval = drops * drop / (scene.rate * per_mm_per_hour * area);
+  jet.scene.radius = std::sqrt(scene.rate * per_mm_per_hour * area / (std::numbers::pi * velocity.norm()));
+  // Roberts' sequence: 1/g and 1/g² of the root g of g³ = g + 1. Points that follow each other are far apart.
+  constexpr double first = 0.7548776662466927, second = 0.5698402909980532;
+  constexpr int points = 4096;
+  for (int k = 0; k < points; ++k) {
+    const double a = std::fmod(0.5 + first * k, 1.0) - 0.5, b = std::fmod(0.5 + second * k, 1.0) - 0.5;
+    jet.offsets.push_back({a * scene.size[0], 0, b * scene.size[1]});
+  }
+  return jet;
+}
+
 std::vector<Jet> make_jets(const Model& model, std::vector<std::string>& warnings) {
   std::vector<Jet> jets;
-  for (std::size_t j = 0; j < model.scene.fluid.jets.size(); ++j) {
-    const std::string name = fmt::format("fluid: jet {}", j + 1);
-    Jet jet = make_jet(model, model.scene.fluid.jets[j], name);
+  const FluidScene& fluid = model.scene.fluid;
+  for (std::size_t j = 0; j < fluid.jets.size() + fluid.rains.size(); ++j) {
+    const bool rain = j >= fluid.jets.size();
+    const std::string name = jet_label(model, j);
+    Jet jet = rain ? make_rain(model, fluid.rains[j - fluid.jets.size()], name) : make_jet(model, fluid.jets[j], name);
     std::vector<Vec3> mouth;
     for (const Vec3& offset : jet.offsets) mouth.push_back(to_vec3(to_eigen(jet.scene.center) + to_eigen(offset)));
     const auto solid = inside_solid(model, mouth);
@@ -337,7 +388,7 @@ std::vector<Jet> make_jets(const Model& model, std::vector<std::string>& warning
       std::set<std::size_t> bodies(solid.begin(), solid.end());
       bodies.erase(0);
       warnings.push_back(
-          fmt::format("{}: {} of the {} points of its nozzle are inside a solid body ({}); move one of them", name,
+          fmt::format("{}: {} of the {} points of its mouth are inside a solid body ({}); move one of them", name,
                       std::ssize(solid) - free, mouth.size(), named("body", "bodies", bodies)));
     }
     jets.push_back(std::move(jet));

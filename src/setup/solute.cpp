@@ -32,6 +32,7 @@ void set_concentration_unit(Model& model) {
   double most = 0;
   for (const BlockScene& block : model.scene.fluid.blocks) most = std::max(most, block.concentration);
   for (const JetScene& jet : model.scene.fluid.jets) most = std::max(most, jet.concentration);
+  for (const RainScene& rain : model.scene.fluid.rains) most = std::max(most, rain.concentration);
   for (std::size_t c = 0; c < model.cloths.size(); ++c)
     most = std::max(most, most_of_cloth(model.scene.cloths[c], model, c));
   model.concentration_unit = most;

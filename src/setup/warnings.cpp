@@ -192,9 +192,9 @@ void warn_of_jets(const Model& m, const HostState& state, Lines& lines) {
     const Jet& jet = m.jets[j];
     if (jet.scene.start >= m.scene.time.end) {
       lines.push_back(
-          fmt::format("fluid: jet {}: it starts at {:.4g} s and the scene ends at {:.4g} s: it never flows; reduce "
+          fmt::format("{}: it starts at {:.4g} s and the scene ends at {:.4g} s: it never flows; reduce "
                       "its start or increase time.end",
-                      j + 1, jet.scene.start, m.scene.time.end));
+                      jet_label(m, j), jet.scene.start, m.scene.time.end));
       continue;
     }
     std::vector<Vec3> mouth;
@@ -204,22 +204,22 @@ void warn_of_jets(const Model& m, const HostState& state, Lines& lines) {
     });
     if (outside > 0)
       lines.push_back(
-          fmt::format("fluid: jet {}: {} of the {} points of its nozzle are outside the domain and drained at "
+          fmt::format("{}: {} of the {} points of its mouth are outside the domain and drained at "
                       "once; make domain larger or move the jet",
-                      j + 1, outside, mouth.size()));
+                      jet_label(m, j), outside, mouth.size()));
     const auto near = near_cloth(m, mouth, nearest_to_cloth * d);
     if (const auto count = std::count(near.begin(), near.end(), 1))
       lines.push_back(
-          fmt::format("fluid: jet {}: {} of the {} points of its nozzle are within {:.3g} m, half a spacing, of a "
+          fmt::format("{}: {} of the {} points of its mouth are within {:.3g} m, half a spacing, of a "
                       "cloth; move it {:.2g} m away",
-                      j + 1, count, mouth.size(), 0.5 * d, 2 * d));
+                      jet_label(m, j), count, mouth.size(), 0.5 * d, 2 * d));
     const auto filled =
         std::count_if(mouth.begin(), mouth.end(), [&](const Vec3& x) { return at_start.any_within(x, 0.9 * d); });
     if (filled > 0 && jet.scene.start == 0)
       lines.push_back(
-          fmt::format("fluid: jet {}: {} of the {} points of its nozzle are in a block's liquid, which it "
+          fmt::format("{}: {} of the {} points of its mouth are in a block's liquid, which it "
                       "compresses at once; move one of them",
-                      j + 1, filled, mouth.size()));
+                      jet_label(m, j), filled, mouth.size()));
   }
 }
 

@@ -1,9 +1,9 @@
 #pragma once
 // Stage jets: lets particles go from the nozzles, one by one.
 //
-// Law:    docs/theory/liquid.md, Where liquid comes from (Eqs. 28, 29).
+// Law:    docs/theory/liquid.md, Where liquid comes from (Eqs. 28 to 29a).
 // Reads:  Model::jets, time (s), jet_particles.
-// Writes: fluid_* (appended with ids in order, age 0, Origin::jet, m0 quanta), next_id, jet_particles, supplied
+// Writes: fluid_* (appended with ids in order, age 0, Origin::jet, Jet::mass), next_id, jet_particles, supplied
 //         (quanta).
 // Solute: goes along with its liquid (docs/theory/solute.md): fluid_solute, solute_supplied (quanta).
 // Errors: none.

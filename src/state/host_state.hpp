@@ -29,7 +29,7 @@ struct HostState {
 
   // the ledger's other accounts, quanta
   Quanta drained = 0;     // left the domain
-  Quanta supplied = 0;    // came from jets and reservoirs (net)
+  Quanta supplied = 0;    // came from emitters and reservoirs (net)
   Quanta evaporated = 0;  // went into the air
   // the same of the solute, in its own quanta
   Quanta solute_drained = 0, solute_supplied = 0;

@@ -143,10 +143,11 @@ struct FabricPairs {
 
 struct Jet {
   JetScene scene;
-  std::vector<Vec3> offsets;  // m: lattice points of the mouth, relative to the centre, normal to the axis
-  Quanta solute = 0;          // of each particle
-  double interval = 0;        // s, between two particles: d³/(π R² |v|); 0 with keys
-  double advance = 0;         // m, of the liquid between two particles: d³/(π R²)
+  std::vector<Vec3> offsets;          // m: lattice points of the mouth, relative to the centre, normal to the axis
+  Quanta mass = quanta_per_particle;  // of each particle
+  Quanta solute = 0;                  // of each particle
+  double interval = 0;                // s, between two particles: d³/(π R² |v|); 0 with keys
+  double advance = 0;                 // m, of the liquid between two particles: d³/(π R²)
   // of a velocity with keys, what it is between them (src/stages/jets.hpp)
   Keyed<double> speed;  // m/s
   Keyed<Vec3> aim;      // unit at each key; the axis is along it

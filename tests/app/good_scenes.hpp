@@ -36,6 +36,8 @@ fluid:
         velocity: [1, 0, 0], concentration: 0.03}
     - particles: {file: mesh.PLY, scale: 30, unit: mm, up: x, position: [3, 2, 1], rotate: {axis: [1, 1, 0], degrees: 5},
         velocity: [0, 0, 1], concentration: 0.05}
+    - rain: {center: [0.5, 2, 0.5], size: [0.4, 0.6], rate: 300, diameter: 0.004, velocity: [0, -6, 1], start: 0.25,
+        end: 2, concentration: 0.015}
     - jet: {center: [1, 1, 1], radius: 0.07, velocity: [0, -2, 0], concentration: 0.04, start: 0.5, end: 1.5}
     - jet: {center: [1, 2, 1], radius: 0.08, velocity: [[0, [0, -3, 0]], [0.5, [1, -2, 0.5]]], end: .inf}
 cloth_solver: {method: xpbd, tolerance: 2.0e-3, max_iterations: 500}

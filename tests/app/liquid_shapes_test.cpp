@@ -177,6 +177,38 @@ TEST(liquid_shapes, liquid_in_a_round_vessel_starts_at_rest) {
   EXPECT_EQ(run.state().drained, 0);
 }
 
+TEST(liquid_shapes, rain_has_its_rate_its_speed_and_covers_its_rectangle) {
+  Scene scene = with_source("rain: {center: [0.1, 0.5, 0], size: [0.4, 0.2], rate: 20000, diameter: 0.003}");
+  Simulation run(scene);
+  run.step();
+  const double speed = 9.65 - 10.3 * std::exp(-0.6 * 3);
+  run.run_until(0.05);
+  HostState state = run.state();
+  ASSERT_GT(state.fluid_position.size(), 4u);
+  EXPECT_NEAR(state.fluid_velocity.back()[1], -speed, 0.05) << "fell for less than a step";
+  run.reset();
+  Quanta supplied = 0;
+  std::array<int, 4> quarter{};
+  std::int64_t seen = 0;
+  while (run.time() < 0.4) {
+    run.step();
+    state = run.state();
+    for (std::size_t i = 0; i < state.fluid_id.size(); ++i) {
+      if (state.fluid_id[i] < seen) continue;
+      const Vec3& x = state.fluid_position[i];
+      EXPECT_TRUE(std::abs(x[0] - 0.1) <= 0.2 && std::abs(x[2]) <= 0.1);
+      ++quarter[static_cast<std::size_t>((x[0] > 0.1 ? 1 : 0) + (x[2] > 0 ? 2 : 0))];
+    }
+    seen = state.next_id;
+    supplied = state.supplied;
+  }
+  const double kilograms = static_cast<double>(supplied) * run.quantum(),
+               expected = 20.0 / 3600 * 0.08 * 1000 * run.time();
+  EXPECT_NEAR(kilograms, expected, static_cast<double>(state.fluid_mass.front()) * run.quantum());
+  EXPECT_GE(static_cast<double>(state.fluid_mass.front()), 0.125 * static_cast<double>(quanta_per_particle));
+  for (const int count : quarter) EXPECT_NEAR(count, static_cast<double>(seen) / 4, 4);
+}
+
 TEST(liquid_shapes, refuses_what_holds_no_liquid) {
   const Files folder;
   const std::string sheet = folder.write("sheet.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");

@@ -21,6 +21,17 @@ TEST(jets, that_a_program_changes_agree_with_the_reference) {
                  .changes = "fluid_position"});
 }
 
+/// Particles of several drops each, which leave at an angle.
+TEST(jets, of_rain_agrees_with_the_reference) {
+  compare_stage(
+      {.stage = Stage::jets,
+       .scene = with(wet_scene(), "sources:\n",
+                     "sources:\n    - rain: {center: [0, 0.2, 0], size: [0.2, 0.3], rate: 200000, diameter: 0.002, "
+                     "velocity: [0.3, -2, 0.1]}\n"),
+       .steps_before = 11,
+       .changes = "fluid_position"});
+}
+
 /// Its axis turns, its flow grows, and both keys lie within the steps.
 TEST(jets, with_keys_agree_with_the_reference) {
   for (const std::string between : {"linear", "smooth", "step"})

@@ -90,13 +90,13 @@ void jets(const Constants& constants, Fluid& fluid, Jets& jets, Accounts& accoun
     const std::int64_t id = particles.next_id;
     particles.next_id += count;
     particles.total += count;
-    accounts.supplied += static_cast<Quanta>(count) * quanta_per_particle;
+    accounts.supplied += static_cast<Quanta>(count) * jet.mass;
     accounts.solute_supplied += static_cast<Quanta>(count) * jet.solute;
     if (constants.ranks && constants.ranks->rank() > 0)
       continue;  // the first has them; they go home with the next search
     particles.reserve(first + count);
     const ParticleView all = particles.view();
-    const Quanta solute = jet.solute;
+    const Quanta mass = jet.mass, solute = jet.solute;
     const double ahead = out.first, between = out.between;
     parallel(
         "drench::jets::particles", count, KOKKOS_LAMBDA(const Index k) {
@@ -105,7 +105,7 @@ void jets(const Constants& constants, Fluid& fluid, Jets& jets, Accounts& accoun
           Particle p;
           p.position = center + o + Real(ahead - k * between) * unit;
           p.velocity = velocity;
-          p.mass = quanta_per_particle;
+          p.mass = mass;
           p.solute = solute;
           p.id = id + k;
           p.origin = static_cast<std::uint8_t>(Origin::jet);
