@@ -9,23 +9,39 @@ from typing import Any
 
 import numpy as np
 
+from .state import numbers
+
 #: Keys of a mesh from memory beside those of a mesh file.
 MESH_KEYS = ("points", "faces", "uv")
 
 
-def _numbers(where: str, values: Any, columns: int, kind: type = float) -> np.ndarray:
-    array = np.asarray(values)
-    if array.ndim != 2 or array.shape[1] != columns or not np.issubdtype(array.dtype, np.number):
-        raise ValueError(f"{where}: needs numbers of shape (n, {columns}); these are {array.dtype} of shape {array.shape}")
-    return array.astype(kind)
+def _numbers(where: str, values: Any, columns: int) -> np.ndarray:
+    array = numbers(where, values)
+    if array.ndim != 2 or array.shape[1] != columns or not len(array):
+        raise ValueError(f"{where}: needs numbers of shape (n, {columns}), n above 0; these are of shape {array.shape}")
+    return array.astype(float)
 
 
-def _faces(where: str, faces: Any) -> list[np.ndarray]:
-    rows = [np.asarray(face) for face in faces]
+def _faces(where: str, faces: Any, points: int) -> tuple[int, bytes]:
+    """Number of faces, and their rows of a PLY file."""
+    try:
+        rows = [np.asarray(face) for face in faces]
+    except TypeError:
+        raise ValueError(f"{where}: needs a list of faces, this is {type(faces).__name__}") from None
+    if not rows:
+        raise ValueError(f"{where}: is empty; needed: at least one face")
     for k, face in enumerate(rows):
         if face.ndim != 1 or not 3 <= len(face) <= 255 or not np.issubdtype(face.dtype, np.integer):
             raise ValueError(f"{where}: face {k} is {face.tolist()}; needed: at least three indices of points")
-    return rows
+        if face.min() < 0 or face.max() >= points:
+            raise ValueError(f"{where}: face {k} is {face.tolist()}; allowed: indices from 0 to {points - 1}")
+    return len(rows), b"".join(bytes([len(face)]) + face.astype("<i4").tobytes() for face in rows)
+
+
+def _equal_faces(faces: np.ndarray) -> tuple[int, bytes]:
+    record = np.empty(len(faces), dtype=[("count", "u1"), ("corner", "<i4", (faces.shape[1],))])
+    record["count"], record["corner"] = faces.shape[1], faces
+    return len(faces), record.tobytes()
 
 
 def write_mesh(path: Path, where: str, points: Any, faces: Any, uv: Any = None) -> None:
@@ -39,16 +55,12 @@ def write_mesh(path: Path, where: str, points: Any, faces: Any, uv: Any = None) 
             raise ValueError(f"{where}.uv: {len(texture)} rows; needed: one per point, {len(x)}")
         table.append(texture)
         names += ["s", "t"]
-    array = np.asarray(faces) if not isinstance(faces, (list, tuple)) or len({len(face) for face in faces}) == 1 else None
-    if array is not None and array.ndim == 2 and np.issubdtype(array.dtype, np.integer) and 3 <= array.shape[1] <= 255:
-        record = np.empty(len(array), dtype=[("count", "u1"), ("corner", "<i4", (array.shape[1],))])
-        record["count"], record["corner"] = array.shape[1], array
-        rows = record.tobytes()
-        count = len(array)
+    array = faces if isinstance(faces, np.ndarray) else None
+    if array is not None and array.ndim == 2 and array.dtype.kind in "iu" and 3 <= array.shape[1] <= 255 and \
+            array.size and array.min() >= 0 and array.max() < len(x):
+        count, rows = _equal_faces(array)
     else:
-        polygons = _faces(f"{where}.faces", faces)
-        rows = b"".join(bytes([len(face)]) + face.astype("<i4").tobytes() for face in polygons)
-        count = len(polygons)
+        count, rows = _faces(f"{where}.faces", faces, len(x))
     header = ["ply", "format binary_little_endian 1.0", f"element vertex {len(x)}", *(f"property double {n}" for n in names),
               f"element face {count}", "property list uchar int vertex_indices", "end_header", ""]
     path.write_bytes("\n".join(header).encode() + np.hstack(table).astype("<f8").tobytes() + rows)
@@ -107,6 +119,8 @@ class ArrayFiles:
             return entry
         if "faces" not in mesh:
             raise ValueError(f"{where}.mesh.faces: is missing beside points; needed: indices of the points of each face")
+        if "file" in mesh:
+            raise ValueError(f"{where}.mesh: contains file and points; allowed: one of them")
         file = self.path(where.replace(".", "_") + ".ply")
         write_mesh(file, f"{where}.mesh", mesh["points"], mesh["faces"], mesh.get("uv"))
         rest = {key: value for key, value in mesh.items() if key not in MESH_KEYS}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import operator
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple, Union
 
@@ -14,7 +15,10 @@ Vector = Union[Sequence[float], np.ndarray]
 
 
 def _vector(name: str, value: Vector, parts: str = "x y z") -> list[float]:
-    numbers = np.asarray(value, dtype=float)
+    try:
+        numbers = np.asarray(value, dtype=float)
+    except (TypeError, ValueError):
+        raise ValueError(f"{name}: needs numbers, this is {value!r}") from None
     count = {3: "three", 4: "four"}[len(parts.split())]
     if numbers.shape != (len(parts.split()),):
         raise ValueError(f"{name}: {count} numbers {parts} are needed, these are of shape {numbers.shape}")
@@ -135,9 +139,13 @@ class Bodies(Mapping[Union[int, str], Body]):
                     return body
             names = ", ".join(repr(body.name) for body in self._all if body.name)
             raise KeyError(f"there is no body {key!r}; the names are {names or 'none: bodies.N.name is not set'}")
-        if not 0 <= int(key) < len(self._all):
+        try:
+            number = operator.index(key)
+        except TypeError:
+            raise KeyError(f"bodies are given by name or number, not by {key!r}") from None
+        if not 0 <= number < len(self._all):
             raise KeyError(f"there is no body {key}; the scene has {len(self._all)}")
-        return self._all[int(key)]
+        return self._all[number]
 
     def __iter__(self) -> Iterator[Any]:
         return iter(range(len(self._all)))

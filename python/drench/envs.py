@@ -46,6 +46,7 @@ class TowelDip(gymnasium.Env):
     Action, 3 numbers from −1 to 1: the velocity of the gripper over 0.5 m/s. It stops at the limits of its reach.
     Observation, 12 numbers: position (m) and velocity (m/s) of the gripper, force on it (N), mean saturation of the towel (1),
     the mass of water in it and the wanted mass (both over the towel's capacity).
+    Option `target` of reset(): the wanted mass, from 0 to 1; by default random from 0.3 to 0.9.
     Reward: minus the difference of these two masses, plus 1 at the end of the episode if it is below 0.05 and the towel hangs
     above the water.
     """
@@ -61,15 +62,15 @@ class TowelDip(gymnasium.Env):
         self.run = Simulation(scene(spacing))
         self.capacity = float(self.run.capacity().sum())  # kg
         self.target = 0.5
-        self._started = False
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[np.ndarray, dict[str, Any]]:
         super().reset(seed=seed)
-        if self._started:
+        target = float((options or {}).get("target", self.np_random.uniform(0.3, 0.9)))
+        if not 0 < target < 1:
+            raise ValueError(f"target: {target}; allowed: above 0 and below 1, the water in the towel over its capacity")
+        if self.run.steps > 0:
             self.run.reset()
-        self._started = True
-        wanted = self.np_random.uniform(0.3, 0.9)
-        self.target = float((options or {}).get("target", wanted))
+        self.target = target
         return self._observation(), self._info()
 
     def step(self, action: np.ndarray) -> tuple[np.ndarray, float, bool, bool, dict[str, Any]]:

@@ -151,7 +151,7 @@ class Scene:
             for name, content in self._arrays.contents().items():
                 (folder / name).write_bytes(content)
             text = text.replace(str(self._arrays.folder), folder.name)
-        file.write_text(text)
+        file.write_text(text, encoding="utf-8")
 
     def __reduce__(self) -> tuple[Any, ...]:
         folder = self._arrays.folder

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+import operator
 import os
 import warnings as _warnings
 from collections.abc import Callable, Iterator, Mapping
@@ -12,7 +14,7 @@ import numpy as np
 
 from . import _core
 from . import state as _state
-from .bodies import Bodies, Vector, _vector
+from .bodies import Bodies, Body, Vector, _vector
 from .fields import Fields
 from .recording import Recording
 from .scene import Scene, SceneLike
@@ -20,11 +22,63 @@ from .scene import Scene, SceneLike
 _BAR = "{percentage:3.0f}% |{bar}| {n:.3f} of {total:g} s [{elapsed} < {remaining}]"
 
 
+class _Process:
+    """Whether this process was forked from one in which drench had started threads or a GPU, which a fork does not copy."""
+
+    #: None before the first run.
+    can_fork: bool | None = None
+    forked = False
+
+    @classmethod
+    def start(cls) -> None:
+        cls.check()
+        if cls.can_fork is None:
+            info = _core.info()
+            cls.can_fork = info["backend"] == "Serial" or (info["backend"] == "OpenMP" and info["threads"] == "1")
+
+    @classmethod
+    def in_child(cls) -> None:
+        cls.forked = cls.can_fork is False
+
+    @classmethod
+    def check(cls) -> None:
+        if cls.forked:
+            raise RuntimeError("this process was forked after drench had started threads or a GPU, and cannot use them; start "
+                               "processes by multiprocessing's method \"spawn\", or set OMP_NUM_THREADS=1 before Python starts")
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_Process.in_child)
+
+
 def _indices(name: str, values: Any) -> list[int]:
     array = np.atleast_1d(np.asarray(values))
     if array.ndim != 1 or (array.size and not np.issubdtype(array.dtype, np.integer)):
         raise ValueError(f"{name}: needs a list of indices, these are {array.dtype} of shape {array.shape}")
-    return [int(k) for k in array]
+    return [_index(name, k) for k in array]
+
+
+def _index(name: str, value: Any) -> int:
+    try:
+        number = operator.index(value)
+    except TypeError:
+        raise ValueError(f"{name}: needs a whole number, this is {value!r}") from None
+    if not -2**31 <= number < 2**31:
+        raise ValueError(f"{name}: there is no {number}")
+    return number
+
+
+def _callable(name: str, call: Callable[..., Any]) -> Callable[..., Any]:
+    if not callable(call):
+        raise TypeError(f"{name}: needs a function, this is {call!r}")
+    return call
+
+
+def _time(name: str, value: Any) -> float:
+    number = float(value)
+    if not math.isfinite(number):
+        raise ValueError(f"{name}: needs a finite time, this is {number}")
+    return number
 
 
 class Step(dict):
@@ -70,7 +124,8 @@ class Simulation:
         self.scene = Scene(scene, overrides)
         if threads is not None:
             _core.set_threads(int(threads))
-        self._run = _core.Run(self.scene._loaded)
+        _Process.start()
+        self._core = _core.Run(self.scene._loaded)
         #: The fields by name, without a copy. Each access gives the view of now.
         self.fields = Fields(self._run)
         #: The solid bodies by name or index: where they are, what acts on them, and how a program moves them.
@@ -83,6 +138,11 @@ class Simulation:
         self._frames = 0
         if resume is not None:
             self.resume(resume)
+
+    @property
+    def _run(self) -> _core.Run:
+        _Process.check()
+        return self._core
 
     # ---- time ----
 
@@ -121,6 +181,7 @@ class Simulation:
 
     def run_until(self, time: float) -> Step | None:
         """Advance until the simulated time is `time`, s. Returns the report of the last step."""
+        time = _time("run_until", time)
         while self.time < time - self._rounding:
             self.step(time - self.time)
         return self.last
@@ -132,12 +193,12 @@ class Simulation:
 
     def on_step(self, call: Callable[[Simulation, Step], Any]) -> Callable[[Simulation, Step], Any]:
         """Call `call(run, step)` after each step. Can be used as a decorator."""
-        self._on_step.append(call)
+        self._on_step.append(_callable("on_step", call))
         return call
 
     def on_frame(self, call: Callable[[Simulation, Frame], Any]) -> Callable[[Simulation, Frame], Any]:
         """Call `call(run, frame)` at the start and at each multiple of output.every. Can be used as a decorator."""
-        self._on_frame.append(call)
+        self._on_frame.append(_callable("on_frame", call))
         return call
 
     def _bounded(self, longest: float | None) -> float:
@@ -201,13 +262,13 @@ class Simulation:
         as supplied or drained. Poses of bodies that the scene or a command moves follow these, whatever is set.
         Raises KeyError for a field that cannot be set, and ValueError for values that are not allowed.
         """
+        if isinstance(name, Mapping) and values is not None:
+            raise ValueError("set: a dict of fields contains the values; there is no second argument beside it")
         changes = dict(name) if isinstance(name, Mapping) else {name: values}
         state = self.state()
         for field, new in changes.items():
             if field == "saturation":
-                rows = np.arange(len(state["node_liquid"]))[slice(None) if at is None else at]
-                full = self.capacity()[rows] / self.quantum
-                _state.set_field(state, "node_liquid", np.rint(np.asarray(new, dtype=float) * full), rows)
+                _state.set_saturation(state, new, at, self.capacity() / self.quantum)
             else:
                 _state.set_field(state, field, new, at)
         self._run.set_state(state)
@@ -220,7 +281,7 @@ class Simulation:
         Raises ValueError, also for positions outside the domain.
         """
         state = self.state()
-        units = None if mass is None else np.rint(np.asarray(mass, dtype=float) / self.quantum)
+        units = None if mass is None else np.rint(_state.numbers("mass", mass) / self.quantum)
         ids = _state.add_particles(state, position, velocity, units, self.full_particle)
         self._run.set_state(state)
         return ids
@@ -237,7 +298,8 @@ class Simulation:
 
     def load_state_dict(self, state: Mapping[str, Any]) -> None:
         """Continue from the `state_dict()` of a run of the same scene. Raises ValueError."""
-        self._run.restore({name: value for name, value in state.items() if name != "changes"}, list(state["changes"]))
+        given, changes = _state.continued_from(state, self.state())
+        self._run.restore(given, changes)
         self._restarted()
 
     def reset(self) -> None:
@@ -288,7 +350,7 @@ class Simulation:
 
     def pin_nodes(self, cloth: int | str, pin: int = 0) -> np.ndarray:
         """Indices, in the node fields, of the nodes that entry `pin` of the cloth's `pin` list holds."""
-        return self._run.pin_nodes(self._cloth(cloth), pin)
+        return self._run.pin_nodes(self._cloth(cloth), _index("pin", pin))
 
     def cloth_nodes(self, cloth: int | str) -> slice:
         """The slice of the node fields that belongs to a cloth."""
@@ -306,16 +368,20 @@ class Simulation:
 
         cloth: its name, or its index from 0; pin: the index of the entry in `cloth.N.pin`, from 0.
         """
-        self._run.set_pin_velocity(self._cloth(cloth), pin, _vector("velocity", velocity))
+        self._run.set_pin_velocity(self._cloth(cloth), _index("pin", pin), _vector("velocity", velocity))
 
-    def attach(self, cloth: int | str, nodes: Any, body: int | str) -> None:
+    def attach(self, cloth: int | str, nodes: Any, body: int | str | Body) -> None:
         """Let nodes of a cloth move and turn with a body, from where they are now.
 
-        cloth: its name or index; nodes: indices within the cloth, from 0; body: its name or index, of one that the scene or
-        commands move. What they pull with is part of the body's wrench. Takes as long as setting up the cloth; the results of
-        later steps are those of the same pins in a scene. Raises ValueError.
+        cloth: its name or index; nodes: indices within the cloth, from 0; body: one that the scene or commands move, by its name
+        or index or as an entry of `bodies`. What the nodes pull with is part of the body's wrench. Takes as long as setting up
+        the cloth; the results of later steps are those of the same pins in a scene. Raises ValueError, and KeyError for a body
+        that does not exist.
         """
-        self._run.attach(self._cloth(cloth), _indices("nodes", nodes), self.bodies[body].index)
+        chosen = _indices("nodes", nodes)
+        if not chosen:
+            raise ValueError("nodes: the list is empty; needed: at least one node of the cloth")
+        self._run.attach(self._cloth(cloth), chosen, body.index if isinstance(body, Body) else self.bodies[body].index)
 
     def detach(self, cloth: int | str, nodes: Any = None) -> None:
         """Free nodes of a cloth that are attached to a body; by default all of them. Raises ValueError."""
@@ -323,12 +389,15 @@ class Simulation:
         if nodes is None:
             first, count = self._run.cloth_nodes(number)
             held = [n - first for body in self.bodies.values() for n in body.attached_nodes if first <= n < first + count]
-            nodes = np.array(sorted(held), dtype=int)
-        self._run.detach(number, _indices("nodes", nodes))
+            nodes = sorted(held)
+        chosen = _indices("nodes", nodes)
+        if chosen:
+            self._run.detach(number, chosen)
 
     def set_jet(self, jet: int, velocity: Vector, center: Vector | None = None) -> None:
         """Set the velocity, m/s, of a jet and optionally its centre, m. A velocity of 0 closes the jet."""
-        self._run.set_jet(jet, _vector("velocity", velocity), None if center is None else _vector("center", center))
+        self._run.set_jet(_index("jet", jet), _vector("velocity", velocity),
+                          None if center is None else _vector("center", center))
 
     def set_wind(self, velocity: Vector) -> None:
         """Set the velocity of the air, m/s, and switch gusts off."""
@@ -354,9 +423,10 @@ class Simulation:
 
         progress: show a bar in the terminal or the notebook; needs the package tqdm. Otherwise as record().
         """
+        if progress:  # before a file is written
+            from tqdm.auto import tqdm
         with self.record(folder, overwrite=overwrite) as recording:
             if progress:
-                from tqdm.auto import tqdm
                 with tqdm(total=self.scene.end, initial=self.time, unit="s", bar_format=_BAR) as bar:
                     for step in self:
                         bar.update(step.time - bar.n)
@@ -374,14 +444,16 @@ class Simulation:
     def _restarted(self) -> None:
         self.last = None
         every = self.scene.output_every
-        self._frames = int((self.time + self._rounding) // every) + 1 if every > 0 else 0
+        past = every > 0 and self.steps > 0  # the first step reports the frame of the start
+        self._frames = int((self.time + self._rounding) // every) + 1 if past else 0
 
     def _cloth(self, cloth: int | str) -> int:
         if not isinstance(cloth, str):
-            return int(cloth)
+            return _index("cloth", cloth)
         names = self.scene.cloth_names
         if cloth not in names:
-            raise ValueError(f"there is no cloth {cloth!r}; there are {', '.join(map(repr, names))}")
+            known = ", ".join(map(repr, names)) or "none: the scene has no cloth"
+            raise ValueError(f"there is no cloth {cloth!r}; the names are {known}")
         return names.index(cloth)
 
     # ---- pictures ----

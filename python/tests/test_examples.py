@@ -46,7 +46,8 @@ def test_newtons_arm_carries_the_wet_towel(capsys):
     for line in capsys.readouterr().out.splitlines():
         name, _, rest = line.partition(":")
         if name in ("dry", "lifted", "turned"):
-            rows[name] = [float(word) for word in rest.replace(";", "").replace(",", "").split() if word.replace(".", "").isdigit()]
+            words = rest.replace(";", "").replace(",", "").split()
+            rows[name] = [float(word) for word in words if word.replace(".", "").isdigit()]
     assert list(rows) == ["dry", "lifted", "turned"]
     for base, weight, drives, towel, _ in rows.values():
         assert base == pytest.approx(weight, rel=1e-3) and drives == pytest.approx(towel, rel=0.01)

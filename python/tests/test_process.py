@@ -1,7 +1,9 @@
 """How a process ends that still has runs, views and arrays, and which libraries it can have beside drench."""
 
+import os
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -41,7 +43,6 @@ ENDS = {
 
 
 def ended(code):
-    from pathlib import Path
     return subprocess.run([sys.executable, "-X", "faulthandler", "-c", START.format(tests=str(Path(__file__).parent)) + code],
                           capture_output=True, text=True)
 
@@ -60,7 +61,32 @@ def test_another_vtk_in_the_process_does_no_harm(first):
            "assert pyvista.Sphere().clean().n_points > 100\n" \
            "assert run.to_pyvista()['cloth'].compute_normals().n_points == 289\n"
     start = "import pyvista\n" if first == "vtk" else ""
-    from pathlib import Path
     process = subprocess.run([sys.executable, "-c", start + START.format(tests=str(Path(__file__).parent)) + code],
                              capture_output=True, text=True)
     assert process.returncode == 0, process.stderr
+
+
+FORK = """
+import os
+child = os.fork()
+if child == 0:
+    try:
+        run.step()
+        drench.Simulation(SCENE).step()
+        os._exit(0)
+    except RuntimeError as error:
+        os._exit(1 if "spawn" in str(error) else 2)
+run.step()
+sys.exit(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]))
+"""
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork here")
+@pytest.mark.parametrize("threads", [1, 2])
+def test_a_forked_process_computes_or_says_why_not(threads):
+    import drench
+    if drench.info()["backend"] != "OpenMP":
+        pytest.skip("a build with threads")
+    code = START.format(tests=str(Path(__file__).parent)) + FORK
+    process = subprocess.run([sys.executable, "-c", code], env={**os.environ, "OMP_NUM_THREADS": str(threads)}, timeout=60)
+    assert process.returncode == (0 if threads == 1 else 1)
