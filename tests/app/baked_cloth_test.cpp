@@ -1,0 +1,79 @@
+// A cloth whose motion is finished: all of its nodes follow a sequence of files, and it takes up liquid.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <string>
+
+#include "drench/drench.hpp"
+#include "run_program.hpp"
+#include "state/mass_budget.hpp"
+
+namespace drench::test {
+namespace {
+
+constexpr int side = 9, files = 51;
+constexpr double fps = 250;  // a file per step
+
+/// Where a node is in a file: a sheet that sways.
+Vec3 swaying(int i, int j, int file) {
+  const double t = file / fps, x = 0.2 * i / (side - 1) - 0.1, z = 0.2 * j / (side - 1) - 0.1;
+  return {x + 0.02 * std::sin(10 * t), 0.01 * std::sin(20 * t + 15 * x), z};
+}
+
+std::string sheet(int file) {
+  std::string text;
+  for (int i = 0; i < side; ++i)
+    for (int j = 0; j < side; ++j) {
+      const Vec3 x = swaying(i, j, file);
+      text += "v " + std::to_string(x[0]) + " " + std::to_string(x[1]) + " " + std::to_string(x[2]) + "\n";
+    }
+  for (int i = 0; i + 1 < side; ++i)
+    for (int j = 0; j + 1 < side; ++j) {
+      const int a = i * side + j + 1;
+      text += "f " + std::to_string(a) + " " + std::to_string(a + 1) + " " + std::to_string(a + side + 1) + " " +
+              std::to_string(a + side) + "\n";
+    }
+  return text;
+}
+
+TEST(baked_cloth, takes_up_liquid_along_its_way) {
+  const TempFolder folder;
+  for (int k = 0; k < files; ++k)
+    write_text(folder.path() / ("sheet_" + std::string(k < 10 ? "0" : "") + std::to_string(k) + ".obj"), sheet(k));
+  const std::string first = (folder.path() / "sheet_00.obj").string(), all = (folder.path() / "sheet_*.obj").string();
+  Simulation run(parse_scene(R"(drench: 1
+time: {step: 0.004, end: 0.2}
+domain: {min: [-0.5, -0.5, -0.5], max: [0.5, 0.5, 0.5]}
+fluid:
+  spacing: 0.02
+  sources:
+    - block: {min: [-0.06, 0.03, -0.06], max: [0.06, 0.09, 0.06]}
+cloth:
+  - mesh: {file: ")" + first + R"("}
+    clean: off
+    pin: [{box: {min: [-1, -1, -1], max: [1, 1, 1]}, sequence: ")" +
+                                 all + R"(", fps: 250}]
+    porous: {absorption: 0.05}
+)",
+                             "baked.yaml"));
+  const Quanta mass = liquid_budget(run.state());
+  StepReport last;
+  while (run.time() < 0.2 - 1e-9) {
+    last = run.step();
+    EXPECT_EQ(last.cloth_residual, 0) << "there is nothing to solve";
+  }
+  const HostState state = run.state();
+  for (int i = 0; i < side; ++i)
+    for (int j = 0; j < side; ++j)
+      for (std::size_t a = 0; a < 3; ++a)
+        EXPECT_NEAR(state.node_position[static_cast<std::size_t>(i * side + j)][a], swaying(i, j, files - 1)[a], 3e-6);
+  EXPECT_EQ(liquid_budget(state), mass);
+  EXPECT_GT(static_cast<double>(last.mass_cloth), 0.01 * static_cast<double>(mass));
+  double lift = 0;
+  for (const Vec3& force : state.node_pin_force) lift += force[1];
+  EXPECT_GT(lift, 0) << "it carries what it holds";
+}
+
+}  // namespace
+}  // namespace drench::test
