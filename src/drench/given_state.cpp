@@ -111,6 +111,19 @@ HostState checked_state(const Model& m, const HostState& state) {
   return s;
 }
 
+void require_prescribed_motion(const Model& m, const HostState& next, const HostState& before) {
+  for (std::size_t b = 0; b < m.bodies.size(); ++b) {
+    if (m.bodies[b].dynamic) continue;
+    if (next.body_position[b] != before.body_position[b] || next.body_orientation[b] != before.body_orientation[b] ||
+        next.body_velocity[b] != before.body_velocity[b] ||
+        next.body_angular_velocity[b] != before.body_angular_velocity[b])
+      throw std::invalid_argument(
+          fmt::format("body {} is not dynamic, so that the scene or commands move it; allowed: set_body_pose and "
+                      "set_body_velocity of a body with commanded: true",
+                      b));
+  }
+}
+
 void continue_budget(HostState& next, const HostState& before) {
   const Quanta more = liquid_budget(next) - liquid_budget(before);
   (more > 0 ? next.supplied : next.drained) += std::abs(more);

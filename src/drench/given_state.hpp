@@ -11,6 +11,10 @@ namespace drench {
 /// @throws std::invalid_argument naming the field, the first row and what is allowed
 HostState checked_state(const Model& model, const HostState& state);
 
+/// @throws std::invalid_argument for a body whose motion the model prescribes and that is elsewhere, or moves
+/// differently, than in `before`
+void require_prescribed_motion(const Model& model, const HostState& next, const HostState& before);
+
 /// Enters liquid and solute that `next` has more than `before` as supplied, and what it has less as drained, so that
 /// the mass budget of `before` continues.
 void continue_budget(HostState& next, const HostState& before);

@@ -303,6 +303,7 @@ void Simulation::set_state(const HostState& state) {
   const HostState before = this->state();
   HostState next = checked_state(parts_->setup.model, state);
   parts_->pipeline->mark(next);
+  require_prescribed_motion(parts_->setup.model, next, before);
   continue_budget(next, before);
   parts_->change_model([&](Model& model) { model.fastest_before = std::max(model.fastest_before, fastest_of(next)); });
   ++parts_->generation;

@@ -87,7 +87,9 @@ void describe_particles(Section& s, BlockScene& block) {
 void describe(Section& s, RainScene& rain) {
   s.one_line();
   s.required().numbers("center", rain.center, coordinate_range, "m", "centre of the rectangle, inside the domain");
-  s.required().numbers("size", rain.size, "[1e-6, 10000]", "m", "side lengths of the rectangle in x and z");
+  s.required().numbers(
+      "size", rain.size, "[1e-6, 10000]", "m",
+      "side lengths of the rectangle: along x and z if gravity acts along y, otherwise along the two axes across it");
   s.number("rate", rain.rate, "[1e-6, 1e6]", "mm/h", "depth of water per hour on level ground; heavy rain: 10 to 50");
   s.number("diameter", rain.diameter, "[1e-5, 0.01]", "m",
            "diameter of a drop; particles that would be too light for it contain several drops");

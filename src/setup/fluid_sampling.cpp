@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -364,12 +365,18 @@ Jet make_rain(const Model& model, const RainScene& scene, const std::string& nam
   constexpr double per_mm_per_hour = 1e-3 / 3600;  // m/s
   jet.interval = drops * drop / (scene.rate * per_mm_per_hour * area);
   jet.scene.radius = std::sqrt(scene.rate * per_mm_per_hour * area / (std::numbers::pi * velocity.norm()));
+  Eigen::Index down = 1;
+  if (gravity.norm() > 0) gravity.cwiseAbs().maxCoeff(&down);
+  const std::array<std::size_t, 2> level{down == 0 ? 1U : 0U, down == 2 ? 1U : 2U};
   // Roberts' sequence: 1/g and 1/g² of the root g of g³ = g + 1. Points that follow each other are far apart.
   constexpr double first = 0.7548776662466927, second = 0.5698402909980532;
   constexpr int points = 4096;
   for (int k = 0; k < points; ++k) {
     const double a = std::fmod(0.5 + first * k, 1.0) - 0.5, b = std::fmod(0.5 + second * k, 1.0) - 0.5;
-    jet.offsets.push_back({a * scene.size[0], 0, b * scene.size[1]});
+    Vec3 offset{0, 0, 0};
+    offset[level[0]] = a * scene.size[0];
+    offset[level[1]] = b * scene.size[1];
+    jet.offsets.push_back(offset);
   }
   return jet;
 }

@@ -209,6 +209,21 @@ TEST(liquid_shapes, rain_has_its_rate_its_speed_and_covers_its_rectangle) {
   for (const int count : quarter) EXPECT_NEAR(count, static_cast<double>(seen) / 4, 4);
 }
 
+TEST(liquid_shapes, the_rectangle_of_rain_lies_across_gravity) {
+  const auto spans = [](const std::string& gravity) {
+    const drench::Setup setup = build(
+        with_source("rain: {center: [0, 0, 0], size: [0.4, 0.2], diameter: 0.004}", "gravity: " + gravity + "\n"));
+    Vec3 most{0, 0, 0};
+    for (const Vec3& offset : setup.model.jets.at(0).offsets)
+      for (std::size_t a = 0; a < 3; ++a) most[a] = std::max(most[a], std::abs(offset[a]));
+    for (double& side : most) side = std::round(100 * side) / 100;
+    return most;
+  };
+  EXPECT_EQ(spans("[0, -9.81, 0]"), (Vec3{0.2, 0, 0.1}));
+  EXPECT_EQ(spans("[0, 0, -9.81]"), (Vec3{0.2, 0.1, 0}));
+  EXPECT_EQ(spans("[9.81, 1, 0]"), (Vec3{0, 0.2, 0.1}));
+}
+
 TEST(liquid_shapes, refuses_what_holds_no_liquid) {
   const Files folder;
   const std::string sheet = folder.write("sheet.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
