@@ -90,7 +90,7 @@ class Exporter:
     def _of(self, kind):
         return [part for part in self.parts if isinstance(part, kind)]
 
-    def _gravity(self):
+    def gravity(self):
         """m/s². Blender's value is taken as it is, whatever the unit of length."""
         return [roles.number(g) for g in self.scene.gravity] if self.scene.use_gravity else [0.0, 0.0, 0.0]
 
@@ -100,7 +100,7 @@ class Exporter:
         scene = {"drench": 1,
                  "time": {"step": every / own.substeps, "end": times.time(times.last),
                           "mode": "cfl" if own.adaptive else "fixed"},
-                 "gravity": self._gravity(),
+                 "gravity": self.gravity(),
                  "domain": {"min": self.domain[0].tolist(), "max": self.domain[1].tolist()},
                  "output": {"every": every, "checkpoint_every": own.checkpoint_frames * every}}
         sources = [part.entry for part in self._of(roles.Source)]
@@ -144,7 +144,7 @@ class Exporter:
             low, high = np.minimum(low, near[0]), np.maximum(high, near[1])
         margin = 0.2 * (high - low).max() + 4 * self.spacing
         low, high = low - margin, high + margin
-        gravity = np.array(self._gravity())
+        gravity = np.array(self.gravity())
         if gravity.any():  # cloth sags under liquid, and drops should fall out of sight before they are removed
             fall = reach * gravity / np.linalg.norm(gravity)
             low, high = np.minimum(low, low + fall), np.maximum(high, high + fall)
@@ -153,7 +153,7 @@ class Exporter:
     def _record(self):
         cloths, colliders, sources = (self._of(kind) for kind in (roles.Cloth, roles.Collider, roles.Source))
         names = Names(*([part.thing.name for part in parts] for parts in (
-            cloths, colliders, sources, self._of(roles.Liquid), self._of(roles.Emitter))))
+            cloths, colliders, sources, self._of(roles.Liquid), self._of(roles.Nozzle), self._of(roles.Rain))))
         return {"first_frame": self.times.first, "frames": self.times.count, "unit": self.unit,
                 "speed": roles.number(self.scene.drench.time_scale),
                 "names": names.as_dict(), "cloths": [part.saved() for part in cloths]}

@@ -10,9 +10,9 @@ class Problem(Exception):
 class Names:
     """The objects behind the numbers that the program uses in its messages."""
 
-    def __init__(self, cloths=(), bodies=(), sources=(), blocks=(), jets=()):
+    def __init__(self, cloths=(), bodies=(), sources=(), blocks=(), jets=(), rains=()):
         self.cloths, self.bodies, self.sources = list(cloths), list(bodies), list(sources)
-        self.blocks, self.jets = list(blocks), list(jets)  # numbered from 1 in messages
+        self.blocks, self.jets, self.rains = list(blocks), list(jets), list(rains)  # numbered from 1 in messages
 
     def as_dict(self):
         return {key: list(value) for key, value in vars(self).items()}
@@ -50,4 +50,5 @@ def with_names(text, names):
     text = _replace_numbers(text, "body|bodies", names.bodies)
     text = _replace_numbers(text, "block|blocks", names.blocks)
     text = _replace_numbers(text, "jet|jets", names.jets)
+    text = _replace_numbers(text, "rain", names.rains)
     return re.sub(r"^(?:fluid\.sources: )?(?:fluid: )?(?=')", "", text)

@@ -7,7 +7,7 @@ from bpy.props import (BoolProperty, EnumProperty, FloatProperty, FloatVectorPro
 ROLES = (("NONE", "None", "This object takes no part in the simulation"),
          ("CLOTH", "Cloth", "A surface of fabric. Its mesh at the first frame is simulated"),
          ("LIQUID", "Liquid", "Liquid that fills this object at the first frame"),
-         ("EMITTER", "Emitter", "A round nozzle at the origin of this object"),
+         ("EMITTER", "Emitter", "A nozzle at the origin of this object, or rain from its rectangle"),
          ("COLLIDER", "Collider", "A solid that liquid and cloth touch; it may be animated"))
 RELATIVE = {"options": {"PATH_SUPPORTS_BLEND_RELATIVE"}} if bpy.app.version >= (4, 5, 0) else {}
 # Kinematic viscosity, m²/s, and surface tension, N/m, at 20 °C.
@@ -79,6 +79,15 @@ class DrenchObject(bpy.types.PropertyGroup):
     liquid_velocity: FloatVectorProperty(name="Velocity", subtype="VELOCITY", size=3, soft_min=-10, soft_max=10,
                                          min=-1000, max=1000, description="Initial velocity in m/s, in world axes")
 
+    emitter_shape: EnumProperty(name="Shape", default="NOZZLE", items=(
+        ("NOZZLE", "Nozzle", "A round nozzle at the origin of the object"),
+        ("RAIN", "Rain", "Drops from the level rectangle that the object covers")))
+    emitter_rate: FloatProperty(name="Rate", default=2000, min=1e-6, soft_max=10000, max=1e6,
+                                description="Depth of water per hour on level ground, in mm/h. A cloudburst has 50; "
+                                "drops that a film shows well need hundreds or thousands")
+    emitter_drop: FloatProperty(name="Drop Diameter", default=0.004, min=1e-5, soft_max=0.006, max=0.01, precision=4,
+                                description="Diameter of a drop in m, at most 1.2 particle spacings. Rain falls at the "
+                                "terminal speed of this diameter")
     emitter_radius: FloatProperty(name="Radius", default=0.05, min=1e-6, soft_max=1, max=100, unit="LENGTH",
                                   description="Radius of the nozzle, at least half a particle spacing")
     emitter_speed: FloatProperty(name="Speed", default=1, min=0, soft_max=10, max=1000,

@@ -27,9 +27,13 @@ def scene_objects(scene, role):
     return sorted(found, key=lambda thing: thing.name)
 
 
+def emitter(thing, number):
+    return (Rain if thing.drench.emitter_shape == "RAIN" else Nozzle)(thing, number)
+
+
 def parts(exporter):
     """The parts of a scene, in a fixed order."""
-    kinds = (("CLOTH", Cloth), ("LIQUID", Liquid), ("EMITTER", Emitter), ("COLLIDER", Collider))
+    kinds = (("CLOTH", Cloth), ("LIQUID", Liquid), ("EMITTER", emitter), ("COLLIDER", Collider))
     found = [kind(thing, number) for role, kind in kinds
              for number, thing in enumerate(scene_objects(exporter.scene, role))]
     if not any(isinstance(part, (Cloth, Source)) for part in found):
@@ -227,6 +231,44 @@ class Liquid(Source):
 
 
 class Emitter(Source):
+    def range(self):
+        """Keys `start` and `end`, s, of an emitter with a limited range of frames."""
+        if not self.own.use_emitter_range:
+            return {}
+        start, end = self.own.emitter_start, self.own.emitter_end
+        if end <= start or end <= self.times.first:
+            raise Problem(f"'{self.thing.name}': its last frame, {end}, must be after its first frame, {start}, "
+                          f"and after the start of the simulation, {self.times.first}")
+        return {"start": max(0.0, self.times.time(start)), "end": self.times.time(end)}
+
+
+class Rain(Emitter):
+    """Drops from the level rectangle that the object covers, at its highest point along gravity."""
+
+    def first(self, exporter):
+        if self.thing.type == "MESH":
+            low, high = exporter.mesh(self.thing).box()
+        else:
+            matrix = np.array(self.thing.evaluated_get(exporter.graph).matrix_world, np.float64)
+            size = self.thing.empty_display_size if self.thing.type == "EMPTY" else 1
+            corners = exporter.unit * (size * np.array(CUBE) @ matrix[:3, :3].T + matrix[:3, 3])
+            low, high = corners.min(0), corners.max(0)
+        self.box, self.times = (low, high), exporter.times
+        down = int(np.abs(exporter.gravity()).argmax()) if np.any(exporter.gravity()) else 1
+        level = [axis for axis in range(3) if axis != down]
+        size = (high - low)[level]
+        if not size.min() > 0:
+            raise Problem(f"'{self.thing.name}' covers no level area for rain to fall from: use a plane or an empty that "
+                          "is not flat across gravity")
+        self.rain = {"center": ((low + high) / 2).tolist(), "size": size.tolist(), "rate": number(self.own.emitter_rate),
+                     "diameter": number(self.own.emitter_drop)}
+
+    @property
+    def entry(self):
+        return {"rain": {**self.rain, **self.range()}}
+
+
+class Nozzle(Emitter):
     may_move = True  # its speed and its rotation may be animated
 
     def first(self, exporter):
@@ -262,13 +304,7 @@ class Emitter(Source):
             jet["velocity"] = self.velocities[0].tolist()
         else:
             jet["velocity"] = [[k / self.times.fps, velocity.tolist()] for k, velocity in enumerate(self.velocities)]
-        if self.own.use_emitter_range:
-            start, end = self.own.emitter_start, self.own.emitter_end
-            if end <= start or end <= self.times.first:
-                raise Problem(f"'{self.thing.name}': its last frame, {end}, must be after its first frame, {start}, "
-                              f"and after the start of the simulation, {self.times.first}")
-            jet.update(start=max(0.0, self.times.time(start)), end=self.times.time(end))
-        return {"jet": jet}
+        return {"jet": {**jet, **self.range()}}
 
 
 class Collider(Part):

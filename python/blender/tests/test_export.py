@@ -131,6 +131,23 @@ class Export(support.BlenderCase):
         self.assertRegex(text, r"plane: \{point: \[0\.0, 0\.0, -0\.3\d*\], normal: \[0\.0, 0\.0, 1\.0\]\}")
         self.assertRegex(text, r"box: \{min: \[-1\.0, -1\.0, -1\.0\], max: \[1\.0, 1\.0, [\d.]+\], inside: true\}")
 
+    def test_rain_from_a_plane_and_an_empty(self):
+        """The rectangle lies across gravity, along Blender's x and y."""
+        self.wet_sheet()
+        cloud = stage.grid("Cloud", (0.6, 0.4), (1, 1), (0, 0, 1))
+        empty = stage.add("Empty", None, (0.5, 0, 1))
+        empty.empty_display_size, empty.scale = 0.1, (2, 1, 1)
+        for thing in (cloud, empty):
+            own = thing.drench
+            own.role, own.emitter_shape, own.emitter_rate, own.emitter_drop = "EMITTER", "RAIN", 500, 0.003
+        cloud.drench.use_emitter_range, cloud.drench.emitter_start, cloud.drench.emitter_end = True, 3, 13
+        self.export()
+        text = (self.folder / "scene.yaml").read_text()
+        self.assertRegex(text, r"rain: \{center: \[0\.0, 0\.0, 1\.0\], size: \[0\.6\d*, 0\.4\d*\], rate: 500\.0, "
+                         r"diameter: 0\.003, start: 0\.08333\d*, end: 0\.5\}")
+        self.assertRegex(text, r"rain: \{center: \[0\.5, 0\.0, 1\.0\], size: \[0\.4\d*, 0\.2\d*\], rate: 500\.0, "
+                         r"diameter: 0\.003\}")
+
     def test_liquid_in_a_mesh(self):
         self.bpy.ops.mesh.primitive_ico_sphere_add(subdivisions=3, radius=0.2)
         ball = self.bpy.context.object

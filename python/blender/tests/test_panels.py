@@ -68,6 +68,8 @@ class Panels(support.BlenderCase):
                              ("EMITTER", "emitter_speed"), ("COLLIDER", "collider_shape")):
             thing.drench.role = role
             self.assertIn(wanted, self.drawn("DRENCH_PT_object", thing))
+        thing.drench.role, thing.drench.emitter_shape = "EMITTER", "RAIN"
+        self.assertIn("emitter_rate", self.drawn("DRENCH_PT_object", thing))
         thing.drench.role, thing.drench.fabric = "CLOTH", "cotton_terry"
         seen = self.drawn("DRENCH_PT_object", thing)
         self.assertTrue("use_density" in seen and "stretch" not in seen)
