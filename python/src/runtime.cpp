@@ -2,6 +2,7 @@
 
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/string_view.h>
+#include <unistd.h>
 
 #include <atomic>
 #include <cstdlib>
@@ -17,14 +18,18 @@ namespace {
 
 BackendRuntime* runtime = nullptr;
 std::atomic<bool> ended{false};
+pid_t owner = 0;
 
+/// A process that was forked has no threads of the runtime, which it would wait for.
 void end_runtime() {
   ended = true;
+  if (getpid() != owner) return;
   delete runtime;
   runtime = nullptr;
 }
 
 int started_threads(int threads) {
+  if (threads < 1) throw nb::value_error("threads: allowed: 1 or more");
   start_runtime(threads);
   const nb::gil_scoped_release free;
   const std::scoped_lock turn(device());
@@ -54,6 +59,7 @@ void start_runtime(int threads) {
   if (runtime != nullptr) return;
   setenv("OMP_PROC_BIND", "false", 0);  // Kokkos asks for binding, which harms where cores are shared
   runtime = new BackendRuntime(threads, true);
+  owner = getpid();
 }
 
 bool runtime_has_ended() { return ended; }
