@@ -9,7 +9,7 @@
 
 #include "base/eigen_vec.hpp"
 #include "pipeline/failure.hpp"
-#include "setup/fluid_sampling.hpp"
+#include "setup/emitters.hpp"
 #include "state/keyed_motion.hpp"
 
 namespace drench {
@@ -60,7 +60,7 @@ const ClothMaterial& cloth_to_hold(const Model& m, Index cloth, const std::vecto
   return range;
 }
 
-/// Nodes that are attached again and again leave motions behind, other than those of the scene's pins.
+/// Removes motions that no node has any more: attaching again and again leaves them behind.
 void drop_unused_motions(Model& m) {
   std::vector<Index> number(m.pin_motions.size(), -1);
   for (const Index motion : m.mesh.pin_motion)

@@ -19,6 +19,7 @@
 #include "setup/cloth_sampling.hpp"
 #include "setup/deforming_body.hpp"
 #include "setup/distance_field.hpp"
+#include "setup/emitters.hpp"
 #include "setup/fabric_pairs.hpp"
 #include "setup/file_place.hpp"
 #include "setup/fluid_sampling.hpp"
@@ -110,7 +111,7 @@ void lay_fields(Setup& setup) {
   }
 }
 
-SetupSize expected_size(const Model& m) {
+SetupSize expected_size(const Model& m, const std::vector<SourceFile>& files) {
   SetupSize size = kinds_of(m);
   size.nodes = m.mesh.nodes();
   if (m.has_fluid() || m.has_porous()) {
@@ -118,7 +119,7 @@ SetupSize expected_size(const Model& m) {
     size.area = cloth_area(m) / (m.spacing * m.spacing);
   }
   if (!m.has_fluid()) return size;
-  size.fluid = blaming("fluid.sources", [&] { return expected_block_particles(m.scene); });
+  size.fluid = expected_block_particles(m.scene.fluid, files);
   const Box region = wetted_region(m);
   for (std::size_t b = 0; b < m.bodies.size(); ++b) {
     double samples = 0;
@@ -262,9 +263,10 @@ void warn_of_capillary_step(Setup& setup) {
                   time.step, longest));
 }
 
-void init_fluid(Setup& setup) {
+void init_fluid(Setup& setup, std::vector<SourceFile> files) {
   HostState& s = setup.state;
-  BlockParticles particles = blaming("fluid.sources", [&] { return fill_blocks(setup.model, setup.warnings); });
+  BlockParticles particles =
+      blaming("fluid.sources", [&] { return fill_blocks(setup.model, std::move(files), setup.warnings); });
   const std::size_t count = particles.position.size();
   resize_liquid(s, setup.model, count);
   s.fluid_position = std::move(particles.position);
@@ -342,7 +344,8 @@ void fill(Setup& setup, const MemoryBudget& budget) {
   Model& m = setup.model;
   lay_fields(setup);
   refuse_cloth_on_thin_walls(m);
-  refuse_too_large(expected_size(m), budget);
+  std::vector<SourceFile> files = blaming("fluid.sources", [&] { return read_source_files(m.scene, setup.warnings); });
+  refuse_too_large(expected_size(m, files), budget);
   for (Body& body : m.bodies)
     if (body.field.spacing > 0) fill_field(body, body.field, host_threads());
   if (m.has_fluid() || m.has_porous()) build_samples(m);
@@ -359,7 +362,7 @@ void fill(Setup& setup, const MemoryBudget& budget) {
     sample_bodies(setup);
     warn_of_dense_lattice(setup);
     warn_of_capillary_step(setup);
-    init_fluid(setup);
+    init_fluid(setup, std::move(files));
     check_ledger_range(setup);
   }
   list_pieces(m, setup.notes, setup.warnings);

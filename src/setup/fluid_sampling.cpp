@@ -6,25 +6,40 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <numbers>
 #include <optional>
 #include <set>
+#include <utility>
 
 #include "base/eigen_vec.hpp"
 #include "setup/block_lattice.hpp"
 #include "setup/body_geometry.hpp"
-#include "setup/liquid_shapes.hpp"
 #include "setup/mesh_io.hpp"
 #include "setup/point_grid.hpp"
 #include "setup/setup_error.hpp"
-#include "setup/solute.hpp"
 
 namespace drench {
 namespace {
 
 using Eigen::Vector3d;
 
-/// For each point the number, from 1, of the first solid that it is inside of, or 0; thin walls have no inside.
+/// Squared distance of p to a triangle: the nearest point of its plane if that lies inside, else of its sides.
+double distance_squared(const Vector3d& p, const std::array<Vector3d, 3>& t) {
+  const Vector3d normal = (t[1] - t[0]).cross(t[2] - t[0]);
+  bool inside = true;
+  double nearest = std::numeric_limits<double>::infinity();
+  for (int c = 0; c < 3; ++c) {
+    const Vector3d side = t[(c + 1) % 3] - t[c], from = p - t[c];
+    if (normal.dot(side.cross(from)) < 0) inside = false;
+    const double s = std::clamp(from.dot(side) / side.squaredNorm(), 0.0, 1.0);
+    nearest = std::min(nearest, (from - s * side).squaredNorm());
+  }
+  if (!inside) return nearest;
+  const double height = normal.dot(p - t[0]);
+  return height * height / normal.squaredNorm();
+}
+
+}  // namespace
+
 std::vector<std::size_t> inside_solid(const Model& model, const std::vector<Vec3>& points) {
   std::vector<std::size_t> inside(points.size(), 0);
   for (std::size_t b = 0; b < model.bodies.size(); ++b) {
@@ -43,23 +58,6 @@ std::vector<std::size_t> inside_solid(const Model& model, const std::vector<Vec3
   return inside;
 }
 
-/// Squared distance of p to a triangle: the nearest point of its plane if that lies inside, else of its sides.
-double distance_squared(const Vector3d& p, const std::array<Vector3d, 3>& t) {
-  const Vector3d normal = (t[1] - t[0]).cross(t[2] - t[0]);
-  bool inside = true;
-  double nearest = std::numeric_limits<double>::infinity();
-  for (int c = 0; c < 3; ++c) {
-    const Vector3d side = t[(c + 1) % 3] - t[c], from = p - t[c];
-    if (normal.dot(side.cross(from)) < 0) inside = false;
-    const double s = std::clamp(from.dot(side) / side.squaredNorm(), 0.0, 1.0);
-    nearest = std::min(nearest, (from - s * side).squaredNorm());
-  }
-  if (!inside) return nearest;
-  const double height = normal.dot(p - t[0]);
-  return height * height / normal.squaredNorm();
-}
-
-/// "block 2", "blocks 1, 2, 5 and 7 more"
 std::string named(const std::string& one, const std::string& many, const std::set<std::size_t>& numbers) {
   constexpr std::size_t most = 4;
   std::string text = numbers.size() > 1 ? many : one;
@@ -71,8 +69,6 @@ std::string named(const std::string& one, const std::string& many, const std::se
   }
   return text;
 }
-
-}  // namespace
 
 std::vector<std::uint8_t> near_cloth(const Model& model, const std::vector<Vec3>& points, double distance) {
   std::vector<std::uint8_t> near(points.size(), 0);
@@ -102,16 +98,10 @@ std::vector<std::uint8_t> near_cloth(const Model& model, const std::vector<Vec3>
   return near;
 }
 
-namespace {
-
-std::string label_of(std::size_t block) { return fmt::format("fluid: block {}", block + 1); }
-
-}  // namespace
-
-double expected_block_particles(const Scene& scene) {
+double expected_block_particles(const FluidScene& fluid, const std::vector<SourceFile>& files) {
   double count = 0;
-  for (std::size_t b = 0; b < scene.fluid.blocks.size(); ++b)
-    count += expected_particles(scene, scene.fluid.blocks[b], label_of(b));
+  for (std::size_t b = 0; b < fluid.blocks.size(); ++b)
+    count += expected_particles(fluid.blocks[b], files[b], fluid.spacing);
   return count;
 }
 
@@ -155,7 +145,7 @@ void check_lattices(const Model& model, std::vector<std::string>& warnings) {
 
 /// The particles of all blocks without what overlaps an earlier block. Throws SetupError if one lies outside the
 /// domain.
-BlockParticles lay_blocks(Model& model, std::vector<std::string>& warnings) {
+BlockParticles lay_blocks(Model& model, std::vector<SourceFile> files, std::vector<std::string>& warnings) {
   const double d = model.spacing;
   auto& blocks = model.scene.fluid.blocks;
   BlockParticles laid;
@@ -184,7 +174,7 @@ BlockParticles lay_blocks(Model& model, std::vector<std::string>& warnings) {
       closest = std::min(closest, lattice.narrowest());
       lattice.for_each([&](const Vec3& x, Quanta mass) { lay(x, blocks[b].velocity, mass); });
     } else {
-      for (const StartParticle& p : start_particles(model, blocks[b], label_of(b), warnings))
+      for (const StartParticle& p : start_particles(model, blocks[b], std::move(files[b]), block_label(b)))
         lay(p.position, p.velocity, p.mass);
     }
     if (b + 1 == blocks.size()) break;
@@ -242,165 +232,11 @@ void warn_of_particles_at_cloth(const Model& model, const BlockParticles& laid, 
 
 }  // namespace
 
-BlockParticles fill_blocks(Model& model, std::vector<std::string>& warnings) {
+BlockParticles fill_blocks(Model& model, std::vector<SourceFile> files, std::vector<std::string>& warnings) {
   check_lattices(model, warnings);
-  BlockParticles laid = outside_solids(model, lay_blocks(model, warnings), warnings);
+  BlockParticles laid = outside_solids(model, lay_blocks(model, std::move(files), warnings), warnings);
   warn_of_particles_at_cloth(model, laid, warnings);
   return laid;
-}
-
-namespace {
-
-/// The points of a square lattice (unit spacing) nearest to 0, in whole shells of equal distance, at least `area` of
-/// them: layers of so many particles lie no closer than the spacing, so that a jet does not start compressed. In order
-/// of their first coordinate (src/stages/jets.hpp).
-std::vector<std::pair<int, int>> layer_points(double area) {
-  const int reach = static_cast<int>(std::sqrt(area)) + 2;
-  std::vector<std::pair<int, int>> points;
-  for (int a = -reach; a <= reach; ++a)
-    for (int b = -reach; b <= reach; ++b) points.emplace_back(a, b);
-  const auto square = [](const std::pair<int, int>& p) { return p.first * p.first + p.second * p.second; };
-  std::stable_sort(points.begin(), points.end(), [&](const auto& p, const auto& q) { return square(p) < square(q); });
-  constexpr double rounding = 1e-9;
-  std::size_t count = 0;
-  while (count < points.size() &&
-         (static_cast<double>(count) < area * (1 - rounding) || square(points[count]) == square(points[count - 1])))
-    ++count;
-  points.resize(count);
-  std::sort(points.begin(), points.end());
-  return points;
-}
-
-/// Speeds and directions at the keys apart, so that a jet that turns does not slow down, and one that closes keeps its
-/// axis.
-void aim_by_keys(Jet& jet) {
-  const Keyed<Vec3>& velocity = jet.scene.velocity;
-  std::vector<Key<double>> speed;
-  std::vector<Key<Vec3>> aim;
-  for (const Key<Vec3>& key : velocity.keys()) {
-    const double length = to_eigen(key.value).norm();
-    speed.push_back({key.time, length});
-    Vec3 unit{0, 0, 0};
-    if (length > 0)
-      unit = to_vec3(to_eigen(key.value) / length);
-    else if (!aim.empty())
-      unit = aim.back().value;
-    aim.push_back({key.time, unit});
-  }
-  for (std::size_t k = aim.size() - 1; k-- > 0;)  // those before the first that has a direction
-    if (aim[k].value == Vec3{0, 0, 0}) aim[k].value = aim[k + 1].value;
-  jet.speed = Keyed<double>(std::move(speed), velocity.interpolation());
-  jet.aim = Keyed<Vec3>(std::move(aim), velocity.interpolation());
-}
-
-}  // namespace
-
-std::string jet_label(const Model& model, std::size_t number) {
-  const std::size_t jets = model.scene.fluid.jets.size();
-  return number < jets ? fmt::format("fluid: jet {}", number + 1) : fmt::format("fluid: rain {}", number - jets + 1);
-}
-
-Jet make_jet(const Model& model, const JetScene& scene, const std::string& name) {
-  const double d = model.spacing;
-  Jet jet;
-  jet.scene = scene;
-  jet.solute = solute_quanta(model, scene.concentration, quanta_per_particle);
-  if (scene.velocity.has_keys()) aim_by_keys(jet);
-  const Vector3d velocity = to_eigen(scene.velocity.has_keys() ? jet.aim.plain() : scene.velocity.plain());
-  const double radius = scene.radius, speed = velocity.norm();
-  if (!(radius >= 0.5 * d)) {
-    throw SetupError(fmt::format("{}: the radius {} m is below half the spacing, {} m", name, radius, 0.5 * d));
-  }
-  if (!(speed > 0)) throw SetupError(name + ": the velocity must not be zero");
-  if (!contains(model.scene.domain.min, model.scene.domain.max, scene.center)) {
-    throw SetupError(name + ": the centre is outside the domain");
-  }
-  const Vector3d axis = velocity / speed;
-  int smallest = 0;
-  axis.cwiseAbs().minCoeff(&smallest);
-  const Vector3d u = axis.cross(Vector3d::Unit(smallest)).normalized(), v = axis.cross(u);
-  if (const double points = std::numbers::pi * radius * radius / (d * d); points > max_mouth_points)
-    throw SetupError(
-        fmt::format("{}: its mouth needs {:.3g} particles at spacing {} m; allowed: at most {:.0e}, so a "
-                    "smaller radius or a larger spacing",
-                    name, points, d, max_mouth_points));
-  for (const auto& [a, b] : layer_points(std::numbers::pi * radius * radius / (d * d)))
-    jet.offsets.push_back(to_vec3(d * (a * u + b * v)));
-  if (!jet.has_keys()) jet.interval = d * d * d / (std::numbers::pi * radius * radius * speed);
-  jet.advance = d * d * d / (std::numbers::pi * radius * radius);
-  return jet;
-}
-
-Jet make_rain(const Model& model, const RainScene& scene, const std::string& name) {
-  const double d = model.spacing, area = scene.size[0] * scene.size[1];
-  const Vector3d gravity = to_eigen(model.scene.gravity);
-  Jet jet;
-  jet.scene.center = scene.center;
-  jet.scene.start = scene.start;
-  jet.scene.end = scene.end;
-  Vector3d velocity;
-  if (scene.velocity) {
-    velocity = to_eigen(*scene.velocity);
-  } else {
-    if (!(gravity.norm() > 0)) throw SetupError(name + ": without gravity the drops need a velocity");
-    // Atlas, Srivastava and Sekhon 1973, for drops of 0.6 to 5.8 mm; below, in proportion to the diameter.
-    const double mm = 1e3 * scene.diameter;
-    const auto fitted = [](double x) { return 9.65 - 10.3 * std::exp(-0.6 * x); };
-    const double speed = mm < 0.6 ? fitted(0.6) * mm / 0.6 : fitted(mm);
-    velocity = speed * gravity.normalized();
-  }
-  jet.scene.velocity = to_vec3(velocity);
-  if (!contains(model.scene.domain.min, model.scene.domain.max, scene.center))
-    throw SetupError(name + ": the centre is outside the domain");
-  const double full = d * d * d, drop = std::numbers::pi / 6 * std::pow(scene.diameter, 3);
-  if (drop > full * (1 + 1e-9))
-    throw SetupError(
-        fmt::format("{}: drops of {} m are larger than a particle; allowed: up to {:.3g} m at a spacing of "
-                    "{} m",
-                    name, scene.diameter, std::cbrt(6 / std::numbers::pi) * d, d));
-  constexpr double lightest = 0.125;                       // of a full particle's mass
-  const double drops = std::ceil(lightest * full / drop);  // in a particle
-  jet.mass = std::llround(drops * drop / full * static_cast<double>(quanta_per_particle));
-  jet.solute = solute_quanta(model, scene.concentration, jet.mass);
-  constexpr double per_mm_per_hour = 1e-3 / 3600;  // m/s
-  jet.interval = drops * drop / (scene.rate * per_mm_per_hour * area);
-  jet.scene.radius = std::sqrt(scene.rate * per_mm_per_hour * area / (std::numbers::pi * velocity.norm()));
-  Eigen::Index down = 1;
-  if (gravity.norm() > 0) gravity.cwiseAbs().maxCoeff(&down);
-  const std::array<std::size_t, 2> level{down == 0 ? 1U : 0U, down == 2 ? 1U : 2U};
-  // Roberts' sequence: 1/g and 1/g² of the root g of g³ = g + 1. Points that follow each other are far apart.
-  constexpr double first = 0.7548776662466927, second = 0.5698402909980532;
-  constexpr int points = 4096;
-  for (int k = 0; k < points; ++k) {
-    const double a = std::fmod(0.5 + first * k, 1.0) - 0.5, b = std::fmod(0.5 + second * k, 1.0) - 0.5;
-    Vec3 offset{0, 0, 0};
-    offset[level[0]] = a * scene.size[0];
-    offset[level[1]] = b * scene.size[1];
-    jet.offsets.push_back(offset);
-  }
-  return jet;
-}
-
-std::vector<Jet> make_jets(const Model& model, std::vector<std::string>& warnings) {
-  std::vector<Jet> jets;
-  const FluidScene& fluid = model.scene.fluid;
-  for (std::size_t j = 0; j < fluid.jets.size() + fluid.rains.size(); ++j) {
-    const bool rain = j >= fluid.jets.size();
-    const std::string name = jet_label(model, j);
-    Jet jet = rain ? make_rain(model, fluid.rains[j - fluid.jets.size()], name) : make_jet(model, fluid.jets[j], name);
-    std::vector<Vec3> mouth;
-    for (const Vec3& offset : jet.offsets) mouth.push_back(to_vec3(to_eigen(jet.scene.center) + to_eigen(offset)));
-    const auto solid = inside_solid(model, mouth);
-    if (const auto free = std::count(solid.begin(), solid.end(), 0); free < std::ssize(solid)) {
-      std::set<std::size_t> bodies(solid.begin(), solid.end());
-      bodies.erase(0);
-      warnings.push_back(
-          fmt::format("{}: {} of the {} points of its mouth are inside a solid body ({}); move one of them", name,
-                      std::ssize(solid) - free, mouth.size(), named("body", "bodies", bodies)));
-    }
-    jets.push_back(std::move(jet));
-  }
-  return jets;
 }
 
 }  // namespace drench

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 #include <numeric>
+#include <utility>
 
 #include "base/eigen_vec.hpp"
 #include "base/free_cores.hpp"
@@ -13,8 +14,8 @@
 #include "setup/body_geometry.hpp"
 #include "setup/distance_field.hpp"
 #include "setup/file_place.hpp"
+#include "setup/mesh_guess.hpp"
 #include "setup/point_grid.hpp"
-#include "setup/read_particles.hpp"
 #include "setup/relax_points.hpp"
 #include "setup/setup_error.hpp"
 #include "setup/solid_mesh.hpp"
@@ -32,18 +33,8 @@ struct Volume {
   Depth depth;
 };
 
-Box bounds_of(const std::vector<Vec3>& points) {
-  Box box{points.front(), points.front()};
-  for (const Vec3& x : points)
-    for (std::size_t a = 0; a < 3; ++a) {
-      box.min[a] = std::min(box.min[a], x[a]);
-      box.max[a] = std::max(box.max[a], x[a]);
-    }
-  return box;
-}
-
 Body closed_mesh(const std::string& scene_path, const PlacedFile& placed, const std::string& name,
-                 std::vector<std::string>* warnings) {
+                 std::vector<std::string>& warnings) {
   BodyScene body;
   body.kind = BodyScene::Kind::mesh;
   body.file = placed.file;
@@ -53,7 +44,7 @@ Body closed_mesh(const std::string& scene_path, const PlacedFile& placed, const 
   body.position = placed.position;
   body.rotate_axis = placed.rotate_axis;
   body.rotate_degrees = placed.rotate_degrees;
-  Body made = make_body(body, scene_path, name, warnings);
+  Body made = make_body(body, scene_path, name, &warnings);
   if (!bounds_solid(made.mesh_triangles))
     throw SetupError(
         fmt::format("{}: the mesh {} encloses no volume to fill; allowed: a closed mesh", name, placed.file));
@@ -71,24 +62,26 @@ double volume_of(const Body& mesh) {
   return six / 6;
 }
 
-/// Without depths if `spacing`, m, is 0.
-Volume volume_of(const std::string& scene_path, const BlockScene& block, double spacing, const std::string& name,
-                 std::vector<std::string>* warnings) {
+double volume_of(const BlockScene& block, const SourceFile& file) {
+  return block.shape == Shape::sphere ? 4.0 / 3 * std::numbers::pi * std::pow(block.radius, 3) : volume_of(file.mesh);
+}
+
+Volume volume_to_fill(const BlockScene& block, SourceFile file, double spacing) {
+  Volume volume{{}, volume_of(block, file), {}};
   if (block.shape == Shape::sphere) {
     const Vec3 c = block.center;
     const double r = block.radius;
-    return {{{c[0] - r, c[1] - r, c[2] - r}, {c[0] + r, c[1] + r, c[2] + r}},
-            4.0 / 3 * std::numbers::pi * r * r * r,
-            [c, r](const Vec3& x, Vec3& inward) {
-              const Vector3d away = to_eigen(x) - to_eigen(c);
-              const double length = away.norm();
-              inward = length > 0 ? to_vec3(-away / length) : Vec3{0, 1, 0};
-              return r - length;
-            }};
+    volume.bounds = {{c[0] - r, c[1] - r, c[2] - r}, {c[0] + r, c[1] + r, c[2] + r}};
+    volume.depth = [c, r](const Vec3& x, Vec3& inward) {
+      const Vector3d away = to_eigen(x) - to_eigen(c);
+      const double length = away.norm();
+      inward = length > 0 ? to_vec3(-away / length) : Vec3{0, 1, 0};
+      return r - length;
+    };
+    return volume;
   }
-  Body mesh = closed_mesh(scene_path, block.placed, name, warnings);
-  Volume volume{bounds_of(mesh.mesh_points), volume_of(mesh), {}};
-  if (!(spacing > 0)) return volume;
+  Body& mesh = file.mesh;
+  volume.bounds = bounds_of(mesh.mesh_points);
   mesh.field = lay_field(mesh, spacing, 2 * spacing);
   fill_field(mesh, mesh.field, host_threads());
   volume.depth = [field = std::move(mesh.field)](const Vec3& x, Vec3& inward) {
@@ -138,10 +131,9 @@ bool touches_solid(const Model& model, const std::vector<Vec3>& points) {
   return std::any_of(points.begin(), points.end(), [&](const Vec3& x) { return grid.any_within(x, near); });
 }
 
-std::vector<StartParticle> fill(const Model& model, BlockScene& block, const std::string& name,
-                                std::vector<std::string>& warnings) {
+std::vector<StartParticle> fill(const Model& model, BlockScene& block, SourceFile file, const std::string& name) {
   const double d = model.spacing;
-  const Volume volume = volume_of(model.scene.path, block, d, name, &warnings);
+  const Volume volume = volume_to_fill(block, std::move(file), d);
   block.box = volume.bounds;
   const BlockLattice lattice(volume.bounds, d);
   const Vec3& step = lattice.step();
@@ -150,11 +142,17 @@ std::vector<StartParticle> fill(const Model& model, BlockScene& block, const std
   const double full = static_cast<double>(quanta_per_particle);
   const Quanta all = std::llround(volume.size / (d * d * d) * full);
   const auto count = static_cast<Quanta>(points.size());
-  if (count == 0 || all / count < model.min_quanta || volume.size < d * d * d)
+  if (count == 0 || volume.size < d * d * d)
+    throw SetupError(fmt::format(
+        "{}: its volume of {:.3g} m³ is less than a particle's, {:.3g} m³; use a smaller spacing or a larger "
+        "volume",
+        name, volume.size, d * d * d));
+  if (all / count < model.min_quanta)
     throw SetupError(
-        fmt::format("{}: its volume of {:.3g} m³ is less than a particle's, {:.3g} m³; use a smaller "
-                    "spacing or a larger volume",
-                    name, volume.size, d * d * d));
+        fmt::format("{} is much thinner than the spacing, {} m: each particle would have {:.2g} of a full particle's "
+                    "mass; allowed: "
+                    "at least {:.2g}; use a smaller spacing or a thicker shape",
+                    name, d, static_cast<double>(all / count) / full, static_cast<double>(model.min_quanta) / full));
   const Vector3d middle = 0.5 * (to_eigen(volume.bounds.min) + to_eigen(volume.bounds.max));
   const double wider = std::cbrt(volume.size / (static_cast<double>(count) * cell));
   for (Vec3& x : points) x = to_vec3(middle + wider * (to_eigen(x) - middle));
@@ -169,22 +167,16 @@ std::vector<StartParticle> fill(const Model& model, BlockScene& block, const std
   return particles;
 }
 
-std::vector<StartParticle> read(const Model& model, BlockScene& block, const std::string& name) {
-  ParticleFile file = read_particle_file(block.placed.file);
+std::vector<StartParticle> placed(const Model& model, BlockScene& block, ParticleFile file, const std::string& name) {
   const FilePlace place = file_place(block.placed);
   place(file.position);
-  const Eigen::Matrix3d turn =
-      rotation_about(block.placed.rotate_axis, block.placed.rotate_degrees) * upright(block.placed.up);
-  const double factor = block.placed.scale * metres_in(block.placed.unit);
   block.box = bounds_of(file.position);
   std::vector<StartParticle> particles(file.position.size());
-  Quanta lightest = quanta_per_particle;
   for (std::size_t i = 0; i < particles.size(); ++i) {
     StartParticle& p = particles[i];
     p.position = file.position[i];
-    p.velocity = file.velocity.empty() ? block.velocity : to_vec3(factor * (turn * to_eigen(file.velocity[i])));
+    p.velocity = file.velocity.empty() ? block.velocity : to_vec3(place.linear * to_eigen(file.velocity[i]));
     p.mass = file.mass.empty() ? quanta_per_particle : std::llround(file.mass[i] / model.quantum);
-    lightest = std::min(lightest, p.mass);
     if (p.mass < 1 || p.mass > 2 * quanta_per_particle)
       throw SetupError(
           fmt::format("{}: particle {} of {} has a mass of {:.3g} kg; allowed: up to {:.3g} kg, two full "
@@ -196,17 +188,28 @@ std::vector<StartParticle> read(const Model& model, BlockScene& block, const std
 
 }  // namespace
 
-double expected_particles(const Scene& scene, const BlockScene& block, const std::string& name) {
-  const double d = scene.fluid.spacing;
-  if (block.shape == Shape::box) return BlockLattice(block.box, d).count();
-  if (block.shape == Shape::particles)
-    return static_cast<double>(read_particle_file(block.placed.file).position.size());
-  return std::ceil(1.05 * volume_of(scene.path, block, 0, name, nullptr).size / (d * d * d));
+std::string block_label(std::size_t block) { return fmt::format("fluid: block {}", block + 1); }
+
+std::vector<SourceFile> read_source_files(const Scene& scene, std::vector<std::string>& warnings) {
+  std::vector<SourceFile> files(scene.fluid.blocks.size());
+  for (std::size_t b = 0; b < files.size(); ++b) {
+    const BlockScene& block = scene.fluid.blocks[b];
+    if (block.shape == Shape::mesh) files[b].mesh = closed_mesh(scene.path, block.placed, block_label(b), warnings);
+    if (block.shape == Shape::particles) files[b].particles = read_particle_file(block.placed.file);
+  }
+  return files;
 }
 
-std::vector<StartParticle> start_particles(const Model& model, BlockScene& block, const std::string& name,
-                                           std::vector<std::string>& warnings) {
-  return block.shape == Shape::particles ? read(model, block, name) : fill(model, block, name, warnings);
+double expected_particles(const BlockScene& block, const SourceFile& file, double spacing) {
+  if (block.shape == Shape::box) return BlockLattice(block.box, spacing).count();
+  if (block.shape == Shape::particles) return static_cast<double>(file.particles.position.size());
+  return std::ceil(1.05 * volume_of(block, file) / std::pow(spacing, 3));
+}
+
+std::vector<StartParticle> start_particles(const Model& model, BlockScene& block, SourceFile file,
+                                           const std::string& name) {
+  return block.shape == Shape::particles ? placed(model, block, std::move(file.particles), name)
+                                         : fill(model, block, std::move(file), name);
 }
 
 }  // namespace drench

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "setup/read_particles.hpp"
 #include "state/model.hpp"
 
 namespace drench {
@@ -14,9 +15,21 @@ struct StartParticle {
   Quanta mass = 0;
 };
 
+/// What the file of a source holds.
+struct SourceFile {
+  Body mesh;               // of a mesh: closed
+  ParticleFile particles;  // of particles
+};
+
+/// "fluid: block 1", for messages.
+std::string block_label(std::size_t block);
+
+/// Reads the files of all blocks, an entry each; lines about holes are added to `warnings`. SetupError: a file that
+/// cannot be read, a mesh that encloses no volume.
+std::vector<SourceFile> read_source_files(const Scene& scene, std::vector<std::string>& warnings);
+
 /// Number of particles of a source, before overlaps and solids take some away: of a sphere and a mesh from the volume.
-/// SetupError: a file that cannot be read, a mesh that encloses no volume. `name` begins its text.
-double expected_particles(const Scene& scene, const BlockScene& block, const std::string& name);
+double expected_particles(const BlockScene& block, const SourceFile& file, double spacing);
 
 /// Fills a sphere or a closed mesh: of the lattice in the bounding box (setup/block_lattice.hpp), the points that are
 /// deepest inside. Their number is that of the volume as nearly as points of the same depth allow; the lattice is then
@@ -24,9 +37,9 @@ double expected_particles(const Scene& scene, const BlockScene& block, const std
 /// to density times volume in whole quanta. If one of them is beside a solid, those near the surface are moved until
 /// none is compressed (setup/relax_points.hpp), so that liquid in a vessel of its shape starts near rest. Of a file:
 /// its particles, with its velocities and masses where it has them; without masses they are full particles. Needs
-/// model.boundary. Sets block.box to the bounding box. `name` begins a line that is added to `warnings`, and the text
-/// of a SetupError: as above, and for a shape of less than a spacing.
-std::vector<StartParticle> start_particles(const Model& model, BlockScene& block, const std::string& name,
-                                           std::vector<std::string>& warnings);
+/// model.boundary. Sets block.box to the bounding box. SetupError, whose text `name` begins: particles that are too
+/// light, or heavier than two.
+std::vector<StartParticle> start_particles(const Model& model, BlockScene& block, SourceFile file,
+                                           const std::string& name);
 
 }  // namespace drench

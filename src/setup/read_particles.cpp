@@ -13,6 +13,7 @@
 #include <cmath>
 #include <filesystem>
 
+#include "base/eigen_vec.hpp"
 #include "setup/mesh_files.hpp"
 #include "setup/setup_error.hpp"
 
@@ -58,10 +59,6 @@ ParticleFile read_vtk(const std::string& path) {
   return file;
 }
 
-bool is_finite(const Vec3& x) {
-  return std::all_of(x.begin(), x.end(), [](double value) { return std::isfinite(value); });
-}
-
 }  // namespace
 
 ParticleFile read_particle_file(const std::string& path) {
@@ -78,7 +75,8 @@ ParticleFile read_particle_file(const std::string& path) {
     refuse(path, fmt::format("the ending '{}' is not supported; allowed: .ply, .vtu, .vtp", ending));
   if (file.position.empty()) refuse(path, "it contains no particles");
   for (std::size_t i = 0; i < file.position.size(); ++i) {
-    const bool fine = is_finite(file.position[i]) && (file.velocity.empty() || is_finite(file.velocity[i])) &&
+    const bool fine = to_eigen(file.position[i]).allFinite() &&
+                      (file.velocity.empty() || to_eigen(file.velocity[i]).allFinite()) &&
                       (file.mass.empty() || std::isfinite(file.mass[i]));
     if (!fine) refuse(path, fmt::format("numbers of particle {} are not finite", i));
   }

@@ -9,6 +9,7 @@
 #include "base/eigen_vec.hpp"
 #include "setup/body_geometry.hpp"
 #include "setup/cloth_mesh.hpp"
+#include "setup/emitters.hpp"
 #include "setup/fluid_sampling.hpp"
 #include "setup/forecast.hpp"
 #include "setup/membrane.hpp"

@@ -31,7 +31,8 @@ cloth:
   - name: gripper
     box: {min: [-0.12, 0.101, -0.02], max: [0.12, 0.14, 0.02], commanded: true}
   - name: wheel
-    box: {min: [0.5, 0.5, 0.5], max: [0.6, 0.6, 0.6], velocity: [0.1, 0, 0], spin: {axis: [0, 0, 1], degrees_per_second: 90}}
+    box: {min: [0.5, 0.5, 0.5], max: [0.6, 0.6, 0.6], velocity: [0.1, 0, 0],
+        spin: {axis: [0, 0, 1], degrees_per_second: 90}}
 )",
                      "attachments.yaml");
 }

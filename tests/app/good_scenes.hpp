@@ -34,8 +34,8 @@ fluid:
     - sphere: {center: [0.1, 0.2, 0.3], radius: 0.25, velocity: [0, 1, 0], concentration: 0.01}
     - mesh: {file: mesh.PLY, scale: 20, unit: cm, up: z, position: [1, 2, 3], rotate: {axis: [0, 1, 1], degrees: 20},
         velocity: [1, 0, 0], concentration: 0.03}
-    - particles: {file: mesh.PLY, scale: 30, unit: mm, up: x, position: [3, 2, 1], rotate: {axis: [1, 1, 0], degrees: 5},
-        velocity: [0, 0, 1], concentration: 0.05}
+    - particles: {file: mesh.PLY, scale: 30, unit: mm, up: x, position: [3, 2, 1],
+        rotate: {axis: [1, 1, 0], degrees: 5}, velocity: [0, 0, 1], concentration: 0.05}
     - rain: {center: [0.5, 2, 0.5], size: [0.4, 0.6], rate: 300, diameter: 0.004, velocity: [0, -6, 1], start: 0.25,
         end: 2, concentration: 0.015}
     - jet: {center: [1, 1, 1], radius: 0.07, velocity: [0, -2, 0], concentration: 0.04, start: 0.5, end: 1.5}

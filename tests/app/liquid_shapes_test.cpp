@@ -9,7 +9,7 @@
 #include <numeric>
 
 #include "drench/drench.hpp"
-#include "run_program.hpp"
+#include "mesh_folder.hpp"
 #include "setup/build.hpp"
 #include "setup/setup_error.hpp"
 #include "state/mass_budget.hpp"
@@ -25,18 +25,7 @@ Scene with_source(const std::string& source, const std::string& more = "") {
       "shapes.yaml");
 }
 
-/// A folder with files.
-class Files {
- public:
-  std::string path(const std::string& name) const { return (folder_.path() / name).string(); }
-  std::string write(const std::string& name, const std::string& text) const {
-    write_text(folder_.path() / name, text);
-    return path(name);
-  }
-
- private:
-  TempFolder folder_;
-};
+using LiquidShapes = drench::testing::MeshFolder;
 
 /// kg
 double mass_of(const drench::Setup& setup) {
@@ -60,7 +49,7 @@ f 2 3 7 6
 f 4 1 5 8
 )";
 
-TEST(liquid_shapes, a_sphere_holds_density_times_volume_and_lies_evenly) {
+TEST_F(LiquidShapes, a_sphere_holds_density_times_volume_and_lies_evenly) {
   for (const double radius : {0.03, 0.0513, 0.1, 0.157}) {
     const drench::Setup setup = build(
         with_source("sphere: {center: [0.01, 0, 0], radius: " + std::to_string(radius) + ", velocity: [0, -1, 0]}"));
@@ -80,9 +69,8 @@ TEST(liquid_shapes, a_sphere_holds_density_times_volume_and_lies_evenly) {
   }
 }
 
-TEST(liquid_shapes, a_mesh_that_is_a_box_gives_the_block) {
-  const Files folder;
-  const std::string file = folder.write("cube.obj", cube);
+TEST_F(LiquidShapes, a_mesh_that_is_a_box_gives_the_block) {
+  const std::string file = write("cube.obj", cube);
   const drench::Setup mesh =
       build(with_source("mesh: {file: " + file + ", scale: 20, unit: cm, position: [0.1, 0.1, 0.1]}"));
   const drench::Setup block = build(with_source("block: {min: [0, 0, 0], max: [0.2, 0.2, 0.2]}"));
@@ -93,9 +81,8 @@ TEST(liquid_shapes, a_mesh_that_is_a_box_gives_the_block) {
   EXPECT_EQ(mesh.state.fluid_mass, block.state.fluid_mass);
 }
 
-TEST(liquid_shapes, a_turned_mesh_holds_its_mass) {
-  const Files folder;
-  const std::string file = folder.write("cube.obj", cube);
+TEST_F(LiquidShapes, a_turned_mesh_holds_its_mass) {
+  const std::string file = write("cube.obj", cube);
   const drench::Setup setup = build(with_source(
       "mesh: {file: " + file + ", scale: 0.25, rotate: {axis: [1, 2, 3], degrees: 40}, concentration: 0.1}"));
   EXPECT_NEAR(mass_of(setup), 1000 * std::pow(0.25, 3), 1e-8);
@@ -103,9 +90,8 @@ TEST(liquid_shapes, a_turned_mesh_holds_its_mass) {
   EXPECT_GT(setup.state.fluid_solute.front(), 0);
 }
 
-TEST(liquid_shapes, particles_of_a_file_start_where_they_are) {
-  const Files folder;
-  const std::string file = folder.write("drops.ply", R"(ply
+TEST_F(LiquidShapes, particles_of_a_file_start_where_they_are) {
+  const std::string file = write("drops.ply", R"(ply
 format ascii 1.0
 element vertex 2
 property float x
@@ -129,15 +115,14 @@ end_header
   EXPECT_NEAR(mass_of(setup), 0.012, 1e-8);
 }
 
-TEST(liquid_shapes, frames_of_a_run_start_another_one) {
-  const Files folder;
+TEST_F(LiquidShapes, frames_of_a_run_start_another_one) {
   Simulation run(with_source("sphere: {center: [0, 0, 0], radius: 0.06}"));
-  run.record(folder.path("out"));
+  run.record((folder_ / "out").string());
   for (int k = 0; k < 5; ++k) run.step();
   run.end_record();
   const HostState before = run.state();
   std::string last;
-  for (const auto& entry : std::filesystem::directory_iterator(folder.path("out") + "/frames"))
+  for (const auto& entry : std::filesystem::directory_iterator((folder_ / "out").string() + "/frames"))
     if (const std::string name = entry.path().string(); name.find("fluid_") != std::string::npos)
       last = std::max(last, name);
   const drench::Setup next = build(with_source("particles: {file: " + last + "}"));
@@ -148,9 +133,8 @@ TEST(liquid_shapes, frames_of_a_run_start_another_one) {
   EXPECT_NEAR(mass_of(next), static_cast<double>(sum_of(before.fluid_mass)) * run.quantum(), 1e-6);
 }
 
-TEST(liquid_shapes, liquid_in_a_round_vessel_starts_at_rest) {
+TEST_F(LiquidShapes, liquid_in_a_round_vessel_starts_at_rest) {
   // The same sphere is the vessel and, half a spacing smaller, full of water. The bare lattice has 1.0 m/s in step 1.
-  const Files folder;
   std::string sphere;
   const int rings = 16, parts = 32;
   for (int i = 0; i <= rings; ++i)
@@ -166,7 +150,7 @@ TEST(liquid_shapes, liquid_in_a_round_vessel_starts_at_rest) {
       sphere += "f " + std::to_string(a) + " " + std::to_string(b) + " " + std::to_string(b + parts) + " " +
                 std::to_string(a + parts) + "\n";
     }
-  const std::string file = folder.write("ball.obj", sphere);
+  const std::string file = write("ball.obj", sphere);
   Simulation run(with_source("mesh: {file: " + file + ", scale: 0.93}",
                              "gravity: [0, 0, 0]\nbodies:\n  - mesh: {file: " + file + ", inside: true}\n"));
   const Quanta mass = liquid_budget(run.state());
@@ -177,7 +161,7 @@ TEST(liquid_shapes, liquid_in_a_round_vessel_starts_at_rest) {
   EXPECT_EQ(run.state().drained, 0);
 }
 
-TEST(liquid_shapes, rain_has_its_rate_its_speed_and_covers_its_rectangle) {
+TEST_F(LiquidShapes, rain_has_its_rate_its_speed_and_covers_its_rectangle) {
   Scene scene = with_source("rain: {center: [0.1, 0.5, 0], size: [0.4, 0.2], rate: 20000, diameter: 0.003}");
   Simulation run(scene);
   run.step();
@@ -209,7 +193,7 @@ TEST(liquid_shapes, rain_has_its_rate_its_speed_and_covers_its_rectangle) {
   for (const int count : quarter) EXPECT_NEAR(count, static_cast<double>(seen) / 4, 4);
 }
 
-TEST(liquid_shapes, the_rectangle_of_rain_lies_across_gravity) {
+TEST_F(LiquidShapes, the_rectangle_of_rain_lies_across_gravity) {
   const auto spans = [](const std::string& gravity) {
     const drench::Setup setup = build(
         with_source("rain: {center: [0, 0, 0], size: [0.4, 0.2], diameter: 0.004}", "gravity: " + gravity + "\n"));
@@ -224,10 +208,9 @@ TEST(liquid_shapes, the_rectangle_of_rain_lies_across_gravity) {
   EXPECT_EQ(spans("[9.81, 1, 0]"), (Vec3{0, 0.2, 0.1}));
 }
 
-TEST(liquid_shapes, refuses_what_holds_no_liquid) {
-  const Files folder;
-  const std::string sheet = folder.write("sheet.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
-  const std::string text = folder.write("drops.txt", "0 0 0\n");
+TEST_F(LiquidShapes, refuses_what_holds_no_liquid) {
+  const std::string sheet = write("sheet.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+  const std::string text = write("drops.txt", "0 0 0\n");
   const auto refused = [](const std::string& source, const std::string& with) {
     try {
       build(with_source(source));
