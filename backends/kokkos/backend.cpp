@@ -177,9 +177,16 @@ class KokkosBackend final : public Backend {
   }
 
  private:
+  /// Uploads the mouths that have changed: a program that moves a body in each step changes none.
   void aim_jets() {
-    jets_.offsets.clear();
-    for (const Jet& j : constants_.model.jets) jets_.offsets.push_back(to_device3("drench::jet_offsets", j.offsets));
+    const std::vector<Jet>& jets = constants_.model.jets;
+    jets_.offsets.resize(jets.size());
+    mouths_.resize(jets.size());
+    for (std::size_t j = 0; j < jets.size(); ++j) {
+      if (mouths_[j] == jets[j].offsets) continue;
+      mouths_[j] = jets[j].offsets;
+      jets_.offsets[j] = to_device3("drench::jet_offsets", mouths_[j]);
+    }
   }
 
   /// nodes.force of the pressure that the last density solve found; whether there is any.
@@ -208,6 +215,7 @@ class KokkosBackend final : public Backend {
   Cloth cloth_;
   NeighborLists lists_;
   Jets jets_;
+  std::vector<std::vector<Vec3>> mouths_;  // on the host, of each jet
   Accounts accounts_;
   Cached<StateMeasures> measured_;
   KeptState kept_;

@@ -40,17 +40,11 @@ Matrix after(const Matrix& a, const drench::Quaternion& q) {
   return product;
 }
 
-/// Of pins that follow a body.
-PinStep step_with(const Body& body, const PinMotion& m, double from, double to) {
-  constexpr Matrix one{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
-  const Matrix first = after(one, orientation_at(body, from)), last = after(one, orientation_at(body, to));
-  const Vec3 before = way_at(body, from), way = way_at(body, to);
+/// What turns from `first` to `last` about the centre, which ends at `offset` after `move`.
+PinStep packed(const Vec3& center, const Matrix& first, const Matrix& last, const Vec3& offset, const Vec3& move) {
   PinStep step{};
-  step.center = to_real(m.center);
-  Vec3 offset, move;
+  step.center = to_real(center);
   for (std::size_t a = 0; a < 3; ++a) {
-    offset[a] = body.center[a] + way[a];
-    move[a] = way[a] - before[a];
     Vec3 change;
     for (std::size_t b = 0; b < 3; ++b) change[b] = last[a][b] - first[a][b];
     step.rotation[a] = to_real(last[a]);
@@ -61,32 +55,35 @@ PinStep step_with(const Body& body, const PinMotion& m, double from, double to) 
   return step;
 }
 
+/// Of pins that follow a body.
+PinStep step_with(const Body& body, const PinMotion& m, double from, double to) {
+  constexpr Matrix one{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
+  const Vec3 before = way_at(body, from), way = way_at(body, to);
+  Vec3 offset, move;
+  for (std::size_t a = 0; a < 3; ++a) {
+    offset[a] = body.center[a] + way[a];
+    move[a] = way[a] - before[a];
+  }
+  return packed(m.center, after(one, orientation_at(body, from)), after(one, orientation_at(body, to)), offset, move);
+}
+
 PinStep step_of(const PinMotion& m, double from, double to) {
   const double begun = std::clamp(from, m.start, m.end) - m.start, done = std::clamp(to, m.start, m.end) - m.start;
   const auto turned = [&](double since) {
     const double angle = m.rate.has_keys() ? m.rate.integral(m.start, m.start + since) : m.rate.plain() * since;
     return after(rotation(m.axis, angle), m.rotated);
   };
-  const Matrix first = turned(begun), last = turned(done);
   const Vec3 way = m.has_keys() ? m.velocity.integral(m.start, m.start + done) : Vec3{};
   const Vec3 part = m.has_keys() ? m.velocity.integral(m.start + begun, m.start + done) : Vec3{};
   const Vec3 path = m.path.at(m.start + done), path_before = m.path.at(m.start + begun);
   const Vec3& v = m.velocity.plain();
-  PinStep step{};
-  step.center = to_real(m.center);
   Vec3 offset, move;
   for (std::size_t a = 0; a < 3; ++a) {
     const bool keys = m.has_keys();
     offset[a] = m.center[a] + m.offset[a] + (keys ? way[a] + path[a] : v[a] * done);
     move[a] = keys ? part[a] + (path[a] - path_before[a]) : v[a] * (done - begun);
-    Vec3 change;
-    for (std::size_t b = 0; b < 3; ++b) change[b] = last[a][b] - first[a][b];
-    step.rotation[a] = to_real(last[a]);
-    step.change[a] = to_real(change);
   }
-  step.offset = to_real(offset);
-  step.move = to_real(move);
-  return step;
+  return packed(m.center, turned(begun), turned(done), offset, move);
 }
 
 }  // namespace
