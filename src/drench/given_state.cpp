@@ -118,8 +118,8 @@ void require_prescribed_motion(const Model& m, const HostState& next, const Host
         next.body_velocity[b] != before.body_velocity[b] ||
         next.body_angular_velocity[b] != before.body_angular_velocity[b])
       throw std::invalid_argument(
-          fmt::format("body {} is not dynamic, so that the scene or commands move it; allowed: set_body_pose and "
-                      "set_body_velocity of a body with commanded: true",
+          fmt::format("body {} is not dynamic: the scene or commands move it; allowed: set_body_pose and "
+                      "set_body_velocity for a body with commanded: true",
                       b));
   }
 }

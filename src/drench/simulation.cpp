@@ -33,6 +33,19 @@ struct Ended {
   ~Ended() { recorder.reset(); }
 };
 
+/// A field of vectors on the host.
+std::vector<Vec3> vectors_of(const FieldView& view) {
+  std::vector<Vec3> vectors(static_cast<std::size_t>(view.rows));
+  if (view.type == FieldView::Type::float64) {
+    copy_to_host(view, vectors.data());
+    return vectors;
+  }
+  std::vector<std::array<float, 3>> rows(vectors.size());
+  copy_to_host(view, rows.data());
+  for (std::size_t i = 0; i < rows.size(); ++i) std::copy(rows[i].begin(), rows[i].end(), vectors[i].begin());
+  return vectors;
+}
+
 MemoryBudget budget_of(const Scene& scene, const Communicator* ranks) {
   if (!ranks) return memory_budget();
   return memory_budget_of_rank(memory_budget(), share_of_rank(scene, ranks->size()));
@@ -251,13 +264,14 @@ BodyLoad Simulation::body_load(Index body) const {
   BodyLoad load = parts_->backend->body_loads(parts_->last_dt)[static_cast<std::size_t>(body)].value();
   const std::vector<Index> nodes = attached_nodes(parts_->setup.model, body);
   if (nodes.empty() || !(parts_->last_dt > 0)) return load;
-  const HostState state = parts_->backend->download();
-  const Eigen::Vector3d center = to_eigen(state.body_position[static_cast<std::size_t>(body)]);
+  const std::vector<Vec3> pin_force = vectors_of(field("node_pin_force")),
+                          position = vectors_of(field("node_position"));
+  const Eigen::Vector3d center = to_eigen(body_motion(body).position);
   Eigen::Vector3d force = Eigen::Vector3d::Zero(), torque = Eigen::Vector3d::Zero();
   for (const Index n : nodes) {
-    const Eigen::Vector3d f = -to_eigen(state.node_pin_force[static_cast<std::size_t>(n)]);
+    const Eigen::Vector3d f = -to_eigen(pin_force[static_cast<std::size_t>(n)]);
     force += f;
-    torque += (to_eigen(state.node_position[static_cast<std::size_t>(n)]) - center).cross(f);
+    torque += (to_eigen(position[static_cast<std::size_t>(n)]) - center).cross(f);
   }
   load.attached_force = to_vec3(force);
   load.attached_torque = to_vec3(torque);
@@ -305,7 +319,11 @@ void Simulation::set_state(const HostState& state) {
   parts_->pipeline->mark(next);
   require_prescribed_motion(parts_->setup.model, next, before);
   continue_budget(next, before);
-  parts_->change_model([&](Model& model) { model.fastest_before = std::max(model.fastest_before, fastest_of(next)); });
+  double& fastest = parts_->setup.model.fastest_before;
+  if (const double given = fastest_of(next); given > fastest) {  // what a program wants is not a run that diverges
+    fastest = given;
+    parts_->changed = true;
+  }
   ++parts_->generation;
   parts_->pipeline->go_on_from(next);
 }

@@ -11,6 +11,7 @@
 
 #include "drench/drench.hpp"
 #include "drench/prescribed.hpp"
+#include "same_state.hpp"
 #include "setup/build.hpp"
 #include "state/needed_fields.hpp"
 
@@ -36,20 +37,6 @@ bodies:
 )";
 
 Scene scene() { return parse_scene(text, "library.yaml"); }
-
-void expect_same(const HostState& a, const HostState& b) {
-  HostState other = b;
-  visit_fields(a, [&](std::string_view name, const auto& values) {
-    visit_fields(other, [&](std::string_view same, auto& theirs) {
-      if constexpr (std::is_same_v<std::decay_t<decltype(values)>, std::decay_t<decltype(theirs)>>)
-        if (name == same) {
-          EXPECT_TRUE(values == theirs) << name;
-        }
-    });
-  });
-  EXPECT_EQ(a.time, b.time);
-  EXPECT_EQ(a.supplied, b.supplied);
-}
 
 /// Row `row`, column `column` of a view, wherever it lies.
 double number(const FieldView& view, Index row, int column) {
