@@ -37,6 +37,22 @@ def in_background():
     return bpy.app.background
 
 
+class Idle:
+    """Is available while no bake runs."""
+
+    @classmethod
+    def poll(cls, _context):
+        return not bakes.running()
+
+
+class Busy:
+    """Is available while a bake runs."""
+
+    @classmethod
+    def poll(cls, _context):
+        return bakes.running()
+
+
 class Guarded:
     """An operator whose problems become one message for the user."""
 
@@ -70,14 +86,10 @@ def cursor_progress(context):
         context.window_manager.progress_end()
 
 
-class DRENCH_OT_check(Guarded, bpy.types.Operator):
+class DRENCH_OT_check(Idle, Guarded, bpy.types.Operator):
     """Check the scene without baking it"""
     bl_idname = "drench.check"
     bl_label = "Check"
-
-    @classmethod
-    def poll(cls, _context):
-        return not bakes.running()
 
     def run(self, context):
         with cursor_progress(context) as progress:
@@ -88,15 +100,11 @@ class DRENCH_OT_check(Guarded, bpy.types.Operator):
         return {"FINISHED"} if valid else {"CANCELLED"}
 
 
-class BakeOperator(Guarded):
+class BakeOperator(Idle, Guarded):
     """Runs in the background with a timer where there is a window, otherwise until the bake ends."""
 
     resume = False
     _timer = None
-
-    @classmethod
-    def poll(cls, _context):
-        return not bakes.running()
 
     def start(self, context):
         with cursor_progress(context) as progress:
@@ -165,16 +173,12 @@ class DRENCH_OT_resume(BakeOperator, bpy.types.Operator):
     resume = True
 
 
-class DRENCH_OT_stop(Guarded, bpy.types.Operator):
+class DRENCH_OT_stop(Busy, Guarded, bpy.types.Operator):
     """Stop the bake after the current step and write a checkpoint. Continue takes it up again, also after a restart of
     Blender"""
     bl_idname = "drench.stop"
     bl_label = "Pause"
     wait: BoolProperty(name="Wait", default=False, description="Return when the process has ended")
-
-    @classmethod
-    def poll(cls, _context):
-        return bakes.running()
 
     def run(self, _context):
         if self.wait:
@@ -184,28 +188,20 @@ class DRENCH_OT_stop(Guarded, bpy.types.Operator):
         return {"FINISHED"}
 
 
-class DRENCH_OT_cancel(Guarded, bpy.types.Operator):
+class DRENCH_OT_cancel(Busy, Guarded, bpy.types.Operator):
     """End the bake. The frames so far are kept, and Continue takes it up again"""
     bl_idname = "drench.cancel"
     bl_label = "Cancel"
-
-    @classmethod
-    def poll(cls, _context):
-        return bakes.running()
 
     def run(self, _context):
         bakes.stop(bakes.SECONDS_TO_CLOSE)
         return {"FINISHED"}
 
 
-class DRENCH_OT_write(Guarded, bpy.types.Operator):
+class DRENCH_OT_write(Idle, Guarded, bpy.types.Operator):
     """Write the scene file and the meshes of a bake without running it, for example to run it on another computer"""
     bl_idname = "drench.write"
     bl_label = "Write Scene"
-
-    @classmethod
-    def poll(cls, _context):
-        return not bakes.running()
 
     def run(self, context):
         with cursor_progress(context) as progress:
@@ -214,14 +210,10 @@ class DRENCH_OT_write(Guarded, bpy.types.Operator):
         return {"FINISHED"}
 
 
-class DRENCH_OT_load(Guarded, bpy.types.Operator):
+class DRENCH_OT_load(Idle, Guarded, bpy.types.Operator):
     """Show the bake in the cache folder, for example one that was run on another computer"""
     bl_idname = "drench.load"
     bl_label = "Load Bake"
-
-    @classmethod
-    def poll(cls, _context):
-        return not bakes.running()
 
     def run(self, context):
         cache = bakes.load(context)
@@ -229,14 +221,10 @@ class DRENCH_OT_load(Guarded, bpy.types.Operator):
         return {"FINISHED"}
 
 
-class DRENCH_OT_delete_cache(Guarded, bpy.types.Operator):
+class DRENCH_OT_delete_cache(Idle, Guarded, bpy.types.Operator):
     """Delete all files of the bake from the cache folder"""
     bl_idname = "drench.delete_cache"
     bl_label = "Delete Cache"
-
-    @classmethod
-    def poll(cls, _context):
-        return not bakes.running()
 
     def invoke(self, context, event):
         return context.window_manager.invoke_confirm(self, event)
@@ -268,11 +256,4 @@ CLASSES = (DRENCH_OT_check, DRENCH_OT_bake, DRENCH_OT_resume, DRENCH_OT_stop, DR
            DRENCH_OT_load, DRENCH_OT_delete_cache, DRENCH_OT_wet_look)
 
 
-def register():
-    for cls in CLASSES:
-        bpy.utils.register_class(cls)
-
-
-def unregister():
-    for cls in reversed(CLASSES):
-        bpy.utils.unregister_class(cls)
+register, unregister = bpy.utils.register_classes_factory(CLASSES)

@@ -172,11 +172,4 @@ class DRENCH_PT_bake(Panel, bpy.types.Panel):
 CLASSES = (DRENCH_PT_object, DRENCH_PT_scene, DRENCH_PT_bake)
 
 
-def register():
-    for cls in CLASSES:
-        bpy.utils.register_class(cls)
-
-
-def unregister():
-    for cls in reversed(CLASSES):
-        bpy.utils.unregister_class(cls)
+register, unregister = bpy.utils.register_classes_factory(CLASSES)

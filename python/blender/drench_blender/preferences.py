@@ -63,11 +63,4 @@ def find_program(context):
 CLASSES = (DrenchPreferences, DRENCH_OT_find_program)
 
 
-def register():
-    for cls in CLASSES:
-        bpy.utils.register_class(cls)
-
-
-def unregister():
-    for cls in reversed(CLASSES):
-        bpy.utils.unregister_class(cls)
+register, unregister = bpy.utils.register_classes_factory(CLASSES)

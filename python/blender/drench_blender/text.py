@@ -40,7 +40,9 @@ def scene_text(scene):
 
 
 def write_ply(path, points, triangles):
-    """points: m, in the axes of the scene; float32, which is the precision of Blender's meshes."""
+    """points: m, in the axes of the scene; float32, which is the precision of Blender's meshes.
+
+    As in tools/export/mesh_files.py, which is not there where only the extension is installed."""
     corners = np.empty(len(triangles), [("count", "u1"), ("corners", "<i4", 3)])
     corners["count"], corners["corners"] = 3, triangles
     header = ("ply\nformat binary_little_endian 1.0\ncomment metres\n"
