@@ -113,8 +113,8 @@ class Simulation {
   /// From now on a force, N, and a torque about the centre, N m, act on a dynamic body, until the next call.
   /// @throws std::invalid_argument for a body that there is not or that is not dynamic, or a number that is not finite
   void apply_wrench(Index body, const Vec3& force, const Vec3& torque = {0, 0, 0});
-  /// From now on nodes of a cloth move and turn with a body, from where they are; those that are attached already
-  /// change over. The backend is set up anew, which takes as long as at the start without the meshes.
+  /// From now on nodes of a cloth move and turn with a body, starting from their current positions. Nodes that were
+  /// attached to another body follow this one instead. Sets up the backend again, without reading the meshes.
   /// @param cloth N, from 0
   /// @param nodes numbered within the cloth, from 0
   /// @param body its number in the scene, from 0; one that the scene or commands move
@@ -122,7 +122,7 @@ class Simulation {
   ///   is dynamic or deforms, a node that a pin of the scene holds
   /// @throws std::logic_error for a run over ranks
   void attach(Index cloth, const std::vector<Index>& nodes, Index body);
-  /// Nodes that are attached to a body, by attach() or by `cloth.N.pin` with `body`, are free from now on.
+  /// Frees nodes that are attached to a body by attach() or by `cloth.N.pin` with `body`.
   /// @throws as attach(), also for a node that is not attached
   void detach(Index cloth, const std::vector<Index>& nodes);
   /// The nodes that are attached to a body, as rows of the node fields.
@@ -138,20 +138,20 @@ class Simulation {
   /// @throws std::invalid_argument for a number that is not finite
   void set_wind(const Vec3& velocity);
 
-  /// Replaces the state. Liquid and solute that it has more than the run are entered as supplied, what it has less as
-  /// drained, so that the mass budget continues. Particles have to be in the order of their ids, as in state(); ids of
-  /// new ones begin at HostState::next_id, which has to be raised. Arrays that this scene does not need are ignored.
-  /// Bodies, pins, jets and wind follow the scene and the commands given so far.
+  /// Replaces the state. Added liquid and solute count as supplied, and removed liquid and solute as drained, so that
+  /// the mass budget continues. Particles must be in the order of their ids, as in state(). New particles take their
+  /// ids from HostState::next_id, which must then be increased. Arrays that this scene does not need are ignored.
+  /// Bodies, pins, jets and wind still follow the scene and earlier commands.
   /// @throws std::invalid_argument naming the field, the row and what is allowed; the run is then as before
   /// @throws std::logic_error for a run over ranks
   void set_state(const HostState& state);
-  /// What programs changed of the scene's bodies, pins, jets and wind; empty: nothing. With state(), all that a run of
-  /// the same scene needs to continue bit for bit.
+  /// The changes that programs made to bodies, pins, jets and wind, as numbers; empty without changes. Together with
+  /// state(), this is all that a run of the same scene needs to continue bit for bit.
   std::vector<double> changes() const;
   /// Continues from the state() and changes() of a run of the same scene, as from a checkpoint: bit for bit.
   /// @throws std::invalid_argument as set_state() does; std::logic_error for a run over ranks or one being recorded
   void restore(const HostState& state, const std::vector<double>& changes = {});
-  /// The run is as it was at the start. The first call sets the scene up anew and keeps its state, so that later ones
+  /// Returns to the start of the scene. The first call sets up the scene again and keeps the initial state; later calls
   /// only copy it.
   /// @throws std::logic_error for a run over ranks or one being recorded
   void reset();

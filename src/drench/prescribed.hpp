@@ -43,11 +43,11 @@ std::vector<Index> nodes_of_pin(const Model& model, Index cloth, Index entry);
 void change_pin_velocity(Model& model, Index cloth, Index entry, const Vec3& velocity, double time);
 
 /// From `time` (s) on nodes of a cloth, numbered within it from 0, move and turn with a body; `position` has where all
-/// nodes are, m. Nodes that are attached already change over. std::invalid_argument: no such cloth, node or body, a
-/// cloth that does not move, a body that is dynamic or deforms, a node that another pin holds.
+/// nodes are, m. Nodes that were attached to another body follow this one instead. std::invalid_argument: no such
+/// cloth, node or body, a cloth that does not move, a body that is dynamic or deforms, a node that another pin holds.
 void attach_nodes(Model& model, Index cloth, const std::vector<Index>& nodes, Index body,
                   const std::vector<Vec3>& position, double time);
-/// They are free again. std::invalid_argument: as above, or a node that is not attached.
+/// Frees them. std::invalid_argument: as above, or a node that is not attached.
 void detach_nodes(Model& model, Index cloth, const std::vector<Index>& nodes);
 /// Nodes that move with a body, as rows of the node fields.
 std::vector<Index> attached_nodes(const Model& model, Index body);

@@ -25,7 +25,7 @@ class Recorder {
   /// Adds the step that the pipeline has just taken.
   void step(const StepReport& report);
   void failed(const RunFailure& failure);
-  /// The run has gone on to others.
+  /// Continues with another backend and pipeline.
   void use(const Backend& backend, const Pipeline& pipeline) {
     backend_ = &backend;
     pipeline_ = &pipeline;
