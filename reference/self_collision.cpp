@@ -226,26 +226,17 @@ class SelfCollision {
     return sum;
   }
 
-  /// Impulses in fixed point.
   struct Impulses {
-    double unit;  // kg m/s
-    std::vector<std::array<std::int64_t, 3>> sum;
+    std::vector<Vector3d> sum;  // kg m/s
     void add(const Contact& c, const Vector3d& j) {
-      for (int k = 0; k < 4; ++k) {
-        for (int a = 0; a < 3; ++a) {
-          sum[c.pair->node[k]][a] += static_cast<std::int64_t>(std::floor(c.b[k] * j[a] / unit + 0.5));
-        }
-      }
+      for (int k = 0; k < 4; ++k) sum[c.pair->node[k]] += c.b[k] * j;
     }
   };
-  Impulses no_impulses() const {
-    return {state_.model.quantum / 1048576, std::vector<std::array<std::int64_t, 3>>(velocity_.size(), {0, 0, 0})};
-  }
+  Impulses no_impulses() const { return {std::vector<Vector3d>(velocity_.size(), Vector3d::Zero())}; }
   void apply(const Impulses& impulses, const std::vector<int>& share) {
     for (Index n = 0; n < mesh_.nodes(); ++n) {
       if (share[n] == 0) continue;
-      const auto& p = impulses.sum[n];
-      velocity_[n] += inverse_node_mass(state_, n) * impulses.unit * Vector3d(double(p[0]), double(p[1]), double(p[2]));
+      velocity_[n] += inverse_node_mass(state_, n) * impulses.sum[n];
       keep_out(n);
     }
   }

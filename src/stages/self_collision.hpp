@@ -6,5 +6,6 @@
 //         4 impact zones, the failsafe.
 // Reads:  node_position (m), node_velocity (m/s), node_liquid (quanta), time (s).
 // Writes: node_velocity (m/s) of free nodes; StepReport::cloth_contacts (pairs), cloth_zone_nodes.
-// Exact:  impulses are 64-bit sums in units of q · 2^-20 m/s, zones' momenta and masses of q · 2^-12 m/s and q · 2^-16.
+// Exact:  impulses are 64-bit sums in units of 2^-47 m/s times the mass of the heaviest node, wet; zones' momenta of
+//         2^-47 m/s times that of all cloth.
 // Errors: none here. Scenes that start with intersections are refused when they are loaded.

@@ -2,6 +2,8 @@
 
 #include "stages/self_collision.hpp"
 
+#include <algorithm>
+
 #include "base/stop_request.hpp"
 #include "cloth/clearance.hpp"
 #include "cloth/self_collision_course.hpp"
@@ -25,6 +27,16 @@ void make_room_for_pairs(SelfCollisionWork& work, Index close_clusters, Index ca
   make_room_for(work.contact, "drench::self_collision::contact", pairs);
 }
 
+/// Of all nodes, with the liquid that fits.
+void measure_mass(const Model& model, SelfCollisionWork& work) {
+  const std::vector<double>&solid = model.mesh.solid_mass, &capacity = model.samples.node_capacity;
+  for (std::size_t n = 0; n < solid.size(); ++n) {
+    const double mass = solid[n] + (n < capacity.size() ? capacity[n] : 0);
+    work.full_mass += mass;
+    work.heaviest_node = std::max(work.heaviest_node, mass);
+  }
+}
+
 void allocate(const Constants& constants, const Cloth& cloth, SelfCollisionWork& work) {
   if (work.member.extent(0) > 0) return;
   list_items(constants, work);
@@ -43,6 +55,7 @@ void allocate(const Constants& constants, const Cloth& cloth, SelfCollisionWork&
   make_room(work.zone_push, "drench::self_collision::zone_push", 6 * n);
   allocate_zeros(work.counter, "drench::self_collision::counter", collision_counters);
   work.margin = 0.25 * work.thickness;
+  measure_mass(constants.model, work);
   make_room_for_pairs(work, 32 * work.items.clusters(), 8 * work.items.count, 8 * work.nodes);
 }
 
@@ -106,9 +119,10 @@ Collision::Collision(const Constants& constants, const Bodies& bodies, Cloth& cl
       hole(work.hole),
       contact(work.contact),
       counter(work.counter),
-      momentum_unit(constants.quantum / impulse_steps),
+      momentum_unit(work.heaviest_node * impulse_part),
       way_unit(double(constants.spacing) / zones::way_units),
       margin(work.margin),
+      full_mass(work.full_mass),
       dt(step),
       half_reach(static_cast<Real>(0.50001 * (work.thickness + 2 * work.margin))),
       nodes(cloth.nodes.count) {}

@@ -97,15 +97,17 @@ struct SelfCollisionWork {
   Field<NodeVelocity> velocity;
   Field<Real3> end, seen;       // x¹, m; the same when the node's pairs were found
   Field<std::uint8_t> changed;  // its pairs are to be found again
-  Field<std::int64_t> impulse;  // 3 each, units of q · 2^-20 m/s; 0 between passes
+  Field<std::int64_t> impulse;  // 3 each, units: impulse_part; 0 between passes
   Field<Index> share;           // N_k; 0 between passes
   // per node of all cloths, of law 4: meaningless before the first zone of a step
   Field<Index> zone;              // the zone's least node
   Field<Index> joined;            // 1: is in a zone (a word, for CUDA has no atomic store of less)
   Field<Index> stopped;           // at a zone's least node: 1 is to stop, 2 has stopped
   Field<Index> holder;            // at a zone's least node: the first pinned node of the zone, or no_node
-  Field<std::int64_t> zone_sum;   // 4 each, at the least node: mass, q · 2^-16; momentum, q · 2^-12 m/s
+  Field<std::int64_t> zone_sum;   // 4 each, at the least node: mass; momentum (units: self_collision_zones.hpp)
   Field<std::int64_t> zone_push;  // 6 each: the largest way out of bodies along +x −x +y …, d · 2^-40
+  // kg, with the liquid that fits: of all cloth, for zone_sum; of its heaviest node, for impulse
+  double full_mass = 0, heaviest_node = 0;
   // pairs
   double margin = 0;             // m: by how much an end may move before pairs are found again
   Field<Couple> close_clusters;  // whose boxes meet

@@ -65,6 +65,7 @@ struct Collision {
   Entries<Contact> contact;
   Entries<Index> counter;
   double momentum_unit, way_unit, margin;  // kg m/s; m; m
+  double full_mass;                        // kg, of all cloth with the liquid that fits
   Real dt, half_reach;                     // s; m
   Index nodes;
 
@@ -225,6 +226,7 @@ struct VoteOnSides {
   }
 };
 
+constexpr double impulse_part = 0x1p-47;  // unit of impulses, of the heaviest node's mass · 1 m/s
 constexpr double longest_lever = 2;  // a node's way over the gap that it opens: docs/theory/contacts.md, (5a)
 
 /// Law 3: is a pair in contact, and how?

@@ -8,8 +8,10 @@ namespace drench::kokkos_backend {
 
 namespace zones {
 
-constexpr double mass_units = 65536, momentum_units = 4096;  // per quantum; per quantum · m/s
-constexpr double way_units = 1099511627776.0;                // per spacing
+constexpr double way_units = 1099511627776.0;  // per spacing
+// Units of a zone's mass and momentum, as parts of the cloths' mass with all the liquid that fits (times 1 m/s). A sum
+// has room for 8 times that mass at 4 km/s; faster nodes count with this speed.
+constexpr double mass_part = 0x1p-58, momentum_part = 0x1p-47, fastest = 4096;
 
 /// The least node of n's zone as far as it is joined: no zone's number is above its nodes'.
 KOKKOS_INLINE_FUNCTION Index root_of(const Collision& s, Index n) {
@@ -32,7 +34,7 @@ KOKKOS_INLINE_FUNCTION void unite(const Collision& s, Index a, Index b) {
 }
 /// A zone's velocity before bodies, m/s.
 KOKKOS_INLINE_FUNCTION Double3 velocity(const Collision& s, Index z) {
-  const double scale = mass_units / (momentum_units * double(s.zone_sum(4 * z)));
+  const double scale = (momentum_part / mass_part) / double(s.zone_sum(4 * z));
   return {scale * double(s.zone_sum(4 * z + 1)), scale * double(s.zone_sum(4 * z + 2)),
           scale * double(s.zone_sum(4 * z + 3))};
 }
@@ -117,12 +119,14 @@ struct SumZones {
       Kokkos::atomic_min(&s.holder(z), n);
       return;
     }
-    const double quanta = 1 / (double(s.inverse_mass(n)) * s.wet.quantum);
-    Kokkos::atomic_add(&s.zone_sum(4 * z), fixed_point(zones::mass_units * quanta));
+    const double mass = 1 / (double(s.inverse_mass(n)) * s.full_mass);
+    Kokkos::atomic_add(&s.zone_sum(4 * z), fixed_point(mass / zones::mass_part));
     const Double3 v = s.velocity_of(n);
     const double part[3] = {v.x, v.y, v.z};
     for (int a = 0; a < 3; ++a)
-      Kokkos::atomic_add(&s.zone_sum(4 * z + 1 + a), fixed_point(zones::momentum_units * quanta * part[a]));
+      Kokkos::atomic_add(&s.zone_sum(4 * z + 1 + a),
+                         fixed_point(mass / zones::momentum_part *
+                                     Kokkos::fmin(Kokkos::fmax(part[a], -zones::fastest), zones::fastest)));
   }
 };
 /// The largest ways out of bodies.

@@ -11,9 +11,10 @@ inline constexpr double momentum_steps = 256;
 /// Impulses on cloth nodes are summed in units of q · 2^-20 m/s.
 inline constexpr double impulse_steps = 1048576;
 
-/// `value`, given in the unit of the sum.
+/// `value`, given in the unit of the sum, at most ±2^62: a larger one has no place in the integer.
 KOKKOS_INLINE_FUNCTION std::int64_t fixed_point(double value) {
-  return static_cast<std::int64_t>(Kokkos::round(value));
+  constexpr double largest = 4611686018427387904.0;
+  return static_cast<std::int64_t>(Kokkos::round(Kokkos::fmin(Kokkos::fmax(value, -largest), largest)));
 }
 
 /// Adds a vector, already in the sums' unit, to the three sums from 3 `at` on.
