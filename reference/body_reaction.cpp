@@ -69,12 +69,13 @@ std::vector<Six> BodyReaction::impulses(const ClothProblem& problem, const Vecto
       sum[b] += dt_ * six(force, (x[n] - problem.bodies[b].pose.position).cross(force));
     };
     Vector3d left = r[n];
-    std::size_t last = 0;
-    const NodeContact touched = problem.contact(n, x[n], left, 1, [&](std::size_t b, const Vector3d& pressed) {
-      last = b;
-      add(b, pressed);
+    const NodeContact touched = problem.contact(n, x[n], left, 1, add);
+    if (!(touched.press > 0)) continue;
+    const Vector3d friction = left - problem.unbalanced(n, x[n], r[n]);
+    left = r[n];
+    problem.contact(n, x[n], left, 1, [&](std::size_t b, const Vector3d& pressed) {
+      add(b, pressed.norm() / touched.press * friction);
     });
-    if (touched.press > 0) add(last, left - problem.unbalanced(n, x[n], r[n]));
   }
   return sum;
 }

@@ -192,6 +192,33 @@ bodies:
   EXPECT_THROW(run.body_motion(2), std::invalid_argument);
 }
 
+/// A sheet between two grippers weighs equally on both, by friction alone.
+TEST(library, two_grippers_share_the_friction_of_the_sheet_that_they_hold) {
+  Simulation run(parse_scene(R"(drench: 1
+time: {step: 0.002, end: 1}
+cloth:
+  - mesh: {grid: {size: [0.2, 0.2], nodes: [21, 21]}}
+    place: {rotate: {axis: [0, 0, 1], degrees: 90}}
+    thickness: 0.002
+    areal_density: 0.3
+    damping: 5
+bodies:
+  - {name: left, box: {min: [-0.1, -0.02, -0.15], max: [-0.0008, 0.1, 0.15], commanded: true}}
+  - {name: right, box: {min: [0.0008, -0.02, -0.15], max: [0.1, 0.1, 0.15], commanded: true}}
+)",
+                             "grippers"));
+  run.run_until(0.4);
+  double weight[2] = {0, 0};
+  constexpr int steps = 20;
+  for (int k = 0; k < steps; ++k) {
+    run.step();
+    for (Index b = 0; b < 2; ++b) weight[b] -= run.body_load(b).cloth_force[1] / steps;
+  }
+  const double whole = 0.3 * 0.04 * 9.81;
+  EXPECT_NEAR(weight[0] + weight[1], whole, 0.03 * whole);
+  EXPECT_NEAR(weight[0], weight[1], 0.03 * whole);
+}
+
 TEST(library, refuses_what_the_scene_does_not_have) {
   Simulation run(scene());
   const double infinite = std::numeric_limits<double>::infinity();

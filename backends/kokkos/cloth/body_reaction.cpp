@@ -27,13 +27,16 @@ struct NodePushes {
     const NodeTerms t = system.terms(n);
     const Real3 whole = system.residual(n, shift);
     Real3 left = whole;
-    std::size_t last = 0;
     const NodeContact<> c =
-        system.contact(t, shift(n), left, t.compression, [&](const std::size_t solid, const Real3& force) {
-          last = solid;
-          push(solid, n, force);
-        });
-    if (c.press > 0) push(last, n, left - system.unbalanced(t, shift(n), whole));  // its friction
+        system.contact(t, shift(n), left, t.compression,
+                       [&](const std::size_t solid, const Real3& force) { push(solid, n, force); });
+    if (!(c.press > 0)) return;
+    // Friction, shared by the solids as they press.
+    const Real3 friction = left - system.unbalanced(t, shift(n), whole);
+    left = whole;
+    system.contact(t, shift(n), left, t.compression, [&](const std::size_t solid, const Real3& force) {
+      push(solid, n, (norm(force) / c.press) * friction);
+    });
   }
   KOKKOS_INLINE_FUNCTION void push(std::size_t b, Index n, const Real3& force) const {
     if (!pushes.takes(b)) return;
