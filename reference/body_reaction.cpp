@@ -73,9 +73,8 @@ std::vector<Six> BodyReaction::impulses(const ClothProblem& problem, const Vecto
     if (!(touched.press > 0)) continue;
     const Vector3d friction = left - problem.unbalanced(n, x[n], r[n]);
     left = r[n];
-    problem.contact(n, x[n], left, 1, [&](std::size_t b, const Vector3d& pressed) {
-      add(b, pressed.norm() / touched.press * friction);
-    });
+    problem.contact(n, x[n], left, 1,
+                    [&](std::size_t b, const Vector3d& pressed) { add(b, pressed.norm() / touched.press * friction); });
   }
   return sum;
 }

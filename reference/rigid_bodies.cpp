@@ -113,7 +113,8 @@ Pose advanced(const Pose& pose, double dt) {
 }
 
 Matrix3d inertia(const Body& body, const Pose& pose) {
-  const Matrix3d r = pose.orientation.toRotationMatrix();
+  const Quaternion& p = body.principal;
+  const Matrix3d r = (pose.orientation * Eigen::Quaterniond(p[0], p[1], p[2], p[3])).toRotationMatrix();
   return r * vec(body.inertia).asDiagonal() * r.transpose();
 }
 

@@ -88,10 +88,10 @@ class Body:
         """
         self._simulation._run.apply_wrench(self.index, _vector("force", force), _vector("torque", torque))
 
-    def _loads(self) -> tuple[Wrench, Wrench, Wrench]:
-        """Of the liquid, of cloth in contact, and of attached nodes."""
+    def _loads(self) -> tuple[Wrench, Wrench, Wrench, Wrench]:
+        """Of the liquid, of cloth in contact, of attached nodes, and of other bodies."""
         parts = [np.array(part) for part in self._simulation._run.body_load(self.index)]
-        return Wrench(*parts[0:2]), Wrench(*parts[2:4]), Wrench(*parts[4:6])
+        return Wrench(*parts[0:2]), Wrench(*parts[2:4]), Wrench(*parts[4:6]), Wrench(*parts[6:8])
 
     @property
     def attached_nodes(self) -> np.ndarray:
@@ -114,8 +114,13 @@ class Body:
         return self._loads()[2]
 
     @property
+    def contact_wrench(self) -> Wrench:
+        """What other bodies did to it in the last step: contact and friction between dynamic bodies and all others."""
+        return self._loads()[3]
+
+    @property
     def wrench(self) -> Wrench:
-        """What liquid and cloth did to it in the last step, without gravity, apply_wrench() and other bodies.
+        """What liquid, cloth and other bodies did to it in the last step, without gravity and apply_wrench().
 
         Raises ValueError unless the body is dynamic or has `commanded: true`.
         """

@@ -156,11 +156,11 @@ class Run {
   void apply_wrench(Index body, const Vec3& force, const Vec3& torque) {
     alone([&] { run_->apply_wrench(body, force, torque); });
   }
-  /// Forces and torques of the liquid, of cloth, and of attached nodes.
-  std::array<Vec3, 6> body_load(Index body) {
+  /// Forces and torques of the liquid, of cloth, of attached nodes, and of other bodies.
+  std::array<Vec3, 8> body_load(Index body) {
     const BodyLoad load = alone([&] { return run_->body_load(body); });
-    return {load.liquid_force, load.liquid_torque,  load.cloth_force,
-            load.cloth_torque, load.attached_force, load.attached_torque};
+    return {load.liquid_force,   load.liquid_torque,   load.cloth_force,   load.cloth_torque,
+            load.attached_force, load.attached_torque, load.contact_force, load.contact_torque};
   }
   void attach(Index cloth, const std::vector<Index>& nodes, Index body) {
     replace([&] { run_->attach(cloth, nodes, body); });

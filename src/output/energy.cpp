@@ -67,9 +67,10 @@ void add_bodies(const Model& model, const HostState& state, const Gravity& gravi
   for (std::size_t b = 0; b < model.bodies.size(); ++b) {
     const Body& body = model.bodies[b];
     if (!body.dynamic) continue;
-    const auto& q = state.body_orientation[b];
+    const Quaternion &q = state.body_orientation[b], &p = body.principal;
     const Vector3d spin =
-        Eigen::Quaterniond(q[0], q[1], q[2], q[3]).conjugate() * to_eigen(state.body_angular_velocity[b]);
+        (Eigen::Quaterniond(q[0], q[1], q[2], q[3]) * Eigen::Quaterniond(p[0], p[1], p[2], p[3])).conjugate() *
+        to_eigen(state.body_angular_velocity[b]);
     e.body_kinetic +=
         half_square(body.mass, state.body_velocity[b]) + 0.5 * spin.cwiseProduct(spin).dot(to_eigen(body.inertia));
     e.body_potential += body.mass * gravity(state.body_position[b]);

@@ -48,6 +48,8 @@ struct BodyLoad {
   Vec3 liquid_force{0, 0, 0}, liquid_torque{0, 0, 0};      ///< pressure and viscosity of the liquid
   Vec3 cloth_force{0, 0, 0}, cloth_torque{0, 0, 0};        ///< contact, friction and wet adhesion of cloth
   Vec3 attached_force{0, 0, 0}, attached_torque{0, 0, 0};  ///< of nodes that are attached to the body
+  Vec3 contact_force{0, 0, 0},
+      contact_torque{0, 0, 0};  ///< contact with other bodies, dynamic ones or of a dynamic one
 };
 
 /// What a step has done, in numbers. Each stage fills in its own part, and the pipeline `step`, `time` and `dt`. Where

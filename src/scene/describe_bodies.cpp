@@ -21,9 +21,16 @@ void describe_motion(Section& s, BodyScene& body) {
   s.boolean("commanded", body.commanded,
             "a program moves the body (Simulation.set_body_velocity); it stands still until then");
   s.boolean("dynamic", body.dynamic,
-            "moved by liquid and gravity: for spheres, and boxes that are not containers; only with `fluid`");
+            "moved by liquid, cloth, gravity and other bodies: for spheres, closed meshes, and boxes that are not "
+            "containers; only with `fluid`");
   s.saved_if(body.dynamic)
       .number("density", body.density, "[1, 30000]", "kg/m³", "density of a dynamic body; only with `dynamic: true`");
+  s.saved_if(body.dynamic).number("mass", body.mass, "[1e-6, 1e6]", "kg", "mass of a dynamic body; replaces `density`");
+  s.number("friction", body.friction, "[0, 10]", "1",
+           "friction coefficient between dynamic bodies and this one; of two bodies, √(μ₁ μ₂) counts");
+  s.number(
+      "restitution", body.restitution, "[0, 1]", "1",
+      "speed after an impact between dynamic bodies and this one over that before; of two bodies, √(e₁ e₂) counts");
   s.number("adhesion", body.adhesion, "[0, 10]", "N/m",
            "adhesion of liquid: work per unit area, σ (1 + cos θ) for a contact angle θ; 0 for dynamic and commanded "
            "bodies");
@@ -31,9 +38,13 @@ void describe_motion(Section& s, BodyScene& body) {
            "`no`: viscous liquid sticks to the surface; `free`: no friction; a number: slip length");
   s.check(body.dynamic || !s.has("density"), "density",
           "applies only to dynamic bodies; allowed: only with dynamic: true");
-  const bool can_float = body.kind == Kind::sphere || (body.kind == Kind::box && !body.inside);
-  s.not_available(body.dynamic && !can_float, "dynamic", "a dynamic plane, mesh or container",
-                  "false, or a sphere or a box that is not a container");
+  s.check(body.dynamic || !s.has("mass"), "mass", "applies only to dynamic bodies; allowed: only with dynamic: true");
+  s.check(!s.has("density") || !s.has("mass"), "mass",
+          "cannot be combined with density; allowed: exactly one of the two");
+  const bool can_float = body.kind != Kind::plane && !body.inside && body.sequence.files.empty();
+  s.not_available(body.dynamic && !can_float, "dynamic",
+                  "a dynamic plane, container, thin vessel or mesh with a sequence",
+                  "false, or a sphere, a box or a closed mesh without inside: true");
   check_offset(s, body.offset, 0);
   const bool moves = body.dynamic || !body.velocity.is_zero() || !body.offset.is_zero() ||
                      !body.spin.degrees_per_second.is_zero() || !body.sequence.files.empty();

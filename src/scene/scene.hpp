@@ -271,14 +271,17 @@ struct BodyScene {
   Vec3 rotate_axis{1, 0, 0};        // a mesh is turned first, about its file's origin, then moved
   double rotate_degrees = 0.0;      // °
   // Prescribed motion, without end; of a dynamic body, how it starts.
-  Keyed<Vec3> velocity;    // m/s
-  Keyed<Vec3> offset;      // m; added to where `velocity` brings it; 0 at the start
-  SpinScene spin;          // about the centre: of the box, the sphere or the mesh's bounding box; a plane's point
-  bool commanded = false;  // a program moves it; stands still until then
-  bool dynamic = false;    // sphere and box (not inside): floats and sinks, pushed by the liquid and by gravity
-  double density = 500.0;  // kg/m³, of a dynamic body
-  double adhesion = 0;     // N/m; work per area that separates the liquid from the body
-  double slip = 0;         // m; slip length b, 0: none, inf: free
+  Keyed<Vec3> velocity;        // m/s
+  Keyed<Vec3> offset;          // m; added to where `velocity` brings it; 0 at the start
+  SpinScene spin;              // about the centre: of the box, the sphere or the mesh's bounding box; a plane's point
+  bool commanded = false;      // a program moves it; stands still until then
+  bool dynamic = false;        // floats and sinks, pushed by the liquid, cloth, gravity and other bodies
+  double density = 500.0;      // kg/m³, of a dynamic body
+  std::optional<double> mass;  // kg, of a dynamic body; replaces the density
+  double friction = 0.5;       // μ, against other bodies
+  double restitution = 0;      // 1, against other bodies
+  double adhesion = 0;         // N/m; work per area that separates the liquid from the body
+  double slip = 0;             // m; slip length b, 0: none, inf: free
 
   bool operator==(const BodyScene&) const = default;
 };

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -76,8 +77,57 @@ double signed_distance(const Body& body, const Vec3& x, Vec3& normal) {
 
 namespace {
 
+/// Volume (m³), centre and second moments ∫ x xᵀ dV about it (m⁵) of a closed mesh.
+struct MeshMoments {
+  double volume = 0;
+  Eigen::Vector3d center = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d second = Eigen::Matrix3d::Zero();
+};
+
+MeshMoments moments_of(const Body& body) {
+  const Eigen::Vector3d origin = to_eigen(body.center);
+  MeshMoments sum;
+  Eigen::Vector3d first = Eigen::Vector3d::Zero();
+  for (const auto& t : body.mesh_triangles) {  // tetrahedra to the origin
+    Eigen::Matrix3d x;
+    for (int k = 0; k < 3; ++k) x.col(k) = to_eigen(body.mesh_points[static_cast<std::size_t>(t[k])]) - origin;
+    const double volume = x.determinant() / 6;
+    const Eigen::Vector3d corners = x.rowwise().sum();
+    sum.volume += volume;
+    first += volume / 4 * corners;
+    sum.second += volume / 20 * (x * x.transpose() + corners * corners.transpose());
+  }
+  const Eigen::Vector3d middle = first / sum.volume;
+  sum.second -= sum.volume * middle * middle.transpose();
+  sum.center = origin + middle;
+  return sum;
+}
+
+/// Of a homogeneous closed mesh, which from now on turns about its centre of mass.
+void weigh_mesh(Body& body, double density, const std::optional<double>& mass, const std::string& name) {
+  if (!bounds_solid(body.mesh_triangles))
+    throw SetupError(name + ": a mesh that encloses no volume cannot be dynamic; allowed: a closed mesh");
+  const MeshMoments moments = moments_of(body);
+  if (!(moments.volume > 1e-9 * std::pow(body.reach, 3)))
+    throw SetupError(fmt::format(
+        "{}: its mesh encloses {:.2g} m³, too little for a dynamic body; allowed: a mesh that encloses a volume", name,
+        moments.volume));
+  body.center = to_vec3(moments.center);
+  body.reach = 0;
+  for (const Vec3& x : body.mesh_points) body.reach = std::max(body.reach, (to_eigen(x) - moments.center).norm());
+  const double rho = mass ? *mass / moments.volume : density;
+  body.mass = rho * moments.volume;
+  const Eigen::Matrix3d inertia = rho * (moments.second.trace() * Eigen::Matrix3d::Identity() - moments.second);
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(inertia);
+  Eigen::Matrix3d turn = axes.eigenvectors();
+  if (turn.determinant() < 0) turn.col(0) *= -1;
+  const Eigen::Quaterniond q(turn);
+  body.principal = {q.w(), q.x(), q.y(), q.z()};
+  body.inertia = to_vec3(axes.eigenvalues());
+}
+
 /// Mass and principal moments of inertia of a homogeneous sphere or box.
-void weigh(Body& body, double density) {
+void weigh_shape(Body& body, double density) {
   if (body.kind == BodyScene::Kind::sphere) {
     body.mass = density * 4 / 3 * std::numbers::pi * std::pow(body.radius, 3);
     body.inertia.fill(0.4 * body.mass * body.radius * body.radius);
@@ -86,6 +136,14 @@ void weigh(Body& body, double density) {
   const Eigen::Vector3d size = to_eigen(body.box.max) - to_eigen(body.box.min);
   body.mass = density * size.prod();
   for (int a = 0; a < 3; ++a) body.inertia[a] = body.mass / 12 * (size.squaredNorm() - size[a] * size[a]);
+}
+
+void weigh(Body& body, const BodyScene& scene, const std::string& name) {
+  if (body.kind == BodyScene::Kind::mesh) return weigh_mesh(body, scene.density, scene.mass, name);
+  weigh_shape(body, scene.density);
+  if (!scene.mass) return;
+  for (double& i : body.inertia) i *= *scene.mass / body.mass;
+  body.mass = *scene.mass;
 }
 
 /// The value without keys if it is 0 at each of them, so that a body has keys only if it moves.
@@ -218,7 +276,9 @@ Body make_body(const BodyScene& scene, const std::string& scene_path, const std:
                      ": a mesh with inside: true cannot deform; allowed: no inside, or a mesh that moves rigidly");
   body.commanded = scene.commanded;
   body.dynamic = scene.dynamic;
-  if (scene.dynamic) weigh(body, scene.density);
+  body.friction = scene.friction;
+  body.restitution = scene.restitution;
+  if (scene.dynamic) weigh(body, scene, name);
   if (warnings) warnings->insert(warnings->end(), lines.begin(), lines.end());
   return body;
 }

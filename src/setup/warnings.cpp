@@ -79,8 +79,19 @@ void warn_of_coarse_bodies(const Model& m, Lines& lines) {
   }
 }
 
-/// A floating body that starts in a solid (its centre, or a box's corners: src/stages/bodies.hpp, law 2) is stopped at
-/// once, and lifted by the energy (J) that the message names.
+/// Points on the surface of a dynamic body, or a sphere's centre.
+std::vector<Vec3> feelers_of(const Body& body) {
+  if (body.kind == BodyScene::Kind::sphere) return {body.center};
+  if (body.kind == BodyScene::Kind::mesh) return body.mesh_points;
+  std::vector<Vec3> corners;
+  for (std::size_t corner = 0; corner < 8; ++corner) {
+    Vec3& x = corners.emplace_back();
+    for (std::size_t a = 0; a < 3; ++a) x[a] = (corner >> a & 1 ? body.box.max : body.box.min)[a];
+  }
+  return corners;
+}
+
+/// A floating body that starts in a solid is pushed out of it and lifted by the energy (J) that the message names.
 void warn_of_bodies_in_solids(const Model& m, Lines& lines) {
   for (std::size_t b = 0; b < m.bodies.size(); ++b) {
     const Body& body = m.bodies[b];
@@ -91,10 +102,8 @@ void warn_of_bodies_in_solids(const Model& m, Lines& lines) {
       if (solid.dynamic || (solid.kind == BodyScene::Kind::mesh && solid.field.empty())) continue;
       double depth = 0;
       Vec3 deepest{0, 0, 0};  // the normal there
-      for (std::size_t corner = 0; corner < (ball ? 1 : 8); ++corner) {
-        Vec3 x = body.center, normal;
-        if (!ball)
-          for (std::size_t a = 0; a < 3; ++a) x[a] = (corner >> a & 1 ? body.box.max : body.box.min)[a];
+      for (const Vec3& x : feelers_of(body)) {
+        Vec3 normal;
         const double inside = (ball ? body.radius : 0) - signed_distance(solid, x, normal);
         if (inside > depth) {
           depth = inside;

@@ -49,7 +49,9 @@ struct Body {
   // the shape at t = 0
   Box box;
   bool inside = false;
-  Vec3 center{0, 0, 0};  // m: of a box, sphere or mesh's bounding box; a plane's point. Bodies turn about it
+  // m: of a box, sphere or mesh's bounding box; of a dynamic mesh, its centre of mass; a plane's point. Bodies turn
+  // about it
+  Vec3 center{0, 0, 0};
   double radius = 0;
   Vec3 point{0, 0, 0};
   Vec3 normal{0, 1, 0};
@@ -72,8 +74,10 @@ struct Body {
   Vec3 middle{0, 0, 0};
   bool slides = false;
   bool dynamic = false;
-  double mass = 0;        // kg; 0 unless dynamic
-  Vec3 inertia{0, 0, 0};  // kg m²: about the centre and the axes of t = 0, which are principal ones
+  double mass = 0;                       // kg; 0 unless dynamic
+  Vec3 inertia{0, 0, 0};                 // kg m²: about the centre and the principal axes
+  Quaternion principal{1, 0, 0, 0};      // turns the axes of t = 0 to the principal ones
+  double friction = 0, restitution = 0;  // 1: against other bodies
   Index first_sample = 0, sample_count = 0;
   std::vector<Vec3> mesh_points;  // m, at t = 0, for the picture; empty but for meshes
   std::vector<std::array<Index, 3>> mesh_triangles;

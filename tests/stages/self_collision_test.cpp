@@ -173,7 +173,8 @@ TEST(self_collision, zones_that_grow_into_each_other_agree_with_the_reference) {
 TEST(self_collision, zones_of_heavy_and_fast_sheets_agree_with_the_reference) {
   std::string heavy = with(two_sheets, "thickness: 0.004", "thickness: 0.004\n    areal_density: 900");
   heavy = with(heavy, "thickness: 0.002", "thickness: 0.002\n    areal_density: 700");
-  heavy = with(heavy, "domain: {min: [-1, -1, -1], max: [1, 1, 1]}", R"(domain: {min: [-0.2, -0.2, -0.2], max: [0.2, 0.2, 0.2]}
+  heavy = with(heavy, "domain: {min: [-1, -1, -1], max: [1, 1, 1]}",
+               R"(domain: {min: [-0.2, -0.2, -0.2], max: [0.2, 0.2, 0.2]}
 fluid: {spacing: 0.001, sources: [{block: {min: [0, 0.1, 0], max: [0.002, 0.102, 0.002]}}]})");
   compare_stage(thrown(30, heavy));
 }

@@ -2,76 +2,66 @@
 
 #include "bodies/bodies.hpp"
 
-#include "bodies/contact.hpp"
 #include "bodies/deforming_body.hpp"
+#include "core/host_copy.hpp"
 
 namespace drench::kokkos_backend {
 namespace {
 
-constexpr int sweeps = 3;  // over the contacts of a dynamic body
-
-/// Moves a dynamic body out of a solid that it has entered by −`phi` (m) at the point p, and takes its velocity into
-/// it.
-KOKKOS_INLINE_FUNCTION void stop_at(RigidState& s, const RigidBody& body, const Double3& p, double phi,
-                                    const Double3& n, const Double3& surface) {
-  const Double3 arm = minus(p, s.position);
-  s.position = add(s.position, times(-phi, n));
-  const double inward = inner(minus(add(s.velocity, outer(s.spin, arm)), surface), n);
-  if (!(inward < 0)) return;
-  const Double3 lever = outer(arm, n), answer = over_inertia(body, s.orientation, lever);
-  const double impulse = -inward / (body.inverse_mass + inner(lever, answer));  // kg m/s
-  s.velocity = add(s.velocity, times(impulse * body.inverse_mass, n));
-  s.spin = add(s.spin, times(impulse, answer));
+/// What is prescribed for a body at time t (s) without keys.
+KOKKOS_INLINE_FUNCTION RigidState steady(const RigidBody& body, double t) {
+  return {add(body.rest_center, times(t, body.rest_velocity)), body.rest_velocity, body.rest_spin,
+          rotation_by(times(t, body.rest_spin))};
 }
 
-/// A dynamic sphere or box against one solid.
-KOKKOS_INLINE_FUNCTION void stop_at_solid(RigidState& s, const RigidBody& body, const Solid& solid) {
-  const bool sphere = body.kind == 1;
-  for (int corner = 0; corner < (sphere ? 1 : 8); ++corner) {
-    Double3 p = s.position;
-    if (!sphere)
-      p = add(p,
-              rotate(s.orientation, {corner & 1 ? body.half.x : -body.half.x, corner & 2 ? body.half.y : -body.half.y,
-                                     corner & 4 ? body.half.z : -body.half.z}));
-    const SolidDistance at = solid_distance(solid, narrow(p), Real3{});
-    const Double3 n = widen(at.normal);
-    const double phi = double(at.phi) - (sphere ? body.radius : 0.0);
-    if (!(phi < 0)) continue;
-    if (sphere) p = minus(p, times(body.radius, n));
-    stop_at(s, body, p, phi, n, widen(surface_velocity(solid, narrow(p), Real3{})));
+Vec3 plain(const Double3& a) { return {a.x, a.y, a.z}; }
+RigidMotion plain(const RigidState& s) {
+  return {plain(s.position),
+          plain(s.velocity),
+          plain(s.spin),
+          {s.orientation.w, s.orientation.x, s.orientation.y, s.orientation.z}};
+}
+RigidState state_of(const RigidMotion& m) {
+  return {to_double(m.position),
+          to_double(m.velocity),
+          to_double(m.spin),
+          {m.orientation[0], m.orientation[1], m.orientation[2], m.orientation[3]}};
+}
+
+/// Where a body is dynamic: on the host, with contacts.
+void move_dynamic_bodies(Bodies& bodies, double t, double dt) {
+  const std::vector<RigidState> start = to_host<RigidState>(bodies.state, bodies.count);
+  std::vector<RigidState> keyed, end = start;
+  if (bodies.keyed.extent(0) > 0) keyed = to_host<RigidState>(bodies.keyed, bodies.count);
+  std::vector<RigidMotion> motion;
+  for (const RigidState& s : start) motion.push_back(plain(s));
+  const std::vector<ContactImpulse> contacts = bodies.contacts->advance(motion, dt);
+  for (std::size_t b = 0; b < end.size(); ++b) {
+    const RigidBody& body = bodies.constant_on_host[b];
+    bodies.given_by_bodies.push_back({to_double(contacts[b].impulse), to_double(contacts[b].turning)});
+    if (!body.moves) continue;
+    if (!body.dynamic) {
+      end[b] = body.keyed ? keyed[b] : steady(body, t);
+      continue;
+    }
+    RigidState& s = end[b];
+    if (contacts[b].touched) s = state_of(motion[b]);
+    const Double3 momentum = times_inertia(body, start[b].orientation, s.spin);
+    if (!contacts[b].touched) s = moved(s, dt);
+    s.spin = over_inertia(body, s.orientation, momentum);
   }
+  copy_to_device<RigidState>(bodies.state, end);
 }
 
 void move_bodies(Bodies& bodies, double t, double dt) {
+  if (bodies.contacts) return move_dynamic_bodies(bodies, t, dt);
   const Entries<const RigidBody> constant = std::as_const(bodies).constant;
-  const Entries<const Solid> solids = std::as_const(bodies).solids;
   const Entries<const RigidState> keyed = bodies.keyed;
   const Entries<RigidState> state = bodies.state;
-  const Index count = bodies.count;
   parallel(
-      "drench::bodies::motion", count, KOKKOS_LAMBDA(const Index b) {
+      "drench::bodies::motion", bodies.count, KOKKOS_LAMBDA(const Index b) {
         const RigidBody& body = constant(b);
-        RigidState s = state(b);
-        if (!body.moves) return;
-        if (body.keyed) {
-          state(b) = keyed(b);
-          return;
-        }
-        if (!body.dynamic) {
-          s.position = add(body.rest_center, times(t, body.rest_velocity));
-          s.orientation = rotation_by(times(t, body.rest_spin));
-          s.velocity = body.rest_velocity;
-          s.spin = body.rest_spin;
-          state(b) = s;
-          return;
-        }
-        const Double3 momentum = times_inertia(body, s.orientation, s.spin);
-        s = moved(s, dt);
-        s.spin = over_inertia(body, s.orientation, momentum);
-        for (int sweep = 0; sweep < sweeps; ++sweep)
-          for (Index other = 0; other < count; ++other)
-            if (!constant(other).dynamic) stop_at_solid(s, body, solids(other));
-        state(b) = s;
+        if (body.moves) state(b) = body.keyed ? keyed(b) : steady(body, t);
       });
 }
 

@@ -10,6 +10,7 @@
 #include "core/constants.hpp"
 #include "core/neighbor_list.hpp"
 #include "pipeline/backend.hpp"
+#include "state/rigid_contacts.hpp"
 
 namespace drench::kokkos_backend {
 
@@ -92,6 +93,8 @@ struct Bodies {
   DynamicSamples dynamic;
   std::vector<std::shared_ptr<DeformingBody>> deforming;  // those that change their shape (deforming_body.hpp)
   std::vector<Wrench> given_by_cloth, given_by_liquid;    // a body: impulses of the step so far, in addition to those
+  std::vector<Wrench> given_by_bodies;                    // the same of contacts; empty before stage bodies
+  std::shared_ptr<RigidContacts> contacts;                // null unless a body is dynamic
   Version moved;
   Cached<CellTable> cells;  // of the boundary samples
 

@@ -49,7 +49,8 @@ struct RigidBody {
   Double3 rest_center;                      // m
   Double3 rest_velocity, rest_spin;         // m/s, rad/s: the prescribed ones
   double inverse_mass;                      // 1/kg; 0 unless dynamic
-  Double3 inertia, inverse_inertia;         // kg m², about the axes of t = 0; 0 unless dynamic
+  Double3 inertia, inverse_inertia;         // kg m², about the principal axes; 0 unless dynamic
+  Quaternion principal;                     // turns the axes of t = 0 to the principal ones
   Double3 half;                             // m: a box's half edges
   double radius;                            // m: a sphere's
   double reach;                             // m
@@ -68,14 +69,15 @@ KOKKOS_INLINE_FUNCTION RigidState moved(const RigidState& s, double dt) {
 
 /// I⁻¹ v in the world's axes.
 KOKKOS_INLINE_FUNCTION Double3 over_inertia(const RigidBody& body, const Quaternion& q, const Double3& v) {
-  const Double3 own = rotate_back(q, v);
+  const Double3 own = rotate_back(body.principal, rotate_back(q, v));
   const Double3& i = body.inverse_inertia;
-  return rotate(q, {i.x * own.x, i.y * own.y, i.z * own.z});
+  return rotate(q, rotate(body.principal, {i.x * own.x, i.y * own.y, i.z * own.z}));
 }
 /// I v in the world's axes.
 KOKKOS_INLINE_FUNCTION Double3 times_inertia(const RigidBody& body, const Quaternion& q, const Double3& v) {
-  const Double3 own = rotate_back(q, v);
-  return rotate(q, {body.inertia.x * own.x, body.inertia.y * own.y, body.inertia.z * own.z});
+  const Double3 own = rotate_back(body.principal, rotate_back(q, v));
+  const Double3& i = body.inertia;
+  return rotate(q, rotate(body.principal, {i.x * own.x, i.y * own.y, i.z * own.z}));
 }
 
 /// Force (N) and torque about the centre (N m).

@@ -67,6 +67,7 @@ RigidBody constant_of(const Body& b) {
   c.inverse_mass = b.dynamic ? 1 / b.mass : 0;
   c.inertia = to_double(b.inertia);
   c.inverse_inertia = inverse(b.inertia);
+  c.principal = {b.principal[0], b.principal[1], b.principal[2], b.principal[3]};
   c.half = times(0.5, minus(to_double(b.box.max), to_double(b.box.min)));
   c.radius = b.radius;
   c.reach = b.reach;
@@ -110,6 +111,7 @@ void make_bodies(const Model& m, Bodies& bodies) {
   bodies.constant = to_device<RigidBody>("drench::body_constant", constants);
   bodies.constant_on_host = constants;
   make_dynamic_samples(bodies.dynamic, sample, owner, constants.size());
+  if (m.has_dynamic_body()) bodies.contacts = std::make_shared<RigidContacts>(m);
 }
 
 }  // namespace
@@ -316,6 +318,7 @@ void take_applied(const Constants& constants, Bodies& bodies) {
 void clear_given(Bodies& bodies) {
   bodies.given_by_cloth.clear();
   bodies.given_by_liquid.clear();
+  bodies.given_by_bodies.clear();
   if (bodies.dynamic.count == 0) return;
   const Entries<Wrench> given = bodies.dynamic.given;
   parallel(
@@ -339,6 +342,10 @@ std::vector<std::optional<BodyLoad>> body_loads(const Constants& constants, cons
     if (!(dt > 0)) continue;
     load.liquid_force = plain(times(1 / dt, given[b].force));
     load.liquid_torque = plain(times(1 / dt, given[b].torque));
+    if (!bodies.given_by_bodies.empty()) {
+      load.contact_force = plain(times(1 / dt, bodies.given_by_bodies[b].force));
+      load.contact_torque = plain(times(1 / dt, bodies.given_by_bodies[b].torque));
+    }
     if (bodies.given_by_cloth.empty()) continue;
     load.cloth_force = plain(times(1 / dt, bodies.given_by_cloth[b].force));
     load.cloth_torque = plain(times(1 / dt, bodies.given_by_cloth[b].torque));

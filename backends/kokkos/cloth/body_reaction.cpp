@@ -27,9 +27,8 @@ struct NodePushes {
     const NodeTerms t = system.terms(n);
     const Real3 whole = system.residual(n, shift);
     Real3 left = whole;
-    const NodeContact<> c =
-        system.contact(t, shift(n), left, t.compression,
-                       [&](const std::size_t solid, const Real3& force) { push(solid, n, force); });
+    const NodeContact<> c = system.contact(t, shift(n), left, t.compression,
+                                           [&](const std::size_t solid, const Real3& force) { push(solid, n, force); });
     if (!(c.press > 0)) return;
     // Friction, shared by the solids as they press.
     const Real3 friction = left - system.unbalanced(t, shift(n), whole);

@@ -227,7 +227,7 @@ struct VoteOnSides {
 };
 
 constexpr double impulse_part = 0x1p-47;  // unit of impulses, of the heaviest node's mass · 1 m/s
-constexpr double longest_lever = 2;  // a node's way over the gap that it opens: docs/theory/contacts.md, (5a)
+constexpr double longest_lever = 2;       // a node's way over the gap that it opens: docs/theory/contacts.md, (5a)
 
 /// Law 3: is a pair in contact, and how?
 struct FindContact {

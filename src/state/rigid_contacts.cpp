@@ -1,0 +1,275 @@
+#include "state/rigid_contacts.hpp"
+
+#include <BulletCollision/Gimpact/btGImpactCollisionAlgorithm.h>
+#include <BulletCollision/Gimpact/btGImpactShape.h>
+#include <LinearMath/btConvexHullComputer.h>
+#include <btBulletDynamicsCommon.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "base/eigen_vec.hpp"
+
+namespace drench {
+namespace {
+
+using Eigen::Vector3d;
+
+// Bullet's tolerances suit bodies of a unit's size and mass, so lengths are divided by the reach of the smallest dynamic
+// body, masses by the least.
+constexpr double margin = 1e-3;            // of that reach: how far surfaces stay apart
+constexpr int iterations = 50;             // without the last step's impulses, which a checkpoint would have to keep
+constexpr int most_corners = 256;          // of a hull whose faces are clipped against others
+constexpr double convex_excess = 0.01;     // of the volume, between a mesh and its hull
+
+btVector3 bullet(const Vector3d& v) { return {v[0], v[1], v[2]}; }
+Vector3d eigen(const btVector3& v) { return {v.x(), v.y(), v.z()}; }
+Eigen::Quaterniond eigen(const Quaternion& q) { return {q[0], q[1], q[2], q[3]}; }
+
+double volume_of(const std::vector<Vector3d>& points, const std::vector<std::array<Index, 3>>& triangles) {
+  double volume = 0;
+  for (const auto& t : triangles) {
+    const auto at = [&](int k) -> const Vector3d& { return points[static_cast<std::size_t>(t[static_cast<std::size_t>(k)])]; };
+    volume += at(0).dot(at(1).cross(at(2))) / 6;
+  }
+  return volume;
+}
+
+/// The corners of the convex hull, and its volume.
+std::vector<Vector3d> hull_of(const std::vector<Vector3d>& points, double& volume) {
+  btConvexHullComputer hull;
+  hull.compute(points.front().data(), sizeof(Vector3d), static_cast<int>(points.size()), 0, 0);
+  std::vector<Vector3d> corners;
+  for (int i = 0; i < hull.vertices.size(); ++i) corners.push_back(eigen(hull.vertices[i]));
+  volume = 0;
+  for (int f = 0; f < hull.faces.size(); ++f) {
+    const btConvexHullComputer::Edge* const first = &hull.edges[hull.faces[f]];
+    const Vector3d& a = corners[static_cast<std::size_t>(first->getSourceVertex())];
+    for (auto* e = first->getNextEdgeOfFace(); e != first; e = e->getNextEdgeOfFace()) {
+      const Vector3d&b = corners[static_cast<std::size_t>(e->getSourceVertex())],
+            &c = corners[static_cast<std::size_t>(e->getTargetVertex())];
+      volume += a.dot(b.cross(c)) / 6;
+    }
+  }
+  volume = std::abs(volume);
+  return corners;
+}
+
+btDefaultCollisionConstructionInfo small_pools() {
+  btDefaultCollisionConstructionInfo info;
+  info.m_defaultMaxPersistentManifoldPoolSize = info.m_defaultMaxCollisionAlgorithmPoolSize = 64;
+  return info;
+}
+
+}  // namespace
+
+struct RigidContacts::World {
+  /// What a shape needs beside itself.
+  struct Mesh {
+    std::vector<Vector3d> points;
+    std::vector<std::array<Index, 3>> triangles;
+    std::unique_ptr<btTriangleIndexVertexArray> arrays;
+  };
+
+  explicit World(const Model& model)
+      : extent_((to_eigen(model.scene.domain.max) - to_eigen(model.scene.domain.min)).norm()) {
+    configuration_.setConvexConvexMultipointIterations(3, 3);
+    btGImpactCollisionAlgorithm::registerAlgorithm(&dispatcher_);
+    double reach = 1e300, mass = 1e300;
+    for (const Body& b : model.bodies) {
+      if (!b.dynamic) continue;
+      reach = std::min(reach, b.reach);
+      mass = std::min(mass, b.mass);
+    }
+    per_m_ = 1 / reach;
+    per_kg_ = 1 / mass;
+    world_.setGravity({0, 0, 0});
+    world_.getDispatchInfo().m_deterministicOverlappingPairs = true;
+    btContactSolverInfo& solver = world_.getSolverInfo();
+    solver.m_numIterations = iterations;
+    solver.m_splitImpulse = 1;
+    solver.m_splitImpulsePenetrationThreshold = 1e30;  // ways out of other bodies never become velocities
+    solver.m_restitutionVelocityThreshold = 0;
+    solver.m_solverMode |= SOLVER_USE_2_FRICTION_DIRECTIONS;
+    for (const Body& b : model.bodies) add(b);
+  }
+
+  std::vector<ContactImpulse> advance(std::vector<RigidMotion>& motion, double dt) {
+    for (std::size_t b = 0; b < bodies_.size(); ++b)
+      if (bodies_[b]) place(b, motion[b], dt);
+    world_.stepSimulation(dt, 0);
+    std::vector<ContactImpulse> contacts(bodies_.size());
+    for (int k = 0; k < dispatcher_.getNumManifolds(); ++k) add_impulses(*dispatcher_.getManifoldByIndexInternal(k), motion, contacts);
+    for (std::size_t b = 0; b < bodies_.size(); ++b)
+      if (bodies_[b] && constant_[b]->dynamic && contacts[b].touched) motion[b] = motion_of(b);
+    for (const auto& body : bodies_)
+      if (body) world_.removeRigidBody(body.get());
+    broadphase_.resetPool(&dispatcher_);
+    solver_.reset();
+    return contacts;
+  }
+
+ private:
+  void add(const Body& b) {
+    constant_.push_back(&b);
+    btCollisionShape* const shape = b.deforms() ? nullptr : shape_of(b);
+    bodies_.emplace_back();
+    if (shape == nullptr) return;
+    btVector3 inertia(0, 0, 0);
+    if (b.dynamic) inertia = bullet(per_kg_ * per_m_ * per_m_ * to_eigen(b.inertia));
+    btRigidBody::btRigidBodyConstructionInfo info(b.dynamic ? per_kg_ * b.mass : 0, nullptr, shape, inertia);
+    info.m_friction = std::sqrt(b.friction);  // Bullet multiplies those of two bodies
+    info.m_restitution = std::sqrt(b.restitution);
+    info.m_linearDamping = info.m_angularDamping = 0;
+    auto body = std::make_unique<btRigidBody>(info);
+    if (!b.dynamic) body->setCollisionFlags(btCollisionObject::CF_KINEMATIC_OBJECT);
+    body->setActivationState(DISABLE_DEACTIVATION);
+    body->setUserIndex(static_cast<int>(bodies_.size()) - 1);
+    if (b.dynamic && shape->isConvex()) {  // fast ones do not pass through thin ones
+      btVector3 low, high;
+      shape->getAabb(btTransform::getIdentity(), low, high);
+      const double inner = 0.25 * std::min({high.x() - low.x(), high.y() - low.y(), high.z() - low.z()});
+      body->setCcdMotionThreshold(inner);
+      body->setCcdSweptSphereRadius(inner);
+    }
+    bodies_.back() = std::move(body);
+  }
+
+  btCollisionShape* keep(std::unique_ptr<btCollisionShape> shape) {
+    shape->setMargin(margin);
+    shapes_.push_back(std::move(shape));
+    return shapes_.back().get();
+  }
+  btCollisionShape* box(const Vector3d& half) {
+    auto shape = std::make_unique<btBoxShape>(bullet(half));
+    shape->initializePolyhedralFeatures();
+    return keep(std::move(shape));
+  }
+
+  /// About the body's centre, along its principal axes.
+  btCollisionShape* shape_of(const Body& b) {
+    const double far = per_m_ * extent_;
+    const auto from_center = [&](const Vec3& x) -> Vector3d { return per_m_ * (to_eigen(x) - to_eigen(b.center)); };
+    switch (b.kind) {
+      case BodyScene::Kind::sphere:
+        return keep(std::make_unique<btSphereShape>(per_m_ * b.radius));
+      case BodyScene::Kind::box: {
+        const Vector3d half = 0.5 * per_m_ * (to_eigen(b.box.max) - to_eigen(b.box.min));
+        if (!b.inside) return box(half);
+        auto walls = std::make_unique<btCompoundShape>();
+        for (int axis = 0; axis < 3; ++axis)
+          for (const double side : {-1.0, 1.0}) {
+            Vector3d size = half + Vector3d::Constant(far), at = Vector3d::Zero();
+            size[axis] = far;
+            at[axis] = side * (half[axis] + far);
+            walls->addChildShape(btTransform(btQuaternion::getIdentity(), bullet(at)), box(size));
+          }
+        return keep(std::move(walls));
+      }
+      case BodyScene::Kind::plane: {
+        auto half_space = std::make_unique<btCompoundShape>();
+        const auto turn = Eigen::Quaterniond::FromTwoVectors(Vector3d::UnitY(), to_eigen(b.normal));
+        half_space->addChildShape(btTransform(btQuaternion(turn.x(), turn.y(), turn.z(), turn.w()),
+                                              bullet(-far * to_eigen(b.normal))),
+                                  box(Vector3d::Constant(far)));
+        return keep(std::move(half_space));
+      }
+      case BodyScene::Kind::mesh:
+        break;
+    }
+    auto& mesh = *meshes_.emplace_back(std::make_unique<Mesh>());
+    const Eigen::Quaterniond own = eigen(b.principal).conjugate();
+    for (const Vec3& x : b.mesh_points) mesh.points.push_back(own * from_center(x));
+    mesh.triangles = b.mesh_triangles;
+    if (mesh.triangles.empty()) return nullptr;
+    if (!b.field.empty() || b.dynamic) {  // closed
+      double hull_volume = 0;
+      const std::vector<Vector3d> hull = hull_of(mesh.points, hull_volume);
+      if (hull_volume <= (1 + convex_excess) * volume_of(mesh.points, mesh.triangles)) {
+        auto shape = std::make_unique<btConvexHullShape>(hull.front().data(), static_cast<int>(hull.size()), sizeof(Vector3d));
+        if (hull.size() <= most_corners) shape->initializePolyhedralFeatures();
+        return keep(std::move(shape));
+      }
+    }
+    mesh.arrays = std::make_unique<btTriangleIndexVertexArray>(
+        static_cast<int>(mesh.triangles.size()), mesh.triangles.front().data(), static_cast<int>(sizeof(mesh.triangles[0])),
+        static_cast<int>(mesh.points.size()), mesh.points.front().data(), static_cast<int>(sizeof(Vector3d)));
+    if (!b.dynamic) return keep(std::make_unique<btBvhTriangleMeshShape>(mesh.arrays.get(), true));
+    auto shape = std::make_unique<btGImpactMeshShape>(mesh.arrays.get());
+    shape->setMargin(margin);
+    shape->updateBound();
+    return keep(std::move(shape));
+  }
+
+  void place(std::size_t b, const RigidMotion& m, double dt) {
+    btRigidBody& body = *bodies_[b];
+    const Eigen::Quaterniond turn = eigen(m.orientation) * eigen(constant_[b]->principal);
+    const btTransform at(btQuaternion(turn.x(), turn.y(), turn.z(), turn.w()).normalized(),
+                         bullet(per_m_ * to_eigen(m.position)));
+    const btVector3 velocity = bullet(per_m_ * to_eigen(m.velocity)), spin = bullet(to_eigen(m.spin));
+    body.setWorldTransform(at);
+    body.setInterpolationWorldTransform(at);
+    if (constant_[b]->dynamic) {
+      body.setLinearVelocity(velocity);
+      body.setAngularVelocity(spin);
+    } else {  // Bullet takes its velocity from where it was
+      btTransform before;
+      btTransformUtil::integrateTransform(at, -velocity, -spin, dt, before);
+      body.setInterpolationWorldTransform(before);
+    }
+    body.setInterpolationLinearVelocity(velocity);
+    body.setInterpolationAngularVelocity(spin);
+    body.clearForces();
+    world_.addRigidBody(&body);
+  }
+
+  RigidMotion motion_of(std::size_t b) const {
+    const btTransform& at = bodies_[b]->getWorldTransform();
+    const btQuaternion turn = at.getRotation();
+    const Eigen::Quaterniond own =
+        (Eigen::Quaterniond(turn.w(), turn.x(), turn.y(), turn.z()) * eigen(constant_[b]->principal).conjugate()).normalized();
+    return {to_vec3(eigen(at.getOrigin()) / per_m_), to_vec3(eigen(bodies_[b]->getLinearVelocity()) / per_m_),
+            to_vec3(eigen(bodies_[b]->getAngularVelocity())), {own.w(), own.x(), own.y(), own.z()}};
+  }
+
+  void add_impulses(const btPersistentManifold& manifold, const std::vector<RigidMotion>& motion,
+                    std::vector<ContactImpulse>& contacts) const {
+    const auto first = static_cast<std::size_t>(manifold.getBody0()->getUserIndex()),
+               second = static_cast<std::size_t>(manifold.getBody1()->getUserIndex());
+    for (int k = 0; k < manifold.getNumContacts(); ++k) {
+      const btManifoldPoint& p = manifold.getContactPoint(k);
+      if (p.m_appliedImpulse == 0 && p.getDistance() >= 0) continue;
+      const Vector3d at = eigen(p.getPositionWorldOnB()) / per_m_,
+                     impulse = eigen(p.m_appliedImpulse * p.m_normalWorldOnB + p.m_appliedImpulseLateral1 * p.m_lateralFrictionDir1 +
+                                     p.m_appliedImpulseLateral2 * p.m_lateralFrictionDir2) / (per_m_ * per_kg_);
+      for (const auto& [b, sign] : {std::pair{first, 1.0}, std::pair{second, -1.0}}) {
+        ContactImpulse& c = contacts[b];
+        c.touched = true;
+        c.impulse = to_vec3(to_eigen(c.impulse) + sign * impulse);
+        c.turning = to_vec3(to_eigen(c.turning) + sign * (at - to_eigen(motion[b].position)).cross(impulse));
+      }
+    }
+  }
+
+  double extent_, per_m_ = 1, per_kg_ = 1;
+  btDefaultCollisionConfiguration configuration_{small_pools()};
+  btCollisionDispatcher dispatcher_{&configuration_};
+  btDbvtBroadphase broadphase_;
+  btSequentialImpulseConstraintSolver solver_;
+  btDiscreteDynamicsWorld world_{&dispatcher_, &broadphase_, &solver_, &configuration_};
+  std::vector<std::unique_ptr<Mesh>> meshes_;
+  std::vector<std::unique_ptr<btCollisionShape>> shapes_;
+  std::vector<std::unique_ptr<btRigidBody>> bodies_;  // null: changes its shape, and has no contacts
+  std::vector<const Body*> constant_;
+};
+
+RigidContacts::RigidContacts(const Model& model) : world_(std::make_unique<World>(model)) {}
+RigidContacts::~RigidContacts() = default;
+
+std::vector<ContactImpulse> RigidContacts::advance(std::vector<RigidMotion>& motion, double dt) {
+  return world_->advance(motion, dt);
+}
+
+}  // namespace drench

@@ -1,0 +1,42 @@
+#pragma once
+// Contacts of dynamic bodies with each other and with all other bodies, by Bullet: docs/theory/bodies.md, Contact.
+
+#include <memory>
+#include <vector>
+
+#include "state/model.hpp"
+
+namespace drench {
+
+/// A body where it is, and how it moves: m, m/s, rad/s.
+struct RigidMotion {
+  Vec3 position{0, 0, 0}, velocity{0, 0, 0}, spin{0, 0, 0};
+  Quaternion orientation{1, 0, 0, 0};
+};
+
+/// What the other bodies did to one in a step.
+struct ContactImpulse {
+  bool touched = false;                       // was there any contact?
+  Vec3 impulse{0, 0, 0}, turning{0, 0, 0};    // kg m/s; kg m²/s, about the centre at the start of the step
+};
+
+class RigidContacts {
+ public:
+  /// Keeps a reference to the model's bodies. Half-spaces and the outsides of containers are solid as far as the domain
+  /// is wide.
+  explicit RigidContacts(const Model& model);
+  ~RigidContacts();
+  RigidContacts(const RigidContacts&) = delete;
+  RigidContacts& operator=(const RigidContacts&) = delete;
+
+  /// Over `dt` (s): dynamic bodies that touch something get the pose of the end of the step and their velocities after
+  /// contact; all others stay as given. `motion` of each body: its pose at the start of the step and its velocities,
+  /// of dynamic ones with all forces of the step in them. Nothing is kept from one step to the next.
+  std::vector<ContactImpulse> advance(std::vector<RigidMotion>& motion, double dt);
+
+ private:
+  struct World;
+  std::unique_ptr<World> world_;
+};
+
+}  // namespace drench
