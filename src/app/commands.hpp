@@ -73,14 +73,15 @@ struct ExportOptions {
 int export_command(const ExportOptions& options);
 
 struct ImportOptions {
-  std::string file;                   // .usd, .usda, .usdc, .usdz; .fbx, .gltf, .glb, .abc, .blend
+  std::string file;                   // .usd, .usda, .usdc, .usdz; .fbx, .gltf, .glb, .abc, .blend; .xml, .json
   std::optional<std::string> prim;    // the mesh; else the only one
   std::optional<std::string> output;  // a folder; else the file's name without its ending
   std::optional<double> fps;          // files a second; else the stage's time codes
 };
 
 /// Writes a mesh of another tool's file as PLY files for a scene's `sequence`, and prints what the scene says to use
-/// them. Throws ExportError: no such file, unknown ending. The process becomes Python with a script of tools/export.
+/// them; or writes a scene of libWetCloth (.xml) or SPlisHSPlasH (.json) as a scene. Throws ExportError: no such file,
+/// unknown ending. The process becomes Python with a script of tools/export.
 int import_command(const ImportOptions& options);
 
 struct ReportOptions {

@@ -14,6 +14,7 @@ namespace {
 
 constexpr std::array usd_endings{".usd", ".usda", ".usdc", ".usdz"};
 constexpr std::array blender_endings{".fbx", ".gltf", ".glb", ".abc", ".blend"};
+constexpr std::array scene_endings{".xml", ".json"};
 
 std::string ending_of(const std::string& file) {
   std::string ending = std::filesystem::path(file).extension().string();
@@ -35,6 +36,8 @@ Reader reader_of(const std::string& file) {
   std::error_code ignored;
   if (!std::filesystem::is_regular_file(file, ignored)) throw ExportError(fmt::format("{}: no such file", file));
   if (has_ending(file, blender_endings)) return {"read_blender.py", blender_python};
+  if (has_ending(file, scene_endings))
+    return {ending_of(file) == ".xml" ? "read_libwetcloth.py" : "read_splishsplash.py", any_python};
   return {"read_usd.py", usd_python};
 }
 
@@ -53,6 +56,9 @@ std::vector<std::string> words_of(const ImportOptions& options) {
 bool is_imported(const std::string& file) { return has_ending(file, usd_endings) || has_ending(file, blender_endings); }
 
 int import_command(const ImportOptions& options) {
+  if (has_ending(options.file, scene_endings) && (options.prim || options.fps))
+    throw ExportError(
+        fmt::format("{}: --{} applies to meshes, not to scenes", options.file, options.prim ? "prim" : "fps"));
   const Reader reader = reader_of(options.file);
   become_python(reader.script, words_of(options), reader.environment);
 }

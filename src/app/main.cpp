@@ -156,8 +156,10 @@ void add_export_options(CLI::App& command, drench::ExportOptions& options) {
 
 void add_import_options(CLI::App& command, drench::ImportOptions& options) {
   command
-      .add_option("FILE", options.file,
-                  "a USD file (.usd, .usda, .usdc, .usdz), or one that Blender reads (.fbx, .gltf, .glb, .abc, .blend)")
+      .add_option(
+          "FILE", options.file,
+          "a USD file (.usd, .usda, .usdc, .usdz), one that Blender reads (.fbx, .gltf, .glb, .abc, .blend), or a "
+          "scene of libWetCloth (.xml) or SPlisHSPlasH (.json)")
       ->required();
   command.add_option("--prim", options.prim,
                      "the mesh, or an object that contains only this mesh (default: the only mesh)");
@@ -172,7 +174,8 @@ void add_import_options(CLI::App& command, drench::ImportOptions& options) {
       "Examples:\n"
       "  drench import ladle.usdc\n"
       "  drench import walk.fbx --prim Body\n"
-      "  drench import shot.usda --prim /World/flag --fps 48 -o flag");
+      "  drench import shot.usda --prim /World/flag --fps 48 -o flag\n"
+      "  drench import splash_cloth_small.xml -o splash");
 }
 
 void add_report_options(CLI::App& command, drench::ReportOptions& options) {
@@ -246,7 +249,8 @@ CommandLine::CommandLine() {
   check_ = app_.add_subcommand("check", "check a scene; print its size, memory, steps and warnings");
   compare_ = app_.add_subcommand("compare", "compare the solver with the reference, stage by stage");
   export_ = app_.add_subcommand("export", "convert a run for other programs: USD, BGEO or PLY");
-  import_ = app_.add_subcommand("import", "convert a mesh of a USD, FBX, glTF, Alembic or Blender file for a scene");
+  import_ = app_.add_subcommand(
+      "import", "convert a mesh of a USD, FBX, glTF, Alembic or Blender file, or another program's scene");
   report_ = app_.add_subcommand("report", "write an HTML report of a run, or of two runs in comparison");
 #ifdef DRENCH_HAS_VIEW
   view_ = app_.add_subcommand("view", "show a run in a window, or write pictures of it");

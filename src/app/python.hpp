@@ -18,6 +18,8 @@ inline constexpr PythonEnvironment usd_python{
 inline constexpr PythonEnvironment blender_python{
     "DRENCH_BLENDER_PYTHON", ".deps/blender-venv",
     "run tools/setup blender, or name a Python that has bpy in DRENCH_BLENDER_PYTHON"};
+inline constexpr PythonEnvironment any_python{"DRENCH_PYTHON", ".deps/export-venv",
+                                              "install Python 3.9 or newer, or name one in DRENCH_PYTHON"};
 
 /// Becomes Python with a script of share/drench/export (in a build tree, tools/export) and these words. The interpreter
 /// is the one that the environment's variable names, then the one in its folder above the program, then python3.

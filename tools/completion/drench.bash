@@ -20,7 +20,7 @@ _drench() {
     compopt -o default 2>/dev/null || true  # files and folders
     [[ $before == "$command" || $command == report ]] || return 0  # report takes two folders
     case $command in
-      import) mapfile -t COMPREPLY < <(for kind in usd usda usdc usdz fbx gltf glb abc blend; do compgen -f -X "!*.$kind" -- "$word"; done) ;;
+      import) mapfile -t COMPREPLY < <(for kind in usd usda usdc usdz fbx gltf glb abc blend xml json; do compgen -f -X "!*.$kind" -- "$word"; done) ;;
       new) mapfile -t COMPREPLY < <(for kind in obj ply stl usd usda usdc usdz fbx gltf glb abc blend; do compgen -f -X "!*.$kind" -- "$word"; done) ;;
       export | report | view) mapfile -t COMPREPLY < <(compgen -d -- "$word") ;;
       *) mapfile -t COMPREPLY < <(compgen -f -X '!*.yaml' -- "$word") ;;
