@@ -231,6 +231,18 @@ class Liquid(Source):
 
 
 class Emitter(Source):
+    may_move = True  # animation that the program cannot follow is an error
+
+    def matrix_at(self, exporter):
+        return np.array(self.thing.evaluated_get(exporter.graph).matrix_world, np.float64)
+
+    def need_no_motion(self, exporter, frame, part, remedy):
+        """`part` of the matrix must be as at the first frame, because the program moves no emitter."""
+        moved = np.abs(self.matrix_at(exporter) - self.matrix)[part].max()
+        if moved > MOVED * max(1, np.abs(self.matrix[:3, 3]).max()):
+            raise Problem(f"'{self.thing.name}' moves at frame {frame}, but emitters stay where they are at the first "
+                          f"frame: {remedy}")
+
     def range(self):
         """Keys `start` and `end`, s, of an emitter with a limited range of frames."""
         if not self.own.use_emitter_range:
@@ -246,10 +258,10 @@ class Rain(Emitter):
     """Drops from the level rectangle that the object covers, at its highest point along gravity."""
 
     def first(self, exporter):
+        self.matrix = matrix = self.matrix_at(exporter)
         if self.thing.type == "MESH":
             low, high = exporter.mesh(self.thing).box()
         else:
-            matrix = np.array(self.thing.evaluated_get(exporter.graph).matrix_world, np.float64)
             size = self.thing.empty_display_size if self.thing.type == "EMPTY" else 1
             corners = exporter.unit * (size * np.array(CUBE) @ matrix[:3, :3].T + matrix[:3, 3])
             low, high = corners.min(0), corners.max(0)
@@ -263,28 +275,31 @@ class Rain(Emitter):
         self.rain = {"center": ((low + high) / 2).tolist(), "size": size.tolist(), "rate": number(self.own.emitter_rate),
                      "diameter": number(self.own.emitter_drop)}
 
+    def later(self, exporter, frame):
+        self.need_no_motion(exporter, frame, np.s_[:3], "remove the animation of its location, rotation and scale")
+        if number(self.thing.evaluated_get(exporter.graph).drench.emitter_rate) != self.rain["rate"]:
+            raise Problem(f"'{self.thing.name}' has another rate at frame {frame}, but the rate of rain is constant: "
+                          "remove its animation, or use several emitters with limited frames")
+
     @property
     def entry(self):
         return {"rain": {**self.rain, **self.range()}}
 
 
 class Nozzle(Emitter):
-    may_move = True  # its speed and its rotation may be animated
+    """Its speed and its rotation may be animated."""
 
     def first(self, exporter):
-        matrix = np.array(self.thing.evaluated_get(exporter.graph).matrix_world, np.float64)
-        self.matrix, self.center = matrix, exporter.unit * matrix[:3, 3]
+        self.matrix = matrix = self.matrix_at(exporter)
+        self.center = exporter.unit * matrix[:3, 3]
         radius = number(exporter.unit * self.own.emitter_radius)
         self.box = self.center - radius, self.center + radius
         self.radius, self.times = radius, exporter.times
         self.velocities = [self._velocity(exporter, matrix)]
 
     def later(self, exporter, frame):
-        matrix = np.array(self.thing.evaluated_get(exporter.graph).matrix_world)
-        if np.abs(matrix - self.matrix)[:3, 3].max() > MOVED * max(1, np.abs(self.matrix[:3, 3]).max()):
-            raise Problem(f"'{self.thing.name}' moves at frame {frame}, but emitters stay where they are at the first "
-                          "frame: remove the animation of its location; rotation is possible")
-        self.velocities.append(self._velocity(exporter, matrix))
+        self.need_no_motion(exporter, frame, np.s_[:3, 3], "remove the animation of its location; rotation is possible")
+        self.velocities.append(self._velocity(exporter, self.matrix_at(exporter)))
 
     def _velocity(self, exporter, matrix):
         """m/s"""

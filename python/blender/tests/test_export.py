@@ -277,6 +277,20 @@ class Check(support.BlenderCase):
             nozzle.location.x = 1
             nozzle.keyframe_insert("location", frame=5)
 
+        def moving_rain(_):
+            cloud = stage.grid("Cloud", (1, 1), (1, 1))
+            cloud.drench.role, cloud.drench.emitter_shape = "EMITTER", "RAIN"
+            cloud.keyframe_insert("rotation_euler", frame=1)
+            cloud.rotation_euler.z = 1
+            cloud.keyframe_insert("rotation_euler", frame=5)
+
+        def changing_rain(_):
+            cloud = stage.grid("Cloud", (1, 1), (1, 1))
+            cloud.drench.role, cloud.drench.emitter_shape = "EMITTER", "RAIN"
+            cloud.drench.keyframe_insert("emitter_rate", frame=1)
+            cloud.drench.emitter_rate = 1
+            cloud.drench.keyframe_insert("emitter_rate", frame=5)
+
         def changing_collider(_):
             self.sheet()
             thing = stage.box("Sliced", (0, 0, -2), (1, 1, -1))
@@ -326,6 +340,7 @@ class Check(support.BlenderCase):
                  (no_group, "'Sheet' has no vertex group 'None such'"),
                  (empty_group, "'Sheet': no vertex has a weight"),
                  (short, "the frame range 5 to 5 is too short"), (moving_emitter, "'Tap' moves at frame"),
+                 (moving_rain, "'Cloud' moves at frame"), (changing_rain, "'Cloud' has another rate at frame"),
                  (changing_collider, "'Sliced' "), (open_liquid, "'Puddle': the mesh "),
                  (levels, "'Sheet': the modifier Fine has other levels"),
                  (unsaved, "has not been saved: save the file"),
