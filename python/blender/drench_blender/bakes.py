@@ -1,15 +1,15 @@
-"""The bake of this Blender session: at most one runs at a time, and none outlives its file or its Blender."""
+"""The bake of this Blender session: at most one is followed at a time. On this computer none outlives its file or its
+Blender."""
 
 import atexit
 
 import bpy
 from bpy.app.handlers import persistent
 
-from . import export, playback, preferences, process, program
+from . import export, machine, playback, preferences, process, program, remote
 from .problem import Names, Problem
 
 current = None  # process.Bake
-SECONDS_TO_CLOSE = 5
 
 
 def running():
@@ -18,19 +18,21 @@ def running():
 
 def check(context, progress=lambda part: None):
     """Writes the scene into a folder of its own and checks it. Returns (valid, lines for the user)."""
-    path = preferences.find_program(context)
     cache = playback.cache_of(context.scene)
+    place = _place(context)
     folder = cache.check_folder()
     try:
         record = _export(context, folder, progress)
-        result = program.call(path, "check", "scene.yaml", seconds=600, cwd=folder)
+        if isinstance(place, machine.Machine):
+            code, lines = place.check(folder, remote.new_name(cache))
+        else:
+            result = program.call(place, "check", "scene.yaml", seconds=600, cwd=folder)
+            code, lines = result.returncode, (result.stderr + "\n" + result.stdout).splitlines()
     finally:
         cache.remove_check_folder()
-    names = Names(**record["names"])
-    lines = (result.stderr + "\n" + result.stdout).splitlines()
-    messages = process.chosen_messages(lines, names)
-    if result.returncode != 0:
-        return False, messages or [f"{path} check ended with exit code {result.returncode}"]
+    messages = process.chosen_messages(lines, Names(**record["names"]))
+    if code != 0:
+        return False, messages or [f"drench check ended with exit code {code}"]
     wanted = ("fluid: ", "cloth in all: ", "memory: ", "steps: ")
     return True, messages + [line for line in lines if line.startswith(wanted)]
 
@@ -39,22 +41,44 @@ def start(context, resume=False, progress=lambda part: None):
     """Starts a bake, or continues the last one with the scene that it was started with."""
     global current
     need_no_bake()
-    path = preferences.find_program(context)
-    program.version(path)
     cache = playback.cache_of(context.scene)
+    record = cache.record() if resume else None
     if resume:
-        record = cache.record()
         if record is None:
             raise Problem("there is no bake to continue: start a new one")
         if record.get("status") == "finished":
             raise Problem("the bake is complete: there is nothing to continue")
+    place = _place(context, cache if resume else None)
+    if resume:
         process.end_left_over(cache)
         playback.connect(context.scene, record)
     else:
         write(context, progress)
     remember("Bake")
-    current = process.Bake(path, cache, context.scene.drench.threads, resume)
+    kind = remote.RemoteBake if isinstance(place, machine.Machine) else process.LocalBake
+    current = kind(place, cache, context.scene.drench.threads, resume)
     return current
+
+
+def _place(context, cache=None):
+    """Where to run: a Machine, or the path of a program of this computer. The bake of a cache continues where it was
+    started."""
+    away = remote.left_there(cache) if cache else None
+    started = cache is not None and cache.record().get("status") != "written"
+    if not away and (started or context.scene.drench.run_on == "LOCAL"):
+        path = preferences.find_program(context)
+        program.version(path)
+        return path
+    place = preferences.machine_of(context, away["host"] if away else None)
+    place.info(program.VERSION)
+    return place
+
+
+def _end_left_over(context, cache):
+    """Ends an earlier bake and removes its files from another machine."""
+    process.end_left_over(cache)
+    if away := remote.left_there(cache):
+        preferences.machine_of(context, away["host"]).remove(away["name"])
 
 
 def need_no_bake():
@@ -69,7 +93,7 @@ def write(context, progress=lambda part: None):
     folder = cache.check_folder()
     try:  # an error leaves the earlier bake as it is
         record = _export(context, folder, progress)
-        process.end_left_over(cache)
+        _end_left_over(context, cache)
         playback.clear(context.scene)
         cache.replace_by(folder, {**record, "status": "written"})
     finally:
@@ -113,22 +137,34 @@ def stop(seconds=process.SECONDS_TO_STOP):
         current.stop(seconds)
 
 
+def close():
+    """For the end of Blender or of its file: ends a bake of this computer, and leaves a remote one alone."""
+    if running():
+        current.close()
+
+
 def delete(context):
-    """Removes the frames and the files of the bake. Returns whether there were some."""
+    """Removes the frames and the files of the bake. Returns whether there were some, and a warning."""
     need_no_bake()
     cache = playback.cache_of(context.scene)
-    process.end_left_over(cache)
+    away, warning = remote.left_there(cache), ""
+    try:
+        _end_left_over(context, cache)
+    except Problem as problem:
+        if not away:
+            raise
+        warning = f"{problem}. The files in {away['name']} on {away['host']} were not deleted"
     playback.clear(context.scene)
-    return cache.delete()
+    return cache.delete(), warning
 
 
 @persistent
 def _on_load_pre(*_):
-    stop(SECONDS_TO_CLOSE)
+    close()
 
 
 def _at_exit():
-    stop(SECONDS_TO_CLOSE)
+    close()
 
 
 def register():
@@ -137,7 +173,7 @@ def register():
 
 
 def unregister():
-    stop(SECONDS_TO_CLOSE)
+    close()
     atexit.unregister(_at_exit)
     if _on_load_pre in bpy.app.handlers.load_pre:
         bpy.app.handlers.load_pre.remove(_on_load_pre)

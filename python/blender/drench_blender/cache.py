@@ -75,6 +75,10 @@ class Cache:
         counts = [len(found) for series in ("cloth", "fluid", "surface") if (found := self.frames(series))]
         return min(counts, default=0)
 
+    def listed(self):
+        """How many entries each list of the run has: {series: number}."""
+        return {path.stem: path.read_text(encoding="utf-8").count("<DataSet ") for path in self.run.glob("*.pvd")}
+
     def has_checkpoint(self):
         return any(self.run.glob("checkpoint_*.drench"))
 

@@ -20,6 +20,8 @@ def duration(seconds):
 
 
 def progress_text(bake):
+    if bake.phase:
+        return bake.phase
     done, total = bake.frames()
     left = bake.seconds_left()
     return f"frame {done} of {total}" + (f", {duration(left)} left" if left is not None else "")
@@ -113,10 +115,10 @@ class BakeOperator(Idle, Guarded):
     def run(self, context):
         bake = self.start(context)
         try:
-            shown = -1
+            shown = None
             while bake.poll():
-                if (done := bake.frames()[0]) != shown:
-                    shown = done
+                if (state := (bake.phase, bake.frames()[0])) != shown:
+                    shown = state
                     print(f"Drench: {progress_text(bake)}", flush=True)
                 time.sleep(0.05)
         except KeyboardInterrupt:
@@ -145,7 +147,7 @@ class BakeOperator(Idle, Guarded):
         return self.finish(context, self.bake)
 
     def cancel(self, _context):
-        bakes.stop(bakes.SECONDS_TO_CLOSE)
+        bakes.close()
 
     def finish(self, context, bake):
         playback.show(context.scene)
@@ -194,7 +196,7 @@ class DRENCH_OT_cancel(Busy, Guarded, bpy.types.Operator):
     bl_label = "Cancel"
 
     def run(self, _context):
-        bakes.stop(bakes.SECONDS_TO_CLOSE)
+        bakes.stop(process.SECONDS_TO_CLOSE)
         return {"FINISHED"}
 
 
@@ -230,7 +232,9 @@ class DRENCH_OT_delete_cache(Idle, Guarded, bpy.types.Operator):
         return context.window_manager.invoke_confirm(self, event)
 
     def run(self, context):
-        existed = bakes.delete(context)
+        existed, warning = bakes.delete(context)
+        if warning:
+            self.report({"WARNING"}, warning)
         self.report({"INFO"}, "the cache is deleted" if existed else "there is no cache to delete")
         return {"FINISHED"}
 

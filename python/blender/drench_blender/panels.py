@@ -129,7 +129,7 @@ class DRENCH_PT_bake(Panel, bpy.types.Panel):
         layout.use_property_split = True
         column = layout.column()
         column.enabled = not bakes.running()
-        for name in ("cache", "threads", "checkpoint_frames"):
+        for name in ("run_on", "cache", "threads", "checkpoint_frames"):
             column.prop(own, name)
         layout.operator("drench.check", icon="CHECKMARK")
         if bakes.running():
@@ -164,6 +164,8 @@ class DRENCH_PT_bake(Panel, bpy.types.Panel):
         if record.get("status") != "finished":
             row.operator("drench.resume", icon="PLAY")
         layout.label(text=f"{cache.frames_done()} of {record['frames']} frames are baked")
+        if record.get("remote") and record.get("status") == "running":
+            layout.label(text=f"May still run on {record['remote']['host']}: Continue fetches its frames")
         row = layout.row()
         row.operator("drench.load", icon="FILE_REFRESH")
         row.operator("drench.delete_cache", icon="TRASH")

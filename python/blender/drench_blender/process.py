@@ -11,28 +11,21 @@ from .problem import Problem, with_names
 from .program import HIDDEN
 
 SECONDS_TO_STOP = 20  # the program ends its step and writes a checkpoint; then it is killed
+SECONDS_TO_CLOSE = 5
 INTERRUPTED = 130  # exit code of the program after SIGTERM
 
 
 class Bake:
-    """A running bake. Call poll() regularly until it returns false; `status` is then finished, stopped or failed."""
+    """A running bake. Call poll() regularly until it returns false; `status` is then finished, stopped or failed.
 
-    def __init__(self, program, cache, threads=0, resume=False):
-        self.cache, self.resume = cache, resume
-        self.status, self.error = "running", ""
+    `phase`: what it does while it computes no frames."""
+
+    def __init__(self, cache, resume):
+        self.cache = cache
+        self.status, self.error, self.phase = "running", "", ""
         self.began, self.stop_after = time.monotonic(), None
         self.frames_before = cache.frames_done() if resume else 0
         cache.remove_unfinished_files()
-        words = [program, "run", "scene.yaml"]
-        words += ["--resume", "run"] if resume and cache.has_checkpoint() else ["-o", "run", "--overwrite"]
-        words += ["--threads", str(threads)] if threads > 0 else []
-        try:
-            with open(cache.log, "ab" if resume else "wb") as log:
-                self.process = subprocess.Popen(words, cwd=cache.folder, stdin=subprocess.DEVNULL, stdout=log,
-                                                stderr=subprocess.STDOUT, **HIDDEN)
-        except OSError as error:
-            raise Problem(f"{program} cannot be started: {error.strerror}: check the path in the preferences") from None
-        cache.set_status("running", pid=self.process.pid)
 
     def frames(self):
         """(frames that are complete, frames in all)"""
@@ -46,6 +39,38 @@ class Bake:
             return None
         return (time.monotonic() - self.began) * (total - done) / computed
 
+    def end(self, code, stopped_by=(INTERRUPTED, -signal.SIGTERM)):
+        """Sets the status by the exit code of the program."""
+        self.cache.remove_unfinished_files()
+        if code == 0:
+            self.status = "finished"
+        elif self.stop_after is not None or code in stopped_by:
+            self.status = "stopped"
+        else:
+            self.status, self.error = "failed", self._last_error(code)
+        self.cache.set_status(self.status, pid=None)
+
+    def _last_error(self, code):
+        lines = [line for line in messages(self.cache) if not line.startswith("warning: ")]
+        return lines[-1] if lines else f"the program ended with exit code {code}: see {self.cache.log}"
+
+
+class LocalBake(Bake):
+    """A bake by a program of this computer."""
+
+    def __init__(self, program, cache, threads=0, resume=False):
+        super().__init__(cache, resume)
+        words = [program, "run", "scene.yaml"]
+        words += ["--resume", "run"] if resume and cache.has_checkpoint() else ["-o", "run", "--overwrite"]
+        words += ["--threads", str(threads)] if threads > 0 else []
+        try:
+            with open(cache.log, "ab" if resume else "wb") as log:
+                self.process = subprocess.Popen(words, cwd=cache.folder, stdin=subprocess.DEVNULL, stdout=log,
+                                                stderr=subprocess.STDOUT, **HIDDEN)
+        except OSError as error:
+            raise Problem(f"{program} cannot be started: {error.strerror}: check the path in the preferences") from None
+        cache.set_status("running", pid=self.process.pid)
+
     def poll(self):
         """Whether the process still runs."""
         if self.status != "running":
@@ -55,14 +80,7 @@ class Bake:
             if self.stop_after is not None and time.monotonic() > self.stop_after:
                 self.process.kill()
             return True
-        self.cache.remove_unfinished_files()
-        if code == 0:
-            self.status = "finished"
-        elif self.stop_after is not None or code in (INTERRUPTED, -signal.SIGTERM):
-            self.status = "stopped"
-        else:
-            self.status, self.error = "failed", self._last_error(code)
-        self.cache.set_status(self.status, pid=None)
+        self.end(code)
         return False
 
     def ask_to_stop(self):
@@ -81,9 +99,9 @@ class Bake:
             self.process.wait()
         self.poll()
 
-    def _last_error(self, code):
-        lines = [line for line in messages(self.cache) if not line.startswith("warning: ")]
-        return lines[-1] if lines else f"the program ended with exit code {code}: see {self.cache.log}"
+    def close(self):
+        """For the end of Blender or of its file, after which nobody could stop the process."""
+        self.stop(SECONDS_TO_CLOSE)
 
 
 def messages(cache):

@@ -147,6 +147,9 @@ class DrenchScene(bpy.types.PropertyGroup):
     cache: StringProperty(name="Cache Folder", subtype="DIR_PATH", default="",
                           description="Folder for the scene, the meshes and the frames; empty: a folder in "
                           "drench_cache beside the file, named after the file and the scene", **RELATIVE)
+    run_on: EnumProperty(name="Run On", default="LOCAL", description="Where a new bake and a check run", items=(
+        ("LOCAL", "This Computer", "The program of the preferences"),
+        ("REMOTE", "Remote Machine", "The machine of the preferences, by ssh. A bake there outlives Blender")))
     threads: IntProperty(name="Threads", default=0, min=0, max=1024,
                          description="Number of processor threads; 0: those that are free. The result is the same")
     checkpoint_frames: IntProperty(name="Frames per Checkpoint", default=10, min=1, max=10000,

@@ -103,10 +103,21 @@ class Panels(support.BlenderCase):
     @support.needs_program
     def test_preferences(self):
         seen = []
-        panel = types.SimpleNamespace(layout=Layout(self.bpy, seen), found="drench 0.9.0",
+        panel = types.SimpleNamespace(layout=Layout(self.bpy, seen), found="drench 0.9.0", connection="gpu: odd",
                                       bl_rna=support.part("preferences").DrenchPreferences.bl_rna)
         support.part("preferences").DrenchPreferences.draw(panel, None)
-        self.assertEqual(seen, ["program", "drench.find_program", "drench 0.9.0"])
+        self.assertEqual(seen, ["program", "drench.find_program", "drench 0.9.0", "Remote Machine", "host", "port",
+                                "identity", "remote_program", "remote_folder", "drench.check_connection", "gpu: odd"])
+
+    def test_remote_bake(self):
+        """One that goes on after its file was loaded again."""
+        self.wet_sheet(frames=4)
+        cache = support.part("playback").cache_of(self.scene)
+        folder = cache.check_folder()
+        cache.replace_by(folder, {"frames": 4, "status": "running", "remote": {"host": "gpu", "name": "bake_1"}})
+        seen = self.drawn("DRENCH_PT_bake")
+        self.assertTrue({"drench.resume", "run_on"} <= set(seen), seen)
+        self.assertIn("May still run on gpu: Continue fetches its frames", seen)
 
 
 if __name__ == "__main__":
