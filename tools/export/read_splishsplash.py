@@ -421,8 +421,11 @@ def main():
     options = parser.parse_args()
     try:
         Importer(options.file, options.folder).run()
+        sys.stdout.flush()
+    except BrokenPipeError:  # the reader of the list has seen enough; the scene is written
+        sys.stderr.close()
     except OSError as error:
-        fail(f"{error.filename or options.folder}: cannot be written: {error.strerror}")
+        fail(f"{error.filename or options.folder or options.file}: cannot be written: {error.strerror}")
 
 
 if __name__ == "__main__":
