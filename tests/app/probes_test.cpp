@@ -126,11 +126,11 @@ TEST(probes, go_on_where_a_run_was_interrupted) {
   const std::string scene = tank(", checkpoint_every: 0.1" + std::string(tank_probes));
   write_text(folder.path() / "scene.yaml", scene);
   const auto whole = run_drench(folder.path(), {"run", "scene.yaml", "-o", "whole", "--until", "0.2"});
-  ASSERT_EQ(whole.exit_code, 0) << whole.err;
+  ASSERT_EQ(whole.code, 0) << whole.err;
   const auto first = run_drench(folder.path(), {"run", "scene.yaml", "-o", "part", "--until", "0.12"});
-  ASSERT_EQ(first.exit_code, 0) << first.err;
+  ASSERT_EQ(first.code, 0) << first.err;
   const auto second = run_drench(folder.path(), {"run", "scene.yaml", "--resume", "part", "--until", "0.2"});
-  ASSERT_EQ(second.exit_code, 0) << second.err;
+  ASSERT_EQ(second.code, 0) << second.err;
   const Table a = read_table(folder.path() / "whole/probes.csv"), b = read_table(folder.path() / "part/probes.csv");
   ASSERT_EQ(a.rows.size(), 4U);
   ASSERT_EQ(b.rows.size(), 4U);
