@@ -77,7 +77,6 @@ struct RigidContacts::World {
 
   explicit World(const Model& model)
       : extent_((to_eigen(model.scene.domain.max) - to_eigen(model.scene.domain.min)).norm()) {
-    configuration_.setConvexConvexMultipointIterations(3, 3);
     btGImpactCollisionAlgorithm::registerAlgorithm(&dispatcher_);
     double reach = 1e300, mass = 1e300;
     for (const Body& b : model.bodies) {
@@ -129,6 +128,7 @@ struct RigidContacts::World {
     auto body = std::make_unique<btRigidBody>(info);
     if (!b.dynamic) body->setCollisionFlags(btCollisionObject::CF_KINEMATIC_OBJECT);
     body->setActivationState(DISABLE_DEACTIVATION);
+    body->setFlags(0);  // the gyroscopic term is (4) of docs/theory/bodies.md
     body->setUserIndex(static_cast<int>(bodies_.size()) - 1);
     if (b.dynamic && shape->isConvex()) {  // fast ones do not pass through thin ones
       btVector3 low, high;
@@ -214,7 +214,7 @@ struct RigidContacts::World {
     const btTransform at(btQuaternion(turn.x(), turn.y(), turn.z(), turn.w()).normalized(),
                          bullet(per_m_ * to_eigen(m.position)));
     const btVector3 velocity = bullet(per_m_ * to_eigen(m.velocity)), spin = bullet(to_eigen(m.spin));
-    body.setWorldTransform(at);
+    body.setCenterOfMassTransform(at);
     body.setInterpolationWorldTransform(at);
     if (constant_[b]->dynamic) {
       body.setLinearVelocity(velocity);
