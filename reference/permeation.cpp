@@ -61,9 +61,10 @@ double drive_of(const Surroundings& liquid, double half_thickness) {
          half_thickness * (air_share(liquid.filled[0]) + air_share(liquid.filled[1]));
 }
 
-/// What of a flux is beyond another one.
-double beyond(double flux, double unresolved) {
-  return std::copysign(std::max(0.0, std::fabs(flux) - unresolved), flux);
+/// What of a flux a difference of potentials drives that is less by `unresolved` (m²/s²).
+double beyond(const ClothMaterial& cloth, double flux, double unresolved) {
+  const double u = std::fabs(flux), drive = u / cloth.conductance + cloth.inertial_loss * u * u;
+  return std::copysign(flux_through(cloth, std::max(0.0, drive - unresolved)), flux);
 }
 
 }  // namespace
@@ -78,12 +79,12 @@ void permeation(ReferenceState& state, const StepInfo& info, StepReport&) {
     if (!(cloth.conductance > 0)) continue;
     const Surroundings liquid = around(state, p);
     const Eigen::Vector3d n = sample_normal(state, p);
-    const double now = cloth.conductance * drive_of(liquid, 0.5 * cloth.thickness * g.dot(n));
+    const double now = flux_through(cloth, drive_of(liquid, 0.5 * cloth.thickness * g.dot(n)));
     double& flux = state.s.sample_flux[p];
     flux += info.dt / (info.dt + cloth.emission_ramp) * (now - flux);
     const double upstream = liquid.filled[flux > 0 ? 0 : 1];
     if (upstream == 0) flux = 0;
-    state.sample_passing[p] = beyond(flux, covered_share(liquid) * cloth.conductance * m.spacing * g.norm());
+    state.sample_passing[p] = beyond(cloth, flux, covered_share(liquid) * m.spacing * g.norm());
     if (is_driven(state, p)) {
       state.s.sample_flow_direction[p] = arr((flux > 0 ? 1 : -1) / 1.001 * n);
       state.sample_supply[p] = std::max(upstream, full_side);

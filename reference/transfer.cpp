@@ -166,10 +166,18 @@ bool is_permeable(const ReferenceState& state, Index p) {
   return state.model.has_permeation() && state.model.material_of_sample(p).conductance > 0;
 }
 
+double flux_through(const ClothMaterial& cloth, double drive) {
+  const double g = cloth.conductance, loss = cloth.inertial_loss;
+  if (loss == 0) return g * drive;
+  // The root of u / g + loss u |u| = drive.
+  const double u = (std::sqrt(1 / (g * g) + 4 * loss * std::fabs(drive)) - 1 / g) / (2 * loss);
+  return std::copysign(u, drive);
+}
+
 bool is_driven(const ReferenceState& state, Index p) {
   if (!is_permeable(state, p)) return false;
   const ClothMaterial& cloth = state.model.material_of_sample(p);
-  return std::fabs(state.sample_passing[p]) > cloth.conductance * cloth.entry_potential;
+  return std::fabs(state.sample_passing[p]) > flux_through(cloth, cloth.entry_potential);
 }
 
 bool same_layer(const ReferenceState& state, Index p, Index q) {

@@ -79,6 +79,8 @@ inline constexpr Quanta drained_part = 16;
 
 /// May pressure drive liquid through the cloth of sample p, and does it?
 bool is_permeable(const ReferenceState& state, Index p);
+/// u (m/s) that a difference of p/ρ0 (m²/s²) drives through a sheet.
+double flux_through(const ClothMaterial& cloth, double drive);
 bool is_driven(const ReferenceState& state, Index p);
 
 /// Sample p takes (1) or gives (-1) quanta from or to liquid at x, where the scene counts what comes and goes on the

@@ -19,6 +19,7 @@
 #include "output/fabric_summary.hpp"
 #include "output/frame_queue.hpp"
 #include "output/lost.hpp"
+#include "output/probes.hpp"
 #include "output/progress.hpp"
 #include "output/run_folder.hpp"
 #include "output/run_log.hpp"
@@ -53,6 +54,8 @@ class Run {
     if (ranks_) ranks_->traffic().fenced = options.profile;
     if (resume_) go_on();
     if (!options.no_output && first()) open_folder();
+    if (!options.no_output && !first() && !model_.scene.output.probes.empty())
+      probes_.emplace(std::filesystem::path(), model_, resume_ ? pipeline_.time() : -1);
     if (!options.no_output) schedule_.plan_checkpoint(pipeline_.time());
     if (ranks_) say(fmt::format("{} ranks, {}", ranks_->size(), ranks_->description()));
     for (const std::string& line : setup.notes) say(line);
@@ -85,6 +88,9 @@ class Run {
         if (stats_)
           stats_->write({report, pipeline_.milliseconds(), pipeline_.step_milliseconds(),
                          1000 * (after.exchanging - before.exchanging), 1000 * (after.summing - before.summing)});
+        if (probes_)
+          probes_->step(
+              report, [&] { return backend_.body_loads(report.dt); }, [&] { return download(); });
         mass_error_ = static_cast<double>(report.mass_total() - pipeline_.initial_total()) * model_.quantum;
         progress.update(pipeline_.time(), pipeline_.step_index(), totals_.steps(), report, mass_error_);
         if (schedule_.frame_due(pipeline_.time())) frame();
@@ -181,6 +187,8 @@ class Run {
                               ranks_ != nullptr,
                               {model_.solute_quantum(), pipeline_.initial_solute()},
                               model_.porous_cloths()});
+    if (!model_.scene.output.probes.empty())
+      probes_.emplace(folder_ / "probes.csv", model_, same ? pipeline_.time() : -1);
     if (schedule_.has_frames())
       frames_.emplace(
           folder_, model_, static_cast<int>(frames_written_),
@@ -202,6 +210,7 @@ class Run {
       frames_->sync();
     }
     if (stats_) stats_->sync();
+    if (probes_) probes_->sync();
     if (first() && last_checkpoint_step_ < 0) sync_to_disk(folder_ / "scene.yaml");
     HostState state = download();
     if (first()) write(std::move(state));
@@ -385,6 +394,7 @@ class Run {
   RunTotals totals_{model_.most_stretch()};
   FabricSummary fabrics_;
   std::optional<StatsCsv> stats_;
+  std::optional<ProbeCsv> probes_;
   std::optional<FrameQueue> frames_;
 };
 
@@ -394,6 +404,9 @@ int run_command(const RunOptions& options, const Communicator* ranks) {
   if (ranks && options.backend == "reference")
     throw RanksError("the reference runs on one rank: start it without mpirun");
   Scene scene = load_scene(options.scene, options.overrides);
+  if (ranks && std::any_of(scene.output.probes.begin(), scene.output.probes.end(),
+                           [](const ProbeScene& p) { return p.kind == ProbeScene::Kind::body; }))
+    throw RanksError("probes of bodies are not available over several ranks: remove them, or start it without mpirun");
   if (options.until) {
     scene.time.end = *options.until;
     if (const auto often = too_often(scene))

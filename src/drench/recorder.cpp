@@ -25,6 +25,7 @@ Recorder::Recorder(const std::string& folder, bool overwrite, const Model& model
                             false,
                             {model_.solute_quantum(), pipeline_->initial_solute()},
                             model_.porous_cloths()});
+  if (!model_.scene.output.probes.empty()) probes_.emplace(folder_ / "probes.csv", model_);
   frames_.emplace(folder_, model_);
   frame();
 }
@@ -33,6 +34,9 @@ void Recorder::step(const StepReport& report) {
   frames_->check();
   log_.write(totals_.add(pipeline_->step_index(), pipeline_->time(), report, pipeline_->milliseconds()));
   stats_->write({report, pipeline_->milliseconds(), pipeline_->step_milliseconds()});
+  if (probes_)
+    probes_->step(
+        report, [&] { return backend_->body_loads(report.dt); }, [&] { return backend_->download(); });
   mass_error_ = static_cast<double>(report.mass_total() - pipeline_->initial_total()) * model_.quantum;
 }
 

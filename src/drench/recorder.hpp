@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "output/frame_queue.hpp"
+#include "output/probes.hpp"
 #include "output/run_folder.hpp"
 #include "output/run_log.hpp"
 #include "output/stats_csv.hpp"
@@ -44,6 +45,7 @@ class Recorder {
   RunLog log_;
   RunTotals totals_;
   std::optional<StatsCsv> stats_;
+  std::optional<ProbeCsv> probes_;
   std::optional<FrameQueue> frames_;
   std::int64_t last_frame_step_ = -1;
   bool failed_ = false;

@@ -82,12 +82,15 @@ void describe(Section& s, MembraneScene& membrane);
 void describe(Section& s, PlateScene& plate);
 void describe(Section& s, SaturationScene& saturation);
 void describe(Section& s, StainScene& stain);
+void describe(Section& s, ProbeScene& probe);
 
 /// `s.word("fabric", …)`: what it gives is in the scene's tree by now (scene/fabrics.hpp), and a resolved scene has the
 /// values.
 void describe_fabric(Section& s, const char* meaning);
 /// Rates along warp and weft, and powers of the saturation, in section `porous`.
 void check_rates(Section& s, const MaterialScene& fabric);
+/// Refuses two statements of the quadratic drag, and one without permeability.
+void check_drag(Section& s, const MaterialScene& fabric);
 
 // describe_bodies.cpp
 void describe(Section& s, BodyScene& body);

@@ -98,6 +98,11 @@ void describe_porous(Section& s, MaterialScene& fabric) {
            "adhesion of wet fabric to wet fabric or a solid: work per unit area; at most 0.14 with water");
   s.number("permeability", fabric.permeability, "[0, 1e-4]", "m²",
            "permeability k of the wet fabric through its thickness, for flow by Darcy's law; 0: impermeable");
+  s.number("forchheimer", fabric.forchheimer, "[0, 1e9]", "1/m",
+           "Forchheimer coefficient β: flow at u m/s through the thickness τ costs ρ0 β τ u² beside Darcy's pressure");
+  s.number("fibre_diameter", fabric.fibre_diameter, "[0, 1e-2]", "m",
+           "diameter of the fibres; sets `forchheimer` by Ergun's equation; 0: not known");
+  check_drag(s, fabric);
   s.number("breakthrough_pressure", fabric.breakthrough_pressure, "[0, 1e9]", "Pa",
            "breakthrough pressure p_b of repellent fabric: below this pressure difference it absorbs and passes "
            "nothing; requires `permeability`");

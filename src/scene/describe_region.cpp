@@ -74,6 +74,11 @@ void describe_pores(Section& s, MaterialScene& fabric) {
   s.number("weft_diffusivity", fabric.weft_diffusivity, "(0, 1]", "m²/s", as_the_cloth);
   if (fabric.diffusivity == 0 && !s.has("weft_diffusivity")) fabric.weft_diffusivity.reset();
   s.number("permeability", fabric.permeability, "[0, 1e-4]", "m²", as_the_cloth);
+  s.number("forchheimer", fabric.forchheimer, "[0, 1e9]", "1/m", as_the_cloth);
+  s.number("fibre_diameter", fabric.fibre_diameter, "[0, 1e-2]", "m", as_the_cloth);
+  if (s.has("forchheimer") && !s.has("fibre_diameter")) fabric.fibre_diameter = 0;
+  if (s.has("fibre_diameter") && !s.has("forchheimer")) fabric.forchheimer = 0;
+  check_drag(s, fabric);
   s.number("breakthrough_pressure", fabric.breakthrough_pressure, "[0, 1e9]", "Pa", as_the_cloth);
   s.number("critical_saturation", fabric.critical_saturation, "[0, 1]", "1", as_the_cloth);
   s.check(!(fabric.breakthrough_pressure > 0) || fabric.permeability > 0, "breakthrough_pressure",
@@ -100,6 +105,14 @@ void describe_fabric(Section& s, const char* meaning) {
   for (const Fabric& f : fabrics()) words.push_back(f.name.c_str());
   std::string name = "none";
   s.saved_if(false).word("fabric", name, words, meaning);
+}
+
+void check_drag(Section& s, const MaterialScene& fabric) {
+  s.check(!s.has("forchheimer") || !s.has("fibre_diameter"), "fibre_diameter",
+          "cannot be combined with forchheimer; allowed: exactly one of the two");
+  for (const char* key : {"forchheimer", "fibre_diameter"})
+    s.check(!s.has(key) || fabric.permeability > 0, key,
+            "requires permeability, which is 0; allowed: only with permeability above 0");
 }
 
 void check_rates(Section& s, const MaterialScene& fabric) {

@@ -78,7 +78,36 @@ void check_followed_body(Section& s, const Scene& scene, const std::string& name
     s.not_available(body->dynamic, key, "a pin that follows a dynamic body", "a body without dynamic: true");
 }
 
+void check_probes(Section& s, const Scene& scene) {
+  using Kind = ProbeScene::Kind;
+  std::set<std::string> names;
+  for (std::size_t i = 0; i < scene.output.probes.size(); ++i) {
+    const ProbeScene& probe = scene.output.probes[i];
+    const std::string key = fmt::format("output.probes.{}.", i);
+    s.check(names.insert(probe.name).second, key + "name",
+            fmt::format("an earlier probe is also named '{}'; allowed: a different name for each probe", probe.name));
+    s.check(probe.name.find_first_of(",\"\n") == std::string::npos, key + "name",
+            "contains a comma or a quotation mark; allowed: text without these");
+    const auto named = [&](const auto& list) {
+      return std::any_of(list.begin(), list.end(), [&](const auto& part) { return part.name == probe.of; });
+    };
+    if (probe.kind == Kind::body)
+      s.check(named(scene.bodies), key + "body",
+              fmt::format("there is no body named '{}'; allowed: a value of bodies.N.name", probe.of));
+    else if (probe.kind == Kind::cloth)
+      s.check(named(scene.cloths), key + "cloth",
+              fmt::format("there is no cloth named '{}'; allowed: a value of cloth.N.name", probe.of));
+    else
+      s.check(scene.fluid.present,
+              key + (probe.kind == Kind::point  ? "point"
+                     : probe.kind == Kind::line ? "line"
+                                                : "disc"),
+              "applies only to liquid, and the scene has none; allowed: only with the key fluid");
+  }
+}
+
 void check_parts(Section& s, const Scene& scene) {
+  check_probes(s, scene);
   std::set<std::string> names;
   for (std::size_t i = 0; i < scene.cloths.size(); ++i) {
     const ClothScene& cloth = scene.cloths[i];
@@ -181,6 +210,49 @@ void describe(Section& s, AirScene& air) {
             "cannot be combined with evaporation_rate, which it would determine; allowed: one of the two");
 }
 
+namespace {
+
+void describe_point(Section& s, ProbeScene& probe) {
+  s.one_line();
+  s.required().numbers("position", probe.position, coordinate_range, "m", "position of the sensor");
+  s.number("radius", probe.radius, "[0, 1000]", "m",
+           "radius over which a sensor averages, if larger than the support radius of a particle");
+}
+
+void describe_line(Section& s, ProbeScene& probe) {
+  s.one_line();
+  s.required().numbers("from", probe.position, coordinate_range, "m", "end from which heights count");
+  s.required().numbers("to", probe.end, coordinate_range, "m", "other end");
+  s.check(probe.position != probe.end, "to", "is equal to from; allowed: another point");
+}
+
+void describe_disc(Section& s, ProbeScene& probe) {
+  s.one_line();
+  s.required().numbers("center", probe.position, coordinate_range, "m", "centre");
+  s.required().numbers("normal", probe.normal, direction_range, "1",
+                       "direction in which flux is positive; its length does not matter");
+  s.required().number("radius", probe.radius, "[1e-9, 10000]", "m", "radius");
+  check_not_zero(s, "normal", probe.normal);
+}
+
+}  // namespace
+
+void describe(Section& s, ProbeScene& probe) {
+  using Kind = ProbeScene::Kind;
+  s.one_line();
+  s.required().text("name", probe.name, "name of the columns, such as H1");
+  s.one_of(probe.kind, Kind::point)
+      .section("point", probe, describe_point, "pressure, velocity and share of liquid at a point; only with `fluid`");
+  s.one_of(probe.kind, Kind::line)
+      .section("line", probe, describe_line,
+               "wave gauge: height and depth of the liquid along a line; only with `fluid`");
+  s.one_of(probe.kind, Kind::disc)
+      .section("disc", probe, describe_disc, "mass of liquid that passes through a disc; only with `fluid`");
+  s.one_of(probe.kind, Kind::body).text("body", probe.of, "name of a body: force and torque on it");
+  s.one_of(probe.kind, Kind::cloth)
+      .text("cloth", probe.of, "name of a cloth: liquid in it, force of its pins and of contact");
+}
+
 void describe(Section& s, OutputScene& output) {
   s.one_line();
   s.number("every", output.every, "[0, 1e6]", "s",
@@ -202,6 +274,14 @@ void describe(Section& s, OutputScene& output) {
   s.boolean("fitted_pressure", output.fitted_pressure,
             "adds the field `fitted_pressure` to the liquid's frames: pressure without the scatter between particles");
   s.boolean("report", output.report, "writes `report.html` when the run ends, also if it fails");
+  s.list("probes", output.probes, "probes, whose values are columns of `probes.csv`");
+  s.number(
+      "probe_every", output.probe_every, "[1e-9, 1e6]", "s",
+      "time between rows of `probes.csv`; a row is written after the first step that reaches it; default: `every`");
+  s.check(!s.has("probe_every") || !output.probes.empty(), "probe_every",
+          "applies only to probes, and there are none; allowed: only with probes");
+  s.check(output.probes.empty() || output.probe_every || output.every > 0, "probe_every",
+          "is missing, and every is 0; allowed: [1e-9, 1e6] (s)");
 }
 
 void describe(Section& s, ProcessScene& processes) {

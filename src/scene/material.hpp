@@ -24,8 +24,10 @@ struct BasicMaterial {
   Number diffusivity = Number(1.0e-4);     // D, m²/s; resolved, the geometric mean of warp and weft
   Number capillary_height = Number(1.0);   // ℓ, m
   Number retention_exponent = Number(1);   // β, 1: at rest sᵝ falls by 1 over the capillary height
-  Number wet_adhesion = Number(0);  // w, N/m; parts wet fabric from wet fabric or a solid; 0.14 with water at most
-  Number permeability = Number(0);  // k, m²: of the wet fabric, across it; 0: tight to pressure
+  Number wet_adhesion = Number(0);    // w, N/m; parts wet fabric from wet fabric or a solid; 0.14 with water at most
+  Number permeability = Number(0);    // k, m²: of the wet fabric, across it; 0: tight to pressure
+  Number forchheimer = Number(0);     // β, 1/m: quadratic drag across it
+  Number fibre_diameter = Number(0);  // d_f, m: sets β by Ergun's equation; 0: not known
   Number breakthrough_pressure = Number(0);  // p_b, Pa: below it the fabric repels liquid; 0: it wets by itself
   Number critical_saturation = Number(0.3);  // s_c, 1: below it drying slows down
   bool contact_wicking = false;              // liquid passes between layers that touch and both have this
@@ -51,6 +53,7 @@ struct ResolvedMaterial : BasicMaterial<Number> {
   Number emission_cosine{};       // cos θ^e; −2, below all cosines, where there is no direction and so no cone
   Number diffusion_exponent{};    // n, 1: liquid spreads at the rate D sⁿ
   Number conductance{};           // k/(ν τ), s/m: flux through the saturated sheet over the difference of p/ρ0
+  Number inertial_loss{};         // β τ, 1: difference of p/ρ0 that the square of the flux costs, over that square
   Number entry_potential{};       // p_b/ρ0, m²/s²
   bool dynamics = true;           // false: it does not move
   bool self_collision = false;    // with itself and with other cloths that have this
@@ -78,6 +81,8 @@ constexpr void visit_members(ResolvedMaterial<A>& a, const ResolvedMaterial<B>& 
   visit(a.retention_exponent, b.retention_exponent);
   visit(a.wet_adhesion, b.wet_adhesion);
   visit(a.permeability, b.permeability);
+  visit(a.forchheimer, b.forchheimer);
+  visit(a.fibre_diameter, b.fibre_diameter);
   visit(a.breakthrough_pressure, b.breakthrough_pressure);
   visit(a.critical_saturation, b.critical_saturation);
   visit(a.contact_wicking, b.contact_wicking);
@@ -89,6 +94,7 @@ constexpr void visit_members(ResolvedMaterial<A>& a, const ResolvedMaterial<B>& 
   visit(a.emission_cosine, b.emission_cosine);
   visit(a.diffusion_exponent, b.diffusion_exponent);
   visit(a.conductance, b.conductance);
+  visit(a.inertial_loss, b.inertial_loss);
   visit(a.entry_potential, b.entry_potential);
   visit(a.dynamics, b.dynamics);
   visit(a.self_collision, b.self_collision);

@@ -38,14 +38,30 @@ struct TimeScene {
 enum class SurfaceKernel { isotropic, anisotropic };
 
 /// Section `output`.
+/// An entry of `output.probes`: columns of probes.csv.
+struct ProbeScene {
+  enum class Kind { point, line, disc, body, cloth };
+  std::string name;
+  Kind kind = Kind::point;  // which members count
+  Vec3 position{0, 0, 0};   // m: of a point, or the first end of a line, or the centre of a disc
+  Vec3 end{0, 0, 0};        // m: the other end of a line
+  Vec3 normal{0, 1, 0};     // disc: flux along it is positive
+  double radius = 0;        // m: of a disc, or of a sensor around a point
+  std::string of;           // name of a body or a cloth
+
+  bool operator==(const ProbeScene&) const = default;
+};
+
 struct OutputScene {
-  double every = 0.02;            // s; 0 writes no frames
-  double checkpoint_every = 0.0;  // s; 0 writes none
-  bool measures = false;          // columns of stage measures in stats.csv
-  bool fabric = false;            // columns of stage fabric in stats.csv
-  double wet_above = 0.05;        // 1: the saturation from which on fabric counts as wet
-  bool surface = false;           // the liquid's surface as a mesh with every frame
-  double surface_spacing = 0.5;   // 1; of the lattice that the surface is made on, over the particles'
+  std::vector<ProbeScene> probes;     // columns of probes.csv
+  std::optional<double> probe_every;  // s; else as `every`
+  double every = 0.02;                // s; 0 writes no frames
+  double checkpoint_every = 0.0;      // s; 0 writes none
+  bool measures = false;              // columns of stage measures in stats.csv
+  bool fabric = false;                // columns of stage fabric in stats.csv
+  double wet_above = 0.05;            // 1: the saturation from which on fabric counts as wet
+  bool surface = false;               // the liquid's surface as a mesh with every frame
+  double surface_spacing = 0.5;       // 1; of the lattice that the surface is made on, over the particles'
   SurfaceKernel surface_kernel = SurfaceKernel::anisotropic;  // a particle's shape
   bool fitted_pressure = false;                               // field fitted_pressure with every frame
   bool report = false;  // report.html at the end of the run, also of one that fails

@@ -321,6 +321,8 @@ void make_bodies(Setup& setup, SetupLines& lines) {
     m.bodies.push_back(blaming(fmt::format("bodies.{}", b),
                                [&] { return make_body(scene.bodies[b], scene.path, label, &setup.warnings); }));
     const BodyScene& body = scene.bodies[b];
+    for (const ProbeScene& probe : scene.output.probes)
+      if (probe.kind == ProbeScene::Kind::body && probe.of == body.name) m.bodies[b].probed = true;
     if (body.kind != BodyScene::Kind::mesh) continue;
     if (std::string hint = unit_hint(m.bodies[b].mesh_points, body.unit, body.scale, label); !hint.empty())
       lines.hints.push_back(std::move(hint));

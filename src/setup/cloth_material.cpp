@@ -42,6 +42,9 @@ void set_permeation(Model& model) {
     for (ClothMaterial& m : *list) {
       if (!m.permeable()) continue;
       m.conductance = m.permeability / (model.scene.fluid.viscosity * m.thickness);
+      const double open = 1 - m.solid_fraction, sphere = 1.5 * m.fibre_diameter;  // of the same surface per volume
+      const double ergun = m.fibre_diameter > 0 ? 1.75 * m.solid_fraction / (open * open * open * sphere) : 0;
+      m.inertial_loss = (m.forchheimer > 0 ? m.forchheimer : ergun) * m.thickness;
       m.entry_potential = m.breakthrough_pressure / model.rest_density;
     }
   if (!model.has_permeation()) return;

@@ -64,6 +64,7 @@ struct Body {
   std::vector<Key<Quaternion>> turns;  // of a sequence, instead of these two: orientations at its files; evenly between
   double turn_rate = 0;                // rad/s: the fastest of them
   bool commanded = false;              // moved by a program instead
+  bool probed = false;                 // a probe measures what acts on it
   CommandedMotion command;             // the last one
   Vec3 applied_force{0, 0, 0}, applied_torque{0, 0, 0};  // N, N m: what a program does to a dynamic body
   double adhesion = 0;                                   // w, N/m
@@ -87,7 +88,7 @@ struct Body {
   bool spins() const { return commanded || !spin_rate.is_zero() || !turns.empty(); }
   bool deforms() const { return !shape.empty(); }
   /// Is what liquid and cloth do to it measured?
-  bool is_measured() const { return dynamic || commanded; }
+  bool is_measured() const { return dynamic || commanded || probed; }
   bool moves() const { return dynamic || deforms() || spins() || !velocity.is_zero() || !path.is_zero(); }
   /// Does its motion change with time by prescription (src/stages/prescribed_motion.hpp)?
   bool has_keys() const {

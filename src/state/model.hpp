@@ -313,6 +313,10 @@ struct Model {
   bool any_body(Predicate predicate) const {
     return std::any_of(bodies.begin(), bodies.end(), predicate);
   }
+  /// Have bodies poses among the backend's arrays: because one moves, or for a probe of what acts on it?
+  bool has_body_state() const {
+    return any_body([](const Body& b) { return b.moves() || b.probed; });
+  }
   bool has_moving_body() const {
     return any_body([](const Body& b) { return b.moves(); });
   }

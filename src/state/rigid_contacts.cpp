@@ -17,12 +17,12 @@ namespace {
 
 using Eigen::Vector3d;
 
-// Bullet's tolerances suit bodies of a unit's size and mass, so lengths are divided by the reach of the smallest dynamic
-// body, masses by the least.
-constexpr double margin = 1e-3;            // of that reach: how far surfaces stay apart
-constexpr int iterations = 50;             // without the last step's impulses, which a checkpoint would have to keep
-constexpr int most_corners = 256;          // of a hull whose faces are clipped against others
-constexpr double convex_excess = 0.01;     // of the volume, between a mesh and its hull
+// Bullet's tolerances suit bodies of a unit's size and mass, so lengths are divided by the reach of the smallest
+// dynamic body, masses by the least.
+constexpr double margin = 1e-3;         // of that reach: how far surfaces stay apart
+constexpr int iterations = 50;          // without the last step's impulses, which a checkpoint would have to keep
+constexpr int most_corners = 256;       // of a hull whose faces are clipped against others
+constexpr double convex_excess = 0.01;  // of the volume, between a mesh and its hull
 
 btVector3 bullet(const Vector3d& v) { return {v[0], v[1], v[2]}; }
 Vector3d eigen(const btVector3& v) { return {v.x(), v.y(), v.z()}; }
@@ -31,7 +31,9 @@ Eigen::Quaterniond eigen(const Quaternion& q) { return {q[0], q[1], q[2], q[3]};
 double volume_of(const std::vector<Vector3d>& points, const std::vector<std::array<Index, 3>>& triangles) {
   double volume = 0;
   for (const auto& t : triangles) {
-    const auto at = [&](int k) -> const Vector3d& { return points[static_cast<std::size_t>(t[static_cast<std::size_t>(k)])]; };
+    const auto at = [&](int k) -> const Vector3d& {
+      return points[static_cast<std::size_t>(t[static_cast<std::size_t>(k)])];
+    };
     volume += at(0).dot(at(1).cross(at(2))) / 6;
   }
   return volume;
@@ -48,8 +50,8 @@ std::vector<Vector3d> hull_of(const std::vector<Vector3d>& points, double& volum
     const btConvexHullComputer::Edge* const first = &hull.edges[hull.faces[f]];
     const Vector3d& a = corners[static_cast<std::size_t>(first->getSourceVertex())];
     for (auto* e = first->getNextEdgeOfFace(); e != first; e = e->getNextEdgeOfFace()) {
-      const Vector3d&b = corners[static_cast<std::size_t>(e->getSourceVertex())],
-            &c = corners[static_cast<std::size_t>(e->getTargetVertex())];
+      const Vector3d &b = corners[static_cast<std::size_t>(e->getSourceVertex())],
+                     &c = corners[static_cast<std::size_t>(e->getTargetVertex())];
       volume += a.dot(b.cross(c)) / 6;
     }
   }
@@ -75,7 +77,6 @@ struct RigidContacts::World {
 
   explicit World(const Model& model)
       : extent_((to_eigen(model.scene.domain.max) - to_eigen(model.scene.domain.min)).norm()) {
-    configuration_.setConvexConvexMultipointIterations(3, 3);
     btGImpactCollisionAlgorithm::registerAlgorithm(&dispatcher_);
     double reach = 1e300, mass = 1e300;
     for (const Body& b : model.bodies) {
@@ -101,7 +102,8 @@ struct RigidContacts::World {
       if (bodies_[b]) place(b, motion[b], dt);
     world_.stepSimulation(dt, 0);
     std::vector<ContactImpulse> contacts(bodies_.size());
-    for (int k = 0; k < dispatcher_.getNumManifolds(); ++k) add_impulses(*dispatcher_.getManifoldByIndexInternal(k), motion, contacts);
+    for (int k = 0; k < dispatcher_.getNumManifolds(); ++k)
+      add_impulses(*dispatcher_.getManifoldByIndexInternal(k), motion, contacts);
     for (std::size_t b = 0; b < bodies_.size(); ++b)
       if (bodies_[b] && constant_[b]->dynamic && contacts[b].touched) motion[b] = motion_of(b);
     for (const auto& body : bodies_)
@@ -126,6 +128,7 @@ struct RigidContacts::World {
     auto body = std::make_unique<btRigidBody>(info);
     if (!b.dynamic) body->setCollisionFlags(btCollisionObject::CF_KINEMATIC_OBJECT);
     body->setActivationState(DISABLE_DEACTIVATION);
+    body->setFlags(0);  // the gyroscopic term is (4) of docs/theory/bodies.md
     body->setUserIndex(static_cast<int>(bodies_.size()) - 1);
     if (b.dynamic && shape->isConvex()) {  // fast ones do not pass through thin ones
       btVector3 low, high;
@@ -171,9 +174,9 @@ struct RigidContacts::World {
       case BodyScene::Kind::plane: {
         auto half_space = std::make_unique<btCompoundShape>();
         const auto turn = Eigen::Quaterniond::FromTwoVectors(Vector3d::UnitY(), to_eigen(b.normal));
-        half_space->addChildShape(btTransform(btQuaternion(turn.x(), turn.y(), turn.z(), turn.w()),
-                                              bullet(-far * to_eigen(b.normal))),
-                                  box(Vector3d::Constant(far)));
+        half_space->addChildShape(
+            btTransform(btQuaternion(turn.x(), turn.y(), turn.z(), turn.w()), bullet(-far * to_eigen(b.normal))),
+            box(Vector3d::Constant(far)));
         return keep(std::move(half_space));
       }
       case BodyScene::Kind::mesh:
@@ -188,14 +191,16 @@ struct RigidContacts::World {
       double hull_volume = 0;
       const std::vector<Vector3d> hull = hull_of(mesh.points, hull_volume);
       if (hull_volume <= (1 + convex_excess) * volume_of(mesh.points, mesh.triangles)) {
-        auto shape = std::make_unique<btConvexHullShape>(hull.front().data(), static_cast<int>(hull.size()), sizeof(Vector3d));
+        auto shape =
+            std::make_unique<btConvexHullShape>(hull.front().data(), static_cast<int>(hull.size()), sizeof(Vector3d));
         if (hull.size() <= most_corners) shape->initializePolyhedralFeatures();
         return keep(std::move(shape));
       }
     }
     mesh.arrays = std::make_unique<btTriangleIndexVertexArray>(
-        static_cast<int>(mesh.triangles.size()), mesh.triangles.front().data(), static_cast<int>(sizeof(mesh.triangles[0])),
-        static_cast<int>(mesh.points.size()), mesh.points.front().data(), static_cast<int>(sizeof(Vector3d)));
+        static_cast<int>(mesh.triangles.size()), mesh.triangles.front().data(),
+        static_cast<int>(sizeof(mesh.triangles[0])), static_cast<int>(mesh.points.size()), mesh.points.front().data(),
+        static_cast<int>(sizeof(Vector3d)));
     if (!b.dynamic) return keep(std::make_unique<btBvhTriangleMeshShape>(mesh.arrays.get(), true));
     auto shape = std::make_unique<btGImpactMeshShape>(mesh.arrays.get());
     shape->setMargin(margin);
@@ -209,7 +214,7 @@ struct RigidContacts::World {
     const btTransform at(btQuaternion(turn.x(), turn.y(), turn.z(), turn.w()).normalized(),
                          bullet(per_m_ * to_eigen(m.position)));
     const btVector3 velocity = bullet(per_m_ * to_eigen(m.velocity)), spin = bullet(to_eigen(m.spin));
-    body.setWorldTransform(at);
+    body.setCenterOfMassTransform(at);
     body.setInterpolationWorldTransform(at);
     if (constant_[b]->dynamic) {
       body.setLinearVelocity(velocity);
@@ -229,9 +234,12 @@ struct RigidContacts::World {
     const btTransform& at = bodies_[b]->getWorldTransform();
     const btQuaternion turn = at.getRotation();
     const Eigen::Quaterniond own =
-        (Eigen::Quaterniond(turn.w(), turn.x(), turn.y(), turn.z()) * eigen(constant_[b]->principal).conjugate()).normalized();
-    return {to_vec3(eigen(at.getOrigin()) / per_m_), to_vec3(eigen(bodies_[b]->getLinearVelocity()) / per_m_),
-            to_vec3(eigen(bodies_[b]->getAngularVelocity())), {own.w(), own.x(), own.y(), own.z()}};
+        (Eigen::Quaterniond(turn.w(), turn.x(), turn.y(), turn.z()) * eigen(constant_[b]->principal).conjugate())
+            .normalized();
+    return {to_vec3(eigen(at.getOrigin()) / per_m_),
+            to_vec3(eigen(bodies_[b]->getLinearVelocity()) / per_m_),
+            to_vec3(eigen(bodies_[b]->getAngularVelocity())),
+            {own.w(), own.x(), own.y(), own.z()}};
   }
 
   void add_impulses(const btPersistentManifold& manifold, const std::vector<RigidMotion>& motion,
@@ -242,8 +250,10 @@ struct RigidContacts::World {
       const btManifoldPoint& p = manifold.getContactPoint(k);
       if (p.m_appliedImpulse == 0 && p.getDistance() >= 0) continue;
       const Vector3d at = eigen(p.getPositionWorldOnB()) / per_m_,
-                     impulse = eigen(p.m_appliedImpulse * p.m_normalWorldOnB + p.m_appliedImpulseLateral1 * p.m_lateralFrictionDir1 +
-                                     p.m_appliedImpulseLateral2 * p.m_lateralFrictionDir2) / (per_m_ * per_kg_);
+                     impulse = eigen(p.m_appliedImpulse * p.m_normalWorldOnB +
+                                     p.m_appliedImpulseLateral1 * p.m_lateralFrictionDir1 +
+                                     p.m_appliedImpulseLateral2 * p.m_lateralFrictionDir2) /
+                               (per_m_ * per_kg_);
       for (const auto& [b, sign] : {std::pair{first, 1.0}, std::pair{second, -1.0}}) {
         ContactImpulse& c = contacts[b];
         c.touched = true;

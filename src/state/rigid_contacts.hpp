@@ -16,8 +16,8 @@ struct RigidMotion {
 
 /// What the other bodies did to one in a step.
 struct ContactImpulse {
-  bool touched = false;                       // was there any contact?
-  Vec3 impulse{0, 0, 0}, turning{0, 0, 0};    // kg m/s; kg m²/s, about the centre at the start of the step
+  bool touched = false;                     // was there any contact?
+  Vec3 impulse{0, 0, 0}, turning{0, 0, 0};  // kg m/s; kg m²/s, about the centre at the start of the step
 };
 
 class RigidContacts {

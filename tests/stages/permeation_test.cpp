@@ -25,7 +25,7 @@ struct Between {
   static constexpr double gravity = 9.81, thickness = 0.002, viscosity = 1e-3, permeability = 1e-8;
   drench::Setup setup;
 
-  explicit Between(const std::string& keys, double low = 10e-3)
+  explicit Between(const std::string& keys, double low = 10e-3, double high = 50e-3)
       : setup(setup_from(fmt::format(R"(drench: 1
 time: {{step: 0.001, end: 1}}
 fluid:
@@ -44,7 +44,7 @@ cloth:
                                      viscosity, thickness, permeability, keys))) {
     HostState& s = setup.state;
     for (std::size_t i = 0; i < s.fluid_position.size(); ++i) {
-      const double y = s.fluid_position[i][1], kappa = gravity * ((y > 0 ? 50e-3 : low) - y);
+      const double y = s.fluid_position[i][1], kappa = gravity * ((y > 0 ? high : low) - y);
       s.fluid_kappa_density[i] = 0.75 * kappa;
       s.fluid_kappa_divergence[i] = 0.25 * kappa;
     }
@@ -70,6 +70,11 @@ TEST(permeation, agrees_with_the_reference) {
   compare_stage({.stage = Stage::permeation,
                  .scene = permeable("permeability: 1.0e-8, breakthrough_pressure: 300"),
                  .changes = "sample_flux"});
+  for (const char* drag : {"forchheimer: 2.0e5", "fibre_diameter: 2.0e-5"})
+    for (const char* entry : {"", ", breakthrough_pressure: 300"})
+      compare_stage({.stage = Stage::permeation,
+                     .scene = permeable(fmt::format("permeability: 1.0e-8, {}{}", drag, entry)),
+                     .changes = "sample_flux"});
 }
 
 TEST(permeation, absorption_and_emission_agree_with_the_reference) {
@@ -111,6 +116,30 @@ TEST(permeation, liquid_on_both_sides_drives_by_the_difference_of_its_pressures)
       ++covered;
       EXPECT_NEAR(std::fabs(s.sample_flux[p]), std::fabs(expected), 50 * tolerance * std::fabs(expected));
       EXPECT_NEAR(s.sample_flow_direction[p][1], passes ? std::copysign(1 / 1.001, -head) : 0, 1e-5);
+    }
+    EXPECT_GT(covered, 20);
+  }
+}
+
+/// Δp/τ = μ/k u + ρ β u² over more than two decades of the Reynolds number β k u/ν, from 0.06 to 40.
+TEST(permeation, fast_flow_costs_its_square_by_forchheimers_law) {
+  constexpr double beta = 2e5;
+  for (const double head : {0.006, 0.02, 0.1, 1.0, 10.0, 100.0}) {  // m
+    const Between water(fmt::format(", emission_ramp: 0, forchheimer: {}", beta), 50e-3, 50e-3 + head);
+    const auto backend = make_kokkos_backend(water.setup.model);
+    run_until(*backend, water.setup.state, Stage::permeation);
+    const HostState s = backend->download();
+    const double a = Between::viscosity / Between::permeability,
+                 per_depth = Between::gravity * head / Between::thickness,
+                 expected = (std::sqrt(a * a + 4 * beta * per_depth) - a) / (2 * beta);
+    SCOPED_TRACE(fmt::format("head {} m, u = {} m/s, Re = {}", head, expected,
+                             beta * Between::permeability * expected / Between::viscosity));
+    int covered = 0;
+    for (std::size_t p = 0; p < s.sample_flux.size(); ++p) {
+      const Vec3& x = water.setup.model.samples.rest_position[p];
+      if (std::max(std::fabs(x[0]), std::fabs(x[2])) > 0.01) continue;
+      ++covered;
+      EXPECT_NEAR(std::fabs(s.sample_flux[p]), expected, 50 * tolerance * expected);
     }
     EXPECT_GT(covered, 20);
   }

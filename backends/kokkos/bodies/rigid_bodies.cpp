@@ -139,7 +139,7 @@ void Bodies::upload(const Constants& constants, const HostState& s) {
     boundary.velocity = to_device3("drench::boundary_velocity", s.boundary_velocity);
     boundary.volume = to_device<Real>("drench::boundary_volume", s.boundary_volume);
   }
-  if (!constants.model.has_moving_body()) {
+  if (!constants.model.has_body_state()) {
     static_position = s.body_position;
     static_velocity = s.body_velocity;
     static_spin = s.body_angular_velocity;
@@ -188,7 +188,7 @@ void Bodies::download_poses(const Constants& constants, HostState& s) const {
   s.body_velocity = static_velocity;
   s.body_angular_velocity = static_spin;
   s.body_orientation = static_orientation;
-  if (!constants.model.has_moving_body()) return;
+  if (!constants.model.has_body_state()) return;
   for (const RigidState& b : to_host<RigidState>(state, count)) {
     s.body_position.push_back(plain(b.position));
     s.body_velocity.push_back(plain(b.velocity));

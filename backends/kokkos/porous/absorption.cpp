@@ -51,7 +51,7 @@ void prepare_pull(const Constants& constants, const Cloth& cloth, const Permeati
   parallel(
       "drench::absorption::pull", cloth.samples.count, KOKKOS_LAMBDA(const Index p) {
         const Real u = passing(p);
-        if (!laws::is_open(u, materials(p).conductance, materials(p).entry_potential)) {
+        if (!laws::is_open(u, materials(p))) {
           pull(p) = {Real3{}, 0};
           return;
         }

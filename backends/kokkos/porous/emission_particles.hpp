@@ -33,7 +33,7 @@ struct Driven {
   Materials materials;
   explicit Driven(const Cloth& cloth) : passing(cloth.samples.passing), materials(sample_materials(cloth)) {}
   KOKKOS_INLINE_FUNCTION bool operator()(Index p) const {
-    return passing.exist() && laws::is_open(passing(p), materials(p).conductance, materials(p).entry_potential);
+    return passing.exist() && laws::is_open(passing(p), materials(p));
   }
 };
 

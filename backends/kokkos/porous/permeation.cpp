@@ -93,13 +93,13 @@ void drive(const Constants& constants, const NeighborLists& lists, const Bodies&
         }
         liquid.at_walls = 1 - laws::air_share(double(walls));  // full from A_0 on
         liquid.load = double(sides(5 * p + 4)) / potential_units;
-        const double now = double(m.conductance) * liquid.drive(0.5 * double(m.thickness) * double(dot(gravity, n)));
+        const double now = laws::flux_of(m, liquid.drive(0.5 * double(m.thickness) * double(dot(gravity, n))));
         const double before = double(flux(p)), mean = before + dt / (dt + double(m.emission_ramp)) * (now - before);
         const double upstream = liquid.filled[mean > 0 ? 0 : 1];
         flux(p) = upstream > 0 ? Real(mean) : Real(0);
-        const Real u = Real(laws::beyond(double(flux(p)), liquid.covered() * double(m.conductance) * unresolved));
+        const Real u = Real(laws::beyond(m, double(flux(p)), liquid.covered() * unresolved));
         passing(p) = u;
-        if (laws::is_open(u, m.conductance, m.entry_potential)) {
+        if (laws::is_open(u, m)) {
           direction(p) = Real(u > 0 ? 1 / 1.001 : -1 / 1.001) * n;
           supply(p) = Real(upstream > laws::full_side ? upstream : laws::full_side);
         } else if (liquid.filled[0] > laws::covered_side && liquid.filled[1] > laws::covered_side) {

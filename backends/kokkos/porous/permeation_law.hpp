@@ -40,14 +40,31 @@ struct Surroundings {
   }
 };
 
-/// What of a flux is beyond `unresolved`, both in m/s.
-KOKKOS_INLINE_FUNCTION double beyond(double flux, double unresolved) {
-  return flux > unresolved ? flux - unresolved : flux < -unresolved ? flux + unresolved : 0;
+/// u (m/s) that a difference of potentials (m²/s²) drives through a sheet: Darcy's law, with Forchheimer's term.
+KOKKOS_INLINE_FUNCTION double flux_of(const Material& m, double drive) {
+  const double darcy = double(m.conductance) * drive;
+  if (!(m.inertial_loss > 0)) return darcy;
+  return 2 * darcy / (1 + Kokkos::sqrt(1 + 4 * double(m.inertial_loss) * double(m.conductance) * Kokkos::abs(darcy)));
+}
+/// The difference of potentials (m²/s²) that drives |u|.
+KOKKOS_INLINE_FUNCTION double drive_of(const Material& m, double flux) {
+  const double u = Kokkos::abs(flux);
+  return u / double(m.conductance) + double(m.inertial_loss) * u * u;
+}
+
+/// What of a flux (m/s) a difference of potentials drives that is less by `unresolved` (m²/s²).
+KOKKOS_INLINE_FUNCTION double beyond(const Material& m, double flux, double unresolved) {
+  if (m.inertial_loss > 0) {
+    const double rest = flux_of(m, Kokkos::fmax(0.0, drive_of(m, flux) - unresolved));
+    return flux < 0 ? -rest : rest;
+  }
+  const double held = double(m.conductance) * unresolved;
+  return flux > held ? flux - held : flux < -held ? flux + held : 0;
 }
 
 /// Is a flux (m/s) beyond what the breakthrough pressure holds back?
-KOKKOS_INLINE_FUNCTION bool is_open(Real flux, Real conductance, Real entry_potential) {
-  return Kokkos::fabs(flux) > conductance * entry_potential;
+KOKKOS_INLINE_FUNCTION bool is_open(Real flux, const Material& m) {
+  return Kokkos::fabs(flux) > Real(flux_of(m, double(m.entry_potential)));
 }
 
 /// k_r, 1: the part of its permeability that a sheet has at a saturation (Brooks and Corey 1964, pores of one size).

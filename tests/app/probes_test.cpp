@@ -1,0 +1,144 @@
+// probes.csv: what probes measure of water at rest, of what falls through a disc and of a cloth that hangs.
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include "drench/drench.hpp"
+#include "run_program.hpp"
+#include "same_state.hpp"
+
+namespace drench::test {
+namespace {
+
+constexpr double g = 9.81;
+
+std::string tank(const std::string& probes) {
+  return R"(drench: 1
+time: {step: 0.002, end: 0.3}
+domain: {min: [-0.5, -0.1, -0.5], max: [0.5, 0.5, 0.5]}
+output: {every: 0)" +
+         probes + R"(}
+fluid:
+  spacing: 0.02
+  viscosity: 0.005
+  sources:
+    - block: {min: [-0.1, 0, -0.1], max: [0.1, 0.2, 0.1]}
+bodies:
+  - {name: tank, box: {min: [-0.1, 0, -0.1], max: [0.1, 0.5, 0.1], inside: true}}
+)";
+}
+
+const char* const tank_probes = R"(, probe_every: 0.05, probes: [
+  {name: middle, point: {position: [0, 0.1, 0]}},
+  {name: wall, point: {position: [0.1, 0.05, 0], radius: 0.05}},
+  {name: air, point: {position: [0, 0.4, 0]}},
+  {name: gauge, line: {from: [0.02, 0, 0.01], to: [0.02, 0.5, 0.01]}},
+  {name: floor, body: tank}])";
+
+Table probes_of(const std::string& scene, double until, const TempFolder& folder, HostState* end = nullptr) {
+  Simulation run(parse_scene(scene, "probes.yaml"));
+  run.record((folder.path() / "out").string());
+  run.run_until(until);
+  if (end) *end = run.state();
+  run.end_record();
+  return read_table(folder.path() / "out/probes.csv");
+}
+
+double mean(const Table& table, const std::string& column, std::size_t first) {
+  double sum = 0;
+  for (std::size_t k = first; k < table.rows.size(); ++k) sum += table.number(k, column);
+  return sum / static_cast<double>(table.rows.size() - first);
+}
+
+}  // namespace
+
+TEST(probes, of_water_at_rest_have_its_pressure_level_and_weight) {
+  const TempFolder folder;
+  HostState with_probes;
+  const Table table = probes_of(tank(tank_probes), 0.3, folder, &with_probes);
+  ASSERT_EQ(table.rows.size(), 6U);
+  for (std::size_t k = 0; k < 6; ++k) EXPECT_NEAR(table.number(k, "time"), 0.05 * static_cast<double>(k + 1), 1e-9);
+  EXPECT_NEAR(mean(table, "middle_pressure", 2), 1000 * g * 0.1, 0.05 * 1000 * g * 0.1);
+  EXPECT_NEAR(mean(table, "wall_pressure", 2), 1000 * g * 0.15, 0.05 * 1000 * g * 0.15);
+  EXPECT_NEAR(mean(table, "middle_velocity_y", 2), 0, 0.02);
+  EXPECT_NEAR(mean(table, "middle_filling", 2), 1, 0.05);
+  EXPECT_EQ(mean(table, "air_pressure", 0), 0);
+  EXPECT_EQ(mean(table, "air_filling", 0), 0);
+  EXPECT_NEAR(mean(table, "gauge_height", 2), 0.2, 0.005);
+  EXPECT_NEAR(mean(table, "gauge_depth", 2), 0.2, 0.005);
+  EXPECT_NEAR(mean(table, "floor_force_y", 2), -0.04 * 0.2 * 1000 * g, 0.02 * 0.04 * 0.2 * 1000 * g);
+  EXPECT_NEAR(mean(table, "floor_force_x", 2), 0, 0.5);
+  // They change nothing.
+  Simulation plain(parse_scene(tank(""), "probes.yaml"));
+  plain.run_until(0.3);
+  expect_same(with_probes, plain.state());
+}
+
+TEST(probes, a_disc_counts_the_mass_that_falls_through_it) {
+  const TempFolder folder;
+  const Table table = probes_of(R"(drench: 1
+time: {step: 0.002, end: 0.2}
+domain: {min: [-0.5, -1, -0.5], max: [0.5, 0.5, 0.5]}
+output: {every: 0.01, probes: [
+  {name: all, disc: {center: [0, -0.05, 0], normal: [0, -2, 0], radius: 0.2}},
+  {name: half, disc: {center: [0.2, -0.05, 0], normal: [0, 1, 0], radius: 0.2}}]}
+fluid:
+  spacing: 0.02
+  sources:
+    - block: {min: [-0.06, 0, -0.04], max: [0.06, 0.04, 0.04]}
+)",
+                                0.2, folder);
+  ASSERT_EQ(table.rows.size(), 20U);
+  const double mass = 1000 * 0.12 * 0.04 * 0.08;
+  EXPECT_NEAR(table.number(19, "all_passed"), mass, 1e-9 * mass);
+  EXPECT_NEAR(table.number(19, "half_passed"), -mass / 2, 1e-9 * mass);
+  double sum = 0;
+  for (std::size_t k = 0; k < 20; ++k) sum += 0.01 * table.number(k, "all_flux");
+  EXPECT_NEAR(sum, mass, 1e-6 * mass);
+}
+
+TEST(probes, of_a_cloth_weigh_it_and_its_water) {
+  const TempFolder folder;
+  const Table table = probes_of(R"(drench: 1
+time: {step: 0.004, end: 2}
+output: {every: 0.1, probes: [{name: scale, cloth: towel}]}
+cloth:
+  - name: towel
+    mesh: {grid: {size: [0.2, 0.2], nodes: [11, 11]}}
+    place: {rotate: {axis: [1, 0, 0], degrees: 90}}
+    areal_density: 0.3
+    damping: 4
+    pin: [{box: {min: [-1, 0.099, -1], max: [1, 0.101, 1]}}]
+    initial_saturation: [{box: {min: [-1, -1, -1], max: [1, 1, 1]}, value: 0.5}]
+    porous: {diffusivity: 0}
+)",
+                                1.0, folder);
+  const std::size_t last = table.rows.size() - 1;
+  const double liquid = table.number(last, "scale_liquid");
+  EXPECT_NEAR(table.number(last, "scale_saturation"), 0.5, 1e-6);
+  EXPECT_GT(liquid, 0.001);
+  const double weight = (0.3 * 0.04 + liquid) * g;
+  EXPECT_NEAR(table.number(last, "scale_pin_force_y"), weight, 0.02 * weight);
+}
+
+TEST(probes, go_on_where_a_run_was_interrupted) {
+  const TempFolder folder;
+  const std::string scene = tank(", checkpoint_every: 0.1" + std::string(tank_probes));
+  write_text(folder.path() / "scene.yaml", scene);
+  const auto whole = run_drench(folder.path(), {"run", "scene.yaml", "-o", "whole", "--until", "0.2"});
+  ASSERT_EQ(whole.code, 0) << whole.err;
+  const auto first = run_drench(folder.path(), {"run", "scene.yaml", "-o", "part", "--until", "0.12"});
+  ASSERT_EQ(first.code, 0) << first.err;
+  const auto second = run_drench(folder.path(), {"run", "scene.yaml", "--resume", "part", "--until", "0.2"});
+  ASSERT_EQ(second.code, 0) << second.err;
+  const Table a = read_table(folder.path() / "whole/probes.csv"), b = read_table(folder.path() / "part/probes.csv");
+  ASSERT_EQ(a.rows.size(), 4U);
+  ASSERT_EQ(b.rows.size(), 4U);
+  for (std::size_t k = 0; k < 4; ++k) {
+    EXPECT_EQ(a.text(k, "time"), b.text(k, "time"));
+    EXPECT_EQ(a.text(k, "middle_pressure"), b.text(k, "middle_pressure"));
+    EXPECT_EQ(a.text(k, "gauge_height"), b.text(k, "gauge_height"));
+  }
+}
+
+}  // namespace drench::test
