@@ -103,6 +103,25 @@ struct NewOptions {
 /// Prints a first scene for a garment's mesh, whose first steps it has tried. Throws SetupError, ExportError.
 int new_command(const NewOptions& options);
 
+/// A test that there is not. One line.
+struct TestError : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+struct TestOptions {
+  std::string name;                         // of a standard test; "": lists them
+  std::string fabric = "cotton_interlock";  // of the specimens
+  std::vector<std::string> overrides;       // key.path=value, of the specimens' scenes
+  std::optional<int> repeats;               // specimens, per direction; else the test's own
+  std::optional<std::string> output;        // a folder, new or empty
+  bool list = false, json = false, quiet = false;
+  int threads = 0;  // 0: the runtime chooses
+};
+
+/// Runs a standard test on a fabric (src/laboratory), prints its result and writes it with scenes and curve to a
+/// folder. Throws TestError, FolderError and what run_test() throws.
+int test_command(const TestOptions& options);
+
 /// Prints version, precision, device and libraries.
 int info_command(int threads);
 

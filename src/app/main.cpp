@@ -204,6 +204,31 @@ void add_new_options(CLI::App& command, drench::NewOptions& options) {
       "  drench new garment.obj --body figure.obj");
 }
 
+void add_test_options(CLI::App& command, drench::TestOptions& options) {
+  command.add_option("NAME", options.name, "name of a test (default: list the tests)");
+  command.add_option("--fabric", options.fabric, "a named fabric (default: cotton_interlock)");
+  command
+      .add_option("--set", options.overrides,
+                  "KEY=VALUE: change a key of the scenes, such as cloth.0.porous.diffusivity=2e-4; cloth.0 is the "
+                  "specimen; repeatable")
+      ->allow_extra_args(false);
+  command
+      .add_option("--repeats", options.repeats,
+                  "number of specimens, per direction of the fabric (default: by the test)")
+      ->check(at_least(1, 1000));
+  command.add_option("-o,--output", options.output, "output folder, new or empty (default: out/<name>-<fabric>)");
+  command.add_flag("--list", options.list, "list the tests");
+  command.add_flag("--json", options.json, "print result.json instead of a table");
+  command.add_flag("--quiet", options.quiet, "print no line per specimen");
+  command.add_option("--threads", options.threads, "number of threads")->check(at_least(1));
+  command.footer(
+      "Examples:\n"
+      "  drench test\n"
+      "  drench test aatcc197 --fabric denim_11oz\n"
+      "  drench test iso811 --set cloth.0.porous.breakthrough_pressure=3000 --repeats 2 -o head\n"
+      "  drench test aatcc79 --fabric sock_nylon --json");
+}
+
 /// The commands and what is given to them.
 class CommandLine {
  public:
@@ -219,13 +244,14 @@ class CommandLine {
 
  private:
   CLI::App app_{"drench simulates water interacting with absorbent cloth"};
-  CLI::App *run_, *check_, *compare_, *export_, *import_, *report_, *new_, *info_, *schema_;
+  CLI::App *run_, *check_, *compare_, *export_, *import_, *report_, *new_, *test_, *info_, *schema_;
   drench::RunOptions run_options_;
   drench::CompareOptions compare_options_;
   drench::ExportOptions export_options_;
   drench::ImportOptions import_options_;
   drench::ReportOptions report_options_;
   drench::NewOptions new_options_;
+  drench::TestOptions test_options_;
   drench::CheckOptions check_options_;
   int info_threads_ = 0;
   std::unique_ptr<drench::Communicator> ranks_;
@@ -257,6 +283,8 @@ CommandLine::CommandLine() {
   drench::add_view_options(*view_, view_options_);
 #endif
   new_ = app_.add_subcommand("new", "print a first scene for the mesh of a garment, ready to run");
+  test_ =
+      app_.add_subcommand("test", "run a standard textile test on a fabric: wicking, absorbency, penetration, drape");
   info_ = app_.add_subcommand("info", "print version, precision, device and libraries");
   schema_ =
       app_.add_subcommand("schema", "print every key of a scene with range, unit, default and description (Markdown)");
@@ -267,6 +295,7 @@ CommandLine::CommandLine() {
   add_import_options(*import_, import_options_);
   add_report_options(*report_, report_options_);
   add_new_options(*new_, new_options_);
+  add_test_options(*test_, test_options_);
   info_->add_option("--threads", info_threads_, "number of threads")->check(at_least(1));
   info_->footer("Examples:\n  drench info\n  drench info --threads 2");
   schema_->footer("Examples:\n  drench schema\n  drench schema | grep spacing");
@@ -307,9 +336,11 @@ int CommandLine::run(char** argv) {
     drench::settle_threads(argv, runs        ? run_options_.threads
                                  : *compare_ ? compare_options_.threads
                                  : *new_     ? new_options_.threads
+                                 : *test_    ? test_options_.threads
                                              : info_threads_);
   }
   if (*new_) return drench::new_command(new_options_);
+  if (*test_) return drench::test_command(test_options_);
   if (*info_) return drench::info_command(info_threads_);
   if (*compare_) return drench::compare_command(compare_options_);
   ranks_ = drench::join_ranks();
@@ -318,6 +349,7 @@ int CommandLine::run(char** argv) {
 
 std::string CommandLine::place_of(const std::string& key) const {
   if (*new_) return "drench";
+  if (*test_) return "drench test";
   if (*check_) return where(check_options_.scene, check_options_.overrides, key);
   if (*compare_) return where(compare_options_.scene, compare_options_.overrides, key);
   return where(run_options_.scene, run_options_.overrides, key);
@@ -339,6 +371,8 @@ int run_safely(CommandLine& command, char** argv, std::string& text) {
     return says(drench::exit_usage, fmt::format("drench: {}", e.what()));
   } catch (const drench::ExportError& e) {  // without a text where another program has printed why
     return says(drench::exit_usage, *e.what() ? fmt::format("drench: {}", e.what()) : "");
+  } catch (const drench::TestError& e) {
+    return says(drench::exit_usage, fmt::format("drench: {}", e.what()));
   } catch (const drench::ViewError& e) {
     return says(drench::exit_usage, fmt::format("drench: {}", e.what()));
   } catch (const drench::DeviceError& e) {

@@ -8,7 +8,7 @@ from pathlib import Path
 
 ROOT = Path(sys.argv[1])
 BACKEND, SRC = ROOT / "backends/kokkos", ROOT / "src"
-SRC_ORDER = ["base", "parallel", "scene", "state", "stages", "setup", "pipeline", "output", "report", "compare", "view", "app", "drench"]
+SRC_ORDER = ["base", "parallel", "scene", "state", "stages", "setup", "pipeline", "output", "report", "compare", "view", "app", "drench", "laboratory"]
 KOKKOS_ORDER = re.search(r"set\(kokkos_folders ([a-z ]+)\)", (ROOT / "CMakeLists.txt").read_text())[1].split()
 
 

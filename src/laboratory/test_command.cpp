@@ -1,0 +1,68 @@
+// The command `drench test`.
+
+#include <fmt/format.h>
+
+#include <cstdio>
+#include <filesystem>
+#include <string>
+
+#include "app/commands.hpp"
+#include "laboratory/laboratory.hpp"
+#include "output/run_folder.hpp"
+#include "output/text_file.hpp"
+#include "pipeline/runtime.hpp"
+
+namespace drench {
+namespace {
+
+void print_list() {
+  for (const StandardTest& t : standard_tests()) fmt::print("  {:<12} {}: {}\n", t.name, t.standard, t.title);
+}
+
+std::string names() {
+  std::string text;
+  for (const StandardTest& t : standard_tests()) text += (text.empty() ? "" : ", ") + std::string(t.name);
+  return text;
+}
+
+/// The measured numbers of a specimen on one line.
+std::string line_of(const TestedSpecimen& specimen) {
+  std::string text = fmt::format("specimen {} ({:.1f} s):", specimen.name, specimen.seconds);
+  for (const TestNumber& n : specimen.numbers)
+    text += fmt::format(" {} {:.4g}{}{};", n.key, n.value, n.unit == "1" ? "" : " ", n.unit == "1" ? "" : n.unit);
+  return text;
+}
+
+}  // namespace
+
+int test_command(const TestOptions& options) {
+  if (options.name.empty() || options.list) {
+    print_list();
+    return exit_done;
+  }
+  const StandardTest* test = find_standard_test(options.name);
+  if (!test) throw TestError(fmt::format("{} is not a test; allowed: {}", options.name, names()));
+  require_device();
+  const RunFolder folder =
+      make_run_folder(options.output, fmt::format("{}-{}.yaml", test->name, options.fabric), false);
+  if (!folder.note.empty()) fmt::print(stderr, "{}\n", folder.note);
+  const BackendRuntime runtime(options.threads, true);
+  TestRequest request;
+  request.fabric = options.fabric;
+  request.overrides = options.overrides;
+  request.repeats = options.repeats;
+  request.folder = folder.path;
+  if (!options.quiet) request.completed = [](const TestedSpecimen& s) { fmt::print(stderr, "{}\n", line_of(s)); };
+  const TestResult result = run_test(*test, request);
+  const std::string json = to_json(result);
+  write_atomically(folder.path / "curve.csv", to_csv(result));
+  write_atomically(folder.path / "result.json", json);
+  for (const std::string& w : result.warnings) fmt::print(stderr, "warning: {}\n", w);
+  if (options.json)
+    fmt::print("{}", json);
+  else
+    fmt::print("{}  Scenes, curve.csv and result.json are in {}\n", to_text(result), folder.path.string());
+  return exit_done;
+}
+
+}  // namespace drench
