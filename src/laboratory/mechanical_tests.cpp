@@ -354,7 +354,8 @@ void drying_rate(Trial& trial) {
   const double rate = hours.size() > 1 ? -fit_line(hours, grams).slope : lost / (run->time() / 3600);
   trial.number("drying_rate", "drying rate from 100 % to 10 %", "g/h", rate);
   trial.number("rate_per_wet_area", "the same per wet area, both sides", "g/(m2 h)",
-               wet_hours > 0 ? lost / (2 * wet_hours) : 0, 3.6e6 * flux);
+               wet_hours > 0 ? lost / (2 * wet_hours) : 0);
+  trial.number("air_rate", "evaporation rate of a wet surface in this air", "g/(m2 h)", 3.6e6 * flux);
   if (dried_at >= 0)
     trial.number("time_to_dry", "time to 10 % of the water", "min", 60 * dried_at);
   else

@@ -188,7 +188,7 @@ std::string head_scene(const Trial& trial, double head) {
 }
 
 void hydrostatic_head(Trial& trial) {
-  constexpr double least = 0.02, most = 50;                 // m of water
+  constexpr double least = 0.02, most = 50;                // m of water
   constexpr double coarse = 1.2, fine = 1.02, hold = 0.1;  // factors of the head; s at each head
   const double pressure = trial.material().breakthrough_pressure;
   if (!(trial.material().permeability > 0)) {

@@ -32,4 +32,6 @@ if [[ -x $2/drench-view ]]; then
   expect '--view' "$2/drench" run --vi
 fi
 expect 'bowl.obj' "$2/drench" new bo
+expect 'iso811' "$2/drench" test iso8
+expect '--fabric' "$2/drench" test iso811 --fa
 echo "all completed"

@@ -22,6 +22,7 @@ _drench() {
     case $command in
       import) mapfile -t COMPREPLY < <(for kind in usd usda usdc usdz fbx gltf glb abc blend xml json; do compgen -f -X "!*.$kind" -- "$word"; done) ;;
       new) mapfile -t COMPREPLY < <(for kind in obj ply stl usd usda usdc usdz fbx gltf glb abc blend; do compgen -f -X "!*.$kind" -- "$word"; done) ;;
+      test) mapfile -t COMPREPLY < <(compgen -W "$("$program" test 2>/dev/null | awk '{print $1}')" -- "$word") ;;
       export | report | view) mapfile -t COMPREPLY < <(compgen -d -- "$word") ;;
       *) mapfile -t COMPREPLY < <(compgen -f -X '!*.yaml' -- "$word") ;;
     esac
