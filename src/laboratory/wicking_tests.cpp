@@ -138,9 +138,9 @@ void hand_over(const Simulation& from, Simulation& to) {
 }
 
 void horizontal_wicking(Trial& trial) {
-  constexpr double size = 0.2, circle = 0.1, volume = 1e-6, pouring = 5, spacing = 0.0025;  // m, m, m³, s, m
-  constexpr double radius = 0.0015, height = 0.01;                                          // m, of the burette's tip
-  constexpr int nodes = 58;
+  constexpr double size = 0.2, circle = 0.1, volume = 1e-6, pouring = 5, spacing = 0.003;  // m, m, m³, s, m
+  constexpr double radius = 0.0015, height = 0.01;                                         // m, of the burette's tip
+  constexpr int nodes = 49;
   const double cell = size / (nodes - 1), x = 0.5 * cell * trial.scatter(0), z = 0.5 * cell * trial.scatter(1);
   const auto scene = [&](bool pours) {
     const std::string water = fmt::format(
@@ -153,7 +153,7 @@ void horizontal_wicking(Trial& trial) {
         "time: {}\n"
         "domain: {{min: [-0.15, -0.05, -0.15], max: [0.15, 0.05, 0.15]}}\n"
         "output: {{every: 0.5, fabric: true, wet_above: {:g}}}\n{}{}",
-        pours ? "{step: 0.002, end: 300, mode: cfl}" : "{step: 0.1, end: 300}", wet_above, pours ? water : "",
+        pours ? "{step: 0.003, end: 300, mode: cfl}" : "{step: 0.1, end: 300}", wet_above, pours ? water : "",
         trial.specimen(fmt::format("{{grid: {{size: [{0}, {0}], nodes: [{1}, {1}]}}}}", size, nodes),
                        "    dynamics: false\n", trial.porous_without_flow()));
   };
