@@ -83,7 +83,7 @@ TestResult run_test(const StandardTest& test, const TestRequest& request) {
     if (direction == Direction::weft && !test.directions) continue;
     for (int k = 0; k < repeats; ++k) {
       const auto started = std::chrono::steady_clock::now();
-      Trial trial(test, request, direction, k, repeats);
+      Trial trial(test, request, direction, k);
       test.run(trial);
       for (const std::string& w : trial.warnings())
         if (std::find(result.warnings.begin(), result.warnings.end(), w) == result.warnings.end())

@@ -53,13 +53,8 @@ std::string joined(const std::vector<std::string>& overrides) {
 
 }  // namespace
 
-Trial::Trial(const StandardTest& test, const TestRequest& request, Direction direction, int repeat, int repeats)
-    : test_(test),
-      request_(request),
-      direction_(direction),
-      repeat_(repeat),
-      repeats_(repeats),
-      material_(material_of(request)) {
+Trial::Trial(const StandardTest& test, const TestRequest& request, Direction direction, int repeat)
+    : test_(test), request_(request), direction_(direction), repeat_(repeat), material_(material_of(request)) {
   specimen_.name = !test.directions ? fmt::format("{}", repeat + 1)
                                     : fmt::format("{} {}", along_warp() ? "warp" : "weft", repeat + 1);
 }

@@ -24,7 +24,7 @@ enum class Direction { warp, weft };
 
 class Trial {
  public:
-  Trial(const StandardTest& test, const TestRequest& request, Direction direction, int repeat, int repeats);
+  Trial(const StandardTest& test, const TestRequest& request, Direction direction, int repeat);
 
   /// The specimen's fabric, with the overrides of its keys.
   const MaterialScene& material() const { return material_; }
@@ -72,7 +72,7 @@ class Trial {
   const StandardTest& test_;
   const TestRequest& request_;
   Direction direction_;
-  int repeat_, repeats_;
+  int repeat_;
   MaterialScene material_;
   TestedSpecimen specimen_;
   std::vector<std::string> warnings_;
