@@ -137,6 +137,19 @@ void hand_over(const Simulation& from, Simulation& to) {
   to.set_state(state);
 }
 
+/// The radius of a volume that spreads in isotropic fabric from a point, by Barenblatt's solution of ∂s/∂t = D ∇·(sⁿ
+/// ∇s); 0 where it does not apply.
+double spread_radius(const Trial& trial, double volume, double time) {
+  const MaterialScene& m = trial.material();
+  const double n = m.diffusion_exponent.value_or(m.diffusion == DiffusionLaw::degenerate ? 1 : 0);
+  if (!(n > 0) || m.weft_diffusivity || m.retention_exponent != 1 || m.breakthrough_pressure > 0) return 0;
+  const double filled = volume * water_density / trial.capacity();  // m² of full fabric
+  const double radius =
+      std::pow(4 * (n + 1) / n * m.diffusivity * time * std::pow(filled * (n + 1) / (n * pi), n), 1 / (2 * n + 2));
+  const double centre = filled * (n + 1) / (n * pi * radius * radius);
+  return centre < 1 ? radius : 0;
+}
+
 void horizontal_wicking(Trial& trial) {
   constexpr double size = 0.2, circle = 0.1, volume = 1e-6, pouring = 5, spacing = 0.003;  // m, m, m³, s, m
   constexpr double radius = 0.0015, height = 0.01;                                         // m, of the burette's tip
@@ -179,8 +192,10 @@ void horizontal_wicking(Trial& trial) {
     watch_run(*run, end - before, 1, look);
   }
   trial.number("time", "time to the 100 mm circle, at most 5 min", "s", reached);
-  trial.number("length", "wet length along the warp", "mm", 1e3 * along);
-  trial.number("width", "wet width along the weft", "mm", 1e3 * across);
+  std::optional<double> expected;
+  if (const double radius_then = spread_radius(trial, volume, reached); radius_then > 0) expected = 2e3 * radius_then;
+  trial.number("length", "wet length along the warp", "mm", 1e3 * along, expected);
+  trial.number("width", "wet width along the weft", "mm", 1e3 * across, expected);
   trial.number("rate", "horizontal wicking rate, pi/4 length width/time", "mm2/s",
                1e6 * pi / 4 * along * across / reached);
 }
