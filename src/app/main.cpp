@@ -19,6 +19,7 @@
 #include <vector>
 
 #include "app/commands.hpp"
+#include "app/fit.hpp"
 #include "app/threads.hpp"
 #include "app/view.hpp"
 #include "drench_version.hpp"
@@ -244,7 +245,7 @@ class CommandLine {
 
  private:
   CLI::App app_{"drench simulates water interacting with absorbent cloth"};
-  CLI::App *run_, *check_, *compare_, *export_, *import_, *report_, *new_, *test_, *info_, *schema_;
+  CLI::App *run_, *check_, *compare_, *export_, *import_, *report_, *new_, *test_, *fit_, *info_, *schema_;
   drench::RunOptions run_options_;
   drench::CompareOptions compare_options_;
   drench::ExportOptions export_options_;
@@ -252,6 +253,7 @@ class CommandLine {
   drench::ReportOptions report_options_;
   drench::NewOptions new_options_;
   drench::TestOptions test_options_;
+  drench::FitOptions fit_options_;
   drench::CheckOptions check_options_;
   int info_threads_ = 0;
   std::unique_ptr<drench::Communicator> ranks_;
@@ -285,6 +287,7 @@ CommandLine::CommandLine() {
   new_ = app_.add_subcommand("new", "print a first scene for the mesh of a garment, ready to run");
   test_ =
       app_.add_subcommand("test", "run a standard textile test on a fabric: wicking, absorbency, penetration, drape");
+  fit_ = app_.add_subcommand("fit", "find the values of a fabric with which tests give measured curves");
   info_ = app_.add_subcommand("info", "print version, precision, device and libraries");
   schema_ =
       app_.add_subcommand("schema", "print every key of a scene with range, unit, default and description (Markdown)");
@@ -296,6 +299,7 @@ CommandLine::CommandLine() {
   add_report_options(*report_, report_options_);
   add_new_options(*new_, new_options_);
   add_test_options(*test_, test_options_);
+  drench::add_fit_options(*fit_, fit_options_);
   info_->add_option("--threads", info_threads_, "number of threads")->check(at_least(1));
   info_->footer("Examples:\n  drench info\n  drench info --threads 2");
   schema_->footer("Examples:\n  drench schema\n  drench schema | grep spacing");
@@ -328,6 +332,7 @@ int CommandLine::run(char** argv) {
   if (*export_) return drench::export_command(export_options_);
   if (*import_) return drench::import_command(import_options_);
   if (*report_) return drench::report_command(report_options_);
+  if (*fit_) drench::fit_command(fit_options_);
 #ifdef DRENCH_HAS_VIEW
   if (*view_) drench::become_viewer(argv + 2);
 #endif

@@ -34,4 +34,8 @@ fi
 expect 'bowl.obj' "$2/drench" new bo
 expect 'iso811' "$2/drench" test iso8
 expect '--fabric' "$2/drench" test iso811 --fa
+expect 'fit' "$2/drench" fi
+expect '--hold-out --hold-out-test' "$2/drench" fit heights.csv --hold
+expect 'iso811' "$2/drench" fit heights.csv --test iso8
+expect 'weft' "$2/drench" fit heights.csv --direction we
 echo "all completed"
