@@ -12,20 +12,18 @@
 #include "output/text_file.hpp"
 #include "setup/point_grid.hpp"
 #include "setup/smoothing_kernel.hpp"
-#include "state/saturation.hpp"
 
 namespace drench {
 namespace {
 
 using Eigen::Vector3d;
-using Kind = ProbeScene::Kind;
+using ProbeKind = ProbeScene::Kind;
 namespace fs = std::filesystem;
 
-constexpr double full = 0.5;  // of Σ V W: at the surface of the liquid
+constexpr double full = 0.5;      // of Σ V W: at the surface of the liquid
 constexpr double line_steps = 4;  // per spacing
 
 std::string number(double value) { return fmt::format(",{:.9g}", value); }
-std::string numbers(const Vec3& v) { return number(v[0]) + number(v[1]) + number(v[2]); }
 
 }  // namespace
 
@@ -69,7 +67,8 @@ LiquidAt LiquidProbe::at(const Vec3& x, double radius) const {
     if (t <= 0) return;
     const double w = t * t * volume;
     const Eigen::Vector4d basis(1, r[0] / reach, r[1] / reach, r[2] / reach);
-    const double p = model_.rest_density * (value_or_zero(state_.fluid_kappa_density, i) + value_or_zero(state_.fluid_kappa_divergence, i));
+    const double p = model_.rest_density *
+                     (value_or_zero(state_.fluid_kappa_density, i) + value_or_zero(state_.fluid_kappa_divergence, i));
     const Vec3& v = state_.fluid_velocity[i];
     weight += w;
     moments += w * basis * basis.transpose();
@@ -84,7 +83,8 @@ LiquidAt LiquidProbe::at(const Vec3& x, double radius) const {
   const auto [near_low, near_high] = around(h);
   points_->walls.for_box(near_low, near_high, [&](Index b) {
     const double r = (to_eigen(points_->walls.points()[static_cast<std::size_t>(b)]) - here).norm();
-    if (r < h) solid += state_.boundary_volume[static_cast<std::size_t>(b)] * kernel_value(model_.scene.fluid.kernel, r, h);
+    if (r < h)
+      solid += state_.boundary_volume[static_cast<std::size_t>(b)] * kernel_value(model_.scene.fluid.kernel, r, h);
   });
   found.filling = filled / std::max(0.4, 1 - solid);
   return found;
@@ -118,10 +118,13 @@ std::array<double, 2> height_and_depth(const LiquidProbe& liquid, const ProbeSce
 ProbeCsv::ProbeCsv(const fs::path& file, const Model& model, double after)
     : model_(model), path_(file), every_(model.scene.output.probe_every.value_or(model.scene.output.every)) {
   const std::vector<ProbeScene>& probes = model.scene.output.probes;
-  impulse_.resize(probes.size());
+  sum_.resize(probes.size());
   last_place_.resize(probes.size());
   passed_.resize(probes.size());
-  for (const ProbeScene& p : probes) has_bodies_ = has_bodies_ || p.kind == Kind::body;
+  for (const ProbeScene& p : probes) {
+    has_bodies_ = has_bodies_ || p.kind == ProbeKind::body;
+    has_states_ = has_states_ || p.kind == ProbeKind::point || p.kind == ProbeKind::cloth;
+  }
   next_ = after >= 0 ? (std::floor(after / every_ * (1 + 1e-12)) + 1) * every_ : every_;
   if (path_.empty()) return;
   std::string kept = header();
@@ -155,13 +158,21 @@ std::string ProbeCsv::header() const {
       for (const char* column : columns) text += fmt::format(",{}_{}", p.name, column);
     };
     switch (p.kind) {
-      case Kind::point: add({"pressure", "velocity_x", "velocity_y", "velocity_z", "filling"}); break;
-      case Kind::line: add({"height", "depth"}); break;
-      case Kind::disc: add({"flux", "passed"}); break;
-      case Kind::body: add({"force_x", "force_y", "force_z", "torque_x", "torque_y", "torque_z"}); break;
-      case Kind::cloth:
-        add({"liquid", "saturation", "pin_force_x", "pin_force_y", "pin_force_z", "contact_force_x",
-             "contact_force_y", "contact_force_z"});
+      case ProbeKind::point:
+        add({"pressure", "velocity_x", "velocity_y", "velocity_z", "filling"});
+        break;
+      case ProbeKind::line:
+        add({"height", "depth"});
+        break;
+      case ProbeKind::disc:
+        add({"flux", "passed"});
+        break;
+      case ProbeKind::body:
+        add({"force_x", "force_y", "force_z", "torque_x", "torque_y", "torque_z"});
+        break;
+      case ProbeKind::cloth:
+        add({"liquid", "saturation", "pin_force_x", "pin_force_y", "pin_force_z", "contact_force_x", "contact_force_y",
+             "contact_force_z"});
         break;
     }
   }
@@ -170,95 +181,126 @@ std::string ProbeCsv::header() const {
 
 void ProbeCsv::step(const StepReport& report, const std::function<std::vector<std::optional<BodyLoad>>()>& loads,
                     const std::function<HostState()>& state) {
-  const std::vector<ProbeScene>& probes = model_.scene.output.probes;
   elapsed_ += report.dt;
-  if (has_bodies_) {
-    const std::vector<std::optional<BodyLoad>> all = loads();
-    for (std::size_t k = 0; k < probes.size(); ++k) {
-      if (probes[k].kind != Kind::body) continue;
-      for (std::size_t b = 0; b < model_.bodies.size() && b < all.size(); ++b) {
-        if (model_.bodies[b].name != probes[k].of || !all[b]) continue;
-        const BodyLoad& l = *all[b];
-        for (std::size_t a = 0; a < 3; ++a) {
-          impulse_[k][a] += report.dt * (l.liquid_force[a] + l.cloth_force[a] + l.attached_force[a] + l.contact_force[a]);
-          impulse_[k][3 + a] +=
-              report.dt * (l.liquid_torque[a] + l.cloth_torque[a] + l.attached_torque[a] + l.contact_torque[a]);
-        }
+  if (has_bodies_) add_loads(report.dt, loads());
+  const bool due = report.time >= next_ * (1 - 1e-12);
+  if (!due && !has_states_) return;
+  const HostState now = state();
+  if (has_states_ && !path_.empty()) add_state(report.dt, now);
+  if (!due) return;
+  next_ = (std::floor(report.time / every_ * (1 + 1e-12)) + 1) * every_;
+  if (!path_.empty()) write(now);
+  elapsed_ = 0;
+  for (auto& sum : sum_) sum.fill(0);
+}
+
+void ProbeCsv::add_loads(double dt, const std::vector<std::optional<BodyLoad>>& loads) {
+  const std::vector<ProbeScene>& probes = model_.scene.output.probes;
+  for (std::size_t k = 0; k < probes.size(); ++k) {
+    if (probes[k].kind != ProbeKind::body) continue;
+    for (std::size_t b = 0; b < model_.bodies.size() && b < loads.size(); ++b) {
+      if (model_.bodies[b].name != probes[k].of || !loads[b]) continue;
+      const BodyLoad& l = *loads[b];
+      for (std::size_t a = 0; a < 3; ++a) {
+        sum_[k][a] += dt * (l.liquid_force[a] + l.cloth_force[a] + l.attached_force[a] + l.contact_force[a]);
+        sum_[k][3 + a] += dt * (l.liquid_torque[a] + l.cloth_torque[a] + l.attached_torque[a] + l.contact_torque[a]);
       }
     }
   }
-  if (report.time < next_ * (1 - 1e-12)) return;
-  next_ = (std::floor(report.time / every_ * (1 + 1e-12)) + 1) * every_;
-  write(state());
-  elapsed_ = 0;
-  for (auto& impulse : impulse_) impulse.fill(0);
+}
+
+/// Pressures of single steps scatter, because two solves share them: their mean over time does not.
+void ProbeCsv::add_state(double dt, const HostState& state) {
+  const std::vector<ProbeScene>& probes = model_.scene.output.probes;
+  double largest = 0;
+  for (const ProbeScene& p : probes)
+    if (p.kind == ProbeKind::point) largest = std::max(largest, p.radius);
+  std::optional<LiquidProbe> liquid;
+  for (std::size_t k = 0; k < probes.size(); ++k) {
+    const ProbeScene& p = probes[k];
+    std::array<double, 6>& sum = sum_[k];
+    if (p.kind == ProbeKind::point) {
+      if (!liquid) liquid.emplace(model_, state, largest);
+      const LiquidAt at = liquid->at(p.position, p.radius);
+      sum[0] += dt * at.pressure;
+      for (std::size_t a = 0; a < 3; ++a) sum[1 + a] += dt * at.velocity[a];
+      sum[4] += dt * at.filling;
+    }
+    if (p.kind != ProbeKind::cloth) continue;
+    for (std::size_t n = 0; n < state.node_position.size(); ++n) {
+      if (!is_of(n, p)) continue;
+      for (std::size_t a = 0; a < 3; ++a) {
+        sum[a] += dt * value_or_zero(state.node_pin_force, n)[a];
+        sum[3 + a] +=
+            dt * (value_or_zero(state.node_contact_force, n)[a] + value_or_zero(state.node_friction_force, n)[a]);
+      }
+    }
+  }
+}
+
+bool ProbeCsv::is_of(std::size_t node, const ProbeScene& probe) const {
+  return model_.scene.cloths[static_cast<std::size_t>(model_.mesh.node_cloth[node])].name == probe.of;
+}
+
+/// The mass (kg) that has passed a disc since the last row.
+double ProbeCsv::passed_since(std::size_t k, const HostState& state) {
+  const ProbeScene& p = model_.scene.output.probes[k];
+  const Vector3d center = to_eigen(p.position), n = to_eigen(p.normal).normalized();
+  std::unordered_map<std::int64_t, Vec3> places;
+  double passed = 0;
+  for (std::size_t i = 0; i < state.fluid_position.size(); ++i) {
+    const Vector3d now = to_eigen(state.fluid_position[i]) - center;
+    const std::int64_t id = state.fluid_id[i];
+    if (const auto found = last_place_[k].find(id); found != last_place_[k].end()) {
+      const Vector3d before = to_eigen(found->second) - center;
+      const double a = before.dot(n), b = now.dot(n);
+      const Vector3d at = before + a / (a - b) * (now - before);
+      if ((a < 0) != (b < 0) && (at - at.dot(n) * n).norm() <= p.radius)
+        passed += (b >= 0 ? 1 : -1) * static_cast<double>(state.fluid_mass[i]) * model_.quantum;
+    }
+    places.emplace(id, state.fluid_position[i]);
+  }
+  last_place_[k] = std::move(places);
+  return passed;
 }
 
 void ProbeCsv::write(const HostState& state) {
   const std::vector<ProbeScene>& probes = model_.scene.output.probes;
-  if (path_.empty()) return;
-  double largest = 0;
-  bool liquid_wanted = false;
-  for (const ProbeScene& p : probes) {
-    if (p.kind == Kind::point) largest = std::max(largest, p.radius);
-    liquid_wanted = liquid_wanted || p.kind == Kind::point || p.kind == Kind::line;
-  }
   std::optional<LiquidProbe> liquid;
-  if (liquid_wanted) liquid.emplace(model_, state, largest);
   std::string row = fmt::format("{:.10g}", state.time);
   for (std::size_t k = 0; k < probes.size(); ++k) {
     const ProbeScene& p = probes[k];
+    const auto means = [&](std::size_t count) {
+      for (std::size_t a = 0; a < count; ++a) row += number(elapsed_ > 0 ? sum_[k][a] / elapsed_ : 0);
+    };
     switch (p.kind) {
-      case Kind::point: {
-        const LiquidAt at = liquid->at(p.position, p.radius);
-        row += number(at.pressure) + numbers(at.velocity) + number(at.filling);
+      case ProbeKind::point:
+        means(5);
         break;
-      }
-      case Kind::line: {
+      case ProbeKind::body:
+        means(6);
+        break;
+      case ProbeKind::line: {
+        if (!liquid) liquid.emplace(model_, state);
         const auto [height, depth] = height_and_depth(*liquid, p, model_.spacing);
         row += number(height) + number(depth);
         break;
       }
-      case Kind::disc: {
-        const Vector3d center = to_eigen(p.position), n = to_eigen(p.normal).normalized();
-        std::unordered_map<std::int64_t, Vec3> places;
-        double passed = 0;
-        for (std::size_t i = 0; i < state.fluid_position.size(); ++i) {
-          const Vector3d now = to_eigen(state.fluid_position[i]) - center;
-          const std::int64_t id = state.fluid_id[i];
-          if (const auto found = last_place_[k].find(id); found != last_place_[k].end()) {
-            const Vector3d before = to_eigen(found->second) - center;
-            const double a = before.dot(n), b = now.dot(n);
-            if ((a < 0) != (b < 0)) {
-              const Vector3d at = before + a / (a - b) * (now - before);
-              if ((at - at.dot(n) * n).norm() <= p.radius)
-                passed += (b >= 0 ? 1 : -1) * static_cast<double>(state.fluid_mass[i]) * model_.quantum;
-            }
-          }
-          if (now.squaredNorm() < 1e30) places.emplace(id, state.fluid_position[i]);
-        }
-        last_place_[k] = std::move(places);
+      case ProbeKind::disc: {
+        const double passed = passed_since(k, state);
         passed_[k] += passed;
         row += number(elapsed_ > 0 ? passed / elapsed_ : 0) + number(passed_[k]);
         break;
       }
-      case Kind::body:
-        for (const double j : impulse_[k]) row += number(elapsed_ > 0 ? j / elapsed_ : 0);
-        break;
-      case Kind::cloth: {
+      case ProbeKind::cloth: {
         double mass = 0, capacity = 0;
-        Vec3 pins{0, 0, 0}, contact{0, 0, 0};
         for (std::size_t n = 0; n < state.node_position.size(); ++n) {
-          if (model_.scene.cloths[static_cast<std::size_t>(model_.mesh.node_cloth[n])].name != p.of) continue;
-          if (n < state.node_liquid.size()) mass += static_cast<double>(state.node_liquid[n]) * model_.quantum;
-          if (n < model_.samples.node_capacity.size()) capacity += model_.samples.node_capacity[n];
-          for (std::size_t a = 0; a < 3; ++a) {
-            if (n < state.node_pin_force.size()) pins[a] += state.node_pin_force[n][a];
-            if (n < state.node_contact_force.size()) contact[a] += state.node_contact_force[n][a];
-            if (n < state.node_friction_force.size()) contact[a] += state.node_friction_force[n][a];
-          }
+          if (!is_of(n, p)) continue;
+          mass += static_cast<double>(value_or_zero(state.node_liquid, n)) * model_.quantum;
+          capacity += value_or_zero(model_.samples.node_capacity, n);
         }
-        row += number(mass) + number(capacity > 0 ? mass / capacity : 0) + numbers(pins) + numbers(contact);
+        row += number(mass) + number(capacity > 0 ? mass / capacity : 0);
+        means(6);
         break;
       }
     }

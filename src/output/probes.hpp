@@ -17,9 +17,9 @@ namespace drench {
 
 /// The liquid near a point, from particles within a radius of it.
 struct LiquidAt {
-  double pressure = 0;         // Pa: a linear fit's value there; 0 where no liquid is near
-  Vec3 velocity{0, 0, 0};      // m/s: the same
-  double filling = 0;          // 1: Σ V W, over what solids leave of it
+  double pressure = 0;     // Pa: a linear fit's value there; 0 where no liquid is near
+  Vec3 velocity{0, 0, 0};  // m/s: the same
+  double filling = 0;      // 1: Σ V W, over what solids leave of it
 };
 
 /// Particles by place, for probes of one state, which must outlive it.
@@ -52,16 +52,20 @@ class ProbeCsv {
  private:
   std::string header() const;
   void take_up(const std::string& row);
+  void add_loads(double dt, const std::vector<std::optional<BodyLoad>>& loads);
+  void add_state(double dt, const HostState& state);
+  bool is_of(std::size_t node, const ProbeScene& probe) const;
+  double passed_since(std::size_t k, const HostState& state);
   void write(const HostState& state);
 
   const Model& model_;
   std::filesystem::path path_;
   std::ofstream out_;
-  double every_, next_, elapsed_ = 0;  // s
-  bool has_bodies_ = false;
-  std::vector<std::array<double, 6>> impulse_;                     // of each probe of a body, since the last row
+  double every_, next_, elapsed_ = 0;             // s
+  bool has_bodies_ = false, has_states_ = false;  // is there a probe that averages loads; states?
+  std::vector<std::array<double, 6>> sum_;        // of each probe: what it averages, times time, since the last row
   std::vector<std::unordered_map<std::int64_t, Vec3>> last_place_;  // of each disc: particles near it at the last row
-  std::vector<double> passed_;                                     // of each disc, kg
+  std::vector<double> passed_;                                      // of each disc, kg
 };
 
 }  // namespace drench

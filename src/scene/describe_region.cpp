@@ -108,10 +108,11 @@ void describe_fabric(Section& s, const char* meaning) {
 }
 
 void check_drag(Section& s, const MaterialScene& fabric) {
-  s.check(!s.has("forchheimer") || !s.has("fibre_diameter"), "fibre_diameter",
+  s.check(!(fabric.forchheimer > 0) || !(fabric.fibre_diameter > 0), "fibre_diameter",
           "cannot be combined with forchheimer; allowed: exactly one of the two");
-  for (const char* key : {"forchheimer", "fibre_diameter"})
-    s.check(!s.has(key) || fabric.permeability > 0, key,
+  for (const auto& [key, value] :
+       {std::pair{"forchheimer", fabric.forchheimer}, std::pair{"fibre_diameter", fabric.fibre_diameter}})
+    s.check(!(value > 0) || fabric.permeability > 0, key,
             "requires permeability, which is 0; allowed: only with permeability above 0");
 }
 

@@ -238,7 +238,7 @@ struct Model {
     return any_cloth([](const ClothMaterial& c) { return c.dynamics; });
   }
   /// Does nothing but the liquid itself answer to its pressure?
-  bool only_liquid_answers() const { return samples.count() == 0 && !has_measured_body(); }
+  bool only_liquid_answers() const { return samples.count() == 0 && !has_dynamic_body() && !has_commanded_body(); }
   /// Is a solve's start scaled, if the last step's began with `start` tolerances (docs/theory/liquid.md, Eq. 20a)?
   bool scales_start(double start) const { return only_liquid_answers() && start > 2; }
   bool has_moving_pins() const { return !pin_motions.empty(); }

@@ -85,6 +85,8 @@ RegionScene every_region_key(const MaterialScene& cloth) {
   r.material.diffusivity = 3.0e-4;
   r.material.weft_diffusivity = 6.0e-5;
   r.material.permeability = 3.0e-10;
+  r.material.forchheimer = 0;
+  r.material.fibre_diameter = 2.0e-5;
   r.material.breakthrough_pressure = 200;
   r.material.critical_saturation = 0.45;
   return r;
@@ -138,6 +140,7 @@ ClothScene every_cloth_key() {
   c.material.capillary_height = 0.8;
   c.material.wet_adhesion = 0.05;
   c.material.permeability = 2.0e-10;
+  c.material.forchheimer = 2.0e5;
   c.material.breakthrough_pressure = 300;
   c.material.critical_saturation = 0.4;
   c.material.contact_wicking = true;
@@ -258,7 +261,7 @@ TEST(SceneLoader, ReadsEveryKey) {
   s.field = {true, {0.5, 0, -0.5}, {1, 2, 0}};
   s.air = {true, 0.25, 35, 0, 0.3, 0.02, {}};
   s.domain = {{-2, -3, -4}, {5, 6, 7}};
-  s.output = {0.05, 0.7, true, true, 0.1, true, 0.75, SurfaceKernel::isotropic, true, true};
+  s.output = {{}, std::nullopt, 0.05, 0.7, true, true, 0.1, true, 0.75, SurfaceKernel::isotropic, true, true};
   s.processes = {false, false, false, false, false};
   s.sort = SortMethod::bitonic_naive;
   s.through_cloth = true;

@@ -85,7 +85,7 @@ TEST(SceneReference, HasTheKeysOfTheScenesOfTests) {
   used.insert("preset");                                       // `everything` has the switches that it stands for
   for (const char* body : {"box", "plane", "mesh", "sphere"})  // `everything` shows once what all bodies have
     for (const char* key : {"velocity", "offset", "spin", "spin.axis", "spin.degrees_per_second", "dynamic", "density",
-                            "adhesion", "slip"})
+                            "mass", "friction", "restitution", "adhesion", "slip"})
       used.insert(std::string("bodies.N.") + body + "." + key);
   for (const std::string& path : used) EXPECT_TRUE(known.count(path)) << path;
   used.merge(keys_of_test_scenes());

@@ -1,7 +1,7 @@
 #pragma once
 // How pressure drives liquid through wet cloth: Darcy's law in the form of src/stages/permeation.hpp.
 
-#include "core/types.hpp"
+#include "cloth/cloth.hpp"
 
 namespace drench::kokkos_backend::laws {
 
