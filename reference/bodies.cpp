@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "collision.hpp"
 #include "deforming_body.hpp"
 #include "rigid_bodies.hpp"
 #include "state/rigid_contacts.hpp"
@@ -12,6 +13,47 @@ namespace drench::reference {
 namespace {
 
 using Eigen::Vector3d;
+
+/// Points of a dynamic body that can touch a solid, relative to its centre, and how far its surface is from them.
+struct Feelers {
+  Vectors points;
+  double radius = 0;  // m
+};
+
+Feelers feelers_of(const Body& body, const Pose& pose) {
+  if (body.kind == BodyScene::Kind::sphere) return {{Vector3d::Zero()}, body.radius};
+  Feelers feelers;
+  const Vector3d half = 0.5 * (vec(body.box.max) - vec(body.box.min));
+  for (int corner = 0; corner < 8; ++corner) {
+    const Vector3d sign(corner & 1 ? 1 : -1, corner & 2 ? 1 : -1, corner & 4 ? 1 : -1);
+    feelers.points.push_back(pose.orientation * half.cwiseProduct(sign));
+  }
+  return feelers;
+}
+
+/// Bullet knows no surface that changes its shape.
+void stop_at_deforming(const Body& body, const std::vector<PlacedBody>& solids, Pose& pose) {
+  if (body.kind == BodyScene::Kind::mesh) return;
+  const Feelers feelers = feelers_of(body, pose);
+  for (int sweep = 0; sweep < 3; ++sweep) {
+    for (const PlacedBody& solid : solids) {
+      if (!solid.body->deforms()) continue;
+      for (const Vector3d& point : feelers.points) {
+        Vector3d n;
+        const std::optional<double> distance = distance_to(solid, pose.position + point, n);
+        if (!distance || *distance >= feelers.radius) continue;
+        const Vector3d touching = pose.position + point - feelers.radius * n, arm = touching - pose.position;
+        pose.position += (feelers.radius - *distance) * n;
+        const double approach = (pose.velocity + pose.spin.cross(arm) - solid.velocity_at(touching)).dot(n);
+        if (approach >= 0) continue;
+        const Eigen::Matrix3d answer = inertia(body, pose).inverse();
+        const double impulse = -approach / (1 / body.mass + arm.cross(n).dot(answer * arm.cross(n)));
+        pose.velocity += impulse / body.mass * n;
+        pose.spin += impulse * (answer * arm.cross(n));
+      }
+    }
+  }
+}
 
 RigidMotion motion_of(const Pose& pose) {
   const Eigen::Quaterniond& q = pose.orientation;
@@ -29,6 +71,7 @@ void bodies(ReferenceState& state, const StepInfo& info, StepReport&) {
   const Model& m = state.model;
   HostState& s = state.s;
   const double time = info.time + info.dt;
+  const std::vector<PlacedBody> solids = placed_bodies(state, info);
   std::vector<RigidMotion> motion;
   for (Index k = 0; k < s.body_count(); ++k) motion.push_back(motion_of(pose_of(s, k)));
   std::vector<ContactImpulse> contacts(motion.size());
@@ -42,6 +85,7 @@ void bodies(ReferenceState& state, const StepInfo& info, StepReport&) {
       const Eigen::Matrix3d before = inertia(body, pose);
       pose = contacts[b].touched ? pose_of(motion[b]) : advanced(pose, info.dt);
       pose.spin = inertia(body, pose).inverse() * before * pose.spin;
+      if (m.has_deforming_body()) stop_at_deforming(body, solids, pose);
     } else {
       pose = prescribed_pose(body, time);
     }

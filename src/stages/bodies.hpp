@@ -10,5 +10,5 @@
 //         body_angular_velocity (rad/s).
 // Writes: body_*, boundary_position (m), boundary_velocity (m/s), boundary_volume (m³) of bodies that change their
 //         shape. Poses are double in every build.
-// Errors: none. Bodies that change their shape have no contact with dynamic ones. What cloth does to them: stages cloth
+// Errors: none. Bodies that change their shape stop no dynamic meshes. What cloth does to them: stages cloth
 //         (14 to 16) and wet_adhesion.

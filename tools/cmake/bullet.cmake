@@ -1,5 +1,5 @@
-# Bullet's rigid bodies in double precision: the target drench_bullet. Debian and Ubuntu name these libraries -float64; a
-# Bullet built with USE_DOUBLE_PRECISION has no suffix.
+# Bullet's rigid bodies in double precision: the target drench_bullet with its headers, and drench_bullet_libraries. Debian
+# and Ubuntu name these libraries -float64.
 find_path(DRENCH_BULLET_INCLUDE btBulletDynamicsCommon.h PATH_SUFFIXES bullet)
 add_library(drench_bullet INTERFACE)
 target_compile_definitions(drench_bullet INTERFACE BT_USE_DOUBLE_PRECISION)
@@ -9,6 +9,6 @@ foreach(library BulletDynamics BulletCollision LinearMath)
   if(NOT DRENCH_${library} OR NOT DRENCH_BULLET_INCLUDE)
     message(FATAL_ERROR "Bullet in double precision was not found (${library}-float64): install libbullet-dev")
   endif()
-  target_link_libraries(drench_bullet INTERFACE ${DRENCH_${library}})
+  list(APPEND drench_bullet_libraries ${DRENCH_${library}})
 endforeach()
 mark_as_advanced(DRENCH_BULLET_INCLUDE DRENCH_BulletDynamics DRENCH_BulletCollision DRENCH_LinearMath)

@@ -2,11 +2,64 @@
 
 #include "bodies/bodies.hpp"
 
+#include "bodies/contact.hpp"
 #include "bodies/deforming_body.hpp"
 #include "core/host_copy.hpp"
 
 namespace drench::kokkos_backend {
 namespace {
+
+constexpr int sweeps = 3;  // over the contacts of a dynamic body with bodies that change their shape
+
+/// Moves a dynamic body out of a solid that it has entered by −`phi` (m) at the point p, and takes its velocity into
+/// it.
+KOKKOS_INLINE_FUNCTION void stop_at(RigidState& s, const RigidBody& body, const Double3& p, double phi,
+                                    const Double3& n, const Double3& surface) {
+  const Double3 arm = minus(p, s.position);
+  s.position = add(s.position, times(-phi, n));
+  const double inward = inner(minus(add(s.velocity, outer(s.spin, arm)), surface), n);
+  if (!(inward < 0)) return;
+  const Double3 lever = outer(arm, n), answer = over_inertia(body, s.orientation, lever);
+  const double impulse = -inward / (body.inverse_mass + inner(lever, answer));  // kg m/s
+  s.velocity = add(s.velocity, times(impulse * body.inverse_mass, n));
+  s.spin = add(s.spin, times(impulse, answer));
+}
+
+/// A dynamic sphere or box against one solid.
+KOKKOS_INLINE_FUNCTION void stop_at_solid(RigidState& s, const RigidBody& body, const Solid& solid) {
+  const bool sphere = body.kind == 1;
+  for (int corner = 0; corner < (sphere ? 1 : 8); ++corner) {
+    Double3 p = s.position;
+    if (!sphere)
+      p = add(p,
+              rotate(s.orientation, {corner & 1 ? body.half.x : -body.half.x, corner & 2 ? body.half.y : -body.half.y,
+                                     corner & 4 ? body.half.z : -body.half.z}));
+    const SolidDistance at = solid_distance(solid, narrow(p), Real3{});
+    const Double3 n = widen(at.normal);
+    const double phi = double(at.phi) - (sphere ? body.radius : 0.0);
+    if (!(phi < 0)) continue;
+    if (sphere) p = minus(p, times(body.radius, n));
+    stop_at(s, body, p, phi, n, widen(surface_velocity(solid, narrow(p), Real3{})));
+  }
+}
+
+/// Bullet knows no surface that changes its shape: spheres and boxes are stopped there one after the other.
+void stop_at_deforming(Bodies& bodies) {
+  const Entries<const RigidBody> constant = std::as_const(bodies).constant;
+  const Entries<const Solid> solids = std::as_const(bodies).solids;
+  const Entries<RigidState> state = bodies.state;
+  const Index count = bodies.count;
+  parallel(
+      "drench::bodies::stopped", count, KOKKOS_LAMBDA(const Index b) {
+        const RigidBody& body = constant(b);
+        if (!body.dynamic || body.kind == 3) return;
+        RigidState s = state(b);
+        for (int sweep = 0; sweep < sweeps; ++sweep)
+          for (Index other = 0; other < count; ++other)
+            if (solids(other).surface.nearest != nullptr) stop_at_solid(s, body, solids(other));
+        state(b) = s;
+      });
+}
 
 /// What is prescribed for a body at time t (s) without keys.
 KOKKOS_INLINE_FUNCTION RigidState steady(const RigidBody& body, double t) {
@@ -51,6 +104,7 @@ void move_dynamic_bodies(Bodies& bodies, double t, double dt) {
     s.spin = over_inertia(body, s.orientation, momentum);
   }
   copy_to_device<RigidState>(bodies.state, end);
+  if (!bodies.deforming.empty()) stop_at_deforming(bodies);
 }
 
 void move_bodies(Bodies& bodies, double t, double dt) {
