@@ -19,9 +19,10 @@ using Eigen::Vector3d;
 
 // Bullet's tolerances suit bodies of a unit's size and mass, so lengths are divided by the reach of the smallest
 // dynamic body, masses by the least.
-constexpr double margin = 1e-3;         // of that reach: how far surfaces stay apart
-constexpr int iterations = 50;          // without the last step's impulses, which a checkpoint would have to keep
-constexpr int most_corners = 256;       // of a hull whose faces are clipped against others
+constexpr double grip = 0.02;      // of that reach: overlaps up to this press, deeper ones are removed without force
+constexpr double margin = 1e-3;    // of that reach: how far surfaces stay apart
+constexpr int iterations = 50;     // without the last step's impulses, which a checkpoint would have to keep
+constexpr int most_corners = 256;  // of a hull whose faces are clipped against others
 constexpr double convex_excess = 0.01;  // of the volume, between a mesh and its hull
 
 btVector3 bullet(const Vector3d& v) { return {v[0], v[1], v[2]}; }
@@ -91,7 +92,7 @@ struct RigidContacts::World {
     btContactSolverInfo& solver = world_.getSolverInfo();
     solver.m_numIterations = iterations;
     solver.m_splitImpulse = 1;
-    solver.m_splitImpulsePenetrationThreshold = 1e30;  // ways out of other bodies never become velocities
+    solver.m_splitImpulsePenetrationThreshold = -grip;
     solver.m_restitutionVelocityThreshold = 0;
     solver.m_solverMode |= SOLVER_USE_2_FRICTION_DIRECTIONS;
     for (const Body& b : model.bodies) add(b);

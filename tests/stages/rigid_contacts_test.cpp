@@ -199,6 +199,22 @@ TEST(rigid_contacts, a_stack_stands_and_a_cup_holds_a_ball_that_it_carries) {
   EXPECT_NEAR(inside[1], -0.02, 0.002);
 }
 
+TEST(rigid_contacts, two_grippers_lift_a_box_by_friction) {
+  Dry dry(floor_plane +
+          std::string("  - box: {min: [-0.03, 0, -0.03], max: [0.03, 0.06, 0.03], dynamic: true, friction: 0.9}\n"
+                      "  - box: {min: [-0.1, 0.02, -0.05], max: [-0.05, 0.05, 0.05], friction: 0.9}\n"
+                      "  - box: {min: [0.05, 0.02, -0.05], max: [0.1, 0.05, 0.05], friction: 0.9}\n"));
+  for (int k = 0; k < 400; ++k) {  // they close, press 0.5 mm into it, and rise by 0.1 m
+    const double closing = k < 50 ? 0.2 : k < 100 ? 0.005 : 0, rising = k >= 150 ? 0.2 : 0;
+    dry.motion[2].velocity = {closing, rising, 0};
+    dry.motion[3].velocity = {-closing, rising, 0};
+    dry.step();
+  }
+  EXPECT_NEAR(dry.at(1)[1], 0.13, 0.002);
+  EXPECT_NEAR(dry.at(1)[0], 0, 0.0005);
+  EXPECT_LT(dry.turned(1), 3);  // it may turn about the line between them
+}
+
 TEST(rigid_contacts, a_fast_ball_does_not_pass_a_thin_wall) {
   Dry dry(
       "  - box: {min: [-0.5, -0.005, -0.5], max: [0.5, 0, 0.5]}\n"
