@@ -226,17 +226,28 @@ class SelfCollision {
     return sum;
   }
 
+  /// Impulses in fixed point.
   struct Impulses {
-    std::vector<Vector3d> sum;  // kg m/s
+    double unit;  // kg m/s
+    std::vector<std::array<std::int64_t, 3>> sum;
     void add(const Contact& c, const Vector3d& j) {
-      for (int k = 0; k < 4; ++k) sum[c.pair->node[k]] += c.b[k] * j;
+      for (int k = 0; k < 4; ++k)
+        for (int a = 0; a < 3; ++a)
+          sum[c.pair->node[k]][a] += static_cast<std::int64_t>(std::floor(c.b[k] * j[a] / unit + 0.5));
     }
   };
-  Impulses no_impulses() const { return {std::vector<Vector3d>(velocity_.size(), Vector3d::Zero())}; }
+  Impulses no_impulses() const {
+    const std::vector<double>&solid = mesh_.solid_mass, &capacity = state_.model.samples.node_capacity;
+    double heaviest = 0;  // kg, of a node with the liquid that fits
+    for (std::size_t n = 0; n < solid.size(); ++n)
+      heaviest = std::max(heaviest, solid[n] + (n < capacity.size() ? capacity[n] : 0));
+    return {heaviest * 0x1p-47, std::vector<std::array<std::int64_t, 3>>(velocity_.size(), {0, 0, 0})};
+  }
   void apply(const Impulses& impulses, const std::vector<int>& share) {
     for (Index n = 0; n < mesh_.nodes(); ++n) {
       if (share[n] == 0) continue;
-      velocity_[n] += inverse_node_mass(state_, n) * impulses.sum[n];
+      const auto& p = impulses.sum[n];
+      velocity_[n] += inverse_node_mass(state_, n) * impulses.unit * Vector3d(double(p[0]), double(p[1]), double(p[2]));
       keep_out(n);
     }
   }
