@@ -23,10 +23,9 @@ void describe_motion(Section& s, BodyScene& body) {
   s.boolean("dynamic", body.dynamic,
             "moved by liquid, cloth, gravity and other bodies: for spheres, closed meshes, and boxes that are not "
             "containers; only with `fluid`");
-  s.saved_if(body.dynamic)
+  s.saved_if(body.dynamic && !body.mass)
       .number("density", body.density, "[1, 30000]", "kg/m³", "density of a dynamic body; only with `dynamic: true`");
-  s.saved_if(body.mass.has_value())
-      .number("mass", body.mass, "[1e-6, 1e6]", "kg", "mass of a dynamic body; replaces `density`");
+  s.number("mass", body.mass, "[1e-6, 1e6]", "kg", "mass of a dynamic body; replaces `density`");
   s.number("friction", body.friction, "[0, 10]", "1",
            "friction coefficient between dynamic bodies and this one; of two bodies, √(μ₁ μ₂) counts");
   s.number(

@@ -219,6 +219,32 @@ bodies:
   EXPECT_NEAR(weight[0], weight[1], 0.03 * whole);
 }
 
+/// A commanded tray feels the weight of a dynamic box, and the box the same upwards.
+TEST(library, bodies_in_contact_measure_what_they_do_to_each_other) {
+  Simulation run(parse_scene(R"(drench: 1
+time: {step: 0.002, end: 1}
+domain: {min: [-0.5, -0.5, -0.5], max: [0.5, 0.5, 0.5]}
+fluid:
+  spacing: 0.02
+  sources:
+    - block: {min: [0.4, 0.4, 0.4], max: [0.44, 0.44, 0.44]}
+bodies:
+  - {name: tray, box: {min: [-0.2, -0.05, -0.2], max: [0.2, 0, 0.2], commanded: true}}
+  - {name: load, box: {min: [-0.05, 0.001, -0.05], max: [0.05, 0.1, 0.05], dynamic: true, mass: 2}}
+)",
+                             "tray"));
+  run.run_until(0.2);
+  double tray = 0, load = 0;
+  constexpr int steps = 25;
+  for (int k = 0; k < steps; ++k) {
+    run.step();
+    tray += run.body_load(0).contact_force[1] / steps;
+    load += run.body_load(1).contact_force[1] / steps;
+  }
+  EXPECT_NEAR(tray, -2 * 9.81, 0.01 * 2 * 9.81);
+  EXPECT_NEAR(load, -tray, 1e-9);
+}
+
 TEST(library, refuses_what_the_scene_does_not_have) {
   Simulation run(scene());
   const double infinite = std::numeric_limits<double>::infinity();
